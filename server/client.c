@@ -76,17 +76,16 @@ static bool read_network(const char *text, struct srv_network *out) {
   return out->bits <= BITS;
 }
 
-bool srv_networks_read(const char *text, srv_networks *out, char *error, size_t error_size) {
+bool srv_networks_read(const char *text, srv_networks *out, srv_error *error) {
   size_t size = strlen(text);
   char *copy = strdup(text), *rest = NULL;
   *out = (srv_networks){.list = calloc(size / 2 + 1, sizeof *out->list)};
   bool is_read = copy != NULL && out->list != NULL;
-  if (!is_read) snprintf(error, error_size, "out of memory");
+  if (!is_read) srv_fail(error, "out of memory");
   for (char *word = is_read ? strtok_r(copy, ", \t", &rest) : NULL; word != NULL && is_read;
        word = strtok_r(NULL, ", \t", &rest)) {
     is_read = read_network(word, &out->list[out->count++]);
-    if (!is_read)
-      snprintf(error, error_size, "--trusted-proxies: '%s' is not ADDRESS, ADDRESS/BITS or unix", word);
+    if (!is_read) srv_fail(error, "--trusted-proxies: '%s' is not ADDRESS, ADDRESS/BITS or unix", word);
   }
   free(copy);
   if (!is_read) srv_networks_deinit(out);

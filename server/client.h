@@ -27,7 +27,7 @@ typedef struct srv_networks {
 
 /* text: comma-separated addresses, ADDRESS/BITS, or "unix" for local sockets. False with one line in error.
  */
-bool srv_networks_read(const char *text, srv_networks *out, char *error, size_t error_size);
+bool srv_networks_read(const char *text, srv_networks *out, srv_error *error);
 void srv_networks_deinit(srv_networks *networks);
 bool srv_networks_hold(const srv_networks *networks, const srv_client *client);
 

@@ -405,24 +405,21 @@ static bool assign(srv_config *config, const setting *s, const char *text) {
   return parse_number(s, text, (uint64_t *)(void *)base);
 }
 
-static void complain_value(const setting *s, const char *source, const char *text, char *error,
-                           size_t error_size) {
-  int size = snprintf(error, error_size, "%s: '%s' is not %s", source, text, expected(s));
-  bool ranged = s->kind == KIND_SIZE || s->kind == KIND_COUNT || s->kind == KIND_DURATION;
-  if (!ranged || size < 0 || (size_t)size >= error_size) return;
-  snprintf(error + size, error_size - (size_t)size, " from %" PRIu64 " to %" PRIu64 "%s", s->low, s->high,
-           s->kind == KIND_DURATION ? " ms" : "");
+static bool fail_value(const setting *s, const char *source, const char *text, srv_error *error) {
+  char range[80] = "";
+  if (s->kind == KIND_SIZE || s->kind == KIND_COUNT || s->kind == KIND_DURATION)
+    snprintf(range, sizeof range, " from %" PRIu64 " to %" PRIu64 "%s", s->low, s->high,
+             s->kind == KIND_DURATION ? " ms" : "");
+  return srv_fail(error, "%s: '%s' is not %s%s", source, text, expected(s), range);
 }
 
-static bool read_environment(srv_config *config, char *(*environment)(const char *name), char *error,
-                             size_t error_size) {
+static bool read_environment(srv_config *config, char *(*environment)(const char *name), srv_error *error) {
   for (size_t i = 0; i < SETTING_COUNT; i++) {
     char variable[FLAG_SIZE];
     variable_name(SETTINGS[i].flag, variable);
     const char *text = environment(variable);
-    if (text == NULL || assign(config, &SETTINGS[i], text)) continue;
-    complain_value(&SETTINGS[i], variable, text, error, error_size);
-    return false;
+    if (text != NULL && !assign(config, &SETTINGS[i], text))
+      return fail_value(&SETTINGS[i], variable, text, error);
   }
   return true;
 }
@@ -462,33 +459,29 @@ void srv_config_warn(char *const *environment) {
 }
 
 /* Reads argv[*at], and the next one when it is the flag's value. */
-static bool read_flag(srv_config *config, int argc, char *const *argv, int *at, char *error,
-                      size_t error_size) {
+static bool read_flag(srv_config *config, int argc, char *const *argv, int *at, srv_error *error) {
   const char *argument = argv[*at];
   size_t name_size = strncmp(argument, "--", 2) == 0 ? strcspn(argument + 2, "=") : 0;
   const setting *s = name_size > 0 ? find_setting(argument + 2, name_size) : NULL;
   if (s == NULL) {
     const char *near = name_size > 0 ? nearest(argument + 2, name_size) : NULL;
-    snprintf(error, error_size, "unknown argument '%s'%s%s; see --help", argument,
-             near != NULL ? ", nearest: --" : "", near != NULL ? near : "");
-    return false;
+    return srv_fail(error, "unknown argument '%s'%s%s; see --help", argument,
+                    near != NULL ? ", nearest: --" : "", near != NULL ? near : "");
   }
   const char *value = argument + 2 + name_size;
   if (*value == '=') {
     value++;
   } else if (s->kind == KIND_SWITCH) {
     value = "true";
-  } else if (*at + 1 < argc) {
-    value = argv[++*at];
+  } else if (++*at < argc) {
+    value = argv[*at];
   } else {
-    snprintf(error, error_size, "--%s needs a value", s->flag);
-    return false;
+    return srv_fail(error, "--%s needs a value", s->flag);
   }
   if (assign(config, s, value)) return true;
   char source[FLAG_SIZE];
   snprintf(source, sizeof source, "--%s", s->flag);
-  complain_value(s, source, value, error, error_size);
-  return false;
+  return fail_value(s, source, value, error);
 }
 
 static bool set_defaults(srv_config *config) {
@@ -507,11 +500,9 @@ static bool set_defaults(srv_config *config) {
 
 /* ---- settings that may lie in a file --------------------------------------------------------- */
 
-char *srv_config_text(const char *flag, const char *setting, size_t size_max, char *error,
-                      size_t error_size) {
+char *srv_config_text(const char *flag, const char *setting, size_t size_max, srv_error *error) {
   char *text = setting[0] == '@' ? srv_read_text(setting + 1, size_max) : strdup(setting);
-  if (text == NULL)
-    snprintf(error, error_size, "--%s: cannot read '%s': %s", flag, setting + 1, strerror(errno));
+  if (text == NULL) srv_fail(error, "--%s: cannot read '%s': %s", flag, setting + 1, strerror(errno));
   return text;
 }
 
@@ -527,18 +518,17 @@ static size_t split(char *text, char **words, size_t count_max) {
   return count;
 }
 
-bool srv_config_log_level(const srv_config *config, srv_log_level *out, char *error, size_t error_size) {
+bool srv_config_log_level(const srv_config *config, srv_log_level *out, srv_error *error) {
   static const char LEVELS[] = "error|warn|info|debug";
-  char *text = srv_config_text("log-level", config->log_level, LEVEL_FILE_MAX, error, error_size);
+  char *text = srv_config_text("log-level", config->log_level, LEVEL_FILE_MAX, error);
   if (text == NULL) return false;
   char *word = "";
   uint64_t level = 0;
   bool is_level = split(text, &word, 1) == 1 && parse_choice(LEVELS, word, &level);
-  if (is_level) {
+  if (is_level)
     *out = (srv_log_level)level;
-  } else {
-    snprintf(error, error_size, "--log-level: '%s' is not %s", word, LEVELS);
-  }
+  else
+    srv_fail(error, "--log-level: '%s' is not %s", word, LEVELS);
   free(text);
   return is_level;
 }
@@ -555,59 +545,42 @@ static bool is_origin(const char *text, size_t size) {
   return host > text && before < size && memchr(text + before, '/', size - before) == NULL;
 }
 
-static bool check_origins(const char *list, char *error, size_t error_size) {
+static bool check_origins(const char *list, srv_error *error) {
   static const char BETWEEN[] = ", \t";
   for (list += strspn(list, BETWEEN); *list != '\0'; list += strspn(list, BETWEEN)) {
     size_t size = strcspn(list, BETWEEN);
-    if (!(size == 1 && *list == '*') && !is_origin(list, size)) {
-      snprintf(error, error_size, "--cors-origins: '%.*s' is not * or an origin such as https://example.org",
-               (int)size, list);
-      return false;
-    }
+    if (!(size == 1 && *list == '*') && !is_origin(list, size))
+      return srv_fail(error, "--cors-origins: '%.*s' is not * or an origin such as https://example.org",
+                      (int)size, list);
     list += size;
   }
   return true;
 }
 
-static bool check_together(srv_config *config, char *error, size_t error_size) {
+static bool check_together(srv_config *config, srv_error *error) {
   if (config->queue == ANY) config->queue = 4 * config->threads;
-  if ((config->tls_cert[0] == '\0') != (config->tls_key[0] == '\0')) {
-    snprintf(error, error_size, "--tls-cert and --tls-key go together");
-    return false;
-  }
+  if ((config->tls_cert[0] == '\0') != (config->tls_key[0] == '\0'))
+    return srv_fail(error, "--tls-cert and --tls-key go together");
 #ifndef TWEEND_S3
-  if (srv_config_is_s3(config)) {
-    snprintf(error, error_size, "--data: '%s': this tweend is built without object stores, name a folder",
-             config->data);
-    return false;
-  }
+  if (srv_config_is_s3(config))
+    return srv_fail(error, "--data: '%s': this tweend is built without object stores, name a folder",
+                    config->data);
 #endif
-  if (srv_config_is_s3(config) && config->store_limit > 0) {
-    snprintf(error, error_size, "--store-limit: an object store has quotas of its own");
-    return false;
-  }
-  if (srv_config_is_s3(config) && config->cache_dir[0] == '\0') {
-    snprintf(error, error_size, "--cache-dir: the folder has no name");
-    return false;
-  }
-  if (config->data[0] == '\0') {
-    snprintf(error, error_size, "--data: the folder has no name");
-    return false;
-  }
-  if (config->spool_limit > 0 && config->spool_limit < config->max_upload) {
-    snprintf(error, error_size, "--spool-limit is less than --max-upload, the longest body");
-    return false;
-  }
+  if (srv_config_is_s3(config) && config->store_limit > 0)
+    return srv_fail(error, "--store-limit: an object store has quotas of its own");
+  if (srv_config_is_s3(config) && config->cache_dir[0] == '\0')
+    return srv_fail(error, "--cache-dir: the folder has no name");
+  if (config->data[0] == '\0') return srv_fail(error, "--data: the folder has no name");
+  if (config->spool_limit > 0 && config->spool_limit < config->max_upload)
+    return srv_fail(error, "--spool-limit is less than --max-upload, the longest body");
   srv_log_level level;
-  return check_origins(config->cors_origins, error, error_size) &&
-         srv_config_log_level(config, &level, error, error_size);
+  return check_origins(config->cors_origins, error) && srv_config_log_level(config, &level, error);
 }
 
 srv_config_status srv_config_read(srv_config *config, int argc, char *const *argv,
-                                  char *(*environment)(const char *name), FILE *out, char *error,
-                                  size_t error_size) {
+                                  char *(*environment)(const char *name), FILE *out, srv_error *error) {
   *config = (srv_config){0};
-  snprintf(error, error_size, "out of memory");
+  srv_fail(error, "out of memory");
   for (int i = 1; i < argc; i++) {
     if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) {
       print_help(out);
@@ -622,13 +595,13 @@ srv_config_status srv_config_read(srv_config *config, int argc, char *const *arg
       return SRV_CONFIG_DONE;
     }
   }
-  if (!set_defaults(config) || !read_environment(config, environment, error, error_size)) {
+  if (!set_defaults(config) || !read_environment(config, environment, error)) {
     return SRV_CONFIG_BAD;
   }
   for (int i = 1; i < argc; i++) {
-    if (!read_flag(config, argc, argv, &i, error, error_size)) return SRV_CONFIG_BAD;
+    if (!read_flag(config, argc, argv, &i, error)) return SRV_CONFIG_BAD;
   }
-  return check_together(config, error, error_size) ? SRV_CONFIG_RUN : SRV_CONFIG_BAD;
+  return check_together(config, error) ? SRV_CONFIG_RUN : SRV_CONFIG_BAD;
 }
 
 void srv_config_deinit(srv_config *config) {

@@ -3,6 +3,7 @@
 #define SRV_CONFIG_H
 
 #include "api.h"
+#include "fail.h"
 #include "log.h"
 
 #include <stdbool.h>
@@ -49,8 +50,7 @@ typedef enum srv_config_status {
 /* argv as main gets it; environment answers as getenv does. Flags win over TWEEND_* variables, those
  * over the defaults. *config is to be deinited whatever the status. */
 srv_config_status srv_config_read(srv_config *config, int argc, char *const *argv,
-                                  char *(*environment)(const char *name), FILE *out, char *error,
-                                  size_t error_size);
+                                  char *(*environment)(const char *name), FILE *out, srv_error *error);
 void srv_config_deinit(srv_config *config);
 
 /* Whether models go to an object store. */
@@ -60,10 +60,10 @@ bool srv_config_is_s3(const srv_config *config);
 void srv_config_warn(char *const *environment);
 
 /* The text of a setting, or of the file that it names by "@FILE": malloc'ed, NULL with one line in error. */
-char *srv_config_text(const char *flag, const char *setting, size_t size_max, char *error, size_t error_size);
+char *srv_config_text(const char *flag, const char *setting, size_t size_max, srv_error *error);
 
 /* The level of logs, read anew where the setting names a file. False with one line in error. */
-bool srv_config_log_level(const srv_config *config, srv_log_level *out, char *error, size_t error_size);
+bool srv_config_log_level(const srv_config *config, srv_log_level *out, srv_error *error);
 
 /* ---- quantities as people write them: 256MiB, 80M, 500ms --------------------------------------- */
 

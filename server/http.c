@@ -206,13 +206,13 @@ static void panic(void *context, const char *file, unsigned line, const char *re
   abort();
 }
 
-srv_http *srv_http_start(srv_server *server, const srv_listeners *listeners, srv_http_kind kind, char *error,
-                         size_t error_size) {
+srv_http *srv_http_start(srv_server *server, const srv_listeners *listeners, srv_http_kind kind,
+                         srv_error *error) {
   const srv_config *config = server->config;
   size_t loops = kind == SRV_HTTP_ADMIN ? 1 : (size_t)config->io_threads;
   srv_http *http = calloc(1, sizeof *http + loops * sizeof *http->loops);
   if (http == NULL) {
-    snprintf(error, error_size, "out of memory");
+    srv_fail(error, "out of memory");
     srv_listeners_close(listeners);
     return NULL;
   }
@@ -227,7 +227,7 @@ srv_http *srv_http_start(srv_server *server, const srv_listeners *listeners, srv
   MHD_set_panic_func(panic, NULL);
   for (size_t i = 0; i < loops; i++) {
     if (start_loop(http, &http->loops[i])) continue;
-    snprintf(error, error_size, "cannot start an I/O thread");
+    srv_fail(error, "cannot start an I/O thread");
     srv_http_stop(http);
     return NULL;
   }

@@ -15,8 +15,8 @@ typedef enum srv_http_kind {
 
 /* Serves on the listeners (owned from here on) until stopped. The server's config names threads and limits.
  * NULL with one line in error. */
-srv_http *srv_http_start(srv_server *server, const srv_listeners *listeners, srv_http_kind kind, char *error,
-                         size_t error_size);
+srv_http *srv_http_start(srv_server *server, const srv_listeners *listeners, srv_http_kind kind,
+                         srv_error *error);
 
 /* Whether every I/O thread has been at work since the last call; wakes them for the next one. */
 bool srv_http_turns(srv_http *http);

@@ -83,38 +83,34 @@ static size_t read_items(srv_key_list *list, bool is_file, read_item *read) {
 /* complaint: of the place of an item that is malformed. A setting that is given but has no key is an error:
  * it must not open what it was meant to lock. */
 static bool read_list(const char *flag, const char *setting, read_item *read, const char *complaint,
-                      srv_key_list *list, char *error, size_t error_size) {
+                      srv_key_list *list, srv_error *error) {
   bool is_file = setting[0] == '@';
   if (setting[0] == '\0') return true;
-  list->text = srv_config_text(flag, setting, FILE_MAX, error, error_size);
+  list->text = srv_config_text(flag, setting, FILE_MAX, error);
   if (list->text == NULL) return false;
   list->keys = calloc(count_items(list->text, is_file ? '\n' : ','), sizeof *list->keys);
-  if (list->keys == NULL) {
-    snprintf(error, error_size, "out of memory");
-    return false;
-  }
+  if (list->keys == NULL) return srv_fail(error, "out of memory");
   size_t bad = read_items(list, is_file, read);
   if (bad > 0)
-    snprintf(error, error_size, "--%s: %s %zu %s", flag, is_file ? "line" : "item", bad, complaint);
+    srv_fail(error, "--%s: %s %zu %s", flag, is_file ? "line" : "item", bad, complaint);
   else if (list->count == 0)
-    snprintf(error, error_size, "--%s: there is no key in it", flag);
+    srv_fail(error, "--%s: there is no key in it", flag);
   return bad == 0 && list->count > 0;
 }
 
-static bool read_keys(const srv_config *config, srv_key_list *list, char *error, size_t error_size) {
+static bool read_keys(const srv_config *config, srv_key_list *list, srv_error *error) {
   bool is_file = config->api_keys[0] == '@';
   return read_list("api-keys", config->api_keys, is_file ? read_line : read_bare,
                    is_file ? "is not KEY [RIGHTS] [RATE], as in 's3cret read,write 50/s'"
                            : "has a blank in it; a list has keys alone, rights and rates need @FILE",
-                   list, error, error_size);
+                   list, error);
 }
 
-bool srv_keyring_read(const srv_config *config, srv_keyring *out, char *error, size_t error_size) {
+bool srv_keyring_read(const srv_config *config, srv_keyring *out, srv_error *error) {
   *out = (srv_keyring){0};
-  bool is_read =
-      read_keys(config, &out->keys, error, error_size) &&
-      read_list("url-keys", config->url_keys, read_bare, "is not one key: there is a blank or a comma in it",
-                &out->url_keys, error, error_size);
+  bool is_read = read_keys(config, &out->keys, error) &&
+                 read_list("url-keys", config->url_keys, read_bare,
+                           "is not one key: there is a blank or a comma in it", &out->url_keys, error);
   if (!is_read) srv_keyring_deinit(out);
   out->list = (api_keyring){out->keys.keys, out->keys.count, out->url_keys.keys, out->url_keys.count};
   return is_read;

@@ -18,7 +18,7 @@ typedef struct srv_keyring {
 } srv_keyring;
 
 /* Both settings, read anew where they name files. False with one line in error. */
-bool srv_keyring_read(const srv_config *config, srv_keyring *out, char *error, size_t error_size);
+bool srv_keyring_read(const srv_config *config, srv_keyring *out, srv_error *error);
 void srv_keyring_deinit(srv_keyring *keyring);
 
 #endif

@@ -14,13 +14,11 @@
 
 enum { LISTEN_BACKLOG = 1024, HOST_SIZE = 256 };
 
-static bool parse_unix(const char *path, srv_address *out, char *error, size_t error_size) {
+static bool parse_unix(const char *path, srv_address *out, srv_error *error) {
   size_t size = strlen(path);
-  if (size == 0 || size >= sizeof out->local.sun_path) {
-    snprintf(error, error_size, "the path of a unix socket has 1 to %zu characters",
-             sizeof out->local.sun_path - 1);
-    return false;
-  }
+  if (size == 0 || size >= sizeof out->local.sun_path)
+    return srv_fail(error, "the path of a unix socket has 1 to %zu characters",
+                    sizeof out->local.sun_path - 1);
   out->local.sun_family = AF_UNIX;
   memcpy(out->local.sun_path, path, size + 1);
   out->size = sizeof out->local;
@@ -67,11 +65,11 @@ static bool resolve(const char *host, in_port_t port, srv_address *out) {
   return false;
 }
 
-bool srv_address_parse(const char *text, srv_address *out, char *error, size_t error_size) {
+bool srv_address_parse(const char *text, srv_address *out, srv_error *error) {
   srv_address address;
   memset(&address, 0, sizeof address);
   if (strncmp(text, "unix:", 5) == 0) {
-    if (!parse_unix(text + 5, &address, error, error_size)) return false;
+    if (!parse_unix(text + 5, &address, error)) return false;
     *out = address;
     return true;
   }
@@ -91,10 +89,8 @@ bool srv_address_parse(const char *text, srv_address *out, char *error, size_t e
     parsed = bracketed ? parse_inet6(host, port, &address)
                        : parse_inet(host, port, &address) || resolve(host, port, &address);
   }
-  if (!parsed) {
-    snprintf(error, error_size, "'%s' is not address:port, [address]:port, name:port or unix:PATH", text);
-    return false;
-  }
+  if (!parsed)
+    return srv_fail(error, "'%s' is not address:port, [address]:port, name:port or unix:PATH", text);
   *out = address;
   return true;
 }
@@ -113,21 +109,21 @@ static void remove_stale(const srv_address *address) {
 }
 
 /* Says that listening failed, for the reason in errno. */
-static void complain(const srv_address *address, char *error, size_t error_size) {
+static bool fail_to_listen(const srv_address *address, srv_error *error) {
   int reason = errno;
   char place[sizeof address->local.sun_path + 8];
   srv_address_print(address, false, place, sizeof place);
-  snprintf(error, error_size, "cannot listen on %s: %s", place, strerror(reason));
+  return srv_fail(error, "cannot listen on %s: %s", place, strerror(reason));
 }
 
-int srv_address_listen(const srv_address *address, char *error, size_t error_size) {
+int srv_address_listen(const srv_address *address, srv_error *error) {
   if (address->family == AF_UNIX) remove_stale(address);
   int fd = socket(address->family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   int on = 1;
   bool listening = fd >= 0 && setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on) == 0 &&
                    bind(fd, &address->any, address->size) == 0 && listen(fd, LISTEN_BACKLOG) == 0;
   if (listening) return fd;
-  complain(address, error, error_size);
+  fail_to_listen(address, error);
   if (fd >= 0) close(fd);
   return -1;
 }
@@ -144,7 +140,7 @@ static bool can_make_file(const srv_address *address) {
   return access(dirname(folder), W_OK | X_OK) == 0;
 }
 
-bool srv_address_check(const srv_address *address, bool *is_used, char *error, size_t error_size) {
+bool srv_address_check(const srv_address *address, bool *is_used, srv_error *error) {
   bool can_listen;
   *is_used = false;
   if (address->family == AF_UNIX) {
@@ -158,7 +154,7 @@ bool srv_address_check(const srv_address *address, bool *is_used, char *error, s
     if (fd >= 0) close(fd);
     errno = reason;
   }
-  if (!can_listen && !*is_used) complain(address, error, error_size);
+  if (!can_listen && !*is_used) fail_to_listen(address, error);
   return can_listen || *is_used;
 }
 

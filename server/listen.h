@@ -2,6 +2,8 @@
 #ifndef SRV_LISTEN_H
 #define SRV_LISTEN_H
 
+#include "fail.h"
+
 #include <netinet/in.h>
 #include <stdbool.h>
 #include <stddef.h>
@@ -20,15 +22,15 @@ typedef struct srv_address {
 } srv_address;
 
 /* "127.0.0.1:8080", "[::1]:8080", "localhost:8080", "unix:PATH". False with one line in error. */
-bool srv_address_parse(const char *text, srv_address *out, char *error, size_t error_size);
+bool srv_address_parse(const char *text, srv_address *out, srv_error *error);
 
 /* A non-blocking listening socket, -1 with one line in error. Refuses a place where another process
  * listens; a unix socket that a dead process left is replaced. */
-int srv_address_listen(const srv_address *address, char *error, size_t error_size);
+int srv_address_listen(const srv_address *address, srv_error *error);
 
 /* Whether it could be listened on, without doing so. *is_used: somebody does, perhaps the daemon itself.
  * False with one line in error. */
-bool srv_address_check(const srv_address *address, bool *is_used, char *error, size_t error_size);
+bool srv_address_check(const srv_address *address, bool *is_used, srv_error *error);
 
 /* A blocking connected socket, -1 with errno. Wildcard addresses are asked over loopback. */
 int srv_address_connect(const srv_address *address, int timeout_ms);

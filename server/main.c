@@ -25,10 +25,11 @@
 #include <time.h>
 #include <unistd.h>
 
-enum { STATUS_FAILED = 1, STATUS_USAGE = 2, ERROR_SIZE = 512 };
+enum { STATUS_FAILED = 1, STATUS_USAGE = 2, PLACE_SIZE = 512 };
 
 typedef struct process {
   srv_config config;
+  srv_error error; /* why it does not start */
   srv_address address, admin_address;
   srv_store_fs *folder;
   srv_store_s3 *bucket; /* NULL: the folder is the store */
@@ -82,24 +83,24 @@ static bool has_admin(const process *p) {
 
 /* Those that systemd passed, or one at the address. */
 static bool listen_at(const srv_address *address, const srv_listeners *passed, srv_listeners *out,
-                      char *error) {
+                      srv_error *error) {
   *out = *passed;
   if (passed->count > 0) return true;
-  int fd = srv_address_listen(address, error, ERROR_SIZE);
+  int fd = srv_address_listen(address, error);
   if (fd >= 0) out->fds[out->count++] = fd;
   return fd >= 0;
 }
 
-static bool listen_everywhere(process *p, char *error) {
+static bool listen_everywhere(process *p) {
   const srv_systemd *systemd = &p->systemd;
   if (systemd->sockets.count > 0)
     srv_log(SRV_LOG_INFO, "serving on the sockets of systemd; --listen is left aside");
   if (systemd->admin_sockets.count > 0 && has_admin(p))
     srv_log(SRV_LOG_INFO, "probes and metrics are on the sockets of systemd; --admin-listen is left aside");
   bool has_admin_listener = has_admin(p) || systemd->admin_sockets.count > 0;
-  return listen_at(&p->address, &systemd->sockets, &p->listeners, error) &&
+  return listen_at(&p->address, &systemd->sockets, &p->listeners, &p->error) &&
          (!has_admin_listener ||
-          listen_at(&p->admin_address, &systemd->admin_sockets, &p->admin_listeners, error));
+          listen_at(&p->admin_address, &systemd->admin_sockets, &p->admin_listeners, &p->error));
 }
 
 static api_settings settings(process *p, const api_keyring *keyring) {
@@ -125,12 +126,12 @@ static const char *folder_of(const srv_config *config) {
   return srv_config_is_s3(config) ? config->cache_dir : config->data;
 }
 
-static bool open_store(process *p, char *error) {
-  p->folder = srv_store_fs_open(folder_of(&p->config), error, ERROR_SIZE);
+static bool open_store(process *p) {
+  p->folder = srv_store_fs_open(folder_of(&p->config), &p->error);
   if (p->folder == NULL) return false;
   srv_store_fs_limit(p->folder, p->config.store_limit);
 #ifdef TWEEND_S3
-  if (srv_config_is_s3(&p->config)) p->bucket = srv_store_s3_open(&p->config, p->folder, error, ERROR_SIZE);
+  if (srv_config_is_s3(&p->config)) p->bucket = srv_store_s3_open(&p->config, p->folder, &p->error);
 #endif
   return !srv_config_is_s3(&p->config) || p->bucket != NULL;
 }
@@ -149,22 +150,22 @@ static void close_store(process *p) {
   srv_store_fs_close(p->folder);
 }
 
-static bool check_store(const process *p, char *error) {
-  bool is_usable = srv_store_fs_check(folder_of(&p->config), error, ERROR_SIZE);
+static bool check_store(process *p) {
+  bool is_usable = srv_store_fs_check(folder_of(&p->config), &p->error);
 #ifdef TWEEND_S3
-  if (is_usable && srv_config_is_s3(&p->config)) return srv_store_s3_check(&p->config, error, ERROR_SIZE);
+  if (is_usable && srv_config_is_s3(&p->config)) return srv_store_s3_check(&p->config, &p->error);
 #endif
   return is_usable;
 }
 
 /* False with one line in error; what was made is left to stop. */
-static bool prepare(process *p, char *error) {
-  if (has_tls(p) && !srv_tls_read(p->config.tls_cert, p->config.tls_key, error, ERROR_SIZE)) return false;
-  snprintf(error, ERROR_SIZE, "out of memory");
-  if (!open_store(p, error)) return false;
-  if (!listen_everywhere(p, error)) return false;
-  if (!srv_networks_read(p->config.trusted_proxies, &p->server.trusted, error, ERROR_SIZE)) return false;
-  snprintf(error, ERROR_SIZE, "out of memory");
+static bool prepare(process *p) {
+  if (has_tls(p) && !srv_tls_read(p->config.tls_cert, p->config.tls_key, &p->error)) return false;
+  srv_fail(&p->error, "out of memory");
+  if (!open_store(p) || !listen_everywhere(p) ||
+      !srv_networks_read(p->config.trusted_proxies, &p->server.trusted, &p->error))
+    return false;
+  srv_fail(&p->error, "out of memory");
   raise_descriptor_limit(p->config.max_connections);
   p->server.config = &p->config;
   p->server.spool.folder = srv_store_fs_temporary(p->folder);
@@ -179,7 +180,7 @@ static bool prepare(process *p, char *error) {
   p->server.work = srv_work_create((size_t)p->config.threads, (size_t)p->config.queue);
   if (p->server.work == NULL) return false;
   srv_keyring keyring;
-  if (!srv_keyring_read(&p->config, &keyring, error, ERROR_SIZE)) return false;
+  if (!srv_keyring_read(&p->config, &keyring, &p->error)) return false;
   api_settings service_settings = settings(p, &keyring.list);
   p->server.service = api_service_create(&service_settings);
   srv_keyring_deinit(&keyring);
@@ -188,13 +189,11 @@ static bool prepare(process *p, char *error) {
          p->server.live != NULL;
 }
 
-static bool store_samples(process *p, char *error) {
+static bool store_samples(process *p) {
   for (size_t i = 0; p->config.sample && i < srv_sample_count; i++) {
     int status = api_seed(p->server.service, srv_samples[i].name, srv_samples[i].bytes, srv_samples[i].size);
-    if (status != 200 && status != 201) {
-      snprintf(error, ERROR_SIZE, "sample %s cannot be stored: status %d", srv_samples[i].name, status);
-      return false;
-    }
+    if (status != 200 && status != 201)
+      return srv_fail(&p->error, "sample %s cannot be stored: status %d", srv_samples[i].name, status);
     srv_log(SRV_LOG_INFO, "sample %s is stored", srv_samples[i].name);
   }
   return true;
@@ -205,27 +204,27 @@ static void print_places(const srv_listeners *listeners, bool tls, char *out, si
   size_t size = 0;
   for (size_t i = 0; i < listeners->count && size < out_size; i++) {
     const srv_address address = srv_address_of(listeners->fds[i]);
-    char place[ERROR_SIZE];
+    char place[PLACE_SIZE];
     srv_address_print(&address, tls, place, sizeof place);
     size += (size_t)snprintf(out + size, out_size - size, "%s%s", i > 0 ? ", " : "", place);
   }
 }
 
 /* Gives the listeners away. */
-static srv_http *serve_on(process *p, srv_listeners *listeners, srv_http_kind kind, char *error) {
+static srv_http *serve_on(process *p, srv_listeners *listeners, srv_http_kind kind) {
   const srv_listeners given = *listeners;
   listeners->count = 0;
-  return srv_http_start(&p->server, &given, kind, error, ERROR_SIZE);
+  return srv_http_start(&p->server, &given, kind, &p->error);
 }
 
-static bool serve(process *p, char *error) {
+static bool serve(process *p) {
   char places[2048], admin_places[2048], state[2112];
   bool has_admin_listener = p->admin_listeners.count > 0;
   print_places(&p->listeners, has_tls(p), places, sizeof places);
   print_places(&p->admin_listeners, false, admin_places, sizeof admin_places);
-  if (has_admin_listener) p->admin = serve_on(p, &p->admin_listeners, SRV_HTTP_ADMIN, error);
+  if (has_admin_listener) p->admin = serve_on(p, &p->admin_listeners, SRV_HTTP_ADMIN);
   if (has_admin_listener && p->admin == NULL) return false;
-  p->http = serve_on(p, &p->listeners, has_tls(p) ? SRV_HTTP_TLS : SRV_HTTP_PLAIN, error);
+  p->http = serve_on(p, &p->listeners, has_tls(p) ? SRV_HTTP_TLS : SRV_HTTP_PLAIN);
   if (p->http == NULL) return false;
   if (has_admin_listener) srv_log(SRV_LOG_INFO, "listening for probes and metrics on %s", admin_places);
   printf("tweend %s listening on %s\n", TWEEND_VERSION, places);
@@ -251,10 +250,10 @@ static void tell_alive(process *p) {
 /* ---- settings read again --------------------------------------------------------------------- */
 
 /* Requests that are under way keep the keys with which they came. */
-static bool reload_keys(process *p, char *error) {
+static bool reload_keys(process *p, srv_error *error) {
   srv_keyring keyring;
-  if (!srv_keyring_read(&p->config, &keyring, error, ERROR_SIZE)) return false;
-  snprintf(error, ERROR_SIZE, "out of memory");
+  if (!srv_keyring_read(&p->config, &keyring, error)) return false;
+  srv_fail(error, "out of memory");
   bool is_set = api_service_set_keys(p->server.service, &keyring.list);
   srv_keyring_deinit(&keyring);
   return is_set;
@@ -262,16 +261,17 @@ static bool reload_keys(process *p, char *error) {
 
 /* What cannot be read stays as it is; the others change nevertheless. */
 static void reload(process *p) {
-  char error[ERROR_SIZE], state[64];
+  char state[64];
+  srv_error error;
   snprintf(state, sizeof state, "RELOADING=1\nMONOTONIC_USEC=%llu", (unsigned long long)srv_now_ns() / 1000);
   srv_systemd_notify(&p->systemd, state);
   srv_log_level level;
-  bool has_level = srv_config_log_level(&p->config, &level, error, ERROR_SIZE);
+  bool has_level = srv_config_log_level(&p->config, &level, &error);
   if (has_level) srv_log_set_level(level);
-  if (!has_level) srv_log(SRV_LOG_ERROR, "%s; the log level stays", error);
-  if (!reload_keys(p, error)) srv_log(SRV_LOG_ERROR, "%s; the API keys stay", error);
-  if (has_tls(p) && !srv_tls_read(p->config.tls_cert, p->config.tls_key, error, ERROR_SIZE))
-    srv_log(SRV_LOG_ERROR, "%s; the certificate stays", error);
+  if (!has_level) srv_log(SRV_LOG_ERROR, "%s; the log level stays", error.text);
+  if (!reload_keys(p, &error)) srv_log(SRV_LOG_ERROR, "%s; the API keys stay", error.text);
+  if (has_tls(p) && !srv_tls_read(p->config.tls_cert, p->config.tls_key, &error))
+    srv_log(SRV_LOG_ERROR, "%s; the certificate stays", error.text);
   srv_log(SRV_LOG_INFO, "files of settings were read again");
   srv_systemd_notify(&p->systemd, "READY=1");
 }
@@ -357,18 +357,17 @@ static void await_end(process *p, const sigset_t *taken) {
 }
 
 static int run(process *p) {
-  char error[ERROR_SIZE];
   sigset_t taken;
   srv_log_level level = SRV_LOG_INFO;
   srv_machine_share_arena();
   block_signals(&taken);
-  bool has_level = srv_config_log_level(&p->config, &level, error, ERROR_SIZE);
+  bool has_level = srv_config_log_level(&p->config, &level, &p->error);
   srv_log_configure(level, (srv_log_format)p->config.log_format);
   srv_config_warn(environ);
-  bool serving = has_level && srv_systemd_read(&p->systemd, getenv, error, ERROR_SIZE) && prepare(p, error) &&
-                 store_samples(p, error) && serve(p, error);
+  bool serving = has_level && srv_systemd_read(&p->systemd, getenv, &p->error) && prepare(p) &&
+                 store_samples(p) && serve(p);
   if (!serving) {
-    fprintf(stderr, "tweend: %s\n", error);
+    fprintf(stderr, "tweend: %s\n", p->error.text);
     stop(p);
     return STATUS_FAILED;
   }
@@ -388,15 +387,15 @@ static int run(process *p) {
 }
 
 /* Neither address where systemd passes sockets in its place. */
-static bool check_addresses(const process *p, char *error) {
+static bool check_addresses(process *p) {
   const srv_address *const addresses[] = {
       p->systemd.sockets.count > 0 ? NULL : &p->address,
       p->systemd.admin_sockets.count > 0 || !has_admin(p) ? NULL : &p->admin_address};
   for (size_t i = 0; i < 2; i++) {
     bool is_used = false;
     if (addresses[i] == NULL) continue;
-    if (!srv_address_check(addresses[i], &is_used, error, ERROR_SIZE)) return false;
-    char place[ERROR_SIZE];
+    if (!srv_address_check(addresses[i], &is_used, &p->error)) return false;
+    char place[PLACE_SIZE];
     srv_address_print(addresses[i], false, place, sizeof place);
     if (is_used) printf("%s is in use at present, by a daemon that runs or by another program\n", place);
   }
@@ -405,42 +404,40 @@ static bool check_addresses(const process *p, char *error) {
 
 /* Looks at what a start would read and leaves nothing behind. Does not listen: the daemon may be running. */
 static bool check(process *p) {
-  char error[ERROR_SIZE];
   srv_keyring keyring;
   srv_config_warn(environ);
-  bool starts = srv_systemd_read(&p->systemd, getenv, error, ERROR_SIZE) &&
-                (!has_tls(p) || srv_tls_read(p->config.tls_cert, p->config.tls_key, error, ERROR_SIZE)) &&
-                srv_networks_read(p->config.trusted_proxies, &p->server.trusted, error, ERROR_SIZE) &&
-                srv_keyring_read(&p->config, &keyring, error, ERROR_SIZE);
+  bool starts = srv_systemd_read(&p->systemd, getenv, &p->error) &&
+                (!has_tls(p) || srv_tls_read(p->config.tls_cert, p->config.tls_key, &p->error)) &&
+                srv_networks_read(p->config.trusted_proxies, &p->server.trusted, &p->error) &&
+                srv_keyring_read(&p->config, &keyring, &p->error);
   if (starts) srv_keyring_deinit(&keyring);
   srv_networks_deinit(&p->server.trusted);
   srv_tls_forget();
-  starts = starts && check_store(p, error) && check_addresses(p, error);
+  starts = starts && check_store(p) && check_addresses(p);
   if (starts) {
     puts("the daemon would start with these settings");
   } else {
-    fprintf(stderr, "tweend: %s\n", error);
+    fprintf(stderr, "tweend: %s\n", p->error.text);
   }
   return starts;
 }
 
-static bool parse_address(const char *flag, const char *text, srv_address *out, char *error) {
-  int size = snprintf(error, ERROR_SIZE, "%s: ", flag);
-  return srv_address_parse(text, out, error + size, ERROR_SIZE - (size_t)size);
+static bool parse_address(const char *flag, const char *text, srv_address *out, srv_error *error) {
+  srv_error reason;
+  return srv_address_parse(text, out, &reason) || srv_fail(error, "%s: %s", flag, reason.text);
 }
 
 int main(int argc, char **argv) {
   static process p; /* compute threads may outlive main's frame, see stop */
-  char error[ERROR_SIZE];
   int status = STATUS_USAGE;
-  srv_config_status read = srv_config_read(&p.config, argc, argv, getenv, stdout, error, sizeof error);
+  srv_config_status read = srv_config_read(&p.config, argc, argv, getenv, stdout, &p.error);
   bool usable =
-      read == SRV_CONFIG_RUN && parse_address("--listen", p.config.listen, &p.address, error) &&
-      (!has_admin(&p) || parse_address("--admin-listen", p.config.admin_listen, &p.admin_address, error));
+      read == SRV_CONFIG_RUN && parse_address("--listen", p.config.listen, &p.address, &p.error) &&
+      (!has_admin(&p) || parse_address("--admin-listen", p.config.admin_listen, &p.admin_address, &p.error));
   if (read == SRV_CONFIG_DONE) {
     status = EXIT_SUCCESS;
   } else if (!usable) {
-    fprintf(stderr, "tweend: %s\n", error);
+    fprintf(stderr, "tweend: %s\n", p.error.text);
   } else if (p.config.check) {
     status = check(&p) ? EXIT_SUCCESS : STATUS_FAILED;
   } else if (p.config.healthcheck) {

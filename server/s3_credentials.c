@@ -50,21 +50,15 @@ static bool read_profile(char *text, const char *profile, srv_s3_credentials *ou
   return true;
 }
 
-static bool read_file(const char *path, const char *profile, srv_s3_credentials *out, char *error,
-                      size_t error_size) {
+static bool read_file(const char *path, const char *profile, srv_s3_credentials *out, srv_error *error) {
   char *text = srv_read_text(path, FILE_MAX);
-  if (text == NULL) {
-    snprintf(error, error_size, "cannot read credentials of '%s': %s", path, strerror(errno));
-    return false;
-  }
+  if (text == NULL) return srv_fail(error, "cannot read credentials of '%s': %s", path, strerror(errno));
   bool is_read = read_profile(text, profile, out) && out->key[0] != '\0' && out->secret[0] != '\0';
   explicit_bzero(text, strlen(text));
   free(text);
-  if (!is_read)
-    snprintf(error, error_size,
-             "'%s' has no usable aws_access_key_id and aws_secret_access_key for profile '%s'", path,
-             profile);
-  return is_read;
+  return is_read ||
+         srv_fail(error, "'%s' has no usable aws_access_key_id and aws_secret_access_key for profile '%s'",
+                  path, profile);
 }
 
 static const char *variable(const char *name) {
@@ -72,29 +66,26 @@ static const char *variable(const char *name) {
   return text != NULL ? text : "";
 }
 
-bool srv_s3_credentials_read(const char *file, srv_s3_credentials *out, char *error, size_t error_size) {
+bool srv_s3_credentials_read(const char *file, srv_s3_credentials *out, srv_error *error) {
   const char *key = variable("AWS_ACCESS_KEY_ID");
   const char *profile = variable("AWS_PROFILE");
   *out = (srv_s3_credentials){0};
   if (profile[0] == '\0') profile = "default";
-  if (file[0] != '\0') return read_file(file, profile, out, error, error_size);
+  if (file[0] != '\0') return read_file(file, profile, out, error);
   if (key[0] != '\0') {
     bool is_read = copy(key, out->key, sizeof out->key) &&
                    copy(variable("AWS_SECRET_ACCESS_KEY"), out->secret, sizeof out->secret) &&
                    copy(variable("AWS_SESSION_TOKEN"), out->token, sizeof out->token) &&
                    out->secret[0] != '\0';
-    if (!is_read)
-      snprintf(error, error_size, "AWS_ACCESS_KEY_ID needs an AWS_SECRET_ACCESS_KEY of usual length");
-    return is_read;
+    return is_read || srv_fail(error, "AWS_ACCESS_KEY_ID needs an AWS_SECRET_ACCESS_KEY of usual length");
   }
   const char *shared = variable("AWS_SHARED_CREDENTIALS_FILE");
-  if (shared[0] != '\0') return read_file(shared, profile, out, error, error_size);
+  if (shared[0] != '\0') return read_file(shared, profile, out, error);
   const char *home = variable("HOME");
   char path[PATH_MAX];
   int length = snprintf(path, sizeof path, "%s/.aws/credentials", home);
   bool is_there = home[0] != '\0' && length < PATH_MAX && access(path, F_OK) == 0;
-  if (is_there) return read_file(path, profile, out, error, error_size);
-  snprintf(error, error_size,
-           "no credentials: give --s3-credentials, or AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY");
-  return false;
+  if (is_there) return read_file(path, profile, out, error);
+  return srv_fail(error,
+                  "no credentials: give --s3-credentials, or AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY");
 }

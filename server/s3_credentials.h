@@ -2,6 +2,8 @@
 #ifndef SRV_S3_CREDENTIALS_H
 #define SRV_S3_CREDENTIALS_H
 
+#include "fail.h"
+
 #include <stdbool.h>
 #include <stddef.h>
 
@@ -17,6 +19,6 @@ typedef struct srv_s3_credentials {
  * AWS_SHARED_CREDENTIALS_FILE names, else from ~/.aws/credentials. Of a file the section that AWS_PROFILE
  * names counts, "default" without it, and what stands before all sections. False with one line in error. Any
  * thread. */
-bool srv_s3_credentials_read(const char *file, srv_s3_credentials *out, char *error, size_t error_size);
+bool srv_s3_credentials_read(const char *file, srv_s3_credentials *out, srv_error *error);
 
 #endif

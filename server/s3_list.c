@@ -129,7 +129,7 @@ static bool make_query(const page *p, const char *folder, const char *after, uns
 
 static void fail(srv_s3_answer *answer, const char *reason) {
   answer->status = 0;
-  snprintf(answer->reason, sizeof answer->reason, "%s", reason);
+  srv_fail(&answer->reason, "%s", reason);
 }
 
 void srv_s3_list(srv_s3 *s3, const char *folder, const char *after, unsigned page_size, uint64_t timeout_ms,

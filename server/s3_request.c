@@ -105,37 +105,34 @@ static const char *choose_region(const srv_config *config) {
   return region != NULL ? region : "us-east-1";
 }
 
-static bool read_place(srv_s3 *s3, const srv_config *config, char *error, size_t error_size) {
+static bool read_place(srv_s3 *s3, const srv_config *config, srv_error *error) {
   const char *bucket = config->data + strlen("s3://"), *region = choose_region(config);
   size_t bucket_size = strcspn(bucket, "/");
-  if (!is_name(bucket, bucket_size)) {
-    snprintf(error, error_size, "--data: '%s' is not s3://BUCKET or s3://BUCKET/PREFIX", config->data);
-  } else if (!read_prefix(bucket + bucket_size, s3->prefix)) {
-    snprintf(error, error_size, "--data: the prefix of '%s' may hold letters, digits, - . _ ~ and single /",
-             config->data);
-  } else if (!is_name(region, strlen(region)) || strlen(region) > 64) {
-    snprintf(error, error_size, "--s3-region: '%s' is not a region such as eu-central-1", region);
-  } else if (!read_endpoint(config, region, bucket, bucket_size, s3->base)) {
-    snprintf(error, error_size, "--s3-endpoint: '%s' is not http[s]://HOST or http[s]://HOST:PORT",
-             config->s3_endpoint);
-  } else {
-    snprintf(s3->signing, sizeof s3->signing, "aws:amz:%s:s3", region);
-    return true;
-  }
-  return false;
+  if (!is_name(bucket, bucket_size))
+    return srv_fail(error, "--data: '%s' is not s3://BUCKET or s3://BUCKET/PREFIX", config->data);
+  if (!read_prefix(bucket + bucket_size, s3->prefix))
+    return srv_fail(error, "--data: the prefix of '%s' may hold letters, digits, - . _ ~ and single /",
+                    config->data);
+  if (!is_name(region, strlen(region)) || strlen(region) > 64)
+    return srv_fail(error, "--s3-region: '%s' is not a region such as eu-central-1", region);
+  if (!read_endpoint(config, region, bucket, bucket_size, s3->base))
+    return srv_fail(error, "--s3-endpoint: '%s' is not http[s]://HOST or http[s]://HOST:PORT",
+                    config->s3_endpoint);
+  snprintf(s3->signing, sizeof s3->signing, "aws:amz:%s:s3", region);
+  return true;
 }
 
-srv_s3 *srv_s3_open(const srv_config *config, char *error, size_t error_size) {
+srv_s3 *srv_s3_open(const srv_config *config, srv_error *error) {
   srv_s3 *s3 = calloc(1, sizeof *s3);
   srv_s3_credentials credentials;
-  snprintf(error, error_size, "out of memory");
+  srv_fail(error, "out of memory");
   if (s3 == NULL) return NULL;
   pthread_mutex_init(&s3->lock, NULL);
   s3->credentials = strdup(config->s3_credentials);
   s3->ca_file = variable("AWS_CA_BUNDLE");
   bool is_usable = s3->credentials != NULL && curl_global_init(CURL_GLOBAL_DEFAULT) == CURLE_OK &&
-                   read_place(s3, config, error, error_size) &&
-                   srv_s3_credentials_read(s3->credentials, &credentials, error, error_size);
+                   read_place(s3, config, error) &&
+                   srv_s3_credentials_read(s3->credentials, &credentials, error);
   explicit_bzero(&credentials, sizeof credentials);
   if (is_usable) return s3;
   srv_s3_close(s3);
@@ -290,15 +287,14 @@ static void explain(const transfer *t, CURLcode code, const char *detail) {
   srv_s3_answer *answer = t->answer;
   if (code != CURLE_OK) {
     answer->status = 0;
-    snprintf(answer->reason, sizeof answer->reason, "%s",
-             detail[0] != '\0' ? detail : curl_easy_strerror(code));
+    srv_fail(&answer->reason, "%s", detail[0] != '\0' ? detail : curl_easy_strerror(code));
     return;
   }
   char message[160];
   copy_element(t->error, "Code", answer->code, sizeof answer->code);
   copy_element(t->error, "Message", message, sizeof message);
-  snprintf(answer->reason, sizeof answer->reason, "status %d%s%s%s%s", answer->status,
-           answer->code[0] != '\0' ? ", " : "", answer->code, message[0] != '\0' ? ": " : "", message);
+  srv_fail(&answer->reason, "status %d%s%s%s%s", answer->status, answer->code[0] != '\0' ? ", " : "",
+           answer->code, message[0] != '\0' ? ": " : "", message);
 }
 
 /* A list of headers; all of them are signed, so none may be one that libcurl leaves out. */
@@ -396,7 +392,7 @@ static void try_once(srv_s3 *s3, transfer *t, const char *content_hash, uint64_t
   char detail[CURL_ERROR_SIZE] = "";
   srv_s3_credentials credentials;
   srv_s3_answer *answer = t->answer;
-  if (!srv_s3_credentials_read(s3->credentials, &credentials, answer->reason, sizeof answer->reason)) {
+  if (!srv_s3_credentials_read(s3->credentials, &credentials, &answer->reason)) {
     answer->status = 0;
     return;
   }

@@ -11,7 +11,7 @@
 typedef struct srv_s3 srv_s3;
 
 /* Reads s3://BUCKET/PREFIX of --data and the other settings; asks nobody. NULL with one line in error. */
-srv_s3 *srv_s3_open(const srv_config *config, char *error, size_t error_size);
+srv_s3 *srv_s3_open(const srv_config *config, srv_error *error);
 void srv_s3_close(srv_s3 *s3); /* NULL accepted */
 
 /* The prefix of all keys, "" or with a '/' at its end; lives as long as the bucket. */
@@ -34,15 +34,15 @@ typedef struct srv_s3_request {
   void *context;
 } srv_s3_request;
 
-enum { SRV_S3_ETAG_SIZE = 128, SRV_S3_REASON_SIZE = 256 };
+enum { SRV_S3_ETAG_SIZE = 128 };
 
 typedef struct srv_s3_answer {
   int status;    /* of HTTP; 0: there is none */
   uint64_t size; /* of the object */
   char etag[SRV_S3_ETAG_SIZE];
-  char *summary;                   /* malloc'ed; NULL without one */
-  char reason[SRV_S3_REASON_SIZE]; /* where the status is not 2xx, for the log */
-  char code[64];                   /* the store's word for it, "" without one */
+  char *summary;    /* malloc'ed; NULL without one */
+  srv_error reason; /* where the status is not 2xx, for the log */
+  char code[64];    /* the store's word for it, "" without one */
 } srv_s3_answer;
 
 /* Sends and waits for the answer. answer: summary is to be freed. */

@@ -3,15 +3,16 @@
 #define SRV_STORE_FS_H
 
 #include "api.h"
+#include "fail.h"
 
 typedef struct srv_store_fs srv_store_fs;
 
 /* Opens or makes the folder, and those on the way to it, and removes the temporary files that uploads left
  * which were killed over an hour ago. NULL with one line in error. */
-srv_store_fs *srv_store_fs_open(const char *root, char *error, size_t error_size);
+srv_store_fs *srv_store_fs_open(const char *root, srv_error *error);
 /* Whether the folder could be opened, as far as its rights tell; makes nothing. False with one line in error.
  */
-bool srv_store_fs_check(const char *path, char *error, size_t error_size);
+bool srv_store_fs_check(const char *path, srv_error *error);
 void srv_store_fs_close(srv_store_fs *store); /* NULL accepted; blobs opened from it stay valid */
 
 /* The most bytes that models may take together, 0 for any number. Before the first call of the store. */

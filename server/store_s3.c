@@ -113,13 +113,13 @@ static api_store_status judge(srv_store_s3 *store, srv_s3_answer *answer) {
   answer->summary = NULL;
   if (answer->status == 404 && strcmp(answer->code, "NoSuchBucket") != 0) return API_STORE_ABSENT;
   if (answer->status == 507 || strcmp(answer->code, "QuotaExceeded") == 0) {
-    srv_log(SRV_LOG_ERROR, "store: %s is full: %s", store->place, answer->reason);
+    srv_log(SRV_LOG_ERROR, "store: %s is full: %s", store->place, answer->reason.text);
     return API_STORE_FULL;
   }
   if (is_refusal(answer))
-    srv_log(SRV_LOG_ERROR, "store: %s refuses: %s", store->place, answer->reason);
+    srv_log(SRV_LOG_ERROR, "store: %s refuses: %s", store->place, answer->reason.text);
   else
-    note_outage(store, answer->reason);
+    note_outage(store, answer->reason.text);
   return API_STORE_UNAVAILABLE;
 }
 
@@ -473,10 +473,9 @@ static api_store_status probe(void *context) {
 
 /* ---- opening and closing the store ------------------------------------------------------------ */
 
-srv_store_s3 *srv_store_s3_open(const srv_config *config, srv_store_fs *folder, char *error,
-                                size_t error_size) {
+srv_store_s3 *srv_store_s3_open(const srv_config *config, srv_store_fs *folder, srv_error *error) {
   srv_store_s3 *store = calloc(1, sizeof *store);
-  snprintf(error, error_size, "out of memory");
+  srv_fail(error, "out of memory");
   if (store == NULL) return NULL;
   pthread_mutex_init(&store->lock, NULL);
   srv_timed_init(&store->wake);
@@ -486,7 +485,7 @@ srv_store_s3 *srv_store_s3_open(const srv_config *config, srv_store_fs *folder, 
   store->temporary = srv_store_fs_temporary(folder);
   store->timeout_ms = config->s3_timeout;
   bool has_memory = store->place != NULL && store->verdicts != NULL && store->cache != NULL;
-  store->s3 = has_memory ? srv_s3_open(config, error, error_size) : NULL;
+  store->s3 = has_memory ? srv_s3_open(config, error) : NULL;
   srv_s3_answer answer = {0};
   if (store->s3 == NULL) {
     srv_store_s3_close(store);
@@ -494,23 +493,22 @@ srv_store_s3 *srv_store_s3_open(const srv_config *config, srv_store_fs *folder, 
   }
   bool is_reached = try_bucket(store->s3, &answer);
   if (!is_reached && is_refusal(&answer)) {
-    snprintf(error, error_size, "--data: '%s' cannot be used: %s", config->data, answer.reason);
+    srv_fail(error, "--data: '%s' cannot be used: %s", config->data, answer.reason.text);
     srv_store_s3_close(store);
     return NULL;
   }
   atomic_store(&store->was_reached, is_reached);
   store->is_watched = pthread_create(&store->watcher, NULL, watch, store) == 0;
-  if (!is_reached) note_outage(store, answer.reason);
+  if (!is_reached) note_outage(store, answer.reason.text);
   return store;
 }
 
-bool srv_store_s3_check(const srv_config *config, char *error, size_t error_size) {
-  srv_s3 *s3 = srv_s3_open(config, error, error_size);
+bool srv_store_s3_check(const srv_config *config, srv_error *error) {
+  srv_s3 *s3 = srv_s3_open(config, error);
   if (s3 == NULL) return false;
   srv_s3_answer answer;
   bool is_reached = try_bucket(s3, &answer);
-  if (!is_reached)
-    snprintf(error, error_size, "--data: '%s' cannot be used: %s", config->data, answer.reason);
+  if (!is_reached) srv_fail(error, "--data: '%s' cannot be used: %s", config->data, answer.reason.text);
   srv_s3_close(s3);
   return is_reached;
 }

@@ -22,12 +22,6 @@ static bool read_number(const char *text, uint64_t most, uint64_t *out) {
   return *out <= most;
 }
 
-static bool complain(const char *name, const char *value, const char *expected, char *error,
-                     size_t error_size) {
-  snprintf(error, error_size, "%s: '%s' is not %s", name, value, expected);
-  return false;
-}
-
 /* Whether a variable is there and meant for this process; pid_name: of the one that tells for which. */
 static const char *find_own(char *(*environment)(const char *name), const char *name, const char *pid_name) {
   const char *value = environment(name), *pid = environment(pid_name);
@@ -55,24 +49,21 @@ static bool is_called(const char **names, const char *name) {
   return is_same;
 }
 
-static bool read_sockets(srv_systemd *out, char *(*environment)(const char *name), char *error,
-                         size_t error_size) {
+static bool read_sockets(srv_systemd *out, char *(*environment)(const char *name), srv_error *error) {
   const char *value = find_own(environment, "LISTEN_FDS", "LISTEN_PID"),
              *names = environment("LISTEN_FDNAMES");
   uint64_t count = 0;
   if (value == NULL) return true;
   if (!read_number(value, SRV_LISTENERS_MAX, &count))
-    return complain("LISTEN_FDS", value, "a number of sockets up to 16", error, error_size);
+    return srv_fail(error, "LISTEN_FDS: '%s' is not a number of sockets up to 16", value);
   if (names == NULL) names = "";
   for (int fd = FIRST_PASSED; fd < FIRST_PASSED + (int)count; fd++) {
-    if (!is_listening(fd)) {
-      snprintf(
-          error, error_size,
+    if (!is_listening(fd))
+      return srv_fail(
+          error,
           "LISTEN_FDS: descriptor %d is not a listening stream socket; a socket unit needs ListenStream= "
           "and Accept=no",
           fd);
-      return false;
-    }
     fcntl(fd, F_SETFD, FD_CLOEXEC);
     fcntl(fd, F_SETFL, fcntl(fd, F_GETFL) | O_NONBLOCK);
     srv_listeners *listeners = is_called(&names, "admin") ? &out->admin_sockets : &out->sockets;
@@ -85,10 +76,10 @@ static bool read_sockets(srv_systemd *out, char *(*environment)(const char *name
 /* ---- states ---------------------------------------------------------------------------------- */
 
 /* A path, or @ and an abstract name. */
-static bool read_notified(srv_systemd *out, const char *value, char *error, size_t error_size) {
+static bool read_notified(srv_systemd *out, const char *value, srv_error *error) {
   size_t size = strlen(value);
   if ((value[0] != '/' && value[0] != '@') || size < 2 || size >= sizeof out->notified.local.sun_path)
-    return complain("NOTIFY_SOCKET", value, "the path of a unix socket", error, error_size);
+    return srv_fail(error, "NOTIFY_SOCKET: '%s' is not the path of a unix socket", value);
   out->notified.local.sun_family = AF_UNIX;
   memcpy(out->notified.local.sun_path, value, size);
   if (value[0] == '@') out->notified.local.sun_path[0] = '\0';
@@ -97,26 +88,23 @@ static bool read_notified(srv_systemd *out, const char *value, char *error, size
   return true;
 }
 
-static bool read_watchdog(srv_systemd *out, char *(*environment)(const char *name), char *error,
-                          size_t error_size) {
+static bool read_watchdog(srv_systemd *out, char *(*environment)(const char *name), srv_error *error) {
   const char *value = environment("WATCHDOG_PID") == NULL
                           ? environment("WATCHDOG_USEC")
                           : find_own(environment, "WATCHDOG_USEC", "WATCHDOG_PID");
   uint64_t us = 0;
   if (value == NULL) return true;
   if (!read_number(value, UINT64_MAX, &us) || us < 1000)
-    return complain("WATCHDOG_USEC", value, "a number of microseconds from 1000 on", error, error_size);
+    return srv_fail(error, "WATCHDOG_USEC: '%s' is not a number of microseconds from 1000 on", value);
   out->watchdog_ms = us / 1000;
   return true;
 }
 
-bool srv_systemd_read(srv_systemd *out, char *(*environment)(const char *name), char *error,
-                      size_t error_size) {
+bool srv_systemd_read(srv_systemd *out, char *(*environment)(const char *name), srv_error *error) {
   const char *notified = environment("NOTIFY_SOCKET");
   *out = (srv_systemd){.is_notified = false};
-  return read_sockets(out, environment, error, error_size) &&
-         read_watchdog(out, environment, error, error_size) &&
-         (notified == NULL || read_notified(out, notified, error, error_size));
+  return read_sockets(out, environment, error) && read_watchdog(out, environment, error) &&
+         (notified == NULL || read_notified(out, notified, error));
 }
 
 void srv_systemd_notify(const srv_systemd *systemd, const char *state) {

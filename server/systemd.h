@@ -18,8 +18,7 @@ typedef struct srv_systemd {
 } srv_systemd;
 
 /* Reads what is meant for this process; environment answers as getenv does. False with one line in error. */
-bool srv_systemd_read(srv_systemd *out, char *(*environment)(const char *name), char *error,
-                      size_t error_size);
+bool srv_systemd_read(srv_systemd *out, char *(*environment)(const char *name), srv_error *error);
 
 /* Tells a state: lines NAME=VALUE, "READY=1". Does nothing where nobody asked for it. */
 void srv_systemd_notify(const srv_systemd *systemd, const char *state);

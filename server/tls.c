@@ -31,9 +31,9 @@ static void destroy_pair(pair *p) {
 }
 
 /* NULL with one line in error. */
-static char *read_pem(const char *flag, const char *path, char *error, size_t error_size) {
+static char *read_pem(const char *flag, const char *path, srv_error *error) {
   char *text = srv_read_text(path, PEM_MAX);
-  if (text == NULL) snprintf(error, error_size, "%s: cannot read '%s': %s", flag, path, strerror(errno));
+  if (text == NULL) srv_fail(error, "%s: cannot read '%s': %s", flag, path, strerror(errno));
   return text;
 }
 
@@ -71,12 +71,12 @@ static bool is_known(const pair *p) {
          strcmp(known->key_text, p->key_text) == 0;
 }
 
-bool srv_tls_read(const char *certificate_path, const char *key_path, char *error, size_t error_size) {
-  snprintf(error, error_size, "out of memory");
+bool srv_tls_read(const char *certificate_path, const char *key_path, srv_error *error) {
+  srv_fail(error, "out of memory");
   pair *p = calloc(1, sizeof *p);
   if (p == NULL) return false;
-  p->certificate_text = read_pem("--tls-cert", certificate_path, error, error_size);
-  p->key_text = p->certificate_text != NULL ? read_pem("--tls-key", key_path, error, error_size) : NULL;
+  p->certificate_text = read_pem("--tls-cert", certificate_path, error);
+  p->key_text = p->certificate_text != NULL ? read_pem("--tls-key", key_path, error) : NULL;
   bool is_read = p->key_text != NULL;
   if (is_read && !is_known(p)) {
     int status = parse_pair(p);
@@ -85,9 +85,8 @@ bool srv_tls_read(const char *certificate_path, const char *key_path, char *erro
       atomic_store(&newest, p);
       return true;
     }
-    snprintf(error, error_size, "--tls-cert: '%s' and '%s' are no certificate and its key: %s",
-             certificate_path, key_path, gnutls_strerror(status));
-    is_read = false;
+    is_read = srv_fail(error, "--tls-cert: '%s' and '%s' are no certificate and its key: %s",
+                       certificate_path, key_path, gnutls_strerror(status));
   }
   destroy_pair(p);
   return is_read;

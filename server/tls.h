@@ -3,6 +3,8 @@
 #ifndef SRV_TLS_H
 #define SRV_TLS_H
 
+#include "fail.h"
+
 #include <gnutls/abstract.h>
 #include <stdbool.h>
 #include <stddef.h>
@@ -12,7 +14,7 @@
 
 /* Reads certificate chain and key (PEM) and takes them for handshakes from here on. False with one line in
  * error; then those that were read before stay. One thread at a time. */
-bool srv_tls_read(const char *certificate_path, const char *key_path, char *error, size_t error_size);
+bool srv_tls_read(const char *certificate_path, const char *key_path, srv_error *error);
 
 /* A gnutls_certificate_retrieve_function2: the certificates that were read last. Any thread. */
 int srv_tls_choose(gnutls_session_t session, const gnutls_datum_t *authorities, int authority_count,

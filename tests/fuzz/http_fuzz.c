@@ -72,14 +72,14 @@ static served *start(void) {
   d->loop = loopback_start(&settings);
   d->server.service = d->loop->service;
   loopback_upload(d->loop, "application/json", model, d->id);
-  char error[256] = "";
-  if (!srv_address_parse("127.0.0.1:0", &d->address, error, sizeof error)) give_up(error);
-  int listener = srv_address_listen(&d->address, error, sizeof error);
-  if (listener < 0) give_up(error);
+  srv_error error = {""};
+  if (!srv_address_parse("127.0.0.1:0", &d->address, &error)) give_up(error.text);
+  int listener = srv_address_listen(&d->address, &error);
+  if (listener < 0) give_up(error.text);
   d->address = srv_address_of(listener);
   const srv_listeners listeners = {.fds = {listener}, .count = 1};
-  d->http = srv_http_start(&d->server, &listeners, SRV_HTTP_PLAIN, error, sizeof error);
-  if (!d->http) give_up(error);
+  d->http = srv_http_start(&d->server, &listeners, SRV_HTTP_PLAIN, &error);
+  if (!d->http) give_up(error.text);
   return d;
 }
 

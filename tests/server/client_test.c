@@ -6,13 +6,13 @@
 #include "peers.h"
 #include "test.h"
 
-static char error[256];
+static srv_error error;
 
 static srv_client client_of(const char *host) {
   char text[64];
   srv_address address;
   snprintf(text, sizeof text, strchr(host, ':') != NULL ? "[%s]:1" : "%s:1", host);
-  if (!srv_address_parse(text, &address, error, sizeof error)) fail_msg("%s", error);
+  if (!srv_address_parse(text, &address, &error)) fail_msg("%s", error.text);
   return srv_client_of(&address);
 }
 
@@ -23,14 +23,14 @@ TEST(what_is_no_network_is_named) {
     srv_networks networks;
     char list[64];
     snprintf(list, sizeof list, "127.0.0.1, %s", BAD[i]);
-    if (srv_networks_read(list, &networks, error, sizeof error)) fail_msg("%s is taken", BAD[i]);
-    assert_non_null(strstr(error, BAD[i]));
+    if (srv_networks_read(list, &networks, &error)) fail_msg("%s is taken", BAD[i]);
+    assert_non_null(strstr(error.text, BAD[i]));
   }
 }
 
 static void assert_holds(const char *list, const char *host, bool expected) {
   srv_networks networks;
-  assert_true(srv_networks_read(list, &networks, error, sizeof error));
+  assert_true(srv_networks_read(list, &networks, &error));
   srv_client client = {{0}};
   if (strcmp(host, "unix") != 0) client = client_of(host);
   if (srv_networks_hold(&networks, &client) != expected) fail_msg("%s of %s", host, list);
@@ -54,7 +54,7 @@ TEST(networks_hold_their_addresses) {
 static void assert_client(const char *peer, const char *const *values, size_t count, const char *expected) {
   srv_networks trusted;
   char text[SRV_CLIENT_TEXT];
-  assert_true(srv_networks_read("127.0.0.1,10.0.0.0/8", &trusted, error, sizeof error));
+  assert_true(srv_networks_read("127.0.0.1,10.0.0.0/8", &trusted, &error));
   srv_client client = srv_client_forwarded(&trusted, client_of(peer), values, count);
   srv_client_print(&client, text);
   assert_string_equal(text, expected);

@@ -20,7 +20,7 @@ static void set_variable(const char *name, const char *value) {
 
 typedef struct fixture {
   srv_config config;
-  char error[256];
+  srv_error error;
   FILE *out;
   char *printed;
   size_t printed_size;
@@ -49,16 +49,15 @@ static srv_config_status read_flags(fixture *f, const char *const arguments[4]) 
   int argc = 1;
   for (int i = 0; i < 4 && arguments[i] != NULL; i++) argv[argc++] = (char *)(uintptr_t)arguments[i];
   srv_config_deinit(&f->config);
-  srv_config_status status =
-      srv_config_read(&f->config, argc, argv, one_variable, f->out, f->error, sizeof f->error);
+  srv_config_status status = srv_config_read(&f->config, argc, argv, one_variable, f->out, &f->error);
   fflush(f->out);
   return status;
 }
 
 static void assert_bad(fixture *f, const char *first, const char *second, const char *named) {
   assert_int_equal(read_flags(f, (const char *const[4]){first, second}), SRV_CONFIG_BAD);
-  if (strstr(f->error, named) == NULL) fail_msg("'%s' does not name %s", f->error, named);
-  assert_null(strchr(f->error, '\n'));
+  if (strstr(f->error.text, named) == NULL) fail_msg("'%s' does not name %s", f->error.text, named);
+  assert_null(strchr(f->error.text, '\n'));
 }
 
 TEST_WITH(bad_flags_are_named_in_one_line, set_up, tear_down) {
@@ -88,10 +87,10 @@ TEST_WITH(an_object_store_has_no_store_limit_and_needs_a_folder, set_up, tear_do
   fixture *f = *state;
   assert_int_equal(read_flags(f, (const char *const[4]){"--data=s3://bucket", "--store-limit=1GiB"}),
                    SRV_CONFIG_BAD);
-  assert_non_null(strstr(f->error, "--store-limit"));
+  assert_non_null(strstr(f->error.text, "--store-limit"));
   assert_int_equal(read_flags(f, (const char *const[4]){"--data=s3://bucket", "--cache-dir="}),
                    SRV_CONFIG_BAD);
-  assert_non_null(strstr(f->error, "--cache-dir"));
+  assert_non_null(strstr(f->error.text, "--cache-dir"));
   assert_int_equal(read_flags(f, (const char *const[4]){"--data=s3://bucket"}), SRV_CONFIG_RUN);
 }
 #else
@@ -166,22 +165,22 @@ TEST_WITH(log_level_is_a_word_or_lies_in_a_file_that_is_read_anew, set_up, tear_
   srv_log_level level = SRV_LOG_DEBUG;
   char path[] = "/tmp/tweend-level-XXXXXX", argument[64];
   assert_int_equal(read_flags(f, (const char *const[4]){NULL}), SRV_CONFIG_RUN);
-  assert_true(srv_config_log_level(&f->config, &level, f->error, sizeof f->error));
+  assert_true(srv_config_log_level(&f->config, &level, &f->error));
   assert_int_equal(level, SRV_LOG_INFO);
 
   close(mkstemp(path));
   write_file(path, "warn\n");
   snprintf(argument, sizeof argument, "@%s", path);
   assert_int_equal(read_flags(f, (const char *const[4]){"--log-level", argument}), SRV_CONFIG_RUN);
-  assert_true(srv_config_log_level(&f->config, &level, f->error, sizeof f->error));
+  assert_true(srv_config_log_level(&f->config, &level, &f->error));
   assert_int_equal(level, SRV_LOG_WARN);
   write_file(path, "error");
-  assert_true(srv_config_log_level(&f->config, &level, f->error, sizeof f->error));
+  assert_true(srv_config_log_level(&f->config, &level, &f->error));
   assert_int_equal(level, SRV_LOG_ERROR);
   static const char *const BAD[] = {"loud\n", "", "warn info"};
   for (size_t i = 0; i < sizeof BAD / sizeof *BAD; i++) {
     write_file(path, BAD[i]);
-    assert_false(srv_config_log_level(&f->config, &level, f->error, sizeof f->error));
+    assert_false(srv_config_log_level(&f->config, &level, &f->error));
     assert_int_equal(level, SRV_LOG_ERROR);
   }
   unlink(path);

@@ -7,7 +7,8 @@
 #include "test.h"
 
 typedef struct fixture {
-  char path[32], setting[40], error[256];
+  char path[32], setting[40];
+  srv_error error;
   srv_config config;
   srv_keyring keyring;
 } fixture;
@@ -37,15 +38,15 @@ static bool read_file(fixture *f, const char *text) {
   fputs(text, file);
   fclose(file);
   srv_keyring_deinit(&f->keyring);
-  f->error[0] = '\0';
-  return srv_keyring_read(&f->config, &f->keyring, f->error, sizeof f->error);
+  f->error.text[0] = '\0';
+  return srv_keyring_read(&f->config, &f->keyring, &f->error);
 }
 
 static bool read_list(fixture *f, const char *list, const char *url_keys) {
   f->config.api_keys = (char *)(uintptr_t)list;
   f->config.url_keys = (char *)(uintptr_t)url_keys;
   srv_keyring_deinit(&f->keyring);
-  bool is_read = srv_keyring_read(&f->config, &f->keyring, f->error, sizeof f->error);
+  bool is_read = srv_keyring_read(&f->config, &f->keyring, &f->error);
   f->config.api_keys = f->setting;
   return is_read;
 }
@@ -81,8 +82,8 @@ TEST_WITH(lines_that_are_no_key_are_named_without_their_text, set_up, tear_down)
                                     "ok\ns3cret read 5/s x", "ok\ns3cret read 5/s 5/s", "ok\ns3cret ,"};
   for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
     if (read_file(f, bad[i])) fail_msg("%s is taken", bad[i]);
-    assert_non_null(strstr(f->error, "line 2"));
-    assert_null(strstr(f->error, "s3cret,"));
+    assert_non_null(strstr(f->error.text, "line 2"));
+    assert_null(strstr(f->error.text, "s3cret,"));
     assert_int_equal(f->keyring.list.count, 0);
   }
 }
@@ -90,10 +91,10 @@ TEST_WITH(lines_that_are_no_key_are_named_without_their_text, set_up, tear_down)
 TEST_WITH(a_file_without_a_key_locks_nothing_open, set_up, tear_down) {
   fixture *f = *state;
   assert_false(read_file(f, "\n# none\n"));
-  assert_non_null(strstr(f->error, "--api-keys"));
+  assert_non_null(strstr(f->error.text, "--api-keys"));
   unlink(f->path);
-  assert_false(srv_keyring_read(&f->config, &f->keyring, f->error, sizeof f->error));
-  assert_non_null(strstr(f->error, f->path));
+  assert_false(srv_keyring_read(&f->config, &f->keyring, &f->error));
+  assert_non_null(strstr(f->error.text, f->path));
 }
 
 /* As read from a file of --url-keys, into the fixture's keyring. */
@@ -115,8 +116,8 @@ TEST_WITH(a_file_has_a_key_for_urls_in_a_line, set_up, tear_down) {
                                     "ok\ns3cret # mine"};
   for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
     if (read_url_file(f, bad[i])) fail_msg("%s is taken", bad[i]);
-    assert_non_null(strstr(f->error, "--url-keys: line 2"));
-    assert_null(strstr(f->error, "s3cret"));
+    assert_non_null(strstr(f->error.text, "--url-keys: line 2"));
+    assert_null(strstr(f->error.text, "s3cret"));
   }
   assert_false(read_url_file(f, "# none\n"));
 }
@@ -127,12 +128,12 @@ TEST_WITH(an_item_of_a_list_has_no_blank_in_it, set_up, tear_down) {
                                     "one,s3cret\nread"};
   for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
     if (read_list(f, bad[i], "")) fail_msg("%s is taken", bad[i]);
-    assert_non_null(strstr(f->error, "--api-keys: item 2"));
-    assert_null(strstr(f->error, "s3cret"));
+    assert_non_null(strstr(f->error.text, "--api-keys: item 2"));
+    assert_null(strstr(f->error.text, "s3cret"));
     assert_int_equal(f->keyring.list.count, 0);
     if (read_list(f, "", bad[i])) fail_msg("%s is taken", bad[i]);
-    assert_non_null(strstr(f->error, "--url-keys: item 2"));
-    assert_null(strstr(f->error, "s3cret"));
+    assert_non_null(strstr(f->error.text, "--url-keys: item 2"));
+    assert_null(strstr(f->error.text, "s3cret"));
   }
 }
 
@@ -148,5 +149,5 @@ TEST_WITH(a_list_has_keys_alone, set_up, tear_down) {
   assert_int_equal(f->keyring.list.count, 0);
   assert_false(read_list(f, " , ", ""));
   assert_false(read_list(f, "", ","));
-  assert_non_null(strstr(f->error, "--url-keys"));
+  assert_non_null(strstr(f->error.text, "--url-keys"));
 }

@@ -7,11 +7,11 @@
 
 #include "test.h"
 
-static char error[256];
+static srv_error error;
 
 static srv_address parsed(const char *text) {
   srv_address address;
-  if (!srv_address_parse(text, &address, error, sizeof error)) fail_msg("%s", error);
+  if (!srv_address_parse(text, &address, &error)) fail_msg("%s", error.text);
   return address;
 }
 
@@ -36,13 +36,13 @@ TEST(malformed_addresses_are_refused) {
                                     "256.0.0.1:80"};
   for (size_t i = 0; i < sizeof BAD / sizeof *BAD; i++) {
     srv_address address;
-    if (srv_address_parse(BAD[i], &address, error, sizeof error)) fail_msg("'%s' was taken", BAD[i]);
+    if (srv_address_parse(BAD[i], &address, &error)) fail_msg("'%s' was taken", BAD[i]);
   }
   char path[200] = "unix:/";
   memset(path + 6, 'a', sizeof path - 7);
   path[sizeof path - 1] = '\0';
   srv_address address;
-  assert_false(srv_address_parse(path, &address, error, sizeof error));
+  assert_false(srv_address_parse(path, &address, &error));
 }
 
 static void assert_prints(const char *text, bool tls, const char *expected) {
@@ -62,7 +62,7 @@ TEST(addresses_print_as_urls) {
 
 TEST(port_0_becomes_a_real_one) {
   srv_address address = parsed("127.0.0.1:0");
-  int fd = srv_address_listen(&address, error, sizeof error);
+  int fd = srv_address_listen(&address, &error);
   assert_true(fd >= 0);
   char out[256];
   const srv_address bound = srv_address_of(fd);
@@ -71,15 +71,15 @@ TEST(port_0_becomes_a_real_one) {
   assert_true(out[17] >= '1' && out[17] <= '9');
 
   srv_address same = parsed(out + strlen("http://"));
-  int second = srv_address_listen(&same, error, sizeof error);
+  int second = srv_address_listen(&same, &error);
   assert_int_equal(second, -1);
-  assert_non_null(strstr(error, out + strlen("http://")));
+  assert_non_null(strstr(error.text, out + strlen("http://")));
   close(fd);
 }
 
 TEST(wildcard_is_asked_over_loopback) {
   srv_address address = parsed("0.0.0.0:0");
-  int fd = srv_address_listen(&address, error, sizeof error);
+  int fd = srv_address_listen(&address, &error);
   socklen_t size = sizeof address.v4;
   assert_int_equal(getsockname(fd, &address.any, &size), 0);
   int client = srv_address_connect(&address, 1000);
@@ -94,11 +94,11 @@ TEST(left_socket_file_is_replaced_and_a_living_one_is_not) {
   unlink(path);
   snprintf(text, sizeof text, "unix:%s", path);
   srv_address address = parsed(text);
-  int dead = srv_address_listen(&address, error, sizeof error);
+  int dead = srv_address_listen(&address, &error);
   assert_true(dead >= 0);
-  assert_int_equal(srv_address_listen(&address, error, sizeof error), -1);
+  assert_int_equal(srv_address_listen(&address, &error), -1);
   close(dead);
-  int fd = srv_address_listen(&address, error, sizeof error);
+  int fd = srv_address_listen(&address, &error);
   assert_true(fd >= 0);
   close(fd);
   srv_address_unlink(&address);
@@ -110,7 +110,7 @@ TEST(plain_file_is_not_taken_for_a_left_socket) {
   close(mkstemp(path));
   snprintf(text, sizeof text, "unix:%s", path);
   srv_address address = parsed(text);
-  assert_int_equal(srv_address_listen(&address, error, sizeof error), -1);
+  assert_int_equal(srv_address_listen(&address, &error), -1);
   assert_int_equal(access(path, F_OK), 0);
   unlink(path);
 }

@@ -25,9 +25,9 @@ static const srv_config PATIENT = {.threads = 2,
                                    .min_rate = 0};
 
 void start(fixture *f) {
-  char error[256] = "";
-  assert_true(srv_address_parse("127.0.0.1:0", &f->address, error, sizeof error));
-  int listener = srv_address_listen(&f->address, error, sizeof error);
+  srv_error error = {""};
+  assert_true(srv_address_parse("127.0.0.1:0", &f->address, &error));
+  int listener = srv_address_listen(&f->address, &error);
   assert_true(listener >= 0);
   socklen_t size = sizeof f->address.v4;
   assert_int_equal(getsockname(listener, &f->address.any, &size), 0);
@@ -38,7 +38,7 @@ void start(fixture *f) {
   f->server.work = srv_work_create((size_t)f->config.threads, (size_t)f->config.queue);
   f->server.live = srv_live_create((size_t)f->config.max_listeners, SRV_LIVE_PULSE_NS);
   f->http = srv_http_start(&f->server, &(srv_listeners){.fds = {listener}, .count = 1},
-                           f->is_tls ? SRV_HTTP_TLS : SRV_HTTP_PLAIN, error, sizeof error);
+                           f->is_tls ? SRV_HTTP_TLS : SRV_HTTP_PLAIN, &error);
   assert_non_null(f->http);
 }
 

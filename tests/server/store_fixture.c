@@ -9,9 +9,9 @@
 #include <unistd.h>
 
 void open_store(fixture *f) {
-  char error[256] = "";
-  f->opened = srv_store_fs_open(f->path, error, sizeof error);
-  if (f->opened == NULL) fail_msg("%s", error);
+  srv_error error = {""};
+  f->opened = srv_store_fs_open(f->path, &error);
+  if (f->opened == NULL) fail_msg("%s", error.text);
   f->store = srv_store_fs_api(f->opened);
 }
 

@@ -74,10 +74,10 @@ static void pause_ms(long ms) {
 }
 
 TEST(folder_that_cannot_be_used_is_refused) {
-  char error[256] = "";
-  assert_null(srv_store_fs_open("/dev/null", error, sizeof error));
-  assert_non_null(strstr(error, "/dev/null"));
-  assert_null(srv_store_fs_open("/dev/null/folder", error, sizeof error));
+  srv_error error = {""};
+  assert_null(srv_store_fs_open("/dev/null", &error));
+  assert_non_null(strstr(error.text, "/dev/null"));
+  assert_null(srv_store_fs_open("/dev/null/folder", &error));
 }
 
 TEST_WITH(what_is_no_id_names_no_file, set_up_store, tear_down_store) {
@@ -595,17 +595,18 @@ TEST_WITH(what_other_daemons_stored_counts_from_the_start, set_up_store, tear_do
 
 TEST_WITH(folders_on_the_way_are_made, set_up_store, tear_down_store) {
   fixture *f = *state;
-  char path[96], error[128];
+  char path[96];
+  srv_error error;
   snprintf(path, sizeof path, "%s/a/b//c/", f->path);
-  srv_store_fs *deep = srv_store_fs_open(path, error, sizeof error);
+  srv_store_fs *deep = srv_store_fs_open(path, &error);
   assert_non_null(deep);
   assert_int_equal(access(path, W_OK), 0);
   srv_store_fs_close(deep);
   snprintf(path, sizeof path, "%s/file", f->path);
   close(open(path, O_CREAT | O_WRONLY, 0600));
   strcat(path, "/below");
-  assert_null(srv_store_fs_open(path, error, sizeof error));
-  assert_non_null(strstr(error, "Not a directory"));
+  assert_null(srv_store_fs_open(path, &error));
+  assert_non_null(strstr(error.text, "Not a directory"));
 }
 
 static void make_leftover(const fixture *f, const char *name, time_t age_s, char path[128]) {

@@ -18,18 +18,19 @@ static char *find(const char *name) {
   return NULL;
 }
 
-static bool read_from(const char *const *environment, srv_systemd *out, char error[256]) {
+static bool read_from(const char *const *environment, srv_systemd *out, srv_error *error) {
   variables = environment;
-  error[0] = '\0';
-  return srv_systemd_read(out, find, error, 256);
+  error->text[0] = '\0';
+  return srv_systemd_read(out, find, error);
 }
 
 static void assert_refused(const char *name, const char *value) {
-  char pid[32], error[256];
+  char pid[32];
+  srv_error error;
   srv_systemd systemd;
   snprintf(pid, sizeof pid, "%d", (int)getpid());
-  assert_false(read_from((const char *const[]){name, value, "LISTEN_PID", pid, NULL}, &systemd, error));
-  assert_memory_equal(error, name, strlen(name));
+  assert_false(read_from((const char *const[]){name, value, "LISTEN_PID", pid, NULL}, &systemd, &error));
+  assert_memory_equal(error.text, name, strlen(name));
 }
 
 TEST(malformed_variables_are_refused_by_name) {
@@ -47,22 +48,23 @@ TEST(malformed_variables_are_refused_by_name) {
 }
 
 TEST(what_is_for_another_process_is_left_aside) {
-  char error[256];
+  srv_error error;
   srv_systemd systemd;
   static const char *const OTHERS[] = {"LISTEN_FDS",   "1", "LISTEN_PID", "1", "WATCHDOG_USEC", "1000000",
                                        "WATCHDOG_PID", "1", NULL};
-  assert_true(read_from(OTHERS, &systemd, error));
+  assert_true(read_from(OTHERS, &systemd, &error));
   assert_int_equal(systemd.sockets.count + systemd.admin_sockets.count, 0);
   assert_int_equal(systemd.watchdog_ms, 0);
   assert_false(systemd.is_notified);
   static const char *const NOBODYS[] = {"LISTEN_FDS", "1", "WATCHDOG_USEC", "1500000", NULL};
-  assert_true(read_from(NOBODYS, &systemd, error));
+  assert_true(read_from(NOBODYS, &systemd, &error));
   assert_int_equal(systemd.sockets.count, 0);
   assert_int_equal(systemd.watchdog_ms, 1500);
 }
 
 TEST(states_are_told_at_an_abstract_address) {
-  char name[64], error[256], told[64] = "";
+  char name[64], told[64] = "";
+  srv_error error;
   srv_systemd systemd;
   snprintf(name, sizeof name, "@tweend-systemd-test-%d", (int)getpid());
   struct sockaddr_un address = {.sun_family = AF_UNIX};
@@ -70,7 +72,7 @@ TEST(states_are_told_at_an_abstract_address) {
   int fd = socket(AF_UNIX, SOCK_DGRAM, 0);
   socklen_t size = (socklen_t)(offsetof(struct sockaddr_un, sun_path) + strlen(name));
   assert_int_equal(bind(fd, (const struct sockaddr *)&address, size), 0);
-  assert_true(read_from((const char *const[]){"NOTIFY_SOCKET", name, NULL}, &systemd, error));
+  assert_true(read_from((const char *const[]){"NOTIFY_SOCKET", name, NULL}, &systemd, &error));
   srv_systemd_notify(&systemd, "READY=1");
   assert_int_equal(recv(fd, told, sizeof told - 1, MSG_DONTWAIT), 7);
   assert_string_equal(told, "READY=1");

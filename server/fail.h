@@ -1,0 +1,14 @@
+/* Why something failed: one line for a person. */
+#ifndef SRV_FAIL_H
+#define SRV_FAIL_H
+
+#include <stdbool.h>
+
+typedef struct srv_error {
+  char text[512];
+} srv_error;
+
+/* Says why. Returns false, as whoever fails does. */
+bool srv_fail(srv_error *error, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+#endif
