@@ -24,12 +24,13 @@ static int status_of(tw_status status) {
   return 500;
 }
 
-void api_fault_complete(api_fault *fault) {
+bool api_fault_complete(api_fault *fault) {
   fault->status = status_of(fault->error.status);
   if (fault->status == 503) fault->retry_after_s = 1;
+  return false;
 }
 
-void api_fault_with(api_fault *fault, int status, const char *format, ...) {
+bool api_fault_with(api_fault *fault, int status, const char *format, ...) {
   char detail[sizeof fault->error.detail];
   va_list arguments;
   va_start(arguments, format);
@@ -37,11 +38,12 @@ void api_fault_with(api_fault *fault, int status, const char *format, ...) {
   va_end(arguments);
   tw_fail(&fault->error, TW_SYNTAX, "%s", detail);
   fault->status = status;
+  return false;
 }
 
-void api_fault_without_memory(api_fault *fault) {
+bool api_fault_without_memory(api_fault *fault) {
   tw_fail(&fault->error, TW_NO_MEMORY, "out of memory");
-  api_fault_complete(fault);
+  return api_fault_complete(fault);
 }
 
 typedef struct problem_kind {

@@ -32,11 +32,13 @@ typedef struct api_fault {
   uint64_t predicted_bytes; /* 0: not known */
 } api_fault;
 
+/* All of these return false, as whoever fails does. */
+
 /* Completes a fault whose error is filled: its status, and Retry-After for 503. */
-void api_fault_complete(api_fault *fault);
+bool api_fault_complete(api_fault *fault);
 /* Fills a fault that has an HTTP status of its own. */
-void api_fault_with(api_fault *fault, int status, const char *format, ...) TW_PRINTF(3, 4);
-void api_fault_without_memory(api_fault *fault);
+bool api_fault_with(api_fault *fault, int status, const char *format, ...) TW_PRINTF(3, 4);
+bool api_fault_without_memory(api_fault *fault);
 
 /* Fills a zeroed answer but for its memory, which is kept. */
 void api_problem_fill(const api_fault *fault, const char *request_id, api_answer *answer);

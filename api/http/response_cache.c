@@ -21,10 +21,7 @@ static void destroy_text(void *value) {
 static bool build_text(void *context, api_built *out, api_fault *fault) {
   const response_source *source = context;
   tw_text *text = tw_alloc_zero(1, sizeof *text);
-  if (!text) {
-    api_fault_without_memory(fault);
-    return false;
-  }
+  if (!text) return api_fault_without_memory(fault);
   bool is_printed = source->print(source->context, text, fault);
   if (is_printed && !text->failed) {
     tw_text_fit(text);

@@ -43,41 +43,40 @@ static api_built built_model(tw_model *model) {
   return (api_built){model, tw_model_size(model), destroy_model, API_CACHED_MODEL};
 }
 
-static void fail_unavailable(api_fault *fault) {
-  api_fault_with(fault, 503, "the store cannot be reached");
-  fault->refusal = API_REFUSAL_STORE;
-  fault->retry_after_s = 2;
+static api_outcome fail_unavailable(api_call *call) {
+  api_fault_with(&call->fault, 503, "the store cannot be reached");
+  call->fault.refusal = API_REFUSAL_STORE;
+  call->fault.retry_after_s = 2;
+  return API_FAILED;
 }
 
-static void fail_writing(api_store_status status, api_fault *fault) {
-  if (status == API_STORE_FULL)
-    api_fault_with(fault, 507, "the store is full: delete models, or raise --store-limit");
-  else
-    fail_unavailable(fault);
+static api_outcome fail_writing(api_call *call, api_store_status status) {
+  if (status != API_STORE_FULL) return fail_unavailable(call);
+  return api_fail_with(call, 507, "the store is full: delete models, or raise --store-limit");
 }
 
-static void fail_absent(const char *id, api_fault *fault) {
-  api_fault_with(fault, 404, "no model has the id %s", id);
+static api_outcome fail_absent(api_call *call, const char *id) {
+  return api_fail_with(call, 404, "no model has the id %s", id);
 }
 
 /* What was made from the whole bytes goes too: all answers about the model say that it is damaged. */
-static void fail_damaged(api_service *service, const char *id, api_fault *fault) {
-  api_cache_forget(service->cache, id);
-  api_fault_with(fault, 500, "the stored bytes are damaged; upload them again");
+static api_outcome fail_damaged(api_call *call, const char *id) {
+  api_cache_forget(call->service->cache, id);
+  return api_fail_with(call, 500, "the stored bytes are damaged; upload them again");
 }
 
-/* Opens the stored bytes; the fault says why not. */
-static bool open_stored(api_service *service, const char *id, api_blob *out, api_fault *fault) {
-  switch (service->store.open(service->store.context, id, out)) {
-  case API_STORE_OK: return true;
-  case API_STORE_ABSENT: fail_absent(id, fault); return false;
-  case API_STORE_DAMAGED: fail_damaged(service, id, fault); return false;
+/* Opens the stored bytes. */
+static api_outcome open_stored(api_call *call, const char *id, api_blob *out) {
+  const api_store *store = &call->service->store;
+  switch (store->open(store->context, id, out)) {
+  case API_STORE_OK: return API_DONE;
+  case API_STORE_ABSENT: return fail_absent(call, id);
+  case API_STORE_DAMAGED: return fail_damaged(call, id);
   case API_STORE_UNAVAILABLE:
   case API_STORE_FULL:
   case API_STORE_UNKNOWN: break;
   }
-  fail_unavailable(fault);
-  return false;
+  return fail_unavailable(call);
 }
 
 api_outcome api_model_look(api_call *call, const char *id) {
@@ -87,25 +86,29 @@ api_outcome api_model_look(api_call *call, const char *id) {
   case API_STORE_FULL:
   case API_STORE_UNAVAILABLE: return API_CONTINUE;
   case API_STORE_UNKNOWN: return API_NEEDS_LOOK;
-  case API_STORE_DAMAGED: fail_damaged(call->service, id, &call->fault); return API_FAILED;
+  case API_STORE_DAMAGED: return fail_damaged(call, id);
   case API_STORE_ABSENT: break;
   }
   api_cache_forget(call->service->cache, id);
-  fail_absent(id, &call->fault);
-  return API_FAILED;
+  return fail_absent(call, id);
 }
 
 /* All bytes of an open blob, malloc'ed; NULL: the fault says why. */
-static uint8_t *read_whole(api_service *service, const char *id, const api_blob *blob, api_fault *fault) {
+static uint8_t *read_whole(api_call *call, const char *id, const api_blob *blob) {
   uint8_t *bytes = blob->size < SIZE_MAX ? malloc((size_t)blob->size + 1) : NULL;
   if (!bytes) {
-    api_fault_without_memory(fault);
+    api_fail_without_memory(call);
   } else if (!blob->read(blob, 0, bytes, (size_t)blob->size)) {
     free(bytes);
     bytes = NULL;
-    fail_damaged(service, id, fault);
+    fail_damaged(call, id);
   }
   return bytes;
+}
+
+/* Grants the call's request `bytes` in all. False: the fault stalls. */
+static bool grant(api_call *call, uint64_t bytes) {
+  return api_grant(call->service, call->request->ticket, bytes, &call->fault);
 }
 
 typedef struct model_source {
@@ -143,8 +146,7 @@ static bool take_name(api_service *service, const char *id, const char *given, t
 
 bool api_maker_grant(void *maker, uint64_t bytes) {
   const api_maker *own = maker;
-  const api_call *call = own->call;
-  return api_grant(call->service, call->request->ticket, own->granted + bytes, own->fault);
+  return grant(own->call, own->granted + bytes);
 }
 
 /* Making a face takes up to MADE_FACE bytes. */
@@ -165,54 +167,49 @@ api_making api_making_of(api_maker *maker) {
 
 /* Reads a model of bytes, for which memory is granted first, beside what the request holds. */
 static bool read_granted(api_call *call, api_bytes bytes, uint64_t held, tw_format format,
-                         api_reading reading, tw_model **out, api_fault *fault) {
-  api_maker maker = {call, fault, held + tw_reading_size(format, bytes.size)};
+                         api_reading reading, tw_model **out) {
+  api_maker maker = {call, held + tw_reading_size(format, bytes.size)};
   const api_making making = api_making_of(&maker);
-  return api_maker_grant(&maker, 0) && api_model_read(bytes, format, reading, &making, out, fault);
+  return api_maker_grant(&maker, 0) && api_model_read(bytes, format, reading, &making, out, &call->fault);
 }
 
 /* The format as a first piece tells it; JSON may be glTF, whose key may stand anywhere. */
-static bool sniff_first(api_service *service, const char *id, const api_blob *blob, tw_format *out,
-                        api_fault *fault) {
+static api_outcome sniff_first(api_call *call, const char *id, const api_blob *blob, tw_format *out) {
   enum { PIECE = 256 };
   uint8_t first[PIECE + 1];
   size_t size = blob->size < PIECE ? (size_t)blob->size : PIECE;
-  if (!blob->read(blob, 0, first, size)) {
-    fail_damaged(service, id, fault);
-    return false;
-  }
+  if (!blob->read(blob, 0, first, size)) return fail_damaged(call, id);
   first[size] = '{'; /* which may follow where the piece is blank */
   *out = tw_format_sniff(first, size + 1);
-  return true;
+  return API_DONE;
 }
 
 /* What reading the stored bytes takes, before their format is sure. */
-static bool grant_reading(api_call *call, const char *id, const api_blob *blob, api_fault *fault) {
-  tw_format format;
-  if (!sniff_first(call->service, id, blob, &format, fault)) return false;
+static bool grant_reading(api_call *call, const char *id, const api_blob *blob) {
+  tw_format format = TW_FORMAT_JSON;
+  if (sniff_first(call, id, blob, &format) != API_DONE) return false;
   if (format == TW_FORMAT_JSON) format = TW_FORMAT_GLTF; /* which takes most */
-  return api_grant(call->service, call->request->ticket, tw_reading_size(format, blob->size), fault);
+  return grant(call, tw_reading_size(format, blob->size));
 }
 
+/* fault: the call's. */
 static bool build_model(void *context, api_built *out, api_fault *fault) {
   const model_source *source = context;
-  api_service *service = source->call->service;
+  api_call *call = source->call;
   api_blob blob;
-  if (!open_stored(service, source->id, &blob, fault)) return false;
-  bool is_granted = grant_reading(source->call, source->id, &blob, fault);
-  uint8_t *data = is_granted ? read_whole(service, source->id, &blob, fault) : NULL;
+  if (open_stored(call, source->id, &blob) != API_DONE) return false;
+  uint8_t *data = grant_reading(call, source->id, &blob) ? read_whole(call, source->id, &blob) : NULL;
   api_bytes bytes = {data, (size_t)blob.size};
   blob.close(&blob);
   tw_model *model = NULL;
-  bool is_read = data && read_granted(source->call, bytes, 0, tw_format_sniff(data, bytes.size),
-                                      source->reading, &model, fault);
+  bool is_read =
+      data && read_granted(call, bytes, 0, tw_format_sniff(data, bytes.size), source->reading, &model);
   free(data);
   if (!is_read) return false;
   *out = built_model(model);
-  if (take_name(service, source->id, NULL, model)) return true;
+  if (take_name(call->service, source->id, NULL, model)) return true;
   tw_model_destroy(model);
-  api_fault_without_memory(fault);
-  return false;
+  return api_fault_without_memory(fault);
 }
 
 void api_model_key(const char *id, const api_reading *reading, char out[API_MODEL_KEY]) {
@@ -235,9 +232,8 @@ static api_outcome read_body(api_call *call, const api_reading *reading, api_upl
   tw_format format;
   api_outcome outcome = api_upload_read(call, upload);
   if (outcome != API_DONE) return outcome;
-  bool is_read =
-      api_upload_format(call, upload->bytes, &format) == API_DONE &&
-      read_granted(call, upload->bytes, 0, format, reading ? *reading : (api_reading){0}, out, &call->fault);
+  bool is_read = api_upload_format(call, upload->bytes, &format) == API_DONE &&
+                 read_granted(call, upload->bytes, 0, format, reading ? *reading : (api_reading){0}, out);
   if (is_read) return API_DONE;
   api_upload_deinit(upload);
   return API_FAILED;
@@ -290,18 +286,17 @@ static void remember(api_service *service, const char *id, tw_model *model) {
 }
 
 /* Stores the bytes of a model. */
-static bool store_model(api_service *service, api_bytes bytes, const char *id, const tw_model *model,
-                        bool *existed, api_fault *fault) {
+static api_outcome store_model(api_call *call, api_bytes bytes, const char *id, const tw_model *model,
+                               bool *existed) {
+  const api_store *store = &call->service->store;
   tw_text summary = {0};
   print_summary(model, &summary);
-  api_store_status status = API_STORE_UNKNOWN;
-  if (summary.failed)
-    api_fault_without_memory(fault);
-  else
-    status = service->store.put(service->store.context, id, bytes, summary.data, existed);
-  if (!summary.failed && status != API_STORE_OK) fail_writing(status, fault);
+  bool is_printed = !summary.failed;
+  api_store_status status =
+      is_printed ? store->put(store->context, id, bytes, summary.data, existed) : API_STORE_UNKNOWN;
   tw_text_deinit(&summary);
-  return status == API_STORE_OK;
+  if (!is_printed) return api_fail_without_memory(call);
+  return status == API_STORE_OK ? API_DONE : fail_writing(call, status);
 }
 
 static const char description[] = "description.json";
@@ -342,11 +337,8 @@ static api_outcome store_printed(api_call *call, api_bytes bytes, const char *na
     addition->print(addition->context, &text);
     tw_text_add(&text, "}\n");
   }
-  if (is_ready && text.failed) {
-    api_fault_without_memory(&call->fault);
-    is_ready = false;
-  }
-  if (!is_ready || !store_model(call->service, bytes, id, model, &existed, &call->fault)) {
+  if (is_ready && text.failed) is_ready = api_fault_without_memory(&call->fault);
+  if (!is_ready || store_model(call, bytes, id, model, &existed) != API_DONE) {
     tw_text_deinit(&text);
     return API_FAILED;
   }
@@ -396,8 +388,7 @@ api_outcome api_post_model(api_call *call) {
 api_outcome api_model_store(api_call *call, api_bytes bytes, uint64_t held, const char *name,
                             const api_addition *addition) {
   tw_model *model = NULL;
-  if (!read_granted(call, bytes, held, TW_FORMAT_GLB, (api_reading){0}, &model, &call->fault))
-    return API_FAILED;
+  if (!read_granted(call, bytes, held, TW_FORMAT_GLB, (api_reading){0}, &model)) return API_FAILED;
   return store_and_answer(call, bytes, name, addition, model);
 }
 
@@ -407,13 +398,13 @@ int api_seed(api_service *service, const char *name, const uint8_t *bytes, size_
   api_model_id(given, id);
   tw_model *model = NULL;
   bool existed = false;
-  api_fault fault = {0};
+  api_call call = {.service = service};
   const api_making making = making_within(&service->limits);
   bool is_stored =
-      api_model_read(given, tw_format_sniff(bytes, size), (api_reading){0}, &making, &model, &fault) &&
-      take_name(service, id, name, model) && store_model(service, given, id, model, &existed, &fault);
+      api_model_read(given, tw_format_sniff(bytes, size), (api_reading){0}, &making, &model, &call.fault) &&
+      take_name(service, id, name, model) && store_model(&call, given, id, model, &existed) == API_DONE;
   tw_model_destroy(model);
-  return !is_stored ? fault.status : existed ? 200 : 201;
+  return !is_stored ? call.fault.status : existed ? 200 : 201;
 }
 
 /* ---- listing ------------------------------------------------------------------------------------ */
@@ -495,10 +486,8 @@ api_outcome api_list_models(api_call *call) {
   size_t count = 0;
   bool more = false;
   const api_store *store = &call->service->store;
-  if (store->list(store->context, after ? after : "", (size_t)limit, listed, &count, &more) != API_STORE_OK) {
-    fail_unavailable(&call->fault);
-    return API_FAILED;
-  }
+  if (store->list(store->context, after ? after : "", (size_t)limit, listed, &count, &more) != API_STORE_OK)
+    return fail_unavailable(call);
   api_outcome outcome = reply_list(call, listed, count, more, limit);
   for (size_t i = 0; i < count; i++) free(listed[i].summary);
   return outcome;
@@ -509,7 +498,7 @@ api_outcome api_list_models(api_call *call) {
 static bool print_description(void *context, tw_text *out, api_fault *fault) {
   api_call *call = context;
   api_blob blob;
-  if (!open_stored(call->service, call->id, &blob, fault)) return false;
+  if (open_stored(call, call->id, &blob) != API_DONE) return false;
   uint64_t size = blob.size;
   blob.close(&blob);
   api_entry *entry;
@@ -546,11 +535,7 @@ api_outcome api_delete_model(api_call *call) {
   api_cache_forget(call->service->cache, call->id);
   call->answer.status = 204;
   if (status == API_STORE_OK) return API_DONE;
-  if (status == API_STORE_ABSENT)
-    fail_absent(call->id, &call->fault);
-  else
-    fail_writing(status, &call->fault);
-  return API_FAILED;
+  return status == API_STORE_ABSENT ? fail_absent(call, call->id) : fail_writing(call, status);
 }
 
 /* ---- source ------------------------------------------------------------------------------------- */
@@ -575,14 +560,13 @@ static void destroy_source(void *context) {
 }
 
 /* All of it is read where a first piece does not tell. */
-static bool sniff_stored(api_call *call, const api_blob *blob, tw_format *out) {
-  if (!sniff_first(call->service, call->id, blob, out, &call->fault)) return false;
-  if (*out != TW_FORMAT_JSON) return true;
-  if (!api_grant(call->service, call->request->ticket, blob->size, &call->fault)) return false;
-  uint8_t *bytes = read_whole(call->service, call->id, blob, &call->fault);
+static api_outcome sniff_stored(api_call *call, const api_blob *blob, tw_format *out) {
+  api_outcome outcome = sniff_first(call, call->id, blob, out);
+  if (outcome != API_DONE || *out != TW_FORMAT_JSON) return outcome;
+  uint8_t *bytes = grant(call, blob->size) ? read_whole(call, call->id, blob) : NULL;
   if (bytes) *out = tw_format_sniff(bytes, (size_t)blob->size);
   free(bytes);
-  return bytes;
+  return bytes ? API_DONE : API_FAILED;
 }
 
 /* By the name with which it was stored; that of its parts takes parsing it. */
@@ -598,29 +582,31 @@ static api_outcome suggest_source(api_call *call, tw_format format) {
   return outcome;
 }
 
-api_outcome api_get_source(api_call *call) {
-  if (call->effort != API_HEAVY) return API_NEEDS_THREAD;
-  source_body *body = tw_arena_alloc(call->arena, 1, sizeof *body);
-  if (!body) return api_fail_without_memory(call);
-  if (!open_stored(call->service, call->id, &body->blob, &call->fault)) return API_FAILED;
+static api_outcome reply_source(api_call *call, source_body *body) {
   uint64_t size = body->blob.size;
-  api_outcome outcome = api_validate(call, "source", "");
   api_range range = {0, size};
   tw_format format;
+  api_outcome outcome = api_validate(call, "source", "");
   if (outcome == API_CONTINUE) outcome = api_range_answer(call, size, &range);
-  if (outcome == API_CONTINUE && !sniff_stored(call, &body->blob, &format)) outcome = API_FAILED;
-  if (outcome != API_CONTINUE) {
-    destroy_source(body);
-    return outcome;
-  }
+  if (outcome != API_CONTINUE) return outcome;
+  outcome = sniff_stored(call, &body->blob, &format);
+  if (outcome != API_DONE) return outcome;
   api_answer_header(&call->answer, "Content-Type", tw_format_media_types[format]);
   outcome = suggest_source(call, format);
-  if (outcome != API_DONE) {
-    destroy_source(body);
-    return outcome;
-  }
+  if (outcome != API_DONE) return outcome;
   body->at = range.first;
   body->end = range.first + range.count;
   call->answer.body = (api_body){range.count, body, read_source, destroy_source};
   return API_DONE;
+}
+
+api_outcome api_get_source(api_call *call) {
+  if (call->effort != API_HEAVY) return API_NEEDS_THREAD;
+  source_body *body = tw_arena_alloc(call->arena, 1, sizeof *body);
+  if (!body) return api_fail_without_memory(call);
+  api_outcome outcome = open_stored(call, call->id, &body->blob);
+  if (outcome != API_DONE) return outcome;
+  outcome = reply_source(call, body);
+  if (!call->answer.body.read) destroy_source(body);
+  return outcome;
 }

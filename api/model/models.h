@@ -14,7 +14,6 @@ bool api_is_model_id(const char *text, size_t length);
 /* Who makes much of little, and what the request was granted beside that. */
 typedef struct api_maker {
   api_call *call;
-  api_fault *fault;
   uint64_t granted;
 } api_maker;
 

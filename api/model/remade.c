@@ -12,7 +12,7 @@ api_outcome api_remade_answer(api_call *call, api_outcome (*make)(api_remade *re
   api_entry *entry;
   api_outcome outcome = api_model_take(call, call->id, NULL, &entry);
   if (outcome != API_DONE) return outcome;
-  api_remade remade = {.call = call, .model = api_entry_value(entry), .maker = {call, &call->fault, 0}};
+  api_remade remade = {.call = call, .model = api_entry_value(entry), .maker = {call, 0}};
   outcome = make(&remade);
   api_entry_release(entry);
   return outcome;

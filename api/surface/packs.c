@@ -64,14 +64,10 @@ static bool build_packs(void *context, api_built *out, api_fault *fault) {
   const packs_source *source = context;
   if (!api_grant(source->service, source->ticket, building_size(source->plan), fault)) return false;
   api_packs *packs = tw_alloc_zero(1, sizeof *packs);
-  if (!packs) {
-    api_fault_without_memory(fault);
-    return false;
-  }
+  if (!packs) return api_fault_without_memory(fault);
   if (create_list(source, packs, &fault->error) != TW_OK) {
     destroy_packs(packs);
-    api_fault_complete(fault);
-    return false;
+    return api_fault_complete(fault);
   }
   *out = (api_built){packs, packs_size(packs), destroy_packs, API_CACHED_PLAN};
   return true;

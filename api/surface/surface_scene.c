@@ -229,14 +229,12 @@ static bool build_reduced(void *context, api_built *out, api_fault *fault) {
   reduced_clips *reduced = arena ? tw_arena_alloc(arena, 1, sizeof *reduced) : NULL;
   if (!reduced) {
     tw_arena_destroy(arena);
-    api_fault_without_memory(fault);
-    return false;
+    return api_fault_without_memory(fault);
   }
   reduced->arena = arena;
   if (reduce_clips(context, reduced, &fault->error) != TW_OK) {
     destroy_reduced(reduced);
-    api_fault_complete(fault);
-    return false;
+    return api_fault_complete(fault);
   }
   *out = (api_built){reduced, tw_arena_size(arena), destroy_reduced, API_CACHED_CLIP};
   return true;
