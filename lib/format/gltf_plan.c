@@ -6,7 +6,8 @@
 #include "gltf/gltf.h"
 
 enum {
-  ADDED_KEYS_MAX = 1 << 20 /* of all tracks that cannot keep their keys: two may say many turns */
+  /* Of all tracks whose keys are made anew: two keys may stand for many turns, which take many keys. */
+  ADDED_KEYS_MAX = 1 << 20
 };
 
 /* Views, accessors, nodes and materials are told in the JSON, which is held in memory. */
@@ -59,7 +60,7 @@ static uint32_t add_floats(tw_gltf_plan *plan, const float *values, uint64_t cou
       plan, (tw_gltf_accessor){.view = view, .component = TW_GLTF_FLOAT, .width = width, .count = count});
 }
 
-/* What is handed on, first of all. */
+/* What answers bear as the file has it (assets) comes first: its numbers are the file's. */
 static void add_elements(tw_gltf_plan *plan, const tw_gltf_assets *assets) {
   for (uint32_t i = 0; i < assets->element_count; i++) {
     const tw_gltf_elements *elements = &assets->elements[i];
@@ -87,7 +88,7 @@ static uint32_t add_rows(tw_gltf_plan *plan, uint32_t mesh, const tw_surface *su
   return add_view(plan, view);
 }
 
-/* An accessor of a field of vertices. Positions (morph -1) and displacements are bounded. */
+/* An accessor of a field of vertices. */
 static uint32_t add_field(tw_gltf_plan *plan, const tw_vertex_field *field, tw_gltf_accessor accessor) {
   accessor.offset = field->offset;
   accessor.component = tw_vertex_component(field->coding);
@@ -191,11 +192,11 @@ static uint32_t add_sharpness(tw_gltf_plan *plan, const float *values, uint64_t 
 typedef struct cage_reader {
   const tw_surface *surface;
   tw_surface_reader *reader;
-  uint32_t *corners; /* of a face, as vertices; then as points */
-  size_t most;       /* of each */
-  uint32_t *points;  /* [vertices] */
-  uint32_t *firsts;  /* [faces] vertices */
-  uint32_t *starts;  /* [faces] corners */
+  uint32_t *corners; /* [2][most] of a face, as vertices; then as points */
+  size_t most;       /* corners of a face */
+  uint32_t *points;  /* [vertices] the point of each */
+  uint32_t *firsts;  /* [faces] the vertex at each face's corner 0 */
+  uint32_t *starts;  /* [faces] the corner at which each face's fan of triangles starts */
 } cage_reader;
 
 static size_t read_cage_face(const cage_reader *cage, uint64_t face) {
@@ -213,7 +214,9 @@ static void read_points_of_vertices(const cage_reader *cage) {
   }
 }
 
-/* Where the fans of the faces start. */
+/* Where the fans of the faces start: every second face of a material starts its fan elsewhere than at corner
+ * 0 where a neighbour's fan has the same vertex (tw_fan_start), which would join the two in FB_ngon_encoding.
+ */
 static void find_starts(const cage_reader *cage) {
   for (uint32_t i = 0; i < tw_surface_group_count(cage->surface);) {
     const tw_surface_group faces = tw_take_material(cage->surface, &i);
@@ -317,6 +320,7 @@ static void add_triangles(tw_gltf_plan *plan, uint32_t index, const tw_surface *
   bool narrow = tw_surface_row_count(surface, TW_DOMAIN_VERTICES) <= UINT16_MAX;
   uint32_t index_size = narrow ? sizeof(uint16_t) : sizeof(uint32_t);
   for (uint32_t i = 0; i < tw_surface_group_count(surface);) {
+    /* Holes are the last groups of a surface. */
     tw_gltf_primitive *primitive = &mesh->primitives[mesh->primitive_count + mesh->tags.hole_count];
     *primitive = *shared;
     primitive->faces = tw_take_material(surface, &i);
@@ -475,7 +479,8 @@ static bool has_places(const tw_scene *scene, uint32_t mesh) {
          scene->packs[mesh]->fields->coding == TW_CODED_PLACES;
 }
 
-/* The matrices of a skin, which begin with what undoes shorts on the grid. NULL without memory. */
+/* The inverse bind matrices of a skin for positions that are shorts on the grid: each turns them into
+ * coordinates first. NULL without memory. */
 static const float *undo_grid(tw_arena *arena, const tw_skin *skin, const tw_grid *grid) {
   float *out = tw_arena_alloc(arena, skin->joint_count, 16 * sizeof *out);
   for (uint32_t joint = 0; out && joint < skin->joint_count; joint++) {
@@ -500,7 +505,7 @@ static tw_status add_skins(tw_gltf_plan *plan, const tw_scene *scene, tw_error *
   for (uint32_t i = 0; i < model->node_count; i++) {
     const tw_node *node = &model->nodes[i];
     if (tw_gltf_node_is_skinned(scene, node) && has_places(scene, node->mesh))
-      grids[node->skin] = &scene->packs[node->mesh]->options.grid; /* of all that skins move */
+      grids[node->skin] = &scene->packs[node->mesh]->options.grid; /* one for all skinned meshes */
   }
   for (uint32_t i = 0; i < model->skin_count; i++) {
     const tw_skin *skin = &model->skins[i];
@@ -511,7 +516,8 @@ static tw_status add_skins(tw_gltf_plan *plan, const tw_scene *scene, tw_error *
   return TW_OK;
 }
 
-/* Skins undo the shorts of what they move. */
+/* Whether a child node has to hold the mesh and turn its shorts into coordinates (tw_gltf_plan's holders).
+ * The matrices of a skin do so themselves. */
 static bool needs_holder(const tw_scene *scene, const tw_node *node) {
   return node->mesh != TW_NO_INDEX && has_places(scene, node->mesh) && !tw_gltf_node_is_skinned(scene, node);
 }

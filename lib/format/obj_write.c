@@ -366,8 +366,7 @@ size_t tw_obj_stream_read(tw_obj_stream *stream, uint8_t *out, size_t capacity) 
   return done;
 }
 
-/* ---- create and destroy
- * ---------------------------------------------------------------------------------------------- */
+/* ---- create and destroy ---------------------------------------------------------------------- */
 
 static size_t longer(size_t length, const char *name) {
   size_t other = name ? strlen(name) : 0;

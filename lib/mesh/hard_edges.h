@@ -4,7 +4,7 @@
 
 #include "topology.h"
 
-/* topology: of the mesh's own points and corners, paired at least. TW_NO_MEMORY. */
+/* topology: of the mesh's own points and corners; that of tw_topology_pair is enough. TW_NO_MEMORY. */
 tw_status tw_hard_edges_count(const tw_mesh *mesh, const tw_topology *topology, tw_hard_edge_counts *out);
 
 /* Whether the file gives two corners normals that differ by over half a degree. */

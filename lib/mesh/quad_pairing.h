@@ -9,12 +9,16 @@ extern "C" {
 #endif
 
 /* Joins triangles that an exporter split quads into, of a mesh where enough neighbours in the file look like
- * split rectangles. First those that follow one another: in the pattern that most have, whatever their shape
- * but folded over, save in a run of it round a point; else where they make a convex quad that is nearly flat
- * and split along its diagonal. Where a triangle could go with either neighbour, the sum of the quads'
- * quality decides. Then other triangles with an edge in common, the best first, where few are left. Never
- * across materials, UV seams and edges at which normals part. Replaces the mesh's faces by arrays in the
- * arena; only meshes without tags, named groups and a choice of UVs for tangents. O(n log n). */
+ * split rectangles:
+ * 1. Triangles that follow one another in the file and share an edge in the pattern that most such pairs
+ * have, whatever the quad's shape, unless it is folded over, or several of them in a row go round one point
+ * (a fan, not quads).
+ * 2. Other triangles that follow one another, where they make a convex quad that is nearly flat and split
+ *    along its diagonal. Where a triangle could go with the one before or the one behind, the sum of the
+ * quads' quality decides.
+ * 3. Where few triangles are left, those with an edge in common, the best quad first.
+ * Never across materials, UV seams and edges at which normals part. Replaces the mesh's faces by arrays in
+ * the arena; only meshes without tags, named groups and a choice of UVs for tangents. O(n log n). */
 tw_status tw_pair_triangles(tw_mesh *mesh, tw_arena *arena, tw_error *error);
 
 /* How good a quad two triangles make, up to 1 for a flat rectangle; 0: they share no whole edge, or one that

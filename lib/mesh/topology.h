@@ -52,9 +52,9 @@ typedef struct tw_topology {
 } tw_topology;
 
 /* Builds edges, siblings and fans of faces over `vertex_count` vertices. Sharpness is 0 everywhere
- * afterwards, and sharpen_* below have not run. The face arrays are kept, not copied. Faces must
- * be checked: indices in range, no vertex twice in a face. face_offsets NULL: all are triangles or all
- * are quads, as the counts tell. O(corners). TW_NO_MEMORY. */
+ * afterwards: tw_topology_soften and tw_topology_sharpen come next. The face arrays are kept, not copied.
+ * Faces must be checked: indices in range, no vertex twice in a face. face_offsets NULL: all are triangles or
+ * all are quads, as the counts tell. O(corners). TW_NO_MEMORY. */
 tw_status tw_topology_build(tw_topology *topology, tw_arena *arena, uint32_t vertex_count,
                             uint32_t face_count, const uint32_t *face_offsets, uint32_t corner_count,
                             const uint32_t *corners);
@@ -67,9 +67,9 @@ tw_status tw_topology_pair(tw_topology *topology, tw_arena *arena, uint32_t vert
 /* Allocates the fan, ring and vertex flag arrays for the counts that are set. */
 tw_status tw_topology_allocate_fans(tw_topology *topology, tw_arena *arena);
 
-/* The same of triangles or quads whose edges are known by a number: known_edges [face_size * face_count], of
- * the edge at each corner. Edges of different numbers stay apart even where they have the same ends, as those
- * inside of two triangles over the same points. */
+/* As tw_topology_build, of triangles or quads whose edges are known by a number: known_edges [face_size *
+ * face_count], of the edge at each corner. Edges of different numbers stay apart even where they have the
+ * same ends, as those inside of two triangles over the same points. */
 tw_status tw_topology_build_parted(tw_topology *topology, tw_arena *arena, uint32_t vertex_count,
                                    uint32_t face_count, uint32_t face_size, const uint32_t *corners,
                                    const uint32_t *known_edges);
@@ -148,7 +148,7 @@ static inline uint32_t tw_corner_previous(const tw_topology *t, uint32_t corner)
   return (corner == t->face_offsets[face] ? t->face_offsets[face + 1] : corner) - 1;
 }
 
-/* What edge_vertices holds, where there are none. */
+/* The two ends of an edge, also of a topology without edge_vertices (tw_topology_pair). */
 static inline uint32_t tw_edge_start(const tw_topology *t, uint32_t edge) {
   return t->corner_vertex[t->edge_corner[edge]];
 }

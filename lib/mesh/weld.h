@@ -54,7 +54,7 @@ tw_status tw_weld_within(const float *positions, uint32_t count, double distance
 tw_status tw_find_equal_rows(const float *rows, uint32_t width, uint32_t count, uint32_t *first,
                              tw_error *error);
 
-/* The most bytes that either of them takes while it runs. */
+/* The most bytes that any function here takes while it runs. */
 size_t tw_weld_size(uint32_t vertex_count, uint32_t corner_count);
 
 #ifdef __cplusplus

@@ -22,9 +22,11 @@ static turned_face child_face(const tw_topology *child, const tw_coarse_faces *p
   return (turned_face){across / 3, (across + 2) % 3};
 }
 
-/* The way from a face of the child down to one of its descendants: which child to take, two bits a level, the
- * first step highest. in: counted from the corner `turn`; out: from the child's own first corner. Children of
- * a quad begin with its corner, those of a triangle keep its corners' numbers. */
+/* Another number for a path: the way from a face of the child down to one of its descendants, which child to
+ * take at each level, two bits a level, the first step highest. `path` counts children from the face's corner
+ * `turn`, the result from its corner 0. A child of a quad begins with the quad's corner, so that only the
+ * first step turns; children of a triangle keep its corners' numbers, so that every step does, but those to
+ * the child in the middle (3). */
 static uint32_t turn_path(uint32_t path, uint32_t levels, uint32_t turn, bool triangles) {
   uint32_t out = path;
   for (uint32_t level = triangles ? 0 : levels - 1; level < levels; level++) {
@@ -45,7 +47,7 @@ tw_status tw_coarse_corners(const tw_topology *child, const tw_coarse_faces *par
     turned_face at = child_face(child, parents, f >> 2 * levels);
     uint32_t face =
         (at.face << 2 * levels) + (levels > 0 ? turn_path(f & mask, levels, at.turn, triangles) : 0);
-    bool is_turned = triangles || levels == 0;
+    bool is_turned = triangles || levels == 0; /* a descendant of a quad begins where its path ends */
     for (uint32_t k = 0; k < size; k++) {
       uint32_t corner = size * face + (is_turned ? (k + at.turn) % size : k);
       corners[size * f + k] = before ? before[corner] : corner;

@@ -6,11 +6,12 @@
 #include "parallel_for.h"
 #include "tweend/subdiv.h"
 
-/* Follows corners through one more step back. *out: for each corner of the level of that number, plus one, of
- * the parents as they are refined step by step, the corner of the mesh that was taken back. child: what the
- * step takes back, the mesh itself or its parents by now; parents: faces of that; before: *out of the last
- * step, NULL at the first; levels: steps before. Lives in the arena, 4 bytes a corner of the mesh. O(corners
- * of the mesh). TW_NO_MEMORY. */
+/* Which corner of the mesh is which corner of its cage's surface. After n steps back the cage so far, refined
+ * n times, has as many corners as the mesh, in another order: *out[c] is the corner of the mesh that corner c
+ * of that level is. Called after each step: `child` is what the step began with (the mesh at the first),
+ * `parents` the faces that it found, `levels` the number of steps before, `before` what *out was after them
+ * (NULL at the first). Lives in the arena, 4 bytes a corner of the mesh. O(corners of the mesh).
+ * TW_NO_MEMORY. */
 tw_status tw_coarse_corners(const tw_topology *child, const tw_coarse_faces *parents, const uint32_t *before,
                             uint32_t levels, tw_arena *arena, const uint32_t **out);
 

@@ -12,7 +12,8 @@
 #include "sorted.h"
 #include "surface.h"
 
-/* A step fits when it misses no point by more than this share of the mesh's size. */
+/* The cage fits as long as the misses of all steps together are no more than this share of the mesh's size.
+ */
 static const double FITS = 1e-5;
 
 static const uint32_t NONE = UINT32_MAX;
@@ -28,7 +29,7 @@ typedef struct step {
   tw_cage child;
   uint8_t *parts, *seen;
   uint32_t *faces;
-  uint32_t *number_of; /* [child vertices] that of the parents' vertex, or NONE */
+  uint32_t *number_of; /* [child vertices] that of the parents' vertex; NONE: it is of none */
   bool is_ambiguous;
   uint32_t levels;         /* taken back before */
   const uint32_t *corners; /* tw_coarse_corners of those, then of this one too */
@@ -54,7 +55,7 @@ static tw_status number_vertices(step *s, parents *p, tw_arena *arena, uint32_t 
   for (uint32_t c = 0; c < p->faces.corner_count; c++) {
     uint32_t vertex = t->corner_vertex[p->faces.origins[c]];
     if (s->number_of[vertex] != NONE) continue;
-    s->number_of[vertex] = 0;
+    s->number_of[vertex] = 0; /* seen; its number comes once all are sorted */
     p->vertices[(*count)++] = vertex;
   }
   qsort(p->vertices, *count, sizeof *p->vertices, tw_compare_uint32);
@@ -109,11 +110,13 @@ static tw_status make_parents(step *s, const tw_piece *piece, tw_arena *arena, p
   return s->rules.chaikin ? tw_topology_sum_semi(&p->topology, arena) : TW_OK;
 }
 
-/* ---- values
- * ------------------------------------------------------------------------------------------------ */
+/* ---- values ---------------------------------------------------------------------------------- */
 
-/* Which value of the child each of its vertices, in the numbers that a step gives them, has: values are told
- * by the child's corners. NULL without memory; *is_one: no vertex has two. */
+/* The values of the child in the order of a refined mesh's vertices: first those at the coarse vertices, then
+ * in the middle of the coarse edges, then (Catmull-Clark) inside of the coarse faces. value_at: [child
+ * corners] the number of the value there. From the corner of a child where its parent's corner is, the next
+ * corner of the child lies in the middle of the parent's edge, the one after it inside of the parent. NULL
+ * without memory; *is_one: no vertex has two values. */
 static uint32_t *gather(const step *s, const parents *p, const tw_topology *coarse, const uint32_t *value_at,
                         tw_arena *arena, bool *is_one) {
   const tw_topology *t = &s->child.topology;
@@ -180,8 +183,7 @@ static tw_status solve_points(const step *s, const parents *p, tw_arena *arena, 
   return tw_invert_masks(&p->topology, &s->rules, 3, child, s->parallel, *out, error);
 }
 
-/* ---- which cage
- * -------------------------------------------------------------------------------------------- */
+/* ---- which cage ------------------------------------------------------------------------------ */
 
 static void forget(step *s, const tw_piece *piece) {
   for (uint32_t i = 0; i < piece->face_count; i++) s->parts[piece->faces[i]] = UINT8_MAX;
@@ -209,7 +211,9 @@ static tw_status measure(step *s, const tw_piece *piece, double *error) {
   return status == TW_INVALID ? TW_OK : status;
 }
 
-/* Chooses the parts of a piece's faces; its first face's is UINT8_MAX where the piece is no refinement. */
+/* Chooses which corner of its parent each face of a piece stands at (`parts`), which that of its first face
+ * decides for all. Tries every choice; of several that fit, the one whose parents have the surface with the
+ * least error. The first face's part stays UINT8_MAX where the piece is no refinement. */
 static tw_status choose_parts(step *s, uint32_t face, tw_piece *piece) {
   bool fits[TW_PARTS];
   int count = 0, best = 0;
@@ -255,7 +259,9 @@ static tw_status choose_all(step *s, tw_error *error) {
   return TW_OK;
 }
 
-/* Whether a piece of the parents is closed, with three edges at each vertex, whose sign can alternate. */
+/* Whether the parents can be chosen in two ways with the same surface: a piece that is closed, with three
+ * edges at each vertex, whose vertices can be signed so that every edge joins a plus and a minus. Such signs
+ * are what the masks take to nothing. */
 static tw_status find_ambiguity(step *s, const tw_topology *t) {
   int8_t *signs = tw_arena_alloc(s->scratch, t->vertex_count, 1);
   uint32_t *stack = tw_arena_alloc_raw(s->scratch, t->vertex_count, sizeof *stack);
@@ -280,8 +286,7 @@ static tw_status find_ambiguity(step *s, const tw_topology *t) {
   return TW_OK;
 }
 
-/* ---- the mesh
- * ---------------------------------------------------------------------------------------------- */
+/* ---- the mesh -------------------------------------------------------------------------------- */
 
 static void *pick(tw_arena *arena, const void *source, size_t size, const uint32_t *indices, uint32_t count) {
   uint8_t *out = source ? tw_arena_alloc_raw(arena, count, size) : NULL;
@@ -409,8 +414,7 @@ static tw_status make_mesh(step *s, tw_mesh *out, double **positions, double *er
   return status;
 }
 
-/* ---- steps
- * ------------------------------------------------------------------------------------------------- */
+/* ---- steps ----------------------------------------------------------------------------------- */
 
 static tw_status take_step(step *s, tw_mesh *out, double **positions, double *miss, tw_error *error) {
   /* With the edges of the border sharp alone, what is sharp else was tagged so. */
@@ -485,11 +489,13 @@ tw_status tw_mesh_coarsen(const tw_mesh *mesh, const tw_surface_options *options
     double miss;
     tw_status status = s.scratch ? take_step(&s, &next, &positions, &miss, error) : TW_NO_MEMORY;
     tw_arena_destroy(s.scratch);
-    if (status == TW_INVALID && out->levels > 0) break;
+    if (status == TW_INVALID && out->levels > 0) break; /* no refinement any more: the cage is found */
     if (status == TW_NO_MEMORY) return tw_fail(error, status, "out of memory");
     if (status == TW_CANCELLED) return tw_fail(error, status, "the cage is not wanted any more");
     if (status == TW_LIMIT) return tw_fail(error, status, "the cage would be over what 32 bits number");
     if (status != TW_OK) return status;
+    /* The first step is taken in any case. Where all fitted so far and this one would not, the steps end;
+     * where the first one did not, they go on, and details keep what they miss. */
     bool fits = out->fits && out->error + miss <= FITS * out->size;
     if (out->levels > 0 && out->fits && !fits) break;
     out->fits = fits;

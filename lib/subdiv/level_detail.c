@@ -45,8 +45,7 @@ tw_status tw_details_check(const tw_detail_list *list, const tw_cage *cage, cons
   return TW_OK;
 }
 
-/* ---- frames
- * ------------------------------------------------------------------------------------------------ */
+/* ---- frames ---------------------------------------------------------------------------------- */
 
 /* Points of a level, and room for a mask. */
 struct tw_detail_frames {
@@ -61,8 +60,9 @@ static void subtract(const tw_detail_frames *f, uint32_t to, uint32_t from, doub
     out[c] = f->positions[3 * (size_t)to + (size_t)c] - f->positions[3 * (size_t)from + (size_t)c];
 }
 
-/* False, and nothing changed, where the vector is no longer than what rounding of points to float leaves of
- * vectors of such a length: far over float's 6e-8, as differences of near points have fewer digits. */
+/* False, and nothing changed, where the vector may be nothing but the rounding of points to float. scale: the
+ * length of the edges there. The share is far over float's 6e-8, as differences of near points have lost
+ * most of their digits. */
 static bool make_unit(double vector[3], double scale) {
   double length = sqrt(tw_dot3(vector, vector));
   if (!(length > 1e-5 * scale)) return false;
@@ -154,8 +154,7 @@ bool tw_detail_move(tw_detail_frames *frames, uint32_t vertex, const double by[3
   return fits;
 }
 
-/* ---- adding
- * ------------------------------------------------------------------------------------------------ */
+/* ---- adding ---------------------------------------------------------------------------------- */
 
 typedef struct adding {
   const tw_detail *detail;
@@ -224,7 +223,9 @@ static double *refine_values(const tw_topology *parent, const tw_rules *rules, c
   return out && tw_refine_values(parent, rules, 3, in, parallel, out) == TW_OK ? out : NULL;
 }
 
-/* Moves the vertices of a level as far as deeper details move them on the deepest level. */
+/* Moves the vertices of a level as far as deeper details move them on the deepest level: refines the level
+ * with the details (`modelled`) and without (`plain`), and adds the difference. They are one array until the
+ * first detail. */
 static tw_status follow(const tw_detail_step *step, const tw_parallel_for *parallel, tw_arena *arena,
                         double *positions) {
   tw_topology parent = *step->topology, child;
@@ -261,8 +262,7 @@ tw_status tw_details_add(const tw_detail_step *step, const tw_parallel_for *para
   return status;
 }
 
-/* ---- a level of a mesh
- * ------------------------------------------------------------------------------------- */
+/* ---- a level of a mesh ----------------------------------------------------------------------- */
 
 tw_status tw_detail_level_of(const tw_mesh *mesh, const tw_surface_options *options,
                              const tw_parallel_for *parallel, tw_arena *arena, tw_detail_level *out,
@@ -289,7 +289,8 @@ tw_status tw_detail_level_of(const tw_mesh *mesh, const tw_surface_options *opti
     if (status != TW_OK) return status;
     out->positions = refine_values(&parent, &rules, &out->topology, parallel, arena, out->positions);
     if (!out->positions) return TW_NO_MEMORY;
-    const tw_detail_step step = {&list, &out->topology, &rules, level, TW_LEVEL_MAX + 1};
+    const tw_detail_step step = {&list, &out->topology, &rules, level,
+                                 TW_LEVEL_MAX + 1}; /* deeper than any: no level is the answer's */
     status = tw_details_add(&step, parallel, out->positions);
     if (status == TW_OK) status = tw_parallel_for_status(parallel);
     if (status != TW_OK) return status;

@@ -1,6 +1,7 @@
 /* What is modelled onto levels (Zorin, Schröder and Sweldens 1997): displacements in local frames of a level,
- * added after the step that makes it. Coarser levels take for each vertex the displacement that it has on the
- * deepest level, where it has the same number. */
+ * added after the step that makes it. A surface of a coarser level shows deeper details too: each of its
+ * vertices, which has the same number on all deeper levels, is moved as far as it is on the deepest one with
+ * details. */
 #ifndef TWEEND_LEVEL_DETAIL_H
 #define TWEEND_LEVEL_DETAIL_H
 

@@ -48,13 +48,15 @@ void tw_loop_rows_triangles(const tw_topology *above, uint32_t first, uint32_t c
 
 /* ---- normals -------------------------------------------------------------------------------- */
 
-/* All points of the level of the rows; those in the middle of edges come last. */
+/* The level of the rows: its points, and the topology of the level above it. A vertex of the level above
+ * keeps its number; the points in the middle of its edges come behind them. */
 typedef struct level {
   const tw_topology *above;
   const double *points;
   tw_limit_entry *mask;
 } level;
 
+/* The point that a vertex of the level above has become. */
 static const double *point(const level *l, uint32_t vertex) {
   return l->points + 3 * (size_t)vertex;
 }
@@ -101,6 +103,9 @@ static void on_border(const double *own, const double *const r[4], float *normal
 
 /* ---- at vertices, and in the middle of edges ------------------------------------------------ */
 
+/* A vertex that the level above has. The tangent mask has the same weights on every level: they are an
+ * eigenvector of the step. So those of the level above are applied to this level's ring, the middles of the
+ * edges, which stand in the same order as the mask's entries. */
 static void by_mask(const level *l, uint32_t vertex, float *normal) {
   const tw_topology *t = l->above;
   const uint32_t *ring = t->ring_edges + t->ring_offsets[vertex];

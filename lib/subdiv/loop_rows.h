@@ -6,8 +6,8 @@
 #include "child.h"
 #include "limit.h"
 
-/* Whether normals can be read so `levels` levels below the cage and one: all has decayed by then, and every
- * point has one normal. */
+/* Whether normals can be computed this way for level `levels` + 1: all sharpness has decayed by then, and
+ * every point has one normal. */
 bool tw_loop_rows_fit(const tw_topology *cage, const tw_rules *rules, uint32_t levels);
 
 /* Counts of the level, without arrays. They must be within 32 bits. */

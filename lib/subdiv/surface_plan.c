@@ -10,13 +10,14 @@
 
 /* ---- what outlives the mesh ----------------------------------------------------------------- */
 
-/* Whether the cage is the base, or what other positions are refined by. */
+/* Whether the surface goes on needing the cage's topology: as its base, or, where it can be moved, to refine
+ * other positions to the base. levels: generic steps to the base. */
 static bool needs_cage(const tw_surface *s, uint32_t levels) {
   if (levels == 0) return s->way != TW_WAY_LEVELS; /* which has tables of its own */
   return s->options.movable;
 }
 
-/* Its faces are the mesh's until here. */
+/* Copies the cage's faces, which are arrays of the mesh until here. */
 static tw_status keep_cage(tw_build *b) {
   tw_topology *t = &b->cage.topology;
   tw_arena *arena = b->points_arena;
@@ -52,7 +53,7 @@ static tw_status keep_sources(tw_build *b) {
   return s->point_of ? TW_OK : TW_NO_MEMORY;
 }
 
-/* Once there are positions. */
+/* Gives up what was needed to compute the positions alone. */
 static void forget_sources(tw_surface *s) {
   if (!needs_cage(s, s->step_count)) {
     tw_arena_destroy(s->points_arena);
@@ -65,7 +66,8 @@ static void forget_sources(tw_surface *s) {
   s->details = (tw_detail_list){0, NULL};
 }
 
-/* All faces are visible: the rows of the points are the vertices of the cage. */
+/* Keeps creases, corners and the order of the faces, for answers that are cages again (level 0). Such a
+ * surface has all faces, so that its points are the cage's vertices, and tags need no other numbers. */
 static tw_status keep_tags(tw_build *b) {
   tw_surface *s = b->surface;
   if (!tw_keeps_tags(b->mesh, &s->options)) return TW_OK;
@@ -93,7 +95,7 @@ static void need_masks(tw_surface *s, const tw_topology *t) {
   if (capacity > s->mask_capacity) s->mask_capacity = capacity;
 }
 
-/* Of the level that Loop's rows are of the counts are enough. */
+/* Loop's rows are computed from the level above theirs; of their own level only the counts are kept. */
 static void plan_loop_rows(tw_build *b) {
   tw_surface *s = b->surface;
   s->loop_above = b->topologies[0];
@@ -148,7 +150,8 @@ static tw_status plan_rows(tw_build *b, tw_error *error) {
   tw_surface *s = b->surface;
   if (s->way == TW_WAY_LOOP) plan_loop_rows(b);
   for (uint32_t f = 0; f < s->field_count; f++) s->fields[f].base = b->topologies[f];
-  const tw_face_order order = {b->mesh, b->cage.visible, b->source, b->levels + (s->way == TW_WAY_LOOP)};
+  const tw_face_order order = {b->mesh, b->cage.visible, b->source,
+                               b->levels + (s->way == TW_WAY_LOOP)}; /* Loop's rows: one below */
   tw_status status = tw_surface_order(s, &order);
   if (status == TW_OK) status = tw_build_number(b);
   if (status != TW_OK || s->way == TW_WAY_LOOP) return status;
@@ -161,7 +164,7 @@ static tw_status plan_rows(tw_build *b, tw_error *error) {
 static tw_status plan(tw_build *b, bool generic, tw_error *error) {
   tw_surface *s = b->surface;
   tw_status status = tw_cage_read(b->mesh, &s->options, b->points_arena, &b->cage);
-  b->cage.arena = b->arena;
+  b->cage.arena = b->arena; /* what is asked of the cage from here on is for the plan alone */
   if (status == TW_OK) status = tw_cage_count(&s->options, &b->cage, &s->counts, error);
   if (status == TW_OK) status = tw_details_check(&s->details, &b->cage, &s->options, error);
   if (status == TW_OK) status = tw_parallel_for_status(b->parallel);
@@ -236,11 +239,13 @@ tw_status tw_surface_create_by(const tw_mesh *mesh, const tw_surface_options *op
   if (status != TW_OK) return status;
   bool too_irregular = false;
   status = create(mesh, options, parallel, false, out, &too_irregular, error);
-  if (too_irregular && options->shapes) { /* those of others may leave no room */
+  if (too_irregular &&
+      options->shapes) { /* the shared classes of patches are full: then with some of its own */
     tw_surface_options own = *options;
     own.shapes = NULL;
     status = create(mesh, &own, parallel, false, out, &too_irregular, error);
   }
+  /* More classes than there is room for at all: by generic steps. */
   if (too_irregular) status = create(mesh, options, parallel, true, out, &too_irregular, error);
   if (status == TW_CANCELLED) tw_fail(error, status, "the surface is not wanted any more");
   return status == TW_NO_MEMORY ? tw_fail(error, status, "out of memory") : status;
