@@ -85,6 +85,7 @@ static size_t block_size(uint64_t body_size) {
 
 static struct MHD_Response *create_response(delivery *d) {
   const api_answer *answer = &d->answer;
+  /* A stream: of HEAD the answer still has it, else the listener has taken it over. */
   if (answer->live.frame != NULL || d->listener != NULL) {
     return MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, LIVE_BLOCK, read_stream, d, free_delivery);
   }

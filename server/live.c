@@ -20,6 +20,9 @@ typedef struct frame {
   api_bytes bytes;
 } frame;
 
+/* One playing of a source, which listeners share. Its grid is a row of times, 1 / fps apart: at step n of it,
+ * which is due at start_ns + n / fps, a listener of lag 0 sees frame base + n, and one of lag 3, who came three
+ * steps later and sees all from the beginning, frame base + n - 3. */
 typedef struct channel {
   struct channel *next;
   api_live source;
@@ -36,7 +39,7 @@ struct srv_listener {
   srv_live *live;
   channel *channel;
   srv_listener *previous, *next; /* among the channel's */
-  int64_t lag;                   /* frames behind the channel's grid */
+  int64_t lag;                   /* steps behind the channel's grid; below 0: ahead of it */
   uint64_t first;                /* the frame to begin with, even when it comes late */
   bool has_shown;
   uint64_t shown; /* the frame offered last */
@@ -142,7 +145,7 @@ static uint64_t nearest_step(const channel *c, uint64_t now) {
   return step_ns(c, step + 1) - now < now - step_ns(c, step) ? step + 1 : step;
 }
 
-/* The frame that somebody at this lag is to see; before the first one of all there is none. */
+/* The frame that somebody at this lag is to see: frame 0 before its time too, and the last one after it. */
 static uint64_t frame_at(const channel *c, uint64_t step, int64_t lag) {
   int64_t number = (int64_t)(c->base + step) - lag;
   if (number < 0) return 0;
@@ -168,9 +171,11 @@ static bool is_over(const srv_listener *l) {
   return l->cut || l->finished;
 }
 
+/* Offers frame `number` in place of one that was not taken yet. The first frame is never skipped, as clients
+ * start from it: while it is pending, nothing replaces it; before it was shown, it is offered whenever it is
+ * kept, whatever is due by then. */
 static void offer(srv_live *live, srv_listener *l, uint64_t number, uint64_t now) {
   if (is_over(l)) return;
-  /* The first frame is never skipped: clients start from it. */
   if (l->pending != NULL && l->pending->number == l->first) return;
   if (!l->has_shown && (number < l->first || find_frame(l->channel, l->first) != NULL)) number = l->first;
   frame *f = l->has_shown && l->shown == number ? NULL : find_frame(l->channel, number);
@@ -244,12 +249,14 @@ static void *run(void *context) {
 
 /* ---- joining and leaving --------------------------------------------------------------------- */
 
-/* Whether somebody who is to see frame `first` now can share the channel; *lag: where. Only frames that are
- * printed, or the one that is next, can be had: it is never printed backwards. */
+/* Whether somebody who is to see frame `first` now can share the channel; *lag: with which lag. A channel prints
+ * forward only, for the listener of the least lag, who is furthest: a newcomer with the same lag sees what is
+ * printed next, one with more of it has to find its frames among those that are kept, and nobody can be ahead.
+ * Whoever joins where the others are takes the least lag, and so do all before the first frame is printed. */
 static bool can_share(const channel *c, const api_live *source, uint64_t now, int64_t *lag) {
   if (c->listeners == NULL || strcmp(c->source.key, source->key) != 0) return false;
   int64_t least = least_lag(c);
-  bool is_begun = c->depth > 0 || source->first != c->base; /* else all begin together */
+  bool is_begun = c->depth > 0 || source->first != c->base;
   *lag =
       source->joins || !is_begun ? least : (int64_t)(c->base + nearest_step(c, now)) - (int64_t)source->first;
   if (*lag == least) return true;
@@ -308,7 +315,10 @@ srv_listener *srv_live_join(srv_live *live, api_live *source, void (*ready)(void
   channel *c = welcome ? find_channel(live, source, now, &l->lag) : NULL;
   if (c != NULL) {
     uint64_t present = frame_at(c, step_at(c, now), l->lag);
-    l->first = !joins || first == present + 1 ? first : present; /* who has seen the present frame waits */
+    /* Who joins begins with the present frame; but who asks for the one behind it (a client that comes back)
+     * has seen that already, and waits for the next. */
+    bool has_seen_present = first == present + 1;
+    l->first = joins && !has_seen_present ? present : first;
     l->live = live;
     l->ready = ready;
     l->owner = owner;
