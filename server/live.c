@@ -21,8 +21,8 @@ typedef struct frame {
 } frame;
 
 /* One playing of a source, which listeners share. Its grid is a row of times, 1 / fps apart: at step n of it,
- * which is due at start_ns + n / fps, a listener of lag 0 sees frame base + n, and one of lag 3, who came three
- * steps later and sees all from the beginning, frame base + n - 3. */
+ * which is due at start_ns + n / fps, a listener of lag 0 sees frame base + n, and one of lag 3, who came
+ * three steps later and sees all from the beginning, frame base + n - 3. */
 typedef struct channel {
   struct channel *next;
   api_live source;
@@ -39,7 +39,7 @@ struct srv_listener {
   srv_live *live;
   channel *channel;
   srv_listener *previous, *next; /* among the channel's */
-  int64_t lag;                   /* steps behind the channel's grid; below 0: ahead of it */
+  int64_t lag;                   /* steps behind the channel's grid */
   uint64_t first;                /* the frame to begin with, even when it comes late */
   bool has_shown;
   uint64_t shown; /* the frame offered last */
@@ -249,10 +249,11 @@ static void *run(void *context) {
 
 /* ---- joining and leaving --------------------------------------------------------------------- */
 
-/* Whether somebody who is to see frame `first` now can share the channel; *lag: with which lag. A channel prints
- * forward only, for the listener of the least lag, who is furthest: a newcomer with the same lag sees what is
- * printed next, one with more of it has to find its frames among those that are kept, and nobody can be ahead.
- * Whoever joins where the others are takes the least lag, and so do all before the first frame is printed. */
+/* Whether somebody who is to see frame `first` now can share the channel; *lag: with which lag. A channel
+ * prints forward only, for the listener of the least lag, who is furthest: a newcomer with the same lag sees
+ * what is printed next, one with more of it has to find its frames among those that are kept, and nobody can
+ * be ahead. Whoever joins where the others are takes the least lag, and so do all before the first frame is
+ * printed. */
 static bool can_share(const channel *c, const api_live *source, uint64_t now, int64_t *lag) {
   if (c->listeners == NULL || strcmp(c->source.key, source->key) != 0) return false;
   int64_t least = least_lag(c);
