@@ -50,10 +50,11 @@ api_outcome api_call_take(api_call *call, const char *key, api_build build, void
   return call->fault.stall == API_STALL_THREAD ? API_NEEDS_THREAD : API_FAILED;
 }
 
-bool api_grant(api_service *service, api_ticket *ticket, uint64_t bytes, api_fault *fault) {
+bool api_grant(api_call *call, uint64_t bytes) {
+  api_ticket *ticket = call->request->ticket;
   if (bytes < ticket->needed) bytes = ticket->needed;
-  if (api_budget_grant(service->budget, ticket, bytes)) return true;
-  *fault = (api_fault){.stall = API_STALL_MEMORY, .needed = bytes};
+  if (api_budget_grant(call->service->budget, ticket, bytes)) return true;
+  call->fault = (api_fault){.stall = API_STALL_MEMORY, .needed = bytes};
   return false;
 }
 

@@ -53,7 +53,7 @@ api_outcome api_call_take(api_call *call, const char *key, api_build build, void
 /* Grants the request `bytes` in all for what it does next, but no less than it has waited for: it goes on
  * from its beginning then, and two that gave that back on the way would take it from each other for ever.
  * False: the fault stalls. */
-bool api_grant(api_service *service, api_ticket *ticket, uint64_t bytes, api_fault *fault);
+bool api_grant(api_call *call, uint64_t bytes);
 
 /* The header's first value, NULL when absent. */
 const char *api_call_header(const api_call *call, const char *name);

@@ -282,7 +282,7 @@ static api_outcome join_files(api_call *call, const api_form *form, api_upload *
                          "the form has more than one file: only one glTF and the files that it names may "
                          "come together");
   uint64_t cost = tw_reading_size(TW_FORMAT_GLTF, upload->bytes.size);
-  if (!api_grant(call->service, call->request->ticket, cost, &call->fault)) return API_FAILED;
+  if (!api_grant(call, cost)) return API_FAILED;
   uint8_t *glb;
   size_t size;
   tw_status status =
@@ -323,7 +323,7 @@ static api_outcome decode_body(api_call *call, api_coding coding, api_upload *up
   uint64_t limit = call->service->limits.max_upload;
   api_upload_type type = api_upload_type_of(api_call_header(call, "Content-Type"));
   uint64_t cost = api_reading_cost(type, coding, likely_size(upload->bytes.size, limit));
-  if (!api_grant(call->service, call->request->ticket, cost, &call->fault)) return API_FAILED;
+  if (!api_grant(call, cost)) return API_FAILED;
   size_t size;
   tw_status status = api_decode(coding, upload->bytes, call->service->limits.max_upload, &upload->decoded,
                                 &size, &call->fault.error);

@@ -106,11 +106,6 @@ static uint8_t *read_whole(api_call *call, const char *id, const api_blob *blob)
   return bytes;
 }
 
-/* Grants the call's request `bytes` in all. False: the fault stalls. */
-static bool grant(api_call *call, uint64_t bytes) {
-  return api_grant(call->service, call->request->ticket, bytes, &call->fault);
-}
-
 typedef struct model_source {
   api_call *call;
   const char *id;
@@ -146,7 +141,7 @@ static bool take_name(api_service *service, const char *id, const char *given, t
 
 bool api_maker_grant(void *maker, uint64_t bytes) {
   const api_maker *own = maker;
-  return grant(own->call, own->granted + bytes);
+  return api_grant(own->call, own->granted + bytes);
 }
 
 /* Making a face takes up to MADE_FACE bytes. */
@@ -189,7 +184,7 @@ static bool grant_reading(api_call *call, const char *id, const api_blob *blob) 
   tw_format format = TW_FORMAT_JSON;
   if (sniff_first(call, id, blob, &format) != API_DONE) return false;
   if (format == TW_FORMAT_JSON) format = TW_FORMAT_GLTF; /* which takes most */
-  return grant(call, tw_reading_size(format, blob->size));
+  return api_grant(call, tw_reading_size(format, blob->size));
 }
 
 /* fault: the call's. */
@@ -563,7 +558,7 @@ static void destroy_source(void *context) {
 static api_outcome sniff_stored(api_call *call, const api_blob *blob, tw_format *out) {
   api_outcome outcome = sniff_first(call, call->id, blob, out);
   if (outcome != API_DONE || *out != TW_FORMAT_JSON) return outcome;
-  uint8_t *bytes = grant(call, blob->size) ? read_whole(call, call->id, blob) : NULL;
+  uint8_t *bytes = api_grant(call, blob->size) ? read_whole(call, call->id, blob) : NULL;
   if (bytes) *out = tw_format_sniff(bytes, (size_t)blob->size);
   free(bytes);
   return bytes ? API_DONE : API_FAILED;

@@ -91,8 +91,7 @@ static bool print_remembered(void *context, tw_text *out, api_fault *fault) {
   const pose_source *source = context;
   api_call *call = source->call;
   uint64_t cost = bound_bytes(source->request);
-  return api_grant(call->service, call->request->ticket, cost, fault) &&
-         print_poses(call, source->request, out, fault);
+  return api_grant(call, cost) && print_poses(call, source->request, out, fault);
 }
 
 /* What an answer under way holds: a pose, a piece of text, and a block of the host's. */

@@ -189,7 +189,7 @@ static api_outcome check_size(api_call *call, const rotations_request *request) 
     return api_fail_with(call, 422, "the answer has %llu numbers, more than %llu bytes hold",
                          (unsigned long long)numbers, (unsigned long long)limit);
   uint64_t bytes = numbers * TW_FLOAT_TEXT + request->count * (uint64_t)NAME_BYTES;
-  return api_grant(call->service, call->request->ticket, bytes, &call->fault) ? API_DONE : API_FAILED;
+  return api_grant(call, bytes) ? API_DONE : API_FAILED;
 }
 
 /* As floats, whose shortest text is round where the number is. */

@@ -6,8 +6,7 @@
 #include <stdlib.h>
 
 typedef struct packs_source {
-  api_service *service;
-  api_ticket *ticket;
+  api_call *call;
   const tw_model *model;
   const api_plan *plan;
   const api_packs_query *query;
@@ -43,7 +42,7 @@ static tw_status create_list(const packs_source *source, api_packs *packs, tw_er
     const tw_pack_options options = {source->query->encoding, source->query->polygons, grids[i],
                                      source->query->is_measured};
     status = tw_packs_create(&source->model->meshes[i], source->plan->surfaces[i], &options,
-                             source->service->parallel, &packs->list[i], error);
+                             source->call->service->parallel, &packs->list[i], error);
     packs->count += status == TW_OK;
   }
   free(grids);
@@ -62,7 +61,7 @@ static uint64_t building_size(const api_plan *plan) {
 
 static bool build_packs(void *context, api_built *out, api_fault *fault) {
   const packs_source *source = context;
-  if (!api_grant(source->service, source->ticket, building_size(source->plan), fault)) return false;
+  if (!api_grant(source->call, building_size(source->plan))) return false;
   api_packs *packs = tw_alloc_zero(1, sizeof *packs);
   if (!packs) return api_fault_without_memory(fault);
   if (create_list(source, packs, &fault->error) != TW_OK) {
@@ -85,7 +84,7 @@ static const char *make_key(api_call *call, const api_packs_query *query, const 
 
 api_outcome api_packs_take(api_call *call, const tw_model *model, const api_plan *plan,
                            const api_packs_query *query, const char *key, api_entry **out) {
-  packs_source source = {call->service, call->request->ticket, model, plan, query};
+  packs_source source = {call, model, plan, query};
   const char *kept = key ? make_key(call, query, key) : NULL;
   if (key && !kept) return api_fail_without_memory(call);
   return api_call_take(call, kept, build_packs, &source, out);

@@ -67,8 +67,7 @@ void api_surface_query_print(const api_surface_query *query, tw_text *text) {
 /* ---- limits ------------------------------------------------------------------------------------ */
 
 typedef struct plan_source {
-  api_service *service;
-  api_ticket *ticket;
+  api_call *call;
   const api_plan_meshes *meshes;
   const api_surface_query *query;
   uint64_t cost; /* bytes that any plan takes while it is made */
@@ -113,14 +112,14 @@ static tw_status count_all(const plan_source *source, tw_surface_counts *total, 
  * connectivity to count by. */
 static bool is_surely_within(const plan_source *source) {
   uint32_t level = source->query->level;
-  if (level > source->service->limits.max_level || level > TW_LEVEL_MAX) return false;
+  if (level > source->call->service->limits.max_level || level > TW_LEVEL_MAX) return false;
   const api_plan_meshes *all = source->meshes;
   uint64_t most = 0;
   for (uint32_t i = 0; i < all->count; i++) {
     uint64_t first = (uint64_t)all->meshes[i].corner_count + all->meshes[i].face_count;
     add_times(&most, first << 2 * (level > 0 ? level - 1 : 0), all->uses ? all->uses[i] : 1);
   }
-  return most <= source->service->limits.max_faces;
+  return most <= source->call->service->limits.max_faces;
 }
 
 tw_status api_plan_check(const api_limits *limits, uint64_t level, uint64_t faces, tw_error *error) {
@@ -134,15 +133,14 @@ tw_status api_plan_check(const api_limits *limits, uint64_t level, uint64_t face
 }
 
 /* status: of counting, which finds the library's own limit. */
-static bool check_limits(const plan_source *source, const tw_surface_counts *total, tw_status status,
-                         api_fault *fault) {
+static bool check_limits(const plan_source *source, const tw_surface_counts *total, tw_status status) {
+  api_call *call = source->call;
   tw_status over =
-      api_plan_check(&source->service->limits, source->query->level, total->faces, &fault->error);
+      api_plan_check(&call->service->limits, source->query->level, total->faces, &call->fault.error);
   if (status == TW_OK && over == TW_OK) return true;
-  api_fault_complete(fault);
-  fault->is_predicted = total->faces > 0;
-  fault->predicted = *total;
-  return false;
+  call->fault.is_predicted = total->faces > 0;
+  call->fault.predicted = *total;
+  return api_fault_complete(&call->fault);
 }
 
 /* ---- building ---------------------------------------------------------------------------------- */
@@ -168,15 +166,14 @@ static size_t plan_size(const api_plan *plan) {
 
 /* What a plan takes so far. */
 typedef struct plan_grant {
-  const plan_source *source;
+  api_call *call;
   uint64_t bytes;
-  api_fault *fault;
 } plan_grant;
 
 static bool raise_grant(void *context, uint64_t bytes) {
   plan_grant *grant = context;
   grant->bytes += bytes;
-  return api_grant(grant->source->service, grant->source->ticket, grant->bytes, grant->fault);
+  return api_grant(grant->call, grant->bytes);
 }
 
 static tw_status create_surface(const plan_source *source, api_plan *plan, tw_arena *scratch,
@@ -197,19 +194,19 @@ static tw_status create_surface(const plan_source *source, api_plan *plan, tw_ar
   options.movable = plan->count >= source->meshes->still_count;
   options.shapes = plan->shapes;
   options.grant = grant;
-  return tw_surface_create_by(&mesh, &options, source->service->parallel, &plan->surfaces[plan->count],
+  return tw_surface_create_by(&mesh, &options, source->call->service->parallel, &plan->surfaces[plan->count],
                               error);
 }
 
-static tw_status create_surfaces(const plan_source *source, api_plan *plan, api_fault *fault) {
+static tw_status create_surfaces(const plan_source *source, api_plan *plan) {
   const api_plan_meshes *all = source->meshes;
-  tw_error *error = &fault->error;
+  tw_error *error = &source->call->fault.error;
   plan->surfaces = tw_alloc_zero(all->count, sizeof(tw_surface *));
   plan->shapes = tw_patch_shapes_create();
   if (!plan->surfaces || !plan->shapes) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   tw_arena *scratch = tw_arena_create(); /* of the creases, until their surface is made */
   if (!scratch) return tw_fail(error, TW_NO_MEMORY, "out of memory");
-  plan_grant held = {source, source->cost, fault};
+  plan_grant held = {source->call, source->cost};
   const tw_grant grant = {&held, raise_grant};
   tw_status status = TW_OK;
   for (; plan->count < all->count && status == TW_OK; plan->count += status == TW_OK)
@@ -219,14 +216,14 @@ static tw_status create_surfaces(const plan_source *source, api_plan *plan, api_
 }
 
 /* NULL: the fault's error or stall says why. */
-static api_plan *create_plan(const plan_source *source, api_fault *fault) {
+static api_plan *create_plan(const plan_source *source) {
   api_plan *plan = tw_alloc_zero(1, sizeof *plan);
   if (!plan) {
-    tw_fail(&fault->error, TW_NO_MEMORY, "out of memory");
+    tw_fail(&source->call->fault.error, TW_NO_MEMORY, "out of memory");
     return NULL;
   }
   atomic_init(&plan->is_warm, false);
-  if (create_surfaces(source, plan, fault) != TW_OK) {
+  if (create_surfaces(source, plan) != TW_OK) {
     destroy_plan(plan);
     return NULL;
   }
@@ -237,12 +234,13 @@ static api_plan *create_plan(const plan_source *source, api_fault *fault) {
 }
 
 /* Counts first: nothing is built of what is over a limit, and its counts are told. */
-static api_plan *count_and_create(const plan_source *source, api_fault *fault) {
+static api_plan *count_and_create(const plan_source *source) {
+  api_fault *fault = &source->call->fault;
   tw_surface_counts total;
   tw_status status = count_all(source, &total, &fault->error);
   bool is_counted = status == TW_OK || status == TW_LIMIT;
-  if (is_counted && !check_limits(source, &total, status, fault)) return NULL;
-  api_plan *plan = is_counted ? create_plan(source, fault) : NULL;
+  if (is_counted && !check_limits(source, &total, status)) return NULL;
+  api_plan *plan = is_counted ? create_plan(source) : NULL;
   if (!plan && fault->stall == API_STALL_NONE) api_fault_complete(fault);
   return plan;
 }
@@ -304,11 +302,12 @@ static uint64_t building_cost(const plan_source *source) {
   return cost;
 }
 
+/* fault: the call's. */
 static bool build_plan(void *context, api_built *out, api_fault *fault) {
   const plan_source *source = context;
-  if (!api_grant(source->service, source->ticket, source->cost, fault)) return false;
-  api_plan *plan = is_surely_within(source) ? create_plan(source, fault) : NULL;
-  if (!plan && fault->stall == API_STALL_NONE) plan = count_and_create(source, fault);
+  if (!api_grant(source->call, source->cost)) return false;
+  api_plan *plan = is_surely_within(source) ? create_plan(source) : NULL;
+  if (!plan && fault->stall == API_STALL_NONE) plan = count_and_create(source);
   if (!plan) return false;
   *out = (api_built){plan, plan_size(plan), destroy_plan, API_CACHED_PLAN};
   return true;
@@ -317,7 +316,7 @@ static bool build_plan(void *context, api_built *out, api_fault *fault) {
 /* A plan of one request's own, or one that stays for others. */
 static api_outcome take_source(api_call *call, const api_plan_meshes *meshes, bool is_stored,
                                const api_surface_query *query, api_entry **out) {
-  plan_source source = {call->service, call->request->ticket, meshes, query, 0};
+  plan_source source = {call, meshes, query, 0};
   source.cost = building_cost(&source);
   tw_text text = {0};
   tw_text_add(&text, call->id);
@@ -387,7 +386,7 @@ api_outcome api_plan_take(api_call *call, const api_plan_meshes *meshes, const a
   if (outcome != API_DONE) return outcome;
   if (moves->count > 0) {
     uint64_t cost = moving_cost(api_entry_value(plan), moves);
-    if (!api_grant(service, call->request->ticket, cost, &call->fault)) {
+    if (!api_grant(call, cost)) {
       api_entry_release(plan);
       return API_FAILED;
     }
