@@ -9,10 +9,11 @@
 #include "problem.h"
 #include "query.h"
 
+/* What has become of a request, or of a part of it. */
 typedef enum api_outcome {
-  API_DONE,        /* the answer is filled */
+  API_DONE,        /* what was asked for is there: of a handler or a stage the answer is filled */
   API_FAILED,      /* the fault is filled: a failure, or a stall */
-  API_CONTINUE,    /* nothing is decided: go on with the next stage */
+  API_CONTINUE,    /* of a stage: the answer is for the next one to give */
   API_NEEDS_LOOK,  /* come back with API_LOOK */
   API_NEEDS_THREAD /* too much for a light call: come back with API_HEAVY */
 } api_outcome;

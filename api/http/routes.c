@@ -210,11 +210,11 @@ static const char *list_methods(const api_call *call, bool for_page) {
 /* ---- the stages before the body -------------------------------------------------------------- */
 
 static api_outcome choose_offer(api_call *call) {
-  if (call->has_one_form) return API_DONE;
+  if (call->has_one_form) return API_CONTINUE;
   int best = api_negotiate(api_call_header(call, "Accept"), call->route->offers);
   if (best >= 0) {
     call->offer = &call->route->offers[best];
-    return API_DONE;
+    return API_CONTINUE;
   }
   char list[256];
   size_t length = 0;
@@ -239,7 +239,7 @@ static api_outcome check_length(api_call *call) {
   for (size_t i = 0; i < digits && size <= limit; i++) size = size * 10 + (uint64_t)(length[i] - '0');
   if (size > limit)
     return api_fail_with(call, 413, "the body is over the limit of %llu bytes", (unsigned long long)limit);
-  return API_DONE;
+  return API_CONTINUE;
 }
 
 static api_outcome check_type(api_call *call) {
@@ -251,7 +251,7 @@ static api_outcome check_type(api_call *call) {
   api_upload_type type = api_upload_type_of(api_call_header(call, "Content-Type"));
   bool is_json = call->route->takes == API_TAKES_JSON;
   bool fits = is_json ? type == API_TYPE_JSON || type == API_TYPE_BYTES : type != API_TYPE_OTHER;
-  if (fits) return API_DONE;
+  if (fits) return API_CONTINUE;
   call->fault.supported = is_json ? "application/json" : api_upload_types;
   return api_fail_with(call, 415, "Content-Type is none of: %s", call->fault.supported);
 }
@@ -325,10 +325,11 @@ static api_outcome admit_rest(api_call *call) {
                      &call->fault.error) != TW_OK)
     return api_fail(call);
   api_outcome outcome = choose_offer(call);
-  if (outcome == API_DONE) choose_coding(call);
-  if (outcome == API_DONE && call->route->takes != API_TAKES_NOTHING) outcome = check_length(call);
-  if (outcome == API_DONE && call->route->takes != API_TAKES_NOTHING) outcome = check_type(call);
-  return outcome == API_DONE ? API_CONTINUE : outcome;
+  if (outcome == API_CONTINUE) choose_coding(call);
+  bool takes_body = call->route->takes != API_TAKES_NOTHING;
+  if (outcome == API_CONTINUE && takes_body) outcome = check_length(call);
+  if (outcome == API_CONTINUE && takes_body) outcome = check_type(call);
+  return outcome;
 }
 
 /* ---- the two entries ------------------------------------------------------------------------- */
