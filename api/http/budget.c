@@ -124,11 +124,12 @@ static bool raise_grant(api_budget *budget, api_ticket *ticket, uint64_t bytes) 
 
 /* ---- waiting ------------------------------------------------------------------------------------ */
 
-/* Who is next: the first of the queue, or one behind it that needs little, which would not wait for the first
- * either if it came now. NULL: nobody fits. */
+/* Who is next: the first of the queue, or one behind it. That passes where it needs little, as when it comes,
+ * and where the first one waits for those alone who read answers, which may take very long. NULL: nobody
+ * fits. */
 static api_ticket *find_next(const api_budget *budget) {
   for (api_ticket *ticket = budget->first; ticket; ticket = ticket->next) {
-    bool has_turn = ticket == budget->first || ticket->needed <= SMALL;
+    bool has_turn = ticket == budget->first || ticket->needed <= SMALL || budget->computing == 0;
     if (has_turn && (shortage(budget, ticket->needed) == 0 || is_alone(budget, ticket))) return ticket;
   }
   return NULL;

@@ -463,6 +463,31 @@ TEST(who_needs_little_does_not_wait_behind_who_needs_much) {
   api_budget_destroy(budget);
 }
 
+TEST(who_waits_for_readers_alone_holds_up_nobody) {
+  api_budget *budget = api_budget_create(16000000, 3);
+  api_ticket reader = {0}, large = {0};
+  loopback_ticket *behind = loopback_ticket_create(), *last = loopback_ticket_create();
+  assert_true(api_budget_grant(budget, &reader, 9000000));
+  assert_int_equal(api_budget_wait(budget, &large, 50000000), API_WAIT_BEGUN);
+  assert_int_equal(api_budget_wait(budget, &behind->ticket, 5000000), API_WAIT_BEGUN);
+  assert_int_equal(api_budget_wait(budget, &last->ticket, 2000000), API_WAIT_BEGUN);
+  assert_int_equal(behind->ticket.granted, 0);
+  assert_true(api_budget_keep(budget, &reader, 9000000));
+  loopback_ticket_await(behind);
+  assert_int_equal(behind->ticket.granted, 5000000);
+  assert_int_equal(last->ticket.granted, 0); /* the first one may fit when this is over */
+  assert_true(api_budget_keep(budget, &behind->ticket, 3000000));
+  loopback_ticket_await(last);
+  assert_true(api_budget_cancel(budget, &large));
+  api_budget_grant(budget, &reader, 0);
+  api_budget_grant(budget, &behind->ticket, 0);
+  api_budget_grant(budget, &last->ticket, 0);
+  loopback_ticket_destroy(NULL, behind);
+  loopback_ticket_destroy(NULL, last);
+  assert_int_equal(api_budget_used(budget), 0);
+  api_budget_destroy(budget);
+}
+
 /* An entry that becomes idle just when the thread that serves the queue has found none. */
 typedef struct late_entry {
   api_budget *budget;
