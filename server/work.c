@@ -17,10 +17,15 @@ typedef struct loop {
   struct loop *next;
 } loop;
 
+/* In the order in which they came. */
+typedef struct job_list {
+  srv_job *first, *last;
+} job_list;
+
 struct srv_work {
   pthread_mutex_t lock;
   pthread_cond_t wake;
-  srv_job *first, *last;
+  job_list resumed, queued; /* resumed ones go first */
   loop *loops;
   size_t queue_max, waiting, running;
   size_t admitted;       /* of those waiting, by srv_work_submit */
@@ -33,18 +38,19 @@ struct srv_work {
 /* ---- threads; under the lock ----------------------------------------------------------------- */
 
 static srv_job *take(srv_work *work) {
-  srv_job *job = work->first;
-  work->first = job->next;
-  if (work->first == NULL) work->last = NULL;
+  job_list *list = work->resumed.first != NULL ? &work->resumed : &work->queued;
+  srv_job *job = list->first;
+  list->first = job->next;
+  if (list->first == NULL) list->last = NULL;
   work->waiting--;
   work->admitted -= job->is_admitted;
   return job;
 }
 
-static void put(srv_work *work, srv_job *job) {
+static void put(srv_work *work, job_list *list, srv_job *job) {
   job->next = NULL;
-  *(work->last == NULL ? &work->first : &work->last->next) = job;
-  work->last = job;
+  *(list->last == NULL ? &list->first : &list->last->next) = job;
+  list->last = job;
   work->waiting++;
   pthread_cond_signal(&work->wake);
 }
@@ -74,11 +80,11 @@ static void *run_threads(void *context) {
   srv_work *work = context;
   pthread_mutex_lock(&work->lock);
   for (;;) {
-    while (work->first == NULL && work->loops == NULL && !work->stopping)
+    while (work->waiting == 0 && work->loops == NULL && !work->stopping)
       pthread_cond_wait(&work->wake, &work->lock);
-    if (work->first == NULL && work->loops == NULL) break;
+    if (work->waiting == 0 && work->loops == NULL) break;
     work->running++;
-    if (work->first != NULL) {
+    if (work->waiting > 0) {
       srv_job *job = take(work);
       pthread_mutex_unlock(&work->lock);
       job->run(job);
@@ -130,7 +136,7 @@ bool srv_work_submit(srv_work *work, srv_job *job) {
   bool accepted = work->admitted < work->queue_max + idle;
   job->is_admitted = true;
   work->admitted += accepted;
-  if (accepted) put(work, job);
+  if (accepted) put(work, &work->queued, job);
   pthread_mutex_unlock(&work->lock);
   return accepted;
 }
@@ -138,11 +144,7 @@ bool srv_work_submit(srv_work *work, srv_job *job) {
 void srv_work_resume(srv_work *work, srv_job *job) {
   pthread_mutex_lock(&work->lock);
   job->is_admitted = false;
-  job->next = work->first;
-  work->first = job;
-  if (work->last == NULL) work->last = job;
-  work->waiting++;
-  pthread_cond_signal(&work->wake);
+  put(work, &work->resumed, job);
   pthread_mutex_unlock(&work->lock);
 }
 
@@ -151,7 +153,7 @@ bool srv_work_spare(srv_work *work, srv_job *job) {
   size_t busy = work->running + work->waiting + atomic_load(&work->outside);
   bool accepted = !work->stopping && busy < work->thread_count;
   job->is_admitted = false;
-  if (accepted) put(work, job);
+  if (accepted) put(work, &work->queued, job);
   pthread_mutex_unlock(&work->lock);
   return accepted;
 }

@@ -25,7 +25,7 @@ void srv_work_destroy(srv_work *work);
 bool srv_work_submit(srv_work *work, srv_job *job);
 
 /* Goes on with a job that was begun before, or runs a short one: it takes no place in the queue, and goes
- * before those that have one. Any thread. */
+ * before those that have one, behind those that were resumed earlier. Any thread. */
 void srv_work_resume(srv_work *work, srv_job *job);
 
 /* The same for work that only pays on a core that has nothing else to do: false when there is none. The pool

@@ -55,17 +55,18 @@ TEST_WITH(queue_takes_what_waits_and_no_more, reset, NULL) {
   assert_int_equal(atomic_load(&done), THREADS + QUEUE);
 }
 
-static srv_job *first_begun;
+static srv_job *order[4]; /* in which jobs were begun, by the only thread */
+static size_t order_size;
 
-static void note_first(srv_job *job) {
-  if (first_begun == NULL) first_begun = job;
+static void note_turn(srv_job *job) {
+  order[order_size++] = job;
 }
 
-TEST_WITH(who_goes_on_takes_no_place_and_goes_first, reset, NULL) {
+TEST_WITH(who_goes_on_takes_no_place_and_goes_first_in_turn, reset, NULL) {
   srv_work *work = srv_work_create(1, 1);
-  srv_job busy = {.run = run_at_gate}, admitted = {.run = note_first}, refused = {.run = note_first};
-  srv_job resumed[3] = {{.run = note_first}, {.run = note_first}, {.run = note_first}};
-  first_begun = NULL;
+  srv_job busy = {.run = run_at_gate}, admitted = {.run = note_turn}, refused = {.run = note_turn};
+  srv_job resumed[3] = {{.run = note_turn}, {.run = note_turn}, {.run = note_turn}};
+  order_size = 0;
   pthread_mutex_lock(&gate);
   assert_true(srv_work_submit(work, &busy));
   wait_until_begun(1);
@@ -75,7 +76,9 @@ TEST_WITH(who_goes_on_takes_no_place_and_goes_first, reset, NULL) {
   srv_work_resume(work, &resumed[2]);
   pthread_mutex_unlock(&gate);
   srv_work_destroy(work);
-  assert_ptr_equal(first_begun, &resumed[2]);
+  assert_int_equal(order_size, 4);
+  for (size_t i = 0; i < 3; i++) assert_ptr_equal(order[i], &resumed[i]);
+  assert_ptr_equal(order[3], &admitted);
 }
 
 TEST_WITH(without_a_queue_idle_threads_still_work, reset, NULL) {
