@@ -1,5 +1,6 @@
 /* Everything but a listener's current frame is guarded by one lock, which is never held while a frame is
- * printed. Channels are freed by the live thread alone, so that it may let the lock go in between. */
+ * printed, nor while a channel is freed. The live thread alone frees them, so that it may let the lock go in
+ * between. */
 #include "live.h"
 
 #include "machine.h"
@@ -208,6 +209,7 @@ static void play(srv_live *live, channel *c, uint64_t now) {
   }
 }
 
+/* Nobody listens: its frames are its own. */
 static void destroy_channel(channel *c) {
   for (uint32_t i = 0; i < c->depth; i++) release_frame(c->kept[i]);
   c->source.destroy(c->source.context);
@@ -223,7 +225,9 @@ static uint64_t run_channels(srv_live *live) {
     if (c->listeners != NULL && c->due_ns <= now) play(live, c, now);
     if (c->listeners == NULL) {
       *place = c->next;
+      pthread_mutex_unlock(&live->lock); /* what it holds may be large, and wake others when it goes */
       destroy_channel(c);
+      pthread_mutex_lock(&live->lock);
       continue;
     }
     if (c->due_ns < next) next = c->due_ns;

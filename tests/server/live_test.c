@@ -422,6 +422,24 @@ TEST_WITH(a_thousand_listeners_cost_one_evaluation_a_frame, set_up, tear_down) {
   srv_live_destroy(live);
 }
 
+static srv_live *others;
+
+static void destroy_beside_others(void *context) {
+  srv_live_look(others); /* which waits for ever where they wait for this */
+  destroy_source(context);
+}
+
+TEST_WITH(nobody_waits_while_a_channel_is_freed, set_up, tear_down) {
+  others = *state;
+  api_live freed = source("a", 20, UINT64_MAX, 0);
+  freed.destroy = destroy_beside_others;
+  client *c = join(*state, freed);
+  read_up_to(c, 0);
+  leave(c);
+  for (int waited = 0; waited < PATIENCE_MS && atomic_load(&sources) > 0; waited++) pause_ms(1);
+  assert_int_equal(atomic_load(&sources), 0);
+}
+
 TEST_WITH(the_end_cuts_streams_and_refuses_new_ones, set_up, tear_down) {
   client *c = join(*state, source("a", 0.01, UINT64_MAX, 0));
   read_up_to(c, 0);
