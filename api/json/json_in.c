@@ -166,20 +166,29 @@ static tw_status read_face_uvs(const api_value *array, const tw_mesh *mesh, uint
   return TW_OK;
 }
 
-/* UVs, v down as in glTF, become the mesh's, v up. Without face_uvs each point has its own. */
+/* Each point has its own UV. The corners are a copy: welding writes over points and UVs of corners apart. */
+static tw_status read_point_uvs(const api_value *array, const tw_mesh *mesh, uint32_t count,
+                                uint32_t **corners) {
+  tw_status status = TW_OK;
+  if (count != mesh->point_count)
+    return api_json_fail(array, TW_INVALID,
+                         "without face_uvs there must be as many UVs as positions, not %u for %u", count,
+                         mesh->point_count);
+  *corners = allocate(array->json, mesh->corner_count, sizeof **corners, &status);
+  if (*corners) memcpy(*corners, mesh->corners, mesh->corner_count * sizeof **corners);
+  return status;
+}
+
+/* UVs, v down as in glTF, become the mesh's, v up. */
 static tw_status read_uvs(const api_value *members, tw_mesh *mesh) {
   const api_value *array = &members[MESH_UVS];
-  uint32_t value_count, *corners = (uint32_t *)mesh->corners;
+  uint32_t value_count, *corners;
   float *values;
   tw_status status = read_points(array, 2, &value_count, &values);
   if (status != TW_OK) return status;
   for (uint32_t i = 0; i < value_count; i++) values[2 * (size_t)i + 1] = 1 - values[2 * (size_t)i + 1];
-  if (members[MESH_FACE_UVS].item)
-    status = read_face_uvs(&members[MESH_FACE_UVS], mesh, &corners);
-  else if (value_count != mesh->point_count)
-    status = api_json_fail(array, TW_INVALID,
-                           "without face_uvs there must be as many UVs as positions, not %u for %u",
-                           value_count, mesh->point_count);
+  status = members[MESH_FACE_UVS].item ? read_face_uvs(&members[MESH_FACE_UVS], mesh, &corners)
+                                       : read_point_uvs(array, mesh, value_count, &corners);
   if (status != TW_OK) return status;
   mesh->uv_set_count = 1;
   mesh->uv_sets[0] = (tw_uv_set){value_count, values, corners};

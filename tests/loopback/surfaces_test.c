@@ -282,6 +282,20 @@ TEST_WITH(welding_joins_what_it_is_told_to, setup, teardown) {
   }
 }
 
+/* The same squares, each point with a texture coordinate of its own: points become one, these do not. */
+TEST_WITH(welding_leaves_texture_coordinates_of_points, setup, teardown) {
+  static const char model[] =
+      "{\"meshes\":[{\"positions\":[[0,0,0],[1,0,0],[1,1,0],[0,1,0],[1,0,0],[2,0,0],[2,1,0],[1,1,0]],"
+      "\"faces\":[[0,1,2,3],[4,5,6,7]],"
+      "\"uvs\":[[0,0],[0.5,0],[0.5,1],[0,1],[0.6,0],[1,0],[1,1],[0.6,1]]}]}";
+  fixture *f = *state;
+  char id[API_ID_TEXT];
+  loopback_upload(f->loop, "application/json", model, id);
+  reply r = ask_ok(f, id, "surface.obj?level=0&weld=exact&normals=none");
+  assert_non_null(strstr(r.body, "\nf 1/1 2/2 3/4 4/6\nf 2/3 5/7 6/8 3/5\n"));
+  reply_free(&r);
+}
+
 TEST_WITH(parts_of_a_glb_are_parts_of_the_whole, setup, teardown) {
   fixture *f = *state;
   reply whole = ask_ok(f, f->tank, "surface.glb?level=2");
