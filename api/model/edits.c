@@ -43,13 +43,14 @@ static void keep_details(edits_request *request) {
       "the edits change faces: what was modelled onto the mesh's levels is left out";
   const tw_mesh *before = &request->remade->model->meshes[request->remade->mesh];
   tw_mesh *after = &request->remade->cage;
+  if (before->detail_count == 0) return;
   bool is_same = after->point_count == before->point_count && after->face_count == before->face_count &&
                  memcmp(after->face_offsets, before->face_offsets,
                         ((size_t)before->face_count + 1) * sizeof(uint32_t)) == 0 &&
                  memcmp(after->corners, before->corners, before->corner_count * sizeof(uint32_t)) == 0;
   after->details = before->details;
   after->detail_count = is_same ? before->detail_count : 0;
-  if (before->detail_count > 0 && !is_same) api_call_warn(request->remade->call, &lost, 1);
+  if (!is_same) api_call_warn(request->remade->call, &lost, 1);
 }
 
 static tw_status read_document(void *context, const api_value *root) {

@@ -390,6 +390,8 @@ TEST_WITH(refusals_bear_the_place_and_store_nothing, loopback_setup, loopback_te
   assert_problem(post_edits(*state, id, "{\"edits\":[]}"), 422, "/mesh", "0 meshes");
   cJSON_Delete(tree);
   reply_free(&r);
+  loopback_upload(*state, "application/json", "{\"meshes\":[{}]}", id);
+  assert_problem(post_edits(*state, id, "{\"edits\":[]}"), 422, "/edits", "no face");
 }
 
 TEST(limits_hold_for_what_edits_make) {
