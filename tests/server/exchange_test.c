@@ -45,3 +45,21 @@ TEST_WITH(computing_before_and_after_waits_counts_together, set_up, tear_down) {
   restart(f);
   assert_int_equal(get(f, "/legs?80"), 200);
 }
+
+TEST(times_are_told_in_milliseconds_with_three_decimals) {
+  (void)state;
+  static srv_exchange exchange;
+  char timing[SRV_TIMING_SIZE];
+  exchange.received_ns = 7005400;
+  exchange.worked_ns = exchange.received_ns + 1234567890;
+  exchange.answered_ns = exchange.worked_ns + 499;
+  srv_exchange_timing(&exchange, timing);
+  assert_string_equal(timing, "receive;dur=7.005, queue;dur=1234.568, work;dur=0.000");
+  exchange.answered_ns = 1; /* clocks of two threads */
+  srv_exchange_timing(&exchange, timing);
+  assert_string_equal(timing, "receive;dur=7.005, queue;dur=1234.568, work;dur=0.000");
+  exchange.received_ns = exchange.worked_ns = 0;
+  exchange.answered_ns = UINT64_MAX - 500;
+  srv_exchange_timing(&exchange, timing);
+  assert_string_equal(timing, "receive;dur=0.000, queue;dur=0.000, work;dur=18446744073709.551");
+}
