@@ -86,8 +86,8 @@ static tw_status begin_scene(const api_remade *remade, cage_scene *scene, tw_err
   return status;
 }
 
-/* More than a mesh holds, or the making of its surface of level 0, as api/surface's plans are counted, and of
- * the tags for the file. */
+/* Bytes a corner: more than a mesh holds; more than its surface of level 0 takes while it is made (64, as
+ * api/surface's plans count it) together with the tags for the file. */
 enum { MESH_CORNER = 32, SURFACE_CORNER = 112 };
 
 static uint64_t cost_of(const tw_mesh *mesh, uint64_t per_corner) {

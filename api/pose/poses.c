@@ -16,7 +16,6 @@ enum { LIGHT_NUMBERS = 20000 };
 /* ---- sizes --------------------------------------------------------------------------------------- */
 
 static uint64_t count_numbers(const api_pose_request *request) {
-  /* At most 2^32 nodes of 16 numbers, and max_times: no overflow below 2^28 times. */
   uint64_t per_pose = request->node_count * (uint64_t)api_pose_width(request->as);
   if (per_pose == 0) per_pose = 1; /* a model without nodes has its times told all the same */
   uint64_t times = request->times.count;

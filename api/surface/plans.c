@@ -245,9 +245,10 @@ static api_plan *count_and_create(const plan_source *source) {
   return plan;
 }
 
-/* What attributes add to the cost of making a plan: UV sets have a connectivity of their own, and levels 1 to
- * 3 hold 16 bytes of all points for each set of values, 48 for joints and weights, and the limits beside.
- * Patches make what would be more than the library keeps. */
+/* What attributes add to the cost of making a plan. Each UV set has a connectivity of its own: 256 bytes a
+ * corner. At levels 1 to 3 the library keeps values of all points: 16 bytes a point for each attribute, UV
+ * set and target, 48 for joints and weights, and as much again on the limit surface where `limit` is asked
+ * for. Where that would be over MOST, it keeps nothing, but computes by patches. */
 static uint64_t attributes_cost(const tw_mesh *mesh, const api_surface_query *query) {
   enum { MOST = 192 << 20 };
   uint64_t connectivity = 256 * (uint64_t)mesh->corner_count * mesh->uv_set_count;
@@ -269,7 +270,9 @@ static uint64_t morph_normals_cost(const tw_mesh *mesh, const api_surface_query 
   bool is_stepwise = options.scheme == TW_LOOP || options.boundary == TW_BOUNDARY_OPEN;
   uint64_t points = mesh->corner_count;
   for (uint32_t level = 1; is_stepwise && level < options.level && points < POINTS_MAX; level++) points *= 4;
-  return mesh->morph_count * (4096 + (options.level > 1 && !is_stepwise ? 12 : 36) * points);
+  uint64_t point =
+      options.level > 1 && !is_stepwise ? 12 : 36; /* patches keep floats of the cage's first level */
+  return mesh->morph_count * (4096 + point * points);
 }
 
 /* Levels down to the deepest one that something is modelled onto are made step by step, with all that lives
@@ -284,8 +287,9 @@ uint64_t api_detail_cost(const tw_mesh *mesh, uint64_t points) {
   return point * (points + mesh->corner_count);
 }
 
-/* More than making the plan holds at any moment: measured for cages of triangles and of quads, by corner of
- * the cage, of which the deeper levels keep a part of their points. */
+/* More than making the plan holds at any moment. per_corner: bytes a corner of the cage at each level,
+ * measured as the greatest of cages of triangles and of quads; deeper levels than 3 take no more, as they are
+ * computed while they are read. */
 static uint64_t building_cost(const plan_source *source) {
   static const uint64_t per_corner[] = {64, 112, 368, 656};
   uint32_t level = source->query->level < 3 ? source->query->level : 3;

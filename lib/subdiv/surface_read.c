@@ -46,23 +46,24 @@ typedef struct piece {
   piece_kind kind;
   uint64_t first;       /* row */
   uint32_t count;       /* rows */
-  uint32_t item, items; /* corners, edges or visible quads; of PIECE_LINES the quad and the first line */
+  uint32_t item, items; /* the first corner, edge or visible quad, and how many */
+  uint32_t line;        /* of PIECE_LINES: the first line inside of the quad */
 } piece;
 
 static uint32_t at_most(uint64_t a, uint64_t b) {
   return (uint32_t)(a < b ? a : b);
 }
 
-/* As many whole items as are wanted, one if only part of it is. */
+/* As many whole items as fit in `wanted` rows, at least one. */
 static piece whole_items(piece_kind kind, uint64_t first, uint64_t item, uint64_t rows_an_item,
                          uint64_t items, size_t wanted) {
   uint32_t taken = at_most(wanted / rows_an_item, items - item);
   if (taken == 0) taken = 1;
-  return (piece){kind, first, taken * (uint32_t)rows_an_item, (uint32_t)item, taken};
+  return (piece){kind, first, taken * (uint32_t)rows_an_item, (uint32_t)item, taken, 0};
 }
 
 /* The piece at a row of which `wanted` are asked for: it begins at the row, or before it where the row is
- * amid an item. An item is computed the same way whatever the piece. */
+ * amid an item, and is that item alone then. An item is computed the same way whatever the piece. */
 static piece piece_at(const tw_surface *s, tw_domain domain, uint64_t row, size_t wanted) {
   const tw_numbering *n = tw_numbering_of(s, domain);
   uint64_t corners = s->options.level == 0 ? tw_surface_row_count(s, domain) : n->corner_count;
@@ -81,7 +82,7 @@ static piece piece_at(const tw_surface *s, tw_domain domain, uint64_t row, size_
   uint32_t line = (uint32_t)(in_quads % quad_rows / edge_rows) / lines * lines;
   uint32_t taken = at_most(lines, edge_rows - line);
   uint64_t first = quads_begin + quad * quad_rows + line * edge_rows;
-  return (piece){PIECE_LINES, first, taken * (uint32_t)edge_rows, quad, line};
+  return (piece){PIECE_LINES, first, taken * (uint32_t)edge_rows, quad, 1, line};
 }
 
 /* GPUs have v run down. Sums of weights that are 1 but for rounding may leave the range of a colour. */
@@ -106,7 +107,7 @@ static void compute_piece(tw_surface_reader *r, tw_domain domain, const piece *p
   } else if (p->kind == PIECE_QUADS) {
     tw_patch_read_quads(r, domain, p->item, p->items, out);
   } else {
-    uint32_t first_line = 1 + p->items, lines = p->count / last_line;
+    uint32_t first_line = 1 + p->line, lines = p->count / last_line;
     tw_patch_read_lines(r, domain, p->item, first_line, first_line + lines - 1, out);
   }
   if (tw_has_attributes(s, domain)) finish_rows(s, p->count, out);
@@ -193,10 +194,11 @@ static uint32_t stride_with(const tw_surface_layout *layout, uint32_t targets) {
 
 static void need(reader_needs *n, const tw_surface *s, uint32_t displacements_max) {
   uint32_t rows = piece_capacity(s), all = s->layout.morph_count;
-  uint32_t most = displacements_max * 3 / s->layout.morph_width;
+  uint32_t most =
+      displacements_max * 3 / s->layout.morph_width; /* targets of one or two displacements each */
   uint32_t stride = stride_with(&s->layout, all < most ? all : most);
   if (s->morphed && most > 0) n->moved = MOVED_WIDTH * (size_t)rows;
-  size_t piece = (size_t)rows * larger(stride, 4);
+  size_t piece = (size_t)rows * larger(stride, 4); /* points alone take four */
   n->points = larger(n->points, s->scratch_points);
   n->masks = larger(n->masks, s->mask_capacity);
   if (piece > n->piece) n->piece = piece;
@@ -244,7 +246,9 @@ void tw_surface_bare_rows(tw_surface *surface, bool normals) {
   surface->skin_rows = NULL;
 }
 
-/* Leaves out columns as tw_surface_reader_turn tells; of the normals, where points alone are wanted. */
+/* Makes the copy of a surface one with fewer columns: without morph targets where target_count is 0, else
+ * with nothing but the points (and normals, unless points alone are wanted) and the targets from first_target
+ * on. */
 static void narrow(tw_surface *s, uint32_t first_target, uint32_t target_count, bool points_alone) {
   tw_surface_layout *l = &s->layout;
   const tw_surface_layout whole = *l;
@@ -269,6 +273,7 @@ const tw_surface_layout *tw_surface_reader_layout(const tw_surface_reader *reade
   return &reader->surface->layout;
 }
 
+/* Has the reader read this surface from here on, narrowed where not all of it is wanted. */
 static void turn(tw_surface_reader *reader, const tw_surface *surface, uint32_t first_target,
                  uint32_t target_count, bool points_alone) {
   if (reader->whole == surface && reader->first_target == first_target &&
@@ -293,7 +298,8 @@ void tw_surface_reader_turn(tw_surface_reader *reader, const tw_surface *surface
 }
 
 void tw_turn_to_points(tw_surface_reader *reader, const tw_surface *surface, int target) {
-  turn(reader, surface, target < 0 ? 0 : (uint32_t)target, target >= 0, true);
+  uint32_t first = target < 0 ? 0 : (uint32_t)target, count = target < 0 ? 0 : 1;
+  turn(reader, surface, first, count, true);
 }
 
 tw_surface_reader *tw_surface_reader_create(const tw_surface *surface) {

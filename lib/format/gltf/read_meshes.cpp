@@ -17,7 +17,7 @@ namespace gltf {
 
 namespace {
 
-constexpr uint64_t SLOT_SIZE = 96; // of an entry in the map of slots
+constexpr uint64_t SLOT_SIZE = 96; // bytes of an entry in the map of slots, with the allocator's own
 
 void check_status(tw_status status) {
   if (status != TW_OK) throw std::bad_alloc(); // all that the C side can run out of here
@@ -83,8 +83,8 @@ private:
   VertexSources opened_;
   const std::vector<VertexSource> &sources_ = opened_.all;
   std::vector<FaceList> lists_; // in the file's order
-  uint32_t *corners_ =
-      nullptr; // of the triangles as elements; then of the faces as vertices, at last as points
+  // Read as elements at the triangles' corners; then made vertices at the faces' corners, at last points.
+  uint32_t *corners_ = nullptr;
   uint32_t *offsets_ = nullptr; // of the faces
   size_t corner_count_ = 0, face_count_ = 0;
   Vector<uint32_t> elements_;     // of each vertex, in its source
@@ -213,7 +213,8 @@ private:
         add_triangle(element(k + 1), element(k + 2), element(0), polygons);
   }
 
-  // A polygon that comes to a point twice has triangles without area, which it may not lose.
+  // A triangle with a corner twice is left out, but not one of a polygon (FB_ngon_encoding): a polygon that
+  // comes to a point twice has such triangles, and would be another without them.
   void add_triangle(uint32_t a, uint32_t b, uint32_t c, bool polygons) {
     if (!polygons && (a == b || b == c || c == a)) {
       document_.degenerate_faces++;
@@ -372,7 +373,8 @@ private:
           {0, hole.material, true, true, TINYGLTF_MODE_TRIANGLES, hole.indices, hole.pointer, 0, 0, 0});
   }
 
-  // A point that no face uses, as the faces at it have no area, is where the first vertex is.
+  // Gives each vertex its point, and returns how many points there are. Extras may leave numbers between that
+  // no vertex has: points that no face uses.
   uint32_t read_points() {
     uint32_t count = static_cast<uint32_t>(elements_.size()), last = 0;
     for (uint32_t v = 0; v < count; v++) {
