@@ -270,8 +270,7 @@ static uint64_t morph_normals_cost(const tw_mesh *mesh, const api_surface_query 
   bool is_stepwise = options.scheme == TW_LOOP || options.boundary == TW_BOUNDARY_OPEN;
   uint64_t points = mesh->corner_count;
   for (uint32_t level = 1; is_stepwise && level < options.level && points < POINTS_MAX; level++) points *= 4;
-  uint64_t point =
-      options.level > 1 && !is_stepwise ? 12 : 36; /* patches keep floats of the cage's first level */
+  uint64_t point = options.level > 1 && !is_stepwise ? 12 : 36; /* bytes a point of the base */
   return mesh->morph_count * (4096 + point * points);
 }
 

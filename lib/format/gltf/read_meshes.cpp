@@ -325,7 +325,7 @@ private:
     }
     document_.reversed_edges += welded.reversed_edges;
     first_vertex_.resize(welded.point_count);
-    for (uint32_t v = count; v-- > 0;) first_vertex_[point_[v]] = v;
+    for (uint32_t v = count; v-- > 0;) first_vertex_[point_[v]] = v; // of a point without any: 0
     mesh_.point_count = welded.point_count;
     mesh_.welded_points = count - welded.point_count;
   }
