@@ -15,21 +15,18 @@
  * served, and the rest is API_STORE_UNAVAILABLE at once. */
 #include "store_s3.h"
 
-#include "disk.h"
+#include "body.h"
 #include "log.h"
 #include "machine.h"
 #include "s3_list.h"
 #include "store_verdicts.h"
 
-#include <errno.h>
 #include <nettle/base16.h>
 #include <nettle/md5.h>
 #include <nettle/sha2.h>
 #include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/mman.h>
-#include <unistd.h>
 
 enum { KEY_SIZE = 64, PAGE_MAX = 1000, READERS = 16 };
 
@@ -146,51 +143,49 @@ static void forget(srv_store_s3 *store, const char *id) {
 
 /* ---- reading an object whole ------------------------------------------------------------------ */
 
-/* An object on its way, in a file without a name, hashed as it comes. */
+/* An object on its way, as bodies of requests are kept, and hashed as it comes. Outlives the store as the
+ * owner of a blob. */
 typedef struct arrival {
-  int file;
-  uint64_t size;
+  srv_spool spool;
+  srv_body body;
+  api_bytes bytes; /* of the whole body */
   struct sha256_ctx hash;
+  bool has_failed; /* there is no memory or disk for it */
 } arrival;
 
+/* Takes what it has no room for too: that is no fault of the bucket. */
 static bool take_piece(void *context, uint64_t offset, const uint8_t *data, size_t size) {
   arrival *a = context;
   if (offset == 0) {
-    if (lseek(a->file, 0, SEEK_SET) != 0 || ftruncate(a->file, 0) != 0) return false;
+    srv_body_deinit(&a->body);
+    srv_body_init(&a->body, UINT64_MAX, &a->spool);
     sha256_init(&a->hash);
-    a->size = 0;
+    a->has_failed = false;
   }
   sha256_update(&a->hash, size, data);
-  a->size += size;
-  return srv_write_all(a->file, data, size);
-}
-
-static bool read_mapping(const api_blob *blob, uint64_t offset, uint8_t *out, size_t size) {
-  memcpy(out, (const uint8_t *)blob->owner + offset, size);
+  if (!a->has_failed) a->has_failed = srv_body_append(&a->body, data, size) != SRV_BODY_OK;
   return true;
 }
 
-static void close_mapping(api_blob *blob) {
-  if (blob->size > 0) munmap(blob->owner, (size_t)blob->size);
+static bool read_arrival(const api_blob *blob, uint64_t offset, uint8_t *out, size_t size) {
+  const arrival *a = blob->owner;
+  memcpy(out, a->bytes.data + offset, size);
+  return true;
+}
+
+static void close_arrival(api_blob *blob) {
+  arrival *a = blob->owner;
+  srv_body_deinit(&a->body);
+  free(a);
   *blob = (api_blob){0};
 }
 
-/* Nobody else has the file, so nobody cuts it under the mapping; all its blocks were written. */
-static bool map_arrival(const arrival *a, api_blob *out) {
-  void *bytes = a->size > 0 && a->size <= SIZE_MAX
-                    ? mmap(NULL, (size_t)a->size, PROT_READ, MAP_PRIVATE, a->file, 0)
-                    : NULL;
-  if (bytes == MAP_FAILED || a->size > SIZE_MAX) return false;
-  *out = (api_blob){.size = a->size, .owner = bytes, .read = read_mapping, .close = close_mapping};
-  return true;
-}
-
-static api_store_status fail_locally(const char *what) {
-  srv_log(SRV_LOG_ERROR, "store: %s: %s", what, strerror(errno));
+static api_store_status fail_locally(const char *id) {
+  srv_log(SRV_LOG_ERROR, "store: there is no memory or no room in --cache-dir for model %s", id);
   return API_STORE_UNAVAILABLE;
 }
 
-static api_store_status receive(srv_store_s3 *store, const char *id, arrival *a, api_blob *out) {
+static api_store_status receive(srv_store_s3 *store, const char *id, arrival *a) {
   char key[KEY_SIZE];
   srv_s3_answer answer;
   print_key(id, key);
@@ -204,17 +199,17 @@ static api_store_status receive(srv_store_s3 *store, const char *id, arrival *a,
                                 &answer);
   if (status == API_STORE_ABSENT) forget(store, id);
   if (status != API_STORE_OK) return status;
-  if (!srv_store_is_hash(&a->hash, id)) {
-    srv_log(SRV_LOG_ERROR, "store: model %s is damaged: the %llu bytes of its object are not those uploaded",
-            id, (unsigned long long)a->size);
+  if (a->has_failed || srv_body_view(&a->body, &a->bytes) != SRV_BODY_OK) {
+    status = fail_locally(id);
+  } else if (!srv_store_is_hash(&a->hash, id)) {
+    srv_log(SRV_LOG_ERROR, "store: model %s is damaged: the %zu bytes of its object are not those uploaded",
+            id, a->bytes.size);
     forget(store, id);
-    srv_verdicts_note(store->verdicts, id, answer.etag, a->size, SRV_DAMAGED);
+    srv_verdicts_note(store->verdicts, id, answer.etag, a->bytes.size, SRV_DAMAGED);
     status = API_STORE_DAMAGED;
-  } else if (!map_arrival(a, out)) {
-    status = fail_locally("cannot map a model");
   } else {
-    srv_verdicts_note(store->verdicts, id, answer.etag, a->size, SRV_WHOLE);
-    srv_disk_cache_put(store->cache, id, (api_bytes){out->owner, (size_t)out->size}, answer.summary);
+    srv_verdicts_note(store->verdicts, id, answer.etag, a->bytes.size, SRV_WHOLE);
+    srv_disk_cache_put(store->cache, id, a->bytes, answer.summary);
   }
   free(answer.summary);
   return status;
@@ -222,10 +217,15 @@ static api_store_status receive(srv_store_s3 *store, const char *id, arrival *a,
 
 /* Reads and judges the object, and keeps a copy. */
 static api_store_status fetch(srv_store_s3 *store, const char *id, api_blob *out) {
-  arrival a = {.file = srv_create_nameless(store->temporary)};
-  if (a.file < 0) return fail_locally("cannot write a file in --cache-dir");
-  api_store_status status = receive(store, id, &a, out);
-  close(a.file);
+  arrival *a = calloc(1, sizeof *a);
+  if (a == NULL) return fail_locally(id);
+  a->spool.folder = store->temporary;
+  api_store_status status = receive(store, id, a);
+  api_blob blob = {.size = a->bytes.size, .owner = a, .read = read_arrival, .close = close_arrival};
+  if (status == API_STORE_OK)
+    *out = blob;
+  else
+    close_arrival(&blob);
   return status;
 }
 
