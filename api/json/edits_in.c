@@ -207,17 +207,6 @@ static const uint32_t members_of[TW_EDIT_KINDS] = {
 /* `weld` is a merge of all vertices. */
 enum { WELD_ALL = TW_EDIT_KINDS, KINDS };
 
-static tw_status read_kind(const api_value *object, int *kind) {
-  const char *kinds[KINDS + 1] = {[WELD_ALL] = "weld"};
-  memcpy(kinds, tw_edit_names, sizeof tw_edit_names);
-  const cJSON *item = cJSON_GetObjectItemCaseSensitive(object->item, names[EDIT]);
-  const api_value value = {object->json, item, {&object->at, names[EDIT], 0}};
-  char list[280];
-  tw_names_join(kinds, list, sizeof list);
-  if (!item) return api_json_fail(object, TW_SYNTAX, "an edit needs a kind, edit: %s", list);
-  return api_json_choice(&value, kinds, kind);
-}
-
 static tw_status need(const api_value *value) {
   if (value->item) return TW_OK;
   return api_json_fail(value, TW_SYNTAX, "the edit needs %s", value->at.name);
@@ -412,7 +401,9 @@ static tw_status read_edit(void *context, const api_value *object) {
   tw_edit *edit = (tw_edit *)context + object->at.index;
   api_value values[MEMBERS];
   int kind = 0;
-  tw_status status = read_kind(object, &kind);
+  const char *kinds[KINDS + 1] = {[WELD_ALL] = "weld"};
+  memcpy(kinds, tw_edit_names, sizeof tw_edit_names);
+  tw_status status = api_json_kind(object, names[EDIT], kinds, "an edit needs a kind, edit", &kind);
   bool is_weld = kind == WELD_ALL;
   if (status != TW_OK) return status;
   uint32_t members = HAS(EDIT) | HAS(NAME) | HAS(OPTIONAL) | (is_weld ? HAS(DISTANCE) : members_of[kind]);

@@ -258,6 +258,16 @@ tw_status api_json_choice(const api_value *value, const char *const *choices, in
                        api_near_of(item->valuestring, choices).text, list);
 }
 
+tw_status api_json_kind(const api_value *object, const char *name, const char *const *kinds,
+                        const char *missing, int *out) {
+  const cJSON *item = cJSON_GetObjectItemCaseSensitive(object->item, name);
+  const api_value value = {object->json, item, {&object->at, name, 0}};
+  if (item) return api_json_choice(&value, kinds, out);
+  char list[280];
+  tw_names_join(kinds, list, sizeof list);
+  return api_json_fail(object, TW_SYNTAX, "%s: %s", missing, list);
+}
+
 static tw_status fail_number(const api_value *value) {
   return api_json_fail(value, TW_SYNTAX, "a number is expected");
 }

@@ -50,6 +50,11 @@ tw_status api_json_members(const api_value *object, const char *const *names, ap
 tw_status api_json_members_of(const api_value *object, const char *const *names, size_t count,
                               uint32_t members, api_value *values);
 
+/* The kind of an object, which says what other members it has: a choice that has to be there. missing: the
+ * beginning of the sentence that it is not. */
+tw_status api_json_kind(const api_value *object, const char *name, const char *const *kinds,
+                        const char *missing, int *out);
+
 /* The number of elements. TW_SYNTAX for what is no array, TW_LIMIT for more than `most`. */
 tw_status api_json_count(const api_value *array, uint32_t most, uint32_t *count);
 

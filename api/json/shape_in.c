@@ -19,16 +19,6 @@ static const unsigned members_of[TW_SHAPES] = {
     HAS(RADIUS) | HAS(TUBE) | HAS(SEGMENTS) | HAS(SIDES),
 };
 
-/* The kind is read first: it says what else there may be. */
-static tw_status read_kind(const api_value *object, int *kind) {
-  const cJSON *item = cJSON_GetObjectItemCaseSensitive(object->item, names[KIND]);
-  const api_value value = {object->json, item, {&object->at, names[KIND], 0}};
-  if (item) return api_json_choice(&value, tw_shape_names, kind);
-  char list[200];
-  tw_names_join(tw_shape_names, list, sizeof list);
-  return api_json_fail(object, TW_SYNTAX, "a shape needs a kind: %s", list);
-}
-
 /* Of a box and a grid, which has no y: as many numbers as axes. */
 static tw_status read_axes(const api_value *values, tw_shape *shape) {
   bool is_grid = shape->kind == TW_SHAPE_GRID;
@@ -58,7 +48,7 @@ static tw_status read_shape(void *context, const api_value *object) {
   tw_shape *shape = reader->shape;
   api_value values[MEMBERS];
   int kind = TW_SHAPE_GRID;
-  tw_status status = read_kind(object, &kind);
+  tw_status status = api_json_kind(object, names[KIND], tw_shape_names, "a shape needs a kind", &kind);
   if (status == TW_OK)
     status = api_json_members_of(object, names, MEMBERS, HAS(KIND) | members_of[kind], values);
   if (status != TW_OK) return status;
