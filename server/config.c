@@ -346,15 +346,9 @@ static bool parse_choice(const char *choices, const char *text, uint64_t *out) {
 }
 
 static bool parse_switch(const char *text, bool *out) {
-  static const char *const YES[] = {"true", "1", "yes", "on"};
-  static const char *const NO[] = {"false", "0", "no", "off", ""};
-  for (size_t i = 0; i < sizeof YES / sizeof *YES; i++) {
-    if (strcmp(text, YES[i]) == 0) return *out = true, true;
-  }
-  for (size_t i = 0; i < sizeof NO / sizeof *NO; i++) {
-    if (strcmp(text, NO[i]) == 0) return *out = false, true;
-  }
-  return false;
+  uint64_t word;
+  *out = parse_choice("true|1|yes|on", text, &word);
+  return *out || text[0] == '\0' || parse_choice("false|0|no|off", text, &word);
 }
 
 static bool parse_number(const setting *s, const char *text, uint64_t *out) {
@@ -506,29 +500,15 @@ char *srv_config_text(const char *flag, const char *setting, size_t size_max, sr
   return text;
 }
 
-/* Cuts the text; returns how many words there are, of which at most count_max are listed. */
-static size_t split(char *text, char **words, size_t count_max) {
-  size_t count = 0;
-  char *rest = NULL;
-  for (char *word = strtok_r(text, ", \r\n\t", &rest); word != NULL;
-       word = strtok_r(NULL, ", \r\n\t", &rest)) {
-    if (count < count_max) words[count] = word;
-    count++;
-  }
-  return count;
-}
-
 bool srv_config_log_level(const srv_config *config, srv_log_level *out, srv_error *error) {
   static const char LEVELS[] = "error|warn|info|debug";
   char *text = srv_config_text("log-level", config->log_level, LEVEL_FILE_MAX, error);
   if (text == NULL) return false;
-  char *word = "";
+  const char *word = srv_trim(text);
   uint64_t level = 0;
-  bool is_level = split(text, &word, 1) == 1 && parse_choice(LEVELS, word, &level);
-  if (is_level)
-    *out = (srv_log_level)level;
-  else
-    srv_fail(error, "--log-level: '%s' is not %s", word, LEVELS);
+  bool is_level =
+      parse_choice(LEVELS, word, &level) || srv_fail(error, "--log-level: '%s' is not %s", word, LEVELS);
+  if (is_level) *out = (srv_log_level)level;
   free(text);
   return is_level;
 }
