@@ -7,6 +7,8 @@
 
 /* ---- selections ---------------------------------------------------------------------------------------- */
 
+enum { LIST_MAX = 65536 }; /* edits of one list */
+
 enum { BY_GROUP, BY_MATERIAL, BY_FACING, BY_WITHIN, BY_INSIDE, BY_MADE, BY_LOOP, BY_RING, BY_SHARPER, BYS };
 
 static tw_status read_box(void *context, const api_value *object) {
@@ -418,8 +420,9 @@ static tw_status read_edit(void *context, const api_value *object) {
   return is_weld ? read_weld(values, edit) : read_parameters(values, edit);
 }
 
-tw_status api_edits_in(const api_value *array, tw_edit **out, uint32_t *count) {
-  tw_status status = api_json_count(array, API_EDITS_MAX, count);
+/* A list of edits: [*count], in the arena. What they find in a mesh is for tw_mesh_edit to check. */
+static tw_status read_edits(const api_value *array, tw_edit **out, uint32_t *count) {
+  tw_status status = api_json_count(array, LIST_MAX, count);
   if (status != TW_OK) return status;
   *out = tw_arena_alloc(array->json->arena, *count, sizeof **out);
   if (!*out) return api_json_no_memory(array->json);
@@ -440,7 +443,7 @@ tw_status api_edits_apply(const api_value *array, const api_edit_call *call, tw_
   const api_making *making = call->making;
   tw_edit *edits;
   uint32_t count, named;
-  tw_status status = api_edits_in(array, &edits, &count);
+  tw_status status = read_edits(array, &edits, &count);
   if (status != TW_OK) return status;
   tw_made *list = tw_arena_alloc(json->arena, count, sizeof *list);
   if (!list) return api_json_no_memory(json);

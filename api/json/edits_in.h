@@ -5,9 +5,6 @@
 #include "json_value.h"
 #include "tweend/edit.h"
 
-/* The edits of one list. */
-enum { API_EDITS_MAX = 65536 };
-
 /* What the shapes and edits of a document may make, and the memory for it. */
 typedef struct api_making {
   uint64_t faces_max; /* of what all shapes make, and of each mesh that edits make */
@@ -18,9 +15,6 @@ typedef struct api_making {
   void *context;
   const tw_parallel_for *parallel; /* asked whether the edits are still wanted; or NULL */
 } api_making;
-
-/* Reads a list of edits: [*count], in the arena. What they find in a mesh is for tw_mesh_edit to check. */
-tw_status api_edits_in(const api_value *array, tw_edit **out, uint32_t *count);
 
 /* What edits are applied to, and how far they may go. */
 typedef struct api_edit_call {

@@ -13,7 +13,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-void api_model_id(api_bytes bytes, char out[API_ID_TEXT]) {
+enum { MODEL_KEY = API_ID_TEXT + 64 }; /* in the cache, at most */
+
+static void print_id(api_bytes bytes, char out[API_ID_TEXT]) {
   struct sha256_ctx hash;
   uint8_t digest[(API_ID_TEXT - 1) / 2];
   sha256_init(&hash);
@@ -207,7 +209,8 @@ static bool build_model(void *context, api_built *out, api_fault *fault) {
   return api_fault_without_memory(fault);
 }
 
-void api_model_key(const char *id, const api_reading *reading, char out[API_MODEL_KEY]) {
+/* reading: NULL for the defaults. */
+static void print_key(const char *id, const api_reading *reading, char out[MODEL_KEY]) {
   const api_reading usual = {0}, *how = reading ? reading : &usual;
   char *end = stpcpy(stpcpy(out, id), "/model?");
   *end++ = (char)('0' + how->quads);
@@ -216,8 +219,8 @@ void api_model_key(const char *id, const api_reading *reading, char out[API_MODE
 }
 
 api_outcome api_model_take(api_call *call, const char *id, const api_reading *reading, api_entry **out) {
-  char key[API_MODEL_KEY];
-  api_model_key(id, reading, key);
+  char key[MODEL_KEY];
+  print_key(id, reading, key);
   model_source source = {call, id, reading ? *reading : (api_reading){0}};
   return api_call_take(call, key, build_model, &source, out);
 }
@@ -274,8 +277,8 @@ static void print_summary(const tw_model *model, tw_text *out) {
 
 /* Keeps a model that has just been stored: its first reader will not parse it again. */
 static void remember(api_service *service, const char *id, tw_model *model) {
-  char key[API_MODEL_KEY];
-  api_model_key(id, NULL, key);
+  char key[MODEL_KEY];
+  print_key(id, NULL, key);
   const api_built built = built_model(model);
   api_cache_put(service->cache, key, &built);
 }
@@ -322,7 +325,7 @@ static api_outcome store_printed(api_call *call, api_bytes bytes, const char *na
   char id[API_ID_TEXT];
   tw_text text = {0};
   bool existed = false;
-  api_model_id(bytes, id);
+  print_id(bytes, id);
   model_head head;
   if (!make_head(call, id, &head) || !take_name(call->service, id, name, model))
     return api_fail_without_memory(call);
@@ -390,7 +393,7 @@ api_outcome api_model_store(api_call *call, api_bytes bytes, uint64_t held, cons
 int api_seed(api_service *service, const char *name, const uint8_t *bytes, size_t size) {
   api_bytes given = {bytes, size};
   char id[API_ID_TEXT];
-  api_model_id(given, id);
+  print_id(given, id);
   tw_model *model = NULL;
   bool existed = false;
   api_call call = {.service = service};
@@ -504,7 +507,7 @@ static bool print_description(void *context, tw_text *out, api_fault *fault) {
 }
 
 api_outcome api_get_model(api_call *call) {
-  char key[API_MODEL_KEY];
+  char key[MODEL_KEY];
   snprintf(key, sizeof key, "%s/description", call->id);
   return api_response_reply(call, key, description, "", print_description, call);
 }

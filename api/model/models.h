@@ -7,8 +7,7 @@
 #include "tweend/format.h"
 #include "upload.h"
 
-/* Lower-case hex, as ids are. */
-void api_model_id(api_bytes bytes, char out[API_ID_TEXT]);
+/* 32 digits of lower-case hex. */
 bool api_is_model_id(const char *text, size_t length);
 
 /* Who makes much of little, and what the request was granted beside that. */
@@ -22,12 +21,9 @@ bool api_maker_grant(void *maker, uint64_t bytes);
 /* What may be made: no more than there is memory for. The maker outlives it. */
 api_making api_making_of(api_maker *maker);
 
-/* The key that a stored model has in the cache. reading: NULL for the defaults, here and below. */
-enum { API_MODEL_KEY = API_ID_TEXT + 64 };
-void api_model_key(const char *id, const api_reading *reading, char out[API_MODEL_KEY]);
-
 /* The stored model, parsed, from the cache or the store: *out holds a tw_model, released with
- * api_entry_release. 404, 503; API_NEEDS_THREAD in a light call when it is not at hand. */
+ * api_entry_release. reading: NULL for the defaults, here and below. 404, 503; API_NEEDS_THREAD in a light
+ * call when it is not at hand. */
 api_outcome api_model_take(api_call *call, const char *id, const api_reading *reading, api_entry **out);
 
 /* Looks whether a model is stored and whole, before anything of it is answered from the cache: 404 and 500
