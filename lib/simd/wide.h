@@ -168,15 +168,13 @@ static inline __attribute__((always_inline)) void tw_put_row(float *out, size_t 
   if (width == 6) tw_put_half(out + 4, tail, (int)half);
 }
 
-/* One of them, from memory. */
-static inline void tw_put_one_apart(const tw_apart *a, size_t width, size_t lane, float *out) {
-  const float *row = (const float *)&a->rows[lane % 4], *tail = (const float *)&a->tails[lane % 4 / 2];
-  tw_put_row(out, width, tw_load_four(row + lane / 4 * 4), tw_load_four(tail + lane / 4 * 4), lane % 2);
-}
-
+/* Some of them, from memory. */
 static __attribute__((noinline)) void tw_put_some_apart(const tw_apart *a, size_t width, size_t count,
                                                         float *out, ptrdiff_t step) {
-  for (size_t l = 0; l < count; l++, out += step) tw_put_one_apart(a, width, l, out);
+  for (size_t l = 0; l < count; l++, out += step) {
+    const float *row = (const float *)&a->rows[l % 4], *tail = (const float *)&a->tails[l % 4 / 2];
+    tw_put_row(out, width, tw_load_four(row + l / 4 * 4), tw_load_four(tail + l / 4 * 4), l % 2);
+  }
 }
 
 /* Rows of `width` components, 1, 2, 3, 4 or 6: those of the first `count` points, `step` apart. */

@@ -151,21 +151,3 @@ static void run(fill_kernel *kernel, const tw_spline_job *job) {
 void tw_spline_rows(const tw_spline_job *job) {
   run(kernels[tw_processor_has(TW_SET_AVX2)], job);
 }
-
-/* ---- several patches at once -------------------------------------------------------------------- */
-
-static uint32_t fill_batch_anywhere(const tw_spline_batch *batch) {
-  return fill_batch(batch);
-}
-
-typedef uint32_t batch_kernel(const tw_spline_batch *batch);
-
-static batch_kernel *const batch_kernels[TW_SETS] = {fill_batch_anywhere,
-#ifdef __x86_64__
-                                                     tw_spline_batch_fill_avx2
-#endif
-};
-
-uint32_t tw_spline_batch_rows(const tw_spline_batch *batch) {
-  return batch_kernels[tw_processor_has(TW_SET_AVX2)](batch);
-}

@@ -5,7 +5,7 @@
 
 #include "tweend/base.h"
 
-/* Points are computed so many at a time, or fewer. */
+/* Weights are read so many at a time, or fewer. */
 enum { TW_SPLINE_LANES = 16 };
 
 /* Each array: [2^depth + 1], and TW_SPLINE_LANES - 1 more that repeat the last. */
@@ -55,30 +55,5 @@ void tw_spline_fill_avx2(const tw_spline_job *job, bool transposed);
  * that of the first goes. */
 void tw_spline_look_closer(const tw_spline_job *job, size_t first, size_t count, size_t j, bool transposed,
                            float *out);
-
-/* ---- several patches at once -------------------------------------------------------------------- */
-
-/* The same rectangle of several patches, a patch a lane: for lines that are shorter than vectors. Points of
- * width 3, and their normals next to them where these are wanted. */
-typedef struct tw_spline_batch {
-  const tw_spline *spline;
-  bool limit, normals;
-  tw_patch_rect rect;
-  ptrdiff_t step;                       /* from row to row, in floats */
-  uint32_t count;                       /* patches, TW_SPLINE_LANES at most */
-  float *rows[TW_SPLINE_LANES];         /* where the first row of each goes, all others behind it */
-  float outward[TW_SPLINE_LANES];       /* 1, or -1 where the control points are a mirror image */
-  float points[16][3][TW_SPLINE_LANES]; /* control points, in rows of four along i; unused ones are finite */
-} tw_spline_batch;
-
-/* With the best instruction set that this machine has. The bytes are those of tw_spline_rows. Returns the
- * patches, a bit each, for whose normals float does not suffice: those that it wrote mean nothing. */
-uint32_t tw_spline_batch_rows(const tw_spline_batch *batch);
-
-/* ---- for the kernels alone ------------------------------------------------------------------ */
-
-#ifdef __x86_64__
-uint32_t tw_spline_batch_fill_avx2(const tw_spline_batch *batch);
-#endif
 
 #endif

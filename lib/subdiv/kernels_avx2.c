@@ -6,10 +6,6 @@ void tw_spline_fill_avx2(const tw_spline_job *job, bool transposed) {
   fill_job(job, transposed);
 }
 
-uint32_t tw_spline_batch_fill_avx2(const tw_spline_batch *batch) {
-  return fill_batch(batch);
-}
-
 bool tw_stencil_fill_avx2(const tw_stencil_job *job) {
   return fill_stencil(job);
 }

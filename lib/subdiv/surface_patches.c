@@ -28,15 +28,6 @@ static void evaluate(const tw_surface_reader *r, const tw_values *values, const 
   tw_patch_evaluate(&r->surface->fields[values->field].patches, at->quad, &job, at->rect);
 }
 
-/* A batch of points and, where vertices have them, normals. */
-static void begin_batch(const tw_surface_reader *r, tw_domain domain, tw_patch_piece piece, size_t count,
-                        tw_patch_batch *batch) {
-  const tw_surface *s = r->surface;
-  tw_patch_job job = job_for(r, &s->positions, NULL, NULL, tw_row_width(s, domain));
-  tw_patch_batch_begin(batch, &s->fields[s->positions.field].patches, &job, tw_has_normals(s, domain), piece,
-                       count);
-}
-
 /* ---- all that a vertex has besides point and normal ------------------------------------------ */
 
 static void tangents(tw_surface_reader *r, const place *at, float *out) {
@@ -97,46 +88,27 @@ static uint32_t shared_corner(const tw_surface *s, tw_patch_piece piece, uint32_
   return tw_corner_of_edge(&s->points, edge / 2);
 }
 
-static void points(tw_surface_reader *r, tw_domain domain, tw_patch_piece piece, uint32_t first,
-                   uint32_t count, size_t step, float *out) {
-  const tw_surface *s = r->surface;
-  const tw_numbering *n = tw_numbering_of(s, domain);
-  uint32_t width = tw_row_width(s, domain);
-  bool split = tw_is_split(s, domain), against = false;
-  tw_patch_batch batch;
-  begin_batch(r, domain, piece, count, &batch);
-  for (uint32_t i = 0; i < count; i++, out += step) {
-    uint32_t corner = corner_of(n, piece, first + i), shared = corner;
-    if (split) shared = shared_corner(s, piece, corner, &against);
-    if (shared == corner && !against) {
-      tw_patch_batch_add(&batch, corner, out);
-      continue;
-    }
-    const place own = place_at(s, piece, corner, false), from = place_at(s, piece, shared, against);
-    float *normals = tw_normal_in(s, domain, out);
-    evaluate(r, &s->positions, &from, out, NULL, width);
-    if (normals) evaluate(r, &s->positions, &own, NULL, normals, width);
-  }
-  tw_patch_batch_end(&batch);
-}
-
 void tw_patch_read_items(tw_surface_reader *reader, tw_domain domain, tw_patch_piece piece, uint32_t first,
                          uint32_t count, float *out) {
   const tw_surface *s = reader->surface;
   const tw_numbering *n = tw_numbering_of(s, domain);
-  bool has_attributes = tw_has_attributes(s, domain), against;
-  size_t step = tw_row_width(s, domain) * (piece == TW_PATCH_CORNER ? 1 : tw_rows_inside_edge(s));
-  if (domain != TW_DOMAIN_UVS) points(reader, domain, piece, first, count, step, out);
-  for (uint32_t i = 0; (has_attributes || domain == TW_DOMAIN_UVS) && i < count; i++, out += step) {
-    uint32_t corner = corner_of(n, piece, first + i);
+  uint32_t width = tw_row_width(s, domain);
+  bool has_attributes = tw_has_attributes(s, domain), split = tw_is_split(s, domain), against = false;
+  size_t step = width * (piece == TW_PATCH_CORNER ? 1 : tw_rows_inside_edge(s));
+  for (uint32_t i = 0; i < count; i++, out += step) {
+    uint32_t corner = corner_of(n, piece, first + i), shared = corner;
     const place own = place_at(s, piece, corner, false);
     if (domain == TW_DOMAIN_UVS) {
-      evaluate(reader, &s->uvs[0], &own, out, NULL, 2);
+      evaluate(reader, &s->uvs[0], &own, out, NULL, width);
       continue;
     }
-    uint32_t shared = shared_corner(s, piece, corner, &against);
+    if (split) shared = shared_corner(s, piece, corner, &against);
     const place from = place_at(s, piece, shared, against);
-    attributes(reader, &own, &from, out);
+    float *normals = tw_normal_in(s, domain, out);
+    bool apart = shared != corner || against;
+    evaluate(reader, &s->positions, &from, out, apart ? NULL : normals, width);
+    if (apart && normals) evaluate(reader, &s->positions, &own, NULL, normals, width);
+    if (has_attributes) attributes(reader, &own, &from, out);
   }
 }
 
@@ -149,26 +121,4 @@ void tw_patch_read_lines(tw_surface_reader *reader, tw_domain domain, uint32_t v
   const place at = {tw_base_quad(s, visible), {1, s->side - 1, j0, j1}, false};
   evaluate(reader, values, &at, out, tw_normal_in(s, domain, out), tw_row_width(s, domain));
   if (tw_has_attributes(s, domain)) attributes(reader, &at, &at, out);
-}
-
-/* Short lines are computed in many patches at once. */
-void tw_patch_read_quads(tw_surface_reader *reader, tw_domain domain, uint32_t first, uint32_t count,
-                         float *out) {
-  enum { SHORT_SIDE = 8 };
-  const tw_surface *s = reader->surface;
-  size_t step = tw_rows_inside_quad(s) * tw_row_width(s, domain);
-  if (domain == TW_DOMAIN_UVS || s->side > SHORT_SIDE) {
-    for (uint32_t i = 0; i < count; i++)
-      tw_patch_read_lines(reader, domain, first + i, 1, s->side - 1, out + i * step);
-    return;
-  }
-  tw_patch_batch batch;
-  begin_batch(reader, domain, TW_PATCH_INSIDE, count, &batch);
-  for (uint32_t i = 0; i < count; i++)
-    tw_patch_batch_add(&batch, 4 * tw_base_quad(s, first + i), out + i * step);
-  tw_patch_batch_end(&batch);
-  for (uint32_t i = 0; tw_has_attributes(s, domain) && i < count; i++) {
-    const place at = {tw_base_quad(s, first + i), {1, s->side - 1, 1, s->side - 1}, false};
-    attributes(reader, &at, &at, out + i * step);
-  }
 }

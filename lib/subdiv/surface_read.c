@@ -105,7 +105,9 @@ static void compute_piece(tw_surface_reader *r, tw_domain domain, const piece *p
   } else if (p->kind == PIECE_EDGES) {
     tw_patch_read_items(r, domain, TW_PATCH_SIDE, p->item, p->items, out);
   } else if (p->kind == PIECE_QUADS) {
-    tw_patch_read_quads(r, domain, p->item, p->items, out);
+    size_t size = tw_rows_inside_quad(s) * tw_row_width(s, domain);
+    for (uint32_t i = 0; i < p->items; i++)
+      tw_patch_read_lines(r, domain, p->item + i, 1, last_line, out + i * size);
   } else {
     uint32_t first_line = 1 + p->line, lines = p->count / last_line;
     tw_patch_read_lines(r, domain, p->item, first_line, first_line + lines - 1, out);

@@ -103,12 +103,10 @@ void tw_base_read_rows(tw_surface_reader *reader, tw_domain domain, uint32_t fir
                        float *out);
 
 /* Rows of TW_WAY_PATCHES, likewise: corners [first, first + count), or as many edges' insides; */
+typedef enum tw_patch_piece { TW_PATCH_CORNER, TW_PATCH_SIDE } tw_patch_piece;
 void tw_patch_read_items(tw_surface_reader *reader, tw_domain domain, tw_patch_piece piece, uint32_t first,
                          uint32_t count, float *out);
-/* insides of visible quads; */
-void tw_patch_read_quads(tw_surface_reader *reader, tw_domain domain, uint32_t first, uint32_t count,
-                         float *out);
-/* lines j0 to j1 of one of them. */
+/* lines j0 to j1 of the inside of a visible quad. */
 void tw_patch_read_lines(tw_surface_reader *reader, tw_domain domain, uint32_t visible, uint32_t j0,
                          uint32_t j1, float *out);
 
