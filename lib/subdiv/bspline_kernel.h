@@ -218,59 +218,6 @@ static inline float least_square(const slopes *s) {
   return tw_normal_least_square(greatest_square(s->along, 4) * greatest_square(s->across, 3));
 }
 
-/* Lets the compiler keep nothing of a line in registers: there are fewer than numbers, and lines are too
- * short to pay for filling them. */
-static inline void take_from_memory(void) {
-  __asm__ volatile("" ::: "memory");
-}
-
-/* Asks for the memory of rows `ahead` floats farther on: the processor sees those coming too late. An address
- * beyond the end does no harm. */
-static inline __attribute__((always_inline)) void prepare_rows(const float *out, ptrdiff_t ahead,
-                                                               size_t width) {
-  enum { CACHE_LINE = 64 };
-  uintptr_t from = (uintptr_t)out + (uintptr_t)ahead * sizeof *out;
-  for (size_t at = 0; at < width * TW_WIDE * sizeof *out; at += CACHE_LINE)
-    __builtin_prefetch((const void *)(from + at), 1, 3);
-}
-
-/* Neighbouring lines, side by side: one block of each is crossed, then all of these become rows. A normal
- * waits for its root and quotient far longer than it takes to compute, and a processor does not look ahead as
- * far as the next ones. Besides, the weights of the block are loaded but once. */
-enum { TOGETHER = 16 };
-
-typedef struct line_group {
-  size_t j, count; /* lines from j on */
-  struct {
-    _Alignas(TW_LINE * sizeof(float)) float columns[4][TW_WIDTH_MAX];
-    line_slopes slopes;
-  } weighed[TOGETHER];
-  tw_crossed normals[TOGETHER];
-} line_group;
-
-/* One table after the other: the addresses of all their weights are more than there are registers. */
-static inline __attribute__((always_inline)) void start_group(const kernel_job *k, const slopes *s,
-                                                              bool positions, size_t j, line_group *g) {
-  size_t left = (size_t)k->job.rect.j1 + 1 - j;
-  g->j = j;
-  g->count = left < TOGETHER ? left : TOGETHER;
-  for (size_t l = 0; positions && l < g->count; l++)
-    weigh_four((const float(*)[TW_LINE])k->job.points, k->value, j + l, g->weighed[l].columns[0]);
-  for (size_t l = 0; l < g->count; l++)
-    weigh_four(s->along, k->spline.limit, j + l, g->weighed[l].slopes.along[0]);
-  for (size_t l = 0; l < g->count; l++)
-    weigh_three(s->across, k->spline.slope, j + l, g->weighed[l].slopes.across[0]);
-}
-
-/* How far ahead, in floats, those rows lie that take their turn some blocks later: in the same lines or,
- * where these have no more, in the next group, be that of this patch or not. */
-static inline ptrdiff_t rows_ahead(const kernel_job *k, const line_group *g) {
-  enum { POINTS_AHEAD = 512 }; /* 12 KB: memory answers in time, and the first cache still holds them */
-  size_t blocks = POINTS_AHEAD / TW_WIDE / g->count;
-  return k->blocks > blocks ? (ptrdiff_t)(blocks * TW_WIDE) * k->job.step
-                            : (ptrdiff_t)g->count * k->job.line_step;
-}
-
 static inline __attribute__((always_inline)) tw_crossed
 cross_lanes(const line_slopes *s, const slope_weights *w, float least, tw_vector outward, tw_mask *sure) {
   tw_vector along[3], across[3], zero = {0};
@@ -278,92 +225,33 @@ cross_lanes(const line_slopes *s, const slope_weights *w, float least, tw_vector
   return tw_cross_tangents(along, across, zero + least, outward, sure);
 }
 
-/* line: where the first line's rows will go. Memory that is asked for here comes while nothing is stored. */
-static inline __attribute__((always_inline)) void cross_block(const kernel_job *k, size_t n, float least,
-                                                              bool positions, bool transposed, line_group *g,
-                                                              const float *line, tw_mask *sure) {
-  const ptrdiff_t width = positions ? 6 : 3, ahead = rows_ahead(k, g);
-  const block b = block_at(k, n, g->j);
-  slope_weights weights;
-  tw_vector zero = {0}, outward = zero + (transposed ? -1.0f : 1.0f);
-  const float *out = line + b.place * k->job.step;
-  load_slope_weights(&k->spline, b.i, &weights);
-  for (size_t l = 0; l < g->count; l++, out += k->job.line_step) {
-    take_from_memory();
-    if (k->job.step == width) prepare_rows(out, ahead, (size_t)width);
-    g->normals[l] = cross_lanes(&g->weighed[l].slopes, &weights, least, outward, sure);
-  }
-}
-
-/* Points of line l of a group where wanted, and their normals. */
-static inline __attribute__((always_inline)) void row_lanes(const kernel_job *k, const line_group *g,
-                                                            size_t l, bool positions,
-                                                            const tw_vector weights[4], tw_vector *rows) {
-  if (positions) value_lanes(k, (const float(*)[TW_WIDTH_MAX])g->weighed[l].columns, 3, weights, rows);
-  tw_normalise(&g->normals[l], rows + (positions ? 3 : 0));
-}
-
-/* How many lines of a group are stored as whole blocks. */
-static inline size_t whole_lines(const kernel_job *k, const line_group *g) {
-  if (k->job.rect.i1 - k->job.rect.i0 + 1 >= TW_WIDE) return g->count;
-  size_t whole = k->whole_before > g->j ? k->whole_before - g->j : 0;
-  return whole < g->count ? whole : g->count;
-}
-
-/* line: where the first line's rows go. */
-static inline __attribute__((always_inline)) void put_block(const kernel_job *k, size_t n, bool positions,
-                                                            const line_group *g, float *line) {
-  const size_t before = positions ? 3 : 0, width = before + 3;
-  const ptrdiff_t step = k->job.step, line_step = k->job.line_step;
-  const block b = block_at(k, n, g->j);
-  const size_t packed = step == (ptrdiff_t)width ? whole_lines(k, g) : 0;
-  tw_vector weights[4], rows[TW_ROW_MAX];
-  float *out = line + b.place * step;
-  load_weights(k->value, 4, b.i, weights);
-  for (size_t l = 0; l < packed; l++, out += line_step) {
-    take_from_memory();
-    row_lanes(k, g, l, positions, weights, rows);
-    tw_store_packed(rows, width, TW_WIDE, out);
-  }
-  for (size_t l = packed; l < g->count; l++, out += line_step) {
-    row_lanes(k, g, l, positions, weights, rows);
-    tw_store_rows(rows, width, block_at(k, n, g->j + l).count, out, step);
-  }
-}
-
-/* Some normal of a group needs a closer look: finds the lines of such. */
-static void look_closer(const kernel_job *k, bool transposed, float least, const line_group *g, float *out) {
-  for (size_t l = 0; l < g->count; l++, out += k->job.line_step) {
-    tw_mask sure = tw_first_mask();
-    tw_vector zero = {0};
-    for (size_t n = 0; n < k->blocks; n++) {
-      slope_weights weights;
-      load_slope_weights(&k->spline, block_at(k, n, g->j + l).i, &weights);
-      cross_lanes(&g->weighed[l].slopes, &weights, least, zero, &sure);
-    }
-    if (!tw_all_set(sure))
-      tw_spline_look_closer(&k->job, k->job.rect.i0, k->job.rect.i1 - k->job.rect.i0 + 1, g->j + l,
-                            transposed, out);
-  }
-}
-
 /* positions: the values as well, which are those of points, and the normals stand next to them. */
 static inline __attribute__((always_inline)) void fill_normals(const tw_spline_job *job, bool positions,
                                                                bool transposed) {
   const kernel_job k = start(job);
+  const size_t before = positions ? 3 : 0, points = job->rect.i1 - job->rect.i0 + 1;
   slopes slopes;
   find_slopes(k.job.points, &slopes);
   float least = least_square(&slopes), *line = positions ? k.job.values : k.job.normals;
-  line_group g;
-  for (size_t j = k.job.rect.j0; j <= k.job.rect.j1; j += g.count) {
+  tw_vector zero = {0}, outward = zero + (transposed ? -1.0f : 1.0f);
+  for (size_t j = k.job.rect.j0; j <= k.job.rect.j1; j++, line += k.job.line_step) {
+    float columns[4][TW_WIDTH_MAX];
+    line_slopes at_line;
     tw_mask sure = tw_first_mask();
-    start_group(&k, &slopes, positions, j, &g);
+    if (positions) weigh_four((const float(*)[TW_LINE])k.job.points, k.value, j, columns[0]);
+    weigh_slopes(&slopes, &k.spline, j, &at_line);
     for (size_t n = 0; n < k.blocks; n++) {
-      cross_block(&k, n, least, positions, transposed, &g, line, &sure);
-      put_block(&k, n, positions, &g, line);
+      tw_vector weights[4], rows[TW_ROW_MAX];
+      slope_weights slope_weights;
+      block b = block_at(&k, n, j);
+      load_slope_weights(&k.spline, b.i, &slope_weights);
+      tw_crossed normals = cross_lanes(&at_line, &slope_weights, least, outward, &sure);
+      load_weights(k.value, 4, b.i, weights);
+      if (positions) value_lanes(&k, (const float(*)[TW_WIDTH_MAX])columns, 3, weights, rows);
+      tw_normalise(&normals, rows + before);
+      tw_store_rows(rows, before + 3, b.count, line + b.place * k.job.step, k.job.step);
     }
-    if (!tw_all_set(sure)) look_closer(&k, transposed, least, &g, line + (positions ? 3 : 0));
-    line += (ptrdiff_t)g.count * k.job.line_step;
+    if (!tw_all_set(sure)) tw_spline_look_closer(&k.job, k.job.rect.i0, points, j, transposed, line + before);
   }
 }
 
