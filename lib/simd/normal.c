@@ -1,16 +1,8 @@
 /* Normals of any two tangents: quickly where float suffices, else with care. */
 #include "normal.h"
 
-#include <math.h>
-
-static void cross(const float a[3], const float b[3], float out[3]) {
-  out[0] = a[1] * b[2] - a[2] * b[1];
-  out[1] = a[2] * b[0] - a[0] * b[2];
-  out[2] = a[0] * b[1] - a[1] * b[0];
-}
-
-/* As cross and normalise, in double and scaled, for lengths that float cannot square. */
-static bool careful_normal(const float a[3], const float b[3], float out[3]) {
+/* In double and scaled, for lengths that float cannot square. */
+static bool find_normal(tw_point a, tw_point b, float out[3]) {
   double scale_a = 0, scale_b = 0;
   for (int i = 0; i < 3; i++) {
     scale_a = fmax(scale_a, fabs((double)a[i]));
@@ -31,27 +23,9 @@ static bool careful_normal(const float a[3], const float b[3], float out[3]) {
   return true;
 }
 
-/* As wide.h has it. */
-static bool quick_normal(const float a[3], const float b[3], float out[3]) {
-  float n[3];
-  cross(a, b, n);
-  float square = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
-  float lengths = (a[0] * a[0] + a[1] * a[1] + a[2] * a[2]) * (b[0] * b[0] + b[1] * b[1] + b[2] * b[2]);
-  if (!(square > tw_normal_least_square(lengths) && square < TW_NORMAL_SQUARE_MAX)) return false;
-  float scale = 1 / sqrtf(square);
-  for (int i = 0; i < 3; i++) out[i] = n[i] * scale + 0.0f;
-  return true;
-}
-
-void tw_normal_from_tangents(const float tangent1[3], const float tangent2[3], const float *const quad[4],
-                             float normal[3]) {
-  if (quick_normal(tangent1, tangent2, normal) || careful_normal(tangent1, tangent2, normal)) return;
-  float diagonal1[3], diagonal2[3];
-  for (int i = 0; i < 3; i++) {
-    diagonal1[i] = quad[2][i] - quad[0][i];
-    diagonal2[i] = quad[3][i] - quad[1][i];
-  }
-  if (careful_normal(diagonal1, diagonal2, normal)) return;
+void tw_careful_normal(tw_point tangent1, tw_point tangent2, const tw_point quad[4], float normal[3]) {
+  if (find_normal(tangent1, tangent2, normal)) return;
+  if (find_normal(quad[2] - quad[0], quad[3] - quad[1], normal)) return;
   normal[0] = normal[2] = 0;
   normal[1] = 1;
 }

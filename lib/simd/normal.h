@@ -1,7 +1,11 @@
-/* Unit normals from tangents. */
+/* Unit normals from tangents. No product is contracted and no root approximated: all machines give the same
+ * bytes. */
 #ifndef TWEEND_NORMAL_H
 #define TWEEND_NORMAL_H
 
+#include <math.h>
+
+#include "simd.h"
 #include "tweend/base.h"
 
 /* Float can normalise a cross product whose squared length lies between tw_normal_least_square and this: it
@@ -15,9 +19,34 @@ static inline float tw_normal_least_square(float lengths) {
                                                              : TW_NORMAL_SQUARE_MIN;
 }
 
+static inline __attribute__((always_inline)) tw_point tw_point_cross(tw_point a, tw_point b) {
+  tw_point a_turned = __builtin_shufflevector(a, a, 1, 2, 0, 3),
+           b_turned = __builtin_shufflevector(b, b, 1, 2, 0, 3), c = a * b_turned - a_turned * b;
+  return __builtin_shufflevector(c, c, 1, 2, 0, 3);
+}
+static inline __attribute__((always_inline)) float tw_point_square(tw_point a) {
+  tw_point s = a * a;
+  return s[0] + s[1] + s[2];
+}
+/* square: that of the vector. No zero is below 0: a patch has the same normals turned round. */
+static inline __attribute__((always_inline)) tw_point tw_point_unit(tw_point vector, float square) {
+  return vector * (1 / sqrtf(square)) + 0.0f;
+}
+
+/* As tw_put_normal, in double. */
+void tw_careful_normal(tw_point tangent1, tw_point tangent2, const tw_point quad[4], float normal[3]);
+
 /* Unit normal of two tangents; `quad` (four points) serves where they are parallel, and +Y where that has
  * none either. */
-void tw_normal_from_tangents(const float tangent1[3], const float tangent2[3], const float *const quad[4],
-                             float normal[3]);
+static inline __attribute__((always_inline)) void tw_put_normal(tw_point tangent1, tw_point tangent2,
+                                                                const tw_point quad[4], float normal[3]) {
+  tw_point n = tw_point_cross(tangent1, tangent2);
+  float square = tw_point_square(n),
+        least = tw_normal_least_square(tw_point_square(tangent1) * tw_point_square(tangent2));
+  if (__builtin_expect(square > least && square < TW_NORMAL_SQUARE_MAX, 1))
+    tw_store_point(tw_point_unit(n, square), normal);
+  else
+    tw_careful_normal(tangent1, tangent2, quad, normal);
+}
 
 #endif

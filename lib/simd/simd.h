@@ -1,8 +1,7 @@
-/* What all vector code shares: points as vectors, and what the processor has. */
+/* Points as vectors, which the compiler turns into the registers of the machine. */
 #ifndef TWEEND_SIMD_H
 #define TWEEND_SIMD_H
 
-#include <stdbool.h>
 #include <stdint.h>
 #include <string.h>
 
@@ -17,10 +16,24 @@ static inline void tw_store_point(tw_point point, float *row) {
   row[2] = point[2];
 }
 
-/* Instruction sets that kernels are compiled for, in the order of their tables; the best one that the
- * processor has is taken at run time. */
-enum { TW_SET_ANY, TW_SET_AVX2, TW_SETS };
+/* width: 1 to 4, so many of its floats. */
+static inline void tw_store_values(tw_point values, uint32_t width, float *row) {
+  if (width == 3)
+    tw_store_point(values, row);
+  else if (width == 2)
+    memcpy(row, &values, 2 * sizeof *row);
+  else if (width == 1)
+    row[0] = values[0];
+  else
+    memcpy(row, &values, sizeof values);
+}
 
-bool tw_processor_has(uint32_t set);
+/* The same back, the rest 0. */
+static inline tw_point tw_load_values(const float *row, uint32_t width) {
+  if (width == 3) return (tw_point){row[0], row[1], row[2], 0}; /* most of all; in registers */
+  tw_point out = {0};
+  memcpy(&out, row, width * sizeof *row);
+  return out;
+}
 
 #endif

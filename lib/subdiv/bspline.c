@@ -1,12 +1,13 @@
-/* B-splines: weight tables by repeated knot insertion, exact until they are rounded to float, and the kernels
- * of rows for every machine with the choice of the best one. */
+/* B-splines: weight tables by repeated knot insertion, exact until they are rounded to float, and rows of
+ * points.
+ *
+ * Control points are weighted down their columns once a line, then across. Derivatives come from the
+ * differences of control points: those are nearly exact, and equal points give exactly 0. */
 #include "bspline.h"
 
 #include <stdlib.h>
-#include <string.h>
 
-#include "bspline_kernel.h"
-#include "simd.h"
+#include "normal.h"
 
 enum { ROWS = 4 + 4 + 3 };
 
@@ -32,19 +33,20 @@ static void weigh(const double (*points)[4], uint32_t n, uint32_t i, float out[R
   }
 }
 
-/* Floats in a row of the table of a depth. */
+/* Weights in a row of the table of a depth. */
 static size_t row_length(uint32_t depth) {
-  return ((size_t)1 << depth) + TW_SPLINE_LANES;
+  return ((size_t)1 << depth) + 1;
 }
 
 /* rows: [ROWS][row_length]. */
-static void fill_table(uint32_t depth, const double (*points)[4], float *rows, tw_spline *out) {
+static void fill_table(uint32_t depth, const double (*points)[4], tw_point *rows, tw_spline *out) {
   size_t length = row_length(depth);
   uint32_t n = 1u << depth;
-  for (uint32_t i = 0; i < length; i++) {
+  for (uint32_t i = 0; i <= n; i++) {
     float weights[ROWS];
-    weigh(points, n, i < n ? i : n, weights);
-    for (uint32_t r = 0; r < ROWS; r++) rows[r * length + i] = weights[r];
+    weigh(points, n, i, weights);
+    for (uint32_t r = 0; r < ROWS; r++)
+      rows[r * length + i] = (tw_point){weights[r], weights[r], weights[r], weights[r]};
   }
   for (uint32_t k = 0; k < 4; k++) {
     out->point[k] = rows + k * length;
@@ -55,7 +57,7 @@ static void fill_table(uint32_t depth, const double (*points)[4], float *rows, t
 
 size_t tw_spline_tables_size(uint32_t depth) {
   size_t size = 0;
-  for (uint32_t d = 0; d <= depth; d++) size += sizeof(tw_spline) + ROWS * row_length(d) * sizeof(float);
+  for (uint32_t d = 0; d <= depth; d++) size += sizeof(tw_spline) + ROWS * row_length(d) * sizeof(tw_point);
   return size;
 }
 
@@ -68,7 +70,7 @@ tw_spline *tw_spline_tables_create(uint32_t depth) {
     free(points);
     return NULL;
   }
-  float *rows = (float *)(void *)(tables + depth + 1);
+  tw_point *rows = (tw_point *)(void *)(tables + depth + 1);
   double(*at)[4] = points, (*next)[4] = points + room;
   for (int k = 0; k < 4; k++) at[k][k] = 1;
   for (uint32_t d = 0; d <= depth; d++) {
@@ -84,70 +86,88 @@ tw_spline *tw_spline_tables_create(uint32_t depth) {
   return tables;
 }
 
-/* ---- rows: the kernel for every machine, and the choice of the best one ------------------------- */
+/* ---- rows ----------------------------------------------------------------------------------- */
 
-/* The sum of three slopes weighted by entry i of their tables, added in the kernel's order. */
-static float weighted_three(const float (*slopes)[TW_WIDTH_MAX], size_t c, const float *const table[3],
-                            size_t i) {
-  return (table[0][i] * slopes[0][c] + table[2][i] * slopes[2][c]) + table[1][i] * slopes[1][c];
+/* Every `apart`th of some points, weighted as at a place. Summed from both ends, so that a mirrored patch
+ * gives mirrored points to the last bit. */
+static inline tw_point sum_four(const tw_point *const table[4], size_t at, const tw_point *p, size_t apart) {
+  return (table[0][at] * p[0] + table[3][at] * p[3 * apart]) +
+         (table[1][at] * p[apart] + table[2][at] * p[2 * apart]);
 }
 
-static float weighted_four(const float (*slopes)[TW_WIDTH_MAX], size_t c, const float *const table[4],
-                           size_t i) {
-  return (table[0][i] * slopes[0][c] + table[3][i] * slopes[3][c]) +
-         (table[1][i] * slopes[1][c] + table[2][i] * slopes[2][c]);
+static inline tw_point sum_three(const tw_point *const table[3], size_t at, const tw_point *p, size_t apart) {
+  return (table[0][at] * p[0] + table[2][at] * p[2 * apart]) + table[1][at] * p[apart];
 }
 
-void tw_spline_look_closer(const tw_spline_job *job, size_t first, size_t count, size_t j, bool transposed,
-                           float *out) {
-  const float *corners[4] = {job->points[5], job->points[transposed ? 9 : 6], job->points[10],
-                             job->points[transposed ? 6 : 9]};
-  slopes slopes;
-  line_slopes line;
-  find_slopes(job->points, &slopes);
-  weigh_slopes(&slopes, job->spline, j, &line);
-  for (size_t i = first; i < first + count; i++, out += job->step) {
-    float tangents[2][3];
-    for (size_t c = 0; c < 3; c++) {
-      tangents[transposed][c] =
-          weighted_three((const float(*)[TW_WIDTH_MAX])line.along, c, job->spline->slope, i);
-      tangents[!transposed][c] =
-          weighted_four((const float(*)[TW_WIDTH_MAX])line.across, c, job->spline->limit, i);
+/* Differences of neighbouring control points, along i and along j. */
+typedef struct slopes {
+  tw_point along[4][3], across[3][4];
+} slopes;
+
+static void find_slopes(const tw_point points[16], slopes *out) {
+  for (size_t r = 0; r < 4; r++)
+    for (size_t k = 0; k < 4; k++) {
+      const tw_point *p = &points[4 * r + k];
+      if (k < 3) out->along[r][k] = p[1] - p[0];
+      if (r < 3) out->across[r][k] = p[4] - p[0];
     }
-    tw_normal_from_tangents(tangents[0], tangents[1], corners, out);
+}
+
+/* Control points and slopes weighted down for one line. */
+typedef struct line {
+  tw_point columns[4], along[3], across[4];
+} line;
+
+static inline void weigh_line(const tw_spline_job *job, const slopes *s, const tw_point *const *value,
+                              size_t j, line *out) {
+  for (size_t k = 0; k < 4; k++) out->columns[k] = sum_four(value, j, &job->points[k], 4);
+  for (size_t k = 0; s && k < 4; k++) {
+    if (k < 3) out->along[k] = sum_four(job->spline->limit, j, &s->along[0][k], 3);
+    out->across[k] = sum_three(job->spline->slope, j, &s->across[0][k], 4);
   }
 }
 
-static void fill_anywhere(const tw_spline_job *job, bool transposed) {
-  fill_job(job, transposed);
+/* transposed: i and j of the patch have changed places. */
+static inline __attribute__((always_inline)) void fill(const tw_spline_job *job, bool transposed) {
+  const tw_spline_job k = *job; /* a copy, which no row that is stored can be taken to change */
+  const tw_spline spline = *k.spline;
+  const tw_point *const *value = k.limit ? spline.limit : spline.point;
+  const tw_point quad[4] = {k.points[5], k.points[transposed ? 9 : 6], k.points[10],
+                            k.points[transposed ? 6 : 9]};
+  slopes slopes;
+  bool sloped = k.normals || k.derivatives;
+  if (sloped) find_slopes(k.points, &slopes);
+  ptrdiff_t begin = 0;
+  for (size_t j = k.rect.j0; j <= k.rect.j1; j++, begin += k.line_step) {
+    ptrdiff_t place = begin;
+    line l;
+    weigh_line(&k, sloped ? &slopes : NULL, value, j, &l);
+    for (size_t i = k.rect.i0; i <= k.rect.i1; i++, place += k.step) {
+      if (k.values) tw_store_values(k.origin + sum_four(value, i, l.columns, 1), k.width, k.values + place);
+      if (!sloped) continue;
+      tw_point tangents[2];
+      tangents[transposed] = sum_three(spline.slope, i, l.along, 1);
+      tangents[!transposed] = sum_four(spline.limit, i, l.across, 1);
+      if (k.normals) tw_put_normal(tangents[0], tangents[1], quad, k.normals + place);
+      if (k.derivatives) memcpy(k.derivatives + place, tangents, sizeof tangents);
+    }
+  }
 }
-
-typedef void fill_kernel(const tw_spline_job *job, bool transposed);
-
-static fill_kernel *const kernels[TW_SETS] = {fill_anywhere,
-#ifdef __x86_64__
-                                              tw_spline_fill_avx2
-#endif
-};
 
 /* A single column runs along i once i and j have changed places. */
-static void run(fill_kernel *kernel, const tw_spline_job *job) {
+void tw_spline_rows(const tw_spline_job *job) {
   bool column = job->column || job->rect.j0 != job->rect.j1;
   if (job->rect.i0 != job->rect.i1 || !column) {
-    kernel(job, false);
+    fill(job, false);
     return;
   }
-  float points[16][TW_WIDTH_MAX];
+  tw_point points[16];
   for (size_t r = 0; r < 4; r++)
-    for (size_t k = 0; k < 4; k++) memcpy(points[4 * r + k], job->points[4 * k + r], sizeof points[0]);
+    for (size_t k = 0; k < 4; k++) points[4 * r + k] = job->points[4 * k + r];
   tw_spline_job turned = *job;
-  turned.points = (const float(*)[TW_WIDTH_MAX])points;
+  turned.points = points;
   turned.rect = (tw_patch_rect){job->rect.j0, job->rect.j1, job->rect.i0, job->rect.i1};
   turned.step = job->line_step;
   turned.line_step = job->step;
-  kernel(&turned, true);
-}
-
-void tw_spline_rows(const tw_spline_job *job) {
-  run(kernels[tw_processor_has(TW_SET_AVX2)], job);
+  fill(&turned, true);
 }

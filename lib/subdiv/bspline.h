@@ -3,16 +3,15 @@
 #ifndef TWEEND_BSPLINE_H
 #define TWEEND_BSPLINE_H
 
+#include "simd.h"
 #include "tweend/base.h"
 
-/* Weights are read so many at a time, or fewer. */
-enum { TW_SPLINE_LANES = 16 };
-
-/* Each array: [2^depth + 1], and TW_SPLINE_LANES - 1 more that repeat the last. */
+/* Each array: [2^depth + 1], a weight for all components. Aligned, as arrays lie behind it. */
 typedef struct tw_spline {
-  const float *point[4]; /* of control points -1, 0, 1, 2 of the segment: the refined control point */
-  const float *limit[4]; /* its limit */
-  const float *slope[3]; /* of their differences: the limit's derivative over the segment */
+  _Alignas(tw_point)
+      const tw_point *point[4]; /* of control points -1, 0, 1, 2 of the segment: the refined control point */
+  const tw_point *limit[4];     /* its limit */
+  const tw_point *slope[3];     /* of their differences: the limit's derivative over the segment */
 } tw_spline;
 
 /* Tables for depths 0 to `depth` in one block of memory, which free() frees. NULL without memory. */
@@ -32,8 +31,8 @@ typedef struct tw_patch_rect {
  * single point is summed up in the order of those of its column. */
 typedef struct tw_spline_job {
   const tw_spline *spline;
-  const float (*points)[4];
-  float origin[4];
+  const tw_point *points;
+  tw_point origin;
   uint32_t width;
   bool limit, column;
   tw_patch_rect rect;
@@ -41,19 +40,6 @@ typedef struct tw_spline_job {
   ptrdiff_t step, line_step;
 } tw_spline_job;
 
-/* With the best instruction set that this machine has. */
 void tw_spline_rows(const tw_spline_job *job);
-
-/* ---- for the kernels alone ------------------------------------------------------------------ */
-
-/* transposed: i and j of the patch have changed places. */
-#ifdef __x86_64__
-void tw_spline_fill_avx2(const tw_spline_job *job, bool transposed);
-#endif
-
-/* Normals of `count` points of line j one by one, by the kernels' arithmetic where that suffices. out: where
- * that of the first goes. */
-void tw_spline_look_closer(const tw_spline_job *job, size_t first, size_t count, size_t j, bool transposed,
-                           float *out);
 
 #endif

@@ -2,7 +2,6 @@
  * their edges and faces at a later level are those of their first level, shifted. */
 #include "irregular_levels.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -45,27 +44,6 @@ INLINE tw_point all(float x) {
   return (tw_point){x, x, x, x};
 }
 
-INLINE tw_point cross(tw_point a, tw_point b) {
-  tw_point a_turned = __builtin_shufflevector(a, a, 1, 2, 0, 3),
-           b_turned = __builtin_shufflevector(b, b, 1, 2, 0, 3), c = a * b_turned - a_turned * b;
-  return __builtin_shufflevector(c, c, 1, 2, 0, 3);
-}
-INLINE float square(tw_point a) {
-  tw_point s = a * a;
-  return s[0] + s[1] + s[2];
-}
-
-/* quad: a face of the vertex, for where there is no tangent plane. */
-static __attribute__((noinline)) void careful_normal(tw_point t1, tw_point t2, const tw_point quad[4],
-                                                     float *out) {
-  float tangents[2][4], corners[4][4];
-  memcpy(tangents[0], &t1, sizeof t1);
-  memcpy(tangents[1], &t2, sizeof t2);
-  memcpy(corners, quad, sizeof corners);
-  const float *const rows[4] = {corners[0], corners[1], corners[2], corners[3]};
-  tw_normal_from_tangents(tangents[0], tangents[1], rows, out);
-}
-
 /* quad: the vertex, then points round it of which the first and the last are along t1 and t2. */
 INLINE void put_row(const pass *p, uint32_t v, tw_point t1, tw_point t2, const tw_point quad[4]) {
   if (p->slopes) {
@@ -75,19 +53,8 @@ INLINE void put_row(const pass *p, uint32_t v, tw_point t1, tw_point t2, const t
     return;
   }
   float *row = p->rows + (size_t)(v - p->first) * p->stride;
-  tw_point at = p->positions[v] + p->origin, n = cross(t1, t2);
-  float length = square(n);
-  if (__builtin_expect(
-          length > tw_normal_least_square(square(t1) * square(t2)) && length < TW_NORMAL_SQUARE_MAX, 1)) {
-    n = n * all(1 / sqrtf(length)) + all(0);
-    tw_point head = __builtin_shufflevector(at, n, 0, 1, 2, 4),
-             tail = __builtin_shufflevector(n, n, 1, 2, 1, 2);
-    memcpy(row, &head, sizeof head);
-    memcpy(row + 4, &tail, sizeof tail / 2);
-    return;
-  }
-  memcpy(row, &at, 3 * sizeof *row);
-  careful_normal(t1, t2, quad, row + 3);
+  tw_store_point(p->positions[v] + p->origin, row);
+  tw_put_normal(t1, t2, quad, row + 3);
 }
 
 /* Where four edges and faces meet, face i between edges i and i + 1. */
@@ -522,5 +489,5 @@ void tw_levels_row_normal(const tw_level_rows *rows, uint32_t n, const tw_point 
   tw_point tangents[2], quad[4];
   sum_slopes(rows, rows->first_entry[n], rows->end_entry[n], rows->points[n], points, tangents);
   for (int k = 0; k < 4; k++) quad[k] = points[rows->quad[n][k]];
-  careful_normal(tangents[0], tangents[1], quad, normal);
+  tw_put_normal(tangents[0], tangents[1], quad, normal);
 }

@@ -70,16 +70,15 @@ static const double *middle_at(const level *l, uint32_t corner) {
 /* One of the triangles there, own and two of the ring, serves where there is no tangent plane. */
 static void finish(const double tangents[2][3], const double *own, const double *first, const double *second,
                    float *normal) {
-  float along[2][3], corners[3][3];
-  const float *quad[4] = {corners[0], corners[1], corners[2], corners[2]};
+  tw_point along[2] = {{0}, {0}}, quad[4] = {{0}, {0}, {0}, {0}};
   for (int c = 0; c < 3; c++) {
     along[0][c] = (float)tangents[0][c];
     along[1][c] = (float)tangents[1][c];
-    corners[0][c] = (float)own[c];
-    corners[1][c] = (float)first[c];
-    corners[2][c] = (float)second[c];
+    quad[0][c] = (float)own[c];
+    quad[1][c] = (float)first[c];
+    quad[2][c] = quad[3][c] = (float)second[c];
   }
-  tw_normal_from_tangents(along[0], along[1], quad, normal);
+  tw_put_normal(along[0], along[1], quad, normal);
 }
 
 static void regular(const double *own, const double *const r[6], float *normal) {

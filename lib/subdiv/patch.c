@@ -2,12 +2,12 @@
  * stencils or by splitting them. */
 #include "patch.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "normal.h"
 #include "patch_class.h"
-#include "simd.h"
 #include "stencil.h"
 
 /* ---- planning ------------------------------------------------------------------------------- */
@@ -150,58 +150,57 @@ static size_t place_of(const target *to, uint32_t i, uint32_t j) {
 /* ---- splines -------------------------------------------------------------------------------- */
 
 /* origin: what the control points are relative to. */
-static void evaluate_spline(const target *to, const float points[16][WIDTH_MAX],
-                            const float origin[WIDTH_MAX], uint32_t depth, tw_patch_rect rect) {
+static void evaluate_spline(const target *to, const tw_point points[16], tw_point origin, uint32_t depth,
+                            tw_patch_rect rect) {
   const tw_patch_job *job = to->job;
   const uint32_t n = 1u << depth;
   size_t place = place_of(to, rect.i0, rect.j0);
   ptrdiff_t step = job->backwards ? -(ptrdiff_t)job->stride : (ptrdiff_t)job->stride;
-  tw_spline_job rows = {.spline = &to->splines[depth],
-                        .points = points,
-                        .width = job->width,
-                        .limit = job->limit,
-                        .column = (rect.i0 == 0 || rect.i0 == n) && rect.j0 > 0 && rect.j1 < n,
-                        .rect = rect,
-                        .values = job->values ? job->values + place : NULL,
-                        .normals = job->normals ? job->normals + place : NULL,
-                        .derivatives = job->derivatives ? job->derivatives + place : NULL,
-                        .step = step,
-                        .line_step = step * (ptrdiff_t)(to->whole.i1 - to->whole.i0 + 1)};
-  memcpy(rows.origin, origin, sizeof rows.origin);
+  const tw_spline_job rows = {.spline = &to->splines[depth],
+                              .points = points,
+                              .origin = origin,
+                              .width = job->width,
+                              .limit = job->limit,
+                              .column = (rect.i0 == 0 || rect.i0 == n) && rect.j0 > 0 && rect.j1 < n,
+                              .rect = rect,
+                              .values = job->values ? job->values + place : NULL,
+                              .normals = job->normals ? job->normals + place : NULL,
+                              .derivatives = job->derivatives ? job->derivatives + place : NULL,
+                              .step = step,
+                              .line_step = step * (ptrdiff_t)(to->whole.i1 - to->whole.i0 + 1)};
   tw_spline_rows(&rows);
 }
 
 /* Row (or column) beyond a sharp side: 2 edge - inner. */
-static void reflect(float points[16][WIDTH_MAX], int outer, int edge, int inner, int step) {
+static void reflect(tw_point points[16], int outer, int edge, int inner, int step) {
   for (int k = 0; k < 4; k++)
-    for (int c = 0; c < WIDTH_MAX; c++)
-      points[outer + k * step][c] = 2 * points[edge + k * step][c] - points[inner + k * step][c];
+    points[outer + k * step] = 2.0f * points[edge + k * step] - points[inner + k * step];
 }
 
 /* Columns first, then whole rows, so that a corner is reflected both ways. */
-static void reflect_sides(float points[16][WIDTH_MAX], uint8_t reflected) {
+static void reflect_sides(tw_point points[16], uint8_t reflected) {
   if (reflected & 8) reflect(points, 0, 1, 2, 4);
   if (reflected & 2) reflect(points, 3, 2, 1, 4);
   if (reflected & 1) reflect(points, 0, 4, 8, 1);
   if (reflected & 4) reflect(points, 12, 8, 4, 1);
 }
 
-static void narrow(float out[WIDTH_MAX], const double in[WIDTH_MAX]) {
-  for (int c = 0; c < WIDTH_MAX; c++) out[c] = (float)in[c];
+static tw_point narrow(const double in[WIDTH_MAX]) {
+  return (tw_point){(float)in[0], (float)in[1], (float)in[2], (float)in[3]};
 }
 
 /* A regular quarter of a shape. Its points are taken relative to a place among them, so that float keeps
  * their differences however small the quarter is. */
 static void evaluate_part(const target *to, const tw_patch_part *part, const double (*points)[WIDTH_MAX],
                           uint32_t depth, tw_patch_rect rect) {
-  float origin[WIDTH_MAX], relative[16][WIDTH_MAX];
+  tw_point origin = {0}, relative[16];
   for (int c = 0; c < WIDTH_MAX; c++) {
     origin[c] = (float)(to->origin[c] + points[part->points[5]][c]);
     double place = (double)origin[c] - to->origin[c];
     for (int i = 0; i < 16; i++) relative[i][c] = (float)(points[part->points[i]][c] - place);
   }
   reflect_sides(relative, part->reflected);
-  evaluate_spline(to, (const float(*)[WIDTH_MAX])relative, origin, depth, rect);
+  evaluate_spline(to, relative, origin, depth, rect);
 }
 
 /* ---- corners -------------------------------------------------------------------------------- */
@@ -223,12 +222,6 @@ static void corner_derivatives(const tw_patch_class *shape, const double (*point
   }
 }
 
-/* As two tangents, any. */
-static void unframed_derivatives(const double tangents[2][WIDTH_MAX], float *out) {
-  narrow(out, tangents[0]);
-  narrow(out + WIDTH_MAX, tangents[1]);
-}
-
 /* Corner k of an irregular quad that needs no further split, at place (i, j) of the grid. */
 static void evaluate_corner(const target *to, const tw_patch_class *shape, const double (*points)[WIDTH_MAX],
                             uint32_t k, size_t place) {
@@ -246,17 +239,14 @@ static void evaluate_corner(const target *to, const tw_patch_class *shape, const
   for (uint32_t c = 0; to->job->values && c < to->job->width; c++)
     to->job->values[place + c] =
         (float)(to->origin[c] + (to->job->limit ? points[k][c] + limit[c] : points[k][c]));
+  const tw_point along[2] = {narrow(tangents[0]), narrow(tangents[1])};
   if (to->job->derivatives && to->job->unframed)
-    unframed_derivatives((const double(*)[WIDTH_MAX])tangents, to->job->derivatives + place);
+    memcpy(to->job->derivatives + place, along, sizeof along);
   else if (to->job->derivatives)
     corner_derivatives(shape, points, k, (const double(*)[WIDTH_MAX])tangents, to->job->derivatives + place);
   if (!to->job->normals) return;
-  float tangent1[WIDTH_MAX], tangent2[WIDTH_MAX], corners[4][WIDTH_MAX];
-  const float *quad[4] = {corners[0], corners[1], corners[2], corners[3]};
-  for (int i = 0; i < 4; i++) narrow(corners[i], points[i]);
-  narrow(tangent1, tangents[0]);
-  narrow(tangent2, tangents[1]);
-  tw_normal_from_tangents(tangent1, tangent2, quad, to->job->normals + place);
+  const tw_point quad[4] = {narrow(points[0]), narrow(points[1]), narrow(points[2]), narrow(points[3])};
+  tw_put_normal(along[0], along[1], quad, to->job->normals + place);
 }
 
 static void evaluate_corners(const target *to, const tw_patch_class *shape, const double (*points)[WIDTH_MAX],
@@ -271,33 +261,14 @@ static void evaluate_corners(const target *to, const tw_patch_class *shape, cons
 
 /* ---- refining ------------------------------------------------------------------------------- */
 
-/* One row after the other, the four components of a point together. */
-static inline __attribute__((always_inline)) void
-refine_rows(const tw_patch_class *shape, const double (*points)[WIDTH_MAX], double (*out)[WIDTH_MAX]) {
+static void refine_shape(const tw_patch_class *shape, const double (*points)[WIDTH_MAX],
+                         double (*out)[WIDTH_MAX]) {
   for (uint32_t r = 0; r < shape->refined_count; r++) {
     double sum[WIDTH_MAX] = {0};
     for (uint32_t e = shape->row_offsets[r]; e < shape->row_offsets[r + 1]; e++)
       for (int c = 0; c < WIDTH_MAX; c++) sum[c] += (double)shape->weights[e] * points[shape->columns[e]][c];
     memcpy(out[r], sum, sizeof sum);
   }
-}
-
-#ifdef __x86_64__
-static __attribute__((target("avx2"))) void
-refine_rows_avx2(const tw_patch_class *shape, const double (*points)[WIDTH_MAX], double (*out)[WIDTH_MAX]) {
-  refine_rows(shape, points, out);
-}
-#endif
-
-static void refine_shape(const tw_patch_class *shape, const double (*points)[WIDTH_MAX],
-                         double (*out)[WIDTH_MAX]) {
-#ifdef __x86_64__
-  if (tw_processor_has(TW_SET_AVX2)) { /* four doubles at once */
-    refine_rows_avx2(shape, points, out);
-    return;
-  }
-#endif
-  refine_rows(shape, points, out);
 }
 
 /* The part of a rectangle in one quarter, in the quarter's own coordinates. The lower half of each
@@ -320,18 +291,6 @@ static bool quarter(tw_patch_rect rect, uint32_t half, bool right, bool upper, t
 static bool has_stencil(const target *to, const tw_stencil *stencil) {
   const tw_patch_job *job = to->job;
   return stencil && !to->split && !job->derivatives && (!job->normals || stencil->tangents);
-}
-
-/* sums: lacks the places that rows go to. False when the normals are not sure. */
-static bool sum_rows(const target *to, uint32_t depth, tw_patch_rect rect, tw_stencil_job *sums) {
-  const tw_patch_job *job = to->job;
-  size_t place = place_of(to, rect.i0, rect.j0);
-  sums->width = job->width;
-  sums->step = job->backwards ? -(ptrdiff_t)job->stride : (ptrdiff_t)job->stride;
-  sums->values = job->values ? job->values + place : NULL;
-  sums->normals = job->normals ? job->normals + place : NULL;
-  sums->line_step = sums->step * (ptrdiff_t)(to->whole.i1 - to->whole.i0 + 1);
-  return tw_stencil_rect(sums, depth, rect);
 }
 
 /* ---- splitting ------------------------------------------------------------------------------ */
@@ -387,55 +346,41 @@ static void evaluate_irregular(target to, const tw_patches *patches, const tw_pa
   evaluate_shape(to, patch->shape, (const double(*)[WIDTH_MAX])points, patches->depth, rect, points + count);
 }
 
-static inline void load(float out[WIDTH_MAX], const float *in, uint32_t width) {
-  if (width == 3) { /* most of all; known numbers let the compiler unroll */
-    for (int c = 0; c < 3; c++) out[c] = in[c];
-    out[3] = 0;
-    return;
-  }
-  for (uint32_t c = 0; c < WIDTH_MAX; c++) out[c] = c < width ? in[c] : 0;
-}
-
-/* The control points of a regular patch, in rows of four along i. in, width: as for a job. */
-static void regular_points(const tw_patches *patches, uint32_t quad, const float *in, uint32_t width,
-                           float points[16][4]) {
-  const tw_patch *patch = &patches->patches[quad];
+/* In rows of four control points along i. */
+static void evaluate_regular(const target *to, const tw_patches *patches, const tw_patch *patch,
+                             tw_patch_rect rect) {
+  const tw_patch_job *job = to->job;
   const uint32_t *controls = patches->controls + patch->first_control;
-  for (int i = 0; i < 16; i++) load(points[i], in + (size_t)controls[i] * width, width);
+  tw_point points[16];
+  for (int i = 0; i < 16; i++)
+    points[i] = tw_load_values(job->in + (size_t)controls[i] * job->width, job->width);
   reflect_sides(points, patch->reflected);
+  evaluate_spline(to, points, (tw_point){0}, patches->depth, rect);
 }
 
-static void evaluate_regular(const target *to, const tw_patches *patches, uint32_t quad, tw_patch_rect rect) {
-  float points[16][WIDTH_MAX];
-  regular_points(patches, quad, to->job->in, to->job->width, points);
-  static const float origin[WIDTH_MAX];
-  evaluate_spline(to, (const float(*)[WIDTH_MAX])points, origin, patches->depth, rect);
-}
-
-/* Control points relative to the first, which is the origin. */
-static inline void gather(const tw_patch_job *job, const uint32_t *controls, uint32_t count, uint32_t width,
-                          float origin[WIDTH_MAX], float (*points)[WIDTH_MAX]) {
-  load(origin, job->in + (size_t)controls[0] * width, width);
-  for (uint32_t i = 0; i < count; i++) {
-    load(points[i], job->in + (size_t)controls[i] * width, width);
-    for (int c = 0; c < WIDTH_MAX; c++) points[i][c] -= origin[c];
-  }
-}
-
+/* rect: a corner, the inside of a side, or lines of the inside, whose points follow each other in a stencil.
+ */
 static void evaluate_by_stencil(const target *to, const tw_patches *patches, const tw_patch *patch,
                                 tw_patch_rect rect) {
   const tw_patch_job *job = to->job;
-  tw_stencil_job sums = {.stencil = patch->shape->stencils[job->limit][patches->depth]};
-  float points[TW_STENCIL_CONTROLS_MAX][WIDTH_MAX];
   const uint32_t *controls = patches->controls + patch->first_control;
-  uint32_t count = patch->shape->point_count;
-  if (job->width == 3)
-    gather(job, controls, count, 3, sums.origin, points);
-  else
-    gather(job, controls, count, job->width, sums.origin, points);
-  if (count < sums.stencil->control_count) memset(points[count], 0, sizeof points[count]);
-  sums.controls = (const float(*)[WIDTH_MAX])points;
-  if (sum_rows(to, patches->depth, rect, &sums)) return;
+  uint32_t count = patch->shape->point_count, n = 1u << patches->depth;
+  size_t place = place_of(to, rect.i0, rect.j0);
+  tw_point points[TW_STENCIL_CONTROLS_MAX],
+      origin = tw_load_values(job->in + (size_t)controls[0] * job->width, job->width);
+  const tw_stencil_job sums = {.stencil = patch->shape->stencils[job->limit][patches->depth],
+                               .controls = points,
+                               .origin = origin,
+                               .width = job->width,
+                               .values = job->values ? job->values + place : NULL,
+                               .normals = job->normals ? job->normals + place : NULL,
+                               .step = job->backwards ? -(ptrdiff_t)job->stride : (ptrdiff_t)job->stride};
+  for (uint32_t i = 0; i < count; i++)
+    points[i] = tw_load_values(job->in + (size_t)controls[i] * job->width, job->width) - origin;
+  if (count < sums.stencil->control_count) points[count] = (tw_point){0};
+  uint32_t first = tw_stencil_place(n, rect.i0, rect.j0), end = tw_stencil_place(n, rect.i1, rect.j1) + 1;
+  assert(end - first == (rect.i1 - rect.i0 + 1) * (rect.j1 - rect.j0 + 1));
+  if (tw_stencil_rows(&sums, first, end - first)) return;
   tw_patch_job normals = *job;
   normals.values = NULL;
   evaluate_irregular((target){.job = &normals, .splines = to->splines, .whole = to->whole, .split = true},
@@ -452,7 +397,7 @@ void tw_patch_evaluate(const tw_patches *patches, uint32_t quad, const tw_patch_
     else
       evaluate_irregular(to, patches, patch, rect);
   } else {
-    evaluate_regular(&to, patches, quad, rect);
+    evaluate_regular(&to, patches, patch, rect);
   }
 }
 

@@ -60,6 +60,7 @@ typedef struct tw_patch_job {
   bool unframed;
 } tw_patch_job;
 
+/* rect: a corner, the inside of a side, or lines of the inside; any, where nothing is summed. */
 void tw_patch_evaluate(const tw_patches *patches, uint32_t quad, const tw_patch_job *job, tw_patch_rect rect);
 
 /* Where a grid of side^2 cells has its corner k, and the inside of the side that begins there; backwards: the

@@ -14,9 +14,11 @@ enum {
   ALL_BYTES_MAX = 64 << 20, /* of all that share classes */
   TOGETHER = 4,             /* control points a patch: the components of its points */
   SLOPE_WIDTH = 8,
-  SLOPE_SECOND = 4,
-  CACHE_LINE = 64
+  SLOPE_SECOND = 4
 };
+
+/* Of the weights of a grid, by depth: a multiple of a cache line. */
+static const uint32_t strides[TW_STENCIL_DEPTH_MAX + 1] = {16, 32, 48, 112, 336};
 
 /* In place of a class's uses, once they have proved enough. */
 static const uint32_t TAKEN = UINT32_MAX;
@@ -38,24 +40,13 @@ typedef struct stencil_inputs {
 typedef struct basis {
   tw_patch_class *shape;
   const stencil_inputs *inputs;
-  uint32_t points, control_count;
+  uint32_t points, control_count, stride;
   uint32_t *controls; /* [point_count] */
   float *in;          /* [point_count][TOGETHER] */
   double *scratch;
   float *values, *slopes; /* [points][TOGETHER], [points][SLOPE_WIDTH] */
   float *out, *tangents;  /* as in a stencil */
 } basis;
-
-/* Vectors of weights that lie across cache lines take twice as long to read. One that begins amid the last
- * block ends up to a block behind it. */
-static float *alloc_blocks(const basis *b, tw_arena *arena, size_t width) {
-  enum { LINE_FLOATS = CACHE_LINE / sizeof(float) };
-  size_t blocks = tw_section_blocks(1u << b->inputs->depth),
-         size = b->control_count * width * TW_STENCIL_BLOCK;
-  float *weights = tw_arena_alloc(arena, blocks * size + TW_STENCIL_BLOCK + LINE_FLOATS, sizeof *weights);
-  size_t over = (uintptr_t)weights % CACHE_LINE / sizeof *weights;
-  return weights && over > 0 ? weights + LINE_FLOATS - over : weights;
-}
 
 static bool allocate(basis *b, tw_arena *scratch, tw_arena *arena) {
   uint32_t count = b->shape->point_count;
@@ -64,8 +55,9 @@ static bool allocate(basis *b, tw_arena *scratch, tw_arena *arena) {
   b->scratch = tw_arena_alloc(scratch, b->inputs->scratch_points, TOGETHER * sizeof *b->scratch);
   b->values = tw_arena_alloc(scratch, b->points, TOGETHER * sizeof *b->values);
   b->slopes = tw_arena_alloc(scratch, b->points, SLOPE_WIDTH * sizeof *b->slopes);
-  b->out = alloc_blocks(b, arena, 1);
-  if (b->inputs->normals) b->tangents = alloc_blocks(b, arena, 2);
+  size_t weights = (size_t)b->stride * b->control_count;
+  b->out = tw_arena_alloc(arena, weights, sizeof *b->out);
+  if (b->inputs->normals) b->tangents = tw_arena_alloc(arena, weights, 2 * sizeof *b->tangents);
   return b->controls && b->in && b->scratch && b->values && b->slopes && b->out &&
          (!b->inputs->normals || b->tangents);
 }
@@ -91,30 +83,14 @@ static void evaluate(const basis *b) {
   tw_patch_evaluate(&patches, 0, &job, (tw_patch_rect){0, n, 0, n});
 }
 
-/* Where a control point's weights of a block begin that are `width` for each of its points. */
-static size_t block_at(const basis *b, uint32_t place, uint32_t k, size_t width) {
-  return ((size_t)(place / TW_STENCIL_BLOCK) * b->control_count + k) * width * TW_STENCIL_BLOCK;
-}
-
-/* Weights of control point k, the nth of those together, at a point of the grid. */
-static void store_at(const basis *b, uint32_t k, uint32_t nth, uint32_t point, uint32_t place) {
-  uint32_t lane = place % TW_STENCIL_BLOCK;
-  b->out[block_at(b, place, k, 1) + lane] = b->values[point * TOGETHER + nth];
-  if (!b->inputs->normals) return;
-  float *tangents = b->tangents + block_at(b, place, k, 2) + lane;
-  for (uint32_t t = 0; t < 2; t++)
-    tangents[(size_t)t * TW_STENCIL_BLOCK] = b->slopes[point * SLOPE_WIDTH + t * SLOPE_SECOND + nth];
-}
-
-/* The same at all points. */
-static void store(const basis *b, uint32_t k, uint32_t nth) {
+/* Weights of control point k, the nth of those together, at all points. */
+static void store(const basis *b, size_t k, uint32_t nth) {
   uint32_t n = 1u << b->inputs->depth;
-  for (uint32_t section = 0; section < TW_SECTIONS; section++) {
-    tw_patch_rect rect;
-    if (!tw_section_rect(n, section, &rect)) continue;
-    uint32_t place = tw_section_first(n, section);
-    for (uint32_t j = rect.j0; j <= rect.j1; j++)
-      for (uint32_t i = rect.i0; i <= rect.i1; i++) store_at(b, k, nth, j * (n + 1) + i, place++);
+  for (uint32_t point = 0; point < b->points; point++) {
+    uint32_t place = tw_stencil_place(n, point % (n + 1), point / (n + 1));
+    b->out[k * b->stride + place] = b->values[point * TOGETHER + nth];
+    for (size_t t = 0; b->tangents && t < 2; t++)
+      b->tangents[(2 * k + t) * b->stride + place] = b->slopes[point * SLOPE_WIDTH + t * SLOPE_SECOND + nth];
   }
 }
 
@@ -129,7 +105,7 @@ static void weigh(const basis *b, uint32_t k) {
 
 /* Those of one tangent at one point, by a power of two, which loses nothing. */
 static void scale_tangent(const basis *b, float *weights) {
-  const size_t apart = 2 * (size_t)TW_STENCIL_BLOCK;
+  const size_t apart = 2 * (size_t)b->stride;
   float sum = 0;
   int exponent;
   for (uint32_t k = 0; k < b->control_count; k++) sum += fabsf(weights[k * apart]);
@@ -138,25 +114,25 @@ static void scale_tangent(const basis *b, float *weights) {
 }
 
 static void scale_tangents(const basis *b) {
-  uint32_t blocks = tw_section_blocks(1u << b->inputs->depth);
-  for (uint32_t block = 0; b->inputs->normals && block < blocks; block++)
-    for (size_t lane = 0; lane < 2 * (size_t)TW_STENCIL_BLOCK; lane++)
-      scale_tangent(b, b->tangents + block_at(b, block * TW_STENCIL_BLOCK, 0, 2) + lane);
+  for (size_t at = 0; b->tangents && at < 2 * (size_t)b->stride; at++) scale_tangent(b, b->tangents + at);
 }
 
 /* Makes one that lives in the arena. TW_NO_MEMORY. */
 static tw_status make_stencil(tw_patch_class *shape, const stencil_inputs *inputs, tw_arena *arena,
                               tw_stencil *out) {
   uint32_t side = (1u << inputs->depth) + 1;
-  basis b = {
-      .shape = shape, .inputs = inputs, .points = side * side, .control_count = control_count_of(shape)};
+  basis b = {.shape = shape,
+             .inputs = inputs,
+             .points = side * side,
+             .control_count = control_count_of(shape),
+             .stride = strides[inputs->depth]};
   tw_arena *scratch = tw_arena_create();
   tw_status status = scratch && allocate(&b, scratch, arena) ? TW_OK : TW_NO_MEMORY;
   if (status == TW_OK) {
     for (uint32_t i = 0; i < shape->point_count; i++) b.controls[i] = i;
     for (uint32_t k = 0; k < shape->point_count; k += TOGETHER) weigh(&b, k);
     scale_tangents(&b);
-    *out = (tw_stencil){b.control_count, b.out, b.tangents};
+    *out = (tw_stencil){b.control_count, b.stride, b.out, b.tangents};
   }
   tw_arena_destroy(scratch);
   return status;
@@ -165,8 +141,7 @@ static tw_status make_stencil(tw_patch_class *shape, const stencil_inputs *input
 /* ---- of all patches ------------------------------------------------------------------------- */
 
 static size_t bytes_of(const tw_patch_class *shape, const stencil_inputs *inputs) {
-  size_t places = (size_t)tw_section_blocks(1u << inputs->depth) * TW_STENCIL_BLOCK;
-  return (inputs->normals ? 3 : 1) * sizeof(float) * control_count_of(shape) * places;
+  return (inputs->normals ? 3 : 1) * sizeof(float) * control_count_of(shape) * strides[inputs->depth];
 }
 
 /* What the other surfaces of a scene have made serves as well; what they have not asked for is made anew. */

@@ -29,19 +29,16 @@ static void by_mask(tw_surface_reader *r, const tw_values *values, uint32_t corn
   for (uint32_t c = 0; out && s->options.limit && c < width; c++)
     out[c] = (float)(base_value(values, vertex, c) + limit[c]);
   if (!normal) return;
-  float tangent1[4], tangent2[4];
-  for (int c = 0; c < 4; c++) {
-    tangent1[c] = (float)tangents[0][c];
-    tangent2[c] = (float)tangents[1][c];
-  }
+  tw_point along[2] = {{0}, {0}}, quad[4];
+  for (int k = 0; k < 2; k++)
+    for (int c = 0; c < 3; c++) along[k][c] = (float)tangents[k][c];
   /* A triangle is a quad with its last corner twice. */
-  const float *quad[4];
   uint32_t begin = tw_face_begin(base, tw_corner_face(base, corner));
   for (uint32_t k = 0; k < 4; k++) {
     uint32_t place = k < base->face_size ? k : base->face_size - 1;
-    quad[k] = values->base + (size_t)base->corner_vertex[begin + place] * width;
+    quad[k] = tw_load_values(values->base + (size_t)base->corner_vertex[begin + place] * width, width);
   }
-  tw_normal_from_tangents(tangent1, tangent2, quad, normal);
+  tw_put_normal(along[0], along[1], quad, normal);
 }
 
 /* out, normal: NULL where they are not wanted. */

@@ -1,5 +1,5 @@
 /* Surfaces are the same to the last bit however they are made and read: moved to their positions, by several
- * threads, by any set of instructions, with the shapes of other surfaces, in memory that held something, in
+ * threads, with the shapes of other surfaces, in memory that held something, in
  * blocks of any size. */
 #include <malloc.h>
 #include <math.h>
@@ -8,7 +8,6 @@
 
 #include "cube.h"
 #include "scene_fixture.h"
-#include "simd.h"
 #include "test.h"
 #include "torus_cage.h"
 
@@ -126,18 +125,6 @@ static void assert_same(const tw_surface *a, const tw_surface *b) {
 
 /* ---- ways ----------------------------------------------------------------------------------- */
 
-/* The linker's --wrap gives these names.
- * NOLINTBEGIN(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp) */
-bool __real_tw_processor_has(uint32_t set);
-bool __wrap_tw_processor_has(uint32_t set);
-
-static bool is_plain_processor;
-
-bool __wrap_tw_processor_has(uint32_t set) {
-  return set == TW_SET_ANY || (!is_plain_processor && __real_tw_processor_has(set));
-}
-/* NOLINTEND(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp) */
-
 /* Does the parts of a loop last to first. */
 static void run_backwards(void *owner, uint32_t count, void (*part)(void *context, uint32_t index),
                           void *context) {
@@ -183,9 +170,7 @@ static void check_ways(const tw_mesh *mesh, tw_surface_options options, tw_patch
   if (status == TW_UNSUPPORTED || status == TW_INVALID) return; /* a border that shrinks, with holes */
   assert_int_equal(status, TW_OK);
   check_moves(mesh, options, expected);
-  is_plain_processor = true;
   check_way(mesh, options, &backwards, expected);
-  is_plain_processor = false;
   mallopt(M_PERTURB, 0xB4); /* what fresh memory is filled with */
   check_way(mesh, options, NULL, expected);
   mallopt(M_PERTURB, 0);
