@@ -11,7 +11,6 @@
 #include "page.h"
 #include "samples.h"
 #include "store_fs.h"
-#include "store_meter.h"
 #include "store_s3.h"
 #include "systemd.h"
 #include "tls.h"
@@ -33,7 +32,6 @@ typedef struct process {
   srv_address address, admin_address;
   srv_store_fs *folder;
   srv_store_s3 *bucket; /* NULL: the folder is the store */
-  srv_store_meter store_meter;
   srv_server server;
   srv_systemd systemd;
   uint64_t told_ms;                         /* when the watchdog was */
@@ -103,8 +101,16 @@ static bool listen_everywhere(process *p) {
           listen_at(&p->admin_address, &systemd->admin_sockets, &p->admin_listeners, &p->error));
 }
 
+static api_store store_api(process *p) {
+#ifdef TWEEND_S3
+  if (p->bucket != NULL) return srv_store_s3_api(p->bucket);
+#endif
+  return srv_store_fs_api(p->folder);
+}
+
 static api_settings settings(process *p, const api_keyring *keyring) {
   const srv_config *config = &p->config;
+  const api_store store = store_api(p);
   return (api_settings){.limits = {.max_upload = config->max_upload,
                                    .max_level = (uint32_t)config->max_level,
                                    .max_faces = config->max_faces,
@@ -113,7 +119,7 @@ static api_settings settings(process *p, const api_keyring *keyring) {
                                    .plan_cache = config->plan_cache,
                                    .max_memory = config->max_memory,
                                    .max_waiting = (size_t)config->queue},
-                        .store = srv_store_metered(&p->store_meter),
+                        .store = srv_metrics_of_store(p->server.metrics, &store),
                         .parallel = {p->server.work, srv_work_parallel_for, srv_compute_is_over},
                         .keyring = *keyring,
                         .metrics = {&p->server, srv_server_metrics},
@@ -134,13 +140,6 @@ static bool open_store(process *p) {
   if (srv_config_is_s3(&p->config)) p->bucket = srv_store_s3_open(&p->config, p->folder, &p->error);
 #endif
   return !srv_config_is_s3(&p->config) || p->bucket != NULL;
-}
-
-static api_store store_api(process *p) {
-#ifdef TWEEND_S3
-  if (p->bucket != NULL) return srv_store_s3_api(p->bucket);
-#endif
-  return srv_store_fs_api(p->folder);
 }
 
 static void close_store(process *p) {
@@ -172,7 +171,6 @@ static bool prepare(process *p) {
   p->server.spool.limit = p->config.spool_limit;
   p->server.metrics = srv_metrics_create();
   if (p->server.metrics == NULL) return false;
-  p->store_meter = (srv_store_meter){store_api(p), p->server.metrics};
   p->server.folder = p->folder;
   p->server.bucket = p->bucket;
   p->server.rates = srv_rates_create();

@@ -2,6 +2,8 @@
  * counted there. All else that is counted here is an array by an enum. */
 #include "metrics.h"
 
+#include "machine.h"
+
 #include <dirent.h>
 #include <inttypes.h>
 #include <pthread.h>
@@ -30,6 +32,16 @@ typedef struct histogram {
   double sum_s;
 } histogram;
 
+typedef enum store_operation {
+  STORE_PUT,
+  STORE_OPEN,
+  STORE_LOOK,
+  STORE_REMOVE,
+  STORE_SUMMARY,
+  STORE_LIST,
+  STORE_COUNT
+} store_operation;
+
 /* Of the store's operations of one kind. */
 typedef struct operations {
   atomic_uint_fast64_t count, failed, ns;
@@ -37,7 +49,8 @@ typedef struct operations {
 
 struct srv_metrics {
   atomic_uint_fast64_t refusals[SRV_REFUSAL_COUNT];
-  operations store[SRV_STORE_COUNT];
+  api_store store; /* that is counted */
+  operations operations[STORE_COUNT];
   pthread_mutex_t lock; /* guards what follows */
   counter counters[COUNTERS_MAX];
   histogram histograms[ROUTES_MAX];
@@ -109,11 +122,80 @@ void srv_metrics_refusal(srv_metrics *metrics, unsigned reason) {
   if (reason != API_REFUSAL_NONE) atomic_fetch_add(&metrics->refusals[reason], 1);
 }
 
-void srv_metrics_store(srv_metrics *metrics, srv_store_operation operation, uint64_t ns, bool has_failed) {
-  operations *of = &metrics->store[operation];
+/* ---- the store ------------------------------------------------------------------------------- */
+
+/* What is absent is no error of the store. */
+static api_store_status count_operation(srv_metrics *metrics, store_operation operation, uint64_t began_ns,
+                                        api_store_status status) {
+  operations *of = &metrics->operations[operation];
+  bool has_failed =
+      status == API_STORE_DAMAGED || status == API_STORE_UNAVAILABLE || status == API_STORE_FULL;
   atomic_fetch_add(&of->count, 1);
   atomic_fetch_add(&of->failed, has_failed);
-  atomic_fetch_add(&of->ns, ns);
+  atomic_fetch_add(&of->ns, srv_now_ns() - began_ns);
+  return status;
+}
+
+static api_store_status put(void *context, const char *id, api_bytes bytes, const char *summary,
+                            bool *existed) {
+  srv_metrics *metrics = context;
+  uint64_t began_ns = srv_now_ns();
+  return count_operation(metrics, STORE_PUT, began_ns,
+                         metrics->store.put(metrics->store.context, id, bytes, summary, existed));
+}
+
+static api_store_status open_object(void *context, const char *id, api_blob *out) {
+  srv_metrics *metrics = context;
+  uint64_t began_ns = srv_now_ns();
+  return count_operation(metrics, STORE_OPEN, began_ns, metrics->store.open(metrics->store.context, id, out));
+}
+
+/* Without waiting it only recalls what an earlier look found. */
+static api_store_status look(void *context, const char *id, bool may_wait) {
+  srv_metrics *metrics = context;
+  uint64_t began_ns = may_wait ? srv_now_ns() : 0;
+  api_store_status status = metrics->store.look(metrics->store.context, id, may_wait);
+  return may_wait ? count_operation(metrics, STORE_LOOK, began_ns, status) : status;
+}
+
+static api_store_status drop(void *context, const char *id) {
+  srv_metrics *metrics = context;
+  uint64_t began_ns = srv_now_ns();
+  return count_operation(metrics, STORE_REMOVE, began_ns, metrics->store.remove(metrics->store.context, id));
+}
+
+static char *summary_of(void *context, const char *id) {
+  srv_metrics *metrics = context;
+  uint64_t began_ns = srv_now_ns();
+  char *summary = metrics->store.summary(metrics->store.context, id);
+  count_operation(metrics, STORE_SUMMARY, began_ns, API_STORE_OK);
+  return summary;
+}
+
+static api_store_status list(void *context, const char *after, size_t limit, api_listed *out, size_t *count,
+                             bool *more) {
+  srv_metrics *metrics = context;
+  uint64_t began_ns = srv_now_ns();
+  return count_operation(metrics, STORE_LIST, began_ns,
+                         metrics->store.list(metrics->store.context, after, limit, out, count, more));
+}
+
+/* What a thread of the store's own found: it is no operation. */
+static api_store_status probe(void *context) {
+  srv_metrics *metrics = context;
+  return metrics->store.probe(metrics->store.context);
+}
+
+api_store srv_metrics_of_store(srv_metrics *metrics, const api_store *store) {
+  metrics->store = *store;
+  return (api_store){.context = metrics,
+                     .put = put,
+                     .open = open_object,
+                     .look = look,
+                     .remove = drop,
+                     .summary = summary_of,
+                     .list = list,
+                     .probe = probe};
 }
 
 /* ---- printing -------------------------------------------------------------------------------- */
@@ -163,9 +245,9 @@ static void print_refusals(FILE *out, srv_metrics *metrics) {
     print_labelled(out, NAME, "reason", REFUSALS[i], (double)atomic_load(&metrics->refusals[i]));
 }
 
-static const char *const OPERATIONS[SRV_STORE_COUNT] = {
-    [SRV_STORE_PUT] = "put",       [SRV_STORE_OPEN] = "open",       [SRV_STORE_LOOK] = "look",
-    [SRV_STORE_REMOVE] = "remove", [SRV_STORE_SUMMARY] = "summary", [SRV_STORE_LIST] = "list",
+static const char *const OPERATIONS[STORE_COUNT] = {
+    [STORE_PUT] = "put",       [STORE_OPEN] = "open",       [STORE_LOOK] = "look",
+    [STORE_REMOVE] = "remove", [STORE_SUMMARY] = "summary", [STORE_LIST] = "list",
 };
 
 static void print_bucket(FILE *out, const srv_store_s3_load *bucket) {
@@ -182,15 +264,17 @@ static void print_store(FILE *out, srv_metrics *metrics, const srv_config *confi
   static const char COUNT[] = "tweend_store_operations_total", ERRORS[] = "tweend_store_errors_total",
                     SECONDS[] = "tweend_store_seconds_total";
   print_family(out, COUNT, "Operations of the store.");
-  for (size_t i = 0; i < SRV_STORE_COUNT; i++)
-    print_labelled(out, COUNT, "operation", OPERATIONS[i], (double)atomic_load(&metrics->store[i].count));
+  for (size_t i = 0; i < STORE_COUNT; i++)
+    print_labelled(out, COUNT, "operation", OPERATIONS[i],
+                   (double)atomic_load(&metrics->operations[i].count));
   print_family(out, ERRORS, "Those that failed: not reached, full, or damaged.");
-  for (size_t i = 0; i < SRV_STORE_COUNT; i++)
-    print_labelled(out, ERRORS, "operation", OPERATIONS[i], (double)atomic_load(&metrics->store[i].failed));
+  for (size_t i = 0; i < STORE_COUNT; i++)
+    print_labelled(out, ERRORS, "operation", OPERATIONS[i],
+                   (double)atomic_load(&metrics->operations[i].failed));
   print_family(out, SECONDS, "What they took.");
-  for (size_t i = 0; i < SRV_STORE_COUNT; i++)
+  for (size_t i = 0; i < STORE_COUNT; i++)
     print_labelled(out, SECONDS, "operation", OPERATIONS[i],
-                   (double)atomic_load(&metrics->store[i].ns) / 1e9);
+                   (double)atomic_load(&metrics->operations[i].ns) / 1e9);
   if (gauges->bucket != NULL) print_bucket(out, gauges->bucket);
   if (config->store_limit == 0) return;
   print_number(out, "tweend_store_bytes", "Bytes of stored models, as last counted.", gauges->store_bytes);

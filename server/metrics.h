@@ -27,16 +27,6 @@ enum {
   SRV_REFUSAL_COUNT
 };
 
-typedef enum srv_store_operation {
-  SRV_STORE_PUT,
-  SRV_STORE_OPEN,
-  SRV_STORE_LOOK,
-  SRV_STORE_REMOVE,
-  SRV_STORE_SUMMARY,
-  SRV_STORE_LIST,
-  SRV_STORE_COUNT
-} srv_store_operation;
-
 typedef struct srv_metrics srv_metrics;
 
 srv_metrics *srv_metrics_create(void); /* NULL without memory */
@@ -46,7 +36,9 @@ void srv_metrics_destroy(srv_metrics *metrics);
  */
 void srv_metrics_request(srv_metrics *metrics, const srv_log_request *request);
 void srv_metrics_refusal(srv_metrics *metrics, unsigned reason); /* API_REFUSAL_NONE: none */
-void srv_metrics_store(srv_metrics *metrics, srv_store_operation operation, uint64_t ns, bool has_failed);
+
+/* The store with its operations counted and timed. Once; the metrics outlive it. */
+api_store srv_metrics_of_store(srv_metrics *metrics, const api_store *store);
 
 /* What others know at the time of printing. */
 typedef struct srv_gauges {
