@@ -105,3 +105,14 @@ identical() {
     expect 200
   )
 }
+
+@test "clients that do everything at once in little memory leave nothing behind" {
+  needs_process
+  (
+    start_daemon --max-memory 32MiB --plan-cache 1MiB --queue 4 --threads 4 --io-threads 2
+    trap stop_daemon EXIT
+    node "$BATS_TEST_DIRNAME/mixed.mjs" "$url"
+    get /readyz
+    expect 200
+  )
+}

@@ -250,6 +250,22 @@ skinned_nodes() {
   [ -n "$(header retry-after)" ]
 }
 
+@test "slow readers of small models keep nobody waiting" {
+  needs_process
+  (
+    start_daemon --max-memory 32MiB --request-timeout 5s --min-rate 0
+    trap 'kill $(jobs -p | grep -vx "$daemon"); stop_daemon' EXIT
+    upload "$samples/cube.obj"
+    for i in 1 2; do
+      curl --silent --dump-header "slow-$i" "$url/v1/models/$id/surface.glb?level=8" > >(sleep 8 3>&-) 3>&- &
+    done
+    until [[ -s slow-1 && -s slow-2 ]]; do sleep 0.1; done
+    grid 300 >large.obj
+    post "/v1/surface.json?level=1" large.obj # needs more than the budget, and has to be alone
+    expect 200
+  )
+}
+
 # long_obj NUMBER: a model of 2 MiB in the file long-NUMBER.
 long_obj() {
   { cat "$samples/cube.obj"; printf '# %s\n' "$1"; head -c 2M /dev/zero | tr '\0' '\n'; } | head -c 2M >"long-$1"
