@@ -86,7 +86,8 @@ void bench_answer(bench_report &report, api_service *service, const std::string 
   uint64_t size = 0;
   for (int run = -1; run < BENCH_RUNS; run++) {
     std::string shift = std::to_string(1e-6 * (run + 1)).substr(1); // ".000001"
-    std::string query = "from=0" + shift + "&to=10" + shift + "&fps=100" + options;
+    std::string query = "from=0";
+    query.append(shift).append("&to=10").append(shift).append("&fps=100").append(options);
     api_request request = request_of("GET", whole.c_str(), query.c_str());
     api_answer answer = {};
     api_ticket ticket = {};

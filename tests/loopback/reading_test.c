@@ -229,7 +229,7 @@ static outcome read_document(api_bytes bytes, api_upload_type type) {
 
 /* The bytes again, coded, then decoded and read. */
 static outcome read_coded(api_coding coding, const text *t, api_upload_type type) {
-  size_t room = t->size + t->size / 100 + (1 << 16), size = 0, before = held;
+  size_t room = t->size + t->size / 100 + (1 << 16), size = 0, before;
   uint8_t *coded = malloc(room), *decoded = NULL;
   assert_non_null(coded);
   if (coding == API_CODING_ZSTD) {

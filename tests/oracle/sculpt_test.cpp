@@ -228,7 +228,7 @@ std::string agrees_with_opensubdiv(Model &model, uint32_t deepest, std::mt19937 
 std::string unchanged_points_change_nothing(Model &model, uint32_t deepest, std::mt19937 &) {
   for (uint32_t level = 0; level <= deepest + 1; level++) {
     const tw_mesh before = model.mesh;
-    const std::string failure = model.post(level, points_of(before, model.at(level), level));
+    std::string failure = model.post(level, points_of(before, model.at(level), level));
     if (!failure.empty()) return failure;
     if (!same_details(before, model.mesh)) return "level " + std::to_string(level) + " changes it";
   }
@@ -257,7 +257,7 @@ std::string moves_with_a_level(Model &model, uint32_t deepest, std::mt19937 &ran
   const Motion motion(random, 1, 0);
   const std::vector<float> fine = motion.of(model.ordered_points(deepest));
   const uint32_t level = static_cast<uint32_t>(random() % deepest);
-  const std::string failure = model.post(level, motion.of(points_of(model.mesh, model.at(level), level)));
+  std::string failure = model.post(level, motion.of(points_of(model.mesh, model.at(level), level)));
   if (!failure.empty()) return failure;
   const double missed = greatest_difference(fine, model.ordered_points(deepest)) / model.size;
   return missed <= 1e-4 ? "" : with_number("misses it", missed);

@@ -160,7 +160,8 @@ static void say(random_document *d, const char *path, const char *name) {
 static void say_more(random_document *d, const char *path) {
   if (draw(d, 2)) say(d, path, "extras");
   if (draw(d, 3) == 0) say(d, path, "whim");
-  uint32_t some = draw(d, 1u << EXTENSIONS) & draw(d, 1u << EXTENSIONS) & draw(d, 1u << EXTENSIONS);
+  uint32_t some = draw(d, 1u << EXTENSIONS);
+  for (int i = 0; i < 2; i++) some &= draw(d, 1u << EXTENSIONS); /* few */
   if (!some) return;
   tw_member_open(&d->text, "extensions", "{");
   for (uint32_t i = 0; i < EXTENSIONS; i++) {
