@@ -296,6 +296,22 @@ stored_and_cold() {
   upload "$samples/cube.obj"
 }
 
+@test "a model that this machine has no room for is no outage" {
+  start_daemon
+  { cat "$samples/octopus.obj"; yes '# more than memory holds of an object on its way' | head -n 40000; } >long.obj
+  upload long.obj
+  long=$id
+  stop_daemon
+  rm -r cache
+  ulimit -S -f 1200 # KiB of a file
+  start_daemon
+  get "/v1/models/$long/source"
+  unavailable
+  run ! grep "cannot be used" log
+  grep -q "no room in --cache-dir for model $long" log
+  gauge store_up 1
+}
+
 @test "a store that knows no conditional PUT gets plain ones" {
   through_proxy
   echo 'PUT:501 NotImplemented' >faults
