@@ -183,11 +183,11 @@ static int coding_quality(const char *accept_encoding, const char *coding) {
 
 api_coding api_coding_accepted(const char *accept_encoding, bool is_text) {
   if (!accept_encoding) return API_CODING_NONE;
-  int zstd = coding_quality(accept_encoding, "zstd"), gzip = coding_quality(accept_encoding, "gzip");
   int identity = coding_quality(accept_encoding, "identity");
+  if (!is_text && identity != 0) return API_CODING_NONE;
+  int zstd = coding_quality(accept_encoding, "zstd"), gzip = coding_quality(accept_encoding, "gzip");
   int best = zstd > gzip ? zstd : gzip;
-  bool is_asked_for = is_text ? best >= identity : identity == 0;
-  if (best <= 0 || !is_asked_for) return API_CODING_NONE;
+  if (best <= 0 || best < identity) return API_CODING_NONE;
   return zstd >= gzip ? API_CODING_ZSTD : API_CODING_GZIP;
 }
 
