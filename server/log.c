@@ -1,9 +1,11 @@
-/* Each line is composed in a buffer and leaves in one write, so that threads cannot interleave. Text from
+/* Each line is composed in a buffer and leaves under a lock, so that threads cannot interleave. Text from
  * outside is cut where it would leave no room for the rest of the line: JSON stays well-formed. */
 #include "log.h"
 
 #include "machine.h"
 
+#include <limits.h>
+#include <poll.h>
 #include <pthread.h>
 #include <stdarg.h>
 #include <stdatomic.h>
@@ -91,10 +93,53 @@ static void begin(line *l, srv_log_level level) {
          now.tv_nsec / 1000000, LEVEL_NAMES[level]);
 }
 
-static void finish(line *l) {
-  append_text(l, as_json ? "}\n" : "\n");
-  ssize_t written = write(STDERR_FILENO, l->text, l->size);
+/* ---- standard error -------------------------------------------------------------------------- */
+
+/* Whoever reads the log may stop to: a pager, a terminal that is held, a collector that hangs. Then lines are
+ * left out, so that no thread waits for them. */
+enum { PATIENCE_MS = 100 };
+
+static pthread_mutex_t output_lock = PTHREAD_MUTEX_INITIALIZER; /* guards what follows, and standard error */
+static bool is_full;                                            /* as the last line found it */
+static bool is_torn;                                            /* a line lacks its end */
+static uint64_t lost;                                           /* lines that were left out and not told of */
+
+/* Writes at most PIPE_BUF bytes, for which there is room where there is any. */
+static bool write_piece(const char *text, size_t size) {
+  struct pollfd output = {.fd = STDERR_FILENO, .events = POLLOUT};
+  is_full = poll(&output, 1, is_full ? 0 : PATIENCE_MS) == 0;
+  ssize_t written = is_full ? 0 : write(STDERR_FILENO, text, size);
   (void)written; /* where standard error is gone there is nobody to tell */
+  return !is_full;
+}
+
+/* Under the lock. */
+static bool write_line(const line *l) {
+  if (is_torn && !write_piece("\n", 1)) return false;
+  is_torn = false;
+  for (size_t at = 0; at < l->size; at += PIPE_BUF) {
+    size_t left = l->size - at;
+    if (write_piece(l->text + at, left < PIPE_BUF ? left : PIPE_BUF)) continue;
+    is_torn = at > 0;
+    return false;
+  }
+  return true;
+}
+
+static void write_message(srv_log_level level, const char *message);
+
+static void finish(line *l) {
+  char message[80];
+  append_text(l, as_json ? "}\n" : "\n");
+  pthread_mutex_lock(&output_lock);
+  bool is_written = write_line(l);
+  uint64_t told = is_written ? lost : 0;
+  lost = is_written ? 0 : lost + 1;
+  pthread_mutex_unlock(&output_lock);
+  if (told == 0) return;
+  snprintf(message, sizeof message, "standard error was not read: %llu lines are left out",
+           (unsigned long long)told);
+  write_message(SRV_LOG_WARN, message);
 }
 
 static void write_message(srv_log_level level, const char *message) {

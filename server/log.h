@@ -1,4 +1,5 @@
-/* Lines on standard error: for people on a terminal, as JSON elsewhere. */
+/* Lines on standard error: for people on a terminal, as JSON elsewhere. Where nobody reads it, lines are left
+ * out and counted: the daemon goes on. */
 #ifndef SRV_LOG_H
 #define SRV_LOG_H
 

@@ -1,6 +1,7 @@
 /* What is on standard error. */
 #include "log.h"
 
+#include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -136,4 +137,27 @@ TEST_WITH(signatures_of_urls_are_cut, redirect, restore) {
   assert_int_equal(count(lines, "/?sig=...&level=2"), 2);
   assert_int_equal(count(lines, "/?exp=1&sig=..."), 2);
   assert_int_equal(count(lines, "/?design=1&sig=...&&signal=2"), 2);
+}
+
+TEST_WITH(who_does_not_read_the_log_stops_nobody, redirect, restore) {
+  int ends[2];
+  char query[6000];
+  memset(query, 'q', sizeof query - 1);
+  query[sizeof query - 1] = '\0';
+  assert_int_equal(pipe(ends), 0);
+  assert_true(fcntl(ends[1], F_SETPIPE_SZ, 16384) >= 16384);
+  dup2(ends[1], STDERR_FILENO);
+  close(ends[1]);
+  for (int i = 0; i < 100; i++) log_request("first", query);
+  ssize_t size = read(ends[0], text, 32 << 10);
+  assert_in_range(size, 1, 16384);
+  log_request("found", "");
+  size += read(ends[0], text + size, 32 << 10);
+  text[size] = '\0';
+  close(ends[0]);
+  assert_in_range(count(text, "\"id\":\"first\""), 1, 3);
+  assert_int_equal(count(text, "\"id\":\"found\""), 1);
+  assert_non_null(strstr(text, "standard error was not read: "));
+  /* The last of the first ones may lack its end, but no other begins on its line. */
+  assert_int_equal(count(text, "{\"time\""), count(text, "\n{\"time\"") + 1);
 }
