@@ -2,6 +2,7 @@
  * daemon, so that clients ask each time whether theirs is the present one. */
 #include "files.h"
 
+#include "codings.h"
 #include "handlers.h"
 #include "service.h"
 #include "upload.h"

@@ -1,10 +1,10 @@
 /* Formats are told by how their files begin, as file(1) does. */
 #include "foreign.h"
 
+#include "codings.h"
+
 #include <string.h>
 #include <strings.h>
-#include <zlib.h>
-#include <zstd.h>
 
 static const char export_it[] = "export it as GLB";
 
@@ -53,40 +53,12 @@ static bool holds(api_bytes bytes, const char *text) {
 
 /* ---- what is packed ------------------------------------------------------------------------------------ */
 
-enum { PEEK = 8 };
-
-static bool peek_gzip(api_bytes bytes, uint8_t out[PEEK]) {
-  enum { GZIP_ALONE = 16, READ_MOST = 4096 };
-  z_stream stream = {.next_in =
-                         (Bytef *)bytes.data, /* zlib's interface knows no const here, and reads only */
-                     .avail_in = bytes.size < READ_MOST ? (uInt)bytes.size : READ_MOST,
-                     .next_out = out,
-                     .avail_out = PEEK};
-  if (inflateInit2(&stream, MAX_WBITS + GZIP_ALONE) != Z_OK) return false;
-  inflate(&stream, Z_SYNC_FLUSH);
-  inflateEnd(&stream);
-  return stream.avail_out == 0;
-}
-
-static bool peek_zstd(api_bytes bytes, uint8_t out[PEEK]) {
-  ZSTD_DStream *stream = ZSTD_createDStream();
-  if (!stream) return false;
-  ZSTD_inBuffer input = {bytes.data, bytes.size, 0};
-  ZSTD_outBuffer output = {out, PEEK, 0};
-  for (size_t before = 1; output.pos < PEEK && before != input.pos;) {
-    before = input.pos;
-    if (ZSTD_isError(ZSTD_decompressStream(stream, &output, &input))) break;
-  }
-  ZSTD_freeDStream(stream);
-  return output.pos == PEEK;
-}
-
 /* Blender packs its files; all else that is packed wants a header. name NULL: it is not packed. */
 static api_foreign look_packed(api_bytes bytes) {
-  uint8_t first[PEEK];
   bool is_gzip = begins(bytes, 0, "\x1F\x8B"), is_zstd = begins(bytes, 0, "\x28\xB5\x2F\xFD");
-  if ((is_gzip && peek_gzip(bytes, first)) || (is_zstd && peek_zstd(bytes, first)))
-    if (memcmp(first, "BLENDER", 7) == 0) return (api_foreign){"Blender's own format, packed", export_it};
+  if ((is_gzip && api_decodes_to(API_CODING_GZIP, bytes, "BLENDER")) ||
+      (is_zstd && api_decodes_to(API_CODING_ZSTD, bytes, "BLENDER")))
+    return (api_foreign){"Blender's own format, packed", export_it};
   if (is_gzip) return (api_foreign){"gzip", "send it with Content-Encoding: gzip"};
   if (is_zstd) return (api_foreign){"zstd", "send it with Content-Encoding: zstd"};
   if (!begins(bytes, 0, "PK\3\4")) return (api_foreign){0};

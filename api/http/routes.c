@@ -3,7 +3,7 @@
 #include "handlers.h"
 
 #include "access.h"
-#include "encode.h"
+#include "codings.h"
 #include "models.h"
 #include "near_names.h"
 #include "service.h"

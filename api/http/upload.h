@@ -41,17 +41,9 @@ typedef struct api_reading {
 bool api_model_read(api_bytes bytes, tw_format format, api_reading reading, const api_making *making,
                     tw_model **out, api_fault *fault);
 
-/* The largest window that a zstd body may ask for is 8 MiB, which RFC 9659 sets for content codings. */
-enum { API_ZSTD_WINDOW_LOG = 23 };
-
 /* The most bytes that a body takes at a time, from its decoding to the model made of it, the decoded body of
  * `size` bytes and the model included; not the body as it came. Never over 64 MiB and six times the size. */
 uint64_t api_reading_cost(api_upload_type type, api_coding coding, uint64_t size);
-
-/* Undoes a content coding. limit: the most bytes that may come out.
- * TW_SYNTAX: not of that coding, or cut off; TW_LIMIT. *out: malloc'ed, [*size]. */
-tw_status api_decode(api_coding coding, api_bytes bytes, uint64_t limit, uint8_t **out, size_t *size,
-                     tw_error *error);
 
 /* The files of a form. */
 typedef struct api_form {

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "encode.h"
+#include "codings.h"
 #include "negotiate.h"
 #include "upload.h"
 

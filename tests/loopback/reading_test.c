@@ -12,6 +12,7 @@
 #include <zlib.h>
 #include <zstd.h>
 
+#include "codings.h"
 #include "tweend/base.h"
 #include "upload.h"
 
