@@ -54,15 +54,15 @@ static void print_key(const char *id, char key[KEY_SIZE]) {
 
 /* ---- outages ---------------------------------------------------------------------------------- */
 
-static bool drop_key(void *context, const char *key, uint64_t size) {
+static bool is_enough(void *context, const char *key, uint64_t size) {
   (void)context, (void)key, (void)size;
-  return true;
+  return false;
 }
 
-/* Asks for one key: what takes the rights that listing takes. */
+/* Asks for one key, and for none behind it: what takes the rights that listing takes. */
 static bool try_bucket(srv_s3 *s3, srv_s3_answer *answer) {
   atomic_bool is_once = true;
-  srv_s3_list(s3, "objects/", "", 1, TRY_MS, &is_once, drop_key, NULL, answer);
+  srv_s3_list(s3, "objects/", "", 1, TRY_MS, &is_once, is_enough, NULL, answer);
   return answer->status == 200;
 }
 

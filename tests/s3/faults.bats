@@ -296,6 +296,18 @@ stored_and_cold() {
   upload "$samples/cube.obj"
 }
 
+@test "a start asks the bucket once, however many models there are" {
+  start_daemon
+  for n in 1 2 3; do
+    another "$n"
+    upload "model-$n.obj"
+  done
+  stop_daemon
+  start_proxy
+  start_daemon --s3-endpoint "http://127.0.0.1:$(cat port)"
+  [ "$(grep -c list-type faults.log)" = 1 ]
+}
+
 @test "a model that this machine has no room for is no outage" {
   start_daemon
   { cat "$samples/octopus.obj"; yes '# more than memory holds of an object on its way' | head -n 40000; } >long.obj
