@@ -95,6 +95,14 @@ static tw_shape_counts count_box(uint64_t a, uint64_t b, uint64_t c) {
       .points = plus(faces, 2), .faces = faces, .corners = times(4, faces), .uvs = plus(faces, lines)};
 }
 
+/* Bands of s faces between rings and poles. */
+static tw_shape_counts count_bands(uint64_t s, uint64_t rings, uint64_t poles, uint64_t bands) {
+  return (tw_shape_counts){.points = plus(times(s, rings), poles),
+                           .faces = times(s, bands),
+                           .corners = plus(times(times(4, s), bands - poles), times(times(3, s), poles)),
+                           .uvs = plus(times(s + 1, rings), times(s, poles))};
+}
+
 /* Adds what closes `count` openings of s edges each, below or above bands. */
 static void count_caps(tw_shape_counts *out, tw_caps caps, uint64_t s, uint64_t count) {
   if (caps == TW_CAPS_NONE) return;
@@ -128,28 +136,18 @@ static tw_shape_counts count_elements(const tw_shape *shape) {
   case TW_SHAPE_QUAD_SPHERE:
   case TW_SHAPE_ELLIPSOID: return count_box(s, s, s);
   case TW_SHAPE_ICOSPHERE: return count_icosphere(shape->level);
-  case TW_SHAPE_UV_SPHERE:
-    return (tw_shape_counts){.points = plus(times(s, r - 1), 2),
-                             .faces = times(s, r),
-                             .corners = plus(times(times(4, s), r - 2), times(6, s)),
-                             .uvs = plus(times(s + 1, r - 1), times(2, s))};
+  case TW_SHAPE_UV_SPHERE: return count_bands(s, r - 1, 2, r);
   case TW_SHAPE_TORUS: {
     uint64_t faces = times(s, t);
     return (tw_shape_counts){
         .points = faces, .faces = faces, .corners = times(4, faces), .uvs = times(s + 1, t + 1)};
   }
   case TW_SHAPE_CYLINDER:
-    out = (tw_shape_counts){.points = times(s, r + 1),
-                            .faces = times(s, r),
-                            .corners = times(4, times(s, r)),
-                            .uvs = times(s + 1, r + 1)};
+    out = count_bands(s, r + 1, 0, r);
     count_caps(&out, shape->caps, s, 2);
     return out;
   case TW_SHAPE_CONE:
-    out = (tw_shape_counts){.points = plus(times(s, r), 1),
-                            .faces = times(s, r),
-                            .corners = plus(times(4, times(s, r - 1)), times(3, s)),
-                            .uvs = plus(times(s + 1, r), s)};
+    out = count_bands(s, r, 1, r);
     count_caps(&out, shape->caps, s, 1);
     return out;
   }
@@ -343,53 +341,39 @@ static void add_band(builder *b, const ring *upper, const ring *lower, uint32_t 
   }
 }
 
-static ring add_pole(builder *b, double y, double v, uint32_t s) {
-  ring out = {.points = add_point(b, 0, y, 0), .uvs = b->uv_count, .is_pole = true};
-  for (uint32_t k = 0; k < s; k++) add_uv(b, (k + 0.5) / s, v);
-  return out;
-}
-
 static void add_ring_uvs(builder *b, double v, uint32_t s) {
   for (uint32_t k = 0; k <= s; k++) add_uv(b, (double)k / s, v);
 }
 
-static ring add_sphere_ring(builder *b, uint32_t i) {
+/* The ring, or pole, below i of the bands of a sphere, cylinder or cone. */
+static ring add_ring(builder *b, uint32_t i) {
   const tw_shape *shape = b->shape;
+  bool is_sphere = shape->kind == TW_SHAPE_UV_SPHERE;
   uint32_t s = shape->segments[0], r = shape->rings;
-  double radius = (double)shape->radii[0], c, d, cosine, sine;
-  turn(i, 2 * r, &c, &d);
+  double y = -along(shape->height, i, r), radius = (double)shape->radii[0], v = 1 - (double)i / r;
+  double cosine, sine;
+  if (is_sphere) {
+    turn(i, 2 * r, &cosine, &sine);
+    y = radius * cosine;
+    radius *= sine;
+  } else if (shape->kind == TW_SHAPE_CONE) {
+    radius *= (double)i / r;
+  }
   ring out = {.points = b->point_count, .uvs = b->uv_count};
+  out.is_pole = (i == 0 && shape->kind != TW_SHAPE_CYLINDER) || (i == r && is_sphere);
+  if (out.is_pole) {
+    add_point(b, 0, y, 0);
+    for (uint32_t k = 0; k < s; k++) add_uv(b, (k + 0.5) / s, v);
+    return out;
+  }
   for (uint32_t k = 0; k < s; k++) {
     turn(k, s, &cosine, &sine);
-    add_point(b, -radius * d * cosine, radius * c, radius * d * sine);
+    if (is_sphere)
+      add_point(b, -radius * cosine, y, radius * sine);
+    else
+      add_point(b, radius * sine, y, radius * cosine);
   }
-  add_ring_uvs(b, 1 - (double)i / r, s);
-  return out;
-}
-
-static void make_uv_sphere(builder *b) {
-  uint32_t s = b->shape->segments[0], r = b->shape->rings;
-  double radius = (double)b->shape->radii[0];
-  ring upper = add_pole(b, radius, 1, s);
-  for (uint32_t i = 1; i <= r; i++) {
-    ring lower = i < r ? add_sphere_ring(b, i) : add_pole(b, -radius, 0, s);
-    add_band(b, &upper, &lower, s);
-    upper = lower;
-  }
-}
-
-/* The ring below i of the bands of a cylinder or cone. */
-static ring add_lathe_ring(builder *b, uint32_t i) {
-  const tw_shape *shape = b->shape;
-  uint32_t s = shape->segments[0], r = shape->rings;
-  double y = -along(shape->height, i, r), radius = (double)shape->radii[0], cosine, sine;
-  if (shape->kind == TW_SHAPE_CONE) radius *= (double)i / r;
-  ring out = {.points = b->point_count, .uvs = b->uv_count};
-  for (uint32_t k = 0; k < s; k++) {
-    turn(k, s, &cosine, &sine);
-    add_point(b, radius * sine, y, radius * cosine);
-  }
-  add_ring_uvs(b, 1 - (double)i / r, s);
+  add_ring_uvs(b, v, s);
   return out;
 }
 
@@ -418,18 +402,16 @@ static void add_cap(builder *b, const ring *edge, bool is_top) {
   }
 }
 
-static void make_lathe(builder *b) {
+static void make_bands(builder *b) {
   const tw_shape *shape = b->shape;
-  uint32_t s = shape->segments[0];
-  bool is_cone = shape->kind == TW_SHAPE_CONE;
-  ring top = is_cone ? add_pole(b, (double)shape->height / 2, 1, s) : add_lathe_ring(b, 0), upper = top;
+  ring top = add_ring(b, 0), upper = top;
   for (uint32_t i = 1; i <= shape->rings; i++) {
-    ring lower = add_lathe_ring(b, i);
-    add_band(b, &upper, &lower, s);
+    ring lower = add_ring(b, i);
+    add_band(b, &upper, &lower, shape->segments[0]);
     upper = lower;
   }
-  if (!is_cone) add_cap(b, &top, true);
-  add_cap(b, &upper, false);
+  if (!top.is_pole) add_cap(b, &top, true);
+  if (!upper.is_pole) add_cap(b, &upper, false);
 }
 
 static void make_torus(builder *b) {
@@ -655,10 +637,10 @@ static tw_status make_elements(builder *b) {
   case TW_SHAPE_BOX:
   case TW_SHAPE_QUAD_SPHERE:
   case TW_SHAPE_ELLIPSOID: make_box(b); break;
-  case TW_SHAPE_UV_SPHERE: make_uv_sphere(b); break;
   case TW_SHAPE_ICOSPHERE: return make_icosphere(b);
+  case TW_SHAPE_UV_SPHERE:
   case TW_SHAPE_CYLINDER:
-  case TW_SHAPE_CONE: make_lathe(b); break;
+  case TW_SHAPE_CONE: make_bands(b); break;
   case TW_SHAPE_TORUS: make_torus(b); break;
   }
   return TW_OK;
