@@ -7,12 +7,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "parallel_for.h"
 #include "surface_reader.h"
 
 enum {
   BLOCK_ROWS = 2048,
-  PART_ROWS = 1 << 16, /* less is not worth another thread */
-  PARTS_MAX = 64
+  PART_ROWS = 1 << 15 /* less is not worth another thread */
 };
 
 /* The whole task, or one part of it: bounds widen alike in whatever order points come. */
@@ -129,58 +129,46 @@ static void take_patches(pass *p, uint32_t first, uint32_t end) {
   }
 }
 
-/* A pass that is shared out. */
+/* A pass that is shared out; parts that were not needed stay as they are, which is empty. */
 typedef struct shared_pass {
   pass start;
-  uint64_t count; /* quads or rows */
-  uint32_t part_count;
-  pass parts[PARTS_MAX];
-  bool failed[PARTS_MAX];
+  pass parts[TW_PARALLEL_FOR_PARTS_MAX];
+  bool failed[TW_PARALLEL_FOR_PARTS_MAX];
 } shared_pass;
 
-static void take_part(void *context, uint32_t index) {
+/* Quads or rows [begin, end). */
+static void take_part(void *context, uint32_t part, uint32_t begin, uint32_t end) {
   shared_pass *shared = context;
-  pass *p = &shared->parts[index];
+  pass *p = &shared->parts[part];
   *p = shared->start;
-  uint64_t first = shared->count * index / shared->part_count,
-           end = shared->count * (index + 1) / shared->part_count;
   bool ready = open_pass(p);
-  shared->failed[index] = !ready;
+  shared->failed[part] = !ready;
   if (ready && p->convex)
-    take_patches(p, (uint32_t)first, (uint32_t)end);
+    take_patches(p, begin, end);
   else if (ready)
-    take_rows(p, first, end - first);
+    take_rows(p, begin, end - begin);
   close_pass(p);
 }
 
-static void run_alone(void *owner, uint32_t count, void (*part)(void *context, uint32_t index),
-                      void *context) {
-  (void)owner;
-  for (uint32_t i = 0; i < count; i++) part(context, i);
-}
-
-static tw_status start_shared(shared_pass *shared, uint64_t rows) {
-  pass *p = &shared->start;
-  shared->count = p->convex ? p->s->quad_count : rows;
-  uint64_t parts = 1 + rows / PART_ROWS;
-  if (parts > shared->count) parts = shared->count;
-  shared->part_count = parts < PARTS_MAX ? (uint32_t)parts : PARTS_MAX;
-  if (!p->convex) return TW_OK;
-  bool ready = open_pass(p);
-  if (ready) take_farthest(p);
-  close_pass(p);
-  return ready ? TW_OK : TW_NO_MEMORY;
-}
-
-static tw_status end_shared(const shared_pass *shared, float bounds[2][3]) {
-  pass all = shared->start;
-  for (uint32_t i = 0; i < shared->part_count; i++) {
+static tw_status share(shared_pass *shared, const tw_parallel_for *parallel, float bounds[2][3]) {
+  pass *all = &shared->start;
+  uint32_t rows = (uint32_t)tw_surface_row_count(all->s, all->domain), quads = all->s->quad_count;
+  if (all->convex) {
+    bool ready = open_pass(all);
+    if (ready) take_farthest(all);
+    close_pass(all);
+    if (!ready) return TW_NO_MEMORY;
+    tw_parallel_for_run(parallel, quads, 1 + PART_ROWS / (rows / quads), take_part, shared);
+  } else {
+    tw_parallel_for_run(parallel, rows, PART_ROWS, take_part, shared);
+  }
+  for (uint32_t i = 0; i < TW_PARALLEL_FOR_PARTS_MAX; i++) {
     if (shared->failed[i]) return TW_NO_MEMORY;
     if (!shared->parts[i].started) continue;
-    widen(&all, shared->parts[i].bounds[0]);
-    widen(&all, shared->parts[i].bounds[1]);
+    widen(all, shared->parts[i].bounds[0]);
+    widen(all, shared->parts[i].bounds[1]);
   }
-  memcpy(bounds, all.bounds, sizeof all.bounds);
+  memcpy(bounds, all->bounds, sizeof all->bounds);
   return TW_OK;
 }
 
@@ -194,13 +182,7 @@ static tw_status compute(const tw_surface *s, int morph, const tw_parallel_for *
   shared->start = (pass){.s = s, .domain = morph < 0 ? TW_DOMAIN_POINTS : TW_DOMAIN_VERTICES, .morph = morph};
   shared->start.convex =
       morph < 0 && s->depth > 0 && s->options.creasing != TW_CREASE_CHAIKIN && s->quad_count > 0;
-  tw_status status = start_shared(shared, tw_surface_row_count(s, shared->start.domain));
-  if (status == TW_OK) {
-    const tw_parallel_for alone = {.run = run_alone};
-    if (!parallel) parallel = &alone;
-    parallel->run(parallel->owner, shared->part_count, take_part, shared);
-    status = end_shared(shared, bounds);
-  }
+  tw_status status = share(shared, parallel, bounds);
   free(shared);
   return status;
 }
