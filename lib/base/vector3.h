@@ -3,6 +3,7 @@
 #define TWEEND_VECTOR3_H
 
 #include <math.h>
+#include <stdbool.h>
 
 static inline void tw_cross3(const double *a, const double *b, double *out) {
   for (int i = 0; i < 3; i++) out[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
@@ -12,6 +13,13 @@ static inline double tw_dot3(const double *a, const double *b) {
 }
 static inline double tw_length3(const double *vector) {
   return sqrt(tw_dot3(vector, vector));
+}
+/* Makes a vector one of length 1; returns its length, 0 where it has none, and is 0 0 0 then. */
+static inline double tw_unit3(double *vector) {
+  double length = tw_length3(vector);
+  bool has_length = length > 0 && isfinite(length);
+  for (int i = 0; i < 3; i++) vector[i] = has_length ? vector[i] / length : 0;
+  return has_length ? length : 0;
 }
 /* In radians, exact near 0 too. */
 static inline double tw_angle3(const double *a, const double *b) {

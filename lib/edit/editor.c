@@ -39,31 +39,6 @@ tw_status tw_editor_need_topology(tw_editor *editor) {
   return TW_OK;
 }
 
-/* ---- geometry ------------------------------------------------------------------------------------------ */
-
-double tw_unit3(double *vector) {
-  double length = tw_length3(vector);
-  bool has_length = length > 0 && isfinite(length);
-  for (int i = 0; i < 3; i++) vector[i] = has_length ? vector[i] / length : 0;
-  return has_length ? length : 0;
-}
-
-void tw_editor_face_normal(const tw_editor *editor, uint32_t face, double out[3]) {
-  const tw_mesh *mesh = &editor->mesh;
-  uint32_t begin = mesh->face_offsets[face], end = mesh->face_offsets[face + 1];
-  const float *first = tw_editor_point(editor, mesh->corners[begin]);
-  double before[3] = {0}, side[3], part[3];
-  out[0] = out[1] = out[2] = 0;
-  for (uint32_t c = begin + 1; c < end; c++) {
-    const float *at = tw_editor_point(editor, mesh->corners[c]);
-    tw_side3(first, at, side);
-    tw_cross3(before, side, part);
-    for (int i = 0; i < 3; i++) out[i] += part[i];
-    memcpy(before, side, sizeof before);
-  }
-  tw_unit3(out);
-}
-
 /* ---- positions ----------------------------------------------------------------------------------------- */
 
 void tw_mesh_drop_normals(tw_mesh *mesh) {

@@ -6,6 +6,7 @@
 #ifndef TWEEND_EDITOR_H
 #define TWEEND_EDITOR_H
 
+#include "hard_edges.h"
 #include "parallel_for.h"
 #include "topology.h"
 #include "tweend/edit.h"
@@ -174,9 +175,5 @@ tw_status tw_edit_smooth(tw_editor *editor);
 static inline const float *tw_editor_point(const tw_editor *editor, uint32_t point) {
   return editor->mesh.positions + 3 * (size_t)point;
 }
-/* Makes a vector one of length 1; returns its length, 0 where it has none, and is 0 0 0 then. */
-double tw_unit3(double *vector);
-/* The unit normal of a face, by all its corners; 0 0 0 without area. */
-void tw_editor_face_normal(const tw_editor *editor, uint32_t face, double out[3]);
 
 #endif

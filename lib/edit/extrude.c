@@ -68,7 +68,7 @@ static tw_status begin(parting *p) {
   if (!p->normals || !p->is_rim || !p->fans || !p->fan_sizes || !p->fan_is_rim || !p->pulls || !p->points)
     return tw_editor_no_memory(p->editor);
   for (uint32_t f = 0; f < p->t->face_count; f++)
-    if (p->selected[f]) tw_editor_face_normal(p->editor, f, p->normals[f]);
+    if (p->selected[f]) tw_mesh_face_normal(&p->editor->mesh, f, p->normals[f]);
   return TW_OK;
 }
 

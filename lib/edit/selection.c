@@ -132,7 +132,7 @@ static tw_status pick_facing(picker *p) {
   if (tw_unit3(direction) == 0) return refuse(p, "/facing", "the direction has no length");
   if (!is_angle(p->selection->degrees)) return refuse(p, "/within", "an angle is from 0 to 180 degrees");
   for (uint32_t f = 0; f < p->count; f++) {
-    tw_editor_face_normal(p->editor, f, normal);
+    tw_mesh_face_normal(&p->editor->mesh, f, normal);
     p->flags[f] = tw_dot3(normal, normal) > 0 &&
                   tw_angle3(normal, direction) <= p->selection->degrees * RADIANS + SLACK;
   }
@@ -172,7 +172,7 @@ static tw_status pick_sharper(picker *p) {
     return refuse(p, "/sharper_than", "an angle is from 0 to 180 degrees");
   double(*normals)[3] = tw_arena_alloc_raw(p->editor->arena, t->face_count, sizeof *normals);
   if (!normals) return tw_editor_no_memory(p->editor);
-  for (uint32_t f = 0; f < t->face_count; f++) tw_editor_face_normal(p->editor, f, normals[f]);
+  for (uint32_t f = 0; f < t->face_count; f++) tw_mesh_face_normal(&p->editor->mesh, f, normals[f]);
   for (uint32_t e = 0; e < p->count; e++) {
     if (t->edge_flags[e]) continue;
     const double *a = normals[tw_corner_face(t, t->edge_corner[e])];

@@ -69,7 +69,7 @@ static double area(const cutter *k, uint32_t a, uint32_t b, uint32_t c) {
 static void flatten(cutter *k, uint32_t face) {
   uint32_t begin = tw_face_begin(k->t, face), size = tw_face_size(k->t, face), axis = 0;
   double normal[3];
-  tw_editor_face_normal(k->editor, face, normal);
+  tw_mesh_face_normal(&k->editor->mesh, face, normal);
   for (uint32_t i = 1; i < 3; i++)
     if (fabs(normal[i]) > fabs(normal[axis])) axis = i;
   uint32_t u = (axis + 1) % 3, v = (axis + 2) % 3;

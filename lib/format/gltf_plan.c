@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "gltf/gltf.h"
+#include "sorted.h"
 
 enum {
   /* Of all tracks whose keys are made anew: two keys may stand for many turns, which take many keys. */
@@ -529,15 +530,8 @@ static void add_holders(tw_gltf_plan *plan, const tw_scene *scene) {
 }
 
 uint32_t tw_gltf_holder_of(const tw_gltf_plan *plan, uint32_t node) {
-  uint32_t low = 0, high = plan->holder_count;
-  while (low < high) {
-    uint32_t middle = low + (high - low) / 2;
-    if (plan->holders[middle] < node)
-      low = middle + 1;
-    else
-      high = middle;
-  }
-  return low < plan->holder_count && plan->holders[low] == node ? plan->first_holder + low : TW_NO_INDEX;
+  uint32_t at = tw_lower_bound(plan->holders, plan->holder_count, node);
+  return at < plan->holder_count && plan->holders[at] == node ? plan->first_holder + at : TW_NO_INDEX;
 }
 
 /* glTF has weights only where a mesh with as many targets is shown. */

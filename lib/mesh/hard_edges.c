@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "union_find.h"
+#include "vector3.h"
 
 typedef struct turn {
   double cosine, sine;
@@ -37,43 +38,37 @@ static void finder_deinit(finder *f) {
 
 /* ---- angles --------------------------------------------------------------------------------- */
 
-static void cross(const double *a, const double *b, double *out) {
-  for (int i = 0; i < 3; i++) out[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
-}
-
-static double dot(const double *a, const double *b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 /* Whether the angle between two vectors is over that of `most`: the sine of the difference is above 0. False
  * where one of them is 0. */
 static bool turns_by_more(const double *a, const double *b, turn most) {
   double across[3];
-  cross(a, b, across);
-  return sqrt(dot(across, across)) * most.cosine - dot(a, b) * most.sine > 0;
+  tw_cross3(a, b, across);
+  return tw_length3(across) * most.cosine - tw_dot3(a, b) * most.sine > 0;
 }
 
 /* The sum of the triangles round the first corner: Newell's normal, without large numbers that cancel. */
-static void find_face_normal(const tw_mesh *mesh, uint32_t face, float out[3]) {
+void tw_mesh_face_normal(const tw_mesh *mesh, uint32_t face, double out[3]) {
   uint32_t begin = mesh->face_offsets[face], end = mesh->face_offsets[face + 1];
   const float *first = mesh->positions + 3 * (size_t)mesh->corners[begin];
-  double before[3] = {0}, sum[3] = {0}, side[3], part[3];
+  double before[3] = {0}, side[3], part[3];
+  out[0] = out[1] = out[2] = 0;
   for (uint32_t c = begin + 1; c < end; c++) {
-    const float *p = mesh->positions + 3 * (size_t)mesh->corners[c];
-    for (int i = 0; i < 3; i++) side[i] = (double)p[i] - (double)first[i];
-    cross(before, side, part);
-    for (int i = 0; i < 3; i++) sum[i] += part[i];
+    tw_side3(first, mesh->positions + 3 * (size_t)mesh->corners[c], side);
+    tw_cross3(before, side, part);
+    for (int i = 0; i < 3; i++) out[i] += part[i];
     memcpy(before, side, sizeof before);
   }
-  double length = sqrt(dot(sum, sum));
-  for (int i = 0; i < 3; i++) out[i] = length > 0 ? (float)(sum[i] / length) : 0;
+  tw_unit3(out);
 }
 
 static tw_status find_face_normals(finder *f) {
   f->face_normals = tw_alloc(f->mesh->face_count, sizeof *f->face_normals);
   if (!f->face_normals) return TW_NO_MEMORY;
-  for (uint32_t face = 0; face < f->mesh->face_count; face++)
-    find_face_normal(f->mesh, face, f->face_normals[face]);
+  for (uint32_t face = 0; face < f->mesh->face_count; face++) {
+    double normal[3];
+    tw_mesh_face_normal(f->mesh, face, normal);
+    for (int i = 0; i < 3; i++) f->face_normals[face][i] = (float)normal[i];
+  }
   return TW_OK;
 }
 

@@ -10,4 +10,7 @@ tw_status tw_hard_edges_count(const tw_mesh *mesh, const tw_topology *topology, 
 /* Whether the file gives two corners normals that differ by over half a degree. */
 bool tw_corners_part(const tw_mesh *mesh, uint32_t a, uint32_t b);
 
+/* The unit normal of a face, by all its corners; 0 0 0 without area. */
+void tw_mesh_face_normal(const tw_mesh *mesh, uint32_t face, double out[3]);
+
 #endif

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "hard_edges.h"
+#include "vector3.h"
 
 static const float *corner_position(const tw_mesh *mesh, uint32_t corner) {
   return mesh->positions + 3 * (size_t)mesh->corners[corner];
@@ -20,15 +21,9 @@ static uint32_t face_size(const tw_mesh *mesh, uint32_t face) {
 /* (b - a) x (c - a): twice the triangle's area as a vector. */
 static void normal_of(const float *a, const float *b, const float *c, double out[3]) {
   double p[3], q[3];
-  for (int i = 0; i < 3; i++) {
-    p[i] = (double)b[i] - (double)a[i];
-    q[i] = (double)c[i] - (double)a[i];
-  }
-  for (int i = 0; i < 3; i++) out[i] = p[(i + 1) % 3] * q[(i + 2) % 3] - p[(i + 2) % 3] * q[(i + 1) % 3];
-}
-
-static double dot(const double *a, const double *b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+  tw_side3(a, b, p);
+  tw_side3(a, c, q);
+  tw_cross3(p, q, out);
 }
 
 /* Two triangles that share an edge. */
@@ -72,31 +67,26 @@ typedef struct shape {
 
 static shape find_shape(const tw_mesh *mesh, const uint32_t quad[4]) {
   const float *p[4];
-  double turns[4][3], sum[3] = {0, 0, 0}, sides[4], diagonal = 0, quality = 1;
+  double turns[4][3], sum[3] = {0, 0, 0}, sides[4], along[3], quality = 1;
   shape out = {0};
   for (int i = 0; i < 4; i++) p[i] = corner_position(mesh, quad[i]);
   for (int i = 0; i < 4; i++) {
     const float *after = p[(i + 1) % 4];
     normal_of(p[i], after, p[(i + 3) % 4], turns[i]);
-    sides[i] = 0;
-    for (int k = 0; k < 3; k++) {
-      double along = (double)after[k] - (double)p[i][k];
-      sides[i] += along * along;
-      sum[k] += turns[i][k];
-    }
+    tw_side3(p[i], after, along);
+    sides[i] = tw_dot3(along, along);
+    for (int k = 0; k < 3; k++) sum[k] += turns[i][k];
   }
-  for (int k = 0; k < 3; k++) {
-    double along = (double)p[2][k] - (double)p[0][k];
-    diagonal += along * along;
-  }
+  tw_side3(p[0], p[2], along);
+  double diagonal = tw_dot3(along, along);
   double longest = fmax(fmax(sides[0], sides[1]), fmax(sides[2], sides[3]));
   /* The halves lie at corners 1 and 3: the shared edge joins 0 and 2. */
-  double areas = sqrt(dot(turns[1], turns[1]) * dot(turns[3], turns[3]));
-  out.flatness = areas > 0 ? dot(turns[1], turns[3]) / areas : 0;
+  double areas = sqrt(tw_dot3(turns[1], turns[1]) * tw_dot3(turns[3], turns[3]));
+  out.flatness = areas > 0 ? tw_dot3(turns[1], turns[3]) / areas : 0;
   if (out.flatness < 0.5) return out;
   for (int i = 0; i < 4; i++) {
-    double turn =
-        dot(turns[i], sum) / sqrt(dot(sum, sum) * sides[i] * sides[(i + 3) % 4]); /* sine of the angle */
+    double turn = tw_dot3(turns[i], sum) /
+                  sqrt(tw_dot3(sum, sum) * sides[i] * sides[(i + 3) % 4]); /* sine of the angle */
     if (!(turn > 0.02)) return out;
     quality = fmin(quality, turn);
   }

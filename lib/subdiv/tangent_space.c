@@ -4,6 +4,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "vector3.h"
+
 /* ---- derivatives ---------------------------------------------------------------------------- */
 
 void tw_patch_slopes(const tw_slope_source *source, uint32_t quad, tw_patch_rect rect, double *scratch,
@@ -60,23 +62,19 @@ bool tw_uv_is_mirrored(const tw_topology *uv, const float *values, uint32_t face
   return area < 0;
 }
 
-static double dot(const double a[3], const double b[3]) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 /* Less than a millionth of a length is rounding. */
 static const double negligible = 1e-12;
 
 /* The part of `along` in the plane of the normal, at unit length; false where nothing is left. */
 static bool flatten(const double normal[3], const double along[3], float out[4]) {
-  double length = dot(along, along), out_of_plane = dot(normal, along), flat[3];
+  double length = tw_dot3(along, along), out_of_plane = tw_dot3(normal, along), flat[3];
   for (int c = 0; c < 3; c++) flat[c] = along[c] - out_of_plane * normal[c];
-  double square = dot(flat, flat);
+  double square = tw_dot3(flat, flat);
   if (!(square > negligible * length)) return false;
   /* Once more: what the first time left out of plane is large beside a short remainder. */
-  out_of_plane = dot(normal, flat);
+  out_of_plane = tw_dot3(normal, flat);
   for (int c = 0; c < 3; c++) flat[c] -= out_of_plane * normal[c];
-  square = dot(flat, flat);
+  square = tw_dot3(flat, flat);
   for (int c = 0; c < 3; c++) out[c] = (float)(flat[c] / sqrt(square));
   return true;
 }
@@ -84,8 +82,8 @@ static bool flatten(const double normal[3], const double along[3], float out[4])
 /* first a + second b; false where that is nothing beside its terms. */
 static bool combine(const double a[3], double first, const double b[3], double second, double out[3]) {
   for (int c = 0; c < 3; c++) out[c] = first * a[c] + second * b[c];
-  double terms = first * first * dot(a, a) + second * second * dot(b, b);
-  return terms > 0 && dot(out, out) > negligible * terms;
+  double terms = first * first * tw_dot3(a, a) + second * second * tw_dot3(b, b);
+  return terms > 0 && tw_dot3(out, out) > negligible * terms;
 }
 
 static void lean_on_axis(const double normal[3], float out[4]) {
