@@ -266,6 +266,53 @@ tw_status tw_topology_soften(tw_topology *topology, tw_arena *arena) {
   return topology->edge_sharpness && topology->vertex_sharpness ? TW_OK : TW_NO_MEMORY;
 }
 
+/* ---- cutting -------------------------------------------------------------------------------- */
+
+/* Names the vertices of some corners anew, in the order of their old names. names: [full->vertex_count],
+ * zeros.
+ */
+static tw_status rename_vertices(const tw_topology *full, uint32_t corner_count, const uint32_t *from,
+                                 tw_arena *arena, uint32_t *names, uint32_t *count, uint32_t **old) {
+  for (uint32_t c = 0; c < corner_count; c++) names[full->corner_vertex[from[c]]] = 1;
+  *count = 0;
+  for (uint32_t v = 0; v < full->vertex_count; v++)
+    if (names[v]) names[v] = ++*count;
+  *old = tw_arena_alloc_raw(arena, *count, sizeof **old);
+  if (!*old) return TW_NO_MEMORY;
+  for (uint32_t v = 0; v < full->vertex_count; v++)
+    if (names[v]) (*old)[names[v] - 1] = v;
+  return TW_OK;
+}
+
+tw_status tw_topology_cut(const tw_topology *full, uint32_t face_count, const uint32_t *face_offsets,
+                          uint32_t corner_count, const uint32_t *from, tw_arena *arena, tw_topology *out,
+                          uint32_t **vertices) {
+  uint32_t *names = tw_alloc_zero(full->vertex_count, sizeof *names),
+           *edges = tw_alloc(corner_count, sizeof *edges),
+           *corners = tw_arena_alloc_raw(arena, corner_count, sizeof *corners), count;
+  tw_status status = names && edges && corners
+                         ? rename_vertices(full, corner_count, from, arena, names, &count, vertices)
+                         : TW_NO_MEMORY;
+  for (uint32_t c = 0; status == TW_OK && c < corner_count; c++) {
+    corners[c] = names[full->corner_vertex[from[c]]] - 1;
+    edges[c] = full->corner_edge[from[c]];
+  }
+  if (status == TW_OK)
+    status = face_offsets
+                 ? tw_topology_build(out, arena, count, face_count, face_offsets, corner_count, corners)
+                 : tw_topology_build_parted(out, arena, count, face_count, full->face_size, corners, edges);
+  if (status == TW_OK) status = tw_topology_soften(out, arena);
+  for (uint32_t e = 0; status == TW_OK && e < out->edge_count; e++)
+    out->edge_sharpness[e] = full->edge_sharpness[edges[out->edge_corner[e]]];
+  for (uint32_t v = 0; status == TW_OK && v < count; v++)
+    out->vertex_sharpness[v] = full->vertex_sharpness[(*vertices)[v]];
+  free(names);
+  free(edges);
+  return status;
+}
+
+/* ---- sharpness ------------------------------------------------------------------------------ */
+
 /* Two opposite non-manifold edges with fins and no border form a crease through the vertex. */
 static bool on_nonmanifold_crease(const tw_topology *t, uint32_t vertex) {
   uint32_t nonmanifold = 0, border = 0;

@@ -77,6 +77,14 @@ tw_status tw_topology_build_parted(tw_topology *topology, tw_arena *arena, uint3
 /* Allocates the sharpness arrays, zeroed. */
 tw_status tw_topology_soften(tw_topology *topology, tw_arena *arena);
 
+/* A mesh of some faces of another, with their tags' sharpness. face_offsets: [face_count + 1], or NULL where
+ * all are of one size; then edges of the other mesh stay apart even where they have the same ends. from:
+ * [corner_count] the corners of `full` that theirs are. *vertices: [out->vertex_count] the vertex of `full`
+ * that each was, ascending. TW_NO_MEMORY. */
+tw_status tw_topology_cut(const tw_topology *full, uint32_t face_count, const uint32_t *face_offsets,
+                          uint32_t corner_count, const uint32_t *from, tw_arena *arena, tw_topology *out,
+                          uint32_t **vertices);
+
 /* OpenSubdiv's sharpening: border and non-manifold edges become infinitely sharp; vertices of one
  * face when `corners`; non-manifold vertices, save those on a plain non-manifold crease. */
 void tw_topology_sharpen(tw_topology *topology, bool corners);

@@ -146,49 +146,18 @@ static tw_status choose_faces(const strip *s, tw_arena *arena, cut *out) {
   return TW_OK;
 }
 
-/* Names the vertices of a field in the cut anew, in the order of their old names. */
-static tw_status rename_vertices(const tw_topology *full, const cut *c, tw_arena *arena, uint32_t *corners,
-                                 uint32_t *count, uint32_t **old) {
-  uint32_t *names = tw_arena_alloc(arena, full->vertex_count, sizeof *names);
-  if (!names) return TW_NO_MEMORY;
-  for (uint32_t i = 0; i < c->corner_count; i++) names[full->corner_vertex[c->from[i]]] = 1;
-  *count = 0;
-  for (uint32_t v = 0; v < full->vertex_count; v++)
-    if (names[v]) names[v] = ++*count;
-  *old = tw_arena_alloc_raw(arena, *count, sizeof **old);
-  if (!*old) return TW_NO_MEMORY;
-  for (uint32_t v = 0; v < full->vertex_count; v++)
-    if (names[v]) (*old)[names[v] - 1] = v;
-  for (uint32_t i = 0; i < c->corner_count; i++) corners[i] = names[full->corner_vertex[c->from[i]]] - 1;
-  return TW_OK;
-}
-
-/* Without offsets edges are those of `full`: below the cage, two may have the same ends. */
-static tw_status build_cut(const tw_topology *full, const cut *c, tw_arena *arena, uint32_t vertex_count,
-                           const uint32_t *corners, tw_topology *out) {
-  if (c->offsets)
-    return tw_topology_build(out, arena, vertex_count, c->face_count, c->offsets, c->corner_count, corners);
-  uint32_t *edges = tw_arena_alloc_raw(arena, c->corner_count, sizeof *edges);
-  if (!edges) return TW_NO_MEMORY;
-  for (uint32_t i = 0; i < c->corner_count; i++) edges[i] = full->corner_edge[c->from[i]];
-  return tw_topology_build_parted(out, arena, vertex_count, c->face_count, full->face_size, corners, edges);
-}
-
 static tw_status cut_field(const strip *s, uint32_t field, const cut *c, tw_arena *arena, strip *out) {
   const tw_topology *full = &s->fields[field];
   tw_topology *t = &out->fields[field];
-  uint32_t *corners = tw_arena_alloc_raw(arena, c->corner_count, sizeof *corners), count, *old;
-  tw_status status = corners ? rename_vertices(full, c, arena, corners, &count, &old) : TW_NO_MEMORY;
-  if (status == TW_OK) status = build_cut(full, c, arena, count, corners, t);
-  if (status == TW_OK) status = tw_topology_soften(t, arena);
+  uint32_t *old;
+  tw_status status =
+      tw_topology_cut(full, c->face_count, c->offsets, c->corner_count, c->from, arena, t, &old);
   if (status != TW_OK) return status;
-  uint32_t *edges = tw_arena_alloc_raw(arena, t->edge_count, sizeof *edges);
+  uint32_t count = t->vertex_count, *edges = tw_arena_alloc_raw(arena, t->edge_count, sizeof *edges);
   if (!edges) return TW_NO_MEMORY;
-  for (uint32_t v = 0; v < count; v++) t->vertex_sharpness[v] = full->vertex_sharpness[old[v]];
   for (uint32_t e = 0; e < t->edge_count; e++) {
-    uint32_t own = t->edge_corner[e], corner = c->from[own], edge = full->corner_edge[corner];
-    t->edge_sharpness[e] = full->edge_sharpness[edge];
-    /* The edge of the cut runs as `own` does. */
+    uint32_t corner = c->from[t->edge_corner[e]], edge = full->corner_edge[corner];
+    /* The edge of the cut runs as its first corner does. */
     bool turned = full->edge_vertices[edge][0] != full->corner_vertex[corner];
     edges[e] = (s->edges[field] ? s->edges[field][edge] : 2 * edge) ^ (uint32_t)turned;
   }

@@ -31,56 +31,15 @@ uint32_t tw_open_faces(const tw_topology *parent, const tw_topology *child, tw_a
   return count;
 }
 
-/* Names the vertices of the faces anew, in the order of their old names. */
-static tw_status rename_vertices(const tw_topology *full, const uint32_t *faces, uint32_t face_count,
-                                 tw_arena *arena, uint32_t *corners, uint32_t **vertices,
-                                 uint32_t *vertex_count) {
-  uint32_t *names = tw_arena_alloc(arena, full->vertex_count, sizeof *names), size = full->face_size;
-  if (!names) return TW_NO_MEMORY;
-  for (uint32_t f = 0; f < face_count; f++)
-    for (uint32_t k = 0; k < size; k++) names[full->corner_vertex[size * faces[f] + k]] = 1;
-  *vertex_count = 0;
-  for (uint32_t v = 0; v < full->vertex_count; v++)
-    if (names[v]) names[v] = ++*vertex_count;
-  *vertices = tw_arena_alloc(arena, *vertex_count, sizeof **vertices);
-  if (!*vertices) return TW_NO_MEMORY;
-  for (uint32_t v = 0; v < full->vertex_count; v++)
-    if (names[v]) (*vertices)[names[v] - 1] = v;
-  for (uint32_t f = 0; f < face_count; f++)
-    for (uint32_t k = 0; k < size; k++)
-      corners[size * f + k] = names[full->corner_vertex[size * faces[f] + k]] - 1;
-  return TW_OK;
-}
-
-/* The faces over renamed vertices. An edge of theirs is one of the full mesh. */
-static tw_status build_faces(const tw_topology *full, const uint32_t *faces, uint32_t face_count,
-                             uint32_t vertex_count, const uint32_t *corners, tw_arena *arena,
-                             tw_topology *out) {
-  uint32_t size = full->face_size, *edges = tw_alloc(face_count, size * sizeof *edges);
-  if (!edges) return TW_NO_MEMORY;
-  for (uint32_t c = 0; c < size * face_count; c++)
-    edges[c] = full->corner_edge[size * faces[c / size] + c % size];
-  tw_status status = tw_topology_build_parted(out, arena, vertex_count, face_count, size, corners, edges);
-  free(edges);
-  return status;
-}
-
 tw_status tw_open_cut(const tw_topology *full, const uint32_t *faces, uint32_t face_count, tw_arena *arena,
                       tw_topology *out, uint32_t **vertices) {
-  uint32_t size = full->face_size;
-  uint32_t *corners = tw_arena_alloc(arena, face_count, size * sizeof *corners);
-  if (!corners) return TW_NO_MEMORY;
-  uint32_t vertex_count;
-  tw_status status = rename_vertices(full, faces, face_count, arena, corners, vertices, &vertex_count);
-  if (status == TW_OK) status = build_faces(full, faces, face_count, vertex_count, corners, arena, out);
-  if (status == TW_OK) status = tw_topology_soften(out, arena);
+  uint32_t size = full->face_size, *from = tw_alloc(face_count, size * sizeof *from);
+  for (uint32_t c = 0; from && c < size * face_count; c++) from[c] = size * faces[c / size] + c % size;
+  tw_status status =
+      from ? tw_topology_cut(full, face_count, NULL, size * face_count, from, arena, out, vertices)
+           : TW_NO_MEMORY;
+  free(from);
   if (status != TW_OK) return status;
-  for (uint32_t c = 0; c < out->corner_count; c++) {
-    uint32_t old = size * faces[c / size] + c % size;
-    out->edge_sharpness[out->corner_edge[c]] = full->edge_sharpness[full->corner_edge[old]];
-  }
-  for (uint32_t v = 0; v < vertex_count; v++)
-    out->vertex_sharpness[v] = full->vertex_sharpness[(*vertices)[v]];
   tw_topology_sharpen(out, false);
   return full->semi_sum ? tw_topology_sum_semi(out, arena) : TW_OK;
 }
