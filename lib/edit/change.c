@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "editor.h"
+#include "sorted.h"
 static uint64_t most(uint64_t a, uint64_t b) {
   return a > b ? a : b;
 }
@@ -108,14 +109,6 @@ typedef struct maker {
   tw_arena *arena;
   const tw_editor *editor;
 } maker;
-
-/* Rows of one size by their parents, which are none of mixes. NULL for NULL, and without memory. */
-static void *gather(const maker *m, const void *rows, size_t size, const uint32_t *parents, uint32_t count) {
-  char *out = rows ? tw_arena_alloc_raw(m->arena, count, size) : NULL;
-  for (uint32_t i = 0; out && i < count; i++)
-    memcpy(out + size * i, (const char *)rows + size * parents[i], size);
-  return out;
-}
 
 /* The terms of a parent; `single` is room for one that is none of mixes. */
 static const tw_term *terms_of(const tw_change *c, uint32_t parent, uint32_t before, tw_term *single,
@@ -258,12 +251,7 @@ static bool make_faces(const maker *m) {
   to->corner_count = c->corner_count;
   to->face_offsets = offsets;
   to->corners = corners;
-  to->face_materials = gather(m, from->face_materials, sizeof(int32_t), c->face_parents, c->face_count);
-  to->face_groups = gather(m, from->face_groups, sizeof(uint32_t), c->face_parents, c->face_count);
-  to->face_smoothing = gather(m, from->face_smoothing, sizeof(uint32_t), c->face_parents, c->face_count);
-  to->tangent_uvs = gather(m, from->tangent_uvs, 1, c->face_parents, c->face_count);
-  return (to->face_materials || !from->face_materials) && (to->face_groups || !from->face_groups) &&
-         (to->face_smoothing || !from->face_smoothing) && (to->tangent_uvs || !from->tangent_uvs);
+  return tw_mesh_take_faces(to, from, c->face_parents, c->face_count, m->arena) == TW_OK;
 }
 
 /* ---- texture coordinates ------------------------------------------------------------------------------- */
@@ -525,11 +513,6 @@ static void heirs_deinit(heirs *h) {
   free(h->items);
 }
 
-static int compare_indices(const void *left, const void *right) {
-  uint32_t a = *(const uint32_t *)left, b = *(const uint32_t *)right;
-  return a < b ? -1 : a > b;
-}
-
 static int compare_pairs(const void *left, const void *right) {
   const uint32_t *a = left, *b = right;
   if (a[0] != b[0]) return a[0] < b[0] ? -1 : 1;
@@ -544,7 +527,7 @@ static bool carry_list(const maker *m, const heirs *h, uint32_t **items, uint32_
   for (uint32_t i = 0; i < *count; i++)
     for (uint32_t k = h->offsets[(*items)[i]]; k < h->offsets[(*items)[i] + 1]; k++)
       out[next++] = h->items[k];
-  qsort(out, next, sizeof *out, compare_indices);
+  qsort(out, next, sizeof *out, tw_compare_uint32);
   *items = out;
   *count = next;
   return true;

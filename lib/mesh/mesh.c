@@ -22,6 +22,26 @@ tw_status tw_mesh_set_colors(tw_mesh *mesh, const float *colors, tw_arena *arena
   return TW_OK;
 }
 
+/* Rows by their parents; NULL for NULL, and without memory. */
+static void *take_rows(const void *rows, size_t size, const uint32_t *parents, uint32_t count,
+                       tw_arena *arena) {
+  char *out = rows ? tw_arena_alloc_raw(arena, count, size) : NULL;
+  for (uint32_t i = 0; out && i < count; i++)
+    memcpy(out + size * i, (const char *)rows + size * parents[i], size);
+  return out;
+}
+
+tw_status tw_mesh_take_faces(tw_mesh *to, const tw_mesh *from, const uint32_t *parents, uint32_t count,
+                             tw_arena *arena) {
+  to->face_materials = take_rows(from->face_materials, sizeof(int32_t), parents, count, arena);
+  to->face_groups = take_rows(from->face_groups, sizeof(uint32_t), parents, count, arena);
+  to->face_smoothing = take_rows(from->face_smoothing, sizeof(uint32_t), parents, count, arena);
+  to->tangent_uvs = take_rows(from->tangent_uvs, 1, parents, count, arena);
+  bool has_all = (to->face_materials || !from->face_materials) && (to->face_groups || !from->face_groups) &&
+                 (to->face_smoothing || !from->face_smoothing) && (to->tangent_uvs || !from->tangent_uvs);
+  return has_all ? TW_OK : TW_NO_MEMORY;
+}
+
 /* ---- check ---------------------------------------------------------------------------------- */
 
 static tw_status check_finite(const float *values, uint64_t rows, uint32_t width, const char *what,

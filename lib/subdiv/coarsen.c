@@ -288,13 +288,6 @@ static tw_status find_ambiguity(step *s, const tw_topology *t) {
 
 /* ---- the mesh -------------------------------------------------------------------------------- */
 
-static void *pick(tw_arena *arena, const void *source, size_t size, const uint32_t *indices, uint32_t count) {
-  uint8_t *out = source ? tw_arena_alloc_raw(arena, count, size) : NULL;
-  for (size_t i = 0; out && i < count; i++)
-    memcpy(out + i * size, (const uint8_t *)source + indices[i] * size, size);
-  return out;
-}
-
 static bool make_faces(const step *s, const parents *p, tw_mesh *out) {
   const tw_topology *t = &p->topology;
   uint32_t *first = tw_arena_alloc_raw(s->scratch, t->face_count, sizeof *first);
@@ -307,12 +300,7 @@ static bool make_faces(const step *s, const parents *p, tw_mesh *out) {
     if (is_hole[first[f]]) holes[out->hole_count++] = f;
   }
   out->holes = holes;
-  out->face_materials = pick(s->arena, s->mesh->face_materials, sizeof(int32_t), first, t->face_count);
-  out->face_groups = pick(s->arena, s->mesh->face_groups, sizeof(uint32_t), first, t->face_count);
-  out->face_smoothing = pick(s->arena, s->mesh->face_smoothing, sizeof(uint32_t), first, t->face_count);
-  out->tangent_uvs = pick(s->arena, s->mesh->tangent_uvs, 1, first, t->face_count);
-  return (out->face_materials || !s->mesh->face_materials) && (out->face_groups || !s->mesh->face_groups) &&
-         (out->face_smoothing || !s->mesh->face_smoothing) && (out->tangent_uvs || !s->mesh->tangent_uvs);
+  return tw_mesh_take_faces(out, s->mesh, first, t->face_count, s->arena) == TW_OK;
 }
 
 static bool make_tags(const step *s, const parents *p, tw_mesh *out) {
@@ -375,9 +363,12 @@ static tw_status make_attributes(const step *s, const parents *p, const uint32_t
   if (status != TW_OK) return status;
   out->attributes = attributes;
   out->morphs = morphs;
-  out->skin.joints = pick(s->arena, s->mesh->skin.joints, 4 * sizeof(uint16_t), points, t->vertex_count);
-  out->skin.weights = pick(s->arena, s->mesh->skin.weights, 4 * sizeof(float), points, t->vertex_count);
-  return (out->skin.joints && out->skin.weights) || !s->mesh->skin.joints ? TW_OK : TW_NO_MEMORY;
+  if (!s->mesh->skin.joints) return TW_OK;
+  out->skin.joints =
+      tw_arena_gather(s->arena, s->mesh->skin.joints, points, t->vertex_count, 4 * sizeof(uint16_t));
+  out->skin.weights =
+      tw_arena_gather(s->arena, s->mesh->skin.weights, points, t->vertex_count, 4 * sizeof(float));
+  return out->skin.joints && out->skin.weights ? TW_OK : TW_NO_MEMORY;
 }
 
 /* The parents of all faces as a mesh; *positions: as doubles. */

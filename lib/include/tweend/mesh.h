@@ -133,6 +133,11 @@ void tw_mesh_init(tw_mesh *mesh);
  * mesh. TW_NO_MEMORY. */
 tw_status tw_mesh_set_colors(tw_mesh *mesh, const float *colors, tw_arena *arena);
 
+/* Gives the faces of `to` what those of `from` bear: material, groups, smoothing, UVs of tangents. parents:
+ * [count] faces of `from`; arrays live in the arena. TW_NO_MEMORY. */
+tw_status tw_mesh_take_faces(tw_mesh *to, const tw_mesh *from, const uint32_t *parents, uint32_t count,
+                             tw_arena *arena);
+
 /* Checks a mesh from an untrusted source: indices in range, coordinates finite, faces of at least
  * three corners, no point twice in a row, sharpness 0 or more, counts within 32 bits.
  * On failure the error's pointer is relative to the mesh in tweend JSON's words
