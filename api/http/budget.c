@@ -111,19 +111,6 @@ static bool relieve(api_budget *budget, uint64_t bytes) {
   return freed > 0;
 }
 
-/* Raises the grant if it fits; a new one over SMALL yields to waiting tickets. */
-static bool raise_grant(api_budget *budget, api_ticket *ticket, uint64_t bytes) {
-  uint64_t more = bytes - ticket->granted, missing;
-  if (budget->first && more > SMALL && ticket->granted == 0) return false;
-  while ((missing = shortage(budget, more)) > 0)
-    if (!relieve(budget, missing)) break;
-  if (missing > 0 && !is_alone(budget, ticket)) return false;
-  set_grant(budget, ticket, bytes, false);
-  return true;
-}
-
-/* ---- waiting ------------------------------------------------------------------------------------ */
-
 /* Who is next: the first of the queue, or one behind it. That passes where it needs little, as when it comes,
  * and where the first one waits for those alone who read answers, which may take very long. NULL: nobody
  * fits. */
@@ -134,6 +121,20 @@ static api_ticket *find_next(const api_budget *budget) {
   }
   return NULL;
 }
+
+/* Raises the grant if it fits; a new one over SMALL yields to waiting tickets that will have their turn. */
+static bool raise_grant(api_budget *budget, api_ticket *ticket, uint64_t bytes) {
+  uint64_t more = bytes - ticket->granted, missing;
+  bool others_wait = budget->first && (budget->computing > 0 || find_next(budget));
+  if (others_wait && more > SMALL && ticket->granted == 0) return false;
+  while ((missing = shortage(budget, more)) > 0)
+    if (!relieve(budget, missing)) break;
+  if (missing > 0 && !is_alone(budget, ticket)) return false;
+  set_grant(budget, ticket, bytes, false);
+  return true;
+}
+
+/* ---- waiting ------------------------------------------------------------------------------------ */
 
 /* Wakes those that fit. One thread at a time: freeing entries calls this again. A thread that returns early
  * has already changed `used`, or made entries idle: the serving thread looks again. */

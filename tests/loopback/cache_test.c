@@ -465,7 +465,7 @@ TEST(who_needs_little_does_not_wait_behind_who_needs_much) {
 
 TEST(who_waits_for_readers_alone_holds_up_nobody) {
   api_budget *budget = api_budget_create(16000000, 3);
-  api_ticket reader = {0}, large = {0};
+  api_ticket reader = {0}, large = {0}, fresh = {0};
   loopback_ticket *behind = loopback_ticket_create(), *last = loopback_ticket_create();
   assert_true(api_budget_grant(budget, &reader, 9000000));
   assert_int_equal(api_budget_wait(budget, &large, 50000000), API_WAIT_BEGUN);
@@ -478,6 +478,9 @@ TEST(who_waits_for_readers_alone_holds_up_nobody) {
   assert_int_equal(last->ticket.granted, 0); /* the first one may fit when this is over */
   assert_true(api_budget_keep(budget, &behind->ticket, 3000000));
   loopback_ticket_await(last);
+  assert_true(api_budget_keep(budget, &last->ticket, 1000000));
+  assert_true(api_budget_grant(budget, &fresh, 1500000)); /* one that comes now, too */
+  api_budget_grant(budget, &fresh, 0);
   assert_true(api_budget_cancel(budget, &large));
   api_budget_grant(budget, &reader, 0);
   api_budget_grant(budget, &behind->ticket, 0);
