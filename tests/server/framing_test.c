@@ -1,5 +1,6 @@
 #include "framing.h"
 
+#include <ctype.h>
 #include <string.h>
 
 #include "test.h"
@@ -101,6 +102,20 @@ TEST(names_of_fields_are_tokens_and_values_have_no_controls) {
   assert_int_equal(one("X-A", "a\rb"), 400);
   assert_int_equal(one("X-A", "a\x7f"), 400);
   assert_int_equal(one("X-A", "a\tb \xc3\xa4"), 0);
+}
+
+TEST(bytes_of_names_and_values_are_judged_at_every_place) {
+  static const char marks[] = "!#$%&'*+-.^_`|~"; /* RFC 9110, section 5.6.2 */
+  for (int c = 1; c < 256; c++) {
+    bool in_name = (c < 128 && isalnum(c)) || strchr(marks, c);
+    bool in_value = c == '\t' || (c >= ' ' && c != 127);
+    for (size_t at = 0; at < 36; at++) {
+      char text[] = "X-A-field-of-bytes-of-which-one-vari";
+      text[at] = (char)c;
+      assert_int_equal(one(text, "b"), in_name ? 0 : 400);
+      assert_int_equal(one("X-A", text), in_value ? 0 : 400);
+    }
+  }
 }
 
 TEST(expectations_but_one_are_417) {
