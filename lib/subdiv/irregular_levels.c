@@ -132,8 +132,6 @@ static const tw_point *face_points(const pass *p) {
   return edge_points(p) + p->levels->at[p->step].edge_count;
 }
 
-enum { AHEAD = 12 }; /* vertices: how far ahead scattered data is prefetched */
-
 INLINE void cage_vertices(const pass *p, uint32_t size, operation op, uint32_t born, uint32_t begin,
                           uint32_t end) {
   const tw_levels *levels = p->levels;
@@ -143,12 +141,6 @@ INLINE void cage_vertices(const pass *p, uint32_t size, operation op, uint32_t b
   (void)born;
   for (uint32_t v = begin; v < end; v++) {
     uint32_t first = levels->fan_offsets[v], n = levels->fan_offsets[v + 1] - first;
-    if (v + AHEAD < end)
-      for (uint32_t i = levels->fan_offsets[v + AHEAD]; i < levels->fan_offsets[v + AHEAD + 1]; i++) {
-        uint32_t c = levels->fan_corners[i];
-        __builtin_prefetch(E + edge_after(cage->corner_half[c], steps));
-        __builtin_prefetch(F + (steps ? face_after(c, steps) : tw_level_corner_face(cage, size, c)));
-      }
     ring r = start_ring(p, op, v, n);
     for (uint32_t i = 0; i < n; i++) {
       uint32_t c = levels->fan_corners[first + i];
@@ -181,12 +173,6 @@ INLINE void middles(const pass *p, uint32_t size, operation op, uint32_t born, u
   const tw_point *E = edge_points(p), *F = face_points(p);
   uint32_t steps = p->step - born;
   for (uint32_t edge = begin; edge < end; edge++) {
-    if (edge + AHEAD < end) {
-      middle soon = middle_of(l, size, edge + AHEAD, steps);
-      for (int i = 0; i < 4; i++) __builtin_prefetch(F + soon.faces[i]);
-      __builtin_prefetch(E + soon.edges[1]);
-      __builtin_prefetch(E + soon.edges[3]);
-    }
     middle m = middle_of(l, size, edge, steps);
     const tw_point edges[4] = {E[m.edges[0]], E[m.edges[1]], E[m.edges[2]], E[m.edges[3]]},
                    faces[4] = {F[m.faces[0]], F[m.faces[1]], F[m.faces[2]], F[m.faces[3]]};
@@ -202,14 +188,6 @@ INLINE void new_edges(const pass *p, uint32_t size, operation op, uint32_t born,
   const tw_point *Q = p->points, *E = edge_points(p), *F = face_points(p);
   const uint32_t *half = l->corner_half;
   for (uint32_t edge = begin; edge < end; edge++) {
-    if (edge + AHEAD < end)
-      for (int i = 0; i < 2; i++) {
-        uint32_t c = l->edge_corners[edge + AHEAD][i];
-        __builtin_prefetch(F + tw_level_corner_face(l, size, c));
-        __builtin_prefetch(Q + l->corner_vertex[c]);
-        __builtin_prefetch(E + half[tw_level_corner_previous(l, size, c)] / 2);
-        __builtin_prefetch(E + half[tw_level_corner_next(l, size, c)] / 2);
-      }
     uint32_t along = l->edge_corners[edge][0], against = l->edge_corners[edge][1];
     const tw_point edges[4] = {Q[l->corner_vertex[against]], F[tw_level_corner_face(l, size, along)],
                                Q[l->corner_vertex[along]], F[tw_level_corner_face(l, size, against)]},
