@@ -1,7 +1,6 @@
 /* Shapes in tweend JSON: each kind has its own parameters. */
 #include "shape_in.h"
 
-
 enum { KIND, SIZE, RADIUS, RADII, HEIGHT, TUBE, SEGMENTS, RINGS, SIDES, LEVEL, CAPS, MEMBERS };
 static const char *const names[MEMBERS] = {"kind",     "size",  "radius", "radii", "height", "tube",
                                            "segments", "rings", "sides",  "level", "caps"};

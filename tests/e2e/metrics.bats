@@ -183,6 +183,7 @@ ask() { curl --silent --output /dev/null --write-out '%{http_code}' "$served$1" 
   refused rate 1
   address=${served#http://}
   place=/dev/tcp/${address%:*}/${address#*:}
+  counts tweend_http_connections 1 # those before are closed: it is the one that asks
   exec {one}<>"$place" {two}<>"$place" {three}<>"$place"
   read -r line <&"$three"
   [[ $line == *503* ]]
