@@ -24,7 +24,8 @@ typedef struct srv_verdict {
   uint64_t seen_ns; /* when the model was found last, and not damaged; 0: it was not */
 } srv_verdict;
 
-/* The verdicts on as many models as there is room for. Any thread. */
+/* A table of verdicts, of a fixed size: a model's verdict may give way to another model's. Any thread may
+ * call the functions. */
 typedef struct srv_verdicts srv_verdicts;
 srv_verdicts *srv_verdicts_create(void);        /* NULL without memory */
 void srv_verdicts_destroy(srv_verdicts *table); /* NULL accepted */

@@ -50,8 +50,8 @@ tw_status api_json_members(const api_value *object, const char *const *names, ap
 tw_status api_json_members_of(const api_value *object, const char *const *names, size_t count,
                               uint32_t members, api_value *values);
 
-/* The kind of an object, which says what other members it has: a choice that has to be there. missing: the
- * beginning of the sentence that it is not. */
+/* Reads the member `name` of an object as one of `kinds`, *out its index. The object has other members for
+ * each kind, so that it must be there; `missing` begins the error's sentence where it is not. */
 tw_status api_json_kind(const api_value *object, const char *name, const char *const *kinds,
                         const char *missing, int *out);
 

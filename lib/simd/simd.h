@@ -1,4 +1,5 @@
-/* Points as vectors, which the compiler turns into the registers of the machine. */
+/* Vectors of 16 bytes, four floats or two doubles, by the compiler's vector extension. A point is four
+ * floats. */
 #ifndef TWEEND_SIMD_H
 #define TWEEND_SIMD_H
 

@@ -17,7 +17,8 @@ enum {
   SLOPE_SECOND = 4
 };
 
-/* Of the weights of a grid, by depth: a multiple of a cache line. */
+/* By depth: floats from the weights of one control point to those of the next, room for all points of the
+ * grid in whole cache lines (16 floats). */
 static const uint32_t strides[TW_STENCIL_DEPTH_MAX + 1] = {16, 32, 48, 112, 336};
 
 /* In place of a class's uses, once they have proved enough. */

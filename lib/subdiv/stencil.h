@@ -7,7 +7,8 @@
 
 enum { TW_STENCIL_CONTROLS_MAX = 128 };
 
-/* Weights of one class at all points of the grid: corners, the insides of sides, the inside line by line. */
+/* The weights of the control points of one class of patches, at all points of its grid in this order: the
+ * corners, the points inside of the four sides, the points inside of the patch line by line. */
 typedef struct tw_stencil {
   uint32_t control_count; /* even: a last one may weigh nothing */
   uint32_t stride;        /* of points: some more than there are, which weigh nothing */

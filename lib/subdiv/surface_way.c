@@ -77,7 +77,7 @@ static bool fits_loop_rows(const tw_build *b) {
 }
 
 /* An upper bound, in bytes, of what generic steps need beyond the levels of details, which the caller counts.
- * Bytes for each face of the last level were measured on cages of triangles. */
+ * The constants are bytes for each face of the last level, measured on cages of triangles. */
 static uint64_t steps_size(const tw_build *b) {
   enum { LOOP_ROWS = 56, LOOP = 180, CATMULL_CLARK = 420 };
   const tw_surface *s = b->surface;

@@ -48,8 +48,8 @@ static void put_rows(chain *c, tw_text *out, const char *name, uint32_t count, u
   tw_text_add(out, "]]");
 }
 
-/* Faces of a sheet of side x side points: quads, triangles, gaps, and faces that make edges of three. With
- * `values` over 0 the corners name as many of those. */
+/* Prints the faces of a grid of side x side points: quads, triangles, gaps, and edges that three faces share.
+ * With `values` over 0 it prints as many corners, each an index below `values` (of texture coordinates). */
 static void put_faces(tw_text *out, const char *name, uint32_t side, uint32_t values) {
   chain sizes = {.state = side}; /* both lists have as many corners */
   tw_member_open(out, name, "[");
