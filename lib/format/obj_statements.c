@@ -375,7 +375,7 @@ static tw_status read_face(tw_obj_reader *reader, tw_obj_text *text) {
 
 /* An object that no face follows is forgotten when the next one begins. */
 static void begin_object(tw_obj_reader *reader, tw_obj_text *text) {
-  tw_obj_object object = {tw_obj_read_rest(text), (uint32_t)reader->read.faces};
+  tw_obj_object object = {tw_obj_read_line(text), (uint32_t)reader->read.faces};
   tw_obj_object *last = reader->object_count ? &reader->objects[reader->object_count - 1] : NULL;
   if (last && last->first_face == object.first_face)
     *last = object;
@@ -397,7 +397,7 @@ static void begin_groups(tw_obj_reader *reader, tw_obj_text *text) {
 }
 
 static tw_status use_material(tw_obj_reader *reader, tw_obj_text *text) {
-  tw_word name = tw_obj_read_rest(text);
+  tw_word name = tw_obj_read_line(text);
   reader->material = TW_OBJ_NO_NAME;
   if (name.length == 0) return TW_OK;
   tw_status status =
@@ -457,36 +457,46 @@ static bool is_face(tw_word word) {
   return tw_word_is(word, "f") || tw_word_is(word, "fo");
 }
 
-static void count_statement(tw_obj_reader *reader, tw_word word, tw_obj_text *text) {
+static void count_statement(tw_obj_reader *reader, tw_word word, tw_obj_text *file) {
   tw_obj_counts *all = &reader->all;
   if (is_face(word)) {
     all->faces++;
-    all->corners += tw_obj_count_words(text);
+    all->corners += tw_obj_count_words(file);
   }
   all->points += tw_word_is(word, "v");
   all->uvs += tw_word_is(word, "vt");
   all->normals += tw_word_is(word, "vn");
   all->objects += tw_word_is(word, "o");
-  if (tw_word_is(word, "t")) tw_obj_count_tag(&reader->tags.all, text);
+  if (tw_word_is(word, "o") || tw_word_is(word, "usemtl")) tw_obj_read_line(file);
+  if (!tw_word_is(word, "t")) return;
+  tw_obj_text text = tw_obj_statement(file);
+  tw_obj_count_tag(&reader->tags.all, &text);
 }
 
-static tw_status read_statement(tw_obj_reader *reader, tw_word word, tw_obj_text *text) {
-  if (word.length == 1) {
-    switch (word.text[0]) {
-    case 'v': return read_point(reader, text);
-    case 't': return tw_obj_read_tag(&reader->tags, text, reader->error);
-    case 'o': begin_object(reader, text); return TW_OK;
-    case 'g': begin_groups(reader, text); return TW_OK;
-    case 's': begin_smoothing(reader, text); return TW_OK;
-    default: break;
-    }
-  }
-  if (is_face(word)) return read_face(reader, text);
-  if (tw_word_is(word, "vt")) return read_uv(reader, text);
-  if (tw_word_is(word, "usemtl")) return use_material(reader, text);
-  if (tw_word_is(word, TW_OBJ_COLORS)) return read_colors(reader, text);
-  if (!tw_word_is(word, "vn")) return read_other(reader, text, word);
-  read_normal(reader, text);
+/* One that may have words behind a `#`, or is rare. */
+static tw_status read_bounded(tw_obj_reader *reader, tw_word word, tw_obj_text text) {
+  if (tw_word_is(word, "t")) return tw_obj_read_tag(&reader->tags, &text, reader->error);
+  if (tw_word_is(word, TW_OBJ_COLORS)) return read_colors(reader, &text);
+  if (tw_word_is(word, "g"))
+    begin_groups(reader, &text);
+  else if (tw_word_is(word, "s"))
+    begin_smoothing(reader, &text);
+  else
+    return read_other(reader, &text, word);
+  return TW_OK;
+}
+
+static tw_status read_statement(tw_obj_reader *reader, tw_word word, tw_obj_text *file) {
+  if (tw_word_is(word, "v")) return read_point(reader, file);
+  if (is_face(word)) return read_face(reader, file);
+  if (tw_word_is(word, "vt")) return read_uv(reader, file);
+  if (tw_word_is(word, "usemtl")) return use_material(reader, file);
+  if (tw_word_is(word, "vn"))
+    read_normal(reader, file);
+  else if (tw_word_is(word, "o"))
+    begin_object(reader, file);
+  else
+    return read_bounded(reader, word, tw_obj_statement(file));
   return TW_OK;
 }
 
@@ -525,16 +535,17 @@ static tw_status make_all_room(tw_obj_reader *reader) {
 
 tw_status tw_obj_read_statements(tw_obj_reader *reader, const uint8_t *bytes, size_t size) {
   const uint8_t *first = bytes + tw_byte_order_mark(bytes, size);
-  tw_obj_text text, file = {first, bytes + size, 1, first}, start = file;
+  tw_obj_text file = {first, bytes + size, 1, first}, start = file;
   tw_word word;
   reader->material = reader->group = TW_OBJ_NO_NAME;
   reader->smoothing_group = TW_OBJ_NO_VALUE;
   reader->tags.boundary = reader->tags.uv = reader->tags.creasing = reader->tags.triangles = TW_TAG_UNSET;
-  while (tw_obj_next_statement(&file, &word, &text)) count_statement(reader, word, &text);
+  for (; tw_obj_next_statement(&file, &word); tw_obj_end_statement(&file))
+    count_statement(reader, word, &file);
   tw_status status = make_all_room(reader);
   file = start;
-  while (status == TW_OK && tw_obj_next_statement(&file, &word, &text))
-    status = read_statement(reader, word, &text);
+  for (; status == TW_OK && tw_obj_next_statement(&file, &word); tw_obj_end_statement(&file))
+    status = read_statement(reader, word, &file);
   if (status != TW_OK) return status;
   if (reader->all.points == 0)
     return tw_fail_line(reader->error, TW_SYNTAX, file.line,

@@ -1,45 +1,36 @@
 #include "obj_text.h"
 
-static bool is_line_end(uint8_t c) {
-  return c == '\n' || c == '\r';
-}
-
-/* Control characters are blanks too: some exporters end lines or the file with a zero byte or Ctrl-Z. */
-static bool is_blank(uint8_t c) {
-  return c <= ' ' && !is_line_end(c);
-}
-
 /* Bytes of the line end at `at`: 2 for CRLF. */
 static size_t line_end_length(const uint8_t *at, const uint8_t *end) {
   return at[0] == '\r' && end - at > 1 && at[1] == '\n' ? 2 : 1;
 }
 
-void tw_obj_skip_blanks(tw_obj_text *text) {
+static const uint8_t *find_line_end(const uint8_t *at, const uint8_t *end) {
+  while (at < end && !tw_obj_is_line_end(*at)) at++;
+  return at;
+}
+
+void tw_obj_skip_continuations(tw_obj_text *text) {
   const uint8_t *at = text->at, *end = text->end;
-  for (; at < end; at++) {
-    if (is_blank(*at)) continue;
-    if (*at != '\\' || end - at < 2 || !is_line_end(at[1])) break;
-    at += line_end_length(at + 1, end);
+  while (end - at > 1 && *at == '\\' && tw_obj_is_line_end(at[1])) {
+    at += 1 + line_end_length(at + 1, end);
     text->line++;
+    while (at < end && tw_obj_is_blank(*at)) at++;
   }
   text->at = at;
 }
 
-bool tw_obj_statement_ends(tw_obj_text *text) {
-  tw_obj_skip_blanks(text);
-  return text->at == text->end || *text->at == '#';
-}
-
 static bool ends_word(const uint8_t *at, const uint8_t *end) {
   if (*at <= ' ') return true;
-  return *at == '\\' && end - at > 1 && is_line_end(at[1]);
+  return *at == '\\' && end - at > 1 && tw_obj_is_line_end(at[1]);
 }
 
 tw_word tw_obj_read_word(tw_obj_text *text) {
   tw_obj_skip_blanks(text);
-  const uint8_t *start = text->at;
-  while (text->at < text->end && !ends_word(text->at, text->end)) text->at++;
-  return (tw_word){(const char *)start, (size_t)(text->at - start)};
+  const uint8_t *start = text->at, *at = start, *end = text->end;
+  while (at < end && !ends_word(at, end)) at++;
+  text->at = at;
+  return (tw_word){(const char *)start, (size_t)(at - start)};
 }
 
 tw_obj_quote tw_obj_quote_word(tw_word word) {
@@ -56,7 +47,7 @@ tw_status tw_obj_fail_word(const tw_obj_text *text, const char *what, tw_error *
   tw_obj_text from = *text;
   while (from.at > from.first && from.at[-1] > ' ') from.at--;
   uint64_t column = 1;
-  for (const uint8_t *c = from.at; c > from.first && !is_line_end(c[-1]); c--)
+  for (const uint8_t *c = from.at; c > from.first && !tw_obj_is_line_end(c[-1]); c--)
     column += (c[-1] & 0xC0) != 0x80; /* not of bytes inside a UTF-8 character */
   tw_fail_line(error, TW_SYNTAX, text->line, "\"%s\" is no %s",
                tw_obj_quote_word(tw_obj_read_word(&from)).text, what);
@@ -64,18 +55,21 @@ tw_status tw_obj_fail_word(const tw_obj_text *text, const char *what, tw_error *
   return TW_SYNTAX;
 }
 
-tw_word tw_obj_read_rest(tw_obj_text *text) {
+tw_word tw_obj_read_line(tw_obj_text *text) {
   tw_obj_skip_blanks(text);
-  const uint8_t *start = text->at, *end = text->end;
-  while (end > start && is_blank(end[-1])) end--;
-  text->at = text->end;
+  const uint8_t *start = text->at, *end = find_line_end(start, text->end);
+  text->at = end;
+  while (end > start && tw_obj_is_blank(end[-1])) end--;
   return (tw_word){(const char *)start, (size_t)(end - start)};
 }
 
 bool tw_obj_read_number(tw_obj_text *text, double *out) {
   tw_obj_skip_blanks(text);
-  size_t left = (size_t)(text->end - text->at);
-  size_t used = tw_word_begin_number((tw_word){(const char *)text->at, left}, out);
+  size_t used = tw_read_plain((const char *)text->at, (size_t)(text->end - text->at), out);
+  if (used == 0) {
+    tw_obj_text word = *text; /* what is sought in it must not be sought in all that follows */
+    used = tw_word_begin_number(tw_obj_read_word(&word), out);
+  }
   const uint8_t *stop = text->at + used;
   if (used == 0 || (stop < text->end && *stop != '#' && !ends_word(stop, text->end))) return false;
   text->at = stop;
@@ -95,55 +89,43 @@ bool tw_obj_read_integer(tw_obj_text *text, int64_t *out) {
   return true;
 }
 
-/* Moves behind the line end, or to the end of the text. */
-static void next_line(tw_obj_text *text) {
-  while (text->at < text->end && !is_line_end(*text->at)) text->at++;
-  if (text->at == text->end) return;
-  text->at += line_end_length(text->at, text->end);
-  text->line++;
-}
-
-/* Moves to the end of the statement, its continuation lines included. Comments do not continue: a path may
- * end with a backslash. */
-static const uint8_t *statement_end(tw_obj_text *text) {
-  for (bool comment = false;;) {
-    const uint8_t *start = text->at;
-    while (text->at < text->end && !is_line_end(*text->at)) comment |= *text->at++ == '#';
-    const uint8_t *end = text->at;
-    bool continues = !comment && end > start && end[-1] == '\\';
-    if (end == text->end) return end;
-    text->at += line_end_length(end, text->end);
-    text->line++;
-    if (!continues) return end;
-  }
-}
-
 static bool begins_colors(const tw_obj_text *text) {
   size_t length = sizeof TW_OBJ_COLORS - 1;
   return (size_t)(text->end - text->at) > length && memcmp(text->at, TW_OBJ_COLORS, length) == 0 &&
-         is_blank(text->at[length]);
+         tw_obj_is_blank(text->at[length]);
 }
 
-bool tw_obj_next_statement(tw_obj_text *file, tw_word *word, tw_obj_text *statement) {
-  for (;; next_line(file)) {
+bool tw_obj_next_statement(tw_obj_text *file, tw_word *word) {
+  for (;;) {
     tw_obj_skip_blanks(file);
-    if (file->at == file->end) break;
-    if (is_line_end(*file->at) || (*file->at == '#' && !begins_colors(file))) continue;
-    *word = tw_obj_read_word(file);
-    *statement = *file;
-    /* What these name goes to the end of its line, whatever that is. */
-    if (tw_word_is(*word, "o") || tw_word_is(*word, "usemtl")) {
-      tw_obj_skip_blanks(file);
-      statement->end = file->at;
-      while (statement->end < file->end && !is_line_end(*statement->end)) statement->end++;
-      next_line(file);
-    } else {
-      statement->end = statement_end(file);
-    }
-    return true;
+    if (file->at == file->end) return false;
+    if (*file->at == '#' && !begins_colors(file)) file->at = find_line_end(file->at, file->end);
+    if (file->at == file->end) return false;
+    if (!tw_obj_is_line_end(*file->at)) break;
+    file->at += line_end_length(file->at, file->end);
+    file->line++;
   }
-  *statement = *file;
-  return false;
+  *word = tw_obj_read_word(file);
+  return true;
+}
+
+/* Comments do not continue: a path may end with a backslash. */
+void tw_obj_end_statement(tw_obj_text *file) {
+  for (;;) {
+    const uint8_t *start = file->at, *end = find_line_end(start, file->end);
+    file->at = end;
+    bool continues = end > start && end[-1] == '\\' && end < file->end;
+    if (!continues || memchr(start, '#', (size_t)(end - start))) return;
+    file->at += line_end_length(end, file->end);
+    file->line++;
+  }
+}
+
+tw_obj_text tw_obj_statement(const tw_obj_text *file) {
+  tw_obj_text text = *file, behind = text;
+  tw_obj_end_statement(&behind);
+  text.end = behind.at;
+  return text;
 }
 
 tw_obj_text tw_obj_text_of(tw_word word) {
@@ -158,15 +140,12 @@ tw_word tw_obj_cut_word(tw_word *name) {
   return word;
 }
 
-bool tw_obj_take_slash(tw_obj_text *text) {
-  if (text->at == text->end || *text->at != '/') return false;
-  text->at++;
-  return true;
-}
-
 uint64_t tw_obj_count_words(tw_obj_text *text) {
   uint64_t count = 0;
-  for (; !tw_obj_statement_ends(text); count++)
-    while (text->at < text->end && *text->at != '#' && !ends_word(text->at, text->end)) text->at++;
+  for (; !tw_obj_statement_ends(text); count++) {
+    const uint8_t *at = text->at, *end = text->end;
+    while (at < end && *at != '#' && !ends_word(at, end)) at++;
+    text->at = at;
+  }
   return count;
 }
