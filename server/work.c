@@ -153,7 +153,9 @@ bool srv_work_spare(srv_work *work, srv_job *job) {
   size_t busy = work->running + work->waiting + atomic_load(&work->outside);
   bool accepted = !work->stopping && busy < work->thread_count;
   job->is_admitted = false;
-  if (accepted) put(work, &work->queued, job);
+  /* Among those that go first: the idle thread takes it before any job that comes while the thread wakes up.
+   */
+  if (accepted) put(work, &work->resumed, job);
   pthread_mutex_unlock(&work->lock);
   return accepted;
 }

@@ -109,6 +109,21 @@ TEST_WITH(spare_work_is_refused_where_no_core_is_idle, reset, NULL) {
   assert_int_equal(atomic_load(&done), 2);
 }
 
+/* It is taken by the thread that was idle, before whatever is resumed while that thread wakes up: a job that
+ * is resumed may take as long as a surface does. */
+TEST_WITH(spare_work_is_not_overtaken, reset, NULL) {
+  for (int i = 0; i < 100; i++) {
+    srv_work *work = srv_work_create(1, 1);
+    srv_job spare = {.run = note_turn}, resumed = {.run = note_turn};
+    order_size = 0;
+    assert_true(srv_work_spare(work, &spare));
+    srv_work_resume(work, &resumed);
+    srv_work_destroy(work);
+    assert_int_equal(order_size, 2);
+    assert_ptr_equal(order[0], &spare);
+  }
+}
+
 enum { PARTS = 1000 };
 
 typedef struct parts {
