@@ -17,15 +17,12 @@ static const size_t UNSENT_LEAST = 64 << 10;
 
 /* ---- accepting ------------------------------------------------------------------------------- */
 
-/* Says why before it closes; without TLS, where that takes a handshake. */
+/* Says why, without TLS, where that takes a handshake. */
 static void turn_away(const srv_loop *l, int fd, unsigned reason) {
   static const char BUSY[] = "HTTP/1.1 503 Service Unavailable\r\nConnection: close\r\nRetry-After: 1\r\n"
                              "Content-Length: 0\r\n\r\n";
-  if (!l->http->tls) {
-    srv_raw_send(fd, BUSY, sizeof BUSY - 1); /* a fresh socket has room */
-    shutdown(fd, SHUT_WR);
-  }
-  close(fd);
+  if (!l->http->tls) srv_raw_send(fd, BUSY, sizeof BUSY - 1); /* a fresh socket has room */
+  shutdown(fd, SHUT_WR);
   srv_metrics_refusal(l->http->server->metrics, reason);
 }
 
@@ -51,24 +48,6 @@ static void cut(srv_connection *c) {
   shutdown(c->fd, SHUT_RDWR); /* the library finds it closed */
 }
 
-/* Whether the address counts: local sockets and trusted proxies speak for many. */
-static bool counts(const srv_loop *l, const srv_client *client) {
-  static const srv_client LOCAL;
-  return !l->http->is_admin && memcmp(client, &LOCAL, sizeof LOCAL) != 0 &&
-         !srv_networks_hold(&l->http->server->trusted, client);
-}
-
-/* Whether its address may have one connection more, which is counted then. */
-static bool enters(const srv_loop *l, const srv_client *client) {
-  srv_client group = srv_client_group(client);
-  return !counts(l, client) || srv_peers_enter(l->http->server->peers, &group);
-}
-
-static void leave(const srv_loop *l, const srv_client *client) {
-  srv_client group = srv_client_group(client);
-  if (counts(l, client)) srv_peers_leave(l->http->server->peers, &group);
-}
-
 /* Whether there is room for a connection over the limit. A full reserve cuts its oldest connection without a
  * request, so that idle ones cannot keep a health check out. */
 static bool has_reserve(srv_loop *l) {
@@ -81,13 +60,10 @@ static bool has_reserve(srv_loop *l) {
 }
 
 static void take_connection(srv_loop *l, int fd, bool is_over, const srv_address *peer) {
-  srv_client client = srv_client_of(peer);
   if (is_over && !has_reserve(l)) {
     turn_away(l, fd, SRV_REFUSAL_CONNECTIONS);
-  } else if (!enters(l, &client)) {
-    turn_away(l, fd, SRV_REFUSAL_ADDRESS_CONNECTIONS);
+    close(fd);
   } else if (MHD_add_connection(l->daemon, fd, &peer->any, peer->size) != MHD_YES) {
-    leave(l, &client);
     srv_log(SRV_LOG_ERROR, "cannot serve a connection: %s", strerror(errno));
   }
 }
@@ -193,31 +169,52 @@ static srv_address peer_of(struct MHD_Connection *mhd) {
   return peer;
 }
 
+/* Whether the address counts: local sockets and trusted proxies speak for many. */
+static bool counts(const srv_loop *l, const srv_client *client) {
+  static const srv_client LOCAL;
+  return !l->http->is_admin && memcmp(client, &LOCAL, sizeof LOCAL) != 0 &&
+         !srv_networks_hold(&l->http->server->trusted, client);
+}
+
+/* Counts the connection for its address, or turns it away. Here and not where it is accepted: what is counted
+ * by this call of the library is certain to be counted off by its call at the end. */
+static void enter_address(srv_connection *c) {
+  const srv_loop *l = c->owner;
+  if (!counts(l, &c->client)) return;
+  srv_client group = srv_client_group(&c->client);
+  c->is_counted = srv_peers_enter(l->http->server->peers, &group);
+  if (c->is_counted) return;
+  turn_away(l, c->fd, SRV_REFUSAL_ADDRESS_CONNECTIONS);
+  srv_enter(c, SRV_PHASE_LINGER); /* a request that is there already is not answered */
+  cut(c);
+}
+
+static void leave_address(const srv_connection *c) {
+  srv_client group = srv_client_group(&c->client);
+  if (c->is_counted) srv_peers_leave(c->owner->http->server->peers, &group);
+}
+
 static void add_connection(srv_loop *l, struct MHD_Connection *mhd, void **socket_context) {
   srv_connection *c = calloc(1, sizeof *c);
   const srv_config *config = l->http->server->config;
   bool is_reserve =
       atomic_fetch_add(&l->http->server->connections, 1) >= config->max_connections && !l->http->is_admin;
   *socket_context = c;
-  int fd = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
-  srv_address peer = peer_of(mhd);
-  srv_client client = srv_client_of(&peer);
-  if (c == NULL) {
-    leave(l, &client);
-    return;
-  }
+  if (c == NULL) return;
   api_service_hold(l->http->server->service, API_HELD_CONNECTION, SRV_CONNECTION_MEMORY);
+  srv_address peer = peer_of(mhd);
   l->reserve += is_reserve;
   c->mhd = mhd;
   c->owner = l;
   c->is_reserve = is_reserve;
-  c->fd = fd;
-  c->client = client;
+  c->fd = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
+  c->client = srv_client_of(&peer);
   srv_address_peer(&peer, c->peer, sizeof c->peer);
   c->next = l->connections;
   if (c->next != NULL) c->next->previous = c;
   l->connections = c;
   srv_enter(c, SRV_PHASE_HEAD);
+  enter_address(c);
 }
 
 static void unlink_connection(srv_loop *l, const srv_connection *c) {
@@ -236,7 +233,7 @@ static void drop_connection(srv_loop *l, void **socket_context) {
   if (!lingers) atomic_fetch_sub(&l->http->server->connections, 1);
   if (c == NULL) return;
   unlink_connection(l, c);
-  leave(l, &c->client);
+  leave_address(c);
   l->reserve -= c->is_reserve;
   /* Where the library fails before it has called srv_intake_take, it does not call srv_intake_end either. */
   srv_exchange_end(&c->exchange, c->peer, c->watch.phase < SRV_PHASE_LINGER);

@@ -40,6 +40,7 @@ typedef struct srv_connection {
   struct srv_connection *next_done;
   srv_client client; /* the peer */
   bool is_reserve;   /* over --max-connections */
+  bool is_counted;   /* among those of its address */
   bool is_unread;    /* answered before its request had been read to the end */
   bool is_cut;       /* ended for its slowness, with what is unsent */
   bool waits;        /* suspended in the middle of an answer, until srv_hand_back */
