@@ -231,7 +231,7 @@ export interface Problem {
   line?: number;
   /** Of that line, in characters from 1, where a word is no number or no corner. */
   column?: number;
-  /** What the result would have had. */
+  /** What the surface would have had. */
   predicted?: {
     vertices: number;
     edges: number;

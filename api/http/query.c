@@ -108,8 +108,9 @@ tw_status api_query_count(const api_query *query, const char *name, uint64_t *ou
   const char *text = api_query_get(query, name);
   if (!text) return TW_OK;
   size_t digits = strspn(text, "0123456789");
-  if (digits == 0 || digits > 18 || text[digits] != '\0')
+  if (digits == 0 || text[digits] != '\0')
     return tw_fail(error, TW_SYNTAX, "%s=%.60s: a whole number of 0 or more is expected", name, text);
+  if (digits > 18) return tw_fail(error, TW_SYNTAX, "%s=%.60s: more than 18 digits", name, text);
   uint64_t value = 0;
   for (size_t i = 0; i < digits; i++) value = value * 10 + (uint64_t)(text[i] - '0');
   *out = value;

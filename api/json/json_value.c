@@ -281,7 +281,7 @@ static tw_status to_float(const api_value *at, double number, float *out) {
 static tw_status to_index(const api_value *at, double number, uint32_t *out) {
   if (number != floor(number)) return api_json_fail(at, TW_SYNTAX, "a whole number is expected");
   if (number < 0 || number >= (double)UINT32_MAX)
-    return api_json_fail(at, TW_INVALID, "the number %.0f is out of range", number);
+    return api_json_fail(at, TW_INVALID, "the number %.15g is out of range", number);
   *out = (uint32_t)number;
   return TW_OK;
 }

@@ -34,8 +34,6 @@ static tw_status read_list(const char *text, uint64_t max_times, tw_arena *arena
 
 /* The number of times from `from` to `to`, its end included where it falls on a step. */
 static tw_status count_steps(api_times *times, uint64_t max_times, tw_error *error) {
-  if (times->to < times->from)
-    return tw_fail(error, TW_SYNTAX, "to=%g is before from=%g", times->to, times->from);
   /* A step may miss `to` by the rounding of a product. */
   double count = floor((times->to - times->from) * times->fps + 1e-6) + 1;
   if (!(count <= (double)max_times)) return fail_many(error, count, max_times);
@@ -47,6 +45,8 @@ static tw_status check_range(const api_times *times, tw_error *error) {
   if (!(times->fps > 0)) return tw_fail(error, TW_SYNTAX, "fps must be more than 0");
   if (!isfinite((float)times->from) || !isfinite((float)times->to))
     return tw_fail(error, TW_SYNTAX, "from and to must fit a float");
+  if (times->has_to && times->to < times->from)
+    return tw_fail(error, TW_SYNTAX, "to=%.15g is before from=%.15g", times->to, times->from);
   return TW_OK;
 }
 
@@ -73,6 +73,9 @@ tw_status api_times_read(const api_query *query, uint64_t max_times, tw_arena *a
 
 tw_status api_times_complete(api_times *times, float duration, uint64_t max_times, tw_error *error) {
   if (!times->is_given || times->list || times->has_to) return TW_OK;
+  if ((double)duration < times->from)
+    return tw_fail(error, TW_SYNTAX, "from=%.15g is behind the clip's end at %g", times->from,
+                   (double)duration);
   times->to = (double)duration;
   times->has_to = true;
   return count_steps(times, max_times, error);
@@ -104,8 +107,10 @@ static tw_status read_document(void *context, const api_value *root) {
 
 api_outcome api_times_of_body(api_call *call, api_times *out) {
   times_source source = {call->service->limits.max_times, out};
-  /* The document, the array, and one time more than the limit, so that the limit itself is named. */
-  return api_upload_json(call, source.max_times + 3, read_document, &source);
+  /* The document, the array, and more times than the limit, so that the limit itself is named. */
+  uint64_t values_max = source.max_times + 3;
+  if (values_max < API_JSON_VALUES_MAX) values_max = API_JSON_VALUES_MAX;
+  return api_upload_json(call, values_max, read_document, &source);
 }
 
 float api_times_get(const api_times *times, uint64_t index) {

@@ -17,52 +17,47 @@ typedef struct detail_request {
   uint32_t node;    /* the first one that shows the mesh, or TW_NO_INDEX */
   float *positions; /* [count][3], as they came */
   uint32_t count;
-  uint32_t rows; /* points of the mesh at the level */
+  uint64_t rows; /* points of the mesh at the level */
 } detail_request;
 
 /* ---- the level ----------------------------------------------------------------------------------------- */
 
-static tw_status read_level(const api_query *query, const api_limits *limits, uint32_t *out,
-                            tw_error *error) {
-  uint64_t level = 0;
+static tw_status read_level(const api_query *query, uint64_t *out, tw_error *error) {
   if (!api_query_get(query, "level"))
     return tw_fail(error, TW_SYNTAX, "level is missing: the level whose points the body has");
-  tw_status status = api_query_count(query, "level", &level, error);
-  *out = (uint32_t)level;
-  return status == TW_OK ? api_plan_check(limits, level, 0, error) : status;
+  return api_query_count(query, "level", out, error);
 }
 
 static bool shows(const tw_model *model, uint32_t node, uint32_t mesh) {
   return model->nodes[node].mesh == mesh && !model->nodes[node].is_hidden;
 }
 
-static tw_status read_query(detail_request *request, tw_error *error) {
+/* Points of a mesh at the level, which is within the limits. */
+static tw_status count_points(const detail_request *request, uint32_t mesh, uint64_t *out) {
+  api_call *call = request->remade->call;
+  const tw_mesh *of = &request->remade->model->meshes[mesh];
+  const tw_surface_options options = api_surface_options(&request->query, of);
+  tw_surface_counts counts = {0};
+  tw_status status = tw_surface_count(of, &options, &counts, &call->fault.error);
+  *out = counts.vertices;
+  return api_plan_check(call, request->query.level, &counts, status);
+}
+
+/* Counts the points as well: limits are judged before the body is read. */
+static tw_status read_query(detail_request *request) {
   api_remade *remade = request->remade;
   const api_query *query = &remade->call->query;
+  tw_error *error = &remade->call->fault.error;
   tw_status status = api_surface_query_begin(query, &request->query, error);
-  if (status == TW_OK)
-    status = read_level(query, &remade->call->service->limits, &request->query.level, error);
+  if (status == TW_OK) status = read_level(query, &request->query.level, error);
   if (status == TW_OK) status = api_remade_choose(remade, api_query_get(query, "mesh"), error);
   if (status != TW_OK) return status;
   request->query.normals = true;
   request->options = api_surface_options(&request->query, &remade->model->meshes[remade->mesh]);
-  for (request->node = 0; request->node < remade->model->node_count; request->node++)
-    if (shows(remade->model, request->node, remade->mesh)) return TW_OK;
   request->node = TW_NO_INDEX;
-  return TW_OK;
-}
-
-/* Points of a mesh at the level. */
-static tw_status count_points(const detail_request *request, uint32_t mesh, uint64_t *out, tw_error *error) {
-  const tw_mesh *of = &request->remade->model->meshes[mesh];
-  const tw_surface_options options = api_surface_options(&request->query, of);
-  tw_surface_counts counts;
-  tw_status status = tw_surface_count(of, &options, &counts, error);
-  if (status == TW_OK)
-    status =
-        api_plan_check(&request->remade->call->service->limits, request->query.level, counts.faces, error);
-  *out = counts.vertices;
-  return status;
+  for (uint32_t n = 0; n < remade->model->node_count && request->node == TW_NO_INDEX; n++)
+    if (shows(remade->model, n, remade->mesh)) request->node = n;
+  return count_points(request, remade->mesh, &request->rows);
 }
 
 /* ---- the points ---------------------------------------------------------------------------------------- */
@@ -115,15 +110,16 @@ static api_outcome read_points(detail_request *request) {
 
 /* The points of the whole OBJ, and where in it those of the mesh begin: nodes come one behind the other, each
  * with the points of its mesh. */
-static tw_status count_obj(const detail_request *request, uint64_t *all, uint64_t *first, tw_error *error) {
+static tw_status count_obj(const detail_request *request, uint64_t *all, uint64_t *first) {
   const tw_model *model = request->remade->model;
-  uint64_t *points = tw_arena_alloc(request->remade->call->arena, model->mesh_count, sizeof *points);
-  if (!points) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  api_call *call = request->remade->call;
+  uint64_t *points = tw_arena_alloc(call->arena, model->mesh_count, sizeof *points);
+  if (!points) return tw_fail(&call->fault.error, TW_NO_MEMORY, "out of memory");
   *all = 0;
   for (uint32_t n = 0; n < model->node_count; n++) {
     uint32_t mesh = model->nodes[n].mesh;
     if (mesh == TW_NO_INDEX || !shows(model, n, mesh)) continue;
-    tw_status status = points[mesh] ? TW_OK : count_points(request, mesh, &points[mesh], error);
+    tw_status status = points[mesh] ? TW_OK : count_points(request, mesh, &points[mesh]);
     if (status != TW_OK) return status;
     if (n == request->node) *first = *all;
     *all += points[mesh];
@@ -134,15 +130,12 @@ static tw_status count_obj(const detail_request *request, uint64_t *all, uint64_
 /* Finds the mesh's points: they are all that came, or it was the OBJ of the whole model. */
 static api_outcome take_points(detail_request *request) {
   api_call *call = request->remade->call;
-  uint64_t rows, all = 0, first = 0;
-  if (count_points(request, request->remade->mesh, &rows, &call->fault.error) != TW_OK) return api_fail(call);
-  request->rows = (uint32_t)rows;
-  if (request->count == rows) return API_DONE;
-  if (request->node != TW_NO_INDEX && count_obj(request, &all, &first, &call->fault.error) != TW_OK)
-    return api_fail(call);
+  uint64_t all = 0, first = 0;
+  if (request->count == request->rows) return API_DONE;
+  if (request->node != TW_NO_INDEX && count_obj(request, &all, &first) != TW_OK) return api_fail(call);
   if (request->node == TW_NO_INDEX || request->count != all)
-    return api_fail_with(call, 422, "the body has %u points, and level %u of the mesh has %u", request->count,
-                         request->options.level, request->rows);
+    return api_fail_with(call, 422, "the body has %u points, and level %u of the mesh has %llu",
+                         request->count, request->options.level, (unsigned long long)request->rows);
   request->positions += 3 * first;
   return API_DONE;
 }
@@ -227,8 +220,7 @@ static api_outcome sculpt(detail_request *request) {
 
 static api_outcome answer_detail(api_remade *remade) {
   detail_request request = {.remade = remade};
-  tw_error *error = &remade->call->fault.error;
-  api_outcome outcome = read_query(&request, error) == TW_OK ? read_points(&request) : api_fail(remade->call);
+  api_outcome outcome = read_query(&request) == TW_OK ? read_points(&request) : api_fail(remade->call);
   if (outcome == API_DONE) outcome = take_points(&request);
   return outcome == API_DONE ? sculpt(&request) : outcome;
 }

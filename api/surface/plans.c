@@ -21,7 +21,7 @@ tw_status api_surface_query_begin(const api_query *query, api_surface_query *out
 
 tw_surface_options api_surface_options(const api_surface_query *query, const tw_mesh *mesh) {
   return (tw_surface_options){
-      .level = query->level,
+      .level = query->level < UINT32_MAX ? (uint32_t)query->level : UINT32_MAX,
       .scheme = (tw_scheme)choose(query->scheme, TW_TAG_UNSET, TW_CATMULL_CLARK),
       .boundary = (tw_boundary)choose(query->boundary, mesh->tag_boundary, TW_BOUNDARY_EDGE_AND_CORNER),
       .uv = (tw_uv_rule)choose(query->uv, mesh->tag_uv, TW_UV_CORNERS_ONLY),
@@ -39,12 +39,12 @@ void api_surface_query_print(const api_surface_query *query, tw_text *text) {
     const char *name;
     int64_t value;
   } parts[] = {
-      {"level", query->level},         {"scheme", query->scheme < 0 ? TW_CATMULL_CLARK : query->scheme},
-      {"boundary", query->boundary},   {"uv", query->uv},
-      {"creasing", query->creasing},   {"triangles", query->triangles},
-      {"quads", query->reading.quads}, {"limit", query->limit},
-      {"normals", query->normals},     {"own", query->own_normals},
-      {"tagged", query->tagged},       {"holes", query->with_holes},
+      {"level", (int64_t)query->level}, {"scheme", query->scheme < 0 ? TW_CATMULL_CLARK : query->scheme},
+      {"boundary", query->boundary},    {"uv", query->uv},
+      {"creasing", query->creasing},    {"triangles", query->triangles},
+      {"quads", query->reading.quads},  {"limit", query->limit},
+      {"normals", query->normals},      {"own", query->own_normals},
+      {"tagged", query->tagged},        {"holes", query->with_holes},
       {"details", query->details}};
   for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
     tw_text_add(text, i ? "&" : "");
@@ -111,7 +111,7 @@ static tw_status count_all(const plan_source *source, tw_surface_counts *total, 
  * mesh than it has corners and faces together, and four of each from there on. What is sure needs no
  * connectivity to count by. */
 static bool is_surely_within(const plan_source *source) {
-  uint32_t level = source->query->level;
+  uint64_t level = source->query->level;
   if (level > source->call->service->limits.max_level || level > TW_LEVEL_MAX) return false;
   const api_plan_meshes *all = source->meshes;
   uint64_t most = 0;
@@ -122,25 +122,19 @@ static bool is_surely_within(const plan_source *source) {
   return most <= source->call->service->limits.max_faces;
 }
 
-tw_status api_plan_check(const api_limits *limits, uint64_t level, uint64_t faces, tw_error *error) {
+tw_status api_plan_check(api_call *call, uint64_t level, const tw_surface_counts *counts, tw_status status) {
+  const api_limits *limits = &call->service->limits;
+  tw_error *error = &call->fault.error;
+  if (status != TW_OK && status != TW_LIMIT) return status;
   if (level > limits->max_level)
-    return tw_fail(error, TW_LIMIT, "level=%llu is over the limit of %u", (unsigned long long)level,
-                   limits->max_level);
-  if (faces > limits->max_faces)
-    return tw_fail(error, TW_LIMIT, "the surface would have %llu faces, over the limit of %llu",
-                   (unsigned long long)faces, (unsigned long long)limits->max_faces);
-  return TW_OK;
-}
-
-/* status: of counting, which finds the library's own limit. */
-static bool check_limits(const plan_source *source, const tw_surface_counts *total, tw_status status) {
-  api_call *call = source->call;
-  tw_status over =
-      api_plan_check(&call->service->limits, source->query->level, total->faces, &call->fault.error);
-  if (status == TW_OK && over == TW_OK) return true;
-  call->fault.is_predicted = total->faces > 0;
-  call->fault.predicted = *total;
-  return api_fault_complete(&call->fault);
+    status = tw_fail(error, TW_LIMIT, "level=%llu is over the limit of %u", (unsigned long long)level,
+                     limits->max_level);
+  else if (counts->faces > limits->max_faces)
+    status = tw_fail(error, TW_LIMIT, "the surface would have %llu faces, over the limit of %llu",
+                     (unsigned long long)counts->faces, (unsigned long long)limits->max_faces);
+  call->fault.is_predicted = status == TW_LIMIT && counts->faces > 0;
+  call->fault.predicted = *counts;
+  return status;
 }
 
 /* ---- building ---------------------------------------------------------------------------------- */
@@ -238,9 +232,8 @@ static api_plan *count_and_create(const plan_source *source) {
   api_fault *fault = &source->call->fault;
   tw_surface_counts total;
   tw_status status = count_all(source, &total, &fault->error);
-  bool is_counted = status == TW_OK || status == TW_LIMIT;
-  if (is_counted && !check_limits(source, &total, status)) return NULL;
-  api_plan *plan = is_counted ? create_plan(source) : NULL;
+  status = api_plan_check(source->call, source->query->level, &total, status);
+  api_plan *plan = status == TW_OK ? create_plan(source) : NULL;
   if (!plan && fault->stall == API_STALL_NONE) api_fault_complete(fault);
   return plan;
 }
@@ -291,7 +284,7 @@ uint64_t api_detail_cost(const tw_mesh *mesh, uint64_t points) {
  * computed while they are read. */
 static uint64_t building_cost(const plan_source *source) {
   static const uint64_t per_corner[] = {64, 112, 368, 656};
-  uint32_t level = source->query->level < 3 ? source->query->level : 3;
+  uint64_t level = source->query->level < 3 ? source->query->level : 3;
   const api_plan_meshes *all = source->meshes;
   uint64_t cost = 0;
   for (uint32_t i = 0; i < all->count; i++) {

@@ -11,7 +11,7 @@
 
 /* What a request asks of the surface itself. -1: not said, so the file's own tags count. */
 typedef struct api_surface_query {
-  uint32_t level;
+  uint64_t level; /* as it came: api_plan_check judges it */
   int scheme, boundary, uv, creasing, triangles;
   api_reading reading; /* of the model */
   bool limit, normals;
@@ -60,8 +60,9 @@ uint64_t api_detail_cost(const tw_mesh *mesh, uint64_t points);
 /* All meshes of a model, none of which moves. */
 api_plan_meshes api_plan_all(const tw_model *model);
 
-/* TW_LIMIT for a surface over --max-level or --max-faces. */
-tw_status api_plan_check(const api_limits *limits, uint64_t level, uint64_t faces, tw_error *error);
+/* Judges what a surface was counted to have, and `status` of counting it. TW_LIMIT, which the call's fault
+ * tells with the counts: --max-level, --max-faces, or the library's own limit. */
+tw_status api_plan_check(api_call *call, uint64_t level, const tw_surface_counts *counts, tw_status status);
 
 /* The options of one mesh: the request's, else the mesh's tags, else the defaults. */
 tw_surface_options api_surface_options(const api_surface_query *query, const tw_mesh *mesh);

@@ -40,13 +40,6 @@ static void release(surface_request *request) {
 
 /* ---- parameters --------------------------------------------------------------------------------- */
 
-static tw_status read_level(const api_query *query, uint32_t *out, tw_error *error) {
-  uint64_t level = 1;
-  tw_status status = api_query_count(query, "level", &level, error);
-  *out = level < UINT32_MAX ? (uint32_t)level : UINT32_MAX;
-  return status;
-}
-
 /* A word, or a distance. */
 static tw_status read_weld(const api_query *query, api_reading *out, tw_error *error) {
   const char *text = api_query_get(query, "weld");
@@ -110,7 +103,8 @@ static tw_status read_surface(const api_query *query, api_surface_query *out, tw
   static const char *const normals[] = {"auto", "limit", "none", NULL};
   int pairing = TW_QUADS_NGON, normal = 0;
   tw_status status = api_surface_query_begin(query, out, error);
-  if (status == TW_OK) status = read_level(query, &out->level, error);
+  out->level = 1;
+  if (status == TW_OK) status = api_query_count(query, "level", &out->level, error);
   if (status == TW_OK) status = api_query_choice(query, "uv", uvs, &out->uv, error);
   if (status == TW_OK) status = api_query_choice(query, "creasing", creasings, &out->creasing, error);
   if (status == TW_OK) status = api_query_choice(query, "triangles", triangles, &out->triangles, error);
@@ -219,7 +213,7 @@ static bool knows_size(const surface_request *request) {
 
 /* ---- counts -------------------------------------------------------------------------------------- */
 
-static void print_counts(tw_text *text, uint32_t level, const tw_surface_counts *counts, uint64_t bytes) {
+static void print_counts(tw_text *text, uint64_t level, const tw_surface_counts *counts, uint64_t bytes) {
   tw_member_count(text, "level", level);
   tw_member_count(text, "vertices", counts->vertices);
   tw_member_count(text, "edges", counts->edges);

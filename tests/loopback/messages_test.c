@@ -104,6 +104,33 @@ TEST(long_names_are_near_nothing) {
   assert_string_not_equal(api_near_of(name, longs).text, "");
 }
 
+/* ---- numbers ------------------------------------------------------------------------------------------- */
+
+TEST_WITH(numbers_are_told_as_they_came, start, one_model_stop) {
+  ask(*state, "/v1/models/%s/surface.json?level=99999999999", 422,
+      "level=99999999999 is over the limit of 10");
+  ask(*state, "/v1/models/%s/surface.json?level=999999999999999999", 422,
+      "level=999999999999999999 is over the limit of 10");
+  ask(*state, "/v1/models/%s/surface.json?level=9999999999999999999", 400,
+      "level=9999999999999999999: more than 18 digits");
+  ask(*state, "/v1/models/%s/pose?from=1.2345678&to=1.2345671&fps=1", 400,
+      "to=1.2345671 is before from=1.2345678");
+  ask(*state, "/v1/models/%s/pose?from=9.5&fps=1", 400, "from=9.5 is behind the clip's end at 0");
+}
+
+TEST_WITH(numbers_of_a_body_are_told_as_they_came, start, one_model_stop) {
+  const one_model *one = *state;
+  static const char faces[] = "{\"meshes\":[{\"faces\":[[0,1,%s]]}]}";
+  static const char *const numbers[] = {"99999999999", "1e+300", "-1", "123456789012345"};
+  char text[128], said[64];
+  for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) {
+    snprintf(text, sizeof text, faces, numbers[i]);
+    snprintf(said, sizeof said, "the number %s is out of range", numbers[i]);
+    assert_problem(loopback_post(one->loop, "/v1/models", "application/json", text), 422,
+                   "/meshes/0/faces/0/2", said);
+  }
+}
+
 /* ---- parameters that the form has no use for ----------------------------------------------------------- */
 
 TEST_WITH(obj_holds_no_clip, loopback_setup, loopback_teardown) {
