@@ -23,7 +23,7 @@ typedef struct tw_patch {
 } tw_patch;
 
 typedef struct tw_patches {
-  const tw_topology *base; /* all quads; outlives the patches */
+  const tw_topology *base; /* all quads, each of four vertices; outlives the patches */
   uint32_t depth;
   tw_patch *patches;       /* [base->face_count] */
   uint32_t *controls;      /* vertices of base */

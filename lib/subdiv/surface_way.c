@@ -20,6 +20,17 @@ static bool crosses_seams(const tw_mesh *mesh, const tw_surface_options *options
   return false;
 }
 
+/* Whether the cage itself can be the base: it is of triangles for Loop's scheme, else of quads, each of four
+ * vertices. A quad that comes to a vertex twice has quads of four vertices below it. */
+static bool is_even(const tw_topology *cage, bool loop) {
+  if (cage->face_size != (loop ? 3 : 4)) return false;
+  for (size_t c = 0; !loop && c < cage->corner_count; c += 4) {
+    const uint32_t *quad = cage->corner_vertex + c;
+    if (quad[0] == quad[2] || quad[1] == quad[3]) return false;
+  }
+  return true;
+}
+
 /* Whether rows hold refined points, at most with normals. */
 static bool is_bare(const tw_build *b) {
   const tw_mesh *m = b->mesh;
@@ -100,7 +111,7 @@ tw_status tw_build_choose(tw_build *b, bool generic, tw_error *error) {
   uint32_t level = s->options.level, deepest = tw_deepest_detail(&s->details);
   b->whole = is_whole(b);
   bool small = b->cage.refined_faces <= TW_GENERIC_FACES_MAX, loop = s->rules.loop,
-       even = b->cage.topology.face_size == (loop ? 3 : 4);
+       even = is_even(&b->cage.topology, loop);
   if (generic && !small)
     return tw_fail(error, TW_LIMIT,
                    "the mesh is too irregular for level %u: it has great poles, or thousands of "

@@ -48,7 +48,8 @@ static void put_rows(chain *c, tw_text *out, const char *name, uint32_t count, u
   tw_text_add(out, "]]");
 }
 
-/* Prints the faces of a grid of side x side points: quads, triangles, gaps, and edges that three faces share.
+/* Prints the faces of a grid of side x side points: quads, some that come to a point twice, triangles, gaps,
+ * and edges that three faces share.
  * With `values` over 0 it prints as many corners, each an index below `values` (of texture coordinates). */
 static void put_faces(tw_text *out, const char *name, uint32_t side, uint32_t values) {
   chain sizes = {.state = side}; /* both lists have as many corners */
@@ -60,7 +61,7 @@ static void put_faces(tw_text *out, const char *name, uint32_t side, uint32_t va
     tw_text_element(out);
     for (uint32_t k = 0; k < size; k++) {
       tw_text_add(out, k == 0 ? "[" : ",");
-      tw_text_count(out, values ? (i * 7 + k * k) % values : points[k]);
+      tw_text_count(out, values ? (i * 7 + k * k) % values : points[kind == 3 && k == 2 ? 0 : k]);
     }
     tw_text_add(out, "]");
   }
