@@ -314,12 +314,33 @@ static bool add_tags(tw_gltf_plan *plan, const tw_surface *surface, tw_gltf_tags
 
 /* ---- primitives ---------------------------------------------------------------------------------------- */
 
+/* Whether all faces are holes: they are the last groups of a surface. */
+static bool is_all_holes(const tw_surface *surface) {
+  return tw_surface_get_group(surface, 0)->material >= TW_HOLE_MATERIAL;
+}
+
+/* Where all faces are holes, their vertices are in a primitive that draws nothing: a corner three times. */
+static void add_holder_of_holes(tw_gltf_plan *plan, tw_gltf_mesh *mesh, const tw_gltf_primitive *shared) {
+  static const uint32_t corner[3] = {0, 0, 0};
+  tw_gltf_primitive *primitive = &mesh->primitives[mesh->primitive_count++];
+  *primitive = *shared;
+  primitive->faces.material = -1;
+  uint32_t view = add_view(plan, (tw_gltf_view){.size = sizeof corner,
+                                                .element_size = 1,
+                                                .source = TW_GLTF_MEMORY,
+                                                .memory = corner,
+                                                .target = TW_GLTF_INDICES});
+  primitive->indices = add_accessor(
+      plan, (tw_gltf_accessor){.view = view, .component = TW_GLTF_UNSIGNED_INT, .width = 1, .count = 3});
+}
+
 /* A primitive for each material, with the vertices of `shared`. */
 static void add_triangles(tw_gltf_plan *plan, uint32_t index, const tw_surface *surface,
                           const tw_gltf_primitive *shared) {
   tw_gltf_mesh *mesh = &plan->meshes[index];
   bool narrow = tw_surface_row_count(surface, TW_DOMAIN_VERTICES) <= UINT16_MAX;
   uint32_t index_size = narrow ? sizeof(uint16_t) : sizeof(uint32_t);
+  if (is_all_holes(surface)) add_holder_of_holes(plan, mesh, shared);
   for (uint32_t i = 0; i < tw_surface_group_count(surface);) {
     /* Holes are the last groups of a surface. */
     tw_gltf_primitive *primitive = &mesh->primitives[mesh->primitive_count + mesh->tags.hole_count];
@@ -422,7 +443,7 @@ static void add_nothing(tw_gltf_plan *plan) {
 /* How many primitives a mesh with faces has. */
 static uint32_t count_primitives(const tw_scene *scene, uint32_t mesh) {
   if (scene->packs) return scene->packs[mesh]->pack_count;
-  uint32_t count = 0;
+  uint32_t count = is_all_holes(scene->surfaces[mesh]);
   for (uint32_t group = 0; group < tw_surface_group_count(scene->surfaces[mesh]); count++)
     tw_take_material(scene->surfaces[mesh], &group);
   return count;
@@ -449,8 +470,7 @@ static tw_status add_meshes(tw_gltf_plan *plan, const tw_scene *scene, tw_error 
   for (uint32_t i = 0; i < scene->model->mesh_count; i++) {
     if (tw_surface_get_counts(scene->surfaces[i])->faces > 0) {
       if (!add_mesh(plan, scene, i)) return no_memory(error);
-      if (plan->meshes[i].primitive_count == 0) add_nothing(plan); /* but holes */
-    } else {
+    } else { /* but holes, maybe, which only cages have */
       plan->meshes[i].target_count = scene->model->meshes[i].morph_count;
       if (!scene->model->assets || !scene->model->meshes[i].loose) add_nothing(plan);
     }

@@ -29,12 +29,12 @@ static const char document_text[] =
     ACCESSOR(2, 5125, 1) ","                      /* 11: 0 */
     ACCESSOR(4, 5125, 2) ","                      /* 12: 0 0 */
     ACCESSOR(1, 5123, 6) "],"                     /* 13: the first quad's triangles */
-                         "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0},\"indices\":1,"
+                         "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0},\"indices\":%d,"
                          "\"extensions\":{\"FB_ngon_encoding\":{}}}],\"extras\":{\"mine\":1,\"tweend\":%s}}],"
                          "\"nodes\":[{\"mesh\":0}]}";
 
-/* tags: the text of extras.tweend. */
-static tw_model *read_tagged(const char *tags) {
+/* indices: accessor of the triangles. tags: the text of extras.tweend. */
+static tw_model *read_document(int indices, const char *tags) {
   static const float positions[6][3] = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {0, 1, 0}, {1, 1, 0}, {2, 1, 0}};
   static const uint16_t triangles[12] = {0, 1, 4, 0, 4, 3, 1, 2, 5, 1, 5, 4};
   static const uint32_t numbers[7][NUMBERS] = {
@@ -46,9 +46,13 @@ static tw_model *read_tagged(const char *tags) {
   char text[8192];
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wformat-nonliteral"
-  assert_true(snprintf(text, sizeof text, document_text, tags) < (int)sizeof text);
+  assert_true(snprintf(text, sizeof text, document_text, indices, tags) < (int)sizeof text);
 #pragma GCC diagnostic pop
   return glb_read(text, bin, sizeof bin);
+}
+
+static tw_model *read_tagged(const char *tags) {
+  return read_document(1, tags);
 }
 
 static bool warns_of(const tw_model *model, const char *word) {
@@ -91,6 +95,16 @@ TEST(holes_are_faces_behind_the_others) {
   assert_int_equal(model->meshes->face_count, 3);
   assert_int_equal(model->meshes->hole_count, 1);
   assert_int_equal(model->meshes->holes[0], 2);
+  tw_model_destroy(model);
+}
+
+/* Four of six vertices, and points 0 1 3 4 of five. */
+TEST(points_that_no_face_has_are_not_welded) {
+  tw_model *model = read_document(13, "{\"points\":2}");
+  assert_int_equal(model->warning_count, 0);
+  assert_int_equal(model->meshes->face_count, 1);
+  assert_int_equal(model->meshes->point_count, 5);
+  assert_int_equal(model->meshes->welded_points, 0);
   tw_model_destroy(model);
 }
 

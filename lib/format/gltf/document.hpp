@@ -247,6 +247,8 @@ public:
   uint32_t width() const { return width_; }
   int component_type() const { return component_type_; }
   bool normalized() const { return normalized_; }
+  // Without data all elements are 0.
+  bool has_data() const { return data_ || sparse_count_ > 0; }
 
   // Element i as floats: out[width]. Throws Refusal on a value that is not finite.
   void read(uint32_t i, float *out) const;

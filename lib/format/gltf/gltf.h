@@ -155,7 +155,8 @@ typedef struct tw_gltf_mesh {
   uint32_t field_count;
   const tw_vertex_field *fields;      /* [field_count] attributes */
   uint32_t target_count, target_step; /* accessors a target: of positions, and where they are 2, of normals */
-  uint32_t primitive_count;           /* without faces 0; then one is written that draws nothing */
+  uint32_t primitive_count;           /* without faces 0; then one is written that draws nothing. Of holes
+                                         alone 1, which draws nothing either */
   tw_gltf_primitive *primitives;
   tw_gltf_tags tags;
 } tw_gltf_mesh;

@@ -185,8 +185,18 @@ private:
     for (FaceList &list : lists_) {
       list.first_corner = corner_count_;
       read_list(list);
+      if (stands_for_nothing(list)) corner_count_ = list.first_corner;
       list.corner_end = corner_count_;
     }
+  }
+
+  // Whether all triangles are one point, in which way answers tell a mesh without faces, or without any that
+  // are drawn: glTF has no mesh without a primitive. list: read last.
+  bool stands_for_nothing(const FaceList &list) const {
+    const VertexSource &source = sources_[list.source];
+    const uint32_t *first = corners_ + list.first_corner, *end = corners_ + corner_count_;
+    bool is_corner = std::all_of(first, end, [first](uint32_t corner) { return corner == *first; });
+    return is_corner || (!source.position->has_data() && source.morphs.empty());
   }
 
   void read_list(const FaceList &list) {
@@ -314,8 +324,9 @@ private:
     for (uint32_t v = 0; v < count; v++) read_vertex(source_of(v).position, v, &positions_[3 * size_t{v}]);
     point_.resize(count);
     tw_welded welded = {count, 0};
+    uint32_t unused = 0;
     if (tags_.are_there()) {
-      welded.point_count = read_points();
+      welded.point_count = read_points(&unused);
     } else if (document_.weld == TW_WELD_NONE) {
       std::iota(point_.begin(), point_.end(), 0u);
     } else {
@@ -327,7 +338,7 @@ private:
     first_vertex_.resize(welded.point_count);
     for (uint32_t v = count; v-- > 0;) first_vertex_[point_[v]] = v; // of a point without any: 0
     mesh_.point_count = welded.point_count;
-    mesh_.welded_points = count - welded.point_count;
+    mesh_.welded_points = count - (welded.point_count - unused);
   }
 
   // Neighbouring corners of a face that are at one point, maybe by welding, are one corner; a face that is
@@ -374,13 +385,19 @@ private:
   }
 
   // Gives each vertex its point, and returns how many points there are. Extras may leave numbers between that
-  // no vertex has: points that no face uses.
-  uint32_t read_points() {
-    uint32_t count = static_cast<uint32_t>(elements_.size()), last = 0;
+  // no vertex has: *unused points that no face uses.
+  uint32_t read_points(uint32_t *unused) {
+    uint32_t count = static_cast<uint32_t>(elements_.size()), last = 0, used = 0;
     for (uint32_t v = 0; v < count; v++) {
       point_[v] = tags_.point_of(elements_[v]);
       last = std::max(last, point_[v]);
     }
+    Vector<uint8_t> seen(document_.budget, size_t{last} + 1, 0);
+    for (uint32_t point : point_) {
+      used += !seen[point];
+      seen[point] = 1;
+    }
+    *unused = last + 1 - used;
     return last + 1;
   }
 
