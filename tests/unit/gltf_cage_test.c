@@ -5,33 +5,31 @@
 enum { POSITIONS_SIZE = 72, INDICES_SIZE = 24, NUMBERS = 6 };
 
 #define ACCESSOR(view, component, count)                                                                     \
-  "{\"bufferView\":" #view ",\"componentType\":" #component ",\"count\":" #count ",\"type\":\"SCALAR\"}"
+  "{'bufferView':" #view ",'componentType':" #component ",'count':" #count ",'type':'SCALAR'}"
 
 static const char document_text[] =
-    "{\"asset\":{\"version\":\"2.0\"},\"extensionsUsed\":[\"FB_ngon_encoding\"],"
-    "\"buffers\":[{\"byteLength\":264}],\"bufferViews\":["
-    "{\"buffer\":0,\"byteLength\":72},{\"buffer\":0,\"byteOffset\":72,\"byteLength\":24},"
-    "{\"buffer\":0,\"byteOffset\":96,\"byteLength\":24},{\"buffer\":0,\"byteOffset\":120,\"byteLength\":24},"
-    "{\"buffer\":0,\"byteOffset\":144,\"byteLength\":24},{\"buffer\":0,\"byteOffset\":168,\"byteLength\":24},"
-    "{\"buffer\":0,\"byteOffset\":192,\"byteLength\":24},{\"buffer\":0,\"byteOffset\":216,\"byteLength\":24},"
-    "{\"buffer\":0,\"byteOffset\":240,\"byteLength\":24}],"
-    "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":6,\"type\":\"VEC3\",\"min\":[0,0,0],"
-    "\"max\":[2,1,0]}," ACCESSOR(1, 5123, 12) "," /* 1: the triangles */
-    ACCESSOR(2, 5125, 6) ","                      /* 2: 0 1 2 3 4 5 */
-    ACCESSOR(3, 5125, 6) ","                      /* 3: 0 1 2 3 4 9 */
-    ACCESSOR(4, 5125, 6) ","                      /* 4: 0 0 2 3 4 5 */
-    ACCESSOR(5, 5126, 1) ","                      /* 5: 2.5 */
-    ACCESSOR(6, 5126, 1) ","                      /* 6: not a number */
-    ACCESSOR(2, 5125, 2) ","                      /* 7: 0 1 */
-    ACCESSOR(7, 5125, 2) ","                      /* 8: 1 0 */
-    ACCESSOR(3, 5125, 4) ","                      /* 9: 0 1 2 3 */
-    ACCESSOR(8, 5125, 2) ","                      /* 10: 9 9 */
-    ACCESSOR(2, 5125, 1) ","                      /* 11: 0 */
-    ACCESSOR(4, 5125, 2) ","                      /* 12: 0 0 */
-    ACCESSOR(1, 5123, 6) "],"                     /* 13: the first quad's triangles */
-                         "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0},\"indices\":%d,"
-                         "\"extensions\":{\"FB_ngon_encoding\":{}}}],\"extras\":{\"mine\":1,\"tweend\":%s}}],"
-                         "\"nodes\":[{\"mesh\":0}]}";
+    "{'asset':{'version':'2.0'},'extensionsUsed':['FB_ngon_encoding'],'buffers':[{'byteLength':264}],"
+    "'bufferViews':[{'buffer':0,'byteLength':72},{'buffer':0,'byteOffset':72,'byteLength':24},"
+    "{'buffer':0,'byteOffset':96,'byteLength':24},{'buffer':0,'byteOffset':120,'byteLength':24},"
+    "{'buffer':0,'byteOffset':144,'byteLength':24},{'buffer':0,'byteOffset':168,'byteLength':24},"
+    "{'buffer':0,'byteOffset':192,'byteLength':24},{'buffer':0,'byteOffset':216,'byteLength':24},"
+    "{'buffer':0,'byteOffset':240,'byteLength':24}],'accessors':[{'bufferView':0,'componentType':5126,"
+    "'count':6,'type':'VEC3','min':[0,0,0],'max':[2,1,0]}," ACCESSOR(1, 5123, 12) "," /* 1: the triangles */
+    ACCESSOR(2, 5125, 6) ","                                                          /* 2: 0 1 2 3 4 5 */
+    ACCESSOR(3, 5125, 6) ","                                                          /* 3: 0 1 2 3 4 9 */
+    ACCESSOR(4, 5125, 6) ","                                                          /* 4: 0 0 2 3 4 5 */
+    ACCESSOR(5, 5126, 1) ","                                                          /* 5: 2.5 */
+    ACCESSOR(6, 5126, 1) ","                                                          /* 6: not a number */
+    ACCESSOR(2, 5125, 2) ","                                                          /* 7: 0 1 */
+    ACCESSOR(7, 5125, 2) ","                                                          /* 8: 1 0 */
+    ACCESSOR(3, 5125, 4) ","                                                          /* 9: 0 1 2 3 */
+    ACCESSOR(8, 5125, 2) ","                                                          /* 10: 9 9 */
+    ACCESSOR(2, 5125, 1) ","                                                          /* 11: 0 */
+    ACCESSOR(4, 5125, 2) ","                                                          /* 12: 0 0 */
+    ACCESSOR(1, 5123, 6) "]," /* 13: the first quad's triangles */
+                         "'meshes':[{'primitives':[{'attributes':{'POSITION':0},"
+                         "'indices':%d,'extensions':{'FB_ngon_encoding':{}}}],"
+                         "'extras':{'mine':1,'tweend':%s}}],'nodes':[{'mesh':0}]}";
 
 /* indices: accessor of the triangles. tags: the text of extras.tweend. */
 static tw_model *read_document(int indices, const char *tags) {
@@ -63,10 +61,9 @@ static bool warns_of(const tw_model *model, const char *word) {
 
 TEST(tags_that_fit_make_the_cage) {
   tw_model *model =
-      read_tagged("{\"points\":2,\"faces\":8,\"starts\":8,\"creases\":{\"edges\":7,\"sharpness\":5},"
-                  "\"corners\":{\"vertices\":11,\"sharpness\":5},"
-                  "\"groups\":{\"names\":[\"a\",\"b c\"],\"faces\":7},"
-                  "\"rules\":{\"boundary\":1,\"creasing\":1}}");
+      read_tagged("{'points':2,'faces':8,'starts':8,'creases':{'edges':7,'sharpness':5},"
+                  "'corners':{'vertices':11,'sharpness':5},'groups':{'names':['a','b c'],'faces':7},"
+                  "'rules':{'boundary':1,'creasing':1}}");
   const tw_mesh *mesh = model->meshes;
   const uint32_t corners[8] = {1, 2, 5, 4, 3, 0, 1, 4}; /* the second face, the first from its last corner */
   assert_int_equal(model->warning_count, 0);
@@ -90,7 +87,7 @@ TEST(tags_that_fit_make_the_cage) {
 }
 
 TEST(holes_are_faces_behind_the_others) {
-  tw_model *model = read_tagged("{\"points\":2,\"holes\":[{\"indices\":13}]}");
+  tw_model *model = read_tagged("{'points':2,'holes':[{'indices':13}]}");
   assert_int_equal(model->warning_count, 0);
   assert_int_equal(model->meshes->face_count, 3);
   assert_int_equal(model->meshes->hole_count, 1);
@@ -100,7 +97,7 @@ TEST(holes_are_faces_behind_the_others) {
 
 /* Four of six vertices, and points 0 1 3 4 of five. */
 TEST(points_that_no_face_has_are_not_welded) {
-  tw_model *model = read_document(13, "{\"points\":2}");
+  tw_model *model = read_document(13, "{'points':2}");
   assert_int_equal(model->warning_count, 0);
   assert_int_equal(model->meshes->face_count, 1);
   assert_int_equal(model->meshes->point_count, 5);
@@ -112,39 +109,39 @@ TEST(points_that_no_face_has_are_not_welded) {
 TEST(tags_that_do_not_fit_are_left_out_with_a_warning) {
   static const char *const bad[] = {
       "{}",
-      "{\"points\":99}",
-      "{\"points\":-1}",
-      "{\"points\":\"2\"}",
-      "{\"points\":1e300}",
-      "{\"points\":0}",
-      "{\"points\":1}",
-      "{\"points\":3}",
-      "{\"points\":4}",
-      "{\"points\":7}",
-      "{\"points\":5}",
-      "{\"points\":2,\"creases\":{\"edges\":7}}",
-      "{\"points\":2,\"creases\":{\"sharpness\":5}}",
-      "{\"points\":2,\"creases\":{\"edges\":9,\"sharpness\":5}}",
-      "{\"points\":2,\"creases\":{\"edges\":10,\"sharpness\":5}}",
-      "{\"points\":2,\"creases\":{\"edges\":7,\"sharpness\":6}}",
-      "{\"points\":2,\"creases\":{\"edges\":7,\"sharpness\":2}}",
-      "{\"points\":2,\"creases\":{\"edges\":5,\"sharpness\":5}}",
-      "{\"points\":2,\"corners\":{\"vertices\":7,\"sharpness\":5}}",
-      "{\"points\":2,\"faces\":2}",
-      "{\"points\":2,\"faces\":10}",
-      "{\"points\":2,\"faces\":12}",
-      "{\"points\":2,\"starts\":2}",
-      "{\"points\":2,\"starts\":10}",
-      "{\"points\":2,\"groups\":{\"faces\":7}}",
-      "{\"points\":2,\"groups\":{\"names\":[\"a\"],\"faces\":7}}",
-      "{\"points\":2,\"groups\":{\"names\":[1,2],\"faces\":7}}",
-      "{\"points\":2,\"groups\":{\"names\":[\"a\",\"b\"],\"faces\":2}}",
-      "{\"points\":2,\"holes\":[1]}",
-      "{\"points\":2,\"holes\":[{}]}",
-      "{\"points\":2,\"holes\":[{\"indices\":7}]}",
-      "{\"points\":2,\"holes\":[{\"indices\":3}]}",
-      "{\"points\":2,\"holes\":[{\"indices\":0}]}",
-      "{\"points\":2,\"holes\":[{\"indices\":13,\"material\":5}]}",
+      "{'points':99}",
+      "{'points':-1}",
+      "{'points':'2'}",
+      "{'points':1e300}",
+      "{'points':0}",
+      "{'points':1}",
+      "{'points':3}",
+      "{'points':4}",
+      "{'points':7}",
+      "{'points':5}",
+      "{'points':2,'creases':{'edges':7}}",
+      "{'points':2,'creases':{'sharpness':5}}",
+      "{'points':2,'creases':{'edges':9,'sharpness':5}}",
+      "{'points':2,'creases':{'edges':10,'sharpness':5}}",
+      "{'points':2,'creases':{'edges':7,'sharpness':6}}",
+      "{'points':2,'creases':{'edges':7,'sharpness':2}}",
+      "{'points':2,'creases':{'edges':5,'sharpness':5}}",
+      "{'points':2,'corners':{'vertices':7,'sharpness':5}}",
+      "{'points':2,'faces':2}",
+      "{'points':2,'faces':10}",
+      "{'points':2,'faces':12}",
+      "{'points':2,'starts':2}",
+      "{'points':2,'starts':10}",
+      "{'points':2,'groups':{'faces':7}}",
+      "{'points':2,'groups':{'names':['a'],'faces':7}}",
+      "{'points':2,'groups':{'names':[1,2],'faces':7}}",
+      "{'points':2,'groups':{'names':['a','b'],'faces':2}}",
+      "{'points':2,'holes':[1]}",
+      "{'points':2,'holes':[{}]}",
+      "{'points':2,'holes':[{'indices':7}]}",
+      "{'points':2,'holes':[{'indices':3}]}",
+      "{'points':2,'holes':[{'indices':0}]}",
+      "{'points':2,'holes':[{'indices':13,'material':5}]}",
   };
   for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
     tw_model *model = read_tagged(bad[i]);
@@ -158,7 +155,7 @@ TEST(tags_that_do_not_fit_are_left_out_with_a_warning) {
 }
 
 TEST(extras_of_another_kind_are_kept) {
-  static const char *const others[] = {"5", "\"text\"", "[]", "null"};
+  static const char *const others[] = {"5", "'text'", "[]", "null"};
   for (size_t i = 0; i < sizeof others / sizeof *others; i++) {
     tw_model *model = read_tagged(others[i]);
     assert_int_equal(model->warning_count, 0);

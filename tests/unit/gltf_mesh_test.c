@@ -3,7 +3,7 @@
 
 #include "glb.h"
 
-#define ASSET "\"asset\":{\"version\":\"2.0\"}"
+#define ASSET "'asset':{'version':'2.0'}"
 
 /* A square of two triangles: 4 positions at 0, 6 indices of 16 bits at 48, then 4 spare bytes and
  * 12 more. */
@@ -16,19 +16,23 @@ typedef struct square_bin {
 static const square_bin square = {{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {0, 1, 2, 0, 2, 3}, {0}};
 
 #define SQUARE_BUFFER                                                                                        \
-  "\"buffers\":[{\"byteLength\":76}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":48},"                     \
-  "{\"buffer\":0,\"byteOffset\":48,\"byteLength\":28}]"
-#define POSITIONS "{\"bufferView\":0,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"}"
-#define INDICES   "{\"bufferView\":1,\"componentType\":5123,\"count\":6,\"type\":\"SCALAR\"}"
-#define PRIMITIVE "{\"attributes\":{\"POSITION\":0},\"indices\":1}"
+  "'buffers':[{'byteLength':76}],'bufferViews':[{'buffer':0,'byteLength':48},"                               \
+  "{'buffer':0,'byteOffset':48,'byteLength':28}]"
+#define POSITIONS "{'bufferView':0,'componentType':5126,'count':4,'type':'VEC3'}"
+#define INDICES   "{'bufferView':1,'componentType':5123,'count':6,'type':'SCALAR'}"
+#define PRIMITIVE "{'attributes':{'POSITION':0},'indices':1}"
 
 /* The square's document with these accessors and primitives. */
 static const char *square_json(const char *accessors, const char *primitives) {
   static char text[4096];
-  snprintf(text, sizeof text,
-           "{" ASSET "," SQUARE_BUFFER ",\"accessors\":[%s],\"meshes\":[{\"primitives\":[%s]}]}", accessors,
-           primitives);
+  snprintf(text, sizeof text, "{" ASSET "," SQUARE_BUFFER ",'accessors':[%s],'meshes':[{'primitives':[%s]}]}",
+           accessors, primitives);
   return text;
+}
+
+/* The square as it is. */
+static tw_model *read_square(const char *accessors, const char *primitives) {
+  return glb_read(square_json(accessors, primitives), &square, sizeof square);
 }
 
 /* ---- bad documents ---------------------------------------------------------------------------- */
@@ -38,30 +42,26 @@ TEST(accessors_that_lie_are_refused) {
     const char *accessors, *pointer;
     tw_status status;
   } cases[] = {
-      {"{\"bufferView\":0,\"componentType\":5126,\"count\":5,\"type\":\"VEC3\"}", "/accessors/0", TW_INVALID},
-      {"{\"bufferView\":0,\"componentType\":5126,\"count\":4294967294,\"type\":\"VEC3\"}", "/accessors/0",
+      {"{'bufferView':0,'componentType':5126,'count':5,'type':'VEC3'}", "/accessors/0", TW_INVALID},
+      {"{'bufferView':0,'componentType':5126,'count':4294967294,'type':'VEC3'}", "/accessors/0", TW_INVALID},
+      {"{'bufferView':0,'componentType':5126,'count':4294967295,'type':'VEC3'}", "/accessors/0/count",
        TW_INVALID},
-      {"{\"bufferView\":0,\"componentType\":5126,\"count\":4294967295,\"type\":\"VEC3\"}",
+      {"{'bufferView':0,'componentType':5126,'count':18446744073709551615,'type':'VEC3'}",
        "/accessors/0/count", TW_INVALID},
-      {"{\"bufferView\":0,\"componentType\":5126,\"count\":18446744073709551615,\"type\":\"VEC3\"}",
-       "/accessors/0/count", TW_INVALID},
-      {"{\"bufferView\":0,\"componentType\":5126,\"count\":0,\"type\":\"VEC3\"}", "/accessors/0/count",
+      {"{'bufferView':0,'componentType':5126,'count':0,'type':'VEC3'}", "/accessors/0/count", TW_INVALID},
+      {"{'bufferView':0,'byteOffset':4,'componentType':5126,'count':4,'type':'VEC3'}", "/accessors/0",
        TW_INVALID},
-      {"{\"bufferView\":0,\"byteOffset\":4,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"}",
+      {"{'bufferView':0,'byteOffset':18446744073709551612,'componentType':5126,'count':4,'type':'VEC3'}",
        "/accessors/0", TW_INVALID},
-      {"{\"bufferView\":0,\"byteOffset\":18446744073709551612,\"componentType\":5126,\"count\":4,\"type\":"
-       "\"VEC3\"}",
-       "/accessors/0", TW_INVALID},
-      {"{\"bufferView\":7,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"}", "/accessors/0/bufferView",
+      {"{'bufferView':7,'componentType':5126,'count':4,'type':'VEC3'}", "/accessors/0/bufferView",
        TW_INVALID},
-      {"{\"bufferView\":0,\"componentType\":5130,\"count\":1,\"type\":\"VEC3\"}",
-       "/accessors/0/componentType", TW_INVALID},
-      {"{\"bufferView\":0,\"componentType\":5126,\"normalized\":true,\"count\":4,\"type\":\"VEC3\"}",
+      {"{'bufferView':0,'componentType':5130,'count':1,'type':'VEC3'}", "/accessors/0/componentType",
+       TW_INVALID},
+      {"{'bufferView':0,'componentType':5126,'normalized':true,'count':4,'type':'VEC3'}",
        "/accessors/0/normalized", TW_INVALID},
-      {"{\"bufferView\":0,\"componentType\":5126,\"count\":4,\"type\":\"VEC2\"}", "/accessors/0/type",
-       TW_INVALID},
-      {"{\"componentType\":5126,\"count\":99999999,\"type\":\"VEC3\"}", "/accessors/0/count", TW_LIMIT},
-      {"{\"bufferView\":0,\"componentType\":5126,\"count\":2,\"type\":\"VEC3\"}", "/accessors/1", TW_INVALID},
+      {"{'bufferView':0,'componentType':5126,'count':4,'type':'VEC2'}", "/accessors/0/type", TW_INVALID},
+      {"{'componentType':5126,'count':99999999,'type':'VEC3'}", "/accessors/0/count", TW_LIMIT},
+      {"{'bufferView':0,'componentType':5126,'count':2,'type':'VEC3'}", "/accessors/1", TW_INVALID},
   };
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     char accessors[1024];
@@ -74,13 +74,11 @@ TEST(bad_indices_are_refused) {
   static const struct {
     const char *accessor, *pointer;
   } cases[] = {
-      {"{\"bufferView\":1,\"componentType\":5126,\"count\":6,\"type\":\"SCALAR\"}",
-       "/accessors/1/componentType"},
-      {"{\"bufferView\":1,\"componentType\":5122,\"count\":6,\"type\":\"SCALAR\"}",
-       "/accessors/1/componentType"},
-      {"{\"bufferView\":1,\"componentType\":5123,\"count\":6,\"type\":\"VEC2\"}", "/accessors/1/type"},
-      {"{\"bufferView\":1,\"componentType\":5123,\"count\":5,\"type\":\"SCALAR\"}", "/meshes/0/primitives/0"},
-      {"{\"bufferView\":1,\"componentType\":5123,\"count\":2,\"type\":\"SCALAR\"}", "/meshes/0/primitives/0"},
+      {"{'bufferView':1,'componentType':5126,'count':6,'type':'SCALAR'}", "/accessors/1/componentType"},
+      {"{'bufferView':1,'componentType':5122,'count':6,'type':'SCALAR'}", "/accessors/1/componentType"},
+      {"{'bufferView':1,'componentType':5123,'count':6,'type':'VEC2'}", "/accessors/1/type"},
+      {"{'bufferView':1,'componentType':5123,'count':5,'type':'SCALAR'}", "/meshes/0/primitives/0"},
+      {"{'bufferView':1,'componentType':5123,'count':2,'type':'SCALAR'}", "/meshes/0/primitives/0"},
   };
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     char accessors[1024];
@@ -107,27 +105,25 @@ TEST(bad_primitives_are_refused) {
   static const struct {
     const char *primitive, *pointer;
   } cases[] = {
-      {"{\"attributes\":{\"POSITION\":9},\"indices\":1}", "/meshes/0/primitives/0/attributes/POSITION"},
-      {"{\"attributes\":{},\"indices\":1}", "/meshes/0/primitives/0/attributes"},
-      {"{\"attributes\":{\"POSITION\":0},\"indices\":-2}", "/meshes/0/primitives/0/indices"},
-      {"{\"attributes\":{\"POSITION\":0},\"indices\":1,\"mode\":7}", "/meshes/0/primitives/0/mode"},
-      {"{\"attributes\":{\"POSITION\":0},\"indices\":1,\"material\":0}", "/meshes/0/primitives/0/material"},
-      {"{\"attributes\":{\"POSITION\":0,\"TEXCOORD_0\":2},\"indices\":1}",
+      {"{'attributes':{'POSITION':9},'indices':1}", "/meshes/0/primitives/0/attributes/POSITION"},
+      {"{'attributes':{},'indices':1}", "/meshes/0/primitives/0/attributes"},
+      {"{'attributes':{'POSITION':0},'indices':-2}", "/meshes/0/primitives/0/indices"},
+      {"{'attributes':{'POSITION':0},'indices':1,'mode':7}", "/meshes/0/primitives/0/mode"},
+      {"{'attributes':{'POSITION':0},'indices':1,'material':0}", "/meshes/0/primitives/0/material"},
+      {"{'attributes':{'POSITION':0,'TEXCOORD_0':2},'indices':1}",
        "/meshes/0/primitives/0/attributes/TEXCOORD_0"},
-      {"{\"attributes\":{\"POSITION\":0,\"COLOR_0\":1},\"indices\":1}",
-       "/meshes/0/primitives/0/attributes/COLOR_0"},
-      {"{\"attributes\":{\"POSITION\":0,\"JOINTS_0\":3},\"indices\":1}", "/meshes/0/primitives/0/attributes"},
-      {"{\"attributes\":{\"POSITION\":0,\"JOINTS_0\":4,\"WEIGHTS_0\":4},\"indices\":1}",
-       "/accessors/4/componentType"},
-      {"{\"attributes\":{\"POSITION\":0},\"indices\":1,\"targets\":[{\"POSITION\":2}]}",
+      {"{'attributes':{'POSITION':0,'COLOR_0':1},'indices':1}", "/meshes/0/primitives/0/attributes/COLOR_0"},
+      {"{'attributes':{'POSITION':0,'JOINTS_0':3},'indices':1}", "/meshes/0/primitives/0/attributes"},
+      {"{'attributes':{'POSITION':0,'JOINTS_0':4,'WEIGHTS_0':4},'indices':1}", "/accessors/4/componentType"},
+      {"{'attributes':{'POSITION':0},'indices':1,'targets':[{'POSITION':2}]}",
        "/meshes/0/primitives/0/targets/0/POSITION"},
-      {"{\"attributes\":{\"POSITION\":0},\"indices\":1,\"targets\":[{}]},{\"attributes\":{\"POSITION\":0}}",
+      {"{'attributes':{'POSITION':0},'indices':1,'targets':[{}]},{'attributes':{'POSITION':0}}",
        "/meshes/0/primitives/1"},
   };
   static const char accessors[] =
-      POSITIONS "," INDICES ",{\"bufferView\":0,\"componentType\":5126,\"count\":2,\"type\":\"VEC2\"}"
-                ",{\"bufferView\":0,\"componentType\":5121,\"count\":4,\"type\":\"VEC4\"}"
-                ",{\"componentType\":5126,\"count\":4,\"type\":\"VEC4\"}";
+      POSITIONS "," INDICES ",{'bufferView':0,'componentType':5126,'count':2,'type':'VEC2'},"
+                "{'bufferView':0,'componentType':5121,'count':4,'type':'VEC4'},"
+                "{'componentType':5126,'count':4,'type':'VEC4'}";
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
     glb_refused(square_json(accessors, cases[i].primitive), &square, sizeof square, TW_INVALID,
                 cases[i].pointer);
@@ -137,42 +133,38 @@ TEST(sparse_accessors_that_lie_are_refused) {
   static const struct {
     const char *sparse, *pointer;
   } cases[] = {
-      {"\"count\":0,\"indices\":{\"bufferView\":1,\"componentType\":5123},\"values\":{\"bufferView\":0}",
+      {"'count':0,'indices':{'bufferView':1,'componentType':5123},'values':{'bufferView':0}",
        "/accessors/0/sparse/count"},
-      {"\"count\":5,\"indices\":{\"bufferView\":1,\"componentType\":5123},\"values\":{\"bufferView\":0}",
+      {"'count':5,'indices':{'bufferView':1,'componentType':5123},'values':{'bufferView':0}",
        "/accessors/0/sparse/count"},
-      {"\"count\":2,\"indices\":{\"bufferView\":1,\"componentType\":5122},\"values\":{\"bufferView\":0}",
+      {"'count':2,'indices':{'bufferView':1,'componentType':5122},'values':{'bufferView':0}",
        "/accessors/0/sparse/indices/componentType"},
-      {"\"count\":2,\"indices\":{\"bufferView\":9,\"componentType\":5123},\"values\":{\"bufferView\":0}",
+      {"'count':2,'indices':{'bufferView':9,'componentType':5123},'values':{'bufferView':0}",
        "/accessors/0/sparse/indices/bufferView"},
-      {"\"count\":2,\"indices\":{\"bufferView\":1,\"byteOffset\":26,\"componentType\":5123},"
-       "\"values\":{\"bufferView\":0}",
+      {"'count':2,'indices':{'bufferView':1,'byteOffset':26,'componentType':5123},'values':{'bufferView':0}",
        "/accessors/0/sparse/indices"},
-      {"\"count\":4,\"indices\":{\"bufferView\":1,\"componentType\":5123},\"values\":{\"bufferView\":0}",
+      {"'count':4,'indices':{'bufferView':1,'componentType':5123},'values':{'bufferView':0}",
        "/accessors/0/sparse/indices"}, /* 0 1 2 0 does not ascend */
-      {"\"count\":1,\"indices\":{\"bufferView\":0,\"byteOffset\":14,\"componentType\":5123},"
-       "\"values\":{\"bufferView\":0}",
+      {"'count':1,'indices':{'bufferView':0,'byteOffset':14,'componentType':5123},'values':{'bufferView':0}",
        "/accessors/0/sparse/indices"}, /* out of range */
-      {"\"count\":2,\"indices\":{\"bufferView\":1,\"componentType\":5123},\"values\":{\"bufferView\":1,"
-       "\"byteOffset\":8}",
+      {"'count':2,'indices':{'bufferView':1,'componentType':5123},'values':{'bufferView':1,'byteOffset':8}",
        "/accessors/0/sparse/values"},
   };
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     char accessors[1024];
-    snprintf(
-        accessors, sizeof accessors,
-        "{\"bufferView\":0,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\",\"sparse\":{%s}}," INDICES,
-        cases[i].sparse);
+    snprintf(accessors, sizeof accessors,
+             "{'bufferView':0,'componentType':5126,'count':4,'type':'VEC3','sparse':{%s}}," INDICES,
+             cases[i].sparse);
     glb_refused(square_json(accessors, PRIMITIVE), &square, sizeof square, TW_INVALID, cases[i].pointer);
   }
 }
 
 /* tinygltf 2.8 reads it as 0. */
 TEST(a_negative_sparse_offset_is_refused_or_0) {
-  glb file = glb_build(
-      square_json("{\"bufferView\":0,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\",\"sparse\":{"
-                  "\"count\":1,\"indices\":{\"bufferView\":1,\"byteOffset\":-2,\"componentType\":5123},"
-                  "\"values\":{\"bufferView\":0,\"byteOffset\":12}}}," INDICES,
+  glb_file file = glb_build(
+      square_json("{'bufferView':0,'componentType':5126,'count':4,'type':'VEC3','sparse':{'count':1,"
+                  "'indices':{'bufferView':1,'byteOffset':-2,'componentType':5123},"
+                  "'values':{'bufferView':0,'byteOffset':12}}}," INDICES,
                   PRIMITIVE),
       &square, sizeof square);
   tw_model *model = NULL;
@@ -196,12 +188,12 @@ TEST(a_small_file_cannot_become_a_large_model) {
   assert_non_null(bin);
   assert_non_null(json);
   char *at = json;
-  at += sprintf(at, "{" ASSET ",\"buffers\":[{\"byteLength\":3000000}],\"bufferViews\":[{\"buffer\":0,"
-                    "\"byteLength\":3000000}],\"accessors\":[{\"bufferView\":0,\"componentType\":5121,"
-                    "\"count\":3000000,\"type\":\"SCALAR\"},{\"bufferView\":0,\"componentType\":5126,"
-                    "\"count\":3,\"type\":\"VEC3\"}],\"meshes\":[");
+  at += sprintf(at, "{" ASSET ",'buffers':[{'byteLength':3000000}],'bufferViews':[{'buffer':0,"
+                    "'byteLength':3000000}],'accessors':[{'bufferView':0,'componentType':5121,"
+                    "'count':3000000,'type':'SCALAR'},{'bufferView':0,'componentType':5126,"
+                    "'count':3,'type':'VEC3'}],'meshes':[");
   for (int i = 0; i < MESHES; i++)
-    at += sprintf(at, "%s{\"primitives\":[{\"attributes\":{\"POSITION\":1},\"indices\":0}]}", i ? "," : "");
+    at += sprintf(at, "%s{'primitives':[{'attributes':{'POSITION':1},'indices':0}]}", i ? "," : "");
   strcpy(at, "]}");
   glb_refused(json, bin, 3000000, TW_LIMIT, "/meshes/3/primitives/0");
   free(json);
@@ -211,7 +203,7 @@ TEST(a_small_file_cannot_become_a_large_model) {
 /* ---- accessors ---------------------------------------------------------------------------------- */
 
 TEST(a_square_is_read_as_it_is) {
-  tw_model *model = glb_read(square_json(POSITIONS "," INDICES, PRIMITIVE), &square, sizeof square);
+  tw_model *model = read_square(POSITIONS "," INDICES, PRIMITIVE);
   const tw_mesh *mesh = &model->meshes[0];
   static const uint32_t corners[] = {0, 1, 2, 0, 2, 3};
   assert_int_equal(model->format, TW_FORMAT_GLB);
@@ -231,14 +223,12 @@ TEST(sparse_values_replace_elements) {
   bin.spare[0] = 2;
   memcpy(bin.spare + 4, moved, sizeof moved);
   const char *json = square_json(
-      "{\"bufferView\":0,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\",\"sparse\":{\"count\":1,"
-      "\"indices\":"
-      "{\"bufferView\":1,\"byteOffset\":12,\"componentType\":5121},\"values\":{\"bufferView\":1,"
-      "\"byteOffset\":16}}}," INDICES
-      ",{\"componentType\":5126,\"count\":4,\"type\":\"VEC3\",\"sparse\":{\"count\":1,\"indices\":"
-      "{\"bufferView\":1,\"byteOffset\":12,\"componentType\":5121},\"values\":{\"bufferView\":1,"
-      "\"byteOffset\":16}}}",
-      "{\"attributes\":{\"POSITION\":0},\"indices\":1,\"targets\":[{\"POSITION\":2}]}");
+      "{'bufferView':0,'componentType':5126,'count':4,'type':'VEC3','sparse':{'count':1,"
+      "'indices':{'bufferView':1,'byteOffset':12,'componentType':5121},"
+      "'values':{'bufferView':1,'byteOffset':16}}}," INDICES
+      ",{'componentType':5126,'count':4,'type':'VEC3','sparse':{'count':1,'indices':{'bufferView':1,"
+      "'byteOffset':12,'componentType':5121},'values':{'bufferView':1,'byteOffset':16}}}",
+      "{'attributes':{'POSITION':0},'indices':1,'targets':[{'POSITION':2}]}");
   tw_model *model = glb_read(json, &bin, sizeof bin);
   const tw_mesh *mesh = &model->meshes[0];
   static const float morph[12] = {0, 0, 0, 0, 0, 0, 5, 6, 7, 0, 0, 0};
@@ -273,11 +263,11 @@ TEST(quantised_positions_are_read) {
     memcpy(bin + 24, cases[i].bytes, 6);
     char json[1024];
     snprintf(json, sizeof json,
-             "{" ASSET ",\"extensionsUsed\":[\"KHR_mesh_quantization\"],\"extensionsRequired\":"
-             "[\"KHR_mesh_quantization\"],\"buffers\":[{\"byteLength\":36}],\"bufferViews\":[{\"buffer\":0,"
-             "\"byteLength\":36,\"byteStride\":12}],\"accessors\":[{\"bufferView\":0,\"componentType\":%d,"
-             "\"normalized\":%s,\"count\":3,\"type\":\"VEC3\"}],\"meshes\":[{\"primitives\":[{\"attributes\":"
-             "{\"POSITION\":0}}]}]}",
+             "{" ASSET ",'extensionsUsed':['KHR_mesh_quantization'],'extensionsRequired':["
+             "'KHR_mesh_quantization'],'buffers':[{'byteLength':36}],"
+             "'bufferViews':[{'buffer':0,'byteLength':36,'byteStride':12}],"
+             "'accessors':[{'bufferView':0,'componentType':%d,'normalized':%s,'count':3,"
+             "'type':'VEC3'}],'meshes':[{'primitives':[{'attributes':{'POSITION':0}}]}]}",
              cases[i].type, cases[i].normalized ? "true" : "false");
     tw_model *model = glb_read(json, bin, sizeof bin);
     for (int c = 0; c < 3; c++)
@@ -289,15 +279,13 @@ TEST(quantised_positions_are_read) {
 TEST(json_files_hold_their_buffer_as_a_data_uri) {
   /* Base64 of the bytes 0 to 8: a triangle of unsigned bytes. */
   const char *json =
-      "{" ASSET ",\"buffers\":[{\"byteLength\":9,\"uri\":\"data:application/octet-stream;base64,"
-      "AAECAwQFBgcI\"}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":9}],\"accessors\":[{"
-      "\"bufferView\":0,\"componentType\":5121,\"count\":3,\"type\":\"VEC3\"}],\"meshes\":[{"
-      "\"primitives\":[{\"attributes\":{\"POSITION\":0}}]}]}";
+      "{" ASSET ",'buffers':[{'byteLength':9,'uri':'data:application/octet-stream;base64,AAECAwQFBgcI'}],"
+      "'bufferViews':[{'buffer':0,'byteLength':9}],'accessors':[{'bufferView':0,"
+      "'componentType':5121,'count':3,'type':'VEC3'}],'meshes':[{'primitives':[{'attributes':{"
+      "'POSITION':0}}]}]}";
   tw_model *model = NULL;
   tw_error error;
-  assert_int_equal(
-      tw_gltf_read((const uint8_t *)json, strlen(json), TW_QUADS_NGON, TW_WELD_AUTO, NULL, &model, &error),
-      TW_OK);
+  assert_int_equal(gltf_read(json, NULL, &model, &error), TW_OK);
   assert_int_equal(model->format, TW_FORMAT_GLTF);
   for (int i = 0; i < 9; i++) assert_true(model->meshes[0].positions[i] == (float)i);
   tw_model_destroy(model);
@@ -310,22 +298,20 @@ TEST(strips_and_fans_become_triangles) {
   static const uint16_t strip[6] = {0, 1, 3, 2, 2, 2};
   memcpy(bin.indices, strip, sizeof strip);
   tw_model *model =
-      glb_read(square_json(POSITIONS "," INDICES, "{\"attributes\":{\"POSITION\":0},\"indices\":1,"
-                                                  "\"mode\":5}"),
-               &bin, sizeof bin);
+      glb_read(square_json(POSITIONS "," INDICES, "{'attributes':{'POSITION':0},'indices':1,'mode':5}"), &bin,
+               sizeof bin);
   static const uint32_t from_strip[] = {0, 1, 2, 1, 3, 2}; /* points by first use: 0 1 3 2 */
   assert_int_equal(model->meshes[0].face_count, 2);
   assert_memory_equal(model->meshes[0].corners, from_strip, sizeof from_strip);
   assert_int_equal(model->warning_count, 1); /* two degenerate triangles */
   tw_model_destroy(model);
 
-  static const char fan_indices[] =
-      "{\"bufferView\":1,\"componentType\":5123,\"count\":4,\"type\":\"SCALAR\"}";
+  static const char fan_indices[] = "{'bufferView':1,'componentType':5123,'count':4,'type':'SCALAR'}";
   static const uint16_t fan[6] = {0, 1, 2, 3, 0, 0};
   memcpy(bin.indices, fan, sizeof fan);
   char accessors[1024];
   snprintf(accessors, sizeof accessors, POSITIONS ",%s", fan_indices);
-  model = glb_read(square_json(accessors, "{\"attributes\":{\"POSITION\":0},\"indices\":1,\"mode\":6}"), &bin,
+  model = glb_read(square_json(accessors, "{'attributes':{'POSITION':0},'indices':1,'mode':6}"), &bin,
                    sizeof bin);
   static const uint32_t from_fan[] = {0, 1, 2, 1, 3, 2}; /* 1 2 0, 2 3 0: by first use 1 2 0 3 */
   assert_int_equal(model->meshes[0].face_count, 2);
@@ -335,10 +321,8 @@ TEST(strips_and_fans_become_triangles) {
 }
 
 TEST(points_and_lines_are_no_faces) {
-  tw_model *model =
-      glb_read(square_json(POSITIONS "," INDICES, "{\"attributes\":{\"POSITION\":0},\"mode\":0},"
-                                                  "{\"attributes\":{\"POSITION\":0},\"mode\":3}"),
-               &square, sizeof square);
+  tw_model *model = read_square(POSITIONS "," INDICES, "{'attributes':{'POSITION':0},'mode':0},"
+                                                       "{'attributes':{'POSITION':0},'mode':3}");
   assert_int_equal(model->mesh_count, 1);
   assert_int_equal(model->meshes[0].face_count, 0);
   assert_non_null(model->meshes[0].loose);
@@ -350,13 +334,12 @@ TEST(points_and_lines_are_no_faces) {
 
 TEST(primitives_of_a_mesh_become_one_with_materials) {
   static char json[4096];
-  snprintf(
-      json, sizeof json,
-      "{" ASSET "," SQUARE_BUFFER ",\"materials\":[{\"name\":\"red\"},{}],\"accessors\":[" POSITIONS
-      ",{\"bufferView\":1,\"componentType\":5123,\"count\":3,\"type\":\"SCALAR\"},{\"bufferView\":1,"
-      "\"byteOffset\":6,\"componentType\":5123,\"count\":3,\"type\":\"SCALAR\"}],\"meshes\":[{\"name\":\"m\","
-      "\"primitives\":[{\"attributes\":{\"POSITION\":0},\"indices\":1,\"material\":1},{\"attributes\":"
-      "{\"POSITION\":0},\"indices\":2}]}]}");
+  snprintf(json, sizeof json,
+           "{" ASSET "," SQUARE_BUFFER ",'materials':[{'name':'red'},{}],'accessors':[" POSITIONS
+           ",{'bufferView':1,'componentType':5123,'count':3,'type':'SCALAR'},"
+           "{'bufferView':1,'byteOffset':6,'componentType':5123,'count':3,'type':'SCALAR'}],"
+           "'meshes':[{'name':'m','primitives':[{'attributes':{'POSITION':0},'indices':1,'material':1},"
+           "{'attributes':{'POSITION':0},'indices':2}]}]}");
   tw_model *model = glb_read(json, &square, sizeof square);
   const tw_mesh *mesh = &model->meshes[0];
   static const int32_t materials[] = {1, -1};
@@ -376,18 +359,17 @@ TEST(a_normal_map_asks_for_tangents) {
     bool tangents;
   } cases[] = {
       {"{}", false},
-      {"{\"normalTexture\":{\"index\":0}}", true},
-      {"{\"extensions\":{\"KHR_materials_clearcoat\":{\"clearcoatNormalTexture\":{\"index\":0}}}}", true},
-      {"{\"extensions\":{\"KHR_materials_clearcoat\":{\"clearcoatTexture\":{\"index\":0}}}}", false},
+      {"{'normalTexture':{'index':0}}", true},
+      {"{'extensions':{'KHR_materials_clearcoat':{'clearcoatNormalTexture':{'index':0}}}}", true},
+      {"{'extensions':{'KHR_materials_clearcoat':{'clearcoatTexture':{'index':0}}}}", false},
   };
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     static char json[4096];
-    snprintf(
-        json, sizeof json,
-        "{" ASSET "," SQUARE_BUFFER ",\"textures\":[{}],\"materials\":[%s],\"accessors\":[" POSITIONS
-        "," INDICES
-        "],\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0},\"indices\":1,\"material\":0}]}]}",
-        cases[i].material);
+    snprintf(json, sizeof json,
+             "{" ASSET "," SQUARE_BUFFER ",'textures':[{}],'materials':[%s],'accessors':[" POSITIONS
+             "," INDICES
+             "],'meshes':[{'primitives':[{'attributes':{'POSITION':0},'indices':1,'material':0}]}]}",
+             cases[i].material);
     tw_model *model = glb_read(json, &square, sizeof square);
     assert_int_equal(model->meshes[0].has_tangents, cases[i].tangents);
     tw_model_destroy(model);
@@ -395,36 +377,32 @@ TEST(a_normal_map_asks_for_tangents) {
 }
 
 TEST(tangents_follow_the_uv_set_of_the_normal_map) {
-#define MOVED "\"extensions\":{\"KHR_texture_transform\":{\"texCoord\":1}}"
+#define MOVED "'extensions':{'KHR_texture_transform':{'texCoord':1}}"
   static const struct {
     const char *material;
     uint8_t set;
   } cases[] = {
-      {"{\"normalTexture\":{\"index\":0}}", 0},
-      {"{\"normalTexture\":{\"index\":0,\"texCoord\":1}}", 1},
-      {"{\"normalTexture\":{\"index\":0,\"texCoord\":2}}", 0}, /* the mesh has two */
-      {"{\"normalTexture\":{\"index\":0,\"texCoord\":-1}}", 0},
-      {"{\"normalTexture\":{\"index\":0," MOVED "}}", 1},
-      {"{\"normalTexture\":{\"index\":0,\"texCoord\":1,\"extensions\":{\"KHR_texture_transform\":{}}}}", 1},
-      {"{\"extensions\":{\"KHR_materials_clearcoat\":{\"clearcoatNormalTexture\":{\"index\":0,"
-       "\"texCoord\":1}}}}",
-       1},
-      {"{\"extensions\":{\"KHR_materials_clearcoat\":{\"clearcoatNormalTexture\":{\"index\":0," MOVED "}}}}",
-       1},
+      {"{'normalTexture':{'index':0}}", 0},
+      {"{'normalTexture':{'index':0,'texCoord':1}}", 1},
+      {"{'normalTexture':{'index':0,'texCoord':2}}", 0}, /* the mesh has two */
+      {"{'normalTexture':{'index':0,'texCoord':-1}}", 0},
+      {"{'normalTexture':{'index':0," MOVED "}}", 1},
+      {"{'normalTexture':{'index':0,'texCoord':1,'extensions':{'KHR_texture_transform':{}}}}", 1},
+      {"{'extensions':{'KHR_materials_clearcoat':{'clearcoatNormalTexture':{'index':0,'texCoord':1}}}}", 1},
+      {"{'extensions':{'KHR_materials_clearcoat':{'clearcoatNormalTexture':{'index':0," MOVED "}}}}", 1},
   };
 #undef MOVED
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     static char json[4096];
-    snprintf(
-        json, sizeof json,
-        "{" ASSET "," SQUARE_BUFFER
-        ",\"textures\":[{}],\"extensionsUsed\":[\"KHR_texture_transform\",\"KHR_materials_clearcoat\"],"
-        "\"materials\":[{},%s],\"accessors\":[" POSITIONS "," INDICES
-        ",{\"bufferView\":0,\"componentType\":5126,\"count\":4,\"type\":\"VEC2\"}],\"meshes\":[{"
-        "\"primitives\":[{\"attributes\":{\"POSITION\":0,\"TEXCOORD_0\":2,\"TEXCOORD_1\":2},\"indices\":1,"
-        "\"material\":1},{\"attributes\":{\"POSITION\":0,\"TEXCOORD_0\":2,\"TEXCOORD_1\":2},\"indices\":1,"
-        "\"material\":0}]}]}",
-        cases[i].material);
+    snprintf(json, sizeof json,
+             "{" ASSET "," SQUARE_BUFFER
+             ",'textures':[{}],'extensionsUsed':['KHR_texture_transform','KHR_materials_clearcoat'],"
+             "'materials':[{},%s],'accessors':[" POSITIONS "," INDICES
+             ",{'bufferView':0,'componentType':5126,'count':4,'type':'VEC2'}],"
+             "'meshes':[{'primitives':[{'attributes':{'POSITION':0,'TEXCOORD_0':2,'TEXCOORD_1':2},"
+             "'indices':1,'material':1},{'attributes':{'POSITION':0,'TEXCOORD_0':2,'TEXCOORD_1':2},"
+             "'indices':1,'material':0}]}]}",
+             cases[i].material);
     tw_model *model = glb_read(json, &square, sizeof square);
     const tw_mesh *mesh = &model->meshes[0];
     assert_true(mesh->has_tangents);
@@ -437,11 +415,9 @@ TEST(tangents_follow_the_uv_set_of_the_normal_map) {
 }
 
 TEST(only_vertices_in_use_become_points) {
-  tw_model *model =
-      glb_read(square_json(POSITIONS ",{\"bufferView\":1,\"byteOffset\":6,\"componentType\":5123,"
-                                     "\"count\":3,\"type\":\"SCALAR\"}",
-                           PRIMITIVE),
-               &square, sizeof square);
+  tw_model *model = read_square(POSITIONS ",{'bufferView':1,'byteOffset':6,'componentType':5123,'count':3,"
+                                          "'type':'SCALAR'}",
+                                PRIMITIVE);
   assert_int_equal(model->meshes[0].point_count, 3);
   assert_true(model->meshes[0].positions[3] == 1 && model->meshes[0].positions[4] == 1);
   tw_model_destroy(model);
@@ -461,17 +437,15 @@ TEST(the_four_largest_weights_are_kept_with_sum_1) {
                       {{0.3f, 0.1f, 0.05f, 0.05f}, {0, 0, 0, 0}, {0, 0, 0, 0}}},
                      {{255, 0, 51, 255}, {0, 0, 0, 0}, {0, 0, 0, 255}}};
   const char *json =
-      "{" ASSET ",\"buffers\":[{\"byteLength\":168}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":168}],"
-      "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"},"
-      "{\"bufferView\":0,\"byteOffset\":36,\"componentType\":5121,\"count\":3,\"type\":\"VEC4\"},"
-      "{\"bufferView\":0,\"byteOffset\":48,\"componentType\":5121,\"count\":3,\"type\":\"VEC4\"},"
-      "{\"bufferView\":0,\"byteOffset\":60,\"componentType\":5126,\"count\":3,\"type\":\"VEC4\"},"
-      "{\"bufferView\":0,\"byteOffset\":108,\"componentType\":5126,\"count\":3,\"type\":\"VEC4\"},"
-      "{\"bufferView\":0,\"byteOffset\":156,\"componentType\":5121,\"normalized\":true,\"count\":3,\"type\":"
-      "\"VEC4\"}],"
-      "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0,\"JOINTS_0\":1,\"JOINTS_1\":2,\"WEIGHTS_"
-      "0\":3,"
-      "\"WEIGHTS_1\":4,\"COLOR_0\":5,\"TANGENT\":3}}]}]}";
+      "{" ASSET ",'buffers':[{'byteLength':168}],'bufferViews':[{'buffer':0,'byteLength':168}],"
+      "'accessors':[{'bufferView':0,'componentType':5126,'count':3,'type':'VEC3'},"
+      "{'bufferView':0,'byteOffset':36,'componentType':5121,'count':3,'type':'VEC4'},"
+      "{'bufferView':0,'byteOffset':48,'componentType':5121,'count':3,'type':'VEC4'},"
+      "{'bufferView':0,'byteOffset':60,'componentType':5126,'count':3,'type':'VEC4'},"
+      "{'bufferView':0,'byteOffset':108,'componentType':5126,'count':3,'type':'VEC4'},"
+      "{'bufferView':0,'byteOffset':156,'componentType':5121,'normalized':true,'count':3,"
+      "'type':'VEC4'}],'meshes':[{'primitives':[{'attributes':{'POSITION':0,'JOINTS_0':1,"
+      "'JOINTS_1':2,'WEIGHTS_0':3,'WEIGHTS_1':4,'COLOR_0':5,'TANGENT':3}}]}]}";
   assert_int_equal(sizeof bin, 168);
   tw_model *model = glb_read(json, &bin, sizeof bin);
   const tw_mesh *mesh = &model->meshes[0];
@@ -497,18 +471,16 @@ static const tw_attribute *attribute_called(const tw_mesh *mesh, const char *nam
 TEST(attributes_of_an_application_are_read_in_the_order_of_the_document) {
   square_bin bin = square;
   memcpy(bin.spare, (const uint8_t[16]){0, 51, 102, 255, 255, 127, 128, 1, 9, 8, 7, 6, 5, 4, 3, 2}, 16);
-  const char *accessors =
-      POSITIONS "," INDICES
-                ",{\"bufferView\":1,\"byteOffset\":12,\"componentType\":5121,\"normalized\":true,\"count\":4,"
-                "\"type\":\"SCALAR\"},"
-                "{\"bufferView\":1,\"byteOffset\":12,\"componentType\":5120,\"count\":4,\"type\":\"VEC2\"},"
-                "{\"bufferView\":0,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"},"
-                "{\"bufferView\":1,\"byteOffset\":12,\"componentType\":5121,\"count\":4,\"type\":\"VEC4\"},"
-                "{\"bufferView\":1,\"byteOffset\":12,\"componentType\":5121,\"count\":4,\"type\":\"MAT2\"}";
+  const char *accessors = POSITIONS
+      "," INDICES ",{'bufferView':1,'byteOffset':12,'componentType':5121,'normalized':true,'count':4,"
+      "'type':'SCALAR'},{'bufferView':1,'byteOffset':12,'componentType':5120,'count':4,"
+      "'type':'VEC2'},{'bufferView':0,'componentType':5126,'count':4,'type':'VEC3'},"
+      "{'bufferView':1,'byteOffset':12,'componentType':5121,'count':4,'type':'VEC4'},"
+      "{'bufferView':1,'byteOffset':12,'componentType':5121,'count':4,'type':'MAT2'}";
   tw_model *model =
-      glb_read(square_json(accessors, "{\"attributes\":{\"_Z\":2,\"_\\u00e4\":3,\"POSITION\":0,\"COLOR_0\":4,"
-                                      "\"_A\":5,\"_M\":6,\"_\\n\":2},\"indices\":1},"
-                                      "{\"attributes\":{\"_Late\":4,\"POSITION\":0,\"_A\":2},\"indices\":1}"),
+      glb_read(square_json(accessors, "{'attributes':{'_Z':2,'_\\u00e4':3,'POSITION':0,'COLOR_0':4,'_A':5,"
+                                      "'_M':6,'_\\n':2},'indices':1},{'attributes':{'_Late':4,'POSITION':0,"
+                                      "'_A':2},'indices':1}"),
                &bin, sizeof bin);
   const tw_mesh *mesh = &model->meshes[0];
   static const char *const names[] = {"_Z", "_\xC3\xA4", "COLOR_0", "_A", "_Late"};
@@ -535,14 +507,14 @@ TEST(attributes_of_an_application_are_read_in_the_order_of_the_document) {
 /* Rows of an answer have room for so many. */
 TEST(attributes_beyond_those_that_fit_are_warned_of) {
   const char *accessors =
-      POSITIONS "," INDICES ",{\"bufferView\":1,\"componentType\":5121,\"count\":4,\"type\":\"VEC4\"},"
-                "{\"bufferView\":1,\"componentType\":5121,\"count\":4,\"type\":\"SCALAR\"}";
+      POSITIONS "," INDICES ",{'bufferView':1,'componentType':5121,'count':4,'type':'VEC4'},"
+                "{'bufferView':1,'componentType':5121,'count':4,'type':'SCALAR'}";
   for (int width = 1; width <= 4; width += 3) {
-    char primitive[1024] = "{\"attributes\":{";
+    char primitive[1024] = "{'attributes':{";
     for (int i = 0; i < 20; i++)
-      snprintf(primitive + strlen(primitive), 32, "\"_%c\":%d,", 'a' + i, width == 4 ? 2 : 3);
-    strcat(primitive, "\"COLOR_0\":2,\"POSITION\":0},\"indices\":1}");
-    tw_model *model = glb_read(square_json(accessors, primitive), &square, sizeof square);
+      snprintf(primitive + strlen(primitive), 32, "'_%c':%d,", 'a' + i, width == 4 ? 2 : 3);
+    strcat(primitive, "'COLOR_0':2,'POSITION':0},'indices':1}");
+    tw_model *model = read_square(accessors, primitive);
     const tw_mesh *mesh = &model->meshes[0];
     uint32_t kept = width == 4 ? 8 : 15;
     assert_int_equal(mesh->attribute_count, kept + 1);
@@ -562,13 +534,11 @@ TEST(an_attribute_that_is_no_number_is_0_there) {
   square_bin bin = square;
   const float values[4] = {1, NAN, 2e18f, -3};
   memcpy(bin.spare, values, sizeof values);
-  tw_model *model =
-      glb_read(square_json(POSITIONS
-                           "," INDICES
-                           ",{\"bufferView\":1,\"byteOffset\":12,\"componentType\":5126,\"count\":4,\"type\":"
-                           "\"SCALAR\"}",
-                           "{\"attributes\":{\"POSITION\":0,\"_T\":2},\"indices\":1}"),
-               &bin, sizeof bin);
+  tw_model *model = glb_read(
+      square_json(POSITIONS "," INDICES ",{'bufferView':1,'byteOffset':12,'componentType':5126,'count':4,"
+                            "'type':'SCALAR'}",
+                  "{'attributes':{'POSITION':0,'_T':2},'indices':1}"),
+      &bin, sizeof bin);
   const float *read = model->meshes[0].attributes[0].values;
   assert_true(read[0] == 1 && read[1] == 0 && read[2] == 0 && read[3] == -3);
   assert_int_equal(model->warning_count, 1);
@@ -577,18 +547,17 @@ TEST(an_attribute_that_is_no_number_is_0_there) {
 }
 
 TEST(normals_of_targets_displace_those_of_the_file_alone) {
-  const char *both =
-                 "{\"attributes\":{\"POSITION\":0,\"NORMAL\":0},\"indices\":1,\"targets\":[{\"POSITION\":0},"
-                 "{\"POSITION\":0,\"NORMAL\":0}]}",
-             *bare = "{\"attributes\":{\"POSITION\":0},\"indices\":1,\"targets\":[{\"NORMAL\":0}]}";
-  tw_model *model = glb_read(square_json(POSITIONS "," INDICES, both), &square, sizeof square);
+  const char *both = "{'attributes':{'POSITION':0,'NORMAL':0},'indices':1,'targets':[{'POSITION':0},"
+                     "{'POSITION':0,'NORMAL':0}]}",
+             *bare = "{'attributes':{'POSITION':0},'indices':1,'targets':[{'NORMAL':0}]}";
+  tw_model *model = read_square(POSITIONS "," INDICES, both);
   const tw_mesh *mesh = &model->meshes[0];
   assert_int_equal(mesh->normals.value_count, 4);
   for (int i = 0; i < 12; i++) assert_true(mesh->morph_normals[0][i] == 0);
   assert_memory_equal(mesh->morph_normals[1], square.positions, sizeof square.positions);
   assert_int_equal(model->warning_count, 0);
   tw_model_destroy(model);
-  model = glb_read(square_json(POSITIONS "," INDICES, bare), &square, sizeof square);
+  model = read_square(POSITIONS "," INDICES, bare);
   assert_null(model->meshes[0].morph_normals);
   assert_string_equal(model->warnings[0],
                       "the attribute NORMAL of morph targets is left out: there is nothing to displace");
@@ -608,14 +577,13 @@ TEST(normals_of_too_many_targets_are_warned_of) {
   for (int targets = 900; targets <= 920; targets += 20) {
     size_t size = (size_t)snprintf(
         json, sizeof json,
-        "{" ASSET ",\"buffers\":[{\"byteLength\":%zu}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":48},"
-        "{\"buffer\":0,\"byteOffset\":48,\"byteLength\":%d}],\"accessors\":[" POSITIONS
-        ",{\"bufferView\":1,\"componentType\":5123,\"count\":%d,\"type\":\"SCALAR\"}],\"meshes\":[{"
-        "\"primitives\":[{\"attributes\":{\"POSITION\":0,\"NORMAL\":0},\"indices\":1,\"targets\":[",
+        "{" ASSET ",'buffers':[{'byteLength':%zu}],'bufferViews':[{'buffer':0,'byteLength':48},"
+        "{'buffer':0,'byteOffset':48,'byteLength':%d}],'accessors':[" POSITIONS
+        ",{'bufferView':1,'componentType':5123,'count':%d,'type':'SCALAR'}],"
+        "'meshes':[{'primitives':[{'attributes':{'POSITION':0,'NORMAL':0},'indices':1,'targets':[",
         sizeof bin, 2 * CORNERS, CORNERS);
     for (int i = 0; i < targets; i++)
-      size +=
-          (size_t)snprintf(json + size, sizeof json - size, "%s{\"POSITION\":0,\"NORMAL\":0}", i ? "," : "");
+      size += (size_t)snprintf(json + size, sizeof json - size, "%s{'POSITION':0,'NORMAL':0}", i ? "," : "");
     snprintf(json + size, sizeof json - size, "]}]}]}");
     tw_model *model = glb_read(json, &bin, sizeof bin);
     assert_int_equal(model->meshes[0].morph_count, targets);
@@ -635,10 +603,9 @@ TEST(morph_weights_must_fit_the_targets) {
   for (int count = 1; count <= 3; count++) {
     static const char *const weights[] = {"0.5", "0.5,1", "0.5,1,0"};
     snprintf(json, sizeof json,
-             "{" ASSET "," SQUARE_BUFFER ",\"accessors\":[" POSITIONS "," INDICES
-             "],\"meshes\":[{\"weights\":[%s],"
-             "\"primitives\":[{\"attributes\":{\"POSITION\":0},\"indices\":1,\"targets\":[{\"POSITION\":0},"
-             "{\"NORMAL\":0}]}]}]}",
+             "{" ASSET "," SQUARE_BUFFER ",'accessors':[" POSITIONS "," INDICES
+             "],'meshes':[{'weights':[%s],'primitives':[{'attributes':{'POSITION':0},"
+             "'indices':1,'targets':[{'POSITION':0},{'NORMAL':0}]}]}]}",
              weights[count - 1]);
     if (count != 2) {
       glb_refused(json, &square, sizeof square, TW_INVALID, "/meshes/0/weights");
@@ -683,18 +650,17 @@ static cube_bin make_cube(void) {
 
 static const char *cube_json(const char *extension) {
   static char json[2048];
-  snprintf(
-      json, sizeof json,
-      "{" ASSET "%s,\"buffers\":[{\"byteLength\":552}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":552}],"
-      "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":24,\"type\":\"VEC3\"},"
-      "{\"bufferView\":0,\"byteOffset\":288,\"componentType\":5126,\"count\":24,\"type\":\"VEC2\"},"
-      "{\"bufferView\":0,\"byteOffset\":480,\"componentType\":5123,\"count\":36,\"type\":\"SCALAR\"}],"
-      "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0,\"TEXCOORD_0\":1},\"indices\":2}]}]}",
-      extension);
+  snprintf(json, sizeof json,
+           "{" ASSET "%s,'buffers':[{'byteLength':552}],'bufferViews':[{'buffer':0,'byteLength':552}],"
+           "'accessors':[{'bufferView':0,'componentType':5126,'count':24,'type':'VEC3'},"
+           "{'bufferView':0,'byteOffset':288,'componentType':5126,'count':24,'type':'VEC2'},"
+           "{'bufferView':0,'byteOffset':480,'componentType':5123,'count':36,'type':'SCALAR'}],"
+           "'meshes':[{'primitives':[{'attributes':{'POSITION':0,'TEXCOORD_0':1},'indices':2}]}]}",
+           extension);
   return json;
 }
 
-#define NGON ",\"extensionsUsed\":[\"FB_ngon_encoding\"]"
+#define NGON ",'extensionsUsed':['FB_ngon_encoding']"
 
 TEST(a_cube_of_24_vertices_has_8_points) {
   cube_bin bin = make_cube();
@@ -753,11 +719,11 @@ TEST(ngons_of_several_sizes_are_told_apart) {
        1, 2, 3, 1, 3, 4, 1, 4, 5, /* pentagon */
        5, 4, 8, 5, 8, 7 /* quad */}};
   const char *json =
-      "{" ASSET NGON ",\"buffers\":[{\"byteLength\":144}],\"bufferViews\":[{\"buffer\":0,"
-      "\"byteLength\":144}],\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":9,"
-      "\"type\":\"VEC3\"},{\"bufferView\":0,\"byteOffset\":108,\"componentType\":5123,\"count\":18,"
-      "\"type\":\"SCALAR\"}],\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0},"
-      "\"indices\":1,\"extensions\":{\"FB_ngon_encoding\":{}}}]}]}";
+      "{" ASSET NGON ",'buffers':[{'byteLength':144}],'bufferViews':[{'buffer':0,'byteLength':144}],"
+      "'accessors':[{'bufferView':0,'componentType':5126,'count':9,'type':'VEC3'},"
+      "{'bufferView':0,'byteOffset':108,'componentType':5123,'count':18,'type':'SCALAR'}],"
+      "'meshes':[{'primitives':[{'attributes':{'POSITION':0},"
+      "'indices':1,'extensions':{'FB_ngon_encoding':{}}}]}]}";
   assert_int_equal(sizeof bin, 144);
   static const uint32_t offsets[] = {0, 3, 8, 12};
   for (int quads = TW_QUADS_NGON; quads <= TW_QUADS_AUTO; quads++) {
@@ -779,11 +745,10 @@ TEST(an_ngon_may_come_to_a_point_twice) {
             1, 2, 0, 1, 0, 2,                   /* 1 2 0 2 */
             3, 3, 4, 3, 4, 0}};                 /* 3 3 4 0 */
   const char *json =
-      "{" ASSET NGON ",\"buffers\":[{\"byteLength\":108}],\"bufferViews\":[{\"buffer\":0,"
-      "\"byteLength\":108}],\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":5,"
-      "\"type\":\"VEC3\"},{\"bufferView\":0,\"byteOffset\":60,\"componentType\":5123,\"count\":24,"
-      "\"type\":\"SCALAR\"}],\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0},\"indices\":1}]}]"
-      "}";
+      "{" ASSET NGON ",'buffers':[{'byteLength':108}],'bufferViews':[{'buffer':0,'byteLength':108}],"
+      "'accessors':[{'bufferView':0,'componentType':5126,'count':5,'type':'VEC3'},"
+      "{'bufferView':0,'byteOffset':60,'componentType':5123,'count':24,'type':'SCALAR'}],"
+      "'meshes':[{'primitives':[{'attributes':{'POSITION':0},'indices':1}]}]}";
   assert_int_equal(sizeof bin, 108);
   static const uint32_t offsets[] = {0, 6, 10, 13}, corners[] = {0, 1, 2, 0, 3, 4, 1, 2, 0, 2, 3, 4, 0};
   tw_model *model = glb_read(json, &bin, sizeof bin);
@@ -802,8 +767,8 @@ TEST(triangles_that_the_encoding_keeps_apart_stay_apart) {
   memcpy(bin.indices, apart, sizeof apart);
   static char json[2048];
   snprintf(json, sizeof json,
-           "{" ASSET NGON "," SQUARE_BUFFER ",\"accessors\":[" POSITIONS "," INDICES
-           "],\"meshes\":[{\"primitives\":[" PRIMITIVE "]}]}");
+           "{" ASSET NGON "," SQUARE_BUFFER ",'accessors':[" POSITIONS "," INDICES
+           "],'meshes':[{'primitives':[" PRIMITIVE "]}]}");
   tw_model *model = glb_read_with(json, &bin, sizeof bin, TW_QUADS_AUTO);
   assert_int_equal(model->meshes[0].face_count, 2);
   tw_model_destroy(model);
@@ -816,13 +781,13 @@ TEST(normals_and_tangents_stay_those_of_the_vertices) {
   } bin = {{{0, 0, 0}, {1, 0, 0}, {1, 1, 1}, {0, 0, 0}, {1, 1, 1}, {0, 1, 0}},
            {{0, 0, 2}, {0, 0, 1}, {0, 0, 1}, {0, 1, 0}, {0, 1, 0}, {0, NAN, 0}},
            {{1, 0, 0, 1}, {1, 0, 0, 1}, {1, 0, 0, 1}, {1, 0, 0, -1}, {1, 0, 0, -1}, {NAN, 0, 0, 1}}};
-  tw_model *model = glb_read(
-      "{" ASSET ",\"buffers\":[{\"byteLength\":240}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":240}],"
-      "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":6,\"type\":\"VEC3\"},"
-      "{\"bufferView\":0,\"byteOffset\":72,\"componentType\":5126,\"count\":6,\"type\":\"VEC3\"},"
-      "{\"bufferView\":0,\"byteOffset\":144,\"componentType\":5126,\"count\":6,\"type\":\"VEC4\"}],"
-      "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0,\"NORMAL\":1,\"TANGENT\":2}}]}]}",
-      &bin, sizeof bin);
+  tw_model *model =
+      glb_read("{" ASSET ",'buffers':[{'byteLength':240}],'bufferViews':[{'buffer':0,'byteLength':240}],"
+               "'accessors':[{'bufferView':0,'componentType':5126,'count':6,'type':'VEC3'},"
+               "{'bufferView':0,'byteOffset':72,'componentType':5126,'count':6,'type':'VEC3'},"
+               "{'bufferView':0,'byteOffset':144,'componentType':5126,'count':6,'type':'VEC4'}],"
+               "'meshes':[{'primitives':[{'attributes':{'POSITION':0,'NORMAL':1,'TANGENT':2}}]}]}",
+               &bin, sizeof bin);
   const tw_mesh *mesh = model->meshes;
   assert_int_equal(mesh->point_count, 4);
   assert_int_equal(mesh->normals.value_count, 6);

@@ -3,7 +3,7 @@
 
 #include "glb.h"
 
-#define ASSET "\"asset\":{\"version\":\"2.0\"}"
+#define ASSET "'asset':{'version':'2.0'}"
 
 /* Accessors over one BIN chunk: 0 times of 3 keys, 1 three vec4, 2 three vec3, 3 nine vec4, 4 two mat4,
  * 5 three vec4 of normalised shorts, 6 nine scalars, 7 four positions. */
@@ -18,20 +18,16 @@ typedef struct scene_bin {
   float positions[4][3];
 } scene_bin;
 
-#define ACCESSOR(offset, type, count, shape)                                                                 \
-  "{\"bufferView\":0,\"byteOffset\":" #offset ",\"componentType\":" #type ",\"count\":" #count               \
-  ",\"type\":\"" shape "\"}"
 #define DATA                                                                                                 \
-  "\"buffers\":[{\"byteLength\":476}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":476}],\"accessors\":"    \
-  "[" ACCESSOR(0, 5126, 3, "SCALAR") "," ACCESSOR(12, 5126, 3, "VEC4") "," ACCESSOR(                         \
-      60, 5126, 3,                                                                                           \
-      "VEC3") "," ACCESSOR(96, 5126, 9,                                                                      \
-                           "VEC4") "," ACCESSOR(240, 5126, 2,                                                \
-                                                "MAT4") ",{\"bufferView\":0,\"byteOffset\":368,"             \
-                                                        "\"componentType\":5122,\"normalized\":true,"        \
-                                                        "\"count\":3,\"type\":\"VEC4\"}," ACCESSOR(          \
-                                                            392, 5126, 9,                                    \
-                                                            "SCALAR") "," ACCESSOR(428, 5126, 4, "VEC3") "]"
+  "'buffers':[{'byteLength':476}],'bufferViews':[{'buffer':0,'byteLength':476}],'accessors':["               \
+  "{'bufferView':0,'byteOffset':0,'componentType':5126,'count':3,'type':'SCALAR'},"                          \
+  "{'bufferView':0,'byteOffset':12,'componentType':5126,'count':3,'type':'VEC4'},"                           \
+  "{'bufferView':0,'byteOffset':60,'componentType':5126,'count':3,'type':'VEC3'},"                           \
+  "{'bufferView':0,'byteOffset':96,'componentType':5126,'count':9,'type':'VEC4'},"                           \
+  "{'bufferView':0,'byteOffset':240,'componentType':5126,'count':2,'type':'MAT4'},"                          \
+  "{'bufferView':0,'byteOffset':368,'componentType':5122,'normalized':true,'count':3,'type':'VEC4'},"        \
+  "{'bufferView':0,'byteOffset':392,'componentType':5126,'count':9,'type':'SCALAR'},"                        \
+  "{'bufferView':0,'byteOffset':428,'componentType':5126,'count':4,'type':'VEC3'}]"
 
 static scene_bin make_bin(void) {
   scene_bin bin = {.times = {0, 0.5f, 2}, .vectors = {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}}};
@@ -72,24 +68,24 @@ TEST(bad_hierarchies_are_refused) {
   static const struct {
     const char *json, *pointer;
   } cases[] = {
-      {"\"nodes\":[{\"children\":[1]}]", "/nodes/0/children/0"},
-      {"\"nodes\":[{\"children\":[-1]}]", "/nodes/0/children/0"},
-      {"\"nodes\":[{\"children\":[0]}]", "/nodes/0/children"},
-      {"\"nodes\":[{},{\"children\":[2]},{\"children\":[1]}]", "/nodes/1/children"},
-      {"\"nodes\":[{\"children\":[2]},{\"children\":[2]},{}]", "/nodes/1/children/0"},
-      {"\"nodes\":[{\"children\":[1,1]},{}]", "/nodes/0/children/1"},
-      {"\"nodes\":[{\"mesh\":0}]", "/nodes/0/mesh"},
-      {"\"nodes\":[{\"mesh\":-2}]", "/nodes/0/mesh"},
-      {"\"nodes\":[{\"skin\":3}]", "/nodes/0/skin"},
-      {"\"nodes\":[{\"translation\":[1,2]}]", "/nodes/0/translation"},
-      {"\"nodes\":[{\"rotation\":[0,0,1]}]", "/nodes/0/rotation"},
-      {"\"nodes\":[{\"rotation\":[0,0,0,0]}]", "/nodes/0/rotation"},
-      {"\"nodes\":[{\"scale\":[1,1,1,1]}]", "/nodes/0/scale"},
-      {"\"nodes\":[{\"scale\":[1,1e300,1]}]", "/nodes/0/scale"},
-      {"\"nodes\":[{\"translation\":[1e39,0,0]}]", "/nodes/0/translation"},
-      {"\"nodes\":[{\"matrix\":[1,0,0,0]}]", "/nodes/0/matrix"},
-      {"\"nodes\":[{}],\"scenes\":[{\"nodes\":[1]}]", "/scenes/0/nodes/0"},
-      {"\"nodes\":[{}],\"scenes\":[{\"nodes\":[0]}],\"scene\":1", "/scene"},
+      {"'nodes':[{'children':[1]}]", "/nodes/0/children/0"},
+      {"'nodes':[{'children':[-1]}]", "/nodes/0/children/0"},
+      {"'nodes':[{'children':[0]}]", "/nodes/0/children"},
+      {"'nodes':[{},{'children':[2]},{'children':[1]}]", "/nodes/1/children"},
+      {"'nodes':[{'children':[2]},{'children':[2]},{}]", "/nodes/1/children/0"},
+      {"'nodes':[{'children':[1,1]},{}]", "/nodes/0/children/1"},
+      {"'nodes':[{'mesh':0}]", "/nodes/0/mesh"},
+      {"'nodes':[{'mesh':-2}]", "/nodes/0/mesh"},
+      {"'nodes':[{'skin':3}]", "/nodes/0/skin"},
+      {"'nodes':[{'translation':[1,2]}]", "/nodes/0/translation"},
+      {"'nodes':[{'rotation':[0,0,1]}]", "/nodes/0/rotation"},
+      {"'nodes':[{'rotation':[0,0,0,0]}]", "/nodes/0/rotation"},
+      {"'nodes':[{'scale':[1,1,1,1]}]", "/nodes/0/scale"},
+      {"'nodes':[{'scale':[1,1e300,1]}]", "/nodes/0/scale"},
+      {"'nodes':[{'translation':[1e39,0,0]}]", "/nodes/0/translation"},
+      {"'nodes':[{'matrix':[1,0,0,0]}]", "/nodes/0/matrix"},
+      {"'nodes':[{}],'scenes':[{'nodes':[1]}]", "/scenes/0/nodes/0"},
+      {"'nodes':[{}],'scenes':[{'nodes':[0]}],'scene':1", "/scene"},
   };
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
     assert_refused(cases[i].json, TW_INVALID, cases[i].pointer);
@@ -99,8 +95,8 @@ TEST(a_chain_of_fifty_thousand_nodes_is_read) {
   enum { COUNT = 50000 };
   char *json = malloc(40 * COUNT);
   assert_non_null(json);
-  char *at = json + sprintf(json, "{" ASSET ",\"nodes\":[");
-  for (int i = 0; i + 1 < COUNT; i++) at += sprintf(at, "{\"children\":[%d]},", i + 1);
+  char *at = json + sprintf(json, "{" ASSET ",'nodes':[");
+  for (int i = 0; i + 1 < COUNT; i++) at += sprintf(at, "{'children':[%d]},", i + 1);
   strcpy(at, "{}]}");
   tw_model *model = glb_read(json, NULL, 0);
   assert_int_equal(model->node_count, COUNT);
@@ -112,9 +108,9 @@ TEST(a_chain_of_fifty_thousand_nodes_is_read) {
 
 TEST(nodes_keep_name_parent_and_transform) {
   tw_model *model =
-      read_good("\"nodes\":[{\"name\":\"turm\\u00e4\\n\",\"children\":[2],\"translation\":[1,2,3],"
-                "\"rotation\":[0,0,2,0],\"scale\":[1,2,1]},{\"name\":\"\"},{\"matrix\":"
-                "[1,0,0,0,1,1,0,0,0,0,1,0,5,6,7,1]}]");
+      read_good("'nodes':[{'name':'turm\\u00e4\\n','children':[2],'translation':[1,2,3],"
+                "'rotation':[0,0,2,0],'scale':[1,2,1]},{'name':''},{'matrix':[1,0,0,0,1,1,0,0,0,0,1,0,5,6,"
+                "7,1]}]");
   assert_string_equal(model->nodes[0].name, "turm\xC3\xA4 ");
   assert_null(model->nodes[1].name);
   assert_int_equal(model->nodes[0].parent, TW_NO_INDEX);
@@ -130,9 +126,9 @@ TEST(nodes_keep_name_parent_and_transform) {
 }
 
 TEST(nodes_outside_the_shown_scene_are_hidden) {
-  tw_model *model = read_good("\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":2}}]}],\"nodes\":"
-                              "[{\"mesh\":0},{\"children\":[2]},{\"mesh\":0}],\"scenes\":[{\"nodes\":[0]},"
-                              "{\"name\":\"shown\",\"nodes\":[1]}],\"scene\":1");
+  tw_model *model = read_good("'meshes':[{'primitives':[{'attributes':{'POSITION':2}}]}],"
+                              "'nodes':[{'mesh':0},{'children':[2]},{'mesh':0}],'scenes':[{'nodes':[0]},"
+                              "{'name':'shown','nodes':[1]}],'scene':1");
   assert_string_equal(model->name, "shown");
   assert_true(model->nodes[0].is_hidden);
   assert_false(model->nodes[1].is_hidden);
@@ -144,9 +140,8 @@ TEST(nodes_outside_the_shown_scene_are_hidden) {
 
 TEST(what_is_left_out_is_said) {
   tw_model *model =
-      read_good("\"nodes\":[{\"weights\":[1]},{\"extensions\":{\"A\":{\"b\":[{\"oddAccessor\":0}]},\"B\":{"
-                "\"accessor\":\"x\"}}},"
-                "{\"extensions\":{\"A\":{\"bufferViews\":[0]}},\"extras\":{\"bufferView\":0}}]");
+      read_good("'nodes':[{'weights':[1]},{'extensions':{'A':{'b':[{'oddAccessor':0}]},"
+                "'B':{'accessor':'x'}}},{'extensions':{'A':{'bufferViews':[0]}},'extras':{'bufferView':0}}]");
   assert_int_equal(model->warning_count, 2);
   assert_string_equal(model->warnings[0],
                       "the extension A at /nodes/1 is left out: its data is in buffers, as at 1 more places");
@@ -161,39 +156,38 @@ TEST(bad_skins_are_refused) {
   static const struct {
     const char *skin, *pointer;
   } cases[] = {
-      {"{\"joints\":[]}", "/skins/0/joints"},
-      {"{\"joints\":[0,2]}", "/skins/0/joints/1"},
-      {"{\"joints\":[-1]}", "/skins/0/joints/0"},
-      {"{\"joints\":[0],\"skeleton\":2}", "/skins/0/skeleton"},
-      {"{\"joints\":[0],\"inverseBindMatrices\":99}", "/skins/0/inverseBindMatrices"},
-      {"{\"joints\":[0],\"inverseBindMatrices\":1}", "/accessors/1/type"},
-      {"{\"joints\":[0,1,0],\"inverseBindMatrices\":4}", "/accessors/4/count"},
+      {"{'joints':[]}", "/skins/0/joints"},
+      {"{'joints':[0,2]}", "/skins/0/joints/1"},
+      {"{'joints':[-1]}", "/skins/0/joints/0"},
+      {"{'joints':[0],'skeleton':2}", "/skins/0/skeleton"},
+      {"{'joints':[0],'inverseBindMatrices':99}", "/skins/0/inverseBindMatrices"},
+      {"{'joints':[0],'inverseBindMatrices':1}", "/accessors/1/type"},
+      {"{'joints':[0,1,0],'inverseBindMatrices':4}", "/accessors/4/count"},
   };
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     char json[512];
-    snprintf(json, sizeof json, "\"nodes\":[{},{}],\"skins\":[%s]", cases[i].skin);
+    snprintf(json, sizeof json, "'nodes':[{},{}],'skins':[%s]", cases[i].skin);
     assert_refused(json, TW_INVALID, cases[i].pointer);
   }
   /* A mesh that uses joint 1 of a skin with one joint. */
   scene_bin bin = make_bin();
   static const uint8_t joints[12] = {0, 0, 0, 0, 0, 0, 0, 1}; /* all weight is on the fourth */
   memcpy(bin.scalars, joints, sizeof joints);
-  const char *json = with_data("\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":2,\"JOINTS_0\":8,"
-                               "\"WEIGHTS_0\":1}}]}],\"nodes\":[{\"mesh\":0,\"skin\":0}],\"skins\":"
-                               "[{\"joints\":[0]}]");
+  const char *json = with_data("'meshes':[{'primitives':[{'attributes':{'POSITION':2,'JOINTS_0':8,"
+                               "'WEIGHTS_0':1}}]}],'nodes':[{'mesh':0,'skin':0}],'skins':[{'joints':[0]}]");
   char *with_joints = malloc(strlen(json) + 200);
   assert_non_null(with_joints);
-  const char *end = strstr(json, "],\"meshes\"");
+  const char *end = strstr(json, "],'meshes'");
   sprintf(with_joints,
-          "%.*s,{\"bufferView\":0,\"byteOffset\":392,\"componentType\":5121,\"count\":3,\"type\":\"VEC4\"}%s",
+          "%.*s,{'bufferView':0,'byteOffset':392,'componentType':5121,'count':3,'type':'VEC4'}%s",
           (int)(end - json), json, end);
   glb_refused(with_joints, &bin, sizeof bin, TW_INVALID, "/nodes/0/skin");
   free(with_joints);
 }
 
 TEST(skins_keep_joints_and_matrices) {
-  tw_model *model = read_good("\"nodes\":[{},{}],\"skins\":[{\"name\":\"s\",\"joints\":[1,0],"
-                              "\"inverseBindMatrices\":4,\"skeleton\":1},{\"joints\":[0]}]");
+  tw_model *model = read_good("'nodes':[{},{}],'skins':[{'name':'s','joints':[1,0],"
+                              "'inverseBindMatrices':4,'skeleton':1},{'joints':[0]}]");
   assert_int_equal(model->skin_count, 2);
   assert_string_equal(model->skins[0].name, "s");
   assert_int_equal(model->skins[0].joint_count, 2);
@@ -211,53 +205,39 @@ TEST(bad_animations_are_refused) {
   static const struct {
     const char *sampler, *channel, *pointer;
   } cases[] = {
-      {"\"input\":0,\"output\":1", "\"sampler\":1,\"target\":{\"node\":0,\"path\":\"rotation\"}",
+      {"'input':0,'output':1", "'sampler':1,'target':{'node':0,'path':'rotation'}",
        "/animations/0/channels/0/sampler"},
-      {"\"input\":0,\"output\":1", "\"sampler\":0,\"target\":{\"node\":5,\"path\":\"rotation\"}",
+      {"'input':0,'output':1", "'sampler':0,'target':{'node':5,'path':'rotation'}",
        "/animations/0/channels/0/target/node"},
-      {"\"input\":77,\"output\":1", "\"sampler\":0,\"target\":{\"node\":0,\"path\":\"rotation\"}",
+      {"'input':77,'output':1", "'sampler':0,'target':{'node':0,'path':'rotation'}",
        "/animations/0/samplers/0/input"},
-      {"\"input\":0,\"output\":77", "\"sampler\":0,\"target\":{\"node\":0,\"path\":\"rotation\"}",
+      {"'input':0,'output':77", "'sampler':0,'target':{'node':0,'path':'rotation'}",
        "/animations/0/samplers/0/output"},
-      {"\"input\":2,\"output\":1", "\"sampler\":0,\"target\":{\"node\":0,\"path\":\"rotation\"}",
-       "/accessors/2/type"},
-      {"\"input\":0,\"output\":2", "\"sampler\":0,\"target\":{\"node\":0,\"path\":\"rotation\"}",
-       "/accessors/2/type"},
-      {"\"input\":0,\"output\":1", "\"sampler\":0,\"target\":{\"node\":0,\"path\":\"scale\"}",
-       "/accessors/1/type"},
-      {"\"input\":0,\"output\":3", "\"sampler\":0,\"target\":{\"node\":0,\"path\":\"rotation\"}",
-       "/accessors/3/count"},
-      {"\"input\":0,\"output\":1,\"interpolation\":\"CUBICSPLINE\"",
-       "\"sampler\":0,\"target\":{\"node\":0,\"path\":\"rotation\"}", "/accessors/1/count"},
-      {"\"input\":0,\"output\":1,\"interpolation\":\"BEZIER\"",
-       "\"sampler\":0,\"target\":{\"node\":0,\"path\":\"rotation\"}",
+      {"'input':2,'output':1", "'sampler':0,'target':{'node':0,'path':'rotation'}", "/accessors/2/type"},
+      {"'input':0,'output':2", "'sampler':0,'target':{'node':0,'path':'rotation'}", "/accessors/2/type"},
+      {"'input':0,'output':1", "'sampler':0,'target':{'node':0,'path':'scale'}", "/accessors/1/type"},
+      {"'input':0,'output':3", "'sampler':0,'target':{'node':0,'path':'rotation'}", "/accessors/3/count"},
+      {"'input':0,'output':1,'interpolation':'CUBICSPLINE'",
+       "'sampler':0,'target':{'node':0,'path':'rotation'}", "/accessors/1/count"},
+      {"'input':0,'output':1,'interpolation':'BEZIER'", "'sampler':0,'target':{'node':0,'path':'rotation'}",
        "/animations/0/samplers/0/interpolation"},
-      {"\"input\":6,\"output\":3", "\"sampler\":0,\"target\":{\"node\":0,\"path\":\"rotation\"}",
-       "/clips/0/tracks/0"},
-      {"\"input\":0,\"output\":6", "\"sampler\":0,\"target\":{\"node\":0,\"path\":\"weights\"}",
+      {"'input':6,'output':3", "'sampler':0,'target':{'node':0,'path':'rotation'}",
+       "/clips/0/tracks/0/quaternions/0"},
+      {"'input':0,'output':6", "'sampler':0,'target':{'node':0,'path':'weights'}",
        "/animations/0/samplers/0/output"},
   };
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     char json[1024];
-    snprintf(json, sizeof json, "\"nodes\":[{}],\"animations\":[{\"samplers\":[{%s}],\"channels\":[{%s}]}]",
+    snprintf(json, sizeof json, "'nodes':[{}],'animations':[{'samplers':[{%s}],'channels':[{%s}]}]",
              cases[i].sampler, cases[i].channel);
-    scene_bin bin = make_bin();
-    glb file = glb_build(with_data(json), &bin, sizeof bin);
-    tw_model *model = NULL;
-    tw_error error = {0};
-    tw_status status = tw_gltf_read(file.bytes, file.size, TW_QUADS_NGON, TW_WELD_AUTO, NULL, &model, &error);
-    free(file.bytes);
-    assert_int_equal(status, TW_INVALID);
-    if (strncmp(error.pointer, cases[i].pointer, strlen(cases[i].pointer)) != 0)
-      print_error("%s, expected %s: %s\n", error.pointer, cases[i].pointer, error.detail);
-    assert_int_equal(strncmp(error.pointer, cases[i].pointer, strlen(cases[i].pointer)), 0);
+    assert_refused(json, TW_INVALID, cases[i].pointer);
   }
 }
 
 TEST(key_times_must_ascend_from_zero) {
   static const float times[][3] = {{0, 0, 1}, {0, 2, 1}, {-1, 0, 1}, {0, 1, NAN}, {0, 1, INFINITY}};
-  const char *json = with_data("\"nodes\":[{}],\"animations\":[{\"samplers\":[{\"input\":0,\"output\":2}],"
-                               "\"channels\":[{\"sampler\":0,\"target\":{\"node\":0,\"path\":\"scale\"}}]}]");
+  const char *json = with_data("'nodes':[{}],'animations':[{'samplers':[{'input':0,'output':2}],"
+                               "'channels':[{'sampler':0,'target':{'node':0,'path':'scale'}}]}]");
   for (size_t i = 0; i < sizeof times / sizeof *times; i++) {
     scene_bin bin = make_bin();
     memcpy(bin.times, times[i], sizeof bin.times);
@@ -267,16 +247,13 @@ TEST(key_times_must_ascend_from_zero) {
 
 TEST(clips_keep_their_tracks) {
   tw_model *model = read_good(
-      "\"nodes\":[{},{}],\"animations\":[{\"name\":\"aim\",\"samplers\":[{\"input\":0,\"output\":1},"
-      "{\"input\":0,\"output\":2,\"interpolation\":\"STEP\"},{\"input\":0,\"output\":3,\"interpolation\":"
-      "\"CUBICSPLINE\"},{\"input\":0,\"output\":5}],\"channels\":[{\"sampler\":0,\"target\":{\"node\":0,"
-      "\"path\":"
-      "\"rotation\"}},{\"sampler\":1,\"target\":{\"node\":0,\"path\":\"translation\"}},{\"sampler\":1,"
-      "\"target\":"
-      "{\"node\":1,\"path\":\"scale\"}},{\"sampler\":2,\"target\":{\"node\":1,\"path\":\"rotation\"}},"
-      "{\"sampler\":0,\"target\":{\"path\":\"pointer\"}}]},{\"samplers\":[{\"input\":0,\"output\":5}],"
-      "\"channels\":"
-      "[{\"sampler\":0,\"target\":{\"node\":1,\"path\":\"rotation\"}}]}]");
+      "'nodes':[{},{}],'animations':[{'name':'aim','samplers':[{'input':0,'output':1},"
+      "{'input':0,'output':2,'interpolation':'STEP'},{'input':0,'output':3,'interpolation':'CUBICSPLINE'},"
+      "{'input':0,'output':5}],'channels':[{'sampler':0,'target':{'node':0,'path':'rotation'}},"
+      "{'sampler':1,'target':{'node':0,'path':'translation'}},{'sampler':1,'target':{'node':1,"
+      "'path':'scale'}},{'sampler':2,'target':{'node':1,'path':'rotation'}},"
+      "{'sampler':0,'target':{'path':'pointer'}}]},{'samplers':[{'input':0,'output':5}],"
+      "'channels':[{'sampler':0,'target':{'node':1,'path':'rotation'}}]}]");
   assert_int_equal(model->clip_count, 2);
   const tw_clip_keys *clip = &model->clips[0];
   assert_string_equal(clip->name, "aim");
@@ -298,17 +275,16 @@ TEST(clips_keep_their_tracks) {
 
 TEST(weights_tracks_fit_the_targets) {
   static const char mesh[] =
-      "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":7},\"mode\":5,\"targets\":"
-      "[{\"POSITION\":7},{\"POSITION\":7},{\"POSITION\":7}%s]}]}],\"nodes\":[{\"mesh\":0}],"
-      "\"animations\":[{\"samplers\":[{\"input\":0,\"output\":6}],\"channels\":[{\"sampler\":0,"
-      "\"target\":{\"node\":0,\"path\":\"weights\"}}]}]";
+      "'meshes':[{'primitives':[{'attributes':{'POSITION':7},'mode':5,'targets':[{'POSITION':7},"
+      "{'POSITION':7},{'POSITION':7}%s]}]}],'nodes':[{'mesh':0}],'animations':[{'samplers':[{'input':0,"
+      "'output':6}],'channels':[{'sampler':0,'target':{'node':0,'path':'weights'}}]}]";
   char json[1024];
   snprintf(json, sizeof json, mesh, "");
   tw_model *model = read_good(json);
   assert_int_equal(model->clips[0].tracks[0].width, 3);
   assert_true(model->clips[0].tracks[0].values[8] == 1);
   tw_model_destroy(model);
-  snprintf(json, sizeof json, mesh, ",{\"POSITION\":7}");
+  snprintf(json, sizeof json, mesh, ",{'POSITION':7}");
   assert_refused(json, TW_INVALID, "/accessors/6/count");
 }
 
@@ -319,15 +295,15 @@ TEST(samplers_cannot_be_named_without_end) {
   char *json = malloc(NODES * 80 + 1000), *at = json;
   assert_true(bin && json);
   for (int i = 0; i < KEYS * 4; i++) bin[i] = (float)i;
-  at += sprintf(at, "{" ASSET
-                    ",\"buffers\":[{\"byteLength\":32000}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":"
-                    "32000}],\"accessors\":[" ACCESSOR(0, 5126, 2000, "SCALAR") "," ACCESSOR(
-                        0, 5126, 2000, "VEC3") "],"
-                                               "\"nodes\":[{}");
+  at += sprintf(
+      at, "{" ASSET
+          ",'buffers':[{'byteLength':32000}],'bufferViews':[{'buffer':0,'byteLength':32000}],'accessors':["
+          "{'bufferView':0,'componentType':5126,'count':2000,'type':'SCALAR'},"
+          "{'bufferView':0,'componentType':5126,'count':2000,'type':'VEC3'}],'nodes':[{}");
   for (int i = 1; i < NODES; i++) at += sprintf(at, ",{}");
-  at += sprintf(at, "],\"animations\":[{\"samplers\":[{\"input\":0,\"output\":1}],\"channels\":[");
+  at += sprintf(at, "],'animations':[{'samplers':[{'input':0,'output':1}],'channels':[");
   for (int i = 0; i < NODES; i++)
-    at += sprintf(at, "%s{\"sampler\":0,\"target\":{\"node\":%d,\"path\":\"scale\"}}", i ? "," : "", i);
+    at += sprintf(at, "%s{'sampler':0,'target':{'node':%d,'path':'scale'}}", i ? "," : "", i);
   strcpy(at, "]}]}");
   glb_refused(json, bin, KEYS * 16, TW_LIMIT, "/animations/0/samplers/0");
   free(json);
@@ -340,14 +316,14 @@ TEST(bad_texture_references_are_refused) {
   static const struct {
     const char *json, *pointer;
   } cases[] = {
-      {"\"materials\":[{\"pbrMetallicRoughness\":{\"baseColorTexture\":{\"index\":0}}}]",
+      {"'materials':[{'pbrMetallicRoughness':{'baseColorTexture':{'index':0}}}]",
        "/materials/0/pbrMetallicRoughness/baseColorTexture/index"},
-      {"\"materials\":[{\"normalTexture\":{\"index\":-2}}]", "/materials/0/normalTexture/index"},
-      {"\"materials\":[{\"extensions\":{\"KHR_materials_clearcoat\":{\"clearcoatTexture\":{\"index\":4}}}}]",
+      {"'materials':[{'normalTexture':{'index':-2}}]", "/materials/0/normalTexture/index"},
+      {"'materials':[{'extensions':{'KHR_materials_clearcoat':{'clearcoatTexture':{'index':4}}}}]",
        "/materials/0/extensions/KHR_materials_clearcoat/clearcoatTexture/index"},
-      {"\"textures\":[{\"source\":0}]", "/textures/0/source"},
-      {"\"textures\":[{\"sampler\":0}]", "/textures/0/sampler"},
-      {"\"textures\":[{\"extensions\":{\"EXT_texture_webp\":{\"source\":0}}}]",
+      {"'textures':[{'source':0}]", "/textures/0/source"},
+      {"'textures':[{'sampler':0}]", "/textures/0/sampler"},
+      {"'textures':[{'extensions':{'EXT_texture_webp':{'source':0}}}]",
        "/textures/0/extensions/EXT_texture_webp/source"},
   };
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
@@ -356,9 +332,9 @@ TEST(bad_texture_references_are_refused) {
 
 TEST(materials_and_images_are_kept) {
   tw_model *model = read_good(
-      "\"materials\":[{\"name\":\"a\"},{\"name\":\"b\"}],\"images\":[{\"bufferView\":0,"
-      "\"mimeType\":\"image/png\"},{\"uri\":\"data:image/png;base64,AAAA\"},{\"uri\":"
-      "\"https://outside.example/a.png\"}],\"samplers\":[{}],\"textures\":[{\"source\":0,\"sampler\":0}]");
+      "'materials':[{'name':'a'},{'name':'b'}],'images':[{'bufferView':0,'mimeType':'image/png'},"
+      "{'uri':'data:image/png;base64,AAAA'},{'uri':'https://outside.example/a.png'}],'samplers':[{}],"
+      "'textures':[{'source':0,'sampler':0}]");
   assert_int_equal(model->material_count, 2);
   assert_string_equal(model->material_names[1], "b");
   assert_non_null(model->assets);

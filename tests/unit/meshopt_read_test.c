@@ -71,31 +71,25 @@ TEST(damaged_views_are_refused) {
 /* A GLB as gltfpack writes it: the second buffer holds nothing. */
 static tw_status read_packed(uint32_t count, tw_model **out, tw_error *error) {
   static const char text[] =
-      "{\"asset\":{\"version\":\"2.0\"},\"extensionsUsed\":[\"EXT_meshopt_compression\"],"
-      "\"extensionsRequired\":[\"EXT_meshopt_compression\"],\"meshes\":[{\"primitives\":[{\"attributes\":"
-      "{\"POSITION\":0},\"indices\":1}]}],\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":"
-      "4,"
-      "\"type\":\"VEC3\",\"min\":[0,0,0],\"max\":[1,1,0.5]},{\"bufferView\":1,\"componentType\":5125,"
-      "\"count\":6,\"type\":\"SCALAR\"}],\"bufferViews\":[{\"buffer\":1,\"byteLength\":48,\"byteStride\":12,"
-      "\"extensions\":{\"EXT_meshopt_compression\":{\"buffer\":0,\"byteLength\":%zu,\"byteStride\":12,"
-      "\"count\":%u,\"mode\":\"ATTRIBUTES\"}}},{\"buffer\":1,\"byteOffset\":48,\"byteLength\":24,"
-      "\"extensions\":{\"EXT_meshopt_compression\":{\"buffer\":0,\"byteOffset\":%zu,\"byteLength\":%zu,"
-      "\"byteStride\":4,\"count\":6,\"mode\":\"TRIANGLES\"}}}],\"buffers\":[{\"byteLength\":%zu},{"
-      "\"byteLength\":72,\"extensions\":{\"EXT_meshopt_compression\":{\"fallback\":true}}}]}";
-  uint8_t packed[ROOM], file[4 * ROOM + sizeof text];
+      "{'asset':{'version':'2.0'},'extensionsUsed':['EXT_meshopt_compression'],"
+      "'extensionsRequired':['EXT_meshopt_compression'],'meshes':[{'primitives':[{'attributes':{'POSITION':"
+      "0},'indices':1}]}],'accessors':[{'bufferView':0,'componentType':5126,'count':4,'type':'VEC3',"
+      "'min':[0,0,0],'max':[1,1,0.5]},{'bufferView':1,'componentType':5125,'count':6,'type':'SCALAR'}],"
+      "'bufferViews':[{'buffer':1,'byteLength':48,'byteStride':12,'extensions':{'EXT_meshopt_compression':{"
+      "'buffer':0,'byteLength':%zu,'byteStride':12,'count':%u,'mode':'ATTRIBUTES'}}},"
+      "{'buffer':1,'byteOffset':48,'byteLength':24,'extensions':{'EXT_meshopt_compression':{'buffer':0,"
+      "'byteOffset':%zu,'byteLength':%zu,'byteStride':4,'count':6,'mode':'TRIANGLES'}}}],"
+      "'buffers':[{'byteLength':%zu},{'byteLength':72,'extensions':{'EXT_meshopt_compression':{'fallback':"
+      "true}}}]}";
+  uint8_t packed[ROOM];
   size_t first = encode_points(packed);
   size_t second = meshopt_encodeIndexBuffer(packed + first, ROOM - first, triangles, 6);
   char json[sizeof text + 64];
-  int length = snprintf(json, sizeof json, text, first, count, first, second, first + second);
-  uint32_t json_size = ((uint32_t)length + 3) / 4 * 4, bin_size = ((uint32_t)(first + second) + 3) / 4 * 4;
-  const uint32_t words[] = {0x46546C67, 2, 28 + json_size + bin_size, json_size, 0x4E4F534A};
-  memcpy(file, words, sizeof words);
-  memset(file + 20, ' ', json_size);
-  memcpy(file + 20, json, (size_t)length);
-  const uint32_t chunk[] = {bin_size, 0x004E4942};
-  memcpy(file + 20 + json_size, chunk, sizeof chunk);
-  memcpy(file + 28 + json_size, packed, bin_size);
-  return tw_gltf_read(file, 28 + json_size + bin_size, TW_QUADS_NGON, TW_WELD_AUTO, NULL, out, error);
+  snprintf(json, sizeof json, text, first, count, first, second, first + second);
+  glb_file file = glb_build(json, packed, first + second);
+  tw_status status = tw_gltf_read(file.bytes, file.size, TW_QUADS_NGON, TW_WELD_AUTO, NULL, out, error);
+  free(file.bytes);
+  return status;
 }
 
 TEST(compressed_meshes_are_read) {

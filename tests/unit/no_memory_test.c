@@ -77,21 +77,17 @@ TEST(gltf_reading_survives_every_failure) {
            {0, 1},
            {{0, 0, 0, 1}, {1, 0, 0, 0}}};
   assert_int_equal(sizeof bin, 160);
-  glb file = glb_build(
-      "{\"asset\":{\"version\":\"2.0\"},\"buffers\":[{\"byteLength\":160}],\"bufferViews\":[{\"buffer\":0,"
-      "\"byteLength\":160}],\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":6,\"type\":"
-      "\"VEC3\"},"
-      "{\"bufferView\":0,\"byteOffset\":72,\"componentType\":5126,\"count\":6,\"type\":\"VEC2\"},"
-      "{\"bufferView\":0,\"byteOffset\":120,\"componentType\":5126,\"count\":2,\"type\":\"SCALAR\"},"
-      "{\"bufferView\":0,\"byteOffset\":128,\"componentType\":5126,\"count\":2,\"type\":\"VEC4\"},"
-      "{\"bufferView\":0,\"componentType\":5126,\"count\":6,\"type\":\"VEC4\"}],"
-      "\"materials\":[{}],\"meshes\":[{\"name\":\"m\",\"primitives\":[{\"attributes\":{\"POSITION\":0,"
-      "\"TEXCOORD_0\":1,\"NORMAL\":0,\"TANGENT\":4,\"_A\":1},\"material\":0,\"targets\":"
-      "[{\"POSITION\":0,\"NORMAL\":0}]}]}],\"nodes\":[{\"mesh\":0,\"name\":\"n\"}"
-      "],\"skins\":[{\"joints\":["
-      "0]}],"
-      "\"animations\":[{\"samplers\":[{\"input\":2,\"output\":3}],\"channels\":[{\"sampler\":0,\"target\":"
-      "{\"node\":0,\"path\":\"rotation\"}}]}]}",
+  glb_file file = glb_build(
+      "{'asset':{'version':'2.0'},'buffers':[{'byteLength':160}],'bufferViews':[{'buffer':0,"
+      "'byteLength':160}],'accessors':[{'bufferView':0,'componentType':5126,'count':6,'type':'VEC3'},"
+      "{'bufferView':0,'byteOffset':72,'componentType':5126,'count':6,'type':'VEC2'},"
+      "{'bufferView':0,'byteOffset':120,'componentType':5126,'count':2,'type':'SCALAR'},"
+      "{'bufferView':0,'byteOffset':128,'componentType':5126,'count':2,'type':'VEC4'},"
+      "{'bufferView':0,'componentType':5126,'count':6,'type':'VEC4'}],'materials':[{}],"
+      "'meshes':[{'name':'m','primitives':[{'attributes':{'POSITION':0,'TEXCOORD_0':1,'NORMAL':0,"
+      "'TANGENT':4,'_A':1},'material':0,'targets':[{'POSITION':0,'NORMAL':0}]}]}],"
+      "'nodes':[{'mesh':0,'name':'n'}],'skins':[{'joints':[0]}],'animations':[{'samplers':[{'input':2,"
+      "'output':3}],'channels':[{'sampler':0,'target':{'node':0,'path':'rotation'}}]}]}",
       &bin, sizeof bin);
   fail_each(read_gltf, file.bytes, file.size);
   free(file.bytes);
