@@ -2,6 +2,7 @@
 #ifndef QUOTES_H
 #define QUOTES_H
 
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -18,11 +19,26 @@ static inline char *quote(char *text) {
   return quote_bytes(text, strlen(text));
 }
 
+/* The way back. */
+static inline char *unquote(char *text) {
+  for (char *c = text; *c; c++)
+    if (*c == '"') *c = '\'';
+  return text;
+}
+
 /* A copy, freed by the caller. */
 static inline char *quoted(const char *text) {
   char *copy = strdup(text);
   assert_non_null(copy);
   return quote(copy);
+}
+
+/* Whether `wanted`, with ' for ", stands in the text. */
+static inline bool says(const char *text, const char *wanted) {
+  char *copy = quoted(wanted);
+  bool found = strstr(text, copy) != NULL;
+  free(copy);
+  return found;
 }
 
 #endif

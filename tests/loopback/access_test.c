@@ -169,19 +169,19 @@ TEST_WITH(a_signature_gives_the_right_to_read_alone, start_with_keys, loopback_t
 }
 
 static reply order(loopback *loop, const char *document) {
-  return loopback_ask(loop, "POST", "/v1/sign", "X-API-Key: reader\nContent-Type: application/json\n",
-                      document, strlen(document));
+  return loopback_post_with(loop, "/v1/sign", "X-API-Key: reader\nContent-Type: application/json\n",
+                            document);
 }
 
 TEST_WITH(the_daemon_signs_for_those_who_may_read, start_with_keys, loopback_teardown) {
   loopback *loop = *state;
-  reply r = order(loop, "{\"url\":\"/v1/models?after=" ID "&limit=5\",\"seconds\":1000}");
+  reply r = order(loop, "{'url':'/v1/models?after=" ID "&limit=5','seconds':1000}");
   assert_int_equal(r.status, 200);
-  assert_string_equal(r.body, "{\"url\":\"/v1/models?after=" ID "&limit=5&exp=2000&sig=" GOOD "\"}\n");
+  assert_body(&r, "{'url':'/v1/models?after=" ID "&limit=5&exp=2000&sig=" GOOD "'}\n");
   reply_free(&r);
-  r = order(loop, "{\"url\":\"http://here:1/v1/models\"}");
+  r = order(loop, "{'url':'http://here:1/v1/models'}");
   assert_int_equal(r.status, 200);
-  char *url = r.body + strlen("{\"url\":\"");
+  char *url = r.body + strlen("{'url':'");
   *strchr(url, '"') = '\0';
   assert_memory_equal(url, "http://here:1/v1/models?exp=4600&sig=", 37);
   reply got = loopback_get(loop, url + strlen("http://here:1"));
@@ -197,23 +197,23 @@ TEST_WITH(orders_that_cannot_be_signed_are_refused, start_with_keys, loopback_te
     int status;
   } cases[] = {
       {"{}", "", 400},
-      {"{\"url\":7}", "/url", 400},
-      {"{\"url\":\"/v1/models\",\"seconds\":604801}", "/seconds", 422},
-      {"{\"url\":\"/v1/models\",\"seconds\":0}", "/seconds", 422},
-      {"{\"url\":\"/v1/models\",\"forever\":true}", NULL, 400},
-      {"{\"url\":\"/nothing\"}", "/url", 422},
-      {"{\"url\":\"models\"}", "/url", 422},
-      {"{\"url\":\"/v1/surface\"}", "/url", 422},
-      {"{\"url\":\"/v1/models#a\"}", "/url", 422},
-      {"{\"url\":\"/v1/models?far=1\"}", "/url", 400},
-      {"{\"url\":\"/v1/models?exp=1\"}", "/url", 422},
+      {"{'url':7}", "/url", 400},
+      {"{'url':'/v1/models','seconds':604801}", "/seconds", 422},
+      {"{'url':'/v1/models','seconds':0}", "/seconds", 422},
+      {"{'url':'/v1/models','forever':true}", NULL, 400},
+      {"{'url':'/nothing'}", "/url", 422},
+      {"{'url':'models'}", "/url", 422},
+      {"{'url':'/v1/surface'}", "/url", 422},
+      {"{'url':'/v1/models#a'}", "/url", 422},
+      {"{'url':'/v1/models?far=1'}", "/url", 400},
+      {"{'url':'/v1/models?exp=1'}", "/url", 422},
   };
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
     assert_problem(order(*state, cases[i].document), cases[i].status, cases[i].pointer, NULL);
 }
 
 TEST_WITH(nothing_is_signed_without_keys_for_it, loopback_setup, loopback_teardown) {
-  assert_problem(order(*state, "{\"url\":\"/v1/models\"}"), 404, NULL, "--url-keys");
+  assert_problem(order(*state, "{'url':'/v1/models'}"), 404, NULL, "--url-keys");
 }
 
 /* ---- origins --------------------------------------------------------------------------------- */

@@ -439,10 +439,17 @@ reply loopback_get(loopback *loop, const char *target) {
   return loopback_ask(loop, "GET", target, NULL, NULL, 0);
 }
 
+reply loopback_post_with(loopback *loop, const char *target, const char *headers, const char *body) {
+  char *text = quoted(body);
+  reply r = loopback_ask(loop, "POST", target, headers, text, strlen(text));
+  free(text);
+  return r;
+}
+
 reply loopback_post(loopback *loop, const char *target, const char *type, const char *body) {
   char headers[256];
   snprintf(headers, sizeof headers, "Content-Type: %s\n", type);
-  return loopback_ask(loop, "POST", target, headers, body, strlen(body));
+  return loopback_post_with(loop, target, headers, body);
 }
 
 void loopback_upload(loopback *loop, const char *type, const char *body, char id[API_ID_TEXT]) {
@@ -459,6 +466,20 @@ void reply_free(reply *r) {
   if (r->loop) loopback_ticket_destroy(r->loop, r->ticket);
   free(r->body);
   *r = (reply){0};
+}
+
+bool reply_says(const reply *r, const char *text) {
+  return says(r->body, text);
+}
+
+void assert_says(const reply *r, const char *text) {
+  if (!reply_says(r, text)) fail_msg("no %s in: %s", text, r->body);
+}
+
+void assert_body(const reply *r, const char *text) {
+  char *wanted = quoted(text);
+  assert_string_equal(r->body, wanted);
+  free(wanted);
 }
 
 const char *reply_header(const reply *r, const char *name) {

@@ -6,7 +6,7 @@
 #include <pthread.h>
 
 #include "api.h"
-#include "test.h"
+#include "quotes.h"
 
 /* A request's ticket, and the thread that waits for its waking. */
 typedef struct loopback_ticket {
@@ -75,14 +75,20 @@ size_t loopback_store_opens(loopback *loop);                /* calls of open so 
 reply loopback_ask(loopback *loop, const char *method, const char *target, const char *headers,
                    const void *body, size_t size);
 reply loopback_get(loopback *loop, const char *target);
-/* With text as the body. */
+/* With text as the body, in which ' stands for ". */
 reply loopback_post(loopback *loop, const char *target, const char *type, const char *body);
+reply loopback_post_with(loopback *loop, const char *target, const char *headers, const char *body);
 /* Uploads and returns the id in place; fails the test when the status is not 201 or 200. */
 void loopback_upload(loopback *loop, const char *type, const char *body, char id[API_ID_TEXT]);
 /* Asks whether the light stage alone could answer. */
 bool loopback_is_light(loopback *loop, const char *target);
 void reply_free(reply *r);
 
+/* Whether the text, in which ' stands for ", is in the body; the assertion prints the body. */
+bool reply_says(const reply *r, const char *text);
+void assert_says(const reply *r, const char *text);
+/* Nothing else is in the body. */
+void assert_body(const reply *r, const char *text);
 /* The header's value, NULL when absent. */
 const char *reply_header(const reply *r, const char *name);
 /* Asserts status and problem document; returns nothing but a failed test. pointer, word: NULL for

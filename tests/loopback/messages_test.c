@@ -8,8 +8,8 @@
 #include "near_names.h"
 
 #define MODEL                                                                                                \
-  "{\"nodes\":[{\"name\":\"turret\"},{\"name\":\"wheel_left\"},{\"name\":\"wheel_right\"}],\"clips\":["      \
-  "{\"name\":\"drive\",\"tracks\":[]},{\"name\":\"aim\",\"tracks\":[]}]}"
+  "{'nodes':[{'name':'turret'},{'name':'wheel_left'},{'name':'wheel_right'}],"                               \
+  "'clips':[{'name':'drive','tracks':[]},{'name':'aim','tracks':[]}]}"
 
 static int start(void **state) {
   *state = one_model_start(NULL, MODEL);
@@ -60,15 +60,12 @@ TEST_WITH(names_inside_a_document_have_near_ones_too, loopback_setup, loopback_t
     int status;
     const char *pointer, *word;
   } cases[] = {
-      {"{\"meshes\":[{\"name\":\"hull\"}],\"nodes\":[{\"mesh\":\"hulk\"}]}", 422, "/nodes/0/mesh",
+      {"{'meshes':[{'name':'hull'}],'nodes':[{'mesh':'hulk'}]}", 422, "/nodes/0/mesh",
        "no mesh is called \"hulk\"; did you mean hull?"},
-      {"{\"nodes\":[{\"name\":\"a\"},{\"parent\":\"base\"}]}", 422, "/nodes/1/parent",
-       "no node is called \"base\""},
-      {"{\"node\":[]}", 400, "", "unknown member \"node\"; did you mean nodes? known: meshes"},
-      {"{\"nodes\":[{\"name\":\"a\"}],\"clips\":[{\"tracks\":[{\"node\":\"a\",\"path\":\"rotaton\",\"times\":"
-       "["
-       "0]}]}]}",
-       400, "/clips/0/tracks/0/path", "\"rotaton\": did you mean rotation? expected one of"},
+      {"{'nodes':[{'name':'a'},{'parent':'base'}]}", 422, "/nodes/1/parent", "no node is called \"base\""},
+      {"{'node':[]}", 400, "", "unknown member \"node\"; did you mean nodes? known: meshes"},
+      {"{'nodes':[{'name':'a'}],'clips':[{'tracks':[{'node':'a','path':'rotaton','times':[0]}]}]}", 400,
+       "/clips/0/tracks/0/path", "\"rotaton\": did you mean rotation? expected one of"},
   };
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
     assert_problem(loopback_post(*state, "/v1/models", "application/json", cases[i].text), cases[i].status,
@@ -120,7 +117,7 @@ TEST_WITH(numbers_are_told_as_they_came, start, one_model_stop) {
 
 TEST_WITH(numbers_of_a_body_are_told_as_they_came, start, one_model_stop) {
   const one_model *one = *state;
-  static const char faces[] = "{\"meshes\":[{\"faces\":[[0,1,%s]]}]}";
+  static const char faces[] = "{'meshes':[{'faces':[[0,1,%s]]}]}";
   static const char *const numbers[] = {"99999999999", "1e+300", "-1", "123456789012345"};
   char text[128], said[64];
   for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) {
@@ -150,7 +147,7 @@ TEST_WITH(obj_holds_no_clip, loopback_setup, loopback_teardown) {
                    "OBJ holds no clip");
     snprintf(target, sizeof target, "/v1/models/%s/surface.json?%s", id, refused[i]);
     reply r = loopback_get(*state, target);
-    assert_null(strstr(r.body, "OBJ"));
+    assert_false(reply_says(&r, "OBJ"));
     reply_free(&r);
   }
   for (size_t i = 0; i < sizeof answered / sizeof *answered; i++) {

@@ -76,10 +76,10 @@ static void put_mesh(chain *c, tw_text *out, uint32_t number) {
            sharpness = pick(c, 11);
   char text[TEXT], word[WORD];
   tw_text_element(out);
-  snprintf(text, sizeof text, "{\"name\":\"m%u\"", number);
+  snprintf(text, sizeof text, "{'name':'m%u'", number);
   tw_text_add(out, text);
   if (pick(c, 3) == 0) {
-    snprintf(text, sizeof text, ",\"shape\":{\"kind\":\"%s}", pick_word(c, shapes, word));
+    snprintf(text, sizeof text, ",'shape':{'kind':'%s}", pick_word(c, shapes, word));
     tw_text_add(out, text);
   } else if (pick(c, 12) > 0) { /* else it is empty */
     put_rows(c, out, "positions", side * side, 3);
@@ -88,19 +88,19 @@ static void put_mesh(chain *c, tw_text *out, uint32_t number) {
     if (of_points || of_corners) put_rows(c, out, "uvs", of_points ? side * side : values, 2);
     if (of_corners) put_faces(out, "face_uvs", side, values);
     snprintf(text, sizeof text,
-             ",\"creases\":[{\"edge\":[%u,%u],\"sharpness\":%u},{\"edge\":[0,1],\"sharpness\":2.5}],"
-             "\"corners\":[{\"vertex\":%u,\"sharpness\":1.5}]%s",
-             at, at + side, sharpness, at, sharpness % 2 ? ",\"holes\":[0]" : "");
+             ",'creases':[{'edge':[%u,%u],'sharpness':%u},{'edge':[0,1],'sharpness':2.5}],"
+             "'corners':[{'vertex':%u,'sharpness':1.5}]%s",
+             at, at + side, sharpness, at, sharpness % 2 ? ",'holes':[0]" : "");
     if (pick(c, 4) > 0) tw_text_add(out, text);
   }
   tw_text_add(out, "}");
 }
 
 static const char nodes[] =
-    "],\"nodes\":[{\"name\":\"a\",\"mesh\":\"m0\",\"scale\":[1,-1,2]},{\"mesh\":\"m1\",\"parent\":\"a\"},"
-    "{\"mesh\":\"m1\",\"translation\":[5,0,0]},{\"mesh\":\"m2\"}],\"clips\":[{\"tracks\":[{\"node\":\"a\","
-    "\"path\":\"rotation\",\"times\":[0,1],\"eulers\":[[0,0,0],[1,4,2]],\"interpolation\":\"euler\"},"
-    "{\"node\":\"a\",\"path\":\"translation\",\"times\":[0.5],\"values\":[[1,2,3]]}]}]}";
+    "],'nodes':[{'name':'a','mesh':'m0','scale':[1,-1,2]},{'mesh':'m1','parent':'a'},"
+    "{'mesh':'m1','translation':[5,0,0]},{'mesh':'m2'}],'clips':[{'tracks':[{'node':'a','path':'rotation',"
+    "'times':[0,1],'eulers':[[0,0,0],[1,4,2]],'interpolation':'euler'},"
+    "{'node':'a','path':'translation','times':[0.5],'values':[[1,2,3]]}]}]}";
 
 /* ---- requests ------------------------------------------------------------------------------------------ */
 
@@ -118,7 +118,10 @@ static reply ask(chain *c, const char *target, const char *type, const void *bod
 static reply ask_of(chain *c, const char *rest, const char *body) {
   char target[TEXT + 80];
   snprintf(target, sizeof target, "/v1/models/%s/%s", c->id, rest);
-  return ask(c, target, body ? "Content-Type: application/json\n" : NULL, body, body ? strlen(body) : 0);
+  char *text = body ? quoted(body) : NULL;
+  reply r = ask(c, target, text ? "Content-Type: application/json\n" : NULL, text, text ? strlen(text) : 0);
+  free(text);
+  return r;
 }
 
 static void upload(chain *c, const void *body, size_t size) {
@@ -141,10 +144,10 @@ static void begin(chain *c) {
     return;
   }
   tw_text out = {0};
-  tw_text_add(&out, "{\"meshes\":[");
+  tw_text_add(&out, "{'meshes':[");
   for (uint32_t i = 0; i < MESHES; i++) put_mesh(c, &out, i);
   tw_text_add(&out, nodes);
-  upload(c, out.data, out.size);
+  upload(c, quote_bytes(out.data, out.size), out.size);
   tw_text_deinit(&out);
 }
 
@@ -193,9 +196,9 @@ static reply edit(chain *c, const char *mesh) {
       "corner','vertices':[#],'sharpness':# hole','faces':[#] flip','faces':[#] orient' triangulate' quads' "
       "drop_pieces','faces':2 despike' smooth','iterations':2 weld','distance':0.#";
   char body[TEXT], word[WORD];
-  size_t length = (size_t)snprintf(body, sizeof body, "{\"mesh\":\"%s\",\"edits\":[", mesh);
+  size_t length = (size_t)snprintf(body, sizeof body, "{'mesh':'%s','edits':[", mesh);
   for (uint32_t i = 0, count = 1 + pick(c, 3); i < count; i++)
-    length += (size_t)snprintf(body + length, sizeof body - length, "%s{\"optional\":true,\"edit\":\"%s}",
+    length += (size_t)snprintf(body + length, sizeof body - length, "%s{'optional':true,'edit':'%s}",
                                i ? "," : "", pick_word(c, edits, word));
   snprintf(body + length, sizeof body - length, "]}");
   return ask_of(c, "edits", body);

@@ -7,12 +7,10 @@
 
 /* Two faces that are both holes, points in another order than the faces have them; a mesh without faces. */
 static const char three_meshes[] =
-    "{\"meshes\":[{\"name\":\"box\",\"shape\":{\"kind\":\"box\"}},"
-    "{\"name\":\"holes\",\"positions\":[[0,0,1],[0,0,0],[1,0,0],[1,1,0],[0,1,0]],"
-    "\"faces\":[[4,1,2,3],[1,0,2]],\"holes\":[0,1],\"uvs\":[[0,0],[1,0],[1,1],[0,1],[0.5,1]],"
-    "\"creases\":[{\"edge\":[1,2],\"sharpness\":2}],\"corners\":[{\"vertex\":0,\"sharpness\":3}]},"
-    "{\"name\":\"nothing\"}],"
-    "\"nodes\":[{\"mesh\":\"box\"},{\"mesh\":\"holes\"},{\"mesh\":\"nothing\"}]}";
+    "{'meshes':[{'name':'box','shape':{'kind':'box'}},{'name':'holes','positions':[[0,0,1],[0,0,0],[1,0,0],"
+    "[1,1,0],[0,1,0]],'faces':[[4,1,2,3],[1,0,2]],'holes':[0,1],'uvs':[[0,0],[1,0],[1,1],[0,1],[0.5,1]],"
+    "'creases':[{'edge':[1,2],'sharpness':2}],'corners':[{'vertex':0,'sharpness':3}]},{'name':'nothing'}],"
+    "'nodes':[{'mesh':'box'},{'mesh':'holes'},{'mesh':'nothing'}]}";
 
 /* Makes the model under `id` another one, and `id` its. */
 static void edit(loopback *loop, char id[API_ID_TEXT], const char *body) {
@@ -42,8 +40,7 @@ static char *mesh_text(loopback *loop, const char *id, int mesh) {
   return text;
 }
 
-static const char move_box[] =
-    "{\"mesh\":\"box\",\"edits\":[{\"edit\":\"move\",\"vertices\":[0],\"by\":[0,-1,0]}]}";
+static const char move_box[] = "{'mesh':'box','edits':[{'edit':'move','vertices':[0],'by':[0,-1,0]}]}";
 
 TEST_WITH(meshes_of_holes_alone_and_of_nothing_outlive_edits_of_another, loopback_setup, loopback_teardown) {
   loopback *loop = *state;
@@ -68,8 +65,7 @@ TEST_WITH(holes_that_a_stored_model_kept_can_be_faces_again, loopback_setup, loo
   loopback_upload(loop, "application/json", three_meshes, id);
   edit(loop, id, move_box);
   edit(loop, id,
-       "{\"mesh\":\"holes\",\"edits\":[{\"edit\":\"hole\",\"faces\":[0],\"sharpness\":0},"
-       "{\"edit\":\"delete\",\"faces\":[1]}]}");
+       "{'mesh':'holes','edits':[{'edit':'hole','faces':[0],'sharpness':0},{'edit':'delete','faces':[1]}]}");
   snprintf(target, sizeof target, "/v1/models/%s/surface.obj?level=0", id);
   reply r = loopback_get(loop, target);
   const char *mesh = strstr(r.body, "o holes");

@@ -116,9 +116,8 @@ static matrix read_form(int form, const char *order, const cJSON *value) {
 }
 
 /* Four rotations that stand for nothing special, one in each form. */
-static const char mixed[] = "[{\"quaternion\":[0.2,-0.4,0.8,-1]},{\"axis_angle\":[1,2,-2,430]},"
-                            "{\"euler\":[10,20,30],\"order\":\"YZX\"},"
-                            "{\"matrix\":[0,0.6,0.8,1,0,0,0,0.8,-0.6]}]";
+static const char mixed[] = "[{'quaternion':[0.2,-0.4,0.8,-1]},{'axis_angle':[1,2,-2,430]},"
+                            "{'euler':[10,20,30],'order':'YZX'},{'matrix':[0,0.6,0.8,1,0,0,0,0.8,-0.6]}]";
 enum { MIXED = 4 };
 
 static void fill_mixed(matrix out[MIXED]) {
@@ -140,10 +139,9 @@ static double distance_from_lock(matrix m, const char *order) {
 static void check_forms(loopback *loop, int form, const char *order) {
   char body[600], in_order[32] = "";
   matrix expected[MIXED], product = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
-  if (form == 2) snprintf(in_order, sizeof in_order, ",\"order\":\"%s\"", order);
-  snprintf(body, sizeof body,
-           "{\"rotations\":%s,\"unit\":\"degrees\",\"as\":\"%s\"%s,\"points\":[[1,0,0],[3,-4,5]]}", mixed,
-           forms[form], in_order);
+  if (form == 2) snprintf(in_order, sizeof in_order, ",'order':'%s'", order);
+  snprintf(body, sizeof body, "{'rotations':%s,'unit':'degrees','as':'%s'%s,'points':[[1,0,0],[3,-4,5]]}",
+           mixed, forms[form], in_order);
   cJSON *answer = convert(loop, body);
   fill_mixed(expected);
   assert_int_equal(cJSON_GetArraySize(json_member(answer, "rotations")), MIXED);
@@ -179,10 +177,8 @@ TEST_WITH(each_order_is_read_as_its_product, loopback_setup, loopback_teardown) 
   const double angles[3] = {-35, 110, 70};
   for (int i = 0; i < 6; i++) {
     char body[200];
-    snprintf(
-        body, sizeof body,
-        "{\"rotations\":[{\"euler\":[-35,110,70],\"order\":\"%s\"}],\"unit\":\"degrees\",\"as\":\"matrix\"}",
-        orders[i]);
+    snprintf(body, sizeof body,
+             "{'rotations':[{'euler':[-35,110,70],'order':'%s'}],'unit':'degrees','as':'matrix'}", orders[i]);
     cJSON *answer = convert(*state, body);
     assert_same(read_form(3, NULL, json_member(entry(answer, 0), "matrix")), of_euler(angles, orders[i]),
                 orders[i]);
@@ -192,30 +188,29 @@ TEST_WITH(each_order_is_read_as_its_product, loopback_setup, loopback_teardown) 
 
 /* The bytes are what a person expects to read. */
 TEST_WITH(round_numbers_stay_round, loopback_setup, loopback_teardown) {
-  reply r = post(*state, "{\"rotations\":[{\"euler\":[10,20,30]}],\"unit\":\"degrees\",\"as\":\"euler\"}");
-  assert_non_null(strstr(r.body, "{\"rotations\":[{\"euler\":[10,20,30],\"inverse\":["));
-  assert_non_null(strstr(r.body, "\"product\":[10,20,30]}\n"));
+  reply r = post(*state, "{'rotations':[{'euler':[10,20,30]}],'unit':'degrees','as':'euler'}");
+  assert_says(&r, "{'rotations':[{'euler':[10,20,30],'inverse':[");
+  assert_says(&r, "'product':[10,20,30]}\n");
   assert_string_equal(reply_header(&r, "Content-Type"), "application/json");
   reply_free(&r);
-  r = post(*state, "{\"rotations\":[{\"quaternion\":[0,0,0,5]}]}");
-  assert_string_equal(r.body, "{\"rotations\":[{\"quaternion\":[0,0,0,1],\"inverse\":[0,0,0,1],\"orders\":"
-                              "{\"XYZ\":1,\"XZY\":1,\"YXZ\":1,\"YZX\":1,\"ZXY\":1,\"ZYX\":1}}],"
-                              "\"product\":[0,0,0,1]}\n");
+  r = post(*state, "{'rotations':[{'quaternion':[0,0,0,5]}]}");
+  assert_body(&r, "{'rotations':[{'quaternion':[0,0,0,1],'inverse':[0,0,0,1],"
+                  "'orders':{'XYZ':1,'XZY':1,'YXZ':1,'YZX':1,'ZXY':1,'ZYX':1}}],"
+                  "'product':[0,0,0,1]}\n");
   reply_free(&r);
 }
 
 TEST_WITH(angles_are_radians_unless_said_otherwise, loopback_setup, loopback_teardown) {
   const double half[4] = {0, 0, 1, 3.14159265358979323846 / 2};
   cJSON *answer =
-      convert(*state, "{\"rotations\":[{\"axis_angle\":[0,0,9,1.5707963267948966]}],\"as\":\"axis-angle\"}");
+      convert(*state, "{'rotations':[{'axis_angle':[0,0,9,1.5707963267948966]}],'as':'axis-angle'}");
   assert_near(json_member(entry(answer, 0), "axis_angle"), 4, half);
   cJSON_Delete(answer);
 }
 
 /* A quarter turn about y locks the orders with y in the middle, and is half way from two others. */
 TEST_WITH(lock_is_told_by_order, loopback_setup, loopback_teardown) {
-  cJSON *answer =
-      convert(*state, "{\"rotations\":[{\"euler\":[0,90,25]}],\"unit\":\"degrees\",\"as\":\"euler\"}");
+  cJSON *answer = convert(*state, "{'rotations':[{'euler':[0,90,25]}],'unit':'degrees','as':'euler'}");
   const cJSON *told = json_member(entry(answer, 0), "orders");
   const double turned[3] = {25, 90, 0}; /* all of it on the first axis */
   assert_true(json_member(told, "XYZ")->valuedouble == 0);
@@ -229,8 +224,8 @@ TEST_WITH(lock_is_told_by_order, loopback_setup, loopback_teardown) {
 TEST_WITH(the_first_matrix_is_leftmost, loopback_setup, loopback_teardown) {
   /* Rx(90) Rz(90): z is turned first. (1, 0, 0) goes to y by Rz, from there to z by Rx. */
   const double columns[9] = {0, 0, 1, -1, 0, 0, 0, -1, 0};
-  cJSON *answer = convert(*state, "{\"rotations\":[{\"axis_angle\":[1,0,0,90]},{\"axis_angle\":[0,0,1,90]}],"
-                                  "\"unit\":\"degrees\",\"as\":\"matrix\"}");
+  cJSON *answer = convert(*state, "{'rotations':[{'axis_angle':[1,0,0,90]},{'axis_angle':[0,0,1,90]}],"
+                                  "'unit':'degrees','as':'matrix'}");
   assert_near(json_member(answer, "product"), 9, columns);
   cJSON_Delete(answer);
 }
@@ -238,14 +233,13 @@ TEST_WITH(the_first_matrix_is_leftmost, loopback_setup, loopback_teardown) {
 TEST_WITH(slerp_goes_the_short_way_evenly, loopback_setup, loopback_teardown) {
   /* From 10 to 350 degrees the short way is 20 degrees through 0; -q says the same as q. */
   const char *const ends[] = {
-      "{\"axis_angle\":[0,0,1,10]},{\"axis_angle\":[1,0,0,77]},{\"axis_angle\":[0,0,1,350]}",
-      "{\"axis_angle\":[0,0,1,10]},{\"axis_angle\":[0,0,1,-10]}"};
+      "{'axis_angle':[0,0,1,10]},{'axis_angle':[1,0,0,77]},{'axis_angle':[0,0,1,350]}",
+      "{'axis_angle':[0,0,1,10]},{'axis_angle':[0,0,1,-10]}"};
   const double expected[] = {10, 5, 0, -10, -20, 20};
   for (size_t i = 0; i < 2; i++) {
     char body[300];
     snprintf(body, sizeof body,
-             "{\"rotations\":[%s],\"unit\":\"degrees\",\"as\":\"euler\",\"slerp\":[0,0.25,0.5,1,1.5,-0.5]}",
-             ends[i]);
+             "{'rotations':[%s],'unit':'degrees','as':'euler','slerp':[0,0.25,0.5,1,1.5,-0.5]}", ends[i]);
     cJSON *answer = convert(*state, body);
     const cJSON *slerp = json_member(answer, "slerp");
     assert_int_equal(cJSON_GetArraySize(slerp), 6);
@@ -255,8 +249,7 @@ TEST_WITH(slerp_goes_the_short_way_evenly, loopback_setup, loopback_teardown) {
 }
 
 TEST_WITH(slerp_of_one_rotation_stays, loopback_setup, loopback_teardown) {
-  cJSON *answer =
-      convert(*state, "{\"rotations\":[{\"quaternion\":[0,1,0,0]}],\"slerp\":[0.3],\"points\":[]}");
+  cJSON *answer = convert(*state, "{'rotations':[{'quaternion':[0,1,0,0]}],'slerp':[0.3],'points':[]}");
   const double still[4] = {0, 1, 0, 0};
   assert_near(cJSON_GetArrayItem(json_member(answer, "slerp"), 0), 4, still);
   assert_int_equal(cJSON_GetArraySize(json_member(entry(answer, 0), "points")), 0);
@@ -266,9 +259,9 @@ TEST_WITH(slerp_of_one_rotation_stays, loopback_setup, loopback_teardown) {
 /* ---- matrices ------------------------------------------------------------------------------------------ */
 
 TEST_WITH(matrices_of_four_columns_and_of_three_decimals_are_read, loopback_setup, loopback_teardown) {
-  cJSON *answer = convert(*state, "{\"rotations\":[{\"matrix\":[0,1,0,0,-1,0,0,0,0,0,1,0,0,0,0,1]},"
-                                  "{\"matrix\":[0.707,0.707,0,-0.707,0.707,0,0,0,1]}],"
-                                  "\"unit\":\"degrees\",\"as\":\"euler\"}");
+  cJSON *answer = convert(*state, "{'rotations':[{'matrix':[0,1,0,0,-1,0,0,0,0,0,1,0,0,0,0,1]},"
+                                  "{'matrix':[0.707,0.707,0,-0.707,0.707,0,0,0,1]}],"
+                                  "'unit':'degrees','as':'euler'}");
   assert_near(json_member(entry(answer, 0), "euler"), 3, (double[3]){0, 0, 90});
   assert_near(json_member(entry(answer, 1), "euler"), 3, (double[3]){0, 0, 45});
   cJSON_Delete(answer);
@@ -279,7 +272,7 @@ TEST_WITH(quaternions_of_matrices_have_no_negative_w, loopback_setup, loopback_t
     double angle = (6 * i - 177) * DEGREE, half = angle / 2, sine = sin(half) / 3;
     matrix m = about(i % 3 ? 1 : -1, 2, i % 2 ? 2 : -2, angle);
     const double expected[4] = {i % 3 ? sine : -sine, 2 * sine, i % 2 ? 2 * sine : -2 * sine, cos(half)};
-    char body[400], *end = body + sprintf(body, "{\"rotations\":[{\"matrix\":[");
+    char body[400], *end = body + sprintf(body, "{'rotations':[{'matrix':[");
     for (int j = 0; j < 9; j++) end += sprintf(end, "%s%.9f", j ? "," : "", m.m[j % 3][j / 3]);
     sprintf(end, "]}]}");
     cJSON *answer = convert(*state, body);
@@ -292,20 +285,20 @@ TEST_WITH(quaternions_of_matrices_have_no_negative_w, loopback_setup, loopback_t
 
 TEST_WITH(what_is_no_rotation_is_422_with_its_place, loopback_setup, loopback_teardown) {
   const char *const bad[][3] = {
-      {"{\"quaternion\":[0,0,0,0]}", "/rotations/1/quaternion", "zero"},
-      {"{\"axis_angle\":[0,0,0,1]}", "/rotations/1/axis_angle", "axis"},
-      {"{\"axis_angle\":[0,0,1,2e9]}", "/rotations/1/axis_angle", "beyond"},
-      {"{\"euler\":[0,-2e9,0]}", "/rotations/1/euler", "beyond"},
-      {"{\"matrix\":[2,0,0,0,1,0,0,0,1]}", "/rotations/1/matrix", "column 0 has length 2"},
-      {"{\"matrix\":[1e200,0,0,0,1,0,0,0,1]}", "/rotations/1/matrix", "column 0"},
-      {"{\"matrix\":[1,0,0,0.6,0.8,0,0,0,1]}", "/rotations/1/matrix", "columns 0 and 1"},
-      {"{\"matrix\":[-1,0,0,0,1,0,0,0,1]}", "/rotations/1/matrix", "mirrors"},
-      {"{\"matrix\":[0,0,0,0,0,0,0,0,0]}", "/rotations/1/matrix", "length 0"},
-      {"{\"matrix\":[1,0,0,0,0,1,0,0,0,0,1,0,5,0,0,1]}", "/rotations/1/matrix", "last column"},
-      {"{\"matrix\":[1,0,0,1,0,1,0,0,0,0,1,0,0,0,0,1]}", "/rotations/1/matrix", "last row"}};
+      {"{'quaternion':[0,0,0,0]}", "/rotations/1/quaternion", "zero"},
+      {"{'axis_angle':[0,0,0,1]}", "/rotations/1/axis_angle", "axis"},
+      {"{'axis_angle':[0,0,1,2e9]}", "/rotations/1/axis_angle", "beyond"},
+      {"{'euler':[0,-2e9,0]}", "/rotations/1/euler", "beyond"},
+      {"{'matrix':[2,0,0,0,1,0,0,0,1]}", "/rotations/1/matrix", "column 0 has length 2"},
+      {"{'matrix':[1e200,0,0,0,1,0,0,0,1]}", "/rotations/1/matrix", "column 0"},
+      {"{'matrix':[1,0,0,0.6,0.8,0,0,0,1]}", "/rotations/1/matrix", "columns 0 and 1"},
+      {"{'matrix':[-1,0,0,0,1,0,0,0,1]}", "/rotations/1/matrix", "mirrors"},
+      {"{'matrix':[0,0,0,0,0,0,0,0,0]}", "/rotations/1/matrix", "length 0"},
+      {"{'matrix':[1,0,0,0,0,1,0,0,0,0,1,0,5,0,0,1]}", "/rotations/1/matrix", "last column"},
+      {"{'matrix':[1,0,0,1,0,1,0,0,0,0,1,0,0,0,0,1]}", "/rotations/1/matrix", "last row"}};
   for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
     char body[300];
-    snprintf(body, sizeof body, "{\"rotations\":[{\"quaternion\":[0,0,0,1]},%s]}", bad[i][0]);
+    snprintf(body, sizeof body, "{'rotations':[{'quaternion':[0,0,0,1]},%s]}", bad[i][0]);
     assert_problem(post(*state, body), 422, bad[i][1], bad[i][2]);
   }
 }
@@ -315,23 +308,23 @@ TEST_WITH(malformed_documents_are_400_with_their_place, loopback_setup, loopback
       {"{", NULL, NULL},
       {"[]", "", "object"},
       {"{}", "", "missing"},
-      {"{\"rotations\":{}}", "/rotations", "array"},
-      {"{\"rotations\":[]}", "/rotations", "a rotation"},
-      {"{\"rotations\":[7]}", "/rotations/0", "object"},
-      {"{\"rotations\":[{}]}", "/rotations/0", "quaternion"},
-      {"{\"rotations\":[{\"quaternion\":null}]}", "/rotations/0/quaternion", "array"},
-      {"{\"rotations\":[{\"quaternion\":[0,0,1]}]}", "/rotations/0/quaternion", "4 numbers"},
-      {"{\"rotations\":[{\"quaternion\":[0,0,1,\"x\"]}]}", "/rotations/0/quaternion/3", "number"},
-      {"{\"rotations\":[{\"matrix\":[1,0,0,0]}]}", "/rotations/0/matrix", "9 or 16"},
-      {"{\"rotations\":[{\"quaternion\":[0,0,0,1],\"euler\":[0,0,0]}]}", "/rotations/0/euler", "already"},
-      {"{\"rotations\":[{\"quaternion\":[0,0,0,1],\"order\":\"XYZ\"}]}", "/rotations/0/order", "euler"},
-      {"{\"rotations\":[{\"euler\":[0,0,0],\"order\":\"XYX\"}]}", "/rotations/0/order", "ZYX"},
-      {"{\"rotations\":[{\"euler\":[0,0,0]}],\"order\":\"XYZ\"}", "/order", "euler"},
-      {"{\"rotations\":[{\"euler\":[0,0,0]}],\"as\":\"axis_angle\"}", "/as", "axis-angle"},
-      {"{\"rotations\":[{\"euler\":[0,0,0]}],\"unit\":\"turns\"}", "/unit", "degrees"},
-      {"{\"rotations\":[{\"euler\":[0,0,0]}],\"points\":[[1,2]]}", "/points/0", "3 numbers"},
-      {"{\"rotations\":[{\"euler\":[0,0,0]}],\"slerp\":[\"half\"]}", "/slerp/0", "number"},
-      {"{\"rotations\":[{\"euler\":[0,0,0]}],\"t\":[0]}", "", "slerp"}};
+      {"{'rotations':{}}", "/rotations", "array"},
+      {"{'rotations':[]}", "/rotations", "a rotation"},
+      {"{'rotations':[7]}", "/rotations/0", "object"},
+      {"{'rotations':[{}]}", "/rotations/0", "quaternion"},
+      {"{'rotations':[{'quaternion':null}]}", "/rotations/0/quaternion", "array"},
+      {"{'rotations':[{'quaternion':[0,0,1]}]}", "/rotations/0/quaternion", "4 numbers"},
+      {"{'rotations':[{'quaternion':[0,0,1,'x']}]}", "/rotations/0/quaternion/3", "number"},
+      {"{'rotations':[{'matrix':[1,0,0,0]}]}", "/rotations/0/matrix", "9 or 16"},
+      {"{'rotations':[{'quaternion':[0,0,0,1],'euler':[0,0,0]}]}", "/rotations/0/euler", "already"},
+      {"{'rotations':[{'quaternion':[0,0,0,1],'order':'XYZ'}]}", "/rotations/0/order", "euler"},
+      {"{'rotations':[{'euler':[0,0,0],'order':'XYX'}]}", "/rotations/0/order", "ZYX"},
+      {"{'rotations':[{'euler':[0,0,0]}],'order':'XYZ'}", "/order", "euler"},
+      {"{'rotations':[{'euler':[0,0,0]}],'as':'axis_angle'}", "/as", "axis-angle"},
+      {"{'rotations':[{'euler':[0,0,0]}],'unit':'turns'}", "/unit", "degrees"},
+      {"{'rotations':[{'euler':[0,0,0]}],'points':[[1,2]]}", "/points/0", "3 numbers"},
+      {"{'rotations':[{'euler':[0,0,0]}],'slerp':['half']}", "/slerp/0", "number"},
+      {"{'rotations':[{'euler':[0,0,0]}],'t':[0]}", "", "slerp"}};
   for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
     assert_problem(post(*state, bad[i][0]), 400, bad[i][1], bad[i][2]);
   assert_problem(loopback_get(*state, "/v1/rotations"), 405, NULL, "POST");
@@ -340,9 +333,9 @@ TEST_WITH(malformed_documents_are_400_with_their_place, loopback_setup, loopback
 }
 
 TEST_WITH(numbers_that_no_float_holds_are_422, loopback_setup, loopback_teardown) {
-  assert_problem(post(*state, "{\"rotations\":[{\"euler\":[0,0,0]}],\"points\":[[1,2,3],[3e38,3e38,0]]}"),
-                 422, "/points/1", "far");
-  assert_problem(post(*state, "{\"rotations\":[{\"euler\":[0,0,0]}],\"slerp\":[0,1e300]}"), 422, "/slerp/1",
+  assert_problem(post(*state, "{'rotations':[{'euler':[0,0,0]}],'points':[[1,2,3],[3e38,3e38,0]]}"), 422,
+                 "/points/1", "far");
+  assert_problem(post(*state, "{'rotations':[{'euler':[0,0,0]}],'slerp':[0,1e300]}"), 422, "/slerp/1",
                  "beyond");
 }
 
@@ -365,9 +358,9 @@ static loopback *start_large(void) {
 }
 
 TEST(a_hundred_thousand_rotations_are_answered_and_no_more) {
-  static const char head[] = "{\"rotations\":[", element[] = "{\"axis_angle\":[0,0,1,0.5]}";
+  static const char head[] = "{'rotations':[", element[] = "{'axis_angle':[0,0,1,0.5]}";
   loopback *loop = start_large();
-  char *body = repeat(head, element, 100000, "],\"points\":[[1,0,0]]}");
+  char *body = repeat(head, element, 100000, "],'points':[[1,0,0]]}");
   cJSON *answer = convert(loop, body);
   /* 50,000 radians in all: the product has lost nothing to its 100,000 steps. */
   const double expected[4] = {0, 0, sin(25000), cos(25000)};
@@ -375,7 +368,7 @@ TEST(a_hundred_thousand_rotations_are_answered_and_no_more) {
   assert_near(json_member(answer, "product"), 4, expected);
   cJSON_Delete(answer);
   free(body);
-  body = repeat(head, element, 100000, "],\"points\":[[1,0,0],[0,1,0]]}");
+  body = repeat(head, element, 100000, "],'points':[[1,0,0],[0,1,0]]}");
   assert_problem(post(loop, body), 422, "/points", "100000");
   free(body);
   body = repeat(head, element, 100001, "]}");
@@ -386,10 +379,10 @@ TEST(a_hundred_thousand_rotations_are_answered_and_no_more) {
 
 TEST(slerp_has_the_limit_of_times) {
   loopback *loop = start_large();
-  char *body = repeat("{\"rotations\":[{\"euler\":[0,0,0]}],\"slerp\":[", "0.5", 10, "]}");
+  char *body = repeat("{'rotations':[{'euler':[0,0,0]}],'slerp':[", "0.5", 10, "]}");
   cJSON_Delete(convert(loop, body));
   free(body);
-  body = repeat("{\"rotations\":[{\"euler\":[0,0,0]}],\"slerp\":[", "0.5", 11, "]}");
+  body = repeat("{'rotations':[{'euler':[0,0,0]}],'slerp':[", "0.5", 11, "]}");
   assert_problem(post(loop, body), 422, "/slerp", "at most 10");
   free(body);
   loopback_stop(loop);
@@ -399,7 +392,7 @@ TEST(an_answer_over_the_limit_of_output_is_refused) {
   api_settings settings = loopback_settings();
   settings.limits.max_output = 250;
   loopback *loop = loopback_start(&settings);
-  cJSON_Delete(convert(loop, "{\"rotations\":[{\"euler\":[0,0,0]}]}"));
-  assert_problem(post(loop, "{\"rotations\":[{\"euler\":[0,0,0]}],\"as\":\"matrix\"}"), 422, NULL, "250");
+  cJSON_Delete(convert(loop, "{'rotations':[{'euler':[0,0,0]}]}"));
+  assert_problem(post(loop, "{'rotations':[{'euler':[0,0,0]}],'as':'matrix'}"), 422, NULL, "250");
   loopback_stop(loop);
 }

@@ -13,43 +13,39 @@
 
 /* Keys of every kind: eleven of a slerp on one great circle, Euler angles, a step, and a straight way. */
 static const char keyed[] =
-    "{\"nodes\":[{\"name\":\"a\"},{\"name\":\"b\"},{\"name\":\"c\"},{\"name\":\"d\"}],"
-    "\"clips\":[{\"name\":\"all\",\"tracks\":["
-    "{\"node\":\"a\",\"path\":\"rotation\",\"times\":[0,0.1,0.2,0.3,0.4,0.5,0.6,0.7,0.8,0.9,1],\"unit\":"
-    "\"degrees\","
-    "\"interpolation\":\"slerp\",\"eulers\":[[0,0,0],[0,0,9],[0,0,18],[0,0,27],[0,0,36],[0,0,45],[0,0,54],"
-    "[0,0,63],[0,0,72],[0,0,81],[0,0,90]]},"
-    "{\"node\":\"b\",\"path\":\"rotation\",\"times\":[0,1],\"unit\":\"degrees\",\"interpolation\":\"euler\","
-    "\"eulers\":[[-170,0,0],[170,80,30]]},"
-    "{\"node\":\"c\",\"path\":\"rotation\",\"times\":[0,0.5,1],\"interpolation\":\"step\","
-    "\"quaternions\":[[0,0,0,1],[0,0,1,0],[0,1,0,0]]},"
-    "{\"node\":\"d\",\"path\":\"translation\",\"times\":[0,0.5,1],\"values\":[[0,0,0],[1,0,0],[2,0,0]]}]}]}";
+    "{'nodes':[{'name':'a'},{'name':'b'},{'name':'c'},{'name':'d'}],"
+    "'clips':[{'name':'all','tracks':[{'node':'a','path':'rotation',"
+    "'times':[0,0.1,0.2,0.3,0.4,0.5,0.6,0.7,0.8,0.9,1],'unit':'degrees','interpolation':'slerp',"
+    "'eulers':[[0,0,0],[0,0,9],[0,0,18],[0,0,27],[0,0,36],[0,0,45],[0,0,54],[0,0,63],[0,0,72],[0,0,81],"
+    "[0,0,90]]},{'node':'b','path':'rotation','times':[0,1],'unit':'degrees','interpolation':'euler',"
+    "'eulers':[[-170,0,0],[170,80,30]]},{'node':'c','path':'rotation','times':[0,0.5,1],"
+    "'interpolation':'step','quaternions':[[0,0,0,1],[0,0,1,0],[0,1,0,0]]},"
+    "{'node':'d','path':'translation','times':[0,0.5,1],'values':[[0,0,0],[1,0,0],[2,0,0]]}]}]}";
 
 #define MOVE(node, time, value)                                                                              \
-  "{\"node\":\"" node "\",\"path\":\"translation\",\"times\":[0," time "],\"values\":[[0,0,0]," value "]}"
+  "{'node':'" node "','path':'translation','times':[0," time "],'values':[[0,0,0]," value "]}"
 
 /* "walk" and the nameless clip move the same node. */
-static const char several[] =
-    "{\"nodes\":[{\"name\":\"a\"},{\"name\":\"b\"}],\"clips\":["
-    "{\"name\":\"walk\",\"tracks\":[" MOVE(
-        "a", "2", "[2,0,0]") "]},"
-                             "{\"name\":\"wave\",\"tracks\":[" MOVE(
-                                 "b", "1", "[0,1,0]") "]},"
-                                                      "{\"tracks\":[" MOVE("a", "1", "[0,0,4]") "]}]}";
+static const char several[] = "{'nodes':[{'name':'a'},{'name':'b'}],'clips':[{'name':'walk','tracks':[" MOVE(
+    "a", "2",
+    "[2,0,0]") "]},{'name':'wave','tracks':[" MOVE("b", "1",
+                                                   "[0,1,0]") "]},{'tracks':[" MOVE("a", "1",
+                                                                                    "[0,0,4]") "]}]}";
 
 /* Names that look like lists. */
-static const char odd[] =
-    "{\"nodes\":[{\"name\":\"a\"},{\"name\":\"b\"}],\"clips\":["
-    "{\"name\":\"walk\",\"tracks\":[" MOVE(
-        "a", "1", "[1,0,0]") "]},"
-                             "{\"name\":\"none\",\"tracks\":[" MOVE(
-                                 "a", "1",
-                                 "[2,0,0]") "]},"
-                                            "{\"name\":\"walk,none\",\"tracks\":[" MOVE(
-                                                "a", "1",
-                                                "[3,0,0]") "]},"
-                                                           "{\"name\":\"hop,skip\",\"tracks\":[" MOVE(
-                                                               "b", "1", "[4,0,0]") "]}]}";
+static const char odd[] = "{'nodes':[{'name':'a'},{'name':'b'}],'clips':[{'name':'walk','tracks':[" MOVE(
+    "a", "1",
+    "[1,0,0]") "]},{'name':'none','tracks':[" MOVE("a", "1",
+                                                   "[2,0,0]") "]},{'name':'walk,none','tracks':"
+                                                              "[" MOVE("a", "1",
+                                                                       "[3,0,0]") "]},{'name':'hop,"
+                                                                                  "skip','tracks':"
+                                                                                  "[" MOVE("b", "1",
+                                                                                           "[4,0,"
+                                                                                           "0]") "]"
+                                                                                                 "}"
+                                                                                                 "]"
+                                                                                                 "}";
 
 static int reductions;
 static int compiled;    /* clips */
@@ -256,7 +252,7 @@ TEST_WITH(clips_are_kept_as_the_parameter_says, setup, teardown) {
 TEST_WITH(a_model_without_clips_keeps_none, setup, teardown) {
   const fixture *f = *state;
   char id[API_ID_TEXT];
-  loopback_upload(f->loop, "application/json", "{\"nodes\":[{\"name\":\"bone\"}]}", id);
+  loopback_upload(f->loop, "application/json", "{'nodes':[{'name':'bone'}]}", id);
   assert_animations(f, id, "surface.gltf", "");
   assert_animations(f, id, "surface.gltf?clip=none&tolerance=1", "");
   assert_problem(ask(f, id, "surface.gltf?clip=walk"), 404, NULL, "the model has no clips");
@@ -379,10 +375,10 @@ TEST_WITH(a_thousand_clips_are_kept_without_compiling_any, setup, teardown) {
   const fixture *f = *state;
   enum { CLIPS = 1000 };
   static const char clip[] =
-      "{\"name\":\"c%d\",\"tracks\":[{\"node\":\"a\",\"path\":\"rotation\",\"times\":[0,1],"
-      "\"quaternions\":[[0,0,0,1],[0,0.6,0,0.8]]}," MOVE("a", "1", "[1,0,0]") "]}%s";
+      "{'name':'c%d','tracks':[{'node':'a','path':'rotation','times':[0,1],'quaternions':[[0,0,0,1],"
+      "[0,0.6,0,0.8]]}," MOVE("a", "1", "[1,0,0]") "]}%s";
   char *text = malloc((sizeof clip + 16) * CLIPS);
-  size_t size = (size_t)sprintf(text, "{\"nodes\":[{\"name\":\"a\"}],\"clips\":[");
+  size_t size = (size_t)sprintf(text, "{'nodes':[{'name':'a'}],'clips':[");
   for (int i = 0; i < CLIPS; i++) size += (size_t)sprintf(text + size, clip, i, i + 1 < CLIPS ? "," : "]}");
   char id[API_ID_TEXT];
   loopback_upload(f->loop, "application/json", text, id);
@@ -503,7 +499,7 @@ TEST_WITH(without_meshes_the_tree_and_the_animation_are_left, setup, teardown) {
 TEST_WITH(a_clip_is_borrowed_by_the_names_of_nodes, setup, teardown) {
   const fixture *f = *state;
   char id[API_ID_TEXT], rest[128];
-  loopback_upload(f->loop, "application/json", "{\"nodes\":[{\"name\":\"bone\"}]}", id);
+  loopback_upload(f->loop, "application/json", "{'nodes':[{'name':'bone'}]}", id);
   snprintf(rest, sizeof rest, "surface.gltf?clip=%s/wave", f->flag);
   reply r = ask(f, id, rest);
   assert_int_equal(r.status, 200);

@@ -8,18 +8,16 @@
 
 /* A matrix, a node that turns, a matrix whose last row begins as told, and a skin of two of them. */
 static const char format[] =
-    "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":["
-    "{\"children\":[1],\"matrix\":[2,0,0,0,0.5,1,0,0,0,0,1,0,3,4,5,1]},"
-    "{\"children\":[2],\"translation\":[1,0,0],\"scale\":[1,2,1]},"
-    "{\"matrix\":[1,0,0,%s,0,1,0,0,0,0,1,0,0,1,0,1]}],"
-    "\"skins\":[{\"joints\":[2,1]}],"
-    "\"buffers\":[{\"byteLength\":40,\"uri\":\"data:application/octet-stream;base64,"
-    "AAAAAAAAgD8AAAAAAAAAAAAAAAAAAIA/AAAAAAAAAADzBDU/8wQ1Pw==\"}],"
-    "\"bufferViews\":[{\"buffer\":0,\"byteLength\":8},{\"buffer\":0,\"byteOffset\":8,\"byteLength\":32}],"
-    "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":2,\"type\":\"SCALAR\",\"min\":[0],"
-    "\"max\":[1]},{\"bufferView\":1,\"componentType\":5126,\"count\":2,\"type\":\"VEC4\"}],"
-    "\"animations\":[{\"samplers\":[{\"input\":0,\"output\":1}],"
-    "\"channels\":[{\"sampler\":0,\"target\":{\"node\":1,\"path\":\"rotation\"}}]}]}";
+    "{'asset':{'version':'2.0'},'scene':0,'scenes':[{'nodes':[0]}],'nodes':[{'children':[1],"
+    "'matrix':[2,0,0,0,0.5,1,0,0,0,0,1,0,3,4,5,1]},{'children':[2],'translation':[1,0,0],'scale':[1,2,1]},"
+    "{'matrix':[1,0,0,%s,0,1,0,0,0,0,1,0,0,1,0,1]}],'skins':[{'joints':[2,1]}],"
+    "'buffers':[{'byteLength':40,'uri':'data:application/octet-stream;base64,"
+    "AAAAAAAAgD8AAAAAAAAAAAAAAAAAAIA/AAAAAAAAAADzBDU/8wQ1Pw=='}],'bufferViews':[{'buffer':0,"
+    "'byteLength':8},{'buffer':0,'byteOffset':8,'byteLength':32}],'accessors':[{'bufferView':0,"
+    "'componentType':5126,'count':2,'type':'SCALAR','min':[0],'max':[1]},"
+    "{'bufferView':1,'componentType':5126,'count':2,'type':'VEC4'}],"
+    "'animations':[{'samplers':[{'input':0,'output':1}],'channels':[{'sampler':0,'target':{'node':1,"
+    "'path':'rotation'}}]}]}";
 
 enum { FPS = 36 }; /* two blocks of sixteen times and a part of one */
 
