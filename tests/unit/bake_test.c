@@ -1,41 +1,8 @@
 /* Baked and reduced clips against the clips that they come from. */
 #include <string.h>
 
+#include "keys.h"
 #include "rotation_reference.h"
-#include "test.h"
-#include "tweend/anim.h"
-
-static tw_clip *compile(const tw_track_keys *tracks, uint32_t count, int force) {
-  tw_clip_keys keys = {.track_count = count, .tracks = tracks};
-  tw_clip *clip = NULL;
-  tw_error error = {0};
-  if (tw_clip_create(&keys, 4, force, &clip, &error) != TW_OK)
-    fail_msg("%s: %s", error.pointer, error.detail);
-  return clip;
-}
-
-static tw_track_keys rotation_track(tw_key_form form, tw_interpolation interpolation, const float *times,
-                                    const void *values, uint32_t key_count) {
-  bool angular = form == TW_KEY_EULER || form == TW_KEY_AXIS_ANGLE;
-  return (tw_track_keys){.path = TW_ROTATION,
-                         .interpolation = interpolation,
-                         .form = form,
-                         .width = form == TW_KEY_EULER ? 3 : 4,
-                         .key_count = key_count,
-                         .times = times,
-                         .values = angular ? NULL : values,
-                         .angles = angular ? values : NULL};
-}
-
-static tw_track_keys value_track(tw_path path, tw_interpolation interpolation, const float *times,
-                                 const float *values, uint32_t key_count) {
-  return (tw_track_keys){.path = path,
-                         .interpolation = interpolation,
-                         .width = 3,
-                         .key_count = key_count,
-                         .times = times,
-                         .values = values};
-}
 
 static double distance(tw_path path, const float *a, const float *b) {
   if (path == TW_ROTATION) return ref_angle(ref_of(a), ref_of(b));
@@ -62,8 +29,8 @@ static const float plain_rotations[] = {0, 0, 0, 1, 1, 0, 0, 0, 0, 0.6f, 0, 0.8f
 static const tw_tolerance hundredth = {0.01 * REF_DEGREES, 1e-4};
 
 TEST(times_to_bake_must_rise) {
-  tw_track_keys track = rotation_track(TW_KEY_QUATERNION, TW_LINEAR, times_0_1_3, plain_rotations, 3);
-  tw_clip *clip = compile(&track, 1, -1);
+  tw_track_keys track = quaternion_keys(TW_LINEAR, times_0_1_3, plain_rotations, 3);
+  tw_clip *clip = clip_of(&track, 1, -1);
   tw_arena *arena = tw_arena_create();
   const float bad[][3] = {{0, 1, 1}, {-1, 0, 1}, {0, NAN, 2}};
   const char *pointers[] = {"/times/2", "/times/0", "/times/1"};
@@ -80,9 +47,9 @@ TEST(times_to_bake_must_rise) {
 
 TEST(tolerances_must_be_possible_and_keys_few_enough) {
   const double angles[] = {0, 0, 0, 400, 300, 200};
-  tw_track_keys track = rotation_track(TW_KEY_EULER, TW_EULER, times_0_1_3, angles, 2);
+  tw_track_keys track = euler_keys(TW_XYZ, times_0_1_3, angles, 2);
   tw_clip_keys keys = {.track_count = 1, .tracks = &track}, out;
-  tw_clip *clip = compile(&track, 1, -1);
+  tw_clip *clip = clip_of(&track, 1, -1);
   tw_arena *arena = tw_arena_create();
   tw_tolerance reached;
   const tw_tolerance none = {0, 1}, not_a_number = {1, NAN};
@@ -98,12 +65,12 @@ TEST(what_all_tracks_of_a_clip_take_is_limited) {
   const double turns[] = {0, 1, 0, 0, 0, 1, 0, 60000}; /* 344,000 steps of 10 degrees */
   tw_track_keys tracks[TRACKS];
   for (uint32_t i = 0; i < TRACKS; i++) {
-    tracks[i] = rotation_track(TW_KEY_AXIS_ANGLE, TW_LINEAR, times_0_1_3, turns, 2);
+    tracks[i] = axis_angle_keys(times_0_1_3, turns, 2);
     tracks[i].node = i;
   }
   for (uint32_t count = 3; count <= TRACKS; count++) {
     tw_clip_keys keys = {.track_count = count, .tracks = tracks}, out;
-    tw_clip *clip = compile(tracks, count, -1);
+    tw_clip *clip = clip_of(tracks, count, -1);
     tw_arena *arena = tw_arena_create();
     tw_tolerance reached, loose = {0.1, 1};
     tw_error error = {0};
@@ -116,9 +83,9 @@ TEST(what_all_tracks_of_a_clip_take_is_limited) {
 
 TEST(baked_keys_are_the_samples_at_exactly_those_times) {
   const double turns[] = {0, 1, 0, 0, 0, 1, 0, 150, 0, 1, 0, 0};
-  tw_track_keys tracks[] = {rotation_track(TW_KEY_AXIS_ANGLE, TW_LINEAR, times_0_1_3, turns, 3),
-                            value_track(TW_SCALE, TW_STEP, times_0_1_3, plain_rotations, 3)};
-  tw_clip *clip = compile(tracks, 2, -1), *baked;
+  tw_track_keys tracks[] = {axis_angle_keys(times_0_1_3, turns, 3),
+                            value_keys(TW_SCALE, TW_STEP, times_0_1_3, plain_rotations, 3)};
+  tw_clip *clip = clip_of(tracks, 2, -1), *baked;
   tw_arena *arena = tw_arena_create();
   float times[50];
   for (int i = 0; i < 50; i++) times[i] = 0.25f + (float)i * 0.07f;
@@ -127,7 +94,7 @@ TEST(baked_keys_are_the_samples_at_exactly_those_times) {
   assert_int_equal(out.track_count, 2);
   assert_int_equal(out.tracks[0].interpolation, TW_LINEAR);
   assert_int_equal(out.tracks[1].interpolation, TW_STEP);
-  baked = compile(out.tracks, 2, -1);
+  baked = clip_of(out.tracks, 2, -1);
   for (int i = 0; i < 50; i++)
     for (uint32_t track = 0; track < 2; track++) {
       float a[4], b[4];
@@ -146,12 +113,12 @@ TEST(baked_keys_are_the_samples_at_exactly_those_times) {
 /* Reduces one track, checks the error that is told against the one that is found; returns the keys left. */
 static uint32_t reduced_count(const tw_track_keys *track, int force, tw_tolerance tolerance) {
   tw_clip_keys keys = {.track_count = 1, .tracks = track}, out;
-  tw_clip *clip = compile(track, 1, force), *reduced;
+  tw_clip *clip = clip_of(track, 1, force), *reduced;
   tw_arena *arena = tw_arena_create();
   tw_tolerance reached;
   assert_int_equal(tw_clip_reduce(clip, &keys, tolerance, 1000000, arena, &out, &reached, NULL), TW_OK);
   uint32_t count = out.tracks[0].key_count;
-  reduced = compile(out.tracks, 1, -1);
+  reduced = clip_of(out.tracks, 1, -1);
   assert_true(tw_clip_duration(reduced) == tw_clip_duration(clip));
   double allowed = track->path == TW_ROTATION ? tolerance.angle : tolerance.distance;
   double told = track->path == TW_ROTATION ? reached.angle : reached.distance;
@@ -176,12 +143,12 @@ TEST(every_kind_of_track_is_reduced_within_its_tolerance) {
       for (int j = 0; j < 4; j++) angles[i][j] = ref_between(&seed, -4, 4);
     }
     tw_tolerance tolerance = {exp(ref_between(&seed, -9, -2)), exp(ref_between(&seed, -9, -2))};
-    tw_track_keys tracks[] = {rotation_track(TW_KEY_QUATERNION, TW_LINEAR, times, values, 8),
-                              rotation_track(TW_KEY_QUATERNION, TW_NLERP, times, values, 8),
-                              rotation_track(TW_KEY_QUATERNION, TW_SQUAD, times, values, 8),
-                              rotation_track(TW_KEY_EULER, TW_EULER, times, angles, 6),
-                              rotation_track(TW_KEY_AXIS_ANGLE, TW_LINEAR, times, angles, 8),
-                              value_track(TW_TRANSLATION, TW_LINEAR, times, values[0], 8)};
+    tw_track_keys tracks[] = {quaternion_keys(TW_LINEAR, times, values[0], 8),
+                              quaternion_keys(TW_NLERP, times, values[0], 8),
+                              quaternion_keys(TW_SQUAD, times, values[0], 8),
+                              euler_keys(TW_XYZ, times, angles[0], 6),
+                              axis_angle_keys(times, angles[0], 8),
+                              value_keys(TW_TRANSLATION, TW_LINEAR, times, values[0], 8)};
     assert_true(reduced_count(&tracks[n % 6], n % 12 == 0 ? TW_EULER : -1, tolerance) >= 2);
   }
 }
@@ -193,8 +160,8 @@ TEST(keys_along_one_arc_shrink_to_its_ends) {
     ref_narrow(ref_axis_angle(1, 2, 3, 0.03 * (double)times[i] * 10), values[i]);
     for (int j = 0; j < 3; j++) moves[i][j] = times[i] * (float)(j + 1);
   }
-  tw_track_keys turned = rotation_track(TW_KEY_QUATERNION, TW_LINEAR, times, values, 100);
-  tw_track_keys moved = value_track(TW_TRANSLATION, TW_LINEAR, times, moves[0], 100);
+  tw_track_keys turned = quaternion_keys(TW_LINEAR, times, values[0], 100);
+  tw_track_keys moved = value_keys(TW_TRANSLATION, TW_LINEAR, times, moves[0], 100);
   assert_int_equal(reduced_count(&turned, -1, hundredth), 2);
   assert_int_equal(reduced_count(&moved, -1, hundredth), 2);
   moves[60][1] += 1; /* a bump needs its foot on both sides and its top */
@@ -203,14 +170,14 @@ TEST(keys_along_one_arc_shrink_to_its_ends) {
 
 TEST(turns_are_cut_below_180_degrees) {
   const double turns[] = {0, 1, 0, 0, 0, 1, 0, 20 * REF_PI};
-  tw_track_keys track = rotation_track(TW_KEY_AXIS_ANGLE, TW_LINEAR, times_0_1_3, turns, 2);
+  tw_track_keys track = axis_angle_keys(times_0_1_3, turns, 2);
   uint32_t count = reduced_count(&track, -1, hundredth);
   assert_true(count >= 22 && count <= 24); /* more than 20 half turns */
 }
 
 TEST(looser_tolerances_leave_fewer_keys) {
   const double angles[] = {0, 0, 0, 2, 1, -2, -1, 3, 1};
-  tw_track_keys track = rotation_track(TW_KEY_EULER, TW_EULER, times_0_1_3, angles, 3);
+  tw_track_keys track = euler_keys(TW_XYZ, times_0_1_3, angles, 3);
   uint32_t before = UINT32_MAX;
   for (int power = -3; power <= 0; power++) {
     uint32_t count = reduced_count(&track, -1, (tw_tolerance){pow(10, power) * REF_DEGREES, 1});
@@ -225,10 +192,10 @@ TEST(looser_tolerances_leave_fewer_keys) {
 
 TEST(a_still_track_keeps_one_key_unless_it_gives_the_duration) {
   const float still[] = {1, 2, 3, 1, 2, 3, 1, 2, 3};
-  tw_track_keys tracks[] = {value_track(TW_SCALE, TW_LINEAR, times_0_1_3, still, 2),
-                            rotation_track(TW_KEY_QUATERNION, TW_LINEAR, times_0_1_3, plain_rotations, 3)};
+  tw_track_keys tracks[] = {value_keys(TW_SCALE, TW_LINEAR, times_0_1_3, still, 2),
+                            quaternion_keys(TW_LINEAR, times_0_1_3, plain_rotations, 3)};
   tw_clip_keys keys = {.track_count = 2, .tracks = tracks}, out;
-  tw_clip *clip = compile(tracks, 2, -1);
+  tw_clip *clip = clip_of(tracks, 2, -1);
   tw_arena *arena = tw_arena_create();
   tw_tolerance reached;
   assert_int_equal(tw_clip_reduce(clip, &keys, hundredth, 100, arena, &out, &reached, NULL), TW_OK);
@@ -243,10 +210,10 @@ TEST(a_still_track_keeps_one_key_unless_it_gives_the_duration) {
 TEST(steps_and_splines_stay_as_they_are) {
   float spline[3][3][3] = {{{0}}};
   for (int i = 0; i < 27; i++) spline[i / 9][i / 3 % 3][i % 3] = (float)i;
-  tw_track_keys tracks[] = {value_track(TW_TRANSLATION, TW_CUBICSPLINE, times_0_1_3, spline[0][0], 3),
-                            rotation_track(TW_KEY_QUATERNION, TW_STEP, times_0_1_3, plain_rotations, 3)};
+  tw_track_keys tracks[] = {value_keys(TW_TRANSLATION, TW_CUBICSPLINE, times_0_1_3, spline[0][0], 3),
+                            quaternion_keys(TW_STEP, times_0_1_3, plain_rotations, 3)};
   tw_clip_keys keys = {.track_count = 2, .tracks = tracks}, out;
-  tw_clip *clip = compile(tracks, 2, -1);
+  tw_clip *clip = clip_of(tracks, 2, -1);
   tw_arena *arena = tw_arena_create();
   tw_tolerance reached;
   assert_int_equal(tw_clip_reduce(clip, &keys, hundredth, 100, arena, &out, &reached, NULL), TW_OK);

@@ -1,30 +1,11 @@
 /* Clips: what is refused, what happens to keys, times outside them. */
 #include <string.h>
 
+#include "keys.h"
 #include "rotation_reference.h"
-#include "test.h"
 
 static const float two_times[] = {0, 1};
 static const float identity_pair[] = {0, 0, 0, 1, 0, 0, 0, 1};
-
-static tw_track_keys quaternion_track(const float *times, const float *values, uint32_t key_count) {
-  return (tw_track_keys){.path = TW_ROTATION,
-                         .interpolation = TW_LINEAR,
-                         .form = TW_KEY_QUATERNION,
-                         .width = 4,
-                         .key_count = key_count,
-                         .times = times,
-                         .values = values};
-}
-
-static tw_track_keys value_track(tw_path path, const float *times, const float *values, uint32_t key_count) {
-  return (tw_track_keys){.path = path,
-                         .interpolation = TW_LINEAR,
-                         .width = 3,
-                         .key_count = key_count,
-                         .times = times,
-                         .values = values};
-}
 
 static void assert_refused(const tw_track_keys *tracks, uint32_t count, int force, const char *pointer) {
   tw_clip_keys keys = {.track_count = count, .tracks = tracks};
@@ -37,45 +18,30 @@ static void assert_refused(const tw_track_keys *tracks, uint32_t count, int forc
   assert_int_equal(tw_clip_create(&keys, 2, force, &clip, NULL), TW_INVALID);
 }
 
-static tw_clip *compile(const tw_track_keys *tracks, uint32_t count, int force) {
-  tw_clip_keys keys = {.track_count = count, .tracks = tracks};
-  tw_clip *clip = NULL;
-  tw_error error = {0};
-  if (tw_clip_create(&keys, 2, force, &clip, &error) != TW_OK)
-    fail_msg("%s: %s", error.pointer, error.detail);
-  return clip;
-}
-
 TEST(times_must_be_finite_not_negative_and_rising) {
   const float bad[][3] = {{0, NAN, 2}, {0, INFINITY, 2}, {-1, 0, 2}, {0, 1, 1}, {0, 2, 1}};
   const char *pointers[] = {"/tracks/0/times/1", "/tracks/0/times/1", "/tracks/0/times/0",
                             "/tracks/0/times/2", "/tracks/0/times/2"};
   const float values[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
   for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
-    tw_track_keys track = quaternion_track(bad[i], values, 3);
+    tw_track_keys track = quaternion_keys(TW_LINEAR, bad[i], values, 3);
     assert_refused(&track, 1, -1, pointers[i]);
   }
 }
 
 TEST(values_must_be_finite_and_rotations_not_zero) {
   const float not_finite[] = {0, 0, 0, 1, 0, NAN, 0, 1}, zero[] = {0, 0, 0, 1, 0, 0, 0, 0};
-  tw_track_keys track = quaternion_track(two_times, not_finite, 2);
+  tw_track_keys track = quaternion_keys(TW_LINEAR, two_times, not_finite, 2);
   assert_refused(&track, 1, -1, "/tracks/0/quaternions/1");
-  track = quaternion_track(two_times, zero, 2);
+  track = quaternion_keys(TW_LINEAR, two_times, zero, 2);
   assert_refused(&track, 1, -1, "/tracks/0/quaternions/1");
 
   const float moved[] = {0, 0, 0, 0, INFINITY, 0};
-  track = value_track(TW_TRANSLATION, two_times, moved, 2);
+  track = value_keys(TW_TRANSLATION, TW_LINEAR, two_times, moved, 2);
   assert_refused(&track, 1, -1, "/tracks/0/values/1");
 
   const double no_axis[] = {1, 0, 0, 1, 0, 0, 0, 1}, endless[] = {0, 0, 0, 0, 1e10, 0};
-  track = (tw_track_keys){.path = TW_ROTATION,
-                          .interpolation = TW_LINEAR,
-                          .form = TW_KEY_AXIS_ANGLE,
-                          .width = 4,
-                          .key_count = 2,
-                          .times = two_times,
-                          .angles = no_axis};
+  track = axis_angle_keys(two_times, no_axis, 2);
   assert_refused(&track, 1, -1, "/tracks/0/axis_angles/1");
   track.form = TW_KEY_EULER;
   track.width = 3;
@@ -87,13 +53,13 @@ TEST(tangents_must_be_finite) {
   float values[24] = {0};
   values[7] = values[19] = 1;
   values[11] = NAN; /* out-tangent of the first key */
-  tw_track_keys track = quaternion_track(two_times, values, 2);
+  tw_track_keys track = quaternion_keys(TW_LINEAR, two_times, values, 2);
   track.interpolation = TW_CUBICSPLINE;
   assert_refused(&track, 1, -1, "/tracks/0/quaternions/0");
 }
 
 TEST(nodes_widths_and_paths_must_fit) {
-  tw_track_keys track = quaternion_track(two_times, identity_pair, 2);
+  tw_track_keys track = quaternion_keys(TW_LINEAR, two_times, identity_pair, 2);
   track.node = 2;
   assert_refused(&track, 1, -1, "/tracks/0/node");
   track.node = 0;
@@ -102,7 +68,7 @@ TEST(nodes_widths_and_paths_must_fit) {
   track.width = 4;
   track.key_count = 0;
   assert_refused(&track, 1, -1, "/tracks/0/times");
-  track = value_track(TW_SCALE, two_times, identity_pair, 2);
+  track = value_keys(TW_SCALE, TW_LINEAR, two_times, identity_pair, 2);
   track.width = 4;
   assert_refused(&track, 1, -1, "/tracks/0/values");
   track.path = TW_WEIGHTS;
@@ -111,38 +77,33 @@ TEST(nodes_widths_and_paths_must_fit) {
 }
 
 TEST(two_tracks_on_one_path_are_refused) {
-  tw_track_keys tracks[] = {quaternion_track(two_times, identity_pair, 2),
-                            value_track(TW_SCALE, two_times, identity_pair, 2),
-                            quaternion_track(two_times, identity_pair, 2)};
+  tw_track_keys tracks[] = {quaternion_keys(TW_LINEAR, two_times, identity_pair, 2),
+                            value_keys(TW_SCALE, TW_LINEAR, two_times, identity_pair, 2),
+                            quaternion_keys(TW_LINEAR, two_times, identity_pair, 2)};
   assert_refused(tracks, 3, -1, "/tracks/2/path");
   tracks[2].node = 1;
-  tw_clip_destroy(compile(tracks, 3, -1));
+  tw_clip_destroy(clip_of(tracks, 3, -1));
 }
 
 TEST(interpolations_go_with_paths_and_forms) {
   const double eulers[] = {0, 0, 0, 1, 1, 1};
-  tw_track_keys track = quaternion_track(two_times, identity_pair, 2);
+  tw_track_keys track = quaternion_keys(TW_LINEAR, two_times, identity_pair, 2);
   track.interpolation = TW_EULER;
   assert_refused(&track, 1, -1, "/tracks/0/interpolation");
-  track = value_track(TW_TRANSLATION, two_times, identity_pair, 2);
+  track = value_keys(TW_TRANSLATION, TW_LINEAR, two_times, identity_pair, 2);
   track.interpolation = TW_SQUAD;
   assert_refused(&track, 1, -1, "/tracks/0/interpolation");
-  track = (tw_track_keys){.path = TW_ROTATION,
-                          .interpolation = TW_CUBICSPLINE,
-                          .form = TW_KEY_EULER,
-                          .width = 3,
-                          .key_count = 2,
-                          .times = two_times,
-                          .angles = eulers};
+  track = euler_keys(TW_XYZ, two_times, eulers, 2);
+  track.interpolation = TW_CUBICSPLINE;
   assert_refused(&track, 1, -1, "/tracks/0/interpolation");
   track.interpolation = TW_EULER;
   assert_refused(&track, 1, TW_CUBICSPLINE, "/tracks/0/interpolation");
   for (int force = -1; force <= TW_EULER; force++)
-    if (force != TW_CUBICSPLINE) tw_clip_destroy(compile(&track, 1, force));
+    if (force != TW_CUBICSPLINE) tw_clip_destroy(clip_of(&track, 1, force));
 }
 
 TEST(an_empty_clip_leaves_nodes_at_rest) {
-  tw_clip *clip = compile(NULL, 0, -1);
+  tw_clip *clip = clip_of(NULL, 0, -1);
   tw_node nodes[2] = {{.rest = TW_TRS_IDENTITY}, {.rest = TW_TRS_IDENTITY}};
   nodes[1].rest.translation[1] = 5;
   tw_trs locals[2];
@@ -167,9 +128,9 @@ TEST(keys_come_back_bit_for_bit_and_times_outside_clamp) {
   tw_node nodes[2] = {{.rest = TW_TRS_IDENTITY}, {.rest = TW_TRS_IDENTITY}};
   for (int force = -1; force <= TW_EULER; force++) {
     if (force == TW_CUBICSPLINE || force == TW_EULER) continue;
-    tw_track_keys tracks[] = {quaternion_track(times, values[0], 9),
-                              value_track(TW_SCALE, times, moves[0], 9)};
-    tw_clip *clip = compile(tracks, 2, force);
+    tw_track_keys tracks[] = {quaternion_keys(TW_LINEAR, times, values[0], 9),
+                              value_keys(TW_SCALE, TW_LINEAR, times, moves[0], 9)};
+    tw_clip *clip = clip_of(tracks, 2, force);
     for (uint32_t path = TW_TRANSLATION; path <= TW_SCALE; path++) {
       assert_int_equal(tw_clip_find(clip, 0, path), path == TW_TRANSLATION ? TW_NO_INDEX : path - 1);
       assert_int_equal(tw_clip_find(clip, 1, path), TW_NO_INDEX);
@@ -189,8 +150,8 @@ TEST(a_single_key_holds_for_ever) {
   const float time[] = {2}, value[] = {0.6f, 0, 0, 0.8f};
   for (int force = -1; force <= TW_EULER; force++) {
     if (force == TW_CUBICSPLINE) continue;
-    tw_track_keys track = quaternion_track(time, value, 1);
-    tw_clip *clip = compile(&track, 1, force);
+    tw_track_keys track = quaternion_keys(TW_LINEAR, time, value, 1);
+    tw_clip *clip = clip_of(&track, 1, force);
     for (int i = 0; i < 5; i++) {
       float at = (float)i, q[4];
       tw_clip_sample(clip, 0, &at, 1, q);
@@ -202,8 +163,8 @@ TEST(a_single_key_holds_for_ever) {
 
 TEST(keys_are_normalised_and_their_signs_made_continuous) {
   const float times[] = {0, 1, 2}, values[] = {0, 0, 0, 2, 0, -0.6f, 0, -0.8f, 0, 1, 0, 0};
-  tw_track_keys track = quaternion_track(times, values, 3);
-  tw_clip *clip = compile(&track, 1, -1);
+  tw_track_keys track = quaternion_keys(TW_LINEAR, times, values, 3);
+  tw_clip *clip = clip_of(&track, 1, -1);
   float out[3][4];
   tw_clip_sample(clip, 0, times, 3, out[0]);
   assert_true(out[0][3] == 1);
@@ -214,9 +175,9 @@ TEST(keys_are_normalised_and_their_signs_made_continuous) {
 
 TEST(weights_are_sampled_by_track) {
   const float values[] = {0, 1, 2, 3, 4, 4, 4, 4, 4, 4};
-  tw_track_keys track = value_track(TW_WEIGHTS, two_times, values, 2);
+  tw_track_keys track = value_keys(TW_WEIGHTS, TW_LINEAR, two_times, values, 2);
   track.width = 5;
-  tw_clip *clip = compile(&track, 1, TW_SQUAD);
+  tw_clip *clip = clip_of(&track, 1, TW_SQUAD);
   float at = 0.5f, out[5];
   tw_clip_sample(clip, 0, &at, 1, out);
   for (int i = 0; i < 5; i++) assert_true(out[i] == (float)(i + 4) / 2);
@@ -234,9 +195,9 @@ TEST(crowded_and_denormal_key_times_are_found) {
     times[i] = i < KEYS - 1 ? (float)i * 1.4e-45f : 3e38f; /* all but the last in one bucket */
     values[i][0] = (float)i;
   }
-  tw_track_keys track = value_track(TW_TRANSLATION, times, values[0], KEYS);
+  tw_track_keys track = value_keys(TW_TRANSLATION, TW_LINEAR, times, values[0], KEYS);
   track.interpolation = TW_STEP;
-  tw_clip *clip = compile(&track, 1, -1);
+  tw_clip *clip = clip_of(&track, 1, -1);
   float out[KEYS][3];
   tw_clip_sample(clip, 0, times, KEYS, out[0]);
   assert_memory_equal(out, values, sizeof out);
@@ -262,8 +223,8 @@ TEST(loops_fold_time_into_the_clip) {
 
 TEST(merged_clips_have_the_tracks_of_all) {
   const float moves[] = {0, 0, 0, 1, 0, 0}, others[] = {0, 0, 0, 0, 5, 0};
-  tw_track_keys turn = quaternion_track(two_times, identity_pair, 2);
-  tw_track_keys move = value_track(TW_TRANSLATION, two_times, moves, 2), other = move, far = move;
+  tw_track_keys turn = quaternion_keys(TW_LINEAR, two_times, identity_pair, 2);
+  tw_track_keys move = value_keys(TW_TRANSLATION, TW_LINEAR, two_times, moves, 2), other = move, far = move;
   other.values = others;
   far.node = 1;
   const tw_track_keys walk[] = {turn, move}, wave[] = {far}, fall[] = {other};
@@ -292,10 +253,10 @@ TEST(merged_clips_have_the_tracks_of_all) {
 
 TEST(clip_tells_what_its_tracks_move) {
   const float moves[] = {0, 0, 0, 1, 0, 0};
-  tw_track_keys tracks[] = {value_track(TW_SCALE, two_times, moves, 2),
-                            value_track(TW_TRANSLATION, two_times, moves, 2)};
+  tw_track_keys tracks[] = {value_keys(TW_SCALE, TW_LINEAR, two_times, moves, 2),
+                            value_keys(TW_TRANSLATION, TW_LINEAR, two_times, moves, 2)};
   tracks[1].node = 1;
-  tw_clip *clip = compile(tracks, 2, -1);
+  tw_clip *clip = clip_of(tracks, 2, -1);
   tw_path path;
   assert_int_equal(tw_clip_track_count(clip), 2);
   assert_int_equal(tw_clip_target(clip, 0, &path), 0);

@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "gltf/gltf.h"
-#include "test.h"
+#include "keys.h"
 
 static const double DEGREE = 3.141592653589793 / 180;
 
@@ -64,25 +64,9 @@ static const float quaternions[4][4] = {
     {0, 0, 0, 1}, {0, 1.2f, 0, 1.6f}, {0, -0.6f, 0, -0.8f}, {0.5f, 0.5f, 0.5f, -0.5f}};
 
 static tw_track_keys rotation(tw_interpolation interpolation) {
-  return (tw_track_keys){.node = 3,
-                         .path = TW_ROTATION,
-                         .interpolation = interpolation,
-                         .form = TW_KEY_QUATERNION,
-                         .width = 4,
-                         .key_count = 4,
-                         .times = times,
-                         .values = quaternions[0]};
-}
-
-static tw_track_keys angles(tw_interpolation interpolation, tw_key_form form, uint32_t count,
-                            const double *angles) {
-  return (tw_track_keys){.path = TW_ROTATION,
-                         .interpolation = interpolation,
-                         .form = form,
-                         .width = form == TW_KEY_EULER ? 3 : 4,
-                         .key_count = count,
-                         .times = times,
-                         .angles = angles};
+  tw_track_keys keys = quaternion_keys(interpolation, times, quaternions[0], 4);
+  keys.node = 3;
+  return keys;
 }
 
 static int set_up(void **state) {
@@ -138,7 +122,7 @@ TEST_WITH(euler_track_strays_less_than_a_tenth_of_a_degree, set_up, tear_down) {
                                {-300 * DEGREE, -95 * DEGREE, 700 * DEGREE},
                                {0, 0, 0}};
   for (int order = 0; order < TW_EULER_ORDERS; order++) {
-    tw_track_keys track = angles(TW_EULER, TW_KEY_EULER, 4, eulers[0]);
+    tw_track_keys track = euler_keys(TW_XYZ, times, eulers[0], 4);
     track.order = (tw_euler_order)order;
     tw_track_keys keys = convert(arena, &track);
     assert_true(largest_error(&track, &keys) <= 0.1);
@@ -149,7 +133,8 @@ TEST_WITH(euler_track_strays_less_than_a_tenth_of_a_degree, set_up, tear_down) {
 TEST_WITH(euler_keys_with_slerp_need_no_more_keys, set_up, tear_down) {
   tw_arena *arena = *state;
   const double eulers[2][3] = {{-170 * DEGREE, 0, 0}, {170 * DEGREE, 0, 0}};
-  tw_track_keys track = angles(TW_LINEAR, TW_KEY_EULER, 2, eulers[0]);
+  tw_track_keys track = euler_keys(TW_XYZ, times, eulers[0], 2);
+  track.interpolation = TW_LINEAR;
   tw_track_keys keys = convert(arena, &track);
   assert_int_equal(keys.key_count, 2);
   assert_true(largest_error(&track, &keys) < 0.001);
@@ -159,7 +144,7 @@ TEST_WITH(euler_keys_with_slerp_need_no_more_keys, set_up, tear_down) {
 TEST_WITH(wheel_turns_as_often_as_it_says, set_up, tear_down) {
   tw_arena *arena = *state;
   const double turns[2][4] = {{1, 2, 0, 0}, {1, 2, 0, 720 * DEGREE}};
-  tw_track_keys track = angles(TW_LINEAR, TW_KEY_AXIS_ANGLE, 2, turns[0]);
+  tw_track_keys track = axis_angle_keys(times, turns[0], 2);
   tw_track_keys keys = convert(arena, &track);
   double travelled = 0;
   for (uint32_t i = 1; i < keys.key_count; i++)
@@ -172,7 +157,7 @@ TEST_WITH(wheel_turns_as_often_as_it_says, set_up, tear_down) {
 TEST_WITH(axis_that_turns_is_followed, set_up, tear_down) {
   tw_arena *arena = *state;
   const double turns[3][4] = {{1, 0, 0, 1}, {0, 1, 0, 9}, {0, 0, 1, -2}};
-  tw_track_keys track = angles(TW_LINEAR, TW_KEY_AXIS_ANGLE, 3, turns[0]);
+  tw_track_keys track = axis_angle_keys(times, turns[0], 3);
   tw_track_keys keys = convert(arena, &track);
   assert_true(largest_error(&track, &keys) <= 0.1);
 }
@@ -192,7 +177,7 @@ TEST_WITH(times_rise_however_near_the_keys, set_up, tear_down) {
   tw_arena *arena = *state;
   const float near[3] = {1, 1.0000001f, 1.0000004f};
   const double eulers[3][3] = {{0, 0, 0}, {3, 1, 2}, {0, -1, 5}};
-  tw_track_keys track = angles(TW_EULER, TW_KEY_EULER, 3, eulers[0]);
+  tw_track_keys track = euler_keys(TW_XYZ, times, eulers[0], 3);
   track.times = near;
   tw_track_keys keys = convert(arena, &track);
   assert_true(keys.key_count >= 3);
@@ -203,7 +188,7 @@ TEST_WITH(times_rise_however_near_the_keys, set_up, tear_down) {
 TEST_WITH(more_turns_than_keys_are_refused, set_up, tear_down) {
   tw_arena *arena = *state;
   const double turns[2][4] = {{0, 0, 1, 0}, {0, 0, 1, 1e9}};
-  tw_track_keys track = angles(TW_LINEAR, TW_KEY_AXIS_ANGLE, 2, turns[0]);
+  tw_track_keys track = axis_angle_keys(times, turns[0], 2);
   tw_track_keys keys;
   assert_int_equal(tw_gltf_keys_of(&track, 1 << 20, arena, &keys, NULL), TW_LIMIT);
 }
@@ -236,13 +221,7 @@ TEST_WITH(spline_tangents_follow_their_value, set_up, tear_down) {
   tw_arena *arena = *state;
   const float keyed[2][3][4] = {{{0, 0, 0, 0}, {0, 0, 0, 2}, {4, 0, 0, 0}},
                                 {{0, 3, 0, 0}, {0, 0, 0, -1}, {1, 0, 0, 0}}};
-  tw_track_keys track = {.path = TW_ROTATION,
-                         .interpolation = TW_CUBICSPLINE,
-                         .form = TW_KEY_QUATERNION,
-                         .width = 4,
-                         .key_count = 2,
-                         .times = times,
-                         .values = keyed[0][0]};
+  tw_track_keys track = quaternion_keys(TW_CUBICSPLINE, times, keyed[0][0], 2);
   tw_track_keys keys = convert(arena, &track);
   const float wanted[24] = {0, 0,  0, 0, 0, 0, 0, 1, 2,  0, 0, 0, //
                             0, -3, 0, 0, 0, 0, 0, 1, -1, 0, 0, 0};
@@ -253,12 +232,7 @@ TEST_WITH(spline_tangents_follow_their_value, set_up, tear_down) {
 TEST_WITH(spline_of_one_key_is_a_step, set_up, tear_down) {
   tw_arena *arena = *state;
   const float keyed[3][3] = {{1, 1, 1}, {2, 3, 4}, {5, 5, 5}};
-  tw_track_keys track = {.path = TW_SCALE,
-                         .interpolation = TW_CUBICSPLINE,
-                         .width = 3,
-                         .key_count = 1,
-                         .times = times,
-                         .values = keyed[0]};
+  tw_track_keys track = value_keys(TW_SCALE, TW_CUBICSPLINE, times, keyed[0], 1);
   tw_track_keys keys = convert(arena, &track);
   assert_int_equal(keys.interpolation, TW_STEP);
   assert_ptr_equal(keys.values, keyed[1]);

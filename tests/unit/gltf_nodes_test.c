@@ -165,12 +165,7 @@ TEST(clip_becomes_an_animation) {
 /* The one in between moves weights that the mesh does not have. */
 TEST(clips_become_animations_in_order) {
   static const float times[2] = {0, 1}, moves[2][3] = {{0, 0, 0}, {1, 2, 3}};
-  tw_track_keys nudge = {.path = TW_TRANSLATION,
-                         .interpolation = TW_LINEAR,
-                         .width = 3,
-                         .key_count = 2,
-                         .times = times,
-                         .values = moves[0]};
+  tw_track_keys nudge = value_keys(TW_TRANSLATION, TW_LINEAR, times, moves[0], 2);
   tw_track_keys smile = nudge;
   smile.path = TW_WEIGHTS;
   fixture f;
@@ -209,14 +204,7 @@ TEST(hundreds_of_tracks_are_written_and_too_many_are_over_the_limit) {
   fixture_init(&f, cube_text);
   fixture_refine(&f, 1, true);
   tw_track_keys *tracks = fixture_alloc(&f, MANY, sizeof *tracks);
-  for (uint32_t i = 0; i < MANY; i++)
-    tracks[i] = (tw_track_keys){.node = 0,
-                                .path = TW_TRANSLATION,
-                                .interpolation = TW_LINEAR,
-                                .width = 3,
-                                .key_count = 2,
-                                .times = times,
-                                .values = values[0]};
+  for (uint32_t i = 0; i < MANY; i++) tracks[i] = value_keys(TW_TRANSLATION, TW_LINEAR, times, values[0], 2);
   tw_clip_keys clip = {.track_count = FEW, .tracks = tracks};
   f.scene.clips = &clip;
   f.scene.clip_count = 1;
@@ -237,13 +225,7 @@ TEST(hundreds_of_tracks_are_written_and_too_many_are_over_the_limit) {
 
 TEST(weights_go_only_to_meshes_with_as_many_targets) {
   static const float times[2] = {0, 1}, values[2][3] = {{0, 0.5f, 1}, {1, 0.5f, 0}};
-  tw_track_keys track = {.node = 0,
-                         .path = TW_WEIGHTS,
-                         .interpolation = TW_LINEAR,
-                         .width = 3,
-                         .key_count = 2,
-                         .times = times,
-                         .values = values[0]};
+  tw_track_keys track = value_keys(TW_WEIGHTS, TW_LINEAR, times, values[0], 2);
   tw_clip_keys clip = {.track_count = 1, .tracks = &track};
   for (uint32_t targets = 2; targets < 4; targets++) {
     fixture f;

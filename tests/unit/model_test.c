@@ -3,7 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "test.h"
+#include "keys.h"
 #include "tweend/format.h"
 
 /* A triangle, two nodes, a skin of one joint and a clip of one track. */
@@ -41,13 +41,8 @@ static void fill(fixture *f) {
   f->nodes[1] = make_node(NULL, 0);
   f->skin =
       (tw_skin){.joint_count = 1, .joints = joint_nodes, .inverse_bind = identity, .skeleton = TW_NO_INDEX};
-  f->track = (tw_track_keys){.node = 1,
-                             .path = TW_TRANSLATION,
-                             .interpolation = TW_LINEAR,
-                             .width = 3,
-                             .key_count = 2,
-                             .times = times,
-                             .values = translations};
+  f->track = value_keys(TW_TRANSLATION, TW_LINEAR, times, translations, 2);
+  f->track.node = 1;
   f->clip = (tw_clip_keys){.name = "move", .track_count = 1, .tracks = &f->track};
   tw_model *model = f->model;
   model->mesh_count = 1;

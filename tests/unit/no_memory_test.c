@@ -3,6 +3,7 @@
  * What C++ allocates inside its library is not reached. */
 #include "cube.h"
 #include "glb.h"
+#include "keys.h"
 #include "surface_rows.h"
 #include "tweend/detail.h"
 #include "wrapped_memory.h"
@@ -101,15 +102,10 @@ TEST(compiling_a_clip_survives_every_failure) {
     times[i] = (float)i;
     values[i][i % 4] = 1;
   }
-  for (uint32_t i = 0; i < TRACKS; i++)
-    tracks[i] = (tw_track_keys){.node = i,
-                                .path = TW_ROTATION,
-                                .interpolation = TW_LINEAR,
-                                .form = TW_KEY_QUATERNION,
-                                .width = 4,
-                                .key_count = KEYS - i,
-                                .times = times,
-                                .values = values[0]};
+  for (uint32_t i = 0; i < TRACKS; i++) {
+    tracks[i] = quaternion_keys(TW_LINEAR, times, values[0], KEYS - i);
+    tracks[i].node = i;
+  }
   tw_clip_keys keys = {.track_count = TRACKS, .tracks = tracks};
   tw_status status = TW_NO_MEMORY;
   size_t failures = 0;

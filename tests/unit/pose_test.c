@@ -2,8 +2,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "keys.h"
 #include "rotation_reference.h"
-#include "test.h"
 
 static tw_node rest_node(uint32_t parent) {
   return (tw_node){.parent = parent, .mesh = TW_NO_INDEX, .skin = TW_NO_INDEX, .rest = TW_TRS_IDENTITY};
@@ -84,17 +84,8 @@ TEST(shear_of_a_scaled_parent_is_kept) {
 /* A clip that turns node 0 by 90 degrees a second about z. */
 static tw_clip *turning_clip(void) {
   static const float times[] = {0, 1}, values[] = {0, 0, 0, 1, 0, 0, 0.70710678f, 0.70710678f};
-  tw_track_keys track = {.path = TW_ROTATION,
-                         .interpolation = TW_LINEAR,
-                         .form = TW_KEY_QUATERNION,
-                         .width = 4,
-                         .key_count = 2,
-                         .times = times,
-                         .values = values};
-  tw_clip_keys keys = {.track_count = 1, .tracks = &track};
-  tw_clip *clip = NULL;
-  assert_int_equal(tw_clip_create(&keys, 2, -1, &clip, NULL), TW_OK);
-  return clip;
+  tw_track_keys track = quaternion_keys(TW_LINEAR, times, values, 2);
+  return clip_of(&track, 1, -1);
 }
 
 TEST(a_matrix_counts_until_a_track_moves_the_node) {
@@ -162,33 +153,15 @@ static tw_clip *mixed_clip(tw_node *nodes) {
       }
       for (int j = 0; j < 4; j++) angles[n][i][j] = ref_between(&seed, -9, 9);
     }
-    bool angular = n % 7 >= 5;
-    tw_key_form forms[] = {TW_KEY_QUATERNION, TW_KEY_QUATERNION, TW_KEY_QUATERNION, TW_KEY_QUATERNION,
-                           TW_KEY_QUATERNION, TW_KEY_EULER,      TW_KEY_AXIS_ANGLE};
-    tw_interpolation kinds[] = {TW_STEP, TW_LINEAR, TW_CUBICSPLINE, TW_NLERP, TW_SQUAD, TW_EULER, TW_LINEAR};
-    tracks[2 * n] = (tw_track_keys){.node = n,
-                                    .path = TW_ROTATION,
-                                    .interpolation = kinds[n % 7],
-                                    .form = forms[n % 7],
-                                    .width = forms[n % 7] == TW_KEY_EULER ? 3 : 4,
-                                    .key_count = KEYS,
-                                    .times = times[n],
-                                    .values = angular ? NULL : values[n][0][0],
-                                    .angles = angular ? angles[n][0] : NULL};
-    tracks[2 * n + 1] = (tw_track_keys){.node = n,
-                                        .path = n % 4 == 3 ? TW_WEIGHTS
-                                                : n % 2    ? TW_SCALE
-                                                           : TW_TRANSLATION,
-                                        .interpolation = (tw_interpolation)(n % 3),
-                                        .width = 3,
-                                        .key_count = KEYS,
-                                        .times = times[n],
-                                        .values = values[n][1][0]};
+    static const tw_interpolation kinds[] = {TW_STEP, TW_LINEAR, TW_CUBICSPLINE, TW_NLERP, TW_SQUAD};
+    tw_path path = n % 4 == 3 ? TW_WEIGHTS : n % 2 ? TW_SCALE : TW_TRANSLATION;
+    tracks[2 * n] = n % 7 == 5   ? euler_keys(TW_XYZ, times[n], angles[n][0], KEYS)
+                    : n % 7 == 6 ? axis_angle_keys(times[n], angles[n][0], KEYS)
+                                 : quaternion_keys(kinds[n % 7], times[n], values[n][0][0], KEYS);
+    tracks[2 * n + 1] = value_keys(path, (tw_interpolation)(n % 3), times[n], values[n][1][0], KEYS);
+    tracks[2 * n].node = tracks[2 * n + 1].node = n;
   }
-  tw_clip_keys keys = {.track_count = 2 * NODES, .tracks = tracks};
-  tw_clip *clip = NULL;
-  assert_int_equal(tw_clip_create(&keys, NODES, -1, &clip, NULL), TW_OK);
-  return clip;
+  return clip_of(tracks, 2 * NODES, -1);
 }
 
 /* The first times ascend by `step`, but for some that are out of order or none at all. */

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "keys.h"
 #include "tweend/format.h"
 
 typedef struct fixture {
@@ -167,61 +168,14 @@ static inline void fixture_add_clip(fixture *f) {
       "turret", "euler", "wheel", "moved", "scaled", "step", "splined \"q\" \xC3\xA4", "squad"};
   for (uint32_t i = 0; i < TRACKS; i++)
     nodes[i] = fixture_node(f, names[i], i ? nodes[i - 1] : 0, TW_NO_INDEX);
-  tracks[0] = (tw_track_keys){.path = TW_ROTATION,
-                              .interpolation = TW_LINEAR,
-                              .form = TW_KEY_QUATERNION,
-                              .width = 4,
-                              .key_count = 4,
-                              .times = times,
-                              .values = quaternions[0]};
-  tracks[1] = (tw_track_keys){.path = TW_ROTATION,
-                              .interpolation = TW_EULER,
-                              .form = TW_KEY_EULER,
-                              .order = TW_XYZ,
-                              .width = 3,
-                              .key_count = 2,
-                              .times = times,
-                              .angles = eulers[0]};
-  tracks[2] = (tw_track_keys){.path = TW_ROTATION,
-                              .interpolation = TW_LINEAR,
-                              .form = TW_KEY_AXIS_ANGLE,
-                              .width = 4,
-                              .key_count = 2,
-                              .times = times + 2,
-                              .angles = turns[0]};
-  tracks[3] = (tw_track_keys){.path = TW_TRANSLATION,
-                              .interpolation = TW_LINEAR,
-                              .width = 3,
-                              .key_count = 4,
-                              .times = times,
-                              .values = moves[0]};
-  tracks[4] = (tw_track_keys){.path = TW_SCALE,
-                              .interpolation = TW_CUBICSPLINE,
-                              .width = 3,
-                              .key_count = 2,
-                              .times = times,
-                              .values = scales[0][0]};
-  tracks[5] = (tw_track_keys){.path = TW_ROTATION,
-                              .interpolation = TW_STEP,
-                              .form = TW_KEY_QUATERNION,
-                              .width = 4,
-                              .key_count = 4,
-                              .times = times,
-                              .values = quaternions[0]};
-  tracks[6] = (tw_track_keys){.path = TW_ROTATION,
-                              .interpolation = TW_CUBICSPLINE,
-                              .form = TW_KEY_QUATERNION,
-                              .width = 4,
-                              .key_count = 2,
-                              .times = times,
-                              .values = spline[0][0]};
-  tracks[7] = (tw_track_keys){.path = TW_ROTATION,
-                              .interpolation = TW_SQUAD,
-                              .form = TW_KEY_QUATERNION,
-                              .width = 4,
-                              .key_count = 4,
-                              .times = times,
-                              .values = quaternions[0]};
+  tracks[0] = quaternion_keys(TW_LINEAR, times, quaternions[0], 4);
+  tracks[1] = euler_keys(TW_XYZ, times, eulers[0], 2);
+  tracks[2] = axis_angle_keys(times + 2, turns[0], 2);
+  tracks[3] = value_keys(TW_TRANSLATION, TW_LINEAR, times, moves[0], 4);
+  tracks[4] = value_keys(TW_SCALE, TW_CUBICSPLINE, times, scales[0][0], 2);
+  tracks[5] = quaternion_keys(TW_STEP, times, quaternions[0], 4);
+  tracks[6] = quaternion_keys(TW_CUBICSPLINE, times, spline[0][0], 2);
+  tracks[7] = quaternion_keys(TW_SQUAD, times, quaternions[0], 4);
   for (uint32_t i = 0; i < TRACKS; i++) tracks[i].node = nodes[i];
   f->model->clips = fixture_alloc(f, 1, sizeof *f->model->clips);
   f->model->clips[0] = (tw_clip_keys){.name = "aim", .track_count = TRACKS, .tracks = tracks};

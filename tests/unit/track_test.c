@@ -1,8 +1,8 @@
 /* Every interpolation against the formulas, and the textbook's cases. */
 #include <string.h>
 
+#include "keys.h"
 #include "rotation_reference.h"
-#include "test.h"
 
 enum { KEYS_MAX = 24, SAMPLES = 300 };
 
@@ -44,24 +44,11 @@ static void random_track_init(random_track *track, uint64_t *seed) {
 }
 
 static tw_track_keys track_keys(const random_track *track, tw_interpolation interpolation, tw_key_form form) {
-  bool angular = form == TW_KEY_EULER || form == TW_KEY_AXIS_ANGLE;
-  tw_track_keys keys = {.path = TW_ROTATION,
-                        .interpolation = interpolation,
-                        .form = form,
-                        .order = track->order,
-                        .width = form == TW_KEY_EULER ? 3 : 4,
-                        .key_count = track->key_count,
-                        .times = track->times};
-  if (!angular) keys.values = interpolation == TW_CUBICSPLINE ? track->spline[0][0] : track->values[0];
-  if (angular) keys.angles = form == TW_KEY_EULER ? track->eulers[0] : track->axis_angles[0];
-  return keys;
-}
-
-static tw_clip *compile(const tw_track_keys *track, int force) {
-  tw_clip_keys keys = {.track_count = 1, .tracks = track};
-  tw_clip *clip = NULL;
-  assert_int_equal(tw_clip_create(&keys, 1, force, &clip, NULL), TW_OK);
-  return clip;
+  if (form == TW_KEY_EULER) return euler_keys(track->order, track->times, track->eulers[0], track->key_count);
+  if (form == TW_KEY_AXIS_ANGLE)
+    return axis_angle_keys(track->times, track->axis_angles[0], track->key_count);
+  const float *values = interpolation == TW_CUBICSPLINE ? track->spline[0][0] : track->values[0];
+  return quaternion_keys(interpolation, track->times, values, track->key_count);
 }
 
 /* ---- the reference: rotation of segment i at u --------------------------------------------- */
@@ -164,7 +151,7 @@ static void assert_agrees(tw_interpolation interpolation, tw_key_form form, refe
     random_track track;
     random_track_init(&track, &seed);
     tw_track_keys keys = track_keys(&track, interpolation, form);
-    tw_clip *clip = compile(&keys, -1);
+    tw_clip *clip = clip_of(&keys, 1, -1);
     float times[SAMPLES], bulk[SAMPLES][4];
     float last = track.times[track.key_count - 1];
     for (int i = 0; i < SAMPLES; i++)
@@ -226,14 +213,8 @@ TEST(slerp_travels_at_constant_speed_and_never_over_half_a_turn) {
     float values[2][4], times[33], at[33][4];
     for (int i = 0; i < 2; i++) ref_narrow(ref_random_unit(&seed), values[i]);
     for (int i = 0; i <= 32; i++) times[i] = 1 + (float)i / 16;
-    tw_track_keys keys = {.path = TW_ROTATION,
-                          .interpolation = TW_LINEAR,
-                          .form = TW_KEY_QUATERNION,
-                          .width = 4,
-                          .key_count = 2,
-                          .times = ends,
-                          .values = values[0]};
-    tw_clip *clip = compile(&keys, -1);
+    tw_track_keys keys = quaternion_keys(TW_LINEAR, ends, values[0], 2);
+    tw_clip *clip = clip_of(&keys, 1, -1);
     tw_clip_sample(clip, 0, times, 33, at[0]);
     double whole = ref_angle(ref_of(values[0]), ref_of(values[1])), travelled = 0;
     for (int i = 0; i < 32; i++) {
@@ -254,7 +235,7 @@ TEST(samples_keep_one_sign_along_a_track) {
     random_track_init(&track, &seed);
     for (size_t k = 0; k < 3; k++) {
       tw_track_keys keys = track_keys(&track, all[k], TW_KEY_QUATERNION);
-      tw_clip *clip = compile(&keys, -1);
+      tw_clip *clip = clip_of(&keys, 1, -1);
       float before[4];
       tw_clip_sample(clip, 0, track.times, 1, before);
       for (uint32_t i = 0; i + 1 < track.key_count; i++)
@@ -273,14 +254,8 @@ TEST(squad_turns_steadily_where_keys_do) {
   const float times[] = {0, 1, 1.5f, 4, 5};
   float values[5][4];
   for (int i = 0; i < 5; i++) ref_narrow(ref_axis_angle(1, 2, 3, 0.5 * (double)times[i]), values[i]);
-  tw_track_keys keys = {.path = TW_ROTATION,
-                        .interpolation = TW_SQUAD,
-                        .form = TW_KEY_QUATERNION,
-                        .width = 4,
-                        .key_count = 5,
-                        .times = times,
-                        .values = values[0]};
-  tw_clip *clip = compile(&keys, -1);
+  tw_track_keys keys = quaternion_keys(TW_SQUAD, times, values[0], 5);
+  tw_clip *clip = clip_of(&keys, 1, -1);
   for (int i = 0; i <= 50; i++) {
     float at = (float)i / 10, q[4];
     tw_clip_sample(clip, 0, &at, 1, q);
@@ -300,14 +275,8 @@ TEST(squad_keeps_its_speed_through_unequally_spaced_keys) {
   float values[4][4];
   const double degrees[] = {0, 20, 70, 75};
   for (int i = 0; i < 4; i++) ref_narrow(ref_axis_angle(0, 1, 0.1 * i, degrees[i] * REF_DEGREES), values[i]);
-  tw_track_keys keys = {.path = TW_ROTATION,
-                        .interpolation = TW_SQUAD,
-                        .form = TW_KEY_QUATERNION,
-                        .width = 4,
-                        .key_count = 4,
-                        .times = times,
-                        .values = values[0]};
-  tw_clip *clip = compile(&keys, -1);
+  tw_track_keys keys = quaternion_keys(TW_SQUAD, times, values[0], 4);
+  tw_clip *clip = clip_of(&keys, 1, -1);
   for (int i = 1; i <= 2; i++) {
     double before = speed_at(clip, times[i] - 0.004f, 0.004f), after = speed_at(clip, times[i], 0.004f);
     assert_true(fabs(before - after) < 0.01 * before);
@@ -318,7 +287,7 @@ TEST(squad_keeps_its_speed_through_unequally_spaced_keys) {
 /* ---- the textbook's cases --------------------------------------------------------------------- */
 
 static void between(const tw_track_keys *keys, int force, float time, float out[4]) {
-  tw_clip *clip = compile(keys, force);
+  tw_clip *clip = clip_of(keys, 1, force);
   tw_clip_sample(clip, 0, &time, 1, out);
   tw_clip_destroy(clip);
 }
@@ -331,14 +300,7 @@ TEST(minus_170_to_170_passes_0_as_euler_and_180_as_quaternion) {
       float q[4];
       angles[0][axis] = -170 * REF_DEGREES;
       angles[1][axis] = 170 * REF_DEGREES;
-      tw_track_keys keys = {.path = TW_ROTATION,
-                            .interpolation = TW_EULER,
-                            .form = TW_KEY_EULER,
-                            .order = order,
-                            .width = 3,
-                            .key_count = 2,
-                            .times = times,
-                            .angles = angles[0]};
+      tw_track_keys keys = euler_keys(order, times, angles[0], 2);
       between(&keys, -1, 0.5f, q);
       assert_true(ref_angle(ref_of(q), (ref_quat){0, 0, 0, 1}) < 1e-6);
       between(&keys, -1, 0.25f, q);
@@ -354,13 +316,7 @@ TEST(half_turns_about_opposite_axes_are_twenty_degrees_apart) {
   float values[2][4], at[4];
   ref_narrow(ref_axis_angle(1, 0, 0, 170 * REF_DEGREES), values[0]);
   ref_narrow(ref_axis_angle(-1, 0, 0, 170 * REF_DEGREES), values[1]);
-  tw_track_keys keys = {.path = TW_ROTATION,
-                        .interpolation = TW_LINEAR,
-                        .form = TW_KEY_QUATERNION,
-                        .width = 4,
-                        .key_count = 2,
-                        .times = times,
-                        .values = values[0]};
+  tw_track_keys keys = quaternion_keys(TW_LINEAR, times, values[0], 2);
   for (int i = 0; i <= 10; i++) {
     between(&keys, -1, (float)i / 10, at);
     assert_true(fabs(ref_angle(ref_of(values[0]), ref_of(at)) - 20 * REF_DEGREES * i / 10) < 1e-6);
@@ -378,14 +334,8 @@ TEST(axis_angle_keys_turn_as_often_as_they_say) {
     double angles[2][4];
     memcpy(angles, turns[n], sizeof angles);
     for (int i = 0; i < 2; i++) angles[i][3] *= REF_DEGREES;
-    tw_track_keys keys = {.path = TW_ROTATION,
-                          .interpolation = TW_LINEAR,
-                          .form = TW_KEY_AXIS_ANGLE,
-                          .width = 4,
-                          .key_count = 2,
-                          .times = times,
-                          .angles = angles[0]};
-    tw_clip *clip = compile(&keys, -1);
+    tw_track_keys keys = axis_angle_keys(times, angles[0], 2);
+    tw_clip *clip = clip_of(&keys, 1, -1);
     const double *axis = angles[1];
     double start = axis[1] < 0 ? -angles[0][3] : angles[0][3], change = angles[1][3] - start;
     assert_true(fabs(fabs(change) - 800 * REF_DEGREES) < 1e-9);
@@ -427,14 +377,8 @@ TEST(forced_euler_follows_quaternions_round_and_round) {
   const float times[] = {0, 1, 2, 3, 4, 5, 6};
   float values[7][4];
   for (int i = 0; i < 7; i++) ref_narrow(ref_axis_angle(0, 0, 1, i * 1.5), values[i]);
-  tw_track_keys keys = {.path = TW_ROTATION,
-                        .interpolation = TW_LINEAR,
-                        .form = TW_KEY_QUATERNION,
-                        .width = 4,
-                        .key_count = 7,
-                        .times = times,
-                        .values = values[0]};
-  tw_clip *clip = compile(&keys, TW_EULER);
+  tw_track_keys keys = quaternion_keys(TW_LINEAR, times, values[0], 7);
+  tw_clip *clip = clip_of(&keys, 1, TW_EULER);
   for (int i = 0; i <= 60; i++) {
     float at = (float)i / 10, q[4];
     tw_clip_sample(clip, 0, &at, 1, q);
@@ -451,11 +395,11 @@ TEST(a_spline_of_keys_on_both_sides_turns_its_tangents_with_them) {
   tw_track_keys keys = track_keys(&track, TW_CUBICSPLINE, TW_KEY_QUATERNION);
   float times[64], plain[64][4], flipped[64][4];
   for (int i = 0; i < 64; i++) times[i] = (float)ref_between(&seed, 0, (double)track.times[5]);
-  tw_clip *clip = compile(&keys, -1);
+  tw_clip *clip = clip_of(&keys, 1, -1);
   tw_clip_sample(clip, 0, times, 64, plain[0]);
   tw_clip_destroy(clip);
   for (int i = 0; i < 12; i++) track.spline[3][i / 4][i % 4] *= -1;
-  clip = compile(&keys, -1);
+  clip = clip_of(&keys, 1, -1);
   tw_clip_sample(clip, 0, times, 64, flipped[0]);
   tw_clip_destroy(clip);
   assert_memory_equal(plain, flipped, sizeof plain);
@@ -465,13 +409,7 @@ TEST(a_spline_through_zero_stays_a_rotation) {
   const float times[] = {0, 1};
   /* Tangents that carry the value to zero at the middle: 1/2 + 1/2 + (-4 - 4) / 8. */
   float values[2][3][4] = {{{0}, {0, 0, 0, 1}, {0, 0, 0, -4}}, {{0, 0, 0, 4}, {0, 0, 0, 1}, {0}}};
-  tw_track_keys keys = {.path = TW_ROTATION,
-                        .interpolation = TW_CUBICSPLINE,
-                        .form = TW_KEY_QUATERNION,
-                        .width = 4,
-                        .key_count = 2,
-                        .times = times,
-                        .values = values[0][0]};
+  tw_track_keys keys = quaternion_keys(TW_CUBICSPLINE, times, values[0][0], 2);
   float q[4];
   between(&keys, -1, 0.5f, q);
   assert_true(q[3] == 1);
@@ -494,7 +432,7 @@ TEST(translations_and_scales_agree_with_the_formulas) {
                           .times = times,
                           .values = values[0][0]};
     if (n % 4 >= 2) keys.path = TW_WEIGHTS;
-    tw_clip *clip = compile(&keys, -1);
+    tw_clip *clip = clip_of(&keys, 1, -1);
     for (int i = 0; i < KEYS_MAX - 1; i++) {
       float at = (float)ref_between(&seed, (double)times[i], (double)times[i + 1]), out[9];
       double h = (double)times[i + 1] - (double)times[i], u = ((double)at - (double)times[i]) / h;
@@ -518,13 +456,8 @@ TEST(huge_values_and_tangents_stay_finite) {
   float values[18];
   for (int i = 0; i < 18; i++) values[i] = i % 2 ? 3e38f : -3e38f;
   for (int interpolation = TW_LINEAR; interpolation <= TW_CUBICSPLINE; interpolation++) {
-    tw_track_keys keys = {.path = TW_TRANSLATION,
-                          .interpolation = (tw_interpolation)interpolation,
-                          .width = 3,
-                          .key_count = 2,
-                          .times = times,
-                          .values = values};
-    tw_clip *clip = compile(&keys, -1);
+    tw_track_keys keys = value_keys(TW_TRANSLATION, (tw_interpolation)interpolation, times, values, 2);
+    tw_clip *clip = clip_of(&keys, 1, -1);
     for (int i = 0; i <= 10; i++) {
       float at = 1e29f * (float)i, out[3];
       tw_clip_sample(clip, 0, &at, 1, out);

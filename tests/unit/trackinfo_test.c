@@ -1,32 +1,10 @@
 /* What the inspection of rotation tracks finds. */
 #include <string.h>
 
+#include "keys.h"
 #include "rotation_reference.h"
-#include "test.h"
-#include "tweend/anim.h"
 
 static const float times_0_to_3[] = {0, 1, 2, 3};
-
-static tw_track_keys euler_track(const double *angles, uint32_t key_count, tw_euler_order order) {
-  return (tw_track_keys){.path = TW_ROTATION,
-                         .interpolation = TW_EULER,
-                         .form = TW_KEY_EULER,
-                         .order = order,
-                         .width = 3,
-                         .key_count = key_count,
-                         .times = times_0_to_3,
-                         .angles = angles};
-}
-
-static tw_track_keys quaternion_track(const float *values, uint32_t key_count) {
-  return (tw_track_keys){.path = TW_ROTATION,
-                         .interpolation = TW_LINEAR,
-                         .form = TW_KEY_QUATERNION,
-                         .width = 4,
-                         .key_count = key_count,
-                         .times = times_0_to_3,
-                         .values = values};
-}
 
 static tw_track_report inspect(tw_track_keys keys) {
   tw_track_report report;
@@ -43,7 +21,7 @@ static void assert_near(double value, double expected, double tolerance) {
 
 TEST(only_sound_rotation_tracks_are_inspected) {
   const float zero[8] = {0};
-  tw_track_keys keys = quaternion_track(zero, 2);
+  tw_track_keys keys = quaternion_keys(TW_LINEAR, times_0_to_3, zero, 2);
   tw_track_report report;
   tw_error error;
   assert_int_equal(tw_track_inspect(&keys, TW_TRACK_STEPS, &report, &error), TW_INVALID);
@@ -54,7 +32,7 @@ TEST(only_sound_rotation_tracks_are_inspected) {
 
 TEST(minus_170_to_170_strays_half_a_turn_from_slerp) {
   const double angles[] = {-170 * REF_DEGREES, 0, 0, 170 * REF_DEGREES, 0, 0};
-  tw_track_report report = inspect(euler_track(angles, 2, TW_XYZ));
+  tw_track_report report = inspect(euler_keys(TW_XYZ, times_0_to_3, angles, 2));
   assert_int_equal(report.euler_wraps, 1);
   assert_int_equal(report.long_steps, 1);
   assert_near(report.total_angle, 340 * REF_DEGREES, 1e-6);
@@ -77,7 +55,7 @@ TEST(lock_between_keys_is_found_with_its_time_in_every_order) {
     angles[3 + letters[0] - 'X'] = 0.3;
     angles[letters[1] - 'X'] = 60 * REF_DEGREES;
     angles[3 + letters[1] - 'X'] = 160 * REF_DEGREES;
-    tw_track_report report = inspect(euler_track(angles, 2, order));
+    tw_track_report report = inspect(euler_keys(order, times_0_to_3, angles, 2));
     assert_near(report.gimbals[order].cos_middle, 0, 1e-6);
     assert_near(report.gimbals[order].time, 0.3, 1e-6);
     assert_true(report.gimbals[order].amplification > 1e6);
@@ -93,7 +71,7 @@ TEST(the_nearest_place_to_lock_may_lie_between_keys_without_lock) {
     double angles[] = {70 * REF_DEGREES, (i ? 40 : -40) * REF_DEGREES, (i ? 40 : -40) * REF_DEGREES};
     ref_narrow(ref_euler_quat(angles, TW_YXZ), values[i]);
   }
-  tw_track_report report = inspect(quaternion_track(values[0], 2));
+  tw_track_report report = inspect(quaternion_keys(TW_LINEAR, times_0_to_3, values[0], 2));
   double expected = 2;
   for (int i = 0; i <= 100000; i++) {
     ref_matrix m = ref_matrix_of(ref_slerp(ref_of(values[0]), ref_of(values[1]), i / 1e5));
@@ -115,8 +93,7 @@ typedef struct random_keys {
 } random_keys;
 
 static tw_track_keys random_track(uint64_t *seed, int kind, random_keys *keys) {
-  static const tw_interpolation interpolations[KINDS] = {TW_LINEAR, TW_NLERP,  TW_SQUAD, TW_CUBICSPLINE,
-                                                         TW_EULER,  TW_LINEAR, TW_LINEAR};
+  static const tw_interpolation interpolations[] = {TW_LINEAR, TW_NLERP, TW_SQUAD, TW_CUBICSPLINE};
   for (int i = 0; i < 4; i++) {
     ref_narrow(ref_random_unit(seed), keys->values[i]);
     memcpy(keys->spline[i][1], keys->values[i], sizeof keys->values[i]);
@@ -128,13 +105,12 @@ static tw_track_keys random_track(uint64_t *seed, int kind, random_keys *keys) {
     }
     for (int j = 0; j < 3; j++) keys->eulers[i][j] = ref_between(seed, -4, 4);
   }
-  tw_track_keys track = quaternion_track(kind == 3 ? keys->spline[0][0] : keys->values[0], 4);
-  if (kind == 4) return euler_track(keys->eulers[0], 4, (tw_euler_order)(*seed % TW_EULER_ORDERS));
+  tw_track_keys track =
+      quaternion_keys(TW_LINEAR, times_0_to_3, kind == 3 ? keys->spline[0][0] : keys->values[0], 4);
+  if (kind == 4)
+    return euler_keys((tw_euler_order)(*seed % TW_EULER_ORDERS), times_0_to_3, keys->eulers[0], 4);
+  if (kind > 4) return axis_angle_keys(times_0_to_3, keys->angles[0], 4);
   track.interpolation = interpolations[kind];
-  if (kind < 5) return track;
-  track.form = TW_KEY_AXIS_ANGLE;
-  track.values = NULL;
-  track.angles = keys->angles[0];
   return track;
 }
 
@@ -144,9 +120,7 @@ TEST(cosines_of_all_orders_agree_with_a_fine_sampling) {
     random_keys random;
     tw_track_keys keys = random_track(&seed, n % KINDS, &random);
     tw_track_report report = inspect(keys);
-    tw_clip_keys clip_keys = {.track_count = 1, .tracks = &keys};
-    tw_clip *clip = NULL;
-    assert_int_equal(tw_clip_create(&clip_keys, 1, -1, &clip, NULL), TW_OK);
+    tw_clip *clip = clip_of(&keys, 1, -1);
     double least[TW_EULER_ORDERS] = {2, 2, 2, 2, 2, 2}, best = 0, total = 0;
     float before[4];
     for (int i = 0; i <= 30000; i++) {
@@ -183,7 +157,7 @@ TEST(angle_and_speed_of_slerp_are_those_of_its_keys) {
   float values[3][4];
   const double degrees[] = {0, 30, 150};
   for (int i = 0; i < 3; i++) ref_narrow(ref_axis_angle(1, 1, 0, degrees[i] * REF_DEGREES), values[i]);
-  tw_track_report report = inspect(quaternion_track(values[0], 3));
+  tw_track_report report = inspect(quaternion_keys(TW_LINEAR, times_0_to_3, values[0], 3));
   assert_near(report.total_angle, 150 * REF_DEGREES, 1e-6);
   assert_near(report.largest_step, 120 * REF_DEGREES, 1e-6);
   assert_int_equal(report.largest_key, 1);
@@ -197,7 +171,7 @@ TEST(angle_and_speed_of_slerp_are_those_of_its_keys) {
 TEST(nlerp_is_fastest_in_the_middle) {
   float values[2][4] = {{0, 0, 0, 1}, {1, 0, 0, 0}};
   ref_narrow(ref_axis_angle(1, 0, 0, 120 * REF_DEGREES), values[1]);
-  tw_track_keys keys = quaternion_track(values[0], 2);
+  tw_track_keys keys = quaternion_keys(TW_LINEAR, times_0_to_3, values[0], 2);
   keys.interpolation = TW_NLERP;
   tw_track_report report = inspect(keys);
   /* Twice d/du atan(u sin a / (1 - u + u cos a)) at 1/2, a = 60 degrees: 4 tan 30. */
@@ -208,7 +182,7 @@ TEST(nlerp_is_fastest_in_the_middle) {
 
 TEST(keys_that_hide_something_are_counted) {
   const float values[] = {0, 0, 0, 1, 0, -0.6f, 0, -0.8f, 0, 0.8f, 0, -0.6f, 0, 0, 0, -1.01f};
-  tw_track_report report = inspect(quaternion_track(values, 4));
+  tw_track_report report = inspect(quaternion_keys(TW_LINEAR, times_0_to_3, values, 4));
   assert_int_equal(report.sign_flips, 1);
   assert_int_equal(report.half_turns, 1); /* from the second to the third */
   assert_int_equal(report.non_unit_keys, 1);
@@ -219,13 +193,10 @@ TEST(keys_that_hide_something_are_counted) {
 TEST(half_turns_are_counted_in_every_form_of_key) {
   const double quarter = REF_PI / 2, eulers[] = {-quarter, 0, 0, quarter, 0, 0};
   const double turns[] = {0, 0, 1, 0, 0, 0, 1, REF_PI};
-  tw_track_keys keys[] = {euler_track(eulers, 2, TW_XYZ), euler_track(eulers, 2, TW_XYZ), {0}};
+  tw_track_keys keys[] = {euler_keys(TW_XYZ, times_0_to_3, eulers, 2),
+                          euler_keys(TW_XYZ, times_0_to_3, eulers, 2),
+                          axis_angle_keys(times_0_to_3, turns, 2)};
   keys[1].interpolation = TW_LINEAR; /* slerp, whose way is arbitrary */
-  keys[2] = keys[0];
-  keys[2].form = TW_KEY_AXIS_ANGLE;
-  keys[2].interpolation = TW_LINEAR;
-  keys[2].width = 4;
-  keys[2].angles = turns;
   for (int i = 0; i < 3; i++) {
     tw_track_report report = inspect(keys[i]);
     assert_int_equal(report.half_turns, 1);
@@ -240,13 +211,7 @@ TEST(half_turns_are_counted_in_every_form_of_key) {
 TEST(many_turns_are_counted_whole) {
   for (int turns = 1; turns <= 100000; turns *= 10) {
     const double angles[] = {0, 0, 1, 0, 0, 0, 1, turns * 2 * REF_PI};
-    tw_track_keys keys = {.path = TW_ROTATION,
-                          .interpolation = TW_LINEAR,
-                          .form = TW_KEY_AXIS_ANGLE,
-                          .width = 4,
-                          .key_count = 2,
-                          .times = times_0_to_3,
-                          .angles = angles};
+    tw_track_keys keys = axis_angle_keys(times_0_to_3, angles, 2);
     tw_track_report report = inspect(keys);
     assert_near(report.total_angle / (2 * REF_PI), turns, 1e-6 * turns);
     assert_near(report.peak_velocity / (2 * REF_PI), turns, 1e-6 * turns);
@@ -258,7 +223,7 @@ TEST(many_turns_are_counted_whole) {
 TEST(steps_jump_and_have_no_speed) {
   float values[2][4] = {{0, 0, 0, 1}};
   ref_narrow(ref_axis_angle(0, 1, 0, 89 * REF_DEGREES), values[1]);
-  tw_track_keys keys = quaternion_track(values[0], 2);
+  tw_track_keys keys = quaternion_keys(TW_LINEAR, times_0_to_3, values[0], 2);
   keys.interpolation = TW_STEP;
   tw_track_report report = inspect(keys);
   assert_near(report.total_angle, 89 * REF_DEGREES, 1e-6);
@@ -269,7 +234,7 @@ TEST(steps_jump_and_have_no_speed) {
 
 TEST(a_single_key_has_a_place_but_no_way) {
   const float value[] = {0, 0, 0, 1};
-  tw_track_report report = inspect(quaternion_track(value, 1));
+  tw_track_report report = inspect(quaternion_keys(TW_LINEAR, times_0_to_3, value, 1));
   assert_true(report.total_angle == 0 && report.duration == 0 && report.peak_velocity == 0);
   assert_near(report.gimbals[TW_ZYX].cos_middle, 1, 1e-9);
   assert_int_equal(report.best_order, TW_XYZ);
