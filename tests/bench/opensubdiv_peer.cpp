@@ -1,19 +1,15 @@
 #include "opensubdiv_peer.hpp"
 
 #include <opensubdiv/far/primvarRefiner.h>
-#include <opensubdiv/far/stencilTableFactory.h>
 #include <opensubdiv/far/topologyDescriptor.h>
 #include <opensubdiv/far/topologyRefinerFactory.h>
-#include <opensubdiv/osd/cpuEvaluator.h>
-#include <opensubdiv/osd/ompEvaluator.h>
-
-#include <omp.h>
 
 #include <algorithm>
 #include <cstring>
+#include <memory>
+#include <vector>
 
 namespace Far = OpenSubdiv::Far;
-namespace Osd = OpenSubdiv::Osd;
 namespace Sdc = OpenSubdiv::Sdc;
 
 namespace {
@@ -99,59 +95,6 @@ Timing subdivide(const tw_mesh &mesh, tw_scheme scheme, unsigned level, bool nor
     for (size_t f = 0; f < count; f++)
       std::memcpy(&faces[face_size * f], &last.GetFaceVertices(static_cast<int>(f))[0],
                   face_size * sizeof(int));
-  });
-}
-
-struct Moved::Tables {
-  Refiner refiner;
-  std::unique_ptr<const Far::StencilTable> stencils;
-  std::vector<float> out;                 // of the stencils
-  std::vector<std::vector<Point>> levels; // of the interpolation, used again as a careful caller would
-  uint32_t cage_points;
-};
-
-Moved::Moved(const tw_mesh &mesh, unsigned level) : tables_(std::make_unique<Tables>()) {
-  tables_->refiner = refine(mesh, TW_CATMULL_CLARK, level, false);
-  Far::StencilTableFactory::Options options;
-  options.generateIntermediateLevels = false;
-  options.generateOffsets = true;
-  tables_->stencils.reset(Far::StencilTableFactory::Create(*tables_->refiner, options));
-  tables_->out.resize(3 * static_cast<size_t>(tables_->stencils->GetNumStencils()));
-  for (int l = 0; l <= tables_->refiner->GetMaxLevel(); l++)
-    tables_->levels.emplace_back(static_cast<size_t>(tables_->refiner->GetLevel(l).GetNumVertices()));
-  tables_->cage_points = mesh.point_count;
-}
-
-Moved::~Moved() = default;
-
-Timing Moved::stencils(const float *positions) {
-  const Far::StencilTable &table = *tables_->stencils;
-  Osd::BufferDescriptor xyz(0, 3, 3);
-  return measure([&] {
-    Osd::CpuEvaluator::EvalStencils(positions, xyz, tables_->out.data(), xyz, table.GetSizes().data(),
-                                    table.GetOffsets().data(), table.GetControlIndices().data(),
-                                    table.GetWeights().data(), 0, table.GetNumStencils());
-  });
-}
-
-Timing Moved::stencils_on_threads(const float *positions, int threads) {
-  const Far::StencilTable &table = *tables_->stencils;
-  Osd::BufferDescriptor xyz(0, 3, 3);
-  omp_set_num_threads(threads);
-  return measure([&] {
-    Osd::OmpEvaluator::EvalStencils(positions, xyz, tables_->out.data(), xyz, table.GetSizes().data(),
-                                    table.GetOffsets().data(), table.GetControlIndices().data(),
-                                    table.GetWeights().data(), 0, table.GetNumStencils());
-  });
-}
-
-Timing Moved::interpolation(const float *positions) {
-  Far::PrimvarRefiner primvar(*tables_->refiner);
-  std::vector<std::vector<Point>> &levels = tables_->levels;
-  return measure([&] {
-    std::memcpy(levels[0].data(), positions, levels[0].size() * sizeof(Point));
-    for (size_t l = 1; l < levels.size(); l++)
-      primvar.Interpolate(static_cast<int>(l), levels[l - 1], levels[l]);
   });
 }
 

@@ -49,7 +49,7 @@ void bench_open(bench_report *report, const char *path) {
   const char *model = strchr(line, ':');
   printf("%s", model ? model + 2 : "unknown machine\n");
 #ifdef __VERSION__
-  printf("compiler %s; median of %d runs (least to most)\n", __VERSION__, BENCH_RUNS);
+  printf("compiler %s; median of %d runs or more (least to most)\n", __VERSION__, BENCH_RUNS);
 #endif
   if (report->json) fputs("[", report->json);
 }

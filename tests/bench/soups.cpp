@@ -84,7 +84,7 @@ void add_side(Lattice &lattice, int n, size_t axis, bool far, std::vector<Quad> 
 
 } // namespace
 
-Soup ball(int n, bool triangles, bool shuffled) {
+Soup ball(int n, bool shuffled) {
   Soup soup;
   Lattice lattice(soup, n);
   std::mt19937 random(7);
@@ -92,17 +92,7 @@ Soup ball(int n, bool triangles, bool shuffled) {
   for (size_t axis = 0; axis < 3; axis++)
     for (bool far : {false, true}) add_side(lattice, n, axis, far, quads);
   if (shuffled) std::shuffle(quads.begin(), quads.end(), random);
-  for (const Quad &q : quads) {
-    if (!triangles) {
-      soup.face({q[0], q[1], q[2], q[3]});
-    } else if (random() % 2) {
-      soup.face({q[0], q[1], q[2]});
-      soup.face({q[0], q[2], q[3]});
-    } else {
-      soup.face({q[0], q[1], q[3]});
-      soup.face({q[1], q[2], q[3]});
-    }
-  }
+  for (const Quad &q : quads) soup.face({q[0], q[1], q[2], q[3]});
   return soup;
 }
 

@@ -24,9 +24,8 @@ struct Soup {
   std::vector<float> moved() const;
 };
 
-// A cube of n x n quads a side, blown up to a bumpy ball; each quad as two triangles if so asked, split
-// at random. Faces come in random order when shuffled.
-Soup ball(int n, bool triangles, bool shuffled);
+// A cube of n x n quads a side, blown up to a bumpy ball. Faces come in random order when shuffled.
+Soup ball(int n, bool shuffled);
 
 // What a scan is like: an isosurface in a box of n x n x n cells by marching cubes, of triangles of all
 // shapes round points of three to a dozen, with borders where the box cuts it.

@@ -1,21 +1,18 @@
 // Subdivision beside OpenSubdiv, both measured in this one run: from polygon soup to points and quad
-// indices, what limit normals add, and new positions on a topology that is known.
+// indices, what limit normals add, and new positions on a topology that is known. All on one thread.
 // usage: subdiv_bench [--only=NAME] [--json=FILE] [OBJ...]   an OBJ file joins at levels 1 to 3
 //        subdiv_bench --print-ball=N                          prints a cage of 6 N N quads as OBJ, or
 //        subdiv_bench --print-isosurface=N, --print-character=N   one of those of soups.hpp
 //        subdiv_bench --peer OBJ LEVEL    prints the seconds of OpenSubdiv with limit tangents
 #include <algorithm>
-#include <condition_variable>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <mutex>
-#include <optional>
 #include <string>
-#include <thread>
 
 #include "opensubdiv_peer.hpp"
+#include "report.h"
 #include "soups.hpp"
 #include "timing.hpp"
 #include "tweend/subdiv.h"
@@ -41,42 +38,17 @@ struct Case {
 std::vector<float> row_buffer;
 std::vector<uint32_t> face_buffer;
 
-void make_room(const tw_surface *surface) {
+void read_all(const tw_surface *surface, bool faces) {
   size_t rows = static_cast<size_t>(tw_surface_row_count(surface, TW_DOMAIN_VERTICES));
-  size_t need = rows * tw_surface_get_layout(surface)->stride;
-  if (row_buffer.size() < need) row_buffer.resize(need);
-  size_t corners = static_cast<size_t>(tw_surface_get_counts(surface)->corners);
-  if (face_buffer.size() < corners) face_buffer.resize(corners);
-}
-
-struct Share {
-  unsigned index, count;
-
-  uint64_t first(uint64_t all) const { return all * index / count; }
-  size_t size(uint64_t all) const { return static_cast<size_t>(all * (index + 1) / count - first(all)); }
-};
-
-void read_share(const tw_surface *surface, bool faces, Share share) {
+  const tw_surface_counts *counts = tw_surface_get_counts(surface);
+  row_buffer.resize(std::max(row_buffer.size(), rows * tw_surface_get_layout(surface)->stride));
+  face_buffer.resize(std::max(face_buffer.size(), static_cast<size_t>(counts->corners)));
   tw_surface_reader *reader = tw_surface_reader_create(surface);
-  size_t stride = tw_surface_get_layout(surface)->stride;
-  uint64_t rows = tw_surface_row_count(surface, TW_DOMAIN_VERTICES);
-  tw_surface_read_rows(reader, TW_DOMAIN_VERTICES, share.first(rows), share.size(rows),
-                       row_buffer.data() + share.first(rows) * stride);
-  uint64_t all = tw_surface_get_counts(surface)->faces;
-  uint64_t corners_a_face = all > 0 ? tw_surface_get_counts(surface)->corners / all : 0;
+  tw_surface_read_rows(reader, TW_DOMAIN_VERTICES, 0, rows, row_buffer.data());
   if (faces)
-    tw_surface_read_faces(reader, TW_DOMAIN_VERTICES, share.first(all), share.size(all), nullptr,
-                          face_buffer.data() + corners_a_face * share.first(all));
+    tw_surface_read_faces(reader, TW_DOMAIN_VERTICES, 0, static_cast<size_t>(counts->faces), nullptr,
+                          face_buffer.data());
   tw_surface_reader_destroy(reader);
-}
-
-void read_all(const tw_surface *surface, bool faces, unsigned shares) {
-  make_room(surface);
-  std::vector<std::thread> others;
-  for (unsigned share = 1; share < shares; share++)
-    others.emplace_back(read_share, surface, faces, Share{share, shares});
-  read_share(surface, faces, {0, shares});
-  for (std::thread &other : others) other.join();
 }
 
 [[noreturn]] void give_up(const tw_error &error) {
@@ -84,68 +56,7 @@ void read_all(const tw_surface *surface, bool faces, unsigned shares) {
   std::exit(1);
 }
 
-// One more thread that takes parts of what is shared out, as the daemon's pool does.
-class Helper {
-public:
-  Helper() : thread_([this] { help(); }) {}
-  Helper(const Helper &) = delete;
-  Helper &operator=(const Helper &) = delete;
-  ~Helper() {
-    {
-      std::lock_guard lock(mutex_);
-      stopping_ = true;
-    }
-    wake_.notify_one();
-    thread_.join();
-  }
-
-  tw_parallel_for parallel() { return {this, run, nullptr}; }
-
-private:
-  using Part = void (*)(void *context, uint32_t index);
-
-  static void run(void *owner, uint32_t count, Part part, void *context) {
-    auto *self = static_cast<Helper *>(owner);
-    std::unique_lock lock(self->mutex_);
-    self->part_ = part;
-    self->context_ = context;
-    self->next_ = 0;
-    self->count_ = count;
-    self->wake_.notify_one();
-    self->take(lock);
-    self->idle_.wait(lock, [&] { return !self->busy_; });
-  }
-  void take(std::unique_lock<std::mutex> &lock) {
-    while (next_ < count_) {
-      uint32_t index = next_++;
-      lock.unlock();
-      part_(context_, index);
-      lock.lock();
-    }
-  }
-  void help() {
-    std::unique_lock lock(mutex_);
-    for (;;) {
-      wake_.wait(lock, [&] { return stopping_ || next_ < count_; });
-      if (stopping_) return;
-      busy_ = true;
-      take(lock);
-      busy_ = false;
-      idle_.notify_one();
-    }
-  }
-
-  std::mutex mutex_;
-  std::condition_variable wake_, idle_;
-  Part part_ = nullptr;
-  void *context_ = nullptr;
-  uint32_t next_ = 0, count_ = 0;
-  bool busy_ = false, stopping_ = false;
-  std::thread thread_;
-};
-
-tw_surface *create(const tw_mesh &mesh, tw_scheme scheme, unsigned level, bool normals, bool movable,
-                   Helper *helper = nullptr) {
+tw_surface *create(const tw_mesh &mesh, tw_scheme scheme, unsigned level, bool normals, bool movable) {
   tw_surface_options options{};
   options.scheme = scheme;
   options.level = level;
@@ -153,163 +64,50 @@ tw_surface *create(const tw_mesh &mesh, tw_scheme scheme, unsigned level, bool n
   options.movable = movable;
   tw_surface *surface = nullptr;
   tw_error error{};
-  tw_parallel_for parallel = helper ? helper->parallel() : tw_parallel_for{};
-  if (tw_surface_create_by(&mesh, &options, helper ? &parallel : nullptr, &surface, &error) != TW_OK)
-    give_up(error);
+  if (tw_surface_create(&mesh, &options, &surface, &error) != TW_OK) give_up(error);
   return surface;
 }
 
-void subdivide(const tw_mesh &mesh, tw_scheme scheme, unsigned level, bool normals,
-               Helper *helper = nullptr) {
-  tw_surface *surface = create(mesh, scheme, level, normals, false, helper);
-  read_all(surface, true, helper ? 2 : 1);
+void subdivide(const tw_mesh &mesh, tw_scheme scheme, unsigned level, bool normals) {
+  tw_surface *surface = create(mesh, scheme, level, normals, false);
+  read_all(surface, true);
   tw_surface_destroy(surface);
 }
 
-Timing move(const tw_surface *known, const float *positions, unsigned threads) {
-  std::optional<Helper> helper;
-  if (threads > 1) helper.emplace();
-  tw_parallel_for parallel = helper ? helper->parallel() : tw_parallel_for{};
+Timing move(const tw_surface *known, const float *positions) {
   return measure([&] {
     tw_surface *surface = nullptr;
-    tw_error error{};
-    if (tw_surface_with_positions_by(known, positions, helper ? &parallel : nullptr, &surface) != TW_OK)
-      give_up(error);
-    read_all(surface, false, threads);
+    if (tw_surface_with_positions_by(known, positions, nullptr, &surface) != TW_OK) std::exit(1);
+    read_all(surface, false);
     tw_surface_destroy(surface);
   });
 }
 
 // ---- reports ---------------------------------------------------------------------------------
 
-// Numbers of one case, by name: a line of the table and an object in the JSON file.
-class Report {
-public:
-  explicit Report(const char *file) : json_(file ? std::fopen(file, "w") : nullptr) {
-    if (file && !json_) {
-      std::perror(file);
-      std::exit(1);
-    }
-  }
-  Report(const Report &) = delete;
-  Report &operator=(const Report &) = delete;
-  ~Report() {
-    if (!json_) return;
-    std::fprintf(json_, "%s]\n", first_ ? "[" : "\n");
-    std::fclose(json_);
-  }
+void compare(bench_report &report, const Case &c, unsigned level) {
+  tw_mesh mesh = c.soup.mesh();
+  std::vector<float> positions = c.soup.moved();
+  auto [points, normals] = measure_by_turns([&] { subdivide(mesh, c.scheme, level, false); },
+                                            [&] { subdivide(mesh, c.scheme, level, true); });
+  Timing points_peer = opensubdiv::subdivide(mesh, c.scheme, level, false);
+  Timing normals_peer = opensubdiv::subdivide(mesh, c.scheme, level, true);
+  tw_surface *known = create(mesh, c.scheme, level, false, true);
+  double faces = static_cast<double>(tw_surface_get_counts(known)->faces) / 1e6;
+  Timing again = move(known, positions.data());
+  tw_surface_destroy(known);
 
-  void title(const char *what, const std::vector<const char *> &columns) {
-    what_ = what;
-    std::printf("\n%-36s", what);
-    for (const char *column : columns) std::printf(" %14s", column);
-    std::printf("   spread\n");
-  }
-  void row(const std::string &name, double faces, const std::vector<std::pair<const char *, Timing>> &times) {
-    std::printf("%-36s", name.c_str());
-    if (json_)
-      std::fprintf(json_, "%s\n{\"table\":\"%s\",\"case\":\"%s\",\"faces\":%.0f", first_ ? "[" : ",", what_,
-                   name.c_str(), faces);
-    first_ = false;
-    for (const auto &[column, t] : times) {
-      std::printf(" %14.1f", faces / t.median / 1e6);
-      if (json_) std::fprintf(json_, ",\"%s_s\":[%g,%g,%g]", column, t.low, t.median, t.high);
-    }
-  }
-  void ratio(const char *name, double value) {
-    std::printf(" %14.1f", value);
-    if (json_) std::fprintf(json_, ",\"%s\":%.3g", name, value);
-  }
-  void end(const std::vector<Timing> &times) {
-    std::printf("  ");
-    for (const Timing &t : times) std::printf(" %.0f%%", 100 * t.spread());
-    std::printf("\n");
-    std::fflush(stdout);
-    if (json_) std::fprintf(json_, "}");
-  }
-
-private:
-  std::FILE *json_;
-  const char *what_ = "";
-  bool first_ = true;
-};
-
-std::string label(const Case &c, unsigned level) {
-  return c.name + " level " + std::to_string(level);
-}
-
-double face_count(const tw_mesh &mesh, tw_scheme scheme, unsigned level) {
-  tw_surface_options options{};
-  options.scheme = scheme;
-  options.level = level;
-  tw_surface_counts counts{};
-  tw_error error{};
-  if (tw_surface_count(&mesh, &options, &counts, &error) != TW_OK) give_up(error);
-  return static_cast<double>(counts.faces);
-}
-
-void compare_soups(Report &report, const std::vector<Case> &cases) {
-  report.title("soup to points and indices, Mfaces/s",
-               {"tweend", "2 threads", "OpenSubdiv", "ratio", "ratio, 2 thr."});
-  for (const Case &c : cases)
-    for (unsigned level : c.levels) {
-      tw_mesh mesh = c.soup.mesh();
-      Helper helper;
-      Timing one = measure([&] { subdivide(mesh, c.scheme, level, false); }),
-             two = measure([&] { subdivide(mesh, c.scheme, level, false, &helper); });
-      Timing peer = opensubdiv::subdivide(mesh, c.scheme, level, false);
-      report.row(label(c, level), face_count(mesh, c.scheme, level),
-                 {{"tweend", one}, {"tweend_2_threads", two}, {"opensubdiv", peer}});
-      report.ratio("ratio", peer.median / one.median);
-      report.ratio("ratio_2_threads", peer.median / two.median);
-      report.end({one, two, peer});
-    }
-}
-
-void compare_normals(Report &report, const std::vector<Case> &cases) {
-  report.title("limit normals as well, Mfaces/s",
-               {"without", "with", "OpenSubdiv", "ratio", "time, of without"});
-  for (const Case &c : cases)
-    for (unsigned level : c.levels) {
-      tw_mesh mesh = c.soup.mesh();
-      auto [without, with] = measure_by_turns([&] { subdivide(mesh, c.scheme, level, false); },
-                                              [&] { subdivide(mesh, c.scheme, level, true); });
-      Timing peer = opensubdiv::subdivide(mesh, c.scheme, level, true);
-      report.row(label(c, level), face_count(mesh, c.scheme, level),
-                 {{"without", without}, {"with", with}, {"opensubdiv", peer}});
-      report.ratio("ratio", peer.median / with.median);
-      report.ratio("with_over_without", with.median / without.median);
-      report.end({without, with, peer});
-    }
-}
-
-// Of Catmull-Clark surfaces.
-void compare_moves(Report &report, const std::vector<Case> &cases) {
-  report.title("new positions on a plan, Mfaces/s",
-               {"tweend", "2 threads", "stencils", "stencils, 2", "interpolation", "ratio", "ratio, 2 thr."});
-  for (const Case &c : cases)
-    for (unsigned level : c.levels) {
-      if (c.scheme != TW_CATMULL_CLARK) continue;
-      tw_mesh mesh = c.soup.mesh();
-      std::vector<float> positions = c.soup.moved();
-      tw_surface *known = create(mesh, c.scheme, level, false, true);
-      Timing one = move(known, positions.data(), 1), two = move(known, positions.data(), 2);
-      tw_surface_destroy(known);
-      opensubdiv::Moved peer(mesh, level);
-      Timing stencils = peer.stencils(positions.data());
-      Timing threads = peer.stencils_on_threads(positions.data(), 2);
-      Timing interpolation = peer.interpolation(positions.data());
-      report.row(label(c, level), face_count(mesh, c.scheme, level),
-                 {{"tweend", one},
-                  {"tweend_2_threads", two},
-                  {"stencils", stencils},
-                  {"stencils_2_threads", threads},
-                  {"interpolation", interpolation}});
-      double best = std::min(stencils.median, interpolation.median);
-      report.ratio("ratio", best / one.median);
-      report.ratio("ratio_2_threads", std::min(best, threads.median) / two.median);
-      report.end({one, two, stencils, threads, interpolation});
-    }
+  auto row = [&](const char *name, const Timing &ours, const char *peer_name, const Timing &peer) {
+    auto rate = [&](const Timing &t) {
+      return bench_timing{faces / t.median, faces / t.high, faces / t.low};
+    };
+    bench_row(&report, name, "Mfaces/s", rate(ours), peer_name, rate(peer), true);
+  };
+  bench_scene(&report, "%s, level %u", c.name.c_str(), level);
+  row("points and indices", points, "OpenSubdiv", points_peer);
+  row("and limit normals", normals, "OpenSubdiv", normals_peer);
+  row("and limit normals", normals, "without them", points);
+  row("new positions on a plan", again, "from the start", points);
 }
 
 int print_peer(const char *obj, const char *level) {
@@ -345,11 +143,9 @@ int main(int argc, char **argv) {
   if (argc == 4 && std::strcmp(argv[1], "--peer") == 0) return print_peer(argv[2], argv[3]);
   std::string only;
   const char *json = nullptr;
-  std::vector<Case> cases = {{"cube", ball(1, false, false), {6, 8, 9}},
-                             {"486 quads", ball(9, false, true), {4, 5}},
-                             {"31,104 quads", ball(72, false, true), {3, 4}},
-                             {"69,312 triangles", ball(76, true, true), {1, 2, 3}},
-                             {"69,312 triangles, Loop", ball(76, true, true), {2, 3}, TW_LOOP},
+  std::vector<Case> cases = {{"cube", ball(1, false), {6, 8, 9}},
+                             {"486 quads", ball(9, true), {4, 5}},
+                             {"31,104 quads", ball(72, true), {3, 4}},
                              {"isosurface", isosurface(72), {1, 2, 3}},
                              {"large isosurface", isosurface(149), {1, 2, 3}},
                              {"isosurface, Loop", isosurface(72), {1, 2, 3}, TW_LOOP},
@@ -361,7 +157,7 @@ int main(int argc, char **argv) {
     else if (std::strncmp(argv[i], "--json=", 7) == 0)
       json = argv[i] + 7;
     else if (std::strncmp(argv[i], "--print-ball=", 13) == 0)
-      return print_obj(ball(std::atoi(argv[i] + 13), false, false));
+      return print_obj(ball(std::atoi(argv[i] + 13), false));
     else if (std::strncmp(argv[i], "--print-isosurface=", 19) == 0)
       return print_obj(isosurface(std::atoi(argv[i] + 19)));
     else if (std::strncmp(argv[i], "--print-character=", 18) == 0)
@@ -370,12 +166,11 @@ int main(int argc, char **argv) {
       cases.push_back(
           {std::filesystem::path(argv[i]).stem(), read_obj(argv[i]), {1, 2, 3}, TW_CATMULL_CLARK});
   }
-  cases.erase(std::remove_if(cases.begin(), cases.end(),
-                             [&](const Case &c) { return c.name.find(only) == std::string::npos; }),
-              cases.end());
-  Report report(json);
-  compare_soups(report, cases);
-  compare_normals(report, cases);
-  compare_moves(report, cases);
+  bench_report report;
+  bench_open(&report, json);
+  for (const Case &c : cases)
+    for (unsigned level : c.levels)
+      if (c.name.find(only) != std::string::npos) compare(report, c, level);
+  bench_close(&report);
   return 0;
 }

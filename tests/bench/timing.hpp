@@ -7,17 +7,19 @@
 #include <chrono>
 #include <vector>
 
+#include "report.h"
+
 struct Timing {
   double median, low, high; // seconds
 
   double spread() const { return (high - low) / median; }
 };
 
-// Works by turns, so that none of them alone meets a minute in which the machine is slow: seven times each
-// and more, until they have taken a quarter of a second. The first run, which warms caches and buffers up, is
-// not counted.
+// Works by turns, so that none of them alone meets a minute in which the machine is slow: BENCH_RUNS times
+// each and more, until they have taken a quarter of a second. The first run, which warms caches and buffers
+// up, is not counted.
 template <typename... Works> std::array<Timing, sizeof...(Works)> measure_by_turns(const Works &...works) {
-  constexpr size_t RUNS = 7;
+  constexpr size_t RUNS = BENCH_RUNS;
   constexpr double SECONDS = 0.25;
   using Clock = std::chrono::steady_clock;
   std::array<std::vector<double>, sizeof...(Works)> times;
