@@ -58,16 +58,12 @@ TEST(results_over_the_limits_are_refused_before_they_are_made) {
 
 TEST(a_loop_round_a_cube) {
   for (uint32_t cuts = 1; cuts <= 5; cuts++) {
-    tw_mesh mesh = cube();
-    dressed d = {0};
-    dress(&mesh, &d);
-    tw_edit edit_ = loop_cut(0, 1, cuts, NULL);
-    edited e = edit(&mesh, &edit_, 1);
-    double volume, area;
+    dressed d;
+    tw_mesh mesh = dressed_cube(&d);
+    edited e = edit_once(&mesh, loop_cut(0, 1, cuts, NULL));
     assert_counts(&e, 8 + 4 * cuts, 12 + 8 * cuts, 6 + 4 * cuts, 0);
-    measure(&e.mesh, &volume, &area);
-    assert_near(volume, 8);
-    assert_near(area, 24);
+    assert_near(volume_of(&e.mesh), 8);
+    assert_near(area_of(&e.mesh), 24);
     assert_dressed(&e.mesh);
     assert_int_equal(e.mesh.uv_sets[0].value_count, 8 + 4 * cuts);
     assert_int_equal(e.mesh.uv_sets[1].value_count, 24 + 8 * cuts);
@@ -98,8 +94,7 @@ TEST(places_are_counted_from_the_first_vertex_all_along_the_ring) {
 TEST(a_ring_may_cross_itself) {
   for (uint32_t cuts = 1; cuts <= 4; cuts++) {
     tw_mesh mesh = mesh_of(trefoil_points[0], 5, trefoil_corners, trefoil_offsets, 3);
-    tw_edit edit_ = loop_cut(0, 2, cuts, NULL);
-    edited e = edit(&mesh, &edit_, 1);
+    edited e = edit_once(&mesh, loop_cut(0, 2, cuts, NULL));
     uint32_t v = 5 + 6 * cuts + 3 * cuts * cuts, f = 3 * (cuts + 1) * (cuts + 1);
     assert_counts(&e, v, v + f - 2, f, 0);
     edited_deinit(&e);
@@ -109,8 +104,7 @@ TEST(a_ring_may_cross_itself) {
 TEST(a_ring_that_crosses_itself_keeps_its_direction) {
   tw_mesh mesh = mesh_of(trefoil_points[0], 5, trefoil_corners, trefoil_offsets, 3);
   const double at[1] = {0.25};
-  tw_edit edit_ = loop_cut(0, 2, 1, at);
-  edited e = edit(&mesh, &edit_, 1);
+  edited e = edit_once(&mesh, loop_cut(0, 2, 1, at));
   /* At a quarter from the upper pole, or from the equator to the lower one. */
   for (uint32_t p = 5; p < 11; p++) {
     float y = point_of(&e.mesh, p)[1];
@@ -121,8 +115,7 @@ TEST(a_ring_that_crosses_itself_keeps_its_direction) {
 
 TEST(rings_end_at_triangles) {
   tw_mesh mesh = mesh_of(prism_points[0], 6, prism_corners, prism_offsets, 5);
-  tw_edit edit_ = loop_cut(0, 1, 2, NULL);
-  edited e = edit(&mesh, &edit_, 1);
+  edited e = edit_once(&mesh, loop_cut(0, 1, 2, NULL));
   assert_counts(&e, 10, 15, 7, 0);
   assert_int_equal(e.mesh.face_offsets[1], 5);
   assert_int_equal(e.made[0].face_count, 3);
@@ -141,17 +134,13 @@ TEST(rings_end_at_borders) {
 
 TEST(all_faces_of_a_cube) {
   for (uint32_t n = 2; n <= 5; n++) {
-    tw_mesh mesh = cube();
-    dressed d = {0};
-    dress(&mesh, &d);
-    tw_edit edit_ = subdivide((tw_selection){.of = TW_EDIT_FACES, .by = TW_SELECT_ALL}, n - 1);
-    edited e = edit(&mesh, &edit_, 1);
-    double volume, area;
+    dressed d;
+    tw_mesh mesh = dressed_cube(&d);
+    edited e = edit_once(&mesh, subdivide((tw_selection){.of = TW_EDIT_FACES, .by = TW_SELECT_ALL}, n - 1));
     assert_counts(&e, 6 * n * n + 2, 12 * n * n, 6 * n * n, 0);
     assert_int_equal(e.stats.quads, 6 * n * n);
-    measure(&e.mesh, &volume, &area);
-    assert_near(volume, 8);
-    assert_near(area, 24);
+    assert_near(volume_of(&e.mesh), 8);
+    assert_near(area_of(&e.mesh), 24);
     assert_dressed(&e.mesh);
     assert_int_equal(e.mesh.uv_sets[0].value_count, 6 * n * n + 2);
     assert_int_equal(e.mesh.uv_sets[1].value_count, 6 * (n + 1) * (n + 1));
@@ -171,25 +160,20 @@ TEST(all_faces_of_an_octahedron) {
     tw_mesh mesh = mesh_of(octahedron_points[0], 6, octahedron_corners, octahedron_offsets, 8);
     dressed d = {0};
     dress(&mesh, &d);
-    tw_edit edit_ = subdivide((tw_selection){.of = TW_EDIT_EDGES, .by = TW_SELECT_ALL}, n - 1);
-    edited e = edit(&mesh, &edit_, 1);
-    double volume, area;
+    edited e = edit_once(&mesh, subdivide((tw_selection){.of = TW_EDIT_EDGES, .by = TW_SELECT_ALL}, n - 1));
     assert_counts(&e, 4 * n * n + 2, 12 * n * n, 8 * n * n, 0);
     assert_int_equal(e.stats.triangles, 8 * n * n);
-    measure(&e.mesh, &volume, &area);
-    assert_near(volume, 4.0 / 3);
-    assert_near(area, 4 * sqrt(3));
+    assert_near(volume_of(&e.mesh), 4.0 / 3);
+    assert_near(area_of(&e.mesh), 4 * sqrt(3));
     assert_dressed(&e.mesh);
     edited_deinit(&e);
   }
 }
 
 TEST(neighbours_of_a_subdivided_face_stay_joined_to_it) {
-  tw_mesh mesh = cube();
-  dressed d = {0};
-  dress(&mesh, &d);
-  tw_edit edit_ = subdivide((tw_selection)LIST(TW_EDIT_FACES, 1), 2);
-  edited e = edit(&mesh, &edit_, 1);
+  dressed d;
+  tw_mesh mesh = dressed_cube(&d);
+  edited e = edit_once(&mesh, subdivide((tw_selection)LIST(TW_EDIT_FACES, 1), 2));
   assert_counts(&e, 8 + 8 + 4, 12 + 8 + 12, 5 + 9, 0);
   assert_int_equal(e.stats.ngons, 4);
   assert_int_equal(e.made[0].face_count, 9);
@@ -199,16 +183,14 @@ TEST(neighbours_of_a_subdivided_face_stay_joined_to_it) {
 
 TEST(an_edge_alone_gives_its_faces_more_corners) {
   tw_mesh mesh = cube();
-  tw_edit edit_ = subdivide((tw_selection)LIST(TW_EDIT_EDGES, 0, 1), 3);
-  edited e = edit(&mesh, &edit_, 1);
+  edited e = edit_once(&mesh, subdivide((tw_selection)LIST(TW_EDIT_EDGES, 0, 1), 3));
   assert_counts(&e, 11, 15, 6, 0);
   edited_deinit(&e);
 }
 
 TEST(two_edges_of_a_face_cut_it_across) {
-  tw_mesh mesh = cube();
-  dressed d = {0};
-  dress(&mesh, &d);
+  dressed d;
+  tw_mesh mesh = dressed_cube(&d);
   tw_edit beside = subdivide((tw_selection)LIST(TW_EDIT_EDGES, 4, 5, 5, 6), 2),
           across = subdivide((tw_selection)LIST(TW_EDIT_EDGES, 4, 5, 6, 7), 2);
   edited e = edit(&mesh, &beside, 1);
@@ -254,12 +236,10 @@ TEST(names_follow_what_is_cut) {
                       loop_cut(4, 5, 1, NULL),
                       {.kind = TW_EDIT_MOVE, .selection = made, .move.by = {0, 0, 1}, .name = "top"}};
   edited e = edit(&mesh, edits, 3);
-  double volume, area;
   assert_int_equal(e.made_count, 2);
   assert_string_equal(e.made[1].name, "top");
   assert_int_equal(e.made[1].face_count, 2);
   assert_int_equal(e.made[1].vertex_count, 6);
-  measure(&e.mesh, &volume, &area);
-  assert_near(volume, 12);
+  assert_near(volume_of(&e.mesh), 12);
   edited_deinit(&e);
 }

@@ -11,18 +11,6 @@ static tw_edit inset(tw_selection faces, double amount) {
   return (tw_edit){.kind = TW_EDIT_INSET, .selection = faces, .name = "pane", .inset.amount = amount};
 }
 
-static double volume_of(const tw_mesh *mesh) {
-  double volume, area;
-  measure(mesh, &volume, &area);
-  return volume;
-}
-
-static double area_of(const tw_mesh *mesh) {
-  double volume, area;
-  measure(mesh, &volume, &area);
-  return area;
-}
-
 TEST(lengths_must_be_finite) {
   tw_mesh mesh = cube();
   tw_edit edit = extrude(all_faces, NAN);
@@ -40,8 +28,7 @@ TEST(lengths_must_be_finite) {
 
 TEST(a_face_of_a_cube_gets_walls) {
   tw_mesh mesh = cube();
-  tw_edit edit_ = extrude((tw_selection)LIST(TW_EDIT_FACES, 1), 0.5);
-  edited e = edit(&mesh, &edit_, 1);
+  edited e = edit_once(&mesh, extrude((tw_selection)LIST(TW_EDIT_FACES, 1), 0.5));
   assert_counts(&e, 12, 20, 10, 0);
   assert_near(volume_of(&e.mesh), 8 + 2);
   /* The face stays in its place, the others as they were; walls come last. */
@@ -70,8 +57,7 @@ TEST(a_vector_moves_faces_as_they_are) {
 
 TEST(neighbours_have_no_wall_between_them) {
   tw_mesh mesh = cube();
-  tw_edit edit_ = extrude((tw_selection)LIST(TW_EDIT_FACES, 1, 4), 0.25);
-  edited e = edit(&mesh, &edit_, 1);
+  edited e = edit_once(&mesh, extrude((tw_selection)LIST(TW_EDIT_FACES, 1, 4), 0.25));
   assert_counts(&e, 14, 24, 12, 0);
   for (uint32_t p = 8; p < 14; p++) { /* both faces move by the distance */
     const float *at = point_of(&e.mesh, p);
@@ -83,8 +69,7 @@ TEST(neighbours_have_no_wall_between_them) {
 
 TEST(a_closed_region_moves_whole) {
   tw_mesh mesh = cube();
-  tw_edit edit_ = extrude(all_faces, 0.5);
-  edited e = edit(&mesh, &edit_, 1);
+  edited e = edit_once(&mesh, extrude(all_faces, 0.5));
   assert_counts(&e, 8, 12, 6, 0);
   assert_memory_equal(e.mesh.corners, cube_corners, sizeof cube_corners);
   assert_near(volume_of(&e.mesh), 27);
@@ -95,8 +80,7 @@ TEST(a_closed_region_moves_whole) {
 TEST(an_open_border_gets_walls) {
   grid_mesh grid;
   tw_mesh mesh = grid_of(&grid, 3, 3);
-  tw_edit edit_ = extrude(all_faces, 2);
-  edited e = edit(&mesh, &edit_, 1);
+  edited e = edit_once(&mesh, extrude(all_faces, 2));
   assert_counts(&e, 16 + 12, 24 + 24, 9 + 12, 12);
   assert_near(area_of(&e.mesh), 9 + 12 * 2);
   assert_true(point_of(&e.mesh, 5)[2] == 2 && point_of(&e.mesh, 0)[2] == 0); /* 5 is inside: it moves */
@@ -106,8 +90,7 @@ TEST(an_open_border_gets_walls) {
 TEST(faces_that_meet_in_a_point_part_there) {
   grid_mesh grid;
   tw_mesh mesh = grid_of(&grid, 2, 2);
-  tw_edit edit_ = extrude((tw_selection)LIST(TW_EDIT_FACES, 0, 3), 1);
-  edited e = edit(&mesh, &edit_, 1);
+  edited e = edit_once(&mesh, extrude((tw_selection)LIST(TW_EDIT_FACES, 0, 3), 1));
   assert_counts(&e, 9 + 8, 12 + 16, 4 + 8, 8);
   edited_deinit(&e);
 }
@@ -137,11 +120,9 @@ TEST(creases_stay_below_and_go_along) {
 
 /* The face's own texture coordinates are as long as it is. */
 TEST(walls_lie_unfolded_in_the_texture) {
-  tw_mesh mesh = cube();
-  dressed d = {0};
-  dress(&mesh, &d);
-  tw_edit edit_ = extrude((tw_selection)LIST(TW_EDIT_FACES, 3), 0.5);
-  edited e = edit(&mesh, &edit_, 1);
+  dressed d;
+  tw_mesh mesh = dressed_cube(&d);
+  edited e = edit_once(&mesh, extrude((tw_selection)LIST(TW_EDIT_FACES, 3), 0.5));
   const tw_uv_set *set = &e.mesh.uv_sets[1];
   for (uint32_t f = 6; f < 10; f++) {
     double area = 0;
@@ -160,11 +141,9 @@ TEST(walls_lie_unfolded_in_the_texture) {
 /* ---- inset --------------------------------------------------------------------------------------------- */
 
 TEST(a_rim_lies_in_its_face) {
-  tw_mesh mesh = cube();
-  dressed d = {0};
-  dress(&mesh, &d);
-  tw_edit edit_ = inset((tw_selection)LIST(TW_EDIT_FACES, 1), 0.25);
-  edited e = edit(&mesh, &edit_, 1);
+  dressed d;
+  tw_mesh mesh = dressed_cube(&d);
+  edited e = edit_once(&mesh, inset((tw_selection)LIST(TW_EDIT_FACES, 1), 0.25));
   assert_counts(&e, 12, 20, 10, 0);
   assert_near(volume_of(&e.mesh), 8);
   assert_near(area_of(&e.mesh), 24);
@@ -183,8 +162,7 @@ TEST(neighbours_keep_their_edge) {
     for (int i = 0; i < 2; i++) grid.points[p][i] = grid.points[p][i] / 2 - 1;
   dressed d = {0};
   dress(&mesh, &d);
-  tw_edit edit_ = inset((tw_selection)LIST(TW_EDIT_FACES, 5, 6, 9, 10), 0.125);
-  edited e = edit(&mesh, &edit_, 1);
+  edited e = edit_once(&mesh, inset((tw_selection)LIST(TW_EDIT_FACES, 5, 6, 9, 10), 0.125));
   assert_counts(&e, 25 + 8, 40 + 16, 16 + 8, 16);
   assert_near(area_of(&e.mesh), 4);
   double area = 0;
@@ -201,11 +179,9 @@ TEST(neighbours_keep_their_edge) {
 }
 
 TEST(a_rim_runs_over_the_edges_of_a_box) {
-  tw_mesh mesh = cube();
-  dressed d = {0};
-  dress(&mesh, &d);
-  tw_edit edit_ = inset((tw_selection)LIST(TW_EDIT_FACES, 1, 4), 0.25);
-  edited e = edit(&mesh, &edit_, 1);
+  dressed d;
+  tw_mesh mesh = dressed_cube(&d);
+  edited e = edit_once(&mesh, inset((tw_selection)LIST(TW_EDIT_FACES, 1, 4), 0.25));
   assert_counts(&e, 14, 24, 12, 0);
   assert_near(volume_of(&e.mesh), 8);
   assert_near(area_of(&e.mesh), 24);
@@ -215,9 +191,8 @@ TEST(a_rim_runs_over_the_edges_of_a_box) {
 }
 
 TEST(rims_of_each_face) {
-  tw_mesh mesh = cube();
-  dressed d = {0};
-  dress(&mesh, &d);
+  dressed d;
+  tw_mesh mesh = dressed_cube(&d);
   tw_edit edit_ = inset(all_faces, 0.5);
   edit_.inset.is_individual = true;
   edited e = edit(&mesh, &edit_, 1);
@@ -244,8 +219,7 @@ TEST(made_faces_and_rims_have_the_name) {
 
 TEST(an_inset_of_all_that_is_closed_changes_nothing) {
   tw_mesh mesh = cube();
-  tw_edit edit_ = inset(all_faces, 0.5);
-  edited e = edit(&mesh, &edit_, 1);
+  edited e = edit_once(&mesh, inset(all_faces, 0.5));
   assert_counts(&e, 8, 12, 6, 0);
   assert_memory_equal(e.mesh.positions, mesh.positions, 24 * sizeof(float));
   edited_deinit(&e);

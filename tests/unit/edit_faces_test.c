@@ -4,12 +4,6 @@
 static const tw_selection all_faces = {.of = TW_EDIT_FACES, .by = TW_SELECT_ALL};
 static const tw_selection all_vertices = {.of = TW_EDIT_VERTICES, .by = TW_SELECT_ALL};
 
-static void assert_volume(const edited *e, double expected) {
-  double volume, area;
-  measure(&e->mesh, &volume, &area);
-  assert_near(volume, expected);
-}
-
 /* ---- delete -------------------------------------------------------------------------------------------- */
 
 static tw_edit delete (tw_selection selection) {
@@ -18,8 +12,7 @@ static tw_edit delete (tw_selection selection) {
 
 TEST(a_deleted_face_leaves_a_hole) {
   tw_mesh mesh = cube();
-  tw_edit edit_ = delete ((tw_selection)LIST(TW_EDIT_FACES, 1));
-  edited e = edit(&mesh, &edit_, 1);
+  edited e = edit_once(&mesh, delete ((tw_selection)LIST(TW_EDIT_FACES, 1)));
   assert_counts(&e, 8, 12, 5, 4);
   assert_memory_equal(e.mesh.corners, cube_corners, 4 * sizeof(uint32_t));
   assert_memory_equal(e.mesh.corners + 4, cube_corners + 8, 16 * sizeof(uint32_t));
@@ -30,8 +23,7 @@ TEST(a_deleted_face_leaves_a_hole) {
 TEST(points_without_a_face_go_with_the_last_one) {
   grid_mesh grid;
   tw_mesh mesh = grid_of(&grid, 2, 1);
-  tw_edit edit_ = delete ((tw_selection)LIST(TW_EDIT_FACES, 0));
-  edited e = edit(&mesh, &edit_, 1);
+  edited e = edit_once(&mesh, delete ((tw_selection)LIST(TW_EDIT_FACES, 0)));
   assert_counts(&e, 4, 4, 1, 4);
   assert_int_equal(e.mesh.point_count, 4);
   assert_true(point_of(&e.mesh, 0)[0] == 1);
@@ -76,7 +68,7 @@ TEST(a_merged_face_is_a_point) {
   tw_edit edit_ = merge((tw_selection)LIST(TW_EDIT_VERTICES, 4, 5, 6, 7), -1);
   edited e = edit(&mesh, &edit_, 1);
   assert_counts(&e, 5, 8, 5, 0); /* a pyramid */
-  assert_volume(&e, 4 * 2.0 / 3);
+  assert_near(volume_of(&e.mesh), 4 * 2.0 / 3);
   assert_int_equal(e.made[0].vertex_count, 1);
   assert_int_equal(e.made[0].vertices[0], 4);
   assert_true(point_of(&e.mesh, 4)[0] == 0 && point_of(&e.mesh, 4)[2] == 1);
@@ -84,7 +76,7 @@ TEST(a_merged_face_is_a_point) {
   edit_.merge.has_to = true;
   edit_.merge.to[2] = 5;
   e = edit(&mesh, &edit_, 1);
-  assert_volume(&e, 4 * 6.0 / 3);
+  assert_near(volume_of(&e.mesh), 4 * 6.0 / 3);
   edited_deinit(&e);
 }
 
@@ -129,8 +121,7 @@ TEST(a_crease_stays_where_its_ends_do) {
 
 TEST(all_of_one_point_leave_nothing) {
   tw_mesh mesh = cube();
-  tw_edit edit_ = merge(all_vertices, -1);
-  edited e = edit(&mesh, &edit_, 1);
+  edited e = edit_once(&mesh, merge(all_vertices, -1));
   assert_int_equal(e.mesh.face_count, 0);
   edited_deinit(&e);
 }
@@ -138,9 +129,8 @@ TEST(all_of_one_point_leave_nothing) {
 /* ---- fill ---------------------------------------------------------------------------------------------- */
 
 TEST(deleted_faces_are_filled_again) {
-  tw_mesh mesh = cube();
-  dressed d = {0};
-  dress(&mesh, &d);
+  dressed d;
+  tw_mesh mesh = dressed_cube(&d);
   tw_edit edits[2] = {delete ((tw_selection)LIST(TW_EDIT_FACES, 1, 2)),
                       {.kind = TW_EDIT_FILL, .name = "lid"}};
   edited e = edit(&mesh, edits, 2);
@@ -162,7 +152,7 @@ TEST(a_filled_hole_is_as_the_face_was) {
   tw_edit edits[2] = {delete ((tw_selection)LIST(TW_EDIT_FACES, 1)), {.kind = TW_EDIT_FILL}};
   edited e = edit(&mesh, edits, 2);
   assert_counts(&e, 8, 12, 6, 0);
-  assert_volume(&e, 8);
+  assert_near(volume_of(&e.mesh), 8);
   edited_deinit(&e);
 }
 
@@ -193,16 +183,15 @@ TEST(borders_that_meet_in_a_point_are_two) {
 /* ---- mirror -------------------------------------------------------------------------------------------- */
 
 TEST(half_a_box_becomes_whole) {
-  tw_mesh mesh = cube();
-  dressed d = {0};
-  dress(&mesh, &d);
+  dressed d;
+  tw_mesh mesh = dressed_cube(&d);
   tw_edit edits[3] = {
       {.kind = TW_EDIT_MOVE, .selection = all_faces, .move.by = {1.0001, 0, 0}, .name = "all"},
       {.kind = TW_EDIT_CREASE, .selection = LIST(TW_EDIT_EDGES, 1, 2), .sharpness = 2},
       {.kind = TW_EDIT_MIRROR, .mirror = {.axis = 0, .weld = 1e-3}, .name = "image"}};
   edited e = edit(&mesh, edits, 3);
   assert_counts(&e, 12, 20, 10, 0);
-  assert_volume(&e, 8 * 2.0001);
+  assert_near(volume_of(&e.mesh), 8 * 2.0001);
   assert_int_equal(e.stats.creases, 2);
   assert_int_equal(e.made[0].face_count, 10);
   assert_int_equal(e.made[1].face_count, 5);
@@ -217,7 +206,7 @@ TEST(an_image_without_a_weld_stands_alone) {
   tw_edit edit_ = {.kind = TW_EDIT_MIRROR, .mirror = {.axis = 1, .weld = -1}};
   edited e = edit(&mesh, &edit_, 1);
   assert_counts(&e, 16, 24, 12, 0);
-  assert_volume(&e, 16);
+  assert_near(volume_of(&e.mesh), 16);
   edited_deinit(&e);
   edit_.mirror.axis = 3;
   edit_refused(&mesh, &edit_, 1, TW_INVALID, "/0/axis");
@@ -229,13 +218,11 @@ TEST(an_image_without_a_weld_stands_alone) {
 /* ---- flip and orient ----------------------------------------------------------------------------------- */
 
 TEST(a_flipped_mesh_is_inside_out) {
-  tw_mesh mesh = cube();
-  dressed d = {0};
-  dress(&mesh, &d);
-  tw_edit edit_ = {.kind = TW_EDIT_FLIP};
-  edited e = edit(&mesh, &edit_, 1);
+  dressed d;
+  tw_mesh mesh = dressed_cube(&d);
+  edited e = edit_once(&mesh, (tw_edit){.kind = TW_EDIT_FLIP});
   assert_counts(&e, 8, 12, 6, 0);
-  assert_volume(&e, -8);
+  assert_near(volume_of(&e.mesh), -8);
   assert_dressed(&e.mesh);
   edited_deinit(&e);
 }
@@ -252,7 +239,7 @@ TEST(faces_are_turned_outward) {
                         {.kind = TW_EDIT_ORIENT}};
     edited e = edit(&mesh, edits, 2);
     assert_counts(&e, 8, 12, 6, 0);
-    assert_volume(&e, 8);
+    assert_near(volume_of(&e.mesh), 8);
     edited_deinit(&e);
   }
 }
@@ -270,13 +257,12 @@ TEST(open_pieces_face_as_most_of_their_faces_did) {
 /* ---- triangulate and quads ----------------------------------------------------------------------------- */
 
 TEST(quads_are_cut_along_the_shorter_diagonal) {
-  tw_mesh mesh = cube();
-  dressed d = {0};
-  dress(&mesh, &d);
+  dressed d;
+  tw_mesh mesh = dressed_cube(&d);
   tw_edit edit_ = {.kind = TW_EDIT_TRIANGULATE, .name = "halves"};
   edited e = edit(&mesh, &edit_, 1);
   assert_counts(&e, 8, 18, 12, 0);
-  assert_volume(&e, 8);
+  assert_near(volume_of(&e.mesh), 8);
   assert_dressed(&e.mesh);
   assert_int_equal(e.mesh.uv_sets[1].value_count, 24);
   edited_deinit(&e);
@@ -308,20 +294,15 @@ TEST(large_faces_are_cut_from_their_ears) {
   memcpy(points[n++], ((float[]){0, 0, 0}), sizeof points[0]);
   for (uint32_t i = 0; i < CORNERS; i++) corners[i] = i;
   tw_mesh mesh = mesh_of(points[0], CORNERS, corners, offsets, 1);
-  double volume, area, cut;
-  measure(&mesh, &volume, &area);
-  tw_edit edit_ = {.kind = TW_EDIT_TRIANGULATE};
-  edited e = edit(&mesh, &edit_, 1);
+  edited e = edit_once(&mesh, (tw_edit){.kind = TW_EDIT_TRIANGULATE});
   assert_counts(&e, CORNERS, 2 * CORNERS - 3, CORNERS - 2, CORNERS);
-  measure(&e.mesh, &volume, &cut);
-  assert_near(cut, area); /* nothing is covered twice */
+  assert_near(area_of(&e.mesh), area_of(&mesh)); /* nothing is covered twice */
   edited_deinit(&e);
 }
 
 TEST(halves_become_quads_again) {
-  tw_mesh mesh = cube();
-  dressed d = {0};
-  dress(&mesh, &d);
+  dressed d;
+  tw_mesh mesh = dressed_cube(&d);
   tw_edit edits[3] = {
       {.kind = TW_EDIT_CREASE, .selection = {.of = TW_EDIT_EDGES, .by = TW_SELECT_ALL}, .sharpness = 2},
       {.kind = TW_EDIT_TRIANGULATE},

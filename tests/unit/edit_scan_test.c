@@ -46,12 +46,6 @@ static double off_ball(const tw_mesh *mesh) {
   return sqrt(sum / mesh->point_count);
 }
 
-static double volume_of(const tw_mesh *mesh) {
-  double volume, area;
-  measure(mesh, &volume, &area);
-  return volume;
-}
-
 /* ---- smooth -------------------------------------------------------------------------------------------- */
 
 TEST(iterations_are_bounded) {

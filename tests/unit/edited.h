@@ -47,6 +47,10 @@ static inline edited edit(const tw_mesh *mesh, const tw_edit *edits, uint32_t co
   return edit_with(mesh, NULL, edits, count);
 }
 
+static inline edited edit_once(const tw_mesh *mesh, tw_edit one) {
+  return edit_with(mesh, NULL, &one, 1);
+}
+
 /* The last of the edits must be refused. */
 static inline void edit_refused(const tw_mesh *mesh, const tw_edit *edits, uint32_t count, tw_status expected,
                                 const char *pointer) {
@@ -82,7 +86,7 @@ static inline const float *point_of(const tw_mesh *mesh, uint32_t point) {
   return mesh->positions + 3 * (size_t)point;
 }
 
-/* Six times the volume of each triangle with the origin; twice the area. */
+/* By the volume of each triangle with the origin, and its area. */
 static inline void measure(const tw_mesh *mesh, double *volume, double *area) {
   *volume = *area = 0;
   for (uint32_t f = 0; f < mesh->face_count; f++) {
@@ -103,6 +107,18 @@ static inline void measure(const tw_mesh *mesh, double *volume, double *area) {
     }
     *area += sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]) / 2;
   }
+}
+
+static inline double volume_of(const tw_mesh *mesh) {
+  double volume, area;
+  measure(mesh, &volume, &area);
+  return volume;
+}
+
+static inline double area_of(const tw_mesh *mesh) {
+  double volume, area;
+  measure(mesh, &volume, &area);
+  return area;
 }
 
 /* ---- all that a mesh may bear, as linear functions of where its points are ----------------------------- */
@@ -173,6 +189,13 @@ static inline void assert_near(double a, double b) {
   assert_true(fabs(a - b) < 1e-5);
 }
 
+static inline tw_mesh dressed_cube(dressed *d) {
+  tw_mesh mesh = cube();
+  *d = (dressed){0};
+  dress(&mesh, d);
+  return mesh;
+}
+
 /* Of a dressed mesh that edits cut without moving its surface: all is where it belongs. */
 static inline void assert_dressed(const tw_mesh *mesh) {
   for (uint32_t p = 0; p < mesh->point_count; p++) {
@@ -201,19 +224,6 @@ static inline void assert_dressed(const tw_mesh *mesh) {
       assert_near((double)apart[1], (double)at[2]);
     }
   }
-}
-
-static inline tw_mesh mesh_of(const float *points, uint32_t point_count, const uint32_t *corners,
-                              const uint32_t *offsets, uint32_t face_count) {
-  tw_mesh mesh;
-  tw_mesh_init(&mesh);
-  mesh.point_count = point_count;
-  mesh.positions = points;
-  mesh.face_count = face_count;
-  mesh.corner_count = offsets[face_count];
-  mesh.face_offsets = offsets;
-  mesh.corners = corners;
-  return mesh;
 }
 
 /* Quads over (a + 1) by (b + 1) points in the plane of x and y, a point for each whole number. */
