@@ -7,30 +7,54 @@ static const tw_selection all_vertices = {.of = TW_EDIT_VERTICES, .by = TW_SELEC
 
 /* ---- refused ------------------------------------------------------------------------------------------- */
 
-static void refuse_selection(tw_edit_kind kind, tw_selection selection, const char *pointer) {
+#define FACES(how, ...)                                                                                      \
+  { .of = TW_EDIT_FACES, .by = how, __VA_ARGS__ }
+#define EDGES(how, ...)                                                                                      \
+  { .of = TW_EDIT_EDGES, .by = how, __VA_ARGS__ }
+#define VERTICES(how, ...)                                                                                   \
+  { .of = TW_EDIT_VERTICES, .by = how, __VA_ARGS__ }
+
+TEST(wrong_selections_are_refused_where_they_stand) {
+  const struct {
+    tw_edit_kind kind;
+    tw_selection selection;
+    const char *pointer;
+  } cases[] = {
+      /* out of range */
+      {TW_EDIT_MOVE, LIST(TW_EDIT_FACES, 0, 5, 6), "/1/faces/2"},
+      {TW_EDIT_MOVE, LIST(TW_EDIT_VERTICES, 8), "/1/vertices/0"},
+      {TW_EDIT_CREASE, LIST(TW_EDIT_EDGES, 0, 1, 1, 8), "/1/edges/1/1"},
+      {TW_EDIT_CREASE, LIST(TW_EDIT_EDGES, UINT32_MAX, 1), "/1/edges/0/0"},
+      /* points that no face joins */
+      {TW_EDIT_CREASE, LIST(TW_EDIT_EDGES, 0, 1, 0, 6), "/1/edges/1"},
+      {TW_EDIT_CREASE, LIST(TW_EDIT_EDGES, 0, 0), "/1/edges/0"},
+      /* empty */
+      {TW_EDIT_MOVE, FACES(TW_SELECT_INSIDE, .min = {2, 2, 2}, .max = {3, 3, 3}), "/1/faces"},
+      {TW_EDIT_MOVE, VERTICES(TW_SELECT_LIST, .count = 0), "/1/vertices"},
+      {TW_EDIT_CREASE, EDGES(TW_SELECT_BORDER, .count = 0), "/1/edges"},
+      {TW_EDIT_CREASE, EDGES(TW_SELECT_SHARPER, .degrees = 90), "/1/edges"}, /* reached, not passed */
+      {TW_EDIT_MOVE, {.by = TW_SELECT_NOTHING}, "/1"},
+      /* names that nothing has */
+      {TW_EDIT_MOVE, FACES(TW_SELECT_MADE, .name = "deck"), "/1/faces/made"},
+      {TW_EDIT_MOVE, FACES(TW_SELECT_GROUP, .name = "deck"), "/1/faces/group"},
+      {TW_EDIT_MOVE, FACES(TW_SELECT_MATERIAL, .count = 0), "/1/faces/material"},
+      /* directions and angles */
+      {TW_EDIT_MOVE, FACES(TW_SELECT_FACING, .degrees = 10), "/1/faces/facing"},
+      {TW_EDIT_MOVE, FACES(TW_SELECT_FACING, .degrees = 10, .direction = {NAN, 0, 0}), "/1/faces/facing"},
+      {TW_EDIT_MOVE, FACES(TW_SELECT_FACING, .degrees = 181, .direction = {1, 0, 0}), "/1/faces/within"},
+      {TW_EDIT_CREASE, EDGES(TW_SELECT_SHARPER, .degrees = NAN), "/1/edges/sharper_than"},
+      /* what an edit is not applied to */
+      {TW_EDIT_CREASE, FACES(TW_SELECT_ALL, .count = 0), "/1/faces"},
+      {TW_EDIT_CORNER, EDGES(TW_SELECT_ALL, .count = 0), "/1/edges"},
+      {TW_EDIT_HOLE, VERTICES(TW_SELECT_ALL, .count = 0), "/1/vertices"},
+      {TW_EDIT_MOVE, VERTICES(TW_SELECT_BORDER, .count = 0), "/1/vertices"},
+  };
   tw_mesh mesh = cube();
-  tw_edit edits[2] = {{.kind = TW_EDIT_MOVE, .selection = all_faces}, {.kind = kind, .selection = selection}};
-  edit_refused(&mesh, edits, 2, TW_INVALID, pointer);
-}
-
-TEST(indices_out_of_range_are_refused_where_they_stand) {
-  refuse_selection(TW_EDIT_MOVE, (tw_selection)LIST(TW_EDIT_FACES, 0, 5, 6), "/1/faces/2");
-  refuse_selection(TW_EDIT_MOVE, (tw_selection)LIST(TW_EDIT_VERTICES, 8), "/1/vertices/0");
-  refuse_selection(TW_EDIT_CREASE, (tw_selection)LIST(TW_EDIT_EDGES, 0, 1, 1, 8), "/1/edges/1/1");
-  refuse_selection(TW_EDIT_CREASE, (tw_selection)LIST(TW_EDIT_EDGES, UINT32_MAX, 1), "/1/edges/0/0");
-}
-
-TEST(points_that_no_face_joins_are_no_edge) {
-  refuse_selection(TW_EDIT_CREASE, (tw_selection)LIST(TW_EDIT_EDGES, 0, 1, 0, 6), "/1/edges/1");
-  refuse_selection(TW_EDIT_CREASE, (tw_selection)LIST(TW_EDIT_EDGES, 0, 0), "/1/edges/0");
-}
-
-TEST(empty_selections_are_refused) {
-  tw_selection above = {.of = TW_EDIT_FACES, .by = TW_SELECT_INSIDE, .min = {2, 2, 2}, .max = {3, 3, 3}};
-  refuse_selection(TW_EDIT_MOVE, above, "/1/faces");
-  refuse_selection(TW_EDIT_MOVE, (tw_selection){.of = TW_EDIT_VERTICES, .by = TW_SELECT_LIST}, "/1/vertices");
-  refuse_selection(TW_EDIT_CREASE, (tw_selection){.of = TW_EDIT_EDGES, .by = TW_SELECT_BORDER}, "/1/edges");
-  refuse_selection(TW_EDIT_MOVE, (tw_selection){.by = TW_SELECT_NOTHING}, "/1");
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    const tw_edit edits[2] = {{.kind = TW_EDIT_MOVE, .selection = all_faces},
+                              {.kind = cases[i].kind, .selection = cases[i].selection}};
+    edit_refused(&mesh, edits, 2, TW_INVALID, cases[i].pointer);
+  }
 }
 
 TEST(optional_edits_may_find_nothing) {
@@ -45,35 +69,6 @@ TEST(optional_edits_may_find_nothing) {
   assert_int_equal(e.made_count, 1);
   assert_int_equal(e.made[0].face_count + e.made[0].vertex_count, 0);
   edited_deinit(&e);
-}
-
-TEST(names_that_nothing_has_are_refused) {
-  refuse_selection(TW_EDIT_MOVE, (tw_selection){.of = TW_EDIT_FACES, .by = TW_SELECT_MADE, .name = "deck"},
-                   "/1/faces/made");
-  refuse_selection(TW_EDIT_MOVE, (tw_selection){.of = TW_EDIT_FACES, .by = TW_SELECT_GROUP, .name = "deck"},
-                   "/1/faces/group");
-  refuse_selection(TW_EDIT_MOVE, (tw_selection){.of = TW_EDIT_FACES, .by = TW_SELECT_MATERIAL},
-                   "/1/faces/material");
-}
-
-TEST(directions_and_angles_are_checked) {
-  tw_selection facing = {.of = TW_EDIT_FACES, .by = TW_SELECT_FACING, .degrees = 10};
-  refuse_selection(TW_EDIT_MOVE, facing, "/1/faces/facing");
-  facing.direction[0] = NAN;
-  refuse_selection(TW_EDIT_MOVE, facing, "/1/faces/facing");
-  facing.direction[0] = 1;
-  facing.degrees = 181;
-  refuse_selection(TW_EDIT_MOVE, facing, "/1/faces/within");
-  tw_selection sharp = {.of = TW_EDIT_EDGES, .by = TW_SELECT_SHARPER, .degrees = NAN};
-  refuse_selection(TW_EDIT_CREASE, sharp, "/1/edges/sharper_than");
-}
-
-TEST(edits_are_refused_what_they_are_not_applied_to) {
-  refuse_selection(TW_EDIT_CREASE, all_faces, "/1/faces");
-  refuse_selection(TW_EDIT_CORNER, all_edges, "/1/edges");
-  refuse_selection(TW_EDIT_HOLE, all_vertices, "/1/vertices");
-  refuse_selection(TW_EDIT_MOVE, (tw_selection){.of = TW_EDIT_VERTICES, .by = TW_SELECT_BORDER},
-                   "/1/vertices");
 }
 
 TEST(points_stay_where_float_can_hold_them) {
@@ -144,41 +139,33 @@ TEST(edits_that_nobody_wants_any_more_end) {
 
 /* ---- selections ---------------------------------------------------------------------------------------- */
 
-/* How many points, edges or faces a selection of the cube's is of, by what a name then means. */
-static void assert_selects(tw_selection selection, uint32_t faces, uint32_t vertices) {
-  tw_mesh mesh = cube();
-  tw_edit move = {.kind = TW_EDIT_MOVE, .selection = selection, .name = "it"};
-  edited e = edit(&mesh, &move, 1);
-  assert_int_equal(e.made_count, 1);
-  assert_string_equal(e.made[0].name, "it");
-  assert_int_equal(e.made[0].face_count, faces);
-  assert_int_equal(e.made[0].vertex_count, vertices);
-  edited_deinit(&e);
-}
-
+/* What a name then means of a selection's. */
 TEST(selections_of_a_cube) {
-  assert_selects(all_faces, 6, 8);
-  assert_selects(all_edges, 0, 8);
-  assert_selects(all_vertices, 0, 8);
-  assert_selects((tw_selection)LIST(TW_EDIT_FACES, 2, 2), 1, 4);
-  assert_selects((tw_selection){.of = TW_EDIT_FACES, .by = TW_SELECT_FACING, .direction = {0, 3, 0}}, 1, 4);
-  assert_selects(
-      (tw_selection){.of = TW_EDIT_FACES, .by = TW_SELECT_FACING, .direction = {0, 1, 0}, .degrees = 90}, 5,
-      8);
-  assert_selects(
-      (tw_selection){.of = TW_EDIT_FACES, .by = TW_SELECT_INSIDE, .min = {-1, 1, -1}, .max = {1, 1, 1}}, 1,
-      4);
-  assert_selects(
-      (tw_selection){.of = TW_EDIT_EDGES, .by = TW_SELECT_INSIDE, .min = {-1, 1, 1}, .max = {1, 1, 1}}, 0, 2);
-  assert_selects((tw_selection){.of = TW_EDIT_EDGES, .by = TW_SELECT_SHARPER, .degrees = 89}, 0, 8);
-  uint32_t edge[2] = {0, 1};
-  assert_selects((tw_selection){.of = TW_EDIT_EDGES, .by = TW_SELECT_RING, .indices = edge}, 0, 8);
-  assert_selects((tw_selection){.of = TW_EDIT_EDGES, .by = TW_SELECT_LOOP, .indices = edge}, 0, 2);
-}
-
-TEST(an_angle_that_is_reached_is_not_passed) {
-  refuse_selection(TW_EDIT_CREASE,
-                   (tw_selection){.of = TW_EDIT_EDGES, .by = TW_SELECT_SHARPER, .degrees = 90}, "/1/edges");
+  const uint32_t edge[2] = {0, 1};
+  const struct {
+    tw_selection selection;
+    uint32_t faces, vertices;
+  } cases[] = {{all_faces, 6, 8},
+               {all_edges, 0, 8},
+               {all_vertices, 0, 8},
+               {LIST(TW_EDIT_FACES, 2, 2), 1, 4},
+               {FACES(TW_SELECT_FACING, .direction = {0, 3, 0}), 1, 4},
+               {FACES(TW_SELECT_FACING, .direction = {0, 1, 0}, .degrees = 90), 5, 8},
+               {FACES(TW_SELECT_INSIDE, .min = {-1, 1, -1}, .max = {1, 1, 1}), 1, 4},
+               {EDGES(TW_SELECT_INSIDE, .min = {-1, 1, 1}, .max = {1, 1, 1}), 0, 2},
+               {EDGES(TW_SELECT_SHARPER, .degrees = 89), 0, 8},
+               {EDGES(TW_SELECT_RING, .indices = edge), 0, 8},
+               {EDGES(TW_SELECT_LOOP, .indices = edge), 0, 2}};
+  tw_mesh mesh = cube();
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    edited e =
+        edit_once(&mesh, (tw_edit){.kind = TW_EDIT_MOVE, .selection = cases[i].selection, .name = "it"});
+    assert_int_equal(e.made_count, 1);
+    assert_string_equal(e.made[0].name, "it");
+    assert_int_equal(e.made[0].face_count, cases[i].faces);
+    assert_int_equal(e.made[0].vertex_count, cases[i].vertices);
+    edited_deinit(&e);
+  }
 }
 
 TEST(groups_and_materials_are_found_by_their_names) {

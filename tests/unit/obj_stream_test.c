@@ -30,6 +30,30 @@ static char *write_obj(const tw_scene *scene, size_t block) {
   return (char *)text;
 }
 
+/* A fixture of an OBJ at level 0, and what it is written as. */
+typedef struct written {
+  fixture f;
+  char *text;
+} written;
+
+static written begin(const char *obj) {
+  written w;
+  fixture_init(&w.f, obj);
+  return w;
+}
+
+static char *write(written *w, bool normals) {
+  const tw_trs *pose = w->f.scene.pose;
+  fixture_refine(&w->f, 0, normals);
+  w->f.scene.pose = pose;
+  return w->text = write_obj(&w->f.scene, 1 << 18);
+}
+
+static void end(written *w) {
+  free(w->text);
+  fixture_deinit(&w->f);
+}
+
 /* The text after the first line, which names the program. */
 static const char *body(const char *text) {
   assert_memory_equal(text, "# tweend ", 9);
@@ -57,37 +81,26 @@ TEST(model_without_meshes_is_a_comment) {
 }
 
 TEST(triangle_is_written_as_it_came) {
-  fixture f;
-  fixture_init(&f, triangle_text);
-  fixture_refine(&f, 0, false);
-  char *text = write_obj(&f.scene, 1 << 18);
-  assert_string_equal(body(text), "o flat\nv 0 0 0\nv 0.1 0 0\nv 0 0 -2.5\nf 1 2 3\n");
-  free(text);
-  fixture_deinit(&f);
+  written w = begin(triangle_text);
+  assert_string_equal(body(write(&w, false)), "o flat\nv 0 0 0\nv 0.1 0 0\nv 0 0 -2.5\nf 1 2 3\n");
+  end(&w);
 }
 
 TEST(normals_and_uvs_have_their_places) {
   static const char plain[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
   static const char mapped[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 0.5 0.75\nvt 0 1\nf 1/1 2/2 3/3\n";
-  fixture f;
-  fixture_init(&f, plain);
-  fixture_refine(&f, 0, true);
-  char *text = write_obj(&f.scene, 1 << 18);
-  assert_non_null(strstr(text, "vn 0 0 1\nf 1//1 2//2 3//3\n"));
-  free(text);
-  fixture_deinit(&f);
-  fixture_init(&f, mapped);
-  fixture_refine(&f, 0, false);
-  text = write_obj(&f.scene, 1 << 18);
-  assert_non_null(strstr(text, "vt 0 0\nvt 0.5 0.75\nvt 0 1\nf 1/1 2/2 3/3\n"));
-  free(text);
-  fixture_deinit(&f);
-  fixture_init(&f, mapped);
-  fixture_refine(&f, 0, true);
-  text = write_obj(&f.scene, 1 << 18);
-  assert_non_null(strstr(text, "f 1/1/1 2/2/2 3/3/3\n"));
-  free(text);
-  fixture_deinit(&f);
+  static const struct {
+    const char *obj;
+    bool normals;
+    const char *found;
+  } cases[] = {{plain, true, "vn 0 0 1\nf 1//1 2//2 3//3\n"},
+               {mapped, false, "vt 0 0\nvt 0.5 0.75\nvt 0 1\nf 1/1 2/2 3/3\n"},
+               {mapped, true, "f 1/1/1 2/2/2 3/3/3\n"}};
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    written w = begin(cases[i].obj);
+    assert_non_null(strstr(write(&w, cases[i].normals), cases[i].found));
+    end(&w);
+  }
 }
 
 TEST(same_text_in_blocks_of_any_size) {
@@ -150,51 +163,38 @@ TEST(text_reads_back_as_the_surface) {
 }
 
 TEST(each_node_shows_its_mesh_in_world_space) {
-  fixture f;
-  fixture_init(&f, triangle_text);
-  f.model->meshes[0].name = NULL;
-  uint32_t arm = fixture_node(&f, "arm", 0, TW_NO_INDEX), hand = fixture_node(&f, "hand", arm, 0);
-  f.model->nodes[0].rest.translation[0] = 10;
-  f.model->nodes[arm].rest.scale[2] = 2;
-  f.model->nodes[hand].rest.translation[2] = 1;
-  fixture_refine(&f, 0, false);
-  char *text = write_obj(&f.scene, 1 << 18);
+  written w = begin(triangle_text);
+  w.f.model->meshes[0].name = NULL;
+  uint32_t arm = fixture_node(&w.f, "arm", 0, TW_NO_INDEX), hand = fixture_node(&w.f, "hand", arm, 0);
+  w.f.model->nodes[0].rest.translation[0] = 10;
+  w.f.model->nodes[arm].rest.scale[2] = 2;
+  w.f.model->nodes[hand].rest.translation[2] = 1;
+  const char *text = write(&w, false);
   assert_string_equal(body(text), "o flat\nv 10 0 0\nv 10.1 0 0\nv 10 0 -2.5\nf 1 2 3\n"
                                   "o hand\nv 10 0 2\nv 10.1 0 2\nv 10 0 -3\nf 4 5 6\n");
-  free(text);
-  fixture_deinit(&f);
+  end(&w);
 }
 
 TEST(pose_moves_nodes) {
-  fixture f;
-  fixture_init(&f, triangle_text);
-  fixture_refine(&f, 0, false);
+  written w = begin(triangle_text);
   tw_trs pose = TW_TRS_IDENTITY;
   pose.translation[1] = 3;
-  f.scene.pose = &pose;
-  char *text = write_obj(&f.scene, 1 << 18);
-  assert_non_null(strstr(text, "v 0 3 0\nv 0.1 3 0\nv 0 3 -2.5\n"));
-  free(text);
-  fixture_deinit(&f);
+  w.f.scene.pose = &pose;
+  assert_non_null(strstr(write(&w, false), "v 0 3 0\nv 0.1 3 0\nv 0 3 -2.5\n"));
+  end(&w);
 }
 
 TEST(mirror_turns_faces_round) {
-  fixture f;
-  fixture_init(&f, "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n");
-  f.model->nodes[0].rest.scale[2] = -1;
-  fixture_refine(&f, 0, true);
-  char *text = write_obj(&f.scene, 1 << 18);
-  assert_non_null(strstr(text, "vn 0 0 -1\nf 1//1 4//4 3//3 2//2\n"));
-  free(text);
-  fixture_deinit(&f);
+  written w = begin("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n");
+  w.f.model->nodes[0].rest.scale[2] = -1;
+  assert_non_null(strstr(write(&w, true), "vn 0 0 -1\nf 1//1 4//4 3//3 2//2\n"));
+  end(&w);
 }
 
 TEST(normals_go_by_the_inverse_transpose) {
-  fixture f;
-  fixture_init(&f, "v 0 0 0\nv 1 0 -1\nv 1 1 -1\nv 0 1 0\nf 1 2 3 4\n"); /* normal (1, 0, 1) */
-  f.model->nodes[0].rest.scale[0] = 3;
-  fixture_refine(&f, 0, true);
-  char *text = write_obj(&f.scene, 1 << 18);
+  written w = begin("v 0 0 0\nv 1 0 -1\nv 1 1 -1\nv 0 1 0\nf 1 2 3 4\n"); /* normal (1, 0, 1) */
+  w.f.model->nodes[0].rest.scale[0] = 3;
+  const char *text = write(&w, true);
   float normal[3];
   const char *number = strstr(text, "vn ") + 2;
   for (int i = 0; i < 3; i++) {
@@ -204,46 +204,34 @@ TEST(normals_go_by_the_inverse_transpose) {
   }
   assert_true(fabsf(normal[0] - 1 / sqrtf(10)) < 1e-6f && fabsf(normal[2] - 3 / sqrtf(10)) < 1e-6f);
   assert_true(normal[1] == 0);
-  free(text);
-  fixture_deinit(&f);
+  end(&w);
 }
 
 TEST(flattened_node_still_has_normals) {
-  fixture f;
-  fixture_init(&f, "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n");
-  for (int i = 0; i < 3; i++) f.model->nodes[0].rest.scale[i] = 0;
-  fixture_refine(&f, 0, true);
-  char *text = write_obj(&f.scene, 1 << 18);
-  assert_non_null(strstr(text, "v 0 0 0\nvn 0 0 1\n"));
-  free(text);
-  fixture_deinit(&f);
+  written w = begin("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n");
+  for (int i = 0; i < 3; i++) w.f.model->nodes[0].rest.scale[i] = 0;
+  assert_non_null(strstr(write(&w, true), "v 0 0 0\nvn 0 0 1\n"));
+  end(&w);
 }
 
 TEST(names_cannot_break_lines) {
-  fixture f;
-  fixture_init(&f, "o flat\nv 0 0 0\nv 1 0 0\nv 1 1 0\nusemtl red\nf 1 2 3\n");
-  f.model->material_names[0] = "re\nd\t\\";
-  fixture_refine(&f, 0, false);
-  char *text = write_obj(&f.scene, 1 << 18);
-  assert_non_null(strstr(text, "\nusemtl re_d__\nf "));
-  free(text);
-  fixture_deinit(&f);
+  written w = begin("o flat\nv 0 0 0\nv 1 0 0\nv 1 1 0\nusemtl red\nf 1 2 3\n");
+  w.f.model->material_names[0] = "re\nd\t\\";
+  assert_non_null(strstr(write(&w, false), "\nusemtl re_d__\nf "));
+  end(&w);
 }
 
 TEST(material_lasts_until_another) {
-  fixture f;
-  fixture_init(&f, "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nusemtl red\nf 1 3 4\n");
-  fixture_node(&f, "again", TW_NO_INDEX, 0);
-  f.model->material_names[0] = NULL;
-  fixture_refine(&f, 0, false);
-  char *text = write_obj(&f.scene, 1 << 18), *second = strstr(text, "o again");
+  written w = begin("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nusemtl red\nf 1 3 4\n");
+  fixture_node(&w.f, "again", TW_NO_INDEX, 0);
+  w.f.model->material_names[0] = NULL;
+  char *text = write(&w, false), *second = strstr(text, "o again");
   assert_non_null(second);
   assert_non_null(strstr(second, "f 5 6 7\nusemtl material_0\nf 5 7 8\n"));
   assert_non_null(strstr(second, "usemtl none\nf 5 6 7\n")); /* the red of the first node ends */
   *second = '\0';
   assert_null(strstr(text, "usemtl none"));
-  free(text);
-  fixture_deinit(&f);
+  end(&w);
 }
 
 /* ---- tags --------------------------------------------------------------------------------------------- */
@@ -260,66 +248,61 @@ static void refine_tagged(fixture *f) {
   }
 }
 
-static tw_model *read_tagged(const char *tags) {
+static char *write_tagged(written *w) {
+  refine_tagged(&w->f);
+  return w->text = write_obj(&w->f.scene, 1 << 18);
+}
+
+/* A cube with tags. */
+static written begin_tagged(const char *tags) {
   char text[2 * sizeof cube_text];
   snprintf(text, sizeof text, "%s%s", cube_text, tags);
-  return read_back(text);
+  return begin(text);
 }
 
 TEST(tags_are_written_as_they_are_read) {
-  fixture f = {.model = read_tagged("t crease 4/2/0 0 1 4 5 2.5 99\nt corner 1/1/0 6 1.25\n")};
-  refine_tagged(&f);
-  char *text = write_obj(&f.scene, 1 << 18);
+  written w = begin_tagged("t crease 4/2/0 0 1 4 5 2.5 99\nt corner 1/1/0 6 1.25\n");
+  char *text = write_tagged(&w);
   assert_string_equal(strstr(text, "f 4 1 5 8\n"),
                       "f 4 1 5 8\nt crease 2/1/0 1 0 2.5\nt crease 2/1/0 4 5 10\n"
                       "t corner 1/1/0 6 1.25\n");
-  free(text);
-  fixture_deinit(&f);
+  end(&w);
 }
 
 TEST(tags_number_the_points_of_the_file) {
-  fixture f = {.model = read_tagged("t crease 2/1/0 0 3 1\nt corner 1/1/0 7 2\n")};
-  fixture_node(&f, "again", TW_NO_INDEX, 0);
-  refine_tagged(&f);
-  char *text = write_obj(&f.scene, 1 << 18);
+  written w = begin_tagged("t crease 2/1/0 0 3 1\nt corner 1/1/0 7 2\n");
+  fixture_node(&w.f, "again", TW_NO_INDEX, 0);
+  char *text = write_tagged(&w);
   assert_non_null(strstr(text, "\nt crease 2/1/0 0 3 1\nt corner 1/1/0 7 2\n"));
   assert_non_null(strstr(text, "\nt crease 2/1/0 8 11 1\nt corner 1/1/0 15 2\n"));
-  free(text);
-  fixture_deinit(&f);
+  end(&w);
 }
 
 TEST(of_two_tags_the_later_holds_and_none_of_what_is_not_there) {
-  fixture f = {.model = read_tagged("t crease 2/1/0 0 3 1\nt crease 2/1/0 3 0 2\nt crease 2/1/0 0 6 4\n"
-                                    "t crease 2/1/0 1 2 3\nt crease 2/1/0 1 2 0\n")};
-  refine_tagged(&f);
-  char *text = write_obj(&f.scene, 1 << 18);
+  written w = begin_tagged("t crease 2/1/0 0 3 1\nt crease 2/1/0 3 0 2\nt crease 2/1/0 0 6 4\n"
+                           "t crease 2/1/0 1 2 3\nt crease 2/1/0 1 2 0\n");
+  char *text = write_tagged(&w);
   assert_string_equal(strstr(text, "f 4 1 5 8\n"), "f 4 1 5 8\nt crease 2/1/0 0 3 2\n");
-  free(text);
-  fixture_deinit(&f);
+  end(&w);
 }
 
 /* What is left out of the answer would be a border of what comes back: such a cage has no tags. */
 TEST(mesh_with_a_hole_has_no_tags) {
-  fixture f = {.model = read_tagged("t crease 2/1/0 0 3 1\nt hole 1/0/0 5\n")};
-  refine_tagged(&f);
-  char *text = write_obj(&f.scene, 1 << 18);
+  written w = begin_tagged("t crease 2/1/0 0 3 1\nt hole 1/0/0 5\n");
+  char *text = write_tagged(&w);
   assert_null(strstr(text, "\nt "));
-  free(text);
-  fixture_deinit(&f);
+  end(&w);
 }
 
 /* Points that no face uses are not written, and faces stand by material: the numbers of the file change. */
 TEST(tags_follow_what_the_answer_numbers_anew) {
-  fixture f;
-  fixture_init(&f, "v 9 9 9\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 0\nv 2 1 0\n"
-                   "usemtl b\nf 2 3 4 5\nusemtl a\nf 3 6 7 4\nusemtl b\nf 2 3 7\n"
-                   "t crease 2/1/0 2 3 1.5\nt corner 1/1/0 6 3\n");
-  refine_tagged(&f);
-  char *text = write_obj(&f.scene, 1 << 18);
+  written w = begin("v 9 9 9\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 0\nv 2 1 0\n"
+                    "usemtl b\nf 2 3 4 5\nusemtl a\nf 3 6 7 4\nusemtl b\nf 2 3 7\n"
+                    "t crease 2/1/0 2 3 1.5\nt corner 1/1/0 6 3\n");
+  char *text = write_tagged(&w);
   assert_non_null(strstr(text, "v 2 1 0\nusemtl b\nf 1 2 3 4\nf 1 2 6\nusemtl a\nf 2 5 6 3\n"
                                "t crease 2/1/0 1 2 1.5\nt corner 1/1/0 5 3\n"));
-  free(text);
-  fixture_deinit(&f);
+  end(&w);
 }
 
 TEST(tags_in_blocks_of_any_size) {
