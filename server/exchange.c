@@ -308,24 +308,21 @@ static bool is_late(const srv_exchange *exchange, uint64_t now_ns) {
   return milliseconds(exchange->started_ns, now_ns) > (double)exchange->server->config->request_timeout;
 }
 
-/* Refuses an answer whose computing took longer than --compute-timeout, and limits what reading its body may
- * take by what is left. An answer without a body to compute is sent however long it took: it is complete, and
- * what the request stored stays stored. What took too long may have been given up by then. */
+/* Applies --compute-timeout to a new answer. A body that is computed while it is read may take what is left
+ * of the time; where none is left, the answer is refused. An answer without such a body is complete and is
+ * sent however long it took: what the request has stored stays stored. When the library gives up because the
+ * time is over (srv_compute_is_over), the answer is 503 without this reason: it is refused here to tell it.
+ */
 static void limit_computing(srv_exchange *exchange) {
   uint64_t limit_ns = exchange->server->config->compute_timeout * 1000000;
-  bool is_given_up = exchange->answer.status == 503;
+  bool is_over = exchange->computed_ns >= limit_ns, is_given_up = is_over && exchange->answer.status == 503;
   if (limit_ns == 0 || (exchange->answer.body.read == NULL && !is_given_up)) return;
-  if (exchange->computed_ns < limit_ns && is_given_up) return; /* for another reason */
-  if (exchange->computed_ns < limit_ns &&
-      srv_compute_limit(&exchange->answer.body, limit_ns - exchange->computed_ns))
-    return;
+  if (!is_over && srv_compute_limit(&exchange->answer.body, limit_ns - exchange->computed_ns)) return;
   srv_exchange_refuse(exchange, SRV_REFUSAL_COMPUTE_TIMEOUT, 503,
                       "computing the answer takes longer than the daemon allows", RETRY_S);
 }
 
-/* Runs one call of the api. With API_WAITS the exchange is not this thread's any more: its ticket will be
- * woken.
- */
+/* Runs one call of the api. After API_WAITS the exchange belongs to whichever thread wakes its ticket. */
 static api_progress handle(srv_exchange *exchange, api_effort effort) {
   uint64_t limit_ns = exchange->server->config->compute_timeout * 1000000;
   exchange->leg_ns = exchange->worked_ns;

@@ -1,18 +1,18 @@
 /* Layout of the bucket, below the prefix:
- *   objects/ab/ID   the bytes of a model as they are, where ab begins ID; its summary is the metadata
- * `summary`, percent-encoded
+ *   objects/ab/ID   the bytes of a model; ab begins ID. The metadata `summary` is the model's summary,
+ *                   percent-encoded
  *
- * An object appears whole or not at all, and is never replaced but where it is damaged. Of several daemons
- * that store the same model one does, by If-None-Match; the stores that lack it let all do, with the same
- * bytes.
+ * A store writes an object whole or not at all. An object is replaced only where it is damaged. When several
+ * daemons store the same model at once, If-None-Match lets one of them write it; in a store that does not
+ * know If-None-Match each writes the same bytes.
  *
- * An object is whole where its bytes have the hash that is its name. It is hashed once for each ETag: when
- * this daemon stores it, or reads it first. Copies on the local disk are judged by their own hash, and are as
- * good as the object where they are as long.
+ * An object is whole when the hash of its bytes is its ID. This daemon hashes an object once for each ETag:
+ * when it stores the object, or when it first reads it. Copies on the local disk are compared with their own
+ * hash; a copy as long as its object is served in place of it.
  *
- * A bucket that fails is left alone until a thread, which tries it once a second, has reached it: so
- * an outage holds no compute thread for longer than the first requests take to notice. Meanwhile copies are
- * served, and the rest is API_STORE_UNAVAILABLE at once. */
+ * When the bucket fails, requests stop asking it, and a thread tries it once a second until it answers. So an
+ * outage holds up only those requests that were waiting for the bucket when it began. Until its end models
+ * that have a copy are served from it, and all other requests get API_STORE_UNAVAILABLE at once. */
 #include "store_s3.h"
 
 #include "body.h"
@@ -54,12 +54,13 @@ static void print_key(const char *id, char key[KEY_SIZE]) {
 
 /* ---- outages ---------------------------------------------------------------------------------- */
 
+/* Ends a listing at its first key. */
 static bool is_enough(void *context, const char *key, uint64_t size) {
   (void)context, (void)key, (void)size;
   return false;
 }
 
-/* Asks for one key, and for none behind it: what takes the rights that listing takes. */
+/* Lists the first key: that needs the rights that a listing needs, and is the least to ask for. */
 static bool try_bucket(srv_s3 *s3, srv_s3_answer *answer) {
   atomic_bool is_once = true;
   srv_s3_list(s3, "objects/", "", 1, TRY_MS, &is_once, is_enough, NULL, answer);
@@ -98,12 +99,13 @@ static void note_outage(srv_store_s3 *store, const char *reason) {
   pthread_mutex_unlock(&store->lock);
 }
 
-/* Whether the bucket says no, which waiting does not change. */
+/* Whether the bucket refuses for a reason that does not go away by waiting. */
 static bool is_refusal(const srv_s3_answer *answer) {
   return answer->status >= 300 && answer->status < 500 && answer->status != 408 && answer->status != 429;
 }
 
-/* What an answer means. answer: its summary is freed where the status is not 2xx. */
+/* What an answer means; logs a refusal, notes an outage. Frees the answer's summary unless it is
+ * API_STORE_OK. */
 static api_store_status judge(srv_store_s3 *store, srv_s3_answer *answer) {
   if (answer->status >= 200 && answer->status < 300) return API_STORE_OK;
   free(answer->summary);
@@ -120,7 +122,7 @@ static api_store_status judge(srv_store_s3 *store, srv_s3_answer *answer) {
   return API_STORE_UNAVAILABLE;
 }
 
-/* Sends, unless the bucket is known to be out of reach. */
+/* Sends the request, unless the bucket is known to fail. */
 static api_store_status ask(srv_store_s3 *store, srv_s3_request request, srv_s3_answer *answer) {
   *answer = (srv_s3_answer){0};
   if (atomic_load(&store->is_down)) return API_STORE_UNAVAILABLE;
@@ -129,13 +131,15 @@ static api_store_status ask(srv_store_s3 *store, srv_s3_request request, srv_s3_
   return judge(store, answer);
 }
 
-static api_store_status ask_head(srv_store_s3 *store, const char *id, srv_s3_answer *answer) {
+/* Sends a request for the object that has no body and gets none. */
+static api_store_status ask_shortly(srv_store_s3 *store, srv_s3_method method, const char *id,
+                                    srv_s3_answer *answer) {
   char key[KEY_SIZE];
   print_key(id, key);
-  return ask(store, (srv_s3_request){.method = SRV_S3_HEAD, .key = key, .timeout_ms = SHORT_MS}, answer);
+  return ask(store, (srv_s3_request){.method = method, .key = key, .timeout_ms = SHORT_MS}, answer);
 }
 
-/* The object is not there: nor may its copy be served. */
+/* For an object that is gone: its copy must not be served either. */
 static void forget(srv_store_s3 *store, const char *id) {
   srv_verdicts_forget(store->verdicts, id);
   srv_disk_cache_forget(store->cache, id);
@@ -143,8 +147,8 @@ static void forget(srv_store_s3 *store, const char *id) {
 
 /* ---- reading an object whole ------------------------------------------------------------------ */
 
-/* An object on its way, as bodies of requests are kept, and hashed as it comes. Outlives the store as the
- * owner of a blob. */
+/* An object that is being received: kept like the body of a request, and hashed as its pieces come. As the
+ * owner of a blob it may outlive the store. */
 typedef struct arrival {
   srv_spool spool;
   srv_body body;
@@ -153,7 +157,8 @@ typedef struct arrival {
   bool has_failed; /* there is no memory or disk for it */
 } arrival;
 
-/* Takes what it has no room for too: that is no fault of the bucket. */
+/* Goes on without memory or disk for the pieces: the request to the bucket must not fail for that. A try that
+ * begins anew begins at offset 0. */
 static bool take_piece(void *context, uint64_t offset, const uint8_t *data, size_t size) {
   arrival *a = context;
   if (offset == 0) {
@@ -229,13 +234,21 @@ static api_store_status fetch(srv_store_s3 *store, const char *id, api_blob *out
   return status;
 }
 
+/* The same without using the bytes. */
+static api_store_status judge_bytes(srv_store_s3 *store, const char *id) {
+  api_blob blob;
+  api_store_status status = fetch(store, id, &blob);
+  if (status == API_STORE_OK) blob.close(&blob);
+  return status;
+}
+
 /* ---- looking and opening ---------------------------------------------------------------------- */
 
-/* Asks for the object. Where it is not the one that was judged before, it is judged now: what was made of the
- * earlier one may be in memory. */
+/* Asks the bucket for the object's ETag. An object that was judged under another ETag is read and judged
+ * again: models and plans made of the earlier bytes may be in memory. */
 static api_store_status examine(srv_store_s3 *store, const char *id) {
   srv_s3_answer answer;
-  api_store_status status = ask_head(store, id, &answer);
+  api_store_status status = ask_shortly(store, SRV_S3_HEAD, id, &answer);
   if (status == API_STORE_ABSENT) forget(store, id);
   if (status != API_STORE_OK) return status;
   free(answer.summary);
@@ -249,13 +262,10 @@ static api_store_status examine(srv_store_s3 *store, const char *id) {
     srv_verdicts_note(store->verdicts, id, answer.etag, answer.size, known.wholeness);
     return known.wholeness == SRV_DAMAGED ? API_STORE_DAMAGED : API_STORE_OK;
   }
-  api_blob blob;
-  status = fetch(store, id, &blob);
-  if (status == API_STORE_OK) blob.close(&blob);
-  return status;
+  return judge_bytes(store, id);
 }
 
-/* Once a second at most for a model that is there. */
+/* Asks the bucket at most once a second for each model that is there. */
 static api_store_status look(void *context, const char *id, bool may_wait) {
   srv_store_s3 *store = context;
   if (!srv_store_is_id(id)) return API_STORE_ABSENT;
@@ -265,7 +275,8 @@ static api_store_status look(void *context, const char *id, bool may_wait) {
   return may_wait ? examine(store, id) : API_STORE_UNKNOWN;
 }
 
-/* A copy is as good as the object where it is as long; out of reach, it is all that there is. */
+/* Opens the copy on the local disk. With the bucket in reach it must be as long as the object, which then
+ * counts as whole; without, any copy that has its hash will do. */
 static bool open_copy(srv_store_s3 *store, const char *id, bool is_reachable, api_blob *out) {
   if (!srv_disk_cache_open(store->cache, id, out)) return false;
   const srv_verdict known = srv_verdicts_recall(store->verdicts, id);
@@ -292,14 +303,14 @@ static char *summary_of(void *context, const char *id) {
   srv_store_s3 *store = context;
   srv_s3_answer answer;
   if (!srv_store_is_id(id)) return NULL;
-  api_store_status status = ask_head(store, id, &answer);
+  api_store_status status = ask_shortly(store, SRV_S3_HEAD, id, &answer);
   return status == API_STORE_UNAVAILABLE ? srv_disk_cache_summary(store->cache, id) : answer.summary;
 }
 
 /* ---- storing and removing --------------------------------------------------------------------- */
 
-/* Whether an ETag is the bytes' MD5, in quotes. It is where an object was stored in one piece and is not
- * encrypted. */
+/* Whether an ETag is the MD5 of the bytes, in quotes: it is for objects that were stored in one piece and
+ * without encryption. */
 static bool is_md5_of(const char *etag, api_bytes bytes) {
   struct md5_ctx hash;
   uint8_t digest[MD5_DIGEST_SIZE];
@@ -318,14 +329,10 @@ static api_store_status judge_stored(srv_store_s3 *store, const char *id, api_by
   const srv_verdict known = srv_verdicts_recall(store->verdicts, id);
   bool is_known = known.wholeness == SRV_WHOLE && strcmp(known.state, head->etag) == 0;
   if (head->size != bytes.size) return API_STORE_DAMAGED;
-  if (is_known || is_md5_of(head->etag, bytes)) return API_STORE_OK;
-  api_blob blob;
-  api_store_status status = fetch(store, id, &blob);
-  if (status == API_STORE_OK) blob.close(&blob);
-  return status;
+  return is_known || is_md5_of(head->etag, bytes) ? API_STORE_OK : judge_bytes(store, id);
 }
 
-/* ABSENT: OK was meant, but somebody else was first. */
+/* API_STORE_ABSENT: nothing was written, as another daemon has stored the model in between. */
 static api_store_status send_object(srv_store_s3 *store, const char *id, api_bytes bytes, const char *summary,
                                     bool is_new) {
   char key[KEY_SIZE];
@@ -357,13 +364,13 @@ static api_store_status send_object(srv_store_s3 *store, const char *id, api_byt
 
 static api_store_status put(void *context, const char *id, api_bytes bytes, const char *summary,
                             bool *existed) {
-  enum { ROUNDS = 4 }; /* each but the first after somebody stored or removed it meanwhile */
+  enum { ROUNDS = 4 }; /* one more each time another daemon stores or removes the model in between */
   srv_store_s3 *store = context;
   api_store_status status = API_STORE_UNAVAILABLE;
   if (!srv_store_is_id(id)) return status;
   for (int round = 0; round < ROUNDS; round++) {
     srv_s3_answer head;
-    status = ask_head(store, id, &head);
+    status = ask_shortly(store, SRV_S3_HEAD, id, &head);
     free(head.summary);
     *existed = status == API_STORE_OK;
     if (status == API_STORE_OK) status = judge_stored(store, id, bytes, &head);
@@ -388,14 +395,12 @@ static api_store_status put(void *context, const char *id, api_bytes bytes, cons
 static api_store_status drop(void *context, const char *id) {
   srv_store_s3 *store = context;
   srv_s3_answer answer;
-  char key[KEY_SIZE];
   if (!srv_store_is_id(id)) return API_STORE_ABSENT;
-  api_store_status status = ask_head(store, id, &answer); /* DELETE does not tell whether it was there */
+  /* DELETE does not tell whether the object was there. */
+  api_store_status status = ask_shortly(store, SRV_S3_HEAD, id, &answer);
   free(answer.summary);
-  print_key(id, key);
   if (status == API_STORE_OK) {
-    status =
-        ask(store, (srv_s3_request){.method = SRV_S3_DELETE, .key = key, .timeout_ms = SHORT_MS}, &answer);
+    status = ask_shortly(store, SRV_S3_DELETE, id, &answer);
     free(answer.summary);
   }
   if (status == API_STORE_OK || status == API_STORE_ABSENT) forget(store, id);
@@ -413,7 +418,7 @@ typedef struct listing {
   atomic_size_t next; /* the one whose summary is read next */
 } listing;
 
-/* "objects/ab/ID": others are left out. */
+/* Takes keys of the form "objects/ab/ID"; passes over others. */
 static bool take_key(void *context, const char *key, uint64_t size) {
   listing *l = context;
   const char *id = strrchr(key, '/');
@@ -435,7 +440,7 @@ static void *read_summaries(void *context) {
   return NULL;
 }
 
-/* Some at a time: each waits for the store, and needs no processor. */
+/* Several at a time: each thread mostly waits for the store. */
 static void read_all_summaries(listing *l) {
   pthread_t readers[READERS];
   size_t count = 0;
@@ -519,7 +524,7 @@ void srv_store_s3_close(srv_store_s3 *store) {
   store->is_closing = true;
   pthread_cond_signal(&store->wake);
   pthread_mutex_unlock(&store->lock);
-  /* Where a try hangs, the thread stays, and what it uses. */
+  /* A thread whose try hangs is left running, and keeps what it uses. */
   if (store->is_watched && !srv_join_soon(store->watcher)) return;
   pthread_mutex_destroy(&store->lock);
   pthread_cond_destroy(&store->wake);

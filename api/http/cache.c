@@ -1,5 +1,9 @@
-/* The cache: a hash table of entries, a list of the idle ones by last use, one lock. Builds run, values are
- * freed and tickets are woken outside the lock. */
+/* The cache: a hash table of entries, a list of the idle ones by last use, one lock.
+ *
+ * An entry is listed while the table has it: requests find listed entries alone. It is idle when the table
+ * holds the only reference. One that loses its last reference under the lock goes to a chain of the caller's,
+ * which the caller destroys once the lock is released: builds, destructors and wake-ups run without the lock.
+ */
 #include "cache.h"
 
 #include <assert.h>
@@ -11,28 +15,28 @@
 enum { BUCKETS = 8192, CHAIN_MOST = 64 };
 
 typedef enum entry_state {
-  BUILDING,
-  PROMISED, /* a ticket will build it */
+  BUILDING, /* a thread is making the value */
+  PROMISED, /* a request has said that it will, on a compute thread or once it has memory */
   READY,
-  FAILED
+  FAILED /* no longer listed; those who waited read the fault */
 } entry_state;
 
 struct api_entry {
   api_cache *cache;
-  size_t references; /* one is the table's, one the ticket's that promised it */
+  size_t references; /* of the table while it is listed, of each holder, of the ticket that promised it */
   uint32_t hash;
   entry_state state;
-  bool is_listed; /* in the table: others may find it */
+  bool is_listed;
   api_built built;
-  api_fault fault;           /* of a failed build; stalled: the next who asks tries again */
-  api_ticket *waiting;       /* while BUILDING or PROMISED */
-  api_entry *next_promised;  /* of the same ticket */
-  api_entry *next_in_bucket; /* or in a chain of entries to be destroyed */
+  api_fault fault;           /* of FAILED; a stall means that nobody tried: whoever waited tries itself */
+  api_ticket *waiting;       /* for READY or FAILED */
+  api_entry *next_promised;  /* by the same ticket */
+  api_entry *next_in_bucket; /* or in a chain to be destroyed */
   api_entry *newer, *older;  /* among the idle ones */
   char key[];
 };
 
-/* Of the values of a kind. */
+/* Counts for one kind of values. */
 typedef struct tally {
   atomic_uint_fast64_t bytes, hits, misses, evictions;
 } tally;
@@ -115,28 +119,32 @@ static void unlink_idle(api_cache *cache, api_entry *entry) {
   cache->idle_size -= entry->built.size;
 }
 
-/* Takes the entry out of the table; one that nobody holds goes in front of the chain of those to be
- * destroyed, outside the lock. */
+/* Adds an entry without references to the chain. */
+static void add_to_chain(api_entry *entry, api_entry **chain) {
+  entry->next_in_bucket = *chain;
+  *chain = entry;
+}
+
+/* Takes the entry out of the table, with the table's reference. */
 static void unlist(api_cache *cache, api_entry *entry, api_entry **chain) {
   if (is_idle(entry)) unlink_idle(cache, entry);
   unlink_bucket(cache, entry);
   entry->is_listed = false;
-  if (--entry->references > 0) return;
-  entry->next_in_bucket = *chain;
-  *chain = entry;
+  if (--entry->references == 0) add_to_chain(entry, chain);
 }
 
 static tally *tally_of(api_cache *cache, const api_built *built) {
   return &cache->tallies[built->kind];
 }
 
-/* Unlists an idle entry for the room that it takes. */
+/* Unlists an idle entry to make room. */
 static void evict(api_cache *cache, api_entry *entry, api_entry **chain) {
   atomic_fetch_add(&tally_of(cache, &entry->built)->evictions, 1);
   unlist(cache, entry, chain);
 }
 
-/* A complete entry is found: a reference more. Chains are in the order of use as well, see crowd_out. */
+/* Takes a reference to a READY entry. It moves to the front of its bucket, so that crowd_out finds the
+ * entries of a bucket in the order of their use. */
 static void touch(api_cache *cache, api_entry *entry) {
   atomic_fetch_add(&tally_of(cache, &entry->built)->hits, 1);
   if (is_idle(entry)) unlink_idle(cache, entry);
@@ -146,13 +154,12 @@ static void touch(api_cache *cache, api_entry *entry) {
   link_first(cache, entry);
 }
 
-/* Drops a reference. An idle entry is kept within idle_max; one larger than idle_max is unlisted at once,
- * rather than evict all others. */
+/* Drops a reference. If the entry is idle now, the oldest idle entries are evicted down to idle_max; an entry
+ * larger than idle_max is evicted itself, and no other for it. */
 static void drop(api_cache *cache, api_entry *entry, api_entry **chain) {
   entry->references--;
   if (!entry->is_listed && entry->references == 0) {
-    entry->next_in_bucket = *chain;
-    *chain = entry;
+    add_to_chain(entry, chain);
   } else if (is_idle(entry)) {
     link_idle(cache, entry);
     if (entry->built.size > cache->idle_max) evict(cache, entry, chain);
@@ -170,7 +177,7 @@ static void crowd_out(api_cache *cache, uint32_t hash, api_entry **chain) {
   if (length >= CHAIN_MOST && last) evict(cache, last, chain);
 }
 
-/* A listed entry that the caller holds. NULL without memory. */
+/* Lists a new entry; the caller has a reference. NULL without memory. */
 static api_entry *add(api_cache *cache, const char *key, uint32_t hash, api_entry **chain) {
   size_t length = strlen(key) + 1;
   api_entry *entry = calloc(1, sizeof *entry + length);
@@ -230,7 +237,7 @@ void api_cache_destroy(api_cache *cache) {
 
 /* ---- promises and waiting ------------------------------------------------------------------------ */
 
-/* Under the lock: the entry is built, has failed, or nobody will build it. Returns who is to be woken. */
+/* Under the lock: makes the entry READY or FAILED. Returns the tickets that waited: the caller wakes them. */
 static api_ticket *settle(api_entry *entry, entry_state state) {
   api_ticket *waiting = entry->waiting;
   entry->waiting = NULL;
@@ -245,7 +252,7 @@ static void promise(api_entry *entry, api_ticket *ticket) {
   ticket->promised = entry;
 }
 
-/* Under the lock. True when the ticket promised it; then it has not any more. */
+/* Under the lock: ends the ticket's promise of the entry. False where another ticket promised it. */
 static bool take_promise_back(api_entry *entry, api_ticket *ticket) {
   api_entry **link = &ticket->promised;
   while (*link && *link != entry) link = &(*link)->next_promised;
@@ -255,16 +262,24 @@ static bool take_promise_back(api_entry *entry, api_ticket *ticket) {
   return true;
 }
 
-/* Breaks the ticket's promises: waiting tickets are woken and retry. */
+/* Under the lock: the caller, who holds the entry, lets go of it without a value. Returns as settle does. */
+static api_ticket *give_up(api_cache *cache, api_entry *entry, const api_fault *fault, api_entry **chain) {
+  if (entry->is_listed) unlist(cache, entry, chain);
+  entry->fault = *fault;
+  entry->fault.awaited = NULL;
+  api_ticket *waiting = settle(entry, FAILED);
+  drop(cache, entry, chain);
+  return waiting;
+}
+
+/* Breaks the ticket's promises: waiting tickets are woken and try themselves. */
 static void break_promises(api_cache *cache, api_ticket *ticket) {
+  static const api_fault untried = {.stall = API_STALL_ENTRY};
   while (ticket->promised) {
     api_entry *entry = ticket->promised, *chain = NULL;
     pthread_mutex_lock(&cache->lock);
     take_promise_back(entry, ticket);
-    if (entry->is_listed) unlist(cache, entry, &chain);
-    entry->fault = (api_fault){.stall = API_STALL_ENTRY};
-    api_ticket *woken = settle(entry, FAILED);
-    drop(cache, entry, &chain);
+    api_ticket *woken = give_up(cache, entry, &untried, &chain);
     pthread_mutex_unlock(&cache->lock);
     wake_all(woken);
     destroy_chain(cache, chain);
@@ -320,8 +335,8 @@ api_entry *api_cache_peek(api_cache *cache, const char *key) {
   return entry;
 }
 
-/* Runs the build of an entry that the caller holds, outside the lock. A build that stalls for memory leaves
- * the entry promised, so that one request and not all wait for memory. */
+/* Builds the value of an entry that the caller holds, without the lock. A build that stalls for memory leaves
+ * the entry promised by its ticket: the others wait for the entry, and only one request waits for memory. */
 static api_entry *build_entry(api_cache *cache, api_entry *entry, api_ticket *ticket, api_build build,
                               void *context, api_fault *fault) {
   api_built built = {0};
@@ -340,11 +355,7 @@ static api_entry *build_entry(api_cache *cache, api_entry *entry, api_ticket *ti
   } else if (fault->stall == API_STALL_MEMORY) {
     promise(entry, ticket); /* with the caller's reference */
   } else {
-    if (entry->is_listed) unlist(cache, entry, &chain);
-    entry->fault = *fault;
-    entry->fault.awaited = NULL;
-    woken = settle(entry, FAILED);
-    drop(cache, entry, &chain);
+    woken = give_up(cache, entry, fault, &chain);
   }
   pthread_mutex_unlock(&cache->lock);
   wake_all(woken);
@@ -352,8 +363,9 @@ static api_entry *build_entry(api_cache *cache, api_entry *entry, api_ticket *ti
   return is_built ? entry : NULL;
 }
 
-/* Under the lock: what the ticket waited for, where that was this key and is settled. A failure is told to
- * all who waited for it. */
+/* Under the lock: ends the ticket's wait, where it was for this key. Returns the entry with the ticket's
+ * reference where it is READY and still listed. A failed build fills the fault: all who waited for it fail
+ * alike. */
 static api_entry *take_awaited(api_cache *cache, const char *key, api_ticket *ticket, api_fault *fault,
                                api_entry **chain) {
   api_entry *awaited = ticket->awaited;
@@ -365,8 +377,8 @@ static api_entry *take_awaited(api_cache *cache, const char *key, api_ticket *ti
   return NULL;
 }
 
-/* Under the lock: a missing or promised entry becomes this ticket's to build, in a light call by a later one.
- */
+/* Under the lock: this ticket will build the entry, and has a reference to it. A heavy call builds now and
+ * gets the entry back; a light one only promises. */
 static api_entry *begin_build(api_entry *entry, api_ticket *ticket, api_effort effort, api_fault *fault) {
   if (effort == API_HEAVY) {
     entry->state = BUILDING;
