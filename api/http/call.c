@@ -26,7 +26,8 @@ api_outcome api_fail_with(api_call *call, int status, const char *format, ...) {
   va_start(arguments, format);
   vsnprintf(detail, sizeof detail, format, arguments);
   va_end(arguments);
-  api_fault_with(&call->fault, status, "%s", detail);
+  tw_fail(&call->fault.error, TW_SYNTAX, "%s", detail);
+  call->fault.status = status;
   return API_FAILED;
 }
 

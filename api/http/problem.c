@@ -6,7 +6,6 @@
 
 #include <assert.h>
 #include <inttypes.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -27,17 +26,6 @@ static int status_of(tw_status status) {
 bool api_fault_complete(api_fault *fault) {
   fault->status = status_of(fault->error.status);
   if (fault->status == 503) fault->retry_after_s = 1;
-  return false;
-}
-
-bool api_fault_with(api_fault *fault, int status, const char *format, ...) {
-  char detail[sizeof fault->error.detail];
-  va_list arguments;
-  va_start(arguments, format);
-  vsnprintf(detail, sizeof detail, format, arguments);
-  va_end(arguments);
-  tw_fail(&fault->error, TW_SYNTAX, "%s", detail);
-  fault->status = status;
   return false;
 }
 

@@ -36,8 +36,6 @@ typedef struct api_fault {
 
 /* Completes a fault whose error is filled: its status, and Retry-After for 503. */
 bool api_fault_complete(api_fault *fault);
-/* Fills a fault that has an HTTP status of its own. */
-bool api_fault_with(api_fault *fault, int status, const char *format, ...) TW_PRINTF(3, 4);
 bool api_fault_without_memory(api_fault *fault);
 
 /* Fills a zeroed answer but for its memory, which is kept. */

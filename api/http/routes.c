@@ -451,7 +451,7 @@ void api_refuse(api_service *service, const api_request *request, int status, co
     return;
   }
   find_route(&call, strcmp(request->method, "HEAD") == 0 ? "GET" : request->method);
-  api_fault_with(&call.fault, status, "%s", detail);
+  api_fail_with(&call, status, "%s", detail);
   call.fault.retry_after_s = retry_after;
   finish(&call, API_FAILED, answer);
 }

@@ -268,6 +268,11 @@ static tw_status read_topology(const api_value *members, tw_mesh *mesh) {
   return TW_OK;
 }
 
+/* The word before a number of tw_shape_counts, which tells 2^62 of all that is beyond. */
+static const char *more_than(uint64_t number) {
+  return number >> 62 ? "over " : "";
+}
+
 /* Limits are checked on what the shape will have, before there is any of it. */
 static tw_status read_shape(mesh_reader *reader, const api_value *members, tw_mesh *mesh) {
   const api_value *value = &members[MESH_SHAPE];
@@ -282,10 +287,11 @@ static tw_status read_shape(mesh_reader *reader, const api_value *members, tw_me
   tw_status status = api_shape_in(value, &shape, &counts);
   if (status != TW_OK) return status;
   if (counts.faces > making->faces_max - reader->faces)
-    return api_json_fail(value, TW_LIMIT,
-                         "the shape would have %llu points and %llu faces; shapes may have %llu faces in all",
-                         (unsigned long long)counts.points, (unsigned long long)counts.faces,
-                         (unsigned long long)making->faces_max);
+    return api_json_fail(
+        value, TW_LIMIT,
+        "the shape would have %s%llu points and %s%llu faces; shapes may have %llu faces in all",
+        more_than(counts.points), (unsigned long long)counts.points, more_than(counts.faces),
+        (unsigned long long)counts.faces, (unsigned long long)making->faces_max);
   reader->faces += counts.faces;
   reader->bytes += counts.bytes;
   if (making->grant && !making->grant(making->context, reader->bytes)) return api_json_no_memory(value->json);
@@ -428,10 +434,9 @@ static tw_status read_values(const api_value *object, const api_value *values, i
 /* Euler triples or axis-angle keys, in radians. */
 static tw_status read_angles(const api_value *object, const api_value *values, int member,
                              tw_track_keys *track) {
-  static const char *const orders[] = {"XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX", NULL};
   static const char *const units[] = {"radians", "degrees", NULL};
   int order = TW_XYZ, unit = 0;
-  tw_status status = api_json_choice(&values[TRACK_ORDER], orders, &order);
+  tw_status status = api_json_choice(&values[TRACK_ORDER], tw_euler_order_names, &order);
   if (status == TW_OK) status = api_json_choice(&values[TRACK_UNIT], units, &unit);
   if (status == TW_OK) status = check_rows(object, &values[member], track);
   double *angles = allocate(object->json, track->key_count, track->width * sizeof *angles, &status);

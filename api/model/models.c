@@ -46,10 +46,9 @@ static api_built built_model(tw_model *model) {
 }
 
 static api_outcome fail_unavailable(api_call *call) {
-  api_fault_with(&call->fault, 503, "the store cannot be reached");
   call->fault.refusal = API_REFUSAL_STORE;
   call->fault.retry_after_s = 2;
-  return API_FAILED;
+  return api_fail_with(call, 503, "the store cannot be reached");
 }
 
 static api_outcome fail_writing(api_call *call, api_store_status status) {

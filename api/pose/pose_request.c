@@ -36,7 +36,6 @@ static tw_status check_together(const api_query *query, const api_pose_request *
 api_outcome api_pose_request_read(api_call *call, api_pose_request *out) {
   static const char *const spaces[] = {"local", "world", NULL};
   static const char *const forms[] = {"trs", "matrix", "euler", "axis-angle", NULL};
-  static const char *const orders[] = {"XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX", NULL};
   static const char *const units[] = {"radians", "degrees", NULL};
   static const char *const loops[] = {"clamp", "repeat", "pingpong", NULL};
   const api_query *query = &call->query;
@@ -47,7 +46,7 @@ api_outcome api_pose_request_read(api_call *call, api_pose_request *out) {
       (api_pose_request){.clips = api_query_get(query, "clip"), .node_list = api_query_get(query, "nodes")};
   tw_status status = api_query_choice(query, "space", spaces, &space, error);
   if (status == TW_OK) status = api_query_choice(query, "as", forms, &as, error);
-  if (status == TW_OK) status = api_query_choice(query, "order", orders, &order, error);
+  if (status == TW_OK) status = api_query_choice(query, "order", tw_euler_order_names, &order, error);
   if (status == TW_OK) status = api_query_choice(query, "unit", units, &unit, error);
   if (status == TW_OK) status = api_query_choice(query, "loop", loops, &loop, error);
   if (status == TW_OK)

@@ -20,7 +20,6 @@ static const double DEGREES = 57.295779513082320877; /* in a radian */
 /* Far more than anybody plays on past the ends; the cosine of the angle is still precise to 1e-7. */
 static const double SLERP_MOST = 1e9;
 
-static const char *const order_names[] = {"XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX", NULL};
 /* By tw_rotation_form: the members of a rotation, in the request and in the answer. */
 static const char *const form_members[] = {"quaternion", "axis_angle", "euler", "matrix"};
 
@@ -101,7 +100,7 @@ static tw_status read_rotation(void *context, const api_value *object) {
   if (status == TW_OK) status = find_form(object, values, &form);
   if (status == TW_OK && values[ORDER].item && form != TW_AS_EULER)
     return api_json_fail(&values[ORDER], TW_SYNTAX, "order is for euler");
-  if (status == TW_OK) status = api_json_choice(&values[ORDER], order_names, &order);
+  if (status == TW_OK) status = api_json_choice(&values[ORDER], tw_euler_order_names, &order);
   if (status == TW_OK) status = read_numbers(&values[form], form, numbers);
   if (status != TW_OK) return status;
   if (request->in_degrees) scale_angles(form, 1 / DEGREES, numbers);
@@ -162,7 +161,7 @@ static tw_status read_document(void *context, const api_value *root) {
   tw_status status = api_json_members(root, names, values);
   if (status == TW_OK) status = api_json_choice(&values[UNIT], units, &unit);
   if (status == TW_OK) status = api_json_choice(&values[AS], forms, &as);
-  if (status == TW_OK) status = api_json_choice(&values[ORDER], order_names, &order);
+  if (status == TW_OK) status = api_json_choice(&values[ORDER], tw_euler_order_names, &order);
   if (status == TW_OK && values[ORDER].item && as != TW_AS_EULER)
     return api_json_fail(&values[ORDER], TW_SYNTAX, "order goes with \"as\": \"euler\"");
   out->as = (tw_rotation_form)as;

@@ -10,7 +10,8 @@
 
 #include <math.h>
 
-const char *const tw_euler_order_names[TW_EULER_ORDERS] = {"XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX"};
+const char *const tw_euler_order_names[TW_EULER_ORDERS + 1] = {"XYZ", "XZY", "YXZ", "YZX",
+                                                               "ZXY", "ZYX", NULL};
 const unsigned char tw_euler_axes[TW_EULER_ORDERS][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2},
                                                          {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
 

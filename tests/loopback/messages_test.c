@@ -128,6 +128,14 @@ TEST_WITH(numbers_of_a_body_are_told_as_they_came, start, one_model_stop) {
   }
 }
 
+TEST_WITH(shapes_beyond_all_numbers_say_so, loopback_setup, loopback_teardown) {
+  static const char shape[] =
+      "{\"meshes\":[{\"shape\":{\"kind\":\"uv_sphere\",\"segments\":4000000000,\"rings\":4000000000}}]}";
+  assert_problem(
+      loopback_post(*state, "/v1/models", "application/json", shape), 422, "/meshes/0/shape",
+      "would have over 4611686018427387904 points and over 4611686018427387904 faces; shapes may have ");
+}
+
 /* ---- parameters that the form has no use for ----------------------------------------------------------- */
 
 TEST_WITH(obj_holds_no_clip, loopback_setup, loopback_teardown) {

@@ -13,7 +13,7 @@ extern "C" {
  * x, y, z in that place, whatever the order. */
 typedef enum tw_euler_order { TW_XYZ, TW_XZY, TW_YXZ, TW_YZX, TW_ZXY, TW_ZYX } tw_euler_order;
 enum { TW_EULER_ORDERS = 6 };
-extern const char *const tw_euler_order_names[TW_EULER_ORDERS];
+extern const char *const tw_euler_order_names[TW_EULER_ORDERS + 1]; /* the last is NULL */
 
 typedef enum tw_interpolation {
   TW_STEP,
