@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "gltf_json_meshes.h"
+#include "gltf_json_writer.h"
 
 /* ---- views and accessors ------------------------------------------------------------------------------- */
 
@@ -49,17 +49,18 @@ static void put_bounds(tw_gltf_writer *writer, const char *member, const float *
   tw_text_add(writer->text, "]");
 }
 
-/* Three fields of spaces; their places go to fields. */
-static void put_later(tw_gltf_writer *writer, const char *member, size_t fields[3]) {
+/* Three fields of spaces; returns where the first one stands. */
+static size_t put_later(tw_gltf_writer *writer, const char *member) {
   char blanks[TW_GLTF_BOUND_TEXT];
   memset(blanks, ' ', sizeof blanks);
   tw_member_open(writer->text, member, "[");
+  size_t place = writer->text->size;
   for (int i = 0; i < 3; i++) {
     tw_text_element(writer->text);
-    fields[i] = writer->text->size;
     tw_text_bytes(writer->text, blanks, sizeof blanks);
   }
   tw_text_add(writer->text, "]");
+  return place;
 }
 
 static const char *type_name(int width) {
@@ -75,7 +76,7 @@ static void put_elements(tw_gltf_writer *writer, const tw_gltf_elements *element
   put_bounds(writer, "min", elements->min, elements->bound_count);
 }
 
-static void put_accessor(tw_gltf_writer *writer, const tw_gltf_accessor *accessor) {
+static void put_accessor(tw_gltf_writer *writer, tw_gltf_accessor *accessor) {
   if (accessor->view != TW_NO_INDEX) tw_member_count(writer->text, "bufferView", accessor->view);
   if (accessor->offset) tw_member_count(writer->text, "byteOffset", accessor->offset);
   tw_member_count(writer->text, "componentType", (uint64_t)accessor->component);
@@ -92,9 +93,8 @@ static void put_accessor(tw_gltf_writer *writer, const tw_gltf_accessor *accesso
     put_bounds(writer, "max", max, (uint32_t)accessor->width);
     put_bounds(writer, "min", min, (uint32_t)accessor->width);
   } else if (accessor->bounds == TW_GLTF_BOUNDED_LATER) {
-    put_later(writer, "max", *writer->bounds);
-    put_later(writer, "min", *writer->bounds + 3);
-    writer->bounds++;
+    accessor->max_text = put_later(writer, "max");
+    accessor->min_text = put_later(writer, "min");
   }
 }
 
@@ -407,27 +407,6 @@ static void put_asset(tw_gltf_writer *writer) {
 
 /* ---- the whole ----------------------------------------------------------------------------------------- */
 
-static void put_document(tw_gltf_writer *writer) {
-  const tw_gltf_assets *assets = writer->assets;
-  tw_text_add(writer->text, "{");
-  put_asset(writer);
-  put_scenes(writer);
-  put_nodes(writer);
-  tw_gltf_put_meshes(writer);
-  put_skins(writer);
-  put_animations(writer);
-  put_materials(writer);
-  tw_gltf_put_objects(writer, "textures", &assets->textures);
-  put_images(writer);
-  tw_gltf_put_objects(writer, "samplers", &assets->samplers);
-  tw_gltf_put_objects(writer, "cameras", &assets->cameras);
-  put_accessors(writer);
-  put_views(writer);
-  tw_gltf_put_kept(writer, assets->root, NULL);
-  tw_gltf_put_extensions(writer);
-  tw_text_add(writer->text, "}");
-}
-
 const tw_gltf_assets *tw_gltf_assets_bare(tw_arena *arena, const tw_gltf_assets *assets) {
   tw_gltf_assets *bare = assets ? tw_arena_alloc(arena, 1, sizeof *bare) : NULL;
   if (bare) *bare = (tw_gltf_assets){.asset = assets->asset, .scene = TW_NO_INDEX};
@@ -439,27 +418,24 @@ const tw_gltf_assets *tw_gltf_assets_of(const tw_model *model) {
   return model->assets ? model->assets : &none;
 }
 
-tw_status tw_gltf_json_init(tw_gltf_json *json, const tw_gltf_plan *plan, const tw_scene *scene,
-                            tw_error *error) {
-  *json = (tw_gltf_json){0};
-  size_t later = 0;
-  for (uint32_t i = 0; i < plan->accessor_count; i++)
-    later += plan->accessors[i].bounds == TW_GLTF_BOUNDED_LATER;
-  json->bounds = tw_alloc(later, sizeof *json->bounds);
-  tw_gltf_writer writer = {.plan = plan,
-                           .scene = scene,
-                           .assets = tw_gltf_assets_of(scene->model),
-                           .text = &json->text,
-                           .bounds = json->bounds};
-  if (json->bounds) put_document(&writer);
+void tw_gltf_put_json(tw_text *text, tw_gltf_plan *plan, const tw_scene *scene) {
+  const tw_gltf_assets *assets = tw_gltf_assets_of(scene->model);
+  tw_gltf_writer writer = {.plan = plan, .scene = scene, .assets = assets, .text = text};
+  put_asset(&writer);
+  put_scenes(&writer);
+  put_nodes(&writer);
+  tw_gltf_put_meshes(&writer);
+  put_skins(&writer);
+  put_animations(&writer);
+  put_materials(&writer);
+  tw_gltf_put_objects(&writer, "textures", &assets->textures);
+  put_images(&writer);
+  tw_gltf_put_objects(&writer, "samplers", &assets->samplers);
+  tw_gltf_put_objects(&writer, "cameras", &assets->cameras);
+  put_accessors(&writer);
+  put_views(&writer);
+  tw_gltf_put_kept(&writer, assets->root, NULL);
+  tw_gltf_put_extensions(&writer);
+  tw_text_add(text, "}");
   free(writer.used);
-  if (json->bounds && !json->text.failed) return TW_OK;
-  tw_gltf_json_deinit(json);
-  return tw_fail(error, TW_NO_MEMORY, "no memory for the JSON of a glTF answer");
-}
-
-void tw_gltf_json_deinit(tw_gltf_json *json) {
-  tw_text_deinit(&json->text);
-  free(json->bounds);
-  *json = (tw_gltf_json){0};
 }

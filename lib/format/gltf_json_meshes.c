@@ -1,4 +1,5 @@
-#include "gltf_json_meshes.h"
+/* The meshes of a glTF answer's JSON. */
+#include "gltf_json_writer.h"
 
 #include <string.h>
 

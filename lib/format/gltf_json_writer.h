@@ -8,11 +8,10 @@
 #include "word.h"
 
 typedef struct tw_gltf_writer {
-  const tw_gltf_plan *plan;
+  tw_gltf_plan *plan;
   const tw_scene *scene;
   const tw_gltf_assets *assets;
   tw_text *text;
-  size_t (*bounds)[6]; /* of the next accessor that is BOUNDED_LATER */
   /* Extensions that occur in what is written, each at least once, as they stand in quotes; from malloc. */
   tw_word *used;
   size_t used_count, used_capacity;
@@ -49,5 +48,9 @@ void tw_gltf_note_extension(tw_gltf_writer *writer, const char *text, size_t siz
 
 /* extensionsUsed and extensionsRequired, when all else is written. */
 void tw_gltf_put_extensions(tw_gltf_writer *writer);
+
+/* The document's member "meshes" (gltf_json_meshes.c): primitives, the ranges of groups in them, and in
+ * extras what a cage says beyond glTF. Nothing where the model has none. */
+void tw_gltf_put_meshes(tw_gltf_writer *writer);
 
 #endif

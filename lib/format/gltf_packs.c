@@ -24,10 +24,6 @@ __attribute__((constructor)) static void choose_codec(void) {
   meshopt_encodeIndexVersion(1);
 }
 
-static uint32_t least(uint64_t a, uint64_t b) {
-  return (uint32_t)(a < b ? a : b);
-}
-
 /* ---- vertices of a pack -------------------------------------------------------------------------------- */
 
 /* Rows of the surface by their places in a pack. */
@@ -78,107 +74,6 @@ static bool set_add_triangle(vertex_set *set, const uint32_t rows[3], uint32_t p
     if (places[i] == TW_NO_INDEX) return false;
   }
   return true;
-}
-
-/* ---- cutting ------------------------------------------------------------------------------------------- */
-
-typedef struct cutter {
-  const tw_surface *surface;
-  tw_surface_reader *reader;
-  tw_triangulator triangles;
-  vertex_set set;
-  uint32_t block[3 * BLOCK];
-  tw_pack *packs;
-  uint32_t count, capacity;
-} cutter;
-
-/* The longest pack from a triangle of a run on. Polygons stay whole: a pack ends where another fan begins,
- * unless one fan alone is too large. */
-static tw_pack next_pack(cutter *c, const tw_surface_group *faces, uint32_t run, uint64_t first) {
-  uint64_t total = tw_count_triangles(faces), fan_begin = first;
-  uint32_t vertices_before_fan = 0, fan_vertex = UINT32_MAX, places[3];
-  set_clear(&c->set);
-  for (uint64_t from = first; from < total; from += BLOCK) {
-    uint32_t count = least(BLOCK, total - from);
-    tw_triangulator_read(&c->triangles, c->surface, faces, from, count, c->block);
-    for (uint32_t i = 0; i < count; i++) {
-      uint32_t before = c->set.count;
-      uint64_t here = from + i;
-      if (c->block[3 * (size_t)i] != fan_vertex) {
-        fan_vertex = c->block[3 * (size_t)i];
-        fan_begin = here;
-        vertices_before_fan = before;
-      }
-      bool has_room = here - first < TW_PACK_TRIANGLES_MAX;
-      if (has_room && set_add_triangle(&c->set, c->block + 3 * (size_t)i, places)) continue;
-      if (fan_begin > first) return (tw_pack){run, first, (uint32_t)(fan_begin - first), vertices_before_fan};
-      return (tw_pack){run, first, (uint32_t)(here - first), before};
-    }
-  }
-  return (tw_pack){run, first, (uint32_t)(total - first), c->set.count};
-}
-
-static bool add_pack(cutter *c, tw_pack pack) {
-  if (c->count == c->capacity) {
-    uint32_t capacity = 2 * c->capacity + 4;
-    tw_pack *packs = realloc(c->packs, capacity * sizeof *packs);
-    if (!packs) return false;
-    c->packs = packs;
-    c->capacity = capacity;
-  }
-  c->packs[c->count++] = pack;
-  return true;
-}
-
-static bool cut_runs(cutter *c, const tw_packs *packs) {
-  for (uint32_t run = 0; run < packs->run_count; run++) {
-    const tw_surface_group *faces = &packs->runs[run].faces;
-    uint64_t total = tw_count_triangles(faces);
-    for (uint64_t first = 0; first < total; first += c->packs[c->count - 1].triangle_count)
-      if (!add_pack(c, next_pack(c, faces, run, first))) return false;
-  }
-  return true;
-}
-
-static bool find_runs(tw_packs *packs, const tw_surface *surface) {
-  packs->runs = tw_arena_alloc(packs->arena, tw_surface_group_count(surface), sizeof *packs->runs);
-  if (!packs->runs) return false;
-  for (uint32_t group = 0; group < tw_surface_group_count(surface);) {
-    tw_pack_run *run = &packs->runs[packs->run_count++];
-    run->first_group = group;
-    run->faces = tw_take_material(surface, &group);
-    run->group_count = group - run->first_group;
-  }
-  return true;
-}
-
-static void keep_packs(tw_packs *packs, const cutter *c) {
-  packs->packs = tw_arena_alloc(packs->arena, c->count, sizeof *packs->packs);
-  if (!packs->packs) return;
-  packs->pack_count = c->count;
-  for (uint32_t i = 0; i < c->count; i++) {
-    const tw_pack *pack = &c->packs[i];
-    packs->packs[i] = *pack;
-    if (pack->vertex_count > packs->vertices_max) packs->vertices_max = pack->vertex_count;
-    if (pack->triangle_count > packs->triangles_max) packs->triangles_max = pack->triangle_count;
-  }
-}
-
-static bool cut(tw_packs *packs, const tw_surface *surface) {
-  if (!find_runs(packs, surface)) return false;
-  cutter *c = tw_alloc_zero(1, sizeof *c);
-  if (!c) return false;
-  c->surface = surface;
-  c->reader = tw_surface_reader_create_shared(&surface, 1, 0);
-  bool ready = set_init(&c->set) && c->reader &&
-               tw_triangulator_init(&c->triangles, &surface, 1, packs->options.polygons, c->reader);
-  if (ready && cut_runs(c, packs)) keep_packs(packs, c);
-  free(c->packs);
-  set_deinit(&c->set);
-  tw_triangulator_deinit(&c->triangles);
-  tw_surface_reader_destroy(c->reader);
-  free(c);
-  return packs->packs;
 }
 
 /* ---- how vertices are stored --------------------------------------------------------------------------- */
@@ -243,7 +138,7 @@ tw_pack_part tw_packs_part(const tw_packs *packs, uint32_t pack, uint32_t part) 
                           .count = p->vertex_count,
                           .stride = tw_vertex_size(packs->fields, packs->field_count)};
   uint32_t first = (part - 1) * packs->targets_a_part;
-  uint32_t count = least(packs->targets_a_part, packs->target_count - first);
+  uint32_t count = (uint32_t)tw_least(packs->targets_a_part, packs->target_count - first);
   return (tw_pack_part){true, first, count, p->vertex_count, count * target_size(packs)};
 }
 
@@ -264,11 +159,11 @@ void tw_packs_target_fields(const tw_packs *packs, uint32_t target_of_part, tw_v
   }
 }
 
-/* ---- reading ------------------------------------------------------------------------------------------- */
+/* ---- the reader ---------------------------------------------------------------------------------------- */
 
 struct tw_pack_reader {
   tw_surface_reader *reader;
-  tw_triangulator *triangles;
+  tw_triangulator triangles;
   vertex_set set;
   uint64_t *order, *sorted; /* [TW_PACK_VERTICES_MAX] row in the upper half, place in the lower; ascending */
   uint32_t *places;         /* [TW_PACK_VERTICES_MAX] of the set's rows */
@@ -321,19 +216,19 @@ uint64_t tw_packs_building_size(const tw_surface *surface) {
          parts * (1 + (uint64_t)layout->morph_count) * sizeof(tw_pack_bounds);
 }
 
-tw_pack_reader *tw_pack_reader_create(const tw_packs *const *packs, uint32_t count, tw_surface_reader *reader,
-                                      tw_triangulator *triangles) {
+tw_pack_reader *tw_pack_reader_create(const tw_packs *const *packs, const tw_surface *const *surfaces,
+                                      uint32_t count) {
   tw_pack_reader *r = tw_alloc_zero(1, sizeof *r);
   if (!r) return NULL;
   uint32_t triangles_max = 0;
+  tw_polygons polygons = count > 0 ? packs[0]->options.polygons : TW_POLYGONS_TRIANGLES; /* of all */
   for (uint32_t i = 0; i < count; i++) {
     size_t bytes = part_bytes_max(packs[i]), encoded = encoded_bytes_max(packs[i]);
     if (bytes > r->capacity) r->capacity = bytes;
     if (encoded > r->encoded_capacity) r->encoded_capacity = encoded;
     if (packs[i]->triangles_max > triangles_max) triangles_max = packs[i]->triangles_max;
   }
-  r->reader = reader;
-  r->triangles = triangles;
+  r->reader = tw_surface_reader_create_shared(surfaces, count, TW_DISPLACEMENTS_MAX);
   r->order = tw_alloc(TW_PACK_VERTICES_MAX, sizeof *r->order);
   r->sorted = tw_alloc(TW_PACK_VERTICES_MAX, sizeof *r->sorted);
   r->places = tw_alloc(TW_PACK_VERTICES_MAX, sizeof *r->places);
@@ -341,8 +236,8 @@ tw_pack_reader *tw_pack_reader_create(const tw_packs *const *packs, uint32_t cou
   r->rows = tw_alloc(ROWS_SCRATCH, sizeof *r->rows);
   r->bytes = tw_alloc(r->capacity, 1);
   r->encoded = tw_alloc(r->encoded_capacity, 1);
-  if (set_init(&r->set) && r->order && r->sorted && r->places && r->indices && r->rows && r->bytes &&
-      r->encoded)
+  if (set_init(&r->set) && r->reader && r->order && r->sorted && r->places && r->indices && r->rows &&
+      r->bytes && r->encoded && tw_triangulator_init(&r->triangles, surfaces, count, polygons, r->reader))
     return r;
   tw_pack_reader_destroy(r);
   return NULL;
@@ -350,6 +245,8 @@ tw_pack_reader *tw_pack_reader_create(const tw_packs *const *packs, uint32_t cou
 
 void tw_pack_reader_destroy(tw_pack_reader *reader) {
   if (!reader) return;
+  tw_triangulator_deinit(&reader->triangles);
+  tw_surface_reader_destroy(reader->reader);
   set_deinit(&reader->set);
   free(reader->order);
   free(reader->sorted);
@@ -360,6 +257,79 @@ void tw_pack_reader_destroy(tw_pack_reader *reader) {
   free(reader->encoded);
   free(reader);
 }
+
+/* ---- cutting ------------------------------------------------------------------------------------------- */
+
+/* The longest pack from a triangle of a run on. Polygons stay whole: a pack ends where another fan begins,
+ * unless one fan alone is too large. */
+static tw_pack next_pack(tw_pack_reader *r, const tw_surface *surface, const tw_surface_group *faces,
+                         uint32_t run, uint64_t first) {
+  uint64_t total = tw_count_triangles(faces), fan_begin = first;
+  uint32_t vertices_before_fan = 0, fan_vertex = UINT32_MAX, places[3];
+  set_clear(&r->set);
+  for (uint64_t from = first; from < total; from += BLOCK) {
+    uint32_t count = (uint32_t)tw_least(BLOCK, total - from);
+    tw_triangulator_read(&r->triangles, surface, faces, from, count, r->block);
+    for (uint32_t i = 0; i < count; i++) {
+      uint32_t before = r->set.count;
+      uint64_t here = from + i;
+      if (r->block[3 * (size_t)i] != fan_vertex) {
+        fan_vertex = r->block[3 * (size_t)i];
+        fan_begin = here;
+        vertices_before_fan = before;
+      }
+      bool has_room = here - first < TW_PACK_TRIANGLES_MAX;
+      if (has_room && set_add_triangle(&r->set, r->block + 3 * (size_t)i, places)) continue;
+      if (fan_begin > first) return (tw_pack){run, first, (uint32_t)(fan_begin - first), vertices_before_fan};
+      return (tw_pack){run, first, (uint32_t)(here - first), before};
+    }
+  }
+  return (tw_pack){run, first, (uint32_t)(total - first), r->set.count};
+}
+
+static bool add_pack(tw_packs *packs, tw_pack pack) {
+  if (packs->pack_count == packs->pack_capacity) {
+    uint32_t capacity = 2 * packs->pack_capacity + 4;
+    tw_pack *grown = realloc(packs->packs, capacity * sizeof *grown);
+    if (!grown) return false;
+    packs->packs = grown;
+    packs->pack_capacity = capacity;
+  }
+  packs->packs[packs->pack_count++] = pack;
+  if (pack.vertex_count > packs->vertices_max) packs->vertices_max = pack.vertex_count;
+  if (pack.triangle_count > packs->triangles_max) packs->triangles_max = pack.triangle_count;
+  return true;
+}
+
+/* False without memory. */
+static bool cut_runs(tw_packs *packs, const tw_surface *surface, tw_pack_reader *r) {
+  packs->runs = tw_arena_alloc(packs->arena, tw_surface_group_count(surface), sizeof *packs->runs);
+  if (!packs->runs) return false;
+  for (uint32_t group = 0; group < tw_surface_group_count(surface);) {
+    tw_pack_run *run = &packs->runs[packs->run_count];
+    run->first_group = group;
+    run->faces = tw_take_material(surface, &group);
+    run->group_count = group - run->first_group;
+    uint64_t total = tw_count_triangles(&run->faces);
+    for (uint64_t first = 0; first < total;) {
+      tw_pack pack = next_pack(r, surface, &run->faces, packs->run_count, first);
+      if (!add_pack(packs, pack)) return false;
+      first += pack.triangle_count;
+    }
+    packs->run_count++;
+  }
+  return true;
+}
+
+static bool cut(tw_packs *packs, const tw_surface *surface) {
+  const tw_packs *uncut = packs;
+  tw_pack_reader *reader = tw_pack_reader_create(&uncut, &surface, 1);
+  bool done = reader && cut_runs(packs, surface, reader);
+  tw_pack_reader_destroy(reader);
+  return done;
+}
+
+/* ---- reading ------------------------------------------------------------------------------------------- */
 
 /* Sorts vertices by rows: their bytes one after the other, the lowest first. An even number of passes ends in
  * `order`. */
@@ -413,8 +383,8 @@ static bool turn_to_pack(tw_pack_reader *r, const tw_surface *surface) {
   const tw_surface_group *faces = &r->packs->runs[pack->run].faces;
   set_clear(&r->set);
   for (uint32_t done = 0; done < pack->triangle_count; done += BLOCK) {
-    uint32_t count = least(BLOCK, pack->triangle_count - done);
-    tw_triangulator_read(r->triangles, surface, faces, pack->first_triangle + done, count, r->block);
+    uint32_t count = (uint32_t)tw_least(BLOCK, pack->triangle_count - done);
+    tw_triangulator_read(&r->triangles, surface, faces, pack->first_triangle + done, count, r->block);
     for (uint32_t i = 0; i < count; i++)
       set_add_triangle(&r->set, r->block + 3 * (size_t)i, r->indices + 3 * (size_t)(done + i));
   }
@@ -540,18 +510,12 @@ static bool measure_part(tw_pack_reader *r, const measuring *m, uint32_t pack, u
 static void measure_packs(void *context, uint32_t part, uint32_t begin, uint32_t end) {
   measuring *m = context;
   const tw_packs *packs = m->packs;
-  tw_triangulator triangles = {0};
-  tw_surface_reader *reader = tw_surface_reader_create_shared(&m->surface, 1, TW_DISPLACEMENTS_MAX);
-  tw_pack_reader *r = NULL;
-  if (reader && tw_triangulator_init(&triangles, &m->surface, 1, packs->options.polygons, reader))
-    r = tw_pack_reader_create(&packs, 1, reader, &triangles);
+  tw_pack_reader *r = tw_pack_reader_create(&packs, &m->surface, 1);
   bool done = r;
   for (uint32_t pack = begin; done && pack < end; pack++)
     for (uint32_t i = 0; done && i < packs->part_count; i++) done = measure_part(r, m, pack, i);
   m->failed[part] = !done;
   tw_pack_reader_destroy(r);
-  tw_triangulator_deinit(&triangles);
-  tw_surface_reader_destroy(reader);
 }
 
 static bool measure(tw_packs *packs, const tw_surface *surface, const tw_parallel_for *parallel) {
@@ -594,11 +558,12 @@ tw_status tw_packs_create(const tw_mesh *mesh, const tw_surface *surface, const 
 void tw_packs_destroy(tw_packs *packs) {
   if (!packs) return;
   tw_arena_destroy(packs->arena);
+  free(packs->packs);
   free(packs);
 }
 
 size_t tw_packs_size(const tw_packs *packs) {
-  return sizeof *packs + tw_arena_size(packs->arena);
+  return sizeof *packs + tw_arena_size(packs->arena) + packs->pack_capacity * sizeof *packs->packs;
 }
 
 int tw_meshopt_version(void) {

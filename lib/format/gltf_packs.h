@@ -43,8 +43,8 @@ struct tw_packs {
   tw_vertex_field target[2]; /* of the first one of a part */
   uint32_t run_count;
   tw_pack_run *runs; /* [run_count] */
-  uint32_t pack_count;
-  tw_pack *packs;                       /* [pack_count] */
+  uint32_t pack_count, pack_capacity;
+  tw_pack *packs;                       /* [pack_count], from malloc */
   uint32_t vertices_max, triangles_max; /* of a pack */
   /* Once measured: */
   tw_pack_bounds *bounds; /* [pack_count][1 + target_count]: of positions, then of targets */
@@ -72,10 +72,9 @@ void tw_packs_target_fields(const tw_packs *packs, uint32_t target_of_part, tw_v
 /* Computes parts; one stream's own. */
 typedef struct tw_pack_reader tw_pack_reader;
 
-/* For any of the packs of a scene. reader and triangles are of its surfaces, and are the caller's. NULL
- * without memory. */
-tw_pack_reader *tw_pack_reader_create(const tw_packs *const *packs, uint32_t count, tw_surface_reader *reader,
-                                      tw_triangulator *triangles);
+/* For any of the packs of a scene and their surfaces. NULL without memory. */
+tw_pack_reader *tw_pack_reader_create(const tw_packs *const *packs, const tw_surface *const *surfaces,
+                                      uint32_t count);
 void tw_pack_reader_destroy(tw_pack_reader *reader); /* NULL accepted */
 
 /* Puts triangles in an order that compresses well. indices: [count], below vertex_count. False without

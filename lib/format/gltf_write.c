@@ -16,50 +16,61 @@ enum {
   GROUPS_A_PASS = 4096     /* of base64: 3 bytes, 4 characters each */
 };
 
-/* Computes elements (rows, triangles, bytes) of views; one stream's own. */
-typedef struct filler {
-  const tw_scene *scene;
+struct tw_gltf_stream {
+  tw_scene scene; /* a copy: the caller's struct may end */
+  tw_gltf_plan plan;
+  tw_text head, tail; /* before and after the BIN chunk */
+  tw_text *json;      /* the one of them that holds the JSON */
+  bool bounds_known, base64;
+  uint64_t data_text_size; /* of the BIN chunk as it is sent */
+  uint64_t size, position;
+  /* What computes elements of views. */
+  tw_pack_reader *packs;     /* of a scene that has packs; of others: */
   tw_surface_reader *reader; /* turned to the surface of the view */
   tw_triangulator triangles;
-  tw_pack_reader *packs;       /* NULL: the scene has none */
   float *rows;                 /* [ROWS_SCRATCH], for rows that are converted */
   uint32_t wide[3 * NARROWED]; /* triangles that are narrowed */
-} filler;
+  uint64_t window_offset;
+  size_t window_size;
+  _Alignas(16) uint8_t window[WINDOW_SIZE];
+  uint8_t group_bytes[GROUPS_A_PASS * 3];
+};
 
 /* ---- rows ---------------------------------------------------------------------------------------------- */
 
-static void fill_rows(filler *filler, const tw_gltf_view *view, uint64_t first, size_t count, uint8_t *out) {
-  const tw_surface *surface = filler->scene->surfaces[view->mesh];
-  tw_surface_reader_turn(filler->reader, surface, view->first_target, view->target_count);
-  uint32_t stride = tw_surface_reader_layout(filler->reader)->stride;
+static void fill_rows(tw_gltf_stream *stream, const tw_gltf_view *view, uint64_t first, size_t count,
+                      uint8_t *out) {
+  const tw_surface *surface = stream->scene.surfaces[view->mesh];
+  tw_surface_reader_turn(stream->reader, surface, view->first_target, view->target_count);
+  uint32_t stride = tw_surface_reader_layout(stream->reader)->stride;
   if (view->element_size == stride * sizeof(float)) { /* all columns as they are */
-    tw_surface_read_rows(filler->reader, TW_DOMAIN_VERTICES, first, count, (float *)(void *)out);
+    tw_surface_read_rows(stream->reader, TW_DOMAIN_VERTICES, first, count, (float *)(void *)out);
     return;
   }
   size_t batch = ROWS_SCRATCH / stride;
   for (size_t done = 0; done < count; done += batch) {
     size_t part = count - done < batch ? count - done : batch;
-    tw_surface_read_rows(filler->reader, TW_DOMAIN_VERTICES, first + done, part, filler->rows);
+    tw_surface_read_rows(stream->reader, TW_DOMAIN_VERTICES, first + done, part, stream->rows);
     for (size_t i = 0; i < part; i++)
-      tw_vertex_write(view->fields, view->field_count, filler->rows + i * stride,
+      tw_vertex_write(view->fields, view->field_count, stream->rows + i * stride,
                       out + (done + i) * view->element_size);
   }
 }
 
 /* ---- triangles ----------------------------------------------------------------------------------------- */
 
-static void fill_triangles(filler *filler, const tw_gltf_view *view, uint64_t first, size_t count,
+static void fill_triangles(tw_gltf_stream *stream, const tw_gltf_view *view, uint64_t first, size_t count,
                            uint8_t *out) {
-  const tw_surface *surface = filler->scene->surfaces[view->mesh];
+  const tw_surface *surface = stream->scene.surfaces[view->mesh];
   if (view->element_size == 3 * sizeof(uint32_t)) {
-    tw_triangulator_read(&filler->triangles, surface, &view->faces, first, count, (uint32_t *)(void *)out);
+    tw_triangulator_read(&stream->triangles, surface, &view->faces, first, count, (uint32_t *)(void *)out);
     return;
   }
   for (size_t done = 0; done < count; done += NARROWED) {
     size_t part = count - done < NARROWED ? count - done : NARROWED;
-    tw_triangulator_read(&filler->triangles, surface, &view->faces, first + done, part, filler->wide);
+    tw_triangulator_read(&stream->triangles, surface, &view->faces, first + done, part, stream->wide);
     for (size_t i = 0; i < 3 * part; i++) {
-      uint16_t index = (uint16_t)filler->wide[i];
+      uint16_t index = (uint16_t)stream->wide[i];
       memcpy(out + (3 * done + i) * sizeof index, &index, sizeof index);
     }
   }
@@ -67,9 +78,10 @@ static void fill_triangles(filler *filler, const tw_gltf_view *view, uint64_t fi
 
 /* ---- any view ------------------------------------------------------------------------------------------ */
 
-static bool fill_pack(filler *filler, const tw_gltf_view *view, uint64_t first, size_t count, uint8_t *out) {
-  const tw_scene *scene = filler->scene;
-  const uint8_t *bytes = tw_pack_read(filler->packs, scene->packs[view->mesh], scene->surfaces[view->mesh],
+static bool fill_pack(tw_gltf_stream *stream, const tw_gltf_view *view, uint64_t first, size_t count,
+                      uint8_t *out) {
+  const tw_scene *scene = &stream->scene;
+  const uint8_t *bytes = tw_pack_read(stream->packs, scene->packs[view->mesh], scene->surfaces[view->mesh],
                                       view->pack, view->part);
   if (bytes) memcpy(out, bytes + first, count);
   return bytes;
@@ -77,65 +89,15 @@ static bool fill_pack(filler *filler, const tw_gltf_view *view, uint64_t first, 
 
 /* Elements [first, first + count) of a view. False without memory. out: [count][element_size], aligned for
  * floats and 32-bit indices unless the elements are bytes. */
-static bool fill(filler *filler, const tw_gltf_view *view, uint64_t first, size_t count, void *out) {
+static bool fill(tw_gltf_stream *stream, const tw_gltf_view *view, uint64_t first, size_t count, void *out) {
   switch (view->source) {
   case TW_GLTF_MEMORY: memcpy(out, (const uint8_t *)view->memory + first, count); return true;
-  case TW_GLTF_ROWS: fill_rows(filler, view, first, count, out); return true;
-  case TW_GLTF_TRIANGLES: fill_triangles(filler, view, first, count, out); return true;
-  case TW_GLTF_PACK: return fill_pack(filler, view, first, count, out);
+  case TW_GLTF_ROWS: fill_rows(stream, view, first, count, out); return true;
+  case TW_GLTF_TRIANGLES: fill_triangles(stream, view, first, count, out); return true;
+  case TW_GLTF_PACK: return fill_pack(stream, view, first, count, out);
   }
   return false;
 }
-
-static bool filler_allocate(filler *filler) {
-  const tw_scene *scene = filler->scene;
-  uint32_t count = scene->model->mesh_count;
-  filler->rows = tw_alloc(ROWS_SCRATCH, sizeof *filler->rows);
-  filler->reader = tw_surface_reader_create_shared(scene->surfaces, count, TW_DISPLACEMENTS_MAX);
-  if (!filler->rows || !filler->reader ||
-      !tw_triangulator_init(&filler->triangles, scene->surfaces, count, scene->polygons, filler->reader))
-    return false;
-  if (!scene->packs) return true;
-  filler->packs = tw_pack_reader_create(scene->packs, count, filler->reader, &filler->triangles);
-  return filler->packs;
-}
-
-static void filler_destroy(filler *filler) {
-  if (!filler) return;
-  tw_pack_reader_destroy(filler->packs);
-  tw_triangulator_deinit(&filler->triangles);
-  tw_surface_reader_destroy(filler->reader);
-  free(filler->rows);
-  free(filler);
-}
-
-/* The scene outlives it. NULL without memory. */
-static filler *filler_create(const tw_scene *scene) {
-  filler *filler = tw_alloc_zero(1, sizeof *filler);
-  if (!filler) return NULL;
-  filler->scene = scene;
-  if (filler_allocate(filler)) return filler;
-  filler_destroy(filler);
-  return NULL;
-}
-
-/* ---- the stream: types --------------------------------------------------------------------------------- */
-
-struct tw_gltf_stream {
-  tw_scene scene; /* a copy: the caller's struct may end */
-  tw_gltf_plan plan;
-  tw_gltf_json json;
-  tw_text head, tail; /* before and after the BIN chunk; one of them holds the JSON */
-  char *rest;         /* the JSON in there after its brace */
-  bool bounds_known, base64;
-  uint64_t data_text_size; /* of the BIN chunk as it is sent */
-  uint64_t size, position;
-  filler *filler;
-  uint64_t window_offset;
-  size_t window_size;
-  _Alignas(16) uint8_t window[WINDOW_SIZE];
-  uint8_t group_bytes[GROUPS_A_PASS * 3];
-};
 
 /* ---- text around the data -------------------------------------------------------------------------------
  */
@@ -159,68 +121,50 @@ uint8_t *tw_glb_put_bin_head(uint8_t *out, uint64_t data_size) {
   return out + 4;
 }
 
-/* The JSON up to where the data of the first buffer goes on after `uri`, and what stands behind that. A
- * second buffer without bytes stands for what compressed views decode to. Without a BIN chunk there is no
- * array. */
-static void put_buffers_before(tw_text *out, const tw_gltf_plan *plan, const char *uri) {
-  tw_text_add(out, "{");
-  if (plan->data_size == 0) return;
-  tw_member_open(out, "buffers", "[{");
-  tw_member_count(out, "byteLength", plan->data_size);
-  tw_text_add(out, uri);
-}
-
-static void put_buffers_behind(tw_text *out, const tw_gltf_plan *plan, const char *end) {
-  if (plan->data_size == 0) return;
-  tw_text_add(out, end);
-  if (plan->decoded_size > 0) {
-    tw_text_add(out, ",{");
-    tw_member_count(out, "byteLength", plan->decoded_size);
-    tw_text_add(out, ",\"extensions\":{\"" TW_GLTF_MESHOPT "\":{\"fallback\":true}}}");
-  }
-  tw_text_add(out, "],");
-}
-
-/* The JSON after its brace. False without memory. */
-static bool put_rest(tw_gltf_stream *stream, tw_text *out) {
-  const tw_text *json = &stream->json.text;
-  size_t offset = out->size;
-  tw_text_bytes(out, json->data + 1, json->size - 1);
-  stream->rest = out->failed ? NULL : out->data + offset;
-  return !out->failed;
-}
-
-/* Header, JSON chunk, header of the BIN chunk. */
-static bool build_glb(tw_gltf_stream *stream) {
-  enum { HEAD = 20, BIN_HEAD = 8, MORE = 512 };
+/* Of GLB: header, JSON chunk, header of the BIN chunk. Of glTF the data URI of the buffer stands at the
+ * beginning, so that the rest is one text after it. A second buffer without bytes stands for what compressed
+ * views decode to. Without a BIN chunk there is no buffer. False without memory. */
+static bool put_text(tw_gltf_stream *stream, bool is_glb) {
+  enum { HEAD = 20, BIN_HEAD = 8 };
   uint8_t bytes[HEAD] = {0};
-  uint64_t data_size = stream->plan.data_size;
-  tw_text *head = &stream->head;
-  stream->data_text_size = data_size;
-  tw_text_reserve(head, stream->json.text.size + MORE); /* so that the rest stays where it is */
-  tw_text_bytes(head, (char *)bytes, HEAD);
-  put_buffers_before(head, &stream->plan, "");
-  put_buffers_behind(head, &stream->plan, "}");
-  if (!put_rest(stream, head)) return false;
-  while (head->size % 4 != 0) tw_text_add(head, " ");
-  tw_glb_put_head((uint8_t *)head->data, head->size - HEAD, data_size);
-  tw_glb_put_bin_head(bytes, data_size);
-  if (data_size > 0) tw_text_bytes(head, (char *)bytes, BIN_HEAD);
+  const tw_gltf_plan *plan = &stream->plan;
+  tw_text *head = &stream->head, *text = head;
+  if (is_glb) tw_text_bytes(head, (char *)bytes, HEAD);
+  tw_text_add(head, "{");
+  if (plan->data_size > 0) {
+    tw_member_open(head, "buffers", "[{");
+    tw_member_count(head, "byteLength", plan->data_size);
+    if (!is_glb) {
+      tw_text_add(head, ",\"uri\":\"data:application/octet-stream;base64,");
+      text = &stream->tail;
+      tw_text_add(text, "\"");
+    }
+    tw_text_add(text, "}");
+    if (plan->decoded_size > 0) {
+      tw_text_add(text, ",{");
+      tw_member_count(text, "byteLength", plan->decoded_size);
+      tw_text_add(text, ",\"extensions\":{\"" TW_GLTF_MESHOPT "\":{\"fallback\":true}}}");
+    }
+    tw_text_add(text, "]");
+  }
+  stream->json = text;
+  tw_gltf_put_json(text, &stream->plan, &stream->scene);
+  if (head->failed || text->failed) return false;
+  if (is_glb) {
+    tw_text_bytes(head, "   ", (4 - head->size % 4) % 4);
+    tw_glb_put_bin_head(bytes, plan->data_size);
+    uint64_t json_size = head->size - HEAD;
+    if (plan->data_size > 0) tw_text_bytes(head, (char *)bytes, BIN_HEAD);
+    tw_glb_put_head((uint8_t *)head->data, json_size, plan->data_size);
+  }
   return !head->failed;
 }
 
-/* The buffer's data URI stands at the beginning, so that the rest is one text after it. */
-static bool build_gltf(tw_gltf_stream *stream) {
-  stream->base64 = true;
-  stream->data_text_size = (stream->plan.data_size + 2) / 3 * 4;
-  put_buffers_before(&stream->head, &stream->plan, ",\"uri\":\"data:application/octet-stream;base64,");
-  put_buffers_behind(&stream->tail, &stream->plan, "\"}");
-  return put_rest(stream, &stream->tail) && !stream->head.failed;
-}
-
-static void write_bound(char *out, float bound) {
-  char number[TW_NUMBER_TEXT];
-  memcpy(out, number, tw_print_double(number, (double)bound));
+static void write_bounds_at(char *out, const float bounds[3]) {
+  for (int axis = 0; axis < 3; axis++, out += TW_GLTF_BOUND_TEXT + 1) {
+    char number[TW_NUMBER_TEXT];
+    memcpy(out, number, tw_print_double(number, (double)bounds[axis]));
+  }
 }
 
 static bool find_bounds(const tw_scene *scene, const tw_gltf_accessor *accessor, float min[3], float max[3]) {
@@ -235,17 +179,13 @@ static bool find_bounds(const tw_scene *scene, const tw_gltf_accessor *accessor,
 
 /* Fills in the bounds that the JSON left room for. A double that is a float takes 23 characters. */
 static bool write_bounds(tw_gltf_stream *stream) {
-  size_t(*places)[6] = stream->json.bounds;
   for (uint32_t i = 0; i < stream->plan.accessor_count; i++) {
     const tw_gltf_accessor *accessor = &stream->plan.accessors[i];
     if (accessor->bounds != TW_GLTF_BOUNDED_LATER) continue;
     float min[3], max[3];
     if (!find_bounds(&stream->scene, accessor, min, max)) return false;
-    for (int axis = 0; axis < 3; axis++) {
-      write_bound(stream->rest + (*places)[axis] - 1, max[axis]);
-      write_bound(stream->rest + (*places)[3 + axis] - 1, min[axis]);
-    }
-    places++;
+    write_bounds_at(stream->json->data + accessor->max_text, max);
+    write_bounds_at(stream->json->data + accessor->min_text, min);
   }
   return true;
 }
@@ -297,11 +237,11 @@ static size_t read_data(tw_gltf_stream *stream, uint64_t offset, uint8_t *out, s
   bool aligned = view->element_size == 1 || (uintptr_t)out % sizeof(float) == 0;
   if (capacity >= DIRECT_SIZE && aligned && within % view->element_size == 0) {
     count = tw_least(count, capacity / view->element_size);
-    return fill(stream->filler, view, first, (size_t)count, out) ? (size_t)count * view->element_size : 0;
+    return fill(stream, view, first, (size_t)count, out) ? (size_t)count * view->element_size : 0;
   }
   count = tw_least(count, WINDOW_SIZE / view->element_size);
   stream->window_size = 0;
-  if (!fill(stream->filler, view, first, (size_t)count, stream->window)) return 0;
+  if (!fill(stream, view, first, (size_t)count, stream->window)) return 0;
   stream->window_offset = view->offset + first * view->element_size;
   stream->window_size = (size_t)count * view->element_size;
   return read_window(stream, offset, out, capacity);
@@ -352,16 +292,30 @@ static tw_status prepare(tw_gltf_stream *stream, const tw_scene *scene, tw_forma
                          tw_error *error) {
   stream->scene = *scene;
   tw_status status = tw_gltf_plan_init(&stream->plan, scene, error);
-  if (status == TW_OK) status = tw_gltf_json_init(&stream->json, &stream->plan, scene, error);
   if (status != TW_OK) return status;
-  bool glb = container == TW_FORMAT_GLB;
-  if (!(glb ? build_glb(stream) : build_gltf(stream))) return no_memory(error);
-  tw_text_deinit(&stream->json.text); /* copied into head or tail */
+  stream->base64 = container != TW_FORMAT_GLB;
+  if (!put_text(stream, !stream->base64)) return no_memory(error);
+  uint64_t data_size = stream->plan.data_size;
+  stream->data_text_size = stream->base64 ? (data_size + 2) / 3 * 4 : data_size;
   stream->size = stream->head.size + stream->data_text_size + stream->tail.size;
-  if (glb && stream->size > UINT32_MAX)
+  if (!stream->base64 && stream->size > UINT32_MAX)
     return tw_fail(error, TW_LIMIT, "a GLB holds at most 4294967295 bytes, the answer has %" PRIu64,
                    stream->size);
   return TW_OK;
+}
+
+/* False without memory. */
+static bool prepare_reading(tw_gltf_stream *stream) {
+  const tw_scene *scene = &stream->scene;
+  uint32_t count = scene->model->mesh_count;
+  if (scene->packs) {
+    stream->packs = tw_pack_reader_create(scene->packs, scene->surfaces, count);
+    return stream->packs;
+  }
+  stream->rows = tw_alloc(ROWS_SCRATCH, sizeof *stream->rows);
+  stream->reader = tw_surface_reader_create_shared(scene->surfaces, count, TW_DISPLACEMENTS_MAX);
+  return stream->rows && stream->reader &&
+         tw_triangulator_init(&stream->triangles, scene->surfaces, count, scene->polygons, stream->reader);
 }
 
 tw_status tw_gltf_stream_create(const tw_scene *scene, tw_format container, tw_gltf_stream **out,
@@ -369,10 +323,7 @@ tw_status tw_gltf_stream_create(const tw_scene *scene, tw_format container, tw_g
   tw_gltf_stream *stream = tw_alloc_zero(1, sizeof *stream);
   if (!stream) return no_memory(error);
   tw_status status = prepare(stream, scene, container, error);
-  if (status == TW_OK) {
-    stream->filler = filler_create(&stream->scene);
-    if (!stream->filler) status = no_memory(error);
-  }
+  if (status == TW_OK && !prepare_reading(stream)) status = no_memory(error);
   if (status == TW_OK)
     *out = stream;
   else
@@ -392,8 +343,10 @@ tw_status tw_gltf_stream_predict(const tw_scene *scene, tw_format container, uin
 
 void tw_gltf_stream_destroy(tw_gltf_stream *stream) {
   if (!stream) return;
-  filler_destroy(stream->filler);
-  tw_gltf_json_deinit(&stream->json);
+  tw_pack_reader_destroy(stream->packs);
+  tw_triangulator_deinit(&stream->triangles);
+  tw_surface_reader_destroy(stream->reader);
+  free(stream->rows);
   tw_gltf_plan_deinit(&stream->plan);
   tw_text_deinit(&stream->head);
   tw_text_deinit(&stream->tail);

@@ -128,6 +128,7 @@ typedef struct tw_gltf_accessor {
   /* BOUNDED_LATER, of width 3: these of tw_surface_bounds, or of a pack of the mesh */
   uint32_t mesh, pack; /* pack: or TW_NO_INDEX */
   int morph;
+  size_t max_text, min_text;        /* where the JSON has room for them: three fields, a comma between two */
   const tw_gltf_elements *elements; /* handed on: type, normalization and bounds are these; or NULL */
 } tw_gltf_accessor;
 
@@ -215,19 +216,10 @@ uint32_t tw_gltf_holder_of(const tw_gltf_plan *plan, uint32_t node);
 /* The model's assets; those without anything where it has none. */
 const tw_gltf_assets *tw_gltf_assets_of(const tw_model *model);
 
-/* The JSON of a plan, without its buffer: text that begins "{" and goes on with a member.
- * Bounds that come later are fields of TW_GLTF_BOUND_TEXT spaces. */
-typedef struct tw_gltf_json {
-  tw_text text;
-  /* [the plan's accessors that are BOUNDED_LATER][6]: offsets of the fields in text: maximum x y z,
-   * minimum x y z; from malloc */
-  size_t (*bounds)[6];
-} tw_gltf_json;
-
-/* Errors: TW_NO_MEMORY. */
-tw_status tw_gltf_json_init(tw_gltf_json *json, const tw_gltf_plan *plan, const tw_scene *scene,
-                            tw_error *error);
-void tw_gltf_json_deinit(tw_gltf_json *json); /* a zeroed one is fine */
+/* Prints all members of an answer's JSON but its buffers, and the brace behind them. Bounds that come later
+ * are fields of TW_GLTF_BOUND_TEXT spaces, whose places go to the plan. Without memory text->failed is set.
+ */
+void tw_gltf_put_json(tw_text *text, tw_gltf_plan *plan, const tw_scene *scene);
 
 #ifdef __cplusplus
 }
