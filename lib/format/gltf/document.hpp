@@ -313,38 +313,32 @@ private:
 
 // ---- reading -------------------------------------------------------------------------------------
 
-// What the parts of the document say beyond what is read of them, as text: see gltf.h. An entry is nullptr
-// where that is nothing.
-struct Kept {
-  explicit Kept(Budget &budget)
-      : nodes(budget), meshes(budget), skins(budget), animations(budget), channels(budget),
-        first_channel(budget), loose_channels(budget), marked(budget), primitives(budget), attributes(budget),
-        loose(budget), tags(budget), first_primitive(budget), slots(budget), normal_maps(budget) {}
+// What a primitive says, as text. An entry is nullptr where that is nothing.
+struct PrimitiveText {
+  const char *kept;       // beyond what is read: see gltf.h
+  const char *attributes; // in the document's text
+  bool bears_ngons;       // FB_ngon_encoding
+};
 
-  Vector<const char *> nodes, meshes, skins, animations;
-  Vector<const char *> channels;       // of all animations, one animation after the other
-  Vector<size_t> first_channel;        // [animations]
-  Vector<const char *> loose_channels; // of each animation: see tw_clip_keys
-  Vector<uint8_t> marked;              // of all primitives, one mesh after the other: bears FB_ngon_encoding
-  Vector<const char *> primitives;     // likewise: what they say
-  Vector<const char *> attributes;     // likewise: theirs in the document's text, nullptr without any
-  Vector<const char *> loose;          // of each mesh: see tw_mesh
-  Vector<const char *> tags;           // of each mesh: extras.tweend in the document's text, or nullptr
-  Vector<size_t> first_primitive;      // [meshes]
-  Vector<tw_material_slot> slots;      // see tw_model
-  std::map<std::pair<int32_t, std::string_view>, size_t> slot_numbers;
-  Vector<int> normal_maps; // of each material: the UV set of its normal map, -1 without one
+struct MeshText {
+  const char *tags; // extras.tweend in the document's text, or nullptr
+  Vector<PrimitiveText> primitives;
 };
 
 struct Document {
   Document(tw_model *target, tw_quads how, tw_weld joining, uint64_t memory)
-      : budget(memory), outline(budget), kept(budget), model(target), quads(how), weld(joining) {}
+      : budget(memory), outline(budget), mesh_texts(budget), channel_texts(budget), slots(budget),
+        normal_maps(budget), model(target), quads(how), weld(joining) {}
 
   Budget budget;
   Outline outline;
-  Kept kept;
   tinygltf::Model source;
-  tw_model *model;
+  Vector<MeshText> mesh_texts;                // of each mesh
+  Vector<Vector<const char *>> channel_texts; // of each animation's tracks: what they keep, or nullptr
+  Vector<tw_material_slot> slots;             // see tw_model
+  std::map<std::pair<int32_t, std::string_view>, size_t> slot_numbers;
+  Vector<int> normal_maps;          // of each material: the UV set of its normal map, -1 without one
+  tw_model *model;                  // keep_parts makes room for what the document's parts become
   tw_gltf_assets *assets = nullptr; // the model's
   tw_quads quads;
   tw_weld weld;
@@ -388,7 +382,7 @@ bool is_track(const char *channel);
 const char *copy_name(Document &document, const std::string &name);
 
 // What the model holds comes from the document's parts, each step on its own; all throw Refusal.
-void keep_parts(Document &document, Accessors &accessors);  // what they bear beyond what is read
+void keep_parts(Document &document, Accessors &accessors);  // room, and what is borne beyond what is read
 void read_assets(Document &document);                       // after keep_parts: bytes of images, references
 void read_meshes(Document &document, Accessors &accessors); // after read_assets
 void read_nodes(Document &document);                        // after read_meshes; and the scenes

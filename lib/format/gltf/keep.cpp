@@ -119,7 +119,7 @@ private:
 class Keeper : Text {
 public:
   Keeper(Document &document, Accessors &accessors)
-      : Text(document.budget), document_(document), kept_(document.kept), elements_(document, accessors) {}
+      : Text(document.budget), document_(document), elements_(document, accessors) {}
 
   void run(tw_gltf_assets &assets) {
     const char *root = document_.outline.root;
@@ -139,17 +139,12 @@ public:
     assets.extensions_required = names("extensionsRequired");
     images(assets);
     scenes(assets);
-    parts("nodes", kept_.nodes, "name children mesh skin matrix translation rotation scale weights");
-    parts("skins", kept_.skins, "name joints skeleton inverseBindMatrices");
-    unkept_ = "tweend";
-    parts("meshes", kept_.meshes, "name primitives weights");
-    unkept_ = "";
-    parts("animations", kept_.animations, "name channels samplers");
-    check_parsed(kept_.nodes.size(), document_.source.nodes, "/nodes");
-    check_parsed(kept_.skins.size(), document_.source.skins, "/skins");
-    check_parsed(kept_.meshes.size(), document_.source.meshes, "/meshes");
-    check_parsed(kept_.animations.size(), document_.source.animations, "/animations");
-    check_parsed(assets.scene_count, document_.source.scenes, "/scenes");
+    const tinygltf::Model &source = document_.source;
+    tw_model &model = *document_.model;
+    parts("nodes", source.nodes, model.nodes, model.node_count,
+          "name children mesh skin matrix translation rotation scale weights");
+    parts("skins", source.skins, model.skins, model.skin_count, "name joints skeleton inverseBindMatrices");
+    check_parsed(assets.scene_count, source.scenes, "/scenes");
     meshes();
     animations();
     elements_.finish(assets);
@@ -164,7 +159,6 @@ private:
   };
 
   Document &document_;
-  Kept &kept_;
   ElementKeeper elements_;
   std::string place_; // of the object under way in text_
   std::vector<Dropped> dropped_;
@@ -339,10 +333,22 @@ private:
     return out;
   }
 
-  void parts(const char *member, Vector<const char *> &out, std::string_view known) {
-    each(tw_json_member(document_.outline.root, member), [&](size_t i, const char *value) {
+  // Room for the model's parts, as many as were parsed; returns the document's array.
+  template <typename Parsed, typename Part>
+  const char *room(const char *member, const Parsed &parsed, Part *&out, uint32_t &count) {
+    const char *array = tw_json_member(document_.outline.root, member);
+    check_parsed(count_of(array), parsed, text("/", member));
+    document_.budget.place = text("/", member);
+    count = count_of(array);
+    out = allocate_zero<Part>(document_, count);
+    return array;
+  }
+
+  template <typename Parsed, typename Part>
+  void parts(const char *member, const Parsed &parsed, Part *&out, uint32_t &count, std::string_view known) {
+    each(room(member, parsed, out, count), [&](size_t i, const char *value) {
       place_ = text("/", member, "/", i);
-      out.push_back(object(value, known));
+      out[i].kept = object(value, known);
     });
   }
 
@@ -383,26 +389,32 @@ private:
   // ---- primitives
 
   void meshes() {
-    each(tw_json_member(document_.outline.root, "meshes"), [&](size_t index, const char *mesh) {
+    tw_model &model = *document_.model;
+    const std::vector<tinygltf::Mesh> &parsed = document_.source.meshes;
+    each(room("meshes", parsed, model.meshes, model.mesh_count), [&](size_t index, const char *mesh) {
       Vector<char> loose{document_.budget};
-      check_parsed(count_of(tw_json_member(mesh, "primitives")), document_.source.meshes[index].primitives,
-                   text("/meshes/", index, "/primitives"));
-      kept_.first_primitive.push_back(kept_.marked.size());
+      place_ = text("/meshes/", index);
+      check_parsed(count_of(tw_json_member(mesh, "primitives")), parsed[index].primitives,
+                   place_ + "/primitives");
+      tw_mesh_init(&model.meshes[index]);
+      unkept_ = "tweend";
+      model.meshes[index].kept = object(mesh, "name primitives weights");
       const char *tags = mesh_tags(mesh);
-      kept_.tags.push_back(tags);
-      if (tags && tw_json_member(tags, "groups")) unkept_ = "groups"; // said there, as ranges of indices
+      MeshText texts = {tags, Vector<PrimitiveText>(document_.budget)};
+      unkept_ = tags && tw_json_member(tags, "groups") ? "groups" : ""; // said there, as ranges of indices
       each(tw_json_member(mesh, "primitives"), [&](size_t i, const char *primitive) {
-        const char *extensions = tw_json_member(primitive, "extensions");
-        kept_.marked.push_back(tw_json_member(extensions, "FB_ngon_encoding") != nullptr);
         place_ = text("/meshes/", index, "/primitives/", i);
-        kept_.primitives.push_back(object(primitive, "attributes indices material mode targets"));
-        kept_.attributes.push_back(tw_json_member(primitive, "attributes"));
-        const tinygltf::Primitive &parsed = document_.source.meshes[index].primitives[i];
-        if (parsed.mode >= TINYGLTF_MODE_POINTS && parsed.mode < TINYGLTF_MODE_TRIANGLES)
-          append(loose, loose_primitive(parsed, kept_.primitives.back()));
+        const char *extensions = tw_json_member(primitive, "extensions");
+        const char *kept = object(primitive, "attributes indices material mode targets");
+        texts.primitives.push_back({kept, tw_json_member(primitive, "attributes"),
+                                    tw_json_member(extensions, "FB_ngon_encoding") != nullptr});
+        int mode = parsed[index].primitives[i].mode;
+        if (mode >= TINYGLTF_MODE_POINTS && mode < TINYGLTF_MODE_TRIANGLES)
+          append(loose, loose_primitive(parsed[index].primitives[i], kept));
       });
       unkept_ = "";
-      kept_.loose.push_back(close(loose));
+      document_.mesh_texts.push_back(std::move(texts));
+      model.meshes[index].loose = close(loose);
     });
   }
 
@@ -493,9 +505,13 @@ private:
   // ---- channels
 
   void animations() {
-    each(tw_json_member(document_.outline.root, "animations"), [&](size_t index, const char *animation) {
+    tw_model &model = *document_.model;
+    const std::vector<tinygltf::Animation> &all = document_.source.animations;
+    each(room("animations", all, model.clips, model.clip_count), [&](size_t index, const char *animation) {
+      place_ = text("/animations/", index);
+      model.clips[index].kept = object(animation, "name channels samplers");
       const char *samplers = tw_json_member(animation, "samplers");
-      const tinygltf::Animation &parsed = document_.source.animations[index];
+      const tinygltf::Animation &parsed = all[index];
       check_parsed(count_of(samplers), parsed.samplers, text("/animations/", index, "/samplers"));
       Vector<const char *> sampler_texts{document_.budget};
       Vector<char> loose{document_.budget};
@@ -503,18 +519,18 @@ private:
         place_ = text("/animations/", index, "/samplers/", i);
         sampler_texts.push_back(object(sampler, "input output interpolation"));
       });
-      kept_.first_channel.push_back(kept_.channels.size());
+      Vector<const char *> tracks{document_.budget};
       each(tw_json_member(animation, "channels"), [&](size_t i, const char *channel) {
         place_ = text("/animations/", index, "/channels/", i);
         const char *own = track(channel, sampler_texts);
         if (is_track(channel))
-          kept_.channels.push_back(own);
+          tracks.push_back(own);
         else
           append(loose, loose_channel(parsed, channel, own));
       });
-      check_parsed(kept_.channels.size() - kept_.first_channel.back(), parsed.channels,
-                   text("/animations/", index, "/channels"));
-      kept_.loose_channels.push_back(close(loose));
+      check_parsed(tracks.size(), parsed.channels, text("/animations/", index, "/channels"));
+      document_.channel_texts.push_back(std::move(tracks));
+      model.clips[index].loose = close(loose);
     });
   }
 

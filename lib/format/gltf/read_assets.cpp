@@ -162,7 +162,7 @@ void read_assets(Document &document) {
   for (uint32_t i = 0; i < assets.materials.count; i++) {
     std::string place = text("/materials/", i);
     check_textures(assets.materials.items[i], assets.textures.count, {nullptr, place});
-    document.kept.normal_maps.push_back(normal_map_uvs(assets.materials.items[i]));
+    document.normal_maps.push_back(normal_map_uvs(assets.materials.items[i]));
   }
   for (uint32_t i = 0; i < assets.textures.count; i++) {
     std::string place = text("/textures/", i);

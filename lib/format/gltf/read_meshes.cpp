@@ -38,18 +38,15 @@ struct FaceList {
 class MeshReader {
 public:
   MeshReader(Document &document, Accessors &accessors, size_t index, Vector<uint32_t> &scratch)
-      : document_(document), accessors_(accessors), source_(document.source.meshes[index]), index_(index),
-        mesh_(document.model->meshes[index]), pointer_(text("/meshes/", index, "/primitives/")),
-        scratch_(scratch), opened_(document, accessors, index), elements_(document.budget),
-        positions_(document.budget), point_(document.budget), first_vertex_(document.budget),
-        tags_(document, accessors, index) {}
+      : document_(document), accessors_(accessors), source_(document.source.meshes[index]),
+        texts_(document.mesh_texts[index]), index_(index), mesh_(document.model->meshes[index]),
+        pointer_(text("/meshes/", index, "/primitives/")), scratch_(scratch),
+        opened_(document, accessors, index), elements_(document.budget), positions_(document.budget),
+        point_(document.budget), first_vertex_(document.budget), tags_(document, accessors, index) {}
 
   void read() {
     document_.budget.place = text("/meshes/", index_);
-    tw_mesh_init(&mesh_);
     mesh_.name = copy_name(document_, source_.name);
-    mesh_.kept = document_.kept.meshes[index_];
-    mesh_.loose = document_.kept.loose[index_];
     open_primitives();
     open_tags();
     read_triangles();
@@ -76,6 +73,7 @@ private:
   Document &document_;
   Accessors &accessors_;
   const tinygltf::Mesh &source_;
+  const MeshText &texts_;
   size_t index_;
   tw_mesh &mesh_;
   std::string pointer_;
@@ -102,7 +100,7 @@ private:
       if (primitive.mode < TINYGLTF_MODE_POINTS || primitive.mode > TINYGLTF_MODE_TRIANGLE_FAN)
         refuse(TW_INVALID, text(pointer_, i, "/mode"), "mode ", primitive.mode, " is out of range");
       if (primitive.mode < TINYGLTF_MODE_TRIANGLES) continue; // passes through
-      bool marked = marks()[i] && document_.quads != TW_QUADS_OFF;
+      bool marked = texts_.primitives[i].bears_ngons && document_.quads != TW_QUADS_OFF;
       lists_.push_back({opened_.find(i), slot(material(primitive.material, i), i), polygons || marked, false,
                         primitive.mode, primitive.indices, text(pointer_, i), 0, 0, 0});
     }
@@ -121,12 +119,8 @@ private:
     bool declared = std::any_of(used.items, used.items + used.count,
                                 [](const char *name) { return std::strcmp(name, "FB_ngon_encoding") == 0; });
     return document_.quads != TW_QUADS_OFF && declared &&
-           std::none_of(marks(), marks() + source_.primitives.size(), [](uint8_t marked) { return marked; });
-  }
-
-  // Of each primitive: whether it bears FB_ngon_encoding.
-  const uint8_t *marks() const {
-    return document_.kept.marked.data() + document_.kept.first_primitive[index_];
+           std::none_of(texts_.primitives.begin(), texts_.primitives.end(),
+                        [](const PrimitiveText &text) { return text.bears_ngons; });
   }
 
   int32_t material(int index, size_t i) const {
@@ -137,10 +131,10 @@ private:
 
   // Of a primitive that says more than its material: the two together, as a value of face_materials.
   int32_t slot(int32_t material, size_t i) {
-    const char *kept = document_.kept.primitives[document_.kept.first_primitive[index_] + i];
+    const char *kept = texts_.primitives[i].kept;
     if (!kept) return material;
-    Vector<tw_material_slot> &slots = document_.kept.slots;
-    auto [found, fresh] = document_.kept.slot_numbers.try_emplace({material, kept}, slots.size());
+    Vector<tw_material_slot> &slots = document_.slots;
+    auto [found, fresh] = document_.slot_numbers.try_emplace({material, kept}, slots.size());
     if (fresh) {
       document_.budget.take(SLOT_SIZE);
       slots.push_back({material, kept});
@@ -376,7 +370,7 @@ private:
   // ---- tags ------------------------------------------------------------------------------------
 
   void open_tags() {
-    const char *extras = document_.kept.tags[index_];
+    const char *extras = texts_.tags;
     if (!extras || document_.weld == TW_WELD_NONE || document_.quads == TW_QUADS_OFF) return;
     tags_.open(extras, sources_.size() == 1 ? sources_[0].position : nullptr);
     for (const Hole &hole : tags_.holes())
@@ -431,8 +425,8 @@ private:
   int normal_map_of(int32_t material) const {
     uint32_t count = document_.model->material_count;
     if (material >= 0 && static_cast<uint32_t>(material) >= count)
-      material = document_.kept.slots[static_cast<uint32_t>(material) - count].material;
-    return material < 0 ? -1 : document_.kept.normal_maps[static_cast<size_t>(material)];
+      material = document_.slots[static_cast<uint32_t>(material) - count].material;
+    return material < 0 ? -1 : document_.normal_maps[static_cast<size_t>(material)];
   }
 
   // Each face's tangents follow the UVs of its material's normal map, where the mesh has them.
@@ -692,12 +686,10 @@ private:
 } // namespace
 
 void read_meshes(Document &document, Accessors &accessors) {
-  size_t count = document.source.meshes.size();
-  document.model->meshes = allocate_zero<tw_mesh>(document, count);
-  document.model->mesh_count = static_cast<uint32_t>(count);
   Vector<uint32_t> scratch(document.budget);
-  for (size_t i = 0; i < count; i++) MeshReader(document, accessors, i, scratch).read();
-  const Vector<tw_material_slot> &slots = document.kept.slots;
+  for (uint32_t i = 0; i < document.model->mesh_count; i++)
+    MeshReader(document, accessors, i, scratch).read();
+  const Vector<tw_material_slot> &slots = document.slots;
   tw_material_slot *kept = allocate<tw_material_slot>(document, slots.size());
   std::copy(slots.begin(), slots.end(), kept);
   document.model->slots = kept;

@@ -33,7 +33,6 @@ void read_node(Document &document, size_t index) {
   tw_node &node = document.model->nodes[index];
   std::string pointer = text("/nodes/", index);
   node.name = copy_name(document, source.name);
-  node.kept = document.kept.nodes[index];
   node.parent = TW_NO_INDEX;
   node.mesh = optional_index(source.mesh, document.source.meshes.size(), pointer + "/mesh");
   node.skin = optional_index(source.skin, document.source.skins.size(), pointer + "/skin");
@@ -177,12 +176,10 @@ public:
     tw_track_keys *tracks = allocate_zero<tw_track_keys>(document_, source.channels.size());
     for (size_t i = 0; i < source.channels.size(); i++) {
       read_channel(source, text("/animations/", index), i, tracks[i]);
-      tracks[i].kept = document_.kept.channels[document_.kept.first_channel[index] + i];
+      tracks[i].kept = document_.channel_texts[index][i];
     }
     tw_clip_keys &clip = document_.model->clips[index];
     clip.name = copy_name(document_, source.name);
-    clip.kept = document_.kept.animations[index];
-    clip.loose = document_.kept.loose_channels[index];
     clip.track_count = static_cast<uint32_t>(source.channels.size());
     clip.tracks = tracks;
   }
@@ -296,8 +293,6 @@ void read_nodes(Document &document) {
   size_t count = document.source.nodes.size();
   document.budget.place = "/nodes";
   Hold hold(document.budget, 16 * count); // for finding what is below what
-  document.model->nodes = allocate_zero<tw_node>(document, count);
-  document.model->node_count = static_cast<uint32_t>(count);
   for (size_t i = 0; i < count; i++) read_node(document, i);
   for (size_t i = 0; i < count; i++) read_children(document, i);
   check_cycles(document);
@@ -307,8 +302,6 @@ void read_nodes(Document &document) {
 
 void read_skins(Document &document, Accessors &accessors) {
   const std::vector<tinygltf::Skin> &skins = document.source.skins;
-  document.model->skins = allocate_zero<tw_skin>(document, skins.size());
-  document.model->skin_count = static_cast<uint32_t>(skins.size());
   for (size_t i = 0; i < skins.size(); i++) {
     const tinygltf::Skin &source = skins[i];
     tw_skin &skin = document.model->skins[i];
@@ -322,7 +315,6 @@ void read_skins(Document &document, Accessors &accessors) {
     for (size_t j = 0; j < count; j++)
       joints[j] = required_index(source.joints[j], nodes, text(pointer, "/joints/", j));
     skin.name = copy_name(document, source.name);
-    skin.kept = document.kept.skins[i];
     skin.joint_count = static_cast<uint32_t>(count);
     skin.joints = joints;
     skin.inverse_bind = read_inverse_binds(document, accessors, source.inverseBindMatrices, count,
@@ -332,11 +324,8 @@ void read_skins(Document &document, Accessors &accessors) {
 }
 
 void read_clips(Document &document, Accessors &accessors) {
-  size_t count = document.source.animations.size();
-  document.model->clips = allocate_zero<tw_clip_keys>(document, count);
-  document.model->clip_count = static_cast<uint32_t>(count);
   ClipReader reader(document, accessors);
-  for (size_t i = 0; i < count; i++) reader.read(i);
+  for (uint32_t i = 0; i < document.model->clip_count; i++) reader.read(i);
 }
 
 } // namespace gltf

@@ -94,7 +94,7 @@ VertexSource VertexSources::open(const tinygltf::Primitive &primitive, size_t i)
 // tinygltf knows no order of attributes, the document's text does.
 void VertexSources::open_smooth(const Attributes &attributes, size_t i, const std::string &pointer,
                                 VertexSource &source) {
-  const char *text = document_.kept.attributes[document_.kept.first_primitive[index_] + i];
+  const char *text = document_.mesh_texts[index_].primitives[i].attributes;
   if (!text || *text != '{') return; // it is called by an escaped name
   for (Items item(text); item.more(); item.next()) {
     std::string name = unescape(item.key());
