@@ -143,100 +143,11 @@ static void put_nothing(tw_gltf_writer *writer, const tw_gltf_mesh *mesh) {
   tw_gltf_close_object(writer);
 }
 
-/* ---- what a cage says beyond glTF ---- */
-
-static void put_accessor_of(tw_gltf_writer *writer, const char *member, uint32_t accessor) {
-  if (accessor != TW_NO_INDEX) tw_member_count(writer->text, member, accessor);
-}
-
-static void put_sharpness(tw_gltf_writer *writer, const char *member, const char *of, uint32_t elements,
-                          uint32_t sharpness) {
-  if (elements == TW_NO_INDEX) return;
-  tw_member_open(writer->text, member, "{");
-  tw_member_count(writer->text, of, elements);
-  tw_member_count(writer->text, "sharpness", sharpness);
-  tw_gltf_close_object(writer);
-}
-
-/* The sets of groups have the model's numbers. */
-static void put_groups(tw_gltf_writer *writer, uint32_t faces) {
-  const tw_model *model = writer->scene->model;
-  if (faces == TW_NO_INDEX) return;
-  tw_member_open(writer->text, "groups", "{");
-  tw_member_open(writer->text, "names", "[");
-  for (uint32_t i = 0; i < model->group_count; i++) {
-    tw_text_element(writer->text);
-    tw_text_string(writer->text, model->group_names[i]);
-  }
-  tw_text_add(writer->text, "]");
-  tw_member_count(writer->text, "faces", faces);
-  tw_gltf_close_object(writer);
-}
-
-static void put_holes(tw_gltf_writer *writer, const tw_gltf_mesh *mesh) {
-  if (mesh->tags.hole_count == 0) return;
-  tw_member_open(writer->text, "holes", "[");
-  for (uint32_t i = 0; i < mesh->tags.hole_count; i++) {
-    const tw_gltf_primitive *hole = &mesh->primitives[mesh->primitive_count + i];
-    int32_t material = tw_model_material(writer->scene->model, hole->faces.material - TW_HOLE_MATERIAL - 1);
-    tw_gltf_open_object(writer);
-    tw_member_count(writer->text, "indices", hole->indices);
-    if (material >= 0) tw_member_count(writer->text, "material", (uint64_t)material);
-    tw_gltf_close_object(writer);
-  }
-  tw_text_add(writer->text, "]");
-}
-
-static void put_details(tw_gltf_writer *writer, const tw_gltf_tags *tags, const tw_mesh *source) {
-  if (tags->detail_count == 0) return;
-  tw_member_open(writer->text, "details", "[");
-  for (uint32_t i = 0; i < tags->detail_count; i++) {
-    tw_gltf_open_object(writer);
-    tw_member_count(writer->text, "level", source->details[i].level);
-    tw_member_count(writer->text, "offsets", tags->details[i]);
-    tw_gltf_close_object(writer);
-  }
-  tw_text_add(writer->text, "]");
-}
-
-static void put_rules(tw_gltf_writer *writer, const tw_mesh *mesh) {
-  const struct {
-    const char *name;
-    int value;
-  } rules[] = {{"boundary", mesh->tag_boundary},
-               {"uv", mesh->tag_uv},
-               {"creasing", mesh->tag_creasing},
-               {"triangles", mesh->tag_triangles}};
-  bool any = false;
-  for (size_t i = 0; i < sizeof rules / sizeof *rules; i++) {
-    if (rules[i].value == TW_TAG_UNSET) continue;
-    if (!any) tw_member_open(writer->text, "rules", "{");
-    any = true;
-    tw_member_count(writer->text, rules[i].name, (uint64_t)rules[i].value);
-  }
-  if (any) tw_gltf_close_object(writer);
-}
-
-static void put_tags(tw_gltf_writer *writer, const tw_gltf_mesh *mesh, const tw_mesh *source) {
-  const tw_gltf_tags *tags = &mesh->tags;
-  tw_member_open(writer->text, "tweend", "{");
-  put_accessor_of(writer, "points", tags->points);
-  put_accessor_of(writer, "faces", tags->faces);
-  put_accessor_of(writer, "starts", tags->starts);
-  put_sharpness(writer, "creases", "edges", tags->crease_edges, tags->crease_sharpness);
-  put_sharpness(writer, "corners", "vertices", tags->corner_vertices, tags->corner_sharpness);
-  put_groups(writer, tags->groups);
-  put_holes(writer, mesh);
-  put_details(writer, tags, source);
-  put_rules(writer, source);
-  tw_gltf_close_object(writer);
-}
-
 /* Extras that are no object have no room for tags, and go. */
-static void put_kept_and_tags(tw_gltf_writer *writer, const tw_gltf_mesh *mesh, const tw_mesh *source) {
-  const char *extras = source->kept ? tw_json_member(source->kept, "extras") : NULL;
+static void put_kept_and_tags(tw_gltf_writer *writer, const char *tags, const tw_mesh *source) {
+  const char *extras = tw_json_member(source->kept, "extras");
   tw_member_open(writer->text, "extras", "{");
-  put_tags(writer, mesh, source);
+  tw_member_open(writer->text, "tweend", tags);
   if (extras && *extras == '{') tw_gltf_put_members(writer, extras, NULL);
   tw_gltf_close_object(writer);
   tw_gltf_put_kept(writer, source->kept, "extras");
@@ -260,8 +171,8 @@ void tw_gltf_put_meshes(tw_gltf_writer *writer) {
     tw_text_add(writer->text, "]");
     if (mesh->target_count && source->morph_weights)
       tw_member_floats(writer->text, "weights", source->morph_weights, mesh->target_count);
-    if (mesh->tags.is_cage)
-      put_kept_and_tags(writer, mesh, source);
+    if (mesh->tags)
+      put_kept_and_tags(writer, mesh->tags, source);
     else
       tw_gltf_put_kept(writer, source->kept, NULL);
     tw_gltf_close_object(writer);

@@ -54,11 +54,15 @@ static uint32_t add_memory(tw_gltf_plan *plan, const void *memory, uint64_t size
       plan, (tw_gltf_view){.size = size, .element_size = 1, .source = TW_GLTF_MEMORY, .memory = memory});
 }
 
-/* Floats in memory as an accessor of their own. */
-static uint32_t add_floats(tw_gltf_plan *plan, const float *values, uint64_t count, int width) {
-  uint32_t view = add_memory(plan, values, count * (uint64_t)width * sizeof(float));
+uint32_t tw_gltf_add_numbers(tw_gltf_plan *plan, const void *values, uint64_t count, int component,
+                             int width) {
+  uint32_t view = add_memory(plan, values, count * (uint64_t)width * 4);
   return add_accessor(
-      plan, (tw_gltf_accessor){.view = view, .component = TW_GLTF_FLOAT, .width = width, .count = count});
+      plan, (tw_gltf_accessor){.view = view, .component = component, .width = width, .count = count});
+}
+
+static uint32_t add_floats(tw_gltf_plan *plan, const float *values, uint64_t count, int width) {
+  return tw_gltf_add_numbers(plan, values, count, TW_GLTF_FLOAT, width);
 }
 
 /* What answers bear as the file has it (assets) comes first: its numbers are the file's. */
@@ -174,144 +178,6 @@ static bool add_vertices(tw_gltf_plan *plan, uint32_t index, const tw_mesh *sour
   return together == layout->morph_count || add_target_views(plan, index, surface, accessor);
 }
 
-/* ---- tags ---------------------------------------------------------------------------------------------- */
-
-static uint32_t add_numbers(tw_gltf_plan *plan, const void *values, uint64_t count, int component) {
-  uint32_t view = add_memory(plan, values, 4 * count);
-  return add_accessor(plan,
-                      (tw_gltf_accessor){.view = view, .component = component, .width = 1, .count = count});
-}
-
-static uint32_t add_indices(tw_gltf_plan *plan, const uint32_t *values, uint64_t count) {
-  return count > 0 ? add_numbers(plan, values, count, TW_GLTF_UNSIGNED_INT) : TW_NO_INDEX;
-}
-
-static uint32_t add_sharpness(tw_gltf_plan *plan, const float *values, uint64_t count) {
-  return count > 0 ? add_numbers(plan, values, count, TW_GLTF_FLOAT) : TW_NO_INDEX;
-}
-
-typedef struct cage_reader {
-  const tw_surface *surface;
-  tw_surface_reader *reader;
-  uint32_t *corners; /* [2][most] of a face, as vertices; then as points */
-  size_t most;       /* corners of a face */
-  uint32_t *points;  /* [vertices] the point of each */
-  uint32_t *firsts;  /* [faces] the vertex at each face's corner 0 */
-  uint32_t *starts;  /* [faces] the corner at which each face's fan of triangles starts */
-} cage_reader;
-
-static size_t read_cage_face(const cage_reader *cage, uint64_t face) {
-  return tw_surface_read_faces(cage->reader, TW_DOMAIN_VERTICES, face, 1, NULL, cage->corners);
-}
-
-/* The point of each vertex: both numberings, read face by face. */
-static void read_points_of_vertices(const cage_reader *cage) {
-  const uint32_t *points = cage->corners + cage->most;
-  for (uint64_t f = 0; f < tw_surface_get_counts(cage->surface)->faces; f++) {
-    size_t size = read_cage_face(cage, f);
-    tw_surface_read_faces(cage->reader, TW_DOMAIN_POINTS, f, 1, NULL, cage->corners + cage->most);
-    for (size_t c = 0; c < size; c++) cage->points[cage->corners[c]] = points[c];
-    cage->firsts[f] = cage->corners[0];
-  }
-}
-
-/* Where the fans of the faces start: every second face of a material starts its fan elsewhere than at corner
- * 0 where a neighbour's fan has the same vertex (tw_fan_start), which would join the two in FB_ngon_encoding.
- */
-static void find_starts(const cage_reader *cage) {
-  for (uint32_t i = 0; i < tw_surface_group_count(cage->surface);) {
-    const tw_surface_group faces = tw_take_material(cage->surface, &i);
-    for (uint64_t k = 1; k < faces.face_count; k += 2) {
-      const uint32_t *first = cage->firsts + faces.first_face + k;
-      read_cage_face(cage, faces.first_face + k);
-      cage->starts[faces.first_face + k] =
-          tw_fan_start(cage->corners, first - 1, k + 1 < faces.face_count ? first + 1 : NULL);
-    }
-  }
-}
-
-/* Arrays live in the arena. False without memory. */
-static bool read_cage(cage_reader *cage, const tw_surface *surface, tw_arena *arena) {
-  size_t faces = (size_t)tw_surface_get_counts(surface)->faces, most = tw_surface_largest_face(surface);
-  uint64_t vertices = tw_surface_row_count(surface, TW_DOMAIN_VERTICES);
-  *cage = (cage_reader){.surface = surface,
-                        .reader = tw_surface_reader_create(surface),
-                        .corners = tw_alloc(most, 2 * sizeof *cage->corners),
-                        .most = most,
-                        .points = tw_arena_alloc(arena, (size_t)vertices, sizeof *cage->points),
-                        .firsts = tw_arena_alloc_raw(arena, faces, sizeof *cage->firsts),
-                        .starts = tw_arena_alloc(arena, faces, sizeof *cage->starts)};
-  bool has_memory = cage->reader && cage->corners && cage->points && cage->firsts && cage->starts;
-  if (has_memory) {
-    read_points_of_vertices(cage);
-    find_starts(cage);
-  }
-  tw_surface_reader_destroy(cage->reader);
-  free(cage->corners);
-  return has_memory;
-}
-
-static bool is_ascending(const uint32_t *values, uint64_t count) {
-  for (uint64_t i = 1; i < count; i++)
-    if (values[i] < values[i - 1]) return false;
-  return true;
-}
-
-static bool is_all_zero(const uint32_t *values, uint64_t count) {
-  for (uint64_t i = 0; i < count; i++)
-    if (values[i] != 0) return false;
-  return true;
-}
-
-static bool has_groups(const tw_surface *surface) {
-  for (uint32_t g = 0; g < tw_surface_group_count(surface); g++)
-    if (tw_surface_get_group(surface, g)->names != TW_NO_INDEX) return true;
-  return false;
-}
-
-static bool add_groups(tw_gltf_plan *plan, const tw_surface *surface, tw_gltf_tags *out) {
-  uint64_t faces = tw_surface_get_counts(surface)->faces;
-  if (!plan->names_groups || !has_groups(surface)) return true;
-  uint32_t *groups = tw_arena_alloc_raw(plan->arena, (size_t)faces, sizeof *groups), *next = groups;
-  for (uint32_t g = 0; groups && g < tw_surface_group_count(surface); g++) {
-    const tw_surface_group *group = tw_surface_get_group(surface, g);
-    for (uint64_t f = 0; f < group->face_count; f++) *next++ = group->names;
-  }
-  if (groups) out->groups = add_indices(plan, groups, faces);
-  return groups;
-}
-
-static bool is_cage(const tw_scene *scene, uint32_t mesh) {
-  return scene->polygons == TW_POLYGONS_NGON && !scene->packs && tw_surface_get_tags(scene->surfaces[mesh]);
-}
-
-static bool add_details(tw_gltf_plan *plan, const tw_mesh *mesh, tw_gltf_tags *out) {
-  uint32_t *details = tw_arena_alloc(plan->arena, mesh->detail_count, sizeof *details);
-  for (uint32_t i = 0; details && i < mesh->detail_count; i++)
-    details[i] = add_floats(plan, mesh->details[i].offsets, mesh->details[i].vertex_count, 3);
-  out->details = details;
-  out->detail_count = mesh->detail_count;
-  return details;
-}
-
-/* False without memory. */
-static bool add_tags(tw_gltf_plan *plan, const tw_surface *surface, tw_gltf_tags *out) {
-  const tw_surface_tags *tags = tw_surface_get_tags(surface);
-  uint64_t faces = tw_surface_get_counts(surface)->faces;
-  cage_reader cage;
-  if (!read_cage(&cage, surface, plan->arena)) return false;
-  out->is_cage = true;
-  out->points = add_indices(plan, cage.points, tw_surface_row_count(surface, TW_DOMAIN_VERTICES));
-  out->faces = is_ascending(tags->faces, faces) ? TW_NO_INDEX : add_indices(plan, tags->faces, faces);
-  out->starts = is_all_zero(cage.starts, faces) ? TW_NO_INDEX : add_indices(plan, cage.starts, faces);
-  out->crease_edges = add_indices(plan, tags->crease_edges, 2 * (uint64_t)tags->crease_count);
-  out->crease_sharpness = add_sharpness(plan, tags->crease_sharpness, tags->crease_count);
-  out->corner_vertices = add_indices(plan, tags->sharp_points, tags->sharp_point_count);
-  out->corner_sharpness = add_sharpness(plan, tags->point_sharpness, tags->sharp_point_count);
-  out->groups = TW_NO_INDEX;
-  return add_groups(plan, surface, out);
-}
-
 /* ---- primitives ---------------------------------------------------------------------------------------- */
 
 /* Whether all faces are holes: they are the last groups of a surface. */
@@ -343,11 +209,11 @@ static void add_triangles(tw_gltf_plan *plan, uint32_t index, const tw_surface *
   if (is_all_holes(surface)) add_holder_of_holes(plan, mesh, shared);
   for (uint32_t i = 0; i < tw_surface_group_count(surface);) {
     /* Holes are the last groups of a surface. */
-    tw_gltf_primitive *primitive = &mesh->primitives[mesh->primitive_count + mesh->tags.hole_count];
+    tw_gltf_primitive *primitive = &mesh->primitives[mesh->primitive_count + mesh->hole_count];
     *primitive = *shared;
     primitive->faces = tw_take_material(surface, &i);
     if (primitive->faces.material >= TW_HOLE_MATERIAL)
-      mesh->tags.hole_count++;
+      mesh->hole_count++;
     else
       mesh->primitive_count++;
     primitive->triangle_count = tw_count_triangles(&primitive->faces);
@@ -460,9 +326,7 @@ static bool add_mesh(tw_gltf_plan *plan, const tw_scene *scene, uint32_t index) 
   tw_gltf_primitive shared = {0};
   if (!add_vertices(plan, index, &scene->model->meshes[index], scene->surfaces[index], &shared)) return false;
   add_triangles(plan, index, scene->surfaces[index], &shared);
-  if (!is_cage(scene, index)) return true;
-  return add_tags(plan, scene->surfaces[index], &mesh->tags) &&
-         (scene->is_without_details || add_details(plan, &scene->model->meshes[index], &mesh->tags));
+  return tw_gltf_add_cage_tags(plan, scene, index);
 }
 
 static tw_status add_meshes(tw_gltf_plan *plan, const tw_scene *scene, tw_error *error) {

@@ -141,25 +141,15 @@ typedef struct tw_gltf_primitive {
   uint64_t first_triangle, triangle_count; /* of these faces */
 } tw_gltf_primitive;
 
-/* What extras.tweend of a mesh says (tw_gltf_stream): accessors, TW_NO_INDEX where there is nothing to say.
- */
-typedef struct tw_gltf_tags {
-  bool is_cage; /* else there are no such extras */
-  uint32_t points, faces, starts, groups;
-  uint32_t crease_edges, crease_sharpness, corner_vertices, corner_sharpness;
-  uint32_t detail_count;   /* the first ones of the mesh */
-  const uint32_t *details; /* [detail_count] offsets */
-  uint32_t hole_count;     /* primitives behind the mesh's primitive_count, of which only the indices count */
-} tw_gltf_tags;
-
 typedef struct tw_gltf_mesh {
   uint32_t field_count;
   const tw_vertex_field *fields;      /* [field_count] attributes */
   uint32_t target_count, target_step; /* accessors a target: of positions, and where they are 2, of normals */
   uint32_t primitive_count;           /* without faces 0; then one is written that draws nothing. Of holes
                                          alone 1, which draws nothing either */
+  uint32_t hole_count;                /* of a cage: behind those, of which only the indices count */
   tw_gltf_primitive *primitives;
-  tw_gltf_tags tags;
+  const char *tags; /* of a cage: extras.tweend, a JSON object; else NULL */
 } tw_gltf_mesh;
 
 typedef struct tw_gltf_channel {
@@ -195,6 +185,15 @@ typedef struct tw_gltf_plan {
   uint32_t nothing;  /* accessor of three points at the origin, for meshes without faces; or TW_NO_INDEX */
   bool names_groups; /* primitives tell which of their faces are in which groups */
 } tw_gltf_plan;
+
+/* Numbers of four bytes in memory, `width` to an element, as an accessor of their own. Of parts that find no
+ * room the plan takes note. */
+uint32_t tw_gltf_add_numbers(tw_gltf_plan *plan, const void *values, uint64_t count, int component,
+                             int width);
+
+/* Makes the tags of a mesh whose primitives are planned, where it is a cage (gltf_cage.c). False without
+ * memory. */
+bool tw_gltf_add_cage_tags(tw_gltf_plan *plan, const tw_scene *scene, uint32_t index);
 
 /* Lays out everything that the scene holds. TW_LIMIT: more parts than are written. */
 tw_status tw_gltf_plan_init(tw_gltf_plan *plan, const tw_scene *scene, tw_error *error);

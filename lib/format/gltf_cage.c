@@ -1,0 +1,216 @@
+/* What an answer that is a cage says beyond glTF, in extras.tweend of its meshes (tw_gltf_stream): its
+ * numbers become accessors of the plan, and the rest text. gltf/cage_tags.cpp reads it. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "gltf/gltf.h"
+
+/* ---- what has to be read of the surface ---------------------------------------------------------------- */
+
+typedef struct cage_reader {
+  const tw_surface *surface;
+  tw_surface_reader *reader;
+  uint32_t *corners; /* [2][most] of a face, as vertices; then as points */
+  size_t most;       /* corners of a face */
+  uint32_t *points;  /* [vertices] the point of each */
+  uint32_t *firsts;  /* [faces] the vertex at each face's corner 0 */
+  uint32_t *starts;  /* [faces] the corner at which each face's fan of triangles starts */
+} cage_reader;
+
+static size_t read_cage_face(const cage_reader *cage, uint64_t face) {
+  return tw_surface_read_faces(cage->reader, TW_DOMAIN_VERTICES, face, 1, NULL, cage->corners);
+}
+
+/* The point of each vertex: both numberings, read face by face. */
+static void read_points_of_vertices(const cage_reader *cage) {
+  const uint32_t *points = cage->corners + cage->most;
+  for (uint64_t f = 0; f < tw_surface_get_counts(cage->surface)->faces; f++) {
+    size_t size = read_cage_face(cage, f);
+    tw_surface_read_faces(cage->reader, TW_DOMAIN_POINTS, f, 1, NULL, cage->corners + cage->most);
+    for (size_t c = 0; c < size; c++) cage->points[cage->corners[c]] = points[c];
+    cage->firsts[f] = cage->corners[0];
+  }
+}
+
+/* Where the fans of the faces start: every second face of a material starts its fan elsewhere than at corner
+ * 0 where a neighbour's fan has the same vertex (tw_fan_start), which would join the two in FB_ngon_encoding.
+ */
+static void find_starts(const cage_reader *cage) {
+  for (uint32_t i = 0; i < tw_surface_group_count(cage->surface);) {
+    const tw_surface_group faces = tw_take_material(cage->surface, &i);
+    for (uint64_t k = 1; k < faces.face_count; k += 2) {
+      const uint32_t *first = cage->firsts + faces.first_face + k;
+      read_cage_face(cage, faces.first_face + k);
+      cage->starts[faces.first_face + k] =
+          tw_fan_start(cage->corners, first - 1, k + 1 < faces.face_count ? first + 1 : NULL);
+    }
+  }
+}
+
+/* Arrays live in the arena. False without memory. */
+static bool read_cage(cage_reader *cage, const tw_surface *surface, tw_arena *arena) {
+  size_t faces = (size_t)tw_surface_get_counts(surface)->faces, most = tw_surface_largest_face(surface);
+  uint64_t vertices = tw_surface_row_count(surface, TW_DOMAIN_VERTICES);
+  *cage = (cage_reader){.surface = surface,
+                        .reader = tw_surface_reader_create(surface),
+                        .corners = tw_alloc(most, 2 * sizeof *cage->corners),
+                        .most = most,
+                        .points = tw_arena_alloc(arena, (size_t)vertices, sizeof *cage->points),
+                        .firsts = tw_arena_alloc_raw(arena, faces, sizeof *cage->firsts),
+                        .starts = tw_arena_alloc(arena, faces, sizeof *cage->starts)};
+  bool has_memory = cage->reader && cage->corners && cage->points && cage->firsts && cage->starts;
+  if (has_memory) {
+    read_points_of_vertices(cage);
+    find_starts(cage);
+  }
+  tw_surface_reader_destroy(cage->reader);
+  free(cage->corners);
+  return has_memory;
+}
+
+static bool is_ascending(const uint32_t *values, uint64_t count) {
+  for (uint64_t i = 1; i < count; i++)
+    if (values[i] < values[i - 1]) return false;
+  return true;
+}
+
+static bool is_all_zero(const uint32_t *values, uint64_t count) {
+  for (uint64_t i = 0; i < count; i++)
+    if (values[i] != 0) return false;
+  return true;
+}
+
+/* ---- text ---------------------------------------------------------------------------------------------- */
+
+/* What the object of one mesh is printed with. */
+typedef struct tag_writer {
+  tw_gltf_plan *plan;
+  const tw_model *model;
+  const tw_surface *surface;
+  tw_text text;
+} tag_writer;
+
+static void put_numbers(tag_writer *w, const char *member, const void *values, uint64_t count, int component,
+                        int width) {
+  tw_member_count(&w->text, member, tw_gltf_add_numbers(w->plan, values, count, component, width));
+}
+
+static void put_indices(tag_writer *w, const char *member, const uint32_t *values, uint64_t count) {
+  put_numbers(w, member, values, count, TW_GLTF_UNSIGNED_INT, 1);
+}
+
+/* Points, `width` to an element, and how sharp the elements are. */
+static void put_sharpness(tag_writer *w, const char *member, const char *of, const uint32_t *points,
+                          uint64_t width, const float *sharpness, uint64_t count) {
+  if (count == 0) return;
+  tw_member_open(&w->text, member, "{");
+  put_indices(w, of, points, width * count);
+  put_numbers(w, "sharpness", sharpness, count, TW_GLTF_FLOAT, 1);
+  tw_text_add(&w->text, "}");
+}
+
+static bool has_groups(const tw_surface *surface) {
+  for (uint32_t g = 0; g < tw_surface_group_count(surface); g++)
+    if (tw_surface_get_group(surface, g)->names != TW_NO_INDEX) return true;
+  return false;
+}
+
+/* The sets of groups have the model's numbers. False without memory. */
+static bool put_groups(tag_writer *w) {
+  uint64_t faces = tw_surface_get_counts(w->surface)->faces;
+  if (!w->plan->names_groups || !has_groups(w->surface)) return true;
+  uint32_t *groups = tw_arena_alloc_raw(w->plan->arena, (size_t)faces, sizeof *groups), *next = groups;
+  if (!groups) return false;
+  for (uint32_t g = 0; g < tw_surface_group_count(w->surface); g++) {
+    const tw_surface_group *group = tw_surface_get_group(w->surface, g);
+    for (uint64_t f = 0; f < group->face_count; f++) *next++ = group->names;
+  }
+  tw_member_open(&w->text, "groups", "{");
+  tw_member_open(&w->text, "names", "[");
+  for (uint32_t i = 0; i < w->model->group_count; i++) {
+    tw_text_element(&w->text);
+    tw_text_string(&w->text, w->model->group_names[i]);
+  }
+  tw_text_add(&w->text, "]");
+  put_indices(w, "faces", groups, faces);
+  tw_text_add(&w->text, "}");
+  return true;
+}
+
+static void put_holes(tag_writer *w, const tw_gltf_mesh *mesh) {
+  if (mesh->hole_count == 0) return;
+  tw_member_open(&w->text, "holes", "[");
+  for (uint32_t i = 0; i < mesh->hole_count; i++) {
+    const tw_gltf_primitive *hole = &mesh->primitives[mesh->primitive_count + i];
+    int32_t material = tw_model_material(w->model, hole->faces.material - TW_HOLE_MATERIAL - 1);
+    tw_text_element(&w->text);
+    tw_text_add(&w->text, "{");
+    tw_member_count(&w->text, "indices", hole->indices);
+    if (material >= 0) tw_member_count(&w->text, "material", (uint64_t)material);
+    tw_text_add(&w->text, "}");
+  }
+  tw_text_add(&w->text, "]");
+}
+
+static void put_details(tag_writer *w, const tw_mesh *mesh) {
+  if (mesh->detail_count == 0) return;
+  tw_member_open(&w->text, "details", "[");
+  for (uint32_t i = 0; i < mesh->detail_count; i++) {
+    const tw_detail *detail = &mesh->details[i];
+    tw_text_element(&w->text);
+    tw_text_add(&w->text, "{");
+    tw_member_count(&w->text, "level", detail->level);
+    put_numbers(w, "offsets", detail->offsets, detail->vertex_count, TW_GLTF_FLOAT, 3);
+    tw_text_add(&w->text, "}");
+  }
+  tw_text_add(&w->text, "]");
+}
+
+static void put_rules(tag_writer *w, const tw_mesh *mesh) {
+  const struct {
+    const char *name;
+    int value;
+  } rules[] = {{"boundary", mesh->tag_boundary},
+               {"uv", mesh->tag_uv},
+               {"creasing", mesh->tag_creasing},
+               {"triangles", mesh->tag_triangles}};
+  bool any = false;
+  for (size_t i = 0; i < sizeof rules / sizeof *rules; i++) {
+    if (rules[i].value == TW_TAG_UNSET) continue;
+    if (!any) tw_member_open(&w->text, "rules", "{");
+    any = true;
+    tw_member_count(&w->text, rules[i].name, (uint64_t)rules[i].value);
+  }
+  if (any) tw_text_add(&w->text, "}");
+}
+
+/* False without memory. */
+static bool put_tags(tag_writer *w, const tw_scene *scene, uint32_t index) {
+  const tw_mesh *mesh = &scene->model->meshes[index];
+  const tw_surface_tags *tags = tw_surface_get_tags(w->surface);
+  uint64_t faces = tw_surface_get_counts(w->surface)->faces;
+  cage_reader cage;
+  if (!read_cage(&cage, w->surface, w->plan->arena)) return false;
+  tw_text_add(&w->text, "{");
+  put_indices(w, "points", cage.points, tw_surface_row_count(w->surface, TW_DOMAIN_VERTICES));
+  if (!is_ascending(tags->faces, faces)) put_indices(w, "faces", tags->faces, faces);
+  if (!is_all_zero(cage.starts, faces)) put_indices(w, "starts", cage.starts, faces);
+  put_sharpness(w, "creases", "edges", tags->crease_edges, 2, tags->crease_sharpness, tags->crease_count);
+  put_sharpness(w, "corners", "vertices", tags->sharp_points, 1, tags->point_sharpness,
+                tags->sharp_point_count);
+  if (!put_groups(w)) return false;
+  put_holes(w, &w->plan->meshes[index]);
+  if (!scene->is_without_details) put_details(w, mesh);
+  put_rules(w, mesh);
+  tw_text_add(&w->text, "}");
+  return !w->text.failed;
+}
+
+bool tw_gltf_add_cage_tags(tw_gltf_plan *plan, const tw_scene *scene, uint32_t index) {
+  tag_writer w = {.plan = plan, .model = scene->model, .surface = scene->surfaces[index]};
+  if (scene->polygons != TW_POLYGONS_NGON || !tw_surface_get_tags(w.surface)) return true;
+  const char *text = put_tags(&w, scene, index) ? tw_arena_text(plan->arena, w.text.data, w.text.size) : NULL;
+  plan->meshes[index].tags = text;
+  tw_text_deinit(&w.text);
+  return text;
+}
