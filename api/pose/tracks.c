@@ -13,8 +13,6 @@
 /* In a radian. */
 static const double DEGREES = 57.295779513082320877;
 
-static const char *const path_names[] = {"translation", "rotation", "scale", "weights"};
-static const char *const interpolation_names[] = {"step", "linear", "cubicspline", "nlerp", "squad", "euler"};
 /* By tw_key_form; a rotation's plain values are quaternions. */
 static const char *const kind_names[] = {"quaternion", "quaternion", "euler", "axis-angle"};
 static const char *const axis_names[] = {"x", "y", "z"};
@@ -69,9 +67,9 @@ static void print_keys(tw_text *text, const tw_model *model, const tw_track_keys
   tw_text_element(text);
   tw_text_add(text, "{");
   tw_member_string(text, "node", tw_model_node_name(model, keys->node, buffer));
-  tw_member_string(text, "path", path_names[keys->path]);
+  tw_member_string(text, "path", tw_path_names[keys->path]);
   if (keys->path == TW_ROTATION) tw_member_string(text, "kind", kind_names[keys->form]);
-  tw_member_string(text, "interpolation", interpolation_names[keys->interpolation]);
+  tw_member_string(text, "interpolation", tw_interpolation_names[keys->interpolation]);
   tw_member_count(text, "keys", keys->key_count);
   tw_member_floats(text, "times", keys->times, keys->key_count);
 }

@@ -6,10 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- checking: every message has its place relative to the clip ---------------------------------------- */
+const char *const tw_path_names[] = {"translation", "rotation", "scale", "weights"};
+const char *const tw_interpolation_names[] = {"step", "linear", "cubicspline", "nlerp", "squad", "euler"};
 
-static const char *const path_names[] = {"translation", "rotation", "scale", "weights"};
-static const char *const interpolation_names[] = {"step", "linear", "cubicspline", "nlerp", "squad", "euler"};
+/* ---- checking: every message has its place relative to the clip ---------------------------------------- */
 
 /* Larger angles have no precision left. */
 static const double ANGLE_MAX = 1e9;
@@ -116,17 +116,17 @@ static tw_status check_shape(const tw_track_keys *track, uint32_t index, uint32_
     return refuse(error, index, "times");
   }
   if (angular ? track->path != TW_ROTATION || !track->angles : track->angles || !track->values) {
-    tw_fail(error, TW_INVALID, "a %s track cannot have keys in this form", path_names[track->path]);
+    tw_fail(error, TW_INVALID, "a %s track cannot have keys in this form", tw_path_names[track->path]);
     return refuse(error, index, values_word(track->form));
   }
   if (track->width == 0 || (width != 0 && track->width != width)) {
-    tw_fail(error, TW_INVALID, "a %s track cannot have keys of %u numbers", path_names[track->path],
+    tw_fail(error, TW_INVALID, "a %s track cannot have keys of %u numbers", tw_path_names[track->path],
             track->width);
     return refuse(error, index, values_word(track->form));
   }
   if (!has_interpolation(track)) {
     tw_fail(error, TW_INVALID, "interpolation %s does not go with the keys of this %s track",
-            interpolation_names[track->interpolation], path_names[track->path]);
+            tw_interpolation_names[track->interpolation], tw_path_names[track->path]);
     return refuse(error, index, "interpolation");
   }
   if (force == TW_CUBICSPLINE && track->path == TW_ROTATION && track->interpolation != TW_CUBICSPLINE) {
@@ -173,7 +173,7 @@ tw_status tw_clip_check(const tw_clip_keys *keys, uint32_t node_count, int force
     if (status == TW_OK) status = check_values(track, i, error);
     if (status == TW_OK) status = check_rotations(track, i, error);
     if (status != TW_OK || i != repeated) continue;
-    tw_fail(error, TW_INVALID, "two tracks move the %s of node %u", path_names[track->path], track->node);
+    tw_fail(error, TW_INVALID, "two tracks move the %s of node %u", tw_path_names[track->path], track->node);
     status = refuse(error, i, "path");
   }
   return status;
@@ -478,19 +478,25 @@ static tw_status check_bake_times(const float *times, uint32_t time_count, tw_er
   return TW_OK;
 }
 
+tw_status tw_track_bake(const tw_clip *clip, uint32_t index, const float *times, uint32_t time_count,
+                        tw_arena *arena, tw_track_keys *out, tw_error *error) {
+  const tw_track *track = &clip->tracks[index];
+  float *values = tw_arena_alloc(arena, (size_t)time_count * track->width, sizeof *values);
+  if (!values) return tw_fail(error, TW_NO_MEMORY, "no memory for a baked track");
+  tw_clip_sample(clip, index, times, time_count, values);
+  *out = tw_track_as_keys(track, times, values, time_count);
+  return TW_OK;
+}
+
 tw_status tw_clip_bake(const tw_clip *clip, const float *times, uint32_t time_count, tw_arena *arena,
                        tw_clip_keys *out, tw_error *error) {
   tw_status status = check_bake_times(times, time_count, error);
   if (status != TW_OK) return status;
   tw_track_keys *tracks = tw_arena_alloc(arena, clip->track_count, sizeof *tracks);
   if (!tracks) return tw_fail(error, TW_NO_MEMORY, "no memory for a baked clip");
-  for (uint32_t i = 0; i < clip->track_count; i++) {
-    const tw_track *track = &clip->tracks[i];
-    float *values = tw_arena_alloc(arena, (size_t)time_count * track->width, sizeof *values);
-    if (!values) return tw_fail(error, TW_NO_MEMORY, "no memory for a baked clip");
-    tw_clip_sample(clip, i, times, time_count, values);
-    tracks[i] = tw_track_as_keys(track, times, values, time_count);
-  }
+  for (uint32_t i = 0; i < clip->track_count && status == TW_OK; i++)
+    status = tw_track_bake(clip, i, times, time_count, arena, &tracks[i], error);
+  if (status != TW_OK) return status;
   *out = (tw_clip_keys){.track_count = clip->track_count, .tracks = tracks};
   return TW_OK;
 }

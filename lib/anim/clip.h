@@ -27,6 +27,10 @@ struct tw_clip {
  * points to times and values. */
 tw_track_keys tw_track_as_keys(const tw_track *track, const float *times, float *values, uint32_t key_count);
 
+/* A track as keys at these times, which the result points to; its values live in the arena. TW_NO_MEMORY. */
+tw_status tw_track_bake(const tw_clip *clip, uint32_t index, const float *times, uint32_t time_count,
+                        tw_arena *arena, tw_track_keys *out, tw_error *error);
+
 /* Makes all checks that tw_clip_create promises: shapes, times, values, rotations, one track for what it
  * moves. The error's pointer begins with /tracks. */
 tw_status tw_clip_check(const tw_clip_keys *keys, uint32_t node_count, int force, tw_error *error);

@@ -21,11 +21,6 @@ static const double PI = 3.14159265358979323846;
  * of 90 degrees. */
 static const double LOCK = 3e-7;
 
-static double order_sign(tw_euler_order order) {
-  const unsigned char *axes = tw_euler_axes[order];
-  return (axes[0] + 1) % 3 == axes[1] ? 1 : -1;
-}
-
 /* Into (-pi, pi]. */
 static double wrap(double angle) {
   double turned = angle - 2 * PI * ceil((angle - PI) / (2 * PI));
@@ -51,7 +46,7 @@ typedef struct euler_parts {
 
 static euler_parts split(const double q[4], tw_euler_order order) {
   const unsigned char *axes = tw_euler_axes[order];
-  double i = q[axes[0]], j = q[axes[1]], k = order_sign(order) * q[axes[2]], w = q[3];
+  double i = q[axes[0]], j = q[axes[1]], k = euler_sign(order) * q[axes[2]], w = q[3];
   double plus = hypot(w + j, i + k), minus = hypot(w - j, i - k);
   euler_parts parts = {.middle = 2 * atan2(plus, minus) - PI / 2,
                        .half_sum = atan2(i + k, w + j),
@@ -67,7 +62,7 @@ static void join(const euler_parts *parts, tw_euler_order order, double out[3]) 
   const unsigned char *axes = tw_euler_axes[order];
   out[axes[0]] = wrap(parts->half_sum + parts->half_difference);
   out[axes[1]] = parts->middle;
-  out[axes[2]] = wrap(order_sign(order) * (parts->half_sum - parts->half_difference));
+  out[axes[2]] = wrap(euler_sign(order) * (parts->half_sum - parts->half_difference));
 }
 
 void tw_euler_of(const double q[4], tw_euler_order order, double out[3]) {
@@ -81,8 +76,7 @@ void tw_euler_of(const double q[4], tw_euler_order order, double out[3]) {
 /* The product of the pairs. */
 double tw_euler_cos_middle(const double q[4], tw_euler_order order) {
   const unsigned char *axes = tw_euler_axes[order];
-  bool even = (axes[0] + 1) % 3 == axes[1];
-  double i = q[axes[0]], j = q[axes[1]], k = even ? q[axes[2]] : -q[axes[2]], w = q[3];
+  double i = q[axes[0]], j = q[axes[1]], k = euler_sign(order) * q[axes[2]], w = q[3];
   return sqrt(((w + j) * (w + j) + (i + k) * (i + k)) * ((w - j) * (w - j) + (i - k) * (i - k))) /
          quat_dot(q, q);
 }
@@ -102,7 +96,7 @@ void tw_euler_near(const double q[4], tw_euler_order order, const double previou
   const unsigned char *axes = tw_euler_axes[order];
   euler_parts parts = split(q, order);
   /* At lock the unknown half is free: the previous triple's own keeps both outer angles nearest. */
-  double outer = previous[axes[0]], inner = order_sign(order) * previous[axes[2]];
+  double outer = previous[axes[0]], inner = euler_sign(order) * previous[axes[2]];
   if (!parts.difference_known) parts.half_difference = (outer - inner) / 2;
   if (!parts.sum_known) parts.half_sum = (outer + inner) / 2;
   double twin[3] = {0, 0, 0};

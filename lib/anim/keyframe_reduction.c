@@ -107,9 +107,7 @@ static chord chord_between(const reduction *r, float start, const float *from, f
   quat_widen(to, b);
   tw_normalize(a, 4);
   tw_normalize(b, 4);
-  double sign = quat_dot(a, b) < 0 ? -1 : 1;
-  for (int i = 0; i < 4; i++) b[i] *= sign;
-  chord.arc = tw_arc_between(a, b);
+  chord.arc = tw_arc_short(a, b);
   return chord;
 }
 
@@ -381,15 +379,11 @@ static tw_status reduce_track(const tw_clip *clip, uint32_t index, tw_tolerance 
 
 static tw_status copy_steps(const tw_clip *clip, uint32_t index, tw_arena *arena, tw_track_keys *out,
                             tw_error *error) {
-  const tw_track *track = &clip->tracks[index];
-  uint32_t key_count = track->timeline->key_count;
-  float *times = tw_arena_alloc(arena, key_count, sizeof *times);
-  float *values = tw_arena_alloc(arena, (size_t)key_count * track->width, sizeof *values);
-  if (!times || !values) return tw_fail(error, TW_NO_MEMORY, "no memory for a reduced track");
-  memcpy(times, track->timeline->times, key_count * sizeof *times);
-  tw_clip_sample(clip, index, times, key_count, values);
-  *out = tw_track_as_keys(track, times, values, key_count);
-  return TW_OK;
+  const tw_timeline *timeline = clip->tracks[index].timeline;
+  float *times = tw_arena_alloc(arena, timeline->key_count, sizeof *times);
+  if (!times) return tw_fail(error, TW_NO_MEMORY, "no memory for a reduced track");
+  memcpy(times, timeline->times, timeline->key_count * sizeof *times);
+  return tw_track_bake(clip, index, times, timeline->key_count, arena, out, error);
 }
 
 tw_status tw_clip_reduce(const tw_clip *clip, const tw_clip_keys *keys, tw_tolerance tolerance,

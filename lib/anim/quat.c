@@ -41,6 +41,12 @@ tw_arc tw_arc_between(const double a[4], const double b[4]) {
   return arc;
 }
 
+tw_arc tw_arc_short(const double a[4], const double b[4]) {
+  double sign = quat_dot(a, b) < 0 ? -1 : 1;
+  const double nearer[4] = {sign * b[0], sign * b[1], sign * b[2], sign * b[3]};
+  return tw_arc_between(a, nearer);
+}
+
 void tw_arc_at(const tw_arc *arc, double u, double out[4]) {
   double c = cos(arc->angle * u), s = sin(arc->angle * u);
   for (int i = 0; i < 4; i++) out[i] = arc->from[i] * c + arc->toward[i] * s;
@@ -86,27 +92,6 @@ void tw_quat_to_axis_angle(const float q[4], float out[4]) {
   quat_widen(q, p);
   tw_axis_angle_of(p, turn);
   quat_narrow(turn, out);
-}
-
-/* v + 2 r x (r x v + w v), r the vector part. */
-void tw_quat_turn(const double q[4], const double v[3], double out[3]) {
-  double t[3], turned[3];
-  for (int i = 0; i < 3; i++) {
-    int j = (i + 1) % 3, k = (i + 2) % 3;
-    t[i] = q[j] * v[k] - q[k] * v[j] + q[3] * v[i];
-  }
-  for (int i = 0; i < 3; i++) {
-    int j = (i + 1) % 3, k = (i + 2) % 3;
-    turned[i] = v[i] + 2 * (q[j] * t[k] - q[k] * t[j]);
-  }
-  memcpy(out, turned, sizeof turned);
-}
-
-void tw_quat_between(const double a[4], const double b[4], double u, double out[4]) {
-  double sign = quat_dot(a, b) < 0 ? -1 : 1, near[4];
-  for (int i = 0; i < 4; i++) near[i] = sign * b[i];
-  tw_arc arc = tw_arc_between(a, near);
-  tw_arc_at(&arc, u, out);
 }
 
 /* ---- transforms ---------------------------------------------------------------------------------------- */

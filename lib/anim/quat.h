@@ -47,6 +47,8 @@ double tw_quat_key_scale(const double key[4], const double *previous);
 
 /* Both unit. Does not change signs: from a to -a the arc goes half way round in some direction. */
 tw_arc tw_arc_between(const double a[4], const double b[4]);
+/* The same to b or -b, whichever is nearer. */
+tw_arc tw_arc_short(const double a[4], const double b[4]);
 void tw_arc_at(const tw_arc *arc, double u, double out[4]);
 
 /* Of the rotation between two, in [0, pi]; lengths near 1 will do. */
@@ -65,12 +67,6 @@ void tw_axis_angle_of(const double q[4], double out[4]);
 /* The unit quaternion of the rotation whose axes agree best with the given ones, zero axes ignored. */
 void tw_quat_best(double axes[3][3], double out[4]);
 
-/* Turns a point by a unit quaternion. out may be v. */
-void tw_quat_turn(const double q[4], const double v[3], double out[3]);
-
-/* Slerp of unit quaternions, the short way; u outside 0 to 1 goes on along the arc. out may be a or b. */
-void tw_quat_between(const double a[4], const double b[4], double u, double out[4]);
-
 void tw_quat_euler(const double angles[3], tw_euler_order order, double out[4]);
 /* As tw_quat_to_euler and tw_quat_to_euler_near. */
 void tw_euler_of(const double q[4], tw_euler_order order, double out[3]);
@@ -85,6 +81,10 @@ static inline double euler_cos_told(double cos_middle) {
 
 /* The axes of an order, outermost first: XZY gives 0 2 1. */
 extern const unsigned char tw_euler_axes[TW_EULER_ORDERS][3];
+/* 1 of an even order, -1 of an odd one. */
+static inline double euler_sign(tw_euler_order order) {
+  return (tw_euler_axes[order][0] + 1) % 3 == tw_euler_axes[order][1] ? 1 : -1;
+}
 
 /* Rotation part of a matrix, columns scaled. The bulk and the single path share it so that both give
  * the same bytes. A quaternion a little off unit length still gives an exact rotation. */

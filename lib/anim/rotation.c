@@ -2,6 +2,7 @@
 #include "quat.h"
 
 #include <math.h>
+#include <string.h>
 
 const uint32_t tw_rotation_widths[TW_ROTATION_FORMS] = {4, 4, 3, 9};
 
@@ -89,7 +90,7 @@ tw_status tw_rotation_read(tw_rotation_form form, tw_euler_order order, const do
 static void write_matrix(const double q[4], double out[9]) {
   for (int i = 0; i < 3; i++) {
     double axis[3] = {i == 0, i == 1, i == 2};
-    tw_quat_turn(q, axis, out + 3 * (size_t)i);
+    tw_rotation_turn(q, axis, out + 3 * (size_t)i);
   }
 }
 
@@ -110,11 +111,22 @@ void tw_rotation_multiply(const double a[4], const double b[4], double out[4]) {
 }
 
 void tw_rotation_slerp(const double a[4], const double b[4], double u, double out[4]) {
-  tw_quat_between(a, b, u, out);
+  tw_arc arc = tw_arc_short(a, b);
+  tw_arc_at(&arc, u, out);
 }
 
-void tw_rotation_turn(const double q[4], const double point[3], double turned[3]) {
-  tw_quat_turn(q, point, turned);
+/* v + 2 r x (r x v + w v), r the vector part. */
+void tw_rotation_turn(const double q[4], const double v[3], double out[3]) {
+  double t[3], turned[3];
+  for (int i = 0; i < 3; i++) {
+    int j = (i + 1) % 3, k = (i + 2) % 3;
+    t[i] = q[j] * v[k] - q[k] * v[j] + q[3] * v[i];
+  }
+  for (int i = 0; i < 3; i++) {
+    int j = (i + 1) % 3, k = (i + 2) % 3;
+    turned[i] = v[i] + 2 * (q[j] * t[k] - q[k] * t[j]);
+  }
+  memcpy(out, turned, sizeof turned);
 }
 
 double tw_rotation_cos_middle(const double q[4], tw_euler_order order) {

@@ -27,9 +27,7 @@ enum { STEPS_LEAST = 4, PEAK_ROUNDS = 3, GOLDEN_ROUNDS = 40 };
 /* The sine of the order's middle angle. */
 static double sine_middle(const double q[4], tw_euler_order order) {
   const unsigned char *axes = tw_euler_axes[order];
-  double product = q[axes[0]] * q[axes[2]];
-  bool even = (axes[0] + 1) % 3 == axes[1];
-  return 2 * (q[3] * q[axes[1]] + (even ? product : -product)) / quat_dot(q, q);
+  return 2 * (q[3] * q[axes[1]] + euler_sign(order) * (q[axes[0]] * q[axes[2]])) / quat_dot(q, q);
 }
 
 typedef struct segment {
@@ -235,19 +233,13 @@ static double follow_steps(const segment *s, uint32_t steps_most, tw_track_repor
 
 /* ---- whole tracks -------------------------------------------------------------------------------------- */
 
-static tw_arc short_arc(const double a[4], const double b[4]) {
-  double sign = quat_dot(a, b) < 0 ? -1 : 1;
-  const double nearer[4] = {b[0] * sign, b[1] * sign, b[2] * sign, b[3] * sign};
-  return tw_arc_between(a, nearer);
-}
-
 static double follow_segment(segment *s, uint32_t steps_most, tw_track_report *report) {
   double here[4], next[4], whole;
   rotation_at(s, 0, here);
   tw_track_rotation(s->track, s->key + 1, 0, next);
   if (s->track->holds) return tw_angle_between(here, next);
   if (is_even_turn(s, &whole)) return follow_even_turn(s, whole, report);
-  if (report->has_stray) s->slerp = short_arc(here, next);
+  if (report->has_stray) s->slerp = tw_arc_short(here, next);
   return follow_steps(s, steps_most, report);
 }
 

@@ -312,12 +312,11 @@ static void put_loose_channels(tw_gltf_writer *writer, const char *loose, const 
 }
 
 static void put_channel(tw_gltf_writer *writer, const tw_gltf_channel *channel, uint32_t sampler) {
-  static const char *const paths[] = {"translation", "rotation", "scale", "weights"};
   tw_gltf_open_object(writer);
   tw_member_count(writer->text, "sampler", sampler);
   tw_member_open(writer->text, "target", "{");
   tw_member_count(writer->text, "node", channel->node);
-  tw_member_string(writer->text, "path", paths[channel->path]);
+  tw_member_string(writer->text, "path", tw_path_names[channel->path]);
   put_part(writer, channel->kept, "target");
   tw_gltf_close_object(writer);
   put_part(writer, channel->kept, "channel");

@@ -237,11 +237,11 @@ static tw_status check_meshes(tw_model *model, tw_error *error) {
 
 /* Rotation to unit length; false for one that has none. */
 static bool normalise(float q[4]) {
-  double length = 0;
-  for (int i = 0; i < 4; i++) length += (double)q[i] * (double)q[i];
-  length = sqrt(length);
+  double unit[4];
+  quat_widen(q, unit);
+  double length = tw_normalize(unit, 4);
   if (!(length > 1e-20) || !isfinite(length)) return false;
-  for (int i = 0; i < 4; i++) q[i] = (float)((double)q[i] / length);
+  quat_narrow(unit, q);
   return true;
 }
 

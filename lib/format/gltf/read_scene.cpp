@@ -198,10 +198,8 @@ private:
   }
 
   static tw_path find_path(const std::string &name, const std::string &pointer) {
-    if (name == "translation") return TW_TRANSLATION;
-    if (name == "rotation") return TW_ROTATION;
-    if (name == "scale") return TW_SCALE;
-    if (name == "weights") return TW_WEIGHTS;
+    for (int path = TW_TRANSLATION; path <= TW_WEIGHTS; path++)
+      if (name == tw_path_names[path]) return static_cast<tw_path>(path);
     refuse(TW_INVALID, pointer + "/target/path", "a path is translation, rotation, scale or weights");
   }
 

@@ -23,8 +23,10 @@ typedef enum tw_interpolation {
   TW_SQUAD,
   TW_EULER /* each angle on its own */
 } tw_interpolation;
+extern const char *const tw_interpolation_names[]; /* as tweend JSON has them */
 
 typedef enum tw_path { TW_TRANSLATION, TW_ROTATION, TW_SCALE, TW_WEIGHTS } tw_path;
+extern const char *const tw_path_names[]; /* as glTF has them */
 
 /* How a rotation track's keys are written. */
 typedef enum tw_key_form { TW_KEY_VALUES, TW_KEY_QUATERNION, TW_KEY_EULER, TW_KEY_AXIS_ANGLE } tw_key_form;
@@ -62,10 +64,10 @@ tw_status tw_rotation_read(tw_rotation_form form, tw_euler_order order, const do
 void tw_rotation_write(const double q[4], tw_rotation_form form, tw_euler_order order, double *out);
 
 /* Of unit quaternions. The product a b, made unit again; slerp the short way, also with u outside 0 to 1. out
- * may be a or b, and turned may be point. */
+ * may be a or b, or v. */
 void tw_rotation_multiply(const double a[4], const double b[4], double out[4]);
 void tw_rotation_slerp(const double a[4], const double b[4], double u, double out[4]);
-void tw_rotation_turn(const double q[4], const double point[3], double turned[3]);
+void tw_rotation_turn(const double q[4], const double v[3], double out[3]);
 
 /* |cos| of the order's middle angle: 1 is farthest from gimbal lock, 0 is lock. */
 double tw_rotation_cos_middle(const double q[4], tw_euler_order order);
