@@ -56,13 +56,13 @@ export class Tweend {
   upload(source: ModelSource, options?: UploadOptions): Promise<Model>;
   describe(model: ModelId, init?: Abortable): Promise<Model>;
   /** A new model: this one after edits of a mesh, whose name may be left out where there is one. */
-  edit(model: ModelId, edits: Edit[], options?: { mesh?: string } & Abortable): Promise<Model>;
+  edit(model: ModelId, edits: Edit[], options?: { mesh?: string; name?: string } & Pick<SurfaceOptions, "quads"> & Abortable): Promise<Model>;
   /** A new model: one whose surface of `level` has these points, x y z each, as `points` gave them, moved. */
-  sculpt(model: ModelId, points: Iterable<number>, options: { level: number; mesh?: string } & Abortable): Promise<Model>;
+  sculpt(model: ModelId, points: Iterable<number>, options: { level: number; mesh?: string; name?: string } & Pick<SurfaceOptions, "quads"> & Abortable): Promise<Model>;
   /** A new model: the cage of which a mesh is a refinement, with what its surface misses as detail. */
   coarsen(
     model: ModelId,
-    options?: { mesh?: string; levels?: number | "max" } & Pick<SurfaceOptions, "scheme" | "boundary"> & Abortable,
+    options?: { mesh?: string; levels?: number | "max"; name?: string } & Pick<SurfaceOptions, "scheme" | "boundary" | "quads"> & Abortable,
   ): Promise<Model>;
   /** All models by id, page by page; `limit`: models of a page. */
   list(options?: ListOptions & Abortable): AsyncGenerator<Listed, void, undefined>;

@@ -129,17 +129,17 @@ export class Tweend {
     return this.#json(`v1/models/${idOf(model)}`, init);
   }
 
-  edit(model, edits, { mesh, ...init } = {}) {
-    return this.#post(`v1/models/${idOf(model)}/edits`, { mesh, edits }, init);
+  edit(model, edits, { mesh, quads, name, ...init } = {}) {
+    return this.#post(`v1/models/${idOf(model)}/edits${queryOf({ quads, name })}`, { mesh, edits }, init);
   }
 
-  sculpt(model, points, { level, mesh, ...init }) {
+  sculpt(model, points, { level, mesh, quads, name, ...init }) {
     const positions = Array.from(points);
-    return this.#post(`v1/models/${idOf(model)}/detail${queryOf({ level, mesh })}`, { positions }, init);
+    return this.#post(`v1/models/${idOf(model)}/detail${queryOf({ level, mesh, quads, name })}`, { positions }, init);
   }
 
-  coarsen(model, { mesh, levels, scheme, boundary, ...init } = {}) {
-    const query = queryOf({ mesh, levels, scheme, boundary });
+  coarsen(model, { mesh, levels, scheme, boundary, quads, name, ...init } = {}) {
+    const query = queryOf({ mesh, levels, scheme, boundary, quads, name });
     return this.#json(`v1/models/${idOf(model)}/coarsen${query}`, { ...init, method: 'POST' });
   }
 

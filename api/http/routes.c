@@ -16,9 +16,11 @@ static const char *const name_parameters[] = {"name", NULL};
 static const char *const source_parameters[] = {"download", NULL};
 static const char *const list_parameters[] = {"limit", "after", NULL};
 
-static const char *const coarsen_parameters[] = {"mesh", "levels", "scheme", "boundary", NULL};
+static const char *const coarsen_parameters[] = {"mesh",  "levels", "scheme", "boundary",
+                                                 "quads", "name",   NULL};
 
-static const char *const detail_parameters[] = {"mesh", "level", NULL};
+static const char *const edits_parameters[] = {"quads", "name", NULL};
+static const char *const detail_parameters[] = {"mesh", "level", "quads", "name", NULL};
 
 static const char *const surface_parameters[] = {
     "level",     "scheme",   "boundary", "uv",        "creasing",    "creases", "crease_sharpness",
@@ -81,7 +83,7 @@ static const api_route routes[] = {
     {"GET", OF_MODEL(""), API_TAKES_NOTHING, API_READS, false, json_offers, no_parameters, api_get_model},
     {"DELETE", OF_MODEL(""), API_TAKES_NOTHING, API_DELETES, false, json_offers, no_parameters,
      api_delete_model},
-    {"POST", OF_MODEL("/edits"), API_TAKES_JSON, API_WRITES, false, json_offers, no_parameters,
+    {"POST", OF_MODEL("/edits"), API_TAKES_JSON, API_WRITES, false, json_offers, edits_parameters,
      api_post_edits},
     {"POST", OF_MODEL("/detail"), API_TAKES_MODEL, API_WRITES, false, json_offers, detail_parameters,
      api_post_detail},

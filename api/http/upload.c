@@ -291,6 +291,14 @@ api_outcome api_upload_format(api_call *call, api_bytes bytes, tw_format *out) {
   return API_DONE;
 }
 
+tw_status api_quads_read(const api_query *query, tw_quads *out, tw_error *error) {
+  static const char *const names[] = {"ngon", "auto", "off", NULL};
+  int quads = TW_QUADS_NGON;
+  tw_status status = api_query_choice(query, "quads", names, &quads, error);
+  *out = (tw_quads)quads;
+  return status;
+}
+
 bool api_model_read(api_bytes bytes, tw_format format, api_reading reading, const api_making *making,
                     tw_model **out, api_fault *fault) {
   tw_status status = TW_OK;

@@ -36,6 +36,9 @@ typedef struct api_reading {
   double distance; /* of TW_WELD_DISTANCE, else 0 */
 } api_reading;
 
+/* The query's `quads`: how a glTF's triangles become polygons. */
+tw_status api_quads_read(const api_query *query, tw_quads *out, tw_error *error);
+
 /* The model that the bytes make. Its format is theirs alone: stored bytes read back the same.
  * False: the fault says why; it stalls where making->grant had it stall. */
 bool api_model_read(api_bytes bytes, tw_format format, api_reading reading, const api_making *making,

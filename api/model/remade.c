@@ -1,7 +1,9 @@
 #include "remade.h"
 
+#include "file_name.h"
 #include "near_names.h"
 #include "service.h"
+#include "upload.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -9,8 +11,10 @@
 
 api_outcome api_remade_answer(api_call *call, api_outcome (*make)(api_remade *remade)) {
   if (call->effort != API_HEAVY) return API_NEEDS_THREAD;
+  api_reading reading = {0};
+  if (api_quads_read(&call->query, &reading.quads, &call->fault.error) != TW_OK) return api_fail(call);
   api_entry *entry;
-  api_outcome outcome = api_model_take(call, call->id, NULL, &entry);
+  api_outcome outcome = api_model_take(call, call->id, &reading, &entry);
   if (outcome != API_DONE) return outcome;
   api_remade remade = {.call = call, .model = api_entry_value(entry), .maker = {call, 0}};
   outcome = make(&remade);
@@ -153,8 +157,11 @@ api_outcome api_remade_store(api_remade *remade, const api_addition *addition) {
   size_t size;
   uint8_t *bytes = make_glb(remade, &size);
   if (!bytes) return API_FAILED;
-  api_outcome outcome = api_model_store(remade->call, (api_bytes){bytes, size}, remade->maker.granted + size,
-                                        remade->model->name, addition);
+  api_call *call = remade->call;
+  const char *given = api_query_get(&call->query, "name"),
+             *name = given ? api_file_name_title(given, call->arena) : remade->model->name;
+  api_outcome outcome =
+      api_model_store(call, (api_bytes){bytes, size}, remade->maker.granted + size, name, addition);
   free(bytes);
   return outcome;
 }

@@ -13,14 +13,15 @@ typedef struct api_remade {
   tw_mesh cage; /* in the arena of the call */
 } api_remade;
 
-/* Answers a request for a model that is made of the call's: make(remade) finds the cage and stores it.
- * API_NEEDS_THREAD in a light call. */
+/* Answers a request for a model that is made of the call's, read as the query's `quads` says: make(remade)
+ * finds the cage and stores it. API_NEEDS_THREAD in a light call. */
 api_outcome api_remade_answer(api_call *call, api_outcome (*make)(api_remade *remade));
 
 /* Chooses the mesh of a name; NULL: the only one. TW_INVALID. */
 tw_status api_remade_choose(api_remade *remade, const char *name, tw_error *error);
 
-/* Stores the new model and answers as for an upload. */
+/* Stores the new model, by the name of the query, else that of the model it is made of; answers as for an
+ * upload. */
 api_outcome api_remade_store(api_remade *remade, const api_addition *addition);
 
 #endif

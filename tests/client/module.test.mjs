@@ -225,7 +225,8 @@ test('a level that is sculpted has its points, and comes back as a cage', async 
 
 test('edits make a model, of one mesh by its name', async () => {
   const box = await tweend.upload('{"meshes": [{"name": "a", "shape": {"kind": "box"}}, {"name": "b", "shape": {"kind": "grid"}}]}');
-  const made = await tweend.edit(box, [{ edit: 'extrude', faces: [0], distance: 1, name: 'top' }], { mesh: 'a' });
+  const made = await tweend.edit(box, [{ edit: 'extrude', faces: [0], distance: 1, name: 'top' }], { mesh: 'a', name: 'tower', quads: 'auto' });
+  assert.equal(made.name, 'tower');
   assert.notEqual(made.id, box.id);
   assert.deepEqual(made.meshes.map(({ faces }) => faces), [10, 1]);
   assert.deepEqual(made.made.top.faces, [0]);

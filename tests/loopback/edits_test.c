@@ -223,6 +223,47 @@ TEST_WITH(edits_make_a_model_that_is_like_any_other, loopback_setup, loopback_te
   cJSON_Delete(tree);
 }
 
+/* Triangles that an exporter split are joined in the new model, which is called as the query says. */
+TEST_WITH(edits_are_of_quads_where_these_are_asked_for, loopback_setup, loopback_teardown) {
+  char id[API_ID_TEXT];
+  reply r = loopback_post(*state, "/v1/models", "model/obj",
+                          "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 1 1\nv 1 1 1\n"
+                          "f 1 2 3 4\nf 4 3 6 5\n");
+  cJSON *tree = cJSON_Parse(r.body);
+  snprintf(id, sizeof id, "%s", json_member(tree, "id")->valuestring);
+  cJSON_Delete(tree);
+  reply_free(&r);
+  reply glb = ask_ok(*state, id, "/surface.glb?level=0&normals=none");
+  r = loopback_ask(*state, "POST", "/v1/models", "Content-Type: model/gltf-binary\n", glb.body, glb.size);
+  tree = cJSON_Parse(r.body);
+  snprintf(id, sizeof id, "%s", json_member(tree, "id")->valuestring);
+  assert_count(mesh_of(tree, 0), "faces", 4);
+  cJSON_Delete(tree);
+  reply_free(&glb);
+  reply_free(&r);
+  static const struct {
+    const char *query, *name;
+    int faces;
+  } cases[] = {{"?quads=auto&name=folder%2Fsheet.glb", "sheet.glb", 2}, {"?quads=off", NULL, 4}};
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    char target[128];
+    snprintf(target, sizeof target, "/v1/models/%s/edits%s", id, cases[i].query);
+    r = loopback_post(*state, target, "application/json",
+                      "{\"edits\":[{\"edit\":\"move\",\"faces\":[0],\"by\":[0,0,0.5]}]}");
+    if (r.status != 201) fail_msg("%s: %d %s", cases[i].query, r.status, r.body);
+    tree = cJSON_Parse(r.body);
+    assert_count(mesh_of(tree, 0), "faces", cases[i].faces);
+    if (cases[i].name) assert_string_equal(json_member(tree, "name")->valuestring, cases[i].name);
+    cJSON_Delete(tree);
+    reply_free(&r);
+  }
+  char target[128];
+  snprintf(target, sizeof target, "/v1/models/%s/edits?quads=all", id);
+  r = loopback_post(*state, target, "application/json", "{\"edits\":[]}");
+  assert_int_equal(r.status, 400);
+  reply_free(&r);
+}
+
 static void assert_list(const cJSON *object, const char *name, const int *numbers, int count) {
   const cJSON *list = json_member(object, name);
   assert_int_equal(cJSON_GetArraySize(list), count);
