@@ -82,6 +82,9 @@ function fadeWhereDense(material, bias) {
       float apart = spacing * length(modelViewMatrix[0].xyz) * projectionMatrix[1][1] / gl_Position.w;
       seen = mix(0.1, 1.0, smoothstep(0.01, 0.04, apart));
       gl_Position.z -= float(${bias}) * gl_Position.w;`);
+    if (!shader.vertexShader.includes('<skinning_vertex>'))
+      shader.vertexShader = shader.vertexShader.replace('#include <common>', '#include <common>\n#include <skinning_pars_vertex>')
+        .replace('#include <begin_vertex>', '#include <skinbase_vertex>\n#include <begin_vertex>\n#include <skinning_vertex>'); // points have none
     shader.fragmentShader = `varying float seen;\n${shader.fragmentShader}`.replace('#include <color_fragment>', '#include <color_fragment>\ndiffuseColor.a *= seen;');
   };
 }

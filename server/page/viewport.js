@@ -35,6 +35,7 @@ export async function parse(buffer) {
     if (mesh !== undefined) bearers[index] = [object, mesh, object.matrixWorld.clone()];
   });
   gltf.scene.traverse((object) => {
+    if (object.isLight) object.layers.disableAll(); // lamps of a room, in candela: beside the viewport's own they burn all out
     if (!object.isMesh) return;
     const { meshes, primitives } = gltf.parser.associations.get(object) ?? {};
     const primitive = gltf.parser.json.meshes[meshes]?.primitives[primitives ?? 0];

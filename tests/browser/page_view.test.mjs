@@ -136,6 +136,12 @@ visits('creases of a glTF are found, and stay on its edges', { hash: '#show=cage
   const skinned = await visit.pixels();
   await visit.picture('creases of a skin');
   assert.ok(purple(skinned) > 150, `${purple(skinned)} pixels of creases`);
+  // So do the extraordinary points, the cube's corners.
+  for (const name of ['surface', 'cage']) await visit.shows(name, false);
+  await visit.shows('points', true);
+  const corners = reach(await visit.pixels(), (pixels, i) => pixels[i + 2] > 180 && pixels[i] < 100);
+  const creases = reach(skinned, isPurple);
+  for (const side of Object.keys(creases)) assert.ok(Math.abs(creases[side] - corners[side]) < 8, `${side}: ${creases[side]} of creases, ${corners[side]} of corners`);
 });
 
 visits('each overlay changes the picture, and goes again', {}, async (visit) => {
