@@ -2,7 +2,7 @@
 // holds its own list; of any other the address holds the model it began with and the list.
 import { download, tweend } from './client.js';
 import { choice, make, plural } from './dom.js';
-import { meshName } from './models.js';
+import { meshName, stemOf } from './models.js';
 import { fail, OneAtATime } from './notices.js';
 import { isSame, Picker, readCages } from './picker.js';
 import { codeLine, quote } from './scripts_panel.js';
@@ -75,6 +75,7 @@ export class EditPanel {
     watch((names) => {
       if (names.has('model')) this.close();
       if (names.has('tab')) this.open(this.model);
+      if (names.has('quads') && !names.has('model') && state('from')) this.turnTo(this.mesh); // its faces are others
       if (names.has('beside')) this.showSides();
     });
     this.close();
@@ -266,27 +267,31 @@ export class EditPanel {
     return { ...this.document, meshes };
   }
 
-  get stem() {
-    return (this.model.name ?? '').replace(/, \d+ edits?$/, '');
-  }
-
   /** The id of the model without its edits. */
   async original() {
     if (!this.document || this.edits.length === 0) return this.source;
-    return (await this.upload(this.documentWith([]), this.stem)).id;
+    return (await this.upload(this.documentWith([]), stemOf(this.model))).id;
+  }
+
+  /** The id of the model that edits are of: where triangles are joined to quads, of one that has these. */
+  async joined() {
+    if (this.document || state('from') || state('quads') === 'ngon') return this.source;
+    return (await tweend.edit(this.source, [], { mesh: meshName(this.model, this.mesh), quads: state('quads'), name: stemOf(this.model) })).id;
   }
 
   /** Opens what a list of edits makes. shown: what else the step changes. Resolves with the daemon's answer. */
   async go(edits, { stays = false, ...shown } = {}) {
-    const { source } = this;
+    const source = await this.joined();
     const isKept = !this.document && edits.length > 0;
+    const name = `${stemOf(this.model)}, ${plural(edits.length, 'edit')}`;
     const made = edits.length === 0 ? { id: await this.original() }
-      : isKept ? await tweend.edit(source, edits, { mesh: meshName(this.model, this.mesh) })
-        : await this.upload(this.documentWith(edits), `${this.stem}, ${plural(edits.length, 'edit')}`);
+      : isKept ? await tweend.edit(source, edits, { mesh: meshName(this.model, this.mesh), name })
+        : await this.upload(this.documentWith(edits), name);
     if (!stays) this.selection = [];
     await this.models.load();
     note('view', this.viewport.view);
-    step({ model: made.id, from: isKept ? source : '', edits: isKept ? JSON.stringify(edits) : '', beside: edits.length > 0 ? state('beside') : '', ...shown });
+    step({ model: made.id, from: isKept ? source : '', edits: isKept ? JSON.stringify(edits) : '',
+      quads: isKept ? 'ngon' : state('quads'), beside: edits.length > 0 ? state('beside') : '', ...shown });
     return made;
   }
 

@@ -18,7 +18,7 @@ import { parse, Viewport } from './viewport.js';
 const CAGE_MOST = 200000; // edges that are drawn as a cage without asking: more take seconds
 const SMALL = 100000; // edges of a level that is loaded without asking for its size first: it has some megabytes
 const COUNTS_AFTER = 1000; // ms
-const CAGE = ['creases', 'details']; // what of the state makes the cage that is shown
+const CAGE = ['creases', 'details', 'quads']; // what of the state makes the cage that is shown
 const OVERLAYS = [['surface', 'Surface'], ['cage', 'Cage'], ['points', 'Points'], ['wireframe', 'Wireframe'], ['normals', 'Normals'],
   ['skeleton', 'Skeleton'], ['uv', 'UV'], ['follow', 'Follow']];
 const TABS = [['models', 'Models'], ['surface', 'Surface'], ['edit', 'Edit'], ['sculpt', 'Sculpt'], ['animation', 'Rotation'], ['scripts', 'Scripts']];
@@ -142,7 +142,7 @@ function drawLarge() {
   openCage(model);
 }
 
-/** What the colours over the model mean: those that are there. */
+/** What the colours over the model mean, those that are there; and what may be done about how it is drawn. */
 function showLegend() {
   const { cage } = viewport;
   const entries = [];
@@ -160,6 +160,9 @@ function showLegend() {
       entry(`#${creaseColour(sharpness).getHexString()}`, sharpness >= 10 ? 'crease, infinite' : `crease ${sharpness}`);
   if (model && isTooLarge(model) && shows('cage'))
     entries.push(make('li', {}, `a cage of ${count(edgesOf(model))} edges is not drawn`, make('button', { type: 'button', className: 'small', onclick: drawLarge }, 'Draw it')));
+  const pairs = model?.meshes.reduce((sum, mesh) => sum + (mesh.paired_quads ?? 0), 0);
+  if (pairs > 0 && state('quads') === 'ngon')
+    entries.push(make('li', {}, `triangles that were ${plural(pairs, 'quad')}`, make('button', { type: 'button', className: 'small', onclick: () => change({ quads: 'auto' }) }, 'Join them')));
   byId('legend').replaceChildren(make('ul', {}, ...entries));
   byId('legend').hidden = entries.length === 0;
 }
@@ -184,6 +187,10 @@ async function openModel() {
   byId('subject').textContent = '';
   if (!id) {
     if (models.first()) change({ model: models.first() });
+    else {
+      timeline.open(null, null);
+      byId('empty').hidden = false;
+    }
     return;
   }
   byId('empty').hidden = true;
@@ -191,6 +198,7 @@ async function openModel() {
     const described = await withKey(() => tweend.describe(id));
     if (state('model') !== id) return;
     model = described;
+    models.tell(model);
   } catch (error) {
     fail('The model cannot be opened', error);
     clear();
@@ -255,7 +263,7 @@ async function loadCage(described, signal) {
   if (edgesOf(described) === 0 || isTooLarge(described)) return null;
   const creases = state('creases');
   const creased = creases === 'tags' ? described.meshes.some(({ creases: tagged }) => tagged > 0) : creases !== 'none';
-  const cage = { level: 0, normals: 'none', details: surfaceOptions().details };
+  const cage = { level: 0, normals: 'none', details: surfaceOptions().details, quads: surfaceOptions().quads };
   const [glb, obj] = await Promise.all([
     download(tweend.surfaceUrl(described, { ...cage, polygons: 'ngon', clip: 'none' }), { signal }),
     creased ? download(tweend.surfaceUrl(described, { ...cage, creases }, 'obj'), { signal }).then(({ blob }) => blob.text()) : '',

@@ -1,14 +1,18 @@
 // The list of models, and uploads: by choosing files, or by dropping them anywhere.
 import { tweend, withKey } from './client.js';
-import { byId, bytes, make } from './dom.js';
+import { ask, byId, bytes, make } from './dom.js';
 import { explain, fail } from './notices.js';
 import { change, openOther, state, watch } from './state.js';
 
 const PAGE = 100;
+const ASIDES = /\.(mtl|png|jpe?g|webp|tga|bmp|tiff?)$/i; // what an OBJ names
 const SUFFIXES = '.glb,.gltf,.bin,.png,.jpg,.jpeg,.webp,.obj,.stl,.ply,.json';
 
 /** The name by which requests find a mesh; none where there is one. */
 export const meshName = ({ meshes }, mesh) => (meshes.length > 1 ? meshes[mesh].name ?? `mesh_${mesh}` : undefined);
+
+/** The name of a model without what was done to it. */
+export const stemOf = ({ name }) => (name ?? '').replace(/, (\d+ edits?|sculpted)$/, '');
 
 export class Models {
   constructor(panel) {
@@ -19,15 +23,19 @@ export class Models {
     });
     const choose = make('button', { type: 'button', className: 'primary', onclick: () => this.input.click() }, 'Upload');
     this.progress = make('div', { className: 'uploads' });
+    this.warnings = make('div', { role: 'status' });
     this.list = make('ul', { className: 'models' });
     this.more = make('button', { type: 'button', className: 'quiet wide', hidden: true, onclick: () => this.load(true) }, 'More');
     panel.append(
       make('div', { className: 'row' }, make('h2', {}, 'Models'), make('span', { className: 'space' }), choose, this.input),
       make('p', { className: 'dim' }, 'Drop files anywhere: GLB, glTF with its files, OBJ, STL, PLY, tweend JSON.'),
-      this.progress, this.list, this.more);
+      this.progress, this.warnings, this.list, this.more);
     byId('empty-choose').addEventListener('click', () => this.input.click());
     this.catchDrops();
-    watch((names) => names.has('model') && this.mark());
+    watch((names) => {
+      if (names.has('model')) this.warnings.replaceChildren();
+      if (names.has('model') || names.has('tab')) this.mark();
+    });
   }
 
   catchDrops() {
@@ -52,8 +60,14 @@ export class Models {
     });
   }
 
-  /** Several files are one model where one of them is a glTF, else a model each. */
+  /** Several files are one model where one of them is a glTF, else a model each; an OBJ comes without its materials. */
   upload(files) {
+    const asides = files.some(({ name }) => /\.obj$/i.test(name)) ? files.filter(({ name }) => ASIDES.test(name)) : [];
+    if (asides.length > 0) {
+      const names = asides.map(({ name }) => name).join(', ');
+      this.note('problem', `Left out: ${names}`, make('p', {}, 'Of an OBJ the names of its materials are kept, not their colours and textures. Export GLB to keep those.'));
+      return this.upload(files.filter((file) => !asides.includes(file)));
+    }
     const isSet = files.length > 1 && files.some(({ name }) => /\.gltf$/i.test(name));
     if (isSet) return this.send(files, files.find(({ name }) => /\.gltf$/i.test(name)).name);
     return files.reduce((before, file) => before.then(() => this.send(file, file.name)), Promise.resolve());
@@ -79,11 +93,15 @@ export class Models {
     } catch (error) {
       row.remove();
       if (error.name === 'AbortError') return;
-      const note = make('div', { className: 'problem', role: 'alert' }, make('h3', {}, `${name} was refused`), ...explain(error),
-        ...(await this.place(source, error)));
-      note.prepend(make('button', { type: 'button', className: 'close', 'aria-label': 'Close', onclick: () => note.remove() }, '×'));
-      this.progress.append(note);
+      this.note('problem', `${name} was refused`, ...explain(error), ...(await this.place(source, error)));
     }
+  }
+
+  /** What is said above the list until it is closed. */
+  note(className, title, ...content) {
+    const note = make('div', { className, role: 'alert' }, make('h3', {}, title), ...content);
+    note.prepend(make('button', { type: 'button', className: 'close', 'aria-label': 'Close', onclick: () => note.remove() }, '×'));
+    this.progress.append(note);
   }
 
   /** The lines of a text file round the one that the error names. */
@@ -123,12 +141,34 @@ export class Models {
     const open = make('button', { type: 'button', className: 'model', onclick: () => openOther(id) },
       make('span', { className: 'name' }, name || id.slice(0, 8)), make('span', { className: 'dim' }, `${format} · ${bytes(size)}`));
     open.dataset.id = id;
-    return make('li', {}, open);
+    const remove = make('button', { type: 'button', className: 'close', 'aria-label': `Delete ${name || id}`, onclick: () => this.remove(id, name || id) }, '×');
+    return make('li', {}, open, remove);
+  }
+
+  async remove(id, name) {
+    const about = make('p', {}, 'The daemon forgets it, and addresses that show it find nothing.');
+    if (!(await ask({ title: `Delete ${name}?`, content: [about], confirm: 'Delete' }))) return;
+    try {
+      await withKey(() => tweend.remove(id));
+    } catch (error) {
+      fail(`${name} cannot be deleted`, error);
+    }
+    await this.load();
+    if (state('model') === id) openOther(this.first());
+  }
+
+  /** What the daemon has to say of the model that is shown. */
+  tell({ warnings }) {
+    this.warnings.replaceChildren(...warnings.map((warning) => make('p', { className: 'warning' }, warning)));
   }
 
   mark() {
     for (const button of this.list.querySelectorAll('.model')) {
-      if (button.dataset.id === state('model')) button.setAttribute('aria-current', 'true');
+      if (button.dataset.id === state('model')) {
+        button.setAttribute('aria-current', 'true');
+        const [row, list] = [button, this.list].map((element) => element.getBoundingClientRect()); // the list alone is scrolled
+        if (row.top < list.top || row.bottom > list.bottom) this.list.scrollTop += (row.top + row.bottom - list.top - list.bottom) / 2;
+      }
       else button.removeAttribute('aria-current');
     }
   }

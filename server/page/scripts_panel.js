@@ -1,6 +1,6 @@
 // The requests behind what is shown, as curl and JavaScript write them; and downloads in every form.
 import { download, tweend, withKey } from './client.js';
-import { ask, bytes, make } from './dom.js';
+import { ask, byId, bytes, make } from './dom.js';
 import { busy, fail } from './notices.js';
 import { state, surfaceOptions, watch } from './state.js';
 
@@ -32,7 +32,20 @@ export class ScriptsPanel {
     Object.assign(this, { animation, surface });
     this.content = make('div');
     panel.append(make('h2', {}, 'For scripts'), this.content);
-    watch(() => state('tab') === 'scripts' && this.render());
+    this.whole = byId('download');
+    this.whole.addEventListener('click', (event) => this.save(event, this.whole.href, this.whole.download, `glb ${state('encoding')}`));
+    watch(() => {
+      if (state('tab') === 'scripts') this.render();
+      this.offer();
+    });
+    this.offer();
+  }
+
+  /** What is shown, as a file. */
+  offer() {
+    const id = state('model');
+    this.whole.hidden = !id;
+    if (id) Object.assign(this.whole, { href: tweend.surfaceUrl(id, { ...surfaceOptions(), download: 1 }), download: `${id.slice(0, 8)}.glb`, title: `Level ${state('level')} as GLB` });
   }
 
   /** [title, URL, file name, JavaScript] of each request. */

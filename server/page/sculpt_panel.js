@@ -8,7 +8,7 @@ import { Brush, Grip } from './brush.js';
 import { tweend, withKey } from './client.js';
 import { choice, make } from './dom.js';
 import { fieldsOf } from './edit_panel.js';
-import { meshName } from './models.js';
+import { meshName, stemOf } from './models.js';
 import { busy, fail, OneAtATime } from './notices.js';
 import { change, firstOf, note, state, step, watch } from './state.js';
 
@@ -136,7 +136,7 @@ export class SculptPanel {
 
   /** The points of a bearer as OBJ has them: loaded when they are needed first. */
   async pointsOf({ start, end }) {
-    this.points ??= withKey(() => tweend.points(this.model, { level: this.level, normals: 'none' }));
+    this.points ??= withKey(() => tweend.points(this.model, { level: this.level, normals: 'none', quads: state('quads') }));
     return (await this.points).slice(start, end);
   }
 
@@ -325,13 +325,13 @@ export class SculptPanel {
       const { mesh } = this.bearers[picked.index];
       const first = this.bearers.find((bearer) => bearer.mesh === mesh); // the one whose points count
       const points = moved(await this.pointsOf(first), first.rest, stroke);
-      const made = await tweend.sculpt(model, points, { level, mesh: meshName(model, mesh), signal: controller.signal });
+      const made = await tweend.sculpt(model, points, { level, mesh: meshName(model, mesh), name: `${stemOf(model)}, sculpted`, quads: state('quads'), signal: controller.signal });
       await this.models.load();
       if (this.stroke !== stroke) return; // somebody has opened another model
       this.stroke = null;
       this.wanted = { index: picked.index, place: picked.centre.add(stroke.by) };
-      this.past.push({ model: model.id, from: state('from'), edits: state('edits') });
-      this.#go({ model: made.id, from: '', edits: '' });
+      this.past.push({ model: model.id, from: state('from'), edits: state('edits'), quads: state('quads') });
+      this.#go({ model: made.id, from: '', edits: '', quads: 'ngon' }); // it has the quads now
     });
     task.done();
     if (!isDone) this.#drop();

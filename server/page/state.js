@@ -8,6 +8,7 @@ const DEFAULTS = {
   boundary: 'edge-and-corner',
   uv: 'corners-only',
   creases: 'tags',
+  quads: 'ngon',
   limit: 'false',
   details: 'true',
   encoding: 'float',
@@ -29,7 +30,7 @@ const DEFAULTS = {
 };
 
 /** What of it makes the surface of a model. */
-export const SURFACE = ['level', 'scheme', 'boundary', 'uv', 'creases', 'limit', 'details', 'encoding'];
+export const SURFACE = ['level', 'scheme', 'boundary', 'uv', 'creases', 'quads', 'limit', 'details', 'encoding'];
 
 const listeners = new Set();
 let values = read();
@@ -79,8 +80,9 @@ export function step(next) {
   isStepping = false;
 }
 
-/** Shows another model, from its beginning. */
+/** Shows another model, from its beginning; the browser goes back to the one before. */
 export function openOther(model) {
+  if (values.model && model !== values.model) history.pushState(null, '', location.href);
   change({ model, ...firstOf(['clip', 't', 'node', 'view', 'mesh', 'from', 'edits', 'beside']) });
 }
 
@@ -107,7 +109,7 @@ export function toggle(name) {
 /** The parameters of `surface` that differ from the interface's own defaults. */
 export function surfaceOptions() {
   const options = { level: Number(values.level) };
-  for (const name of ['scheme', 'boundary', 'uv', 'creases', 'encoding'])
+  for (const name of ['scheme', 'boundary', 'uv', 'creases', 'quads', 'encoding'])
     if (values[name] !== DEFAULTS[name]) options[name] = values[name];
   if (values.limit === 'true') options.limit = true;
   if (values.details === 'false') options.details = false;

@@ -1,0 +1,129 @@
+// The page at /: files as exporters write them, and a list of models that is tidied up.
+import assert from 'node:assert/strict';
+
+import { difference, drop, open, PYRAMID } from './page_driver.mjs';
+
+const site = open();
+const { daemon, visits } = site;
+
+/** A glTF of a box from -1 to 1 whose quads are split into triangles, as a plain exporter writes them, in a dark material. */
+function split(more = {}) {
+  const corners = [0, 1, 2, 3, 4, 5, 6, 7].flatMap((i) => [i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1]);
+  const quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+  const index = quads.flatMap(([a, b, c, d]) => [a, b, c, a, c, d]);
+  const bytes = Buffer.concat([Buffer.from(new Float32Array(corners).buffer), Buffer.from(new Uint16Array(index).buffer)]);
+  return JSON.stringify({
+    asset: { version: '2.0' }, scene: 0, scenes: [{ nodes: [0] }], nodes: [{ mesh: 0 }],
+    meshes: [{ primitives: [{ attributes: { POSITION: 0 }, indices: 1, material: 0 }] }],
+    materials: [{ pbrMetallicRoughness: { baseColorFactor: [0.05, 0.05, 0.2, 1], metallicFactor: 0 } }],
+    buffers: [{ byteLength: bytes.length, uri: `data:application/octet-stream;base64,${bytes.toString('base64')}` }],
+    bufferViews: [{ buffer: 0, byteLength: 96 }, { buffer: 0, byteOffset: 96, byteLength: 72 }],
+    accessors: [{ bufferView: 0, componentType: 5126, count: 8, type: 'VEC3', min: [-1, -1, -1], max: [1, 1, 1] },
+      { bufferView: 1, componentType: 5123, count: 36, type: 'SCALAR' }],
+    ...more,
+  });
+}
+
+const shows = (visit, name) => visit.wait((wanted) => document.getElementById('subject').textContent === wanted, name);
+const says = (visit, facts) => visit.wait((wanted) => document.getElementById('facts').textContent.includes(wanted), facts);
+
+visits('lamps of a file do not burn out the picture', {}, async (visit) => {
+  await visit.level(2);
+  await drop(visit, { 'dark.gltf': split() });
+  await shows(visit, 'dark.gltf');
+  await visit.level(2);
+  const dark = await visit.pixels();
+  const lamp = { type: 'point', intensity: 54351 }; // Blender's of 1,000 W
+  await drop(visit, { 'lamp.gltf': split({
+    extensionsUsed: ['KHR_lights_punctual'], extensions: { KHR_lights_punctual: { lights: [lamp] } }, scenes: [{ nodes: [0, 1] }],
+    nodes: [{ mesh: 0 }, { translation: [3, 4, 3], extensions: { KHR_lights_punctual: { light: 0 } } }] }) });
+  await shows(visit, 'lamp.gltf');
+  await visit.level(2);
+  await visit.drawn();
+  const apart = difference(dark, await visit.pixels());
+  assert.ok(apart < 0.001, `${apart} of the picture is another`);
+});
+
+visits('triangles that were quads are joined, and stay so where the model is edited and sculpted', {}, async (visit) => {
+  const { page } = visit;
+  await visit.level(2);
+  await drop(visit, { 'split.gltf': split({ extras: {} }) }); // other bytes than dark.gltf
+  await shows(visit, 'split.gltf');
+  await says(visit, ' 144 faces');
+  assert.match(await visit.text('#legend'), /triangles that were 6 quads/);
+  await page.getByRole('button', { name: 'Join them' }).click();
+  await says(visit, ' 96 faces');
+  assert.doesNotMatch(await visit.text('#legend'), /triangles/);
+  await visit.tab('Surface');
+  assert.equal(await page.getByRole('combobox', { name: /^Triangles/ }).inputValue(), 'auto');
+  await visit.tab('Edit');
+  await visit.wait(() => 'pickable' in document.querySelector('canvas').dataset);
+  await page.getByLabel('Selection').fill('"all"');
+  await page.keyboard.press('Tab');
+  await page.locator('.selected', { hasText: /^6 faces$/ }).waitFor();
+  await page.getByLabel('Selection').fill('[5]');
+  await page.keyboard.press('Tab');
+  await page.getByRole('button', { name: 'Extrude', exact: true }).click();
+  await shows(visit, 'split.gltf, 1 edit');
+  await says(visit, ' 160 faces'); // 10 quads
+  assert.doesNotMatch(page.url(), /quads/); // it has them
+  await page.goBack();
+  await shows(visit, 'split.gltf');
+  await says(visit, ' 96 faces');
+  await visit.tab('Sculpt');
+  await visit.wait(() => 'sculpts' in document.querySelector('canvas').dataset);
+  await page.getByLabel('Point', { exact: true }).fill('3');
+  await page.keyboard.press('Tab');
+  await page.getByRole('button', { name: 'Move', exact: true }).click();
+  await shows(visit, 'split.gltf, sculpted');
+  await says(visit, ' 96 faces');
+});
+
+visits('an OBJ comes without its materials, which is said', {}, async (visit) => {
+  await visit.level(2);
+  await drop(visit, { 'pyramid.mtl': '# Blender\nnewmtl a\n', 'pyramid.obj': `mtllib pyramid.mtl\n${PYRAMID}`, 'skin.png': 'png' });
+  await shows(visit, 'pyramid.obj');
+  const said = visit.page.locator('.problem');
+  assert.equal(await said.count(), 1);
+  assert.match(await said.innerText(), /Left out: pyramid\.mtl, skin\.png[^]*GLB/);
+});
+
+visits('what the daemon has to say of a model stands above the list', {}, async (visit) => {
+  await visit.level(2);
+  await drop(visit, { 'lines.obj': `${PYRAMID}l 1 2\n` });
+  await shows(visit, 'lines.obj');
+  await visit.page.getByText('1 lines, points or curves are left out').waitFor();
+  await visit.page.getByRole('button', { name: /^cube\.obj/ }).click();
+  await shows(visit, 'cube.obj');
+  assert.equal(await visit.page.locator('#panel-models .warning').count(), 0);
+});
+
+visits('models are deleted, and the browser goes back to the one before', {}, async (visit) => {
+  const { page } = visit;
+  await visit.level(2);
+  await drop(visit, { 'spare.obj': PYRAMID });
+  await shows(visit, 'spare.obj');
+  await page.getByRole('button', { name: /^cube\.obj/ }).click();
+  await shows(visit, 'cube.obj');
+  await page.goBack();
+  await shows(visit, 'spare.obj');
+  await page.getByRole('button', { name: 'Delete spare.obj' }).click();
+  await page.getByRole('dialog').getByRole('button', { name: 'Cancel' }).click();
+  assert.equal(await page.getByRole('button', { name: 'Delete spare.obj' }).count(), 1);
+  await page.getByRole('button', { name: 'Delete spare.obj' }).click();
+  await page.getByRole('dialog').getByRole('button', { name: 'Delete' }).click();
+  await shows(visit, 'tank.json');
+  assert.equal(await page.getByRole('button', { name: 'Delete spare.obj' }).count(), 0);
+  const { models } = await (await fetch(`${daemon.url}/v1/models`)).json();
+  assert.ok(!models.some(({ name }) => name === 'spare.obj'));
+});
+
+visits('what is shown is downloaded by one click', { hash: '#tab=edit&level=1&encoding=quantized' }, async (visit) => {
+  await visit.level(1);
+  const saved = visit.page.waitForEvent('download');
+  await visit.page.getByRole('link', { name: 'Download' }).click();
+  const download = await saved;
+  assert.equal(download.suggestedFilename(), 'tank.glb');
+  assert.match(download.url(), /surface\.glb\?.*level=1/);
+  assert.match(download.url(), /encoding=quantized/);
+});
