@@ -1,5 +1,5 @@
-/* Memory grows geometrically up to SPOOL_FROM, so what a connection can make the daemon hold is bounded
- * by bytes that really arrived; behind that the page cache does the holding. */
+/* Memory grows geometrically up to SPOOL_FROM, so that a connection makes the daemon hold no more than twice
+ * the bytes that have arrived; longer bodies are kept in a file. */
 #include "body.h"
 
 #include "disk.h"

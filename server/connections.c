@@ -287,8 +287,9 @@ static void expire(srv_connection *c) {
   }
 }
 
-/* Whether its client closed just behind the last bytes that it sent: the library has read those and does not
- * look again. Connections that have been idle for long are not asked about: there the library is told. */
+/* Whether its client closed right behind the last bytes that it sent: the library has read those, and does
+ * not notice the end. Not asked of connections that have been idle for longer, where the library does notice.
+ */
 static bool has_left(const srv_connection *c, uint64_t now) {
   uint64_t age_ms = now - c->watch.since_ms;
   bool awaits = c->watch.phase == SRV_PHASE_HEAD || c->watch.phase == SRV_PHASE_BODY ||

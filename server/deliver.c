@@ -167,8 +167,8 @@ enum MHD_Result srv_deliver(srv_connection *c) {
     return MHD_NO;
   }
   bool is_head = strcmp(exchange->method, "HEAD") == 0;
-  /* In chunks the library ends even what has no body with a last chunk, which the client would take for the
-   * beginning of the next answer. Without, it closes the connection. */
+  /* With chunks the library sends a last chunk even after HEAD, which the client would take for the beginning
+   * of the next answer. Without chunks it closes the connection. */
   if (is_head && !is_sized(&d->answer))
     MHD_set_response_options(response, MHD_RF_HTTP_1_0_COMPATIBLE_STRICT, MHD_RO_END);
   bool is_whole = d->answer.body.read == NULL && listener == NULL;

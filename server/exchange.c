@@ -129,7 +129,7 @@ static void count_body(srv_exchange *exchange) {
   exchange->held = now;
 }
 
-/* An answer does not refer to the body: it goes before a slow reader takes the answer. */
+/* Frees the body before a slow client reads the answer, which does not refer to it. */
 static void drop_body(srv_exchange *exchange) {
   srv_body_deinit(&exchange->body);
   exchange->request.body = (api_bytes){0};
@@ -157,7 +157,7 @@ void srv_exchange_refuse(srv_exchange *exchange, unsigned reason, int status, co
                          unsigned retry_after) {
   if (exchange->answered) api_answer_deinit(&exchange->answer);
   exchange->answer = (api_answer){0};
-  /* Others do not wait for what it has promised to make until its client has taken the refusal. */
+  /* Others may wait for what it has promised to make: they are told now, and not when the refusal is read. */
   if (exchange->request.ticket != NULL) api_ticket_end(exchange->server->service, &exchange->ticket);
   if (exchange->opened) {
     api_refuse(exchange->server->service, &exchange->request, status, detail, retry_after, &exchange->answer);
@@ -363,7 +363,7 @@ static bool submit(srv_exchange *exchange) {
   return false;
 }
 
-/* On a compute thread, for a moment: without a place in the queue, as most who look are answered at once. */
+/* On a compute thread. Takes no place in the queue, as most requests are answered by this short call. */
 static void look(srv_job *job) {
   srv_exchange *exchange = (srv_exchange *)(void *)job;
   exchange->worked_ns = srv_now_ns();

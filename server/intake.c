@@ -10,12 +10,12 @@
 
 /* ---- the library's leniency ------------------------------------------------------------------ */
 
-/* Before 1.0 the library cuts a line off at a zero byte, adds the further lines of a folded field to its
- * name, and says nothing of either. But it cuts the head where it lies and tells its size: a head whose lines
- * do not add up to that size is refused. That a field's value lies behind its name is not promised; where it
- * did not, every request would be refused. One thing does not show: a line that begins with a zero byte,
- * before the request line, is skipped. From 1.0 on it refuses all of these (MHD_OPTION_CLIENT_DISCIPLINE_LVL
- * in http.c). */
+/* Before 1.0 the library cuts a line off at a zero byte, and takes the further lines of a folded field into
+ * the field's name, without a word. But it tells the size of the whole head: srv_framing_whole adds up the
+ * lines and refuses a head of another size. That takes each field's value to lie behind its name in memory,
+ * which the library does not promise; were it otherwise, every request would be refused. What the sum does
+ * not show is a line before the request line that begins with a zero byte: the library skips it. From 1.0 on
+ * the library refuses all of these (MHD_OPTION_CLIENT_DISCIPLINE_LVL in http.c). */
 static const bool IS_LENIENT = MHD_VERSION < 0x01000000;
 
 /* 0: the head is not complete. */
@@ -47,8 +47,8 @@ static srv_connection *find_judged(const srv_loop *l) {
   return NULL;
 }
 
-/* The library itself refuses a malformed Content-Length and endless cookies, before 1.0 with two heads in one
- * answer. It logs first: answering here shuts the socket before that. */
+/* The library itself refuses a malformed Content-Length and endless cookies; before 1.0 that answer has two
+ * heads. It logs before it answers: this answers first and shuts the socket. */
 void srv_intake_complaint(srv_loop *l) {
   srv_connection *c = find_judged(l);
   if (c == NULL) return;

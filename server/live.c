@@ -253,11 +253,11 @@ static void *run(void *context) {
 
 /* ---- joining and leaving --------------------------------------------------------------------- */
 
-/* Whether somebody who is to see frame `first` now can share the channel; *lag: with which lag. A channel
- * prints forward only, for the listener of the least lag, who is furthest: a newcomer with the same lag sees
- * what is printed next, one with more of it has to find its frames among those that are kept, and nobody can
- * be ahead. Whoever joins where the others are takes the least lag, and so do all before the first frame is
- * printed. */
+/* Whether a new listener that is to see frame `first` now can share the channel; *lag: with which lag. A
+ * channel prints frames in ascending order, when the listener of the least lag needs them. So a new listener
+ * with the same lag sees what is printed next; one with a greater lag needs frames that are still kept; and a
+ * smaller lag is not possible. A source that joins takes the least lag, and so does every listener before the
+ * first frame is printed. */
 static bool can_share(const channel *c, const api_live *source, uint64_t now, int64_t *lag) {
   if (c->listeners == NULL || strcmp(c->source.key, source->key) != 0) return false;
   int64_t least = least_lag(c);

@@ -69,7 +69,8 @@ static bool computes(const api_ticket *ticket) {
   return ticket->granted > 0 && !ticket->is_answered;
 }
 
-/* Whether nothing but what is being read holds memory, and that little: who reads may take very long. */
+/* Whether no other request computes, and answers that are being read, which may take very long, hold nothing
+ * or leave most of the budget. */
 static bool is_alone(const api_budget *budget, const api_ticket *ticket) {
   uint64_t others = atomic_load(&budget->granted) - ticket->granted,
            used = atomic_load(&budget->used) - ticket->granted;
@@ -102,7 +103,7 @@ static void unlink_ticket(api_budget *budget, api_ticket *ticket) {
   atomic_fetch_sub(&budget->waiting, 1);
 }
 
-/* Frees idle memory with the lock given back meanwhile. False when there was none. */
+/* Frees idle memory, without the lock. False when there was none. */
 static bool relieve(api_budget *budget, uint64_t bytes) {
   if (!budget->relieve) return false;
   pthread_mutex_unlock(&budget->lock);
@@ -111,9 +112,9 @@ static bool relieve(api_budget *budget, uint64_t bytes) {
   return freed > 0;
 }
 
-/* Who is next: the first of the queue, or one behind it. That passes where it needs little, as when it comes,
- * and where the first one waits for those alone who read answers, which may take very long. NULL: nobody
- * fits. */
+/* The waiting ticket to be granted next, NULL where none fits. One behind the first of the queue may pass it
+ * if it needs no more than SMALL, or if nobody computes: then the first one waits for clients that read their
+ * answers, which may take very long. */
 static api_ticket *find_next(const api_budget *budget) {
   for (api_ticket *ticket = budget->first; ticket; ticket = ticket->next) {
     bool has_turn = ticket == budget->first || ticket->needed <= SMALL || budget->computing == 0;
@@ -122,7 +123,8 @@ static api_ticket *find_next(const api_budget *budget) {
   return NULL;
 }
 
-/* Raises the grant if it fits; a new one over SMALL yields to waiting tickets that will have their turn. */
+/* Raises the grant if it fits. A new grant over SMALL waits behind those that wait already, unless they wait
+ * for readers alone. */
 static bool raise_grant(api_budget *budget, api_ticket *ticket, uint64_t bytes) {
   uint64_t more = bytes - ticket->granted, missing;
   bool others_wait = budget->first && (budget->computing > 0 || find_next(budget));
@@ -136,8 +138,9 @@ static bool raise_grant(api_budget *budget, api_ticket *ticket, uint64_t bytes) 
 
 /* ---- waiting ------------------------------------------------------------------------------------ */
 
-/* Wakes those that fit. One thread at a time: freeing entries calls this again. A thread that returns early
- * has already changed `used`, or made entries idle: the serving thread looks again. */
+/* Grants memory to waiting tickets and wakes them, as long as any fits. One thread at a time does this, as
+ * freeing entries calls it again: a thread that finds another one here leaves is_poked set, and that one
+ * looks again. */
 static void serve_waiting(api_budget *budget) {
   pthread_mutex_lock(&budget->lock);
   budget->is_poked = true;
@@ -220,8 +223,8 @@ api_wait api_budget_wait(api_budget *budget, api_ticket *ticket, uint64_t bytes)
   ticket->needed = bytes;
   if (result == API_WAIT_BEGUN) link_last(budget, ticket);
   pthread_mutex_unlock(&budget->lock);
-  /* The grant that it gave back may be what those before it wait for, and memory that was given back while it
-   * looked has woken nobody. */
+  /* Those before it may fit into the grant that it gave back; and memory that was freed before it was in the
+   * queue did not wake it. */
   if (result != API_WAIT_OVER) api_budget_poke(budget);
   return result;
 }

@@ -34,8 +34,9 @@ uint64_t api_budget_granted(api_budget *budget);
 /* Makes the ticket's grant `bytes` in all, more or less than before. False when more does not fit: the grant
  * is as it was. */
 bool api_budget_grant(api_budget *budget, api_ticket *ticket, uint64_t bytes);
-/* The same for the answer that the ticket's request has got. A client may take very long over it: where such
- * answers leave seven eighths of the budget, another request is alone beside them. */
+/* The same for the answer that the ticket's request has by now. A client may take very long to read it:
+ * answers that hold no more than an eighth of the budget do not count against a request that is alone
+ * otherwise. */
 bool api_budget_keep(api_budget *budget, api_ticket *ticket, uint64_t bytes);
 
 typedef enum api_wait {

@@ -50,7 +50,7 @@ static void coder_deinit(coder *c) {
 
 typedef enum coded { CODED_MORE, CODED_ALL, CODED_FAILED } coded;
 
-/* Writes out what the coder holds back: at no time, at present, or as nothing follows the input. */
+/* Whether the coder writes out what it holds back: not, now, or because the input ends. */
 typedef enum flush { FLUSH_NOT, FLUSH_NOW, FLUSH_END } flush;
 
 /* Codes input into output as far as there is room. CODED_ALL: the end is written. Neither holds over 4 GiB.

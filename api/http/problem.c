@@ -15,7 +15,6 @@ static int status_of(tw_status status) {
   case TW_INVALID:
   case TW_UNSUPPORTED:
   case TW_LIMIT: return 422;
-  case TW_NOT_FOUND: return 404;
   case TW_NO_MEMORY:
   case TW_CANCELLED: return 503;
   case TW_OK: break; /* a success reported as a failure is our own fault */

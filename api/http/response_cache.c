@@ -90,8 +90,8 @@ api_outcome api_response_reply(api_call *call, const char *key, const char *repr
 
 /* ---- answers without end ------------------------------------------------------------------------- */
 
-/* Whether this hash was asked for before, and no other in its slot since: a slot holds the last hash that
- * fell into it. */
+/* Whether the last request of this slot had the same hash. Keeps answers that are asked for once out of the
+ * cache. */
 static bool was_asked_before(api_service *service, uint32_t hash) {
   atomic_uint *place = &service->asked[hash % API_ASKED];
   hash |= 1; /* places hold 0 at first */

@@ -107,9 +107,8 @@ static tw_status count_all(const plan_source *source, tw_surface_counts *total, 
   return result;
 }
 
-/* Whether arithmetic on the meshes alone shows that no limit is reached: a level makes no more faces of a
- * mesh than it has corners and faces together, and four of each from there on. What is sure needs no
- * connectivity to count by. */
+/* Whether a bound shows that no limit is reached, so that nothing has to be counted: level 1 of a mesh has at
+ * most as many faces as the mesh has corners and faces together, each further level four times as many. */
 static bool is_surely_within(const plan_source *source) {
   uint64_t level = source->query->level;
   if (level > source->call->service->limits.max_level || level > TW_LEVEL_MAX) return false;

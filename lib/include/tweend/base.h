@@ -17,7 +17,6 @@ typedef enum tw_status {
   TW_INVALID,     /* well-formed, but not a usable model or request */
   TW_UNSUPPORTED, /* well-formed, and needs something that tweend does not do */
   TW_LIMIT,       /* over a configured or built-in limit */
-  TW_NOT_FOUND,   /* names a clip or node that the model does not have */
   TW_NO_MEMORY,
   TW_CANCELLED /* tw_parallel_for's is_cancelled said so */
 } tw_status;
