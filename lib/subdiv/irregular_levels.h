@@ -78,7 +78,7 @@ typedef struct tw_levels {
   const uint32_t *fan_offsets, *fan_corners; /* of the cage */
   /* Tangents of smooth vertices by valence: n weights of neighbours along edges, then n across faces. Where
    * normals are asked for. */
-  const uint32_t *weights_of; /* [greatest valence + 1] */
+  const uint32_t *weights_of; /* [greatest valence of any field + 1] */
   const float *weights;
   tw_level_masks masks[TW_LEVELS_MAX]; /* of each step */
   tw_level_limits limits;              /* where limits are asked for */

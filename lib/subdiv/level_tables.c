@@ -258,29 +258,38 @@ static void fill_weights(uint32_t n, float *out) {
   }
 }
 
-static tw_status make_weights(const tw_topology *t, tw_arena *arena, tw_levels *out) {
-  uint32_t greatest = 4, size = 0;
-  bool used[VALENCE_MAX + 1] = {false};
-  used[3] = used[4] = true;
-  for (uint32_t v = 0; v < t->vertex_count; v++) used[t->fan_offsets[v + 1] - t->fan_offsets[v]] = true;
-  for (uint32_t f = 0; t->face_offsets && f < t->face_count; f++) used[tw_face_size(t, f)] = true;
-  for (uint32_t n = 1; n <= VALENCE_MAX; n++) {
-    if (!used[n]) continue;
-    greatest = n;
-    size += 2 * n;
+/* Notes the valences and the sizes of faces. used: [greatest + 1], or NULL: only the greatest is found. */
+static void note_valences(const tw_topology *t, uint8_t *used, uint32_t *greatest) {
+  for (uint32_t i = 0; i < t->vertex_count + (t->face_offsets ? t->face_count : 0); i++) {
+    uint32_t n = i < t->vertex_count ? t->fan_offsets[i + 1] - t->fan_offsets[i]
+                                     : tw_face_size(t, i - t->vertex_count);
+    if (used) used[n] = 1;
+    if (n > *greatest) *greatest = n;
   }
-  uint32_t *weights_of = tw_arena_alloc(arena, (size_t)greatest + 1, sizeof *weights_of), at = 0;
+}
+
+/* Of all fields: below a cage an edge of n faces has a vertex of 2 n, and those of a UV set may have more
+ * faces than those of the points, where faces run along an edge twice. */
+static tw_status make_weights(const tw_levels_inputs *inputs, tw_arena *arena, tw_levels *out) {
+  uint32_t greatest = 4, size = 0, at = 0;
+  for (uint32_t f = 0; f < inputs->field_count; f++) note_valences(inputs->fields[f], NULL, &greatest);
+  uint8_t *used = tw_alloc_zero((size_t)greatest + 1, 1);
+  if (!used) return TW_NO_MEMORY;
+  used[3] = used[4] = 1;
+  for (uint32_t f = 0; f < inputs->field_count; f++) note_valences(inputs->fields[f], used, &greatest);
+  for (uint32_t n = 1; n <= greatest; n++) size += used[n] ? 2 * n : 0;
+  uint32_t *weights_of = tw_arena_alloc(arena, (size_t)greatest + 1, sizeof *weights_of);
   float *weights = tw_arena_alloc(arena, size, sizeof *weights);
-  if (!weights_of || !weights) return TW_NO_MEMORY;
-  for (uint32_t n = 1; n <= greatest; n++) {
+  for (uint32_t n = 1; weights_of && weights && n <= greatest; n++) {
     if (!used[n]) continue;
     weights_of[n] = at;
     fill_weights(n, weights + at);
     at += 2 * n;
   }
+  free(used);
   out->weights_of = weights_of;
   out->weights = weights;
-  return TW_OK;
+  return weights_of && weights ? TW_OK : TW_NO_MEMORY;
 }
 
 /* Where vertices and edges of the points are in a UV set. */
@@ -308,7 +317,7 @@ tw_status tw_levels_plan(const tw_levels_inputs *inputs, tw_arena *arena, tw_lev
     status = make_tables(inputs, f, arena, out);
     if (status == TW_OK && f > 0) status = map_uvs(inputs->fields[0], inputs->fields[f], arena, &out[f]);
   }
-  if (status == TW_OK && inputs->normals) status = make_weights(inputs->fields[0], arena, &out[0]);
+  if (status == TW_OK && inputs->normals) status = make_weights(inputs, arena, &out[0]);
   for (uint32_t f = 1; f < inputs->field_count; f++) {
     out[f].weights_of = out[0].weights_of;
     out[f].weights = out[0].weights;

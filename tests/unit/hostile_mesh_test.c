@@ -48,3 +48,82 @@ TEST(a_quad_with_a_vertex_twice_is_refined_as_its_first_level_is) {
         free_level(&rest);
       }
 }
+
+/* ---- edges of many faces --------------------------------------------------------------------- */
+
+/* Reads a level with normals, and tangents where the mesh asks for them, below a first level that bears
+ * details of no length: that of the same mesh without them, nearly. */
+static void check_below_details(tw_mesh *mesh, uint32_t depth) {
+  tw_surface_options options = {.level = 1, .normals = true};
+  tw_surface_counts counts;
+  assert_int_equal(tw_surface_count(mesh, &options, &counts, NULL), TW_OK);
+  float *none = calloc(counts.vertices, 3 * sizeof *none);
+  assert_non_null(none);
+  const tw_detail detail = {1, (uint32_t)counts.vertices, none};
+  options.level = depth;
+  level plain = refine(mesh, options);
+  mesh->detail_count = 1;
+  mesh->details = &detail;
+  level detailed = refine(mesh, options);
+  mesh->detail_count = 0;
+  assert_int_equal(detailed.mesh.point_count, plain.mesh.point_count);
+  for (uint32_t p = 0; p < plain.mesh.point_count; p += 97)
+    assert_true(distance_to(detailed.points + 3 * (size_t)p, &plain.mesh) < 1e-4F);
+  free_level(&plain);
+  free_level(&detailed);
+  free(none);
+}
+
+/* An edge of n triangles: in the middle of it a vertex of 2 n quads. */
+TEST(an_edge_of_thousands_of_faces_below_a_level_with_details) {
+  enum { FACES = 3000 };
+  float *positions = calloc(FACES + 2, 3 * sizeof *positions);
+  uint32_t *corners = malloc(3 * FACES * sizeof *corners), *faces = malloc((FACES + 1) * sizeof *faces);
+  assert_true(positions && corners && faces);
+  positions[3] = 1;
+  faces[0] = 0;
+  for (uint32_t f = 0; f < FACES; f++) {
+    const uint32_t face[3] = {f % 2, 1 - f % 2, 2 + f};
+    positions[3 * (f + 2) + 1] = cosf((float)f);
+    positions[3 * (f + 2) + 2] = sinf((float)f);
+    memcpy(corners + 3 * (size_t)f, face, sizeof face);
+    faces[f + 1] = 3 * (f + 1);
+  }
+  tw_mesh mesh;
+  tw_mesh_init(&mesh);
+  mesh.point_count = FACES + 2;
+  mesh.positions = positions;
+  mesh.face_count = FACES;
+  mesh.corner_count = 3 * FACES;
+  mesh.face_offsets = faces;
+  mesh.corners = corners;
+  check_below_details(&mesh, 2);
+  free(positions);
+  free(corners);
+  free(faces);
+}
+
+/* Four faces run along an edge, two of them twice: of the points that is three edges, of three faces at most,
+ * of the texture one of four. */
+TEST(a_texture_whose_edges_have_more_faces_than_those_of_the_points) {
+  static const float positions[8][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 1},
+                                        {0, 1, 1}, {0, 0, 1}, {1, 0, 1}, {0, -1, 1}},
+                     values[14][2] = {{0, 0},       {1, 0},       {0, 1},      {1, 1},
+                                      {0.5F, 1},    {0.2F, 0.7F}, {1, 0.5F},   {0.3F, 1},
+                                      {0.9F, 0.4F}, {0.6F, 0.3F}, {0.1F, 0.9F}};
+  static const uint32_t corners[16] = {0, 1, 0, 2, 0, 1, 3, 4, 0, 1, 0, 5, 0, 1, 6, 7},
+                        uv_corners[16] = {0, 1, 2, 3, 0, 1, 4, 5, 0, 1, 6, 7, 0, 1, 8, 9},
+                        faces[5] = {0, 4, 8, 12, 16};
+  tw_mesh mesh;
+  tw_mesh_init(&mesh);
+  mesh.point_count = 8;
+  mesh.positions = positions[0];
+  mesh.face_count = 4;
+  mesh.corner_count = 16;
+  mesh.face_offsets = faces;
+  mesh.corners = corners;
+  mesh.uv_set_count = 1;
+  mesh.uv_sets[0] = (tw_uv_set){14, values[0], uv_corners};
+  mesh.has_tangents = true;
+  check_below_details(&mesh, 2);
+}
