@@ -398,6 +398,7 @@ tw_status api_plan_warm(api_plan *plan, const tw_parallel_for *parallel, tw_erro
     uint32_t morphs = tw_surface_get_layout(plan->surfaces[i])->morph_count;
     for (int morph = -1; morph < (int)morphs; morph++) {
       tw_status status = tw_surface_bounds_by(plan->surfaces[i], morph, parallel, min, max);
+      if (status == TW_CANCELLED) return tw_fail(error, status, "the bounds are not wanted any more");
       if (status != TW_OK) return tw_fail(error, status, "out of memory");
     }
   }

@@ -146,6 +146,8 @@ tw_status tw_child_make(const tw_child_step *step, const tw_rules *rules, tw_are
   tw_decay(p, rules, s.child);
   tw_parallel_for_run(parallel, p->edge_count, TW_PARALLEL_FOR_LEAST, count_fans, &s);
   place_fans(&s);
+  status = tw_parallel_for_status(parallel);
+  if (status != TW_OK) return status;
   tw_parallel_for_run(parallel, p->vertex_count, TW_PARALLEL_FOR_LEAST, link_vertices, &s);
   tw_parallel_for_run(parallel, p->edge_count, TW_PARALLEL_FOR_LEAST, link_middles, &s);
   if (s.link_faces) tw_parallel_for_run(parallel, p->face_count, TW_PARALLEL_FOR_LEAST, s.link_faces, &s);

@@ -50,7 +50,7 @@ static inline tw_child_fans tw_start_fans(const tw_child_step *step, uint32_t ve
                          step->child->ring_offsets[vertex]};
 }
 
-/* Makes the child. TW_NO_MEMORY. */
+/* Makes the child. TW_NO_MEMORY, TW_CANCELLED. */
 tw_status tw_child_make(const tw_child_step *step, const tw_rules *rules, tw_arena *arena,
                         const tw_parallel_for *parallel);
 

@@ -41,9 +41,12 @@ typedef struct plan {
   tw_patches *patches;
   tw_patch_shapes *shapes;
   bool linear; /* a quad is the B-spline of its corners, reflected beyond each side */
+  const tw_parallel_for *parallel;
   tw_collector *collector;
   control_list controls;
 } plan;
+
+enum { QUADS_AT_ONCE = 4096 /* until somebody is asked whether the patches are still wanted */ };
 
 static tw_status classify(plan *p, uint32_t quad, tw_patch_class **shape, const uint32_t **points) {
   tw_patches *all = p->patches;
@@ -90,8 +93,10 @@ static tw_status start_plan(plan *p, const tw_rules *rules) {
 static tw_status plan_all(plan *p, const tw_rules *rules) {
   tw_patches *all = p->patches;
   tw_status status = start_plan(p, rules);
-  for (uint32_t quad = 0; status == TW_OK && quad < all->base->face_count; quad++)
-    status = plan_patch(p, quad);
+  for (uint32_t quad = 0; status == TW_OK && quad < all->base->face_count; quad++) {
+    if (quad % QUADS_AT_ONCE == 0) status = tw_parallel_for_status(p->parallel);
+    if (status == TW_OK) status = plan_patch(p, quad);
+  }
   all->controls = p->controls.points;
   tw_collector_destroy(p->collector);
   if (status == TW_OK)
@@ -101,11 +106,11 @@ static tw_status plan_all(plan *p, const tw_rules *rules) {
 }
 
 tw_status tw_patches_create(tw_patches *patches, const tw_topology *base, const tw_rules *rules,
-                            uint32_t depth, tw_patch_shapes *shapes) {
+                            uint32_t depth, tw_patch_shapes *shapes, const tw_parallel_for *parallel) {
   memset(patches, 0, sizeof *patches);
   patches->base = base;
   patches->depth = depth;
-  plan p = {.patches = patches, .shapes = shapes};
+  plan p = {.patches = patches, .shapes = shapes, .parallel = parallel};
   tw_status status = plan_all(&p, rules);
   if (status != TW_OK) tw_patches_deinit(patches);
   return status;

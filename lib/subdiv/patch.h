@@ -11,6 +11,7 @@
 #define TWEEND_PATCH_H
 
 #include "bspline.h"
+#include "parallel_for.h"
 #include "patch_class.h"
 #include "topology.h"
 #include "tweend/subdiv.h"
@@ -34,9 +35,10 @@ typedef struct tw_patches {
 
 /* Makes patches of all quads of `base`. shapes: takes up their irregular shapes, and outlives them.
  * TW_LIMIT: there are more distinct irregular shapes, or a larger one, than is worth the memory; refine
- * further in the generic way instead. */
+ * further in the generic way instead. parallel: asked whether they are still wanted; or NULL. TW_CANCELLED,
+ * TW_NO_MEMORY. */
 tw_status tw_patches_create(tw_patches *patches, const tw_topology *base, const tw_rules *rules,
-                            uint32_t depth, tw_patch_shapes *shapes);
+                            uint32_t depth, tw_patch_shapes *shapes, const tw_parallel_for *parallel);
 void tw_patches_deinit(tw_patches *patches); /* a zeroed one may be deinited */
 
 /* Evaluates part of one patch.

@@ -73,6 +73,8 @@ static tw_status start_uvs(tw_build *b) {
     s->uvs[i].field = 1 + i;
     s->uvs[i].width = 2;
     if (!start_values(b, &s->uvs[i], set->values, values_of)) return TW_NO_MEMORY;
+    status = tw_parallel_for_status(b->parallel);
+    if (status != TW_OK) return status;
   }
   return TW_OK;
 }
@@ -121,7 +123,8 @@ static tw_status refine_set(tw_build *b, const void *context, tw_values *values)
   for (size_t i = 0; !values->exact && i < before; i++) in[i] = (double)values->base[i];
   values->exact = out;
   tw_rules rules = tw_build_rules(b, values->field);
-  return tw_refine_values(parent, &rules, values->width, in, b->parallel, out);
+  tw_status status = tw_refine_values(parent, &rules, values->width, in, b->parallel, out);
+  return status == TW_OK ? tw_parallel_for_status(b->parallel) : status;
 }
 
 /* context: for each field, the old vertices that are kept. */
@@ -140,7 +143,7 @@ static tw_status refine_field(tw_build *b, const tw_topology *parents, uint32_t 
   tw_status status = tw_refine_topology(&parents[field], &rules, arena, b->parallel, child);
   if (status == TW_OK && field > 0 && rules.chaikin)
     status = tw_topology_copy_semi(child, &b->topologies[0], arena);
-  return status;
+  return status == TW_OK ? tw_parallel_for_status(b->parallel) : status;
 }
 
 static tw_status refine_sources(tw_build *b, const tw_topology *parent) {

@@ -12,7 +12,8 @@
 
 enum {
   BLOCK_ROWS = 2048,
-  PART_ROWS = 1 << 15 /* less is not worth another thread */
+  PART_ROWS = 1 << 15,   /* less is not worth another thread */
+  AT_ONCE_ROWS = 1 << 20 /* until somebody is asked whether the bounds are still wanted */
 };
 
 /* The whole task, or one part of it: bounds widen alike in whatever order points come. */
@@ -132,11 +133,12 @@ static void take_patches(pass *p, uint32_t first, uint32_t end) {
 /* A pass that is shared out; parts that were not needed stay as they are, which is empty. */
 typedef struct shared_pass {
   pass start;
+  uint32_t first; /* quad or row that the loop begins with */
   pass parts[TW_PARALLEL_FOR_PARTS_MAX];
   bool failed[TW_PARALLEL_FOR_PARTS_MAX];
 } shared_pass;
 
-/* Quads or rows [begin, end). */
+/* Quads or rows [begin, end) behind the first. */
 static void take_part(void *context, uint32_t part, uint32_t begin, uint32_t end) {
   shared_pass *shared = context;
   pass *p = &shared->parts[part];
@@ -144,32 +146,44 @@ static void take_part(void *context, uint32_t part, uint32_t begin, uint32_t end
   bool ready = open_pass(p);
   shared->failed[part] = !ready;
   if (ready && p->convex)
-    take_patches(p, begin, end);
+    take_patches(p, shared->first + begin, shared->first + end);
   else if (ready)
-    take_rows(p, begin, end - begin);
+    take_rows(p, shared->first + begin, end - begin);
   close_pass(p);
+}
+
+/* Takes what the parts have found to where others begin. */
+static tw_status gather(shared_pass *shared) {
+  for (uint32_t i = 0; i < TW_PARALLEL_FOR_PARTS_MAX; i++) {
+    if (shared->failed[i]) return TW_NO_MEMORY;
+    if (!shared->parts[i].started) continue;
+    widen(&shared->start, shared->parts[i].bounds[0]);
+    widen(&shared->start, shared->parts[i].bounds[1]);
+  }
+  return TW_OK;
 }
 
 static tw_status share(shared_pass *shared, const tw_parallel_for *parallel, float bounds[2][3]) {
   pass *all = &shared->start;
-  uint32_t rows = (uint32_t)tw_surface_row_count(all->s, all->domain), quads = all->s->quad_count;
+  uint32_t rows = (uint32_t)tw_surface_row_count(all->s, all->domain), quads = all->s->quad_count,
+           count = all->convex ? quads : rows, rows_each = all->convex ? rows / quads : 1,
+           most = 1 + AT_ONCE_ROWS / rows_each;
   if (all->convex) {
     bool ready = open_pass(all);
     if (ready) take_farthest(all);
     close_pass(all);
     if (!ready) return TW_NO_MEMORY;
-    tw_parallel_for_run(parallel, quads, 1 + PART_ROWS / (rows / quads), take_part, shared);
-  } else {
-    tw_parallel_for_run(parallel, rows, PART_ROWS, take_part, shared);
   }
-  for (uint32_t i = 0; i < TW_PARALLEL_FOR_PARTS_MAX; i++) {
-    if (shared->failed[i]) return TW_NO_MEMORY;
-    if (!shared->parts[i].started) continue;
-    widen(all, shared->parts[i].bounds[0]);
-    widen(all, shared->parts[i].bounds[1]);
+  tw_status status = TW_OK;
+  for (uint32_t taken; shared->first < count && status == TW_OK; shared->first += taken) {
+    status = tw_parallel_for_status(parallel);
+    taken = count - shared->first < most ? count - shared->first : most;
+    if (status != TW_OK) return status;
+    tw_parallel_for_run(parallel, taken, 1 + PART_ROWS / rows_each, take_part, shared);
+    status = gather(shared);
   }
   memcpy(bounds, all->bounds, sizeof all->bounds);
-  return TW_OK;
+  return status;
 }
 
 /* Split vertices repeat their points, so the bounds of the points are those of the vertices. The

@@ -117,7 +117,8 @@ static tw_status plan_patches(tw_build *b) {
   for (uint32_t f = 0; f < s->field_count; f++) {
     tw_field *field = &s->fields[f];
     tw_rules rules = tw_build_rules(b, f);
-    tw_status status = tw_patches_create(&field->patches, &field->base, &rules, s->depth, shapes);
+    tw_status status =
+        tw_patches_create(&field->patches, &field->base, &rules, s->depth, shapes, b->parallel);
     if (status == TW_OK)
       status = tw_patches_sum(&field->patches, shapes, s->options.limit, s->options.normals && f == 0);
     b->too_irregular = status == TW_LIMIT;
@@ -153,7 +154,9 @@ static tw_status plan_rows(tw_build *b, tw_error *error) {
   const tw_face_order order = {b->mesh, b->cage.visible, b->source,
                                b->levels + (s->way == TW_WAY_LOOP)}; /* Loop's rows: one below */
   tw_status status = tw_surface_order(s, &order);
+  if (status == TW_OK) status = tw_parallel_for_status(b->parallel);
   if (status == TW_OK) status = tw_build_number(b);
+  if (status == TW_OK) status = tw_parallel_for_status(b->parallel);
   if (status != TW_OK || s->way == TW_WAY_LOOP) return status;
   for (uint32_t f = 0; f < s->field_count; f++) need_masks(s, &s->fields[f].base);
   return s->way == TW_WAY_PATCHES ? plan_patches(b) : check_fans(s, error);
@@ -163,7 +166,8 @@ static tw_status plan_rows(tw_build *b, tw_error *error) {
 
 static tw_status plan(tw_build *b, bool generic, tw_error *error) {
   tw_surface *s = b->surface;
-  tw_status status = tw_cage_read(b->mesh, &s->options, b->points_arena, &b->cage);
+  tw_status status = tw_parallel_for_status(b->parallel);
+  if (status == TW_OK) status = tw_cage_read(b->mesh, &s->options, b->points_arena, &b->cage);
   b->cage.arena = b->arena; /* what is asked of the cage from here on is for the plan alone */
   if (status == TW_OK) status = tw_cage_count(&s->options, &b->cage, &s->counts, error);
   if (status == TW_OK) status = tw_details_check(&s->details, &b->cage, &s->options, error);

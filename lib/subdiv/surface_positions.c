@@ -159,7 +159,9 @@ tw_status tw_surface_morph(tw_surface *surface, const tw_mesh *mesh, const tw_pa
       positions[i] = fmaxf(-TW_COORDINATE_MAX, fminf(moved, TW_COORDINATE_MAX));
     }
     status = tw_surface_with_positions_by(surface, positions, parallel, &surface->morphed[m]);
-    if (status == TW_OK) tw_surface_bare_rows(surface->morphed[m], true);
+    if (status != TW_OK) break;
+    tw_surface_bare_rows(surface->morphed[m], true);
+    status = tw_parallel_for_status(parallel);
   }
   free(positions);
   return status;

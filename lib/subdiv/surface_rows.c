@@ -28,6 +28,7 @@ static tw_status split_vertices(tw_build *b, const uint8_t *visible) {
   /* Of a bilinear surface every edge of the cage is sharp: at each level their parts come first. */
   splits.sharp_below = s->rules.linear ? b->cage.topology.edge_count << b->levels : 0;
   tw_status status = tw_build_find_frames(b);
+  if (status == TW_OK) status = tw_parallel_for_status(b->parallel);
   splits.tangent_frames = s->tangent_frames;
   if (status == TW_OK && has_own) {
     status = tw_own_normals_read(s, b->mesh, b->arena, &own);
@@ -79,6 +80,7 @@ tw_status tw_build_number(tw_build *b) {
     status = tw_number_field(&s->fields[1].base, visible, s->arena, &s->uv_points);
     s->cage_uv_points = rows_of_cage(&s->uv_points, &s->fields[1].base, b->cage_vertices[1]);
   }
+  if (status == TW_OK) status = tw_parallel_for_status(b->parallel);
   s->vertices = s->points;
   if (status == TW_OK && needs_splits(b)) status = split_vertices(b, visible);
   s->cage_vertices = rows_of_cage(&s->vertices, base, b->cage_vertices[0]);

@@ -337,3 +337,67 @@ TEST(loops_are_cut_into_even_parts_that_are_worth_it) {
   assert_int_equal(tw_parallel_for_parts(&parallel, 20, 10), 2);
   assert_int_equal(tw_parallel_for_parts(&parallel, UINT32_MAX, 10), TW_PARALLEL_FOR_PARTS_MAX);
 }
+
+/* Of somebody who goes on wanting: how often that is asked while the surface is made, and while its bounds
+ * are found. */
+static void count_questions(const tw_mesh *mesh, const tw_surface_options *options, uint32_t *making,
+                            uint32_t *bounds) {
+  patience p = {.left = UINT32_MAX};
+  const tw_parallel_for parallel = {&p, run_in_order, is_over};
+  tw_surface *surface;
+  float min[3], max[3];
+  assert_int_equal(tw_surface_create_by(mesh, options, &parallel, &surface, NULL), TW_OK);
+  *making = UINT32_MAX - p.left;
+  p.left = UINT32_MAX;
+  assert_int_equal(tw_surface_bounds_by(surface, -1, &parallel, min, max), TW_OK);
+  *bounds = UINT32_MAX - p.left;
+  tw_surface_destroy(surface);
+}
+
+/* The longest loops of a great cage: one over its quads for each field, one over all rows. */
+TEST(loops_over_many_patches_ask_on_their_way) {
+  const tw_surface_options shallow = {.level = 4}, deep = {.level = 9};
+  uint32_t making, bounds, more, deeper;
+  sheet s = new_sheet(8, TRIANGLES, false), large = new_sheet(80, TRIANGLES, false);
+  map(&s);
+  map(&large);
+  count_questions(&s.mesh, &shallow, &making, &bounds);
+  count_questions(&large.mesh, &shallow, &more, &deeper);
+  assert_true(more >= making + 2 * (large.mesh.corner_count / 4096 - 1));
+  count_questions(&s.mesh, &deep, &making, &deeper);
+  assert_int_equal(bounds, 1);
+  assert_true(deeper >= s.mesh.corner_count / 32); /* 65,536 rows a quad of the first level */
+  free_sheet(&s);
+  free_sheet(&large);
+}
+
+TEST(bounds_that_are_not_wanted_any_more_are_given_up_and_found_later) {
+  sheet s = new_sheet(8, TRIANGLES, false);
+  tw_surface *surface;
+  float min[3], max[3], wanted[2][3];
+  const tw_surface_options options = {.level = 9};
+  assert_int_equal(tw_surface_create(&s.mesh, &options, &surface, NULL), TW_OK);
+  for (uint32_t left = 0; left < 3; left++) {
+    patience p = {.left = left};
+    const tw_parallel_for parallel = {&p, run_in_order, is_over};
+    assert_int_equal(tw_surface_bounds_by(surface, -1, &parallel, min, max), TW_CANCELLED);
+  }
+  assert_int_equal(tw_surface_bounds(surface, -1, min, max), TW_OK);
+  tw_surface_reader *reader = tw_surface_reader_create(surface);
+  uint64_t rows = tw_surface_row_count(surface, TW_DOMAIN_POINTS);
+  float *points = malloc(rows * sizeof wanted[0]);
+  assert_true(reader && points);
+  tw_surface_read_rows(reader, TW_DOMAIN_POINTS, 0, rows, points);
+  memcpy(wanted[0], points, sizeof wanted[0]);
+  memcpy(wanted[1], points, sizeof wanted[1]);
+  for (uint64_t i = 0; i < 3 * rows; i++) {
+    wanted[0][i % 3] = fminf(wanted[0][i % 3], points[i]);
+    wanted[1][i % 3] = fmaxf(wanted[1][i % 3], points[i]);
+  }
+  assert_memory_equal(min, wanted[0], sizeof min);
+  assert_memory_equal(max, wanted[1], sizeof max);
+  free(points);
+  tw_surface_reader_destroy(reader);
+  tw_surface_destroy(surface);
+  free_sheet(&s);
+}

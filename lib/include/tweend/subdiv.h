@@ -194,7 +194,7 @@ uint64_t tw_surface_row_count(const tw_surface *surface, tw_domain domain);
 tw_status tw_surface_bounds(const tw_surface *surface, int morph, float min[3], float max[3]);
 
 /* As tw_surface_bounds, its pass shared among threads. The same values. parallel NULL: the calling thread
- * does it alone. */
+ * does it alone. TW_CANCELLED as well. */
 tw_status tw_surface_bounds_by(const tw_surface *surface, int morph, const tw_parallel_for *parallel,
                                float min[3], float max[3]);
 
