@@ -21,7 +21,8 @@ static const mark marks[] = {
     {0, "PXR-USDC", {"USD (binary)", export_it}},
     {0, "#usda", {"USD (text)", export_it}},
     {0, "HIERARCHY", {"BVH", NULL}},
-    {0, "newmtl ", {"MTL, the materials of an OBJ", "send the OBJ itself"}},
+    {0, "OFF\n", {"OFF", "export it as OBJ or PLY"}},
+    {0, "OFF\r", {"OFF", "export it as OBJ or PLY"}},
     {0, "#VRML", {"VRML", export_it}},
     {0, "ISO-10303-21", {"STEP", export_it}},
     {0, "DRACO", {"Draco", "send a GLB without compression, or with EXT_meshopt_compression"}},
@@ -113,12 +114,23 @@ static bool is_3ds(api_bytes bytes) {
   return length == bytes.size;
 }
 
+/* Materials may stand behind lines of comment. */
+static bool is_mtl(api_bytes bytes) {
+  size_t at = 0;
+  while (at < bytes.size && (bytes.data[at] == '#' || bytes.data[at] <= ' ')) {
+    const uint8_t *end = memchr(bytes.data + at, '\n', bytes.size - at);
+    at = end ? (size_t)(end - bytes.data) + 1 : bytes.size;
+  }
+  return begins(bytes, at, "newmtl ");
+}
+
 api_foreign api_foreign_known(api_bytes bytes) {
   for (size_t i = 0; i < sizeof marks / sizeof *marks; i++)
     if (begins(bytes, marks[i].offset, marks[i].text)) return marks[i].is;
   api_foreign found = look_packed(bytes);
   if (!found.name) found = look_markup(bytes);
   if (found.name) return found;
+  if (is_mtl(bytes)) return (api_foreign){"MTL, the materials of an OBJ", "send the OBJ itself"};
   if (is_3ds(bytes)) return (api_foreign){"3DS", export_it};
   if (is_utf16_without_mark(bytes)) return (api_foreign){"text in UTF-16", "save it as UTF-8"};
   if (is_stripped_obj(bytes))

@@ -377,7 +377,8 @@ static void put_images(tw_gltf_writer *writer) {
   tw_text_add(writer->text, "]");
 }
 
-/* Without assets: the names that an OBJ gives. */
+/* Without assets: the names that an OBJ gives. No metals, which glTF's default is: they are black without
+ * surroundings. */
 static void put_materials(tw_gltf_writer *writer) {
   const tw_model *model = writer->scene->model;
   if (model->assets) {
@@ -389,6 +390,9 @@ static void put_materials(tw_gltf_writer *writer) {
   for (uint32_t i = 0; i < model->material_count; i++) {
     tw_gltf_open_object(writer);
     tw_gltf_put_name(writer, model->material_names[i]);
+    tw_member_open(writer->text, "pbrMetallicRoughness", "{");
+    tw_member_count(writer->text, "metallicFactor", 0);
+    tw_text_add(writer->text, "}");
     tw_gltf_close_object(writer);
   }
   tw_text_add(writer->text, "]");

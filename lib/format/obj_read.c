@@ -295,6 +295,10 @@ static void warn(const tw_obj_reader *reader, tw_model *model) {
     tw_model_warn(
         model, "%llu lines, points or curves are left out, the first in line %llu: only faces have a surface",
         (unsigned long long)reader->ignored_elements, (unsigned long long)reader->first_ignored);
+  if (reader->names_library && model->material_count > 0)
+    tw_model_warn(model,
+                  "of %u materials the names alone are kept: their colours and textures stand in other files",
+                  model->material_count);
   if (reader->unknown_statements > 0)
     tw_model_warn(model, "%llu statements are left out, the first in line %llu: \"%s\" is none that is known",
                   (unsigned long long)reader->unknown_statements, (unsigned long long)reader->first_unknown,

@@ -436,6 +436,7 @@ static tw_status read_other(tw_obj_reader *reader, const tw_obj_text *text, tw_w
       tw_word_is(word, "curv2") || tw_word_is(word, "surf")) {
     if (reader->ignored_elements++ == 0) reader->first_ignored = text->line;
   }
+  reader->names_library |= tw_word_is(word, "mtllib");
   for (size_t i = 0; i < word.length; i++) {
     char c = word.text[i];
     bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || tw_is_digit(c) || c == '_';

@@ -61,6 +61,7 @@ typedef struct tw_obj_reader {
   uint64_t painted_points;                    /* by ZBrush's comments */
   uint64_t ignored_elements;                  /* lines, points, free-form */
   uint64_t first_ignored;                     /* its line */
+  bool names_library;                         /* of materials, mtllib */
   uint64_t unknown_statements, first_unknown; /* the line of the first one */
   tw_word unknown_word;                       /* its first word */
   uint64_t missing_uvs, bad_uvs, long_groups, late_groups, bad_normals;

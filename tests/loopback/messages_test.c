@@ -255,6 +255,8 @@ static const struct {
     {BYTES("\n<!doctype html>\n<title>Not found</title>"), "a web page"},
     {BYTES("HIERARCHY\nROOT Hips\n"), "BVH"},
     {BYTES("newmtl stone\nKd 1 1 1\n"), "MTL"},
+    {BYTES("# Blender MTL File\r\n\r\n# 1\nnewmtl stone\nKd 1 1 1\n"), "MTL"},
+    {BYTES("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"), "OFF"},
     {BYTES("version https://git-lfs.github.com/spec/v1\n"), "a pointer of Git LFS"},
     {BYTES("\xFF\xFEv\0 \0"
            "0\0"),

@@ -265,6 +265,9 @@ TEST(faces_become_fans_by_material) {
       assert_int_equal(cJSON_GetArraySize(used), ngons);
       assert_int_equal(cJSON_HasObjectItem(declared, "FB_ngon_encoding"), ngons);
       assert_string_equal(cJSON_GetObjectItem(at(&file, "materials", 1), "name")->valuestring, "green");
+      const cJSON *look = cJSON_GetObjectItem(at(&file, "materials", 1), "pbrMetallicRoughness");
+      assert_int_equal(cJSON_GetObjectItem(look, "metallicFactor")->valueint,
+                       0); /* 1 is black without surroundings */
       free_glb(&file);
       fixture_deinit(&f);
     }

@@ -159,6 +159,19 @@ TEST(bad_tags_are_refused_at_their_line) {
   }
 }
 
+/* Files of materials are not read: a GLB brings what they say along. */
+TEST(materials_in_other_files_are_warned_of) {
+  tw_model *model = read_good("mtllib a.mtl\n" SQUARE "usemtl red\nf 1 2 3 4\n");
+  assert_int_equal(model->warning_count, 1);
+  assert_string_equal(
+      model->warnings[0],
+      "of 1 materials the names alone are kept: their colours and textures stand in other files");
+  tw_model_destroy(model);
+  model = read_good("mtllib a.mtl\n" SQUARE "f 1 2 3 4\n");
+  assert_int_equal(model->warning_count, 0);
+  tw_model_destroy(model);
+}
+
 TEST(a_file_cut_anywhere_is_read_or_refused) {
   static const char whole[] = "mtllib a.mtl\no a\n" SQUARE "vt 0 0\nvn 0 0 1\nusemtl red\n"
                               "f 1/1/1 2/1/1 \\\n 3/1/1 4/1/1\nt crease 2/1/0 0 1 2.5\n# end\r\n";
@@ -303,7 +316,7 @@ TEST(statements_without_a_surface_are_no_unknown_ones) {
       read_good("mtllib a.mtl\no a\ng b\ns off\nmg 0\nlod 1\nbevel on\nc_interp off\nd_interp on\n"
                 "usemap a\nmaplib a\nshadow_obj a\ntrace_obj a\nctech cparm 1\nstech cparma 1\n"
                 "vp 0 0\ncstype bezier\ndeg 3\nbmat u 1\nstep 1\nparm u 0 1\ntrim 0 1 1\n"
-                "hole 0 1 1\nscrv 0 1 1\nsp 1\nend\ncon 1 0 1 1 2 0 1 1\nusemtl c\n" TRIANGLE
+                "hole 0 1 1\nscrv 0 1 1\nsp 1\nend\ncon 1 0 1 1 2 0 1 1\n" TRIANGLE
                 "vt 0 0\nvn 0 0 1\nf 1 2 3\nfo 1 2 3\n");
   assert_int_equal(model->warning_count, 0);
   tw_model_destroy(model);
