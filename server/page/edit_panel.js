@@ -124,7 +124,7 @@ export class EditPanel {
       if (this.model !== model || state('tab') !== 'edit') return;
       Object.assign(this, { document, kept });
     } catch (error) {
-      fail('The edits of the model cannot be shown', error);
+      fail('The edits of the model cannot be shown', error, () => this.open(this.model));
       return;
     }
     this.showSteps();

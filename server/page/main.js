@@ -162,7 +162,7 @@ function showLegend() {
     entries.push(make('li', {}, `a cage of ${count(edgesOf(model))} edges is not drawn`, make('button', { type: 'button', className: 'small', onclick: drawLarge }, 'Draw it')));
   const pairs = model?.meshes.reduce((sum, mesh) => sum + (mesh.paired_quads ?? 0), 0);
   if (pairs > 0 && state('quads') === 'ngon')
-    entries.push(make('li', {}, `triangles that were ${plural(pairs, 'quad')}`, make('button', { type: 'button', className: 'small', onclick: () => change({ quads: 'auto' }) }, 'Join them')));
+    entries.push(make('li', {}, plural(pairs, 'split quad'), make('button', { type: 'button', className: 'small', onclick: () => change({ quads: 'auto' }) }, 'Join them')));
   byId('legend').replaceChildren(make('ul', {}, ...entries));
   byId('legend').hidden = entries.length === 0;
 }
@@ -200,7 +200,7 @@ async function openModel() {
     model = described;
     models.tell(model);
   } catch (error) {
-    fail('The model cannot be opened', error);
+    fail('The model cannot be opened', error, openModel);
     clear();
     return;
   }
@@ -250,7 +250,7 @@ async function openSurface(isNew = false) {
       'Arrow keys orbit, with Shift they pan, plus and minus zoom, F frames, space plays.');
     byId('view').dataset.level = options.level;
   } catch (error) {
-    fail(`Level ${options.level} cannot be shown`, error);
+    fail(`Level ${options.level} cannot be shown`, error, () => openSurface(isNew));
     if (!shown && loading === controller) viewport.clearModel();
     if (signal.aborted && loading === controller && shown) change(shown); // somebody cancelled
   } finally {
@@ -286,7 +286,7 @@ async function openCage(described) {
     showLegend();
     edit.openCage();
   } catch (error) {
-    fail('The cage cannot be shown', error);
+    fail('The cage cannot be shown', error, () => openCage(described));
   } finally {
     task?.done();
   }

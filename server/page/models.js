@@ -132,7 +132,7 @@ export class Models {
       this.mark();
     } catch (error) {
       this.known ??= [];
-      fail('The models cannot be listed', error);
+      fail('The models cannot be listed', error, () => this.load(more));
     }
     byId('empty').hidden = this.known.length > 0 || state('model') !== '';
   }

@@ -4,8 +4,12 @@ import { TweendError } from '../../api/client/tweend.js';
 import { withKey } from './client.js';
 import { byId, make } from './dom.js';
 
+/** Whether an error is that of a request without an answer, as browsers call it. */
+const isUnanswered = (error) => error instanceof TypeError && /fetch|network|load failed/i.test(error.message);
+
 /** An error as elements: title, detail, places. */
 export function explain(error) {
+  if (isUnanswered(error)) return [make('p', {}, 'The daemon does not answer: it may have been stopped, or the network is gone.')];
   if (!(error instanceof TweendError)) return [make('p', {}, String(error.message ?? error))];
   const places = error.errors.slice(0, 5).map(({ pointer, detail }) => make('li', {}, make('code', {}, pointer), ` ${detail}`));
   const wait = error.retryAfter ? ` Try again in ${error.retryAfter} s.` : '';
@@ -19,11 +23,17 @@ export function explain(error) {
 
 const isAbort = (error) => error?.name === 'AbortError';
 
-/** Shows an error until it is closed. about: what was tried. extra: elements below. */
-export function fail(about, error, ...extra) {
+/** Shows an error until it is closed. about: what was tried. again(), where it is given, tries once more. */
+export function fail(about, error, again) {
   if (isAbort(error)) return;
+  const retry = () => {
+    notice.remove();
+    again();
+  };
+  const mayPass = again && (isUnanswered(error) || error.status >= 500);
   const close = make('button', { type: 'button', className: 'close', 'aria-label': 'Close', onclick: () => notice.remove() }, '×');
-  const notice = make('div', { className: 'notice' }, close, make('h2', {}, about), ...explain(error), ...extra);
+  const notice = make('div', { className: 'notice' }, close, make('h2', {}, about), ...explain(error),
+    ...(mayPass ? [make('button', { type: 'button', className: 'small', onclick: retry }, 'Try again')] : []));
   const list = byId('notices');
   if (list.children.length > 2) list.firstChild.remove();
   list.append(notice);

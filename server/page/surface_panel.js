@@ -14,7 +14,7 @@ const CHOICES = [
   ['uv', 'UV rule', [['corners-only', 'Corners only'], ['none', 'None'], ['corners-plus1', 'Corners plus 1'],
     ['corners-plus2', 'Corners plus 2'], ['boundaries', 'Boundaries'], ['all', 'All']]],
   ['creases', 'Creases', [['tags', 'As tagged'], ['normals', 'From normals'], ['auto', 'Auto'], ['none', 'None']]],
-  ['quads', 'Triangles', [['ngon', 'As in the file'], ['auto', 'Pairs as quads']]],
+  ['quads', 'Triangles', [['ngon', 'As in the file'], ['auto', 'Join quads']]],
   ['encoding', 'Encoding', [['float', 'Float'], ['quantized', 'Quantized'], ['meshopt', 'Meshopt']]],
 ];
 

@@ -50,10 +50,10 @@ visits('triangles that were quads are joined, and stay so where the model is edi
   await drop(visit, { 'split.gltf': split({ extras: {} }) }); // other bytes than dark.gltf
   await shows(visit, 'split.gltf');
   await says(visit, ' 144 faces');
-  assert.match(await visit.text('#legend'), /triangles that were 6 quads/);
+  assert.match(await visit.text('#legend'), /6 split quads/);
   await page.getByRole('button', { name: 'Join them' }).click();
   await says(visit, ' 96 faces');
-  assert.doesNotMatch(await visit.text('#legend'), /triangles/);
+  assert.doesNotMatch(await visit.text('#legend'), /quads/);
   await visit.tab('Surface');
   assert.equal(await page.getByRole('combobox', { name: /^Triangles/ }).inputValue(), 'auto');
   await visit.tab('Edit');
@@ -126,4 +126,18 @@ visits('what is shown is downloaded by one click', { hash: '#tab=edit&level=1&en
   assert.equal(download.suggestedFilename(), 'tank.glb');
   assert.match(download.url(), /surface\.glb\?.*level=1/);
   assert.match(download.url(), /encoding=quantized/);
+});
+
+visits('a daemon that went away is told of, and what failed is tried again', { hash: '#tab=surface' }, async (visit) => {
+  await visit.level(2);
+  await visit.page.getByRole('button', { name: 'Show level 1' }).waitFor();
+  await visit.page.route('**/v1/**', (route) => route.abort('connectionrefused')); // as long as it is away
+  await visit.page.getByRole('button', { name: 'Show level 3' }).click();
+  const notice = visit.page.locator('.notice', { hasText: 'Level 3 cannot be shown' });
+  await notice.getByText('The daemon does not answer').waitFor();
+  await visit.page.unroute('**/v1/**');
+  await notice.getByRole('button', { name: 'Try again' }).click();
+  await visit.level(3);
+  assert.equal(await notice.count(), 0);
+  visit.faults = visit.faults.filter((fault) => !fault.includes('ERR_CONNECTION_REFUSED'));
 });
