@@ -22,18 +22,39 @@ api_outcome api_remade_answer(api_call *call, api_outcome (*make)(api_remade *re
   return outcome;
 }
 
+enum { MESH_NAME = 24 }; /* of one that has no name */
+
 /* One without a name is mesh_0 by its index. */
+static const char *mesh_name(const tw_model *model, uint32_t i, char buffer[MESH_NAME]) {
+  if (model->meshes[i].name) return model->meshes[i].name;
+  snprintf(buffer, MESH_NAME, "mesh_%u", i);
+  return buffer;
+}
+
+/* None is named, and there are several, or none: which there are, as many as fit. */
+static tw_status fail_unnamed(const tw_model *model, tw_error *error) {
+  if (model->mesh_count == 0) return tw_fail(error, TW_INVALID, "the model has no mesh");
+  char list[96] = "", buffer[MESH_NAME];
+  size_t used = 0;
+  for (uint32_t i = 0; i < model->mesh_count; i++) {
+    int more = snprintf(list + used, sizeof list - used, "%s%s", i ? ", " : "", mesh_name(model, i, buffer));
+    if (more < 0 || (size_t)more >= sizeof list - used) break;
+    used += (size_t)more;
+  }
+  list[used] = '\0';
+  return tw_fail(error, TW_INVALID, "the model has %u meshes: name one of them as mesh; there are: %s",
+                 model->mesh_count, list);
+}
+
 tw_status api_remade_choose(api_remade *remade, const char *name, tw_error *error) {
   const tw_model *model = remade->model;
   if (!name && model->mesh_count == 1) return TW_OK;
-  if (!name)
-    return tw_fail(error, TW_INVALID, "the model has %u meshes: which one is meant?", model->mesh_count);
+  if (!name) return fail_unnamed(model, error);
   api_near near = {.name = name, .length = strlen(name)};
   uint32_t found = 0;
   for (uint32_t i = 0; i < model->mesh_count; i++) {
-    char made_up[24];
-    snprintf(made_up, sizeof made_up, "mesh_%u", i);
-    const char *own = model->meshes[i].name ? model->meshes[i].name : made_up;
+    char buffer[MESH_NAME];
+    const char *own = mesh_name(model, i, buffer);
     api_near_consider(&near, own);
     if (strcmp(own, name) != 0) continue;
     found++;
@@ -154,6 +175,10 @@ static uint8_t *make_glb(api_remade *remade, size_t *size) {
 }
 
 api_outcome api_remade_store(api_remade *remade, const api_addition *addition) {
+  static const char *const lost =
+      "the normals of morph targets are left out: those at rest stay where a target moves its points";
+  if (remade->model->meshes[remade->mesh].morph_normals && !remade->cage.morph_normals)
+    api_call_warn(remade->call, &lost, 1);
   size_t size;
   uint8_t *bytes = make_glb(remade, &size);
   if (!bytes) return API_FAILED;

@@ -319,7 +319,8 @@ TEST_WITH(one_of_several_meshes_is_edited, loopback_setup, loopback_teardown) {
   assert_string_equal(json_member(cJSON_GetArrayItem(json_member(tree, "nodes"), 1), "parent")->valuestring,
                       "n");
   cJSON_Delete(tree);
-  assert_problem(post_edits(*state, id, "{'edits':[]}"), 422, "/mesh", "2 meshes");
+  assert_problem(post_edits(*state, id, "{'edits':[]}"), 422, "/mesh",
+                 "2 meshes: name one of them as mesh; there are: a, b");
   assert_problem(post_edits(*state, id, "{'mesh':'c','edits':[]}"), 422, "/mesh", "\"c\"");
 }
 
@@ -421,7 +422,7 @@ TEST_WITH(refusals_bear_the_place_and_store_nothing, loopback_setup, loopback_te
   reply r = loopback_post(*state, "/v1/models", "application/json", "{'nodes':[{}]}");
   cJSON *tree = cJSON_Parse(r.body);
   snprintf(id, sizeof id, "%s", json_member(tree, "id")->valuestring);
-  assert_problem(post_edits(*state, id, "{'edits':[]}"), 422, "/mesh", "0 meshes");
+  assert_problem(post_edits(*state, id, "{'edits':[]}"), 422, "/mesh", "no mesh");
   cJSON_Delete(tree);
   reply_free(&r);
   loopback_upload(*state, "application/json", "{'meshes':[{}]}", id);

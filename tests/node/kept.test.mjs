@@ -422,3 +422,14 @@ test('displaced normals of a level are unit', async () => {
       assert.ok(Math.abs(moved.length() - 1) < 1e-5, `vertex ${i}: ${moved.length()}`);
     }
 });
+
+test('edits that leave the normals of morph targets out say so', async () => {
+  const model = await daemon.upload(source);
+  const warned = async (...edits) => {
+    const answer = await fetch(`${model}/edits`, { method: 'POST', headers: { 'Content-Type': 'application/json' }, body: JSON.stringify({ mesh: 'figure', edits }) });
+    assert.ok(answer.ok, await answer.clone().text());
+    return decodeURIComponent(answer.headers.get('X-Tweend-Warning') ?? '');
+  };
+  assert.match(await warned({ edit: 'extrude', faces: [0], distance: 0.1 }), /the normals of morph targets are left out/);
+  assert.doesNotMatch(await warned({ edit: 'crease', edges: 'all', sharpness: 1 }), /normals/);
+});
