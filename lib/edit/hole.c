@@ -141,6 +141,8 @@ static uint32_t find_halves(const covering *c, const uint32_t *loop, uint32_t n)
 /* loop: [n] places. */
 static tw_status cover(covering *c, const uint32_t *loop, uint32_t n) {
   uint64_t looks = (uint64_t)n * n * n / 6;
+  tw_status status = n > SMALL ? tw_editor_go_on(c->editor) : TW_OK;
+  if (status != TW_OK) return status;
   if (n <= SMALL || (n <= EXACT && looks <= c->budget->triangles)) {
     c->budget->triangles -= looks < c->budget->triangles ? looks : c->budget->triangles;
     cover_exactly(c, loop, n);
@@ -149,7 +151,7 @@ static tw_status cover(covering *c, const uint32_t *loop, uint32_t n) {
   uint32_t *halves = tw_alloc((size_t)n + 1, sizeof *halves), begin = find_halves(c, loop, n);
   if (!halves) return tw_editor_no_memory(c->editor);
   for (uint32_t i = 0; i <= n; i++) halves[i] = loop[(begin + i) % n];
-  tw_status status = cover(c, halves, n / 2 + 1);
+  status = cover(c, halves, n / 2 + 1);
   if (status == TW_OK) status = cover(c, halves + n / 2, n - n / 2 + 1);
   free(halves);
   return status;

@@ -49,7 +49,7 @@ tw_hole_budget tw_hole_budget_of(const tw_editor *editor);
 
 /* Covers the patch's loop with the triangles of the least area, without an edge that the mesh has already
  * wherever that can be. A loop that the budget does not do for is cut in halves first, where their ends are
- * nearest to each other. TW_NO_MEMORY. */
+ * nearest to each other. TW_CANCELLED, TW_NO_MEMORY. */
 tw_status tw_patch_triangulate(tw_patch *patch, const tw_editor *editor, tw_hole_budget *budget);
 
 /* What the edges of a mesh say of its points. */
@@ -63,12 +63,12 @@ typedef struct tw_rings {
 tw_status tw_rings_find(tw_rings *rings, const tw_editor *editor);
 
 /* Cuts the triangles of a patch until they are about as large as those round the hole, points_max points at
- * most in the patch. O(n log n) in what it makes. TW_LIMIT, TW_NO_MEMORY. */
+ * most in the patch. O(n log n) in what it makes. TW_LIMIT, TW_CANCELLED, TW_NO_MEMORY. */
 tw_status tw_patch_refine(tw_patch *patch, const tw_editor *editor, const tw_rings *rings,
                           uint64_t points_max);
 
 /* Moves the points of a refined patch so that it goes on as the mesh round the hole is bent, nearly so where
- * the budget does not do. TW_NO_MEMORY. */
+ * the budget does not do. TW_CANCELLED, TW_NO_MEMORY. */
 tw_status tw_patch_fair(tw_patch *patch, const tw_editor *editor, const tw_rings *rings,
                         tw_hole_budget *budget);
 

@@ -102,21 +102,24 @@ static void add(const fairing *f, vector *to, double factor, vector *what) {
     for (int k = 0; k < 3; k++) to[i][k] += factor * what[i][k];
 }
 
-static void solve(fairing *f) {
+static tw_status solve(fairing *f, const tw_editor *editor) {
+  tw_status status = TW_OK;
   apply(f, true, f->rests, f->slopes);
   add(f, f->ways, -1, f->slopes);
   double slope = square(f, f->slopes), least = 1e-16 * slope;
-  for (uint32_t i = 0; i < f->steps_max && slope > least; i++) {
+  for (uint32_t i = 0; i < f->steps_max && slope > least && status == TW_OK; i++) {
     apply(f, false, f->ways, f->steps);
     double by = slope / square(f, f->steps), before = slope;
-    if (!isfinite(by)) return;
+    if (!isfinite(by)) break;
     add(f, f->moved, by, f->ways);
     add(f, f->rests, by, f->steps);
     apply(f, true, f->rests, f->slopes);
     slope = square(f, f->slopes);
     for (uint32_t p = 0; p < f->patch->point_count; p++)
       for (int k = 0; k < 3; k++) f->ways[p][k] = slope / before * f->ways[p][k] - f->slopes[p][k];
+    status = tw_editor_go_on(editor);
   }
+  return status;
 }
 
 tw_status tw_patch_fair(tw_patch *patch, const tw_editor *editor, const tw_rings *rings,
@@ -126,13 +129,13 @@ tw_status tw_patch_fair(tw_patch *patch, const tw_editor *editor, const tw_rings
   if (more > STEPS_MOST - STEPS_LEAST) more = STEPS_MOST - STEPS_LEAST;
   budget->steps -= more * patch->point_count;
   fairing f = {.patch = patch, .rings = rings, .steps_max = STEPS_LEAST + (uint32_t)more};
-  bool has_room = allocate(&f);
-  if (has_room) {
+  tw_status status = allocate(&f) ? TW_OK : tw_editor_no_memory(editor);
+  if (status == TW_OK) {
     find_edges(&f);
     find_rests(&f);
-    solve(&f);
+    status = solve(&f, editor);
     add(&f, patch->points, 1, f.moved);
   }
   fairing_deinit(&f);
-  return has_room ? TW_OK : tw_editor_no_memory(editor);
+  return status;
 }

@@ -249,6 +249,8 @@ tw_status tw_patch_refine(tw_patch *patch, const tw_editor *editor, const tw_rin
   relax(patch, editor);
   for (uint32_t round = 0, before = 0; round < ROUNDS && before != patch->point_count; round++) {
     uint32_t count = patch->triangle_count;
+    tw_status status = tw_editor_go_on(editor);
+    if (status != TW_OK) return status;
     before = patch->point_count;
     for (uint32_t t = 0; t < count; t++) {
       double centre[3], scale;

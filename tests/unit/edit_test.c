@@ -1,5 +1,6 @@
 /* Lists of edits: selections, what moves points, tags, names, limits. */
 #include "edited.h"
+#include "tweend/shape.h"
 
 static const tw_selection all_faces = {.of = TW_EDIT_FACES, .by = TW_SELECT_ALL};
 static const tw_selection all_edges = {.of = TW_EDIT_EDGES, .by = TW_SELECT_ALL};
@@ -135,6 +136,42 @@ TEST(edits_that_nobody_wants_any_more_end) {
   asks(moves, 3, 3);
   asks(&smooth, 1, 5); /* before the edit, and before each round */
   asks(close, 2, 3);   /* before each edit, and before the hole */
+}
+
+/* How often somebody asks who goes on wanting. */
+static uint32_t count_questions(const tw_mesh *mesh, const tw_edit *edits, uint32_t count) {
+  uint32_t left = UINT32_MAX, made_count;
+  const tw_parallel_for parallel = {.owner = &left, .is_cancelled = is_unwanted};
+  const tw_edit_limits limits = {20000, 20000, 80000, 800000, &parallel};
+  tw_mesh out;
+  tw_made made[2];
+  tw_error error = {0};
+  tw_arena *arena = tw_arena_create();
+  if (tw_mesh_edit(mesh, NULL, edits, count, &limits, arena, &out, made, &made_count, &error) != TW_OK)
+    fail_msg("%s", error.detail);
+  tw_arena_destroy(arena);
+  return UINT32_MAX - left;
+}
+
+/* A tube with two borders. Each hole is covered in halves of halves; or it is refined in rounds, and bent in
+ * steps. */
+TEST(filling_a_great_hole_asks_on_its_way) {
+  tw_shape tube;
+  tw_mesh mesh;
+  tw_arena *arena = tw_arena_create();
+  tw_shape_init(&tube, TW_SHAPE_CYLINDER);
+  tube.segments[0] = 1500;
+  tube.caps = TW_CAPS_NONE;
+  tube.height = 0.01F;
+  assert_int_equal(tw_shape_make(&tube, arena, &mesh, NULL), TW_OK);
+  tw_edit fill = {.kind = TW_EDIT_FILL, .fill.method = TW_FILL_TRIANGLES};
+  assert_true(count_questions(&mesh, &fill, 1) >= 1 + 2 * (1 + 7));
+  tube.segments[0] = 40;
+  tube.height = 0.2F;
+  assert_int_equal(tw_shape_make(&tube, arena, &mesh, NULL), TW_OK);
+  fill.fill.method = TW_FILL_FAIR;
+  assert_true(count_questions(&mesh, &fill, 1) > 1 + 2 * (1 + 1 + 3 + 20));
+  tw_arena_destroy(arena);
 }
 
 /* ---- selections ---------------------------------------------------------------------------------------- */

@@ -207,7 +207,8 @@ typedef struct tw_edit_limits {
   /* The sum of points and corners of the meshes that the edits find, once more for ten rounds of smoothing.
    */
   uint64_t work;
-  /* Asked between edits, rounds of smoothing and holes whether the result is still wanted; or NULL. */
+  /* Asked between edits, rounds of smoothing, holes and steps of filling these whether the result is still
+   * wanted; or NULL. */
   const tw_parallel_for *parallel;
 } tw_edit_limits;
 
