@@ -1,4 +1,5 @@
 /* Meshes that nobody would model on purpose. */
+#include "cube.h"
 #include "refined_mesh.h"
 
 /* ---- faces that come to a vertex twice ------------------------------------------------------ */
@@ -8,15 +9,7 @@ static const float points[6][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 1}, {
 static const uint32_t twice[12] = {0, 1, 0, 2, 3, 4, 5, 4, 1, 4, 5, 3}, offsets[4] = {0, 4, 8, 12};
 
 static tw_mesh twice_mesh(uint32_t faces) {
-  tw_mesh mesh;
-  tw_mesh_init(&mesh);
-  mesh.point_count = faces == 1 ? 3 : 6;
-  mesh.positions = points[0];
-  mesh.face_count = faces;
-  mesh.corner_count = 4 * faces;
-  mesh.face_offsets = offsets;
-  mesh.corners = twice;
-  return mesh;
+  return mesh_of(points[0], faces == 1 ? 3 : 6, twice, offsets, faces);
 }
 
 /* Of a point from the nearest one of a mesh, by coordinate. */

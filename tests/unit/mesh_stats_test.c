@@ -2,6 +2,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "cube.h"
 #include "test.h"
 #include "tweend/format.h"
 
@@ -60,9 +61,7 @@ static void assert_counts(const char *what, const char *obj, const counts *wante
 
 TEST(a_mesh_of_nothing_is_described) {
   static const uint32_t offsets[1] = {0};
-  tw_mesh mesh;
-  tw_mesh_init(&mesh);
-  mesh.face_offsets = offsets;
+  tw_mesh mesh = mesh_of(NULL, 0, NULL, offsets, 0);
   tw_mesh_stats facts;
   assert_int_equal(tw_mesh_check(&mesh, NULL, NULL), TW_OK);
   assert_int_equal(tw_mesh_describe(&mesh, &facts, NULL), TW_OK);

@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "cube.h"
 #include "keys.h"
 #include "tweend/format.h"
 
@@ -29,13 +30,7 @@ typedef struct fixture {
 static void fill(fixture *f) {
   f->model = tw_model_create();
   assert_non_null(f->model);
-  tw_mesh_init(&f->mesh);
-  f->mesh.point_count = 3;
-  f->mesh.positions = positions;
-  f->mesh.face_count = 1;
-  f->mesh.corner_count = 3;
-  f->mesh.face_offsets = offsets;
-  f->mesh.corners = corners;
+  f->mesh = mesh_of(positions, 3, corners, offsets, 1);
   f->nodes[0] = make_node("root", TW_NO_INDEX);
   f->nodes[0].mesh = 0;
   f->nodes[1] = make_node(NULL, 0);

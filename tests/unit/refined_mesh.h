@@ -21,12 +21,7 @@ static inline level refine(const tw_mesh *cage, tw_surface_options options) {
   level l = {.r = read_rows(cage, options)};
   tw_mesh_init(&l.mesh);
   l.mesh.point_count = (uint32_t)tw_surface_row_count(l.r.surface, TW_DOMAIN_POINTS);
-  l.points = malloc(l.mesh.point_count * 3 * sizeof *l.points);
-  tw_surface_reader *reader = tw_surface_reader_create(l.r.surface);
-  assert_non_null(l.points);
-  assert_non_null(reader);
-  tw_surface_read_rows(reader, TW_DOMAIN_POINTS, 0, l.mesh.point_count, l.points);
-  tw_surface_reader_destroy(reader);
+  l.points = all_rows(l.r.surface, TW_DOMAIN_POINTS);
   l.corners = faces_of(&l.r, TW_DOMAIN_POINTS);
   const tw_surface_counts *counts = tw_surface_get_counts(l.r.surface);
   l.mesh.face_count = (uint32_t)counts->faces;

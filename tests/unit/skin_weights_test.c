@@ -4,82 +4,50 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "built_cage.h"
 #include "cage.h"
+#include "cube.h"
 #include "surface.h"
-#include "surface_rows.h"
-#include "test.h"
-#include "tweend/subdiv.h"
 
 /* ---- meshes --------------------------------------------------------------------------------- */
 
-enum { SIDE = 5, POINTS = SIDE * SIDE, FACES_MAX = 64, CORNERS_MAX = 256 };
+enum { SIDE = 5, POINTS = SIDE * SIDE };
 
-/* A grid with a diagonal here and there, an extra face on an inner edge (not manifold), creases, and arrays
- * for all that its points can bear. */
-typedef struct cage {
-  tw_mesh mesh;
-  float points[POINTS][3];
-  uint32_t corners[CORNERS_MAX], offsets[FACES_MAX];
-  uint32_t creases[6][2];
-  float sharpness[6];
+/* A grid with a diagonal here and there, an extra face on an inner edge (not manifold), creases, and what
+ * each point hangs on. cut: triangles alone. */
+typedef struct skinned {
+  cage *c;
+  tw_mesh mesh; /* the cage's, with the skin */
   uint16_t joints[POINTS][4];
   float weights[POINTS][4];
-} cage;
+} skinned;
 
-static void add_face(cage *c, uint32_t size, const uint32_t *points) {
-  memcpy(c->corners + c->mesh.corner_count, points, size * sizeof *points);
-  c->mesh.corner_count += size;
-  c->offsets[++c->mesh.face_count] = c->mesh.corner_count;
-}
-
-static cage *new_cage(bool creased) {
-  cage *c = calloc(1, sizeof *c);
-  assert_non_null(c);
-  tw_mesh_init(&c->mesh);
-  c->mesh.point_count = POINTS;
-  c->mesh.positions = c->points[0];
-  c->mesh.corners = c->corners;
-  c->mesh.face_offsets = c->offsets;
-  c->mesh.skin = (tw_skin_weights){c->joints[0], c->weights[0]};
-  for (uint32_t p = 0; p < POINTS; p++) {
-    c->points[p][0] = (float)(p % SIDE);
-    c->points[p][1] = (float)(p / SIDE);
-    c->points[p][2] = 0.1f * (float)(p * p % 7);
-  }
-  for (uint32_t y = 0; y + 1 < SIDE; y++)
-    for (uint32_t x = 0; x + 1 < SIDE; x++) {
-      uint32_t a = y * SIDE + x, b = a + 1, d = a + SIDE, e = d + 1;
-      if ((x + 2 * y) % 5 == 0) {
-        add_face(c, 3, (uint32_t[]){a, b, e});
-        add_face(c, 3, (uint32_t[]){a, e, d});
-      } else {
-        add_face(c, 4, (uint32_t[]){a, b, e, d});
-      }
-    }
-  if (!creased) return c;
-  add_face(c, 3, (uint32_t[]){6, 7, 22});
+static skinned *new_skinned(bool creased, bool cut) {
   static const uint32_t edges[6][2] = {{10, 11}, {11, 12}, {12, 13}, {17, 18}, {18, 13}, {12, 17}};
   static const float sharpness[6] = {10, 10, 1.3f, 0.4f, 2.6f, 0.8f};
-  memcpy(c->creases, edges, sizeof edges);
-  memcpy(c->sharpness, sharpness, sizeof sharpness);
-  c->mesh.crease_count = 6;
-  c->mesh.crease_edges = c->creases[0];
-  c->mesh.crease_sharpness = c->sharpness;
-  return c;
+  skinned *s = calloc(1, sizeof *s);
+  assert_non_null(s);
+  s->c = new_cage();
+  for (uint32_t p = 0; p < POINTS; p++)
+    add_point(s->c, (float)(p % SIDE), (float)(p / SIDE), 0.1f * (float)(p * p % 7));
+  for (uint32_t y = 0; y + 1 < SIDE; y++)
+    for (uint32_t x = 0; x + 1 < SIDE; x++) {
+      uint32_t a = y * SIDE + x, quad[4] = {a, a + 1, a + SIDE + 1, a + SIDE};
+      add_quad(s->c, quad, cut || (x + 2 * y) % 5 == 0);
+    }
+  if (creased) add_face(s->c, (uint32_t[]){6, 7, 22}, 3);
+  s->mesh = s->c->mesh;
+  s->mesh.skin = (tw_skin_weights){s->joints[0], s->weights[0]};
+  if (!creased) return s;
+  s->mesh.crease_count = 6;
+  s->mesh.crease_edges = edges[0];
+  s->mesh.crease_sharpness = sharpness;
+  return s;
 }
 
-/* Cuts every face of four in two. */
-static void triangulate(cage *c) {
-  static uint32_t corners[CORNERS_MAX], offsets[FACES_MAX];
-  uint32_t faces = c->mesh.face_count;
-  memcpy(corners, c->corners, sizeof corners);
-  memcpy(offsets, c->offsets, sizeof offsets);
-  c->mesh.face_count = c->mesh.corner_count = 0;
-  for (uint32_t f = 0; f < faces; f++) {
-    const uint32_t *face = corners + offsets[f];
-    for (uint32_t i = 1; i + 1 < offsets[f + 1] - offsets[f]; i++)
-      add_face(c, 3, (uint32_t[]){face[0], face[i], face[i + 1]});
-  }
+static void free_skinned(skinned *s) {
+  free(s->c);
+  free(s);
 }
 
 static float noise(uint32_t *seed) {
@@ -88,7 +56,7 @@ static float noise(uint32_t *seed) {
 }
 
 /* Four joints out of `joint_count` for each point, the first ones neighbours. */
-static void weigh(cage *c, uint32_t joint_count) {
+static void weigh(skinned *c, uint32_t joint_count) {
   uint32_t seed = joint_count;
   for (uint32_t p = 0; p < POINTS; p++) {
     float sum = 0;
@@ -138,14 +106,10 @@ static const tw_surface_options many_options[] = {
 };
 enum { MANY_OPTIONS = sizeof many_options / sizeof *many_options };
 
-/* ---- masks ---------------------------------------------------------------------------------- */
-
-/* Two refinements of a creased mesh that is not manifold: its first has triangles, its second decayed
- * sharpness. */
 /* ---- weights -------------------------------------------------------------------------------- */
 
 TEST(mesh_on_one_joint_stays_on_it) {
-  cage *c = new_cage(true);
+  skinned *c = new_skinned(true, false);
   for (uint32_t p = 0; p < POINTS; p++) {
     c->joints[p][p % 4] = 300;
     c->weights[p][p % 4] = 1;
@@ -158,12 +122,12 @@ TEST(mesh_on_one_joint_stays_on_it) {
     }
     free_rows(&r);
   }
-  free(c);
+  free_skinned(c);
 }
 
 TEST(four_joints_weigh_as_four_colours_do) {
   static float colors[POINTS][4];
-  cage *c = new_cage(true);
+  skinned *c = new_skinned(true, false);
   weigh(c, 4);
   for (uint32_t p = 0; p < POINTS; p++)
     for (int k = 0; k < 4; k++) colors[p][c->joints[p][k]] = c->weights[p][k];
@@ -179,13 +143,12 @@ TEST(four_joints_weigh_as_four_colours_do) {
     }
     free_rows(&r);
   }
-  free(c);
+  free_skinned(c);
 }
 
 TEST(joints_follow_loop_as_colours_do) {
   static float colors[POINTS][4];
-  cage *c = new_cage(true);
-  triangulate(c);
+  skinned *c = new_skinned(true, true);
   weigh(c, 4);
   memset(colors, 0, sizeof colors);
   for (uint32_t p = 0; p < POINTS; p++)
@@ -203,7 +166,7 @@ TEST(joints_follow_loop_as_colours_do) {
       }
       free_rows(&r);
     }
-  free(c);
+  free_skinned(c);
 }
 
 static int compare_falling(const void *left, const void *right) {
@@ -216,7 +179,7 @@ TEST(rows_keep_the_four_heaviest_of_many_joints) {
   enum { JOINTS = 36, TARGETS = JOINTS / 3 };
   static float values[TARGETS][POINTS][3];
   const float *morphs[TARGETS];
-  cage *c = new_cage(true);
+  skinned *c = new_skinned(true, false);
   weigh(c, JOINTS);
   memset(values, 0, sizeof values);
   for (uint32_t p = 0; p < POINTS; p++)
@@ -246,7 +209,7 @@ TEST(rows_keep_the_four_heaviest_of_many_joints) {
     }
     free_rows(&r);
   }
-  free(c);
+  free_skinned(c);
 }
 
 static tw_way way_of(const tw_mesh *mesh, uint32_t level) {
@@ -268,7 +231,7 @@ static size_t row_at(const rows *r, const float *point) {
 }
 
 /* Joints over 511 are for patches, whose rows are the same in another order. */
-static void assert_as_patches(cage *c, tw_surface_options options) {
+static void assert_as_patches(skinned *c, tw_surface_options options) {
   enum { FAR = TW_SKIN_LEVEL_JOINTS_MAX };
   rows levels = read_rows(&c->mesh, options);
   assert_int_equal(way_of(&c->mesh, options.level), TW_WAY_LEVELS);
@@ -301,7 +264,7 @@ TEST(whole_levels_weigh_as_patches_do) {
   for (uint32_t level = 1; level <= 3; level++)
     for (int limit = 0; limit < 2; limit++)
       for (int creased = 0; creased < 2; creased++) {
-        cage *c = new_cage(creased);
+        skinned *c = new_skinned(creased, false);
         const tw_surface_options options = {.level = level, .limit = limit};
         weigh(c, 23);
         assert_as_patches(c, options);
@@ -311,12 +274,12 @@ TEST(whole_levels_weigh_as_patches_do) {
         for (uint32_t p = 0; p < POINTS; p++)
           for (uint32_t k = 0; k < 4; k++) c->joints[p][k] = (uint16_t)(7 * p + (k + p) % 2);
         assert_as_patches(c, options);
-        free(c);
+        free_skinned(c);
       }
 }
 
 TEST(sloppy_weights_are_put_right) {
-  cage *c = new_cage(false);
+  skinned *c = new_skinned(false, false);
   for (uint32_t p = 0; p < POINTS; p++) { /* a joint twice, a sum of 8, a negative weight; none at all */
     static const uint16_t joints[4] = {2, 5, 2, 1};
     static const float weights[4] = {1, 4, 3, -2};
@@ -334,15 +297,15 @@ TEST(sloppy_weights_are_put_right) {
   r = read_rows(&c->mesh, (tw_surface_options){.level = 3});
   for (size_t i = 0; i < r.count; i++) assert_four(&r, i, 6);
   free_rows(&r);
-  free(c);
+  free_skinned(c);
 }
 
 TEST(weights_that_follow_a_coordinate_stay_with_it) {
-  cage *c = new_cage(true);
+  skinned *c = new_skinned(true, false);
   for (uint32_t p = 0; p < POINTS; p++) {
     c->joints[p][0] = 7;
     c->joints[p][1] = 9;
-    c->weights[p][0] = c->points[p][0] / (SIDE - 1);
+    c->weights[p][0] = c->c->points[p][0] / (SIDE - 1);
     c->weights[p][1] = 1 - c->weights[p][0];
   }
   for (int o = 0; o < MANY_OPTIONS; o++) {
@@ -351,11 +314,11 @@ TEST(weights_that_follow_a_coordinate_stay_with_it) {
       assert_float_equal(weight_of(&r, i, 7), row_of(&r, i)[0] / (SIDE - 1), 1e-6);
     free_rows(&r);
   }
-  free(c);
+  free_skinned(c);
 }
 
 TEST(same_weights_come_whatever_the_blocks) {
-  cage *c = new_cage(true);
+  skinned *c = new_skinned(true, false);
   weigh(c, 23);
   for (int o = 0; o < MANY_OPTIONS; o++) {
     rows r = read_rows(&c->mesh, many_options[o]);
@@ -370,12 +333,12 @@ TEST(same_weights_come_whatever_the_blocks) {
     tw_surface_reader_destroy(reader);
     free_rows(&r);
   }
-  free(c);
+  free_skinned(c);
 }
 
 /* Rows that a crease has split are one point, and hang on the same joints to the last bit. */
 TEST(split_rows_share_their_weights) {
-  cage *c = new_cage(true);
+  skinned *c = new_skinned(true, false);
   weigh(c, 23);
   rows r = read_rows(&c->mesh, (tw_surface_options){.level = 3, .normals = true});
   size_t pairs = 0;
@@ -388,7 +351,7 @@ TEST(split_rows_share_their_weights) {
       }
   assert_true(pairs > 8);
   free_rows(&r);
-  free(c);
+  free_skinned(c);
 }
 
 TEST(great_polygon_keeps_its_lists_short) {
@@ -406,13 +369,7 @@ TEST(great_polygon_keeps_its_lists_short) {
       weights[p][k] = 0.25f;
     }
   }
-  tw_mesh mesh;
-  tw_mesh_init(&mesh);
-  mesh.point_count = mesh.corner_count = RIM;
-  mesh.positions = points[0];
-  mesh.face_count = 1;
-  mesh.face_offsets = offsets;
-  mesh.corners = corners;
+  tw_mesh mesh = mesh_of(points[0], RIM, corners, offsets, 1);
   mesh.skin = (tw_skin_weights){joints[0], weights[0]};
   rows plain = read_rows(&mesh, (tw_surface_options){.level = 1}), r = plain;
   mesh.skin.joints = NULL;
@@ -425,10 +382,10 @@ TEST(great_polygon_keeps_its_lists_short) {
 }
 
 TEST(open_border_keeps_the_weights_of_what_is_left) {
-  cage *c = new_cage(false);
+  skinned *c = new_skinned(false, false);
   for (uint32_t p = 0; p < POINTS; p++) {
     c->joints[p][0] = 1;
-    c->weights[p][0] = c->points[p][1] / (SIDE - 1);
+    c->weights[p][0] = c->c->points[p][1] / (SIDE - 1);
     c->weights[p][1] = 1 - c->weights[p][0];
   }
   for (uint32_t level = 1; level <= 3; level++) {
@@ -440,5 +397,5 @@ TEST(open_border_keeps_the_weights_of_what_is_left) {
     }
     free_rows(&r);
   }
-  free(c);
+  free_skinned(c);
 }

@@ -3,64 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "built_cage.h"
 #include "cube.h"
-#include "test.h"
-#include "tweend/subdiv.h"
-
-/* ---- cages ---------------------------------------------------------------------------------- */
-
-enum { GRID_MAX = 12 };
-
-/* A grid of points in the plane z = height(x, y), kept in static arrays: one at a time. */
-static tw_mesh grid(uint32_t columns, uint32_t rows, float (*height)(float, float)) {
-  static float points[GRID_MAX * GRID_MAX][3];
-  static uint32_t corners[GRID_MAX * GRID_MAX * 4], offsets[GRID_MAX * GRID_MAX + 1];
-  tw_mesh mesh;
-  tw_mesh_init(&mesh);
-  for (uint32_t y = 0; y < rows; y++)
-    for (uint32_t x = 0; x < columns; x++) {
-      float *point = points[y * columns + x];
-      point[0] = (float)x;
-      point[1] = (float)y;
-      point[2] = height ? height((float)x, (float)y) : 0;
-    }
-  for (uint32_t y = 0; y + 1 < rows; y++)
-    for (uint32_t x = 0; x + 1 < columns; x++) {
-      uint32_t a = y * columns + x, face[4] = {a, a + 1, a + columns + 1, a + columns};
-      memcpy(corners + mesh.corner_count, face, sizeof face);
-      mesh.corner_count += 4;
-      offsets[++mesh.face_count] = mesh.corner_count;
-    }
-  mesh.point_count = columns * rows;
-  mesh.positions = points[0];
-  mesh.corners = corners;
-  mesh.face_offsets = offsets;
-  return mesh;
-}
-
-/* ---- reading -------------------------------------------------------------------------------- */
-
-static tw_surface *surface_of(const tw_mesh *mesh, tw_surface_options options) {
-  tw_surface *surface = NULL;
-  tw_error error;
-  assert_int_equal(tw_mesh_check(mesh, &error, NULL), TW_OK);
-  assert_int_equal(tw_surface_create(mesh, &options, &surface, &error), TW_OK);
-  return surface;
-}
-
-static float *rows_of(const tw_surface *surface, tw_domain domain, size_t *count) {
-  size_t width = domain == TW_DOMAIN_POINTS ? 3
-                 : domain == TW_DOMAIN_UVS  ? 2
-                                            : tw_surface_get_layout(surface)->stride;
-  *count = (size_t)tw_surface_row_count(surface, domain);
-  float *rows = malloc((*count * width + 1) * sizeof *rows);
-  tw_surface_reader *reader = tw_surface_reader_create(surface);
-  assert_non_null(rows);
-  assert_non_null(reader);
-  tw_surface_read_rows(reader, domain, 0, *count, rows);
-  tw_surface_reader_destroy(reader);
-  return rows;
-}
 
 static void assert_counts(const tw_mesh *mesh, tw_surface_options options, uint64_t v, uint64_t e,
                           uint64_t f) {
@@ -98,14 +42,7 @@ TEST(a_great_many_faces_on_the_same_points_have_no_normals) {
   static uint32_t corners[3 * FACES], offsets[FACES + 1];
   for (uint32_t c = 0; c < 3 * FACES; c++) corners[c] = c % 3;
   for (uint32_t f = 0; f <= FACES; f++) offsets[f] = 3 * f;
-  tw_mesh mesh;
-  tw_mesh_init(&mesh);
-  mesh.point_count = 3;
-  mesh.positions = points[0];
-  mesh.face_count = FACES;
-  mesh.corner_count = 3 * FACES;
-  mesh.face_offsets = offsets;
-  mesh.corners = corners;
+  tw_mesh mesh = mesh_of(points[0], 3, corners, offsets, FACES);
   tw_surface *surface = NULL;
   tw_error error;
   tw_surface_options options = {.level = 0, .normals = true};
@@ -115,19 +52,14 @@ TEST(a_great_many_faces_on_the_same_points_have_no_normals) {
   assert_int_equal(tw_surface_create(&mesh, &options, &surface, &error), TW_OK);
   tw_surface_destroy(surface);
   options.normals = true;
-  mesh.face_count = FACES / 10;
-  mesh.corner_count = 3 * FACES / 10;
+  mesh = mesh_of(points[0], 3, corners, offsets, FACES / 10);
   assert_int_equal(tw_surface_create(&mesh, &options, &surface, &error), TW_OK);
   tw_surface_destroy(surface);
 }
 
 TEST(a_mesh_without_faces_gives_an_empty_surface) {
   static const uint32_t offsets[1] = {0};
-  tw_mesh mesh;
-  tw_mesh_init(&mesh);
-  mesh.point_count = 2;
-  mesh.positions = cube_points[0];
-  mesh.face_offsets = offsets;
+  tw_mesh mesh = mesh_of(cube_points[0], 2, NULL, offsets, 0);
   for (uint32_t level = 0; level < 3; level++) {
     tw_surface *surface = surface_of(&mesh, (tw_surface_options){.level = level, .normals = true});
     assert_int_equal(tw_surface_row_count(surface, TW_DOMAIN_VERTICES), 0);
@@ -149,13 +81,10 @@ TEST(cube_has_26_then_98_vertices) {
 
 TEST(cube_corner_moves_to_five_ninths) {
   tw_mesh mesh = cube();
-  size_t count;
-  tw_surface *surface = surface_of(&mesh, (tw_surface_options){.level = 1});
-  float *rows = rows_of(surface, TW_DOMAIN_POINTS, &count);
-  assert_int_equal(count, 26);
-  for (int c = 0; c < 3; c++) assert_float_equal(rows[c], -5.0f / 9, 1e-6);
-  free(rows);
-  tw_surface_destroy(surface);
+  rows r = read_rows(&mesh, (tw_surface_options){.level = 1});
+  assert_int_equal(r.count, 26);
+  for (int c = 0; c < 3; c++) assert_float_equal(r.values[c], -5.0f / 9, 1e-6);
+  free_rows(&r);
 }
 
 /* ---- invariants ----------------------------------------------------------------------------- */
@@ -183,45 +112,30 @@ TEST(tips_of_folds_have_one_normal_whatever_the_way) {
   for (uint32_t f = 0; f <= COPIES * FACES; f++) offsets[f] = 3 * f;
   for (uint32_t p = 0; p < COPIES * POINTS; p++)
     for (int c = 0; c < 4; c++) colors[p][c] = 1;
-  tw_mesh mesh;
-  tw_mesh_init(&mesh);
-  mesh.point_count = COPIES * POINTS;
-  mesh.positions = points[0];
-  mesh.face_count = COPIES * FACES;
-  mesh.corner_count = 3 * mesh.face_count;
-  mesh.corners = corners;
-  mesh.face_offsets = offsets;
-  size_t count, coloured_count;
-  tw_surface *bare = surface_of(&mesh, (tw_surface_options){.level = LEVEL, .normals = true});
+  tw_mesh mesh = mesh_of(points[0], COPIES * POINTS, corners, offsets, COPIES * FACES);
+  rows bare = read_rows(&mesh, (tw_surface_options){.level = LEVEL, .normals = true});
   mesh.attributes = &(tw_attribute){.name = "COLOR_0", .width = 4, .values = colors[0]};
   mesh.attribute_count = 1; /* which makes it refine in the generic way */
-  tw_surface *coloured = surface_of(&mesh, (tw_surface_options){.level = LEVEL, .normals = true});
-  float *rows = rows_of(bare, TW_DOMAIN_VERTICES, &count);
-  float *expected = rows_of(coloured, TW_DOMAIN_VERTICES, &coloured_count);
-  size_t stride = tw_surface_get_layout(coloured)->stride;
-  assert_int_equal(count, coloured_count);
+  rows coloured = read_rows(&mesh, (tw_surface_options){.level = LEVEL, .normals = true});
+  assert_int_equal(bare.count, coloured.count);
   for (uint32_t p = 0; p < 2; p++)
-    for (int c = 3; c < 6; c++)
-      assert_true(fabsf(rows[6 * p + (uint32_t)c] - expected[stride * p + (uint32_t)c]) < 1e-5F);
-  free(expected);
-  free(rows);
-  tw_surface_destroy(coloured);
-  tw_surface_destroy(bare);
+    for (int c = 3; c < 6; c++) assert_float_equal(row_of(&bare, p)[c], row_of(&coloured, p)[c], 1e-5);
+  free_rows(&bare);
+  free_rows(&coloured);
 }
 
 TEST(faces_use_every_row_and_no_other) {
-  tw_mesh mesh = grid(5, 4, saddle);
+  cage *c = grid(5, 4, false, saddle);
   static const uint32_t holes[2] = {0, 7};
-  mesh.holes = holes;
-  mesh.hole_count = 2;
+  c->mesh.holes = holes;
+  c->mesh.hole_count = 2;
   for (uint32_t level = 0; level <= 4; level++) {
-    tw_surface *surface = surface_of(&mesh, (tw_surface_options){.level = level});
-    const tw_surface_counts *counts = tw_surface_get_counts(surface);
-    uint64_t rows = tw_surface_row_count(surface, TW_DOMAIN_VERTICES);
-    assert_int_equal(rows, counts->vertices);
+    rows r = read_rows(&c->mesh, (tw_surface_options){.level = level});
+    const tw_surface_counts *counts = tw_surface_get_counts(r.surface);
+    assert_int_equal(r.count, counts->vertices);
     uint32_t *corners = malloc((size_t)counts->corners * sizeof *corners);
-    uint8_t *used = calloc((size_t)rows, 1);
-    tw_surface_reader *reader = tw_surface_reader_create(surface);
+    uint8_t *used = calloc(r.count, 1);
+    tw_surface_reader *reader = tw_surface_reader_create(r.surface);
     size_t taken = 0;
     for (uint64_t face = 0; face < counts->faces; face += 3) {
       size_t step = counts->faces - face < 3 ? (size_t)(counts->faces - face) : 3;
@@ -229,47 +143,41 @@ TEST(faces_use_every_row_and_no_other) {
     }
     assert_int_equal(taken, counts->corners);
     for (size_t i = 0; i < taken; i++) {
-      assert_true(corners[i] < rows);
+      assert_true(corners[i] < r.count);
       used[corners[i]] = 1;
     }
-    for (uint64_t i = 0; i < rows; i++) assert_int_equal(used[i], 1);
+    for (size_t i = 0; i < r.count; i++) assert_int_equal(used[i], 1);
     tw_surface_reader_destroy(reader);
     free(corners);
     free(used);
-    tw_surface_destroy(surface);
+    free_rows(&r);
   }
+  free(c);
 }
 
 TEST(a_plane_stays_a_plane_with_its_normal) {
-  tw_mesh mesh = grid(6, 6, NULL);
+  cage *c = grid(6, 6, false, NULL);
   for (uint32_t level = 0; level <= 4; level++) {
-    tw_surface *surface = surface_of(&mesh, (tw_surface_options){.level = level, .normals = true});
-    size_t count, stride = tw_surface_get_layout(surface)->stride;
-    float *rows = rows_of(surface, TW_DOMAIN_VERTICES, &count);
-    for (size_t i = 0; i < count; i++) {
-      assert_true(rows[i * stride + 2] == 0);
-      assert_float_equal(rows[i * stride + 5], 1, 1e-6);
+    rows r = read_rows(&c->mesh, (tw_surface_options){.level = level, .normals = true});
+    for (size_t i = 0; i < r.count; i++) {
+      assert_true(row_of(&r, i)[2] == 0);
+      assert_float_equal(row_of(&r, i)[5], 1, 1e-6);
     }
-    free(rows);
-    tw_surface_destroy(surface);
+    free_rows(&r);
   }
+  free(c);
 }
 
 TEST(scaling_by_two_scales_the_surface_exactly) {
-  tw_mesh mesh = grid(6, 5, saddle);
-  static float doubled[GRID_MAX * GRID_MAX][3];
-  for (uint32_t i = 0; i < 3 * mesh.point_count; i++) doubled[i / 3][i % 3] = 2 * mesh.positions[i];
-  tw_mesh large = mesh;
-  large.positions = doubled[0];
-  tw_surface_options options = {.level = 4};
-  tw_surface *one = surface_of(&mesh, options), *two = surface_of(&large, options);
-  size_t count;
-  float *a = rows_of(one, TW_DOMAIN_POINTS, &count), *b = rows_of(two, TW_DOMAIN_POINTS, &count);
-  for (size_t i = 0; i < 3 * count; i++) assert_true(2 * a[i] == b[i]);
-  free(a);
-  free(b);
-  tw_surface_destroy(one);
-  tw_surface_destroy(two);
+  cage *c = grid(6, 5, false, saddle);
+  rows one = read_rows(&c->mesh, (tw_surface_options){.level = 4});
+  for (uint32_t i = 0; i < c->mesh.point_count; i++)
+    for (int k = 0; k < 3; k++) c->points[i][k] *= 2;
+  rows two = read_rows(&c->mesh, (tw_surface_options){.level = 4});
+  for (size_t i = 0; i < one.count * one.layout->stride; i++) assert_true(2 * one.values[i] == two.values[i]);
+  free_rows(&one);
+  free_rows(&two);
+  free(c);
 }
 
 TEST(a_face_inside_an_infinite_crease_stays_flat_and_sharp) {
@@ -279,47 +187,40 @@ TEST(a_face_inside_an_infinite_crease_stays_flat_and_sharp) {
   mesh.crease_count = 4;
   mesh.crease_edges = creases;
   mesh.crease_sharpness = sharpness;
-  tw_surface *surface = surface_of(&mesh, (tw_surface_options){.level = 4, .normals = true});
-  size_t count, flat = 0, stride = tw_surface_get_layout(surface)->stride;
-  float *rows = rows_of(surface, TW_DOMAIN_VERTICES, &count);
-  for (size_t i = 0; i < count; i++) flat += rows[i * stride + 2] == 1 && rows[i * stride + 5] > 0.9999f;
+  rows r = read_rows(&mesh, (tw_surface_options){.level = 4, .normals = true});
+  size_t flat = 0;
+  for (size_t i = 0; i < r.count; i++) flat += row_of(&r, i)[2] == 1 && row_of(&r, i)[5] > 0.9999f;
   /* 17 x 17 points, the crease's 64 among them once more with the normal of the other side. */
   assert_int_equal(flat, 17 * 17);
-  assert_int_equal(count, tw_surface_get_counts(surface)->vertices + 64);
-  free(rows);
-  tw_surface_destroy(surface);
+  assert_int_equal(r.count, tw_surface_get_counts(r.surface)->vertices + 64);
+  free_rows(&r);
 }
 
 TEST(normals_of_a_cube_point_outward) {
   tw_mesh mesh = cube();
-  tw_surface *surface = surface_of(&mesh, (tw_surface_options){.level = 3, .normals = true});
-  size_t count;
-  float *rows = rows_of(surface, TW_DOMAIN_VERTICES, &count);
-  for (size_t i = 0; i < count; i++) {
-    const float *p = rows + 6 * i;
+  rows r = read_rows(&mesh, (tw_surface_options){.level = 3, .normals = true});
+  for (size_t i = 0; i < r.count; i++) {
+    const float *p = row_of(&r, i);
     assert_float_equal(p[3] * p[3] + p[4] * p[4] + p[5] * p[5], 1, 1e-5);
     assert_true(p[0] * p[3] + p[1] * p[4] + p[2] * p[5] > 0.5f);
   }
-  free(rows);
-  tw_surface_destroy(surface);
+  free_rows(&r);
 }
 
 /* Bounds are found without evaluating every patch; the rows know better. */
 static void assert_exact_bounds(const tw_mesh *mesh, tw_surface_options options) {
-  tw_surface *surface = surface_of(mesh, options);
-  size_t count, stride = tw_surface_get_layout(surface)->stride;
-  float *rows = rows_of(surface, TW_DOMAIN_VERTICES, &count), min[3], max[3];
-  assert_int_equal(tw_surface_bounds(surface, -1, min, max), TW_OK);
+  rows r = read_rows(mesh, options);
+  float min[3], max[3];
+  assert_int_equal(tw_surface_bounds(r.surface, -1, min, max), TW_OK);
   for (int c = 0; c < 3; c++) {
-    float low = rows[c], high = rows[c];
-    for (size_t i = 0; i < count; i++) {
-      low = fminf(low, rows[i * stride + (size_t)c]);
-      high = fmaxf(high, rows[i * stride + (size_t)c]);
+    float low = r.values[c], high = low;
+    for (size_t i = 0; i < r.count; i++) {
+      low = fminf(low, row_of(&r, i)[c]);
+      high = fmaxf(high, row_of(&r, i)[c]);
     }
     assert_true(min[c] == low && max[c] == high);
   }
-  free(rows);
-  tw_surface_destroy(surface);
+  free_rows(&r);
 }
 
 TEST(bounds_are_those_of_the_rows) {
@@ -329,7 +230,8 @@ TEST(bounds_are_those_of_the_rows) {
   for (uint32_t level = 0; level <= 5; level++)
     for (int boundary = TW_BOUNDARY_EDGE_AND_CORNER; boundary <= TW_BOUNDARY_OPEN; boundary++)
       for (int flags = 0; flags < 8; flags++) {
-        tw_mesh mesh = flags & 4 ? grid(9, 8, saddle) : cube();
+        cage *c = flags & 4 ? grid(9, 8, false, saddle) : NULL;
+        tw_mesh mesh = c ? c->mesh : cube();
         if (flags & 4) {
           mesh.crease_count = 2;
           mesh.crease_edges = creases;
@@ -343,6 +245,7 @@ TEST(bounds_are_those_of_the_rows) {
                                         .limit = flags & 1,
                                         .normals = true,
                                         .creasing = flags & 2 ? TW_CREASE_CHAIKIN : TW_CREASE_UNIFORM});
+        free(c);
       }
 }
 
@@ -355,7 +258,8 @@ static void run_backwards(void *owner, uint32_t count, void (*part)(void *contex
 
 TEST(bounds_do_not_depend_on_who_takes_which_part) {
   for (int flags = 0; flags < 8; flags++) {
-    tw_mesh mesh = flags & 1 ? grid(9, 8, saddle) : cube();
+    cage *c = flags & 1 ? grid(9, 8, false, saddle) : NULL;
+    tw_mesh mesh = c ? c->mesh : cube();
     tw_surface_options options = {.level = flags & 1 ? 6 : 7,
                                   .limit = flags & 2,
                                   .creasing = flags & 4 ? TW_CREASE_CHAIKIN : TW_CREASE_UNIFORM};
@@ -372,5 +276,6 @@ TEST(bounds_do_not_depend_on_who_takes_which_part) {
     assert_int_equal(parts, 0); /* remembered */
     tw_surface_destroy(alone);
     tw_surface_destroy(shared);
+    free(c);
   }
 }

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cube.h"
 #include "quad_pairing.h"
 #include "test.h"
 #include "weld.h"
@@ -29,10 +30,9 @@ static uint32_t weld_soup(const tw_soup *soup, uint32_t *point_of_vertex) {
 static uint32_t weld(const float (*points)[3], const uint32_t *corners, uint32_t face_count,
                      uint32_t *point_of_vertex) {
   float positions[MOST][3];
-  uint32_t offsets[MOST], vertices[MOST], count = 0;
+  uint32_t offsets[MOST], vertices[MOST];
   tw_soup soup = split_soup(points, corners, face_count, positions, offsets, vertices);
-  count = weld_soup(&soup, point_of_vertex);
-  return count;
+  return weld_soup(&soup, point_of_vertex);
 }
 
 static const float octahedron_points[6][3] = {{1, 0, 0},  {-1, 0, 0}, {0, 1, 0},
@@ -82,9 +82,8 @@ TEST(negative_zero_is_zero) {
   float positions[6][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, -0.0f, 0}, {-0.0f, 0, -0.0f}, {0, -1, 0}};
   static const uint32_t offsets[3] = {0, 3, 6}, corners[6] = {0, 1, 2, 3, 4, 5};
   tw_soup soup = {6, positions[0], 2, 6, offsets, corners};
-  uint32_t out[6], count;
-  count = weld_soup(&soup, out);
-  assert_int_equal(count, 4);
+  uint32_t out[6];
+  assert_int_equal(weld_soup(&soup, out), 4);
 }
 
 /* A tube whose every vertex is its own: a seam runs along it that only edges can close. */
@@ -103,9 +102,7 @@ TEST(a_tube_of_loose_quads_closes_round) {
     offsets[f + 1] = 4 * f + 4;
   }
   tw_soup soup = {4 * FACES, positions[0], FACES, 4 * FACES, offsets, corners};
-  uint32_t count;
-  count = weld_soup(&soup, out);
-  assert_int_equal(count, ROUND * (LONG + 1));
+  assert_int_equal(weld_soup(&soup, out), ROUND * (LONG + 1));
 }
 
 /* As generators make it: (round + 1) x (tall + 1) vertices, the last column at an angle of 2 pi, a vertex
@@ -132,9 +129,8 @@ TEST(a_sphere_closes_at_its_seam_and_poles) {
   for (uint32_t f = 0; f <= FACES; f++) offsets[f] = 3 * f;
   assert_int_equal(count, FACES);
   tw_soup soup = {VERTICES, positions[0], FACES, 3 * FACES, offsets, corners};
-  count = weld_soup(&soup, out);
   /* Two vertices, the outer ones of the pole rows, are used by no triangle. */
-  assert_int_equal(count, ROUND * (TALL - 1) + 2 + 2);
+  assert_int_equal(weld_soup(&soup, out), ROUND * (TALL - 1) + 2 + 2);
 }
 
 /* Everything in one place: the worst case for anything that hashes. */
@@ -148,9 +144,7 @@ TEST(a_million_vertices_in_one_place_take_no_longer) {
   for (uint32_t f = 0; f <= FACES; f++) offsets[f] = 3 * f;
   for (uint32_t f = 0; f < FACES; f++) positions[9 * f + 3] = 1; /* a fan round two places */
   tw_soup soup = {3 * FACES, positions, FACES, 3 * FACES, offsets, corners};
-  uint32_t count;
-  count = weld_soup(&soup, out);
-  assert_int_equal(count, 3 * FACES);
+  assert_int_equal(weld_soup(&soup, out), 3 * FACES);
   free(positions);
   free(offsets);
   free(corners);
@@ -190,16 +184,8 @@ TEST(an_edge_that_differs_at_one_end_is_a_seam) {
 
 static tw_mesh triangle_mesh(const float (*points)[3], uint32_t point_count, const uint32_t *corners,
                              uint32_t face_count, uint32_t *offsets) {
-  tw_mesh mesh;
-  tw_mesh_init(&mesh);
   for (uint32_t f = 0; f <= face_count; f++) offsets[f] = 3 * f;
-  mesh.point_count = point_count;
-  mesh.positions = points[0];
-  mesh.face_count = face_count;
-  mesh.corner_count = 3 * face_count;
-  mesh.face_offsets = offsets;
-  mesh.corners = corners;
-  return mesh;
+  return mesh_of(points[0], point_count, corners, offsets, face_count);
 }
 
 /* Faces after pairing. */
