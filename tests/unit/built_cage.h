@@ -77,16 +77,4 @@ static inline cage *grid(uint32_t columns, uint32_t rows, bool cut, float (*heig
   return c;
 }
 
-static inline uint32_t *faces_of(const rows *r, tw_domain domain) {
-  const tw_surface_counts *counts = tw_surface_get_counts(r->surface);
-  uint32_t *faces = malloc((counts->corners + 1) * sizeof *faces);
-  tw_surface_reader *reader = tw_surface_reader_create(r->surface);
-  assert_non_null(faces);
-  assert_non_null(reader);
-  size_t written = tw_surface_read_faces(reader, domain, 0, (size_t)counts->faces, NULL, faces);
-  assert_int_equal(written, counts->corners);
-  tw_surface_reader_destroy(reader);
-  return faces;
-}
-
 #endif

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "obj.h"
 #include "scene_fixture.h"
 #include "test.h"
 #include <cjson/cJSON.h>
@@ -25,14 +26,6 @@ static const char triangles_text[] = "o plate\n" GRID "g arm\nf 1 2 7\nf 1 7 6\n
                                      "g\nf 3 4 9\nf 3 9 8\ng arm\nf 4 5 10\nf 4 10 9\n"
                                      "g leg\nf 6 7 12\nf 6 12 11\nf 7 8 13\nf 7 13 12\n"
                                      "g arm\nf 8 9 14\nf 8 14 13\nf 9 10 15\nf 9 15 14\n";
-
-static tw_model *read_obj(const char *text) {
-  tw_model *model = NULL;
-  tw_error error;
-  if (tw_obj_read((const uint8_t *)text, strlen(text), TW_WELD_AUTO, &model, &error) != TW_OK)
-    fail_msg("line %u: %s", (unsigned)error.line, error.detail);
-  return model;
-}
 
 /* ---- reading -------------------------------------------------------------------------------- */
 

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "cube.h"
+#include "obj.h"
 #include "surface_rows.h"
 #include "tweend/format.h"
 
@@ -24,14 +25,6 @@ static TW_PRINTF(2, 3) void put(text *t, const char *format, ...) {
   va_end(arguments);
   assert_true(size >= 0 && t->size + (size_t)size < TEXT_MAX);
   t->size += (size_t)size;
-}
-
-static tw_model *read_obj(const char *obj) {
-  tw_model *model = NULL;
-  tw_error error = {0};
-  tw_status status = tw_obj_read((const uint8_t *)obj, strlen(obj), TW_WELD_AUTO, &model, &error);
-  assert_string_equal(status == TW_OK ? "" : error.detail, "");
-  return model;
 }
 
 #define CUBE_POINTS  "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n"

@@ -246,16 +246,7 @@ TEST(bounds_are_those_of_the_rows) {
         options.boundary = (tw_boundary)boundary;
         options.limit = limit;
         rows r = read_rows(&c->mesh, options);
-        float min[3], max[3];
-        assert_int_equal(tw_surface_bounds(r.surface, -1, min, max), TW_OK);
-        for (int k = 0; k < 3; k++) {
-          float low = row_of(&r, 0)[k], high = low;
-          for (size_t i = 0; i < r.count; i++) {
-            low = fminf(low, row_of(&r, i)[k]);
-            high = fmaxf(high, row_of(&r, i)[k]);
-          }
-          assert_true(min[k] == low && max[k] == high);
-        }
+        assert_exact_bounds(&r);
         free_rows(&r);
       }
   free(c);

@@ -2,17 +2,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "test.h"
-#include "tweend/format.h"
+#include "obj.h"
 #include "weld.h"
-
-static tw_model *read_with(const char *obj, tw_weld weld) {
-  tw_model *model = NULL;
-  tw_error error = {0};
-  tw_status status = tw_obj_read((const uint8_t *)obj, strlen(obj), weld, &model, &error);
-  assert_string_equal(status == TW_OK ? "" : error.detail, "");
-  return model;
-}
 
 static tw_mesh_stats stats_of(const tw_mesh *mesh) {
   tw_mesh_stats stats;
@@ -22,7 +13,7 @@ static tw_mesh_stats stats_of(const tw_mesh *mesh) {
 }
 
 static void assert_points(const char *obj, tw_weld weld, uint32_t points, uint32_t borders) {
-  tw_model *model = read_with(obj, weld);
+  tw_model *model = read_obj_with(obj, weld);
   tw_mesh_stats stats = stats_of(model->meshes);
   assert_int_equal(stats.vertices, points);
   assert_int_equal(stats.boundary_edges, borders);
@@ -41,7 +32,7 @@ static void assert_points(const char *obj, tw_weld weld, uint32_t points, uint32
 TEST(loose_triangles_close) {
   assert_points(TETRAHEDRON, TW_WELD_AUTO, 4, 0);
   assert_points(TETRAHEDRON, TW_WELD_NONE, 12, 12);
-  tw_model *model = read_with(TETRAHEDRON, TW_WELD_AUTO);
+  tw_model *model = read_obj(TETRAHEDRON);
   assert_int_equal(model->meshes->welded_points, 8);
   assert_int_equal(model->warning_count, 0);
   tw_model_destroy(model);
@@ -53,9 +44,8 @@ TEST(a_seam_closes_and_a_tagged_file_stays) {
 }
 
 TEST(a_face_that_comes_to_a_point_twice_stays) {
-  tw_model *model = read_with(SQUARES "v 2 0 0\nv 3 0 0\nv 3 1 0\nv 1 -1 0\nv 2 -1 0\nf 1 2 3 4\nf 5 6 7 8\n"
-                                      "f 9 10 11 9 12 13\n",
-                              TW_WELD_AUTO);
+  tw_model *model = read_obj(SQUARES "v 2 0 0\nv 3 0 0\nv 3 1 0\nv 1 -1 0\nv 2 -1 0\nf 1 2 3 4\nf 5 6 7 8\n"
+                                     "f 9 10 11 9 12 13\n");
   assert_int_equal(model->meshes->welded_points, 2);
   assert_int_equal(model->meshes->face_count, 3);
   assert_int_equal(model->meshes->corner_count, 14);
@@ -64,7 +54,7 @@ TEST(a_face_that_comes_to_a_point_twice_stays) {
 }
 
 TEST(objects_stay_apart) {
-  tw_model *model = read_with("o a\n" SQUARES "f 1 2 3 4\no b\nf 5 6 7 8\n", TW_WELD_AUTO);
+  tw_model *model = read_obj("o a\n" SQUARES "f 1 2 3 4\no b\nf 5 6 7 8\n");
   assert_int_equal(model->mesh_count, 2);
   assert_int_equal(model->meshes[0].point_count + model->meshes[1].point_count, 8);
   tw_model_destroy(model);
@@ -79,7 +69,7 @@ TEST(sheets_that_merely_touch_stay_two) {
 }
 
 TEST(faces_wound_against_each_other_stay_apart_with_a_warning) {
-  tw_model *model = read_with(SQUARES "f 1 2 3 4\nf 8 7 6 5\n", TW_WELD_AUTO);
+  tw_model *model = read_obj(SQUARES "f 1 2 3 4\nf 8 7 6 5\n");
   tw_mesh_stats stats = stats_of(model->meshes);
   assert_int_equal(stats.vertices, 8);
   assert_int_equal(stats.seam_edges, 2);
@@ -93,7 +83,7 @@ TEST(faces_wound_against_each_other_stay_apart_with_a_warning) {
 }
 
 TEST(a_reversed_neighbour_with_the_same_points_is_counted) {
-  tw_model *model = read_with("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 2 3 4\n", TW_WELD_AUTO);
+  tw_model *model = read_obj("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 2 3 4\n");
   tw_mesh_stats stats = stats_of(model->meshes);
   assert_int_equal(stats.reversed_edges, 1);
   assert_int_equal(stats.reversed_borders + stats.seam_edges, 0);
@@ -109,12 +99,11 @@ TEST(a_face_as_thin_as_a_line_does_not_close_upon_itself) {
 /* Colours, groups, materials and texture coordinates of what stays are those of the first. */
 TEST(what_points_and_faces_bear_follows_them) {
   tw_model *model =
-      read_with("v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 1 1 0 0 0 1\nv 0 1 0 1 1 1\n"
-                "v 1 0 0 0.5 0.5 0.5\nv 2 0 0 1 1 0\nv 2 1 0 0 1 1\nv 1 1 0 0.5 0 0\n"
-                "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvt 1 0\nvt 2 0\nvt 2 1\nvt 1 1\nvn 0 0 1\nvn 0 1 0\n"
-                "usemtl a\ng one\ns 1\nf 1/1/1 2/2/1 3/3/1 4/4/1\n"
-                "usemtl b\ng two\ns 2\nf 5/5/2 6/6/2 7/7/2 8/8/2\n",
-                TW_WELD_AUTO);
+      read_obj("v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 1 1 0 0 0 1\nv 0 1 0 1 1 1\n"
+               "v 1 0 0 0.5 0.5 0.5\nv 2 0 0 1 1 0\nv 2 1 0 0 1 1\nv 1 1 0 0.5 0 0\n"
+               "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvt 1 0\nvt 2 0\nvt 2 1\nvt 1 1\nvn 0 0 1\nvn 0 1 0\n"
+               "usemtl a\ng one\ns 1\nf 1/1/1 2/2/1 3/3/1 4/4/1\n"
+               "usemtl b\ng two\ns 2\nf 5/5/2 6/6/2 7/7/2 8/8/2\n");
   const tw_mesh *m = model->meshes;
   static const uint32_t corners[8] = {0, 1, 2, 3, 1, 4, 5, 2}, uvs[8] = {0, 1, 2, 3, 1, 5, 6, 2};
   assert_int_equal(m->point_count, 6);
@@ -133,8 +122,8 @@ TEST(what_points_and_faces_bear_follows_them) {
 
 TEST(points_at_the_same_place_become_one_exactly) {
   /* Two triangles that touch in a point, and a point that no face uses there. */
-  tw_model *model = read_with(
-      "v 0 0 0\nv 1 0 0\nv 0 1 0\nv -0 0 0\nv -1 0 0\nv 0 -1 0\nv 0 0 0\nf 1 2 3\nf 4 5 6\n", TW_WELD_AUTO);
+  tw_model *model =
+      read_obj("v 0 0 0\nv 1 0 0\nv 0 1 0\nv -0 0 0\nv -1 0 0\nv 0 -1 0\nv 0 0 0\nf 1 2 3\nf 4 5 6\n");
   assert_int_equal(model->meshes->point_count, 7);
   assert_int_equal(tw_model_weld(model, 0, NULL), TW_OK);
   assert_int_equal(model->meshes->point_count, 5);
@@ -146,7 +135,7 @@ TEST(points_at_the_same_place_become_one_exactly) {
 TEST(points_within_a_distance_become_their_first) {
   static const char obj[] =
       "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0.09 0 0\nv 0.18 0 0\nv 1 1 0.5\nf 1 2 3\nf 4 2 6\nf 5 3 6\n";
-  tw_model *model = read_with(obj, TW_WELD_AUTO);
+  tw_model *model = read_obj(obj);
   assert_int_equal(tw_model_weld(model, 0.1, NULL), TW_OK);
   /* 0.18 is near 0.09, but not near 0, which took that one. */
   static const uint32_t corners[9] = {0, 1, 2, 0, 1, 4, 3, 2, 4};
@@ -160,7 +149,7 @@ TEST(faces_that_close_up_go_and_tags_follow) {
   static const char obj[] = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 1.05 0 0\nv 2 0 0\nv 2 1 0\n"
                             "f 1 2 3 4\nf 2 5 3\nf 2 5 6 7 3\nt crease 6/3/0 0 1 1 4 4 5 1 2 3\n"
                             "t corner 1/1/0 4 7\nt hole 2/0/0 1 2\n";
-  tw_model *model = read_with(obj, TW_WELD_AUTO);
+  tw_model *model = read_obj(obj);
   assert_int_equal(tw_model_weld(model, 0.1, NULL), TW_OK);
   const tw_mesh *m = model->meshes;
   static const uint32_t corners[8] = {0, 1, 2, 3, 1, 4, 5, 2}, creases[4] = {0, 1, 1, 4}, hole = 1, sharp = 1;

@@ -3,8 +3,7 @@
 #include <string.h>
 
 #include "cube.h"
-#include "test.h"
-#include "tweend/format.h"
+#include "obj.h"
 
 typedef struct described {
   tw_model *model;
@@ -12,12 +11,9 @@ typedef struct described {
 } described;
 
 static described describe(const char *obj) {
-  described d = {0};
-  tw_error error;
-  if (tw_obj_read((const uint8_t *)obj, strlen(obj), TW_WELD_AUTO, &d.model, &error) != TW_OK)
-    fail_msg("line %u: %s", (unsigned)error.line, error.detail);
+  described d = {.model = read_obj(obj)};
   assert_int_equal(d.model->mesh_count, 1);
-  assert_int_equal(tw_mesh_describe(&d.model->meshes[0], &d.facts, &error), TW_OK);
+  assert_int_equal(tw_mesh_describe(&d.model->meshes[0], &d.facts, NULL), TW_OK);
   return d;
 }
 

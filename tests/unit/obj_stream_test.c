@@ -4,8 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "obj.h"
 #include "scene_fixture.h"
-#include "test.h"
 
 /* The whole text, terminated, read in blocks. Freed by the caller. */
 static char *write_obj(const tw_scene *scene, size_t block) {
@@ -58,14 +58,6 @@ static void end(written *w) {
 static const char *body(const char *text) {
   assert_memory_equal(text, "# tweend ", 9);
   return strchr(text, '\n') + 1;
-}
-
-static tw_model *read_back(const char *text) {
-  tw_model *model = NULL;
-  tw_error error;
-  if (tw_obj_read((const uint8_t *)text, strlen(text), TW_WELD_AUTO, &model, &error) != TW_OK)
-    fail_msg("line %u: %s", (unsigned)error.line, error.detail);
-  return model;
 }
 
 static const char triangle_text[] = "o flat\nv 0 0 0\nv 0.1 0 0\nv 0 0 -2.5\nvt 0.25 0.5\nf 1 2 3\n";
@@ -125,7 +117,7 @@ TEST(text_reads_back_as_the_surface) {
     fixture_init(&f, patchwork_text);
     fixture_refine(&f, level, true);
     char *text = write_obj(&f.scene, 1000);
-    tw_model *model = read_back(text);
+    tw_model *model = read_obj(text);
     const tw_mesh *mesh = &model->meshes[0];
     const tw_surface_counts *counts = tw_surface_get_counts(f.surfaces[0]);
     assert_string_equal(mesh->name, "patchwork");
@@ -329,7 +321,7 @@ TEST(tags_in_blocks_of_any_size) {
     assert_string_equal(parts, whole);
     free(parts);
   }
-  tw_model *model = read_back(whole);
+  tw_model *model = read_obj(whole);
   assert_int_equal(model->meshes[0].crease_count, 61 * 12);
   tw_model_destroy(model);
   free(whole);

@@ -322,15 +322,7 @@ TEST(same_weights_come_whatever_the_blocks) {
   weigh(c, 23);
   for (int o = 0; o < MANY_OPTIONS; o++) {
     rows r = read_rows(&c->mesh, many_options[o]);
-    float block[61 * 20];
-    assert_true(r.layout->stride <= 20);
-    tw_surface_reader *reader = tw_surface_reader_create(r.surface);
-    for (size_t first = 0, step = 1; first < r.count; first += step, step = step % 61 + 1) {
-      size_t taken = first + step > r.count ? r.count - first : step;
-      tw_surface_read_rows(reader, TW_DOMAIN_VERTICES, first, taken, block);
-      assert_memory_equal(block, row_of(&r, first), taken * r.layout->stride * sizeof *block);
-    }
-    tw_surface_reader_destroy(reader);
+    assert_same_in_blocks(&r);
     free_rows(&r);
   }
   free_skinned(c);

@@ -51,4 +51,47 @@ static inline const float *row_of(const rows *r, size_t i) {
   return r->values + i * r->layout->stride;
 }
 
+/* [corners], face by face; freed by the caller. */
+static inline uint32_t *faces_of(const rows *r, tw_domain domain) {
+  const tw_surface_counts *counts = tw_surface_get_counts(r->surface);
+  uint32_t *faces = malloc((counts->corners + 1) * sizeof *faces);
+  tw_surface_reader *reader = tw_surface_reader_create(r->surface);
+  assert_non_null(faces);
+  assert_non_null(reader);
+  size_t written = tw_surface_read_faces(reader, domain, 0, (size_t)counts->faces, NULL, faces);
+  assert_int_equal(written, counts->corners);
+  tw_surface_reader_destroy(reader);
+  return faces;
+}
+
+/* Bounds are found without evaluating every patch; the rows know better. */
+static inline void assert_exact_bounds(const rows *r) {
+  float min[3], max[3];
+  assert_int_equal(tw_surface_bounds(r->surface, -1, min, max), TW_OK);
+  for (int c = 0; c < 3; c++) {
+    float low = row_of(r, 0)[c], high = low;
+    for (size_t i = 0; i < r->count; i++) {
+      if (row_of(r, i)[c] < low) low = row_of(r, i)[c];
+      if (row_of(r, i)[c] > high) high = row_of(r, i)[c];
+    }
+    assert_true(min[c] == low && max[c] == high);
+  }
+}
+
+/* The same rows come in blocks of any size. */
+static inline void assert_same_in_blocks(const rows *r) {
+  enum { MOST = 61 };
+  float *block = malloc(MOST * r->layout->stride * sizeof *block);
+  tw_surface_reader *reader = tw_surface_reader_create(r->surface);
+  assert_non_null(block);
+  assert_non_null(reader);
+  for (size_t first = 0, step = 1; first < r->count; first += step, step = step % MOST + 1) {
+    size_t taken = first + step > r->count ? r->count - first : step;
+    tw_surface_read_rows(reader, TW_DOMAIN_VERTICES, first, taken, block);
+    assert_memory_equal(block, row_of(r, first), taken * r->layout->stride * sizeof *block);
+  }
+  tw_surface_reader_destroy(reader);
+  free(block);
+}
+
 #endif

@@ -292,13 +292,10 @@ TEST(every_triangle_has_one_handedness) {
   sheet *s = folded();
   rows r = read_sheet(s, (tw_surface_options){.level = 3});
   const tw_surface_counts *counts = tw_surface_get_counts(r.surface);
-  uint32_t *corners = malloc((size_t)counts->corners * sizeof *corners);
-  tw_surface_reader *reader = tw_surface_reader_create(r.surface);
-  tw_surface_read_faces(reader, TW_DOMAIN_VERTICES, 0, (size_t)counts->faces, NULL, corners);
+  uint32_t *corners = faces_of(&r, TW_DOMAIN_VERTICES);
   for (size_t c = 0; c < counts->corners; c++)
     assert_true(row_of(&r, corners[c])[r.layout->tangent + 3] ==
                 row_of(&r, corners[c / 4 * 4])[r.layout->tangent + 3]);
-  tw_surface_reader_destroy(reader);
   free(corners);
   free_rows(&r);
   free(s);
@@ -436,14 +433,7 @@ TEST(same_tangents_come_whatever_the_blocks) {
   sheet *s = tube(7, 4);
   for (uint32_t level = 0; level <= 4; level++) {
     rows r = read_sheet(s, (tw_surface_options){.level = level});
-    float block[53 * 32];
-    tw_surface_reader *reader = tw_surface_reader_create(r.surface);
-    for (size_t first = 0, step = 1; first < r.count; first += step, step = step % 53 + 1) {
-      size_t taken = first + step > r.count ? r.count - first : step;
-      tw_surface_read_rows(reader, TW_DOMAIN_VERTICES, first, taken, block);
-      assert_memory_equal(block, row_of(&r, first), taken * r.layout->stride * sizeof *block);
-    }
-    tw_surface_reader_destroy(reader);
+    assert_same_in_blocks(&r);
     free_rows(&r);
   }
   free(s);
