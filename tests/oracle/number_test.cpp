@@ -143,21 +143,6 @@ void compare_edges() {
   report("floats around powers of ten, and what is no number, print as to_chars prints them", special);
 }
 
-void compare_rows() {
-  const float values[] = {0, -0.0F, 1, -1, 0.1F, 1e-5F, 1e30F, 16777216, 99999.99F, NAN, 0.001F};
-  std::string failure;
-  for (size_t count = 0; count <= sizeof values / sizeof *values; count++) {
-    char text[12 * TW_FLOAT_TEXT];
-    std::string right = "[";
-    for (size_t i = 0; i < count; i++) right.append(i ? "," : "").append(expected(values[i]));
-    right.append("]");
-    tw_vectors one = {values, count, count, 1, nullptr};
-    std::string row(text, tw_print_vectors(text, &one));
-    if (row != right) failure.assign(row).append(" in place of ").append(right);
-  }
-  report("the floats of a vector have commas between them", failure);
-}
-
 // From 2^-14 to 2^18, a wider range than the kernel's. Floats half way between two decimals have zeros for
 // their last bits.
 void compare_magnitudes() {
@@ -184,7 +169,6 @@ void compare_all() {
 int main(int argc, char **argv) {
   compare_random(200000);
   compare_edges();
-  compare_rows();
   compare_magnitudes();
   if (argc > 1 && std::strcmp(argv[1], "all") == 0) compare_all();
   std::printf("1..%d\n# %llu floats compared\n", tests, static_cast<unsigned long long>(compared));

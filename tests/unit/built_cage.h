@@ -8,17 +8,25 @@
 
 enum { POINTS_MAX = 256, FACES_MAX = 512 };
 
+/* One allocation, freed as such. */
 typedef struct cage {
-  float points[POINTS_MAX][3];
-  uint32_t corners[4 * FACES_MAX], offsets[FACES_MAX + 1];
+  float (*points)[3];
+  uint32_t *corners, *offsets;
   uint32_t creases[4][2];
   float sharpness[4];
   tw_mesh mesh;
+  uint32_t points_max, faces_max;
 } cage;
 
-static inline cage *new_cage(void) {
-  cage *c = calloc(1, sizeof *c);
+/* Room for so many points, and faces of four corners. */
+static inline cage *new_cage_for(uint32_t points, uint32_t faces) {
+  cage *c = calloc(1, sizeof *c + points * sizeof *c->points + (5 * (size_t)faces + 1) * sizeof *c->corners);
   assert_non_null(c);
+  c->points_max = points;
+  c->faces_max = faces;
+  c->points = (float(*)[3])(c + 1);
+  c->corners = (uint32_t *)(c->points + points);
+  c->offsets = c->corners + 4 * (size_t)faces;
   tw_mesh_init(&c->mesh);
   c->mesh.positions = c->points[0];
   c->mesh.corners = c->corners;
@@ -26,15 +34,27 @@ static inline cage *new_cage(void) {
   return c;
 }
 
+static inline cage *new_cage(void) {
+  return new_cage_for(POINTS_MAX, FACES_MAX);
+}
+
+/* A cage without faces over the same points. */
+static inline cage *new_cage_over(const cage *other) {
+  cage *c = new_cage_for(other->points_max, other->faces_max);
+  c->mesh.point_count = other->mesh.point_count;
+  memcpy(c->points, other->points, other->mesh.point_count * sizeof *c->points);
+  return c;
+}
+
 static inline uint32_t add_point(cage *c, float x, float y, float z) {
   float point[3] = {x, y, z};
-  assert_true(c->mesh.point_count < POINTS_MAX);
+  assert_true(c->mesh.point_count < c->points_max);
   memcpy(c->points[c->mesh.point_count], point, sizeof point);
   return c->mesh.point_count++;
 }
 
 static inline void add_face(cage *c, const uint32_t *corners, uint32_t size) {
-  assert_true(c->mesh.face_count < FACES_MAX);
+  assert_true(c->mesh.face_count < c->faces_max);
   memcpy(c->corners + c->mesh.corner_count, corners, size * sizeof *corners);
   c->mesh.corner_count += size;
   c->offsets[++c->mesh.face_count] = c->mesh.corner_count;

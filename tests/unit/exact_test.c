@@ -98,13 +98,9 @@ TEST(affine_maps_commute_with_subdivision) {
 
 /* Triangles are cut so that each side mirrors the other. */
 static cage *symmetric_roof(bool triangles) {
-  cage *whole = grid(7, 7, false, ridge), *c = new_cage();
-  if (!triangles) {
-    free(c);
-    return whole;
-  }
-  memcpy(c->points, whole->points, sizeof c->points);
-  c->mesh.point_count = whole->mesh.point_count;
+  cage *whole = grid(7, 7, false, ridge);
+  if (!triangles) return whole;
+  cage *c = new_cage_over(whole);
   for (uint32_t f = 0; f < whole->mesh.face_count; f++) {
     const uint32_t *q = whole->corners + 4 * (size_t)f;
     uint32_t turned[4] = {q[1], q[2], q[3], q[0]};

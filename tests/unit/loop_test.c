@@ -223,7 +223,7 @@ TEST(normals_are_unit_even_where_there_is_no_tangent_plane) {
     add_point(shapes[s], 0, s == 0 ? 1 : 0, 0); /* the second lies on a line */
     for (int f = 0; f < 2; f++) add_face(shapes[s], pillow[f], 3);
   }
-  memset(shapes[2]->points, 0, sizeof shapes[2]->points); /* all in one place */
+  memset(shapes[2]->points, 0, 12 * sizeof *shapes[2]->points); /* all in one place */
   for (int s = 0; s < 3; s++) {
     for (uint32_t level = 0; level < 4; level++) {
       tw_surface_options options = loop_at(level);

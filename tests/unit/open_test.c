@@ -44,9 +44,7 @@ static cage *ragged_sheet(bool triangles) {
   static const uint32_t left_out[2][15] = {{0, 7, 11, 12, 28, 39, 40, 60, 61, UINT32_MAX},
                                            {0, 9, 17, 18, 30, 31, 52, 55, 77, 78, 79, 101, 120, 121, 140}};
   enum { COLUMNS = 10, ROWS = 9 };
-  cage *whole = grid(COLUMNS, ROWS, triangles, NULL), *c = new_cage();
-  memcpy(c->points, whole->points, sizeof c->points);
-  c->mesh.point_count = whole->mesh.point_count;
+  cage *whole = grid(COLUMNS, ROWS, triangles, NULL), *c = new_cage_over(whole);
   for (uint32_t f = 0, skipped = 0; f < whole->mesh.face_count; f++) {
     bool skip = skipped < 15 && left_out[triangles][skipped] == f;
     skipped += skip;
@@ -245,9 +243,7 @@ TEST(open_holes_take_part_in_the_rules) {
   tw_surface_options options = {.level = 2, .boundary = TW_BOUNDARY_OPEN};
   tw_surface_counts held, shrunk;
   assert_int_equal(tw_surface_count(&c->mesh, &options, &held, NULL), TW_OK);
-  cage *without = new_cage();
-  memcpy(without->points, c->points, sizeof c->points);
-  without->mesh.point_count = c->mesh.point_count;
+  cage *without = new_cage_over(c);
   for (uint32_t f = 0; f < c->mesh.face_count; f++)
     if (f != middle) add_face(without, c->corners + c->offsets[f], 4);
   assert_int_equal(tw_surface_count(&without->mesh, &options, &shrunk, NULL), TW_OK);
