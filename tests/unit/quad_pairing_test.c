@@ -129,6 +129,12 @@ static uint32_t pair(const soup *s, uint32_t *wrong) {
   return right;
 }
 
+/* So many quads come back, none but those that were. */
+static void assert_pairs(const soup *s, uint32_t expected) {
+  uint32_t wrong, right = pair(s, &wrong);
+  if (right != expected || wrong > 0) fail_msg("%u of %u quads, and %u others", right, expected, wrong);
+}
+
 static tw_model *read_sample(const char *path) {
   char full[512];
   snprintf(full, sizeof full, "%s/%s", TWEEND_SOURCE_DIR, path);
@@ -145,13 +151,11 @@ static tw_model *read_sample(const char *path) {
 TEST(all_quads_of_an_octopus_come_back_however_split) {
   tw_model *model = read_sample("server/samples/octopus.obj");
   const tw_mesh *mesh = model->meshes;
-  uint32_t quads = 0, wrong;
+  uint32_t quads = 0;
   for (uint32_t f = 0; f < mesh->face_count; f++) quads += face_size(mesh, f) == 4;
   for (int how = FAN; how <= BACKWARDS; how++) {
     soup *s = split_mesh(mesh, (split)how);
-    uint32_t right = pair(s, &wrong);
-    if (right != quads || wrong)
-      fail_msg("split %d: %u of %u quads, and %u others", how, right, quads, wrong);
+    assert_pairs(s, quads);
     free(s);
   }
   tw_model_destroy(model);
@@ -166,7 +170,7 @@ static float noise(uint32_t *seed) {
 TEST(bent_and_concave_quads_come_back) {
   enum { SIDE = 24 };
   static float points[SIDE * SIDE][3];
-  uint32_t seed = 7, wrong, concave = 0, quad = 0;
+  uint32_t seed = 7, concave = 0, quad = 0;
   for (uint32_t i = 0; i < SIDE * SIDE; i++) {
     points[i][0] = (float)(i % SIDE) + 0.75f * noise(&seed);
     points[i][1] = (float)(i / SIDE) + 0.75f * noise(&seed);
@@ -180,8 +184,7 @@ TEST(bent_and_concave_quads_come_back) {
       add_quad(s, q, quad++, FAN_BUT_CONCAVE);
     }
   assert_true(concave > 2);
-  assert_int_equal(pair(s, &wrong), quad);
-  assert_int_equal(wrong, 0);
+  assert_pairs(s, quad);
   free(s);
 }
 
@@ -189,7 +192,7 @@ TEST(bent_and_concave_quads_come_back) {
 TEST(a_mesh_of_triangles_stays_one) {
   enum { SIDE = 20 };
   static float points[SIDE * SIDE][3];
-  uint32_t seed = 3, wrong;
+  uint32_t seed = 3;
   for (uint32_t i = 0; i < SIDE * SIDE; i++) {
     float row = (float)(i / SIDE);
     points[i][0] = (float)(i % SIDE) + 0.5f * row + 0.1f * noise(&seed);
@@ -207,8 +210,7 @@ TEST(a_mesh_of_triangles_stays_one) {
         else
           add_triangle(s, a, a + 1, a + SIDE, UINT32_MAX);
       }
-    assert_int_equal(pair(s, &wrong), 0);
-    assert_int_equal(wrong, 0);
+    assert_pairs(s, 0);
     free(s);
   }
 }
@@ -217,7 +219,7 @@ TEST(a_mesh_of_triangles_stays_one) {
 TEST(fans_round_poles_stay_triangles) {
   enum { ROUND = 24, RINGS = 12, POINTS = ROUND * (RINGS - 1) + 2 };
   static float points[POINTS][3];
-  uint32_t quads = 0, wrong;
+  uint32_t quads = 0;
   for (uint32_t r = 1; r < RINGS; r++)
     for (uint32_t i = 0; i < ROUND; i++) {
       double up = 3.14159265358979 * r / RINGS, round = 6.28318530717959 * i / ROUND;
@@ -238,8 +240,7 @@ TEST(fans_round_poles_stay_triangles) {
   uint32_t last = (RINGS - 2) * ROUND;
   for (uint32_t i = 0; i < ROUND; i++)
     add_triangle(s, POINTS - 1, last + i, last + (i + 1) % ROUND, UINT32_MAX);
-  assert_int_equal(pair(s, &wrong), quads);
-  assert_int_equal(wrong, 0);
+  assert_pairs(s, quads);
   free(s);
 }
 
@@ -247,7 +248,6 @@ TEST(fans_round_poles_stay_triangles) {
 TEST(slender_quads_come_back_and_slender_triangles_stay) {
   enum { ROUND = 32, POINTS = 2 * ROUND + 2 };
   static float points[POINTS][3];
-  uint32_t wrong;
   for (uint32_t i = 0; i < 2 * ROUND; i++) {
     double round = 6.28318530717959 * i / ROUND;
     points[i][0] = (float)cos(round);
@@ -263,8 +263,7 @@ TEST(slender_quads_come_back_and_slender_triangles_stay) {
     add_quad(s, (uint32_t[4]){i, next, ROUND + next, ROUND + i}, i, FAN);
     add_triangle(s, 2 * ROUND + 1, ROUND + i, ROUND + next, UINT32_MAX);
   }
-  assert_int_equal(pair(s, &wrong), ROUND);
-  assert_int_equal(wrong, 0);
+  assert_pairs(s, ROUND);
   free(s);
 }
 
@@ -273,7 +272,7 @@ TEST(slender_quads_come_back_and_slender_triangles_stay) {
 TEST(halves_that_stand_apart_are_paired_by_shape) {
   enum { SIDE = 12 };
   static float points[SIDE * SIDE][3];
-  uint32_t wrong, quads = 0;
+  uint32_t quads = 0;
   for (uint32_t i = 0; i < SIDE * SIDE; i++) {
     points[i][0] = (float)(i % SIDE);
     points[i][1] = 1.3f * (float)(i / SIDE);
@@ -288,14 +287,12 @@ TEST(halves_that_stand_apart_are_paired_by_shape) {
         if (y % 8 == 3 && pass == 1) add_triangle(s, q[0], q[1], q[2], number);
         if (y % 8 == 3 && pass == 2) add_triangle(s, q[0], q[2], q[3], number);
       }
-  assert_int_equal(pair(s, &wrong), quads);
-  assert_int_equal(wrong, 0);
+  assert_pairs(s, quads);
   free(s);
 }
 
 TEST(hard_edges_keep_triangles_apart) {
   static float points[18][3];
-  uint32_t wrong;
   for (uint32_t i = 0; i < 18; i++) {
     points[i][0] = (float)(i % 9);
     points[i][1] = (float)(i / 9);
@@ -308,9 +305,8 @@ TEST(hard_edges_keep_triangles_apart) {
   }
   s->mesh.normals =
       (tw_corner_normals){.value_count = MOST, .values = s->normals[0], .corners = s->normal_of};
-  assert_int_equal(pair(s, &wrong), 8);
+  assert_pairs(s, 8);
   s->normals[5][1] = 0.1f; /* the second half of the third quad */
-  assert_int_equal(pair(s, &wrong), 7);
-  assert_int_equal(wrong, 0);
+  assert_pairs(s, 7);
   free(s);
 }
