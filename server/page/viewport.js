@@ -217,6 +217,7 @@ export class Viewport {
     this.model = { ...this.#dress(parsed, options), mixer: new AnimationMixer(scene) };
     this.normals = new Normals(scene);
     this.skeleton = new Skeleton(nodes);
+    this.isBare = parsed.bearers.length === 0; // a clip alone: its joints are all that can be seen
     this.own.add(scene, this.skeleton.object);
     this.followed = null; // a new one is not where the last one was
     this.show(this.shown);
@@ -289,12 +290,12 @@ export class Viewport {
       wireframe.show(names.has('wireframe'));
     }
     this.normals?.show(names.has('normals'));
-    if (this.skeleton) this.skeleton.object.visible = names.has('skeleton');
+    if (this.skeleton) this.skeleton.object.visible = names.has('skeleton') || this.isBare;
     for (const cage of this.#cages) cage.show(names.has('cage'), names.has('points'));
     this.invalidate();
   }
 
-  /** Places of the model in the world, some thousands of its points. */
+  /** Places of the model in the world, some thousands of its points; its joints where it has none. */
   #places() {
     const places = [];
     const roots = [...this.#models.map(({ scene }) => scene), ...this.#cages.map(({ object }) => object)];
@@ -310,6 +311,7 @@ export class Viewport {
         }
       });
     }
+    if (this.isBare && this.skeleton?.bones.length > 0) return this.skeleton.joints.map(({ matrixWorld }) => new Vector3().setFromMatrixPosition(matrixWorld));
     return places.length > 0 ? places : [new Vector3(-1, -1, -1), new Vector3(1, 1, 1)];
   }
 

@@ -1,7 +1,7 @@
 // The page at /: files as exporters write them, and a list of models that is tidied up.
 import assert from 'node:assert/strict';
 
-import { difference, drop, open, PYRAMID } from './page_driver.mjs';
+import { covered, difference, drop, open, PYRAMID } from './page_driver.mjs';
 
 const site = open();
 const { daemon, visits } = site;
@@ -140,4 +140,16 @@ visits('a daemon that went away is told of, and what failed is tried again', { h
   await visit.level(3);
   assert.equal(await notice.count(), 0);
   visit.faults = visit.faults.filter((fault) => !fault.includes('ERR_CONNECTION_REFUSED'));
+});
+
+visits('of a clip alone the joints are shown', {}, async (visit) => {
+  await visit.level(2);
+  await drop(visit, { 'wave.json': JSON.stringify({
+    nodes: [{ name: 'arm' }, { name: 'hand', parent: 'arm', translation: [0, 170, 0] }],
+    clips: [{ name: 'wave', tracks: [{ node: 'arm', path: 'rotation', times: [0, 1], axis_angles: [[0, 0, 1, 0], [0, 0, 1, 1]] }] }] }) });
+  await shows(visit, 'wave.json');
+  await says(visit, ' 0 faces');
+  await visit.drawn();
+  const seen = covered(await visit.pixels());
+  assert.ok(seen > 0.001, `${seen} of the picture is covered`);
 });
