@@ -5,6 +5,14 @@
 
 #define ASSET "'asset':{'version':'2.0'}"
 
+/* ACCESSOR(0, 48, U16, 6, SCALAR): view, offset, type, count and kind. */
+#define ACCESSOR(view, offset, type, count, kind)                                                            \
+  "{'bufferView':" #view ",'byteOffset':" #offset ",'componentType':" type ",'count':" #count                \
+  ",'type':'" #kind "'}"
+#define I16 "5122"
+#define U16 "5123"
+#define F32 "5126"
+
 /* A square of two triangles: 4 positions at 0, 6 indices of 16 bits at 48, then 4 spare bytes and
  * 12 more. */
 typedef struct square_bin {
@@ -18,16 +26,21 @@ static const square_bin square = {{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, 
 #define SQUARE_BUFFER                                                                                        \
   "'buffers':[{'byteLength':76}],'bufferViews':[{'buffer':0,'byteLength':48},"                               \
   "{'buffer':0,'byteOffset':48,'byteLength':28}]"
-#define POSITIONS "{'bufferView':0,'componentType':5126,'count':4,'type':'VEC3'}"
-#define INDICES   "{'bufferView':1,'componentType':5123,'count':6,'type':'SCALAR'}"
+#define POSITIONS ACCESSOR(0, 0, F32, 4, VEC3)
+#define INDICES   ACCESSOR(1, 0, U16, 6, SCALAR)
 #define PRIMITIVE "{'attributes':{'POSITION':0},'indices':1}"
 
-/* The square's document with these accessors and primitives. */
-static const char *square_json(const char *accessors, const char *primitives) {
+/* The square's document with these accessors and primitives, and members before. */
+static const char *square_json_with(const char *members, const char *accessors, const char *primitives) {
   static char text[4096];
-  snprintf(text, sizeof text, "{" ASSET "," SQUARE_BUFFER ",'accessors':[%s],'meshes':[{'primitives':[%s]}]}",
-           accessors, primitives);
+  snprintf(text, sizeof text,
+           "{%s" ASSET "," SQUARE_BUFFER ",'accessors':[%s],'meshes':[{'name':'m','primitives':[%s]}]}",
+           members, accessors, primitives);
   return text;
+}
+
+static const char *square_json(const char *accessors, const char *primitives) {
+  return square_json_with("", accessors, primitives);
 }
 
 /* The square as it is. */
@@ -40,45 +53,39 @@ static tw_model *read_square(const char *accessors, const char *primitives) {
 TEST(accessors_that_lie_are_refused) {
   static const struct {
     const char *accessors, *pointer;
-    tw_status status;
   } cases[] = {
-      {"{'bufferView':0,'componentType':5126,'count':5,'type':'VEC3'}", "/accessors/0", TW_INVALID},
-      {"{'bufferView':0,'componentType':5126,'count':4294967294,'type':'VEC3'}", "/accessors/0", TW_INVALID},
-      {"{'bufferView':0,'componentType':5126,'count':4294967295,'type':'VEC3'}", "/accessors/0/count",
-       TW_INVALID},
-      {"{'bufferView':0,'componentType':5126,'count':18446744073709551615,'type':'VEC3'}",
-       "/accessors/0/count", TW_INVALID},
-      {"{'bufferView':0,'componentType':5126,'count':0,'type':'VEC3'}", "/accessors/0/count", TW_INVALID},
-      {"{'bufferView':0,'byteOffset':4,'componentType':5126,'count':4,'type':'VEC3'}", "/accessors/0",
-       TW_INVALID},
-      {"{'bufferView':0,'byteOffset':18446744073709551612,'componentType':5126,'count':4,'type':'VEC3'}",
-       "/accessors/0", TW_INVALID},
-      {"{'bufferView':7,'componentType':5126,'count':4,'type':'VEC3'}", "/accessors/0/bufferView",
-       TW_INVALID},
-      {"{'bufferView':0,'componentType':5130,'count':1,'type':'VEC3'}", "/accessors/0/componentType",
-       TW_INVALID},
+      {ACCESSOR(0, 0, F32, 5, VEC3), "/accessors/0"},
+      {ACCESSOR(0, 0, F32, 4294967294, VEC3), "/accessors/0"},
+      {ACCESSOR(0, 0, F32, 4294967295, VEC3), "/accessors/0/count"},
+      {ACCESSOR(0, 0, F32, 18446744073709551615, VEC3), "/accessors/0/count"},
+      {ACCESSOR(0, 0, F32, 0, VEC3), "/accessors/0/count"},
+      {ACCESSOR(0, 4, F32, 4, VEC3), "/accessors/0"},
+      {ACCESSOR(0, 18446744073709551612, F32, 4, VEC3), "/accessors/0"},
+      {ACCESSOR(7, 0, F32, 4, VEC3), "/accessors/0/bufferView"},
+      {"{'bufferView':0,'componentType':5130,'count':1,'type':'VEC3'}", "/accessors/0/componentType"},
       {"{'bufferView':0,'componentType':5126,'normalized':true,'count':4,'type':'VEC3'}",
-       "/accessors/0/normalized", TW_INVALID},
-      {"{'bufferView':0,'componentType':5126,'count':4,'type':'VEC2'}", "/accessors/0/type", TW_INVALID},
-      {"{'componentType':5126,'count':99999999,'type':'VEC3'}", "/accessors/0/count", TW_LIMIT},
-      {"{'bufferView':0,'componentType':5126,'count':2,'type':'VEC3'}", "/accessors/1", TW_INVALID},
+       "/accessors/0/normalized"},
+      {ACCESSOR(0, 0, F32, 4, VEC2), "/accessors/0/type"},
+      {ACCESSOR(0, 0, F32, 2, VEC3), "/accessors/1"},
   };
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     char accessors[1024];
     snprintf(accessors, sizeof accessors, "%s," INDICES, cases[i].accessors);
-    glb_refused(square_json(accessors, PRIMITIVE), &square, sizeof square, cases[i].status, cases[i].pointer);
+    glb_refused(square_json(accessors, PRIMITIVE), &square, sizeof square, TW_INVALID, cases[i].pointer);
   }
+  glb_refused(square_json("{'componentType':5126,'count':99999999,'type':'VEC3'}," INDICES, PRIMITIVE),
+              &square, sizeof square, TW_LIMIT, "/accessors/0/count");
 }
 
 TEST(bad_indices_are_refused) {
   static const struct {
     const char *accessor, *pointer;
   } cases[] = {
-      {"{'bufferView':1,'componentType':5126,'count':6,'type':'SCALAR'}", "/accessors/1/componentType"},
-      {"{'bufferView':1,'componentType':5122,'count':6,'type':'SCALAR'}", "/accessors/1/componentType"},
-      {"{'bufferView':1,'componentType':5123,'count':6,'type':'VEC2'}", "/accessors/1/type"},
-      {"{'bufferView':1,'componentType':5123,'count':5,'type':'SCALAR'}", "/meshes/0/primitives/0"},
-      {"{'bufferView':1,'componentType':5123,'count':2,'type':'SCALAR'}", "/meshes/0/primitives/0"},
+      {ACCESSOR(1, 0, F32, 6, SCALAR), "/accessors/1/componentType"},
+      {ACCESSOR(1, 0, I16, 6, SCALAR), "/accessors/1/componentType"},
+      {ACCESSOR(1, 0, U16, 6, VEC2), "/accessors/1/type"},
+      {ACCESSOR(1, 0, U16, 5, SCALAR), "/meshes/0/primitives/0"},
+      {ACCESSOR(1, 0, U16, 2, SCALAR), "/meshes/0/primitives/0"},
   };
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     char accessors[1024];
@@ -306,13 +313,11 @@ TEST(strips_and_fans_become_triangles) {
   assert_int_equal(model->warning_count, 1); /* two degenerate triangles */
   tw_model_destroy(model);
 
-  static const char fan_indices[] = "{'bufferView':1,'componentType':5123,'count':4,'type':'SCALAR'}";
   static const uint16_t fan[6] = {0, 1, 2, 3, 0, 0};
   memcpy(bin.indices, fan, sizeof fan);
-  char accessors[1024];
-  snprintf(accessors, sizeof accessors, POSITIONS ",%s", fan_indices);
-  model = glb_read(square_json(accessors, "{'attributes':{'POSITION':0},'indices':1,'mode':6}"), &bin,
-                   sizeof bin);
+  model = glb_read(square_json(POSITIONS "," ACCESSOR(1, 0, U16, 4, SCALAR),
+                               "{'attributes':{'POSITION':0},'indices':1,'mode':6}"),
+                   &bin, sizeof bin);
   static const uint32_t from_fan[] = {0, 1, 2, 1, 3, 2}; /* 1 2 0, 2 3 0: by first use 1 2 0 3 */
   assert_int_equal(model->meshes[0].face_count, 2);
   assert_memory_equal(model->meshes[0].corners, from_fan, sizeof from_fan);
@@ -333,13 +338,10 @@ TEST(points_and_lines_are_no_faces) {
 /* ---- attributes --------------------------------------------------------------------------------- */
 
 TEST(primitives_of_a_mesh_become_one_with_materials) {
-  static char json[4096];
-  snprintf(json, sizeof json,
-           "{" ASSET "," SQUARE_BUFFER ",'materials':[{'name':'red'},{}],'accessors':[" POSITIONS
-           ",{'bufferView':1,'componentType':5123,'count':3,'type':'SCALAR'},"
-           "{'bufferView':1,'byteOffset':6,'componentType':5123,'count':3,'type':'SCALAR'}],"
-           "'meshes':[{'name':'m','primitives':[{'attributes':{'POSITION':0},'indices':1,'material':1},"
-           "{'attributes':{'POSITION':0},'indices':2}]}]}");
+  const char *json = square_json_with(
+      "'materials':[{'name':'red'},{}],",
+      POSITIONS "," ACCESSOR(1, 0, U16, 3, SCALAR) "," ACCESSOR(1, 6, U16, 3, SCALAR),
+      "{'attributes':{'POSITION':0},'indices':1,'material':1},{'attributes':{'POSITION':0},'indices':2}");
   tw_model *model = glb_read(json, &square, sizeof square);
   const tw_mesh *mesh = &model->meshes[0];
   static const int32_t materials[] = {1, -1};
@@ -364,12 +366,10 @@ TEST(a_normal_map_asks_for_tangents) {
       {"{'extensions':{'KHR_materials_clearcoat':{'clearcoatTexture':{'index':0}}}}", false},
   };
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-    static char json[4096];
-    snprintf(json, sizeof json,
-             "{" ASSET "," SQUARE_BUFFER ",'textures':[{}],'materials':[%s],'accessors':[" POSITIONS
-             "," INDICES
-             "],'meshes':[{'primitives':[{'attributes':{'POSITION':0},'indices':1,'material':0}]}]}",
-             cases[i].material);
+    char members[512];
+    snprintf(members, sizeof members, "'textures':[{}],'materials':[%s],", cases[i].material);
+    const char *json = square_json_with(members, POSITIONS "," INDICES,
+                                        "{'attributes':{'POSITION':0},'indices':1,'material':0}");
     tw_model *model = glb_read(json, &square, sizeof square);
     assert_int_equal(model->meshes[0].has_tangents, cases[i].tangents);
     tw_model_destroy(model);
@@ -393,16 +393,15 @@ TEST(tangents_follow_the_uv_set_of_the_normal_map) {
   };
 #undef MOVED
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-    static char json[4096];
-    snprintf(json, sizeof json,
-             "{" ASSET "," SQUARE_BUFFER
-             ",'textures':[{}],'extensionsUsed':['KHR_texture_transform','KHR_materials_clearcoat'],"
-             "'materials':[{},%s],'accessors':[" POSITIONS "," INDICES
-             ",{'bufferView':0,'componentType':5126,'count':4,'type':'VEC2'}],"
-             "'meshes':[{'primitives':[{'attributes':{'POSITION':0,'TEXCOORD_0':2,'TEXCOORD_1':2},"
-             "'indices':1,'material':1},{'attributes':{'POSITION':0,'TEXCOORD_0':2,'TEXCOORD_1':2},"
-             "'indices':1,'material':0}]}]}",
+    char members[512];
+    snprintf(members, sizeof members,
+             "'textures':[{}],'extensionsUsed':['KHR_texture_transform','KHR_materials_clearcoat'],"
+             "'materials':[{},%s],",
              cases[i].material);
+    const char *json = square_json_with(
+        members, POSITIONS "," INDICES "," ACCESSOR(0, 0, F32, 4, VEC2),
+        "{'attributes':{'POSITION':0,'TEXCOORD_0':2,'TEXCOORD_1':2},'indices':1,'material':1},"
+        "{'attributes':{'POSITION':0,'TEXCOORD_0':2,'TEXCOORD_1':2},'indices':1,'material':0}");
     tw_model *model = glb_read(json, &square, sizeof square);
     const tw_mesh *mesh = &model->meshes[0];
     assert_true(mesh->has_tangents);
@@ -415,9 +414,7 @@ TEST(tangents_follow_the_uv_set_of_the_normal_map) {
 }
 
 TEST(only_vertices_in_use_become_points) {
-  tw_model *model = read_square(POSITIONS ",{'bufferView':1,'byteOffset':6,'componentType':5123,'count':3,"
-                                          "'type':'SCALAR'}",
-                                PRIMITIVE);
+  tw_model *model = read_square(POSITIONS "," ACCESSOR(1, 6, U16, 3, SCALAR), PRIMITIVE);
   assert_int_equal(model->meshes[0].point_count, 3);
   assert_true(model->meshes[0].positions[3] == 1 && model->meshes[0].positions[4] == 1);
   tw_model_destroy(model);
@@ -534,11 +531,9 @@ TEST(an_attribute_that_is_no_number_is_0_there) {
   square_bin bin = square;
   const float values[4] = {1, NAN, 2e18f, -3};
   memcpy(bin.spare, values, sizeof values);
-  tw_model *model = glb_read(
-      square_json(POSITIONS "," INDICES ",{'bufferView':1,'byteOffset':12,'componentType':5126,'count':4,"
-                            "'type':'SCALAR'}",
-                  "{'attributes':{'POSITION':0,'_T':2},'indices':1}"),
-      &bin, sizeof bin);
+  tw_model *model = glb_read(square_json(POSITIONS "," INDICES "," ACCESSOR(1, 12, F32, 4, SCALAR),
+                                         "{'attributes':{'POSITION':0,'_T':2},'indices':1}"),
+                             &bin, sizeof bin);
   const float *read = model->meshes[0].attributes[0].values;
   assert_true(read[0] == 1 && read[1] == 0 && read[2] == 0 && read[3] == -3);
   assert_int_equal(model->warning_count, 1);
@@ -677,18 +672,22 @@ TEST(a_cube_of_24_vertices_has_8_points) {
   tw_model_destroy(model);
 }
 
+static void assert_quads_of(const cube_bin *cube, const tw_mesh *mesh) {
+  assert_int_equal(mesh->face_count, 6);
+  assert_int_equal(mesh->corner_count, 24);
+  for (uint32_t c = 0; c < 24; c++) {
+    const float *uv = mesh->uv_sets[0].values + 2 * (size_t)mesh->uv_sets[0].corners[c];
+    assert_true(uv[0] == cube->uvs[c][0] && uv[1] == 1 - cube->uvs[c][1]); /* v up */
+  }
+}
+
 TEST(ngon_encoding_gives_the_quads_back) {
   cube_bin bin = make_cube();
   tw_model *model = glb_read(cube_json(NGON), &bin, sizeof bin);
   const tw_mesh *mesh = &model->meshes[0];
   static const uint32_t first[] = {0, 1, 2, 3};
-  assert_int_equal(mesh->face_count, 6);
-  assert_int_equal(mesh->corner_count, 24);
   assert_memory_equal(mesh->corners, first, sizeof first);
-  for (uint32_t c = 0; c < 24; c++) {
-    const float *uv = mesh->uv_sets[0].values + 2 * (size_t)mesh->uv_sets[0].corners[c];
-    assert_true(uv[0] == bin.uvs[c][0] && uv[1] == 1 - bin.uvs[c][1]); /* v up */
-  }
+  assert_quads_of(&bin, mesh);
   tw_model_destroy(model);
   model = glb_read_with(cube_json(NGON), &bin, sizeof bin, TW_QUADS_OFF);
   assert_int_equal(model->meshes[0].face_count, 12);
@@ -698,13 +697,7 @@ TEST(ngon_encoding_gives_the_quads_back) {
 TEST(auto_gives_the_quads_back_without_being_told) {
   cube_bin bin = make_cube();
   tw_model *model = glb_read_with(cube_json(""), &bin, sizeof bin, TW_QUADS_AUTO);
-  const tw_mesh *mesh = &model->meshes[0];
-  assert_int_equal(mesh->face_count, 6);
-  assert_int_equal(mesh->corner_count, 24);
-  for (uint32_t c = 0; c < 24; c++) {
-    const float *uv = mesh->uv_sets[0].values + 2 * (size_t)mesh->uv_sets[0].corners[c];
-    assert_true(uv[0] == bin.uvs[c][0] && uv[1] == 1 - bin.uvs[c][1]);
-  }
+  assert_quads_of(&bin, &model->meshes[0]);
   tw_model_destroy(model);
 }
 
@@ -765,10 +758,8 @@ TEST(triangles_that_the_encoding_keeps_apart_stay_apart) {
   square_bin bin = square;
   static const uint16_t apart[6] = {0, 1, 2, 2, 3, 0};
   memcpy(bin.indices, apart, sizeof apart);
-  static char json[2048];
-  snprintf(json, sizeof json,
-           "{" ASSET NGON "," SQUARE_BUFFER ",'accessors':[" POSITIONS "," INDICES
-           "],'meshes':[{'primitives':[" PRIMITIVE "]}]}");
+  const char *json =
+      square_json_with("'extensionsUsed':['FB_ngon_encoding'],", POSITIONS "," INDICES, PRIMITIVE);
   tw_model *model = glb_read_with(json, &bin, sizeof bin, TW_QUADS_AUTO);
   assert_int_equal(model->meshes[0].face_count, 2);
   tw_model_destroy(model);
