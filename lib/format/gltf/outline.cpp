@@ -86,27 +86,20 @@ struct Place {
   }
 };
 
-// A member that the checks rely on may stand only once, spelt without escapes: the parser must not
-// see another one than we do.
-class Once {
-public:
-  explicit Once(Place place) : place_(place) {}
-  bool is(std::string_view key, std::string_view name) {
-    if (key != name) return false;
-    for (std::string_view seen : seen_)
-      if (seen == name) refuse(TW_SYNTAX, place_.pointer(name), "the member stands twice");
-    seen_.push_back(name);
-    return true;
+// Of an object that must be one: members of these names, on which the checks rely, stand only once, and none
+// is spelt with escapes: the parser must not see another one than we do.
+void check_object(Place place, const char *value, std::string_view names) {
+  if (*value != '{') refuse(TW_INVALID, place.pointer(""), "this must be an object");
+  std::vector<std::string_view> seen;
+  for (Items i(value); i.more(); i.next()) {
+    if (is_escaped(i.key()))
+      refuse(TW_UNSUPPORTED, place.pointer(""), "a member's name is written with an escape");
+    if (!has_word(names, i.key())) continue;
+    if (std::find(seen.begin(), seen.end(), i.key()) != seen.end())
+      refuse(TW_SYNTAX, place.pointer(i.key()), "the member stands twice");
+    seen.push_back(i.key());
   }
-  void check(std::string_view key) const {
-    if (is_escaped(key))
-      refuse(TW_UNSUPPORTED, place_.pointer(""), "a member's name is written with an escape");
-  }
-
-private:
-  Place place_;
-  std::vector<std::string_view> seen_;
-};
+}
 
 // ---- the checks ----------------------------------------------------------------------------------------
 
@@ -121,6 +114,18 @@ uint64_t integer(const char *value, Place place, const char *member) {
     number = number * 10 + static_cast<uint64_t>(*c - '0');
   }
   return number;
+}
+
+// The same of a member.
+uint64_t integer_of(const char *object, const char *member, Place place, uint64_t absent = 0) {
+  const char *value = tw_json_member(object, member);
+  return value ? integer(value, place, member) : absent;
+}
+
+// What stands between the quotes of a member; nothing where it is no string.
+std::string_view string_member(const char *object, const char *member) {
+  const char *value = tw_json_member(object, member);
+  return value && *value == '"' ? string_of(value) : std::string_view();
 }
 
 // Extensions that a document may require: their meaning is read, or they only speak of what is handed on.
@@ -155,12 +160,12 @@ public:
 
   void run(const char *root) {
     if (*root != '{') refuse(TW_SYNTAX, "", "a glTF document is a JSON object");
-    Once once({"", 0});
-    for (Items i(root); i.more(); i.next()) {
-      once.check(i.key());
+    std::string names;
+    for (const Part &part : parts) names += part.name, names += ' ';
+    check_object({"", 0}, root, names);
+    for (Items i(root); i.more(); i.next())
       for (const Part &part : parts)
-        if (once.is(i.key(), part.name)) elements(part, i.value());
-    }
+        if (i.key() == part.name) elements(part, i.value());
     check_outline();
   }
 
@@ -178,7 +183,7 @@ private:
     uint64_t mesh, primitive, accessor;
   };
   struct Part {
-    std::string_view name;
+    const char *name;
     uint64_t most; // 0: any number
     void (Checker::*element)(uint64_t index, const char *value);
   };
@@ -204,26 +209,16 @@ private:
     for (Items i(array); i.more() && part.element; i.next()) (this->*part.element)(index++, i.value());
   }
 
-  // Calls member(key, value, once) for each member of an element that must be an object.
-  template <typename Member> static void object(Place place, const char *value, Member member) {
-    if (*value != '{') refuse(TW_INVALID, place.pointer(""), "this must be an object");
-    Once once(place);
-    for (Items i(value); i.more(); i.next()) {
-      once.check(i.key());
-      member(i.key(), i.value(), once);
-    }
-  }
-
   void buffer(uint64_t index, const char *value) {
     Place place = {"buffers", index};
+    check_object(place, value, "byteLength uri extensions");
     Buffer buffer;
-    object(place, value, [&](std::string_view key, const char *member, Once &once) {
-      if (once.is(key, "byteLength")) buffer.length = integer(member, place, "byteLength");
-      if (once.is(key, "extensions")) buffer.is_fallback = says_fallback(compression_of(member));
-      if (!once.is(key, "uri")) return;
-      if (*member != '"') refuse(TW_INVALID, place.pointer("uri"), "a uri must be a string");
-      buffer.uri = string_of(member);
-    });
+    buffer.length = integer_of(value, "byteLength", place);
+    buffer.is_fallback = says_fallback(compression_of(value));
+    if (const char *uri = tw_json_member(value, "uri")) {
+      if (*uri != '"') refuse(TW_INVALID, place.pointer("uri"), "a uri must be a string");
+      buffer.uri = string_of(uri);
+    }
     buffers_.push_back(buffer);
   }
 
@@ -232,19 +227,21 @@ private:
     return value && *value == 't';
   }
 
-  void view(uint64_t index, const char *value) {
-    Place place = {"bufferViews", index};
-    View view;
-    object(place, value, [&](std::string_view key, const char *member, Once &once) {
-      if (once.is(key, "buffer")) view.buffer = integer(member, place, "buffer");
-      if (once.is(key, "byteOffset")) view.offset = integer(member, place, "byteOffset");
-      if (once.is(key, "byteLength")) view.length = integer(member, place, "byteLength");
-      if (once.is(key, "extensions")) view.compressed = compression_of(member);
-    });
-    views_.push_back(view);
+  // Where the bytes of a view are, or those of which it is made.
+  static View read_view(const char *object, Place place) {
+    return {integer_of(object, "buffer", place), integer_of(object, "byteOffset", place),
+            integer_of(object, "byteLength", place), nullptr};
   }
 
-  static const char *compression_of(const char *extensions) {
+  void view(uint64_t index, const char *value) {
+    Place place = {"bufferViews", index};
+    check_object(place, value, "buffer byteOffset byteLength extensions");
+    views_.push_back(read_view(value, place));
+    views_.back().compressed = compression_of(value);
+  }
+
+  static const char *compression_of(const char *object) {
+    const char *extensions = tw_json_member(object, "extensions");
     const char *ext = tw_json_member(extensions, "EXT_meshopt_compression");
     return ext ? ext : tw_json_member(extensions, "KHR_meshopt_compression");
   }
@@ -252,20 +249,14 @@ private:
   // The place is the view's, also for members of the extension.
   void decode_view(size_t i) {
     Place place = {"bufferViews", i};
-    View packed;
-    tw_meshopt_view form = {0, 0, TW_MESHOPT_ATTRIBUTES, TW_MESHOPT_NONE};
-    object(place, views_[i].compressed, [&](std::string_view key, const char *member, Once &once) {
-      if (once.is(key, "buffer")) packed.buffer = integer(member, place, "buffer");
-      if (once.is(key, "byteOffset")) packed.offset = integer(member, place, "byteOffset");
-      if (once.is(key, "byteLength")) packed.length = integer(member, place, "byteLength");
-      if (once.is(key, "byteStride")) form.stride = integer(member, place, "byteStride");
-      if (once.is(key, "count")) form.count = integer(member, place, "count");
-      if (once.is(key, "mode"))
-        form.mode = static_cast<tw_meshopt_mode>(word(member, "ATTRIBUTES TRIANGLES INDICES", place));
-      if (once.is(key, "filter"))
-        form.filter =
-            static_cast<tw_meshopt_filter>(word(member, "NONE OCTAHEDRAL QUATERNION EXPONENTIAL", place));
-    });
+    const char *value = views_[i].compressed;
+    check_object(place, value, "buffer byteOffset byteLength byteStride count mode filter");
+    const View packed = read_view(value, place);
+    const tw_meshopt_view form = {
+        integer_of(value, "count", place), integer_of(value, "byteStride", place),
+        static_cast<tw_meshopt_mode>(word(value, "mode", "ATTRIBUTES TRIANGLES INDICES", place)),
+        static_cast<tw_meshopt_filter>(
+            word(value, "filter", "NONE OCTAHEDRAL QUATERNION EXPONENTIAL", place))};
     tw_error error = {};
     if (packed.buffer >= buffers_.size())
       refuse(TW_INVALID, place.pointer(""), "the compressed bytes are in no buffer");
@@ -288,9 +279,10 @@ private:
     out_.buffers.push_back({out_.decoded.back().data(), out_.decoded.back().size()});
   }
 
-  // Which of the words, a blank between two, a string is.
-  static int word(const char *value, std::string_view words, Place place) {
-    std::string_view wanted = *value == '"' ? string_of(value) : std::string_view();
+  // Which of the words, a blank between two, a member is; the first one where there is no such member.
+  static int word(const char *object, const char *member, std::string_view words, Place place) {
+    if (!tw_json_member(object, member)) return 0;
+    std::string_view wanted = string_member(object, member);
     for (int i = 0; !words.empty(); i++) {
       std::string_view first = words.substr(0, words.find(' '));
       if (first == wanted) return i;
@@ -301,43 +293,30 @@ private:
 
   void accessor(uint64_t index, const char *value) {
     Place place = {"accessors", index};
-    uint64_t view = no_view;
-    object(place, value, [&](std::string_view key, const char *member, Once &once) {
-      if (once.is(key, "bufferView")) view = integer(member, place, "bufferView");
-    });
-    accessor_views_.push_back(view);
+    check_object(place, value, "bufferView");
+    accessor_views_.push_back(integer_of(value, "bufferView", place, no_view));
   }
 
   void mesh(uint64_t index, const char *value) {
     Place place = {"meshes", index};
-    object(place, value, [&](std::string_view key, const char *member, Once &once) {
-      if (!once.is(key, "primitives")) return;
-      if (*member != '[') refuse(TW_INVALID, place.pointer("primitives"), "this must be an array");
-      uint64_t i = 0;
-      for (Items primitives(member); primitives.more(); primitives.next())
-        primitive(place, i++, primitives.value());
-    });
-  }
-
-  void primitive(Place place, uint64_t index, const char *value) {
-    object(place, value, [&](std::string_view key, const char *member, Once &once) {
-      if (once.is(key, "indices") && *member != '-')
-        indices_.push_back({place.index, index, integer(member, place, "primitives")});
+    check_object(place, value, "primitives");
+    const char *primitives = tw_json_member(value, "primitives");
+    if (primitives && *primitives != '[')
+      refuse(TW_INVALID, place.pointer("primitives"), "this must be an array");
+    each(primitives, [&](size_t i, const char *primitive) {
+      check_object(place, primitive, "indices");
+      const char *indices = tw_json_member(primitive, "indices");
+      if (indices && *indices != '-') indices_.push_back({index, i, integer(indices, place, "primitives")});
     });
   }
 
   // The bytes of an image that are in the file are taken from where they stand.
   void image(uint64_t index, const char *value) {
     Place place = {"images", index};
-    ImageOutline image = {index, no_view, {}, {}};
-    bool has_uri = false;
-    object(place, value, [&](std::string_view key, const char *member, Once &once) {
-      if (once.is(key, "bufferView")) image.view = integer(member, place, "bufferView");
-      if (once.is(key, "mimeType") && *member == '"') image.mime_type = string_of(member);
-      if (!once.is(key, "uri")) return;
-      has_uri = true;
-      if (*member == '"') image.uri = string_of(member);
-    });
+    check_object(place, value, "bufferView mimeType uri");
+    ImageOutline image = {index, integer_of(value, "bufferView", place, no_view),
+                          string_member(value, "mimeType"), string_member(value, "uri")};
+    bool has_uri = tw_json_member(value, "uri");
     if (image.view != no_view && has_uri)
       refuse(TW_INVALID, place.pointer(""), "an image has a bufferView or a uri, not both");
     if (image.view != no_view || data_head(image.uri) > 0)
@@ -372,10 +351,9 @@ private:
 
   void animation(uint64_t index, const char *value) {
     Place place = {"animations", index};
-    object(place, value, [&](std::string_view key, const char *member, Once &once) {
-      if (once.is(key, "channels") && *member == '[') tracks_ += tw_json_count(member);
-      once.is(key, "samplers");
-    });
+    check_object(place, value, "channels samplers");
+    const char *channels = tw_json_member(value, "channels");
+    if (channels && *channels == '[') tracks_ += tw_json_count(channels);
     if (tracks_ > TW_TRACKS_MAX)
       refuse(TW_LIMIT, place.pointer("channels"), "with these there are ", tracks_, " channels, and at most ",
              int{TW_TRACKS_MAX}, " are read");
