@@ -101,7 +101,7 @@ tw_status api_form_read(api_bytes body, const char *boundary, tw_arena *arena, a
 /* ---- the body --------------------------------------------------------------------------------------- */
 
 /* Values in the JSON of a glTF file: tinygltf takes a kilobyte and more for some of them. */
-static const tw_read_limits read_limits = {.json_values = 500000};
+enum { JSON_VALUES_MAX = 500000 };
 
 uint64_t api_reading_cost(api_upload_type type, api_coding coding, uint64_t size) {
   /* What is not declared as OBJ may be glTF, which takes most. */
@@ -154,9 +154,8 @@ static api_outcome join_files(api_call *call, const api_form *form, api_upload *
   if (!api_grant(call, cost)) return API_FAILED;
   uint8_t *glb;
   size_t size;
-  tw_status status =
-      tw_gltf_bundle(gltf->bytes, gltf->size, form->files, form->count, read_limits.json_values,
-                     call->service->limits.max_upload, &glb, &size, &call->fault.error);
+  tw_status status = tw_gltf_bundle(gltf->bytes, gltf->size, form->files, form->count, JSON_VALUES_MAX,
+                                    call->service->limits.max_upload, &glb, &size, &call->fault.error);
   if (status != TW_OK) return api_fail_in_document(call);
   gltf->is_used = true;
   upload->name = gltf->name;
@@ -310,8 +309,8 @@ bool api_model_read(api_bytes bytes, tw_format format, api_reading reading, cons
     break;
   case TW_FORMAT_GLTF:
   case TW_FORMAT_GLB:
-    status =
-        tw_gltf_read(bytes.data, bytes.size, reading.quads, reading.weld, &read_limits, out, &fault->error);
+    status = tw_gltf_read(bytes.data, bytes.size, reading.quads, reading.weld, JSON_VALUES_MAX, out,
+                          &fault->error);
     break;
   }
   bool is_merged = reading.weld == TW_WELD_EXACT || reading.weld == TW_WELD_DISTANCE;

@@ -112,34 +112,25 @@ static void put_accessors(tw_gltf_writer *writer) {
 /* ---- nodes --------------------------------------------------------------------------------------------- */
 
 /* What the JSON needs to know of each node beside the node itself. */
-typedef struct node_links {
-  uint32_t *first_child, *next_sibling; /* [node_count], TW_NO_INDEX at the end */
-  bool *animated;                       /* [node_count]: must not have a matrix */
-} node_links;
+typedef struct node_facts {
+  uint32_t first_child; /* place in the model's node_order, where its other children follow; or TW_NO_INDEX */
+  bool animated;        /* must not have a matrix */
+} node_facts;
 
-static bool find_links(tw_gltf_writer *writer, node_links *links) {
-  const tw_scene *scene = writer->scene;
-  uint32_t count = scene->model->node_count;
-  *links = (node_links){tw_alloc(count, sizeof(uint32_t)), tw_alloc(count, sizeof(uint32_t)),
-                        tw_alloc_zero(count, sizeof(bool))};
-  if (!links->first_child || !links->next_sibling || !links->animated) return false;
-  memset(links->first_child, 0xFF, count * sizeof(uint32_t));
-  for (uint32_t i = count; i-- > 0;) {
-    uint32_t parent = scene->model->nodes[i].parent;
-    if (parent == TW_NO_INDEX) continue;
-    links->next_sibling[i] = links->first_child[parent];
-    links->first_child[parent] = i;
+/* NULL without memory. */
+static node_facts *find_facts(const tw_scene *scene) {
+  const tw_model *model = scene->model;
+  node_facts *facts = tw_alloc(model->node_count, sizeof *facts);
+  if (!facts) return NULL;
+  for (uint32_t i = 0; i < model->node_count; i++) facts[i] = (node_facts){.first_child = TW_NO_INDEX};
+  for (uint32_t place = model->node_count; place-- > 0;) {
+    uint32_t parent = model->nodes[model->node_order[place]].parent;
+    if (parent != TW_NO_INDEX) facts[parent].first_child = place;
   }
   for (uint32_t i = 0; i < scene->clip_count; i++)
     for (uint32_t j = 0; j < scene->clips[i].track_count; j++)
-      links->animated[scene->clips[i].tracks[j].node] = true;
-  return true;
-}
-
-static void free_links(node_links *links) {
-  free(links->first_child);
-  free(links->next_sibling);
-  free(links->animated);
+      facts[scene->clips[i].tracks[j].node].animated = true;
+  return facts;
 }
 
 static void put_floats_unless(tw_gltf_writer *writer, const char *member, const float *values, size_t count,
@@ -178,26 +169,26 @@ static void put_mesh_of(tw_gltf_writer *writer, uint32_t index) {
 }
 
 /* The holder of the node's mesh comes first. */
-static void put_children(tw_gltf_writer *writer, const node_links *links, uint32_t index, uint32_t holder) {
-  uint32_t child = links->first_child[index];
-  if (child == TW_NO_INDEX && holder == TW_NO_INDEX) return;
+static void put_children(tw_gltf_writer *writer, uint32_t first, uint32_t index, uint32_t holder) {
+  const tw_model *model = writer->scene->model;
+  if (first == TW_NO_INDEX && holder == TW_NO_INDEX) return;
   tw_member_open(writer->text, "children", "[");
   if (holder != TW_NO_INDEX) tw_text_count(writer->text, holder);
-  for (; child != TW_NO_INDEX; child = links->next_sibling[child]) {
+  for (uint32_t i = first; i < model->node_count && model->nodes[model->node_order[i]].parent == index; i++) {
     tw_text_element(writer->text);
-    tw_text_count(writer->text, child);
+    tw_text_count(writer->text, model->node_order[i]);
   }
   tw_text_add(writer->text, "]");
 }
 
-static void put_node(tw_gltf_writer *writer, const node_links *links, uint32_t index) {
+static void put_node(tw_gltf_writer *writer, node_facts facts, uint32_t index) {
   const tw_node *node = &writer->scene->model->nodes[index];
   uint32_t holder = tw_gltf_holder_of(writer->plan, index);
   tw_gltf_open_object(writer);
   tw_gltf_put_name(writer, node->name);
   if (node->mesh != TW_NO_INDEX && holder == TW_NO_INDEX) put_mesh_of(writer, index);
-  put_transform(writer, index, links->animated[index]);
-  put_children(writer, links, index, holder);
+  put_transform(writer, index, facts.animated);
+  put_children(writer, facts.first_child, index, holder);
   tw_gltf_put_kept(writer, node->kept, NULL);
   tw_gltf_close_object(writer);
 }
@@ -216,15 +207,14 @@ static void put_holder(tw_gltf_writer *writer, uint32_t index) {
 static void put_nodes(tw_gltf_writer *writer) {
   const tw_model *model = writer->scene->model;
   if (model->node_count == 0) return;
-  node_links links;
-  bool found = find_links(writer, &links);
-  if (!found) writer->text->failed = true;
+  node_facts *facts = find_facts(writer->scene);
+  if (!facts) writer->text->failed = true;
   tw_member_open(writer->text, "nodes", "[");
-  for (uint32_t i = 0; found && i < model->node_count; i++) put_node(writer, &links, i);
-  for (uint32_t i = 0; found && i < writer->plan->holder_count; i++)
+  for (uint32_t i = 0; facts && i < model->node_count; i++) put_node(writer, facts[i], i);
+  for (uint32_t i = 0; facts && i < writer->plan->holder_count; i++)
     put_holder(writer, writer->plan->holders[i]);
   tw_text_add(writer->text, "]");
-  free_links(&links);
+  free(facts);
 }
 
 /* ---- scenes -------------------------------------------------------------------------------------------- */

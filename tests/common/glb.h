@@ -41,21 +41,20 @@ static inline glb_file glb_build(const char *json, const void *bin, size_t bin_s
 }
 
 /* Reads bytes; a copy of just their size, so that a sanitizer sees what reads on. */
-static inline tw_status gltf_read_bytes(const void *bytes, size_t size, const tw_read_limits *limits,
+static inline tw_status gltf_read_bytes(const void *bytes, size_t size, uint64_t json_values,
                                         tw_model **model, tw_error *error) {
   uint8_t *copy = malloc(size ? size : 1);
   assert_non_null(copy);
   memcpy(copy, bytes, size);
-  tw_status status = tw_gltf_read(copy, size, TW_QUADS_NGON, TW_WELD_AUTO, limits, model, error);
+  tw_status status = tw_gltf_read(copy, size, TW_QUADS_NGON, TW_WELD_AUTO, json_values, model, error);
   free(copy);
   return status;
 }
 
 /* Reads JSON alone, as a .gltf file has it. */
-static inline tw_status gltf_read(const char *json, const tw_read_limits *limits, tw_model **model,
-                                  tw_error *error) {
+static inline tw_status gltf_read(const char *json, uint64_t json_values, tw_model **model, tw_error *error) {
   char *text = quoted(json);
-  tw_status status = gltf_read_bytes(text, strlen(text), limits, model, error);
+  tw_status status = gltf_read_bytes(text, strlen(text), json_values, model, error);
   free(text);
   return status;
 }
@@ -65,7 +64,7 @@ static inline tw_model *glb_read_with(const char *json, const void *bin, size_t 
   glb_file file = glb_build(json, bin, bin_size);
   tw_model *model = NULL;
   tw_error error = {0};
-  tw_status status = tw_gltf_read(file.bytes, file.size, quads, TW_WELD_AUTO, NULL, &model, &error);
+  tw_status status = tw_gltf_read(file.bytes, file.size, quads, TW_WELD_AUTO, 0, &model, &error);
   free(file.bytes);
   if (status != TW_OK) print_error("%s: %s\n", error.pointer, error.detail);
   assert_int_equal(status, TW_OK);
@@ -82,8 +81,7 @@ static inline void glb_refused(const char *json, const void *bin, size_t bin_siz
   glb_file file = glb_build(json, bin, bin_size);
   tw_model *untouched = NULL;
   tw_error error = {0};
-  tw_status status =
-      tw_gltf_read(file.bytes, file.size, TW_QUADS_NGON, TW_WELD_AUTO, NULL, &untouched, &error);
+  tw_status status = tw_gltf_read(file.bytes, file.size, TW_QUADS_NGON, TW_WELD_AUTO, 0, &untouched, &error);
   free(file.bytes);
   if (status != expected || strcmp(error.pointer, pointer) != 0)
     print_error("%s\n-> status %d, %s: %s\n", json, (int)status, error.pointer, error.detail);

@@ -23,8 +23,7 @@ static void join(const tw_named_file *gltf, const api_form *form) {
       !glb)
     return;
   if (tw_format_sniff(glb, size) != TW_FORMAT_GLB) abort();
-  const tw_read_limits limits = {.json_values = 10000};
-  tw_gltf_read(glb, size, TW_QUADS_NGON, TW_WELD_AUTO, &limits, &model, NULL);
+  tw_gltf_read(glb, size, TW_QUADS_NGON, TW_WELD_AUTO, 10000, &model, NULL);
   tw_model_destroy(model);
   free(glb);
 }

@@ -77,10 +77,9 @@ static void draw(const tw_model *model) {
 
 /* The file must be read, and what it says of the cages must fit. */
 static void check_read(const uint8_t *bytes, size_t size) {
-  static const tw_read_limits limits = {.json_values = 100000};
   tw_model *back = NULL;
   tw_error error = {0};
-  tw_status status = tw_gltf_read(bytes, size, TW_QUADS_NGON, TW_WELD_AUTO, &limits, &back, &error);
+  tw_status status = tw_gltf_read(bytes, size, TW_QUADS_NGON, TW_WELD_AUTO, 100000, &back, &error);
   if (status == TW_LIMIT || status == TW_NO_MEMORY) return;
   if (status != TW_OK) abort();
   for (uint32_t i = 0; i < back->warning_count; i++)

@@ -265,7 +265,7 @@ static void write_mapped(uint32_t level) {
   tw_model *materials = NULL;
   snprintf(name, sizeof name, "skinned_and_mapped_%u", level);
   fixture_init(&f, patchwork_text);
-  if (tw_gltf_read((const uint8_t *)mapped_text, strlen(mapped_text), TW_QUADS_AUTO, TW_WELD_AUTO, NULL,
+  if (tw_gltf_read((const uint8_t *)mapped_text, strlen(mapped_text), TW_QUADS_AUTO, TW_WELD_AUTO, 0,
                    &materials, &error) != TW_OK)
     abort();
   f.model->assets = materials->assets;
@@ -307,9 +307,8 @@ static void write_two_maps(void) {
 static void write_textured(void) {
   fixture f = {0};
   tw_error error;
-  const tw_read_limits limits = {0};
-  if (tw_gltf_read((const uint8_t *)textured_text, strlen(textured_text), TW_QUADS_AUTO, TW_WELD_AUTO,
-                   &limits, &f.model, &error) != TW_OK) {
+  if (tw_gltf_read((const uint8_t *)textured_text, strlen(textured_text), TW_QUADS_AUTO, TW_WELD_AUTO, 0,
+                   &f.model, &error) != TW_OK) {
     fprintf(stderr, "textured: %s %s\n", error.pointer, error.detail);
     exit(1);
   }

@@ -27,8 +27,8 @@ typedef struct answer {
 static answer answer_of(const char *document, size_t size, uint32_t level) {
   answer out = {0};
   tw_error error = {0};
-  if (tw_gltf_read((const uint8_t *)document, size, TW_QUADS_NGON, TW_WELD_AUTO, NULL, &out.f.model,
-                   &error) != TW_OK)
+  if (tw_gltf_read((const uint8_t *)document, size, TW_QUADS_NGON, TW_WELD_AUTO, 0, &out.f.model, &error) !=
+      TW_OK)
     fail_msg("%s %s\n%.*s", error.pointer, error.detail, (int)size, document);
   fixture_refine(&out.f, level, true);
   out.f.scene.clips = out.f.model->clips;
@@ -400,7 +400,7 @@ TEST(what_is_written_with_escapes_stands_only_once) {
 static void assert_refused(const char *document, const char *pointer) {
   tw_model *model = NULL;
   tw_error error = {0};
-  assert_int_equal(gltf_read(document, NULL, &model, &error), TW_INVALID);
+  assert_int_equal(gltf_read(document, 0, &model, &error), TW_INVALID);
   assert_string_equal(error.pointer, pointer);
 }
 

@@ -176,7 +176,7 @@ TEST(a_negative_sparse_offset_is_refused_or_0) {
       &square, sizeof square);
   tw_model *model = NULL;
   tw_error error = {0};
-  tw_status status = tw_gltf_read(file.bytes, file.size, TW_QUADS_NGON, TW_WELD_AUTO, NULL, &model, &error);
+  tw_status status = tw_gltf_read(file.bytes, file.size, TW_QUADS_NGON, TW_WELD_AUTO, 0, &model, &error);
   free(file.bytes);
   if (status == TW_OK) {
     assert_memory_equal(model->meshes[0].positions, square.positions[1], sizeof square.positions[1]);
@@ -292,7 +292,7 @@ TEST(json_files_hold_their_buffer_as_a_data_uri) {
       "'POSITION':0}}]}]}";
   tw_model *model = NULL;
   tw_error error;
-  assert_int_equal(gltf_read(json, NULL, &model, &error), TW_OK);
+  assert_int_equal(gltf_read(json, 0, &model, &error), TW_OK);
   assert_int_equal(model->format, TW_FORMAT_GLTF);
   for (int i = 0; i < 9; i++) assert_true(model->meshes[0].positions[i] == (float)i);
   tw_model_destroy(model);

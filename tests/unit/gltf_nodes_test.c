@@ -9,7 +9,8 @@
 static const char materials_text[] =
     "{\"asset\":{\"version\":\"2.0\",\"copyright\":\"nobody\"},"
     "\"images\":[{\"uri\":\"https://far/away.png\"},"
-    "{\"name\":\"near\",\"mimeType\":\"image/png\",\"uri\":\"data:image/png;base64,iVBORw0KGgoBAgME\"}],"
+    "{\"name\":\"near\",\"mimeType\":\"image/png\",\"uri\":\"data:image/png;base64,iVBORw0KGgoBAgME\"},"
+    "{\"uri\":\"data:application/octet-stream;base64,UklGRgAAAABXRUJQ\"}],"
     "\"textures\":[{\"source\":1}],\"extensionsUsed\":[\"KHR_materials_unlit\"],"
     "\"materials\":[{\"emissiveTexture\":{\"index\":0},\"extensions\":{\"KHR_materials_unlit\":{}}}]}";
 
@@ -17,9 +18,8 @@ TEST(materials_and_images_go_through) {
   static const uint8_t picture[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n', 1, 2, 3, 4};
   fixture f = {0};
   tw_error error;
-  const tw_read_limits limits = {0};
-  if (tw_gltf_read((const uint8_t *)materials_text, sizeof materials_text - 1, TW_QUADS_NGON, TW_WELD_AUTO,
-                   &limits, &f.model, &error) != TW_OK)
+  if (tw_gltf_read((const uint8_t *)materials_text, sizeof materials_text - 1, TW_QUADS_NGON, TW_WELD_AUTO, 0,
+                   &f.model, &error) != TW_OK)
     fail_msg("%s %s", error.pointer, error.detail);
   fixture_refine(&f, 1, true);
   glb file = write_glb(&f.scene);
@@ -29,6 +29,8 @@ TEST(materials_and_images_go_through) {
   assert_string_equal(cJSON_GetObjectItem(near, "name")->valuestring, "near");
   assert_string_equal(cJSON_GetObjectItem(near, "mimeType")->valuestring, "image/png");
   assert_false(cJSON_HasObjectItem(near, "uri"));
+  const cJSON *untold = at(&file, "images", 2);
+  assert_string_equal(cJSON_GetObjectItem(untold, "mimeType")->valuestring, "image/webp");
   const cJSON *view = at(&file, "bufferViews", (int)number(near, "bufferView", 99));
   assert_int_equal(number(view, "byteLength", 0), sizeof picture);
   assert_memory_equal(file.data + number(view, "byteOffset", 0), picture, sizeof picture);

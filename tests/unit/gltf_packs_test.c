@@ -179,7 +179,7 @@ TEST(polygons_stay_whole) {
     glb coded = write_packed(&f, encoding, TW_POLYGONS_NGON);
     tw_model *model = NULL;
     tw_error error;
-    assert_int_equal(tw_gltf_read(coded.bytes, coded.size, TW_QUADS_NGON, TW_WELD_AUTO, NULL, &model, &error),
+    assert_int_equal(tw_gltf_read(coded.bytes, coded.size, TW_QUADS_NGON, TW_WELD_AUTO, 0, &model, &error),
                      TW_OK);
     assert_int_equal(model->meshes[0].face_count, 4 * SIDE * SIDE);
     assert_int_equal(model->meshes[0].corner_count, 16 * SIDE * SIDE);

@@ -296,8 +296,7 @@ TEST(polygons_read_back_as_they_were) {
     glb file = write_glb(&f.scene);
     tw_model *model = NULL;
     tw_error error;
-    const tw_read_limits limits = {0};
-    if (tw_gltf_read(file.bytes, file.size, TW_QUADS_NGON, TW_WELD_AUTO, &limits, &model, &error) != TW_OK)
+    if (tw_gltf_read(file.bytes, file.size, TW_QUADS_NGON, TW_WELD_AUTO, 0, &model, &error) != TW_OK)
       fail_msg("%s %s", error.pointer, error.detail);
     const tw_mesh *mesh = &model->meshes[0];
     assert_int_equal(mesh->face_count, tw_surface_get_counts(f.surfaces[0])->faces);

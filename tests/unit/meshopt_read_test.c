@@ -87,7 +87,7 @@ static tw_status read_packed(uint32_t count, tw_model **out, tw_error *error) {
   char json[sizeof text + 64];
   snprintf(json, sizeof json, text, first, count, first, second, first + second);
   glb_file file = glb_build(json, packed, first + second);
-  tw_status status = tw_gltf_read(file.bytes, file.size, TW_QUADS_NGON, TW_WELD_AUTO, NULL, out, error);
+  tw_status status = tw_gltf_read(file.bytes, file.size, TW_QUADS_NGON, TW_WELD_AUTO, 0, out, error);
   free(file.bytes);
   return status;
 }

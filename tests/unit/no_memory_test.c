@@ -11,7 +11,7 @@
 typedef tw_status read_fn(const uint8_t *bytes, size_t size, tw_model **model, tw_error *error);
 
 static tw_status read_gltf(const uint8_t *bytes, size_t size, tw_model **model, tw_error *error) {
-  return tw_gltf_read(bytes, size, TW_QUADS_AUTO, TW_WELD_AUTO, NULL, model, error);
+  return tw_gltf_read(bytes, size, TW_QUADS_AUTO, TW_WELD_AUTO, 0, model, error);
 }
 
 static tw_status read_obj(const uint8_t *bytes, size_t size, tw_model **model, tw_error *error) {

@@ -99,26 +99,6 @@ uint64_t declared_length(const char *object) {
   return whole_number(tw_json_member(object, "byteLength")).value_or(UINT64_MAX);
 }
 
-// The type that the bytes show; nullptr for another one.
-const char *image_type(std::string_view bytes) {
-  using namespace std::string_view_literals;
-  static constexpr struct {
-    const char *type;
-    size_t at; // behind "RIFF" and a size, or the size of a box
-    std::string_view magic;
-  } known[] = {{"image/png", 0, "\x89PNG\r\n\x1A\n"sv},
-               {"image/jpeg", 0, "\xFF\xD8\xFF"sv},
-               {"image/ktx2", 0, "\xABKTX 20\xBB\r\n\x1A\n"sv},
-               {"image/vnd-ms.dds", 0, "DDS "sv},
-               {"image/webp", 8, "WEBP"sv},
-               {"image/avif", 4, "ftypavif"sv}};
-  for (const auto &[type, at, magic] : known)
-    if (bytes.size() >= at + magic.size() && bytes.substr(at, magic.size()) == magic &&
-        (at != 8 || bytes.substr(0, 4) == "RIFF"))
-      return type;
-  return nullptr;
-}
-
 // ---- the bundle --------------------------------------------------------------------------------------
 
 class Bundle : Text {
@@ -312,7 +292,7 @@ private:
     for (Items i(object); i.more(); i.next())
       if (i.key() != "uri") put_member(i);
     if (!tw_json_member(object, "mimeType")) {
-      const char *type = image_type({reinterpret_cast<const char *>(files_[file].bytes), files_[file].size});
+      const char *type = image_type({files_[file].bytes, files_[file].size});
       if (!type) refuse(TW_UNSUPPORTED, pointer, "the file is neither PNG, JPEG, WebP, KTX2, AVIF nor DDS");
       put_key("mimeType");
       put(text('"', type, '"'));

@@ -42,8 +42,8 @@ bool parser_keeps_room() {
 struct Schema {
   std::string_view key;      // of the member that it is
   uint64_t size;             // bytes of the struct that an element of the array becomes; 0: it is no array
-  std::string_view members;  // that are copied as they are, a blank between two
-  std::vector<Schema> parts; // and those of which some is
+  std::string_view members;  // that are copied, a blank between two
+  std::vector<Schema> parts; // those of them of which only some is
   void (*reserve)(tinygltf::Model &model, size_t count) = nullptr; // of the root's arrays
   bool (*is_read)(const char *element) = nullptr;                  // nullptr: all elements are
 
@@ -58,38 +58,34 @@ struct Schema {
 
 const Schema &root_schema() {
   using namespace tinygltf;
-  static const Schema target = {"target", 0, "node path", {}},
-                      primitives = {"primitives",
-                                    2 * sizeof(Primitive),
-                                    "attributes indices material mode targets",
-                                    {}},
-                      channels = {"channels", sizeof(AnimationChannel), "sampler", {target}, nullptr,
+  static const Schema target = {"target", 0, target_members, {}},
+                      primitives = {"primitives", 2 * sizeof(Primitive), primitive_members, {}},
+                      channels = {"channels", sizeof(AnimationChannel), channel_members, {target}, nullptr,
                                   is_track},
-                      samplers = {"samplers", sizeof(AnimationSampler), "input output interpolation", {}};
-  static const Schema root = {
-      "",
-      0,
-      "scene",
-      {{"asset", 0, "version minVersion", {}},
-       {"nodes",
-        sizeof(Node),
-        "name children mesh skin matrix translation rotation scale weights",
-        {},
-        reserve<&Model::nodes>},
-       {"meshes", sizeof(Mesh), "name weights", {primitives}, reserve<&Model::meshes>},
-       {"accessors",
-        sizeof(Accessor),
-        "bufferView byteOffset normalized componentType count type sparse",
-        {},
-        reserve<&Model::accessors>},
-       {"bufferViews",
-        sizeof(BufferView),
-        "buffer byteOffset byteLength byteStride",
-        {},
-        reserve<&Model::bufferViews>},
-       {"skins", sizeof(Skin), "name joints skeleton inverseBindMatrices", {}, reserve<&Model::skins>},
-       {"animations", sizeof(Animation), "name", {channels, samplers}, reserve<&Model::animations>},
-       {"scenes", sizeof(Scene), "nodes", {}, reserve<&Model::scenes>}}};
+                      samplers = {"samplers", sizeof(AnimationSampler), sampler_members, {}};
+  static const Schema root = {"",
+                              0,
+                              "scene",
+                              {{"asset", 0, "version minVersion", {}},
+                               {"nodes", sizeof(Node), node_members, {}, reserve<&Model::nodes>},
+                               {"meshes", sizeof(Mesh), mesh_members, {primitives}, reserve<&Model::meshes>},
+                               {"accessors",
+                                sizeof(Accessor),
+                                "bufferView byteOffset normalized componentType count type sparse",
+                                {},
+                                reserve<&Model::accessors>},
+                               {"bufferViews",
+                                sizeof(BufferView),
+                                "buffer byteOffset byteLength byteStride",
+                                {},
+                                reserve<&Model::bufferViews>},
+                               {"skins", sizeof(Skin), skin_members, {}, reserve<&Model::skins>},
+                               {"animations",
+                                sizeof(Animation),
+                                animation_members,
+                                {channels, samplers},
+                                reserve<&Model::animations>},
+                               {"scenes", sizeof(Scene), scene_members, {}, reserve<&Model::scenes>}}};
   return root;
 }
 

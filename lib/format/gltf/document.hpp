@@ -163,6 +163,14 @@ std::string unescape(std::string_view written);
 // behind it.
 Vector<uint8_t> decode_base64(std::string_view written, Budget &budget, std::string_view *rest = nullptr);
 
+struct Bytes {
+  const uint8_t *data;
+  size_t size;
+};
+
+// The type of an image that its bytes show; nullptr for another one.
+const char *image_type(const Bytes &file);
+
 // JSON text under way.
 class Text {
 protected:
@@ -186,11 +194,6 @@ protected:
 };
 
 // ---- before tinygltf -----------------------------------------------------------------------------
-
-struct Bytes {
-  const uint8_t *data;
-  size_t size;
-};
 
 // Where the bytes of an image are.
 struct ImageOutline {
@@ -221,6 +224,15 @@ struct Outline {
   uint64_t tree_size = 0, model_size = 0; // what parsing takes at most, and what stays of it
 };
 
+// Members that are read, a blank between two: tinygltf sees no others, and all others are kept for answers.
+constexpr char node_members[] = "name children mesh skin matrix translation rotation scale weights",
+               mesh_members[] = "name weights primitives",
+               primitive_members[] = "attributes indices material mode targets",
+               skin_members[] = "name joints skeleton inverseBindMatrices",
+               animation_members[] = "name channels samplers", channel_members[] = "sampler target",
+               target_members[] = "node path", sampler_members[] = "input output interpolation",
+               scene_members[] = "nodes";
+
 struct Document;
 
 // Checks the container and the JSON text: lengths, grammar, depth, number of values; that no unknown
@@ -228,7 +240,7 @@ struct Document;
 // views and accessors exist where tinygltf would follow them; and that parsing stays in the budget. tinygltf
 // opens files that a uri names, copies buffers, recurses without bound, and spends kilobytes on an empty
 // object. Fills the outline, and gives the document's arrays the room that they need.
-void make_outline(const Bytes &file, const tw_read_limits &limits, Document &document);
+void make_outline(const Bytes &file, Document &document);
 
 // Copies what is read of a checked document into the outline, and adds up what parsing the copy takes, which
 // stays in the budget.
@@ -342,6 +354,7 @@ struct Document {
   tw_gltf_assets *assets = nullptr; // the model's
   tw_quads quads;
   tw_weld weld;
+  uint64_t json_values = 0; // the most; 0: any number
   // Elements of a file may be named by many others; these keep a small file from taking long to read.
   uint64_t corners_left = 0, values_left = 0;
   // For the warnings.

@@ -141,9 +141,8 @@ public:
     scenes(assets);
     const tinygltf::Model &source = document_.source;
     tw_model &model = *document_.model;
-    parts("nodes", source.nodes, model.nodes, model.node_count,
-          "name children mesh skin matrix translation rotation scale weights");
-    parts("skins", source.skins, model.skins, model.skin_count, "name joints skeleton inverseBindMatrices");
+    parts("nodes", source.nodes, model.nodes, model.node_count, node_members);
+    parts("skins", source.skins, model.skins, model.skin_count, skin_members);
     check_parsed(assets.scene_count, source.scenes, "/scenes");
     meshes();
     animations();
@@ -375,7 +374,7 @@ private:
     assets.scenes = allocate_zero<tw_gltf_scene>(document_, assets.scene_count);
     each(array, [&](size_t i, const char *value) {
       place_ = text("/scenes/", i);
-      assets.scenes[i].kept = object(value, "nodes");
+      assets.scenes[i].kept = object(value, scene_members);
     });
   }
 
@@ -398,14 +397,14 @@ private:
                    place_ + "/primitives");
       tw_mesh_init(&model.meshes[index]);
       unkept_ = "tweend";
-      model.meshes[index].kept = object(mesh, "name primitives weights");
+      model.meshes[index].kept = object(mesh, mesh_members);
       const char *tags = mesh_tags(mesh);
       MeshText texts = {tags, Vector<PrimitiveText>(document_.budget)};
       unkept_ = tags && tw_json_member(tags, "groups") ? "groups" : ""; // said there, as ranges of indices
       each(tw_json_member(mesh, "primitives"), [&](size_t i, const char *primitive) {
         place_ = text("/meshes/", index, "/primitives/", i);
         const char *extensions = tw_json_member(primitive, "extensions");
-        const char *kept = object(primitive, "attributes indices material mode targets");
+        const char *kept = object(primitive, primitive_members);
         texts.primitives.push_back({kept, tw_json_member(primitive, "attributes"),
                                     tw_json_member(extensions, "FB_ngon_encoding") != nullptr});
         int mode = parsed[index].primitives[i].mode;
@@ -509,7 +508,7 @@ private:
     const std::vector<tinygltf::Animation> &all = document_.source.animations;
     each(room("animations", all, model.clips, model.clip_count), [&](size_t index, const char *animation) {
       place_ = text("/animations/", index);
-      model.clips[index].kept = object(animation, "name channels samplers");
+      model.clips[index].kept = object(animation, animation_members);
       const char *samplers = tw_json_member(animation, "samplers");
       const tinygltf::Animation &parsed = all[index];
       check_parsed(count_of(samplers), parsed.samplers, text("/animations/", index, "/samplers"));
@@ -517,7 +516,7 @@ private:
       Vector<char> loose{document_.budget};
       each(samplers, [&](size_t i, const char *sampler) {
         place_ = text("/animations/", index, "/samplers/", i);
-        sampler_texts.push_back(object(sampler, "input output interpolation"));
+        sampler_texts.push_back(object(sampler, sampler_members));
       });
       Vector<const char *> tracks{document_.budget};
       each(tw_json_member(animation, "channels"), [&](size_t i, const char *channel) {
@@ -569,8 +568,8 @@ private:
 
   // What channel, target and sampler say as one object; a sampler that several channels name is with each.
   const char *track(const char *channel, const Vector<const char *> &samplers) {
-    const char *own = object(channel, "sampler target"), *target = tw_json_member(channel, "target");
-    const char *of_target = target ? object(target, "node path") : nullptr;
+    const char *own = object(channel, channel_members), *target = tw_json_member(channel, "target");
+    const char *of_target = target ? object(target, target_members) : nullptr;
     int sampler = index_of(tw_json_member(channel, "sampler"));
     bool has_sampler = sampler >= 0 && static_cast<size_t>(sampler) < samplers.size();
     const char *of_sampler = has_sampler ? samplers[static_cast<size_t>(sampler)] : nullptr;

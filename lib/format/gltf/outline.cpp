@@ -461,9 +461,9 @@ const Checker::Part Checker::parts[14] = {
 
 } // namespace
 
-void make_outline(const Bytes &file, const tw_read_limits &limits, Document &document) {
+void make_outline(const Bytes &file, Document &document) {
   Container container = open_container(file);
-  const tw_json_rules rules = {limits.json_values, false};
+  const tw_json_rules rules = {document.json_values, false};
   tw_error error = {};
   tw_status status = tw_json_check(container.json.data(), container.json.size(), &rules, &error);
   if (status != TW_OK) refuse(status, error.pointer, error.detail);

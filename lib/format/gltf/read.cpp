@@ -51,8 +51,8 @@ void parse(Document &document) {
   outline.json.shrink_to_fit();
 }
 
-void read(const Bytes &file, const tw_read_limits &limits, Document &document) {
-  make_outline(file, limits, document);
+void read(const Bytes &file, Document &document) {
+  make_outline(file, document);
   parse(document);
   check_version(document.source.asset);
   document.corners_left = std::min(corners_free + corners_per_byte * file.size, corners_max);
@@ -77,10 +77,9 @@ void note_no_memory() {
   throw std::bad_alloc();
 }
 
-tw_status read_or_report(const Bytes &file, const tw_read_limits &limits, Document &document,
-                         tw_error *error) {
+tw_status read_or_report(const Bytes &file, Document &document, tw_error *error) {
   try {
-    read(file, limits, document);
+    read(file, document);
   } catch (const Refusal &refusal) {
     if (is_out_of_memory) throw std::bad_alloc();
     return report(refusal, error);
@@ -93,15 +92,16 @@ tw_status read_or_report(const Bytes &file, const tw_read_limits &limits, Docume
 }
 
 // The one place where exceptions end.
-tw_status read_model(const uint8_t *bytes, size_t size, const tw_read_limits &limits, tw_quads quads,
-                     tw_weld weld, tw_model *model, tw_error *error) {
+tw_status read_model(const Bytes &file, uint64_t json_values, tw_quads quads, tw_weld weld, tw_model *model,
+                     tw_error *error) {
   tw_status status = TW_OK;
   std::set_new_handler(note_no_memory);
   is_out_of_memory = false;
   try {
     auto document =
-        std::make_unique<Document>(model, quads, weld, tw_reading_size(TW_FORMAT_GLB, size) - size);
-    status = read_or_report({bytes, size}, limits, *document, error);
+        std::make_unique<Document>(model, quads, weld, tw_reading_size(TW_FORMAT_GLB, file.size) - file.size);
+    document->json_values = json_values;
+    status = read_or_report(file, *document, error);
   } catch (const std::bad_alloc &) {
     return tw_fail(error, TW_NO_MEMORY, "out of memory");
   } catch (...) {
@@ -138,11 +138,10 @@ const char *copy_name(Document &document, const std::string &name) {
 
 } // namespace gltf
 
-tw_status tw_gltf_read(const uint8_t *bytes, size_t size, tw_quads quads, tw_weld weld,
-                       const tw_read_limits *limits, tw_model **out, tw_error *error) {
+tw_status tw_gltf_read(const uint8_t *bytes, size_t size, tw_quads quads, tw_weld weld, uint64_t json_values,
+                       tw_model **out, tw_error *error) {
   tw_model *model = tw_model_create();
   if (!model) return tw_fail(error, TW_NO_MEMORY, "out of memory");
-  tw_read_limits none = {};
-  tw_status status = gltf::read_model(bytes, size, limits ? *limits : none, quads, weld, model, error);
+  tw_status status = gltf::read_model({bytes, size}, json_values, quads, weld, model, error);
   return tw_model_end(model, status, out, error);
 }

@@ -59,14 +59,6 @@ void check_texture(const char *texture, const tw_gltf_assets &assets, const Way 
 
 // ---- images
 
-// By the first bytes, for an image that does not say.
-const char *image_type(const uint8_t *bytes, size_t size) {
-  static const uint8_t png[] = {0x89, 'P', 'N', 'G'}, jpeg[] = {0xFF, 0xD8, 0xFF};
-  if (size >= 4 && std::equal(png, png + 4, bytes)) return "\"image/png\"";
-  if (size >= 3 && std::equal(jpeg, jpeg + 3, bytes)) return "\"image/jpeg\"";
-  return nullptr;
-}
-
 const char *copy_quoted(Document &document, std::string_view written) {
   if (written.empty()) return nullptr;
   char *quoted = allocate_zero<char>(document, written.size() + 3);
@@ -117,7 +109,8 @@ void take_images(Document &document) {
     tw_gltf_image &image = document.assets->images[outline.index];
     document.budget.place = text("/images/", outline.index);
     take_bytes(document, outline, image);
-    if (!image.mime_type) image.mime_type = image_type(image.bytes, image.size);
+    const char *shown = image.mime_type ? nullptr : image_type({image.bytes, image.size});
+    if (shown) image.mime_type = copy_quoted(document, shown);
   }
 }
 

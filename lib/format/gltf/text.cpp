@@ -43,6 +43,26 @@ std::string unescape(std::string_view written) {
   return out;
 }
 
+const char *image_type(const Bytes &file) {
+  using namespace std::string_view_literals;
+  static constexpr struct {
+    const char *type;
+    size_t at; // behind "RIFF" and a size, or the size of a box
+    std::string_view magic;
+  } known[] = {{"image/png", 0, "\x89PNG"sv},
+               {"image/jpeg", 0, "\xFF\xD8\xFF"sv},
+               {"image/ktx2", 0, "\xABKTX 20\xBB\r\n\x1A\n"sv},
+               {"image/vnd-ms.dds", 0, "DDS "sv},
+               {"image/webp", 8, "WEBP"sv},
+               {"image/avif", 4, "ftypavif"sv}};
+  std::string_view bytes(reinterpret_cast<const char *>(file.data), file.size);
+  for (const auto &[type, at, magic] : known)
+    if (bytes.size() >= at && bytes.substr(at, magic.size()) == magic &&
+        (at != 8 || bytes.substr(0, 4) == "RIFF"))
+      return type;
+  return nullptr;
+}
+
 bool has_word(std::string_view list, std::string_view word) {
   for (size_t at = list.find(word); at != std::string_view::npos; at = list.find(word, at + 1)) {
     size_t end = at + word.size();

@@ -116,7 +116,8 @@ typedef struct tw_skin {
   const char *kept;          /* as of a mesh */
 } tw_skin;
 
-/* Fills order[node_count] with the nodes, parents first. TW_INVALID with pointer
+/* Fills order[node_count] with the nodes: roots, then the children of each of these in turn, ascending, and
+ * so on. TW_INVALID with pointer
  * "/nodes/{i}/parent" on a parent out of range or a cycle. O(nodes), no recursion. */
 tw_status tw_nodes_order(const tw_node *nodes, uint32_t node_count, uint32_t *order, tw_error *error);
 

@@ -12,11 +12,6 @@ extern "C" {
 /* How glTF triangles become polygons. */
 typedef enum tw_quads { TW_QUADS_NGON, TW_QUADS_AUTO, TW_QUADS_OFF } tw_quads;
 
-/* What a reader may take from one upload. 0: no limit. */
-typedef struct tw_read_limits {
-  uint64_t json_values; /* values of any kind in a glTF JSON chunk */
-} tw_read_limits;
-
 /* The most bytes that reading a document of `size` bytes holds at a time, the document and the model
  * included: documents that would take more are refused. Never over 64 MiB and six times the size. */
 uint64_t tw_reading_size(tw_format format, uint64_t size);
@@ -59,10 +54,11 @@ tw_status tw_ply_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model 
  * run before tinygltf sees a byte. Errors bear a pointer into the glTF document.
  * A glTF mesh is one tw_mesh: its triangles become polygons as `quads` says, vertices that were split for
  * the renderer become one point again (lib/weld.h), texture coordinates face-varying with v up. Elements
- * that are named over and over may not make a small file a large model (TW_LIMIT). limits may be NULL.
+ * that are named over and over may not make a small file a large model (TW_LIMIT). json_values: the most that
+ * its JSON may hold, of any kind; 0: any number.
  * *out: a finished model. */
-tw_status tw_gltf_read(const uint8_t *bytes, size_t size, tw_quads quads, tw_weld weld,
-                       const tw_read_limits *limits, tw_model **out, tw_error *error);
+tw_status tw_gltf_read(const uint8_t *bytes, size_t size, tw_quads quads, tw_weld weld, uint64_t json_values,
+                       tw_model **out, tw_error *error);
 
 /* A file that came along with a glTF. */
 typedef struct tw_named_file {
