@@ -1,5 +1,5 @@
 /* What an answer that is a cage says beyond glTF, in extras.tweend of its meshes (tw_gltf_stream): its
- * numbers become accessors of the plan, and the rest text. gltf/cage_tags.cpp reads it. */
+ * numbers become accessors of the plan, and the rest text. gltf/cage_tags.hpp reads it. */
 #include <stdlib.h>
 #include <string.h>
 

@@ -2,6 +2,10 @@
 #ifndef TWEEND_GLTF_CAGE_TAGS_HPP
 #define TWEEND_GLTF_CAGE_TAGS_HPP
 
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
 #include "gltf/document.hpp"
 
 namespace gltf {
@@ -21,7 +25,25 @@ public:
   // Opens what the extras name. positions: of all vertices, nullptr where primitives have more than one.
   // Another program may have kept the extras and made other accessors: then they are left out, with a
   // warning.
-  void open(const char *extras, const Elements *positions);
+  void open(const char *extras, const Elements *positions) {
+    try {
+      const char *creases = tw_json_member(extras, "creases"), *corners = tw_json_member(extras, "corners");
+      text_ = extras;
+      points_ = open_tag(extras, "points", false);
+      faces_ = open_tag(extras, "faces", false);
+      starts_ = open_tag(extras, "starts", false);
+      groups_ = open_tag(tw_json_member(extras, "groups"), "faces", false);
+      crease_edges_ = open_tag(creases, "edges", false);
+      crease_sharpness_ = open_tag(creases, "sharpness", true);
+      corner_vertices_ = open_tag(corners, "vertices", false);
+      corner_sharpness_ = open_tag(corners, "sharpness", true);
+      check_points(positions);
+      open_holes(tw_json_member(extras, "holes"), *positions);
+      open_details(tw_json_member(extras, "details"));
+    } catch (const Refusal &refusal) {
+      leave_out(refusal);
+    }
+  }
 
   bool are_there() const { return points_ != nullptr; }
   const std::vector<Hole> &holes() const { return holes_; }
@@ -29,7 +51,29 @@ public:
 
   // Puts the mesh, whose faces are those of the file, of holes the last ones, into the order that it had, and
   // tags it.
-  void write(uint32_t hole_faces);
+  void write(uint32_t hole_faces) {
+    Vector<uint32_t> place(document_.budget, mesh_.face_count, 0);
+    try {
+      check_sharpness("creases", crease_edges_, crease_sharpness_, 2);
+      check_sharpness("corners", corner_vertices_, corner_sharpness_, 1);
+      read_face_order(place);
+      check_starts();
+      check_details();
+      write_groups(place);
+    } catch (const Refusal &refusal) {
+      std::iota(place.begin(), place.end(), 0u);
+      write_holes(place, hole_faces);
+      return leave_out(refusal);
+    }
+    write_holes(place, hole_faces);
+    reorder_faces(place);
+    mesh_.crease_count =
+        write_sharpness(crease_edges_, crease_sharpness_, mesh_.crease_edges, mesh_.crease_sharpness);
+    mesh_.sharp_point_count =
+        write_sharpness(corner_vertices_, corner_sharpness_, mesh_.sharp_points, mesh_.point_sharpness);
+    write_rules();
+    write_details();
+  }
 
 private:
   Document &document_;
@@ -44,28 +88,258 @@ private:
   std::vector<std::pair<uint32_t, const Elements *>> details_; // a level, its offsets
   std::vector<Hole> holes_;
 
-  std::string place_of(const char *name) const;
-  const Elements *open_tag(const char *object, const char *name, bool is_float);
-  void check_points(const Elements *positions) const;
-  void open_holes(const char *holes, const Elements &positions);
-  void open_details(const char *details);
-  void read_face_order(Vector<uint32_t> &place) const;
-  void check_starts() const;
-  static bool is_identity(const Vector<uint32_t> &place);
-  void reorder_corners(const uint32_t *&values, const Vector<uint32_t> &place);
-  void reorder_faces(const Vector<uint32_t> &place);
+  std::string place_of(const char *name) const { return text("/meshes/", index_, "/extras/tweend/", name); }
+
+  // nullptr where there is none.
+  const Elements *open_tag(const char *object, const char *name, bool is_float) {
+    const char *index = tw_json_member(object, name);
+    if (!index) return nullptr;
+    const Elements &elements = accessors_.open(index_of(index), TINYGLTF_TYPE_SCALAR, place_of(name));
+    int wanted = is_float ? TINYGLTF_COMPONENT_TYPE_FLOAT : TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
+    if (elements.component_type() != wanted)
+      refuse(TW_INVALID, place_of(name), name, " are of another component type");
+    return &elements;
+  }
+
+  // Every vertex has a point, every point a vertex, and the vertices of a point one place.
+  void check_points(const Elements *positions) const {
+    std::string pointer = place_of("points");
+    if (!points_ || !positions || points_->count() != positions->count())
+      refuse(TW_INVALID, pointer, "there are not as many points as vertices");
+    uint32_t count = points_->count();
+    Vector<uint32_t> vertex(document_.budget, count, UINT32_MAX); // of each point
+    uint32_t found = 0, last = 0;
+    for (uint32_t v = 0; v < count; v++) {
+      uint32_t point = points_->read_index(v);
+      if (point >= count) refuse(TW_INVALID, pointer, "point ", point, " is out of range");
+      last = std::max(last, point);
+      found += vertex[point] == UINT32_MAX;
+      if (vertex[point] == UINT32_MAX) vertex[point] = v;
+      float own[3], first[3];
+      positions->read(v, own);
+      positions->read(vertex[point], first);
+      if (!std::equal(own, own + 3, first)) refuse(TW_INVALID, pointer, "a point is at two places");
+    }
+    if (found != last + 1) refuse(TW_INVALID, pointer, "a point has no vertex");
+  }
+
+  void open_holes(const char *holes, const Elements &positions) {
+    if (!holes || *holes != '[') return;
+    size_t i = 0;
+    for (Items item(holes); item.more(); item.next(), i++) {
+      std::string pointer = text(place_of("holes"), "/", i);
+      if (*item.value() != '{') refuse(TW_INVALID, pointer, "a hole is no object");
+      int indices = index_of(tw_json_member(item.value(), "indices")),
+          found = index_of(tw_json_member(item.value(), "material"));
+      if (found >= 0 && static_cast<uint32_t>(found) >= document_.model->material_count)
+        refuse(TW_INVALID, pointer, "there is no material ", found);
+      const Elements &elements = accessors_.open(indices, TINYGLTF_TYPE_SCALAR, pointer + "/indices");
+      if (elements.count() % 3 != 0 || elements.component_type() == TINYGLTF_COMPONENT_TYPE_FLOAT)
+        refuse(TW_INVALID, pointer, "holes are no triangles");
+      for (uint32_t k = 0; k < elements.count(); k++)
+        if (elements.read_index(k) >= positions.count())
+          refuse(TW_INVALID, pointer, "an index is out of range");
+      holes_.push_back({indices, found, pointer});
+    }
+  }
+
+  void open_details(const char *details) {
+    if (!details || *details != '[') return;
+    uint32_t above = 0;
+    for (Items item(details); item.more(); item.next()) {
+      std::string pointer = text(place_of("details"), "/", details_.size());
+      uint32_t level = static_cast<uint32_t>(index_of(tw_json_member(item.value(), "level")));
+      if (level <= above || level > TW_LEVEL_MAX)
+        refuse(TW_INVALID, pointer, "levels of details ascend from 1 to ", int{TW_LEVEL_MAX});
+      above = level;
+      const Elements &offsets = accessors_.open(index_of(tw_json_member(item.value(), "offsets")),
+                                                TINYGLTF_TYPE_VEC3, pointer + "/offsets");
+      if (offsets.component_type() != TINYGLTF_COMPONENT_TYPE_FLOAT)
+        refuse(TW_INVALID, pointer, "offsets are of another component type");
+      // Details may name the same accessor many times.
+      if (3 * uint64_t{offsets.count()} > document_.values_left)
+        refuse(TW_LIMIT, pointer, "the details are too many for a file of this size");
+      document_.values_left -= 3 * uint64_t{offsets.count()};
+      details_.emplace_back(level, &offsets);
+    }
+  }
+
+  // Faces in the mesh's own order: [face of the mesh], its place in the file.
+  void read_face_order(Vector<uint32_t> &place) const {
+    uint32_t count = mesh_.face_count;
+    if (!faces_) return std::iota(place.begin(), place.end(), 0u);
+    if (faces_->count() != count) refuse(TW_INVALID, place_of("faces"), "there are not as many faces");
+    std::fill(place.begin(), place.end(), UINT32_MAX);
+    for (uint32_t i = 0; i < count; i++) {
+      uint32_t face = faces_->read_index(i);
+      if (face >= count || place[face] != UINT32_MAX)
+        refuse(TW_INVALID, place_of("faces"), "faces are in no order");
+      place[face] = i;
+    }
+  }
+
+  // A face of the file begins with a corner of its own.
+  void check_starts() const {
+    if (!starts_) return;
+    if (starts_->count() != mesh_.face_count)
+      refuse(TW_INVALID, place_of("starts"), "there are not as many starts as faces");
+    for (uint32_t f = 0; f < mesh_.face_count; f++)
+      if (starts_->read_index(f) >= mesh_.face_offsets[f + 1] - mesh_.face_offsets[f])
+        refuse(TW_INVALID, place_of("starts"), "a face has no such corner");
+  }
+
+  static bool is_identity(const Vector<uint32_t> &place) {
+    for (size_t i = 0; i < place.size(); i++)
+      if (place[i] != i) return false;
+    return true;
+  }
+
+  // Corner values in the faces' new order, from each face's first corner on.
+  void reorder_corners(const uint32_t *&values, const Vector<uint32_t> &place) {
+    if (!values) return;
+    uint32_t *out = allocate<uint32_t>(document_, mesh_.corner_count), *next = out;
+    for (uint32_t from : place) {
+      const uint32_t *first = values + mesh_.face_offsets[from],
+                     *last = values + mesh_.face_offsets[from + 1];
+      uint32_t start = starts_ ? starts_->read_index(from) : 0;
+      next = std::rotate_copy(first, start ? last - start : first, last, next);
+    }
+    values = out;
+  }
+
+  void reorder_faces(const Vector<uint32_t> &place) {
+    if (is_identity(place) && !starts_) return;
+    reorder_corners(mesh_.corners, place);
+    reorder_corners(mesh_.normals.corners, place);
+    for (uint32_t set = 0; set < mesh_.uv_set_count; set++)
+      reorder_corners(mesh_.uv_sets[set].corners, place);
+    uint32_t *offsets = allocate<uint32_t>(document_, place.size() + 1);
+    offsets[0] = 0;
+    for (size_t i = 0; i < place.size(); i++)
+      offsets[i + 1] = offsets[i] + mesh_.face_offsets[place[i] + 1] - mesh_.face_offsets[place[i]];
+    mesh_.face_offsets = offsets;
+    if (!mesh_.face_materials) return;
+    int32_t *materials = allocate<int32_t>(document_, place.size());
+    for (size_t i = 0; i < place.size(); i++) materials[i] = mesh_.face_materials[place[i]];
+    mesh_.face_materials = materials;
+  }
+
+  // Points and their sharpness, `width` points to each.
   void check_sharpness(const char *name, const Elements *points, const Elements *sharpness,
-                       uint32_t width) const;
+                       uint32_t width) const {
+    if (!points != !sharpness || (points && points->count() != uint64_t{width} * sharpness->count()))
+      refuse(TW_INVALID, place_of(name), "there are not as many ", name, " as their sharpness");
+    for (uint32_t i = 0; points && i < points->count(); i++)
+      if (points->read_index(i) >= mesh_.point_count)
+        refuse(TW_INVALID, place_of(name), "a point of ", name, " is out of range");
+    for (uint32_t i = 0; sharpness && i < sharpness->count(); i++) {
+      float value;
+      if (!sharpness->read_finite(i, &value) || value < 0)
+        refuse(TW_INVALID, place_of(name), "sharpness is a number from 0");
+    }
+  }
+
   uint32_t write_sharpness(const Elements *points, const Elements *sharpness, const uint32_t *&to,
-                           const float *&sharpness_to);
-  void write_holes(const Vector<uint32_t> &place, uint32_t count);
-  uint32_t group_number(const std::string &name);
-  void write_groups(const Vector<uint32_t> &place);
-  static int rule(const char *rules, const char *name, int most);
-  void write_rules();
-  void check_details() const;
-  void write_details();
-  void leave_out(const Refusal &refusal);
+                           const float *&sharpness_to) {
+    if (!points) return 0;
+    uint32_t *indices = allocate<uint32_t>(document_, points->count());
+    float *values = allocate<float>(document_, sharpness->count());
+    for (uint32_t i = 0; i < points->count(); i++) indices[i] = points->read_index(i);
+    for (uint32_t i = 0; i < sharpness->count(); i++) {
+      sharpness->read(i, values + i);
+      values[i] = std::min(values[i], TW_SHARPNESS_INFINITE);
+    }
+    to = indices;
+    sharpness_to = values;
+    return sharpness->count();
+  }
+
+  // The last `count` faces of the file.
+  void write_holes(const Vector<uint32_t> &place, uint32_t count) {
+    uint32_t first = mesh_.face_count - count;
+    if (count == 0) return;
+    uint32_t *holes = allocate<uint32_t>(document_, count), *next = holes;
+    for (uint32_t f = 0; f < mesh_.face_count; f++)
+      if (place[f] >= first) *next++ = f;
+    mesh_.holes = holes;
+    mesh_.hole_count = count;
+  }
+
+  // Sets of groups by their names, numbered for the whole model.
+  uint32_t group_number(const std::string &name) {
+    constexpr size_t sets_max = 1 << 18, entry_size = 96;
+    auto [found, fresh] = document_.group_numbers.try_emplace(name, document_.group_names.size());
+    if (!fresh) return found->second;
+    document_.budget.take(entry_size + name.size());
+    const char *copy = copy_name(document_, name);
+    if (!copy || document_.group_names.size() == sets_max)
+      refuse(TW_LIMIT, place_of("groups"), "a name of groups is empty, or there are too many");
+    document_.group_names.push_back(copy);
+    return found->second;
+  }
+
+  void write_groups(const Vector<uint32_t> &place) {
+    if (!groups_) return;
+    std::string pointer = place_of("groups");
+    const char *groups = tw_json_member(text_, "groups"), *names = tw_json_member(groups, "names");
+    if (groups_->count() != mesh_.face_count || !names || *names != '[')
+      refuse(TW_INVALID, pointer, "there are not as many groups as faces");
+    Vector<uint32_t> numbers(document_.budget);
+    for (Items name(names); name.more(); name.next()) {
+      if (*name.value() != '"') refuse(TW_INVALID, pointer, "a name of groups is no text");
+      numbers.push_back(group_number(unescape(string_of(name.value()))));
+    }
+    uint32_t *out = allocate<uint32_t>(document_, mesh_.face_count);
+    for (uint32_t f = 0; f < mesh_.face_count; f++) {
+      uint32_t group = groups_->read_index(place[f]);
+      if (group != UINT32_MAX && group >= numbers.size())
+        refuse(TW_INVALID, pointer, "group ", group, " has no name");
+      out[f] = group == UINT32_MAX ? group : numbers[group];
+    }
+    mesh_.face_groups = out;
+  }
+
+  static int rule(const char *rules, const char *name, int most) {
+    int value = index_of(tw_json_member(rules, name));
+    return value >= 0 && value <= most ? value : static_cast<int>(TW_TAG_UNSET);
+  }
+
+  void write_rules() {
+    const char *rules = tw_json_member(text_, "rules");
+    mesh_.tag_boundary = rule(rules, "boundary", TW_BOUNDARY_NONE);
+    mesh_.tag_uv = rule(rules, "uv", TW_UV_ALL);
+    mesh_.tag_creasing = rule(rules, "creasing", TW_CREASE_CHAIKIN);
+    mesh_.tag_triangles = rule(rules, "triangles", TW_TRIANGLES_SMOOTH);
+  }
+
+  void check_details() const {
+    for (const auto &[level, offsets] : details_)
+      for (uint32_t i = 0; i < offsets->count(); i++) {
+        float row[3];
+        if (!offsets->read_finite(i, row) ||
+            std::any_of(row, row + 3, [](float x) { return std::abs(x) > TW_COORDINATE_MAX; }))
+          refuse(TW_INVALID, place_of("details"), "an offset of level ", level, " is no number up to 1e18");
+      }
+  }
+
+  void write_details() {
+    tw_detail *details = allocate<tw_detail>(document_, details_.size());
+    for (size_t i = 0; i < details_.size(); i++) {
+      const auto &[level, offsets] = details_[i];
+      float *rows = allocate<float>(document_, 3 * size_t{offsets->count()});
+      for (uint32_t v = 0; v < offsets->count(); v++) offsets->read(v, rows + 3 * size_t{v});
+      details[i] = {level, offsets->count(), rows};
+    }
+    mesh_.details = details;
+    mesh_.detail_count = static_cast<uint32_t>(details_.size());
+  }
+
+  void leave_out(const Refusal &refusal) {
+    tw_model_warn(document_.model, "extras.tweend of mesh %zu are left out: %s", index_,
+                  refusal.detail.c_str());
+    points_ = nullptr;
+    holes_.clear();
+  }
 };
 
 } // namespace gltf

@@ -2,6 +2,7 @@
 #ifndef TWEEND_GLTF_VERTEX_SOURCES_HPP
 #define TWEEND_GLTF_VERTEX_SOURCES_HPP
 
+#include <algorithm>
 #include <array>
 
 #include "gltf/document.hpp"
@@ -38,7 +39,13 @@ public:
         pointer_(text("/meshes/", mesh, "/primitives/")) {}
 
   // The number of primitive i's source among all.
-  uint32_t find(size_t i);
+  uint32_t find(size_t i) {
+    const tinygltf::Primitive &primitive = source_.primitives[i];
+    auto [found, fresh] =
+        known_.try_emplace(Key(primitive.attributes, primitive.targets), static_cast<uint32_t>(all.size()));
+    if (fresh) all.push_back(open(primitive, i));
+    return found->second;
+  }
 
   std::vector<VertexSource> all;
   std::vector<SmoothAttribute> smooth; // in the order of the document
@@ -53,14 +60,123 @@ private:
   std::string pointer_;
   std::map<Key, uint32_t> known_;
 
+  static void put_at(std::vector<const Elements *> &list, size_t number, const Elements *elements) {
+    if (list.size() <= number) list.resize(number + 1);
+    list[number] = elements;
+  }
+
+  static bool is_custom(const std::string &name) {
+    return name[0] == '_' && std::none_of(name.begin(), name.end(), [](char c) {
+             return static_cast<unsigned char>(c) < 0x20 || c == 0x7F;
+           });
+  }
+
+  static void check_joints(const Attributes &attributes, const VertexSource &source, size_t set,
+                           const std::string &pointer) {
+    if (!source.joints[set] != !source.weights[set])
+      refuse(TW_INVALID, pointer, "JOINTS_", set, " and WEIGHTS_", set, " come together");
+    if (!source.joints[set]) return;
+    int type = source.joints[set]->component_type();
+    if ((type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE && type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT) ||
+        source.joints[set]->normalized())
+      refuse(TW_INVALID, text("/accessors/", attributes.at(text("JOINTS_", set)), "/componentType"),
+             "joints are unsigned bytes or shorts");
+  }
+
+  // An attribute of as many elements as there are positions, or nullptr.
   const Elements *attribute(const Attributes &attributes, const std::string &name, const std::string &pointer,
-                            const Elements *position);
+                            const Elements *position) {
+    auto found = attributes.find(name);
+    if (found == attributes.end()) return nullptr;
+    std::string place = pointer + "/" + name;
+    const Elements &elements = accessors_.open_any(found->second, place);
+    if (position && elements.count() != position->count())
+      refuse(TW_INVALID, place, "the attribute has ", elements.count(), " elements, and POSITION ",
+             position->count());
+    return &elements;
+  }
+
   const Elements *vector_attribute(const Attributes &attributes, const std::string &name, uint32_t least,
-                                   uint32_t most, const std::string &pointer, const Elements *position);
-  VertexSource open(const tinygltf::Primitive &primitive, size_t i);
-  void open_smooth(const Attributes &attributes, size_t i, const std::string &pointer, VertexSource &source);
-  std::optional<size_t> smooth_number(const std::string &name, uint32_t width);
-  void note_unread(const tinygltf::Primitive &primitive);
+                                   uint32_t most, const std::string &pointer, const Elements *position) {
+    const Elements *elements = attribute(attributes, name, pointer, position);
+    if (elements && (elements->width() < least || elements->width() > most))
+      refuse(TW_INVALID, text("/accessors/", attributes.at(name), "/type"), name, " must have ", least,
+             " components");
+    return elements;
+  }
+
+  VertexSource open(const tinygltf::Primitive &primitive, size_t i) {
+    const Attributes &attributes = primitive.attributes;
+    std::string primitive_pointer = text(pointer_, i), pointer = primitive_pointer + "/attributes";
+    VertexSource source;
+    source.position = vector_attribute(attributes, "POSITION", 3, 3, pointer, nullptr);
+    if (!source.position) refuse(TW_INVALID, pointer, "a primitive needs the attribute POSITION");
+    for (size_t set = 0; set < source.uvs.size(); set++)
+      source.uvs[set] = vector_attribute(attributes, text("TEXCOORD_", set), 2, 2, pointer, source.position);
+    open_smooth(attributes, i, pointer, source);
+    for (size_t set = 0; set < source.joints.size(); set++) {
+      source.joints[set] = vector_attribute(attributes, text("JOINTS_", set), 4, 4, pointer, source.position);
+      source.weights[set] =
+          vector_attribute(attributes, text("WEIGHTS_", set), 4, 4, pointer, source.position);
+      check_joints(attributes, source, set, pointer);
+    }
+    source.normal = vector_attribute(attributes, "NORMAL", 3, 3, pointer, source.position);
+    source.tangent = vector_attribute(attributes, "TANGENT", 4, 4, pointer, source.position);
+    for (size_t target = 0; target < primitive.targets.size(); target++) {
+      const Attributes &displaced = primitive.targets[target];
+      std::string place = text(primitive_pointer, "/targets/", target);
+      source.morphs.push_back(vector_attribute(displaced, "POSITION", 3, 3, place, source.position));
+      source.morph_normals.push_back(vector_attribute(displaced, "NORMAL", 3, 3, place, source.position));
+      if (source.normal || !source.morph_normals.back()) continue;
+      document_.note("NORMAL of morph targets is left out: there is nothing to displace");
+      source.morph_normals.back() = nullptr;
+    }
+    note_unread(primitive);
+    return source;
+  }
+
+  // tinygltf knows no order of attributes, the document's text does.
+  void open_smooth(const Attributes &attributes, size_t i, const std::string &pointer, VertexSource &source) {
+    const char *text = document_.mesh_texts[index_].primitives[i].attributes;
+    if (!text || *text != '{') return; // it is called by an escaped name
+    for (Items item(text); item.more(); item.next()) {
+      std::string name = unescape(item.key());
+      const Elements *elements = nullptr;
+      if (name == "COLOR_0")
+        elements = vector_attribute(attributes, name, 3, 4, pointer, source.position);
+      else if (is_custom(name))
+        elements = attribute(attributes, name, pointer, source.position);
+      if (!elements) continue;
+      if (accessors_.type_name(attributes.at(name))[0] == 'M')
+        document_.note(name + " is left out");
+      else if (std::optional<size_t> number = smooth_number(name, elements->width()); !number)
+        document_.note(name + too_many_attributes);
+      else
+        put_at(source.attributes, *number, elements);
+    }
+  }
+
+  // Of smooth, where the name finds or takes a place; a colour always does.
+  std::optional<size_t> smooth_number(const std::string &name, uint32_t width) {
+    size_t number = 0, others = 0;
+    while (number < smooth.size() && smooth[number].name != name) others += !smooth[number++].is_color();
+    if (number == smooth.size() && others == TW_ATTRIBUTES_MAX - 1 && is_custom(name)) return {};
+    if (number == smooth.size()) smooth.push_back({name, 0});
+    SmoothAttribute &found = smooth[number];
+    found.width = found.is_color() ? 4 : std::max(found.width, width);
+    return number;
+  }
+
+  void note_unread(const tinygltf::Primitive &primitive) {
+    static constexpr char read[] =
+        "POSITION NORMAL TANGENT TEXCOORD_0 TEXCOORD_1 TEXCOORD_2 TEXCOORD_3 COLOR_0 "
+        "JOINTS_0 JOINTS_1 WEIGHTS_0 WEIGHTS_1";
+    for (const auto &[name, accessor] : primitive.attributes)
+      if (!has_word(read, name) && !is_custom(name)) document_.note(name + " is left out");
+    for (const Attributes &target : primitive.targets)
+      for (const auto &[name, accessor] : target)
+        if (name != "POSITION" && name != "NORMAL") document_.note(name + " of morph targets is left out");
+  }
 };
 
 } // namespace gltf
