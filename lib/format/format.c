@@ -1,5 +1,5 @@
 /* What is known of a format before its reader runs: which one bytes are in, and how much memory reading
- * takes; and holes as faces, for writers of cages. */
+ * takes. */
 #include "tweend/format.h"
 
 #include <string.h>
@@ -61,21 +61,4 @@ tw_format tw_format_sniff(const uint8_t *bytes, size_t size) {
   at = skip_space(bytes, size, at);
   if (at == size || bytes[at] != '{') return TW_FORMAT_OBJ;
   return has_asset_key(bytes, size, at) ? TW_FORMAT_GLTF : TW_FORMAT_JSON;
-}
-
-tw_status tw_mesh_open_holes(const tw_mesh *mesh, tw_arena *arena, tw_mesh *out) {
-  *out = *mesh;
-  if (mesh->hole_count == 0) return TW_OK;
-  int32_t *materials = tw_arena_alloc_raw(arena, mesh->face_count, sizeof *materials);
-  if (!materials) return TW_NO_MEMORY;
-  for (uint32_t f = 0; f < mesh->face_count; f++)
-    materials[f] = mesh->face_materials ? mesh->face_materials[f] : -1;
-  for (uint32_t i = 0; i < mesh->hole_count; i++) {
-    int32_t *material = &materials[mesh->holes[i]];
-    if (*material < TW_HOLE_MATERIAL) *material += TW_HOLE_MATERIAL + 1; /* a hole may be named twice */
-  }
-  out->face_materials = materials;
-  out->holes = NULL;
-  out->hole_count = 0;
-  return TW_OK;
 }

@@ -214,3 +214,23 @@ bool tw_gltf_add_cage_tags(tw_gltf_plan *plan, const tw_scene *scene, uint32_t i
   tw_text_deinit(&w.text);
   return text;
 }
+
+/* ---- holes -----------------------------------------------------------------------------------------------
+ */
+
+tw_status tw_mesh_open_holes(const tw_mesh *mesh, tw_arena *arena, tw_mesh *out) {
+  *out = *mesh;
+  if (mesh->hole_count == 0) return TW_OK;
+  int32_t *materials = tw_arena_alloc_raw(arena, mesh->face_count, sizeof *materials);
+  if (!materials) return TW_NO_MEMORY;
+  for (uint32_t f = 0; f < mesh->face_count; f++)
+    materials[f] = mesh->face_materials ? mesh->face_materials[f] : -1;
+  for (uint32_t i = 0; i < mesh->hole_count; i++) {
+    int32_t *material = &materials[mesh->holes[i]];
+    if (*material < TW_HOLE_MATERIAL) *material += TW_HOLE_MATERIAL + 1; /* a hole may be named twice */
+  }
+  out->face_materials = materials;
+  out->holes = NULL;
+  out->hole_count = 0;
+  return TW_OK;
+}

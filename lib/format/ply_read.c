@@ -374,6 +374,14 @@ static const ply_element *find_element(const ply_file *file, int kind) {
   return NULL;
 }
 
+/* *out: [count][width] where the vertices have all of some properties. False without memory. */
+static bool make_column(const ply_element *vertices, ply_use first, ply_use last, size_t width, float **out) {
+  for (ply_use use = first; use <= last; use++)
+    if (!vertices->uses[use]) return true;
+  *out = tw_alloc((size_t)vertices->count, width * sizeof **out);
+  return *out;
+}
+
 /* Walks through all rows for the count of corners, and makes room for what there is. */
 static tw_status make_room(ply_file file, uint64_t budget, tw_arena *arena, tw_polygons_read *out) {
   const ply_element *vertices = find_element(&file, PLY_VERTICES), *faces = find_element(&file, PLY_FACES);
@@ -384,19 +392,14 @@ static tw_status make_room(ply_file file, uint64_t budget, tw_arena *arena, tw_p
   if (status != TW_OK) return status;
   if (corner_count >= UINT32_MAX || tw_polygons_size(vertices->count, corner_count, face_count) > budget)
     return tw_fail(file.error, TW_LIMIT, "so few bytes may not make so large a mesh");
-  const bool *uses = vertices->uses;
-  size_t count = (size_t)vertices->count;
   out->vertex_count = (uint32_t)vertices->count;
-  out->positions = tw_alloc(count, 3 * sizeof(float));
-  bool has_colors = uses[PLY_RED] && uses[PLY_GREEN] && uses[PLY_BLUE], has_uvs = uses[PLY_U] && uses[PLY_V];
-  bool has_normals = uses[PLY_NX] && uses[PLY_NY] && uses[PLY_NZ];
-  if (has_colors) out->colors = tw_alloc(count, 4 * sizeof(float));
-  if (has_uvs) out->uvs = tw_alloc(count, 2 * sizeof(float));
-  if (has_normals) out->normals = tw_alloc(count, 3 * sizeof(float));
   out->face_offsets = tw_arena_alloc_raw(arena, (size_t)face_count + 1, sizeof(uint32_t));
   out->corners = tw_arena_alloc_raw(arena, (size_t)corner_count, sizeof(uint32_t));
-  bool is_made = out->positions && out->face_offsets && out->corners && (out->colors || !has_colors) &&
-                 (out->uvs || !has_uvs) && (out->normals || !has_normals);
+  bool is_made = out->face_offsets && out->corners &&
+                 make_column(vertices, PLY_X, PLY_Z, 3, &out->positions) &&
+                 make_column(vertices, PLY_RED, PLY_BLUE, 4, &out->colors) &&
+                 make_column(vertices, PLY_U, PLY_V, 2, &out->uvs) &&
+                 make_column(vertices, PLY_NX, PLY_NZ, 3, &out->normals);
   if (!is_made) return tw_fail(file.error, TW_NO_MEMORY, "out of memory");
   out->face_offsets[0] = 0;
   return TW_OK;

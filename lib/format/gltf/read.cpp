@@ -129,10 +129,8 @@ tw_status report(const Refusal &refusal, tw_error *error) {
 const char *copy_name(Document &document, const std::string &name) {
   if (name.empty()) return nullptr;
   document.budget.take(name.size() + 17);
-  char *copy = tw_arena_text(document.model->arena, name.data(), name.size());
+  const char *copy = tw_arena_name(document.model->arena, name.data(), name.size());
   if (!copy) throw std::bad_alloc();
-  for (size_t i = 0; i < name.size(); i++)
-    if (static_cast<unsigned char>(copy[i]) < 0x20 || copy[i] == 0x7F) copy[i] = ' ';
   return copy;
 }
 
