@@ -63,36 +63,18 @@ static size_t put_later(tw_gltf_writer *writer, const char *member) {
   return place;
 }
 
-static const char *type_name(int width) {
-  static const char *const names[] = {"SCALAR", "VEC2", "VEC3", "VEC4"};
-  return width == 16 ? "MAT4" : names[width - 1];
-}
-
-static void put_elements(tw_gltf_writer *writer, const tw_gltf_elements *elements) {
-  tw_member_string(writer->text, "type", elements->type);
-  if (elements->normalized) tw_member_open(writer->text, "normalized", "true");
-  if (elements->bound_count == 0) return;
-  put_bounds(writer, "max", elements->max, elements->bound_count);
-  put_bounds(writer, "min", elements->min, elements->bound_count);
-}
-
 static void put_accessor(tw_gltf_writer *writer, tw_gltf_accessor *accessor) {
   if (accessor->view != TW_NO_INDEX) tw_member_count(writer->text, "bufferView", accessor->view);
   if (accessor->offset) tw_member_count(writer->text, "byteOffset", accessor->offset);
   tw_member_count(writer->text, "componentType", (uint64_t)accessor->component);
   tw_member_count(writer->text, "count", accessor->count);
-  if (accessor->elements) {
-    put_elements(writer, accessor->elements);
-    return;
-  }
-  tw_member_string(writer->text, "type", type_name(accessor->width));
+  tw_member_string(writer->text, "type", accessor->type);
   if (accessor->is_normalized) tw_member_open(writer->text, "normalized", "true");
-  if (accessor->bounds == TW_GLTF_BOUNDED) {
-    const float max[3] = {accessor->max, accessor->max, accessor->max},
-                min[3] = {accessor->min, accessor->min, accessor->min};
-    put_bounds(writer, "max", max, (uint32_t)accessor->width);
-    put_bounds(writer, "min", min, (uint32_t)accessor->width);
-  } else if (accessor->bounds == TW_GLTF_BOUNDED_LATER) {
+  if (accessor->bound_count > 0) {
+    put_bounds(writer, "max", accessor->max, accessor->bound_count);
+    put_bounds(writer, "min", accessor->min, accessor->bound_count);
+  }
+  if (accessor->is_bounded_later) {
     accessor->max_text = put_later(writer, "max");
     accessor->min_text = put_later(writer, "min");
   }

@@ -49,6 +49,11 @@ static uint32_t add_accessor(tw_gltf_plan *plan, tw_gltf_accessor accessor) {
   return plan->accessor_count++;
 }
 
+static const char *type_of(int width) {
+  static const char *const names[] = {"SCALAR", "VEC2", "VEC3", "VEC4"};
+  return width == 16 ? "MAT4" : names[width - 1];
+}
+
 static uint32_t add_memory(tw_gltf_plan *plan, const void *memory, uint64_t size) {
   return add_view(
       plan, (tw_gltf_view){.size = size, .element_size = 1, .source = TW_GLTF_MEMORY, .memory = memory});
@@ -58,7 +63,7 @@ uint32_t tw_gltf_add_numbers(tw_gltf_plan *plan, const void *values, uint64_t co
                              int width) {
   uint32_t view = add_memory(plan, values, count * (uint64_t)width * 4);
   return add_accessor(
-      plan, (tw_gltf_accessor){.view = view, .component = component, .width = width, .count = count});
+      plan, (tw_gltf_accessor){.view = view, .component = component, .type = type_of(width), .count = count});
 }
 
 static uint32_t add_floats(tw_gltf_plan *plan, const float *values, uint64_t count, int width) {
@@ -75,10 +80,15 @@ static void add_elements(tw_gltf_plan *plan, const tw_gltf_assets *assets) {
                          .memory = elements->bytes,
                          .target = elements->target,
                          .stride = elements->target == TW_GLTF_VERTICES ? elements->stride : 0};
-    add_accessor(plan, (tw_gltf_accessor){.view = add_view(plan, view),
-                                          .component = elements->component,
-                                          .count = elements->count,
-                                          .elements = elements});
+    tw_gltf_accessor accessor = {.view = add_view(plan, view),
+                                 .component = elements->component,
+                                 .is_normalized = elements->normalized,
+                                 .type = elements->type,
+                                 .count = elements->count,
+                                 .bound_count = elements->bound_count};
+    memcpy(accessor.min, elements->min, sizeof accessor.min);
+    memcpy(accessor.max, elements->max, sizeof accessor.max);
+    add_accessor(plan, accessor);
   }
 }
 
@@ -93,34 +103,21 @@ static uint32_t add_rows(tw_gltf_plan *plan, uint32_t mesh, const tw_surface *su
   return add_view(plan, view);
 }
 
-/* An accessor of a field of vertices. */
-static uint32_t add_field(tw_gltf_plan *plan, const tw_vertex_field *field, tw_gltf_accessor accessor) {
-  accessor.offset = field->offset;
-  accessor.component = tw_vertex_component(field->coding);
-  accessor.is_normalized = tw_vertex_is_normalized(field->coding);
-  accessor.width = (int)field->width;
-  return add_accessor(plan, accessor);
-}
-
-/* Attributes, the position first. Returns the first accessor. */
-static uint32_t add_attributes(tw_gltf_plan *plan, const tw_gltf_mesh *mesh, tw_gltf_accessor accessor) {
+/* Attributes (morph: -1), or the displacements of a target: an accessor for each field, the position first.
+ * Returns the first one. */
+static uint32_t add_fields(tw_gltf_plan *plan, const tw_vertex_field *fields, uint32_t count, int morph,
+                           tw_gltf_accessor accessor) {
   uint32_t first = plan->accessor_count;
-  for (uint32_t i = 0; i < mesh->field_count; i++) {
-    accessor.bounds = i == 0 ? TW_GLTF_BOUNDED_LATER : TW_GLTF_UNBOUNDED;
-    accessor.morph = -1;
-    add_field(plan, &mesh->fields[i], accessor);
+  accessor.morph = morph;
+  for (uint32_t i = 0; i < count; i++) {
+    accessor.is_bounded_later = i == 0;
+    accessor.offset = fields[i].offset;
+    accessor.component = tw_vertex_component(fields[i].coding);
+    accessor.is_normalized = tw_vertex_is_normalized(fields[i].coding);
+    accessor.type = type_of((int)fields[i].width);
+    add_accessor(plan, accessor);
   }
   return first;
-}
-
-/* Displacements of a target: of positions, and of normals where there are two fields. */
-static void add_target(tw_gltf_plan *plan, const tw_vertex_field *fields, uint32_t step, uint32_t target,
-                       tw_gltf_accessor accessor) {
-  accessor.morph = (int)target;
-  for (uint32_t i = 0; i < step; i++) {
-    accessor.bounds = i == 0 ? TW_GLTF_BOUNDED_LATER : TW_GLTF_UNBOUNDED;
-    add_field(plan, &fields[i], accessor);
-  }
 }
 
 /* Vectors in columns from `column` on. */
@@ -144,7 +141,7 @@ static bool add_target_views(tw_gltf_plan *plan, uint32_t index, const tw_surfac
         (tw_gltf_view){
             .fields = fields, .field_count = step * count, .first_target = first, .target_count = count});
     for (uint32_t i = 0; i < count; i++)
-      add_target(plan, fields + (size_t)step * i, step, first + i, accessor);
+      add_fields(plan, fields + (size_t)step * i, step, (int)(first + i), accessor);
   }
   return true;
 }
@@ -171,10 +168,10 @@ static bool add_vertices(tw_gltf_plan *plan, uint32_t index, const tw_mesh *sour
                            (tw_gltf_view){.fields = fields,
                                           .field_count = mesh->field_count + step * together,
                                           .target_count = together});
-  primitive->first_attribute = add_attributes(plan, mesh, accessor);
+  primitive->first_attribute = add_fields(plan, mesh->fields, mesh->field_count, -1, accessor);
   primitive->first_target = plan->accessor_count;
   for (uint32_t i = 0; i < together; i++)
-    add_target(plan, &fields[mesh->field_count + step * i], step, i, accessor);
+    add_fields(plan, &fields[mesh->field_count + step * i], step, (int)i, accessor);
   return together == layout->morph_count || add_target_views(plan, index, surface, accessor);
 }
 
@@ -197,7 +194,8 @@ static void add_holder_of_holes(tw_gltf_plan *plan, tw_gltf_mesh *mesh, const tw
                                                 .memory = corner,
                                                 .target = TW_GLTF_INDICES});
   primitive->indices = add_accessor(
-      plan, (tw_gltf_accessor){.view = view, .component = TW_GLTF_UNSIGNED_INT, .width = 1, .count = 3});
+      plan,
+      (tw_gltf_accessor){.view = view, .component = TW_GLTF_UNSIGNED_INT, .type = "SCALAR", .count = 3});
 }
 
 /* A primitive for each material, with the vertices of `shared`. */
@@ -226,7 +224,7 @@ static void add_triangles(tw_gltf_plan *plan, uint32_t index, const tw_surface *
     primitive->indices = add_accessor(
         plan, (tw_gltf_accessor){.view = view,
                                  .component = narrow ? TW_GLTF_UNSIGNED_SHORT : TW_GLTF_UNSIGNED_INT,
-                                 .width = 1,
+                                 .type = "SCALAR",
                                  .count = primitive->triangle_count * 3});
   }
 }
@@ -267,7 +265,7 @@ static void add_pack(tw_gltf_plan *plan, uint32_t index, const tw_packs *packs, 
   primitive->triangle_count = cut->triangle_count;
   tw_gltf_accessor accessor = {.count = cut->vertex_count, .mesh = index, .pack = pack};
   accessor.view = add_part(plan, index, packs, pack, 0);
-  primitive->first_attribute = add_attributes(plan, mesh, accessor);
+  primitive->first_attribute = add_fields(plan, mesh->fields, mesh->field_count, -1, accessor);
   primitive->first_target = plan->accessor_count;
   for (uint32_t part = 1; part < packs->part_count - 1; part++) {
     const tw_pack_part whole = tw_packs_part(packs, pack, part);
@@ -275,13 +273,13 @@ static void add_pack(tw_gltf_plan *plan, uint32_t index, const tw_packs *packs, 
     for (uint32_t i = 0; i < whole.target_count; i++) {
       tw_vertex_field fields[2];
       tw_packs_target_fields(packs, i, fields);
-      add_target(plan, fields, mesh->target_step, whole.first_target + i, accessor);
+      add_fields(plan, fields, mesh->target_step, (int)(whole.first_target + i), accessor);
     }
   }
   uint32_t view = add_part(plan, index, packs, pack, packs->part_count - 1);
   primitive->indices = add_accessor(plan, (tw_gltf_accessor){.view = view,
                                                              .component = TW_GLTF_UNSIGNED_SHORT,
-                                                             .width = 1,
+                                                             .type = "SCALAR",
                                                              .count = 3 * (uint64_t)cut->triangle_count});
 }
 
@@ -299,11 +297,10 @@ static void add_packs(tw_gltf_plan *plan, uint32_t index, const tw_packs *packs)
 /* glTF has no mesh without a primitive, and no primitive without points: one triangle of no size. */
 static void add_nothing(tw_gltf_plan *plan) {
   if (plan->nothing != TW_NO_INDEX) return;
-  plan->nothing = add_accessor(plan, (tw_gltf_accessor){.view = TW_NO_INDEX,
-                                                        .component = TW_GLTF_FLOAT,
-                                                        .width = 3,
-                                                        .count = 3,
-                                                        .bounds = TW_GLTF_BOUNDED});
+  plan->nothing = add_accessor(
+      plan,
+      (tw_gltf_accessor){
+          .view = TW_NO_INDEX, .component = TW_GLTF_FLOAT, .type = "VEC3", .count = 3, .bound_count = 3});
 }
 
 /* How many primitives a mesh with faces has. */
@@ -430,11 +427,11 @@ static uint32_t add_times(tw_gltf_plan *plan, const tw_track_keys *keys) {
   uint32_t view = add_memory(plan, keys->times, keys->key_count * sizeof(float));
   return add_accessor(plan, (tw_gltf_accessor){.view = view,
                                                .component = TW_GLTF_FLOAT,
-                                               .width = 1,
+                                               .type = "SCALAR",
                                                .count = keys->key_count,
-                                               .bounds = TW_GLTF_BOUNDED,
-                                               .min = keys->times[0],
-                                               .max = keys->times[keys->key_count - 1]});
+                                               .bound_count = 1,
+                                               .min = {keys->times[0]},
+                                               .max = {keys->times[keys->key_count - 1]}});
 }
 
 static uint32_t add_values(tw_gltf_plan *plan, const tw_track_keys *keys) {

@@ -181,7 +181,7 @@ static bool find_bounds(const tw_scene *scene, const tw_gltf_accessor *accessor,
 static bool write_bounds(tw_gltf_stream *stream) {
   for (uint32_t i = 0; i < stream->plan.accessor_count; i++) {
     const tw_gltf_accessor *accessor = &stream->plan.accessors[i];
-    if (accessor->bounds != TW_GLTF_BOUNDED_LATER) continue;
+    if (!accessor->is_bounded_later) continue;
     float min[3], max[3];
     if (!find_bounds(&stream->scene, accessor, min, max)) return false;
     write_bounds_at(stream->json->data + accessor->max_text, max);

@@ -114,22 +114,20 @@ typedef struct tw_gltf_view {
   tw_gltf_decoded decoded;
 } tw_gltf_view;
 
-typedef enum tw_gltf_bounds { TW_GLTF_UNBOUNDED, TW_GLTF_BOUNDED, TW_GLTF_BOUNDED_LATER } tw_gltf_bounds;
-
 typedef struct tw_gltf_accessor {
   uint32_t view; /* TW_NO_INDEX: all zero */
   uint32_t offset;
   int component; /* TW_GLTF_UNSIGNED_SHORT, ... */
   bool is_normalized;
-  int width; /* 1 to 4, 16 */
+  const char *type; /* "SCALAR", ... */
   uint64_t count;
-  tw_gltf_bounds bounds;
-  float min, max; /* BOUNDED: of every component */
-  /* BOUNDED_LATER, of width 3: these of tw_surface_bounds, or of a pack of the mesh */
+  uint32_t bound_count; /* 0: without bounds, or they come later */
+  float min[4], max[4]; /* [bound_count] */
+  /* Of three numbers, and these of tw_surface_bounds, or of a pack of the mesh. */
+  bool is_bounded_later;
   uint32_t mesh, pack; /* pack: or TW_NO_INDEX */
   int morph;
-  size_t max_text, min_text;        /* where the JSON has room for them: three fields, a comma between two */
-  const tw_gltf_elements *elements; /* handed on: type, normalization and bounds are these; or NULL */
+  size_t max_text, min_text; /* where the JSON has room for them: three fields, a comma between two */
 } tw_gltf_accessor;
 
 /* Faces of one material. */
