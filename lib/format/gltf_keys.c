@@ -1,4 +1,6 @@
 /* Tracks as glTF can hold them. */
+#include <float.h>
+#include <math.h>
 #include <string.h>
 
 #include "gltf/gltf.h"
@@ -29,8 +31,10 @@ static tw_status straighten(const tw_track_keys *track, tw_arena *arena, tw_trac
       if (!scaled) return no_memory(error);
       memcpy(scaled, track->values, track->key_count * width * sizeof *scaled);
     }
-    for (size_t i = 0; i < width; i++)
-      scaled[key * width + i] = (float)((double)track->values[key * width + i] * scale);
+    for (size_t i = 0; i < width; i++) { /* tangents of a tiny key may pass what a float holds */
+      double number = (double)track->values[key * width + i] * scale;
+      scaled[key * width + i] = (float)fmax(-(double)FLT_MAX, fmin(number, (double)FLT_MAX));
+    }
   }
   *out = *track;
   if (scaled) out->values = scaled;

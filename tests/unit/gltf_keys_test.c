@@ -1,4 +1,5 @@
 /* Tracks as glTF can hold them: what a viewer shows must be what the track says. */
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -227,6 +228,15 @@ TEST_WITH(spline_tangents_follow_their_value, set_up, tear_down) {
                             0, -3, 0, 0, 0, 0, 0, 1, -1, 0, 0, 0};
   assert_int_equal(keys.interpolation, TW_CUBICSPLINE);
   for (int i = 0; i < 24; i++) assert_true(keys.values[i] == wanted[i]);
+}
+
+TEST_WITH(tangents_beyond_floats_stay_finite, set_up, tear_down) {
+  tw_arena *arena = *state;
+  const float keyed[2][3][4] = {{{0, 0, 0, 0}, {0, 0, 0, 1e-30f}, {1e20f, -1e20f, 0, 0}},
+                                {{0, 0, 0, 0}, {0, 0, 0, 1}, {0, 0, 0, 0}}};
+  tw_track_keys track = quaternion_keys(TW_CUBICSPLINE, times, keyed[0][0], 2);
+  tw_track_keys keys = convert(arena, &track);
+  assert_true(keys.values[8] == FLT_MAX && keys.values[9] == -FLT_MAX);
 }
 
 TEST_WITH(spline_of_one_key_is_a_step, set_up, tear_down) {
