@@ -8,17 +8,17 @@ static const char QUANTIZATION[] = "KHR_mesh_quantization";
 /* ---- extensions ---------------------------------------------------------------------------------------- */
 
 static int compare_names(const void *left, const void *right) {
-  const tw_word *a = left, *b = right;
+  const tw_word *a = &((const tw_gltf_extension *)left)->name, *b = &((const tw_gltf_extension *)right)->name;
   int order = memcmp(a->text, b->text, a->length < b->length ? a->length : b->length);
   return order != 0 ? order : (a->length > b->length) - (a->length < b->length);
 }
 
 void tw_gltf_note_extension(tw_gltf_writer *writer, const char *text, size_t size) {
-  const tw_word name = {text, size};
-  if (writer->used_count > 0 && compare_names(&writer->used[writer->used_count - 1], &name) == 0) return;
+  const tw_gltf_extension extension = {.name = {text, size}};
+  if (writer->used_count > 0 && compare_names(&writer->used[writer->used_count - 1], &extension) == 0) return;
   if (writer->used_count == writer->used_capacity) {
     size_t capacity = 2 * writer->used_capacity + 16;
-    tw_word *used = realloc(writer->used, capacity * sizeof *used);
+    tw_gltf_extension *used = realloc(writer->used, capacity * sizeof *used);
     if (!used) {
       writer->text->failed = true;
       return;
@@ -26,7 +26,7 @@ void tw_gltf_note_extension(tw_gltf_writer *writer, const char *text, size_t siz
     writer->used = used;
     writer->used_capacity = capacity;
   }
-  writer->used[writer->used_count++] = name;
+  writer->used[writer->used_count++] = extension;
 }
 
 /* Notes the extensions of an object or array and of all that is in it. Extras are the application's own. */
@@ -57,53 +57,40 @@ static void sort_used(tw_gltf_writer *writer) {
   writer->used_count = count;
 }
 
-/* The names of a member, each once. */
-typedef struct name_list {
-  tw_gltf_writer *writer;
-  const char *member; /* of the document */
-  bool *done;         /* [used_count] */
-  bool is_open;
-} name_list;
-
-static void list_name(name_list *list, const tw_word *used) {
-  tw_gltf_writer *writer = list->writer;
-  if (list->done[used - writer->used]) return;
-  list->done[used - writer->used] = true;
-  if (!list->is_open) tw_member_open(writer->text, list->member, "[");
-  list->is_open = true;
-  tw_text_element(writer->text);
-  tw_text_add(writer->text, "\"");
-  tw_text_bytes(writer->text, used->text, used->length);
-  tw_text_add(writer->text, "\"");
+/* Of those that are used; NULL where it is none of them. */
+static tw_gltf_extension *find_used(const tw_gltf_writer *writer, const char *text) {
+  const tw_gltf_extension wanted = {.name = {text, strlen(text)}};
+  return writer->used_count > 0
+             ? bsearch(&wanted, writer->used, writer->used_count, sizeof wanted, compare_names)
+             : NULL;
 }
 
-/* Unless it is not used. */
-static void list_if_used(name_list *list, const char *text) {
-  const tw_gltf_writer *writer = list->writer;
-  const tw_word name = {text, strlen(text)};
-  const tw_word *found = writer->used_count
-                             ? bsearch(&name, writer->used, writer->used_count, sizeof name, compare_names)
-                             : NULL;
-  if (found) list_name(list, found);
+/* Each once; NULL is none. *member: is opened before the first one, and NULL from then on. */
+static void list_name(tw_gltf_writer *writer, tw_gltf_extension *extension, const char **member) {
+  if (!extension || extension->is_listed) return;
+  if (*member) tw_member_open(writer->text, *member, "[");
+  *member = NULL;
+  extension->is_listed = true;
+  tw_text_element(writer->text);
+  tw_text_add(writer->text, "\"");
+  tw_text_bytes(writer->text, extension->name.text, extension->name.length);
+  tw_text_add(writer->text, "\"");
 }
 
 /* The listed extensions that are used, in the list's order; then all other ones that are used, or those that
  * the encoding requires. */
 static void put_extension_names(tw_gltf_writer *writer, const char *member, const tw_gltf_objects *listed,
                                 bool is_required) {
-  name_list list = {writer, member, tw_alloc_zero(writer->used_count, sizeof *list.done), false};
-  if (!list.done) {
-    writer->text->failed = true;
-    return;
-  }
-  for (uint32_t i = 0; i < listed->count; i++) list_if_used(&list, listed->items[i]);
-  for (size_t i = 0; !is_required && i < writer->used_count; i++) list_name(&list, &writer->used[i]);
+  for (size_t i = 0; i < writer->used_count; i++) writer->used[i].is_listed = false;
+  for (uint32_t i = 0; i < listed->count; i++)
+    list_name(writer, find_used(writer, listed->items[i]), &member);
+  for (size_t i = 0; !is_required && i < writer->used_count; i++)
+    list_name(writer, &writer->used[i], &member);
   if (is_required) {
-    list_if_used(&list, QUANTIZATION);
-    list_if_used(&list, TW_GLTF_MESHOPT);
+    list_name(writer, find_used(writer, QUANTIZATION), &member);
+    list_name(writer, find_used(writer, TW_GLTF_MESHOPT), &member);
   }
-  if (list.is_open) tw_text_add(writer->text, "]");
-  free(list.done);
+  if (!member) tw_text_add(writer->text, "]");
 }
 
 void tw_gltf_put_extensions(tw_gltf_writer *writer) {

@@ -7,13 +7,18 @@
 #include "tweend/json_text.h"
 #include "word.h"
 
+typedef struct tw_gltf_extension {
+  tw_word name; /* as it stands in quotes */
+  bool is_listed;
+} tw_gltf_extension;
+
 typedef struct tw_gltf_writer {
   tw_gltf_plan *plan;
   const tw_scene *scene;
   const tw_gltf_assets *assets;
   tw_text *text;
-  /* Extensions that occur in what is written, each at least once, as they stand in quotes; from malloc. */
-  tw_word *used;
+  /* Extensions that occur in what is written, each at least once; from malloc. */
+  tw_gltf_extension *used;
   size_t used_count, used_capacity;
 } tw_gltf_writer;
 
