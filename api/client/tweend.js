@@ -25,7 +25,11 @@ async function checked(response) {
   throw new TweendError(response, problem);
 }
 
-const idOf = (model) => encodeURIComponent(typeof model === 'string' ? model : model.id);
+function idOf(model) {
+  const id = typeof model === 'string' ? model : model?.id;
+  if (!id) throw new TypeError('a model is expected: its id, or what upload and describe resolve with');
+  return encodeURIComponent(id);
+}
 
 /** "?level=2&at=0,1"; what is undefined is left out. */
 function queryOf(options = {}) {
@@ -41,6 +45,9 @@ function bodyOf(source, type) {
     for (const file of source) form.append('file', file, file.name);
     return { body: form };
   }
+  // fetch would send these as words: "undefined", "[object Object]".
+  if (typeof source !== 'string' && (!(source instanceof Object) || Object.getPrototypeOf(source) === Object.prototype))
+    throw new TypeError('upload takes a Blob or File, a list of Files, bytes, or text: of a document JSON.stringify(document)');
   // The daemon tells the format by the bytes; what browsers guess by a file's name is not always a type it takes.
   return { body: source, type: type ?? 'application/octet-stream' };
 }
@@ -133,7 +140,7 @@ export class Tweend {
     return this.#post(`v1/models/${idOf(model)}/edits${queryOf({ quads, name })}`, { mesh, edits }, init);
   }
 
-  sculpt(model, points, { level, mesh, quads, name, ...init }) {
+  sculpt(model, points, { level, mesh, quads, name, ...init } = {}) {
     const positions = Array.from(points);
     return this.#post(`v1/models/${idOf(model)}/detail${queryOf({ level, mesh, quads, name })}`, { positions }, init);
   }

@@ -19,6 +19,10 @@ const MARGIN = 0.78; // of the picture, that a framed model fills
 
 const loader = new GLTFLoader().setMeshoptDecoder(MeshoptDecoder);
 
+/** Whether a material says how it looks. None does not, which to the format is a metal, black without surroundings; nor does
+ *  an OBJ's, which has but a name, and is no metal. */
+const saysLook = (material) => material !== undefined && !/^\{"pbrMetallicRoughness":\{"metallicFactor":0\}\}$/.test(JSON.stringify({ ...material, name: undefined }));
+
 /** A GLB as {scene, nodes: objects by the file's node names, bearers: those that show a mesh, [object, its index, where
  *  it is at rest] in the file's order, weights: clips of morph targets by name, parser: the loader's}. */
 export async function parse(buffer) {
@@ -39,7 +43,7 @@ export async function parse(buffer) {
     if (!object.isMesh) return;
     const { meshes, primitives } = gltf.parser.associations.get(object) ?? {};
     const primitive = gltf.parser.json.meshes[meshes]?.primitives[primitives ?? 0];
-    object.userData = { isPlain: primitive?.material === undefined }; // the format's default is a metal, black without surroundings
+    object.userData = { isPlain: !saysLook(gltf.parser.json.materials?.[primitive?.material]) };
     if (object.isSkinnedMesh) object.frustumCulled = false; // its bounds are those at rest
   });
   const weights = new Map();

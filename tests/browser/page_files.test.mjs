@@ -81,11 +81,21 @@ visits('triangles that were quads are joined, and stay so where the model is edi
 
 visits('an OBJ comes without its materials, which is said', {}, async (visit) => {
   await visit.level(2);
-  await drop(visit, { 'pyramid.mtl': '# Blender\nnewmtl a\n', 'pyramid.obj': `mtllib pyramid.mtl\n${PYRAMID}`, 'skin.png': 'png' });
+  await drop(visit, { 'pyramid.mtl': '# Blender\nnewmtl a\n', 'pyramid.obj': `mtllib pyramid.mtl\nusemtl a\n${PYRAMID}`, 'skin.png': 'png' });
   await shows(visit, 'pyramid.obj');
+  await visit.level(2);
+  for (const name of ['cage', 'points']) await visit.shows(name, false);
+  const named = await visit.pixels();
   const said = visit.page.locator('.problem');
   assert.equal(await said.count(), 1);
   assert.match(await said.innerText(), /Left out: pyramid\.mtl, skin\.png[^]*GLB/);
+  // What has but a name looks as what has none.
+  await drop(visit, { 'nameless.obj': `# nameless\n${PYRAMID}` });
+  await shows(visit, 'nameless.obj');
+  await visit.level(2);
+  await visit.drawn();
+  const apart = difference(named, await visit.pixels());
+  assert.ok(apart < 0.001, `${apart} of the picture is another`);
 });
 
 visits('what the daemon has to say of a model stands above the list', {}, async (visit) => {

@@ -468,3 +468,12 @@ test('the server’s clock is told by the events with least delay, whatever it s
   off.sort((x, y) => x - y);
   assert.ok(off.length > 20 && off[off.length >> 1] < 15, `${off.map(Math.round)} ms off`);
 });
+
+test('what is no model and no body is told before it is sent', async () => {
+  for (const source of [undefined, null, 3, { meshes: [] }]) await assert.rejects(tweend.upload(source), { name: 'TypeError', message: /JSON\.stringify/ });
+  assert.throws(() => tweend.describe(undefined), { name: 'TypeError', message: /a model is expected/ });
+  assert.throws(() => tweend.surfaceUrl({}, { level: 1 }), { name: 'TypeError', message: /a model is expected/ });
+  const box = await tweend.upload(Buffer.from('{"meshes": [{"shape": {"kind": "box"}}]}'));
+  await assert.rejects(tweend.sculpt(box, [0, 0, 0]), { status: 400, message: /level is missing/ });
+  await tweend.remove(box);
+});
