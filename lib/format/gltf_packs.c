@@ -478,9 +478,12 @@ const uint8_t *tw_pack_read(tw_pack_reader *reader, const tw_packs *packs, const
 
 /* ---- measuring ----------------------------------------------------------------------------------------- */
 
+enum { PACKS_AT_ONCE = 64 /* until somebody is asked whether they are still wanted */ };
+
 typedef struct measuring {
   tw_packs *packs;
   const tw_surface *surface;
+  uint32_t first; /* pack that the loop begins with */
   bool failed[TW_PARALLEL_FOR_PARTS_MAX];
 } measuring;
 
@@ -512,47 +515,56 @@ static void measure_packs(void *context, uint32_t part, uint32_t begin, uint32_t
   const tw_packs *packs = m->packs;
   tw_pack_reader *r = tw_pack_reader_create(&packs, &m->surface, 1);
   bool done = r;
-  for (uint32_t pack = begin; done && pack < end; pack++)
+  for (uint32_t pack = m->first + begin; done && pack < m->first + end; pack++)
     for (uint32_t i = 0; done && i < packs->part_count; i++) done = measure_part(r, m, pack, i);
   m->failed[part] = !done;
   tw_pack_reader_destroy(r);
 }
 
-static bool measure(tw_packs *packs, const tw_surface *surface, const tw_parallel_for *parallel) {
+static tw_status measure(tw_packs *packs, const tw_surface *surface, const tw_parallel_for *parallel) {
   measuring m = {.packs = packs, .surface = surface};
   packs->bounds =
       tw_arena_alloc(packs->arena, packs->pack_count, (1 + packs->target_count) * sizeof *packs->bounds);
   if (packs->options.encoding == TW_ENCODING_MESHOPT)
     packs->sizes = tw_arena_alloc(packs->arena, packs->pack_count, packs->part_count * sizeof *packs->sizes);
-  if (!packs->bounds || (packs->options.encoding == TW_ENCODING_MESHOPT && !packs->sizes)) return false;
-  tw_parallel_for_run(parallel, packs->pack_count, 1, measure_packs, &m);
-  bool done = true;
-  for (int i = 0; i < TW_PARALLEL_FOR_PARTS_MAX; i++) done = done && !m.failed[i];
-  return done;
+  if (!packs->bounds || (packs->options.encoding == TW_ENCODING_MESHOPT && !packs->sizes))
+    return TW_NO_MEMORY;
+  for (uint32_t taken; m.first < packs->pack_count; m.first += taken) {
+    tw_status status = tw_parallel_for_status(parallel);
+    if (status != TW_OK) return status;
+    taken = packs->pack_count - m.first < PACKS_AT_ONCE ? packs->pack_count - m.first : PACKS_AT_ONCE;
+    tw_parallel_for_run(parallel, taken, 1, measure_packs, &m);
+    for (int i = 0; i < TW_PARALLEL_FOR_PARTS_MAX; i++)
+      if (m.failed[i]) return TW_NO_MEMORY;
+  }
+  return TW_OK;
 }
 
 /* ---- the whole ----------------------------------------------------------------------------------------- */
 
-static bool build(tw_packs *packs, const tw_mesh *mesh, const tw_surface *surface,
-                  const tw_parallel_for *parallel) {
+static tw_status build(tw_packs *packs, const tw_mesh *mesh, const tw_surface *surface,
+                       const tw_parallel_for *parallel) {
   packs->arena = tw_arena_create();
-  if (!packs->arena) return false;
+  if (!packs->arena) return TW_NO_MEMORY;
   choose_fields(packs, mesh, tw_surface_get_layout(surface));
-  if (!keep_names(packs)) return false;
-  if (tw_surface_get_counts(surface)->faces == 0) return true;
-  return cut(packs, surface) && (!packs->options.is_measured || measure(packs, surface, parallel));
+  if (!keep_names(packs)) return TW_NO_MEMORY;
+  if (tw_surface_get_counts(surface)->faces == 0) return TW_OK;
+  if (!cut(packs, surface)) return TW_NO_MEMORY;
+  return packs->options.is_measured ? measure(packs, surface, parallel) : TW_OK;
 }
 
 tw_status tw_packs_create(const tw_mesh *mesh, const tw_surface *surface, const tw_pack_options *options,
                           const tw_parallel_for *parallel, tw_packs **out, tw_error *error) {
   tw_packs *packs = tw_alloc_zero(1, sizeof *packs);
   if (packs) packs->options = *options;
-  if (packs && build(packs, mesh, surface, parallel)) {
+  tw_status status = packs ? build(packs, mesh, surface, parallel) : TW_NO_MEMORY;
+  if (status == TW_OK) {
     *out = packs;
     return TW_OK;
   }
   tw_packs_destroy(packs);
-  return tw_fail(error, TW_NO_MEMORY, "no memory for the packs of a surface");
+  if (status == TW_CANCELLED) return tw_fail(error, status, "the packs are not wanted any more");
+  return tw_fail(error, status, "no memory for the packs of a surface");
 }
 
 void tw_packs_destroy(tw_packs *packs) {

@@ -116,7 +116,7 @@ typedef struct tw_pack_options {
  * stored, and the sizes of what is compressed. Immutable. */
 typedef struct tw_packs tw_packs;
 
-/* mesh: what the surface is of. parallel as of tw_surface_create_by. TW_NO_MEMORY. */
+/* mesh: what the surface is of. parallel as of tw_surface_create_by. TW_CANCELLED, TW_NO_MEMORY. */
 tw_status tw_packs_create(const tw_mesh *mesh, const tw_surface *surface, const tw_pack_options *options,
                           const tw_parallel_for *parallel, tw_packs **out, tw_error *error);
 void tw_packs_destroy(tw_packs *packs);      /* NULL accepted */
