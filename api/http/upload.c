@@ -224,10 +224,11 @@ api_outcome api_upload_read(api_call *call, api_upload *out) {
 
 api_outcome api_json_read(api_call *call, api_bytes bytes, uint64_t values_max, api_json_reader *read,
                           void *context) {
-  const api_json json = {call->arena, &call->fault.error};
+  api_json json = {call->arena, &call->fault.error, NULL};
   api_value root;
   tw_status status = api_json_open(&json, (const char *)bytes.data, bytes.size, values_max, &root);
   if (status == TW_OK) status = read(context, &root);
+  api_json_close(&root);
   if (call->fault.stall != API_STALL_NONE) return API_FAILED;
   return status == TW_OK ? API_DONE : api_fail_in_document(call);
 }

@@ -58,8 +58,8 @@ static tw_status read_facing(const api_value *values, tw_selection *out) {
 
 /* By its index, or its name. */
 static tw_status read_material(const api_value *value, tw_selection *out) {
-  return api_json_is(value, API_JSON_TEXT) ? api_json_text(value, &out->name)
-                                           : api_json_index(value, &out->material);
+  return cJSON_IsString(value->item) ? api_json_text(value, &out->name)
+                                     : api_json_index(value, &out->material);
 }
 
 static tw_status read_by(const api_value *values, int by, tw_selection *out) {
@@ -113,7 +113,7 @@ static tw_status read_pairs(const api_value *array, tw_selection *out) {
   tw_status status = api_json_index_offsets(array, offsets);
   for (uint32_t i = 0; i < out->count && status == TW_OK; i++) {
     if (offsets[i + 1] == 2 * (i + 1)) continue;
-    const api_value pair = {array->json, NULL, {&array->at, NULL, i}, NULL};
+    const api_value pair = {array->json, NULL, {&array->at, NULL, i}};
     status = api_json_fail(&pair, TW_SYNTAX, "the two vertices of an edge are expected");
   }
   out->indices = pairs;
@@ -138,8 +138,8 @@ static tw_status read_selection(const api_value *value, tw_edit_element of, tw_s
     return api_json_fail(value, TW_SYNTAX, "an edit has one selection: %s are given already",
                          tw_edit_element_names[out->of]);
   out->of = of;
-  if (api_json_is(value, API_JSON_ARRAY)) return read_selection_list(value, out);
-  if (api_json_is(value, API_JSON_OBJECT)) return api_json_object(value, read_selection_object, out);
+  if (cJSON_IsArray(value->item)) return read_selection_list(value, out);
+  if (cJSON_IsObject(value->item)) return api_json_object(value, read_selection_object, out);
   int word = 0;
   tw_status status = api_json_choice(value, of == TW_EDIT_EDGES ? words : all, &word);
   out->by = word == 0 ? TW_SELECT_ALL : TW_SELECT_BORDER;
@@ -286,9 +286,8 @@ static const char *const axes[] = {"x", "y", "z", NULL};
 
 /* A distance; or whether points on the plane are one with their image. */
 static tw_status read_mirror_weld(const api_value *value, double *out) {
-  bool is_flag = api_json_is(value, API_JSON_FLAG);
-  *out = is_flag && *value->item == 'f' ? -1 : 1e-6;
-  return is_flag ? TW_OK : api_json_double(value, out);
+  *out = cJSON_IsFalse(value->item) ? -1 : 1e-6;
+  return cJSON_IsBool(value->item) ? TW_OK : api_json_double(value, out);
 }
 
 static tw_status read_mirror(const api_value *values, tw_edit *edit) {
@@ -307,7 +306,7 @@ static tw_status read_rotate(const api_value *values, tw_edit *edit) {
   tw_status status = need(&values[AXIS]);
   if (status == TW_OK) status = need(&values[DEGREES]);
   double *axis = edit->rotate.axis;
-  if (status == TW_OK && api_json_is(&values[AXIS], API_JSON_TEXT)) {
+  if (status == TW_OK && cJSON_IsString(values[AXIS].item)) {
     int letter = 0;
     status = api_json_choice(&values[AXIS], axes, &letter);
     axis[letter] = 1;
@@ -324,7 +323,7 @@ static tw_status read_rotate(const api_value *values, tw_edit *edit) {
 static tw_status read_scale(const api_value *values, tw_edit *edit) {
   tw_status status = need(&values[BY]);
   double *by = edit->scale.by;
-  if (status == TW_OK && api_json_is(&values[BY], API_JSON_NUMBER)) {
+  if (status == TW_OK && cJSON_IsNumber(values[BY].item)) {
     status = api_json_double(&values[BY], by);
     by[1] = by[2] = by[0];
   } else if (status == TW_OK) {

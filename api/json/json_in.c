@@ -33,23 +33,14 @@ static int compare_names(const void *a, const void *b) {
   return left->index < right->index ? -1 : left->index > right->index;
 }
 
-/* A text into another arena than that of the document; a value of another kind leaves *out alone. */
-static tw_status read_text(const api_value *value, tw_arena *arena, const char **out) {
-  if (!api_json_is(value, API_JSON_TEXT)) return TW_OK;
-  const api_json json = {arena, value->json->error};
-  api_value copied = *value;
-  copied.json = &json;
-  return api_json_text(&copied, out);
-}
-
 /* Whatever else is wrong with an element is for its own reader to say. */
 static tw_status note_name(void *context, const api_value *object) {
   names *out = context;
-  const api_value value = api_json_member(object, "name");
-  const char *text = NULL;
-  tw_status status = read_text(&value, out->arena, &text);
-  if (status != TW_OK || !text || !text[0]) return status;
-  out->texts[object->at.index] = text;
+  const char *text = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(object->item, "name"));
+  if (!text || !text[0]) return TW_OK;
+  const char *copy = tw_arena_text(out->arena, text, strlen(text));
+  if (!copy) return api_json_no_memory(object->json);
+  out->texts[object->at.index] = copy;
   out->sorted_count++;
   return TW_OK;
 }
@@ -91,9 +82,7 @@ static tw_status fail_absent(const api_value *value, const names *all, const cha
 /* Reads a name that refers to one of `all`; one that is not there leaves *out alone. O(log n). */
 static tw_status read_reference(const api_value *value, const names *all, uint32_t *out) {
   if (!value->item) return TW_OK;
-  const char *text = NULL;
-  tw_status status = read_text(value, all->arena, &text);
-  if (status != TW_OK) return status;
+  const char *text = cJSON_GetStringValue(value->item);
   if (!text) return api_json_fail(value, TW_SYNTAX, "the name of a %s is expected", all->kind);
   uint32_t low = 0, high = all->sorted_count;
   while (low < high) {
@@ -171,7 +160,7 @@ static tw_status read_face_uvs(const api_value *array, const tw_mesh *mesh, uint
                          mesh->face_count);
   for (uint32_t i = 0; i < face_count; i++) {
     if (offsets[i + 1] == mesh->face_offsets[i + 1]) continue;
-    const api_value face = {array->json, NULL, {&array->at, NULL, i}, NULL};
+    const api_value face = {array->json, NULL, {&array->at, NULL, i}};
     return api_json_fail(&face, TW_INVALID, "the face has another number of corners");
   }
   return TW_OK;
@@ -588,7 +577,7 @@ static tw_status read_parts(const api_value *parts, const api_making *making, tw
 
 static tw_status read_document(const char *text, size_t size, const api_making *making, tw_model *model,
                                tw_error *error) {
-  const api_json json = {model->arena, error};
+  api_json json = {model->arena, error, NULL};
   api_value root, parts[PARTS];
   tw_status status = api_json_open(&json, text, size, API_JSON_VALUES_MAX, &root);
   if (status != TW_OK) return status;
@@ -596,6 +585,7 @@ static tw_status read_document(const char *text, size_t size, const api_making *
   status = scratch ? open_document(&root, parts, model) : api_json_no_memory(&json);
   if (status == TW_OK) status = read_parts(parts, making, scratch, model);
   tw_arena_destroy(scratch);
+  api_json_close(&root);
   return status;
 }
 

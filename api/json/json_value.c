@@ -12,6 +12,9 @@
 
 #include "tweend/json_text.h"
 
+/* No object of any document that is read has more members; objects of objects stay in the text. */
+enum { MEMBERS_MAX = 1024 };
+
 /* ---- errors ---------------------------------------------------------------------------------- */
 
 /* Prints the pointer of a place into out, from its end backwards; returns its start. */
@@ -60,58 +63,109 @@ tw_status api_json_no_memory(const api_json *json) {
 
 /* ---- objects --------------------------------------------------------------------------------- */
 
-tw_status api_json_open(const api_json *json, const char *text, size_t size, uint64_t values_max,
-                        api_value *root) {
-  const tw_json_rules rules = {.values_max = values_max, .is_for_c_texts = true};
+/* An object's text with its arrays and objects empty, and where those stand. */
+typedef struct flat_object {
+  char *text; /* malloc'ed */
+  size_t size, capacity;
+  const char *containers[MEMBERS_MAX]; /* of each member; NULL for another value */
+} flat_object;
+
+static bool add_flat(flat_object *flat, const char *text, size_t size) {
+  if (flat->capacity - flat->size < size) {
+    size_t capacity = flat->size + size < 128 ? 256 : 2 * (flat->size + size);
+    char *grown = realloc(flat->text, capacity);
+    if (!grown) return false;
+    flat->text = grown;
+    flat->capacity = capacity;
+  }
+  memcpy(flat->text + flat->size, text, size);
+  flat->size += size;
+  return true;
+}
+
+static bool add_member(flat_object *flat, const tw_json_item *item, const char *end, size_t index) {
+  bool is_array = *item->value == '[', is_container = is_array || *item->value == '{';
+  flat->containers[index] = is_container ? item->value : NULL;
+  return add_flat(flat, ",", index > 0) && add_flat(flat, item->key - 1, item->key_size + 2) &&
+         add_flat(flat, ":", 1) &&
+         (is_container ? add_flat(flat, is_array ? "[]" : "{}", 2)
+                       : add_flat(flat, item->value, (size_t)(end - item->value)));
+}
+
+/* *end: just past the object. */
+static tw_status flatten(const api_value *value, const char *object, flat_object *flat, const char **end) {
+  tw_json_item item;
+  size_t count = 0;
+  bool is_added = add_flat(flat, "{", 1);
+  for (bool more = tw_json_first(object, &item); more && is_added; count++) {
+    if (count == MEMBERS_MAX)
+      return api_json_fail(value, TW_LIMIT, "the object has more than %d members", MEMBERS_MAX);
+    const char *stop = tw_json_skip(item.value);
+    is_added = add_member(flat, &item, stop, count);
+    more = tw_json_next(stop, &item);
+  }
+  *end = item.value;
+  return is_added && add_flat(flat, "}", 1) ? TW_OK : api_json_no_memory(value->json);
+}
+
+/* Where an array or object stands in the text. */
+static const char *source_of(const api_value *container) {
+  return container->json->text + (size_t)container->item->valuedouble;
+}
+
+/* Parses the object that stands at `object`, without what is in its arrays and objects: cJSON has no use for
+ * the number of such a value, which becomes its place in the text. Fills value->item. */
+static tw_status parse_object(api_value *value, const char *object, const char **end) {
+  const api_json *json = value->json;
+  if (*object != '{') return api_json_fail(value, TW_SYNTAX, "an object is expected");
+  flat_object flat;
+  flat.text = NULL;
+  flat.size = flat.capacity = 0;
+  tw_status status = flatten(value, object, &flat, end);
+  cJSON *tree = status == TW_OK ? cJSON_ParseWithLengthOpts(flat.text, flat.size, NULL, false) : NULL;
+  free(flat.text);
+  if (status != TW_OK) return status;
+  /* The text is known to be JSON: nothing but memory can be missing. */
+  if (!tree) return api_json_no_memory(json);
+  size_t index = 0;
+  for (cJSON *child = tree->child; child; child = child->next, index++)
+    if (flat.containers[index]) child->valuedouble = (double)(flat.containers[index] - json->text);
+  value->item = tree;
+  return TW_OK;
+}
+
+tw_status api_json_open(api_json *json, const char *text, size_t size, uint64_t values_max, api_value *root) {
+  const tw_json_rules rules = {.values_max = values_max, .is_for_cjson = true};
   *root = (api_value){.json = json};
   tw_status status = tw_json_check(text, size, &rules, json->error);
   if (status != TW_OK) return status;
-  root->item = tw_json_root(text, size);
-  return *root->item == '{' ? TW_OK : api_json_fail(root, TW_SYNTAX, "an object is expected");
+  const char *end;
+  json->text = text;
+  return parse_object(root, tw_json_root(text, size), &end);
 }
 
-/* Whether a member is called so, however its key is written. */
-static bool is_called(const tw_json_item *item, const char *name) {
-  char key[256];
-  if (!memchr(item->key, '\\', item->key_size)) return tw_json_key_is(item, name);
-  if (item->key_size > sizeof key) return false; /* more than any name takes in escapes */
-  size_t size = (size_t)(tw_json_unescape(item->key, item->key_size, key) - key);
-  return size == strlen(name) && memcmp(key, name, size) == 0;
+void api_json_close(api_value *value) {
+  cJSON_Delete((cJSON *)value->item);
+  value->item = NULL;
 }
 
-static tw_status fail_unknown(const api_value *object, const tw_json_item *item, const char *const *names) {
-  char list[200], *name = tw_arena_alloc(object->json->arena, item->key_size + 1, 1);
-  if (!name) return api_json_no_memory(object->json);
-  *tw_json_unescape(item->key, item->key_size, name) = '\0';
+static tw_status fail_unknown(const api_value *object, const char *name, const char *const *names) {
+  char list[200];
   tw_names_join(names, list, sizeof list);
   return api_json_fail(object, TW_SYNTAX, "unknown member \"%.60s\";%s known: %s", name,
                        api_near_of(name, names).text, list);
 }
 
 tw_status api_json_members(const api_value *object, const char *const *names, api_value *values) {
-  tw_json_item item;
-  for (size_t i = 0; names[i]; i++)
-    values[i] = (api_value){object->json, NULL, {&object->at, names[i], 0}, NULL};
-  bool more = tw_json_first(object->item, &item);
-  while (more) {
+  for (size_t i = 0; names[i]; i++) values[i] = (api_value){object->json, NULL, {&object->at, names[i], 0}};
+  for (const cJSON *child = object->item->child; child; child = child->next) {
     size_t i = 0;
-    while (names[i] && !is_called(&item, names[i])) i++;
-    if (!names[i]) return fail_unknown(object, &item, names);
+    while (names[i] && strcmp(names[i], child->string) != 0) i++;
+    if (!names[i]) return fail_unknown(object, child->string, names);
     if (values[i].item) return api_json_fail(object, TW_SYNTAX, "\"%s\" is given twice", names[i]);
-    values[i].item = item.value;
-    more = tw_json_next(tw_json_skip(item.value), &item);
+    values[i].item = child;
   }
-  if (object->end) *object->end = item.value;
   return TW_OK;
-}
-
-api_value api_json_member(const api_value *object, const char *name) {
-  tw_json_item item;
-  api_value value = {object->json, NULL, {&object->at, name, 0}, NULL};
-  bool more = tw_json_first(object->item, &item);
-  while (more && !is_called(&item, name)) more = tw_json_next(tw_json_skip(item.value), &item);
-  if (more) value.item = item.value;
-  return value;
 }
 
 tw_status api_json_members_of(const api_value *object, const char *const *names, size_t count,
@@ -121,7 +175,7 @@ tw_status api_json_members_of(const api_value *object, const char *const *names,
   api_value found[MOST];
   size_t places[MOST], known_count = 0;
   for (size_t i = 0; i < count; i++) {
-    values[i] = (api_value){object->json, NULL, {&object->at, names[i], 0}, NULL};
+    values[i] = (api_value){object->json, NULL, {&object->at, names[i], 0}};
     if (!(members >> i & 1)) continue;
     places[known_count] = i;
     known[known_count++] = names[i];
@@ -136,8 +190,8 @@ tw_status api_json_members_of(const api_value *object, const char *const *names,
 tw_status api_json_count(const api_value *array, uint32_t most, uint32_t *count) {
   *count = 0;
   if (!array->item) return TW_OK;
-  if (!api_json_is(array, API_JSON_ARRAY)) return api_json_fail(array, TW_SYNTAX, "an array is expected");
-  uint64_t found = tw_json_count(array->item);
+  if (!cJSON_IsArray(array->item)) return api_json_fail(array, TW_SYNTAX, "an array is expected");
+  uint64_t found = tw_json_count(source_of(array));
   if (found > most)
     return api_json_fail(array, TW_LIMIT, "there are %llu, and at most %u are read",
                          (unsigned long long)found, most);
@@ -147,75 +201,68 @@ tw_status api_json_count(const api_value *array, uint32_t most, uint32_t *count)
 
 /* The place of an array's first element; the caller moves it from element to element. */
 static api_value first_of(const api_value *array) {
-  return (api_value){array->json, NULL, {&array->at, NULL, 0}, NULL};
+  return (api_value){array->json, NULL, {&array->at, NULL, 0}};
 }
 
 tw_status api_json_each(const api_value *array, api_json_reader *read, void *context) {
   tw_json_item element;
   tw_status status = TW_OK;
   api_value object = first_of(array);
-  bool more = array->item && tw_json_first(array->item, &element);
+  bool more = array->item && tw_json_first(source_of(array), &element);
   for (; more && status == TW_OK; object.at.index++) {
-    const char *end = NULL;
-    object.item = element.value;
-    object.end = &end;
-    status = api_json_object(&object, read, context);
-    more = status == TW_OK && tw_json_next(end ? end : tw_json_skip(element.value), &element);
+    const char *end;
+    status = parse_object(&object, element.value, &end);
+    if (status != TW_OK) return status;
+    status = read(context, &object);
+    api_json_close(&object);
+    more = tw_json_next(end, &element);
   }
   return status;
 }
 
 tw_status api_json_object(const api_value *value, api_json_reader *read, void *context) {
-  if (!api_json_is(value, API_JSON_OBJECT)) return api_json_fail(value, TW_SYNTAX, "an object is expected");
-  return read(context, value);
+  api_value object = *value;
+  const char *end;
+  if (!cJSON_IsObject(value->item)) return api_json_fail(value, TW_SYNTAX, "an object is expected");
+  tw_status status = parse_object(&object, source_of(value), &end);
+  if (status != TW_OK) return status;
+  status = read(context, &object);
+  api_json_close(&object);
+  return status;
 }
 
 /* ---- scalars --------------------------------------------------------------------------------- */
 
-bool api_json_is(const api_value *value, api_json_kind_of kind) {
-  char first = (char)(value->item ? *value->item : '\0');
-  switch (kind) {
-  case API_JSON_OBJECT: return first == '{';
-  case API_JSON_ARRAY: return first == '[';
-  case API_JSON_TEXT: return first == '"';
-  case API_JSON_NUMBER: return value->item && tw_json_is_number(value->item);
-  case API_JSON_FLAG: return first == 't' || first == 'f';
-  }
-  return false;
-}
-
 tw_status api_json_text(const api_value *value, const char **out) {
-  if (!value->item) return TW_OK;
-  if (!api_json_is(value, API_JSON_TEXT)) return api_json_fail(value, TW_SYNTAX, "a text is expected");
-  size_t size = (size_t)(tw_json_skip(value->item) - value->item) - strlen("\"\"");
-  char *copy = tw_arena_alloc_raw(value->json->arena, size + 1, 1);
+  const cJSON *item = value->item;
+  if (!item) return TW_OK;
+  if (!cJSON_IsString(item)) return api_json_fail(value, TW_SYNTAX, "a text is expected");
+  const char *copy = tw_arena_text(value->json->arena, item->valuestring, strlen(item->valuestring));
   if (!copy) return api_json_no_memory(value->json);
-  *tw_json_unescape(value->item + 1, size, copy) = '\0';
   *out = copy;
   return TW_OK;
 }
 
 tw_status api_json_choice(const api_value *value, const char *const *choices, int *out) {
-  const char *text = NULL;
-  char list[200];
-  if (!value->item) return TW_OK;
-  tw_names_join(choices, list, sizeof list);
-  if (!api_json_is(value, API_JSON_TEXT)) return api_json_fail(value, TW_SYNTAX, "expected one of %s", list);
-  tw_status status = api_json_text(value, &text);
-  if (status != TW_OK) return status;
-  for (int i = 0; choices[i]; i++) {
-    if (strcmp(text, choices[i]) != 0) continue;
+  const cJSON *item = value->item;
+  if (!item) return TW_OK;
+  for (int i = 0; cJSON_IsString(item) && choices[i]; i++) {
+    if (strcmp(item->valuestring, choices[i]) != 0) continue;
     *out = i;
     return TW_OK;
   }
-  return api_json_fail(value, TW_SYNTAX, "\"%.60s\":%s expected one of %s", text,
-                       api_near_of(text, choices).text, list);
+  char list[200];
+  tw_names_join(choices, list, sizeof list);
+  if (!cJSON_IsString(item)) return api_json_fail(value, TW_SYNTAX, "expected one of %s", list);
+  return api_json_fail(value, TW_SYNTAX, "\"%.60s\":%s expected one of %s", item->valuestring,
+                       api_near_of(item->valuestring, choices).text, list);
 }
 
 tw_status api_json_kind(const api_value *object, const char *name, const char *const *kinds,
                         const char *missing, int *out) {
-  const api_value value = api_json_member(object, name);
-  if (value.item) return api_json_choice(&value, kinds, out);
+  const cJSON *item = cJSON_GetObjectItemCaseSensitive(object->item, name);
+  const api_value value = {object->json, item, {&object->at, name, 0}};
+  if (item) return api_json_choice(&value, kinds, out);
   char list[280];
   tw_names_join(kinds, list, sizeof list);
   return api_json_fail(object, TW_SYNTAX, "%s: %s", missing, list);
@@ -241,10 +288,7 @@ static tw_status to_index(const api_value *at, double number, uint32_t *out) {
 
 tw_status api_json_float(const api_value *value, float *out) {
   if (!value->item) return TW_OK;
-  double number;
-  if (!api_json_is(value, API_JSON_NUMBER)) return fail_number(value);
-  tw_json_number(value->item, &number);
-  return to_float(value, number, out);
+  return cJSON_IsNumber(value->item) ? to_float(value, value->item->valuedouble, out) : fail_number(value);
 }
 
 static tw_status to_double(const api_value *at, double number, double *out) {
@@ -255,25 +299,19 @@ static tw_status to_double(const api_value *at, double number, double *out) {
 
 tw_status api_json_double(const api_value *value, double *out) {
   if (!value->item) return TW_OK;
-  double number;
-  if (!api_json_is(value, API_JSON_NUMBER)) return fail_number(value);
-  tw_json_number(value->item, &number);
-  return to_double(value, number, out);
+  return cJSON_IsNumber(value->item) ? to_double(value, value->item->valuedouble, out) : fail_number(value);
 }
 
 tw_status api_json_flag(const api_value *value, bool *out) {
   if (!value->item) return TW_OK;
-  if (!api_json_is(value, API_JSON_FLAG)) return api_json_fail(value, TW_SYNTAX, "true or false is expected");
-  *out = *value->item == 't';
+  if (!cJSON_IsBool(value->item)) return api_json_fail(value, TW_SYNTAX, "true or false is expected");
+  *out = cJSON_IsTrue(value->item);
   return TW_OK;
 }
 
 tw_status api_json_index(const api_value *value, uint32_t *out) {
   if (!value->item) return TW_OK;
-  double number;
-  if (!api_json_is(value, API_JSON_NUMBER)) return fail_number(value);
-  tw_json_number(value->item, &number);
-  return to_index(value, number, out);
+  return cJSON_IsNumber(value->item) ? to_index(value, value->item->valuedouble, out) : fail_number(value);
 }
 
 /* ---- arrays of numbers ------------------------------------------------------------------------ */
@@ -344,9 +382,9 @@ static tw_status read_row(const api_value *row, const char *text, uint32_t width
 
 static tw_status read_numbers(const api_value *value, uint32_t width, number_sink sink) {
   if (!value->item) return TW_OK;
-  if (!api_json_is(value, API_JSON_ARRAY)) return api_json_fail(value, TW_SYNTAX, "an array is expected");
+  if (!cJSON_IsArray(value->item)) return api_json_fail(value, TW_SYNTAX, "an array is expected");
   const char *end;
-  return read_row(value, value->item, width, &sink, &end);
+  return read_row(value, source_of(value), width, &sink, &end);
 }
 
 tw_status api_json_floats(const api_value *value, uint32_t width, float *out) {
@@ -359,7 +397,7 @@ tw_status api_json_doubles(const api_value *value, uint32_t width, double *out) 
 
 static tw_status read_whole(const api_value *array, number_sink sink) {
   const char *end;
-  return array->item ? read_list(array, array->item, &sink, &end) : TW_OK;
+  return array->item ? read_list(array, source_of(array), &sink, &end) : TW_OK;
 }
 
 tw_status api_json_float_list(const api_value *array, float *out) {
@@ -376,7 +414,7 @@ tw_status api_json_index_list(const api_value *array, uint32_t *out) {
 
 bool api_json_holds_numbers(const api_value *array) {
   tw_json_item item;
-  return array->item && tw_json_first(array->item, &item) && tw_json_is_number(item.value);
+  return array->item && tw_json_first(source_of(array), &item) && tw_json_is_number(item.value);
 }
 
 /* Rows of `width` numbers, of any number of them for width 0. Row i of floats goes to sink.floats + i stride.
@@ -386,7 +424,7 @@ static tw_status read_rows(const api_value *array, uint32_t width, size_t stride
   tw_status status = TW_OK;
   api_value row = first_of(array);
   float *floats = sink.floats;
-  bool more = array->item && tw_json_first(array->item, &item);
+  bool more = array->item && tw_json_first(source_of(array), &item);
   for (; more && status == TW_OK; row.at.index++) {
     const char *end;
     if (floats) sink.floats = floats + row.at.index * stride;
@@ -414,7 +452,7 @@ tw_status api_json_index_offsets(const api_value *array, uint32_t *offsets) {
   api_value row = first_of(array);
   uint32_t sum = 0;
   offsets[0] = 0;
-  for (bool more = array->item && tw_json_first(array->item, &item); more; row.at.index++) {
+  for (bool more = array->item && tw_json_first(source_of(array), &item); more; row.at.index++) {
     if (*item.value != '[') return api_json_fail(&row, TW_SYNTAX, "an array is expected");
     /* The check keeps the number of values far below 2^32. */
     sum += (uint32_t)tw_json_count(item.value);

@@ -1,7 +1,11 @@
 /* Reading JSON with errors that name the place. A document is checked as text (tweend/json_text.h) and then
- * read where it stands: no tree is made of it. */
+ * read object by object: cJSON parses one object at a time, whose arrays and objects stay in the text until
+ * they are asked for, so that no document takes more memory than its largest object without them. Numbers in
+ * arrays are read straight from the text. */
 #ifndef API_JSON_VALUE_H
 #define API_JSON_VALUE_H
+
+#include <cjson/cJSON.h>
 
 #include "tweend/base.h"
 
@@ -12,34 +16,25 @@ typedef struct api_place {
   uint32_t index;                 /* element */
 } api_place;
 
-/* Who reads: where what was read goes, and where errors go. */
+/* Who reads: where what was read goes, where errors go, and the text. */
 typedef struct api_json {
   tw_arena *arena;
   tw_error *error;
+  const char *text; /* set by api_json_open */
 } api_json;
 
-/* A value and its place. item: where it stands in the text. NULL: there is none, which is an array without
- * elements, and of which other readers leave *out alone. */
+/* A value and its place. item NULL: there is none, which is an array without elements, and of which other
+ * readers leave *out alone. */
 typedef struct api_value {
   const api_json *json;
-  const char *item;
+  const cJSON *item;
   api_place at;
-  const char **end; /* of an object: api_json_members notes here where the text goes on; NULL: not needed */
 } api_value;
 
-/* Checks a document of at most values_max values, and that it is an object. text: outlives the reading. */
-tw_status api_json_open(const api_json *json, const char *text, size_t size, uint64_t values_max,
-                        api_value *root);
-
-typedef enum api_json_kind_of {
-  API_JSON_OBJECT,
-  API_JSON_ARRAY,
-  API_JSON_TEXT,
-  API_JSON_NUMBER,
-  API_JSON_FLAG
-} api_json_kind_of;
-/* Whether there is a value, and of this kind. */
-bool api_json_is(const api_value *value, api_json_kind_of kind);
+/* Checks a document of at most values_max values, and parses its root object. text: outlives the reading.
+ * root->item is freed with api_json_close. */
+tw_status api_json_open(api_json *json, const char *text, size_t size, uint64_t values_max, api_value *root);
+void api_json_close(api_value *value);
 
 tw_status api_json_fail(const api_value *value, tw_status status, const char *format, ...) TW_PRINTF(3, 4);
 /* The same where a function of the library has filled the error, whose pointer is relative to the value. */
@@ -54,9 +49,6 @@ tw_status api_json_members(const api_value *object, const char *const *names, ap
  * whose bit is in `members`. What it does not have is without an item. count: at most 32. */
 tw_status api_json_members_of(const api_value *object, const char *const *names, size_t count,
                               uint32_t members, api_value *values);
-
-/* One member, the first of its name; without an item where there is none. */
-api_value api_json_member(const api_value *object, const char *name);
 
 /* Reads the member `name` of an object as one of `kinds`, *out its index. The object has other members for
  * each kind, so that it must be there; `missing` begins the error's sentence where it is not. */

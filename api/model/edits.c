@@ -18,12 +18,9 @@ typedef struct edits_request {
 /* The mesh that the document names. */
 static tw_status find_mesh(const api_value *value, edits_request *request) {
   tw_error error;
-  const char *name = NULL;
-  if (value->item && !api_json_is(value, API_JSON_TEXT))
+  if (value->item && !cJSON_IsString(value->item))
     return api_json_fail(value, TW_SYNTAX, "the name of a mesh is expected");
-  tw_status status = api_json_text(value, &name);
-  if (status != TW_OK) return status;
-  status = api_remade_choose(request->remade, name, &error);
+  tw_status status = api_remade_choose(request->remade, cJSON_GetStringValue(value->item), &error);
   return status == TW_OK ? TW_OK : api_json_fail(value, status, "%s", error.detail);
 }
 

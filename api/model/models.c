@@ -3,11 +3,11 @@
 
 #include "file_name.h"
 #include "handlers.h"
-#include "json_value.h"
 #include "response_cache.h"
 #include "service.h"
 #include "upload.h"
 
+#include <cjson/cJSON.h>
 #include <nettle/sha2.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -117,20 +117,15 @@ typedef struct model_source {
 
 /* What is stored beside a model's bytes. */
 typedef struct summary {
-  const char *name; /* NULL: it has none */
-  const char *format;
+  cJSON *tree; /* freed by the reader's caller, also where it is not whole */
+  const cJSON *name, *format;
 } summary;
 
-/* False where it is lost or not whole. text: NULL accepted. arena: of what it says. */
-static bool read_summary(const char *text, tw_arena *arena, summary *out) {
-  const api_json json = {arena, NULL};
-  api_value root;
-  *out = (summary){0};
-  if (!text || api_json_open(&json, text, strlen(text), 0, &root) != TW_OK) return false;
-  const api_value name = api_json_member(&root, "name"), format = api_json_member(&root, "format");
-  bool is_nameless = name.item && *name.item == 'n'; /* null */
-  return (is_nameless || (name.item && api_json_text(&name, &out->name) == TW_OK)) && format.item &&
-         api_json_text(&format, &out->format) == TW_OK;
+static bool read_summary(const char *text, summary *out) {
+  cJSON *tree = text ? cJSON_Parse(text) : NULL;
+  *out = (summary){tree, cJSON_GetObjectItemCaseSensitive(tree, "name"),
+                   cJSON_GetObjectItemCaseSensitive(tree, "format")};
+  return cJSON_IsString(out->format) && (cJSON_IsString(out->name) || cJSON_IsNull(out->name));
 }
 
 /* Gives a model the name with which it was stored first; where it was not, the given one. False without
@@ -138,13 +133,11 @@ static bool read_summary(const char *text, tw_arena *arena, summary *out) {
 static bool take_name(api_service *service, const char *id, const char *given, tw_model *model) {
   char *text = service->store.summary(service->store.context, id);
   summary stored;
-  bool is_stored = read_summary(text, model->arena, &stored);
-  if (is_stored)
-    model->name = stored.name;
-  else if (given)
-    model->name = tw_arena_text(model->arena, given, strlen(given));
+  const char *name = read_summary(text, &stored) ? cJSON_GetStringValue(stored.name) : given;
+  if (name) model->name = tw_arena_text(model->arena, name, strlen(name));
+  cJSON_Delete(stored.tree);
   free(text);
-  return is_stored || !given || model->name;
+  return !name || model->name;
 }
 
 bool api_maker_grant(void *maker, uint64_t bytes) {
@@ -416,12 +409,15 @@ int api_seed(api_service *service, const char *name, const uint8_t *bytes, size_
 enum { LIST_DEFAULT = 100, LIST_MOST = 1000 };
 
 /* Prints name and format from a summary; false when it does not hold them. */
-static bool print_from_summary(const char *text, tw_arena *arena, tw_text *out) {
-  summary stored;
-  if (!read_summary(text, arena, &stored)) return false;
-  tw_member_string(out, "name", stored.name);
-  tw_member_string(out, "format", stored.format);
-  return true;
+static bool print_from_summary(const char *text, tw_text *out) {
+  summary summary;
+  bool is_whole = read_summary(text, &summary);
+  if (is_whole) {
+    tw_member_string(out, "name", cJSON_GetStringValue(summary.name));
+    tw_member_string(out, "format", cJSON_GetStringValue(summary.format));
+  }
+  cJSON_Delete(summary.tree);
+  return is_whole;
 }
 
 /* Name and format of a model whose summary is lost, from the model itself. */
@@ -439,8 +435,7 @@ static bool print_listed(api_call *call, const api_listed *listed, tw_text *text
   tw_text item = {0};
   tw_text_add(&item, "{");
   tw_member_string(&item, "id", listed->id);
-  bool is_printed =
-      print_from_summary(listed->summary, call->arena, &item) || print_from_model(call, listed->id, &item);
+  bool is_printed = print_from_summary(listed->summary, &item) || print_from_model(call, listed->id, &item);
   tw_member_count(&item, "bytes", listed->size);
   tw_text_add(&item, "}");
   if (is_printed) {
@@ -577,9 +572,11 @@ static api_outcome suggest_source(api_call *call, tw_format format) {
   const api_store *store = &call->service->store;
   char *text = store->summary(store->context, call->id);
   summary stored;
-  const char *name = read_summary(text, call->arena, &stored) ? stored.name : NULL;
+  const char *name = read_summary(text, &stored) ? cJSON_GetStringValue(stored.name) : NULL;
+  api_outcome outcome = api_file_name_suggest(call, name, extensions[format]);
+  cJSON_Delete(stored.tree);
   free(text);
-  return api_file_name_suggest(call, name, extensions[format]);
+  return outcome;
 }
 
 static api_outcome reply_source(api_call *call, source_body *body) {

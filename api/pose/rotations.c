@@ -127,7 +127,7 @@ static tw_status read_points(const api_value *array, rotations_request *out) {
   if (status == TW_OK) status = api_json_double_rows(array, 3, &out->points[0][0]);
   for (uint32_t i = 0; status == TW_OK && i < out->point_count; i++) {
     const double *p = out->points[i];
-    const api_value point = {array->json, NULL, {&array->at, NULL, i}, NULL};
+    const api_value point = {array->json, NULL, {&array->at, NULL, i}};
     /* A turned coordinate is as large as the point is far. */
     if (!(p[0] * p[0] + p[1] * p[1] + p[2] * p[2] < (double)FLT_MAX * (double)FLT_MAX))
       status = api_json_fail(&point, TW_INVALID, "the point is too far away for a float");
@@ -142,7 +142,7 @@ static tw_status read_slerp(const api_value *array, rotations_request *out) {
   out->slerp = allocate(array->json, out->slerp_count, sizeof *out->slerp, &status);
   if (status == TW_OK) status = api_json_double_list(array, out->slerp);
   for (uint32_t i = 0; status == TW_OK && i < out->slerp_count; i++) {
-    const api_value t = {array->json, NULL, {&array->at, NULL, i}, NULL};
+    const api_value t = {array->json, NULL, {&array->at, NULL, i}};
     if (fabs(out->slerp[i]) > SLERP_MOST)
       status = api_json_fail(&t, TW_INVALID, "t is beyond %g", SLERP_MOST);
   }

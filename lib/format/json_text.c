@@ -8,7 +8,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Nobody means a number that is longer. */
+/* cJSON copies a number into a buffer of 64 bytes. */
 enum { NUMBER_LENGTH_MAX = 63 };
 
 /* An array or object that is open. */
@@ -118,7 +118,7 @@ static tw_status scan_number(json_scan *scan) {
     if (skip_digits(scan) == 0) return fail_here(scan, "a digit");
   }
   size_t length = scan->at - start;
-  if (scan->rules->is_for_c_texts && length > NUMBER_LENGTH_MAX)
+  if (scan->rules->is_for_cjson && length > NUMBER_LENGTH_MAX)
     return fail(scan, TW_INVALID, "a number of more than %d characters", NUMBER_LENGTH_MAX);
   double value = 0; /* up to 63 digits without an exponent stay far below the largest double */
   if (has_exponent || length > NUMBER_LENGTH_MAX) tw_read_double(scan->text + start, length, &value);
@@ -141,8 +141,7 @@ static int32_t scan_hex(json_scan *scan) {
 static tw_status scan_unicode_escape(json_scan *scan) {
   int32_t code = scan_hex(scan);
   if (code < 0) return fail_here(scan, "a hex digit");
-  if (code == 0 && scan->rules->is_for_c_texts)
-    return fail(scan, TW_SYNTAX, "U+0000 is not accepted in text");
+  if (code == 0 && scan->rules->is_for_cjson) return fail(scan, TW_SYNTAX, "U+0000 is not accepted in text");
   bool is_high = code >= 0xD800 && code <= 0xDBFF, is_low = code >= 0xDC00 && code <= 0xDFFF;
   if (is_high && scan->size - scan->at >= 2 && memcmp(scan->text + scan->at, "\\u", 2) == 0) {
     scan->at += 2;

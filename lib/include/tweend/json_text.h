@@ -14,7 +14,8 @@ enum { TW_JSON_DEPTH_MAX = 64 };
 /* What a document may hold, beyond the grammar. */
 typedef struct tw_json_rules {
   uint64_t values_max; /* values of any kind; 0: any number */
-  bool is_for_c_texts; /* no U+0000 in strings, which ends texts of C, and no number of over 63 characters */
+  bool is_for_cjson;   /* no U+0000 in strings, which cJSON terminates, and no number of over 63 characters,
+                          which it cuts */
 } tw_json_rules;
 
 /* Checks one document: grammar, well-formed UTF-8, no control characters, no half surrogate pairs, numbers
