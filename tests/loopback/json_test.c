@@ -77,6 +77,7 @@ static const bad_document not_tweend[] = {
     {"{'meshes':[{'positions':[[0,0]]}]}", 400, "/meshes/0/positions/0", "3 numbers"},
     {"{'meshes':[{'positions':[0,0,0]}]}", 400, "/meshes/0/positions/0", "array"},
     {"{'meshes':[{'faces':[[0,1,2]]}]}", 422, "/meshes/0/faces/0/0", NULL},
+    {"{'meshes':[{'positions':[[0,0,0]],'faces':[0]}]}", 400, "/meshes/0/faces/0", "array"},
     {MESH(",'colour':1"), 400, "/meshes/0", "colour"},
     {"{'meshes':[{'positions':[[0,0,0],[1,0,0],[0,1,0]],'faces':[[0,1,3]]}]}", 422, "/meshes/0/faces/0/2",
      NULL},

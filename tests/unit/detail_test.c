@@ -74,6 +74,14 @@ TEST(a_level_has_the_points_that_it_was_given) {
     }
 }
 
+TEST(a_cage_without_any_size_takes_points) {
+  static const uint32_t up[] = {1, 2};
+  cage *c = torus(TORUS_QUADS, NO_GAPS, false);
+  memset(c->points, 0, c->mesh.point_count * sizeof *c->points);
+  takes_points(&c->mesh, TW_CATMULL_CLARK, up, 2);
+  free(c);
+}
+
 /* The surface of a mesh whose level 1 was modelled is that of the level as a mesh of its own: points, and
  * normals of the limit. */
 static void goes_on(const tw_mesh *cage, tw_scheme scheme, uint32_t steps) {
