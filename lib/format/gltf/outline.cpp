@@ -187,7 +187,6 @@ private:
     uint64_t most; // 0: any number
     void (Checker::*element)(uint64_t index, const char *value);
   };
-  static const Part parts[14];
 
   const Container &container_;
   Budget &budget_;
@@ -440,23 +439,23 @@ private:
       refuse(TW_INVALID, place.pointer("byteLength"), "the buffer view goes past the ", size,
              " bytes of its buffer");
   }
-};
 
-const Checker::Part Checker::parts[14] = {
-    {"extensionsRequired", 0, &Checker::required_extension},
-    {"buffers", 0, &Checker::buffer},
-    {"bufferViews", 0, &Checker::view},
-    {"accessors", 0, &Checker::accessor},
-    {"images", 0, &Checker::image},
-    {"meshes", TW_MESHES_MAX, &Checker::mesh},
-    {"animations", TW_CLIPS_MAX, &Checker::animation},
-    {"materials", TW_MATERIALS_MAX, nullptr},
-    {"nodes", TW_NODES_MAX, nullptr},
-    {"skins", TW_NODES_MAX, nullptr},
-    {"textures", 0, nullptr},
-    {"samplers", 0, nullptr},
-    {"cameras", 0, nullptr},
-    {"scenes", 0, nullptr},
+  static constexpr Part parts[] = {
+      {"extensionsRequired", 0, &Checker::required_extension},
+      {"buffers", 0, &Checker::buffer},
+      {"bufferViews", 0, &Checker::view},
+      {"accessors", 0, &Checker::accessor},
+      {"images", 0, &Checker::image},
+      {"meshes", TW_MESHES_MAX, &Checker::mesh},
+      {"animations", TW_CLIPS_MAX, &Checker::animation},
+      {"materials", TW_MATERIALS_MAX, nullptr},
+      {"nodes", TW_NODES_MAX, nullptr},
+      {"skins", TW_NODES_MAX, nullptr},
+      {"textures", 0, nullptr},
+      {"samplers", 0, nullptr},
+      {"cameras", 0, nullptr},
+      {"scenes", 0, nullptr},
+  };
 };
 
 } // namespace
