@@ -28,9 +28,17 @@ function weld(position) {
   });
 }
 
-/** Some vertices of a mesh alone, with their skin. */
+/** Lets a geometry over vertices of a mesh move with its morph targets; pick(attribute) gives those of the vertices. */
+function morphAs(geometry, mesh, pick = (attribute) => attribute) {
+  const { position } = mesh.geometry.morphAttributes;
+  if (position) Object.assign(geometry, { morphTargetsRelative: true, morphAttributes: { position: position.map(pick) } });
+  return geometry;
+}
+
+/** Some vertices of a mesh alone, with their skin and morph targets. */
 function pick(mesh, vertices) {
-  const geometry = new BufferGeometry();
+  const geometry = morphAs(new BufferGeometry(), mesh, (from) =>
+    new Float32BufferAttribute(vertices.flatMap((i) => [from.getX(i), from.getY(i), from.getZ(i)]), 3));
   for (const name of mesh.isSkinnedMesh ? ['position', 'skinIndex', 'skinWeight'] : ['position']) {
     const from = mesh.geometry.attributes[name];
     const values = vertices.flatMap((i) => Array.from({ length: from.itemSize }, (_, k) => from.getComponent(i, k)));
@@ -119,6 +127,7 @@ export class Cage {
     this.parts = { cage: [], points: [] };
     this.sharpnesses = new Set();
     this.valences = new Set();
+    this.morphed = [];
     const meshes = [];
     scene.traverse((object) => object.isMesh && meshes.push(object));
     for (const mesh of meshes) this.add(mesh);
@@ -136,12 +145,14 @@ export class Cage {
     mesh.material = new LineBasicMaterial({ visible: false });
     const geometry = new BufferGeometry();
     geometry.setAttribute('position', position);
+    morphAs(geometry, mesh);
     geometry.setIndex(edges);
     const spacing = spacingOf(position, edges);
     geometry.setAttribute('spacing', new BufferAttribute(spacing, 1));
     const hidden = linesOn(mesh, geometry, this.hidden);
     hidden.renderOrder = 1;
     this.parts.cage.push(linesOn(mesh, geometry, this.lines), hidden);
+    if (mesh.morphTargetInfluences) this.morphed.push(mesh);
     if (extraordinary.length > 0) this.parts.points.push(this.points(mesh, extraordinary, spacing));
   }
 
@@ -182,6 +193,17 @@ export class Cage {
     lines.renderOrder = 1;
     parent.add(lines);
     return lines;
+  }
+
+  /** Gives morph targets the weights that they have in another scene of the same nodes. */
+  morph(nodes) {
+    for (const mesh of this.morphed) {
+      const name = [...this.nodes].find(([, node]) => node === mesh || node === mesh.parent)?.[0];
+      const node = nodes.get(name);
+      const { morphTargetInfluences: weights } = [node, ...(node?.children ?? [])].find((object) => object?.morphTargetInfluences) ?? {};
+      for (const object of weights ? [mesh, ...mesh.children] : [])
+        if (object.morphTargetInfluences) weights.forEach((weight, i) => (object.morphTargetInfluences[i] = weight));
+    }
   }
 
   setTheme(name) {

@@ -393,12 +393,13 @@ export class Viewport {
   /** Gives morph targets the weights that a clip has at a time: poses do not tell them. */
   morph(name, time) {
     const clip = this.model?.weights.get(name);
-    if (!clip) return;
+    if (!clip && !this.model?.morphed) return;
     const { mixer } = this.model;
-    if (this.model.morphed !== name) mixer.stopAllAction();
-    this.model.morphed = name;
-    mixer.clipAction(clip).play();
-    mixer.setTime(Math.min(time, clip.duration * (1 - 1e-6))); // its end would be the beginning again
+    if (this.model.morphed !== name) mixer.stopAllAction(); // back to what they are at rest
+    this.model.morphed = clip ? name : '';
+    if (clip) mixer.clipAction(clip).play();
+    if (clip) mixer.setTime(Math.min(time, clip.duration * (1 - 1e-6))); // its end would be the beginning again
+    this.cage?.morph(this.model.nodes);
   }
 
   /** The objects that bear a node's transform: in surfaces and cages. */

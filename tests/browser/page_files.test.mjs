@@ -11,15 +11,16 @@ function split(more = {}) {
   const corners = [0, 1, 2, 3, 4, 5, 6, 7].flatMap((i) => [i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1]);
   const quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
   const index = quads.flatMap(([a, b, c, d]) => [a, b, c, a, c, d]);
-  const bytes = Buffer.concat([Buffer.from(new Float32Array(corners).buffer), Buffer.from(new Uint16Array(index).buffer)]);
+  const bytes = Buffer.concat([Buffer.from(new Float32Array(corners).buffer), Buffer.from(new Uint16Array(index).buffer), Buffer.from(new Float32Array([0, 1]).buffer)]);
   return JSON.stringify({
     asset: { version: '2.0' }, scene: 0, scenes: [{ nodes: [0] }], nodes: [{ mesh: 0 }],
     meshes: [{ primitives: [{ attributes: { POSITION: 0 }, indices: 1, material: 0 }] }],
     materials: [{ pbrMetallicRoughness: { baseColorFactor: [0.05, 0.05, 0.2, 1], metallicFactor: 0 } }],
     buffers: [{ byteLength: bytes.length, uri: `data:application/octet-stream;base64,${bytes.toString('base64')}` }],
-    bufferViews: [{ buffer: 0, byteLength: 96 }, { buffer: 0, byteOffset: 96, byteLength: 72 }],
+    bufferViews: [{ buffer: 0, byteLength: 96 }, { buffer: 0, byteOffset: 96, byteLength: 72 }, { buffer: 0, byteOffset: 168, byteLength: 8 }],
     accessors: [{ bufferView: 0, componentType: 5126, count: 8, type: 'VEC3', min: [-1, -1, -1], max: [1, 1, 1] },
-      { bufferView: 1, componentType: 5123, count: 36, type: 'SCALAR' }],
+      { bufferView: 1, componentType: 5123, count: 36, type: 'SCALAR' },
+      { bufferView: 2, componentType: 5126, count: 2, type: 'SCALAR', min: [0], max: [1] }],
     ...more,
   });
 }
@@ -162,4 +163,34 @@ visits('of a clip alone the joints are shown', {}, async (visit) => {
   await visit.drawn();
   const seen = covered(await visit.pixels());
   assert.ok(seen > 0.001, `${seen} of the picture is covered`);
+});
+
+visits('the cage and its points follow morph targets, which rest in another clip', { hash: '#show=cage,points' }, async (visit) => {
+  await visit.level(2);
+  const channels = (path, node) => ({ channels: [{ sampler: 0, target: { node, path } }], samplers: [{ input: 2, output: path === 'weights' ? 2 : 3 }] });
+  const document = JSON.parse(split({ animations: [{ name: 'grow', ...channels('weights', 0) }, { name: 'stay', ...channels('translation', 1) }] }));
+  document.meshes[0].primitives[0].targets = [{ POSITION: 0 }]; // as far again
+  document.nodes.push({ name: 'other' });
+  document.scenes[0].nodes.push(1);
+  document.accessors.push({ componentType: 5126, count: 2, type: 'VEC3' }); // zeros
+  await drop(visit, { 'grow.gltf': JSON.stringify(document) });
+  await shows(visit, 'grow.gltf');
+  await visit.level(2);
+  const width = async () => {
+    const pixels = await visit.pixels();
+    const { width: across } = await visit.page.locator('#stage').boundingBox();
+    const xs = [];
+    for (let i = 0; i < pixels.length; i += 4) if (pixels[i + 1] < 180) xs.push((i / 4) % across);
+    return xs.reduce((most, x) => Math.max(most, x), 0) - xs.reduce((least, x) => Math.min(least, x), Infinity);
+  };
+  await visit.wait(() => !document.getElementById('timeline').hidden && document.querySelectorAll('.ticks line').length > 0);
+  await visit.drawn();
+  const small = await width();
+  await visit.seek(0.4);
+  const grown = await width();
+  assert.ok(grown > 1.3 * small, `${small} pixels wide, then ${grown}`);
+  await visit.page.getByLabel('Clip').selectOption('stay');
+  await visit.wait(() => location.hash.includes('clip=stay'));
+  await visit.seek(0.1);
+  assert.ok(Math.abs((await width()) - small) < 4);
 });
