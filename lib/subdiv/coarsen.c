@@ -434,8 +434,7 @@ static tw_status keep_rest(const tw_mesh *mesh, const uint32_t *corners, const t
                            tw_error *error) {
   tw_surface_options level = *options;
   level.level = out->levels;
-  tw_status status = tw_mesh_check(&out->mesh, error, NULL);
-  if (status == TW_OK) status = tw_coarse_detail(mesh, corners, &level, parallel, arena, &out->mesh, error);
+  tw_status status = tw_coarse_detail(mesh, corners, &level, parallel, arena, &out->mesh, error);
   if (status == TW_CANCELLED) return tw_fail(error, status, "the cage is not wanted any more");
   return status == TW_NO_MEMORY ? tw_fail(error, status, "out of memory") : status;
 }
@@ -496,5 +495,7 @@ tw_status tw_mesh_coarsen(const tw_mesh *mesh, const tw_surface_options *options
     out->error += miss;
     out->is_ambiguous |= s.is_ambiguous;
   }
-  return out->fits ? TW_OK : keep_rest(mesh, corners, options, parallel, arena, out, error);
+  tw_status status = tw_mesh_check(&out->mesh, error, NULL); /* what is solved for may be far away */
+  if (status != TW_OK || out->fits) return status;
+  return keep_rest(mesh, corners, options, parallel, arena, out, error);
 }

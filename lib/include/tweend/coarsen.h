@@ -32,9 +32,10 @@ typedef struct tw_coarsened {
  * that are sharp after n steps were sharper by n; what was sharp and is not any more is not known. A face has
  * the material and the groups of its first child. Normals, and what is modelled onto levels of the mesh, do
  * not come along. Arrays of the result live in the arena, or are the mesh's. TW_INVALID: no refinement, which
- * names the first face of the piece; an option that has no way back. TW_LIMIT, TW_CANCELLED, TW_NO_MEMORY.
- * parallel: asked whether the result is still wanted; or NULL. O(corners) for each step but for the solving,
- * see subdiv/mask_inverse.h. */
+ * names the first face of the piece; an option that has no way back; a cage that tw_mesh_check refuses, as
+ * what it would have is too far away. TW_LIMIT, TW_CANCELLED, TW_NO_MEMORY. parallel: asked whether the
+ * result is still wanted; or NULL. O(corners) for each step but for the solving, see subdiv/mask_inverse.h.
+ */
 tw_status tw_mesh_coarsen(const tw_mesh *mesh, const tw_surface_options *options,
                           const tw_parallel_for *parallel, tw_arena *arena, tw_coarsened *out,
                           tw_error *error);
