@@ -157,9 +157,11 @@ export class Models {
     if (state('model') === id) openOther(this.first());
   }
 
-  /** What the daemon has to say of the model that is shown. */
+  /** What the daemon has to say of the model that is shown: many warnings wait behind how many they are. */
   tell({ warnings }) {
-    this.warnings.replaceChildren(...warnings.map((warning) => make('p', { className: 'warning' }, warning)));
+    const lines = warnings.map((warning) => make('p', { className: 'warning' }, warning));
+    const many = () => make('details', {}, make('summary', { className: 'warning' }, `${lines.length} warnings`), ...lines);
+    this.warnings.replaceChildren(...(lines.length > 2 ? [many()] : lines));
   }
 
   mark() {

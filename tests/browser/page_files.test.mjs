@@ -107,6 +107,14 @@ visits('what the daemon has to say of a model stands above the list', {}, async 
   await visit.page.getByRole('button', { name: /^cube\.obj/ }).click();
   await shows(visit, 'cube.obj');
   assert.equal(await visit.page.locator('#panel-models .warning').count(), 0);
+  // The sample's five stand behind their number.
+  await visit.page.getByRole('button', { name: /^tank\.json/ }).click();
+  await shows(visit, 'tank.json');
+  const turns = visit.page.getByText('"wheel_front_left"').first();
+  await visit.page.getByText('5 warnings').waitFor();
+  assert.equal(await turns.isVisible(), false);
+  await visit.page.getByText('5 warnings').click();
+  assert.equal(await turns.isVisible(), true);
 });
 
 visits('models are deleted, and the browser goes back to the one before', {}, async (visit) => {
