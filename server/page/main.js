@@ -99,7 +99,8 @@ dark.addEventListener('change', showTheme);
 byId('theme').addEventListener('click', () => change({ theme: document.documentElement.dataset.theme === 'dark' ? 'light' : 'dark' }));
 
 let model = null; // the description of the one shown
-let loading = null;
+let loading = null; // of the surface
+let loadingCage = null;
 let isLargeWanted = false; // the model's cage, although it is large
 let shown = null; // what of the state makes the surface that is shown
 
@@ -177,6 +178,7 @@ function clear() {
 async function openModel() {
   const id = state('model');
   loading?.abort();
+  loadingCage?.abort();
   animation.close();
   model = shown = null;
   isLargeWanted = false;
@@ -200,6 +202,7 @@ async function openModel() {
     model = described;
     models.tell(model);
   } catch (error) {
+    if (state('model') !== id) return;
     fail('The model cannot be opened', error, openModel);
     clear();
     return;
@@ -275,12 +278,13 @@ async function loadCage(described, signal) {
 
 async function openCage(described) {
   showLegend();
-  const controller = new AbortController();
-  const rules = CAGE.map(state).join();
+  loadingCage?.abort();
+  const controller = (loadingCage = new AbortController());
+  const { signal } = controller;
   const task = isLargeWanted ? busy('The cage', controller) : null;
   try {
-    const cage = await loadCage(described, controller.signal);
-    if (model !== described || CAGE.map(state).join() !== rules) return;
+    const cage = await loadCage(described, signal);
+    signal.throwIfAborted();
     viewport.setCage(cage);
     animation.pose();
     showLegend();

@@ -128,13 +128,17 @@ export class Models {
       this.last = models.at(-1)?.id; // the daemon lists by id
       this.known = (more ? [...this.known, ...models] : models).sort((a, b) => (a.name ?? '').localeCompare(b.name ?? ''));
       this.more.hidden = models.length < PAGE;
-      this.list.replaceChildren(...this.known.map((model) => this.row(model)));
-      this.mark();
+      this.show();
     } catch (error) {
       this.known ??= [];
       fail('The models cannot be listed', error, () => this.load(more));
     }
     byId('empty').hidden = this.known.length > 0 || state('model') !== '';
+  }
+
+  show() {
+    this.list.replaceChildren(...this.known.map((model) => this.row(model)));
+    this.mark();
   }
 
   row({ id, name, format, bytes: size }) {
@@ -148,13 +152,15 @@ export class Models {
   async remove(id, name) {
     const about = make('p', {}, 'The daemon forgets it, and addresses that show it find nothing.');
     if (!(await ask({ title: `Delete ${name}?`, content: [about], confirm: 'Delete' }))) return;
+    this.known = this.known.filter((model) => model.id !== id);
+    this.show();
+    if (state('model') === id) openOther(this.first()); // first: what is asked of it while it goes would fail
     try {
       await withKey(() => tweend.remove(id));
     } catch (error) {
       fail(`${name} cannot be deleted`, error);
     }
     await this.load();
-    if (state('model') === id) openOther(this.first());
   }
 
   /** What the daemon has to say of the model that is shown: many warnings wait behind how many they are. */
