@@ -34,7 +34,7 @@ static int compare_names(const void *a, const void *b) {
 }
 
 /* Whatever else is wrong with an element is for its own reader to say. */
-static tw_status note_name(void *context, const api_value *object) {
+static tw_status collect_name(void *context, const api_value *object) {
   names *out = context;
   const char *text = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(object->item, "name"));
   if (!text || !text[0]) return TW_OK;
@@ -50,7 +50,7 @@ static tw_status read_names(const api_value *array, uint32_t count, const char *
   *out = (names){.kind = kind, .arena = arena, .count = count};
   out->texts = tw_arena_alloc(arena, count, sizeof *out->texts);
   if (!out->texts) return api_json_no_memory(array->json);
-  tw_status status = api_json_each(array, note_name, out);
+  tw_status status = api_json_each(array, collect_name, out);
   if (status != TW_OK) return status;
   out->sorted = tw_arena_alloc(arena, out->sorted_count, sizeof *out->sorted);
   if (!out->sorted) return api_json_no_memory(array->json);
@@ -62,7 +62,7 @@ static tw_status read_names(const api_value *array, uint32_t count, const char *
 }
 
 /* The thing without a name that is called so by its index; TW_NO_INDEX for none. */
-static uint32_t find_nameless(const names *all, const char *text) {
+static uint32_t find_unnamed(const names *all, const char *text) {
   char made_up[32];
   size_t length = strlen(all->kind);
   if (strncmp(text, all->kind, length) != 0 || text[length] != '_') return TW_NO_INDEX;
@@ -92,13 +92,13 @@ static tw_status read_reference(const api_value *value, const names *all, uint32
     else
       high = middle;
   }
-  uint32_t nameless = find_nameless(all, text), end = low;
+  uint32_t unnamed = find_unnamed(all, text), end = low;
   while (end < all->sorted_count && end < low + 2 && strcmp(all->sorted[end].text, text) == 0) end++;
-  uint32_t found = end - low + (nameless != TW_NO_INDEX);
+  uint32_t found = end - low + (unnamed != TW_NO_INDEX);
   if (found == 0) return fail_absent(value, all, text);
   if (found > 1)
     return api_json_fail(value, TW_INVALID, "more than one %s is called \"%.60s\"", all->kind, text);
-  *out = nameless != TW_NO_INDEX ? nameless : all->sorted[low].index;
+  *out = unnamed != TW_NO_INDEX ? unnamed : all->sorted[low].index;
   return TW_OK;
 }
 

@@ -143,8 +143,9 @@ remove_folder() {
 
 @test "daemons that share a folder and are all process 1 store what is uploaded to all at once" {
   stop_daemon
-  # Process 1 each, as in containers, where the system lets us.
-  alone=(unshare --pid --fork)
+  # Process 1 each, as in containers, where the system lets us. The search for leaks at its end would stop process 1 by
+  # ptrace, and at times it waits for ever for that stop.
+  alone=(env ASAN_OPTIONS=detect_leaks=0 unshare --pid --fork)
   "${alone[@]}" true || alone=()
   urls=()
   for i in 1 2 3 4; do
