@@ -5,3 +5,6 @@ const IN_SOFTWARE = ['--use-angle=swiftshader', '--enable-unsafe-swiftshader'];
 
 export const launch = (drawing = IN_SOFTWARE) =>
   chromium.launch({ executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium-headless-shell', args: ['--no-sandbox', ...drawing] });
+
+/** Software draws, on processors that other tests use too: a picture may take many times what it takes alone. */
+export const PATIENCE_MS = 120000;

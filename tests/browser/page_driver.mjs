@@ -5,7 +5,7 @@ import { dirname, join } from 'node:path';
 import { after, before, test } from 'node:test';
 
 import { Daemon, root } from '../node/daemon.mjs';
-import { launch } from './chromium.mjs';
+import { launch, PATIENCE_MS } from './chromium.mjs';
 
 const pictures = join(dirname(process.env.TESTED_BINARY ?? join(root, 'build/tweend')), 'screenshots');
 mkdirSync(pictures, { recursive: true });
@@ -19,6 +19,7 @@ export class Visit {
   /** refused: statuses that the visit provokes, which Chromium logs as errors. */
   static async begin(browser, url, { hash = '', refused = [], ...options } = {}) {
     const context = await browser.newContext({ ...USUAL, ...options });
+    context.setDefaultTimeout(PATIENCE_MS);
     const visit = new Visit();
     visit.page = await context.newPage();
     visit.faults = [];
@@ -43,7 +44,7 @@ export class Visit {
   }
 
   wait(condition, argument) {
-    return this.page.waitForFunction(condition, argument, { timeout: 30000 });
+    return this.page.waitForFunction(condition, argument);
   }
 
   /** Until the surface of a level is drawn. */

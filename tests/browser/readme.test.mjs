@@ -8,7 +8,7 @@ import { after, before, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
 
 import { Daemon, root } from '../node/daemon.mjs';
-import { launch } from './chromium.mjs';
+import { launch, PATIENCE_MS } from './chromium.mjs';
 
 const packages = fileURLToPath(new URL('./node_modules/', import.meta.url));
 const readme = readFileSync(join(root, 'README.md'), 'utf8');
@@ -58,7 +58,7 @@ async function open(path, condition) {
   page.on('pageerror', (error) => errors.push(String(error)));
   page.on('request', (request) => /^https?:\/\/(?!127\.0\.0\.1:)/.test(request.url()) && errors.push(request.url()));
   await page.goto(url + path);
-  await page.waitForFunction(condition, undefined, { timeout: 30000 }).catch((error) => errors.push(String(error)));
+  await page.waitForFunction(condition, undefined, { timeout: PATIENCE_MS }).catch((error) => errors.push(String(error)));
   assert.deepEqual(errors, []);
 }
 
@@ -69,7 +69,7 @@ test('the script for three.js loads the tank and plays its clip', async () => {
   await page.waitForFunction(
     ([, y]) => Math.abs(played.scene.getObjectByName('hull').quaternion.y - y) > 0.01 && played.player.time > 0,
     before,
-    { timeout: 20000 },
+    { timeout: PATIENCE_MS },
   );
   const triangles = await page.evaluate(() => {
     let count = 0;
