@@ -1,5 +1,5 @@
-/* Memory grows geometrically up to SPOOL_FROM, so that a connection makes the daemon hold no more than twice
- * the bytes that have arrived; longer bodies are kept in a file. */
+/* The buffer in memory doubles up to SPOOL_FROM, so that a connection makes the daemon hold at most twice the
+ * bytes that have arrived, or FIRST_CAPACITY. Longer bodies are kept in a file. */
 #include "body.h"
 
 #include "disk.h"
@@ -23,7 +23,8 @@ void srv_body_deinit(srv_body *body) {
   *body = (srv_body){0};
 }
 
-/* Takes of the spool what a body of this size needs and does not have yet. False: others have it. */
+/* Reserves the spool bytes that a body of this size needs beyond those it has. False: other bodies have
+ * them. */
 static bool take(srv_body *body, uint64_t size) {
   if (size <= SPOOL_FROM || size <= body->taken) return true;
   srv_spool *spool = body->spool;
@@ -39,7 +40,7 @@ srv_body_status srv_body_expect(srv_body *body, uint64_t size) {
   return take(body, size) ? SRV_BODY_OK : SRV_BODY_CROWDED;
 }
 
-/* Moves what memory holds to a file. */
+/* Moves the bytes in memory to a file. */
 static bool spool(srv_body *body) {
   int file = srv_create_nameless(body->spool->folder);
   if (file < 0) return false;
@@ -84,7 +85,7 @@ srv_body_status srv_body_append(srv_body *body, const void *data, size_t size) {
 srv_body_status srv_body_view(srv_body *body, api_bytes *out) {
   if (body->spooled && body->mapping == NULL) {
     if (body->size > SIZE_MAX) return SRV_BODY_FAILED;
-    /* Nobody else has the file, so nobody cuts it under the mapping; all its blocks were written. */
+    /* The file has no name, so nobody can truncate it under the mapping; all its blocks have been written. */
     void *mapping = mmap(NULL, (size_t)body->size, PROT_READ, MAP_PRIVATE, body->file, 0);
     if (mapping == MAP_FAILED) return SRV_BODY_FAILED;
     body->mapping = mapping;

@@ -13,18 +13,18 @@ typedef enum srv_body_status {
   SRV_BODY_FAILED    /* no memory or no disk */
 } srv_body_status;
 
-/* Where the long bodies of all threads go. */
+/* Where all threads keep long bodies. */
 typedef struct srv_spool {
   const char *folder;        /* path, not owned */
-  uint64_t limit;            /* most bytes that bodies take together, 0 for any number */
-  atomic_uint_fast64_t used; /* also what is expected and has not come yet */
+  uint64_t limit;            /* bytes of all bodies together, 0: no limit */
+  atomic_uint_fast64_t used; /* includes bytes that are expected and have not arrived */
 } srv_spool;
 
 /* A value; a zeroed one may be deinited. */
 typedef struct srv_body {
   uint64_t limit;
   srv_spool *spool; /* not owned */
-  uint64_t taken;   /* of the spool */
+  uint64_t taken;   /* bytes reserved in the spool */
   uint64_t size;
   uint8_t *memory; /* NULL once spooled */
   size_t capacity;
@@ -33,19 +33,17 @@ typedef struct srv_body {
   void *mapping;
 } srv_body;
 
-/* limit: most bytes to take. spool: outlives the body. */
+/* limit: bytes, at most. spool: outlives the body. */
 void srv_body_init(srv_body *body, uint64_t limit, srv_spool *spool);
 void srv_body_deinit(srv_body *body);
 
-/* Before the first byte, where the size of the body is known: takes what it needs of the spool. OK or
- * CROWDED.
- */
+/* Reserves spool bytes for a body of known size. Call before the first byte. OK or CROWDED. */
 srv_body_status srv_body_expect(srv_body *body, uint64_t size);
 
-/* After anything but SRV_BODY_OK only deinit may follow. */
+/* After any status but SRV_BODY_OK, only srv_body_deinit may be called. */
 srv_body_status srv_body_append(srv_body *body, const void *data, size_t size);
 
-/* The whole body, valid until deinit; call once all has been appended. */
+/* The whole body, valid until srv_body_deinit. Call once everything has been appended. */
 srv_body_status srv_body_view(srv_body *body, api_bytes *out);
 
 #endif

@@ -1,5 +1,5 @@
-/* One table holds every setting: its flag, default, range and help. The environment variable's name
- * follows from the flag's. */
+/* One table describes every setting: flag, type, default, range and help. The environment variable's name is
+ * derived from the flag's. */
 #include "config.h"
 
 #include "api.h"
@@ -15,10 +15,10 @@
 
 typedef enum kind {
   KIND_TEXT, /* char * */
-  KIND_SIZE, /* uint64_t, and so are the next three */
+  KIND_SIZE, /* uint64_t, as are the next three */
   KIND_COUNT,
   KIND_DURATION, /* milliseconds */
-  KIND_CHOICE,   /* the index in choices */
+  KIND_CHOICE,   /* the index of the chosen word */
   KIND_SWITCH,   /* bool */
   KIND_RATE      /* api_rate */
 } kind;
@@ -27,7 +27,7 @@ typedef struct setting {
   const char *flag;
   kind kind;
   size_t offset;        /* in srv_config */
-  const char *fallback; /* NULL: depends on the machine */
+  const char *fallback; /* the default; NULL: set_defaults computes it */
   uint64_t low, high;
   const char *choices; /* "a|b|c" */
   const char *argument, *help;
@@ -155,7 +155,7 @@ static const unit SIZE_UNITS[] = {
 static const unit COUNT_UNITS[] = {{"", 1}, {"k", 1000}, {"M", 1000000}, {"G", 1000000000}};
 static const unit DURATION_UNITS[] = {{"ms", 1}, {"s", 1000}, {"m", 60000}, {"h", 3600000}};
 
-/* Returns the text behind the digits, NULL when there are none or too many. */
+/* Returns the text after the digits, NULL when there are none or the number overflows. */
 static const char *read_digits(const char *text, uint64_t *out) {
   const char *at = text;
   uint64_t number = 0;
@@ -220,7 +220,7 @@ static void variable_name(const char *flag, char name[FLAG_SIZE]) {
   }
 }
 
-/* ---- what --help and the manual page say ------------------------------------------------------ */
+/* ---- --help and the manual page --------------------------------------------------------------- */
 
 typedef struct section {
   const char *title, *text; /* lines of at most 100 characters */
@@ -248,7 +248,7 @@ static const section SECTIONS[] = {
 };
 enum { SECTION_COUNT = sizeof SECTIONS / sizeof *SECTIONS };
 
-/* Flags that are no settings: each prints and ends. */
+/* Flags that print something and exit; they are no settings. */
 static const section PRINTING[] = {
     {"-h, --help", "this text"},
     {"--man", "the same as a manual page"},
@@ -280,7 +280,7 @@ static void print_help(FILE *out) {
   for (size_t i = 0; i < SECTION_COUNT; i++) fprintf(out, "\n%s:\n%s\n", SECTIONS[i].title, SECTIONS[i].text);
 }
 
-/* Text that roff takes as it is. */
+/* Escapes what roff would interpret. */
 static void print_roff(FILE *out, const char *text) {
   for (const char *at = text; *at != '\0'; at++) {
     bool begins = at == text || at[-1] == '\n';
@@ -445,7 +445,7 @@ void srv_config_warn(char *const *environment) {
   }
 }
 
-/* Reads argv[*at], and the next one when it is the flag's value. */
+/* Reads the flag argv[*at] and, when its value is a separate argument, advances *at to it. */
 static bool read_flag(srv_config *config, int argc, char *const *argv, int *at, srv_error *error) {
   const char *argument = argv[*at];
   size_t name_size = strncmp(argument, "--", 2) == 0 ? strcspn(argument + 2, "=") : 0;
@@ -475,7 +475,8 @@ static bool set_defaults(srv_config *config) {
   for (size_t i = 0; i < SETTING_COUNT; i++) {
     if (SETTINGS[i].fallback != NULL && !assign(config, &SETTINGS[i], SETTINGS[i].fallback)) return false;
   }
-  /* The ones that depend on the machine; the queue follows once the threads are known. */
+  /* Defaults that depend on the machine. check_together sets the queue once the number of threads is
+   * known. */
   uint64_t cpus = srv_machine_cpus("");
   config->threads = cpus > 1024 ? 1024 : cpus;
   config->io_threads = config->threads;
@@ -485,7 +486,7 @@ static bool set_defaults(srv_config *config) {
   return true;
 }
 
-/* ---- settings that may lie in a file --------------------------------------------------------- */
+/* ---- settings that may name a file ------------------------------------------------------------ */
 
 char *srv_config_text(const char *flag, const char *setting, size_t size_max, srv_error *error) {
   char *text = setting[0] == '@' ? srv_read_text(setting + 1, size_max) : strdup(setting);
@@ -510,7 +511,8 @@ bool srv_config_is_s3(const srv_config *config) {
   return strncmp(config->data, "s3://", 5) == 0;
 }
 
-/* As browsers send it: a scheme and a host, no path. A page of a file or a sandbox has the origin "null". */
+/* Whether the text is an origin as browsers send it: scheme and host without a path, or "null", the origin of
+ * pages from files and sandboxes. */
 static bool is_origin(const char *text, size_t size) {
   const char *host = strstr(text, "://");
   if (host == NULL || host >= text + size) return size == strlen("null") && strncmp(text, "null", size) == 0;

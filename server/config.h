@@ -10,27 +10,28 @@
 #include <stdint.h>
 #include <stdio.h>
 
-/* Where a bucket's name stands in its URLs. AUTO: in the path with an endpoint that is given. */
+/* Where a bucket's name goes in its URLs: in the path or in the host name. AUTO: in the path when
+ * --s3-endpoint is given, else in the host name. */
 typedef enum srv_s3_style { SRV_S3_AUTO, SRV_S3_PATH, SRV_S3_VIRTUAL } srv_s3_style;
 
 /* A value: deinit frees it. Numbers are in bytes, milliseconds or plain counts, checked against the
  * ranges of their flags. */
 typedef struct srv_config {
-  char *listen, *admin_listen;                    /* "" without one */
+  char *listen, *admin_listen;                    /* addresses; admin_listen: "" for none */
   char *data;                                     /* a folder, or s3://BUCKET/PREFIX */
-  char *s3_endpoint, *s3_region, *s3_credentials; /* "" for the usual ones, see s3_request.h */
+  char *s3_endpoint, *s3_region, *s3_credentials; /* "": defaults */
   uint64_t s3_style;                              /* srv_s3_style */
   uint64_t s3_timeout;
-  char *cache_dir; /* with s3:// what `data` is otherwise: the folder of this daemon */
+  char *cache_dir; /* the local folder when `data` is s3:// */
   uint64_t cache_size;
-  uint64_t store_limit, spool_limit; /* 0: none */
+  uint64_t store_limit, spool_limit; /* bytes; 0: no limit */
   uint64_t threads, io_threads, queue, max_connections, max_connections_per_address, max_listeners;
   api_rate rate_limit;   /* of one address */
-  char *trusted_proxies; /* networks, see client.h */
+  char *trusted_proxies; /* see srv_networks_read */
   uint64_t max_upload, max_level, max_faces, max_output, max_times, plan_cache, max_memory;
   uint64_t header_timeout, idle_timeout, request_timeout, drain_timeout, drain_delay;
   uint64_t compute_timeout;  /* 0: none */
-  uint64_t min_rate;         /* bytes a second that a client must take or give */
+  uint64_t min_rate;         /* bytes a second that a client must send or receive */
   char *api_keys, *url_keys; /* lists or @FILE, see keyring.h */
   char *cors_origins;
   char *tls_cert, *tls_key; /* paths, "" without TLS */
@@ -47,39 +48,41 @@ typedef enum srv_config_status {
   SRV_CONFIG_BAD   /* error holds one line */
 } srv_config_status;
 
-/* argv as main gets it; environment answers as getenv does. Flags win over TWEEND_* variables, those
- * over the defaults. *config is to be deinited whatever the status. */
+/* argv: as passed to main. environment: like getenv. Flags override TWEEND_* variables, which override the
+ * defaults. out: for --help, --man and --version. *config must be deinited whatever the status. */
 srv_config_status srv_config_read(srv_config *config, int argc, char *const *argv,
                                   char *(*environment)(const char *name), FILE *out, srv_error *error);
 void srv_config_deinit(srv_config *config);
 
-/* Whether models go to an object store. */
+/* Whether models are stored in a bucket. */
 bool srv_config_is_s3(const srv_config *config);
 
-/* Warns of each TWEEND_ variable that is no setting and names the nearest. environment: as environ. */
+/* Logs a warning for each TWEEND_ variable that is no setting, with the nearest name. environment: as
+ * environ. */
 void srv_config_warn(char *const *environment);
 
-/* The text of a setting, or of the file that it names by "@FILE": malloc'ed, NULL with one line in error. */
+/* The text of the setting, or of the file when the setting is "@FILE". malloc'ed; NULL with one line in
+ * error. */
 char *srv_config_text(const char *flag, const char *setting, size_t size_max, srv_error *error);
 
-/* The level of logs, read anew where the setting names a file. False with one line in error. */
+/* The log level, read from the file again when the setting is "@FILE". False with one line in error. */
 bool srv_config_log_level(const srv_config *config, srv_log_level *out, srv_error *error);
 
-/* ---- quantities as people write them: 256MiB, 80M, 500ms --------------------------------------- */
+/* ---- quantities as written in flags: 256MiB, 80M, 500ms ---------------------------------------- */
 
-/* Each reads the whole text or returns false and leaves *out alone: no sign, no space, no fraction,
- * nothing over 64 bits. */
+/* Each function parses the whole text, or returns false and leaves *out alone. Rejected: signs, spaces,
+ * fractions and values over 64 bits. */
 
-/* Plain bytes or with B, KiB, MiB, GiB, TiB (powers of 1024), kB, MB, GB, TB (powers of 1000). */
+/* Bytes, plain or with a unit: B, KiB, MiB, GiB, TiB (powers of 1024), kB, MB, GB, TB (powers of 1000). */
 bool srv_parse_size(const char *text, uint64_t *out);
 
-/* A plain number or with k, M, G (powers of 1000). */
+/* A number, plain or with k, M, G (powers of 1000). */
 bool srv_parse_count(const char *text, uint64_t *out);
 
-/* Needs a unit: ms, s, m or h; a bare 0 is fine. Milliseconds. */
+/* Milliseconds. A unit (ms, s, m or h) is required, except for 0. */
 bool srv_parse_duration(const char *text, uint64_t *out);
 
-/* The shortest period, a second, gives each request of this rate a nanosecond. */
+/* At this rate over the shortest period, a second, a token takes one nanosecond, the resolution of rate.c. */
 enum { SRV_RATE_MAX = 1000000000 };
 
 /* A rate: 50/s, 100/m or 1000/h, from 1 to SRV_RATE_MAX in the unit. */

@@ -1,4 +1,4 @@
-/* Files that are small by nature (keys, certificates, summaries) and bytes that are not. */
+/* Whole reads and writes, temporary files, and walks over a store's folders. */
 #include "disk.h"
 
 #include <dirent.h>
@@ -22,7 +22,8 @@ bool srv_write_all(int fd, const void *data, size_t size) {
   return true;
 }
 
-/* offset: -1 to go on where the last read ended, which pipes can do as well. */
+/* Reads until the capacity is filled or the file ends. offset: -1 to read from the file position, as pipes
+ * need. */
 static ssize_t read_most(int fd, char *out, size_t capacity, off_t offset) {
   size_t size = 0;
   while (size < capacity) {

@@ -1,4 +1,4 @@
-/* Whole files: what partial reads and writes leave to do, and temporary files. */
+/* Files: complete reads and writes, small texts, temporary files, the files of a store's folder. */
 #ifndef SRV_DISK_H
 #define SRV_DISK_H
 
@@ -8,27 +8,27 @@
 #include <stdint.h>
 #include <sys/stat.h>
 
-/* Writes all bytes to a descriptor; false with errno. */
+/* Writes all bytes; false with errno. */
 bool srv_write_all(int fd, const void *data, size_t size);
 
-/* Reads up to capacity bytes at an offset, fewer only where the file ends; -1 with errno. */
+/* Reads up to `capacity` bytes at an offset; returns fewer only where the file ends, -1 with errno. */
 ptrdiff_t srv_read_at(int fd, void *out, size_t capacity, uint64_t offset);
 
 /* A text file of at most size_max bytes, malloc'ed and terminated; NULL with errno. */
 char *srv_read_text(const char *path, size_t size_max);
 
-/* Cuts blanks and ends of lines off both ends of a text. */
+/* Removes blanks and line ends from both ends of the text, in place. Returns its start. */
 char *srv_trim(char *text);
 
-/* Makes an empty file in the folder and opens it for reading and writing. Its name is 128 random bits: other
- * processes, containers and hosts that share the folder never choose it. path: gets its path. -1 with errno.
- */
+/* Creates an empty file in the folder and opens it for reading and writing. Its name is 128 random bits, so
+ * that other processes, containers and hosts that share the folder never choose it. path: receives the file's
+ * path. -1 with errno. */
 int srv_create_temporary(const char *folder, char path[PATH_MAX]);
-/* The same without a name: it vanishes with its descriptor, however the process ends. */
+/* The same, but the file has no name: it vanishes with its descriptor, however the process ends. */
 int srv_create_nameless(const char *folder);
 
-/* Calls take(context, name, facts) for each file in the folders 00 to ff of a folder, until it says false.
- * False then. */
+/* Calls take(context, name, facts) for each regular file in the subfolders 00 to ff, until it returns false.
+ * Returns false then. */
 bool srv_each_file(const char *folder,
                    bool (*take)(void *context, const char *name, const struct stat *facts), void *context);
 

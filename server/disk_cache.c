@@ -1,7 +1,8 @@
-/* A folder of the file store keeps the copies: it writes them whole, and judges by their hash what it reads.
- * The time of a summary's file says when its model was used last. Once the copies take more than they may,
- * the folder is counted and the oldest go, a tenth more than must, so that counting is rare. The folder needs
- * no list in memory, and outlives the daemon. */
+/* The copies are kept by a file store (store_fs.h), which writes each one atomically and checks its hash when
+ * it is read. The modification time of a summary's file is the time at which its model was last used. When
+ * the copies exceed the limit, the files in the folder are counted, and the least recently used are removed
+ * down to nine tenths of the limit, so that counting is rare. The cache needs no list in memory, and its
+ * folder outlives the daemon. */
 #include "disk_cache.h"
 
 #include "disk.h"
@@ -36,7 +37,7 @@ typedef struct copies {
   uint64_t bytes;
 } copies;
 
-/* What a file takes, its own entry not counted. */
+/* Bytes that the file takes on disk, without its directory entry. */
 static uint64_t disk_size(const struct stat *facts) {
   return (uint64_t)facts->st_blocks * 512;
 }
@@ -45,7 +46,7 @@ static void summary_path(const srv_disk_cache *cache, const char *id, char path[
   snprintf(path, PATH_MAX, "%s/summaries/%.2s/%s", cache->root, id, id + 2);
 }
 
-/* A copy without a summary counts as the oldest. False without memory. */
+/* A copy without a summary file counts as the oldest. False without memory. */
 static bool add_copy(void *context, const char *id, const struct stat *object) {
   copies *all = context;
   if (strlen(id) != API_ID_TEXT - 1) return true;
@@ -70,13 +71,13 @@ static bool add_copy(void *context, const char *id, const struct stat *object) {
   return true;
 }
 
-static int compare_use(const void *a, const void *b) {
+static int compare_last_use(const void *a, const void *b) {
   int64_t first = ((const copy *)a)->used_ns, second = ((const copy *)b)->used_ns;
   return (first > second) - (first < second);
 }
 
-/* Counts anew, and removes the oldest where there is too much. One thread does at a time; others go on
- * meanwhile. */
+/* Counts the copies and, over the limit, removes the least recently used. One thread at a time does so;
+ * others return at once. */
 static void shrink(srv_disk_cache *cache) {
   copies all = {.cache = cache};
   char objects[PATH_MAX];
@@ -84,7 +85,7 @@ static void shrink(srv_disk_cache *cache) {
   snprintf(objects, sizeof objects, "%s/objects", cache->root);
   if (srv_each_file(objects, add_copy, &all)) {
     uint64_t bytes = all.bytes, aim = cache->limit - cache->limit / 10;
-    if (bytes > cache->limit) qsort(all.list, all.count, sizeof *all.list, compare_use);
+    if (bytes > cache->limit) qsort(all.list, all.count, sizeof *all.list, compare_last_use);
     for (size_t i = 0; all.bytes > cache->limit && i < all.count && bytes > aim; i++) {
       cache->folder.remove(cache->folder.context, all.list[i].id);
       bytes -= all.list[i].bytes;

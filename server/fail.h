@@ -1,4 +1,4 @@
-/* Why something failed: one line for a person. */
+/* The reason for a failure, as one line for a person. */
 #ifndef SRV_FAIL_H
 #define SRV_FAIL_H
 
@@ -8,7 +8,7 @@ typedef struct srv_error {
   char text[512];
 } srv_error;
 
-/* Says why. Returns false, as whoever fails does. */
+/* Sets the reason. Returns false, so that a caller can return the result. */
 bool srv_fail(srv_error *error, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
 #endif

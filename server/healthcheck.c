@@ -1,4 +1,4 @@
-/* One request over one connection, no more HTTP than that needs. */
+/* Sends one request over one connection; implements no more HTTP than that needs. */
 #include "healthcheck.h"
 
 #include <errno.h>
@@ -11,7 +11,7 @@ enum { TIMEOUT_MS = 3000, STATUS_LINE_SIZE = 13 }; /* "HTTP/1.1 200 " */
 
 static const char REQUEST[] = "GET /readyz HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n";
 
-/* Fills status_line as far as bytes arrive. */
+/* Sends the request and reads the start of the answer. */
 static bool ask_plain(int fd, char *status_line) {
   if (send(fd, REQUEST, sizeof REQUEST - 1, MSG_NOSIGNAL) != (ssize_t)(sizeof REQUEST - 1)) return false;
   return recv(fd, status_line, STATUS_LINE_SIZE, MSG_WAITALL) == STATUS_LINE_SIZE;

@@ -1,6 +1,6 @@
-/* A list on the command line has keys alone, cut at commas. A file has one key a line, blank lines and
- * comments aside; a line of --api-keys is KEY [RIGHTS] [RATE], and a key without rights may do everything.
- * Errors name lines and items and never show what is in them. */
+/* A list on the command line holds only keys, separated by commas. A file holds one key a line, besides blank
+ * lines and comments; a line of --api-keys is KEY [RIGHTS] [RATE], and a key without rights may do
+ * everything. Error texts give the number of the line or item and never show its content. */
 #include "keyring.h"
 
 #include "disk.h"
@@ -17,7 +17,7 @@ static bool is_key(const char *word) {
   return word[strcspn(word, BLANKS)] == '\0' && strchr(word, ',') == NULL;
 }
 
-/* "read,write,delete" or fewer of them; cuts the word. */
+/* Reads "read,write,delete" or some of these; cuts the word in place. */
 static bool read_rights(char *word, unsigned *out) {
   static const char *const NAMES[] = {"read", "write", "delete"};
   char *rest = NULL;
@@ -40,7 +40,7 @@ static bool read_word(char *word, bool is_last, api_key *key) {
   return read_rights(word, &key->rights);
 }
 
-/* Words behind the key: its rights, its rate, or both in this order. */
+/* Reads KEY, then rights, a rate, or both in this order. */
 static bool read_line(char *line, api_key *key) {
   char *rest = NULL;
   *key = (api_key){.text = strtok_r(line, BLANKS, &rest), .rights = ALL_RIGHTS};
@@ -50,7 +50,7 @@ static bool read_line(char *line, api_key *key) {
   return first == NULL || read_word(first, second == NULL, key);
 }
 
-/* What an item, which has no blanks around it, says of a key; false: it is malformed. */
+/* Parses one trimmed item of a list into a key; false when it is malformed. */
 typedef bool read_item(char *item, api_key *key);
 
 static bool read_bare(char *item, api_key *key) {
@@ -64,8 +64,8 @@ static size_t count_items(const char *text, char separator) {
   return count;
 }
 
-/* Cuts the text; empty items and, in files, lines that begin with '#' are skipped. Returns the number of the
- * first malformed item, from 1; 0: none is. */
+/* Cuts the text into items; skips empty ones and, in files, lines that begin with '#'. Returns the number of
+ * the first malformed item, counted from 1, or 0. */
 static size_t read_items(srv_key_list *list, bool is_file, read_item *read) {
   char separator = is_file ? '\n' : ',';
   size_t number = 0;
@@ -80,8 +80,8 @@ static size_t read_items(srv_key_list *list, bool is_file, read_item *read) {
   return 0;
 }
 
-/* complaint: of the place of an item that is malformed. A setting that is given but has no key is an error:
- * it must not open what it was meant to lock. */
+/* complaint: error text for a malformed item, after its number. A setting that is given but holds no key is
+ * an error: it must not open what it was meant to lock. */
 static bool read_list(const char *flag, const char *setting, read_item *read, const char *complaint,
                       srv_key_list *list, srv_error *error) {
   bool is_file = setting[0] == '@';

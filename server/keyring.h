@@ -6,7 +6,7 @@
 #include "config.h"
 
 typedef struct srv_key_list {
-  char *text; /* that the keys lie in */
+  char *text; /* the keys' texts point into it */
   api_key *keys;
   size_t count;
 } srv_key_list;
@@ -17,7 +17,7 @@ typedef struct srv_keyring {
   srv_key_list keys, url_keys;
 } srv_keyring;
 
-/* Both settings, read anew where they name files. False with one line in error. */
+/* Reads both settings, and the files that they name. False with one line in error. */
 bool srv_keyring_read(const srv_config *config, srv_keyring *out, srv_error *error);
 void srv_keyring_deinit(srv_keyring *keyring);
 

@@ -1,4 +1,4 @@
-/* All I/O threads share the listening sockets: the one that is idle takes the next connection. */
+/* Addresses: parsing, listening, connecting and printing. */
 #include "listen.h"
 
 #include <arpa/inet.h>
@@ -48,7 +48,7 @@ static bool parse_inet6(const char *host, in_port_t port, srv_address *out) {
   return inet_pton(AF_INET6, host, &out->v6.sin6_addr) == 1;
 }
 
-/* What the name stands for, IPv4 first. Digits and dots are no name. */
+/* Resolves a host name, IPv4 first. Digits and dots are no name. */
 static bool resolve(const char *host, in_port_t port, srv_address *out) {
   static const int FAMILIES[] = {AF_INET, AF_INET6};
   if (host[strspn(host, "0123456789.")] == '\0' || strchr(host, ':') != NULL) return false;
@@ -99,7 +99,7 @@ void srv_address_unlink(const srv_address *address) {
   if (address->family == AF_UNIX) unlink(address->local.sun_path);
 }
 
-/* A socket file that refuses connections belongs to nobody. */
+/* Removes a socket file that refuses connections: its process is dead. */
 static void remove_stale(const srv_address *address) {
   struct stat facts;
   if (stat(address->local.sun_path, &facts) != 0 || !S_ISSOCK(facts.st_mode)) return;
@@ -108,7 +108,7 @@ static void remove_stale(const srv_address *address) {
   if (fd >= 0) close(fd);
 }
 
-/* Says that listening failed, for the reason in errno. */
+/* Reports that listening failed, with the reason in errno. */
 static bool fail_to_listen(const srv_address *address, srv_error *error) {
   int reason = errno;
   char place[sizeof address->local.sun_path + 8];
@@ -128,7 +128,7 @@ int srv_address_listen(const srv_address *address, srv_error *error) {
   return -1;
 }
 
-/* Whether a socket's file can be made, or is there already. */
+/* Whether the file of a unix socket can be created, or already exists. */
 static bool can_make_file(const srv_address *address) {
   char folder[sizeof address->local.sun_path];
   struct stat facts;
@@ -211,7 +211,8 @@ void srv_address_print(const srv_address *address, bool tls, char *out, size_t o
   if (address->family == AF_UNIX) {
     const char *path = address->local.sun_path;
     bool is_abstract = path[0] == '\0' && path[1] != '\0';
-    int most = (int)sizeof address->local.sun_path - is_abstract; /* the kernel terminates no abstract name */
+    int most =
+        (int)sizeof address->local.sun_path - is_abstract; /* the kernel does not terminate abstract names */
     snprintf(out, out_size, "unix:%s%.*s", is_abstract ? "@" : "", most, path + is_abstract);
     return;
   }

@@ -1,4 +1,4 @@
-/* The address that the daemon serves on and its health check asks. */
+/* Socket addresses: where the daemon listens, and what its health check connects to. */
 #ifndef SRV_LISTEN_H
 #define SRV_LISTEN_H
 
@@ -24,18 +24,18 @@ typedef struct srv_address {
 /* "127.0.0.1:8080", "[::1]:8080", "localhost:8080", "unix:PATH". False with one line in error. */
 bool srv_address_parse(const char *text, srv_address *out, srv_error *error);
 
-/* A non-blocking listening socket, -1 with one line in error. Refuses a place where another process
- * listens; a unix socket that a dead process left is replaced. */
+/* A non-blocking listening socket, -1 with one line in error. Fails where another process listens; replaces
+ * the file of a unix socket that a dead process has left. */
 int srv_address_listen(const srv_address *address, srv_error *error);
 
-/* Whether it could be listened on, without doing so. *is_used: somebody does, perhaps the daemon itself.
- * False with one line in error. */
+/* Whether srv_address_listen could succeed, without listening. *is_used: a process listens there, perhaps the
+ * daemon itself; the result is true then. False with one line in error. */
 bool srv_address_check(const srv_address *address, bool *is_used, srv_error *error);
 
-/* A blocking connected socket, -1 with errno. Wildcard addresses are asked over loopback. */
+/* A blocking connected socket, -1 with errno. Wildcard addresses are reached over loopback. */
 int srv_address_connect(const srv_address *address, int timeout_ms);
 
-/* The address that a socket is bound to: with the port that the kernel gave in place of 0. */
+/* The address that a socket is bound to, with the port that the kernel chose for port 0. */
 srv_address srv_address_of(int fd);
 
 enum { SRV_LISTENERS_MAX = 16 };
@@ -44,16 +44,17 @@ enum { SRV_LISTENERS_MAX = 16 };
 typedef struct srv_listeners {
   int fds[SRV_LISTENERS_MAX];
   size_t count;
-  bool is_passed; /* by a supervisor that keeps them for the next process: no connection is taken any more
-                     while this one drains */
+  bool is_passed; /* by a supervisor that keeps the sockets for the next process: while this one drains, it
+                     accepts no connection */
 } srv_listeners;
 
 void srv_listeners_close(const srv_listeners *listeners);
 
-/* As the ready line names it: "http://127.0.0.1:8080", "unix:PATH", with @ for an abstract name. */
+/* Prints the address as in the ready line: "http://127.0.0.1:8080", "unix:PATH", with @ for an abstract
+ * name. */
 void srv_address_print(const srv_address *address, bool tls, char *out, size_t out_size);
 
-/* The host and port of a client, "unix" for a local one. */
+/* Prints a client's host and port, "unix" for a local one. */
 void srv_address_peer(const srv_address *peer, char *out, size_t out_size);
 
 /* Removes the file of a unix socket. */

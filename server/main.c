@@ -1,4 +1,4 @@
-/* Puts the parts together, reads some settings again and takes all apart again on signals. */
+/* Starts the parts of the daemon, reloads settings on SIGHUP, and drains and stops on the ending signals. */
 #include "compute_limit.h"
 #include "config.h"
 #include "exchange.h"
@@ -28,25 +28,26 @@ enum { STATUS_FAILED = 1, STATUS_USAGE = 2, PLACE_SIZE = 512 };
 
 typedef struct process {
   srv_config config;
-  srv_error error; /* why it does not start */
+  srv_error error; /* why the daemon does not start */
   srv_address address, admin_address;
   srv_store_fs *folder;
-  srv_store_s3 *bucket; /* NULL: the folder is the store */
+  srv_store_s3 *bucket; /* NULL: models are stored in `folder` */
   srv_server server;
   srv_systemd systemd;
-  uint64_t told_ms;                         /* when the watchdog was */
-  srv_http *http, *admin;                   /* admin: NULL without a listener of its own */
-  srv_listeners listeners, admin_listeners; /* count 0 once the above own them */
+  uint64_t notified_ms;                     /* when the watchdog was last notified */
+  srv_http *http, *admin;                   /* admin: NULL without an admin listener */
+  srv_listeners listeners, admin_listeners; /* count 0 once http and admin own the sockets */
 } process;
 
 /* ---- signals --------------------------------------------------------------------------------- */
 
-static bool ends(int number) {
+static bool is_ending_signal(int number) {
   return number == SIGTERM || number == SIGINT || number == SIGQUIT;
 }
 
-/* All signals are taken by the main thread alone, when it waits for them, so that none ends the process by
- * default: but for faults, which are the thread's own, for those of job control and those that do nothing. */
+/* Blocks all signals in this thread and in those that it will start, so that only the main thread receives
+ * them, when it waits for one, and none ends the process by default. Left unblocked: faults, which belong to
+ * the thread that caused them; the signals of job control; and those that are ignored by default. */
 static void block_signals(sigset_t *taken) {
   static const int OTHERS[] = {SIGSEGV, SIGBUS,  SIGFPE,  SIGILL,  SIGABRT, SIGTRAP, SIGSYS,  SIGPIPE,
                                SIGTSTP, SIGTTIN, SIGTTOU, SIGCONT, SIGCHLD, SIGURG,  SIGWINCH};
@@ -59,8 +60,8 @@ static void block_signals(sigset_t *taken) {
 /* ---- preparation ----------------------------------------------------------------------------- */
 
 static void raise_descriptor_limit(uint64_t connections) {
-  /* A connection may hold its socket and a file, a long body or a stored model; the rest is for the store and
-   * the loops. */
+  /* A connection may hold two descriptors: its socket, and the file of a long body or of a stored model. The
+   * 256 are for the store and the I/O loops. */
   rlim_t wanted = (rlim_t)connections * 2 + 256;
   struct rlimit limit;
   if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur >= wanted) return;
@@ -79,7 +80,7 @@ static bool has_admin(const process *p) {
   return p->config.admin_listen[0] != '\0';
 }
 
-/* Those that systemd passed, or one at the address. */
+/* Uses the sockets that systemd passed, or else listens at the address. */
 static bool listen_at(const srv_address *address, const srv_listeners *passed, srv_listeners *out,
                       srv_error *error) {
   *out = *passed;
@@ -127,7 +128,7 @@ static api_settings settings(process *p, const api_keyring *keyring) {
                         .cors_origins = config->cors_origins};
 }
 
-/* The folder of this daemon: of the models, or of copies of those in a bucket. */
+/* The local folder: it holds the models, or the cached copies of a bucket's models. */
 static const char *folder_of(const srv_config *config) {
   return srv_config_is_s3(config) ? config->cache_dir : config->data;
 }
@@ -157,7 +158,7 @@ static bool check_store(process *p) {
   return is_usable;
 }
 
-/* False with one line in error; what was made is left to stop. */
+/* False with one line in error; the caller then frees what was created by calling stop. */
 static bool prepare(process *p) {
   if (has_tls(p) && !srv_tls_read(p->config.tls_cert, p->config.tls_key, &p->error)) return false;
   srv_fail(&p->error, "out of memory");
@@ -208,7 +209,7 @@ static void print_places(const srv_listeners *listeners, bool tls, char *out, si
   }
 }
 
-/* Gives the listeners away. */
+/* Hands ownership of the listening sockets to the new srv_http. */
 static srv_http *serve_on(process *p, srv_listeners *listeners, srv_http_kind kind) {
   const srv_listeners given = *listeners;
   listeners->count = 0;
@@ -233,11 +234,11 @@ static bool serve(process *p) {
   return true;
 }
 
-/* Tells the watchdog that all I/O threads go round, four times in its patience. */
-static void tell_alive(process *p) {
+/* Notifies the watchdog, four times in its timeout, as long as all I/O threads are running their loops. */
+static void notify_watchdog(process *p) {
   uint64_t now_ms = srv_now_ms();
-  if (p->systemd.watchdog_ms == 0 || now_ms - p->told_ms < p->systemd.watchdog_ms / 4) return;
-  p->told_ms = now_ms;
+  if (p->systemd.watchdog_ms == 0 || now_ms - p->notified_ms < p->systemd.watchdog_ms / 4) return;
+  p->notified_ms = now_ms;
   bool turns = srv_http_turns(p->http) && (p->admin == NULL || srv_http_turns(p->admin));
   if (turns)
     srv_systemd_notify(&p->systemd, "WATCHDOG=1");
@@ -245,9 +246,9 @@ static void tell_alive(process *p) {
     srv_log(SRV_LOG_ERROR, "a socket thread does not go on: the watchdog is not told that all is well");
 }
 
-/* ---- settings read again --------------------------------------------------------------------- */
+/* ---- reloading settings ----------------------------------------------------------------------- */
 
-/* Requests that are under way keep the keys with which they came. */
+/* Requests in flight keep the keys that were in force when they arrived. */
 static bool reload_keys(process *p, srv_error *error) {
   srv_keyring keyring;
   if (!srv_keyring_read(&p->config, &keyring, error)) return false;
@@ -257,7 +258,8 @@ static bool reload_keys(process *p, srv_error *error) {
   return is_set;
 }
 
-/* What cannot be read stays as it is; the others change nevertheless. */
+/* Reloads each setting on its own: one that cannot be read keeps its old value, and the others still
+ * change. */
 static void reload(process *p) {
   char state[64];
   srv_error error;
@@ -274,42 +276,42 @@ static void reload(process *p) {
   srv_systemd_notify(&p->systemd, "READY=1");
 }
 
-/* ---- the end --------------------------------------------------------------------------------- */
+/* ---- shutdown --------------------------------------------------------------------------------- */
 
-/* Waits a moment; true when a signal says that waiting is over. */
-static bool is_hurried(process *p) {
+/* Sleeps 10 ms. True when a further ending signal arrives meanwhile. */
+static bool sleep_or_signal(process *p) {
   static const struct timespec STEP = {.tv_nsec = 10000000};
   sigset_t ending;
-  tell_alive(p);
+  notify_watchdog(p);
   sigemptyset(&ending);
   for (int number = 1; number < NSIG; number++)
-    if (ends(number)) sigaddset(&ending, number);
+    if (is_ending_signal(number)) sigaddset(&ending, number);
   return sigtimedwait(&ending, NULL, &STEP) > 0;
 }
 
-/* Whether the drain has come to its end: no request is in flight, and all clients have their answers. */
+/* Whether no request is in flight and all clients have received their answers. */
 static bool is_drained(const process *p) {
   return srv_http_is_drained(p->http) && (p->admin == NULL || srv_http_is_drained(p->admin));
 }
 
-/* First lets balancers find out; then waits for the requests in flight, until the time is over, or a second
- * signal says that it is. */
+/* Waits --drain-delay, so that load balancers see that /readyz fails, then for the requests in flight, until
+ * --drain-timeout is over. A second signal cuts either wait short. */
 static void drain(process *p) {
   srv_systemd_notify(&p->systemd, "STOPPING=1\nSTATUS=draining");
   api_service_drain(p->server.service);
   uint64_t begin_ms = srv_now_ms() + p->config.drain_delay;
   while (srv_now_ms() < begin_ms)
-    if (is_hurried(p)) break;
+    if (sleep_or_signal(p)) break;
   atomic_store(&p->server.draining, true);
   srv_live_end(p->server.live);
   srv_http_drain(p->http);
   if (p->admin != NULL) srv_http_drain(p->admin);
   uint64_t end_ms = srv_now_ms() + p->config.drain_timeout;
   while (!is_drained(p) && srv_now_ms() < end_ms)
-    if (is_hurried(p)) return;
+    if (sleep_or_signal(p)) return;
 }
 
-/* False when compute threads are still at work: then nothing may be freed. */
+/* False when compute threads still work on requests: then nothing may be freed. */
 static bool stop(process *p) {
   atomic_store(&p->server.stopping, true);
   if (p->http != NULL && !srv_http_stop(p->http)) return false;
@@ -328,7 +330,8 @@ static bool stop(process *p) {
   return true;
 }
 
-/* Waits for the signal to end. Meanwhile, after load, gives memory back every few seconds. */
+/* Waits for an ending signal. Meanwhile reloads settings on SIGHUP, notifies the watchdog and, every few
+ * seconds when requests have been served, gives free memory back to the system. */
 static void await_end(process *p, const sigset_t *taken) {
   enum { STEP_MS = 5000 };
   uint64_t trimmed_at = 0, quarter_ms = p->systemd.watchdog_ms / 4;
@@ -336,10 +339,10 @@ static void await_end(process *p, const sigset_t *taken) {
   const struct timespec step = {.tv_sec = step_ms / 1000, .tv_nsec = step_ms % 1000 * 1000000};
   for (;;) {
     int number = sigtimedwait(taken, NULL, &step);
-    tell_alive(p);
+    notify_watchdog(p);
     srv_log_tell_hidden();
     uint64_t ended = atomic_load(&p->server.ended);
-    if (number > 0 && ends(number)) {
+    if (number > 0 && is_ending_signal(number)) {
       srv_log(SRV_LOG_INFO, "signal %d: draining", number);
       return;
     }
@@ -379,12 +382,12 @@ static int run(process *p) {
   bool freed = stop(p);
   srv_log_tell_all_hidden();
   srv_log(SRV_LOG_INFO, "stopped");
-  /* The store needs no farewell: it is whole at any moment. */
+  /* The store needs no closing: its files are consistent at any moment. */
   if (!freed) _exit(EXIT_SUCCESS);
   return EXIT_SUCCESS;
 }
 
-/* Neither address where systemd passes sockets in its place. */
+/* Checks the addresses to listen at. Skips an address when systemd passes sockets in its place. */
 static bool check_addresses(process *p) {
   const srv_address *const addresses[] = {
       p->systemd.sockets.count > 0 ? NULL : &p->address,
@@ -400,7 +403,8 @@ static bool check_addresses(process *p) {
   return true;
 }
 
-/* Looks at what a start would read and leaves nothing behind. Does not listen: the daemon may be running. */
+/* Reads and checks what a start would use, and leaves nothing behind. Does not listen: the daemon may be
+ * running. */
 static bool check(process *p) {
   srv_keyring keyring;
   srv_config_warn(environ);
@@ -426,7 +430,7 @@ static bool parse_address(const char *flag, const char *text, srv_address *out, 
 }
 
 int main(int argc, char **argv) {
-  static process p; /* compute threads may outlive main's frame, see stop */
+  static process p; /* static: compute threads may outlive main's frame, see stop */
   int status = STATUS_USAGE;
   srv_config_status read = srv_config_read(&p.config, argc, argv, getenv, stdout, &p.error);
   bool usable =
