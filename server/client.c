@@ -10,7 +10,7 @@ struct srv_network {
   unsigned bits;
 };
 
-enum { BITS = 128, BITS_OF_V4 = 96 /* before an IPv4 address */ };
+enum { BITS = 128, BITS_OF_V4 = 96 /* of the prefix before an IPv4 address */ };
 
 static const uint8_t V4_PREFIX[12] = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xff, 0xff};
 
@@ -41,7 +41,7 @@ void srv_client_print(const srv_client *client, char out[SRV_CLIENT_TEXT]) {
             SRV_CLIENT_TEXT);
 }
 
-/* text[0..size): an address of either family. */
+/* Reads text[0..size), an IPv4 or IPv6 address. */
 static bool read_address(const char *text, size_t size, srv_client *out) {
   char copy[SRV_CLIENT_TEXT];
   srv_address address = {0};
@@ -112,8 +112,9 @@ bool srv_networks_hold(const srv_networks *networks, const srv_client *client) {
 
 /* ---- X-Forwarded-For ------------------------------------------------------------------------- */
 
-/* One place of the list, perhaps with a port: 192.0.2.1, 192.0.2.1:80, 2001:db8::1, [2001:db8::1]:80. */
-static bool read_place(const char *text, size_t size, srv_client *out) {
+/* Reads one entry of the list, an address perhaps with a port: 192.0.2.1, 192.0.2.1:80, 2001:db8::1,
+ * [2001:db8::1]:80. */
+static bool read_entry(const char *text, size_t size, srv_client *out) {
   while (size > 0 && strchr(" \t", text[0]) != NULL) text++, size--;
   while (size > 0 && strchr(" \t", text[size - 1]) != NULL) size--;
   if (size > 0 && text[0] == '[') {
@@ -133,7 +134,7 @@ srv_client srv_client_forwarded(const srv_networks *trusted, srv_client peer, co
     for (;;) {
       const char *from = end;
       while (from > start && from[-1] != ',') from--;
-      if (!srv_networks_hold(trusted, &client) || !read_place(from, (size_t)(end - from), &client))
+      if (!srv_networks_hold(trusted, &client) || !read_entry(from, (size_t)(end - from), &client))
         return client;
       if (from == start) break;
       end = from - 1;

@@ -4,14 +4,15 @@
 
 #include "api.h"
 
-/* Lets the reads of the body take `left_ns` in all, over which it ends with an error: the time that a client
- * takes is not counted. False without memory: then the body is as before. */
+/* Limits the reads of the body to `left_ns` of computing in all; once they have taken longer, the next read
+ * fails. The time between reads, which the client takes, does not count. False without memory; the body is
+ * unchanged then. */
 bool srv_compute_limit(api_body *body, uint64_t left_ns);
 
-/* Until when this thread works on its present request; 0: as long as it takes. */
+/* Sets the end of the time that this thread may work on its present request; 0: no limit. */
 void srv_compute_until(uint64_t end_ns);
 
-/* Whether that is over, as api_parallel_for has it. */
+/* Whether that time is over. An is_cancelled of api_parallel_for. */
 bool srv_compute_is_over(void *owner);
 
 #endif

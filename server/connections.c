@@ -1,4 +1,4 @@
-/* Connections: how they come, how long they may take, and how they go. */
+/* The life of connections: accepting, deadlines, lingering and closing. */
 #include "io_loop.h"
 
 #include "listen.h"
@@ -12,22 +12,23 @@
 #include <sys/epoll.h>
 #include <unistd.h>
 
-/* Any client takes so much within a round trip: before the drain it is not waited for. */
+/* A client receives this many bytes within a round trip. Outside the drain, a socket with fewer unsent bytes
+ * does not linger. */
 static const size_t UNSENT_LEAST = 64 << 10;
 
 /* ---- accepting ------------------------------------------------------------------------------- */
 
-/* Says why, without TLS, where that takes a handshake. */
+/* Answers a connection that is refused with 503. Not over TLS, where an answer would need a handshake. */
 static void turn_away(const srv_loop *l, int fd, unsigned reason) {
   static const char BUSY[] = "HTTP/1.1 503 Service Unavailable\r\nConnection: close\r\nRetry-After: 1\r\n"
                              "Content-Length: 0\r\n\r\n";
-  if (!l->http->tls) srv_raw_send(fd, BUSY, sizeof BUSY - 1); /* a fresh socket has room */
+  if (!l->http->tls) srv_raw_send(fd, BUSY, sizeof BUSY - 1); /* the send buffer of a fresh socket has room */
   shutdown(fd, SHUT_WR);
   srv_metrics_refusal(l->http->server->metrics, reason);
 }
 
 void srv_connections_listen(srv_loop *l) {
-  /* One thread, not all, is woken for a connection. */
+  /* EPOLLEXCLUSIVE: a new connection wakes one thread, not all. */
   l->accepting = true;
   for (size_t i = 0; i < l->http->listeners.count; i++) {
     struct epoll_event interest = {.events = EPOLLIN | EPOLLEXCLUSIVE, .data.fd = l->http->listeners.fds[i]};
@@ -36,8 +37,8 @@ void srv_connections_listen(srv_loop *l) {
   }
 }
 
-/* Until the next sweep: a listening socket stays ready, so that the thread would spin. */
-static void rest(srv_loop *l) {
+/* Stops watching the listening sockets until the next sweep: they stay ready, so the loop would spin. */
+static void stop_listening(srv_loop *l) {
   for (size_t i = 0; i < l->http->listeners.count; i++)
     epoll_ctl(l->epoll, EPOLL_CTL_DEL, l->http->listeners.fds[i], NULL);
   l->accepting = false;
@@ -45,11 +46,11 @@ static void rest(srv_loop *l) {
 
 static void cut(srv_connection *c) {
   c->is_cut = true;
-  shutdown(c->fd, SHUT_RDWR); /* the library finds it closed */
+  shutdown(c->fd, SHUT_RDWR); /* the library finds the socket closed */
 }
 
-/* Whether there is room for a connection over the limit. A full reserve cuts its oldest connection without a
- * request, so that idle ones cannot keep a health check out. */
+/* Whether the reserve has room for a connection over the limit. A full reserve cuts its oldest connection
+ * that has no request, so that idle connections cannot keep a health check out. */
 static bool has_reserve(srv_loop *l) {
   if (l->reserve < SRV_RESERVE_MAX) return true;
   srv_connection *oldest = NULL;
@@ -70,14 +71,14 @@ static void take_connection(srv_loop *l, int fd, bool is_over, const srv_address
 
 void srv_connections_accept(srv_loop *l, int listener) {
   const srv_server *server = l->http->server;
-  bool is_full = false; /* then one at a time, as the library may count new ones later in the turn */
+  bool is_full = false; /* accept one connection only, as the library may count new ones later in the turn */
   for (size_t i = 0; i < SRV_ACCEPT_MAX && !is_full; i++) {
     srv_address peer = {.size = sizeof peer.local};
     int fd = accept4(listener, &peer.any, &peer.size, SOCK_NONBLOCK | SOCK_CLOEXEC);
     if (fd < 0) {
       if (errno == EAGAIN || errno == EINTR || errno == ECONNABORTED) return;
       srv_log(SRV_LOG_ERROR, "cannot accept: %s", strerror(errno)); /* out of descriptors or memory */
-      rest(l);
+      stop_listening(l);
       return;
     }
     size_t open = l->http->is_admin ? 0 : atomic_load(&server->connections);
@@ -88,14 +89,15 @@ void srv_connections_accept(srv_loop *l, int listener) {
 
 /* ---- lingering ------------------------------------------------------------------------------- */
 
-/* A socket outlives its connection for two reasons: closing it with unread bytes resets the connection
- * before the answer is read; and once the process and its network are gone, nobody sends what is unsent. */
+/* A socket is kept open after its connection for two reasons. Closing it with unread bytes would reset the
+ * connection before the client has read the answer. And once the process and its network are gone, nobody
+ * sends the unsent bytes. */
 struct srv_lingering {
   srv_lingering *next;
   int fd;
-  bool discards;   /* what arrives, until the client closes; else it waits for what is unsent */
-  size_t unsent;   /* above 0: counted in the server's */
-  uint64_t end_ms; /* at the latest */
+  bool discards;   /* reads and drops input until the client closes; else waits until all is sent */
+  size_t unsent;   /* above 0: counted in srv_server.unsent */
+  uint64_t end_ms; /* when lingering ends at the latest */
 };
 
 static void set_unsent(srv_loop *l, size_t *unsent, size_t now_unsent) {
@@ -105,7 +107,8 @@ static void set_unsent(srv_loop *l, size_t *unsent, size_t now_unsent) {
   *unsent = now_unsent;
 }
 
-/* True when the socket outlives the connection: then it counts as one on. */
+/* Keeps the socket of a closing connection open where that is needed. True when it does: the socket still
+ * counts as a connection. */
 static bool linger(srv_loop *l, const srv_connection *c) {
   if (c->is_cut || atomic_load(&l->http->stop)) return false;
   size_t unsent = srv_raw_unsent(c->fd);
@@ -136,13 +139,13 @@ static void end_lingering(srv_loop *l, srv_lingering **link) {
   free(kept);
 }
 
-/* True when it is over. */
+/* True when the socket need not linger any more. */
 static bool update_lingering(srv_loop *l, srv_lingering *kept, uint64_t now, bool draining) {
   size_t unsent = srv_raw_unsent(kept->fd);
   if (unsent < kept->unsent && !kept->discards) kept->end_ms = now + SRV_STALL_MS;
   set_unsent(l, &kept->unsent, unsent);
   if (kept->discards) return now >= kept->end_ms;
-  return unsent == 0 || (now >= kept->end_ms && !draining); /* the drain has an end of its own */
+  return unsent == 0 || (now >= kept->end_ms && !draining); /* --drain-timeout ends the drain */
 }
 
 void srv_connections_discard(srv_loop *l, int fd) {
@@ -157,9 +160,9 @@ void srv_connections_end(srv_loop *l) {
   while (l->lingering != NULL) end_lingering(l, &l->lingering);
 }
 
-/* ---- their lives ------------------------------------------------------------------------------ */
+/* ---- start and end ---------------------------------------------------------------------------- */
 
-/* As it was accepted: the socket itself tells no more once the client has reset it. */
+/* The peer's address as accepted: the socket no longer knows it once the client has reset the connection. */
 static srv_address peer_of(struct MHD_Connection *mhd) {
   const struct sockaddr *address =
       MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CLIENT_ADDRESS)->client_addr;
@@ -169,23 +172,25 @@ static srv_address peer_of(struct MHD_Connection *mhd) {
   return peer;
 }
 
-/* Whether the address counts: local sockets and trusted proxies speak for many. */
-static bool counts(const srv_loop *l, const srv_client *client) {
+/* Whether --max-connections-per-address applies. Not to local sockets and trusted proxies, which serve many
+ * clients. */
+static bool is_limited(const srv_loop *l, const srv_client *client) {
   static const srv_client LOCAL;
   return !l->http->is_admin && memcmp(client, &LOCAL, sizeof LOCAL) != 0 &&
          !srv_networks_hold(&l->http->server->trusted, client);
 }
 
-/* Counts the connection for its address, or turns it away. Here and not where it is accepted: what is counted
- * by this call of the library is certain to be counted off by its call at the end. */
+/* Counts the connection for its address, or refuses it. Here and not in srv_connections_accept, since the
+ * library certainly calls srv_connections_notify at the end of each connection whose start it has
+ * reported. */
 static void enter_address(srv_connection *c) {
   const srv_loop *l = c->owner;
-  if (!counts(l, &c->client)) return;
+  if (!is_limited(l, &c->client)) return;
   srv_client group = srv_client_group(&c->client);
   c->is_counted = srv_peers_enter(l->http->server->peers, &group);
   if (c->is_counted) return;
   turn_away(l, c->fd, SRV_REFUSAL_ADDRESS_CONNECTIONS);
-  srv_enter(c, SRV_PHASE_LINGER); /* a request that is there already is not answered */
+  srv_enter(c, SRV_PHASE_LINGER); /* a request that has already arrived is not answered */
   cut(c);
 }
 
@@ -235,7 +240,7 @@ static void drop_connection(srv_loop *l, void **socket_context) {
   unlink_connection(l, c);
   leave_address(c);
   l->reserve -= c->is_reserve;
-  /* Where the library fails before it has called srv_intake_take, it does not call srv_intake_end either. */
+  /* When the library fails before it has called srv_intake_take, it does not call srv_intake_end either. */
   srv_exchange_end(&c->exchange, c->peer, c->watch.phase < SRV_PHASE_LINGER);
   set_unsent(l, &c->unsent, 0);
   api_service_let_go(l->http->server->service, API_HELD_CONNECTION, SRV_CONNECTION_MEMORY);
@@ -254,7 +259,7 @@ void srv_connections_notify(void *context, struct MHD_Connection *mhd, void **so
 
 /* ---- watching -------------------------------------------------------------------------------- */
 
-static uint64_t moved(const srv_connection *c) {
+static uint64_t bytes_moved(const srv_connection *c) {
   if (!srv_watch_paces(&c->watch)) return 0;
   return srv_watch_moved(c->fd, c->exchange.bytes_in + c->exchange.bytes_out);
 }
@@ -267,7 +272,8 @@ void srv_note_unsent(srv_connection *c) {
   set_unsent(c->owner, &c->unsent, srv_raw_unsent(c->fd));
 }
 
-/* Its last answer, if there is one, is whole: the client may take what is unsent. */
+/* Closes an idle connection. Its last answer is complete, so the socket may linger until the client has
+ * received it. */
 static void let_go(const srv_connection *c) {
   shutdown(c->fd, SHUT_RDWR);
 }
@@ -287,9 +293,8 @@ static void expire(srv_connection *c) {
   }
 }
 
-/* Whether its client closed right behind the last bytes that it sent: the library has read those, and does
- * not notice the end. Not asked of connections that have been idle for longer, where the library does notice.
- */
+/* Whether the client closed right after its last bytes: the library has read those bytes and does not notice
+ * the end. Not asked of connections that have been idle for longer, where the library does notice. */
 static bool has_left(const srv_connection *c, uint64_t now) {
   uint64_t age_ms = now - c->watch.since_ms;
   bool awaits = c->watch.phase == SRV_PHASE_HEAD || c->watch.phase == SRV_PHASE_BODY ||
@@ -303,14 +308,14 @@ void srv_connections_sweep(srv_loop *l) {
   if (now - l->swept_ms < (draining ? SRV_DRAIN_SWEEP_MS : SRV_SWEEP_MS)) return;
   l->swept_ms = now;
   if (draining && l->http->listeners.is_passed)
-    rest(l);
+    stop_listening(l);
   else if (!l->accepting)
     srv_connections_listen(l);
   for (srv_connection *c = l->connections; c != NULL; c = c->next) {
     if (draining) srv_note_unsent(c);
     if (c->watch.phase == SRV_PHASE_WORK && srv_exchange_give_up(&c->exchange))
       srv_hand_back(c);
-    else if (srv_watch_expired(&c->watch, &l->http->patience, draining, now, moved(c)))
+    else if (srv_watch_expired(&c->watch, &l->http->patience, draining, now, bytes_moved(c)))
       expire(c);
     else if (has_left(c, now))
       let_go(c);

@@ -1,4 +1,4 @@
-/* Answers on their way out, each as a response of libmicrohttpd of its own. */
+/* Hands answers to libmicrohttpd ("the library"), each as one response. */
 #include "io_loop.h"
 #include "readahead.h"
 
@@ -8,20 +8,20 @@
 #include <sys/socket.h>
 
 enum {
-  TURN_BYTES = 4 << 20, /* that blocks of answers have in a turn of the loop, about */
+  TURN_BYTES = 4 << 20, /* of blocks in one turn of the loop, about */
   BLOCK_LEAST = 32 << 10,
-  LIVE_BLOCK = 16 << 10,  /* of a stream */
-  LIVE_BUFFER = 128 << 10 /* in the kernel, of a stream: what a slow client is behind at most */
+  LIVE_BLOCK = 16 << 10,  /* size of a block of a live stream */
+  LIVE_BUFFER = 128 << 10 /* send buffer of a live stream: a slow client is at most this far behind */
 };
 
 static const unsigned LISTENER_RETRY_S = 5;
 
-/* What a response of the library refers to until it is freed. */
+/* What a response refers to until the library frees it. */
 typedef struct delivery {
   api_answer answer;
   srv_connection *to;
-  srv_listener *listener; /* of a stream, NULL for HEAD */
-  srv_readahead *ahead;   /* of a large body, NULL for HEAD; then the answer is freed by it */
+  srv_listener *listener; /* of a live stream, NULL for HEAD */
+  srv_readahead *ahead;   /* of a large body, NULL for HEAD; owns the answer when not NULL */
 } delivery;
 
 static void free_delivery(void *context) {
@@ -32,7 +32,7 @@ static void free_delivery(void *context) {
   free(d);
 }
 
-/* Leaves the connection alone until srv_hand_back. */
+/* Suspends the connection until srv_hand_back. */
 static ssize_t wait_for_more(srv_connection *c) {
   c->waits = true;
   MHD_suspend_connection(c->mhd);
@@ -41,8 +41,8 @@ static ssize_t wait_for_more(srv_connection *c) {
 
 /* ---- blocks ---------------------------------------------------------------------------------- */
 
-/* Bytes of the next block: each of many readers gets fewer, so that a turn, for whose end new connections and
- * small answers wait, stays short. */
+/* The size of the next block. With many readers each gets smaller blocks, so that a turn of the loop stays
+ * short: new connections and small answers wait for its end. */
 static size_t share_turn(srv_loop *l) {
   l->blocks++;
   size_t share = TURN_BYTES / (l->blocks > l->blocks_before ? l->blocks : l->blocks_before);
@@ -50,7 +50,7 @@ static size_t share_turn(srv_loop *l) {
 }
 
 static ssize_t read_block(void *context, uint64_t position, char *out, size_t capacity) {
-  (void)position; /* blocks are asked for in order, each once */
+  (void)position; /* the library asks for blocks in order, each once */
   delivery *d = context;
   srv_loop *l = d->to->owner;
   if (atomic_load(&l->http->stop)) return MHD_CONTENT_READER_END_WITH_ERROR;
@@ -68,7 +68,7 @@ static ssize_t read_block(void *context, uint64_t position, char *out, size_t ca
   return (ssize_t)size;
 }
 
-/* Between two frames the connection is suspended, until srv_hand_back. */
+/* Reads a live stream. The connection is suspended between two frames. */
 static ssize_t read_stream(void *context, uint64_t position, char *out, size_t capacity) {
   (void)position;
   delivery *d = context;
@@ -85,7 +85,7 @@ static size_t block_size(uint64_t body_size) {
 
 static struct MHD_Response *create_response(delivery *d) {
   const api_answer *answer = &d->answer;
-  /* A stream: of HEAD the answer still has it, else the listener has taken it over. */
+  /* A live stream: for HEAD it is still in the answer, otherwise the listener has taken it over. */
   if (answer->live.frame != NULL || d->listener != NULL) {
     return MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, LIVE_BLOCK, read_stream, d, free_delivery);
   }
@@ -94,12 +94,12 @@ static struct MHD_Response *create_response(delivery *d) {
     return MHD_create_response_from_callback(size, block_size(size), read_block, d, free_delivery);
   }
   if (answer->status == MHD_HTTP_NOT_MODIFIED) {
-    /* Of a known size, so that the library neither asks for a body nor closes the connection. Its
-     * documentation does not promise that, but both 0.9.75 and 1.0.1 do so. They send the size as
+    /* A known size keeps the library from asking for a body and from closing the connection. Its
+     * documentation does not promise that, but 0.9.75 and 1.0.1 both do so. They send the size as
      * Content-Length, which does not change what a cache has stored (RFC 9111, 3.2). */
     return MHD_create_response_from_callback(0, 1, read_block, d, free_delivery);
   }
-  /* The library takes the bytes as writable but does not write. */
+  /* The library's parameter is not const, but the library does not write. */
   return MHD_create_response_from_buffer_with_free_callback_cls(
       answer->bytes.size, (void *)(uintptr_t)answer->bytes.data, free_delivery, d);
 }
@@ -110,7 +110,8 @@ static bool add_field(struct MHD_Response *response, const char *name, const cha
   return false;
 }
 
-/* False without memory: an answer that lacks one of its fields would be kept and read as what it is not. */
+/* False without memory: the answer must not be sent then, as a client would misread an answer without one of
+ * its fields. */
 static bool add_fields(struct MHD_Response *response, const delivery *d, const srv_exchange *exchange,
                        bool close) {
   char timing[SRV_TIMING_SIZE], policy[SRV_RATES_SIZE], left[SRV_RATES_SIZE];
@@ -124,7 +125,8 @@ static bool add_fields(struct MHD_Response *response, const delivery *d, const s
          (!close || add_field(response, "Connection", "close"));
 }
 
-/* Joins a stream that is the answer; without a place in it the answer becomes a refusal. */
+/* Joins the live stream that the answer is. When there is no place for a listener, the answer becomes a
+ * refusal. NULL then, and for other answers. */
 static srv_listener *join_stream(srv_connection *c) {
   srv_exchange *exchange = &c->exchange;
   if (exchange->answer.live.frame == NULL || strcmp(exchange->method, "HEAD") == 0) return NULL;
@@ -134,14 +136,14 @@ static srv_listener *join_stream(srv_connection *c) {
                         "there are as many listeners as the daemon takes", LISTENER_RETRY_S);
     return NULL;
   }
-  exchange->close = true; /* the buffer below suits nothing else */
+  exchange->close = true; /* the send buffer set below suits only a stream */
   int buffer = LIVE_BUFFER;
   setsockopt(c->fd, SOL_SOCKET, SO_SNDBUF, &buffer, sizeof buffer);
   return listener;
 }
 
-/* Only what has some blocks to come; without memory it goes without. */
-static srv_readahead *read_ahead(srv_connection *c, const api_answer *answer) {
+/* Creates a readahead for a body of more blocks than its ring has. NULL for others, and without memory. */
+static srv_readahead *create_readahead(srv_connection *c, const api_answer *answer) {
   bool is_large =
       answer->body.read != NULL && answer->body.size > (uint64_t)SRV_READAHEAD_BLOCKS * SRV_BLOCK_SIZE;
   if (!is_large || strcmp(c->exchange.method, "HEAD") == 0) return NULL;
@@ -158,7 +160,7 @@ enum MHD_Result srv_deliver(srv_connection *c) {
   delivery *d = malloc(sizeof *d);
   if (d == NULL) return MHD_NO;
   srv_listener *listener = join_stream(c);
-  *d = (delivery){exchange->answer, c, listener, read_ahead(c, &exchange->answer)};
+  *d = (delivery){exchange->answer, c, listener, create_readahead(c, &exchange->answer)};
   exchange->answer = (api_answer){0};
   exchange->answered = false;
   struct MHD_Response *response = create_response(d);
@@ -167,8 +169,8 @@ enum MHD_Result srv_deliver(srv_connection *c) {
     return MHD_NO;
   }
   bool is_head = strcmp(exchange->method, "HEAD") == 0;
-  /* With chunks the library sends a last chunk even after HEAD, which the client would take for the beginning
-   * of the next answer. Without chunks it closes the connection. */
+  /* With chunked coding the library sends a last chunk even after HEAD, which the client would take for the
+   * start of the next answer. Without chunks it closes the connection. */
   if (is_head && !is_sized(&d->answer))
     MHD_set_response_options(response, MHD_RF_HTTP_1_0_COMPATIBLE_STRICT, MHD_RO_END);
   bool is_whole = d->answer.body.read == NULL && listener == NULL;

@@ -1,4 +1,4 @@
-/* The stages of a request, in the order in which intake.c runs through them. */
+/* The stages of a request, in the order in which intake.c calls them. */
 #include "exchange.h"
 
 #include "compute_limit.h"
@@ -13,7 +13,7 @@
 #include <sys/random.h>
 #include <time.h>
 
-/* A refused body up to this size is read and dropped, which keeps the connection usable. */
+/* The body of a refused request is read and discarded up to this size, which keeps the connection usable. */
 static const uint64_t DROP_MAX = 64 << 10;
 static const unsigned RETRY_S = 1, BODY_RETRY_S = 5, DRAIN_RETRY_S = 5;
 
@@ -42,7 +42,7 @@ char *srv_server_metrics(void *context, size_t *size) {
 
 /* ---- identity -------------------------------------------------------------------------------- */
 
-static bool sane_id(const char *id) {
+static bool is_valid_id(const char *id) {
   size_t size = strspn(id, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789._-");
   return size > 0 && size < SRV_REQUEST_ID_SIZE && id[size] == '\0';
 }
@@ -50,7 +50,7 @@ static bool sane_id(const char *id) {
 static const char DIGITS[] = "0123456789abcdef";
 
 /* VERSION-TRACE-PARENT-FLAGS in lower-case hex (W3C Trace Context, version 00). */
-static bool sane_trace(const char *text) {
+static bool is_valid_trace(const char *text) {
   static const size_t ENDS[] = {2, 35, 52, 55};
   size_t at = 0;
   for (size_t i = 0; i < sizeof ENDS / sizeof *ENDS; i++) {
@@ -60,7 +60,7 @@ static bool sane_trace(const char *text) {
   return true;
 }
 
-/* In hex, of at least so many digits; returns the end. */
+/* Prints in hex, with at least `least` digits; returns the end. */
 static char *print_hex(char *out, uint64_t value, unsigned least) {
   unsigned digits = least;
   while (digits < 16 && value >> 4 * digits > 0) digits++;
@@ -68,7 +68,7 @@ static char *print_hex(char *out, uint64_t value, unsigned least) {
   return out;
 }
 
-/* Unique within this process by the number, among processes by the random part. */
+/* The serial number makes the id unique within this process, the random prefix among processes. */
 static void make_id(char out[SRV_REQUEST_ID_SIZE]) {
   static atomic_uint_fast64_t serial;
   static atomic_uint process;
@@ -92,7 +92,8 @@ static bool is_absolute(const char *target) {
          (strncasecmp(target, "http://", 7) == 0 || strncasecmp(target, "https://", 8) == 0);
 }
 
-/* Cuts the target in place. The absolute form names a host that the Host header repeats. */
+/* Splits the target into path and query, in place. Drops the host of the absolute form: the Host header
+ * repeats it. */
 static void split_target(srv_exchange *exchange) {
   char *path = exchange->target;
   if (is_absolute(path)) {
@@ -120,7 +121,7 @@ bool srv_exchange_begin(srv_exchange *exchange, srv_server *server, const char *
   return true;
 }
 
-/* Counts what the body holds in memory. */
+/* Counts the body's memory against --max-memory. */
 static void count_body(srv_exchange *exchange) {
   api_service *service = exchange->server->service;
   uint64_t now = exchange->body.capacity;
@@ -129,14 +130,14 @@ static void count_body(srv_exchange *exchange) {
   exchange->held = now;
 }
 
-/* Frees the body before a slow client reads the answer, which does not refer to it. */
+/* Frees the body before a slow client reads the answer, which does not refer to the body. */
 static void drop_body(srv_exchange *exchange) {
   srv_body_deinit(&exchange->body);
   exchange->request.body = (api_bytes){0};
   count_body(exchange);
 }
 
-/* Adds the time since the last call, or since the api was called, to the time of computing. */
+/* Adds the time since the last call, or since the start of the present api call, to computed_ns. */
 static void count_computing(srv_exchange *exchange) {
   uint64_t now_ns = srv_now_ns();
   exchange->computed_ns += now_ns - exchange->leg_ns;
@@ -157,7 +158,8 @@ void srv_exchange_refuse(srv_exchange *exchange, unsigned reason, int status, co
                          unsigned retry_after) {
   if (exchange->answered) api_answer_deinit(&exchange->answer);
   exchange->answer = (api_answer){0};
-  /* Others may wait for what it has promised to make: they are told now, and not when the refusal is read. */
+  /* Other requests may wait for a result that this request has promised to make: tell them now, not when the
+   * client has read the refusal. */
   if (exchange->request.ticket != NULL) api_ticket_end(exchange->server->service, &exchange->ticket);
   if (exchange->opened) {
     api_refuse(exchange->server->service, &exchange->request, status, detail, retry_after, &exchange->answer);
@@ -172,7 +174,7 @@ static bool is_health_check(const srv_exchange *exchange) {
   return strcmp(exchange->request.path, "/healthz") == 0 || strcmp(exchange->request.path, "/readyz") == 0;
 }
 
-/* Not /metrics: keys could be guessed there without limit. */
+/* /metrics is not exempt: keys could be guessed there without limit. */
 static bool is_free_of_rates(const srv_exchange *exchange) {
   return exchange->request.is_admin || is_health_check(exchange) ||
          strcmp(exchange->request.path, "/version") == 0;
@@ -208,14 +210,15 @@ static void refuse_gone(srv_exchange *exchange) {
   srv_exchange_refuse(exchange, API_REFUSAL_NONE, 503, "the client is gone", 0);
 }
 
-/* Terminated, and cut where it does not fit. */
+/* Copies the text, truncated to the capacity, with a terminator. */
 static void copy_cut(char *out, size_t capacity, const char *text) {
   size_t size = strnlen(text, capacity - 1);
   memcpy(out, text, size);
   out[size] = '\0';
 }
 
-/* Takes a token from the bucket of an address or a key. True where it is empty: then the answer is there. */
+/* Takes a token from the bucket of an address or a key. True when the bucket is empty; the request is refused
+ * then. */
 static bool is_over(srv_exchange *exchange, size_t which, const uint8_t id[16], api_rate rate,
                     const char *detail) {
   if (rate.count == 0) return false;
@@ -238,7 +241,7 @@ static bool is_over_rate(srv_exchange *exchange) {
   return is_over(exchange, 1, id, rate, "the API key has had as many requests as its rate allows");
 }
 
-/* Whether the request is refused on its headers; then the answer is there. */
+/* Refuses the request where its headers alone allow that. True when it was refused. */
 static bool refused(srv_exchange *exchange, const srv_framing *framing) {
   const srv_config *config = exchange->server->config;
   if (framing->status != 0) {
@@ -265,17 +268,17 @@ static bool refused(srv_exchange *exchange, const srv_framing *framing) {
 srv_exchange_step srv_exchange_open(srv_exchange *exchange, const char *method, const srv_framing *framing,
                                     const char *(*header)(void *context, const char *name), void *context) {
   exchange->opened = true;
-  exchange->close = exchange->is_reserve; /* others wait for its place */
+  exchange->close = exchange->is_reserve; /* frees the reserved place for others */
   atomic_fetch_add(&exchange->server->in_flight, 1);
   copy_cut(exchange->method, sizeof exchange->method, method);
   exchange->request.now_s = (uint64_t)time(NULL);
   exchange->request.header = header;
   exchange->request.context = context;
   const char *trace = header(context, "traceparent");
-  if (trace != NULL && sane_trace(trace))
+  if (trace != NULL && is_valid_trace(trace))
     copy_cut(exchange->traceparent, sizeof exchange->traceparent, trace);
   const char *id = header(context, "X-Request-Id");
-  if (id != NULL && sane_id(id)) copy_cut(exchange->id, sizeof exchange->id, id);
+  if (id != NULL && is_valid_id(id)) copy_cut(exchange->id, sizeof exchange->id, id);
   srv_body_init(&exchange->body, exchange->server->config->max_upload, &exchange->server->spool);
   if (!refused(exchange, framing)) return SRV_EXCHANGE_MORE;
   bool droppable = !framing->chunked && !framing->continues && framing->length <= DROP_MAX;
@@ -308,11 +311,10 @@ static bool is_late(const srv_exchange *exchange, uint64_t now_ns) {
   return milliseconds(exchange->started_ns, now_ns) > (double)exchange->server->config->request_timeout;
 }
 
-/* Applies --compute-timeout to a new answer. A body that is computed while it is read may take what is left
- * of the time; where none is left, the answer is refused. An answer without such a body is complete and is
- * sent however long it took: what the request has stored stays stored. When the library gives up because the
- * time is over (srv_compute_is_over), the answer is 503 without this reason: it is refused here to tell it.
- */
+/* Applies --compute-timeout to a new answer. A body that is computed while it is read gets the time that is
+ * left; with none left, the answer is refused. An answer without such a body is complete and is sent however
+ * long it took, since what the request has stored stays stored. When the api gives up because the time is
+ * over (srv_compute_is_over), its 503 has no reason: the refusal here gives it the reason. */
 static void limit_computing(srv_exchange *exchange) {
   uint64_t limit_ns = exchange->server->config->compute_timeout * 1000000;
   bool is_over = exchange->computed_ns >= limit_ns, is_given_up = is_over && exchange->answer.status == 503;
@@ -322,7 +324,8 @@ static void limit_computing(srv_exchange *exchange) {
                       "computing the answer takes longer than the daemon allows", RETRY_S);
 }
 
-/* Runs one call of the api. After API_WAITS the exchange belongs to whichever thread wakes its ticket. */
+/* Makes one api call. After API_WAITS the exchange belongs to the thread that will wake its ticket: do not
+ * touch it. */
 static api_progress handle(srv_exchange *exchange, api_effort effort) {
   uint64_t limit_ns = exchange->server->config->compute_timeout * 1000000;
   exchange->leg_ns = exchange->worked_ns;
@@ -338,7 +341,7 @@ static api_progress handle(srv_exchange *exchange, api_effort effort) {
   return progress;
 }
 
-/* On a compute thread. */
+/* Runs the heavy stage of a request, on a compute thread. */
 static void run(srv_job *job) {
   srv_exchange *exchange = (srv_exchange *)(void *)job;
   exchange->worked_ns = srv_now_ns();
@@ -354,7 +357,7 @@ static void run(srv_job *job) {
   exchange->ready(exchange);
 }
 
-/* Hands the exchange to a compute thread. False: refused, as the queue is full. */
+/* Queues the heavy stage for a compute thread. False: refused, as the queue is full. */
 static bool submit(srv_exchange *exchange) {
   srv_server *server = exchange->server;
   exchange->job.run = run;
@@ -363,7 +366,8 @@ static bool submit(srv_exchange *exchange) {
   return false;
 }
 
-/* On a compute thread. Takes no place in the queue, as most requests are answered by this short call. */
+/* Runs the short stage API_LOOK on a compute thread. It takes no place in the queue, as this short call
+ * answers most requests. */
 static void look(srv_job *job) {
   srv_exchange *exchange = (srv_exchange *)(void *)job;
   exchange->worked_ns = srv_now_ns();
@@ -376,12 +380,13 @@ static srv_exchange *exchange_of(api_ticket *ticket) {
   return (srv_exchange *)(void *)((char *)ticket - offsetof(srv_exchange, ticket));
 }
 
-/* The request is about to wait, and waiting is not computing. */
+/* Called when the request is about to wait: waiting does not count as computing. */
 static void pauses(api_ticket *ticket) {
   count_computing(exchange_of(ticket));
 }
 
-/* What the ticket waited for is there. The request was admitted before: it needs no place in the queue. */
+/* Called when the ticket has what it waited for. The request was admitted earlier, so it needs no place in
+ * the queue. */
 static void woken(api_ticket *ticket) {
   srv_exchange *exchange = exchange_of(ticket);
   exchange->job.run = run;
@@ -422,10 +427,10 @@ srv_exchange_step srv_exchange_finish(srv_exchange *exchange) {
   return SRV_EXCHANGE_NOW;
 }
 
-/* ---- the end --------------------------------------------------------------------------------- */
+/* ---- output and end --------------------------------------------------------------------------- */
 
-/* Milliseconds with three decimals; returns the end. By hand: every answer bears three, and snprintf takes
- * seven times as long. */
+/* Prints milliseconds with three decimals; returns the end. Not by snprintf, which takes seven times as long:
+ * every answer has three of these. */
 static char *print_milliseconds(char *out, uint64_t from_ns, uint64_t to_ns) {
   uint64_t us = to_ns > from_ns ? (to_ns - from_ns + 500) / 1000 : 0;
   char digits[24], *first = digits + sizeof digits;

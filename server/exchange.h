@@ -1,7 +1,7 @@
-/* One request and its answer, from the request line to the log line. Knows no socket: intake.c feeds it and
- * delivers what it answers. An exchange moves between an I/O thread and a compute thread, never at the
- * same time: from srv_exchange_finish returning SRV_EXCHANGE_LATER until `ready` is called it belongs to
- * the compute thread. */
+/* One request and its answer, from the request line to the log line. Knows no socket: intake.c feeds it, and
+ * deliver.c sends its answer. An exchange moves between an I/O thread and compute threads, one at a time:
+ * from srv_exchange_finish returning SRV_EXCHANGE_LATER until `ready` is called, the I/O thread must not
+ * touch it, except by srv_exchange_give_up. */
 #ifndef SRV_EXCHANGE_H
 #define SRV_EXCHANGE_H
 
@@ -18,7 +18,7 @@
 
 #include <stdatomic.h>
 
-/* What all exchanges share. */
+/* State that all exchanges share. */
 typedef struct srv_server {
   const srv_config *config;
   api_service *service;
@@ -27,16 +27,16 @@ typedef struct srv_server {
   srv_metrics *metrics;
   srv_rates *rates;
   srv_peers *peers;
-  srv_store_fs *folder; /* whose bytes /metrics tells, with --store-limit */
-  srv_store_s3 *bucket; /* whose state it tells; NULL without one */
-  srv_networks trusted; /* proxies */
+  srv_store_fs *folder; /* for store_bytes in /metrics */
+  srv_store_s3 *bucket; /* for its state in /metrics; NULL without a bucket */
+  srv_networks trusted; /* --trusted-proxies */
   srv_spool spool;
   atomic_bool draining;       /* new requests get 503 */
-  atomic_bool stopping;       /* nothing may be queued any more */
-  atomic_size_t connections;  /* open ones */
+  atomic_bool stopping;       /* no job may be queued any more */
+  atomic_size_t connections;  /* open connections */
   atomic_size_t in_flight;    /* opened exchanges that have not ended */
-  atomic_uint_fast64_t ended; /* exchanges so far */
-  atomic_size_t unsent;       /* while draining: clients that have not taken all that they were sent */
+  atomic_uint_fast64_t ended; /* exchanges that have ended so far */
+  atomic_size_t unsent;       /* while draining: clients that have not received all */
 } srv_server;
 
 enum {
@@ -48,70 +48,71 @@ enum {
 };
 
 typedef struct srv_exchange {
-  srv_job job; /* first: the pool hands it back */
+  srv_job job; /* first: the pool passes it to run and look */
   srv_server *server;
-  char *target; /* copy of the request target, cut into path and query; NULL: no exchange */
+  char *target; /* copy of the target, split in place; NULL: no exchange */
   char method[SRV_METHOD_SIZE];
   char id[SRV_REQUEST_ID_SIZE];
-  char traceparent[SRV_TRACE_SIZE]; /* of the request, "" without a sane one */
+  char traceparent[SRV_TRACE_SIZE]; /* "" without a valid one */
   api_request request;
   api_ticket ticket;
   srv_body body;
-  bool opened;                 /* headers were judged */
-  bool answered;               /* answer is there, not yet taken */
-  bool close;                  /* the connection cannot go on after the answer */
-  bool is_reserve;             /* only health checks are answered, by the connection's reserve */
-  int status;                  /* of the answer, also after it was taken; 400 when no whole request came */
-  unsigned refusal;            /* why it was turned away, see metrics.h */
-  const char *route;           /* as of api_answer */
-  srv_client client;           /* set by intake.c before open */
-  bool is_forwarded;           /* the client is not the peer */
+  bool opened;                 /* the headers have been checked */
+  bool answered;               /* `answer` is valid */
+  bool close;                  /* the connection must close after the answer */
+  bool is_reserve;             /* connection over the limit: answers only health checks */
+  int status;                  /* kept after the answer was sent; 400 until there is one */
+  unsigned refusal;            /* reason, see metrics.h */
+  const char *route;           /* as in api_answer */
+  srv_client client;           /* set by intake.c before srv_exchange_open */
+  bool is_forwarded;           /* X-Forwarded-For named another client than the peer */
   srv_allowance allowances[2]; /* of the address, of the API key */
   uint64_t bytes_in, bytes_out;
-  uint64_t held; /* bytes of the body in memory, counted against the budget */
+  uint64_t held; /* bytes of the body counted against --max-memory */
   uint64_t started_ns, received_ns, worked_ns, answered_ns;
-  uint64_t computed_ns; /* in calls of the api, waits between them not counted */
-  uint64_t leg_ns;      /* until when computed_ns has counted */
-  /* Set by intake.c before finish. */
-  bool (*wanted)(struct srv_exchange *exchange); /* is the client still there? On any thread */
-  void (*ready)(struct srv_exchange *exchange);  /* the answer is there. On the compute thread, last */
-  api_answer answer;                             /* valid with `answered`; not cleared between two requests */
+  uint64_t computed_ns; /* time inside api calls, without the waits between */
+  uint64_t leg_ns;      /* time up to which computed_ns has counted */
+  /* Set by intake.c before srv_exchange_open. */
+  bool (*wanted)(struct srv_exchange *exchange); /* is the client still connected? Any thread */
+  void (*ready)(struct srv_exchange *exchange);  /* the answer is complete. Last call of the compute thread */
+  api_answer answer;                             /* not cleared between two requests */
 } srv_exchange;
 
-/* What /metrics shows, malloc'ed; NULL without memory. context: an srv_server. */
+/* The text of /metrics, malloc'ed; NULL without memory. context: an srv_server. */
 char *srv_server_metrics(void *context, size_t *size);
 
-/* Begins with the target as it came. False without memory: drop the connection. */
+/* Starts the exchange. target: as on the wire. False without memory: drop the connection. */
 bool srv_exchange_begin(srv_exchange *exchange, srv_server *server, const char *target);
 
 typedef enum srv_exchange_step {
-  SRV_EXCHANGE_MORE,  /* go on: take the body, then finish */
+  SRV_EXCHANGE_MORE,  /* continue: take the body, then finish */
   SRV_EXCHANGE_NOW,   /* deliver the answer */
   SRV_EXCHANGE_LATER, /* `ready` will be called */
 } srv_exchange_step;
 
-/* Judges the headers. header, context: as in api_request, valid until the end. MORE, or NOW: refused with
- * the body unread. */
+/* Checks the headers. header, context: as in api_request, valid until srv_exchange_end. Returns MORE, or NOW:
+ * refused with the body unread. */
 srv_exchange_step srv_exchange_open(srv_exchange *exchange, const char *method, const srv_framing *framing,
                                     const char *(*header)(void *context, const char *name), void *context);
 
-/* Takes a piece of the body. MORE, or NOW: refused in the middle of the body; further pieces may still be
- * passed and are thrown away. */
+/* Takes a piece of the body. Returns MORE, or NOW: refused in the middle of the body; further pieces may
+ * still be passed and are discarded. */
 srv_exchange_step srv_exchange_take(srv_exchange *exchange, const void *data, size_t size);
 
-/* The body is complete. NOW or LATER. */
+/* The body is complete. Returns NOW or LATER. */
 srv_exchange_step srv_exchange_finish(srv_exchange *exchange);
 
-/* Refuses a request that waits for memory, or for what another one makes, once it has waited too long or its
- * client is gone: few may wait. True when the answer is there: deliver it. On the exchange's I/O thread. */
+/* Refuses a request that waits for memory, or for a result that another request is making, once it has waited
+ * too long or its client is gone: only few requests may wait. True when the answer is complete and must be
+ * delivered. Call it on the exchange's I/O thread. */
 bool srv_exchange_give_up(srv_exchange *exchange);
 
-/* Replaces what answer there may be by a problem document. reason: a refusal of metrics.h. */
+/* Replaces the answer, if there is one, by a problem document. reason: a refusal of metrics.h. */
 void srv_exchange_refuse(srv_exchange *exchange, unsigned reason, int status, const char *detail,
                          unsigned retry_after);
 
-/* The answer as bytes on the wire with "Connection: close", for refusals beside the HTTP library.
- * reason: of the status line. malloc'ed, NULL without memory. */
+/* The answer as bytes on the wire with "Connection: close", for refusals sent without the HTTP library.
+ * reason: phrase of the status line. malloc'ed, NULL without memory. */
 char *srv_exchange_print(const srv_exchange *exchange, const char *reason, size_t *size);
 
 /* Value of the Server-Timing header. */
@@ -121,7 +122,7 @@ void srv_exchange_timing(const srv_exchange *exchange, char out[SRV_TIMING_SIZE]
  * applies. */
 bool srv_exchange_rates(const srv_exchange *exchange, char policy[SRV_RATES_SIZE], char left[SRV_RATES_SIZE]);
 
-/* Logs, counts and frees. A zeroed exchange is fine. */
+/* Logs and counts the request, and frees what the exchange holds. Accepts a zeroed exchange. */
 void srv_exchange_end(srv_exchange *exchange, const char *peer, bool aborted);
 
 #endif

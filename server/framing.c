@@ -1,4 +1,4 @@
-/* The rules of RFC 9110 and 9112 that decide where a request ends and what it asks for. */
+/* The rules of RFC 9110 and 9112 that decide where a request ends and what its target is. */
 #include "framing.h"
 
 #include <ctype.h>
@@ -11,7 +11,8 @@ static void refuse(srv_framing *framing, int status, const char *detail) {
   framing->detail = detail;
 }
 
-/* Looks at all of the text: a loop that may end early looks at one byte at a time. */
+/* Checks all bytes instead of stopping at the first unsound one: a loop without an early exit can be
+ * vectorised. */
 static bool all_are(const char *text, size_t size, bool (*is_sound)(unsigned char)) {
   unsigned char unsound = 0;
   for (size_t i = 0; i < size; i++) unsound |= !is_sound((unsigned char)text[i]);
@@ -20,7 +21,7 @@ static bool all_are(const char *text, size_t size, bool (*is_sound)(unsigned cha
 
 /* ---- the request line ------------------------------------------------------------------------ */
 
-/* Every % begins a byte in hexadecimal, and that byte is not NUL. */
+/* Whether each % begins a byte in hexadecimal other than NUL. */
 static bool escapes_sound(const char *target) {
   for (const char *at = strchr(target, '%'); at != NULL; at = strchr(at + 1, '%')) {
     if (!isxdigit((unsigned char)at[1]) || !isxdigit((unsigned char)at[2])) return false;
@@ -80,7 +81,7 @@ static void take_length(srv_framing *framing, const char *value, size_t size) {
   if (framing->has_length) refuse(framing, 400, "Content-Length is there twice");
   framing->has_length = true;
   framing->length = 0;
-  /* 18 digits cannot overflow, and no body is that long. */
+  /* 18 digits do not overflow, and no body is that long. */
   bool sound = size > 0 && size <= 18;
   for (size_t i = 0; sound && i < size; i++) {
     sound = value[i] >= '0' && value[i] <= '9';
@@ -89,7 +90,7 @@ static void take_length(srv_framing *framing, const char *value, size_t size) {
   if (!sound) refuse(framing, 400, "Content-Length is not a plain number");
 }
 
-/* The value with the blanks behind it: where they are, the library does not decode chunks. */
+/* Compares the value untrimmed: with blanks after it, the library does not decode the chunks. */
 static void take_coding(srv_framing *framing, const char *value, size_t size) {
   if (framing->chunked) refuse(framing, 400, "Transfer-Encoding is there twice");
   framing->chunked = true;

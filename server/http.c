@@ -1,12 +1,12 @@
-/* The I/O threads; intake.c has requests on their way in, deliver.c those on their way out.
+/* The I/O threads. intake.c handles requests on their way in, deliver.c answers on their way out.
  *
- * Each I/O thread owns a daemon of the library and an epoll set: the library's own descriptor, an eventfd by
- * which compute threads and the main thread wake it, the listening sockets that all share, and sockets that
- * linger (connections.c).
- * The thread that is idle accepts; so a thread that computes a block of an answer gets no new connections.
- * A connection, its timers and its request are only touched by their thread. While a compute thread works
- * on a request, the connection is suspended in the library, which then neither reads, writes nor closes
- * it; the finished request comes back through `done` and the eventfd. */
+ * Each I/O thread owns one libmicrohttpd daemon ("the library" below) and one epoll set. The set holds the
+ * library's own epoll descriptor, an eventfd by which compute threads and the main thread wake the I/O
+ * thread, the listening sockets that all threads share, and lingering sockets (connections.c). An idle thread
+ * accepts, so a thread that is computing a block of an answer gets no new connections. Only the owning thread
+ * touches a connection, its timers and its request. While a compute thread works on a request, the connection
+ * is suspended in the library, which then neither reads, writes nor closes it. The finished request comes
+ * back through `done` and the eventfd. */
 #include "http.h"
 #include "io_loop.h"
 #include "machine.h"
@@ -22,15 +22,15 @@
 #include <unistd.h>
 
 enum {
-  CONNECTION_SLACK = 64, /* of the library's limit over ours */
-  STOP_MS = 2000         /* for what compute threads have begun of answers that are cut off */
+  CONNECTION_SLACK = 64, /* library's limit minus --max-connections */
+  STOP_MS = 2000         /* wait for blocks that compute threads are making */
 };
 
 /* ---- loop ------------------------------------------------------------------------------------ */
 
 static void wake(srv_loop *l) {
   uint64_t one = 1;
-  /* Fails only when the counter is full, and then the loop wakes anyway. */
+  /* write fails only when the counter is full, and then the loop wakes anyway. */
   ssize_t written = write(l->event, &one, sizeof one);
   (void)written;
 }
@@ -39,7 +39,7 @@ void srv_hand_back(void *owner) {
   srv_connection *c = owner;
   srv_loop *l = c->owner;
   pthread_mutex_lock(&l->lock);
-  if (l->done == NULL) wake(l); /* under the lock: its thread may end, and l go, once it has the connection */
+  if (l->done == NULL) wake(l); /* under the lock: once the thread sees c, it may end and free l */
   c->next_done = l->done;
   l->done = c;
   pthread_mutex_unlock(&l->lock);
@@ -48,7 +48,7 @@ void srv_hand_back(void *owner) {
 static void resume_done(srv_loop *l) {
   uint64_t count;
   ssize_t got = read(l->event, &count, sizeof count);
-  (void)got; /* only clears it */
+  (void)got; /* the read only resets the eventfd */
   pthread_mutex_lock(&l->lock);
   srv_connection *c = l->done;
   l->done = NULL;
@@ -87,7 +87,7 @@ static void handle(srv_loop *l, const struct epoll_event *event) {
   }
 }
 
-static void turn(srv_loop *l) {
+static void run_turn(srv_loop *l) {
   enum { EVENTS_MAX = 16 };
   struct epoll_event events[EVENTS_MAX];
   int count = epoll_wait(l->epoll, events, EVENTS_MAX, wait_ms(l));
@@ -102,8 +102,9 @@ static void turn(srv_loop *l) {
   atomic_store(&l->has_turned, true);
 }
 
-/* Streams have been handed back by now; a block that is under way takes no time to speak of. */
-static void await_waiting(srv_loop *l) {
+/* Waits for the blocks that compute threads are making, up to STOP_MS. Suspended streams have been handed
+ * back already, and a block takes a few milliseconds. */
+static void await_suspended(srv_loop *l) {
   bool waits = true;
   for (int i = 0; waits && i < STOP_MS; i++) {
     struct pollfd event = {.fd = l->event, .events = POLLIN};
@@ -114,9 +115,9 @@ static void await_waiting(srv_loop *l) {
   }
 }
 
-/* The library panics when it is stopped with a suspended connection. */
+/* Whether no connection is suspended any more: the library panics when it is stopped with one. */
 static bool all_back(srv_loop *l) {
-  await_waiting(l);
+  await_suspended(l);
   MHD_run(l->daemon);
   for (const srv_connection *c = l->connections; c != NULL; c = c->next) {
     if (c->watch.phase == SRV_PHASE_WORK || c->waits) return false;
@@ -126,7 +127,7 @@ static bool all_back(srv_loop *l) {
 
 static void *run_loop(void *context) {
   srv_loop *l = context;
-  while (!atomic_load(&l->http->stop)) turn(l);
+  while (!atomic_load(&l->http->stop)) run_turn(l);
   if (all_back(l)) {
     MHD_stop_daemon(l->daemon);
     l->daemon = NULL;
@@ -148,7 +149,7 @@ static void log_library(void *context, const char *format, va_list arguments) {
   srv_log(SRV_LOG_DEBUG, "libmicrohttpd: %s", text);
 }
 
-/* Targets are taken as they came, so the library need not decode its copy. */
+/* Leaves the library's copy of the target escaped: the exchange uses the target as it arrived. */
 static size_t keep_escaped(void *context, struct MHD_Connection *mhd, char *text) {
   (void)context;
   (void)mhd;
@@ -250,12 +251,12 @@ void srv_http_drain(srv_http *http) {
 bool srv_http_is_drained(const srv_http *http) {
   for (size_t i = 0; i < http->loop_count; i++)
     if (!atomic_load(&http->loops[i].drains)) return false;
-  /* In this order: what is unsent of an answer is counted before its request is no longer in flight. */
+  /* Read in_flight first: unsent bytes of an answer are counted before its request leaves in_flight. */
   return atomic_load(&http->server->in_flight) == 0 && atomic_load(&http->server->unsent) == 0;
 }
 
 bool srv_http_stop(srv_http *http) {
-  srv_live_end(http->server->live); /* hands every suspended stream back */
+  srv_live_end(http->server->live); /* hands back every suspended stream */
   atomic_store(&http->stop, true);
   for (size_t i = 0; i < http->loop_count; i++) {
     srv_loop *l = &http->loops[i];

@@ -1,4 +1,4 @@
-/* Requests on their way in, as the library calls for them; deliver.c has the way out. */
+/* Requests on their way in: the callbacks of libmicrohttpd ("the library"). deliver.c handles the way out. */
 #include "io_loop.h"
 
 #include "raw_socket.h"
@@ -8,17 +8,17 @@
 #include <strings.h>
 #include <sys/socket.h>
 
-/* ---- the library's leniency ------------------------------------------------------------------ */
+/* ---- heads that the library accepts too easily ------------------------------------------------ */
 
-/* Before 1.0 the library cuts a line off at a zero byte, and takes the further lines of a folded field into
- * the field's name, without a word. But it tells the size of the whole head: srv_framing_whole adds up the
- * lines and refuses a head of another size. That takes each field's value to lie behind its name in memory,
- * which the library does not promise; were it otherwise, every request would be refused. What the sum does
- * not show is a line before the request line that begins with a zero byte: the library skips it. From 1.0 on
- * the library refuses all of these (MHD_OPTION_CLIENT_DISCIPLINE_LVL in http.c). */
+/* Before 1.0 the library silently cuts a line off at a zero byte, and adds the further lines of a folded
+ * field to the field's name. But it reports the size of the whole head: srv_framing_whole adds up the lines
+ * and refuses a head of another size. That needs each field's value to lie after its name in memory, which
+ * the library does not promise; if it did not, every request would be refused. The sum does not reveal a line
+ * before the request line that begins with a zero byte: the library skips that line. From 1.0 on the library
+ * refuses all of these (MHD_OPTION_CLIENT_DISCIPLINE_LVL in http.c). */
 static const bool IS_LENIENT = MHD_VERSION < 0x01000000;
 
-/* 0: the head is not complete. */
+/* Bytes of the head; 0 while it is incomplete. */
 static size_t head_size(const srv_connection *c) {
   const union MHD_ConnectionInfo *info =
       MHD_get_connection_info(c->mhd, MHD_CONNECTION_INFO_REQUEST_HEADER_SIZE);
@@ -37,8 +37,8 @@ static void judge_fields(const srv_connection *c, srv_framing *framing) {
   srv_framing_end(framing, head_size(c));
 }
 
-/* The connection whose head the library is judging: it opens each complete head at once, so at most one is
- * complete and not opened. NULL: none. */
+/* The connection whose head the library is checking, or NULL. The library calls back for each complete head
+ * at once, so at most one connection has a complete head and is not opened. */
 static srv_connection *find_judged(const srv_loop *l) {
   for (srv_connection *c = l->connections; c != NULL; c = c->next) {
     bool is_begun = c->exchange.target != NULL && !c->exchange.opened && c->watch.phase == SRV_PHASE_HEAD;
@@ -47,8 +47,8 @@ static srv_connection *find_judged(const srv_loop *l) {
   return NULL;
 }
 
-/* The library itself refuses a malformed Content-Length and endless cookies; before 1.0 that answer has two
- * heads. It logs before it answers: this answers first and shuts the socket. */
+/* The library itself refuses a malformed Content-Length and too many cookies; before 1.0 that answer has two
+ * heads. It logs before it answers: this function answers first and shuts the socket down. */
 void srv_intake_complaint(srv_loop *l) {
   srv_connection *c = find_judged(l);
   if (c == NULL) return;
@@ -56,15 +56,15 @@ void srv_intake_complaint(srv_loop *l) {
   judge_fields(c, &framing);
   if (framing.status != 0) {
     srv_exchange_refuse(&c->exchange, SRV_REFUSAL_FRAMING, framing.status, framing.detail, 0);
-  } else if (IS_LENIENT) { /* blanks behind a length: it does not trim them */
+  } else if (IS_LENIENT) { /* blanks after a length, which the library does not trim */
     srv_exchange_refuse(&c->exchange, SRV_REFUSAL_FRAMING, 400, "Content-Length is not a plain number", 0);
   } else {
-    return; /* as it complains of cookies, which it ignores then */
+    return; /* a complaint about cookies, which the library then ignores */
   }
   srv_intake_refuse(c);
 }
 
-/* ---- refusals beside the library ------------------------------------------------------------- */
+/* ---- refusals sent without the library -------------------------------------------------------- */
 
 void srv_intake_refuse(srv_connection *c) {
   const char *reason = MHD_get_reason_phrase_for((unsigned)c->exchange.status);
@@ -106,7 +106,7 @@ static void forget_trimmed(srv_connection *c) {
   }
 }
 
-/* The library does not trim behind values (RFC 9112, 5.1). */
+/* The value of a field, trimmed at its end, which the library does not do (RFC 9112, 5.1). */
 static const char *find_header(void *context, const char *name) {
   srv_connection *c = context;
   const char *value = NULL;
@@ -130,23 +130,23 @@ void *srv_intake_begin(void *context, const char *target, struct MHD_Connection 
   c->exchange.is_reserve = c->is_reserve;
   c->framing = (srv_framing){0};
   srv_framing_target(&c->framing, target);
-  if (c->framing.many_arguments) { /* on them the library would hang */
+  if (c->framing.many_arguments) { /* the library would hang on so many arguments */
     srv_exchange_refuse(&c->exchange, SRV_REFUSAL_FRAMING, c->framing.status, c->framing.detail, 0);
     srv_intake_refuse(c);
   }
   return c;
 }
 
-static bool client_waits(srv_exchange *exchange) {
+static bool is_client_connected(srv_exchange *exchange) {
   return srv_raw_is_open(((srv_connection *)(void *)exchange)->fd);
 }
 
-/* On a compute thread. The connection may be resumed, and freed, as soon as it is back. */
-static void come_back(srv_exchange *exchange) {
+/* On a compute thread. The connection may be resumed, and freed, as soon as it is handed back. */
+static void hand_back(srv_exchange *exchange) {
   srv_hand_back(exchange);
 }
 
-/* The last values of X-Forwarded-For: those that the nearest proxies wrote. */
+/* The last values of X-Forwarded-For, which the nearest proxies wrote. */
 typedef struct forwarded {
   const char *values[8];
   size_t count;
@@ -179,11 +179,11 @@ static enum MHD_Result open_request(srv_connection *c, const char *method, const
   c->exchange.client = find_client(c);
   c->exchange.is_forwarded = memcmp(&c->exchange.client, &c->client, sizeof c->client) != 0;
   c->exchange.request.is_admin = c->owner->http->is_admin;
-  c->exchange.wanted = client_waits;
-  c->exchange.ready = come_back;
+  c->exchange.wanted = is_client_connected;
+  c->exchange.ready = hand_back;
   if (srv_exchange_open(&c->exchange, method, framing, find_header, c) == SRV_EXCHANGE_NOW) {
     c->is_unread = true;
-    return srv_deliver(c); /* then the library closes the connection */
+    return srv_deliver(c); /* the library then closes the connection */
   }
   srv_enter(c, SRV_PHASE_BODY);
   return MHD_YES;
@@ -192,7 +192,7 @@ static enum MHD_Result open_request(srv_connection *c, const char *method, const
 static enum MHD_Result take_body(srv_connection *c, const char *data, size_t *size) {
   size_t piece = *size;
   *size = 0;
-  /* Over TLS the rest is read, and the answer follows it. */
+  /* Over TLS the rest of the body is read first, and then the answer is sent. */
   if (srv_exchange_take(&c->exchange, data, piece) == SRV_EXCHANGE_MORE || c->owner->http->tls)
     return MHD_YES;
   srv_intake_refuse(c);
@@ -210,7 +210,7 @@ enum MHD_Result srv_intake_take(void *context, struct MHD_Connection *mhd, const
                                 const char *method, const char *version, const char *data, size_t *size,
                                 void **request) {
   (void)context;
-  (void)url; /* decoded and cut at %00; the exchange has it as it came */
+  (void)url; /* decoded and cut at %00; the exchange has the raw target */
   srv_connection *c = *request;
   if (c == NULL || c->watch.phase == SRV_PHASE_LINGER) return MHD_NO;
   c->mhd = mhd;
@@ -225,10 +225,10 @@ void srv_intake_end(void *context, struct MHD_Connection *mhd, void **request,
   srv_connection *c = *request;
   if (c == NULL) return;
   bool is_refused = c->watch.phase == SRV_PHASE_LINGER;
-  /* In these phases it is the library that answered, if anybody did. */
+  /* In these phases only the library itself can have answered. */
   if (c->watch.phase == SRV_PHASE_HEAD || c->watch.phase == SRV_PHASE_BODY) c->is_unread = true;
   if (atomic_load(&c->owner->http->server->draining))
-    srv_note_unsent(c); /* before it is no longer in flight */
+    srv_note_unsent(c); /* before the request leaves in_flight */
   srv_exchange_end(&c->exchange, c->peer, how != MHD_REQUEST_TERMINATED_COMPLETED_OK && !is_refused);
   forget_trimmed(c);
   *request = NULL;

@@ -1,5 +1,5 @@
-/* The I/O threads and their connections, for http.c, connections.c, intake.c and deliver.c. Each thread
- * touches its own alone, but for `done`. */
+/* The I/O loops and their connections, shared by http.c, connections.c, intake.c and deliver.c. Each thread
+ * touches only its own loop and connections, except for `done` and the atomics. */
 #ifndef SRV_IO_LOOP_H
 #define SRV_IO_LOOP_H
 
@@ -13,12 +13,12 @@
 
 enum {
   SRV_PEER_SIZE = 64,
-  SRV_CONNECTION_MEMORY = 32 << 10 /* of the library, for a head, its records of it and the answer's head */
+  SRV_CONNECTION_MEMORY = 32 << 10 /* the library's: request head, its records, answer head */
 };
 
 enum {
-  SRV_ACCEPT_MAX = 64, /* that a thread takes before it serves those it has */
-  SRV_RESERVE_MAX = 8, /* connections of a thread over --max-connections, for health checks */
+  SRV_ACCEPT_MAX = 64, /* connections that a thread accepts before it serves those it has */
+  SRV_RESERVE_MAX = 8, /* connections per thread over --max-connections, for health checks */
   SRV_SWEEP_MS = 250,
   SRV_DRAIN_SWEEP_MS = 10
 };
@@ -29,22 +29,22 @@ typedef struct srv_lingering srv_lingering;
 typedef struct srv_trimmed srv_trimmed;
 
 typedef struct srv_connection {
-  srv_exchange exchange; /* first: compute threads hand it back */
+  srv_exchange exchange; /* first: compute threads know only the exchange */
   struct MHD_Connection *mhd;
   srv_loop *owner;
   int fd;
   srv_framing framing;
-  srv_trimmed *trimmed; /* values of fields without the blanks behind them, until the request's end */
+  srv_trimmed *trimmed; /* trimmed values of fields, until the request ends */
   srv_watch watch;
-  struct srv_connection *previous, *next; /* among the owner's */
+  struct srv_connection *previous, *next; /* in the owner's list */
   struct srv_connection *next_done;
-  srv_client client; /* the peer */
+  srv_client client; /* the peer's address */
   bool is_reserve;   /* over --max-connections */
-  bool is_counted;   /* among those of its address */
-  bool is_unread;    /* answered before its request had been read to the end */
-  bool is_cut;       /* ended for its slowness, with what is unsent */
-  bool waits;        /* suspended in the middle of an answer, until srv_hand_back */
-  size_t unsent;     /* as srv_note_unsent found it */
+  bool is_counted;   /* counted for its address */
+  bool is_unread;    /* answered before its request was read to the end */
+  bool is_cut;       /* ended as too slow; unsent bytes are dropped */
+  bool waits;        /* suspended in the middle of an answer until srv_hand_back */
+  size_t unsent;     /* bytes, as of the last srv_note_unsent */
   char peer[SRV_PEER_SIZE];
 } srv_connection;
 
@@ -53,18 +53,18 @@ struct srv_loop {
   struct MHD_Daemon *daemon;
   pthread_t thread;
   bool started;
-  int epoll, event, library; /* library: its own epoll descriptor */
+  int epoll, event, library; /* descriptors; library: the library's epoll */
   bool accepting;
-  atomic_bool has_turned; /* since srv_http_turns asked */
+  atomic_bool has_turned; /* since the last srv_http_turns */
   srv_connection *connections;
-  size_t reserve; /* of them over --max-connections */
+  size_t reserve; /* connections over --max-connections */
   srv_lingering *lingering;
-  uint64_t turn_ms;             /* when the present turn of the loop began */
-  size_t blocks, blocks_before; /* of answers, asked for in this turn and in the one before */
+  uint64_t turn_ms;             /* when the present turn began */
+  size_t blocks, blocks_before; /* blocks of answers read in this turn and in the one before */
   uint64_t swept_ms;
-  atomic_bool drains; /* has counted what was unsent when the drain began */
+  atomic_bool drains; /* has counted its unsent answers since the drain began */
   pthread_mutex_t lock;
-  srv_connection *done; /* to be resumed: answered, or with a frame to send; guarded by lock */
+  srv_connection *done; /* connections to resume; guarded by lock */
 };
 
 struct srv_http {
@@ -72,19 +72,20 @@ struct srv_http {
   srv_patience patience;
   srv_listeners listeners;
   bool tls;
-  bool is_admin; /* of --admin-listen: not among the connections that are limited */
+  bool is_admin; /* of --admin-listen: its connections are not limited */
   atomic_bool stop;
-  atomic_bool unfinished; /* a loop ended with requests at compute threads */
+  atomic_bool unfinished; /* a loop ended while compute threads held its requests */
   size_t loop_count;
   srv_loop loops[];
 };
 
 void srv_enter(srv_connection *connection, srv_phase phase);
 
-/* While draining: counts the connection in the server's `unsent` as long as its client has not taken all. */
+/* While draining: counts the connection in srv_server.unsent as long as its client has not received
+ * everything. */
 void srv_note_unsent(srv_connection *connection);
 
-/* Gives a connection (owner) back to its thread, which resumes it. On any thread. */
+/* Hands a connection (owner) back to its I/O thread, which resumes it. Any thread. */
 void srv_hand_back(void *owner);
 
 /* Hands the exchange's answer over to the library. MHD_NO: the connection has to be closed. */
@@ -92,45 +93,45 @@ enum MHD_Result srv_deliver(srv_connection *connection);
 
 /* ---- connections.c ------------------------------------------------------------------------------ */
 
-/* Watches the listening sockets. */
+/* Starts watching the listening sockets. */
 void srv_connections_listen(srv_loop *loop);
 void srv_connections_accept(srv_loop *loop, int listener);
 
-/* What the library calls where one comes or goes; context is the loop. */
+/* Callback of the library for the start and end of a connection. context: the loop. */
 void srv_connections_notify(void *context, struct MHD_Connection *mhd, void **socket_context,
                             enum MHD_ConnectionNotificationCode what);
 
-/* Reads from a socket that lingers: one that the library has closed, and that is kept open until its client
- * has what was sent. */
+/* Reads and drops the input of a lingering socket: one that the library has closed, and that is kept open
+ * until its client has received what was sent. */
 void srv_connections_discard(srv_loop *loop, int fd);
 
-/* Ends those that have had their time or whose client has left, every SRV_SWEEP_MS; listens again where
- * descriptors had run out. */
+/* Ends connections and lingering sockets that are over their deadlines or whose client has left, every
+ * SRV_SWEEP_MS. Listens again after descriptors had run out. */
 void srv_connections_sweep(srv_loop *loop);
 
-/* Closes those that linger. */
+/* Closes all lingering sockets. */
 void srv_connections_end(srv_loop *loop);
 
-/* ---- intake.c: requests on their way in, as the library calls for them ---------------------------- */
+/* ---- intake.c: callbacks of the library for a request --------------------------------------------- */
 
-/* With the untouched target, before the library looks for arguments in it. Returns the connection, or NULL
+/* Called with the raw target, before the library splits its arguments. Returns the connection, or NULL
  * without memory. */
 void *srv_intake_begin(void *context, const char *target, struct MHD_Connection *mhd);
 
-/* With the headers, then with pieces of the body, then once more. */
+/* Called with the headers, then with each piece of the body, then once more. */
 enum MHD_Result srv_intake_take(void *context, struct MHD_Connection *mhd, const char *url,
                                 const char *method, const char *version, const char *data, size_t *size,
                                 void **request);
 
-/* With the answer sent, or the connection lost. */
+/* Called when the answer has been sent or the connection is lost. */
 void srv_intake_end(void *context, struct MHD_Connection *mhd, void **request,
                     enum MHD_RequestTerminationCode how);
 
-/* Where the library logs: it is about to refuse the head of one of the loop's connections, perhaps. */
+/* Called when the library logs: it may be about to refuse the head of one of the loop's connections. */
 void srv_intake_complaint(srv_loop *loop);
 
-/* Answers beside the library, which cannot answer before a request has come to its end. Over TLS the
- * connection ends without an answer. */
+/* Sends the answer directly, since the library cannot answer before a request has been read to its end. Over
+ * TLS the connection ends without an answer. */
 void srv_intake_refuse(srv_connection *connection);
 
 #endif

@@ -1,6 +1,5 @@
-/* Everything but a listener's current frame is guarded by one lock, which is never held while a frame is
- * printed, nor while a channel is freed. The live thread alone frees them, so that it may let the lock go in
- * between. */
+/* One lock guards everything but a listener's current frame. The lock is not held while a frame is printed or
+ * a channel is freed. Only the live thread frees channels, so that it may release the lock in between. */
 #include "live.h"
 
 #include "machine.h"
@@ -12,7 +11,7 @@
 #include <string.h>
 #include <time.h>
 
-/* Frames that a channel keeps for listeners behind: so many, of so many bytes. */
+/* A channel keeps frames for listeners with a lag: up to KEPT_MAX frames, as many as fit into KEPT_BYTES. */
 enum { KEPT_MAX = 128, KEPT_BYTES = 128 << 10 };
 
 typedef struct frame {
@@ -21,44 +20,44 @@ typedef struct frame {
   api_bytes bytes;
 } frame;
 
-/* One playing of a source, which listeners share. Its grid is a row of times, 1 / fps apart: at step n of it,
- * which is due at start_ns + n / fps, a listener of lag 0 sees frame base + n, and one of lag 3, who came
- * three steps later and sees all from the beginning, frame base + n - 3. */
+/* One playback of a source, shared by listeners. Step n of its time grid is due at start_ns + n / fps; a
+ * listener of lag 0 then sees frame base + n, and one of lag 3, which joined three steps later and sees all
+ * frames from the beginning, frame base + n - 3. */
 typedef struct channel {
   struct channel *next;
   api_live source;
-  uint64_t start_ns; /* when frame `base` of lag 0 was due; with a start yet to come, when it will be */
+  uint64_t start_ns; /* when step 0 is due: may be in the future when the source has a start */
   uint64_t base;
-  uint64_t due_ns;       /* when there is something to do next */
-  uint32_t depth;        /* frames kept; 0: none is printed yet */
-  uint64_t newest;       /* printed last, when depth > 0 */
-  frame *kept[KEPT_MAX]; /* [depth], by number modulo depth; NULL where there is none */
+  uint64_t due_ns;       /* when the channel needs the live thread next */
+  uint32_t depth;        /* capacity in frames; 0: no frame has been printed */
+  uint64_t newest;       /* the frame printed last, when depth > 0 */
+  frame *kept[KEPT_MAX]; /* [depth], indexed by number modulo depth; entries may be NULL */
   srv_listener *listeners;
 } channel;
 
 struct srv_listener {
   srv_live *live;
   channel *channel;
-  srv_listener *previous, *next; /* among the channel's */
-  int64_t lag;                   /* steps behind the channel's grid */
-  uint64_t first;                /* the frame to begin with, even when it comes late */
+  srv_listener *previous, *next; /* in the channel's list */
+  int64_t lag;                   /* frames behind lag 0 */
+  uint64_t first;                /* the frame to begin with, even when it is late */
   bool has_shown;
-  uint64_t shown; /* the frame offered last */
+  uint64_t shown; /* the frame offered last, with has_shown */
   uint64_t offered_ns;
-  frame *pending; /* offered, not yet taken */
-  bool pulse;     /* a sign of life is due */
-  bool finished;  /* after `pending` comes the closing */
-  bool cut;       /* nothing comes any more */
-  bool waiting;   /* has read 0 */
+  frame *pending; /* offered, not yet read */
+  bool pulse;     /* a keep-alive text is due */
+  bool finished;  /* the last frame was offered; the closing text follows it */
+  bool cut;       /* the stream ends at once */
+  bool waiting;   /* the last read returned 0 */
   void (*ready)(void *owner);
   void *owner;
 
-  /* The reader's own: what it is sending. */
+  /* Only the reader touches these: what it is sending. */
   frame *current;
   api_bytes bytes;
   size_t offset;
-  char stamp[API_LIVE_STAMP]; /* follows the frame */
-  size_t stamp_size;          /* 0: it is on its way, or none is due */
+  char stamp[API_LIVE_STAMP]; /* sent after the frame */
+  size_t stamp_size;          /* 0: there is none left to send */
   bool opened, closed;
 };
 
@@ -91,7 +90,7 @@ static frame *find_frame(const channel *c, uint64_t number) {
   return f != NULL && f->number == number ? f : NULL;
 }
 
-/* Takes the frame over. */
+/* Takes ownership of the frame. */
 static void keep_frame(channel *c, frame *f) {
   if (c->depth == 0) {
     size_t depth = KEPT_BYTES / (f->bytes.size + 1);
@@ -103,7 +102,7 @@ static void keep_frame(channel *c, frame *f) {
   c->newest = f->number;
 }
 
-/* Prints a frame without the lock, which is held before and after. */
+/* Prints a frame, with the lock released meanwhile. */
 static void print_frame(srv_live *live, channel *c, uint64_t number) {
   pthread_mutex_unlock(&live->lock);
   frame *f = malloc(sizeof *f);
@@ -115,14 +114,14 @@ static void print_frame(srv_live *live, channel *c, uint64_t number) {
     }
   }
   pthread_mutex_lock(&live->lock);
-  if (f == NULL) return; /* left out, as one that comes too late */
+  if (f == NULL) return; /* without memory the frame is skipped, like one that is too late */
   live->printed++;
   keep_frame(c, f);
 }
 
 /* ---- schedule -------------------------------------------------------------------------------- */
 
-/* When a step of the grid is due: counted from the start, so that nothing adds up. */
+/* When a step of the grid is due. Computed from the start, so that errors do not add up. */
 static uint64_t step_ns(const channel *c, uint64_t step) {
   return c->start_ns + (uint64_t)ceil((double)step * 1e9 / c->source.fps);
 }
@@ -139,14 +138,14 @@ static uint64_t step_at(const channel *c, uint64_t now) {
   return step;
 }
 
-/* Who begins in the latter half of a step begins with the next one, so that the first frame is not replaced
- * at once. */
+/* The step that a new listener begins with. In the second half of a step that is the next one, so that the
+ * listener's first frame is not replaced at once. */
 static uint64_t nearest_step(const channel *c, uint64_t now) {
   uint64_t step = step_at(c, now);
   return step_ns(c, step + 1) - now < now - step_ns(c, step) ? step + 1 : step;
 }
 
-/* The frame that somebody at this lag is to see: frame 0 before its time too, and the last one after it. */
+/* The frame that a listener of this lag sees at a step, clamped to the first and the last frame. */
 static uint64_t frame_at(const channel *c, uint64_t step, int64_t lag) {
   int64_t number = (int64_t)(c->base + step) - lag;
   if (number < 0) return 0;
@@ -168,15 +167,15 @@ static void wake_listener(srv_listener *l) {
   l->ready(l->owner);
 }
 
-static bool is_over(const srv_listener *l) {
+static bool is_complete(const srv_listener *l) {
   return l->cut || l->finished;
 }
 
-/* Offers frame `number` in place of one that was not taken yet. The first frame is never skipped, as clients
- * start from it: while it is pending, nothing replaces it; before it was shown, it is offered whenever it is
- * kept, whatever is due by then. */
+/* Offers the listener frame `number`, in place of one that it has not read yet. The first frame is never
+ * skipped, as clients start from it: while it is pending, nothing replaces it; until it has been offered, it
+ * is offered as soon as it is kept, even if a later frame is due. */
 static void offer(srv_live *live, srv_listener *l, uint64_t number, uint64_t now) {
-  if (is_over(l)) return;
+  if (is_complete(l)) return;
   if (l->pending != NULL && l->pending->number == l->first) return;
   if (!l->has_shown && (number < l->first || find_frame(l->channel, l->first) != NULL)) number = l->first;
   frame *f = l->has_shown && l->shown == number ? NULL : find_frame(l->channel, number);
@@ -196,7 +195,8 @@ static void offer(srv_live *live, srv_listener *l, uint64_t number, uint64_t now
   wake_listener(l);
 }
 
-/* Shows each listener its frame. What those behind need has been printed for those before them. */
+/* Offers each listener its frame. Prints at most one frame, for the least lag: those that listeners of a
+ * greater lag see were printed earlier. */
 static void play(srv_live *live, channel *c, uint64_t now) {
   uint64_t step = step_at(c, now);
   uint64_t front = c->depth == 0 ? c->base : frame_at(c, step, least_lag(c));
@@ -205,18 +205,18 @@ static void play(srv_live *live, channel *c, uint64_t now) {
   for (srv_listener *l = c->listeners; l != NULL; l = l->next) {
     offer(live, l, frame_at(c, step, l->lag), now);
     uint64_t pulse = l->offered_ns + live->pulse_ns;
-    if (!is_over(l) && pulse < c->due_ns) c->due_ns = pulse;
+    if (!is_complete(l) && pulse < c->due_ns) c->due_ns = pulse;
   }
 }
 
-/* Nobody listens: its frames are its own. */
+/* Call only when the channel has no listeners. */
 static void destroy_channel(channel *c) {
   for (uint32_t i = 0; i < c->depth; i++) release_frame(c->kept[i]);
   c->source.destroy(c->source.context);
   free(c);
 }
 
-/* Plays what is due, frees what nobody listens to; returns when there is something to do next. */
+/* Plays the channels that are due and frees those without listeners. Returns when the next channel is due. */
 static uint64_t run_channels(srv_live *live) {
   uint64_t next = UINT64_MAX;
   for (channel **place = &live->channels; *place != NULL;) {
@@ -225,7 +225,7 @@ static uint64_t run_channels(srv_live *live) {
     if (c->listeners != NULL && c->due_ns <= now) play(live, c, now);
     if (c->listeners == NULL) {
       *place = c->next;
-      pthread_mutex_unlock(&live->lock); /* what it holds may be large, and wake others when it goes */
+      pthread_mutex_unlock(&live->lock); /* freeing may take long and wake other requests */
       destroy_channel(c);
       pthread_mutex_lock(&live->lock);
       continue;
@@ -253,11 +253,11 @@ static void *run(void *context) {
 
 /* ---- joining and leaving --------------------------------------------------------------------- */
 
-/* Whether a new listener that is to see frame `first` now can share the channel; *lag: with which lag. A
- * channel prints frames in ascending order, when the listener of the least lag needs them. So a new listener
- * with the same lag sees what is printed next; one with a greater lag needs frames that are still kept; and a
- * smaller lag is not possible. A source that joins takes the least lag, and so does every listener before the
- * first frame is printed. */
+/* Whether a new listener that wants frame `first` now can share the channel, and with which *lag. A channel
+ * prints frames in ascending order, when the listener of the least lag needs them. So a new listener of the
+ * same lag sees the frames that are printed next; one of a greater lag needs frames that are still kept; a
+ * smaller lag is impossible. A source that joins takes the least lag, as does every listener before the first
+ * frame is printed. */
 static bool can_share(const channel *c, const api_live *source, uint64_t now, int64_t *lag) {
   if (c->listeners == NULL || strcmp(c->source.key, source->key) != 0) return false;
   int64_t least = least_lag(c);
@@ -268,7 +268,7 @@ static bool can_share(const channel *c, const api_live *source, uint64_t now, in
   return *lag > least && *lag - least < (int64_t)c->depth && find_frame(c, source->first) != NULL;
 }
 
-/* Makes the frame that is due step 0 of the grid, or frame 0 where that is yet to come. */
+/* Makes the frame that is due now step 0 of the grid, or frame 0 when the start is in the future. */
 static void begin_at_start(channel *c, uint64_t now) {
   double fps = c->source.fps, passed_s = (double)srv_unix_ns() / 1e9 - c->source.start_ms / 1e3;
   if (passed_s < 0) {
@@ -280,7 +280,7 @@ static void begin_at_start(channel *c, uint64_t now) {
   if (late_ns > 0 && late_ns < (double)now) c->start_ns = now - (uint64_t)late_ns;
 }
 
-/* Without sharing: takes the source over. NULL without memory. */
+/* Creates a channel for a source that cannot share one, and takes the source over. NULL without memory. */
 static channel *create_channel(srv_live *live, api_live *source, uint64_t now) {
   channel *c = calloc(1, sizeof *c);
   if (c == NULL) return NULL;
@@ -289,7 +289,7 @@ static channel *create_channel(srv_live *live, api_live *source, uint64_t now) {
   c->start_ns = now;
   c->base = c->source.first;
   if (c->source.has_start) begin_at_start(c, now);
-  channel **place = &live->channels; /* at the end: the oldest is found first */
+  channel **place = &live->channels; /* append: find_channel prefers the oldest */
   while (*place != NULL) place = &(*place)->next;
   *place = c;
   return c;
@@ -307,7 +307,7 @@ static void link_listener(channel *c, srv_listener *l) {
   l->next = c->listeners;
   if (l->next != NULL) l->next->previous = l;
   c->listeners = l;
-  c->due_ns = 0; /* its first frame is due now */
+  c->due_ns = 0; /* the listener's first frame is due now */
 }
 
 srv_listener *srv_live_join(srv_live *live, api_live *source, void (*ready)(void *owner), void *owner) {
@@ -320,8 +320,8 @@ srv_listener *srv_live_join(srv_live *live, api_live *source, void (*ready)(void
   channel *c = welcome ? find_channel(live, source, now, &l->lag) : NULL;
   if (c != NULL) {
     uint64_t present = frame_at(c, step_at(c, now), l->lag);
-    /* Who joins begins with the present frame; but who asks for the one behind it (a client that comes back)
-     * has seen that already, and waits for the next. */
+    /* A source that joins begins with the present frame. But a client that asks for the frame after it (a
+     * client that reconnects) has already seen the present frame, and waits for the next. */
     bool has_seen_present = first == present + 1;
     l->first = joins && !has_seen_present ? present : first;
     l->live = live;
@@ -364,7 +364,7 @@ static void send_text(srv_listener *l, const char *text) {
   l->bytes = (api_bytes){(const uint8_t *)text, strlen(text)};
 }
 
-/* Finds what to send next. 1: it is in `bytes`; 0: nothing yet; -1: the end. */
+/* Chooses what to send next. 1: it is in `bytes`; 0: nothing is due; -1: the stream has ended. */
 static int take_next(srv_listener *l) {
   const api_live *source = &l->channel->source;
   release_frame(l->current);
