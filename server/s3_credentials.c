@@ -1,5 +1,4 @@
-/* Files are small and read anew for each request that is signed, so that whoever rotates keys only replaces
- * the file. */
+/* Reads the file again for each signed request: it is small, and keys are rotated by replacing the file. */
 #include "s3_credentials.h"
 
 #include "disk.h"
@@ -13,7 +12,7 @@
 
 enum { FILE_MAX = 64 << 10 };
 
-/* False where it does not fit. */
+/* False when the text does not fit. */
 static bool copy(const char *text, char *out, size_t out_size) {
   size_t size = strlen(text);
   if (size >= out_size) return false;
@@ -21,7 +20,7 @@ static bool copy(const char *text, char *out, size_t out_size) {
   return true;
 }
 
-/* One "name = value"; false where the value is too long. */
+/* Reads one line "name = value"; false when the value is too long. */
 static bool read_assignment(char *line, srv_s3_credentials *out) {
   char *equals = strchr(line, '=');
   if (equals == NULL) return true;

@@ -1,4 +1,4 @@
-/* Who signs requests to an S3 store. */
+/* The credentials that sign requests to an S3 store. */
 #ifndef SRV_S3_CREDENTIALS_H
 #define SRV_S3_CREDENTIALS_H
 
@@ -14,10 +14,10 @@ typedef struct srv_s3_credentials {
   char token[SRV_S3_TOKEN_SIZE]; /* of a session, "" without one */
 } srv_s3_credentials;
 
-/* Reads them from the file that is named, of the form of ~/.aws/credentials; with file "" from the
- * AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY and AWS_SESSION_TOKEN of the environment, else from the file that
- * AWS_SHARED_CREDENTIALS_FILE names, else from ~/.aws/credentials. Of a file the section that AWS_PROFILE
- * names counts, "default" without it, and what stands before all sections. False with one line in error. Any
+/* Reads credentials from `file`, which has the format of ~/.aws/credentials. With file "": from
+ * AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY and AWS_SESSION_TOKEN in the environment, else from the file that
+ * AWS_SHARED_CREDENTIALS_FILE names, else from ~/.aws/credentials. In a file, the section that AWS_PROFILE
+ * names ("default" without it) counts, and the lines before all sections. False with one line in error. Any
  * thread. */
 bool srv_s3_credentials_read(const char *file, srv_s3_credentials *out, srv_error *error);
 

@@ -13,14 +13,14 @@ enum { TEXT_SIZE = 2048, QUERY_SIZE = 3 * TEXT_SIZE };
 typedef struct page {
   bool is_broken;
   bool is_in_contents;
-  char text[TEXT_SIZE]; /* of the element that is open */
+  char text[TEXT_SIZE]; /* text of the open element */
   size_t text_size;
   char key[TEXT_SIZE];
   uint64_t size;
-  char token[TEXT_SIZE]; /* of the next page, "" without one */
+  char token[TEXT_SIZE]; /* continuation token of the next page, "" without one */
   bool is_truncated;
-  const char *prefix; /* that keys have in the bucket */
-  bool is_done;       /* `take` had enough */
+  const char *prefix; /* of all keys; passed keys come without it */
+  bool is_done;       /* `take` has returned false */
   bool (*take)(void *context, const char *key, uint64_t size);
   void *context;
 } page;
@@ -66,7 +66,7 @@ static void XMLCALL end_element(void *context, const char *name) {
   p->text_size = 0;
 }
 
-/* The text of a page comes whole before it is read: a page that breaks off is asked for again. */
+/* The text of a page, complete before it is parsed: a download that breaks off may be repeated. */
 typedef struct document {
   char *data;
   size_t size, capacity;
@@ -89,7 +89,7 @@ static bool collect(void *context, uint64_t offset, const uint8_t *data, size_t 
   return true;
 }
 
-/* False where it is no page. */
+/* Parses a page; false when the text is not one. */
 static bool read_page(page *p, const document *d) {
   XML_Parser parser = XML_ParserCreate(NULL);
   if (parser == NULL) return false;
@@ -101,7 +101,8 @@ static bool read_page(page *p, const document *d) {
   return is_read;
 }
 
-/* Appends NAME=VALUE, the value encoded; names come in ascending order. */
+/* Appends NAME=VALUE, with `prefix` before the value and both percent-encoded. Call with ascending names: the
+ * signature needs a sorted query. */
 static bool add_argument(char query[QUERY_SIZE], const char *name, const char *prefix, const char *value) {
   char whole[2 * TEXT_SIZE];
   snprintf(whole, sizeof whole, "%s%s", prefix, value);
@@ -114,7 +115,7 @@ static bool add_argument(char query[QUERY_SIZE], const char *name, const char *p
   return added >= 0 && (size_t)added < QUERY_SIZE - size;
 }
 
-/* One page: after the key, or where the token says. */
+/* The query for one page: the page of the token or, without a token, the one after the key `after`. */
 static bool make_query(const page *p, const char *folder, const char *after, unsigned page_size,
                        char query[QUERY_SIZE]) {
   char count[16];

@@ -1,10 +1,10 @@
-/* libcurl signs (AWS Signature Version 4) what it sends, as it is: so paths hold unreserved characters alone,
- * and queries come sorted and encoded.
+/* libcurl signs requests (AWS Signature Version 4) exactly as it sends them, so paths must hold only
+ * unreserved characters, and queries must be sorted and encoded.
  *
- * Each try has a limit for connecting and one for standing still, and all together have the request's. What
- * may be tried again is: connections that fail or break, 429, and the 5xx that pass. A broken download goes
- * on where it broke, as long as the object is the same. Waits between tries are random, so that daemons that
- * failed together do not come back together. */
+ * Each try has a time limit for connecting and one for stalling; all tries together have the request's limit.
+ * Tried again are connections that fail or break, and the statuses of may_pass. A broken download continues
+ * where it broke, as long as the object is the same. The waits between tries are random, so that daemons that
+ * failed together do not try again together. */
 #include "s3_request.h"
 
 #include "machine.h"
@@ -25,24 +25,24 @@ enum {
   BASE_SIZE = 1024,
   URL_SIZE = 16384,
   TRIES = 5,
-  WAIT_MS = 100, /* at most, before the second try; doubled each time */
+  WAIT_MS = 100, /* before the second try, at most; doubled each time */
   CONNECT_MS = 3000,
-  STILL_S = 5,       /* no byte moves for so long */
-  CONFIRM_S = 20,    /* the same for uploads: stores confirm a long one when they have it all safe */
-  CONTINUE_MS = 200, /* that a long upload waits whether the store refuses it, where the store does not say */
-  KEPT_MAX = 64,     /* handles, each with its connection */
-  ERROR_MAX = 1024   /* bytes of an error answer that are looked at */
+  STILL_S = 5,       /* a try fails when no byte moves for this long */
+  CONFIRM_S = 20,    /* the same for uploads: a store confirms a long one only once all of it is safe */
+  CONTINUE_MS = 200, /* how long a long upload waits for the store's 100 Continue or refusal */
+  KEPT_MAX = 64,     /* idle handles, each with its connection */
+  ERROR_MAX = 1024   /* bytes of an error answer that are kept */
 };
 static const size_t SUMMARY_MAX = 1900; /* S3 allows 2 KB of metadata */
 
 struct srv_s3 {
-  char base[BASE_SIZE];   /* URL of the bucket, without a '/' at its end */
-  char prefix[BASE_SIZE]; /* "" or with a '/' at its end */
-  char signing[128];      /* what libcurl wants to know: "aws:amz:REGION:s3" */
-  char *credentials;      /* the setting */
-  const char *ca_file;    /* NULL: the system's */
+  char base[BASE_SIZE];   /* URL of the bucket, without a final '/' */
+  char prefix[BASE_SIZE]; /* "" or with a final '/' */
+  char signing[128];      /* libcurl's parameter "aws:amz:REGION:s3" */
+  char *credentials;      /* --s3-credentials */
+  const char *ca_file;    /* AWS_CA_BUNDLE, NULL: the system's */
   pthread_mutex_t lock;
-  CURL *kept[KEPT_MAX]; /* handles that rest */
+  CURL *kept[KEPT_MAX]; /* idle handles */
   size_t kept_count;
   atomic_uint_fast64_t retries;
 };
@@ -56,7 +56,7 @@ static bool is_name(const char *text, size_t size) {
   return size > 0 && !is_dots && strspn(text, UNRESERVED) >= size;
 }
 
-/* "models/today/" of "/models/today/"; false where it is no path of names. */
+/* Reads "models/today/" from "/models/today/"; false when the text is not a path of names. */
 static bool read_prefix(const char *text, char out[BASE_SIZE]) {
   size_t filled = 0;
   out[0] = '\0';
@@ -74,7 +74,7 @@ static bool read_prefix(const char *text, char out[BASE_SIZE]) {
   return true;
 }
 
-/* bucket: not terminated. */
+/* Makes the URL of the bucket. bucket: not terminated. */
 static bool read_endpoint(const srv_config *config, const char *region, const char *bucket,
                           size_t bucket_size, char out[BASE_SIZE]) {
   char given[BASE_SIZE];
@@ -157,7 +157,7 @@ uint64_t srv_s3_retries(const srv_s3 *s3) {
 
 /* ---- handles ---------------------------------------------------------------------------------- */
 
-/* The one that rested shortest: its connection is the likeliest to live. */
+/* Takes the handle that was used last: its connection is the most likely to be still open. */
 static CURL *take_handle(srv_s3 *s3) {
   pthread_mutex_lock(&s3->lock);
   CURL *handle = s3->kept_count > 0 ? s3->kept[--s3->kept_count] : NULL;
@@ -179,12 +179,12 @@ static void give_back(srv_s3 *s3, CURL *handle) {
 typedef struct transfer {
   const srv_s3_request *request;
   srv_s3_answer *answer;
-  uint64_t taken; /* bytes of the object, over all tries */
-  uint64_t skips; /* bytes of this try that were taken before */
+  uint64_t taken; /* bytes passed to `take`, over all tries */
+  uint64_t skips; /* bytes of this try that were passed before */
   uint64_t sent;
   bool is_refused; /* `take` had enough */
   size_t error_size;
-  char error[ERROR_MAX + 1]; /* what the store says when it fails */
+  char error[ERROR_MAX + 1]; /* the store's error answer */
 } transfer;
 
 static bool is_success(int status) {
@@ -200,7 +200,7 @@ static size_t send_body(char *out, size_t size, size_t count, void *context) {
   return most;
 }
 
-/* A connection that had died while it rested: libcurl begins anew on another one. */
+/* libcurl calls this when an idle connection turns out to be dead and it starts again on another. */
 static int rewind_body(void *context, curl_off_t offset, int origin) {
   transfer *t = context;
   if (origin != SEEK_SET || offset < 0 || (uint64_t)offset > t->request->body.size) return CURL_SEEKFUNC_FAIL;
@@ -229,7 +229,7 @@ static size_t take_body(char *data, size_t one, size_t size, void *context) {
   return size;
 }
 
-/* The value of a line of the head, terminated; NULL where it has another name. */
+/* Copies the value of a header line, terminated; NULL when the line has another name. */
 static const char *value_of(const char *line, const char *name, char *out, size_t out_size) {
   size_t name_size = strlen(name);
   if (strncasecmp(line, name, name_size) != 0 || line[name_size] != ':') return NULL;
@@ -254,7 +254,7 @@ static size_t take_head(char *data, size_t one, size_t size, void *context) {
   if (strncmp(line, "HTTP/", 5) == 0) {
     const char *status = strchr(line, ' ');
     answer->status = status != NULL ? (int)strtol(status, NULL, 10) : 0;
-    if (answer->status == 200) t->skips = t->taken; /* the whole object, though its rest was asked for */
+    if (answer->status == 200) t->skips = t->taken; /* the whole object came, not only its rest */
     free(answer->summary);
     answer->summary = NULL;
     return size;
@@ -272,7 +272,7 @@ static size_t take_head(char *data, size_t one, size_t size, void *context) {
   return size;
 }
 
-/* "  <Code>NoSuchBucket</Code> ": the text of an element that holds no other. */
+/* Copies the text of an element without children, as of <Code>NoSuchBucket</Code>; "" when it is absent. */
 static void copy_element(const char *text, const char *name, char *out, size_t out_size) {
   char opening[32];
   snprintf(opening, sizeof opening, "<%s>", name);
@@ -297,10 +297,10 @@ static void explain(const transfer *t, CURLcode code, const char *detail) {
            answer->code, message[0] != '\0' ? ": " : "", message);
 }
 
-/* A list of headers; all of them are signed, so none may be one that libcurl leaves out. */
+/* A list of headers. All are signed, so none may be one that libcurl leaves out. */
 typedef struct headers {
   struct curl_slist *list;
-  bool has_failed; /* without memory */
+  bool has_failed; /* out of memory */
 } headers;
 
 static void add_header(headers *h, const char *name, const char *value) {
@@ -323,7 +323,7 @@ static void print_hash(api_bytes bytes, char out[2 * SHA256_DIGEST_SIZE + 1]) {
   out[2 * sizeof digest] = '\0';
 }
 
-/* Encoded: metadata is ASCII. */
+/* Adds the summary percent-encoded, since metadata must be ASCII. Leaves it out when it is too long. */
 static void add_summary(headers *h, const char *summary) {
   char *text = curl_easy_escape(NULL, summary, 0);
   h->has_failed |= text == NULL;
@@ -416,7 +416,7 @@ static void try_once(srv_s3 *s3, transfer *t, const char *content_hash, uint64_t
 
 /* ---- all tries -------------------------------------------------------------------------------- */
 
-/* Whether the store may answer otherwise in a moment. 409: another daemon is storing the same object. */
+/* Whether a later try may succeed. 409: another daemon is storing the same object. */
 static bool may_pass(int status) {
   return status == 0 || status == 408 || status == 409 || status == 429 || status == 500 || status == 502 ||
          status == 503 || status == 504;
@@ -444,7 +444,8 @@ void srv_s3_send(srv_s3 *s3, const srv_s3_request *request, srv_s3_answer *answe
     now_ms = srv_now_ms();
     if (now_ms >= end_ms) return;
     atomic_fetch_add(&s3->retries, 1);
-    /* A listing begins anew, and what cannot be told from another object. */
+    /* Start from the beginning for a listing, and for an object without an ETag, which cannot be told from a
+     * later one. */
     if (request->key == NULL || answer->etag[0] == '\0') t.taken = 0;
   }
 }

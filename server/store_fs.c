@@ -1,20 +1,20 @@
 /* Layout of the folder:
- *   objects/ab/ID      the bytes of a model as they are, where ab begins ID
- *   summaries/ab/REST  its summary, where REST is what follows ab in ID; it may be lost, which api makes good
- *   tmp/               what is being written
+ *   objects/ab/ID      the bytes of a model, unchanged; ab is the start of ID
+ *   summaries/ab/REST  its summary; REST is ID without ab. The api makes a lost summary again
+ *   tmp/               files that are being written
  *
  * A model exists exactly when its object does. An object is written in tmp/, synced, and renamed into place;
- * then the folders are synced. So a kill or a loss of power at any moment leaves either nothing or the whole
- * model. Nothing that may have been confirmed is ever unlinked but by remove: a damaged object is replaced by
+ * then the folders are synced. So a kill or a power failure at any moment leaves either nothing or the whole
+ * model. Only `drop` unlinks an object that may have been confirmed: `put` replaces a damaged object by
  * renaming a whole one over it.
  *
- * Processes, containers and hosts may share the folder. They agree through names alone, without locks: names
- * in tmp/ are random, and a rename either makes a name or finds it taken.
+ * Processes, containers and hosts may share the folder. They need no locks: names in tmp/ are random, and a
+ * rename either creates a name or finds that it exists.
  *
- * What the folder's group may do in it, it may do in all that is made below, so that processes of several
- * users share it.
+ * Everything created below the folder gives the folder's group the rights that it has on the folder, so that
+ * processes of several users can share it.
  *
- * Paths are looked up for each call, so that a folder that vanished and came back is used again. */
+ * Each call looks its paths up, so that a folder that vanished and came back is used again. */
 #include "store_fs.h"
 
 #include "disk.h"
@@ -36,29 +36,29 @@
 #include <unistd.h>
 
 enum {
-  ROOT_MAX = PATH_MAX - 128, /* leaves room for the names below it */
+  ROOT_MAX = PATH_MAX - 128, /* leaves room for the names below the root */
   SUMMARY_MAX = 1 << 20,
   PIECE = 64 << 10,
-  LEFTOVER_AGE_S = 3600 /* no upload writes for so long, on no host whose clock is at all right */
+  LEFTOVER_AGE_S = 3600 /* longer than any upload writes, even on hosts with inexact clocks */
 };
 
-/* The folder is tried once in PROBE_NS, until nobody has asked for QUIET_NS; a try that takes HANG_NS fails.
- */
+/* The prober tries the folder every PROBE_NS, until no probe has been asked for during QUIET_NS. A try that
+ * takes longer than HANG_NS counts as failed. */
 static const uint64_t PROBE_NS = 1000000000, QUIET_NS = 60000000000, HANG_NS = 5000000000;
 
 struct srv_store_fs {
   char root[ROOT_MAX];
   char temporary[PATH_MAX];
-  dev_t device;      /* of the root */
-  mode_t group_mode; /* what the root lets its group do: so does all that is made below it */
+  dev_t device;      /* file system of the root */
+  mode_t group_mode; /* the group's rights on the root, given to everything below it */
   srv_store_quota quota;
   srv_verdicts *verdicts;
-  pthread_t prober;           /* with is_probed */
-  pthread_mutex_t probe_lock; /* guards what follows */
+  pthread_t prober;           /* valid with is_probed */
+  pthread_mutex_t probe_lock; /* guards the members below */
   pthread_cond_t probe_wake;
-  uint64_t asked_ns, trying_ns; /* when somebody asked last; when the try that is under way began, else 0 */
-  bool is_usable;               /* as the last try found */
-  bool is_probed;               /* somebody has asked */
+  uint64_t asked_ns, trying_ns; /* time of the last probe call; start of the present try, 0: none */
+  bool is_usable;               /* result of the last try */
+  bool is_probed;               /* the prober was started */
   bool is_closing;
 };
 
@@ -70,7 +70,7 @@ static api_store_status unavailable(const char *what) {
 
 /* ---- paths ----------------------------------------------------------------------------------- */
 
-/* Fits: see ROOT_MAX. */
+/* A path below the root: always fits, see ROOT_MAX. */
 typedef struct path {
   char text[PATH_MAX];
 } path;
@@ -110,14 +110,14 @@ static bool sync_folder(const char *folder) {
   return synced;
 }
 
-/* Like the root, the folder is for its group or not, whatever the umask. */
+/* Creates a folder with the group's rights of the root, whatever the umask. True when it exists already. */
 static bool make_folder(const srv_store_fs *store, const char *folder) {
   if (mkdir(folder, 0700) != 0) return errno == EEXIST;
   return store->group_mode == 0 || chmod(folder, 0700 | store->group_mode) == 0;
 }
 
-/* Makes what is missing below the root. Only on the file system that the root was on at first: where a volume
- * was unmounted, models would be stored in the folder that it covered. */
+/* Creates the missing subfolders of the root, but only on the file system that the root was first on: where a
+ * volume was unmounted, models would be stored in the folder that it covered. */
 static bool make_folders(const srv_store_fs *store) {
   static const char *const NAMES[] = {"objects", "summaries", "tmp"};
   struct stat root;
@@ -132,8 +132,8 @@ static bool make_folders(const srv_store_fs *store) {
   return !made || sync_folder(store->root);
 }
 
-/* Writes a file and removes it. now: gets the time by the clock of the file system, which may be that of
- * another host. False with errno. */
+/* Tries the folder: writes a file and removes it. now: receives the time by the file system's clock, which
+ * may be that of another host. False with errno. */
 static bool try_folder(const srv_store_fs *store, time_t *now) {
   char temporary[PATH_MAX];
   struct stat facts;
@@ -150,7 +150,7 @@ static bool try_folder(const srv_store_fs *store, time_t *now) {
   return written;
 }
 
-/* After ENOENT: absent if objects/ exists, else unavailable. */
+/* The status after ENOENT: absent if objects/ exists, else unavailable. */
 static api_store_status not_found(const srv_store_fs *store) {
   path objects = folder_path(store, "objects/.");
   return access(objects.text, F_OK) == 0 ? API_STORE_ABSENT : unavailable("cannot find the folder of models");
@@ -158,7 +158,7 @@ static api_store_status not_found(const srv_store_fs *store) {
 
 /* ---- probing --------------------------------------------------------------------------------- */
 
-/* Under the lock, given back meanwhile. */
+/* Tries the folder once. Called with the lock held; releases it meanwhile. */
 static void try_once(srv_store_fs *store) {
   time_t now;
   store->trying_ns = srv_now_ns();
@@ -174,7 +174,7 @@ static void try_once(srv_store_fs *store) {
   store->trying_ns = 0;
 }
 
-/* On a thread of its own: a file system that hangs holds no other. */
+/* The prober's thread. It is separate so that a file system that hangs blocks no other thread. */
 static void *run_probes(void *context) {
   srv_store_fs *store = context;
   pthread_mutex_lock(&store->probe_lock);
@@ -197,7 +197,7 @@ static void init_probes(srv_store_fs *store) {
   store->is_usable = true;
 }
 
-/* False where a try hangs: then the thread stays. */
+/* Stops the prober. False when its try hangs: the thread then goes on using the store. */
 static bool stop_probes(srv_store_fs *store) {
   pthread_mutex_lock(&store->probe_lock);
   store->is_closing = true;
@@ -225,7 +225,7 @@ static api_store_status probe(void *context) {
 
 /* ---- opening --------------------------------------------------------------------------------- */
 
-/* Removes what uploads left that were killed. Whatever is younger may belong to another process. */
+/* Removes temporary files of killed uploads. Younger files may belong to another process. */
 static void remove_leftovers(const srv_store_fs *store, time_t now) {
   DIR *listing = opendir(store->temporary);
   if (listing == NULL) return;
@@ -240,7 +240,7 @@ static void remove_leftovers(const srv_store_fs *store, time_t now) {
   closedir(listing);
 }
 
-/* Makes the folder, and those on the way to it. False with errno. */
+/* Creates the folder and its missing parents. False with errno. */
 static bool make_path(const char *folder) {
   path made;
   snprintf(made.text, sizeof made.text, "%s", folder);
@@ -260,7 +260,7 @@ static bool make_path(const char *folder) {
   }
 }
 
-/* False with errno. */
+/* Creates the root and records its device and its group's rights. False with errno. */
 static bool prepare_root(srv_store_fs *store) {
   struct stat root;
   if (!make_path(store->root)) return false;
@@ -345,16 +345,16 @@ const char *srv_store_fs_temporary(const srv_store_fs *store) {
 
 typedef enum placed { PLACED, PLACED_BEFORE, PLACE_FAILED } placed;
 
-/* Of several writers of one name, one places it; the others learn that it was there before. */
+/* Renames without replacing: of several writers of one name, one succeeds; the others get PLACED_BEFORE. */
 static placed rename_new(const char *temporary, const char *name) {
   if (renameat2(AT_FDCWD, temporary, AT_FDCWD, name, RENAME_NOREPLACE) == 0) return PLACED;
   if (errno == EEXIST) return PLACED_BEFORE;
-  /* Not every file system can refuse to replace; the bytes are the same, so it does no harm. */
+  /* Some file systems cannot refuse to replace. Replacing does no harm, as the bytes are the same. */
   bool unable = errno == EINVAL || errno == ENOSYS;
   return unable && rename(temporary, name) == 0 ? PLACED : PLACE_FAILED;
 }
 
-/* Writes the bytes under `name`; durable once the folder is synced too. Failure sets errno. */
+/* Writes the bytes to the file `name`; durable once the folder is synced too. Failure sets errno. */
 static placed place(const srv_store_fs *store, const char *name, api_bytes bytes, bool replaces) {
   char temporary[PATH_MAX];
   int fd = srv_create_temporary(store->temporary, temporary);
@@ -388,7 +388,7 @@ static bool holds(int fd, api_bytes bytes) {
 
 typedef enum found { NOTHING, WHOLE_BEFORE, DAMAGED_BEFORE, FIND_FAILED } found;
 
-/* Whether the object holds these bytes, and durably: another writer may not have synced it yet. */
+/* Whether the object holds these bytes. Syncs it, since another writer may not have done so yet. */
 static found find_object(const char *name, api_bytes bytes) {
   int fd = open(name, O_RDONLY | O_CLOEXEC);
   if (fd < 0) return errno == ENOENT ? NOTHING : FIND_FAILED;
@@ -397,7 +397,7 @@ static found find_object(const char *name, api_bytes bytes) {
   return whole ? WHOLE_BEFORE : DAMAGED_BEFORE;
 }
 
-/* NULL when it is lost; an empty one is what a loss of power may leave. */
+/* The summary; NULL when it is lost or empty, as a power failure may leave it. */
 static char *read_summary(const srv_store_fs *store, const char *id) {
   path name = summary_path(store, id);
   char *text = srv_read_text(name.text, SUMMARY_MAX);
@@ -412,7 +412,7 @@ static char *summary_of(void *context, const char *id) {
   return srv_store_is_id(id) && access(name.text, F_OK) == 0 ? read_summary(store, id) : NULL;
 }
 
-/* The model is stored, with or without a summary. */
+/* Writes the summary if there is none. A failure is only logged: the model is stored without it. */
 static void put_summary(const srv_store_fs *store, const char *id, const char *summary) {
   path folder = prefix_path(store, "summaries", id), name = summary_path(store, id);
   char *known = read_summary(store, id);
@@ -436,7 +436,7 @@ static api_store_status put(void *context, const char *id, api_bytes bytes, cons
       before == WHOLE_BEFORE ? PLACED_BEFORE : place(store, name.text, bytes, before == DAMAGED_BEFORE);
   if (before == NOTHING) srv_store_quota_settle(&store->quota, bytes.size, outcome == PLACED);
   if (outcome == PLACE_FAILED) return unavailable("cannot write a model");
-  /* Also what others made: they may be killed before they sync it. */
+  /* Sync files that other processes made as well: they may be killed before they do. */
   if (!sync_folder(folder.text) || !sync_folder(objects.text)) return unavailable("cannot sync");
   if (before == DAMAGED_BEFORE)
     srv_log(SRV_LOG_WARN, "store: the damaged file of model %s is replaced by a whole one", id);
@@ -465,21 +465,21 @@ static api_store_status drop(void *context, const char *id) {
 
 /* ---- judging files --------------------------------------------------------------------------- */
 
-/* What changes when a file is changed: another inode, or other times. */
+/* Prints a state that differs after each change of the file: its inode, size and times. */
 static void print_state(const struct stat *facts, char out[SRV_STATE_SIZE]) {
   snprintf(out, SRV_STATE_SIZE, "%jx %jx %jx %jd.%09ld %jd.%09ld", (uintmax_t)facts->st_dev,
            (uintmax_t)facts->st_ino, (uintmax_t)facts->st_size, (intmax_t)facts->st_mtim.tv_sec,
            facts->st_mtim.tv_nsec, (intmax_t)facts->st_ctim.tv_sec, facts->st_ctim.tv_nsec);
 }
 
-/* Whether the state of a file that was changed then tells it from what it becomes by a change from `now` on:
- * times of files move in ticks of the kernel. */
+/* Whether a file that was changed at `changed` would get another state by a change from `now` on: file times
+ * advance in ticks of the kernel. */
 static bool is_settled(const struct timespec *changed, const struct timespec *now) {
   static const int64_t TICK_NS = 100000000;
   return (int64_t)(now->tv_sec - changed->tv_sec) * 1000000000 + now->tv_nsec - changed->tv_nsec >= TICK_NS;
 }
 
-/* Hashes the file. False when it cannot be read. */
+/* Whether the file's hash is its id. False when the file cannot be read. */
 static bool hash_matches(int fd, const char *id, uint64_t size, bool *matches) {
   struct sha256_ctx hash;
   uint8_t piece[PIECE];
@@ -493,7 +493,7 @@ static bool hash_matches(int fd, const char *id, uint64_t size, bool *matches) {
   return true;
 }
 
-/* Whether the file holds the bytes that its id is the hash of: hashed once for each state of the file. False
+/* Whether the file holds the bytes whose hash is its id. Hashes the file once for each of its states. False
  * when it cannot be read. */
 static bool judge(srv_store_fs *store, int fd, const char *id, const struct stat *facts, bool *whole) {
   const srv_verdict known = srv_verdicts_recall(store->verdicts, id);
@@ -518,7 +518,7 @@ typedef struct object {
   struct stat facts;
 } object;
 
-/* Not by mmap: a file that is truncated would raise SIGBUS and end the process. */
+/* Reads without mmap: a file that is truncated meanwhile would raise SIGBUS and end the process. */
 static bool read_object(const api_blob *blob, uint64_t offset, uint8_t *out, size_t size) {
   const object *o = blob->owner;
   struct stat facts;
@@ -572,7 +572,7 @@ static api_store_status open_object(void *context, const char *id, api_blob *out
   return status;
 }
 
-/* Once a second at most for a model that is there and whole. */
+/* Checks a model that exists and is whole at most once a second. */
 static api_store_status look(void *context, const char *id, bool may_wait) {
   srv_store_fs *store = context;
   if (!srv_store_is_id(id)) return API_STORE_ABSENT;
@@ -587,7 +587,7 @@ static api_store_status look(void *context, const char *id, bool may_wait) {
 
 /* ---- listing --------------------------------------------------------------------------------- */
 
-/* The smallest ids seen so far, ascending: memory depends on the page, not on the store. */
+/* The smallest ids so far, ascending. Memory depends on the page, not on the store. */
 typedef struct page {
   char (*ids)[API_ID_TEXT];
   size_t count, capacity;
@@ -624,7 +624,7 @@ static unsigned first_prefix(const char *after) {
   return (unsigned)strtoul(folder, NULL, 16);
 }
 
-/* Collects one more than asked for, to know whether others follow. */
+/* Collects the ids of a page, one more than its limit, which tells whether others follow. */
 static api_store_status list_ids(const srv_store_fs *store, const char *after, page *p) {
   api_store_status status = API_STORE_OK;
   for (unsigned prefix = first_prefix(after);
@@ -640,7 +640,7 @@ static size_t describe(const srv_store_fs *store, const page *p, size_t limit, a
   for (size_t i = 0; i < p->count && i < limit; i++) {
     path name = object_path(store, p->ids[i]);
     struct stat facts;
-    if (stat(name.text, &facts) != 0) continue; /* removed since */
+    if (stat(name.text, &facts) != 0) continue; /* removed meanwhile */
     out[count] = (api_listed){.size = (uint64_t)facts.st_size, .summary = read_summary(store, p->ids[i])};
     memcpy(out[count].id, p->ids[i], API_ID_TEXT);
     count++;

@@ -7,23 +7,23 @@
 
 typedef struct srv_store_fs srv_store_fs;
 
-/* Opens or makes the folder, and those on the way to it, and removes the temporary files that uploads left
+/* Opens the folder, creating it and its missing parents, and removes the temporary files that uploads left
  * which were killed over an hour ago. NULL with one line in error. */
 srv_store_fs *srv_store_fs_open(const char *root, srv_error *error);
-/* Whether the folder could be opened, as far as its rights tell; makes nothing. False with one line in error.
- */
+/* Whether srv_store_fs_open could succeed, as far as access rights tell; creates nothing. False with one line
+ * in error. */
 bool srv_store_fs_check(const char *path, srv_error *error);
 void srv_store_fs_close(srv_store_fs *store); /* NULL accepted; blobs opened from it stay valid */
 
-/* The most bytes that models may take together, 0 for any number. Before the first call of the store. */
+/* Sets the limit for the bytes of all models together, 0: no limit. Before the first call of the store. */
 void srv_store_fs_limit(srv_store_fs *store, uint64_t bytes);
-/* What they take, where there is a limit. */
+/* The bytes of all models; counted only with a limit. */
 uint64_t srv_store_fs_used(srv_store_fs *store);
 
-/* The store as api/ sees it; valid until close. */
+/* The store's functions for the api; valid until close. */
 api_store srv_store_fs_api(srv_store_fs *store);
 
-/* Path of a folder on the same disk for temporary files; lives as long as the store. */
+/* Path of a folder for temporary files on the same disk; lives as long as the store. */
 const char *srv_store_fs_temporary(const srv_store_fs *store);
 
 #endif

@@ -1,5 +1,5 @@
-/* Other daemons may store in the same folder and remove from it: the folder is counted again once a minute.
- * What this daemon stores and removes is counted at once. */
+/* Other daemons may store models in the same folder and remove them, so the folder is counted again once a
+ * minute. What this daemon stores and removes is counted at once. */
 #include "store_quota.h"
 
 #include "disk.h"
@@ -25,7 +25,8 @@ static bool add_size(void *context, const char *name, const struct stat *facts) 
   return true;
 }
 
-/* Under the lock. What is in the folder and not settled yet counts twice until the next time. */
+/* Counts the folder, with the lock held. A model in the folder that is not settled yet counts twice until the
+ * next count. */
 static void count(srv_store_quota *quota, uint64_t now_ns) {
   uint64_t used = 0;
   srv_each_file(quota->folder, add_size, &used);

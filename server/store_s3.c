@@ -34,16 +34,16 @@ static const uint64_t SHORT_MS = 8000, TRY_MS = 5000;
 
 struct srv_store_s3 {
   srv_s3 *s3;
-  char *place;           /* "s3://BUCKET/PREFIX" */
-  const char *temporary; /* folder for objects on their way */
-  uint64_t timeout_ms;   /* of reading or storing a model */
+  char *place;           /* "s3://BUCKET/PREFIX", for the log */
+  const char *temporary; /* folder for objects that are being received */
+  uint64_t timeout_ms;   /* for reading or storing a model */
   srv_disk_cache *cache;
   srv_verdicts *verdicts;
   atomic_bool is_plain;    /* the store knows no If-None-Match */
-  atomic_bool is_down;     /* guarded for changes by the lock below */
-  atomic_bool was_reached; /* once */
-  pthread_t watcher;       /* with is_watched */
-  pthread_mutex_t lock;    /* guards what follows */
+  atomic_bool is_down;     /* changed only with the lock held */
+  atomic_bool was_reached; /* has answered at least once */
+  pthread_t watcher;       /* valid with is_watched */
+  pthread_mutex_t lock;    /* guards the members below */
   pthread_cond_t wake;
   bool is_watched, is_closing;
 };
@@ -54,13 +54,13 @@ static void print_key(const char *id, char key[KEY_SIZE]) {
 
 /* ---- outages ---------------------------------------------------------------------------------- */
 
-/* Ends a listing at its first key. */
+/* A `take` that ends a listing at its first key. */
 static bool is_enough(void *context, const char *key, uint64_t size) {
   (void)context, (void)key, (void)size;
   return false;
 }
 
-/* Lists the first key: that needs the rights that a listing needs, and is the least to ask for. */
+/* Tries the bucket by listing its first key: the cheapest request that needs the rights for listing. */
 static bool try_bucket(srv_s3 *s3, srv_s3_answer *answer) {
   atomic_bool is_once = true;
   srv_s3_list(s3, "objects/", "", 1, TRY_MS, &is_once, is_enough, NULL, answer);
@@ -99,13 +99,13 @@ static void note_outage(srv_store_s3 *store, const char *reason) {
   pthread_mutex_unlock(&store->lock);
 }
 
-/* Whether the bucket refuses for a reason that does not go away by waiting. */
+/* Whether the bucket refuses for a reason that waiting does not remove. */
 static bool is_refusal(const srv_s3_answer *answer) {
   return answer->status >= 300 && answer->status < 500 && answer->status != 408 && answer->status != 429;
 }
 
-/* What an answer means; logs a refusal, notes an outage. Frees the answer's summary unless it is
- * API_STORE_OK. */
+/* The store status of an answer. Logs refusals and notes outages. Frees the answer's summary unless the
+ * result is API_STORE_OK. */
 static api_store_status judge(srv_store_s3 *store, srv_s3_answer *answer) {
   if (answer->status >= 200 && answer->status < 300) return API_STORE_OK;
   free(answer->summary);
@@ -131,7 +131,7 @@ static api_store_status ask(srv_store_s3 *store, srv_s3_request request, srv_s3_
   return judge(store, answer);
 }
 
-/* Sends a request for the object that has no body and gets none. */
+/* Sends a request for the object of a model, without a body in the request or the answer. */
 static api_store_status ask_shortly(srv_store_s3 *store, srv_s3_method method, const char *id,
                                     srv_s3_answer *answer) {
   char key[KEY_SIZE];
@@ -139,7 +139,7 @@ static api_store_status ask_shortly(srv_store_s3 *store, srv_s3_method method, c
   return ask(store, (srv_s3_request){.method = method, .key = key, .timeout_ms = SHORT_MS}, answer);
 }
 
-/* For an object that is gone: its copy must not be served either. */
+/* Forgets an object that is gone: its copy must not be served either. */
 static void forget(srv_store_s3 *store, const char *id) {
   srv_verdicts_forget(store->verdicts, id);
   srv_disk_cache_forget(store->cache, id);
@@ -147,18 +147,18 @@ static void forget(srv_store_s3 *store, const char *id) {
 
 /* ---- reading an object whole ------------------------------------------------------------------ */
 
-/* An object that is being received: kept like the body of a request, and hashed as its pieces come. As the
- * owner of a blob it may outlive the store. */
+/* An object that is being received: stored like a request body, and hashed piece by piece. It owns the bytes
+ * of a blob and may outlive the store. */
 typedef struct arrival {
   srv_spool spool;
   srv_body body;
-  api_bytes bytes; /* of the whole body */
+  api_bytes bytes; /* view of the whole body */
   struct sha256_ctx hash;
-  bool has_failed; /* there is no memory or disk for it */
+  bool has_failed; /* no memory or disk for the body */
 } arrival;
 
-/* Goes on without memory or disk for the pieces: the request to the bucket must not fail for that. A try that
- * begins anew begins at offset 0. */
+/* Receives a piece. Returns true even without memory or disk for it, since the request to the bucket must not
+ * fail for that. Offset 0 starts again. */
 static bool take_piece(void *context, uint64_t offset, const uint8_t *data, size_t size) {
   arrival *a = context;
   if (offset == 0) {
@@ -220,7 +220,7 @@ static api_store_status receive(srv_store_s3 *store, const char *id, arrival *a)
   return status;
 }
 
-/* Reads and judges the object, and keeps a copy. */
+/* Reads the object, checks its hash and keeps a copy. */
 static api_store_status fetch(srv_store_s3 *store, const char *id, api_blob *out) {
   arrival *a = calloc(1, sizeof *a);
   if (a == NULL) return fail_locally(id);
@@ -234,7 +234,7 @@ static api_store_status fetch(srv_store_s3 *store, const char *id, api_blob *out
   return status;
 }
 
-/* The same without using the bytes. */
+/* The same, dropping the bytes. */
 static api_store_status judge_bytes(srv_store_s3 *store, const char *id) {
   api_blob blob;
   api_store_status status = fetch(store, id, &blob);
@@ -245,7 +245,7 @@ static api_store_status judge_bytes(srv_store_s3 *store, const char *id) {
 /* ---- looking and opening ---------------------------------------------------------------------- */
 
 /* Asks the bucket for the object's ETag. An object that was judged under another ETag is read and judged
- * again: models and plans made of the earlier bytes may be in memory. */
+ * again: models and plans made from the earlier bytes may be in memory. */
 static api_store_status examine(srv_store_s3 *store, const char *id) {
   srv_s3_answer answer;
   api_store_status status = ask_shortly(store, SRV_S3_HEAD, id, &answer);
@@ -265,7 +265,7 @@ static api_store_status examine(srv_store_s3 *store, const char *id) {
   return judge_bytes(store, id);
 }
 
-/* Asks the bucket at most once a second for each model that is there. */
+/* Asks the bucket at most once a second for each model that exists. */
 static api_store_status look(void *context, const char *id, bool may_wait) {
   srv_store_s3 *store = context;
   if (!srv_store_is_id(id)) return API_STORE_ABSENT;
@@ -275,8 +275,8 @@ static api_store_status look(void *context, const char *id, bool may_wait) {
   return may_wait ? examine(store, id) : API_STORE_UNKNOWN;
 }
 
-/* Opens the copy on the local disk. With the bucket in reach it must be as long as the object, which then
- * counts as whole; without, any copy that has its hash will do. */
+/* Opens the copy on the local disk. While the bucket is reachable, the copy must be as long as the object,
+ * which then counts as whole; otherwise any copy with the right hash will do. */
 static bool open_copy(srv_store_s3 *store, const char *id, bool is_reachable, api_blob *out) {
   if (!srv_disk_cache_open(store->cache, id, out)) return false;
   const srv_verdict known = srv_verdicts_recall(store->verdicts, id);
@@ -309,8 +309,8 @@ static char *summary_of(void *context, const char *id) {
 
 /* ---- storing and removing --------------------------------------------------------------------- */
 
-/* Whether an ETag is the MD5 of the bytes, in quotes: it is for objects that were stored in one piece and
- * without encryption. */
+/* Whether an ETag is the MD5 of the bytes, in quotes, as it is for objects stored in one piece and without
+ * encryption. */
 static bool is_md5_of(const char *etag, api_bytes bytes) {
   struct md5_ctx hash;
   uint8_t digest[MD5_DIGEST_SIZE];
@@ -323,7 +323,7 @@ static bool is_md5_of(const char *etag, api_bytes bytes) {
          memcmp(text, etag + 1, sizeof text) == 0;
 }
 
-/* Whether the object that is there is whole. */
+/* Whether the existing object is whole. */
 static api_store_status judge_stored(srv_store_s3 *store, const char *id, api_bytes bytes,
                                      const srv_s3_answer *head) {
   const srv_verdict known = srv_verdicts_recall(store->verdicts, id);
@@ -332,7 +332,8 @@ static api_store_status judge_stored(srv_store_s3 *store, const char *id, api_by
   return is_known || is_md5_of(head->etag, bytes) ? API_STORE_OK : judge_bytes(store, id);
 }
 
-/* API_STORE_ABSENT: nothing was written, as another daemon has stored the model in between. */
+/* Uploads the object. API_STORE_ABSENT: nothing was written, because another daemon has stored the model
+ * meanwhile. */
 static api_store_status send_object(srv_store_s3 *store, const char *id, api_bytes bytes, const char *summary,
                                     bool is_new) {
   char key[KEY_SIZE];
@@ -357,14 +358,14 @@ static api_store_status send_object(srv_store_s3 *store, const char *id, api_byt
   if (answer.status == 412 && request.is_new) return API_STORE_ABSENT;
   api_store_status status = judge(store, &answer);
   free(answer.summary);
-  if (status == API_STORE_ABSENT) status = API_STORE_UNAVAILABLE; /* of PUT it tells nothing */
+  if (status == API_STORE_ABSENT) status = API_STORE_UNAVAILABLE; /* 404 means nothing for PUT */
   if (status == API_STORE_OK) srv_verdicts_note(store->verdicts, id, answer.etag, bytes.size, SRV_WHOLE);
   return status;
 }
 
 static api_store_status put(void *context, const char *id, api_bytes bytes, const char *summary,
                             bool *existed) {
-  enum { ROUNDS = 4 }; /* one more each time another daemon stores or removes the model in between */
+  enum { ROUNDS = 4 }; /* another round each time another daemon stores or removes the model meanwhile */
   srv_store_s3 *store = context;
   api_store_status status = API_STORE_UNAVAILABLE;
   if (!srv_store_is_id(id)) return status;
@@ -396,7 +397,7 @@ static api_store_status drop(void *context, const char *id) {
   srv_store_s3 *store = context;
   srv_s3_answer answer;
   if (!srv_store_is_id(id)) return API_STORE_ABSENT;
-  /* DELETE does not tell whether the object was there. */
+  /* DELETE does not tell whether the object existed. */
   api_store_status status = ask_shortly(store, SRV_S3_HEAD, id, &answer);
   free(answer.summary);
   if (status == API_STORE_OK) {
@@ -409,16 +410,16 @@ static api_store_status drop(void *context, const char *id) {
 
 /* ---- listing ---------------------------------------------------------------------------------- */
 
-/* A page of the listing, and what is still to be read of it. */
+/* A page of the listing whose summaries are being read. */
 typedef struct listing {
   srv_store_s3 *store;
   api_listed *out;
   size_t limit, count;
   bool more;
-  atomic_size_t next; /* the one whose summary is read next */
+  atomic_size_t next; /* index of the next summary to read */
 } listing;
 
-/* Takes keys of the form "objects/ab/ID"; passes over others. */
+/* Takes keys of the form "objects/ab/ID"; skips others. */
 static bool take_key(void *context, const char *key, uint64_t size) {
   listing *l = context;
   const char *id = strrchr(key, '/');
@@ -440,7 +441,7 @@ static void *read_summaries(void *context) {
   return NULL;
 }
 
-/* Several at a time: each thread mostly waits for the store. */
+/* Reads the summaries on several threads, each of which mostly waits for the store. */
 static void read_all_summaries(listing *l) {
   pthread_t readers[READERS];
   size_t count = 0;
@@ -524,7 +525,7 @@ void srv_store_s3_close(srv_store_s3 *store) {
   store->is_closing = true;
   pthread_cond_signal(&store->wake);
   pthread_mutex_unlock(&store->lock);
-  /* A thread whose try hangs is left running, and keeps what it uses. */
+  /* When its try hangs, the thread is left running, and what it uses is not freed. */
   if (store->is_watched && !srv_join_soon(store->watcher)) return;
   pthread_mutex_destroy(&store->lock);
   pthread_cond_destroy(&store->wake);

@@ -7,16 +7,17 @@
 
 typedef struct srv_store_s3 srv_store_s3;
 
-/* Tries the bucket. One that refuses (credentials, name, region) is an error; one that cannot be reached is
- * tried until it can. folder: at --cache-dir, outlives the store. NULL with one line in error. */
+/* Tries the bucket. A bucket that refuses (credentials, name, region) is an error; one that cannot be reached
+ * is tried again until it answers. folder: at --cache-dir, outlives the store. NULL with one line in
+ * error. */
 srv_store_s3 *srv_store_s3_open(const srv_config *config, srv_store_fs *folder, srv_error *error);
 void srv_store_s3_close(srv_store_s3 *store); /* NULL accepted; blobs opened from it stay valid */
 
-/* Whether it could be opened; keeps nothing. False with one line in error. */
+/* Whether the store could be opened; keeps nothing open. False with one line in error. */
 bool srv_store_s3_check(const srv_config *config, srv_error *error);
 
-/* The store as api/ sees it; valid until close. Its probe says yes once the bucket has been reached: what is
- * copied is served without it, and no replica would do better. */
+/* The store's functions for the api; valid until close. Its probe succeeds once the bucket has been reached:
+ * copies are served without the bucket, and no other replica would do better. */
 api_store srv_store_s3_api(srv_store_s3 *store);
 
 typedef struct srv_store_s3_load {

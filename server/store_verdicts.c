@@ -1,4 +1,4 @@
-/* A table of which each place has the verdict on the model that was noted there last. */
+/* A direct-mapped table: each place holds the verdict that was noted there last. */
 #include "store_verdicts.h"
 
 #include "machine.h"
@@ -42,7 +42,7 @@ void srv_verdicts_destroy(srv_verdicts *table) {
   free(table);
 }
 
-/* By the first hex digits of the id. */
+/* The place of an id, by its first four hex digits. */
 static srv_verdict *place_of(srv_verdicts *table, const char *id) {
   const char first[5] = {id[0], id[1], id[2], id[3], '\0'};
   return &table->places[strtoul(first, NULL, 16) % PLACES];
