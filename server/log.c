@@ -1,5 +1,6 @@
-/* Each line is composed in a buffer and leaves under a lock, so that threads cannot interleave. Text from
- * outside is cut where it would leave no room for the rest of the line: JSON stays well-formed. */
+/* Each line is composed in a buffer and written under a lock, so that the lines of threads do not mix. Text
+ * from outside is truncated where it would leave no room for the rest of the line, so that JSON stays
+ * well-formed. */
 #include "log.h"
 
 #include "machine.h"
@@ -14,7 +15,8 @@
 #include <time.h>
 #include <unistd.h>
 
-/* Text that may be long is cut at FIELD_END, with room for all that is short, which is cut at SHORT_END. */
+/* Long text is truncated at FIELD_END, which leaves room for all short text; short text is truncated at
+ * SHORT_END. */
 enum { LINE_SIZE = 8192, FIELD_END = LINE_SIZE - 1024, SHORT_END = LINE_SIZE - 16 };
 
 typedef struct line {
@@ -36,7 +38,7 @@ void srv_log_configure(srv_log_level level, srv_log_format format) {
   as_json = format == SRV_LOG_JSON || (format == SRV_LOG_AUTO && isatty(STDERR_FILENO) == 0);
 }
 
-/* For the program's own words and numbers, which are short. */
+/* Appends the program's own words and numbers, which are short. */
 static void append(line *l, const char *format, ...) __attribute__((format(printf, 2, 3)));
 static void append(line *l, const char *format, ...) {
   va_list arguments;
@@ -48,15 +50,15 @@ static void append(line *l, const char *format, ...) {
   l->size += (size_t)printed < room ? (size_t)printed : room;
 }
 
-/* The same as it is. */
+/* Appends text unchanged. */
 static void append_text(line *l, const char *text) {
   size_t size = strnlen(text, LINE_SIZE - 1 - l->size);
   memcpy(l->text + l->size, text, size);
   l->size += size;
 }
 
-/* For text from outside: control bytes, quotes and backslashes cannot break the line. end: of the line, where
- * the text is cut. */
+/* Appends text from outside with control bytes, quotes and backslashes escaped. end: offset in the line at
+ * which the text is truncated. */
 static void append_escaped_bytes(line *l, const char *text, size_t size, size_t end) {
   for (size_t i = 0; i < size && l->size < end; i++) {
     unsigned char c = (unsigned char)text[i];
@@ -95,25 +97,25 @@ static void begin(line *l, srv_log_level level) {
 
 /* ---- standard error -------------------------------------------------------------------------- */
 
-/* Whoever reads the log may stop to: a pager, a terminal that is held, a collector that hangs. Then lines are
- * left out, so that no thread waits for them. */
+/* The reader of standard error may stop reading: a pager, a paused terminal, a collector that hangs. After
+ * PATIENCE_MS lines are dropped, so that no thread waits for the reader. */
 enum { PATIENCE_MS = 100 };
 
-static pthread_mutex_t output_lock = PTHREAD_MUTEX_INITIALIZER; /* guards what follows, and standard error */
-static bool is_full;                                            /* as the last line found it */
-static bool is_torn;                                            /* a line lacks its end */
-static uint64_t lost;                                           /* lines that were left out and not told of */
+static pthread_mutex_t output_lock = PTHREAD_MUTEX_INITIALIZER; /* guards stderr and the variables below */
+static bool is_full;                                            /* whether the last write found no room */
+static bool is_torn;                                            /* the last line was written in part */
+static uint64_t lost;                                           /* lines dropped since the last report */
 
-/* Writes at most PIPE_BUF bytes, for which there is room where there is any. */
+/* Writes at most PIPE_BUF bytes: poll reports a pipe writable only when it has room for these. */
 static bool write_piece(const char *text, size_t size) {
   struct pollfd output = {.fd = STDERR_FILENO, .events = POLLOUT};
   is_full = poll(&output, 1, is_full ? 0 : PATIENCE_MS) == 0;
   ssize_t written = is_full ? 0 : write(STDERR_FILENO, text, size);
-  (void)written; /* where standard error is gone there is nobody to tell */
+  (void)written; /* when standard error is closed, nobody can be told */
   return !is_full;
 }
 
-/* Under the lock. */
+/* Call with output_lock held. False: the line was dropped, or written in part. */
 static bool write_line(const line *l) {
   if (is_torn && !write_piece("\n", 1)) return false;
   is_torn = false;
@@ -155,22 +157,22 @@ static void write_message(srv_log_level level, const char *message) {
 
 /* ---- lines that repeat ----------------------------------------------------------------------- */
 
-enum { MESSAGE_SIZE = 1024, KINDS_MAX = 128 }; /* the program has fewer kinds */
+enum { MESSAGE_SIZE = 1024, KINDS_MAX = 128 }; /* the program has fewer than 128 messages */
 static const uint64_t SECOND_MS = 1000;
 
 typedef struct kind {
-  const char *format; /* NULL: none */
+  const char *format; /* identifies the kind; NULL: unused entry */
   srv_log_level level;
-  uint64_t written; /* lines, less one for each second until settled_ms */
+  uint64_t written; /* lines written, less one for each second up to settled_ms */
   uint64_t settled_ms;
-  uint64_t hidden;         /* lines that were left out and not told of */
-  char last[MESSAGE_SIZE]; /* of those */
+  uint64_t hidden;         /* lines suppressed since the last report */
+  char last[MESSAGE_SIZE]; /* the last suppressed line */
 } kind;
 
 static pthread_mutex_t kinds_lock = PTHREAD_MUTEX_INITIALIZER; /* guards kinds */
 static kind kinds[KINDS_MAX];
 
-static void tell_hidden(kind *k) {
+static void report_hidden(kind *k) {
   char message[MESSAGE_SIZE + 64];
   if (k->hidden == 0) return;
   snprintf(message, sizeof message, "%llu more of these, the last: %s", (unsigned long long)k->hidden,
@@ -185,14 +187,14 @@ static kind *find_kind(const char *format) {
   return i < KINDS_MAX ? &kinds[i] : NULL;
 }
 
-/* Takes off what the seconds since the last call allow. */
+/* Subtracts one line for each whole second since settled_ms. */
 static void settle(kind *k, uint64_t now_ms) {
   uint64_t seconds = (now_ms - k->settled_ms) / SECOND_MS;
   k->written -= k->written < seconds ? k->written : seconds;
   k->settled_ms += seconds * SECOND_MS;
 }
 
-/* Whether a line may be written now; else it is counted. */
+/* Whether a line may be written now; otherwise counts it as suppressed. */
 static bool admit(srv_log_level level, const char *format, const char *message) {
   if (level > SRV_LOG_WARN) return true;
   uint64_t now_ms = srv_now_ms();
@@ -202,7 +204,7 @@ static bool admit(srv_log_level level, const char *format, const char *message) 
   if (k != NULL) settle(k, now_ms);
   bool is_admitted = k == NULL || k->written < SRV_LOG_BURST;
   if (k != NULL && is_admitted) {
-    tell_hidden(k);
+    report_hidden(k);
     k->written++;
   } else if (!is_admitted) {
     k->hidden++;
@@ -212,20 +214,20 @@ static bool admit(srv_log_level level, const char *format, const char *message) 
   return is_admitted;
 }
 
-static void tell_older(uint64_t age_ms) {
+static void report_hidden_older(uint64_t age_ms) {
   uint64_t now_ms = srv_now_ms();
   pthread_mutex_lock(&kinds_lock);
   for (size_t i = 0; i < KINDS_MAX && kinds[i].format != NULL; i++)
-    if (now_ms - kinds[i].settled_ms >= age_ms) tell_hidden(&kinds[i]);
+    if (now_ms - kinds[i].settled_ms >= age_ms) report_hidden(&kinds[i]);
   pthread_mutex_unlock(&kinds_lock);
 }
 
 void srv_log_tell_hidden(void) {
-  tell_older(SECOND_MS);
+  report_hidden_older(SECOND_MS);
 }
 
 void srv_log_tell_all_hidden(void) {
-  tell_older(0);
+  report_hidden_older(0);
 }
 
 void srv_log(srv_log_level level, const char *format, ...) {
@@ -240,7 +242,8 @@ void srv_log(srv_log_level level, const char *format, ...) {
 
 /* ---- requests -------------------------------------------------------------------------------- */
 
-/* Without the signature of a signed URL: who reads the log could use the URL until its time is over. */
+/* Appends the query without the signature of a signed URL: a reader of the log could use the URL until it
+ * expires. */
 static void append_query(line *l, const char *query) {
   static const char NAME[] = "sig=";
   for (const char *at = query; *at != '\0' && l->size < FIELD_END;) {

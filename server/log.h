@@ -1,5 +1,5 @@
-/* Lines on standard error: for people on a terminal, as JSON elsewhere. Where nobody reads it, lines are left
- * out and counted: the daemon goes on. */
+/* Log lines on standard error: as text on a terminal, as JSON elsewhere. When nobody reads them, lines are
+ * dropped and counted, and the daemon goes on. */
 #ifndef SRV_LOG_H
 #define SRV_LOG_H
 
@@ -12,24 +12,25 @@ typedef enum srv_log_format { SRV_LOG_AUTO, SRV_LOG_TEXT, SRV_LOG_JSON } srv_log
 /* Call once, before other threads start. Until then: warnings and worse, as text. */
 void srv_log_configure(srv_log_level level, srv_log_format format);
 
-/* At any time. */
+/* Any thread, at any time. */
 void srv_log_set_level(srv_log_level level);
 
-/* One event, written at once. Any thread; lines never mix. Of errors and warnings of one format SRV_LOG_BURST
- * are written at once, and then one a second, which tells how many were left out. */
+/* Logs one event. Any thread; lines never mix. Of the errors and warnings with one format, the first
+ * SRV_LOG_BURST are written, then one a second, which says how many were suppressed. format: identifies the
+ * message by its address, so it must be a literal. */
 enum { SRV_LOG_BURST = 10 };
 void srv_log(srv_log_level level, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
-/* Tells of the lines that were left out, a second after the last that was written: call it now and then. Any
+/* Reports the suppressed lines of messages that have been silent for a second. Call it now and then. Any
  * thread. */
 void srv_log_tell_hidden(void);
-/* The same of all. */
+/* Reports all suppressed lines. */
 void srv_log_tell_all_hidden(void);
 
-/* One finished request; logged as information. Text may hold anything, it is escaped. */
+/* A finished request, logged at level info. Its texts may hold anything; they are escaped. */
 typedef struct srv_log_request {
   const char *id, *peer, *method, *path, *query;
-  const char *route;       /* of the path, as metrics name it */
+  const char *route;       /* name of the path's route, as in metrics */
   const char *traceparent; /* W3C Trace Context, "" without one */
   int status;
   bool aborted; /* the answer was not delivered completely */

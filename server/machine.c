@@ -1,5 +1,5 @@
-/* The kernel's monotonic clocks as integers, and limits of cgroups: proc's list of the process's groups says
- * where they lie; a limit of any parent counts. */
+/* The kernel's clocks as integers, and the limits of cgroups. /proc/self/cgroup lists the groups of the
+ * process; the limits of all parents of a group apply too. */
 #include "machine.h"
 
 #include <inttypes.h>
@@ -55,7 +55,7 @@ bool srv_join_soon(pthread_t thread) {
   return pthread_timedjoin_np(thread, NULL, &end) == 0;
 }
 
-/* Reads the first line of a file in a group's folder. */
+/* Reads the first line of a file in a cgroup's folder. */
 static bool read_line(const char *folder, const char *name, char text[LINE_SIZE]) {
   char path[PATH_MAX];
   int size = snprintf(path, sizeof path, "%s/%s", folder, name);
@@ -66,13 +66,14 @@ static bool read_line(const char *folder, const char *name, char text[LINE_SIZE]
   return is_read;
 }
 
-/* The number that a line begins with; UINT64_MAX where it is "max" or -1. *end: what follows it. */
+/* The number at the start of a line; UINT64_MAX where the line begins with "max" or -1. *end: the text after
+ * the number, NULL without one. */
 static uint64_t number_in(const char *text, char **end) {
   *end = NULL;
   return text[0] >= '0' && text[0] <= '9' ? strtoull(text, end, 10) : UINT64_MAX;
 }
 
-/* The limit that one group sets; UINT64_MAX without one. */
+/* A limit of one cgroup; UINT64_MAX without one. */
 typedef uint64_t group_limit(const char *folder, bool is_version_1);
 
 static uint64_t memory_limit(const char *folder, bool is_version_1) {
@@ -81,7 +82,7 @@ static uint64_t memory_limit(const char *folder, bool is_version_1) {
   return read_line(folder, name, text) ? number_in(text, &end) : UINT64_MAX;
 }
 
-/* Processor time in each period, in whole processors, rounded up. */
+/* Processor time a period, as a number of processors, rounded up. */
 static uint64_t cpu_limit(const char *folder, bool is_version_1) {
   char text[LINE_SIZE], *end;
   if (!read_line(folder, is_version_1 ? "cpu.cfs_quota_us" : "cpu.max", text)) return UINT64_MAX;
@@ -94,7 +95,7 @@ static uint64_t cpu_limit(const char *folder, bool is_version_1) {
   return count == 0 ? 1 : count;
 }
 
-/* The least limit of a group and its parents. Cuts group. */
+/* The least limit of a group and its parents. Truncates `group`. */
 static uint64_t least_limit(const char *root, const char *hierarchy, char *group, group_limit *limit_of) {
   uint64_t least = UINT64_MAX;
   for (;;) {
@@ -119,14 +120,14 @@ static bool has_controller(const char *list, const char *name) {
   return false;
 }
 
-/* The least limit of all groups. hierarchy: of version 1, "/" and the controller's name. */
+/* The least limit of all groups of this process. hierarchy: for version 1, "/" and the controller's name. */
 static uint64_t limit_of_groups(const char *root, const char *hierarchy, group_limit *limit_of) {
   char path[PATH_MAX], line[PATH_MAX];
   snprintf(path, sizeof path, "%s/proc/self/cgroup", root);
   FILE *file = fopen(path, "re");
   if (file == NULL) return UINT64_MAX;
   uint64_t least = UINT64_MAX;
-  /* Lines NUMBER:CONTROLLERS:GROUP; version 2 has no controllers. */
+  /* Lines are NUMBER:CONTROLLERS:GROUP; in version 2 CONTROLLERS is empty. */
   while (fgets(line, sizeof line, file) != NULL) {
     line[strcspn(line, "\n")] = '\0';
     char *controllers = strchr(line, ':');
@@ -150,7 +151,7 @@ uint64_t srv_machine_memory_limit(const char *root) {
 
 uint64_t srv_machine_cpus(const char *root) {
   cpu_set_t set;
-  long online = sysconf(_SC_NPROCESSORS_ONLN); /* where there are more than the set holds */
+  long online = sysconf(_SC_NPROCESSORS_ONLN); /* used when there are more processors than the set holds */
   uint64_t cpus = online < 1 ? 1 : (uint64_t)online;
   if (sched_getaffinity(0, sizeof set, &set) == 0) cpus = (uint64_t)CPU_COUNT(&set);
   uint64_t limit = limit_of_groups(root, "/cpu", cpu_limit);

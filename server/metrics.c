@@ -1,5 +1,5 @@
-/* Routes and statuses are few, so a short table under one lock is enough; a request that finds it full is not
- * counted there. All else that is counted here is an array by an enum. */
+/* There are few routes and statuses, so a short table under one lock is enough; once it is full, a request of
+ * a new route or status is not counted in it. All other counters are arrays indexed by an enum. */
 #include "metrics.h"
 
 #include "machine.h"
@@ -27,7 +27,7 @@ typedef struct counter {
 
 typedef struct histogram {
   const char *route;
-  uint64_t buckets[BUCKET_COUNT]; /* each alone; summed up when printed */
+  uint64_t buckets[BUCKET_COUNT]; /* not cumulative; summed when printed */
   uint64_t requests;
   double sum_s;
 } histogram;
@@ -42,16 +42,16 @@ typedef enum store_operation {
   STORE_COUNT
 } store_operation;
 
-/* Of the store's operations of one kind. */
+/* Counters of one kind of store operation. */
 typedef struct operations {
   atomic_uint_fast64_t count, failed, ns;
 } operations;
 
 struct srv_metrics {
   atomic_uint_fast64_t refusals[SRV_REFUSAL_COUNT];
-  api_store store; /* that is counted */
+  api_store store; /* the store whose operations are counted */
   operations operations[STORE_COUNT];
-  pthread_mutex_t lock; /* guards what follows */
+  pthread_mutex_t lock; /* guards the members below */
   counter counters[COUNTERS_MAX];
   histogram histograms[ROUTES_MAX];
   size_t counter_count, histogram_count;
@@ -73,7 +73,7 @@ void srv_metrics_destroy(srv_metrics *metrics) {
   free(metrics);
 }
 
-/* Routes are mostly the same text in the same place. */
+/* Compares pointers first: most routes are the same string constant. */
 static bool is_same(const char *route, const char *other) {
   return route == other || strcmp(route, other) == 0;
 }
@@ -124,7 +124,7 @@ void srv_metrics_refusal(srv_metrics *metrics, unsigned reason) {
 
 /* ---- the store ------------------------------------------------------------------------------- */
 
-/* What is absent is no error of the store. */
+/* Counts an operation and returns its status. An absent object is no error of the store. */
 static api_store_status count_operation(srv_metrics *metrics, store_operation operation, uint64_t began_ns,
                                         api_store_status status) {
   operations *of = &metrics->operations[operation];
@@ -150,7 +150,7 @@ static api_store_status open_object(void *context, const char *id, api_blob *out
   return count_operation(metrics, STORE_OPEN, began_ns, metrics->store.open(metrics->store.context, id, out));
 }
 
-/* Without waiting it only recalls what an earlier look found. */
+/* A look that may not wait only recalls an earlier result, so it is not counted. */
 static api_store_status look(void *context, const char *id, bool may_wait) {
   srv_metrics *metrics = context;
   uint64_t began_ns = may_wait ? srv_now_ns() : 0;
@@ -180,7 +180,7 @@ static api_store_status list(void *context, const char *after, size_t limit, api
                          metrics->store.list(metrics->store.context, after, limit, out, count, more));
 }
 
-/* What a thread of the store's own found: it is no operation. */
+/* Not counted: a probe only returns what the store's own thread has found. */
 static api_store_status probe(void *context) {
   srv_metrics *metrics = context;
   return metrics->store.probe(metrics->store.context);
@@ -200,7 +200,7 @@ api_store srv_metrics_of_store(srv_metrics *metrics, const api_store *store) {
 
 /* ---- printing -------------------------------------------------------------------------------- */
 
-/* Names tell counters by their end. */
+/* A name that ends in "_total" is a counter, any other a gauge. */
 static void print_family(FILE *out, const char *name, const char *help) {
   size_t end = strlen("_total"), size = strlen(name);
   bool is_counter = size > end && strcmp(name + size - end, "_total") == 0;
@@ -212,7 +212,7 @@ static void print_number(FILE *out, const char *name, const char *help, uint64_t
   fprintf(out, "%s %" PRIu64 "\n", name, value);
 }
 
-/* One number of a family that has a label. */
+/* Prints one sample of a family with a label. */
 static void print_labelled(FILE *out, const char *name, const char *label, const char *value, double number) {
   fprintf(out, "%s{%s=\"%s\"} %.15g\n", name, label, value, number);
 }
@@ -328,7 +328,7 @@ static void print_histogram(FILE *out, const histogram *h) {
   fprintf(out, "%s_count{route=\"%s\"} %" PRIu64 "\n", DURATIONS, h->route, h->requests);
 }
 
-/* The second number of statm counts resident pages. */
+/* The second number in /proc/self/statm is the count of resident pages. */
 static uint64_t resident_bytes(void) {
   char text[128] = "";
   FILE *file = fopen("/proc/self/statm", "re");
@@ -347,7 +347,7 @@ static double processor_seconds(void) {
          (double)(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec) / 1e6;
 }
 
-/* But "." and "..". */
+/* Counts the entries of a folder except "." and "..". */
 static uint64_t count_entries(const char *folder) {
   DIR *listing = opendir(folder);
   if (listing == NULL) return 0;
@@ -357,7 +357,7 @@ static uint64_t count_entries(const char *folder) {
   return count < 2 ? 0 : count - 2;
 }
 
-/* By the names that Prometheus' own clients give them. */
+/* Uses the names of Prometheus' own client libraries. */
 static void print_process(FILE *out, time_t started_s) {
   struct rlimit limit = {0};
   getrlimit(RLIMIT_NOFILE, &limit);
@@ -365,7 +365,7 @@ static void print_process(FILE *out, time_t started_s) {
   print_family(out, "process_cpu_seconds_total", "Processor time of all threads.");
   fprintf(out, "process_cpu_seconds_total %.15g\n", processor_seconds());
   print_number(out, "process_open_fds", "Open files and sockets.",
-               count_entries("/proc/self/fd") - 1); /* but that of the listing */
+               count_entries("/proc/self/fd") - 1); /* except the descriptor of this listing */
   print_number(out, "process_max_fds", "How many may be open.", limit.rlim_cur);
   print_number(out, "process_threads", "Threads.", count_entries("/proc/self/task"));
   print_number(out, "process_start_time_seconds", "Unix time of the start.", (uint64_t)started_s);

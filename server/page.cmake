@@ -1,8 +1,8 @@
-# Writes a C file that holds the page, and OUTPUT.whole where the page could be made:
+# Writes a C file that holds the page, and OUTPUT.whole when the page could be built:
 #   cmake -DSOURCE=server/page -DFOLDER=build/page -DOUTPUT=page.c -P page.cmake
-# FOLDER takes the packages, so that nothing is written beside the sources. They are installed anew only when the lock
-# file changes. Without npm, and where the packages cannot be had, the page says what is missing; as OUTPUT.whole is
-# missing then, the next build tries again.
+# FOLDER receives the packages, so that nothing is written beside the sources. They are installed again only when the
+# lock file changes. Without npm, or when the packages cannot be fetched, the page says what is missing; since
+# OUTPUT.whole is missing then, the next build tries again.
 find_program(NPM npm)
 find_program(NODE node)
 set(missing "")

@@ -1,4 +1,4 @@
-/* The page of server/page, put into the binary by the build: HTML, coded by gzip. */
+/* The page of server/page, embedded in the binary by the build: HTML, compressed with gzip. */
 #ifndef SRV_PAGE_H
 #define SRV_PAGE_H
 

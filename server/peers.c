@@ -15,7 +15,7 @@ typedef struct peer {
 struct srv_peers {
   pthread_mutex_t lock;
   uint64_t most;
-  peer *chains[CHAINS]; /* those with a connection open */
+  peer *chains[CHAINS]; /* hash table of the addresses with open connections */
 };
 
 srv_peers *srv_peers_create(uint64_t most) {
@@ -39,8 +39,8 @@ void srv_peers_destroy(srv_peers *peers) {
   free(peers);
 }
 
-/* The link to the peer, or to the NULL at its chain's end. A chain is as long as connections are many: who
- * makes it long on purpose needs that many addresses. */
+/* The link to the peer, or to the NULL at the end of its chain. Chains hold only addresses with open
+ * connections: to make one long, a client needs that many addresses. */
 static peer **find(srv_peers *peers, const srv_client *group) {
   uint64_t hash = UINT64_C(0xcbf29ce484222325); /* FNV-1a */
   for (size_t i = 0; i < sizeof group->address; i++)

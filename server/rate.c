@@ -1,6 +1,6 @@
-/* A bucket is one number: the time at which it will be full again. A request moves that time on by the time
- * that a token takes, and is refused where the bucket would be more than a whole period behind: the generic
- * cell rate algorithm (ITU-T I.371) with a burst of `count`. */
+/* A bucket is one number: the time at which it will be full again. A request adds the time that a token takes
+ * to refill, and is refused when the bucket would then take more than a whole period to fill. This is the
+ * generic cell rate algorithm (ITU-T I.371) with a burst of `count`. */
 #include "rate.h"
 
 #include <pthread.h>
@@ -14,12 +14,12 @@ static const uint64_t SECOND_NS = 1000000000;
 
 typedef struct bucket {
   uint8_t id[16];
-  uint64_t full_ns; /* 0: of nobody */
+  uint64_t full_ns; /* 0: unused */
 } bucket;
 
 struct srv_rates {
   pthread_mutex_t lock;
-  uint64_t seed; /* no client chooses its set */
+  uint64_t seed; /* so that clients cannot choose their set */
   bucket buckets[SETS][WAYS];
 };
 
@@ -41,7 +41,7 @@ static size_t set_of(const srv_rates *rates, const uint8_t id[16]) {
   uint64_t halves[2];
   memcpy(halves, id, sizeof halves);
   uint64_t hash = rates->seed;
-  for (size_t i = 0; i < 2; i++) { /* the finaliser of splitmix64 */
+  for (size_t i = 0; i < 2; i++) { /* finalizer of splitmix64 */
     hash = (hash ^ halves[i]) * UINT64_C(0xbf58476d1ce4e5b9);
     hash = (hash ^ hash >> 27) * UINT64_C(0x94d049bb133111eb);
     hash ^= hash >> 31;
@@ -49,7 +49,7 @@ static size_t set_of(const srv_rates *rates, const uint8_t id[16]) {
   return hash % SETS;
 }
 
-/* The bucket of the id, in place of the fullest one of its set where it has none yet. */
+/* The bucket of the id. An id without one takes the place of the fullest bucket of its set. */
 static bucket *find(srv_rates *rates, const uint8_t id[16]) {
   bucket *set = rates->buckets[set_of(rates, id)], *fullest = set;
   for (size_t i = 0; i < WAYS; i++) {

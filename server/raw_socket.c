@@ -1,4 +1,4 @@
-/* Plain calls on a socket; none of them blocks. */
+/* Socket calls that do not block. */
 #include "raw_socket.h"
 
 #include <errno.h>
@@ -16,7 +16,7 @@ bool srv_raw_send(int fd, const char *text, size_t size) {
 bool srv_raw_discard(int fd) {
   char rest[16 << 10];
   ssize_t got = 0;
-  for (int i = 0; i < 64; i++) { /* then others have their turn */
+  for (int i = 0; i < 64; i++) { /* at most 1 MiB, so that other connections get their turn */
     got = recv(fd, rest, sizeof rest, MSG_DONTWAIT);
     if (got <= 0) break;
   }
@@ -34,7 +34,7 @@ bool srv_raw_is_read_out(int fd) {
   return got == 0 || (got < 0 && errno != EAGAIN && errno != EINTR);
 }
 
-/* Of a connection that was reset the kernel still counts what it has forgotten. */
+/* Whether the connection was reset: the kernel then still counts unsent bytes that it has discarded. */
 static bool is_reset(int fd) {
   struct tcp_info info;
   socklen_t size = sizeof info;

@@ -1,5 +1,5 @@
-/* A ring of blocks between the reader and a compute thread. The compute thread owns the body while `going`
- * is true, the reader otherwise. */
+/* A ring of blocks between the reader and a compute thread. The compute thread owns the body while `going` is
+ * true, the reader owns it otherwise. */
 #include "readahead.h"
 
 #include "machine.h"
@@ -8,36 +8,36 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A client that takes longer over a block would not notice how fast the next one is made. */
+/* A client that takes longer than this for a block would not gain from a faster next one. */
 static const uint64_t QUICK_MS = 10;
 
 struct srv_readahead {
-  srv_job job; /* first: the pool hands it back */
+  srv_job job; /* first: the pool passes it to fill_ring */
   srv_work *work;
-  api_service *service; /* whose budget the ring counts in */
+  api_service *service; /* its memory budget counts the ring */
   api_answer answer;
   void (*ready)(void *owner);
   void *owner;
   uint64_t asked_ms; /* when the last block was read */
 
   pthread_mutex_t lock;
-  bool going;      /* a compute thread goes ahead, or is about to */
-  bool waits;      /* the reader, for `ready` */
-  bool left;       /* by the reader */
-  bool ended;      /* the body said `last` */
-  int64_t last;    /* 0 or -1 */
-  unsigned first;  /* block of the ring */
-  unsigned filled; /* blocks from there on */
-  size_t taken;    /* bytes of the first one */
+  bool going;      /* a compute thread fills the ring, or is about to */
+  bool waits;      /* the reader waits for `ready` */
+  bool left;       /* srv_readahead_leave was called */
+  bool ended;      /* a read of the body returned `last` */
+  int64_t last;    /* 0: the end, -1: an error */
+  unsigned first;  /* index of the block to read next */
+  unsigned filled; /* number of filled blocks from `first` on */
+  size_t taken;    /* bytes of block `first` that were read */
   size_t sizes[SRV_READAHEAD_BLOCKS];
-  uint8_t *ring; /* [SRV_READAHEAD_BLOCKS][SRV_BLOCK_SIZE], NULL while it is not needed */
+  uint8_t *ring; /* [SRV_READAHEAD_BLOCKS][SRV_BLOCK_SIZE], NULL while unused */
 };
 
 /* ---- rings ----------------------------------------------------------------------------------- */
 
 static const uint64_t RING_SIZE = (uint64_t)SRV_READAHEAD_BLOCKS * SRV_BLOCK_SIZE;
 
-/* Allocates the ring; it stays NULL where the budget or the memory has no room. */
+/* Allocates the ring; it stays NULL when the budget or the memory has no room. */
 static void take_ring(srv_readahead *ahead) {
   if (!api_service_try_hold(ahead->service, API_HELD_BLOCK, RING_SIZE)) return;
   ahead->ring = malloc(RING_SIZE);
@@ -60,8 +60,8 @@ static void destroy(srv_readahead *ahead) {
 
 /* ---- going ahead ----------------------------------------------------------------------------- */
 
-/* Makes one block, under the lock but for the work itself. */
-static void fill(srv_readahead *ahead) {
+/* Computes one block into the ring. Called with the lock held; releases it while computing. */
+static void fill_block(srv_readahead *ahead) {
   unsigned place = (ahead->first + ahead->filled) % SRV_READAHEAD_BLOCKS;
   pthread_mutex_unlock(&ahead->lock);
   uint8_t *block = ahead->ring + (size_t)place * SRV_BLOCK_SIZE;
@@ -80,19 +80,19 @@ static void fill(srv_readahead *ahead) {
   }
 }
 
-/* On a compute thread. */
-static void go(srv_job *job) {
+/* Fills the ring, on a compute thread. */
+static void fill_ring(srv_job *job) {
   srv_readahead *ahead = (srv_readahead *)(void *)job;
   pthread_mutex_lock(&ahead->lock);
-  while (!ahead->left && !ahead->ended && ahead->filled < SRV_READAHEAD_BLOCKS) fill(ahead);
+  while (!ahead->left && !ahead->ended && ahead->filled < SRV_READAHEAD_BLOCKS) fill_block(ahead);
   ahead->going = false;
   bool left = ahead->left;
   pthread_mutex_unlock(&ahead->lock);
   if (left) destroy(ahead);
 }
 
-/* Under the lock, with `going` false: starts a compute thread, or frees an unused ring. */
-static void consider(srv_readahead *ahead, bool quick) {
+/* Starts a compute thread, or frees an empty ring. Called with the lock held and `going` false. */
+static void start_or_free_ring(srv_readahead *ahead, bool quick) {
   if (quick && !ahead->ended && ahead->filled <= SRV_READAHEAD_BLOCKS / 2) {
     if (ahead->ring == NULL) take_ring(ahead);
     ahead->going = ahead->ring != NULL && srv_work_spare(ahead->work, &ahead->job);
@@ -106,7 +106,7 @@ srv_readahead *srv_readahead_create(srv_work *work, api_service *service, const 
                                     void (*ready)(void *owner), void *owner) {
   srv_readahead *ahead = malloc(sizeof *ahead);
   if (ahead == NULL) return NULL;
-  *ahead = (srv_readahead){.job = {.run = go},
+  *ahead = (srv_readahead){.job = {.run = fill_ring},
                            .work = work,
                            .service = service,
                            .answer = *answer,
@@ -116,12 +116,12 @@ srv_readahead *srv_readahead_create(srv_work *work, api_service *service, const 
   return ahead;
 }
 
-/* Under the lock. */
-static size_t take(srv_readahead *ahead, uint8_t *out, size_t capacity) {
+/* Reads from the first filled block. Called with the lock held; releases it while copying. */
+static size_t read_ring(srv_readahead *ahead, uint8_t *out, size_t capacity) {
   unsigned place = ahead->first;
   size_t left = ahead->sizes[place] - ahead->taken, size = left < capacity ? left : capacity;
   const uint8_t *from = ahead->ring + (size_t)place * SRV_BLOCK_SIZE + ahead->taken;
-  pthread_mutex_unlock(&ahead->lock); /* nobody else touches a filled block */
+  pthread_mutex_unlock(&ahead->lock); /* no other thread touches a filled block */
   memcpy(out, from, size);
   pthread_mutex_lock(&ahead->lock);
   ahead->taken += size;
@@ -132,8 +132,9 @@ static size_t take(srv_readahead *ahead, uint8_t *out, size_t capacity) {
   return size;
 }
 
-/* Under the lock, with nobody ahead. */
-static int64_t compute(srv_readahead *ahead, uint8_t *out, size_t capacity) {
+/* Computes the next bytes directly. Called with the lock held and `going` false; releases the lock while
+ * computing. */
+static int64_t read_body(srv_readahead *ahead, uint8_t *out, size_t capacity) {
   pthread_mutex_unlock(&ahead->lock);
   int64_t size = ahead->answer.body.read(ahead->answer.body.context, out, capacity);
   pthread_mutex_lock(&ahead->lock);
@@ -149,15 +150,15 @@ int64_t srv_readahead_read(srv_readahead *ahead, uint8_t *out, size_t capacity) 
   int64_t size = SRV_READAHEAD_LATER;
   pthread_mutex_lock(&ahead->lock);
   if (ahead->filled > 0) {
-    size = (int64_t)take(ahead, out, capacity);
+    size = (int64_t)read_ring(ahead, out, capacity);
   } else if (ahead->ended) {
     size = ahead->last;
   } else if (ahead->going) {
     ahead->waits = true;
   } else {
-    size = compute(ahead, out, capacity);
+    size = read_body(ahead, out, capacity);
   }
-  if (!ahead->going) consider(ahead, quick);
+  if (!ahead->going) start_or_free_ring(ahead, quick);
   pthread_mutex_unlock(&ahead->lock);
   return size;
 }

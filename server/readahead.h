@@ -1,10 +1,9 @@
-/* Blocks of an answer that a compute thread makes while those before them are on their way.
+/* Computes the next blocks of an answer on a compute thread while earlier blocks are being sent.
  *
- * Reading never waits: it hands out what is there, or computes the next block itself, as it would without
- * this. Only when a core is idle and the client takes blocks fast enough to be held up by their computation
- * does a compute thread go ahead, by SRV_READAHEAD_BLOCKS at most; then it leaves. So a slow reader holds no
- * thread, and once it has drained what there is, no memory. Blocks count in the budget for memory: a reader
- * for whom there is no room does without. */
+ * A read never waits: it returns bytes that are ready, or computes the next block itself. A compute thread
+ * fills the ring, at most SRV_READAHEAD_BLOCKS blocks, only while a core is idle and the client reads so fast
+ * that computing would hold it up. So a slow reader occupies no thread and, once it has read the ring empty,
+ * no memory. The ring counts in the memory budget; a reader for which there is no room goes without. */
 #ifndef SRV_READAHEAD_H
 #define SRV_READAHEAD_H
 
@@ -15,19 +14,20 @@ enum { SRV_BLOCK_SIZE = 256 << 10, SRV_READAHEAD_BLOCKS = 4 };
 
 typedef struct srv_readahead srv_readahead;
 
-/* Takes over *answer, which has a body, unless it returns NULL (no memory); headers and texts of the answer
- * stay where they are until srv_readahead_leave. ready(owner): what a read was short of is there; on a
- * compute thread, under a lock, once. It must not call back. */
+/* Takes over *answer, which must have a body, unless it returns NULL (no memory). The answer's headers and
+ * texts stay where they are until srv_readahead_leave. ready(owner): called once after a read returned
+ * SRV_READAHEAD_LATER, when there is something to read, on a compute thread, under a lock; it must not call
+ * functions of this file. */
 srv_readahead *srv_readahead_create(srv_work *work, api_service *service, const api_answer *answer,
                                     void (*ready)(void *owner), void *owner);
 
-enum { SRV_READAHEAD_LATER = -2 }; /* nothing is there yet, `ready` will be called */
+enum { SRV_READAHEAD_LATER = -2 }; /* nothing is ready; `ready` will be called */
 
-/* As the body's read, or SRV_READAHEAD_LATER. By one thread at a time. */
+/* Like api_body.read, or SRV_READAHEAD_LATER. One thread at a time. */
 int64_t srv_readahead_read(srv_readahead *ahead, uint8_t *out, size_t capacity);
 
-/* Frees it with the answer, at once or as soon as the block is made that is under way. Not between a read
- * that returned SRV_READAHEAD_LATER and the call of `ready`. NULL accepted. */
+/* Frees the readahead and its answer, at once or when the block that is being computed is done. Must not be
+ * called between a read that returned SRV_READAHEAD_LATER and the call of `ready`. NULL accepted. */
 void srv_readahead_leave(srv_readahead *ahead);
 
 #endif

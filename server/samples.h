@@ -1,11 +1,11 @@
-/* The sample models of server/samples, put into the binary by the build. */
+/* The sample models of server/samples, embedded in the binary by the build. */
 #ifndef SRV_SAMPLES_H
 #define SRV_SAMPLES_H
 
 #include <stddef.h>
 
 typedef struct srv_sample {
-  const char *name; /* of the file */
+  const char *name; /* file name */
   const unsigned char *bytes;
   size_t size;
 } srv_sample;

@@ -1,5 +1,5 @@
-/* Passed sockets are the descriptors from 3 on. Variables that are meant for another process, as a shell in
- * between inherits them, are left aside. */
+/* Passed sockets are the descriptors from 3 on. Ignores variables that are meant for another process, as
+ * inherited through a shell. */
 #include "systemd.h"
 
 #include "log.h"
@@ -22,7 +22,8 @@ static bool read_number(const char *text, uint64_t most, uint64_t *out) {
   return *out <= most;
 }
 
-/* Whether a variable is there and meant for this process; pid_name: of the one that tells for which. */
+/* The value of a variable that is meant for this process, else NULL. pid_name: the variable that holds the
+ * process id. */
 static const char *find_own(char *(*environment)(const char *name), const char *name, const char *pid_name) {
   const char *value = environment(name), *pid = environment(pid_name);
   uint64_t number;
@@ -41,7 +42,7 @@ static bool is_listening(int fd) {
          (family == AF_INET || family == AF_INET6 || family == AF_UNIX);
 }
 
-/* The name of a socket, cut off the list that names stand in. */
+/* Whether the first name in the list is `name`; removes it from the list. */
 static bool is_called(const char **names, const char *name) {
   size_t size = strcspn(*names, ":");
   bool is_same = size == strlen(name) && memcmp(*names, name, size) == 0;
@@ -75,7 +76,7 @@ static bool read_sockets(srv_systemd *out, char *(*environment)(const char *name
 
 /* ---- states ---------------------------------------------------------------------------------- */
 
-/* A path, or @ and an abstract name. */
+/* Reads the address of NOTIFY_SOCKET: a path, or @ and an abstract name. */
 static bool read_notified(srv_systemd *out, const char *value, srv_error *error) {
   size_t size = strlen(value);
   if ((value[0] != '/' && value[0] != '@') || size < 2 || size >= sizeof out->notified.local.sun_path)

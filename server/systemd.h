@@ -1,7 +1,7 @@
-/* What a supervisor hands over and is told, in systemd's protocols: sockets (sd_listen_fds(3)), states
- * (sd_notify(3)) and a watchdog (sd_watchdog_enabled(3)). Spoken here without libsystemd: the manual calls
- * them stable for that, and they are a few variables and datagrams, where the library brings four others into
- * every image. */
+/* The systemd protocols between a supervisor and the daemon: passed sockets (sd_listen_fds(3)), state
+ * notifications (sd_notify(3)) and the watchdog (sd_watchdog_enabled(3)). Implemented here without
+ * libsystemd: its manual declares the protocols stable for that, they are a few variables and datagrams, and
+ * the library would bring four others into every image. */
 #ifndef SRV_SYSTEMD_H
 #define SRV_SYSTEMD_H
 
@@ -9,18 +9,19 @@
 
 #include <stdint.h>
 
-/* A value that owns nothing: the sockets are for whoever serves on them. */
+/* A value that owns nothing: the sockets belong to the caller that serves on them. */
 typedef struct srv_systemd {
-  srv_listeners sockets, admin_sockets; /* passed; admin: of that name */
+  srv_listeners sockets, admin_sockets; /* passed sockets; admin_sockets: those named "admin" */
   uint64_t watchdog_ms;                 /* 0: none */
-  bool is_notified;                     /* at the address that follows */
+  bool is_notified;                     /* notifications go to `notified` */
   srv_address notified;
 } srv_systemd;
 
-/* Reads what is meant for this process; environment answers as getenv does. False with one line in error. */
+/* Reads the variables that are meant for this process. environment: like getenv. False with one line in
+ * error. */
 bool srv_systemd_read(srv_systemd *out, char *(*environment)(const char *name), srv_error *error);
 
-/* Tells a state: lines NAME=VALUE, "READY=1". Does nothing where nobody asked for it. */
+/* Sends a state: lines NAME=VALUE, as in "READY=1". Does nothing without NOTIFY_SOCKET. */
 void srv_systemd_notify(const srv_systemd *systemd, const char *state);
 
 #endif

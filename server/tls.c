@@ -1,5 +1,5 @@
-/* Pairs of certificate and key, the newest first. Handshakes use a pair without a reference to it, so older
- * ones stay; a pair is only made when the files have changed. */
+/* A list of pairs of certificate and key, the newest first. Handshakes use a pair without a reference count,
+ * so older pairs are kept; a new pair is made only when the files have changed. */
 #include "tls.h"
 
 #include "disk.h"
@@ -41,7 +41,7 @@ static gnutls_datum_t view(char *text) {
   return (gnutls_datum_t){(unsigned char *)text, (unsigned)strlen(text)};
 }
 
-/* Whether they belong together: GnuTLS compares them where it takes them as credentials. */
+/* Whether certificate and key belong together: GnuTLS checks that when it takes them as credentials. */
 static int check_pair(const pair *p) {
   gnutls_certificate_credentials_t credentials;
   int status = gnutls_certificate_allocate_credentials(&credentials);
@@ -52,7 +52,7 @@ static int check_pair(const pair *p) {
   return status;
 }
 
-/* A negative GnuTLS error, or not. */
+/* Parses the texts of the pair. Negative: a GnuTLS error. */
 static int parse_pair(pair *p) {
   int status = check_pair(p);
   if (status < 0) return status;

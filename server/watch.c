@@ -1,4 +1,4 @@
-/* Deadlines of a connection, and the kernel's count of what the client has moved. */
+/* Deadlines of connections, and the kernel's count of transferred bytes. */
 #include "watch.h"
 
 #include <linux/tcp.h>
@@ -9,7 +9,7 @@
 /* Long enough for a stalled mobile link and for one block of a slow reader. */
 static const uint64_t RATE_WINDOW_MS = 15000;
 
-/* The rate window opens at the first look, not here: most phases are over by then. */
+/* The rate window starts at the first check, not here: most phases are over before it. */
 void srv_watch_enter(srv_watch *watch, srv_phase phase, uint64_t now_ms) {
   *watch = (srv_watch){.phase = phase, .since_ms = now_ms};
 }

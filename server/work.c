@@ -1,23 +1,23 @@
-/* One lock, one list of jobs and one of loops: jobs take milliseconds and parts not much less, so the
- * lock is never contended enough to matter. */
+/* A pool with one lock, two lists of jobs and one of loops. Jobs take milliseconds, and parts not much less,
+ * so the lock is never contended enough to matter. */
 #include "work.h"
 
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdlib.h>
 
-/* A loop, on the stack of the thread that runs it: listed as long as parts are left to begin; the thread
- * stays until those that others have begun are done. Guarded by the pool's lock. */
+/* A parallel loop, on the stack of the thread that runs it. It is listed as long as parts are left to begin;
+ * its thread stays until the parts that other threads have begun are done. Guarded by the pool's lock. */
 typedef struct loop {
   void (*part)(void *context, uint32_t index);
   void *context;
   uint32_t begun, count;
-  size_t helpers; /* other threads in a part */
+  size_t helpers; /* other threads that run a part */
   pthread_cond_t idle;
   struct loop *next;
 } loop;
 
-/* In the order in which they came. */
+/* First in, first out. */
 typedef struct job_list {
   srv_job *first, *last;
 } job_list;
@@ -25,11 +25,11 @@ typedef struct job_list {
 struct srv_work {
   pthread_mutex_t lock;
   pthread_cond_t wake;
-  job_list resumed, queued; /* resumed ones go first */
+  job_list resumed, queued; /* resumed jobs go first */
   loop *loops;
   size_t queue_max, waiting, running;
-  size_t admitted;       /* of those waiting, by srv_work_submit */
-  atomic_size_t outside; /* threads of others at work; not guarded */
+  size_t admitted;       /* waiting jobs from srv_work_submit */
+  atomic_size_t outside; /* busy threads outside the pool; not guarded */
   bool stopping;
   size_t thread_count;
   pthread_t threads[];
@@ -61,7 +61,7 @@ static void unlist(srv_work *work, const loop *l) {
   *link = l->next;
 }
 
-/* The next part of a listed loop. */
+/* Runs the next part of a listed loop. Releases the lock meanwhile. */
 static void run_part(srv_work *work, loop *l) {
   uint32_t index = l->begun++;
   if (l->begun == l->count) unlist(work, l);
@@ -153,8 +153,7 @@ bool srv_work_spare(srv_work *work, srv_job *job) {
   size_t busy = work->running + work->waiting + atomic_load(&work->outside);
   bool accepted = !work->stopping && busy < work->thread_count;
   job->is_admitted = false;
-  /* Among those that go first: the idle thread takes it before any job that comes while the thread wakes up.
-   */
+  /* Listed as resumed: the idle thread takes this job before any other that arrives while it wakes up. */
   if (accepted) put(work, &work->resumed, job);
   pthread_mutex_unlock(&work->lock);
   return accepted;
