@@ -1,4 +1,4 @@
-/* Builds glTF files for the tests: JSON text, with ' for ", and bytes for the BIN chunk. */
+/* Builds and reads glTF files for tests, from JSON text with ' in place of " and bytes for the BIN chunk. */
 #ifndef TEST_GLB_H
 #define TEST_GLB_H
 
@@ -18,7 +18,7 @@ static inline void glb_put_u32(uint8_t *at, uint32_t value) {
   for (int i = 0; i < 4; i++) at[i] = (uint8_t)(value >> (8 * i));
 }
 
-/* bin_size 0: no BIN chunk. Freed by the caller. */
+/* bin_size 0: no BIN chunk. The caller frees the bytes. */
 static inline glb_file glb_build(const char *json, const void *bin, size_t bin_size) {
   size_t text = strlen(json), json_size = (text + 3) / 4 * 4, padded = (bin_size + 3) / 4 * 4;
   glb_file file = {NULL, 20 + json_size + (bin_size ? 8 + padded : 0)};
@@ -40,7 +40,7 @@ static inline glb_file glb_build(const char *json, const void *bin, size_t bin_s
   return file;
 }
 
-/* Reads bytes; a copy of just their size, so that a sanitizer sees what reads on. */
+/* Reads a copy of exactly `size` bytes, so that a sanitizer detects a read past the end. */
 static inline tw_status gltf_read_bytes(const void *bytes, size_t size, uint64_t json_values,
                                         tw_model **model, tw_error *error) {
   uint8_t *copy = malloc(size ? size : 1);
@@ -51,7 +51,7 @@ static inline tw_status gltf_read_bytes(const void *bytes, size_t size, uint64_t
   return status;
 }
 
-/* Reads JSON alone, as a .gltf file has it. */
+/* Reads JSON alone, as a .gltf file. */
 static inline tw_status gltf_read(const char *json, uint64_t json_values, tw_model **model, tw_error *error) {
   char *text = quoted(json);
   tw_status status = gltf_read_bytes(text, strlen(text), json_values, model, error);
@@ -59,7 +59,7 @@ static inline tw_status gltf_read(const char *json, uint64_t json_values, tw_mod
   return status;
 }
 
-/* Reads JSON and BIN; a refusal is printed and fails the test. */
+/* Reads JSON and BIN; prints a refusal and fails the test. */
 static inline tw_model *glb_read_with(const char *json, const void *bin, size_t bin_size, tw_quads quads) {
   glb_file file = glb_build(json, bin, bin_size);
   tw_model *model = NULL;
@@ -75,7 +75,7 @@ static inline tw_model *glb_read(const char *json, const void *bin, size_t bin_s
   return glb_read_with(json, bin, bin_size, TW_QUADS_NGON);
 }
 
-/* The document must be refused with this status at this place. */
+/* Asserts that the document is refused with this status and JSON pointer. */
 static inline void glb_refused(const char *json, const void *bin, size_t bin_size, tw_status expected,
                                const char *pointer) {
   glb_file file = glb_build(json, bin, bin_size);

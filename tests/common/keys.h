@@ -5,7 +5,7 @@
 #include "test.h"
 #include "tweend/anim.h"
 
-/* values: [count][4], or [count][3][4] of TW_CUBICSPLINE. */
+/* values: [count][4], or [count][3][4] for TW_CUBICSPLINE. */
 static inline tw_track_keys quaternion_keys(tw_interpolation interpolation, const float *times,
                                             const float *values, uint32_t count) {
   return (tw_track_keys){.path = TW_ROTATION,
@@ -30,7 +30,7 @@ static inline tw_track_keys euler_keys(tw_euler_order order, const float *times,
                          .angles = angles};
 }
 
-/* turns: [count][4], axis and angle. */
+/* turns: [count][4], axis and angle in radians. */
 static inline tw_track_keys axis_angle_keys(const float *times, const double *turns, uint32_t count) {
   return (tw_track_keys){.path = TW_ROTATION,
                          .interpolation = TW_LINEAR,
@@ -41,7 +41,7 @@ static inline tw_track_keys axis_angle_keys(const float *times, const double *tu
                          .angles = turns};
 }
 
-/* values: [count][3], or [count][3][3] of TW_CUBICSPLINE. */
+/* values: [count][3], or [count][3][3] for TW_CUBICSPLINE. */
 static inline tw_track_keys value_keys(tw_path path, tw_interpolation interpolation, const float *times,
                                        const float *values, uint32_t count) {
   return (tw_track_keys){.path = path,
@@ -52,7 +52,7 @@ static inline tw_track_keys value_keys(tw_path path, tw_interpolation interpolat
                          .values = values};
 }
 
-/* A clip over at most 100 nodes; the test fails where it is refused. */
+/* A clip over at most 100 nodes; fails the test when it is refused. */
 static inline tw_clip *clip_of(const tw_track_keys *tracks, uint32_t count, int force) {
   tw_clip_keys keys = {.track_count = count, .tracks = tracks};
   tw_clip *clip = NULL;

@@ -1,4 +1,4 @@
-/* Models out of OBJ text. */
+/* Reads models from OBJ text. */
 #ifndef TEST_OBJ_H
 #define TEST_OBJ_H
 
@@ -7,7 +7,7 @@
 #include "test.h"
 #include "tweend/format.h"
 
-/* The test fails where the text is refused. */
+/* Fails the test when the text is refused. */
 static inline tw_model *read_obj_with(const char *text, tw_weld weld) {
   tw_model *model = NULL;
   tw_error error = {0};

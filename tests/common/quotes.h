@@ -1,4 +1,4 @@
-/* JSON in tests is written with ' for ", which C would have to escape. */
+/* JSON text in tests uses ' in place of ", which C would have to escape. */
 #ifndef QUOTES_H
 #define QUOTES_H
 
@@ -8,7 +8,7 @@
 
 #include "test.h"
 
-/* Turns each ' into ", in place; returns the bytes. */
+/* Replaces each ' by ", in place; returns the bytes. */
 static inline void *quote_bytes(void *bytes, size_t size) {
   for (char *c = bytes, *end = c + size; c < end; c++)
     if (*c == '\'') *c = '"';
@@ -19,21 +19,21 @@ static inline char *quote(char *text) {
   return quote_bytes(text, strlen(text));
 }
 
-/* The way back. */
+/* The reverse: replaces each " by '. */
 static inline char *unquote(char *text) {
   for (char *c = text; *c; c++)
     if (*c == '"') *c = '\'';
   return text;
 }
 
-/* A copy, freed by the caller. */
+/* A copy of the text with ' replaced by "; the caller frees it. */
 static inline char *quoted(const char *text) {
   char *copy = strdup(text);
   assert_non_null(copy);
   return quote(copy);
 }
 
-/* Whether `wanted`, with ' for ", stands in the text. */
+/* Whether the text contains `wanted`, written with ' in place of ". */
 static inline bool says(const char *text, const char *wanted) {
   char *copy = quoted(wanted);
   bool found = strstr(text, copy) != NULL;

@@ -1,4 +1,4 @@
-/* What a file of tests begins with: cmocka, and tests that enter themselves into the list of the program. */
+/* Every test file includes this: cmocka, and macros for tests that register themselves. */
 #ifndef TEST_H
 #define TEST_H
 
@@ -15,11 +15,11 @@ typedef struct test_entry {
   struct test_entry *next;
 } test_entry;
 
-/* Before main; entry: lives for ever. */
+/* Registers a test; called before main. entry: lives as long as the program. */
 void test_enter(test_entry *entry);
 
-/* TEST(cube_has_8_vertices) { ... } is a test; TEST_WITH names cmocka's fixtures, which hand it `state`. The
- * tests of a file run in the order in which they stand. */
+/* TEST(cube_has_8_vertices) { ... } defines a test; TEST_WITH adds cmocka fixtures, which pass it `state`.
+ * The tests of a file run in the order of their definition. */
 #define TEST(name) TEST_WITH(name, NULL, NULL)
 #define TEST_WITH(name, setup, teardown)                                                                     \
   static void name(void **state);                                                                            \

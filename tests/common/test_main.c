@@ -1,5 +1,5 @@
-/* Runs the tests of files, one after the other, as TAP where CMOCKA_MESSAGE_OUTPUT says so.
- * Usage: PROGRAM [FILE...]    a file is named as surface_test is; without one, all files run. */
+/* Runs the tests of one file after another, with TAP output when CMOCKA_MESSAGE_OUTPUT asks for it.
+ * Usage: PROGRAM [FILE...]    FILE: a name such as surface_test; without one, all files run. */
 #include "test.h"
 
 #include <stdio.h>
@@ -12,13 +12,14 @@ void test_enter(test_entry *entry) {
   end = &entry->next;
 }
 
-/* The path's last part, without its ending. */
+/* The file name of the path, without its extension. */
 static void name_of(const char *path, char *name, size_t size) {
   const char *slash = strrchr(path, '/'), *base = slash ? slash + 1 : path;
   snprintf(name, size, "%.*s", (int)strcspn(base, "."), base);
 }
 
-/* The tests of a file stand together. Returns how many failed, or -1 where the file has none. */
+/* Runs the tests of a file, which are adjacent in the list. Returns how many failed, or -1 when the file has
+ * none. */
 static int run_file(const char *file) {
   size_t count = 0;
   char name[256];

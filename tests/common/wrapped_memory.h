@@ -1,6 +1,5 @@
-/* Allocations that fail when a test says so, and how much is held. For programs that are linked with malloc,
- * calloc, realloc and free wrapped (the linker's --wrap): libraries that are linked already are not reached.
- */
+/* Makes allocations fail when a test asks for it, and counts the memory in use. For programs linked with
+ * malloc, calloc, realloc and free wrapped (the linker's --wrap); shared libraries are not affected. */
 #ifndef WRAPPED_MEMORY_H
 #define WRAPPED_MEMORY_H
 
@@ -8,17 +7,17 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* Of one thread. */
+/* The state of one thread. */
 typedef struct wrapped_memory {
-  size_t left;    /* allocations until one fails; SIZE_MAX: none does, as after one has failed */
-  bool is_spared; /* none fails for now, nor counts */
+  size_t left;    /* allocations that succeed before one fails; SIZE_MAX: none fails, as after the failure */
+  bool is_spared; /* true: none fails, and none is counted in `left` */
   size_t asked;   /* bytes asked for so far */
-  size_t held;    /* bytes allocated less bytes freed; wraps where others free what this one allocated */
+  size_t held;    /* bytes allocated minus bytes freed; wraps when other threads free this one's memory */
 } wrapped_memory;
 
 extern _Thread_local wrapped_memory test_memory;
 
-/* Whether the allocation that is asked for now is the one that fails. */
+/* Counts an allocation; whether it must fail. */
 bool test_memory_fails(size_t size);
 
 #endif

@@ -1,9 +1,9 @@
-// The project's own C++ runs out of memory where the wrapped malloc (wrapped_memory.h) would. tinygltf does
-// not: it allocates in destructors, and an exception there ends the process.
+// Makes operator new in the project's own C++ fail where the wrapped malloc (wrapped_memory.h) would. Not in
+// tinygltf: it allocates in destructors, and an exception there ends the process.
 #include <new>
 
 extern "C" {
-bool test_memory_fails(std::size_t size); // of wrapped_memory.h
+bool test_memory_fails(std::size_t size); // see wrapped_memory.h
 
 // The linker's --wrap gives these names.
 // NOLINTBEGIN(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp)

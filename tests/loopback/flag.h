@@ -1,10 +1,10 @@
-/* The skinned and morphed model of some tests. */
+/* A skinned and morphed model. */
 #ifndef FLAG_H
 #define FLAG_H
 
-/* A rectangle from (0, 0, 0) to (2, 1, 0) whose points all hang on the joint "bone", under a node that is
- * moved away by (100, 0, 0). In a second the clip "wave" turns the bone by 90 degrees about z, and its weight
- * brings a morph target of (0, 0, 1) to a half. "shown" shows the mesh without the skin. */
+/* A rectangle from (0, 0, 0) to (2, 1, 0) whose points all have the joint "bone". Its node "skinned" is
+ * translated by (100, 0, 0). In one second the clip "wave" turns the bone by 90 degrees about z, and raises
+ * the weight of the morph target (0, 0, 1) to a half. The node "shown" shows the mesh without the skin. */
 static const char flag[] =
     "{'asset':{'version':'2.0'},'scene':0,'scenes':[{'nodes':[0,1,2]}],'nodes':[{'name':'bone'},"
     "{'name':'skinned','mesh':0,'skin':0,'translation':[100,0,0]},{'name':'shown','mesh':0,"

@@ -26,7 +26,7 @@ typedef struct memory_store {
   bool fails, forgets, cuts;
 } memory_store;
 
-/* No test makes the store's own allocations fail. */
+/* Locks the store. Its own allocations never fail. */
 static void enter(memory_store *store) {
   pthread_mutex_lock(&store->lock);
   test_memory.is_spared = true;
@@ -37,7 +37,7 @@ static void leave(memory_store *store) {
   pthread_mutex_unlock(&store->lock);
 }
 
-/* The object with this id, or the place where it would stand. */
+/* The index of the object with this id, or the index at which to insert it. */
 static size_t find_object(const memory_store *store, const char *id, bool *found) {
   size_t i = 0;
   while (i < store->count && strcmp(store->objects[i].id, id) < 0) i++;
@@ -66,7 +66,7 @@ static api_store_status store_put(void *context, const char *id, api_bytes bytes
   return fails ? API_STORE_UNAVAILABLE : API_STORE_OK;
 }
 
-/* What a blob reads: a copy of its own. */
+/* A blob's own copy of the object. */
 typedef struct memory_copy {
   memory_store *store;
   uint8_t bytes[];
@@ -281,7 +281,7 @@ int one_model_stop(void **state) {
 enum { HEADERS_MAX = 16, HEADER_TEXT = 4096 };
 
 typedef struct header_list {
-  char text[HEADER_TEXT]; /* cut into terminated pieces */
+  char text[HEADER_TEXT]; /* split into terminated names and values */
   const char *names[HEADERS_MAX], *values[HEADERS_MAX];
   size_t count;
   char length[24];
@@ -384,7 +384,7 @@ void loopback_ticket_destroy(loopback *loop, loopback_ticket *t) {
   free(t);
 }
 
-/* Light, then heavy where it has to be, and again whenever the request waits. */
+/* Handles a request as light, then as heavy if needed, and again whenever it has waited. */
 static void loopback_handle(loopback *loop, const api_request *request, api_answer *answer) {
   api_effort effort = API_LIGHT;
   for (;;) {

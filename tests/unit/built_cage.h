@@ -1,4 +1,4 @@
-/* Cages put together face by face. */
+/* Cages built face by face. */
 #ifndef BUILT_CAGE_H
 #define BUILT_CAGE_H
 
@@ -8,7 +8,7 @@
 
 enum { POINTS_MAX = 256, FACES_MAX = 512 };
 
-/* One allocation, freed as such. */
+/* A single allocation; release it with free(). */
 typedef struct cage {
   float (*points)[3];
   uint32_t *corners, *offsets;
@@ -18,7 +18,7 @@ typedef struct cage {
   uint32_t points_max, faces_max;
 } cage;
 
-/* Room for so many points, and faces of four corners. */
+/* An empty cage with room for so many points, and faces of up to four corners on average. */
 static inline cage *new_cage_for(uint32_t points, uint32_t faces) {
   cage *c = calloc(1, sizeof *c + points * sizeof *c->points + (5 * (size_t)faces + 1) * sizeof *c->corners);
   assert_non_null(c);
@@ -38,7 +38,7 @@ static inline cage *new_cage(void) {
   return new_cage_for(POINTS_MAX, FACES_MAX);
 }
 
-/* A cage without faces over the same points. */
+/* A cage over the points of another, without its faces. */
 static inline cage *new_cage_over(const cage *other) {
   cage *c = new_cage_for(other->points_max, other->faces_max);
   c->mesh.point_count = other->mesh.point_count;
@@ -60,7 +60,7 @@ static inline void add_face(cage *c, const uint32_t *corners, uint32_t size) {
   c->offsets[++c->mesh.face_count] = c->mesh.corner_count;
 }
 
-/* A quad as it is, or cut along the diagonal from its first corner. */
+/* Adds a quad, or two triangles cut along the diagonal from its first corner. */
 static inline void add_quad(cage *c, const uint32_t quad[4], bool cut) {
   const uint32_t halves[2][3] = {{quad[0], quad[1], quad[2]}, {quad[0], quad[2], quad[3]}};
   if (!cut) {
@@ -71,7 +71,7 @@ static inline void add_quad(cage *c, const uint32_t quad[4], bool cut) {
   add_face(c, halves[1], 3);
 }
 
-/* The first edges of four faces. */
+/* Creases the first edge of every third face, four edges in all. */
 static inline void crease_some(cage *c, float sharpness) {
   c->mesh.crease_edges = c->creases[0];
   c->mesh.crease_sharpness = c->sharpness;
@@ -82,8 +82,8 @@ static inline void crease_some(cage *c, float sharpness) {
   c->mesh.crease_count = 4;
 }
 
-/* Quads over columns x rows points at height(x, y), 0 for NULL; cut: triangles, six round each inner point.
- */
+/* A grid of columns x rows points at height(x, y), or at height 0 for NULL. cut: triangles, six around each
+ * inner point, instead of quads. */
 static inline cage *grid(uint32_t columns, uint32_t rows, bool cut, float (*height)(float, float)) {
   cage *c = new_cage();
   for (uint32_t y = 0; y < rows; y++)

@@ -1,4 +1,4 @@
-/* Meshes as views of arrays, and the cube of many tests. */
+/* A mesh as a view of arrays, and the cube that many tests use. */
 #ifndef CUBE_H
 #define CUBE_H
 

@@ -1,4 +1,4 @@
-/* Edits of a mesh, tried on it, and what must hold of whatever comes out. */
+/* Applies edits to a mesh and asserts what must hold of the result. */
 #ifndef EDITED_H
 #define EDITED_H
 
@@ -51,7 +51,7 @@ static inline edited edit_once(const tw_mesh *mesh, tw_edit one) {
   return edit_with(mesh, NULL, &one, 1);
 }
 
-/* The last of the edits must be refused. */
+/* Asserts that the edits are refused with this status and pointer. */
 static inline void edit_refused(const tw_mesh *mesh, const tw_edit *edits, uint32_t count, tw_status expected,
                                 const char *pointer) {
   tw_arena *arena = tw_arena_create();
@@ -66,7 +66,8 @@ static inline void edit_refused(const tw_mesh *mesh, const tw_edit *edits, uint3
   tw_arena_destroy(arena);
 }
 
-/* Counts of vertices, edges, faces and border edges; and that it is manifold where it is said to be. */
+/* Asserts the numbers of vertices, edges, faces and border edges, and that the mesh is an oriented manifold
+ * without unused points. */
 static inline void assert_counts(const edited *e, uint32_t vertices, uint32_t edges, uint32_t faces,
                                  uint32_t border) {
   const tw_mesh_stats *s = &e->stats;
@@ -86,7 +87,8 @@ static inline const float *point_of(const tw_mesh *mesh, uint32_t point) {
   return mesh->positions + 3 * (size_t)point;
 }
 
-/* By the volume of each triangle with the origin, and its area. */
+/* Sums the signed volumes of the tetrahedra that the triangles form with the origin, and the areas of the
+ * faces. */
 static inline void measure(const tw_mesh *mesh, double *volume, double *area) {
   *volume = *area = 0;
   for (uint32_t f = 0; f < mesh->face_count; f++) {
@@ -121,7 +123,7 @@ static inline double area_of(const tw_mesh *mesh) {
   return area;
 }
 
-/* ---- all that a mesh may bear, as linear functions of where its points are ----------------------------- */
+/* ---- every kind of mesh data, as linear functions of the points' positions --------------------------- */
 
 enum { DRESSED_POINTS = 64, DRESSED_CORNERS = 256 };
 
@@ -144,8 +146,9 @@ static inline double share_at(const float *p) {
   return 0.5 + 0.1 * (double)p[0] + 0.2 * (double)p[1] + 0.1 * (double)p[2];
 }
 
-/* Coordinates within -1 to 1. The first UV set has a value a point, the second a value a corner: seams
- * everywhere, 10 more a face. A face's material, groups and smoothing are its index. */
+/* Adds data to a mesh with coordinates within -1 to 1. The first UV set has one value a point, the second one
+ * value a corner: all its edges are seams, as its values grow by 10 with each face. A face's material, groups
+ * and smoothing are its index. */
 static inline void dress(tw_mesh *mesh, dressed *d) {
   assert_true(mesh->point_count <= DRESSED_POINTS && mesh->corner_count <= DRESSED_CORNERS);
   for (uint32_t p = 0; p < mesh->point_count; p++) {
@@ -153,7 +156,7 @@ static inline void dress(tw_mesh *mesh, dressed *d) {
     d->weight[p] = (float)weight_at(at);
     for (int i = 0; i < 4; i++) d->color[p][i] = i < 3 ? at[i] : 1;
     for (int i = 0; i < 3; i++) d->morph[p][i] = at[(i + 1) % 3];
-    d->joints[p][p % 2] = 3; /* two in either order */
+    d->joints[p][p % 2] = 3; /* the two joints in either order */
     d->joints[p][1 - p % 2] = 7;
     d->pulls[p][p % 2] = (float)share_at(at);
     d->pulls[p][1 - p % 2] = (float)(1 - share_at(at));
@@ -196,7 +199,8 @@ static inline tw_mesh dressed_cube(dressed *d) {
   return mesh;
 }
 
-/* Of a dressed mesh that edits cut without moving its surface: all is where it belongs. */
+/* Asserts that a dressed mesh still has the right values everywhere after edits that cut it without moving
+ * its surface. */
 static inline void assert_dressed(const tw_mesh *mesh) {
   for (uint32_t p = 0; p < mesh->point_count; p++) {
     const float *at = point_of(mesh, p);
@@ -226,7 +230,7 @@ static inline void assert_dressed(const tw_mesh *mesh) {
   }
 }
 
-/* Quads over (a + 1) by (b + 1) points in the plane of x and y, a point for each whole number. */
+/* A grid of a by b quads in the plane z = 0, with points at integer x and y. */
 enum { GRID_MOST = 16 };
 typedef struct grid_mesh {
   float points[(GRID_MOST + 1) * (GRID_MOST + 1)][3];

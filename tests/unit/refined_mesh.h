@@ -1,4 +1,4 @@
-/* A level of a cage as a mesh of its own. */
+/* A subdivision level of a cage as a mesh. */
 #ifndef REFINED_MESH_H
 #define REFINED_MESH_H
 

@@ -1,5 +1,5 @@
-/* Rotations in double precision, written from the formulas and not from the library: what its results
- * are compared with. Quaternions x y z w. */
+/* Reference rotations in double precision, written from the formulas and not from the library, to compare its
+ * results with. Quaternions are x y z w. */
 #ifndef TWEEND_ROTATION_REFERENCE_H
 #define TWEEND_ROTATION_REFERENCE_H
 
@@ -35,7 +35,7 @@ static inline ref_quat ref_inverse(ref_quat q) {
   return (ref_quat){-q.x, -q.y, -q.z, q.w};
 }
 
-/* The angle of the rotation that separates two, whatever their signs and lengths. */
+/* The angle between two rotations, whatever the signs and lengths of their quaternions. */
 static inline double ref_angle(ref_quat a, ref_quat b) {
   a = ref_unit(a);
   b = ref_unit(b);
@@ -44,7 +44,7 @@ static inline double ref_angle(ref_quat a, ref_quat b) {
   return 4 * atan2(sqrt(ref_dot(d, d)), sqrt(ref_dot(s, s)));
 }
 
-/* Shoemake's sine form; p at u 0, q at 1, signs as they are. */
+/* Shoemake's slerp: p at u = 0, q at u = 1. Does not change signs. */
 static inline ref_quat ref_slerp(ref_quat p, ref_quat q, double u) {
   double angle = acos(fmax(-1, fmin(1, ref_dot(p, q))));
   if (sin(angle) < 1e-9) return ref_unit(ref_add(p, 1 - u, q, u));
@@ -66,7 +66,7 @@ static inline ref_quat ref_axis_angle(double x, double y, double z, double angle
   return (ref_quat){x * s, y * s, z * s, cos(angle / 2)};
 }
 
-/* Matrices row by row, so that they read as in a book. */
+/* A matrix in row-major order, as in books. */
 typedef struct ref_matrix {
   double at[3][3];
 } ref_matrix;
@@ -104,7 +104,7 @@ static inline ref_quat ref_euler_quat(const double angles[3], tw_euler_order ord
   return out;
 }
 
-/* From the rotation of the unit vectors by q v q*. */
+/* The matrix of a rotation, from rotating the unit vectors by q v q*. */
 static inline ref_matrix ref_matrix_of(ref_quat q) {
   ref_matrix out;
   q = ref_unit(q);
@@ -118,7 +118,7 @@ static inline ref_matrix ref_matrix_of(ref_quat q) {
   return out;
 }
 
-/* The angle between two rotation matrices, from the length of their difference. */
+/* The angle between two rotation matrices, from the norm of their difference. */
 static inline double ref_matrix_angle(ref_matrix a, ref_matrix b) {
   double sum = 0;
   for (int i = 0; i < 3; i++)
@@ -126,7 +126,7 @@ static inline double ref_matrix_angle(ref_matrix a, ref_matrix b) {
   return 2 * asin(fmin(1, sqrt(sum / 8)));
 }
 
-/* The same numbers every run. */
+/* Pseudo-random in [0, 1), the same series in every run. */
 static inline double ref_random(uint64_t *state) {
   *state = *state * 6364136223846793005u + 1442695040888963407u;
   return (double)(*state >> 11) / 9007199254740992.0;

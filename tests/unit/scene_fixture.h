@@ -1,4 +1,4 @@
-/* Small scenes with everything an answer can hold, for the tests of what is written. */
+/* Small scenes with everything that an answer can hold, for the tests of the writers. */
 #ifndef SCENE_FIXTURE_H
 #define SCENE_FIXTURE_H
 
@@ -32,7 +32,7 @@ static const char patchwork_text[] =
     "usemtl red\nf 6/10 7/11 11/14 13/16 10/13\n"
     "usemtl blue\nf 7/11 8/12 12/15 11/14\n";
 
-/* Ends the program: a test without memory tells nothing. */
+/* Aborts without memory: the test could not tell anything then. */
 static inline void *fixture_alloc(fixture *f, size_t count, size_t size) {
   void *memory = tw_arena_alloc(f->model->arena, count, size);
   if (!memory) abort();
@@ -45,7 +45,7 @@ static inline void fixture_init(fixture *f, const char *obj) {
   if (tw_obj_read((const uint8_t *)obj, strlen(obj), TW_WELD_AUTO, &f->model, &error) != TW_OK) abort();
 }
 
-/* Subdivides all meshes; after it the scene stands. */
+/* Subdivides all meshes and sets up the scene. */
 static inline void fixture_refine(fixture *f, uint32_t level, bool normals) {
   const tw_surface_options options = {.level = level, .normals = normals};
   tw_error error;
@@ -61,7 +61,7 @@ static inline void fixture_deinit(fixture *f) {
   tw_model_destroy(f->model);
 }
 
-/* Adds a node and puts the model's order right. Parents come before children. */
+/* Adds a node and rebuilds the model's node order. Add parents before their children. */
 static inline uint32_t fixture_node(fixture *f, const char *name, uint32_t parent, uint32_t mesh) {
   tw_model *model = f->model;
   tw_node *nodes = fixture_alloc(f, model->node_count + 1, sizeof *nodes);
@@ -75,7 +75,7 @@ static inline uint32_t fixture_node(fixture *f, const char *name, uint32_t paren
   return model->node_count - 1;
 }
 
-/* Two joints, one over the other, that share the first mesh by height. */
+/* Adds a skin of two joints, one above the other, whose weights on the first mesh depend on the height. */
 static inline void fixture_add_skin(fixture *f) {
   tw_model *model = f->model;
   tw_mesh *mesh = &model->meshes[0];
@@ -104,7 +104,7 @@ static inline void fixture_add_skin(fixture *f) {
   model->nodes[0].skin = 0;
 }
 
-/* `count` targets of the first mesh; target t moves point p by (t + 1, p, -t) tenths. */
+/* Adds `count` morph targets to the first mesh; target t moves point p by (t + 1, p, -t) tenths. */
 static inline void fixture_add_morphs(fixture *f, uint32_t count) {
   tw_mesh *mesh = &f->model->meshes[0];
   const float **morphs = fixture_alloc(f, count, sizeof *morphs);
@@ -124,7 +124,7 @@ static inline void fixture_add_morphs(fixture *f, uint32_t count) {
   mesh->morph_weights = weights;
 }
 
-/* The file's own normals, one a corner, and what each target adds to them. */
+/* Adds normals of the file, one a corner, and what each morph target adds to them. */
 static inline void fixture_add_morph_normals(fixture *f) {
   tw_mesh *mesh = &f->model->meshes[0];
   uint32_t count = mesh->corner_count, *corners = fixture_alloc(f, count, sizeof *corners);
@@ -150,7 +150,7 @@ static inline void fixture_add_colors(fixture *f) {
   tw_mesh_set_colors(mesh, colors, f->model->arena);
 }
 
-/* Every kind of track, on nodes in a row below the first one. */
+/* Adds a clip with every kind of track, on a chain of nodes below the first one. */
 static inline void fixture_add_clip(fixture *f) {
   static const float times[4] = {0, 0.4f, 1.7f, 2};
   static const float quaternions[4][4] = {
@@ -182,7 +182,7 @@ static inline void fixture_add_clip(fixture *f) {
   f->model->clip_count = 1;
 }
 
-/* All bytes of a stream, read in blocks. Freed by the caller. */
+/* Reads all bytes of a stream, in blocks. The caller frees them. */
 static inline uint8_t *fixture_read(tw_gltf_stream *stream, size_t block) {
   size_t size = (size_t)tw_gltf_stream_size(stream), done = 0, got = 1;
   uint8_t *bytes = calloc(size + 1, 1);

@@ -1,4 +1,4 @@
-/* All rows of a surface, for tests that look at them. */
+/* Reads all rows of a surface. */
 #ifndef SURFACE_ROWS_H
 #define SURFACE_ROWS_H
 
@@ -22,7 +22,7 @@ static inline tw_surface *surface_of(const tw_mesh *mesh, tw_surface_options opt
   return surface;
 }
 
-/* [rows][floats of a row of the domain]; freed by the caller. */
+/* [rows][floats of a row of the domain]; the caller frees it. */
 static inline float *all_rows(const tw_surface *surface, tw_domain domain) {
   size_t count = (size_t)tw_surface_row_count(surface, domain);
   float *values = malloc((count * tw_surface_get_layout(surface)->stride + 3) * sizeof *values);
@@ -51,7 +51,7 @@ static inline const float *row_of(const rows *r, size_t i) {
   return r->values + i * r->layout->stride;
 }
 
-/* [corners], face by face; freed by the caller. */
+/* [corners], face by face; the caller frees it. */
 static inline uint32_t *faces_of(const rows *r, tw_domain domain) {
   const tw_surface_counts *counts = tw_surface_get_counts(r->surface);
   uint32_t *faces = malloc((counts->corners + 1) * sizeof *faces);
@@ -64,7 +64,7 @@ static inline uint32_t *faces_of(const rows *r, tw_domain domain) {
   return faces;
 }
 
-/* Bounds are found without evaluating every patch; the rows know better. */
+/* Asserts that the bounds, which are found without evaluating every patch, are those of the rows. */
 static inline void assert_exact_bounds(const rows *r) {
   float min[3], max[3];
   assert_int_equal(tw_surface_bounds(r->surface, -1, min, max), TW_OK);
@@ -78,7 +78,7 @@ static inline void assert_exact_bounds(const rows *r) {
   }
 }
 
-/* The same rows come in blocks of any size. */
+/* Asserts that blocks of any size give the same rows. */
 static inline void assert_same_in_blocks(const rows *r) {
   enum { MOST = 61 };
   float *block = malloc(MOST * r->layout->stride * sizeof *block);

@@ -1,16 +1,16 @@
-/* Cages on a torus, of many kinds. */
+/* Cages with the topology of a torus, of many kinds. */
 #ifndef TORUS_CAGE_H
 #define TORUS_CAGE_H
 
 #include "built_cage.h"
 
-enum { TORUS_SIDE = 6 }; /* points along it and round it */
+enum { TORUS_SIDE = 6 }; /* points in both directions */
 
 typedef enum torus_faces {
-  TORUS_TRIANGLES,        /* six round each point */
-  TORUS_TURNED_TRIANGLES, /* some cut the other way: of many valences */
-  TORUS_MIXED,            /* and quads */
-  TORUS_QUADS             /* four round each point */
+  TORUS_TRIANGLES,        /* six around each point */
+  TORUS_TURNED_TRIANGLES, /* some quads cut along the other diagonal: many valences */
+  TORUS_MIXED,            /* triangles and quads */
+  TORUS_QUADS             /* four around each point */
 } torus_faces;
 
 typedef enum torus_gaps { NO_GAPS, GAPS, GAPS_THAT_TOUCH } torus_gaps;
@@ -28,7 +28,8 @@ static inline bool torus_lacks(torus_gaps gaps, uint32_t x, uint32_t y) {
   return gaps == GAPS_THAT_TOUCH && (x + y) % 5 == 0;
 }
 
-/* fin: one edge has a third face, to the last point; else that is in no face. Nor is the one before it. */
+/* gaps: missing faces. fin: a third face at one edge, to the last point. The last two points are in no other
+ * face. */
 static inline cage *torus(torus_faces faces, torus_gaps gaps, bool fin) {
   cage *c = new_cage();
   add_scattered_points(c, TORUS_SIDE * TORUS_SIDE + 2);

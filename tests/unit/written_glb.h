@@ -1,4 +1,4 @@
-/* Writing scenes as GLB files and reading these back. */
+/* Writes scenes as GLB files and reads these back. */
 #ifndef WRITTEN_GLB_H
 #define WRITTEN_GLB_H
 
@@ -20,7 +20,7 @@ static inline uint32_t u32_at(const uint8_t *bytes) {
   return (uint32_t)bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 | (uint32_t)bytes[3] << 24;
 }
 
-/* Everything but images: materials, skin, colours, morphs, clip. */
+/* A scene with everything except images: materials, skin, colours, morphs, clip. */
 static inline void everything(fixture *f, uint32_t level) {
   fixture_init(f, patchwork_text);
   fixture_add_skin(f);
@@ -79,7 +79,8 @@ static inline int attribute(const glb *file, int mesh, const char *semantic) {
   return (int)number(attributes, semantic, UINT32_MAX);
 }
 
-/* Where an accessor's element lies; checks that it lies inside its view, and that inside the chunk. */
+/* The bytes of an accessor's element. Asserts that they lie inside the buffer view, and the view inside the
+ * chunk. */
 static inline const uint8_t *element(const glb *file, int accessor, uint64_t index, uint32_t element_size) {
   const cJSON *a = at(file, "accessors", accessor);
   const cJSON *view = at(file, "bufferViews", (int)number(a, "bufferView", UINT32_MAX));
