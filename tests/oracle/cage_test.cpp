@@ -1,5 +1,5 @@
-// Levels that OpenSubdiv makes of random cages, taken back: the cage has the same faces, and OpenSubdiv makes
-// the same level of it.
+// Coarsens levels that OpenSubdiv makes of random cages: the result has the cage's faces, and OpenSubdiv
+// makes the same level from it.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -11,7 +11,8 @@
 
 namespace {
 
-// What decays to nothing on the way leaves no trace: tags are infinitely sharp.
+// The cage with infinitely sharp tags only, since sharpness that has decayed leaves no trace in the level.
+// Without UVs and holes.
 Cage stripped(Cage cage) {
   cage.uv_sets.clear();
   cage.holes.clear();
@@ -20,7 +21,7 @@ Cage stripped(Cage cage) {
   return cage;
 }
 
-// The last level as a cage of its own. Borders are sharp by themselves.
+// The last level as a cage. Border edges get no crease: they are sharp anyway.
 Cage level_of(const Oracle &oracle) {
   const OpenSubdiv::Far::TopologyLevel &level = oracle.level();
   Cage cage;
@@ -68,9 +69,8 @@ double distance(const std::vector<Value3> &a, const std::vector<Value3> &b) {
   return greatest;
 }
 
-// Whether more than two faces have the same two points next to each other. Loop's scheme makes such a level
-// of two triangles that share two edges: OpenSubdiv knows the two edges inside of them apart, whoever reads a
-// mesh does not.
+// Whether more than two faces have the same edge by its points. Loop's scheme makes such a level from two
+// triangles that share two edges: OpenSubdiv tells the two inner edges apart, a reader of the mesh cannot.
 bool has_doubled_edges(const Cage &cage) {
   std::map<std::pair<int, int>, int> faces;
   int most = 0;
@@ -82,7 +82,7 @@ bool has_doubled_edges(const Cage &cage) {
 
 int left_out = 0;
 
-// What went wrong; "" where the cage came back.
+// Refines the cage and coarsens the level. Returns what went wrong, "" when the cage came back.
 std::string take_back(const Cage &cage, const tw_surface_options &options) {
   const Oracle fine(cage, options);
   const Cage refined = level_of(fine);

@@ -95,7 +95,7 @@ Cage torus(int columns, int rows) {
     for (int x = 0; x < columns; x++) {
       auto at = [&](int i, int j) { return (j % rows) * columns + i % columns; };
       cage.faces.push_back({at(x, y), at(x + 1, y), at(x + 1, y + 1), at(x, y + 1)});
-      // UVs unrolled: seams where the torus closes.
+      // UVs are unrolled, with seams where the torus closes.
       auto uv = [&](int i, int j) { return j * (columns + 1) + i; };
       cage.uv_sets[0].faces.push_back({uv(x, y), uv(x + 1, y), uv(x + 1, y + 1), uv(x, y + 1)});
     }
@@ -134,7 +134,7 @@ static std::vector<std::vector<int>> fans(const std::vector<std::vector<int>> &f
   return triangles;
 }
 
-// Every face as a fan of triangles. A hole's triangles are all holes.
+// Cuts every face into a fan of triangles. All triangles of a hole are holes.
 static Cage triangulated(Cage cage) {
   std::vector<int> holes;
   int first = 0;
@@ -171,11 +171,11 @@ std::vector<Cage> hand_made() {
   cornered.corners = {0, 3, 5};
   cornered.corner_sharpness = {10, 1.5f, 0.4f};
   cages.push_back(cornered);
-  // Round a point of the torus's seam, one value is beside a crease and the other one is not.
+  // Around a point of the torus's seam, one value is beside a crease and the other is not.
   const std::vector<int> across = {12, 13, 14, 15}, along = {0, 6, 12, 18, 24, 0};
   Cage seamed = torus(6, 5);
   for (size_t i = 0; i < seamed.uv_sets[0].values.size(); i++)
-    seamed.uv_sets[0].values[i] += 0.03f * static_cast<float>(i * i % 11); // smoothing changes what is bent
+    seamed.uv_sets[0].values[i] += 0.03f * static_cast<float>(i * i % 11); // bent, so that smoothing acts
   cages.push_back(named(with_crease(seamed, across, 2.3f), "torus with a semi-sharp crease from its seam"));
   cages.push_back(named(with_crease(with_crease(seamed, across, 1.2f), along, 3.4f),
                         "torus with a semi-sharp crease from its semi-sharp seam"));
@@ -207,7 +207,7 @@ std::vector<Cage> hand_made() {
   pinched.points.insert(pinched.points.end(), {-0.5f, 0.2f, 1, 0.2f, 0.5f, 1.2f});
   pinched.faces[1] = {4, 5, 7, 6, 4, 8, 9};
   cages.push_back(pinched);
-  // Many irregular patches of few kinds.
+  // Many irregular patches of a few kinds.
   const std::vector<int> ring = {0, 1, 2, 3, 4, 5, 6, 7, 0};
   cages.push_back(named(triangulated(torus(8, 3)), "torus of triangles"));
   cages.push_back(named(with_crease(triangulated(torus(8, 3)), ring, 1.7f),
@@ -215,7 +215,7 @@ std::vector<Cage> hand_made() {
   return cages;
 }
 
-// Triangles round a point, as many as `faces`; a closed cone, or a fan with a border.
+// `faces` triangles around a point: a closed cone, or a fan with a border.
 static Cage cone(int faces, bool closed) {
   Cage cage;
   cage.points = {0, 0, 1};
@@ -271,7 +271,7 @@ std::vector<Cage> hand_made_triangles() {
   return cages;
 }
 
-// ---- random ones ---------------------------------------------------------------------------
+// ---- random cages --------------------------------------------------------------------------
 
 namespace {
 
@@ -287,7 +287,7 @@ public:
       erase(pick(static_cast<int>(cage_.faces.size())));
   }
 
-  // A quad or larger face into two by a diagonal.
+  // Cuts faces of four or more corners in two by a diagonal.
   void cut_faces(int count) {
     for (int i = 0; i < count; i++) {
       size_t f = static_cast<size_t>(pick(static_cast<int>(cage_.faces.size())));
@@ -297,7 +297,7 @@ public:
     }
   }
 
-  // Every face into triangles, by diagonals from a corner that chance picks.
+  // Cuts every face into triangles by diagonals from a random corner.
   void triangulate() {
     for (size_t f = 0; f < cage_.faces.size(); f++) {
       int turn = pick(static_cast<int>(cage_.faces[f].size()));
@@ -311,7 +311,7 @@ public:
     }
   }
 
-  // Two faces that share an edge into one, if the outline stays simple.
+  // Merges pairs of faces that share an edge, if the outline stays simple.
   void merge_faces(int count) {
     for (int i = 0; i < count; i++) {
       size_t a = static_cast<size_t>(pick(static_cast<int>(cage_.faces.size())));
@@ -320,7 +320,7 @@ public:
     }
   }
 
-  // Corners with values of their own: seams round one corner, which end inside the mesh.
+  // Gives single corners their own values: seams around one corner, which end inside the mesh.
   void tear_uvs(UvSet &set, int count) {
     for (int i = 0; i < count; i++) {
       auto &face = set.faces[static_cast<size_t>(pick(static_cast<int>(set.faces.size())))];
@@ -328,8 +328,8 @@ public:
     }
   }
 
-  // Neighbouring faces with values of their own, as charts have: a seam round them, or only a cut between
-  // some of them and what lies beyond.
+  // Gives neighbouring faces their own values, as charts have: with a seam all around them, or only between
+  // some of them and the faces beyond.
   void cut_chart(UvSet &set, int size, bool round) {
     size_t first = static_cast<size_t>(pick(static_cast<int>(set.faces.size())));
     std::set<size_t> chart = {first};
@@ -382,7 +382,7 @@ public:
     for (float &value : cage_.points) value += by * (unit() - 0.5f);
   }
 
-  // Unused points would count against the comparison's own numbering.
+  // Drops unused points, which would disturb the numbering in the comparison.
   Cage finish() {
     std::map<int, int> renamed;
     std::vector<float> points;
@@ -420,7 +420,7 @@ private:
     faces.push_back(rest);
   }
 
-  // a without its edge (a[i], a[i + 1]), with b's other points in its place.
+  // The outline of a with its edge (a[i], a[i + 1]) replaced by b's other points.
   static std::vector<int> joined(const std::vector<int> &a, size_t i, const std::vector<int> &b, size_t j) {
     std::vector<int> out;
     for (size_t k = 0; k < a.size(); k++) out.push_back(a[(i + 1 + k) % a.size()]);

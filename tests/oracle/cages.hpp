@@ -1,4 +1,4 @@
-// Cages for the comparison with OpenSubdiv: hand-made ones for each rule, and random ones.
+// Cages for the comparison with OpenSubdiv: hand-made cages for each rule, and random cages.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 struct UvSet {
   std::vector<float> values;           // u v
-  std::vector<std::vector<int>> faces; // as the cage's
+  std::vector<std::vector<int>> faces; // in the order of the cage's faces
 };
 
 struct Cage {
@@ -28,7 +28,8 @@ struct Cage {
   int point_count() const { return static_cast<int>(points.size() / 3); }
 };
 
-// A cage as the library's view; keeps the arrays it points to.
+// A cage as a tw_mesh. Owns the index arrays; values such as positions stay the cage's, which must outlive
+// the view.
 class CageView {
 public:
   explicit CageView(const Cage &cage);
@@ -45,9 +46,9 @@ Cage torus(int columns, int rows);
 Cage icosahedron();
 std::vector<Cage> hand_made();
 
-// The same for Loop's scheme: all faces are triangles.
+// The same for Loop's scheme, with triangles only.
 std::vector<Cage> hand_made_triangles();
 
-// Cuts, merges and removes faces, moves points, adds tags and UVs with seams.
+// Random cages: with faces cut, merged and removed, moved points, tags, and UVs with seams.
 Cage random_cage(std::mt19937 &random);
 Cage random_triangle_cage(std::mt19937 &random);

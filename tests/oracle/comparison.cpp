@@ -12,15 +12,15 @@ int misread_sets = 0;
 
 namespace {
 
-// A face of the last level: OpenSubdiv's index, and which of its corners is our first.
+// A face of the last level: OpenSubdiv's index, and which of its corners is tweend's first.
 struct Cell {
   int face, turn;
 };
 
-// OpenSubdiv's faces in an order that tw_surface_read_faces may give them in: down to a depth the children of
-// each face after one another, from there on patch by patch and in rows within. Patches are quads of the cage
-// when it has no other faces (depth 0), else those of the first level (1), of the deepest level with details,
-// or the faces themselves.
+// OpenSubdiv's faces in an order that tw_surface_read_faces may use: down to a depth, the children of each
+// face one after another; from there on patch by patch, with rows inside. Patches are the quads of the cage
+// when it has only quads (depth 0), else those of the first level (1), of the deepest level with details, or
+// the faces themselves.
 class CellWalk {
 public:
   CellWalk(const Far::TopologyRefiner &refiner, int level, int depth)
@@ -87,13 +87,13 @@ std::string report(const char *what, double difference) {
   return text;
 }
 
-// The normals of one surface. A row may serve several corners: its normal has to suit all of them.
+// The normals of one surface. A row may serve several corners: its normal must suit all of them.
 class Normals {
 public:
   Normals(const Oracle &oracle, uint64_t rows, bool modelled)
       : oracle_(oracle), rows_(rows), modelled_(modelled) {}
 
-  // The row of the corner at OpenSubdiv's vertex in OpenSubdiv's face.
+  // Compares the normal of a row, for the corner at OpenSubdiv's vertex in OpenSubdiv's face.
   void add(uint32_t row, int vertex, int face, const float *normal) {
     double square = 0;
     for (int c = 0; c < 3; c++) square += static_cast<double>(normal[c]) * static_cast<double>(normal[c]);
@@ -118,13 +118,13 @@ public:
   std::string verdict() const {
     if (not_unit_) return "a normal is not of unit length";
     for (const Row &row : rows_) {
-      // Where a row serves faces that have no tangent plane in common, it is that of one of them.
+      // A row of faces without a common tangent plane has the normal of one of them.
       bool shared = row.kind == Oracle::NonManifold || row.kind == Oracle::Flat;
       if (row.undirected || row.best > 3) continue;
       compared_normals[row.kind]++;
       double error = shared ? row.best : row.worst;
-      // The normal may be that of two short edges, whose ends are rounded to float; so are the points of a
-      // level that was modelled, whose edges are shorter the deeper it is.
+      // The normal may come from two short edges, whose ends are rounded to float. So are the points of a
+      // sculpted level, whose edges are shorter the deeper it is.
       bool is_of_face = row.kind == Oracle::Valence2 || row.kind == Oracle::Flat;
       double tolerance = is_of_face ? 1e-3 : modelled_ ? 5e-4 : 1e-4;
       if (error > tolerance) return report(("normals of kind " + std::to_string(row.kind)).c_str(), error);
@@ -144,7 +144,7 @@ private:
   bool not_unit_ = false;
 };
 
-// Of a row's attributes, which hold the point's x; y, z; x, y, z, x.
+// The error of a row's attributes, which hold the point's x; y, z; x, y, z, x.
 static double attribute_error(const float *row, const tw_surface_layout &layout, const Value3 &point) {
   static const size_t axes[] = {0, 1, 2, 0, 1, 2, 0};
   double worst = 0;
@@ -208,7 +208,7 @@ std::string Comparison::run(tw_mesh mesh) {
   tw_surface_options bare = options_;
   bare.normals = false;
   mesh.uv_set_count = mesh.attribute_count = 0;
-  const std::vector<int> rows = theirs_; // without UVs they may come in another order
+  const std::vector<int> rows = theirs_; // without UVs the rows may have another order
   result = run(mesh, bare);
   theirs_ = rows;
   return result.empty() ? result : result + " without normals";

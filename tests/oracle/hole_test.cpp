@@ -1,4 +1,4 @@
-// Holes that are covered with triangles: CGAL finds covers of the same area. TAP.
+// TW_FILL_TRIANGLES covers holes with the same area as CGAL's minimal triangulation. TAP.
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -22,7 +22,7 @@ double area_of(const point &a, const point &b, const point &c) {
   return std::sqrt(CGAL::cross_product(b - a, c - a).squared_length()) / 2;
 }
 
-// What CGAL's dynamic program makes least: here the sum of the areas alone.
+// The weight that CGAL's dynamic program minimises: here only the sum of the areas.
 class total_area {
 public:
   explicit total_area(double sum) : sum(sum) {}
@@ -62,7 +62,8 @@ double area_by_cgal(loop points) {
   return fill(points, loop(), tracer, calculator(), watcher).get();
 }
 
-// The hole behind a mesh of one face: no edge is there but the sides. Negative where it fails.
+// The area that fills the hole behind a mesh of one face, which has no edges but that face's. Negative on
+// failure.
 double area_by_tweend(const loop &points) {
   const auto count = static_cast<uint32_t>(points.size());
   std::vector<float> positions;
@@ -94,12 +95,12 @@ double area_by_tweend(const loop &points) {
   return sum;
 }
 
-// Coordinates that floats hold exactly.
+// Rounds to a value that a float holds exactly.
 double rounded(double value) {
   return std::round(value * 4096) / 4096;
 }
 
-// A ring that leaves its plane by `height`, and its circle by `depth`.
+// A ring of points that deviate from its plane by up to `height`, and from its circle by up to `depth`.
 loop ring(std::mt19937 &random, int count, double height, double depth) {
   std::uniform_real_distribution<double> any(-1, 1);
   loop points;

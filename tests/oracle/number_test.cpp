@@ -1,4 +1,4 @@
-// Floats as text: std::to_chars defines right, to the byte. TAP; with the argument "all" every float is
+// Floats must print as std::to_chars prints them, to the byte. TAP; with the argument "all" every float is
 // printed, which takes minutes.
 #include <algorithm>
 #include <array>
@@ -37,7 +37,7 @@ std::string expected(float value) {
   return std::string(text, std::to_chars(text, text + sizeof text, value).ptr);
 }
 
-// Floats in rows and in vectors of four, printed on every instruction set that the processor has.
+// Prints floats in rows and in vectors of four, on every instruction set of the processor.
 class rows {
 public:
   void add(float value) {
@@ -87,7 +87,7 @@ private:
   std::string failure;
 };
 
-// Compares each float alone and in rows.
+// Compares each float on its own and in rows.
 struct comparison {
   std::string failure;
   rows others;
@@ -143,8 +143,8 @@ void compare_edges() {
   report("floats around powers of ten, and what is no number, print as to_chars prints them", special);
 }
 
-// From 2^-14 to 2^18, a wider range than the kernel's. Floats half way between two decimals have zeros for
-// their last bits.
+// From 2^-14 to 2^18, a wider range than that of the kernel. Floats half way between two decimals have zeros
+// in their last bits.
 void compare_magnitudes() {
   rows spread, middles;
   for (uint32_t exponent = 113; exponent <= 145; exponent++) {

@@ -1,6 +1,6 @@
-// OpenSubdiv defines right: same connectivity, points (within 1e-5 of the cage's size), limit points and
-// normals (1e-4), UVs (1e-5) and attributes of points, over hand-made and random cages, all options, levels 1
-// to 4. Prints TAP; an argument sets the number of random cages.
+// Surfaces must agree with OpenSubdiv: in connectivity, points (within 1e-5 of the cage's size), limit points
+// and normals (1e-4), UVs (1e-5) and attributes of points, over hand-made and random cages, all options,
+// levels 1 to 4. Prints TAP.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -64,7 +64,7 @@ void compare_hand_made(uint32_t levels) {
   }
 }
 
-// A cage as an OBJ file without tags, whose points the reader may weld.
+// The cage as an OBJ file without tags; its reader may weld the points.
 std::string obj_of(const Cage &cage) {
   std::string text;
   char number[32];
@@ -79,7 +79,7 @@ std::string obj_of(const Cage &cage) {
   return text;
 }
 
-// Cages have each point once: welding finds nothing to join.
+// Each point of a cage is unique, so welding must not join any.
 void weld_nothing(const std::vector<Cage> &cages, const std::string &name) {
   std::string failure;
   for (const Cage &cage : cages) {
@@ -106,7 +106,7 @@ void compare_random(tw_scheme scheme, int count) {
     Cage cage = scheme == TW_LOOP ? random_triangle_cage(random) : random_cage(random);
     uint32_t level = 1 + static_cast<uint32_t>(random() % 4);
     unsigned flags = static_cast<unsigned>(random() % 8);
-    // One after another: the order of arguments is the compiler's.
+    // In separate statements: the evaluation order of arguments is unspecified.
     int uv = static_cast<int>(random() % 6);
     int boundary = static_cast<int>(random() % 3);
     compare(cage, options_of(scheme, level, boundary, uv, flags & 1, flags & 2, flags & 4), failure);
@@ -120,10 +120,10 @@ void compare_random(tw_scheme scheme, int count) {
 
 } // namespace
 
-// opensubdiv_test [hand-made|random]: both kinds of cages without a word.
+// usage: opensubdiv_test [hand-made|random]    without an argument, both kinds of cages
 int main(int argc, char **argv) {
   const std::string only = argc > 1 ? argv[1] : "";
-  // A sanitizer makes each case ten times slower, and sees enough in fewer.
+  // A sanitizer makes each case ten times slower, and fewer cases are enough for it.
   bool sanitized = std::getenv("TESTED_SANITIZED") != nullptr;
   if (only != "random") {
     compare_hand_made(sanitized ? 2 : 4);

@@ -77,7 +77,7 @@ static std::unique_ptr<Far::TopologyRefiner> refiner_for(const Cage &cage, const
   return refiner;
 }
 
-// Levels after which nothing is semi-sharp any more.
+// The number of levels after which nothing is semi-sharp.
 static uint32_t decay_levels(const Cage &cage) {
   float greatest = 0;
   for (const auto *list : {&cage.crease_sharpness, &cage.corner_sharpness})
@@ -147,7 +147,7 @@ void Oracle::refine(const Cage &cage, const tw_surface_options &o, const Sculpts
   primvar.Limit(points, limit, tangents1_, tangents2_);
   if (!o.limit) return;
   points.swap(limit);
-  // A bilinear surface is its own limit, but OpenSubdiv smooths the values along seams all the same.
+  // A bilinear surface is its own limit, but OpenSubdiv smooths the values along seams there too.
   for (int set = 0; set < sets && !linear_; set++) {
     std::vector<Value3> &values = uvs[static_cast<size_t>(set)], uv_limit(values.size());
     primvar.LimitFaceVarying(values, uv_limit, set);
@@ -188,7 +188,7 @@ static void add_normal(const Value3 &tangent1, const Value3 &tangent2, std::vect
   double length = std::sqrt(n.v[0] * n.v[0] + n.v[1] * n.v[1] + n.v[2] * n.v[2]);
   double size1 = std::sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]),
          size2 = std::sqrt(b[0] * b[0] + b[1] * b[1] + b[2] * b[2]), size = size1 * size2;
-  // Of two faces back to back one tangent is what rounding leaves.
+  // For two faces back to back, one tangent is only a rounding error.
   if (std::min(size1, size2) < 1e-5 * std::max(size1, size2)) return;
   if (!(length > 0.01 * size) || size < 1e-12) return;
   for (double &component : n.v) component /= length;
@@ -197,8 +197,8 @@ static void add_normal(const Value3 &tangent1, const Value3 &tangent2, std::vect
 
 namespace {
 
-// The masks that OpenSubdiv computes, and a neighbourhood that it computes them for: a vertex whose edges
-// and faces are counted, its outer two edges infinitely sharp.
+// Receives the masks that OpenSubdiv computes. BorderVertex is the neighbourhood for which it computes them:
+// a vertex of so many faces whose outer two edges are infinitely sharp.
 struct Mask {
   using Weight = double;
   explicit Mask(size_t edges) : edge(edges, 0), face(edges, 0) {}
@@ -227,13 +227,13 @@ struct BorderVertex {
   }
 };
 
-// Faces at a vertex one after another across edges that are not infinitely sharp, counter-clockwise.
+// The faces around a vertex that are joined by edges which are not infinitely sharp, counter-clockwise.
 class Run {
 public:
   Run(const Far::TopologyLevel &level, const std::vector<Value3> &points, int vertex, int face)
       : level_(level), points_(points), vertex_(vertex) {
     int first = face, total = level.GetVertexFaces(vertex).size();
-    for (int i = 0; i < total; i++) { // back to where the run begins
+    for (int i = 0; i < total; i++) { // go back to the start of the run
       int before = across(first, edge_of(first, 0));
       if (before == -1) break;
       first = before;
@@ -247,16 +247,16 @@ public:
     }
   }
 
-  // Whether two different sharp edges bound it.
+  // Whether two different sharp edges bound the run.
   bool bounded() const { return !closed_ && edge_of(faces_.front(), 0) != edge_of(faces_.back(), 1); }
 
-  // Of one face's own two edges at the vertex.
+  // Adds the normal of a face's own two edges at the vertex.
   void add_corner(int face, std::vector<Value3> &out) const {
     add_normal(difference(corner(face, 1), own()), difference(corner(face, -1), own()), out);
   }
   void add_first_corner(std::vector<Value3> &out) const { add_corner(faces_.front(), out); }
 
-  // Of a border vertex with the faces of the run.
+  // Adds the normal of a border vertex that has the faces of the run.
   template <Sdc::SchemeType SCHEME> void add_side(std::vector<Value3> &out) const {
     size_t edges = faces_.size() + 1;
     Mask position(edges), mask1(edges), mask2(edges);
@@ -275,13 +275,13 @@ private:
     return points_[static_cast<size_t>(corners[at])];
   }
 
-  // Edge of a face that leaves the vertex (side 0) or comes to it (1).
+  // The edge of the face that leaves the vertex (side 0) or arrives at it (side 1).
   int edge_of(int face, int side) const {
     auto edges = level_.GetFaceEdges(face);
     return edges[(place(face) + (side ? edges.size() - 1 : 0)) % edges.size()];
   }
 
-  // The other face of an edge that is not infinitely sharp, or -1.
+  // The other face of an edge, or -1 when the edge is infinitely sharp or has not two faces.
   int across(int face, int edge) const {
     auto faces = level_.GetEdgeFaces(edge);
     if (faces.size() != 2 || Sdc::Crease::IsInfinite(level_.GetEdgeSharpness(edge))) return -1;
@@ -332,7 +332,7 @@ std::vector<Value3> Oracle::normals(int vertex, int face, Kind &kind) const {
     int child = next_->refiner_->GetLevel(refiner_->GetMaxLevel()).GetVertexChildVertex(vertex);
     int place = level().GetVertexFaces(vertex).FindIndex(face);
     out = next_->normals(child, next_->level().GetVertexFaces(child)[place], kind);
-    // At a corner the inner edges turn with each level, as do both at valence 2: those of this one count.
+    // At a corner, and at valence 2, the inner edges turn with each level: use those of this level.
     if (kind != Corner && kind != Amid && kind != Valence2) {
       kind = SemiSharp;
       return out;
@@ -350,7 +350,7 @@ std::vector<Value3> Oracle::normals(int vertex, int face, Kind &kind) const {
   if (kind == Amid || kind == Valence2) {
     auto faces = level().GetVertexFaces(vertex);
     for (int i = 0; i < faces.size(); i++) run.add_corner(faces[i], out);
-    if (out.size() < static_cast<size_t>(faces.size())) out.clear(); // one of them has no direction
+    if (out.size() < static_cast<size_t>(faces.size())) out.clear(); // one of the faces has no normal
   }
   if (kind == Corner) run.add_first_corner(out);
   if (kind != Side && kind != NonManifold) return out;

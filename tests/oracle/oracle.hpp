@@ -1,4 +1,4 @@
-// A cage refined by OpenSubdiv in double precision, and the normals that it gives each side of a point.
+// A cage refined by OpenSubdiv in double precision, and its normals for each side of a point.
 #pragma once
 
 #include <opensubdiv/far/topologyRefiner.h>
@@ -16,34 +16,36 @@ struct Value3 {
   }
 };
 
-// All points of a level, in OpenSubdiv's order, in place of those that subdivision makes.
+// All points of a level in OpenSubdiv's order, which replace those that subdivision makes.
 struct Sculpt {
   uint32_t level;
   std::vector<Value3> points;
 };
-using Sculpts = std::vector<Sculpt>; // of ascending levels
+using Sculpts = std::vector<Sculpt>; // by ascending level
 
 class Oracle {
 public:
-  // Above the deepest level that is sculpted, vertices are moved as far as there.
+  // On levels coarser than the deepest sculpted one, vertices are moved by as much as their descendants on
+  // that level.
   Oracle(const Cage &cage, const tw_surface_options &options, const Sculpts &sculpts = {});
 
   const OpenSubdiv::Far::TopologyRefiner &refiner() const { return *refiner_; }
   const OpenSubdiv::Far::TopologyLevel &level() const { return refiner_->GetLevel(refiner_->GetMaxLevel()); }
 
-  std::vector<Value3> points;           // of the last level, or on the limit surface
+  std::vector<Value3> points;           // of the last level, or their limits
   std::vector<std::vector<Value3>> uvs; // [set]
 
-  // Whether OpenSubdiv misreads a UV set: round a point with two values, the second of which comes again
-  // after the first has, it takes that for a third (FVarLevel::completeTopologyFromFaceValues looks at the
-  // first of two alone), and so does not see that the value is parted, which would pin it.
+  // Whether OpenSubdiv misreads a UV set. Around a point with two values, when the second value comes again
+  // after the first has, it takes it for a third value (FVarLevel::completeTopologyFromFaceValues compares
+  // only with the first of the two). So it does not see that the value's faces are separated, which would pin
+  // the value.
   bool misreads(size_t set) const;
 
-  // What is behind a normal, for counting.
+  // The rule that a normal comes from, for counting.
   enum Kind { Smooth, Side, Corner, Amid, SemiSharp, Valence2, NonManifold, Flat, KindCount };
 
-  // Unit normals that the corner of a face at a vertex of the last level may have. Empty where the tangents
-  // are parallel, but for rounding.
+  // The unit normals that the corner of a face at a vertex of the last level may have. Empty when the
+  // tangents are parallel up to rounding.
   std::vector<Value3> normals(int vertex, int face, Kind &kind) const;
 
 private:
@@ -53,7 +55,7 @@ private:
 
   std::unique_ptr<OpenSubdiv::Far::TopologyRefiner> refiner_;
   bool linear_;
-  std::vector<Value3> unmoved_; // points of the last level
+  std::vector<Value3> unmoved_; // points of the last level, before the limit
   std::vector<Value3> tangents1_, tangents2_;
-  std::unique_ptr<Oracle> next_; // one level on, while something is semi-sharp
+  std::unique_ptr<Oracle> next_; // the next level, as long as something is semi-sharp
 };

@@ -1,7 +1,7 @@
-// Points moved on levels of random cages. OpenSubdiv, told where they are, refines that level to the same
-// surface: connectivity, points (within 1e-5 of the size), limits (1e-4) and normals (5e-4), while UVs and
-// attributes stay as they were. And what holds without an oracle: unchanged points change nothing, a moved
-// cage takes its details along, a plan with other positions gives the bytes of a fresh surface.
+// Sculpts levels of random cages. OpenSubdiv, given the moved points, refines that level to the same surface:
+// connectivity, points (within 1e-5 of the size), limits (1e-4) and normals (5e-4), while UVs and attributes
+// stay as they were. Facts that need no oracle: unchanged points change nothing, a moved cage takes its
+// details along, a plan with other positions gives the bytes of a fresh surface.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -19,7 +19,7 @@ std::string with_number(const char *what, double number) {
   return text;
 }
 
-// Rows of a surface. Stays empty where there is none.
+// All rows of a surface.
 std::vector<float> read_rows(const tw_surface *surface, tw_domain domain) {
   const uint64_t count = tw_surface_row_count(surface, domain);
   std::vector<float> rows(count *
@@ -56,7 +56,7 @@ double greatest_difference(const std::vector<float> &a, const std::vector<float>
   return greatest;
 }
 
-// A similarity of space, which turns by up to so many radians.
+// A random similarity transform, which rotates by up to `radians`.
 class Motion {
 public:
   Motion(std::mt19937 &random, double scale, double radians) : scale_(scale) {
@@ -92,10 +92,11 @@ private:
   double scale_, turn_[3][3], shift_[3];
 };
 
-// Half of the time as a sculptor moves points, smoothly about a place; else a third of them at random.
+// Moves points: half of the time smoothly around one of them, as a sculptor does, else a third of them at
+// random.
 void move_points(std::vector<float> &points, double size, uint32_t level, std::mt19937 &random) {
   std::uniform_real_distribution<double> unit(-1, 1);
-  if (points.empty()) return; // a border of TW_BOUNDARY_NONE may take all
+  if (points.empty()) return; // TW_BOUNDARY_NONE may leave no faces
   const bool is_smooth = random() % 2 == 0;
   const double by = size * (is_smooth ? 0.1 : 0.1 / (1 << level));
   const size_t middle = 3 * (random() % (points.size() / 3));
@@ -112,7 +113,7 @@ void move_points(std::vector<float> &points, double size, uint32_t level, std::m
   }
 }
 
-// A cage with what is modelled onto its levels, for the library and for OpenSubdiv.
+// A cage with sculpted levels, for the library and for OpenSubdiv.
 class Model {
 public:
   Model(const Cage &cage, const tw_surface_options &options)
@@ -123,7 +124,7 @@ public:
     size = Comparison(cage_, at(0, true)).diameter();
   }
 
-  // The view of the options at a level; bare: without normals and limit.
+  // The options for a level; bare: without normals and limit.
   tw_surface_options at(uint32_t level, bool bare = false) const {
     tw_surface_options options = options_;
     options.level = level;
@@ -131,7 +132,7 @@ public:
     return options;
   }
 
-  // Moves points on a level that is deeper than those before. What goes wrong, or "".
+  // Moves points of a level, which must be deeper than those sculpted before. Returns what goes wrong, or "".
   std::string sculpt(uint32_t level, std::mt19937 &random) {
     const tw_surface_options options = at(level, true);
     Comparison before(cage_, options, sculpts_);
@@ -149,7 +150,7 @@ public:
     return failure;
   }
 
-  // The level shows the points.
+  // Sculpts the level to these points. Returns what goes wrong, also when the level then has other points.
   std::string post(uint32_t level, const std::vector<float> &points) {
     const tw_surface_options options = at(level, true);
     tw_mesh sculpted;
@@ -164,14 +165,15 @@ public:
 
   std::string compare(uint32_t level) const {
     tw_surface_options options = at(level);
-    // Above, OpenSubdiv knows no normals of points between subdivision and those shown.
+    // On levels coarser than the deepest sculpted one OpenSubdiv cannot give normals: the points shown there
+    // are moved.
     if (level < sculpts_.back().level) options.normals = false;
     Comparison comparison(cage_, options, sculpts_);
     const std::string failure = comparison.run(mesh);
     return failure.empty() ? "" : text_of(options) + ": " + failure;
   }
 
-  // The level's points in OpenSubdiv's order: ours depends on which levels have details.
+  // The level's points in OpenSubdiv's order: tweend's order depends on which levels have details.
   std::vector<float> ordered_points(uint32_t level) const {
     Comparison comparison(cage_, at(level, true), sculpts_);
     comparison.run(mesh);
@@ -182,7 +184,7 @@ public:
     return out;
   }
 
-  // The mesh with its points elsewhere. They must outlive the answer.
+  // The mesh with other positions, which must outlive the result.
   tw_mesh moved(const std::vector<float> &positions) const {
     tw_mesh out = mesh;
     out.positions = positions.data();
@@ -215,9 +217,9 @@ bool same_details(const tw_mesh &a, const tw_mesh &b) {
   return same;
 }
 
-// ---- facts of one model, sculpted on a level and, every second time, on the one below --------------------
+// ---- facts of one model, sculpted on a level and, every second time, on the next deeper one --------------
 
-// The levels from the deepest one on, and those above.
+// Compares a level from the deepest sculpted one on, and a coarser one.
 std::string agrees_with_opensubdiv(Model &model, uint32_t deepest, std::mt19937 &random) {
   std::string failure = model.compare(deepest + static_cast<uint32_t>(random() % 3));
   if (failure.empty() && deepest > 1)
@@ -250,8 +252,8 @@ std::string moves_with_its_cage(Model &model, uint32_t deepest, std::mt19937 &ra
   return "";
 }
 
-// A level that is shifted as a whole takes deeper details along (within 1e-4: they answer to rounding). A
-// hole's points cannot be moved.
+// Shifting a whole level takes deeper details along (within 1e-4, as they amplify rounding). Not with holes,
+// whose points cannot be moved.
 std::string moves_with_a_level(Model &model, uint32_t deepest, std::mt19937 &random) {
   if (model.mesh.hole_count > 0 || model.at(0).boundary == TW_BOUNDARY_NONE) return "";
   const Motion motion(random, 1, 0);
@@ -263,7 +265,7 @@ std::string moves_with_a_level(Model &model, uint32_t deepest, std::mt19937 &ran
   return missed <= 1e-4 ? "" : with_number("misses it", missed);
 }
 
-// Any level can be sculpted after deeper ones were, and shows it.
+// Any level can be sculpted after deeper ones, and then has the new points.
 std::string shows_coarser_sculpting(Model &model, uint32_t deepest, std::mt19937 &random) {
   const uint32_t level = static_cast<uint32_t>(random() % (deepest + 1));
   std::vector<float> points = points_of(model.mesh, model.at(level), level);
