@@ -1,5 +1,5 @@
-/* Nanoseconds a joint and time: sampling clips in order, at random and in bulk, beside a plain binary search
- * with libm slerp; local to world matrices. usage: anim_bench [JSON] */
+/* Nanoseconds per joint and time: sampling clips in order, at random and in bulk, compared with a plain
+ * binary search and libm slerp; local to world matrices. usage: anim_bench [JSON] */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -15,7 +15,7 @@ static void fail(void) {
   exit(1);
 }
 
-/* ---- what is sampled ------------------------------------------------------------------------------ */
+/* ---- the scene ------------------------------------------------------------------------------------ */
 
 /* Rotation tracks of `joint_count` joints with irregular keys over ten seconds. */
 typedef struct scene {
@@ -72,7 +72,7 @@ static void scene_deinit(scene *s) {
   free(s->order);
 }
 
-/* ---- the plain way: bisection, acos, sin ------------------------------------------------------------ */
+/* ---- the plain implementation: bisection, acos, sin ------------------------------------------------- */
 
 static void plain_slerp(const float *a, const float *b, float u, float *out) {
   float cosine = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3], sign = cosine < 0 ? -1 : 1;
@@ -109,7 +109,7 @@ static void plain_pose(const scene *s, float time, tw_trs *locals) {
 
 /* ---- measuring ---------------------------------------------------------------------------------------- */
 
-/* One way to sample `count` times; results go to memory that is used again, as a server's are. */
+/* A way to sample `count` times. Results go to memory that is reused, as in a server. */
 typedef void (*sampling)(const scene *s, const float *times, uint32_t count, tw_trs *locals);
 
 static void by_pose(const scene *s, const float *times, uint32_t count, tw_trs *locals) {
@@ -149,7 +149,7 @@ static void fill_times(float *times, uint32_t count, bool ascending) {
     times[i] = (float)(10 * (ascending ? (double)i / count : bench_random()));
 }
 
-/* The plain way is slow: it gets fewer times. */
+/* The plain implementation is slow, so it gets fewer times. */
 static void compare_ways(bench_report *report, const char *name, const scene *s, sampling ours,
                          sampling plain, const float *times, uint32_t count, tw_trs *locals) {
   uint32_t fewer = count > RANDOM_TIMES ? count / 10 : count;

@@ -1,5 +1,5 @@
-// The scenes of anim_bench.c sampled by three.js: nanoseconds a joint and time, beside those that anim_bench left
-// as JSON, to which they are added. Packages: npm ci in tests/node. usage: node anim_bench.mjs JSON
+// Samples the scenes of anim_bench.c with three.js: nanoseconds per joint and time, compared with those that anim_bench
+// wrote as JSON, to which they are added. Packages: npm ci in tests/node. usage: node anim_bench.mjs JSON
 import { readFileSync, writeFileSync } from 'node:fs';
 import { performance } from 'node:perf_hooks';
 import { QuaternionKeyframeTrack, REVISION } from '../node/node_modules/three/build/three.module.js';
@@ -34,7 +34,7 @@ function measure(samplers, times, byTrack) {
 const [file] = process.argv.slice(2);
 const rows = JSON.parse(readFileSync(file, 'utf8'));
 
-// Rows of scenes that both have bear the peer's numbers from now on.
+// Adds the peer's numbers to the row of the same scene.
 function compare(scene, name, runs) {
   const [least, median, most] = [runs[0], runs[RUNS >> 1], runs[RUNS - 1]];
   const row = rows.find((known) => known.scene === scene && known.name === name);
@@ -49,7 +49,7 @@ for (const joints of [24, 100, 1000])
   for (const keys of [10, 1000]) {
     const samplers = Array.from({ length: joints }, () => makeTrack(keys).createInterpolant());
     const ordered = Array.from({ length: 512 }, (_, i) => (10 * i) / 512);
-    const count = joints > 100 ? 1000 : 10000; // the rest would only take time
+    const count = joints > 100 ? 1000 : 10000; // more times would only take longer
     const bulk = Array.from({ length: count }, (_, i) => (10 * i) / count);
     const scene = `${joints} joints, ${keys} keys`;
     console.log(scene);

@@ -1,4 +1,4 @@
-/* A handler that does nothing but answer. */
+/* A libmicrohttpd handler that does nothing but answer. */
 #include "bare.h"
 
 #include <microhttpd.h>
@@ -14,7 +14,7 @@
 
 enum { FIELDS_MAX = 24 };
 
-/* What every answer is. */
+/* The answer to every request. */
 typedef struct bare {
   uint64_t size;
   char *data;
@@ -29,9 +29,9 @@ static enum MHD_Result answer(void *context, struct MHD_Connection *connection, 
   (void)method;
   (void)version;
   (void)data;
-  *size = 0; /* whatever came is taken */
+  *size = 0; /* takes all input */
   static int seen;
-  if (!*request) { /* headers only: an answer here would close the connection */
+  if (!*request) { /* first call, with the headers only: answering now would close the connection */
     *request = &seen;
     return MHD_YES;
   }
@@ -62,7 +62,7 @@ static _Noreturn void serve(const bare *body, int ready) {
   }
 }
 
-/* Cuts the lines in place. */
+/* Reads the fields of a head; cuts it in place. */
 static void take_fields(bare *body, char *head) {
   char *rest = NULL;
   strtok_r(head, "\r\n", &rest); /* the status */

@@ -8,7 +8,7 @@
 extern "C" {
 #endif
 
-/* tweend JSON: a tree of joints, each with irregular rotation keys over ten seconds. malloc'ed. */
+/* A model as tweend JSON: a tree of joints, each with irregular rotation keys over ten seconds. malloc'ed. */
 char *bench_model(int joints, int keys, size_t *size);
 
 #ifdef __cplusplus

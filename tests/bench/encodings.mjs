@@ -1,5 +1,6 @@
-// What level 4 of a cage takes as float, quantized and compressed glTF, beside npm's gltfpack of the float answer with
-// as many bits; MB a second of float bytes, cold (measuring included) and warm; the most resident memory, at levels 4 and 6.
+// Sizes of level 4 of a cage as float, quantized and compressed glTF, compared with npm's gltfpack of the float answer
+// at the same number of bits; MB of float data a second, cold (including measuring the grid) and warm; peak resident
+// memory at levels 4 and 6.
 // usage: node tests/bench/encodings.mjs BUILD [OBJ...]
 import { readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';

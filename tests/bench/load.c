@@ -1,4 +1,4 @@
-/* The client's side of a benchmark of requests. */
+/* The client of the request benchmark. */
 #include "load.h"
 
 #include "report.h"
@@ -16,10 +16,10 @@
 
 enum { CONNECTIONS_MAX = 64, BUFFER_SIZE = 64 << 10 };
 
-/* An answer on its way. */
+/* A connection and the answer that it is receiving. */
 typedef struct link_state {
-  uint64_t size, left; /* of the answer once its head is whole; left: of its body */
-  size_t head_size;    /* so far */
+  uint64_t size, left; /* bytes of the answer, once its head is complete; of its body to come */
+  size_t head_size;    /* bytes of the head so far */
   int fd;
   bool in_body;
   char head[LOAD_HEAD_MAX + 1];
@@ -45,7 +45,7 @@ static void ask(load *l, const link_state *link) {
   if (send(link->fd, text, size, MSG_NOSIGNAL) != (ssize_t)size) fail("a request could not be sent");
 }
 
-/* Takes the head out of the bytes that came; returns how many of them it was. */
+/* Appends bytes to the head; returns how many belonged to it. */
 static size_t take_head(link_state *link, const char *bytes, size_t size) {
   size_t before = link->head_size, room = LOAD_HEAD_MAX - before, count = size < room ? size : room;
   memcpy(link->head + before, bytes, count);
@@ -64,7 +64,7 @@ static size_t take_head(link_state *link, const char *bytes, size_t size) {
   return head - before;
 }
 
-/* Reads what is there; true when the answer is complete. */
+/* Reads available bytes; true when the answer is complete. */
 static bool read_answer(link_state *link) {
   static char buffer[BUFFER_SIZE];
   ssize_t got = recv(link->fd, buffer, sizeof buffer, 0);

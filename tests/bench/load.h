@@ -1,4 +1,4 @@
-/* A load generator: keep-alive connections to 127.0.0.1 from one thread, one request at a time on each. */
+/* A load generator: one thread with keep-alive connections to 127.0.0.1, one request at a time on each. */
 #ifndef BENCH_LOAD_H
 #define BENCH_LOAD_H
 
@@ -7,20 +7,21 @@
 
 enum { LOAD_REQUEST_SIZE = 1024, LOAD_HEAD_MAX = 4096 };
 
-/* Writes the n-th request, complete, and returns its length. */
+/* Writes the complete n-th request and returns its length. */
 typedef size_t (*load_request)(const void *context, uint64_t n, char out[LOAD_REQUEST_SIZE]);
 
 typedef struct load {
   uint16_t port;
   load_request request;
   const void *context;
-  uint64_t sent; /* goes on from call to call */
-  /* Of the last answer: bytes of head and body, and its head, terminated. */
+  uint64_t sent; /* requests sent so far, over all calls */
+  /* The last answer: size of head and body, and its head, terminated. */
   uint64_t answer_size;
   char head[LOAD_HEAD_MAX + 1];
 } load;
 
-/* Requests a second over about `seconds`; ends the program on an answer other than 200 with a length. */
+/* Returns requests a second, measured over about `seconds`. Exits on an answer that is not 200 or has no
+ * length. */
 double load_run(load *l, int connections, double seconds);
 
 #endif

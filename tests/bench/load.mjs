@@ -1,7 +1,7 @@
-// Prints requests a second and times of small answers beside nginx, which sends the same bytes from files; the same
-// with 10,000 idle connections held; how the daemon fares under slowhttptest's attacks and under twice the work that
-// it can do; and its memory over millions of requests. All on loopback, in bounded time.
-// usage: node tests/bench/load.mjs BUILD-FOLDER [small|idle|attacks|overload|soak=MILLIONS]...    without a part: all, 10
+// Prints requests a second and latencies of small answers, compared with nginx, which sends the same bytes from files;
+// the same with 10,000 idle connections; how the daemon fares under slowhttptest's attacks and under twice the work
+// that it can do; and its memory over millions of requests. All over loopback, in bounded time.
+// usage: node tests/bench/load.mjs BUILD-FOLDER [small|idle|attacks|overload|soak=MILLIONS]...    default: all, 10 million
 import { execFileSync, spawn } from 'node:child_process';
 import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { connect } from 'node:net';
@@ -19,7 +19,7 @@ const folder = mkdtempSync(join(tmpdir(), 'tweend-load-'));
 const daemon = new Daemon(['--sample', '--max-connections', `${IDLE + 1000}`, '--idle-timeout', '600s', '--header-timeout', '20s']);
 let failed = false;
 
-/** A statement that has to hold. */
+/** Prints whether a statement holds; if not, the benchmark fails. */
 function expect(holds, text) {
   console.log(`${holds ? 'holds' : 'DOES NOT HOLD'}: ${text}`);
   failed ||= !holds;
@@ -38,7 +38,8 @@ function run(command, args) {
   });
 }
 
-/** Loads url from so many connections; requests a second, 50 and 99 in a hundred in ms, and answers not 2xx. */
+/** Loads a URL over `connections`. Returns requests a second, the 50th and 99th percentile in ms, and how many answers
+ *  were not 2xx. */
 async function load(url, connections, seconds = SECONDS, script = null) {
   const args = ['-t1', `-c${connections}`, `-d${seconds}s`, '--latency', ...(script ? ['-s', script] : []), url];
   const text = await run('wrk', args);
@@ -59,7 +60,7 @@ const whole = (number) => Math.round(number).toLocaleString('en');
 
 let nginx;
 
-/** Serves the bodies of the daemon's answers from files, in the same order of sizes. */
+/** Starts nginx, which serves the bodies of the daemon's answers from files. */
 async function startNginx(bodies) {
   mkdirSync(join(folder, 'www'));
   for (const [name, bytes] of Object.entries(bodies)) writeFileSync(join(folder, 'www', name), bytes);
@@ -119,7 +120,8 @@ async function idle(path) {
   for (const socket of sockets) socket.destroy();
 }
 
-/** Health checks a few times a second until stop(); the slowest in ms, and how many failed. */
+/** Sends health checks a few times a second until the returned function is called; that returns the slowest in ms, and
+ *  how many failed. */
 function watch() {
   let slowest = 0;
   let failures = 0;
@@ -160,7 +162,7 @@ async function attacks(large) {
   }
 }
 
-/** Twice as many surfaces at once as are taken, each of its own, while small requests are timed. */
+/** Requests twice as many different surfaces at once as the daemon admits, while small requests are timed. */
 async function overload(heavy, light) {
   const script = join(folder, 'heavy.lua');
   writeFileSync(script, `n = 0 request = function() n = n + 1 return wrk.format("GET", "${heavy}&at=" .. n / 1000) end`);
@@ -176,7 +178,7 @@ async function overload(heavy, light) {
 
 const resident = () => Number(readFileSync(`/proc/${daemon.process.pid}/status`, 'utf8').match(/VmRSS:\s+(\d+)/)[1]) / 1024;
 
-/** Requests of all kinds, the small ones more often. */
+/** Sends requests of all kinds, small ones more often. */
 async function soak(model, wanted) {
   const script = join(folder, 'mixed.lua');
   const post = 'wrk.format("POST", "/v1/pose.json?at=0", {["Content-Type"]="application/json"}, body)';

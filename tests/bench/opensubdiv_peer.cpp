@@ -38,7 +38,7 @@ Refiner refine(const tw_mesh &mesh, tw_scheme scheme, unsigned level, bool full)
   d.numCreases = static_cast<int>(mesh.crease_count);
   d.creaseVertexIndexPairs = reinterpret_cast<const int *>(mesh.crease_edges);
   d.creaseWeights = mesh.crease_sharpness;
-  Far::TopologyDescriptor::FVarChannel uvs; // the refiner has to keep their seams
+  Far::TopologyDescriptor::FVarChannel uvs; // so that the refiner keeps their seams
   uvs.numValues = static_cast<int>(mesh.uv_sets[0].value_count);
   uvs.valueIndices = reinterpret_cast<const int *>(mesh.uv_sets[0].corners);
   d.numFVarChannels = mesh.uv_set_count > 0 ? 1 : 0;

@@ -1,4 +1,4 @@
-// The same work as tweend's, done by OpenSubdiv.
+// OpenSubdiv, doing the same work as tweend.
 #ifndef TWEEND_OPENSUBDIV_PEER_HPP
 #define TWEEND_OPENSUBDIV_PEER_HPP
 
@@ -7,7 +7,8 @@
 
 namespace opensubdiv {
 
-// Soup to points and indices of the last level, with limit tangents where normals are asked for.
+// Times the way from polygon soup to points and indices of the last level; with `normals`, limit tangents
+// too.
 Timing subdivide(const tw_mesh &mesh, tw_scheme scheme, unsigned level, bool normals);
 
 } // namespace opensubdiv

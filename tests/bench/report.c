@@ -1,4 +1,4 @@
-/* Rows of benchmarks. */
+/* Clocks, medians, and rows of results. */
 #include "report.h"
 
 #include <stdarg.h>

@@ -1,7 +1,6 @@
-/* Requests a second of pose.json and pose.bin, every one for another time, beside a bare libmicrohttpd
- * handler that takes the same requests and sends as many bytes; both serve on one thread, and the client has
- * one of its own, so that the rate is that of the busier of the two. usage:
- * request_bench TWEEND [JSON] */
+/* Requests a second of pose.json and pose.bin, each for another time, compared with a bare libmicrohttpd
+ * handler that gets the same requests and sends as many bytes. Each server and the client have one thread, so
+ * the rate is that of the busier of the two. usage: request_bench TWEEND [JSON] */
 #include "bare.h"
 #include "bench_model.h"
 #include "load.h"
@@ -71,7 +70,7 @@ static void stop_daemon(const daemon_process *daemon) {
   waitpid(removal, NULL, 0);
 }
 
-/* Seconds that all threads of a process have spent. */
+/* Processor seconds of all threads of a process. */
 static double cpu_seconds(pid_t process) {
   clockid_t clock;
   struct timespec spent;
@@ -81,7 +80,7 @@ static double cpu_seconds(pid_t process) {
 
 /* ---- the model --------------------------------------------------------------------------------------- */
 
-/* Stores the model and copies its id. */
+/* Uploads the model; id receives its id. */
 static void upload(uint16_t port, const char *model, size_t size, char id[33]) {
   struct sockaddr_in address = {.sin_family = AF_INET, .sin_port = htons(port)};
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
@@ -107,7 +106,7 @@ static void upload(uint16_t port, const char *model, size_t size, char id[33]) {
 
 typedef struct pose_target {
   const char *id, *form;
-  bool again; /* the same time in every request */
+  bool again; /* true: the same time in every request */
 } pose_target;
 
 static size_t pose_request(const void *context, uint64_t n, char out[LOAD_REQUEST_SIZE]) {
@@ -118,11 +117,11 @@ static size_t pose_request(const void *context, uint64_t n, char out[LOAD_REQUES
                           target->form, time);
 }
 
-/* One of those who serve by turns. */
+/* One of the servers that are measured in turn. */
 typedef struct server {
   load load;
   pid_t process;
-  double rates[BENCH_RUNS], cpu_us[BENCH_RUNS]; /* a request */
+  double rates[BENCH_RUNS], cpu_us[BENCH_RUNS]; /* cpu_us: microseconds per request */
 } server;
 
 static void run_by_turns(server *servers, int count) {

@@ -45,7 +45,7 @@ namespace {
 
 using Quad = std::array<uint32_t, 4>;
 
-// Points of the ball, named by their place on the cube's lattice.
+// Creates the points of the ball, identified by their place on the cube's lattice.
 class Lattice {
 public:
   Lattice(Soup &soup, int n) : soup_(soup), n_(n) {}
@@ -102,7 +102,7 @@ namespace {
 
 using Cell = std::array<int, 3>;
 
-// A wavy field, inside where it is below 0.
+// A wavy scalar field; inside is where it is below 0.
 double field(const Cell &p, int n) {
   double x = 4.0 * p[0] / n - 2, y = 4.0 * p[1] / n - 2, z = 4.0 * p[2] / n - 2;
   return std::sin(2.1 * x) * std::cos(1.7 * y) + std::sin(1.9 * y) * std::cos(2.3 * z) +
@@ -136,7 +136,8 @@ private:
     return place->second;
   }
 
-  // The surface leaves a face of the cell where a run of inner corners ends, and enters where it begins.
+  // The surface leaves a face of the cell where a run of inner corners ends, and enters it where the run
+  // begins.
   void cross_face(const std::array<Cell, 4> &face, std::map<Crossing, Crossing> &next) {
     for (size_t end = 0; end < 4; end++) {
       size_t after = (end + 1) % 4, first = end;

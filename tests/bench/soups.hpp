@@ -15,27 +15,27 @@ struct Soup {
   std::vector<uint32_t> uv_corners; // of each corner
   std::vector<uint32_t> creases;    // pairs of points
   std::vector<float> crease_sharpness;
-  std::vector<uint16_t> joints; // four of each point; empty: none
+  std::vector<uint16_t> joints; // four a point; empty: none
   std::vector<float> weights;
 
   void face(std::initializer_list<uint32_t> face);
   tw_mesh mesh() const; // a view
-  // The same points a little elsewhere, as an animation would have them.
+  // The points moved a little, as by an animation.
   std::vector<float> moved() const;
 };
 
-// A cube of n x n quads a side, blown up to a bumpy ball. Faces come in random order when shuffled.
+// A cube of n x n quads a side, inflated to a bumpy ball. shuffled: faces in random order.
 Soup ball(int n, bool shuffled);
 
-// What a scan is like: an isosurface in a box of n x n x n cells by marching cubes, of triangles of all
-// shapes round points of three to a dozen, with borders where the box cuts it.
+// Like a scan: an isosurface in a box of n x n x n cells by marching cubes, of triangles of all shapes, with
+// valences from three to a dozen, and borders where the box cuts it.
 Soup isosurface(int n);
 
-// What a character's cage is like: 6 n n quads of which every third is two triangles, with a chart of UVs for
-// each side, creases round two of them and a skin of a dozen joints.
+// Like a character's cage: 6 n n quads of which every third is cut into two triangles, with a UV chart for
+// each side, creases around two of them and a skin of a dozen joints.
 Soup character(int n);
 
-// The first mesh of an OBJ file; ends the program when it is none.
+// The first mesh of an OBJ file; exits when it cannot be read.
 Soup read_obj(const std::string &file);
 
 #endif

@@ -1,6 +1,6 @@
-// Subdivision beside OpenSubdiv, both measured in this one run: from polygon soup to points and quad
-// indices, what limit normals add, and new positions on a topology that is known. All on one thread.
-// usage: subdiv_bench [--only=NAME] [--json=FILE] [OBJ...]   an OBJ file joins at levels 1 to 3
+// Subdivision compared with OpenSubdiv in the same run: from polygon soup to points and indices, the cost of
+// limit normals, and new positions on a known topology. All on one thread.
+// usage: subdiv_bench [--only=NAME] [--json=FILE] [OBJ...]   an OBJ file is added at levels 1 to 3
 //        subdiv_bench --print-ball=N                          prints a cage of 6 N N quads as OBJ, or
 //        subdiv_bench --print-isosurface=N, --print-character=N   one of those of soups.hpp
 //        subdiv_bench --peer OBJ LEVEL    prints the seconds of OpenSubdiv with limit tangents
@@ -34,7 +34,7 @@ struct Case {
 
 // ---- tweend ----------------------------------------------------------------------------------
 
-// Buffers that are used again, as a stream uses its blocks again.
+// Buffers that are reused, as a stream reuses its blocks.
 std::vector<float> row_buffer;
 std::vector<uint32_t> face_buffer;
 

@@ -1,4 +1,4 @@
-// Times of repeated work: median, least and most, but for a twentieth at each end.
+// Times of repeated work: median, least and most, without the fastest and the slowest twentieth.
 #ifndef TWEEND_TIMING_HPP
 #define TWEEND_TIMING_HPP
 
@@ -15,9 +15,9 @@ struct Timing {
   double spread() const { return (high - low) / median; }
 };
 
-// Works by turns, so that none of them alone meets a minute in which the machine is slow: BENCH_RUNS times
-// each and more, until they have taken a quarter of a second. The first run, which warms caches and buffers
-// up, is not counted.
+// Runs the works in turn, so that a slow minute of the machine does not hit only one of them: at least
+// BENCH_RUNS times each, until they have taken a quarter of a second. The first run, which warms caches and
+// buffers up, does not count.
 template <typename... Works> std::array<Timing, sizeof...(Works)> measure_by_turns(const Works &...works) {
   constexpr size_t RUNS = BENCH_RUNS;
   constexpr double SECONDS = 0.25;
