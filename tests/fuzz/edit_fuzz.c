@@ -1,4 +1,4 @@
-/* Any bytes as a mesh and as edits of it: what they make is a mesh, or the mesh is refused. */
+/* Reads any bytes as a mesh and as edits of it: the result is a valid mesh, or the input is refused. */
 #include <stdlib.h>
 
 #include "mesh_of_bytes.h"
@@ -10,7 +10,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size);
 
 enum { EDITS = 5, LIST = 6 };
 
-/* What edits point to. */
+/* The arrays that edits point to. */
 typedef struct lists {
   uint32_t indices[EDITS][LIST][2];
   double cuts[EDITS][3];
@@ -97,7 +97,7 @@ static void check_ascending(const uint32_t *indices, uint32_t count, uint32_t be
   for (uint32_t i = 0; i < count; i++) demand(indices[i] < below && (i == 0 || indices[i - 1] < indices[i]));
 }
 
-/* What others ask of any mesh. */
+/* Asserts that an edited mesh passes the functions that take any mesh. */
 static void check_mesh(const tw_mesh *mesh, tw_arena *arena) {
   tw_mesh_stats stats;
   tw_mesh creased;

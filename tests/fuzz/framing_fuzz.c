@@ -1,5 +1,5 @@
-/* Any text as a request's head, cut as the HTTP library cuts it: a head that passes says once, and plainly,
- * where its body ends. */
+/* Reads any text as a request's head, split as the HTTP library splits it: a head that passes states once,
+ * and unambiguously, where its body ends. */
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
@@ -8,7 +8,7 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size);
 
-/* The terminated part of *at up to a separator, behind which *at comes to lie. */
+/* Terminates and returns the text up to a separator; moves *at behind it. */
 static char *cut(char **at, char separator) {
   char *part = *at, *end = strchr(part, separator);
   *at = end ? end + 1 : part + strlen(part);
@@ -16,7 +16,7 @@ static char *cut(char **at, char separator) {
   return part;
 }
 
-/* What the lines say of the body, counted here a second time. */
+/* What the lines say of the body, counted independently of framing.c. */
 typedef struct body_lines {
   size_t lengths, codings;
   uint64_t length;

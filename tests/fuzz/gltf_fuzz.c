@@ -1,4 +1,4 @@
-/* Any bytes as glTF or GLB: read or refused. */
+/* Reads any bytes as glTF or GLB: they are read or refused. */
 #include "use_model.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size);

@@ -1,5 +1,6 @@
-/* Any bytes on a connection to a whole daemon that stores one model, "{id}" standing for the model's id: what
- * comes back begins as HTTP does, the connection ends, and the next one is served. The store is in memory. */
+/* Sends any bytes on a connection to a whole daemon that stores one model; "{id}" is replaced by the model's
+ * id. The answer must begin as HTTP, the connection must end, and the next one must be served. The store is
+ * in memory. */
 #include "http.h"
 #include "listen.h"
 #include "loopback.h"
@@ -94,7 +95,7 @@ static void stop(served *d) {
   free(d);
 }
 
-/* What the client sends: the input with the model's id in it. */
+/* Copies the input with "{id}" replaced by the model's id; returns its length. */
 static size_t fill_in(const served *d, const uint8_t *bytes, size_t size, char *out) {
   static const char MARK[] = "{id}";
   size_t length = 0;
@@ -109,8 +110,8 @@ static size_t fill_in(const served *d, const uint8_t *bytes, size_t size, char *
   return length;
 }
 
-/* Sends all, then reads until the daemon closes or has nothing more to say: a stream of live poses has no
- * end. head: the first bytes of what came, terminated. */
+/* Sends the text, then reads until the daemon closes the connection or is silent: a live stream has no end.
+ * head: the first bytes of the answer, terminated. */
 static void converse(const served *d, const char *text, size_t size, int silence_ms, char *head,
                      size_t head_size) {
   int fd = srv_address_connect(&d->address, PATIENCE_MS);
@@ -122,7 +123,7 @@ static void converse(const served *d, const char *text, size_t size, int silence
     struct pollfd end = {.fd = fd, .events = (short)(sent < size ? POLLIN | POLLOUT : POLLIN)};
     bool works = atomic_load(&d->server.in_flight) > 0;
     int ready = poll(&end, 1, works && silence_ms < STREAM_MS ? STREAM_MS : silence_ms);
-    if (ready < 0 && errno == EINTR) continue; /* the fuzzer's own timer */
+    if (ready < 0 && errno == EINTR) continue; /* the fuzzer's timer */
     if (ready <= 0) break;
     if (end.revents & POLLOUT) {
       ssize_t more = send(fd, text + sent, size - sent, MSG_NOSIGNAL | MSG_DONTWAIT);
@@ -135,7 +136,7 @@ static void converse(const served *d, const char *text, size_t size, int silence
     kept += more;
   }
   head[kept] = '\0';
-  /* A reset, which ends what is under way. */
+  /* Close with a reset, which ends any request in progress. */
   setsockopt(fd, SOL_SOCKET, SO_LINGER, &(struct linger){.l_onoff = 1}, sizeof(struct linger));
   close(fd);
 }
@@ -164,7 +165,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size) {
   wait_for_no_connection(d);
   converse(d, HEALTH, strlen(HEALTH), PATIENCE_MS, head, sizeof head);
   if (strncmp(head, "HTTP/1.1 200", strlen("HTTP/1.1 200")) != 0) give_up("not well afterwards");
-  if (loopback_store_count(d->loop) != 1) { /* the model is there, and the store does not grow */
+  if (loopback_store_count(d->loop) != 1) { /* start again: the model is gone or the store has grown */
     stop(d);
     d = NULL;
   }

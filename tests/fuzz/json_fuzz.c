@@ -1,4 +1,4 @@
-/* Any bytes as tweend JSON: read or refused. */
+/* Reads any bytes as tweend JSON: they are read or refused. */
 #include "upload.h"
 #include "use_model.h"
 

@@ -31,7 +31,7 @@ static void add_face(storage *own, tw_mesh *mesh, const uint32_t *points, uint32
   own->offsets[++mesh->face_count] = mesh->corner_count;
 }
 
-/* A piece of a grid, of quads or triangles, so that some of it is regular. */
+/* Adds part of a grid of quads or triangles, so that some of the mesh is regular. */
 static void add_grid(source *s, storage *own, tw_mesh *mesh, bool triangles) {
   enum { SIDE = 5 };
   uint32_t width = 1 + take(s, SIDE - 1), height = 1 + take(s, triangles ? 3 : SIDE - 1);
@@ -47,7 +47,7 @@ static void add_grid(source *s, storage *own, tw_mesh *mesh, bool triangles) {
     own->corners[take(s, mesh->corner_count)] = take(s, mesh->point_count);
 }
 
-/* No point follows itself at once: such meshes are refused. */
+/* Changes corners until no two neighbours in a face are the same point, as such meshes are refused. */
 static void part_corners(storage *own, const tw_mesh *mesh) {
   for (uint32_t f = 0; f < mesh->face_count; f++) {
     uint32_t begin = own->offsets[f], last = own->offsets[f + 1] - 1;
@@ -77,7 +77,7 @@ static void take_faces(source *s, storage *own, tw_mesh *mesh) {
 static void take_tags(source *s, storage *own, tw_mesh *mesh) {
   mesh->crease_count = mesh->corner_count > 0 ? take(s, TAGS + 1) : 0;
   for (uint32_t i = 0; i < mesh->crease_count; i++) {
-    uint32_t corner = take(s, mesh->corner_count - 1); /* two that follow each other are often an edge */
+    uint32_t corner = take(s, mesh->corner_count - 1); /* neighbouring corners are mostly an edge */
     own->creases[i][0] = own->corners[corner];
     own->creases[i][1] = own->corners[corner + 1];
     own->crease_sharpness[i] = take_sharpness(s);
@@ -99,7 +99,7 @@ static void take_uvs(source *s, storage *own, tw_mesh *mesh) {
   for (uint32_t u = 0; u < mesh->uv_set_count; u++) {
     uint32_t count = 1 + take(s, VALUES);
     take_numbers(s, own->uvs[u][0], 2 * (size_t)count);
-    for (uint32_t c = 0; c < mesh->corner_count; c++) /* without a seam here and there */
+    for (uint32_t c = 0; c < mesh->corner_count; c++) /* two of three corners without a seam */
       own->uv_corners[u][c] = (take(s, 3) ? own->corners[c] : take(s, count)) % count;
     mesh->uv_sets[u] = (tw_uv_set){count, own->uvs[u][0], own->uv_corners[u]};
   }
@@ -117,7 +117,7 @@ static void take_normals(source *s, storage *own, tw_mesh *mesh) {
   mesh->has_tangents = take(s, 2);
 }
 
-/* What points and faces bear besides. */
+/* Adds attributes, a skin, morph targets, groups, smoothing and tangent UVs. */
 static void take_values(source *s, storage *own, tw_mesh *mesh) {
   uint32_t kinds = take(s, 256);
   if (kinds & 1) {

@@ -1,4 +1,4 @@
-/* Any bytes as a mesh, built as no reader would dare. */
+/* Builds a mesh from any bytes, including meshes that no reader would produce. */
 #ifndef TWEEND_MESH_OF_BYTES_H
 #define TWEEND_MESH_OF_BYTES_H
 
@@ -6,19 +6,19 @@
 
 enum { POINTS = 32, FACES = 24, FACE_SIZE = 9, CORNERS = FACES * FACE_SIZE, TAGS = 6, VALUES = 16 };
 
-/* Zeros behind its end. */
+/* A source of bytes; zeros follow its end. */
 typedef struct source {
   const uint8_t *at, *end;
 } source;
 
 uint32_t take(source *s, uint32_t below);
 
-/* Mostly of a coarse grid, so that values meet. */
+/* Mostly values of a coarse grid, so that equal values are frequent. */
 float take_number(source *s);
 void take_numbers(source *s, float *out, size_t count);
 float take_sharpness(source *s);
 
-/* Everything that a mesh may point to. */
+/* All arrays that a mesh may point to. */
 typedef struct storage {
   float positions[POINTS][3], colors[POINTS][4], own[POINTS][1], moves[2][POINTS][3], weights[POINTS][4];
   uint16_t joints[POINTS][4];
@@ -31,7 +31,8 @@ typedef struct storage {
   const float *morphs[2], *morph_normals[2];
 } storage;
 
-/* Faces may be none, lie on each other or be turned round; what readers refuse is not there. */
+/* Builds a mesh. It may have no faces, or faces that coincide or have opposite windings, but mostly nothing
+ * that readers refuse. */
 void take_mesh(source *s, storage *own, tw_mesh *mesh);
 
 #endif

@@ -1,4 +1,4 @@
-/* Mode, filter, stride and count in four bytes, then any bytes as a compressed view. */
+/* Decodes any bytes as a compressed view; the first four are its mode, filter, stride and count. */
 #include <stdlib.h>
 
 #include "meshopt_read.h"

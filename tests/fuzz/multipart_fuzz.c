@@ -1,5 +1,5 @@
-/* A line with any Content-Type, then any bytes as the form that it declares: the files in it lie inside
- * them, and may make a GLB. */
+/* Reads a line with any Content-Type, then any bytes as the form that it declares. The files in the form must
+ * lie inside the bytes, and may make a GLB. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -13,7 +13,7 @@ static void check_inside(const tw_named_file *file, api_bytes body) {
     abort();
 }
 
-/* The first file as a glTF that names the others. */
+/* Bundles the first file as a glTF with the files that it names. */
 static void join(const tw_named_file *gltf, const api_form *form) {
   uint8_t *glb;
   size_t size;

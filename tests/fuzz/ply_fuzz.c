@@ -1,4 +1,4 @@
-/* Any bytes as a PLY file: read or refused. */
+/* Reads any bytes as a PLY file: they are read or refused. */
 #include "use_model.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size);

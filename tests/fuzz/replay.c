@@ -1,5 +1,5 @@
-/* Runs a fuzz target over the files of a folder, as an ordinary test (TAP): what libFuzzer found once
- * stays found. Usage: PROGRAM FOLDER */
+/* Runs a fuzz target over the files of a folder as an ordinary test (TAP), so that what libFuzzer found stays
+ * fixed. Usage: PROGRAM FOLDER */
 #include <dirent.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -7,7 +7,7 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size);
 
-/* Runs one file from memory of just its size, so that the sanitizer sees a read past the end. */
+/* Runs one file from an allocation of exactly its size, so that a sanitizer detects a read past the end. */
 static int run_file(const char *path) {
   FILE *file = fopen(path, "rb");
   if (!file) return -1;
@@ -35,7 +35,7 @@ int main(int argc, char **argv) {
       int failed = run_file(path) != 0;
       failures += failed;
       printf("%sok %d - %s\n", failed ? "not " : "", ++tests, names[i]->d_name);
-      fflush(stdout); /* a crash must not swallow it */
+      fflush(stdout); /* so that a crash does not lose the line */
     }
     free(names[i]);
   }

@@ -1,6 +1,6 @@
-/* Any text as a request to a service that stores one model: a head as HTTP has it, in which "{id}" stands for
- * the model, and a body. It is answered, and the answer can be read. Models, surfaces and poses in all their
- * parameters and with all fields. */
+/* Sends any text, an HTTP head and a body, as a request to a service that stores one model; "{id}" stands for
+ * the model's id. It must be answered, and the answer must be readable. Covers models, surfaces and poses
+ * with all their parameters and header fields. */
 #include "loopback.h"
 
 #include <stdio.h>
@@ -42,7 +42,7 @@ static void read_first_frames(const api_live *live) {
   }
 }
 
-/* The text up to the next line break, behind which *at comes to lie. */
+/* Terminates and returns the line at *at; moves *at behind it. */
 static char *take_line(char **at) {
   char *line = *at;
   size_t length = strcspn(line, "\n");
@@ -52,7 +52,8 @@ static char *take_line(char **at) {
   return line;
 }
 
-/* "METHOD TARGET HTTP/1.1": the method is left in line. NULL where there is no target. */
+/* Splits "METHOD TARGET HTTP/1.1": leaves the method in `line`, copies the target with "{id}" replaced. NULL
+ * when there is no target. */
 static char *cut_target(char *line, const char *id, char target[LINE_MAX + API_ID_TEXT]) {
   char *from = strchr(line, ' ');
   if (!from || strlen(from) > LINE_MAX) return NULL;
@@ -66,8 +67,8 @@ static char *cut_target(char *line, const char *id, char target[LINE_MAX + API_I
   return target;
 }
 
-/* The fields up to an empty line, as the harness takes them. Lengths and codings of the transfer are the
- * server's to judge. */
+/* Reads the fields up to an empty line, in the form of loopback_ask. Skips Content-Length and transfer
+ * codings, which the server checks. */
 static void take_fields(char **at, char fields[FIELDS_MAX]) {
   size_t length = 0;
   for (int count = 0; **at; count++) {
@@ -98,7 +99,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size) {
     reply_free(&r);
   }
   free(text);
-  if (loopback_store_count(loop) != 1) { /* the model is there, and the store does not grow */
+  if (loopback_store_count(loop) != 1) { /* start again when the model was deleted or the store has grown */
     loopback_stop(loop);
     loop = NULL;
   }

@@ -1,4 +1,4 @@
-/* Any bytes as an STL file: read or refused. */
+/* Reads any bytes as an STL file: they are read or refused. */
 #include "use_model.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size);

@@ -1,4 +1,4 @@
-/* Any bytes as a mesh and as options: what is read of its surface fits. */
+/* Reads any bytes as a mesh and options: what is read from its surface must be consistent. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,7 +9,7 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size);
 
-/* Of an answer, at most. */
+/* The most corners of a tested surface. */
 enum { ROWS = 1 << 13 };
 
 static tw_surface_options take_options(source *s) {
@@ -28,7 +28,7 @@ static tw_surface_options take_options(source *s) {
   return options;
 }
 
-/* ---- what is read fits ----------------------------------------------------------------------- */
+/* ---- what is read is consistent -------------------------------------------------------------- */
 
 static void demand(bool holds) {
   if (!holds) abort();
@@ -46,7 +46,7 @@ static size_t row_width(const tw_surface *surface, tw_domain domain) {
                                     : tw_surface_get_layout(surface)->stride;
 }
 
-/* All rows, in blocks of a size. */
+/* Reads all rows, `block` at a time. */
 static float *read_rows(const tw_surface *surface, tw_domain domain, size_t block) {
   size_t count = (size_t)tw_surface_row_count(surface, domain), width = row_width(surface, domain);
   float *out = must_allocate(count * width, sizeof *out);
@@ -116,7 +116,7 @@ static bool is_small(const tw_mesh *mesh, const tw_surface_options *options, tw_
   return tw_surface_count(mesh, options, counts, NULL) == TW_OK && counts->corners <= ROWS;
 }
 
-/* The same bytes as of a mesh with these positions. */
+/* A plan with new positions must give the same bytes as a mesh with these positions. */
 static void check_moved(const tw_surface *plan, tw_mesh mesh, const float *positions) {
   tw_surface *moved, *fresh;
   if (tw_surface_with_positions_by(plan, positions, NULL, &moved) != TW_OK) return;
@@ -132,7 +132,7 @@ static void check_moved(const tw_surface *plan, tw_mesh mesh, const float *posit
   tw_surface_destroy(fresh);
 }
 
-/* As GLB: as long as it said. */
+/* The GLB of the surface must have the predicted size. */
 static void check_file(const tw_mesh *mesh, const tw_surface *surface, tw_polygons polygons) {
   tw_node nodes[7] = {{.parent = TW_NO_INDEX, .mesh = 0, .skin = TW_NO_INDEX, .rest = TW_TRS_IDENTITY}};
   uint32_t joints[6] = {1, 2, 3, 4, 5, 6}, order[7] = {0, 1, 2, 3, 4, 5, 6};
@@ -166,7 +166,7 @@ static void check_file(const tw_mesh *mesh, const tw_surface *surface, tw_polygo
   tw_gltf_stream_destroy(stream);
 }
 
-/* The points of a level, some of them elsewhere, as a detail. What it cannot be of stays as it is. */
+/* Sculpts a level: moves some of its points. Leaves the mesh as it is when the level cannot be sculpted. */
 static void model_onto(source *s, tw_surface_options options, tw_arena *arena, tw_mesh *mesh) {
   tw_surface_counts counts;
   tw_surface *surface;

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Reading has checked the keys, so that compiling a clip must not fail but for memory. */
+/* The reader has checked the keys, so compiling a clip may fail only without memory. */
 static void pose(const tw_model *model) {
   tw_trs *locals = calloc(model->node_count + 1, sizeof *locals);
   for (uint32_t i = 0; locals && i < model->clip_count; i++) {
@@ -54,7 +54,7 @@ static void write_packed(const tw_model *model, tw_scene *scene, tw_encoding enc
   for (uint32_t i = 0; i < model->mesh_count; i++) tw_packs_destroy(packs[i]);
 }
 
-/* An answer of the whole model in every encoding, its size as told. */
+/* Writes the whole model in every encoding; each answer must have the size that it stated. */
 static void draw(const tw_model *model) {
   static const tw_surface_options options = {.level = 1, .normals = true};
   tw_surface *surfaces[MESHES] = {NULL};
@@ -75,7 +75,7 @@ static void draw(const tw_model *model) {
   while (count > 0) tw_surface_destroy(surfaces[--count]);
 }
 
-/* The file must be read, and what it says of the cages must fit. */
+/* The GLB must be readable, without warnings about its extras.tweend. */
 static void check_read(const uint8_t *bytes, size_t size) {
   tw_model *back = NULL;
   tw_error error = {0};
@@ -108,17 +108,17 @@ static bool has_but_holes(const tw_mesh *mesh) {
   return holes > 0 && holes == mesh->face_count;
 }
 
-/* The cages as GLB. */
+/* Writes the cages as GLB and reads them back. */
 static void store(const tw_model *model) {
   tw_surface *surfaces[MESHES] = {NULL};
   tw_arena *arena = tw_arena_create();
   uint32_t count = 0;
   for (; arena && count < model->mesh_count; count++) {
     tw_mesh open;
-    if (has_but_holes(&model->meshes[count])) break; /* glTF draws something of each mesh */
+    if (has_but_holes(&model->meshes[count])) break; /* a glTF mesh cannot be empty */
     const tw_surface_options options = {.tagged = true};
     if (tw_mesh_open_holes(&model->meshes[count], arena, &open) != TW_OK) break;
-    open.detail_count = 0; /* the file says them beside the cage */
+    open.detail_count = 0; /* the file stores details beside the cage */
     if (tw_surface_create(&open, &options, &surfaces[count], NULL) != TW_OK) break;
   }
   if (arena && count == model->mesh_count) {
@@ -133,14 +133,14 @@ static void store(const tw_model *model) {
   tw_arena_destroy(arena);
 }
 
-/* A mesh that an edit or a way back has made. */
+/* A mesh made by an edit, sculpting or coarsening must be valid. */
 static void check_made(const tw_mesh *mesh, tw_scheme scheme, uint32_t level, tw_surface_counts *counts) {
   const tw_surface_options options = {.level = level, .scheme = scheme};
   if (tw_mesh_check(mesh, NULL, NULL) != TW_OK || tw_surface_count(mesh, &options, counts, NULL) != TW_OK)
     abort();
 }
 
-/* Cleans a mesh as a scan is cleaned. What cannot be done leaves the mesh as it is. */
+/* Cleans a mesh with the edits for scans. An edit that fails leaves the mesh as it is. */
 static void clean(const tw_model *model, tw_mesh mesh, tw_arena *arena) {
   static const tw_edit edits[] = {
       {.kind = TW_EDIT_MERGE,
@@ -170,7 +170,7 @@ static void clean(const tw_model *model, tw_mesh mesh, tw_arena *arena) {
   }
 }
 
-/* Where the mesh is a refinement, its cage has as many faces at that level. */
+/* If the mesh can be coarsened, its cage must have as many faces at that level. */
 static void coarsen(const tw_mesh *mesh, tw_scheme scheme, tw_boundary boundary, tw_arena *arena) {
   const tw_surface_options options = {.level = 3, .scheme = scheme, .boundary = boundary};
   tw_coarsened found;
@@ -181,7 +181,7 @@ static void coarsen(const tw_mesh *mesh, tw_scheme scheme, tw_boundary boundary,
   if (fine.faces + mesh->hole_count < mesh->face_count || fine.faces > mesh->face_count) abort();
 }
 
-/* The first level of a mesh as a mesh of its own; false where its points are too far away. */
+/* The first level of a mesh as a mesh; false when its points are too far away. */
 static bool refine(const tw_mesh *mesh, tw_scheme scheme, tw_arena *arena, tw_mesh *out) {
   const tw_surface_options options = {.level = 1, .scheme = scheme};
   tw_surface *surface;
@@ -209,7 +209,8 @@ static bool refine(const tw_mesh *mesh, tw_scheme scheme, tw_arena *arena, tw_me
   return has_memory && tw_mesh_check(out, NULL, NULL) == TW_OK;
 }
 
-/* Models onto the first level of a mesh; the points sent again change nothing, and the file keeps them. */
+/* Sculpts the first level of a mesh; sculpting it to the same points again must change nothing, and files
+ * must keep the details. */
 static void sculpt(const tw_model *model, uint32_t mesh, tw_scheme scheme, tw_mesh *fine, tw_arena *arena) {
   const tw_surface_options options = {.level = 1, .scheme = scheme};
   tw_mesh sculpted, again, meshes[MESHES];
@@ -231,7 +232,7 @@ static void sculpt(const tw_model *model, uint32_t mesh, tw_scheme scheme, tw_me
     abort();
 }
 
-/* Edits, what is modelled, and ways back to a cage, of each mesh and of its first level. */
+/* Cleans and coarsens each mesh, and coarsens and sculpts its first level. */
 static void remake(const tw_model *model) {
   for (uint32_t i = 0; i < model->mesh_count; i++) {
     tw_arena *arena = tw_arena_create();

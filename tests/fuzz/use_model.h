@@ -1,13 +1,12 @@
-/* What every model that was read must be good for. */
+/* Uses a model as the api may use every model that was read. */
 #ifndef USE_MODEL_H
 #define USE_MODEL_H
 
 #include "tweend/format.h"
 
-/* Describes and poses the model; writes answers of a small one in every encoding and its cages, which are
- * read back; cleans its meshes as scans, looks for cages of them and of their first levels, and models onto
- * these; destroys it.
- */
+/* Describes and poses the model. If it is small: writes answers in every encoding and its cages, which are
+ * read back; cleans its meshes, coarsens them and their first levels, and sculpts the latter. Destroys the
+ * model. */
 void use_model(tw_model *model);
 
 #endif
