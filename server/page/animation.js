@@ -1,10 +1,10 @@
-// A clip that plays in the viewport: by poses on the page's clock, or by the daemon's live stream.
+// Plays a clip in the viewport: from poses on the page's clock, or from the daemon's live stream.
 import { tweend, withKey } from './client.js';
 import { fail } from './notices.js';
 import { note, state, watch } from './state.js';
 
 const FPS = 60;
-const POSES_SIZE = 32e6; // bytes of poses that the page takes at once; longer clips get fewer a second
+const POSES_SIZE = 32e6; // bytes of poses that are loaded at once; longer clips get fewer poses a second
 
 export class Animation {
   /** onTime(seconds) is called after each pose. */
@@ -25,13 +25,13 @@ export class Animation {
     return this.clip?.duration ?? 0;
   }
 
-  /** What of the viewport bears a node's transform: in the surface and in the cage, whichever are there. */
+  /** Setters for a node's transform, which act on its objects in the surface and in the cage. */
   #target(name) {
     const part = (member) => ({ set: (...values) => this.viewport.objectsOf(name).forEach((object) => object[member].set(...values)) });
     return { position: part('position'), quaternion: part('quaternion'), scale: part('scale') };
   }
 
-  /** Takes the poses of a clip of a model; null: none. */
+  /** Loads the poses of a clip of a model. clip: null for none. */
   async open(model, clip) {
     this.close();
     this.clip = clip;
@@ -58,7 +58,7 @@ export class Animation {
     this.player = this.clip = null;
   }
 
-  /** Puts the pose of now into the viewport. */
+  /** Applies the present pose to the viewport. */
   pose() {
     if (!this.player) return;
     const time = this.player.update();
@@ -86,7 +86,7 @@ export class Animation {
   play() {
     if (!this.player || this.live) return;
     if (state('loop') === 'clamp' && this.player.time >= this.duration * (1 - 1e-6)) this.player.time = 0;
-    this.player.update(); // the pause does not count
+    this.player.update(); // skip the time of the pause
     this.player.playing = this.playing = true;
     this.onTime(this.player.time);
     this.#run();
@@ -101,19 +101,19 @@ export class Animation {
 
   seek(time) {
     if (!this.player || this.live) return;
-    // Just before the end: to a player that repeats, the end is the beginning.
+    // Stay just before the end, which a repeating player takes for the beginning.
     this.player.time = Math.min(Math.max(time, 0), this.duration * (1 - 1e-6));
     this.pose();
     if (!this.playing) note('t', Math.round(this.player.time * 1000) / 1000);
   }
 
-  /** Shows the daemon's stream, as every other viewer sees it. */
+  /** Shows the daemon's live stream, which all viewers see alike. */
   async follow() {
     this.pause();
     this.own ??= this.player;
     this.live = true;
     this.following?.abort();
-    const { signal } = (this.following = new AbortController()); // its abort closes the stream
+    const { signal } = (this.following = new AbortController()); // aborting it closes the stream
     try {
       const stream = await withKey(() => tweend.live(this.model, (name) => this.#target(name),
         { clip: this.clip.name, loop: state('loop'), speed: Number(state('speed')), fps: 30, signal }));

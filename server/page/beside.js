@@ -1,4 +1,5 @@
-// The original beside an edited model: both in one picture, with a line between them that is dragged, and what both have.
+// Shows the original beside an edited model: both in one picture, split by a line that can be dragged, and a table of
+// facts of both.
 import { download, tweend, withKey } from './client.js';
 import { byId, count, make } from './dom.js';
 import { busy, fail } from './notices.js';
@@ -9,13 +10,13 @@ const FACTS = [['vertices', 'Points'], ['faces', 'Faces'], ['components', 'Piece
   ['boundary_edges', 'Edges of these'], ['nonmanifold_edges', 'Non-manifold edges'], ['reversed_edges', 'Edges wound against each other']];
 
 export class Beside {
-  /** loadCage(described, signal) resolves with a model's cage; onShow() is called when the original is there. */
+  /** loadCage(described, signal) resolves with a model's cage; onShow() is called when the original is shown. */
   constructor({ viewport, loadCage, onShow }) {
     Object.assign(this, { viewport, loadCage, onShow });
     this.line = make('input', { type: 'range', className: 'split', min: 0, max: 100, step: 1, hidden: true,
       'aria-label': 'Line between the original and the edited model', oninput: () => this.move() });
     this.sides = make('div', { className: 'sides', hidden: true, 'aria-hidden': 'true' }, make('span', {}, 'Original'), make('span', {}, 'Edited'));
-    byId('view').after(this.line, this.sides); // below what else lies over the picture
+    byId('view').after(this.line, this.sides); // below the other overlays
     this.table = make('table', { hidden: true });
     watch((names) => {
       if (['beside', ...SURFACE].some((name) => names.has(name))) this.open();
@@ -32,7 +33,7 @@ export class Beside {
   place() {
     const part = Math.min(Math.max(Number(state('split')) || 0, 0), 100) / 100;
     this.line.value = part * 100;
-    this.sides.style.left = `calc(12px + (100% - 24px) * ${part})`; // the middle of the slider's thumb
+    this.sides.style.left = `calc(12px + (100% - 24px) * ${part})`; // centre of the slider's thumb
     this.viewport.setSplit(part);
   }
 
@@ -71,7 +72,7 @@ export class Beside {
     this.line.hidden = this.sides.hidden = this.table.hidden = true;
   }
 
-  /** What both have. mesh: the index of the one that is edited. */
+  /** Fills the table of facts of both. mesh: the index of the edited mesh. */
   tell(model, mesh) {
     const both = [this.described?.meshes[mesh], model?.meshes[mesh]];
     this.table.hidden = both.includes(undefined);

@@ -1,18 +1,18 @@
-// A brush moves places softly: one in its middle goes all the way, those at its radius stay.
+// A brush with soft falloff: its centre moves all the way, points at its radius stay.
 import { Matrix3, Vector3 } from 'three';
 
 export class Brush {
-  /** centre: in the space of an object, which has matrixWorld; radius: in the world. */
+  /** centre: in the object's space; matrixWorld: of that object; radius: in world space. */
   constructor(centre, matrixWorld, radius) {
     this.centre = centre;
     this.radius = radius;
     const toWorld = new Matrix3().setFromMatrix4(matrixWorld);
-    this.metric = toWorld.clone().transpose().multiply(toWorld); // of lengths in the world
+    this.metric = toWorld.clone().transpose().multiply(toWorld); // measures world lengths of vectors in the object's space
     this.away = new Vector3();
   }
 
-  /** The part of a move that a place makes, (1 - s)² with s the square of its distance by radii, and how that changes from
-   *  place to place; null where it stays. */
+  /** The weight of a place, (1 - s)² where s is the square of its distance in radii, and the weight's gradient,
+   *  `slope`; null outside the brush. */
   at(place) {
     const away = this.away.subVectors(place, this.centre);
     const pulled = away.clone().applyMatrix3(this.metric);
@@ -22,7 +22,7 @@ export class Brush {
   }
 }
 
-/** The points of a geometry under a brush, which move with it. */
+/** The points of a geometry that a brush moves. */
 export class Grip {
   constructor(geometry, brush) {
     const { position, normal } = geometry.attributes;
@@ -35,7 +35,7 @@ export class Grip {
     }
   }
 
-  /** Moves the points by a vector from where they were first. */
+  /** Moves the points by a vector from their original places. */
   move(by) {
     const { position, normal } = this.geometry.attributes;
     const [place, turned] = [new Vector3(), new Vector3()];
@@ -43,7 +43,7 @@ export class Grip {
       place.copy(point.place).addScaledVector(by, point.part);
       position.setXYZ(point.i, ...place);
       if (!normal) continue;
-      // The cofactors of 1 + by ⊗ slope, which the move is nearby, turn normals.
+      // Locally the move is the matrix 1 + by ⊗ slope; normals transform by its cofactors.
       turned.copy(point.normal).multiplyScalar(1 + point.slope.dot(by)).addScaledVector(point.slope, -by.dot(point.normal)).normalize();
       normal.setXYZ(point.i, ...turned);
     }

@@ -1,5 +1,5 @@
-// Bundles the page into one HTML file and prints its Content-Security-Policy:
-//   node build.mjs FOLDER    FOLDER: has the packages in node_modules; takes page.html and page.policy
+// Bundles the page into one HTML file and writes its Content-Security-Policy:
+//   node build.mjs FOLDER    FOLDER: has the packages in node_modules; receives page.html and page.policy
 import { createHash } from 'node:crypto';
 import { readFileSync, writeFileSync } from 'node:fs';
 import { createRequire } from 'node:module';

@@ -1,4 +1,4 @@
-// The control cage: its polygons' edges, creases coloured by sharpness, extraordinary points.
+// Draws the control cage: the edges of its polygons, creases coloured by sharpness, extraordinary points.
 import {
   BufferAttribute, BufferGeometry, CanvasTexture, Color, Float32BufferAttribute, LineBasicMaterial, Points, PointsMaterial, Vector3,
 } from 'three';
@@ -10,15 +10,15 @@ import { linesOn } from './overlays.js';
 import { polygonsOf, structure } from './polygons.js';
 
 const COLOURS = { light: 0x1f2933, dark: 0xe4e9f0 };
-export const FEW = '#2f7de1';  // valence under 4
-export const MANY = '#e0533d'; // over 4
+export const FEW = '#2f7de1';  // valence below 4
+export const MANY = '#e0533d'; // valence above 4
 
-/** The colour of a crease: from yellow (nearly smooth) to red (4 and more); purple where it is infinitely sharp. */
+/** The colour of a crease: from yellow (nearly smooth) to red (sharpness 4 and more); purple when infinitely sharp. */
 export function creaseColour(sharpness) {
   return sharpness >= 10 ? new Color(0xa3216f) : new Color().setHSL(0.14 - (0.14 * Math.min(sharpness, 4)) / 4, 0.88, 0.5);
 }
 
-/** One number for all vertices of a mesh that lie at one place: files split them along seams. */
+/** Maps each vertex to the first one at the same place: files split vertices along seams. */
 function weld(position) {
   const known = new Map();
   return Uint32Array.from({ length: position.count }, (_, i) => {
@@ -28,14 +28,14 @@ function weld(position) {
   });
 }
 
-/** Lets a geometry over vertices of a mesh move with its morph targets; pick(attribute) gives those of the vertices. */
+/** Gives a geometry the morph targets of a mesh; pick(attribute) selects the values of the geometry's vertices. */
 function morphAs(geometry, mesh, pick = (attribute) => attribute) {
   const { position } = mesh.geometry.morphAttributes;
   if (position) Object.assign(geometry, { morphTargetsRelative: true, morphAttributes: { position: position.map(pick) } });
   return geometry;
 }
 
-/** Some vertices of a mesh alone, with their skin and morph targets. */
+/** A geometry of some vertices of a mesh, with their skin and morph targets. */
 function pick(mesh, vertices) {
   const geometry = morphAs(new BufferGeometry(), mesh, (from) =>
     new Float32BufferAttribute(vertices.flatMap((i) => [from.getX(i), from.getY(i), from.getZ(i)]), 3));
@@ -47,7 +47,7 @@ function pick(mesh, vertices) {
   return geometry;
 }
 
-/** For each place the vertex that lies there, but for rounding. */
+/** For each place the nearest vertex, which differs only by rounding. */
 function nearest(position, places) {
   const at = new Vector3();
   const size = Math.max(...places.map((place) => place.length()), 1e-30) / 5000;
@@ -58,14 +58,14 @@ function nearest(position, places) {
     if (!cells.has(key)) cells.set(key, []);
     cells.get(key).push(i);
   }
-  const sides = [-0.1 * size, 0.1 * size]; // a place on the border of two cells
+  const sides = [-0.1 * size, 0.1 * size]; // also finds places near the border of two cells
   const found = ({ x, y, z }) => sides.flatMap((a) => sides.flatMap((b) => sides.flatMap((c) => cells.get(cell(x + a, y + b, z + c)) ?? [])));
   const away = (place, i) => at.fromBufferAttribute(position, i).distanceToSquared(place);
   return places.map((place) => found(place).reduce((best, i) => (away(place, i) < away(place, best) ? i : best), 0));
 }
 
-/** For each vertex about how far apart its lines are: the geometric mean of its shortest and its mean edge. edges: pairs of
- *  vertices. */
+/** For each vertex a measure of the distance between its lines: the geometric mean of its shortest and its mean edge.
+ *  edges: pairs of vertices. */
 function spacingOf(position, edges) {
   const shortest = new Float32Array(position.count).fill(Infinity);
   const sums = new Float32Array(position.count);
@@ -82,8 +82,8 @@ function spacingOf(position, edges) {
   return sums.map((sum, i) => (counts[i] > 0 ? Math.sqrt((shortest[i] * sum) / counts[i]) : 0));
 }
 
-/** Makes a material fade where its attribute `spacing` is small in the picture, so that a dense cage does not hide its
- *  surface: from 4 % of half the picture's height down to 1 %. bias: how far it is drawn before its places, in depth. */
+/** Makes a material fade where the attribute `spacing` is small on the screen, so that a dense cage does not hide the
+ *  surface: from 4 % of half the picture's height down to 1 %. bias: depth offset towards the camera. */
 function fadeWhereDense(material, bias) {
   material.onBeforeCompile = (shader) => {
     shader.vertexShader = `attribute float spacing;\nvarying float seen;\n${shader.vertexShader}`.replace('#include <project_vertex>', `#include <project_vertex>
@@ -92,7 +92,7 @@ function fadeWhereDense(material, bias) {
       gl_Position.z -= float(${bias}) * gl_Position.w;`);
     if (!shader.vertexShader.includes('<skinning_vertex>'))
       shader.vertexShader = shader.vertexShader.replace('#include <common>', '#include <common>\n#include <skinning_pars_vertex>')
-        .replace('#include <begin_vertex>', '#include <skinbase_vertex>\n#include <begin_vertex>\n#include <skinning_vertex>'); // points have none
+        .replace('#include <begin_vertex>', '#include <skinbase_vertex>\n#include <begin_vertex>\n#include <skinning_vertex>'); // the shader of points has no skinning
     shader.fragmentShader = `varying float seen;\n${shader.fragmentShader}`.replace('#include <color_fragment>', '#include <color_fragment>\ndiffuseColor.a *= seen;');
   };
 }
@@ -110,20 +110,20 @@ function round() {
 }
 
 export class Cage {
-  /** model: the GLB of level 0 with polygons=ngon, parsed. bearers: those of its bearers that show faces. creases: for each
-   *  of them what creasesOf has. */
+  /** model: the parsed GLB of level 0 with polygons=ngon. bearers: those of its bearers that have faces. creases: for
+   *  each of these, its list from creasesOf. */
   constructor({ scene, nodes, parser }, bearers, creases) {
     Object.assign(this, { object: scene, parser, bearers });
     this.nodes = nodes;
     this.lines = new LineBasicMaterial({ transparent: true, opacity: 0.9, depthWrite: false });
     this.hidden = new LineBasicMaterial({ transparent: true, opacity: 0.08, depthTest: false });
     this.sharp = new LineMaterial({ linewidth: 3, vertexColors: true, depthWrite: false, polygonOffset: true, polygonOffsetFactor: -2, polygonOffsetUnits: -2 });
-    this.thin = new LineBasicMaterial({ vertexColors: true, depthWrite: false, transparent: true }); // after the edges
+    this.thin = new LineBasicMaterial({ vertexColors: true, depthWrite: false, transparent: true }); // transparent, so drawn after the edges
     this.dots = new PointsMaterial({ sizeAttenuation: false, vertexColors: true,
       map: round(), alphaTest: 0.5, transparent: true });
     fadeWhereDense(this.lines, 0);
     fadeWhereDense(this.hidden, 0);
-    fadeWhereDense(this.dots, 0.0001); // the surface would cut them in half
+    fadeWhereDense(this.dots, 0.0001); // otherwise the surface would hide half of each dot
     this.parts = { cage: [], points: [] };
     this.sharpnesses = new Set();
     this.valences = new Set();
@@ -171,7 +171,7 @@ export class Cage {
     return points;
   }
 
-  /** Wide lines; a skin, which those cannot follow, has thin ones. */
+  /** Adds wide lines. A skinned mesh gets thin ones, as wide lines cannot be skinned. */
   creases(parent, list) {
     const toLocal = parent.matrixWorld.clone().invert();
     const places = list.flatMap(({ a, b }) => [a, b]).map((place) => new Vector3(...place).applyMatrix4(toLocal));
@@ -195,7 +195,7 @@ export class Cage {
     return lines;
   }
 
-  /** Gives morph targets the weights that they have in another scene of the same nodes. */
+  /** Copies the weights of morph targets from another scene of the same nodes. */
   morph(nodes) {
     for (const mesh of this.morphed) {
       const name = [...this.nodes].find(([, node]) => node === mesh || node === mesh.parent)?.[0];
@@ -226,8 +226,8 @@ export class Cage {
   }
 }
 
-/** The creases of an OBJ of level 0: for each of its objects, which are the nodes that show faces, [{a, b, sharpness}] by
- *  places in the world at rest. */
+/** The creases in an OBJ of level 0: for each object, which is a node with faces, [{a, b, sharpness}] with a and b as
+ *  world positions at rest. */
 export function creasesOf(text) {
   const points = [];
   const objects = [];

@@ -1,11 +1,11 @@
-// The daemon that the page came from, and the key that it may ask for. The key lives as long as the tab.
+// The daemon that served the page, and its API key. The key is kept for the lifetime of the tab.
 import { Tweend, TweendError } from '../../api/client/tweend.js';
 
 import { ask, byId, make } from './dom.js';
 
 const KEPT = 'tweend-key';
 
-/** The daemon; relative to the page, which may lie behind a prefix. */
+/** The daemon, addressed relative to the page, which may be served below a prefix. */
 export const tweend = new Tweend(new URL('.', document.baseURI).href, { key: sessionStorage.getItem(KEPT) ?? undefined });
 
 function keep(key) {
@@ -17,7 +17,7 @@ function keep(key) {
 
 let asking = null;
 
-/** Asks for a key, once however many requests need one. True when there is another than before. */
+/** Asks for a key, only once for all waiting requests. Resolves with true when a key was entered. */
 function askForKey(why = '') {
   const input = make('input', { type: 'password', autocomplete: 'off' });
   asking ??= ask({
@@ -34,7 +34,7 @@ function askForKey(why = '') {
   });
 }
 
-/** What `request` resolves with; where it is refused for want of a key or of its rights, again with another. */
+/** Resolves as `request` does. When the key or its rights are refused, asks for another key and tries again. */
 export async function withKey(request) {
   for (;;) {
     try {
@@ -46,7 +46,7 @@ export async function withKey(request) {
   }
 }
 
-/** The whole body of an answer, telling how much has come; with the server's milliseconds. */
+/** Downloads an answer, reporting progress. Resolves with its body and the server's milliseconds. */
 export async function download(url, { signal, onProgress } = {}) {
   const response = await withKey(() => tweend.request(url, { signal }));
   const total = Number(response.headers.get('Content-Length')) || undefined;
@@ -61,7 +61,7 @@ export async function download(url, { signal, onProgress } = {}) {
   return { blob: new Blob(chunks), size, ms: serverTime(response), warning: response.headers.get('X-Tweend-Warning') };
 }
 
-/** What the server worked until it began to send. */
+/** Milliseconds that the server worked before it began to send. */
 export function serverTime(response) {
   const parts = [...(response.headers.get('Server-Timing') ?? '').matchAll(/(\w+);dur=([\d.]+)/g)];
   return parts.reduce((sum, [, name, ms]) => (name === 'work' ? sum + Number(ms) : sum), 0);

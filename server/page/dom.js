@@ -1,6 +1,7 @@
-// Making elements, and printing numbers for people.
+// Creates elements, and formats numbers.
 
-/** An element with properties (attributes where the name has a dash, or is `role` or `for`; listeners where it begins with `on`) and children. */
+/** Creates an element with properties and children. A name with a dash, `role` and `for` are set as attributes; names
+ *  that begin with `on` are listeners. */
 export function make(tag, properties = {}, ...children) {
   const element = document.createElement(tag);
   for (const [name, value] of Object.entries(properties)) {
@@ -44,7 +45,7 @@ export function choice(label, options, value, onchange) {
   return make('label', { className: 'field' }, make('span', {}, label), select);
 }
 
-/** Asks in a dialog; resolves with what `read` gives when it is confirmed, else with null. */
+/** Asks in a dialog; resolves with the result of read() when it is confirmed, else with null. */
 export function ask({ title, content, confirm, read = () => true }) {
   return new Promise((resolve) => {
     const id = `dialog-${Math.random().toString(36).slice(2)}`;
@@ -56,7 +57,7 @@ export function ask({ title, content, confirm, read = () => true }) {
       make('div', { className: 'actions' },
         make('button', { type: 'submit', value: 'no', className: 'quiet', formNoValidate: true }, 'Cancel'),
         make('button', { type: 'submit', value: 'yes', className: 'primary' }, confirm)));
-    // Enter in a field submits by the first button: it should confirm.
+    // Enter in a field submits with the first button, which must be the confirming one.
     form.addEventListener('keydown', (event) => {
       if (event.key !== 'Enter' || event.target.tagName !== 'INPUT') return;
       event.preventDefault();

@@ -1,5 +1,5 @@
-// Modelling: shapes to start from, what is selected, edits as buttons, and their list as text. A model that is tweend JSON
-// holds its own list; of any other the address holds the model it began with and the list.
+// The panel for modelling: shapes to start from, the selection, edits as buttons, and their list as text. A model in
+// tweend JSON contains its list of edits; for any other, the URL holds the original model and the list.
 import { download, tweend } from './client.js';
 import { choice, make, plural } from './dom.js';
 import { meshName, stemOf } from './models.js';
@@ -9,11 +9,11 @@ import { codeLine, quote } from './scripts_panel.js';
 import { CHOICES, CLEANING, editOf, EDITS, printEdits, SHAPES } from './shapes.js';
 import { change, note, openOther, state, step, watch } from './state.js';
 
-const DOCUMENT_MOST = 1e6; // bytes of a model whose text is edited
+const DOCUMENT_MOST = 1e6; // bytes of the largest model whose text is edited
 const KINDS = [['faces', 'Faces'], ['edges', 'Edges'], ['vertices', 'Points']];
 const wordsOf = (name) => (name[0].toUpperCase() + name.slice(1)).replaceAll('_', ' ');
 
-/** Fields for parameters, by their first values. read() gives what they say. */
+/** Creates input fields for parameters, typed by their initial values. read() returns the present values. */
 export function fieldsOf(parameters, about) {
   const fields = Object.entries(parameters).map(([name, value]) => {
     const label = `${about}: ${name}`;
@@ -31,7 +31,7 @@ export function fieldsOf(parameters, about) {
 }
 
 export class EditPanel {
-  /** models: the list, which a new model comes into. beside: what shows the original. */
+  /** models: the list that new models are added to. beside: shows the original. */
   constructor(panel, { viewport, models, beside }) {
     Object.assign(this, { viewport, models, beside, selection: [], edits: [] });
     this.requests = new OneAtATime();
@@ -75,7 +75,7 @@ export class EditPanel {
     watch((names) => {
       if (names.has('model')) this.close();
       if (names.has('tab')) this.open(this.model);
-      if (names.has('quads') && !names.has('model') && state('from')) this.turnTo(this.mesh); // its faces are others
+      if (names.has('quads') && !names.has('model') && state('from')) this.turnTo(this.mesh); // the faces have changed
       if (names.has('beside')) this.showSides();
     });
     this.close();
@@ -87,7 +87,7 @@ export class EditPanel {
     this.shape.replaceChildren(...fields.labels, make('button', { type: 'button', className: 'primary', onclick: begin }, 'Make'));
   }
 
-  /** A new model of one shape. */
+  /** Creates a model of one shape. */
   begin(shape) {
     return this.requests.run(async () => {
       const model = await this.upload({ meshes: [{ name: shape.kind, shape }] }, shape.kind);
@@ -104,14 +104,14 @@ export class EditPanel {
   // ---- the model ----
 
   close() {
-    if (!this.requests.isRunning) this.selection = []; // of another model
+    if (!this.requests.isRunning) this.selection = []; // the selection was of another model
     this.picker.close();
     this.model = null;
     this.cleaned.textContent = '';
     this.body.hidden = true;
   }
 
-  /** Shows the edits of a model, once it is there and the panel is seen. */
+  /** Shows the edits of a model, once it is loaded and the panel is visible. */
   async open(model) {
     this.model = model;
     this.picker.isOn = Boolean(model) && state('tab') === 'edit';
@@ -133,7 +133,7 @@ export class EditPanel {
     await this.openCage();
   }
 
-  /** The index of the mesh that is edited. */
+  /** The index of the edited mesh. */
   get mesh() {
     return Math.min(Number(state('mesh')) || 0, this.model.meshes.length - 1);
   }
@@ -149,7 +149,7 @@ export class EditPanel {
     this.curl.replaceChildren(codeLine('curl', `curl ${key}-H 'Content-Type: application/json' -d ${quote(JSON.stringify(body))} ${quote(tweend.url(path))}`));
   }
 
-  /** Lets elements be chosen, once the viewport has the cage. */
+  /** Enables picking, once the viewport has the cage. */
   async openCage() {
     const { model, viewport: { cage } } = this;
     if (!cage || !this.picker.isOn) return;
@@ -172,7 +172,7 @@ export class EditPanel {
     this.select([]);
   }
 
-  /** The object of the viewport that shows the mesh. */
+  /** The index of the picker's object that shows the mesh; -1 when there is none. */
   get object() {
     return !this.model ? -1 : this.picker.objects.findIndex(({ mesh }) => mesh === this.mesh);
   }
@@ -202,7 +202,8 @@ export class EditPanel {
     this.select(others.length < this.selection.length ? others : [...others, element]);
   }
 
-  /** Another mesh is edited from now on. A list in the address is of one mesh: the next one begins with the model as it is. */
+  /** Switches to another mesh. A list in the URL belongs to one mesh, so the next one starts with the model as it
+   *  is. */
   turnTo(mesh) {
     change({ mesh, from: '', edits: '', beside: '' });
     this.kept = [];
@@ -210,7 +211,7 @@ export class EditPanel {
     this.showEdits();
   }
 
-  /** What was typed: JSON, or a word. */
+  /** Takes the typed selection: JSON, or a word. */
   type() {
     const text = this.chosen.value.trim();
     try {
@@ -220,7 +221,7 @@ export class EditPanel {
     }
   }
 
-  /** N and P in the viewport go to the next element and the one before; with Shift they add it. */
+  /** N and P in the viewport select the next or previous element; with Shift they add it. */
   key(event) {
     const by = { n: 1, p: -1 }[event.key.toLowerCase()];
     if (!by || !this.picker.isOn || this.object < 0 || event.ctrlKey || event.metaKey || event.altKey) return;
@@ -257,7 +258,7 @@ export class EditPanel {
     }
   }
 
-  /** The model that the list begins with, where it is no text itself. */
+  /** The id of the model that the list of edits applies to, unless the model is a document. */
   get source() {
     return state('from') || this.model.id;
   }
@@ -273,13 +274,14 @@ export class EditPanel {
     return (await this.upload(this.documentWith([]), stemOf(this.model))).id;
   }
 
-  /** The id of the model that edits are of: where triangles are joined to quads, of one that has these. */
+  /** The id of the model to edit: when triangles are joined to quads, that of a model in which they are joined. */
   async joined() {
     if (this.document || state('from') || state('quads') === 'ngon') return this.source;
     return (await tweend.edit(this.source, [], { mesh: meshName(this.model, this.mesh), quads: state('quads'), name: stemOf(this.model) })).id;
   }
 
-  /** Opens what a list of edits makes. shown: what else the step changes. Resolves with the daemon's answer. */
+  /** Makes a model by a list of edits and opens it. stays: keep the selection; shown: other changes of the state.
+   *  Resolves with the daemon's answer. */
   async go(edits, { stays = false, ...shown } = {}) {
     const source = await this.joined();
     const isKept = !this.document && edits.length > 0;
@@ -311,7 +313,7 @@ export class EditPanel {
     }
   }
 
-  /** The steps that are wanted, in one; a scan is looked at as it is. */
+  /** Applies all chosen steps at once, and shows level 0, at which a scan is examined. */
   cleanUp() {
     const edits = this.steps.filter(({ box }) => box.checked).map(({ form, read }) => ({ edit: form.edit, ...read(), ...form.also }));
     if (edits.length === 0) return this.cleaned.replaceChildren('No step is chosen.');

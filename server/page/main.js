@@ -1,4 +1,4 @@
-// The page: puts its parts together, and loads what the state names.
+// The page: creates its parts, and loads the model that the state names.
 import { Animation } from './animation.js';
 import { Beside } from './beside.js';
 import { Cage, creaseColour, creasesOf, FEW, MANY } from './cage.js';
@@ -15,10 +15,10 @@ import { SurfacePanel } from './surface_panel.js';
 import { Timeline } from './timeline.js';
 import { parse, Viewport } from './viewport.js';
 
-const CAGE_MOST = 200000; // edges that are drawn as a cage without asking: more take seconds
-const SMALL = 100000; // edges of a level that is loaded without asking for its size first: it has some megabytes
+const CAGE_MOST = 200000; // edges of the largest cage that is drawn without asking: larger ones take seconds
+const SMALL = 100000; // edges of the largest level that is loaded without asking for its size first: some megabytes
 const COUNTS_AFTER = 1000; // ms
-const CAGE = ['creases', 'details', 'quads']; // what of the state makes the cage that is shown
+const CAGE = ['creases', 'details', 'quads']; // the state that determines the cage
 const OVERLAYS = [['surface', 'Surface'], ['cage', 'Cage'], ['points', 'Points'], ['wireframe', 'Wireframe'], ['normals', 'Normals'],
   ['skeleton', 'Skeleton'], ['uv', 'UV'], ['follow', 'Follow']];
 const TABS = [['models', 'Models'], ['surface', 'Surface'], ['edit', 'Edit'], ['sculpt', 'Sculpt'], ['animation', 'Rotation'], ['scripts', 'Scripts']];
@@ -98,15 +98,15 @@ function showTheme() {
 dark.addEventListener('change', showTheme);
 byId('theme').addEventListener('click', () => change({ theme: document.documentElement.dataset.theme === 'dark' ? 'light' : 'dark' }));
 
-let model = null; // the description of the one shown
-let loading = null; // of the surface
+let model = null; // description of the shown model
+let loading = null; // controller of the surface's download
 let loadingCage = null;
-let isLargeWanted = false; // the model's cage, although it is large
-let shown = null; // what of the state makes the surface that is shown
+let isLargeWanted = false; // the user asked for the model's large cage
+let shown = null; // the state of the shown surface
 
 // ---- the camera ----
 
-/** Shows what the URL says, or all of the model. */
+/** Moves the camera to the URL's view, or frames the model. */
 function frame() {
   viewport.frame();
   if (state('view')) viewport.view = state('view');
@@ -143,7 +143,7 @@ function drawLarge() {
   openCage(model);
 }
 
-/** What the colours over the model mean, those that are there; and what may be done about how it is drawn. */
+/** Shows the legend of the colours in use, and the choices for how the model is drawn. */
 function showLegend() {
   const { cage } = viewport;
   const entries = [];
@@ -209,13 +209,13 @@ async function openModel() {
   }
   byId('subject').textContent = model.name || id;
   document.title = `${model.name || id} – tweend`;
-  const opened = Promise.all([openSurface(true), openCage(model)]); // first: a browser has six connections
+  const opened = Promise.all([openSurface(true), openCage(model)]); // started first: a browser has six connections
   openClip();
   edit.open(model);
   await Promise.race([opened, new Promise((resolve) => setTimeout(resolve, COUNTS_AFTER))]);
-  if (state('model') === id) surface.count(); // the picture goes first
+  if (state('model') === id) surface.count(); // the picture has priority
   await opened;
-  if (model?.id === id) frame(); // the cage may be the larger
+  if (model?.id === id) frame(); // again, since the cage may be larger
 }
 
 async function openSurface(isNew = false) {
@@ -255,13 +255,13 @@ async function openSurface(isNew = false) {
   } catch (error) {
     fail(`Level ${options.level} cannot be shown`, error, () => openSurface(isNew));
     if (!shown && loading === controller) viewport.clearModel();
-    if (signal.aborted && loading === controller && shown) change(shown); // somebody cancelled
+    if (signal.aborted && loading === controller && shown) change(shown); // the user cancelled: back to the shown surface
   } finally {
     task.done();
   }
 }
 
-/** The cage of a model; null where it has none, or one that nobody wants. */
+/** Loads the cage of a model; null when it has none, or one too large to draw unasked. */
 async function loadCage(described, signal) {
   if (edgesOf(described) === 0 || isTooLarge(described)) return null;
   const creases = state('creases');

@@ -1,17 +1,17 @@
-// The list of models, and uploads: by choosing files, or by dropping them anywhere.
+// The list of models, and uploads: by a file dialog, or by dropping files anywhere.
 import { tweend, withKey } from './client.js';
 import { ask, byId, bytes, make } from './dom.js';
 import { explain, fail } from './notices.js';
 import { change, openOther, state, watch } from './state.js';
 
 const PAGE = 100;
-const ASIDES = /\.(mtl|png|jpe?g|webp|tga|bmp|tiff?)$/i; // what an OBJ names
+const ASIDES = /\.(mtl|png|jpe?g|webp|tga|bmp|tiff?)$/i; // files that an OBJ refers to
 const SUFFIXES = '.glb,.gltf,.bin,.png,.jpg,.jpeg,.webp,.obj,.stl,.ply,.json';
 
-/** The name by which requests find a mesh; none where there is one. */
+/** The name by which requests find a mesh; undefined when the model has only one. */
 export const meshName = ({ meshes }, mesh) => (meshes.length > 1 ? meshes[mesh].name ?? `mesh_${mesh}` : undefined);
 
-/** The name of a model without what was done to it. */
+/** The name of a model without the suffix for its edits. */
 export const stemOf = ({ name }) => (name ?? '').replace(/, (\d+ edits?|sculpted)$/, '');
 
 export class Models {
@@ -60,7 +60,8 @@ export class Models {
     });
   }
 
-  /** Several files are one model where one of them is a glTF, else a model each; an OBJ comes without its materials. */
+  /** Uploads files: together as one model when one of several is a glTF, else as one model each. Leaves out the
+   *  material files of an OBJ. */
   upload(files) {
     const asides = files.some(({ name }) => /\.obj$/i.test(name)) ? files.filter(({ name }) => ASIDES.test(name)) : [];
     if (asides.length > 0) {
@@ -97,14 +98,14 @@ export class Models {
     }
   }
 
-  /** What is said above the list until it is closed. */
+  /** Shows a note above the list until it is closed. */
   note(className, title, ...content) {
     const note = make('div', { className, role: 'alert' }, make('h3', {}, title), ...content);
     note.prepend(make('button', { type: 'button', className: 'close', 'aria-label': 'Close', onclick: () => note.remove() }, '×'));
     this.progress.append(note);
   }
 
-  /** The lines of a text file round the one that the error names. */
+  /** The lines of a text file around the one that the error names. */
   async place(source, { line }) {
     if (!line || !(source instanceof Blob) || source.size > 32e6) return [];
     const lines = (await source.text()).split('\n');
@@ -125,7 +126,7 @@ export class Models {
         }
         return found;
       });
-      this.last = models.at(-1)?.id; // the daemon lists by id
+      this.last = models.at(-1)?.id; // the daemon lists in the order of ids
       this.known = (more ? [...this.known, ...models] : models).sort((a, b) => (a.name ?? '').localeCompare(b.name ?? ''));
       this.more.hidden = models.length < PAGE;
       this.show();
@@ -154,7 +155,7 @@ export class Models {
     if (!(await ask({ title: `Delete ${name}?`, content: [about], confirm: 'Delete' }))) return;
     this.known = this.known.filter((model) => model.id !== id);
     this.show();
-    if (state('model') === id) openOther(this.first()); // first: what is asked of it while it goes would fail
+    if (state('model') === id) openOther(this.first()); // leave it first: requests for it would fail
     try {
       await withKey(() => tweend.remove(id));
     } catch (error) {
@@ -163,7 +164,7 @@ export class Models {
     await this.load();
   }
 
-  /** What the daemon has to say of the model that is shown: many warnings wait behind how many they are. */
+  /** Shows the warnings of the shown model: more than two behind their number. */
   tell({ warnings }) {
     const lines = warnings.map((warning) => make('p', { className: 'warning' }, warning));
     const many = () => make('details', {}, make('summary', { className: 'warning' }, `${lines.length} warnings`), ...lines);
@@ -174,14 +175,14 @@ export class Models {
     for (const button of this.list.querySelectorAll('.model')) {
       if (button.dataset.id === state('model')) {
         button.setAttribute('aria-current', 'true');
-        const [row, list] = [button, this.list].map((element) => element.getBoundingClientRect()); // the list alone is scrolled
+        const [row, list] = [button, this.list].map((element) => element.getBoundingClientRect()); // scroll only the list
         if (row.top < list.top || row.bottom > list.bottom) this.list.scrollTop += (row.top + row.bottom - list.top - list.bottom) / 2;
       }
       else button.removeAttribute('aria-current');
     }
   }
 
-  /** What to show first: the sample that moves, else the first model. */
+  /** The id of the model to show first: the animated sample, else the first model. */
   first() {
     return (this.known?.find(({ name }) => name === 'tank.json') ?? this.known?.[0])?.id ?? '';
   }

@@ -1,13 +1,13 @@
-// What went wrong, in the API's words and at the place that it names; and what is under way.
+// Shows errors, in the API's words and with the place that they name, and progress.
 import { TweendError } from '../../api/client/tweend.js';
 
 import { withKey } from './client.js';
 import { byId, make } from './dom.js';
 
-/** Whether an error is that of a request without an answer, as browsers call it. */
+/** Whether an error means that a request got no answer, in the words of browsers. */
 const isUnanswered = (error) => error instanceof TypeError && /fetch|network|load failed/i.test(error.message);
 
-/** An error as elements: title, detail, places. */
+/** An error as a list of elements: title, detail, places. */
 export function explain(error) {
   if (isUnanswered(error)) return [make('p', {}, 'The daemon does not answer: it may have been stopped, or the network is gone.')];
   if (!(error instanceof TweendError)) return [make('p', {}, String(error.message ?? error))];
@@ -23,7 +23,7 @@ export function explain(error) {
 
 const isAbort = (error) => error?.name === 'AbortError';
 
-/** Shows an error until it is closed. about: what was tried. again(), where it is given, tries once more. */
+/** Shows an error until it is closed. about: what failed. again(), if given, tries once more. */
 export function fail(about, error, again) {
   if (isAbort(error)) return;
   const retry = () => {
@@ -39,11 +39,11 @@ export function fail(about, error, again) {
   list.append(notice);
 }
 
-/** Requests of which each is of the answer to the one before. */
+/** Runs requests one at a time, as each depends on the answer to the one before. */
 export class OneAtATime {
   isRunning = false;
 
-  /** Resolves with whether it was done: not while another one runs, and not where it fails, which is shown. */
+  /** Resolves with whether the request succeeded. Refuses while another runs; shows a failure. */
   async run(request) {
     if (this.isRunning) return false;
     this.isRunning = true;
@@ -61,7 +61,7 @@ export class OneAtATime {
 
 let current = null;
 
-/** Says what is under way, with a way to cancel it, until `done` is called. Shown when it takes a while. */
+/** Shows that a task is running, after half a second, with a button to cancel it, until done() is called. */
 export function busy(text, controller) {
   const own = { text, controller };
   current = own;

@@ -1,10 +1,10 @@
-// What can be drawn over a surface: the edges of its faces, its normals, the tree of nodes, a checker along its UVs.
+// Overlays of a surface: the edges of its faces, its normals, the tree of nodes, a checker along its UVs.
 import {
   BufferAttribute, BufferGeometry, CanvasTexture, Color, Group, LineBasicMaterial, LineSegments, MeshStandardMaterial, NearestFilter,
   Points, PointsMaterial, RepeatWrapping, SRGBColorSpace, Vector3,
 } from 'three';
 
-/** Lines that follow a mesh: its skin as well. The renderer skins whatever bears a skeleton. */
+/** Adds lines that follow a mesh, including its skin. The renderer skins any object that has a skeleton. */
 export function linesOn(mesh, geometry, material) {
   const lines = new LineSegments(geometry, material);
   if (mesh.isSkinnedMesh) {
@@ -23,7 +23,8 @@ const meshesOf = (root) => {
   return meshes;
 };
 
-/** Index pairs of the edges of a triangle list. quads: two triangles each make one face, without their common edge. */
+/** Index pairs of the edges of a triangle list. quads: each two triangles make one face, without the edge that they
+ *  share. */
 export function edgesOf(index, quads) {
   const edges = [];
   for (let i = 0; i + 2 < index.length; i += quads ? 6 : 3) {
@@ -104,7 +105,7 @@ export class Normals extends Overlay {
   }
 }
 
-/** Nodes as points, with a line from each to its parent; seen through the surface. */
+/** Draws nodes as points, with a line from each to its parent, visible through the surface. */
 export class Skeleton {
   constructor(nodes) {
     const known = new Set(nodes.values());
@@ -132,7 +133,8 @@ export class Skeleton {
 
 let checker = null;
 
-/** One material for all meshes with UVs: squares of an eighth, numbered along both axes by their colour. */
+/** One material for all meshes with UVs: squares of a sixteenth, whose hue and lightness tell their place along u and
+ *  v. */
 export function checkered() {
   if (checker) return checker;
   const size = 16;

@@ -1,4 +1,4 @@
-// Faces, edges and points of the control cage that are chosen in the viewport. Their numbers are those that edits have.
+// Picks faces, edges and points of the control cage in the viewport. Their indices are those that edits use.
 import {
   BufferGeometry, DoubleSide, Float32BufferAttribute, Mesh, MeshBasicMaterial, Points, PointsMaterial, Raycaster, Vector2, Vector3,
 } from 'three';
@@ -9,8 +9,8 @@ import { LineSegmentsGeometry } from 'three/addons/lines/LineSegmentsGeometry.js
 import { polygonsOf } from './polygons.js';
 
 const COLOUR = 0xf08a00;
-const STILL = 5;  // pixels that a pointer moves in a click
-const REACH = 7;  // pixels beside the cage that still hit it
+const STILL = 5;  // pixels that the pointer may move during a click
+const REACH = 7;  // pixels beside the cage at which a click still hits it
 const AROUND = [[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]];
 const MESSAGE = { depthTest: false, transparent: true };
 
@@ -18,11 +18,11 @@ const MESSAGE = { depthTest: false, transparent: true };
 export function readCages(parser) {
   const array = async (accessor) => (accessor === undefined ? null : (await parser.getDependency('accessor', accessor)).array);
   return Promise.all((parser.json.meshes ?? []).map(async ({ primitives: all, extras }) => {
-    const primitives = all.filter(({ mode = 4 }) => mode === 4); // an uploaded file may have lines and points, too
+    const primitives = all.filter(({ mode = 4 }) => mode === 4); // triangles only: an uploaded file may have lines and points too
     if (primitives.length === 0) return { points: [], faces: [] };
-    const pointOf = await array(extras?.tweend?.points); // of a vertex: UVs split points
-    const faceAt = await array(extras?.tweend?.faces); // in the order of primitives, which are faces of one material, and of holes
-    const position = await parser.getDependency('accessor', primitives[0].attributes.POSITION); // all primitives have this one
+    const pointOf = await array(extras?.tweend?.points); // the point of each vertex: UVs split points
+    const faceAt = await array(extras?.tweend?.faces); // the face of each polygon: primitives group faces by material, and holes come last
+    const position = await parser.getDependency('accessor', primitives[0].attributes.POSITION); // shared by all primitives
     const [points, faces] = [[], []];
     let count = 0;
     for (const { indices } of [...primitives, ...(extras?.tweend?.holes ?? [])]) {
@@ -33,7 +33,7 @@ export function readCages(parser) {
         count++;
       }
     }
-    return { points: Array.from(points, (point) => point ?? new Vector3()), faces }; // no face has some of an uploaded file's
+    return { points: Array.from(points, (point) => point ?? new Vector3()), faces }; // an uploaded file may have points without faces
   }));
 }
 
@@ -44,8 +44,8 @@ const sameEdge = ([a, b], [c, d]) => (a === c && b === d) || (a === d && b === c
 export const isSame = (a, b) => (Array.isArray(a) ? sameEdge(a, b) : a === b);
 
 export class Picker {
-  /** onPick(object, element, more) is called for a click on the cage, or a tap, which has no Shift; element: null where it
-   *  hits nothing. */
+  /** onPick(object, element, more) is called for a click or tap on the cage. element: null when it hits nothing. more:
+   *  with Shift, or by touch, which has no Shift. */
   constructor(viewport, onPick) {
     Object.assign(this, { viewport, onPick, objects: [], kind: 'faces', isOn: false });
     this.fill = new MeshBasicMaterial({ color: COLOUR, opacity: 0.45, side: DoubleSide, ...MESSAGE });
@@ -56,12 +56,12 @@ export class Picker {
     canvas.addEventListener('pointerup', (event) => this.#click(event));
   }
 
-  /** cages: of readCages; bearers: the objects that show them, [object, index of its cage]. */
+  /** cages: from readCages; bearers: [object, index of its cage] for the objects that show them. */
   setCages(cages, bearers) {
     this.viewport.canvas.dataset.pickable = '';
     this.objects = bearers.map(([object, mesh]) => {
       const { points, faces } = cages[mesh];
-      const faceOf = []; // of each triangle
+      const faceOf = []; // the face of each triangle
       const index = faces.flatMap((face, k) => face.slice(2).flatMap((c, at) => {
         faceOf.push(k);
         return [face[0], face[at + 1], c];
@@ -84,7 +84,7 @@ export class Picker {
     this.onPick(0, null, shiftKey);
   }
 
-  /** The nearest face at a place of the picture, from -1 to 1. */
+  /** The nearest face at a place of the picture, in coordinates from -1 to 1. */
   #hit(at) {
     const ray = new Raycaster();
     ray.setFromCamera(at, this.viewport.camera);
@@ -110,7 +110,7 @@ export class Picker {
     return nearest(edgesOf(corners), away);
   }
 
-  /** What a selection by words chooses, as a list; null where only the daemon knows. */
+  /** The elements of a selection as a list; null when only the daemon can tell. */
   resolve(object, selection) {
     const { points, faces } = this.objects[object];
     const all = { faces: () => faces.map((_, i) => i), vertices: () => points.map((_, i) => i), edges: () => this.edges(object) };
@@ -130,7 +130,7 @@ export class Picker {
     return [...known.values()];
   }
 
-  /** Draws a list of elements of an object. */
+  /** Highlights elements of an object. */
   draw(i, list) {
     this.clear();
     const { points, faces, object } = this.objects[i] ?? {};
@@ -157,7 +157,7 @@ export class Picker {
     this.viewport.invalidate();
   }
 
-  /** Nothing can be chosen until the next cage. */
+  /** Disables picking until the next cage. */
   close() {
     this.clear();
     delete this.viewport.canvas.dataset.pickable;

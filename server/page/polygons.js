@@ -1,6 +1,7 @@
 // The control cage as a mesh of polygons: its edges and extraordinary points.
 
-/** The polygons of a triangle list in FB_ngon_encoding: triangles in turn that begin with one vertex are a fan. */
+/** The polygons of a triangle list in FB_ngon_encoding: consecutive triangles that begin with the same vertex are a
+ *  fan. */
 export function polygonsOf(index) {
   const polygons = [];
   for (let i = 0; i < index.length; i += 3) {
@@ -12,7 +13,7 @@ export function polygonsOf(index) {
   return polygons;
 }
 
-/** Edges (index pairs) of all polygons, and for each point its valence where it lies inside. */
+/** The edges (index pairs) of all polygons, and [point, valence] for the points inside whose valence is not 4. */
 export function structure(polygons) {
   const edges = new Map();
   for (const polygon of polygons)

@@ -1,5 +1,5 @@
-// One node's rotation over a clip: quaternion and Euler angles as curves, the distance to gimbal lock, and ghosts that
-// show where slerp and the interpolation of Euler angles would take it.
+// Shows one node's rotation over a clip: quaternion and Euler angles as curves, the distance to gimbal lock, and ghosts
+// that show where slerp and the interpolation of Euler angles would take the node.
 import { AxesHelper, Color, Euler, Group, MathUtils, Matrix4, MeshBasicMaterial, Quaternion } from 'three';
 
 import { tweend, withKey } from './client.js';
@@ -11,11 +11,11 @@ const ORDERS = ['XYZ', 'XZY', 'YXZ', 'YZX', 'ZXY', 'ZYX'];
 const SAMPLES = 240;
 const KEYS_MOST = 2000;
 const [WIDTH, HEIGHT] = [320, 84];
-const LOCKED = 0.1; // cosines of the middle angle: where an Euler rate is ten times the body's
+const LOCKED = 0.1; // cosine of the middle angle at which an Euler rate is ten times the body's
 const NEAR = 0.35;
 const GHOSTS = { slerp: '#2f7de1', euler: '#d9822b' };
 
-/** A chart of curves over time: lines {name, values}, values between low and high. */
+/** A chart of curves over time. lines: [{name, values}], with values between low and high. */
 function chart(label, lines, [low, high], marks) {
   const y = (value) => HEIGHT - 4 - ((value - low) / (high - low)) * (HEIGHT - 8);
   const x = (i, count) => (count > 1 ? (i / (count - 1)) * WIDTH : 0);
@@ -51,7 +51,7 @@ export class RotationPanel {
     });
   }
 
-  /** Shows the node of the state in the animation's clip. */
+  /** Shows the selected node in the animation's clip. */
   async open() {
     this.controller?.abort();
     this.clearGhosts();
@@ -115,7 +115,7 @@ export class RotationPanel {
     this.legends = [legend(['x', 'y', 'z', 'w']), legend(['x', 'y', 'z'])];
     this.band = this.drawBand(distance);
     const nearest = Math.min(...distance);
-    const least = Math.min(nearest, track.orders[order] ?? 1); // the curve's samples may miss it
+    const least = Math.min(nearest, track.orders[order] ?? 1); // the samples of the curve may miss the minimum
     const at = (distance.indexOf(nearest) / Math.max(distance.length - 1, 1)) * this.animation.duration;
     const verdict = least < LOCKED ? 'locks' : least < NEAR ? 'comes near lock' : 'stays clear of lock';
     this.lockNow = make('output', { className: 'value' });
@@ -169,7 +169,7 @@ export class RotationPanel {
     return { svg };
   }
 
-  /** Moves the marks of the present time, and says the values there. */
+  /** Moves the marks to the present time, and shows the values there. */
   tick(time) {
     if (!this.data || state('tab') !== 'animation') return;
     const { quaternion, eulers, distance } = this.data;
@@ -190,7 +190,7 @@ export class RotationPanel {
       this.viewport.ghosts.remove(object);
       object.traverse((part) => {
         part.material?.dispose();
-        if (part.isLine) part.geometry.dispose(); // axes; the geometry of a mesh is the surface's
+        if (part.isLine) part.geometry.dispose(); // only axes own their geometry; meshes share the surface's
       });
     }
     this.ghosts = [];
@@ -204,7 +204,7 @@ export class RotationPanel {
     for (const kind of state('ghosts') === 'both' ? ['slerp', 'euler'] : [state('ghosts')]) {
       const material = new MeshBasicMaterial({ color: GHOSTS[kind], transparent: true, opacity: 0.42, depthWrite: false });
       const object = new Group();
-      const followers = []; // [part of the ghost, what it follows]
+      const followers = []; // [part of the ghost, object that it follows]
       const copy = (from, into) => {
         for (const child of from.children.filter(({ isMesh, children }) => isMesh || children.length > 0)) {
           const part = shell(child, material);
@@ -262,7 +262,7 @@ export class RotationPanel {
   }
 }
 
-/** An object like this one, without its children, of the ghost's material. */
+/** A copy of an object, without its children, with the ghost's material. */
 function shell(object, material) {
   const isLine = object.isLine || object.isPoints;
   const copy = isLine ? new Group() : object.clone(false);

@@ -1,4 +1,4 @@
-// The requests behind what is shown, as curl and JavaScript write them; and downloads in every form.
+// Shows the requests for what is shown, as curl and JavaScript, and offers downloads in every format.
 import { download, tweend, withKey } from './client.js';
 import { ask, byId, bytes, make } from './dom.js';
 import { busy, fail } from './notices.js';
@@ -7,7 +7,7 @@ import { state, surfaceOptions, watch } from './state.js';
 const LARGE = 100e6;
 export const quote = (text) => `'${text.replaceAll("'", `'\\''`)}'`;
 
-/** Asks before more than LARGE bytes come. */
+/** Asks the user before loading more than LARGE bytes. */
 export async function confirmLarge(size, what) {
   if (size === null || size === undefined || size <= LARGE) return true;
   return Boolean(await ask({
@@ -41,14 +41,14 @@ export class ScriptsPanel {
     this.offer();
   }
 
-  /** What is shown, as a file. */
+  /** Offers what is shown as a file. */
   offer() {
     const id = state('model');
     this.whole.hidden = !id;
     if (id) Object.assign(this.whole, { href: tweend.surfaceUrl(id, { ...surfaceOptions(), download: 1 }), download: `${id.slice(0, 8)}.glb`, title: `Level ${state('level')} as GLB` });
   }
 
-  /** [title, URL, file name, JavaScript] of each request. */
+  /** The requests as [title, URL, file name, JavaScript]. */
   requests() {
     const id = state('model');
     const options = surfaceOptions();
@@ -106,7 +106,7 @@ export class ScriptsPanel {
     }));
   }
 
-  /** The URL signed for a minute; null where the daemon signs none. */
+  /** The URL signed for a minute; null when the daemon signs none. */
   async sign(url) {
     if (this.signsNone) return null;
     try {
@@ -118,7 +118,8 @@ export class ScriptsPanel {
     }
   }
 
-  /** A link cannot send a key: with one, the daemon signs the URL, or the page fetches the bytes itself. */
+  /** Downloads a URL. A link cannot send a key: with a key, the daemon signs the URL, or the page fetches the bytes
+   *  itself. */
   async save(event, url, name, label) {
     const size = /glb (float|quantized|ngon)|gltf/.test(label) ? this.surface.predicted(state('level')) : null;
     if (!tweend.key && (size ?? 0) <= LARGE) return;

@@ -1,5 +1,5 @@
-// Modelling by hand: a point of the surface is dragged, and what is round it follows softly. The level that is shown is the
-// one that takes it; all others follow.
+// The panel for sculpting: dragging a point of the surface moves the points around it softly. The daemon stores the
+// move as details of the shown level; all other levels follow.
 import {
   Box3, BufferGeometry, Float32BufferAttribute, Group, LineBasicMaterial, LineLoop, Matrix3, Plane, Points, PointsMaterial, Raycaster, Vector2, Vector3,
 } from 'three';
@@ -12,12 +12,12 @@ import { meshName, stemOf } from './models.js';
 import { busy, fail, OneAtATime } from './notices.js';
 import { change, firstOf, note, state, step, watch } from './state.js';
 
-const RULES = ['scheme', 'boundary', 'creases', 'limit', 'encoding', 'details']; // the daemon takes points by their first values
+const RULES = ['scheme', 'boundary', 'creases', 'limit', 'encoding', 'details']; // points can be sent only while these have their default values
 const COLOUR = 0xf08a00;
 const MESSAGE = { color: COLOUR, depthTest: false, transparent: true };
 const ROUND = Array.from({ length: 64 }, (_, i) => [Math.cos((i * Math.PI) / 32), Math.sin((i * Math.PI) / 32), 0]);
 
-/** Where a brush is: a dot in its middle, and a ring of its radius. */
+/** Marks the brush: a dot at its centre, and a ring of its radius. */
 function makeMarker() {
   const dot = new Points(new BufferGeometry().setAttribute('position', new Float32BufferAttribute([0, 0, 0], 3)),
     new PointsMaterial({ ...MESSAGE, size: 9, sizeAttenuation: false }));
@@ -28,7 +28,7 @@ function makeMarker() {
   return marker;
 }
 
-/** Moves points of an OBJ as a stroke says. rest: from the space of its brush to the OBJ's. */
+/** Moves points of an OBJ by a stroke. rest: the transform from the space of its brush to the OBJ's. */
 function moved(points, rest, { brush, by }) {
   const back = rest.clone().invert();
   const there = by.clone().applyMatrix3(new Matrix3().setFromMatrix4(rest));
@@ -41,7 +41,7 @@ function moved(points, rest, { brush, by }) {
 }
 
 export class SculptPanel {
-  /** models: the list, which new models come into. levelSlider: an element. */
+  /** models: the list that new models are added to. levelSlider: an element. */
   constructor(panel, { viewport, models, levelSlider }) {
     Object.assign(this, { viewport, models, bearers: [], picked: null, wanted: { index: -1 }, stroke: null, past: [], size: 0 });
     this.requests = new OneAtATime();
@@ -78,7 +78,7 @@ export class SculptPanel {
       this.rules, this.body);
 
     const { canvas } = viewport;
-    canvas.addEventListener('pointerdown', (event) => this.#down(event), { capture: true }); // before the camera's
+    canvas.addEventListener('pointerdown', (event) => this.#down(event), { capture: true }); // called before the camera's listener
     canvas.addEventListener('pointermove', (event) => this.#drag(event));
     canvas.addEventListener('pointerup', () => this.#up());
     canvas.addEventListener('pointercancel', () => this.#drop());
@@ -117,10 +117,10 @@ export class SculptPanel {
     this.show();
   }
 
-  /** Takes what the viewport has begun to show. counts: of that surface. */
+  /** Takes over the surface that the viewport now shows. counts: of that surface. */
   open(model, { scene, bearers }, { level, meshes }) {
     Object.assign(this, { model, level, stroke: null });
-    let end = 0; // of a bearer's points in the OBJ
+    let end = 0; // offset of a bearer's points in the OBJ
     this.bearers = bearers.map(([object, mesh, rest]) => {
       const parts = [];
       object.traverse((part) => part.userData.own && !part.isSkinnedMesh && parts.push(part));
@@ -134,7 +134,7 @@ export class SculptPanel {
     this.show();
   }
 
-  /** The points of a bearer as OBJ has them: loaded when they are needed first. */
+  /** The points of a bearer in the order of the OBJ; loaded when first needed. */
   async pointsOf({ start, end }) {
     this.points ??= withKey(() => tweend.points(this.model, { level: this.level, normals: 'none', quads: state('quads') }));
     return (await this.points).slice(start, end);
@@ -151,12 +151,12 @@ export class SculptPanel {
     this.viewport.invalidate();
   }
 
-  /** Puts the brush on the point of a bearer that is nearest to a place in its space; index -1: nowhere. */
+  /** Puts the brush on the point of a bearer that is nearest to a place in its space. index -1: no point. */
   pick(index, place) {
     let nearest = Infinity;
     const at = new Vector3();
     this.picked = null;
-    this.wanted = { index, place }; // so that another level does not lead it away
+    this.wanted = { index, place }; // so that changing the level does not move the brush
     for (const { geometry: { attributes: { position, normal } } } of this.bearers[index]?.parts ?? [])
       for (let i = 0; i < position.count; i++) {
         const distance = at.fromBufferAttribute(position, i).distanceToSquared(place);
@@ -173,7 +173,7 @@ export class SculptPanel {
     this.said.textContent = text;
   }
 
-  /** Where the picked point is in the world. */
+  /** The world position of the picked point. */
   #at() {
     const { index, centre } = this.picked;
     const { object } = this.bearers[index];
@@ -188,13 +188,13 @@ export class SculptPanel {
     this.marker.scale.setScalar(this.radius);
   }
 
-  /** The direction in the world in which the surface faces at the picked point. */
+  /** The surface normal at the picked point, in world space. */
   get normal() {
     const { index, normal } = this.picked;
     return normal.clone().applyMatrix3(new Matrix3().getNormalMatrix(this.bearers[index].object.matrixWorld)).normalize();
   }
 
-  /** Picks a point of a mesh. numberOf(points) gives which: they are those that its OBJ has. */
+  /** Picks a point by its index in the mesh's OBJ, which numberOf(points) returns. */
   async pickNumber(numberOf) {
     const index = this.picked?.index ?? 0;
     if (!this.isOn) return;
@@ -211,9 +211,9 @@ export class SculptPanel {
     }
   }
 
-  /** The number of the picked point; -1 where none is picked. */
+  /** The index of the picked point; -1 without one. */
   #numberIn(points) {
-    if (this.point.value !== '') return Number(this.point.value); // of those that lie on each other
+    if (this.point.value !== '') return Number(this.point.value); // tells apart points at the same place
     if (!this.picked) return -1;
     const place = this.picked.centre.clone().applyMatrix4(this.bearers[this.picked.index].rest);
     const at = new Vector3();
@@ -225,7 +225,7 @@ export class SculptPanel {
     return number;
   }
 
-  /** N and P go to the next point and the one before. */
+  /** N and P pick the next and the previous point. */
   #key(event) {
     if (event.key === 'Escape') return this.#drop();
     const by = { n: 1, p: -1 }[event.key];
@@ -236,7 +236,7 @@ export class SculptPanel {
 
   // ---- strokes ----
 
-  /** What finds the objects behind a place of the window. */
+  /** A raycaster through a place of the window. */
   #aim({ clientX, clientY }) {
     const box = this.viewport.canvas.getBoundingClientRect();
     const caster = new Raycaster();
@@ -245,7 +245,7 @@ export class SculptPanel {
   }
 
   #down(event) {
-    if (this.stroke?.drag) return this.#drop(); // a second finger: both move the camera
+    if (this.stroke?.drag) return this.#drop(); // a second finger: the two move the camera
     if (!this.isOn || event.button !== 0 || this.viewport.isBeside(event.clientX)) return undefined;
     const caster = this.#aim(event);
     const hits = this.bearers.flatMap(({ parts }, index) => caster.intersectObjects(parts, false).map((hit) => ({ ...hit, index })));
@@ -261,7 +261,7 @@ export class SculptPanel {
     return undefined;
   }
 
-  /** While a stroke is drawn one finger, or the left button, does not move the camera. */
+  /** During a stroke, one finger or the left button does not move the camera. */
   #holdCamera(isHeld) {
     this.viewport.controls.enableRotate = !isHeld;
     this.viewport.controls.enablePan = !isHeld;
@@ -271,10 +271,10 @@ export class SculptPanel {
     const { object, parts } = this.bearers[this.picked.index];
     const brush = new Brush(this.picked.centre, object.matrixWorld, this.radius);
     this.stroke = { brush, by: new Vector3(), grips: parts.map(({ geometry }) => new Grip(geometry, brush)) };
-    this.pointsOf(this.bearers[this.picked.index]).catch(() => {}); // whoever needs them hears of it
+    this.pointsOf(this.bearers[this.picked.index]).catch(() => {}); // errors reach the call that needs the points
   }
 
-  /** Moves the points under the brush by a vector in the world. */
+  /** Moves the points under the brush by a world vector. */
   #move(by) {
     const { object } = this.bearers[this.picked.index];
     this.stroke.by = by.clone().applyMatrix3(new Matrix3().setFromMatrix4(object.matrixWorld).invert());
@@ -297,7 +297,7 @@ export class SculptPanel {
     return this.stroke.by.lengthSq() > 0 ? this.#finish() : this.#drop();
   }
 
-  /** The points go back to where they were. */
+  /** Cancels the stroke: moves the points back. */
   #drop() {
     this.#holdCamera(false);
     if (!this.stroke || this.requests.isRunning) return;
@@ -306,7 +306,7 @@ export class SculptPanel {
     this.viewport.invalidate();
   }
 
-  /** A stroke by numbers. vector: gives how far the picked point goes. */
+  /** Makes a stroke by numbers. vector(): how far the picked point moves. */
   moveBy(vector) {
     if (this.requests.isRunning) return undefined;
     if (!this.picked) return this.say('Pick a point first.');
@@ -315,7 +315,7 @@ export class SculptPanel {
     return this.#finish();
   }
 
-  /** Sends the points as the stroke left them, and shows what the daemon makes of them. */
+  /** Sends the points as the stroke left them, and shows the model that the daemon makes. */
   async #finish() {
     const { stroke, picked, model, level } = this;
     stroke.drag = null;
@@ -323,15 +323,15 @@ export class SculptPanel {
     const task = busy(`Level ${level}: keeping the stroke`, controller);
     const isDone = await this.requests.run(async () => {
       const { mesh } = this.bearers[picked.index];
-      const first = this.bearers.find((bearer) => bearer.mesh === mesh); // the one whose points count
+      const first = this.bearers.find((bearer) => bearer.mesh === mesh); // the bearer whose points are sent
       const points = moved(await this.pointsOf(first), first.rest, stroke);
       const made = await tweend.sculpt(model, points, { level, mesh: meshName(model, mesh), name: `${stemOf(model)}, sculpted`, quads: state('quads'), signal: controller.signal });
       await this.models.load();
-      if (this.stroke !== stroke) return; // somebody has opened another model
+      if (this.stroke !== stroke) return; // another model was opened meanwhile
       this.stroke = null;
       this.wanted = { index: picked.index, place: picked.centre.add(stroke.by) };
       this.past.push({ model: model.id, from: state('from'), edits: state('edits'), quads: state('quads') });
-      this.#go({ model: made.id, from: '', edits: '', quads: 'ngon' }); // it has the quads now
+      this.#go({ model: made.id, from: '', edits: '', quads: 'ngon' }); // the new model contains the quads
     });
     task.done();
     if (!isDone) this.#drop();

@@ -1,5 +1,5 @@
-// The shapes and edits that the panel offers, with their parameters as openapi.json has them: the page's first values, which say
-// their types too.
+// The shapes and edits that the panel offers, with their parameters as in openapi.json. The initial values also give
+// the parameters' types.
 
 export const SHAPES = {
   box: { size: [1, 1, 1], segments: [1, 1, 1] },
@@ -15,7 +15,8 @@ export const SHAPES = {
 
 const ANY = ['faces', 'edges', 'vertices'];
 
-/** of: the selections that an edit takes; none: it is of the whole mesh. stays: what was selected is there afterwards. */
+/** of: the kinds of selection that an edit takes; empty: it applies to the whole mesh. stays: the selected elements
+ *  still exist afterwards. */
 export const EDITS = [
   { edit: 'extrude', of: ['faces'], parameters: { distance: 0.25 }, stays: true },
   { edit: 'inset', of: ['faces'], parameters: { amount: 0.1 }, stays: true },
@@ -41,13 +42,13 @@ export const EDITS = [
   { edit: 'quads', of: [], parameters: {} },
 ];
 
-/** What makes a scan clean, in this order, with values for a mesh of that many faces and that size. An edit that finds
- *  nothing to do is no error. */
+/** The steps that clean a scan, in order, with parameters for a mesh of that many faces and that size. An edit that
+ *  finds nothing to do is no error. */
 export const CLEANING = [
   { edit: 'weld', parameters: ({ size }) => ({ distance: Number((size * 1e-5).toPrecision(1)) }) },
   { edit: 'drop_pieces', parameters: ({ faces }) => ({ faces: Math.ceil(faces / 100) }) },
   { edit: 'despike', parameters: () => ({ factor: 2 }), also: { name: 'spikes' } },
-  // A border of more edges goes round the scan rather than round a hole in it.
+  // A border of more edges is the outline of the scan rather than a hole in it.
   { edit: 'fill', parameters: ({ faces }) => ({ max_edges: Math.max(8, Math.round(2 * Math.sqrt(faces))) }), also: { method: 'fair', optional: true, name: 'patches' } },
   { edit: 'orient', parameters: () => ({}) },
   { edit: 'smooth', parameters: () => ({ iterations: 10 }) },
@@ -55,12 +56,12 @@ export const CLEANING = [
 
 export const CHOICES = { caps: ['ngon', 'fan', 'none'], axis: ['x', 'y', 'z'] };
 
-/** The edit that a form says: a loop cut is of one edge. */
+/** The edit of a form's values. A loop cut takes one edge. */
 export function editOf({ edit, of }, parameters, kind, selection) {
   if (of.length === 0) return { edit, ...parameters };
   if (edit === 'loop_cut') return { edit, edge: selection[0], ...parameters };
   return { edit, [kind]: selection, ...parameters };
 }
 
-/** A list of edits as text, one on a line. */
+/** A list of edits as text, one a line. */
 export const printEdits = (edits) => (edits.length === 0 ? '[]' : `[\n${edits.map((edit) => `  ${JSON.stringify(edit)}`).join(',\n')}\n]`);

@@ -1,4 +1,4 @@
-// The state of the page as its URL's fragment: who is sent the URL sees the same.
+// The state of the page, kept in the URL's fragment, so that a person who is sent the URL sees the same.
 
 const DEFAULTS = {
   tab: 'models',
@@ -29,7 +29,7 @@ const DEFAULTS = {
   split: '50',
 };
 
-/** What of it makes the surface of a model. */
+/** The names that determine the surface of a model. */
 export const SURFACE = ['level', 'scheme', 'boundary', 'uv', 'creases', 'quads', 'limit', 'details', 'encoding'];
 
 const listeners = new Set();
@@ -53,13 +53,13 @@ function tell(next) {
   for (const listener of listeners) listener(changed);
 }
 
-/** The value of a name. */
+/** The present value of a name. */
 export const state = (name) => values[name];
 
-/** What names are at first. */
+/** The default values of names. */
 export const firstOf = (names) => Object.fromEntries(names.map((name) => [name, DEFAULTS[name]]));
 
-/** Changes values and tells who listens. */
+/** Changes values and notifies the listeners. */
 export function change(next) {
   const texts = Object.fromEntries(Object.entries(next).map(([name, value]) => [name, String(value)]));
   const all = { ...values, ...texts };
@@ -69,10 +69,10 @@ export function change(next) {
 
 let isStepping = false;
 
-/** Whether the change that listeners are told of is a step. */
+/** Whether the change that listeners are notified of is a step. */
 export const isStep = () => isStepping;
 
-/** As change, but the browser goes back to what was before. */
+/** Like change, but adds an entry to the browser's history. */
 export function step(next) {
   history.pushState(null, '', location.href);
   isStepping = true;
@@ -80,19 +80,19 @@ export function step(next) {
   isStepping = false;
 }
 
-/** Shows another model, from its beginning; the browser goes back to the one before. */
+/** Shows another model with default settings for its parts; adds an entry to the browser's history. */
 export function openOther(model) {
   if (values.model && model !== values.model) history.pushState(null, '', location.href);
   change({ model, ...firstOf(['clip', 't', 'node', 'view', 'mesh', 'from', 'edits', 'beside']) });
 }
 
-/** Keeps a value in the URL without telling anybody: the time while a clip plays. */
+/** Writes a value to the URL without notifying listeners: the time while a clip plays. */
 export function note(name, value) {
   values = { ...values, [name]: String(value) };
   write();
 }
 
-/** Calls listener(names) after names have changed. */
+/** Registers listener(names), called after names have changed. */
 export function watch(listener) {
   listeners.add(listener);
 }
@@ -106,7 +106,7 @@ export function toggle(name) {
   change({ show: (shows(name) ? names.filter((n) => n !== name) : [...names, name]).join(',') });
 }
 
-/** The parameters of `surface` that differ from the interface's own defaults. */
+/** The parameters of a surface request that differ from the API's defaults, and the level. */
 export function surfaceOptions() {
   const options = { level: Number(values.level) };
   for (const name of ['scheme', 'boundary', 'uv', 'creases', 'quads', 'encoding'])

@@ -1,13 +1,13 @@
-// The parameters of the surface, and for each level what it has and costs.
+// The panel for the parameters of the surface, and for the counts, size and time of each level.
 import { serverTime, tweend, withKey } from './client.js';
 import { bytes, choice, count, make } from './dom.js';
 import { change, state, SURFACE, surfaceOptions, watch } from './state.js';
 
 const LEVELS = 10;
-// More than a daemon with the usual limits makes. A level has four times the faces of the one before.
+// Limits above those of a daemon with default settings. A level has four times the faces of the one before.
 const FACES_MOST = 80e6;
 const BYTES_MOST = 2 ** 32;
-const TIMED_MOST = 1e6; // faces of a level that the daemon is asked to begin
+const TIMED_MOST = 1e6; // faces of the largest level that is timed
 const CHOICES = [
   ['scheme', 'Scheme', [['catmull-clark', 'Catmull-Clark'], ['loop', 'Loop (triangles)'], ['bilinear', 'Bilinear']]],
   ['boundary', 'Boundary', [['edge-and-corner', 'Edge and corner'], ['edge-only', 'Edge only'], ['none', 'None'], ['open', 'Open']]],
@@ -43,7 +43,7 @@ export class SurfacePanel {
     this.render();
   }
 
-  /** A slider of the level; all of them say the same. */
+  /** Creates a slider for the level; all sliders show the same value. */
   levelSlider() {
     const output = make('output', { className: 'value' }, state('level'));
     const slider = make('input', { type: 'range', min: 0, max: LEVELS, step: 1, value: state('level'), 'aria-label': 'Level',
@@ -65,7 +65,7 @@ export class SurfacePanel {
     return JSON.stringify([state('model'), { ...surfaceOptions(), level: Number(level) }]);
   }
 
-  /** What was seen when a level was made and loaded. */
+  /** Records the size and time of a level that was loaded. */
   tell({ size, ms }) {
     this.measured.set(this.#key(state('level')), { size, ms });
     this.fill();
@@ -78,7 +78,7 @@ export class SurfacePanel {
     this.fill();
   }
 
-  /** Asks for the counts of all levels that the daemon would make. */
+  /** Requests the counts of all levels that the daemon would make. */
   async count() {
     this.clear();
     if (!state('model')) return;
@@ -108,20 +108,21 @@ export class SurfacePanel {
     await this.time(signal);
   }
 
-  /** Asks for the heads of levels that were not loaded: they tell what the server works until it begins to send. */
+  /** Sends HEAD requests for levels that were not loaded, which tell how long the server works before it begins to
+   *  send. */
   async time(signal) {
-    if (state('encoding') === 'meshopt') return; // is computed while it is sent
+    if (state('encoding') === 'meshopt') return; // it is computed while it is sent
     for (const { level, faces, refused } of this.levels) {
       if (refused || faces > TIMED_MOST || this.measured.has(this.#key(level))) continue;
       const [key, url] = [this.#key(level), tweend.surfaceUrl(state('model'), { ...surfaceOptions(), level })];
       const response = await withKey(() => tweend.request(url, { method: 'HEAD', signal })).catch(() => null);
-      if (!response) return; // the level tells why when it is loaded
+      if (!response) return; // loading the level will show the reason
       this.measured.set(key, { size: Number(response.headers.get('Content-Length')) || undefined, ms: serverTime(response) });
       this.fill();
     }
   }
 
-  /** The size that an answer is said to have; null where that is not known. */
+  /** The size that the daemon predicts for a level; null when unknown. */
   predicted(level) {
     return this.levels?.find((entry) => entry.level === Number(level))?.bytes ?? null;
   }

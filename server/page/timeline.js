@@ -72,7 +72,7 @@ export class Timeline {
     this.mark();
   }
 
-  /** Draws the keys: those of the selected node stand out. */
+  /** Draws the keys, with those of the selected node highlighted. */
   mark() {
     const { duration } = this.animation;
     const x = (time) => (duration > 0 ? (time / duration) * 1000 : 0);

@@ -1,4 +1,4 @@
-// The picture: camera, lights, the model's surface and what is drawn over it. Draws only when something changed.
+// The viewport: camera, lights, the model's surface and its overlays. Draws only when something has changed.
 import {
   AmbientLight, AnimationClip, AnimationMixer, BoxGeometry, Box3, Color, DirectionalLight, DoubleSide, Group, HemisphereLight, Mesh, MeshBasicMaterial, BackSide,
   MeshLambertMaterial, PerspectiveCamera, PMREMGenerator, Scene, Vector3, WebGLRenderer,
@@ -14,17 +14,18 @@ const THEMES = {
   dark: { background: 0x15181d, surface: 0x8d96a3, sky: 0xdfe6f2, ground: 0x2c2a28 },
 };
 
-const PLACES_MOST = 2000; // of a mesh, that framing looks at
-const MARGIN = 0.78; // of the picture, that a framed model fills
+const PLACES_MOST = 2000; // points of a mesh that framing considers
+const MARGIN = 0.78; // part of the picture that a framed model fills
 
 const loader = new GLTFLoader().setMeshoptDecoder(MeshoptDecoder);
 
-/** Whether a material says how it looks. None does not, which to the format is a metal, black without surroundings; nor does
- *  an OBJ's, which has but a name, and is no metal. */
+/** Whether a material states a look. A missing material does not: glTF makes it a metal, which is black without
+ *  surroundings. Nor does that of an OBJ, which has only a name and is no metal. */
 const saysLook = (material) => material !== undefined && !/^\{"pbrMetallicRoughness":\{"metallicFactor":0\}\}$/.test(JSON.stringify({ ...material, name: undefined }));
 
-/** A GLB as {scene, nodes: objects by the file's node names, bearers: those that show a mesh, [object, its index, where
- *  it is at rest] in the file's order, weights: clips of morph targets by name, parser: the loader's}. */
+/** Parses a GLB into {scene, nodes: objects by the file's node names, bearers: [object, index of its mesh, its world
+ *  matrix at rest] for the nodes with a mesh, in the file's order, weights: clips of morph targets by name, parser: the
+ *  loader's}. */
 export async function parse(buffer) {
   const gltf = await loader.parseAsync(buffer, '');
   const nodes = new Map();
@@ -39,12 +40,12 @@ export async function parse(buffer) {
     if (mesh !== undefined) bearers[index] = [object, mesh, object.matrixWorld.clone()];
   });
   gltf.scene.traverse((object) => {
-    if (object.isLight) object.layers.disableAll(); // lamps of a room, in candela: beside the viewport's own they burn all out
+    if (object.isLight) object.layers.disableAll(); // the file's lights are in candela: with the viewport's own lights they would overexpose everything
     if (!object.isMesh) return;
     const { meshes, primitives } = gltf.parser.associations.get(object) ?? {};
     const primitive = gltf.parser.json.meshes[meshes]?.primitives[primitives ?? 0];
     object.userData = { isPlain: !saysLook(gltf.parser.json.materials?.[primitive?.material]) };
-    if (object.isSkinnedMesh) object.frustumCulled = false; // its bounds are those at rest
+    if (object.isSkinnedMesh) object.frustumCulled = false; // its bounds are valid only at rest
   });
   const weights = new Map();
   for (const { name, duration, tracks } of gltf.animations) {
@@ -57,7 +58,7 @@ export async function parse(buffer) {
 function dispose(root) {
   root.traverse((object) => {
     object.geometry?.dispose();
-    object.skeleton?.dispose(); // its texture of matrices
+    object.skeleton?.dispose(); // frees its texture of matrices
     for (const material of [object.material].flat().filter(Boolean)) {
       for (const value of Object.values(material)) if (value?.isTexture) value.dispose();
       material.dispose();
@@ -69,9 +70,9 @@ export class Viewport {
   constructor(canvas) {
     this.canvas = canvas;
     const { width, height, ratio } = this.#size();
-    Object.assign(canvas, { width: Math.floor(width * ratio), height: Math.floor(height * ratio) }); // to change it later costs a clear
+    Object.assign(canvas, { width: Math.floor(width * ratio), height: Math.floor(height * ratio) }); // changing the size later would clear the canvas
     this.renderer = new WebGLRenderer({ canvas, antialias: true });
-    this.renderer.debug.checkShaderErrors = false; // would wait for the compiler
+    this.renderer.debug.checkShaderErrors = false; // checking would wait for the shader compiler
     this.renderer.setScissorTest(true);
     this.scene = new Scene();
     this.camera = new PerspectiveCamera(35, 1, 0.01, 100);
@@ -88,7 +89,7 @@ export class Viewport {
     this.model = null;
     this.cage = null;
     this.beside = null;
-    this.split = 0.5; // where another model ends and this one begins, in parts of the picture
+    this.split = 0.5; // where the other model ends and this one begins, as a part of the picture's width
     this.own = new Group();
     this.other = new Group();
     this.ghosts = new Group();
@@ -96,7 +97,7 @@ export class Viewport {
     this.scene.add(this.own, this.other);
     this.shown = new Set();
     this.onFrame = [];
-    this.onView = () => {}; // called when somebody has moved the camera
+    this.onView = () => {}; // called when the user has moved the camera
     canvas.addEventListener('keydown', (event) => this.key(event));
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
     this.resize();
@@ -121,7 +122,7 @@ export class Viewport {
     this.isDue = true;
     requestAnimationFrame(() => {
       this.isDue = false;
-      if (!this.model && !this.cage && !this.canvas.dataset.frames) return; // the stage has the background's colour
+      if (!this.model && !this.cage && !this.canvas.dataset.frames) return; // an empty stage has the background's colour
       for (const update of this.onFrame) update();
       this.scene.updateMatrixWorld();
       this.#follow();
@@ -131,12 +132,12 @@ export class Viewport {
     });
   }
 
-  /** Pixels from the left at which the model itself begins. */
+  /** Pixels from the left at which this model begins. */
   get #line() {
     return this.beside ? Math.round(this.#size().width * this.split) : 0;
   }
 
-  /** Whether a place of the window shows the other model. */
+  /** Whether the other model is shown at a place of the window. */
   isBeside(clientX) {
     return clientX - this.canvas.getBoundingClientRect().left < this.#line;
   }
@@ -152,7 +153,7 @@ export class Viewport {
     }
   }
 
-  /** Moves the camera with the model's first node, which a clip may take out of the picture. */
+  /** Moves the camera along with the model's first node, which a clip may move out of the picture. */
   #follow() {
     const at = this.model?.scene.children[0] && new Vector3().setFromMatrixPosition(this.model.scene.children[0].matrixWorld);
     if (at && this.followed && this.shown.has('follow')) {
@@ -187,7 +188,7 @@ export class Viewport {
     return [this.cage, this.beside?.cage].filter(Boolean);
   }
 
-  /** Gives the objects of a parsed GLB materials, and lines over them. */
+  /** Sets the materials of a parsed GLB's objects, and adds lines over them. */
   #dress({ scene, nodes, weights }, { level, scheme }) {
     const plain = new MeshLambertMaterial({ color: this.theme.surface, side: DoubleSide });
     let metal = false;
@@ -198,7 +199,7 @@ export class Viewport {
         object.material = vertexColors || flatShading ? Object.assign(plain.clone(), { vertexColors, flatShading }) : plain;
         if (vertexColors) object.material.color.set(0xffffff);
       } else if (object.material.metalness > 0) metal = true;
-      Object.assign(object.material, { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }); // lines lie before it
+      Object.assign(object.material, { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }); // so that lines are drawn in front
       object.userData.own = object.material;
     });
     if (metal) this.surroundings();
@@ -214,16 +215,16 @@ export class Viewport {
     dispose(scene);
   }
 
-  /** Shows a parsed GLB. The camera stays unless it is to frame. */
+  /** Shows a parsed GLB. Does not move the camera. */
   setModel(parsed, options) {
     this.clearModel();
     const { scene, nodes } = parsed;
     this.model = { ...this.#dress(parsed, options), mixer: new AnimationMixer(scene) };
     this.normals = new Normals(scene);
     this.skeleton = new Skeleton(nodes);
-    this.isBare = parsed.bearers.length === 0; // a clip alone: its joints are all that can be seen
+    this.isBare = parsed.bearers.length === 0; // only a clip: nothing but its joints can be shown
     this.own.add(scene, this.skeleton.object);
-    this.followed = null; // a new one is not where the last one was
+    this.followed = null; // the new model starts elsewhere
     this.show(this.shown);
   }
 
@@ -269,7 +270,7 @@ export class Viewport {
     this.invalidate();
   }
 
-  /** Light from all sides, for metals; made once, when the first metal comes. */
+  /** An environment of light from all sides, for metals. Made once, when the first metal is shown. */
   surroundings() {
     if (this.scene.environment) return;
     const room = new Scene();
@@ -282,7 +283,7 @@ export class Viewport {
     generator.dispose();
   }
 
-  /** names: of surface, cage, points, wireframe, normals, skeleton, uv. */
+  /** names: a set out of surface, cage, points, wireframe, normals, skeleton, uv. */
   show(names) {
     this.shown = names;
     for (const { scene, wireframe } of this.#models) {
@@ -299,7 +300,7 @@ export class Viewport {
     this.invalidate();
   }
 
-  /** Places of the model in the world, some thousands of its points; its joints where it has none. */
+  /** World positions of the model: some thousands of its points, or its joints when it has none. */
   #places() {
     const places = [];
     const roots = [...this.#models.map(({ scene }) => scene), ...this.#cages.map(({ object }) => object)];
@@ -319,7 +320,7 @@ export class Viewport {
     return places.length > 0 ? places : [new Vector3(-1, -1, -1), new Vector3(1, 1, 1)];
   }
 
-  /** Puts all of the model into the picture, seen from where the camera looks now. */
+  /** Frames the whole model, keeping the direction of the camera. */
   frame() {
     const places = this.#places();
     const box = new Box3().setFromPoints(places);
@@ -376,7 +377,7 @@ export class Viewport {
     this.onView();
   }
 
-  /** Where the camera is and what it looks at, as six numbers. */
+  /** The camera's position and target, as six numbers. */
   get view() {
     return [...this.camera.position, ...this.controls.target].map((number) => Number(number.toPrecision(4))).join();
   }
@@ -390,19 +391,19 @@ export class Viewport {
     this.invalidate();
   }
 
-  /** Gives morph targets the weights that a clip has at a time: poses do not tell them. */
+  /** Sets the weights of morph targets to those of a clip at a time, which poses do not contain. */
   morph(name, time) {
     const clip = this.model?.weights.get(name);
     if (!clip && !this.model?.morphed) return;
     const { mixer } = this.model;
-    if (this.model.morphed !== name) mixer.stopAllAction(); // back to what they are at rest
+    if (this.model.morphed !== name) mixer.stopAllAction(); // back to the weights at rest
     this.model.morphed = clip ? name : '';
     if (clip) mixer.clipAction(clip).play();
-    if (clip) mixer.setTime(Math.min(time, clip.duration * (1 - 1e-6))); // its end would be the beginning again
+    if (clip) mixer.setTime(Math.min(time, clip.duration * (1 - 1e-6))); // the end would wrap to the beginning
     this.cage?.morph(this.model.nodes);
   }
 
-  /** The objects that bear a node's transform: in surfaces and cages. */
+  /** The objects that have a node's transform, in surfaces and cages. */
   objectsOf(name) {
     return [...this.#models, ...this.#cages].map(({ nodes }) => nodes.get(name)).filter(Boolean);
   }

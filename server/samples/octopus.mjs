@@ -1,8 +1,8 @@
 // Prints octopus.obj: node octopus.mjs > octopus.obj
 //
-// A head made of five sides of a cube (the sixth is the open border), eyes set into it, eight arms
-// drawn out of its lowest row. So there are points where 3, 4 and 5 edges meet, a border, and texture
-// coordinates in charts: five for the head, one an arm. Y is up, the face looks along +Z.
+// A head from five sides of a cube (the sixth is the open border), eyes set into it, eight arms extruded from its
+// lowest row. The mesh has points of valence 3, 4 and 5, a border, and texture coordinates in charts: five for the
+// head, one for each arm. Y is up, the face looks along +Z.
 
 const SIDE = 4; // faces along each side of the cube
 const ARM_RINGS = 6;
@@ -23,14 +23,14 @@ const centre = (list) => list.reduce((s, p) => sum(s, p), [0, 0, 0]).map((x) => 
 
 const onGrid = new Map();
 
-/** The point of the head at a place of the cube [-1, 1]^3, made once. */
+/** The point of the head for a place on the cube [-1, 1]^3, created once. */
 function headPoint(cube) {
   const key = cube.map((x) => Math.round(x * SIDE)).join(' ');
   if (!onGrid.has(key)) onGrid.set(key, add(points, headShape(cube)));
   return onGrid.get(key);
 }
 
-/** Bends the cube into a mantle: a ball, drawn up and back, drawn in towards the border. */
+/** Bends the cube into a mantle: a ball, stretched up and back, narrowed towards the border. */
 function headShape(cube) {
   const [x, y, z] = unit(cube.map((c) => Math.tan((c * Math.PI) / 4)));
   const height = (y + 0.62) / 1.62; // 0 at the border, 1 at the top
@@ -38,7 +38,7 @@ function headShape(cube) {
   return [x * girth, y * 1.15 + 0.55 * Math.max(0, height) ** 2, z * girth - 0.45 * Math.max(0, height) ** 2];
 }
 
-// Each side: its chart in the texture, and its place on the cube from (s, t) in [-1, 1].
+// For each side: its chart in the texture, and the map from (s, t) in [-1, 1] to the cube.
 const sides = [
   { chart: [0, 0], place: (s, t) => [s, t, 1] },
   { chart: [1, 0], place: (s, t) => [1, t, -s] },
@@ -77,7 +77,7 @@ for (const [index, side] of sides.entries()) {
   }
 }
 
-// ---- eyes: a ring set into the face, and a lid that stands out ----------------------------------
+// ---- eyes: a ring inset into the face, and a raised lid -------------------------------------------
 
 for (const root of eyeRoots) {
   const corners = root.points.map((p) => points[p]);
@@ -97,7 +97,7 @@ for (const root of eyeRoots) {
   faces.push(ring);
 }
 
-// ---- arms: rings along a curve that falls, runs out and curls up ---------------------------------
+// ---- arms: rings along a curve that descends, runs outwards and curls up --------------------------
 
 for (const [number, root] of armRoots.entries()) {
   const corners = root.points.map((p) => points[p]);
@@ -108,7 +108,7 @@ for (const [number, root] of armRoots.entries()) {
   const column = (number % 8) / 8;
   const width = 1 / 8;
 
-  // Texture of an arm: a strip of its own, four faces wide, one row a ring, the tip above it.
+  // The texture of an arm is a strip of its own, four faces wide, with one row a ring and the tip above.
   const strip = (i, row) => add(uvs, [
     column + width * (0.06 + 0.88 * (i / 4)),
     2 * CHART + 0.01 + (0.44 * row) / (ARM_RINGS + 1),
@@ -124,7 +124,7 @@ for (const [number, root] of armRoots.entries()) {
       outward[0] * 2.3, -1.05 * 2.2 * Math.cos((t + before) * 1.1) + 3.45 * ((t + before) / 2) ** 2, outward[2] * 2.3]);
     const up = unit(cross(direction, across));
     const thickness = 0.27 * (1 - 0.72 * t);
-    // Corner order of the root: low left, low right, high right, high left, seen from outside.
+    // Corners of the root in order: lower left, lower right, upper right, upper left, seen from outside.
     const ringPoints = [[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([a, b]) =>
       add(points, sum(sum(along, across, a * thickness), up, b * thickness)));
     const next = { points: ringPoints, row: [0, 1, 2, 3, 4].map((i) => strip(i, r)) };

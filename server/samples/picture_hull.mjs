@@ -11,7 +11,7 @@ const readme = readFileSync(new URL('../../README.md', import.meta.url), 'utf8')
 const [section] = readme.match(/^## A model from a script\n.*?(?=^## )/ms);
 const [box, ...steps] = [...section.matchAll(/'({.*?})'/gs)].map(([, json]) => json);
 
-/** The address of the model that a request makes. */
+/** Creates a model by a request; resolves with its URL. */
 async function make(url, body) {
   const answer = await fetch(url, { method: 'POST', headers: { 'Content-Type': 'application/json' }, body });
   if (!answer.ok) throw new Error(`${body}: ${await answer.text()}`);

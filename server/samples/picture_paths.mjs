@@ -1,6 +1,6 @@
-// What the pictures in README are drawn with: the faces of an OBJ, and paths of SVG.
+// Draws README's pictures: reads the faces of an OBJ and makes SVG paths.
 
-/** An OBJ as { points, objects: [{ name, first: index of its first point, faces: [[index of a point]] }] }. */
+/** Parses an OBJ into { points, objects: [{ name, first: index of its first point, faces: [[index of a point]] }] }. */
 export function readObj(text) {
   const points = [];
   const objects = [];
@@ -15,10 +15,10 @@ export function readObj(text) {
 
 export const minus = (a, b) => a.map((x, i) => x - b[i]);
 
-/** A colour of 0 to 255 as SVG writes it. */
+/** A colour with components from 0 to 255 in SVG's notation. */
 export const hex = (colour) => `#${colour.map((x) => Math.round(x).toString(16).padStart(2, '0')).join('')}`;
 
-/** Classes of CSS rules, each made once. */
+/** CSS classes, one for each distinct rule. */
 export class Styles {
   classes = new Map();
 
@@ -32,7 +32,8 @@ export class Styles {
   }
 }
 
-/** Faces { style: a class, corners: integers } as paths in their order. share: whether neighbours of one style share a path. */
+/** Prints faces { style: a class, corners: integers } as paths, in order. share: neighbours of one style share a
+ *  path. */
 export function pathsOf(faces, share) {
   const paths = [];
   let last;
@@ -56,7 +57,7 @@ const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a
 const dot = (a, b) => a.reduce((sum, x, i) => sum + x * b[i], 0);
 const unit = (a) => a.map((x) => x / (Math.hypot(...a) || 1));
 
-/** Seen from the right and above. */
+/** Rotates a point into a view from the right (yaw) and from above (pitch). */
 function seen([x, y, z], { yaw, pitch }) {
   const [c, s, d, t] = [Math.cos(yaw), Math.sin(yaw), Math.cos(pitch), Math.sin(pitch)];
   const depth = s * x + c * z;
@@ -66,10 +67,8 @@ function seen([x, y, z], { yaw, pitch }) {
 const SHADES = 32;
 const LIGHT = unit([-0.45, 0.75, 0.6]);
 
-/**
- * Faces { points, colour, inside?, behind? } as paths of an SVG, in a box [left, top, width, height]. Those that look
- * away and have no colour inside are left out, the rest are painted from far to near.
- */
+/** Draws faces { points, colour, inside?, behind? } as SVG paths into a box [left, top, width, height]. Faces that look
+ *  away and have no colour inside are left out; the others are painted from far to near. */
 export function draw(styles, faces, view, [left, top, width, height], edges) {
   const turned = faces.map(({ points, ...rest }) => ({ points: points.map((p) => seen(p, view)), ...rest }));
   const all = turned.flatMap((face) => face.points);

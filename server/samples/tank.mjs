@@ -1,8 +1,8 @@
 // Prints tank.json: node tank.mjs > tank.json
 //
-// A hull on four wheels, a turret on the hull, a barrel and two antennas on the turret. The clip
-// `drive` moves all of them by keys at irregular times, in every form that a rotation may be written
-// in. Y is up, the tank looks along +Z, its left is +X. Metres, seconds.
+// A hull on four wheels, a turret on the hull, a barrel and two antennas on the turret. The clip `drive` moves all of
+// them by keys at irregular times, in every form in which a rotation can be written. Y is up, the tank looks along +Z,
+// its left is +X. Metres, seconds.
 
 const mesh = (name) => ({ name, positions: [], faces: [], creases: [] });
 
@@ -12,7 +12,7 @@ function crease(target, points, sharpness, closed = true) {
   }
 }
 
-/** A tube through rings of equal size, each counter-clockwise seen from the last; ends left open. */
+/** A tube through rings of equal size, each counter-clockwise seen from the last; open at both ends. */
 function tube(target, rings) {
   const indices = rings.map((ring) => ring.map((p) => target.positions.push(p) - 1));
   for (let r = 0; r + 1 < indices.length; r++) {
@@ -25,7 +25,7 @@ function tube(target, rings) {
   return indices;
 }
 
-/** Closes a ring of even size: a quad, or quads round a middle point. */
+/** Closes a ring of even size: with a quad, or with quads around a middle point. */
 function cap(target, ring, middle) {
   if (ring.length === 4) {
     target.faces.push(ring);
@@ -37,12 +37,12 @@ function cap(target, ring, middle) {
   }
 }
 
-// Axes of a body of revolution.
+// Orientations of a body of revolution.
 const upward = (x, y, along) => [x, along, -y];
 const forward = (x, y, along) => [x, y, along];
 const sideways = (x, y, along) => [along, x, y];
 
-/** A closed body of revolution. profile: [radius, along] a ring; sharpness: of a ring's edges, by its index. */
+/** A closed body of revolution. profile: [radius, along] for each ring; sharpness: of a ring's edges, by its index. */
 function drum(name, axis, sides, profile, sharpness) {
   const target = mesh(name);
   const rings = tube(target, profile.map(([radius, along]) =>
@@ -75,7 +75,7 @@ function hull() {
   return target;
 }
 
-/** A rod with a flag, so that a turn about the rod is seen: one of its sides is drawn out. */
+/** A rod with a flag, so that a turn about the rod is visible: one of its sides is extruded. */
 function antenna() {
   const sides = 4;
   const target = drum('antenna', upward, sides, [[0.03, 0], [0.03, 0.5], [0.03, 0.8]], { 0: 2, 2: 2 });
@@ -117,7 +117,7 @@ const nodes = [
   { name: 'antenna_quaternion', parent: 'turret', mesh: 'antenna', translation: [-0.3, 0.48, -0.3] },
 ];
 
-/** A rotation track with quaternion keys: turns in degrees about one axis. */
+/** A rotation track of quaternion keys, from turns in degrees about one axis. */
 const turning = (node, interpolation, axis, times, angles) => ({
   node, path: 'rotation', interpolation, times,
   quaternions: angles.map((degrees) => {
@@ -126,7 +126,7 @@ const turning = (node, interpolation, axis, times, angles) => ({
   }),
 });
 
-/** A wheel rolls forward by turns about +X. */
+/** A wheel that rolls forward by turns about +X. */
 const rolling = (node, degrees) => ({
   node, path: 'rotation', unit: 'degrees', times: driveTimes, axis_angles: degrees.map((angle) => [1, 0, 0, angle]),
 });
@@ -137,8 +137,8 @@ const driveTimes = [0, 1.1, 2.6, 4];
 const turretKeys = [[0, 0.4, 1.7, 2.15, 4], [0, 35, -60, -60, 20]];
 const barrelKeys = [[0, 0.9, 1.3, 3.1], [0, 12, 28, -4]];
 
-// The two antennas have the same keys. Turned as an angle, -170 to 170 degrees goes the long way
-// through 0; as quaternions it goes the short way, 20 degrees through 180.
+// The two antennas have the same keys. As an angle, -170 to 170 degrees goes the long way through 0; as quaternions it
+// goes the short way, 20 degrees through 180.
 const antennaKeys = [[0, 4], [-170, 170]];
 
 const clips = [
@@ -165,7 +165,7 @@ const clips = [
   },
 ];
 
-// Short rows of numbers stand on one line each.
+// Prints short rows of numbers on one line each.
 const number = (x) => Number(x.toFixed(7)) + 0;
 const json = JSON.stringify({ meshes, nodes, clips }, (_, x) => (typeof x === 'number' ? number(x) : x), 1)
   .replace(/\[[-\d.,e\s]*\]/g, (row) => row.replace(/\s+/g, ' ').replace('[ ', '[').replace(' ]', ']'))
