@@ -1,5 +1,4 @@
-/* What is known of a format before its reader runs: which one bytes are in, and how much memory reading
- * takes. */
+/* Recognises the format of bytes, and bounds the memory that reading them takes. */
 #include "tweend/format.h"
 
 #include <string.h>
@@ -7,9 +6,9 @@
 #include "soup_mesh.h"
 #include "word.h"
 
-/* A byte of text may become much: an object of an OBJ file a mesh and a node, "{}," in tweend JSON likewise,
- * and in glTF the struct that tinygltf has for a material. The readers keep to it by what they do (OBJ,
- * tweend JSON, STL) or by a budget (glTF, PLY). */
+/* per_byte: memory that a byte of small text may become. An object of an OBJ file becomes a mesh and a node,
+ * "{}," in tweend JSON likewise, and in glTF tinygltf's struct for a material. The readers of OBJ, tweend
+ * JSON and STL keep the bound by construction, those of glTF and PLY by a budget. */
 uint64_t tw_reading_size(tw_format format, uint64_t size) {
   static const uint64_t per_byte[TW_FORMATS] = {9, 168, 2400, 2400, 8, 32}, base = 1 << 20, most = 64 << 20;
   uint64_t more = size < most ? base + per_byte[format] * size : most;
@@ -21,7 +20,7 @@ static size_t skip_space(const uint8_t *bytes, size_t size, size_t at) {
   return at;
 }
 
-/* Just past the string that opens at `at`; size when it never closes. */
+/* The offset just past the string that opens at `at`; size if it never closes. */
 static size_t skip_string(const uint8_t *bytes, size_t size, size_t at) {
   for (size_t from = at + 1; from < size;) {
     const uint8_t *quote = memchr(bytes + from, '"', size - from), *before = quote;
@@ -33,7 +32,7 @@ static size_t skip_string(const uint8_t *bytes, size_t size, size_t at) {
   return size;
 }
 
-/* Whether the JSON object that opens at `at` has a key "asset" of its own. */
+/* Whether the JSON object that opens at `at` has a member "asset", at its top level. */
 static bool has_asset_key(const uint8_t *bytes, size_t size, size_t at) {
   size_t depth = 0;
   while (at < size) {

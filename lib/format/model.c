@@ -46,7 +46,7 @@ void tw_model_warn(tw_model *model, const char *format, ...) {
   }
   if (!model->warnings) model->warnings = tw_arena_alloc(model->arena, WARNINGS_MAX, sizeof(char *));
   if (!model->warnings) return;
-  tw_error sentence; /* for its cut between characters */
+  tw_error sentence; /* tw_fail cuts the detail between characters */
   char text[sizeof sentence.detail];
   va_list arguments;
   va_start(arguments, format);
@@ -88,7 +88,7 @@ static int compare_named_nodes(const void *a, const void *b) {
   return left->index < right->index ? -1 : left->index > right->index;
 }
 
-/* Sorts the nodes that have a name: a model may have many, and be asked for many of them. */
+/* Sorts the named nodes for binary search: a model may have many nodes, and requests may ask for many. */
 static tw_status sort_names(tw_model *model, tw_error *error) {
   uint32_t count = 0, next = 0;
   for (uint32_t i = 0; i < model->node_count; i++) count += model->nodes[i].name != NULL;
@@ -108,13 +108,14 @@ static tw_status sort_names(tw_model *model, tw_error *error) {
   return TW_OK;
 }
 
-/* As strcmp of a name and text[0..length). */
+/* Compares a name with text[0..length) as strcmp does. */
 static int compare_text(const char *name, const char *text, size_t length) {
   int order = strncmp(name, text, length);
   return order != 0 ? order : name[strnlen(name, length)] != '\0';
 }
 
-/* The index that a made-up name says, "node_3" for kind "node_"; TW_NO_INDEX where it is none. */
+/* The index in a generated name, such as "node_3" for kind "node_"; TW_NO_INDEX if the text is no such
+ * name. */
 static uint32_t made_up_index(const char *kind, const char *text, size_t length, uint32_t count) {
   char buffer[24];
   size_t start = strlen(kind);
@@ -126,7 +127,7 @@ static uint32_t made_up_index(const char *kind, const char *text, size_t length,
   return printed == length && memcmp(buffer, text, length) == 0 ? (uint32_t)index : TW_NO_INDEX;
 }
 
-/* Among the named nodes: the first whose name is not below. */
+/* The place in named_nodes of the first name that is not less than name[0..length). */
 static uint32_t lower_bound(const tw_model *model, const char *name, size_t length) {
   uint32_t low = 0, high = model->named_node_count;
   while (low < high) {
@@ -183,7 +184,7 @@ static void prefix_pointer(tw_error *error, const char *array, uint32_t index) {
   tw_error_at(error, "/%s/%u%s", array, index, relative);
 }
 
-/* An empty name is none. */
+/* An empty name becomes NULL. */
 static tw_status check_name(const char **name, const char *array, uint32_t index, tw_error *error) {
   if (!*name) return TW_OK;
   if (!tw_utf8_is_name(*name, strlen(*name)))
@@ -198,7 +199,7 @@ static bool all_finite(const float *values, size_t count) {
   return true;
 }
 
-/* Another program may have changed the cage under its details: then they are left out. */
+/* Leaves out details that do not fit the mesh, with a warning: another program may have changed the cage. */
 static tw_status check_details(tw_model *model, uint32_t index, tw_error *error) {
   tw_mesh *mesh = &model->meshes[index];
   tw_status status = tw_mesh_check_details(mesh, error);
@@ -235,7 +236,7 @@ static tw_status check_meshes(tw_model *model, tw_error *error) {
   return TW_OK;
 }
 
-/* Rotation to unit length; false for one that has none. */
+/* Scales a rotation to unit length; false if it is zero or not finite. */
 static bool normalise(float q[4]) {
   double unit[4];
   quat_widen(q, unit);
@@ -266,7 +267,7 @@ static tw_status check_node(const tw_model *model, uint32_t index, tw_error *err
   return TW_OK;
 }
 
-/* One node a mesh, for a source that has no hierarchy. */
+/* Adds one node a mesh, for a source without a hierarchy. */
 static tw_status add_mesh_nodes(tw_model *model, tw_error *error) {
   model->nodes = tw_arena_alloc(model->arena, model->mesh_count, sizeof *model->nodes);
   if (!model->nodes) return tw_fail(error, TW_NO_MEMORY, "out of memory");
@@ -312,7 +313,7 @@ static tw_status check_skins(tw_model *model, tw_error *error) {
   return TW_OK;
 }
 
-/* The joint numbers that the points of each mesh use exist in the skin that its node names. */
+/* Checks that the joint numbers of a mesh exist in the skin of every node that shows it. */
 static tw_status check_skinned_nodes(const tw_model *model, tw_error *error) {
   uint32_t *highest = tw_alloc_zero(model->mesh_count, sizeof *highest);
   if (!highest) return tw_fail(error, TW_NO_MEMORY, "out of memory");
@@ -333,7 +334,8 @@ static tw_status check_skinned_nodes(const tw_model *model, tw_error *error) {
   return status;
 }
 
-/* A weights track has one number a morph target of its node's mesh; without a mesh it moves nothing. */
+/* Checks that a track of weights has one number for each morph target of its node's mesh. On a node without a
+ * mesh it moves nothing. */
 static tw_status check_weight_tracks(const tw_model *model, uint32_t index, tw_error *error) {
   const tw_clip_keys *clip = &model->clips[index];
   for (uint32_t i = 0; i < clip->track_count; i++) {
@@ -348,9 +350,8 @@ static tw_status check_weight_tracks(const tw_model *model, uint32_t index, tw_e
   return TW_OK;
 }
 
-/* Counts the steps of a rotation track that turn by 180 degrees and more. Some keys are compiled at a time,
- * each window beginning with the last key of the one before: a long track takes no more memory than a short
- * one. */
+/* Counts the steps of a rotation track that turn by 180 degrees or more. Compiles a window of keys at a time,
+ * so that memory does not grow with the track; each window begins with the last key of the one before. */
 static tw_status count_turns(const tw_track_keys *track, uint32_t *count, bool *says_angles,
                              tw_error *error) {
   enum { WINDOW = 4096 };
@@ -374,7 +375,7 @@ static tw_status count_turns(const tw_track_keys *track, uint32_t *count, bool *
   return TW_OK;
 }
 
-/* Names the tracks with such steps: they load, but may not move as meant. */
+/* Warns of tracks with steps of 180 degrees or more: they load, but may not move as meant. */
 static tw_status warn_of_turns(tw_model *model, uint32_t index, tw_error *error) {
   char clip_name[24], node_name[24];
   const tw_clip_keys *clip = &model->clips[index];

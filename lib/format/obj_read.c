@@ -1,5 +1,5 @@
-/* Wavefront OBJ into a model. Points are shared over the whole file, so it is one mesh, unless its objects
- * share none: then each object is a mesh of its own. */
+/* Makes a model of a Wavefront OBJ file. Points are shared over the whole file, so it is one mesh, unless its
+ * objects share no points: then each object is a mesh of its own. */
 #include "obj_statements.h"
 
 #include <stdlib.h>
@@ -23,7 +23,8 @@ static void face_range(const tw_obj_reader *reader, uint32_t mesh, uint32_t mesh
   *stop = mesh + 1 < mesh_count ? reader->objects[mesh + 1].first_face : reader->all.faces;
 }
 
-/* Notes for each point whose faces use it, UINT32_MAX for nobody's; false when two objects use the same. */
+/* Finds the mesh whose faces use each point, UINT32_MAX for an unused point. False if two meshes use the same
+ * point. */
 static bool own_points(const tw_obj_reader *reader, uint32_t mesh_count, uint32_t *owners) {
   memset(owners, 0xFF, (size_t)reader->all.points * sizeof *owners);
   for (uint32_t mesh = 0; mesh < mesh_count; mesh++) {
@@ -38,8 +39,8 @@ static bool own_points(const tw_obj_reader *reader, uint32_t mesh_count, uint32_
   return true;
 }
 
-/* Turns owners into places, so that the points of a mesh stand together in the file's order, and those of
- * nobody behind all. ends: [mesh_count], behind the last point of each. */
+/* Turns owners into places: the points of a mesh stand together in the order of the file, unused points come
+ * last. ends: [mesh_count], one past the last point of each mesh. */
 static void place_points(const tw_obj_reader *reader, uint32_t mesh_count, uint32_t *owners, uint32_t *ends) {
   uint64_t points = reader->all.points;
   uint32_t used = 0;
@@ -48,7 +49,7 @@ static void place_points(const tw_obj_reader *reader, uint32_t mesh_count, uint3
     if (owners[i] != UINT32_MAX) ends[owners[i]]++;
   for (uint32_t mesh = 0; mesh < mesh_count; mesh++) {
     uint32_t count = ends[mesh];
-    ends[mesh] = used; /* its beginning, which moves on to its end */
+    ends[mesh] = used; /* its first place, which advances to its end below */
     used += count;
   }
   for (uint64_t i = 0; i < points; i++) owners[i] = owners[i] != UINT32_MAX ? ends[owners[i]]++ : used++;
@@ -80,11 +81,11 @@ static void move_points(tw_obj_reader *reader, uint32_t mesh_count, uint32_t *pl
     }
 }
 
-/* Decides between one mesh and several. Tags number the points and faces of the whole file: a file
- * that has some stays whole, as does one with faces before its first object. Objects that no face
- * follows are gone by now, but for the last.
- * *ends: behind the last point of each mesh, from malloc; NULL when there is one mesh. */
-static tw_status deal_points(tw_obj_reader *reader, uint32_t *mesh_count, uint32_t **ends) {
+/* Decides between one mesh and one for each object. Tags number the points and faces of the whole file, so a
+ * file with tags stays one mesh, as does a file with faces before its first object. Only the last object may
+ * have no faces here.
+ * *ends: one past the last point of each mesh, from malloc; NULL for a single mesh. */
+static tw_status split_points(tw_obj_reader *reader, uint32_t *mesh_count, uint32_t **ends) {
   size_t count = reader->object_count;
   *mesh_count = 1;
   *ends = NULL;
@@ -161,8 +162,8 @@ static tw_status add_points(const obj_part *part, tw_mesh *mesh) {
   return tw_mesh_set_colors(mesh, colors, reader->arena) == TW_OK ? TW_OK : tw_obj_fail_memory(reader);
 }
 
-/* The offsets of each mesh have a number more than it has faces, and count from its first corner: they move
- * up, the last mesh first. */
+/* Makes the mesh's face offsets in place. They count from its first corner, and each mesh has one offset more
+ * than faces: offsets move up, so the last mesh must come first. */
 static void add_faces(const obj_part *part, tw_mesh *mesh) {
   const tw_obj_reader *reader = part->reader;
   uint32_t *to = reader->face_offsets + part->index;
@@ -190,9 +191,9 @@ static uint32_t count_uvs(const obj_part *part) {
   return count;
 }
 
-/* Copies the UVs of a part into values, and makes its corners name those; `count` of them are the part's.
- * Corners without one share a value of their own, 0 0, which comes last. */
-static void deal_uvs(const obj_part *part, uint32_t count, float *values) {
+/* Copies the `count` UVs of a part into `values`, and renumbers its corners. Corners without a UV share one
+ * more value, 0 0, at the end. */
+static void copy_uvs(const obj_part *part, uint32_t count, float *values) {
   const tw_obj_reader *reader = part->reader;
   if (part->count == 1) memcpy(values, reader->uvs, 2 * (size_t)count * sizeof *values);
   for (uint32_t c = part->first_corner; c < part->corner_stop; c++) {
@@ -214,16 +215,16 @@ static tw_status add_uvs(const obj_part *part, tw_mesh *mesh) {
   const uint32_t *corners = reader->corner_uvs + part->first_corner;
   uint32_t missing = 0, count = part->count == 1 ? (uint32_t)reader->all.uvs : count_uvs(part);
   for (uint32_t c = 0; c < mesh->corner_count; c++) missing += corners[c] == TW_OBJ_NO_VALUE;
-  if (missing == mesh->corner_count) return TW_OK; /* this object has none at all */
+  if (missing == mesh->corner_count) return TW_OK; /* no corner of this mesh has a UV */
   float *values = tw_arena_alloc_raw(reader->arena, (size_t)count + (missing > 0), 2 * sizeof *values);
   if (!values) return tw_obj_fail_memory(reader);
-  deal_uvs(part, count, values);
+  copy_uvs(part, count, values);
   mesh->uv_set_count = 1;
   mesh->uv_sets[0] = (tw_uv_set){count + (missing > 0), values, corners};
   return TW_OK;
 }
 
-/* All parts share the values: corners without one name the last, which is 0 0 0. */
+/* All meshes share the values; corners without a normal use the last value, 0 0 0. */
 static void add_normals(const obj_part *part, tw_mesh *mesh) {
   const tw_obj_reader *reader = part->reader;
   if (!reader->corner_normals) return;
@@ -268,7 +269,7 @@ static tw_status build_mesh(const obj_part *part, tw_mesh *mesh) {
   return add_uvs(part, mesh);
 }
 
-/* ends: behind the last point of each mesh; NULL for a single one. */
+/* ends: one past the last point of each mesh; NULL for a single mesh. */
 static tw_status build_meshes(tw_obj_reader *reader, uint32_t count, const uint32_t *ends, tw_model *model) {
   model->meshes = tw_arena_alloc(reader->arena, count, sizeof *model->meshes);
   size_t uvs = count > 1 ? (size_t)reader->all.uvs : 0;
@@ -326,8 +327,8 @@ static void warn(const tw_obj_reader *reader, tw_model *model) {
                   (unsigned long long)reader->late_groups, TW_OBJ_GROUPS_MAX);
 }
 
-/* Points that were written twice along seams become one. A file with tags is a control mesh, whose points are
- * as they are meant. */
+/* Merges points that were duplicated along seams. A file with tags is a control mesh, whose points are meant
+ * as they are. */
 static tw_status close_seams(const tw_obj_reader *reader, tw_model *model) {
   uint32_t dropped = 0, reversed = 0;
   if (reader->tags.any) return TW_OK;
@@ -350,7 +351,7 @@ static tw_status build_model(tw_obj_reader *reader, tw_model *model) {
       copy_names(reader, &reader->material_names, copy_name, &model->material_count, &model->material_names);
   if (status == TW_OK)
     status = copy_names(reader, &reader->group_names, copy_words, &model->group_count, &model->group_names);
-  if (status == TW_OK) status = deal_points(reader, &mesh_count, &ends);
+  if (status == TW_OK) status = split_points(reader, &mesh_count, &ends);
   if (status == TW_OK) status = build_meshes(reader, mesh_count, ends, model);
   free(ends);
   return status;

@@ -1,5 +1,5 @@
 /* The statements of the polygonal part of Wavefront OBJ. Two passes over the text: the first one counts, so
- * that the second one writes straight into arrays of the model's arena that have room for just that. Source:
+ * that the second one writes straight into arrays of the model's arena that have the right size. Source:
  * Wavefront Advanced Visualizer file formats, appendix B1. */
 #include "obj_statements.h"
 
@@ -12,7 +12,7 @@
 
 /* ---- names -------------------------------------------------------------------------------------- */
 
-/* FNV-1a over the words, a blank behind each. */
+/* FNV-1a over the words of a name, a blank behind each. */
 static uint64_t hash_name(tw_word name) {
   uint64_t value = 14695981039346656037u;
   tw_obj_text text = tw_obj_text_of(name);
@@ -23,7 +23,7 @@ static uint64_t hash_name(tw_word name) {
   return value ^ value >> 32;
 }
 
-/* Names are lists of words: what is between two does not matter. */
+/* Whether two names have the same words; what separates the words does not matter. */
 static bool same_name(tw_word a, tw_word b) {
   if (a.length == b.length && memcmp(a.text, b.text, a.length) == 0) return true;
   tw_obj_text left = tw_obj_text_of(a), right = tw_obj_text_of(b);
@@ -35,8 +35,8 @@ static bool same_name(tw_word a, tw_word b) {
   }
 }
 
-/* The slot that holds `name` or waits for it; NULL where so many others stand in its way that the names must
- * have been made to collide: by chance, with half of the slots empty, a row of 256 does not occur. */
+/* The slot that holds `name`, or the free slot where it belongs. NULL after 256 probes: half of the slots are
+ * free, so only names that were made to collide need as many. */
 static uint32_t *find_slot(const tw_obj_names *table, tw_word name) {
   enum { PROBES_MAX = 256 };
   size_t mask = 2 * table->capacity - 1, at = (size_t)hash_name(name);
@@ -51,7 +51,7 @@ static tw_status fail_colliding(tw_error *error) {
   return tw_fail(error, TW_LIMIT, "names are made to collide");
 }
 
-/* Doubles names and slots, so that at most half the slots are taken. */
+/* Doubles names and slots; at most half of the slots are taken. */
 static tw_status grow_names(tw_obj_names *table, tw_error *error) {
   size_t capacity = table->capacity ? table->capacity * 2 : 32;
   tw_word *grown = realloc(table->names, capacity * sizeof *grown);
@@ -72,7 +72,8 @@ static tw_status grow_names(tw_obj_names *table, tw_error *error) {
   return TW_OK;
 }
 
-/* The number of a name, a new one where it is new; TW_OBJ_NO_NAME for a new one beyond `most`. */
+/* Finds the number of a name; a new name gets the next number, or TW_OBJ_NO_NAME if there are `most`
+ * already. */
 static tw_status number_name(tw_obj_names *table, tw_word name, uint32_t most, uint32_t *out,
                              tw_error *error) {
   if (table->count == table->capacity) {
@@ -110,7 +111,8 @@ tw_status tw_obj_fail_memory(const tw_obj_reader *reader) {
 
 /* ---- v, vt, vn ---------------------------------------------------------------------------------- */
 
-/* Up to `most` numbers of this statement; *count says how many there were. Infinity for what is too large. */
+/* Reads up to `most` numbers of this statement; *count: how many. A number too large for a float becomes
+ * infinity. */
 static tw_status read_numbers(tw_obj_text *text, float *out, size_t most, size_t *count, tw_error *error) {
   *count = 0;
   while (*count < most && !tw_obj_statement_ends(text)) {
@@ -121,7 +123,7 @@ static tw_status read_numbers(tw_obj_text *text, float *out, size_t most, size_t
   return TW_OK;
 }
 
-/* The colour of a point. Points without one are white. */
+/* Stores the colour of a point, given as sRGB. Points without a colour are white. */
 static tw_status set_color(tw_obj_reader *reader, uint64_t point, const float *rgb) {
   if (!reader->colors) {
     size_t count = (size_t)reader->all.points * 4;
@@ -133,8 +135,8 @@ static tw_status set_color(tw_obj_reader *reader, uint64_t point, const float *r
   return TW_OK;
 }
 
-/* v x y z, v x y z w, v x y z r g b or v x y z r g b a. A weight belongs to curves; it and alpha
- * are read over. */
+/* v x y z, v x y z w, v x y z r g b or v x y z r g b a. The weight w, which belongs to curves, and alpha are
+ * ignored. */
 static tw_status read_point(tw_obj_reader *reader, tw_obj_text *text) {
   float values[7];
   size_t count;
@@ -158,7 +160,7 @@ static bool read_hex(const char *digits, uint32_t *out) {
 }
 
 /* #MRGB MMRRGGBBMMRRGGBB...: mask and colour of the next points, in hexadecimal. A comment cannot be
- * malformed: what is no colour ends it. */
+ * malformed: reading stops where a colour should stand and does not. */
 static tw_status read_colors(tw_obj_reader *reader, tw_obj_text *text) {
   tw_word word = tw_obj_read_word(text);
   tw_status status = TW_OK;
@@ -175,7 +177,8 @@ static tw_status read_colors(tw_obj_reader *reader, tw_obj_text *text) {
   return status;
 }
 
-/* vt u, vt u v or vt u v w. One that is not finite, as photogrammetry leaves it, is 0 0, as in glTF. */
+/* vt u, vt u v or vt u v w. Coordinates that are not finite, as photogrammetry tools write them, or over
+ * TW_COORDINATE_MAX become 0 0. */
 static tw_status read_uv(tw_obj_reader *reader, tw_obj_text *text) {
   float values[3] = {0, 0, 0};
   size_t count;
@@ -189,7 +192,7 @@ static tw_status read_uv(tw_obj_reader *reader, tw_obj_text *text) {
   return TW_OK;
 }
 
-/* vn x y z. Normals do not shape the surface: one that is malformed or not finite is none. */
+/* vn x y z. Normals do not shape the surface: a malformed or infinite one becomes 0 0 0, which means none. */
 static void read_normal(tw_obj_reader *reader, tw_obj_text *text) {
   float *out = reader->normals + 3 * reader->read.normals++;
   for (int i = 0; i < 3; i++) {
@@ -205,8 +208,9 @@ static void read_normal(tw_obj_reader *reader, tw_obj_text *text) {
 
 /* ---- f -------------------------------------------------------------------------------------------- */
 
-/* Reads an OBJ index, from 1 or counted back from the newest element, as one from 0. `so_far` and `all`:
- * elements before this statement, and in the whole file: some are named before they are defined. */
+/* Reads an OBJ index, which counts from 1, or back from the newest element if negative, as an index from 0.
+ * so_far: elements before this statement. all: elements of the file; some are named before they are
+ * defined. */
 static tw_status read_index(tw_obj_text *text, uint64_t so_far, uint64_t all, const char *what, uint32_t *out,
                             tw_error *error) {
   int64_t index;
@@ -255,7 +259,7 @@ static uint32_t *allocate_none(const tw_obj_reader *reader, uint64_t count) {
   return out;
 }
 
-/* Notes the value of the newest corner. Nothing is stored before the first corner that has one. */
+/* Stores the UV or normal of a corner. The array is allocated at the first corner that has one. */
 static tw_status set_value(const tw_obj_reader *reader, uint32_t **values, uint64_t corner, uint32_t value) {
   if (!*values && value == TW_OBJ_NO_VALUE) return TW_OK;
   if (!*values) *values = allocate_none(reader, reader->all.corners);
@@ -272,8 +276,8 @@ static tw_status add_corner(tw_obj_reader *reader, const obj_corner *added) {
   return status == TW_OK ? set_value(reader, &reader->corner_normals, corner, added->normal) : status;
 }
 
-/* Labels the newest face with its material, groups or smoothing group. Nothing is stored before the first
- * face that has some. */
+/* Labels the newest face with its material, groups or smoothing group. The array is allocated at the first
+ * face that has a label. */
 static tw_status label_face(const tw_obj_reader *reader, uint32_t **labels, uint32_t label) {
   if (!*labels && label == TW_OBJ_NO_NAME) return TW_OK;
   if (!*labels) *labels = allocate_none(reader, reader->all.faces);
@@ -282,7 +286,7 @@ static tw_status label_face(const tw_obj_reader *reader, uint32_t **labels, uint
   return TW_OK;
 }
 
-/* The set of groups of the newest face; where there are too many the face is in none. */
+/* Numbers the set of groups of the newest face. Beyond TW_OBJ_GROUPS_MAX sets the face is in none. */
 static tw_status number_groups(tw_obj_reader *reader) {
   if (reader->group_words.length == 0) return TW_OK;
   tw_status status = number_name(&reader->group_names, reader->group_words, TW_OBJ_GROUPS_MAX, &reader->group,
@@ -292,7 +296,8 @@ static tw_status number_groups(tw_obj_reader *reader) {
   return status;
 }
 
-/* Leaves out the corners at the point of the one before them. Returns how many stay. */
+/* Drops the newest face's corners that are at the same point as the corner before them. Returns how many
+ * stay. */
 static uint64_t drop_doubled_corners(tw_obj_reader *reader, uint64_t first) {
   uint32_t *corners = reader->corners, *uvs = reader->corner_uvs, *normals = reader->corner_normals;
   uint32_t before = corners[reader->read.corners - 1];
@@ -308,17 +313,17 @@ static uint64_t drop_doubled_corners(tw_obj_reader *reader, uint64_t first) {
   return kept - first;
 }
 
-/* Of a face without doubled corners. */
+/* Whether a face has three different points. Its neighbouring corners are different already. */
 static bool has_three_points(const uint32_t *corners, uint64_t count) {
   for (uint64_t i = 2; i < count; i++)
     if (corners[i] != corners[0] && corners[i] != corners[1]) return true;
   return false;
 }
 
-/* Forgets the newest face, and notes its number in the file, which tags may name. */
+/* Drops the newest face and keeps its number in the file, because `hole` tags count dropped faces too. */
 static tw_status drop_face(tw_obj_reader *reader, uint64_t first_corner) {
   uint64_t count = reader->dropped_count;
-  if ((count & (count - 1)) == 0) { /* full: its room is a power of two */
+  if ((count & (count - 1)) == 0) { /* full: the capacity is a power of two */
     uint32_t *grown = realloc(reader->dropped, (size_t)(count ? 2 * count : 1) * sizeof *grown);
     if (!grown) return tw_obj_fail_memory(reader);
     reader->dropped = grown;
@@ -328,7 +333,8 @@ static tw_status drop_face(tw_obj_reader *reader, uint64_t first_corner) {
   return TW_OK;
 }
 
-/* What is left when all is read: holes are numbered among the faces of the file. */
+/* Sets the final counts of faces and corners, and renumbers holes from faces of the file to faces that are
+ * kept. */
 static void settle_faces(tw_obj_reader *reader) {
   tw_obj_tags *tags = &reader->tags;
   reader->all.faces = reader->read.faces;
@@ -336,7 +342,7 @@ static void settle_faces(tw_obj_reader *reader) {
   if (reader->all.faces == 0) reader->face_offsets[0] = 0;
   uint64_t kept = 0;
   for (uint64_t i = 0; i < tags->read.holes && reader->dropped_count > 0; i++) {
-    size_t low = 0, high = reader->dropped_count; /* how many were dropped before it */
+    size_t low = 0, high = reader->dropped_count; /* faces dropped before this hole */
     while (low < high) {
       size_t middle = (low + high) / 2;
       if (reader->dropped[middle] < tags->holes[i])
@@ -373,7 +379,7 @@ static tw_status read_face(tw_obj_reader *reader, tw_obj_text *text) {
 
 /* ---- o, g, usemtl and the rest ----------------------------------------------------------------------- */
 
-/* An object that no face follows is forgotten when the next one begins. */
+/* An object without faces is replaced by the next one. */
 static void begin_object(tw_obj_reader *reader, tw_obj_text *text) {
   tw_obj_object object = {tw_obj_read_line(text), (uint32_t)reader->read.faces};
   tw_obj_object *last = reader->object_count ? &reader->objects[reader->object_count - 1] : NULL;
@@ -383,9 +389,9 @@ static void begin_object(tw_obj_reader *reader, tw_obj_text *text) {
     reader->objects[reader->object_count++] = object;
 }
 
-/* The set of groups that the faces to come are in. `default` is the group of faces that are in none. */
+/* Sets the groups of the faces that follow; `default` stands for none. */
 static void begin_groups(tw_obj_reader *reader, tw_obj_text *text) {
-  enum { TEXT_MAX = 1024 }; /* each part of an answer may name its groups again */
+  enum { TEXT_MAX = 1024 }; /* an answer may repeat them for each part */
   tw_word names = tw_obj_read_word(text), word = names;
   for (; word.length > 0; word = tw_obj_read_word(text))
     names.length = (size_t)(word.text + word.length - names.text);
@@ -407,7 +413,7 @@ static tw_status use_material(tw_obj_reader *reader, tw_obj_text *text) {
                       TW_MATERIALS_MAX);
 }
 
-/* s NUMBER, or s off, which is 0. What is neither is as good as none. */
+/* s NUMBER, or s off, which is 0. Anything else has the effect of no `s`. */
 static void begin_smoothing(tw_obj_reader *reader, tw_obj_text *text) {
   int64_t group;
   tw_obj_text rest = *text;
@@ -418,7 +424,7 @@ static void begin_smoothing(tw_obj_reader *reader, tw_obj_text *text) {
   reader->smoothing_group = is_group ? (uint32_t)group : TW_OBJ_NO_VALUE;
 }
 
-/* Statements of the format that have nothing to do with a surface of polygons. */
+/* Whether this is a statement of the format that has nothing to do with a surface of polygons. */
 static bool is_known(tw_word word) {
   static const char *const words[] = {
       "bevel",      "bmat",   "bsp",    "bzp",  "c_interp", "call",      "cdc",  "cdp",    "con",
@@ -430,7 +436,8 @@ static bool is_known(tw_word word) {
   return false;
 }
 
-/* Counts statements that shape no surface; what is no word is no OBJ file either. */
+/* Counts a statement that shapes no surface. A first word with other characters than those of a statement
+ * shows that this is no OBJ file: TW_SYNTAX. */
 static tw_status read_other(tw_obj_reader *reader, const tw_obj_text *text, tw_word word) {
   if (tw_word_is(word, "l") || tw_word_is(word, "p") || tw_word_is(word, "curv") ||
       tw_word_is(word, "curv2") || tw_word_is(word, "surf")) {
@@ -474,7 +481,7 @@ static void count_statement(tw_obj_reader *reader, tw_word word, tw_obj_text *fi
   tw_obj_count_tag(&reader->tags.all, &text);
 }
 
-/* One that may have words behind a `#`, or is rare. */
+/* Reads a statement whose text needs an end of its own (words may follow a `#`), or a rare one. */
 static tw_status read_bounded(tw_obj_reader *reader, tw_word word, tw_obj_text text) {
   if (tw_word_is(word, "t")) return tw_obj_read_tag(&reader->tags, &text, reader->error);
   if (tw_word_is(word, TW_OBJ_COLORS)) return read_colors(reader, &text);
@@ -501,7 +508,7 @@ static tw_status read_statement(tw_obj_reader *reader, tw_word word, tw_obj_text
   return TW_OK;
 }
 
-/* NULL for none, and without memory, which *status tells apart. */
+/* NULL if `count` is 0, after a failure, and without memory; only then *status changes. */
 static void *make_room(const tw_obj_reader *reader, uint64_t count, size_t size, tw_status *status) {
   if (count == 0 || *status != TW_OK) return NULL;
   void *room = tw_arena_alloc_raw(reader->arena, (size_t)count, size);

@@ -1,10 +1,11 @@
+/* Subdivision tags of OBJ files: a reader for each kind. */
 #include "obj_tags.h"
 
 #include <math.h>
 
 #include "tweend/subdiv.h"
 
-/* One tag on its way. */
+/* The tag that is being read. */
 typedef struct obj_tag {
   tw_error *error;
   tw_word name;
@@ -50,7 +51,7 @@ static tw_status read_tag_float(const obj_tag *tag, tw_obj_text *text, float *ou
   return TW_OK;
 }
 
-/* Reads over floats, and demands the string that the counts speak of. */
+/* Skips floats, and checks that a string follows if the tag says so. */
 static tw_status skip_tag_rest(const obj_tag *tag, tw_obj_text *text, uint64_t floats) {
   tw_status status = TW_OK;
   for (float value; floats > 0 && status == TW_OK; floats--) status = read_tag_float(tag, text, &value);
@@ -59,8 +60,8 @@ static tw_status skip_tag_rest(const obj_tag *tag, tw_obj_text *text, uint64_t f
   return status;
 }
 
-/* Reads the ints of a tag as indices below `count` into out[first] and what follows it. out: NULL for a tag
- * that has no room, as it has fewer ints than it says. */
+/* Reads the ints of a tag as indices below `count` into out[first] and the elements after it. out: NULL only
+ * if no int follows, and then nothing is stored. */
 static tw_status read_tag_indices(const obj_tag *tag, tw_obj_text *text, uint64_t count, const char *what,
                                   uint64_t first, uint32_t *out) {
   tw_status status = TW_OK;
@@ -76,9 +77,9 @@ static tw_status read_tag_indices(const obj_tag *tag, tw_obj_text *text, uint64_
   return status;
 }
 
-/* Reads the floats of a tag as sharpness, in the range that meshes have. One value serves all elements;
- * `width` ints make an element, and the tools accept a value for each int as well. The `count` elements go to
- * out[first] and what follows it. */
+/* Reads the floats of a tag as the sharpness of `count` elements into out[first] and the elements after it,
+ * clamped to the range of meshes. There is one value for all elements or one for each; an element has `width`
+ * ints, and like the tools this accepts one value for each int as well. */
 static tw_status read_sharpness(const obj_tag *tag, tw_obj_text *text, uint64_t width, uint64_t count,
                                 uint64_t first, float *out) {
   uint64_t stride = tag->float_count == count ? 1 : width;
@@ -124,7 +125,7 @@ static tw_status read_hole_tag(tw_obj_tags *tags, const obj_tag *tag, tw_obj_tex
   return status == TW_OK ? skip_tag_rest(tag, text, tag->float_count) : status;
 }
 
-/* The tag's one int looked up in a table. */
+/* Reads the tag's one int and looks it up in a table. */
 static tw_status set_from_int(const obj_tag *tag, tw_obj_text *text, const int *table, size_t size,
                               int *out) {
   uint32_t value = UINT32_MAX;
@@ -136,7 +137,7 @@ static tw_status set_from_int(const obj_tag *tag, tw_obj_text *text, const int *
   return status;
 }
 
-/* The tag's string, behind its numbers, looked up: names[i] means values[i]. */
+/* Reads the tag's string, which follows its numbers: names[i] means values[i]. */
 static tw_status set_from_string(const obj_tag *tag, tw_obj_text *text, const char *const *names,
                                  const int *values, const char *fault, int *out) {
   uint32_t number;
@@ -160,7 +161,7 @@ static tw_status read_creasing_tag(tw_obj_tags *tags, const obj_tag *tag, tw_obj
   return set_from_string(tag, text, names, values, "creasemethod is one of normal, chaikin", &tags->creasing);
 }
 
-/* By name, or by the number that older tools wrote. */
+/* Names the rule, or has the number that older tools wrote. */
 static tw_status read_triangles_tag(tw_obj_tags *tags, const obj_tag *tag, tw_obj_text *text) {
   static const int numbers[] = {TW_TRIANGLES_CATMULL_CLARK, TW_TRIANGLES_SMOOTH, TW_TRIANGLES_SMOOTH};
   static const char *const names[] = {"catmark", "normal", "smooth", NULL};
@@ -203,7 +204,7 @@ tw_status tw_obj_read_tag(tw_obj_tags *tags, tw_obj_text *text, tw_error *error)
   return TW_OK;
 }
 
-/* Two integers have a byte between them or a sign before the second one. */
+/* Each integer but the first takes at least two bytes: a separator or sign, and a digit. */
 void tw_obj_count_tag(tw_obj_tag_counts *all, tw_obj_text *text) {
   obj_tag tag = {.name = tw_obj_read_word(text)};
   uint64_t *count = tw_word_is(tag.name, "crease")   ? &all->crease_points

@@ -1,5 +1,6 @@
 /* The subdivision tags of OpenSubdiv's tools in an OBJ file: lines `t NAME INTS/FLOATS/STRINGS values...`,
- * with indices from 0. As all of the file, tags are counted first and then read into arrays of that size. */
+ * with indices from 0. Like all of the file, tags are counted first and then read into arrays of that
+ * size. */
 #ifndef TWEEND_OBJ_TAGS_H
 #define TWEEND_OBJ_TAGS_H
 
@@ -9,22 +10,23 @@ typedef struct tw_obj_tag_counts {
   uint64_t crease_points, sharp_points, holes;
 } tw_obj_tag_counts;
 
-/* What the tags of a file say. */
+/* The tags of a file. */
 typedef struct tw_obj_tags {
   uint64_t point_count, face_count; /* of the file, above every index */
   tw_obj_tag_counts all;            /* how many there are at most */
   tw_obj_tag_counts read;           /* so far */
 
-  /* Of the caller, [all.X], and a crease sharpness for each pair of points; NULL where there are none. */
+  /* Of the caller: [all.X], crease_sharpness one for each pair of points; NULL if there are none. */
   uint32_t *crease_points, *sharp_points, *holes;
   float *crease_sharpness, *point_sharpness;
 
   bool any;                              /* the file has a `t` */
   int boundary, uv, creasing, triangles; /* TW_TAG_UNSET without a tag */
-  uint64_t ignored;                      /* of a name that is not known */
+  uint64_t ignored;                      /* tags with an unknown name */
 } tw_obj_tags;
 
-/* Adds what the tag behind a `t` holds at most: no more than its text has room for, whatever it says. */
+/* Adds the most elements that the tag behind a `t` can hold: as many as it says, but no more than its text
+ * has room for. */
 void tw_obj_count_tag(tw_obj_tag_counts *all, tw_obj_text *text);
 
 /* Reads the tag behind a `t`. TW_SYNTAX, TW_INVALID. */

@@ -1,6 +1,7 @@
+/* The text of OBJ files: statements, words and numbers. */
 #include "obj_text.h"
 
-/* Bytes of the line end at `at`: 2 for CRLF. */
+/* Bytes of the line end at `at`: 2 for CRLF, else 1. */
 static size_t line_end_length(const uint8_t *at, const uint8_t *end) {
   return at[0] == '\r' && end - at > 1 && at[1] == '\n' ? 2 : 1;
 }
@@ -48,7 +49,7 @@ tw_status tw_obj_fail_word(const tw_obj_text *text, const char *what, tw_error *
   while (from.at > from.first && from.at[-1] > ' ') from.at--;
   uint64_t column = 1;
   for (const uint8_t *c = from.at; c > from.first && !tw_obj_is_line_end(c[-1]); c--)
-    column += (c[-1] & 0xC0) != 0x80; /* not of bytes inside a UTF-8 character */
+    column += (c[-1] & 0xC0) != 0x80; /* bytes inside a UTF-8 character do not count */
   tw_fail_line(error, TW_SYNTAX, text->line, "\"%s\" is no %s",
                tw_obj_quote_word(tw_obj_read_word(&from)).text, what);
   if (error) error->column = column;
@@ -67,7 +68,7 @@ bool tw_obj_read_number(tw_obj_text *text, double *out) {
   tw_obj_skip_blanks(text);
   size_t used = tw_read_plain((const char *)text->at, (size_t)(text->end - text->at), out);
   if (used == 0) {
-    tw_obj_text word = *text; /* what is sought in it must not be sought in all that follows */
+    tw_obj_text word = *text; /* limits the search for the ")" of "nan(" to this word */
     used = tw_word_begin_number(tw_obj_read_word(&word), out);
   }
   const uint8_t *stop = text->at + used;
@@ -109,7 +110,7 @@ bool tw_obj_next_statement(tw_obj_text *file, tw_word *word) {
   return true;
 }
 
-/* Comments do not continue: a path may end with a backslash. */
+/* A backslash at the end of a comment does not continue the line: it may belong to a path. */
 void tw_obj_end_statement(tw_obj_text *file) {
   for (;;) {
     const uint8_t *start = file->at, *end = find_line_end(start, file->end);

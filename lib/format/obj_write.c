@@ -1,6 +1,6 @@
-/* OBJ text, pulled: for each node with a mesh its name, points, UVs, normals, faces by material and groups,
- * and the subdivision tags of a level 0 as obj_read.c reads them. Text is made in pieces; what the caller has
- * no room for waits for the next call. */
+/* OBJ text, made as it is read: for each node with a mesh its name, points, UVs, normals, faces by material
+ * and groups, and the subdivision tags of a level 0 as obj_read.c reads them. Text is made in pieces; what
+ * the caller has no room for waits for the next call. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -20,7 +20,7 @@ enum {
   DOMAINS = 3
 };
 
-/* The columns of a face's corners, in their order. */
+/* The numbers of a face's corner, in this order. */
 static const tw_domain domains[DOMAINS] = {TW_DOMAIN_POINTS, TW_DOMAIN_UVS, TW_DOMAIN_VERTICES};
 
 typedef enum part { PART_NAME, PART_POINTS, PART_UVS, PART_NORMALS, PART_FACES, PART_TAGS, PART_END } part;
@@ -30,13 +30,13 @@ struct tw_obj_stream {
   tw_surface_reader *reader; /* turned to the surface that `node` shows */
   float *world;              /* [node_count][16] */
 
-  /* Position: of `node`, `part` from row or face `next` on. */
+  /* Position: in `part` of `node`, at row, face or tag `next`. */
   uint32_t node;
   part part;
   uint64_t next;
   uint32_t group;
   int32_t material;       /* the last one written, -1 before the first */
-  uint32_t names;         /* likewise: set of groups, TW_NO_INDEX */
+  uint32_t names;         /* the last set of groups written, TW_NO_INDEX before the first */
   uint64_t base[DOMAINS]; /* rows of earlier nodes */
 
   float floats[FLOATS_SCRATCH];
@@ -61,7 +61,7 @@ static void put_text(tw_obj_stream *stream, const char *text) {
   stream->text_size += length;
 }
 
-/* A name to the end of the line: no control characters, and no backslash that would continue it. */
+/* A line with a name, which gets no control characters and no backslash that would continue the line. */
 static void put_name(tw_obj_stream *stream, const char *keyword, const char *name) {
   put_text(stream, keyword);
   char *written = end_of(stream);
@@ -125,7 +125,8 @@ static uint64_t listed_rows(const tw_surface *surface, tw_domain domain) {
 
 /* ---- transforms ---------------------------------------------------------------------------------------- */
 
-/* A normal is kept as it is where a flat transform leaves none. */
+/* Transforms a normal by the cofactors of a matrix. It stays as it is if the transform is flat and leaves no
+ * direction. */
 static void transform_normal(const double cofactor[9], double sign, const float normal[3], float out[3]) {
   double turned[3], square = 0;
   for (int row = 0; row < 3; row++) {
@@ -173,7 +174,7 @@ static void put_normals(tw_obj_stream *stream) {
   double cofactor[9];
   double sign = tw_matrix_cofactors(stream->world + (size_t)stream->node * 16, cofactor) < 0 ? -1 : 1;
   size_t count = read_piece(stream, TW_DOMAIN_VERTICES, layout->stride);
-  /* Packed from the start of the rows: none is overwritten before it is read. */
+  /* Normals move to the front of the rows: a row is read before they reach it. */
   for (size_t i = 0; i < count; i++) {
     float normal[3];
     transform_normal(cofactor, sign, stream->floats + i * layout->stride + layout->normal, normal);
@@ -210,7 +211,7 @@ static char *write_corner(const tw_obj_stream *stream, const tw_surface *surface
   return out;
 }
 
-/* Faces of a group from `next` on, as many as fit; returns how many. */
+/* Reads faces of a group from `next` on, as many as fit; returns how many. */
 static size_t read_face_piece(tw_obj_stream *stream, const tw_surface_group *group) {
   const tw_surface *surface = shown_surface(stream);
   uint64_t left = group->first_face + group->face_count - stream->next;
@@ -260,8 +261,8 @@ static uint64_t tag_count(const tw_surface_tags *tags) {
   return (uint64_t)tags->crease_count + tags->sharp_point_count;
 }
 
-/* The tags of a node are numbered by creases, then points. Those of OBJ number the points of the whole file,
- * from 0. */
+/* tag: a crease or, behind all creases, a sharp point. Tags in OBJ number the points of the whole file, from
+ * 0. */
 static void put_tag(tw_obj_stream *stream, uint64_t tag) {
   const tw_surface_tags *tags = shown_tags(stream);
   uint64_t point = stream->base[0];
@@ -283,8 +284,8 @@ static void put_tags(tw_obj_stream *stream) {
     put_tag(stream, stream->next);
 }
 
-/* The rules of the surface, where they are not those of a file without tags; OBJ has no word for open
- * borders. They hold for the whole file, whose surfaces all have the same. */
+/* The rules of the surface, where they differ from those of a file without tags. OBJ has no tag for open
+ * borders. Rules hold for the whole file: its surfaces all have the same. */
 static void put_rules(tw_obj_stream *stream, const tw_surface_options *options) {
   static const char *const boundaries[] = {"", "t interpolateboundary 1/0/0 2\n",
                                            "t interpolateboundary 1/0/0 0\n", ""};
@@ -335,7 +336,7 @@ static void leave_node(tw_obj_stream *stream) {
   stream->group = 0;
 }
 
-/* The next piece of text; false at the end. A part or node with nothing in it gives an empty piece. */
+/* Makes the next piece of text, which may be empty; false at the end. */
 static bool put_piece(tw_obj_stream *stream) {
   stream->text_size = stream->text_taken = 0;
   if (stream->node == stream->scene.model->node_count) return false;
@@ -373,7 +374,7 @@ static size_t longer(size_t length, const char *name) {
   return other > length ? other : length;
 }
 
-/* Room for the largest piece of each part; needs corner_capacity. */
+/* Bytes of the largest piece of text. */
 static size_t largest_piece(const tw_model *model, size_t corner_capacity) {
   size_t name = 24;
   for (uint32_t i = 0; i < model->node_count; i++) name = longer(name, model->nodes[i].name);

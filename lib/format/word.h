@@ -1,4 +1,4 @@
-/* Words of text that is read where it stands. */
+/* Words and numbers of text that is read in place. */
 #ifndef TWEEND_WORD_H
 #define TWEEND_WORD_H
 
@@ -7,7 +7,7 @@
 
 #include "number.h"
 
-/* A piece of a text. */
+/* A part of a text; a view. */
 typedef struct tw_word {
   const char *text;
   size_t length;
@@ -17,7 +17,7 @@ static inline bool tw_word_is(tw_word word, const char *text) {
   return strlen(text) == word.length && memcmp(word.text, text, word.length) == 0;
 }
 
-/* Without regard to case. begin: in lower case. */
+/* Whether a word begins with `begin`, in either case. begin: in lower case. */
 static inline bool tw_word_begins(tw_word word, const char *begin) {
   size_t length = strlen(begin), i = 0;
   if (word.length < length) return false;
@@ -25,8 +25,8 @@ static inline bool tw_word_begins(tw_word word, const char *begin) {
   return i == length;
 }
 
-/* What printf makes of a value that is not finite, at the beginning of a text: "nan", "-inf", "-nan(ind)".
- * Its length. */
+/* Reads what printf writes for a number that is not finite, at the beginning of a text: "nan", "-inf",
+ * "-nan(ind)". Returns its length, 0 if there is none. *out: NAN, or INFINITY for either sign. */
 static inline size_t tw_word_begin_not_finite(tw_word word, double *out) {
   size_t sign = word.length > 0 && (word.text[0] == '-' || word.text[0] == '+') ? 1 : 0, used = sign + 3;
   const tw_word name = {word.text + sign, word.length - sign};
@@ -38,15 +38,15 @@ static inline size_t tw_word_begin_not_finite(tw_word word, double *out) {
   return close ? (size_t)(close - word.text) + 1 : used;
 }
 
-/* A number at the beginning of a text, or what stands where one is not finite; returns its length, 0 where
- * there is none. */
+/* Reads a number at the beginning of a text, or what printf writes for one that is not finite. Returns its
+ * length, 0 if there is none. */
 static inline size_t tw_word_begin_number(tw_word word, double *out) {
-  size_t used = tw_read_plain(word.text, word.length, out); /* nearly always, and inline */
+  size_t used = tw_read_plain(word.text, word.length, out); /* nearly always enough, and inline */
   if (used == 0) used = tw_read_double(word.text, word.length, out);
   return used > 0 ? used : tw_word_begin_not_finite(word, out);
 }
 
-/* A word that is a number and nothing else. */
+/* Reads a word that is a number and nothing else; false for any other word. */
 static inline bool tw_word_number(tw_word word, double *out) {
   size_t used = tw_word_begin_number(word, out);
   return used > 0 && used == word.length;
@@ -59,7 +59,7 @@ static inline int tw_hex_digit(char c) {
   return letter >= 'a' && letter <= 'f' ? letter - 'a' + 10 : -1;
 }
 
-/* Bytes of a byte order mark, which some editors put before UTF-8. */
+/* Bytes of the byte order mark that some editors put before UTF-8; 0 without one. */
 static inline size_t tw_byte_order_mark(const void *bytes, size_t size) {
   return size >= 3 && memcmp(bytes, "\xEF\xBB\xBF", 3) == 0 ? 3 : 0;
 }

@@ -1,4 +1,4 @@
-/* Formats: bytes to models, surfaces to bytes. Safe on untrusted bytes throughout. */
+/* Formats: bytes to models, surfaces to bytes. Readers are safe on untrusted bytes. */
 #ifndef TWEEND_FORMAT_H
 #define TWEEND_FORMAT_H
 
@@ -9,166 +9,171 @@
 extern "C" {
 #endif
 
-/* How glTF triangles become polygons. */
+/* How glTF triangles become polygons. NGON: as FB_ngon_encoding marks them. AUTO: the same, and triangles of
+ * meshes without such marks are paired into quads. OFF: all faces stay triangles. */
 typedef enum tw_quads { TW_QUADS_NGON, TW_QUADS_AUTO, TW_QUADS_OFF } tw_quads;
 
-/* The most bytes that reading a document of `size` bytes holds at a time, the document and the model
- * included: documents that would take more are refused. Never over 64 MiB and six times the size. */
+/* The most memory in bytes that reading a document of `size` bytes may take, the document and the model
+ * included; readers refuse a document that needs more. At most 64 MiB + 6 * size. */
 uint64_t tw_reading_size(tw_format format, uint64_t size);
 
-/* The format that the bytes themselves show: GLB and PLY by their magic, STL by its first word or, where it
- * is binary, by its count of facets, JSON by its first brace (glTF when it has a top-level "asset"), else
- * OBJ. */
+/* Recognises a format by its bytes: GLB and PLY by their magic, STL by its first word or, if binary, by its
+ * facet count, JSON by its opening brace (glTF if it has a top-level "asset"), anything else is OBJ. */
 tw_format tw_format_sniff(const uint8_t *bytes, size_t size);
 
-/* Wavefront OBJ. bytes: [size], UTF-8 or Latin-1, no terminator needed. Errors bear a line.
- * The file is one mesh with the name of its first `o` or `g`; objects that share no points (and a file
- * without tags) are a mesh and a node each. The names behind `g` are the set of groups of the faces that
- * follow (none for `default`, for more than 1024 bytes of them, and for new sets beyond 262,144). Elements
- * may be named before they are defined. Face corners without `vt` among others that have one get 0 0. Colours
- * behind points, or in comments as ZBrush writes them, are sRGB and become linear. Lines, points, free-form
- * geometry and MTL files are read over. Normals and smoothing groups are kept. Unless `weld` is TW_WELD_NONE
- * or the file has tags of edges, points or faces, points that were written twice along seams become one, with
- * a warning where faces go by it. A corner at the point of the one before it goes; a face that is left with
- * fewer than three different points goes too, with a warning. A file of points alone is a mesh without faces.
+/* Wavefront OBJ. bytes: [size], UTF-8 or Latin-1, no terminator needed. Errors carry a line.
+ * The file becomes one mesh, named after its first `o` or `g`. If no two objects share a point and the file
+ * tags no edge, point or face, each object becomes a mesh with a node of its own. The names behind `g` are
+ * the set of groups of the faces that follow (none for `default`, for more than 1024 bytes of names, and for
+ * new sets beyond 262,144). Faces may name elements that are defined later. Where only some face corners have
+ * a `vt`, the others get UV 0 0. Colours behind points, or in comments as ZBrush writes them, are sRGB and
+ * become linear. `l` and `p` elements, free-form geometry and MTL files are ignored. Normals and smoothing
+ * groups are kept. Points that are duplicated along seams are merged, with a warning where faces collapse by
+ * it, unless `weld` is TW_WELD_NONE or the file has a subdivision tag. A corner at the same point as the
+ * corner before it is dropped; a face left with fewer than three different points is dropped too, with a
+ * warning. A file of points alone is a mesh without faces.
  * *out: a finished model (tw_model_finish has run). O(size). */
 tw_status tw_obj_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model **out, tw_error *error);
 
-/* The points of OBJ text alone, all of them in the order of the file; errors as for tw_obj_read. *out:
+/* Reads only the points of an OBJ file, all of them, in file order; errors as for tw_obj_read. *out:
  * [*count][3] in the arena. */
 tw_status tw_obj_read_points(const uint8_t *bytes, size_t size, tw_arena *arena, float **out, uint32_t *count,
                              tw_error *error);
 
-/* STL, binary or text. All solids are one mesh, its name the first solid's; triangles that share an edge by
- * position share its points (lib/mesh/weld.h). Up to 1024 bytes behind the facets of binary STL are read
- * over. Errors bear a line, or name the facet. *out: a finished model. O(n log n). */
+/* STL, binary or text. All solids become one mesh, named after the first solid that has a name; triangles
+ * that share an edge by position share its points (lib/mesh/weld.h). Up to 1024 bytes behind the facets of
+ * binary STL are ignored. Errors carry a line of text, or name the facet. *out: a finished model.
+ * O(n log n). */
 tw_status tw_stl_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model **out, tw_error *error);
 
-/* PLY, text or binary in either byte order: positions, normals, faces, colours (sRGB, they become linear),
- * texture coordinates of vertices; a warning names other elements and properties. Vertices that were split
- * along seams become one point again. Errors bear a line of text, or name the vertex or face. *out: a
+/* PLY, text or binary in either byte order: positions, normals, faces, colours (sRGB, which become linear)
+ * and texture coordinates of vertices; a warning names other elements and properties. Vertices that were
+ * split along seams become one point again. Errors carry a line of text, or name the vertex or face. *out: a
  * finished model. O(n log n). */
 tw_status tw_ply_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model **out, tw_error *error);
 
-/* glTF 2.0, JSON or GLB, one self-contained file: nothing outside `bytes` is ever opened. Guards
- * run before tinygltf sees a byte. Errors bear a pointer into the glTF document.
- * A glTF mesh is one tw_mesh: its triangles become polygons as `quads` says, vertices that were split for
- * the renderer become one point again (lib/weld.h), texture coordinates face-varying with v up. Elements
- * that are named over and over may not make a small file a large model (TW_LIMIT). json_values: the most that
- * its JSON may hold, of any kind; 0: any number.
+/* glTF 2.0, JSON or GLB, one self-contained file: nothing outside `bytes` is ever opened, and the document is
+ * checked before tinygltf parses it. Errors carry a JSON pointer into the glTF document.
+ * A glTF mesh is one tw_mesh: its triangles become polygons as `quads` says, vertices that were split for the
+ * renderer become one point again (lib/mesh/weld.h), texture coordinates are face-varying with v up. A small
+ * file cannot become a large model by naming the same elements many times (TW_LIMIT). json_values: the most
+ * JSON values of any kind; 0: any number.
  * *out: a finished model. */
 tw_status tw_gltf_read(const uint8_t *bytes, size_t size, tw_quads quads, tw_weld weld, uint64_t json_values,
                        tw_model **out, tw_error *error);
 
-/* A file that came along with a glTF. */
+/* A file that was sent together with a glTF. */
 typedef struct tw_named_file {
   const char *name; /* as the sender wrote it, with or without folders; compared, never opened */
   const uint8_t *bytes;
   size_t size;
-  bool is_used; /* set where the glTF names it */
+  bool is_used; /* set if the glTF names the file */
 } tw_named_file;
 
-/* The GLB that a JSON glTF and the files it names make: files [file_count] in any order, found by the path of
- * the uri (percent-decoded), else by its base name where only one file has that. Files of buffers and images
- * become the BIN chunk; data URIs, and images behind http(s) addresses, stay. TW_INVALID with the pointer of
- * a uri whose file is not there; TW_LIMIT over `json_values` values (0: any number) or max_size bytes. *out:
- * malloc'ed [*out_size]; NULL where the document names no file, or is none: then it is complete, or a fault
- * that tw_gltf_read tells. O(size + names log names). */
+/* Joins a JSON glTF and the files that it names into one GLB. files: [file_count] in any order; a uri finds
+ * its file by the percent-decoded path, else by the base name if only one file has it. Files of buffers and
+ * images go into the BIN chunk; data URIs, and images at http(s) addresses, stay as they are. TW_INVALID with
+ * the pointer of a uri whose file is missing; TW_LIMIT over `json_values` values (0: any number) or max_size
+ * bytes. *out: malloc'ed [*out_size]; NULL if the document names no file or is not a JSON object, so that
+ * tw_gltf_read takes it as it is. O(size + names log names). */
 tw_status tw_gltf_bundle(const uint8_t *bytes, size_t size, tw_named_file *files, uint32_t file_count,
                          uint64_t json_values, uint64_t max_size, uint8_t **out, size_t *out_size,
                          tw_error *error);
 
-/* ---- answers, pulled ---------------------------------------------------------------------- */
+/* ---- answers, computed as they are read -------------------------------------------------------------- */
 
 typedef enum tw_polygons { TW_POLYGONS_TRIANGLES, TW_POLYGONS_NGON } tw_polygons;
 
-/* How an answer holds what it draws. */
+/* How an answer stores vertices and indices. */
 typedef enum tw_encoding {
   TW_ENCODING_FLOAT,
-  /* KHR_mesh_quantization: positions in 16 bits, which a node or the matrices of a skin undo, normals and
-   * tangents in 8, texture coordinates and colours in 16 where they are from 0 to 1, weights in 8; in
-   * primitives of at most 65,534 vertices with indices of 16 bits. */
+  /* KHR_mesh_quantization: 16-bit positions, which a node or the inverse bind matrices of a skin scale back;
+   * 8-bit normals and tangents; 16-bit colours, and 16-bit texture coordinates where they lie from 0 to 1;
+   * 8-bit weights; primitives of at most 65,534 vertices with 16-bit indices. */
   TW_ENCODING_QUANTIZED,
-  TW_ENCODING_MESHOPT /* the same by EXT_meshopt_compression */
+  TW_ENCODING_MESHOPT /* the same, compressed by EXT_meshopt_compression */
 } tw_encoding;
 
-/* What the shorts of a mesh's positions stand for. */
+/* How the 16-bit positions of a mesh map to coordinates. */
 typedef struct tw_grid {
-  bool is_float;          /* nothing would undo them */
+  bool is_float;          /* positions stay floats, as nothing could scale them back */
   float origin[3], scale; /* 32767 lies at origin + scale */
 } tw_grid;
 
-/* The grids of a model's meshes: each has its own, but those of one skin share one, which its matrices undo.
- * Meshes that EXT_mesh_gpu_instancing shows, that have points or lines, or whose node's weights
- * KHR_animation_pointer moves stay floats, and those that share a skin with them. The same whatever the
- * level: a surface stays within the hull of its cage. grids: [mesh_count]. O(points + nodes). TW_NO_MEMORY.
- */
+/* Chooses a grid for each mesh of a model. Meshes of one skin share a grid, because the skin's inverse bind
+ * matrices scale it back. Floats stay in meshes that EXT_mesh_gpu_instancing draws, meshes that have points
+ * or lines, meshes of a node whose weights KHR_animation_pointer moves, and meshes that share a skin with one
+ * of these. A grid serves every level: a surface stays within the hull of its cage. grids: [mesh_count].
+ * O(points + nodes). TW_NO_MEMORY. */
 tw_status tw_grids_choose(const tw_model *model, tw_grid *grids);
 
 typedef struct tw_pack_options {
-  tw_encoding encoding; /* but FLOAT */
+  tw_encoding encoding; /* not TW_ENCODING_FLOAT */
   tw_polygons polygons;
   tw_grid grid;
-  bool is_measured; /* by a pass over all points; else by one over faces alone */
+  bool is_measured; /* true: a pass over all points finds bounds and sizes; false: only the faces are read */
 } tw_pack_options;
 
-/* A surface as an encoding has it: which faces are a primitive; when it is measured, the bounds of what is
- * stored, and the sizes of what is compressed. Immutable. */
+/* A surface cut into packs, each of which becomes a primitive. Measured packs also know the bounds of the
+ * stored values and the sizes of the compressed bytes. Immutable. */
 typedef struct tw_packs tw_packs;
 
-/* mesh: what the surface is of. parallel as of tw_surface_create_by. TW_CANCELLED, TW_NO_MEMORY. */
+/* mesh: the mesh of the surface; not kept. parallel: as for tw_surface_create_by. TW_CANCELLED,
+ * TW_NO_MEMORY. */
 tw_status tw_packs_create(const tw_mesh *mesh, const tw_surface *surface, const tw_pack_options *options,
                           const tw_parallel_for *parallel, tw_packs **out, tw_error *error);
 void tw_packs_destroy(tw_packs *packs);      /* NULL accepted */
 size_t tw_packs_size(const tw_packs *packs); /* bytes held */
-/* Of the library that compresses: another version may compress to other bytes. */
+/* The version of meshoptimizer: another version may compress to other bytes. */
 int tw_meshopt_version(void);
-/* What making a surface's packs holds at most. */
+/* The most bytes that tw_packs_create holds for a surface. */
 uint64_t tw_packs_building_size(const tw_surface *surface);
-/* What a stream holds to read them. */
+/* Bytes that a stream holds to read these packs. */
 size_t tw_packs_reading_size(const tw_packs *packs);
 
-/* Holes of a cage, for a surface from which a glTF is written that reads back as the cage: they are faces of
- * materials of their own, TW_HOLE_MATERIAL + 1 and their material, which come last. */
+/* Marks the holes of a cage that is written as glTF and read back as the cage: a hole of material m is a face
+ * of material TW_HOLE_MATERIAL + 1 + m. So holes are groups of their own, the last ones of the surface. */
 enum { TW_HOLE_MATERIAL = 1 << 30 };
 
-/* A view of the mesh with its holes as faces like that. Its array of materials lives in the arena. O(faces).
- * TW_NO_MEMORY. */
+/* A view of the mesh whose holes are faces with these materials. Its array of materials lives in the arena.
+ * O(faces). TW_NO_MEMORY. */
 tw_status tw_mesh_open_holes(const tw_mesh *mesh, tw_arena *arena, tw_mesh *out);
 
 typedef struct tw_scene {
   const tw_model *model;             /* outlives the stream */
   const tw_surface *const *surfaces; /* [mesh_count]; outlive the stream */
   const tw_trs *pose;                /* [node_count] local transforms, or NULL for rest */
-  const tw_clip *posed_by;           /* the clip of the pose (its nodes lose their matrix), or NULL */
-  /* [node_count] morph weights of the pose, as many as the node's mesh has targets; NULL, for a node or for
-   * all: the mesh's own. */
+  const tw_clip *posed_by;           /* the clip of the pose (nodes it moves lose their matrix), or NULL */
+  /* [node_count] morph weights of the pose, each [targets of the node's mesh]. NULL, for one node or for all:
+   * the model's own weights. */
   const float *const *weights;
-  /* [clip_count] kept as glTF animations in this order, but for one that moves nothing that is shown; outlive
-   * the stream. Each has passed tw_clip_create. What glTF does not know (nlerp, squad, Euler and axis-angle
-   * keys) becomes LINEAR keys, as dense as they need. */
+  /* [clip_count] become glTF animations in this order, except a clip that moves nothing glTF can animate;
+   * outlive the stream. Each has passed tw_clip_create. Keys that glTF does not have (nlerp, squad, Euler and
+   * axis-angle) become LINEAR keys, as dense as they need to be. */
   const tw_clip_keys *clips;
   uint32_t clip_count;
   tw_polygons polygons;
-  /* [mesh_count] of the surfaces, all of one encoding and these polygons; outlive the stream. NULL: floats.
-   * Packs that are not measured serve tw_gltf_stream_predict alone, and only quantized ones. */
+  /* [mesh_count] packs of the surfaces, all of one encoding and of `polygons`; outlive the stream. NULL:
+   * floats. Packs that are not measured serve tw_gltf_stream_predict alone, and only if quantized without
+   * compression. */
   const tw_packs *const *packs;
-  bool is_without_details; /* a cage does not say what is modelled onto its levels */
+  bool is_without_details; /* a cage leaves out the details modelled onto its levels */
 } tw_scene;
 
 /* A glTF answer: its size is known when it is created, its bytes are computed when they are read.
- * Meshes, nodes, skins, materials, images, scenes and cameras have the numbers of the model; a surface
- * without faces is one triangle of no size. One primitive for the faces of a material, further ones for those
- * whose primitives said more in their file, then points and lines. With packs a material has a primitive for
- * each pack; nodes and skins that undo the shorts come after the model's.
- * Where all surfaces are `tagged` level 0, as floats and n-gons, extras.tweend of each mesh says what glTF
- * has no words for, so that tw_gltf_read makes the same mesh of it: {"points": which vertices are one point,
- * "faces": the mesh's faces in the order of the file (not where it is theirs), "starts": the corner of
- * the mesh's face that each begins with (not where all are the first), "creases": {"edges": [][2],
- * "sharpness"}, "corners": {"vertices", "sharpness"}, "groups": {"names": ["a b", ...], "faces": which, or
- * 2^32 - 1}, "holes": [{"indices", "material"}], "details": [{"level", "offsets"}] as tw_detail, "rules":
- * {"boundary", "uv", "creasing", "triangles"}}; numbers but those of levels, materials and rules are
- * accessors. Holes are drawn by no primitive. */
+ * Meshes, nodes, skins, materials, images, scenes and cameras keep the numbers of the model; a surface
+ * without faces is one triangle of no size. Each material of a mesh has one primitive for its faces, and
+ * further ones for faces whose primitives held more in their file (extras, extensions); points and lines
+ * follow. With packs, a material has a primitive for each pack, and nodes that scale positions back follow
+ * the model's.
+ * Where all surfaces are `tagged` level 0, as floats and n-gons, extras.tweend of each mesh holds what glTF
+ * cannot say, so that tw_gltf_read makes the same mesh of it: {"points": the point of each vertex, "faces":
+ * the mesh's face that each face of the answer is (left out if they ascend), "starts": the corner of the
+ * mesh's face that each face of the answer begins with (left out if all are 0), "creases": {"edges": [][2],
+ * "sharpness"}, "corners": {"vertices", "sharpness"}, "groups": {"names": ["a b", ...], "faces": the set of
+ * each face, or 2^32 - 1}, "holes": [{"indices", "material"}], "details": [{"level", "offsets"}] as
+ * tw_detail, "rules": {"boundary", "uv", "creasing", "triangles"}}. All numbers but levels, materials and
+ * rules are indices of accessors. No primitive draws a hole. */
 typedef struct tw_gltf_stream tw_gltf_stream;
 
 /* container: TW_FORMAT_GLB, or TW_FORMAT_GLTF (one JSON file, buffers as base64 data URIs).
@@ -178,9 +183,9 @@ tw_status tw_gltf_stream_create(const tw_scene *scene, tw_format container, tw_g
 void tw_gltf_stream_destroy(tw_gltf_stream *stream); /* NULL accepted */
 uint64_t tw_gltf_stream_size(const tw_gltf_stream *stream);
 
-/* The next bytes, at most `capacity`; 0 at the end. Reading the JSON asks for the surfaces' bounds:
- * where they are not known yet and there is no memory to compute them with, less is read, and 0 before
- * the end. */
+/* Reads the next bytes, at most `capacity`, and returns how many; 0 at the end. The JSON contains the bounds
+ * of the surfaces: if they are not known yet and there is no memory to compute them, fewer bytes are read,
+ * and 0 before the end. */
 size_t tw_gltf_stream_read(tw_gltf_stream *stream, uint8_t *out, size_t capacity);
 
 /* Continues at any offset (Range requests). */
@@ -190,10 +195,10 @@ void tw_gltf_stream_seek(tw_gltf_stream *stream, uint64_t offset);
  * fixed width for the bounds. Compressed packs must be measured. Errors as tw_gltf_stream_create. */
 tw_status tw_gltf_stream_predict(const tw_scene *scene, tw_format container, uint64_t *size, tw_error *error);
 
-/* OBJ text: positions, UVs, normals and faces of every mesh, once for each node that shows it, in the
- * world space of the scene's pose (OBJ has no hierarchy), and the tags of surfaces that were made `tagged`,
- * as tw_obj_read reads them. Size unknown until the end. The scene's clips and polygons play no part: faces
- * stay as they are. */
+/* OBJ text: positions, UVs, normals and faces of every mesh, once for each node that shows it, in the world
+ * space of the scene's pose (OBJ has no hierarchy), and the tags of surfaces that were made `tagged`, as
+ * tw_obj_read reads them. The size is unknown until the end. The scene's clips and `polygons` are ignored:
+ * faces stay polygons. */
 typedef struct tw_obj_stream tw_obj_stream;
 tw_status tw_obj_stream_create(const tw_scene *scene, tw_obj_stream **out, tw_error *error);
 void tw_obj_stream_destroy(tw_obj_stream *stream); /* NULL accepted */

@@ -1,4 +1,5 @@
-/* JSON (and other text) into a growing buffer. Failure sticks: print on, look at `failed` at the end. */
+/* Prints JSON (and other text) into a growing buffer. Failure sticks: print on, and check `failed` at the
+ * end. */
 #ifndef TWEEND_JSON_PRINT_H
 #define TWEEND_JSON_PRINT_H
 
@@ -10,7 +11,7 @@
 extern "C" {
 #endif
 
-/* A value: zeroed is empty, deinit frees. */
+/* A growing buffer. Zeroed it is empty; deinit frees it. */
 typedef struct tw_text {
   char *data;
   size_t size, capacity;
@@ -23,20 +24,20 @@ void tw_text_deinit(tw_text *text);
 /* Empties the buffer and keeps its memory, for answers sent piece by piece. */
 void tw_text_clear(tw_text *text);
 
-/* Makes room for `more` bytes, so that they need not be moved as they grow. */
+/* Reserves room for `more` bytes, so that appending them does not move the buffer. */
 void tw_text_reserve(tw_text *text, size_t more);
-/* Gives back what is reserved and not used. */
+/* Releases memory that is reserved and not used. */
 void tw_text_fit(tw_text *text);
 
 void tw_text_bytes(tw_text *text, const char *bytes, size_t size);
 void tw_text_add(tw_text *text, const char *terminated);
 
-/* A comma unless something has just been opened: call before each element of an array. */
+/* Prints a comma, unless a bracket has just been opened: call before each element of an array. */
 void tw_text_element(tw_text *text);
-/* The comma and `"name":`; the name is written as it stands. */
+/* Prints the comma and `"name":`; the name is not escaped. */
 void tw_text_member(tw_text *text, const char *name);
 
-/* A member with its value, or with "[" or "{". */
+/* A member with its value; tw_member_open: with "[" or "{". */
 void tw_member_string(tw_text *text, const char *name, const char *value);
 void tw_member_count(tw_text *text, const char *name, uint64_t value);
 void tw_member_float(tw_text *text, const char *name, float value);
@@ -48,7 +49,7 @@ void tw_names_join(const char *const *names, char *out, size_t capacity);
 
 /* A quoted string. Bytes that are not UTF-8 become U+FFFD. */
 void tw_text_quoted(tw_text *text, const char *value, size_t length);
-/* The same of a terminated one, or null for NULL. */
+/* Prints a terminated string quoted, or null for NULL. */
 void tw_text_string(tw_text *text, const char *value);
 void tw_text_count(tw_text *text, uint64_t value);
 void tw_text_integer(tw_text *text, int64_t value);
@@ -58,10 +59,10 @@ void tw_text_flag(tw_text *text, bool value);
 /* [a,b,c],[d,e,f]: `count` vectors of `width` numbers, each `stride` numbers behind the one before. */
 void tw_text_vectors(tw_text *text, const float *values, size_t stride, size_t width, size_t count);
 
-/* Room for [count] float32, which are to be filled in; NULL without memory. What is before them ends at a
+/* Appends room for [count] float32 that the caller fills in; NULL without memory. The text before must have a
  * multiple of four bytes. */
 float *tw_text_room(tw_text *text, size_t count);
-/* Makes them little-endian, whatever the machine's order. */
+/* Turns the values, once filled in, into little-endian bytes on any machine. */
 void tw_text_room_filled(float *values, size_t count);
 
 #ifdef __cplusplus

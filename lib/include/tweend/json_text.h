@@ -1,5 +1,4 @@
-/* JSON text (RFC 8259), read where it stands: checked as a whole once, then walked. No tree, no allocation.
- */
+/* JSON text (RFC 8259), read in place: checked as a whole once, then walked. No tree, no allocation. */
 #ifndef TWEEND_JSON_TEXT_H
 #define TWEEND_JSON_TEXT_H
 
@@ -11,7 +10,7 @@ extern "C" {
 
 enum { TW_JSON_DEPTH_MAX = 64 };
 
-/* What a document may hold, beyond the grammar. */
+/* Limits on a document, beyond the grammar. */
 typedef struct tw_json_rules {
   uint64_t values_max; /* values of any kind; 0: any number */
   bool is_for_cjson;   /* no U+0000 in strings, which cJSON terminates, and no number of over 63 characters,
@@ -33,7 +32,7 @@ const char *tw_json_skip(const char *value);
 
 /* An element of an array, or a member of an object. */
 typedef struct tw_json_item {
-  const char *key; /* of a member: what stands between the quotes, escapes as they are; else NULL */
+  const char *key; /* of a member: the bytes between the quotes, escapes undecoded; NULL for an element */
   size_t key_size;
   const char *value;
 } tw_json_item;
@@ -44,7 +43,7 @@ bool tw_json_first(const char *container, tw_json_item *out);
  * past the array or object. */
 bool tw_json_next(const char *end, tw_json_item *item);
 
-/* Whether a member is called so. */
+/* Whether a member has this name; escapes in its key are not decoded. */
 bool tw_json_key_is(const tw_json_item *item, const char *name);
 
 /* The value of the member of that name; NULL without one, and where `value` is NULL or no object. */
@@ -53,11 +52,11 @@ const char *tw_json_member(const char *value, const char *name);
 /* Elements of an array. */
 uint64_t tw_json_count(const char *array);
 
-/* Writes the `size` bytes that stand between the quotes of a string as they are meant, which is never longer,
- * and may hold U+0000. Returns the end of what is written. */
+/* Decodes the escapes in the `size` bytes between the quotes of a string. The result is never longer, and may
+ * contain U+0000. Returns its end in `out`. */
 char *tw_json_unescape(const char *written, size_t size, char *out);
 
-/* Where a number begins; false where the value is none. */
+/* Whether the value is a number. */
 static inline bool tw_json_is_number(const char *value) {
   return *value == '-' || (*value >= '0' && *value <= '9');
 }

@@ -19,38 +19,40 @@ typedef enum tw_format {
 } tw_format;
 enum { TW_FORMATS = 6 };
 extern const char *const tw_format_names[TW_FORMATS];       /* "obj", "tweend", "gltf", "glb", "stl", "ply" */
-extern const char *const tw_format_media_types[TW_FORMATS]; /* as in the Content-Type of the source */
+extern const char *const tw_format_media_types[TW_FORMATS]; /* Content-Type of a source file */
 
-/* Which vertices of a file are one point. Each of the first three joins what the one before it joins. */
+/* Which vertices of a file become one point. Each of the first three modes joins all that the mode before it
+ * joins. */
 typedef enum tw_weld {
-  TW_WELD_AUTO,     /* the ends of border edges that run along each other (lib/mesh/weld.h) */
-  TW_WELD_EXACT,    /* and points at the same place: tw_model_weld */
-  TW_WELD_DISTANCE, /* and points within a distance */
-  TW_WELD_NONE      /* vertices are points as the file has them */
+  TW_WELD_AUTO,     /* vertices at the ends of border edges that coincide (lib/mesh/weld.h) */
+  TW_WELD_EXACT,    /* also points at the same place: tw_model_weld */
+  TW_WELD_DISTANCE, /* also points within a distance */
+  TW_WELD_NONE      /* every vertex of the file is a point */
 } tw_weld;
 
-/* Parts that a document may have, more than any exporter writes: without data a part costs a few bytes of
- * text, and hundreds in memory. Readers refuse more (TW_LIMIT). */
+/* Limits on the parts of a document, above what any exporter writes: an empty part takes a few bytes of text,
+ * but hundreds in memory. Readers refuse more (TW_LIMIT). */
 enum {
   TW_MESHES_MAX = 65536,
   TW_NODES_MAX = 262144,
   TW_MATERIALS_MAX = 65536,
   TW_CLIPS_MAX = 65536,
-  TW_TRACKS_MAX = 262144 /* of all clips */
+  TW_TRACKS_MAX = 262144 /* in all clips together */
 };
 
 /* What a glTF file holds besides geometry, hierarchy and clips: materials, images, cameras, ...; see gltf.h.
  */
 typedef struct tw_gltf_assets tw_gltf_assets;
 
-/* What they say of the file as a whole (its licence), for an answer without the parts that the rest speaks
- * of. NULL for NULL, and without memory. */
+/* A copy that holds only what the file says of itself as a whole (its licence), for an answer without the
+ * elements that the other assets refer to. NULL for NULL, and without memory. */
 const tw_gltf_assets *tw_gltf_assets_bare(tw_arena *arena, const tw_gltf_assets *assets);
 
-/* Faces of one material whose primitives in a glTF file said the same beyond that. */
+/* A material together with what the glTF primitives of its faces held beyond what is read. Primitives that
+ * held the same share a slot. */
 typedef struct tw_material_slot {
   int32_t material; /* or -1 */
-  const char *kept; /* as of a mesh */
+  const char *kept; /* JSON text, see tw_mesh */
 } tw_material_slot;
 
 /* Built once by a reader, then immutable and shared. All arrays live in `arena`. */
@@ -69,55 +71,55 @@ typedef struct tw_model {
   tw_skin *skins;
   uint32_t clip_count;
   tw_clip_keys *clips;
-  uint32_t material_count;     /* of assets, or of names an OBJ uses */
+  uint32_t material_count;     /* materials of `assets`, or names of materials in an OBJ */
   uint32_t group_count;        /* sets of groups that faces are in */
   const char **material_names; /* [material_count], entries may be NULL */
   uint32_t slot_count;
-  const tw_material_slot *slots; /* [slot_count]: face_materials from material_count on */
-  const char **group_names;      /* [group_count] the names of a set, a blank between two */
+  const tw_material_slot *slots; /* [slot_count]; face_materials of material_count + i name slot i */
+  const char **group_names;      /* [group_count] the names of each set, a blank between two */
   const tw_gltf_assets *assets;  /* or NULL */
   uint32_t warning_count;
   const char **warnings; /* [warning_count] sentences */
 } tw_model;
 
-tw_model *tw_model_create(void);        /* an empty one with its arena; NULL without memory */
+tw_model *tw_model_create(void);        /* an empty model with its arena; NULL without memory */
 void tw_model_destroy(tw_model *model); /* NULL accepted */
 
-/* Adds a sentence to the warnings. At most 64 are kept; the last then says that there are more.
- * Lost without memory. */
+/* Adds a sentence to the warnings. At most 64 are kept; the last one then says that there are more. Without
+ * memory the warning is lost. */
 void tw_model_warn(tw_model *model, const char *format, ...) TW_PRINTF(2, 3);
 
-/* Completes and checks what every reader must: every mesh by tw_mesh_check, node indices, names,
- * hierarchy (fills node_order and named_nodes), skins, and each clip as tw_clip_create does.
- * A model with meshes and no node at all gets one node a mesh.
- * Errors bear a pointer in tweend JSON's words ("/meshes/0/faces/3/1"). */
+/* Completes and checks a model, as every reader must: meshes by tw_mesh_check, node indices, names, the
+ * hierarchy (fills node_order and named_nodes), skins, and each clip as tw_clip_create does. A model with
+ * meshes but no node gets one node a mesh.
+ * Errors carry a pointer in terms of tweend JSON ("/meshes/0/faces/3/1"). */
 tw_status tw_model_finish(tw_model *model, tw_error *error);
 
-/* What every reader ends with. status TW_OK: finishes the model and hands it out; else, and where it cannot
- * be finished, destroys it (NULL accepted). Returns the status. */
+/* The last call of every reader. If `status` is TW_OK, finishes the model and stores it in *out; otherwise,
+ * or if finishing fails, destroys it (NULL accepted). Returns the status. */
 tw_status tw_model_end(tw_model *model, tw_status status, tw_model **out, tw_error *error);
 
-/* Makes one of the points of each mesh within a distance of a first one, 0: at the same place; faces that
- * this leaves with fewer than three points go, with a warning. Of a model that nobody else sees yet. The
- * distance is 1e-12 or more, or 0. TW_NO_MEMORY: some meshes may be welded. O(n log n). */
+/* Merges the points of each mesh that are within `distance` of a first one; 0: those at the same place. Drops
+ * faces that are left with fewer than three points, with a warning. The model must not be shared yet.
+ * distance: 0, or 1e-12 or more. After TW_NO_MEMORY some meshes may be welded. O(n log n). */
 tw_status tw_model_weld(tw_model *model, double distance, tw_error *error);
 
 /* Bytes the model holds in memory. */
 size_t tw_model_size(const tw_model *model);
 
-/* Node of a finished model by name as clients see it ("node_3" for a nameless one), clip likewise ("clip_0");
- * TW_NO_INDEX when there is none. The first of equal names wins. O(log n) for nodes. */
+/* Finds a node of a finished model by the name that clients see ("node_3" for a nameless one), or a clip
+ * ("clip_0"); TW_NO_INDEX if there is none. Of equal names the first wins. O(log n) for nodes. */
 uint32_t tw_model_find_node(const tw_model *model, const char *name, size_t length);
 uint32_t tw_model_find_clip(const tw_model *model, const char *name, size_t length);
 
-/* The nodes that bear the same name as `node`, which is one of them: *out [count], ascending. 0 for a
- * nameless one. O(log n + count). */
+/* All nodes that have the name of `node`, itself included: *out [count], ascending. Returns the count, 0 for
+ * a nameless node. O(log n + count). */
 uint32_t tw_model_namesakes(const tw_model *model, uint32_t node, const uint32_t **out);
 
-/* The material of a value of face_materials, -1 without one. */
+/* The material that a value of face_materials stands for; -1: none. */
 int32_t tw_model_material(const tw_model *model, int32_t face_material);
 
-/* The name clients see. buffer: room for a made-up one. */
+/* The name that clients see. buffer: holds a generated name if there is no other. */
 const char *tw_model_node_name(const tw_model *model, uint32_t node, char buffer[24]);
 const char *tw_model_clip_name(const tw_model *model, uint32_t clip, char buffer[24]);
 
