@@ -1,4 +1,4 @@
-/* Faces are cut into packs by a pass over their indices; what packs hold is computed a pack at a time, so
+/* Faces are cut into packs by a pass over their indices; the bytes of packs are computed a pack at a time, so
  * that memory depends on the size of a pack and not on the answer's. */
 #include "gltf_packs.h"
 
@@ -13,12 +13,12 @@
 enum {
   BLOCK = 4096, /* triangles that are read at once */
   ROWS_SCRATCH = 4096,
-  GAP = 4, /* rows that are cheaper to read over than to begin anew behind */
+  GAP = 4, /* rows at most this far apart are read together */
   SLOT_BITS = 17
 };
 
 /* EXT_meshopt_compression has these versions of the codec, whatever the library's defaults are. The settings
- * are the library's globals, so they are made before any thread encodes. */
+ * are globals of the library, so a constructor makes them before any thread encodes. */
 __attribute__((constructor)) static void choose_codec(void) {
   meshopt_encodeVertexVersion(0);
   meshopt_encodeIndexVersion(1);
@@ -26,7 +26,7 @@ __attribute__((constructor)) static void choose_codec(void) {
 
 /* ---- vertices of a pack -------------------------------------------------------------------------------- */
 
-/* Rows of the surface by their places in a pack. */
+/* The rows of the surface that a pack uses, by their places in the pack. */
 typedef struct vertex_set {
   uint32_t count;
   uint32_t *rows;  /* [TW_PACK_VERTICES_MAX] */
@@ -34,8 +34,8 @@ typedef struct vertex_set {
   uint32_t multiplier;
 } vertex_set;
 
-/* Who sends a model chooses its rows, and must not know which of them share a slot: where the table lies is
- * random. Places do not depend on it. */
+/* The sender of a model chooses its rows, and could make them share slots: so the address of the table, which
+ * is random, seeds the hash. Places do not depend on it. */
 static bool set_init(vertex_set *set) {
   *set = (vertex_set){.rows = tw_alloc(TW_PACK_VERTICES_MAX, sizeof *set->rows),
                       .slots = tw_alloc(1 << SLOT_BITS, sizeof *set->slots)};
@@ -90,7 +90,7 @@ static bool has_small_joints(const tw_mesh *mesh) {
   return true;
 }
 
-/* Packs may outlive the mesh. False without memory. */
+/* Copies the names of attributes: packs may outlive the mesh. False without memory. */
 static bool keep_names(tw_packs *packs) {
   for (uint32_t i = 0; i < packs->field_count; i++) {
     const char *name = packs->fields[i].semantic;
@@ -172,7 +172,7 @@ struct tw_pack_reader {
   uint8_t *bytes, *encoded; /* [capacity] */
   size_t capacity, encoded_capacity;
   uint32_t block[3 * BLOCK];
-  /* What was read last: pack of these packs, and the part whose bytes are at hand. */
+  /* What was read last: this part of this pack of these packs. */
   const tw_packs *packs;
   uint32_t pack, part;
   size_t encoded_size;
@@ -211,7 +211,7 @@ uint64_t tw_packs_building_size(const tw_surface *surface) {
            element = layout->morph_count > 0 ? TW_VERTEX_STRIDE_MAX : 4 * (uint64_t)layout->stride,
            parts = 1 + 2 * rows / TW_PACK_VERTICES_MAX,
            readers = parts < TW_PARALLEL_FOR_PARTS_MAX ? parts : TW_PARALLEL_FOR_PARTS_MAX;
-  enum { READER = 4 << 20 }; /* its table, order and indices */
+  enum { READER = 4 << 20 }; /* of its table, order and indices */
   return readers * (READER + 2 * element * vertices) +
          parts * (1 + (uint64_t)layout->morph_count) * sizeof(tw_pack_bounds);
 }
@@ -260,8 +260,8 @@ void tw_pack_reader_destroy(tw_pack_reader *reader) {
 
 /* ---- cutting ------------------------------------------------------------------------------------------- */
 
-/* The longest pack from a triangle of a run on. Polygons stay whole: a pack ends where another fan begins,
- * unless one fan alone is too large. */
+/* The longest pack that begins with triangle `first` of a run. Polygons stay whole: a pack ends where another
+ * fan begins, unless one fan alone is too large. */
 static tw_pack next_pack(tw_pack_reader *r, const tw_surface *surface, const tw_surface_group *faces,
                          uint32_t run, uint64_t first) {
   uint64_t total = tw_count_triangles(faces), fan_begin = first;
@@ -331,8 +331,8 @@ static bool cut(tw_packs *packs, const tw_surface *surface) {
 
 /* ---- reading ------------------------------------------------------------------------------------------- */
 
-/* Sorts vertices by rows: their bytes one after the other, the lowest first. An even number of passes ends in
- * `order`. */
+/* Sorts the vertices by row: a radix sort, the lowest byte first. The number of passes is even, so the result
+ * is in `order`. */
 static void sort_rows(tw_pack_reader *r) {
   uint32_t count = r->set.count;
   for (uint32_t i = 0; i < count; i++) r->order[i] = (uint64_t)r->set.rows[i] << 32 | r->places[i];
@@ -358,9 +358,9 @@ static void renumber(tw_pack_reader *r, uint32_t index_count) {
   }
 }
 
-/* Puts triangles in an order that compresses well, within each of the surface's groups, as the extras of a
- * primitive name groups by ranges of indices. Not where the groups are over 4096, nor in those of under 1024
- * triangles: it would take longer than it saves. False without memory. */
+/* Puts triangles in an order that compresses well, but only within each of the surface's groups, because the
+ * extras of a primitive name groups by ranges of indices. Skips runs of over 4096 groups and groups of under
+ * 1024 triangles, where it takes longer than it saves. False without memory. */
 static bool reorder(tw_pack_reader *r, const tw_surface *surface, const tw_pack *pack) {
   enum { GROUPS_MOST = 4096, TRIANGLES_LEAST = 1024 };
   const tw_pack_run *run = &r->packs->runs[pack->run];
@@ -377,7 +377,7 @@ static bool reorder(tw_pack_reader *r, const tw_surface *surface, const tw_pack 
   return true;
 }
 
-/* The pack's vertices and indices. False without memory. */
+/* Reads the vertices and indices of the pack that the reader is at. False without memory. */
 static bool turn_to_pack(tw_pack_reader *r, const tw_surface *surface) {
   const tw_pack *pack = &r->packs->packs[r->pack];
   const tw_surface_group *faces = &r->packs->runs[pack->run].faces;
@@ -390,14 +390,14 @@ static bool turn_to_pack(tw_pack_reader *r, const tw_surface *surface) {
   }
   bool is_free =
       r->packs->options.encoding == TW_ENCODING_MESHOPT &&
-      r->packs->options.polygons == TW_POLYGONS_TRIANGLES; /* else polygons say what stands together */
+      r->packs->options.polygons == TW_POLYGONS_TRIANGLES; /* the triangles of a polygon must stay together */
   if (is_free && !reorder(r, surface, pack)) return false;
   renumber(r, 3 * pack->triangle_count);
   sort_rows(r);
   return true;
 }
 
-/* Rows that stand near each other in the surface are read together. */
+/* Fills `bytes` with vertices. Rows that are near each other in the surface are read together. */
 static void fill_vertices(tw_pack_reader *r, const tw_surface *surface, const tw_pack_part *part,
                           const tw_vertex_field *fields, uint32_t field_count) {
   tw_surface_reader_turn(r->reader, surface, part->first_target, part->target_count);
@@ -443,7 +443,8 @@ static void fill_part(tw_pack_reader *r, const tw_surface *surface, const tw_pac
     fill_vertices(r, surface, part, r->packs->fields, r->packs->field_count);
 }
 
-/* Into `encoded`. The codec of triangles turns them, which would part the fans of polygons. */
+/* Compresses `bytes` or indices into `encoded`; returns the size. The triangle codec rotates triangles, which
+ * would break the fans of polygons, so these are encoded as a sequence. */
 static size_t compress(tw_pack_reader *r, const tw_pack_part *part) {
   if (part->has_vertices)
     return meshopt_encodeVertexBuffer(r->encoded, r->encoded_capacity, r->bytes, part->count, part->stride);
@@ -452,7 +453,8 @@ static size_t compress(tw_pack_reader *r, const tw_pack_part *part) {
              : meshopt_encodeIndexBuffer(r->encoded, r->encoded_capacity, r->indices, part->count);
 }
 
-/* Fills `bytes`, unless they are the part's. False without memory. */
+/* Fills `bytes`, and `encoded` where needed, with a part, unless they hold it already. False without
+ * memory. */
 static bool turn_to_part(tw_pack_reader *r, const tw_packs *packs, const tw_surface *surface, uint32_t pack,
                          uint32_t part) {
   bool is_other = r->packs != packs || r->pack != pack;
@@ -478,12 +480,12 @@ const uint8_t *tw_pack_read(tw_pack_reader *reader, const tw_packs *packs, const
 
 /* ---- measuring ----------------------------------------------------------------------------------------- */
 
-enum { PACKS_AT_ONCE = 64 /* until somebody is asked whether they are still wanted */ };
+enum { PACKS_AT_ONCE = 64 /* between two checks for cancellation */ };
 
 typedef struct measuring {
   tw_packs *packs;
   const tw_surface *surface;
-  uint32_t first; /* pack that the loop begins with */
+  uint32_t first; /* the pack that the parallel loop begins with */
   bool failed[TW_PARALLEL_FOR_PARTS_MAX];
 } measuring;
 

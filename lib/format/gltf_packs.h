@@ -1,4 +1,5 @@
-/* The faces of a surface in packs, and the bytes of these: quantized, and compressed by meshoptimizer. */
+/* Cuts the faces of a surface into packs, and computes the bytes of packs: quantized, and compressed by
+ * meshoptimizer. */
 #ifndef TWEEND_GLTF_PACKS_H
 #define TWEEND_GLTF_PACKS_H
 
@@ -15,7 +16,7 @@ enum {
   TW_PACK_TRIANGLES_MAX = 1 << 17
 };
 
-/* The faces of a material. */
+/* The faces of a material; packs do not reach over runs. */
 typedef struct tw_pack_run {
   tw_surface_group faces;
   uint32_t first_group, group_count; /* of the surface */
@@ -23,7 +24,7 @@ typedef struct tw_pack_run {
 
 /* Consecutive triangles of a material with vertices of their own, in the order in which they are used. */
 typedef struct tw_pack {
-  uint32_t run; /* of the packs */
+  uint32_t run; /* of the runs */
   uint64_t first_triangle;
   uint32_t triangle_count, vertex_count;
 } tw_pack;
@@ -32,15 +33,16 @@ typedef struct tw_pack_bounds {
   float min[3], max[3]; /* of the numbers as they are stored */
 } tw_pack_bounds;
 
-/* A pack's bytes come in parts: vertices, displacements of some targets at a time, indices. */
+/* A pack's bytes come in parts: vertices, then displacements of `targets_a_part` targets at a time, then
+ * indices. */
 struct tw_packs {
   tw_arena *arena;
   tw_pack_options options;
   uint32_t field_count;
   tw_vertex_field fields[TW_VERTEX_FIELDS_MAX];
   uint32_t target_count, targets_a_part, part_count;
-  uint32_t target_step;      /* fields a target: of positions, and where they are 2, of normals */
-  tw_vertex_field target[2]; /* of the first one of a part */
+  uint32_t target_step;      /* fields of a target: 1 for its positions, 2 if it moves normals too */
+  tw_vertex_field target[2]; /* of the first target of a part */
   uint32_t run_count;
   tw_pack_run *runs; /* [run_count] */
   uint32_t pack_count, pack_capacity;
@@ -63,13 +65,14 @@ tw_pack_part tw_packs_part(const tw_packs *packs, uint32_t pack, uint32_t part);
 /* Bytes of a part as it is sent. With meshopt only of measured packs. */
 uint64_t tw_packs_part_size(const tw_packs *packs, uint32_t pack, uint32_t part);
 
-/* Of measured packs: those of a pack's positions (target -1) or displacements. */
+/* The bounds of a pack's positions (target -1), or of the displacements of a target. Only of measured
+ * packs. */
 const tw_pack_bounds *tw_packs_bounds(const tw_packs *packs, uint32_t pack, int target);
 
-/* The fields of a target of a part: [target_step]. */
+/* The fields, [target_step], of a target of a part; without their columns. */
 void tw_packs_target_fields(const tw_packs *packs, uint32_t target_of_part, tw_vertex_field fields[2]);
 
-/* Computes parts; one stream's own. */
+/* Computes the bytes of parts; belongs to one stream. */
 typedef struct tw_pack_reader tw_pack_reader;
 
 /* For any of the packs of a scene and their surfaces. NULL without memory. */
@@ -77,13 +80,12 @@ tw_pack_reader *tw_pack_reader_create(const tw_packs *const *packs, const tw_sur
                                       uint32_t count);
 void tw_pack_reader_destroy(tw_pack_reader *reader); /* NULL accepted */
 
-/* Puts triangles in an order that compresses well. indices: [count], below vertex_count. False without
- * memory.
- */
+/* Reorders triangles so that they compress well. indices: [count], below vertex_count. False without
+ * memory. */
 bool tw_order_triangles(uint32_t *indices, size_t count, uint32_t vertex_count);
 
-/* A part's bytes as they are sent, until the next call: [tw_packs_part_size]. Neighbouring calls are cheap.
- * surface: that of the packs. NULL without memory. */
+/* The bytes of a part as they are sent, [tw_packs_part_size], valid until the next call. Calls for parts of
+ * the same pack in turn are cheap. surface: the surface of the packs. NULL without memory. */
 const uint8_t *tw_pack_read(tw_pack_reader *reader, const tw_packs *packs, const tw_surface *surface,
                             uint32_t pack, uint32_t part);
 

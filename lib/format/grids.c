@@ -1,4 +1,4 @@
-/* Boxes of cages and of displacements. */
+/* Grids for 16-bit positions: each covers the box of a cage, and its scale the largest displacement. */
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -9,7 +9,7 @@
 
 typedef struct extent {
   float min[3], max[3];   /* of points */
-  float displacement_max; /* of one axis */
+  float displacement_max; /* the largest coordinate of a displacement */
 } extent;
 
 static const extent NOWHERE = {{FLT_MAX, FLT_MAX, FLT_MAX}, {-FLT_MAX, -FLT_MAX, -FLT_MAX}, 0};
@@ -37,7 +37,7 @@ static void widen(extent *r, const extent *more) {
 }
 
 static tw_grid grid_of(const extent *r) {
-  tw_grid grid = {.scale = fmaxf(1e-30f, r->displacement_max)}; /* all in one point */
+  tw_grid grid = {.scale = fmaxf(1e-30f, r->displacement_max)}; /* not 0 if all points are one */
   for (int axis = 0; axis < 3 && r->min[0] <= r->max[0]; axis++) {
     grid.origin[axis] = r->min[axis] / 2 + r->max[axis] / 2;
     grid.scale = fmaxf(grid.scale, r->max[axis] - grid.origin[axis]);
@@ -58,7 +58,8 @@ static bool bears_loose(const tw_model *model, const tw_mesh *mesh) {
   return mesh->loose && model->assets;
 }
 
-/* KHR_animation_pointer may name the weights of a node, which must keep its mesh then. */
+/* KHR_animation_pointer may name the weights of a node, which must then keep its mesh: its positions stay
+ * floats. channels: JSON text. */
 static void mark_pointed(const tw_model *model, const char *channels, tw_grid *grids) {
   static const char nodes[] = "\"/nodes/", weights[] = "/weights\"";
   while ((channels = strstr(channels, nodes))) {
@@ -71,7 +72,8 @@ static void mark_pointed(const tw_model *model, const char *channels, tw_grid *g
   }
 }
 
-/* Joins the meshes of each skin, and marks those that stay floats. first: [skin_count]. */
+/* Joins the meshes of each skin into a set, and marks meshes that stay floats. first: [skin_count]
+ * scratch. */
 static void find_sets(const tw_model *model, uint32_t *sets, uint32_t *first, tw_grid *grids) {
   tw_union_find_init(sets, model->mesh_count);
   for (uint32_t i = 0; i < model->skin_count; i++) first[i] = TW_NO_INDEX;

@@ -1,4 +1,4 @@
-/* The check keeps only the stack of open containers, the walk nothing. */
+/* The check keeps only the stack of open containers; walking keeps nothing. */
 #include "tweend/json_text.h"
 
 #include "word.h"
@@ -14,8 +14,8 @@ enum { NUMBER_LENGTH_MAX = 63 };
 /* An array or object that is open. */
 typedef struct json_frame {
   bool is_object;
-  uint64_t index;               /* of the element under way */
-  size_t key_start, key_length; /* of the member under way, as written */
+  uint64_t index;               /* of the element being read */
+  size_t key_start, key_length; /* of the member being read, undecoded */
 } json_frame;
 
 typedef struct json_scan {
@@ -126,7 +126,7 @@ static tw_status scan_number(json_scan *scan) {
   return TW_OK;
 }
 
-/* Four hex digits at the scan; -1 when they are not. */
+/* Reads four hex digits; -1 if they are none. */
 static int32_t scan_hex(json_scan *scan) {
   int32_t value = 0;
   for (int i = 0; i < 4; i++, scan->at++) {
@@ -193,7 +193,7 @@ static tw_status scan_word(json_scan *scan, const char *word) {
 /* A key and its colon. */
 static tw_status scan_key(json_scan *scan) {
   json_frame *frame = &scan->frames[scan->depth - 1];
-  frame->key_start = 0; /* a fault in the key is the object's */
+  frame->key_start = 0; /* an error in the key points to the object */
   if (peek(scan) != '"') return fail_here(scan, "a key in quotes");
   size_t start = scan->at + 1;
   tw_status status = scan_string(scan);
@@ -234,7 +234,7 @@ static tw_status scan_container(json_scan *scan) {
   return TW_OK;
 }
 
-/* No deeper than TW_JSON_DEPTH_MAX. */
+/* Recursion is no deeper than TW_JSON_DEPTH_MAX. */
 static tw_status scan_value(json_scan *scan) {
   if (++scan->values > scan->rules->values_max && scan->rules->values_max > 0)
     return fail(scan, TW_LIMIT, "more than %llu values", (unsigned long long)scan->rules->values_max);
@@ -271,13 +271,13 @@ static const char *past_blanks(const char *at) {
   return at;
 }
 
-/* memchr stops at the first match (C11, 7.24.5.1), and there is one. */
+/* The string's length is unknown, but memchr stops at the first match (C11, 7.24.5.1), and there is one. */
 static const char *past_string(const char *at) {
   for (const char *from = at + 1;;) {
     const char *quote = memchr(from, '"', SIZE_MAX / 4), *before = quote;
     while (before > from && before[-1] == '\\') before--;
     if ((quote - before) % 2 == 0) return quote + 1;
-    from = quote + 1; /* an escaped one */
+    from = quote + 1; /* that quote was escaped */
   }
 }
 
@@ -285,7 +285,7 @@ const char *tw_json_root(const char *text, size_t size) {
   return past_blanks(text + tw_byte_order_mark(text, size));
 }
 
-/* Of a number, true, false or null. */
+/* Whether the character is part of a number, true, false or null. */
 static bool is_scalar(char c) {
   return tw_is_digit(c) || (c >= 'a' && c <= 'z') || c == '-' || c == '+' || c == '.' || c == 'E';
 }
@@ -312,7 +312,7 @@ const char *tw_json_skip(const char *value) {
   }
 }
 
-/* The item that begins here, behind blanks. */
+/* Reads the item that begins at `at`, which is no blank. */
 static void read_item(const char *at, bool is_member, tw_json_item *out) {
   *out = (tw_json_item){.value = at};
   if (!is_member) return;
@@ -380,7 +380,7 @@ char *tw_json_unescape(const char *written, size_t size, char *out) {
     } else {
       uint32_t code = hex4(c + 2);
       c += 6;
-      if (code >= 0xD800 && code < 0xDC00) { /* the check saw that the other half follows */
+      if (code >= 0xD800 && code < 0xDC00) { /* tw_json_check has seen that the other half follows */
         code = 0x10000 + ((code - 0xD800) << 10) + (hex4(c + 2) - 0xDC00);
         c += 6;
       }

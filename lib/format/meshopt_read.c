@@ -1,4 +1,4 @@
-/* The meshoptimizer library's decoders behind the checks that they leave to their callers. */
+/* The decoders of meshoptimizer, with the checks that they leave to their callers. */
 #include "meshopt_read.h"
 
 #include <meshoptimizer.h>
@@ -7,7 +7,7 @@ static tw_status fail(tw_error *error, const char *detail) {
   return tw_fail(error, TW_INVALID, "%s", detail);
 }
 
-/* Bytes of an element that a filter takes; 0: any multiple of four. */
+/* Whether a filter takes elements of `stride` bytes, a multiple of four. */
 static bool fits_filter(tw_meshopt_filter filter, uint64_t stride) {
   switch (filter) {
   case TW_MESHOPT_NONE:

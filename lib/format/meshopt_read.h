@@ -21,20 +21,20 @@ typedef enum tw_meshopt_filter {
   TW_MESHOPT_EXPONENTIAL
 } tw_meshopt_filter;
 
-/* What the extension says of a view: `count` elements of `stride` bytes each. */
+/* A compressed view as the extension describes it: `count` elements of `stride` bytes each. */
 typedef struct tw_meshopt_view {
   uint64_t count, stride;
   tw_meshopt_mode mode;
   tw_meshopt_filter filter;
 } tw_meshopt_view;
 
-/* Decodes bytes [size], which may be hostile. out: [count * stride], aligned for floats; anything may stand
- * in it after a failure. TW_INVALID where the view breaks a rule of the extension or the bytes are damaged.
- * O(out). */
+/* Decodes bytes [size], which may be hostile. out: [count * stride], aligned for floats; undefined after a
+ * failure. TW_INVALID if the view breaks a rule of the extension or the bytes are damaged. O(out). */
 tw_status tw_meshopt_decode(const tw_meshopt_view *view, const uint8_t *bytes, size_t size, uint8_t *out,
                             tw_error *error);
 
-/* The rules alone, and that count * stride is `decoded_size`: before memory is allocated. */
+/* Checks the rules of the extension, and that count * stride is `decoded_size`; for use before `out` is
+ * allocated. */
 tw_status tw_meshopt_check(const tw_meshopt_view *view, uint64_t decoded_size, tw_error *error);
 
 #ifdef __cplusplus

@@ -192,7 +192,8 @@ static tw_status read_uv(tw_obj_reader *reader, tw_obj_text *text) {
   return TW_OK;
 }
 
-/* vn x y z. Normals do not shape the surface: a malformed or infinite one becomes 0 0 0, which means none. */
+/* vn x y z. Normals do not shape the surface: one that is malformed or not finite becomes 0 0 0, which means
+ * none. */
 static void read_normal(tw_obj_reader *reader, tw_obj_text *text) {
   float *out = reader->normals + 3 * reader->read.normals++;
   for (int i = 0; i < 3; i++) {
@@ -508,7 +509,7 @@ static tw_status read_statement(tw_obj_reader *reader, tw_word word, tw_obj_text
   return TW_OK;
 }
 
-/* NULL if `count` is 0, after a failure, and without memory; only then *status changes. */
+/* NULL if `count` is 0, if *status is a failure already, and without memory, which sets *status. */
 static void *make_room(const tw_obj_reader *reader, uint64_t count, size_t size, tw_status *status) {
   if (count == 0 || *status != TW_OK) return NULL;
   void *room = tw_arena_alloc_raw(reader->arena, (size_t)count, size);

@@ -1,6 +1,6 @@
-/* PLY: vertices and faces of polygons, as text or in either byte order. Read are positions, normals, colours,
- * texture coordinates and faces; other elements and properties are read over. Source: Greg Turk, The PLY
- * Polygon File Format, 1994. */
+/* PLY: vertices and faces of polygons, as text or in either byte order. Reads positions, normals, colours,
+ * texture coordinates and faces; skips other elements and properties. Source: Greg Turk, The PLY Polygon File
+ * Format, 1994. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -12,7 +12,7 @@
 
 /* ---- text --------------------------------------------------------------------------------------- */
 
-/* Blanks of a line. */
+/* Whether the character is a blank within a line. */
 static bool is_blank(char c) {
   return c == ' ' || c == '\t' || c == '\v' || c == '\f';
 }
@@ -63,7 +63,7 @@ typedef struct ply_element {
   tw_word name;
   uint64_t count;
   uint32_t first_property, property_count;
-  bool uses[PLY_USES]; /* which the properties have */
+  bool uses[PLY_USES]; /* that a property of the element has */
 } ply_element;
 
 typedef struct ply_file {
@@ -80,7 +80,7 @@ static tw_status fail(const ply_file *file, const char *detail) {
   return tw_fail_line(file->error, TW_SYNTAX, file->line, "%s", detail);
 }
 
-/* Moves over a line: it ends with LF, CRLF or CR. False at the end of the file. */
+/* Reads a line, which ends with LF, CRLF or CR. False at the end of the file. */
 static bool next_line(ply_file *file, tw_word *out) {
   if (file->at == file->end) return false;
   const uint8_t *start = file->at, *at = start;
@@ -187,7 +187,7 @@ static tw_status set_format(ply_file *file, tw_word line) {
   return fail(file, "the format is not ascii, binary_little_endian or binary_big_endian");
 }
 
-/* Up to the line behind end_header. Lines that say something else are read over. */
+/* Reads the header up to the line behind end_header. Ignores comments and other lines. */
 static tw_status read_header(ply_file *file) {
   tw_word line;
   bool has_format = false;
@@ -208,7 +208,7 @@ static tw_status read_header(ply_file *file) {
   return status;
 }
 
-/* Skips faces without corners. */
+/* Skips the element `face` if it has no list of corners. */
 static void drop_cornerless(ply_file *file) {
   for (uint32_t i = 0; i < file->element_count; i++)
     if (file->elements[i].kind == PLY_FACES && !file->elements[i].uses[PLY_CORNERS])
@@ -285,7 +285,7 @@ static float intensity(ply_type type, double value) {
   return (float)(value / (type == PLY_U16 || type == PLY_I16 ? 65535 : 255));
 }
 
-/* A number of vertex `row` that is read. */
+/* Stores a number of vertex `row`. */
 static tw_status take_number(const ply_file *file, const ply_property *property, double value, size_t row,
                              tw_polygons_read *out) {
   float single = (float)value;
@@ -313,7 +313,7 @@ static tw_status take_corner(const ply_file *file, double vertex, tw_polygons_re
   return TW_OK;
 }
 
-/* What a vertex or face has when all its numbers are read. */
+/* Completes a vertex or face whose numbers are all read. */
 static void end_row(const ply_element *element, size_t row, tw_polygons_read *out) {
   if (element->kind == PLY_FACES) {
     out->face_offsets[++out->face_count] = out->corner_count;
@@ -325,7 +325,7 @@ static void end_row(const ply_element *element, size_t row, tw_polygons_read *ou
     normal[0] = normal[1] = normal[2] = 0; /* none */
 }
 
-/* out: NULL where a row is read over, or its corners are counted. */
+/* Reads a row. out: NULL to skip it, or to count its corners only. */
 static tw_status read_row(ply_file *file, const ply_element *element, size_t row, tw_polygons_read *out,
                           uint64_t *corner_count) {
   tw_status status = TW_OK;
@@ -354,7 +354,7 @@ static tw_status check_rows(const ply_file *file, const ply_element *element) {
                  (unsigned long long)element->count);
 }
 
-/* All rows of all elements. out: NULL, to count the corners alone. */
+/* Reads all rows of all elements. out: NULL to count the corners only. */
 static tw_status read_rows(ply_file *file, tw_polygons_read *out, uint64_t *corner_count) {
   for (uint32_t i = 0; i < file->element_count; i++) {
     const ply_element *element = &file->elements[i];
@@ -374,7 +374,8 @@ static const ply_element *find_element(const ply_file *file, int kind) {
   return NULL;
 }
 
-/* *out: [count][width] where the vertices have all of some properties. False without memory. */
+/* Allocates *out, [count][width], if the vertices have all properties from `first` to `last`. False without
+ * memory. */
 static bool make_column(const ply_element *vertices, ply_use first, ply_use last, size_t width, float **out) {
   for (ply_use use = first; use <= last; use++)
     if (!vertices->uses[use]) return true;
@@ -382,7 +383,8 @@ static bool make_column(const ply_element *vertices, ply_use first, ply_use last
   return *out;
 }
 
-/* Walks through all rows for the count of corners, and makes room for what there is. */
+/* Walks through all rows to count the corners, then allocates the arrays. file: a copy, so that rows can be
+ * read again. */
 static tw_status make_room(ply_file file, uint64_t budget, tw_arena *arena, tw_polygons_read *out) {
   const ply_element *vertices = find_element(&file, PLY_VERTICES), *faces = find_element(&file, PLY_FACES);
   uint64_t corner_count = 0, face_count = faces ? faces->count : 0;
@@ -405,7 +407,7 @@ static tw_status make_room(ply_file file, uint64_t budget, tw_arena *arena, tw_p
   return TW_OK;
 }
 
-/* What is read over, by name; `size` bytes of text. */
+/* Names of what is not read: `size` bytes of text. */
 typedef struct ply_unread {
   char text[160];
   size_t size;

@@ -1,3 +1,4 @@
+/* Polygons to a mesh: degenerate ones are dropped, then vertices are welded, then attributes follow. */
 #include "soup_mesh.h"
 
 #include <math.h>
@@ -17,8 +18,8 @@ uint64_t tw_polygons_size(uint64_t vertex_count, uint64_t corner_count, uint64_t
          tw_weld_size((uint32_t)vertex_count, (uint32_t)corner_count);
 }
 
-/* Values of the welded points: each takes the value of its first vertex.
- * number: [vertex_count] point of each vertex, numbered by first vertex. */
+/* Gathers values of the welded points: each takes that of its first vertex. number: [vertex_count] the point
+ * of each vertex; points are numbered by first vertex. */
 static float *gather(tw_arena *arena, const float *values, size_t width, const uint32_t *number,
                      uint32_t vertex_count, uint32_t count) {
   float *out = tw_arena_alloc_raw(arena, count, width * sizeof *out);
@@ -44,8 +45,8 @@ static bool has_three_places(const tw_polygons_read *read, uint32_t first, uint3
   return count == 3;
 }
 
-/* Leaves out corners and faces in place: edges without length would hide from welding what they touch.
- * Returns how many faces went. */
+/* Drops corners and faces in place, as welding could not see across an edge without length. Returns how many
+ * faces were dropped. */
 static uint32_t drop_degenerate(tw_polygons_read *read) {
   uint32_t faces = 0, kept = 0, *corners = read->corners;
   for (uint32_t f = 0, first = 0; f < read->face_count; f++) {
@@ -82,7 +83,7 @@ static tw_status weld_uvs(const tw_soup *soup, const tw_polygons_read *read, con
   return status;
 }
 
-/* Normals stay those of the vertices. */
+/* Keeps a normal for each vertex: normals are not welded. */
 static tw_status keep_normals(const tw_polygons_read *read, tw_arena *arena, tw_corner_normals *out,
                               tw_error *error) {
   float *values = tw_arena_alloc_raw(arena, read->vertex_count, 3 * sizeof *values);
@@ -94,7 +95,7 @@ static tw_status keep_normals(const tw_polygons_read *read, tw_arena *arena, tw_
   return TW_OK;
 }
 
-/* points: [vertex_count] of the soup, `count` different ones. */
+/* points: [vertex_count] the point of each vertex, of `count` points. */
 static tw_status fill_mesh(const tw_polygons_read *read, const tw_soup *soup, const uint32_t *points,
                            uint32_t count, tw_model *model, tw_error *error) {
   tw_mesh *mesh = model->meshes;
@@ -122,7 +123,7 @@ static tw_status fill_mesh(const tw_polygons_read *read, const tw_soup *soup, co
   return TW_OK;
 }
 
-/* As tw_weld_points. */
+/* As tw_weld_points; with TW_WELD_NONE every vertex is a point. */
 static tw_status number_points(const tw_soup *soup, tw_weld weld, uint32_t *points, tw_welded *out,
                                tw_error *error) {
   if (weld != TW_WELD_NONE) return tw_weld_points(soup, points, out, error);

@@ -1,11 +1,12 @@
-/* A mesh of the polygons that scanners and slicers write: each triangle with points of its own, or vertices
- * that are split along seams. */
+/* Makes a mesh of polygons as scanners and slicers write them: each triangle with points of its own, or
+ * vertices that are split along seams. */
 #ifndef TWEEND_SOUP_MESH_H
 #define TWEEND_SOUP_MESH_H
 
 #include "tweend/model.h"
 
-/* Points come from malloc and stay the caller's; faces lie in the model's arena and become the mesh's. */
+/* Polygons as a file has them. Vertex arrays come from malloc and stay the caller's; face arrays lie in the
+ * model's arena and become the mesh's. */
 typedef struct tw_polygons_read {
   uint32_t vertex_count;
   float *positions; /* [vertex_count][3], finite */
@@ -17,19 +18,19 @@ typedef struct tw_polygons_read {
   uint32_t *corners;      /* [corner_count] vertices, in range */
 } tw_polygons_read;
 
-/* Makes the only mesh of the model. A corner at the place of the one before it goes; a face that is left with
- * fewer than three different places goes too, with a warning; then vertices are welded as tw_weld_points
- * does, unless `weld` is TW_WELD_NONE. The colour of a point is that of its first vertex. TW_NO_MEMORY. */
+/* Makes the only mesh of the model. Drops corners that are at the place of the corner before them, and faces
+ * left with fewer than three different places, with a warning; then welds vertices as tw_weld_points does,
+ * unless `weld` is TW_WELD_NONE. A point has the colour of its first vertex. TW_NO_MEMORY. */
 tw_status tw_model_of_polygons(tw_polygons_read *read, tw_weld weld, tw_model *model, tw_error *error);
 
-/* Bytes that reading so many vertices and corners holds at most, the model included. */
+/* The most bytes that reading so many vertices, corners and faces holds, the model included. */
 uint64_t tw_polygons_size(uint64_t vertex_count, uint64_t corner_count, uint64_t face_count);
 
-/* Colours in mesh files are sRGB (what Blender, MeshLab and three.js write and read), meshes hold linear
- * ones: IEC 61966-2-1. */
+/* Colours in mesh files are sRGB (as Blender, MeshLab and three.js write and read them), those of meshes
+ * linear: IEC 61966-2-1. */
 float tw_linear_from_srgb(float value);
 
-/* What the bytes show by their beginning; of binary STL, by their size. */
+/* Whether bytes are STL or PLY, by their beginning; binary STL by its size. */
 bool tw_is_stl(const uint8_t *bytes, size_t size);
 bool tw_is_ply(const uint8_t *bytes, size_t size);
 

@@ -1,5 +1,5 @@
-/* STL, binary and text: triangles that share no points, as printers and scanners know them. Normals are read
- * over: they follow from the points. Source: 3D Systems, StereoLithography Interface Specification, 1989. */
+/* STL, binary and text: triangles that share no points, for printers and from scanners. Normals are ignored:
+ * they follow from the points. Source: 3D Systems, StereoLithography Interface Specification, 1989. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,12 +16,13 @@ static uint32_t read_u32(const uint8_t *bytes) {
   return (uint32_t)bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 | (uint32_t)bytes[3] << 24;
 }
 
-/* What the count of facets asks for. Text has far more there than it has bytes. */
+/* The size that the count of facets asks for. The same bytes of STL text, read as a count, ask for far more
+ * than the file has. */
 static uint64_t binary_size(const uint8_t *bytes) {
   return HEADER + (uint64_t)read_u32(bytes + HEADER - 4) * FACET;
 }
 
-/* Some tools write a little more behind the facets. */
+/* Some tools append a little behind the facets. */
 static bool is_binary(const uint8_t *bytes, size_t size) {
   enum { MORE_MAX = 1024 };
   if (size < HEADER || size < binary_size(bytes)) return false;
@@ -61,7 +62,7 @@ static void skip_space(stl_text *text) {
   for (; text->at < text->end && is_space(*text->at); text->at++) text->line += *text->at == '\n';
 }
 
-/* Length 0 at the end. */
+/* Reads the next word; length 0 at the end. */
 static tw_word next_word(stl_text *text) {
   skip_space(text);
   const char *start = text->at;
@@ -69,7 +70,7 @@ static tw_word next_word(stl_text *text) {
   return (tw_word){start, (size_t)(text->at - start)};
 }
 
-/* Without regard to case. word: in lower case. */
+/* Compares without regard to case. word: in lower case. */
 static bool word_is(tw_word found, const char *word) {
   return found.length == strlen(word) && tw_word_begins(found, word);
 }
@@ -93,7 +94,7 @@ static tw_status end_loop(tw_polygons_read *out, uint64_t line, tw_error *error)
   return TW_OK;
 }
 
-/* The name of a solid goes to the end of its line. */
+/* Reads the name of a solid, which goes to the end of its line. */
 static tw_word read_name(stl_text *text) {
   while (text->at < text->end && (*text->at == ' ' || *text->at == '\t')) text->at++;
   const char *start = text->at;
@@ -103,10 +104,10 @@ static tw_word read_name(stl_text *text) {
   return (tw_word){start, (size_t)(end - start)};
 }
 
-/* What text says besides its facets. */
+/* What STL text holds besides facets. */
 typedef struct stl_solids {
   tw_word name;   /* of the first one that has one; length 0: none */
-  uint32_t names; /* other names */
+  uint32_t names; /* how many more solids have a name */
 } stl_solids;
 
 static tw_status read_text(stl_text text, tw_polygons_read *out, stl_solids *solids, tw_error *error) {
@@ -134,7 +135,7 @@ static tw_status read_text(stl_text text, tw_polygons_read *out, stl_solids *sol
       has_end = true;
     } else if (word_is(word, "vertex") || word_is(word, "endloop") || word_is(word, "loop")) {
       status = tw_fail_line(error, TW_SYNTAX, text.line, "%.*s is out of place", (int)word.length, word.text);
-    } /* facet, its normal, outer, endfacet: nothing follows from them */
+    } /* facet, its normal, outer and endfacet are ignored */
   }
   if (status == TW_OK && in_loop)
     status = tw_fail_line(error, TW_SYNTAX, text.line, "the file ends within a loop");
@@ -152,8 +153,8 @@ bool tw_is_stl(const uint8_t *bytes, size_t size) {
   return word_is(next_word(&text), "solid");
 }
 
-/* Room for the most that so many bytes of text can hold: "vertex 0 0 0 " and, of each facet, two words more.
- */
+/* Allocates for the most that `size` bytes can hold. In text a vertex takes 12 bytes ("vertex 0 0 0") or
+ * more, a facet 40: three vertices and two words. */
 static bool make_room(const uint8_t *bytes, size_t size, bool binary, tw_arena *arena,
                       tw_polygons_read *out) {
   size_t facets = binary ? read_u32(bytes + HEADER - 4) : size / 40;

@@ -1,4 +1,5 @@
-/* Faces are read some at a time, with the one before and the one after. */
+/* Faces are read in runs, each with the face before it and the face after it, which FB_ngon_encoding
+ * needs. */
 #include "triangulator.h"
 
 #include <stdlib.h>
@@ -83,7 +84,7 @@ static face_run read_run(tw_triangulator *t, const tw_surface *surface, const tw
 
 /* With FB_ngon_encoding neighbours in the group must not start from the same vertex: every second face keeps
  * its first corner, the others take the first corner that neither neighbour starts from. A face has at least
- * three corners, so there is one, and it depends on the neighbours alone. */
+ * three corners, so there is such a corner, and it depends on the two neighbours alone. */
 uint32_t tw_fan_start(const uint32_t *corners, const uint32_t *previous, const uint32_t *next) {
   uint32_t start = 0;
   while ((previous && corners[start] == *previous) || (next && corners[start] == *next)) start++;
@@ -118,7 +119,8 @@ static size_t count_quads(const uint32_t *sizes, uint64_t most) {
   return count;
 }
 
-/* Up to `count` triangles of a run, from the given one of its first face. Returns how many. */
+/* Writes up to `count` triangles of a run, beginning with triangle `from` of its first face. Returns how
+ * many. */
 static size_t write_run(const tw_triangulator *t, const tw_surface_group *group, face_run run, uint32_t from,
                         size_t count, uint32_t *out) {
   bool ngons = t->polygons == TW_POLYGONS_NGON;
@@ -131,7 +133,7 @@ static size_t write_run(const tw_triangulator *t, const tw_surface_group *group,
   for (uint64_t face = run.face; face < run.stop && done < count;) {
     size_t left = count - done; /* triangles */
     size_t quads = ngons || from > 0 ? 0 : count_quads(sizes, tw_least(run.stop - face, left / 2));
-    if (quads > 0) { /* nearly always all of them; only ngons ask for the previous face */
+    if (quads > 0) { /* nearly always all faces; `previous` is for n-gons only */
       write_quads(corners, quads, out + 3 * done);
       done += 2 * quads;
       face += quads;

@@ -1,4 +1,5 @@
-/* Numbers are rounded to the nearest that the coding has. */
+/* Vertices as they are stored. Numbers are rounded to the nearest that the coding has; weights keep their
+ * sum. */
 #include "vertex_format.h"
 
 #include <string.h>
@@ -70,14 +71,15 @@ bool tw_vertex_is_normalized(tw_vertex_coding coding) {
   return FACTS[coding].is_normalized;
 }
 
-/* A number from -1 to 1, or what rounding left beside that. */
+/* Rounds value * most to an integer. value: from -1 to 1 but for rounding errors, which are clamped. */
 static int32_t round_to(float value, float most) {
   float scaled = value * most;
   scaled = scaled < -most ? -most : scaled > most ? most : scaled;
   return (int32_t)(scaled < 0 ? scaled - 0.5f : scaled + 0.5f);
 }
 
-/* Rounded down; what that leaves of the sum goes to those that lost most. weights: sum 1. */
+/* Rounds weights down; what is missing in the sum of 255 goes to the weights that lost most. weights: sum
+ * 1. */
 static void round_weights(const float *weights, uint8_t out[4]) {
   int rest = 255;
   float lost[4];
@@ -101,7 +103,7 @@ static void write_joints(const float *joints, uint8_t *out) {
   memcpy(out, written, sizeof written);
 }
 
-/* A joint whose weight is nothing as it is stored is 0: the validator wants it. */
+/* Writes joint 0 where the weight is stored as 0: the glTF validator wants it. */
 static void write_rounded_joints(const float *joints, bool is_small, uint8_t *out) {
   uint8_t weights[4];
   uint16_t written[4];

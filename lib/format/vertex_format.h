@@ -1,4 +1,5 @@
-/* How the vertices of an answer lie in a buffer view: rows of a surface, each number in few bytes or many. */
+/* How the vertices of an answer lie in a buffer view: columns of a surface's rows, as floats or in fewer
+ * bytes. */
 #ifndef TWEEND_VERTEX_FORMAT_H
 #define TWEEND_VERTEX_FORMAT_H
 
@@ -10,7 +11,7 @@ typedef enum tw_vertex_coding {
   TW_CODED_ROUNDED_JOINTS, /* the same beside weights in bytes */
   TW_CODED_SMALL_JOINTS,   /* bytes beside weights in bytes */
   TW_CODED_WEIGHTS,        /* bytes, 255 for 1; their sum is 255 */
-  TW_CODED_PLACES,         /* shorts, 32767 for `scale` from `origin` on */
+  TW_CODED_PLACES,         /* shorts, 32767 for origin + scale: positions and displacements */
   TW_CODED_UNITS,          /* bytes, 127 for 1: unit vectors */
   TW_CODED_FRACTIONS       /* unsigned shorts, 65535 for 1: numbers from 0 to 1 */
 } tw_vertex_coding;
@@ -18,16 +19,16 @@ typedef enum tw_vertex_coding {
 enum {
   TW_VERTEX_FIELDS_MAX = 5 + TW_UV_SETS_MAX + TW_ATTRIBUTES_MAX,
   TW_VERTEX_STRIDE_MAX = 252,                      /* glTF's limit on an element */
-  TW_DISPLACEMENTS_MAX = TW_VERTEX_STRIDE_MAX / 12 /* of an element: vectors of floats */
+  TW_DISPLACEMENTS_MAX = TW_VERTEX_STRIDE_MAX / 12 /* vectors of floats that fit in an element */
 };
 
-/* Some columns of a surface's row. */
+/* An attribute: consecutive columns of a surface's row. */
 typedef struct tw_vertex_field {
   const char *semantic; /* glTF's name of the attribute, UTF-8 */
   tw_vertex_coding coding;
   uint32_t column, width; /* floats of the row; joints are followed by their weights */
   uint32_t offset;        /* bytes in the element, a multiple of 4 */
-  float origin[3], scale; /* PLACES */
+  float origin[3], scale; /* of TW_CODED_PLACES */
 } tw_vertex_field;
 
 /* How each attribute is coded; an application's own are floats. */
@@ -35,29 +36,29 @@ typedef struct tw_vertex_codings {
   tw_vertex_coding position, normal, tangent, uvs[TW_UV_SETS_MAX], color, joints, weights;
 } tw_vertex_codings;
 
-extern const tw_vertex_codings tw_vertex_floats; /* all that is not joints */
+extern const tw_vertex_codings tw_vertex_floats; /* floats for all but joints */
 
-/* The fields of all columns but displacements, without gaps, the position first. mesh: what the surface is
- * of. Returns how many. */
+/* The fields of all columns but displacements, without gaps, the position first. mesh: the mesh of the
+ * surface. Returns how many. */
 uint32_t tw_vertex_fields(const tw_mesh *mesh, const tw_surface_layout *layout,
                           const tw_vertex_codings *codings, tw_vertex_field fields[TW_VERTEX_FIELDS_MAX]);
 
-/* Where displacements begin in rows that have those of so many targets (tw_surface_reader_turn). */
+/* The column where displacements begin in rows that hold those of `target_count` targets
+ * (tw_surface_reader_turn). */
 uint32_t tw_vertex_target_column(const tw_surface_layout *layout, uint32_t target_count);
 
-/* Bytes that a field takes of an element, a multiple of 4; and where the last of some ends. */
+/* Bytes of a field in an element, a multiple of 4; bytes of an element with these fields. */
 uint32_t tw_vertex_field_size(const tw_vertex_field *field);
 uint32_t tw_vertex_size(const tw_vertex_field *fields, uint32_t field_count);
 
-/* glTF's componentType, and whether its integers stand for fractions. */
+/* glTF's componentType of a coding; and whether its integers stand for fractions (`normalized`). */
 int tw_vertex_component(tw_vertex_coding coding);
 bool tw_vertex_is_normalized(tw_vertex_coding coding);
 
-/* Writes one element. row: the surface's. Bytes between fields become 0. */
+/* Writes one element. row: of the surface. Bytes between fields become 0. */
 void tw_vertex_write(const tw_vertex_field *fields, uint32_t field_count, const float *row, uint8_t *out);
 
-/* Widens bounds by the numbers of an element that a field of FLOATS or PLACES has, as they are stored.
- * Width at most 3. */
+/* Widens bounds by a field of an element, of at most 3 FLOATS or PLACES, in numbers as they are stored. */
 void tw_vertex_widen(const tw_vertex_field *field, const uint8_t *element, float min[3], float max[3]);
 
 #endif
