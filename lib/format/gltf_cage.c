@@ -1,11 +1,11 @@
-/* What an answer that is a cage says beyond glTF, in extras.tweend of its meshes (tw_gltf_stream): its
- * numbers become accessors of the plan, and the rest text. gltf/cage_tags.hpp reads it. */
+/* Puts what glTF cannot say of a cage into extras.tweend of its meshes (tw_gltf_stream): arrays become
+ * accessors of the plan, the rest text. gltf/cage_tags.hpp reads it. */
 #include <stdlib.h>
 #include <string.h>
 
 #include "gltf/gltf.h"
 
-/* ---- what has to be read of the surface ---------------------------------------------------------------- */
+/* ---- reading the surface ------------------------------------------------------------------------------ */
 
 typedef struct cage_reader {
   const tw_surface *surface;
@@ -21,7 +21,7 @@ static size_t read_cage_face(const cage_reader *cage, uint64_t face) {
   return tw_surface_read_faces(cage->reader, TW_DOMAIN_VERTICES, face, 1, NULL, cage->corners);
 }
 
-/* The point of each vertex: both numberings, read face by face. */
+/* Finds the point of each vertex: reads both numberings face by face. */
 static void read_points_of_vertices(const cage_reader *cage) {
   const uint32_t *points = cage->corners + cage->most;
   for (uint64_t f = 0; f < tw_surface_get_counts(cage->surface)->faces; f++) {
@@ -32,9 +32,8 @@ static void read_points_of_vertices(const cage_reader *cage) {
   }
 }
 
-/* Where the fans of the faces start: every second face of a material starts its fan elsewhere than at corner
- * 0 where a neighbour's fan has the same vertex (tw_fan_start), which would join the two in FB_ngon_encoding.
- */
+/* Finds where the fans of the faces start. Every second face of a material does not start its fan at corner 0
+ * if a neighbour's fan has the same vertex (tw_fan_start): FB_ngon_encoding would join the two. */
 static void find_starts(const cage_reader *cage) {
   for (uint32_t i = 0; i < tw_surface_group_count(cage->surface);) {
     const tw_surface_group faces = tw_take_material(cage->surface, &i);
@@ -47,7 +46,7 @@ static void find_starts(const cage_reader *cage) {
   }
 }
 
-/* Arrays live in the arena. False without memory. */
+/* Reads the surface into arrays in the arena. False without memory. */
 static bool read_cage(cage_reader *cage, const tw_surface *surface, tw_arena *arena) {
   size_t faces = (size_t)tw_surface_get_counts(surface)->faces, most = tw_surface_largest_face(surface);
   uint64_t vertices = tw_surface_row_count(surface, TW_DOMAIN_VERTICES);
@@ -82,7 +81,7 @@ static bool is_all_zero(const uint32_t *values, uint64_t count) {
 
 /* ---- text ---------------------------------------------------------------------------------------------- */
 
-/* What the object of one mesh is printed with. */
+/* Prints the tags of one mesh. */
 typedef struct tag_writer {
   tw_gltf_plan *plan;
   const tw_model *model;
@@ -99,7 +98,7 @@ static void put_indices(tag_writer *w, const char *member, const uint32_t *value
   put_numbers(w, member, values, count, TW_GLTF_UNSIGNED_INT, 1);
 }
 
-/* Points, `width` to an element, and how sharp the elements are. */
+/* A member with elements of `width` points, called `of`, and their sharpness. */
 static void put_sharpness(tag_writer *w, const char *member, const char *of, const uint32_t *points,
                           uint64_t width, const float *sharpness, uint64_t count) {
   if (count == 0) return;
@@ -115,7 +114,7 @@ static bool has_groups(const tw_surface *surface) {
   return false;
 }
 
-/* The sets of groups have the model's numbers. False without memory. */
+/* Prints the set of groups of each face, by the numbers that sets have in the model. False without memory. */
 static bool put_groups(tag_writer *w) {
   uint64_t faces = tw_surface_get_counts(w->surface)->faces;
   if (!w->plan->names_groups || !has_groups(w->surface)) return true;

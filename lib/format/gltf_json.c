@@ -1,5 +1,5 @@
-/* The JSON of a glTF answer: what the plan says, and behind it in every object what the file said beyond
- * that. */
+/* Prints the JSON of a glTF answer: in each object the members that the plan knows, then those that were kept
+ * of the file. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -7,7 +7,7 @@
 
 /* ---- views and accessors ------------------------------------------------------------------------------- */
 
-/* Where the bytes are of which the view is made. */
+/* The extension that says where the compressed bytes of a view are. */
 static void put_compression(tw_gltf_writer *writer, const tw_gltf_view *view) {
   tw_member_open(writer->text, "extensions", "{");
   tw_member_open(writer->text, TW_GLTF_MESHOPT, "{");
@@ -39,7 +39,7 @@ static void put_views(tw_gltf_writer *writer) {
   tw_text_add(writer->text, "]");
 }
 
-/* Doubles, as readers compare them with the data. */
+/* Prints each float as the double that it is, because readers compare bounds with the data. */
 static void put_bounds(tw_gltf_writer *writer, const char *member, const float *bounds, uint32_t count) {
   tw_member_open(writer->text, member, "[");
   for (uint32_t i = 0; i < count; i++) {
@@ -49,7 +49,7 @@ static void put_bounds(tw_gltf_writer *writer, const char *member, const float *
   tw_text_add(writer->text, "]");
 }
 
-/* Three fields of spaces; returns where the first one stands. */
+/* Prints three fields of spaces for bounds that are filled in later; returns where the first one stands. */
 static size_t put_later(tw_gltf_writer *writer, const char *member) {
   char blanks[TW_GLTF_BOUND_TEXT];
   memset(blanks, ' ', sizeof blanks);
@@ -96,7 +96,7 @@ static void put_accessors(tw_gltf_writer *writer) {
 /* What the JSON needs to know of each node beside the node itself. */
 typedef struct node_facts {
   uint32_t first_child; /* place in the model's node_order, where its other children follow; or TW_NO_INDEX */
-  bool animated;        /* must not have a matrix */
+  bool animated;        /* so it must not have a matrix */
 } node_facts;
 
 /* NULL without memory. */
@@ -138,7 +138,7 @@ static void put_transform(tw_gltf_writer *writer, uint32_t index, bool animated)
   put_floats_unless(writer, "scale", local->scale, 3, usual.scale);
 }
 
-/* The mesh of a node, with what goes with it. */
+/* The members of a node that shows a mesh: mesh, skin and weights. */
 static void put_mesh_of(tw_gltf_writer *writer, uint32_t index) {
   const tw_scene *scene = writer->scene;
   const tw_node *node = &scene->model->nodes[index];
@@ -175,7 +175,7 @@ static void put_node(tw_gltf_writer *writer, node_facts facts, uint32_t index) {
   tw_gltf_close_object(writer);
 }
 
-/* A node that shows the mesh of another one where its shorts stand for. */
+/* An added node that holds the mesh of node `index`, and turns its 16-bit positions into coordinates. */
 static void put_holder(tw_gltf_writer *writer, uint32_t index) {
   const tw_grid *grid = &writer->scene->packs[writer->scene->model->nodes[index].mesh]->options.grid;
   const float scale[3] = {grid->scale, grid->scale, grid->scale};
@@ -201,7 +201,7 @@ static void put_nodes(tw_gltf_writer *writer) {
 
 /* ---- scenes -------------------------------------------------------------------------------------------- */
 
-/* Roots from node `first` on that are shown. */
+/* Prints the visible roots from node `first` on. */
 static void put_roots(tw_gltf_writer *writer, uint32_t first) {
   const tw_model *model = writer->scene->model;
   for (uint32_t i = first; i < model->node_count; i++) {
@@ -211,7 +211,7 @@ static void put_roots(tw_gltf_writer *writer, uint32_t first) {
   }
 }
 
-/* The file's scenes. Nodes that an answer has beside the file's are in the one that is shown. */
+/* One of the file's scenes. Roots that the answer has beside the file's go to the default scene. */
 static void put_scene(tw_gltf_writer *writer, uint32_t index) {
   const tw_gltf_scene *scene = &writer->assets->scenes[index];
   uint32_t file_nodes = writer->assets->node_count;
@@ -266,12 +266,13 @@ static void put_skins(tw_gltf_writer *writer) {
   tw_text_add(writer->text, "]");
 }
 
-/* The part of a track's kept object that is called so. */
+/* The members of one part (channel, target or sampler) of a kept track. */
 static void put_part(tw_gltf_writer *writer, const char *kept, const char *name) {
   tw_gltf_put_kept(writer, tw_json_member(kept, name), NULL);
 }
 
-/* Channels of something else than nodes, or their samplers (`name`), behind those of nodes. */
+/* The channels, or samplers, as `name` says, that animate something else than nodes; they follow those of
+ * nodes. */
 static void put_loose_channels(tw_gltf_writer *writer, const char *loose, const char *name,
                                uint32_t sampler) {
   tw_json_item item;
@@ -349,8 +350,8 @@ static void put_images(tw_gltf_writer *writer) {
   tw_text_add(writer->text, "]");
 }
 
-/* Without assets: the names that an OBJ gives. No metals, which glTF's default is: they are black without
- * surroundings. */
+/* Without assets: materials with the names that an OBJ gives. They are no metals, which glTF's default is:
+ * without an environment metals are black. */
 static void put_materials(tw_gltf_writer *writer) {
   const tw_model *model = writer->scene->model;
   if (model->assets) {

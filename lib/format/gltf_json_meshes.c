@@ -1,12 +1,12 @@
-/* The meshes of a glTF answer's JSON. */
+/* Prints the meshes of a glTF answer's JSON. */
 #include "gltf_json_writer.h"
 
 #include <string.h>
 
 static const char NGON[] = "FB_ngon_encoding";
 
-/* ---- groups of faces: glTF has none. Cutting primitives at them would cost a draw call each, so they are
- * told as ranges of indices, the form in which three.js has them (BufferGeometry.addGroup). */
+/* ---- groups of faces, which glTF does not have. Cutting primitives at them would cost a draw call each, so
+ * extras list them as ranges of indices, as three.js does (BufferGeometry.addGroup). */
 
 static void put_words(tw_gltf_writer *writer, const char *names) {
   tw_member_open(writer->text, "names", "[");
@@ -21,14 +21,14 @@ static void put_words(tw_gltf_writer *writer, const char *names) {
   tw_text_add(writer->text, "]");
 }
 
-/* Triangles of the surface's groups before the first one of `to`. */
+/* How many triangles lie between the beginnings of two groups. */
 static uint64_t triangles_between(const tw_surface_group *from, const tw_surface_group *to) {
   return to->first_corner - from->first_corner - 2 * (to->first_face - from->first_face);
 }
 
 /* The extras of a primitive: {"groups": [{"names": [...], "start": n, "count": n}, ...]}, ranges of its
- * indices, in order. Faces in no group are in no range; without any range there are no extras.
- * next_group: the first of the surface's groups among the primitive's; is moved past those that end in it. */
+ * indices, in order. Faces in no group are in no range; without any range there are no extras. next_group:
+ * the surface's group in which the primitive begins; moves past the groups that end in the primitive. */
 static void put_group_ranges(tw_gltf_writer *writer, const tw_surface *surface,
                              const tw_gltf_primitive *primitive, uint32_t *next_group) {
   uint64_t begin = primitive->first_triangle, end = begin + primitive->triangle_count, stop = begin;
@@ -71,7 +71,7 @@ static void put_targets(tw_gltf_writer *writer, uint32_t count, uint32_t first, 
   tw_text_add(writer->text, "]");
 }
 
-/* The members of a kept object, FB_ngon_encoding among its extensions. */
+/* The members of a kept object, with FB_ngon_encoding added to its extensions. */
 static void put_kept_and_ngon(tw_gltf_writer *writer, const char *kept) {
   const char *extensions = tw_json_member(kept, "extensions");
   tw_member_open(writer->text, "extensions", "{");
@@ -82,7 +82,7 @@ static void put_kept_and_ngon(tw_gltf_writer *writer, const char *kept) {
   tw_gltf_put_kept(writer, kept, "extensions");
 }
 
-/* What primitives of these faces say. */
+/* The kept object of the primitives of these faces, or NULL. */
 static const char *kept_of(const tw_model *model, int32_t face_material) {
   uint32_t slot = (uint32_t)face_material - model->material_count;
   return face_material >= 0 && slot < model->slot_count ? model->slots[slot].kept : NULL;
@@ -122,7 +122,7 @@ static void put_primitives(tw_gltf_writer *writer, uint32_t index) {
   }
 }
 
-/* Points and lines as they came; at rest where the mesh was baked. */
+/* Primitives of points and lines as the file has them; without their targets if the mesh was baked. */
 static void put_loose(tw_gltf_writer *writer, const tw_mesh *mesh) {
   tw_json_item item;
   for (bool more = tw_json_first(mesh->loose, &item); more;
@@ -133,7 +133,7 @@ static void put_loose(tw_gltf_writer *writer, const tw_mesh *mesh) {
   }
 }
 
-/* What stands for faces where there are none: a mesh keeps its place among the meshes. */
+/* A primitive without area for a mesh without faces, so that meshes keep their numbers. */
 static void put_nothing(tw_gltf_writer *writer, const tw_gltf_mesh *mesh) {
   tw_gltf_open_object(writer);
   tw_member_open(writer->text, "attributes", "{");
@@ -143,7 +143,8 @@ static void put_nothing(tw_gltf_writer *writer, const tw_gltf_mesh *mesh) {
   tw_gltf_close_object(writer);
 }
 
-/* Extras that are no object have no room for tags, and go. */
+/* Adds tags to the extras of a kept object. Extras that are no object have no room for them and are
+ * dropped. */
 static void put_kept_and_tags(tw_gltf_writer *writer, const char *tags, const tw_mesh *source) {
   const char *extras = tw_json_member(source->kept, "extras");
   tw_member_open(writer->text, "extras", "{");

@@ -1,3 +1,4 @@
+/* Members that were kept of the file, and the extensions that occur in an answer. */
 #include "gltf_json_writer.h"
 
 #include <stdlib.h>
@@ -29,7 +30,8 @@ void tw_gltf_note_extension(tw_gltf_writer *writer, const char *text, size_t siz
   writer->used[writer->used_count++] = extension;
 }
 
-/* Notes the extensions of an object or array and of all that is in it. Extras are the application's own. */
+/* Notes the extensions of an object or array and of all that is in it. Extras are skipped: they are the
+ * application's own. */
 static void note_extensions(tw_gltf_writer *writer, const char *container) {
   tw_json_item item;
   for (bool more = tw_json_first(container, &item); more;
@@ -47,7 +49,7 @@ static void note_extensions(tw_gltf_writer *writer, const char *container) {
   }
 }
 
-/* Sorts the names, each once. */
+/* Sorts the names and drops repetitions. */
 static void sort_used(tw_gltf_writer *writer) {
   size_t count = 0;
   if (writer->used_count > 0) qsort(writer->used, writer->used_count, sizeof *writer->used, compare_names);
@@ -57,7 +59,7 @@ static void sort_used(tw_gltf_writer *writer) {
   writer->used_count = count;
 }
 
-/* Of those that are used; NULL where it is none of them. */
+/* Finds an extension among those that occur; NULL if it does not. */
 static tw_gltf_extension *find_used(const tw_gltf_writer *writer, const char *text) {
   const tw_gltf_extension wanted = {.name = {text, strlen(text)}};
   return writer->used_count > 0
@@ -65,7 +67,8 @@ static tw_gltf_extension *find_used(const tw_gltf_writer *writer, const char *te
              : NULL;
 }
 
-/* Each once; NULL is none. *member: is opened before the first one, and NULL from then on. */
+/* Prints the name of an extension, once; nothing for NULL. *member: is opened before the first name, and NULL
+ * from then on. */
 static void list_name(tw_gltf_writer *writer, tw_gltf_extension *extension, const char **member) {
   if (!extension || extension->is_listed) return;
   if (*member) tw_member_open(writer->text, *member, "[");
@@ -77,8 +80,8 @@ static void list_name(tw_gltf_writer *writer, tw_gltf_extension *extension, cons
   tw_text_add(writer->text, "\"");
 }
 
-/* The listed extensions that are used, in the list's order; then all other ones that are used, or those that
- * the encoding requires. */
+/* Prints the extensions of the list that occur, in the list's order; then all others that occur or, if
+ * is_required, those that the encoding requires. */
 static void put_extension_names(tw_gltf_writer *writer, const char *member, const tw_gltf_objects *listed,
                                 bool is_required) {
   for (size_t i = 0; i < writer->used_count; i++) writer->used[i].is_listed = false;

@@ -1,4 +1,4 @@
-/* Tracks as glTF can hold them. */
+/* Converts tracks into keys that glTF can hold. */
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -12,10 +12,10 @@ static tw_status no_memory(tw_error *error) {
   return tw_fail(error, TW_NO_MEMORY, "no memory for the plan of a glTF answer");
 }
 
-/* Scales quaternions, of a spline with their tangents, to unit length and to the side of the one before, as
- * tw_clip does. Keys that are so already stay the track's own. */
-static tw_status straighten(const tw_track_keys *track, tw_arena *arena, tw_track_keys *out,
-                            tw_error *error) {
+/* Scales quaternions, in a spline together with their tangents, to unit length and to the side of the key
+ * before, as tw_clip_create does. If all keys are so already, *out has the track's own. */
+static tw_status normalize_keys(const tw_track_keys *track, tw_arena *arena, tw_track_keys *out,
+                                tw_error *error) {
   bool is_spline = track->interpolation == TW_CUBICSPLINE;
   size_t width = is_spline ? 12 : 4, value = is_spline ? 4 : 0;
   float *scaled = NULL;
@@ -31,7 +31,7 @@ static tw_status straighten(const tw_track_keys *track, tw_arena *arena, tw_trac
       if (!scaled) return no_memory(error);
       memcpy(scaled, track->values, track->key_count * width * sizeof *scaled);
     }
-    for (size_t i = 0; i < width; i++) { /* tangents of a tiny key may pass what a float holds */
+    for (size_t i = 0; i < width; i++) { /* tangents of a tiny key may exceed a float */
       double number = (double)track->values[key * width + i] * scale;
       scaled[key * width + i] = (float)fmax(-(double)FLT_MAX, fmin(number, (double)FLT_MAX));
     }
@@ -44,15 +44,15 @@ static tw_status straighten(const tw_track_keys *track, tw_arena *arena, tw_trac
 static tw_status take_spline(const tw_track_keys *track, tw_arena *arena, tw_track_keys *out,
                              tw_error *error) {
   *out = *track;
-  tw_status status = track->path == TW_ROTATION ? straighten(track, arena, out, error) : TW_OK;
+  tw_status status = track->path == TW_ROTATION ? normalize_keys(track, arena, out, error) : TW_OK;
   if (status == TW_OK && track->key_count == 1) {
     out->interpolation = TW_STEP;
-    out->values += out->width; /* between its tangents */
+    out->values += out->width; /* the value, which stands between its tangents */
   }
   return status;
 }
 
-/* glTF interpolates between the keys as the track does. */
+/* Whether glTF interpolates between the keys as the track does. */
 static bool is_native(const tw_track_keys *track) {
   if (track->interpolation == TW_LINEAR) return track->form != TW_KEY_AXIS_ANGLE;
   return track->interpolation == TW_STEP;
@@ -60,7 +60,7 @@ static bool is_native(const tw_track_keys *track) {
 
 static tw_status take_rotation(const tw_track_keys *track, uint32_t max_keys, tw_arena *arena,
                                tw_track_keys *out, tw_error *error) {
-  if (is_native(track) && track->form == TW_KEY_QUATERNION) return straighten(track, arena, out, error);
+  if (is_native(track) && track->form == TW_KEY_QUATERNION) return normalize_keys(track, arena, out, error);
   tw_track_keys alone = *track;
   alone.node = 0;
   const tw_clip_keys keys = {.track_count = 1, .tracks = &alone};

@@ -1,5 +1,6 @@
-/* The layout of a glTF answer: images, then for each mesh its vertices and its triangles by material, then
- * bind matrices, then animation. Sizes come from counts alone; no point is computed. */
+/* Plans a glTF answer: accessors that were kept of the file, images, then for each mesh its vertices and its
+ * triangles by material, then inverse bind matrices, then animations. Sizes come from counts alone; no point
+ * is computed. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -7,11 +8,11 @@
 #include "sorted.h"
 
 enum {
-  /* Of all tracks whose keys are made anew: two keys may stand for many turns, which take many keys. */
+  /* of all converted tracks together: two keys may stand for many turns, which take many LINEAR keys */
   ADDED_KEYS_MAX = 1 << 20
 };
 
-/* Views, accessors, nodes and materials are told in the JSON, which is held in memory. */
+/* The most views, accessors, nodes and materials together: the JSON that lists them is held in memory. */
 static const uint64_t PARTS_MAX = 1 << 18;
 
 static tw_status no_memory(tw_error *error) {
@@ -20,9 +21,9 @@ static tw_status no_memory(tw_error *error) {
 
 /* ---- adding -------------------------------------------------------------------------------------------- */
 
-/* Room for one more row behind `count` of them, where rows grow by doubling; the rows, which may have moved.
- * Every row is counted. NULL over the limit and without memory: the plan is given up at its end, until when
- * it holds the rows that it has. */
+/* Makes room for one more row behind `count` rows, which grow by doubling, and counts it. Returns the rows,
+ * which may have moved. NULL over the limit and without memory: planning goes on with the rows that there
+ * are, and judge_parts fails at the end. */
 static void *make_room(tw_gltf_plan *plan, void *rows, uint32_t count, size_t size) {
   bool is_full = count == 0 || (count >= 64 && (count & (count - 1)) == 0);
   if (++plan->part_count > PARTS_MAX || plan->lacks_memory) return NULL;
@@ -70,7 +71,8 @@ static uint32_t add_floats(tw_gltf_plan *plan, const float *values, uint64_t cou
   return tw_gltf_add_numbers(plan, values, count, TW_GLTF_FLOAT, width);
 }
 
-/* What answers bear as the file has it (assets) comes first: its numbers are the file's. */
+/* Adds the accessors that the assets kept of the file. They come first, because kept text names them by
+ * number. */
 static void add_elements(tw_gltf_plan *plan, const tw_gltf_assets *assets) {
   for (uint32_t i = 0; i < assets->element_count; i++) {
     const tw_gltf_elements *elements = &assets->elements[i];
@@ -103,8 +105,8 @@ static uint32_t add_rows(tw_gltf_plan *plan, uint32_t mesh, const tw_surface *su
   return add_view(plan, view);
 }
 
-/* Attributes (morph: -1), or the displacements of a target: an accessor for each field, the position first.
- * Returns the first one. */
+/* Adds an accessor for each field of attributes (morph: -1) or of the displacements of a target; the first
+ * field is the position. Returns the first accessor. */
 static uint32_t add_fields(tw_gltf_plan *plan, const tw_vertex_field *fields, uint32_t count, int morph,
                            tw_gltf_accessor accessor) {
   uint32_t first = plan->accessor_count;
@@ -120,13 +122,14 @@ static uint32_t add_fields(tw_gltf_plan *plan, const tw_vertex_field *fields, ui
   return first;
 }
 
-/* Vectors in columns from `column` on. */
+/* Sets fields to vectors, in columns from `column` and bytes from `offset` on. */
 static void lay_displacements(tw_vertex_field *fields, uint32_t column, uint32_t offset, uint32_t count) {
   for (uint32_t i = 0; i < count; i++)
     fields[i] = (tw_vertex_field){.column = column + 3 * i, .width = 3, .offset = offset + 12 * i};
 }
 
-/* Displacements in views of their own. */
+/* Adds displacements in views of their own, as many targets to a view as its stride allows. False without
+ * memory. */
 static bool add_target_views(tw_gltf_plan *plan, uint32_t index, const tw_surface *surface,
                              tw_gltf_accessor accessor) {
   const tw_surface_layout *layout = tw_surface_get_layout(surface);
@@ -146,7 +149,8 @@ static bool add_target_views(tw_gltf_plan *plan, uint32_t index, const tw_surfac
   return true;
 }
 
-/* One view while glTF's largest stride allows it; else the displacements go to views of their own. */
+/* Adds one view if attributes and displacements fit in glTF's largest stride; else the displacements go to
+ * views of their own. False without memory. */
 static bool add_vertices(tw_gltf_plan *plan, uint32_t index, const tw_mesh *source, const tw_surface *surface,
                          tw_gltf_primitive *primitive) {
   tw_gltf_mesh *mesh = &plan->meshes[index];
@@ -177,12 +181,13 @@ static bool add_vertices(tw_gltf_plan *plan, uint32_t index, const tw_mesh *sour
 
 /* ---- primitives ---------------------------------------------------------------------------------------- */
 
-/* Whether all faces are holes: they are the last groups of a surface. */
+/* Whether all faces are holes: holes are the last groups of a surface. */
 static bool is_all_holes(const tw_surface *surface) {
   return tw_surface_get_group(surface, 0)->material >= TW_HOLE_MATERIAL;
 }
 
-/* Where all faces are holes, their vertices are in a primitive that draws nothing: a corner three times. */
+/* If all faces are holes, adds a primitive that draws nothing (one vertex three times), so that the mesh has
+ * its vertices. */
 static void add_holder_of_holes(tw_gltf_plan *plan, tw_gltf_mesh *mesh, const tw_gltf_primitive *shared) {
   static const uint32_t corner[3] = {0, 0, 0};
   tw_gltf_primitive *primitive = &mesh->primitives[mesh->primitive_count++];
@@ -198,7 +203,7 @@ static void add_holder_of_holes(tw_gltf_plan *plan, tw_gltf_mesh *mesh, const tw
       (tw_gltf_accessor){.view = view, .component = TW_GLTF_UNSIGNED_INT, .type = "SCALAR", .count = 3});
 }
 
-/* A primitive for each material, with the vertices of `shared`. */
+/* Adds a primitive for each material, with the vertices of `shared`. */
 static void add_triangles(tw_gltf_plan *plan, uint32_t index, const tw_surface *surface,
                           const tw_gltf_primitive *shared) {
   tw_gltf_mesh *mesh = &plan->meshes[index];
@@ -294,7 +299,8 @@ static void add_packs(tw_gltf_plan *plan, uint32_t index, const tw_packs *packs)
 
 /* ---- meshes -------------------------------------------------------------------------------------------- */
 
-/* glTF has no mesh without a primitive, and no primitive without points: one triangle of no size. */
+/* The accessor of all meshes without faces: glTF has no mesh without a primitive, and no primitive without
+ * points, so they get one triangle of no size. */
 static void add_nothing(tw_gltf_plan *plan) {
   if (plan->nothing != TW_NO_INDEX) return;
   plan->nothing = add_accessor(
@@ -303,7 +309,7 @@ static void add_nothing(tw_gltf_plan *plan) {
           .view = TW_NO_INDEX, .component = TW_GLTF_FLOAT, .type = "VEC3", .count = 3, .bound_count = 3});
 }
 
-/* How many primitives a mesh with faces has. */
+/* How many primitives a mesh with faces needs, those of holes included. */
 static uint32_t count_primitives(const tw_scene *scene, uint32_t mesh) {
   if (scene->packs) return scene->packs[mesh]->pack_count;
   uint32_t count = is_all_holes(scene->surfaces[mesh]);
@@ -331,7 +337,7 @@ static tw_status add_meshes(tw_gltf_plan *plan, const tw_scene *scene, tw_error 
   for (uint32_t i = 0; i < scene->model->mesh_count; i++) {
     if (tw_surface_get_counts(scene->surfaces[i])->faces > 0) {
       if (!add_mesh(plan, scene, i)) return no_memory(error);
-    } else { /* but holes, maybe, which only cages have */
+    } else { /* holes are faces in cages only */
       plan->meshes[i].target_count = scene->model->meshes[i].morph_count;
       if (!scene->model->assets || !scene->model->meshes[i].loose) add_nothing(plan);
     }
@@ -361,7 +367,7 @@ static bool has_places(const tw_scene *scene, uint32_t mesh) {
          scene->packs[mesh]->fields->coding == TW_CODED_PLACES;
 }
 
-/* The inverse bind matrices of a skin for positions that are shorts on the grid: each turns them into
+/* The inverse bind matrices of a skin whose meshes have positions on the grid: each turns them into
  * coordinates first. NULL without memory. */
 static const float *undo_grid(tw_arena *arena, const tw_skin *skin, const tw_grid *grid) {
   float *out = tw_arena_alloc(arena, skin->joint_count, 16 * sizeof *out);
@@ -387,7 +393,7 @@ static tw_status add_skins(tw_gltf_plan *plan, const tw_scene *scene, tw_error *
   for (uint32_t i = 0; i < model->node_count; i++) {
     const tw_node *node = &model->nodes[i];
     if (tw_gltf_node_is_skinned(scene, node) && has_places(scene, node->mesh))
-      grids[node->skin] = &scene->packs[node->mesh]->options.grid; /* one for all skinned meshes */
+      grids[node->skin] = &scene->packs[node->mesh]->options.grid; /* meshes of a skin share one */
   }
   for (uint32_t i = 0; i < model->skin_count; i++) {
     const tw_skin *skin = &model->skins[i];
@@ -398,8 +404,8 @@ static tw_status add_skins(tw_gltf_plan *plan, const tw_scene *scene, tw_error *
   return TW_OK;
 }
 
-/* Whether a child node has to hold the mesh and turn its shorts into coordinates (tw_gltf_plan's holders).
- * The matrices of a skin do so themselves. */
+/* Whether a child node has to hold the mesh and turn its 16-bit positions into coordinates (tw_gltf_plan's
+ * holders). The matrices of a skin do so themselves. */
 static bool needs_holder(const tw_scene *scene, const tw_node *node) {
   return node->mesh != TW_NO_INDEX && has_places(scene, node->mesh) && !tw_gltf_node_is_skinned(scene, node);
 }
@@ -415,7 +421,7 @@ uint32_t tw_gltf_holder_of(const tw_gltf_plan *plan, uint32_t node) {
   return at < plan->holder_count && plan->holders[at] == node ? plan->first_holder + at : TW_NO_INDEX;
 }
 
-/* glTF has weights only where a mesh with as many targets is shown. */
+/* Whether glTF can hold a track: it needs keys, and weights a mesh with as many targets. */
 static bool fits_node(const tw_gltf_plan *plan, const tw_scene *scene, const tw_track_keys *track) {
   if (track->key_count == 0) return false;
   if (track->path != TW_WEIGHTS) return true;
@@ -521,7 +527,7 @@ static tw_status allocate(tw_gltf_plan *plan, const tw_scene *scene, tw_error *e
   return all ? TW_OK : no_memory(error);
 }
 
-/* Whether all that was added has found room. */
+/* Fails if there are too many parts, or one found no memory. */
 static tw_status judge_parts(const tw_gltf_plan *plan, tw_error *error) {
   if (plan->part_count > PARTS_MAX)
     return tw_fail(error, TW_LIMIT,

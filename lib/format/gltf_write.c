@@ -1,7 +1,7 @@
-/* glTF answers, pulled: some text, the BIN chunk (raw, or in base64), some text. Each block of the BIN chunk
- * is computed when it is read: rows by the surface, most of them straight into the caller's memory, and faces
- * as triangles. Memory that is too small or unaligned for that is filled from a window on the chunk, where
- * the next reads find what an earlier one computed. */
+/* glTF answers, computed as they are read: some text, the BIN chunk (raw, or in base64), some text. Each
+ * block of the BIN chunk is computed when it is read: rows by the surface, most of them straight into the
+ * caller's memory, and faces as triangles. Reads that are too small or unaligned for that are served from a
+ * window on the chunk, which keeps what it computed for the next reads. */
 #include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
@@ -20,7 +20,7 @@ struct tw_gltf_stream {
   tw_scene scene; /* a copy: the caller's struct may end */
   tw_gltf_plan plan;
   tw_text head, tail; /* before and after the BIN chunk */
-  tw_text *json;      /* the one of them that holds the JSON */
+  tw_text *json;      /* the one that holds the JSON */
   bool bounds_known, base64;
   uint64_t data_text_size; /* of the BIN chunk as it is sent */
   uint64_t size, position;
@@ -121,9 +121,9 @@ uint8_t *tw_glb_put_bin_head(uint8_t *out, uint64_t data_size) {
   return out + 4;
 }
 
-/* Of GLB: header, JSON chunk, header of the BIN chunk. Of glTF the data URI of the buffer stands at the
- * beginning, so that the rest is one text after it. A second buffer without bytes stands for what compressed
- * views decode to. Without a BIN chunk there is no buffer. False without memory. */
+/* Prints the text around the data. GLB: header, JSON chunk, header of the BIN chunk. glTF: the data URI of
+ * the buffer stands at the beginning, so that the rest is one text after it. A second buffer without bytes
+ * stands for what compressed views decode to. Without data there is no buffer. False without memory. */
 static bool put_text(tw_gltf_stream *stream, bool is_glb) {
   enum { HEAD = 20, BIN_HEAD = 8 };
   uint8_t bytes[HEAD] = {0};
@@ -177,7 +177,8 @@ static bool find_bounds(const tw_scene *scene, const tw_gltf_accessor *accessor,
   return true;
 }
 
-/* Fills in the bounds that the JSON left room for. A double that is a float takes 23 characters. */
+/* Fills in the bounds that the JSON left room for. A float printed as a double takes at most 23
+ * characters. */
 static bool write_bounds(tw_gltf_stream *stream) {
   for (uint32_t i = 0; i < stream->plan.accessor_count; i++) {
     const tw_gltf_accessor *accessor = &stream->plan.accessors[i];
@@ -222,13 +223,13 @@ static size_t read_window(tw_gltf_stream *stream, uint64_t offset, uint8_t *out,
   return size;
 }
 
-/* At least one byte of the BIN chunk, in which offset lies; 0 without memory. */
+/* Reads at least one byte of the BIN chunk, in which `offset` lies; 0 without memory. */
 static size_t read_data(tw_gltf_stream *stream, uint64_t offset, uint8_t *out, size_t capacity) {
   if (offset >= stream->window_offset && offset - stream->window_offset < stream->window_size)
     return read_window(stream, offset, out, capacity);
   const tw_gltf_view *view = find_view(&stream->plan, offset);
   uint64_t within = offset - view->offset;
-  if (within >= view->size) { /* up to the next view at a multiple of 4 */
+  if (within >= view->size) { /* padding up to the next view, at a multiple of 4 */
     size_t size = (size_t)tw_least(4 - offset % 4, capacity);
     memset(out, 0, size);
     return size;
@@ -255,7 +256,7 @@ static bool read_data_fully(tw_gltf_stream *stream, uint64_t offset, uint8_t *ou
   return part > 0;
 }
 
-/* size: 1 to 3 bytes. */
+/* Encodes 1 to 3 bytes as a group of four characters. */
 static void write_group(const uint8_t *bytes, size_t size, uint8_t out[4]) {
   static const char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   uint32_t bits = (uint32_t)bytes[0] << 16;
@@ -265,7 +266,7 @@ static void write_group(const uint8_t *bytes, size_t size, uint8_t out[4]) {
   for (size_t i = size; i < 3; i++) out[i + 1] = '=';
 }
 
-/* Whole groups as far as capacity goes, else a part of one; 0 without memory. */
+/* Reads whole groups as far as capacity goes, or a part of one group; 0 without memory. */
 static size_t read_base64(tw_gltf_stream *stream, uint64_t offset, uint8_t *out, size_t capacity) {
   uint64_t first = offset / 4, groups = stream->data_text_size / 4 - first;
   bool whole = offset % 4 == 0 && capacity >= 4;
@@ -361,7 +362,7 @@ void tw_gltf_stream_seek(tw_gltf_stream *stream, uint64_t offset) {
   stream->position = offset;
 }
 
-/* At least one byte unless there is no memory; position lies in the stream. */
+/* Reads at least one byte; 0 without memory. `position` lies in the stream. */
 static size_t read_part(tw_gltf_stream *stream, uint8_t *out, size_t capacity) {
   uint64_t offset = stream->position;
   if (offset < stream->head.size) return read_text(stream, &stream->head, offset, out, capacity);

@@ -1,5 +1,5 @@
-/* What the parts that read and write glTF share: what a file holds that an answer bears again, and a glTF
- * answer before its bytes: what lies where in the BIN chunk (gltf_plan.c), and the JSON that says so
+/* Shared by reading and writing glTF: what is kept of a file for answers, and the plan of a glTF answer
+ * before its bytes: what lies where in the BIN chunk (gltf_plan.c), and the JSON that says so
  * (gltf_json.c). */
 #ifndef TWEEND_GLTF_H
 #define TWEEND_GLTF_H
@@ -11,7 +11,7 @@
 extern "C" {
 #endif
 
-/* ---- what a file holds that an answer bears again -------------------------------------------------------
+/* ---- what is kept of a file for answers -----------------------------------------------------------------
  * Objects are JSON text without blanks, checked by tw_json_check, whole or without the members that an answer
  * writes itself. All of it lives in the model's arena. */
 
@@ -20,7 +20,7 @@ typedef struct tw_gltf_objects {
   const char **items; /* [count] */
 } tw_gltf_objects;
 
-/* An accessor's elements as the file has them, sparse ones applied, for what is only handed on. */
+/* The elements of an accessor that passes through to answers as it is, with sparse elements applied. */
 typedef struct tw_gltf_elements {
   const uint8_t *bytes; /* [count][stride] */
   uint32_t count, stride;
@@ -33,7 +33,7 @@ typedef struct tw_gltf_elements {
 } tw_gltf_elements;
 
 typedef struct tw_gltf_image {
-  const char *kept;      /* whole, or where there are bytes without bufferView, uri, mimeType */
+  const char *kept;      /* whole, or if `bytes` is set without bufferView, uri and mimeType */
   const char *mime_type; /* of the bytes, as a quoted JSON string; NULL where unknown */
   const uint8_t *bytes;  /* [size] the encoded file (PNG, JPEG, KTX2, ...), NULL: outside the file */
   size_t size;
@@ -45,9 +45,9 @@ typedef struct tw_gltf_scene {
   const uint32_t *nodes; /* [node_count] */
 } tw_gltf_scene;
 
-/* Texture references of materials, samplers and images of textures are in range. */
+/* Texture references of materials, and samplers and images of textures, are checked to be in range. */
 struct tw_gltf_assets {
-  const char *root, *asset; /* what these say beyond what an answer writes; NULL: nothing */
+  const char *root, *asset; /* members that an answer does not write itself; NULL: none */
   tw_gltf_objects materials, textures, samplers, cameras;
   uint32_t image_count;
   tw_gltf_image *images; /* [image_count] */
@@ -76,8 +76,8 @@ enum {
   TW_GLTF_BOUND_TEXT = 24 /* bytes kept for each number of bounds that come later */
 };
 
-/* Writes the header of a GLB and that of its JSON chunk, whose size is a multiple of 4, or that of its BIN
- * chunk; both return the end. data_size 0: there is no BIN chunk. */
+/* tw_glb_put_head writes the header of a GLB and of its JSON chunk, tw_glb_put_bin_head the header of its BIN
+ * chunk; both return the end. json_size: a multiple of 4. data_size 0: there is no BIN chunk. */
 uint8_t *tw_glb_put_head(uint8_t *out, uint64_t json_size, uint64_t data_size);
 uint8_t *tw_glb_put_bin_head(uint8_t *out, uint64_t data_size);
 
@@ -89,7 +89,7 @@ typedef enum tw_gltf_source {
   TW_GLTF_PACK       /* a part of a pack */
 } tw_gltf_source;
 
-/* What a compressed view becomes, in a buffer that is not there. */
+/* What a compressed view decodes to: its place in a buffer that has no bytes. */
 typedef struct tw_gltf_decoded {
   const char *mode; /* EXT_meshopt_compression's; NULL: the view is as it is */
   uint64_t offset, size;
@@ -106,10 +106,10 @@ typedef struct tw_gltf_view {
   tw_gltf_source source;
   const void *memory;
   uint32_t mesh; /* ROWS, TRIANGLES, PACK: of the model */
-  /* ROWS: of rows that have these displacements */
+  /* ROWS: fields of rows that hold the displacements of these targets */
   const tw_vertex_field *fields; /* [field_count] */
   uint32_t field_count, first_target, target_count;
-  tw_surface_group faces; /* TRIANGLES: all of one material, whatever their names */
+  tw_surface_group faces; /* TRIANGLES: all faces of one material, whatever their groups */
   uint32_t pack, part;    /* PACK */
   tw_gltf_decoded decoded;
 } tw_gltf_view;
@@ -123,7 +123,7 @@ typedef struct tw_gltf_accessor {
   uint64_t count;
   uint32_t bound_count; /* 0: without bounds, or they come later */
   float min[4], max[4]; /* [bound_count] */
-  /* Of three numbers, and these of tw_surface_bounds, or of a pack of the mesh. */
+  /* If set, the bounds have three numbers, and tw_surface_bounds or a pack of the mesh has them. */
   bool is_bounded_later;
   uint32_t mesh, pack; /* pack: or TW_NO_INDEX */
   int morph;
@@ -142,10 +142,10 @@ typedef struct tw_gltf_primitive {
 typedef struct tw_gltf_mesh {
   uint32_t field_count;
   const tw_vertex_field *fields;      /* [field_count] attributes */
-  uint32_t target_count, target_step; /* accessors a target: of positions, and where they are 2, of normals */
-  uint32_t primitive_count;           /* without faces 0; then one is written that draws nothing. Of holes
-                                         alone 1, which draws nothing either */
-  uint32_t hole_count;                /* of a cage: behind those, of which only the indices count */
+  uint32_t target_count, target_step; /* accessors of a target: 1, or 2 if it moves normals */
+  uint32_t primitive_count; /* without faces 0; then one is written that draws nothing. If all faces are holes
+                               1, which draws nothing either */
+  uint32_t hole_count;      /* of a cage: primitives behind those, written as indices and material */
   tw_gltf_primitive *primitives;
   const char *tags; /* of a cage: extras.tweend, a JSON object; else NULL */
 } tw_gltf_mesh;
@@ -168,32 +168,33 @@ typedef struct tw_gltf_plan {
   uint32_t view_count, accessor_count, animation_count, channel_count;
   tw_gltf_view *views; /* from malloc, as are the accessors */
   tw_gltf_accessor *accessors;
-  uint64_t part_count; /* views and accessors, also those that have no room, nodes and materials */
+  uint64_t part_count; /* views and accessors (also those that found no room), nodes and materials */
   bool lacks_memory;
   tw_gltf_mesh *meshes;          /* [the model's meshes] */
-  tw_gltf_animation *animations; /* clips of which no channel is left are not among them */
+  tw_gltf_animation *animations; /* without clips that have no channel left */
   tw_gltf_channel *channels;     /* of all animations, one animation after the other */
   uint32_t *image_views;         /* [the assets' images]: TW_NO_INDEX for an image outside the file */
   uint32_t *skin_matrices;       /* [the model's skins]: accessors */
-  /* [holder_count] nodes whose mesh is moved to an added child, which undoes the shorts. The child of
-   * holders[i] is node first_holder + i, behind the model's nodes. */
+  /* [holder_count] nodes whose mesh moves to an added child, which turns 16-bit positions into coordinates.
+   * The child of holders[i] is node first_holder + i, behind the model's nodes. */
   uint32_t holder_count, first_holder;
   uint32_t *holders;
-  uint64_t decoded_size; /* of what compressed views become */
+  uint64_t decoded_size; /* bytes that compressed views decode to */
   uint32_t nothing;  /* accessor of three points at the origin, for meshes without faces; or TW_NO_INDEX */
   bool names_groups; /* primitives tell which of their faces are in which groups */
 } tw_gltf_plan;
 
-/* Numbers of four bytes in memory, `width` to an element, as an accessor of their own. Of parts that find no
- * room the plan takes note. */
+/* Adds numbers of four bytes, `width` to an element, as an accessor with a view of its own; returns the
+ * accessor. The plan notes if there is no room. values: outlive the plan. */
 uint32_t tw_gltf_add_numbers(tw_gltf_plan *plan, const void *values, uint64_t count, int component,
                              int width);
 
-/* Makes the tags of a mesh whose primitives are planned, where it is a cage (gltf_cage.c). False without
+/* Makes the tags of a mesh whose primitives are planned, if it is a cage (gltf_cage.c). False without
  * memory. */
 bool tw_gltf_add_cage_tags(tw_gltf_plan *plan, const tw_scene *scene, uint32_t index);
 
-/* Lays out everything that the scene holds. TW_LIMIT: more parts than are written. */
+/* Lays out everything that the scene holds. TW_LIMIT: too many parts, or keys that would have to be added. A
+ * failed plan is deinited. */
 tw_status tw_gltf_plan_init(tw_gltf_plan *plan, const tw_scene *scene, tw_error *error);
 void tw_gltf_plan_deinit(tw_gltf_plan *plan); /* a zeroed one is fine */
 
@@ -210,12 +211,11 @@ bool tw_gltf_node_is_skinned(const tw_scene *scene, const tw_node *node);
 /* The child that holds the node's mesh; TW_NO_INDEX: the node itself does. O(log holders). */
 uint32_t tw_gltf_holder_of(const tw_gltf_plan *plan, uint32_t node);
 
-/* The model's assets; those without anything where it has none. */
+/* The model's assets; empty ones if it has none. */
 const tw_gltf_assets *tw_gltf_assets_of(const tw_model *model);
 
-/* Prints all members of an answer's JSON but its buffers, and the brace behind them. Bounds that come later
- * are fields of TW_GLTF_BOUND_TEXT spaces, whose places go to the plan. Without memory text->failed is set.
- */
+/* Prints all members of an answer's JSON but its buffers, and the closing brace. Bounds that come later are
+ * fields of TW_GLTF_BOUND_TEXT spaces, whose places go to the plan. Without memory text->failed is set. */
 void tw_gltf_put_json(tw_text *text, tw_gltf_plan *plan, const tw_scene *scene);
 
 #ifdef __cplusplus
