@@ -1,4 +1,4 @@
-// Checks every offset in 64 bits before it is followed, and applies sparse accessors.
+// Accessors: every offset is checked in 64 bits before it is followed, and sparse elements are applied.
 #include "gltf/document.hpp"
 
 #include <algorithm>
@@ -21,10 +21,11 @@ uint32_t component_size(int component_type) {
 
 namespace {
 
-// An accessor without data costs nothing in the file: this many zeros are enough for anybody.
+// The most elements of an accessor without data, which costs nothing in the file.
 constexpr uint64_t zeros_max = 1u << 20;
 
-// Accessors may share the bytes of their sparse indices, all of which are checked.
+// Sparse indices that may be checked beyond one for each byte of the buffers: accessors may share their
+// bytes.
 constexpr uint64_t sparse_free = 4u << 20;
 
 template <typename Component> Component load(const uint8_t *at) {
@@ -33,7 +34,7 @@ template <typename Component> Component load(const uint8_t *at) {
   return value;
 }
 
-// Section 3.6.2.2, and the equations of KHR_mesh_quantization.
+// glTF 2.0, section 3.6.2.2, and the equations of KHR_mesh_quantization.
 float component_value(const uint8_t *at, int component_type, bool normalized) {
   switch (component_type) {
   case TINYGLTF_COMPONENT_TYPE_BYTE: {
@@ -137,7 +138,7 @@ uint32_t Elements::read_index(uint32_t i) const {
 
 // ---- checking -------------------------------------------------------------------------------------
 
-// The data of `count` elements in a view.
+// Checks that `count` elements lie in a view; returns where they begin.
 const uint8_t *Accessors::check_range(int view, uint64_t offset, uint64_t count, uint64_t element_size,
                                       uint64_t *stride, const std::string &pointer) const {
   if (view < 0 || static_cast<size_t>(view) >= model_.bufferViews.size())

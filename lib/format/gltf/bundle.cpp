@@ -1,8 +1,8 @@
-// A glTF document and the files that it names as one GLB: the files become the BIN chunk, in the order in
-// which buffers and images name them, so that the same files make the same bytes in whatever order they came.
-// Of the JSON only what says where bytes are changes: buffers, images[].uri, and the buffer and byteOffset of
-// bufferViews and of their meshopt extensions; all else is copied as it stands. Names of files are compared,
-// nothing is opened.
+// Joins a glTF document and the files that it names into one GLB. The files become the BIN chunk, in the
+// order in which buffers and images name them, so that the same files make the same bytes in whatever order
+// they came. In the JSON only the places of bytes change: buffers, images[].uri, and the buffer and
+// byteOffset of bufferViews and of their meshopt extensions; all else is copied as it is. Names of files are
+// compared, nothing is opened.
 #include "gltf/document.hpp"
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace {
 
 // ---- names -----------------------------------------------------------------------------------------
 
-// Undoes percent-encoding; what is no escape stays.
+// Decodes percent-encoding; a % that begins no escape stays.
 std::string decode_percent(std::string_view uri) {
   std::string out;
   for (size_t i = 0; i < uri.size(); i++) {
@@ -28,7 +28,7 @@ std::string decode_percent(std::string_view uri) {
   return out;
 }
 
-// Slashes between the steps of a path, no "." among them.
+// Separates the steps of a path by single slashes, and drops the step ".".
 std::string simplify_path(std::string path) {
   std::replace(path.begin(), path.end(), '\\', '/');
   std::string out;
@@ -46,7 +46,7 @@ std::string base_of(const std::string &path) {
   return path.substr(path.rfind('/') + 1);
 }
 
-// The files by what may be called.
+// Finds files by their names.
 class Names {
 public:
   Names(const tw_named_file *files, uint32_t count) {
@@ -79,22 +79,22 @@ bool has_scheme(std::string_view uri, std::string_view scheme) {
                     [](char a, char b) { return a == (b >= 'A' && b <= 'Z' ? b + 32 : b); });
 }
 
-// The uri of a buffer or an image that is a file's; nothing where it has none, the bytes are in it, or on the
-// web.
+// The decoded uri of a buffer or image; nothing without a uri, and for a data URI.
 std::optional<std::string> file_uri(const char *object) {
   const char *written = tw_json_member(object, "uri");
   if (!written || *written != '"' || has_scheme(string_of(written), "data:")) return {};
   return unescape(string_of(written));
 }
 
+// The same of an image; nothing also for an image on the web.
 std::optional<std::string> image_uri(const char *object) {
   std::optional<std::string> uri = file_uri(object);
   bool is_web = uri && (has_scheme(*uri, "http://") || has_scheme(*uri, "https://"));
   return is_web ? std::nullopt : uri;
 }
 
-// The buffer's byteLength; UINT64_MAX, which no file has, where it is no whole number: the reader refuses
-// that.
+// The byteLength of a buffer or view; UINT64_MAX, which no file has, if it is no whole number: the reader
+// refuses that.
 uint64_t declared_length(const char *object) {
   return whole_number(tw_json_member(object, "byteLength")).value_or(UINT64_MAX);
 }
@@ -109,7 +109,7 @@ public:
         view_count_(view_array_ ? tw_json_count(view_array_) : 0), files_(files), names_(files, file_count),
         offsets_(file_count, UINT64_MAX), image_views_(file_count, TW_NO_INDEX) {}
 
-  // Finds where the files go. False where the document names none.
+  // Finds the place of each file in the BIN chunk. False if the document names no file.
   bool place() {
     each(buffer_array_, [&](size_t i, const char *buffer) { place_buffer(buffer, i); });
     each(image_array_, [&](size_t i, const char *image) { place_image(image, i); });
@@ -148,8 +148,8 @@ private:
   tw_named_file *files_;
   Names names_;
   std::vector<uint64_t> offsets_;     // of the files in the BIN chunk; UINT64_MAX: not in it
-  std::vector<uint32_t> image_views_; // of the files: buffer views of images; TW_NO_INDEX: none
-  std::vector<uint32_t> added_;       // files that have those
+  std::vector<uint32_t> image_views_; // of the files: the view that is added for an image; TW_NO_INDEX: none
+  std::vector<uint32_t> added_;       // the files of the added views
   std::vector<Buffer> buffers_;
   uint64_t bin_size_ = 0;
   size_t merged_count_ = 0;      // buffers that came as files
@@ -208,7 +208,7 @@ private:
     put(text(count));
   }
 
-  // The extensions of a buffer view: those of meshopt name a buffer too.
+  // Prints the extensions of a buffer view: those of meshopt name a buffer too.
   void put_view_extensions(const char *extensions, size_t index) {
     put("{");
     for (Items i(extensions); i.more(); i.next()) {
@@ -221,8 +221,8 @@ private:
     put("}");
   }
 
-  // A view, or the extension of one, which say alike where their bytes are. What goes past the end of its
-  // file would read the next one.
+  // Prints a view, or its meshopt extension, which give the place of their bytes alike. Checks that the bytes
+  // lie in their buffer: past its end they would be those of the next file.
   void put_view(const char *object, size_t index) {
     if (*object != '{') return put(value_text(object)); // which the reader refuses
     const char *begin = tw_json_member(object, "byteOffset");
@@ -246,7 +246,7 @@ private:
     put("}");
   }
 
-  // The document's, then those of images that came as files.
+  // The views of the document, then those added for images.
   void put_views() {
     put_key("bufferViews");
     put("[");
@@ -265,8 +265,8 @@ private:
     put("]");
   }
 
-  // The buffer that all files become, then those that are none. Where one became it, it keeps its name,
-  // extras and extensions.
+  // The buffer that holds all files, then the buffers that are no files. If a single buffer came as a file,
+  // its name, extras and extensions stay.
   void put_buffers() {
     put_key("buffers");
     put("[{");

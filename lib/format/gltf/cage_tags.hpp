@@ -1,4 +1,4 @@
-// What an answer that is a cage says of itself in extras.tweend of a mesh, see tw_gltf_stream.
+// Reads extras.tweend of a mesh, in which an answer says of a cage what glTF cannot, see tw_gltf_stream.
 #ifndef TWEEND_GLTF_CAGE_TAGS_HPP
 #define TWEEND_GLTF_CAGE_TAGS_HPP
 
@@ -22,9 +22,9 @@ public:
   CageTags(Document &document, Accessors &accessors, size_t mesh)
       : document_(document), accessors_(accessors), index_(mesh), mesh_(document.model->meshes[mesh]) {}
 
-  // Opens what the extras name. positions: of all vertices, nullptr where primitives have more than one.
-  // Another program may have kept the extras and made other accessors: then they are left out, with a
-  // warning.
+  // Opens the accessors that the extras name. positions: of all vertices, nullptr if primitives have
+  // different ones. Another program may have kept the extras and changed the accessors: tags that do not fit
+  // are left out, with a warning.
   void open(const char *extras, const Elements *positions) {
     try {
       const char *creases = tw_json_member(extras, "creases"), *corners = tw_json_member(extras, "corners");
@@ -49,8 +49,8 @@ public:
   const std::vector<Hole> &holes() const { return holes_; }
   uint32_t point_of(uint32_t vertex) const { return points_->read_index(vertex); }
 
-  // Puts the mesh, whose faces are those of the file, of holes the last ones, into the order that it had, and
-  // tags it.
+  // Puts faces and corners into the order that the mesh had, and tags it. The mesh must have the faces of the
+  // file, the last `hole_faces` of which are holes.
   void write(uint32_t hole_faces) {
     Vector<uint32_t> place(document_.budget, mesh_.face_count, 0);
     try {
@@ -90,7 +90,7 @@ private:
 
   std::string place_of(const char *name) const { return text("/meshes/", index_, "/extras/tweend/", name); }
 
-  // nullptr where there is none.
+  // Opens the accessor that a member names; nullptr without one.
   const Elements *open_tag(const char *object, const char *name, bool is_float) {
     const char *index = tw_json_member(object, name);
     if (!index) return nullptr;
@@ -101,7 +101,7 @@ private:
     return &elements;
   }
 
-  // Every vertex has a point, every point a vertex, and the vertices of a point one place.
+  // Checks that every vertex has a point, every point a vertex, and the vertices of a point one place.
   void check_points(const Elements *positions) const {
     std::string pointer = place_of("points");
     if (!points_ || !positions || points_->count() != positions->count())
@@ -164,7 +164,7 @@ private:
     }
   }
 
-  // Faces in the mesh's own order: [face of the mesh], its place in the file.
+  // place: [face of the mesh] its place in the file.
   void read_face_order(Vector<uint32_t> &place) const {
     uint32_t count = mesh_.face_count;
     if (!faces_) return std::iota(place.begin(), place.end(), 0u);
@@ -178,7 +178,7 @@ private:
     }
   }
 
-  // A face of the file begins with a corner of its own.
+  // Checks that each face of the file begins with one of its own corners.
   void check_starts() const {
     if (!starts_) return;
     if (starts_->count() != mesh_.face_count)
@@ -194,7 +194,7 @@ private:
     return true;
   }
 
-  // Corner values in the faces' new order, from each face's first corner on.
+  // Puts values of corners into the new order of faces, from each face's first corner on.
   void reorder_corners(const uint32_t *&values, const Vector<uint32_t> &place) {
     if (!values) return;
     uint32_t *out = allocate<uint32_t>(document_, mesh_.corner_count), *next = out;
@@ -224,7 +224,7 @@ private:
     mesh_.face_materials = materials;
   }
 
-  // Points and their sharpness, `width` points to each.
+  // Checks elements of `width` points each, and their sharpness.
   void check_sharpness(const char *name, const Elements *points, const Elements *sharpness,
                        uint32_t width) const {
     if (!points != !sharpness || (points && points->count() != uint64_t{width} * sharpness->count()))
@@ -254,7 +254,7 @@ private:
     return sharpness->count();
   }
 
-  // The last `count` faces of the file.
+  // Tags the last `count` faces of the file as holes.
   void write_holes(const Vector<uint32_t> &place, uint32_t count) {
     uint32_t first = mesh_.face_count - count;
     if (count == 0) return;
@@ -265,7 +265,7 @@ private:
     mesh_.hole_count = count;
   }
 
-  // Sets of groups by their names, numbered for the whole model.
+  // The number of a set of groups in the whole model, by its names.
   uint32_t group_number(const std::string &name) {
     constexpr size_t sets_max = 1 << 18, entry_size = 96;
     auto [found, fresh] = document_.group_numbers.try_emplace(name, document_.group_names.size());

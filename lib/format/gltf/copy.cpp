@@ -1,5 +1,5 @@
-// The document that tinygltf sees: a copy of the checked one without buffers, images and all that is not
-// read; and what parsing it takes.
+// Makes the document that tinygltf parses: a copy of the checked one without buffers, images and all that is
+// not read. Sums up the memory that parsing it takes.
 #include "gltf/document.hpp"
 
 #include <algorithm>
@@ -8,24 +8,25 @@ namespace gltf {
 
 namespace {
 
-// What malloc takes for so many bytes.
+// Bytes that malloc uses for an allocation.
 constexpr uint64_t chunk(uint64_t size) {
   return size == 0 ? 0 : size <= 24 ? 32 : (size + 8 + 15) / 16 * 16;
 }
 
-// The nodes of a JSON tree, which is made of std::map, std::vector and std::string. An element has 16 bytes.
+// Bytes of the parser's JSON tree, which is made of std::map, std::vector and std::string.
 constexpr uint64_t tree_slot = 16, tree_member = chunk(80), tree_object = chunk(48), tree_array = chunk(24),
                    tree_string = chunk(32);
 
-// What becomes of its values in tinygltf's structs, at most: attributes of a map, numbers of an array, maps
-// of an array.
+// The most bytes that a value takes in tinygltf's structs: an entry of a map (attributes), an element of an
+// array (numbers), a map in an array (targets).
 constexpr uint64_t member_cost = 80, element_cost = 16, object_cost = 96;
 
 template <auto Member> void reserve(tinygltf::Model &model, size_t count) {
   (model.*Member).reserve(count);
 }
 
-// From 2.9 on tinygltf begins with an empty model: what was reserved is gone, and arrays double as they grow.
+// Whether tinygltf keeps the room that was reserved in a model. From 2.9 on it does not: it begins with an
+// empty model, whose arrays double as they grow.
 bool parser_keeps_room() {
   static const bool keeps = [] {
     static const char document[] = "{\"asset\":{\"version\":\"2.0\"}}";
@@ -40,10 +41,10 @@ bool parser_keeps_room() {
 
 // What is read of an object, or of each object of an array; all else is left out.
 struct Schema {
-  std::string_view key;      // of the member that it is
-  uint64_t size;             // bytes of the struct that an element of the array becomes; 0: it is no array
+  std::string_view key;      // of the member that holds it
+  uint64_t size;             // bytes of tinygltf's struct for an element of the array; 0: no array
   std::string_view members;  // that are copied, a blank between two
-  std::vector<Schema> parts; // those of them of which only some is
+  std::vector<Schema> parts; // members of which only a part is copied
   void (*reserve)(tinygltf::Model &model, size_t count) = nullptr; // of the root's arrays
   bool (*is_read)(const char *element) = nullptr;                  // nullptr: all elements are
 
@@ -89,7 +90,7 @@ const Schema &root_schema() {
   return root;
 }
 
-// Copies what is read, and adds up what parsing the copy will take.
+// Copies what is read, and sums up what parsing the copy will take.
 class Copier : Text {
 public:
   explicit Copier(Document &document)
@@ -127,7 +128,7 @@ private:
     growth_ = std::max(growth_, chunk(capacity * size / 2));
   }
 
-  // Short text is in its string.
+  // Text of up to 15 bytes lies inside its std::string.
   void count_text(uint64_t size, uint64_t copies) {
     if (size > 15) {
       tree_ += chunk(size + 1);
@@ -169,7 +170,7 @@ private:
       if (schema && schema->is_read && !schema->is_read(i.value())) continue;
       put_comma();
       copy(i.value(), schema);
-      if (is_root_array) { // which has room for just these
+      if (is_root_array) { // its array is reserved for exactly these
         if (parser_keeps_room()) model_ += schema->size;
         check(schema->key, count);
       }

@@ -1,5 +1,5 @@
-// A glTF document on its way from bytes to a tw_model: refusals, the budget of memory, the outline that is
-// made before tinygltf sees a byte, accessors, and the steps of reading.
+// Reading a glTF document into a tw_model: refusals, the memory budget, the outline that is checked before
+// tinygltf parses, accessors, and the steps of reading.
 #ifndef TWEEND_GLTF_DOCUMENT_HPP
 #define TWEEND_GLTF_DOCUMENT_HPP
 
@@ -23,15 +23,15 @@ namespace gltf {
 
 // ---- refusals ------------------------------------------------------------------------------------
 
-// How the reading side says no: an exception that stays inside lib/format/gltf and becomes a tw_error at its
-// C surface.
+// An error of reading: an exception that stays inside lib/format/gltf and becomes a tw_error in its C
+// functions.
 struct Refusal {
   tw_status status;
   std::string pointer; // RFC 6901, into the glTF document; "" where there is no place
   std::string detail;
 };
 
-// The parts one after the other, as text.
+// Joins the parts as text.
 template <typename... Parts> std::string text(const Parts &...parts) {
   std::ostringstream out;
   (out << ... << parts);
@@ -43,15 +43,15 @@ template <typename... Parts>
   throw Refusal{status, std::move(pointer), text(parts...)};
 }
 
-// A member's name as a part of a pointer (RFC 6901).
+// Escapes a member's name for a JSON pointer (RFC 6901).
 std::string pointer_part(const std::string &name);
 
-// The same at the C surface: fills the error, and returns the status.
+// Fills a tw_error from a refusal; returns the status.
 tw_status report(const Refusal &refusal, tw_error *error);
 
 // ---- memory --------------------------------------------------------------------------------------
 
-// Bytes that reading may still take, of those that tw_reading_size promises. Whoever takes more is refused.
+// Bytes that reading may still take, of those that tw_reading_size allows. To take more throws a Refusal.
 class Budget {
 public:
   explicit Budget(uint64_t bytes) : left_(bytes) {}
@@ -68,7 +68,7 @@ private:
   uint64_t left_;
 };
 
-// Bytes that are taken for a while.
+// Takes bytes from a budget while it lives.
 class Hold {
 public:
   Hold(Budget &budget, uint64_t bytes) : budget_(budget), bytes_(bytes) { budget_.take(bytes_); }
@@ -81,7 +81,7 @@ private:
   uint64_t bytes_;
 };
 
-// Allocates out of a budget.
+// An allocator that takes from a budget.
 template <typename T> struct Counted {
   using value_type = T;
   using propagate_on_container_move_assignment =
@@ -110,9 +110,9 @@ public:
 };
 
 // ---- the JSON text -------------------------------------------------------------------------------
-// Checked by tw_json_check before any of this sees it.
+// All of this takes only text that tw_json_check has passed.
 
-// An object or array of the text, item by item; `value` moves along.
+// Iterates over the items of an object or array.
 class Items {
 public:
   explicit Items(const char *container) { more_ = tw_json_first(container, &item_); }
@@ -130,7 +130,7 @@ inline std::string_view value_text(const char *value) {
   return {value, static_cast<size_t>(tw_json_skip(value) - value)};
 }
 
-// What stands between the quotes of a string.
+// The text between the quotes of a string, escapes undecoded.
 inline std::string_view string_of(const char *value) {
   std::string_view quoted = value_text(value);
   return quoted.substr(1, quoted.size() - 2);
@@ -140,27 +140,28 @@ inline bool is_escaped(std::string_view key) {
   return key.find('\\') != std::string_view::npos;
 }
 
-// Calls element(index, value) for each element of an array; for none of what is no array, or nullptr.
+// Calls element(index, value) for each element of an array; does nothing for nullptr and values that are no
+// array.
 template <typename Element> void each(const char *array, Element element) {
   size_t index = 0;
   if (array && *array == '[')
     for (Items i(array); i.more(); i.next()) element(index++, i.value());
 }
 
-// A whole number that JSON and a double hold alike; nothing for any other value, or nullptr.
+// A whole number from 0 to 2^53, all of which a double holds; nothing for nullptr and any other value.
 std::optional<uint64_t> whole_number(const char *value);
 
-// The same as tinygltf has indices; -1 for what is none.
+// An index as tinygltf has it; -1 for nullptr and any other value.
 int index_of(const char *value);
 
-// Whether the words of a list, a blank between two, have this one.
+// Whether a list of words, a blank between two, has this word.
 bool has_word(std::string_view list, std::string_view word);
 
-// A JSON string as it is meant; `written`: what stands between the quotes.
+// Decodes the escapes of a JSON string. written: the text between its quotes.
 std::string unescape(std::string_view written);
 
-// The bytes of base64 text as far as it goes, "\/" being a slash as JSON may write it. rest: what stands
-// behind it.
+// Decodes base64 text up to the first other character; JSON may write a slash as "\/". rest: the text from
+// there on.
 Vector<uint8_t> decode_base64(std::string_view written, Budget &budget, std::string_view *rest = nullptr);
 
 struct Bytes {
@@ -168,10 +169,10 @@ struct Bytes {
   size_t size;
 };
 
-// The type of an image that its bytes show; nullptr for another one.
+// The media type of an image by its first bytes, as a string literal; nullptr if unknown.
 const char *image_type(const Bytes &file);
 
-// JSON text under way.
+// Builds JSON text.
 class Text {
 protected:
   explicit Text(Budget &budget) : text_(budget) {}
@@ -203,12 +204,12 @@ struct ImageOutline {
 };
 constexpr uint64_t no_view = UINT64_MAX;
 
-// A view that was compressed: its bytes are a buffer of their own.
+// A compressed view, decoded into a buffer of its own.
 struct DecodedView {
   size_t view, buffer;
 };
 
-// What a file holds, apart from what tinygltf reads.
+// What the checks before tinygltf find in a file.
 struct Outline {
   explicit Outline(Budget &budget)
       : json(budget), buffers(budget), decoded(budget), images(budget), decoded_views(budget) {}
@@ -219,12 +220,12 @@ struct Outline {
   Vector<Bytes> buffers; // BIN chunk, decoded data URIs and views
   Vector<Vector<uint8_t>> decoded;
   Vector<ImageOutline> images;            // those whose bytes are in the file
-  Vector<DecodedView> decoded_views;      // in place of what the document says of them
+  Vector<DecodedView> decoded_views;      // replace what the document says of these views
   uint32_t link_count = 0;                // images on the web
-  uint64_t tree_size = 0, model_size = 0; // what parsing takes at most, and what stays of it
+  uint64_t tree_size = 0, model_size = 0; // the most bytes that parsing takes for a while, and keeps
 };
 
-// Members that are read, a blank between two: tinygltf sees no others, and all others are kept for answers.
+// Members that are read, a blank between two. tinygltf sees no others; all others are kept for answers.
 constexpr char node_members[] = "name children mesh skin matrix translation rotation scale weights",
                mesh_members[] = "name weights primitives",
                primitive_members[] = "attributes indices material mode targets",
@@ -236,14 +237,14 @@ constexpr char node_members[] = "name children mesh skin matrix translation rota
 struct Document;
 
 // Checks the container and the JSON text: lengths, grammar, depth, number of values; that no unknown
-// extension is required, that every buffer is inside the file, every buffer view inside its buffer, that
-// views and accessors exist where tinygltf would follow them; and that parsing stays in the budget. tinygltf
-// opens files that a uri names, copies buffers, recurses without bound, and spends kilobytes on an empty
-// object. Fills the outline, and gives the document's arrays the room that they need.
+// extension is required; that every buffer is inside the file, every buffer view inside its buffer; that
+// views and accessors exist where tinygltf would follow them; and that parsing stays in the budget. All this
+// because tinygltf opens files that a uri names, copies buffers, recurses without bound, and spends kilobytes
+// on an empty object. Fills the outline, and reserves the arrays of the document.
 void make_outline(const Bytes &file, Document &document);
 
-// Copies what is read of a checked document into the outline, and adds up what parsing the copy takes, which
-// stays in the budget.
+// Copies the members that are read of a checked document into the outline, and sums up what parsing the copy
+// takes. Refuses what exceeds the budget.
 void copy_for_parser(const char *root, Document &document);
 
 // ---- accessors -----------------------------------------------------------------------------------
@@ -251,8 +252,8 @@ void copy_for_parser(const char *root, Document &document);
 // Bytes of a component; 0 for a type that glTF does not have.
 uint32_t component_size(int component_type);
 
-// A view of one accessor's elements (glTF 2.0, section 3.6.2), checked: whoever holds one may read any of
-// them.
+// A view of one accessor's elements (glTF 2.0, section 3.6.2). It is checked, so that any element may be
+// read.
 class Elements {
 public:
   uint32_t count() const { return count_; }
@@ -264,13 +265,13 @@ public:
 
   // Element i as floats: out[width]. Throws Refusal on a value that is not finite.
   void read(uint32_t i, float *out) const;
-  // The same; false in place of the refusal, out then holds all 0.
+  // As read, but returns false and all 0 instead of the refusal.
   bool read_finite(uint32_t i, float *out) const;
 
-  // The bytes of element i as they stand: out[width * size of a component].
+  // Copies the undecoded bytes of element i: out[width * size of a component].
   void copy(uint32_t i, uint8_t *out) const;
 
-  // Element i of unsigned integers as they are; 0 for other types.
+  // Element i of an accessor of unsigned integers; 0 for other types.
   uint32_t read_index(uint32_t i) const;
 
 private:
@@ -286,10 +287,10 @@ private:
   int sparse_index_type_ = 0;
   const uint8_t *sparse_indices_ = nullptr, *sparse_values_ = nullptr;
 
-  // nullptr for what is not replaced.
+  // The bytes that replace element i, or nullptr.
   const uint8_t *find_sparse(uint32_t i) const;
 
-  // nullptr for 0.
+  // The bytes of element i; nullptr if it is 0.
   const uint8_t *find(uint32_t i) const {
     const uint8_t *replaced = sparse_count_ ? find_sparse(i) : nullptr;
     return replaced ? replaced : data_ ? data_ + size_t{i} * stride_ : nullptr;
@@ -315,7 +316,7 @@ private:
   const tinygltf::Model &model_;
   const Vector<Bytes> &buffers_;
   Vector<std::optional<Elements>> opened_;
-  uint64_t sparse_left_; // sparse indices that may still be checked: accessors may share their bytes
+  uint64_t sparse_left_; // sparse indices that may still be checked, as accessors may share their bytes
 
   Elements check(size_t index);
   void check_sparse(size_t index, Elements &elements);
@@ -325,9 +326,9 @@ private:
 
 // ---- reading -------------------------------------------------------------------------------------
 
-// What a primitive says, as text. An entry is nullptr where that is nothing.
+// The text of a primitive; nullptr where there is none.
 struct PrimitiveText {
-  const char *kept;       // beyond what is read: see gltf.h
+  const char *kept;       // members that are not read, see gltf.h
   const char *attributes; // in the document's text
   bool bears_ngons;       // FB_ngon_encoding
 };
@@ -346,33 +347,34 @@ struct Document {
   Outline outline;
   tinygltf::Model source;
   Vector<MeshText> mesh_texts;                // of each mesh
-  Vector<Vector<const char *>> channel_texts; // of each animation's tracks: what they keep, or nullptr
+  Vector<Vector<const char *>> channel_texts; // of each animation's tracks: what is kept of them, or nullptr
   Vector<tw_material_slot> slots;             // see tw_model
   std::map<std::pair<int32_t, std::string_view>, size_t> slot_numbers;
   Vector<int> normal_maps;          // of each material: the UV set of its normal map, -1 without one
-  tw_model *model;                  // keep_parts makes room for what the document's parts become
+  tw_model *model;                  // keep_parts allocates its arrays
   tw_gltf_assets *assets = nullptr; // the model's
   tw_quads quads;
   tw_weld weld;
-  uint64_t json_values = 0; // the most; 0: any number
-  // Elements of a file may be named by many others; these keep a small file from taking long to read.
+  uint64_t json_values = 0; // the most that the document may have; 0: any number
+  // Corners and values that may still be read. Many elements may name the same accessor, and a small file
+  // must not take long to read.
   uint64_t corners_left = 0, values_left = 0;
   // For the warnings.
   size_t degenerate_faces = 0, partly_textured = 0;
   uint32_t reversed_edges = 0;
   std::set<std::string> attribute_warnings;
-  // What became of an attribute.
+  // Notes what became of an attribute, for a warning.
   void note(const std::string &fate) {
-    constexpr size_t most = 16; // more are told of as these
+    constexpr size_t most = 16; // further ones are not reported
     if (attribute_warnings.size() < most) attribute_warnings.insert(fate);
   }
 
-  // Sets of named groups, of all meshes.
+  // The sets of groups of all meshes.
   std::map<std::string, uint32_t> group_numbers;
   std::vector<const char *> group_names;
 };
 
-// [count] elements in the model's arena, with anything in them. Throws bad_alloc.
+// Allocates [count] elements in the model's arena, uninitialised. Throws bad_alloc.
 template <typename Element> Element *allocate(Document &document, size_t count) {
   document.budget.take(count * sizeof(Element));
   void *memory = tw_arena_alloc_raw(document.model->arena, count, sizeof(Element));
@@ -388,15 +390,16 @@ template <typename Element> Element *allocate_zero(Document &document, size_t co
   return static_cast<Element *>(memory);
 }
 
-// Whether a channel animates a node in a way that tracks have. tinygltf sees no other channels.
+// Whether a channel animates the translation, rotation, scale or weights of a node. tinygltf sees no other
+// channels.
 bool is_track(const char *channel);
 
-// A name as clients can use it, nullptr for an empty one. Control characters become blanks.
+// Copies a name into the model; nullptr for an empty name. Control characters become blanks.
 const char *copy_name(Document &document, const std::string &name);
 
-// What the model holds comes from the document's parts, each step on its own; all throw Refusal.
-void keep_parts(Document &document, Accessors &accessors);  // room, and what is borne beyond what is read
-void read_assets(Document &document);                       // after keep_parts: bytes of images, references
+// The steps that fill the model from the document, in this order; all throw Refusal.
+void keep_parts(Document &document, Accessors &accessors);  // allocates parts, keeps what is not read
+void read_assets(Document &document);                       // after keep_parts: references, bytes of images
 void read_meshes(Document &document, Accessors &accessors); // after read_assets
 void read_nodes(Document &document);                        // after read_meshes; and the scenes
 void read_skins(Document &document, Accessors &accessors);  // after read_nodes

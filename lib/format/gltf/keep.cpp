@@ -1,6 +1,6 @@
-// What a document says beyond what is read of it, and an answer bears again: extras, extensions, members that
-// nobody here knows, materials and the like as a whole. It is kept as text without blanks, each object's on
-// its own. Extensions whose data lies in buffers are left out: answers have other buffers.
+// Keeps for answers what a document holds beyond what is read: extras, extensions, unknown members, and
+// materials and the like as a whole. It is kept as text without blanks, for each object apart. Extensions
+// whose data is in buffers are left out: answers have other buffers.
 #include "gltf/document.hpp"
 
 #include <algorithm>
@@ -11,7 +11,8 @@ namespace gltf {
 
 namespace {
 
-// Extensions that name accessors or buffer views by members that do not show it, or whose data is decoded.
+// Extensions that name accessors or buffer views by members whose names do not show it, or whose data is
+// decoded.
 constexpr char buffer_extensions[] = "KHR_draco_mesh_compression EXT_structural_metadata EXT_mesh_manifold "
                                      "EXT_mesh_primitive_edge_visibility CESIUM_primitive_outline";
 
@@ -19,14 +20,14 @@ bool ends_with(std::string_view text, std::string_view end) {
   return text.size() >= end.size() && text.substr(text.size() - end.size()) == end;
 }
 
-// A member that is called like an index into what an answer has anew.
+// Whether a member is named like an index of an accessor or buffer view, which answers number anew.
 bool is_buffer_index(std::string_view key, const char *value) {
   if (*value == '{' || *value == '"') return false;
   return has_word("accessor accessors bufferView bufferViews", key) || ends_with(key, "Accessor") ||
          ends_with(key, "BufferView");
 }
 
-// Whether the data of an extension names accessors or buffer views. Extensions inside are looked at on their
+// Whether the data of an extension names accessors or buffer views. Extensions inside it are checked on their
 // own.
 bool names_buffers(const char *value) {
   if (*value != '{' && *value != '[') return false;
@@ -37,7 +38,7 @@ bool names_buffers(const char *value) {
   return false;
 }
 
-// What the elements of an accessor that is handed on are.
+// What an accessor that passes through is used for.
 enum Use { VERTICES, VERTICES_AS_FLOATS, INDICES, TIMES, PLAIN };
 
 // Copies accessors for answers, each once for each use.
@@ -46,7 +47,7 @@ public:
   ElementKeeper(Document &document, Accessors &accessors)
       : document_(document), accessors_(accessors), kept_(document.budget) {}
 
-  // The number of the accessor in an answer.
+  // Keeps an accessor for a use; returns its number in an answer.
   uint32_t keep(int accessor, Use use, const std::string &pointer) {
     auto [found, fresh] = numbers_.try_emplace({accessor, use}, static_cast<uint32_t>(kept_.size()));
     if (!fresh) return found->second;
@@ -159,15 +160,15 @@ private:
 
   Document &document_;
   ElementKeeper elements_;
-  std::string place_; // of the object under way in text_
+  std::string place_; // pointer to the object that text_ is made of
   std::vector<Dropped> dropped_;
-  std::string_view unkept_; // member of extras that is read, and written anew
+  std::string_view unkept_; // member of extras that is left out, because it is read and written anew
   uint32_t materials_ = 0;
-  size_t unplaced_ = 0; // accessors, buffer views and buffers that say more than is read
+  size_t unplaced_ = 0; // accessors, buffer views and buffers with extras or extensions, which are left out
 
   // ---- text
 
-  // A value; is_plain: of the application's own, else its extensions are those of glTF.
+  // Puts a value. is_plain: it is the application's own; otherwise "extensions" in it are those of glTF.
   void put_value(const char *value, bool is_plain = false) {
     bool is_object = *value == '{';
     if (!is_object && *value != '[') return put(value_text(value));
@@ -193,7 +194,7 @@ private:
     put_value(member.value());
   }
 
-  // An object without the members that are skipped; nothing where none is left.
+  // Puts a member with an object, without the items that are skipped; nothing if no item is left.
   template <typename Skip, typename Put>
   void put_some(std::string_view key, const char *object, Skip is_skipped, Put put_one) {
     bool any = false;
@@ -231,7 +232,7 @@ private:
         });
   }
 
-  // Its attributes are accessors.
+  // EXT_mesh_gpu_instancing: its attributes are accessors, which get new numbers.
   void put_instances(const char *instances) {
     if (*instances != '{') return put_value(instances, true);
     put("{");
@@ -253,7 +254,7 @@ private:
   }
 
   bool is_left_out(const Items &extension) {
-    if (extension.key() == "FB_ngon_encoding") return true; // of this file's triangles
+    if (extension.key() == "FB_ngon_encoding") return true; // it describes this file's triangles
     if (!has_word(buffer_extensions, extension.key()) && !names_buffers(extension.value())) return false;
     std::string name(extension.key());
     for (Dropped &dropped : dropped_)
@@ -261,7 +262,7 @@ private:
         dropped.count++;
         return true;
       }
-    if (dropped_.size() < 64) dropped_.push_back({name, place_, 1}); // as many warnings as there may be
+    if (dropped_.size() < 64) dropped_.push_back({name, place_, 1}); // a model has at most 64 warnings
     return true;
   }
 
@@ -269,7 +270,7 @@ private:
 
   [[noreturn]] void refuse_element() const { refuse(TW_INVALID, place_, "this must be an object"); }
 
-  // An object without the members that an answer writes itself, in text_.
+  // Puts an object into text_, without the members in `known`, which an answer writes itself.
   void collect(const char *value, std::string_view known) {
     if (*value != '{') refuse_element();
     document_.budget.place = place_;
@@ -296,7 +297,7 @@ private:
     return text;
   }
 
-  // nullptr where nothing is left.
+  // Keeps an object without the members in `known`; nullptr if nothing is left.
   const char *object(const char *value, std::string_view known) {
     collect(value, known);
     return is_empty() ? nullptr : copy();
@@ -306,7 +307,7 @@ private:
     return array && *array == '[' ? static_cast<uint32_t>(tw_json_count(array)) : 0;
   }
 
-  // Whole objects.
+  // Keeps the objects of one of the root's arrays as a whole.
   tw_gltf_objects objects(const char *member) {
     const char *array = tw_json_member(document_.outline.root, member);
     tw_gltf_objects out = {count_of(array), nullptr};
@@ -332,7 +333,7 @@ private:
     return out;
   }
 
-  // Room for the model's parts, as many as were parsed; returns the document's array.
+  // Allocates the model's parts, as many as were parsed; returns the document's array.
   template <typename Parsed, typename Part>
   const char *room(const char *member, const Parsed &parsed, Part *&out, uint32_t &count) {
     const char *array = tw_json_member(document_.outline.root, member);
@@ -378,8 +379,8 @@ private:
     });
   }
 
-  // tinygltf skips some elements that it cannot read: then numbers of the document would not be those of its
-  // arrays.
+  // Refuses a document of which tinygltf skipped elements that it could not read: indices of the document
+  // would not be those of its arrays.
   template <typename Parsed>
   static void check_parsed(size_t count, const Parsed &parsed, const std::string &pointer) {
     if (parsed.size() != count) refuse(TW_INVALID, pointer, "there is an element that is not valid glTF");
@@ -400,7 +401,7 @@ private:
       model.meshes[index].kept = object(mesh, mesh_members);
       const char *tags = mesh_tags(mesh);
       MeshText texts = {tags, Vector<PrimitiveText>(document_.budget)};
-      unkept_ = tags && tw_json_member(tags, "groups") ? "groups" : ""; // said there, as ranges of indices
+      unkept_ = tags && tw_json_member(tags, "groups") ? "groups" : ""; // which the tags hold, too
       each(tw_json_member(mesh, "primitives"), [&](size_t i, const char *primitive) {
         place_ = text("/meshes/", index, "/primitives/", i);
         const char *extensions = tw_json_member(primitive, "extensions");
@@ -423,13 +424,13 @@ private:
     return tags && *tags == '{' ? tags : nullptr;
   }
 
-  // Appends text_ to the text of an array that is begun.
+  // Appends an element to the text of an array.
   void append(Vector<char> &array, const Vector<char> &element) {
     array.push_back(array.empty() ? '[' : ',');
     array.insert(array.end(), element.begin(), element.end());
   }
 
-  // The array's text, nullptr for one that was never begun.
+  // Ends the text of an array and keeps it; nullptr for an array without elements.
   const char *close(const Vector<char> &array) {
     if (array.empty()) return nullptr;
     text_ = array;
@@ -437,7 +438,7 @@ private:
     return copy();
   }
 
-  // A primitive of points or lines, in text_.
+  // Puts a primitive of points or lines into text_. kept: its members that are not read, or nullptr.
   const Vector<char> &loose_primitive(const tinygltf::Primitive &primitive, const char *kept) {
     check_loose(primitive);
     text_.clear();
@@ -533,7 +534,8 @@ private:
     });
   }
 
-  // A channel of something else than a node, with its sampler: in text_. own: what both say.
+  // Puts a channel that animates something else than a node into text_, with its sampler. own: what is kept
+  // of both, or nullptr.
   const Vector<char> &loose_channel(const tinygltf::Animation &parsed, const char *channel, const char *own) {
     const char *target = tw_json_member(channel, "target");
     int sampler = index_of(tw_json_member(channel, "sampler"));
@@ -558,7 +560,7 @@ private:
     return text_;
   }
 
-  // The members of a kept object behind others.
+  // Puts the members of a kept object behind other members.
   void put_inside(const char *object) {
     if (!object) return;
     std::string_view whole = value_text(object);
@@ -566,7 +568,8 @@ private:
     put(whole.substr(1, whole.size() - 2));
   }
 
-  // What channel, target and sampler say as one object; a sampler that several channels name is with each.
+  // Keeps the members of channel, target and sampler as one object; a sampler that several channels name is
+  // kept with each.
   const char *track(const char *channel, const Vector<const char *> &samplers) {
     const char *own = object(channel, channel_members), *target = tw_json_member(channel, "target");
     const char *of_target = target ? object(target, target_members) : nullptr;

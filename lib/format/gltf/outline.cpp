@@ -1,5 +1,4 @@
-// What is checked before tinygltf sees a byte: the chunks of a GLB file (glTF 2.0, section 4.4), and the JSON
-// text.
+// The checks before tinygltf parses: the chunks of a GLB file (glTF 2.0, section 4.4), and the JSON text.
 #include "gltf/document.hpp"
 
 #include <algorithm>
@@ -19,7 +18,7 @@ constexpr size_t header_size = 12, chunk_header_size = 8;
 // tinygltf takes sizes as unsigned int.
 constexpr uint64_t size_max = INT32_MAX;
 
-// A file taken apart; a view of its bytes.
+// The parts of a file; a view of its bytes.
 struct Container {
   bool binary;
   std::string_view json;
@@ -76,8 +75,8 @@ Container open_container(const Bytes &file) {
   return {false, {reinterpret_cast<const char *>(file.data), file.size}, {nullptr, 0}};
 }
 
-// Where an object stands: an element of one of the root's arrays, or the root itself. Text is made of
-// it only for a refusal.
+// The place of an object: an element of one of the root's arrays, or the root itself. Its text is made only
+// for a refusal.
 struct Place {
   const char *array; // "" for the root
   uint64_t index;
@@ -86,8 +85,8 @@ struct Place {
   }
 };
 
-// Of an object that must be one: members of these names, on which the checks rely, stand only once, and none
-// is spelt with escapes: the parser must not see another one than we do.
+// Checks that a value is an object, that members of these names, on which the checks rely, occur only once,
+// and that no name is written with escapes: the parser must not see another member than the checks.
 void check_object(Place place, const char *value, std::string_view names) {
   if (*value != '{') refuse(TW_INVALID, place.pointer(""), "this must be an object");
   std::vector<std::string_view> seen;
@@ -116,19 +115,19 @@ uint64_t integer(const char *value, Place place, const char *member) {
   return number;
 }
 
-// The same of a member.
+// The whole number that a member holds; `absent` without such a member.
 uint64_t integer_of(const char *object, const char *member, Place place, uint64_t absent = 0) {
   const char *value = tw_json_member(object, member);
   return value ? integer(value, place, member) : absent;
 }
 
-// What stands between the quotes of a member; nothing where it is no string.
+// The text between the quotes of a member; empty if it is no string.
 std::string_view string_member(const char *object, const char *member) {
   const char *value = tw_json_member(object, member);
   return value && *value == '"' ? string_of(value) : std::string_view();
 }
 
-// Extensions that a document may require: their meaning is read, or they only speak of what is handed on.
+// Whether a document may require an extension: it is read, or it only concerns what passes through.
 bool is_supported(std::string_view extension) {
   static constexpr std::string_view names[] = {
       "KHR_mesh_quantization", "FB_ngon_encoding",        "KHR_texture_transform",
@@ -139,8 +138,7 @@ bool is_supported(std::string_view extension) {
   return std::find(std::begin(names), std::end(names), extension) != std::end(names);
 }
 
-// The length of a data URI's head that tinygltf would read by itself, 0 for any other: with anything else it
-// looks for a file.
+// The length of the head of a data URI of a type that tinygltf knows, up to its comma; 0 for any other uri.
 size_t data_head(std::string_view uri) {
   std::string head;
   for (size_t i = 0; i < uri.size() && head.size() < 64; i++) {
@@ -151,7 +149,7 @@ size_t data_head(std::string_view uri) {
   return 0;
 }
 
-// One walk over the document; remembers what the checks need of one part for another.
+// Walks over the document once, and keeps what its parts must be checked against.
 class Checker {
 public:
   Checker(const Container &container, Budget &budget, Outline &out)
@@ -177,7 +175,7 @@ private:
   };
   struct View {
     uint64_t buffer = 0, offset = 0, length = 0;
-    const char *compressed = nullptr; // the extension's object
+    const char *compressed = nullptr; // the object of the meshopt extension, or nullptr
   };
   struct Indices {
     uint64_t mesh, primitive, accessor;
@@ -195,7 +193,7 @@ private:
   Vector<View> views_;
   Vector<uint64_t> accessor_views_; // no_view for one without
   Vector<Indices> indices_;
-  std::string_view unsupported_; // the first required extension that is
+  std::string_view unsupported_; // the first required extension that is not supported
   uint64_t unsupported_index_ = 0, tracks_ = 0;
 
   void elements(const Part &part, const char *array) {
@@ -226,7 +224,7 @@ private:
     return value && *value == 't';
   }
 
-  // Where the bytes of a view are, or those of which it is made.
+  // The place of a view's bytes, or of the compressed bytes in its extension.
   static View read_view(const char *object, Place place) {
     return {integer_of(object, "buffer", place), integer_of(object, "byteOffset", place),
             integer_of(object, "byteLength", place), nullptr};
@@ -245,7 +243,7 @@ private:
     return ext ? ext : tw_json_member(extensions, "KHR_meshopt_compression");
   }
 
-  // The place is the view's, also for members of the extension.
+  // Decodes a compressed view. Refusals point to the view, also for members of its extension.
   void decode_view(size_t i) {
     Place place = {"bufferViews", i};
     const char *value = views_[i].compressed;
@@ -264,7 +262,7 @@ private:
       refuse(TW_INVALID, place.pointer(""), "the compressed bytes go past their buffer");
     if (tw_meshopt_check(&form, views_[i].length, &error) != TW_OK)
       refuse(TW_INVALID, place.pointer(""), error.detail);
-    // 16 bytes of a column have a header of two bits, and an index takes a byte: no byte decodes to more
+    // At best 16 bytes of a column become a header of two bits, and an index a byte: no byte decodes to more
     // than 64.
     if (views_[i].length > 64 * packed.length)
       refuse(TW_INVALID, place.pointer(""), "the compressed bytes are too few for what they say to hold");
@@ -278,7 +276,7 @@ private:
     out_.buffers.push_back({out_.decoded.back().data(), out_.decoded.back().size()});
   }
 
-  // Which of the words, a blank between two, a member is; the first one where there is no such member.
+  // The number of the word, in a list with a blank between two, that a member holds; 0 without the member.
   static int word(const char *object, const char *member, std::string_view words, Place place) {
     if (!tw_json_member(object, member)) return 0;
     std::string_view wanted = string_member(object, member);
@@ -309,7 +307,7 @@ private:
     });
   }
 
-  // The bytes of an image that are in the file are taken from where they stand.
+  // Notes where the bytes of an image are, if they are in the file.
   void image(uint64_t index, const char *value) {
     Place place = {"images", index};
     check_object(place, value, "bufferView mimeType uri");
@@ -324,8 +322,8 @@ private:
       link(image.uri, place);
   }
 
-  // What is on the web stays there. A file beside the document is not ours to open: without it the model
-  // would lose the image.
+  // An image on the web stays there. A file beside the document is refused: it must not be opened here, and
+  // without it the model would lose the image.
   void link(std::string_view uri, Place place) {
     std::string address = unescape(uri);
     if (address.compare(0, 5, "data:") == 0) return;
@@ -339,7 +337,8 @@ private:
            "\" was not sent: send it along in one form, or put its bytes inside");
   }
 
-  // check_outline reports it first: it may be the cause of the other faults.
+  // Notes the first extension that is not supported. check_outline reports it before all else: it may be the
+  // cause of the other faults.
   void required_extension(uint64_t index, const char *value) {
     if (*value != '"')
       refuse(TW_INVALID, text("/extensionsRequired/", index), "an extension is named by a string");
@@ -358,7 +357,7 @@ private:
              int{TW_TRACKS_MAX}, " are read");
   }
 
-  // ---- what the parts must agree on
+  // ---- checks of one part against another
 
   void check_outline() {
     if (!unsupported_.empty())
@@ -385,7 +384,7 @@ private:
     Place place = {"buffers", i};
     if (buffer.length == 0)
       refuse(TW_INVALID, place.pointer("byteLength"), "a buffer needs at least one byte");
-    if (!buffer.uri && buffer.is_fallback) { // what it would hold is compressed elsewhere
+    if (!buffer.uri && buffer.is_fallback) { // what it would hold is compressed in another buffer
       out_.buffers.push_back({nullptr, 0});
       return;
     }
@@ -412,7 +411,7 @@ private:
     return {out_.decoded.back().data(), out_.decoded.back().size()};
   }
 
-  // The chunk may be padded.
+  // The bytes of a buffer in the BIN chunk, which may be padded.
   Bytes take_bin(uint64_t index, uint64_t length, Place place) const {
     if (!container_.binary) refuse(TW_INVALID, place.pointer(""), "a buffer of a JSON file needs a uri");
     if (index != 0) refuse(TW_INVALID, place.pointer(""), "only the first buffer may be the BIN chunk");

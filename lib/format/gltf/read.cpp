@@ -1,4 +1,4 @@
-// glTF 2.0 and GLB to models: guards, tinygltf, then everything that tinygltf takes on trust.
+// glTF 2.0 and GLB to models: checks, tinygltf, then all that tinygltf does not check.
 #include "gltf/document.hpp"
 
 #include <algorithm>
@@ -12,8 +12,9 @@ namespace gltf {
 
 namespace {
 
-// How often elements may be named in a file of `size` bytes: an exporter's file has far less than one corner
-// and one key value a byte, and reuses its accessors some times.
+// How many corners and key values may be read of a file of `size` bytes, as many elements may name the same
+// accessor: an exporter's file has far less than one corner and one key value a byte, and reuses its
+// accessors some times.
 constexpr uint64_t corners_free = 4u << 20, corners_max = 64u << 20, corners_per_byte = 2;
 constexpr uint64_t values_free = 4u << 20, values_per_byte = 4;
 
@@ -24,7 +25,7 @@ void check_version(const tinygltf::Asset &asset) {
     refuse(TW_UNSUPPORTED, "/asset/minVersion", "the document needs glTF ", asset.minVersion);
 }
 
-// The first line of what the parser said, where it is fit to be shown.
+// The first line of the parser's message, if it can be shown.
 std::string parser_message(const std::string &message) {
   std::string line = message.substr(0, std::min<size_t>(message.find('\n'), 200));
   if (line.empty() || !tw_utf8_is_name(line.data(), line.size())) return "the document is not valid glTF";
@@ -68,8 +69,8 @@ void read(const Bytes &file, Document &document) {
   read_clips(document, accessors);
 }
 
-// Whether an allocation of this thread has failed. The parser catches that itself and reports a document that
-// is not valid; the handler notes what really happened.
+// Whether an allocation of this thread has failed. The parser catches bad_alloc itself and reports an invalid
+// document; the new-handler notes what really happened.
 thread_local bool is_out_of_memory;
 
 void note_no_memory() {
@@ -91,7 +92,7 @@ tw_status read_or_report(const Bytes &file, Document &document, tw_error *error)
   return TW_OK;
 }
 
-// The one place where exceptions end.
+// All exceptions end here.
 tw_status read_model(const Bytes &file, uint64_t json_values, tw_quads quads, tw_weld weld, tw_model *model,
                      tw_error *error) {
   tw_status status = TW_OK;
@@ -112,7 +113,7 @@ tw_status read_model(const Bytes &file, uint64_t json_values, tw_quads quads, tw
 
 } // namespace
 
-// A text from the document may not be fit to be shown.
+// Replaces characters that cannot be shown in text from the document.
 static std::string printable(std::string text) {
   if (!tw_utf8_is_name(text.data(), text.size()))
     for (char &c : text)

@@ -1,5 +1,5 @@
-// Materials, textures and images: their references are checked, bytes of images taken from where they stand,
-// and what a material says of its normal map is read. What they say else is kept as text (keep.cpp).
+// Materials, textures and images: checks their references, copies the bytes of images, and reads on which
+// texture coordinates normal maps lie. All else of them is kept as text (keep.cpp).
 #include "gltf/document.hpp"
 
 #include <algorithm>
@@ -8,7 +8,7 @@ namespace gltf {
 
 namespace {
 
-// The way from an object of the document to one inside it; text is made of it only for a refusal.
+// The way from an object of the document to a value inside it. Its text is made only for a refusal.
 struct Way {
   const Way *parent;
   std::string_view member;
@@ -30,8 +30,8 @@ bool is_texture(std::string_view key) {
   return key.size() >= 7 && key.substr(key.size() - 7) == "Texture";
 }
 
-// Texture references of a material and its extensions: members named ...Texture that are objects with an
-// index. Depth is bounded by the guards.
+// Checks the texture references of a material and its extensions: members named ...Texture that are objects
+// with an index. The recursion is bounded, as tw_json_check has checked the depth.
 void check_textures(const char *object, uint64_t textures, const Way &way) {
   for (Items i(object); i.more(); i.next()) {
     if (*i.value() != '{' || i.key() == "extras") continue;
@@ -42,7 +42,7 @@ void check_textures(const char *object, uint64_t textures, const Way &way) {
   }
 }
 
-// `member` of an object, where it has it.
+// Checks a member that is an index, if the object has it.
 void check_reference(const char *object, const char *member, uint64_t count, const Way &way) {
   if (const char *index = tw_json_member(object, member)) check_index(index, count, {&way, member});
 }
@@ -67,14 +67,14 @@ const char *copy_quoted(Document &document, std::string_view written) {
   return quoted;
 }
 
-// The type that a data URI says.
+// The media type in a data URI; "" if it is no image or text.
 std::string uri_type(std::string_view uri) {
   std::string head = unescape(uri.substr(0, uri.find(',')));
   if (head.compare(0, 11, "data:image/") == 0) return head.substr(5, head.find(';') - 5);
   return head.compare(0, 10, "data:text/") == 0 ? "text/plain" : "";
 }
 
-// The image in a data URI, or in a view; views may be shared.
+// Copies the bytes of an image from its data URI or its view; images may share a view.
 void take_bytes(Document &document, const ImageOutline &outline, tw_gltf_image &image) {
   if (outline.view == no_view) {
     Vector<uint8_t> bytes = decode_base64(outline.uri.substr(outline.uri.find(',') + 1), document.budget);

@@ -1,5 +1,6 @@
 // Meshes: one tw_mesh for each, all its triangle primitives together (glTF 2.0, section 3.7.2), welded into a
-// surface. What the model keeps is written straight into its arena; what is only on the way is counted, too.
+// surface. What the model keeps is written straight into its arena; scratch memory is taken from the budget,
+// too.
 #include "gltf/cage_tags.hpp"
 #include "gltf/vertex_sources.hpp"
 
@@ -20,7 +21,7 @@ namespace {
 constexpr uint64_t SLOT_SIZE = 96; // bytes of an entry in the map of slots, with the allocator's own
 
 void check_status(tw_status status) {
-  if (status != TW_OK) throw std::bad_alloc(); // all that the C side can run out of here
+  if (status != TW_OK) throw std::bad_alloc(); // memory is all that can be missing here
 }
 
 // The triangles of a primitive, which become faces.
@@ -28,7 +29,7 @@ struct FaceList {
   uint32_t source;
   int32_t material;
   bool polygons;                   // consecutive triangles from one corner are one face
-  bool holes;                      // which the mesh's tags tell
+  bool holes;                      // from the mesh's tags: no primitive draws them
   int mode, indices;               // as of a primitive
   std::string pointer;             // to what names the indices
   size_t first_corner, corner_end; // of the triangles
@@ -63,7 +64,7 @@ public:
     }
     write_faces();
     if (tags_.are_there()) write_tags();
-    // A file that says what its polygons are says so of its triangles too.
+    // A file that marks its polygons means its triangles as triangles.
     bool told = std::any_of(lists_.begin(), lists_.end(), [](const FaceList &list) { return list.polygons; });
     if (document_.quads == TW_QUADS_AUTO && !told) pair_triangles();
     if (mesh_.has_tangents) choose_tangent_uvs();
@@ -81,11 +82,11 @@ private:
   VertexSources opened_;
   const std::vector<VertexSource> &sources_ = opened_.all;
   std::vector<FaceList> lists_; // in the file's order
-  // Read as elements at the triangles' corners; then made vertices at the faces' corners, at last points.
+  // First elements, at the corners of triangles; then vertices, at the corners of faces; at last points.
   uint32_t *corners_ = nullptr;
   uint32_t *offsets_ = nullptr; // of the faces
   size_t corner_count_ = 0, face_count_ = 0;
-  Vector<uint32_t> elements_;     // of each vertex, in its source
+  Vector<uint32_t> elements_;     // the element of each vertex in its source
   Vector<float> positions_;       // of the vertices
   Vector<uint32_t> point_;        // of each vertex
   Vector<uint32_t> first_vertex_; // of each point
@@ -113,7 +114,8 @@ private:
                "all primitives need the same morph targets");
   }
 
-  // Some exporters only declare the extension, others mark their primitives too.
+  // Whether all primitives of the mesh are polygons of FB_ngon_encoding, although none is marked: some
+  // exporters only declare the extension.
   bool bear_polygons() const {
     const tw_gltf_objects &used = document_.assets->extensions_used;
     bool declared = std::any_of(used.items, used.items + used.count,
@@ -129,7 +131,7 @@ private:
     refuse(TW_INVALID, text(pointer_, i, "/material"), "there is no material ", index);
   }
 
-  // Of a primitive that says more than its material: the two together, as a value of face_materials.
+  // The value of face_materials for a primitive: its material or, if it has kept text, a slot of the two.
   int32_t slot(int32_t material, size_t i) {
     const char *kept = texts_.primitives[i].kept;
     if (!kept) return material;
@@ -144,7 +146,7 @@ private:
 
   // ---- triangles -------------------------------------------------------------------------------
 
-  // The elements that the corners of a list name, in turn; nullptr: one after the other.
+  // The indices of a list's corners; nullptr if the corners are the elements one after the other.
   const Elements *open_indices(const FaceList &list) {
     if (list.indices == -1) return nullptr;
     const Elements &indices = accessors_.open(list.indices, TINYGLTF_TYPE_SCALAR, list.pointer + "/indices");
@@ -157,7 +159,7 @@ private:
     return &indices;
   }
 
-  // Corners of all triangles, strips and fans written out.
+  // Counts the corners of all triangles, strips and fans expanded.
   size_t count_corners(const FaceList &list) {
     const Elements *indices = open_indices(list);
     uint64_t count = indices ? indices->count() : sources_[list.source].position->count();
@@ -184,8 +186,8 @@ private:
     }
   }
 
-  // Whether all triangles are one point, in which way answers tell a mesh without faces, or without any that
-  // are drawn: glTF has no mesh without a primitive. list: read last.
+  // Whether all triangles of a list are one point: answers write a mesh without faces, or without faces that
+  // are drawn, in this way, as glTF has no mesh without a primitive. list: read last.
   bool stands_for_nothing(const FaceList &list) const {
     const VertexSource &source = sources_[list.source];
     const uint32_t *first = corners_ + list.first_corner, *end = corners_ + corner_count_;
@@ -217,8 +219,8 @@ private:
         add_triangle(element(k + 1), element(k + 2), element(0), polygons);
   }
 
-  // A triangle with a corner twice is left out, but not one of a polygon (FB_ngon_encoding): a polygon that
-  // comes to a point twice has such triangles, and would be another without them.
+  // Leaves out a triangle that has a corner twice, unless it is part of a polygon (FB_ngon_encoding): a
+  // polygon that comes to a vertex twice has such triangles, and would change without them.
   void add_triangle(uint32_t a, uint32_t b, uint32_t c, bool polygons) {
     if (!polygons && (a == b || b == c || c == a)) {
       document_.degenerate_faces++;
@@ -275,7 +277,8 @@ private:
 
   // ---- faces -----------------------------------------------------------------------------------
 
-  // FB_ngon_encoding: a polygon is a fan, and the next one starts from another vertex.
+  // Where the fan that begins at `start` ends. FB_ngon_encoding: a polygon is a fan, and the next polygon
+  // starts from another vertex.
   size_t fan_end(size_t start, size_t stop) const {
     size_t end = start + 3;
     while (end < stop && corners_[end] == corners_[start] && corners_[end + 1] == corners_[end - 1]) end += 3;
@@ -292,7 +295,7 @@ private:
     corner_count_ += 3;
   }
 
-  // Faces take the place of the triangles: they never have more corners.
+  // Makes faces in the place of the triangles: faces never have more corners.
   void build_faces() {
     corner_count_ = 0;
     offsets_[0] = 0;
@@ -335,10 +338,10 @@ private:
     mesh_.welded_points = count - (welded.point_count - unused);
   }
 
-  // Neighbouring corners of a face that are at one point, maybe by welding, are one corner; a face that is
-  // left with fewer than three different points has no place in a surface.
+  // Merges neighbouring corners of a face that are at one point, maybe by welding, and drops faces left with
+  // fewer than three different points.
   void drop_doubled_corners() {
-    Vector<uint32_t> seen(document_.budget, mesh_.point_count); // by which face, from 1
+    Vector<uint32_t> seen(document_.budget, mesh_.point_count); // last face of each point, from 1
     uint32_t face = 0;
     size_t begin = 0;
     corner_count_ = face_count_ = 0;
@@ -378,8 +381,8 @@ private:
           {0, hole.material, true, true, TINYGLTF_MODE_TRIANGLES, hole.indices, hole.pointer, 0, 0, 0});
   }
 
-  // Gives each vertex its point, and returns how many points there are. Extras may leave numbers between that
-  // no vertex has: *unused points that no face uses.
+  // Gives each vertex its point by the tags, and returns how many points there are. *unused: how many of them
+  // no vertex here has.
   uint32_t read_points(uint32_t *unused) {
     uint32_t count = static_cast<uint32_t>(elements_.size()), last = 0, used = 0;
     for (uint32_t v = 0; v < count; v++) {
@@ -419,7 +422,8 @@ private:
     write_morphs();
   }
 
-  // A renderer that makes tangents up itself may make them otherwise than the map was baked for.
+  // Whether a material has a normal map. It needs tangents in the answer: a renderer that computes its own
+  // may not compute those that the map was baked for.
   bool bears_normal_map(int32_t material) const { return normal_map_of(material) >= 0; }
 
   int normal_map_of(int32_t material) const {
@@ -444,7 +448,7 @@ private:
 
   void write_attributes() {
     tw_attribute *attributes = allocate<tw_attribute>(document_, opened_.smooth.size());
-    uint32_t count = 0, columns_left = TW_ATTRIBUTE_COLUMNS_MAX - 4; // a colour has its place
+    uint32_t count = 0, columns_left = TW_ATTRIBUTE_COLUMNS_MAX - 4; // 4 are reserved for a colour
     for (size_t i = 0; i < opened_.smooth.size(); i++) {
       const auto &[name, width] = opened_.smooth[i];
       bool is_color = opened_.smooth[i].is_color();
@@ -481,7 +485,8 @@ private:
     return values;
   }
 
-  // All 0 where a value is none that subdivides.
+  // Reads an element; false and all 0 if a value cannot be subdivided, because it is not finite or over
+  // TW_COORDINATE_MAX.
   static bool read_usable(const Elements &elements, uint32_t i, float *out) {
     bool usable = elements.read_finite(i, out) && std::all_of(out, out + elements.width(), [](float x) {
                     return std::abs(x) <= TW_COORDINATE_MAX;
@@ -495,7 +500,8 @@ private:
     float weight;
   };
 
-  // The four largest of up to eight weights, with sum 1. A vertex without any hangs on the first joint.
+  // Writes the four largest of up to eight weights, scaled to a sum of 1. A vertex without weights gets joint
+  // 0 with weight 1.
   void write_influences(uint32_t vertex, uint16_t *joints, float *weights) const {
     const VertexSource &source = source_of(vertex);
     std::array<Influence, 8> all = {};
@@ -526,7 +532,7 @@ private:
     mesh_.skin = {joints, weights};
   }
 
-  // Targets may name the same accessors many times.
+  // Counts values of targets, which may name the same accessors many times.
   void spend_morphs(uint64_t values) {
     if (values > document_.values_left)
       refuse(TW_LIMIT, text("/meshes/", index_), "the morph targets are too many for a file of this size");
@@ -626,7 +632,7 @@ private:
     mesh_.uv_sets[mesh_.uv_set_count++] = {count, values, corners};
   }
 
-  // Normals stay those of the vertices; one that is not finite is none.
+  // Keeps a normal for each vertex, not for each point; one that is not finite becomes 0 0 0.
   void write_normals() {
     bool normals = false, tangents = false;
     for (const VertexSource &source : sources_) {
@@ -648,7 +654,8 @@ private:
     write_morph_normals();
   }
 
-  // A surface for each target holds the normals that an answer has (tw_surface_morph), about as much as this.
+  // The most bytes of displaced normals: for each target a surface holds the normals of answers
+  // (tw_surface_morph).
   static constexpr uint64_t morph_normals_max = uint64_t{128} << 20;
 
   void write_morph_normals() {

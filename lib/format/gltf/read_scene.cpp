@@ -20,7 +20,7 @@ uint32_t required_index(int index, size_t count, const std::string &pointer) {
   return optional_index(index, count, pointer);
 }
 
-// Numbers of a member that has either none or `count` of them.
+// Copies the numbers of a member, which has either none or `count`.
 void copy_numbers(const std::vector<double> &numbers, size_t count, float *out, const std::string &pointer) {
   if (numbers.empty()) return;
   if (numbers.size() != count)
@@ -55,8 +55,8 @@ void read_children(Document &document, size_t index) {
   }
 }
 
-// Marks a node and what hangs below it. Every node has one parent at most, so that no node comes twice
-// from different roots, and a cycle is never entered from a root.
+// Marks a node and all nodes below it. A node has at most one parent, so it is not reached from two roots of
+// the hierarchy, and no root leads into a cycle.
 void mark_below(const tinygltf::Model &source, uint32_t root, std::vector<bool> &marked) {
   std::vector<uint32_t> waiting = {root};
   while (!waiting.empty()) {
@@ -68,7 +68,7 @@ void mark_below(const tinygltf::Model &source, uint32_t root, std::vector<bool> 
   }
 }
 
-// A cycle is what no root leads to.
+// Refuses cycles: their nodes are reached from no root.
 void check_cycles(const Document &document) {
   const tw_model &model = *document.model;
   std::vector<bool> reached(model.node_count);
@@ -114,7 +114,7 @@ void read_scenes(Document &document) {
   model.name = scene_name(document, scene);
 }
 
-// Weights that a node has in place of its mesh's.
+// Reads the morph weights that a node has in place of its mesh's.
 void read_weights(Document &document) {
   size_t unfit = 0;
   for (uint32_t i = 0; i < document.model->node_count; i++) {
@@ -165,7 +165,7 @@ struct Keys {
   const float *times;
 };
 
-// Reads the clips one after the other, with what they share.
+// Reads the clips one after the other. They share the keys of an accessor.
 class ClipReader {
 public:
   ClipReader(Document &document, Accessors &accessors) : document_(document), accessors_(accessors) {}
@@ -236,7 +236,7 @@ private:
       refuse(TW_INVALID, text("/accessors/", sampler.output, "/count"), "the sampler's keys need ", wanted,
              " values, and there are ", elements.count());
     track.values = read_values(sampler.output, elements);
-    // Each track makes its own copy when it is compiled.
+    // Counted for each track, because each makes its own copy when it is compiled.
     uint64_t size = elements.count() * uint64_t{elements.width()} + keys.count;
     if (size > document_.values_left)
       refuse(TW_LIMIT, pointer, "the animations name their keys too many times");
@@ -277,7 +277,7 @@ private:
     return values_[accessor] = values;
   }
 
-  // Accessors may lie over the same bytes.
+  // Counts the values of an accessor: accessors may lie over the same bytes.
   void spend(const Elements &elements, const std::string &pointer) {
     uint64_t size = uint64_t{elements.count()} * elements.width();
     if (size > document_.values_left) refuse(TW_LIMIT, pointer, "the animations have too many keys");
@@ -290,7 +290,7 @@ private:
 void read_nodes(Document &document) {
   size_t count = document.source.nodes.size();
   document.budget.place = "/nodes";
-  Hold hold(document.budget, 16 * count); // for finding what is below what
+  Hold hold(document.budget, 16 * count); // for the marks and the stack of mark_below
   for (size_t i = 0; i < count; i++) read_node(document, i);
   for (size_t i = 0; i < count; i++) read_children(document, i);
   check_cycles(document);

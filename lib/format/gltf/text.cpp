@@ -1,4 +1,4 @@
-// Strings and numbers of JSON text as they are meant.
+// Decodes strings, numbers and base64 of JSON text.
 #include "gltf/document.hpp"
 
 #include <cmath>
@@ -14,7 +14,8 @@ int base64_digit(char c) {
   return c == '+' ? 62 : c == '/' ? 63 : -1;
 }
 
-// "\/" is a slash: the digit that stands at `at`, -1 at the end of the text.
+// Reads the base64 digit at `at` and moves behind it; -1 at the end of the text and for other characters.
+// "\/" is a slash.
 int next_digit(std::string_view written, size_t &at) {
   if (at + 1 < written.size() && written[at] == '\\' && written[at + 1] == '/') at++;
   return at < written.size() ? base64_digit(written[at++]) : -1;
@@ -47,7 +48,7 @@ const char *image_type(const Bytes &file) {
   using namespace std::string_view_literals;
   static constexpr struct {
     const char *type;
-    size_t at; // behind "RIFF" and a size, or the size of a box
+    size_t at; // "WEBP" is behind "RIFF" and a size, "ftypavif" behind the size of a box
     std::string_view magic;
   } known[] = {{"image/png", 0, "\x89PNG"sv},
                {"image/jpeg", 0, "\xFF\xD8\xFF"sv},

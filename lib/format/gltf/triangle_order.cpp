@@ -1,4 +1,4 @@
-/* The meshoptimizer library allocates here by operator new, whose exceptions end in this file. */
+/* meshoptimizer allocates here by operator new, whose exceptions end in this file. */
 #include <meshoptimizer.h>
 
 #include <new>

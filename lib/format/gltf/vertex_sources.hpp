@@ -16,14 +16,15 @@ struct VertexSource {
   const Elements *position = nullptr;
   std::array<const Elements *, TW_UV_SETS_MAX> uvs = {};
   const Elements *normal = nullptr, *tangent = nullptr;
-  std::vector<const Elements *> attributes; // of the mesh's smooth attributes, as far as it has them
+  std::vector<const Elements *> attributes; // one for each smooth attribute, as far as it has them
   std::array<const Elements *, 2> joints = {}, weights = {};
-  // An entry is nullptr for a target that moves no point, or normal.
+  // An entry is nullptr for a target that moves no point, or no normal.
   std::vector<const Elements *> morphs, morph_normals;
   uint32_t first_vertex = 0; // vertices are numbered source by source
 };
 
-// A colour, or an attribute of an application's own, of all primitives that have it.
+// An attribute that is subdivided with the points: a colour, or an application's own. It is the same in all
+// primitives that have it.
 struct SmoothAttribute {
   std::string name;
   uint32_t width;
@@ -38,7 +39,7 @@ public:
       : document_(document), accessors_(accessors), source_(document.source.meshes[mesh]), index_(mesh),
         pointer_(text("/meshes/", mesh, "/primitives/")) {}
 
-  // The number of primitive i's source among all.
+  // The index in `all` of primitive i's source.
   uint32_t find(size_t i) {
     const tinygltf::Primitive &primitive = source_.primitives[i];
     auto [found, fresh] =
@@ -83,7 +84,7 @@ private:
              "joints are unsigned bytes or shorts");
   }
 
-  // An attribute of as many elements as there are positions, or nullptr.
+  // Opens an attribute, which must have as many elements as `position`; nullptr without one.
   const Elements *attribute(const Attributes &attributes, const std::string &name, const std::string &pointer,
                             const Elements *position) {
     auto found = attributes.find(name);
@@ -135,10 +136,10 @@ private:
     return source;
   }
 
-  // tinygltf knows no order of attributes, the document's text does.
+  // Opens colours and custom attributes, in the order of the document's text: tinygltf does not keep it.
   void open_smooth(const Attributes &attributes, size_t i, const std::string &pointer, VertexSource &source) {
     const char *text = document_.mesh_texts[index_].primitives[i].attributes;
-    if (!text || *text != '{') return; // it is called by an escaped name
+    if (!text || *text != '{') return; // "attributes" is written with escapes
     for (Items item(text); item.more(); item.next()) {
       std::string name = unescape(item.key());
       const Elements *elements = nullptr;
@@ -156,7 +157,7 @@ private:
     }
   }
 
-  // Of smooth, where the name finds or takes a place; a colour always does.
+  // The index in `smooth` of an attribute, which is added if there is room; for a colour there always is.
   std::optional<size_t> smooth_number(const std::string &name, uint32_t width) {
     size_t number = 0, others = 0;
     while (number < smooth.size() && smooth[number].name != name) others += !smooth[number++].is_color();
