@@ -12,7 +12,7 @@ extern "C" {
 #endif
 
 enum {
-  TW_PACK_VERTICES_MAX = 65534, /* 65535 as an index restarts strips */
+  TW_PACK_VERTICES_MAX = 65534, /* index 65535 is reserved for primitive restart */
   TW_PACK_TRIANGLES_MAX = 1 << 17
 };
 

@@ -361,7 +361,7 @@ bool tw_gltf_node_is_skinned(const tw_scene *scene, const tw_node *node) {
   return tw_surface_get_counts(surface)->faces && tw_surface_get_layout(surface)->joints != UINT32_MAX;
 }
 
-/* Whether the mesh's positions are shorts. */
+/* Whether the mesh's positions are shorts on a grid. */
 static bool has_places(const tw_scene *scene, uint32_t mesh) {
   return scene->packs && scene->packs[mesh]->pack_count > 0 &&
          scene->packs[mesh]->fields->coding == TW_CODED_PLACES;

@@ -25,7 +25,7 @@ struct tw_gltf_stream {
   uint64_t data_text_size; /* of the BIN chunk as it is sent */
   uint64_t size, position;
   /* What computes elements of views. */
-  tw_pack_reader *packs;     /* of a scene that has packs; of others: */
+  tw_pack_reader *packs;     /* if the scene has packs; otherwise these: */
   tw_surface_reader *reader; /* turned to the surface of the view */
   tw_triangulator triangles;
   float *rows;                 /* [ROWS_SCRATCH], for rows that are converted */

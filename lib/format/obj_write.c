@@ -45,7 +45,7 @@ struct tw_obj_stream {
   uint32_t *corners[DOMAINS]; /* [corner_capacity] */
   uint32_t sizes[FACES_A_PIECE];
 
-  char *text; /* [text_capacity], of which [text_taken, text_size) waits */
+  char *text; /* [text_capacity]; [text_taken, text_size) is not yet read */
   size_t text_capacity, text_size, text_taken;
 };
 

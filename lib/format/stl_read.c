@@ -8,7 +8,10 @@
 #include "tweend/format.h"
 #include "word.h"
 
-enum { HEADER = 84, FACET = 50 }; /* bytes: 80 of text and a count; a normal, three points, two more */
+enum {
+  HEADER = 84, /* bytes: 80 of text, then the count of facets */
+  FACET = 50   /* bytes: a normal, three points, two more */
+};
 
 /* ---- binary ------------------------------------------------------------------------------------- */
 

@@ -57,7 +57,7 @@ public:
     }
   }
 
-  // The file that a uri means: by its path, else by its base name where only one file has that.
+  // Finds the file that a uri names: by its path, else by its base name if only one file has it.
   uint32_t find(const std::string &uri, const std::string &pointer) const {
     std::string path = simplify_path(decode_percent(uri));
     auto found = paths_.equal_range(path);
@@ -136,7 +136,7 @@ public:
   }
 
 private:
-  // Where the bytes of a buffer of the document are in the GLB.
+  // Where the GLB has the bytes of a buffer of the document.
   struct Buffer {
     bool is_file;
     uint32_t index;

@@ -181,7 +181,7 @@ protected:
 
   void put(std::string_view text) { text_.insert(text_.end(), text.begin(), text.end()); }
 
-  // The comma before a member or an element, unless it is the first.
+  // Puts a comma before a member or an element, unless it is the first.
   void put_comma() {
     if (text_.back() != '{' && text_.back() != '[') text_.push_back(',');
   }
@@ -260,7 +260,7 @@ public:
   uint32_t width() const { return width_; }
   int component_type() const { return component_type_; }
   bool normalized() const { return normalized_; }
-  // Without data all elements are 0.
+  // False: all elements are 0, without data in the file.
   bool has_data() const { return data_ || sparse_count_ > 0; }
 
   // Element i as floats: out[width]. Throws Refusal on a value that is not finite.

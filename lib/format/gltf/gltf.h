@@ -205,7 +205,7 @@ void tw_gltf_plan_deinit(tw_gltf_plan *plan); /* a zeroed one is fine */
 tw_status tw_gltf_keys_of(const tw_track_keys *track, uint32_t max_keys, tw_arena *arena, tw_track_keys *out,
                           tw_error *error);
 
-/* Whether the surface's rows bear joints and this node has a skin for them. */
+/* Whether the surface's rows have joints and this node has a skin for them. */
 bool tw_gltf_node_is_skinned(const tw_scene *scene, const tw_node *node);
 
 /* The child that holds the node's mesh; TW_NO_INDEX: the node itself does. O(log holders). */

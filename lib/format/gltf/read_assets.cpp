@@ -137,9 +137,8 @@ const char *extension(const char *object, const char *name) {
   return tw_json_member(tw_json_member(object, "extensions"), name);
 }
 
-// The set of texture coordinates that a material's normal map lies on, else that of its clear coat; -1
-// without either (glTF 2.0, textureInfo; KHR_texture_transform, whose texCoord goes before;
-// KHR_materials_clearcoat).
+// The UV set that a material's normal map lies on, else that of its clear coat's; -1 without either (glTF
+// 2.0, textureInfo; KHR_texture_transform, whose texCoord takes precedence; KHR_materials_clearcoat).
 int normal_map_uvs(const char *material) {
   const char *map = tw_json_member(material, "normalTexture"),
              *coat = extension(material, "KHR_materials_clearcoat");
