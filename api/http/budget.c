@@ -1,4 +1,4 @@
-/* One lock, one sum, one queue in the order of arrival. Entries are freed, and tickets woken, outside the
+/* One lock, one sum, one queue in order of arrival. Entries are freed and tickets are woken without the
  * lock. */
 #include "budget.h"
 
@@ -6,19 +6,19 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 
-/* Requests of this size or less may use the last sixteenth of the budget too: while large ones fill the
- * rest, small ones are still served. */
+/* Requests of up to this size may use the last sixteenth of the budget too, so that they are served while
+ * large requests fill the rest. */
 static const uint64_t SMALL = 1 << 20;
 
 struct api_budget {
   pthread_mutex_t lock;
   uint64_t limit;
-  atomic_uint_fast64_t used, granted; /* granted: of used */
+  atomic_uint_fast64_t used, granted; /* granted is part of used */
   atomic_size_t waiting;
-  size_t waiting_max, computing; /* tickets that have a grant, but for those of answers under way */
-  api_ticket *first, *last;      /* who waits */
-  bool is_serving;               /* a thread is in serve_waiting */
-  bool is_poked;                 /* memory may have become idle since that thread looked for some */
+  size_t waiting_max, computing; /* computing: tickets with a grant whose answer is not finished */
+  api_ticket *first, *last;      /* the queue of waiting tickets */
+  bool is_serving;               /* a thread runs serve_waiting */
+  bool is_poked;                 /* memory may have become idle since that thread last relieved */
   uint64_t (*relieve)(void *context, uint64_t bytes);
   void *relieve_context;
 };
@@ -57,7 +57,7 @@ uint64_t api_budget_granted(api_budget *budget) {
 
 /* ---- grants; under the lock -------------------------------------------------------------------- */
 
-/* By how many bytes `more` goes over the limit. */
+/* By how many bytes adding `more` exceeds the limit. */
 static uint64_t shortage(const api_budget *budget, uint64_t more) {
   uint64_t limit = more <= SMALL ? budget->limit : budget->limit - budget->limit / 16;
   uint64_t used = atomic_load(&budget->used);
@@ -69,8 +69,8 @@ static bool computes(const api_ticket *ticket) {
   return ticket->granted > 0 && !ticket->is_answered;
 }
 
-/* Whether no other request computes, and answers that are being read, which may take very long, hold nothing
- * or leave most of the budget. */
+/* Whether no other request computes, and the answers being read, which may take very long, hold nothing or
+ * leave at least seven eighths of the budget. */
 static bool is_alone(const api_budget *budget, const api_ticket *ticket) {
   uint64_t others = atomic_load(&budget->granted) - ticket->granted,
            used = atomic_load(&budget->used) - ticket->granted;
@@ -103,7 +103,7 @@ static void unlink_ticket(api_budget *budget, api_ticket *ticket) {
   atomic_fetch_sub(&budget->waiting, 1);
 }
 
-/* Frees idle memory, without the lock. False when there was none. */
+/* Frees idle memory, releasing the lock meanwhile. False when there was none. */
 static bool relieve(api_budget *budget, uint64_t bytes) {
   if (!budget->relieve) return false;
   pthread_mutex_unlock(&budget->lock);
@@ -112,9 +112,9 @@ static bool relieve(api_budget *budget, uint64_t bytes) {
   return freed > 0;
 }
 
-/* The waiting ticket to be granted next, NULL where none fits. One behind the first of the queue may pass it
- * if it needs no more than SMALL, or if nobody computes: then the first one waits for clients that read their
- * answers, which may take very long. */
+/* The waiting ticket to grant next, NULL where none fits. A ticket behind the first may pass it if it needs
+ * no more than SMALL, or if nobody computes: then the first waits for clients to read their answers, which
+ * may take very long. */
 static api_ticket *find_next(const api_budget *budget) {
   for (api_ticket *ticket = budget->first; ticket; ticket = ticket->next) {
     bool has_turn = ticket == budget->first || ticket->needed <= SMALL || budget->computing == 0;
@@ -123,8 +123,8 @@ static api_ticket *find_next(const api_budget *budget) {
   return NULL;
 }
 
-/* Raises the grant if it fits. A new grant over SMALL waits behind those that wait already, unless they wait
- * for readers alone. */
+/* Raises the grant if it fits. A new grant over SMALL queues behind waiting tickets, unless these wait only
+ * for clients to read. */
 static bool raise_grant(api_budget *budget, api_ticket *ticket, uint64_t bytes) {
   uint64_t more = bytes - ticket->granted, missing;
   bool others_wait = budget->first && (budget->computing > 0 || find_next(budget));
@@ -138,9 +138,8 @@ static bool raise_grant(api_budget *budget, api_ticket *ticket, uint64_t bytes) 
 
 /* ---- waiting ------------------------------------------------------------------------------------ */
 
-/* Grants memory to waiting tickets and wakes them, as long as any fits. One thread at a time does this, as
- * freeing entries calls it again: a thread that finds another one here leaves is_poked set, and that one
- * looks again. */
+/* Grants memory to waiting tickets and wakes them, as long as any fits. Freeing entries calls this function
+ * again, so only one thread at a time runs the loop; others set is_poked, and the loop looks again. */
 static void serve_waiting(api_budget *budget) {
   pthread_mutex_lock(&budget->lock);
   budget->is_poked = true;
@@ -153,7 +152,7 @@ static void serve_waiting(api_budget *budget) {
     api_ticket *ticket = find_next(budget);
     if (!ticket && !budget->is_poked) break;
     if (!ticket) {
-      budget->is_poked = false; /* before the look: who makes an entry idle during it sets it again */
+      budget->is_poked = false; /* cleared first: an entry that becomes idle meanwhile sets it again */
       relieve(budget, shortage(budget, budget->first->needed));
       continue;
     }
@@ -182,7 +181,7 @@ void api_budget_subtract(api_budget *budget, uint64_t bytes) {
 
 bool api_budget_try_add(api_budget *budget, uint64_t bytes) {
   pthread_mutex_lock(&budget->lock);
-  uint64_t limit = budget->limit - budget->limit / 16; /* the rest is for small requests */
+  uint64_t limit = budget->limit - budget->limit / 16; /* the last sixteenth is for small requests */
   bool fits = !budget->first && atomic_load(&budget->used) + bytes <= limit;
   if (fits) atomic_fetch_add(&budget->used, bytes);
   pthread_mutex_unlock(&budget->lock);
@@ -207,14 +206,14 @@ bool api_budget_keep(api_budget *budget, api_ticket *ticket, uint64_t bytes) {
   pthread_mutex_lock(&budget->lock);
   set_grant(budget, ticket, bytes, true);
   pthread_mutex_unlock(&budget->lock);
-  api_budget_poke(budget); /* the first of the queue may be alone now */
+  api_budget_poke(budget); /* the queue's first may be alone now */
   return true;
 }
 
 api_wait api_budget_wait(api_budget *budget, api_ticket *ticket, uint64_t bytes) {
   pthread_mutex_lock(&budget->lock);
   if (ticket->granted > 0)
-    set_grant(budget, ticket, 0, false); /* two that hold grants and wait could deadlock */
+    set_grant(budget, ticket, 0, false); /* tickets that wait while they hold grants could deadlock */
   api_wait result = API_WAIT_BEGUN;
   if (raise_grant(budget, ticket, bytes))
     result = API_WAIT_OVER;
@@ -223,8 +222,8 @@ api_wait api_budget_wait(api_budget *budget, api_ticket *ticket, uint64_t bytes)
   ticket->needed = bytes;
   if (result == API_WAIT_BEGUN) link_last(budget, ticket);
   pthread_mutex_unlock(&budget->lock);
-  /* Those before it may fit into the grant that it gave back; and memory that was freed before it was in the
-   * queue did not wake it. */
+  /* Earlier tickets may fit into the grant just released; and memory freed before this ticket was queued has
+   * not woken it. */
   if (result != API_WAIT_OVER) api_budget_poke(budget);
   return result;
 }
@@ -234,6 +233,6 @@ bool api_budget_cancel(api_budget *budget, api_ticket *ticket) {
   bool waited = ticket->is_waiting_for_memory;
   if (waited) unlink_ticket(budget, ticket);
   pthread_mutex_unlock(&budget->lock);
-  if (waited) api_budget_poke(budget); /* those behind it may fit */
+  if (waited) api_budget_poke(budget); /* tickets behind it may fit */
   return waited;
 }

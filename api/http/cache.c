@@ -1,9 +1,7 @@
 /* The cache: a hash table of entries, a list of the idle ones by last use, one lock.
- *
- * An entry is listed while the table has it: requests find listed entries alone. It is idle when the table
- * holds the only reference. One that loses its last reference under the lock goes to a chain of the caller's,
- * which the caller destroys once the lock is released: builds, destructors and wake-ups run without the lock.
- */
+ * An entry is listed while it is in the table; requests find only listed entries. It is idle when the table
+ * holds the only reference. An entry that loses its last reference under the lock is added to the caller's
+ * chain, which the caller destroys after unlocking: builds, destructors and wake-ups run without the lock. */
 #include "cache.h"
 
 #include <assert.h>
@@ -15,28 +13,28 @@
 enum { BUCKETS = 8192, CHAIN_MOST = 64 };
 
 typedef enum entry_state {
-  BUILDING, /* a thread is making the value */
-  PROMISED, /* a request has said that it will, on a compute thread or once it has memory */
+  BUILDING, /* a thread is building the value */
+  PROMISED, /* a request will build it, on a compute thread or once it has memory */
   READY,
-  FAILED /* no longer listed; those who waited read the fault */
+  FAILED /* no longer listed; requests that waited read the fault */
 } entry_state;
 
 struct api_entry {
   api_cache *cache;
-  size_t references; /* of the table while it is listed, of each holder, of the ticket that promised it */
+  size_t references; /* of the table while listed, of each holder, of the ticket that promised it */
   uint32_t hash;
   entry_state state;
   bool is_listed;
   api_built built;
-  api_fault fault;           /* of FAILED; a stall means that nobody tried: whoever waited tries itself */
-  api_ticket *waiting;       /* for READY or FAILED */
-  api_entry *next_promised;  /* by the same ticket */
-  api_entry *next_in_bucket; /* or in a chain to be destroyed */
-  api_entry *newer, *older;  /* among the idle ones */
+  api_fault fault;           /* of FAILED; a stall: nobody tried, each waiting request tries itself */
+  api_ticket *waiting;       /* waiting for READY or FAILED */
+  api_entry *next_promised;  /* promised by the same ticket */
+  api_entry *next_in_bucket; /* or in a chain of entries to destroy */
+  api_entry *newer, *older;  /* in the list of idle entries */
   char key[];
 };
 
-/* Counts for one kind of values. */
+/* The counts of one kind of values. */
 typedef struct tally {
   atomic_uint_fast64_t bytes, hits, misses, evictions;
 } tally;
@@ -44,9 +42,9 @@ typedef struct tally {
 struct api_cache {
   pthread_mutex_t lock;
   api_budget *budget;
-  tally tallies[API_CACHED_COUNT]; /* not guarded */
+  tally tallies[API_CACHED_COUNT]; /* atomic, not guarded by the lock */
   uint64_t idle_max, idle_size;
-  api_entry *newest, *oldest; /* idle ones */
+  api_entry *newest, *oldest; /* of the idle entries */
   api_entry *buckets[BUCKETS];
 };
 
@@ -62,7 +60,8 @@ api_cache *api_cache_create(uint64_t idle_max, api_budget *budget) {
 
 /* ---- the table; under the lock ------------------------------------------------------------------ */
 
-/* Eight bytes at a time, multiplied and folded. Keys that were chosen to collide meet in crowd_out. */
+/* Eight bytes at a time, multiplied and folded. Keys chosen to collide fill one bucket, which
+ * evict_from_full_bucket keeps short. */
 uint32_t api_cache_hash(const char *key) {
   static const uint64_t odd = 0x9E3779B97F4A7C15;
   size_t length = strlen(key);
@@ -119,13 +118,13 @@ static void unlink_idle(api_cache *cache, api_entry *entry) {
   cache->idle_size -= entry->built.size;
 }
 
-/* Adds an entry without references to the chain. */
+/* Adds an entry that has no references to the chain. */
 static void add_to_chain(api_entry *entry, api_entry **chain) {
   entry->next_in_bucket = *chain;
   *chain = entry;
 }
 
-/* Takes the entry out of the table, with the table's reference. */
+/* Removes the entry from the table, and the table's reference. */
 static void unlist(api_cache *cache, api_entry *entry, api_entry **chain) {
   if (is_idle(entry)) unlink_idle(cache, entry);
   unlink_bucket(cache, entry);
@@ -137,14 +136,14 @@ static tally *tally_of(api_cache *cache, const api_built *built) {
   return &cache->tallies[built->kind];
 }
 
-/* Unlists an idle entry to make room. */
+/* Unlists an idle entry to make room, and counts that. */
 static void evict(api_cache *cache, api_entry *entry, api_entry **chain) {
   atomic_fetch_add(&tally_of(cache, &entry->built)->evictions, 1);
   unlist(cache, entry, chain);
 }
 
-/* Takes a reference to a READY entry. It moves to the front of its bucket, so that crowd_out finds the
- * entries of a bucket in the order of their use. */
+/* Takes a reference to a READY entry, and moves the entry to the front of its bucket: a bucket's entries
+ * stand in the order of their last use, as evict_from_full_bucket needs it. */
 static void touch(api_cache *cache, api_entry *entry) {
   atomic_fetch_add(&tally_of(cache, &entry->built)->hits, 1);
   if (is_idle(entry)) unlink_idle(cache, entry);
@@ -154,8 +153,8 @@ static void touch(api_cache *cache, api_entry *entry) {
   link_first(cache, entry);
 }
 
-/* Drops a reference. If the entry is idle now, the oldest idle entries are evicted down to idle_max; an entry
- * larger than idle_max is evicted itself, and no other for it. */
+/* Drops a reference. If that makes the entry idle, the oldest idle entries are evicted down to idle_max; an
+ * entry larger than idle_max is itself evicted, and no other entry for it. */
 static void drop(api_cache *cache, api_entry *entry, api_entry **chain) {
   entry->references--;
   if (!entry->is_listed && entry->references == 0) {
@@ -169,7 +168,7 @@ static void drop(api_cache *cache, api_entry *entry, api_entry **chain) {
 
 /* Evicts the least recently used idle entry of a full bucket: keys that are chosen to collide evict each
  * other instead of making every look-up slow. */
-static void crowd_out(api_cache *cache, uint32_t hash, api_entry **chain) {
+static void evict_from_full_bucket(api_cache *cache, uint32_t hash, api_entry **chain) {
   uint32_t length = 0;
   api_entry *last = NULL;
   for (api_entry *entry = *bucket_of(cache, hash); entry; entry = entry->next_in_bucket, length++)
@@ -177,7 +176,7 @@ static void crowd_out(api_cache *cache, uint32_t hash, api_entry **chain) {
   if (length >= CHAIN_MOST && last) evict(cache, last, chain);
 }
 
-/* Lists a new entry; the caller has a reference. NULL without memory. */
+/* Lists a new entry, with a reference for the caller. NULL without memory. */
 static api_entry *add(api_cache *cache, const char *key, uint32_t hash, api_entry **chain) {
   size_t length = strlen(key) + 1;
   api_entry *entry = calloc(1, sizeof *entry + length);
@@ -188,7 +187,7 @@ static api_entry *add(api_cache *cache, const char *key, uint32_t hash, api_entr
   entry->state = BUILDING;
   entry->references = 2;
   entry->is_listed = true;
-  crowd_out(cache, hash, chain);
+  evict_from_full_bucket(cache, hash, chain);
   link_first(cache, entry);
   return entry;
 }
@@ -237,7 +236,8 @@ void api_cache_destroy(api_cache *cache) {
 
 /* ---- promises and waiting ------------------------------------------------------------------------ */
 
-/* Under the lock: makes the entry READY or FAILED. Returns the tickets that waited: the caller wakes them. */
+/* Under the lock: makes the entry READY or FAILED. Returns the tickets that waited, for the caller to
+ * wake. */
 static api_ticket *settle(api_entry *entry, entry_state state) {
   api_ticket *waiting = entry->waiting;
   entry->waiting = NULL;
@@ -252,7 +252,7 @@ static void promise(api_entry *entry, api_ticket *ticket) {
   ticket->promised = entry;
 }
 
-/* Under the lock: ends the ticket's promise of the entry. False where another ticket promised it. */
+/* Under the lock: ends the ticket's promise of the entry. False where the promise is another ticket's. */
 static bool take_promise_back(api_entry *entry, api_ticket *ticket) {
   api_entry **link = &ticket->promised;
   while (*link && *link != entry) link = &(*link)->next_promised;
@@ -262,7 +262,8 @@ static bool take_promise_back(api_entry *entry, api_ticket *ticket) {
   return true;
 }
 
-/* Under the lock: the caller, who holds the entry, lets go of it without a value. Returns as settle does. */
+/* Under the lock: fails the entry without a value and drops the caller's reference. Returns as settle
+ * does. */
 static api_ticket *give_up(api_cache *cache, api_entry *entry, const api_fault *fault, api_entry **chain) {
   if (entry->is_listed) unlist(cache, entry, chain);
   entry->fault = *fault;
@@ -272,7 +273,7 @@ static api_ticket *give_up(api_cache *cache, api_entry *entry, const api_fault *
   return waiting;
 }
 
-/* Breaks the ticket's promises: waiting tickets are woken and try themselves. */
+/* Breaks the ticket's promises: tickets that waited are woken and build the entries themselves. */
 static void break_promises(api_cache *cache, api_ticket *ticket) {
   static const api_fault untried = {.stall = API_STALL_ENTRY};
   while (ticket->promised) {
@@ -287,7 +288,7 @@ static void break_promises(api_cache *cache, api_ticket *ticket) {
 }
 
 api_wait api_cache_wait(api_cache *cache, api_ticket *ticket, api_entry *awaited) {
-  /* Whoever waits promises nothing: two could wait for each other. */
+  /* A ticket that waits keeps no promise: two could wait for each other. */
   break_promises(cache, ticket);
   api_entry_release(ticket->awaited);
   ticket->awaited = awaited;
@@ -336,7 +337,7 @@ api_entry *api_cache_peek(api_cache *cache, const char *key) {
 }
 
 /* Builds the value of an entry that the caller holds, without the lock. A build that stalls for memory leaves
- * the entry promised by its ticket: the others wait for the entry, and only one request waits for memory. */
+ * the entry promised by its ticket, so that the other requests wait for the entry and only one for memory. */
 static api_entry *build_entry(api_cache *cache, api_entry *entry, api_ticket *ticket, api_build build,
                               void *context, api_fault *fault) {
   api_built built = {0};
@@ -353,7 +354,7 @@ static api_entry *build_entry(api_cache *cache, api_entry *entry, api_ticket *ti
     entry->built = built;
     woken = settle(entry, READY);
   } else if (fault->stall == API_STALL_MEMORY) {
-    promise(entry, ticket); /* with the caller's reference */
+    promise(entry, ticket); /* the promise takes over the caller's reference */
   } else {
     woken = give_up(cache, entry, fault, &chain);
   }
@@ -363,9 +364,9 @@ static api_entry *build_entry(api_cache *cache, api_entry *entry, api_ticket *ti
   return is_built ? entry : NULL;
 }
 
-/* Under the lock: ends the ticket's wait, where it was for this key. Returns the entry with the ticket's
- * reference where it is READY and still listed. A failed build fills the fault: all who waited for it fail
- * alike. */
+/* Under the lock: ends the ticket's wait, if it was for this key. Returns the entry with the ticket's
+ * reference if it is READY and still listed. A failed build fills the fault: all requests that waited for it
+ * fail alike. */
 static api_entry *take_awaited(api_cache *cache, const char *key, api_ticket *ticket, api_fault *fault,
                                api_entry **chain) {
   api_entry *awaited = ticket->awaited;
@@ -377,8 +378,8 @@ static api_entry *take_awaited(api_cache *cache, const char *key, api_ticket *ti
   return NULL;
 }
 
-/* Under the lock: this ticket will build the entry, and has a reference to it. A heavy call builds now and
- * gets the entry back; a light one only promises. */
+/* Under the lock: this ticket, which has a reference, is to build the entry. A heavy call builds it now and
+ * gets it back; a light call promises it. */
 static api_entry *begin_build(api_entry *entry, api_ticket *ticket, api_effort effort, api_fault *fault) {
   if (effort == API_HEAVY) {
     entry->state = BUILDING;
@@ -462,7 +463,7 @@ void api_entry_release(api_entry *entry) {
   drop(cache, entry, &chain);
   pthread_mutex_unlock(&cache->lock);
   destroy_chain(cache, chain);
-  api_budget_poke(cache->budget); /* what is idle now can make room */
+  api_budget_poke(cache->budget); /* a newly idle entry can make room for waiting requests */
 }
 
 uint64_t api_cache_relieve(api_cache *cache, uint64_t bytes) {

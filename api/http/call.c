@@ -1,4 +1,4 @@
-/* What handlers share: faults, plain replies, and the validators of immutable answers. */
+/* What handlers share: faults, plain replies, validators of immutable answers, and ranges. */
 #include "call.h"
 
 #include "service.h"
@@ -15,7 +15,7 @@ api_outcome api_fail(api_call *call) {
 }
 
 api_outcome api_fail_in_document(api_call *call) {
-  /* An OBJ error bears a line; every other document is JSON or holds one. */
+  /* OBJ errors have a line; every other document is JSON or contains JSON. */
   call->fault.in_document = call->fault.error.line == 0 && call->fault.error.status != TW_NO_MEMORY;
   return api_fail(call);
 }
@@ -65,10 +65,10 @@ const char *api_call_header(const api_call *call, const char *name) {
 
 /* ---- warnings ---------------------------------------------------------------------------------- */
 
-enum { WARNING_SIZE = 388 }; /* 400 with the count before it */
+enum { WARNING_SIZE = 388 }; /* 400 together with the count in front */
 
-/* Percent-encoded (RFC 3986) as far as there is room for whole characters; what is cut ends in U+2026.
- * text: UTF-8. NULL without memory. */
+/* Percent-encodes (RFC 3986) as many whole characters as fit; cut text ends in U+2026. text: UTF-8. NULL
+ * without memory. */
 static const char *encode_warning(tw_arena *arena, const char *text) {
   static const char ellipsis[] = "%E2%80%A6";
   char out[WARNING_SIZE];
@@ -113,7 +113,7 @@ void api_hex(const uint8_t *bytes, size_t count, char *out) {
 
 /* ---- validators -------------------------------------------------------------------------------- */
 
-/* Other bytes, another tag. */
+/* The tag depends on the coding: coded bytes differ. */
 static const char *coded_etag(api_call *call, const char *id, const char *representation, api_coding coding,
                               const char *canonical) {
   enum { DIGEST = 8 };
@@ -125,7 +125,7 @@ static const char *coded_etag(api_call *call, const char *id, const char *repres
   sha256_update(&hash, strlen(representation), (const uint8_t *)representation);
   sha256_update(&hash, strlen(suffixes[coding]) + 1, (const uint8_t *)suffixes[coding]);
   sha256_update(&hash, strlen(canonical) + 1, (const uint8_t *)canonical);
-  /* Another version may print or compute the same answer in other bytes. */
+  /* Another version may produce other bytes for the same request. */
   sha256_update(&hash, strlen(tw_version()), (const uint8_t *)tw_version());
   sha256_digest(&hash, sizeof digest, digest);
   char *tag = tw_arena_alloc_raw(call->arena, strlen(id) + 2 * DIGEST + sizeof "\"-\"", 1), *end = tag;
@@ -142,8 +142,8 @@ const char *api_etag(api_call *call, const char *id, const char *representation,
   return coded_etag(call, id, representation, API_CODING_NONE, canonical);
 }
 
-/* Whether the list of an If-None-Match or If-Match header holds the tag, or is "*". weak: W/ before a listed
- * tag does not matter. */
+/* Whether the list of an If-None-Match or If-Match header contains the tag, or is "*". weak: ignore W/ before
+ * a listed tag. */
 static bool etag_matches(const char *list, const char *etag, bool weak) {
   size_t length = strlen(etag);
   while (*list) {
@@ -197,12 +197,12 @@ api_outcome api_validate_file(api_call *call, const char *hash) {
 /* ---- ranges ------------------------------------------------------------------------------------ */
 
 typedef enum range_kind {
-  RANGE_ALL,          /* no range, or one that may be ignored */
+  RANGE_ALL,          /* no range, or one to be ignored */
   RANGE_PART,         /* 206 */
   RANGE_UNSATISFIABLE /* 416 */
 } range_kind;
 
-/* Digits to a number; false when there are none or too many. *text moves behind them. */
+/* Reads digits as a number and moves *text behind them; false where there are none or too many. */
 static bool read_position(const char **text, uint64_t *out) {
   uint64_t value = 0;
   size_t digits = 0;
@@ -214,7 +214,7 @@ static bool read_position(const char **text, uint64_t *out) {
   return digits > 0;
 }
 
-/* One range of a list, "first-last", "first-" or "-count". RANGE_ALL: malformed. */
+/* Reads one range of a list: "first-last", "first-" or "-count". RANGE_ALL: malformed. */
 static range_kind read_one(const char **text, uint64_t size, api_range *out) {
   uint64_t first = 0, last = 0;
   bool has_first = read_position(text, &first);
@@ -233,7 +233,7 @@ static range_kind read_one(const char **text, uint64_t size, api_range *out) {
   return RANGE_PART;
 }
 
-/* Whether both make one piece without a gap; then *range is it. */
+/* Merges `other` into *range if they overlap or touch; else false. */
 static bool join_ranges(api_range *range, const api_range *other) {
   uint64_t end = range->first + range->count, other_end = other->first + other->count;
   if (other->first > end || range->first > other_end) return false;
@@ -243,7 +243,7 @@ static bool join_ranges(api_range *range, const api_range *other) {
 }
 
 /* Reads a Range header (RFC 9110, section 14) for a representation of `size` bytes. text: NULL allowed.
- * Several ranges count where they make one piece, each joined to those before it; else as none. */
+ * Several ranges count if each of them extends those before it to one range; else the header is ignored. */
 static range_kind read_range(const char *text, uint64_t size, api_range *out) {
   if (!text || strncasecmp(text, "bytes=", 6) != 0) return RANGE_ALL;
   range_kind kind = RANGE_UNSATISFIABLE;
@@ -263,7 +263,7 @@ static range_kind read_range(const char *text, uint64_t size, api_range *out) {
   }
 }
 
-/* Whether If-Range lets the Range header count: without one, or with our tag (a date never fits). */
+/* Whether the Range header counts: If-Range is absent, or has our tag (dates never match). */
 static bool range_counts(const api_call *call) {
   const char *if_range = api_call_header(call, "If-Range");
   if (!if_range) return true;
@@ -274,7 +274,7 @@ static bool range_counts(const api_call *call) {
 api_outcome api_range_answer(api_call *call, uint64_t size, api_range *range) {
   call->answer.status = 200;
   *range = (api_range){0, size};
-  if (call->coding != API_CODING_NONE) return API_CONTINUE; /* parts would be of what it makes */
+  if (call->coding != API_CODING_NONE) return API_CONTINUE; /* ranges would refer to the coded bytes */
   api_answer_header(&call->answer, "Accept-Ranges", "bytes");
   const char *text = call->is_head || !range_counts(call) ? NULL : api_call_header(call, "Range");
   switch (read_range(text, size, range)) {

@@ -9,13 +9,13 @@
 #include "problem.h"
 #include "query.h"
 
-/* What has become of a request, or of a part of it. */
+/* The outcome of a request, of one of its stages, or of a step within a handler. */
 typedef enum api_outcome {
-  API_DONE,        /* what was asked for is there: of a handler or a stage the answer is filled */
-  API_FAILED,      /* the fault is filled: a failure, or a stall */
-  API_CONTINUE,    /* of a stage: the answer is for the next one to give */
-  API_NEEDS_LOOK,  /* come back with API_LOOK */
-  API_NEEDS_THREAD /* too much for a light call: come back with API_HEAVY */
+  API_DONE,        /* the result is there; from a handler or a stage: the answer is filled */
+  API_FAILED,      /* the fault is filled: an error, or a stall */
+  API_CONTINUE,    /* from a stage: no answer yet, go on with the next stage */
+  API_NEEDS_LOOK,  /* call again with API_LOOK */
+  API_NEEDS_THREAD /* too much for a light call: call again with API_HEAVY */
 } api_outcome;
 
 typedef struct api_route api_route;
@@ -26,34 +26,34 @@ typedef struct api_call {
   api_effort effort;
   const api_route *route;
   bool is_head;
-  bool has_one_form;    /* Accept has no say: the path's extension names the form, or there is one alone */
-  char id[API_ID_TEXT]; /* of the path; "" when the path bears none */
+  bool has_one_form;    /* by the path's extension, or the route has one form: ignore Accept */
+  char id[API_ID_TEXT]; /* of the model in the path; "" without one */
   const api_offer *offer;
   api_coding coding; /* of the answer: NONE, GZIP or ZSTD */
   api_query query;
   uint32_t warning_count;
   const char *first_warning; /* percent-encoded */
-  uint64_t held;             /* bytes that the answer's body holds while it is read, beside entries */
-  tw_arena *arena;           /* the answer's: lives as long as it does */
+  uint64_t held;             /* bytes that the answer's body holds while it is read, without cache entries */
+  tw_arena *arena;           /* the answer's arena; lives as long as the answer */
   api_answer answer;         /* being filled */
   api_fault fault;
 } api_call;
 
-/* Fails with a status of the library, which fault.error already bears (its status included). */
+/* Fails with the library's error in fault.error, whose status is filled in. */
 api_outcome api_fail(api_call *call);
-/* The same for an error in the document of the body. */
+/* The same for an error in the document that the body holds. */
 api_outcome api_fail_in_document(api_call *call);
-/* Fails with an HTTP status of its own. */
+/* Fails with an HTTP status. */
 api_outcome api_fail_with(api_call *call, int status, const char *format, ...) TW_PRINTF(3, 4);
 api_outcome api_fail_without_memory(api_call *call);
 
-/* The entry of the key, out of the cache or built by this call; API_NEEDS_THREAD in a light call where it is
- * missing. key NULL: built for this call alone. */
+/* The entry of a key, from the cache or built by this call; API_NEEDS_THREAD where it is missing in a light
+ * call. key NULL: built for this call alone. */
 api_outcome api_call_take(api_call *call, const char *key, api_build build, void *context, api_entry **out);
 
-/* Grants the request `bytes` in all for what it does next, but no less than it has waited for: it goes on
- * from its beginning then, and two that gave that back on the way would take it from each other for ever.
- * False: the fault stalls. */
+/* Sets the memory granted to the request to `bytes` in all, for what it does next, but not below what it has
+ * waited for: after a wait the request begins anew, and two requests that released that memory on the way
+ * would take it from each other for ever. False: the fault stalls. */
 bool api_grant(api_call *call, uint64_t bytes);
 
 /* The header's first value, NULL when absent. */
@@ -62,34 +62,34 @@ const char *api_call_header(const api_call *call, const char *name);
 /* Answers 200 with a printed text of the offer's type. */
 api_outcome api_reply(api_call *call, tw_text *text);
 
-/* Adds [count] sentences to what X-Tweend-Warning of the answer tells: how many there are, and the first. */
+/* Adds [count] sentences to the answer's X-Tweend-Warning, which tells their number and the first of them. */
 void api_call_warn(api_call *call, const char *const *sentences, uint32_t count);
 
 /* ---- answers about immutable models ---- */
 
-/* The entity tag, quoted, of a representation ("pose.json") of a model. canonical: all parameters with their
+/* The entity tag, quoted, of a representation ("pose.json") of a model. canonical: all parameters, with
  * defaults filled in. NULL without memory. */
 const char *api_etag(api_call *call, const char *id, const char *representation, const char *canonical);
 
-/* Sets the caching headers and the entity tag. Then judges If-None-Match and If-Match: API_DONE when the
- * answer is 304 already, API_FAILED for 412, API_CONTINUE to go on. */
+/* Sets the caching headers and the entity tag, then evaluates If-None-Match and If-Match: API_DONE when the
+ * answer is 304, API_FAILED for 412, API_CONTINUE to go on. */
 api_outcome api_validate(api_call *call, const char *representation, const char *canonical);
 
-/* The same for a file of the daemon's own, of which `hash` tells the bytes: clients ask for it anew each
+/* The same for a file embedded in the daemon, whose bytes `hash` identifies; clients revalidate it each
  * time. */
 api_outcome api_validate_file(api_call *call, const char *hash);
 
-/* For a request that changes what the URL has: API_FAILED for 412 where If-Match names none of the entity
- * tags that the representation has in any content coding, else API_CONTINUE. */
+/* For a request that changes what is at the URL: API_FAILED for 412 where If-Match names none of the
+ * representation's entity tags in any content coding, else API_CONTINUE. */
 api_outcome api_check_if_match(api_call *call, const char *representation);
 
-/* A part of the representation. */
+/* A byte range of a representation. */
 typedef struct api_range {
   uint64_t first, count;
 } api_range;
 
-/* Judges Range and If-Range for a representation of `size` bytes, after api_validate: sets status 200 or
- * 206 and the headers, and *range; API_CONTINUE to go on, API_FAILED for 416. */
+/* Evaluates Range and If-Range for a representation of `size` bytes, after api_validate: sets status 200 or
+ * 206, the headers, and *range. API_CONTINUE to go on, API_FAILED for 416. */
 api_outcome api_range_answer(api_call *call, uint64_t size, api_range *range);
 
 /* Lower-case hex: out [2 count], not terminated. */

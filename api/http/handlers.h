@@ -10,31 +10,31 @@ typedef enum api_takes {
   API_TAKES_JSON
 } api_takes;
 
-/* Who may ask. */
+/* Who may use a route. */
 typedef enum api_access {
   API_OPEN,      /* everybody */
-  API_READS,     /* whoever may read */
-  API_READS_ALL, /* the same; tells of all models, so that pages of other origins may not */
+  API_READS,     /* keys with the right to read */
+  API_READS_ALL, /* the same; reveals all models, so pages of other origins are refused */
   API_WRITES,
   API_DELETES
 } api_access;
 
 struct api_route {
-  const char *method; /* GET answers HEAD too */
+  const char *method; /* GET routes answer HEAD too */
   const char *path;   /* "{id}" stands for 32 hex digits */
-  const char *tail;   /* of a path of a model: what follows the id; else NULL */
+  const char *tail;   /* what follows the id in the path of a model; else NULL */
   api_takes takes;
   api_access access;
-  bool has_extensions;           /* the path may end in "." and an offer's extension */
+  bool has_extensions;           /* the path may end in "." and the extension of an offer */
   const api_offer *offers;       /* the first is the default; ends with a NULL type */
-  const char *const *parameters; /* NULL-terminated names that the query may bear */
+  const char *const *parameters; /* names of the parameters that the query may have, NULL-terminated */
   api_outcome (*handle)(api_call *call);
 };
 
-/* For the test that keeps the table and openapi.json equal. */
+/* For the test that compares the table with openapi.json. */
 const api_route *api_routes(size_t *count);
 
-/* The route that answers this path, which may end in an extension; NULL: none. */
+/* The route of a path, which may end in an extension; NULL: none. */
 const api_route *api_route_find(const char *method, const char *path);
 
 api_outcome api_get_health(api_call *call);

@@ -1,4 +1,4 @@
-/* Remembered answers: texts in the cache, sent from where they lie. */
+/* Cached answers: texts in the cache, sent from there without a copy. */
 #include "response_cache.h"
 
 #include "service.h"
@@ -40,7 +40,7 @@ static api_outcome take(api_call *call, const char *key, api_print print, void *
 
 /* ---- sending ------------------------------------------------------------------------------------ */
 
-/* What the host reads at once. */
+/* The most that the host reads at once. */
 enum { HOST_BLOCK = 256 << 10 };
 
 typedef struct response_body {
@@ -88,13 +88,12 @@ api_outcome api_response_reply(api_call *call, const char *key, const char *repr
   return outcome;
 }
 
-/* ---- answers without end ------------------------------------------------------------------------- */
+/* ---- answers asked for repeatedly ---------------------------------------------------------------- */
 
-/* Whether the last request of this slot had the same hash. Keeps answers that are asked for once out of the
- * cache. */
+/* Whether the last request in this hash's slot had the same hash. Keeps one-off requests out of the cache. */
 static bool was_asked_before(api_service *service, uint32_t hash) {
   atomic_uint *place = &service->asked[hash % API_ASKED];
-  hash |= 1; /* places hold 0 at first */
+  hash |= 1; /* slots begin as 0 */
   return atomic_exchange_explicit(place, hash, memory_order_relaxed) == hash;
 }
 

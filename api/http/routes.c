@@ -1,5 +1,5 @@
-/* The table of routes, and the stages that every request passes: route, cross-origin, method, key,
- * query, representation, body type; then its handler. */
+/* The table of routes, and the stages of every request: route, key or origin, query, representation, length
+ * and type of the body; then the handler. */
 #include "handlers.h"
 
 #include "access.h"
@@ -40,7 +40,7 @@ static const api_offer page_offers[] = {{"", "text/html", true}, {0}};
 static const api_offer script_offers[] = {{"", "text/javascript", true}, {0}};
 static const api_offer types_offers[] = {{"", "application/typescript", true}, {0}};
 static const api_offer text_offers[] = {{"", "text/plain", true}, {0}};
-/* The one form of a source is that of its bytes, which are not read yet. */
+/* A placeholder: the type of a source is that of the stored bytes, which are not read yet. */
 static const api_offer source_offers[] = {{"source", "*/*", false}, {0}};
 /* In the order of surface_form in surfaces.c. */
 static const api_offer surface_offers[] = {{"glb", "model/gltf-binary", false},
@@ -56,11 +56,11 @@ static const api_offer pose_offers[] = {{"json", "application/json", true},
                                         {0}};
 static const api_offer live_offers[] = {{"", "text/event-stream", false}, {0}};
 
-/* A path and its tail. */
+/* The path and tail of a route. */
 #define WHOLE(path)    path, NULL
 #define OF_MODEL(tail) "/v1/models/{id}" tail, tail
 
-/* What is asked for most comes first: the routes are gone through in this order. */
+/* The most frequent route comes first: the table is searched in this order. */
 static const api_route routes[] = {
     {"GET", OF_MODEL("/pose"), API_TAKES_NOTHING, API_READS, true, pose_offers, pose_parameters,
      api_get_pose},
@@ -121,31 +121,31 @@ const api_route *api_routes(size_t *count) {
 
 enum { ID_LENGTH = API_ID_TEXT - 1 };
 
-/* A path, looked through once for all routes that it is held against. */
-typedef struct cut_path {
+/* A path, parsed once before it is compared with every route. */
+typedef struct parsed_path {
   const char *whole;
-  const char *id; /* in it, of a model; else NULL */
-} cut_path;
+  const char *id; /* a model's id within the path; else NULL */
+} parsed_path;
 
-static cut_path cut(const char *path) {
+static parsed_path parse_path(const char *path) {
   static const char models[] = "/v1/models/";
   size_t head = strlen(models);
-  if (strncmp(path, models, head) != 0) return (cut_path){path, NULL};
+  if (strncmp(path, models, head) != 0) return (parsed_path){path, NULL};
   const char *id = path + head;
-  return (cut_path){path, api_is_model_id(id, strnlen(id, ID_LENGTH)) ? id : NULL};
+  return (parsed_path){path, api_is_model_id(id, strnlen(id, ID_LENGTH)) ? id : NULL};
 }
 
-/* What of the path follows the route's; NULL when it does not begin with it. */
-static const char *match_path(const api_route *route, const cut_path *path) {
+/* The part of the path behind the route's path; NULL where the path does not begin with that. */
+static const char *match_path(const api_route *route, const parsed_path *path) {
   const char *text = route->tail ? path->id + ID_LENGTH : path->whole;
   const char *pattern = route->tail ? route->tail : route->path;
   while (*pattern && *text == *pattern) text++, pattern++;
   return *pattern ? NULL : text;
 }
 
-/* Whether the path is this route's. *offer: what its extension asks for, NULL without one. No path with a
- * model's id is one of a route without. */
-static bool match_route(const api_route *route, const cut_path *path, const api_offer **offer) {
+/* Whether the path matches the route. *offer: the one that the path's extension names, NULL without an
+ * extension. A path with a model's id matches only routes with an id. */
+static bool match_route(const api_route *route, const parsed_path *path, const api_offer **offer) {
   *offer = NULL;
   if (!route->tail != !path->id) return false;
   const char *rest = match_path(route, path);
@@ -161,28 +161,28 @@ static bool match_route(const api_route *route, const cut_path *path, const api_
 }
 
 const char *api_route_name(const char *path) {
-  const cut_path pieces = cut(path);
+  const parsed_path pieces = parse_path(path);
   const api_offer *offer;
   for (size_t i = 0; i < ROUTES; i++)
     if (match_route(&routes[i], &pieces, &offer)) return routes[i].path;
   return "other";
 }
 
-static const api_route *find(const char *method, const cut_path *path, const api_offer **offer) {
+static const api_route *find(const char *method, const parsed_path *path, const api_offer **offer) {
   for (size_t i = 0; i < ROUTES; i++)
     if (match_route(&routes[i], path, offer) && strcmp(routes[i].method, method) == 0) return &routes[i];
   return NULL;
 }
 
 const api_route *api_route_find(const char *method, const char *path) {
-  const cut_path pieces = cut(path);
+  const parsed_path pieces = parse_path(path);
   const api_offer *offer;
   return find(method, &pieces, &offer);
 }
 
 /* Finds the route of method and path; false when the path has none of that method. */
 static bool find_route(api_call *call, const char *method) {
-  const cut_path path = cut(call->request->path);
+  const parsed_path path = parse_path(call->request->path);
   call->route = find(method, &path, &call->offer);
   if (call->route && call->route->offers == source_offers) call->offer = source_offers;
   call->has_one_form = call->offer;
@@ -190,10 +190,10 @@ static bool find_route(api_call *call, const char *method) {
   return call->route;
 }
 
-/* The methods that a path has, as Allow lists them, or only those that a page of the request's origin may
- * use; NULL when there are none, or without memory. */
+/* The methods of a path as an Allow list; for_page: only those that a page of the request's origin may use.
+ * NULL without any, or without memory. */
 static const char *list_methods(const api_call *call, bool for_page) {
-  const cut_path path = cut(call->request->path);
+  const parsed_path path = parse_path(call->request->path);
   char allow[64];
   size_t length = 0;
   for (size_t i = 0; i < ROUTES; i++) {
@@ -258,7 +258,7 @@ static api_outcome check_type(api_call *call) {
   return api_fail_with(call, 415, "Content-Type is none of: %s", call->fault.supported);
 }
 
-/* Considers the paths of a route as names that a client may have meant. */
+/* Considers the paths of a route as what the client may have meant. */
 static void consider_route(api_near *near, const api_route *route) {
   char path[API_NEAR_TEXT];
   api_near_consider(near, route->path);
@@ -268,7 +268,8 @@ static void consider_route(api_near *near, const api_route *route) {
   }
 }
 
-/* The path with "{id}" for ids, and for what stands in the place of one, which *has_false_id tells. */
+/* Prints the path with "{id}" in place of ids, and of what stands where a model's id belongs, which
+ * *has_false_id tells. */
 static void print_pattern(const char *path, char out[API_NEAR_TEXT], bool *has_false_id) {
   static const char models[] = "/v1/models", pattern[] = "/{id}";
   bool is_of_models = strncmp(path, models, sizeof models - 1) == 0;
@@ -286,7 +287,7 @@ static void print_pattern(const char *path, char out[API_NEAR_TEXT], bool *has_f
   }
 }
 
-/* Nothing is at this path: names what is near. */
+/* Fails with 404 and names similar paths. */
 static api_outcome fail_path(api_call *call) {
   char pattern[API_NEAR_TEXT] = "";
   bool has_false_id;
@@ -299,12 +300,12 @@ static api_outcome fail_path(api_call *call) {
                        api_near_print(&near).text);
 }
 
-/* OPTIONS, or a method that the path does not have. */
+/* Answers OPTIONS, or fails with 405 for a method that the path does not have. */
 static api_outcome answer_methods(api_call *call) {
   const char *methods = list_methods(call, false);
   bool is_options = strcmp(call->request->method, "OPTIONS") == 0;
   if (!methods && is_options && strcmp(call->request->path, "*") == 0)
-    methods = "GET, HEAD, POST, DELETE, OPTIONS"; /* of the server as a whole */
+    methods = "GET, HEAD, POST, DELETE, OPTIONS"; /* "*" means the server as a whole */
   if (!methods) return fail_path(call);
   if (is_options) {
     api_access_options(call, methods, list_methods(call, true));
@@ -314,14 +315,14 @@ static api_outcome answer_methods(api_call *call) {
   return api_fail_with(call, 405, "this path answers %s", methods);
 }
 
-/* What path and key decide. API_CONTINUE: go on with the rest. */
+/* Checks path, method and key. API_CONTINUE: go on with the rest. */
 static api_outcome admit_route(api_call *call) {
   call->is_head = strcmp(call->request->method, "HEAD") == 0;
   if (!find_route(call, call->is_head ? "GET" : call->request->method)) return answer_methods(call);
   return api_access_allowed(call) ? API_CONTINUE : API_FAILED;
 }
 
-/* What query and headers decide. API_CONTINUE: let the body come. */
+/* Checks the query and the other headers. API_CONTINUE: the body may come. */
 static api_outcome admit_rest(api_call *call) {
   if (api_query_read(call->request->query, call->route->parameters, call->arena, &call->query,
                      &call->fault.error) != TW_OK)
@@ -334,7 +335,7 @@ static api_outcome admit_rest(api_call *call) {
   return outcome;
 }
 
-/* ---- the two entries ------------------------------------------------------------------------- */
+/* ---- entry points ---------------------------------------------------------------------------- */
 
 static bool begin(api_call *call, api_service *service, const api_request *request, api_effort effort) {
   *call = (api_call){.service = service, .request = request, .effort = effort};
@@ -343,7 +344,7 @@ static bool begin(api_call *call, api_service *service, const api_request *reque
   return call->arena != NULL;
 }
 
-/* What chose among the answers that this URL has. */
+/* Lists the request headers on which the choice among the URL's answers depends. */
 static void add_vary(api_call *call) {
   static const char *const fields[] = {"Accept", "Accept-Encoding", "Authorization, X-API-Key", "Origin"};
   bool is_coded = call->offer && (call->coding != API_CODING_NONE || call->offer->is_text);
@@ -354,8 +355,7 @@ static void add_vary(api_call *call) {
   if (end > list) api_answer_header_copy(&call->answer, "Vary", list);
 }
 
-/* Lets only the client's own cache keep an answer that needed a key: a shared cache would give it to clients
- * without one. */
+/* Marks an answer that needed a key as private: a shared cache would give it to clients without a key. */
 static void make_private(api_call *call) {
   static const char name[] = "Cache-Control", shared[] = "public, ";
   api_header *header = NULL;
@@ -372,10 +372,10 @@ static void make_private(api_call *call) {
   header->value = copy ? copy : "private";
 }
 
-/* Hands the answer over, with the headers that all answers bear. */
+/* Moves the answer to the caller, with the headers that all answers have. */
 static void finish(api_call *call, api_outcome outcome, api_answer *answer) {
   if (outcome == API_FAILED) {
-    call->answer.header_count = 0; /* they belong to the answer that did not come about */
+    call->answer.header_count = 0; /* these belong to the answer that failed */
     api_problem_fill(&call->fault, call->request->id, &call->answer);
   }
   if (outcome != API_FAILED && call->first_warning)
@@ -388,7 +388,7 @@ static void finish(api_call *call, api_outcome outcome, api_answer *answer) {
   *answer = call->answer;
 }
 
-/* Frees what of the answer there is, for a request that begins anew. */
+/* Frees the partial answer of a request that will begin anew. */
 static void abandon(api_call *call) {
   api_answer_deinit(&call->answer);
 }
@@ -418,8 +418,9 @@ static api_outcome run_stages(api_call *call) {
   return outcome == API_DONE ? api_encode(call) : outcome;
 }
 
-/* What the answer holds from here on; a body that does not fit makes the request wait like any other stall.
- * An answer that takes no more than its connection does not count: a probe waits for nobody. */
+/* Sets the grant to what the finished answer holds; an answer that does not fit makes the request wait like
+ * any other stall. Up to UNCOUNTED bytes, about what a connection takes, do not count, so that probes never
+ * wait. */
 static api_outcome keep_grant(api_call *call, api_outcome outcome) {
   enum { UNCOUNTED = 32 << 10 };
   uint64_t held = outcome == API_DONE ? call->held + call->answer.bytes.size : 0;
@@ -429,15 +430,15 @@ static api_outcome keep_grant(api_call *call, api_outcome outcome) {
   return API_FAILED;
 }
 
-/* Makes the ticket of a stalled call wait. */
+/* Makes the ticket of a stalled call wait. Frees the call. */
 static api_wait wait_for(api_call *call) {
   api_ticket *ticket = call->request->ticket;
   const api_fault fault = call->fault;
   abandon(call);
   if (ticket->pauses) ticket->pauses(ticket);
-  /* From here on the call is over: the ticket may be woken before this returns. */
+  /* The ticket may be woken from here on, before this function returns. */
   if (fault.stall == API_STALL_MEMORY) return api_budget_wait(call->service->budget, ticket, fault.needed);
-  api_budget_grant(call->service->budget, ticket, 0); /* two that hold and wait could wait for each other */
+  api_budget_grant(call->service->budget, ticket, 0); /* a waiting ticket holds no memory: no deadlock */
   return api_cache_wait(call->service->cache, ticket, fault.awaited);
 }
 
@@ -458,7 +459,7 @@ void api_refuse(api_service *service, const api_request *request, int status, co
   finish(&call, API_FAILED, answer);
 }
 
-/* The answer to a request that has no place in the queue for memory. */
+/* Answers 503: too many requests wait for memory. */
 static void refuse_crowded(api_service *service, const api_request *request, api_answer *answer) {
   api_cache_end(service->cache, request->ticket);
   api_refuse(service, request, 503, "the memory for this is in use by other requests", 1, answer);
