@@ -1,6 +1,6 @@
-/* Keys, compared in constant time, and CORS (the fetch standard), without credentials. Without keys the
- * browser's origin is all that there is to judge: pages of origins that --cors-origins does not name may
- * then neither list nor delete models, only use those whose id they know. */
+/* Keys, compared in constant time, and CORS (the fetch standard), without credentials. Without keys only the
+ * browser's origin can be checked: pages of origins that --cors-origins does not name may then neither list
+ * nor delete models, only use those whose id they know. */
 #include "access.h"
 
 #include "service.h"
@@ -25,7 +25,7 @@ bool api_access_asks(const api_call *call) {
   return call->route && call->route->access != API_OPEN && has_keys(call);
 }
 
-/* The key that the request bears, NULL when it bears none. */
+/* The key in the request, NULL without one. */
 static const char *key_text(const api_request *request) {
   const char *authorization = request->header(request->context, "Authorization");
   if (authorization && strncasecmp(authorization, "Bearer ", 7) == 0)
@@ -37,7 +37,7 @@ static const char *key_text(const api_request *request) {
 static const api_kept_key *find_key(const api_keys *keys, const char *text) {
   uint8_t digest[API_KEY_DIGEST];
   api_key_digest(text, digest);
-  size_t found = keys->count; /* every key is looked at, so that the time tells nothing */
+  size_t found = keys->count; /* every key is compared, so that the time reveals nothing */
   for (size_t i = keys->count; i-- > 0;)
     if (memeql_sec(digest, keys->keys[i].digest, API_KEY_DIGEST)) found = i;
   return found < keys->count ? &keys->keys[found] : NULL;
@@ -107,7 +107,8 @@ static bool lists_origin(const char *list, const char *origin) {
   return false;
 }
 
-/* Of this daemon's own page: the browser says so, or the origin's host is the one that was asked. */
+/* Whether the request comes from this daemon's own page: the browser says so, or the origin's host is that of
+ * the request. */
 static bool is_own(const api_call *call, const char *origin) {
   const char *site = api_call_header(call, "Sec-Fetch-Site"), *host = api_call_header(call, "Host");
   const char *authority = strstr(origin, "://");
@@ -115,7 +116,7 @@ static bool is_own(const api_call *call, const char *origin) {
          (host && authority && strcasecmp(authority + 3, host) == 0);
 }
 
-/* Whether only named origins may use the route. */
+/* Whether only the origins that --cors-origins names may use the route. */
 static bool is_guarded(const api_call *call, const api_route *route) {
   return route && (route->access == API_READS_ALL || route->access == API_DELETES) && !has_keys(call);
 }
@@ -142,7 +143,7 @@ static bool allows_origin(api_call *call) {
   return false;
 }
 
-/* The listener for probes and metrics. */
+/* Which routes the listener for probes and metrics serves. */
 static bool allows_admin(api_call *call) {
   api_outcome (*const served[])(api_call *) = {api_get_health, api_get_ready, api_get_version,
                                                api_get_openapi, api_get_metrics};

@@ -1,24 +1,24 @@
-/* Who may ask: keys, signed URLs and pages of other origins. */
+/* Access: keys, signed URLs, and pages of other origins. */
 #ifndef API_ACCESS_H
 #define API_ACCESS_H
 
 #include "handlers.h"
 
-/* Whether the request may use its route; fills the fault with 401 or 403. */
+/* Whether the request may use its route; else fills the fault with 401, 403, or 404 on the admin listener. */
 bool api_access_allowed(api_call *call);
 
-/* Whether the route asks for a key. */
+/* Whether the route needs a key. */
 bool api_access_asks(const api_call *call);
 /* Whether the answer depends on the request's Origin. */
 bool api_access_varies(const api_call *call);
 
-/* Adds the cross-origin headers that every answer bears. */
+/* Adds the cross-origin headers of an answer. */
 void api_access_headers(api_call *call);
 
 /* Whether a page of the request's origin may use the route. */
 bool api_access_of_origin(const api_call *call, const api_route *route);
 
-/* Answers OPTIONS: pre-flight or plain. allow: the path's methods; granted: those that a page of the
+/* Answers OPTIONS, pre-flight or plain. allow: the path's methods; granted: those that a page of the
  * request's origin may use, NULL for none. */
 void api_access_options(api_call *call, const char *allow, const char *granted);
 

@@ -55,7 +55,7 @@ void api_answer_text(api_answer *answer, int status, const char *type, tw_text *
   if (text->failed) {
     tw_text_deinit(text);
     answer->status = 503;
-    answer->header_count = 0; /* those of the answer that did not come about would let it be cached */
+    answer->header_count = 0; /* the failed answer's headers would let this one be cached */
     api_answer_header(answer, "Retry-After", "1");
     return;
   }

@@ -1,4 +1,5 @@
 /* The budget: the memory that bodies, models, plans, caches and answers hold together, against --max-memory.
+ *
  * Two kinds of memory count. Existing memory (cache entries, bodies) is added when it is allocated and
  * subtracted when it is freed; that never fails. Memory that a request is about to use is granted to its
  * ticket beforehand; a request whose grant does not fit waits. A grant makes room by evicting idle cache

@@ -1,4 +1,5 @@
 /* The cache: a hash table of entries, a list of the idle ones by last use, one lock.
+ *
  * An entry is listed while it is in the table; requests find only listed entries. It is idle when the table
  * holds the only reference. An entry that loses its last reference under the lock is added to the caller's
  * chain, which the caller destroys after unlocking: builds, destructors and wake-ups run without the lock. */

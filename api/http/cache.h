@@ -2,6 +2,7 @@
  * entry that no request holds is idle; idle entries are kept up to a byte budget, and the least recently used
  * are evicted first. Entries in use do not count against that budget, so they push out nothing; all entries
  * count against the budget of the process (budget.h).
+ *
  * Requests for the same missing key build its value once. A request never blocks while another one builds:
  * its take fails with a stall in the fault, and api_handle makes its ticket wait at the entry. */
 #ifndef API_CACHE_H

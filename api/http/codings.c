@@ -1,7 +1,6 @@
-/* Answers: texts that are there are coded at once, so that their length is known; bodies as they are read, in
- * memory that does not depend on their length. Levels are those at which coding about keeps up with a fast
- * network.
- */
+/* Texts are encoded whole, so that their length is known; bodies are encoded while they are read, in memory
+ * that does not depend on their length. The compression levels are those that about keep up with a fast
+ * network. */
 #include "codings.h"
 
 #include <limits.h>
@@ -13,17 +12,17 @@
 
 enum {
   GZIP_LEVEL = 4,
-  GZIP_HEAD = 16, /* to zlib: a gzip head, not its own */
+  GZIP_HEAD = 16, /* tells zlib to write a gzip header in place of its own */
   ZSTD_LEVEL = 1,
   ZSTD_WINDOW_LOG = 17,
-  LEAST = 1024,        /* bytes of a text worth coding */
-  LIGHT = 64 << 10,    /* bytes coded in no time */
-  PIECE = 64 << 10,    /* of a body, between its reader and the coder */
-  TURN = 256 << 10,    /* of a body, coded by one read: an I/O thread waits for it */
-  STATE_COST = 1 << 20 /* of a coder with its piece, at most */
+  LEAST = 1024,        /* bytes from which encoding a text pays */
+  LIGHT = 64 << 10,    /* bytes that a light call may encode */
+  PIECE = 64 << 10,    /* of a body, between its reader and the encoder */
+  TURN = 256 << 10,    /* of a body, encoded at most by one read, as an I/O thread waits for it */
+  STATE_COST = 1 << 20 /* of an encoder with its piece, at most */
 };
 
-/* One of both. */
+/* An encoder: zstd, or gzip. */
 typedef struct coder {
   ZSTD_CCtx *zstd;
   z_stream gzip;
@@ -50,11 +49,11 @@ static void coder_deinit(coder *c) {
 
 typedef enum coded { CODED_MORE, CODED_ALL, CODED_FAILED } coded;
 
-/* Whether the coder writes out what it holds back: not, now, or because the input ends. */
+/* Whether the encoder writes out what it has buffered: no, now, or because the input ends. */
 typedef enum flush { FLUSH_NOT, FLUSH_NOW, FLUSH_END } flush;
 
-/* Codes input into output as far as there is room. CODED_ALL: the end is written. Neither holds over 4 GiB.
- */
+/* Encodes input into output as far as there is room. CODED_ALL: the end is written. Neither buffer may hold
+ * over 4 GiB. */
 static coded coder_run(coder *c, ZSTD_inBuffer *input, ZSTD_outBuffer *output, flush how) {
   static const ZSTD_EndDirective ZSTD_WAYS[] = {ZSTD_e_continue, ZSTD_e_flush, ZSTD_e_end};
   static const int GZIP_WAYS[] = {Z_NO_FLUSH, Z_SYNC_FLUSH, Z_FINISH};
@@ -63,7 +62,7 @@ static coded coder_run(coder *c, ZSTD_inBuffer *input, ZSTD_outBuffer *output, f
     size_t left = ZSTD_compressStream2(c->zstd, output, input, ZSTD_WAYS[how]);
     return ZSTD_isError(left) ? CODED_FAILED : is_last && left == 0 ? CODED_ALL : CODED_MORE;
   }
-  c->gzip.next_in = (Bytef *)(uintptr_t)input->src + input->pos; /* zlib's interface knows no const here */
+  c->gzip.next_in = (Bytef *)(uintptr_t)input->src + input->pos; /* zlib's interface lacks const here */
   c->gzip.avail_in = (uInt)(input->size - input->pos);
   c->gzip.next_out = (Bytef *)output->dst + output->pos;
   c->gzip.avail_out = (uInt)(output->size - output->pos);
@@ -75,7 +74,8 @@ static coded coder_run(coder *c, ZSTD_inBuffer *input, ZSTD_outBuffer *output, f
 
 /* ---- texts ------------------------------------------------------------------------------------- */
 
-/* Without memory, or where it would be longer, the text goes as it is. */
+/* Encodes the text in place. False without memory, or if it would become longer: the text is sent as it
+ * is. */
 static bool encode_text(api_call *call) {
   api_answer *answer = &call->answer;
   coder c;
@@ -100,14 +100,14 @@ static bool encode_text(api_call *call) {
 typedef struct coded_body {
   coder coder;
   api_body inner;
-  bool is_last, is_done; /* the inner body has ended; so has the coder */
-  bool is_flushing;      /* the coder writes out what it holds back */
-  ZSTD_inBuffer input;   /* of piece */
+  bool is_last, is_done; /* the inner body has ended; the encoder too */
+  bool is_flushing;      /* the encoder is writing out what it has buffered */
+  ZSTD_inBuffer input;   /* the unread part of piece */
   uint8_t piece[PIECE];
 } coded_body;
 
-/* Ends a block before it is full where it has taken TURN bytes of input. A flush that has begun is finished
- * before more input is taken, as both coders ask for. Blocks of under 7 bytes would repeat zlib's flush. */
+/* Returns early once it has read TURN bytes of input. A flush in progress is finished before more input is
+ * read, as both encoders require. zlib repeats its flush if the output has room for under 7 bytes. */
 static int64_t read_coded(void *context, uint8_t *out, size_t capacity) {
   coded_body *body = context;
   ZSTD_outBuffer output = {out, capacity < INT32_MAX ? capacity : INT32_MAX, 0};
@@ -126,7 +126,7 @@ static int64_t read_coded(void *context, uint8_t *out, size_t capacity) {
     if (result == CODED_FAILED) return -1;
     body->is_done = result == CODED_ALL;
     if (!body->is_flushing || output.pos == output.size) continue;
-    body->is_flushing = false; /* room is left: all is written */
+    body->is_flushing = false; /* room is left, so the flush is complete */
     if (output.pos > 0) break;
   }
   return (int64_t)output.pos;
@@ -167,21 +167,22 @@ api_outcome api_encode(api_call *call) {
 
 /* ---- decoding ---------------------------------------------------------------------------------- */
 
-/* Codings are undone under a limit on what comes out: a small bomb stays small. The buffer grows by a half,
- * so that it never takes more than two and a half times what comes out, and is cut to size at the end. */
+/* The limit on the decoded size keeps a small bomb small. The buffer grows by a half, so that it takes at
+ * most two and a half times the decoded size, and is cut to size at the end. */
 
-/* Members of a gzip file, or frames of a zstd file: programs that write several put megabytes into each, and
- * one without anything in it costs time all the same. */
+/* The most members of a gzip file, or frames of a zstd file. Programs that write several put megabytes into
+ * each, and an empty one takes time too. */
 enum { PARTS_MAX = 65536 };
 
-/* A buffer that grows up to a limit, and one byte over it, which tells that there is more. */
+/* A buffer that grows to at most one byte over its limit; that byte tells that there is more. */
 typedef struct sink {
   uint8_t *data;
   size_t size, capacity;
   uint64_t limit;
 } sink;
 
-/* Room for at least one more byte; false without memory. The caller stops over the limit. */
+/* Makes room for at least one more byte; false without memory. The caller stops when the size is over the
+ * limit. */
 static bool sink_grow(sink *out) {
   if (out->size < out->capacity) return true;
   uint64_t most = out->limit < SIZE_MAX ? out->limit + 1 : SIZE_MAX;
@@ -207,10 +208,10 @@ static tw_status fail_limit(tw_error *error, uint64_t limit) {
                  (unsigned long long)limit);
 }
 
-/* Inflates the members of a gzip file, one after the other. */
+/* Inflates the members of a gzip file, one after the other, until the input ends. */
 static tw_status inflate_members(z_stream *stream, api_bytes bytes, sink *out, tw_error *error) {
   size_t left = bytes.size, parts = 0;
-  stream->next_in = (Bytef *)bytes.data; /* zlib's interface knows no const here, and reads only */
+  stream->next_in = (Bytef *)bytes.data; /* zlib's interface lacks const here; it only reads */
   for (;;) {
     if (!sink_grow(out)) return tw_fail(error, TW_NO_MEMORY, "out of memory");
     uInt room = (uInt)(out->capacity - out->size < UINT_MAX ? out->capacity - out->size : UINT_MAX);

@@ -3,11 +3,11 @@
 #include <string.h>
 #include <strings.h>
 
-enum { TITLE_MOST = 255 }; /* bytes, as file systems have it */
+enum { TITLE_MOST = 255 }; /* bytes, the usual limit of file systems */
 
 /* ---- reading --------------------------------------------------------------------------------- */
 
-/* A parameter's value without its quotes and the backslashes in it. NULL without memory. */
+/* A parameter's value without quotes and the backslashes of escapes. NULL without memory. */
 static char *unquote(tw_arena *arena, api_span value) {
   char *text = tw_arena_text(arena, value.text, value.length), *out = text;
   if (!text || *text != '"') return text;
@@ -19,7 +19,7 @@ static char *unquote(tw_arena *arena, api_span value) {
   return text;
 }
 
-/* UTF-8''na%C3%AFve (RFC 8187), in place; what is no escape stays as it is. */
+/* Decodes UTF-8''na%C3%AFve (RFC 8187) in place; invalid escapes stay as they are. */
 static char *decode_extended(char *text) {
   static const char charset[] = "UTF-8'";
   char *language =
@@ -65,7 +65,7 @@ const char *api_file_name_title(const char *name, tw_arena *arena) {
 
 /* ---- writing --------------------------------------------------------------------------------- */
 
-/* Without the extension of a format that can be uploaded. */
+/* The length of the name without the extension of an upload format. */
 static size_t stem_length(const char *name) {
   static const char *const extensions[] = {".glb", ".gltf", ".obj", ".stl", ".ply", ".json"};
   size_t length = strlen(name);
@@ -76,7 +76,7 @@ static size_t stem_length(const char *name) {
   return length;
 }
 
-/* For readers that know no filename*: what is not plain becomes '_'. */
+/* For clients that do not know filename*: other than plain characters become '_'. */
 static void add_fallback(tw_text *text, const char *stem, size_t length) {
   for (size_t i = 0; i < length; i++)
     tw_text_bytes(text, api_is_unreserved(stem[i]) || stem[i] == ' ' ? &stem[i] : "_", 1);

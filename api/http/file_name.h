@@ -1,20 +1,19 @@
-/* Names of files in Content-Disposition (RFC 6266): those that uploads bear and those that answers suggest.
- */
+/* File names in Content-Disposition (RFC 6266): read from uploads, suggested by answers. */
 #ifndef API_FILE_NAME_H
 #define API_FILE_NAME_H
 
 #include "call.h"
 
-/* The file name among the parameters of a Content-Disposition, the decoded filename* before filename; *out
- * stays where it has none. value: what follows the colon. False without memory. */
+/* Reads the file name from the parameters of a Content-Disposition, preferring the decoded filename* to
+ * filename; *out is left alone without one. value: what follows the colon. False without memory. */
 bool api_file_name_read(api_span value, tw_arena *arena, const char **out);
 
-/* What a person calls the file: the name without folders; NULL where that is no text to show, or without
- * memory. */
+/* The file's title: the name without folders, at most 255 bytes; NULL where it is no displayable text, or
+ * without memory. */
 const char *api_file_name_title(const char *name, tw_arena *arena);
 
-/* Adds Content-Disposition with the name of a model, its extension replaced by that of the answer. name: NULL
- * for none. The query's `download` makes it an attachment. */
+/* Adds Content-Disposition with a model's name, its extension replaced by the answer's. name: NULL for none.
+ * The query's `download` makes it an attachment. */
 api_outcome api_file_name_suggest(api_call *call, const char *name, const char *extension);
 
 #endif

@@ -1,5 +1,5 @@
-/* The description of the interface, the module that web clients load, and the page. A file changes with the
- * daemon, so that clients ask each time whether theirs is the present one. */
+/* The API description, the module for web clients with its types, and the page. A file changes with the
+ * daemon's version, so clients revalidate it each time. */
 #include "files.h"
 
 #include "codings.h"
@@ -27,14 +27,14 @@ api_outcome api_get_client_types(api_call *call) {
   return reply_file(call, &api_client_types);
 }
 
-/* The page as it is stored goes to clients that take gzip, before codings that they would have to wait for.
- */
-static bool send_stored(const api_call *call) {
+/* Whether to send the page as stored, compressed by gzip: to every client that takes gzip, even if it prefers
+ * another coding, which would have to be computed. */
+static bool sends_stored(const api_call *call) {
   return call->coding != API_CODING_NONE &&
          api_coding_allowed(api_call_header(call, "Accept-Encoding"), "gzip");
 }
 
-/* The page's bytes as they are sent, or as api_encode takes them. False without memory. */
+/* The page's bytes: as stored, or decoded for api_encode. False without memory. */
 static bool copy_page(const api_page *page, bool is_stored, tw_text *out) {
   enum { PAGE_MOST = 16 << 20 };
   uint8_t *bytes;
@@ -51,7 +51,7 @@ static bool copy_page(const api_page *page, bool is_stored, tw_text *out) {
 api_outcome api_get_page(api_call *call) {
   const api_page *page = &call->service->page;
   if (page->gzip.size == 0) return api_fail_with(call, 404, "this daemon has no page");
-  bool is_stored = send_stored(call);
+  bool is_stored = sends_stored(call);
   if (is_stored) call->coding = API_CODING_GZIP;
   api_answer_header(&call->answer, "Content-Security-Policy", page->policy);
   api_outcome outcome = api_validate_file(call, page->hash);
@@ -60,7 +60,7 @@ api_outcome api_get_page(api_call *call) {
   if (!copy_page(page, is_stored, &text)) return api_fail_without_memory(call);
   if (is_stored) {
     api_answer_header(&call->answer, "Content-Encoding", "gzip");
-    call->coding = API_CODING_NONE; /* nothing is left to code */
+    call->coding = API_CODING_NONE; /* encoded already */
   }
   return api_reply(call, &text);
 }

@@ -1,4 +1,4 @@
-/* Files that the build embeds. */
+/* Files embedded by the build. */
 #ifndef API_FILES_H
 #define API_FILES_H
 

@@ -1,4 +1,4 @@
-/* Formats are told by how their files begin, as file(1) does. */
+/* Recognises formats by how their files begin, as file(1) does. */
 #include "foreign.h"
 
 #include "codings.h"
@@ -43,7 +43,7 @@ static bool begins(api_bytes bytes, size_t offset, const char *text) {
   return bytes.size >= offset + length && memcmp(bytes.data + offset, text, length) == 0;
 }
 
-/* Whether a text, in any case, stands in the first kilobyte. */
+/* Whether the first kilobyte contains the text, in any case. */
 static bool holds(api_bytes bytes, const char *text) {
   enum { LOOKED_AT = 1024 };
   size_t length = strlen(text), size = bytes.size < LOOKED_AT ? bytes.size : LOOKED_AT;
@@ -52,10 +52,11 @@ static bool holds(api_bytes bytes, const char *text) {
   return false;
 }
 
-/* ---- what is packed ------------------------------------------------------------------------------------ */
+/* ---- compressed files ---------------------------------------------------------------------------------- */
 
-/* Blender packs its files; all else that is packed wants a header. name NULL: it is not packed. */
-static api_foreign look_packed(api_bytes bytes) {
+/* Compressed .blend files are told from other compressed files, which only lack a header. name NULL: not
+ * compressed. */
+static api_foreign recognise_compressed(api_bytes bytes) {
   bool is_gzip = begins(bytes, 0, "\x1F\x8B"), is_zstd = begins(bytes, 0, "\x28\xB5\x2F\xFD");
   if ((is_gzip && api_decodes_to(API_CODING_GZIP, bytes, "BLENDER")) ||
       (is_zstd && api_decodes_to(API_CODING_ZSTD, bytes, "BLENDER")))
@@ -68,9 +69,9 @@ static api_foreign look_packed(api_bytes bytes) {
   return (api_foreign){"ZIP", "send the model that is in it"};
 }
 
-/* ---- XML and its kin ----------------------------------------------------------------------------------- */
+/* ---- XML and HTML -------------------------------------------------------------------------------------- */
 
-static api_foreign look_markup(api_bytes bytes) {
+static api_foreign recognise_markup(api_bytes bytes) {
   size_t at = begins(bytes, 0, "\xEF\xBB\xBF") ? 3 : 0;
   while (at < bytes.size && bytes.data[at] <= ' ') at++;
   if (at == bytes.size || bytes.data[at] != '<') return (api_foreign){0};
@@ -80,9 +81,9 @@ static api_foreign look_markup(api_bytes bytes) {
   return (api_foreign){"XML", NULL};
 }
 
-/* ---- what came to harm on its way --------------------------------------------------------------------- */
+/* ---- files damaged in transit ------------------------------------------------------------------------- */
 
-/* An OBJ in one line has points right behind the word or number before them. */
+/* An OBJ whose line ends were dropped has points right behind the word or number before them. */
 static bool is_stripped_obj(api_bytes bytes) {
   if (memchr(bytes.data, '\n', bytes.size) || memchr(bytes.data, '\r', bytes.size)) return false;
   int points = 0;
@@ -94,7 +95,7 @@ static bool is_stripped_obj(api_bytes bytes) {
   return points == 2;
 }
 
-/* The version of a GLB is a number of four bytes. */
+/* The version of a GLB is a number of four bytes, three of them zero. */
 static bool is_stripped_glb(api_bytes bytes) {
   return begins(bytes, 0, "glTF\2") && bytes.size >= 8 &&
          (bytes.data[5] | bytes.data[6] | bytes.data[7]) != 0;
@@ -106,7 +107,7 @@ static bool is_utf16_without_mark(api_bytes bytes) {
   return (b[0] && !b[1] && b[2] && !b[3]) || (!b[0] && b[1] && !b[2] && b[3]);
 }
 
-/* A chunk of the whole file's length. */
+/* The first chunk is as long as the file. */
 static bool is_3ds(api_bytes bytes) {
   if (!begins(bytes, 0, "MM") || bytes.size < 16) return false;
   const uint8_t *b = bytes.data;
@@ -114,7 +115,7 @@ static bool is_3ds(api_bytes bytes) {
   return length == bytes.size;
 }
 
-/* Materials may stand behind lines of comment. */
+/* The first material may follow comment lines. */
 static bool is_mtl(api_bytes bytes) {
   size_t at = 0;
   while (at < bytes.size && (bytes.data[at] == '#' || bytes.data[at] <= ' ')) {
@@ -127,8 +128,8 @@ static bool is_mtl(api_bytes bytes) {
 api_foreign api_foreign_known(api_bytes bytes) {
   for (size_t i = 0; i < sizeof marks / sizeof *marks; i++)
     if (begins(bytes, marks[i].offset, marks[i].text)) return marks[i].is;
-  api_foreign found = look_packed(bytes);
-  if (!found.name) found = look_markup(bytes);
+  api_foreign found = recognise_compressed(bytes);
+  if (!found.name) found = recognise_markup(bytes);
   if (found.name) return found;
   if (is_mtl(bytes)) return (api_foreign){"MTL, the materials of an OBJ", "send the OBJ itself"};
   if (is_3ds(bytes)) return (api_foreign){"3DS", export_it};
@@ -142,7 +143,7 @@ api_foreign api_foreign_known(api_bytes bytes) {
 
 /* ---- anything else ------------------------------------------------------------------------------------- */
 
-/* Whether a line begins as those of an OBJ do. */
+/* Whether the line begins with a keyword of OBJ. */
 static bool is_obj_line(const uint8_t *line, size_t size) {
   static const char *const words[] = {"v", "vt", "vn", "f", "fo", "o", "g", "usemtl", "mtllib"};
   while (size > 0 && *line <= ' ') line++, size--;

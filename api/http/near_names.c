@@ -1,4 +1,4 @@
-/* Near is what takes few edits (Levenshtein 1966), and what begins with the name. */
+/* Names are near if few edits lead to them (Levenshtein 1966), or if they begin with the unknown name. */
 #include "near_names.h"
 
 #include "api.h"
@@ -7,7 +7,7 @@
 #include <string.h>
 #include <strings.h>
 
-enum { CONSIDERED_MOST = 1024 }; /* an error need not take long */
+enum { CONSIDERED_MOST = 1024 }; /* bounds the time of an error */
 
 static size_t least(size_t a, size_t b) {
   return a < b ? a : b;
@@ -17,7 +17,8 @@ static char fold(char c) {
   return (char)(c >= 'A' && c <= 'Z' ? c + ('a' - 'A') : c);
 }
 
-/* By one row of the table: row[j] is the distance of what was seen of `name` from the first j of `other`. */
+/* Keeps one row of the table: row[j] is the distance from the characters of `name` seen so far to the first j
+ * of `other`. */
 size_t api_name_distance(const char *name, size_t length, const char *other) {
   size_t row[API_NEAR_TEXT], width = least(strlen(other), API_NEAR_TEXT - 1);
   for (size_t j = 0; j <= width; j++) row[j] = j;
@@ -59,7 +60,7 @@ api_near_sentence api_near_print(const api_near *near) {
   for (size_t i = 0; i < near->count && near->names[i].distance <= near->names[0].distance + 1; i++)
     length += (size_t)snprintf(out.text + length, sizeof out.text - length, "%s%s",
                                i ? ", " : " did you mean ", near->names[i].name);
-  if (length) out.text[length] = '?'; /* what follows is zero */
+  if (length) out.text[length] = '?'; /* the rest is zero */
   return out;
 }
 

@@ -1,4 +1,4 @@
-/* Accept, Content-Type and Content-Encoding, as RFC 9110 has them. */
+/* Parses Accept, Content-Type and Content-Encoding as RFC 9110 defines them. */
 #include "negotiate.h"
 
 #include <string.h>
@@ -52,9 +52,9 @@ bool api_span_starts(api_span s, const char *text) {
   return s.length >= strlen(text) && strncasecmp(s.text, text, strlen(text)) == 0;
 }
 
-/* ---- what is accepted and sent ---------------------------------------------------------------------- */
+/* ---- accepted and declared types -------------------------------------------------------------------- */
 
-/* The q of a media range's parameters in thousandths; 1000 when there is none, 0 when it is broken. */
+/* The q of a media range's parameters in thousandths; 1000 without one, 0 when it is malformed. */
 static int read_quality(api_span parameters) {
   while (parameters.length > 0) {
     api_span parameter = api_span_cut(&parameters, ';');
@@ -67,7 +67,7 @@ static int read_quality(api_span parameters) {
   return 1000;
 }
 
-/* How closely a media range fits a type: 3 the type itself, 2 its family, 1 anything, 0 not at all. */
+/* How closely a media range matches a type: 3 the type itself, 2 its family, 1 anything, 0 not at all. */
 static int fit(api_span range, const char *type) {
   if (api_span_is(range, type)) return 3;
   if (api_span_is(range, "*/*")) return 1;
@@ -104,8 +104,8 @@ int api_negotiate(const char *accept, const api_offer *offers) {
   return best;
 }
 
-/* Types and families whose content is known and is no model; all else of application/ and model/
- * may be one under a name that we do not know. */
+/* Types and families whose content is known and is no model. All else of application/ and model/ may be a
+ * model under a name unknown here. */
 static bool is_foreign(api_span type) {
   static const char *const foreign[] = {"application/xml",  "application/pdf",  "application/zip",
                                         "application/gzip", "application/zstd", "application/javascript",

@@ -1,4 +1,4 @@
-/* Content negotiation: what a client accepts, and what it says it sends; and the pieces of header values:
+/* Content negotiation: what a client accepts and what it declares to send; and parsing of header values:
  * lists, parameters, quoted strings (RFC 9110, section 5.6). */
 #ifndef API_NEGOTIATE_H
 #define API_NEGOTIATE_H
@@ -9,14 +9,14 @@
 typedef struct api_offer {
   const char *extension; /* "glb"; "" where the route has no extensions */
   const char *type;      /* media type, without parameters */
-  bool is_text;          /* codings make it much shorter */
+  bool is_text;          /* compresses well */
 } api_offer;
 
-/* The offer that an Accept header (RFC 9110, section 12.5.1; NULL: anything) likes best, the first
- * of equals; -1 when it likes none. offers: ends with a NULL type. */
+/* The index of the offer that an Accept header (RFC 9110, section 12.5.1; NULL: anything) prefers, the first
+ * of equals; -1 when it accepts none. offers: ends with a NULL type. */
 int api_negotiate(const char *accept, const api_offer *offers);
 
-/* What an upload says of itself. */
+/* The declared type of an upload. */
 typedef enum api_upload_type {
   API_TYPE_BYTES, /* the bytes decide */
   API_TYPE_GLB,
@@ -30,23 +30,23 @@ typedef enum api_upload_type {
   API_TYPE_OTHER /* certainly no model: an image, a web page */
 } api_upload_type;
 
-/* Of a Content-Type header; NULL: absent. */
+/* The type in a Content-Type header; NULL: absent. */
 api_upload_type api_upload_type_of(const char *content_type);
 
-/* The boundary parameter of a multipart Content-Type, unquoted: at most 70 characters (RFC 2046)
- * and a terminator into out. False when there is none. */
+/* The unquoted boundary parameter of a multipart Content-Type: at most 70 characters (RFC 2046) and a
+ * terminator into out. False when there is none. */
 bool api_multipart_boundary(const char *content_type, char out[71]);
 
 typedef enum api_coding { API_CODING_NONE, API_CODING_GZIP, API_CODING_ZSTD, API_CODING_OTHER } api_coding;
 
-/* Of a Content-Encoding header; NULL: absent. Several codings count as other. */
+/* The coding in a Content-Encoding header; NULL: absent. Several codings count as API_CODING_OTHER. */
 api_coding api_coding_of(const char *content_encoding);
 
-/* The coding of an answer for an Accept-Encoding (RFC 9110, section 12.5.3; NULL: none is asked for). A text
- * is coded where that is accepted, anything else only where it may not come as it is. */
+/* The coding of an answer for an Accept-Encoding (RFC 9110, section 12.5.3; NULL: none). A text is encoded if
+ * the client accepts that, other content only if the client refuses it unencoded. */
 api_coding api_coding_accepted(const char *accept_encoding, bool is_text);
 
-/* Whether an Accept-Encoding takes this coding. */
+/* Whether an Accept-Encoding accepts this coding. */
 bool api_coding_allowed(const char *accept_encoding, const char *coding);
 
 /* A view, not terminated. */
@@ -55,14 +55,14 @@ typedef struct api_span {
   size_t length;
 } api_span;
 
-/* Of terminated text, without blanks round it. */
+/* A span of terminated text, without blanks around it. */
 api_span api_span_of(const char *text);
 
-/* Cuts off what stands before the next `separator` outside quotes, without blanks round it; *rest
+/* Cuts off and returns the text before the next `separator` outside quotes, without blanks around it; *rest
  * moves behind the separator. */
 api_span api_span_cut(api_span *rest, char separator);
 
-/* Equal to, or beginning with, a text of any case. */
+/* Whether the span equals, or begins with, a text, ignoring case. */
 bool api_span_is(api_span s, const char *text);
 bool api_span_starts(api_span s, const char *text);
 

@@ -17,7 +17,7 @@ static int status_of(tw_status status) {
   case TW_LIMIT: return 422;
   case TW_NO_MEMORY:
   case TW_CANCELLED: return 503;
-  case TW_OK: break; /* a success reported as a failure is our own fault */
+  case TW_OK: break; /* a success reported as a failure is a bug */
   }
   return 500;
 }
@@ -106,7 +106,7 @@ static void print_place(tw_text *text, const api_fault *fault) {
   tw_text_add(text, "}]");
 }
 
-/* The sentence, with its place in front: not every reader looks at `errors` and `line`. */
+/* Prints the detail with its place in front: not every client looks at `errors` and `line`. */
 static void print_detail(tw_text *text, const api_fault *fault) {
   const tw_error *error = &fault->error;
   char place[sizeof error->pointer] = "", detail[sizeof place + sizeof error->detail + 2];

@@ -1,4 +1,4 @@
-/* Problem documents (RFC 9457): the one form of every error answer. */
+/* Problem documents (RFC 9457): the form of every error answer. */
 #ifndef API_PROBLEM_H
 #define API_PROBLEM_H
 
@@ -6,39 +6,39 @@
 #include "tweend/base.h"
 #include "tweend/subdiv.h"
 
-/* Why a request cannot go on now although nothing is wrong with it. */
+/* Why a valid request cannot go on now. */
 typedef enum api_stall {
   API_STALL_NONE,
   API_STALL_THREAD, /* the work is too heavy for a light call */
-  API_STALL_ENTRY,  /* another request makes what it needs: `awaited` */
-  API_STALL_MEMORY  /* `needed` bytes are not to be had at present */
+  API_STALL_ENTRY,  /* another request builds what it needs: `awaited` */
+  API_STALL_MEMORY  /* `needed` bytes are not free at present */
 } api_stall;
 
-/* Why a request fails, or stalls. A value that owns nothing but `awaited`. */
+/* Why a request fails or stalls. A value; owns only the reference `awaited`. */
 typedef struct api_fault {
-  api_stall stall;           /* not NONE: the rest but the next two says nothing */
-  struct api_entry *awaited; /* held, see api_cache_wait */
+  api_stall stall;           /* unless NONE, only `awaited` and `needed` are meaningful */
+  struct api_entry *awaited; /* a reference, see api_cache_wait */
   uint64_t needed;
   int status;
-  api_refusal refusal;    /* where the status does not tell */
+  api_refusal refusal;    /* where the status does not imply it */
   tw_error error;         /* detail, and the place in the document */
-  bool in_document;       /* the error's pointer points into a JSON or glTF document ("" is its root) */
-  unsigned retry_after_s; /* 0: no such header */
+  bool in_document;       /* error.pointer refers to a JSON or glTF document ("" is its root) */
+  unsigned retry_after_s; /* 0: no Retry-After */
   const char *allow;      /* methods, for 405 */
   const char *supported;  /* comma-separated types or codings, for 406 and 415 */
   api_header header;      /* one more header of the answer; name NULL: none */
-  bool is_predicted;      /* the sizes that were over a limit */
+  bool is_predicted;      /* `predicted` holds the sizes that were over a limit */
   tw_surface_counts predicted;
   uint64_t predicted_bytes; /* 0: not known */
 } api_fault;
 
-/* All of these return false, as whoever fails does. */
+/* All of these return false, so that a failing function can return their result. */
 
-/* Completes a fault whose error is filled: its status, and Retry-After for 503. */
+/* Completes a fault whose error is filled: sets its status, and Retry-After for 503. */
 bool api_fault_complete(api_fault *fault);
 bool api_fault_without_memory(api_fault *fault);
 
-/* Fills a zeroed answer but for its memory, which is kept. */
+/* Fills an answer that is zeroed except for its memory. */
 void api_problem_fill(const api_fault *fault, const char *request_id, api_answer *answer);
 
 #endif

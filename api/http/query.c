@@ -1,4 +1,4 @@
-/* Query strings: percent-decoding and typed values, every fault named. */
+/* Query strings: percent-decoding and typed values, with errors that name the parameter. */
 #include "query.h"
 
 #include "near_names.h"
@@ -7,7 +7,7 @@
 #include <math.h>
 #include <string.h>
 
-/* More than any route knows; a longer query is a mistake or worse. */
+/* More than any route has. */
 enum { PARAMETERS_MAX = 64 };
 
 bool api_is_unreserved(char c) {
@@ -52,7 +52,7 @@ static tw_status fail_unknown(const char *name, const char *const *known, tw_err
                  api_near_of(name, known).text, list);
 }
 
-/* exp and sig are of a signed URL (signed_url.h), whatever the route. */
+/* exp and sig belong to signed URLs (signed_url.h) and are allowed on every route. */
 static bool is_known(const char *name, const char *const *known) {
   if (!known || strcmp(name, "exp") == 0 || strcmp(name, "sig") == 0) return true;
   for (; *known; known++)

@@ -1,4 +1,4 @@
-/* Cached answers: texts in the cache, sent from there without a copy. */
+/* Cached answers: texts in the cache, sent from the entries. */
 #include "response_cache.h"
 
 #include "service.h"

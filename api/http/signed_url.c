@@ -1,6 +1,6 @@
-/* A signature is the HMAC-SHA256 (RFC 2104), as unpadded base64url (RFC 4648), of METHOD, PATH and QUERY in
- * three lines, where QUERY is every parameter but sig as name=value, percent-encoded, sorted by name, joined
- * by '&'. */
+/* A signature is the HMAC-SHA256 (RFC 2104), as unpadded base64url (RFC 4648), of three lines: METHOD, PATH
+ * and QUERY. QUERY is every parameter but sig as name=value, percent-encoded, sorted by name, joined by
+ * '&'. */
 #include "signed_url.h"
 
 #include "handlers.h"
@@ -12,14 +12,14 @@
 #include <nettle/memops.h>
 #include <string.h>
 
-/* 32 bytes as base64url; with the padding that the library writes. */
+/* 32 bytes as base64url, without and with the padding that nettle writes */
 enum { SIGNATURE_SIZE = 43, PADDED_SIZE = 48, SECONDS_DEFAULT = 3600, SECONDS_MOST = 7 * 86400 };
 
 static void add_text(struct hmac_sha256_ctx *hash, const char *text) {
   hmac_sha256_update(hash, strlen(text), (const uint8_t *)text);
 }
 
-/* All but the unreserved characters (RFC 3986) as %XX. */
+/* Adds the text with all but the unreserved characters (RFC 3986) as %XX. */
 static void add_encoded(struct hmac_sha256_ctx *hash, const char *text) {
   static const char digits[] = "0123456789ABCDEF";
   for (; *text; text++) {
@@ -30,7 +30,7 @@ static void add_encoded(struct hmac_sha256_ctx *hash, const char *text) {
   }
 }
 
-/* The parameter that follows `before` by name, sig left out; NULL: none does. Names are there once each. */
+/* The parameter after `before` by name, leaving out sig; NULL: none. Names are unique. */
 static const api_parameter *next_by_name(const api_query *query, const api_parameter *before) {
   const api_parameter *next = NULL;
   for (size_t i = 0; i < query->count; i++) {
@@ -41,7 +41,7 @@ static const api_parameter *next_by_name(const api_query *query, const api_param
   return next;
 }
 
-/* out: [SIGNATURE_SIZE] and what the library writes behind it. */
+/* out: the first SIGNATURE_SIZE characters are the signature, nettle's padding follows. */
 static void sign(const struct hmac_sha256_ctx *key, const char *method, const char *path,
                  const api_query *query, char out[PADDED_SIZE]) {
   struct hmac_sha256_ctx hash = *key;
@@ -66,7 +66,7 @@ static void sign(const struct hmac_sha256_ctx *key, const char *method, const ch
 
 static bool is_signed(const api_keys *keys, const char *method, const char *path, const api_query *query,
                       const char *signature) {
-  int found = 0; /* every key is tried, so that the time tells nothing */
+  int found = 0; /* every key is tried, so that the time reveals nothing */
   for (size_t i = 0; i < keys->url_count; i++) {
     char expected[PADDED_SIZE];
     sign(&keys->url_keys[i], method, path, query, expected);
@@ -83,8 +83,8 @@ static api_signature refuse(api_call *call, const char *detail) {
 api_signature api_signed_url_judge(api_call *call, const api_keys *keys) {
   const api_request *request = call->request;
   api_query query;
-  /* Dropped: a query that cannot be read counts as unsigned here, and its error is reported after the
-   * client's rights are checked. */
+  /* A query that cannot be read counts as unsigned here; its error is reported after the client's rights are
+   * checked. */
   api_fault unread = {0};
   bool is_read = strstr(request->query, "sig=") &&
                  api_query_read(request->query, NULL, call->arena, &query, &unread.error) == TW_OK;
@@ -93,7 +93,7 @@ api_signature api_signed_url_judge(api_call *call, const api_keys *keys) {
   uint64_t end_s = 0;
   bool has_end =
       api_query_get(&query, "exp") && api_query_count(&query, "exp", &end_s, &unread.error) == TW_OK;
-  /* A URL signed for GET serves HEAD. */
+  /* A signature for GET is also valid for HEAD. */
   bool fits = strlen(signature) == SIGNATURE_SIZE &&
               (is_signed(keys, request->method, request->path, &query, signature) ||
                (call->is_head && is_signed(keys, "GET", request->path, &query, signature)));
@@ -104,13 +104,13 @@ api_signature api_signed_url_judge(api_call *call, const api_keys *keys) {
 
 /* ---- POST /v1/sign --------------------------------------------------------------------------- */
 
-typedef struct order {
+typedef struct sign_request {
   const char *url;
   uint32_t seconds;
-} order;
+} sign_request;
 
 static tw_status read_document(void *context, const api_value *root) {
-  order *out = context;
+  sign_request *out = context;
   static const char *const names[] = {"url", "seconds", NULL};
   api_value values[2];
   tw_status status = api_json_members(root, names, values);
@@ -128,7 +128,7 @@ static api_outcome fail_url(api_call *call, const char *detail) {
   return api_fail_in_document(call);
 }
 
-/* The path of a URL, absolute or not; NULL: it has none. */
+/* The path of a URL, absolute or not; NULL where it has none. */
 static const char *path_of(const char *url) {
   const char *authority = strstr(url, "://");
   bool is_absolute = authority && strcspn(url, "/?") == (size_t)(authority - url) + 1;
@@ -136,7 +136,7 @@ static const char *path_of(const char *url) {
   return *path == '/' ? path : NULL;
 }
 
-/* The URL's path and parameters, as far as GET has them. */
+/* Reads the URL's path and parameters, as those of a GET. */
 static api_outcome read_url(api_call *call, const char *url, const char **path, api_query *query) {
   const char *start = path_of(url);
   if (!start || strchr(start, '#'))
@@ -156,7 +156,7 @@ static api_outcome read_url(api_call *call, const char *url, const char **path, 
   return API_DONE;
 }
 
-/* The query with exp in it. False without memory. */
+/* Adds exp to the query. False without memory. */
 static bool add_end(api_call *call, uint64_t end_s, api_query *query) {
   tw_text text = {0};
   tw_text_count(&text, end_s);
@@ -174,18 +174,18 @@ api_outcome api_post_sign(api_call *call) {
   if (keys->url_count == 0)
     return api_fail_with(call, 404, "no --url-keys are configured: nothing is signed");
   enum { VALUES_MAX = 8 };
-  order order = {.seconds = SECONDS_DEFAULT};
+  sign_request wanted = {.seconds = SECONDS_DEFAULT};
   const char *path = NULL;
   api_query query;
-  api_outcome outcome = api_upload_json(call, VALUES_MAX, read_document, &order);
-  if (outcome == API_DONE) outcome = read_url(call, order.url, &path, &query);
+  api_outcome outcome = api_upload_json(call, VALUES_MAX, read_document, &wanted);
+  if (outcome == API_DONE) outcome = read_url(call, wanted.url, &path, &query);
   if (outcome != API_DONE) return outcome;
-  const char *separator = query.count ? "&" : strchr(order.url, '?') ? "" : "?";
-  if (!add_end(call, call->request->now_s + order.seconds, &query)) return api_fail_without_memory(call);
+  const char *separator = query.count ? "&" : strchr(wanted.url, '?') ? "" : "?";
+  if (!add_end(call, call->request->now_s + wanted.seconds, &query)) return api_fail_without_memory(call);
   char signature[PADDED_SIZE];
   sign(&keys->url_keys[0], "GET", path, &query, signature);
   tw_text url = {0}, text = {0};
-  tw_text_add(&url, order.url);
+  tw_text_add(&url, wanted.url);
   tw_text_add(&url, separator);
   tw_text_add(&url, "exp=");
   tw_text_add(&url, query.parameters[query.count - 1].value);

@@ -1,4 +1,4 @@
-/* From a request's body to the bytes of one model, and from those to the model. */
+/* From a request's body to the bytes of a model, and from these to the model. */
 #include "upload.h"
 
 #include "codings.h"
@@ -14,11 +14,11 @@
 
 /* ---- forms (multipart/form-data, RFC 7578) ---------------------------------------------------------- */
 
-/* The head of a part, and parts: more is no form that a browser sends. */
+/* Limits on the header of a part, in bytes, and on the parts. No browser sends more. */
 enum { PART_HEAD_MAX = 16384, FORM_PARTS_MAX = 4096 };
 
-/* The place of `mark`, of two bytes at least, in bytes[from..); size when it is not there. Byte by byte: what
- * a body repeats to be slow costs no more than anything else. */
+/* The place of `mark`, of at least two bytes, in bytes[from..); bytes.size when it is absent. Compares byte
+ * by byte: a body cannot be made to slow it down by repetition. */
 static size_t find_mark(api_bytes bytes, size_t from, const char *mark) {
   const uint8_t *data = bytes.data, first = (uint8_t)mark[0], second = (uint8_t)mark[1];
   size_t length = strlen(mark);
@@ -28,8 +28,8 @@ static size_t find_mark(api_bytes bytes, size_t from, const char *mark) {
   return bytes.size;
 }
 
-/* The file name that the head of a part says: Content-Disposition has a filename. *out stays where it has
- * none. */
+/* Reads the file name from the header of a part, the filename of Content-Disposition. *out is left alone
+ * without one. */
 static tw_status read_file_name(api_bytes head, tw_arena *arena, const char **out, tw_error *error) {
   for (size_t at = 0; at < head.size;) {
     size_t end = find_mark(head, at, "\r\n");
@@ -46,7 +46,7 @@ static tw_status fail_form(tw_error *error, const char *detail) {
   return tw_fail(error, TW_SYNTAX, "the form %s", detail);
 }
 
-/* The next file of a form, in an array that doubles. */
+/* Adds a file to the form's array, which doubles. */
 static tw_named_file *add_file(api_form *form, tw_arena *arena) {
   bool is_full = (form->count & (form->count - 1)) == 0; /* 0, 1, 2, 4, ... */
   if (is_full) {
@@ -58,7 +58,7 @@ static tw_named_file *add_file(api_form *form, tw_arena *arena) {
   return &form->files[form->count++];
 }
 
-/* Adds the part where it is a file. */
+/* Adds the part if it is a file. */
 static tw_status take_part(api_bytes head, api_bytes content, tw_arena *arena, api_form *form,
                            tw_error *error) {
   const char *name = NULL;
@@ -75,7 +75,7 @@ tw_status api_form_read(api_bytes body, const char *boundary, tw_arena *arena, a
   char mark[80];
   size_t length = (size_t)snprintf(mark, sizeof mark, "\r\n--%.70s", boundary);
   *out = (api_form){0};
-  /* The first mark may stand at the very beginning, without its line break. */
+  /* The first boundary may stand at the very beginning, without a line break. */
   bool at_start = body.size >= length - 2 && memcmp(body.data, mark + 2, length - 2) == 0;
   size_t at = at_start ? length - 2 : find_mark(body, 0, mark) + length;
   for (int part = 0;; part++) {
@@ -87,7 +87,7 @@ tw_status api_form_read(api_bytes body, const char *boundary, tw_arena *arena, a
       return fail_form(error, "has a part without a head");
     api_bytes head = {body.data + at + 2, head_end > at ? head_end - at - 2 : 0};
     size_t start = head_end + 4;
-    /* A part without content: the break before its boundary is the end of its head. */
+    /* In a part without content, the line break that ends the header is also that of the boundary. */
     size_t end = find_mark(body, start - 2, mark);
     if (end == body.size) return fail_form(error, "does not end with its boundary");
     api_bytes content = {body.data + start, end > start ? end - start : 0};
@@ -100,11 +100,11 @@ tw_status api_form_read(api_bytes body, const char *boundary, tw_arena *arena, a
 
 /* ---- the body --------------------------------------------------------------------------------------- */
 
-/* Values in the JSON of a glTF file: tinygltf takes a kilobyte and more for some of them. */
+/* The most values in the JSON of a glTF file: tinygltf takes a kilobyte or more for some of them. */
 enum { JSON_VALUES_MAX = 500000 };
 
 uint64_t api_reading_cost(api_upload_type type, api_coding coding, uint64_t size) {
-  /* What is not declared as OBJ may be glTF, which takes most. */
+  /* Anything not declared as OBJ may be glTF, which takes most. */
   uint64_t reading =
       tw_reading_size(type == API_TYPE_OBJ || type == API_TYPE_TEXT ? TW_FORMAT_OBJ : TW_FORMAT_GLTF, size);
   uint64_t window = coding == API_CODING_ZSTD ? 1 << API_ZSTD_WINDOW_LOG : 0;
@@ -117,7 +117,7 @@ void api_upload_deinit(api_upload *upload) {
   *upload = (api_upload){0};
 }
 
-/* The one glTF among files; NULL where there is none, or another one. */
+/* The glTF among the files; NULL unless there is exactly one. */
 static tw_named_file *find_gltf(const api_form *form) {
   tw_named_file *found = NULL;
   for (uint32_t i = 0; i < form->count; i++) {
@@ -143,7 +143,7 @@ static api_outcome warn_of_unused(api_call *call, const api_form *form) {
   return API_DONE;
 }
 
-/* A glTF and the files that it names become one GLB. */
+/* Makes one GLB of a glTF and the files that it names. */
 static api_outcome join_files(api_call *call, const api_form *form, api_upload *upload) {
   tw_named_file *gltf = find_gltf(form);
   if (!gltf)
@@ -167,7 +167,7 @@ static api_outcome join_files(api_call *call, const api_form *form, api_upload *
   return warn_of_unused(call, form);
 }
 
-/* The file inside a form, or what several make. */
+/* Takes the file of a form, or the GLB made of several. */
 static api_outcome read_form(api_call *call, const char *content_type, api_upload *upload) {
   char boundary[71];
   api_form form;
@@ -181,7 +181,7 @@ static api_outcome read_form(api_call *call, const char *content_type, api_uploa
   return API_DONE;
 }
 
-/* What a body is taken to have decoded, before that is known; its limit holds whatever it has. */
+/* The decoded size assumed for the memory grant, before it is known; max_upload limits the actual size. */
 static uint64_t likely_size(uint64_t coded, uint64_t limit) {
   static const uint64_t ratio = 64, least = 1 << 20;
   return coded < (limit > least ? (limit - least) / ratio : 0) ? coded * ratio + least : limit;
@@ -241,9 +241,9 @@ api_outcome api_upload_json(api_call *call, uint64_t values_max, api_json_reader
   return outcome;
 }
 
-/* What is in none of the formats is refused by what it looks like. Everything that does not begin like
- * another format is taken for OBJ, which has no mark; what is declared as JSON is left to JSON's reader, for
- * an error that says where. */
+/* Refuses a body that looks like no model format. Bytes that begin like no other format are taken for OBJ,
+ * which has no signature; what is declared as JSON is left to the JSON reader, whose error tells the
+ * place. */
 static api_outcome refuse_foreign(api_call *call, api_bytes bytes, tw_format found,
                                   api_upload_type declared) {
   bool may_be_foreign = found == TW_FORMAT_OBJ || found == TW_FORMAT_GLB;
@@ -274,7 +274,7 @@ api_outcome api_upload_format(api_call *call, api_bytes bytes, tw_format *out) {
     if (found != TW_FORMAT_STL && found != TW_FORMAT_PLY) declared = TW_FORMAT_OBJ;
     break;
   case API_TYPE_JSON:
-    /* What does not begin like JSON is read as JSON all the same, for an error that says where. */
+    /* Bytes that do not begin like JSON are read as JSON all the same, for an error that tells the place. */
     if (found == TW_FORMAT_OBJ) declared = found = TW_FORMAT_JSON;
     if (found != TW_FORMAT_JSON && found != TW_FORMAT_GLTF) declared = TW_FORMAT_JSON;
     break;
