@@ -107,7 +107,7 @@ typedef struct coded_body {
 } coded_body;
 
 /* Returns early once it has read TURN bytes of input. A flush in progress is finished before more input is
- * read, as both encoders require. zlib repeats its flush if the output has room for under 7 bytes. */
+ * read, as both encoders require. A capacity of under 7 bytes would make zlib repeat its flush. */
 static int64_t read_coded(void *context, uint8_t *out, size_t capacity) {
   coded_body *body = context;
   ZSTD_outBuffer output = {out, capacity < INT32_MAX ? capacity : INT32_MAX, 0};

@@ -54,8 +54,8 @@ static bool holds(api_bytes bytes, const char *text) {
 
 /* ---- compressed files ---------------------------------------------------------------------------------- */
 
-/* Compressed .blend files are told from other compressed files, which only lack a header. name NULL: not
- * compressed. */
+/* A .blend file may be compressed; other gzip and zstd files only lack a Content-Encoding header. name NULL:
+ * not compressed. */
 static api_foreign recognise_compressed(api_bytes bytes) {
   bool is_gzip = begins(bytes, 0, "\x1F\x8B"), is_zstd = begins(bytes, 0, "\x28\xB5\x2F\xFD");
   if ((is_gzip && api_decodes_to(API_CODING_GZIP, bytes, "BLENDER")) ||

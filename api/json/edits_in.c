@@ -1,4 +1,4 @@
-/* Edits in tweend JSON: each kind has its own members. */
+/* Reads edits in tweend JSON; each kind has its own members. */
 #include "edits_in.h"
 
 #include <string.h>
@@ -7,7 +7,7 @@
 
 /* ---- selections ---------------------------------------------------------------------------------------- */
 
-enum { LIST_MAX = 65536 }; /* edits of one list */
+enum { LIST_MAX = 65536 }; /* the most edits in a list */
 
 enum { BY_GROUP, BY_MATERIAL, BY_FACING, BY_WITHIN, BY_INSIDE, BY_MADE, BY_LOOP, BY_RING, BY_SHARPER, BYS };
 
@@ -23,7 +23,7 @@ static tw_status read_box(void *context, const api_value *object) {
   return status;
 }
 
-/* Two vertices. out: [2] */
+/* Reads an edge as two vertices. out: [2] */
 static tw_status read_edge(const api_value *value, uint32_t *out) {
   uint32_t count;
   tw_status status = api_json_count(value, UINT32_MAX, &count);
@@ -56,7 +56,7 @@ static tw_status read_facing(const api_value *values, tw_selection *out) {
   return status;
 }
 
-/* By its index, or its name. */
+/* Reads a material by index or name. */
 static tw_status read_material(const api_value *value, tw_selection *out) {
   return cJSON_IsString(value->item) ? api_json_text(value, &out->name)
                                      : api_json_index(value, &out->material);
@@ -182,7 +182,7 @@ static const char *const names[MEMBERS] = {
 
 #define HAS(member) (1u << (member))
 #define ANY         (HAS(FACES) | HAS(EDGES) | HAS(VERTICES))
-/* Beside edit, name and optional. */
+/* The members of each kind; edit, name and optional belong to all. */
 static const uint32_t members_of[TW_EDIT_KINDS] = {
     [TW_EDIT_EXTRUDE] = HAS(FACES) | HAS(DISTANCE) | HAS(BY) | HAS(INDIVIDUAL),
     [TW_EDIT_INSET] = HAS(FACES) | HAS(AMOUNT) | HAS(INDIVIDUAL),
@@ -206,7 +206,7 @@ static const uint32_t members_of[TW_EDIT_KINDS] = {
     [TW_EDIT_DESPIKE] = ANY | HAS(FACTOR),
     [TW_EDIT_SMOOTH] = ANY | HAS(METHOD) | HAS(ITERATIONS)};
 
-/* `weld` is a merge of all vertices. */
+/* `weld` is an edit kind of the document only: a merge of all vertices. */
 enum { WELD_ALL = TW_EDIT_KINDS, KINDS };
 
 static tw_status need(const api_value *value) {
@@ -259,7 +259,7 @@ static tw_status read_subdivide(const api_value *values, tw_edit *edit) {
   return api_json_index(&values[CUTS], &edit->subdivide.cuts);
 }
 
-/* distance, unless vertices of any distance become one. */
+/* distance -1: merge vertices at any distance. */
 static tw_status read_merge(const api_value *values, tw_edit *edit) {
   edit->merge.distance = -1;
   if (values[DISTANCE].item && values[TO].item)
@@ -284,7 +284,7 @@ static tw_status read_fill(const api_value *values, tw_edit *edit) {
 
 static const char *const axes[] = {"x", "y", "z", NULL};
 
-/* A distance; or whether points on the plane are one with their image. */
+/* Reads a distance, or whether points on the plane are merged with their image. */
 static tw_status read_mirror_weld(const api_value *value, double *out) {
   *out = cJSON_IsFalse(value->item) ? -1 : 1e-6;
   return cJSON_IsBool(value->item) ? TW_OK : api_json_double(value, out);
@@ -301,7 +301,7 @@ static tw_status read_move(const api_value *values, tw_edit *edit) {
   return status == TW_OK ? read_vector(&values[BY], NULL, edit->move.by) : status;
 }
 
-/* The axis is a letter or a vector. */
+/* Reads a rotation; its axis is a letter or a vector. */
 static tw_status read_rotate(const api_value *values, tw_edit *edit) {
   tw_status status = need(&values[AXIS]);
   if (status == TW_OK) status = need(&values[DEGREES]);
@@ -319,7 +319,7 @@ static tw_status read_rotate(const api_value *values, tw_edit *edit) {
   return status == TW_OK ? read_vector(&values[ABOUT], &edit->rotate.has_about, edit->rotate.about) : status;
 }
 
-/* By one number, or one for each axis. */
+/* Reads a scaling by one number, or by one for each axis. */
 static tw_status read_scale(const api_value *values, tw_edit *edit) {
   tw_status status = need(&values[BY]);
   double *by = edit->scale.by;
@@ -341,7 +341,7 @@ static tw_status read_sharpness(const api_value *values, tw_edit *edit) {
   return status;
 }
 
-/* Here `faces` is a number. */
+/* `faces` is a number here, not a selection. */
 static tw_status read_drop_pieces(const api_value *values, tw_edit *edit) {
   tw_status status = need(&values[FACES]);
   return status == TW_OK ? api_json_index(&values[FACES], &edit->drop_pieces.faces) : status;
@@ -389,7 +389,7 @@ static tw_status read_parameters(const api_value *values, tw_edit *edit) {
   return TW_OK;
 }
 
-/* Vertices at one place, or nearer than a distance, become one. */
+/* Reads a weld: merges vertices at equal positions, or within a distance. */
 static tw_status read_weld(const api_value *values, tw_edit *edit) {
   edit->kind = TW_EDIT_MERGE;
   edit->selection = (tw_selection){.of = TW_EDIT_VERTICES, .by = TW_SELECT_ALL};
@@ -420,7 +420,7 @@ static tw_status read_edit(void *context, const api_value *object) {
   return is_weld ? read_weld(values, edit) : read_parameters(values, edit);
 }
 
-/* A list of edits: [*count], in the arena. What they find in a mesh is for tw_mesh_edit to check. */
+/* Reads a list of edits: [*count], in the arena. tw_mesh_edit checks them against the mesh. */
 static tw_status read_edits(const api_value *array, tw_edit **out, uint32_t *count) {
   tw_status status = api_json_count(array, LIST_MAX, count);
   if (status != TW_OK) return status;
@@ -431,12 +431,12 @@ static tw_status read_edits(const api_value *array, tw_edit **out, uint32_t *cou
 
 /* ---- applying ------------------------------------------------------------------------------------------ */
 
-/* Memory that edits hold for each point and corner of the mesh that they find, and how many edits of a mesh
- * that fills it there may be. */
+/* Bytes that edits hold for each point and corner; the least room, in points and corners, of the first
+ * attempt; and how many edits may each process a mesh that fills the room. */
 enum { EDIT_BYTES = 256, FIRST_ROOM = 1 << 16, EDITS_OF_MOST = 16 };
 
-/* How much edits make shows when they are applied: they begin with a small grant, and begin again with a
- * greater one where it does not do. */
+/* The size of what edits make is known only when they are applied: they begin with a small grant, and are
+ * applied anew with a greater one where it does not suffice. */
 tw_status api_edits_apply(const api_value *array, const api_edit_call *call, tw_mesh *out, tw_made **made,
                           uint32_t *made_count) {
   const api_json *json = array->json;

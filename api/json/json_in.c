@@ -1,5 +1,5 @@
-/* tweend JSON: the document, its meshes, nodes and clips, and names that refer to each other. What indices
- * and keys must be is checked by tw_model_finish. */
+/* tweend JSON: the document, its meshes, nodes and clips, and references by name. The values of indices and
+ * keys are checked by tw_model_finish. */
 #include "json_in.h"
 
 #include <stdio.h>
@@ -13,17 +13,18 @@
 /* ---- names ----------------------------------------------------------------------------------- */
 
 typedef struct name {
-  const char *text; /* NULL for one that has none */
+  const char *text; /* NULL for an element without a name */
   uint32_t index;
 } name;
 
-/* The names of one kind of thing, to find them by. One without a name is called kind_index. */
+/* The names of all elements of one kind, for finding these. An element without a name is called
+ * kind_index. */
 typedef struct names {
   const char *kind; /* "node" */
-  tw_arena *arena;  /* of what follows */
+  tw_arena *arena;  /* of the arrays below */
   uint32_t count, sorted_count;
   const char **texts; /* [count], NULL where there is none */
-  name *sorted;       /* [sorted_count] those that are there */
+  name *sorted;       /* [sorted_count] the names that are there, by text, then index */
 } names;
 
 static int compare_names(const void *a, const void *b) {
@@ -33,7 +34,7 @@ static int compare_names(const void *a, const void *b) {
   return left->index < right->index ? -1 : left->index > right->index;
 }
 
-/* Whatever else is wrong with an element is for its own reader to say. */
+/* Any other mistake in the element is reported by the element's own reader. */
 static tw_status collect_name(void *context, const api_value *object) {
   names *out = context;
   const char *text = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(object->item, "name"));
@@ -61,7 +62,7 @@ static tw_status read_names(const api_value *array, uint32_t count, const char *
   return TW_OK;
 }
 
-/* The thing without a name that is called so by its index; TW_NO_INDEX for none. */
+/* The element without a name that is called kind_index; TW_NO_INDEX for none. */
 static uint32_t find_unnamed(const names *all, const char *text) {
   char made_up[32];
   size_t length = strlen(all->kind);
@@ -79,7 +80,7 @@ static tw_status fail_absent(const api_value *value, const names *all, const cha
                        near.count ? ";" : "", api_near_print(&near).text);
 }
 
-/* Reads a name that refers to one of `all`; one that is not there leaves *out alone. O(log n). */
+/* Reads a reference by name to one of `all`; an absent member leaves *out alone. O(log n). */
 static tw_status read_reference(const api_value *value, const names *all, uint32_t *out) {
   if (!value->item) return TW_OK;
   const char *text = cJSON_GetStringValue(value->item);
@@ -123,10 +124,10 @@ static const char *const mesh_members[] = {"name",    "shape",   "positions", "f
 typedef struct mesh_reader {
   tw_model *model;
   const api_making *making;
-  uint64_t faces, bytes; /* that shapes have made so far, and the memory for it */
+  uint64_t faces, bytes; /* made by shapes so far, and the memory for it */
 } mesh_reader;
 
-/* [count] elements in the arena; NULL for none and without memory, which *status tells apart. */
+/* [count] elements in the arena. NULL for no elements, or without memory, which sets *status. */
 static void *allocate(const api_json *json, size_t count, size_t size, tw_status *status) {
   if (*status != TW_OK || count == 0) return NULL;
   void *memory = tw_arena_alloc_raw(json->arena, count, size);
@@ -150,7 +151,7 @@ static tw_status read_polygons(const api_value *array, uint32_t *count, uint32_t
   return *indices ? api_json_index_rows(array, *indices) : status;
 }
 
-/* The corners' UVs: as many for each face as it has corners. */
+/* Reads the corners' UV indices: as many for each face as the face has corners. */
 static tw_status read_face_uvs(const api_value *array, const tw_mesh *mesh, uint32_t **corners) {
   uint32_t face_count, *offsets;
   tw_status status = read_polygons(array, &face_count, &offsets, corners);
@@ -166,7 +167,8 @@ static tw_status read_face_uvs(const api_value *array, const tw_mesh *mesh, uint
   return TW_OK;
 }
 
-/* Each point has its own UV. The corners are a copy: welding writes over points and UVs of corners apart. */
+/* Gives each point its own UV. The corners are copied: welding rewrites the corners of points and of UVs
+ * separately. */
 static tw_status read_point_uvs(const api_value *array, const tw_mesh *mesh, uint32_t count,
                                 uint32_t **corners) {
   tw_status status = TW_OK;
@@ -179,7 +181,7 @@ static tw_status read_point_uvs(const api_value *array, const tw_mesh *mesh, uin
   return status;
 }
 
-/* UVs, v down as in glTF, become the mesh's, v up. */
+/* Reads UVs, turning v from down, as in glTF, to up, as in meshes. */
 static tw_status read_uvs(const api_value *members, tw_mesh *mesh) {
   const api_value *array = &members[MESH_UVS];
   uint32_t value_count, *corners;
@@ -199,7 +201,7 @@ static tw_status fail_without_number(const api_value *value) {
   return api_json_fail(value, TW_SYNTAX, "a number is expected");
 }
 
-/* Sharpness beyond infinite is infinite. */
+/* Sharpness over TW_SHARPNESS_INFINITE becomes that. */
 static tw_status read_sharpness(const api_value *value, float *out) {
   tw_status status = value->item ? api_json_float(value, out) : fail_without_number(value);
   if (status == TW_OK && *out < 0) return api_json_fail(value, TW_INVALID, "sharpness is 0 or more");
@@ -207,7 +209,7 @@ static tw_status read_sharpness(const api_value *value, float *out) {
   return status;
 }
 
-/* Creases or corners: points, `width` to each, and sharpness. */
+/* Creases or corners: their points, `width` each, and sharpness. */
 typedef struct tag_list {
   uint32_t *points;
   float *sharpness;
@@ -268,12 +270,12 @@ static tw_status read_topology(const api_value *members, tw_mesh *mesh) {
   return TW_OK;
 }
 
-/* The word before a number of tw_shape_counts, which tells 2^62 of all that is beyond. */
+/* The word before a count of tw_shape_counts, which is 2^62 for all that is larger. */
 static const char *more_than(uint64_t number) {
   return number >> 62 ? "over " : "";
 }
 
-/* Limits are checked on what the shape will have, before there is any of it. */
+/* Checks the limits on the shape's counts before anything is allocated. */
 static tw_status read_shape(mesh_reader *reader, const api_value *members, tw_mesh *mesh) {
   const api_value *value = &members[MESH_SHAPE];
   const api_making *making = reader->making;
@@ -353,11 +355,11 @@ static const char *const track_members[] = {
     "node",   "path",        "interpolation", "order",       "unit",         "times", "quaternions",
     "eulers", "axis_angles", "values",        "in_tangents", "out_tangents", NULL};
 
-static const double DEGREES = 57.295779513082320877; /* in a radian */
+static const double DEGREES = 57.295779513082320877; /* degrees in a radian */
 
-/* values: [TRACK_MEMBERS], as all of these take them. */
+/* values here and below: [TRACK_MEMBERS] */
 static tw_status read_interpolation(const api_value *values, tw_track_keys *track) {
-  /* slerp is glTF's LINEAR by its own name. */
+  /* "slerp" is another word for glTF's LINEAR. */
   enum { SLERP = TW_EULER + 1 };
   static const char *const choices[] = {"step",  "linear", "cubicspline", "nlerp",
                                         "squad", "euler",  "slerp",       NULL};
@@ -371,7 +373,7 @@ static tw_status read_interpolation(const api_value *values, tw_track_keys *trac
   return TW_OK;
 }
 
-/* The one member that holds the keys. */
+/* Finds the one member that holds the keys. */
 static tw_status find_keys(const api_value *object, const api_value *values, const tw_track_keys *track,
                            int *member) {
   static const int forms[] = {TRACK_QUATERNIONS, TRACK_EULERS, TRACK_AXIS_ANGLES, TRACK_VALUES};
@@ -404,7 +406,7 @@ static tw_status read_times(const api_value *object, const api_value *array, tw_
   return times ? api_json_float_list(array, times) : status;
 }
 
-/* There is an array of a row a key. */
+/* Checks that the array is there, with a row for each key. */
 static tw_status check_rows(const api_value *object, const api_value *array, const tw_track_keys *track) {
   uint32_t count;
   if (!array->item) return api_json_fail(object, TW_SYNTAX, "the track has no %s", array->at.name);
@@ -413,7 +415,7 @@ static tw_status check_rows(const api_value *object, const api_value *array, con
   return api_json_fail(array, TW_INVALID, "%u keys for %u times", count, track->key_count);
 }
 
-/* Values; with both tangents as glTF interleaves them, in-tangent, value, out-tangent. */
+/* Reads values, or quaternions; with tangents interleaved as in glTF: in-tangent, value, out-tangent. */
 static tw_status read_values(const api_value *object, const api_value *values, int member,
                              tw_track_keys *track) {
   const api_value *const parts[] = {&values[TRACK_IN_TANGENTS], &values[member], &values[TRACK_OUT_TANGENTS]};
@@ -431,7 +433,7 @@ static tw_status read_values(const api_value *object, const api_value *values, i
   return status;
 }
 
-/* Euler triples or axis-angle keys, in radians. */
+/* Reads Euler triples or axis-angle keys, into radians. */
 static tw_status read_angles(const api_value *object, const api_value *values, int member,
                              tw_track_keys *track) {
   static const char *const units[] = {"radians", "degrees", NULL};
@@ -469,7 +471,7 @@ static tw_status read_keys(const api_value *object, const api_value *values, tw_
   return is_angles ? read_angles(object, values, member, track) : read_values(object, values, member, track);
 }
 
-/* Reads the tracks of a clip. */
+/* What reading the tracks of a clip needs. */
 typedef struct track_reader {
   const names *nodes;
   tw_track_keys *tracks;
@@ -495,7 +497,7 @@ static tw_status read_track(void *context, const api_value *object) {
 typedef struct clip_reader {
   const names *nodes;
   tw_model *model;
-  uint32_t track_count; /* of the clips so far */
+  uint32_t track_count; /* of all clips so far */
 } clip_reader;
 
 static tw_status read_clip(void *context, const api_value *object) {
@@ -543,7 +545,7 @@ static tw_status read_node(void *context, const api_value *object) {
 
 enum { MESHES, NODES, CLIPS, PARTS };
 
-/* Counts the parts and makes room for them. */
+/* Counts the meshes, nodes and clips, and allocates them. */
 static tw_status open_document(const api_value *root, api_value *parts, tw_model *model) {
   static const char *const members[] = {"meshes", "nodes", "clips", NULL};
   static const uint32_t most[PARTS] = {TW_MESHES_MAX, TW_NODES_MAX, TW_CLIPS_MAX};
@@ -558,13 +560,13 @@ static tw_status open_document(const api_value *root, api_value *parts, tw_model
   return model->meshes && model->nodes && model->clips ? TW_OK : api_json_no_memory(root->json);
 }
 
-/* scratch: for names. */
+/* scratch: holds the names while the parts are read. */
 static tw_status read_parts(const api_value *parts, const api_making *making, tw_arena *scratch,
                             tw_model *model) {
   names meshes, nodes;
   tw_status status = read_names(&parts[MESHES], model->mesh_count, "mesh", scratch, &meshes);
   if (status != TW_OK) return status;
-  /* Without nodes there will be one for each mesh, called like it (tw_model_finish). */
+  /* Without nodes tw_model_finish makes one for each mesh, with the mesh's name. */
   bool has_nodes = model->node_count > 0;
   status = read_names(&parts[has_nodes ? NODES : MESHES], has_nodes ? model->node_count : model->mesh_count,
                       "node", scratch, &nodes);

@@ -1,4 +1,4 @@
-/* Typed values out of JSON. */
+/* Reads typed values from JSON. */
 #include "json_value.h"
 
 #include "near_names.h"
@@ -12,12 +12,12 @@
 
 #include "tweend/json_text.h"
 
-/* No object of any document that is read has more members; objects of objects stay in the text. */
+/* More members than any object has that is read; objects that are members stay in the text. */
 enum { MEMBERS_MAX = 1024 };
 
 /* ---- errors ---------------------------------------------------------------------------------- */
 
-/* Prints the pointer of a place into out, from its end backwards; returns its start. */
+/* Prints the JSON pointer of a place into out, from its end backwards; returns its start. */
 static const char *print_place(const api_place *at, char *out, size_t capacity) {
   char *start = out + capacity - 1;
   *start = '\0';
@@ -63,11 +63,11 @@ tw_status api_json_no_memory(const api_json *json) {
 
 /* ---- objects --------------------------------------------------------------------------------- */
 
-/* An object's text with its arrays and objects empty, and where those stand. */
+/* The text of an object with its arrays and objects emptied, and where these stand in the document. */
 typedef struct flat_object {
   char *text; /* malloc'ed */
   size_t size, capacity;
-  const char *containers[MEMBERS_MAX]; /* of each member; NULL for another value */
+  const char *containers[MEMBERS_MAX]; /* of each member; NULL for a member of another kind */
 } flat_object;
 
 static bool add_flat(flat_object *flat, const char *text, size_t size) {
@@ -108,13 +108,13 @@ static tw_status flatten(const api_value *value, const char *object, flat_object
   return is_added && add_flat(flat, "}", 1) ? TW_OK : api_json_no_memory(value->json);
 }
 
-/* Where an array or object stands in the text. */
+/* The text of an array or object. */
 static const char *source_of(const api_value *container) {
   return container->json->text + (size_t)container->item->valuedouble;
 }
 
-/* Parses the object that stands at `object`, without what is in its arrays and objects: cJSON has no use for
- * the number of such a value, which becomes its place in the text. Fills value->item. */
+/* Parses the object at `object`, without the content of its arrays and objects. cJSON does not use the number
+ * field of such values: it stores their offset in the text. Fills value->item. */
 static tw_status parse_object(api_value *value, const char *object, const char **end) {
   const api_json *json = value->json;
   if (*object != '{') return api_json_fail(value, TW_SYNTAX, "an object is expected");
@@ -125,7 +125,7 @@ static tw_status parse_object(api_value *value, const char *object, const char *
   cJSON *tree = status == TW_OK ? cJSON_ParseWithLengthOpts(flat.text, flat.size, NULL, false) : NULL;
   free(flat.text);
   if (status != TW_OK) return status;
-  /* The text is known to be JSON: nothing but memory can be missing. */
+  /* The text is valid JSON: only memory can be missing. */
   if (!tree) return api_json_no_memory(json);
   size_t index = 0;
   for (cJSON *child = tree->child; child; child = child->next, index++)
@@ -199,7 +199,7 @@ tw_status api_json_count(const api_value *array, uint32_t most, uint32_t *count)
   return TW_OK;
 }
 
-/* The place of an array's first element; the caller moves it from element to element. */
+/* The place of an array's first element; the caller moves it to the following elements. */
 static api_value first_of(const api_value *array) {
   return (api_value){array->json, NULL, {&array->at, NULL, 0}};
 }
@@ -316,7 +316,7 @@ tw_status api_json_index(const api_value *value, uint32_t *out) {
 
 /* ---- arrays of numbers ------------------------------------------------------------------------ */
 
-/* What takes the numbers of an array in turn: to.floats, to.doubles or to.indices. */
+/* Receives the numbers of an array in turn: one of the three pointers, by kind. */
 typedef enum number_kind { FLOATS, DOUBLES, INDICES } number_kind;
 
 typedef struct number_sink {
@@ -335,7 +335,7 @@ static tw_status put_number(const api_value *at, double number, number_sink *sin
   return TW_OK;
 }
 
-/* Reads the numbers of the array that stands at `text`. *end: just past it. */
+/* Reads the numbers of the array at `text`. *end: just past it. */
 static tw_status read_list(const api_value *array, const char *text, number_sink *sink, const char **end) {
   tw_json_item item;
   api_value element = first_of(array);
@@ -351,7 +351,8 @@ static tw_status read_list(const api_value *array, const char *text, number_sink
   return TW_OK;
 }
 
-/* The fault of a row that is no array of `width` numbers, be it how many they are or what. */
+/* Fails for a row that is no array of `width` numbers: names a wrong count, or else the first element that is
+ * no number. */
 static tw_status fail_row(const api_value *row, const char *text, uint32_t width) {
   uint64_t count = tw_json_count(text);
   if (count != width)
@@ -362,7 +363,7 @@ static tw_status fail_row(const api_value *row, const char *text, uint32_t width
   return read_list(row, text, &sink, &text);
 }
 
-/* Reads the row of exactly `width` numbers that stands at `text`. *end: just past it. */
+/* Reads the row of exactly `width` numbers at `text`. *end: just past it. */
 static tw_status read_row(const api_value *row, const char *text, uint32_t width, number_sink *sink,
                           const char **end) {
   if (*text != '[') return api_json_fail(row, TW_SYNTAX, "an array is expected");
@@ -417,8 +418,8 @@ bool api_json_holds_numbers(const api_value *array) {
   return array->item && tw_json_first(source_of(array), &item) && tw_json_is_number(item.value);
 }
 
-/* Rows of `width` numbers, of any number of them for width 0. Row i of floats goes to sink.floats + i stride.
- */
+/* Reads rows of `width` numbers, or of any length for width 0. Row i of floats goes to sink.floats + i *
+ * stride. */
 static tw_status read_rows(const api_value *array, uint32_t width, size_t stride, number_sink sink) {
   tw_json_item item;
   tw_status status = TW_OK;
@@ -454,7 +455,7 @@ tw_status api_json_index_offsets(const api_value *array, uint32_t *offsets) {
   offsets[0] = 0;
   for (bool more = array->item && tw_json_first(source_of(array), &item); more; row.at.index++) {
     if (*item.value != '[') return api_json_fail(&row, TW_SYNTAX, "an array is expected");
-    /* The check keeps the number of values far below 2^32. */
+    /* api_json_open has limited the number of values to far below 2^32. */
     sum += (uint32_t)tw_json_count(item.value);
     offsets[row.at.index + 1] = sum;
     more = tw_json_next(tw_json_skip(item.value), &item);

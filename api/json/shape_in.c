@@ -1,4 +1,4 @@
-/* Shapes in tweend JSON: each kind has its own parameters. */
+/* Reads shapes in tweend JSON; each kind has its own members. */
 #include "shape_in.h"
 
 enum { KIND, SIZE, RADIUS, RADII, HEIGHT, TUBE, SEGMENTS, RINGS, SIDES, LEVEL, CAPS, MEMBERS };
@@ -17,7 +17,7 @@ static const unsigned members_of[TW_SHAPES] = {
     HAS(RADIUS) | HAS(TUBE) | HAS(SEGMENTS) | HAS(SIDES),
 };
 
-/* Of a box and a grid, which has no y: as many numbers as axes. */
+/* Reads size and segments of a box, or of a grid, which has no y: one number an axis. */
 static tw_status read_axes(const api_value *values, tw_shape *shape) {
   bool is_grid = shape->kind == TW_SHAPE_GRID;
   uint32_t width = is_grid ? 2 : 3, count, parts[3] = {1, 1, 1};
