@@ -1,10 +1,10 @@
-/* The description of a model: what is in it, in numbers. */
+/* Prints the description of a model: its contents and statistics. */
 #include "models.h"
 
 #include <stdio.h>
 #include <string.h>
 
-/* {"3":2,"4":6}: how many there are of each size. */
+/* Prints {"3":2,"4":6}: how many there are of each size. */
 static void member_histogram(tw_text *out, const char *name, uint32_t count, const uint32_t *sizes,
                              const uint32_t *numbers) {
   tw_member_open(out, name, "{");
@@ -31,7 +31,7 @@ static void member_edges(tw_text *out, const char *name, uint32_t count, const u
   tw_text_add(out, "]");
 }
 
-/* Edges and vertices at which the mesh is no surface: the first of them, by their points. */
+/* The first edges and vertices at which the mesh is not manifold, by their points. */
 static void member_nonmanifold(tw_text *out, const tw_mesh_stats *facts) {
   tw_member_open(out, "nonmanifold", "{");
   member_edges(out, "edges", facts->listed_nonmanifold_edges,
@@ -44,7 +44,7 @@ static void member_nonmanifold(tw_text *out, const tw_mesh_stats *facts) {
   tw_text_add(out, "]}");
 }
 
-/* Where borders lie on each other, and neighbours are wound against each other. */
+/* Seams between borders that coincide, and edges whose two faces have opposite winding. */
 static void member_seams(tw_text *out, const tw_mesh *mesh, const tw_mesh_stats *facts) {
   uint32_t reversed = facts->reversed_borders + facts->reversed_edges;
   tw_member_count(out, "welded_points", mesh->welded_points);
@@ -88,7 +88,7 @@ static void print_facts(tw_text *out, const tw_mesh *mesh, const tw_mesh_stats *
   tw_text_add(out, "}");
 }
 
-/* Of names with a blank between two. */
+/* Prints names that are separated by blanks as an array. */
 static void print_words(tw_text *out, const char *names) {
   tw_text_add(out, "[");
   while (*names) {
@@ -117,7 +117,7 @@ static void member_groups(tw_text *out, const tw_model *model, const tw_mesh_sta
   tw_text_add(out, "]");
 }
 
-/* *reversed: grows by the edges at which two faces are wound against each other. */
+/* *reversed: increased by the number of edges between two faces of opposite winding. */
 static tw_status print_mesh(tw_text *out, const tw_model *model, uint32_t index, uint64_t *reversed,
                             tw_error *error) {
   const tw_mesh *mesh = &model->meshes[index];

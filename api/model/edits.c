@@ -1,4 +1,4 @@
-/* A new model: a stored one after edits of a mesh. */
+/* POST /v1/models/{id}/edits: makes a new model by editing a mesh of a stored one. */
 #include "edits_in.h"
 #include "handlers.h"
 #include "remade.h"
@@ -15,7 +15,7 @@ typedef struct edits_request {
 
 /* ---- the request --------------------------------------------------------------------------------------- */
 
-/* The mesh that the document names. */
+/* Finds the mesh that the document names. */
 static tw_status find_mesh(const api_value *value, edits_request *request) {
   tw_error error;
   if (value->item && !cJSON_IsString(value->item))
@@ -24,7 +24,8 @@ static tw_status find_mesh(const api_value *value, edits_request *request) {
   return status == TW_OK ? TW_OK : api_json_fail(value, status, "%s", error.detail);
 }
 
-/* A glTF mesh has something to draw: a face that is no hole. A hole may be named twice. */
+/* Checks that a face remains that is no hole: a glTF mesh needs something to draw. A hole may be listed
+ * twice. */
 static tw_status check_faces(const tw_mesh *mesh, const api_value *edits) {
   uint8_t *is_hole = tw_arena_alloc(edits->json->arena, mesh->face_count, 1);
   uint32_t holes = 0;
@@ -37,7 +38,8 @@ static tw_status check_faces(const tw_mesh *mesh, const api_value *edits) {
   return api_json_fail(edits, TW_INVALID, "they leave no face that is no hole");
 }
 
-/* What is modelled onto levels stays with the same faces over the same points; else it goes. */
+/* Keeps the details of the mesh's levels if faces and their points are unchanged; else drops them and
+ * warns. */
 static void keep_details(edits_request *request) {
   static const char *const lost =
       "the edits change faces: what was modelled onto the mesh's levels is left out";
@@ -85,7 +87,8 @@ static void print_list(tw_text *out, const char *name, const uint32_t *list, uin
   tw_text_add(out, "]");
 }
 
-/* The numbers that points have in the model, which has none that no face uses. NULL without memory. */
+/* The indices of points in the stored model, which leaves out points that no face uses: UINT32_MAX. NULL
+ * without memory. */
 static const uint32_t *number_points(const tw_mesh *mesh, tw_arena *arena) {
   uint32_t *numbers = tw_arena_alloc(arena, mesh->point_count, sizeof *numbers), used = 0;
   if (!numbers) return NULL;
@@ -94,7 +97,7 @@ static const uint32_t *number_points(const tw_mesh *mesh, tw_arena *arena) {
   return numbers;
 }
 
-/* The last of equal names wins. */
+/* Prints what the named edits made; the last of equal names counts. */
 static void print_made(void *context, tw_text *out) {
   const edits_request *request = context;
   const uint32_t *numbers = number_points(&request->remade->cage, request->remade->call->arena);

@@ -1,4 +1,4 @@
-/* The one resource: storing, listing, describing, handing back and deleting models. */
+/* Models: storing, listing, describing, returning and deleting them. */
 #include "models.h"
 
 #include "file_name.h"
@@ -13,7 +13,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MODEL_KEY = API_ID_TEXT + 64 }; /* in the cache, at most */
+enum { MODEL_KEY = API_ID_TEXT + 64 }; /* of a cache key, at most */
 
 static void print_id(api_bytes bytes, char out[API_ID_TEXT]) {
   struct sha256_ctx hash;
@@ -27,7 +27,7 @@ static void print_id(api_bytes bytes, char out[API_ID_TEXT]) {
 
 bool api_is_model_id(const char *text, size_t length) {
   if (length != API_ID_TEXT - 1) return false;
-  unsigned others = 0; /* all are looked at, side by side */
+  unsigned others = 0; /* no early exit, so that the loop vectorises */
   for (size_t i = 0; i < API_ID_TEXT - 1; i++) {
     uint8_t c = (uint8_t)text[i];
     others |= !((c >= '0') & (c <= '9')) & !((c >= 'a') & (c <= 'f'));
@@ -60,7 +60,8 @@ static api_outcome fail_absent(api_call *call, const char *id) {
   return api_fail_with(call, 404, "no model has the id %s", id);
 }
 
-/* What was made from the whole bytes goes too: all answers about the model say that it is damaged. */
+/* Cached values made of the intact bytes are removed: every answer about the model then says that it is
+ * damaged. */
 static api_outcome fail_damaged(api_call *call, const char *id) {
   api_cache_forget(call->service->cache, id);
   return api_fail_with(call, 500, "the stored bytes are damaged; upload them again");
@@ -94,7 +95,7 @@ api_outcome api_model_look(api_call *call, const char *id) {
   return fail_absent(call, id);
 }
 
-/* All bytes of an open blob, malloc'ed; NULL: the fault says why. */
+/* Reads all bytes of an open blob, malloc'ed; NULL: the fault says why. */
 static uint8_t *read_whole(api_call *call, const char *id, const api_blob *blob) {
   uint8_t *bytes = blob->size < SIZE_MAX ? malloc((size_t)blob->size + 1) : NULL;
   if (!bytes) {
@@ -115,9 +116,9 @@ typedef struct model_source {
 
 /* ---- names -------------------------------------------------------------------------------------- */
 
-/* What is stored beside a model's bytes. */
+/* The summary stored with a model's bytes. */
 typedef struct summary {
-  cJSON *tree; /* freed by the reader's caller, also where it is not whole */
+  cJSON *tree; /* freed by the caller, even where read_summary fails */
   const cJSON *name, *format;
 } summary;
 
@@ -128,7 +129,7 @@ static bool read_summary(const char *text, summary *out) {
   return cJSON_IsString(out->format) && (cJSON_IsString(out->name) || cJSON_IsNull(out->name));
 }
 
-/* Gives a model the name with which it was stored first; where it was not, the given one. False without
+/* Gives the model the name of its first upload; where no summary is stored, the given one. False without
  * memory. */
 static bool take_name(api_service *service, const char *id, const char *given, tw_model *model) {
   char *text = service->store.summary(service->store.context, id);
@@ -145,7 +146,7 @@ bool api_maker_grant(void *maker, uint64_t bytes) {
   return api_grant(own->call, own->granted + bytes);
 }
 
-/* Making a face takes up to MADE_FACE bytes. */
+/* Making a face takes at most MADE_FACE bytes. */
 static api_making making_within(const api_limits *limits) {
   enum { MADE_FACE = 256 };
   uint64_t most = limits->max_memory / MADE_FACE;
@@ -161,7 +162,7 @@ api_making api_making_of(api_maker *maker) {
   return making;
 }
 
-/* Reads a model of bytes, for which memory is granted first, beside what the request holds. */
+/* Parses a model after memory for that is granted, in addition to `held`. */
 static bool read_granted(api_call *call, api_bytes bytes, uint64_t held, tw_format format,
                          api_reading reading, tw_model **out) {
   api_maker maker = {call, held + tw_reading_size(format, bytes.size)};
@@ -169,22 +170,22 @@ static bool read_granted(api_call *call, api_bytes bytes, uint64_t held, tw_form
   return api_maker_grant(&maker, 0) && api_model_read(bytes, format, reading, &making, out, &call->fault);
 }
 
-/* The format as a first piece tells it; JSON may be glTF, whose key may stand anywhere. */
+/* The format by the first bytes; JSON may still be glTF, whose key may stand anywhere. */
 static api_outcome sniff_first(api_call *call, const char *id, const api_blob *blob, tw_format *out) {
   enum { PIECE = 256 };
   uint8_t first[PIECE + 1];
   size_t size = blob->size < PIECE ? (size_t)blob->size : PIECE;
   if (!blob->read(blob, 0, first, size)) return fail_damaged(call, id);
-  first[size] = '{'; /* which may follow where the piece is blank */
+  first[size] = '{'; /* which may follow if all of the piece is blank */
   *out = tw_format_sniff(first, size + 1);
   return API_DONE;
 }
 
-/* What reading the stored bytes takes, before their format is sure. */
+/* Grants the memory for reading the stored bytes, before their format is certain. */
 static bool grant_reading(api_call *call, const char *id, const api_blob *blob) {
   tw_format format = TW_FORMAT_JSON;
   if (sniff_first(call, id, blob, &format) != API_DONE) return false;
-  if (format == TW_FORMAT_JSON) format = TW_FORMAT_GLTF; /* which takes most */
+  if (format == TW_FORMAT_JSON) format = TW_FORMAT_GLTF; /* the format that takes most */
   return api_grant(call, tw_reading_size(format, blob->size));
 }
 
@@ -224,7 +225,7 @@ api_outcome api_model_take(api_call *call, const char *id, const api_reading *re
   return api_call_take(call, key, build_model, &source, out);
 }
 
-/* The model in the body, and the bytes that it is made of; both are the caller's when it is API_DONE. */
+/* Reads the body and parses the model in it. The caller owns both after API_DONE. */
 static api_outcome read_body(api_call *call, const api_reading *reading, api_upload *upload, tw_model **out) {
   tw_format format;
   api_outcome outcome = api_upload_read(call, upload);
@@ -260,13 +261,13 @@ const char *api_model_name(const tw_model *model) {
 
 /* ---- storing ------------------------------------------------------------------------------------ */
 
-/* What a list shows of a model. */
+/* Prints the name and format that a listing shows. */
 static void print_name_and_format(const tw_model *model, tw_text *out) {
   tw_member_string(out, "name", api_model_name(model));
   tw_member_string(out, "format", tw_format_names[model->format]);
 }
 
-/* The same as a document, to be listed without reading the model. */
+/* Prints the summary to be stored, so that listing need not read the model. */
 static void print_summary(const tw_model *model, tw_text *out) {
   tw_text_add(out, "{");
   print_name_and_format(model, out);
@@ -274,7 +275,8 @@ static void print_summary(const tw_model *model, tw_text *out) {
   tw_text_bytes(out, "", 1); /* the terminator */
 }
 
-/* Keeps a model that has just been stored: its first reader will not parse it again. */
+/* Caches a model that has just been stored, so that its first reader need not parse it. Takes the model
+ * over. */
 static void remember(api_service *service, const char *id, tw_model *model) {
   char key[MODEL_KEY];
   print_key(id, NULL, key);
@@ -282,7 +284,7 @@ static void remember(api_service *service, const char *id, tw_model *model) {
   api_cache_put(service->cache, key, &built);
 }
 
-/* Stores the bytes of a model. */
+/* Stores a model's bytes and summary. */
 static api_outcome store_model(api_call *call, api_bytes bytes, const char *id, const tw_model *model,
                                bool *existed) {
   const api_store *store = &call->service->store;
@@ -298,7 +300,7 @@ static api_outcome store_model(api_call *call, api_bytes bytes, const char *id, 
 
 static const char description[] = "description.json";
 
-/* What an answer about a stored model says in its head. */
+/* The headers of an answer about a stored model. */
 typedef struct model_head {
   const char *location, *etag;
 } model_head;
@@ -318,7 +320,7 @@ static void answer_stored(api_call *call, int status, const model_head *head, tw
   api_answer_header(&call->answer, "ETag", head->etag);
 }
 
-/* The answer is printed first: nothing is stored by a request that fails. */
+/* Stores a model and answers. The answer is printed first: a request that fails stores nothing. */
 static api_outcome store_printed(api_call *call, api_bytes bytes, const char *name,
                                  const api_addition *addition, tw_model *model) {
   char id[API_ID_TEXT];
@@ -344,7 +346,7 @@ static api_outcome store_printed(api_call *call, api_bytes bytes, const char *na
   return API_DONE;
 }
 
-/* Stores a model and answers; takes the model over. addition: or NULL. */
+/* The same; takes the model over. addition: or NULL. */
 static api_outcome store_and_answer(api_call *call, api_bytes bytes, const char *name,
                                     const api_addition *addition, tw_model *model) {
   api_outcome outcome = store_printed(call, bytes, name, addition, model);
@@ -355,7 +357,8 @@ static api_outcome store_and_answer(api_call *call, api_bytes bytes, const char 
   return outcome;
 }
 
-/* The name that an upload comes with: of the query, of the request, of the file in a form; NULL for none. */
+/* The name of an upload: of the query, of the request's Content-Disposition, or of the file in a form; NULL
+ * for none. */
 static api_outcome find_name(api_call *call, const api_upload *upload, const char **out) {
   const char *name = api_query_get(&call->query, "name"),
              *disposition = api_call_header(call, "Content-Disposition");
@@ -408,7 +411,7 @@ int api_seed(api_service *service, const char *name, const uint8_t *bytes, size_
 
 enum { LIST_DEFAULT = 100, LIST_MOST = 1000 };
 
-/* Prints name and format from a summary; false when it does not hold them. */
+/* Prints name and format from a summary; false when they are missing. */
 static bool print_from_summary(const char *text, tw_text *out) {
   summary summary;
   bool is_whole = read_summary(text, &summary);
@@ -420,7 +423,7 @@ static bool print_from_summary(const char *text, tw_text *out) {
   return is_whole;
 }
 
-/* Name and format of a model whose summary is lost, from the model itself. */
+/* Prints name and format from the model itself, when its summary is lost. */
 static bool print_from_model(api_call *call, const char *id, tw_text *text) {
   api_entry *entry;
   if (api_model_take(call, id, NULL, &entry) != API_DONE) return false;
@@ -429,8 +432,8 @@ static bool print_from_model(api_call *call, const char *id, tw_text *text) {
   return true;
 }
 
-/* One listed model. One that is gone meanwhile, or that cannot be read, is left out; false when it is the
- * store or memory that fails. */
+/* Prints one listed model. A model that was deleted meanwhile, or cannot be read, is left out; false when the
+ * store or memory fails. */
 static bool print_listed(api_call *call, const api_listed *listed, tw_text *text) {
   tw_text item = {0};
   tw_text_add(&item, "{");
@@ -499,7 +502,7 @@ static bool print_description(void *context, tw_text *out, api_fault *fault) {
   uint64_t size = blob.size;
   blob.close(&blob);
   api_entry *entry;
-  if (api_model_take(call, call->id, NULL, &entry) != API_DONE) return false; /* the call's fault */
+  if (api_model_take(call, call->id, NULL, &entry) != API_DONE) return false; /* the fault is the call's */
   bool is_printed = api_describe(api_entry_value(entry), call->id, size, out, fault);
   api_entry_release(entry);
   return is_printed;
@@ -556,7 +559,7 @@ static void destroy_source(void *context) {
   body->blob.close(&body->blob);
 }
 
-/* All of it is read where a first piece does not tell. */
+/* The format of stored bytes; reads them all where the first bytes do not tell. */
 static api_outcome sniff_stored(api_call *call, const api_blob *blob, tw_format *out) {
   api_outcome outcome = sniff_first(call, call->id, blob, out);
   if (outcome != API_DONE || *out != TW_FORMAT_JSON) return outcome;
@@ -566,7 +569,8 @@ static api_outcome sniff_stored(api_call *call, const api_blob *blob, tw_format 
   return bytes ? API_DONE : API_FAILED;
 }
 
-/* By the name with which it was stored; that of its parts takes parsing it. */
+/* Suggests the name of the first upload. Names within the model are not considered, as that takes parsing
+ * it. */
 static api_outcome suggest_source(api_call *call, tw_format format) {
   static const char *const extensions[TW_FORMATS] = {"obj", "json", "gltf", "glb", "stl", "ply"};
   const api_store *store = &call->service->store;

@@ -1,4 +1,4 @@
-/* Stored models, parsed. */
+/* Models: stored, parsed, cached, described. */
 #ifndef API_MODELS_H
 #define API_MODELS_H
 
@@ -7,52 +7,53 @@
 #include "tweend/format.h"
 #include "upload.h"
 
-/* 32 digits of lower-case hex. */
+/* Whether a text is a model's id: 32 digits of lower-case hex. */
 bool api_is_model_id(const char *text, size_t length);
 
-/* Who makes much of little, and what the request was granted beside that. */
+/* A request that may make a large model from a small document, and the bytes that it needs besides. */
 typedef struct api_maker {
   api_call *call;
   uint64_t granted;
 } api_maker;
 
-/* Grants `bytes` beside those. False: the fault stalls. */
+/* Grants `bytes` in addition to maker->granted. False: the fault stalls. */
 bool api_maker_grant(void *maker, uint64_t bytes);
-/* What may be made: no more than there is memory for. The maker outlives it. */
+/* The limits on what the maker's document may make, bounded by --max-memory. The maker outlives the
+ * result. */
 api_making api_making_of(api_maker *maker);
 
-/* The stored model, parsed, from the cache or the store: *out holds a tw_model, released with
- * api_entry_release. reading: NULL for the defaults, here and below. 404, 503; API_NEEDS_THREAD in a light
- * call when it is not at hand. */
+/* The stored model, parsed, from the cache or the store: *out holds a tw_model and is released by
+ * api_entry_release. reading: NULL for the defaults, here and below. 404, 500, 503; API_NEEDS_THREAD in a
+ * light call when the model is not cached. */
 api_outcome api_model_take(api_call *call, const char *id, const api_reading *reading, api_entry **out);
 
-/* Looks whether a model is stored and whole, before anything of it is answered from the cache: 404 and 500
- * where it is not, as another daemon on the same store may have deleted it. A store that cannot be reached is
- * no reason to refuse what is cached. API_NEEDS_LOOK in a call with API_LIGHT when nobody has looked of late.
- */
+/* Checks that a model is stored and whole before anything about it is answered from the cache: another daemon
+ * on the same store may have deleted it. 404 where it is absent, 500 where it is damaged; where the store
+ * cannot be reached, the cache still answers. API_NEEDS_LOOK in a call with API_LIGHT without a recent
+ * check. */
 api_outcome api_model_look(api_call *call, const char *id);
 
-/* The model in the request's body, parsed for this request alone. */
+/* The model in the request's body, parsed for this request alone: *out holds a tw_model. */
 api_outcome api_model_of_body(api_call *call, const api_reading *reading, api_entry **out);
 
-/* What an answer says beside the description of a model: prints members. */
+/* Members that an answer adds to the description of a model. */
 typedef struct api_addition {
   void (*print)(void *context, tw_text *out);
   void *context;
 } api_addition;
 
-/* Reads a model from GLB that the service made, stores it and answers as for an upload. held: memory that the
- * request holds beside. name: or NULL. */
+/* Parses a GLB that the service made, stores it, and answers as for an upload. held: bytes that the request
+ * holds besides. name: or NULL. addition: or NULL. */
 api_outcome api_model_store(api_call *call, api_bytes bytes, uint64_t held, const char *name,
                             const api_addition *addition);
 
-/* Answers as for an upload of the bytes that the call's model was stored with. */
+/* Answers as for an upload of the bytes of the call's stored model. */
 api_outcome api_model_reply_stored(api_call *call);
 
 /* Prints the description of a model. False: the fault says why. */
 bool api_describe(const tw_model *model, const char *id, uint64_t size, tw_text *out, api_fault *fault);
 
-/* What a person would call the model: its own name or the first that it holds; NULL without any. */
+/* The model's name: its own, or the first one in its meshes, nodes or clips; NULL without any. */
 const char *api_model_name(const tw_model *model);
 
 #endif

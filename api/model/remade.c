@@ -22,16 +22,16 @@ api_outcome api_remade_answer(api_call *call, api_outcome (*make)(api_remade *re
   return outcome;
 }
 
-enum { MESH_NAME = 24 }; /* of one that has no name */
+enum { MESH_NAME = 24 }; /* of a made-up name */
 
-/* One without a name is mesh_0 by its index. */
+/* A mesh without a name is called mesh_0 by its index. */
 static const char *mesh_name(const tw_model *model, uint32_t i, char buffer[MESH_NAME]) {
   if (model->meshes[i].name) return model->meshes[i].name;
   snprintf(buffer, MESH_NAME, "mesh_%u", i);
   return buffer;
 }
 
-/* None is named, and there are several, or none: which there are, as many as fit. */
+/* Fails where no mesh is named but there are several, or none: lists as many as fit. */
 static tw_status fail_unnamed(const tw_model *model, tw_error *error) {
   if (model->mesh_count == 0) return tw_fail(error, TW_INVALID, "the model has no mesh");
   char list[96] = "", buffer[MESH_NAME];
@@ -68,9 +68,9 @@ tw_status api_remade_choose(api_remade *remade, const char *name, tw_error *erro
 
 /* ---- the new model's bytes ----------------------------------------------------------------------------- */
 
-/* What of the model is written. */
+/* The scene that is written: all meshes at level 0. */
 typedef struct cage_scene {
-  tw_model model; /* a view of the stored one with the mesh that was edited */
+  tw_model model; /* a view of the stored one, with the new cage */
   tw_arena *arena;
   tw_patch_shapes *shapes;
   tw_surface **surfaces; /* [model.mesh_count] */
@@ -89,13 +89,13 @@ static tw_status make_surface(cage_scene *scene, uint32_t i, tw_error *error) {
   const tw_mesh *source = &scene->model.meshes[i];
   if (tw_mesh_open_holes(source, scene->arena, &mesh) != TW_OK)
     return tw_fail(error, TW_NO_MEMORY, "out of memory");
-  mesh.detail_count = 0; /* the file says them beside the cage */
+  mesh.detail_count = 0; /* the file has the details in extras */
   const tw_surface_options options = {
       .normals = source->normals.corners, .own_normals = true, .tagged = true, .shapes = scene->shapes};
   return tw_surface_create(&mesh, &options, &scene->surfaces[i], error);
 }
 
-/* A scene is ended by end_scene, also where it is not whole. */
+/* The caller ends the scene by end_scene, even on failure. */
 static tw_status begin_scene(const api_remade *remade, cage_scene *scene, tw_error *error) {
   *scene =
       (cage_scene){.model = *remade->model, .arena = tw_arena_create(), .shapes = tw_patch_shapes_create()};
@@ -111,8 +111,8 @@ static tw_status begin_scene(const api_remade *remade, cage_scene *scene, tw_err
   return status;
 }
 
-/* Bytes a corner: more than a mesh holds; more than its surface of level 0 takes while it is made (64, as
- * api/surface's plans count it) together with the tags for the file. */
+/* Bounds in bytes a corner: of a mesh; of its surface of level 0 while it is made (64, as building_cost in
+ * plans.c counts it) together with the tags for the file. */
 enum { MESH_CORNER = 32, SURFACE_CORNER = 112 };
 
 static uint64_t cost_of(const tw_mesh *mesh, uint64_t per_corner) {
@@ -130,7 +130,7 @@ static uint64_t surfaces_cost(const api_remade *remade) {
   return cost;
 }
 
-/* malloc'ed [*size]; NULL: the fault says why. */
+/* Writes the GLB, malloc'ed [*size]; NULL: the fault says why. */
 static uint8_t *write_glb(api_remade *remade, const cage_scene *scene, size_t *size) {
   api_call *call = remade->call;
   const tw_scene content = {.model = &scene->model,

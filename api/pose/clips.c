@@ -1,4 +1,4 @@
-/* Clips: the model's own by name, or another model's, carried over by the names of nodes; several as one. */
+/* Clips: the model's own, or another model's, mapped to its nodes by name; several merged into one. */
 #include "clips.h"
 
 #include "models.h"
@@ -14,7 +14,7 @@
 enum {
   COMMAS_IN_A_NAME = 8,
   CLIPS_IN_A_LIST = 256,
-  COMPARISONS_MOST = 1 << 18 /* of names, in a light call */
+  COMPARISONS_MOST = 1 << 18 /* comparisons of names in a light call */
 };
 
 static api_outcome fail_absent(api_call *call, const tw_model *model, const char *name, size_t length) {
@@ -40,7 +40,8 @@ static bool is_borrowed(const char *name, size_t length) {
   return length > API_ID_TEXT && name[API_ID_TEXT - 1] == '/' && api_is_model_id(name, API_ID_TEXT - 1);
 }
 
-/* A clip of another stored model, called "{model id}/{name}". */
+/* Finds a clip of another stored model, "{model id}/{name}". API_CONTINUE: the lender has no such clip, as
+ * the fault says. */
 static api_outcome find_borrowed(api_call *call, const char *name, size_t length, api_clip_choice *out) {
   memcpy(out->lender, name, API_ID_TEXT - 1);
   name += API_ID_TEXT;
@@ -59,7 +60,7 @@ static api_outcome find_borrowed(api_call *call, const char *name, size_t length
   return outcome;
 }
 
-/* The clip of this name, own or borrowed. API_CONTINUE: there is none, as the fault says. */
+/* Finds the clip of a name, own or borrowed. API_CONTINUE: there is none, as the fault says. */
 static api_outcome find_named(api_call *call, const tw_model *model, const char *name, size_t length,
                               api_clip_choice *out) {
   *out = (api_clip_choice){.index = tw_model_find_clip(model, name, length)};
@@ -69,8 +70,8 @@ static api_outcome find_named(api_call *call, const tw_model *model, const char 
   return API_CONTINUE;
 }
 
-/* The clip that the list begins with, and the length of its name. A name may itself hold commas: the
- * shortest one that exists counts. */
+/* Finds the clip that the list begins with, and the length of its name. A name may itself contain commas: the
+ * shortest name that exists counts. */
 static api_outcome find_first(api_call *call, const tw_model *model, const char *list, size_t *length,
                               api_clip_choice *out) {
   size_t end = strcspn(list, ",");
@@ -81,7 +82,7 @@ static api_outcome find_first(api_call *call, const tw_model *model, const char 
     if (list[end] == '\0' || commas == COMMAS_IN_A_NAME) break;
     end += 1 + strcspn(list + end + 1, ",");
   }
-  find_named(call, model, list, strcspn(list, ","), out); /* for a fault that names the first name alone */
+  find_named(call, model, list, strcspn(list, ","), out); /* for a fault about the first name alone */
   return API_FAILED;
 }
 
@@ -114,7 +115,7 @@ static api_outcome find_listed(api_call *call, const tw_model *model, const char
   }
 }
 
-/* The one clip that the whole text names, none, or several. */
+/* Finds the one clip that the whole text names, or none, or several. */
 static api_outcome find_chosen(api_call *call, const tw_model *model, const char *text,
                                api_clip_choices *out) {
   api_clip_choice *whole = tw_arena_alloc(call->arena, 1, sizeof *whole);
@@ -127,8 +128,9 @@ static api_outcome find_chosen(api_call *call, const tw_model *model, const char
   return API_DONE;
 }
 
-/* Tells the model's own first clips, by whatever names they were chosen, in one form. */
-static void simplify(api_clip_choices *choices) {
+/* Turns a list of the model's own first clips, in order, into the form without a list, so that equal choices
+ * print equally. */
+static void normalise_choices(api_clip_choices *choices) {
   uint32_t i = 0;
   while (i < choices->count && choices->list[i].index == i && !choices->list[i].lender[0]) i++;
   if (i == choices->count) choices->list = NULL;
@@ -142,8 +144,8 @@ api_outcome api_clips_choose(api_call *call, const tw_model *model, const char *
   }
   api_outcome outcome = find_chosen(call, model, text, out);
   if (outcome != API_DONE) return outcome;
-  call->fault = (api_fault){0}; /* names that were tried */
-  if (out->list) simplify(out);
+  call->fault = (api_fault){0}; /* drops the faults of names that were only tried */
+  if (out->list) normalise_choices(out);
   return API_DONE;
 }
 
@@ -169,7 +171,7 @@ void api_clips_print(const api_clip_choices *choices, tw_text *text) {
 static void destroy_clip(void *value) {
   api_clip *clip = value;
   tw_clip_destroy(clip->compiled);
-  tw_arena_destroy(clip->arena); /* holds the clip itself */
+  tw_arena_destroy(clip->arena); /* which holds the clip itself */
 }
 
 static api_clip *create_clip(void) {
@@ -182,7 +184,7 @@ static api_clip *create_clip(void) {
   return clip;
 }
 
-/* Warns of a node that the model does not have, once. */
+/* Warns once of a node that the model lacks. False without memory. */
 static bool note_missing(api_clip *clip, const tw_model *lender, uint32_t node, bool *noted) {
   if (noted[node]) return true;
   noted[node] = true;
@@ -195,7 +197,7 @@ static bool note_missing(api_clip *clip, const tw_model *lender, uint32_t node, 
   return clip->warnings[clip->warning_count++] != NULL;
 }
 
-/* Room to warn of all nodes of one more lender. */
+/* Makes room for warnings about all nodes of a lender. */
 static bool grow_warnings(api_clip *clip, const tw_model *lender) {
   const char **grown =
       tw_arena_alloc(clip->arena, (size_t)clip->warning_count + lender->node_count, sizeof *grown);
@@ -204,7 +206,7 @@ static bool grow_warnings(api_clip *clip, const tw_model *lender) {
   return grown != NULL;
 }
 
-/* The keys of a borrowed clip are copied, so that the lender may go. NULL stays NULL. */
+/* Copies an array of a borrowed clip, so that the lender may be released. NULL stays NULL. */
 static const void *copy_array(tw_arena *arena, const void *array, size_t count, size_t size) {
   void *copy = array ? tw_arena_alloc(arena, count, size) : NULL;
   if (copy && count) memcpy(copy, array, count * size);
@@ -214,7 +216,7 @@ static const void *copy_array(tw_arena *arena, const void *array, size_t count, 
 static bool copy_track(tw_arena *arena, const tw_track_keys *from, uint32_t node, tw_track_keys *to) {
   *to = *from;
   to->node = node;
-  to->kept = NULL; /* it may point to other parts of the lender's file */
+  to->kept = NULL; /* it may refer to other parts of the lender's file */
   size_t parts = from->interpolation == TW_CUBICSPLINE ? 3 : 1;
   to->times = copy_array(arena, from->times, from->key_count, sizeof *from->times);
   to->values = copy_array(arena, from->values, from->key_count, parts * from->width * sizeof *from->values);
@@ -222,8 +224,8 @@ static bool copy_track(tw_arena *arena, const tw_track_keys *from, uint32_t node
   return (!from->times || to->times) && (!from->values || to->values) && (!from->angles || to->angles);
 }
 
-/* Carries a clip of `lender` over to `model`, node by name; tracks of nodes that are not there, and
- * weights that do not fit, are left out. */
+/* Maps a clip of `lender` to the nodes of `model` by name. Leaves out tracks of nodes that the model lacks,
+ * and morph weights whose number differs. */
 static bool carry_over(api_clip *clip, const tw_model *model, const tw_model *lender, uint32_t index,
                        tw_clip_keys *out) {
   const tw_clip_keys *source = &lender->clips[index];
@@ -251,7 +253,7 @@ static bool carry_over(api_clip *clip, const tw_model *model, const tw_model *le
 typedef struct clip_source {
   const tw_model *model;
   const api_clip_choices *choices;
-  api_entry *const *lenders; /* [choices->count] of models; NULL: the model's own clip */
+  api_entry *const *lenders; /* [choices->count] models; NULL for the model's own clip */
   int force;
 } clip_source;
 
@@ -269,14 +271,14 @@ void api_node_names_print(const tw_model *model, const uint32_t *nodes, uint32_t
   tw_text_add(text, "]");
 }
 
-/* Most answers bear all names: they are printed once. NULL without memory. */
+/* Prints the names of all nodes once, as most answers have them. NULL without memory. */
 static const char *keep_node_names(const tw_model *model, tw_arena *arena) {
   tw_text text = {0};
   api_node_names_print(model, NULL, model->node_count, &text);
   return api_text_keep(&text, arena);
 }
 
-/* The names of all clips, commas between them. NULL without memory. */
+/* Joins the names of all clips by commas. NULL without memory. */
 static const char *join_names(const clip_source *source, tw_arena *arena) {
   tw_text text = {0};
   for (uint32_t i = 0; i < source->choices->count; i++) {
@@ -288,7 +290,7 @@ static const char *join_names(const clip_source *source, tw_arena *arena) {
   return api_text_keep(&text, arena);
 }
 
-/* The keys of each chosen clip, as the model can play it. NULL without memory. */
+/* The keys of each chosen clip, mapped to the model. NULL without memory. */
 static tw_clip_keys *gather_keys(const clip_source *source, api_clip *clip) {
   tw_clip_keys *keys = tw_arena_alloc(clip->arena, source->choices->count, sizeof *keys);
   for (uint32_t i = 0; keys && i < source->choices->count; i++) {
@@ -322,10 +324,10 @@ static bool fill_clip(const clip_source *source, api_clip *clip, api_fault *faul
     api_fault_without_memory(fault);
     return false;
   }
-  /* A model's own keys are not kept: the cache may drop the model before the clip. */
+  /* The model's own keys are not referred to: the cache may drop the model before the clip. */
   if (source->choices->count == 1 && source->lenders[0]) clip->carried = keys;
   if (compile(source, keys, &clip->compiled, &fault->error) == TW_OK) return true;
-  /* The pointer is into a stored document, which is not what was sent now. */
+  /* No pointer into a document: the stored document is not the one just sent. */
   api_fault_complete(fault);
   return false;
 }
@@ -345,7 +347,7 @@ static bool build_clip(void *context, api_built *out, api_fault *fault) {
   return true;
 }
 
-/* What the clip is cached under; NULL without memory. */
+/* The clip's cache key; NULL without memory. */
 static const char *make_key(api_call *call, const api_clip_choices *choices, int force) {
   tw_text text = {0};
   tw_text_add(&text, call->id);
@@ -356,7 +358,8 @@ static const char *make_key(api_call *call, const api_clip_choices *choices, int
   return api_text_keep(&text, call->arena);
 }
 
-/* Deleted and stored again between two looks, a lender is the same bytes: the index still holds. */
+/* Takes the models of borrowed clips again by id. The indices found before still hold, as an id means the
+ * same bytes. */
 static api_outcome take_lenders(api_call *call, const api_clip_choices *choices, api_entry **lenders) {
   api_outcome outcome = API_DONE;
   for (uint32_t i = 0; outcome == API_DONE && choices->list && i < choices->count; i++)

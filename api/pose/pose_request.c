@@ -1,4 +1,4 @@
-/* Requests for poses, up to what is to be evaluated. */
+/* Requests for poses, up to the point where poses can be evaluated. */
 #include "pose_request.h"
 
 #include "near_names.h"
@@ -11,14 +11,14 @@
 static const char *const interpolations[] = {"step",  "linear", "cubicspline", "slerp",
                                              "nlerp", "squad",  "euler",       NULL};
 
-/* The interpolation that the choice stands for, -1 for none. */
+/* The interpolation of a choice, -1 for none. */
 static int force_of(int choice) {
   static const tw_interpolation forces[] = {TW_STEP,  TW_LINEAR, TW_CUBICSPLINE, TW_LINEAR,
                                             TW_NLERP, TW_SQUAD,  TW_EULER};
   return choice < 0 ? -1 : (int)forces[choice];
 }
 
-/* Parameters that need another one. */
+/* Checks parameters that need another one. */
 static tw_status check_together(const api_query *query, const api_pose_request *pose, tw_error *error) {
   bool has_angles = pose->as == API_AS_EULER || pose->as == API_AS_AXIS_ANGLE;
   if (api_query_get(query, "order") && pose->as != API_AS_EULER)
@@ -66,8 +66,8 @@ api_outcome api_pose_request_read(api_call *call, api_pose_request *out) {
 
 /* ---- nodes --------------------------------------------------------------------------------------- */
 
-/* The node whose name the list begins with, and the length of that name. A name may itself hold
- * commas, which the list has no way to tell: the shortest name that exists counts. */
+/* Finds the node that the list begins with, and the length of its name. A name may itself contain commas,
+ * which the list does not escape: the shortest name that exists counts. */
 static uint32_t find_listed(const tw_model *model, const char *list, size_t *length) {
   enum { COMMAS_IN_A_NAME = 8 };
   size_t end = strcspn(list, ",");
@@ -100,13 +100,13 @@ static api_outcome choose_listed(api_call *call, const tw_model *model, const ch
     const uint32_t *namesakes = NULL;
     uint32_t count = chosen[node] ? 0 : tw_model_namesakes(model, node, &namesakes);
     for (uint32_t i = 0; i < count; i++) chosen[namesakes[i]] = true;
-    chosen[node] = true; /* it may have no name */
+    chosen[node] = true; /* a node without a name has no namesakes */
     if (list[length] == '\0') return API_DONE;
     list += length + 1;
   }
 }
 
-/* Whether a light call leaves it to a heavy one to hold each name of the list against all nodes. */
+/* Whether comparing the names of the list with all nodes takes too long for a light call. */
 static bool is_long_search(const tw_model *model, const char *list) {
   enum { COMPARISONS_MOST = 1 << 18 };
   uint64_t names = 1;
@@ -114,7 +114,7 @@ static bool is_long_search(const tw_model *model, const char *list) {
   return names * model->node_count > COMPARISONS_MOST;
 }
 
-/* The nodes of the list, or all, in the file's order. */
+/* Chooses the nodes of the list, or all, in the file's order. */
 static api_outcome choose_named(api_call *call, api_pose_request *request) {
   const tw_model *model = request->model;
   const char *list = request->node_list;
@@ -129,7 +129,7 @@ static api_outcome choose_named(api_call *call, api_pose_request *request) {
   return outcome;
 }
 
-/* The joints of all skins, skin by skin. */
+/* Chooses the joints of all skins, one skin after the other. */
 static api_outcome choose_joints(api_call *call, api_pose_request *request) {
   const tw_model *model = request->model;
   if (model->skin_count == 0) return api_fail_with(call, 422, "the model has no skin");
@@ -190,7 +190,7 @@ void api_pose_request_print(const api_pose_request *request, tw_text *text) {
                              request->is_skinning};
   api_clips_print(&request->choices, text);
   enum { VALUES = sizeof values / sizeof *values };
-  char digits[2 * VALUES]; /* each is one: all are small enumerations */
+  char digits[2 * VALUES]; /* one digit each: all are small enumerations */
   for (size_t i = 0; i < VALUES; i++) {
     digits[2 * i] = '&';
     digits[2 * i + 1] = (char)('0' + values[i]);

@@ -1,4 +1,4 @@
-/* Requests for poses: their parameters, the clip and nodes that these mean, and the canonical text of all. */
+/* Requests for poses: parameters, the clip and nodes that these name, and the canonical text. */
 #ifndef API_POSE_REQUEST_H
 #define API_POSE_REQUEST_H
 
@@ -13,7 +13,7 @@ typedef enum api_pose_form { API_POSE_JSON, API_POSE_NDJSON, API_POSE_BIN, API_P
 typedef struct api_pose_request {
   /* as read */
   const char *clips;     /* as in api_clips_choose; NULL: the first */
-  const char *node_list; /* names; NULL: all */
+  const char *node_list; /* names of nodes; NULL: all */
   int force;             /* interpolation, as in api_clip_take */
   api_times times;
   api_pose_form form;
@@ -22,31 +22,31 @@ typedef struct api_pose_request {
   tw_euler_order order;
   bool in_degrees;
   tw_loop loop;
-  bool is_skinning; /* joint matrices of all skins, skin by skin, in place of nodes */
+  bool is_skinning; /* joint matrices of all skins, one skin after the other, instead of nodes */
   /* as resolved */
   api_clip_choices choices;
-  api_entry *model_entry, *clip_entry; /* held; NULL: none */
+  api_entry *model_entry, *clip_entry; /* references; NULL: none */
   const tw_model *model;
   const api_clip *clip; /* NULL: the rest pose */
   uint32_t node_count;
   const uint32_t *nodes; /* [node_count], in the call's arena; ascending unless is_skinning */
 } api_pose_request;
 
-/* Reads all parameters but times and form; the rest is zeroed. */
+/* Reads all parameters but times and form; zeroes the rest. */
 api_outcome api_pose_request_read(api_call *call, api_pose_request *out);
 
-/* Finds clip and nodes in the model, which model_entry holds, and completes the times; without any, time is
- * 0. is_stored as in api_clip_take. 404, 422; API_NEEDS_THREAD in a light call when the clip is not at hand
- * or the nodes take long to find. */
+/* Finds clip and nodes in the model of model_entry, and completes the times; without any, the only time is 0.
+ * is_stored as in api_clip_take. 404, 422; API_NEEDS_THREAD in a light call when the clip is not cached or
+ * the search for nodes is long. */
 api_outcome api_pose_request_resolve(api_call *call, bool is_stored, api_pose_request *request);
 
 /* Releases the entries. */
 void api_pose_request_deinit(api_pose_request *request);
 
-/* Whether the answer tells of all nodes, each once. */
+/* Whether the answer has all nodes of the model, each once. */
 bool api_pose_has_all_nodes(const api_pose_request *request);
 
-/* Prints all parameters but form and times with their defaults, once resolved. */
+/* Prints all parameters but form and times, with defaults; call after api_pose_request_resolve. */
 void api_pose_request_print(const api_pose_request *request, tw_text *text);
 
 #endif

@@ -32,9 +32,9 @@ static tw_status read_list(const char *text, uint64_t max_times, tw_arena *arena
   return TW_OK;
 }
 
-/* The number of times from `from` to `to`, its end included where it falls on a step. */
+/* Counts the times from `from` to `to`, which is included if it falls on a step. */
 static tw_status count_steps(api_times *times, uint64_t max_times, tw_error *error) {
-  /* A step may miss `to` by the rounding of a product. */
+  /* Rounding may put the last step just beyond `to`. */
   double count = floor((times->to - times->from) * times->fps + 1e-6) + 1;
   if (!(count <= (double)max_times)) return fail_many(error, count, max_times);
   times->count = (uint64_t)count;
@@ -107,7 +107,7 @@ static tw_status read_document(void *context, const api_value *root) {
 
 api_outcome api_times_of_body(api_call *call, api_times *out) {
   times_source source = {call->service->limits.max_times, out};
-  /* The document, the array, and more times than the limit, so that the limit itself is named. */
+  /* The document, the array, and one time over the limit, so that the error is about the limit on times. */
   uint64_t values_max = source.max_times + 3;
   if (values_max < API_JSON_VALUES_MAX) values_max = API_JSON_VALUES_MAX;
   return api_upload_json(call, values_max, read_document, &source);

@@ -1,4 +1,4 @@
-/* The times of a request: a list, or evenly spaced ones. */
+/* The times of a request: a list, or evenly spaced. */
 #ifndef API_TIMES_H
 #define API_TIMES_H
 
@@ -9,19 +9,21 @@
 typedef struct api_times {
   bool is_given; /* false: the request names no time */
   uint64_t count;
-  const float *list; /* [count], or NULL: from + i / fps */
+  const float *list; /* [count]; or NULL: time i is from + i / fps */
   double from, to, fps;
-  bool has_to; /* false: up to the clip's end */
+  bool has_to; /* false: `to` is the clip's end */
 } api_times;
 
-/* Reads at, or from, to and fps. TW_SYNTAX on values that are none; TW_LIMIT over max_times. */
+/* Reads `at`, or `from`, `to` and `fps`, from the query. TW_SYNTAX for malformed or contradictory values;
+ * TW_LIMIT over max_times. */
 tw_status api_times_read(const api_query *query, uint64_t max_times, tw_arena *arena, api_times *out,
                          tw_error *error);
 
 /* Reads {"times": [...]} from the body. 400, 413, 422. */
 api_outcome api_times_of_body(api_call *call, api_times *out);
 
-/* Completes times that go up to the end of a clip. TW_SYNTAX when that is before `from`; TW_LIMIT. */
+/* Completes evenly spaced times without `to` by the clip's end. TW_SYNTAX when that is before `from`;
+ * TW_LIMIT. */
 tw_status api_times_complete(api_times *times, float duration, uint64_t max_times, tw_error *error);
 
 float api_times_get(const api_times *times, uint64_t index);
