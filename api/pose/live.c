@@ -1,6 +1,6 @@
 /* Live poses: a clip played in real time as an event stream (WHATWG HTML, section 9.2). Frame n shows the
- * clip at from + n * speed / fps seconds; its number is the event's id. When frames are due, and the time
- * that an event bears, are the server's part. */
+ * clip at from + n * speed / fps seconds, folded onto the clip; n is the event's id. The server decides when
+ * frames are due and adds the time to each event. */
 #include "handlers.h"
 #include "models.h"
 #include "pose_body.h"
@@ -10,15 +10,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* What one frame may hold, and what it may evaluate: some milliseconds, because many streams share a thread.
- */
+/* The most numbers and nodes of a frame: some milliseconds of work, because many streams share a thread. */
 enum { FRAME_NUMBERS = 50000, FRAME_NODES = 10000 };
 
 static const double FPS_MIN = 0.01, FPS_MAX = 240;
 static const double SPEED_MAX = 1000;
-static const double START_MAX = 1e13; /* in the year 2286 */
+static const double START_MAX = 1e13; /* milliseconds, in the year 2286 */
 
-/* Frames are counted in doubles, exactly, up to here; an id has no more digits. */
+/* Doubles count frames exactly up to here; an id has no more digits. */
 static const double FRAMES_MAX = 1e15;
 enum { ID_DIGITS = 15 };
 
@@ -26,21 +25,21 @@ typedef struct live_request {
   api_pose_request pose;
   double speed, fps, from, start_ms;
   bool has_from, has_start, has_last;
-  uint64_t last_id; /* of Last-Event-ID */
+  uint64_t last_id; /* from Last-Event-ID */
 } live_request;
 
-/* What a stream holds on to; lives in its own arena. */
+/* What a stream holds; lives in its own arena. */
 typedef struct live_poses {
   tw_arena *arena;
   const char *key;
-  api_pose_body *body; /* holds model and clip */
+  api_pose_body *body; /* holds the entries of model and clip */
   double speed, fps, from, duration;
   tw_loop loop;
 } live_poses;
 
 /* ---- parameters --------------------------------------------------------------------------------- */
 
-/* The frame that a client has seen last. */
+/* Reads the frame that the client saw last. */
 static api_outcome read_last_id(api_call *call, live_request *request) {
   const char *text = api_call_header(call, "Last-Event-ID");
   if (!text || !*text) return API_DONE;
@@ -78,11 +77,11 @@ static api_outcome read_request(api_call *call, live_request *out) {
 
 /* ---- frames ------------------------------------------------------------------------------------- */
 
-/* Onto the clip, in double precision: after hours a float would stutter. */
+/* Folds a time onto the clip, in double precision: after hours a float would stutter. */
 static double fold(const live_poses *live, double time) {
   double duration = live->duration;
   if (live->loop == TW_CLAMP) {
-    /* The last frame is the clip's end, where it does not fall on a step too. */
+    /* The last frame shows the clip's end even where that falls between two steps. */
     double end = live->speed > 0 ? fmax(duration, live->from) : fmin(0, live->from);
     return live->speed > 0 ? fmin(time, end) : fmax(time, end);
   }
@@ -93,11 +92,11 @@ static double fold(const live_poses *live, double time) {
   return phase > duration ? period - phase : phase;
 }
 
-/* The last frame, UINT64_MAX when there is none. */
+/* The index of the last frame, UINT64_MAX for an endless stream. */
 static uint64_t last_frame(const live_poses *live) {
   if (live->loop != TW_CLAMP) return UINT64_MAX;
   double way = live->speed > 0 ? live->duration - live->from : live->from;
-  /* A step may miss the end by the rounding of a product. */
+  /* Rounding may put a step just beyond the end. */
   double frames = ceil(way * live->fps / fabs(live->speed) - 1e-6);
   return frames >= FRAMES_MAX ? UINT64_MAX : frames > 0 ? (uint64_t)frames : 0;
 }
@@ -132,7 +131,7 @@ static void destroy_live(void *context) {
 
 /* ---- the answer ---------------------------------------------------------------------------------- */
 
-/* All that makes out the frames, as text; NULL without memory. */
+/* Everything that determines the frames, as text; NULL without memory. */
 static const char *make_key(api_call *call, const live_request *request) {
   tw_text text = {0};
   tw_text_add(&text, call->id);
@@ -167,7 +166,7 @@ static live_poses *create_live(live_request *request, api_service *service, cons
     memcpy(nodes, pose->nodes, pose->node_count * sizeof *nodes);
     pose->nodes = nodes;
     pose->form = API_POSE_NDJSON;
-    pose->loop = TW_CLAMP; /* times come folded */
+    pose->loop = TW_CLAMP; /* fold has applied the loop already */
     if (live->key) live->body = api_pose_body_create(pose, service, arena);
     if (live->body) return live;
   }
@@ -194,14 +193,14 @@ static api_outcome reply_live(api_call *call, live_request *request) {
   api_answer_header(&call->answer, "Cache-Control", "no-store");
   if (request->has_last && request->last_id >= last) {
     destroy_live(live);
-    call->answer.status = 204; /* which tells an EventSource not to come again */
+    call->answer.status = 204; /* tells an EventSource not to reconnect */
     return API_DONE;
   }
   const api_clip *played = request->pose.clip;
   if (played) api_call_warn(call, played->warnings, played->warning_count);
   call->answer.status = 200;
   api_answer_header(&call->answer, "Content-Type", call->offer->type);
-  api_answer_header(&call->answer, "X-Accel-Buffering", "no"); /* for proxies that would wait for more */
+  api_answer_header(&call->answer, "X-Accel-Buffering", "no"); /* keeps proxies from buffering */
   call->answer.live = (api_live){
       .key = live->key,
       .fps = request->fps,

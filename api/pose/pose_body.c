@@ -1,4 +1,4 @@
-/* Poses: evaluated one by one, printed as JSON, lines of JSON, CSV or binary rows. */
+/* Evaluates poses one by one and prints them as JSON, lines of JSON, CSV or binary rows. */
 #include "pose_body.h"
 
 #include "service.h"
@@ -8,49 +8,49 @@
 /* Text is printed in steps of about this many bytes. */
 enum { PIECE = 32 * 1024 };
 
-/* About what an answer takes beside its numbers, and more of it for each node. */
+/* About the bytes of an answer beside its numbers: once, and for each node. */
 enum { HEAD_BYTES = 500, NAME_BYTES = 16 };
 
-/* Of the binary form: magic, version, length of the JSON. */
+/* Binary form: bytes of magic, version and length of the JSON; offset of that length. */
 enum { BIN_PREFIX = 12, BIN_LENGTH = 8 };
 
-/* In a radian. */
+/* Degrees in a radian. */
 static const double DEGREES = 57.295779513082320877;
 
-/* What of the answer comes next. */
+/* The part of the answer that is printed next. */
 typedef enum pose_phase { PHASE_HEAD, PHASE_TIMES, PHASE_POSES, PHASE_END } pose_phase;
 
 struct api_pose_body {
   api_pose_request request; /* holds the entries */
   api_service *service;
   pose_phase phase;
-  uint64_t next;    /* time or pose */
-  tw_text text;     /* printed and not yet read */
-  size_t read;      /* of text */
+  uint64_t next;    /* index of the next time or pose */
+  tw_text text;     /* text printed last */
+  size_t read;      /* bytes of text read so far */
   uint64_t size;    /* of the whole answer */
   uint32_t padding; /* spaces behind a binary answer's header */
 
-  tw_trs *locals;    /* [nodes of the model]; NULL where a row is the local transforms as they are */
+  tw_trs *locals;    /* [nodes of the model]; NULL where a row is the local transforms */
   float *matrices;   /* [nodes of the model][16], local or world; NULL where no matrix is needed */
-  float *joints;     /* [node_count][16] with is_skinning */
-  float (*euler)[3]; /* [node_count], of the pose before; NULL unless asked for */
-  bool has_euler;    /* there was a pose before */
+  float *joints;     /* [node_count][16] joint matrices; NULL unless is_skinning */
+  float (*euler)[3]; /* [node_count], of the previous pose; NULL unless asked for */
+  bool has_euler;    /* there is a previous pose */
   float *row;        /* [node_count][width]; NULL in the binary form */
 };
 
-/* Some of a node's numbers. */
+/* A part of a node's numbers. */
 typedef struct pose_part {
   const char *name;
-  uint32_t offset, width; /* floats, from the node's first */
+  uint32_t offset, width; /* floats; offset from the node's first float */
 } pose_part;
 
-/* What a pose tells of each node. */
+/* The layout of a node's numbers in a pose. */
 typedef struct pose_layout {
   const char *name;
   uint32_t width;      /* floats of a node */
   pose_part parts[4];  /* in the order of the answer; the last has no name */
-  const char *columns; /* the parts in CSV */
-  const char *members; /* the parts in the binary form's header */
+  const char *columns; /* the columns in CSV */
+  const char *members; /* the parts in the header of the binary form */
 } pose_layout;
 
 #define MOVED_COLUMNS "translation_x,translation_y,translation_z,scale_x,scale_y,scale_z"
@@ -102,7 +102,7 @@ static void evaluate_locals(const api_pose_request *request, float time, tw_trs 
   tw_clip_pose(clip, model->nodes, model->node_count, time, locals);
 }
 
-/* Matrices of the local transforms: local, world, or those of joints. */
+/* Computes the matrices of the local transforms: local, world, or of joints. */
 static void evaluate_matrices(api_pose_body *body) {
   const api_pose_request *request = &body->request;
   const tw_model *model = request->model;
@@ -128,7 +128,7 @@ static void put_euler(api_pose_body *body, const tw_trs *transform, uint32_t ind
   for (int i = 0; request->in_degrees && i < 3; i++) out[i] = (float)((double)out[i] * DEGREES);
 }
 
-/* The numbers of the answer's node `index`, as its layout orders them. */
+/* Writes the numbers of the answer's node `index` in the order of its layout. */
 static void put_transform(api_pose_body *body, const tw_trs *transform, uint32_t index, float *out) {
   const api_pose_request *request = &body->request;
   switch (request->as) {
@@ -156,15 +156,15 @@ static void put_node(api_pose_body *body, uint32_t index, float *out) {
     memcpy(out, body->joints ? body->joints + (size_t)index * 16 : matrix, 16 * sizeof *out);
   } else if (body->matrices) {
     tw_trs world;
-    tw_trs_from_matrix(matrix, &world); /* the nearest: a TRS has no shear */
+    tw_trs_from_matrix(matrix, &world); /* the nearest TRS, which cannot shear */
     put_transform(body, &world, index, out);
   } else {
     put_transform(body, &body->locals[node], index, out);
   }
 }
 
-/* Fills a row with the pose at a time. A row that is the local transforms as they are is evaluated in place,
- * which saves a third of the time of binary rows. */
+/* Fills a row with the pose at a time. A row that is just the local transforms is evaluated in place, which
+ * saves a third of the time of binary rows. */
 static void evaluate(api_pose_body *body, float time, float *row) {
   const api_pose_request *request = &body->request;
   evaluate_locals(request, time, body->locals ? body->locals : (tw_trs *)(void *)row);
@@ -175,7 +175,7 @@ static void evaluate(api_pose_body *body, float time, float *row) {
   body->has_euler = true;
 }
 
-/* ---- what the answer is ------------------------------------------------------------------------ */
+/* ---- the answer's header ----------------------------------------------------------------------- */
 
 static void print_node_names(const api_pose_request *request, tw_text *text) {
   tw_text_member(text, "nodes");
@@ -185,7 +185,7 @@ static void print_node_names(const api_pose_request *request, tw_text *text) {
     api_node_names_print(request->model, request->nodes, request->node_count, text);
 }
 
-/* Which of the joints are whose. */
+/* Prints the range of joints of each skin. */
 static void print_skins(const tw_model *model, tw_text *text) {
   uint64_t first = 0;
   tw_member_open(text, "skins", "[");
@@ -211,7 +211,7 @@ static void print_warnings(const api_clip *clip, tw_text *text) {
   tw_text_add(text, "]");
 }
 
-/* The members that say what the answer is; leaves the object open. */
+/* Prints the members that describe the answer; leaves the object open. */
 static void print_heading(const api_pose_request *request, tw_text *text) {
   const api_clip *clip = request->clip;
   tw_text_add(text, "{");
@@ -230,7 +230,7 @@ static void print_heading(const api_pose_request *request, tw_text *text) {
   if (request->is_skinning) print_skins(request->model, text);
 }
 
-/* Where a node's numbers stand in a row of the binary form. */
+/* Prints where a node's numbers are in a row of the binary form. */
 static void print_layout(const api_pose_request *request, tw_text *text) {
   size_t width = api_pose_width(request->as);
   tw_member_count(text, "poses", request->times.count);
@@ -276,7 +276,7 @@ static void print_csv_pose(const api_pose_request *request, float time, const fl
     tw_text_bytes(text, number, digits);
     tw_text_add(text, ",");
     print_csv_text(text, tw_model_node_name(request->model, request->nodes[i], buffer));
-    size_t bracket = text->size; /* JSON's brackets become CSV's comma and end of line */
+    size_t bracket = text->size; /* JSON's brackets become a comma and the end of the line */
     tw_text_vectors(text, row + i * width, width, width, 1);
     if (text->failed) return;
     text->data[bracket] = ',';
@@ -317,7 +317,7 @@ void api_pose_body_print_at(api_pose_body *body, float time, tw_text *text) {
 
 /* ---- phases ------------------------------------------------------------------------------------ */
 
-/* Little-endian, whatever the machine's order. */
+/* Writes little-endian on every machine. */
 static void put_u32(uint32_t value, char out[4]) {
   for (int i = 0; i < 4; i++) out[i] = (char)(value >> 8 * i & 0xFF);
 }
@@ -333,7 +333,7 @@ static void print_head(api_pose_body *body, tw_text *text) {
     body->phase = PHASE_POSES;
     return;
   case API_POSE_BIN:
-    tw_text_bytes(text, "TWPB\1\0\0\0\0\0\0\0", BIN_PREFIX); /* the length: see print_bin_head */
+    tw_text_bytes(text, "TWPB\1\0\0\0\0\0\0\0", BIN_PREFIX); /* print_bin_head fills in the length */
     print_heading(request, text);
     print_layout(request, text);
     break;
@@ -343,7 +343,7 @@ static void print_head(api_pose_body *body, tw_text *text) {
   body->phase = PHASE_TIMES;
 }
 
-/* Bytes that the times take in a list. */
+/* The bytes of the times in a list. */
 static uint64_t measure_times(const api_times *times) {
   char number[TW_NUMBER_TEXT];
   uint64_t size = times->count > 0 ? times->count - 1 : 0;
@@ -351,8 +351,8 @@ static uint64_t measure_times(const api_times *times) {
   return size;
 }
 
-/* The length of a binary answer's header stands before it, and the size of the answer follows from it. False
- * when there is no memory or the header is too long. */
+/* Prints the header of a binary answer with its length, which gives the size of the answer. False without
+ * memory or when the header is too long. */
 static bool print_bin_head(api_pose_body *body) {
   const api_pose_request *request = &body->request;
   tw_text *text = &body->text;
@@ -386,7 +386,7 @@ static void close_poses(api_pose_body *body, tw_text *text) {
   body->phase = PHASE_END;
 }
 
-/* Goes on by a piece, unless the phase ends before. */
+/* Prints about a piece, or up to the end of the phase. */
 static void print_piece(api_pose_body *body, tw_text *text) {
   const api_times *times = &body->request.times;
   size_t end = text->size + PIECE;
@@ -428,7 +428,7 @@ void api_pose_body_print_all(api_pose_body *body, tw_text *text) {
   const api_pose_request *request = &body->request;
   size_t numbers = (size_t)request->times.count * request->node_count * api_pose_width(request->as);
   size_t likely = HEAD_BYTES + NAME_BYTES * (size_t)request->node_count + numbers * API_POSE_NUMBER_BYTES;
-  *text = body->text; /* the head of the binary form */
+  *text = body->text; /* the header in the binary form, else empty */
   body->text = (tw_text){0};
   tw_text_reserve(text, body->size == API_SIZE_UNKNOWN ? likely : (size_t)body->size - text->size);
   while (body->phase != PHASE_END && !text->failed) print_piece(body, text);
@@ -436,12 +436,12 @@ void api_pose_body_print_all(api_pose_body *body, tw_text *text) {
 
 /* ---- making and freeing ------------------------------------------------------------------------- */
 
-/* A row of local transforms is the evaluated pose as it is. */
+/* A row of local transforms is an array of tw_trs. */
 _Static_assert(offsetof(tw_trs, rotation) == 0 && offsetof(tw_trs, translation) == 4 * sizeof(float) &&
                    offsetof(tw_trs, scale) == 7 * sizeof(float) && sizeof(tw_trs) == 10 * sizeof(float),
                "rotation, translation and scale, without gaps");
 
-/* [count][width] floats; NULL where they are not needed, or without memory, which is noted. */
+/* [count][width] floats. NULL where they are not needed, or without memory, which clears *has_all. */
 static void *allocate(tw_arena *arena, bool is_needed, uint32_t count, size_t width, bool *has_all) {
   if (!is_needed) return NULL;
   void *memory = tw_arena_alloc_raw(arena, count, width * sizeof(float));

@@ -10,14 +10,14 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Up to this many numbers, evaluated or told, are left to light calls. */
+/* The most numbers, evaluated or printed, of a light call. */
 enum { LIGHT_NUMBERS = 20000 };
 
 /* ---- sizes --------------------------------------------------------------------------------------- */
 
 static uint64_t count_numbers(const api_pose_request *request) {
   uint64_t per_pose = request->node_count * (uint64_t)api_pose_width(request->as);
-  if (per_pose == 0) per_pose = 1; /* a model without nodes has its times told all the same */
+  if (per_pose == 0) per_pose = 1; /* without nodes the times are still printed */
   uint64_t times = request->times.count;
   return times && per_pose > UINT64_MAX / times ? UINT64_MAX : per_pose * times;
 }
@@ -31,7 +31,7 @@ static api_outcome check_size(api_call *call, const api_pose_request *request) {
                        (unsigned long long)numbers, (unsigned long long)limit);
 }
 
-/* More bytes than the answer has; names, which may have any length, are repeated in each line of CSV. */
+/* A bound on the answer's bytes; in CSV each line repeats a node's name, which may have any length. */
 static uint64_t bound_bytes(const api_pose_request *request) {
   if (request->form == API_POSE_BIN) return count_numbers(request) * sizeof(float);
   uint64_t lines = 0;
@@ -41,7 +41,7 @@ static uint64_t bound_bytes(const api_pose_request *request) {
   return count_numbers(request) * TW_FLOAT_TEXT + request->times.count * lines;
 }
 
-/* Whether the answer is evaluated and printed in little time. */
+/* Whether the answer takes little time to evaluate and print. */
 static bool is_light(const api_pose_request *request) {
   uint64_t transforms = request->times.count * (uint64_t)request->model->node_count;
   return transforms <= LIGHT_NUMBERS && count_numbers(request) <= LIGHT_NUMBERS &&
@@ -50,7 +50,7 @@ static bool is_light(const api_pose_request *request) {
 
 /* ---- the canonical request ------------------------------------------------------------------------ */
 
-/* All parameters with their defaults, and the times, as text; NULL without memory. */
+/* All parameters with defaults, and the times, as text; NULL without memory. */
 static const char *print_canonical(api_call *call, const api_pose_request *request) {
   tw_text text = {0};
   api_pose_request_print(request, &text);
@@ -59,7 +59,7 @@ static const char *print_canonical(api_call *call, const api_pose_request *reque
   return api_text_keep(&text, call->arena);
 }
 
-/* What the answer is remembered under; NULL without memory. */
+/* The cache key of the answer; NULL without memory. */
 static const char *make_key(api_call *call, const char *representation, const char *canonical) {
   size_t size = strlen(call->id) + strlen(representation) + strlen(canonical) + sizeof "/?";
   char *key = tw_arena_alloc_raw(call->arena, size, 1);
@@ -69,7 +69,7 @@ static const char *make_key(api_call *call, const char *representation, const ch
 
 /* ---- the answer ---------------------------------------------------------------------------------- */
 
-/* Prints all poses at once: their length is then known, and nothing is held. */
+/* Prints all poses at once: their length is then known, and the answer holds no entries. */
 static bool print_poses(api_call *call, api_pose_request *request, tw_text *out, api_fault *fault) {
   api_pose_body *body = api_pose_body_create(request, call->service, call->arena);
   if (!body) {
@@ -93,7 +93,7 @@ static bool print_remembered(void *context, tw_text *out, api_fault *fault) {
   return api_grant(call, cost) && print_poses(call, source->request, out, fault);
 }
 
-/* What an answer under way holds: a pose, a piece of text, and a block of the host's. */
+/* What a streamed answer holds: a pose, a piece of text, and a block of the host's. */
 enum { STREAM_COST = 512 << 10 };
 
 static api_outcome reply_streamed(api_call *call, api_pose_request *request) {
@@ -106,8 +106,8 @@ static api_outcome reply_streamed(api_call *call, api_pose_request *request) {
   return API_DONE;
 }
 
-/* Light answers are printed at once, which takes about as long as finding them in the cache would. Others are
- * remembered, where they have a key and are small enough, or streamed. */
+/* Light answers are printed at once, which takes about as long as a cache look-up. Others are cached, if they
+ * have a key and are small enough, or streamed. */
 static api_outcome reply_poses(api_call *call, api_pose_request *request, const char *key) {
   if (request->clip) api_call_warn(call, request->clip->warnings, request->clip->warning_count);
   if (is_light(request)) {
@@ -122,7 +122,7 @@ static api_outcome reply_poses(api_call *call, api_pose_request *request, const 
   return call->effort != API_HEAVY ? API_NEEDS_THREAD : reply_streamed(call, request);
 }
 
-/* From parameters and a model to all that is to be told. */
+/* Resolves the request and checks the answer's size. */
 static api_outcome prepare(api_call *call, bool is_stored, api_pose_request *request) {
   api_outcome outcome = api_pose_request_resolve(call, is_stored, request);
   return outcome == API_DONE ? check_size(call, request) : outcome;
@@ -139,7 +139,7 @@ static api_outcome read_request(api_call *call, api_pose_request *out) {
   return status == TW_OK ? API_DONE : api_fail(call);
 }
 
-/* A pure function of the URL: with an entity tag and a key. */
+/* A GET depends on the URL alone: it has an entity tag and may be cached. */
 static api_outcome answer_get(api_call *call, api_pose_request *request) {
   api_outcome outcome = prepare(call, true, request);
   if (outcome != API_DONE) return outcome;
@@ -162,7 +162,7 @@ api_outcome api_get_pose(api_call *call) {
   return outcome;
 }
 
-/* Goes on where `outcome` is API_DONE, and releases the request. */
+/* Answers if `outcome` is API_DONE, and releases the request in any case. */
 static api_outcome answer_post(api_call *call, api_outcome outcome, bool is_stored,
                                api_pose_request *request) {
   if (outcome == API_DONE) outcome = prepare(call, is_stored, request);
@@ -171,7 +171,7 @@ static api_outcome answer_post(api_call *call, api_outcome outcome, bool is_stor
   return outcome;
 }
 
-/* Reads the times out of the body. */
+/* Reads the times from the body. */
 static api_outcome read_times(api_call *call, api_times *out) {
   if (out->is_given)
     return api_fail_with(call, 400, "the times are in the body: at, from, to, fps have no place");

@@ -1,5 +1,5 @@
-/* Rotations in any form into any other, without a model: a list in the body, converted, multiplied, slerped
- * between its ends, and points turned by each. Computed in double precision, told in single. */
+/* Converts rotations between all forms, without a model: a list in the body, converted, multiplied, slerped
+ * from the first to the last, and applied to points. Computed in double precision, printed in single. */
 #include "handlers.h"
 #include "json_in.h"
 #include "json_value.h"
@@ -10,17 +10,17 @@
 #include <float.h>
 #include <math.h>
 
-/* The contract's limits; the points are counted once for each rotation that turns them. */
+/* The contract's limits; points count once for each rotation that turns them. */
 enum { ROTATIONS_MOST = 100000, TURNED_POINTS_MOST = 100000 };
 
 enum { WIDTH_MOST = 9, MATRIX4_WIDTH = 16 };
 
-static const double DEGREES = 57.295779513082320877; /* in a radian */
+static const double DEGREES = 57.295779513082320877; /* degrees in a radian */
 
-/* Far more than anybody plays on past the ends; the cosine of the angle is still precise to 1e-7. */
+/* Far more than any extrapolation needs; the cosine of the angle is still precise to 1e-7. */
 static const double SLERP_MOST = 1e9;
 
-/* By tw_rotation_form: the members of a rotation, in the request and in the answer. */
+/* By tw_rotation_form: the member that holds a rotation, in the request and the answer. */
 static const char *const form_members[] = {"quaternion", "axis_angle", "euler", "matrix"};
 
 typedef struct rotations_request {
@@ -36,14 +36,14 @@ typedef struct rotations_request {
 
 /* ---- the request -------------------------------------------------------------------------------- */
 
-/* Some elements of an array, and at least one, so that NULL means no memory alone. */
+/* [count] elements, at least one. NULL without memory, which sets *status. */
 static void *allocate(const api_json *json, uint32_t count, size_t size, tw_status *status) {
   void *memory = *status == TW_OK ? tw_arena_alloc(json->arena, count ? count : 1, size) : NULL;
   if (*status == TW_OK && !memory) *status = api_json_no_memory(json);
   return memory;
 }
 
-/* The one member that says the rotation. */
+/* Finds the one member that holds the rotation. */
 static tw_status find_form(const api_value *object, const api_value *values, tw_rotation_form *out) {
   int found = -1;
   for (int i = 0; i < TW_ROTATION_FORMS; i++) {
@@ -58,7 +58,7 @@ static tw_status find_form(const api_value *object, const api_value *values, tw_
   return TW_OK;
 }
 
-/* The rotation of a matrix of four columns, which does nothing else. m becomes one of three. */
+/* Takes the rotation out of a 4 x 4 matrix that does nothing else: m becomes 3 x 3. */
 static tw_status drop_fourth(const api_value *value, double *m) {
   for (int i = 0; i < 4; i++) {
     if (m[12 + i] != (i == 3) || m[4 * i + 3] != (i == 3))
@@ -81,7 +81,7 @@ static tw_status read_numbers(const api_value *value, tw_rotation_form form, dou
   return status == TW_OK && is_matrix4 ? drop_fourth(value, out) : status;
 }
 
-/* Angles between radians and the request's unit. */
+/* Converts angles between radians and the request's unit. */
 static void scale_angles(tw_rotation_form form, double factor, double *values) {
   if (form == TW_AS_EULER)
     for (int i = 0; i < 3; i++) values[i] *= factor;
@@ -128,7 +128,7 @@ static tw_status read_points(const api_value *array, rotations_request *out) {
   for (uint32_t i = 0; status == TW_OK && i < out->point_count; i++) {
     const double *p = out->points[i];
     const api_value point = {array->json, NULL, {&array->at, NULL, i}};
-    /* A turned coordinate is as large as the point is far. */
+    /* A rotated coordinate may be as large as the point's distance. */
     if (!(p[0] * p[0] + p[1] * p[1] + p[2] * p[2] < (double)FLT_MAX * (double)FLT_MAX))
       status = api_json_fail(&point, TW_INVALID, "the point is too far away for a float");
   }
@@ -180,9 +180,9 @@ static uint64_t count_numbers(const rotations_request *request) {
   return request->count * each + width * (1 + (uint64_t)request->slerp_count);
 }
 
-/* Asks for the memory that the answer takes. */
+/* Checks the size of the answer and grants the memory for it. */
 static api_outcome check_size(api_call *call, const rotations_request *request) {
-  enum { NAME_BYTES = 128 }; /* what is printed of a rotation beside its numbers */
+  enum { NAME_BYTES = 128 }; /* bytes of a rotation's text beside its numbers */
   uint64_t limit = call->service->limits.max_output, numbers = count_numbers(request);
   if (numbers > limit / API_POSE_NUMBER_BYTES)
     return api_fail_with(call, 422, "the answer has %llu numbers, more than %llu bytes hold",
@@ -191,12 +191,12 @@ static api_outcome check_size(api_call *call, const rotations_request *request) 
   return api_grant(call, bytes) ? API_DONE : API_FAILED;
 }
 
-/* As floats, whose shortest text is round where the number is. */
+/* To floats, whose shortest text is round where the number is. */
 static void narrow(const double *values, uint32_t count, float *out) {
   for (uint32_t i = 0; i < count; i++) out[i] = (float)values[i];
 }
 
-/* A rotation in the form asked for. */
+/* Prints a rotation in the form asked for. */
 static void print_rotation(const rotations_request *request, const double q[4], tw_text *text) {
   double values[WIDTH_MOST];
   float told[WIDTH_MOST];

@@ -1,5 +1,5 @@
-/* Diagnostics of a clip's rotation tracks: gimbal lock, wraps, flips, steps that slerp would shorten; and
- * when all tracks have their keys. */
+/* Diagnostics of a clip's rotation tracks: gimbal lock, wraps, sign flips, steps that slerp would shorten;
+ * and the key times of all tracks. */
 #include "clips.h"
 #include "handlers.h"
 #include "models.h"
@@ -10,20 +10,20 @@
 #include <math.h>
 #include <stdio.h>
 
-/* In a radian. */
+/* Degrees in a radian. */
 static const double DEGREES = 57.295779513082320877;
 
-/* By tw_key_form; a rotation's plain values are quaternions. */
+/* By tw_key_form; plain values of a rotation are quaternions. */
 static const char *const kind_names[] = {"quaternion", "quaternion", "euler", "axis-angle"};
 static const char *const axis_names[] = {"x", "y", "z"};
 
-/* In single precision, as far as every processor's libm agrees. What is finite stays a number: the speed
- * between keys at times 0 and 1e-40 fits none. */
+/* Prints a number in single precision, in which every processor's libm agrees. Finite values stay finite: the
+ * speed between keys at times 0 and 1e-40 fits no float. */
 static void member_number(tw_text *text, const char *name, double value) {
   tw_member_float(text, name, isfinite(value) ? (float)fmin(value, (double)FLT_MAX) : (float)value);
 }
 
-/* How near the path comes to lock, in the track's own order and in each of the others. */
+/* Prints how near the path comes to gimbal lock, in the track's own order and in every order. */
 static void print_gimbal(tw_text *text, const tw_track_report *report) {
   const tw_gimbal *own = &report->gimbals[report->order];
   tw_member_open(text, "gimbal", "{");
@@ -50,7 +50,7 @@ static void print_motion(tw_text *text, const tw_track_report *report) {
   member_number(text, "peak_time", report->peak_time);
   tw_member_count(text, "sign_flips", report->sign_flips);
   tw_member_count(text, "non_unit_keys", report->non_unit_keys);
-  tw_member_count(text, "duplicate_times", 0); /* a file with any is refused with their place */
+  tw_member_count(text, "duplicate_times", 0); /* files with duplicate times are refused, with their place */
   tw_member_count(text, "half_turns", report->half_turns);
   tw_member_count(text, "steps_over_180", report->long_steps);
   tw_member_count(text, "euler_wraps", report->euler_wraps);
@@ -61,7 +61,7 @@ static void print_motion(tw_text *text, const tw_track_report *report) {
   tw_text_add(text, "}");
 }
 
-/* Opens the track's object. */
+/* Prints a track's keys; leaves its object open. */
 static void print_keys(tw_text *text, const tw_model *model, const tw_track_keys *keys) {
   char buffer[24];
   tw_text_element(text);
@@ -87,7 +87,8 @@ static void print_rotation(tw_text *text, const tw_model *model, const tw_track_
   tw_text_add(text, "]}");
 }
 
-/* How finely the tracks of a clip can be followed in about a second, however many keys there are. */
+/* Steps between two keys, so that following all rotation tracks of a clip takes about a second, however many
+ * keys there are. */
 static uint32_t steps_most(const tw_clip_keys *clip) {
   enum { ALL_STEPS = 1 << 16, STEPS_LEAST = 2 };
   uint64_t keys = 1;

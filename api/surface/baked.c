@@ -1,6 +1,6 @@
-/* Baking is of two parts. Which meshes are moved, and what they look like without skins and targets, follows
- * from the model alone: that is what the plan is of, one for all times. Where their points are at one time
- * comes on top. */
+/* Baking has two parts. Which meshes move, and how they look without skins and targets, depends on the model
+ * alone: the plan is made of these meshes, one plan for all times. The positions at a time are applied to
+ * it. */
 #include "baked.h"
 
 #include "service.h"
@@ -31,7 +31,7 @@ static bool is_moved(const tw_model *model, const tw_node *node) {
   return node->mesh != TW_NO_INDEX && (is_skinned(model, node) || model->meshes[node->mesh].morph_count);
 }
 
-/* How many meshes are moved; what they would take is judged before it is allocated. */
+/* Counts the moved meshes, and checks the memory for their points before it is allocated. */
 static api_outcome count_moved(api_call *call, const tw_model *model, uint32_t *out) {
   uint64_t points = 0, limit = call->service->limits.max_output / (3 * sizeof(float));
   uint32_t count = 0;
@@ -48,24 +48,24 @@ static api_outcome count_moved(api_call *call, const tw_model *model, uint32_t *
   return API_DONE;
 }
 
-/* What the plan is of, and where in it the meshes of the model are. */
-typedef struct cast {
-  tw_mesh *meshes;  /* the still ones, then the moved ones, each once */
-  uint32_t *uses;   /* of each of those */
-  uint32_t *still;  /* [model meshes] place of each as it is, TW_NO_INDEX where only moved nodes show it */
-  uint32_t *moving; /* [model meshes] place of each to be moved, else TW_NO_INDEX */
+/* The meshes of the plan, and the place of each mesh of the model among them. */
+typedef struct plan_layout {
+  tw_mesh *meshes;  /* the still meshes, then the moved ones, each once */
+  uint32_t *uses;   /* how often each is in the answer */
+  uint32_t *still;  /* [model meshes] place of the still mesh; TW_NO_INDEX where only moved nodes show it */
+  uint32_t *moving; /* [model meshes] place of the moved mesh, else TW_NO_INDEX */
   uint32_t still_count, count;
-} cast;
+} plan_layout;
 
-static bool create_cast(tw_arena *arena, uint32_t mesh_count, cast *c) {
-  c->meshes = tw_arena_alloc(arena, 2 * (size_t)mesh_count, sizeof *c->meshes);
-  c->uses = tw_arena_alloc(arena, 2 * (size_t)mesh_count, sizeof *c->uses);
-  c->still = tw_arena_alloc(arena, mesh_count, sizeof *c->still);
-  c->moving = tw_arena_alloc(arena, mesh_count, sizeof *c->moving);
-  return c->meshes && c->uses && c->still && c->moving;
+static bool create_layout(tw_arena *arena, uint32_t mesh_count, plan_layout *layout) {
+  layout->meshes = tw_arena_alloc(arena, 2 * (size_t)mesh_count, sizeof *layout->meshes);
+  layout->uses = tw_arena_alloc(arena, 2 * (size_t)mesh_count, sizeof *layout->uses);
+  layout->still = tw_arena_alloc(arena, mesh_count, sizeof *layout->still);
+  layout->moving = tw_arena_alloc(arena, mesh_count, sizeof *layout->moving);
+  return layout->meshes && layout->uses && layout->still && layout->moving;
 }
 
-static tw_mesh without_movers(const tw_mesh *mesh) {
+static tw_mesh without_deformers(const tw_mesh *mesh) {
   tw_mesh bare = *mesh;
   bare.skin = (tw_skin_weights){0};
   bare.morph_count = 0;
@@ -74,37 +74,37 @@ static tw_mesh without_movers(const tw_mesh *mesh) {
   return bare;
 }
 
-static void fill_cast(const tw_model *model, cast *c) {
-  uint32_t *moved = c->moving, *shown = c->still; /* by how many nodes, for now */
+static void fill_layout(const tw_model *model, plan_layout *layout) {
+  uint32_t *moved = layout->moving, *shown = layout->still; /* at first: number of nodes that show the mesh */
   for (uint32_t i = 0; i < model->node_count; i++) {
     const tw_node *node = &model->nodes[i];
     if (node->mesh != TW_NO_INDEX) (is_moved(model, node) ? moved : shown)[node->mesh]++;
   }
   for (uint32_t m = 0; m < model->mesh_count; m++) {
-    bool stays = shown[m] || !moved[m]; /* one that no node shows stays as well */
-    c->still[m] = stays ? c->count : TW_NO_INDEX;
+    bool stays = shown[m] || !moved[m]; /* a mesh that no node shows stays too */
+    layout->still[m] = stays ? layout->count : TW_NO_INDEX;
     if (!stays) continue;
-    c->meshes[c->count] = model->meshes[m];
-    c->uses[c->count++] = 1;
+    layout->meshes[layout->count] = model->meshes[m];
+    layout->uses[layout->count++] = 1;
   }
-  c->still_count = c->count;
+  layout->still_count = layout->count;
   for (uint32_t m = 0; m < model->mesh_count; m++) {
     uint32_t uses = moved[m];
-    c->moving[m] = uses ? c->count : TW_NO_INDEX;
+    layout->moving[m] = uses ? layout->count : TW_NO_INDEX;
     if (!uses) continue;
-    c->meshes[c->count] = without_movers(&model->meshes[m]);
-    c->uses[c->count++] = uses;
+    layout->meshes[layout->count] = without_deformers(&model->meshes[m]);
+    layout->uses[layout->count++] = uses;
   }
 }
 
-/* ---- where to ----------------------------------------------------------------------------------- */
+/* ---- deformation -------------------------------------------------------------------------------- */
 
-/* What deforming needs beside the model. */
+/* What deforming needs besides the model. */
 typedef struct deformer {
   const tw_clip *clip;
   float time;
-  tw_trs *locals;  /* [nodes, and as many more as there are moved meshes] */
-  float *matrices; /* [nodes][16], to the world */
+  tw_trs *locals;  /* [nodes + moved meshes] */
+  float *matrices; /* [nodes][16], world matrices */
   float *weights;  /* [TW_MORPH_TARGETS_MAX] */
   float *joints;   /* [joints of the largest skin][16] */
 } deformer;
@@ -126,7 +126,7 @@ static void pose_nodes(const tw_model *model, deformer *d) {
   tw_pose_world(model->nodes, model->node_order, model->node_count, d->matrices, d->matrices);
 }
 
-/* The points of a node's mesh where weights and joints put them. */
+/* Computes the points of a node's mesh as morph weights and joints move them. */
 static tw_status deform_mesh(tw_arena *arena, const tw_model *model, const deformer *d, uint32_t index,
                              float **out, tw_error *error) {
   const tw_node *node = &model->nodes[index];
@@ -146,37 +146,39 @@ static tw_status deform_mesh(tw_arena *arena, const tw_model *model, const defor
 
 /* ---- the scene ---------------------------------------------------------------------------------- */
 
-/* The meshes of the answer: the still ones of the cast, then one for each moved node. */
-typedef struct meshes {
+/* The meshes of the answer: the still ones of the plan, then one for each moved node. */
+typedef struct answer_meshes {
   tw_mesh *meshes;
   uint32_t *of;
   const float **positions;
   uint32_t count;
-} meshes;
+} answer_meshes;
 
-static bool create_meshes(tw_arena *arena, const cast *c, uint32_t moved, meshes *out) {
-  size_t most = (size_t)c->still_count + moved;
+static bool create_meshes(tw_arena *arena, const plan_layout *layout, uint32_t moved, answer_meshes *out) {
+  size_t most = (size_t)layout->still_count + moved;
   out->meshes = tw_arena_alloc(arena, most, sizeof *out->meshes);
   out->of = tw_arena_alloc(arena, most, sizeof *out->of);
   out->positions = tw_arena_alloc(arena, most, sizeof *out->positions);
   if (!out->meshes || !out->of || !out->positions) return false;
-  for (; out->count < c->still_count; out->count++) {
-    out->meshes[out->count] = c->meshes[out->count];
+  for (; out->count < layout->still_count; out->count++) {
+    out->meshes[out->count] = layout->meshes[out->count];
     out->of[out->count] = out->count;
   }
   return true;
 }
 
-static uint32_t add_moved(meshes *out, const cast *c, uint32_t place, const float *positions) {
-  out->meshes[out->count] = c->meshes[place];
+static uint32_t add_moved(answer_meshes *out, const plan_layout *layout, uint32_t place,
+                          const float *positions) {
+  out->meshes[out->count] = layout->meshes[place];
   out->meshes[out->count].positions = positions;
   out->of[out->count] = place;
   out->positions[out->count] = positions;
   return out->count++;
 }
 
-/* Gives a moved mesh to its node, or, as joints lead to the world, to a new root in the node's place. */
-static void hang_mesh(tw_model *baked, uint32_t index, uint32_t mesh, bool is_world, tw_trs *locals) {
+/* Attaches a moved mesh to its node. A skinned mesh, whose joints lead to the world, is attached to a new
+ * root node in its place. */
+static void attach_mesh(tw_model *baked, uint32_t index, uint32_t mesh, bool is_world, tw_trs *locals) {
   tw_node *node = &baked->nodes[index];
   node->skin = TW_NO_INDEX;
   node->mesh = is_world ? TW_NO_INDEX : mesh;
@@ -192,46 +194,47 @@ static void hang_mesh(tw_model *baked, uint32_t index, uint32_t mesh, bool is_wo
   locals[added] = TW_TRS_IDENTITY;
 }
 
-static tw_status place_meshes(tw_arena *arena, const tw_model *model, const deformer *d, const cast *c,
-                              tw_model *baked, meshes *out, tw_error *error) {
+static tw_status place_meshes(tw_arena *arena, const tw_model *model, const deformer *d,
+                              const plan_layout *layout, tw_model *baked, answer_meshes *out,
+                              tw_error *error) {
   for (uint32_t i = 0; i < model->node_count; i++) {
     const tw_node *node = &model->nodes[i];
     if (node->mesh == TW_NO_INDEX) continue;
     if (!is_moved(model, node)) {
-      baked->nodes[i].mesh = c->still[node->mesh];
+      baked->nodes[i].mesh = layout->still[node->mesh];
       continue;
     }
     float *positions;
     tw_status status = deform_mesh(arena, model, d, i, &positions, error);
     if (status != TW_OK) return status;
-    uint32_t mesh = add_moved(out, c, c->moving[node->mesh], positions);
-    hang_mesh(baked, i, mesh, is_skinned(model, node), d->locals);
+    uint32_t mesh = add_moved(out, layout, layout->moving[node->mesh], positions);
+    attach_mesh(baked, i, mesh, is_skinned(model, node), d->locals);
   }
   return TW_OK;
 }
 
 api_outcome api_bake(api_call *call, const tw_model *model, const tw_clip *clip, float time, api_baked *out) {
   deformer d = {.clip = clip, .time = time};
-  cast c = {0};
-  meshes all = {0};
+  plan_layout layout = {0};
+  answer_meshes all = {0};
   uint32_t moved = 0;
   api_outcome outcome = count_moved(call, model, &moved);
   if (outcome != API_DONE) return outcome;
   tw_model *baked = api_copy_nodes(call->arena, model, moved);
   if (!baked || !create_deformer(call->arena, model, moved, &d) ||
-      !create_cast(call->arena, model->mesh_count, &c))
+      !create_layout(call->arena, model->mesh_count, &layout))
     return api_fail_without_memory(call);
-  fill_cast(model, &c);
-  if (!create_meshes(call->arena, &c, moved, &all)) return api_fail_without_memory(call);
+  fill_layout(model, &layout);
+  if (!create_meshes(call->arena, &layout, moved, &all)) return api_fail_without_memory(call);
   pose_nodes(model, &d);
-  if (place_meshes(call->arena, model, &d, &c, baked, &all, &call->fault.error) != TW_OK)
+  if (place_meshes(call->arena, model, &d, &layout, baked, &all, &call->fault.error) != TW_OK)
     return api_fail(call);
   baked->meshes = all.meshes;
   baked->mesh_count = all.count;
   baked->skin_count = 0;
   *out = (api_baked){baked, d.locals, api_plan_all(model), {0}};
   if (moved > 0) {
-    out->meshes = (api_plan_meshes){c.count, c.meshes, c.still_count, c.uses};
+    out->meshes = (api_plan_meshes){layout.count, layout.meshes, layout.still_count, layout.uses};
     out->moves = (api_plan_moves){all.count, all.of, all.positions};
   }
   return API_DONE;

@@ -1,4 +1,4 @@
-/* Posing, animating and deforming what a surface shows. */
+/* Poses, animates and deforms what a surface shows. */
 #include "surface_scene.h"
 
 #include "baked.h"
@@ -8,9 +8,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double DEGREES = 57.295779513082320877; /* in a radian */
+static const double DEGREES = 57.295779513082320877; /* degrees in a radian */
 
-/* Whether the request is for the model at one moment. */
+/* Whether the request shows the model at one time. */
 static bool is_moment(const api_scene_query *query) {
   return query->times.list && query->times.count == 1;
 }
@@ -30,7 +30,7 @@ static tw_status read_tolerance(const api_query *query, api_scene_query *out, tw
   return TW_OK;
 }
 
-/* Parameters that need or exclude another one. */
+/* Checks parameters that need or exclude another one. */
 static tw_status check_together(const api_scene_query *query, tw_error *error) {
   if (query->is_baked && !is_moment(query))
     return tw_fail(error, TW_SYNTAX, "skin=bake goes with one time: at=T");
@@ -41,8 +41,7 @@ static tw_status check_together(const api_scene_query *query, tw_error *error) {
   return TW_OK;
 }
 
-/* Of a form that shows meshes and nothing else: what speaks of animations has no place, nor has what leaves
- * the meshes out. */
+/* Checks the parameters for a form of meshes alone: no animations, and meshes must not be left out. */
 static tw_status check_meshes_alone(const api_scene_query *query, tw_error *error) {
   if (query->is_bare) return tw_fail(error, TW_SYNTAX, "meshes=none leaves nothing of an OBJ");
   bool keeps_clip = query->clips && strcmp(query->clips, "none") != 0;
@@ -91,7 +90,7 @@ void api_scene_print(const api_surface_scene *scene, tw_text *text) {
 
 /* ---- the clips ----------------------------------------------------------------------------------- */
 
-/* The clips as one, which is posed or baked. */
+/* Takes the merged clips, to be posed or baked. */
 static api_outcome take_moving(api_call *call, const tw_model *model, api_surface_scene *scene) {
   if (model->clip_count == 0 && scene->choices.count == 0)
     return api_fail_with(call, 404, "the model has no clips");
@@ -105,7 +104,7 @@ static api_outcome take_moving(api_call *call, const tw_model *model, api_surfac
              : api_fail(call);
 }
 
-/* The model's own clips are kept as they are; borrowed ones are carried over. */
+/* Takes the borrowed clips; the model's own clips are kept as they are. */
 static api_outcome take_lent(api_call *call, const tw_model *model, api_surface_scene *scene) {
   const api_clip_choices *choices = &scene->choices;
   if (!choices->list) return API_DONE;
@@ -147,23 +146,23 @@ void api_scene_release(api_surface_scene *scene) {
   api_entry_release(scene->moving);
 }
 
-/* ---- fewer keys ---------------------------------------------------------------------------------- */
+/* ---- keyframe reduction -------------------------------------------------------------------------- */
 
 /* Immutable. */
 typedef struct reduced_clips {
-  tw_arena *arena;              /* of all that follows */
-  const tw_track_keys **tracks; /* [clips of the source] in place of those that is_reduced tells; or NULL */
-  tw_tolerance reached;         /* the largest error that is left */
+  tw_arena *arena;              /* holds the members below and the struct itself */
+  const tw_track_keys **tracks; /* [clips of the source] for tracks that is_reduced; or NULL */
+  tw_tolerance reached;         /* the largest remaining error */
 } reduced_clips;
 
 typedef struct reduced_source {
   const tw_clip_keys *clips; /* [clip_count] */
   uint32_t clip_count, node_count;
   const api_reduction *reduction;
-  uint32_t max_keys; /* of a track */
+  uint32_t max_keys; /* limit on the keys of a track */
 } reduced_source;
 
-/* Whether glTF interpolates between the keys just as the track does. */
+/* Whether glTF interpolates the keys exactly as the track does. */
 static bool is_native(const tw_track_keys *track) {
   if (track->interpolation == TW_LINEAR) return track->form != TW_KEY_AXIS_ANGLE;
   return track->interpolation == TW_STEP || track->interpolation == TW_CUBICSPLINE;
@@ -187,14 +186,14 @@ static tw_status reduce_tracks(const reduced_source *source, const tw_clip_keys 
                                tw_clip_keys *out, tw_tolerance *reached, tw_error *error) {
   tw_clip *clip = NULL;
   tw_status status = tw_clip_create(chosen, source->node_count, -1, &clip, error);
-  if (status == TW_OK) /* none of the tracks is a spline, which would stay where it is */
+  if (status == TW_OK) /* no track is a cubic spline, which would not be reduced */
     status = tw_clip_reduce(clip, chosen, source->reduction->tolerance, source->max_keys, arena, out, reached,
                             error);
   tw_clip_destroy(clip);
   return status;
 }
 
-/* The tracks to reduce are a clip of their own. */
+/* Reduces the tracks of a clip that need it, as a clip of their own. */
 static tw_status reduce_clip(const reduced_source *source, uint32_t index, reduced_clips *reduced,
                              tw_error *error) {
   const tw_clip_keys *clip = &source->clips[index];
@@ -240,7 +239,7 @@ static bool build_reduced(void *context, api_built *out, api_fault *fault) {
   return true;
 }
 
-/* What the reduced tracks are cached under; NULL without memory. */
+/* The cache key of the reduced tracks; NULL without memory. */
 static const char *make_reduced_key(api_call *call, const api_surface_scene *scene) {
   const api_reduction *reduction = &scene->query.reduction;
   tw_text text = {0};
@@ -251,8 +250,8 @@ static const char *make_reduced_key(api_call *call, const api_surface_scene *sce
   return api_text_keep(&text, call->arena);
 }
 
-/* The reduced tracks of the clips: scene->reduced holds them. Reducing takes far longer than sending, so what
- * comes of it is worth a place in the cache. */
+/* Takes the reduced tracks into scene->reduced. They are cached because reducing takes far longer than
+ * sending. */
 static api_outcome take_reduced(api_call *call, const tw_model *model, const tw_clip_keys *clips,
                                 api_surface_scene *scene) {
   uint64_t limit = call->service->limits.max_times;
@@ -263,9 +262,9 @@ static api_outcome take_reduced(api_call *call, const tw_model *model, const tw_
   return api_call_take(call, scene->is_stored ? key : NULL, build_reduced, &source, &scene->reduced);
 }
 
-/* ---- keys of the answer -------------------------------------------------------------------------- */
+/* ---- the answer's clips -------------------------------------------------------------------------- */
 
-/* Baked keys are held in memory: no more of them than of an upload. */
+/* Limits baked keys, which are held in memory, to the size of an upload. */
 static api_outcome check_baked(api_call *call, const api_clip *clip, uint64_t times) {
   uint32_t track_count = tw_clip_track_count(clip->compiled);
   uint64_t numbers = 0, limit = call->service->limits.max_upload / sizeof(float);
@@ -275,7 +274,7 @@ static api_outcome check_baked(api_call *call, const api_clip *clip, uint64_t ti
                        (unsigned long long)times, (unsigned long long)numbers, (unsigned long long)limit);
 }
 
-/* The clips as one, with keys at exactly the times asked for. */
+/* Bakes the merged clips to keys at exactly the times of the request. */
 static api_outcome bake_clips(api_call *call, api_surface_scene *scene) {
   const api_clip *clip = api_entry_value(scene->moving);
   const api_times *asked = &scene->query.times;
@@ -293,7 +292,7 @@ static api_outcome bake_clips(api_call *call, api_surface_scene *scene) {
   return API_DONE;
 }
 
-/* The keys of the clips as they are. NULL without memory. */
+/* The keys of the clips, unchanged. NULL without memory. */
 static const tw_clip_keys *gather_clips(api_call *call, const tw_model *model,
                                         const api_surface_scene *scene) {
   if (!scene->choices.list) return model->clips;
@@ -305,7 +304,7 @@ static const tw_clip_keys *gather_clips(api_call *call, const tw_model *model,
   return clips;
 }
 
-/* A copy of the clips with the reduced tracks in it. NULL without memory. */
+/* A copy of the clips with the reduced tracks. NULL without memory. */
 static const tw_clip_keys *replace_tracks(tw_arena *arena, const tw_clip_keys *clips, uint32_t count,
                                           const api_reduction *reduction, const reduced_clips *reduced) {
   tw_clip_keys *out = tw_arena_alloc(arena, count, sizeof *out);
@@ -325,7 +324,8 @@ static const tw_clip_keys *replace_tracks(tw_arena *arena, const tw_clip_keys *c
   return out;
 }
 
-/* The clips as they are, but for tracks that glTF does not have or that are to have fewer keys. */
+/* Keeps the clips, with reduced tracks in place of those that glTF cannot express, and of others if asked
+ * for. */
 static api_outcome keep_clips(api_call *call, const tw_model *model, api_surface_scene *scene) {
   uint32_t count = scene->choices.count, first = 0;
   const tw_clip_keys *clips = gather_clips(call, model, scene);
@@ -352,7 +352,7 @@ api_outcome api_scene_animate(api_call *call, const tw_model *model, api_surface
 
 /* ---- the model ----------------------------------------------------------------------------------- */
 
-/* The node tree alone. */
+/* Leaves only the node tree. */
 static api_outcome strip_meshes(api_call *call, const tw_model *model, api_surface_scene *scene) {
   tw_model *bare = api_copy_nodes(call->arena, model, 0);
   if (!bare) return api_fail_without_memory(call);
@@ -363,14 +363,14 @@ static api_outcome strip_meshes(api_call *call, const tw_model *model, api_surfa
     tw_node *node = &bare->nodes[i];
     node->mesh = node->skin = TW_NO_INDEX;
     node->weights = NULL;
-    node->kept = NULL; /* it may name cameras, lights and the like */
+    node->kept = NULL; /* it may refer to cameras, lights and the like */
   }
   scene->content.model = bare;
   scene->meshes = api_plan_all(bare);
   return API_DONE;
 }
 
-/* Morph weights of the nodes that the clip has such tracks of. */
+/* Samples the morph weights of nodes that have a track of weights. */
 static api_outcome pose_weights(api_call *call, const tw_model *model, float time, api_surface_scene *scene) {
   const tw_clip *clip = ((const api_clip *)api_entry_value(scene->moving))->compiled;
   const float **weights = NULL;
@@ -388,7 +388,7 @@ static api_outcome pose_weights(api_call *call, const tw_model *model, float tim
   return API_DONE;
 }
 
-/* The nodes at one time. */
+/* Poses the nodes at one time. */
 static api_outcome pose_model(api_call *call, const tw_model *model, api_surface_scene *scene) {
   const api_clip *clip = api_entry_value(scene->moving);
   tw_trs *locals = tw_arena_alloc(call->arena, model->node_count, sizeof *locals);
