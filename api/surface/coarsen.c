@@ -1,4 +1,4 @@
-/* A new model: a stored one with the cage of one of its meshes, where that is a refinement. */
+/* POST /v1/models/{id}/coarsen: makes a new model by replacing a refined mesh of a stored one by its cage. */
 #include "tweend/coarsen.h"
 #include "handlers.h"
 #include "plans.h"
@@ -7,7 +7,7 @@
 
 #include <string.h>
 
-/* What the steps back hold, for each point and corner of the mesh. */
+/* Bytes that coarsening holds for each point and corner of the mesh. */
 enum { COARSEN_BYTES = 160 };
 
 static tw_status read_levels(const api_query *query, uint32_t *out, tw_error *error) {
@@ -21,7 +21,7 @@ static tw_status read_levels(const api_query *query, uint32_t *out, tw_error *er
   return TW_OK;
 }
 
-/* Finds the cage; TW_OK: it is whole. */
+/* Finds the cage and checks it. */
 static tw_status find_cage(const api_remade *remade, const tw_surface_options *options, tw_coarsened *found,
                            tw_error *error) {
   const tw_mesh *mesh = &remade->model->meshes[remade->mesh];

@@ -1,4 +1,4 @@
-/* A new model: a stored one with what somebody has modelled onto a level of one of its meshes. */
+/* POST /v1/models/{id}/detail: makes a new model by sculpting a level of a mesh of a stored one. */
 #include "tweend/detail.h"
 
 #include "handlers.h"
@@ -14,10 +14,10 @@ typedef struct detail_request {
   api_remade *remade;
   api_surface_query query;
   tw_surface_options options;
-  uint32_t node;    /* the first one that shows the mesh, or TW_NO_INDEX */
-  float *positions; /* [count][3], as they came */
+  uint32_t node;    /* the first node that shows the mesh, or TW_NO_INDEX */
+  float *positions; /* [count][3], as sent */
   uint32_t count;
-  uint64_t rows; /* points of the mesh at the level */
+  uint64_t rows; /* points of the mesh at that level */
 } detail_request;
 
 /* ---- the level ----------------------------------------------------------------------------------------- */
@@ -32,7 +32,7 @@ static bool shows(const tw_model *model, uint32_t node, uint32_t mesh) {
   return model->nodes[node].mesh == mesh && !model->nodes[node].is_hidden;
 }
 
-/* Points of a mesh at the level, which is within the limits. */
+/* Counts the points of a mesh at the level, and checks the limits. */
 static tw_status count_points(const detail_request *request, uint32_t mesh, uint64_t *out) {
   api_call *call = request->remade->call;
   const tw_mesh *of = &request->remade->model->meshes[mesh];
@@ -43,7 +43,7 @@ static tw_status count_points(const detail_request *request, uint32_t mesh, uint
   return api_plan_check(call, request->query.level, &counts, status);
 }
 
-/* Counts the points as well: limits are judged before the body is read. */
+/* Reads the query and counts the points, so that limits are checked before the body is read. */
 static tw_status read_query(detail_request *request) {
   api_remade *remade = request->remade;
   const api_query *query = &remade->call->query;
@@ -62,7 +62,7 @@ static tw_status read_query(detail_request *request) {
 
 /* ---- the points ---------------------------------------------------------------------------------------- */
 
-/* Triples, or one list of numbers. */
+/* Reads positions: triples, or one flat list of numbers. */
 static tw_status read_document(void *context, const api_value *root) {
   static const char *const names[] = {"positions", NULL};
   detail_request *request = context;
@@ -108,8 +108,8 @@ static api_outcome read_points(detail_request *request) {
   return outcome;
 }
 
-/* The points of the whole OBJ, and where in it those of the mesh begin: nodes come one behind the other, each
- * with the points of its mesh. */
+/* Counts the points of the model's OBJ, and those before the mesh's: nodes follow each other, each with the
+ * points of its mesh. */
 static tw_status count_obj(const detail_request *request, uint64_t *all, uint64_t *first) {
   const tw_model *model = request->remade->model;
   api_call *call = request->remade->call;
@@ -127,7 +127,7 @@ static tw_status count_obj(const detail_request *request, uint64_t *all, uint64_
   return TW_OK;
 }
 
-/* Finds the mesh's points: they are all that came, or it was the OBJ of the whole model. */
+/* Finds the mesh's points: they are all points sent, or a part of the whole model's OBJ. */
 static api_outcome take_points(detail_request *request) {
   api_call *call = request->remade->call;
   uint64_t all = 0, first = 0;
@@ -140,14 +140,14 @@ static api_outcome take_points(detail_request *request) {
   return API_DONE;
 }
 
-/* The space of an OBJ, whose points lie where the node that shows the mesh takes them. */
+/* The space of an OBJ, whose points are transformed by the node that shows the mesh. */
 typedef struct world_space {
   float *positions;
   float matrix[16];
-  double cofactors[9], determinant; /* of the matrix: rows of its inverse times the determinant */
+  double cofactors[9], determinant; /* of the matrix; the rows of cofactors / determinant are the inverse */
 } world_space;
 
-/* The node's matrix; false without memory. */
+/* Computes the node's world matrix at rest; false without memory. */
 static bool find_matrix(const detail_request *request, float out[16]) {
   const tw_model *model = request->remade->model;
   tw_arena *arena = request->remade->call->arena;
@@ -161,7 +161,7 @@ static bool find_matrix(const detail_request *request, float out[16]) {
   return true;
 }
 
-/* As tw_points_back has it: points that have not moved become what they were to the last bit. */
+/* Implements tw_points_back: unmoved points become what they were, bit for bit. */
 static void leave_world(void *context, const float *now, uint32_t rows) {
   const world_space *world = context;
   for (uint32_t p = 0; p < rows; p++, now += 3) {
@@ -179,7 +179,7 @@ static void leave_world(void *context, const float *now, uint32_t rows) {
   }
 }
 
-/* *is_mesh_space: no node moves the mesh. */
+/* *is_mesh_space: the points need no transform. */
 static api_outcome find_space(const detail_request *request, world_space *out, bool *is_mesh_space) {
   static const float identity[16] = {[0] = 1, [5] = 1, [10] = 1, [15] = 1};
   api_call *call = request->remade->call;
@@ -201,7 +201,7 @@ static api_outcome sculpt(detail_request *request) {
   api_remade *remade = request->remade;
   api_call *call = remade->call;
   const tw_mesh *mesh = &remade->model->meshes[remade->mesh];
-  /* Reading counts for itself; then there are the points. */
+  /* Granted for the positions, in addition to what sculpting takes. */
   remade->maker.granted = 12 * (uint64_t)request->count;
   if (!api_maker_grant(&remade->maker, api_detail_cost(mesh, request->rows))) return API_FAILED;
   world_space world;

@@ -1,4 +1,4 @@
-/* Packs are made once for all requests of the same surfaces. */
+/* Makes packs once for all requests for the same surfaces. */
 #include "packs.h"
 
 #include "service.h"
@@ -49,7 +49,7 @@ static tw_status create_list(const packs_source *source, api_packs *packs, tw_er
   return status;
 }
 
-/* One surface after the other. */
+/* The bytes for making the packs, one surface after the other. */
 static uint64_t building_size(const api_plan *plan) {
   uint64_t most = 0;
   for (uint32_t i = 0; i < plan->count; i++) {

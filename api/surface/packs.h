@@ -1,4 +1,4 @@
-/* The packs of a plan's surfaces: what quantized and compressed answers are made of. */
+/* The packs of a plan's surfaces, of which quantized and compressed answers are made. */
 #ifndef API_PACKS_H
 #define API_PACKS_H
 
@@ -10,25 +10,27 @@ typedef struct api_packs {
   tw_packs **list; /* [count], one a mesh */
 } api_packs;
 
-/* Which ones. */
+/* Which packs of the surfaces. */
 typedef struct api_packs_query {
   tw_encoding encoding;
   tw_polygons polygons;
   bool is_measured;
 } api_packs_query;
 
-/* Prints the encoding for keys and entity tags, with the version of the codec, which may change bytes. */
+/* Prints the encoding, for keys and entity tags; for meshopt with the codec's version, as another version may
+ * produce other bytes. */
 void api_encoding_print(tw_encoding encoding, tw_text *text);
 
-/* The packs: *out holds an api_packs. model: whose meshes the plan's surfaces are. key: of the surfaces, for
- * packs that stay for others; NULL: of this request alone. As api_call_take. */
+/* Takes the packs: *out holds an api_packs. model: its meshes are those of the plan's surfaces. key:
+ * identifies the surfaces, so that the packs are cached; NULL: for this request alone. Outcomes as in
+ * api_call_take. */
 api_outcome api_packs_take(api_call *call, const tw_model *model, const api_plan *plan,
                            const api_packs_query *query, const char *key, api_entry **out);
 
-/* Measured packs that are there already, with a reference; or NULL. */
+/* Cached packs of the query, with a reference; or NULL. */
 api_entry *api_packs_peek(api_call *call, const api_packs_query *query, const char *key);
 
-/* What a stream of them holds. */
+/* The bytes that a stream of the packs holds. */
 size_t api_packs_reading_size(const api_packs *packs);
 
 #endif

@@ -70,10 +70,10 @@ typedef struct plan_source {
   api_call *call;
   const api_plan_meshes *meshes;
   const api_surface_query *query;
-  uint64_t cost; /* bytes that any plan takes while it is made */
+  uint64_t cost; /* bound on the bytes that making the plan takes */
 } plan_source;
 
-/* Stops at half of 64 bits, far over every limit. */
+/* Adds value * times; saturates at half of UINT64_MAX, far over every limit. */
 static void add_times(uint64_t *sum, uint64_t value, uint32_t times) {
   uint64_t room = UINT64_MAX / 2 - *sum;
   *sum = times > 0 && value > room / times ? UINT64_MAX / 2 : *sum + value * times;
@@ -91,7 +91,8 @@ api_plan_meshes api_plan_all(const tw_model *model) {
       .count = model->mesh_count, .meshes = model->meshes, .still_count = model->mesh_count};
 }
 
-/* Exact counts of all meshes; TW_LIMIT as long as one of them is over 32 bits, counted all the same. */
+/* Counts all meshes exactly. TW_LIMIT if a count of a mesh is over 32 bits; the counts are complete all the
+ * same. */
 static tw_status count_all(const plan_source *source, tw_surface_counts *total, tw_error *error) {
   tw_status result = TW_OK;
   *total = (tw_surface_counts){0};
@@ -107,7 +108,7 @@ static tw_status count_all(const plan_source *source, tw_surface_counts *total, 
   return result;
 }
 
-/* Whether a bound shows that no limit is reached, so that nothing has to be counted: level 1 of a mesh has at
+/* Whether a bound shows that no limit is reached, so that counting is unnecessary: level 1 of a mesh has at
  * most as many faces as the mesh has corners and faces together, each further level four times as many. */
 static bool is_surely_within(const plan_source *source) {
   uint64_t level = source->query->level;
@@ -157,7 +158,7 @@ static size_t plan_size(const api_plan *plan) {
   return size;
 }
 
-/* What a plan takes so far. */
+/* The memory granted for a plan so far. */
 typedef struct plan_grant {
   api_call *call;
   uint64_t bytes;
@@ -197,7 +198,7 @@ static tw_status create_surfaces(const plan_source *source, api_plan *plan) {
   plan->surfaces = tw_alloc_zero(all->count, sizeof(tw_surface *));
   plan->shapes = tw_patch_shapes_create();
   if (!plan->surfaces || !plan->shapes) return tw_fail(error, TW_NO_MEMORY, "out of memory");
-  tw_arena *scratch = tw_arena_create(); /* of the creases, until their surface is made */
+  tw_arena *scratch = tw_arena_create(); /* holds the creases until their surface is made */
   if (!scratch) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   plan_grant held = {source->call, source->cost};
   const tw_grant grant = {&held, raise_grant};
@@ -226,7 +227,7 @@ static api_plan *create_plan(const plan_source *source) {
   return plan;
 }
 
-/* Counts first: nothing is built of what is over a limit, and its counts are told. */
+/* Counts first: nothing is built over a limit, and the error reports the counts. */
 static api_plan *count_and_create(const plan_source *source) {
   api_fault *fault = &source->call->fault;
   tw_surface_counts total;
@@ -237,10 +238,10 @@ static api_plan *count_and_create(const plan_source *source) {
   return plan;
 }
 
-/* What attributes add to the cost of making a plan. Each UV set has a connectivity of its own: 256 bytes a
- * corner. At levels 1 to 3 the library keeps values of all points: 16 bytes a point for each attribute, UV
- * set and target, 48 for joints and weights, and as much again on the limit surface where `limit` is asked
- * for. Where that would be over MOST, it keeps nothing, but computes by patches. */
+/* What attributes add to the cost of making a plan. Each UV set has its own connectivity: 256 bytes a corner.
+ * At levels 1 to 3 the library keeps the values of all points: 16 bytes a point for each attribute, UV set
+ * and target, 48 for joints and weights, and as much again for the limit surface if `limit` is given. Where
+ * that would exceed MOST, the library keeps no values and computes patches. */
 static uint64_t attributes_cost(const tw_mesh *mesh, const api_surface_query *query) {
   enum { MOST = 192 << 20 };
   uint64_t connectivity = 256 * (uint64_t)mesh->corner_count * mesh->uv_set_count;
@@ -253,10 +254,10 @@ static uint64_t attributes_cost(const tw_mesh *mesh, const api_surface_query *qu
   return connectivity + (cost < MOST ? cost : MOST);
 }
 
-/* A surface for each target whose normals are displaced: the struct, and the points of its base, which are
- * those of the answer where that is made step by step. */
+/* The surfaces of morph targets with displaced normals: for each the struct and the points of its base, which
+ * are those of the answer if that is made step by step. */
 static uint64_t morph_normals_cost(const tw_mesh *mesh, const api_surface_query *query) {
-  enum { POINTS_MAX = 1 << 26 }; /* more are not made step by step */
+  enum { POINTS_MAX = 1 << 26 }; /* larger levels are not made step by step */
   if (!mesh->morph_normals || !query->normals) return 0;
   tw_surface_options options = api_surface_options(query, mesh);
   bool is_stepwise = options.scheme == TW_LOOP || options.boundary == TW_BOUNDARY_OPEN;
@@ -266,8 +267,7 @@ static uint64_t morph_normals_cost(const tw_mesh *mesh, const api_surface_query 
   return mesh->morph_count * (4096 + point * points);
 }
 
-/* Levels down to the deepest one that something is modelled onto are made step by step, with all that lives
- * on their points. */
+/* Levels down to the deepest one with details are made step by step, with all values of their points. */
 uint64_t api_detail_cost(const tw_mesh *mesh, uint64_t points) {
   enum { POINT = 512 };
   uint64_t values = mesh->morph_count + (mesh->skin.joints ? 4 : 0),
@@ -278,8 +278,8 @@ uint64_t api_detail_cost(const tw_mesh *mesh, uint64_t points) {
   return point * (points + mesh->corner_count);
 }
 
-/* More than making the plan holds at any moment. per_corner: bytes a corner of the cage at each level,
- * measured as the greatest of cages of triangles and of quads; deeper levels than 3 take no more, as they are
+/* A bound on what making the plan holds at any moment. per_corner: bytes a corner of the cage by level, the
+ * largest measured for cages of triangles and of quads. Levels deeper than 3 take no more, as they are
  * computed while they are read. */
 static uint64_t building_cost(const plan_source *source) {
   static const uint64_t per_corner[] = {64, 112, 368, 656};
@@ -308,7 +308,7 @@ static bool build_plan(void *context, api_built *out, api_fault *fault) {
   return true;
 }
 
-/* A plan of one request's own, or one that stays for others. */
+/* Takes the plan of the meshes where they are: cached for a stored model, else of this request alone. */
 static api_outcome take_source(api_call *call, const api_plan_meshes *meshes, bool is_stored,
                                const api_surface_query *query, api_entry **out) {
   plan_source source = {call, meshes, query, 0};
@@ -324,7 +324,7 @@ static api_outcome take_source(api_call *call, const api_plan_meshes *meshes, bo
 
 /* ---- moving ------------------------------------------------------------------------------------ */
 
-/* The surfaces that move, and once more the largest, for what it needs while it is made. */
+/* The bytes of the moved surfaces, and once more of the largest, for making it. */
 static uint64_t moving_cost(const api_plan *source, const api_plan_moves *moves) {
   uint64_t cost = 0, largest = 0;
   for (uint32_t i = 0; i < moves->count; i++) {
@@ -353,7 +353,7 @@ static tw_status move_surfaces(const api_plan *source, const api_plan_moves *mov
   return TW_OK;
 }
 
-/* NULL without memory. Takes the reference to the source over. */
+/* Moves a plan's surfaces; takes over the reference to the source. NULL without memory. */
 static api_entry *move_plan(api_cache *cache, api_entry *source, const api_plan_moves *moves,
                             const tw_parallel_for *parallel) {
   const api_plan *still = api_entry_value(source);

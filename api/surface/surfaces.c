@@ -1,4 +1,4 @@
-/* Surfaces: counts, glTF and OBJ of a model, posed, animated or at rest. */
+/* Surfaces: counts, glTF and OBJ of a model at rest, posed or animated. */
 #include "file_name.h"
 #include "handlers.h"
 #include "models.h"
@@ -14,19 +14,19 @@
 /* In the order of the route's offers. */
 typedef enum surface_form { FORM_GLB, FORM_GLTF, FORM_OBJ, FORM_JSON } surface_form;
 
-/* A request: parameters as read, and all that its answer holds on to. Lives in the answer's arena. */
+/* A request: its parameters, and all that its answer holds. Lives in the answer's arena. */
 typedef struct surface_request {
   surface_form form;
   api_surface_query surface;
   api_surface_scene scene;
   tw_polygons polygons;
   tw_encoding encoding;
-  api_entry *model, *plan, *packs; /* packs: or NULL */
+  api_entry *model, *plan, *packs; /* references; packs may be NULL */
   tw_gltf_stream *gltf;
   tw_obj_stream *obj;
-  uint64_t size, position, end; /* of the whole answer; of what is read of it */
+  uint64_t size, position, end; /* of the whole answer; place and end of what is read of it */
   api_service *service;
-  uint64_t faces; /* that are counted, see count_faces */
+  uint64_t faces; /* counted so far, see count_faces */
 } surface_request;
 
 static void release(surface_request *request) {
@@ -40,7 +40,7 @@ static void release(surface_request *request) {
 
 /* ---- parameters --------------------------------------------------------------------------------- */
 
-/* A word, or a distance. */
+/* Reads weld: a word, or a distance. */
 static tw_status read_weld(const api_query *query, api_reading *out, tw_error *error) {
   const char *text = api_query_get(query, "weld");
   double distance;
@@ -58,7 +58,7 @@ static tw_status read_weld(const api_query *query, api_reading *out, tw_error *e
   return TW_OK;
 }
 
-/* A word, or angle:DEGREES. */
+/* Reads creases: a word, or angle:DEGREES. */
 static tw_status read_creases(const api_query *query, api_surface_query *out, tw_error *error) {
   static const char *const words[] = {"tags", "normals", "angle", "auto", "none", NULL};
   static const char angle[] = "angle:";
@@ -80,7 +80,7 @@ static tw_status read_creases(const api_query *query, api_surface_query *out, tw
   return TW_OK;
 }
 
-/* A number, or the word. */
+/* Reads crease_sharpness: a number, or "infinite". */
 static tw_status read_crease_sharpness(const api_query *query, api_surface_query *out, tw_error *error) {
   const char *text = api_query_get(query, "crease_sharpness");
   double sharpness = (double)TW_SHARPNESS_INFINITE;
@@ -119,7 +119,7 @@ static tw_status read_surface(const api_query *query, api_surface_query *out, tw
   return status;
 }
 
-/* The parameters of the call; NULL: the fault says why. */
+/* Reads the call's parameters; NULL: the fault says why. */
 static surface_request *read_request(api_call *call) {
   static const char *const encodings[] = {"float", "quantized", "meshopt", NULL};
   static const char *const polygons[] = {"triangles", "ngon", NULL};
@@ -139,7 +139,7 @@ static surface_request *read_request(api_call *call) {
     return NULL;
   }
   request->form = (surface_form)(call->offer - call->route->offers);
-  /* A level 0 in a form that can say all of a cage reads back as the cage. */
+  /* Level 0 in a form that can express all of a cage reads back as the cage. */
   bool is_cage_of_gltf =
       request->form != FORM_OBJ && polygon == TW_POLYGONS_NGON && encoding == TW_ENCODING_FLOAT;
   request->surface.tagged = (request->form == FORM_OBJ || is_cage_of_gltf) && request->surface.level == 0 &&
@@ -155,7 +155,7 @@ static void print_polygons(const surface_request *request, tw_text *text) {
   tw_text_add(text, request->polygons == TW_POLYGONS_NGON ? "&polygons=ngon" : "&polygons=triangles");
 }
 
-/* All parameters with their defaults. */
+/* All parameters with defaults, as text; NULL without memory. */
 static const char *canonical(api_call *call, const surface_request *request) {
   tw_text text = {0};
   api_surface_query_print(&request->surface, &text);
@@ -167,7 +167,7 @@ static const char *canonical(api_call *call, const surface_request *request) {
 
 /* ---- packs --------------------------------------------------------------------------------------- */
 
-/* What packs depend on besides the model and the encoding. */
+/* What packs depend on besides the model and the encoding, as text; NULL without memory. */
 static const char *packs_key(api_call *call, const surface_request *request) {
   tw_text text = {0};
   api_surface_query_print(&request->surface, &text);
@@ -182,14 +182,15 @@ static void set_packs(surface_request *request) {
   request->scene.content.packs = (const tw_packs *const *)packs->list;
 }
 
-/* A body needs measured packs. The size of a quantized answer can be told by packs that are only cut; that of
- * a compressed one only by measured packs, which are not made for it. */
+/* A body needs measured packs. Without one, packs serve to tell the answer's size: for a quantized answer
+ * unmeasured packs suffice; a compressed one needs measured packs, which are used if they are cached, but not
+ * made for this. */
 static api_outcome take_packs(api_call *call, surface_request *request, bool is_stored) {
   if (request->encoding == TW_ENCODING_FLOAT || request->scene.content.model->mesh_count == 0)
     return API_DONE;
   bool is_read = request->form < FORM_OBJ && !call->is_head;
   api_packs_query query = {request->encoding, request->polygons, true};
-  bool is_kept = is_stored && request->scene.moves.count == 0; /* what moves is the request's own */
+  bool is_kept = is_stored && request->scene.moves.count == 0; /* moved surfaces are the request's own */
   const char *key = is_kept ? packs_key(call, request) : NULL;
   if (is_kept && !key) return api_fail_without_memory(call);
   if (!is_read) request->packs = api_packs_peek(call, &query, key);
@@ -203,7 +204,7 @@ static api_outcome take_packs(api_call *call, surface_request *request, bool is_
   return outcome;
 }
 
-/* Whether the answer's size is known: that of what is compressed is, once it has been read or measured. */
+/* Whether the answer's size can be told: that of a compressed answer only by its packs. */
 static bool knows_size(const surface_request *request) {
   return request->encoding != TW_ENCODING_MESHOPT || request->scene.content.packs ||
          request->scene.content.model->mesh_count == 0;
@@ -222,7 +223,7 @@ static void print_counts(tw_text *text, uint64_t level, const tw_surface_counts 
     tw_member_count(text, "bytes", bytes);
 }
 
-/* The size of a GLB that holds one mesh of the scene alone, without materials; or that it is not known. */
+/* The size of a GLB of one mesh of the scene without materials; API_SIZE_UNKNOWN where it cannot be told. */
 static tw_status predict_mesh(const surface_request *request, uint32_t mesh, uint64_t *size,
                               tw_error *error) {
   const tw_scene *all = &request->scene.content;
@@ -271,11 +272,12 @@ static api_outcome reply_counts(api_call *call, const surface_request *request, 
 /* ---- bytes --------------------------------------------------------------------------------------- */
 
 static uint64_t line_size(const char *name) {
-  enum { KEYWORD = 32 }; /* and a made-up name */
+  enum { KEYWORD = 32 }; /* bytes; includes a made-up name */
   return KEYWORD + (name ? strlen(name) : 0);
 }
 
-/* Names of materials and groups come again with each group of the surface. Stops soon after `limit`. */
+/* A bound on the names of materials and groups, which repeat with each group of the surface. Stops soon after
+ * `limit`. */
 static uint64_t obj_names_bound(const tw_model *model, const tw_surface *surface, uint64_t limit) {
   uint64_t size = 0;
   for (uint32_t g = 0; g < tw_surface_group_count(surface) && size <= limit; g++) {
@@ -287,15 +289,15 @@ static uint64_t obj_names_bound(const tw_model *model, const tw_surface *surface
   return size;
 }
 
-/* A tag has three numbers of at most 17 characters. */
+/* A bound on the tags: each has three numbers of at most 17 characters. */
 static uint64_t obj_tags_bound(const tw_surface *surface) {
   enum { TAG = 72 };
   const tw_surface_tags *tags = tw_surface_get_tags(surface);
   return tags ? TAG * ((uint64_t)tags->crease_count + tags->sharp_point_count) : 0;
 }
 
-/* OBJ tells its size at its end only; this is more than it can have: 17 characters a number and 11 an
- * index, of which a corner has three. Not counted much further than the limit. */
+/* A bound on the size of an OBJ, which is known only at its end: 17 characters a number and 11 an index, of
+ * which a corner has three. Stops soon after the limit. */
 static tw_status obj_size_bound(api_call *call, const surface_request *request, uint64_t *size) {
   const api_plan *plan = api_entry_value(request->plan);
   const tw_model *model = request->scene.content.model;
@@ -318,7 +320,7 @@ static tw_status obj_size_bound(api_call *call, const surface_request *request, 
   return TW_OK;
 }
 
-/* Judges the size of the answer, or that it cannot be had (status TW_LIMIT, its error filled). */
+/* Checks the size of the answer; status TW_LIMIT, with its error filled: the size cannot be counted. */
 static api_outcome check_size(api_call *call, const surface_request *request, tw_status status,
                               uint64_t size) {
   uint64_t limit = call->service->limits.max_output;
@@ -336,7 +338,7 @@ static api_outcome check_size(api_call *call, const surface_request *request, tw
   return API_FAILED;
 }
 
-/* JSON is judged as the GLB that it tells of. */
+/* The sizes in JSON are those of a GLB. */
 static tw_format container_of(const surface_request *request) {
   return request->form == FORM_GLTF ? TW_FORMAT_GLTF : TW_FORMAT_GLB;
 }
@@ -352,21 +354,21 @@ static api_outcome predict(api_call *call, const surface_request *request, uint6
   return check_size(call, request, status, *size);
 }
 
-/* How many faces lie before the position, as if all took the same bytes. */
+/* The number of faces before the position, as if all took equally many bytes. */
 static uint64_t faces_before(const surface_request *request) {
   const api_plan *plan = api_entry_value(request->plan);
   double share = request->size > 0 ? (double)request->position / (double)request->size : 0;
   return (uint64_t)((double)plan->total.faces * share);
 }
 
-/* Adds those up to the position to the service's. */
+/* Adds the faces read since the last call to the service's count. */
 static void count_faces(surface_request *request) {
   uint64_t before = request->faces;
   request->faces = faces_before(request);
   atomic_fetch_add(&request->service->faces, request->faces - before);
 }
 
-/* Without a stream the answer is to HEAD: nothing is computed for it. */
+/* Without a stream this answers HEAD, for which nothing is computed. */
 static int64_t read_gltf(void *context, uint8_t *out, size_t capacity) {
   surface_request *request = context;
   if (!request->gltf) return -1;
@@ -375,10 +377,10 @@ static int64_t read_gltf(void *context, uint8_t *out, size_t capacity) {
   size_t count = tw_gltf_stream_read(request->gltf, out, capacity);
   request->position += count;
   count_faces(request);
-  return count > 0 ? (int64_t)count : -1; /* too early an end is one without memory */
+  return count > 0 ? (int64_t)count : -1; /* a stream ends early only without memory */
 }
 
-/* Its size is known at its end: then all faces are counted. */
+/* The size is known only at the end: all faces are counted then. */
 static int64_t read_obj(void *context, uint8_t *out, size_t capacity) {
   surface_request *request = context;
   size_t count = tw_obj_stream_read(request->obj, out, capacity);
@@ -394,7 +396,7 @@ static void destroy_request(void *context) {
   release(context);
 }
 
-/* What an answer under way holds beside its plan: the rows of a few patches, and a block of the host's. */
+/* What a streamed answer holds besides its plan: the rows of a few patches, and a block of the host's. */
 enum { STREAM_COST = 768 << 10 };
 
 static void take_over(api_call *call, surface_request *request, uint64_t size,
@@ -405,7 +407,7 @@ static void take_over(api_call *call, surface_request *request, uint64_t size,
   if (request->packs && !call->is_head) call->held += api_packs_reading_size(api_entry_value(request->packs));
 }
 
-/* The bounds that a glTF answer begins with: in the time of this call, not of its first reader. */
+/* Computes the bounds, with which a glTF begins, in this call rather than in the first read. */
 static api_outcome warm(api_call *call, const surface_request *request) {
   tw_status status =
       api_plan_warm(api_entry_value(request->plan), call->service->parallel, &call->fault.error);
@@ -451,7 +453,7 @@ static api_outcome reply_head(api_call *call, surface_request *request) {
   return API_DONE;
 }
 
-/* Fills the answer. The body takes the request over; without one it stays the caller's. */
+/* Fills the answer. Its body takes over the request; an answer without a body leaves it to the caller. */
 static api_outcome reply_surface(api_call *call, surface_request *request) {
   if (request->form == FORM_JSON) {
     uint64_t size;
@@ -468,7 +470,7 @@ static api_outcome reply_surface(api_call *call, surface_request *request) {
 
 /* ---- stages -------------------------------------------------------------------------------------- */
 
-/* Whether a light call may answer: no pass over all points or keys, little JSON to write. */
+/* Whether a light call may answer: no pass over all points or keys, and little JSON to print. */
 static bool is_light(const api_call *call, const surface_request *request) {
   enum { LIGHT_PARTS = 64 };
   const api_plan *plan = api_entry_value(request->plan);
@@ -479,7 +481,8 @@ static bool is_light(const api_call *call, const surface_request *request) {
          model->mesh_count + (uint64_t)model->node_count <= LIGHT_PARTS;
 }
 
-/* A model of points alone, as scanners make. Points and lines of a glTF file are answered as they came. */
+/* Whether the model has only points, as scanners make. Points and lines of a glTF file are answered
+ * unchanged. */
 static bool lacks_faces(const tw_model *model) {
   uint32_t mesh = 0;
   while (mesh < model->mesh_count && model->meshes[mesh].face_count == 0 && !model->meshes[mesh].loose)
@@ -487,7 +490,7 @@ static bool lacks_faces(const tw_model *model) {
   return model->mesh_count > 0 && mesh == model->mesh_count && model->clip_count == 0;
 }
 
-/* The scene without surfaces, and the plan of those. */
+/* Fills in the scene and takes the plan of its surfaces. */
 static api_outcome prepare(api_call *call, surface_request *request, bool is_stored) {
   const tw_model *model = api_entry_value(request->model);
   api_surface_scene *scene = &request->scene;
@@ -507,7 +510,7 @@ static api_outcome prepare(api_call *call, surface_request *request, bool is_sto
   return API_DONE;
 }
 
-/* Counts that the next request may find more of have no validators. */
+/* JSON whose sizes are unknown has no validators: a later answer may have the sizes. */
 static api_outcome validate(api_call *call, const surface_request *request) {
   if (request->form == FORM_JSON && !knows_size(request)) {
     api_answer_header(&call->answer, "Cache-Control", "no-cache");
@@ -519,7 +522,7 @@ static api_outcome validate(api_call *call, const surface_request *request) {
   return text ? api_validate(call, representation, text) : api_fail_without_memory(call);
 }
 
-/* From a held model to the answer. The request is released unless the answer's body took it over. */
+/* From the model to the answer. The caller releases the request unless the answer's body took it over. */
 static api_outcome answer_surface(api_call *call, surface_request *request, bool is_stored) {
   api_outcome outcome = prepare(call, request, is_stored);
   if (outcome == API_DONE && request->form == FORM_JSON) outcome = take_packs(call, request, is_stored);
