@@ -1,70 +1,70 @@
 // Types of tweend.js, the client of tweend.
 
-/** A model's id, or its description or entry in the list. */
+/** A model's id, its description, or its entry in the list. */
 export type ModelId = string | { id: string };
-/** What a model is uploaded as. Several files (a glTF and those that it names) are stored as the GLB that they make. */
+/** The content of an upload. Several files (a glTF and the files that it names) are stored as one GLB. */
 export type ModelSource = string | Blob | ArrayBuffer | ArrayBufferView<ArrayBuffer> | readonly File[];
 
 export type SurfaceForm = 'glb' | 'gltf' | 'obj' | 'json';
 export type PoseForm = 'json' | 'ndjson' | 'bin' | 'csv';
 
-/** Beside what `fetch` takes. */
+/** Options passed on to `fetch`. */
 export interface Abortable {
   signal?: AbortSignal;
 }
 
 export interface UploadOptions extends Abortable {
-  /** What the model is called; default the file's name. */
+  /** The model's name; default: the file's name. */
   name?: string;
-  /** Media type; without one the bytes decide. */
+  /** Media type; default: detected from the bytes. */
   type?: string;
-  /** How many bytes are sent, of how many. In browsers alone, and not where the client was given a fetch of its own. */
+  /** Called with the bytes sent so far and in all. Only in browsers, and not if the client was created with a `fetch`. */
   onProgress?(sent: number, total: number): void;
 }
 
-/** An answer that is an error. Where there was no answer `fetch`'s own error is thrown. */
+/** An error answer. Without an answer, `fetch`'s own error is thrown. */
 export class TweendError extends Error {
   readonly status: number;
   readonly title?: string;
   readonly detail?: string;
-  /** Where in the document that was sent, as JSON pointers. */
+  /** Mistakes in the document that was sent, with JSON pointers. */
   readonly errors: readonly { pointer: string; detail: string }[];
-  /** Where in the OBJ that was sent, from 1. */
+  /** The line in the OBJ that was sent, from 1. */
   readonly line?: number;
   readonly requestId?: string;
-  /** Seconds after which to try again. */
+  /** Seconds to wait before a retry. */
   readonly retryAfter?: number;
-  /** All that the problem document says. */
+  /** The whole problem document. */
   readonly problem: Partial<Problem>;
 }
 
 export class Tweend {
-  /** base: where the daemon is, with a path where it is behind one; default: where this module came from. */
+  /** base: URL of the daemon, including a path prefix; default: where this module was loaded from. */
   constructor(base?: string | URL, options?: { key?: string; fetch?: typeof fetch });
-  /** Ends in a slash. */
+  /** Ends with a slash. */
   readonly base: string;
   /** An API key, sent with each request. */
   key?: string;
 
-  /** Asks for a path below `base`, or for a URL. Throws a TweendError where the answer is an error. */
+  /** Fetches a path below `base`, or a URL. Throws a TweendError for an error answer. */
   request(path: string, init?: RequestInit): Promise<Response>;
   /** The URL of a path below `base`. */
   url(path: string): string;
-  /** Signs a URL of a GET, so that it needs no key for `seconds`; without a key, the URL as it is. */
+  /** Signs the URL of a GET, so that it needs no key for `seconds`. If this client has no key, returns the absolute URL unsigned. */
   sign(url: string, seconds?: number): Promise<string>;
 
   upload(source: ModelSource, options?: UploadOptions): Promise<Model>;
   describe(model: ModelId, init?: Abortable): Promise<Model>;
-  /** A new model: this one after edits of a mesh, whose name may be left out where there is one. */
+  /** Makes a new model by editing a mesh of this one. `mesh` may be left out if the model has one mesh. */
   edit(model: ModelId, edits: Edit[], options?: { mesh?: string; name?: string } & Pick<SurfaceOptions, "quads"> & Abortable): Promise<Model>;
-  /** A new model: one whose surface of `level` has these points, x y z each, as `points` gave them, moved. */
+  /** Makes a new model whose surface at `level` has these points: x y z each, in the order of `points()`. */
   sculpt(model: ModelId, points: Iterable<number>, options: { level: number; mesh?: string; name?: string } & Pick<SurfaceOptions, "quads"> & Abortable): Promise<Model>;
-  /** A new model: the cage of which a mesh is a refinement, with what its surface misses as detail. */
+  /** Makes a new model by replacing a refined mesh by its cage; what the cage's surface lacks becomes detail. */
   coarsen(
     model: ModelId,
     options?: { mesh?: string; levels?: number | "max"; name?: string } & Pick<SurfaceOptions, "scheme" | "boundary" | "quads"> & Abortable,
   ): Promise<Model>;
-  /** All models by id, page by page; `limit`: models of a page. */
+  /** All models, by id, fetched page by page; `limit`: models per page. */
   list(options?: ListOptions & Abortable): AsyncGenerator<Listed, void, undefined>;
   remove(model: ModelId, init?: Abortable): Promise<void>;
   sourceUrl(model: ModelId, options?: SourceOptions): string;
@@ -77,17 +77,17 @@ export class Tweend {
 
   poseUrl(model: ModelId, options?: PoseOptions, form?: PoseForm): string;
   pose(model: ModelId, options?: PoseOptions, init?: Abortable): Promise<Poses>;
-  /** Poses in binary, row by row as they arrive. */
+  /** Binary poses, row by row as they arrive. */
   poseStream(model: ModelId, options?: PoseOptions, init?: Abortable): Promise<PoseStream>;
-  /** Poses in binary, all of them. */
+  /** Binary poses, all at once. */
   poseTable(model: ModelId, options?: PoseOptions, init?: Abortable): Promise<PoseTable>;
   tracks(model: ModelId, options?: TracksOptions, init?: Abortable): Promise<Tracks>;
   rotations(request: RotationsRequest, init?: Abortable): Promise<Rotations>;
 
-  /** A player of a clip, which it fetches whole. */
+  /** Fetches a whole clip and returns a player of it. */
   play(model: ModelId, objects: Objects, options?: PlayOptions): Promise<Player>;
   liveUrl(model: ModelId, options?: LiveOptions): string;
-  /** A player of the live stream, once the first frame is there. */
+  /** Returns a player of the live stream when the first frame has arrived. */
   live(model: ModelId, objects: Objects, options?: LivePlayOptions): Promise<LivePlayer>;
 }
 
@@ -107,7 +107,7 @@ export interface PoseHeader {
   times: number[];
   /** Number of rows, one for each time. */
   poses: number;
-  /** Floats of a row, and of a node in it. */
+  /** Floats of a row; `node_stride`: of a node in it. */
   stride: number;
   node_stride: number;
   layout: { name: PosePart; offset: number; byte_offset: number; components: number }[];
@@ -115,10 +115,10 @@ export interface PoseHeader {
 
 export type PosePart = 'rotation' | 'translation' | 'scale' | 'matrix' | 'euler' | 'axis_angle';
 
-/** To be read once: row by row, or whole. */
+/** Can be read once, either row by row or whole. */
 export class PoseStream implements AsyncIterable<Float32Array> {
   readonly header: PoseHeader;
-  /** Rows are views. Breaking off cancels the request. */
+  /** Yields rows as views. Leaving the loop cancels the request. */
   [Symbol.asyncIterator](): AsyncGenerator<Float32Array, void, undefined>;
   table(): Promise<PoseTable>;
 }
@@ -127,9 +127,9 @@ export class PoseTable {
   readonly header: PoseHeader;
   /** [header.poses][header.stride]. */
   readonly rows: Float32Array;
-  /** A view of a row. */
+  /** The row of a pose, as a view. */
   row(pose: number): Float32Array;
-  /** A view of a node's rotation, translation … in a row; node: its name, or its place in header.nodes. */
+  /** A node's rotation, translation … in a row, as a view. node: its name, or its index in header.nodes. */
   part(pose: number, node: string | number, name: PosePart): Float32Array;
 }
 
@@ -140,14 +140,14 @@ export type Vector = { x: number; y: number; z: number } | number[] | Float32Arr
 /** A quaternion: the same, with w. */
 export type Quaternion = { x: number; y: number; z: number; w: number } | number[] | Float32Array | Float64Array;
 
-/** What a player moves: an Object3D of three.js, a node of Babylon.js, or the like. */
+/** An object that a player moves: an Object3D of three.js, a node of Babylon.js, or similar. */
 export type Movable = { position: Vector } & (
   | { quaternion: Quaternion; scale: Vector }
   | { rotationQuaternion: Quaternion | null; scaling: Vector }
 );
 
-/** Where objects are found by their nodes' names: a tree of three.js; a node, scene or container of Babylon.js; a list; an
- * object with a member for each name; or a function. A node without an object is left out. */
+/** Where a player finds objects by the names of nodes: a tree of three.js; a node, scene or container of Babylon.js; a list;
+ * an object with a member for each name; or a function. Nodes without an object are skipped. */
 export type Objects =
   | { traverse(visit: (object: any) => void): void }
   | { getDescendants(): any[] }
@@ -157,9 +157,9 @@ export type Objects =
   | ((name: string, index: number) => Movable | null | undefined);
 
 export interface PlayerSettings {
-  /** Seconds to begin with. */
+  /** Start time in seconds. */
   time?: number;
-  /** Default 1; negative: backwards. */
+  /** Default 1; negative plays backwards. */
   speed?: number;
   /** Default `repeat`. */
   loop?: 'clamp' | 'repeat' | 'pingpong';
@@ -168,45 +168,45 @@ export interface PlayerSettings {
 }
 
 export interface PlayOptions extends PlayerSettings, Pick<PoseOptions, 'clip' | 'nodes' | 'interpolation'>, Abortable {
-  /** Poses fetched for a second of the clip, default 60; between them slerp and linear interpolation. */
+  /** Poses fetched per second of the clip, default 60; the player interpolates between them by slerp and linearly. */
   fps?: number;
 }
 
-/** Plays poses on the local clock. */
+/** Plays a table of poses on the local clock. */
 export class Player {
-  /** table: of poses `as` trs, times ascending. */
+  /** table: poses `as` trs, with ascending times. */
   constructor(objects: Objects, table: PoseTable, settings?: PlayerSettings);
   readonly table: PoseTable;
   /** Names of nodes without an object. */
   readonly missing: string[];
   readonly duration: number;
-  /** Seconds on the clip; set it to seek. */
+  /** Seconds within the clip; set it to seek. */
   time: number;
   speed: number;
   loop: 'clamp' | 'repeat' | 'pingpong';
   playing: boolean;
-  /** To be called for each picture: moves the objects. now: milliseconds, as requestAnimationFrame gives. Returns `time`. */
+  /** Moves the objects; call for each rendered frame. now: milliseconds, as requestAnimationFrame passes. Returns `time`. */
   update(now?: number): number;
 }
 
 export interface LivePlayOptions extends Omit<LiveOptions, 'space' | 'as' | 'order' | 'unit' | 'skinning'>, Abortable {
-  /** Milliseconds by which objects are behind the server, so that frames that are late are there in time. Default 100 and a frame. */
+  /** Milliseconds that objects lag behind the server, so that late frames still arrive in time. Default: 100 plus one frame. */
   delay?: number;
 }
 
-/** Plays what the live stream sends, by the server's clock; comes again where it was when the stream breaks. */
+/** Plays the live stream by the server's clock; reconnects and continues when the stream breaks. */
 export class LivePlayer {
   readonly missing: string[];
-  /** Seconds on the clip, of what update showed last. */
+  /** Seconds within the clip that `update` showed last. */
   readonly time?: number;
-  /** The stream has sent the clip's end. */
+  /** Whether the stream has ended with the clip. */
   readonly ended: boolean;
   delay: number;
-  /** The server's clock now, Unix time in milliseconds. */
+  /** The server's current Unix time in milliseconds. */
   readonly serverTime: number;
-  /** Ends with the stream; fails where it cannot go on. */
+  /** Resolves when the stream ends or is closed; rejects when it cannot continue. */
   readonly done: Promise<void>;
-  /** To be called for each picture: moves the objects. Returns `time`. */
+  /** Moves the objects; call for each rendered frame. Returns `time`. */
   update(now?: number): number | undefined;
   close(): void;
 }

@@ -1,7 +1,7 @@
-// The client of tweend, for web pages and node. Its types and their comments: tweend.d.ts.
+// The client of tweend, for web pages and node. The public classes are documented in tweend.d.ts.
 // @ts-self-types="./tweend.d.ts"
 
-/** An answer that is an error: what its problem document (RFC 9457) says. */
+/** An error answer, with the fields of its problem document (RFC 9457). */
 export class TweendError extends Error {
   name = 'TweendError';
 
@@ -21,7 +21,7 @@ export class TweendError extends Error {
 
 async function checked(response) {
   if (response.ok) return response;
-  const problem = await response.json().catch(() => ({})); // what a proxy answers is no JSON
+  const problem = await response.json().catch(() => ({})); // a proxy's error is not JSON
   throw new TweendError(response, problem);
 }
 
@@ -31,28 +31,28 @@ function idOf(model) {
   return encodeURIComponent(id);
 }
 
-/** "?level=2&at=0,1"; what is undefined is left out. */
+/** The options as "?level=2&at=0,1", without those that are undefined. */
 function queryOf(options = {}) {
   const list = (value) => (typeof value === 'object' ? Array.from(value, encodeURIComponent).join() : encodeURIComponent(value));
   const pairs = Object.entries(options).filter(([, value]) => value !== undefined);
   return pairs.length > 0 ? `?${pairs.map(([name, value]) => `${name}=${list(value)}`).join('&')}` : '';
 }
 
-/** What fetch sends as a body, and its type: one file as it is, several as a form. */
+/** The body and media type to fetch with: one file as it is, several files as a form. */
 function bodyOf(source, type) {
   if (Array.isArray(source)) {
     const form = new FormData();
     for (const file of source) form.append('file', file, file.name);
     return { body: form };
   }
-  // fetch would send these as words: "undefined", "[object Object]".
+  // fetch would send these as text: "undefined", "[object Object]".
   if (typeof source !== 'string' && (!(source instanceof Object) || Object.getPrototypeOf(source) === Object.prototype))
     throw new TypeError('upload takes a Blob or File, a list of Files, bytes, or text: of a document JSON.stringify(document)');
-  // The daemon tells the format by the bytes; what browsers guess by a file's name is not always a type it takes.
+  // The daemon detects the format from the bytes; the type that browsers guess from a file's name may be one it refuses.
   return { body: source, type: type ?? 'application/octet-stream' };
 }
 
-/** As fetch does, but tells how much is sent. */
+/** Like fetch, but reports the progress of sending. */
 function sendWithProgress(url, { method, headers, body, signal }, onProgress) {
   return new Promise((resolve, reject) => {
     const request = new XMLHttpRequest();
@@ -91,7 +91,7 @@ export class Tweend {
   }
 
   #headers(url, headers) {
-    // The key is for the daemon alone.
+    // Only the daemon gets the key.
     return this.key && url.startsWith(this.base) ? { Authorization: `Bearer ${this.key}`, ...headers } : { ...headers };
   }
 
@@ -191,7 +191,7 @@ export class Tweend {
     return this.url(`v1/models/${idOf(model)}/pose.${form}${queryOf(options)}`);
   }
 
-  /** Times that are too many for a URL go into a body. */
+  /** Requests poses; sends the times in a body where the URL would become too long. */
   #askPoses(model, { at, ...options }, form, init) {
     const url = this.poseUrl(model, { at, ...options }, form);
     if (url.length < 4000 || typeof at !== 'object') return this.request(url, init);
@@ -225,7 +225,7 @@ export class Tweend {
   async play(model, objects, { clip, nodes, interpolation, fps = 60, signal, ...settings } = {}) {
     const which = { clip, nodes, interpolation };
     const { duration } = await this.pose(model, { ...which, at: 0 }, { signal });
-    // So many steps that the clip's end is one.
+    // Rounds the steps up so that the last one is the clip's end.
     const times = duration > 0 ? { from: 0, to: duration, fps: Math.ceil(duration * fps) / duration } : { at: 0 };
     return new Player(objects, await this.poseTable(model, { ...which, ...times }, { signal }), settings);
   }
@@ -244,7 +244,7 @@ export class Tweend {
 
 // ---- poses in binary -----------------------------------------------------------------------------
 
-/** Bytes of a stream, as they come. */
+/** Reads the bytes of a stream as they arrive. */
 class Bytes {
   #chunk = new Uint8Array(0);
   #reader;
@@ -253,7 +253,7 @@ class Bytes {
     this.#reader = stream.getReader();
   }
 
-  /** Writes the next bytes to `out`: one or more, unless it has no room. */
+  /** Writes the next bytes to `out` and returns their number, at least one unless `out` is empty. */
   async some(out) {
     while (this.#chunk.length === 0 && out.length > 0) {
       const { done, value } = await this.#reader.read();
@@ -341,7 +341,7 @@ export class PoseTable {
 
 // ---- objects -------------------------------------------------------------------------------------
 
-/** Objects of a tree, a scene or a list. */
+/** All objects of a tree or scene; anything else is returned as it is. */
 function listOf(objects) {
   if (objects.traverse) {
     const all = [];
@@ -349,15 +349,15 @@ function listOf(objects) {
     return all;
   }
   if (objects.getDescendants) return [objects, ...objects.getDescendants()]; // a node of Babylon.js
-  return objects.getNodes?.() ?? objects; // its scenes and containers
+  return objects.getNodes?.() ?? objects; // a scene or container of Babylon.js
 }
 
-/** For each name its object, or undefined. Of several that bear one name each is found once. */
+/** The object for each name, or undefined. Objects with equal names are each found once. */
 function find(objects, names) {
   if (typeof objects === 'function') return names.map((name, i) => objects(name, i));
   const list = listOf(objects);
   if (!(Symbol.iterator in list)) return names.map((name) => list[name]);
-  const named = new Map(); // by the file's name, which three.js keeps beside one of its own
+  const named = new Map(); // by the name in the file, which three.js keeps in userData beside a sanitised one
   const add = (name, object) => named.set(name, [...(named.get(name) ?? []), object]);
   for (const object of list) if (object.userData?.name !== undefined) add(object.userData.name, object);
   for (const object of list) if (object.userData?.name === undefined) add(object.name, object);
@@ -373,13 +373,13 @@ function put(target, values) {
   else values.forEach((value, i) => (target[AXES[i]] = value));
 }
 
-/** Where the numbers of a node are in a row. */
+/** Offsets of a node's numbers in a row, and their count. */
 const ROTATION = 0;
 const TRANSLATION = 4;
 const SCALE = 7;
 const WIDTH = 10;
 
-/** From a to b the short way, at constant speed. */
+/** Interpolates from a to b the short way at constant speed; both quaternions are at index `at`. */
 function slerp(a, b, at, t) {
   let dot = 0;
   for (let i = at; i < at + 4; i++) dot += a[i] * b[i];
@@ -390,7 +390,7 @@ function slerp(a, b, at, t) {
     apart += (sign * b[i] - a[i]) ** 2;
     along += (sign * b[i] + a[i]) ** 2;
   }
-  const angle = 2 * Math.atan2(Math.sqrt(apart), Math.sqrt(along)); // acos would lose small ones
+  const angle = 2 * Math.atan2(Math.sqrt(apart), Math.sqrt(along)); // acos is imprecise for small angles
   const part = (t) => (angle < 1e-4 ? t : Math.sin(t * angle) / Math.sin(angle));
   const [u, v] = [part(1 - t), sign * part(t)];
   return AXES.map((_, i) => u * a[at + i] + v * b[at + i]);
@@ -398,12 +398,12 @@ function slerp(a, b, at, t) {
 
 const lerp = (a, b, at, t) => [0, 1, 2].map((i) => (1 - t) * a[at + i] + t * b[at + i]);
 
-/** Moves the objects to the pose between two rows. */
+/** Moves the objects to the pose at t, 0 to 1, between two rows. */
 function apply(objects, a, b, t) {
   objects.forEach((object, node) => {
     if (!object) return;
     const at = node * WIDTH;
-    // Nodes of Babylon.js have a quaternion only once somebody sets it, and call scale scaling.
+    // Babylon.js: rotationQuaternion is null until it is set, and scale is called scaling.
     if (object.rotationQuaternion === null) object.rotationQuaternion = object.rotation.toQuaternion();
     put(object.rotationQuaternion ?? object.quaternion, slerp(a, b, at + ROTATION, t));
     put(object.position, lerp(a, b, at + TRANSLATION, t));
@@ -413,11 +413,11 @@ function apply(objects, a, b, t) {
 
 // ---- players -------------------------------------------------------------------------------------
 
-/** Plays poses that are there, on the local clock. */
+/** Plays a table of poses on the local clock. */
 export class Player {
   #objects;
-  #last; // time of update, ms; undefined: time counts from the next one on
-  #time; // seconds, not yet folded
+  #last; // ms, time of the last update; undefined: time stands still until the next update
+  #time; // seconds, before looping
   #playing;
 
   constructor(objects, table, { time = 0, speed = 1, loop = 'repeat', playing = true } = {}) {
@@ -462,7 +462,7 @@ export class Player {
     this.#last = now;
     const { table, time } = this;
     const { times } = table.header;
-    let [from, to] = [0, times.length - 1]; // the step with the time lies between
+    let [from, to] = [0, times.length - 1]; // binary search for the step that contains the time
     while (to - from > 1) {
       const middle = (from + to) >> 1;
       if (times[middle] <= time) from = middle;
@@ -475,8 +475,8 @@ export class Player {
   }
 }
 
-/** The least of what was told in the last half minute or so: what the network or a busy server delayed least. Other
- * values count by and by, so that nothing jumps. */
+/** The minimum of the values of the last 15 to 30 seconds, which the network and the server delayed least. Small changes of
+ * the minimum are approached gradually, so that playback does not jump. */
 class Least {
   #now = Infinity;
   #before = Infinity;
@@ -490,7 +490,7 @@ class Least {
   }
 }
 
-/** The blocks of an event stream (WHATWG HTML, section 9.2), each as its fields. */
+/** Yields the events of an event stream (WHATWG HTML, section 9.2) as objects of their fields. */
 async function* readEvents(stream) {
   const reader = stream.pipeThrough(new TextDecoderStream()).getReader();
   let text = '';
@@ -507,7 +507,7 @@ async function* readEvents(stream) {
   }
 }
 
-/** Ends early with the signal. */
+/** Resolves after `ms`, or as soon as the signal aborts. */
 function pause(ms, signal) {
   return new Promise((resolve) => {
     const stop = () => {
@@ -520,20 +520,20 @@ function pause(ms, signal) {
   });
 }
 
-/** Statuses after which a later try may do. */
+/** Statuses after which a retry may succeed. */
 const PASSING = [408, 429, 502, 503, 504];
 
-/** Plays what the daemon's live stream sends. */
+/** Plays the daemon's live stream. */
 export class LivePlayer {
   #abort = new AbortController();
   #objects = [];
-  #frames = []; // {number, time, row}, ascending; the first is shown
+  #frames = []; // {number, time, row}, ascending; shown between the first and the second
   #step; // ms between frames
-  #start; // server's time of frame 0, where it is given
-  #offset = new Least(); // local clock less the server's
-  #origin = new Least(); // server's time of frame 0, as heard
+  #start; // server time of frame 0 in ms, if given
+  #offset = new Least(); // local clock minus server clock
+  #origin = new Least(); // server time of frame 0, as estimated from the frames
   #retry = 1000;
-  #last; // number of the last frame that came
+  #last; // number of the last frame received
   missing = [];
   ended = false;
 
@@ -577,7 +577,7 @@ export class LivePlayer {
     }
   }
 
-  /** Listens until the stream breaks; after how many ms to come again. */
+  /** Reads the stream until it ends or breaks; returns the ms to wait before reconnecting. */
   async #connect(tweend, url, begun) {
     try {
       const headers = { Accept: 'text/event-stream' };
@@ -585,7 +585,7 @@ export class LivePlayer {
       const response = await tweend.request(url, { headers, cache: 'no-store', signal: this.#abort.signal });
       this.ended = response.status === 204;
       if (this.ended) return 0;
-      [this.#offset, this.#origin] = [new Least(), new Least()]; // it may be another replica
+      [this.#offset, this.#origin] = [new Least(), new Least()]; // another replica may answer, with another clock
       for await (const { retry, event, id, data } of readEvents(response.body)) {
         if (retry) this.#retry = Number(retry);
         else if (event === 'end') this.ended = true;
@@ -615,12 +615,12 @@ export class LivePlayer {
     begun();
   }
 
-  /** When a frame is due to be shown, on the local clock. */
+  /** The local time at which a frame is to be shown. */
   #due(frame) {
     return this.#origin.value + frame.number * this.#step + this.#offset.value + this.delay;
   }
 
-  /** Drops frames before the one shown. */
+  /** Drops the frames before the one shown now. */
   #forget(now) {
     while (this.#frames.length > 1 && this.#due(this.#frames[1]) <= now) this.#frames.shift();
   }
@@ -630,7 +630,7 @@ export class LivePlayer {
     const [a, b = a] = this.#frames;
     if (!a) return undefined;
     const span = this.#due(b) - this.#due(a);
-    const leaps = Math.abs(b.time - a.time) * 1000 > 1.5 * span * Math.abs(this.speed); // a loop begins anew
+    const leaps = Math.abs(b.time - a.time) * 1000 > 1.5 * span * Math.abs(this.speed); // the clip has started over
     const t = span > 0 && !leaps ? Math.min(Math.max((now - this.#due(a)) / span, 0), 1) : 0;
     apply(this.#objects, a.row, b.row, t);
     this.time = a.time + t * (b.time - a.time);
