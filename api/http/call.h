@@ -1,4 +1,4 @@
-/* One request under way: what the stages of routes.c hand to the handlers. */
+/* The state of one request, which the stages of routes.c pass to the handlers. */
 #ifndef API_CALL_H
 #define API_CALL_H
 
@@ -35,7 +35,7 @@ typedef struct api_call {
   const char *first_warning; /* percent-encoded */
   uint64_t held;             /* bytes that the answer's body holds while it is read, without cache entries */
   tw_arena *arena;           /* the answer's arena; lives as long as the answer */
-  api_answer answer;         /* being filled */
+  api_answer answer;         /* filled in by the stages and the handler */
   api_fault fault;
 } api_call;
 

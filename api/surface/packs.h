@@ -7,7 +7,7 @@
 /* Immutable. */
 typedef struct api_packs {
   uint32_t count;
-  tw_packs **list; /* [count], one a mesh */
+  tw_packs **list; /* [count], one for each mesh */
 } api_packs;
 
 /* Which packs of the surfaces. */

@@ -1,4 +1,5 @@
-/* Plans: limits are checked on exact counts before anything is built. */
+/* Builds plans. Limits are checked before anything is built: by a bound where that suffices, else on exact
+ * counts. */
 #include "plans.h"
 
 #include "service.h"

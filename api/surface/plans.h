@@ -45,7 +45,7 @@ typedef struct api_plan_moves {
 /* Immutable but for is_warm. */
 typedef struct api_plan {
   uint32_t count;
-  tw_surface **surfaces;   /* [count], one a mesh */
+  tw_surface **surfaces;   /* [count], one for each mesh */
   tw_patch_shapes *shapes; /* shared by the surfaces; NULL with a source */
   tw_surface_counts total;
   atomic_bool is_warm; /* the bounds are known, so that reading starts without a pass over all points */
