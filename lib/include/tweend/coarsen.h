@@ -1,4 +1,4 @@
-/* From a refined mesh back to a cage whose surface it is. */
+/* From a refined mesh back to the cage that it is a subdivision of. */
 #ifndef TWEEND_COARSEN_H
 #define TWEEND_COARSEN_H
 
@@ -10,32 +10,34 @@ extern "C" {
 
 typedef struct tw_coarsened {
   tw_mesh mesh;
-  uint32_t levels; /* steps back, at least 1 */
-  /* The greatest distance between a point of the mesh and the same one of the cage's surface, over all steps
-   * taken together at most. */
+  uint32_t levels; /* steps taken back, at least 1 */
+  /* The errors of all steps summed up: an upper bound of the distance between a point of the mesh and the
+   * same point of the cage's surface. */
   double error;
-  double size; /* of the mesh's bounds, their longest side */
-  /* The error is at most 1e-5 of the size: about what rounding to float and the way back leave. Else the cage
-   * has a detail of level `levels`, by which its surface of that level is the mesh. */
+  double size; /* longest side of the mesh's bounds */
+  /* The error is at most 1e-5 of the size, about what rounding to float and the steps back leave. Otherwise
+   * the cage has a detail of level `levels`, with which its surface of that level equals the mesh. */
   bool fits;
-  /* Some of the cage's points could be elsewhere as well: of a closed piece where three edges meet
-   * everywhere, what alternates from point to point vanishes in one step. The cage has none of it. */
+  /* The cage is not unique: on a closed piece with valence 3 everywhere, an offset that alternates in sign
+   * from point to point vanishes in one step. The cage is the one without such an offset. */
   bool is_ambiguous;
 } tw_coarsened;
 
-/* The cage of which a checked mesh is a refinement, by options->scheme, not bilinear, with a border of edges,
- * or of edges and corners. Takes back up to options->level steps; connectivity says whether there is one, in
- * each piece, and where it allows several cages, positions do. The first step back is taken however far the
- * positions are from a surface; further ones, after one that fits, only
- * where they fit as well. Of the points that stay the cage has what subdivides, solved for: positions,
- * texture coordinates, attributes, displacements; and joints with their weights as they are. Edges and points
- * that are sharp after n steps were sharper by n; what was sharp and is not any more is not known. A face has
- * the material and the groups of its first child. Normals, and what is modelled onto levels of the mesh, do
- * not come along. Arrays of the result live in the arena, or are the mesh's. TW_INVALID: no refinement, which
- * names the first face of the piece; an option that has no way back; a cage that tw_mesh_check refuses, as
- * what it would have is too far away. TW_LIMIT, TW_CANCELLED, TW_NO_MEMORY. parallel: asked whether the
- * result is still wanted; or NULL. O(corners) for each step but for the solving, see subdiv/mask_inverse.h.
- */
+/* Finds the cage of which a checked mesh is a refinement, by options->scheme (not bilinear), with
+ * options->boundary of edges or of edges and corners. Takes back up to options->level steps.
+ * Connectivity tells in each piece whether a step back exists; where it allows several cages, positions
+ * decide. The first step is taken however far the positions are from a subdivided surface. After a first step
+ * that fits, further steps are taken only as long as they fit too.
+ * The cage has, solved for its points: positions, texture coordinates, attributes, displacements. Joints and
+ * weights are copied. An edge or point that is sharp after n steps gets its sharpness plus n; sharpness that
+ * has already decayed to 0 cannot be known. A face has the material and the groups of its first child.
+ * Normals, and details modelled onto levels of the mesh, are dropped. Arrays of the result live in the arena,
+ * or are the mesh's.
+ * parallel: asked whether the result is still wanted; or NULL. O(corners) for each step besides the solving,
+ * see subdiv/mask_inverse.h.
+ * TW_INVALID: the mesh is no refinement (the error names a face of the piece that is none); an option that
+ * has no way back; a solved cage that tw_mesh_check refuses, as its points are too far away. TW_LIMIT,
+ * TW_CANCELLED, TW_NO_MEMORY. */
 tw_status tw_mesh_coarsen(const tw_mesh *mesh, const tw_surface_options *options,
                           const tw_parallel_for *parallel, tw_arena *arena, tw_coarsened *out,
                           tw_error *error);
