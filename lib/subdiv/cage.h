@@ -1,24 +1,24 @@
-/* A control mesh made ready for subdivision: connectivity, sharpness, and which faces are answered. */
+/* A control mesh made ready for subdivision: connectivity, sharpness, and which faces the answer has. */
 #ifndef TWEEND_CAGE_H
 #define TWEEND_CAGE_H
 
 #include "crease.h"
 #include "tweend/subdiv.h"
 
-/* Most faces that are refined in the generic way to the end, holes included: that takes memory in
- * proportion to them. */
+/* Most faces, holes included, that generic steps refine all the way to the answer, which takes memory in
+ * proportion to the faces. */
 enum { TW_GENERIC_FACES_MAX = 16 << 20 };
 
 /* Arrays live in `arena`. */
 typedef struct tw_cage {
   tw_arena *arena;
   tw_topology topology; /* sharpened */
-  uint32_t *point_of;   /* [vertices] point of the mesh, ascending; NULL when all points are used */
+  uint32_t *point_of;   /* [vertices] point of the mesh, ascending; NULL when faces use all points */
   uint8_t *visible;     /* [faces] */
-  /* At the answer's level, with those that are left out of the answer; set by tw_cage_count. */
+  /* Faces at the answer's level, those left out of the answer included; set by tw_cage_count. */
   uint64_t refined_faces;
-  /* Those of edges and vertices, where options->tagged asks for them: vertices are numbered as in the
-   * topology. */
+  /* Tags of edges and vertices (in the topology's numbers), where options->tagged asks for them; `faces` is
+   * not set. */
   tw_surface_tags tags;
 } tw_cage;
 
@@ -40,13 +40,13 @@ tw_status tw_cage_check_options(const tw_mesh *mesh, const tw_surface_options *o
 tw_status tw_cage_read(const tw_mesh *mesh, const tw_surface_options *options, tw_arena *arena,
                        tw_cage *cage);
 
-/* Whether the border eats into the mesh with every level. */
+/* Whether the mesh shrinks from its border with every level (TW_BOUNDARY_OPEN, and the mesh has a border). */
 bool tw_cage_shrinks(const tw_cage *cage, const tw_surface_options *options);
 
-/* Counts of a level with all that is left out of an answer. */
+/* Counts of a level, what an answer leaves out included. */
 tw_surface_counts tw_cage_counts_at(const tw_cage *cage, bool loop, uint32_t level);
 
-/* Exact counts of the answer, in closed form. */
+/* Exact counts of the answer, in closed form. TW_LIMIT as tw_surface_count; TW_NO_MEMORY. */
 tw_status tw_cage_count(const tw_surface_options *options, tw_cage *cage, tw_surface_counts *out,
                         tw_error *error);
 

@@ -1,13 +1,15 @@
 /* One level of Catmull-Clark or bilinear subdivision of any polygon mesh, with creases.
  *
- * Numbers of a level follow from those of the level above by arithmetic (V, E, F its counts):
- * vertices: 0.. of vertices, V.. of edges, V + E.. of faces;
- * faces:    quad c of corner c: its vertex, middle of its edge, face point, middle of the edge before;
- * edges:    2e and 2e + 1 of edge e (at its first and second end), 2E + c from the middle of corner
- *           c's edge to the face point.
+ * The numbers of a child level follow by arithmetic from those of its parent level (V, E, F: the parent's
+ * counts):
+ * vertices: 0.. for vertices, V.. for edges, V + E.. for faces;
+ * faces:    quad c for corner c: its vertex, the middle of its edge, the face point, the middle of the
+ * previous edge;
+ * edges:    2e and 2e + 1 for edge e (at its first and second end), 2E + c from the middle of corner c's edge
+ * to the face point.
  *
- * Rules: Catmull and Clark 1978; creases DeRose, Kass and Truong 1998, with the blend at fractional
- * sharpness and the Chaikin decay as OpenSubdiv defines them. */
+ * Rules: Catmull and Clark 1978; creases DeRose, Kass and Truong 1998, with the blend at fractional sharpness
+ * and the Chaikin decay as OpenSubdiv defines them. */
 #ifndef TWEEND_CATMULL_CLARK_H
 #define TWEEND_CATMULL_CLARK_H
 

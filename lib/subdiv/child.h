@@ -1,5 +1,5 @@
-/* The connectivity of a refined mesh, as far as all schemes agree on it (V, E the parent's counts):
- * vertices: 0.. of vertices, V.. of the middles of edges;
+/* The part of a refined mesh's connectivity that all schemes share (V: the parent's vertex count):
+ * vertices: 0.. for vertices, V.. for the middles of edges;
  * edges:    2e and 2e + 1, the halves of edge e at its first and at its second end;
  * corners:  4c at the vertex of corner c, along the half of its edge. */
 #ifndef TWEEND_CHILD_H
@@ -8,19 +8,19 @@
 #include "crease.h"
 #include "parallel_for.h"
 
-/* A share of one of the parent's vertices or, from vertex_count + edge_count on, of the child's vertex of
- * that number, which is a face point. */
+/* One term of a mask: the weight of a parent's vertex or, from vertex_count + edge_count on, of the child's
+ * vertex of that number, which is a face point. */
 typedef struct tw_share {
   uint32_t vertex;
   float weight;
 } tw_share;
 
-/* Fans and rings of the child follow from the parent's, so that nothing has to be sorted or walked: they
- * are written vertex by vertex, from any on whose places are known. */
+/* Writes the child's fans and rings, which follow from the parent's without sorting or walking. They are
+ * written vertex by vertex, starting at any vertex whose offsets are known. */
 typedef struct tw_child_fans {
   const tw_topology *parent;
   tw_topology *child;
-  uint32_t corners, edges; /* next places */
+  uint32_t corners, edges; /* next places to write in fan_corners and ring_edges */
 } tw_child_fans;
 
 static inline void tw_put_corner(tw_child_fans *fans, uint32_t corner) {
@@ -30,19 +30,19 @@ static inline void tw_put_edge(tw_child_fans *fans, uint32_t edge) {
   fans->child->ring_edges[fans->edges++] = edge;
 }
 
-/* Sets the counts of a child, and its face size. TW_LIMIT over 32 bits. */
+/* Sets the counts and the face size of a child. TW_LIMIT over 32 bits. */
 tw_status tw_child_count(tw_topology *child, uint64_t vertices, uint64_t edges, uint64_t faces,
                          uint32_t face_size);
 
-/* What a scheme adds. Its loops get the step as their context. */
+/* The scheme's own part of a step. The loops get this struct as their context. */
 typedef struct tw_child_step {
   const tw_topology *parent;
   tw_topology *child;                    /* its counts and face size are set */
-  uint32_t middle_corners, middle_edges; /* that the middle of an edge has for each face there; and two
-                                            edges more, the halves */
-  tw_parallel_for_body *split_faces;     /* corners and edges of the children of faces */
-  void (*link_edge)(tw_child_fans *fans, uint32_t edge); /* puts those of an edge's middle */
-  tw_parallel_for_body *link_faces;                      /* fans of face points; NULL: there are none */
+  uint32_t middle_corners, middle_edges; /* corners and edges at the middle of an edge, for each face of the
+                                            edge; the two halves of the edge come on top */
+  tw_parallel_for_body *split_faces;     /* writes corners and edges of the children of faces */
+  void (*link_edge)(tw_child_fans *fans, uint32_t edge); /* puts the fan and ring of an edge's middle */
+  tw_parallel_for_body *link_faces; /* writes the fans of face points; NULL: the scheme has none */
 } tw_child_step;
 
 static inline tw_child_fans tw_start_fans(const tw_child_step *step, uint32_t vertex) {
@@ -50,7 +50,7 @@ static inline tw_child_fans tw_start_fans(const tw_child_step *step, uint32_t ve
                          step->child->ring_offsets[vertex]};
 }
 
-/* Makes the child. TW_NO_MEMORY, TW_CANCELLED. */
+/* Makes the child's connectivity and sharpness. TW_NO_MEMORY, TW_CANCELLED. */
 tw_status tw_child_make(const tw_child_step *step, const tw_rules *rules, tw_arena *arena,
                         const tw_parallel_for *parallel);
 
