@@ -9,12 +9,11 @@
 /* Each array: [2^depth + 1], the weight repeated in all four components. Aligned, because the tw_point tables
  * follow the structs in the same block. */
 typedef struct tw_spline {
-  /* Weights of control points -1, 0, 1, 2 of the segment: for the refined control point, and for its limit.
-   */
+  /* Weights of control points -1, 0, 1, 2 of the segment: for the refined control point and its limit. */
   _Alignas(tw_point) const tw_point *point[4];
   const tw_point *limit[4];
-  const tw_point
-      *slope[3]; /* weights of the points' differences: for the limit's derivative over the segment */
+  /* Weights of the control points' differences: for the limit's derivative over the segment. */
+  const tw_point *slope[3];
 } tw_spline;
 
 /* Tables for depths 0 to `depth`, indexed by depth, in one block of memory for free(). NULL without

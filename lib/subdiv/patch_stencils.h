@@ -1,12 +1,13 @@
-/* Stencils for those patches whose class many patches share. */
+/* Stencils for patches whose class is common. */
 #ifndef TWEEND_PATCH_STENCILS_H
 #define TWEEND_PATCH_STENCILS_H
 
 #include "patch.h"
 
-/* Has those patches summed whose classes many of the patches share, where the depth allows.
- * shapes: those of the patches. limit: as all jobs that want values will have it. normals: these will be
- * asked for too. TW_NO_MEMORY; TW_LIMIT: others who share the classes have left no room. */
+/* Chooses the patches that are summed by stencils (those whose class many of the patches share, up to a
+ * depth), and makes the stencils. shapes: those the patches were made with. limit: whether the jobs will want
+ * limit points. normals: whether the jobs will want normals too. TW_NO_MEMORY; TW_LIMIT: the stencils of
+ * other meshes that share the classes have left no room. */
 tw_status tw_patches_sum(tw_patches *patches, tw_patch_shapes *shapes, bool limit, bool normals);
 
 #endif

@@ -8,20 +8,21 @@
 tw_status tw_refine_topology(const tw_topology *parent, const tw_rules *rules, tw_arena *arena,
                              const tw_parallel_for *parallel, tw_topology *child);
 
-/* Shares that the largest mask has. O(parent). */
+/* Number of shares in the largest mask, or a few more. O(parent). */
 uint32_t tw_refine_mask_capacity(const tw_topology *parent);
 
-/* Fills in the shares of a vertex of the child, which sum to 1, and returns their number. No vertex comes
- * up twice but for the ends of doubled edges. */
+/* Writes the shares of a child's vertex, which sum to 1, and returns their number. A vertex comes up twice
+ * only where edges are doubled. */
 uint32_t tw_refine_mask(const tw_topology *parent, const tw_rules *rules, uint32_t child, tw_share *shares);
 
-/* Vertices of the child that are face points: the last ones. Loop's scheme has none. */
+/* Number of the child's vertices that are face points; they come last. Loop's scheme has none. */
 static inline uint32_t tw_refine_face_points(const tw_topology *parent, const tw_rules *rules) {
   return rules->loop ? 0 : parent->face_count;
 }
 
-/* in: [parent vertices][width], out: [child vertices][width]; width 1 to 4. In double, because levels come on
- * top of each other: rounding stays small beside faces that shrink with each. TW_NO_MEMORY. */
+/* in: [parent vertices][width], out: [child vertices][width]; width 1 to 4. In double, because each level
+ * builds on the one above: its rounding errors must stay small beside faces that shrink with each level.
+ * TW_NO_MEMORY. */
 tw_status tw_refine_values(const tw_topology *parent, const tw_rules *rules, uint32_t width, const double *in,
                            const tw_parallel_for *parallel, double *out);
 
