@@ -17,8 +17,7 @@ typedef struct tw_neighbourhood {
   uint32_t (*quads)[4];    /* [face_count] */
   float (*sharpness)[4];   /* [face_count], of the edges that touch the quad's corners; 0 for others */
   float *vertex_sharpness; /* [4] */
-  /* As in tw_topology, at the ends of those edges that are semi-sharp, else 0; NULL without Chaikin's rule.
-   */
+  /* As in tw_topology, at the ends of those edges that are semi-sharp, else 0. NULL: not Chaikin's rule. */
   float *semi_sum;      /* [point_count] */
   uint32_t *semi_count; /* [point_count] */
 } tw_neighbourhood;

@@ -1,37 +1,38 @@
-/* Which joints move each vertex, and how much. The weights of one joint over all vertices are a function that
- * subdivides as positions do. So a vertex of a refined mesh may have more joints than the four that
- * a row holds; up to TW_INFLUENCES_MAX are kept. */
+/* Skin weights: which joints move each vertex, and how much. The weights of one joint over all vertices are a
+ * function that subdivides as positions do, so a vertex of a refined mesh may have more joints than the four
+ * that a row holds; up to TW_INFLUENCES_MAX are kept. */
 #ifndef TWEEND_SKIN_WEIGHTS_H
 #define TWEEND_SKIN_WEIGHTS_H
 
 #include "irregular_levels.h"
 #include "patch.h"
 
-/* Joints kept a vertex, the heaviest ones. Regular meshes have at most 36 a refined vertex; this bounds what
- * great polygons can ask for. */
+/* Joints that are kept for a vertex, the heaviest ones. On regular meshes a refined vertex has at most 36;
+ * the limit bounds what faces of many corners can ask for. */
 enum { TW_INFLUENCES_MAX = 64 };
 
-/* Owns its arrays; a zeroed one may be deinited. */
+/* The influences of all vertices: joints and their weights. Owns its arrays; a zeroed one may be deinited. */
 typedef struct tw_influences {
   uint32_t vertex_count;
   uint32_t joint_count; /* greatest joint + 1 */
   size_t *offsets;      /* [vertex_count + 1] */
-  uint16_t *joints;     /* [offsets[vertex_count]], no joint twice a vertex */
-  float *weights;       /* sum 1 a vertex, but for what a vertex of over TW_INFLUENCES_MAX joints loses */
+  uint16_t *joints;     /* [offsets[vertex_count]], a joint once a vertex at most */
+  /* [offsets[vertex_count]], sum 1 a vertex, less what a vertex of over TW_INFLUENCES_MAX joints loses. */
+  float *weights;
   size_t capacity;
 } tw_influences;
 
-/* Those of a checked mesh, brought to sum 1; a point without weights hangs on joint 0.
- * point_of: [vertex_count] points of the mesh, or NULL when they are the vertices. TW_NO_MEMORY. */
+/* Reads the influences of a checked mesh and scales them to sum 1; a point without weights gets joint 0.
+ * point_of: [vertex_count] points of the mesh, or NULL when vertices are the points. TW_NO_MEMORY. */
 tw_status tw_influences_init(tw_influences *influences, const tw_mesh *mesh, const uint32_t *point_of,
                              uint32_t vertex_count);
 void tw_influences_deinit(tw_influences *influences);
 size_t tw_influences_size(const tw_influences *influences);
 
-/* Replaces them by those of the next level. */
+/* Replaces the influences by those of the next level. TW_NO_MEMORY. */
 tw_status tw_influences_refine(tw_influences *influences, const tw_topology *parent, const tw_rules *rules);
 
-/* Replaces them by those of some of the vertices. */
+/* Replaces the influences by those of the vertices listed, no more than there are. TW_NO_MEMORY. */
 tw_status tw_influences_keep(tw_influences *influences, const uint32_t *vertices, uint32_t count);
 
 /* ---- rows of patches and of vertices ---------------------------------------------------------- */
@@ -39,12 +40,12 @@ tw_status tw_influences_keep(tw_influences *influences, const uint32_t *vertices
 /* A weighted sum of influences. */
 typedef struct tw_joint_sum {
   uint32_t count;
-  uint16_t *joints; /* [count] in the order they came */
+  uint16_t *joints; /* [count] in the order in which they were added */
   float *weights;   /* [count] */
-  uint32_t *places; /* [joint_count] 1 + place of each joint, 0 when it has not come */
+  uint32_t *places; /* [joint_count] 1 + each joint's index in `joints`, 0 when it has not been added */
 } tw_joint_sum;
 
-/* The four heaviest joints of a point, heaviest first, of equal ones the lower. */
+/* The four heaviest joints of a point, heaviest first; of equal weights the lower joint first. */
 typedef struct tw_skin_row {
   uint16_t joints[4];
   float weights[4]; /* sum 1 */
@@ -53,8 +54,8 @@ typedef struct tw_skin_row {
 /* Scratch memory of a reader; a zeroed one may be deinited. */
 typedef struct tw_skin_scratch {
   tw_joint_sum sum;
-  float *controls;   /* [vertices][4] weights of four joints at the control points of a patch */
-  float *values;     /* [rows][4] and at its points */
+  float *controls;   /* [vertices][4] weights of four joints at a patch's control points */
+  float *values;     /* [rows][4] weights of the four joints at the patch's points */
   tw_skin_row *rows; /* [rows] */
 } tw_skin_scratch;
 
@@ -62,7 +63,7 @@ tw_status tw_skin_scratch_init(tw_skin_scratch *scratch, uint32_t joint_count, u
                                uint32_t row_count);
 void tw_skin_scratch_deinit(tw_skin_scratch *scratch);
 
-/* Where rows get their joints and weights. */
+/* The columns that joints and weights are written to. */
 typedef struct tw_skin_columns {
   float *joints, *weights; /* of the first row */
   uint32_t stride;         /* floats from row to row */
@@ -70,7 +71,7 @@ typedef struct tw_skin_columns {
 
 void tw_skin_write_rows(const tw_skin_row *rows, size_t count, tw_skin_columns out);
 
-/* Part of a patch. A patch hangs on the joints of its control points. */
+/* Part of a patch, whose points can be moved by the joints of its control points. */
 typedef struct tw_skin_patch {
   const tw_influences *influences;
   const tw_patches *patches;
@@ -82,7 +83,7 @@ typedef struct tw_skin_patch {
 
 void tw_skin_patch_rows(const tw_skin_patch *patch, tw_skin_scratch *scratch, tw_skin_columns out);
 
-/* One row: a sum of vertices by the positions of a limit mask. */
+/* Writes one row: the sum of the mask's vertices, weighted by its position entries. */
 void tw_skin_mask_row(const tw_influences *influences, const tw_limit_entry *mask, uint32_t count,
                       tw_skin_scratch *scratch, tw_skin_columns out);
 
@@ -90,11 +91,11 @@ void tw_skin_mask_row(const tw_influences *influences, const tw_limit_entry *mas
 
 enum { TW_SKIN_LEVEL_JOINTS_MAX = 512 };
 
-/* Whether tw_skin_refine_levels can take a checked mesh's joints. */
+/* Whether all joints of a checked mesh are below TW_SKIN_LEVEL_JOINTS_MAX, as tw_skin_refine_levels needs. */
 bool tw_skin_fits_levels(const tw_mesh *mesh);
 
-/* Rows of all points of the last level, or of their limits. out: [tw_levels_points], to be freed.
- * TW_NO_MEMORY. */
+/* Computes the rows of all points of the last level, or of their limits. *out: [tw_levels_points], for
+ * free(). TW_NO_MEMORY, TW_CANCELLED. */
 tw_status tw_skin_refine_levels(const tw_levels *levels, const tw_influences *cage, bool limit,
                                 const tw_parallel_for *parallel, tw_skin_row **out);
 

@@ -1,5 +1,5 @@
-/* Points of irregular patches straight from their control points: a stencil holds what each point of a small
- * grid takes from each control point. */
+/* Points of irregular patches, directly from their control points: a stencil holds the weight of each control
+ * point at each point of a small grid. */
 #ifndef TWEEND_STENCIL_H
 #define TWEEND_STENCIL_H
 
@@ -7,19 +7,21 @@
 
 enum { TW_STENCIL_CONTROLS_MAX = 128 };
 
-/* The weights of the control points of one class of patches, at all points of its grid in this order: the
- * corners, the points inside of the four sides, the points inside of the patch line by line. */
+/* The weights of the control points of one class of patches. Points of the grid are in this order: the
+ * corners, the insides of the four sides, the inside of the patch line by line. */
 typedef struct tw_stencil {
-  uint32_t control_count; /* even: a last one may weigh nothing */
-  uint32_t stride;        /* of points: some more than there are, which weigh nothing */
-  const float *values;    /* [control_count][stride] */
-  /* Of any two tangents whose cross product points outward, each to a scale of its own at each point, at
-   * which its weights' absolute values sum to 1 or less; NULL where no normals are asked for.
+  /* Even: padded with a control point of weight 0 where the class has an odd number. */
+  uint32_t control_count;
+  /* Floats from one control point's weights to the next's: room for all points, padded with weights 0. */
+  uint32_t stride;
+  const float *values; /* [control_count][stride] */
+  /* Weights of two tangents at each point whose cross product points outward; NULL where no normals are asked
+   * for. Each tangent has a scale of its own, with which its weights' absolute values sum to at most 1.
    * [control_count][2][stride] */
   const float *tangents;
 } tw_stencil;
 
-/* Where a point of a grid of n^2 cells is among those of a stencil. */
+/* The index of point (i, j) of a grid of n^2 cells in a stencil's order. */
 static inline uint32_t tw_stencil_place(uint32_t n, uint32_t i, uint32_t j) {
   bool is_end_of_line = i == 0 || i == n, is_end_line = j == 0 || j == n;
   if (is_end_of_line && is_end_line) return 2u * (j > 0) + (i > 0);
@@ -28,8 +30,8 @@ static inline uint32_t tw_stencil_place(uint32_t n, uint32_t i, uint32_t j) {
   return 4 * n + (j - 1) * (n - 1) + i - 1;
 }
 
-/* controls: [control_count], relative to `origin`; width: 1 to 4, the rest is 0. values and normals, each
- * NULL where not wanted: where those of the first point go; step: floats to the next. */
+/* Controls: [control_count], relative to `origin`. width: 1 to 4 components; further ones are 0. values and
+ * normals: NULL where not wanted, else where those of the first point go. step: floats to the next point. */
 typedef struct tw_stencil_job {
   const tw_stencil *stencil;
   const tw_point *controls;
@@ -39,8 +41,8 @@ typedef struct tw_stencil_job {
   ptrdiff_t step;
 } tw_stencil_job;
 
-/* Points of a stencil from place `first` on. False when float does not suffice for all normals: those that it
- * wrote mean nothing then. */
+/* Computes `count` points of a stencil from index `first` on. Returns false when float is not precise enough
+ * for all normals; the normals written are then invalid. */
 bool tw_stencil_rows(const tw_stencil_job *job, size_t first, size_t count);
 
 #endif

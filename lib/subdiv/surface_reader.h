@@ -1,5 +1,4 @@
-/* Inside of a reader: scratch memory, the rows of whole items, and the columns that are made of more than one
- * field. */
+/* The parts of a reader: scratch memory, and the functions that compute rows by each method. */
 #ifndef TWEEND_SURFACE_READER_H
 #define TWEEND_SURFACE_READER_H
 
@@ -8,30 +7,30 @@
 #include "tangent_space.h"
 
 struct tw_surface_reader {
-  const tw_surface *surface; /* `narrowed` where rows do not hold all morph targets */
+  /* What rows are computed from: `whole`, or &narrowed where not all of its columns are wanted. */
+  const tw_surface *surface;
   tw_surface narrowed;
-  const tw_surface *whole; /* the caller's */
+  const tw_surface *whole; /* the surface that the caller chose */
   uint32_t first_target, target_count;
   bool points_alone;
-  double *scratch; /* of patches */
+  double *scratch; /* for patches */
   tw_limit_entry *mask;
   float *slopes[2]; /* derivatives of points and of UVs, [piece_capacity][TW_DERIVATIVE_WIDTH] */
   tw_skin_scratch skin;
-  /* The last piece that was asked for in part. */
+  /* Cache of the last piece that was asked for in part. */
   float *piece; /* [piece_capacity][stride] */
-  float *moved; /* [piece_capacity][6]: positions and normals that a morph target makes */
+  float *moved; /* [piece_capacity][6]: positions and normals of the surface that a morph target makes */
   tw_domain piece_domain;
   uint64_t piece_first;
   uint32_t piece_count, piece_capacity;
 };
 
-/* Of a domain's rows. */
 static inline const tw_numbering *tw_numbering_of(const tw_surface *s, tw_domain domain) {
   if (domain == TW_DOMAIN_POINTS) return &s->points;
   return domain == TW_DOMAIN_UVS ? &s->uv_points : &s->vertices;
 }
 
-/* Floats of a domain's row. */
+/* Floats in a row of a domain. */
 static inline uint32_t tw_row_width(const tw_surface *s, tw_domain domain) {
   if (domain == TW_DOMAIN_POINTS) return 3;
   return domain == TW_DOMAIN_UVS ? 2 : s->layout.stride;
@@ -41,12 +40,12 @@ static inline bool tw_has_normals(const tw_surface *s, tw_domain domain) {
   return domain == TW_DOMAIN_VERTICES && s->layout.normal != UINT32_MAX;
 }
 
-/* Whether rows hold more than points and normals. */
+/* Whether rows hold more than the point and the normal. */
 static inline bool tw_has_attributes(const tw_surface *s, tw_domain domain) {
   return domain == TW_DOMAIN_VERTICES && s->layout.stride > (tw_has_normals(s, domain) ? 6 : 3);
 }
 
-/* Attributes and displacements of the rows. */
+/* Number and columns of the attributes and displacements in a row. */
 static inline uint32_t tw_smooth_count(const tw_surface_layout *l) {
   return l->attribute_count + l->morph_count;
 }
@@ -61,18 +60,18 @@ static inline tw_skin_columns tw_skin_columns_of(const tw_surface *s, float *row
   return (tw_skin_columns){row + s->layout.joints, row + s->layout.weights, s->layout.stride};
 }
 
-/* Where a row has its normal; NULL: nowhere. */
+/* The normal's place in a row; NULL where rows have none. */
 static inline float *tw_normal_in(const tw_surface *s, tw_domain domain, float *row) {
   return tw_has_normals(s, domain) ? row + s->layout.normal : NULL;
 }
 
-/* Whether some vertices of a domain share their point. */
+/* Whether rows of a domain can share their point with other rows. */
 static inline bool tw_is_split(const tw_surface *s, tw_domain domain) {
   return domain == TW_DOMAIN_VERTICES &&
          (s->vertices.same_as != s->points.same_as || s->vertices.corner_row != s->points.corner_row);
 }
 
-/* The corner that stands for the point of a corner. */
+/* The corner that represents the point of a corner: all rows of a point are computed from it. */
 static inline uint32_t tw_shared_corner(const tw_surface *s, uint32_t corner) {
   return tw_corner_of_row(&s->points, tw_row_of_corner(&s->points, corner));
 }
@@ -90,23 +89,25 @@ static inline uint64_t tw_rows_inside_quad(const tw_surface *s) {
   return (uint64_t)(s->side - 1) * (s->side - 1);
 }
 
-/* As tw_surface_reader_turn, to rows of the position, and of one target's displacement of it unless `target`
- * is negative. */
+/* As tw_surface_reader_turn, for rows of the position alone or, where `target` is 0 or more, of the position
+ * and that target's displacement of it. */
 void tw_turn_to_points(tw_surface_reader *reader, const tw_surface *surface, int target);
 
-/* Rows of TW_WAY_LEVELS; v still runs up, and colours may leave their range. */
+/* Computes rows of TW_WAY_LEVELS. These and the rows of the functions below are unfinished: v runs up, and
+ * colours are not yet clamped. */
 void tw_level_read_rows(const tw_surface *surface, tw_domain domain, uint32_t first, uint32_t count,
                         float *out);
 
-/* Rows of TW_WAY_BASE, in the same state. */
+/* Computes rows of TW_WAY_BASE. */
 void tw_base_read_rows(tw_surface_reader *reader, tw_domain domain, uint32_t first, uint32_t count,
                        float *out);
 
-/* Rows of TW_WAY_PATCHES, likewise: corners [first, first + count), or as many edges' insides; */
+/* Computes rows of TW_WAY_PATCHES: those of `count` corners from number `first` on, or of the insides of as
+ * many edges. */
 typedef enum tw_patch_piece { TW_PATCH_CORNER, TW_PATCH_SIDE } tw_patch_piece;
 void tw_patch_read_items(tw_surface_reader *reader, tw_domain domain, tw_patch_piece piece, uint32_t first,
                          uint32_t count, float *out);
-/* lines j0 to j1 of the inside of a visible quad. */
+/* Computes lines j0 to j1 of the inside of a visible quad. */
 void tw_patch_read_lines(tw_surface_reader *reader, tw_domain domain, uint32_t visible, uint32_t j0,
                          uint32_t j1, float *out);
 

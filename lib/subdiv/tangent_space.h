@@ -1,56 +1,59 @@
-/* Tangents that fit a normal map, from the derivatives of points and UVs along the same two directions.
+/* Tangents for normal maps, from the derivatives of points and UVs along the same two directions.
  *
- * The frame is MikkTSpace's (Mikkelsen 2008), as glTF 2.0 wants it: the tangent lies along growing u, in
- * the plane of the normal; the bitangent w (normal x tangent) lies along growing v, v up. */
+ * The frame is MikkTSpace's (Mikkelsen 2008), as glTF 2.0 wants it: the tangent points along growing u in the
+ * plane of the normal; the bitangent w (normal x tangent) points along growing v, v up. */
 #ifndef TWEEND_TANGENT_SPACE_H
 #define TWEEND_TANGENT_SPACE_H
 
 #include "limit.h"
 #include "patch.h"
 
-/* Rows of derivatives as tw_patch_job has them. */
+/* Width of a row of derivatives, and where the second one begins, as in tw_patch_job. */
 enum { TW_DERIVATIVE_WIDTH = 8, TW_DERIVATIVE_SECOND = 4 };
 
-/* What rows of tangents are made from: values [vertices][width] of one field of a surface. */
+/* The values whose derivatives are wanted: [vertices][width] of one field of a surface. */
 typedef struct tw_slope_source {
   const tw_topology *topology;
-  const tw_patches *patches; /* where rows are of patches */
+  const tw_patches *patches; /* for tw_patch_slopes */
   bool linear;
   const float *values;
   uint32_t width;
 } tw_slope_source;
 
-/* Derivatives at part of a patch. scratch: [patches->scratch_points][4]; out: [rows][TW_DERIVATIVE_WIDTH]. */
+/* Computes derivatives at part of a patch. scratch: [patches->scratch_points][4]; out:
+ * [rows][TW_DERIVATIVE_WIDTH]. */
 void tw_patch_slopes(const tw_slope_source *source, uint32_t quad, tw_patch_rect rect, double *scratch,
                      float *out);
 
-/* Derivatives at a corner along its two sides, which all fields share, as a mask: tangent1 towards the next
- * corner, tangent2 towards the previous one. mask: room for tw_limit_capacity entries. Returns their number;
- * weights of the vertex itself mean nothing. */
+/* Writes the mask of the derivatives at a corner along its two sides, which are directions that all fields
+ * share: tangent1 towards the next corner, tangent2 towards the previous one. It applies to differences from
+ * the corner's own value; the entry of the corner's vertex itself is invalid. mask: room for
+ * tw_limit_capacity entries. Returns their number. */
 uint32_t tw_slope_mask(const tw_topology *topology, bool linear, uint32_t corner, tw_limit_entry *mask);
 
-/* The same evaluated. out: [TW_DERIVATIVE_WIDTH]. */
+/* Evaluates that mask. mask: as for tw_slope_mask. out: [TW_DERIVATIVE_WIDTH]. */
 void tw_corner_slopes(const tw_slope_source *source, uint32_t corner, tw_limit_entry *mask, float *out);
 
-/* Whether a face lies in its UV set (values: [vertices of uv][2], v up) the other way round than in space. A
- * face without area there does not. */
+/* Whether a face is mirrored in its UV set: wound clockwise, v up. A face without area in UV space is not.
+ * values: [vertices of uv][2], v up. */
 bool tw_uv_is_mirrored(const tw_topology *uv, const float *values, uint32_t face);
 
-/* out: a unit vector orthogonal to the normal (unit length), and w = -1 where mirrored, else 1.
- * Always finite: where v stands still the tangent lies along growing u; where UVs do not grow at all, or
- * along the normal alone, it lies along the first direction; where that has no length either, along the
- * axis that is farthest from the normal. */
+/* Computes a tangent. out: a unit vector orthogonal to the normal (unit length), and w: -1 where mirrored,
+ * else 1. Always finite. Where v does not vary the tangent points along growing u. Where UVs do not vary at
+ * all, or only along the normal, it points along the first direction; where that has no length either, along
+ * the axis at the greatest angle to the normal. */
 void tw_tangent_from_derivatives(const float normal[3], const float points[TW_DERIVATIVE_WIDTH],
                                  const float uvs[TW_DERIVATIVE_WIDTH], bool mirrored, float out[4]);
 
-/* A column of tangents, `stride` floats apart, from one of normals. points, uvs: [count] of the rows;
- * backwards: from the last to the first. */
+/* The columns of normals and tangents in rows that are `stride` floats apart. */
 typedef struct tw_tangent_columns {
   const float *normals;
   float *tangents;
   uint32_t stride;
 } tw_tangent_columns;
 
+/* Writes the tangents of `count` rows from their normals. points, uvs: [count][TW_DERIVATIVE_WIDTH]
+ * derivatives; backwards: from the last row to the first. */
 void tw_write_tangents(const float *points, const float *uvs, size_t count, bool backwards, bool mirrored,
                        tw_tangent_columns out);
 
