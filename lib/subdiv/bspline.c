@@ -1,8 +1,8 @@
-/* B-splines: weight tables by repeated knot insertion, exact until they are rounded to float, and rows of
- * points.
+/* B-splines: weight tables by repeated knot insertion, computed in double and then rounded to float, and rows
+ * of points.
  *
- * Control points are weighted down their columns once a line, then across. Derivatives come from the
- * differences of control points: those are nearly exact, and equal points give exactly 0. */
+ * For each line, control points are first weighted down their columns, then across. Derivatives come from
+ * differences of control points: these are nearly exact, and equal points give exactly 0. */
 #include "bspline.h"
 
 #include <stdlib.h>
@@ -11,7 +11,7 @@
 
 enum { ROWS = 4 + 4 + 3 };
 
-/* One step on points -1 .. n + 1 of a segment (n intervals): gives -1 .. 2n + 1. */
+/* One knot insertion: from points -1 .. n + 1 of a segment of n intervals to points -1 .. 2n + 1. */
 static void insert_knots(const double (*in)[4], uint32_t n, double (*out)[4]) {
   for (uint32_t i = 0; i <= 2 * n + 2; i++) { /* out[i] is point i - 1 */
     uint32_t left = i / 2;
@@ -21,7 +21,7 @@ static void insert_knots(const double (*in)[4], uint32_t n, double (*out)[4]) {
   }
 }
 
-/* Weights at place i of the segment's n + 1. */
+/* Weights at point i of the segment's n + 1 points. */
 static void weigh(const double (*points)[4], uint32_t n, uint32_t i, float out[ROWS]) {
   const double *before = points[i], *at = points[i + 1], *after = points[i + 2];
   double sum = 0;
@@ -33,7 +33,7 @@ static void weigh(const double (*points)[4], uint32_t n, uint32_t i, float out[R
   }
 }
 
-/* Weights in a row of the table of a depth. */
+/* Weights in each row of the table of a depth. */
 static size_t row_length(uint32_t depth) {
   return ((size_t)1 << depth) + 1;
 }
@@ -88,8 +88,8 @@ tw_spline *tw_spline_tables_create(uint32_t depth) {
 
 /* ---- rows ----------------------------------------------------------------------------------- */
 
-/* Every `apart`th of some points, weighted as at a place. Summed from both ends, so that a mirrored patch
- * gives mirrored points to the last bit. */
+/* The weighted sum of four points, `apart` elements from each other, with the weights in column `at` of the
+ * table. Summed from both ends, so that a mirrored patch gives mirrored points to the last bit. */
 static inline tw_point sum_four(const tw_point *const table[4], size_t at, const tw_point *p, size_t apart) {
   return (table[0][at] * p[0] + table[3][at] * p[3 * apart]) +
          (table[1][at] * p[apart] + table[2][at] * p[2 * apart]);
@@ -113,7 +113,7 @@ static void find_slopes(const tw_point points[16], slopes *out) {
     }
 }
 
-/* Control points and slopes weighted down for one line. */
+/* Control points and slopes of one line (fixed j), weighted down the columns. */
 typedef struct line {
   tw_point columns[4], along[3], across[4];
 } line;
@@ -127,9 +127,9 @@ static inline void weigh_line(const tw_spline_job *job, const slopes *s, const t
   }
 }
 
-/* transposed: i and j of the patch have changed places. */
+/* transposed: the job's i and j have changed places. */
 static inline __attribute__((always_inline)) void fill(const tw_spline_job *job, bool transposed) {
-  const tw_spline_job k = *job; /* a copy, which no row that is stored can be taken to change */
+  const tw_spline_job k = *job; /* a copy: the compiler knows that stores to rows cannot change it */
   const tw_spline spline = *k.spline;
   const tw_point *const *value = k.limit ? spline.limit : spline.point;
   const tw_point quad[4] = {k.points[5], k.points[transposed ? 9 : 6], k.points[10],
@@ -154,7 +154,7 @@ static inline __attribute__((always_inline)) void fill(const tw_spline_job *job,
   }
 }
 
-/* A single column runs along i once i and j have changed places. */
+/* Transposes the job where the rectangle is a single column, so that the inner loop runs along the column. */
 void tw_spline_rows(const tw_spline_job *job) {
   bool column = job->column || job->rect.j0 != job->rect.j1;
   if (job->rect.i0 != job->rect.i1 || !column) {

@@ -1,4 +1,4 @@
-/* Reads a control mesh for subdivision, and counts what comes of it. */
+/* Reads a control mesh for subdivision, and counts what its levels have. */
 #include "cage.h"
 
 #include <string.h>
@@ -9,7 +9,7 @@
 
 /* ---- the cage ------------------------------------------------------------------------------- */
 
-/* Keeps points that no face uses out of the topology. */
+/* Renumbers vertices so that points which no face uses are not in the topology. */
 static tw_status compact(const tw_mesh *mesh, tw_cage *c, const uint32_t **corners, uint32_t *vertex_count) {
   uint32_t *vertex_of = tw_arena_alloc(c->arena, mesh->point_count, sizeof *vertex_of);
   if (!vertex_of) return TW_NO_MEMORY;
@@ -37,7 +37,7 @@ static uint32_t vertex_of_point(const tw_cage *c, uint32_t point) {
   return vertex < count && c->point_of[vertex] == point ? vertex : UINT32_MAX;
 }
 
-/* Tags of edges and points that the faces do not have are passed over, as OpenSubdiv does. */
+/* Tags of edges and points that no face has are ignored, as in OpenSubdiv. */
 static void apply_tags(const tw_mesh *mesh, tw_cage *c) {
   for (uint32_t i = 0; i < mesh->crease_count; i++) {
     uint32_t a = vertex_of_point(c, mesh->crease_edges[2 * (size_t)i]),
@@ -58,7 +58,7 @@ static uint32_t count_sharp(const float *sharpness, uint32_t count) {
   return sharp;
 }
 
-/* Before sharpening: the tags that apply_tags found something to apply to. */
+/* Keeps the tags that apply_tags could apply. Call it before sharpening, which sets sharpness of its own. */
 static tw_status keep_tags(tw_cage *c) {
   const tw_topology *t = &c->topology;
   uint32_t creases = count_sharp(t->edge_sharpness, t->edge_count),
@@ -85,7 +85,8 @@ static tw_status keep_tags(tw_cage *c) {
   return TW_OK;
 }
 
-/* Vertices with an edge on the border that no infinite crease holds: their faces have no surface. */
+/* Marks the vertices at border edges that are not infinitely sharp by a crease. TW_BOUNDARY_NONE leaves out
+ * the faces at these vertices: they have no surface. */
 static tw_status mark_loose(const tw_cage *c, uint8_t **loose) {
   const tw_topology *t = &c->topology;
   *loose = tw_arena_alloc(c->arena, t->vertex_count, 1);
@@ -102,7 +103,7 @@ static bool touches(const tw_topology *t, uint32_t face, const uint8_t *marked) 
   return false;
 }
 
-/* Before sharpening: looks at the creases that the mesh itself has. */
+/* Chooses the faces of the answer. Call it before sharpening: it looks at the mesh's own creases. */
 static tw_status choose_visible(const tw_mesh *mesh, const tw_surface_options *options, tw_cage *c) {
   c->visible = tw_arena_alloc(c->arena, mesh->face_count, 1);
   if (!c->visible) return TW_NO_MEMORY;
@@ -116,7 +117,7 @@ static tw_status choose_visible(const tw_mesh *mesh, const tw_surface_options *o
   return TW_OK;
 }
 
-/* Faces that are all triangles or all quads need no offsets. */
+/* NULL where all faces are triangles or all are quads: a topology then needs no offsets. */
 static const uint32_t *offsets_of(const tw_mesh *mesh) {
   if (mesh->face_count == 0) return mesh->face_offsets;
   uint32_t size = mesh->face_offsets[1];
@@ -126,7 +127,7 @@ static const uint32_t *offsets_of(const tw_mesh *mesh) {
   return NULL;
 }
 
-/* Whether all vertices, and with them all edges, are inside of a manifold. */
+/* Whether all vertices, and so all edges, are interior and manifold. */
 static bool is_closed(const tw_topology *t) {
   uint8_t flags = 0;
   for (uint32_t v = 0; v < t->vertex_count; v++) flags |= t->vertex_flags[v];
@@ -155,7 +156,7 @@ tw_status tw_cage_read(const tw_mesh *mesh, const tw_surface_options *options, t
 
 /* ---- counts --------------------------------------------------------------------------------- */
 
-/* One level further: every number follows from those of the level above. */
+/* The counts of the next level. */
 static tw_surface_counts next_counts(tw_surface_counts c, bool loop) {
   if (loop)
     return (tw_surface_counts){c.vertices + c.edges, 2 * c.edges + c.corners, 4 * c.faces, 4 * c.corners};
@@ -165,8 +166,8 @@ static tw_surface_counts next_counts(tw_surface_counts c, bool loop) {
 }
 
 static tw_surface_counts counts_at(tw_surface_counts cage, bool loop, uint32_t level) {
-  /* No cage in 32 bits comes near 64 within TW_LEVEL_MAX levels but the greatest; those stop early, far
-   * over the limit. */
+  /* Stops before 64 bits overflow. Only cages near 2^32 corners get there within TW_LEVEL_MAX levels, and
+   * their counts are far over the limit by then. */
   for (uint32_t i = 0; i < level && cage.corners < UINT64_MAX / 16; i++) cage = next_counts(cage, loop);
   return cage;
 }
@@ -177,7 +178,8 @@ tw_surface_counts tw_cage_counts_at(const tw_cage *cage, bool loop, uint32_t lev
                    level);
 }
 
-/* What is left out of the answer is refined with the rest. */
+/* Checks the limits. refined_faces: at the answer's level, those left out of the answer included, since
+ * generic steps refine them too. */
 static tw_status check_counts(const tw_surface_options *options, bool shrinks, const tw_surface_counts *c,
                               uint64_t refined_faces, tw_error *error) {
   uint64_t limit = UINT32_MAX - 1;
@@ -189,7 +191,8 @@ static tw_status check_counts(const tw_surface_options *options, bool shrinks, c
                  shrinks ? "boundary=open" : "scheme loop", TW_GENERIC_FACES_MAX);
 }
 
-/* Which faces of a first level are children of visible ones. */
+/* Marks the faces of level 1 whose parents are visible. faces: [face_count] numbers of the level's faces
+ * before the border was cut. */
 static uint8_t *pass_on_visible(const tw_cage *c, bool loop, const uint32_t *faces, uint32_t face_count) {
   uint8_t *visible = tw_arena_alloc(c->arena, face_count, 1);
   for (uint32_t f = 0; visible && f < face_count; f++)
@@ -197,7 +200,8 @@ static uint8_t *pass_on_visible(const tw_cage *c, bool loop, const uint32_t *fac
   return visible;
 }
 
-/* An open mesh with a border: its first level is made, the others follow. */
+/* Counts a mesh that shrinks from its border: makes the first level, from which the counts of further levels
+ * follow. */
 static tw_status count_open(const tw_surface_options *options, const tw_cage *c, tw_surface_counts *out,
                             uint64_t *refined_faces) {
   const tw_rules rules = tw_rules_of(options);

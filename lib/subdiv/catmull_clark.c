@@ -5,7 +5,7 @@
 
 /* ---- topology ------------------------------------------------------------------------------- */
 
-/* The four corners of each child quad of one face. */
+/* Writes the corners, edges and inner siblings of the child quads of one face. */
 static void split_face(const tw_topology *p, uint32_t face, tw_topology *child) {
   uint32_t begin = tw_face_begin(p, face), size = tw_face_size(p, face);
   uint32_t V = p->vertex_count, E = p->edge_count;
@@ -30,8 +30,9 @@ static void split_face(const tw_topology *p, uint32_t face, tw_topology *child) 
   }
 }
 
-/* Round the middle of an edge, counter-clockwise from the half that has the edge's first face on its
- * left: that half, the spoke into the first face, the other half, the spoke into the second. */
+/* Writes the fan and ring of the middle of an edge, counter-clockwise from the half that has the edge's first
+ * face on its left: that half, the spoke into the first face, the other half, the spoke into the second face.
+ * A spoke is the edge from there to a face point. */
 static void link_edge(tw_child_fans *fans, uint32_t edge) {
   const tw_topology *p = fans->parent;
   uint32_t first = p->edge_corner[edge], corner = first, spokes = 2 * p->edge_count;
@@ -40,7 +41,7 @@ static void link_edge(tw_child_fans *fans, uint32_t edge) {
     tw_put_edge(fans, 2 * edge);
     tw_put_edge(fans, 2 * edge + 1);
   }
-  uint32_t half = 2 * edge + 1; /* edge_vertices run as the first corner does */
+  uint32_t half = 2 * edge + 1; /* the half at the end: the first corner runs along the edge */
   do {
     tw_put_corner(fans, 4 * tw_corner_next(p, corner) + 3);
     tw_put_corner(fans, 4 * corner + 1);
@@ -103,8 +104,8 @@ static uint32_t face_mask(const tw_topology *p, uint32_t face, tw_share *shares)
   return size;
 }
 
-/* Weight of each face point of a smooth edge with `faces` faces, `triangles` of them triangles: OpenSubdiv's
- * 0.47 for triangles when asked for. */
+/* The weight of each face point in a smooth edge point. faces: at the edge; triangles: how many of them are
+ * triangles, for which OpenSubdiv's 0.47 is used when asked for. */
 static float face_weight_of(const tw_rules *rules, uint32_t faces, uint32_t triangles) {
   if (faces != 2) return 0.5f / (float)faces;
   if (!rules->smooth_triangles || triangles == 0) return 0.25f;
@@ -129,8 +130,8 @@ static uint32_t edge_mask(const tw_topology *p, const tw_rules *rules, uint32_t 
   return count;
 }
 
-/* ((n - 2) v + mean of neighbours + mean of face points) / n, the textbook's (F + 2E + (n - 3) P) / n with
- * the edge midpoints written out. */
+/* ((n - 2) P + mean of neighbours + mean of face points) / n: the textbook's (F + 2E + (n - 3) P) / n with
+ * the edge midpoints E written out. */
 static uint32_t vertex_mask(const tw_topology *p, const tw_rules *rules, uint32_t vertex, tw_share *shares) {
   uint32_t ring = p->ring_offsets[vertex], edges = p->ring_offsets[vertex + 1] - ring;
   uint32_t fan = p->fan_offsets[vertex], faces = p->fan_offsets[vertex + 1] - fan;

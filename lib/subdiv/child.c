@@ -29,7 +29,7 @@ static tw_status allocate(tw_topology *child, tw_arena *arena) {
   return status == TW_OK ? tw_topology_soften(child, arena) : status;
 }
 
-/* Corner of the child that runs along the half of corner `c`'s edge at `vertex`, on c's side. */
+/* The child's corner along the half of corner c's edge at `vertex`, in c's face. */
 static uint32_t half_at(const tw_topology *parent, const tw_topology *child, uint32_t c, uint32_t vertex) {
   if (parent->corner_vertex[c] == vertex) return 4 * c;
   return tw_corner_previous(child, 4 * tw_corner_next(parent, c));
@@ -76,8 +76,8 @@ static uint32_t faces_at(const tw_topology *t, uint32_t edge) {
   return faces;
 }
 
-/* Old vertices keep their numbers of corners and edges. What a middle has follows from the faces at its edge;
- * for now it is written alone, not summed up. */
+/* Vertices of the parent keep their counts of corners and edges. The counts of an edge's middle follow from
+ * the number of faces at the edge. Here each count is written alone; place_fans sums them up. */
 static void count_fans(void *context, uint32_t part, uint32_t begin, uint32_t end) {
   const tw_child_step *s = context;
   const tw_topology *p = s->parent;

@@ -1,32 +1,35 @@
+/* Maps corners of a coarsened cage's surface to those of the mesh, and makes the detail of their difference.
+ */
 #include "coarse_details.h"
 
 #include <string.h>
 
 #include "level_detail.h"
 
-/* A face of the child, and which of its corners has the number 0 where the parents are refined. */
+/* A face of the child, and which of its corners is corner 0 of the same face when the parents are refined. */
 typedef struct turned_face {
   uint32_t face, turn;
 } turned_face;
 
-/* Of quads, one at each corner of the parents; of triangles, four a face, the fourth amid the others. */
+/* Finds the child's face that is face `face` of the refined parents: of quads, one for each corner of the
+ * parents; of triangles, four for each parent, the fourth in the middle. */
 static turned_face child_face(const tw_topology *child, const tw_coarse_faces *parents, uint32_t face) {
   uint32_t size = child->face_size;
   if (size == 4) return (turned_face){parents->origins[face] / 4, parents->origins[face] % 4};
   uint32_t i = face % 4, origin = parents->origins[3 * (face / 4) + (i < 3 ? i : 0)];
-  /* The child at corner i has its own corner i there. */
+  /* The child at corner i of the parent has corner i of its own there. */
   if (i < 3) return (turned_face){origin / 3, (origin + 3 - i) % 3};
-  /* From the child at corner 0 across its edge between the middles of edges 0 and 2: the middle of edge 2 is
-   * corner 1 of the face amid them. */
+  /* The middle triangle lies across the edge of the child at corner 0 that joins the middles of the parent's
+   * edges 0 and 2. In the middle triangle, the middle of edge 2 is corner 1. */
   uint32_t across = child->sibling[tw_triangle_next(origin)];
   return (turned_face){across / 3, (across + 2) % 3};
 }
 
-/* Another number for a path: the way from a face of the child down to one of its descendants, which child to
- * take at each level, two bits a level, the first step highest. `path` counts children from the face's corner
- * `turn`, the result from its corner 0. A child of a quad begins with the quad's corner, so that only the
- * first step turns; children of a triangle keep its corners' numbers, so that every step does, but those to
- * the child in the middle (3). */
+/* Renumbers a path for a face whose corners are turned. A path leads from a face of the child down to one of
+ * its descendants: which child to take at each level, two bits a level, the first step in the highest bits.
+ * In `path` children are counted from the face's corner `turn`, in the result from its corner 0.
+ * A child of a quad begins at the quad's corner, so only the first step changes. The children of a triangle
+ * keep the numbers of its corners, so every step changes, except steps to the middle child (3). */
 static uint32_t turn_path(uint32_t path, uint32_t levels, uint32_t turn, bool triangles) {
   uint32_t out = path;
   for (uint32_t level = triangles ? 0 : levels - 1; level < levels; level++) {
@@ -47,7 +50,8 @@ tw_status tw_coarse_corners(const tw_topology *child, const tw_coarse_faces *par
     turned_face at = child_face(child, parents, f >> 2 * levels);
     uint32_t face =
         (at.face << 2 * levels) + (levels > 0 ? turn_path(f & mask, levels, at.turn, triangles) : 0);
-    bool is_turned = triangles || levels == 0; /* a descendant of a quad begins where its path ends */
+    /* A deeper descendant of a quad has the same first corner either way. */
+    bool is_turned = triangles || levels == 0;
     for (uint32_t k = 0; k < size; k++) {
       uint32_t corner = size * face + (is_turned ? (k + at.turn) % size : k);
       corners[size * f + k] = before ? before[corner] : corner;

@@ -1,4 +1,4 @@
-/* Walks over the faces of a piece from edge to edge. */
+/* Walks over the faces of a piece from edge to edge, deriving the part of each from its neighbour's. */
 #include "coarse_faces.h"
 
 #include <string.h>
@@ -13,13 +13,14 @@ static role role_at(const tw_topology *t, uint8_t part, uint32_t i) {
   return i == part ? ROLE_STAYS : ROLE_MIDDLE;
 }
 
-/* Part of the neighbour at edge i of a face, whose own corner j is at that edge's end. */
+/* The part of the neighbour across edge i of a face that has `part`. j: the neighbour's corner at that
+ * edge. */
 static uint8_t quad_part_across(uint8_t part, uint32_t i, uint32_t j) {
   switch ((i - part) & 3) {
-  case 0: return (uint8_t)((j + 1) & 3); /* from the corner that stays */
-  case 1: return (uint8_t)((j + 2) & 3); /* to the face point */
-  case 2: return (uint8_t)((j + 3) & 3); /* from it */
-  default: return (uint8_t)j;            /* to the corner that stays */
+  case 0: return (uint8_t)((j + 1) & 3); /* edge from the parent's vertex to the middle */
+  case 1: return (uint8_t)((j + 2) & 3); /* edge from the middle to the face point */
+  case 2: return (uint8_t)((j + 3) & 3); /* edge from the face point to the other middle */
+  default: return (uint8_t)j;            /* edge from the other middle to the parent's vertex */
   }
 }
 
@@ -33,12 +34,12 @@ static uint8_t part_across(const tw_topology *t, uint8_t part, uint32_t i, uint3
   return t->face_size == 4 ? quad_part_across(part, i, j) : triangle_part_across(part, i, j);
 }
 
-/* Whether the border may run along edge i of a face: not inside of its parent. */
+/* Whether edge i of a face may be a border: it must lie on an edge of the parent, not inside the parent. */
 static bool may_end(const tw_topology *t, uint8_t part, uint32_t i) {
   return role_at(t, part, i) == ROLE_STAYS || role_at(t, part, (i + 1) % t->face_size) == ROLE_STAYS;
 }
 
-/* Whether the faces round the corner's vertex are as many as its role has. */
+/* Whether the corner's vertex has the number of faces and the flags that its role demands. */
 static bool fits(const tw_topology *t, uint8_t part, uint32_t corner) {
   uint32_t vertex = t->corner_vertex[corner], faces = t->fan_offsets[vertex + 1] - t->fan_offsets[vertex];
   uint8_t flags = t->vertex_flags[vertex];
@@ -89,16 +90,15 @@ static void add_quads(const tw_topology *t, const uint8_t *parts, uint32_t face,
   seen[point] = 1;
   uint32_t first = t->fan_offsets[point], size = t->fan_offsets[point + 1] - first, start = 0;
   while (t->fan_corners[first + start] != inner) start++;
+  /* The quad's opposite corner, `^ 2`, is a vertex of the parent. */
   for (uint32_t i = 0; i < size; i++)
-    out->origins[out->corner_count++] =
-        t->fan_corners[first + (start + i) % size] ^ 2; /* the corner across */
+    out->origins[out->corner_count++] = t->fan_corners[first + (start + i) % size] ^ 2;
   out->face_offsets[++out->face_count] = out->corner_count;
 }
 
 static void add_triangles(const tw_topology *t, const uint8_t *parts, uint32_t face, uint8_t *seen,
                           tw_coarse_faces *out) {
-  uint32_t begin =
-      3 * face; /* of the corners of the face amid the parent, from which its children are told */
+  uint32_t begin = 3 * face; /* a corner of the middle child, where its walk round the others begins */
   if (parts[face] != AMID) begin = t->sibling[begin + (parts[face] + 1u) % 3];
   uint32_t amid = begin / 3;
   if (seen[amid]) return;

@@ -1,5 +1,5 @@
-/* Steps back: which faces are children of one (coarse_faces.h), the parents' mesh, its values
- * (mask_inverse.h). */
+/* Finds the cage of a refined mesh by steps back. Each step finds which faces are children of one parent
+ * (coarse_faces.h), makes the parents' mesh, and solves for its values (mask_inverse.h). */
 #include "tweend/coarsen.h"
 
 #include <math.h>
@@ -12,41 +12,41 @@
 #include "sorted.h"
 #include "surface.h"
 
-/* The cage fits as long as the misses of all steps together are no more than this share of the mesh's size.
- */
+/* The cage fits as long as the errors of all steps sum up to no more than this share of the mesh's size. */
 static const double FITS = 1e-5;
 
 static const uint32_t NONE = UINT32_MAX;
 
-/* One step back. */
+/* One step back: from the child `mesh` to its parents. */
 typedef struct step {
   const tw_mesh *mesh;
   const double *positions; /* [point_count][3] */
   tw_surface_options options;
   const tw_parallel_for *parallel;
   tw_rules rules;
-  tw_arena *scratch, *arena; /* of this step; of the result */
+  tw_arena *scratch, *arena; /* memory of this step; memory of the result */
   tw_cage child;
   uint8_t *parts, *seen;
   uint32_t *faces;
-  uint32_t *number_of; /* [child vertices] that of the parents' vertex; NONE: it is of none */
+  uint32_t *number_of; /* [child vertices] the parents' vertex at each; NONE: there is none */
   bool is_ambiguous;
-  uint32_t levels;         /* taken back before */
-  const uint32_t *corners; /* tw_coarse_corners of those, then of this one too */
+  uint32_t levels;         /* steps taken back before this one */
+  const uint32_t *corners; /* from tw_coarse_corners for the steps before; make_mesh adds this step */
 } step;
 
-/* Parents of some faces. Arrays live in one arena. */
+/* The parents of the faces of some pieces. Arrays live in one arena. */
 typedef struct parents {
   tw_coarse_faces faces;
   tw_topology topology; /* sharpened */
-  uint32_t *vertices;   /* [vertices] child's vertex that stays */
-  float *creases;       /* [edges] tag of each */
+  uint32_t *vertices;   /* [vertices] the child's vertex at each */
+  float *creases;       /* [edges] the tagged sharpness of each; 0 on borders */
 } parents;
 
 /* ---- the parents' connectivity ---------------------------------------------------------------------------
  */
 
-/* Vertices keep their order. corners: [faces.corner_count] receives them. */
+/* Numbers the parents' vertices in the order of the child's. corners: [faces.corner_count] receives the
+ * vertex at each corner. */
 static tw_status number_vertices(step *s, parents *p, tw_arena *arena, uint32_t *corners, uint32_t *count) {
   const tw_topology *t = &s->child.topology;
   p->vertices = tw_arena_alloc_raw(arena, p->faces.corner_count, sizeof *p->vertices);
@@ -55,7 +55,7 @@ static tw_status number_vertices(step *s, parents *p, tw_arena *arena, uint32_t 
   for (uint32_t c = 0; c < p->faces.corner_count; c++) {
     uint32_t vertex = t->corner_vertex[p->faces.origins[c]];
     if (s->number_of[vertex] != NONE) continue;
-    s->number_of[vertex] = 0; /* seen; its number comes once all are sorted */
+    s->number_of[vertex] = 0; /* marks it as seen; numbers follow once all are sorted */
     p->vertices[(*count)++] = vertex;
   }
   qsort(p->vertices, *count, sizeof *p->vertices, tw_compare_uint32);
@@ -66,13 +66,14 @@ static tw_status number_vertices(step *s, parents *p, tw_arena *arena, uint32_t 
   return TW_OK;
 }
 
-/* What decays to this sharpness in a step. */
+/* The sharpness that decays to this one in a step. */
 static float before_decay(float sharpness) {
   if (!(sharpness > 0)) return 0;
   return tw_is_infinite(sharpness) ? sharpness : fminf(sharpness + 1, nextafterf(TW_SHARPNESS_INFINITE, 0));
 }
 
-/* Sharpness of both halves of the edge behind a corner. */
+/* The lesser sharpness of the two halves of the parent's edge that begins at a corner. A crease on the
+ * parent's edge makes both halves sharp. */
 static float least_half(const step *s, const parents *p, uint32_t corner) {
   const tw_topology *t = &s->child.topology;
   uint32_t origin = p->faces.origins[corner],
@@ -112,11 +113,12 @@ static tw_status make_parents(step *s, const tw_piece *piece, tw_arena *arena, p
 
 /* ---- values ---------------------------------------------------------------------------------- */
 
-/* The values of the child in the order of a refined mesh's vertices: first those at the coarse vertices, then
- * in the middle of the coarse edges, then (Catmull-Clark) inside of the coarse faces. value_at: [child
- * corners] the number of the value there. From the corner of a child where its parent's corner is, the next
- * corner of the child lies in the middle of the parent's edge, the one after it inside of the parent. NULL
- * without memory; *is_one: no vertex has two values. */
+/* Gathers the child's values in the order in which a step numbers the vertices it makes of `coarse`: at the
+ * coarse vertices, in the middles of the coarse edges, then (Catmull-Clark) inside the coarse faces.
+ * value_at: [child corners] index of the value at each. Returns those indices, [rows]; NULL without memory.
+ * *is_one: false where corners of one vertex have different values.
+ * Starting at the child's corner where the parent's corner is, the child's next corner lies in the middle of
+ * the parent's edge, and the one after it inside the parent. */
 static uint32_t *gather(const step *s, const parents *p, const tw_topology *coarse, const uint32_t *value_at,
                         tw_arena *arena, bool *is_one) {
   const tw_topology *t = &s->child.topology;
@@ -143,8 +145,8 @@ static uint32_t row_count(const step *s, const tw_topology *coarse) {
   return coarse->vertex_count + coarse->edge_count + (s->rules.loop ? 0 : coarse->face_count);
 }
 
-/* Solves for values of width numbers: values [rows] names an element of `source` for each row.
- * *out: [coarse vertices][width], rounded. */
+/* Solves for coarse values of `width` numbers each. values: [rows] index in `source` of each row's value.
+ * *out: [coarse vertices][width], rounded to float. */
 static tw_status solve_floats(const step *s, const tw_rules *rules, const tw_topology *coarse,
                               const uint32_t *values, const float *source, uint32_t width,
                               const float **out) {
@@ -165,8 +167,8 @@ static uint32_t point_of(const step *s, uint32_t vertex) {
   return s->child.point_of ? s->child.point_of[vertex] : vertex;
 }
 
-/* Points of the parents, [vertices][3], and which points of the child they were solved of, [rows].
- * TW_INVALID: edges of the parents are doubled, so that the child's connectivity is not that of a step. */
+/* Solves for the parents' points. *out: [vertices][3]. *points: [rows] the mesh's point of each row.
+ * TW_INVALID: the parents have doubled edges, so that the child's connectivity is not that of a step. */
 static tw_status solve_points(const step *s, const parents *p, tw_arena *arena, double **out,
                               uint32_t **points, double *error) {
   bool is_one;
@@ -185,11 +187,11 @@ static tw_status solve_points(const step *s, const parents *p, tw_arena *arena, 
 
 /* ---- which cage ------------------------------------------------------------------------------ */
 
-static void forget(step *s, const tw_piece *piece) {
+static void clear_parts(step *s, const tw_piece *piece) {
   for (uint32_t i = 0; i < piece->face_count; i++) s->parts[piece->faces[i]] = UINT8_MAX;
 }
 
-/* So that the next parents of these faces can be told. */
+/* Clears the marks that tw_coarse_faces_of left, so that it can be called again for these faces. */
 static void clear_seen(step *s, const tw_piece *piece) {
   const tw_topology *t = &s->child.topology;
   for (uint32_t i = 0; i < piece->face_count; i++)
@@ -197,7 +199,8 @@ static void clear_seen(step *s, const tw_piece *piece) {
       s->seen[s->rules.loop ? piece->faces[i] : t->corner_vertex[t->face_size * piece->faces[i] + c]] = 0;
 }
 
-/* How far a piece is from the surface of its parents; INFINITY where it has none. */
+/* Measures how far a piece is from the surface of its parents. *error: INFINITY where the parents cannot be
+ * solved for. */
 static tw_status measure(step *s, const tw_piece *piece, double *error) {
   tw_arena *arena = tw_arena_create();
   parents p;
@@ -211,15 +214,15 @@ static tw_status measure(step *s, const tw_piece *piece, double *error) {
   return status == TW_INVALID ? TW_OK : status;
 }
 
-/* Chooses which corner of its parent each face of a piece stands at (`parts`), which that of its first face
- * decides for all. Tries every choice; of several that fit, the one whose parents have the surface with the
- * least error. The first face's part stays UINT8_MAX where the piece is no refinement. */
+/* Chooses the parts of the faces of the piece that `face` is in, by trying all parts of `face`. Where several
+ * are possible, the one whose parents' surface has the least error is chosen. The part of `face` stays
+ * UINT8_MAX where the piece is no refinement. */
 static tw_status choose_parts(step *s, uint32_t face, tw_piece *piece) {
   bool fits[TW_PARTS];
   int count = 0, best = 0;
   for (int part = 0; part < TW_PARTS; part++) {
     fits[part] = tw_coarse_parts(&s->child.topology, face, (uint8_t)part, s->parts, s->faces, piece);
-    forget(s, piece);
+    clear_parts(s, piece);
     if (fits[part]) best = part;
     count += fits[part];
   }
@@ -229,7 +232,7 @@ static tw_status choose_parts(step *s, uint32_t face, tw_piece *piece) {
     double error;
     tw_coarse_parts(&s->child.topology, face, (uint8_t)part, s->parts, s->faces, piece);
     tw_status status = measure(s, piece, &error);
-    forget(s, piece);
+    clear_parts(s, piece);
     if (status != TW_OK) return status;
     if (error < least) best = part;
     least = fmin(error, least);
@@ -259,9 +262,9 @@ static tw_status choose_all(step *s, tw_error *error) {
   return TW_OK;
 }
 
-/* Whether the parents can be chosen in two ways with the same surface: a piece that is closed, with three
- * edges at each vertex, whose vertices can be signed so that every edge joins a plus and a minus. Such signs
- * are what the masks take to nothing. */
+/* Finds whether other parents have the same surface: on a closed piece with valence 3 everywhere, offsets
+ * that alternate in sign along every edge are mapped to 0 by the masks. That needs vertices which can be
+ * signed so that every edge joins a plus and a minus. */
 static tw_status find_ambiguity(step *s, const tw_topology *t) {
   int8_t *signs = tw_arena_alloc(s->scratch, t->vertex_count, 1);
   uint32_t *stack = tw_arena_alloc_raw(s->scratch, t->vertex_count, sizeof *stack);
@@ -347,7 +350,7 @@ static tw_status make_uvs(const step *s, const parents *p, const tw_uv_set *from
   return solve_floats(s, &rules, &t, values, from->values, 2, &to->values);
 }
 
-/* points: as of solve_points; those of vertices come first. */
+/* points: from solve_points; the points at the coarse vertices come first. */
 static tw_status make_attributes(const step *s, const parents *p, const uint32_t *points, tw_mesh *out) {
   const tw_topology *t = &p->topology;
   tw_attribute *attributes = tw_arena_alloc(s->arena, s->mesh->attribute_count, sizeof *attributes);
@@ -371,7 +374,7 @@ static tw_status make_attributes(const step *s, const parents *p, const uint32_t
   return out->skin.joints && out->skin.weights ? TW_OK : TW_NO_MEMORY;
 }
 
-/* The parents of all faces as a mesh; *positions: as doubles. */
+/* Makes the mesh of the parents of all faces. *positions: [points][3], before they are rounded to float. */
 static tw_status make_mesh(step *s, tw_mesh *out, double **positions, double *error) {
   const tw_topology *t = &s->child.topology;
   for (uint32_t f = 0; f < t->face_count; f++) s->faces[f] = f;
@@ -408,7 +411,7 @@ static tw_status make_mesh(step *s, tw_mesh *out, double **positions, double *er
 /* ---- steps ----------------------------------------------------------------------------------- */
 
 static tw_status take_step(step *s, tw_mesh *out, double **positions, double *miss, tw_error *error) {
-  /* With the edges of the border sharp alone, what is sharp else was tagged so. */
+  /* Reads the mesh with only border edges sharpened, so that all other sharpness comes from tags. */
   tw_surface_options reading = {.boundary = TW_BOUNDARY_EDGE_ONLY, .creasing = s->options.creasing};
   tw_status status = tw_cage_read(s->mesh, &reading, s->scratch, &s->child);
   const tw_topology *t = &s->child.topology;
@@ -428,7 +431,8 @@ static tw_status take_step(step *s, tw_mesh *out, double **positions, double *mi
   return status == TW_INVALID ? fail_at(0, error) : status;
 }
 
-/* What the cage's surface misses becomes a detail of the level that the mesh was. */
+/* Adds the difference between the mesh and the cage's surface to the cage, as a detail of the level that the
+ * mesh is. */
 static tw_status keep_rest(const tw_mesh *mesh, const uint32_t *corners, const tw_surface_options *options,
                            const tw_parallel_for *parallel, tw_arena *arena, tw_coarsened *out,
                            tw_error *error) {
@@ -479,13 +483,14 @@ tw_status tw_mesh_coarsen(const tw_mesh *mesh, const tw_surface_options *options
     double miss;
     tw_status status = s.scratch ? take_step(&s, &next, &positions, &miss, error) : TW_NO_MEMORY;
     tw_arena_destroy(s.scratch);
-    if (status == TW_INVALID && out->levels > 0) break; /* no refinement any more: the cage is found */
+    /* The mesh at hand is no refinement: it is the cage. */
+    if (status == TW_INVALID && out->levels > 0) break;
     if (status == TW_NO_MEMORY) return tw_fail(error, status, "out of memory");
     if (status == TW_CANCELLED) return tw_fail(error, status, "the cage is not wanted any more");
     if (status == TW_LIMIT) return tw_fail(error, status, "the cage would be over what 32 bits number");
     if (status != TW_OK) return status;
-    /* The first step is taken in any case. Where all fitted so far and this one would not, the steps end;
-     * where the first one did not, they go on, and details keep what they miss. */
+    /* The first step is always taken. If all steps so far fit and this one would not, stop before it. If the
+     * first step did not fit, go on: a detail will keep the difference. */
     bool fits = out->fits && out->error + miss <= FITS * out->size;
     if (out->levels > 0 && out->fits && !fits) break;
     out->fits = fits;
@@ -495,7 +500,7 @@ tw_status tw_mesh_coarsen(const tw_mesh *mesh, const tw_surface_options *options
     out->error += miss;
     out->is_ambiguous |= s.is_ambiguous;
   }
-  tw_status status = tw_mesh_check(&out->mesh, error, NULL); /* what is solved for may be far away */
+  tw_status status = tw_mesh_check(&out->mesh, error, NULL); /* solved points may be too far away */
   if (status != TW_OK || out->fits) return status;
   return keep_rest(mesh, corners, options, parallel, arena, out, error);
 }

@@ -1,17 +1,17 @@
-/* Decay of sharpness, and the masks that it blends. */
+/* Decay of sharpness, and the shares of the masks that it blends. */
 #include "crease.h"
 
 #include <math.h>
 #include <string.h>
 
-/* Sharpness after some steps of uniform decay. */
-static inline float later(float sharpness, uint32_t steps) {
+/* The sharpness that is left after some steps of uniform decay. */
+static inline float decayed_after(float sharpness, uint32_t steps) {
   if (tw_is_infinite(sharpness)) return TW_SHARPNESS_INFINITE;
   return sharpness > (float)steps ? sharpness - (float)steps : 0;
 }
 
 static inline float decayed(float sharpness) {
-  return later(sharpness, 1);
+  return decayed_after(sharpness, 1);
 }
 
 float tw_decayed_edge(float sharpness, bool chaikin, float semi_sum, uint32_t semi_count) {
@@ -21,14 +21,14 @@ float tw_decayed_edge(float sharpness, bool chaikin, float semi_sum, uint32_t se
   return child > 0 ? child : 0;
 }
 
-/* Sharpness of the half of `edge` at `vertex` after one step. */
+/* The sharpness of the half of `edge` at `vertex`, after one step. */
 static float child_sharpness(const tw_topology *t, const tw_rules *rules, uint32_t edge, uint32_t vertex) {
   float sharpness = t->edge_sharpness[edge];
   if (!rules->chaikin) return decayed(sharpness);
   return tw_decayed_edge(sharpness, true, t->semi_sum[vertex], t->semi_count[vertex]);
 }
 
-/* The rule that edges sharper than `above` make, and a vertex likewise. */
+/* The rule at a vertex when only sharpness over `above` counts, its edges' and its own. */
 static tw_vertex_rule rule_above(const tw_topology *t, uint32_t vertex, float above, uint32_t ends[2]) {
   uint32_t sharp = 0, first = t->ring_offsets[vertex];
   for (uint32_t i = first; i < t->ring_offsets[vertex + 1]; i++) {
@@ -67,23 +67,24 @@ float tw_crease_share(const tw_topology *p, const tw_rules *rules, uint32_t edge
 
 /* ---- steps to come -------------------------------------------------------------------------- */
 
-/* What is left of an edge at the decay's vertex. */
-static float edge_later(const tw_vertex_decay *d, uint32_t edge, uint32_t steps) {
+/* The sharpness, after `steps` steps, of the part of the edge at the decay's vertex. */
+static float near_part_after(const tw_vertex_decay *d, uint32_t edge, uint32_t steps) {
   float sharpness = d->topology->edge_sharpness[edge];
-  if (!d->topology->semi_sum) return later(sharpness, steps);
+  if (!d->topology->semi_sum) return decayed_after(sharpness, steps);
   for (uint32_t i = 0; i < steps; i++) sharpness = tw_decayed_edge(sharpness, true, d->sum[i], d->count[i]);
   return sharpness;
 }
 
-/* And of the edge that continues it, once there is one: its other half. Only the first step looks at all that
- * is round the far vertex: later ones have but the halves of one edge there. */
-static float beyond_later(const tw_vertex_decay *d, uint32_t edge, uint32_t steps) {
+/* The sharpness, after `steps` steps (1 or more), of the next part of the edge, which continues the part at
+ * the decay's vertex. In the first step all edges at the far vertex count; in decayed_after steps the vertex
+ * between the two parts has no other semi-sharp edges. */
+static float far_part_after(const tw_vertex_decay *d, uint32_t edge, uint32_t steps) {
   const tw_topology *t = d->topology;
-  if (!t->semi_sum) return later(t->edge_sharpness[edge], steps);
+  if (!t->semi_sum) return decayed_after(t->edge_sharpness[edge], steps);
   uint32_t far = tw_far_end(t, edge, d->vertex);
   float beyond = tw_decayed_edge(t->edge_sharpness[edge], true, t->semi_sum[far], t->semi_count[far]);
   for (uint32_t i = 1; i < steps; i++) {
-    float near = edge_later(d, edge, i);
+    float near = near_part_after(d, edge, i);
     beyond = tw_decayed_edge(near, true, near + beyond, near > 0 && beyond > 0 ? 2 : 1);
   }
   return beyond;
@@ -97,7 +98,7 @@ tw_vertex_decay tw_decay_at(const tw_topology *topology, uint32_t vertex, uint32
   d.count[0] = t->semi_count[vertex];
   for (uint32_t step = 1; step <= steps; step++)
     for (uint32_t i = t->ring_offsets[vertex]; i < t->ring_offsets[vertex + 1]; i++) {
-      float sharpness = edge_later(&d, t->ring_edges[i], step);
+      float sharpness = near_part_after(&d, t->ring_edges[i], step);
       if (!tw_is_semi_sharp(sharpness)) continue;
       d.sum[step] += sharpness;
       d.count[step]++;
@@ -106,9 +107,9 @@ tw_vertex_decay tw_decay_at(const tw_topology *topology, uint32_t vertex, uint32
 }
 
 float tw_crease_share_after(const tw_vertex_decay *decay, uint32_t edge, uint32_t steps) {
-  float sharpness = edge_later(decay, edge, steps);
+  float sharpness = near_part_after(decay, edge, steps);
   if (!(sharpness > 0)) return 0;
-  bool stays = edge_later(decay, edge, steps + 1) > 0 && beyond_later(decay, edge, steps + 1) > 0;
+  bool stays = near_part_after(decay, edge, steps + 1) > 0 && far_part_after(decay, edge, steps + 1) > 0;
   return stays ? 1 : sharpness;
 }
 
@@ -125,28 +126,28 @@ static void add_rule(tw_vertex_blend *blend, tw_vertex_rule rule, const uint32_t
   }
 }
 
-/* Sharpness round a vertex before and after one step. */
+/* A step at a vertex, before and after which sharpness is asked for. */
 typedef struct vertex_step {
   const tw_topology *t;
-  const tw_rules *rules;        /* of the step at hand, or */
-  const tw_vertex_decay *decay; /* of the one after `steps` further ones */
+  const tw_rules *rules;        /* for the step from `t` to its child; decay is NULL */
+  const tw_vertex_decay *decay; /* for the step that follows `steps` further ones */
   uint32_t vertex, steps;
 } vertex_step;
 
 static inline float edge_before(const vertex_step *s, uint32_t edge) {
-  return s->decay ? edge_later(s->decay, edge, s->steps) : s->t->edge_sharpness[edge];
+  return s->decay ? near_part_after(s->decay, edge, s->steps) : s->t->edge_sharpness[edge];
 }
 static inline float edge_after(const vertex_step *s, uint32_t edge) {
-  return s->decay ? edge_later(s->decay, edge, s->steps + 1)
+  return s->decay ? near_part_after(s->decay, edge, s->steps + 1)
                   : child_sharpness(s->t, s->rules, edge, s->vertex);
 }
 
-/* Share that the parent's rule keeps when the child has another one: the mean of the sharpness that
- * is about to vanish, at most 1 (OpenSubdiv's fractional weight). */
+/* The share that the parent's rule keeps when the child has another rule: the mean of the sharpness that
+ * vanishes in the step, at most 1 (OpenSubdiv's fractional weight). */
 static inline float parent_share(const vertex_step *s) {
   float sum = 0;
   uint32_t count = 0;
-  float own = later(s->t->vertex_sharpness[s->vertex], s->steps);
+  float own = decayed_after(s->t->vertex_sharpness[s->vertex], s->steps);
   if (own > 0 && decayed(own) == 0) {
     sum = own;
     count = 1;
@@ -163,7 +164,7 @@ static inline float parent_share(const vertex_step *s) {
   return share > 1 ? 1 : share;
 }
 
-/* Rule before (0) or after (1) the step. */
+/* The rule before (0) or after (1) the step. */
 static inline tw_vertex_rule step_rule(const vertex_step *s, uint32_t after, uint32_t ends[2]) {
   uint32_t sharp = 0, first = s->t->ring_offsets[s->vertex];
   for (uint32_t i = first; i < s->t->ring_offsets[s->vertex + 1]; i++) {
@@ -172,7 +173,7 @@ static inline tw_vertex_rule step_rule(const vertex_step *s, uint32_t after, uin
     ends[sharp == 0 ? 0 : 1] = i - first;
     sharp++;
   }
-  return tw_rule_of(later(s->t->vertex_sharpness[s->vertex], s->steps + after), sharp);
+  return tw_rule_of(decayed_after(s->t->vertex_sharpness[s->vertex], s->steps + after), sharp);
 }
 
 static inline tw_vertex_blend blend_in(const vertex_step *s) {

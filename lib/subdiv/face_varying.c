@@ -1,6 +1,6 @@
-/* Face-varying connectivity: a UV set is a mesh of its own, in which every seam is a border. With the
- * vertices that OpenSubdiv's interpolation rules pin down made sharp, it subdivides by the same rules
- * as the points do. */
+/* Face-varying connectivity: a UV set is a mesh of its own, in which every seam is a border. It subdivides by
+ * the same rules as the points, once the vertices that OpenSubdiv's interpolation rules fix ("pin") are made
+ * sharp. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -18,8 +18,9 @@ static int compare_values(const void *left, const void *right) {
   return a->corner < b->corner ? -1 : a->corner > b->corner;
 }
 
-/* Numbers the distinct values round each point: corners [corner_count] receives the numbers, values_of
- * the value of each, value_offsets [points + 1] the first number of each point. */
+/* Gives each distinct value at each point a number, a vertex of the UV mesh. corners: [corner_count] receives
+ * the number at each corner; values_of: the value of each number; value_offsets: [points + 1] the first
+ * number of each point. */
 static tw_status number_values(const tw_topology *cage, const tw_uv_set *set, uint32_t *corners,
                                uint32_t *values_of, uint32_t *value_offsets) {
   placed_value *fan = NULL;
@@ -53,13 +54,14 @@ static bool is_corner(const tw_topology *uv, uint32_t v) {
          uv->ring_offsets[v + 1] - uv->ring_offsets[v] == 2;
 }
 
-/* What OpenSubdiv's rules look at in the values [first, end) round one cage vertex. */
+/* What OpenSubdiv's rules depend on, for the values [first, end) at one cage vertex. */
 typedef struct value_facts {
   uint32_t count;
   bool seam, corner, disjoint;
 } value_facts;
 
-/* A value whose faces do not form one smooth fan: parted by a seam, or by an infinitely sharp edge. */
+/* Whether the faces of a value do not form one smooth fan: seams separate them, or an infinitely sharp edge
+ * divides them. */
 static bool is_disjoint(const tw_topology *uv, uint32_t v) {
   if (uv->vertex_flags[v] & TW_VERTEX_NONMANIFOLD) return true;
   for (uint32_t i = uv->ring_offsets[v]; i < uv->ring_offsets[v + 1]; i++) {
@@ -88,8 +90,8 @@ static bool pins_all(const value_facts *facts, tw_uv_rule rule, bool on_border) 
   return dart || (facts->count == 2 && facts->corner);
 }
 
-/* Semi-sharp edges round a cage vertex with two values: first those between faces of one value, then those
- * along the seam. */
+/* The semi-sharp edges at a cage vertex with two values: first the inner ones, between faces of one value,
+ * then those along the seam. */
 typedef struct decaying_edges {
   float *sharpness; /* [count] */
   uint32_t inner_count, count;
@@ -110,7 +112,8 @@ static decaying_edges gather_decaying(const tw_topology *cage, uint32_t vertex, 
   return edges;
 }
 
-/* One step. Returns how much of a corner the inner edges that vanish in it leave (0: none vanishes). */
+/* Decays the edges by one step. Returns the share of the corner rule in that step: the mean sharpness, at
+ * most 1, of the inner edges that vanish in it; 0: none vanishes. */
 static float decay_edges(decaying_edges *edges, bool chaikin) {
   float semi_sum = 0, vanished = 0;
   uint32_t semi_count = 0, vanished_count = 0;
@@ -135,17 +138,17 @@ static bool any_sharp(const float *sharpness, uint32_t count) {
   return i < count;
 }
 
-/* The sharpness that keeps a vertex a corner for as long as the inner edges are sharp, and makes as much of
- * one of it as they leave in the step in which the last of them vanish. Where edges of the seam are sharp
- * even then, OpenSubdiv lets go of the value a level later, and at once: as sharpness next to nothing does.
- * 0 without inner edges. */
+/* The vertex sharpness that acts as the inner edges do: the vertex is a corner as long as one of them is
+ * sharp, and blends by decay_edges's share in the step in which the last of them vanishes. Where seam edges
+ * are still sharp then, OpenSubdiv frees the value one level later and without a blend, which is what a
+ * sharpness close to 0 does in that level. 0 without inner edges. */
 static float equivalent_sharpness(decaying_edges *edges, bool chaikin) {
   static const float next_to_nothing = 1.0f / (1 << 20);
   if (edges->inner_count == 0) return 0;
-  uint32_t steps = 0; /* before the last */
+  /* The sharpest edge loses at least 1 a step, so the loop ends. */
+  uint32_t steps = 0;
   float share = decay_edges(edges, chaikin);
-  for (; any_sharp(edges->sharpness, edges->inner_count); steps++) /* the greatest loses 1 a step at least */
-    share = decay_edges(edges, chaikin);
+  for (; any_sharp(edges->sharpness, edges->inner_count); steps++) share = decay_edges(edges, chaikin);
   if (any_sharp(edges->sharpness + edges->inner_count, edges->count - edges->inner_count))
     share = 1 + next_to_nothing;
   return fminf((float)steps + share, nextafterf(TW_SHARPNESS_INFINITE, 0));
@@ -157,7 +160,8 @@ static bool has_semi_sharp(const tw_topology *uv, uint32_t v) {
   return false;
 }
 
-/* Of two values, one beside semi-sharp edges and one not, the second is held as long as the first. */
+/* Of two values at a vertex, where one has semi-sharp edges and the other has none, pins the other for as
+ * long as the first is pinned. */
 static void pin_dependent(const tw_topology *cage, uint32_t vertex, uint32_t first, float *room,
                           tw_topology *uv) {
   bool one = has_semi_sharp(uv, first), other = has_semi_sharp(uv, first + 1);
@@ -168,7 +172,7 @@ static void pin_dependent(const tw_topology *cage, uint32_t vertex, uint32_t fir
   uv->vertex_sharpness[dependent] = equivalent_sharpness(&edges, cage->semi_sum != NULL);
 }
 
-/* room: as many floats as edges meet at a vertex of the cage. */
+/* Makes the values that the rule pins sharp. room: one float for each edge at the vertex. */
 static void pin_values(const tw_topology *cage, uint32_t vertex, tw_uv_rule rule, uint32_t first,
                        uint32_t end, float *room, tw_topology *uv) {
   value_facts facts = inspect_values(uv, first, end);
