@@ -1,5 +1,5 @@
-/* Maps corners of a coarsened cage's surface to those of the mesh, and makes the detail of their difference.
- */
+/* Maps corners of a coarsened cage's surface to those of the mesh, and makes the detail that covers their
+ * difference. */
 #include "coarse_details.h"
 
 #include <string.h>

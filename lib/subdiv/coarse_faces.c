@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-enum { AMID = 3, UNSEEN = UINT8_MAX };
+enum { MIDDLE_CHILD = 3, UNSEEN = UINT8_MAX };
 
 typedef enum role { ROLE_STAYS, ROLE_MIDDLE, ROLE_FACE_POINT } role;
 
@@ -25,9 +25,9 @@ static uint8_t quad_part_across(uint8_t part, uint32_t i, uint32_t j) {
 }
 
 static uint8_t triangle_part_across(uint8_t part, uint32_t i, uint32_t j) {
-  if (part == AMID) return (uint8_t)((j + 2) % 3);
+  if (part == MIDDLE_CHILD) return (uint8_t)((j + 2) % 3);
   if (i == part) return (uint8_t)((j + 1) % 3);
-  return (uint8_t)(i == (part + 1u) % 3 ? AMID : j);
+  return (uint8_t)(i == (part + 1u) % 3 ? MIDDLE_CHILD : j);
 }
 
 static uint8_t part_across(const tw_topology *t, uint8_t part, uint32_t i, uint32_t j) {
@@ -99,12 +99,12 @@ static void add_quads(const tw_topology *t, const uint8_t *parts, uint32_t face,
 static void add_triangles(const tw_topology *t, const uint8_t *parts, uint32_t face, uint8_t *seen,
                           tw_coarse_faces *out) {
   uint32_t begin = 3 * face; /* a corner of the middle child, where its walk round the others begins */
-  if (parts[face] != AMID) begin = t->sibling[begin + (parts[face] + 1u) % 3];
-  uint32_t amid = begin / 3;
-  if (seen[amid]) return;
-  seen[amid] = 1;
+  if (parts[face] != MIDDLE_CHILD) begin = t->sibling[begin + (parts[face] + 1u) % 3];
+  uint32_t middle = begin / 3;
+  if (seen[middle]) return;
+  seen[middle] = 1;
   for (uint32_t i = 0; i < 3; i++) {
-    uint32_t child = t->sibling[3 * amid + (begin + i) % 3] / 3;
+    uint32_t child = t->sibling[3 * middle + (begin + i) % 3] / 3;
     out->origins[out->corner_count++] = 3 * child + parts[child];
   }
   out->face_offsets[++out->face_count] = out->corner_count;

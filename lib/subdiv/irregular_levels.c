@@ -1,5 +1,6 @@
-/* Loops over the children of faces, edges and vertices. A step keeps the numbers of existing vertices:
- * their edges and faces at a later level are those of their first level, shifted. */
+/* Loops over the children of faces, edges and vertices. A step keeps the numbers of existing vertices, and
+ * the edges and faces at such a vertex have numbers that follow, at any later level, from those at the
+ * vertex's first level by a shift. */
 #include "irregular_levels.h"
 
 #include <stdlib.h>
@@ -11,40 +12,42 @@
 
 /* ---- numbers at later levels ------------------------------------------------------------------ */
 
-/* The part of an edge at the vertex of one of its halves, `steps` levels down. */
+/* The part of an edge, `steps` levels down, that lies at the vertex of one of its halves. half: 2 x edge, + 1
+ * for the half at the edge's second end. */
 INLINE uint32_t edge_after(uint32_t half, uint32_t steps) {
   return ((half >> 1) << steps) + (((1u << steps) - 1) & (0 - (half & 1)));
 }
-/* The face at a corner's vertex after `steps` steps, 1 or more. */
+/* The face at a corner's vertex, `steps` levels down; steps is 1 or more. */
 INLINE uint32_t face_after(uint32_t corner, uint32_t steps) {
   return corner << 2 * (steps - 1);
 }
 
 /* ---- a pass over vertices ------------------------------------------------------------------- */
 
-/* What is computed from a vertex and its ring: the ring in the next level for POINT, in its own for LIMIT
- * and NORMAL. */
+/* What is computed from a vertex and the ring around it. The ring is that of the next level for POINT, of the
+ * vertex's own level for LIMIT and NORMAL. */
 typedef enum operation { POINT, LIMIT, NORMAL } operation;
 
 typedef struct pass {
   const tw_levels *levels;
   operation operation;
-  uint32_t step;         /* from this level to the next */
-  const tw_point *above; /* points of the level above: of a step */
-  tw_point *points;      /* of the level below */
+  uint32_t step;         /* the level that the step leads from */
+  const tw_point *above; /* POINT: points of the level that the step leads from */
+  tw_point *points;      /* points of the level that the step leads to */
   tw_point *limits;
-  const tw_point *positions; /* of rows, relative to `origin` */
+  const tw_point *positions; /* NORMAL: positions for the rows, relative to `origin` */
   tw_point origin;
-  float *rows;      /* of vertex `first` on */
-  tw_point *slopes; /* in place of rows, NULL: rows; likewise [][2] */
+  float *rows;      /* NORMAL: rows from vertex `first` on */
+  tw_point *slopes; /* NORMAL: NULL, or [][2], written in place of rows */
   uint32_t first, stride;
 } pass;
 
-INLINE tw_point all(float x) {
+INLINE tw_point splat(float x) {
   return (tw_point){x, x, x, x};
 }
 
-/* quad: the vertex, then points round it of which the first and the last are along t1 and t2. */
+/* Writes the row, or the slopes, of a vertex with tangents t1 and t2. quad: the vertex, then points of its
+ * ring, the first and the last of which lie along t1 and t2. */
 INLINE void put_row(const pass *p, uint32_t v, tw_point t1, tw_point t2, const tw_point quad[4]) {
   if (p->slopes) {
     tw_point *slopes = p->slopes + 2 * (size_t)(v - p->first);
@@ -57,27 +60,28 @@ INLINE void put_row(const pass *p, uint32_t v, tw_point t1, tw_point t2, const t
   tw_put_normal(t1, t2, quad, row + 3);
 }
 
-/* Where four edges and faces meet, face i between edges i and i + 1. */
-INLINE void take_four(const pass *p, operation op, uint32_t v, const tw_point edges[4],
-                      const tw_point faces[4]) {
+/* Computes a vertex of valence 4. Face i lies between edges i and i + 1. */
+INLINE void put_valence_four(const pass *p, operation op, uint32_t v, const tw_point edges[4],
+                             const tw_point faces[4]) {
   if (op == NORMAL) {
     tw_point x = faces[0] - faces[2], y = faces[3] - faces[1];
     const tw_point quad[4] = {p->points[v], edges[0], faces[0], edges[1]};
-    put_row(p, v, all(4) * (edges[0] - edges[2]) + (x + y), all(4) * (edges[1] - edges[3]) + (x - y), quad);
+    put_row(p, v, splat(4) * (edges[0] - edges[2]) + (x + y), splat(4) * (edges[1] - edges[3]) + (x - y),
+            quad);
     return;
   }
   tw_point e = (edges[0] + edges[1]) + (edges[2] + edges[3]),
            f = (faces[0] + faces[1]) + (faces[2] + faces[3]);
   if (op == POINT)
-    p->points[v] = all(0.25f) * (p->above[v] + e) - all(0.0625f) * f;
+    p->points[v] = splat(0.25f) * (p->above[v] + e) - splat(0.0625f) * f;
   else
-    p->limits[v] = all(4.0f / 9) * p->points[v] + all(1.0f / 9) * e + all(1.0f / 36) * f;
+    p->limits[v] = splat(4.0f / 9) * p->points[v] + splat(1.0f / 9) * e + splat(1.0f / 36) * f;
 }
 
-/* Where any number does: sums of the points round a vertex, or tangents of them. */
+/* A vertex of any valence: sums of the points around it, or of their tangent weights. */
 typedef struct ring {
   uint32_t valence;
-  const float *weights; /* of normals */
+  const float *weights; /* NORMAL: the tangent weights of the valence */
   tw_point own, sums[2], quad[4];
 } ring;
 
@@ -101,28 +105,30 @@ INLINE void add_to_ring(ring *r, operation op, uint32_t i, tw_point edge, tw_poi
   uint32_t n = r->valence, before = (i ? i : n) - 1;
   edge -= r->own;
   face -= r->own;
-  r->sums[0] += all(r->weights[i]) * edge + all(r->weights[n + i]) * face;
-  r->sums[1] += all(r->weights[before]) * edge + all(r->weights[n + before]) * face;
+  r->sums[0] += splat(r->weights[i]) * edge + splat(r->weights[n + i]) * face;
+  r->sums[1] += splat(r->weights[before]) * edge + splat(r->weights[n + before]) * face;
 }
 
-/* With the edge points in place of the far ends of edges, ((n - 2) P + (sum of ends + sum of faces) / n) / n
- * is ((n - 3) P + (4 sum of edge points - sum of faces) / n) / n. */
+/* POINT: ((n - 2) P + (sum of ends + sum of face points) / n) / n, with edge points in place of the far ends
+ * of edges, is ((n - 3) P + (4 sum of edge points - sum of face points) / n) / n. */
 INLINE void end_ring(const pass *p, operation op, uint32_t v, ring *r) {
   float n = (float)r->valence;
   if (op == POINT) {
-    p->points[v] = all((n - 3) / n) * r->own + all(1 / (n * n)) * (all(4) * r->sums[0] - r->sums[1]);
+    p->points[v] = splat((n - 3) / n) * r->own + splat(1 / (n * n)) * (splat(4) * r->sums[0] - r->sums[1]);
   } else if (op == LIMIT) {
-    p->limits[v] = all(n / (n + 5)) * r->own + all(1 / (n * (n + 5))) * (all(4) * r->sums[0] + r->sums[1]);
+    p->limits[v] =
+        splat(n / (n + 5)) * r->own + splat(1 / (n * (n + 5))) * (splat(4) * r->sums[0] + r->sums[1]);
   } else {
     r->quad[0] = r->own;
     put_row(p, v, r->sums[0], r->sums[1], r->quad);
   }
 }
 
-/* ---- vertices that the step finds there ------------------------------------------------------ */
+/* ---- vertices that are older than the step ------------------------------------------------------ */
 
-/* Vertices [begin, end) of a class; born: the class's first level. */
-typedef void class_loop(const pass *p, uint32_t size, operation op, uint32_t born, uint32_t begin,
+/* Computes the vertices [begin, end) of a class. first_level: the first level with vertices of the class.
+ * size: the face_size of the level whose tables the loop reads. */
+typedef void class_loop(const pass *p, uint32_t size, operation op, uint32_t first_level, uint32_t begin,
                         uint32_t end);
 
 static const tw_point *edge_points(const pass *p) {
@@ -132,13 +138,13 @@ static const tw_point *face_points(const pass *p) {
   return edge_points(p) + p->levels->at[p->step].edge_count;
 }
 
-INLINE void cage_vertices(const pass *p, uint32_t size, operation op, uint32_t born, uint32_t begin,
+INLINE void cage_vertices(const pass *p, uint32_t size, operation op, uint32_t first_level, uint32_t begin,
                           uint32_t end) {
   const tw_levels *levels = p->levels;
   const tw_level *cage = &levels->at[0];
   const tw_point *E = edge_points(p), *F = face_points(p);
   uint32_t steps = p->step;
-  (void)born;
+  (void)first_level;
   for (uint32_t v = begin; v < end; v++) {
     uint32_t first = levels->fan_offsets[v], n = levels->fan_offsets[v + 1] - first;
     ring r = start_ring(p, op, v, n);
@@ -151,8 +157,8 @@ INLINE void cage_vertices(const pass *p, uint32_t size, operation op, uint32_t b
   }
 }
 
-/* Round the middle of an edge: its half at the end, the spoke into its first face, its half at the start, the
- * spoke into the second face. */
+/* The ring of an edge's middle: edges are its half at the end, the spoke into its first face, its half at the
+ * start, the spoke into the second face; faces lie between them. */
 typedef struct middle {
   uint32_t edges[4], faces[4];
 } middle;
@@ -168,23 +174,24 @@ INLINE middle middle_of(const tw_level *l, uint32_t size, uint32_t edge, uint32_
                    face_after(4 * against + 1, steps + 1) / 4}};
 }
 
-INLINE void middles(const pass *p, uint32_t size, operation op, uint32_t born, uint32_t begin, uint32_t end) {
-  const tw_level *l = &p->levels->at[born - 1];
+INLINE void middles(const pass *p, uint32_t size, operation op, uint32_t first_level, uint32_t begin,
+                    uint32_t end) {
+  const tw_level *l = &p->levels->at[first_level - 1];
   const tw_point *E = edge_points(p), *F = face_points(p);
-  uint32_t steps = p->step - born;
+  uint32_t steps = p->step - first_level;
   for (uint32_t edge = begin; edge < end; edge++) {
     middle m = middle_of(l, size, edge, steps);
     const tw_point edges[4] = {E[m.edges[0]], E[m.edges[1]], E[m.edges[2]], E[m.edges[3]]},
                    faces[4] = {F[m.faces[0]], F[m.faces[1]], F[m.faces[2]], F[m.faces[3]]};
-    take_four(p, op, l->vertex_count + edge, edges, faces);
+    put_valence_four(p, op, l->vertex_count + edge, edges, faces);
   }
 }
 
-/* ---- vertices that the step makes: limits and normals ---------------------------------------- */
+/* ---- edge points that the step makes: limits and normals ---------------------------------------- */
 
-INLINE void new_edges(const pass *p, uint32_t size, operation op, uint32_t born, uint32_t begin,
+INLINE void new_edges(const pass *p, uint32_t size, operation op, uint32_t first_level, uint32_t begin,
                       uint32_t end) {
-  const tw_level *l = &p->levels->at[born - 1];
+  const tw_level *l = &p->levels->at[first_level - 1];
   const tw_point *Q = p->points, *E = edge_points(p), *F = face_points(p);
   const uint32_t *half = l->corner_half;
   for (uint32_t edge = begin; edge < end; edge++) {
@@ -195,17 +202,17 @@ INLINE void new_edges(const pass *p, uint32_t size, operation op, uint32_t born,
                                E[half[tw_level_corner_previous(l, size, along)] / 2],
                                E[half[tw_level_corner_next(l, size, against)] / 2],
                                E[half[tw_level_corner_previous(l, size, against)] / 2]};
-    take_four(p, op, l->vertex_count + edge, edges, faces);
+    put_valence_four(p, op, l->vertex_count + edge, edges, faces);
   }
 }
 
-/* ---- round the middles of faces, of either kind ----------------------------------------------- */
+/* ---- face points, older or made by the step ----------------------------------------------- */
 
-INLINE void round_faces(const pass *p, uint32_t size, operation op, uint32_t born, uint32_t begin,
+INLINE void round_faces(const pass *p, uint32_t size, operation op, uint32_t first_level, uint32_t begin,
                         uint32_t end, bool is_new) {
-  const tw_level *l = &p->levels->at[born - 1];
+  const tw_level *l = &p->levels->at[first_level - 1];
   const tw_point *Q = p->points, *E = edge_points(p), *F = face_points(p);
-  uint32_t steps = p->step - born, spokes = 2 * l->edge_count;
+  uint32_t steps = p->step - first_level, spokes = 2 * l->edge_count;
   for (uint32_t f = begin; f < end; f++) {
     uint32_t first = tw_level_face_begin(l, size, f), n = tw_level_face_end(l, size, f) - first,
              v = l->vertex_count + l->edge_count + f;
@@ -221,65 +228,67 @@ INLINE void round_faces(const pass *p, uint32_t size, operation op, uint32_t bor
         add_to_ring(&r, op, i, edge, face);
     }
     if (size == 4)
-      take_four(p, op, v, edges, faces);
+      put_valence_four(p, op, v, edges, faces);
     else
       end_ring(p, op, v, &r);
   }
 }
 
-/* By the spokes from the edges of a face. */
-INLINE void centres(const pass *p, uint32_t size, operation op, uint32_t born, uint32_t begin, uint32_t end) {
-  round_faces(p, size, op, born, begin, end, false);
+/* Face points of earlier steps: their ring consists of the spokes of the face. */
+INLINE void centres(const pass *p, uint32_t size, operation op, uint32_t first_level, uint32_t begin,
+                    uint32_t end) {
+  round_faces(p, size, op, first_level, begin, end, false);
 }
-/* By the edges and corners of the face itself. */
-INLINE void new_faces(const pass *p, uint32_t size, operation op, uint32_t born, uint32_t begin,
+/* Face points that this step makes: their ring consists of the edges and corners of the face itself. */
+INLINE void new_faces(const pass *p, uint32_t size, operation op, uint32_t first_level, uint32_t begin,
                       uint32_t end) {
-  round_faces(p, size, op, born, begin, end, true);
+  round_faces(p, size, op, first_level, begin, end, true);
 }
 
-/* ---- which loop ----------------------------------------------------------------------------- */
+/* ---- choice of the loop ----------------------------------------------------------------------------- */
 
-INLINE void by_operation(class_loop *loop, const pass *p, uint32_t size, uint32_t born, uint32_t begin,
+INLINE void by_operation(class_loop *loop, const pass *p, uint32_t size, uint32_t first_level, uint32_t begin,
                          uint32_t end) {
   if (p->operation == POINT)
-    loop(p, size, POINT, born, begin, end);
+    loop(p, size, POINT, first_level, begin, end);
   else if (p->operation == LIMIT)
-    loop(p, size, LIMIT, born, begin, end);
+    loop(p, size, LIMIT, first_level, begin, end);
   else
-    loop(p, size, NORMAL, born, begin, end);
+    loop(p, size, NORMAL, first_level, begin, end);
 }
 
-/* table: the level whose tables the loop reads. */
-INLINE void by_size(class_loop *loop, const pass *p, uint32_t table, uint32_t born, uint32_t begin,
+INLINE void by_size(class_loop *loop, const pass *p, uint32_t table, uint32_t first_level, uint32_t begin,
                     uint32_t end) {
   uint32_t size = p->levels->at[table].face_size;
   if (size == 4)
-    by_operation(loop, p, 4, born, begin, end);
+    by_operation(loop, p, 4, first_level, begin, end);
   else if (size == 3)
-    by_operation(loop, p, 3, born, begin, end);
+    by_operation(loop, p, 3, first_level, begin, end);
   else
-    by_operation(loop, p, 0, born, begin, end);
+    by_operation(loop, p, 0, first_level, begin, end);
 }
 
-/* Vertices of a level, in order: the cage's, then edge and face points of each step. */
+/* Classes of a level's vertices. In the order of numbers: the cage's, then edge and face points of each step;
+ * NEW are those that the pass's own step makes. */
 typedef enum vertex_class { CAGE, MIDDLES, CENTRES, NEW_EDGES, NEW_FACES } vertex_class;
 
-static void run_class(const pass *p, vertex_class class, uint32_t born, uint32_t begin, uint32_t end) {
+static void run_class(const pass *p, vertex_class class, uint32_t first_level, uint32_t begin, uint32_t end) {
   switch (class) {
-  case CAGE: by_size(cage_vertices, p, 0, born, begin, end); return;
-  case MIDDLES: by_size(middles, p, born - 1, born, begin, end); return;
-  case CENTRES: by_size(centres, p, born - 1, born, begin, end); return;
-  case NEW_EDGES: by_size(new_edges, p, born - 1, born, begin, end); return;
-  case NEW_FACES: by_size(new_faces, p, born - 1, born, begin, end); return;
+  case CAGE: by_size(cage_vertices, p, 0, first_level, begin, end); return;
+  case MIDDLES: by_size(middles, p, first_level - 1, first_level, begin, end); return;
+  case CENTRES: by_size(centres, p, first_level - 1, first_level, begin, end); return;
+  case NEW_EDGES: by_size(new_edges, p, first_level - 1, first_level, begin, end); return;
+  case NEW_FACES: by_size(new_faces, p, first_level - 1, first_level, begin, end); return;
   }
 }
 
-/* Runs a class for its vertices in [first, end). */
-static void run_part(const pass *p, vertex_class class, uint32_t born, uint32_t count, uint32_t *base,
+/* Runs a class for those of its `count` vertices, numbered from *base on, that lie in [first, end). Advances
+ * *base. */
+static void run_part(const pass *p, vertex_class class, uint32_t first_level, uint32_t count, uint32_t *base,
                      uint32_t first, uint32_t end) {
   uint32_t begin = first > *base ? first - *base : 0, stop = end > *base ? end - *base : 0;
   if (stop > count) stop = count;
-  if (begin < stop) run_class(p, class, born, begin, stop);
+  if (begin < stop) run_class(p, class, first_level, begin, stop);
   *base += count;
 }
 
@@ -287,9 +296,9 @@ static void run_vertices(const pass *p, uint32_t first, uint32_t end) {
   const tw_level *at = p->levels->at;
   uint32_t base = 0;
   run_part(p, CAGE, 0, at[0].vertex_count, &base, first, end);
-  for (uint32_t born = 1; born <= p->step; born++) {
-    run_part(p, MIDDLES, born, at[born - 1].edge_count, &base, first, end);
-    run_part(p, CENTRES, born, at[born - 1].face_count, &base, first, end);
+  for (uint32_t first_level = 1; first_level <= p->step; first_level++) {
+    run_part(p, MIDDLES, first_level, at[first_level - 1].edge_count, &base, first, end);
+    run_part(p, CENTRES, first_level, at[first_level - 1].face_count, &base, first, end);
   }
   run_part(p, NEW_EDGES, p->step + 1, at[p->step].edge_count, &base, first, end);
   run_part(p, NEW_FACES, p->step + 1, at[p->step].face_count, &base, first, end);
@@ -297,7 +306,7 @@ static void run_vertices(const pass *p, uint32_t first, uint32_t end) {
 
 /* ---- new points of a step ------------------------------------------------------------------- */
 
-/* Faces, edges or corners [begin, end) of the level whose tables are read. */
+/* Computes points of the faces or edges [begin, end) of level `l`, whose tables are read. */
 typedef void point_loop(const pass *p, const tw_level *l, uint32_t size, uint32_t begin, uint32_t end);
 
 INLINE void make_faces(const pass *p, const tw_level *l, uint32_t size, uint32_t begin, uint32_t end) {
@@ -307,12 +316,12 @@ INLINE void make_faces(const pass *p, const tw_level *l, uint32_t size, uint32_t
     uint32_t first = tw_level_face_begin(l, size, f), n = tw_level_face_end(l, size, f) - first;
     tw_point sum = P[l->corner_vertex[first]];
     for (uint32_t i = 1; i < n; i++) sum += P[l->corner_vertex[first + i]];
-    F[f] = sum / all((float)n);
+    F[f] = sum / splat((float)n);
   }
 }
 
 INLINE tw_point edge_point(bool linear, tw_point a, tw_point b, tw_point left, tw_point right) {
-  return linear ? all(0.5f) * (a + b) : all(0.25f) * ((a + b) + (left + right));
+  return linear ? splat(0.5f) * (a + b) : splat(0.25f) * ((a + b) + (left + right));
 }
 
 INLINE void make_edges(const pass *p, const tw_level *l, uint32_t size, uint32_t begin, uint32_t end) {
@@ -359,7 +368,7 @@ static void apply_masks(const tw_level_masks *masks, uint32_t vertex_count, cons
     tw_point sum = {0};
     for (uint32_t s = masks->first[i]; s < masks->first[i + 1]; s++) {
       uint32_t v = masks->shares[s].vertex;
-      sum += all(masks->shares[s].weight) * (v < vertex_count ? above : points)[v];
+      sum += splat(masks->shares[s].weight) * (v < vertex_count ? above : points)[v];
     }
     points[masks->vertices[i]] = sum;
   }
@@ -414,7 +423,7 @@ void tw_levels_limit(const tw_levels *levels, const tw_point *points, const tw_p
   for (uint32_t i = 0; i < limits->count; i++) {
     tw_point sum = {0};
     for (uint32_t e = limits->first[i]; e < limits->first[i + 1]; e++)
-      sum += all(limits->entries[e].position) * points[limits->entries[e].vertex];
+      sum += splat(limits->entries[e].position) * points[limits->entries[e].vertex];
     out[limits->vertices[i]] = sum;
   }
 }
@@ -451,8 +460,8 @@ static void sum_slopes(const tw_level_rows *rows, uint32_t first, uint32_t end, 
   out[0] = out[1] = (tw_point){0};
   for (uint32_t e = first; e < end; e++) {
     tw_point offset = points[rows->entries[e].vertex] - points[vertex];
-    out[0] += all(rows->entries[e].tangent1) * offset;
-    out[1] += all(rows->entries[e].tangent2) * offset;
+    out[0] += splat(rows->entries[e].tangent1) * offset;
+    out[1] += splat(rows->entries[e].tangent2) * offset;
   }
 }
 

@@ -1,3 +1,4 @@
+/* Frames of a level's vertices, and the displacement of vertices in them. */
 #include "level_detail.h"
 
 #include <math.h>
@@ -16,7 +17,7 @@ tw_detail_list tw_coarser_details(const tw_detail_list *list, uint32_t level) {
   return above;
 }
 
-/* Whether a level can be refined step by step, so that each vertex is there. */
+/* Checks that generic steps can make the level with all of its vertices. */
 static tw_status check_level(const tw_cage *cage, const tw_surface_options *options, uint32_t level,
                              tw_error *error) {
   if (tw_cage_shrinks(cage, options))
@@ -47,7 +48,7 @@ tw_status tw_details_check(const tw_detail_list *list, const tw_cage *cage, cons
 
 /* ---- frames ---------------------------------------------------------------------------------- */
 
-/* Points of a level, and room for a mask. */
+/* The points of a level, and room for a mask. */
 struct tw_detail_frames {
   const tw_topology *topology;
   bool linear;
@@ -60,9 +61,9 @@ static void subtract(const tw_detail_frames *f, uint32_t to, uint32_t from, doub
     out[c] = f->positions[3 * (size_t)to + (size_t)c] - f->positions[3 * (size_t)from + (size_t)c];
 }
 
-/* False, and nothing changed, where the vector may be nothing but the rounding of points to float. scale: the
- * length of the edges there. The share is far over float's 6e-8, as differences of near points have lost
- * most of their digits. */
+/* Makes the vector unit. Returns false, and leaves the vector alone, where it may be mere rounding of points
+ * to float. scale: the length of the edges there (its square for cross products). The threshold is far over
+ * float's 6e-8, because differences of near points have lost most of their digits. */
 static bool make_unit(double vector[3], double scale) {
   double length = sqrt(tw_dot3(vector, vector));
   if (!(length > 1e-5 * scale)) return false;
@@ -70,7 +71,7 @@ static bool make_unit(double vector[3], double scale) {
   return true;
 }
 
-/* The limit's normal; where it has none, that of the corner's face; else any. */
+/* Finds the limit's normal; where it has none, the normal of the corner's face; else +Y. */
 static void find_normal(const tw_detail_frames *f, uint32_t corner, double normal[3]) {
   const tw_topology *t = f->topology;
   double tangents[2][3] = {{0}, {0}}, from[3];
@@ -93,7 +94,8 @@ static void find_normal(const tw_detail_frames *f, uint32_t corner, double norma
   memcpy(normal, (const double[3]){0, 1, 0}, 3 * sizeof *normal);
 }
 
-/* Along the edge of the corner, at a right angle to the normal; where there is no such, along an axis. */
+/* Finds a unit tangent orthogonal to the normal: along the edge to the next corner, else to the previous one,
+ * else along an axis. */
 static void find_tangent(const tw_detail_frames *f, uint32_t corner, const double normal[3],
                          double tangent[3]) {
   const tw_topology *t = f->topology;
@@ -110,7 +112,7 @@ static void find_tangent(const tw_detail_frames *f, uint32_t corner, const doubl
   }
 }
 
-/* Mean length of the edges at a vertex; 1 where all are 0. */
+/* The mean length of the edges at a vertex; 1 where all have length 0. */
 static double edge_length(const tw_detail_frames *f, uint32_t vertex) {
   const tw_topology *t = f->topology;
   double sum = 0, edge[3];
@@ -122,7 +124,8 @@ static double edge_length(const tw_detail_frames *f, uint32_t vertex) {
   return sum > 0 ? sum / (end - begin) : 1;
 }
 
-/* frame: tangent, bitangent and normal, each as long as the edges. Returns that length. */
+/* Finds the frame: tangent, bitangent and normal, each as long as the mean of the edges. Returns that
+ * length. */
 static double find_frame(const tw_detail_frames *f, uint32_t vertex, double frame[3][3]) {
   uint32_t corner = f->topology->fan_corners[f->topology->fan_offsets[vertex]];
   double scale = edge_length(f, vertex);
@@ -164,7 +167,7 @@ typedef struct adding {
   atomic_bool failed;
 } adding;
 
-/* Beyond it float could overflow on the way to normals. */
+/* Clamps a coordinate: beyond TW_COORDINATE_MAX float could overflow on the way to normals. */
 static double in_range(double coordinate) {
   return fmax(-(double)TW_COORDINATE_MAX, fmin(coordinate, (double)TW_COORDINATE_MAX));
 }
@@ -189,13 +192,14 @@ static void add_vertices(void *context, uint32_t part, uint32_t begin, uint32_t 
   free(frames.mask);
 }
 
-/* Frames are those of the level as it was before any vertex moved. */
+/* Writes the displaced positions to `after`. All frames are computed from `before`, in which no vertex has
+ * moved. */
 static tw_status add_detail(const tw_detail *detail, const tw_topology *t, bool linear,
                             const tw_parallel_for *parallel, const double *before, double *after) {
   const tw_detail_frames level = {t, linear, before, NULL};
   adding a = {
       .detail = detail, .level = &level, .capacity = tw_limit_greatest_capacity(t), .positions = after};
-  /* A frame takes as long as some iterations of a few nanoseconds. */
+  /* A frame takes as long as several iterations that TW_PARALLEL_FOR_LEAST counts in. */
   tw_parallel_for_run(parallel, t->vertex_count, TW_PARALLEL_FOR_LEAST / 8, add_vertices, &a);
   return atomic_load(&a.failed) ? TW_NO_MEMORY : TW_OK;
 }
@@ -223,11 +227,11 @@ static double *refine_values(const tw_topology *parent, const tw_rules *rules, c
   return out && tw_refine_values(parent, rules, 3, in, parallel, out) == TW_OK ? out : NULL;
 }
 
-/* Moves the vertices of a level as far as deeper details move them on the deepest level: refines the level
- * with the details (`modelled`) and without (`plain`), and adds the difference. They are one array until the
- * first detail. */
-static tw_status follow(const tw_detail_step *step, const tw_parallel_for *parallel, tw_arena *arena,
-                        double *positions) {
+/* Displaces the vertices of a level by what deeper details displace them on the deepest level: refines the
+ * level with the details (`modelled`) and without them (`plain`), and adds the difference. Both are one array
+ * until the first detail. */
+static tw_status add_deeper_details(const tw_detail_step *step, const tw_parallel_for *parallel,
+                                    tw_arena *arena, double *positions) {
   tw_topology parent = *step->topology, child;
   const double *plain = positions, *modelled = positions;
   for (uint32_t level = step->level + 1; level <= tw_deepest_detail(step->list); level++, parent = child) {
@@ -257,7 +261,7 @@ tw_status tw_details_add(const tw_detail_step *step, const tw_parallel_for *para
   if (status != TW_OK || step->level < step->answer || tw_deepest_detail(step->list) <= step->level)
     return status;
   tw_arena *arena = tw_arena_create();
-  status = arena ? follow(step, parallel, arena, positions) : TW_NO_MEMORY;
+  status = arena ? add_deeper_details(step, parallel, arena, positions) : TW_NO_MEMORY;
   tw_arena_destroy(arena);
   return status;
 }
@@ -289,8 +293,8 @@ tw_status tw_detail_level_of(const tw_mesh *mesh, const tw_surface_options *opti
     if (status != TW_OK) return status;
     out->positions = refine_values(&parent, &rules, &out->topology, parallel, arena, out->positions);
     if (!out->positions) return TW_NO_MEMORY;
-    const tw_detail_step step = {&list, &out->topology, &rules, level,
-                                 TW_LEVEL_MAX + 1}; /* deeper than any: no level is the answer's */
+    /* The answer's level is deeper than any, so that no level gets displacements of deeper ones. */
+    const tw_detail_step step = {&list, &out->topology, &rules, level, TW_LEVEL_MAX + 1};
     status = tw_details_add(&step, parallel, out->positions);
     if (status == TW_OK) status = tw_parallel_for_status(parallel);
     if (status != TW_OK) return status;

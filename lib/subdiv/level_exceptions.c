@@ -1,9 +1,11 @@
-/* What irregular_levels.h lists: the vertices of each level that are not smooth or that UV seams part.
+/* Lists the exceptions of irregular_levels.h: the vertices of each level that are not smooth, and those that
+ * UV seams split.
  *
- * The faces round such vertices are cut out of the cage as a mesh of their own, a strip, for the points and
- * for each UV set. It is refined step by step in the generic way and cut back each time to the faces round
- * what is still special, so that the cost is in proportion to the length of borders, creases and seams. Only
- * special vertices have all their faces in a strip; what it says of others means nothing. */
+ * The faces round special vertices are cut out of the cage as a mesh of their own, called a strip, for the
+ * points and for each UV set. Generic steps refine the strip. After each step it is cut back to the faces
+ * round vertices that are still special, so that the cost is in proportion to the length of borders, creases
+ * and seams. Only special vertices have all of their faces in the strip; masks of other vertices of the strip
+ * would be wrong and are not used. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -14,26 +16,29 @@
 
 enum { FIELDS_MAX = 1 + TW_UV_SETS_MAX };
 
-/* A strip with the numbers that its parts have in the whole level. */
+/* A strip, with the numbers that its vertices, edges and corners have in the whole level. */
 typedef struct strip {
   tw_topology fields[FIELDS_MAX];
   uint32_t *vertices[FIELDS_MAX]; /* [vertices of the field] */
-  uint32_t *edges[FIELDS_MAX];    /* [edges of the field] 2 x edge, + 1 where it runs the other way */
-  uint32_t *corners;              /* [corners] */
-  uint8_t *odd[FIELDS_MAX];       /* [vertices of the field] what the loops get wrong, if special */
-  uint8_t *special;               /* [vertices of the points] */
-  uint8_t *frames;                /* [faces] of tangents; NULL: none */
+  /* [edges of the field] 2 x edge, + 1 where the level's edge runs the other way. */
+  uint32_t *edges[FIELDS_MAX];
+  uint32_t *corners; /* [corners] */
+  /* [vertices of the field] the loops get the vertex wrong; meaningful where its point is special. */
+  uint8_t *odd[FIELDS_MAX];
+  /* [vertices of the points] the point is odd in some field, or its faces have several tangent frames. */
+  uint8_t *special;
+  uint8_t *frames; /* [faces] tangent frames; NULL: no tangents */
 } strip;
 
 typedef struct listing {
   const tw_levels_inputs *inputs;
-  tw_arena *arena; /* of the plan */
+  tw_arena *arena; /* memory of the plan */
   tw_arena *scratch;
   tw_levels *levels;
   tw_level_rows *rows;
 } listing;
 
-/* A list that grows. */
+/* A list of items of `size` bytes that grows. */
 typedef struct growing {
   char *items;
   size_t count, room, size;
@@ -56,8 +61,9 @@ static void *push(growing *g, const void *item) {
   return place;
 }
 
-/* Into the arena; the list is empty afterwards. NULL without memory. */
-static void *settle(growing *g, tw_arena *arena) {
+/* Moves the list into the arena; the list is empty afterwards. NULL when the list or the copy had no
+ * memory. */
+static void *move_to_arena(growing *g, tw_arena *arena) {
   void *out = g->failed ? NULL : tw_arena_alloc_raw(arena, g->count, g->size);
   if (out && g->count > 0) memcpy(out, g->items, g->count * g->size);
   free(g->items);
@@ -71,8 +77,8 @@ static bool is_odd_edge(const tw_topology *t, uint32_t e) {
   return t->edge_flags[e] || t->edge_sharpness[e] > 0;
 }
 
-/* Whether faces at a point have tangents of several frames. */
-static bool parts_frames(const strip *s, uint32_t point) {
+/* Whether the faces at a point have different tangent frames. */
+static bool has_several_frames(const strip *s, uint32_t point) {
   const tw_topology *t = &s->fields[0];
   const uint32_t *fan = t->fan_corners;
   uint32_t first = t->fan_offsets[point], end = t->fan_offsets[point + 1];
@@ -81,7 +87,7 @@ static bool parts_frames(const strip *s, uint32_t point) {
   return false;
 }
 
-/* The vertices of a field that the loops get wrong. */
+/* Marks the vertices of a field that the loops get wrong. */
 static void mark_odd(const tw_topology *t, uint8_t *odd) {
   for (uint32_t v = 0; v < t->vertex_count; v++)
     odd[v] = t->fan_offsets[v + 1] - t->fan_offsets[v] < 3 ||
@@ -90,13 +96,14 @@ static void mark_odd(const tw_topology *t, uint8_t *odd) {
     if (t->edge_sharpness[e] > 0) odd[t->edge_vertices[e][0]] = odd[t->edge_vertices[e][1]] = 1;
 }
 
-/* A point that is odd in any field, or parts frames; values of a UV set have a border where a seam parts
- * them. candidates: [vertices] points that may be; NULL: all. */
+/* Marks special points: those that are odd in some field, or whose faces have different tangent frames. Where
+ * a seam splits a point, its values in the UV set have a border and so are odd. candidates: [vertices] points
+ * that can be special; NULL: all. */
 static tw_status mark_special(const listing *l, strip *s, const uint8_t *candidates) {
   const tw_topology *points = &s->fields[0];
   s->special = tw_arena_alloc(l->scratch, points->vertex_count, 1);
   if (!s->special) return TW_NO_MEMORY;
-  for (uint32_t v = 0; s->frames && v < points->vertex_count; v++) s->special[v] = parts_frames(s, v);
+  for (uint32_t v = 0; s->frames && v < points->vertex_count; v++) s->special[v] = has_several_frames(s, v);
   for (uint32_t f = 0; f < l->inputs->field_count; f++) {
     const tw_topology *t = &s->fields[f];
     s->odd[f] = tw_arena_alloc_raw(l->scratch, t->vertex_count, 1);
@@ -111,14 +118,14 @@ static tw_status mark_special(const listing *l, strip *s, const uint8_t *candida
 
 /* ---- cutting -------------------------------------------------------------------------------- */
 
-/* Faces of a cut, and where its corners were. */
+/* The faces to cut out, and the corners that theirs were. */
 typedef struct cut {
   uint32_t face_count, corner_count;
   uint32_t *offsets; /* NULL where faces are of one size */
   uint32_t *from;    /* [corner_count] */
 } cut;
 
-/* Those at special vertices. */
+/* Chooses the faces at special vertices. */
 static tw_status choose_faces(const strip *s, tw_arena *arena, cut *out) {
   const tw_topology *t = &s->fields[0];
   uint32_t faces = 0, corners = 0;
@@ -157,7 +164,7 @@ static tw_status cut_field(const strip *s, uint32_t field, const cut *c, tw_aren
   if (!edges) return TW_NO_MEMORY;
   for (uint32_t e = 0; e < t->edge_count; e++) {
     uint32_t corner = c->from[t->edge_corner[e]], edge = full->corner_edge[corner];
-    /* The edge of the cut runs as its first corner does. */
+    /* An edge of the cut runs in the direction of its own first corner. */
     bool turned = full->edge_vertices[edge][0] != full->corner_vertex[corner];
     edges[e] = (s->edges[field] ? s->edges[field][edge] : 2 * edge) ^ (uint32_t)turned;
   }
@@ -175,7 +182,7 @@ static tw_status cut_field(const strip *s, uint32_t field, const cut *c, tw_aren
   return TW_OK;
 }
 
-/* Sums for Chaikin's rule, of the points; UV sets take them over. */
+/* Makes the sums for Chaikin's rule: of the points, then copies for UV sets. */
 static tw_status sum_semi(const listing *l, strip *s) {
   if (!l->inputs->rules.chaikin) return TW_OK;
   tw_status status = tw_topology_sum_semi(&s->fields[0], l->scratch);
@@ -184,7 +191,7 @@ static tw_status sum_semi(const listing *l, strip *s) {
   return status;
 }
 
-/* The faces round what is special. */
+/* Cuts the faces round special vertices out of `s`. */
 static tw_status cut_strip(const listing *l, const strip *s, strip *out) {
   cut c;
   memset(out, 0, sizeof *out);
@@ -212,7 +219,8 @@ static tw_rules rules_of(const listing *l, uint32_t field) {
   return rules;
 }
 
-/* The number in the whole level of a share's vertex: of the step's own level, or a face point below it. */
+/* The number in the whole level of a share's vertex: a vertex of the step's own level, or a face point of the
+ * next. */
 static uint32_t share_vertex(const listing *l, const strip *s, uint32_t field, uint32_t step, uint32_t v) {
   const tw_topology *t = &s->fields[field];
   const tw_level *level = &l->levels[field].at[step];
@@ -221,7 +229,7 @@ static uint32_t share_vertex(const listing *l, const strip *s, uint32_t field, u
   return level->vertex_count + level->edge_count + tw_level_corner_face(level, level->face_size, corner);
 }
 
-/* The masks of one field. */
+/* The masks of one field while they are collected. */
 typedef struct mask_list {
   growing vertices, first, shares;
   tw_share *room;
@@ -265,13 +273,13 @@ static tw_status list_masks(const listing *l, const strip *s, uint32_t field, ui
   push(&list.first, &end);
   tw_level_masks *out = &l->levels[field].masks[step];
   out->count = (uint32_t)list.vertices.count;
-  out->vertices = settle(&list.vertices, l->arena);
-  out->first = settle(&list.first, l->arena);
-  out->shares = settle(&list.shares, l->arena);
+  out->vertices = move_to_arena(&list.vertices, l->arena);
+  out->first = move_to_arena(&list.first, l->arena);
+  out->shares = move_to_arena(&list.shares, l->arena);
   return complete && out->vertices && out->first && out->shares ? TW_OK : TW_NO_MEMORY;
 }
 
-/* One step of a field with its numbers. */
+/* Refines one field of a strip, with its numbers in the whole level. */
 static tw_status refine_field(const listing *l, const strip *s, uint32_t field, uint32_t step, strip *out) {
   const tw_topology *p = &s->fields[field];
   const tw_level *level = &l->levels[field].at[step];
@@ -301,7 +309,8 @@ static tw_status refine_field(const listing *l, const strip *s, uint32_t field, 
   return TW_OK;
 }
 
-/* Only children of special vertices and their edges can be special: the strip has all their faces. */
+/* Marks special points of a refined strip. Only special vertices and the middles of their edges can be: the
+ * strip has all of their faces. */
 static tw_status refine_special(const listing *l, const strip *s, strip *out) {
   const tw_topology *p = &s->fields[0], *t = &out->fields[0];
   uint8_t *candidates = tw_arena_alloc(l->scratch, t->vertex_count, 1);
@@ -333,7 +342,7 @@ static tw_status refine_strip(const listing *l, const strip *s, uint32_t step, s
 
 /* ---- the last level ------------------------------------------------------------------------- */
 
-/* For masks of any field. */
+/* Room for the largest limit mask of any field. */
 static tw_limit_entry *mask_room(const listing *l, const strip *s) {
   uint32_t capacity = 1;
   for (uint32_t f = 0; f < l->inputs->field_count; f++) {
@@ -343,7 +352,7 @@ static tw_limit_entry *mask_room(const listing *l, const strip *s) {
   return tw_alloc(capacity, sizeof(tw_limit_entry));
 }
 
-/* Adds the nonzero entries of a corner's limit mask. */
+/* Appends the nonzero entries of a corner's limit mask, of its tangents or of its position. */
 static void push_entries(const strip *s, uint32_t field, uint32_t corner, bool tangents, tw_limit_entry *room,
                          growing *out) {
   uint32_t count = tw_limit_mask(&s->fields[field], false, corner, room);
@@ -373,13 +382,13 @@ static tw_status list_limits(const listing *l, const strip *s, uint32_t field) {
   push(&first, &end);
   tw_level_limits *out = &l->levels[field].limits;
   out->count = (uint32_t)vertices.count;
-  out->vertices = settle(&vertices, l->arena);
-  out->first = settle(&first, l->arena);
-  out->entries = settle(&entries, l->arena);
+  out->vertices = move_to_arena(&vertices, l->arena);
+  out->first = move_to_arena(&first, l->arena);
+  out->entries = move_to_arena(&entries, l->arena);
   return complete && out->vertices && out->first && out->entries ? TW_OK : TW_NO_MEMORY;
 }
 
-/* A row on its way. */
+/* A listed row while rows are collected; fields as in tw_level_rows. */
 typedef struct row {
   uint32_t row, point, uvs[TW_UV_SETS_MAX], first_entry, end_entry, quad[4], slopes[3];
   uint8_t frame;
@@ -388,7 +397,7 @@ typedef struct row {
 typedef struct row_list {
   const strip *s;
   tw_numbering numbering;
-  bool parted; /* it is there: points may have several rows */
+  bool parted; /* `numbering` is set: points may have several rows */
   tw_limit_entry *room;
   growing rows, entries;
 } row_list;
@@ -409,14 +418,15 @@ static void push_slopes(const listing *l, row_list *list, uint32_t corner, row *
   out->slopes[2] = (uint32_t)list->entries.count;
 }
 
-/* One of the rows of a point, at the corner that stands for it. */
+/* Appends one of the rows of a point, at the corner that represents it. whole: NULL, or another row of the
+ * point whose normal it shares. */
 static void push_row(const listing *l, row_list *list, uint32_t number, uint32_t corner, const row *whole) {
   const strip *s = list->s;
   const tw_topology *t = &s->fields[0];
   row own = {.row = number, .point = s->vertices[0][t->corner_vertex[corner]]};
   for (uint32_t u = 1; u < l->inputs->field_count; u++)
     own.uvs[u - 1] = s->vertices[u][s->fields[u].corner_vertex[corner]];
-  if (l->inputs->normals && whole) { /* the surface has one normal there */
+  if (l->inputs->normals && whole) { /* the surface has one normal at the point */
     own.first_entry = whole->first_entry;
     own.end_entry = whole->end_entry;
     memcpy(own.quad, whole->quad, sizeof own.quad);
@@ -430,7 +440,8 @@ static void push_row(const listing *l, row_list *list, uint32_t number, uint32_t
   push(&list->rows, &own);
 }
 
-/* The rows of one point: the first is the point's own number. new_row: [rows of the strip's numbering]. */
+/* Appends the rows of one point. The first row has the point's own number. new_row: [rows of the strip's
+ * numbering] the number in the level, UINT32_MAX where not yet given. */
 static void push_rows(const listing *l, row_list *list, uint32_t v, uint32_t *new_row) {
   const tw_topology *t = &list->s->fields[0];
   uint32_t first = t->fan_offsets[v], end = t->fan_offsets[v + 1], corner = t->fan_corners[first];
@@ -449,7 +460,8 @@ static void push_rows(const listing *l, row_list *list, uint32_t v, uint32_t *ne
   }
 }
 
-/* Corners whose row is not their point; those of the level ascend with those of the strip. */
+/* Lists the corners whose row is not the row of their point. They are ascending, because the strip's corners
+ * are in the level's order. */
 static tw_status list_corners(const listing *l, const row_list *list, const uint32_t *new_row) {
   const strip *s = list->s;
   const tw_topology *t = &s->fields[0];
@@ -463,8 +475,8 @@ static tw_status list_corners(const listing *l, const row_list *list, const uint
     push(&rows, &number);
   }
   l->rows->corner_count = (uint32_t)corners.count;
-  l->rows->corners = settle(&corners, l->arena);
-  l->rows->corner_rows = settle(&rows, l->arena);
+  l->rows->corners = move_to_arena(&corners, l->arena);
+  l->rows->corner_rows = move_to_arena(&rows, l->arena);
   return l->rows->corners && l->rows->corner_rows ? TW_OK : TW_NO_MEMORY;
 }
 
@@ -485,7 +497,7 @@ static tw_status store_rows(const listing *l, row_list *list) {
   out->first_entry = tw_arena_alloc_raw(l->arena, normals ? count : 0, sizeof *out->first_entry);
   out->end_entry = tw_arena_alloc_raw(l->arena, normals ? count : 0, sizeof *out->end_entry);
   out->quad = tw_arena_alloc_raw(l->arena, normals ? count : 0, sizeof *out->quad);
-  out->entries = settle(&list->entries, l->arena);
+  out->entries = move_to_arena(&list->entries, l->arena);
   bool complete = out->rows && out->points && out->first_entry && out->end_entry && out->quad && out->entries;
   out->frames = tw_arena_alloc_raw(l->arena, l->inputs->frames ? count : 0, 1);
   out->slopes = tw_arena_alloc_raw(l->arena, l->inputs->frames ? count : 0, sizeof *out->slopes);
@@ -510,7 +522,8 @@ static tw_status store_rows(const listing *l, row_list *list) {
   return complete ? TW_OK : TW_NO_MEMORY;
 }
 
-/* What parts rows: seams, and sides with normals of their own. */
+/* Numbers the strip's rows where points can have several: with UV sets, and where sides of a crease have
+ * normals of their own. */
 static tw_status number_parted(const listing *l, row_list *list, uint32_t **new_row) {
   const strip *s = list->s;
   tw_splits splits = {

@@ -1,5 +1,5 @@
-/* The connectivity of levels: tables of all but the last, made from those above, and the numbers that follow
- * from them. */
+/* The connectivity of levels: tables of all levels but the last, each made from the one above, and numbers
+ * that follow from the tables. */
 #include "irregular_levels.h"
 
 #include <math.h>
@@ -12,7 +12,8 @@ static const double pi = 3.14159265358979323846;
 
 /* ---- numbers ---------------------------------------------------------------------------------- */
 
-/* The UV set's edge at the points' `edge` of `level`. Edges inside faces follow those on cage edges. */
+/* The UV set's edge at the points' `edge` of `level`, which lies on no seam. The numbers of edges inside
+ * faces come after those of parts of cage edges, in the same order in both. */
 static uint32_t uv_edge(const tw_levels *points, const tw_levels *set, uint32_t level, uint32_t edge) {
   uint32_t outer = points->at[0].edge_count << level;
   if (edge >= outer) return edge - outer + (set->at[0].edge_count << level);
@@ -36,12 +37,12 @@ void tw_levels_uv_vertices(const tw_levels *points, const tw_levels *set, uint32
     out[i] = set->vertex_of ? uv_vertex(points, set, first + i) : first + i;
 }
 
-/* The cage's face that a corner of `level` is of. */
+/* The cage face that a corner of `level` lies in. */
 static uint32_t corner_cage_face(const tw_levels *levels, uint32_t level, uint32_t corner) {
   return tw_level_corner_face(&levels->at[0], levels->at[0].face_size, corner >> 2 * level);
 }
 
-/* A cage face that has the edge. */
+/* A cage face that the edge lies in. */
 static uint32_t edge_cage_face(const tw_levels *levels, uint32_t level, uint32_t edge) {
   for (; level > 0; level--, edge /= 2) {
     uint32_t outer = 2 * levels->at[level - 1].edge_count;
@@ -104,8 +105,8 @@ static void *copy(tw_arena *arena, const void *from, size_t count, size_t size) 
 }
 
 typedef struct table_job {
-  const tw_topology *cage; /* or */
-  const tw_level *above;   /* the level above */
+  const tw_topology *cage; /* the cage, for tables of level 0; else */
+  const tw_level *above;   /* the level above the one that tables are made for */
   uint32_t *corner_vertex, *corner_half, (*edge_corners)[2];
 } table_job;
 
@@ -166,7 +167,7 @@ static tw_level next_counts(const tw_level *l) {
                     .face_size = 4};
 }
 
-/* Quads and spokes of corners. */
+/* Writes the quads of corners [begin, end), and the corners of their spokes. */
 INLINE void split_corners(const table_job *j, uint32_t size, uint32_t begin, uint32_t end) {
   const tw_level *l = j->above;
   uint32_t V = l->vertex_count, E = l->edge_count;
@@ -205,7 +206,8 @@ static void split_edges(void *context, uint32_t part, uint32_t begin, uint32_t e
   for (uint32_t e = begin; e < end; e++)
     for (uint32_t k = 0; k < 2; k++) {
       uint32_t along = l->edge_corners[e][k], against = l->edge_corners[e][1 - k];
-      /* Of the half at the start of `along`; of the second half that is the one against it. */
+      /* Half 2e + k lies at the start of `along`. Halves run in the direction of the edge, so that `along`
+       * runs against the second half. */
       j->edge_corners[2 * e + k][k] = 4 * along;
       j->edge_corners[2 * e + k][1 - k] = 4 * tw_level_corner_next(l, l->face_size, against) + 3;
     }
@@ -231,7 +233,7 @@ static tw_status make_tables(const tw_levels_inputs *inputs, uint32_t field, tw_
   const tw_topology *cage = inputs->fields[field], *points = inputs->fields[0];
   tw_levels *levels = &out[field];
   if (field > 0 && cage->vertex_count == points->vertex_count && cage->edge_count == points->edge_count) {
-    memcpy(levels->at, out[0].at, sizeof levels->at); /* without a seam all numbers are those of the points */
+    memcpy(levels->at, out[0].at, sizeof levels->at); /* without a seam all numbers are the points' */
     levels->fan_offsets = out[0].fan_offsets;
     levels->fan_corners = out[0].fan_corners;
     return TW_OK;
@@ -246,8 +248,8 @@ static tw_status make_tables(const tw_levels_inputs *inputs, uint32_t field, tw_
   return status;
 }
 
-/* Exactly 0 at a quarter turn: cos() leaves a residue there, which coincident points would not cancel and
- * which would pass for a tangent. */
+/* Writes the tangent weights of valence n. They are exactly 0 at a quarter turn: cos() leaves a residue
+ * there, which coincident points would not cancel and which would pass for a tangent. */
 static void fill_weights(uint32_t n, float *out) {
   double step = 2 * pi / n, cosine = cos(step);
   double lambda = (5 + cosine + cos(step / 2) * sqrt(2 * (9 + cosine))) / 16, face = 1 / (4 * lambda - 1);
@@ -258,7 +260,8 @@ static void fill_weights(uint32_t n, float *out) {
   }
 }
 
-/* Notes the valences and the sizes of faces. used: [greatest + 1], or NULL: only the greatest is found. */
+/* Finds the valences and the sizes of faces. used: [greatest + 1] flags to set, or NULL: only *greatest is
+ * found. */
 static void note_valences(const tw_topology *t, uint8_t *used, uint32_t *greatest) {
   for (uint32_t i = 0; i < t->vertex_count + (t->face_offsets ? t->face_count : 0); i++) {
     uint32_t n = i < t->vertex_count ? t->fan_offsets[i + 1] - t->fan_offsets[i]
@@ -268,8 +271,9 @@ static void note_valences(const tw_topology *t, uint8_t *used, uint32_t *greates
   }
 }
 
-/* Of all fields: below a cage an edge of n faces has a vertex of 2 n, and those of a UV set may have more
- * faces than those of the points, where faces run along an edge twice. */
+/* Makes the tangent weights for the valences of all fields. A UV set can have valences that the points do not
+ * have: refining an edge of n faces makes a vertex of 2 n, and where faces run along an edge twice, vertices
+ * of a UV set can have more faces than the points'. */
 static tw_status make_weights(const tw_levels_inputs *inputs, tw_arena *arena, tw_levels *out) {
   uint32_t greatest = 4, size = 0, at = 0;
   for (uint32_t f = 0; f < inputs->field_count; f++) note_valences(inputs->fields[f], NULL, &greatest);
@@ -292,7 +296,7 @@ static tw_status make_weights(const tw_levels_inputs *inputs, tw_arena *arena, t
   return weights_of && weights ? TW_OK : TW_NO_MEMORY;
 }
 
-/* Where vertices and edges of the points are in a UV set. */
+/* Maps vertices and edges of the points to those of a UV set. */
 static tw_status map_uvs(const tw_topology *points, const tw_topology *set, tw_arena *arena, tw_levels *out) {
   if (set->vertex_count == points->vertex_count && set->edge_count == points->edge_count) return TW_OK;
   uint32_t *vertex_of = tw_arena_alloc_raw(arena, points->vertex_count, sizeof *vertex_of),

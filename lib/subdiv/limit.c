@@ -9,8 +9,8 @@
 
 static const double pi = 3.14159265358979323846;
 
-/* A mask on its way. Entry 0 is the vertex itself, then come its ring and, among quads, the far corners of
- * its fan. */
+/* A mask while it is computed. Entry 0 is the vertex itself; then come its ring and, among quads, the far
+ * corners of its fan. */
 typedef struct neighbours {
   const tw_topology *t;
   uint32_t vertex, ring_count, fan_count;
@@ -37,7 +37,7 @@ static void loop_limit_smooth(const neighbours *n) {
   n->entries[0].position = 1 - (float)n->ring_count * ring;
 }
 
-/* The subdominant eigenvectors of the subdivision matrix, along edges 0 and 1. */
+/* Tangents from the subdominant eigenvectors of the subdivision matrix, along edges 0 and 1 of the ring. */
 static void loop_tangents_smooth(const neighbours *n) {
   static const float regular[6] = {1, 0.5f, -0.5f, -1, -0.5f, 0.5f};
   uint32_t count = n->ring_count;
@@ -49,14 +49,14 @@ static void loop_tangents_smooth(const neighbours *n) {
   }
 }
 
-/* Scaled like the tangent along the crease: faces that share its half turn equally give both the same
- * length. */
+/* The tangent across a crease. It has the scale of the tangent along the crease: where the faces share the
+ * half turn equally, both have the same length. */
 static void loop_tangents_across(const neighbours *n, uint32_t first, uint32_t faces) {
   double step = pi / faces, inner = 2 * sin(step) / faces, ends = -1 / (faces * tan(step / 2)), own = 0;
-  if (faces == 2) { /* along the edge between them */
+  if (faces == 2) { /* along the edge between the two faces */
     ends = 0;
     own = -1;
-  } else if (faces == 3) { /* as on a regular mesh with its reflection beyond the crease */
+  } else if (faces == 3) { /* as on a regular mesh that is reflected at the crease */
     ends = -inner / 2;
     own = -inner;
   }
@@ -69,10 +69,10 @@ static void loop_tangents_across(const neighbours *n, uint32_t first, uint32_t f
 
 /* ---- tangents after decay ----------------------------------------------------------------------- */
 
-/* Tangents at a vertex that semi-sharp edges meet in, or that is semi-sharp itself: they are those of the
- * vertex that it will be once all has decayed, so that both sides of a crease that rounds off in the end have
- * the same normal. A step leads from a vertex with its neighbours to the same place one level down, and so
- * carries weights there to weights here. */
+/* Tangents at a vertex with semi-sharp edges, or that is semi-sharp itself, are those of the vertex after all
+ * sharpness has decayed, so that both sides of a crease that rounds off in the end have the same normal. A
+ * step maps the vertex and its neighbours to the vertex and its neighbours one level down; its transpose
+ * takes mask weights from there back to here. */
 
 static uint32_t steps_to_settle(const tw_topology *t, uint32_t vertex) {
   float greatest = 0, own = t->vertex_sharpness[vertex];
@@ -94,8 +94,8 @@ static void scale(tw_limit_entry *entry, float weight) {
   entry->tangent2 *= weight;
 }
 
-/* Weights of the vertex one level down go to the vertex and its neighbours; smooth: what its neighbours take
- * of it where it is smooth. Leaves entry 0 without its own. */
+/* Scales entry 0 (the vertex one level down) to the weight that stays at the vertex itself, and returns its
+ * former weights, which give_to_ring distributes. own: the vertex's weight in its own smooth mask. */
 static tw_limit_entry take_vertex(const neighbours *m, const tw_vertex_blend *blend, float own) {
   tw_limit_entry v = m->entries[0];
   scale(&m->entries[0], blend->corner + 0.75f * blend->crease + blend->smooth * own);
@@ -115,8 +115,8 @@ static float ring_share(const neighbours *m, const tw_vertex_decay *decay, uint3
   return tw_crease_share_after(decay, edge, steps);
 }
 
-/* Among quads. Weights of face points are gathered first, in place of those of the faces' far corners, and
- * given to the four corners of each face in the end. */
+/* A step among quads. Weights of face points are gathered first, in the entries of the faces' far corners,
+ * and distributed to the four corners of each face in the end. */
 static void quad_step(const neighbours *m, const tw_vertex_decay *decay, uint32_t steps) {
   float n = (float)m->fan_count;
   tw_vertex_blend blend = tw_blend_after(decay, steps);
@@ -145,8 +145,8 @@ static void quad_step(const neighbours *m, const tw_vertex_decay *decay, uint32_
   }
 }
 
-/* Among triangles, where what an edge point takes from the points that face the edge goes to the neighbours
- * in the ring. */
+/* A step among triangles. The weights that an edge point gives to the points opposite to its edge go to
+ * neighbours in the ring. */
 static void triangle_step(const neighbours *m, const tw_vertex_decay *decay, uint32_t steps) {
   tw_vertex_blend blend = tw_blend_after(decay, steps);
   uint32_t count = m->ring_count;
@@ -182,7 +182,7 @@ static void settle_tangents(const neighbours *m) {
 
 /* ---- masks ---------------------------------------------------------------------------------------- */
 
-/* Of the scheme that refines to triangles: the others make quads. */
+/* Whether the mesh is of Loop's scheme, which makes triangles; the other schemes make quads. */
 static bool is_loop(const tw_topology *t) {
   return t->face_size == 3;
 }
@@ -220,14 +220,14 @@ static void position_crease(const neighbours *m, const uint32_t ends[2]) {
   ring_entry(m, ends[1])->position = 1.0f / 6;
 }
 
-/* From the vertex along two edges of its ring. */
+/* Tangents from the vertex along two edges of its ring. */
 static void tangents_along(const neighbours *m, uint32_t first, uint32_t second) {
   m->entries[0].tangent1 = m->entries[0].tangent2 = -1;
   ring_entry(m, first)->tangent1 = 1;
   ring_entry(m, second)->tangent2 = 1;
 }
 
-/* The subdominant eigenvectors of the subdivision matrix. */
+/* Tangents from the subdominant eigenvectors of the subdivision matrix. */
 static void tangents_smooth(const neighbours *m) {
   if (is_loop(m->t)) {
     loop_tangents_smooth(m);
@@ -245,11 +245,11 @@ static void tangents_smooth(const neighbours *m) {
   }
 }
 
-/* Along and across a crease that bounds `faces` faces, beginning at ring edge `first`. */
+/* Tangents along and across a crease that bounds `faces` faces and begins at ring edge `first`. */
 static void tangents_crease(const neighbours *m, uint32_t first, uint32_t faces) {
   ring_entry(m, first)->tangent1 += 0.5f;
   ring_entry(m, first + faces)->tangent1 -= 0.5f;
-  if (faces == 1) { /* the mean of the two edges */
+  if (faces == 1) { /* across: the mean of the two edges */
     m->entries[0].tangent2 = -6;
     ring_entry(m, first)->tangent2 += 3;
     ring_entry(m, first + 1)->tangent2 += 3;
@@ -270,10 +270,10 @@ static void tangents_crease(const neighbours *m, uint32_t first, uint32_t faces)
   }
 }
 
-/* The run of faces between infinitely sharp edges round fan place `place`. */
+/* A sector: the faces between infinitely sharp edges on both sides of a corner. */
 typedef struct sector {
   uint32_t first, faces; /* first ring edge and number of faces */
-  bool bounded;          /* by two different edges */
+  bool bounded;          /* two different edges bound it */
 } sector;
 
 static sector find_sector(const neighbours *m, uint32_t place) {
@@ -314,12 +314,13 @@ static bool is_smooth(tw_vertex_rule rule) {
   return rule == TW_RULE_SMOOTH || rule == TW_RULE_DART;
 }
 
-/* Among quads the smooth masks begin at valence 3. */
+/* The corner rule in place of a smooth rule that has no mask: among quads, smooth masks begin at valence
+ * 3. */
 static tw_vertex_rule with_mask(const neighbours *m, tw_vertex_rule rule) {
   return is_smooth(rule) && m->fan_count == 2 && !is_loop(m->t) ? TW_RULE_CORNER : rule;
 }
 
-/* The rules that position and tangents follow; ends as in tw_vertex_rule_at. */
+/* The rules that the position and the tangents follow; ends as in tw_vertex_rule_at. */
 static tw_vertex_rule position_rule(const neighbours *m, bool linear, uint32_t ends[2]) {
   return linear ? TW_RULE_CORNER : with_mask(m, tw_vertex_rule_at(m->t, m->vertex, ends));
 }
@@ -327,13 +328,14 @@ static tw_vertex_rule tangent_rule(const neighbours *m, bool linear, uint32_t en
   return linear ? TW_RULE_CORNER : with_mask(m, tw_settled_rule_at(m->t, m->vertex, ends));
 }
 
-/* Where there is no tangent plane to choose from, or, between two triangles back to back, none at all. */
+/* Whether the tangents are those of one face: where there are several tangent planes, or none, as between two
+ * faces back to back. */
 static bool has_face_tangents(const neighbours *m, bool linear, tw_vertex_rule rule) {
   if (linear || (m->t->vertex_flags[m->vertex] & TW_VERTEX_NONMANIFOLD)) return true;
   return is_smooth(rule) && m->fan_count == 2;
 }
 
-/* The side of a crease that its tangents are taken from. */
+/* The side of a crease whose tangents the corner has. */
 static sector crease_side(const neighbours *m, uint32_t corner, const uint32_t ends[2]) {
   sector s = find_sector(m, fan_place(m, corner));
   return s.bounded ? s : (sector){ends[0], ends[1] - ends[0], false};
@@ -385,7 +387,7 @@ uint32_t tw_limit_mask(const tw_topology *topology, bool linear, uint32_t corner
   return 1 + m.ring_count + (is_loop(topology) ? 0 : m.fan_count);
 }
 
-/* The tangents of tangents_smooth lie along edges 0 and 1 of the ring. */
+/* The frame for the tangents of tangents_smooth, which lie along edges 0 and 1 of the ring. */
 static void frame_smooth(const neighbours *m, uint32_t place, float frame[2][2]) {
   double step = 2 * pi / m->fan_count;
   for (uint32_t i = 0; i < 2; i++) {
@@ -394,8 +396,9 @@ static void frame_smooth(const neighbours *m, uint32_t place, float frame[2][2])
   }
 }
 
-/* Those of tangents_crease lie along the crease and, once the faces of a side share its half turn, at a
- * right angle to it. A face that has a side for itself has no inner edge to measure that by. */
+/* The frame for the tangents of tangents_crease. They lie along the crease and at a right angle to it, where
+ * the faces of a side share its half turn equally. False for a single face on a side, which has no inner edge
+ * to measure by. */
 static bool frame_crease(const neighbours *m, uint32_t place, sector s, float frame[2][2]) {
   uint32_t n = m->fan_count, index = (place + n - s.first) % n, faces = s.faces;
   double begin = 0;

@@ -6,12 +6,12 @@
 
 /* ---- topology ------------------------------------------------------------------------------- */
 
-/* The corner of the middle child that lies on the edge of corner c. */
+/* The corner of the middle child at the middle of corner c's edge. */
 static uint32_t middle_corner(uint32_t c) {
   return 9 * (c / 3 + 1) + tw_triangle_previous(c);
 }
 
-/* Vertices of the four children of one face. */
+/* Writes the vertices of the four children of one face. */
 static void split_corners(const tw_topology *p, uint32_t face, tw_topology *child) {
   uint32_t middles[3], *corners = child->corner_vertex + 12 * (size_t)face;
   for (uint32_t i = 0; i < 3; i++) middles[i] = p->vertex_count + p->corner_edge[3 * face + i];
@@ -24,7 +24,7 @@ static void split_corners(const tw_topology *p, uint32_t face, tw_topology *chil
   }
 }
 
-/* Edges and inner siblings of the four children of one face. */
+/* Writes the edges and inner siblings of the four children of one face. */
 static void split_face(const tw_topology *p, uint32_t face, tw_topology *child) {
   uint32_t begin = 3 * face, first = 12 * face, E = p->edge_count;
   for (uint32_t i = 0; i < 3; i++) {
@@ -44,8 +44,9 @@ static void split_face(const tw_topology *p, uint32_t face, tw_topology *child) 
   }
 }
 
-/* Round the middle of an edge, counter-clockwise from the half that has the edge's first face on its left:
- * that half, two edges across that face, the other half, two edges across the second face. */
+/* Writes the fan and ring of the middle of an edge, counter-clockwise from the half that has the edge's first
+ * face on its left: that half, two edges across that face, the other half, two edges across the second
+ * face. */
 static void link_edge(tw_child_fans *fans, uint32_t edge) {
   const tw_topology *p = fans->parent;
   uint32_t first = p->edge_corner[edge], corner = first, across = 2 * p->edge_count;
@@ -54,7 +55,7 @@ static void link_edge(tw_child_fans *fans, uint32_t edge) {
     tw_put_edge(fans, 2 * edge);
     tw_put_edge(fans, 2 * edge + 1);
   }
-  uint32_t half = 2 * edge + 1; /* edge_vertices run as the first corner does */
+  uint32_t half = 2 * edge + 1; /* the half at the end: the first corner runs along the edge */
   do {
     uint32_t next = tw_triangle_next(corner);
     tw_put_corner(fans, tw_triangle_previous(4 * next));

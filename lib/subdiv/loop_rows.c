@@ -1,16 +1,17 @@
-/* Rings are passed counter-clockwise, as those of a mesh that was built; tangents are those of limit.h. */
+/* Computes normals and triangles of a Loop level from the topology above. Rings are counter-clockwise, as in
+ * topologies; tangents are those of limit.h. */
 #include "loop_rows.h"
 
 #include "normal.h"
 
-/* Sharpness that is over within a number of levels, or never. */
+/* Whether sharpness decays to 0 within a number of levels, or is infinite. */
 static bool settles(float sharpness, uint32_t levels) {
   return !tw_is_semi_sharp(sharpness) || sharpness <= (float)levels;
 }
 
 bool tw_loop_rows_fit(const tw_topology *cage, const tw_rules *rules, uint32_t levels) {
   if (tw_topology_parts_normals(cage)) return false;
-  if (rules->chaikin) levels = 0; /* what decays by Chaikin's rule may last a little longer */
+  if (rules->chaikin) levels = 0; /* under Chaikin's rule sharpness may take a little longer */
   for (uint32_t e = 0; !cage->smooth && e < cage->edge_count; e++)
     if (!settles(cage->edge_sharpness[e], levels)) return false;
   for (uint32_t v = 0; !cage->smooth && v < cage->vertex_count; v++)
@@ -28,7 +29,7 @@ tw_topology tw_loop_rows_counts(const tw_topology *above) {
 
 /* ---- triangles ------------------------------------------------------------------------------ */
 
-/* The triangle at a corner of the one above, whose corners keep their places, or amid those. */
+/* A child of a face: 0 to 2 at that corner of the face, whose corners keep their places; 3 in the middle. */
 static void child_triangle(const tw_topology *t, uint32_t face, uint32_t child, uint32_t out[3]) {
   const uint32_t *vertices = t->corner_vertex + 3 * (size_t)face, *edges = t->corner_edge + 3 * (size_t)face;
   uint32_t middles[3];
@@ -48,15 +49,15 @@ void tw_loop_rows_triangles(const tw_topology *above, uint32_t first, uint32_t c
 
 /* ---- normals -------------------------------------------------------------------------------- */
 
-/* The level of the rows: its points, and the topology of the level above it. A vertex of the level above
- * keeps its number; the points in the middle of its edges come behind them. */
+/* The level of the rows: its points, and the topology of the level above. A vertex of the level above keeps
+ * its number; the middles of its edges come after the vertices. */
 typedef struct level {
   const tw_topology *above;
   const double *points;
   tw_limit_entry *mask;
 } level;
 
-/* The point that a vertex of the level above has become. */
+/* The point that a vertex of the level above becomes. */
 static const double *point(const level *l, uint32_t vertex) {
   return l->points + 3 * (size_t)vertex;
 }
@@ -67,9 +68,10 @@ static const double *middle_at(const level *l, uint32_t corner) {
   return middle(l, l->above->corner_edge[corner]);
 }
 
-/* One of the triangles there, own and two of the ring, serves where there is no tangent plane. */
-static void finish(const double tangents[2][3], const double *own, const double *first, const double *second,
-                   float *normal) {
+/* Writes the unit normal. Where the tangents are parallel, the triangle of the own point and two points of
+ * the ring gives the normal. */
+static void put_normal(const double tangents[2][3], const double *own, const double *first,
+                       const double *second, float *normal) {
   tw_point along[2] = {{0}, {0}}, quad[4] = {{0}, {0}, {0}, {0}};
   for (int c = 0; c < 3; c++) {
     along[0][c] = (float)tangents[0][c];
@@ -81,31 +83,33 @@ static void finish(const double tangents[2][3], const double *own, const double 
   tw_put_normal(along[0], along[1], quad, normal);
 }
 
-static void regular(const double *own, const double *const r[6], float *normal) {
+/* At a regular vertex; r: its ring. */
+static void put_regular_normal(const double *own, const double *const r[6], float *normal) {
   double along[2][3];
   for (int c = 0; c < 3; c++) {
     along[0][c] = r[0][c] - r[3][c] + 0.5 * (r[1][c] - r[2][c] + (r[5][c] - r[4][c]));
     along[1][c] = r[1][c] - r[4][c] + 0.5 * (r[2][c] - r[3][c] + (r[0][c] - r[5][c]));
   }
-  finish((const double(*)[3])along, own, r[0], r[1], normal);
+  put_normal((const double(*)[3])along, own, r[0], r[1], normal);
 }
 
-/* On a border between three triangles: along it, and across as on a regular mesh with its reflection. */
-static void on_border(const double *own, const double *const r[4], float *normal) {
+/* On a border at three triangles; r: its ring, from border to border. One tangent lies along the border, the
+ * other across, as on a regular mesh that is reflected at the border. */
+static void put_border_normal(const double *own, const double *const r[4], float *normal) {
   double along[2][3];
   for (int c = 0; c < 3; c++) {
     along[0][c] = 0.5 * (r[0][c] - r[3][c]);
     along[1][c] = r[1][c] - own[c] + (r[2][c] - own[c]) - 0.5 * (r[0][c] - own[c] + (r[3][c] - own[c]));
   }
-  finish((const double(*)[3])along, own, r[0], r[1], normal);
+  put_normal((const double(*)[3])along, own, r[0], r[1], normal);
 }
 
 /* ---- at vertices, and in the middle of edges ------------------------------------------------ */
 
-/* A vertex that the level above has. The tangent mask has the same weights on every level: they are an
- * eigenvector of the step. So those of the level above are applied to this level's ring, the middles of the
- * edges, which stand in the same order as the mask's entries. */
-static void by_mask(const level *l, uint32_t vertex, float *normal) {
+/* At a vertex of the level above. Its tangent mask has the same weights on every level, as they are an
+ * eigenvector of the step. So the mask of the level above is applied to this level's ring: the middles of the
+ * edges, which are in the order of the mask's entries. */
+static void put_mask_normal(const level *l, uint32_t vertex, float *normal) {
   const tw_topology *t = l->above;
   const uint32_t *ring = t->ring_edges + t->ring_offsets[vertex];
   uint32_t count = tw_limit_mask(t, false, t->fan_corners[t->fan_offsets[vertex]], l->mask);
@@ -118,7 +122,7 @@ static void by_mask(const level *l, uint32_t vertex, float *normal) {
       along[1][c] += (double)l->mask[i].tangent2 * (to[c] - own[c]);
     }
   }
-  finish((const double(*)[3])along, own, middle(l, ring[0]), middle(l, ring[1]), normal);
+  put_normal((const double(*)[3])along, own, middle(l, ring[0]), middle(l, ring[1]), normal);
 }
 
 static bool is_regular(const tw_topology *t, uint32_t vertex) {
@@ -131,11 +135,11 @@ static void vertex_normal(const level *l, uint32_t vertex, float *normal) {
   const uint32_t *ring = t->ring_edges + t->ring_offsets[vertex];
   const double *neighbours[6];
   if (!is_regular(t, vertex)) {
-    by_mask(l, vertex, normal);
+    put_mask_normal(l, vertex, normal);
     return;
   }
   for (int i = 0; i < 6; i++) neighbours[i] = middle(l, ring[i]);
-  regular(point(l, vertex), neighbours, normal);
+  put_regular_normal(point(l, vertex), neighbours, normal);
 }
 
 static void middle_normal(const level *l, uint32_t edge, float *normal) {
@@ -146,9 +150,9 @@ static void middle_normal(const level *l, uint32_t edge, float *normal) {
       middle_at(l, tw_triangle_previous(one)), point(l, t->edge_vertices[edge][0]),
       middle_at(l, tw_triangle_next(other)),   middle_at(l, tw_triangle_previous(other))};
   if (t->edge_flags[edge] & TW_EDGE_BORDER)
-    on_border(middle(l, edge), ring, normal);
+    put_border_normal(middle(l, edge), ring, normal);
   else
-    regular(middle(l, edge), ring, normal);
+    put_regular_normal(middle(l, edge), ring, normal);
 }
 
 void tw_loop_rows_normals(const tw_topology *above, const double *points, uint32_t first, uint32_t count,

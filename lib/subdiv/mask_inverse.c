@@ -8,15 +8,15 @@
 
 enum { ROUNDS_MAX = 500 };
 
-/* What is left of the gradient where the rounds end, beside the first: double has 16 digits, and what comes
- * in has 7. */
+/* Rounds end when the gradient's length is this share of its first length: double has 16 digits, the input
+ * 7. */
 static const double ENOUGH = 1e-10;
 
-/* The step as a matrix from the parent's vertices to the child's. Rows of edges and vertices take shares of
- * face points as well, which are shares of their own rows: those come first. */
+/* The step as a matrix from the parent's vertices to the child's. Rows of edges and vertices also take shares
+ * of face points, which are rows themselves: so the rows of face points are evaluated first. */
 typedef struct step {
   const tw_topology *parent;
-  uint32_t rows, faces; /* children; the first that is a face point, or rows */
+  uint32_t rows, faces; /* the child's vertices; the first of them that is a face point, or `rows` */
   uint32_t width;
   uint32_t *offsets; /* [rows + 1] */
   tw_share *shares;
@@ -26,8 +26,9 @@ static tw_status read_masks(step *s, const tw_rules *rules, tw_arena *arena) {
   const tw_topology *p = s->parent;
   s->faces = p->vertex_count + p->edge_count;
   s->rows = s->faces + tw_refine_face_points(p, rules);
-  /* Vertices take themselves, their edges and faces; edges their ends, and faces or the corners across; face
-   * points their corners. The last mask may be written over the end of what it has. */
+  /* Number of shares: a vertex takes itself, its edges and faces; an edge its ends, and its faces or the
+   * corners opposite to it; a face point its corners. tw_refine_mask may write the last mask beyond what it
+   * returns, so there is room for one more. */
   uint64_t room = (uint64_t)p->vertex_count + 6 * (uint64_t)p->edge_count + 3 * (uint64_t)p->corner_count +
                   tw_refine_mask_capacity(p);
   if (room > UINT32_MAX) return TW_LIMIT;
@@ -94,12 +95,12 @@ static void add(double *to, double factor, const double *values, size_t count) {
 
 typedef struct vectors {
   double *answer, *gradient, *direction; /* [parent vertices][width] */
-  double *left, *image, *scratch; /* [rows][width]: what the answer does not explain; of the direction */
+  double *residual, *image, *scratch;    /* [rows][width]: the residual, the direction's image, scratch */
 } vectors;
 
 static tw_status descend(const step *s, const tw_parallel_for *parallel, const vectors *v) {
   size_t columns = (size_t)s->parent->vertex_count * s->width, rows = (size_t)s->rows * s->width;
-  memcpy(v->scratch, v->left, rows * sizeof *v->scratch);
+  memcpy(v->scratch, v->residual, rows * sizeof *v->scratch);
   transpose(s, v->scratch, v->gradient);
   memcpy(v->direction, v->gradient, columns * sizeof *v->direction);
   double size = square(v->gradient, columns), enough = size * ENOUGH * ENOUGH;
@@ -108,10 +109,10 @@ static tw_status descend(const step *s, const tw_parallel_for *parallel, const v
     if (status != TW_OK) return status;
     apply(s, v->direction, v->image);
     double length = size / square(v->image, rows);
-    if (!isfinite(length)) break; /* the direction moves nothing */
+    if (!isfinite(length)) break; /* the step maps the direction to 0 */
     add(v->answer, length, v->direction, columns);
-    add(v->left, -length, v->image, rows);
-    memcpy(v->scratch, v->left, rows * sizeof *v->scratch);
+    add(v->residual, -length, v->image, rows);
+    memcpy(v->scratch, v->residual, rows * sizeof *v->scratch);
     transpose(s, v->scratch, v->gradient);
     double next = square(v->gradient, columns), share = next / size;
     for (size_t i = 0; i < columns; i++) v->direction[i] = v->gradient[i] + share * v->direction[i];
@@ -120,18 +121,18 @@ static tw_status descend(const step *s, const tw_parallel_for *parallel, const v
   return TW_OK;
 }
 
-/* Masks sum to 1: a step moves with its values. So their mean can be taken off before, and the answer with
- * the least norm is the one that is nearest to it. */
+/* Masks sum to 1, so a step commutes with translation. The mean is subtracted before solving: the solution of
+ * least norm is then the one nearest to the mean. */
 static void take_mean(const step *s, const double *values, double mean[4]) {
   memset(mean, 0, 4 * sizeof *mean);
   for (uint32_t row = 0; row < s->rows; row++)
     for (uint32_t c = 0; c < s->width; c++) mean[c] += values[(size_t)row * s->width + c] / s->rows;
 }
 
-static double greatest_distance(const step *s, const double *left) {
+static double greatest_distance(const step *s, const double *residual) {
   double greatest = 0;
   for (uint32_t row = 0; row < s->rows; row++)
-    greatest = fmax(greatest, square(left + (size_t)row * s->width, s->width));
+    greatest = fmax(greatest, square(residual + (size_t)row * s->width, s->width));
   return sqrt(greatest);
 }
 
@@ -146,19 +147,19 @@ tw_status tw_invert_masks(const tw_topology *parent, const tw_rules *rules, uint
   if (status == TW_OK) {
     v.gradient = tw_arena_alloc_raw(arena, columns, sizeof(double));
     v.direction = tw_arena_alloc_raw(arena, columns, sizeof(double));
-    v.left = tw_arena_alloc_raw(arena, rows, sizeof(double));
+    v.residual = tw_arena_alloc_raw(arena, rows, sizeof(double));
     v.image = tw_arena_alloc_raw(arena, rows, sizeof(double));
     v.scratch = tw_arena_alloc_raw(arena, rows, sizeof(double));
-    if (!v.gradient || !v.direction || !v.left || !v.image || !v.scratch) status = TW_NO_MEMORY;
+    if (!v.gradient || !v.direction || !v.residual || !v.image || !v.scratch) status = TW_NO_MEMORY;
   }
   if (status == TW_OK) {
     double mean[4];
     take_mean(&s, child, mean);
-    for (size_t i = 0; i < rows; i++) v.left[i] = child[i] - mean[i % width];
+    for (size_t i = 0; i < rows; i++) v.residual[i] = child[i] - mean[i % width];
     memset(out, 0, columns * sizeof *out);
     status = descend(&s, parallel, &v);
     for (size_t i = 0; i < columns; i++) out[i] += mean[i % width];
-    *error = greatest_distance(&s, v.left);
+    *error = greatest_distance(&s, v.residual);
   }
   tw_arena_destroy(arena);
   return status;

@@ -1,5 +1,5 @@
-/* What surrounds a quad: 16 control points where it is regular; else all that tells its surroundings from
- * others', their connectivity and sharpness. */
+/* Finds what surrounds a quad: 16 control points where it is regular, else the connectivity and sharpness
+ * that distinguish its neighbourhood from others. */
 #include "neighbourhood.h"
 
 #include <stdlib.h>
@@ -11,7 +11,7 @@ static bool side_is_sharp(const tw_topology *t, uint32_t corner) {
   return tw_is_infinite(t->edge_sharpness[t->corner_edge[corner]]);
 }
 
-/* Number of infinitely sharp edges at a vertex; UINT32_MAX when one is semi-sharp. */
+/* Number of infinitely sharp edges at a vertex; UINT32_MAX when an edge is semi-sharp. */
 static uint32_t sharp_edges(const tw_topology *t, uint32_t vertex) {
   uint32_t count = 0;
   for (uint32_t i = t->ring_offsets[vertex]; i < t->ring_offsets[vertex + 1]; i++) {
@@ -33,13 +33,15 @@ static bool corner_is_regular(const tw_topology *t, uint32_t corner) {
     return sharp == 0 && !(t->vertex_flags[vertex] & (TW_VERTEX_BORDER | TW_VERTEX_NONMANIFOLD)) &&
            t->fan_offsets[vertex + 1] - t->fan_offsets[vertex] == 4;
   if (sharp != 2) return false;
-  /* Two faces on this side of the crease: beyond the smooth side's neighbour comes the crease again. */
+  /* Of a crease the quad must be one of two faces on this side: the neighbour across the smooth side has the
+   * crease on its own other side. */
   if (trailing) return side_is_sharp(t, tw_quad_next(t->sibling[corner]));
   return side_is_sharp(t, tw_quad_previous(t->sibling[before]));
 }
 
-/* Place of the grid's (x, y), -1 to 2, in the frame that begins at `turn`. */
-static uint32_t turned(uint32_t turn, int x, int y) {
+/* Index in the 4 x 4 grid of (x, y), -1 to 2 each, in the frame that is place_in_frame so that it begins at
+ * corner `turn`. */
+static uint32_t place_in_frame(uint32_t turn, int x, int y) {
   for (; turn > 0; turn--) {
     int old = x;
     x = 1 - y;
@@ -48,7 +50,7 @@ static uint32_t turned(uint32_t turn, int x, int y) {
   return (uint32_t)((y + 1) * 4 + x + 1);
 }
 
-/* Which sides are sharp; false when a corner is not regular. */
+/* Finds which sides are sharp, as bits; false when a corner is not regular. */
 static bool find_sharp_sides(const tw_topology *t, const uint32_t corners[4], uint8_t *sharp) {
   *sharp = 0;
   for (uint32_t s = 0; s < 4; s++) {
@@ -66,16 +68,16 @@ bool tw_patch_regular(const tw_topology *topology, uint32_t corner, uint32_t poi
   if (!find_sharp_sides(t, corners, &sharp)) return false;
   for (int i = 0; sharp && i < 16; i++) points[i] = t->corner_vertex[corner];
   for (uint32_t s = 0; s < 4; s++) {
-    points[turned(s, 0, 0)] = t->corner_vertex[corners[s]];
+    points[place_in_frame(s, 0, 0)] = t->corner_vertex[corners[s]];
     if (sharp >> s & 1) continue;
-    /* The quad across side s, from its corner at the far end of the side. */
+    /* The quad across side s; `across` is its corner at the far end of the side. */
     uint32_t across = t->sibling[corners[s]], near = tw_quad_next(across);
-    points[turned(s, 0, -1)] = t->corner_vertex[tw_quad_next(near)];
-    points[turned(s, 1, -1)] = t->corner_vertex[tw_quad_previous(across)];
+    points[place_in_frame(s, 0, -1)] = t->corner_vertex[tw_quad_next(near)];
+    points[place_in_frame(s, 1, -1)] = t->corner_vertex[tw_quad_previous(across)];
     if (sharp >> ((s + 3) & 3) & 1) continue;
-    /* The quad at corner s alone. */
+    /* The quad that touches corner s only. */
     uint32_t diagonal = tw_quad_next(t->sibling[near]);
-    points[turned(s, -1, -1)] = t->corner_vertex[tw_quad_next(tw_quad_next(diagonal))];
+    points[place_in_frame(s, -1, -1)] = t->corner_vertex[tw_quad_next(tw_quad_next(diagonal))];
   }
   *reflected = sharp;
   return true;
@@ -83,19 +85,19 @@ bool tw_patch_regular(const tw_topology *topology, uint32_t corner, uint32_t poi
 
 /* ---- collecting a neighbourhood ------------------------------------------------------------- */
 
-enum { POINTS_MAX = 1024 /* of one neighbourhood: a pole of about 500 faces */ };
+enum { POINTS_MAX = 1024 /* points, and faces, of one neighbourhood: a vertex of about 500 faces */ };
 
 struct tw_collector {
   const tw_topology *topology;
   uint32_t *vertex_marks; /* [vertex_count], all zero between calls */
-  uint8_t *face_marks;    /* [face_count], likewise */
+  uint8_t *face_marks;    /* [face_count], all zero between calls */
   bool chaikin;
   /* The neighbourhood that is being collected. */
   uint32_t points[POINTS_MAX];
   uint32_t face_begins[POINTS_MAX]; /* first corner of each face */
   uint32_t point_count, face_count;
   tw_neighbourhood found;
-  uint32_t key[POINTS_MAX * 10 + 4]; /* of `found` */
+  uint32_t key[POINTS_MAX * 10 + 4]; /* the arrays of `found` */
 };
 
 tw_collector *tw_collector_create(const tw_topology *topology, bool chaikin) {
@@ -155,7 +157,7 @@ static void unmark(tw_collector *c) {
   for (uint32_t i = 0; i < c->face_count; i++) c->face_marks[c->face_begins[i] / 4] = 0;
 }
 
-/* Bytes of the key of a neighbourhood. */
+/* Size of the key of a neighbourhood. */
 static size_t key_size(uint32_t points, uint32_t faces, bool chaikin) {
   size_t size = faces * (sizeof(uint32_t[4]) + sizeof(float[4])) + sizeof(float[4]);
   return chaikin ? size + points * (sizeof(float) + sizeof(uint32_t)) : size;
@@ -189,7 +191,7 @@ static void note_semi_end(tw_neighbourhood *n, const tw_topology *t, uint32_t lo
   n->semi_count[local] = t->semi_count[vertex];
 }
 
-/* Writes the key of the collected neighbourhood into the buffer that is kept for it. */
+/* Writes the key of the collected neighbourhood. */
 static void describe(tw_collector *collector) {
   const tw_topology *t = collector->topology;
   tw_neighbourhood *n = &collector->found;

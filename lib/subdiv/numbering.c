@@ -1,5 +1,4 @@
-/* Gives rows to corners, edges and quads, so that every point of the answer has one place that
- * arithmetic finds. */
+/* Numbers the rows of corners and edges, from which arithmetic finds the row of any point of the answer. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -81,8 +80,8 @@ typedef struct vertex_numberer {
   const tw_splits *splits;
   const uint8_t *visible;
   tw_numbering *out;
-  uint32_t *place;           /* [base corners] place of each corner in the fan of its vertex */
-  uint32_t *sector;          /* [greatest fan] the places of one fan as sets */
+  uint32_t *place;           /* [base corners] index of each corner in the fan of its vertex */
+  uint32_t *sector;          /* [greatest fan] union-find over the corners of one fan */
   struct fan_entry *entries; /* [greatest fan] */
 } vertex_numberer;
 
@@ -105,8 +104,8 @@ static bool same_uv_edge(const vertex_numberer *n, uint32_t a, uint32_t b) {
   return tangent_frame(n, a) == tangent_frame(n, b);
 }
 
-/* Corners of one edge share a row unless something splits them. With UVs, the many corners that may
- * meet at a non-manifold edge are not compared with each other: each has its own row. */
+/* Gives rows to an edge: its corners share a row unless something splits them. With UVs, the many corners
+ * that may meet at a non-manifold edge are not compared with each other: each gets a row of its own. */
 static void number_edge(vertex_numberer *n, uint32_t edge) {
   tw_numbering *out = n->out;
   uint32_t first = n->base->edge_corner[edge], corner = first, begun = out->edge_count;
@@ -124,7 +123,7 @@ static void number_edge(vertex_numberer *n, uint32_t edge) {
   } while (corner != first);
 }
 
-/* Joins the places of a fan across edges that do not split. Returns the number of sectors. */
+/* Joins the corners of a fan across edges that do not split. Returns the number of sectors. */
 static uint32_t find_sectors(vertex_numberer *n, uint32_t vertex) {
   const tw_topology *base = n->base;
   const uint32_t *fan = base->fan_corners + base->fan_offsets[vertex];
@@ -140,8 +139,8 @@ static uint32_t find_sectors(vertex_numberer *n, uint32_t vertex) {
   return sectors;
 }
 
-/* Whether the faces at a vertex are one sector. Where they form one fan, it takes two edges to part them, or
- * one besides those of a border. */
+/* Whether the faces at a vertex are one sector. In a single fan it takes two splitting edges to make two
+ * sectors, or one splitting edge besides a border. */
 static bool is_one_sector(vertex_numberer *n, uint32_t vertex) {
   const tw_topology *base = n->base;
   if (!n->splits->normals) return true;
@@ -154,7 +153,7 @@ static bool is_one_sector(vertex_numberer *n, uint32_t vertex) {
   return parting < 2 || find_sectors(n, vertex) == 1;
 }
 
-/* One row for all faces at a vertex. */
+/* Gives one row to all visible faces at a vertex. */
 static void number_whole(vertex_numberer *n, uint32_t vertex) {
   const tw_topology *base = n->base;
   uint32_t row = n->out->corner_count, first = base->fan_offsets[vertex], end = base->fan_offsets[vertex + 1];
@@ -212,7 +211,7 @@ static void number_vertex(vertex_numberer *n, uint32_t vertex) {
   }
 }
 
-/* Corners at the vertices that are chosen; NULL: at all. */
+/* Numbers the corners at the vertices chosen: [vertices] flags; NULL: at all vertices. */
 static tw_status number_corners(vertex_numberer *n, const uint8_t *chosen) {
   const tw_topology *base = n->base;
   uint32_t greatest = 0;

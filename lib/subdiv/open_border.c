@@ -1,4 +1,4 @@
-/* Cutting a refined mesh back to what the border leaves, and counting without doing so. */
+/* Cuts a refined mesh back to the faces that an open border leaves, and counts them in closed form. */
 #include "open_border.h"
 
 #include <stdlib.h>
@@ -58,9 +58,9 @@ tw_surface_counts tw_count_faces(const tw_topology *topology, const uint8_t *vis
   return counts;
 }
 
-/* Quads by how many of their corners are inner vertices, and edges by how many of their ends. A quad with
- * opposite inner corners alone does not come up: every quad of a refined mesh has a corner whose neighbours
- * lie between it and the border. */
+/* Counts of quads by how many of their corners are inner vertices, and of edges by how many of their ends
+ * are. A quad whose inner corners are just two opposite ones does not occur: every quad of a refined mesh has
+ * a corner whose neighbours lie between it and the border. */
 typedef struct border_kinds {
   uint64_t quads[5], edges[3], inner_vertices;
 } border_kinds;
@@ -86,9 +86,9 @@ static border_kinds sort_all(const tw_topology *t, const uint8_t *visible) {
   return kinds;
 }
 
-/* One step: of a quad with two inner corners two strips of the border remain, of one with three two
- * strips and the same turn, of one with one inner corner the same. Edges from the middle of a side to the
- * middle of the quad have as many inner ends as those middles have inner quads all round. */
+/* The counts after one step. A quad with two inner corners leaves two quads with two; a quad with three
+ * leaves two with two and one with three; a quad with one leaves one with one. An edge from the middle of a
+ * side to the middle of the quad has an inner end where all child quads around that end remain. */
 static border_kinds next_kinds(const border_kinds *k) {
   const uint64_t *quads = k->quads, *edges = k->edges;
   return (border_kinds){{0, quads[1], 2 * (quads[2] + quads[3]), quads[3], 4 * quads[4]},
@@ -114,19 +114,19 @@ tw_surface_counts tw_open_count(const tw_topology *first, const uint8_t *visible
 
 /* ---- counting of triangles ---------------------------------------------------------------------- */
 
-/* Counting what an open border leaves of a Loop mesh, level by level.
+/* Counts of what an open border leaves of a Loop mesh, level by level.
  *
- * A triangle passes on its corners at inner vertices, and its middle unless one of its edges lies on the
- * border. What those are follows from how many of its vertices are on the border, so that kinds of
- * triangles are enough to count by, and kinds of edges for the vertices. */
+ * A triangle leaves its children at inner vertices, and its middle child unless one of its edges lies on the
+ * border. The kinds of these children follow from how many of the triangle's vertices are on the border, so
+ * counts by kinds of triangles suffice, and by kinds of edges for the vertices. */
 
 typedef struct triangle_kinds {
   uint64_t inside, one, two; /* triangles with no, one and two vertices on the border, and no edge */
-  uint64_t strip;            /* with two and the edge between them */
-  uint64_t middle;           /* with three, and no edge: only the middle goes on */
-  uint64_t last;             /* with three, and an edge: nothing goes on */
+  uint64_t strip;            /* triangles with two, and the edge between them on the border */
+  uint64_t middle;           /* with three, and no edge: only the middle child remains */
+  uint64_t last;             /* with three, and an edge: no child remains */
   uint64_t inner_vertices;
-  uint64_t inner_edges, half_edges; /* with two inner ends, with one */
+  uint64_t inner_edges, half_edges; /* edges with two inner ends, with one */
 } triangle_kinds;
 
 static bool is_inner(const tw_topology *t, uint32_t vertex) {
@@ -162,7 +162,8 @@ static triangle_kinds sort_triangles(const tw_topology *t, const uint8_t *visibl
   return kinds;
 }
 
-/* The middle of a triangle with one vertex on the border is a strip, of one with two a last one. */
+/* The middle child of a triangle with one vertex on the border is a strip, of one with two vertices a last
+ * one. */
 static triangle_kinds next_triangle_kinds(const triangle_kinds *k) {
   return (triangle_kinds){
       .inside = 4 * k->inside,
@@ -176,7 +177,8 @@ static triangle_kinds next_triangle_kinds(const triangle_kinds *k) {
   };
 }
 
-/* Edges across triangles: three round each that has a middle, one in a strip. */
+/* The number of edges of the next level. Edges across triangles: three around each middle child that remains,
+ * one in a strip. */
 static uint64_t next_edges(const triangle_kinds *k) {
   uint64_t across = 3 * (k->inside + k->one + k->two + k->middle) + k->strip;
   return 2 * k->inner_edges + k->half_edges + across;
@@ -191,9 +193,9 @@ tw_surface_counts tw_loop_open_count(const tw_topology *first, const uint8_t *vi
   triangle_kinds kinds = sort_triangles(first, visible);
   /* Stops where numbers near 64 bits, far over the limit. */
   for (uint32_t l = 1; l < level && counts.faces > 0 && counts.corners < UINT64_MAX / 16; l++) {
-    /* Every edge off the border has its middle: a triangle that stays behind whole was the middle of one in
-     * a mesh that was cut, so that its edges off the border lead to children of the same triangle, which go
-     * on. */
+    /* Every edge off the border has a middle that remains. A triangle of which no child remains was a middle
+     * child in the level above, which was cut; across its edges off the border lie children of the same
+     * triangle, which do leave children. */
     counts.vertices = kinds.inner_vertices + (counts.edges - border_edges);
     counts.edges = next_edges(&kinds);
     border_edges = kinds.one + 2 * kinds.two + kinds.strip + 3 * kinds.middle;
