@@ -1,17 +1,18 @@
-/* Normals and tangents of the file, and what its morph targets add to the normals, for the surface of level
+/* The file's normals and tangents, and its morph targets' displacements of normals, for the surface of level
  * 0, which is the file's mesh itself. */
 #include <math.h>
 
 #include "surface.h"
 #include "weld.h"
 
-/* They are not those of points that details move. */
+/* False with details: they move the points, and the file's normals no longer fit. */
 bool tw_has_own_normals(const tw_mesh *mesh, const tw_surface_options *options) {
   return mesh->detail_count == 0 && options->own_normals && options->normals && options->level == 0 &&
          !options->limit && !options->movable && mesh->normals.corners;
 }
 
-/* All 0 stays so, and what has no finite length becomes 0. What is unit but for rounding stays as it is. */
+/* Makes a vector unit. A zero vector stays 0, and a vector of no finite length becomes 0. A vector that is
+ * unit up to rounding stays as it is. */
 static void make_unit(float *v) {
   double length =
       sqrt((double)v[0] * (double)v[0] + (double)v[1] * (double)v[1] + (double)v[2] * (double)v[2]);
@@ -19,7 +20,7 @@ static void make_unit(float *v) {
   for (int i = 0; i < 3; i++) v[i] = length > 0 && isfinite(length) ? (float)((double)v[i] / length) : 0;
 }
 
-/* rows: [mesh corners][width] */
+/* Reads unit normals and, where width is 7, tangents. row: [mesh corners][width]. */
 static void read_rows(const tw_mesh *mesh, uint32_t width, float *row) {
   const tw_corner_normals *own = &mesh->normals;
   for (uint32_t c = 0; c < mesh->corner_count; c++, row += width) {
@@ -32,8 +33,9 @@ static void read_rows(const tw_mesh *mesh, uint32_t width, float *row) {
   }
 }
 
-/* equal: [mesh corners] the first corner with the same row; as far as targets displace their normals alike,
- * too. A target at a time, since all together would take too much memory. */
+/* Splits the sets of equal rows further where a target displaces normals differently. equal: [mesh corners]
+ * the first corner with an equal row; updated. Works on one target at a time, since rows of all targets would
+ * take too much memory. */
 static tw_status part_by_morphs(const tw_mesh *mesh, tw_arena *arena, uint32_t *equal) {
   enum { WIDTH = 5, HALF = 1 << 16 };
   float *rows = tw_arena_alloc_raw(arena, mesh->corner_count, WIDTH * sizeof *rows);
@@ -41,7 +43,8 @@ static tw_status part_by_morphs(const tw_mesh *mesh, tw_arena *arena, uint32_t *
   for (uint32_t m = 0; m < mesh->morph_count && status == TW_OK; m++) {
     for (uint32_t c = 0; c < mesh->corner_count; c++) {
       float *row = rows + WIDTH * (size_t)c;
-      uint32_t high = equal[c] / HALF, low = equal[c] % HALF; /* floats hold half of a number exactly */
+      /* Two floats hold the halves of the number exactly. */
+      uint32_t high = equal[c] / HALF, low = equal[c] % HALF;
       row[0] = (float)high;
       row[1] = (float)low;
       memcpy(row + 2, mesh->morph_normals[m] + 3 * (size_t)mesh->normals.corners[c], 3 * sizeof *row);

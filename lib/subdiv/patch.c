@@ -1,4 +1,4 @@
-/* Plans the patches of a mesh of quads, and evaluates them: regular ones as splines, irregular ones by
+/* Makes the patches of a mesh of quads, and evaluates them: regular patches as splines, irregular ones by
  * stencils or by splitting them. */
 #include "patch.h"
 
@@ -12,7 +12,7 @@
 
 /* ---- planning ------------------------------------------------------------------------------- */
 
-/* Control points grow as patches are met: most take 16. */
+/* The control points of all patches so far. Most patches take 16. */
 typedef struct control_list {
   uint32_t *points;
   uint32_t count, capacity;
@@ -36,17 +36,19 @@ static tw_status append_controls(control_list *list, const uint32_t *points, uin
   return TW_OK;
 }
 
-/* Patches on their way. */
+/* Patches while they are made. */
 typedef struct plan {
   tw_patches *patches;
   tw_patch_shapes *shapes;
-  bool linear; /* a quad is the B-spline of its corners, reflected beyond each side */
+  bool linear; /* a quad is then the B-spline of its corners, reflected at each side */
   const tw_parallel_for *parallel;
   tw_collector *collector;
   control_list controls;
 } plan;
 
-enum { QUADS_AT_ONCE = 4096 /* until somebody is asked whether the patches are still wanted */ };
+enum {
+  QUADS_AT_ONCE = 4096 /* quads that are planned between two questions whether the patches are still wanted */
+};
 
 static tw_status classify(plan *p, uint32_t quad, tw_patch_class **shape, const uint32_t **points) {
   tw_patches *all = p->patches;
@@ -75,7 +77,7 @@ static tw_status plan_patch(plan *p, uint32_t quad) {
   return append_controls(&p->controls, points, count);
 }
 
-/* TW_NO_MEMORY. */
+/* Allocates what the plan needs. On failure tw_patches_deinit and plan_all free it. TW_NO_MEMORY. */
 static tw_status start_plan(plan *p, const tw_rules *rules) {
   tw_patches *all = p->patches;
   const tw_topology *base = all->base;
@@ -135,15 +137,15 @@ const uint32_t *tw_patch_controls(const tw_patches *patches, uint32_t quad, uint
 
 enum { WIDTH_MAX = 4 };
 
-/* Part of a grid on its way to the job's arrays: the local grid's point (i, j) is the job's point
- * (i + column, j + row). */
+/* Where part of a grid is written in the job's arrays. Point (i, j) of this local grid is point (i + column,
+ * j + row) of the patch. */
 typedef struct target {
   const tw_patch_job *job;
   const tw_spline *splines; /* by depth */
   tw_patch_rect whole;
   uint32_t column, row;
-  const double *origin; /* what the points of an irregular patch are relative to */
-  bool split;           /* even where there is a stencil */
+  const double *origin; /* the place that an irregular patch's points are relative to */
+  bool split;           /* split the patch even where its class has a stencil */
 } target;
 
 static size_t place_of(const target *to, uint32_t i, uint32_t j) {
@@ -154,7 +156,7 @@ static size_t place_of(const target *to, uint32_t i, uint32_t j) {
 
 /* ---- splines -------------------------------------------------------------------------------- */
 
-/* origin: what the control points are relative to. */
+/* Evaluates a spline. points: relative to `origin`. */
 static void evaluate_spline(const target *to, const tw_point points[16], tw_point origin, uint32_t depth,
                             tw_patch_rect rect) {
   const tw_patch_job *job = to->job;
@@ -176,13 +178,13 @@ static void evaluate_spline(const target *to, const tw_point points[16], tw_poin
   tw_spline_rows(&rows);
 }
 
-/* Row (or column) beyond a sharp side: 2 edge - inner. */
+/* Sets the row (or column) beyond a sharp side to 2 edge - inner. */
 static void reflect(tw_point points[16], int outer, int edge, int inner, int step) {
   for (int k = 0; k < 4; k++)
     points[outer + k * step] = 2.0f * points[edge + k * step] - points[inner + k * step];
 }
 
-/* Columns first, then whole rows, so that a corner is reflected both ways. */
+/* Reflects columns first, then whole rows, so that corners are reflected both ways. */
 static void reflect_sides(tw_point points[16], uint8_t reflected) {
   if (reflected & 8) reflect(points, 0, 1, 2, 4);
   if (reflected & 2) reflect(points, 3, 2, 1, 4);
@@ -194,8 +196,8 @@ static tw_point narrow(const double in[WIDTH_MAX]) {
   return (tw_point){(float)in[0], (float)in[1], (float)in[2], (float)in[3]};
 }
 
-/* A regular quarter of a shape. Its points are taken relative to a place among them, so that float keeps
- * their differences however small the quarter is. */
+/* Evaluates a regular quarter of an irregular patch. Its points are made relative to one of them, so that
+ * float keeps their differences however small the quarter is. */
 static void evaluate_part(const target *to, const tw_patch_part *part, const double (*points)[WIDTH_MAX],
                           uint32_t depth, tw_patch_rect rect) {
   tw_point origin = {0}, relative[16];
@@ -210,7 +212,7 @@ static void evaluate_part(const target *to, const tw_patch_part *part, const dou
 
 /* ---- corners -------------------------------------------------------------------------------- */
 
-/* Along the sides of a quad, at its corner k, from the tangents of the corner's masks. */
+/* Derivatives along the sides of a quad at its corner k, from the tangents of the corner's masks. */
 static void corner_derivatives(const tw_patch_class *shape, const double (*points)[WIDTH_MAX], uint32_t k,
                                const double tangents[2][WIDTH_MAX], float *out) {
   const double *own = points[k], *after = points[(k + 1) % 4], *before = points[(k + 3) % 4];
@@ -227,14 +229,15 @@ static void corner_derivatives(const tw_patch_class *shape, const double (*point
   }
 }
 
-/* Corner k of an irregular quad that needs no further split, at place (i, j) of the grid. */
+/* Evaluates corner k of an irregular quad of depth 0. place: offset in the job's arrays. */
 static void evaluate_corner(const target *to, const tw_patch_class *shape, const double (*points)[WIDTH_MAX],
                             uint32_t k, size_t place) {
   double limit[WIDTH_MAX] = {0}, tangents[2][WIDTH_MAX] = {{0}, {0}};
   for (uint32_t e = 0; e < shape->mask_counts[k]; e++) {
     const tw_limit_entry *entry = &shape->masks[k][e];
     for (int c = 0; c < WIDTH_MAX; c++) {
-      /* Masks sum to 1 and 0: against the vertex itself nothing large cancels. */
+      /* Masks sum to 1 (position) and 0 (tangents): differences from the vertex itself keep large terms from
+       * cancelling. */
       double offset = points[entry->vertex][c] - points[k][c];
       limit[c] += (double)entry->position * offset;
       tangents[0][c] += (double)entry->tangent1 * offset;
@@ -276,8 +279,8 @@ static void refine_shape(const tw_patch_class *shape, const double (*points)[WID
   }
 }
 
-/* The part of a rectangle in one quarter, in the quarter's own coordinates. The lower half of each
- * direction owns the line between the two. False when nothing is left. */
+/* The part of a rectangle that lies in one quarter, in the quarter's own coordinates. The line between two
+ * quarters belongs to the lower one. False when no point lies in the quarter. */
 static bool quarter(tw_patch_rect rect, uint32_t half, bool right, bool upper, tw_patch_rect *out) {
   uint32_t i_low = right ? half + 1 : 0, i_high = right ? 2 * half : half;
   uint32_t j_low = upper ? half + 1 : 0, j_high = upper ? 2 * half : half;
@@ -292,7 +295,7 @@ static bool quarter(tw_patch_rect rect, uint32_t half, bool right, bool upper, t
 
 /* ---- stencils ------------------------------------------------------------------------------- */
 
-/* False when that cannot give what is wanted. */
+/* Whether the stencil can give what the job wants. */
 static bool has_stencil(const target *to, const tw_stencil *stencil) {
   const tw_patch_job *job = to->job;
   return stencil && !to->split && !job->derivatives && (!job->normals || stencil->tangents);
@@ -300,8 +303,9 @@ static bool has_stencil(const target *to, const tw_stencil *stencil) {
 
 /* ---- splitting ------------------------------------------------------------------------------ */
 
-/* Depth falls by one a call: at most TW_LEVEL_MAX deep. scratch: the rows of this depth and below. In
- * double, because deep down points lie so close together that tangents would drown in rounding. */
+/* Splits a patch and evaluates its quarters. Recursion is at most TW_LEVEL_MAX deep, as depth falls by one a
+ * call. scratch: memory for the rows of this depth and those below. In double: deep down, points lie so close
+ * together that float would round tangents away. */
 static void evaluate_shape(target to, const tw_patch_class *shape, const double (*points)[WIDTH_MAX],
                            uint32_t depth, tw_patch_rect rect, double (*scratch)[WIDTH_MAX]) {
   if (depth == 0) {
@@ -323,7 +327,7 @@ static void evaluate_shape(target to, const tw_patch_class *shape, const double 
       evaluate_part(&part_to, part, refined, depth - 1, part_rect);
       continue;
     }
-    /* The part's points go behind this depth's rows, its own rows behind those. */
+    /* The quarter's points are stored after this depth's rows; its own rows follow them. */
     double(*own)[WIDTH_MAX] = scratch + shape->refined_count;
     for (uint32_t i = 0; i < part->shape->point_count; i++)
       memcpy(own[i], refined[part->points[i]], sizeof *own);
@@ -334,8 +338,9 @@ static void evaluate_shape(target to, const tw_patch_class *shape, const double 
 
 /* ---- one patch ------------------------------------------------------------------------------ */
 
-/* Relative to the first control point: rows of weights sum to 1 within the rounding of float alone, which far
- * from 0 would be more than what the points of a small quarter differ by. */
+/* Evaluates an irregular patch with points relative to its first control point. A row's weights sum to 1 up
+ * to float rounding only; far from 0 that error would be larger than the differences between points of a
+ * small quarter. */
 static void evaluate_irregular(target to, const tw_patches *patches, const tw_patch *patch,
                                tw_patch_rect rect) {
   const tw_patch_job *job = to.job;
@@ -351,7 +356,6 @@ static void evaluate_irregular(target to, const tw_patches *patches, const tw_pa
   evaluate_shape(to, patch->shape, (const double(*)[WIDTH_MAX])points, patches->depth, rect, points + count);
 }
 
-/* In rows of four control points along i. */
 static void evaluate_regular(const target *to, const tw_patches *patches, const tw_patch *patch,
                              tw_patch_rect rect) {
   const tw_patch_job *job = to->job;
@@ -363,8 +367,9 @@ static void evaluate_regular(const target *to, const tw_patches *patches, const 
   evaluate_spline(to, points, (tw_point){0}, patches->depth, rect);
 }
 
-/* rect: a corner, the inside of a side, or lines of the inside, whose points follow each other in a stencil.
- */
+/* Evaluates an irregular patch by its class's stencil. rect: a corner, the inside of a side, or whole lines
+ * of the inside: points that are consecutive in a stencil. Normals for which the stencil is not precise
+ * enough are computed again by splitting. */
 static void evaluate_by_stencil(const target *to, const tw_patches *patches, const tw_patch *patch,
                                 tw_patch_rect rect) {
   const tw_patch_job *job = to->job;

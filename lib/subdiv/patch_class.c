@@ -1,4 +1,4 @@
-/* The classes of irregular quads: all quads whose neighbourhoods are the same share one. */
+/* Makes the classes of irregular quads, and finds them again by their neighbourhood's key. */
 #include "patch_class.h"
 
 #include <stdlib.h>
@@ -8,7 +8,7 @@
 
 enum {
   BUCKETS_FIRST = 16,
-  BYTES_MAX = 64 << 20 /* all classes together */
+  BYTES_MAX = 64 << 20 /* of all classes together */
 };
 
 struct tw_patch_shapes {
@@ -17,7 +17,7 @@ struct tw_patch_shapes {
   uint32_t bucket_count, class_count;
   uint32_t point_max, refined_max; /* of any class */
   uint32_t depth_max;
-  bool failed; /* a class may be half made: no more of them */
+  bool failed; /* a class may be half made: no classes are given out any more */
 };
 
 tw_patch_shapes *tw_patch_shapes_create(void) {
@@ -50,14 +50,14 @@ tw_arena *tw_patch_shapes_stencils(tw_patch_shapes *shapes) {
 }
 
 uint32_t tw_patch_shapes_scratch(const tw_patch_shapes *shapes) {
-  /* Each depth keeps the points of its shape and the rows refined from them. */
+  /* Each depth of the recursion stores the points of its class and the rows refined from them. */
   return (shapes->refined_max + shapes->point_max) * (shapes->depth_max + 1);
 }
 
 /* ---- making a class ------------------------------------------------------------------------- */
 
-/* The neighbourhood as a mesh of its own. Its outer rim looks like a border, but nothing asks for
- * points there. */
+/* Makes a topology of the neighbourhood. Its outer rim looks like a border, but no point at the rim is
+ * computed. */
 static tw_status to_topology(const tw_neighbourhood *n, tw_arena *arena, tw_topology *t) {
   tw_status status =
       tw_topology_build(t, arena, n->point_count, n->face_count, NULL, 4 * n->face_count, n->quads[0]);
@@ -85,15 +85,15 @@ static tw_status make_masks(tw_patch_shapes *shapes, const tw_topology *t, tw_pa
   return TW_OK;
 }
 
-/* What refining a neighbourhood needs while it lasts. */
+/* Refining a neighbourhood: what is needed until the class has its step. */
 typedef struct step {
   tw_arena *arena;
   tw_topology parent, child;
-  tw_collector *collector; /* of the child */
+  tw_collector *collector; /* collects neighbourhoods in the child */
   tw_share *shares;        /* room for a mask */
-  float *row;              /* [parent points] */
-  uint32_t *new_index;     /* [child vertices], 1 + row in the class, 0 when unused */
-  uint32_t *rows;          /* [child vertices], used ones in the order of their rows */
+  float *row;              /* [parent points] weights of one row */
+  uint32_t *new_index;     /* [child vertices] 1 + the vertex's row in the class, 0 when it has none */
+  uint32_t *rows;          /* [child vertices] the vertices that have rows, in the order of the rows */
   uint32_t row_count;
 } step;
 
@@ -112,7 +112,8 @@ static tw_status start_step(const tw_neighbourhood *local, step *s) {
   return TW_OK;
 }
 
-/* Rows of the class for these child vertices, adding those that are new. */
+/* Returns the rows of these child vertices, and gives new rows to vertices that have none. NULL without
+ * memory. */
 static const uint32_t *take_rows(tw_patch_shapes *shapes, step *s, const uint32_t *vertices, uint32_t count) {
   uint32_t *rows = tw_arena_alloc(shapes->arena, count, sizeof *rows);
   if (!rows) return NULL;
@@ -128,7 +129,8 @@ static const uint32_t *take_rows(tw_patch_shapes *shapes, step *s, const uint32_
 
 static tw_status make_part(tw_patch_shapes *shapes, step *s, uint32_t k, uint32_t depth,
                            tw_patch_part *part) {
-  /* Child quad k begins at parent corner k; begun (4 - k) corners later it lies as its parent does. */
+  /* Child quad k begins at the parent's corner k. Begun (4 - k) % 4 corners later it has its parent's
+   * orientation. */
   uint32_t corner = 4 * k + (4 - k) % 4;
   uint32_t regular[16];
   const uint32_t *vertices = regular;
@@ -142,7 +144,8 @@ static tw_status make_part(tw_patch_shapes *shapes, step *s, uint32_t k, uint32_
   return part->points ? TW_OK : TW_NO_MEMORY;
 }
 
-/* Shares that a child takes of each point, those of face points given on to the faces' corners. */
+/* Computes s->row: the weight of each point in a child vertex. The shares of face points are passed on to the
+ * faces' corners. */
 static void weigh_row(const step *s, uint32_t child, bool chaikin) {
   const tw_rules rules = {.chaikin = chaikin};
   const tw_topology *t = &s->parent;
@@ -197,11 +200,11 @@ static tw_status refine_class(tw_patch_shapes *shapes, tw_patch_class *shape, ui
   return status;
 }
 
-/* Makes a class good for `depth` steps. Depth is bounded by TW_LEVEL_MAX, and so is the recursion. */
+/* Makes a class ready for `depth` steps. Depth is at most TW_LEVEL_MAX, which also bounds the recursion. */
 static tw_status deepen(tw_patch_shapes *shapes, tw_patch_class *shape, uint32_t depth) {
   if (depth > shapes->depth_max) shapes->depth_max = depth;
   if (shape->depth >= depth) return TW_OK;
-  shape->depth = depth; /* set first: a class is often its own quarter */
+  shape->depth = depth; /* set before recursing: a class is often its own quarter */
   if (!shape->row_offsets) return refine_class(shapes, shape, depth);
   for (uint32_t k = 0; k < 4; k++) {
     if (!shape->parts[k].shape) continue;
@@ -213,7 +216,7 @@ static tw_status deepen(tw_patch_shapes *shapes, tw_patch_class *shape, uint32_t
 
 /* ---- the table of classes ------------------------------------------------------------------- */
 
-/* Where the chain of a hash begins. */
+/* The start of the chain for a hash. */
 static tw_patch_class **bucket_of(const tw_patch_shapes *shapes, uint32_t hash) {
   return &shapes->buckets[hash & (shapes->bucket_count - 1)];
 }
@@ -232,7 +235,7 @@ static void link_class(tw_patch_shapes *shapes, tw_patch_class *shape) {
   *bucket = shape;
 }
 
-/* Doubles the buckets; without memory chains get longer. */
+/* Doubles the number of buckets. Without memory the table stays as it is, with longer chains. */
 static void add_buckets(tw_patch_shapes *shapes) {
   uint32_t count = shapes->bucket_count;
   tw_patch_class **old = shapes->buckets, **buckets = tw_alloc_zero(2 * (size_t)count, sizeof *buckets);
@@ -247,7 +250,7 @@ static void add_buckets(tw_patch_shapes *shapes) {
   free(old);
 }
 
-/* A class of its own for a neighbourhood; its refinement comes when a depth is asked for. */
+/* Makes the class of a neighbourhood. Its refinement step is made when a depth is asked for. */
 static tw_status make_class(tw_patch_shapes *shapes, const tw_neighbourhood *n, tw_patch_class **out) {
   tw_patch_class *shape = tw_arena_alloc(shapes->arena, 1, sizeof *shape);
   void *key = tw_arena_alloc(shapes->arena, 1, n->key_size);

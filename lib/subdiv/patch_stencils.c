@@ -1,5 +1,5 @@
-/* Makes stencils: a patch's points are linear in its control points, so that weights are the points of
- * patches in which one control point is 1 and all others are 0. */
+/* Makes stencils. A patch's points are linear in its control points, so the weights of a control point are
+ * the points of a patch in which that control point is 1 and all others are 0. */
 
 #include "patch_stencils.h"
 
@@ -9,26 +9,28 @@
 #include "stencil.h"
 
 enum {
-  USES_MIN = 8,             /* patches of a class that make up for the time a stencil takes to make */
-  BYTES_MAX = 4 << 20,      /* all stencils of one mesh together, which the processor's cache holds */
-  ALL_BYTES_MAX = 64 << 20, /* of all that share classes */
-  TOGETHER = 4,             /* control points a patch: the components of its points */
+  /* Patches of a class from which a stencil saves more time than making it takes. */
+  USES_MIN = 8,
+  BYTES_MAX = 4 << 20,      /* all stencils of one mesh together: they fit in the processor's cache */
+  ALL_BYTES_MAX = 64 << 20, /* all stencils of all meshes that share classes */
+  /* Control points whose weights are computed at once: one in each component of a point. */
+  TOGETHER = 4,
   SLOPE_WIDTH = 8,
   SLOPE_SECOND = 4
 };
 
-/* By depth: floats from the weights of one control point to those of the next, room for all points of the
- * grid in whole cache lines (16 floats). */
+/* By depth: floats from the weights of one control point to those of the next. All points of the grid,
+ * rounded up to whole cache lines (16 floats). */
 static const uint32_t strides[TW_STENCIL_DEPTH_MAX + 1] = {16, 32, 48, 112, 336};
 
-/* In place of a class's uses, once they have proved enough. */
+/* Value of a class's `uses` once it has been chosen to have a stencil. */
 static const uint32_t TAKEN = UINT32_MAX;
 
 static uint32_t control_count_of(const tw_patch_class *shape) {
   return (shape->point_count + 1) & ~1u;
 }
 
-/* What stencils are made for. scratch_points and splines: of patches of the depth. */
+/* What stencils are made for. scratch_points and splines: from patches of the depth. */
 typedef struct stencil_inputs {
   uint32_t depth, scratch_points;
   tw_spline *splines;
@@ -37,7 +39,7 @@ typedef struct stencil_inputs {
 
 /* ---- weights -------------------------------------------------------------------------------- */
 
-/* A class as the only patch there is. */
+/* A patch of the class whose stencil is being made, and its arrays. */
 typedef struct basis {
   tw_patch_class *shape;
   const stencil_inputs *inputs;
@@ -46,7 +48,7 @@ typedef struct basis {
   float *in;          /* [point_count][TOGETHER] */
   double *scratch;
   float *values, *slopes; /* [points][TOGETHER], [points][SLOPE_WIDTH] */
-  float *out, *tangents;  /* as in a stencil */
+  float *out, *tangents;  /* values and tangents as in tw_stencil */
 } basis;
 
 static bool allocate(basis *b, tw_arena *scratch, tw_arena *arena) {
@@ -63,7 +65,7 @@ static bool allocate(basis *b, tw_arena *scratch, tw_arena *arena) {
          (!b->inputs->normals || b->tangents);
 }
 
-/* The patch of the control points that are set. */
+/* Evaluates the patch for the control points that `in` has. */
 static void evaluate(const basis *b) {
   tw_patch patch = {.shape = b->shape};
   tw_patches patches = {
@@ -84,7 +86,7 @@ static void evaluate(const basis *b) {
   tw_patch_evaluate(&patches, 0, &job, (tw_patch_rect){0, n, 0, n});
 }
 
-/* Weights of control point k, the nth of those together, at all points. */
+/* Stores the weights of control point k, which is component `nth` of the evaluated points, at all points. */
 static void store(const basis *b, size_t k, uint32_t nth) {
   uint32_t n = 1u << b->inputs->depth;
   for (uint32_t point = 0; point < b->points; point++) {
@@ -95,7 +97,7 @@ static void store(const basis *b, size_t k, uint32_t nth) {
   }
 }
 
-/* Weights of the control points from k on. */
+/* Computes the weights of control points k to k + TOGETHER - 1. */
 static void weigh(const basis *b, uint32_t k) {
   uint32_t count = b->shape->point_count, together = count - k < TOGETHER ? count - k : TOGETHER;
   memset(b->in, 0, (size_t)count * TOGETHER * sizeof *b->in);
@@ -104,7 +106,8 @@ static void weigh(const basis *b, uint32_t k) {
   for (uint32_t i = 0; i < together; i++) store(b, k + i, i);
 }
 
-/* Those of one tangent at one point, by a power of two, which loses nothing. */
+/* Scales the weights of one tangent at one point by a power of two, which is exact, so that their absolute
+ * values sum to less than 1. */
 static void scale_tangent(const basis *b, float *weights) {
   const size_t apart = 2 * (size_t)b->stride;
   float sum = 0;
@@ -118,7 +121,7 @@ static void scale_tangents(const basis *b) {
   for (size_t at = 0; b->tangents && at < 2 * (size_t)b->stride; at++) scale_tangent(b, b->tangents + at);
 }
 
-/* Makes one that lives in the arena. TW_NO_MEMORY. */
+/* Makes a stencil in the arena. TW_NO_MEMORY. */
 static tw_status make_stencil(tw_patch_class *shape, const stencil_inputs *inputs, tw_arena *arena,
                               tw_stencil *out) {
   uint32_t side = (1u << inputs->depth) + 1;
@@ -145,7 +148,8 @@ static size_t bytes_of(const tw_patch_class *shape, const stencil_inputs *inputs
   return (inputs->normals ? 3 : 1) * sizeof(float) * control_count_of(shape) * strides[inputs->depth];
 }
 
-/* What the other surfaces of a scene have made serves as well; what they have not asked for is made anew. */
+/* Makes the stencil that a class needs, unless another surface that shares the class has made it. A stencil
+ * without the tangents that are needed now is made again with them. */
 static tw_status need_stencil(tw_patch_class *shape, const stencil_inputs *inputs, tw_arena *arena) {
   const tw_stencil **known = &shape->stencils[inputs->limit][inputs->depth];
   if (*known && (!inputs->normals || (*known)->tangents)) return TW_OK;
@@ -156,8 +160,8 @@ static tw_status need_stencil(tw_patch_class *shape, const stencil_inputs *input
   return status;
 }
 
-/* Which patches are summed follows from these patches alone: a surface has the same rows whatever others
- * share its classes. */
+/* Which patches are summed depends on these patches alone, so that a surface has the same rows whatever other
+ * surfaces share its classes. */
 tw_status tw_patches_sum(tw_patches *patches, tw_patch_shapes *shapes, bool limit, bool normals) {
   if (patches->depth > TW_STENCIL_DEPTH_MAX) return TW_OK;
   const stencil_inputs inputs = {patches->depth, patches->scratch_points, patches->splines, limit, normals};

@@ -1,5 +1,5 @@
-/* The step of either scheme. Values: the masks of face points are summed up first, as edges and vertices take
- * shares of them. */
+/* The step of either scheme. Values of face points are computed first, because edges and vertices take shares
+ * of them. */
 #include "refine.h"
 
 #include <stdatomic.h>
@@ -30,7 +30,7 @@ uint32_t tw_refine_mask_capacity(const tw_topology *p) {
   for (uint32_t v = 0; v < p->vertex_count; v++)
     capacity = larger(capacity, 1 + p->ring_offsets[v + 1] - p->ring_offsets[v] + p->fan_offsets[v + 1] -
                                     p->fan_offsets[v]);
-  /* The faces of an edge are among those of its ends, and an edge has two ends itself. */
+  /* An edge's mask is no larger: its faces are among those of its ends, and its two ends come on top. */
   return capacity + 2;
 }
 
@@ -41,14 +41,14 @@ enum { WIDTH_MAX = 4 };
 typedef struct values_job {
   const tw_topology *parent;
   const tw_rules *rules;
-  uint32_t width, capacity; /* of masks */
-  uint32_t first;           /* child that the loop begins with */
+  uint32_t width, capacity; /* capacity: shares of the largest mask */
+  uint32_t first;           /* the child's vertex that the loop begins with */
   const double *in;
   double *out;
   atomic_bool failed;
 } values_job;
 
-/* Relative to the first of them: masks sum to 1, so that nothing large cancels. */
+/* Sums a mask relative to the first share's value: masks sum to 1, so no large terms cancel. */
 static inline void sum_shares(const values_job *j, const tw_share *shares, uint32_t count, uint32_t width,
                               double *out) {
   const double *first = j->in + (size_t)shares[0].vertex * width;

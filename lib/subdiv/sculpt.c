@@ -1,4 +1,4 @@
-/* From points that somebody has moved to the details that put them there. */
+/* From moved points of a surface to the detail, or the positions, that put them there. */
 #include "tweend/detail.h"
 
 #include <math.h>
@@ -6,7 +6,8 @@
 
 #include "surface.h"
 
-/* Each leaves a share of what was missed that is about the angle by which the level turns deeper frames. */
+/* Rounds of moving the level. Each round leaves a remainder of about the miss times the angle by which the
+ * level turned the deeper frames. */
 enum { ROUNDS = 2 };
 
 typedef struct sculpting {
@@ -16,8 +17,9 @@ typedef struct sculpting {
   uint32_t rows;
   uint32_t *vertices; /* [rows] */
   tw_detail_level level;
-  tw_detail_frames *frames; /* of the level; NULL at level 0 */
-  float *offsets;           /* of the level's vertices; at level 0 the mesh's positions, by points */
+  tw_detail_frames *frames; /* frames of the level; NULL at level 0 */
+  /* [vertices of the level][3] offsets of its detail; at level 0 [points of the mesh][3] positions. */
+  float *offsets;
   tw_arena *scratch;
 } sculpting;
 
@@ -30,7 +32,7 @@ static tw_status check_positions(const sculpting *s, tw_error *error) {
   return TW_OK;
 }
 
-/* The points as they are now: [rows][3]. */
+/* Reads the points of the surface as they are now: [rows][3]. */
 static tw_status read_points(const sculpting *s, const tw_surface *surface, float *out) {
   tw_surface_reader *reader = tw_surface_reader_create(surface);
   if (!reader) return TW_NO_MEMORY;
@@ -39,8 +41,8 @@ static tw_status read_points(const sculpting *s, const tw_surface *surface, floa
   return TW_OK;
 }
 
-/* The mesh with a detail of this level, whose offsets may still change; those that it has there are taken
- * over. */
+/* Adds a detail of this level, whose offsets will still change, to the mesh; offsets that the mesh has at
+ * this level are taken over. */
 static tw_status add_detail(sculpting *s, const tw_mesh *mesh, uint32_t vertices, tw_arena *arena,
                             tw_mesh *out) {
   uint32_t level = s->options->level, count = mesh->detail_count, at = 0;
@@ -72,12 +74,12 @@ static tw_status begin_level(sculpting *s, const tw_mesh *mesh, const tw_surface
   if (!s->offsets) return TW_NO_MEMORY;
   memcpy(s->offsets, mesh->positions, 3 * (size_t)mesh->point_count * sizeof *s->offsets);
   out->positions = s->offsets;
-  out->normals = (tw_corner_normals){0}; /* they were those of the cage as it was */
+  out->normals = (tw_corner_normals){0}; /* they were the normals of the unmoved cage */
   out->morph_normals = NULL;
   return TW_OK;
 }
 
-/* by: from where the row is to where it should be. False: it is there. */
+/* by: the vector from where the row is to where it should be. Returns false where that is 0. */
 static bool find_miss(const sculpting *s, const float *now, uint32_t row, double by[3]) {
   bool misses = false;
   for (size_t c = 0; c < 3; c++) {
@@ -92,7 +94,7 @@ static tw_status fail_far(uint32_t row, tw_error *error) {
   return tw_error_at(error, "/positions/%u", row);
 }
 
-/* Moves the level's points by what they miss. */
+/* Moves the level's vertices by what their rows miss. */
 static tw_status move_level(sculpting *s, const float *now, tw_error *error) {
   for (uint32_t row = 0; row < s->rows; row++) {
     double by[3];
@@ -108,7 +110,7 @@ static tw_status move_level(sculpting *s, const float *now, tw_error *error) {
   return TW_OK;
 }
 
-/* Moves the same vertices on the deepest level: no frame depends on that one. */
+/* Moves the same vertices on the deepest level with a detail, on whose offsets no frame depends. */
 static tw_status move_deepest(sculpting *s, const float *now, tw_arena *arena, tw_mesh *mesh,
                               tw_error *error) {
   uint32_t last = mesh->detail_count - 1;
@@ -146,8 +148,8 @@ static tw_status read_anew(const sculpting *s, const tw_mesh *mesh, float *now, 
   return status;
 }
 
-/* Deeper details turn with the level, and with them its points: they come nearer by some rounds, and what is
- * left moves the deepest level alone. */
+/* Makes the points meet exactly where deeper details exist: these turn with the level and move the points
+ * again. Some rounds move the level; what then remains is moved on the deepest level alone. */
 static tw_status meet_points(sculpting *s, float *now, tw_arena *arena, tw_mesh *mesh, tw_error *error) {
   bool has_deeper = mesh->detail_count > 0 && mesh->details[mesh->detail_count - 1].level > s->options->level;
   for (int round = 0; has_deeper && round <= ROUNDS; round++) {

@@ -1,5 +1,5 @@
-/* Sparse weights of joints on vertices, refined by the masks of the generic step, and the rows of patches and
- * of whole levels that come of them. */
+/* Sparse joint weights at vertices, refined by the masks of generic steps, and the rows of patches and of
+ * whole levels that follow from them. */
 #include "skin_weights.h"
 
 #include <math.h>
@@ -8,7 +8,7 @@
 
 #include "refine.h"
 
-/* About the precision of float at 1. */
+/* About float's precision at 1. */
 static const float negligible = 1e-7f;
 
 /* ---- sums ----------------------------------------------------------------------------------- */
@@ -50,8 +50,9 @@ static void joint_sum_add(tw_joint_sum *sum, const tw_influences *influences, ui
     add_joint(sum, influences->joints[i], share * influences->weights[i]);
 }
 
-/* ---- four of them --------------------------------------------------------------------------- */
+/* ---- the four heaviest --------------------------------------------------------------------------- */
 
+/* Inserts a joint at its place by weight; the lightest one of five is dropped. */
 static void insert(tw_skin_row *row, uint16_t joint, float weight) {
   if (!(weight > negligible)) return;
   int place = 4;
@@ -67,7 +68,7 @@ static void insert(tw_skin_row *row, uint16_t joint, float weight) {
   row->weights[place] = weight;
 }
 
-/* Brings the sum to 1. */
+/* Scales the weights to sum 1; a row without weights gets joint 0. */
 static void finish(tw_skin_row *row) {
   double sum = 0;
   for (int i = 0; i < 4; i++) sum += (double)row->weights[i];
@@ -100,7 +101,7 @@ size_t tw_influences_size(const tw_influences *influences) {
          influences->capacity * (sizeof *influences->joints + sizeof *influences->weights);
 }
 
-/* Empty ones for `vertex_count` vertices, with room for `capacity`. */
+/* Makes empty influences for up to `vertex_count` vertices, with room for `capacity` joints. TW_NO_MEMORY. */
 static tw_status start(tw_influences *out, uint32_t vertex_count, uint32_t joint_count, size_t capacity) {
   *out = (tw_influences){.joint_count = joint_count, .capacity = capacity};
   out->offsets = tw_alloc_zero((size_t)vertex_count + 1, sizeof *out->offsets);
@@ -125,7 +126,7 @@ static bool make_room(tw_influences *out, size_t count) {
   return true;
 }
 
-/* Adds the next vertex. */
+/* Appends the influences of the next vertex. False without memory. */
 static bool append(tw_influences *out, const uint16_t *joints, const float *weights, size_t count) {
   if (!make_room(out, count)) return false;
   size_t place = out->offsets[out->vertex_count];
@@ -146,7 +147,7 @@ static int compare_entries(const void *left, const void *right) {
   return a->joint < b->joint ? -1 : a->joint > b->joint;
 }
 
-/* The heaviest of a sum with too many joints. scratch: [count of the sum]. */
+/* Chooses the TW_INFLUENCES_MAX heaviest joints of a sum that has more. scratch: [count of the sum]. */
 static void choose(const tw_joint_sum *sum, entry *scratch, uint16_t *joints, float *weights) {
   for (uint32_t i = 0; i < sum->count; i++) scratch[i] = (entry){sum->joints[i], sum->weights[i]};
   qsort(scratch, sum->count, sizeof *scratch, compare_entries);
@@ -172,7 +173,7 @@ static bool append_sum(tw_influences *out, const tw_joint_sum *sum, entry *scrat
   return append(out, joints, weights, count);
 }
 
-/* The weights of one point: each joint once, none below 0, sum 1. */
+/* Adds the weights of one point to an empty sum: each joint once, weights over 0 alone, scaled to sum 1. */
 static void start_point(tw_joint_sum *sum, const tw_skin_weights *skin, uint32_t point) {
   double total = 0;
   for (size_t i = 4 * (size_t)point; i < 4 * (size_t)point + 4; i++)
@@ -206,7 +207,7 @@ typedef struct step {
   const tw_topology *parent;
   const tw_rules *rules;
   const tw_influences *in;
-  tw_influences faces; /* of the face points, which come last and are needed first */
+  tw_influences faces; /* influences of the face points: last in `out`, but needed first */
   tw_influences out;
   tw_share *shares;
   tw_joint_sum sum;
@@ -225,7 +226,7 @@ static tw_status start_step(step *s) {
   return status == TW_OK && s->shares && s->scratch ? TW_OK : TW_NO_MEMORY;
 }
 
-/* Adds child vertices [first, end) to `out`. */
+/* Appends the influences of child vertices [first, end) to `out`. */
 static bool refine_range(step *s, uint32_t first, uint32_t end, tw_influences *out) {
   uint32_t first_face = s->parent->vertex_count + s->parent->edge_count;
   for (uint32_t child = first; child < end; child++) {
@@ -288,7 +289,7 @@ tw_status tw_influences_keep(tw_influences *influences, const uint32_t *vertices
   tw_influences kept;
   tw_status status = start(&kept, count, influences->joint_count, influences->capacity);
   if (status != TW_OK) return status;
-  for (uint32_t i = 0; i < count; i++) { /* fewer than before: there is room */
+  for (uint32_t i = 0; i < count; i++) { /* no more than before: there is room */
     size_t begin = influences->offsets[vertices[i]];
     append(&kept, influences->joints + begin, influences->weights + begin,
            influences->offsets[vertices[i] + 1] - begin);
@@ -321,7 +322,7 @@ void tw_skin_scratch_deinit(tw_skin_scratch *scratch) {
   *scratch = (tw_skin_scratch){0};
 }
 
-/* Weights of the joints from place `first` on, at the control points. */
+/* Loads the weights that four joints, from index `first` of the sum on, have at the control points. */
 static void load_controls(const tw_skin_patch *patch, tw_skin_scratch *scratch, const uint32_t *controls,
                           uint32_t count, uint32_t first) {
   const tw_influences *in = patch->influences;
@@ -335,7 +336,7 @@ static void load_controls(const tw_skin_patch *patch, tw_skin_scratch *scratch, 
   }
 }
 
-/* Evaluates what load_controls has set, and inserts it into the rows. */
+/* Evaluates the patch for the weights that load_controls has loaded, and inserts them into the rows. */
 static void evaluate_together(const tw_skin_patch *patch, tw_skin_scratch *scratch, size_t row_count,
                               uint32_t first) {
   const tw_joint_sum *sum = &scratch->sum;
@@ -361,7 +362,7 @@ void tw_skin_patch_rows(const tw_skin_patch *patch, tw_skin_scratch *scratch, tw
   joint_sum_clear(sum);
   for (uint32_t i = 0; i < count; i++) joint_sum_add(sum, patch->influences, controls[i], 1);
   memset(scratch->rows, 0, row_count * sizeof *scratch->rows);
-  if (sum->count == 1) { /* nothing to weigh it against */
+  if (sum->count == 1) { /* the only joint has weight 1 */
     for (size_t i = 0; i < row_count; i++) insert(&scratch->rows[i], sum->joints[0], 1);
   } else {
     for (uint32_t first = 0; first < sum->count; first += TOGETHER) {
@@ -389,12 +390,12 @@ void tw_skin_mask_row(const tw_influences *influences, const tw_limit_entry *mas
 
 enum { WORD = 64, WORDS_MAX = TW_SKIN_LEVEL_JOINTS_MAX / WORD, LANES = 4 };
 
-/* Graph colouring: joints that are near no common face may share a channel, to be refined as one function.
- * Few channels serve many joints: a joint is near few others. */
+/* Graph colouring of joints. Joints that never weigh on points of the same cage face may share a channel, and
+ * a channel is refined as one function. Few channels serve many joints, since a joint is near few others. */
 typedef struct channels {
   const tw_levels *levels;
   uint32_t joint_count, words, count;
-  uint64_t *near; /* [cage faces][words] the joints that weigh on the points of a face */
+  uint64_t *near; /* [cage faces][words] bit set of the joints that can weigh on points of the face */
   uint16_t of[TW_SKIN_LEVEL_JOINTS_MAX];
 } channels;
 
@@ -408,7 +409,8 @@ static void unite(uint64_t *set, const uint64_t *other, uint32_t words) {
   for (uint32_t w = 0; w < words; w++) set[w] |= other[w];
 }
 
-/* Unites the sets of vertices into their faces, or back. */
+/* Unites the sets of vertices into those of their faces, or the sets of faces into those of their
+ * vertices. */
 static void spread(const tw_level *cage, uint32_t words, bool to_faces, uint64_t *vertices, uint64_t *faces) {
   for (uint32_t f = 0; f < cage->face_count; f++) {
     uint32_t size = cage->face_size, end = tw_level_face_end(cage, size, f);
@@ -419,12 +421,12 @@ static void spread(const tw_level *cage, uint32_t words, bool to_faces, uint64_t
   }
 }
 
-/* The lowest joint in `left`, of one word. */
+/* The lowest joint in `left`, which is word `word` of a set and not 0. */
 static uint32_t lowest_joint(uint32_t word, uint64_t left) {
   return WORD * word + (uint32_t)__builtin_ctzll(left);
 }
 
-/* A point of a face hangs on the vertices of the faces that touch the face. */
+/* Fills `near`. A point of a face depends on the vertices of the faces that touch the face. */
 static tw_status find_near(channels *c, const tw_influences *cage) {
   const tw_level *l = &c->levels->at[0];
   uint64_t *vertices = tw_alloc_zero(l->vertex_count, c->words * sizeof *vertices);
@@ -441,7 +443,7 @@ static tw_status find_near(channels *c, const tw_influences *cage) {
   return vertices && c->near ? TW_OK : TW_NO_MEMORY;
 }
 
-/* Gives each joint the first channel that none near it has. */
+/* Gives each joint the first channel that no joint near it has. */
 static tw_status choose_channels(channels *c) {
   uint64_t(*conflicts)[WORDS_MAX] = tw_alloc_zero(c->joint_count, sizeof *conflicts);
   if (!conflicts) return TW_NO_MEMORY;
@@ -464,12 +466,12 @@ static tw_status choose_channels(channels *c) {
   return TW_OK;
 }
 
-/* Four channels at a time. */
+/* Four channels, which are refined together as the components of points. */
 typedef struct channel_job {
   const channels *channels;
   const tw_point *points;
   uint32_t first;              /* channel */
-  uint64_t members[WORDS_MAX]; /* joints of the four */
+  uint64_t members[WORDS_MAX]; /* bit set of the joints in the four channels */
   tw_skin_row *rows;
 } channel_job;
 

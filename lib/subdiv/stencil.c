@@ -1,5 +1,5 @@
-/* Sums of stencils, four points at a time: vectors hold one component of them. Every point is
- * summed in the same order wherever it lies in a vector and whatever else is asked for. */
+/* Sums of stencils, four points at a time: a vector holds one component of four points. Every point is summed
+ * in the same order, wherever it lies in a vector and whatever else is computed. */
 #include "stencil.h"
 
 #include "normal.h"
@@ -12,7 +12,7 @@ static inline tw_point load(const float *from) {
   return out;
 }
 
-/* Even and odd controls apart, which halves the time that a sum waits for itself. */
+/* Sums even and odd control points apart: two independent sums halve the wait for each addition. */
 static inline __attribute__((always_inline)) void sum_values(const tw_stencil_job *job, size_t width,
                                                              size_t point, tw_point out[WIDTH_MAX]) {
   const tw_stencil *s = job->stencil;
@@ -28,6 +28,7 @@ static inline __attribute__((always_inline)) void sum_values(const tw_stencil_jo
   for (size_t c = 0; c < width; c++) out[c] = job->origin[c] + (even[c] + odd[c]);
 }
 
+/* The cross products of the two tangents. */
 static inline void sum_crosses(const tw_stencil_job *job, size_t point, tw_point out[3]) {
   const tw_stencil *s = job->stencil;
   const float *weights = s->tangents + point;
@@ -42,8 +43,8 @@ static inline void sum_crosses(const tw_stencil_job *job, size_t point, tw_point
   for (size_t c = 0; c < 3; c++) out[c] = a[(c + 1) % 3] * b[(c + 2) % 3] - a[(c + 2) % 3] * b[(c + 1) % 3];
 }
 
-/* The least square of a cross product that needs no closer look: tangents are at most as long as the farthest
- * control point is far. */
+/* The squared length from which cross products are precise enough. A tangent is at most as long as the
+ * farthest control point is far, as the absolute values of its weights sum to at most 1. */
 static float least_square(const tw_stencil_job *job) {
   float farthest = 0;
   for (uint32_t k = 0; k < job->stencil->control_count; k++) {
@@ -61,7 +62,7 @@ static inline __attribute__((always_inline)) void put_values(const tw_stencil_jo
     for (size_t c = 0; c < width; c++) out[c] = values[c][p];
 }
 
-/* False where float does not suffice for all of them. */
+/* Returns false where float is not precise enough for all of the normals. */
 static inline bool put_normals(const tw_stencil_job *job, float least, size_t point, size_t count,
                                float *out) {
   tw_point n[3];
@@ -69,7 +70,7 @@ static inline bool put_normals(const tw_stencil_job *job, float least, size_t po
   tw_point squares = n[0] * n[0] + n[1] * n[1] + n[2] * n[2], scales;
   bool sure = true;
   for (size_t p = 0; p < TOGETHER; p++) scales[p] = 1 / sqrtf(squares[p]);
-  for (size_t c = 0; c < 3; c++) n[c] = n[c] * scales + 0.0f; /* no zero below 0 */
+  for (size_t c = 0; c < 3; c++) n[c] = n[c] * scales + 0.0f; /* turns -0 into 0 */
   for (size_t p = 0; p < count; p++, out += job->step) {
     sure &= squares[p] > least && squares[p] < TW_NORMAL_SQUARE_MAX;
     for (size_t c = 0; c < 3; c++) out[c] = n[c][p];
@@ -78,7 +79,7 @@ static inline bool put_normals(const tw_stencil_job *job, float least, size_t po
 }
 
 bool tw_stencil_rows(const tw_stencil_job *job, size_t first, size_t count) {
-  const tw_stencil_job k = *job; /* a copy, which no row that is stored can be taken to change */
+  const tw_stencil_job k = *job; /* a copy: the compiler knows that stores to rows cannot change it */
   float least = k.normals ? least_square(job) : 0;
   ptrdiff_t place = 0;
   bool sure = true;
