@@ -47,7 +47,7 @@ typedef struct plan {
 } plan;
 
 enum {
-  QUADS_AT_ONCE = 4096 /* quads that are planned between two questions whether the patches are still wanted */
+  QUADS_AT_ONCE = 4096 /* quads planned between two checks for cancellation */
 };
 
 static tw_status classify(plan *p, uint32_t quad, tw_patch_class **shape, const uint32_t **points) {
@@ -77,7 +77,7 @@ static tw_status plan_patch(plan *p, uint32_t quad) {
   return append_controls(&p->controls, points, count);
 }
 
-/* Allocates what the plan needs. On failure tw_patches_deinit and plan_all free it. TW_NO_MEMORY. */
+/* Allocates what the plan needs; on failure the callers free it. TW_NO_MEMORY. */
 static tw_status start_plan(plan *p, const tw_rules *rules) {
   tw_patches *all = p->patches;
   const tw_topology *base = all->base;

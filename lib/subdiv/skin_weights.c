@@ -52,7 +52,8 @@ static void joint_sum_add(tw_joint_sum *sum, const tw_influences *influences, ui
 
 /* ---- the four heaviest --------------------------------------------------------------------------- */
 
-/* Inserts a joint at its place by weight; the lightest one of five is dropped. */
+/* Inserts a joint at its place by weight; the lightest of five is dropped, and a negligible weight is
+ * ignored. */
 static void insert(tw_skin_row *row, uint16_t joint, float weight) {
   if (!(weight > negligible)) return;
   int place = 4;

@@ -1,5 +1,5 @@
 /* From the cage to the base by generic steps: the topologies of points and UVs, and all values of vertices
- * but positions, for which surface_positions.c takes the same steps. */
+ * except positions. surface_positions.c takes the same steps for positions. */
 #include <string.h>
 
 #include "open_border.h"
@@ -9,20 +9,22 @@
 
 /* ---- at the cage ----------------------------------------------------------------------------- */
 
-/* Values of the base live as long as the surface where rows are read from them, which TW_WAY_LEVELS does not;
- * values of the levels above live until the surface is made. */
+/* The arena for values of a level. Values of the base live as long as the surface if rows are read from them,
+ * which TW_WAY_LEVELS does not do. Other values live until the surface is made. */
 static tw_arena *values_arena(const tw_build *b, uint32_t level) {
   bool stays = level == b->levels && b->surface->way != TW_WAY_LEVELS;
   return stays ? b->surface->arena : b->arena;
 }
 
-/* Topologies of points may be needed for other positions. */
+/* The arena for a topology. The points' topologies between cage and base are kept apart: a movable surface
+ * needs them for other positions. */
 static tw_arena *topology_arena(const tw_build *b, uint32_t field, uint32_t level) {
   tw_arena *arena = values_arena(b, level);
   return arena == b->arena && field == 0 ? b->points_arena : arena;
 }
 
-/* Fills in the cage's values of one set, base for now the same. */
+/* Fills in one set's values at the cage; until steps are taken they are the values of the base too. indices:
+ * the element of `in` at each vertex; NULL: in order. */
 static bool start_values(tw_build *b, tw_values *values, const float *in, const uint32_t *indices) {
   tw_arena *arena = b->surface->options.level == 0 ? b->surface->arena : values_arena(b, 0);
   uint32_t count = b->topologies[values->field].vertex_count;
@@ -31,7 +33,7 @@ static bool start_values(tw_build *b, tw_values *values, const float *in, const 
   return values->cage != NULL;
 }
 
-/* Attributes, then displacements. */
+/* Starts the sets of attributes, then of displacements. */
 static tw_status start_smooth(tw_build *b) {
   const tw_mesh *mesh = b->mesh;
   tw_surface *s = b->surface;
@@ -99,7 +101,7 @@ static tw_status start_base(tw_build *b) {
 
 /* ---- a step --------------------------------------------------------------------------------- */
 
-/* Calls `change` for every set of values. */
+/* Changes one set of values; context is the function's own. */
 typedef tw_status value_change(tw_build *b, const void *context, tw_values *values);
 
 static tw_status change_values(tw_build *b, value_change *change, const void *context) {
@@ -112,7 +114,7 @@ static tw_status change_values(tw_build *b, value_change *change, const void *co
   return status;
 }
 
-/* context: the topologies of the level above. */
+/* Refines a set by one step. context: the topologies of the level above, one for each field. */
 static tw_status refine_set(tw_build *b, const void *context, tw_values *values) {
   const tw_topology *parent = (const tw_topology *)context + values->field;
   size_t before = (size_t)parent->vertex_count * values->width,
@@ -127,7 +129,8 @@ static tw_status refine_set(tw_build *b, const void *context, tw_values *values)
   return status == TW_OK ? tw_parallel_for_status(b->parallel) : status;
 }
 
-/* context: for each field, the old vertices that are kept. */
+/* Cuts a set back to the vertices that are kept. context: for each field, the old numbers of these
+ * vertices. */
 static tw_status cut_set(tw_build *b, const void *context, tw_values *values) {
   uint32_t *const *kept = context;
   uint32_t count = b->topologies[values->field].vertex_count;
@@ -193,7 +196,7 @@ static tw_status make_level(tw_build *b, uint32_t level) {
 
 /* ---- the base ------------------------------------------------------------------------------- */
 
-/* context: unused. */
+/* Rounds a set's values at the base to float. context: unused. */
 static tw_status round_set(tw_build *b, const void *context, tw_values *values) {
   size_t count = (size_t)b->topologies[values->field].vertex_count * values->width;
   (void)context;

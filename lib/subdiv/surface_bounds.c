@@ -1,8 +1,8 @@
-/* Exact bounds of the points of an answer, which are not kept.
+/* Exact bounds of the points of an answer, which are not stored.
  *
- * Every point of a patch is a convex combination of its control points. So once the patches that reach
- * farthest have been looked at, most others cannot widen the bounds and are not evaluated: the pass costs
- * as much as the cage, not as the answer, except where many patches touch the bounds (a flat side). */
+ * Every point of a patch is a convex combination of its control points. So after evaluating the patches that
+ * reach farthest, most other patches cannot widen the bounds and are skipped: the pass costs as much as the
+ * cage, not as the answer, except where many patches touch the bounds (a flat side). */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,17 +12,17 @@
 
 enum {
   BLOCK_ROWS = 2048,
-  PART_ROWS = 1 << 15,   /* less is not worth another thread */
-  AT_ONCE_ROWS = 1 << 20 /* until somebody is asked whether the bounds are still wanted */
+  PART_ROWS = 1 << 15,   /* fewer rows are not worth another thread */
+  AT_ONCE_ROWS = 1 << 20 /* rows between two checks for cancellation */
 };
 
-/* The whole task, or one part of it: bounds widen alike in whatever order points come. */
+/* A pass over points, or a thread's part of one. The order of points does not change the bounds. */
 typedef struct pass {
   const tw_surface *s;
   tw_domain domain;
-  uint32_t width, offset; /* of the rows, and of the points in them */
-  int morph;              /* the only target in the rows; -1: none */
-  bool convex;            /* patch by patch, as told above; else row by row */
+  uint32_t width, offset; /* width of the rows, and offset of the points in them */
+  int morph;              /* the target whose displacements are bounded; -1: positions */
+  bool convex;            /* patch by patch, as the head of this file explains; false: row by row */
   tw_surface_reader *reader;
   float *block; /* [BLOCK_ROWS][width] */
   bool started;
@@ -47,7 +47,7 @@ static void take_rows(pass *p, uint64_t first, uint64_t count) {
   }
 }
 
-/* All rows that a quad has a share in: as the answer holds them, so that bounds are exact. */
+/* Widens the bounds by all rows at a quad. They are read as the answer has them, so that bounds are exact. */
 static void take_quad(pass *p, uint32_t visible, uint32_t quad) {
   const tw_surface *s = p->s;
   const tw_numbering *n = &s->points;
@@ -70,7 +70,7 @@ static void control_box(const tw_surface *s, uint32_t quad, float box[2][3]) {
     }
 }
 
-/* Whether no point of the box can widen the bounds, rounding on the way to a point included. */
+/* Whether no point in the box can widen the bounds, even with the rounding on the way to a point. */
 static bool lies_within(const pass *p, const float box[2][3]) {
   const float rounding = 1e-5f;
   for (int c = 0; c < 3; c++) {
@@ -80,7 +80,7 @@ static bool lies_within(const pass *p, const float box[2][3]) {
   return p->started;
 }
 
-/* The six patches whose boxes, as a whole, reach farthest. */
+/* Finds the six patches whose boxes have the farthest centres along the axes. */
 static void find_farthest(const tw_surface *s, uint32_t farthest[6]) {
   float reach[6] = {0}, box[2][3] = {{0}};
   for (uint32_t v = 0; v < s->quad_count; v++) {
@@ -115,7 +115,7 @@ static void close_pass(pass *p) {
   free(p->block);
 }
 
-/* The bounds that all parts begin with: the farther they reach, the fewer patches are looked at. */
+/* Finds the bounds that all parts start with: the wider they are, the fewer patches are evaluated. */
 static void take_farthest(pass *p) {
   uint32_t farthest[6] = {0};
   find_farthest(p->s, farthest);
@@ -130,15 +130,15 @@ static void take_patches(pass *p, uint32_t first, uint32_t end) {
   }
 }
 
-/* A pass that is shared out; parts that were not needed stay as they are, which is empty. */
+/* A pass and its parts on several threads. Parts that were not run stay empty. */
 typedef struct shared_pass {
   pass start;
-  uint32_t first; /* quad or row that the loop begins with */
+  uint32_t first; /* the quad or row that the current loop begins with */
   pass parts[TW_PARALLEL_FOR_PARTS_MAX];
   bool failed[TW_PARALLEL_FOR_PARTS_MAX];
 } shared_pass;
 
-/* Quads or rows [begin, end) behind the first. */
+/* Takes quads or rows [first + begin, first + end). */
 static void take_part(void *context, uint32_t part, uint32_t begin, uint32_t end) {
   shared_pass *shared = context;
   pass *p = &shared->parts[part];
@@ -152,7 +152,7 @@ static void take_part(void *context, uint32_t part, uint32_t begin, uint32_t end
   close_pass(p);
 }
 
-/* Takes what the parts have found to where others begin. */
+/* Widens the bounds that later parts start with by what the parts have found. */
 static tw_status gather(shared_pass *shared) {
   for (uint32_t i = 0; i < TW_PARALLEL_FOR_PARTS_MAX; i++) {
     if (shared->failed[i]) return TW_NO_MEMORY;
@@ -163,7 +163,7 @@ static tw_status gather(shared_pass *shared) {
   return TW_OK;
 }
 
-static tw_status share(shared_pass *shared, const tw_parallel_for *parallel, float bounds[2][3]) {
+static tw_status run_pass(shared_pass *shared, const tw_parallel_for *parallel, float bounds[2][3]) {
   pass *all = &shared->start;
   uint32_t rows = (uint32_t)tw_surface_row_count(all->s, all->domain), quads = all->s->quad_count,
            count = all->convex ? quads : rows, rows_each = all->convex ? rows / quads : 1,
@@ -186,9 +186,9 @@ static tw_status share(shared_pass *shared, const tw_parallel_for *parallel, flo
   return status;
 }
 
-/* Split vertices repeat their points, so the bounds of the points are those of the vertices. The
- * displacements of morph targets stand in the rows of the vertices alone. Under Chaikin's rule masks are
- * not always convex. */
+/* Computes the bounds. Split vertices repeat their points, so the bounds of TW_DOMAIN_POINTS serve for
+ * positions; displacements of morph targets are in rows of TW_DOMAIN_VERTICES alone. Under Chaikin's rule
+ * masks are not always convex. */
 static tw_status compute(const tw_surface *s, int morph, const tw_parallel_for *parallel,
                          float bounds[2][3]) {
   shared_pass *shared = tw_alloc_zero(1, sizeof *shared);
@@ -196,7 +196,7 @@ static tw_status compute(const tw_surface *s, int morph, const tw_parallel_for *
   shared->start = (pass){.s = s, .domain = morph < 0 ? TW_DOMAIN_POINTS : TW_DOMAIN_VERTICES, .morph = morph};
   shared->start.convex =
       morph < 0 && s->depth > 0 && s->options.creasing != TW_CREASE_CHAIKIN && s->quad_count > 0;
-  tw_status status = share(shared, parallel, bounds);
+  tw_status status = run_pass(shared, parallel, bounds);
   free(shared);
   return status;
 }
@@ -212,7 +212,7 @@ tw_status tw_surface_start_bounds(tw_surface *surface) {
 
 tw_status tw_surface_bounds_by(const tw_surface *surface, int morph, const tw_parallel_for *parallel,
                                float min[3], float max[3]) {
-  /* Displacements are the plan's own. */
+  /* Displacements belong to the plan, and so do their bounds. */
   if (morph >= 0 && surface->plan) return tw_surface_bounds_by(surface->plan, morph, parallel, min, max);
   size_t slot = morph < 0 ? 0 : (size_t)morph + 1;
   float bounds[2][3];
@@ -221,7 +221,7 @@ tw_status tw_surface_bounds_by(const tw_surface *surface, int morph, const tw_pa
   } else {
     tw_status status = compute(surface, morph, parallel, bounds);
     if (status != TW_OK) return status;
-    /* Two threads may both have computed them, with the same result; one of them keeps it. */
+    /* Two threads may both have computed the same bounds; one of them stores its result. */
     int expected = BOUNDS_UNKNOWN;
     if (atomic_compare_exchange_strong(&surface->bounds_ready[slot], &expected, BOUNDS_BEING_WRITTEN)) {
       memcpy(surface->bounds[slot], bounds, sizeof bounds);

@@ -1,11 +1,11 @@
-/* Reads any faces of a surface: their rows follow from where a face is, by arithmetic. */
+/* Reads any faces of a surface. The rows of a face follow from its number by arithmetic. */
 #include <assert.h>
 #include <string.h>
 
 #include "sorted.h"
 #include "surface_reader.h"
 
-/* Above level 0. */
+/* Corners of each face from level 1 on. */
 static uint32_t corners_a_face(const tw_surface *s) {
   return s->fields[0].base.face_size;
 }
@@ -23,18 +23,18 @@ size_t tw_surface_largest_face(const tw_surface *surface) {
   return (size_t)largest;
 }
 
-/* A run of rows along a side of a quad. */
+/* The rows of the inside of a side of a quad. */
 typedef struct side_rows {
   uint32_t first, step; /* step: 1, or -1 modulo 2^32 */
 } side_rows;
 
-/* What the rows of a quad's grid follow from. */
+/* The rows from which all rows of a quad's grid follow. */
 typedef struct quad_rows {
   uint32_t corners[4], inside;
-  side_rows low, right, high, left; /* along i and j */
+  side_rows low, right, high, left; /* insides of the sides, each in the direction of growing i or j */
 } quad_rows;
 
-/* opposed: the side's corner comes last along i or j. */
+/* opposed: the side's first corner is at the end with the greater i or j. */
 static side_rows rows_of_side(const tw_surface *s, const tw_numbering *n, uint32_t corner, bool opposed) {
   uint32_t edge = tw_row_of_edge(n, corner), inside = s->side - 1;
   uint32_t begin = n->corner_count + (edge >> 1) * inside;
@@ -53,7 +53,7 @@ static quad_rows rows_of_quad(const tw_surface *s, const tw_numbering *n, uint32
   return q;
 }
 
-/* The rows of a line of a quad's grid: its ends, and what lies between. */
+/* The rows of a line of a quad's grid: its ends, and those between them. */
 typedef struct line_rows {
   uint32_t left, right;
   side_rows between;
@@ -67,7 +67,7 @@ static line_rows rows_of_line(const quad_rows *q, uint32_t side, uint32_t j) {
   return (line_rows){q->left.first + before * q->left.step, q->right.first + before * q->right.step, inside};
 }
 
-/* The rows of a face. */
+/* The rows of a face's four corners. */
 typedef uint32_t face_rows __attribute__((vector_size(16)));
 
 static inline uint32_t *put_face(face_rows face, uint32_t *out) {
@@ -75,7 +75,7 @@ static inline uint32_t *put_face(face_rows face, uint32_t *out) {
   return out + 4;
 }
 
-/* Faces i0 to i1 - 1 between two lines of a grid of `side` cells, 2 or more. */
+/* Writes faces i0 to i1 - 1 between two lines of a grid of `side` cells; side is 2 or more. */
 static uint32_t *emit_line(const line_rows *below, const line_rows *above, uint32_t side, uint32_t i0,
                            uint32_t i1, uint32_t *out) {
   side_rows low = below->between, high = above->between;
@@ -89,7 +89,7 @@ static uint32_t *emit_line(const line_rows *below, const line_rows *above, uint3
   return put_face((face_rows){face[0], below->right, above->right, face[3]}, out);
 }
 
-/* Faces of one quad from `first` up to `end`. */
+/* Writes faces `first` to end - 1 of one quad. */
 static void emit_quad(const quad_rows *q, uint32_t side, uint32_t first, uint32_t end, uint32_t *out) {
   uint32_t j = first / side;
   line_rows below = rows_of_line(q, side, j);
@@ -116,7 +116,7 @@ static size_t read_quads(const tw_surface *s, const tw_numbering *n, uint64_t fi
   return 4 * count;
 }
 
-/* Faces [first, first + count) of a level that is kept whole, in its own order. */
+/* Reads faces [first, first + count) of a level that is kept whole, in the level's own order. */
 static void read_level_run(const tw_surface *s, tw_domain domain, uint32_t first, uint32_t count,
                            uint32_t *out) {
   tw_levels_faces(&s->levels[domain == TW_DOMAIN_UVS ? 1 : 0], first, count, out);
@@ -127,7 +127,8 @@ static void read_level_run(const tw_surface *s, tw_domain domain, uint32_t first
     out[rows->corners[i] - 4 * first] = rows->corner_rows[i];
 }
 
-/* The children of each corner of the cage stand together; the cage's faces in the order of the groups. */
+/* Reads faces of TW_WAY_LEVELS. The children of each corner of the cage are contiguous; the cage's faces are
+ * in the order of the groups. */
 static size_t read_level_faces(const tw_surface *s, tw_domain domain, uint64_t first, size_t count,
                                uint32_t *out) {
   uint32_t shift = 2 * (s->options.level - 1), place = 0, end = s->face_count;
@@ -135,7 +136,7 @@ static size_t read_level_faces(const tw_surface *s, tw_domain domain, uint64_t f
     read_level_run(s, domain, (uint32_t)first, (uint32_t)count, out);
     return 4 * count;
   }
-  while (place < end) { /* the last face of the cage that begins at `first` or before */
+  while (place < end) { /* the last cage face whose children begin at `first` or before */
     uint32_t middle = place + (end - place) / 2;
     if (s->corners_before[middle + 1] << shift <= first)
       place = middle + 1;
@@ -153,7 +154,7 @@ static size_t read_level_faces(const tw_surface *s, tw_domain domain, uint64_t f
   return 4 * count;
 }
 
-/* Where the base is the answer. */
+/* Reads faces of an answer that is the base itself, or Loop's rows. */
 static size_t read_base_faces(const tw_surface *s, const tw_numbering *n, uint64_t first, size_t count,
                               uint32_t *out) {
   uint32_t size = corners_a_face(s);
@@ -193,13 +194,14 @@ size_t tw_surface_read_faces(tw_surface_reader *reader, tw_domain domain, uint64
 
 /* ---- points --------------------------------------------------------------------------------- */
 
-/* The face that a cell of a quad's grid is where the quad is refined step by step, counted from the quad's
- * first one. turn: which corner of the cell, counted from its least i and j, is the face's first. */
+/* The face of a quad's refined mesh at a cell of the quad's grid, as generic steps number it, counted from
+ * the quad's first face. turn: the face's first corner, among the cell's corners counted from the one with
+ * the least i and j. */
 typedef struct cell_face {
   uint32_t face, turn;
 } cell_face;
 
-/* A face's child at a corner has its own first corner there. */
+/* A child of a face has its first corner at the face's corner. */
 static cell_face face_of_cell(uint32_t depth, uint32_t i, uint32_t j) {
   cell_face at = {0, 0};
   while (depth-- > 0) {

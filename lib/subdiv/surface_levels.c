@@ -1,5 +1,5 @@
-/* A surface of which all points of the level are kept (irregular_levels.h): what its plan makes of the base,
- * and its rows: those of the points by ranges, then those of the list of what is not smooth. */
+/* Surfaces that keep all points of the level (irregular_levels.h): the plan from the base on, and rows. Rows
+ * of points are computed in ranges, then the listed exceptions are recomputed. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,7 +10,8 @@
 
 /* ---- values --------------------------------------------------------------------------------- */
 
-/* The middle of points that are farther from 0 than from each other, by coordinate; else 0. */
+/* The middle of the points along each axis on which they are farther from 0 than the extent of all; else
+ * 0. */
 static tw_point far_origin(const tw_point *points, uint32_t count) {
   tw_point low = points[0], high = points[0], origin = {0};
   float extent = 0;
@@ -27,7 +28,7 @@ static tw_point far_origin(const tw_point *points, uint32_t count) {
   return origin;
 }
 
-/* The base's values; NULL without memory. */
+/* The base's values as vectors; NULL without memory. */
 static tw_point *widen_base(const tw_levels *levels, const tw_values *values) {
   uint32_t count = levels->at[0].vertex_count;
   tw_point *base = tw_alloc(count, sizeof *base);
@@ -41,7 +42,7 @@ static tw_point *widen_base(const tw_levels *levels, const tw_values *values) {
 tw_status tw_levels_fill(const tw_surface *surface, const tw_parallel_for *parallel, tw_values *values) {
   const tw_levels *levels = &surface->levels[values->field];
   bool positions = values == &surface->positions, limit = surface->options.limit;
-  /* Normals and tangents are of the points before their limits. */
+  /* Normals and tangents are computed from the points before their limits. */
   bool sloped = positions ? surface->options.normals : values->field > 0 && surface->tangent_frames;
   tw_point *base = widen_base(levels, values);
   values->refined = tw_alloc(tw_levels_points(levels), sizeof *values->refined);
@@ -63,7 +64,7 @@ tw_status tw_levels_fill(const tw_surface *surface, const tw_parallel_for *paral
 
 /* ---- the plan ------------------------------------------------------------------------------- */
 
-/* Of all values but positions; those of the base are of no more use. */
+/* Fills all values except positions. The values of the base are not needed any more then. */
 static tw_status fill_all(tw_build *b) {
   tw_surface *s = b->surface;
   tw_status status = TW_OK;
@@ -121,7 +122,7 @@ static void copy_positions(const tw_values *positions, uint32_t first, uint32_t 
     tw_store_point(positions->points[i] + positions->origin, out);
 }
 
-/* All that a row holds but position and normal. uvs: vertex of each UV set. */
+/* Writes what a row holds besides position, normal and tangent. uvs: the row's vertex in each UV set. */
 static void level_attributes(const tw_surface *s, uint32_t point, const uint32_t *uvs, float *out) {
   const tw_surface_layout *l = &s->layout;
   for (uint32_t i = 0; i < l->uv_count; i++)
@@ -131,7 +132,8 @@ static void level_attributes(const tw_surface *s, uint32_t point, const uint32_t
   if (s->skin_rows) tw_skin_write_rows(&s->skin_rows[point], 1, tw_skin_columns_of(s, out));
 }
 
-/* From the slopes of points and UVs of a row of a frame, which has its normal. */
+/* Writes the tangent of a row that has its normal, from the slopes of points and UVs. frame: the row's
+ * tangent frame. */
 static void level_tangent(const tw_surface *s, uint8_t frame, const tw_point points[2], const tw_point uvs[2],
                           float *out) {
   float slopes[2][TW_DERIVATIVE_WIDTH];
@@ -142,7 +144,8 @@ static void level_tangent(const tw_surface *s, uint8_t frame, const tw_point poi
 
 enum { AT_ONCE = 256 };
 
-/* uvs: of each set, the vertices of the rows, which are the points'. */
+/* Writes the tangents of the rows of points [first, first + count). uvs: for each set, the vertices of these
+ * rows. */
 static void point_tangents(const tw_surface *s, uint32_t first, uint32_t count,
                            uint32_t (*const uvs)[AT_ONCE], float *out) {
   uint32_t faces[AT_ONCE];
@@ -157,7 +160,7 @@ static void point_tangents(const tw_surface *s, uint32_t first, uint32_t count,
   }
 }
 
-/* Attributes of rows that are the points'. */
+/* Writes the attributes of the rows of points [first, first + count). */
 static void point_attributes(const tw_surface *s, uint32_t first, uint32_t count, float *out) {
   uint32_t uvs[TW_UV_SETS_MAX][AT_ONCE], own[TW_UV_SETS_MAX], sets = s->layout.uv_count;
   for (uint32_t taken; count > 0; first += taken, count -= taken) {
@@ -172,7 +175,7 @@ static void point_attributes(const tw_surface *s, uint32_t first, uint32_t count
   }
 }
 
-/* Those of the rows from `first` that stand in the list, from the first one that does. */
+/* Recomputes those of the rows [first, first + count) that are listed exceptions. */
 static void listed_rows(const tw_surface *s, uint32_t first, uint32_t count, float *out) {
   const tw_level_rows *rows = &s->level_rows;
   uint32_t own[TW_UV_SETS_MAX], n = tw_lower_bound(rows->rows, rows->count, first);

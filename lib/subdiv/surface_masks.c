@@ -1,5 +1,5 @@
-/* Rows of a base that no patch covers: values and normals by the limit masks of its vertices, and at level 0
- * the normals and tangents that the mesh has. */
+/* Rows of TW_WAY_BASE: values and normals by the limit masks of the base's vertices, and at level 0 the
+ * mesh's own normals and tangents. */
 #include <string.h>
 
 #include "normal.h"
@@ -10,8 +10,8 @@ static double base_value(const tw_values *values, uint32_t vertex, uint32_t comp
   return values->exact ? values->exact[place] : (double)values->base[place];
 }
 
-static void by_mask(tw_surface_reader *r, const tw_values *values, uint32_t corner, float *out,
-                    float *normal) {
+static void apply_limit_mask(tw_surface_reader *r, const tw_values *values, uint32_t corner, float *out,
+                             float *normal) {
   const tw_surface *s = r->surface;
   const tw_field *field = &s->fields[values->field];
   const tw_topology *base = &field->base;
@@ -20,7 +20,8 @@ static void by_mask(tw_surface_reader *r, const tw_values *values, uint32_t corn
   double limit[4] = {0}, tangents[2][4] = {{0}, {0}};
   for (uint32_t e = 0; e < count; e++)
     for (uint32_t c = 0; c < width; c++) {
-      /* Masks sum to 1 and 0: against the vertex itself nothing large cancels. */
+      /* Masks sum to 1 (position) and 0 (tangents): differences from the vertex itself keep large terms from
+       * cancelling. */
       double offset = base_value(values, r->mask[e].vertex, c) - base_value(values, vertex, c);
       limit[c] += (double)r->mask[e].position * offset;
       tangents[0][c] += (double)r->mask[e].tangent1 * offset;
@@ -32,7 +33,7 @@ static void by_mask(tw_surface_reader *r, const tw_values *values, uint32_t corn
   tw_point along[2] = {{0}, {0}}, quad[4];
   for (int k = 0; k < 2; k++)
     for (int c = 0; c < 3; c++) along[k][c] = (float)tangents[k][c];
-  /* A triangle is a quad with its last corner twice. */
+  /* A triangle serves as a quad with its last corner twice. */
   uint32_t begin = tw_face_begin(base, tw_corner_face(base, corner));
   for (uint32_t k = 0; k < 4; k++) {
     uint32_t place = k < base->face_size ? k : base->face_size - 1;
@@ -41,17 +42,18 @@ static void by_mask(tw_surface_reader *r, const tw_values *values, uint32_t corn
   tw_put_normal(along[0], along[1], quad, normal);
 }
 
-/* out, normal: NULL where they are not wanted. */
+/* Computes a value and its normal. out, normal: NULL where not wanted. */
 static void evaluate(tw_surface_reader *r, const tw_values *values, uint32_t corner, float *out,
                      float *normal) {
   const tw_surface *s = r->surface;
   uint32_t vertex = s->fields[values->field].base.corner_vertex[corner], width = values->width;
   const float *at_level = s->options.level == 0 ? values->cage : values->base;
   if (out) memcpy(out, at_level + (size_t)vertex * width, width * sizeof *out);
-  if (normal || s->options.limit) by_mask(r, values, corner, out, normal);
+  if (normal || s->options.limit) apply_limit_mask(r, values, corner, out, normal);
 }
 
-/* Split vertices share their point to the last bit: it is computed from the corner that stands for it. */
+/* Computes a point and its normal. Split vertices have the same point to the last bit, because it is computed
+ * from the corner that represents it; each has the normal at its own corner. */
 static void point(tw_surface_reader *r, tw_domain domain, uint32_t corner, float *out) {
   const tw_surface *s = r->surface;
   uint32_t shared = domain == TW_DOMAIN_VERTICES ? tw_shared_corner(s, corner) : corner;
@@ -60,7 +62,7 @@ static void point(tw_surface_reader *r, tw_domain domain, uint32_t corner, float
   if (normal && shared != corner) evaluate(r, &s->positions, corner, NULL, normal);
 }
 
-/* ---- all that a vertex has besides point and normal ------------------------------------------ */
+/* ---- what a vertex has besides point and normal ------------------------------------------ */
 
 static void tangent(tw_surface_reader *r, uint32_t corner, float *out) {
   const tw_surface *s = r->surface;
@@ -71,7 +73,7 @@ static void tangent(tw_surface_reader *r, uint32_t corner, float *out) {
   tw_write_tangents(r->slopes[0], r->slopes[1], 1, false, frame % 2, tw_tangent_columns_of(s, out));
 }
 
-/* A vertex's own influences, or those of its limit mask. */
+/* Writes joints and weights: the vertex's own influences, or those by its limit mask. */
 static void weights(tw_surface_reader *r, uint32_t corner, float *out) {
   const tw_surface *s = r->surface;
   const tw_field *field = &s->fields[0];
@@ -96,7 +98,8 @@ static void attributes(tw_surface_reader *r, uint32_t row, float *out) {
   if (l->joints != UINT32_MAX) weights(r, shared, out);
 }
 
-/* Puts what the mesh has in place of a column, where it is not 0 0 0. own: [rows of level 0][width]. */
+/* Replaces a column by the mesh's own vectors, except where these are 0 0 0. own: [rows of level
+ * 0][width]. */
 static void put_own(const tw_surface *s, const float *own, uint32_t width, uint32_t column, uint32_t first,
                     uint32_t count, float *out) {
   own += width * (size_t)first;
@@ -119,7 +122,7 @@ void tw_base_read_rows(tw_surface_reader *reader, tw_domain domain, uint32_t fir
       point(reader, domain, corner, out + (size_t)i * width);
   }
   if (domain != TW_DOMAIN_VERTICES) return;
-  /* Tangents are orthogonal to the normals. */
+  /* Own normals come first: tangents are made orthogonal to the normal in the row. */
   if (s->own_normals) put_own(s, s->own_normals, 3, s->layout.normal, first, count, out);
   for (uint32_t i = 0; tw_has_attributes(s, domain) && i < count; i++)
     attributes(reader, first + i, out + (size_t)i * width);

@@ -3,13 +3,14 @@
 
 #include "surface.h"
 
-/* A face (of the cage at level 0, of the base above) with what it is ordered by. */
+/* A face with the keys that it is ordered by. Faces are those of the cage or, where `sources` are given, of
+ * the base. */
 typedef struct ordered_face {
   int32_t material;
   uint32_t names, face;
 } ordered_face;
 
-/* With the material and names of a face of the cage. */
+/* A face with the material and the set of names of the cage's face `source`. */
 static ordered_face ordered_as(const tw_mesh *mesh, uint32_t source, uint32_t face) {
   return (ordered_face){mesh->face_materials ? mesh->face_materials[source] : -1,
                         mesh->face_groups ? mesh->face_groups[source] : UINT32_MAX, face};
@@ -42,7 +43,7 @@ uint32_t tw_ordered_groups(const tw_mesh *mesh, const uint8_t *visible) {
 
 /* ---- groups --------------------------------------------------------------------------------- */
 
-/* Sizes of what one ordered face becomes in the answer. */
+/* How many faces and corners of the answer one ordered face makes. */
 typedef struct face_yield {
   uint64_t faces, corners;
 } face_yield;
@@ -90,7 +91,7 @@ static tw_status make_one_group(tw_surface *s, const tw_mesh *mesh) {
 
 /* ---- faces ---------------------------------------------------------------------------------- */
 
-/* Visible faces of the cage, for level 0. */
+/* Lists the visible faces of the cage in their order. */
 static tw_status list_faces(tw_surface *s, const tw_face_order *from, const ordered_face *order,
                             uint32_t count) {
   s->face_count = count;
@@ -114,7 +115,7 @@ static tw_status list_quads(tw_surface *s, const ordered_face *order, uint32_t c
   return TW_OK;
 }
 
-/* Files often have their faces in order. */
+/* Sorts the faces, unless they are in order, as in many files. */
 static void sort_ordered(ordered_face *order, uint32_t count) {
   for (uint32_t i = 1; i < count; i++)
     if (compare_groups(&order[i - 1], &order[i]) > 0) {
@@ -123,7 +124,8 @@ static void sort_ordered(ordered_face *order, uint32_t count) {
     }
 }
 
-/* sources NULL: the faces are the cage's own. */
+/* Collects the visible faces and orders them. sources: the cage's face of each; NULL: the faces are the
+ * cage's own. */
 static uint32_t order_faces(const tw_face_order *from, const uint32_t *sources, uint32_t face_count,
                             ordered_face *order) {
   uint32_t count = 0;

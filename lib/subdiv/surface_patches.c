@@ -1,8 +1,8 @@
-/* Rows of patches: at corners, along the insides of edges, over the insides of quads. */
+/* Rows of TW_WAY_PATCHES: at corners, along the insides of edges, over the insides of quads. */
 #include "patch.h"
 #include "surface_reader.h"
 
-/* Part of a patch's grid, which runs from its last point to its first where it is backwards. */
+/* Part of a patch's grid. backwards: from its last point to its first. */
 typedef struct place {
   uint32_t quad;
   tw_patch_rect rect;
@@ -20,7 +20,7 @@ static tw_patch_job job_for(const tw_surface_reader *r, const tw_values *values,
                         .scratch = r->scratch};
 }
 
-/* out, normals: NULL where they are not wanted. */
+/* Computes values and normals. out, normals: NULL where not wanted. */
 static void evaluate(const tw_surface_reader *r, const tw_values *values, const place *at, float *out,
                      float *normals, uint32_t stride) {
   tw_patch_job job = job_for(r, values, out, normals, stride);
@@ -28,7 +28,7 @@ static void evaluate(const tw_surface_reader *r, const tw_values *values, const 
   tw_patch_evaluate(&r->surface->fields[values->field].patches, at->quad, &job, at->rect);
 }
 
-/* ---- all that a vertex has besides point and normal ------------------------------------------ */
+/* ---- what a vertex has besides point and normal ------------------------------------------ */
 
 static void tangents(tw_surface_reader *r, const place *at, float *out) {
   const tw_surface *s = r->surface;
@@ -48,7 +48,7 @@ static void weights(tw_surface_reader *r, const place *at, float *out) {
   tw_skin_patch_rows(&patch, &r->skin, tw_skin_columns_of(s, out));
 }
 
-/* shared: where the points are taken from. */
+/* own: where the rows are; shared: the place that represents their points. */
 static void attributes(tw_surface_reader *r, const place *own, const place *shared, float *out) {
   const tw_surface *s = r->surface;
   const tw_surface_layout *l = &s->layout;
@@ -61,12 +61,13 @@ static void attributes(tw_surface_reader *r, const place *own, const place *shar
 
 /* ---- corners and edges ---------------------------------------------------------------------- */
 
-/* The base's corner that a row, or a run of them, is at. */
+/* The base corner that represents a corner or an edge of the numbering. */
 static uint32_t corner_of(const tw_numbering *n, tw_patch_piece piece, uint32_t item) {
   return piece == TW_PATCH_CORNER ? tw_corner_of_row(n, item) : tw_corner_of_edge(n, item);
 }
 
-/* A corner, or the inside of the edge that begins there, or ends there where it runs against it. */
+/* The place of a corner, or of the inside of the edge that begins there. against: the edge runs in the
+ * opposite direction. */
 static place place_at(const tw_surface *s, tw_patch_piece piece, uint32_t corner, bool against) {
   place at = {corner / 4, {0}, false};
   if (piece == TW_PATCH_CORNER) {
@@ -78,8 +79,8 @@ static place place_at(const tw_surface *s, tw_patch_piece piece, uint32_t corner
   return at;
 }
 
-/* Split vertices share their points to the last bit: all take them from the corner that stands for the point,
- * from which an edge may run against theirs. */
+/* The corner that represents the points of a corner or edge: all split vertices take their points from there,
+ * so that these are the same to the last bit. *against: that corner's edge runs against this one. */
 static uint32_t shared_corner(const tw_surface *s, tw_patch_piece piece, uint32_t corner, bool *against) {
   *against = false;
   if (piece == TW_PATCH_CORNER) return tw_shared_corner(s, corner);

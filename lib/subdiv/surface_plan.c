@@ -1,5 +1,5 @@
-/* From a control mesh to a surface that can be read at any place: the way of its rows is chosen, generic
- * steps lead to the base, rows are numbered, and what is left is for patches, whole levels or Loop's rows. */
+/* Makes a surface from a control mesh: chooses the method (tw_way), takes generic steps to the base, numbers
+ * the rows, and plans the patches, whole levels or Loop's rows that compute the answer from the base. */
 #include "surface_plan.h"
 
 #include <stdlib.h>
@@ -10,14 +10,14 @@
 
 /* ---- what outlives the mesh ----------------------------------------------------------------- */
 
-/* Whether the surface goes on needing the cage's topology: as its base, or, where it can be moved, to refine
- * other positions to the base. levels: generic steps to the base. */
+/* Whether the surface needs the cage's topology once it is made: as its base or, where it is movable, to
+ * refine other positions to the base. levels: generic steps to the base. */
 static bool needs_cage(const tw_surface *s, uint32_t levels) {
-  if (levels == 0) return s->way != TW_WAY_LEVELS; /* which has tables of its own */
+  if (levels == 0) return s->way != TW_WAY_LEVELS; /* TW_WAY_LEVELS has tables of its own */
   return s->options.movable;
 }
 
-/* Copies the cage's faces, which are arrays of the mesh until here. */
+/* Copies the cage's faces, which are the mesh's arrays until then. */
 static tw_status keep_cage(tw_build *b) {
   tw_topology *t = &b->cage.topology;
   tw_arena *arena = b->points_arena;
@@ -53,7 +53,7 @@ static tw_status keep_sources(tw_build *b) {
   return s->point_of ? TW_OK : TW_NO_MEMORY;
 }
 
-/* Gives up what was needed to compute the positions alone. */
+/* Frees what only computing the positions needed. */
 static void forget_sources(tw_surface *s) {
   if (!needs_cage(s, s->step_count)) {
     tw_arena_destroy(s->points_arena);
@@ -66,8 +66,9 @@ static void forget_sources(tw_surface *s) {
   s->details = (tw_detail_list){0, NULL};
 }
 
-/* Keeps creases, corners and the order of the faces, for answers that are cages again (level 0). Such a
- * surface has all faces, so that its points are the cage's vertices, and tags need no other numbers. */
+/* Keeps creases, corners and the order of the faces for a level 0 that is a cage again. Such a surface has
+ * all faces, so its points are numbered as the cage's vertices and the tags' numbers are right as they
+ * are. */
 static tw_status keep_tags(tw_build *b) {
   tw_surface *s = b->surface;
   if (!tw_keeps_tags(b->mesh, &s->options)) return TW_OK;
@@ -95,7 +96,7 @@ static void need_masks(tw_surface *s, const tw_topology *t) {
   if (capacity > s->mask_capacity) s->mask_capacity = capacity;
 }
 
-/* Loop's rows are computed from the level above theirs; of their own level only the counts are kept. */
+/* Keeps the topology of the level above Loop's rows; their own level has its counts only. */
 static void plan_loop_rows(tw_build *b) {
   tw_surface *s = b->surface;
   s->loop_above = b->topologies[0];
@@ -103,7 +104,7 @@ static void plan_loop_rows(tw_build *b) {
   b->topologies[0] = tw_loop_rows_counts(&s->loop_above);
 }
 
-/* NULL without memory. */
+/* The cache of patch classes to use; NULL without memory. */
 static tw_patch_shapes *shapes_of(tw_surface *s) {
   if (s->options.shapes) return s->options.shapes;
   if (!s->shapes) s->shapes = tw_patch_shapes_create();
@@ -128,8 +129,8 @@ static tw_status plan_patches(tw_build *b) {
   return TW_OK;
 }
 
-/* A row at a vertex that no patch covers costs as much as the vertex has faces: many rows at a vertex of very
- * many faces would cost their product. */
+/* Limits the cost of limit masks: a row costs as much as its vertex has faces, and many rows at a vertex of
+ * very many faces would cost the product. */
 static tw_status check_fans(const tw_surface *s, tw_error *error) {
   enum { GREAT = 4096, WORK_MAX = 1 << 28 };
   bool masked = s->way == TW_WAY_BASE && (s->options.normals || s->options.limit);
@@ -146,13 +147,13 @@ static tw_status check_fans(const tw_surface *s, tw_error *error) {
                  "limit=true can do without");
 }
 
-/* Rows of the base, of its patches, or those of Loop's scheme. */
+/* Plans rows of the base, of its patches, or of Loop's scheme. */
 static tw_status plan_rows(tw_build *b, tw_error *error) {
   tw_surface *s = b->surface;
   if (s->way == TW_WAY_LOOP) plan_loop_rows(b);
   for (uint32_t f = 0; f < s->field_count; f++) s->fields[f].base = b->topologies[f];
-  const tw_face_order order = {b->mesh, b->cage.visible, b->source,
-                               b->levels + (s->way == TW_WAY_LOOP)}; /* Loop's rows: one below */
+  /* Loop's rows are one level below the base. */
+  const tw_face_order order = {b->mesh, b->cage.visible, b->source, b->levels + (s->way == TW_WAY_LOOP)};
   tw_status status = tw_surface_order(s, &order);
   if (status == TW_OK) status = tw_parallel_for_status(b->parallel);
   if (status == TW_OK) status = tw_build_number(b);
@@ -168,7 +169,7 @@ static tw_status plan(tw_build *b, bool generic, tw_error *error) {
   tw_surface *s = b->surface;
   tw_status status = tw_parallel_for_status(b->parallel);
   if (status == TW_OK) status = tw_cage_read(b->mesh, &s->options, b->points_arena, &b->cage);
-  b->cage.arena = b->arena; /* what is asked of the cage from here on is for the plan alone */
+  b->cage.arena = b->arena; /* from here on only the plan uses what is made of the cage */
   if (status == TW_OK) status = tw_cage_count(&s->options, &b->cage, &s->counts, error);
   if (status == TW_OK) status = tw_details_check(&s->details, &b->cage, &s->options, error);
   if (status == TW_OK) status = tw_parallel_for_status(b->parallel);
@@ -210,7 +211,7 @@ tw_status tw_build_plan(const tw_mesh *mesh, const tw_surface_options *options,
   tw_status status = s->arena && b.arena && b.points_arena ? plan(&b, generic, error) : TW_NO_MEMORY;
   tw_arena_destroy(b.arena);
   *too_irregular = b.too_irregular;
-  s->options.grant = NULL; /* the caller's, for this call */
+  s->options.grant = NULL; /* it belongs to the caller and is valid for this call only */
   if (status == TW_OK)
     *out = s;
   else
@@ -243,13 +244,13 @@ tw_status tw_surface_create_by(const tw_mesh *mesh, const tw_surface_options *op
   if (status != TW_OK) return status;
   bool too_irregular = false;
   status = create(mesh, options, parallel, false, out, &too_irregular, error);
-  if (too_irregular &&
-      options->shapes) { /* the shared classes of patches are full: then with some of its own */
+  /* The shared cache may be full: try again with a cache of the surface's own. */
+  if (too_irregular && options->shapes) {
     tw_surface_options own = *options;
     own.shapes = NULL;
     status = create(mesh, &own, parallel, false, out, &too_irregular, error);
   }
-  /* More classes than there is room for at all: by generic steps. */
+  /* More irregular classes than there is room for at all: take generic steps. */
   if (too_irregular) status = create(mesh, options, parallel, true, out, &too_irregular, error);
   if (status == TW_CANCELLED) tw_fail(error, status, "the surface is not wanted any more");
   return status == TW_NO_MEMORY ? tw_fail(error, status, "out of memory") : status;

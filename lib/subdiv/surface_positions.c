@@ -1,5 +1,5 @@
-/* The positions of a surface, from those of the mesh: the first ones and all later ones by the same steps, so
- * that not a bit tells how a surface came about. */
+/* Computes the positions of a surface from those of the mesh. The first positions and all later ones take the
+ * same steps, so that surfaces over the same positions have the same bytes, however they were made. */
 #include <assert.h>
 #include <math.h>
 #include <stdlib.h>
@@ -7,7 +7,7 @@
 #include "refine.h"
 #include "surface.h"
 
-/* Vertices of the base that the steps lead to. */
+/* Number of vertices of the base that the steps lead to. */
 static uint32_t base_vertex_count(const tw_surface *s) {
   switch (s->way) {
   case TW_WAY_LEVELS: return s->levels[0].at[0].vertex_count;
@@ -20,14 +20,14 @@ static uint32_t base_vertex_count(const tw_surface *s) {
 
 /* ---- steps ---------------------------------------------------------------------------------- */
 
-/* Adds what is modelled onto a level. */
+/* Adds the detail of a level. */
 static tw_status add_details(const tw_surface *s, uint32_t level, const tw_parallel_for *parallel,
                              double *positions) {
   const tw_detail_step step = {&s->details, &s->steps[level].topology, &s->rules, level, s->options.level};
   return s->details.count > 0 ? tw_details_add(&step, parallel, positions) : TW_OK;
 }
 
-/* Of the vertices that the cage has; NULL without memory. */
+/* The positions of the cage's vertices; NULL without memory. */
 static double *gather_cage(const tw_surface *s, const float *positions) {
   double *cage = tw_alloc(s->cage_vertex_count, 3 * sizeof *cage);
   for (size_t v = 0; cage && v < s->cage_vertex_count; v++)
@@ -35,7 +35,7 @@ static double *gather_cage(const tw_surface *s, const float *positions) {
   return cage;
 }
 
-/* From a level to the next. */
+/* Replaces the positions of a level by those of the next. */
 static tw_status make_level(const tw_surface *s, uint32_t level, const tw_parallel_for *parallel,
                             double **positions) {
   const tw_topology *above = &s->steps[level - 1].topology;
@@ -60,7 +60,8 @@ static float *round_positions(const double *positions, size_t vertices) {
   return rounded;
 }
 
-/* Of normals by masks alone the doubles are kept, as they live on differences. */
+/* Keeps the base's positions as floats and, where normals are computed by limit masks, as doubles too:
+ * normals depend on small differences. */
 static tw_status keep_base(tw_surface *s, double **base) {
   tw_values *out = &s->positions;
   bool is_cage = s->step_count == 0 && s->options.level == 0;

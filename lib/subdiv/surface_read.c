@@ -1,5 +1,5 @@
-/* Reads any rows of a surface: of corners, of the insides of edges and of quads. Each request is cut into
- * pieces that are computed at once. */
+/* Reads any rows of a surface: at corners, on the insides of edges and of quads. Each request is cut into
+ * pieces; a piece is computed at once. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -15,7 +15,7 @@ static void loop_rows(tw_surface_reader *r, tw_domain domain, uint32_t first, ui
   if (normals) tw_loop_rows_normals(&s->loop_above, points, first, count, r->mask, normals, stride);
 }
 
-/* Rows of corners: all rows, but for patches. */
+/* Computes rows of corners. With every method but patches, all rows are rows of corners. */
 static void read_corners(tw_surface_reader *r, tw_domain domain, uint32_t first, uint32_t count, float *out) {
   switch (r->surface->way) {
   case TW_WAY_BASE: tw_base_read_rows(r, domain, first, count, out); return;
@@ -41,13 +41,13 @@ uint64_t tw_surface_row_count(const tw_surface *surface, tw_domain domain) {
 
 /* ---- pieces --------------------------------------------------------------------------------- */
 
-/* A run of rows that is computed at once. */
+/* A piece: a run of rows that is computed at once. */
 typedef struct piece {
   piece_kind kind;
-  uint64_t first;       /* row */
-  uint32_t count;       /* rows */
+  uint64_t first;       /* first row */
+  uint32_t count;       /* number of rows */
   uint32_t item, items; /* the first corner, edge or visible quad, and how many */
-  uint32_t line;        /* of PIECE_LINES: the first line inside of the quad */
+  uint32_t line;        /* of PIECE_LINES: the first line, counted inside the quad */
 } piece;
 
 static uint32_t at_most(uint64_t a, uint64_t b) {
@@ -62,8 +62,9 @@ static piece whole_items(piece_kind kind, uint64_t first, uint64_t item, uint64_
   return (piece){kind, first, taken * (uint32_t)rows_an_item, (uint32_t)item, taken, 0};
 }
 
-/* The piece at a row of which `wanted` are asked for: it begins at the row, or before it where the row is
- * amid an item, and is that item alone then. An item is computed the same way whatever the piece. */
+/* The piece at a row, when `wanted` rows from there on are asked for. It begins at the row or, where the row
+ * is amid an item, at the start of that item and is the item alone. An item is computed the same way whatever
+ * piece it is in. */
 static piece piece_at(const tw_surface *s, tw_domain domain, uint64_t row, size_t wanted) {
   const tw_numbering *n = tw_numbering_of(s, domain);
   uint64_t corners = s->options.level == 0 ? tw_surface_row_count(s, domain) : n->corner_count;
@@ -85,7 +86,8 @@ static piece piece_at(const tw_surface *s, tw_domain domain, uint64_t row, size_
   return (piece){PIECE_LINES, first, taken * (uint32_t)edge_rows, quad, 1, line};
 }
 
-/* GPUs have v run down. Sums of weights that are 1 but for rounding may leave the range of a colour. */
+/* Finishes rows: v runs down on GPUs, and colours are clamped, because rounding may take sums of weights out
+ * of their range. */
 static void finish_rows(const tw_surface *s, uint32_t count, float *row) {
   const tw_surface_layout *l = &s->layout;
   for (; count > 0; count--, row += l->stride) {
@@ -115,7 +117,7 @@ static void compute_piece(tw_surface_reader *r, tw_domain domain, const piece *p
   if (tw_has_attributes(s, domain)) finish_rows(s, p->count, out);
 }
 
-/* The displacements of normals by morph targets, of rows that hold all else. */
+/* Writes the displacements of normals by morph targets into rows that have all other columns. */
 static void displace_normals(tw_surface_reader *r, const piece *p, float *out) {
   const tw_surface *s = r->surface;
   const tw_surface_layout *l = &s->layout;
@@ -142,7 +144,7 @@ static void compute_rows(tw_surface_reader *r, tw_domain domain, const piece *p,
   if (domain == TW_DOMAIN_VERTICES && r->surface->layout.morph_width == 6) displace_normals(r, p, out);
 }
 
-/* A piece in the reader's memory, computed unless it is there already. */
+/* Returns a piece in the reader's memory, and computes it unless it is there already. */
 static const float *keep_piece(tw_surface_reader *r, tw_domain domain, const piece *p) {
   if (r->piece_count == 0 || r->piece_domain != domain || r->piece_first != p->first) {
     compute_rows(r, domain, p, r->piece);
@@ -182,25 +184,25 @@ static uint32_t piece_capacity(const tw_surface *surface) {
   return larger(surface->side, PIECE_ROWS);
 }
 
-/* The most of everything that any of several surfaces needs. */
+/* The memory that the most demanding of several surfaces needs. */
 typedef struct reader_needs {
-  uint32_t points, masks, slopes;            /* slopes: rows with tangents */
+  uint32_t points, masks, slopes;            /* slopes: rows that have tangents */
   uint32_t joints, skin_vertices, skin_rows; /* of skinned surfaces */
   size_t piece, moved;                       /* floats */
 } reader_needs;
 
-/* Of the layout with so many morph targets. */
+/* The stride of the layout with that many morph targets. */
 static uint32_t stride_with(const tw_surface_layout *layout, uint32_t targets) {
   return layout->stride - layout->morph_width * layout->morph_count + layout->morph_width * targets;
 }
 
 static void need(reader_needs *n, const tw_surface *s, uint32_t displacements_max) {
   uint32_t rows = piece_capacity(s), all = s->layout.morph_count;
-  uint32_t most =
-      displacements_max * 3 / s->layout.morph_width; /* targets of one or two displacements each */
+  /* A target has one displacement (width 3) or two (6). */
+  uint32_t most = displacements_max * 3 / s->layout.morph_width;
   uint32_t stride = stride_with(&s->layout, all < most ? all : most);
   if (s->morphed && most > 0) n->moved = MOVED_WIDTH * (size_t)rows;
-  size_t piece = (size_t)rows * larger(stride, 4); /* points alone take four */
+  size_t piece = (size_t)rows * larger(stride, 4); /* at least 4 floats a row: bare points are read too */
   n->points = larger(n->points, s->scratch_points);
   n->masks = larger(n->masks, s->mask_capacity);
   if (piece > n->piece) n->piece = piece;
@@ -248,9 +250,9 @@ void tw_surface_bare_rows(tw_surface *surface, bool normals) {
   surface->skin_rows = NULL;
 }
 
-/* Makes the copy of a surface one with fewer columns: without morph targets where target_count is 0, else
- * with nothing but the points (and normals, unless points alone are wanted) and the targets from first_target
- * on. */
+/* Takes columns away from the copy of a surface. target_count 0: all displacements. Else everything but the
+ * points, the normals (also taken away with points_alone) and the displacements of the targets from
+ * first_target on. */
 static void narrow(tw_surface *s, uint32_t first_target, uint32_t target_count, bool points_alone) {
   tw_surface_layout *l = &s->layout;
   const tw_surface_layout whole = *l;
@@ -275,7 +277,8 @@ const tw_surface_layout *tw_surface_reader_layout(const tw_surface_reader *reade
   return &reader->surface->layout;
 }
 
-/* Has the reader read this surface from here on, narrowed where not all of it is wanted. */
+/* Makes the reader read this surface, or a narrowed copy where not all columns are wanted. Empties the
+ * cache. */
 static void turn(tw_surface_reader *reader, const tw_surface *surface, uint32_t first_target,
                  uint32_t target_count, bool points_alone) {
   if (reader->whole == surface && reader->first_target == first_target &&

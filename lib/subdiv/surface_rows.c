@@ -1,9 +1,10 @@
-/* Numbers the rows of a surface that is read from its base or from patches, and lays out what a row holds. */
+/* Numbers the rows of surfaces that are read from the base, from patches or from Loop's rows, and lays out
+ * what a row holds. */
 #include <stdlib.h>
 
 #include "surface_plan.h"
 
-/* Rows that stand for vertices of the cage: they come first in every numbering. */
+/* Number of rows at vertices of the cage; they come first in every numbering. */
 static uint32_t rows_of_cage(const tw_numbering *n, const tw_topology *base, uint32_t cage_vertices) {
   if (n->same_as) return cage_vertices;
   uint32_t count = 0;
@@ -25,7 +26,8 @@ static tw_status split_vertices(tw_build *b, const uint8_t *visible) {
   tw_own_normals own = {.tangents = tw_build_has_tangents(b), .morphs = b->morph_normals};
   tw_splits splits = {.uv_count = b->mesh->uv_set_count, .normals = s->options.normals};
   for (uint32_t i = 0; i < splits.uv_count; i++) splits.uv_bases[i] = &s->fields[1 + i].base;
-  /* Of a bilinear surface every edge of the cage is sharp: at each level their parts come first. */
+  /* On a bilinear surface every edge of the cage is sharp; its parts have the lowest numbers at each
+   * level. */
   splits.sharp_below = s->rules.linear ? b->cage.topology.edge_count << b->levels : 0;
   tw_status status = tw_build_find_frames(b);
   if (status == TW_OK) status = tw_parallel_for_status(b->parallel);
@@ -33,7 +35,7 @@ static tw_status split_vertices(tw_build *b, const uint8_t *visible) {
   if (status == TW_OK && has_own) {
     status = tw_own_normals_read(s, b->mesh, b->arena, &own);
     splits.own_normals = own.splits;
-    splits.normals &= !own.is_whole; /* they alone say what parts */
+    splits.normals &= !own.is_whole; /* own normals alone decide where points are split */
   }
   if (status == TW_OK) status = tw_number_vertices(base, &splits, visible, s->arena, &s->vertices);
   if (status == TW_OK && has_own)
@@ -41,8 +43,8 @@ static tw_status split_vertices(tw_build *b, const uint8_t *visible) {
   return status;
 }
 
-/* Gives points the order that they have without what is modelled onto this level and deeper ones, so that the
- * rows that somebody took from it and moved still fit. */
+/* Numbers points as they are without the details of this level and of deeper ones, so that positions which a
+ * client has read from that surface and moved still fit. */
 static tw_status order_points(tw_build *b) {
   tw_surface *s = b->surface, *before;
   const tw_topology *base = &s->fields[0].base;
@@ -54,7 +56,8 @@ static tw_status order_points(tw_build *b) {
   bool too_irregular = false;
   tw_status status = tw_build_plan(&mesh, &options, b->parallel, false, &before, &too_irregular, NULL);
   if (status == TW_NO_MEMORY || status == TW_CANCELLED) return status;
-  if (status != TW_OK) return TW_OK; /* there are no such rows: the numbers of the level serve */
+  /* There is no such surface, so nobody has its rows: keep the numbers of the level. */
+  if (status != TW_OK) return TW_OK;
   uint32_t rows = (uint32_t)tw_surface_row_count(before, TW_DOMAIN_POINTS);
   uint32_t *vertices = tw_arena_alloc_raw(b->arena, rows, sizeof *vertices);
   if (vertices) tw_surface_vertices_of_points(before, base, vertices);

@@ -1,18 +1,20 @@
-/* By what the rows of a surface are computed, and how many levels generic steps make before. */
+/* Chooses the method that computes a surface's rows, and how many generic steps lead to its base. */
 #include <string.h>
 
 #include "surface_plan.h"
 
 /* ---- what can be done ----------------------------------------------------------------------- */
 
-/* An open border removes faces: only a single group is sure to keep its order. */
+/* Whether the answer has all faces in the order of the cage. An open border removes faces; then only a single
+ * group is sure to keep its order. */
 static bool is_whole(const tw_build *b) {
-  if (b->mesh->tangent_uvs) return false; /* which face a quad comes from has to be known */
+  if (b->mesh->tangent_uvs) return false; /* the source of each face must be known */
   uint32_t groups = tw_ordered_groups(b->mesh, b->cage.visible);
   return groups == 1 || (groups > 1 && !tw_cage_shrinks(&b->cage, &b->surface->options));
 }
 
-/* Chaikin's rule looks across UV seams at the sharpness beyond them, which a patch does not see. */
+/* Whether patches cannot compute the UVs: Chaikin's rule depends on sharpness across UV seams, which a patch
+ * does not see. */
 static bool crosses_seams(const tw_mesh *mesh, const tw_surface_options *options) {
   if (options->creasing != TW_CREASE_CHAIKIN || mesh->uv_set_count == 0) return false;
   for (uint32_t i = 0; i < mesh->crease_count; i++)
@@ -20,9 +22,9 @@ static bool crosses_seams(const tw_mesh *mesh, const tw_surface_options *options
   return false;
 }
 
-/* Whether the cage itself can be the base: it is of triangles for Loop's scheme, else of quads, each of four
- * vertices. A quad that comes to a vertex twice has quads of four vertices below it. */
-static bool is_even(const tw_topology *cage, bool loop) {
+/* Whether the cage can be the base: it has triangles for Loop's scheme, else quads of four different vertices
+ * each. A quad with a vertex twice is refined once, which makes quads of four vertices. */
+static bool can_be_base(const tw_topology *cage, bool loop) {
   if (cage->face_size != (loop ? 3 : 4)) return false;
   for (size_t c = 0; !loop && c < cage->corner_count; c += 4) {
     const uint32_t *quad = cage->corner_vertex + c;
@@ -31,7 +33,7 @@ static bool is_even(const tw_topology *cage, bool loop) {
   return true;
 }
 
-/* Whether rows hold refined points, at most with normals. */
+/* Whether rows hold refined points only, or points and normals. */
 static bool is_bare(const tw_build *b) {
   const tw_mesh *m = b->mesh;
   const tw_surface *s = b->surface;
@@ -45,8 +47,8 @@ static bool is_bare(const tw_build *b) {
 
 enum { LEVELS_BYTES_MAX = 128 << 20 };
 
-/* Whether nearly all vertices of a level of quads have four faces: patches are then quicker from three levels
- * below it on. Those that have not are vertices and faces of the cage. */
+/* Whether nearly all vertices of a level of quads have valence 4. Then patches are faster from three levels
+ * below it on. The irregular vertices of a level come from vertices and faces of the cage. */
 static bool is_regular(const tw_cage *cage, uint32_t level) {
   const tw_topology *t = &cage->topology;
   if (level == 0 && t->face_size != 4) return false;
@@ -56,8 +58,8 @@ static bool is_regular(const tw_cage *cage, uint32_t level) {
   return vertices - irregular > vertices / 8 * 7;
 }
 
-/* Whether all points of the level can be kept and rows read from them. Faces that are left out are for
- * patches. */
+/* Whether TW_WAY_LEVELS can be used: all points of the level fit in memory, and rows can be read from them.
+ * Cages with faces that are left out use patches. */
 static bool fits_levels(const tw_build *b) {
   const tw_mesh *m = b->mesh;
   const tw_surface *s = b->surface;
@@ -80,15 +82,16 @@ static bool fits_levels(const tw_build *b) {
 
 /* ---- the choice ----------------------------------------------------------------------------- */
 
-/* Whether the last generic step need not be taken, and rows are read from the level above it. */
+/* Whether TW_WAY_LOOP can be used, which saves the last generic step. */
 static bool fits_loop_rows(const tw_build *b) {
   const tw_surface *s = b->surface;
   if (s->options.scheme != TW_LOOP || !is_bare(b)) return false;
   return !s->options.normals || tw_loop_rows_fit(&b->cage.topology, &s->rules, s->options.level - 1);
 }
 
-/* An upper bound, in bytes, of what generic steps need beyond the levels of details, which the caller counts.
- * The constants are bytes for each face of the last level, measured on cages of triangles. */
+/* An upper bound, in bytes, of what generic steps need. Levels that have details are not counted here: the
+ * caller counts them. The constants are bytes for each face of the last level, measured on cages of
+ * triangles. */
 static uint64_t steps_size(const tw_build *b) {
   enum { LOOP_ROWS = 56, LOOP = 180, CATMULL_CLARK = 420 };
   const tw_surface *s = b->surface;
@@ -111,7 +114,7 @@ tw_status tw_build_choose(tw_build *b, bool generic, tw_error *error) {
   uint32_t level = s->options.level, deepest = tw_deepest_detail(&s->details);
   b->whole = is_whole(b);
   bool small = b->cage.refined_faces <= TW_GENERIC_FACES_MAX, loop = s->rules.loop,
-       even = is_even(&b->cage.topology, loop);
+       fits_base = can_be_base(&b->cage.topology, loop);
   if (generic && !small)
     return tw_fail(error, TW_LIMIT,
                    "the mesh is too irregular for level %u: it has great poles, or thousands of "
@@ -121,10 +124,10 @@ tw_status tw_build_choose(tw_build *b, bool generic, tw_error *error) {
     s->way = TW_WAY_LEVELS;
     b->levels = deepest;
   } else {
-    bool few = !even && level <= 1;
+    bool few = !fits_base && level <= 1;
     generic |= tw_cage_shrinks(&b->cage, &s->options) || loop ||
                (small && (few || crosses_seams(b->mesh, &s->options)));
-    b->levels = (generic || level <= deepest) && level > 0 ? level : even ? 0 : 1;
+    b->levels = (generic || level <= deepest) && level > 0 ? level : fits_base ? 0 : 1;
     if (deepest < level && deepest > b->levels) b->levels = deepest;
     s->depth = level > b->levels ? level - b->levels : 0;
     s->way = fits_loop_rows(b) ? TW_WAY_LOOP : s->depth > 0 ? TW_WAY_PATCHES : TW_WAY_BASE;

@@ -1,4 +1,4 @@
-/* From derivatives to tangents, in double: products of small derivatives would vanish in float. */
+/* From derivatives to tangents, in double: products of small derivatives would underflow in float. */
 #include "tangent_space.h"
 
 #include <math.h>
@@ -62,16 +62,16 @@ bool tw_uv_is_mirrored(const tw_topology *uv, const float *values, uint32_t face
   return area < 0;
 }
 
-/* Less than a millionth of a length is rounding. */
+/* Squared ratio below which a length is rounding: a millionth of another length. */
 static const double negligible = 1e-12;
 
-/* The part of `along` in the plane of the normal, at unit length; false where nothing is left. */
+/* The part of `along` in the plane of the normal, at unit length; false where nothing is left of it. */
 static bool flatten(const double normal[3], const double along[3], float out[4]) {
   double length = tw_dot3(along, along), out_of_plane = tw_dot3(normal, along), flat[3];
   for (int c = 0; c < 3; c++) flat[c] = along[c] - out_of_plane * normal[c];
   double square = tw_dot3(flat, flat);
   if (!(square > negligible * length)) return false;
-  /* Once more: what the first time left out of plane is large beside a short remainder. */
+  /* Again: the rounding error of the first time is large beside a short remainder. */
   out_of_plane = tw_dot3(normal, flat);
   for (int c = 0; c < 3; c++) flat[c] -= out_of_plane * normal[c];
   square = tw_dot3(flat, flat);
@@ -79,14 +79,15 @@ static bool flatten(const double normal[3], const double along[3], float out[4])
   return true;
 }
 
-/* first a + second b; false where that is nothing beside its terms. */
+/* out = first a + second b; false where the terms cancel or are 0. */
 static bool combine(const double a[3], double first, const double b[3], double second, double out[3]) {
   for (int c = 0; c < 3; c++) out[c] = first * a[c] + second * b[c];
   double terms = first * first * tw_dot3(a, a) + second * second * tw_dot3(b, b);
   return terms > 0 && tw_dot3(out, out) > negligible * terms;
 }
 
-static void lean_on_axis(const double normal[3], float out[4]) {
+/* A tangent along the axis at the greatest angle to the normal. */
+static void tangent_along_axis(const double normal[3], float out[4]) {
   int farthest = 0;
   for (int c = 1; c < 3; c++)
     if (fabs(normal[c]) < fabs(normal[farthest])) farthest = c;
@@ -107,12 +108,12 @@ void tw_tangent_from_derivatives(const float normal[3], const float points[TW_DE
   double ub = (double)uvs[TW_DERIVATIVE_SECOND], vb = (double)uvs[TW_DERIVATIVE_SECOND + 1];
   double sign = mirrored ? -1 : 1;
   out[3] = (float)sign;
-  /* Along this v is constant, and u grows by the UVs' area: the sign is that of the whole face, so that
-   * tangents do not flip where the UV map folds within it. */
+  /* In this direction v is constant, and u grows by the area of the UV map. The sign is the whole face's, so
+   * that tangents do not flip where the UV map folds within the face. */
   bool v_grows = va * va + vb * vb > negligible * (ua * ua + ub * ub);
   if (v_grows && combine(a, sign * vb, b, -sign * va, along) && flatten(n, along, out)) return;
   if (combine(a, ua, b, ub, along) && flatten(n, along, out)) return;
-  if (!flatten(n, a, out)) lean_on_axis(n, out);
+  if (!flatten(n, a, out)) tangent_along_axis(n, out);
 }
 
 void tw_write_tangents(const float *points, const float *uvs, size_t count, bool backwards, bool mirrored,
