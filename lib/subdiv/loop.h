@@ -14,7 +14,8 @@
 
 #include "child.h"
 
-/* Topology and sharpness of the next level; TW_LIMIT, TW_NO_MEMORY. The parent's sharpness must be set. */
+/* Topology and sharpness of the next level. The parent's sharpness must be set. TW_LIMIT, TW_NO_MEMORY,
+ * TW_CANCELLED. */
 tw_status tw_loop_topology(const tw_topology *parent, const tw_rules *rules, tw_arena *arena,
                            const tw_parallel_for *parallel, tw_topology *child);
 
