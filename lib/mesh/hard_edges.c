@@ -1,5 +1,5 @@
-/* Which edges are hard. Only edges between two faces that run against each other count: borders and edges of
- * more faces are sharp by the rules of subdivision already. */
+/* Finds the hard edges of a mesh. Only an edge of two faces that run along it in opposite directions can be
+ * hard: borders and non-manifold edges are sharp already by the rules of subdivision. */
 #include "hard_edges.h"
 
 #include <math.h>
@@ -13,11 +13,11 @@ typedef struct turn {
   double cosine, sine;
 } turn;
 
-/* Half a degree. Normals that were rounded to 8 bits, or to four digits of text, differ by less where they
- * are one. */
-static const turn same = {0.99996192306417131, 0.0087265354983739347};
+/* Normals within half a degree are one normal: rounding to 8 bits, or to four digits of text, changes a
+ * normal by less. */
+static const turn half_degree = {0.99996192306417131, 0.0087265354983739347};
 
-static turn turn_of(double degrees) {
+static turn turn_from_degrees(double degrees) {
   double radians = degrees * (3.14159265358979323846 / 180);
   return (turn){cos(radians), sin(radians)};
 }
@@ -26,27 +26,28 @@ typedef struct finder {
   const tw_mesh *mesh;
   const tw_topology *t;
   float (*face_normals)[3]; /* [face_count], of length 1; 0 0 0 of a face without area */
-  uint32_t *pieces;         /* [vertex_count] sets of the points that faces join */
-  uint8_t *is_told;         /* [vertex_count] of the root of a piece: its normals tell what is hard */
+  uint32_t *pieces;         /* [point_count] union-find: points joined by faces are one piece */
+  uint8_t *normals_decide;  /* [point_count], read at a piece's root: normals decide in this piece */
 } finder;
 
 static void finder_deinit(finder *f) {
   free(f->face_normals);
   free(f->pieces);
-  free(f->is_told);
+  free(f->normals_decide);
 }
 
 /* ---- angles --------------------------------------------------------------------------------- */
 
-/* Whether the angle between two vectors is over that of `most`: the sine of the difference is above 0. False
- * where one of them is 0. */
+/* Whether the angle between two vectors exceeds `most`, tested as sin(angle - most) > 0. False where one of
+ * the vectors is 0. */
 static bool turns_by_more(const double *a, const double *b, turn most) {
   double across[3];
   tw_cross3(a, b, across);
   return tw_length3(across) * most.cosine - tw_dot3(a, b) * most.sine > 0;
 }
 
-/* The sum of the triangles round the first corner: Newell's normal, without large numbers that cancel. */
+/* Sums the normals of the triangles fanned from the first corner. This is Newell's normal, computed relative
+ * to that corner so that large coordinates do not cancel. */
 void tw_mesh_face_normal(const tw_mesh *mesh, uint32_t face, double out[3]) {
   uint32_t begin = mesh->face_offsets[face], end = mesh->face_offsets[face + 1];
   const float *first = mesh->positions + 3 * (size_t)mesh->corners[begin];
@@ -74,7 +75,7 @@ static tw_status find_face_normals(finder *f) {
 
 /* ---- normals of the file -------------------------------------------------------------------- */
 
-/* False where the file gives none. */
+/* False where the file gives no normal at this corner. */
 static bool find_corner_normal(const tw_mesh *mesh, uint32_t corner, double out[3]) {
   if (!mesh->normals.corners) return false;
   const float *value = mesh->normals.values + 3 * (size_t)mesh->normals.corners[corner];
@@ -82,13 +83,13 @@ static bool find_corner_normal(const tw_mesh *mesh, uint32_t corner, double out[
   return out[0] != 0 || out[1] != 0 || out[2] != 0;
 }
 
-/* What the file says of two sides of an edge. */
+/* What the file's normals at two corners say about the edge between them. */
 typedef enum verdict { SAYS_NOTHING, SAYS_SMOOTH, SAYS_HARD } verdict;
 
 static verdict compare_corners(const tw_mesh *mesh, uint32_t a, uint32_t b) {
   double p[3], q[3];
   if (!find_corner_normal(mesh, a, p) || !find_corner_normal(mesh, b, q)) return SAYS_NOTHING;
-  return turns_by_more(p, q, same) ? SAYS_HARD : SAYS_SMOOTH;
+  return turns_by_more(p, q, half_degree) ? SAYS_HARD : SAYS_SMOOTH;
 }
 
 bool tw_corners_part(const tw_mesh *mesh, uint32_t a, uint32_t b) {
@@ -105,13 +106,14 @@ static bool normals_part(const finder *f, uint32_t edge) {
   uint32_t corner = t->edge_corner[edge], twin = t->sibling[corner];
   verdict begin = compare_corners(f->mesh, corner, tw_corner_next(t, twin)),
           end = compare_corners(f->mesh, tw_corner_next(t, corner), twin);
-  /* A crease may run out in the middle of a smooth face: one end is enough. */
+  /* A crease may end inside a smooth face: one hard end is enough. */
   if (begin == SAYS_HARD || end == SAYS_HARD) return true;
   if (begin == SAYS_SMOOTH || end == SAYS_SMOOTH) return false;
   return groups_part(f->mesh, tw_corner_face(t, corner), tw_corner_face(t, twin));
 }
 
-/* Whether a face is shaded as a part of something round. */
+/* Whether the file shades a face smoothly: its corner normals differ, or it has none and is in a smoothing
+ * group. */
 static bool is_shaded_smooth(const tw_mesh *mesh, uint32_t face) {
   uint32_t begin = mesh->face_offsets[face];
   verdict all = SAYS_NOTHING;
@@ -124,26 +126,27 @@ static bool is_shaded_smooth(const tw_mesh *mesh, uint32_t face) {
   return all == SAYS_NOTHING && groups && groups[face] != 0 && groups[face] != UINT32_MAX;
 }
 
-/* Where all faces are flat-shaded every edge is split, or none is told of: that says nothing of the shape. */
+/* Finds the pieces, and in which of them normals decide. Where all faces of a piece are flat-shaded, normals
+ * differ at every edge or are missing, which says nothing about the shape. */
 static tw_status find_pieces(finder *f) {
   const tw_mesh *mesh = f->mesh;
   f->pieces = tw_alloc(mesh->point_count, sizeof *f->pieces);
-  f->is_told = tw_alloc_zero(mesh->point_count, 1);
-  if (!f->pieces || !f->is_told) return TW_NO_MEMORY;
+  f->normals_decide = tw_alloc_zero(mesh->point_count, 1);
+  if (!f->pieces || !f->normals_decide) return TW_NO_MEMORY;
   tw_union_find_init(f->pieces, mesh->point_count);
   for (uint32_t face = 0; face < mesh->face_count; face++)
     for (uint32_t c = mesh->face_offsets[face] + 1; c < mesh->face_offsets[face + 1]; c++)
       tw_union_find_join(f->pieces, mesh->corners[c - 1], mesh->corners[c]);
   for (uint32_t face = 0; face < mesh->face_count; face++) {
     uint32_t root = tw_union_find_root(f->pieces, mesh->corners[mesh->face_offsets[face]]);
-    if (!f->is_told[root]) f->is_told[root] = is_shaded_smooth(mesh, face);
+    if (!f->normals_decide[root]) f->normals_decide[root] = is_shaded_smooth(mesh, face);
   }
   return TW_OK;
 }
 
 /* ---- edges ---------------------------------------------------------------------------------- */
 
-/* Fills what is asked of edges by these creases. */
+/* Computes only what is_hard reads for these creases. */
 static tw_status prepare(finder *f, tw_creases creases) {
   tw_status status = TW_OK;
   if (creases != TW_CREASES_NORMALS) status = find_face_normals(f);
@@ -163,14 +166,14 @@ static bool is_hard(const finder *f, uint32_t edge, tw_creases creases, turn mos
   if (f->t->edge_flags[edge] != 0) return false;
   if (creases == TW_CREASES_AUTO) {
     uint32_t root = tw_union_find_root(f->pieces, tw_edge_start(f->t, edge));
-    creases = f->is_told[root] ? TW_CREASES_NORMALS : TW_CREASES_ANGLE;
+    creases = f->normals_decide[root] ? TW_CREASES_NORMALS : TW_CREASES_ANGLE;
   }
   return creases == TW_CREASES_NORMALS ? normals_part(f, edge) : is_bent(f, edge, most);
 }
 
 tw_status tw_hard_edges_count(const tw_mesh *mesh, const tw_topology *topology, tw_hard_edge_counts *out) {
   finder f = {.mesh = mesh, .t = topology};
-  const turn thirty = turn_of(30), most = turn_of(TW_HARD_DEGREES);
+  const turn thirty = turn_from_degrees(30), most = turn_from_degrees(TW_HARD_DEGREES);
   tw_status status = prepare(&f, TW_CREASES_AUTO);
   *out = (tw_hard_edge_counts){0};
   for (uint32_t edge = 0; edge < topology->edge_count && status == TW_OK; edge++) {
@@ -184,10 +187,11 @@ tw_status tw_hard_edges_count(const tw_mesh *mesh, const tw_topology *topology, 
 
 /* ---- a mesh with other creases -------------------------------------------------------------- */
 
-/* is_found: [edge_count]. Returns how many are. */
+/* Marks the hard edges that the file does not tag itself. is_found: [edge_count]. Returns how many are
+ * marked. */
 static uint32_t mark_hard(const finder *f, tw_creases creases, double degrees, uint8_t *is_found) {
   const tw_mesh *mesh = f->mesh;
-  turn most = turn_of(creases == TW_CREASES_ANGLE ? degrees : TW_HARD_DEGREES);
+  turn most = turn_from_degrees(creases == TW_CREASES_ANGLE ? degrees : TW_HARD_DEGREES);
   uint32_t count = 0;
   for (uint32_t edge = 0; edge < f->t->edge_count; edge++) is_found[edge] = is_hard(f, edge, creases, most);
   for (uint32_t i = 0; i < mesh->crease_count; i++) {
@@ -199,7 +203,7 @@ static uint32_t mark_hard(const finder *f, tw_creases creases, double degrees, u
   return count;
 }
 
-/* The file's creases, and those found behind them. */
+/* Writes the file's creases, then those found. */
 static tw_status add_creases(const finder *f, const uint8_t *is_found, uint32_t count, float sharpness,
                              tw_arena *arena, tw_mesh *out) {
   const tw_mesh *mesh = f->mesh;

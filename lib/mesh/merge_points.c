@@ -1,5 +1,5 @@
-/* Merges points of a mesh in its own arrays, which never grow by it. A reader has just filled the arrays, and
- * nobody else sees them: they may be written over. */
+/* Merges points of a mesh within the mesh's own arrays: the result is never larger. A reader has just filled
+ * the arrays and nothing else refers to them, so casting away their const and overwriting them is safe. */
 #include "merge_points.h"
 
 #include <stdlib.h>
@@ -14,11 +14,11 @@ static tw_status no_memory(tw_error *error) {
 /* A merge under way. */
 typedef struct merger {
   tw_mesh *mesh;
-  const uint32_t *point_of;      /* [point_count before] */
-  uint32_t point_count;          /* after */
-  uint32_t *seen;                /* [point_count after] the last face + 1 that has each */
-  uint32_t *face_of;             /* [face_count before] its number after, UINT32_MAX when it is dropped */
-  uint32_t *uvs[TW_UV_SETS_MAX]; /* [value_count] the first equal value; of sets of the mesh */
+  const uint32_t *point_of; /* [point_count before] new index of each point */
+  uint32_t point_count;     /* after the merge */
+  uint32_t *seen;           /* [point_count after] 1 + the last face that has the point */
+  uint32_t *face_of;        /* [face_count before] new index of each face, UINT32_MAX when it is dropped */
+  uint32_t *uvs[TW_UV_SETS_MAX]; /* [value_count] of each UV set: the first value equal to each */
 } merger;
 
 static void merger_deinit(merger *m) {
@@ -27,7 +27,7 @@ static void merger_deinit(merger *m) {
   for (uint32_t s = 0; s < TW_UV_SETS_MAX; s++) free(m->uvs[s]);
 }
 
-/* All that may fail. */
+/* Does everything that can fail, before the mesh is touched. */
 static tw_status merger_init(merger *m, tw_error *error) {
   const tw_mesh *mesh = m->mesh;
   m->seen = tw_alloc_zero(m->point_count, sizeof *m->seen);
@@ -45,8 +45,7 @@ static tw_status merger_init(merger *m, tw_error *error) {
 
 /* ---- points ----------------------------------------------------------------------------------- */
 
-/* Keeps the rows of the points that stay, in their order. rows: an array of point_count rows of `size` bytes,
- * or NULL. */
+/* Keeps each remaining point's row, in order. rows: [point_count] rows of `size` bytes, or NULL. */
 static void keep_rows(const merger *m, const void *rows, size_t size) {
   uint32_t next = 0;
   for (uint32_t p = 0; rows && p < m->mesh->point_count; p++)
@@ -73,8 +72,8 @@ static void copy_corner(const merger *m, uint32_t from, uint32_t to) {
     ((uint32_t *)mesh->uv_sets[s].corners)[to] = m->uvs[s][mesh->uv_sets[s].corners[from]];
 }
 
-/* Moves a face's corners up to `start`, without those at the point of the one before. Returns where they end;
- * `start` for a face that is left with fewer than three different points. */
+/* Moves a face's corners to `start`, dropping each whose point equals the corner's before it. Returns where
+ * they end, or `start` for a face left with fewer than three different points. */
 static uint32_t keep_corners(const merger *m, uint32_t face, uint32_t begin, uint32_t end, uint32_t start) {
   const uint32_t *corners = m->mesh->corners;
   uint32_t kept = start, different = 0, before = m->point_of[corners[end - 1]];
@@ -134,7 +133,8 @@ static void keep_tags(const merger *m) {
   mesh->hole_count = kept;
 }
 
-/* point_of: [point_count], `count` points by the order of their first. */
+/* point_of: [point_count] the new index of each point; the `count` new points are numbered by their first old
+ * point. */
 static tw_status merge(tw_mesh *mesh, const uint32_t *point_of, uint32_t count, tw_merged *out,
                        tw_error *error) {
   *out = (tw_merged){0};

@@ -1,4 +1,4 @@
-/* Makes points of a mesh one, in place. */
+/* Merges points of a mesh, in place. */
 #ifndef TWEEND_MERGE_POINTS_H
 #define TWEEND_MERGE_POINTS_H
 
@@ -8,22 +8,24 @@
 extern "C" {
 #endif
 
-/* The warning of tw_merged.faces. */
+/* The warning to give when tw_merged.faces is not 0. */
 #define TW_WELD_DROPPED_WARNING "%llu faces are left out: welding brings their corners together"
 
-/* What has become one. */
+/* What a merge removed. */
 typedef struct tw_merged {
-  uint32_t points; /* that are one with another now */
-  uint32_t faces;  /* dropped: fewer than three different points are left */
+  uint32_t points; /* merged into another point */
+  uint32_t faces;  /* dropped: fewer than three different points were left */
 } tw_merged;
 
-/* Joins border edges as tw_weld_points does, of a checked mesh that nobody else sees yet. Only meshes without
- * tags on edges, points and faces. Warns of nothing; *reversed: edges of faces wound against each other. A
- * point has the attributes of its first; equal texture coordinates become one value. O(n log n) at worst, and
- * quick where no two points are at one place. TW_NO_MEMORY: the mesh is as it was. */
+/* Joins border edges of a checked mesh as tw_weld_points does. Nothing else may refer to the mesh yet, and it
+ * must have no tags on edges, points or faces. A merged point takes the attributes of its first point; equal
+ * texture coordinates become one value. *reversed: edges whose two faces are wound against each other;
+ * warning about them is the caller's task. O(n log n) at worst, and quick where no two points share a place.
+ * TW_NO_MEMORY: the mesh is unchanged. */
 tw_status tw_mesh_close_seams(tw_mesh *mesh, tw_merged *out, uint32_t *reversed, tw_error *error);
 
-/* Makes one of the points within a distance, 0: at the same place, as tw_weld_within does; tags follow. */
+/* Merges points within a distance of each other as tw_weld_within does; 0 merges points at the same place.
+ * Tags follow their points and faces. */
 tw_status tw_mesh_merge_within(tw_mesh *mesh, double distance, tw_merged *out, tw_error *error);
 
 #ifdef __cplusplus

@@ -1,4 +1,4 @@
-/* A control mesh: checked on entry, and moved by morph targets and joints. */
+/* Control meshes: checking one on entry, moving its points by morph targets and joints. */
 #include "tweend/mesh.h"
 
 #include <assert.h>
@@ -22,7 +22,7 @@ tw_status tw_mesh_set_colors(tw_mesh *mesh, const float *colors, tw_arena *arena
   return TW_OK;
 }
 
-/* Rows by their parents; NULL for NULL, and without memory. */
+/* Copies row parents[i] to row i. NULL where rows is NULL, or without memory. */
 static void *take_rows(const void *rows, size_t size, const uint32_t *parents, uint32_t count,
                        tw_arena *arena) {
   char *out = rows ? tw_arena_alloc_raw(arena, count, size) : NULL;
@@ -61,7 +61,7 @@ static tw_status check_index(uint32_t index, uint32_t count, const char *of, tw_
   return tw_fail(error, TW_INVALID, "index %u is out of range: there are %u %s", index, count, of);
 }
 
-/* A face may come to a point again, but not at once. */
+/* A face may use a point twice, but not at two corners in a row. */
 static tw_status check_face(const tw_mesh *mesh, uint32_t face, tw_error *error) {
   uint32_t begin = mesh->face_offsets[face], end = mesh->face_offsets[face + 1];
   if (end - begin < 3) {
@@ -196,7 +196,7 @@ static void morph_point(const tw_mesh *mesh, const float *weights, uint32_t poin
   }
 }
 
-/* Adds share times matrix times point. */
+/* out += share * matrix * point */
 static void add_moved(const float matrix[16], const double point[3], double share, double out[3]) {
   for (int c = 0; c < 3; c++)
     out[c] += share * ((double)matrix[c] * point[0] + (double)matrix[4 + c] * point[1] +

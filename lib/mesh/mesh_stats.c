@@ -1,4 +1,4 @@
-/* Describes a control mesh for a person: counts, and where it is not a surface. */
+/* Describes a control mesh for a person: counts, and the places where it is not a surface. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -10,7 +10,7 @@
 
 enum { LISTED_MAX = 64 };
 
-/* Beside the topology's flags of a vertex. */
+/* An extra bit beside the topology's vertex flags. */
 enum { VERTEX_USED = 4 };
 
 /* ---- pieces ----------------------------------------------------------------------------------- */
@@ -36,7 +36,8 @@ static uint32_t corner_at(const tw_topology *t, uint32_t corner, uint32_t vertex
   return t->corner_vertex[corner] == vertex ? corner : tw_corner_next(t, corner);
 }
 
-/* Joins the corners at each end of an edge: their faces hang together there. */
+/* Joins, at each end of an edge, the corners of all its faces: around that vertex these faces belong to one
+ * sector. */
 static void join_across(const tw_topology *t, uint32_t *sets, uint32_t edge) {
   uint32_t first = t->edge_corner[edge], next = tw_corner_next(t, first);
   for (uint32_t other = t->sibling[first]; other != first; other = t->sibling[other]) {
@@ -45,8 +46,9 @@ static void join_across(const tw_topology *t, uint32_t *sets, uint32_t edge) {
   }
 }
 
-/* Walks round the border turn at a point with the faces that hang together: two loops that meet in a mere
- * point are two. sectors: of corners. */
+/* Counts the loops of the border. A loop turns at a point within one sector, so two loops that only share a
+ * point count as two. The count is that of sectors on the border less the joins made by border edges.
+ * sectors: union-find of corners. */
 static tw_status count_loops(const tw_topology *t, uint32_t *sectors, uint32_t *out) {
   uint32_t count = 0, joined = 0;
   uint8_t *met = tw_alloc_zero(t->corner_count, 1);
@@ -70,7 +72,8 @@ static tw_status count_loops(const tw_topology *t, uint32_t *sectors, uint32_t *
 
 /* ---- points ----------------------------------------------------------------------------------- */
 
-/* Flags by edges, and by faces that have a point twice. last: [vertex_count] scratch, zeros. */
+/* Flags the points that faces use, border points, and points of a non-manifold edge or twice in one face.
+ * last: [vertex_count] scratch, zeros. */
 static void flag_points(const tw_topology *t, uint32_t *last, uint8_t *flags) {
   for (uint32_t e = 0; e < t->edge_count; e++) {
     unsigned edge = t->edge_flags[e], found = (edge & TW_EDGE_BORDER ? TW_VERTEX_BORDER : 0u) |
@@ -85,7 +88,7 @@ static void flag_points(const tw_topology *t, uint32_t *last, uint8_t *flags) {
   }
 }
 
-/* Where the faces of a point make several sectors, they are not one fan. last: as above. */
+/* A point whose faces form several sectors is not one fan. last: scratch as for flag_points. */
 static void flag_sectors(const tw_topology *t, uint32_t *sectors, uint32_t *last, uint8_t *flags) {
   memset(last, 0, t->vertex_count * sizeof *last);
   for (uint32_t c = 0; c < t->corner_count; c++) {
@@ -95,8 +98,8 @@ static void flag_sectors(const tw_topology *t, uint32_t *sectors, uint32_t *last
   }
 }
 
-/* Finds what tw_topology_build finds with fans and rings, in less memory, and the loops of the border.
- * flags: [vertex_count], zeros. */
+/* Flags the vertices as tw_topology_build would, without the memory of fans and rings, and counts the
+ * border's loops. flags: [vertex_count], zeros. */
 static tw_status look_round_points(const tw_topology *t, uint8_t *flags, tw_mesh_stats *facts) {
   uint32_t *sectors = new_sets(t->corner_count), *last = tw_alloc_zero(t->vertex_count, sizeof *last);
   tw_status status = sectors && last ? TW_OK : TW_NO_MEMORY;
@@ -133,7 +136,7 @@ static void count_reversed(const tw_topology *t, tw_mesh_stats *facts) {
   }
 }
 
-/* A border by the places of its ends. */
+/* A border edge, keyed by the positions of its ends. */
 typedef struct border {
   uint32_t low, high, edge;
   bool is_downward; /* from high to low */
@@ -146,7 +149,8 @@ static int compare_borders(const void *left, const void *right) {
   return a->edge < b->edge ? -1 : a->edge > b->edge;
 }
 
-/* places: [points] the first point at the place of each. borders: [facts->boundary_edges] scratch. */
+/* Counts border edges that lie on each other. places: [point_count] the first point at each point's position.
+ * borders: [facts->boundary_edges] scratch. */
 static void match_borders(const tw_topology *t, const uint32_t *places, border *borders,
                           tw_mesh_stats *facts) {
   uint32_t count = 0;
@@ -184,7 +188,7 @@ static tw_status describe_seams(const tw_mesh *mesh, const tw_topology *t, tw_me
 
 /* ---- numbers ---------------------------------------------------------------------------------- */
 
-/* Sorts values and counts equal ones into fresh arrays, NULL before. */
+/* Sorts values and counts equal ones into fresh arrays, which the caller owns on failure too. */
 static tw_status tally(uint32_t *values, uint32_t count, uint32_t **keys, uint32_t **counts,
                        uint32_t *key_count) {
   qsort(values, count, sizeof *values, tw_compare_uint32);
@@ -278,7 +282,7 @@ static tw_status describe_groups(const tw_mesh *mesh, tw_mesh_stats *facts) {
   return status;
 }
 
-/* Of tags on edges, points and faces that are there; the last of several on one holds. */
+/* Counts the tags on edges, points and faces that exist; of several tags on one element the last counts. */
 static tw_status describe_tags(const tw_mesh *mesh, tw_topology *t, const uint8_t *flags, tw_arena *arena,
                                tw_mesh_stats *facts) {
   uint8_t *is_hole = tw_arena_alloc(arena, mesh->face_count, 1);
@@ -319,7 +323,8 @@ static tw_status describe(const tw_mesh *mesh, tw_arena *arena, tw_mesh_stats *f
   if (status == TW_OK) status = describe_valences(&topology, flags, facts);
   if (status == TW_OK) status = describe_groups(mesh, facts);
   if (status == TW_OK) status = count_components(&topology, flags, &facts->components);
-  /* Before the tags, which the arena keeps: it takes most beside the topology. */
+  /* Comes before describe_tags, whose arrays stay in the arena: beside the topology this call needs the most
+   * memory. */
   if (status == TW_OK) status = tw_hard_edges_count(mesh, &topology, &facts->hard_edges);
   if (status == TW_OK) status = describe_tags(mesh, &topology, flags, arena, facts);
   facts->euler_characteristic = (int64_t)facts->vertices - facts->edges + facts->faces;

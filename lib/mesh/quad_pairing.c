@@ -1,6 +1,7 @@
-/* Quads out of the triangles that an exporter split them into. Exporters keep the halves next to each other
- * and split all quads alike: which neighbours in the file are halves is a best path along the faces, and how
- * well a pattern is followed shows whether there were quads at all. What is left is paired by shape. */
+/* Recovers quads from the triangles that an exporter split them into. Exporters write both halves of a quad
+ * next to each other and split all quads alike. So a best path along the file's faces tells which neighbours
+ * are halves, and how often one pattern occurs tells whether there were quads at all. Triangles left over are
+ * paired by shape. */
 #include "quad_pairing.h"
 
 #include <math.h>
@@ -28,14 +29,15 @@ static void normal_of(const float *a, const float *b, const float *c, double out
 
 /* Two triangles that share an edge. */
 typedef struct junction {
-  uint32_t quad[4]; /* corners of the mesh: the shared edge's end, the first's apex, its beginning, the other
-                       apex */
-  uint8_t pattern;  /* 3 x the shared side's place in the first triangle + its place in the second */
+  uint32_t quad[4]; /* corners of the mesh: the shared edge's end, the first triangle's apex, the edge's
+                       start, the other apex */
+  uint8_t pattern;  /* 3 * the shared side's index in the first triangle + its index in the second */
 } junction;
 
 enum { PATTERNS = 9, NO_PATTERN = PATTERNS };
 
-/* False when they share no whole edge, or one that has to stay: of two materials, a UV seam, a hard edge. */
+/* False when the triangles share no whole edge, or the edge has to stay: it parts materials, UVs, or
+ * normals. */
 static bool find_junction(const tw_mesh *mesh, uint32_t face, uint32_t other, junction *out) {
   if (face_size(mesh, face) != 3 || face_size(mesh, other) != 3) return false;
   if (mesh->face_materials && mesh->face_materials[face] != mesh->face_materials[other]) return false;
@@ -57,9 +59,9 @@ static bool find_junction(const tw_mesh *mesh, uint32_t face, uint32_t other, ju
   return false;
 }
 
-/* What the quad of a junction looks like. */
+/* The shape of the quad that joining two triangles gives. */
 typedef struct shape {
-  double flatness; /* cosine between the halves, 0 for one without area */
+  double flatness; /* cosine of the angle between the halves' normals, 0 where a half has no area */
   double
       quality; /* 0 for a quad that is not convex or bent by more than 60 degrees, up to 1 for a rectangle */
   bool is_split; /* the shared edge is the longest of both halves, as a rectangle's diagonal is */
@@ -91,8 +93,8 @@ static shape find_shape(const tw_mesh *mesh, const uint32_t quad[4]) {
     quality = fmin(quality, turn);
   }
   out.quality = quality * out.flatness;
-  /* By 2 %, of which triangles with equal sides fall short; so do rectangles of over 5 to 1, whose corners
-   * show what they are. */
+  /* The diagonal counts as longest by a margin of 2 %, so that equilateral triangles do not pair. A rectangle
+   * of over 5 to 1 misses the margin too; its right angles identify it. */
   out.is_split = diagonal > 1.04 * longest || (diagonal > longest && out.quality > 0.9);
   return out;
 }
@@ -106,19 +108,19 @@ double tw_pair_quality(const tw_mesh *mesh, uint32_t face, uint32_t other, uint3
 
 /* ---- neighbours in the file ------------------------------------------------------------------- */
 
-/* What pairs are chosen by. */
+/* The pairs chosen so far, and the working data of the choice. */
 typedef struct pairing {
   const tw_mesh *mesh;
-  uint32_t *partner; /* [face_count] the face that each is joined with, or UINT32_MAX */
-  uint8_t *pattern;  /* [face_count] of each with the next, or NO_PATTERN */
-  double *best;      /* [face_count + 1] */
-  uint8_t usual[2];  /* patterns in which the exporter splits; NO_PATTERN */
+  uint32_t *partner; /* [face_count] the face that each is paired with, or UINT32_MAX */
+  uint8_t *pattern;  /* [face_count] of each face's junction with the next face, or NO_PATTERN */
+  double *best;      /* [face_count + 1] best sum of worths over the first so many faces */
+  uint8_t usual[2];  /* the exporter's patterns; NO_PATTERN where there is no second */
 } pairing;
 
-/* Exporters split all their quads alike. The pattern that most of the pairs have which look like a split
- * rectangle is the exporter's; false where they are too few: the mesh is one of triangles. */
+/* Exporters split all their quads alike, so the exporter's pattern is the one that most pairs have whose
+ * shape is a split rectangle. False where such pairs are too few: the model was made of triangles. */
 static bool find_usual(pairing *p) {
-  enum { A, B, C }; /* places of sides */
+  enum { A, B, C }; /* sides of a triangle */
   uint32_t counts[PATTERNS] = {0}, last[PATTERNS], triangles = 0, best = 0;
   memset(last, 0xFF, sizeof last);
   for (uint32_t f = 0; f < p->mesh->face_count; f++) {
@@ -130,25 +132,26 @@ static bool find_usual(pairing *p) {
     shape s = find_shape(p->mesh, j.quad);
     if (s.quality == 0 || !s.is_split || last[j.pattern] == f) continue;
     counts[j.pattern]++;
-    last[j.pattern] = f + 1; /* which the next pair may not begin with */
+    last[j.pattern] = f + 1; /* in use: the next pair of this pattern cannot start with it */
   }
   for (uint32_t i = 1; i < PATTERNS; i++)
     if (counts[i] > counts[best]) best = i;
   p->usual[0] = (uint8_t)best;
-  /* What splits quads a b c d into a b c and a c d splits those that are concave there into a b d and b c d.
-   */
+  /* An exporter that splits quads a b c d into a b c and a c d splits those that are concave there into a b d
+   * and b c d. */
   p->usual[1] = best == 3 * C + A ? 3 * B + C : NO_PATTERN;
   return counts[best] > 0 && 16 * (uint64_t)counts[best] >= triangles;
 }
 
-/* Whether faces f and f + 1 are alone in their pattern: a longer run of it is a fan round a point. */
+/* Whether neither neighbouring pair has the pattern of faces f and f + 1: a longer run of one pattern is a
+ * fan round a point. */
 static bool is_alone(const pairing *p, uint32_t f) {
   uint8_t pattern = p->pattern[f];
   return (f == 0 || p->pattern[f - 1] != pattern) && p->pattern[f + 1] != pattern;
 }
 
-/* What joining faces f and f + 1 is worth, 0 when they can't be. The exporter's pattern is worth more than
- * any shape: such a pair may be concave, and bent by up to 120 degrees. */
+/* The worth of joining faces f and f + 1; 0 when they cannot be joined. The exporter's pattern is worth more
+ * than any shape: such a pair may be concave, and bent by up to 120 degrees. */
 static double pair_worth(const pairing *p, uint32_t f) {
   junction j;
   if (p->pattern[f] == NO_PATTERN || !find_junction(p->mesh, f, f + 1, &j)) return 0;
@@ -158,9 +161,9 @@ static double pair_worth(const pairing *p, uint32_t f) {
   return s.quality > 0 && s.is_split ? s.quality + (is_usual ? 2 : 1) : 0;
 }
 
-/* Of all ways to pair neighbours the one with the best sum: forward, a partner says whether the best way
- * through the first f + 2 faces ends with that pair; backward, only the pairs on the best way through all of
- * them stay. */
+/* Chooses, of all ways to pair neighbours, the one with the largest sum of worths, by dynamic programming.
+ * Forward, partner[f] records whether the best way through the first f + 2 faces ends with the pair f, f + 1;
+ * backward, only the pairs on the best way through all faces stay. */
 static void pair_neighbours(pairing *p) {
   p->best[0] = 0;
   for (uint32_t end = 1; end <= p->mesh->face_count; end++) {
@@ -192,7 +195,7 @@ static int compare_edges(const void *left, const void *right) {
   return a->face < b->face ? -1 : a->face > b->face;
 }
 
-/* A pair that could be. */
+/* Two triangles that may become a pair. */
 typedef struct candidate {
   uint32_t face, other;
   float quality;
@@ -218,12 +221,12 @@ static uint32_t collect_edges(const pairing *p, free_edge *edges) {
   return count;
 }
 
-/* Where more triangles than one in so many are left, they were no halves. */
+/* If more than one face in LEFT_AT_MOST is an unpaired triangle, these were not halves of quads. */
 enum { LEFT_AT_MOST = 4 };
 
-/* Only what looks like a split rectangle, the best first. */
+/* Pairs left-over triangles that look like a split rectangle, the best first. */
 static tw_status pair_others(pairing *p) {
-  enum { LEAST = 2 }; /* quality of 1 / LEAST */
+  enum { LEAST = 2 }; /* least quality: 1 / LEAST */
   uint32_t free_count = 0, count = 0;
   for (uint32_t f = 0; f < p->mesh->face_count; f++)
     free_count += p->partner[f] == UINT32_MAX && face_size(p->mesh, f) == 3;
@@ -252,7 +255,7 @@ static tw_status pair_others(pairing *p) {
   return is_done ? TW_OK : TW_NO_MEMORY;
 }
 
-/* *count: pairs. */
+/* *count: the number of pairs chosen. */
 static tw_status choose_pairs(pairing *p, uint32_t *count) {
   size_t faces = p->mesh->face_count;
   p->partner = tw_alloc(faces, sizeof *p->partner);
@@ -275,7 +278,7 @@ static void pairing_deinit(pairing *p) {
 
 /* ---- joining ---------------------------------------------------------------------------------- */
 
-/* The faces after joining, written over new arrays of at most the old sizes. */
+/* The faces after joining; each array has exactly the room that they need. */
 typedef struct joined_faces {
   uint32_t face_count, corner_count;
   uint32_t *offsets, *corners, *normals, *uvs[TW_UV_SETS_MAX];
@@ -289,7 +292,7 @@ static void add_corner(const tw_mesh *mesh, joined_faces *out, uint32_t corner) 
   out->corners[out->corner_count++] = mesh->corners[corner];
 }
 
-/* A quad stands where the first of its halves did. */
+/* A quad takes the place of the first of its halves. */
 static void write_faces(const pairing *p, joined_faces *out) {
   const tw_mesh *mesh = p->mesh;
   for (uint32_t face = 0; face < mesh->face_count; face++) {

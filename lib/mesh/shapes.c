@@ -1,5 +1,5 @@
-/* Shapes in closed form. Points are computed in double, symmetric ones from the same numbers, so that they
- * mirror each other exactly; then they are sorted. */
+/* Makes shapes in closed form. Points are computed in double, symmetric ones from the same numbers so that
+ * they mirror each other exactly, and then sorted. */
 #include "tweend/shape.h"
 
 #include <assert.h>
@@ -50,7 +50,7 @@ static tw_status check_parts(uint32_t value, uint32_t least, const char *name, i
   return index < 0 ? tw_error_at(error, "/%s", name) : tw_error_at(error, "/%s/%d", name, index);
 }
 
-/* Sizes and segments, each with the index that it has in tweend JSON. */
+/* Checks sizes and segments, naming each by the index that it has in tweend JSON: a grid has no y. */
 static tw_status check_sides(const tw_shape *shape, tw_error *error) {
   tw_status status = TW_OK;
   for (int axis = 0, index = 0; axis < 3 && status == TW_OK; axis++) {
@@ -95,7 +95,7 @@ static tw_shape_counts count_box(uint64_t a, uint64_t b, uint64_t c) {
       .points = plus(faces, 2), .faces = faces, .corners = times(4, faces), .uvs = plus(faces, lines)};
 }
 
-/* Bands of s faces between rings and poles. */
+/* Counts bands of s faces between rings, or between a ring and a pole. */
 static tw_shape_counts count_bands(uint64_t s, uint64_t rings, uint64_t poles, uint64_t bands) {
   return (tw_shape_counts){.points = plus(times(s, rings), poles),
                            .faces = times(s, bands),
@@ -103,7 +103,7 @@ static tw_shape_counts count_bands(uint64_t s, uint64_t rings, uint64_t poles, u
                            .uvs = plus(times(s + 1, rings), times(s, poles))};
 }
 
-/* Adds what closes `count` openings of s edges each, below or above bands. */
+/* Adds the caps of `count` openings of s edges each, at the ends of the bands. */
 static void count_caps(tw_shape_counts *out, tw_caps caps, uint64_t s, uint64_t count) {
   if (caps == TW_CAPS_NONE) return;
   bool is_fan = caps == TW_CAPS_FAN;
@@ -119,8 +119,8 @@ static tw_shape_counts count_icosphere(uint32_t level) {
   return (tw_shape_counts){.points = plus(times(10, parts), 2),
                            .faces = faces,
                            .corners = times(3, faces),
-                           /* The seam runs through at most ten triangles for each part of an edge, whose
-                            * points have a second UV; the poles have one for each of their triangles. */
+                           /* The seam crosses at most 10 * side triangles, whose points get a second UV; a
+                            * pole has a UV for each of its triangles. */
                            .uvs = plus(times(10, parts), plus(times(20, side), 14))};
 }
 
@@ -154,7 +154,7 @@ static tw_shape_counts count_elements(const tw_shape *shape) {
   return out;
 }
 
-/* A point while it is sorted: what it is sorted by, and its number before. */
+/* A point's sort keys, and its index before sorting. */
 typedef struct sorted_point {
   int32_t y, z, x;
   uint32_t number;
@@ -164,7 +164,7 @@ tw_status tw_shape_count(const tw_shape *shape, tw_shape_counts *out, tw_error *
   tw_status status = check_shape(shape, error);
   if (status != TW_OK) return status;
   *out = count_elements(shape);
-  /* qsort may hold as much again as it sorts. */
+  /* qsort may allocate as much again as it sorts. */
   uint64_t a_point = 3 * sizeof(float) + 3 * sizeof(double) + 2 * sizeof(sorted_point) + 2 * sizeof(uint32_t);
   out->bytes = plus(plus(times(a_point, out->points), times(8, out->uvs)),
                     plus(times(8, out->corners), times(4, plus(out->faces, 1))));
@@ -173,7 +173,7 @@ tw_status tw_shape_count(const tw_shape *shape, tw_shape_counts *out, tw_error *
 
 /* ---- making ---------------------------------------------------------------------------------------- */
 
-/* A mesh under way. Points have the numbers of the order in which they are made, until they are sorted. */
+/* The mesh being built. Points are numbered in the order they are made, until sort_points renumbers them. */
 typedef struct builder {
   const tw_shape *shape;
   double (*points)[3];
@@ -205,8 +205,8 @@ static void end_face(builder *b) {
   b->offsets[++b->face_count] = b->corner_count;
 }
 
-/* Cosine and sine of k / n of a turn, k <= n: computed within an eighth and mirrored, so that those of
- * symmetric angles are exactly symmetric, and exact on the axes. */
+/* Cosine and sine of k / n of a turn, k <= n. The angle is reduced to an eighth of a turn and mirrored back,
+ * so that symmetric angles give exactly symmetric values, and exact ones on the axes. */
 static void turn(uint32_t k, uint32_t n, double *cosine, double *sine) {
   uint64_t quarters = 4 * (uint64_t)k / n, rest = 4 * (uint64_t)k % n;
   bool is_upper = 2 * rest > n, is_middle = 2 * rest == n;
@@ -221,7 +221,7 @@ static void turn(uint32_t k, uint32_t n, double *cosine, double *sine) {
   }
 }
 
-/* From -length / 2 at i = 0 to length / 2 at i = n. */
+/* Maps i = 0 to n onto -length / 2 to length / 2. */
 static double along(float length, uint32_t i, uint32_t n) {
   return (double)length * (2.0 * i - n) / (2.0 * n);
 }
@@ -245,8 +245,8 @@ static void make_grid(builder *b) {
     }
 }
 
-/* The number of the point of a box at n[] = {i, j, k}: layers of y from below, rows of z, then x. Only the
- * first and last layers are full, and only the first and last rows of the others. */
+/* The index of a box's point at n[] = {i, j, k}: layers of y from the bottom up, in a layer rows of z, in a
+ * row x. Only the first and last layer have all points; of the others only the first and last row do. */
 static uint32_t box_point(const uint32_t segments[3], const uint32_t n[3]) {
   uint32_t a = segments[0], c = segments[2];
   bool is_full = n[1] == 0 || n[1] == segments[1];
@@ -257,7 +257,8 @@ static uint32_t box_point(const uint32_t segments[3], const uint32_t n[3]) {
   return n[2] == c ? row + n[0] : row + (n[0] == a);
 }
 
-/* A point of a box, or of the sphere that it becomes: the angles between lines are equal. */
+/* Adds a point of a box, or of the sphere or ellipsoid made from one, where grid lines are at equal
+ * angles. */
 static void add_box_point(builder *b, const uint32_t segments[3], const uint32_t n[3]) {
   const tw_shape *shape = b->shape;
   double p[3], square = 0;
@@ -275,7 +276,8 @@ static void add_box_point(builder *b, const uint32_t segments[3], const uint32_t
   add_point(b, p[0], p[1], p[2]);
 }
 
-/* A side across `normal`, as one looks at it: where to u and v go, along or against the axes. */
+/* A side of a box, seen from outside: the axis across it and whether it lies at the far end; the axes of u
+ * and v and whether they run backwards. */
 typedef struct box_side {
   int normal, u, v;
   bool is_far, is_u_back, is_v_back;
@@ -318,11 +320,11 @@ static void make_box(builder *b) {
 
 /* ---- bands about the y axis ---- */
 
-/* Points that go once round, seen from outside to the right. */
+/* The points once round the axis, counter-clockwise seen from above; or a pole. */
 typedef struct ring {
   uint32_t points; /* the first of s */
   uint32_t uvs;    /* the first of s + 1, or of s at a pole */
-  bool is_pole;    /* the one point stands for all */
+  bool is_pole;    /* one point in place of s */
 } ring;
 
 static void add_ring_corner(builder *b, const ring *r, uint32_t k, uint32_t s, bool is_next) {
@@ -330,7 +332,7 @@ static void add_ring_corner(builder *b, const ring *r, uint32_t k, uint32_t s, b
   add_corner(b, r->is_pole ? r->points : r->points + at % s, r->uvs + (r->is_pole ? k : at));
 }
 
-/* Quads between two rings; triangles at a pole. */
+/* Adds quads between two rings, or triangles between a ring and a pole. */
 static void add_band(builder *b, const ring *upper, const ring *lower, uint32_t s) {
   for (uint32_t k = 0; k < s; k++) {
     add_ring_corner(b, upper, k, s, false);
@@ -345,7 +347,7 @@ static void add_ring_uvs(builder *b, double v, uint32_t s) {
   for (uint32_t k = 0; k <= s; k++) add_uv(b, (double)k / s, v);
 }
 
-/* The ring, or pole, below i of the bands of a sphere, cylinder or cone. */
+/* Adds the ring or pole below the first i bands of a sphere, cylinder or cone. */
 static ring add_ring(builder *b, uint32_t i) {
   const tw_shape *shape = b->shape;
   bool is_sphere = shape->kind == TW_SHAPE_UV_SPHERE;
@@ -441,11 +443,11 @@ enum { ICO_POINTS = 12, ICO_EDGES = 30, ICO_FACES = 20 };
 typedef struct icosahedron {
   double points[ICO_POINTS][3];
   uint32_t edge_count, face_count;
-  uint32_t edges[ICO_POINTS][ICO_POINTS]; /* number of the edge of two points */
+  uint32_t edges[ICO_POINTS][ICO_POINTS]; /* index of the edge between two points */
   uint32_t faces[ICO_FACES][3];
 } icosahedron;
 
-/* Edges are 2 long, other distances over 3. */
+/* Edges have length 2; other distances exceed 3. */
 static bool is_ico_edge(const icosahedron *ico, uint32_t a, uint32_t b) {
   double square = 0;
   for (int axis = 0; axis < 3; axis++) {
@@ -460,7 +462,8 @@ static double determinant(const double *a, const double *b, const double *c) {
          a[2] * (b[0] * c[1] - b[1] * c[0]);
 }
 
-/* Points at the corners of three golden rectangles, edges between near ones, faces where three are near. */
+/* Places the points at the corners of three golden rectangles; near points form edges, and three near points
+ * a face. */
 static void make_icosahedron(icosahedron *ico) {
   const double golden = (1 + sqrt(5.0)) / 2;
   *ico = (icosahedron){0};
@@ -497,8 +500,8 @@ static void add_ico_point(builder *b, const icosahedron *ico, const uint32_t fac
   add_point(b, p[0] * scale, p[1] * scale, p[2] * scale);
 }
 
-/* The number of the point with these weights, of sum n, in a face: corners come first, then the edges' points
- * from the lower corner on, then those within faces. */
+/* The index of a face's point with these weights, which sum to n: first the corners, then the points on
+ * edges, from each edge's lower corner on, then the points inside faces. */
 static uint32_t ico_point(const icosahedron *ico, uint32_t face, const uint32_t weights[3], uint32_t n) {
   const uint32_t *corners = ico->faces[face];
   for (int k = 0; k < 3; k++) {
@@ -507,7 +510,7 @@ static uint32_t ico_point(const icosahedron *ico, uint32_t face, const uint32_t 
     if (to_a + to_b == n && to_a > 0 && to_b > 0)
       return ICO_POINTS + ico->edges[a][b] * (n - 1) + (a < b ? to_b : to_a) - 1;
   }
-  uint32_t row = weights[1] - 1; /* the rows before hold n - 2, n - 3, ... */
+  uint32_t row = weights[1] - 1; /* earlier rows hold n - 2, n - 3, ... points */
   uint32_t before = row * (n - 2) - row * (row - 1) / 2;
   return ICO_POINTS + ICO_EDGES * (n - 1) + face * ((n - 1) * (n - 2) / 2) + before + weights[2] - 1;
 }
@@ -529,14 +532,14 @@ static bool is_pole(const double *p) {
   return p[0] == 0 && p[2] == 0;
 }
 
-/* The share of a turn from -x towards +z. */
+/* The angle from -x towards +z, as a fraction of a turn. */
 static double turned(const double *p) {
   double u = atan2(p[2], -p[0]) / (2 * PI);
   return u < 0 ? u + 1 : u;
 }
 
-/* A triangle's UVs: one over the seam goes on beyond 1, one at a pole is as far round as the triangle's
- * middle. wrapped: [points] the UV beyond the seam, UINT32_MAX before there is one. */
+/* Adds a triangle. Across the seam u continues beyond 1; at a pole u is the mean of the other two corners'.
+ * wrapped: [point_count] the UV beyond the seam, or UINT32_MAX. */
 static void add_ico_triangle(builder *b, const uint32_t points[3], uint32_t *wrapped) {
   double u[3], most = 0;
   int pole = -1;
@@ -575,7 +578,8 @@ static tw_status make_icosphere(builder *b) {
   for (uint32_t f = 0; f < ICO_FACES; f++)
     for (uint32_t i = 0; i < n; i++)
       for (uint32_t j = 0; i + j < n; j++) {
-        /* The triangle that points to the first corner, and the one beside it that points away. */
+        /* The triangle that points to the first corner (0, 1, 2), and its neighbour that points away (1, 3,
+         * 2). */
         const uint32_t at[4][3] = {{n - i - j, i, j},
                                    {n - i - j - 1, i + 1, j},
                                    {n - i - j - 1, i, j + 1},
@@ -599,8 +603,8 @@ static int compare_points(const void *a, const void *b) {
   return p->number < q->number ? -1 : p->number > q->number;
 }
 
-/* Sorts the points into `positions`, and names them so at the corners. They are compared as rounded to 2^-30
- * of the extent along each axis, so that the last bits of a machine's sine play no part in the order. */
+/* Sorts the points into `positions` and renumbers the corners. The order compares coordinates rounded to
+ * 2^-30 of the extent along each axis, so that the last bits of a machine's sine do not affect it. */
 static tw_status sort_points(builder *b, float *positions) {
   double extent[3] = {0}, scale[3];
   sorted_point *sorted = tw_alloc(b->point_count, sizeof *sorted);

@@ -1,4 +1,4 @@
-/* Sorting what is mostly a handful, and finding in what is sorted. */
+/* Sorting arrays that are usually short, and searching sorted arrays. */
 #ifndef TWEEND_SORTED_H
 #define TWEEND_SORTED_H
 
@@ -7,7 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* As qsort, which takes longer for a few items that are nearly in order: compiled for each size and order. */
+/* Sorts as qsort does, but faster for a few items that are nearly in order: inlined for each size and order.
+ * size: at most 64. */
 static inline __attribute__((always_inline)) void tw_small_sort(void *items, uint32_t count, size_t size,
                                                                 int (*compare)(const void *, const void *)) {
   enum { FEW = 16, SIZE_MOST = 64 };
@@ -30,7 +31,7 @@ static inline int tw_compare_uint32(const void *left, const void *right) {
   return a < b ? -1 : a > b;
 }
 
-/* The first place in ascending numbers that has `least` or more; count where none has. */
+/* The index of the first of `count` ascending numbers that is at least `least`; count where there is none. */
 static inline uint32_t tw_lower_bound(const uint32_t *numbers, uint32_t count, uint32_t least) {
   uint32_t begin = 0, end = count;
   while (begin < end) {
@@ -43,7 +44,7 @@ static inline uint32_t tw_lower_bound(const uint32_t *numbers, uint32_t count, u
   return begin;
 }
 
-/* The run that a place is in: offsets [count + 1], the first one 0. */
+/* The run that contains an index. offsets: [count + 1] starts of runs, the first one 0. */
 static inline uint32_t tw_run_of(const uint32_t *offsets, uint32_t count, uint32_t place) {
   return tw_lower_bound(offsets + 1, count, place + 1);
 }

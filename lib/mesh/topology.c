@@ -1,4 +1,5 @@
-/* Polygon soup to half-edges, in linear time: edges are matched in buckets of their lower vertex. */
+/* Builds half-edges from polygons: edges are matched in buckets by their lower vertex, in linear time where
+ * vertices have few edges. */
 #include "topology.h"
 
 #include <stdlib.h>
@@ -6,7 +7,8 @@
 
 #include "sorted.h"
 
-/* Starts of the runs that `counts` describes: offsets[0] = 0, offsets[count] = total. */
+/* Turns counts into run starts, in place. offsets: [count + 1], the last one 0 before; afterwards
+ * offsets[count] is the total. */
 static void counts_to_offsets(uint32_t *offsets, uint32_t count) {
   uint32_t sum = 0;
   for (uint32_t i = 0; i <= count; i++) {
@@ -37,16 +39,17 @@ static uint32_t following_vertex(const tw_topology *t, uint32_t begin, uint32_t 
   return t->corner_vertex[corner + 1 == end ? begin : corner + 1];
 }
 
-/* A corner on its way to an edge, filed under the lower of its two vertices: the corner, and above it what
- * tells its edge from the others there, the upper vertex or the known edge. */
+/* A corner not yet matched to an edge, filed under the lower of its half-edge's two vertices. The low 32 bits
+ * hold the corner; the high 32 bits hold the key of its edge within the bucket: the upper vertex, or the
+ * known edge. */
 typedef uint64_t half_edge;
 
 static uint32_t key_of(half_edge half) {
   return (uint32_t)(half >> 32);
 }
 
-/* Files every corner under its lower vertex. known_edges: as in tw_topology_build_parted, or NULL. buckets:
- * [vertex_count + 1], ends after the call at the starts of the runs in `halves`. */
+/* Files every corner under its half-edge's lower vertex. known_edges: as in tw_topology_build_parted, or
+ * NULL. buckets: [vertex_count + 1], zeros before; afterwards the starts of the runs in `halves`. */
 static void file_half_edges(const tw_topology *t, const uint32_t *known_edges, uint32_t *buckets,
                             half_edge *halves) {
   for (int pass = 0; pass < 2; pass++) {
@@ -68,14 +71,14 @@ static void file_half_edges(const tw_topology *t, const uint32_t *known_edges, u
   buckets[0] = 0;
 }
 
-/* By edge, then corner. */
+/* By key, then corner. */
 static int compare_half_edges(const void *left, const void *right) {
   half_edge a = *(const half_edge *)left, b = *(const half_edge *)right;
   return a < b ? -1 : a > b;
 }
 
-/* Joins the half-edges of one bucket that end in the same vertex, or are of the same known edge. A face that
- * runs along an edge again has a second one there, as OpenSubdiv has it. Edges that are not known so come out
+/* Joins the half-edges of one bucket that have the same key: the same upper vertex or known edge. A face that
+ * runs along an edge twice gets two edges there, as in OpenSubdiv. Unless edges are known, they come out
  * sorted by their lower and then their upper vertex, which tw_topology_find_edge relies on. */
 static void join_bucket(tw_topology *t, half_edge *halves, uint32_t count) {
   tw_small_sort(halves, count, sizeof *halves, compare_half_edges);
@@ -89,7 +92,7 @@ static void join_bucket(tw_topology *t, half_edge *halves, uint32_t count) {
   }
 }
 
-/* Fills corner_face where faces differ in size; false without memory. */
+/* Fills corner_face where faces differ in size. False without memory. */
 static bool map_corners(tw_topology *t, tw_arena *arena) {
   if (!t->face_offsets) return true;
   t->corner_face = tw_arena_alloc_raw(arena, t->corner_count, sizeof(uint32_t));
@@ -99,15 +102,15 @@ static bool map_corners(tw_topology *t, tw_arena *arena) {
   return true;
 }
 
-/* Puts the fan of one vertex in counter-clockwise order; false when its faces are not one fan, or one is in
- * it twice. */
+/* Puts the corners and edges of one vertex in counter-clockwise order. False, with the lists as before, when
+ * its faces do not form one fan or a face has the vertex twice. */
 static bool order_fan(tw_topology *t, uint32_t vertex) {
   uint32_t *corners = t->fan_corners + t->fan_offsets[vertex];
   uint32_t *edges = t->ring_edges + t->ring_offsets[vertex];
   uint32_t corner_count = t->fan_offsets[vertex + 1] - t->fan_offsets[vertex];
   uint32_t edge_count = t->ring_offsets[vertex + 1] - t->ring_offsets[vertex];
   if (corner_count == 0 || edge_count - corner_count > 1) return false;
-  for (uint32_t i = 1; i < corner_count; i++) /* they are in the order of their faces still */
+  for (uint32_t i = 1; i < corner_count; i++) /* still in the order of their faces */
     if (tw_corner_face(t, corners[i]) == tw_corner_face(t, corners[i - 1])) return false;
   uint32_t start = corners[0];
   bool border = false;
@@ -121,7 +124,7 @@ static bool order_fan(tw_topology *t, uint32_t vertex) {
     }
   }
   if (border != (edge_count == corner_count + 1)) return false;
-  /* First a dry walk, so that a vertex that fails keeps its lists whole. */
+  /* First walks without writing, so that a vertex that fails keeps its lists whole. */
   uint32_t corner = start;
   for (uint32_t steps = 1;; steps++) {
     uint32_t back = tw_corner_previous(t, corner);
@@ -155,9 +158,10 @@ tw_status tw_topology_allocate_fans(tw_topology *topology, tw_arena *arena) {
   return complete ? TW_OK : TW_NO_MEMORY;
 }
 
-/* Sorts the corners by their vertices; fan_offsets are zero before. */
+/* Sorts the corners by their vertices. fan_offsets: zeros before. */
 static void file_corners(tw_topology *t) {
-  /* Counting sort: offsets are shifted by one place while they serve as cursors. */
+  /* Counting sort: while the starts serve as cursors they move to the next run's start, so that afterwards
+   * they are shifted by one place. */
   for (uint32_t c = 0; c < t->corner_count; c++) t->fan_offsets[t->corner_vertex[c]]++;
   counts_to_offsets(t->fan_offsets, t->vertex_count);
   for (uint32_t c = 0; c < t->corner_count; c++) t->fan_corners[t->fan_offsets[t->corner_vertex[c]]++] = c;
@@ -165,8 +169,8 @@ static void file_corners(tw_topology *t) {
   t->fan_offsets[0] = 0;
 }
 
-/* Fills rings, orders fans and sets flags of vertices from all that there is of edges and the filed corners.
- */
+/* Fills the rings, orders the fans and sets the vertex flags, from the finished edges and the corners that
+ * file_corners sorted. */
 static void link_fans(tw_topology *t) {
   for (uint32_t e = 0; e < t->edge_count; e++)
     for (int end = 0; end < 2; end++) t->ring_offsets[t->edge_vertices[e][end]]++;
@@ -183,10 +187,10 @@ static void link_fans(tw_topology *t) {
   }
 }
 
-/* Edges and siblings. known_edges: NULL, or as tw_topology_build_parted has them. */
+/* Makes edges and siblings. known_edges: as in tw_topology_build_parted, or NULL. */
 static tw_status pair(tw_topology *t, const uint32_t *known_edges, tw_arena *arena) {
   t->sibling = tw_arena_alloc_raw(arena, t->corner_count, sizeof(uint32_t));
-  /* At most one edge a corner; the unused tails cost address space only. */
+  /* There is at most one edge for each corner. The unused tails cost address space only. */
   t->edge_corner = tw_arena_alloc_raw(arena, t->corner_count, sizeof(uint32_t));
   t->edge_flags = tw_arena_alloc_raw(arena, t->corner_count, 1);
   uint32_t *buckets = tw_alloc_zero((size_t)t->vertex_count + 1, sizeof *buckets);
@@ -202,7 +206,7 @@ static tw_status pair(tw_topology *t, const uint32_t *known_edges, tw_arena *are
   return has_room ? TW_OK : TW_NO_MEMORY;
 }
 
-/* Numbers the edges at the corners, and the vertices at the edges. */
+/* Fills corner_edge and edge_vertices. */
 static tw_status name_edges(tw_topology *t, tw_arena *arena) {
   t->corner_edge = tw_arena_alloc_raw(arena, t->corner_count, sizeof(uint32_t));
   t->edge_vertices = tw_arena_alloc_raw(arena, t->edge_count, sizeof *t->edge_vertices);
@@ -268,9 +272,8 @@ tw_status tw_topology_soften(tw_topology *topology, tw_arena *arena) {
 
 /* ---- cutting -------------------------------------------------------------------------------- */
 
-/* Names the vertices of some corners anew, in the order of their old names. names: [full->vertex_count],
- * zeros.
- */
+/* Renumbers the vertices of some corners, in the order of their old numbers. names: [full->vertex_count],
+ * zeros before; afterwards 1 + the new number of each vertex that is used. *old: [*count] the old numbers. */
 static tw_status rename_vertices(const tw_topology *full, uint32_t corner_count, const uint32_t *from,
                                  tw_arena *arena, uint32_t *names, uint32_t *count, uint32_t **old) {
   for (uint32_t c = 0; c < corner_count; c++) names[full->corner_vertex[from[c]]] = 1;
@@ -313,7 +316,8 @@ tw_status tw_topology_cut(const tw_topology *full, uint32_t face_count, const ui
 
 /* ---- sharpness ------------------------------------------------------------------------------ */
 
-/* Two opposite non-manifold edges with fins and no border form a crease through the vertex. */
+/* Whether a vertex lies on a plain non-manifold crease: exactly two non-manifold edges, no border, and more
+ * faces than edges. */
 static bool on_nonmanifold_crease(const tw_topology *t, uint32_t vertex) {
   uint32_t nonmanifold = 0, border = 0;
   for (uint32_t i = t->ring_offsets[vertex]; i < t->ring_offsets[vertex + 1]; i++) {
@@ -366,7 +370,7 @@ tw_status tw_topology_copy_semi(tw_topology *topology, const tw_topology *from, 
   return TW_OK;
 }
 
-/* -1, 0 or 1 as the edge comes before, at or after the pair. */
+/* -1, 0 or 1 as the edge comes before, at or after the vertex pair. */
 static int compare_edge(const tw_topology *t, uint32_t edge, uint32_t lower, uint32_t upper) {
   uint32_t a = tw_edge_start(t, edge), b = tw_edge_stop(t, edge), low = a < b ? a : b, high = a < b ? b : a;
   if (low != lower) return low < lower ? -1 : 1;

@@ -1,10 +1,10 @@
-/* Who touches whom in a polygon mesh: edges, siblings across edges, fans round vertices.
+/* The connectivity of a polygon mesh: edges, siblings across edges, fans round vertices.
  *
- * A corner is a place of a vertex in a face, and stands as well for the half-edge from that vertex
- * to the next one of the face. Corners of a face are consecutive. `sibling` links the corners that
- * share an edge into a ring: the twin where the mesh is manifold, the corner itself on a border,
- * three and more where it is not manifold. A face that runs along an edge twice has two edges there, a border
- * each, and a vertex at which a face has two corners is not manifold. */
+ * A corner is a vertex's place in a face. It also stands for the half-edge from that vertex to the next one
+ * of the face. Corners of a face are consecutive. `sibling` links the corners that share an edge into a ring:
+ * in a manifold mesh the twin, on a border the corner itself, at a non-manifold edge three corners or more. A
+ * face that runs along an edge twice has two edges there, each a border. A vertex at which one face has two
+ * corners is not manifold. */
 #ifndef TWEEND_TOPOLOGY_H
 #define TWEEND_TOPOLOGY_H
 
@@ -20,7 +20,7 @@ enum {
   TW_VERTEX_NONMANIFOLD = 2, /* its faces do not form one fan: the fan arrays have no order */
 };
 
-/* All arrays live in the arena that built it. */
+/* All arrays live in the arena it was built in, but for the face arrays, which are the caller's. */
 typedef struct tw_topology {
   uint32_t vertex_count, edge_count, face_count, corner_count;
   uint32_t face_size;           /* corners of every face, 3 or 4; 0 when they differ */
@@ -32,44 +32,45 @@ typedef struct tw_topology {
   uint32_t *corner_edge;   /* [corner_count] edge from this corner to the next */
   uint32_t *sibling;       /* [corner_count] */
 
-  uint32_t (*edge_vertices)[2]; /* [edge_count], in the direction of its first corner */
-  uint32_t *edge_corner;        /* [edge_count] its first corner */
+  uint32_t (*edge_vertices)[2]; /* [edge_count] in the direction of edge_corner's half-edge */
+  uint32_t *edge_corner;        /* [edge_count] first corner of the edge's ring of siblings */
   float *edge_sharpness;        /* [edge_count], TW_SHARPNESS_INFINITE on borders */
   uint8_t *edge_flags;          /* [edge_count] */
 
   float *vertex_sharpness; /* [vertex_count] */
   uint8_t *vertex_flags;   /* [vertex_count] */
 
-  /* Fans, counter-clockwise where the vertex is manifold: corner i lies between edges i and i + 1;
-   * a border vertex has one edge more than corners and begins at its leading border edge. */
+  /* Fans. Where the vertex is manifold they run counter-clockwise, and corner i lies between edges i and i +
+   * 1. A border vertex has one edge more than corners, and its fan begins at the leading border edge. */
   uint32_t *fan_offsets, *fan_corners; /* [vertex_count + 1], [corner_count] */
   uint32_t *ring_offsets, *ring_edges; /* [vertex_count + 1], [2 edge_count] */
 
-  /* Chaikin's rule: sum and number of the semi-sharp edges at each vertex; NULL for uniform creasing.
-   * Kept apart from the edges because a cut-out piece of mesh lacks some of them. */
+  /* For Chaikin's rule: the sum and number of the semi-sharp edges at each vertex; NULL for uniform creasing.
+   * Stored apart from the edges because a part cut out of a mesh lacks some of them. */
   float *semi_sum;
   uint32_t *semi_count;
 } tw_topology;
 
-/* Builds edges, siblings and fans of faces over `vertex_count` vertices. Sharpness is 0 everywhere
+/* Builds edges, siblings and fans of faces over `vertex_count` vertices. The sharpness arrays are NULL
  * afterwards: tw_topology_soften and tw_topology_sharpen come next. The face arrays are kept, not copied.
- * Faces must be checked: indices in range, no vertex twice in a face. face_offsets NULL: all are triangles or
- * all are quads, as the counts tell. O(corners). TW_NO_MEMORY. */
+ * Indices must be in range, and no face may have a vertex at two corners in a row. face_offsets NULL: all
+ * faces are triangles or all are quads, as the counts tell. Linear but for sorting the edges of vertices that
+ * have many. TW_NO_MEMORY. */
 tw_status tw_topology_build(tw_topology *topology, tw_arena *arena, uint32_t vertex_count,
                             uint32_t face_count, const uint32_t *face_offsets, uint32_t corner_count,
                             const uint32_t *corners);
 
-/* The same, but for what is not needed to know the edges: there are no corner_edge, edge_vertices, flags of
- * vertices, fans and rings. Takes a third of the memory. */
+/* As tw_topology_build, but without corner_edge, edge_vertices, vertex flags, fans and rings. Takes a third
+ * of the memory. */
 tw_status tw_topology_pair(tw_topology *topology, tw_arena *arena, uint32_t vertex_count, uint32_t face_count,
                            const uint32_t *face_offsets, uint32_t corner_count, const uint32_t *corners);
 
 /* Allocates the fan, ring and vertex flag arrays for the counts that are set. */
 tw_status tw_topology_allocate_fans(tw_topology *topology, tw_arena *arena);
 
-/* As tw_topology_build, of triangles or quads whose edges are known by a number: known_edges [face_size *
- * face_count], of the edge at each corner. Edges of different numbers stay apart even where they have the
- * same ends, as those inside of two triangles over the same points. */
+/* As tw_topology_build, for triangles or quads whose edges are already numbered. known_edges: [face_size *
+ * face_count] the edge at each corner. Edges with different numbers stay apart even where they have the same
+ * ends, as the inner edges of two triangles over the same points do. */
 tw_status tw_topology_build_parted(tw_topology *topology, tw_arena *arena, uint32_t vertex_count,
                                    uint32_t face_count, uint32_t face_size, const uint32_t *corners,
                                    const uint32_t *known_edges);
@@ -77,35 +78,35 @@ tw_status tw_topology_build_parted(tw_topology *topology, tw_arena *arena, uint3
 /* Allocates the sharpness arrays, zeroed. */
 tw_status tw_topology_soften(tw_topology *topology, tw_arena *arena);
 
-/* A mesh of some faces of another, with their tags' sharpness. face_offsets: [face_count + 1], or NULL where
- * all are of one size; then edges of the other mesh stay apart even where they have the same ends. from:
- * [corner_count] the corners of `full` that theirs are. *vertices: [out->vertex_count] the vertex of `full`
- * that each was, ascending. TW_NO_MEMORY. */
+/* Cuts some faces out of a mesh, with the sharpness of their edges and vertices. face_offsets: [face_count +
+ * 1]; or NULL where all faces are of full->face_size, and then edges of the full mesh stay apart even where
+ * they have the same ends. from: [corner_count] for each new corner the corner of `full`. *vertices:
+ * [out->vertex_count] the vertex of `full` for each new vertex, ascending. TW_NO_MEMORY. */
 tw_status tw_topology_cut(const tw_topology *full, uint32_t face_count, const uint32_t *face_offsets,
                           uint32_t corner_count, const uint32_t *from, tw_arena *arena, tw_topology *out,
                           uint32_t **vertices);
 
-/* OpenSubdiv's sharpening: border and non-manifold edges become infinitely sharp; vertices of one
- * face when `corners`; non-manifold vertices, save those on a plain non-manifold crease. */
+/* Sharpens as OpenSubdiv does. Infinitely sharp become: border and non-manifold edges; with `corners`,
+ * vertices of one face; and non-manifold vertices, except those on a plain non-manifold crease. */
 void tw_topology_sharpen(tw_topology *topology, bool corners);
 
-/* Sums for Chaikin's rule, after sharpening. */
+/* Fills the sums for Chaikin's rule; call it after sharpening. */
 tw_status tw_topology_sum_semi(tw_topology *topology, tw_arena *arena);
 
-/* Takes the sums from a topology with the same faces over the same corners: a UV set sees only the edges
- * of its own side of a seam. */
+/* Copies the sums from a topology with the same faces: by itself the topology of a UV set sees only the edges
+ * on its own side of a seam. */
 tw_status tw_topology_copy_semi(tw_topology *topology, const tw_topology *from, tw_arena *arena);
 
-/* Edge between two vertices of a topology that tw_topology_build or tw_topology_pair made, or UINT32_MAX.
- * O(log edges). */
+/* The edge between two vertices, or UINT32_MAX. Only for topologies from tw_topology_build or
+ * tw_topology_pair. O(log edges). */
 uint32_t tw_topology_find_edge(const tw_topology *topology, uint32_t a, uint32_t b);
 
-/* Whether one of some faces is at a vertex, or at an edge. faces: [face_count] flags, NULL for all. */
+/* Whether any of some faces touches a vertex, or an edge. faces: [face_count] flags, NULL for all. */
 bool tw_topology_touches_vertex(const tw_topology *topology, const uint8_t *faces, uint32_t vertex);
 bool tw_topology_touches_edge(const tw_topology *topology, const uint8_t *faces, uint32_t edge);
 
-/* Whether some point of the smooth surface has more than one normal: at an edge between faces that is sharp
- * for ever, or where faces meet in a point alone. */
+/* Whether the limit surface has several normals at some point: at an infinitely sharp edge that is not a
+ * border, or where faces meet only in a vertex. */
 bool tw_topology_parts_normals(const tw_topology *topology);
 
 static inline uint32_t tw_face_begin(const tw_topology *t, uint32_t face) {
@@ -125,7 +126,7 @@ static inline uint32_t tw_far_end(const tw_topology *t, uint32_t edge, uint32_t 
   return t->edge_vertices[edge][t->edge_vertices[edge][0] == vertex];
 }
 
-/* Where all faces are of one size, neighbours in the face need no look-up. */
+/* In a mesh of one face size the next and previous corner of a face need no look-up. */
 static inline uint32_t tw_quad_next(uint32_t corner) {
   return (corner & ~3u) | ((corner + 1) & 3u);
 }

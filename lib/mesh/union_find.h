@@ -1,17 +1,17 @@
-/* Disjoint sets of indices (union-find): every item has a parent in its set, the least item of a set is its
- * own. */
+/* Disjoint sets of indices (union-find): each item stores a parent in its set, and the least item of a set is
+ * the root, its own parent. */
 #ifndef TWEEND_UNION_FIND_H
 #define TWEEND_UNION_FIND_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
-/* Every item a set of its own. */
+/* Makes every item a set of its own. */
 static inline void tw_union_find_init(uint32_t *sets, uint32_t count) {
   for (uint32_t i = 0; i < count; i++) sets[i] = i;
 }
 
-/* The least item of the set; the path to it is halved on the way. */
+/* The root, which is the least item of the set. Halves the path on the way. */
 static inline uint32_t tw_union_find_root(uint32_t *sets, uint32_t item) {
   while (sets[item] != item) {
     sets[item] = sets[sets[item]];
@@ -20,7 +20,7 @@ static inline uint32_t tw_union_find_root(uint32_t *sets, uint32_t item) {
   return item;
 }
 
-/* False when they are of one set already. */
+/* False when both are in one set already. */
 static inline bool tw_union_find_join(uint32_t *sets, uint32_t a, uint32_t b) {
   a = tw_union_find_root(sets, a);
   b = tw_union_find_root(sets, b);

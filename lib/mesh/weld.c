@@ -1,5 +1,5 @@
-/* Welding by edges. Everything is grouped by sorting in buckets: hashes only choose the bucket, so that
- * no input makes it slower than n log n, and the result does not depend on them. */
+/* Welds vertices along shared edges. Everything is grouped by sorting in buckets. Hashes only choose the
+ * bucket: no input takes longer than n log n, and the result does not depend on the hash. */
 #include "weld.h"
 
 #include <math.h>
@@ -51,7 +51,7 @@ static void sort_items(uint32_t *items, size_t count, less_fn *less, const void 
 
 typedef uint32_t bucket_fn(const void *context, uint32_t item);
 
-/* order: [count] receives 0 to count - 1 by bucket, in each bucket by `less`. */
+/* Sorts the items 0 to count - 1 by bucket, and within a bucket by `less`. order: [count] receives them. */
 static tw_status sort_in_buckets(bucket_fn *bucket_of, uint32_t count, uint32_t bucket_count, less_fn *less,
                                  const void *context, uint32_t *order, tw_error *error) {
   uint32_t *starts = tw_alloc_zero((size_t)bucket_count + 1, sizeof *starts);
@@ -59,7 +59,7 @@ static tw_status sort_in_buckets(bucket_fn *bucket_of, uint32_t count, uint32_t 
   for (uint32_t i = 0; i < count; i++) starts[bucket_of(context, i) + 1]++;
   for (uint32_t b = 0; b < bucket_count; b++) starts[b + 1] += starts[b];
   for (uint32_t i = 0; i < count; i++) order[starts[bucket_of(context, i)]++] = i;
-  /* Each start has moved on to its bucket's end. */
+  /* Each start has moved to its bucket's end. */
   for (uint32_t b = 0, begin = 0; b < bucket_count; begin = starts[b++])
     if (starts[b] - begin > 1) sort_items(order + begin, starts[b] - begin, less, context);
   free(starts);
@@ -68,16 +68,16 @@ static tw_status sort_in_buckets(bucket_fn *bucket_of, uint32_t count, uint32_t 
 
 /* ---- equal positions ------------------------------------------------------------------------- */
 
-/* Rows of numbers to compare. A number below `tiny` counts as 0: generators close their shapes at an angle
- * of 2 pi, whose sine is 0 only nearly. Everywhere else equal means equal. */
+/* Rows of numbers to compare. A magnitude below `tiny` counts as 0: generators close their shapes at an angle
+ * of 2 pi, whose computed sine is not quite 0. All other numbers are compared exactly. */
 typedef struct places {
   const float *rows; /* [][width] */
   uint32_t width;
   float tiny;
-  const uint32_t *buckets; /* of each row, while they are sorted */
+  const uint32_t *buckets; /* bucket of each row, while rows are sorted */
 } places;
 
-/* The sine of 2 pi in 32 bits is off by 1.7e-7 of the radius. */
+/* The computed sine of 2 pi in 32 bits is 1.7e-7 instead of 0; 2^-20 leaves room. */
 static float tiny_coordinate(const tw_soup *soup) {
   float greatest = 0;
   for (size_t i = 0; i < 3 * (size_t)soup->vertex_count; i++)
@@ -120,7 +120,7 @@ static uint32_t place_bucket(const void *context, uint32_t row) {
   return ((const places *)context)->buckets[row];
 }
 
-/* first: [count] receives for each row the first one that is the same. *split: whether any is not its own. */
+/* first: [count] receives for each row the first equal row. *split: whether any two rows are equal. */
 static tw_status find_places(places at, uint32_t count, uint32_t *first, bool *split, tw_error *error) {
   uint32_t buckets = 1;
   while (buckets < count && buckets < 1u << 31) buckets *= 2;
@@ -147,17 +147,17 @@ tw_status tw_find_equal_rows(const float *rows, uint32_t width, uint32_t count, 
 
 /* ---- edges along the same positions ---------------------------------------------------------- */
 
-/* One side of a face: from vertex `from` to vertex `to`. */
+/* A face's side, from vertex `from` to vertex `to`. */
 typedef struct side {
   uint32_t from, to, face;
 } side;
 
 typedef struct side_list {
   const side *sides;
-  const uint32_t *place; /* of each vertex */
+  const uint32_t *place; /* [vertex_count] the first vertex at each vertex's place */
 } side_list;
 
-/* The places at the ends of a side, the lower one and the higher one. */
+/* The lower, and then the higher, of the places at a side's ends. */
 static uint32_t low_end(const void *context, uint32_t index) {
   const side_list *list = context;
   uint32_t from = list->place[list->sides[index].from], to = list->place[list->sides[index].to];
@@ -178,7 +178,7 @@ static uint32_t next_corner(const tw_soup *soup, uint32_t face, uint32_t corner)
   return corner + 1 < soup->face_offsets[face + 1] ? corner + 1 : soup->face_offsets[face];
 }
 
-/* The sides that touch a place with several vertices; no other has anything to join. */
+/* Lists the sides that touch a place with several vertices; other sides have nothing to join. */
 static uint32_t collect_sides(const tw_soup *soup, const uint32_t *place, const bool *several, side *sides) {
   uint32_t count = 0;
   for (uint32_t face = 0; face < soup->face_count; face++)
@@ -195,9 +195,9 @@ static bool same_uv(const float *uvs, uint32_t a, uint32_t b) {
   return uvs[2 * (size_t)a] == uvs[2 * (size_t)b] && uvs[2 * (size_t)a + 1] == uvs[2 * (size_t)b + 1];
 }
 
-/* Sides in the order of (low end, high end): joins the ends of each pair that is alone on its edge;
- * where uvs are given, only when they are the same at both ends. Returns how many pairs of different vertices
- * run the same way. */
+/* Joins the ends of each pair of opposite sides, where no third side runs between the same two places; where
+ * uvs are given, only when the UVs are equal at both ends. order: the sides by (low end, high end). Returns
+ * how many pairs run the same way and do not share both vertices. */
 static uint32_t join_pairs(const side_list *list, const uint32_t *order, uint32_t count, const float *uvs,
                            uint32_t *joined) {
   const uint32_t *place = list->place;
@@ -208,7 +208,7 @@ static uint32_t join_pairs(const side_list *list, const uint32_t *order, uint32_
       if (low_end(list, order[end]) != low || high_end(list, order[end]) != high) break;
     if (end - i != 2) continue;
     const side *a = &list->sides[order[i]], *b = &list->sides[order[i + 1]];
-    if (a->face == b->face) continue;     /* of a face as thin as a line */
+    if (a->face == b->face) continue;     /* a face as thin as a line */
     if (place[a->from] != place[b->to]) { /* they run the same way */
       reversed += a->from != b->from || a->to != b->to;
       continue;
@@ -232,8 +232,8 @@ static tw_status join_sides(const tw_soup *soup, const uint32_t *place, const fl
   return status;
 }
 
-/* place: the first vertex at each vertex's place. joined: [vertex_count], every vertex its own root;
- * receives the sets that are joined. *reversed: as join_pairs returns it. */
+/* place: [vertex_count] the first vertex at each vertex's place. joined: [vertex_count] every vertex its own
+ * root before; afterwards the joined sets. *reversed: as join_pairs returns it. */
 static tw_status join_split_vertices(const tw_soup *soup, const uint32_t *place, const float *uvs,
                                      uint32_t *joined, uint32_t *reversed, tw_error *error) {
   side *sides = tw_alloc(soup->corner_count, sizeof *sides);
@@ -249,13 +249,15 @@ static tw_status join_split_vertices(const tw_soup *soup, const uint32_t *place,
 }
 
 size_t tw_weld_size(uint32_t vertex_count, uint32_t corner_count) {
-  /* Places and sets; then the order and the buckets of vertices, or sides, their order and buckets. */
+  /* Always: places and sets. Then either the order and buckets of vertices, or the sides, their order and
+   * their buckets. */
   size_t vertices = vertex_count, corners = corner_count;
   size_t finding = 12 * vertices, joining = 5 * vertices + 16 * corners;
   return 8 * vertices + (finding > joining ? finding : joining) + 256;
 }
 
-/* Numbers the roots, each set's first vertex, in their order. sets: [count]. */
+/* Numbers the sets in the order of their roots, the first vertex of each. number: [count] receives each
+ * vertex's number. */
 static uint32_t number_roots(uint32_t *sets, uint32_t count, uint32_t *number) {
   uint32_t numbers = 0;
   for (uint32_t v = 0; v < count; v++) {
@@ -283,7 +285,7 @@ tw_status tw_weld_points(const tw_soup *soup, uint32_t *point_of_vertex, tw_weld
 
 /* ---- texture coordinates --------------------------------------------------------------------- */
 
-/* first: [vertex_count] receives the first vertex of each vertex's point. */
+/* first: [vertex_count] receives for each vertex the first vertex of its point. */
 static tw_status find_first_vertices(const uint32_t *point_of_vertex, uint32_t vertex_count, uint32_t *first,
                                      tw_error *error) {
   uint32_t *of_point = tw_alloc(vertex_count, sizeof *of_point);
@@ -309,11 +311,11 @@ tw_status tw_weld_uvs(const tw_soup *soup, const uint32_t *point_of_vertex, cons
 
 /* ---- points near each other -------------------------------------------------------------------- */
 
-/* Points by the cell of a grid that they are in; cells are as wide as the distance. */
+/* Points sorted by the cells of a grid whose cells are as wide as the distance. */
 typedef struct near_grid {
   const float *positions;
   double distance;
-  const uint32_t *order; /* points by x, y, z of their cells */
+  const uint32_t *order; /* points by their cells' x, then y, then z */
   uint32_t count;
 } near_grid;
 
@@ -329,7 +331,7 @@ static bool cell_less(const void *context, uint32_t a, uint32_t b) {
   return a < b;
 }
 
-/* The first place in the order that is not in a cell before this one. */
+/* The first place in the order whose cell does not come before this one. */
 static uint32_t first_in_cell(const near_grid *grid, const double cell[3]) {
   uint32_t begin = 0, end = grid->count;
   while (begin < end) {
@@ -355,7 +357,7 @@ static bool is_near(const near_grid *grid, uint32_t a, uint32_t b) {
   return square <= grid->distance * grid->distance;
 }
 
-/* Gives all later points near `point` that are still their own to it. */
+/* Assigns to `point` every later point near it that is unassigned, that is, still its own first point. */
 static void take_near(const near_grid *grid, uint32_t point, uint32_t *first) {
   double cell[3], row[3], x = cell_of(grid, point, 0), y = cell_of(grid, point, 1),
                           z = cell_of(grid, point, 2);
@@ -373,9 +375,9 @@ static void take_near(const near_grid *grid, uint32_t point, uint32_t *first) {
   }
 }
 
-/* Each point that is its own takes those near it, in their order. A point that another took takes none, so
- * that a chain of near points does not become one; a cell holds few that took, and so none is looked at
- * often. */
+/* Each unassigned point takes the later ones near it, in the points' order. A point that another one took
+ * takes none, so that a chain of near points does not become one point. Points that take are more than
+ * `distance` apart, so that a cell holds few of them and no point is looked at often. */
 static tw_status find_near(const float *positions, uint32_t count, double distance, uint32_t *first,
                            tw_error *error) {
   uint32_t *order = tw_alloc(count, sizeof *order);

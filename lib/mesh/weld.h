@@ -1,5 +1,6 @@
-/* Makes a surface of a vertex buffer. Renderers need a vertex for each different normal or texture
- * coordinate, so files split points along seams; the surface must not be torn there. */
+/* Welds the vertices of a vertex buffer into the points of a surface. Renderers need a vertex for each
+ * different normal or texture coordinate, so files split points along seams; the surface must not tear
+ * there. */
 #ifndef TWEEND_WELD_H
 #define TWEEND_WELD_H
 
@@ -18,43 +19,42 @@ typedef struct tw_soup {
   const uint32_t *corners;      /* [corner_count] vertices, in range */
 } tw_soup;
 
-/* The warning of tw_welded.reversed_edges. */
+/* The warning to give when tw_welded.reversed_edges is not 0. */
 #define TW_REVERSED_WARNING                                                                                  \
   "%u edges are between faces that are wound the other way round: the surface is open there"
 
-/* What welding found. */
+/* The result of welding. */
 typedef struct tw_welded {
   uint32_t point_count;
   uint32_t reversed_edges; /* pairs of edges along the same positions that run the same way: their faces are
-                              wound against each other, and stay apart */
+                              wound against each other, and they are not joined */
 } tw_welded;
 
-/* Which vertices are one point. Two edges that run along the same two positions in opposite
- * directions are one edge, and their ends one point each, when no third edge runs there: so seams
- * close, and surfaces that only touch stay apart. Coordinates below a millionth of the largest are 0.
- * point_of_vertex: [vertex_count]; points are numbered in the order of their first vertex.
- * O(n log n) at worst. Errors: TW_NO_MEMORY. */
+/* Finds which vertices are one point. Two edges between the same two positions that run in opposite
+ * directions are one edge, and their ends one point each, unless a third edge runs there. So seams close, and
+ * surfaces that only touch stay apart. Coordinates below a millionth of the largest count as 0.
+ * point_of_vertex: [vertex_count]; points are numbered in the order of their first vertex. O(n log n) at
+ * worst. TW_NO_MEMORY. */
 tw_status tw_weld_points(const tw_soup *soup, uint32_t *point_of_vertex, tw_welded *out, tw_error *error);
 
-/* Which vertices have one texture coordinate: those of one point that an edge with the same
- * coordinates on both of its sides joins. Parts of a texture that only touch stay apart.
- * point_of_vertex: from tw_weld_points. uvs: [vertex_count][2]. value_of_vertex: [vertex_count],
- * numbered as points are. */
+/* Finds which vertices share a texture coordinate: vertices of one point that are joined by an edge with
+ * equal coordinates on both sides. Parts of a texture that only touch stay apart. point_of_vertex: from
+ * tw_weld_points. uvs: [vertex_count][2]. value_of_vertex: [vertex_count], numbered as points are. */
 tw_status tw_weld_uvs(const tw_soup *soup, const uint32_t *point_of_vertex, const float *uvs,
                       uint32_t *value_of_vertex, uint32_t *value_count, tw_error *error);
 
-/* Which points are one: those within a distance of the first of them, 0: those at the same place. A distance
- * is 1e-12 or more. positions: [count][3]; point_of: [count], numbered by first points. O(n log n).
- * TW_NO_MEMORY. */
+/* Finds which points are one: those within a distance of the first of them; 0: those at the same place. Other
+ * distances are at least 1e-12. positions: [count][3]; point_of: [count], numbered in the order of each new
+ * point's first old point. O(n log n). TW_NO_MEMORY. */
 tw_status tw_weld_within(const float *positions, uint32_t count, double distance, uint32_t *point_of,
                          uint32_t *point_count, tw_error *error);
 
-/* Which rows of floats are equal, 0 and -0 being one. rows: [count][width]; first: [count] receives for each
- * the first row that equals it. O(n log n) at worst. TW_NO_MEMORY. */
+/* Finds equal rows of floats; 0 and -0 are equal. rows: [count][width]; first: [count] receives for each row
+ * the first row equal to it. O(n log n) at worst. TW_NO_MEMORY. */
 tw_status tw_find_equal_rows(const float *rows, uint32_t width, uint32_t count, uint32_t *first,
                              tw_error *error);
 
-/* The most bytes that any function here takes while it runs. */
+/* The most bytes that any function here allocates while it runs. */
 size_t tw_weld_size(uint32_t vertex_count, uint32_t corner_count);
 
 #ifdef __cplusplus
