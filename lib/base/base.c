@@ -10,7 +10,7 @@ const char *tw_version(void) {
   return TWEEND_VERSION;
 }
 
-/* Ends text before the first incomplete UTF-8 sequence that cutting may have left. */
+/* Removes the incomplete UTF-8 sequence that truncation may have left at the end of text. */
 static void trim_partial_character(char *text) {
   size_t length = strlen(text);
   size_t start = length;
@@ -74,9 +74,10 @@ void *tw_alloc_zero(size_t count, size_t size) {
 
 /* ---- arena --------------------------------------------------------------------------------------------- */
 
-/* Blocks double from the first to the last of these sizes, so that small arenas stay small. Their memory is
- * cleared as it is handed out, because most of a small arena never is, and calloc bypasses the threads' own
- * free lists. An array larger than ARENA_BLOCK has a block of its own, from calloc. */
+/* Blocks double in size from ARENA_FIRST to ARENA_BLOCK, so that small arenas stay small. Their memory is
+ * cleared as it is handed out, not as it is allocated: most of a small arena is never used, and calloc
+ * bypasses the threads' own free lists. An array larger than ARENA_BLOCK gets a block of its own, from calloc
+ * where it has to be zero. */
 enum { ARENA_FIRST = 512, ARENA_BLOCK = 64 * 1024, ARENA_ALIGN = 16 };
 
 typedef struct arena_block {
@@ -85,7 +86,7 @@ typedef struct arena_block {
   _Alignas(ARENA_ALIGN) unsigned char bytes[];
 } arena_block;
 
-/* Followed by the first block, in the same piece of memory. */
+/* The first block follows in the same allocation. */
 struct tw_arena {
   _Alignas(ARENA_ALIGN) arena_block *first;
   size_t size, next_block;
@@ -116,7 +117,8 @@ void tw_arena_destroy(tw_arena *arena) {
   free(arena);
 }
 
-/* Adds a block of `whole` bytes, as the one in use unless it is for one array alone. NULL without memory. */
+/* Adds a block of `whole` bytes. Unless it is for one array alone it becomes the block in use. NULL without
+ * memory. */
 static arena_block *add_block(tw_arena *arena, size_t whole, bool alone, bool zero) {
   arena_block *fresh = zero ? tw_alloc_zero(whole, 1) : tw_alloc(whole, 1), *block = arena->first;
   if (!fresh) return NULL;

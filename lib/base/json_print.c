@@ -1,4 +1,4 @@
-/* Printing: a buffer that grows, and JSON's words. Numbers are the shortest that read back. */
+/* Prints JSON into a growing buffer. Numbers are the shortest that read back as the same value. */
 #include "tweend/json_print.h"
 
 #include <assert.h>
@@ -18,7 +18,7 @@ void tw_text_clear(tw_text *text) {
   text->size = 0;
 }
 
-/* Room for `more` bytes behind the end; NULL without memory. */
+/* Room for `more` bytes after the end; NULL without memory. */
 static char *reserve(tw_text *text, size_t more) {
   if (text->failed) return NULL;
   if (text->capacity - text->size >= more) return text->data + text->size;
@@ -45,7 +45,7 @@ void tw_text_reserve(tw_text *text, size_t more) {
 
 void tw_text_fit(tw_text *text) {
   char *data = text->size > 0 ? realloc(text->data, text->size) : NULL;
-  if (!data) return; /* it stays as it is */
+  if (!data) return; /* the buffer stays as it is */
   text->data = data;
   text->capacity = text->size;
 }
@@ -78,7 +78,7 @@ void tw_text_member(tw_text *text, const char *name) {
   text->last = ':';
 }
 
-/* The escape of a byte that a JSON string may not hold as it is. */
+/* Prints the escape of a byte that a JSON string may not hold unescaped. */
 static void escape(tw_text *text, unsigned char byte) {
   char code[8];
   switch (byte) {
@@ -92,7 +92,7 @@ static void escape(tw_text *text, unsigned char byte) {
 
 void tw_text_quoted(tw_text *text, const char *value, size_t length) {
   tw_text_bytes(text, "\"", 1);
-  size_t plain = 0; /* start of the run that goes out as it is */
+  size_t plain = 0; /* start of the run that is printed unchanged */
   for (size_t i = 0; i < length;) {
     unsigned char byte = (unsigned char)value[i];
     size_t width = byte < 0x80 ? 1 : tw_utf8_length(value + i, length - i);
@@ -139,7 +139,7 @@ void tw_text_integer(tw_text *text, int64_t value) {
   tw_text_bytes(text, digits, (size_t)snprintf(digits, sizeof digits, "%" PRId64, value));
 }
 
-/* Takes `length` bytes that were printed behind the end. */
+/* Counts `length` bytes, which were printed after the end, as part of the text. */
 static void advance(tw_text *text, size_t length) {
   text->size += length;
   text->last = text->data[text->size - 1];
@@ -160,8 +160,8 @@ void tw_text_flag(tw_text *text, bool value) {
 }
 
 void tw_text_vectors(tw_text *text, const float *values, size_t stride, size_t width, size_t count) {
-  /* As many at once as surely fit; more room is asked for by pieces: most numbers are shorter than they might
-   * be. */
+  /* Prints as many vectors at once as surely fit the room there is. Where they do not fit, room for a small
+   * piece is requested: most numbers are shorter than the longest. */
   enum { PIECE = 64, BRACKETS = 3 };
   size_t each = width * TW_FLOAT_TEXT + BRACKETS, least = width > 0 && width < PIECE ? PIECE / width : 1;
   for (size_t i = 0, piece; i < count; i += piece) {

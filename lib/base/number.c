@@ -1,16 +1,17 @@
-/* Shortest decimal text of floats, in batches: loops that the compiler vectorises find the digits, then one
- * byte shuffle a number places them. Compiled for the baseline and for AVX2; both give the same bytes.
+/* Prints floats as their shortest decimal text, in batches: loops that the compiler vectorises find the
+ * digits, then one byte shuffle for each number places them. Compiled for the baseline and for AVX2; both
+ * give the same bytes.
  *
  * The kernel covers magnitudes from 1e-3 to 1e5, where all arithmetic is exact in doubles: a float times the
  * power of ten that gives it nine digits before the point has at most 24 + 26 bits (5^11 has 26), and half
- * the distance to the neighbouring float times that power has 26. A decimal within that distance reads back
- * as the float. None of nine digits lies exactly at it, because the midpoint of two such floats has at least
- * 13 digits. The distance is between 2.9 and 49 units of the ninth digit, so:
+ * the distance to the neighbouring float times that power has 26. A decimal within that half distance reads
+ * back as the float. No nine-digit decimal lies exactly at half distance, because the midpoint of two such
+ * floats has at least 13 digits. The half distance is between 2.9 and 49 units of the ninth digit, so:
  * - the nearest nine digits always read back;
- * - the nearest multiple of 10 is shorter, where it is within the distance;
+ * - the nearest multiple of 10 is shorter, where it is within the half distance;
  * - at most one multiple of 100 is within it, and is then the shortest; its further zeros are dropped as
- * text. The distance below a power of two is half as long, but such floats are multiples of 100 themselves.
- */
+ *   text.
+ * Below a power of two the half distance is half as long, but such floats are multiples of 100 themselves. */
 #include "number.h"
 
 #include <math.h>
@@ -31,9 +32,10 @@ enum {
   KIND_OTHER = 2 * DECADES + 1
 };
 
-/* A batch. A kind is 2 * decade, plus 1 for negative numbers; 2 * DECADES for 0; KIND_OTHER for what the
- * kernel does not cover. pieces: the characters that the text of a number is picked from: nine digits, the
- * last one first, so that trailing zeros are the lowest bits of a word; then the point, '0' and '-'. */
+/* A batch of numbers. A kind is 2 * decade, plus 1 for negative numbers; 2 * DECADES for 0; KIND_OTHER for
+ * numbers that the kernel does not cover. pieces: the characters that a number's text is picked from. They
+ * are its nine digits, the last one first, so that trailing zeros are the lowest bits of a word; then the
+ * point, '0' and '-'. */
 enum { PIECE_POINT = 9, PIECE_ZERO, PIECE_MINUS, PIECES = 16 };
 typedef struct batch {
   float values[BATCH];
@@ -43,7 +45,7 @@ typedef struct batch {
 
 /* ---- digits -------------------------------------------------------------------------------------------- */
 
-/* The bits of a float's exponent, and what to subtract from them for half the unit of the last place. */
+/* The bits of a float's exponent, and what to subtract from them to get half a unit of the last place. */
 enum { EXPONENT = 0x7F800000, TO_HALF_ULP = 24 << 23 };
 
 static inline uint32_t bits_of(float value) {
@@ -63,8 +65,8 @@ static inline double nearest(double x) {
   return (x + 0x1p52) - 0x1p52;
 }
 
-/* What is found of a value before its digits: its kind, its magnitude where the kernel covers it, else 1, and
- * the power of ten that gives this five digits before the point. */
+/* Finds a value's kind, its magnitude (1 where the kernel does not cover it), and the scale: the power of ten
+ * that gives the magnitude five digits before the point. */
 INLINE uint32_t find_kind(float value, float *magnitude, float *scale) {
   uint32_t sign = bits_of(value) >> 31;
   float size = fabsf(value);
@@ -91,7 +93,7 @@ INLINE uint32_t find_digits(float v, float scale) {
   float half_ulp = float_of((bits_of(v) & EXPONENT) - TO_HALF_ULP);
   double power = (double)scale * 1e4;
   double number = (double)v * power, distance = (double)half_ulp * power;
-  /* 0.1 is inexact, but by less than any float is from a tie; ties stay ties. */
+  /* 0.1 is inexact, but its error is less than any float's distance from a tie; ties stay ties. */
   double nine = nearest(number), eight = 10 * nearest(number * 0.1), seven = 100 * nearest(number * 0.01);
   nine = fabs(number - eight) < distance ? eight : nine;
   nine = fabs(number - seven) < distance ? seven : nine;
@@ -106,8 +108,9 @@ static inline uint64_t little_endian(uint64_t word) {
   return __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__ ? __builtin_bswap64(word) : word;
 }
 
-/* Finds kinds and pieces of the first `count` values. One loop a step, each over vectors of one width: nine
- * digits are split into a first one and two groups of four, those into pairs, those into digits. */
+/* Finds kinds and pieces of the first `count` values. Each step is a loop of its own, over vectors of one
+ * width. Nine digits are split into the first digit and two groups of four, groups into pairs, pairs into
+ * digits. */
 INLINE void find_pieces_body(batch *restrict b, size_t count) {
   static const uint64_t others = '0' | '.' << 8 | '0' << 16 | '-' << 24;
   float magnitudes[BATCH], scales[BATCH];
@@ -141,7 +144,7 @@ INLINE void find_pieces_body(batch *restrict b, size_t count) {
   }
 }
 
-/* Functions of their own: inlined into the printing loops, GCC makes worse code of both. */
+/* Separate functions: inlined into the printing loops, GCC generates worse code for both. */
 static __attribute__((noinline)) void find_pieces_baseline(batch *b, size_t count) {
   find_pieces_body(b, count);
 }
@@ -167,7 +170,7 @@ INLINE void find_pieces(batch *b, size_t count, bool avx2) {
 
 enum { TEXT_MOST = 14 }; /* without the comma */
 
-/* Which piece stands where in the text of each kind, with all nine digits. */
+/* For each kind, the piece at each position of the text with all nine digits. */
 enum { P = PIECE_POINT, O = PIECE_ZERO, M = PIECE_MINUS };
 static const uint8_t orders[][PIECES] = {
     {O, P, O, O, 8, 7, 6, 5, 4, 3, 2, 1, 0},
@@ -199,7 +202,8 @@ static const uint8_t lengths[][9] = {
 };
 
 #ifdef __x86_64__
-/* Not always_inline: bodies that are not compiled for AVX2 contain calls of it, which are then removed. */
+/* Not always_inline: bodies that are not compiled for AVX2 contain calls of it, which are then removed as
+ * dead code. */
 __attribute__((target("avx2"))) static inline void shuffle_avx2(char *out, const char *pieces,
                                                                 const uint8_t *order) {
   __m128i all = _mm_loadu_si128((const __m128i *)(const void *)pieces);
@@ -223,14 +227,14 @@ INLINE void shuffle(char *out, const char *pieces, const uint8_t *order, bool av
   for (size_t i = 0; i < TEXT_MOST; i++) out[i] = pieces[order[i]];
 }
 
-/* Rare: kept out of the loop. */
+/* Rare, so kept out of the loop. */
 static __attribute__((noinline)) char *put_other(char *out, float value) {
   out += tw_print_float(out, value);
   *out++ = ',';
   return out;
 }
 
-/* Writes value i and a comma, and up to TW_FLOAT_TEXT bytes in all. Returns the end of the text. */
+/* Writes value i and a comma, touching up to TW_FLOAT_TEXT bytes. Returns the end of the text. */
 INLINE char *put_number(char *out, const batch *b, size_t i, bool avx2) {
   uint32_t kind = b->kinds[i];
   if (kind == KIND_OTHER) return put_other(out, b->values[i]);
@@ -253,7 +257,7 @@ INLINE char *print_row(char *out, const float *values, size_t count, bool avx2) 
   return out;
 }
 
-/* One vector after another: of no numbers, or of more than a batch. */
+/* Prints one vector after another: for vectors of no numbers, or of more than a batch. */
 INLINE char *print_each(char *out, const tw_vectors *all, bool avx2) {
   const char *start = out;
   for (size_t i = 0; i < all->count; i++) {

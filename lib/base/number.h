@@ -1,4 +1,4 @@
-/* Numbers as text: plain decimals read in place, and the printer's variants for its tests. */
+/* Numbers as text: reading plain decimals, and the printer's variants for its tests. */
 #ifndef TWEEND_NUMBER_H
 #define TWEEND_NUMBER_H
 
@@ -14,9 +14,9 @@ static inline bool tw_is_digit(char c) {
   return c >= '0' && c <= '9';
 }
 
-/* Reads a number of up to 15 digits from the start of text[0..length). Digits and power of ten are exact as
- * doubles, so one division rounds correctly (Clinger 1990). Returns its length; 0 for anything else, an
- * exponent included. */
+/* Reads a number of up to 15 digits from the start of text[0..length). Its digits and power of ten are exact
+ * as doubles, so one division rounds correctly (Clinger 1990). Returns the bytes used; 0 for any other text,
+ * such as a number with an exponent. */
 static inline size_t tw_read_plain(const char *text, size_t length, double *out) {
   static const double powers[16] = {1e0, 1e1, 1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
                                     1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
@@ -40,7 +40,7 @@ static inline size_t tw_read_plain(const char *text, size_t length, double *out)
   return (size_t)(at - text);
 }
 
-/* Writes a whole number, of at most 20 digits; returns the end. */
+/* Writes a whole number, at most 20 digits. Returns the end. */
 static inline char *tw_print_count(char *out, uint64_t value) {
   char digits[20], *first = digits + sizeof digits;
   do {
@@ -55,8 +55,8 @@ static inline char *tw_print_count(char *out, uint64_t value) {
 /* tw_print_vectors on one instruction set, with a comma after each vector. Returns the end. */
 typedef char *tw_number_printer(char *out, const tw_vectors *vectors);
 
-/* variant: 0 is the compiler's baseline, 1 AVX2; NULL where the processor lacks it. All print the same bytes.
- */
+/* variant: 0 is the compiler's baseline, 1 is AVX2; NULL where the processor lacks it. All variants print the
+ * same bytes. */
 tw_number_printer *tw_number_printer_at(uint32_t variant);
 
 #ifdef __cplusplus

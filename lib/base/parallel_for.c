@@ -1,4 +1,4 @@
-/* Loops cut into parts of equal length. */
+/* Splits loops into parts of equal length. */
 #include "parallel_for.h"
 
 uint32_t tw_parallel_for_parts(const tw_parallel_for *parallel, uint32_t count, uint32_t least) {

@@ -14,20 +14,21 @@ static inline double tw_dot3(const double *a, const double *b) {
 static inline double tw_length3(const double *vector) {
   return sqrt(tw_dot3(vector, vector));
 }
-/* Makes a vector one of length 1; returns its length, 0 where it has none, and is 0 0 0 then. */
+/* Scales a vector to length 1 and returns the length it had. Without a finite length above 0 the vector
+ * becomes 0 0 0, and 0 is returned. */
 static inline double tw_unit3(double *vector) {
   double length = tw_length3(vector);
   bool has_length = length > 0 && isfinite(length);
   for (int i = 0; i < 3; i++) vector[i] = has_length ? vector[i] / length : 0;
   return has_length ? length : 0;
 }
-/* In radians, exact near 0 too. */
+/* The angle between two vectors in radians, accurate near 0 too. */
 static inline double tw_angle3(const double *a, const double *b) {
   double across[3];
   tw_cross3(a, b, across);
   return atan2(tw_length3(across), tw_dot3(a, b));
 }
-/* From one point to another. */
+/* The vector from one point to another. */
 static inline void tw_side3(const float *from, const float *to, double *out) {
   for (int i = 0; i < 3; i++) out[i] = (double)to[i] - (double)from[i];
 }

@@ -1,7 +1,8 @@
-/* Normals of any two tangents: quickly where float suffices, else with care. */
+/* Computes unit normals where float alone does not suffice. */
 #include "normal.h"
 
-/* In double and scaled, for lengths that float cannot square. */
+/* Computes the normal in double from scaled tangents, for lengths that float cannot square. False where a
+ * tangent has no finite length above 0, or where they are parallel. */
 static bool find_normal(tw_point a, tw_point b, float out[3]) {
   double scale_a = 0, scale_b = 0;
   for (int i = 0; i < 3; i++) {
@@ -18,7 +19,7 @@ static bool find_normal(tw_point a, tw_point b, float out[3]) {
     n[i] = u[(i + 1) % 3] * v[(i + 2) % 3] - u[(i + 2) % 3] * v[(i + 1) % 3];
     square += n[i] * n[i];
   }
-  if (!(square > 1e-12)) return false; /* parallel as far as float can tell */
+  if (!(square > 1e-12)) return false; /* parallel, as far as float can tell */
   for (int i = 0; i < 3; i++) out[i] = (float)(n[i] / sqrt(square));
   return true;
 }

@@ -1,5 +1,5 @@
-/* Unit normals from tangents. No product is contracted and no root approximated: all machines give the same
- * bytes. */
+/* Unit normals from tangents. No product is contracted and no root is approximated, so that all machines give
+ * the same bytes. */
 #ifndef TWEEND_NORMAL_H
 #define TWEEND_NORMAL_H
 
@@ -8,9 +8,9 @@
 #include "simd.h"
 #include "tweend/base.h"
 
-/* Float can normalise a cross product whose squared length lies between tw_normal_least_square and this: it
- * does not overflow, nor is it rounding alone. lengths: at least the product of the tangents' squared
- * lengths. */
+/* Float can normalise a cross product whose squared length lies between tw_normal_least_square and
+ * TW_NORMAL_SQUARE_MAX: within these bounds it does not overflow and is more than rounding error. lengths: at
+ * least the product of the tangents' squared lengths. */
 #define TW_NORMAL_SQUARE_MAX 1e24f
 #define TW_NORMAL_SQUARE_MIN 1e-24f
 #define TW_NORMAL_PARALLEL   1e-6f
@@ -28,16 +28,17 @@ static inline __attribute__((always_inline)) float tw_point_square(tw_point a) {
   tw_point s = a * a;
   return s[0] + s[1] + s[2];
 }
-/* square: that of the vector. No zero is below 0: a patch has the same normals turned round. */
+/* Scales a vector to length 1. square: its squared length. Adding 0 turns -0 into 0, so that a rotated patch
+ * has the same normals. */
 static inline __attribute__((always_inline)) tw_point tw_point_unit(tw_point vector, float square) {
   return vector * (1 / sqrtf(square)) + 0.0f;
 }
 
-/* As tw_put_normal, in double. */
+/* As tw_put_normal, but slower and for any tangents: in double. */
 void tw_careful_normal(tw_point tangent1, tw_point tangent2, const tw_point quad[4], float normal[3]);
 
-/* Unit normal of two tangents; `quad` (four points) serves where they are parallel, and +Y where that has
- * none either. */
+/* Writes the unit normal of two tangents. Where they are parallel the normal comes from the diagonals of
+ * `quad` (four points); where those are parallel too, it is +Y. */
 static inline __attribute__((always_inline)) void tw_put_normal(tw_point tangent1, tw_point tangent2,
                                                                 const tw_point quad[4], float normal[3]) {
   tw_point n = tw_point_cross(tangent1, tangent2);

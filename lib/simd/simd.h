@@ -1,23 +1,23 @@
-/* Vectors of 16 bytes, four floats or two doubles, by the compiler's vector extension. A point is four
- * floats. */
+/* Vectors of 16 bytes, four floats or two doubles, as the compiler's vector extension has them. A point is
+ * four floats. */
 #ifndef TWEEND_SIMD_H
 #define TWEEND_SIMD_H
 
 #include <stdint.h>
 #include <string.h>
 
-/* A point as a vector of four floats, of which the last means nothing: each operation is one of all
- * coordinates. In memory points stay rows of three. */
+/* A point as four floats, so that one operation handles all coordinates; the last float has no meaning. In
+ * memory points remain rows of three floats. */
 typedef float tw_point __attribute__((vector_size(16)));
 typedef double tw_point_halves __attribute__((vector_size(16)));
 
 static inline void tw_store_point(tw_point point, float *row) {
-  double two = ((tw_point_halves)point)[0]; /* of its floats, as one number */
+  double two = ((tw_point_halves)point)[0]; /* its first two floats as one double */
   memcpy(row, &two, sizeof two);
   row[2] = point[2];
 }
 
-/* width: 1 to 4, so many of its floats. */
+/* Stores the first `width` floats, 1 to 4. */
 static inline void tw_store_values(tw_point values, uint32_t width, float *row) {
   if (width == 3)
     tw_store_point(values, row);
@@ -29,9 +29,9 @@ static inline void tw_store_values(tw_point values, uint32_t width, float *row) 
     memcpy(row, &values, sizeof values);
 }
 
-/* The same back, the rest 0. */
+/* Loads `width` floats, 1 to 4; the others become 0. */
 static inline tw_point tw_load_values(const float *row, uint32_t width) {
-  if (width == 3) return (tw_point){row[0], row[1], row[2], 0}; /* most of all; in registers */
+  if (width == 3) return (tw_point){row[0], row[1], row[2], 0}; /* the usual width; in registers */
   tw_point out = {0};
   memcpy(&out, row, width * sizeof *row);
   return out;

@@ -18,14 +18,14 @@ typedef enum tw_status {
   TW_UNSUPPORTED, /* well-formed, and needs something that tweend does not do */
   TW_LIMIT,       /* over a configured or built-in limit */
   TW_NO_MEMORY,
-  TW_CANCELLED /* tw_parallel_for's is_cancelled said so */
+  TW_CANCELLED /* is_cancelled of tw_parallel_for returned true */
 } tw_status;
 
-/* Where and why. Every function that takes one accepts NULL. */
+/* Where a failure happened and why. Every function that takes one accepts NULL. */
 typedef struct tw_error {
   tw_status status;
   uint64_t line;     /* OBJ: line number from 1; 0 where there is none */
-  uint64_t column;   /* of that line, in characters from 1; 0 where it is not known */
+  uint64_t column;   /* in that line, in characters from 1; 0 where it is not known */
   char pointer[160]; /* JSON documents: RFC 6901 pointer; "" where there is none */
   char detail[320];  /* one sentence for a person, UTF-8, never cut inside a character */
 } tw_error;
@@ -58,13 +58,13 @@ void tw_arena_destroy(tw_arena *arena); /* NULL accepted */
 /* [count] elements of `size` bytes, zeroed; NULL on overflow or without memory. count 0 gives a
  * valid pointer to nothing. */
 void *tw_arena_alloc(tw_arena *arena, size_t count, size_t size);
-/* The same with anything in it: for arrays that are written before they are read. */
+/* The same, not initialised: for arrays that are written before they are read. */
 void *tw_arena_alloc_raw(tw_arena *arena, size_t count, size_t size);
 
 /* A copy of `length` bytes of text with a terminator; NULL without memory. */
 char *tw_arena_text(tw_arena *arena, const char *text, size_t length);
 
-/* Bytes held, those not yet handed out included. */
+/* Bytes held, including those not yet handed out. */
 size_t tw_arena_size(const tw_arena *arena);
 
 /* malloc([count][size]) with the product checked; NULL on overflow or without memory. */
@@ -74,10 +74,10 @@ void *tw_alloc_zero(size_t count, size_t size);
 
 /* ---- threads ------------------------------------------------------------------------------------------- */
 
-/* How loops are shared among threads. run calls part(context, i) once for each i below count, in any order
- * and on any threads, and returns when all calls have. is_cancelled: whether the result is not wanted any
- * more; asked between the steps of what takes long, on the thread that it runs on. NULL: it always is wanted.
- */
+/* How the caller runs loops on its threads. run calls part(context, i) once for each i below count, in any
+ * order and on any threads, and returns when all calls have. is_cancelled tells whether the result is no
+ * longer wanted; it is called between the steps of long operations, on the thread that performs them. A NULL
+ * is_cancelled: the result is always wanted. */
 typedef struct tw_parallel_for {
   void *owner;
   void (*run)(void *owner, uint32_t count, void (*part)(void *context, uint32_t index), void *context);
@@ -94,34 +94,33 @@ enum { TW_NUMBER_TEXT = 32, TW_FLOAT_TEXT = 16 };
 size_t tw_print_float(char *out, float value);
 size_t tw_print_double(char *out, double value);
 
-/* [count] vectors of `width` numbers each, `stride` floats from one to the next.
- * ends: NULL, or [count]: where the text of each ends. */
+/* [count] vectors of `width` numbers each, `stride` floats from one vector's start to the next. ends: NULL,
+ * or [count] that receives the offset in the text at which each vector ends. */
 typedef struct tw_vectors {
   const float *values;
   size_t stride, width, count;
   size_t *ends;
 } tw_vectors;
 
-/* Vectors as JSON arrays with commas between them, each number as tw_print_float prints it, up to six times
- * faster. out: room for TW_FLOAT_TEXT bytes a number and 3 more a
- * vector. */
+/* Prints vectors as JSON arrays with commas between them, each number as tw_print_float prints it, up to six
+ * times faster. out: room for TW_FLOAT_TEXT bytes for each number and 3 more for each vector. */
 size_t tw_print_vectors(char *out, const tw_vectors *vectors);
 
-/* Reads a decimal number (JSON's grammar, and a leading '+' or '.', as OBJ files have) from the
- * start of text[0..length). Returns bytes used, 0 when there is no number. Overflow gives
- * infinity. Locale plays no part. */
+/* Reads a decimal number from the start of text[0..length): JSON's grammar, and also a leading '+' or '.', as
+ * in OBJ files. Returns the bytes used, 0 when there is no number. Overflow gives infinity. Locale plays no
+ * part. */
 size_t tw_read_double(const char *text, size_t length, double *out);
 
 /* ---- UTF-8 --------------------------------------------------------------------------------------------- */
 
-/* Bytes of the character at the start of text[0..length), 0 when it is not well-formed (RFC 3629: no
- * overlong forms, no surrogates, nothing over U+10FFFF) or length is 0. */
+/* The size of the character at the start of text[0..length) in bytes; 0 when it is not well-formed (RFC 3629:
+ * no overlong forms, no surrogates, nothing over U+10FFFF) or length is 0. */
 size_t tw_utf8_length(const char *text, size_t length);
 
-/* Well-formed UTF-8 without control characters. */
+/* Whether text is well-formed UTF-8 without control characters (U+0000 to U+001F, U+007F). */
 bool tw_utf8_is_name(const char *text, size_t length);
 
-/* A copy as a name: well-formed UTF-8, terminated. Text that is not UTF-8 is taken as Latin-1; control
+/* Copies text as a name: well-formed UTF-8, terminated. Text that is not UTF-8 is read as Latin-1; control
  * characters become blanks. NULL without memory. */
 char *tw_arena_name(tw_arena *arena, const char *text, size_t length);
 

@@ -51,8 +51,8 @@ typedef struct tw_shape_counts {
   uint64_t bytes; /* the most memory held while making it, the mesh included */
 } tw_shape_counts;
 
-/* Checks the parameters and counts. TW_INVALID with a pointer in tweend JSON's words ("/segments/1"). O(1).
- */
+/* Checks the parameters and counts the elements. TW_INVALID with a pointer in the terms of tweend JSON
+ * ("/segments/1"). O(1). */
 tw_status tw_shape_count(const tw_shape *shape, tw_shape_counts *out, tw_error *error);
 
 /* Makes a shape: centred on the origin, y up, faces outward (a grid's up), no two points the same, points
