@@ -1,5 +1,4 @@
-/* Clips: the tracks of one animation, checked, compiled once and shared, and evaluated at one time or many.
- */
+/* Clips: checks, merges, compiles, evaluates and bakes the tracks of one animation. */
 #include "clip.h"
 
 #include <math.h>
@@ -9,7 +8,7 @@
 const char *const tw_path_names[] = {"translation", "rotation", "scale", "weights"};
 const char *const tw_interpolation_names[] = {"step", "linear", "cubicspline", "nlerp", "squad", "euler"};
 
-/* ---- checking: every message has its place relative to the clip ---------------------------------------- */
+/* ---- checking: error pointers are relative to the clip ------------------------------------------------- */
 
 /* Larger angles have no precision left. */
 static const double ANGLE_MAX = 1e9;
@@ -58,7 +57,7 @@ static tw_status check_values(const tw_track_keys *track, uint32_t index, tw_err
   return TW_OK;
 }
 
-/* A rotation needs a quaternion other than 0, or an axis. */
+/* Requires a quaternion other than 0, or an axis. */
 static tw_status check_rotations(const tw_track_keys *track, uint32_t index, tw_error *error) {
   if (track->path != TW_ROTATION || track->form == TW_KEY_EULER) return TW_OK;
   bool is_cubic = track->interpolation == TW_CUBICSPLINE, has_axis = track->form == TW_KEY_AXIS_ANGLE;
@@ -75,7 +74,7 @@ static tw_status check_rotations(const tw_track_keys *track, uint32_t index, tw_
   return TW_OK;
 }
 
-/* The width that a track's path and form require; 0 for any. */
+/* The width that a track's path and form require; 0: any. */
 static uint32_t expected_width(const tw_track_keys *track) {
   switch (track->path) {
   case TW_TRANSLATION:
@@ -136,9 +135,9 @@ static tw_status check_shape(const tw_track_keys *track, uint32_t index, uint32_
   return TW_OK;
 }
 
-/* What a track moves. */
+/* The node and path that a track moves. */
 typedef struct moved {
-  uint64_t what; /* node and path */
+  uint64_t what; /* node << 2 | path */
   uint32_t track;
 } moved;
 
@@ -148,8 +147,8 @@ static int compare_moved(const void *a, const void *b) {
   return left->track < right->track ? -1 : left->track > right->track;
 }
 
-/* *track: the first one that moves what another one before it moves, track_count where there is none. By
- * sorting: a clip may have few tracks and a model many nodes. */
+/* *track: the first track that moves what an earlier one moves; track_count where there is none. Sorts,
+ * because a clip may have few tracks and a model many nodes. */
 static tw_status find_repeated(const tw_clip_keys *keys, uint32_t *track, tw_error *error) {
   moved *all = tw_alloc(keys->track_count, sizeof *all);
   if (!all) return tw_fail(error, TW_NO_MEMORY, "no memory to check a clip");
@@ -187,8 +186,8 @@ static size_t place_moved(const tw_track_keys *track) {
   return (size_t)track->node * PATHS + (size_t)track->path;
 }
 
-/* Walks the clips from the last to the first: the first track found for a path of a node stays. The result
- * fills `tracks` from its end on. Returns the count. */
+/* Walks the clips from the last to the first: the first track found for a node's path stays. Fills `tracks`
+ * from its end backwards. Returns how many tracks stay. */
 static uint32_t keep_last(const tw_clip_keys *clips, uint32_t clip_count, uint32_t track_count,
                           bool *is_moved, tw_track_keys *tracks) {
   uint32_t first = track_count;
@@ -220,8 +219,9 @@ tw_status tw_clip_merge(const tw_clip_keys *clips, uint32_t clip_count, uint32_t
 
 /* ---- compiling ----------------------------------------------------------------------------------------- */
 
-/* Exporters give the joints of a skeleton the same key times; one search then serves them all. A small table
- * remembers the last timeline of each hash; one that is pushed out is not shared, which is harmless. */
+/* Exporters give the joints of a skeleton the same key times, so tracks with equal times share one timeline
+ * and one search. A small table holds the last timeline of each hash. A timeline evicted from it is no longer
+ * shared, which is harmless. */
 enum { RECENT_TIMELINES = 64 };
 
 static uint64_t hash_times(const float *times, uint32_t count) {
@@ -275,7 +275,7 @@ static tw_status build_tracks(tw_clip *clip, const tw_clip_keys *keys, int force
   return TW_OK;
 }
 
-/* Sets apart what a pose reads of arcs, and lists the other tracks that move nodes. */
+/* Copies what a pose reads of arc tracks, and lists the other tracks that move transforms. */
 static tw_status sort_tracks(tw_clip *clip, tw_error *error) {
   uint32_t arcs = 0;
   for (uint32_t i = 0; i < clip->track_count; i++) arcs += clip->tracks[i].kind == TRACK_ARC;
@@ -370,7 +370,7 @@ float tw_loop_time(float t, float duration, tw_loop loop) {
   case TW_REPEAT:
     time = fmod(time, length);
     if (time < 0) time += length;
-    if ((float)time >= duration) time = 0; /* a tiny negative time rounds up to the end */
+    if ((float)time >= duration) time = 0; /* a tiny negative time rounds up to the duration */
     break;
   case TW_PINGPONG:
     time = fmod(fabs(time), 2 * length);
@@ -380,7 +380,7 @@ float tw_loop_time(float t, float duration, tw_loop loop) {
   return (float)time;
 }
 
-/* Where a path lies in a transform. */
+/* The floats of a transform that a path moves. */
 static float *place_of(tw_trs *trs, tw_path path) {
   return path == TW_TRANSLATION ? trs->translation : path == TW_SCALE ? trs->scale : trs->rotation;
 }
@@ -397,8 +397,8 @@ void tw_clip_sample(const tw_clip *clip, uint32_t track, const float *times, siz
   }
 }
 
-/* Arcs of a batch of tracks at once. Tracks lie far apart in memory, so that what each pass needs
- * is prefetched by the one before it: the cache misses of a batch overlap. */
+/* Evaluates the arcs of a batch of tracks together. Tracks lie far apart in memory, so each pass prefetches
+ * what the next one reads: the cache misses of a batch overlap. */
 static void pose_arcs(const tw_clip *clip, float time, tw_trs *locals) {
   const tw_arc_segment *arcs[TW_TRACK_BATCH];
   float clamped[TW_TRACK_BATCH], *out[TW_TRACK_BATCH];
@@ -414,15 +414,14 @@ static void pose_arcs(const tw_clip *clip, float time, tw_trs *locals) {
     for (uint32_t i = 0; i < count; i++) {
       arcs[i] = tracks[i].arcs + timeline_find_in(&tracks[i].timeline, clamped[i], keys[i]);
       __builtin_prefetch(arcs[i]);
-      __builtin_prefetch(&arcs[i]->rate); /* every other arc lies on two cache lines */
+      __builtin_prefetch(&arcs[i]->rate); /* half of the arcs straddle two cache lines */
       out[i] = locals[tracks[i].node].rotation;
     }
     tw_arcs_sample(arcs, clamped, count, out);
   }
 }
 
-/* Tracks of another kind, one after the other. Neighbours mostly share their key times, which are
- * searched once. */
+/* Evaluates the other tracks one by one. Neighbours usually share a timeline, which is then searched once. */
 static void pose_others(const tw_clip *clip, float time, tw_trs *locals) {
   const tw_timeline *timeline = NULL;
   float clamped;
@@ -442,8 +441,8 @@ void tw_clip_pose(const tw_clip *clip, const tw_node *nodes, uint32_t node_count
   pose_others(clip, time, locals);
 }
 
-/* Negates each rotation that is on the other side of the one before it: a turn of more than 360 degrees ends
- * there. */
+/* Negates each rotation whose dot product with the one before is negative, as happens where a turn of more
+ * than 360 degrees ends. */
 static void align_signs(float *rotations, uint32_t count) {
   for (size_t i = 1; i < count; i++) {
     float *at = rotations + 4 * i;

@@ -1,10 +1,10 @@
-/* A compiled clip, as its evaluators see it. */
+/* The layout of a compiled clip, for the functions that evaluate it. */
 #ifndef TWEEND_CLIP_H
 #define TWEEND_CLIP_H
 
 #include "track.h"
 
-/* What a pose reads of a TRACK_ARC to find its arc: a copy, so that a pose reads it front to back. */
+/* What a pose reads of a TRACK_ARC to find its arc; copied here so that a pose reads memory front to back. */
 typedef struct posed_arc {
   tw_timeline timeline;
   const tw_arc_segment *arcs;
@@ -12,27 +12,28 @@ typedef struct posed_arc {
 } posed_arc;
 
 struct tw_clip {
-  tw_arena *arena; /* holds everything, the clip itself too */
+  tw_arena *arena; /* owns everything, this struct too */
   uint32_t node_count, track_count, timeline_count;
   float duration;
-  tw_track *tracks;       /* [track_count], as in the source */
+  tw_track *tracks;       /* [track_count], in the source's order */
   tw_timeline *timelines; /* [timeline_count] */
   posed_arc *arcs;        /* [arc_count] */
-  uint32_t *others;       /* [other_count] further tracks of transforms: neither arcs nor weights */
+  uint32_t *others;       /* [other_count] tracks of transforms that are not arcs: indices into tracks */
   uint32_t arc_count, other_count;
-  uint8_t *moves; /* [node_count], a bit for each path */
+  uint8_t *moves; /* [node_count], bit `path` for each path that a track moves */
 };
 
-/* Samples of a track as keys of one, LINEAR or STEP. Makes the signs of rotations continuous. The result
- * points to times and values. */
+/* Wraps samples of a track as a LINEAR or STEP track. Makes the signs of rotations continuous, in `values`.
+ * The result points to times and values. */
 tw_track_keys tw_track_as_keys(const tw_track *track, const float *times, float *values, uint32_t key_count);
 
-/* A track as keys at these times, which the result points to; its values live in the arena. TW_NO_MEMORY. */
+/* Bakes a track to keys at these times, which the result points to; its values live in the arena.
+ * TW_NO_MEMORY. */
 tw_status tw_track_bake(const tw_clip *clip, uint32_t index, const float *times, uint32_t time_count,
                         tw_arena *arena, tw_track_keys *out, tw_error *error);
 
-/* Makes all checks that tw_clip_create promises: shapes, times, values, rotations, one track for what it
- * moves. The error's pointer begins with /tracks. */
+/* Makes all the checks that tw_clip_create documents. The error's pointer begins with /tracks. TW_INVALID,
+ * TW_NO_MEMORY. */
 tw_status tw_clip_check(const tw_clip_keys *keys, uint32_t node_count, int force, tw_error *error);
 
 #endif

@@ -1,11 +1,10 @@
-/* Euler angles, all six Tait-Bryan orders, as one formula over permuted axes.
+/* Euler angles: all six Tait-Bryan orders by one formula over permuted axes.
  *
  * With R = Ri(a) Rj(b) Rk(c) and axes in even order, the products of half angles give
  *   qw + qj = (cos b/2 + sin b/2) cos (a+c)/2    qi + qk = (cos b/2 + sin b/2) sin (a+c)/2
  *   qw - qj = (cos b/2 - sin b/2) cos (a-c)/2    qi - qk = (cos b/2 - sin b/2) sin (a-c)/2
- * so sum and difference of the outer angles come from two arctangents that stay exact up to gimbal
- * lock, where one of the pairs vanishes. An odd order is an even one with the innermost axis
- * reversed. */
+ * so two arctangents give the sum and the difference of the outer angles. They stay exact up to gimbal lock,
+ * where one of the pairs vanishes. An odd order is an even one with the innermost axis reversed. */
 #include "quat.h"
 
 #include <math.h>
@@ -17,11 +16,11 @@ const unsigned char tw_euler_axes[TW_EULER_ORDERS][3] = {{0, 1, 2}, {0, 2, 1}, {
 
 static const double PI = 3.14159265358979323846;
 
-/* A pair below this is only rounding error of single precision: the middle angle is within half a microradian
- * of 90 degrees. */
+/* A pair of a length below this is rounding error of single precision: the middle angle is within half a
+ * microradian of 90 degrees. */
 static const double LOCK = 3e-7;
 
-/* Into (-pi, pi]. */
+/* Wraps an angle into (-pi, pi]. */
 static double wrap(double angle) {
   double turned = angle - 2 * PI * ceil((angle - PI) / (2 * PI));
   return turned > -PI ? turned : PI;
@@ -38,7 +37,8 @@ void tw_quat_euler(const double angles[3], tw_euler_order order, double out[4]) 
   for (int i = 0; i < 4; i++) out[i] = product[i];
 }
 
-/* Outer and middle angles of the even form, half sum and half difference of the outer ones. */
+/* The angles of the even form: the middle one, and half the sum and half the difference of the outer ones. At
+ * gimbal lock one of these halves is not known. */
 typedef struct euler_parts {
   double middle, half_sum, half_difference;
   bool sum_known, difference_known;
@@ -73,7 +73,7 @@ void tw_euler_of(const double q[4], tw_euler_order order, double out[3]) {
   if (!parts.difference_known || !parts.sum_known) out[tw_euler_axes[order][2]] = 0;
 }
 
-/* The product of the pairs. */
+/* The product of the two pairs' lengths is |cos b|. */
 double tw_euler_cos_middle(const double q[4], tw_euler_order order) {
   const unsigned char *axes = tw_euler_axes[order];
   double i = q[axes[0]], j = q[axes[1]], k = euler_sign(order) * q[axes[2]], w = q[3];
@@ -81,8 +81,8 @@ double tw_euler_cos_middle(const double q[4], tw_euler_order order) {
          quat_dot(q, q);
 }
 
-/* Adds whole turns until each angle is within half a turn of the previous one; returns how far
- * away the triple then is, squared. */
+/* Adds whole turns until each angle is within half a turn of the previous one. Returns the squared distance
+ * of the triples. */
 static double approach(const double previous[3], double angles[3]) {
   double distance = 0;
   for (int i = 0; i < 3; i++) {
@@ -95,7 +95,7 @@ static double approach(const double previous[3], double angles[3]) {
 void tw_euler_near(const double q[4], tw_euler_order order, const double previous[3], double out[3]) {
   const unsigned char *axes = tw_euler_axes[order];
   euler_parts parts = split(q, order);
-  /* At lock the unknown half is free: the previous triple's own keeps both outer angles nearest. */
+  /* At lock the unknown half is free: taking the previous triple's keeps both outer angles nearest to it. */
   double outer = previous[axes[0]], inner = euler_sign(order) * previous[axes[2]];
   if (!parts.difference_known) parts.half_difference = (outer - inner) / 2;
   if (!parts.sum_known) parts.half_sum = (outer + inner) / 2;

@@ -1,10 +1,10 @@
-/* Node hierarchies: parents first, world matrices, skins. */
+/* Node hierarchies: their order, world matrices, joint matrices. */
 #include "clip.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-/* A node that is its own ancestor; `start` is one from which no root is reached. */
+/* Finds a node that is its own ancestor. `start` is a node from which no root is reached. */
 static uint32_t node_on_cycle(const tw_node *nodes, uint32_t node_count, uint32_t start) {
   for (uint32_t i = 0; i < node_count; i++) start = nodes[start].parent;
   return start;
@@ -20,7 +20,7 @@ static tw_status check_parents(const tw_node *nodes, uint32_t node_count, tw_err
   return TW_OK;
 }
 
-/* Breadth first from the roots; order is the queue itself. Returns how many nodes it reached. */
+/* Walks breadth first from the roots; `order` is the queue itself. Returns how many nodes it reached. */
 static uint32_t order_from_roots(const tw_node *nodes, uint32_t node_count, uint32_t *first_child,
                                  uint32_t *next_sibling, uint32_t *order) {
   uint32_t reached = 0;

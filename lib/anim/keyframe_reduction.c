@@ -1,9 +1,9 @@
-/* Clips with as few LINEAR keys as an error allows.
+/* Reduces clips to few LINEAR keys within a tolerance.
  *
- * A track is first sampled on a grid: at its keys where it is LINEAR already, else in steps so short that the
- * chord of each strays from the path by less than a sixteenth of the tolerance. From each key the next one is
- * the farthest grid place whose chord stays near the path. Then every chord is measured again, densely,
- * between the keys as they will be written; one that fails is halved. */
+ * A track is first sampled on a grid: at its keys where it is LINEAR already, else in steps so short that
+ * each step's chord strays from the path by less than a sixteenth of the tolerance. From each chosen key, the
+ * next one is the farthest grid place whose chord stays near the path. Then every chord is measured again,
+ * densely, between the keys as they will be written; a chord that fails is halved. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,33 +11,33 @@
 #include "clip.h"
 
 enum {
-  STEPS_LEAST = 2,       /* of a segment that is not LINEAR */
-  GRID_PLACES = 64,      /* at most, for each key allowed */
-  CLIP_PLACES = 1 << 20, /* of all grids together: a second or two */
+  STEPS_LEAST = 2,       /* fewest grid steps of a segment that is not LINEAR */
+  GRID_PLACES = 64,      /* most grid places, for each key allowed */
+  CLIP_PLACES = 1 << 20, /* most grid places of all tracks together: a second or two */
   OWN_PLACES = 4,        /* and this many more for each key of the clip */
-  PARTS_MEASURED = 4,    /* of each grid step */
+  PARTS_MEASURED = 4,    /* measurements for each grid step */
   REFINEMENTS = 24
 };
 
 static const double STEP_ANGLE = 3.14159265358979323846 / 18;
-static const double GRID_MARGIN = 16;  /* chords of the grid stray by less than this part of the tolerance */
-static const double FLOAT_ROOM = 4e-7; /* of the largest value: rounding to single precision */
+static const double GRID_MARGIN = 16;  /* chords of the grid stray by less than tolerance / GRID_MARGIN */
+static const double FLOAT_ROOM = 4e-7; /* rounding to single precision, relative to the largest value */
 
-/* Ascending times, and the values there. */
+/* A growing list of ascending times and the values there. */
 typedef struct samples {
-  float *times, *values; /* [count], [count][width] */
+  float *times, *values; /* [room], [room][width], of which `count` are used */
   uint32_t count, room, most;
-  const char *name; /* of the elements, for errors */
+  const char *name; /* what the elements are called in errors */
 } samples;
 
-/* One track that is being reduced. */
+/* The track being reduced. */
 typedef struct reduction {
   const tw_clip *clip;
   uint32_t index, width;
   bool rotation;
   double tolerance, reached;
   samples grid, keys;
-  float *sample, *ends; /* [width], [2][width] */
+  float *sample, *ends; /* scratch: [width], [2][width] */
 } reduction;
 
 static void reduction_deinit(reduction *r) {
@@ -92,11 +92,11 @@ static double distance(const reduction *r, const float *a, const float *b) {
   return sqrt(sum);
 }
 
-/* The path that a player takes between two keys. */
+/* The path that a player takes between two keys: slerp or a straight line. */
 typedef struct chord {
   double start, seconds;
   const float *from, *to;
-  tw_arc arc; /* of rotations */
+  tw_arc arc; /* for rotations */
 } chord;
 
 static chord chord_between(const reduction *r, float start, const float *from, float end, const float *to) {
@@ -111,7 +111,7 @@ static chord chord_between(const reduction *r, float start, const float *from, f
   return chord;
 }
 
-/* How far a chord is from a sample of the path at a time. */
+/* The distance between a chord and a sample of the path at a time. */
 static double stray(const reduction *r, const chord *chord, float time, const float *sample) {
   double u = ((double)time - chord->start) / chord->seconds;
   if (r->rotation) {
@@ -146,12 +146,13 @@ static float step_time(const tw_track *track, uint32_t key, double step, uint32_
   return (float)((double)track->timeline->times[key] + step / steps * tw_track_seconds(track, key));
 }
 
-/* The path between two keys is their chord. */
+/* Whether the path between two keys is their chord. */
 static bool is_linear(const tw_track *track) {
   return track->kind == TRACK_ARC || track->kind == TRACK_VALUES_LINEAR;
 }
 
-/* The most that chords of `steps` equal steps of a segment stray in their middles. */
+/* Cuts a segment into `steps` equal steps. Returns the largest stray of their chords, each measured in its
+ * middle. */
 static double largest_stray(const reduction *r, const tw_track *track, uint32_t key, uint32_t steps) {
   double largest = 0;
   float start = track->timeline->times[key], *from = r->ends, *to = r->ends + r->width;
@@ -173,7 +174,7 @@ static tw_status lay_segment(reduction *r, const tw_track *track, uint32_t key, 
   if (!is_linear(track)) {
     steps = STEPS_LEAST;
     if (r->rotation) steps = fmax(steps, ceil(tw_track_travel(track, key) / STEP_ANGLE));
-    /* A chord's error goes with the square of its length. */
+    /* A chord's error is proportional to the square of its length. */
     double ratio = steps < r->grid.most ? largest_stray(r, track, key, (uint32_t)steps) / r->tolerance : 1;
     steps *= fmax(1, ceil(sqrt(GRID_MARGIN * ratio)));
   }
@@ -210,8 +211,8 @@ static bool chord_holds(const reduction *r, uint32_t from, uint32_t to) {
   return true;
 }
 
-/* The farthest place that a chord reaches: doubling strides, then bisection. Not every shorter chord need
- * hold, but the one that is returned does. */
+/* The farthest grid place that a chord reaches, found by doubling strides, then bisection. Shorter chords may
+ * fail, but the one returned holds. */
 static uint32_t farthest(const reduction *r, uint32_t from) {
   uint32_t last = r->grid.count - 1, good = from + 1, stride = 1, bad = last + 1;
   while (good < last) {
@@ -233,7 +234,7 @@ static uint32_t farthest(const reduction *r, uint32_t from) {
   return good;
 }
 
-/* Golden section for the worst place of a chord between two times. */
+/* The largest stray of a chord between two times, by golden section. */
 static double worst_near(const reduction *r, const chord *chord, double low, double high) {
   static const double GOLDEN = 0.61803398874989485;
   double worst = 0;
@@ -249,7 +250,7 @@ static double worst_near(const reduction *r, const chord *chord, double low, dou
   return worst;
 }
 
-/* The largest error of the chord from the last key to a time, with `places` grid places between. */
+/* The largest stray of the chord from the last key to `end`. places: how many grid places lie between. */
 static double measure(const reduction *r, float end, uint32_t places) {
   size_t last = r->keys.count - 1;
   const float *from = r->keys.values + last * r->width;
@@ -268,7 +269,7 @@ static double measure(const reduction *r, float end, uint32_t places) {
   return fmax(worst, worst_near(r, &chord, place - part, place + part));
 }
 
-/* Adds the key at a grid place; where the chord to it strays, first keys half way. */
+/* Adds the key at a grid place. Where the chord to it strays too far, first adds keys half way. */
 static tw_status reach(reduction *r, uint32_t place, uint32_t places, tw_error *error) {
   tw_status status = TW_OK;
   float start = r->keys.times[r->keys.count - 1], goal = r->grid.times[place];
@@ -288,7 +289,7 @@ static tw_status reach(reduction *r, uint32_t place, uint32_t places, tw_error *
   return status;
 }
 
-/* The largest distance of the path from its first place; a track that stays there needs only one key. */
+/* The path's largest distance from its first place. A track that stays there needs only one key. */
 static double largest_departure(const reduction *r) {
   double largest = 0;
   for (uint32_t i = 1; i < r->grid.count; i++)
@@ -314,7 +315,7 @@ static tw_status choose_keys(reduction *r, tw_error *error) {
 
 /* ---- clips --------------------------------------------------------------------------------------------- */
 
-/* The tolerance of values is at least what single precision resolves. */
+/* The track's tolerance; for values at least what single precision resolves. */
 static double effective_tolerance(const reduction *r, const tw_track *track, tw_tolerance tolerance) {
   if (r->rotation) return tolerance.angle;
   float largest = 0;
@@ -325,7 +326,7 @@ static double effective_tolerance(const reduction *r, const tw_track *track, tw_
   return fmax(tolerance.distance, FLOAT_ROOM * (double)largest);
 }
 
-/* The chosen keys, moved to the arena. */
+/* Copies the chosen keys to the arena. */
 static tw_status deliver(const reduction *r, tw_arena *arena, tw_track_keys *out, tw_error *error) {
   const samples *keys = &r->keys;
   float *times = tw_arena_alloc(arena, keys->count, sizeof *times);
@@ -341,7 +342,7 @@ static uint32_t least_of(uint64_t a, uint64_t b) {
   return (uint32_t)(a < b ? a : b);
 }
 
-/* The bound of all grids together, so that a short document cannot cost hours. */
+/* The bound on the places of all grids together, so that a short document cannot cost hours. */
 static uint32_t count_places(const tw_clip *clip) {
   uint64_t places = CLIP_PLACES;
   for (uint32_t i = 0; i < clip->track_count; i++)
@@ -349,7 +350,7 @@ static uint32_t count_places(const tw_clip *clip) {
   return least_of(places, UINT32_MAX);
 }
 
-/* places: what is left of the bound for this track and those after it. */
+/* places: how much of the bound is left for this track and those after it. */
 static tw_status reduce_track(const tw_clip *clip, uint32_t index, tw_tolerance tolerance, uint32_t max_keys,
                               uint32_t *places, tw_arena *arena, tw_track_keys *out, double *reached,
                               tw_error *error) {

@@ -1,5 +1,5 @@
-/* Rotation algebra, and translation, rotation, scale against 4 x 4 matrices. Single precision outside, double
- * within: inputs are few and errors add up. */
+/* Rotation algebra, and conversion between TRS and 4 x 4 matrices. Arguments are in single precision,
+ * computation in double: inputs are few and errors add up. */
 #include "quat.h"
 
 #include <math.h>
@@ -34,7 +34,7 @@ tw_arc tw_arc_between(const double a[4], const double b[4]) {
     arc.angle = atan2(sine, cosine);
     return arc;
   }
-  /* Parallel: what is left of b is rounding. */
+  /* Parallel: the remainder of b is rounding error. */
   const double across[4] = {-a[1], a[0], -a[3], a[2]};
   memcpy(arc.toward, across, sizeof arc.toward);
   arc.angle = cosine < 0 ? acos(-1.0) : 0;
@@ -96,8 +96,8 @@ void tw_quat_to_axis_angle(const float q[4], float out[4]) {
 
 /* ---- transforms ---------------------------------------------------------------------------------------- */
 
-/* Cosine between two axes from which they count as sheared: ten times what products of single
- * precision rotations leave. */
+/* Two axes with a cosine above this are sheared: ten times what products of single precision rotations
+ * leave. */
 static const double SHEAR = 1e-5;
 
 void tw_trs_to_matrix(const tw_trs *trs, float out[16]) {
@@ -122,9 +122,10 @@ static double determinant(double m[3][3]) {
          m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
 }
 
-/* Turns rows and columns p and q of the symmetric k so that k[p][q] vanishes; vectors gathers the
- * turns. By roots alone, which round alike on all processors, as sines of the C library do not: where scales
- * are 0, many rotations agree as well, and the last bit would choose among them. */
+/* One Jacobi rotation: turns rows and columns p and q of the symmetric k so that k[p][q] becomes 0; `vectors`
+ * accumulates the turns. Uses square roots only: unlike the C library's sines, they round alike on all
+ * processors. Where scales are 0, many rotations fit equally well, and the last bit would choose among
+ * them. */
 static void jacobi_turn(double k[4][4], double vectors[4][4], int p, int q) {
   static const double NOTHING =
       1e-100; /* negligible beside axes of length 1; its square does not underflow */
@@ -146,8 +147,8 @@ static void jacobi_turn(double k[4][4], double vectors[4][4], int p, int q) {
   }
 }
 
-/* The eigenvector of the largest eigenvalue of Davenport's matrix (Wahba's problem), found by Jacobi's turns.
- */
+/* The result is the eigenvector of the largest eigenvalue of Davenport's matrix (Wahba's problem), found by
+ * Jacobi rotations. */
 void tw_quat_best(double axes[3][3], double out[4]) {
   double trace = axes[0][0] + axes[1][1] + axes[2][2];
   double k[4][4], vectors[4][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}};
@@ -191,7 +192,8 @@ bool tw_trs_from_matrix(const float m[16], tw_trs *out) {
   for (size_t i = 0; i < 3; i++) {
     const double axis[3] = {(double)rotation[3 * i], (double)rotation[3 * i + 1],
                             (double)rotation[3 * i + 2]};
-    /* Where the matrix is exact, the length itself: free of the rotation's rounding. */
+    /* Where TRS can hold the matrix exactly, takes the column's length itself, which is free of the
+     * rotation's rounding. */
     double along = dot(axis, columns[i]), length = tw_length(columns[i], 3);
     out->scale[i] = (float)(exact ? copysign(length, along) : along);
     out->translation[i] = m[12 + i];

@@ -1,4 +1,4 @@
-/* Rotations in any form, to and from unit quaternions in double precision. */
+/* Converts rotations of any form to and from unit quaternions, in double precision. */
 #include "quat.h"
 
 #include <math.h>
@@ -6,7 +6,7 @@
 
 const uint32_t tw_rotation_widths[TW_ROTATION_FORMS] = {4, 4, 3, 9};
 
-static const double ANGLE_MOST = 1e9; /* what tracks take */
+static const double ANGLE_MOST = 1e9; /* the limit that tracks have too */
 static const double MATRIX_TOLERANCE = 1e-3;
 
 /* Scales to unit length without overflow or underflow of the squares; false for a zero vector. */
@@ -49,14 +49,15 @@ static double dot(const double a[3], const double b[3]) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/* Within the tolerance, so that the rotation that fits best is what the rounded matrix stands for. */
+/* Reads a matrix that is a rotation within MATRIX_TOLERANCE, as the rotation that fits it best: rounded
+ * matrices stand for a rotation. */
 static tw_status read_matrix(const double m[9], double q[4], tw_error *error) {
   double axes[3][3];
   for (int i = 0; i < 9; i++) axes[i / 3][i % 3] = m[i];
   for (int i = 0; i < 3; i++)
     for (int j = i; j < 3; j++) {
       double product = dot(axes[i], axes[j]);
-      /* Products that overflow fail the comparison, too. */
+      /* A product that overflows fails the comparison, too. */
       if (fabs(product - (i == j)) <= MATRIX_TOLERANCE) continue;
       if (i == j)
         return tw_fail(error, TW_INVALID, "the matrix is no rotation: column %d has length %.4g", i,
@@ -86,7 +87,7 @@ tw_status tw_rotation_read(tw_rotation_form form, tw_euler_order order, const do
   return read_quaternion(values, q, error);
 }
 
-/* The columns are the axes, turned. */
+/* The columns are the rotated axes. */
 static void write_matrix(const double q[4], double out[9]) {
   for (int i = 0; i < 3; i++) {
     double axis[3] = {i == 0, i == 1, i == 2};
@@ -115,7 +116,7 @@ void tw_rotation_slerp(const double a[4], const double b[4], double u, double ou
   tw_arc_at(&arc, u, out);
 }
 
-/* v + 2 r x (r x v + w v), r the vector part. */
+/* v + 2 r x (r x v + w v), where r is the quaternion's vector part. */
 void tw_rotation_turn(const double q[4], const double v[3], double out[3]) {
   double t[3], turned[3];
   for (int i = 0; i < 3; i++) {
