@@ -1,4 +1,4 @@
-/* Tracks: timelines, segments built from keys, and the formulas of every interpolation. */
+/* Tracks: timelines, segments built from keys, and the formula of each interpolation. */
 #include "track.h"
 
 #include <float.h>
@@ -64,19 +64,19 @@ void tw_timeline_find(const tw_timeline *timeline, const float *restrict times, 
 
 /* ---- building segments --------------------------------------------------------------------------------- */
 
-/* Rotation keys, prepared for building segments. */
+/* Rotation keys, prepared for building segments; each array has [key_count]. */
 typedef struct rotation_keys {
-  double (*unit)[4];  /* unit length, each on the side of the one before it */
-  float (*stored)[4]; /* what a sample at the key's time gives */
-  double *scale;      /* factor from the source's value, also for its tangents */
+  double (*unit)[4];  /* unit length, with continuous signs */
+  float (*stored)[4]; /* the sample at the key's time */
+  double *scale;      /* factor from the source's value; its tangents are scaled by it too */
 } rotation_keys;
 
-/* What segments are built of. */
+/* The input of building segments. */
 typedef struct building {
   const tw_track_keys *keys;
   const tw_track *track;
-  rotation_keys rotations; /* of a rotation track */
-  const float *values;     /* [key_count][width]: what samples at the keys give */
+  rotation_keys rotations; /* only for a rotation track */
+  const float *values;     /* [key_count][width] the samples at the keys */
 } building;
 
 static tw_status start_rotations(building *b, tw_arena *scratch) {
@@ -93,7 +93,7 @@ static tw_status no_rotation(tw_error *error, const char *form, uint32_t key, co
   return tw_error_at(error, "/%s/%u", form, key);
 }
 
-/* The quaternion of a key, whatever its form; of any length but zero. */
+/* Reads a key of any form as a quaternion of any length but 0. */
 static tw_status read_rotation(const tw_track_keys *keys, uint32_t key, double out[4], tw_error *error) {
   switch (keys->form) {
   case TW_KEY_EULER: tw_quat_euler(keys->angles + 3 * (size_t)key, keys->order, out); return TW_OK;
@@ -131,14 +131,15 @@ static tw_status prepare_rotations(const tw_track_keys *keys, rotation_keys *out
   return TW_OK;
 }
 
-/* Half the rotation vector from one unit quaternion to another, in the frame of either. */
+/* Half the rotation vector from one unit quaternion to another. Its frame is that of either, as the axis is
+ * the same in both. */
 static void step_between(const double from[4], const double to[4], double out[3]) {
   double turn[4] = {-from[0], -from[1], -from[2], from[3]};
   quat_multiply(turn, to, turn);
   tw_quat_log(turn, out);
 }
 
-/* The arc from key i to the next; the last one, or any one with `hold`, stands still. */
+/* The arc from key i to the next. The last arc, or any arc with `hold`, stands still. */
 static tw_arc_segment build_arc(const building *b, uint32_t i, bool hold) {
   const rotation_keys *r = &b->rotations;
   tw_arc_segment out = {.start = b->keys->times[i]};
@@ -149,7 +150,7 @@ static tw_arc_segment build_arc(const building *b, uint32_t i, bool hold) {
   quat_widen(r->stored[i], from);
   double length = tw_length(from, 4);
   for (size_t j = 0; j < 4; j++) out.toward[j] = (float)(arc.toward[j] * length);
-  /* Keeps samples finite where a segment takes a denormal part of a second. */
+  /* Keeps samples finite where a segment takes a denormal fraction of a second. */
   out.rate = (float)fmin(arc.angle / tw_track_seconds(b->track, i), (double)FLT_MAX);
   return out;
 }
@@ -169,9 +170,9 @@ static void build_nlerps(const building *b, nlerp_segment *out) {
   }
 }
 
-/* Half the angular velocity at a key, in the key's own frame: the mean over the segments on both sides,
- * at the ends of the only one. However unequal they are, it carries the control points no farther than
- * the keys themselves are apart. */
+/* Half the angular velocity at a key, in the key's own frame: the mean over the segments on both sides, or
+ * that of the only segment at the ends. However unequal the segments are, the control points then move no
+ * farther than the keys themselves are apart. */
 static void key_velocity(const building *b, uint32_t key, double out[3]) {
   const rotation_keys *r = &b->rotations;
   uint32_t last = b->keys->key_count - 1;
@@ -187,8 +188,9 @@ static void key_velocity(const building *b, uint32_t key, double out[3]) {
   for (int i = 0; i < 3 && seconds > 0; i++) out[i] /= seconds;
 }
 
-/* The control point of a segment at one of its keys, so that the curve passes the key with the given
- * velocity: d/du squad at 0 is log(q0^-1 q1) + 2 log(q0^-1 s0), at 1 log(q0^-1 q1) - 2 log(q1^-1 s1). */
+/* The control point of a segment at one of its keys (side 1: its first, -1: its last), such that the curve
+ * passes the key with the given velocity. d/du squad at 0 is log(q0^-1 q1) + 2 log(q0^-1 s0), at 1 it is
+ * log(q0^-1 q1) - 2 log(q1^-1 s1). */
 static void control_point(const double key[4], const double step[3], const double velocity[3], double seconds,
                           double side, double out[4]) {
   double half[3], turn[4];
@@ -213,7 +215,7 @@ static void build_squads(const building *b, squad_segment *out) {
   }
 }
 
-/* Cubic splines of as many components as the track has, rotations' with the scale of their keys. */
+/* Builds cubic splines, one for each component of the track. Rotations' tangents are scaled as their keys. */
 static void build_cubics(const building *b, cubic *out) {
   const tw_track_keys *keys = b->keys;
   const double *scale = b->rotations.scale;
@@ -236,7 +238,7 @@ static void build_cubics(const building *b, cubic *out) {
   }
 }
 
-/* Own angles of an Euler track; any other keys become XYZ triples, each the one nearest to the triple
+/* Takes the angles of an Euler track. Other keys become XYZ triples, each the one nearest to the triple
  * before it. */
 static void build_eulers(const building *b, euler_segment *out) {
   const tw_track_keys *keys = b->keys;
@@ -257,7 +259,7 @@ static void turn_between(const double *from, const double *to, turn_segment *out
   memcpy(end, to, sizeof end);
   tw_normalize(start, 3);
   tw_normalize(end, 3);
-  /* A key of angle 0 has no axis of its own: it takes the other's. */
+  /* A key of angle 0 has no axis of its own: it takes the other key's. */
   if (from[3] == 0) memcpy(start, end, sizeof start);
   if (to[3] == 0) memcpy(end, start, sizeof end);
   for (int i = 0; i < 3; i++) cosine += start[i] * end[i];
@@ -327,7 +329,7 @@ static void build_segments(const building *b, void *out) {
   }
 }
 
-/* [key_count][width]: the values amid their tangents. */
+/* [key_count][width] the values of a spline's keys, without their tangents. NULL without memory. */
 static float *spline_values(const tw_track_keys *keys, tw_arena *scratch) {
   size_t width = keys->width;
   float *values = tw_arena_alloc(scratch, keys->key_count, width * sizeof *values);
@@ -348,7 +350,7 @@ static tw_status read_keys(building *b, tw_arena *scratch, tw_error *error) {
   return status == TW_OK ? prepare_rotations(b->keys, &b->rotations, error) : status;
 }
 
-/* Whether samples look at the values of keys, too. */
+/* Whether sampling reads the keys' values as well as segments. */
 static bool needs_values(track_kind kind) {
   return kind == TRACK_SQUAD || kind == TRACK_HERMITE || kind == TRACK_VALUES_STEP ||
          kind == TRACK_VALUES_LINEAR;
@@ -396,7 +398,7 @@ double tw_track_seconds(const tw_track *track, uint32_t key) {
   return (double)timeline->times[key + 1] - (double)timeline->times[key];
 }
 
-/* How far into its segment a time is, in [0, 1); 0 at a key. */
+/* How far a time is into its segment, in [0, 1); 0 at a key. */
 static double segment_part(const tw_track *track, float time, uint32_t key) {
   double seconds = tw_track_seconds(track, key);
   return seconds > 0 ? ((double)time - (double)track->timeline->times[key]) / seconds : 0;
@@ -418,7 +420,7 @@ static void nlerp_at(const tw_track *track, uint32_t key, double part, double ou
     out[i] = (double)segment->arc.from[i] * (c / length) + (double)segment->arc.toward[i] * (s / length);
 }
 
-/* Shoemake's spherical quadrangle: slerp between the arc of the keys and that of the controls. */
+/* Shoemake's spherical quadrangle: slerp between a place on the keys' arc and one on the controls' arc. */
 static void squad_at(const tw_track *track, uint32_t key, double part, double out[4]) {
   const squad_segment *segment = track->segments.squads + key;
   double between_keys[4], between_controls[4];
@@ -436,7 +438,7 @@ static double cubic_at(const cubic *cubic, double u) {
 static void hermite_at(const tw_track *track, uint32_t key, double part, double out[4]) {
   const cubic *cubics = track->segments.cubics + 4 * (size_t)key;
   for (int i = 0; i < 4; i++) out[i] = cubic_at(&cubics[i], part);
-  /* A spline through zero has no direction there: take the key before it. */
+  /* A spline that passes through zero has no direction there: takes the key before. */
   if (tw_normalize(out, 4) < 1e-30) quat_widen(track->keys + 4 * (size_t)key, out);
 }
 
@@ -530,8 +532,8 @@ static sampler sampler_of(track_kind kind) {
 
 /* ---- arcs in bulk -------------------------------------------------------------------------------------- */
 
-/* Sine and cosine on [0, pi/2], within 3e-8 and 1e-9 before rounding: interpolation at Chebyshev points
- * of (sin v - v) / v^3 and (cos v - 1) / v^2. Exact at 0. */
+/* Sine and cosine on [0, pi/2], within 3e-8 and 1e-9 before rounding, exact at 0. The polynomials interpolate
+ * (sin v - v) / v^3 and (cos v - 1) / v^2 at Chebyshev points. */
 static inline float sine(float v) {
   float x = v * v;
   return v + v * x * (-0.16666666f + x * (0.008333242f + x * (-0.0001982273f + x * 2.6347257e-06f)));
@@ -551,7 +553,7 @@ static inline four load_four(const float *from) {
   return value;
 }
 
-/* Replaces angles by their cosines; sines go to the other array. */
+/* Replaces the angles by their cosines, and writes their sines. */
 static void turn_angles(float *restrict angles, float *restrict sines, size_t count) {
   for (size_t i = 0; i < count; i++) {
     sines[i] = sine(angles[i]);
@@ -594,8 +596,8 @@ void tw_track_sample(const tw_track *track, const float *times, const uint32_t *
 /* ---- half turns and longer ones between keys ----------------------------------------------------------- */
 
 static const double PI = 3.14159265358979323846;
-static const double HALF_TURN_COSINE = 1e-6; /* of half the angle; rounding error is a tenth of it */
-static const double ANGLE_ROOM = 1e-6;       /* of 180 degrees: keys in degrees and in single precision */
+static const double HALF_TURN_COSINE = 1e-6; /* of half the angle; rounding error is a tenth of this */
+static const double ANGLE_ROOM = 1e-6;       /* relative to 180 degrees: keys may be in degrees or floats */
 
 static tw_turn judge_angle(double change) {
   double turns = fabs(change) / PI - 1;

@@ -1,4 +1,4 @@
-/* One track compiled for sampling, and its timeline: the key before a time in constant time. */
+/* One track compiled for sampling, and its timeline, which finds the key before a time in constant time. */
 #ifndef TWEEND_TRACK_H
 #define TWEEND_TRACK_H
 
@@ -6,27 +6,27 @@
 
 /* ---- timelines --------------------------------------------------------------------------------------- */
 
-/* The first key in this bucket or a later one, and the times of that key and the two after it, so that most
- * searches read one place in memory. */
+/* The first key in this bucket or a later one, and the times of that key and the two after it: most searches
+ * then read one place in memory. */
 typedef struct tw_bucket {
   float times[3]; /* infinity beyond the last key */
   uint32_t first_key;
 } tw_bucket;
 
-/* Key times. Tracks with equal times share one. The span of the keys is cut into as many equal buckets as
- * there are keys. Rounding keeps order, so keys of lower buckets are never after a time in a bucket, and keys
- * of higher buckets never before or at it: only the bucket's own keys are compared. They are seldom more than
- * two; a crowded bucket is bisected. Immutable. */
+/* Key times; tracks with equal times share one timeline. The time from the first key to the last is divided
+ * into as many equal buckets as there are keys. Rounding keeps order. So for a time in a bucket, keys of
+ * lower buckets are at or before it and keys of higher buckets are after it, and only the bucket's own keys
+ * are compared. There are seldom more than two; a crowded bucket is bisected. Immutable. */
 typedef struct tw_timeline {
   const float *times;       /* [key_count], strictly increasing */
   const tw_bucket *buckets; /* [last_bucket + 2] */
   uint32_t key_count;
-  float first, last; /* key time */
+  float first, last; /* first and last key time */
   float last_bucket, buckets_per_second;
 } tw_timeline;
 
-/* Copies times[0..key_count) into the arena; they are finite and strictly increasing, and key_count is
- * at least 1. False without memory. */
+/* Copies times[0..key_count) into the arena. They must be finite and strictly increasing, and key_count at
+ * least 1. False without memory. */
 bool tw_timeline_init(tw_timeline *timeline, tw_arena *arena, const float *times, uint32_t key_count);
 
 /* A time outside the keys becomes the first or last key time; so does NaN. */
@@ -40,10 +40,10 @@ static inline uint32_t timeline_bucket(const tw_timeline *timeline, float clampe
   return (uint32_t)(int32_t)(place < timeline->last_bucket ? place : timeline->last_bucket);
 }
 
-/* The last key at or before a clamped time, when the bucket's three times are all at or before it. */
+/* The last key at or before a clamped time, for a bucket whose three stored times are all at or before it. */
 uint32_t tw_timeline_find_crowded(const tw_timeline *timeline, float clamped, uint32_t bucket);
 
-/* The last key at or before a clamped time, which lies in this bucket. */
+/* The last key at or before a clamped time in this bucket. */
 static inline uint32_t timeline_find_in(const tw_timeline *timeline, float clamped, uint32_t bucket) {
   const tw_bucket *found = timeline->buckets + bucket;
   uint32_t passed = (uint32_t)(found->times[0] <= clamped) + (uint32_t)(found->times[1] <= clamped) +
@@ -51,7 +51,7 @@ static inline uint32_t timeline_find_in(const tw_timeline *timeline, float clamp
   return passed < 3 ? found->first_key + passed - 1 : tw_timeline_find_crowded(timeline, clamped, bucket);
 }
 
-/* For [count] times in any order: each one clamped, and the last key at or before it. The arrays do not
+/* Clamps [count] times, in any order, and finds for each the last key at or before it. The arrays do not
  * overlap. */
 void tw_timeline_find(const tw_timeline *timeline, const float *times, size_t count, float *clamped,
                       uint32_t *keys);
@@ -71,19 +71,18 @@ typedef enum track_kind {
   TRACK_VALUES_HERMITE /* cubic [width] */
 } track_kind;
 
-/* from cos v + toward sin v with v = (time - start) rate. At v = 0 this is `from`, bit for bit: the key.
- * toward is as long as from and orthogonal to it. One segment is a single place in memory, since a pose reads
- * one of each track. */
+/* An arc: from cos v + toward sin v with v = (time - start) rate. At v = 0 this is `from`, the key, bit for
+ * bit. `toward` has the same length as `from` and is orthogonal to it. A segment is contiguous in memory,
+ * because a pose reads one of each track. */
 typedef struct tw_arc_segment {
   float from[4], toward[4];
   float start, rate;
 } tw_arc_segment;
 
-/* The same great arc at the pace of the straight line between its ends: at u the direction is
- * (1 - u versine, u sine). */
+/* The same great arc at the pace of the straight line between its ends: (1 - u versine, u sine) at u. */
 typedef struct nlerp_segment {
   tw_arc_segment arc;
-  float versine, sine; /* of the arc's angle */
+  float versine, sine; /* versine and sine of the arc's angle */
 } nlerp_segment;
 
 typedef struct squad_segment {
@@ -99,19 +98,20 @@ typedef struct euler_segment {
   double start[3], change[3];
 } euler_segment;
 
-/* The axis moves along the great arc from `axis` toward `toward`, the angle linearly. */
+/* The axis moves along the great arc from `axis` toward `toward`, while the angle changes linearly from
+ * `start`. */
 typedef struct turn_segment {
   double axis[3], toward[3], axis_angle;
   double start, change;
 } turn_segment;
 
-/* Segment i goes from key i to key i + 1; the last one stands still, for times at or after the last
- * key. Immutable. */
+/* Segment i goes from key i to key i + 1. The last one stands still, for times at or after the last key.
+ * Immutable. */
 typedef struct tw_track {
   track_kind kind;
   uint32_t node;
   tw_path path;
-  bool holds;           /* STEP: keeps each value until the next key */
+  bool holds;           /* STEP: each value holds until the next key */
   uint32_t width;       /* floats in a sample */
   tw_euler_order order; /* TRACK_EULER */
   const tw_timeline *timeline;
@@ -128,48 +128,48 @@ typedef struct tw_track {
   } segments;
 } tw_track;
 
-/* Compiles keys that tw_clip_create has checked. `interpolation` may differ from the keys' own when
- * `forced`. Memory comes from the arena. TW_INVALID (pointer from the track: "/quaternions/3") on a key
- * that is no rotation, TW_NO_MEMORY. */
+/* Compiles keys that tw_clip_check has accepted. `interpolation` may differ from the keys' own when `forced`.
+ * Memory comes from the arena. TW_INVALID (pointer relative to the track: "/quaternions/3") on a key that is
+ * no rotation; TW_NO_MEMORY. */
 tw_status tw_track_build(tw_track *track, tw_arena *arena, const tw_track_keys *keys,
                          tw_interpolation interpolation, bool forced, const tw_timeline *timeline,
                          tw_error *error);
 
 enum { TW_TRACK_BATCH = 64 };
 
-/* Values at clamped times, keys[i] being the key at or before times[i]. count: at most TW_TRACK_BATCH.
- * out: [count] places of `width` floats, `step` bytes apart. */
+/* Samples at clamped times. keys[i] is the last key at or before times[i]. count: at most TW_TRACK_BATCH.
+ * out: [count] places for `width` floats, `step` bytes apart. */
 void tw_track_sample(const tw_track *track, const float *times, const uint32_t *keys, size_t count,
                      float *out, size_t step);
 
-/* The rotation of each arc at its own clamped time, which is not before the arc's start. count: at most
- * TW_TRACK_BATCH. out[i]: 4 floats. Same bits for an arc and time whatever the others are. */
+/* Evaluates each arc at its own clamped time, which is not before the arc's start. count: at most
+ * TW_TRACK_BATCH. out[i]: 4 floats. A result's bits depend only on its own arc and time. */
 void tw_arcs_sample(const tw_arc_segment *const *arcs, const float *times, size_t count, float *const *out);
 
 /* Seconds from a key to the next; 0 for the last one. */
 double tw_track_seconds(const tw_track *track, uint32_t key);
 
-/* The rotation of a rotation track at `part` of segment `key`, in [0, 1], before it is rounded to single
- * precision; at 0 the key's sample. Of length 1 within 1e-6. */
+/* The rotation of a rotation track at `part`, in [0, 1], of segment `key`, not yet rounded to single
+ * precision; at 0 it is the key's sample. Its length is 1 within 1e-6. */
 void tw_track_rotation(const tw_track *track, uint32_t key, double part, double out[4]);
 
-/* About how far a rotation track turns in segment `key`, rather too much than too little: sampling its path
- * densely enough needs this. */
+/* An estimate of how far a rotation track turns in segment `key`, too large rather than too small. It tells
+ * how densely the path has to be sampled. */
 double tw_track_travel(const tw_track *track, uint32_t key);
 
-/* Steps between two keys whose way is arbitrary, or differs from the way that quaternions take between the
- * same rotations. */
+/* Classes of the step between two keys. In the last two the way it turns is arbitrary, or is not the way that
+ * quaternions turn between the same rotations. */
 typedef enum tw_turn {
-  TURN_SHORT, /* neither */
+  TURN_SHORT, /* neither; splines and STEP tracks too */
   TURN_HALF,  /* 180 degrees, but for rounding */
-  TURN_LONG   /* an angle that changes by more */
+  TURN_LONG   /* an angle changes by more than 180 degrees */
 } tw_turn;
 
-/* The step from a key of a rotation track to the next one. Quaternions that slerp, nlerp or squad joins are
- * never more than 180 degrees apart; splines and STEP tracks are always TURN_SHORT. */
+/* Classifies the step from a key of a rotation track to the next. Slerp, nlerp and squad never turn by more
+ * than 180 degrees. */
 tw_turn tw_track_turn(const tw_track *track, uint32_t key);
 
-/* Whether the keys' own angles tell how far a step turns. */
+/* Whether the track interpolates the keys' own angles, which tell how far a step turns. */
 bool tw_track_says_angles(const tw_track *track);
 
 #endif

@@ -1,9 +1,10 @@
-/* What a rotation track's path tells (how far and how fast it turns, how near it comes to gimbal lock), and
- * what its keys hide.
+/* Diagnoses a rotation track: how far and how fast its path turns, how near it comes to gimbal lock, and
+ * which of its keys are doubtful.
  *
  * A rotation that turns evenly about one axis moves every entry of its matrix as A + B cos x + C sin x, so
- * slerp and turns about a fixed axis come nearest to lock at places known in closed form. Other paths are
- * followed in steps small enough that the parabola through three places shows where the middle one peaks. */
+ * for slerp and turns about a fixed axis the places nearest to lock have a closed form. Other paths are
+ * followed in steps small enough that the parabola through three places shows where the sine of the middle
+ * angle peaks. */
 
 #include <math.h>
 #include <stdio.h>
@@ -13,14 +14,15 @@
 
 static const double PI = 3.14159265358979323846;
 static const double STEP_ANGLE = 3.14159265358979323846 / 36;
-static const double SAMPLE_ANGLE = 1; /* at most, between the samples that A, B and C are computed from */
-static const double STILL = 1e-4;     /* of smaller turns an end is the nearest to lock, within 1e-9 */
-static const double SINE_ROOM = 1e-5; /* error of a parabola over a step */
-static const double MORE = 1 + 1e-9;  /* a larger value must exceed by this: not by rounding alone */
-static const double NEARER = 1e-12;   /* likewise a smaller cosine; the first of equals counts */
+static const double SAMPLE_ANGLE = 1; /* largest angle between the samples that give A, B and C */
+static const double STILL = 1e-4;     /* a smaller turn is nearest to lock at an end, within 1e-9 */
+static const double SINE_ROOM = 1e-5; /* error of a parabola over one step */
+static const double MORE = 1 + 1e-9;  /* factor by which a value must exceed the largest so far */
+static const double NEARER =
+    1e-12; /* by which a cosine must fall below the least; the first of equals counts */
 static const double UNIT_TOLERANCE = 1e-5;
 static const double SIGN_ROOM = 1e-6; /* near a half turn neither sign counts as opposite */
-static const double LOCKED = 1e-7;    /* cosines nearer to each other count as equal */
+static const double LOCKED = 1e-7;    /* cosines that differ by less count as equal */
 
 enum { STEPS_LEAST = 4, PEAK_ROUNDS = 3, GOLDEN_ROUNDS = 40 };
 
@@ -34,14 +36,14 @@ typedef struct segment {
   const tw_track *track;
   uint32_t key;
   double start, seconds;
-  tw_arc slerp; /* between the same keys; where has_stray is set */
+  tw_arc slerp; /* between the same keys; only where has_stray is set */
 } segment;
 
 static void rotation_at(const segment *s, double u, double out[4]) {
   tw_track_rotation(s->track, s->key, u, out);
 }
 
-/* Whether a middle angle of this sine could be nearer to lock than the least cosine so far. */
+/* Whether a middle angle with this sine could be nearer to lock than the least cosine so far. */
 static bool is_nearer(double sine, double least) {
   return 1 - sine * sine < least * least + 1e-12;
 }
@@ -62,7 +64,7 @@ static void note_speed(const segment *s, double speed, double u, tw_track_report
 
 /* ---- even turns about one axis ------------------------------------------------------------------------- */
 
-/* Whether the segment turns evenly about one axis, and through which angle. */
+/* Whether the segment turns about one fixed axis. *whole: the angle it turns through. */
 static bool is_even_turn(const segment *s, double *whole) {
   double from[4], to[4];
   switch (s->track->kind) {
@@ -79,14 +81,15 @@ static bool is_even_turn(const segment *s, double *whole) {
   }
 }
 
-/* The part of the segment at which it has turned through `angle`. */
+/* The part of the segment after which it has turned through `angle`. */
 static double part_at(const segment *s, double whole, double angle) {
   if (s->track->kind != TRACK_NLERP) return angle / whole;
   double before = sin(angle / 2), after = sin((whole - angle) / 2);
   return before / (before + after);
 }
 
-/* Notes the gimbal where the segment has turned through `at` modulo 2 pi; the sine there is `peak`. */
+/* Records the place where the segment has turned through `at` modulo 2 pi, where the sine of the middle angle
+ * peaks at `peak`. */
 static void look_at_peak(const segment *s, double whole, int order, double at, double peak,
                          tw_track_report *report) {
   double angle = fmod(at, 2 * PI), q[4];
@@ -147,13 +150,13 @@ static void look(const segment *s, double u, place *out, tw_track_report *report
   note_stray(s, out->stray, u, report);
 }
 
-/* Where the parabola through three values at -1, 0 and 1 has its vertex, kept between them. */
+/* The position of the vertex of the parabola through three values at -1, 0 and 1, clamped to this range. */
 static double vertex(const double f[3]) {
   double bend = f[0] - 2 * f[1] + f[2];
   return bend == 0 ? 0 : fmax(-1, fmin(1, (f[0] - f[2]) / (2 * bend)));
 }
 
-/* Refines the place between three where the sine's magnitude peaks. */
+/* Refines the place among three where the sine's magnitude peaks. */
 static void refine_gimbal(const segment *s, const place at[3], int order, tw_track_report *report) {
   double f[3] = {at[0].sines[order], at[1].sines[order], at[2].sines[order]}, reach = at[1].u - at[0].u;
   double u = at[1].u, q[4];
@@ -170,7 +173,7 @@ static void refine_gimbal(const segment *s, const place at[3], int order, tw_tra
   }
 }
 
-/* By golden section: where the stray nears 180 degrees the path bends too sharply for a parabola. */
+/* Refines the largest stray by golden section: near 180 degrees the path bends too sharply for a parabola. */
 static void refine_stray(const segment *s, double low, double high, tw_track_report *report) {
   static const double GOLDEN = 0.61803398874989485;
   double left = high - GOLDEN * (high - low), right = low + GOLDEN * (high - low);
@@ -193,7 +196,7 @@ static void refine_stray(const segment *s, double low, double high, tw_track_rep
   note_stray(s, fmax(at_left, at_right), at_left > at_right ? left : right, report);
 }
 
-/* Refines where the middle one of three places may lie beside a peak that counts. */
+/* Refines where the middle one of three places is near a peak that could count. */
 static void look_between(const segment *s, const place at[3], tw_track_report *report) {
   for (int order = 0; order < TW_EULER_ORDERS; order++) {
     double f[3], sign = at[1].sines[order] < 0 ? -1 : 1;
@@ -207,7 +210,8 @@ static void look_between(const segment *s, const place at[3], tw_track_report *r
   if (at[1].stray + room > report->stray_angle) refine_stray(s, at[0].u, at[2].u, report);
 }
 
-/* Two places a step. Where a step may hide whole turns, speed is measured over a window at its start. */
+/* Follows a segment with two places for each step. Where a step may hide whole turns, speed is measured over
+ * a short window at its start. */
 static double follow_steps(const segment *s, uint32_t steps_most, tw_track_report *report) {
   double guess = tw_track_travel(s->track, s->key), travelled = 0, beside[4];
   double steps = fmin(fmax(STEPS_LEAST, ceil(guess / STEP_ANGLE)), steps_most);
@@ -256,9 +260,9 @@ static void note_step(const tw_track *track, uint32_t key, double travelled, tw_
     report->half_turns++;
 }
 
-/* Fills what the path tells into a zeroed report: angles, speed, half turns, long steps, the cosines of all
- * orders and their times, and the stray where has_stray is set. A segment is followed in at most steps_most
- * (at least 1) steps. */
+/* Fills in what the path shows, into a zeroed report: angles, speed, half turns, long steps, each order's
+ * cosine and its time, and the stray where has_stray is set. A segment is followed in at most steps_most (at
+ * least 1) steps. */
 static void follow_track(const tw_track *track, uint32_t steps_most, tw_track_report *report) {
   uint32_t last = track->timeline->key_count - 1;
   for (int order = 0; order < TW_EULER_ORDERS; order++) report->gimbals[order].cos_middle = INFINITY;
@@ -310,7 +314,7 @@ static void choose_order(tw_track_report *report) {
 
 /* ---- sentences ----------------------------------------------------------------------------------------- */
 
-/* There are fewer kinds of warnings than places. */
+/* Never overflows: there are fewer kinds of warnings than places. */
 static char *next_warning(tw_track_report *report) {
   return report->warnings[report->warning_count++];
 }
@@ -319,7 +323,7 @@ static double degrees(double radians) {
   return radians * 180 / PI;
 }
 
-/* A sentence that begins with a count: "1 key", "2 keys"; none for 0. */
+/* Adds a sentence that begins with a count: "1 key", "2 keys"; none for 0. */
 static void warn_of_count(tw_track_report *report, uint32_t count, const char *thing, const char *rest) {
   if (count > 0)
     snprintf(next_warning(report), TW_TRACK_WARNING_SIZE, "%u %s%s %s", count, thing, count > 1 ? "s" : "",
