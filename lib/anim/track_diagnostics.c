@@ -18,8 +18,7 @@ static const double SAMPLE_ANGLE = 1; /* largest angle between the samples that 
 static const double STILL = 1e-4;     /* a smaller turn is nearest to lock at an end, within 1e-9 */
 static const double SINE_ROOM = 1e-5; /* error of a parabola over one step */
 static const double MORE = 1 + 1e-9;  /* factor by which a value must exceed the largest so far */
-static const double NEARER =
-    1e-12; /* by which a cosine must fall below the least; the first of equals counts */
+static const double NEARER = 1e-12;   /* likewise below the least cosine; the first of equals counts */
 static const double UNIT_TOLERANCE = 1e-5;
 static const double SIGN_ROOM = 1e-6; /* near a half turn neither sign counts as opposite */
 static const double LOCKED = 1e-7;    /* cosines that differ by less count as equal */

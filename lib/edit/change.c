@@ -1,5 +1,5 @@
-/* A change told by parents, and the mesh that it makes: what points, corners, faces and edges bear is carried
- * along by one rule each. */
+/* Changes, recorded as parents of new elements, and the mesh made from one: one rule each for the data of
+ * points, corners, faces and edges. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -32,7 +32,7 @@ tw_status tw_change_init(tw_change *change, const tw_editor *editor, const tw_ch
   *change = (tw_change){.editor = editor};
   bool is_over =
       size->points > limits->points || size->faces > limits->faces || size->corners > limits->corners;
-  /* Parents number mixes behind points or corners. */
+  /* Parents number mixes after the old points or corners. */
   uint64_t widest = most(most(size->points, size->faces), most(size->corners, size->terms)) + size->mixes +
                     most(mesh->point_count, mesh->corner_count);
   if (is_over || widest >= UINT32_MAX)
@@ -110,7 +110,8 @@ typedef struct maker {
   const tw_editor *editor;
 } maker;
 
-/* The terms of a parent; `single` is room for one that is none of mixes. */
+/* The terms of a parent. before: the count of old points or corners. single: room for the term of a parent
+ * that is not a mix. */
 static const tw_term *terms_of(const tw_change *c, uint32_t parent, uint32_t before, tw_term *single,
                                uint32_t *count) {
   if (parent < before) {
@@ -123,12 +124,12 @@ static const tw_term *terms_of(const tw_change *c, uint32_t parent, uint32_t bef
   return c->terms + offsets[0];
 }
 
-/* Means may lie outside of what they are means of. */
+/* Clamps to the coordinate limit: a weighted mean may lie outside its terms. */
 static float within_limits(double value) {
   return (float)fmax(-(double)TW_COORDINATE_MAX, fmin(value, (double)TW_COORDINATE_MAX));
 }
 
-/* Numbers of points. NULL without memory. */
+/* Mixes rows of `width` numbers, one row for each old point. NULL without memory. */
 static float *mix_points(const maker *m, const float *rows, uint32_t width) {
   const tw_change *c = m->change;
   float *out = tw_arena_alloc_raw(m->arena, (size_t)c->point_count * width, sizeof *out);
@@ -164,7 +165,7 @@ static int compare_weights(const void *left, const void *right) {
   return compare_joints(left, right);
 }
 
-/* The four joints that pull most. pulls: [count], written over. */
+/* Keeps the four joints of the largest weights, normalised. pulls: [count], overwritten. */
 static void keep_four(pull *pulls, uint32_t count, uint16_t *joints, float *weights) {
   uint32_t different = 0;
   qsort(pulls, count, sizeof *pulls, compare_joints);
@@ -256,8 +257,9 @@ static bool make_faces(const maker *m) {
 
 /* ---- texture coordinates ------------------------------------------------------------------------------- */
 
-/* A mean of values at a corner. Corners of one point have one value where the first and the last corners that
- * theirs are means of had: so a seam goes on, and the sides of an edge that is none stay joined. */
+/* A new corner whose value is a mean. Such corners of one point share a value where the first and the last
+ * terms of their means had the same values. So a seam continues, and the two sides of an edge that is no seam
+ * stay joined. */
 typedef struct mean {
   uint32_t point, first, last, corner;
 } mean;
@@ -270,10 +272,11 @@ static int compare_means(const void *left, const void *right) {
   return a->corner < b->corner ? -1 : a->corner > b->corner;
 }
 
-/* Values under way: of each corner the value of before, or that count and the number of a new one more. */
+/* The values of a UV set in the making. A corner's value is an old index, or the count of old values plus the
+ * number of a new one. */
 typedef struct values {
   uint32_t *of_corner; /* [corner_count] */
-  uint32_t *number;    /* [value_count of before] in the new mesh, UINT32_MAX: gone */
+  uint32_t *number;    /* [old value_count] new index, UINT32_MAX: no longer used */
   mean *means;         /* [mean_count] */
   uint32_t mean_count, new_count;
   float (*fresh)[2]; /* [new_count] */
@@ -286,7 +289,7 @@ static void values_deinit(values *v) {
   free(v->fresh);
 }
 
-/* Whether a mean's corners all have one value. */
+/* Whether all corners of a mean have the same value. */
 static bool is_one_value(const tw_uv_set *set, const tw_term *terms, uint32_t count) {
   for (uint32_t i = 1; i < count; i++)
     if (set->corners[terms[i].index] != set->corners[terms[0].index]) return false;
@@ -336,7 +339,7 @@ static void join_values(const maker *m, const tw_uv_set *set, values *v) {
   }
 }
 
-/* The values of before that corners still have, in their order, then the new ones. */
+/* Writes the old values that corners still use, in their order, then the new ones. */
 static bool number_values(const maker *m, const tw_uv_set *from, values *v, tw_uv_set *to) {
   uint32_t corner_count = m->change->corner_count, kept = 0;
   memset(v->number, 0xFF, from->value_count * sizeof *v->number);
@@ -388,7 +391,8 @@ static int compare_creases(const void *left, const void *right) {
   return a->sharpness > b->sharpness ? -1 : a->sharpness < b->sharpness;
 }
 
-/* Creases of all edges of the change whose edge of before is sharp. creases: NULL, to count them. */
+/* Lists the new edges that are part of a sharp old edge. sharpness: [old edge_count]. creases: NULL only
+ * counts them. */
 static uint32_t list_creases(const tw_change *c, const float *sharpness, crease *creases) {
   uint32_t count = 0;
   for (uint32_t f = 0; f < c->face_count; f++)
@@ -442,7 +446,7 @@ static bool carry_creases(const maker *m) {
   return has_room;
 }
 
-/* A point that is one of before is as sharp as that. */
+/* A new point whose parent is an old point keeps its sharpness. */
 static bool carry_sharp_points(const maker *m) {
   const tw_change *c = m->change;
   tw_mesh *to = m->to;
@@ -465,7 +469,7 @@ static bool carry_sharp_points(const maker *m) {
   return has_room;
 }
 
-/* Parts of a hole are holes. */
+/* A part of a hole is a hole. */
 static bool carry_holes(const maker *m) {
   const tw_change *c = m->change;
   if (m->from->hole_count == 0) return true;
@@ -482,13 +486,14 @@ static bool carry_holes(const maker *m) {
 
 /* ---- names --------------------------------------------------------------------------------------------- */
 
-/* What became of each element of before. */
+/* The new elements that each old one became. */
 typedef struct heirs {
-  uint32_t *offsets; /* [count before + 1] */
+  uint32_t *offsets; /* [old count + 1] */
   uint32_t *items;   /* ascending in each run */
 } heirs;
 
-/* parents: [count], UINT32_MAX and others from `before` on are passed over; NULL: skip those that are NEW. */
+/* Lists the new elements by their parent. parents, flags: [count]. Skips parents from `before`, the old
+ * count, on (mixes and UINT32_MAX), and elements flagged NEW. */
 static bool find_heirs(const uint32_t *parents, const uint8_t *flags, uint32_t count, uint32_t before,
                        heirs *out) {
   out->offsets = tw_alloc_zero((size_t)before + 2, sizeof *out->offsets);
@@ -533,7 +538,7 @@ static bool carry_list(const maker *m, const heirs *h, uint32_t **items, uint32_
   return true;
 }
 
-/* Sorts pairs of points and drops those that come again. */
+/* Sorts pairs of points and drops repeated ones. Returns how many stay. */
 static uint32_t sort_pairs(uint32_t (*pairs)[2], uint32_t count) {
   uint32_t kept = 0;
   qsort(pairs, count, sizeof *pairs, compare_pairs);
@@ -549,7 +554,7 @@ static void put_pair(const tw_change *c, uint32_t corner, uint32_t behind, uint3
   out[1] = a < b ? b : a;
 }
 
-/* next: [corner_count] the corner behind each. */
+/* next: [corner_count] the next corner in its face. */
 static bool carry_edges(const maker *m, const heirs *h, const uint32_t *next, tw_named *named) {
   const tw_topology *t = m->editor->topology;
   uint32_t *edges = tw_alloc(named->edge_count, sizeof *edges), count = 0;

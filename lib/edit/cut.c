@@ -1,17 +1,17 @@
-/* Cuts edges by new points, and the faces at them: loop_cut along a ring, subdivide anywhere. Both faces at
- * an edge take its points in, so that no point lies on another face's edge.
+/* Cuts edges at new points, and the faces at these edges: loop_cut along a ring, subdivide anywhere. Both
+ * faces at an edge get its new points as corners, so that no point lies on another face's edge.
  *
- * New points: those on edges in the order of the edges (by their lesser, then their greater point), each from
- * its lesser cut to its greater along edge_vertices; then those inside of faces, by faces. */
+ * New points come in this order: those on edges, by edges (sorted by their lesser, then their greater point),
+ * on each edge in the direction of edge_vertices; then those inside faces, by faces. */
 #include <stdio.h>
 
 #include "editor.h"
 
-/* How a face is cut. */
+/* What a face becomes. */
 typedef enum shape {
   SHAPE_KEPT,
-  SHAPE_LONGER, /* its corners are more */
-  SHAPE_ACROSS, /* from one edge to another one */
+  SHAPE_LONGER, /* one face with more corners */
+  SHAPE_ACROSS, /* strips from one cut edge to another */
   SHAPE_QUADS,
   SHAPE_TRIANGLES
 } shape;
@@ -20,19 +20,19 @@ typedef struct cutter {
   tw_editor *editor;
   const tw_topology *t;
   tw_change change;
-  const uint8_t *cut; /* [edge_count] 0: not, 1: `at` is along the edge's direction, 2: against it */
+  const uint8_t *cut; /* [edge_count] 0: not cut, 1: `at` runs along edge_vertices, 2: against */
   uint32_t cuts;
   const double *at;        /* [cuts] */
-  bool is_ring;            /* quads are cut from an edge to the one across; no other face is */
-  const uint8_t *selected; /* [face_count] faces whose parts are made, or NULL: all that have parts */
+  bool is_ring;            /* only quads are cut, each from an edge to the opposite one */
+  const uint8_t *selected; /* [face_count] faces whose parts count as made; NULL: all faces with parts */
   uint8_t *shapes;         /* [face_count] */
-  uint32_t *edge_points;   /* [edge_count] first new point of each */
-  uint32_t *corner_mixes;  /* [corner_count] first mix of the edge behind each corner */
-  uint32_t *inner_points;  /* [face_count] first new point inside of each */
-  uint32_t *inner_mixes;   /* [face_count] first mix of corners there */
+  uint32_t *edge_points;   /* [edge_count] first new point on each */
+  uint32_t *corner_mixes;  /* [corner_count] first corner mix of the edge after each corner */
+  uint32_t *inner_points;  /* [face_count] first new point inside each */
+  uint32_t *inner_mixes;   /* [face_count] first corner mix inside each */
 } cutter;
 
-/* Where a face's corner under way is. */
+/* A new face corner: its point, and the parent of its corner data. */
 typedef struct place {
   uint32_t point, parent;
 } place;
@@ -50,7 +50,7 @@ static shape find_shape(const cutter *k, uint32_t face) {
   return count == 2 && (across == 1 || !k->is_ring) ? SHAPE_ACROSS : SHAPE_LONGER;
 }
 
-/* Adds what a face becomes. */
+/* Adds the elements that a face becomes. */
 static void count_face(const cutter *k, uint32_t face, tw_change_size *size) {
   uint64_t n = (uint64_t)k->cuts + 1, inner = 0, old = tw_face_size(k->t, face), cut_edges = 0;
   for (uint32_t c = 0; c < old; c++)
@@ -106,7 +106,7 @@ static tw_status begin_change(cutter *k) {
 
 /* ---- points -------------------------------------------------------------------------------------------- */
 
-/* Where cut i of an edge is, from the first of edge_vertices. */
+/* The fraction at which cut i of an edge lies, from edge_vertices[edge][0]. */
 static double fraction(const cutter *k, uint32_t edge, uint32_t i) {
   return k->cut[edge] == 1 ? k->at[i] : 1 - k->at[k->cuts - 1 - i];
 }
@@ -136,7 +136,7 @@ static void cut_edges(cutter *k) {
   }
 }
 
-/* Cut i of the edge behind a corner, from the corner on. */
+/* The place of cut i of the edge after a corner, counted from that corner. */
 static place cut_place(const cutter *k, uint32_t corner, uint32_t i) {
   uint32_t at = is_along(k, corner) ? i : k->cuts - 1 - i;
   return (place){k->edge_points[k->t->corner_edge[corner]] + at,
@@ -147,14 +147,14 @@ static place corner_place(const cutter *k, uint32_t corner) {
   return (place){k->t->corner_vertex[corner], corner};
 }
 
-/* Cut i of the edge behind a corner as a part of it, from the corner on. */
+/* The fraction at which that cut lies, measured from the corner. */
 static double corner_fraction(const cutter *k, uint32_t corner, uint32_t i) {
   uint32_t edge = k->t->corner_edge[corner];
   return is_along(k, corner) ? fraction(k, edge, i) : 1 - fraction(k, edge, k->cuts - 1 - i);
 }
 
-/* Weights of the corners, [4] of a quad or [3] of a triangle, at a point inside: column s from the first
- * corner to the second, row r from the first to the last. */
+/* The weights of the face's corners, [4] for a quad or [3] for a triangle, at a point inside it. Column s
+ * counts from the first corner to the second, row r from the first to the last. */
 static void inner_weights(const cutter *k, uint32_t face, uint32_t r, uint32_t s, double *out) {
   uint32_t begin = tw_face_begin(k->t, face);
   if (k->shapes[face] == SHAPE_TRIANGLES) {
@@ -171,12 +171,12 @@ static void inner_weights(const cutter *k, uint32_t face, uint32_t r, uint32_t s
   out[3] = (1 - u) * v;
 }
 
-/* The columns of a row that are inside begin at 1 and end before this. */
+/* The inner columns of a row begin at 1 and end before this one. */
 static uint32_t row_end(const cutter *k, uint32_t face, uint32_t r) {
   return k->shapes[face] == SHAPE_QUADS ? k->cuts + 1 : k->cuts + 1 - r;
 }
 
-/* What of a face's inside comes before row r. */
+/* How many inner points of a face come before row r. */
 static uint32_t inner_before(const cutter *k, uint32_t face, uint32_t r) {
   uint32_t rows = r - 1;
   if (k->shapes[face] == SHAPE_QUADS) return rows * k->cuts;
@@ -204,7 +204,8 @@ static void fill_inside(cutter *k, uint32_t face) {
 
 /* ---- faces --------------------------------------------------------------------------------------------- */
 
-/* One corner; edge: that the edge behind it is a part of, UINT32_MAX: it runs over the face. */
+/* Adds a corner. edge: the old edge that the edge after the corner is part of; UINT32_MAX: it crosses the
+ * face. */
 static void put(cutter *k, place at, uint32_t edge) {
   bool is_made = k->is_ring ? edge == UINT32_MAX : edge != UINT32_MAX && k->cut[edge];
   tw_change_corner(&k->change, at.point, at.parent, edge, is_made ? TW_CHANGE_MADE : 0);
@@ -216,11 +217,11 @@ static void end_face(cutter *k, uint32_t face) {
   tw_change_face(&k->change, face, is_made ? TW_CHANGE_MADE : 0);
 }
 
-/* A point of the grid over a face that is cut all round. */
+/* A place of the grid over a face whose edges are all cut. */
 static place grid_place(const cutter *k, uint32_t face, uint32_t r, uint32_t s) {
   uint32_t begin = tw_face_begin(k->t, face), n = k->cuts + 1;
   bool is_quad = k->shapes[face] == SHAPE_QUADS;
-  uint32_t last = is_quad ? n : n - r; /* column of the row's end */
+  uint32_t last = is_quad ? n : n - r; /* the row's last column */
   if (r == 0)
     return s == 0 ? corner_place(k, begin) : s == n ? corner_place(k, begin + 1) : cut_place(k, begin, s - 1);
   if (r == n) {
@@ -258,7 +259,7 @@ static void put_triangles(cutter *k, uint32_t face, uint32_t r, uint32_t s, bool
   }
 }
 
-/* The corners from one to another, with the cuts on the edges between, but not those behind the last. */
+/* Adds the corners from `first` to `last` with the cuts on the edges between, but not those after `last`. */
 static void put_run(cutter *k, uint32_t face, uint32_t first, uint32_t last) {
   uint32_t begin = tw_face_begin(k->t, face), size = tw_face_size(k->t, face);
   for (uint32_t i = first;; i = (i + 1) % size) {
@@ -277,7 +278,8 @@ static void put_longer(cutter *k, uint32_t face) {
   end_face(k, face);
 }
 
-/* Parts from edge i to edge j: the one with the first corner, those between, the one behind edge i. */
+/* Adds the parts of a face cut from edge i to edge j: first the part with the first corner, then those
+ * between, then the part after edge i. */
 static void put_across(cutter *k, uint32_t face, bool is_first) {
   uint32_t begin = tw_face_begin(k->t, face), size = tw_face_size(k->t, face), i = 0, n = k->cuts;
   while (!k->cut[k->t->corner_edge[begin + i]]) i++;
@@ -304,7 +306,7 @@ static void put_across(cutter *k, uint32_t face, bool is_first) {
   end_face(k, face);
 }
 
-/* The first part of a face, or all the others. */
+/* Adds the first part of a face, or all its other parts. */
 static void put_face(cutter *k, uint32_t face, bool is_first) {
   uint32_t n = k->cuts + 1;
   switch ((shape)k->shapes[face]) {
@@ -378,7 +380,7 @@ tw_status tw_edit_loop_cut(tw_editor *editor) {
   k.at = edit->loop_cut.at ? edit->loop_cut.at : even_places(editor->arena, k.cuts);
   if (!ring || !k.at) return tw_editor_no_memory(editor);
   tw_find_ring(k.t, edge, ring);
-  /* Flags tell the ring's direction; the edit's is that of its own edge. */
+  /* Flags are relative to `edge` as stored; `at` runs from edge[0] of the edit. */
   if (k.t->edge_vertices[edge][0] != edit->loop_cut.edge[0])
     for (uint32_t e = 0; e < k.t->edge_count; e++) ring[e] = ring[e] ? 3 - ring[e] : 0;
   uint32_t edges = 0;
@@ -405,7 +407,7 @@ tw_status tw_edit_subdivide(tw_editor *editor) {
   if (is_faces) k.selected = selected;
   for (uint32_t c = 0; is_faces && c < k.t->corner_count; c++)
     if (selected[k.t->corner_face[c]]) edges[k.t->corner_edge[c]] = 1;
-  /* Flags of a ring tell directions too, which even cuts do not need. */
+  /* A selected ring has flags 1 and 2 for directions, which evenly spaced cuts do not need. */
   for (uint32_t e = 0; !is_faces && e < k.t->edge_count; e++) edges[e] = selected[e] != 0;
   k.cut = edges;
   return cut(&k);

@@ -1,7 +1,7 @@
-/* Despike: points that stand out from their neighbours go back between them.
+/* Despike: moves points that stand out from their neighbours back among them.
  *
- * The middle of a point's neighbours is the median of their coordinates, their spread the median of their
- * distances from it: so a point is not measured by a spike beside it. */
+ * The middle of a point's neighbours is the median of each coordinate; their spread is the median of their
+ * distances from it. Medians keep a second spike beside the point from distorting the measure. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,7 +11,7 @@
 typedef struct finder {
   const tw_editor *editor;
   const tw_topology *t;
-  double *values; /* [the most neighbours] */
+  double *values; /* scratch, [the largest number of neighbours] */
 } finder;
 
 static int compare_values(const void *left, const void *right) {
@@ -35,7 +35,7 @@ static double distance(const float *point, const double *from) {
   return tw_length3(side);
 }
 
-/* Two neighbours have no middle that a point could be off of. */
+/* Two neighbours are not enough to tell a spike. */
 static bool is_spike(const finder *f, uint32_t point) {
   uint32_t count = f->t->ring_offsets[point + 1] - f->t->ring_offsets[point];
   double middle[3];
@@ -49,8 +49,9 @@ static bool is_spike(const finder *f, uint32_t point) {
          f->editor->edit->despike.factor * median(f->values, count);
 }
 
-/* Numbers spikes by how many steps they are from what is none, nearest first. layers: [vertex_count], 0 where
- * there is none, UINT32_MAX where there is one. queue: [vertex_count]; returns how many are in it. */
+/* Numbers spikes by their distance in edges from the nearest point that is no spike, and queues them, nearest
+ * first. layers: [vertex_count], UINT32_MAX for spikes and 0 for others. queue: [vertex_count]; returns how
+ * many it holds. */
 static uint32_t reach_spikes(const tw_topology *t, uint32_t *layers, uint32_t *queue) {
   uint32_t queued = 0;
   for (uint32_t p = 0; p < t->vertex_count; p++)
@@ -67,7 +68,7 @@ static uint32_t reach_spikes(const tw_topology *t, uint32_t *layers, uint32_t *q
   return queued - first;
 }
 
-/* To the mean of the neighbours that are a step nearer to what is no spike: their places are final. */
+/* Moves a spike to the mean of the neighbours on lower layers, whose positions are final. */
 static tw_status put_back(tw_editor *e, uint32_t point, const uint32_t *layers) {
   const tw_topology *t = e->topology;
   double mean[3] = {0, 0, 0};

@@ -1,4 +1,4 @@
-/* The list of edits: each finds the mesh that the one before it left. */
+/* Applies the list of edits: each edit works on the mesh that the one before it left. */
 #include "tweend/edit.h"
 
 #include <stdio.h>
@@ -34,7 +34,8 @@ const char *const tw_edit_names[TW_EDIT_KINDS] = {
 
 enum { FACES = 1 << TW_EDIT_FACES, EDGES = 1 << TW_EDIT_EDGES, VERTICES = 1 << TW_EDIT_VERTICES, ALL = 8 };
 
-/* Each edit, and what it is applied to; ALL: the whole mesh where it does not say. 0: it selects nothing. */
+/* Each edit's function, and the elements it may select. ALL: without a selection it applies to the whole
+ * mesh. 0: it uses no selection. */
 static const struct {
   tw_status (*apply)(tw_editor *editor);
   uint8_t to;
@@ -80,12 +81,12 @@ static tw_status apply_edit(tw_editor *e) {
   tw_status status = check_selection(e);
   e->is_named = false;
   if (status == TW_OK) status = kinds[e->edit->kind].apply(e);
-  /* What did nothing made nothing. */
+  /* An edit that did nothing still defines its name, as nothing. */
   if (status == TW_OK && !e->is_named) tw_editor_name(e);
   return status;
 }
 
-/* What an edit takes in points and corners: ten rounds of smoothing as much as another edit. */
+/* The work of an edit, in elements: ten rounds of smoothing count as much as another edit. */
 static uint64_t work_of(const tw_editor *e) {
   uint64_t elements = (uint64_t)e->mesh.point_count + e->mesh.corner_count, named = 0;
   uint32_t rounds = e->edit->kind == TW_EDIT_SMOOTH ? e->edit->smooth.iterations / 10 : 0;
@@ -108,7 +109,7 @@ static tw_status apply_all(tw_editor *e, const tw_edit *edits, uint32_t edit_cou
   return status;
 }
 
-/* Hands out what has a name, of the finished mesh. */
+/* Copies what each name refers to in the finished mesh. */
 static tw_status hand_out_named(const tw_editor *e, tw_arena *arena, tw_made *made, uint32_t *made_count) {
   *made_count = e->named_count;
   for (uint32_t i = 0; i < e->named_count; i++) {

@@ -1,4 +1,4 @@
-/* What all edits use of the mesh under them. */
+/* Functions that all edits share: errors, the topology, positions, names. */
 #include "editor.h"
 
 #include <stdarg.h>

@@ -1,8 +1,8 @@
-/* The mesh under a list of edits, and the change that one edit makes of it.
+/* The mesh that a list of edits works on, and the change that one edit makes to it.
  *
- * An edit reads the mesh and its topology, tells the new points and faces by those of before (tw_change), and
- * tw_editor_apply makes the mesh of it: a new point or face corner is one of before or a weighted mean of
- * some, by which everything that points and corners bear goes along. */
+ * An edit reads the mesh and its topology, describes the new points and faces in terms of the old ones
+ * (tw_change), and tw_editor_apply makes the new mesh. Each new point or face corner is an old one or a
+ * weighted mean of old ones, and so inherits all data of points and corners. */
 #ifndef TWEEND_EDITOR_H
 #define TWEEND_EDITOR_H
 
@@ -12,113 +12,117 @@
 #include "tweend/edit.h"
 #include "vector3.h"
 
-/* What an edit with a name made; it follows later edits. */
+/* What a named edit made; later edits keep it up to date. */
 typedef struct tw_named {
   const char *name;
   uint32_t face_count, point_count, edge_count;
   uint32_t *faces, *points; /* ascending */
-  uint32_t (*edges)[2];     /* points */
+  uint32_t (*edges)[2];     /* [edge_count] the two points of each */
 } tw_named;
 
-/* All arrays live in the arena, which every change of points or faces replaces. */
+/* All arrays live in `arena`, which each change of points or faces replaces. */
 typedef struct tw_editor {
   tw_mesh mesh;
   tw_arena *arena;
-  tw_topology *topology; /* of the mesh; NULL until somebody asks */
+  tw_topology *topology; /* of the mesh; NULL until tw_editor_need_topology */
   const tw_model *model; /* or NULL */
   const tw_edit_limits *limits;
-  const tw_edit *edit; /* under way */
-  uint32_t index;      /* of it */
+  const tw_edit *edit; /* the current edit */
+  uint32_t index;      /* the current edit's index */
   uint32_t named_count;
-  tw_named *named; /* [edits] malloc'ed: outlives arenas */
-  bool is_named;   /* the edit's name means what it made already */
+  tw_named *named; /* room for one for each edit; malloc'ed, as it outlives arenas */
+  bool is_named;   /* the current edit's name has been given to what it made */
   tw_error *error;
 } tw_editor;
 
 tw_status tw_editor_no_memory(const tw_editor *editor);
-/* Fills the error; the place is relative to the edit ("/faces/2"). */
+/* Fills the error. place: the pointer relative to the edit ("/faces/2"). */
 tw_status tw_editor_fail(const tw_editor *editor, tw_status status, const char *place, const char *format,
                          ...) TW_PRINTF(4, 5);
 
-/* TW_CANCELLED, with the error filled, where nobody wants the result any more. */
+/* TW_CANCELLED, with the error filled, where the result is no longer wanted. */
 tw_status tw_editor_go_on(const tw_editor *editor);
 
-/* Builds the topology where it is not there yet. O(corners). */
+/* Builds the topology if there is none yet. O(corners). TW_NO_MEMORY. */
 tw_status tw_editor_need_topology(tw_editor *editor);
 
 /* ---- the change ---------------------------------------------------------------------------------------- */
 
 enum {
-  TW_CHANGE_NEW = 1, /* a face that is no part of its parent, and gets but its material and groups */
-  TW_CHANGE_MADE = 2 /* belongs to what the edit's name means */
+  TW_CHANGE_NEW = 1, /* a face that is not part of its parent and only gets its material and groups */
+  TW_CHANGE_MADE = 2 /* belongs to what the edit's name refers to */
 };
 
 typedef struct tw_term {
-  uint32_t index; /* a point or corner of before */
+  uint32_t index; /* an old point or corner */
   double weight;
 } tw_term;
 
-/* How much there is room for, and in the end is. */
+/* Upper bounds on the elements of a change. */
 typedef struct tw_change_size {
   uint64_t points, faces, corners;
-  uint64_t mixes, terms; /* of points and corners together */
+  uint64_t mixes, terms; /* those of points and those of corners together */
 } tw_change_size;
 
-/* A parent is an index of before, or that count and the number of a mix more. */
+/* A change in the making. "Old" elements are those of the editor's mesh. The parent of a point or corner is
+ * an old index, or the count of old points or corners plus the number of a mix. */
 typedef struct tw_change {
   const tw_editor *editor;
   uint32_t point_count, face_count, corner_count, mix_count, term_count;
   uint32_t *point_parents;  /* [point_count] */
   uint8_t *point_flags;     /* [point_count] MADE */
   uint32_t *face_offsets;   /* [face_count + 1] */
-  uint32_t *face_parents;   /* [face_count] faces of before */
+  uint32_t *face_parents;   /* [face_count] old faces */
   uint8_t *face_flags;      /* [face_count] */
-  uint32_t *corners;        /* [corner_count] points of the change */
+  uint32_t *corners;        /* [corner_count] new points */
   uint32_t *corner_parents; /* [corner_count] */
-  uint32_t *corner_edges;   /* [corner_count] edge of before that the edge behind the corner is of, or
-                               UINT32_MAX: creases follow */
-  uint8_t *corner_flags;    /* [corner_count] MADE: the edge behind it */
+  uint32_t *corner_edges;   /* [corner_count] the old edge that the new edge after the corner is part of, or
+                               UINT32_MAX; creases follow it */
+  uint8_t *corner_flags;    /* [corner_count] MADE: of the edge after the corner */
   uint32_t *mix_offsets;    /* [mix_count + 1] */
   tw_term *terms;           /* [term_count] */
-  double (*shifts)[3];      /* [point_count] by how much points are moved, or NULL */
+  double (*shifts)[3];      /* [point_count] displacement of each new point, or NULL */
 } tw_change;
 
-/* Checks the size against the limits and allocates. The editor has its topology. TW_LIMIT, TW_NO_MEMORY. */
+/* Checks the size against the limits and allocates. The editor must have its topology. TW_LIMIT,
+ * TW_NO_MEMORY. */
 tw_status tw_change_init(tw_change *change, const tw_editor *editor, const tw_change_size *size);
 
-/* A mean of points, or of corners; returns its number. Weights sum to 1. Means of corners at one new point
- * have one texture coordinate where their first and their last terms had. */
+/* Adds a mean of old points or of old corners, with weights that sum to 1, and returns its number. At one new
+ * point, means of corners have the same texture coordinate if their first terms had the same one and their
+ * last terms too. */
 uint32_t tw_change_mix(tw_change *change, const tw_term *terms, uint32_t count);
-/* Returns the new point. */
+/* Adds a point and returns it. */
 uint32_t tw_change_point(tw_change *change, uint32_t parent, uint8_t flags);
-/* A corner of the face under way, which tw_change_face ends. */
+/* Adds a corner to the current face, which tw_change_face ends. */
 void tw_change_corner(tw_change *change, uint32_t point, uint32_t parent, uint32_t edge, uint8_t flags);
 void tw_change_face(tw_change *change, uint32_t parent, uint8_t flags);
 
-/* All points of before, as they are. */
+/* Adds all old points unchanged. */
 void tw_change_keep_points(tw_change *change);
-/* A face of before; point_of: [point_count before] points of the change, NULL: the same. */
+/* Adds an old face. point_of: [old point_count] new points, NULL: the same. */
 void tw_change_keep_face(tw_change *change, uint32_t face, const uint32_t *point_of, uint8_t flags);
-/* The same from its first corner the other way round. */
+/* The same, wound the other way round, still from its first corner. */
 void tw_change_turn_face(tw_change *change, uint32_t face, const uint32_t *point_of, uint8_t flags);
 
-/* Makes the mesh that the change tells; its positions may be written (tw_editor_positions) until the edit is
- * done. TW_NO_MEMORY. */
+/* Makes the mesh that the change describes. Its positions may be written (tw_editor_positions) until the edit
+ * is done. TW_NO_MEMORY; TW_INVALID where a shift exceeds TW_COORDINATE_MAX. */
 tw_status tw_editor_apply(tw_editor *editor, const tw_change *change);
 
-/* Normals of the mesh say nothing where points or faces change. */
+/* Drops the mesh's normals, which no longer hold once points or faces change. */
 void tw_mesh_drop_normals(tw_mesh *mesh);
 
-/* Lets positions be written where nothing else changes. TW_NO_MEMORY. */
+/* Copies the positions so that they may be written, for edits that change nothing else. TW_NO_MEMORY. */
 tw_status tw_editor_loosen(tw_editor *editor);
 
-/* The finished mesh, of arrays in another arena. TW_NO_MEMORY. */
+/* Copies the finished mesh, with arrays in another arena. TW_NO_MEMORY. */
 tw_status tw_editor_copy(tw_editor *editor, tw_arena *arena, tw_mesh *out);
 
-/* The last of what is named, which the edit's name means from now on; NULL where it has none. */
+/* Adds an empty entry for the current edit's name, dropping an earlier entry of that name. Returns it; NULL
+ * where the edit has no name. */
 tw_named *tw_editor_name(tw_editor *editor);
 
-/* The indices of flags that have a bit of the mask, ascending. NULL without memory. */
+/* The ascending indices of flags that have a bit of the mask; *listed: their count. NULL without memory. */
 uint32_t *tw_list_flagged(tw_arena *arena, const uint8_t *flags, uint8_t mask, uint32_t count,
                           uint32_t *listed);
 
@@ -131,24 +135,26 @@ tw_status tw_editor_place(tw_editor *editor, uint32_t point, const double at[3])
 
 /* ---- selections ---------------------------------------------------------------------------------------- */
 
-/* *flags: [faces, edges of the topology, or points], not 0 where it is selected, in the arena; NULL when that
- * is nothing and the edit is optional. TW_SELECT_NOTHING: all. TW_INVALID with the pointer; TW_NO_MEMORY. */
+/* *flags: [faces, edges of the topology, or points], in the arena: not 0 where selected; NULL when nothing is
+ * and the edit is optional. TW_SELECT_NOTHING selects all. Builds the topology. TW_INVALID with the pointer;
+ * TW_NO_MEMORY. */
 tw_status tw_editor_select(tw_editor *editor, uint8_t **flags);
 
-/* The same, and the points of what is selected: *points [point_count], in the arena. */
+/* The same, and *points: [point_count] flags, in the arena, of the points of selected elements. */
 tw_status tw_editor_select_points(tw_editor *editor, uint8_t **flags, uint8_t **points);
 
-/* Lets the edit's name, where it has one, mean what is selected. TW_NO_MEMORY. */
+/* Gives the edit's name, if it has one, to what is selected. TW_NO_MEMORY. */
 tw_status tw_editor_name_selected(tw_editor *editor, const uint8_t *selected, const uint8_t *points);
 
-/* The edge between two points that the edit names at `place`; TW_INVALID where there is none. */
+/* Finds the edge between two points that the edit names at `place`; TW_INVALID where there is none. Builds
+ * the topology. */
 tw_status tw_editor_find_edge(tw_editor *editor, const uint32_t ends[2], const char *place, uint32_t *edge);
 
-/* Flags the edges side by side with one, over the quads between them: 1 where the edge's direction
- * (edge_vertices) is that of the first, 2 where it is against it. flags: [edge_count], zeroed. O(ring). */
+/* Flags the ring of edges through one: 1 where an edge's direction (edge_vertices) is that of the first edge,
+ * 2 where it is opposite. flags: [edge_count], zeroed. O(ring). */
 void tw_find_ring(const tw_topology *topology, uint32_t edge, uint8_t *flags);
 
-/* ---- edits, one a function ----------------------------------------------------------------------------- */
+/* ---- the edits, a function for each -------------------------------------------------------------------- */
 
 tw_status tw_edit_transform(tw_editor *editor); /* move, rotate, scale */
 tw_status tw_edit_crease(tw_editor *editor);

@@ -1,4 +1,4 @@
-/* Edits of a control mesh: an ordered list of them makes another mesh. */
+/* Edits of a control mesh: an ordered list of edits makes a new mesh. */
 #ifndef TWEEND_EDIT_H
 #define TWEEND_EDIT_H
 
@@ -17,18 +17,18 @@ typedef enum tw_edit_element { TW_EDIT_FACES, TW_EDIT_EDGES, TW_EDIT_VERTICES } 
 extern const char *const tw_edit_element_names[3]; /* "faces", "edges", "vertices" */
 
 typedef enum tw_select {
-  TW_SELECT_NOTHING, /* the edit does not say */
+  TW_SELECT_NOTHING, /* the edit has no selection */
   TW_SELECT_LIST,
   TW_SELECT_ALL,
   TW_SELECT_GROUP,    /* faces in the named group */
   TW_SELECT_MATERIAL, /* faces */
   TW_SELECT_FACING,   /* faces whose normal is within an angle of a direction */
   TW_SELECT_INSIDE,   /* elements whose points are all in a box, its sides included */
-  TW_SELECT_MADE,     /* what an earlier edit made, edges: those that were cut or are rims */
+  TW_SELECT_MADE,     /* what an earlier edit made; edges: those that were cut, or are rims */
   TW_SELECT_BORDER,   /* edges of one face */
-  TW_SELECT_LOOP,   /* edges one behind the other, straight on over vertices of four edges; along a border */
-  TW_SELECT_RING,   /* edges side by side, over the quads between them */
-  TW_SELECT_SHARPER /* edges of two faces that are bent by more than an angle */
+  TW_SELECT_LOOP,     /* edges end to end, straight across vertices of four edges, or along a border */
+  TW_SELECT_RING,     /* edges side by side, across the quads between them */
+  TW_SELECT_SHARPER   /* edges of two faces whose normals differ by more than an angle */
 } tw_select;
 
 /* A view. Fields that `by` does not need are ignored. */
@@ -36,9 +36,9 @@ typedef struct tw_selection {
   tw_edit_element of;
   tw_select by;
   uint32_t count;
-  /* LIST: [count] faces or vertices; edges: [count][2] vertices. LOOP, RING: [1][2], an edge. */
+  /* LIST: [count] faces or vertices, or [count][2] vertices for edges. LOOP, RING: [1][2], an edge. */
   const uint32_t *indices;
-  const char *name; /* GROUP, MADE; MATERIAL, or NULL there: by its index */
+  const char *name; /* GROUP, MADE, MATERIAL; MATERIAL uses the index below where it is NULL */
   uint32_t material;
   double direction[3];   /* FACING, of any length but 0 */
   double degrees;        /* FACING, SHARPER: 0 to 180 */
@@ -74,63 +74,63 @@ extern const char *const tw_edit_names[TW_EDIT_KINDS]; /* "extrude", "inset", "l
 typedef enum tw_fill_method { TW_FILL_NGON, TW_FILL_TRIANGLES, TW_FILL_FAIR } tw_fill_method;
 typedef enum tw_smooth_method { TW_SMOOTH_TAUBIN, TW_SMOOTH_LAPLACIAN } tw_smooth_method;
 
-/* What each edit does stands at its parameters; those without any need a selection alone. `all` below: the
- * whole mesh where the selection is TW_SELECT_NOTHING. New faces and points come after those that stay; a
- * face that is cut leaves its first part in its place. */
+/* The parameters of each edit say what the edit does; edits without parameters are described at the end of
+ * tw_edit. "(all)" marks an edit that applies to the whole mesh where the selection is TW_SELECT_NOTHING. New
+ * faces and points come after those that stay. A face that is cut leaves its first part in its place. */
 
-/* Moves faces away from the others, with walls between: all as one (so that two neighbours have no wall
- * between them), or each. A vertex goes along the mean normal of the faces that move, so far that the
- * faces get by `distance` (at most 4 distances, where they meet in a point), or by `by`. Made: the faces
- * that moved; edges: their rim. */
+/* Moves the selected faces away from the others and adds walls in the gap. They move together, without walls
+ * between neighbours, or each on its own. A vertex moves by `by`; or else along the mean normal of its moving
+ * faces, so far that these faces move by `distance` (but at most 4 distances, where they meet in a point).
+ * Made: the faces that moved; edges: their rim. */
 typedef struct tw_extrude_edit {
   bool is_individual, has_by;
   double distance, by[3];
 } tw_extrude_edit;
 
-/* Rims of `amount` inside of faces; faces that share an edge keep it, unless each is on its own. A rim
- * lies in the faces. Made: the inner faces; edges: their rim. */
+/* Insets the selected faces by `amount`, with a rim of new faces round them in the plane of each face. Faces
+ * that share an edge are inset together, unless is_individual. Made: the inner faces; edges: their rim. */
 typedef struct tw_inset_edit {
   bool is_individual;
   double amount;
 } tw_inset_edit;
 
-/* Cuts every quad of the ring through `edge`, as TW_SELECT_RING finds it. The selection is not used.
- * at: [cuts] ascending, between 0 and 1, from edge[0] to edge[1]; NULL: evenly. Made: the new points,
- * the pieces of faces, the new edges but those along the ring's. */
+/* Cuts every quad of the ring through `edge`, as TW_SELECT_RING finds it. The selection is not used. at:
+ * [cuts] fractions between 0 and 1, ascending, from edge[0] to edge[1]; NULL: evenly spaced. Made: the new
+ * points, the parts of cut faces, and the new edges across them, not the parts of the ring's edges. */
 typedef struct tw_loop_cut_edit {
   uint32_t edge[2], cuts;
   const double *at;
 } tw_loop_cut_edit;
 
-/* Cuts edges, or all edges of faces, evenly. A triangle or quad that is cut all round becomes triangles
- * or quads, a face that is cut at two edges is cut across; any other has more corners. Made: new points,
- * and the parts of faces; edges: the parts of those that were cut. */
+/* Cuts the selected edges, or all edges of the selected faces, evenly. A triangle or quad whose edges are all
+ * cut becomes triangles or quads. A face with two cut edges is cut across. Any other face gets more corners.
+ * Made: the new points and the parts of faces; edges: the parts of cut edges. */
 typedef struct tw_subdivide_edit {
   uint32_t cuts;
 } tw_subdivide_edit;
 
-/* Makes one of vertices: of those within `distance` of a first one (0: at one place) when it is 0 or
- * more; else of all: at `to`, or else at their mean. A face that this leaves with fewer than three points
- * goes. */
+/* Merges vertices. With a `distance` of 0 or more: each with those within that distance of the first of them
+ * (0: at the same place). With a negative one: all into one, at `to`, or else at their mean. Faces left with
+ * fewer than three points are removed. */
 typedef struct tw_merge_edit {
   double distance;
   bool has_to;
   double to[3];
 } tw_merge_edit;
 
-/* Closes the hole at an edge of one face, or else every hole of at most max_edges edges (0: any): by a
- * face; by the triangles of the least area (of a hole of more than 512 edges, or of many in a small mesh,
- * those of its halves); or FAIR, by triangles as large as those round the hole, bent as the mesh is. The
- * selection is not used. Made: the faces and new points. */
+/* Closes the hole at an edge of one face, or else every hole; always only holes of at most max_edges edges
+ * (0: any). NGON: by one face. TRIANGLES: by the triangles of least area; a hole of more than 512 edges, or
+ * one of many in a small mesh, is halved first. FAIR: by triangles as large as those round the hole, curved
+ * as the mesh is. The selection is not used. Made: the faces and new points. */
 typedef struct tw_fill_edit {
   bool has_border;
   uint32_t border[2], max_edges;
   tw_fill_method method;
 } tw_fill_edit;
 
-/* Adds the mirror image, x, y or z (0, 1, 2) times -1. A point that lies nearer to the plane than `weld`
- * (negative: none) goes onto it and is its own image; a face all of whose points do, goes. The selection
- * is not used. Made: the images. */
+/* Adds the mirror image of the mesh, with x, y or z (axis 0, 1, 2) negated. A point within `weld` of the
+ * plane (negative: none) moves onto it and is its own image; a face whose points are all on the plane is
+ * removed. The selection is not used. Made: the images. */
 typedef struct tw_mirror_edit {
   int axis;
   double weld;
@@ -142,32 +142,32 @@ typedef struct tw_move_edit {
 
 typedef struct tw_rotate_edit {
   double axis[3]; /* of any length but 0 */
-  double degrees; /* counter-clockwise seen from the axis's end */
+  double degrees; /* counter-clockwise seen from the axis's tip */
   bool has_about;
-  double about[3]; /* else the mean of the vertices */
+  double about[3]; /* used with has_about; else the mean of the vertices */
 } tw_rotate_edit;
 
 typedef struct tw_scale_edit {
   double by[3];
   bool has_about;
-  double about[3]; /* as of rotate */
+  double about[3]; /* as in rotate */
 } tw_scale_edit;
 
-/* Drops pieces of fewer than `faces` faces, and their points; pieces have no point in common. The
- * selection is not used. Made: nothing. */
+/* Removes pieces of fewer than `faces` faces, with their points; pieces have no common point. The selection
+ * is not used. Made: nothing. */
 typedef struct tw_drop_pieces_edit {
   uint32_t faces;
 } tw_drop_pieces_edit;
 
-/* (all) Moves points of three neighbours or more that are farther from the middle of their neighbours
- * than `factor`, above 0, times the distance of these from it, between the neighbours that are not. Made:
- * the points that it moved. */
+/* (all) Moves spikes back among their neighbours. A spike is a point with three neighbours or more whose
+ * distance from their middle exceeds `factor` (above 0) times the neighbours' own median distance from it.
+ * Made: the points that moved. */
 typedef struct tw_despike_edit {
   double factor;
 } tw_despike_edit;
 
-/* (all) Moves points towards the mean of their neighbours; those on a border stay. TAUBIN keeps the
- * volume, LAPLACIAN shrinks. */
+/* (all) Moves points towards the mean of their neighbours; points on a border stay. TAUBIN keeps the volume,
+ * LAPLACIAN shrinks. */
 typedef struct tw_smooth_edit {
   tw_smooth_method method;
   uint32_t iterations; /* 1 to TW_EDIT_ITERATIONS_MAX */
@@ -176,8 +176,8 @@ typedef struct tw_smooth_edit {
 typedef struct tw_edit {
   tw_edit_kind kind;
   tw_selection selection;
-  bool is_optional; /* an empty selection does nothing; else it is an error */
-  const char *name; /* of what the edit makes, for later ones; NULL: none. The last of equal names wins. */
+  bool is_optional; /* an empty selection does nothing instead of being an error */
+  const char *name; /* names what the edit makes, for later edits; or NULL. The last of equal names counts. */
   union {
     tw_extrude_edit extrude;
     tw_inset_edit inset;
@@ -189,46 +189,51 @@ typedef struct tw_edit {
     tw_move_edit move;
     tw_rotate_edit rotate;
     tw_scale_edit scale;
-    /* CREASE (edges), CORNER (vertices), HOLE (faces; any but 0 makes one): 0 takes the tag away. */
+    /* CREASE (edges), CORNER (vertices), HOLE (faces; any value but 0 tags them). 0 removes the tag. */
     double sharpness;
     tw_drop_pieces_edit drop_pieces;
     tw_despike_edit despike;
     tw_smooth_edit smooth;
   };
-  /* DELETE: faces; or edges and vertices, with the faces at them. Points that this leaves without a face go.
-   * FLIP (all): turns faces round. ORIENT (all, faces): turns faces round so that neighbours run alike, and
-   * pieces that are closed face outward; others as most of the faces did. TRIANGULATE (all): quads along the
-   * shorter diagonal inside, larger faces from their ears. QUADS (all): joins pairs of triangles. */
+  /* Edits without parameters:
+   * DELETE: removes the selected faces, or the selected edges or vertices with their faces, and points left
+   * without a face.
+   * FLIP (all): reverses faces.
+   * ORIENT (all, faces): reverses faces so that neighbours are wound alike, and closed pieces face outward;
+   * other pieces face as most of their faces did.
+   * TRIANGULATE (all): cuts quads along the shorter diagonal that lies inside, and larger faces by ear
+   * clipping.
+   * QUADS (all): joins pairs of triangles. */
 } tw_edit;
 
-/* Of every mesh on the way. */
+/* Limits on every intermediate mesh. */
 typedef struct tw_edit_limits {
   uint64_t points, faces, corners;
-  /* The sum of points and corners of the meshes that the edits find, once more for ten rounds of smoothing.
-   */
+  /* The limit on the sum of points and corners of the meshes that the edits find, counted once more for each
+   * ten rounds of smoothing, and of the elements that have names. */
   uint64_t work;
-  /* Asked between edits, rounds of smoothing, holes and steps of filling these whether the result is still
+  /* Asked between edits, rounds of smoothing, holes and steps of filling them whether the result is still
    * wanted; or NULL. */
   const tw_parallel_for *parallel;
 } tw_edit_limits;
 
-/* What an edit with a name made, as the finished mesh has it. */
+/* What a named edit made, by indices of the finished mesh. */
 typedef struct tw_made {
   const char *name;
   uint32_t face_count, vertex_count;
   const uint32_t *faces, *vertices; /* ascending */
 } tw_made;
 
-/* Applies edits one after the other; the indices of each are those of the mesh that it finds.
- * mesh: checked. What is not of its points and faces (names, kept, loose, morph_weights, normals) is shared
- * with *out. model: whose groups and materials the mesh's faces are in, only its names are read; NULL: of
- * none. *out: a checked mesh in the arena; a view of `mesh` where there are no edits. UVs, groups, materials,
- * smoothing, creases, corners, holes, attributes, skin weights and morph targets go along; normals go where
- * an edit is more than a tag.
- * made: [edit_count] at most, in the arena, or NULL; *made_count.
- * Each edit is O(n log n) in what it finds and leaves. On failure the pointer is relative to the list of
- * edits ("/3/edge", "/3/faces/2"): TW_INVALID: an edit that cannot be done; TW_LIMIT, with the counts that
- * there would be; TW_UNSUPPORTED; TW_CANCELLED; TW_NO_MEMORY. Any thread. */
+/* Applies edits one after the other; the indices in each edit are those of the mesh that it finds.
+ * mesh: checked. Data that belongs to neither points nor faces (names, kept, loose, morph_weights, normals)
+ * is shared with *out. model: the model of the mesh, read for the names of groups and materials only; NULL:
+ * there are none. *out: a checked mesh in the arena; with no edits a view of `mesh`. UVs, groups, materials,
+ * smoothing groups, creases, corners, holes, attributes, skin weights and morph targets follow the edits.
+ * Normals are dropped by every edit that does more than tag.
+ * made: room for [edit_count], its arrays in the arena; or NULL. *made_count: how many are filled.
+ * Each edit is O(n log n) in the size of the meshes it finds and leaves. On failure the pointer is relative
+ * to the list of edits ("/3/edge", "/3/faces/2"). TW_INVALID: an edit that cannot be done; TW_LIMIT, with the
+ * counts that there would be; TW_CANCELLED; TW_NO_MEMORY. Any thread. */
 tw_status tw_mesh_edit(const tw_mesh *mesh, const tw_model *model, const tw_edit *edits, uint32_t edit_count,
                        const tw_edit_limits *limits, tw_arena *arena, tw_mesh *out, tw_made *made,
                        uint32_t *made_count, tw_error *error);
