@@ -11,7 +11,7 @@
 typedef enum shape {
   SHAPE_KEPT,
   SHAPE_LONGER, /* one face with more corners */
-  SHAPE_ACROSS, /* strips from one cut edge to another */
+  SHAPE_ACROSS, /* cut across, from one edge to another */
   SHAPE_QUADS,
   SHAPE_TRIANGLES
 } shape;
@@ -380,7 +380,7 @@ tw_status tw_edit_loop_cut(tw_editor *editor) {
   k.at = edit->loop_cut.at ? edit->loop_cut.at : even_places(editor->arena, k.cuts);
   if (!ring || !k.at) return tw_editor_no_memory(editor);
   tw_find_ring(k.t, edge, ring);
-  /* Flags are relative to `edge` as stored; `at` runs from edge[0] of the edit. */
+  /* The ring's flags are relative to edge_vertices of `edge`; `at` runs from the edit's edge[0]. */
   if (k.t->edge_vertices[edge][0] != edit->loop_cut.edge[0])
     for (uint32_t e = 0; e < k.t->edge_count; e++) ring[e] = ring[e] ? 3 - ring[e] : 0;
   uint32_t edges = 0;

@@ -1,17 +1,17 @@
-/* Extrude and inset: faces part from the others, with walls in the gap. They differ in where the points of
- * the faces go.
+/* Extrude and inset: both separate the selected faces from the others and put walls in the gap. They differ
+ * in where the separated faces' points go.
  *
- * Corners of selected faces that edges between two of them join are one new point: a vertex at which such
- * faces meet in two fans gets two, so that what was manifold stays so. A vertex that is all inside stays a
- * point. New points are in the order of the corners that they come from, walls behind all faces in the order
- * of the edges' corners. */
+ * Corners of selected faces become one new point where edges between two selected faces connect them. A
+ * vertex at which selected faces meet in two fans gets two new points, so that a manifold mesh stays
+ * manifold. A vertex inside the selection remains a point. New points are in the order of the corners they
+ * come from; walls come after all faces, in the order of their edges' corners. */
 #include <math.h>
 #include <string.h>
 
 #include "editor.h"
 #include "union_find.h"
 
-/* A point goes along the mean of directions that each want it moved by 1. */
+/* The directions along each of which a point should move by 1: their weighted sum, and the sum of weights. */
 typedef struct pull {
   double sum[3], total;
 } pull;
@@ -22,17 +22,17 @@ typedef struct parting {
   tw_change change;
   const uint8_t *selected;
   bool is_individual, is_inset;
-  double (*normals)[3]; /* [face_count] of the selected faces */
-  uint8_t *is_rim;      /* [edge_count] some but not all of its faces are selected, or it is a border */
-  uint32_t *fans;       /* [corner_count] sets of the corners that are one point */
-  uint32_t *fan_sizes;  /* [corner_count] of a set's least corner */
-  uint8_t *fan_is_rim;  /* the same: an edge of the rim is at it */
-  pull *pulls;          /* the same */
-  uint32_t *points;     /* the same: its point of the change */
+  double (*normals)[3]; /* [face_count] set for selected faces */
+  uint8_t *is_rim;      /* [edge_count] a selected face parts from its neighbour there, or has a border */
+  uint32_t *fans;       /* [corner_count] union-find: the corners that become one point */
+  uint32_t *fan_sizes;  /* [corner_count] at each set's root: its size */
+  uint8_t *fan_is_rim;  /* [corner_count] at the root: whether a rim edge meets it */
+  pull *pulls;          /* [corner_count] at the root: where its point goes */
+  uint32_t *points;     /* [corner_count] at the root: its new point */
   uint32_t wall_count, new_count;
 } parting;
 
-/* Limits how far a point goes where directions are far from each other. */
+/* Where directions diverge, a point moves at most this many times the distance. */
 enum { REACH_MAX = 4 };
 
 static bool is_selected(const parting *p, uint32_t corner) {
@@ -48,7 +48,7 @@ static void side_of(const tw_editor *e, const tw_topology *t, uint32_t corner, d
            tw_editor_point(e, t->corner_vertex[tw_corner_next(t, corner)]), out);
 }
 
-/* From a corner to the next one and to the one before. */
+/* The vectors from a corner to the next one and to the previous one. */
 static void sides_of(const parting *p, uint32_t corner, double ahead[3], double back[3]) {
   side_of(p->editor, p->t, corner, ahead);
   side_of(p->editor, p->t, tw_corner_previous(p->t, corner), back);
@@ -106,7 +106,7 @@ static void find_fans(parting *p) {
   }
 }
 
-/* A fan all round a vertex keeps the vertex. */
+/* Whether a fan keeps its vertex: it contains all the vertex's corners, and no rim. */
 static bool keeps_point(const parting *p, uint32_t fan) {
   uint32_t vertex = p->t->corner_vertex[fan];
   return !p->fan_is_rim[fan] &&
@@ -131,7 +131,8 @@ static double angle_at(const parting *p, uint32_t corner) {
   return tw_angle3(ahead, back);
 }
 
-/* Into the face, square to the edge behind a corner; 0 0 0 where that has no length. */
+/* The unit vector into the face, perpendicular to the edge after a corner; 0 0 0 where that edge has no
+ * length. */
 static void inward(const parting *p, uint32_t corner, double out[3]) {
   double side[3];
   side_of(p->editor, p->t, corner, side);
@@ -151,9 +152,10 @@ static void add_pulls(parting *p, uint32_t corner) {
   }
 }
 
-/* The vector whose parts along all directions are 1 where there is one (two of them in a plane, three normals
- * of a box), else their mean is: the unit mean, longer by what its parts along them fall short of 1. */
-static void settle(const pull *from, double out[3]) {
+/* Finds the vector whose component along every direction is 1, where there is one (for two directions in a
+ * plane, or a box's three normals). Elsewhere the mean of these components is 1: the vector is the unit mean,
+ * divided by its mean component along the directions. */
+static void find_offset(const pull *from, double out[3]) {
   memcpy(out, from->sum, sizeof from->sum);
   double length = tw_unit3(out), along = from->total > 0 ? length / from->total : 0;
   double reach = along > 1.0 / REACH_MAX ? 1 / along : REACH_MAX;
@@ -167,18 +169,19 @@ static void find_shift(const parting *p, uint32_t fan, double out[3]) {
     return;
   }
   double distance = p->is_inset ? edit->inset.amount : edit->extrude.distance;
-  settle(&p->pulls[fan], out);
+  find_offset(&p->pulls[fan], out);
   for (int i = 0; i < 3; i++) out[i] *= distance;
 }
 
 /* ---- texture coordinates ------------------------------------------------------------------------------- */
 
-/* Lengths of a face's sides over which its values still say something. */
-#define SLIDE_MAX 1e6
+/* Beyond this many side lengths a face's values mean nothing. */
+#define EXTRAPOLATION_MAX 1e6
 
-/* The mean of a face's corners whose values are those of the face, taken as flat, at a place off one of its
- * corners. last: the corner that tells such means at one point apart. Returns the parent. */
-static uint32_t slide(parting *p, uint32_t corner, uint32_t last, const double *by) {
+/* Mixes a face's corners so that the mean has the values of the face, extended as a plane, at the offset `by`
+ * from a corner. last: the corner that distinguishes such means at one point (tw_change_mix). Returns the
+ * parent; the corner itself where the offset cannot be expressed. */
+static uint32_t extrapolate_corner(parting *p, uint32_t corner, uint32_t last, const double *by) {
   const tw_topology *t = p->t;
   double ahead[3], back[3];
   uint32_t next = tw_corner_next(t, corner), previous = tw_corner_previous(t, corner);
@@ -187,14 +190,14 @@ static uint32_t slide(parting *p, uint32_t corner, uint32_t last, const double *
   double det = aa * bb - ab * ab, x = tw_dot3(by, ahead), y = tw_dot3(by, back);
   if (!(det > 1e-4 * aa * bb)) return corner;
   double a = (x * bb - y * ab) / det, b = (y * aa - x * ab) / det;
-  if (!(fabs(a) <= SLIDE_MAX && fabs(b) <= SLIDE_MAX)) return corner;
+  if (!(fabs(a) <= EXTRAPOLATION_MAX && fabs(b) <= EXTRAPOLATION_MAX)) return corner;
   tw_term terms[4] = {{corner, 1 - a - b}, {next, a}, {previous, b}, {last, 0}};
   return t->corner_count + tw_change_mix(&p->change, terms, 4);
 }
 
-/* A point of the same mean as a corner, as far as that is one; never the old point itself, whose sharpness
- * stays with it. */
-static uint32_t slide_point(parting *p, uint32_t corner, uint32_t parent) {
+/* The point parent with the same mean as a corner's parent. Always a mix, never the old point itself: the old
+ * point's sharpness stays with the old point. */
+static uint32_t extrapolate_point(parting *p, uint32_t corner, uint32_t parent) {
   const tw_topology *t = p->t;
   tw_term terms[4] = {{corner, 1}};
   uint32_t count = 1;
@@ -228,7 +231,8 @@ static tw_status begin_change(parting *p) {
   return p->change.shifts ? TW_OK : tw_editor_no_memory(p->editor);
 }
 
-/* Points of all fans; parents: [corner_count] of the corners of selected faces. */
+/* Adds the points of all fans. parents: [corner_count] receives the parents of the selected faces'
+ * corners. */
 static void put_points(parting *p, uint32_t *parents) {
   const tw_topology *t = p->t;
   double shift[3];
@@ -240,21 +244,22 @@ static void put_points(parting *p, uint32_t *parents) {
     uint32_t fan = fan_of(p, c);
     find_shift(p, fan, shift);
     bool is_still = !p->is_inset || keeps_point(p, fan);
-    parents[c] = is_still ? c : slide(p, c, c, shift);
-    if (fan != c) continue; /* the least corner of a fan comes first */
+    parents[c] = is_still ? c : extrapolate_corner(p, c, c, shift);
+    if (fan != c) continue; /* a fan's root is its least corner, so it comes first */
     if (keeps_point(p, c)) {
       p->points[c] = t->corner_vertex[c];
       p->change.point_flags[p->points[c]] = TW_CHANGE_MADE;
     } else {
-      uint32_t parent = p->is_inset ? slide_point(p, c, parents[c]) : t->corner_vertex[c];
+      uint32_t parent = p->is_inset ? extrapolate_point(p, c, parents[c]) : t->corner_vertex[c];
       p->points[c] = tw_change_point(&p->change, parent, TW_CHANGE_MADE);
     }
     memcpy(p->change.shifts[p->points[c]], shift, sizeof shift);
   }
 }
 
-/* Of points that slide, means already are where they belong but for what leaves the face's plane. */
-static void settle_shifts(parting *p) {
+/* The means already place inset points within the face's plane: subtracts that part, so that the shift is the
+ * remainder. */
+static void subtract_extrapolation(parting *p) {
   for (uint32_t point = p->t->vertex_count; p->is_inset && point < p->change.point_count; point++) {
     const tw_change *c = &p->change;
     uint32_t mix = c->point_parents[point] - p->t->vertex_count, first = c->mix_offsets[mix];
@@ -277,8 +282,8 @@ static void put_face(parting *p, uint32_t face, const uint32_t *parents) {
   tw_change_face(&p->change, face, TW_CHANGE_MADE);
 }
 
-/* Between an edge and where the face has gone. Texture coordinates of an extruded face's walls are as if they
- * lay unfolded round it; those of a rim are the face's. */
+/* Adds the wall between an edge and the same edge of the moved face. An extruded face's walls have UVs as if
+ * unfolded round the face; an inset rim's UVs are the face's. */
 static void put_wall(parting *p, uint32_t corner, const uint32_t *parents) {
   const tw_topology *t = p->t;
   uint32_t next = tw_corner_next(t, corner), edge = t->corner_edge[corner], foot[2] = {corner, next};
@@ -288,7 +293,7 @@ static void put_wall(parting *p, uint32_t corner, const uint32_t *parents) {
     inward(p, corner, out);
     double height = tw_length3(p->change.shifts[top[i]]);
     for (int k = 0; k < 3; k++) out[k] *= -height;
-    foot[i] = slide(p, foot[i], i == 0 ? next : corner, out);
+    foot[i] = extrapolate_corner(p, foot[i], i == 0 ? next : corner, out);
   }
   tw_change_corner(&p->change, t->corner_vertex[corner], foot[0], edge, 0);
   tw_change_corner(&p->change, t->corner_vertex[next], foot[1], UINT32_MAX, 0);
@@ -297,7 +302,7 @@ static void put_wall(parting *p, uint32_t corner, const uint32_t *parents) {
   tw_change_face(&p->change, tw_corner_face(t, corner), TW_CHANGE_NEW);
 }
 
-static tw_status part(parting *p) {
+static tw_status separate_faces(parting *p) {
   uint8_t *selected;
   tw_status status = tw_editor_select(p->editor, &selected);
   if (status != TW_OK || !selected) return status;
@@ -310,7 +315,7 @@ static tw_status part(parting *p) {
   if (status == TW_OK) status = begin_change(p);
   if (status != TW_OK) return status;
   put_points(p, parents);
-  settle_shifts(p);
+  subtract_extrapolation(p);
   for (uint32_t f = 0; f < p->t->face_count; f++)
     if (p->selected[f])
       put_face(p, f, parents);
@@ -326,7 +331,7 @@ tw_status tw_edit_extrude(tw_editor *editor) {
   parting p = {.editor = editor, .is_individual = edit->extrude.is_individual};
   if (!edit->extrude.has_by && !isfinite(edit->extrude.distance))
     return tw_editor_fail(editor, TW_INVALID, "/distance", "the distance is not a finite number");
-  return part(&p);
+  return separate_faces(&p);
 }
 
 tw_status tw_edit_inset(tw_editor *editor) {
@@ -334,5 +339,5 @@ tw_status tw_edit_inset(tw_editor *editor) {
   parting p = {.editor = editor, .is_individual = edit->inset.is_individual, .is_inset = true};
   if (!isfinite(edit->inset.amount))
     return tw_editor_fail(editor, TW_INVALID, "/amount", "the amount is not a finite number");
-  return part(&p);
+  return separate_faces(&p);
 }

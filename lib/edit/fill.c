@@ -1,4 +1,5 @@
-/* Closes holes by a face each, which runs against the border, or by a patch of triangles. */
+/* Closes holes, each by a face that runs along the border against the faces there, or by a patch of
+ * triangles. */
 #include <stdlib.h>
 
 #include "editor.h"
@@ -7,22 +8,24 @@
 typedef struct filler {
   tw_editor *editor;
   const tw_topology *t;
-  uint8_t *is_seen; /* [edge_count] of edges of the border */
-  uint32_t *walk;   /* [walk_count] corners behind which the border's edges are, against their direction */
+  uint8_t *is_seen; /* [edge_count] of border edges: walked already */
+  uint32_t *walk;   /* [walk_count] corners before the border's edges, which the walk follows against their
+                       direction */
   uint32_t walk_count;
-  uint32_t *place_of; /* [vertex_count] 1 + where in the walk the edge is that runs from each, or 0 */
-  uint32_t *corners;  /* [corner_count] of the holes, as in the walk */
-  uint32_t *holes;    /* [hole_count + 1] first of each */
+  uint32_t *place_of; /* [vertex_count] 1 + the index in the walk of the edge that starts there, or 0 */
+  uint32_t *corners;  /* [corner_count] of all holes, as in the walk */
+  uint32_t *holes;    /* [hole_count + 1] first corner of each */
   uint32_t hole_count, corner_count;
-  tw_patch *patches; /* [hole_count] malloc'ed, or NULL: a face each */
+  tw_patch *patches; /* [hole_count] malloc'ed; NULL: each hole gets a face */
 } filler;
 
 static bool is_border(const tw_topology *t, uint32_t corner) {
   return (t->edge_flags[t->corner_edge[corner]] & TW_EDGE_BORDER) != 0;
 }
 
-/* The corner with the border's edge that ends where that of another one begins: round the faces between.
- * UINT32_MAX where an edge there is not one of two faces. Each corner of a fan is passed once. */
+/* The corner before the border edge that ends where another corner's border edge starts, found by walking
+ * round the faces between. UINT32_MAX where an edge on the way is non-manifold. Passes each corner of a fan
+ * once. */
 static uint32_t before_on_border(const tw_topology *t, uint32_t corner) {
   for (corner = tw_corner_previous(t, corner); !is_border(t, corner);
        corner = tw_corner_previous(t, t->sibling[corner]))
@@ -30,13 +33,13 @@ static uint32_t before_on_border(const tw_topology *t, uint32_t corner) {
   return corner;
 }
 
-/* Where a hole's side runs from: against the face's. */
+/* Where a hole's side starts: it runs against the face's edge. */
 static uint32_t start_of(const filler *h, uint32_t corner) {
   return h->t->corner_vertex[tw_corner_next(h->t, corner)];
 }
 
-/* Takes edges from the walk's end, back to place `from`: a loop. It is a hole where the edit asks for it.
- * only: the corner whose edge has to be in it, or UINT32_MAX. */
+/* Removes the edges from index `from` on from the walk: they form a loop. It becomes a hole if the edit asks
+ * for it. only: the corner whose edge has to be in the loop, or UINT32_MAX. */
 static void take_loop(filler *h, uint32_t from, uint32_t only) {
   uint32_t size = h->walk_count - from, most = h->editor->edit->fill.max_edges;
   bool is_asked = only == UINT32_MAX;
@@ -51,8 +54,8 @@ static void take_loop(filler *h, uint32_t from, uint32_t only) {
   h->walk_count = from;
 }
 
-/* Walks along the border from a corner's edge. Where the walk comes to a point again, a loop ends that lies
- * on one side of it: borders that meet in a point are holes of their own. */
+/* Walks along the border from a corner's edge. Where the walk returns to a point, it closes a loop: borders
+ * that meet in a point are separate holes. */
 static void walk_border(filler *h, uint32_t first, uint32_t only) {
   uint32_t corner = first;
   do {
@@ -106,7 +109,8 @@ static int compare_sizes(const void *left, const void *right) {
   return a->hole < b->hole ? -1 : a->hole > b->hole;
 }
 
-/* Covers every hole, small ones first: they have the fewest covers to choose from. TW_LIMIT, TW_NO_MEMORY. */
+/* Makes the patches of all holes, small holes first: they have the fewest possible covers. TW_LIMIT,
+ * TW_CANCELLED, TW_NO_MEMORY. */
 static tw_status make_patches(filler *h) {
   const tw_editor *e = h->editor;
   bool is_fair = e->edit->fill.method == TW_FILL_FAIR;
@@ -140,7 +144,8 @@ static tw_status make_patches(filler *h) {
   return status;
 }
 
-/* Corners have the texture coordinates of the faces on the other side. */
+/* Adds a hole's corner, with the texture coordinates of the face across the border. is_side: the edge after
+ * it is the border's. */
 static void put_side(const filler *h, tw_change *change, uint32_t place, bool is_side) {
   const tw_topology *t = h->t;
   uint32_t corner = h->corners[place], next = tw_corner_next(t, corner);
@@ -148,7 +153,7 @@ static void put_side(const filler *h, tw_change *change, uint32_t place, bool is
                    TW_CHANGE_MADE);
 }
 
-/* The mean that a place of a patch is of its hole's points, or of the corners there. */
+/* Adds the mix for a patch's own point: a mean of the hole's points, or of the corners there. */
 static uint32_t put_mix(const filler *h, tw_change *change, uint32_t hole, uint32_t place, bool of_corners) {
   tw_term terms[TW_PATCH_TERMS];
   uint32_t count = 0;
@@ -183,7 +188,7 @@ static void put_patch(const filler *h, tw_change *change, uint32_t hole) {
   }
 }
 
-/* The patches' own points are the last ones, from `next` on, in their order. */
+/* Positions the patches' own points, which are the last of the mesh, from `next` on. */
 static tw_status place_points(const filler *h, uint32_t next) {
   tw_status status = TW_OK;
   for (uint32_t i = 0; i < h->hole_count; i++)

@@ -1,6 +1,6 @@
-/* Triangles of least area over a loop of points, by dynamic programming: Barequet and Sharir, "Filling gaps
- * in the boundary of a polyhedron" (1995). O(n^3) work and O(n^2) memory for a loop of n points, both
- * bounded. */
+/* Covers a loop of points by the triangles of least total area, by dynamic programming: Barequet and Sharir,
+ * "Filling gaps in the boundary of a polyhedron" (1995). O(n^3) time and O(n^2) memory for a loop of n
+ * points, both bounded. */
 #include "hole.h"
 
 #include <math.h>
@@ -8,19 +8,19 @@
 #include <string.h>
 
 enum {
-  LOOKS = 1024, /* triangles that are looked at, for each point and corner of the mesh */
-  STEPS = 64,   /* steps of points, for each too */
-  EXACT = 512,  /* points of the largest loop that is not halved */
-  SMALL = 8     /* and of one that never is */
+  LOOKS = 1024, /* budget of triangles compared, for each point and corner of the mesh */
+  STEPS = 64,   /* budget of fairing steps times points, likewise */
+  EXACT = 512,  /* the most points of a loop that is not halved */
+  SMALL = 8     /* loops of up to so many points are never halved */
 };
 
 typedef struct covering {
   const tw_editor *editor;
   tw_patch *patch;
   tw_hole_budget *budget;
-  double taken;     /* what an edge that the mesh has already adds to the area */
-  double *areas;    /* [n * n] of the cover between two places, at [first * n + last] */
-  uint16_t *splits; /* [n * n] the third corner of the triangle behind them */
+  double penalty;   /* added to the area for an edge that the mesh has already */
+  double *areas;    /* [n * n] least area between two places, at [first * n + last] */
+  uint16_t *splits; /* [n * n] third corner of the triangle on these two places */
 } covering;
 
 /* ---- edges between holes ------------------------------------------------------------------------------- */
@@ -33,7 +33,7 @@ tw_status tw_patch_edges_init(tw_patch_edges *edges, const tw_editor *editor, ui
   return edges->pairs ? TW_OK : tw_editor_no_memory(editor);
 }
 
-/* Where a pair is, or belongs. */
+/* The slot of a pair of points, or a free one for it. */
 static uint32_t *find_pair(const tw_patch_edges *edges, uint32_t a, uint32_t b) {
   uint32_t lesser = a < b ? a : b, greater = a < b ? b : a;
   uint64_t mixed = ((uint64_t)lesser << 32 | greater) * 0x9E3779B97F4A7C15u;
@@ -49,7 +49,7 @@ bool tw_patch_is_taken(const tw_patch *patch, const tw_editor *editor, uint32_t 
          tw_topology_find_edge(editor->topology, patch->loop[a], patch->loop[b]) != UINT32_MAX;
 }
 
-/* Fewer than the loop has points: what lies in a loop does not cross. */
+/* Adds fewer pairs than the loop has points, as inner edges do not cross: the set never fills up. */
 void tw_patch_finish(const tw_patch *patch) {
   for (uint32_t i = 0; i < 3 * patch->triangle_count; i++) {
     uint32_t a = patch->triangles[i / 3][i % 3], b = patch->triangles[i / 3][(i + 1) % 3];
@@ -79,7 +79,7 @@ static double length(const covering *c, uint32_t a, uint32_t b) {
   return tw_length3(between);
 }
 
-/* Twice the area. */
+/* Twice the area of a triangle. */
 static double area(const covering *c, uint32_t a, uint32_t b, uint32_t d) {
   double first[3], second[3], across[3];
   side(c, a, b, first);
@@ -92,7 +92,7 @@ static bool is_taken(const covering *c, uint32_t a, uint32_t b) {
   return tw_patch_is_taken(c->patch, c->editor, a, b);
 }
 
-/* The best third corner for the places from first to last of a loop. */
+/* Finds the best third corner for the places from first to last of a loop. */
 static void find_split(covering *c, const uint32_t *loop, uint32_t n, uint32_t first, uint32_t last) {
   double best = INFINITY;
   uint32_t split = first + 1;
@@ -103,11 +103,11 @@ static void find_split(covering *c, const uint32_t *loop, uint32_t n, uint32_t f
     split = k;
   }
   bool is_whole = last - first == n - 1;
-  c->areas[first * n + last] = best + (!is_whole && is_taken(c, loop[first], loop[last]) ? c->taken : 0);
+  c->areas[first * n + last] = best + (!is_whole && is_taken(c, loop[first], loop[last]) ? c->penalty : 0);
   c->splits[first * n + last] = (uint16_t)split;
 }
 
-/* The triangles behind the places from first to last; they are no more than EXACT deep. */
+/* Adds the triangles that cover the places from first to last. Recursion is at most EXACT deep. */
 static void put_triangles(covering *c, const uint32_t *loop, uint32_t n, uint32_t first, uint32_t last) {
   if (last - first < 2) return;
   uint32_t k = c->splits[first * n + last];
@@ -124,13 +124,13 @@ static void cover_exactly(covering *c, const uint32_t *loop, uint32_t n) {
   put_triangles(c, loop, n, 0, n - 1);
 }
 
-/* Where a loop begins so that its halves' ends are nearest to each other. */
+/* Finds where the cut that halves a loop is shortest. Returns the place where the first half begins. */
 static uint32_t find_halves(const covering *c, const uint32_t *loop, uint32_t n) {
   uint32_t half = n / 2, best = 0;
   double least = INFINITY;
   for (uint32_t i = 0; i + half < n; i++) {
     double between = length(c, loop[i], loop[i + half]);
-    if (is_taken(c, loop[i], loop[i + half])) between += c->taken;
+    if (is_taken(c, loop[i], loop[i + half])) between += c->penalty;
     if (!(between < least)) continue;
     least = between;
     best = i;
@@ -138,7 +138,7 @@ static uint32_t find_halves(const covering *c, const uint32_t *loop, uint32_t n)
   return best;
 }
 
-/* loop: [n] places. */
+/* Covers a loop, halved where it is too large or the budget is spent. loop: [n] places. */
 static tw_status cover(covering *c, const uint32_t *loop, uint32_t n) {
   uint64_t looks = (uint64_t)n * n * n / 6;
   tw_status status = n > SMALL ? tw_editor_go_on(c->editor) : TW_OK;
@@ -174,8 +174,8 @@ tw_status tw_patch_triangulate(tw_patch *patch, const tw_editor *editor, tw_hole
       loop[i] = i;
       around += length(&c, i, (i + 1) % count);
     }
-    /* More than all triangles together: each is smaller than the square of the loop's length. */
-    c.taken = (double)count * around * (around + 1);
+    /* More than all triangles' areas together: each is less than the square of the loop's length. */
+    c.penalty = (double)count * around * (around + 1);
     status = cover(&c, loop, count);
   }
   free(loop);

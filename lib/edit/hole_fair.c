@@ -1,6 +1,7 @@
-/* Moves the points of a patch so that the sum of its squared Laplacians, those of the hole's border included,
- * is least: Kobbelt, Campagna, Vorsatz, Seidel, "Interactive multi-resolution modeling on arbitrary meshes"
- * (1998). Least squares by conjugate gradients (CGLS), which begin at the patch as it is. */
+/* Moves the own points of a patch to minimise the sum of squared Laplacians, those at the hole's border
+ * included: Kobbelt, Campagna, Vorsatz, Seidel, "Interactive multi-resolution modeling on arbitrary meshes"
+ * (1998). Solves the least squares problem by conjugate gradients (CGLS), starting from the current
+ * positions. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -8,7 +9,7 @@
 #include "hole.h"
 
 enum {
-  STEPS_LEAST = 200, /* for every patch; one of some hundred points is done then */
+  STEPS_LEAST = 200, /* allowed for every patch; enough for a patch of some hundred points */
   STEPS_MOST = 4000
 };
 
@@ -17,33 +18,36 @@ typedef double vector[3];
 typedef struct fairing {
   const tw_patch *patch;
   const tw_rings *rings;
-  uint32_t (*edges)[2]; /* [edge_count] of the patch, but the loop's */
+  uint32_t (*edges)[2]; /* [edge_count] of the patch, except the loop's */
   uint32_t edge_count, steps_max;
-  double *shares;                        /* [point_count] 1 by the number of neighbours */
-  vector *rests;                         /* [point_count] Laplacians */
-  vector *slopes, *ways, *steps, *moved; /* [point_count] */
+  double *shares;                 /* [point_count] 1 / number of neighbours */
+  vector *residuals;              /* [point_count] Laplacians at the current positions */
+  vector *gradients, *directions; /* [point_count] of the search */
+  vector *laplacians;             /* [point_count] of the search direction */
+  vector *displacements;          /* [point_count] of the points: the sum of all steps */
 } fairing;
 
 static bool allocate(fairing *f) {
   size_t points = f->patch->point_count;
   f->edges = tw_alloc(3 * (size_t)f->patch->triangle_count, sizeof *f->edges);
   f->shares = tw_alloc_zero(points, sizeof *f->shares);
-  f->rests = tw_alloc(points, sizeof *f->rests);
-  f->slopes = tw_alloc_zero(points, sizeof *f->slopes);
-  f->ways = tw_alloc_zero(points, sizeof *f->ways);
-  f->steps = tw_alloc(points, sizeof *f->steps);
-  f->moved = tw_alloc_zero(points, sizeof *f->moved);
-  return f->edges && f->shares && f->rests && f->slopes && f->ways && f->steps && f->moved;
+  f->residuals = tw_alloc(points, sizeof *f->residuals);
+  f->gradients = tw_alloc_zero(points, sizeof *f->gradients);
+  f->directions = tw_alloc_zero(points, sizeof *f->directions);
+  f->laplacians = tw_alloc(points, sizeof *f->laplacians);
+  f->displacements = tw_alloc_zero(points, sizeof *f->displacements);
+  return f->edges && f->shares && f->residuals && f->gradients && f->directions && f->laplacians &&
+         f->displacements;
 }
 
 static void fairing_deinit(fairing *f) {
   free(f->edges);
   free(f->shares);
-  free(f->rests);
-  free(f->slopes);
-  free(f->ways);
-  free(f->steps);
-  free(f->moved);
+  free(f->residuals);
+  free(f->gradients);
+  free(f->directions);
+  free(f->laplacians);
+  free(f->displacements);
 }
 
 static void find_edges(fairing *f) {
@@ -56,27 +60,27 @@ static void find_edges(fairing *f) {
     }
 }
 
-/* The Laplacians of the patch, with the mesh's neighbours of the loop. */
-static void find_rests(fairing *f) {
+/* The patch's Laplacians, to which the mesh's neighbours of the loop contribute. */
+static void find_residuals(fairing *f) {
   const tw_patch *p = f->patch;
   for (uint32_t i = 0; i < p->point_count; i++) {
     bool is_loop = i < p->loop_count;
     f->shares[i] = is_loop ? f->rings->counts[p->loop[i]] : 0;
-    for (int k = 0; k < 3; k++) f->rests[i][k] = is_loop ? f->rings->sums[p->loop[i]][k] : 0;
+    for (int k = 0; k < 3; k++) f->residuals[i][k] = is_loop ? f->rings->sums[p->loop[i]][k] : 0;
   }
   for (uint32_t e = 0; e < f->edge_count; e++)
     for (int end = 0; end < 2; end++) {
       uint32_t at = f->edges[e][end], other = f->edges[e][1 - end];
       f->shares[at]++;
-      for (int k = 0; k < 3; k++) f->rests[at][k] += p->points[other][k];
+      for (int k = 0; k < 3; k++) f->residuals[at][k] += p->points[other][k];
     }
   for (uint32_t i = 0; i < p->point_count; i++) {
     f->shares[i] = 1 / f->shares[i];
-    for (int k = 0; k < 3; k++) f->rests[i][k] = f->rests[i][k] * f->shares[i] - p->points[i][k];
+    for (int k = 0; k < 3; k++) f->residuals[i][k] = f->residuals[i][k] * f->shares[i] - p->points[i][k];
   }
 }
 
-/* The Laplacians of what is 0 on the loop, or the transpose of that. */
+/* Applies the Laplacian to vectors that are 0 on the loop, or applies its transpose. */
 static void apply(const fairing *f, bool is_transposed, vector *from, vector *to) {
   for (uint32_t i = 0; i < f->patch->point_count; i++)
     for (int k = 0; k < 3; k++) to[i][k] = -from[i][k];
@@ -104,19 +108,20 @@ static void add(const fairing *f, vector *to, double factor, vector *what) {
 
 static tw_status solve(fairing *f, const tw_editor *editor) {
   tw_status status = TW_OK;
-  apply(f, true, f->rests, f->slopes);
-  add(f, f->ways, -1, f->slopes);
-  double slope = square(f, f->slopes), least = 1e-16 * slope;
-  for (uint32_t i = 0; i < f->steps_max && slope > least && status == TW_OK; i++) {
-    apply(f, false, f->ways, f->steps);
-    double by = slope / square(f, f->steps), before = slope;
+  apply(f, true, f->residuals, f->gradients);
+  add(f, f->directions, -1, f->gradients);
+  double gradient_square = square(f, f->gradients), least = 1e-16 * gradient_square;
+  for (uint32_t i = 0; i < f->steps_max && gradient_square > least && status == TW_OK; i++) {
+    apply(f, false, f->directions, f->laplacians);
+    double by = gradient_square / square(f, f->laplacians), before = gradient_square;
     if (!isfinite(by)) break;
-    add(f, f->moved, by, f->ways);
-    add(f, f->rests, by, f->steps);
-    apply(f, true, f->rests, f->slopes);
-    slope = square(f, f->slopes);
+    add(f, f->displacements, by, f->directions);
+    add(f, f->residuals, by, f->laplacians);
+    apply(f, true, f->residuals, f->gradients);
+    gradient_square = square(f, f->gradients);
     for (uint32_t p = 0; p < f->patch->point_count; p++)
-      for (int k = 0; k < 3; k++) f->ways[p][k] = slope / before * f->ways[p][k] - f->slopes[p][k];
+      for (int k = 0; k < 3; k++)
+        f->directions[p][k] = gradient_square / before * f->directions[p][k] - f->gradients[p][k];
     status = tw_editor_go_on(editor);
   }
   return status;
@@ -132,9 +137,9 @@ tw_status tw_patch_fair(tw_patch *patch, const tw_editor *editor, const tw_rings
   tw_status status = allocate(&f) ? TW_OK : tw_editor_no_memory(editor);
   if (status == TW_OK) {
     find_edges(&f);
-    find_rests(&f);
+    find_residuals(&f);
     status = solve(&f, editor);
-    add(&f, patch->points, 1, f.moved);
+    add(&f, patch->points, 1, f.displacements);
   }
   fairing_deinit(&f);
   return status;

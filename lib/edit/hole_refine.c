@@ -1,6 +1,6 @@
 /* Refines the triangles over a hole: Liepa, "Filling holes in meshes" (2003). A triangle whose centre is far
- * from its corners, by the length of the edges at the hole's border, gets a point there; edges are swapped
- * where the triangles beside them are the less slender for it. */
+ * from its corners, relative to the edge lengths at the hole's border, is split at its centre. Edges are
+ * swapped where that makes the triangles beside them less slender. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -8,8 +8,8 @@
 #include "hole.h"
 
 enum {
-  ROUNDS = 64, /* of splits */
-  SWEEPS = 8   /* of swaps after each */
+  ROUNDS = 64, /* rounds of splits */
+  SWEEPS = 8   /* most sweeps of swaps after each round */
 };
 static const double DENSITY = 1.4142135623730951;
 
@@ -47,7 +47,7 @@ void tw_patch_deinit(tw_patch *patch) {
   free(patch->terms);
 }
 
-/* Makes *array larger, or leaves it as it is. */
+/* Enlarges *array, or leaves it unchanged and returns false. */
 static bool resize(void **array, uint64_t count, size_t size) {
   void *larger = count <= SIZE_MAX / size ? realloc(*array, (size_t)count * size) : NULL;
   if (larger) *array = larger;
@@ -78,7 +78,8 @@ static int compare_half_edges(const void *left, const void *right) {
   return 0;
 }
 
-/* Finds what is beyond each side: of sides over the same two places there are two, or the loop's one. */
+/* Finds the triangle across each side: two sides between the same two places face each other, a single one is
+ * the loop's. */
 static bool join_triangles(tw_patch *p) {
   uint32_t count = 3 * p->triangle_count;
   half_edge *edges = tw_alloc(count, sizeof *edges);
@@ -108,7 +109,7 @@ static bool begin(tw_patch *p, const tw_editor *editor, const tw_rings *rings) {
   return join_triangles(p);
 }
 
-/* The corner of a triangle behind which another one is. */
+/* The corner of a triangle whose side leads to another triangle. */
 static uint32_t corner_to(const tw_patch *p, uint32_t triangle, uint32_t other) {
   uint32_t k = 0;
   while (k < 2 && p->beyond[triangle][k] != other) k++;
@@ -133,7 +134,7 @@ static int compare_terms(const void *left, const void *right) {
   return a->index < b->index ? -1 : a->index > b->index;
 }
 
-/* The mean of three means, by the heaviest of their terms. */
+/* The mean of three means, reduced to its heaviest terms and normalised. */
 static void mean_of_terms(const tw_patch *p, const uint32_t corners[3], tw_term *out) {
   tw_term all[3 * TW_PATCH_TERMS];
   uint32_t count = 0;
@@ -157,7 +158,7 @@ static double distance(const double *a, const double *b) {
   return tw_length3(side);
 }
 
-/* Whether a triangle is too large; its centre and the scale there. */
+/* Whether a triangle is too large. centre, scale: the triangle's centre, and the wanted edge length there. */
 static bool is_large(const tw_patch *p, uint32_t triangle, double centre[3], double *scale) {
   const uint32_t *corners = p->triangles[triangle];
   for (int i = 0; i < 3; i++)
@@ -170,7 +171,7 @@ static bool is_large(const tw_patch *p, uint32_t triangle, double centre[3], dou
   return true;
 }
 
-/* Puts a point into a triangle; there is room. */
+/* Splits a triangle at a new point. There must be room. */
 static void split(tw_patch *p, uint32_t t, const double centre[3], double scale) {
   uint32_t a = p->triangles[t][0], b = p->triangles[t][1], c = p->triangles[t][2];
   uint32_t ab = p->beyond[t][0], bc = p->beyond[t][1], ca = p->beyond[t][2];
@@ -199,8 +200,8 @@ static double angle(const tw_patch *p, uint32_t at, uint32_t a, uint32_t b) {
   return tw_angle3(first, second);
 }
 
-/* Whether two places have an edge: in the patch round the first of them from triangle t on, or in the mesh.
- */
+/* Whether two places share an edge, in the mesh or in the patch. Searches the triangles round place `a` from
+ * triangle t on, both ways. */
 static bool has_edge(const tw_patch *p, const tw_editor *editor, uint32_t t, uint32_t a, uint32_t b) {
   if (a < p->loop_count && b < p->loop_count && tw_patch_is_taken(p, editor, a, b)) return true;
   for (uint32_t way = 0; way < 2; way++) {
@@ -215,7 +216,8 @@ static bool has_edge(const tw_patch *p, const tw_editor *editor, uint32_t t, uin
   return false;
 }
 
-/* Swaps the side behind corner k for the one that crosses it where that is Delaunay's. */
+/* Swaps the side after corner k for the other diagonal of its two triangles, where the Delaunay condition
+ * asks for it. */
 static bool swap(tw_patch *p, const tw_editor *editor, uint32_t t, uint32_t k) {
   uint32_t u = p->beyond[t][k];
   if (u == UINT32_MAX || u < t) return false;

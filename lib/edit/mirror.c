@@ -1,5 +1,5 @@
-/* Adds a mirror image: of each point in their order, of each face in their order. What had a name has it of
- * its image too. */
+/* Adds a mirror image of the points and the faces, in their order. A name then also refers to the images of
+ * its elements. */
 #include <math.h>
 #include <string.h>
 
@@ -10,9 +10,9 @@ typedef struct mirror {
   const tw_topology *t;
   tw_change change;
   int axis;
-  uint8_t *is_on;            /* [vertex_count] on the plane: its own image */
-  uint8_t *is_flat;          /* [face_count] all on the plane: it would lie on its image */
-  uint32_t *points, *images; /* [vertex_count] of the change */
+  uint8_t *is_on;            /* [vertex_count] on the plane: the point is its own image */
+  uint8_t *is_flat;          /* [face_count] all points are on the plane: the face would lie on its image */
+  uint32_t *points, *images; /* [vertex_count] the new point, and its image */
 } mirror;
 
 static void measure(mirror *m) {
@@ -24,7 +24,7 @@ static void measure(mirror *m) {
     if (!m->is_on[m->t->corner_vertex[c]]) m->is_flat[m->t->corner_face[c]] = 0;
 }
 
-/* Points that only faces on the plane have go with them. */
+/* Adds points and images. Points that only removed faces have are removed too. */
 static bool put_points(mirror *m) {
   const tw_topology *t = m->t;
   uint8_t *is_used = tw_arena_alloc(m->editor->arena, t->vertex_count, 1);
@@ -45,7 +45,7 @@ static bool put_points(mirror *m) {
   return true;
 }
 
-/* Displacements of images are images. first: the first point that is one. */
+/* Mirrors the images' morph displacements. first: the first point that is an image. */
 static void turn_morphs(tw_editor *e, int axis, uint32_t first) {
   for (uint32_t i = 0; i < e->mesh.morph_count; i++) {
     float *displacements = (float *)e->mesh.morphs[i];

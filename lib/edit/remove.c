@@ -1,4 +1,4 @@
-/* Delete, drop_pieces and merge: points and faces that go, and what of the rest is left without a face. */
+/* Delete, drop_pieces and merge: remove points and faces, and points left without a face. */
 #include <math.h>
 #include <string.h>
 
@@ -10,10 +10,9 @@ typedef struct remover {
   tw_editor *editor;
   const tw_topology *t;
   tw_change change;
-  uint8_t *is_gone; /* [face_count] */
-  uint32_t
-      *becomes; /* [vertex_count] the point of before that each is one with now: itself, or a merged one */
-  uint32_t *points; /* [vertex_count] its point of the change */
+  uint8_t *is_gone;  /* [face_count] */
+  uint32_t *becomes; /* [vertex_count] the old point that each is merged into, or itself */
+  uint32_t *points;  /* [vertex_count] its new point */
 } remover;
 
 static tw_status begin(remover *r) {
@@ -30,12 +29,13 @@ static uint32_t end_of(const remover *r, uint32_t corner) {
   return r->becomes[r->t->corner_vertex[corner]];
 }
 
-/* A corner stays where the one before it is elsewhere. */
+/* A corner stays unless the previous corner has become the same point. */
 static bool stays(const remover *r, uint32_t corner) {
   return end_of(r, tw_corner_previous(r->t, corner)) != end_of(r, corner);
 }
 
-/* The edge from a corner that stays to the next one that does: corners on the way are at its own place. */
+/* The old edge from a corner that stays to the next one that does; the corners between have become the same
+ * point as the first. */
 static uint32_t edge_behind(const remover *r, uint32_t corner) {
   uint32_t next = tw_corner_next(r->t, corner);
   while (end_of(r, next) == end_of(r, corner)) {
@@ -45,7 +45,7 @@ static uint32_t edge_behind(const remover *r, uint32_t corner) {
   return r->t->corner_edge[corner];
 }
 
-/* Flags faces that keep fewer than three different points. */
+/* Removes faces left with fewer than three different points. */
 static tw_status drop_thin_faces(remover *r) {
   uint32_t *seen = tw_arena_alloc(r->editor->arena, r->t->vertex_count, sizeof *seen);
   if (!seen) return tw_editor_no_memory(r->editor);
@@ -61,8 +61,9 @@ static tw_status drop_thin_faces(remover *r) {
   return TW_OK;
 }
 
-/* Points go that a face had, and none has any more. merged: the point that is a mean of terms [term_count],
- * moved by `shift`; UINT32_MAX: there is none. */
+/* Makes the mesh without the removed faces, and without points that lost all their faces. doomed:
+ * [vertex_count] points that are removed even if they never had a face. made: [vertex_count] or NULL. merged:
+ * the point that becomes the mean of terms [term_count], moved by `shift`; UINT32_MAX: none. */
 static tw_status finish(remover *r, const uint8_t *doomed, const uint8_t *made, uint32_t merged,
                         const tw_term *terms, uint32_t term_count, const double *shift) {
   const tw_topology *t = r->t;
@@ -134,7 +135,7 @@ tw_status tw_edit_drop_pieces(tw_editor *editor) {
 
 /* ---- merge --------------------------------------------------------------------------------------------- */
 
-/* Lets each of the points become the first one that it is within the distance of. */
+/* Merges each listed point into the first one within the distance. */
 static tw_status join_near(remover *r, const uint32_t *list, uint32_t count, double distance) {
   tw_arena *arena = r->editor->arena;
   float *positions = tw_arena_alloc_raw(arena, count, sizeof(float[3]));

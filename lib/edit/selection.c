@@ -1,4 +1,4 @@
-/* What an edit is applied to: faces, edges or vertices as flags. */
+/* Selections: the faces, edges or vertices that an edit applies to, as flags. */
 #include <assert.h>
 #include <math.h>
 #include <stdio.h>
@@ -11,7 +11,7 @@
 typedef struct picker {
   tw_editor *editor;
   const tw_selection *selection;
-  uint32_t count; /* of all elements */
+  uint32_t count; /* of all faces, edges or vertices */
   uint8_t *flags; /* [count] */
 } picker;
 
@@ -19,7 +19,7 @@ static const char *element_name(const picker *p) {
   return tw_edit_element_names[p->selection->of];
 }
 
-/* `place`: below the selection ("/group"). */
+/* place: the pointer below the selection's ("/group"). */
 static tw_status refuse(const picker *p, const char *place, const char *detail) {
   char at[64];
   snprintf(at, sizeof at, "/%s%s", element_name(p), place);
@@ -66,7 +66,7 @@ static tw_status pick_list(picker *p) {
 
 /* ---- groups and materials ------------------------------------------------------------------------------ */
 
-/* Whether a set's text, names with a blank between two, has the name. */
+/* Whether a set of groups, written as names with blanks between, contains a name. */
 static bool set_has(const char *set, const char *name) {
   size_t length = strlen(name);
   for (const char *at = set; at; at = strchr(at, ' '), at = at ? at + 1 : NULL)
@@ -123,7 +123,7 @@ static bool is_angle(double degrees) {
   return degrees >= 0 && degrees <= 180;
 }
 
-/* A face at the angle itself counts, whatever rounding did to it. */
+/* In radians: rounding must not decide about a face exactly at the angle. */
 #define SLACK 1e-6
 
 static tw_status pick_facing(picker *p) {
@@ -185,7 +185,7 @@ static tw_status pick_sharper(picker *p) {
 
 /* ---- what hangs together ------------------------------------------------------------------------------- */
 
-/* The edge that goes straight on over an end of one, or UINT32_MAX. */
+/* The edge that continues an edge straight across one of its ends, or UINT32_MAX. */
 static uint32_t straight_on(const tw_topology *t, uint32_t edge, uint32_t vertex) {
   const uint32_t *ring = t->ring_edges + t->ring_offsets[vertex];
   uint32_t count = t->ring_offsets[vertex + 1] - t->ring_offsets[vertex], at = 0;
@@ -196,8 +196,9 @@ static uint32_t straight_on(const tw_topology *t, uint32_t edge, uint32_t vertex
   return is_crossing ? ring[(at + 2) % 4] : UINT32_MAX;
 }
 
-/* Great poles are passed once a loop at most: a border's ends stand at the ends of the ring, and all else
- * goes on over vertices of four edges alone. */
+/* Passes each vertex of high valence at most once, so that its ring is not searched again and again: a
+ * border's two edges are the ends of the ring, and other loops continue only across vertices of four
+ * edges. */
 static void find_loop(const tw_topology *t, uint32_t first, uint8_t *flags) {
   flags[first] = 1;
   for (int end = 0; end < 2; end++) {
@@ -209,12 +210,13 @@ static void find_loop(const tw_topology *t, uint32_t first, uint8_t *flags) {
   }
 }
 
-/* Follows a ring from a corner over its face. is_along: the corner runs as the ring's first edge does. */
+/* Follows a ring of edges from a corner across its face. is_along: the corner's half-edge has the direction
+ * of the ring's first edge. */
 static void follow_ring(const tw_topology *t, uint32_t corner, bool is_along, uint8_t *flags) {
   while (tw_face_size(t, tw_corner_face(t, corner)) == 4) {
     uint32_t across = tw_corner_next(t, tw_corner_next(t, corner)), edge = t->corner_edge[across];
     if (flags[edge]) return;
-    /* The corner across runs against this one. */
+    /* The half-edge on the opposite side of the quad runs the other way. */
     bool is_across_along = !is_along;
     flags[edge] = (t->edge_vertices[edge][0] == t->corner_vertex[across]) == is_across_along ? 1 : 2;
     uint32_t next = t->sibling[across];

@@ -1,11 +1,12 @@
-/* Smooth: points move towards the mean of their neighbours. Taubin, "A signal processing approach to fair
- * surface design" (1995): each step that shrinks the mesh is followed by one that is a little larger and
- * blows it up, which takes short waves away and leaves long ones, and so the volume, as they were. */
+/* Smooth: moves points towards the mean of their neighbours. Taubin, "A signal processing approach to fair
+ * surface design" (1995): each step that shrinks the mesh is followed by a slightly larger one that inflates
+ * it. Together they remove short waves and keep long ones, and so the volume. */
 #include <string.h>
 
 #include "editor.h"
 
-/* Taubin's own pair: waves pass below the frequency 1 / TAUBIN_SHRINK + 1 / TAUBIN_GROW = 0.1, of 0 to 2. */
+/* Taubin's own pair of factors. Waves below the frequency 1 / TAUBIN_SHRINK + 1 / TAUBIN_GROW = 0.1 pass;
+ * frequencies range from 0 to 2. */
 #define TAUBIN_SHRINK 0.6307
 #define TAUBIN_GROW   (-0.6732)
 #define LAPLACE       0.5
@@ -14,7 +15,7 @@ typedef struct smoother {
   const tw_topology *t;
   const uint8_t *moves; /* [vertex_count] */
   double (*at)[3];      /* [vertex_count] */
-  double (*sums)[3];    /* [vertex_count] of neighbours */
+  double (*sums)[3];    /* [vertex_count] sum of the neighbours */
 } smoother;
 
 static void step(const smoother *s, double by) {
@@ -32,7 +33,7 @@ static void step(const smoother *s, double by) {
   }
 }
 
-/* Of the points that are selected, those with neighbours that are not on a border. NULL without memory. */
+/* Flags the selected points that have neighbours and are not on a border. NULL without memory. */
 static const uint8_t *find_moving(const tw_editor *e, const uint8_t *points) {
   const tw_topology *t = e->topology;
   uint8_t *moves = tw_arena_alloc(e->arena, t->vertex_count, 1);

@@ -1,12 +1,12 @@
-/* Creases, corners and holes: sharpness of edges and points, and faces without a surface. Tags of before that
- * are not selected stay in their order; those that are selected come after them, or go where the sharpness is
- * 0. */
+/* Creases, corners and holes: the sharpness of edges and points, and faces without a surface. Existing tags
+ * that are not selected keep their order; selected elements come after them, or lose their tag where the
+ * sharpness is 0. */
 #include <string.h>
 
 #include "editor.h"
 
-/* items: [count][width] what is tagged, of creases the two points of each; sharpness: [count]. Both become
- * those of after. */
+/* Replaces one kind of tags. items: [count][width] the tagged elements, each crease as its two points;
+ * sharpness: [count]. Both are replaced by the new arrays. */
 static tw_status retag(tw_editor *e, uint32_t width, uint32_t *count, const uint32_t **items,
                        const float **sharpness) {
   uint8_t *selected, *points;
@@ -51,7 +51,7 @@ tw_status tw_edit_corner(tw_editor *editor) {
   return retag(editor, 1, &mesh->sharp_point_count, &mesh->sharp_points, &mesh->point_sharpness);
 }
 
-/* A hole is not more or less so. */
+/* A hole has no degrees: its sharpness only tells whether it is tagged. */
 tw_status tw_edit_hole(tw_editor *editor) {
   tw_mesh *mesh = &editor->mesh;
   const float *sharpness = tw_arena_alloc(editor->arena, mesh->hole_count, sizeof *sharpness);

@@ -1,10 +1,10 @@
-/* Moves, turns and scales points. */
+/* Moves, rotates and scales points. */
 #include <math.h>
 #include <string.h>
 
 #include "editor.h"
 
-/* Rows of a linear map, and the point that it leaves where it is before `by` is added. */
+/* A linear map by its rows, the point that it keeps fixed, and a translation that follows. */
 typedef struct motion {
   double rows[3][3], about[3], by[3];
 } motion;

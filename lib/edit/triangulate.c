@@ -1,4 +1,4 @@
-/* Triangulate and quads: faces to triangles, and pairs of triangles to quads. */
+/* Triangulate and quads: cuts faces into triangles, and joins pairs of triangles into quads. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,8 +11,8 @@ typedef struct cutter {
   const tw_topology *t;
   tw_change change;
   const uint8_t *selected;
-  uint32_t (*triangles)[3];  /* of a face under way: places of its corners */
-  uint32_t *next, *previous; /* [largest face] the corners that are left, in a ring */
+  uint32_t (*triangles)[3];  /* the current face's triangles, as corner indices within the face */
+  uint32_t *next, *previous; /* [largest face] a ring of the corners not yet cut off */
   double (*flat)[2];         /* [largest face] corners in the plane of the face */
   uint8_t *is_reflex;        /* [largest face] */
 } cutter;
@@ -28,14 +28,15 @@ static void triangle_normal(const tw_editor *e, const uint32_t corners[3], doubl
   tw_cross3(a, b, out);
 }
 
-/* Its square. */
+/* The squared distance of two corners. */
 static double distance(const tw_editor *e, uint32_t a, uint32_t b) {
   double side[3];
   tw_side3(tw_editor_point(e, e->mesh.corners[a]), tw_editor_point(e, e->mesh.corners[b]), side);
   return tw_dot3(side, side);
 }
 
-/* Whether the halves at a diagonal from corner `first` (0 or 1) look the same way. */
+/* Whether a quad's halves along the diagonal from corner `first` (0 or 1) face the same way: then the
+ * diagonal lies inside. */
 static bool is_inside(const tw_editor *e, uint32_t begin, uint32_t first) {
   double a[3], b[3];
   triangle_normal(e, (uint32_t[]){begin + first, begin + first + 1, begin + first + 2}, a);
@@ -43,7 +44,7 @@ static bool is_inside(const tw_editor *e, uint32_t begin, uint32_t first) {
   return tw_dot3(a, b) > 0;
 }
 
-/* False where the face comes to each of its points again. */
+/* Cuts a quad along a diagonal. False where both diagonals join a point to itself. */
 static bool cut_quad(cutter *k, uint32_t begin) {
   const tw_editor *e = k->editor;
   const uint32_t *points = k->t->corner_vertex + begin;
@@ -59,13 +60,14 @@ static bool cut_quad(cutter *k, uint32_t begin) {
 
 /* ---- larger faces: ears -------------------------------------------------------------------------------- */
 
-/* Twice the area of a triangle of corners in the plane. */
+/* Twice the signed area of a triangle of flattened corners. */
 static double area(const cutter *k, uint32_t a, uint32_t b, uint32_t c) {
   return (k->flat[b][0] - k->flat[a][0]) * (k->flat[c][1] - k->flat[a][1]) -
          (k->flat[b][1] - k->flat[a][1]) * (k->flat[c][0] - k->flat[a][0]);
 }
 
-/* Corners without the coordinate along which the face's normal is longest, wound counter-clockwise. */
+/* Projects the corners along the axis nearest to the face's normal, so that they run counter-clockwise, and
+ * links them into a ring. */
 static void flatten(cutter *k, uint32_t face) {
   uint32_t begin = tw_face_begin(k->t, face), size = tw_face_size(k->t, face), axis = 0;
   double normal[3];
@@ -90,8 +92,8 @@ static bool is_reflex(const cutter *k, uint32_t i) {
   return area(k, k->previous[i], i, k->next[i]) <= 0;
 }
 
-/* Whether no reflex corner lies in the triangle of a corner and its neighbours. *budget: corners that may be
- * looked at yet. */
+/* Whether a corner is an ear: no reflex corner lies in its triangle. *budget: how many corners may still be
+ * tested; when it is spent, the corner counts as an ear. */
 static bool is_ear(const cutter *k, uint32_t ear, uint64_t *budget) {
   uint32_t a = k->previous[ear], b = k->next[ear];
   if (k->is_reflex[ear]) return false;
@@ -101,9 +103,9 @@ static bool is_ear(const cutter *k, uint32_t ear, uint64_t *budget) {
   return true;
 }
 
-/* The next corner to cut off from `at` on, or UINT32_MAX: where a face comes to a point again, a corner
- * between two corners at one point is none. A face so large, or so folded, that the budget is used up is cut
- * without looking. */
+/* The next corner to cut off, from `at` on: an ear, or else the first candidate. UINT32_MAX where there is no
+ * candidate: in a face that has a point twice, a corner whose two neighbours are one point is none. When the
+ * budget is spent, the first candidate is taken without a test. */
 static uint32_t find_ear(const cutter *k, const uint32_t *points, uint32_t at, uint32_t left,
                          uint64_t *budget) {
   uint32_t any = UINT32_MAX;
@@ -116,8 +118,8 @@ static uint32_t find_ear(const cutter *k, const uint32_t *points, uint32_t at, u
   return any;
 }
 
-/* Cuts ears off one after the other, not twice at the same place where that can be. False where none is left
- * before the face is cut up. */
+/* Cuts off ears one after the other, moving round the face so that they do not all share a corner. False
+ * where no candidate is left before the face is cut up. */
 static bool cut_ears(cutter *k, uint32_t face) {
   enum { LOOKS = 256 };
   const uint32_t *points = k->t->corner_vertex + tw_face_begin(k->t, face);
@@ -154,7 +156,7 @@ static void put_triangle(cutter *k, uint32_t face, const uint32_t places[3]) {
   tw_change_face(&k->change, face, TW_CHANGE_MADE);
 }
 
-/* The first triangle of a face, or all the others. */
+/* Adds the first triangle of a face, or all its other triangles. */
 static void put_face(cutter *k, uint32_t face, bool is_first) {
   uint32_t size = tw_face_size(k->t, face);
   bool is_cut = k->selected[face] && size > 3 &&
@@ -213,7 +215,8 @@ static bool same_groups(const tw_mesh *mesh, const uint32_t faces[2]) {
          (!mesh->face_smoothing || mesh->face_smoothing[faces[0]] == mesh->face_smoothing[faces[1]]);
 }
 
-/* Edges at which two selected triangles make a quad, but creases and those between groups. */
+/* Lists the edges at which two selected triangles could become a quad, except creases and edges between
+ * groups. is_kept: [edge_count] the creases. */
 static uint32_t find_candidates(const tw_editor *e, const uint8_t *selected, const uint8_t *is_kept,
                                 candidate *out) {
   const tw_topology *t = e->topology;
@@ -231,12 +234,12 @@ static uint32_t find_candidates(const tw_editor *e, const uint8_t *selected, con
   return count;
 }
 
-/* A quad stands where the first of its halves did. */
+/* A quad takes the place of the first of its halves. */
 static void put_pair(tw_change *change, const tw_topology *t, const candidate *c) {
   for (int i = 0; i < 4; i++) {
     uint32_t corner = c->quad[i], edge = t->corner_edge[corner];
-    /* A quad's corner may stand for the shared edge in its own triangle; the side is of the other one then.
-     */
+    /* In its own triangle, this corner's half-edge may be the shared edge; the quad's side then belongs to
+     * the other triangle. */
     if (edge == c->edge) {
       uint32_t other = t->sibling[corner];
       edge = t->corner_edge[tw_corner_next(t, other)];

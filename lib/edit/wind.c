@@ -1,9 +1,9 @@
-/* Flip and orient: which way faces are wound. */
+/* Flip and orient: reverse the winding of faces. */
 #include <string.h>
 
 #include "editor.h"
 
-/* Turns round the faces that are flagged, each from its first corner. */
+/* Reverses the flagged faces; each keeps its first corner. */
 static tw_status turn(tw_editor *e, const uint8_t *is_turned, const uint8_t *selected) {
   const tw_topology *t = e->topology;
   const tw_change_size size = {.points = t->vertex_count, .faces = t->face_count, .corners = t->corner_count};
@@ -29,9 +29,9 @@ tw_status tw_edit_flip(tw_editor *editor) {
 
 /* ---- orient -------------------------------------------------------------------------------------------- */
 
-/* A piece of faces that hang together over edges of two faces. */
+/* Faces connected across edges of two faces. */
 typedef struct piece {
-  uint32_t begin, end; /* in the queue */
+  uint32_t begin, end; /* its range of the queue */
   bool is_closed;
 } piece;
 
@@ -44,7 +44,8 @@ typedef struct orienter {
   uint32_t queued;
 } orienter;
 
-/* The face over an edge: turned as this one is where they run against each other there, else not. */
+/* Reaches the face across an edge, flagged as turned so that the two then run along the edge in opposite
+ * directions. */
 static void reach_over(orienter *o, uint32_t corner, piece *p) {
   const tw_topology *t = o->t;
   uint32_t other = t->sibling[corner], face = tw_corner_face(t, corner), beyond = tw_corner_face(t, other);
@@ -71,7 +72,7 @@ static piece reach(orienter *o, uint32_t first) {
   return p;
 }
 
-/* Six times the volume of a face with a point. */
+/* Six times the signed volume between a face and a point. */
 static double volume_of(const orienter *o, uint32_t face, const float *from) {
   const tw_mesh *mesh = &o->editor->mesh;
   uint32_t begin = mesh->face_offsets[face], end = mesh->face_offsets[face + 1];
@@ -86,7 +87,8 @@ static double volume_of(const orienter *o, uint32_t face, const float *from) {
   return o->is_turned[face] ? -sum : sum;
 }
 
-/* A closed piece faces outward, another one as most of its faces did. */
+/* Turns a closed piece so that it faces outward, and another one so that most of its faces keep their
+ * winding. */
 static void settle(orienter *o, const piece *p) {
   const tw_mesh *mesh = &o->editor->mesh;
   const float *from = tw_editor_point(o->editor, mesh->corners[mesh->face_offsets[o->queue[p->begin]]]);
