@@ -45,8 +45,9 @@ function bodyOf(source, type) {
     for (const file of source) form.append('file', file, file.name);
     return { body: form };
   }
-  // fetch would send these as text: "undefined", "[object Object]".
-  if (typeof source !== 'string' && (!(source instanceof Object) || Object.getPrototypeOf(source) === Object.prototype))
+  // fetch would send other values as text: "undefined", or "[object Object]" for a plain object, of this realm or another.
+  const prototype = source !== null && typeof source === 'object' ? Object.getPrototypeOf(source) : null;
+  if (typeof source !== 'string' && (prototype === null || Object.getPrototypeOf(prototype) === null))
     throw new TypeError('upload takes a Blob or File, a list of Files, bytes, or text: of a document JSON.stringify(document)');
   // The daemon detects the format from the bytes; the type that browsers guess from a file's name may be one it refuses.
   return { body: source, type: type ?? 'application/octet-stream' };

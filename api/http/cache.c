@@ -274,14 +274,17 @@ static api_ticket *give_up(api_cache *cache, api_entry *entry, const api_fault *
   return waiting;
 }
 
+/* The fault of an entry that was not built for a reason of its builder's alone: requests that waited for the
+ * entry try themselves. */
+static const api_fault UNTRIED = {.stall = API_STALL_ENTRY};
+
 /* Breaks the ticket's promises: tickets that waited are woken and build the entries themselves. */
 static void break_promises(api_cache *cache, api_ticket *ticket) {
-  static const api_fault untried = {.stall = API_STALL_ENTRY};
   while (ticket->promised) {
     api_entry *entry = ticket->promised, *chain = NULL;
     pthread_mutex_lock(&cache->lock);
     take_promise_back(entry, ticket);
-    api_ticket *woken = give_up(cache, entry, &untried, &chain);
+    api_ticket *woken = give_up(cache, entry, &UNTRIED, &chain);
     pthread_mutex_unlock(&cache->lock);
     wake_all(woken);
     destroy_chain(cache, chain);
@@ -357,7 +360,9 @@ static api_entry *build_entry(api_cache *cache, api_entry *entry, api_ticket *ti
   } else if (fault->stall == API_STALL_MEMORY) {
     promise(entry, ticket); /* the promise takes over the caller's reference */
   } else {
-    woken = give_up(cache, entry, fault, &chain);
+    /* A build is cancelled when its own request has used up its time; the other requests may have time left.
+     */
+    woken = give_up(cache, entry, fault->error.status == TW_CANCELLED ? &UNTRIED : fault, &chain);
   }
   pthread_mutex_unlock(&cache->lock);
   wake_all(woken);
@@ -367,7 +372,7 @@ static api_entry *build_entry(api_cache *cache, api_entry *entry, api_ticket *ti
 
 /* Under the lock: ends the ticket's wait, if it was for this key. Returns the entry with the ticket's
  * reference if it is READY and still listed. A failed build fills the fault: all requests that waited for it
- * fail alike. */
+ * fail alike, unless the build was cancelled. */
 static api_entry *take_awaited(api_cache *cache, const char *key, api_ticket *ticket, api_fault *fault,
                                api_entry **chain) {
   api_entry *awaited = ticket->awaited;

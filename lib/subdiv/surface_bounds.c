@@ -99,7 +99,9 @@ static void find_farthest(const tw_surface *s, uint32_t farthest[6]) {
   }
 }
 
+/* Makes the pass's own reader and block; either is NULL where this fails. */
 static bool open_pass(pass *p) {
+  p->block = NULL; /* a part begins as a copy of a pass that is closed */
   p->reader = tw_surface_reader_create_shared(&p->s, 1, 1);
   if (!p->reader) return false;
   tw_turn_to_points(p->reader, p->s, p->morph);

@@ -14,6 +14,7 @@
 typedef struct workshop {
   atomic_int built, destroyed;
   int size;
+  int cancelled; /* so many builds are cancelled, the first ones */
   bool fails;
 } workshop;
 
@@ -31,6 +32,10 @@ static void destroy_piece(void *value) {
 static bool build_piece(void *context, api_built *out, api_fault *fault) {
   workshop *shop = context;
   int number = shop->built++;
+  if (number < shop->cancelled) {
+    tw_fail(&fault->error, TW_CANCELLED, "the time is over");
+    return api_fault_complete(fault);
+  }
   if (shop->fails) {
     fault->status = 404;
     return false;
@@ -628,6 +633,33 @@ TEST(all_who_wait_for_a_failing_build_hear_why) {
   for (int i = 0; i < THREADS; i++) assert_int_equal(pthread_create(&threads[i], NULL, ask_for_one, &c), 0);
   for (int i = 0; i < THREADS; i++) pthread_join(threads[i], NULL);
   assert_int_equal(api_cache_idle_size(c.cache), 0);
+  close_cache(c.cache);
+}
+
+static void *ask_with_patience(void *context) {
+  crowd *c = context;
+  api_fault fault;
+  c->waiting++;
+  api_entry *entry = take_by(c->cache, "one", build_slowly, c, &fault);
+  if (!entry && fault.status != 503) abort();
+  api_entry_release(entry);
+  return entry;
+}
+
+TEST(a_build_whose_time_is_over_fails_its_own_request_alone) {
+  crowd c = {.shop = {.size = 5, .cancelled = 2}};
+  c.cache = open_cache(100000);
+  pthread_t threads[THREADS];
+  int served = 0;
+  for (int i = 0; i < THREADS; i++)
+    assert_int_equal(pthread_create(&threads[i], NULL, ask_with_patience, &c), 0);
+  for (int i = 0; i < THREADS; i++) {
+    void *entry;
+    pthread_join(threads[i], &entry);
+    served += entry != NULL;
+  }
+  assert_int_equal(served, THREADS - 2);
+  assert_int_equal(c.shop.built, 3);
   close_cache(c.cache);
 }
 

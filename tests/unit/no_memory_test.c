@@ -120,6 +120,24 @@ TEST(compiling_a_clip_survives_every_failure) {
   assert_true(failures > 20);
 }
 
+TEST(finding_bounds_survives_every_failure) {
+  tw_mesh mesh = cube();
+  tw_surface_options options = {.level = 5};
+  tw_surface *surface = NULL;
+  assert_int_equal(tw_surface_create(&mesh, &options, &surface, NULL), TW_OK);
+  float min[3], max[3];
+  size_t failures = 0;
+  for (;; failures++) {
+    test_memory.left = failures;
+    tw_status status = tw_surface_bounds(surface, -1, min, max);
+    test_memory.left = SIZE_MAX;
+    if (status == TW_OK) break;
+    assert_int_equal(status, TW_NO_MEMORY);
+  }
+  assert_true(failures > 10);
+  tw_surface_destroy(surface);
+}
+
 /* Nor do surfaces that share its shapes afterwards meet what was left half made. */
 static void making_survives(bool morphs) {
   static const uint32_t creased_edges[2][2] = {{0, 1}, {1, 2}};
