@@ -4,6 +4,7 @@ import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { setTimeout as pause } from 'node:timers/promises';
+import { runInNewContext } from 'node:vm';
 
 import { Daemon, root } from '../node/daemon.mjs';
 import { Player, PoseTable, Tweend, TweendError } from '../../api/client/tweend.js';
@@ -470,10 +471,13 @@ test('the server’s clock is told by the events with least delay, whatever it s
 });
 
 test('what is no model and no body is told before it is sent', async () => {
-  for (const source of [undefined, null, 3, { meshes: [] }]) await assert.rejects(tweend.upload(source), { name: 'TypeError', message: /JSON\.stringify/ });
+  for (const source of [undefined, null, 3, { meshes: [] }, runInNewContext('({ meshes: [] })')]) await assert.rejects(tweend.upload(source), { name: 'TypeError', message: /JSON\.stringify/ });
   assert.throws(() => tweend.describe(undefined), { name: 'TypeError', message: /a model is expected/ });
   assert.throws(() => tweend.surfaceUrl({}, { level: 1 }), { name: 'TypeError', message: /a model is expected/ });
-  const box = await tweend.upload(Buffer.from('{"meshes": [{"shape": {"kind": "box"}}]}'));
+  const bytes = Buffer.from('{"meshes": [{"shape": {"kind": "box"}}]}');
+  const box = await tweend.upload(bytes);
+  const elsewhere = runInNewContext('Uint8Array.from(bytes)', { bytes: [...bytes] }); // as of a frame
+  assert.equal((await tweend.upload(elsewhere)).id, box.id);
   await assert.rejects(tweend.sculpt(box, [0, 0, 0]), { status: 400, message: /level is missing/ });
   await tweend.remove(box);
 });
