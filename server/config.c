@@ -42,94 +42,95 @@ enum { FLAG_SIZE = 64, LEVEL_FILE_MAX = 64 };
 
 static const setting SETTINGS[] = {
     {"listen", KIND_TEXT, AT(listen), "127.0.0.1:8080", 0, 0, NULL, "ADDRESS",
-     "address:port, [::]:port, name:port or unix:PATH; port 0 takes a free one"},
+     "the address to serve: ADDRESS:PORT, [::]:PORT, NAME:PORT or unix:PATH; port 0 takes a free port"},
     {"admin-listen", KIND_TEXT, AT(admin_listen), "", 0, 0, NULL, "ADDRESS",
-     "serves probes, /version and /metrics here too, without keys and TLS, whatever happens at --listen"},
+     "a second address for probes, /version and /metrics, without keys and TLS, also when --listen is "
+     "overloaded"},
     {"data", KIND_TEXT, AT(data), "./tweend-data", 0, 0, NULL, "PLACE",
-     "where models are stored: a folder, of whose path is made what is missing, or s3://BUCKET/PREFIX"},
+     "where models are stored: a folder, which is created if missing, or s3://BUCKET/PREFIX"},
     {"s3-endpoint", KIND_TEXT, AT(s3_endpoint), "", 0, 0, NULL, "URL",
-     "the object store, as https://HOST:PORT (default: that of Amazon in the region)"},
+     "URL of the object store, as https://HOST:PORT (default: Amazon's in the region)"},
     {"s3-region", KIND_TEXT, AT(s3_region), "", 0, 0, NULL, "REGION",
-     "its region (default: AWS_REGION, AWS_DEFAULT_REGION, else us-east-1)"},
+     "region of the object store (default: AWS_REGION, AWS_DEFAULT_REGION, else us-east-1)"},
     {"s3-style", KIND_CHOICE, AT(s3_style), "auto", 0, 0, "auto|path|virtual", "STYLE",
-     "the bucket stands in the path or in the host's name of URLs; auto: in the path with --s3-endpoint"},
+     "whether URLs have the bucket in the path or in the host name; auto: in the path with --s3-endpoint"},
     {"s3-credentials", KIND_TEXT, AT(s3_credentials), "", 0, 0, NULL, "FILE",
-     "of the form of ~/.aws/credentials, may be replaced at any time (default: AWS_ACCESS_KEY_ID and "
+     "a file in the format of ~/.aws/credentials, read again when it changes (default: AWS_ACCESS_KEY_ID and "
      "AWS_SECRET_ACCESS_KEY, else the file AWS_SHARED_CREDENTIALS_FILE or ~/.aws/credentials)"},
     {"s3-timeout", KIND_DURATION, AT(s3_timeout), "60s", 1, DAY_MS, NULL, "DURATION",
-     "for reading a model from the object store, or storing it there"},
+     "time to read a model from the object store, or to store it there"},
     {"cache-dir", KIND_TEXT, AT(cache_dir), "./tweend-cache", 0, 0, NULL, "FOLDER",
-     "with s3://, where copies of models are kept, and long uploads on their way"},
+     "with s3://, the folder for copies of models and for long uploads in progress"},
     {"cache-size", KIND_SIZE, AT(cache_size), "1GiB", 0, UINT64_C(1) << 60, NULL, "SIZE",
-     "disk that the copies in --cache-dir may take"},
+     "disk space for the copies in --cache-dir"},
     {"store-limit", KIND_SIZE, AT(store_limit), "0", 0, UINT64_C(1) << 60, NULL, "SIZE",
-     "bytes that stored models may take together, over which uploads are answered 507; 0: any number"},
+     "total bytes of stored models; further uploads are answered 507; 0: no limit"},
     {"spool-limit", KIND_SIZE, AT(spool_limit), "0", 0, UINT64_C(1) << 60, NULL, "SIZE",
-     "bytes on disk of request bodies under way together, over which more are answered 503; at least "
-     "--max-upload, or 0: any number"},
+     "total bytes on disk of request bodies in progress; further bodies are answered 503; at least "
+     "--max-upload, or 0: no limit"},
     {"threads", KIND_COUNT, AT(threads), NULL, 1, 1024, NULL, "COUNT",
-     "compute threads (default: one a processor that affinity and cgroups allow)"},
+     "compute threads (default: one for each processor that affinity and cgroups allow)"},
     {"io-threads", KIND_COUNT, AT(io_threads), NULL, 1, 1024, NULL, "COUNT",
-     "socket threads (default: one a processor that affinity and cgroups allow)"},
+     "socket threads (default: one for each processor that affinity and cgroups allow)"},
     {"queue", KIND_COUNT, AT(queue), NULL, 0, 1000000, NULL, "COUNT",
-     "heavy requests that may wait before 503 (default: 4 a compute thread)"},
+     "heavy requests that may wait; further ones are answered 503 (default: 4 for each compute thread)"},
     {"max-connections", KIND_COUNT, AT(max_connections), "1024", 1, 1000000, NULL, "COUNT",
-     "open connections; more are answered 503, but for health checks"},
+     "open connections; further ones are answered 503, except health checks"},
     {"max-connections-per-address", KIND_COUNT, AT(max_connections_per_address), "0", 0, 1000000, NULL,
-     "COUNT", "open connections of one address (of one /64 with IPv6); 0: any number"},
+     "COUNT", "open connections of one address (with IPv6, of one /64); 0: no limit"},
     {"rate-limit", KIND_RATE, AT(rate_limit), "", 0, 0, NULL, "RATE",
-     "requests of one address, as 50/s, 100/m or 1000/h; more are answered 429; empty: any number"},
+     "requests of one address, as 50/s, 100/m or 1000/h; further ones are answered 429; empty: no limit"},
     {"trusted-proxies", KIND_TEXT, AT(trusted_proxies), "", 0, 0, NULL, "NETWORKS",
-     "comma-separated, as 10.0.0.0/8 or unix: who may tell the client's address in X-Forwarded-For"},
+     "proxies whose X-Forwarded-For is believed, separated by commas: networks as 10.0.0.0/8, or unix"},
     {"max-listeners", KIND_COUNT, AT(max_listeners), "1000", 0, 1000000, NULL, "COUNT",
-     "live streams; more are answered 503"},
+     "live streams; further ones are answered 503"},
     {"max-upload", KIND_SIZE, AT(max_upload), "256MiB", 1, UINT64_C(1) << 40, NULL, "SIZE",
      "longest request body, before and after decoding"},
     {"max-level", KIND_COUNT, AT(max_level), "10", 0, 16, NULL, "COUNT", "deepest subdivision level"},
     {"max-faces", KIND_COUNT, AT(max_faces), "80M", 1, UINT64_C(1) << 40, NULL, "COUNT",
-     "faces of one surface"},
+     "most faces of one surface"},
     {"max-output", KIND_SIZE, AT(max_output), "4GiB", 1, UINT64_C(1) << 50, NULL, "SIZE", "longest answer"},
     {"max-times", KIND_COUNT, AT(max_times), "1M", 1, UINT64_C(1) << 40, NULL, "COUNT",
-     "times of one pose request"},
+     "most times of one pose request"},
     {"plan-cache", KIND_SIZE, AT(plan_cache), "256MiB", 0, UINT64_C(1) << 50, NULL, "SIZE",
-     "memory for models, plans and small answers kept between requests"},
+     "memory for models, plans and small answers that are kept between requests"},
     {"max-memory", KIND_SIZE, AT(max_memory), NULL, UINT64_C(16) << 20, UINT64_C(1) << 50, NULL, "SIZE",
-     "memory that requests and caches hold together (default: 1GiB, or 3/4 of the cgroup's limit)"},
+     "memory of all requests and caches; a request that does not fit waits, or is answered 503 (default: "
+     "1GiB, or 3/4 of the cgroup's limit)"},
     {"header-timeout", KIND_DURATION, AT(header_timeout), "10s", 1, DAY_MS, NULL, "DURATION",
-     "until a request's headers are there"},
+     "time for a request's headers to arrive"},
     {"idle-timeout", KIND_DURATION, AT(idle_timeout), "60s", 1, DAY_MS, NULL, "DURATION",
-     "between two requests on a connection"},
+     "time between two requests on a connection"},
     {"request-timeout", KIND_DURATION, AT(request_timeout), "120s", 1, DAY_MS, NULL, "DURATION",
-     "from a request's headers until its body is there, and in the queue"},
+     "time from a request's headers to the end of its body, and in the queue"},
     {"compute-timeout", KIND_DURATION, AT(compute_timeout), "0", 0, DAY_MS, NULL, "DURATION",
-     "for computing one answer, the client's time not counted; over it 503, or the answer is cut off between "
-     "two blocks; 0: any time"},
+     "time to compute one answer, without the client's; then 503, or the answer is cut off; 0: no limit"},
     {"drain-timeout", KIND_DURATION, AT(drain_timeout), "20s", 0, DAY_MS, NULL, "DURATION",
-     "after SIGTERM, until requests in flight are answered and their clients have it all"},
+     "time after SIGTERM to finish requests and to let clients receive all of their answers"},
     {"drain-delay", KIND_DURATION, AT(drain_delay), "0", 0, DAY_MS, NULL, "DURATION",
-     "after SIGTERM, while /readyz is 503 already and all else goes on, before the drain"},
+     "time after SIGTERM before the drain: /readyz answers 503 already, all else goes on"},
     {"min-rate", KIND_SIZE, AT(min_rate), "4KiB", 0, UINT64_C(1) << 40, NULL, "SIZE",
-     "bytes a second below which a sending or reading client is cut off"},
+     "bytes a second; slower clients are cut off while they send or receive"},
     {"api-keys", KIND_TEXT, AT(api_keys), "", 0, 0, NULL, "KEYS",
-     "comma-separated, each with all rights, or @FILE with a line KEY [RIGHTS] [RATE] each, as in 's3cret "
-     "read,write,delete 50/s'; without rights all; # begins a line of comment; empty: none asked for"},
+     "keys separated by commas, each with all rights; or @FILE with a line KEY [RIGHTS] [RATE] for each, as "
+     "'s3cret read,write,delete 50/s' (no rights: all; # starts a comment); empty: no key needed"},
     {"url-keys", KIND_TEXT, AT(url_keys), "", 0, 0, NULL, "KEYS",
-     "comma-separated, or @FILE with one a line, comments as in --api-keys: each signs URLs that need no API "
-     "key, the first one for POST /v1/sign"},
+     "keys that sign URLs, separated by commas; or @FILE with one in each line; POST /v1/sign uses the "
+     "first"},
     {"cors-origins", KIND_TEXT, AT(cors_origins), "*", 0, 0, NULL, "ORIGINS",
-     "comma-separated, * for all, empty for none"},
+     "origins of web pages, separated by commas; * for all, empty for none"},
     {"tls-cert", KIND_TEXT, AT(tls_cert), "", 0, 0, NULL, "FILE",
-     "certificate chain (PEM); with --tls-key serves https"},
+     "certificate chain (PEM); with --tls-key, serves https"},
     {"tls-key", KIND_TEXT, AT(tls_key), "", 0, 0, NULL, "FILE", "private key (PEM)"},
     {"log-level", KIND_TEXT, AT(log_level), "info", 0, 0, NULL, "LEVEL",
-     "error, warn, info (a line a request), debug, or @FILE with one of these"},
+     "error, warn, info (a line for each request), debug, or @FILE that holds one of these"},
     {"log-format", KIND_CHOICE, AT(log_format), "auto", 0, 0, "auto|text|json", "FORMAT",
-     "text, json, or auto: text on a terminal"},
+     "text, json, or auto: text on a terminal, else json"},
     {"sample", KIND_SWITCH, AT(sample), "false", 0, 0, NULL, NULL, "store the sample models at start"},
     {"check", KIND_SWITCH, AT(check), "false", 0, 0, NULL, NULL,
-     "say whether the daemon would start with these settings, exit with 0 or 1"},
+     "check whether the daemon would start with these settings; exit with 0 or 1"},
     {"healthcheck", KIND_SWITCH, AT(healthcheck), "false", 0, 0, NULL, NULL,
-     "ask the daemon at --listen for /readyz, exit with 0 or 1"},
+     "ask the running daemon for /readyz; exit with 0 or 1"},
 };
 static const size_t SETTING_COUNT = sizeof SETTINGS / sizeof *SETTINGS;
 
@@ -232,19 +233,17 @@ static const section SECTIONS[] = {
     {"Signals",
      "SIGHUP reads the files of --api-keys, --url-keys, --log-level, --tls-cert and --tls-key again. "
      "SIGTERM,\n"
-     "SIGINT and SIGQUIT end the daemon once requests in flight are answered; one more of them ends it at\n"
-     "once."},
+     "SIGINT and SIGQUIT finish the running requests and end the daemon; a second one ends it at once."},
     {"Limits",
-     "A request's target has at most 8 KiB and 32 arguments, its head 16 KiB, 64 fields and cookies, and\n"
+     "A request's target has at most 8 KiB and 32 arguments; its head 16 KiB, 64 fields and cookies, and\n"
      "4 KiB of cookies."},
     {"systemd",
-     "Sockets that systemd passes are served in place of --listen, those with FileDescriptorName=admin in "
-     "place\n"
-     "of --admin-listen. systemd is told when the daemon is ready, reads its files again and stops, and its\n"
-     "watchdog that all socket threads go on."},
+     "Sockets passed by systemd are served instead of --listen, those with FileDescriptorName=admin instead\n"
+     "of --admin-listen. The daemon tells systemd when it is ready, when it reads files again and when it\n"
+     "stops, and tells the watchdog that all socket threads are alive."},
     {"Exit status",
-     "0 after the end that was asked for, 1 when the daemon cannot start, and where --check or\n"
-     "--healthcheck says no, 2 for a wrong flag or value."},
+     "0 after a requested end; 1 when the daemon cannot start, or when --check or --healthcheck fail; 2 for\n"
+     "a wrong flag or value."},
 };
 enum { SECTION_COUNT = sizeof SECTIONS / sizeof *SECTIONS };
 
@@ -263,8 +262,8 @@ static bool tells_fallback(const setting *s) {
 static void print_help(FILE *out) {
   fprintf(out,
           "Usage: tweend [flags]\n\n"
-          "tweend: %s. Every flag with a variable beside it is\n"
-          "that environment variable too; flags win.\n\n",
+          "tweend: %s. The variable beside a flag is an\n"
+          "environment variable with the same meaning; flags win.\n\n",
           PURPOSE);
   for (size_t i = 0; i < SETTING_COUNT; i++) {
     const setting *s = &SETTINGS[i];
@@ -297,7 +296,7 @@ static void print_roff(FILE *out, const char *text) {
 static void print_manual(FILE *out) {
   fputs(".TH TWEEND 1 \"\" \"tweend " TWEEND_VERSION "\"\n.SH NAME\ntweend \\- ", out);
   fprintf(out, "%s\n.SH SYNOPSIS\n.B tweend\n.RI [ flags ]\n.SH OPTIONS\n", PURPOSE);
-  fputs("Every flag with a variable beside it is that environment variable too; flags win.\n", out);
+  fputs("The variable beside a flag is an environment variable with the same meaning; flags win.\n", out);
   for (size_t i = 0; i < SETTING_COUNT; i++) {
     const setting *s = &SETTINGS[i];
     char variable[FLAG_SIZE];
