@@ -214,11 +214,11 @@ export class LivePlayer {
 
 /** RFC 9457. */
 export interface Problem {
-  /** `urn:tweend:problem:` and a name for each status. */
+  /** `urn:tweend:problem:` and a name for the kind of problem. */
   type: string;
   title: string;
   status: number;
-  /** What is wrong, for a person; begins with the pointer or the line where there is one. */
+  /** What is wrong, in words; begins with the pointer or the line, if there is one. */
   detail: string;
   /** The request's id. */
   instance: string;
@@ -227,11 +227,11 @@ export interface Problem {
     pointer: string;
     detail: string;
   }[];
-  /** Of an OBJ, from 1. */
+  /** Line of an OBJ, from 1. */
   line?: number;
-  /** Of that line, in characters from 1, where a word is no number or no corner. */
+  /** Column in that line, in characters from 1, if a word is not a number or not a corner. */
   column?: number;
-  /** What the surface would have had. */
+  /** The counts that the surface would have had. */
   predicted?: {
     vertices: number;
     edges: number;
@@ -239,7 +239,7 @@ export interface Problem {
     /** Of the answer, where it is known. */
     bytes?: number;
   };
-  /** Types or codings, of 406 and 415. */
+  /** The supported types or codings, for 406 and 415. */
   supported?: string[];
 }
 export interface Listed {
@@ -256,44 +256,44 @@ export interface ModelList {
 }
 export interface MeshFacts {
   name: string | null;
-  /** Points that a face uses. */
+  /** Number of points that faces use. */
   vertices: number;
   edges: number;
   faces: number;
-  /** Number of faces by their corners. */
+  /** Number of faces by their number of corners. */
   face_sizes: {
     [key: string]: number;
   };
-  /** Edges of one face. */
+  /** Number of edges with one face. */
   boundary_edges: number;
-  /** Closed ways round the border; two that meet in a mere point are two. */
+  /** Number of closed loops of the border. Loops that only share a point are counted separately. */
   boundary_loops: number;
-  /** Edges of three faces or more, and of two that run along it in the same direction: one of them is flipped. */
+  /** Number of edges with three or more faces, or with two that run along it in the same direction, of which one is
+   * flipped. */
   nonmanifold_edges: number;
-  /** Points whose faces are not one fan: the ends of such edges, and points in which alone faces meet. */
+  /** Number of points whose faces are not one fan: ends of such edges, and points where faces only touch. */
   nonmanifold_vertices: number;
-  /** The first 64 places of each kind, by point indices; only where there are any. */
+  /** The first 64 places of each kind, by point indices; absent if there are none. */
   nonmanifold?: {
     edges: number[][];
     vertices: number[];
   };
-  /** Vertices of the file that became one with another point (`weld`). */
+  /** Number of vertices of the file that were merged into another point (`weld`). */
   welded_points: number;
-  /** Borders that lie on another border, by position: seams that are open. */
+  /** Number of border edges that lie on another border by position: open seams. */
   seam_edges: number;
-  /** Where two faces run along each other in the same direction, so that one of them is wound the other way round.
-   * Where the two have points of their own the surface is open there, else it has a crease. */
+  /** Number of edges along which two faces run in the same direction, so that one of them is wound the wrong way.
+   * The surface is open there if the two have separate points, else it has a crease. */
   reversed_edges: number;
-  /** The first 64 of them, by their points; left out when there are none. */
+  /** The first 64 of them, by their points; absent if there are none. */
   reversed?: number[][];
-  /** Interior valence other than 4, border valence other than 3 (corners: 2); not of vertices that are not
-   * manifold. */
+  /** Number of manifold vertices with a valence other than 4, at the border other than 3 (corners: 2). */
   extraordinary_vertices: number;
-  /** Number of extraordinary vertices by valence, the number of their edges. */
+  /** Number of extraordinary vertices by their valence, which is their number of edges. */
   extraordinary_valences: {
     [key: string]: number;
   };
-  /** Pieces that share no point. */
+  /** Number of pieces that share no point. */
   components: number;
   /** Vertices - edges + faces. */
   euler_characteristic: number;
@@ -302,22 +302,22 @@ export interface MeshFacts {
     max: number[];
   };
   unused_points: number;
-  /** Edges that a tag makes sharp. */
+  /** Number of edges that tags make sharp. */
   creases: number;
-  /** Vertices that a tag makes sharp. */
+  /** Number of vertices that tags make sharp. */
   corners: number;
-  /** Faces that a tag leaves out of surfaces. */
+  /** Number of faces that tags leave out of surfaces. */
   holes: number;
-  /** How many edges the values of `creases` find. */
+  /** Number of edges that each value of `creases` finds. */
   hard_edges: {
     tags: number;
     normals: number;
     angle_30: number;
     auto: number;
   };
-  /** How many quads `quads=auto` makes of pairs of a glTF's triangles. */
+  /** Number of quads that `quads=auto` makes from pairs of a glTF's triangles. */
   paired_quads: number;
-  /** Different sets of named groups that faces are in. */
+  /** Number of different sets of named groups that faces are in. */
   group_count: number;
   /** The first 64 of them, in the order of the file. */
   groups: {
@@ -326,7 +326,7 @@ export interface MeshFacts {
   }[];
   uv_sets: number;
   morph_targets: number;
-  /** Levels that something is modelled onto. */
+  /** The levels that have details. */
   details: number[];
   skinned: boolean;
 }
@@ -337,7 +337,7 @@ export interface Model {
   bytes: number;
   meshes: MeshFacts[];
   nodes: {
-    /** One without a name is `node_3` by its index. */
+    /** A node without a name is `node_3` by its index. */
     name: string;
     parent: string | null;
     /** Index into meshes. */
@@ -348,7 +348,7 @@ export interface Model {
       translation: number[];
       rotation: number[];
       scale: number[];
-      /** Where the file has one; column-major. */
+      /** Present if the file has one; column-major. */
       matrix?: number[];
     };
   }[];
@@ -358,7 +358,7 @@ export interface Model {
     joints: string[];
   }[];
   clips: {
-    /** One without a name is `clip_0` by its index. */
+    /** A clip without a name is `clip_0` by its index. */
     name: string;
     /** Seconds. */
     duration: number;
@@ -366,20 +366,20 @@ export interface Model {
     /** Of all tracks. */
     keys: number;
   }[];
-  /** Of an answer to edits: what those made that bear a name, as indices in the new model. */
+  /** In an answer to edits: what each edit with a name made, as indices in the new model. */
   made?: {
     [key: string]: {
       faces: number[];
       vertices: number[];
     };
   };
-  /** Of an answer to coarsen: steps taken back. */
+  /** In an answer to coarsen: the number of steps undone. */
   levels?: number;
   warnings: string[];
 }
 export interface SurfaceCounts {
   level: number;
-  /** Welded points, not the splits that glTF needs. */
+  /** Number of merged points, without the splits that glTF needs. */
   vertices: number;
   edges: number;
   faces: number;
@@ -388,15 +388,15 @@ export interface SurfaceCounts {
   meshes: {
     name: string | null;
     level: number;
-    /** Welded points, not the splits that glTF needs. */
+    /** Number of merged points, without the splits that glTF needs. */
     vertices: number;
     edges: number;
     faces: number;
-    /** Of a GLB with this mesh alone, without materials. */
+    /** Size of a GLB with this mesh only, without materials. */
     bytes: number | null;
   }[];
 }
-/** One entry a node in the order of `nodes`. */
+/** One entry for each node, in the order of `nodes`. */
 export interface Pose {
   /** Seconds, as asked for. */
   t: number;
@@ -406,13 +406,13 @@ export interface Pose {
   euler?: number[][];
   /** as=axis-angle: x y z angle. */
   axis_angle?: number[][];
-  /** as=matrix: column-major; in place of all others. */
+  /** as=matrix: column-major; replaces all others. */
   matrix?: number[][];
   translation?: number[][];
   scale?: number[][];
 }
 export interface Poses {
-  /** Several names with commas between them where several clips move together. null: none does, the model rests. */
+  /** Several names, separated by commas, if several clips play together. null: no clip, the rest pose. */
   clip: string | null;
   duration: number;
   space: "local" | "world";
@@ -421,7 +421,7 @@ export interface Poses {
   order?: string;
   /** With as=euler and as=axis-angle. */
   unit?: string;
-  /** Nodes of a borrowed clip that the model does not have. */
+  /** Nodes of a borrowed clip that are missing in the model. */
   warnings?: string[];
   nodes: string[];
   /** With skinning=true. */
@@ -451,12 +451,12 @@ export interface RotationsRequest {
     /** The angles about x, y, z, whatever the order. */
     euler?: number[];
     order?: EulerOrder;
-    /** Nine numbers, or sixteen with a last row and column of 0 0 0 1; column-major. Columns may be off unit length
-     * and right angles by 0.001. */
+    /** Nine numbers, or sixteen with 0 0 0 1 as the last row and column; column-major. Columns may deviate from
+     * unit length and right angles by 0.001. */
     matrix?: number[];
   }[];
   /**
-   * Of all angles, in the request and in the answer.
+   * Unit of all angles, in the request and in the answer.
    * @default radians
    */
   unit?: "radians" | "degrees";
@@ -465,14 +465,14 @@ export interface RotationsRequest {
    */
   as?: "quaternion" | "axis-angle" | "euler" | "matrix";
   order?: EulerOrder;
-  /** Turned by each rotation: points times rotations are at most 100,000. */
+  /** Points that each rotation turns; at most 100,000 points times rotations. */
   points?: number[][];
-  /** Where the short way from the first rotation (0) to the last (1) is told; outside it goes on. At most
-   * `--max-times`. */
+  /** Parameters at which the short way from the first rotation (0) to the last (1) is sampled; values outside
+   * extrapolate. At most `--max-times`. */
   slerp?: number[];
 }
-/** In the form that `as` names: x y z w; x y z angle, the angle from 0 to half a turn; angles about x, y, z, at
- * gimbal lock 0 for the order's last axis; nine numbers, column-major. */
+/** In the form given by `as`: x y z w; x y z angle, with an angle from 0 to half a turn; angles about x, y, z, with
+ * 0 for the order's last axis at gimbal lock; nine numbers, column-major. */
 export type Rotation = number[];
 export interface Rotations {
   rotations: {
@@ -481,9 +481,9 @@ export interface Rotations {
     euler?: Rotation;
     matrix?: Rotation;
     inverse: Rotation;
-    /** The request's points, turned; only where it names some. */
+    /** The request's points after the rotation; absent if it has none. */
     points?: number[][];
-    /** For each Euler order |cos| of the middle angle: 1 is farthest from gimbal lock, 0 is lock. */
+    /** For each Euler order, |cos| of the middle angle: 1 is farthest from gimbal lock, 0 is lock. */
     orders: {
       [key: string]: number;
     };
@@ -500,21 +500,21 @@ export interface Tracks {
     kind: "quaternion" | "euler" | "axis-angle";
     interpolation: "step" | "linear" | "cubicspline" | "nlerp" | "squad" | "euler";
     keys: number;
-    /** Of the keys, in seconds. */
+    /** Key times in seconds. */
     times: number[];
     /** Time of the first key. */
     start: number;
     /** From the first key to the last. */
     duration: number;
-    /** Travelled along the path. */
+    /** Degrees travelled along the path. */
     total_degrees: number;
-    /** The most from one key to the next. */
+    /** The largest step from one key to the next, in degrees. */
     largest_step_degrees: number;
-    /** From which key. */
+    /** The key at which that step begins. */
     largest_step_key: number;
     peak_degrees_per_second: number;
     peak_time: number;
-    /** Keys on the other side than the key before: q and -q are one rotation. */
+    /** Number of keys whose sign differs from the key before: q and -q are the same rotation. */
     sign_flips: number;
     non_unit_keys: number;
     /**
@@ -522,19 +522,19 @@ export interface Tracks {
      * @constant
      */
     duplicate_times: 0;
-    /** Steps of exactly 180 degrees. */
+    /** Number of steps of exactly 180 degrees. */
     half_turns: number;
-    /** Steps that quaternions would shorten. */
+    /** Number of steps over 180 degrees, which quaternions would shorten. */
     steps_over_180: number;
-    /** Euler keys with an angle more than 180 degrees from the key before's. */
+    /** Number of Euler keys with an angle that differs by more than 180 degrees from the key before. */
     euler_wraps: number;
-    /** Euler tracks only. */
+    /** Only for Euler tracks. */
     slerp_stray?: {
-      /** The most that interpolating angle by angle departs from slerp between the same keys. */
+      /** The largest distance between interpolating each angle on its own and slerp between the same keys. */
       degrees: number;
       time: number;
     };
-    /** In the track's own order; XYZ where it has none. */
+    /** In the track's own order, or XYZ if it has none. */
     gimbal: {
       order: string;
       time: number;
@@ -543,7 +543,7 @@ export interface Tracks {
       /** 1 / cos_middle; null at lock. */
       amplification: number | null;
       /**
-       * The axis that at lock turns as the order's first does.
+       * The axis that turns like the order's first axis at lock.
        */
       lost_axis: "x" | "y" | "z";
     };
@@ -556,7 +556,7 @@ export interface Tracks {
       ZXY: number;
       ZYX: number;
     };
-    /** The one whose worst place is farthest from lock. */
+    /** The order whose worst time is farthest from lock. */
     best_order: string;
     warnings: string[];
   }[];
@@ -565,18 +565,18 @@ export interface Tracks {
     path: "translation" | "scale" | "weights";
     interpolation: "step" | "linear" | "cubicspline";
     keys: number;
-    /** Of the keys, in seconds. */
+    /** Key times in seconds. */
     times: number[];
   }[];
 }
-/** A cage centred on the origin, closed but for `grid` and open caps, faces outward, points by y, then z, then x.
- * Its UVs are those of three.js. What all shapes of a document make is limited by `--max-faces` and `--max-memory`.
- * */
+/** A cage centred on the origin, closed except for `grid` and open caps. Faces look outward; points are sorted by
+ * y, then z, then x. UVs are those of three.js. `--max-faces` and `--max-memory` limit all shapes of a document
+ * together. */
 export type Shape = {
   /** @constant */
   kind: "grid";
   /**
-   * Along x and z.
+   * Size along x and z.
    * @default [
    *       1,
    *       1
@@ -688,27 +688,27 @@ export type Shape = {
   /** @constant */
   kind: "torus";
   /**
-   * To the middle of the tube.
+   * Distance from the centre to the middle of the tube.
    * @default 1
    */
   radius?: number;
   /**
-   * Radius of the tube, less than the other.
+   * Radius of the tube, less than `radius`.
    * @default 0.4
    */
   tube?: number;
   /**
-   * About the y axis.
+   * Number of segments around the y axis.
    * @default 16
    */
   segments?: number;
   /**
-   * About the tube.
+   * Number of sides around the tube.
    * @default 8
    */
   sides?: number;
 };
-/** Empty is an error, unless the edit is `optional`. */
+/** An empty selection is an error, unless the edit is `optional`. */
 export type FaceSelection = number[] | "all" | {
   group: string;
 } | {
@@ -729,7 +729,7 @@ export type FaceSelection = number[] | "all" | {
 } | {
   made: string;
 };
-/** Empty is an error, unless the edit is `optional`. */
+/** An empty selection is an error, unless the edit is `optional`. */
 export type EdgeSelection = number[][] | ("all" | "border") | {
   loop: number[];
 } | {
@@ -745,7 +745,7 @@ export type EdgeSelection = number[][] | ("all" | "border") | {
 } | {
   made: string;
 };
-/** Empty is an error, unless the edit is `optional`. */
+/** An empty selection is an error, unless the edit is `optional`. */
 export type VertexSelection = number[] | "all" | {
   inside: {
     min: number[];
@@ -754,15 +754,15 @@ export type VertexSelection = number[] | "all" | {
 } | {
   made: string;
 };
-/** Its indices are those of the mesh that it finds. New faces and vertices come after those that stay. `name` names
- * what it makes for later edits. Lengths are in the model's unit, angles in degrees. */
+/** Indices refer to the mesh as the edit finds it. New faces and vertices follow those that stay. `name` lets later
+ * edits select what this edit makes. Lengths are in the model's unit, angles in degrees. */
 export type Edit = {
   /** @constant */
   edit: "extrude";
   faces: FaceSelection;
-  /** Along the normals. */
+  /** Distance along the normals. */
   distance?: number;
-  /** In place of a distance. */
+  /** A vector, instead of a distance. */
   by?: number[];
   /** @default false */
   individual?: boolean;
@@ -785,7 +785,7 @@ export type Edit = {
   edge: number[];
   /** @default 1 */
   cuts?: number;
-  /** One for each cut, ascending, between 0 and 1 from the edge's first vertex to its second; else evenly. */
+  /** The place of each cut, ascending, between 0 (the edge's first vertex) and 1; default: evenly spaced. */
   at?: number[];
   name?: string;
   /** @default false */
@@ -813,9 +813,9 @@ export type Edit = {
   /** @constant */
   edit: "merge";
   vertices: VertexSelection;
-  /** Of those that become one with another; else all become one. */
+  /** Merges vertices within this distance; default: merges all. */
   distance?: number;
-  /** Where all become one; else at their mean. */
+  /** Position of the merged vertex; default: the mean. */
   to?: number[];
   name?: string;
   /** @default false */
@@ -823,11 +823,12 @@ export type Edit = {
 } | {
   /** @constant */
   edit: "fill";
-  /** An edge of the hole; else every hole. */
+  /** An edge of the hole; default: every hole. */
   border?: number[];
   max_edges?: number;
   /**
-   * `triangles`: of the least area. `fair`: as large as those round the hole, and bent as the mesh is.
+   * `triangles`: triangles of the least total area. `fair`: triangles as large as those around the hole, which
+   * continue the curvature of the mesh.
    * @default ngon
    */
   method?: "ngon" | "triangles" | "fair";
@@ -839,8 +840,8 @@ export type Edit = {
   edit: "mirror";
   axis: "x" | "y" | "z";
   /**
-   * Vertices nearer to the plane are on it, and one with their image; negative or `false`: none. `true`: the
-   * default.
+   * Vertices within this distance of the plane are moved onto it and merged with their image; `false` or a negative
+   * number: none; `true`: the default.
    * @default 0.000001
    */
   weld?: number | boolean;
@@ -865,7 +866,7 @@ export type Edit = {
   vertices?: VertexSelection;
   axis: ("x" | "y" | "z") | number[];
   degrees: number;
-  /** Else the mean of the vertices. */
+  /** Default: the mean of the vertices. */
   about?: number[];
   name?: string;
   /** @default false */
@@ -877,7 +878,7 @@ export type Edit = {
   edges?: EdgeSelection;
   vertices?: VertexSelection;
   by: number | number[];
-  /** Else the mean of the vertices. */
+  /** Default: the mean of the vertices. */
   about?: number[];
   name?: string;
   /** @default false */
@@ -887,7 +888,7 @@ export type Edit = {
   edit: "crease";
   edges: EdgeSelection;
   /**
-   * 10 is infinite; 0 takes the tag away.
+   * 10 is infinite; 0 removes the tag.
    * @default 10
    */
   sharpness?: number;
@@ -908,7 +909,7 @@ export type Edit = {
   edit: "hole";
   faces: FaceSelection;
   /**
-   * 0 makes a face of it again.
+   * 0 makes it a face again.
    * @default 10
    */
   sharpness?: number;
@@ -964,7 +965,7 @@ export type Edit = {
   optional?: boolean;
 };
 export interface EditsRequest {
-  /** Its name; may be left out where there is one mesh. */
+  /** Name of the mesh; optional if there is only one. */
   mesh?: string;
   edits: Edit[];
 }
@@ -978,7 +979,7 @@ export interface Version {
 }
 export interface SignRequest {
   /**
-   * Of a GET here, absolute or from the path on.
+   * URL of a GET of this daemon: absolute, or path and query.
    * @example /v1/models
    */
   url: string;
@@ -990,120 +991,119 @@ export interface SignedUrl {
 }
 export interface ListOptions {
   /**
-   * Models on a page.
+   * Models on each page.
    * @default 100
    */
   limit?: number;
-  /** Models with greater ids; `next` of a page names the following one. */
+  /** Lists models with ids after this one; the `next` of a page holds it. */
   after?: string;
 }
 export interface SourceOptions {
   /**
-   * `1`: `Content-Disposition` is `attachment`, so that browsers save the answer, by the model's name.
+   * `1` sends `Content-Disposition: attachment` with the model's name, so that browsers save the answer.
    * @default 0
    */
   download?: "0" | "1";
 }
 export interface SurfaceOptions {
   /**
-   * Subdivision steps, up to the configured limit (10); 0 is the cage.
+   * Number of subdivision steps, up to the configured limit (10); 0 is the cage.
    * @default 1
    */
   level?: number;
   /**
-   * Rules of subdivision; `loop` takes triangles only.
+   * Subdivision scheme; `loop` needs triangles.
    * @default catmull-clark
    */
   scheme?: "catmull-clark" | "loop" | "bilinear";
   /**
-   * Rule at borders: OpenSubdiv's three, or `open`: new points only where every parent exists, so that the surface
-   * shrinks from the mesh's border; holes do not count as one. Wins over a tag of the file.
+   * Rule at borders: OpenSubdiv's three, or `open`, which makes new points only where all parents exist, so that
+   * the surface shrinks from the mesh's border (holes are not a border). Overrides a tag of the file.
    * @default edge-and-corner
    */
   boundary?: "edge-and-corner" | "edge-only" | "none" | "open";
   /**
-   * OpenSubdiv's face-varying linear interpolation rule. Wins over a tag of the file.
+   * OpenSubdiv's face-varying linear interpolation rule. Overrides a tag of the file.
    * @default corners-only
    */
   uv?: "corners-only" | "none" | "corners-plus1" | "corners-plus2" | "boundaries" | "all";
   /**
-   * How sharpness decays. Wins over a tag of the file.
+   * How sharpness decays. Overrides a tag of the file.
    * @default uniform
    */
   creasing?: "uniform" | "chaikin";
   /**
-   * Which edges are creases. `tags`: those that the file tags, nothing else. The next three add to them; an edge
-   * that the file tags keeps its own sharpness. `normals`: edges of two faces whose normals in the file differ at
-   * an end by over half a degree, and where the file gives none, edges between OBJ's smoothing groups or in `s
-   * off`. `angle:DEGREES` (0 to 180): edges at which the faces turn by more, as in `angle:30`. `auto`: `normals` in
-   * pieces (faces that hang together by points) that have smooth edges too; in pieces that are flat-shaded all
-   * over, or of which the file says nothing, edges bent by more than 50 degrees. `none`: no creases and no sharp
-   * vertices. Borders stay as `boundary` says. The description counts the edges as `hard_edges`.
+   * Which edges are creases. `tags`: only edges tagged in the file. The next three values add edges; a tagged edge
+   * keeps its own sharpness. `normals`: edges whose two faces have normals in the file that differ at an end by
+   * over half a degree; without normals, edges between OBJ smoothing groups, or in `s off`. `angle:DEGREES` (0 to
+   * 180, as `angle:30`): edges at which the faces turn by more. `auto`: like `normals` in pieces (faces connected
+   * by points) that also have smooth edges; in pieces that are flat-shaded throughout, or for which the file has no
+   * information, edges at which the faces turn by more than 50 degrees. `none`: no creases and no sharp vertices.
+   * `boundary` still applies to borders. The description counts these edges as `hard_edges`.
    * @default tags
    */
   creases?: string;
   /**
-   * Sharpness of the edges that `creases` adds: 0 to 10, of which 10 is `infinite`.
+   * Sharpness of the edges that `creases` adds: 0 to 10; 10 is the same as `infinite`.
    * @default infinite
    */
   crease_sharpness?: number | "infinite";
   /**
-   * Weights on triangles: `smooth` is OpenSubdiv's TRI_SUB_SMOOTH. Wins over a tag of the file.
+   * Weights on triangles: `smooth` is OpenSubdiv's TRI_SUB_SMOOTH. Overrides a tag of the file.
    * @default catmull-clark
    */
   triangles?: "catmull-clark" | "smooth";
   /**
-   * Which points of the file are one. `auto` joins the ends of two border edges that run along the same two
-   * positions in opposite directions, where no third edge runs there: seams that an exporter cut close again, and
-   * sheets that merely touch stay apart. An OBJ with subdivision tags (`t`) stays as it is, and so does tweend
-   * JSON. `exact` also makes one of all points at the same place, a distance of all within it of a first one, in
-   * the model's unit. `none` takes the vertices as the file has them. Faces that are left with fewer than three
-   * points go. The description tells the `welded_points` of `auto`.
+   * Which points of the file are merged. `auto` merges the ends of two border edges that run between the same two
+   * positions in opposite directions, if no third edge does: seams cut by an exporter close, while sheets that only
+   * touch stay apart. tweend JSON and an OBJ with subdivision tags (`t`) are not changed. `exact` also merges all
+   * points at the same position; a distance, in the model's unit, all points within it of a first one. `none` keeps
+   * the vertices of the file. Faces left with fewer than three points are dropped. The description has the
+   * `welded_points` of `auto`.
    * @default auto
    */
   weld?: ("auto" | "exact" | "none") | number;
   /**
-   * How glTF triangles become polygons: `ngon` trusts FB_ngon_encoding alone, `auto` also pairs triangles that a
-   * plain exporter split: those that follow one another, in the pattern that most have, then those that look like a
-   * split rectangle; never across a material, a UV seam or a hard edge, and in no mesh that has few such pairs. The
-   * description counts the `paired_quads`.
+   * How glTF triangles become polygons. `ngon`: only by FB_ngon_encoding. `auto` also joins pairs of triangles that
+   * an exporter split from quads: consecutive triangles in the pattern that most of them have, then pairs that look
+   * like a split rectangle; never across a material, a UV seam or a hard edge, and not in a mesh with few such
+   * pairs. The description counts the `paired_quads`.
    * @default ngon
    */
   quads?: "ngon" | "auto" | "off";
   /**
-   * Points pushed to the limit surface.
+   * Moves the points to the limit surface.
    * @default false
    */
   limit?: boolean;
   /**
-   * `auto`: at level 0 the normals and tangents that the file itself has, made unit, split where the file splits
-   * them (not with `limit=true`, nor of meshes that `skin=bake` moves); where it has none, and at other levels,
-   * those of `limit`. `limit`: normals from exact limit tangents. `none`: none. Those of `limit` are those of the
-   * limit surface at every level and with every `limit`, of unit length, and split along edges that stay sharp for
-   * ever. A point without one tangent plane (faces that are no single fan, two faces back to back, a bilinear
-   * surface) has at each face the normal of the face's two edges there. Where two tangents are parallel or nothing,
-   * the normal is that of the face of the refined cage round the point, and 0 1 0 where that has none either; so no
-   * normal is zero or not a number.
+   * `auto`: at level 0 the file's own normals and tangents, at unit length and split as in the file (not with
+   * `limit=true`, nor for meshes that `skin=bake` moves); otherwise as `limit`. `limit`: the exact normals of the
+   * limit surface, at every level and with every value of the parameter `limit`; unit length, split along
+   * infinitely sharp edges. `none`: no normals. Where a point has no single tangent plane (its faces are not one
+   * fan, two faces lie back to back, or the surface is bilinear), each face has there the normal of its two edges.
+   * Where the two tangents are parallel or zero, the normal is that of the refined faces around the point, or else
+   * 0 1 0; so no normal is zero or not a number.
    * @default auto
    */
   normals?: "auto" | "limit" | "none";
-  /** Which clips the answer keeps as glTF animations: by default all of the model, with their indices; else those
-   * named, with commas between them, at most 256, in that order; `{model id}/{name}` borrows one of another stored
-   * model by the names of nodes; `none` leaves them out. A value that is a clip's whole name, commas or `none`
-   * included, means that clip. With times the clips, by default the first, move the model together (where two move
-   * the same path of one node, the later one of the list does): one time poses it, several bake one animation with
-   * keys at exactly those, which together may have no more bytes than an upload. */
+  /** Which clips the answer keeps as glTF animations. Default: all clips of the model, at their indices; else those
+   * named, separated by commas (at most 256), in that order. `{model id}/{name}` borrows a clip of another stored
+   * model, matching nodes by name; `none` keeps no clip. A value that equals a clip's whole name, even with commas
+   * or `none`, means that clip. With times, the clips (default: the first) play together; if two clips move the
+   * same path of a node, the later one in the list wins. One time poses the model; several bake one animation with
+   * keys at exactly these times, whose bytes are limited like an upload's. */
   clip?: string;
   /** Times in seconds, separated by commas. */
   at?: string | number | number[];
   /**
-   * First of evenly spaced times; needs `fps`.
+   * First of evenly spaced times in seconds; needs `fps`.
    * @default 0
    */
   from?: number;
-  /** Last of evenly spaced times, default the clip's end; needs `fps`. */
+  /** Last of evenly spaced times in seconds, default the clip's end; needs `fps`. */
   to?: number;
-  /** Evenly spaced times: so many a second. Excludes `at`. */
+  /** Number of evenly spaced times per second. Excludes `at`. */
   fps?: number;
   /**
    * Of clips kept as animations: the most degrees that a rotation may be off, at any time. Given this or
@@ -1127,7 +1127,7 @@ export interface SurfaceOptions {
    */
   skin?: "keep" | "bake";
   /**
-   * `none`: the node tree and the animation alone.
+   * `none`: only the node tree and the animation.
    * @default all
    */
   meshes?: "all" | "none";
@@ -1144,7 +1144,7 @@ export interface SurfaceOptions {
    */
   encoding?: "float" | "quantized" | "meshopt";
   /**
-   * `ngon`: triangles in the fan order of FB_ngon_encoding, declared.
+   * `ngon`: triangles in the fan order of FB_ngon_encoding, which the answer declares.
    * @default triangles
    */
   polygons?: "triangles" | "ngon";
@@ -1155,30 +1155,30 @@ export interface SurfaceOptions {
    */
   details?: boolean;
   /**
-   * `1`: `Content-Disposition` is `attachment`, so that browsers save the answer, by the model's name.
+   * `1` sends `Content-Disposition: attachment` with the model's name, so that browsers save the answer.
    * @default 0
    */
   download?: "0" | "1";
 }
 export interface PoseOptions {
-  /** A clip's name, default the first; `{model id}/{name}` borrows one of another stored model by the names of
-   * nodes. Several with commas between them, at most 256, move together: where two move the same path of one node,
-   * the later one of the list does. `none` is the rest pose. A value that is a clip's whole name, commas or `none`
-   * included, means that clip. */
+  /** A clip's name, default the first; `{model id}/{name}` borrows a clip of another stored model, matching nodes
+   * by name. Several names, separated by commas (at most 256), play together; if two clips move the same path of a
+   * node, the later one in the list wins. `none` is the rest pose. A value that equals a clip's whole name, even
+   * with commas or `none`, means that clip. */
   clip?: string;
   /** Times in seconds, separated by commas, in any order. Without `at` and `fps`: 0. */
   at?: string | number | number[];
   /**
-   * First of evenly spaced times; needs `fps`.
+   * First of evenly spaced times in seconds; needs `fps`.
    * @default 0
    */
   from?: number;
-  /** Last of evenly spaced times, default the clip's end; needs `fps`. */
+  /** Last of evenly spaced times in seconds, default the clip's end; needs `fps`. */
   to?: number;
-  /** Evenly spaced times: so many a second. Excludes `at`. */
+  /** Number of evenly spaced times per second. Excludes `at`. */
   fps?: number;
   /**
-   * Relative to the parent, or in the model's space. In world space shear shows in matrices alone.
+   * Relative to the parent, or in the model's space. In world space only matrices can hold shear.
    * @default local
    */
   space?: "local" | "world";
@@ -1188,8 +1188,8 @@ export interface PoseOptions {
    */
   as?: "trs" | "matrix" | "euler" | "axis-angle";
   /**
-   * With as=euler. XYZ means R = Rx Ry Rz; triples are always the angles about x, y, z. Over a sequence of times
-   * each sample is the representation nearest to the one before.
+   * With as=euler. XYZ means R = Rx Ry Rz; triples are always the angles about x, y, z. In a sequence of times,
+   * each sample is the triple nearest to the one before.
    * @default XYZ
    */
   order?: "XYZ" | "XZY" | "YXZ" | "YZX" | "ZXY" | "ZYX";
@@ -1198,37 +1198,36 @@ export interface PoseOptions {
    * @default radians
    */
   unit?: "radians" | "degrees";
-  /** Names of nodes, separated by commas, default all. The answer keeps the file's order. A name that several nodes
-   * bear means all of them. */
+  /** Names of nodes, separated by commas; default all. The answer keeps the file's order. A name shared by several
+   * nodes selects all of them. */
   nodes?: string | string[];
   /**
-   * For every rotation track, default as stored. `linear` and `slerp` are the same. Keys become quaternions first,
-   * but `euler` leaves Euler keys as they are and makes XYZ triples of others; `cubicspline` needs tangents in
-   * every rotation track.
+   * Interpolation of every rotation track; default: as stored. `linear` and `slerp` are the same. Keys are
+   * converted to quaternions first, except with `euler`, which keeps Euler keys and converts others to XYZ triples.
+   * `cubicspline` needs tangents in every rotation track.
    */
   interpolation?: "step" | "linear" | "cubicspline" | "slerp" | "nlerp" | "squad" | "euler";
   /**
-   * What becomes of times outside the clip.
+   * How times outside the clip are mapped into it.
    * @default clamp
    */
   loop?: "clamp" | "repeat" | "pingpong";
   /**
-   * With as=matrix: joint matrices, world x inverse bind, column-major, of all skins one after the other. The
-   * answer's `nodes` then names their joints in that order, and `skins` tells where each begins. All joints are
-   * given: the parameter `nodes` beside it is an error.
+   * With as=matrix: joint matrices (world x inverse bind, column-major) of all skins, one skin after the other. The
+   * answer's `nodes` names the joints in that order, and `skins` says where each skin begins. All joints are
+   * included, so the parameter `nodes` is an error here.
    * @default false
    */
   skinning?: boolean;
 }
 export interface LiveOptions {
-  /** A clip's name, default the first; `{model id}/{name}` borrows one of another stored model by the names of
-   * nodes. Several with commas between them, at most 256, move together: where two move the same path of one node,
-   * the later one of the list does. `none` is the rest pose. A value that is a clip's whole name, commas or `none`
-   * included, means that clip. */
+  /** A clip's name, default the first; `{model id}/{name}` borrows a clip of another stored model, matching nodes
+   * by name. Several names, separated by commas (at most 256), play together; if two clips move the same path of a
+   * node, the later one in the list wins. `none` is the rest pose. A value that equals a clip's whole name, even
+   * with commas or `none`, means that clip. */
   clip?: string;
   /**
-   * Seconds of the clip that pass in a second; negative: backwards, from the clip's end unless `from` says
-   * otherwise.
+   * Playback speed; a negative speed plays backwards, from the clip's end unless `from` is given.
    * @default 1
    */
   speed?: number;
@@ -1238,20 +1237,20 @@ export interface LiveOptions {
    */
   fps?: number;
   /**
-   * Where on the clip frame 0 is, in seconds.
+   * Time in the clip of frame 0, in seconds.
    * @default 0
    */
   from?: number;
-  /** When frame 0 is due, as Unix time in milliseconds: whoever asks with the same start, wherever and whenever,
-   * sees the same at the same time. Frame n is due n x 1000 / `fps` later. Default: when the stream begins. */
+  /** Unix time in milliseconds at which frame 0 is due; frame n is due n x 1000 / `fps` later. All clients with the
+   * same start see the same frame at the same time. Default: when the stream begins. */
   start?: number;
   /**
-   * What becomes of times outside the clip.
+   * How times outside the clip are mapped into it.
    * @default clamp
    */
   loop?: "clamp" | "repeat" | "pingpong";
   /**
-   * Relative to the parent, or in the model's space. In world space shear shows in matrices alone.
+   * Relative to the parent, or in the model's space. In world space only matrices can hold shear.
    * @default local
    */
   space?: "local" | "world";
@@ -1261,8 +1260,8 @@ export interface LiveOptions {
    */
   as?: "trs" | "matrix" | "euler" | "axis-angle";
   /**
-   * With as=euler. XYZ means R = Rx Ry Rz; triples are always the angles about x, y, z. Over a sequence of times
-   * each sample is the representation nearest to the one before.
+   * With as=euler. XYZ means R = Rx Ry Rz; triples are always the angles about x, y, z. In a sequence of times,
+   * each sample is the triple nearest to the one before.
    * @default XYZ
    */
   order?: "XYZ" | "XZY" | "YXZ" | "YZX" | "ZXY" | "ZYX";
@@ -1271,19 +1270,19 @@ export interface LiveOptions {
    * @default radians
    */
   unit?: "radians" | "degrees";
-  /** Names of nodes, separated by commas, default all. The answer keeps the file's order. A name that several nodes
-   * bear means all of them. */
+  /** Names of nodes, separated by commas; default all. The answer keeps the file's order. A name shared by several
+   * nodes selects all of them. */
   nodes?: string | string[];
   /**
-   * For every rotation track, default as stored. `linear` and `slerp` are the same. Keys become quaternions first,
-   * but `euler` leaves Euler keys as they are and makes XYZ triples of others; `cubicspline` needs tangents in
-   * every rotation track.
+   * Interpolation of every rotation track; default: as stored. `linear` and `slerp` are the same. Keys are
+   * converted to quaternions first, except with `euler`, which keeps Euler keys and converts others to XYZ triples.
+   * `cubicspline` needs tangents in every rotation track.
    */
   interpolation?: "step" | "linear" | "cubicspline" | "slerp" | "nlerp" | "squad" | "euler";
   /**
-   * With as=matrix: joint matrices, world x inverse bind, column-major, of all skins one after the other. The
-   * answer's `nodes` then names their joints in that order, and `skins` tells where each begins. All joints are
-   * given: the parameter `nodes` beside it is an error.
+   * With as=matrix: joint matrices (world x inverse bind, column-major) of all skins, one skin after the other. The
+   * answer's `nodes` names the joints in that order, and `skins` says where each skin begins. All joints are
+   * included, so the parameter `nodes` is an error here.
    * @default false
    */
   skinning?: boolean;
