@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "gltf/gltf.h"
+#include "sorted.h"
 
 /* ---- reading the surface ------------------------------------------------------------------------------ */
 
@@ -108,27 +109,40 @@ static void put_sharpness(tag_writer *w, const char *member, const char *of, con
   tw_text_add(&w->text, "}");
 }
 
-static bool has_groups(const tw_surface *surface) {
-  for (uint32_t g = 0; g < tw_surface_group_count(surface); g++)
-    if (tw_surface_get_group(surface, g)->names != TW_NO_INDEX) return true;
-  return false;
+/* Lists the sets of groups that faces of the surface are in, ascending, each once. Returns how many. */
+static uint32_t list_sets(const tw_surface *surface, uint32_t *sets) {
+  uint32_t count = 0, different = 0;
+  for (uint32_t g = 0; g < tw_surface_group_count(surface); g++) {
+    sets[count] = tw_surface_get_group(surface, g)->names;
+    count += sets[count] != TW_NO_INDEX;
+  }
+  qsort(sets, count, sizeof *sets, tw_compare_uint32);
+  for (uint32_t i = 0; i < count; i++)
+    if (i == 0 || sets[i] != sets[different - 1]) sets[different++] = sets[i];
+  return different;
 }
 
-/* Prints the set of groups of each face, by the numbers that sets have in the model. False without memory. */
+/* Prints the names of the sets of groups that faces of the mesh are in, and the set of each face by its place
+ * among these. False without memory. */
 static bool put_groups(tag_writer *w) {
   uint64_t faces = tw_surface_get_counts(w->surface)->faces;
-  if (!w->plan->names_groups || !has_groups(w->surface)) return true;
+  if (!w->plan->names_groups) return true;
+  uint32_t *sets = tw_arena_alloc_raw(w->plan->arena, tw_surface_group_count(w->surface), sizeof *sets);
+  if (!sets) return false;
+  uint32_t count = list_sets(w->surface, sets);
+  if (count == 0) return true;
   uint32_t *groups = tw_arena_alloc_raw(w->plan->arena, (size_t)faces, sizeof *groups), *next = groups;
   if (!groups) return false;
   for (uint32_t g = 0; g < tw_surface_group_count(w->surface); g++) {
     const tw_surface_group *group = tw_surface_get_group(w->surface, g);
-    for (uint64_t f = 0; f < group->face_count; f++) *next++ = group->names;
+    uint32_t set = group->names == TW_NO_INDEX ? TW_NO_INDEX : tw_lower_bound(sets, count, group->names);
+    for (uint64_t f = 0; f < group->face_count; f++) *next++ = set;
   }
   tw_member_open(&w->text, "groups", "{");
   tw_member_open(&w->text, "names", "[");
-  for (uint32_t i = 0; i < w->model->group_count; i++) {
+  for (uint32_t i = 0; i < count; i++) {
     tw_text_element(&w->text);
-    tw_text_string(&w->text, w->model->group_names[i]);
+    tw_text_string(&w->text, w->model->group_names[sets[i]]);
   }
   tw_text_add(&w->text, "]");
   put_indices(w, "faces", groups, faces);

@@ -488,7 +488,8 @@ static tw_status add_animations(tw_gltf_plan *plan, const tw_scene *scene, tw_er
 
 /* ---- groups -------------------------------------------------------------------------------------------- */
 
-/* Whether the groups of all meshes together are few and short enough for the JSON. */
+/* Whether the groups of all meshes together are few and short enough for the JSON. Each mesh of a cage names
+ * its groups once more in extras.tweend, which at most doubles their text. */
 static bool names_groups(const tw_scene *scene) {
   enum { RANGES_MAX = 16384, TEXT_MAX = 1 << 20 };
   uint32_t ranges = 0;

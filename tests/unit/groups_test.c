@@ -5,9 +5,8 @@
 #include <string.h>
 
 #include "obj.h"
-#include "scene_fixture.h"
 #include "test.h"
-#include <cjson/cJSON.h>
+#include "written_glb.h"
 
 /* Points (x, y, 0) of 5 x 3, numbered row by row. */
 #define GRID                                                                                                 \
@@ -313,6 +312,44 @@ TEST(gltf_primitives_tell_ranges_of_their_indices) {
     cJSON_Delete(file);
     fixture_deinit(&f);
   }
+}
+
+static void assert_names(const glb *file, int mesh, const char *names) {
+  const cJSON *extras = cJSON_GetObjectItem(at(file, "meshes", mesh), "extras");
+  const cJSON *groups = cJSON_GetObjectItem(cJSON_GetObjectItem(extras, "tweend"), "groups");
+  char *printed = cJSON_PrintUnformatted(cJSON_GetObjectItem(groups, "names"));
+  assert_string_equal(printed ? printed : "", names);
+  free(printed);
+}
+
+/* Names of every group in every mesh would be text that grows with the square of the model. */
+TEST(a_cage_names_the_groups_of_its_own_faces) {
+  fixture f;
+  fixture_init(&f,
+               GRID "o a\ng arm\nf 1 2 6\ng leg\nf 6 2 7\n"
+                    "o b\ng hand\nusemtl red\nf 3 4 8\ng leg\nf 8 4 9\nusemtl blue\nf 8 9 13\ng\nf 13 9 14\n"
+                    "o c\nf 5 10 15\n");
+  fixture_refine_tagged(&f);
+  f.scene.polygons = TW_POLYGONS_NGON;
+  glb file = write_glb(&f.scene);
+  assert_names(&file, 0, "[\"arm\",\"leg\"]");
+  assert_names(&file, 1, "[\"leg\",\"hand\"]"); /* in the order of the model */
+  assert_names(&file, 2, "");
+  tw_model *model = NULL;
+  tw_error error;
+  if (tw_gltf_read(file.bytes, file.size, TW_QUADS_NGON, TW_WELD_AUTO, 0, &model, &error) != TW_OK)
+    fail_msg("%s", error.detail);
+  assert_int_equal(model->warning_count, 0);
+  assert_int_equal(model->group_count, f.model->group_count); /* meshes share the sets of one name */
+  for (uint32_t i = 0; i < model->group_count; i++)
+    assert_string_equal(model->group_names[i], f.model->group_names[i]);
+  for (int i = 0; i < 2; i++)
+    assert_memory_equal(model->meshes[i].face_groups, f.model->meshes[i].face_groups,
+                        model->meshes[i].face_count * sizeof(uint32_t));
+  assert_null(model->meshes[2].face_groups);
+  tw_model_destroy(model);
+  free_glb(&file);
+  fixture_deinit(&f);
 }
 
 TEST(gltf_leaves_out_groups_beyond_thousands) {

@@ -228,20 +228,8 @@ TEST(material_lasts_until_another) {
 
 /* ---- tags --------------------------------------------------------------------------------------------- */
 
-/* Level 0 with its tags. */
-static void refine_tagged(fixture *f) {
-  const tw_surface_options options = {.tagged = true};
-  fixture_refine(f, 0, false);
-  for (uint32_t i = 0; i < f->model->mesh_count; i++) {
-    tw_error error;
-    tw_surface_destroy(f->surfaces[i]);
-    if (tw_surface_create(&f->model->meshes[i], &options, &f->surfaces[i], &error) != TW_OK)
-      fail_msg("%s", error.detail);
-  }
-}
-
 static char *write_tagged(written *w) {
-  refine_tagged(&w->f);
+  fixture_refine_tagged(&w->f);
   return w->text = write_obj(&w->f.scene, 1 << 18);
 }
 
@@ -314,7 +302,7 @@ TEST(tags_in_blocks_of_any_size) {
   mesh->crease_edges = edges;
   mesh->crease_sharpness = sharpness;
   for (uint32_t i = 0; i < 60; i++) fixture_node(&f, "again", TW_NO_INDEX, 0);
-  refine_tagged(&f);
+  fixture_refine_tagged(&f);
   char *whole = write_obj(&f.scene, 1 << 20);
   for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) {
     char *parts = write_obj(&f.scene, blocks[i]);

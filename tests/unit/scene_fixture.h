@@ -45,14 +45,22 @@ static inline void fixture_init(fixture *f, const char *obj) {
   if (tw_obj_read((const uint8_t *)obj, strlen(obj), TW_WELD_AUTO, &f->model, &error) != TW_OK) abort();
 }
 
-/* Subdivides all meshes and sets up the scene. */
-static inline void fixture_refine(fixture *f, uint32_t level, bool normals) {
-  const tw_surface_options options = {.level = level, .normals = normals};
+/* Makes the surfaces of all meshes and sets up the scene. */
+static inline void fixture_refine_by(fixture *f, const tw_surface_options *options) {
   tw_error error;
   f->surfaces = tw_alloc_zero(f->model->mesh_count, sizeof(tw_surface *));
   for (uint32_t i = 0; i < f->model->mesh_count; i++)
-    if (tw_surface_create(&f->model->meshes[i], &options, &f->surfaces[i], &error) != TW_OK) abort();
+    if (tw_surface_create(&f->model->meshes[i], options, &f->surfaces[i], &error) != TW_OK) abort();
   f->scene = (tw_scene){.model = f->model, .surfaces = (const tw_surface *const *)f->surfaces};
+}
+
+static inline void fixture_refine(fixture *f, uint32_t level, bool normals) {
+  fixture_refine_by(f, &(tw_surface_options){.level = level, .normals = normals});
+}
+
+/* Level 0 with its tags. */
+static inline void fixture_refine_tagged(fixture *f) {
+  fixture_refine_by(f, &(tw_surface_options){.tagged = true});
 }
 
 static inline void fixture_deinit(fixture *f) {
