@@ -301,10 +301,10 @@ static bool add_pack(tw_packs *packs, tw_pack pack) {
   return true;
 }
 
-/* False without memory. */
-static bool cut_runs(tw_packs *packs, const tw_surface *surface, tw_pack_reader *r) {
+static tw_status cut_runs(tw_packs *packs, const tw_surface *surface, tw_pack_reader *r,
+                          const tw_parallel_for *parallel) {
   packs->runs = tw_arena_alloc(packs->arena, tw_surface_group_count(surface), sizeof *packs->runs);
-  if (!packs->runs) return false;
+  if (!packs->runs) return TW_NO_MEMORY;
   for (uint32_t group = 0; group < tw_surface_group_count(surface);) {
     tw_pack_run *run = &packs->runs[packs->run_count];
     run->first_group = group;
@@ -312,21 +312,23 @@ static bool cut_runs(tw_packs *packs, const tw_surface *surface, tw_pack_reader 
     run->group_count = group - run->first_group;
     uint64_t total = tw_count_triangles(&run->faces);
     for (uint64_t first = 0; first < total;) {
+      tw_status status = tw_parallel_for_status(parallel);
+      if (status != TW_OK) return status;
       tw_pack pack = next_pack(r, surface, &run->faces, packs->run_count, first);
-      if (!add_pack(packs, pack)) return false;
+      if (!add_pack(packs, pack)) return TW_NO_MEMORY;
       first += pack.triangle_count;
     }
     packs->run_count++;
   }
-  return true;
+  return TW_OK;
 }
 
-static bool cut(tw_packs *packs, const tw_surface *surface) {
+static tw_status cut(tw_packs *packs, const tw_surface *surface, const tw_parallel_for *parallel) {
   const tw_packs *uncut = packs;
   tw_pack_reader *reader = tw_pack_reader_create(&uncut, &surface, 1);
-  bool done = reader && cut_runs(packs, surface, reader);
+  tw_status status = reader ? cut_runs(packs, surface, reader, parallel) : TW_NO_MEMORY;
   tw_pack_reader_destroy(reader);
-  return done;
+  return status;
 }
 
 /* ---- reading ------------------------------------------------------------------------------------------- */
@@ -551,8 +553,8 @@ static tw_status build(tw_packs *packs, const tw_mesh *mesh, const tw_surface *s
   choose_fields(packs, mesh, tw_surface_get_layout(surface));
   if (!keep_names(packs)) return TW_NO_MEMORY;
   if (tw_surface_get_counts(surface)->faces == 0) return TW_OK;
-  if (!cut(packs, surface)) return TW_NO_MEMORY;
-  return packs->options.is_measured ? measure(packs, surface, parallel) : TW_OK;
+  tw_status status = cut(packs, surface, parallel);
+  return status == TW_OK && packs->options.is_measured ? measure(packs, surface, parallel) : status;
 }
 
 tw_status tw_packs_create(const tw_mesh *mesh, const tw_surface *surface, const tw_pack_options *options,
