@@ -370,6 +370,7 @@ static char *put_utf8(char *out, uint32_t code) {
 
 char *tw_json_unescape(const char *written, size_t size, char *out) {
   static const char letters[] = "bfnrt", meant[] = "\b\f\n\r\t";
+  if (size == 0) return out; /* written may be NULL, to which nothing may be added, not even 0 */
   for (const char *c = written, *end = written + size; c < end;) {
     if (*c != '\\') {
       *out++ = *c++;

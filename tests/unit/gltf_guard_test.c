@@ -244,6 +244,9 @@ TEST(images_are_inside_the_file_or_on_the_web) {
     assert_int_equal(read_text(text, &error), cases[i].status);
     assert_string_equal(error.pointer, cases[i].status == TW_OK ? "" : "/images/0/uri");
   }
+  tw_error error = {0};
+  assert_int_equal(read_text("{" ASSET ",'images':[{'uri':{}}]}", &error), TW_UNSUPPORTED);
+  assert_string_equal(error.pointer, "/images/0/uri");
 }
 
 TEST(buffers_and_views_must_lie_in_their_data) {
@@ -260,6 +263,7 @@ TEST(buffers_and_views_must_lie_in_their_data) {
       {"'buffers':[{'byteLength':'8'}]", "/buffers/0/byteLength", TW_INVALID},
       {"'buffers':[{'byteLength':8,'byteLength':4}]", "/buffers/0/byteLength", TW_SYNTAX},
       {"'buffers':[{'byteLengt\\u0068':8}]", "/buffers/0", TW_UNSUPPORTED},
+      {"'buffer\\u0073':[{'byteLength':8}]", "", TW_UNSUPPORTED},
       {"'buffers':[{'byteLength':8},{'byteLength':8}]", "/buffers/1", TW_INVALID},
       {"'buffers':[{'byteLength':4,'uri':'data:application/octet-stream;base64,AAAA'}]",
        "/buffers/0/byteLength", TW_INVALID},

@@ -81,7 +81,8 @@ struct Place {
   const char *array; // "" for the root
   uint64_t index;
   std::string pointer(std::string_view member) const {
-    return *array ? text("/", array, "/", index, member.empty() ? "" : "/", member) : text("/", member);
+    std::string_view slash = member.empty() ? "" : "/"; // "/" alone would be the root's member ""
+    return *array ? text("/", array, "/", index, slash, member) : text(slash, member);
   }
 };
 

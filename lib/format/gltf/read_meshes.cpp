@@ -208,15 +208,17 @@ private:
                " is out of range: there are ", element_count, " vertices");
       return found;
     };
+    // Reads the elements one after the other: an error names the first that is wrong.
+    auto triangle = [&](uint32_t first, uint32_t second, uint32_t third) {
+      uint32_t a = element(first), b = element(second), c = element(third);
+      add_triangle(a, b, c, polygons);
+    };
     if (mode == TINYGLTF_MODE_TRIANGLES)
-      for (uint32_t k = 0; k < count; k += 3)
-        add_triangle(element(k), element(k + 1), element(k + 2), polygons);
+      for (uint32_t k = 0; k < count; k += 3) triangle(k, k + 1, k + 2);
     else if (mode == TINYGLTF_MODE_TRIANGLE_STRIP)
-      for (uint32_t k = 0; k + 2 < count; k++)
-        add_triangle(element(k), element(k + 1 + k % 2), element(k + 2 - k % 2), polygons);
+      for (uint32_t k = 0; k + 2 < count; k++) triangle(k, k + 1 + k % 2, k + 2 - k % 2);
     else
-      for (uint32_t k = 0; k + 2 < count; k++)
-        add_triangle(element(k + 1), element(k + 2), element(0), polygons);
+      for (uint32_t k = 0; k + 2 < count; k++) triangle(k + 1, k + 2, 0);
   }
 
   // Leaves out a triangle that has a corner twice, unless it is part of a polygon (FB_ngon_encoding): a

@@ -53,7 +53,7 @@ const char *tw_json_member(const char *value, const char *name);
 uint64_t tw_json_count(const char *array);
 
 /* Decodes the escapes in the `size` bytes between the quotes of a string. The result is never longer, and may
- * contain U+0000. Returns its end in `out`. */
+ * contain U+0000. Returns its end in `out`. written: may be NULL where size is 0. */
 char *tw_json_unescape(const char *written, size_t size, char *out);
 
 /* Whether the value is a number. */
