@@ -98,16 +98,6 @@ static void read_back(const tw_scene *scene) {
   free(bytes);
 }
 
-static bool has_but_holes(const tw_mesh *mesh) {
-  bool is_hole[CORNERS] = {false};
-  uint32_t holes = 0;
-  for (uint32_t i = 0; i < mesh->hole_count; i++) {
-    holes += !is_hole[mesh->holes[i]];
-    is_hole[mesh->holes[i]] = true;
-  }
-  return holes > 0 && holes == mesh->face_count;
-}
-
 /* Writes the cages as GLB and reads them back. */
 static void store(const tw_model *model) {
   tw_surface *surfaces[MESHES] = {NULL};
@@ -115,7 +105,6 @@ static void store(const tw_model *model) {
   uint32_t count = 0;
   for (; arena && count < model->mesh_count; count++) {
     tw_mesh open;
-    if (has_but_holes(&model->meshes[count])) break; /* a glTF mesh cannot be empty */
     const tw_surface_options options = {.tagged = true};
     if (tw_mesh_open_holes(&model->meshes[count], arena, &open) != TW_OK) break;
     open.detail_count = 0; /* the file stores details beside the cage */
