@@ -11,7 +11,9 @@ typedef struct cutter {
   const tw_topology *t;
   tw_change change;
   const uint8_t *selected;
-  uint32_t (*triangles)[3];  /* the current face's triangles, as corner indices within the face */
+  uint8_t *is_cut;          /* [face_count] */
+  uint32_t (*triangles)[3]; /* [triangle_count] of the faces that are cut, as corner indices within each */
+  uint32_t triangle_count;
   uint32_t *next, *previous; /* [largest face] a ring of the corners not yet cut off */
   double (*flat)[2];         /* [largest face] corners in the plane of the face */
   uint8_t *is_reflex;        /* [largest face] */
@@ -44,8 +46,8 @@ static bool is_inside(const tw_editor *e, uint32_t begin, uint32_t first) {
   return tw_dot3(a, b) > 0;
 }
 
-/* Cuts a quad along a diagonal. False where both diagonals join a point to itself. */
-static bool cut_quad(cutter *k, uint32_t begin) {
+/* Cuts a quad along a diagonal, except where both diagonals join a point to itself. */
+static void cut_quad(cutter *k, uint32_t begin) {
   const tw_editor *e = k->editor;
   const uint32_t *points = k->t->corner_vertex + begin;
   bool first = is_inside(e, begin, 0), second = is_inside(e, begin, 1);
@@ -54,8 +56,9 @@ static bool cut_quad(cutter *k, uint32_t begin) {
   const uint32_t triangles[2][2][3] = {{{0, 1, 2}, {0, 2, 3}}, {{0, 1, 3}, {1, 2, 3}}};
   if (points[0] == points[2]) is_second = true;
   if (points[1] == points[3]) is_second = false;
-  memcpy(k->triangles, triangles[is_second], sizeof triangles[0]);
-  return points[is_second] != points[is_second + 2];
+  if (points[is_second] == points[is_second + 2]) return;
+  memcpy(k->triangles + k->triangle_count, triangles[is_second], sizeof triangles[0]);
+  k->triangle_count += 2;
 }
 
 /* ---- larger faces: ears -------------------------------------------------------------------------------- */
@@ -92,44 +95,55 @@ static bool is_reflex(const cutter *k, uint32_t i) {
   return area(k, k->previous[i], i, k->next[i]) <= 0;
 }
 
-/* Whether a corner is an ear: no reflex corner lies in its triangle. *budget: how many corners may still be
- * tested; when it is spent, the corner counts as an ear. */
-static bool is_ear(const cutter *k, uint32_t ear, uint64_t *budget) {
+/* The work left for a face, in corners. When the tests are spent, corners are cut off without a test; when
+ * the skips are spent, the face stays whole. */
+typedef struct ear_budget {
+  uint64_t tests, skips;
+} ear_budget;
+
+/* Whether a corner is an ear: no reflex corner lies in its triangle. When the tests are spent, the corner
+ * counts as an ear. */
+static bool is_ear(const cutter *k, uint32_t ear, ear_budget *budget) {
   uint32_t a = k->previous[ear], b = k->next[ear];
   if (k->is_reflex[ear]) return false;
-  for (uint32_t i = k->next[b]; i != a && *budget > 0; i = k->next[i], --*budget)
+  for (uint32_t i = k->next[b]; i != a && budget->tests > 0; i = k->next[i], --budget->tests)
     if (k->is_reflex[i] && area(k, a, ear, i) >= 0 && area(k, ear, b, i) >= 0 && area(k, b, a, i) >= 0)
       return false;
   return true;
 }
 
 /* The next corner to cut off, from `at` on: an ear, or else the first candidate. UINT32_MAX where there is no
- * candidate: in a face that has a point twice, a corner whose two neighbours are one point is none. When the
- * budget is spent, the first candidate is taken without a test. */
+ * candidate: in a face that has a point twice, a corner whose two neighbours are one point is none and is
+ * skipped. */
 static uint32_t find_ear(const cutter *k, const uint32_t *points, uint32_t at, uint32_t left,
-                         uint64_t *budget) {
+                         ear_budget *budget) {
   uint32_t any = UINT32_MAX;
-  for (uint32_t tried = 0; tried < left; tried++, at = k->next[at]) {
-    if (*budget > 0) --*budget;
-    if (points[k->previous[at]] == points[k->next[at]]) continue;
-    if (*budget == 0 || is_ear(k, at, budget)) return at;
+  for (uint32_t tried = 0; tried < left && budget->skips > 0; tried++, at = k->next[at]) {
+    if (budget->tests > 0) --budget->tests;
+    if (points[k->previous[at]] == points[k->next[at]]) {
+      --budget->skips;
+      continue;
+    }
+    if (budget->tests == 0 || is_ear(k, at, budget)) return at;
     if (any == UINT32_MAX) any = at;
   }
   return any;
 }
 
-/* Cuts off ears one after the other, moving round the face so that they do not all share a corner. False
- * where no candidate is left before the face is cut up. */
-static bool cut_ears(cutter *k, uint32_t face) {
-  enum { LOOKS = 256 };
+/* Cuts off ears one after the other, moving round the face so that they do not all share a corner. The face
+ * stays whole where no candidate is left before it is cut up. TW_CANCELLED. */
+static tw_status cut_ears(cutter *k, uint32_t face) {
+  enum { STEPS = 256, EARS_AT_ONCE = 1024 };
   const uint32_t *points = k->t->corner_vertex + tw_face_begin(k->t, face);
-  uint32_t at = 0, count = 0;
-  uint64_t budget = LOOKS * (uint64_t)tw_face_size(k->t, face);
+  uint32_t size = tw_face_size(k->t, face), at = 0, count = k->triangle_count;
+  ear_budget budget = {STEPS * (uint64_t)size, STEPS * (uint64_t)size};
   flatten(k, face);
-  for (uint32_t i = 0; i < tw_face_size(k->t, face); i++) k->is_reflex[i] = is_reflex(k, i);
-  for (uint32_t left = tw_face_size(k->t, face); left >= 3; left--) {
+  for (uint32_t i = 0; i < size; i++) k->is_reflex[i] = is_reflex(k, i);
+  for (uint32_t left = size; left >= 3; left--) {
+    tw_status status = (size - left) % EARS_AT_ONCE == 0 ? tw_editor_go_on(k->editor) : TW_OK;
+    if (status != TW_OK) return status;
     at = find_ear(k, points, at, left, &budget);
-    if (at == UINT32_MAX) return false;
+    if (at == UINT32_MAX) return TW_OK;
     uint32_t a = k->previous[at], b = k->next[at];
     const uint32_t triangle[3] = {a, at, b};
     memcpy(k->triangles[count++], triangle, sizeof triangle);
@@ -139,7 +153,8 @@ static bool cut_ears(cutter *k, uint32_t face) {
     k->is_reflex[b] = is_reflex(k, b);
     at = k->next[b];
   }
-  return true;
+  k->triangle_count = count;
+  return TW_OK;
 }
 
 /* ---- triangulate --------------------------------------------------------------------------------------- */
@@ -156,17 +171,29 @@ static void put_triangle(cutter *k, uint32_t face, const uint32_t places[3]) {
   tw_change_face(&k->change, face, TW_CHANGE_MADE);
 }
 
-/* Adds the first triangle of a face, or all its other triangles. */
-static void put_face(cutter *k, uint32_t face, bool is_first) {
-  uint32_t size = tw_face_size(k->t, face);
-  bool is_cut = k->selected[face] && size > 3 &&
-                (size == 4 ? cut_quad(k, tw_face_begin(k->t, face)) : cut_ears(k, face));
-  if (!is_cut) {
-    if (is_first) tw_change_keep_face(&k->change, face, NULL, k->selected[face] ? TW_CHANGE_MADE : 0);
-    return;
+/* Cuts a selected face. Adds its first triangle, or a face that stays whole. TW_CANCELLED. */
+static tw_status put_first(cutter *k, uint32_t face) {
+  uint32_t size = tw_face_size(k->t, face), first = k->triangle_count;
+  tw_status status = TW_OK;
+  if (k->selected[face] && size == 4) cut_quad(k, tw_face_begin(k->t, face));
+  if (k->selected[face] && size > 4) status = cut_ears(k, face);
+  k->is_cut[face] = k->triangle_count > first;
+  if (k->is_cut[face])
+    put_triangle(k, face, k->triangles[first]);
+  else
+    tw_change_keep_face(&k->change, face, NULL, k->selected[face] ? TW_CHANGE_MADE : 0);
+  return status;
+}
+
+/* Adds all triangles of cut faces but the first ones. */
+static void put_others(cutter *k) {
+  uint32_t first = 0;
+  for (uint32_t f = 0; f < k->t->face_count; f++) {
+    if (!k->is_cut[f]) continue;
+    uint32_t count = tw_face_size(k->t, f) - 2;
+    for (uint32_t i = 1; i < count; i++) put_triangle(k, f, k->triangles[first + i]);
+    first += count;
   }
-  for (uint32_t i = is_first ? 0 : 1; i < (is_first ? 1 : size - 2); i++)
-    put_triangle(k, face, k->triangles[i]);
 }
 
 tw_status tw_edit_triangulate(tw_editor *editor) {
@@ -183,17 +210,20 @@ tw_status tw_edit_triangulate(tw_editor *editor) {
     size.faces += corners - 3;
     size.corners += 2 * ((uint64_t)corners - 3);
   }
-  k.triangles = tw_arena_alloc_raw(editor->arena, largest, sizeof *k.triangles);
+  status = tw_change_init(&k.change, editor, &size);
+  if (status != TW_OK) return status;
+  k.is_cut = tw_arena_alloc_raw(editor->arena, k.t->face_count, 1);
+  k.triangles = tw_arena_alloc_raw(editor->arena, size.faces, sizeof *k.triangles);
   k.next = tw_arena_alloc_raw(editor->arena, largest, sizeof *k.next);
   k.previous = tw_arena_alloc_raw(editor->arena, largest, sizeof *k.previous);
   k.flat = tw_arena_alloc_raw(editor->arena, largest, sizeof *k.flat);
   k.is_reflex = tw_arena_alloc_raw(editor->arena, largest, 1);
-  if (!k.triangles || !k.next || !k.previous || !k.flat || !k.is_reflex) return tw_editor_no_memory(editor);
-  status = tw_change_init(&k.change, editor, &size);
-  if (status != TW_OK) return status;
+  if (!k.is_cut || !k.triangles || !k.next || !k.previous || !k.flat || !k.is_reflex)
+    return tw_editor_no_memory(editor);
   tw_change_keep_points(&k.change);
-  for (uint32_t f = 0; f < k.t->face_count; f++) put_face(&k, f, true);
-  for (uint32_t f = 0; f < k.t->face_count; f++) put_face(&k, f, false);
+  for (uint32_t f = 0; f < k.t->face_count && status == TW_OK; f++) status = put_first(&k, f);
+  if (status != TW_OK) return status;
+  put_others(&k);
   return tw_editor_apply(editor, &k.change);
 }
 

@@ -300,6 +300,27 @@ TEST(large_faces_are_cut_from_their_ears) {
   edited_deinit(&e);
 }
 
+/* Walking past corners whose two neighbours are one point takes most of the face for each ear. */
+TEST(long_faces_that_run_to_and_fro_stay_whole) {
+  enum { CORNERS = 20001, SHORT = 101 };
+  static uint32_t corners[CORNERS];
+  const float points[3][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  uint32_t offsets[2] = {0, CORNERS};
+  for (uint32_t i = 0; i < CORNERS; i++) corners[i] = i % 2;
+  corners[CORNERS - 1] = 2;
+  tw_mesh mesh = mesh_of(points[0], 3, corners, offsets, 1);
+  edited e = edit_once(&mesh, (tw_edit){.kind = TW_EDIT_TRIANGULATE});
+  assert_int_equal(e.mesh.face_count, 1);
+  assert_memory_equal(e.mesh.corners, corners, sizeof corners);
+  edited_deinit(&e);
+  corners[SHORT - 1] = 2;
+  offsets[1] = SHORT;
+  mesh = mesh_of(points[0], 3, corners, offsets, 1);
+  e = edit_once(&mesh, (tw_edit){.kind = TW_EDIT_TRIANGULATE});
+  assert_int_equal(e.mesh.face_count, SHORT - 2);
+  edited_deinit(&e);
+}
+
 TEST(halves_become_quads_again) {
   dressed d;
   tw_mesh mesh = dressed_cube(&d);

@@ -107,9 +107,8 @@ static bool is_unwanted(void *owner) {
   return (*times)-- == 0;
 }
 
-/* Edits of a cube after which somebody asks that often whether the result is still wanted. */
-static void asks(const tw_edit *edits, uint32_t count, uint32_t times) {
-  const tw_mesh mesh = cube();
+/* Asserts that the edits ask that often whether the result is still wanted, and end where it is not. */
+static void asks(const tw_mesh *mesh, const tw_edit *edits, uint32_t count, uint32_t times) {
   for (uint32_t wanted = 0; wanted <= times; wanted++) {
     uint32_t left = wanted;
     const tw_parallel_for parallel = {.owner = &left, .is_cancelled = is_unwanted};
@@ -118,7 +117,7 @@ static void asks(const tw_edit *edits, uint32_t count, uint32_t times) {
     tw_mesh out;
     tw_error error = {0};
     tw_arena *arena = tw_arena_create();
-    tw_status status = tw_mesh_edit(&mesh, NULL, edits, count, &limits, arena, &out, NULL, NULL, &error);
+    tw_status status = tw_mesh_edit(mesh, NULL, edits, count, &limits, arena, &out, NULL, NULL, &error);
     assert_int_equal(status, wanted < times ? TW_CANCELLED : TW_OK);
     assert_int_equal(error.status, status);
     tw_arena_destroy(arena);
@@ -126,6 +125,7 @@ static void asks(const tw_edit *edits, uint32_t count, uint32_t times) {
 }
 
 TEST(edits_that_nobody_wants_any_more_end) {
+  const tw_mesh mesh = cube();
   const uint32_t face = 0;
   const tw_edit move = {.kind = TW_EDIT_MOVE, .selection = all_faces}, moves[] = {move, move, move};
   const tw_edit smooth = {.kind = TW_EDIT_SMOOTH, .smooth.iterations = 4};
@@ -133,9 +133,22 @@ TEST(edits_that_nobody_wants_any_more_end) {
       {.kind = TW_EDIT_DELETE,
        .selection = {.of = TW_EDIT_FACES, .by = TW_SELECT_LIST, .count = 1, .indices = &face}},
       {.kind = TW_EDIT_FILL, .fill.method = TW_FILL_TRIANGLES}};
-  asks(moves, 3, 3);
-  asks(&smooth, 1, 5); /* before the edit, and before each round */
-  asks(close, 2, 3);   /* before each edit, and before the hole */
+  asks(&mesh, moves, 3, 3);
+  asks(&mesh, &smooth, 1, 5); /* before the edit, and before each round */
+  asks(&mesh, close, 2, 3);   /* before each edit, and before the hole */
+}
+
+TEST(cutting_large_faces_asks_on_its_way) {
+  tw_shape tube;
+  tw_mesh mesh;
+  tw_arena *arena = tw_arena_create();
+  const tw_edit cut = {.kind = TW_EDIT_TRIANGULATE};
+  tw_shape_init(&tube, TW_SHAPE_CYLINDER);
+  tube.segments[0] = 1500;
+  tube.caps = TW_CAPS_NGON;
+  assert_int_equal(tw_shape_make(&tube, arena, &mesh, NULL), TW_OK);
+  asks(&mesh, &cut, 1, 1 + 2 * 2); /* before the edit, and for each cap before the first ear and the 1024th */
+  tw_arena_destroy(arena);
 }
 
 /* How often somebody asks who goes on wanting. */
