@@ -38,12 +38,14 @@ static void finder_deinit(finder *f) {
 
 /* ---- angles --------------------------------------------------------------------------------- */
 
-/* Whether the angle between two vectors exceeds `most`, tested as sin(angle - most) > 0. False where one of
- * the vectors is 0. */
+/* Whether the angle between two vectors exceeds `most`, tested as sin(angle - most) > 0, which does not hold
+ * for opposite vectors where `most` is 0 degrees. False where one of the vectors is 0. */
 static bool turns_by_more(const double *a, const double *b, turn most) {
-  double across[3];
+  double across[3], along = tw_dot3(a, b);
   tw_cross3(a, b, across);
-  return tw_length3(across) * most.cosine - tw_dot3(a, b) * most.sine > 0;
+  double area = tw_length3(across);
+  if (area == 0) return along < 0 && most.cosine > -1;
+  return area * most.cosine - along * most.sine > 0;
 }
 
 /* Sums the normals of the triangles fanned from the first corner. This is Newell's normal, computed relative

@@ -264,6 +264,18 @@ TEST(edges_bent_by_more_than_the_angle_are_creases) {
   }
 }
 
+TEST(a_face_folded_onto_another_is_bent_by_180_degrees) {
+  static const float points[4][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.25f, 1, 0}};
+  static const uint32_t corners[6] = {0, 1, 2, 1, 0, 3}, offsets[3] = {0, 3, 6};
+  static const double degrees[] = {0, 90, 179, 180};
+  tw_mesh mesh = mesh_of(points[0], 4, corners, offsets, 2);
+  for (size_t i = 0; i < sizeof degrees / sizeof *degrees; i++) {
+    creased c = crease(&mesh, TW_CREASES_ANGLE, degrees[i], 1);
+    assert_int_equal(c.mesh.crease_count, degrees[i] < 180);
+    tw_arena_destroy(c.arena);
+  }
+}
+
 TEST(an_edge_that_the_file_tags_keeps_its_sharpness) {
   static const uint32_t edges[3][2] = {{1, 0}, {2, 3}, {0, 6}}; /* the last is no edge */
   static const float sharpness[3] = {0.5f, 0, 7};
