@@ -158,11 +158,25 @@ static tw_status check_tags(const tw_mesh *mesh, tw_error *error) {
   return TW_OK;
 }
 
+/* Writes a name as a token of a JSON pointer. A name that is cut here makes the pointer too long, which
+ * tw_error_at cuts before the name. */
+static void print_token(const char *name, size_t room, char *out) {
+  size_t used = 0;
+  for (; *name != '\0' && used + 2 < room; name++) {
+    bool is_escaped = *name == '/' || *name == '~';
+    if (is_escaped) out[used++] = '~';
+    out[used++] = !is_escaped ? *name : *name == '/' ? '1' : '0';
+  }
+  out[used] = '\0';
+}
+
 static tw_status check_point_data(const tw_mesh *mesh, tw_error *error) {
   tw_status status = check_finite(mesh->positions, mesh->point_count, 3, "positions", error);
   for (uint32_t i = 0; i < mesh->attribute_count && status == TW_OK; i++) {
     const tw_attribute *attribute = &mesh->attributes[i];
-    status = check_finite(attribute->values, mesh->point_count, attribute->width, attribute->name, error);
+    char name[sizeof error->pointer];
+    print_token(attribute->name, sizeof name, name);
+    status = check_finite(attribute->values, mesh->point_count, attribute->width, name, error);
   }
   if (status == TW_OK && mesh->skin.joints)
     status = check_finite(mesh->skin.weights, mesh->point_count, 4, "weights", error);

@@ -42,6 +42,25 @@ TEST(not_a_number_is_refused) {
   assert_string_equal(error.pointer, "/positions/7/1");
 }
 
+TEST(names_of_attributes_are_escaped_in_pointers) {
+  static const float values[8] = {0, 0, INFINITY};
+  char name[200] = "_A/B~C";
+  tw_attribute attribute = {.name = name, .width = 1, .values = values};
+  tw_mesh mesh = cube();
+  mesh.attributes = &attribute;
+  mesh.attribute_count = 1;
+  tw_error error;
+  assert_int_equal(tw_mesh_check(&mesh, &error, NULL), TW_INVALID);
+  assert_string_equal(error.pointer, "/_A~1B~0C/2/0");
+  for (size_t length = 150; length < sizeof name; length++) { /* no room for name and indices */
+    memset(name, '/', length - 1);
+    name[length] = '\0';
+    name[length - 1] = length % 2 ? '_' : '~';
+    assert_int_equal(tw_mesh_check(&mesh, &error, NULL), TW_INVALID);
+    assert_string_equal(error.pointer, "");
+  }
+}
+
 TEST(tangents_follow_no_uv_set_that_is_not_there) {
   static const uint8_t sets[6] = {0, 0, 0, 0, 1, 0};
   static const float uv[2] = {0, 0};
