@@ -47,21 +47,22 @@ void tw_patch_deinit(tw_patch *patch) {
   free(patch->terms);
 }
 
-/* Enlarges *array, or leaves it unchanged and returns false. */
-static bool resize(void **array, uint64_t count, size_t size) {
-  void *larger = count <= SIZE_MAX / size ? realloc(*array, (size_t)count * size) : NULL;
-  if (larger) *array = larger;
-  return larger != NULL;
+/* Enlarges an array if *has_room; without memory, clears *has_room and returns the array unchanged. */
+static void *resize(void *array, uint64_t count, size_t size, bool *has_room) {
+  void *larger = *has_room && count <= SIZE_MAX / size ? realloc(array, (size_t)count * size) : NULL;
+  *has_room = larger != NULL;
+  return larger ? larger : array;
 }
 
 static bool make_room(tw_patch *p, uint32_t points) {
   if (points <= p->room) return true;
   uint64_t room = points + (uint64_t)points / 2;
-  bool has_room = room < UINT32_MAX / 2 && resize((void **)&p->triangles, 2 * room, sizeof *p->triangles) &&
-                  resize((void **)&p->beyond, 2 * room, sizeof *p->beyond) &&
-                  resize((void **)&p->points, room, sizeof *p->points) &&
-                  resize((void **)&p->scales, room, sizeof *p->scales) &&
-                  resize((void **)&p->terms, room, sizeof *p->terms);
+  bool has_room = room < UINT32_MAX / 2;
+  p->triangles = resize(p->triangles, 2 * room, sizeof *p->triangles, &has_room);
+  p->beyond = resize(p->beyond, 2 * room, sizeof *p->beyond, &has_room);
+  p->points = resize(p->points, room, sizeof *p->points, &has_room);
+  p->scales = resize(p->scales, room, sizeof *p->scales, &has_room);
+  p->terms = resize(p->terms, room, sizeof *p->terms, &has_room);
   if (has_room) p->room = (uint32_t)room;
   return has_room;
 }
