@@ -308,7 +308,7 @@ export interface MeshFacts {
   corners: number;
   /** Number of faces that tags leave out of surfaces. */
   holes: number;
-  /** Number of edges that each value of `creases` finds. */
+  /** Number of edges that each value of `creases` finds, whether tagged or not. */
   hard_edges: {
     tags: number;
     normals: number;

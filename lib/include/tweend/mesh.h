@@ -183,7 +183,7 @@ typedef enum tw_creases {
 tw_status tw_mesh_with_creases(const tw_mesh *mesh, tw_creases creases, double degrees, float sharpness,
                                tw_arena *arena, tw_mesh *out, tw_error *error);
 
-/* How many edges each method finds. Edges that the file tags are counted as well. */
+/* How many edges each method finds, whether the file tags them or not. */
 typedef struct tw_hard_edge_counts {
   uint32_t by_normals, by_30_degrees, by_auto;
 } tw_hard_edge_counts;
