@@ -5,6 +5,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "vector3.h"
+
 double tw_length(const double *vector, int n) {
   double sum = 0;
   for (int i = 0; i < n; i++) sum += vector[i] * vector[i];
@@ -112,16 +114,6 @@ void tw_trs_to_matrix(const tw_trs *trs, float out[16]) {
   out[15] = 1;
 }
 
-static double dot(const double a[3], const double b[3]) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static double determinant(double m[3][3]) {
-  return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) +
-         m[0][1] * (m[1][2] * m[2][0] - m[1][0] * m[2][2]) +
-         m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
-}
-
 /* One Jacobi rotation: turns rows and columns p and q of the symmetric k so that k[p][q] becomes 0; `vectors`
  * accumulates the turns. Uses square roots only: unlike the C library's sines, they round alike on all
  * processors. Where scales are 0, many rotations fit equally well, and the last bit would choose among
@@ -169,7 +161,7 @@ void tw_quat_best(double axes[3][3], double out[4]) {
 
 static bool has_shear(double axes[3][3]) {
   for (int i = 0; i < 3; i++)
-    if (fabs(dot(axes[i], axes[(i + 1) % 3])) > SHEAR) return true;
+    if (fabs(tw_dot3(axes[i], axes[(i + 1) % 3])) > SHEAR) return true;
   return false;
 }
 
@@ -181,7 +173,7 @@ bool tw_trs_from_matrix(const float m[16], tw_trs *out) {
     if (tw_normalize(axes[i], 3) == 0) exact = false;
   }
   if (has_shear(axes)) exact = false;
-  if (determinant(axes) < 0)
+  if (tw_determinant3(axes[0], axes[1], axes[2]) < 0)
     for (int j = 0; j < 3; j++) axes[0][j] = -axes[0][j];
   tw_quat_best(axes, q);
   quat_narrow(q, out->rotation);
@@ -194,7 +186,7 @@ bool tw_trs_from_matrix(const float m[16], tw_trs *out) {
                             (double)rotation[3 * i + 2]};
     /* Where TRS can hold the matrix exactly, takes the column's length itself, which is free of the
      * rotation's rounding. */
-    double along = dot(axis, columns[i]), length = tw_length(columns[i], 3);
+    double along = tw_dot3(axis, columns[i]), length = tw_length(columns[i], 3);
     out->scale[i] = (float)(exact ? copysign(length, along) : along);
     out->translation[i] = m[12 + i];
   }

@@ -4,6 +4,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "vector3.h"
+
 const uint32_t tw_rotation_widths[TW_ROTATION_FORMS] = {4, 4, 3, 9};
 
 static const double ANGLE_MOST = 1e9; /* the limit that tracks have too */
@@ -45,10 +47,6 @@ static tw_status read_euler(const double values[3], tw_euler_order order, double
   return TW_OK;
 }
 
-static double dot(const double a[3], const double b[3]) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 /* Reads a matrix that is a rotation within MATRIX_TOLERANCE, as the rotation that fits it best: rounded
  * matrices stand for a rotation. */
 static tw_status read_matrix(const double m[9], double q[4], tw_error *error) {
@@ -56,7 +54,7 @@ static tw_status read_matrix(const double m[9], double q[4], tw_error *error) {
   for (int i = 0; i < 9; i++) axes[i / 3][i % 3] = m[i];
   for (int i = 0; i < 3; i++)
     for (int j = i; j < 3; j++) {
-      double product = dot(axes[i], axes[j]);
+      double product = tw_dot3(axes[i], axes[j]);
       /* A product that overflows fails the comparison, too. */
       if (fabs(product - (i == j)) <= MATRIX_TOLERANCE) continue;
       if (i == j)
@@ -65,12 +63,8 @@ static tw_status read_matrix(const double m[9], double q[4], tw_error *error) {
       return tw_fail(error, TW_INVALID,
                      "the matrix is no rotation: columns %d and %d are not at right angles", i, j);
     }
-  double across[3];
-  for (int i = 0; i < 3; i++) {
-    int j = (i + 1) % 3, k = (i + 2) % 3;
-    across[i] = axes[0][j] * axes[1][k] - axes[0][k] * axes[1][j];
-  }
-  if (dot(across, axes[2]) < 0) return tw_fail(error, TW_INVALID, "the matrix is no rotation: it mirrors");
+  if (tw_determinant3(axes[0], axes[1], axes[2]) < 0)
+    return tw_fail(error, TW_INVALID, "the matrix is no rotation: it mirrors");
   tw_quat_best(axes, q);
   return TW_OK;
 }

@@ -11,6 +11,11 @@ static inline void tw_cross3(const double *a, const double *b, double *out) {
 static inline double tw_dot3(const double *a, const double *b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
+static inline double tw_determinant3(const double *a, const double *b, const double *c) {
+  double across[3];
+  tw_cross3(b, c, across);
+  return tw_dot3(a, across);
+}
 static inline double tw_length3(const double *vector) {
   return sqrt(tw_dot3(vector, vector));
 }

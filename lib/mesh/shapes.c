@@ -6,6 +6,8 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "vector3.h"
+
 const char *const tw_shape_names[TW_SHAPES + 1] = {
     "grid", "box", "quad_sphere", "uv_sphere", "icosphere", "ellipsoid", "cylinder", "cone", "torus", NULL};
 
@@ -457,11 +459,6 @@ static bool is_ico_edge(const icosahedron *ico, uint32_t a, uint32_t b) {
   return a != b && square < 5;
 }
 
-static double determinant(const double *a, const double *b, const double *c) {
-  return a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
-         a[2] * (b[0] * c[1] - b[1] * c[0]);
-}
-
 /* Places the points at the corners of three golden rectangles; near points form edges, and three near points
  * a face. */
 static void make_icosahedron(icosahedron *ico) {
@@ -478,7 +475,7 @@ static void make_icosahedron(icosahedron *ico) {
       ico->edges[a][b] = ico->edges[b][a] = ico->edge_count++;
       for (uint32_t c = b + 1; c < ICO_POINTS; c++) {
         if (!is_ico_edge(ico, a, c) || !is_ico_edge(ico, b, c)) continue;
-        bool is_outward = determinant(ico->points[a], ico->points[b], ico->points[c]) > 0;
+        bool is_outward = tw_determinant3(ico->points[a], ico->points[b], ico->points[c]) > 0;
         uint32_t *face = ico->faces[ico->face_count++];
         face[0] = a;
         face[1] = is_outward ? b : c;

@@ -1,6 +1,8 @@
 /* Computes unit normals where float alone does not suffice. */
 #include "normal.h"
 
+#include "vector3.h"
+
 /* Computes the normal in double from scaled tangents, for lengths that float cannot square. False where a
  * tangent has no finite length above 0, or where they are parallel. */
 static bool find_normal(tw_point a, tw_point b, float out[3]) {
@@ -10,15 +12,13 @@ static bool find_normal(tw_point a, tw_point b, float out[3]) {
     scale_b = fmax(scale_b, fabs((double)b[i]));
   }
   if (!(scale_a > 0) || !(scale_b > 0) || !isfinite(scale_a) || !isfinite(scale_b)) return false;
-  double u[3], v[3], n[3], square = 0;
+  double u[3], v[3], n[3];
   for (int i = 0; i < 3; i++) {
     u[i] = a[i] / scale_a;
     v[i] = b[i] / scale_b;
   }
-  for (int i = 0; i < 3; i++) {
-    n[i] = u[(i + 1) % 3] * v[(i + 2) % 3] - u[(i + 2) % 3] * v[(i + 1) % 3];
-    square += n[i] * n[i];
-  }
+  tw_cross3(u, v, n);
+  double square = tw_dot3(n, n);
   if (!(square > 1e-12)) return false; /* parallel, as far as float can tell */
   for (int i = 0; i < 3; i++) out[i] = (float)(n[i] / sqrt(square));
   return true;
