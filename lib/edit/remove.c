@@ -119,9 +119,7 @@ tw_status tw_edit_drop_pieces(tw_editor *editor) {
   uint32_t *sizes = tw_arena_alloc(editor->arena, r.t->vertex_count, sizeof *sizes);
   uint8_t *doomed = tw_arena_alloc(editor->arena, r.t->vertex_count, 1);
   if (!pieces || !sizes || !doomed) return tw_editor_no_memory(editor);
-  tw_union_find_init(pieces, r.t->vertex_count);
-  for (uint32_t e = 0; e < r.t->edge_count; e++)
-    tw_union_find_join(pieces, r.t->edge_vertices[e][0], r.t->edge_vertices[e][1]);
+  tw_topology_find_pieces(r.t, pieces);
   for (int pass = 0; pass < 2; pass++)
     for (uint32_t f = 0; f < r.t->face_count; f++) {
       uint32_t *size = sizes + tw_union_find_root(pieces, r.t->corner_vertex[tw_face_begin(r.t, f)]);

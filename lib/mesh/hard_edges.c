@@ -135,10 +135,7 @@ static tw_status find_pieces(finder *f) {
   f->pieces = tw_alloc(mesh->point_count, sizeof *f->pieces);
   f->normals_decide = tw_alloc_zero(mesh->point_count, 1);
   if (!f->pieces || !f->normals_decide) return TW_NO_MEMORY;
-  tw_union_find_init(f->pieces, mesh->point_count);
-  for (uint32_t face = 0; face < mesh->face_count; face++)
-    for (uint32_t c = mesh->face_offsets[face] + 1; c < mesh->face_offsets[face + 1]; c++)
-      tw_union_find_join(f->pieces, mesh->corners[c - 1], mesh->corners[c]);
+  tw_topology_find_pieces(f->t, f->pieces);
   for (uint32_t face = 0; face < mesh->face_count; face++) {
     uint32_t root = tw_union_find_root(f->pieces, mesh->corners[mesh->face_offsets[face]]);
     if (!f->normals_decide[root]) f->normals_decide[root] = is_shaded_smooth(mesh, face);

@@ -15,19 +15,12 @@ enum { VERTEX_USED = 4 };
 
 /* ---- pieces ----------------------------------------------------------------------------------- */
 
-static uint32_t *new_sets(uint32_t count) {
-  uint32_t *sets = tw_alloc(count, sizeof *sets);
-  if (sets) tw_union_find_init(sets, count);
-  return sets;
-}
-
 static tw_status count_components(const tw_topology *t, const uint8_t *flags, uint32_t *out) {
-  uint32_t *sets = new_sets(t->vertex_count);
-  if (!sets) return TW_NO_MEMORY;
-  for (uint32_t e = 0; e < t->edge_count; e++)
-    tw_union_find_join(sets, tw_edge_start(t, e), tw_edge_stop(t, e));
-  for (uint32_t v = 0; v < t->vertex_count; v++) *out += (flags[v] & VERTEX_USED) && sets[v] == v;
-  free(sets);
+  uint32_t *pieces = tw_alloc(t->vertex_count, sizeof *pieces);
+  if (!pieces) return TW_NO_MEMORY;
+  tw_topology_find_pieces(t, pieces);
+  for (uint32_t v = 0; v < t->vertex_count; v++) *out += (flags[v] & VERTEX_USED) && pieces[v] == v;
+  free(pieces);
   return TW_OK;
 }
 
@@ -101,9 +94,11 @@ static void flag_sectors(const tw_topology *t, uint32_t *sectors, uint32_t *last
 /* Flags the vertices as tw_topology_build would, without the memory of fans and rings, and counts the
  * border's loops. flags: [vertex_count], zeros. */
 static tw_status look_round_points(const tw_topology *t, uint8_t *flags, tw_mesh_stats *facts) {
-  uint32_t *sectors = new_sets(t->corner_count), *last = tw_alloc_zero(t->vertex_count, sizeof *last);
+  uint32_t *sectors = tw_alloc(t->corner_count, sizeof *sectors);
+  uint32_t *last = tw_alloc_zero(t->vertex_count, sizeof *last);
   tw_status status = sectors && last ? TW_OK : TW_NO_MEMORY;
   if (status == TW_OK) {
+    tw_union_find_init(sectors, t->corner_count);
     for (uint32_t e = 0; e < t->edge_count; e++) join_across(t, sectors, e);
     flag_points(t, last, flags);
     flag_sectors(t, sectors, last, flags);

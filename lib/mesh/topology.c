@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "sorted.h"
+#include "union_find.h"
 
 /* Turns counts into run starts, in place. offsets: [count + 1], the last one 0 before; afterwards
  * offsets[count] is the total. */
@@ -390,6 +391,12 @@ uint32_t tw_topology_find_edge(const tw_topology *topology, uint32_t a, uint32_t
       end = middle;
   }
   return UINT32_MAX;
+}
+
+void tw_topology_find_pieces(const tw_topology *topology, uint32_t *pieces) {
+  tw_union_find_init(pieces, topology->vertex_count);
+  for (uint32_t e = 0; e < topology->edge_count; e++)
+    tw_union_find_join(pieces, tw_edge_start(topology, e), tw_edge_stop(topology, e));
 }
 
 bool tw_topology_touches_vertex(const tw_topology *topology, const uint8_t *faces, uint32_t vertex) {

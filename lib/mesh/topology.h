@@ -101,6 +101,9 @@ tw_status tw_topology_copy_semi(tw_topology *topology, const tw_topology *from, 
  * tw_topology_pair. O(log edges). */
 uint32_t tw_topology_find_edge(const tw_topology *topology, uint32_t a, uint32_t b);
 
+/* Joins the vertices that edges connect. pieces: [vertex_count] receives disjoint sets (union_find.h). */
+void tw_topology_find_pieces(const tw_topology *topology, uint32_t *pieces);
+
 /* Whether any of some faces touches a vertex, or an edge. faces: [face_count] flags, NULL for all. */
 bool tw_topology_touches_vertex(const tw_topology *topology, const uint8_t *faces, uint32_t vertex);
 bool tw_topology_touches_edge(const tw_topology *topology, const uint8_t *faces, uint32_t edge);
