@@ -52,8 +52,9 @@ static bool read_profile(char *text, const char *profile, srv_s3_credentials *ou
 static bool read_file(const char *path, const char *profile, srv_s3_credentials *out, srv_error *error) {
   char *text = srv_read_text(path, FILE_MAX);
   if (text == NULL) return srv_fail(error, "cannot read credentials of '%s': %s", path, strerror(errno));
+  size_t size = strlen(text); /* before read_profile cuts the text into pieces */
   bool is_read = read_profile(text, profile, out) && out->key[0] != '\0' && out->secret[0] != '\0';
-  explicit_bzero(text, strlen(text));
+  explicit_bzero(text, size);
   free(text);
   return is_read ||
          srv_fail(error, "'%s' has no usable aws_access_key_id and aws_secret_access_key for profile '%s'",
