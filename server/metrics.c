@@ -347,7 +347,7 @@ static double processor_seconds(void) {
          (double)(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec) / 1e6;
 }
 
-/* Counts the entries of a folder except "." and "..". */
+/* Counts the entries of a folder except "." and ".."; 0 when it cannot be listed. */
 static uint64_t count_entries(const char *folder) {
   DIR *listing = opendir(folder);
   if (listing == NULL) return 0;
@@ -357,17 +357,20 @@ static uint64_t count_entries(const char *folder) {
   return count < 2 ? 0 : count - 2;
 }
 
-/* Uses the names of Prometheus' own client libraries. */
+/* Uses the names of Prometheus' own client libraries. Leaves out what /proc does not tell while this process
+ * may open no more files. */
 static void print_process(FILE *out, time_t started_s) {
   struct rlimit limit = {0};
   getrlimit(RLIMIT_NOFILE, &limit);
-  print_number(out, "process_resident_memory_bytes", "Resident memory.", resident_bytes());
+  uint64_t resident = resident_bytes(), files = count_entries("/proc/self/fd");
+  uint64_t threads = count_entries("/proc/self/task");
+  if (resident > 0) print_number(out, "process_resident_memory_bytes", "Resident memory.", resident);
   print_family(out, "process_cpu_seconds_total", "Processor time of all threads.");
   fprintf(out, "process_cpu_seconds_total %.15g\n", processor_seconds());
-  print_number(out, "process_open_fds", "Open files and sockets.",
-               count_entries("/proc/self/fd") - 1); /* except the descriptor of this listing */
+  if (files > 0) /* one of them is the descriptor of the listing */
+    print_number(out, "process_open_fds", "Open files and sockets.", files - 1);
   print_number(out, "process_max_fds", "How many may be open.", limit.rlim_cur);
-  print_number(out, "process_threads", "Threads.", count_entries("/proc/self/task"));
+  if (threads > 0) print_number(out, "process_threads", "Threads.", threads);
   print_number(out, "process_start_time_seconds", "Unix time of the start.", (uint64_t)started_s);
 }
 
