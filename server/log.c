@@ -197,8 +197,8 @@ static void settle(kind *k, uint64_t now_ms) {
 /* Whether a line may be written now; otherwise counts it as suppressed. */
 static bool admit(srv_log_level level, const char *format, const char *message) {
   if (level > SRV_LOG_WARN) return true;
-  uint64_t now_ms = srv_now_ms();
   pthread_mutex_lock(&kinds_lock);
+  uint64_t now_ms = srv_now_ms(); /* with the lock held: at least the settled_ms of each kind */
   kind *k = find_kind(format);
   if (k != NULL && k->format == NULL) *k = (kind){.format = format, .level = level, .settled_ms = now_ms};
   if (k != NULL) settle(k, now_ms);
@@ -215,8 +215,8 @@ static bool admit(srv_log_level level, const char *format, const char *message) 
 }
 
 static void report_hidden_older(uint64_t age_ms) {
-  uint64_t now_ms = srv_now_ms();
   pthread_mutex_lock(&kinds_lock);
+  uint64_t now_ms = srv_now_ms();
   for (size_t i = 0; i < KINDS_MAX && kinds[i].format != NULL; i++)
     if (now_ms - kinds[i].settled_ms >= age_ms) report_hidden(&kinds[i]);
   pthread_mutex_unlock(&kinds_lock);

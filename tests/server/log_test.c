@@ -1,7 +1,10 @@
-/* What is on standard error. */
+/* What is on standard error. Linked with srv_now_ms wrapped. */
 #include "log.h"
 
+#include "machine.h"
+
 #include <fcntl.h>
+#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -95,6 +98,38 @@ TEST_WITH(what_was_left_out_is_told_before_the_next_line, redirect, restore) {
   complain("later");
   const char *told = strstr(written(*state), "1 more of these"), *later = strstr(text, "later");
   assert_true(told != NULL && later != NULL && told < later);
+}
+
+static _Thread_local bool is_slow; /* this thread sleeps after it has read the clock */
+
+/* The linker's --wrap gives these names.
+ * NOLINTBEGIN(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp) */
+uint64_t __real_srv_now_ms(void);
+uint64_t __wrap_srv_now_ms(void);
+
+uint64_t __wrap_srv_now_ms(void) {
+  uint64_t now_ms = __real_srv_now_ms();
+  if (is_slow) usleep(1500000);
+  return now_ms;
+}
+/* NOLINTEND(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp) */
+
+static void *complain_slowly(void *context) {
+  is_slow = true;
+  complain("slow");
+  return context;
+}
+
+TEST_WITH(thread_that_is_slow_after_it_read_the_clock_adds_no_line, redirect, restore) {
+  pthread_t slow;
+  for (int i = 0; i < SRV_LOG_BURST; i++) complain("every time");
+  assert_int_equal(pthread_create(&slow, NULL, complain_slowly, NULL), 0);
+  usleep(1200000);
+  for (int i = 0; i < 2; i++) complain("later"); /* one line is due after a second */
+  pthread_join(slow, NULL);
+  assert_int_equal(count(written(*state), "\"message\":\"no use: later"), 1);
+  assert_int_equal(count(text, "\"message\":\"no use: slow"), 0);
+  srv_log_tell_all_hidden();
 }
 
 TEST_WITH(what_is_no_error_is_never_left_out, redirect, restore) {
