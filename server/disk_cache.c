@@ -82,6 +82,7 @@ static void shrink(srv_disk_cache *cache) {
   copies all = {.cache = cache};
   char objects[PATH_MAX];
   if (pthread_mutex_trylock(&cache->counting) != 0) return;
+  uint64_t before = atomic_load(&cache->bytes);
   snprintf(objects, sizeof objects, "%s/objects", cache->root);
   if (srv_each_file(objects, add_copy, &all)) {
     uint64_t bytes = all.bytes, aim = cache->limit - cache->limit / 10;
@@ -90,7 +91,8 @@ static void shrink(srv_disk_cache *cache) {
       cache->folder.remove(cache->folder.context, all.list[i].id);
       bytes -= all.list[i].bytes;
     }
-    atomic_store(&cache->bytes, bytes);
+    /* Keeps what other threads added meanwhile. Copies that were counted too count twice until next time. */
+    atomic_fetch_add(&cache->bytes, bytes - before);
   }
   free(all.list);
   pthread_mutex_unlock(&cache->counting);
