@@ -144,6 +144,7 @@ void srv_s3_list(srv_s3 *s3, const char *folder, const char *after, unsigned pag
       fail(answer, "out of memory");
       break;
     }
+    d.size = 0; /* `collect` is not called for an empty answer */
     p.is_truncated = false;
     p.token[0] = '\0';
     const srv_s3_request request = {.method = SRV_S3_GET,

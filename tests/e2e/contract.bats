@@ -18,12 +18,6 @@ start_second() {
   start_daemon --cache-dir "$PWD/second"
 }
 
-# s3 METHOD KEY [CURL ARGUMENT...]: past the daemon. KEY is below the test's prefix.
-s3() {
-  curl --silent --show-error --fail --aws-sigv4 aws:amz:us-east-1:s3 --user "$AWS_ACCESS_KEY_ID:$AWS_SECRET_ACCESS_KEY" \
-    --header 'x-amz-content-sha256: UNSIGNED-PAYLOAD' --request "$1" "${@:3}" "$TWEEND_S3_ENDPOINT/${data#s3://}/$2"
-}
-
 # overwrite ID FILE: changes what is stored, behind the daemon's back.
 overwrite() {
   if [[ -n ${TESTED_DATA-} ]]; then

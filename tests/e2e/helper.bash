@@ -50,6 +50,12 @@ launch() {
   [[ -n $url ]] || { echo "the daemon printed no ready line"; cat "$log"; return 1; }
 }
 
+# s3 METHOD KEY [CURL ARGUMENT...]: past the daemon. KEY is below the test's prefix.
+s3() {
+  curl --silent --show-error --fail --aws-sigv4 aws:amz:us-east-1:s3 --user "$AWS_ACCESS_KEY_ID:$AWS_SECRET_ACCESS_KEY" \
+    --header 'x-amz-content-sha256: UNSIGNED-PAYLOAD' --request "$1" "${@:3}" "$TWEEND_S3_ENDPOINT/${data#s3://}/$2"
+}
+
 # stop_daemon: by SIGTERM; it must end with status 0, and the sanitizers must have had nothing to say.
 stop_daemon() {
   [[ -z ${TESTED_URL-} && -n ${daemon-} ]] || return 0

@@ -308,6 +308,20 @@ stored_and_cold() {
   [ "$(grep -c list-type faults.log)" = 1 ]
 }
 
+@test "a page of a listing without a body is a fault, not the page before again" {
+  through_proxy
+  upload "$samples/cube.obj"
+  s3 PUT objects/00/foreign --data-binary x # so that the model ends the first page of two keys
+  s3 PUT objects/ff/foreign --data-binary x
+  get '/v1/models?limit=1'
+  holds '(.models | length == 1) and .next == null'
+  printf 'GET:slow 1000000\nGET:200 empty\n' >faults
+  get '/v1/models?limit=1'
+  unavailable
+  [ ! -s faults ]
+  recovers
+}
+
 @test "a model that this machine has no room for is no outage" {
   start_daemon
   { cat "$samples/octopus.obj"; yes '# more than memory holds of an object on its way' | head -n 40000; } >long.obj

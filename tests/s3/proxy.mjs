@@ -3,7 +3,7 @@
 //
 // Each request takes a line from the file FAULTS, if there is one, and keeps the rest; a line "always FAULT"
 // stays. METHOD:FAULT is for requests of that method alone. Faults:
-//   STATUS [CODE]   an answer of that status, with an S3 error document
+//   STATUS [CODE]   an answer of that status, with an S3 error document, or with CODE "empty" without a body
 //   cut BYTES       the body of the answer breaks off after so many bytes
 //   slow RATE       the body of the answer comes at so many bytes a second
 //   hang            no answer
@@ -64,7 +64,7 @@ function answerRequest(request, answer) {
   if (/^[0-9]+$/.test(fault ?? '')) {
     request.resume();
     request.on('end', () => {
-      const text = `<?xml version="1.0"?><Error><Code>${argument ?? 'Fault'}</Code><Message>as told</Message></Error>`;
+      const text = argument === 'empty' ? '' : `<?xml version="1.0"?><Error><Code>${argument ?? 'Fault'}</Code><Message>as told</Message></Error>`;
       answer.writeHead(Number(fault), { 'Content-Type': 'application/xml', 'Content-Length': text.length });
       answer.end(request.method === 'HEAD' ? undefined : text);
     });
