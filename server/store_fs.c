@@ -502,7 +502,7 @@ static bool judge(srv_store_fs *store, int fd, const char *id, const struct stat
   print_state(facts, state);
   clock_gettime(CLOCK_REALTIME, &now);
   *whole = known.wholeness == SRV_WHOLE;
-  if (strcmp(known.state, state) != 0) {
+  if (!srv_verdict_is_of(&known, state)) {
     if (!hash_matches(fd, id, (uint64_t)facts->st_size, whole)) return false;
     if (!is_settled(&facts->st_ctim, &now)) state[0] = '\0';
   }

@@ -7,8 +7,9 @@
  * know If-None-Match each writes the same bytes.
  *
  * An object is whole when the hash of its bytes is its ID. This daemon hashes an object once for each ETag:
- * when it stores the object, or when it first reads it. Copies on the local disk are compared with their own
- * hash; a copy as long as its object is served in place of it.
+ * when it stores the object, or when it first reads it; without ETags, whenever it looks at a known object.
+ * Copies on the local disk are compared with their own hash; a copy as long as its object is served in place
+ * of it.
  *
  * When the bucket fails, requests stop asking it, and a thread tries it once a second until it answers. So an
  * outage holds up only those requests that were waiting for the bucket when it began. Until its end models
@@ -253,8 +254,7 @@ static api_store_status examine(srv_store_s3 *store, const char *id) {
   if (status != API_STORE_OK) return status;
   free(answer.summary);
   const srv_verdict known = srv_verdicts_recall(store->verdicts, id);
-  bool is_same = strcmp(known.state, answer.etag) == 0;
-  if (known.wholeness == SRV_UNJUDGED || is_same) {
+  if (known.wholeness == SRV_UNJUDGED || srv_verdict_is_of(&known, answer.etag)) {
     if (known.wholeness == SRV_DAMAGED)
       srv_log(SRV_LOG_ERROR,
               "store: model %s is damaged: the %llu bytes of its object are not those uploaded", id,
@@ -327,7 +327,7 @@ static bool is_md5_of(const char *etag, api_bytes bytes) {
 static api_store_status judge_stored(srv_store_s3 *store, const char *id, api_bytes bytes,
                                      const srv_s3_answer *head) {
   const srv_verdict known = srv_verdicts_recall(store->verdicts, id);
-  bool is_known = known.wholeness == SRV_WHOLE && strcmp(known.state, head->etag) == 0;
+  bool is_known = known.wholeness == SRV_WHOLE && srv_verdict_is_of(&known, head->etag);
   if (head->size != bytes.size) return API_STORE_DAMAGED;
   return is_known || is_md5_of(head->etag, bytes) ? API_STORE_OK : judge_bytes(store, id);
 }

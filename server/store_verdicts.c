@@ -59,6 +59,10 @@ bool srv_verdict_is_fresh(const srv_verdict *verdict) {
   return verdict->seen_ns != 0 && srv_now_ns() - verdict->seen_ns < FRESH_NS;
 }
 
+bool srv_verdict_is_of(const srv_verdict *verdict, const char *state) {
+  return state[0] != '\0' && strcmp(verdict->state, state) == 0;
+}
+
 void srv_verdicts_note(srv_verdicts *table, const char *id, const char *state, uint64_t size,
                        srv_wholeness wholeness) {
   srv_verdict verdict = {

@@ -34,6 +34,8 @@ void srv_verdicts_destroy(srv_verdicts *table); /* NULL accepted */
 srv_verdict srv_verdicts_recall(srv_verdicts *table, const char *id);
 /* Whether the model was seen at most a second ago, so that it need not be looked for. */
 bool srv_verdict_is_fresh(const srv_verdict *verdict);
+/* Whether the verdict is on the content in this state; never when the state is unknown. */
+bool srv_verdict_is_of(const srv_verdict *verdict, const char *state);
 /* Notes that the model exists now. */
 void srv_verdicts_note(srv_verdicts *table, const char *id, const char *state, uint64_t size,
                        srv_wholeness wholeness);

@@ -322,6 +322,23 @@ stored_and_cold() {
   recovers
 }
 
+@test "a store without ETags: what is damaged is noticed, and so is what became whole" {
+  through_proxy
+  echo 'always untagged' >faults
+  upload "$samples/tank.json"
+  sed 's/hull/hall/' "$samples/tank.json" >damaged
+  s3 PUT "objects/${id:0:2}/$id" --data-binary @damaged
+  sleep 1.1 # a look of the last second counts
+  for tail in "" /source; do
+    get "/v1/models/$id$tail"
+    problem 500 "the stored bytes are damaged"
+  done
+  s3 PUT "objects/${id:0:2}/$id" --data-binary "@$samples/tank.json"
+  get "/v1/models/$id/source"
+  expect 200
+  cmp answer "$samples/tank.json"
+}
+
 @test "a model that this machine has no room for is no outage" {
   start_daemon
   { cat "$samples/octopus.obj"; yes '# more than memory holds of an object on its way' | head -n 40000; } >long.obj

@@ -4,6 +4,7 @@
 // Each request takes a line from the file FAULTS, if there is one, and keeps the rest; a line "always FAULT"
 // stays. METHOD:FAULT is for requests of that method alone. Faults:
 //   STATUS [CODE]   an answer of that status, with an S3 error document, or with CODE "empty" without a body
+//   untagged        an answer without its ETag
 //   cut BYTES       the body of the answer breaks off after so many bytes
 //   slow RATE       the body of the answer comes at so many bytes a second
 //   hang            no answer
@@ -73,7 +74,8 @@ function answerRequest(request, answer) {
   const upstream = http.request(
     { host: target.hostname, port: target.port, method: request.method, path: request.url, headers: request.headers },
     (response) => {
-      answer.writeHead(response.statusCode, response.rawHeaders);
+      if (fault === 'untagged') delete response.headers.etag;
+      answer.writeHead(response.statusCode, fault === 'untagged' ? response.headers : response.rawHeaders);
       send(answer, response, fault, Number(argument)).catch(() => answer.destroy());
     },
   );
