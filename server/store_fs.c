@@ -652,14 +652,20 @@ static api_store_status list(void *context, const char *after, size_t limit, api
                              bool *more) {
   srv_store_fs *store = context;
   if (after[0] != '\0' && !srv_store_is_id(after)) return API_STORE_UNAVAILABLE;
-  if (limit >= SIZE_MAX / API_ID_TEXT) return API_STORE_UNAVAILABLE;
+  if (limit == 0 || limit >= SIZE_MAX / API_ID_TEXT) return API_STORE_UNAVAILABLE;
   page p = {.ids = calloc(limit + 1, API_ID_TEXT), .capacity = limit + 1};
   if (p.ids == NULL) return API_STORE_UNAVAILABLE;
-  api_store_status status = list_ids(store, after, &p);
-  if (status == API_STORE_OK) {
+  char last[API_ID_TEXT];
+  snprintf(last, sizeof last, "%s", after);
+  api_store_status status;
+  do { /* another round when all models of the page were removed meanwhile: an empty page ends the list */
+    p.count = 0;
+    status = list_ids(store, last, &p);
+    if (status != API_STORE_OK) break;
     *more = p.count > limit;
     *count = describe(store, &p, limit, out);
-  }
+    if (*more) memcpy(last, p.ids[limit - 1], sizeof last);
+  } while (*more && *count == 0);
   free(p.ids);
   return status;
 }

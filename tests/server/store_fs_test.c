@@ -350,6 +350,29 @@ TEST_WITH(full_page_that_is_the_last_says_so, set_up_store, tear_down_store) {
   assert_int_equal(count, 0);
 }
 
+/* A link to nothing is listed, but has no facts: as a model that is removed after it was listed. */
+TEST_WITH(list_goes_on_behind_models_that_vanish_meanwhile, set_up_store, tear_down_store) {
+  fixture *f = *state;
+  char path[128];
+  must_put(f, TEXT);
+  snprintf(path, sizeof path, "%s/objects/00", f->path);
+  assert_int_equal(mkdir(path, 0700), 0);
+  for (int i = 0; i < 5; i++) {
+    snprintf(path, sizeof path, "%s/objects/00/%032d", f->path, i);
+    assert_int_equal(symlink("nothing", path), 0);
+  }
+  for (size_t limit = 1; limit <= 5; limit++) {
+    api_listed listed[5];
+    size_t count = 0;
+    bool more = true;
+    assert_int_equal(f->store.list(f->store.context, "", limit, listed, &count, &more), API_STORE_OK);
+    assert_int_equal(count, 1);
+    assert_false(more);
+    assert_string_equal(listed[0].id, ID);
+    free(listed[0].summary);
+  }
+}
+
 /* ---- damage ---------------------------------------------------------------------------------- */
 
 typedef struct damage {
