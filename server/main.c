@@ -133,8 +133,12 @@ static const char *folder_of(const srv_config *config) {
   return srv_config_is_s3(config) ? config->cache_dir : config->data;
 }
 
+static const char *folder_flag(const srv_config *config) {
+  return srv_config_is_s3(config) ? "--cache-dir" : "--data";
+}
+
 static bool open_store(process *p) {
-  p->folder = srv_store_fs_open(folder_of(&p->config), &p->error);
+  p->folder = srv_store_fs_open(folder_flag(&p->config), folder_of(&p->config), &p->error);
   if (p->folder == NULL) return false;
   srv_store_fs_limit(p->folder, p->config.store_limit);
 #ifdef TWEEND_S3
@@ -151,7 +155,7 @@ static void close_store(process *p) {
 }
 
 static bool check_store(process *p) {
-  bool is_usable = srv_store_fs_check(folder_of(&p->config), &p->error);
+  bool is_usable = srv_store_fs_check(folder_flag(&p->config), folder_of(&p->config), &p->error);
 #ifdef TWEEND_S3
   if (is_usable && srv_config_is_s3(&p->config)) return srv_store_s3_check(&p->config, &p->error);
 #endif

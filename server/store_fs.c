@@ -276,17 +276,17 @@ static void destroy(srv_store_fs *store) {
   free(store);
 }
 
-static bool fits(const char *root, srv_error *error) {
+static bool fits(const char *flag, const char *root, srv_error *error) {
   if (strlen(root) < ROOT_MAX) return true;
-  return srv_fail(error, "--data: the path is longer than %d bytes", ROOT_MAX - 1);
+  return srv_fail(error, "%s: the path is longer than %d bytes", flag, ROOT_MAX - 1);
 }
 
-srv_store_fs *srv_store_fs_open(const char *root, srv_error *error) {
-  if (!fits(root, error)) return NULL;
+srv_store_fs *srv_store_fs_open(const char *flag, const char *root, srv_error *error) {
+  if (!fits(flag, root, error)) return NULL;
   srv_store_fs *store = calloc(1, sizeof *store);
   srv_verdicts *verdicts = srv_verdicts_create();
   if (store == NULL || verdicts == NULL) {
-    srv_fail(error, "--data: out of memory");
+    srv_fail(error, "%s: out of memory", flag);
     free(store);
     srv_verdicts_destroy(verdicts);
     return NULL;
@@ -299,7 +299,7 @@ srv_store_fs *srv_store_fs_open(const char *root, srv_error *error) {
   srv_store_quota_init(&store->quota, objects.text);
   time_t now;
   if (!prepare_root(store) || !try_folder(store, &now)) {
-    srv_fail(error, "--data: cannot use folder '%s': %s", root, strerror(errno));
+    srv_fail(error, "%s: cannot use folder '%s': %s", flag, root, strerror(errno));
     destroy(store);
     return NULL;
   }
@@ -308,9 +308,9 @@ srv_store_fs *srv_store_fs_open(const char *root, srv_error *error) {
   return store;
 }
 
-bool srv_store_fs_check(const char *root, srv_error *error) {
+bool srv_store_fs_check(const char *flag, const char *root, srv_error *error) {
   path nearest;
-  if (!fits(root, error)) return false;
+  if (!fits(flag, root, error)) return false;
   snprintf(nearest.text, sizeof nearest.text, "%s", root);
   while (access(nearest.text, F_OK) != 0 && errno == ENOENT) {
     char *end = strrchr(nearest.text, '/');
@@ -322,7 +322,7 @@ bool srv_store_fs_check(const char *root, srv_error *error) {
   struct stat facts;
   bool is_folder = stat(nearest.text, &facts) == 0 && (S_ISDIR(facts.st_mode) || (errno = ENOTDIR, false));
   if (is_folder && access(nearest.text, R_OK | W_OK | X_OK) == 0) return true;
-  return srv_fail(error, "--data: cannot use folder '%s': %s", root, strerror(errno));
+  return srv_fail(error, "%s: cannot use folder '%s': %s", flag, root, strerror(errno));
 }
 
 void srv_store_fs_close(srv_store_fs *store) {

@@ -8,11 +8,12 @@
 typedef struct srv_store_fs srv_store_fs;
 
 /* Opens the folder, creating it and its missing parents, and removes the temporary files that uploads left
- * which were killed over an hour ago. NULL with one line in error. */
-srv_store_fs *srv_store_fs_open(const char *root, srv_error *error);
+ * which were killed over an hour ago. flag: the flag that names the folder, for errors. NULL with one line in
+ * error. */
+srv_store_fs *srv_store_fs_open(const char *flag, const char *root, srv_error *error);
 /* Whether srv_store_fs_open could succeed, as far as access rights tell; creates nothing. False with one line
  * in error. */
-bool srv_store_fs_check(const char *path, srv_error *error);
+bool srv_store_fs_check(const char *flag, const char *root, srv_error *error);
 void srv_store_fs_close(srv_store_fs *store); /* NULL accepted; blobs opened from it stay valid */
 
 /* Sets the limit for the bytes of all models together, 0: no limit. Before the first call of the store. */

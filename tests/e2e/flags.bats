@@ -17,7 +17,8 @@ teardown() { [[ -z ${daemon-} ]] || stop_daemon; }
 
 @test "bad flags and values are refused with one clear line that names them" {
   for arguments in --no-such-flag "--max-level 99" "--max-upload lots" "--listen nowhere" "--threads 0" \
-    "--drain-timeout 1fortnight" "--max-level" "cube.obj"; do
+    "--drain-timeout 1fortnight" "--max-level" "cube.obj" "--cache-dir /dev/null --data s3://bucket" \
+    "--cache-dir /dev/null --data s3://bucket --check"; do
     # shellcheck disable=SC2086 # one word or two
     run timeout 10 "$tweend" --data "$PWD/data" $arguments
     [ "$status" -ne 0 ] && [ "$status" -ne 124 ]

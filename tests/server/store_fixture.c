@@ -10,7 +10,7 @@
 
 void open_store(fixture *f) {
   srv_error error = {""};
-  f->opened = srv_store_fs_open(f->path, &error);
+  f->opened = srv_store_fs_open("--data", f->path, &error);
   if (f->opened == NULL) fail_msg("%s", error.text);
   f->store = srv_store_fs_api(f->opened);
 }

@@ -75,9 +75,9 @@ static void pause_ms(long ms) {
 
 TEST(folder_that_cannot_be_used_is_refused) {
   srv_error error = {""};
-  assert_null(srv_store_fs_open("/dev/null", &error));
+  assert_null(srv_store_fs_open("--data", "/dev/null", &error));
   assert_non_null(strstr(error.text, "/dev/null"));
-  assert_null(srv_store_fs_open("/dev/null/folder", &error));
+  assert_null(srv_store_fs_open("--data", "/dev/null/folder", &error));
 }
 
 TEST_WITH(what_is_no_id_names_no_file, set_up_store, tear_down_store) {
@@ -621,14 +621,14 @@ TEST_WITH(folders_on_the_way_are_made, set_up_store, tear_down_store) {
   char path[96];
   srv_error error;
   snprintf(path, sizeof path, "%s/a/b//c/", f->path);
-  srv_store_fs *deep = srv_store_fs_open(path, &error);
+  srv_store_fs *deep = srv_store_fs_open("--data", path, &error);
   assert_non_null(deep);
   assert_int_equal(access(path, W_OK), 0);
   srv_store_fs_close(deep);
   snprintf(path, sizeof path, "%s/file", f->path);
   close(open(path, O_CREAT | O_WRONLY, 0600));
   strcat(path, "/below");
-  assert_null(srv_store_fs_open(path, &error));
+  assert_null(srv_store_fs_open("--data", path, &error));
   assert_non_null(strstr(error.text, "Not a directory"));
 }
 
