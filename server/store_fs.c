@@ -438,8 +438,10 @@ static api_store_status put(void *context, const char *id, api_bytes bytes, cons
   if (outcome == PLACE_FAILED) return unavailable("cannot write a model");
   /* Sync files that other processes made as well: they may be killed before they do. */
   if (!sync_folder(folder.text) || !sync_folder(objects.text)) return unavailable("cannot sync");
-  if (before == DAMAGED_BEFORE)
+  if (before == DAMAGED_BEFORE) {
     srv_log(SRV_LOG_WARN, "store: the damaged file of model %s is replaced by a whole one", id);
+    srv_store_quota_count(&store->quota); /* whether the last count saw the damaged size is unknown */
+  }
   put_summary(store, id, summary);
   const srv_verdict known = srv_verdicts_recall(store->verdicts, id);
   srv_verdicts_note(store->verdicts, id, known.wholeness == SRV_WHOLE ? known.state : "", bytes.size,

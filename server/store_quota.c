@@ -47,9 +47,16 @@ bool srv_store_quota_take(srv_store_quota *quota, uint64_t size) {
   return fits;
 }
 
+void srv_store_quota_count(srv_store_quota *quota) {
+  if (quota->limit == 0) return;
+  pthread_mutex_lock(&quota->lock);
+  count(quota, srv_now_ns());
+  pthread_mutex_unlock(&quota->lock);
+}
+
 void srv_store_quota_limit(srv_store_quota *quota, uint64_t limit) {
   quota->limit = limit;
-  srv_store_quota_take(quota, 0);
+  srv_store_quota_count(quota);
 }
 
 void srv_store_quota_settle(srv_store_quota *quota, uint64_t size, bool is_stored) {

@@ -29,6 +29,8 @@ bool srv_store_quota_take(srv_store_quota *quota, uint64_t size);
 void srv_store_quota_settle(srv_store_quota *quota, uint64_t size, bool is_stored);
 /* Call when a stored model was removed. */
 void srv_store_quota_give_back(srv_store_quota *quota, uint64_t size);
+/* Counts the folder again. Call when a file in it got another size. */
+void srv_store_quota_count(srv_store_quota *quota);
 /* Bytes of stored models. Never waits. */
 uint64_t srv_store_quota_used(srv_store_quota *quota);
 

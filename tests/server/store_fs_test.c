@@ -616,6 +616,23 @@ TEST_WITH(what_other_daemons_stored_counts_from_the_start, set_up_store, tear_do
   must_put(f, "12345");
 }
 
+/* Whether the file was cut before the models were counted or after. */
+TEST_WITH(model_that_replaces_a_cut_one_counts_whole, set_up_store, tear_down_store) {
+  fixture *f = *state;
+  char path[128];
+  bool existed;
+  must_put(f, TEXT);
+  make_path(f, ID, path);
+  for (int round = 0; round < 2; round++) {
+    if (round == 0) srv_store_fs_limit(f->opened, 1000);
+    assert_int_equal(truncate(path, 2), 0);
+    if (round == 1) srv_store_fs_limit(f->opened, 1000);
+    assert_int_equal(put(f, TEXT, &existed), API_STORE_OK);
+    assert_false(existed);
+    assert_int_equal(srv_store_fs_used(f->opened), strlen(TEXT));
+  }
+}
+
 TEST_WITH(folders_on_the_way_are_made, set_up_store, tear_down_store) {
   fixture *f = *state;
   char path[96];
