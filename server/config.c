@@ -368,7 +368,7 @@ static const char *expected(const setting *s) {
   case KIND_CHOICE: return s->choices;
   case KIND_SWITCH: return "true or false";
   case KIND_RATE: return "a rate such as 50/s, 100/m or 1000/h, of at most 1000000000";
-  case KIND_TEXT: return "a text";
+  case KIND_TEXT: break;
   }
   return "";
 }
@@ -393,6 +393,7 @@ static bool assign(srv_config *config, const setting *s, const char *text) {
 
 static bool fail_value(const setting *s, const char *source, const char *text, srv_error *error) {
   char range[80] = "";
+  if (s->kind == KIND_TEXT) return srv_fail(error, "%s: out of memory", source); /* any text is one */
   if (s->kind == KIND_SIZE || s->kind == KIND_COUNT || s->kind == KIND_DURATION)
     snprintf(range, sizeof range, " from %" PRIu64 " to %" PRIu64 "%s", s->low, s->high,
              s->kind == KIND_DURATION ? " ms" : "");
@@ -488,8 +489,12 @@ static bool set_defaults(srv_config *config) {
 /* ---- settings that may name a file ------------------------------------------------------------ */
 
 char *srv_config_text(const char *flag, const char *setting, size_t size_max, srv_error *error) {
-  char *text = setting[0] == '@' ? srv_read_text(setting + 1, size_max) : strdup(setting);
-  if (text == NULL) srv_fail(error, "--%s: cannot read '%s': %s", flag, setting + 1, strerror(errno));
+  bool is_file = setting[0] == '@';
+  char *text = is_file ? srv_read_text(setting + 1, size_max) : strdup(setting);
+  if (text == NULL && is_file)
+    srv_fail(error, "--%s: cannot read '%s': %s", flag, setting + 1, strerror(errno));
+  else if (text == NULL)
+    srv_fail(error, "--%s: out of memory", flag);
   return text;
 }
 

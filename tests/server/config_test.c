@@ -1,3 +1,4 @@
+/* Linked with strdup wrapped. */
 #include "config.h"
 
 #include <stdlib.h>
@@ -232,4 +233,39 @@ TEST_WITH(rates_have_a_count_and_a_time, set_up, tear_down) {
   static const char *const BAD[] = {"100",  "100/", "100/d", "100/mm",      "0/s",
                                     "-1/s", "/s",   "1.5/s", "4294967296/s"};
   for (size_t i = 0; i < sizeof BAD / sizeof *BAD; i++) assert_bad(f, "--rate-limit", BAD[i], "--rate-limit");
+}
+
+/* ---- without memory ------------------------------------------------------------------------------ */
+
+static _Thread_local size_t copies_left = SIZE_MAX; /* calls of strdup until one fails; SIZE_MAX: none does */
+
+/* The linker's --wrap gives these names.
+ * NOLINTBEGIN(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp) */
+char *__real_strdup(const char *text);
+char *__wrap_strdup(const char *text);
+
+char *__wrap_strdup(const char *text) {
+  if (copies_left == SIZE_MAX || copies_left-- > 0) return __real_strdup(text);
+  return NULL;
+}
+/* NOLINTEND(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp) */
+
+TEST_WITH(missing_memory_is_named_whichever_text_it_is_missing_for, set_up, tear_down) {
+  fixture *f = *state;
+  size_t failures = 0;
+  set_variable("TWEEND_URL_KEYS", "s3cret");
+  for (;; failures++) {
+    copies_left = failures;
+    srv_config_status status = read_flags(f, (const char *const[4]){"--api-keys", "s3cret"});
+    copies_left = SIZE_MAX;
+    if (status == SRV_CONFIG_RUN) break;
+    assert_non_null(strstr(f->error.text, "out of memory"));
+    assert_null(strstr(f->error.text, "3cret"));
+  }
+  assert_in_range(failures, 10, 100);
+  copies_left = 0;
+  char *text = srv_config_text("api-keys", "", 100, &f->error);
+  copies_left = SIZE_MAX;
+  assert_null(text);
+  assert_string_equal(f->error.text, "--api-keys: out of memory");
 }
