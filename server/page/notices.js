@@ -59,30 +59,33 @@ export class OneAtATime {
   }
 }
 
-let current = null;
+const tasks = new Set(); // those running, in the order of their start
+let shown; // the task whose text is shown and which the button cancels
+
+/** Shows the newest of the tasks that are due. */
+function showTask() {
+  shown = [...tasks].filter(({ isDue }) => isDue).at(-1);
+  byId('busy').hidden = !shown;
+  if (shown) byId('busy-text').textContent = shown.text;
+}
 
 /** Shows that a task is running, after half a second, with a button to cancel it, until done() is called. */
 export function busy(text, controller) {
-  const own = { text, controller };
-  current = own;
-  const show = () => {
-    if (current !== own) return;
-    byId('busy-text').textContent = own.text;
-    byId('busy').hidden = false;
+  const task = { text, controller, isDue: false };
+  const set = (changes) => {
+    Object.assign(task, changes);
+    showTask();
   };
-  const timer = setTimeout(show, 500);
+  const timer = setTimeout(() => set({ isDue: true }), 500);
+  tasks.add(task);
   return {
-    say: (next) => {
-      own.text = next;
-      if (current === own && !byId('busy').hidden) byId('busy-text').textContent = next;
-    },
+    say: (next) => set({ text: next }),
     done: () => {
       clearTimeout(timer);
-      if (current !== own) return;
-      current = null;
-      byId('busy').hidden = true;
+      tasks.delete(task);
+      showTask();
     },
   };
 }
 
-byId('cancel').addEventListener('click', () => current?.controller.abort());
+byId('cancel').addEventListener('click', () => shown?.controller.abort());

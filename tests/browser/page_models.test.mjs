@@ -128,6 +128,27 @@ visits('work can be cancelled', { hash: '#tab=surface' }, async (visit) => {
   assert.equal(await visit.page.getByRole('slider', { name: 'Level' }).inputValue(), '2');
 });
 
+visits('of two that work at once, the older is shown again when the newer ends', { hash: '#tab=surface', refused: [404] }, async (visit) => {
+  const { page } = visit;
+  await visit.level(2);
+  const id = new URLSearchParams(new URL(page.url()).hash.slice(1)).get('model');
+  const release = {};
+  const hold = (url, then) => page.route(url, (route) => new Promise((resolve) => (release[url] = resolve)).then(() => then(route)));
+  await hold('**/surface.glb?level=5', (route) => route.abort());
+  await hold(`**/v1/models/${id}`, (route) => route.fulfill({ status: 404, body: '{}' }));
+  const shows = (text) => page.locator('#busy', { hasText: text }).waitFor();
+  await page.getByRole('button', { name: 'Show level 5' }).click();
+  await shows('Level 5');
+  await page.evaluate((of) => (location.hash += `&beside=${of}`), id);
+  await shows('The original');
+  release[`**/v1/models/${id}`]();
+  await shows('Level 5');
+  await page.locator('#cancel').click();
+  await page.locator('#busy').waitFor({ state: 'hidden' });
+  release['**/surface.glb?level=5']();
+  assert.match(await visit.text('#facts'), /^Level 2/);
+});
+
 /** A page without a policy of its own for scripts, as other sites have them. */
 async function otherPage(visit) {
   const page = await visit.page.context().newPage();
