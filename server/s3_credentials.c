@@ -61,27 +61,27 @@ static bool read_file(const char *path, const char *profile, srv_s3_credentials 
                   path, profile);
 }
 
-static const char *variable(const char *name) {
+const char *srv_s3_variable(const char *name) {
   const char *text = getenv(name);
   return text != NULL ? text : "";
 }
 
 bool srv_s3_credentials_read(const char *file, srv_s3_credentials *out, srv_error *error) {
-  const char *key = variable("AWS_ACCESS_KEY_ID");
-  const char *profile = variable("AWS_PROFILE");
+  const char *key = srv_s3_variable("AWS_ACCESS_KEY_ID");
+  const char *profile = srv_s3_variable("AWS_PROFILE");
   *out = (srv_s3_credentials){0};
   if (profile[0] == '\0') profile = "default";
   if (file[0] != '\0') return read_file(file, profile, out, error);
   if (key[0] != '\0') {
     bool is_read = copy(key, out->key, sizeof out->key) &&
-                   copy(variable("AWS_SECRET_ACCESS_KEY"), out->secret, sizeof out->secret) &&
-                   copy(variable("AWS_SESSION_TOKEN"), out->token, sizeof out->token) &&
+                   copy(srv_s3_variable("AWS_SECRET_ACCESS_KEY"), out->secret, sizeof out->secret) &&
+                   copy(srv_s3_variable("AWS_SESSION_TOKEN"), out->token, sizeof out->token) &&
                    out->secret[0] != '\0';
     return is_read || srv_fail(error, "AWS_ACCESS_KEY_ID needs an AWS_SECRET_ACCESS_KEY of usual length");
   }
-  const char *shared = variable("AWS_SHARED_CREDENTIALS_FILE");
+  const char *shared = srv_s3_variable("AWS_SHARED_CREDENTIALS_FILE");
   if (shared[0] != '\0') return read_file(shared, profile, out, error);
-  const char *home = variable("HOME");
+  const char *home = srv_s3_variable("HOME");
   char path[PATH_MAX];
   int length = snprintf(path, sizeof path, "%s/.aws/credentials", home);
   bool is_there = home[0] != '\0' && length < PATH_MAX && access(path, F_OK) == 0;

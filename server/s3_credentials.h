@@ -14,6 +14,9 @@ typedef struct srv_s3_credentials {
   char token[SRV_S3_TOKEN_SIZE]; /* of a session, "" without one */
 } srv_s3_credentials;
 
+/* The value of an environment variable, "" without one. */
+const char *srv_s3_variable(const char *name);
+
 /* Reads credentials from `file`, which has the format of ~/.aws/credentials. With file "": from
  * AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY and AWS_SESSION_TOKEN in the environment, else from the file that
  * AWS_SHARED_CREDENTIALS_FILE names, else from ~/.aws/credentials. In a file, the section that AWS_PROFILE

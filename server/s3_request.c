@@ -40,7 +40,7 @@ struct srv_s3 {
   char prefix[BASE_SIZE]; /* "" or with a final '/' */
   char signing[128];      /* libcurl's parameter "aws:amz:REGION:s3" */
   char *credentials;      /* --s3-credentials */
-  const char *ca_file;    /* AWS_CA_BUNDLE, NULL: the system's */
+  const char *ca_file;    /* AWS_CA_BUNDLE, "": the system's */
   pthread_mutex_t lock;
   CURL *kept[KEPT_MAX]; /* idle handles */
   size_t kept_count;
@@ -94,15 +94,11 @@ static bool read_endpoint(const srv_config *config, const char *region, const ch
   return size < BASE_SIZE;
 }
 
-static const char *variable(const char *name) {
-  const char *text = getenv(name);
-  return text != NULL && text[0] != '\0' ? text : NULL;
-}
-
 static const char *choose_region(const srv_config *config) {
-  const char *region = config->s3_region[0] != '\0' ? config->s3_region : variable("AWS_REGION");
-  if (region == NULL) region = variable("AWS_DEFAULT_REGION");
-  return region != NULL ? region : "us-east-1";
+  const char *region = config->s3_region;
+  if (region[0] == '\0') region = srv_s3_variable("AWS_REGION");
+  if (region[0] == '\0') region = srv_s3_variable("AWS_DEFAULT_REGION");
+  return region[0] != '\0' ? region : "us-east-1";
 }
 
 static bool read_place(srv_s3 *s3, const srv_config *config, srv_error *error) {
@@ -129,7 +125,7 @@ srv_s3 *srv_s3_open(const srv_config *config, srv_error *error) {
   if (s3 == NULL) return NULL;
   pthread_mutex_init(&s3->lock, NULL);
   s3->credentials = strdup(config->s3_credentials);
-  s3->ca_file = variable("AWS_CA_BUNDLE");
+  s3->ca_file = srv_s3_variable("AWS_CA_BUNDLE");
   bool is_usable = s3->credentials != NULL && curl_global_init(CURL_GLOBAL_DEFAULT) == CURLE_OK &&
                    read_place(s3, config, error) &&
                    srv_s3_credentials_read(s3->credentials, &credentials, error);
@@ -385,7 +381,7 @@ static void set_options(CURL *handle, const srv_s3 *s3, transfer *t, const srv_s
                    request->method == SRV_S3_PUT ? (long)CONFIRM_S : (long)STILL_S);
   curl_easy_setopt(handle, CURLOPT_TIMEOUT_MS, (long)left_ms);
   curl_easy_setopt(handle, CURLOPT_EXPECT_100_TIMEOUT_MS, (long)CONTINUE_MS);
-  if (s3->ca_file != NULL) curl_easy_setopt(handle, CURLOPT_CAINFO, s3->ca_file);
+  if (s3->ca_file[0] != '\0') curl_easy_setopt(handle, CURLOPT_CAINFO, s3->ca_file);
 }
 
 static void try_once(srv_s3 *s3, transfer *t, const char *content_hash, uint64_t left_ms) {
