@@ -30,7 +30,7 @@ static void fail(const char *what) {
   exit(1);
 }
 
-static int connect_to(uint16_t port) {
+int load_connect(uint16_t port) {
   struct sockaddr_in address = {.sin_family = AF_INET, .sin_port = htons(port)};
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   int fd = socket(AF_INET, SOCK_STREAM, 0), one = 1;
@@ -86,7 +86,7 @@ double load_run(load *l, int connections, double seconds) {
   int poller = epoll_create1(0);
   if (poller < 0 || connections > CONNECTIONS_MAX) fail("no epoll");
   for (int i = 0; i < connections; i++) {
-    links[i] = (link_state){.fd = connect_to(l->port)};
+    links[i] = (link_state){.fd = load_connect(l->port)};
     struct epoll_event interest = {.events = EPOLLIN, .data.ptr = &links[i]};
     epoll_ctl(poller, EPOLL_CTL_ADD, links[i].fd, &interest);
   }

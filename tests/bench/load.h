@@ -20,6 +20,9 @@ typedef struct load {
   char head[LOAD_HEAD_MAX + 1];
 } load;
 
+/* A socket that is connected to 127.0.0.1. Exits when there is none. */
+int load_connect(uint16_t port);
+
 /* Returns requests a second, measured over about `seconds`. Exits on an answer that is not 200 or has no
  * length. */
 double load_run(load *l, int connections, double seconds);

@@ -6,9 +6,7 @@
 #include "load.h"
 #include "report.h"
 
-#include <arpa/inet.h>
 #include <fcntl.h>
-#include <netinet/in.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
@@ -82,11 +80,8 @@ static double cpu_seconds(pid_t process) {
 
 /* Uploads the model; id receives its id. */
 static void upload(uint16_t port, const char *model, size_t size, char id[33]) {
-  struct sockaddr_in address = {.sin_family = AF_INET, .sin_port = htons(port)};
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   char head[256], answer[64 << 10];
-  int fd = socket(AF_INET, SOCK_STREAM, 0);
-  if (fd < 0 || connect(fd, (struct sockaddr *)&address, sizeof address) != 0) fail("no connection");
+  int fd = load_connect(port);
   int length = snprintf(head, sizeof head,
                         "POST /v1/models HTTP/1.1\r\nHost: bench\r\nContent-Type: application/json\r\n"
                         "Connection: close\r\nContent-Length: %zu\r\n\r\n",
