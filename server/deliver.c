@@ -2,7 +2,6 @@
 #include "io_loop.h"
 #include "readahead.h"
 
-#include <microhttpd.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>

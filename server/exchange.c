@@ -9,7 +9,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 #include <sys/random.h>
 #include <time.h>
 
@@ -87,16 +86,11 @@ static void make_id(char out[SRV_REQUEST_ID_SIZE]) {
 
 /* ---- stages ---------------------------------------------------------------------------------- */
 
-static bool is_absolute(const char *target) {
-  return target[0] != '/' &&
-         (strncasecmp(target, "http://", 7) == 0 || strncasecmp(target, "https://", 8) == 0);
-}
-
 /* Splits the target into path and query, in place. Drops the host of the absolute form: the Host header
  * repeats it. */
 static void split_target(srv_exchange *exchange) {
   char *path = exchange->target;
-  if (is_absolute(path)) {
+  if (srv_framing_is_absolute(path)) {
     path = strstr(path, "//") + 2;
     path += strcspn(path, "/?");
   }

@@ -74,7 +74,7 @@ typedef struct srv_exchange {
   uint64_t leg_ns;      /* time up to which computed_ns has counted */
   /* Set by intake.c before srv_exchange_open. */
   bool (*wanted)(struct srv_exchange *exchange); /* is the client still connected? Any thread */
-  void (*ready)(struct srv_exchange *exchange);  /* the answer is complete. Last call of the compute thread */
+  void (*ready)(void *exchange);                 /* the answer is complete. Last call of the compute thread */
   api_answer answer;                             /* not cleared between two requests */
 } srv_exchange;
 

@@ -34,9 +34,8 @@ static bool is_target_char(unsigned char c) {
   return c > 0x20 && c < 0x7f && c != '#';
 }
 
-static bool has_form(const char *target) {
-  return target[0] == '/' || strcmp(target, "*") == 0 || strncasecmp(target, "http://", 7) == 0 ||
-         strncasecmp(target, "https://", 8) == 0;
+bool srv_framing_is_absolute(const char *target) {
+  return strncasecmp(target, "http://", 7) == 0 || strncasecmp(target, "https://", 8) == 0;
 }
 
 void srv_framing_target(srv_framing *framing, const char *target) {
@@ -50,7 +49,8 @@ void srv_framing_target(srv_framing *framing, const char *target) {
     refuse(framing, 400, "the request target holds a character that must be percent-encoded");
   if (!escapes_sound(target))
     refuse(framing, 400, "the request target holds a broken percent-encoding or %00");
-  if (!has_form(target)) refuse(framing, 400, "the request target is not a path");
+  if (target[0] != '/' && strcmp(target, "*") != 0 && !srv_framing_is_absolute(target))
+    refuse(framing, 400, "the request target is not a path");
 }
 
 void srv_framing_line(srv_framing *framing, const char *method, const char *version) {

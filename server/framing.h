@@ -28,6 +28,9 @@ typedef struct srv_framing {
   size_t seen; /* bytes of the head that have been passed so far */
 } srv_framing;
 
+/* Whether the target has the absolute form, as "http://HOST/PATH". */
+bool srv_framing_is_absolute(const char *target);
+
 /* Call first. target: as on the wire. */
 void srv_framing_target(srv_framing *framing, const char *target);
 

@@ -12,7 +12,6 @@
 #include "machine.h"
 #include "tls.h"
 
-#include <microhttpd.h>
 #include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>

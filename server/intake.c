@@ -141,11 +141,6 @@ static bool is_client_connected(srv_exchange *exchange) {
   return srv_raw_is_open(((srv_connection *)(void *)exchange)->fd);
 }
 
-/* On a compute thread. The connection may be resumed, and freed, as soon as it is handed back. */
-static void hand_back(srv_exchange *exchange) {
-  srv_hand_back(exchange);
-}
-
 /* The last values of X-Forwarded-For, which the nearest proxies wrote. */
 typedef struct forwarded {
   const char *values[8];
@@ -180,7 +175,7 @@ static enum MHD_Result open_request(srv_connection *c, const char *method, const
   c->exchange.is_forwarded = memcmp(&c->exchange.client, &c->client, sizeof c->client) != 0;
   c->exchange.request.is_admin = c->owner->http->is_admin;
   c->exchange.wanted = is_client_connected;
-  c->exchange.ready = hand_back;
+  c->exchange.ready = srv_hand_back;
   if (srv_exchange_open(&c->exchange, method, framing, find_header, c) == SRV_EXCHANGE_NOW) {
     c->is_unread = true;
     return srv_deliver(c); /* the library then closes the connection */

@@ -4,12 +4,10 @@
 
 #include "machine.h"
 
-#include <errno.h>
 #include <math.h>
 #include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 /* A channel keeps frames for listeners with a lag: up to KEPT_MAX frames, as many as fit into KEPT_BYTES. */
 enum { KEPT_MAX = 128, KEPT_BYTES = 128 << 10 };
