@@ -344,11 +344,12 @@ static bool begin(api_call *call, api_service *service, const api_request *reque
   return call->arena != NULL;
 }
 
-/* Lists the request headers on which the choice among the URL's answers depends. */
+/* Lists the request headers on which the choice among the URL's answers depends. Any answer of a route may
+ * be coded: one that is no text for clients that refuse it uncoded. */
 static void add_vary(api_call *call) {
   static const char *const fields[] = {"Accept", "Accept-Encoding", "Authorization, X-API-Key", "Origin"};
-  bool is_coded = call->offer && (call->coding != API_CODING_NONE || call->offer->is_text);
-  const bool counts[] = {!call->has_one_form, is_coded, api_access_asks(call), api_access_varies(call)};
+  bool has_coding = call->offer != NULL;
+  const bool counts[] = {!call->has_one_form, has_coding, api_access_asks(call), api_access_varies(call)};
   char list[80], *end = list;
   for (size_t i = 0; i < sizeof fields / sizeof *fields; i++)
     if (counts[i]) end = stpcpy(end > list ? stpcpy(end, ", ") : end, fields[i]);

@@ -524,8 +524,8 @@ TEST_WITH(validators_save_sending, loopback_setup, loopback_teardown) {
     char etag[80];
     strcpy(etag, reply_header(&r, "ETag"));
     assert_string_equal(reply_header(&r, "Cache-Control"), "public, max-age=31536000, immutable");
-    const char *vary = reply_header(&r, "Vary"); /* a source has one type, whatever Accept says */
-    assert_string_equal(vary ? vary : "", i == 0 ? "Accept, Accept-Encoding" : "");
+    const char *vary = i == 0 ? "Accept, Accept-Encoding" : "Accept-Encoding"; /* a source has one type */
+    assert_string_equal(reply_header(&r, "Vary"), vary);
     reply_free(&r);
     const char *const hits[] = {"If-None-Match: %s\n", "If-None-Match: \"a\", W/%s\n", "If-None-Match:  * \n",
                                 "If-None-Match: \"x,y\" ,%s , \"b\"\n"};
@@ -535,6 +535,7 @@ TEST_WITH(validators_save_sending, loopback_setup, loopback_teardown) {
       assert_int_equal(r.status, 304);
       assert_int_equal(r.size, 0);
       assert_string_equal(reply_header(&r, "ETag"), etag);
+      assert_string_equal(reply_header(&r, "Vary"), vary);
       assert_null(reply_header(&r, "Content-Type"));
       reply_free(&r);
     }

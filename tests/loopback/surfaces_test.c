@@ -206,9 +206,9 @@ TEST_WITH(forms_follow_the_extension_then_accept, setup, teardown) {
     reply r = ask_with(f, f->cube, cases[i].rest, cases[i].accept);
     assert_int_equal(r.status, 200);
     assert_string_equal(reply_header(&r, "Content-Type"), cases[i].type);
-    const char *vary = reply_header(&r, "Vary");
-    bool is_negotiated = vary && strncmp(vary, "Accept", 6) == 0 && vary[6] != '-';
-    assert_int_equal(is_negotiated, !strchr(cases[i].rest, '.')); /* else Accept has nothing to choose */
+    bool is_negotiated = !strchr(cases[i].rest, '.'); /* else Accept has nothing to choose */
+    assert_string_equal(reply_header(&r, "Vary"),
+                        is_negotiated ? "Accept, Accept-Encoding" : "Accept-Encoding");
     reply_free(&r);
   }
   assert_problem(ask_with(f, f->cube, "surface", "Accept: */*;q=0\n"), 406, NULL, NULL);
