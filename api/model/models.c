@@ -118,27 +118,46 @@ typedef struct model_source {
 
 /* The summary stored with a model's bytes. */
 typedef struct summary {
-  cJSON *tree; /* freed by the caller, even where read_summary fails */
-  const cJSON *name, *format;
+  cJSON *tree;      /* holds the name; freed by the caller, even where there is no summary */
+  const char *name; /* or NULL */
+  tw_format format;
 } summary;
 
+/* Reads a summary; false where it is lost. text: or NULL. */
 static bool read_summary(const char *text, summary *out) {
   cJSON *tree = text ? cJSON_Parse(text) : NULL;
-  *out = (summary){tree, cJSON_GetObjectItemCaseSensitive(tree, "name"),
-                   cJSON_GetObjectItemCaseSensitive(tree, "format")};
-  return cJSON_IsString(out->format) && (cJSON_IsString(out->name) || cJSON_IsNull(out->name));
+  const cJSON *name = cJSON_GetObjectItemCaseSensitive(tree, "name");
+  const char *format = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(tree, "format"));
+  *out = (summary){.tree = tree, .name = cJSON_GetStringValue(name)};
+  if (!format || (!out->name && !cJSON_IsNull(name))) return false;
+  for (int i = 0; i < TW_FORMATS; i++) {
+    out->format = (tw_format)i;
+    if (strcmp(format, tw_format_names[i]) == 0) return true;
+  }
+  return false;
+}
+
+/* The same for a stored model. */
+static bool find_summary(api_service *service, const char *id, summary *out) {
+  char *text = service->store.summary(service->store.context, id);
+  bool is_read = read_summary(text, out);
+  free(text);
+  return is_read;
+}
+
+/* False without memory. name: or NULL. */
+static bool set_name(tw_model *model, const char *name) {
+  if (name) model->name = tw_arena_text(model->arena, name, strlen(name));
+  return !name || model->name;
 }
 
 /* Gives the model the name of its first upload; where no summary is stored, the given one. False without
  * memory. */
 static bool take_name(api_service *service, const char *id, const char *given, tw_model *model) {
-  char *text = service->store.summary(service->store.context, id);
   summary stored;
-  const char *name = read_summary(text, &stored) ? cJSON_GetStringValue(stored.name) : given;
-  if (name) model->name = tw_arena_text(model->arena, name, strlen(name));
+  bool is_named = set_name(model, find_summary(service, id, &stored) ? stored.name : given);
   cJSON_Delete(stored.tree);
-  free(text);
-  return !name || model->name;
+  return is_named;
 }
 
 bool api_maker_grant(void *maker, uint64_t bytes) {
@@ -170,41 +189,28 @@ static bool read_granted(api_call *call, api_bytes bytes, uint64_t held, tw_form
   return api_maker_grant(&maker, 0) && api_model_read(bytes, format, reading, &making, out, &call->fault);
 }
 
-/* The format by the first bytes; JSON may still be glTF, whose key may stand anywhere. */
-static api_outcome sniff_first(api_call *call, const char *id, const api_blob *blob, tw_format *out) {
-  enum { PIECE = 256 };
-  uint8_t first[PIECE + 1];
-  size_t size = blob->size < PIECE ? (size_t)blob->size : PIECE;
-  if (!blob->read(blob, 0, first, size)) return fail_damaged(call, id);
-  first[size] = '{'; /* which may follow if all of the piece is blank */
-  *out = tw_format_sniff(first, size + 1);
-  return API_DONE;
-}
-
-/* Grants the memory for reading the stored bytes, before their format is certain. */
-static bool grant_reading(api_call *call, const char *id, const api_blob *blob) {
-  tw_format format = TW_FORMAT_JSON;
-  if (sniff_first(call, id, blob, &format) != API_DONE) return false;
-  if (format == TW_FORMAT_JSON) format = TW_FORMAT_GLTF; /* the format that takes most */
-  return api_grant(call, tw_reading_size(format, blob->size));
-}
-
 /* fault: the call's. */
 static bool build_model(void *context, api_built *out, api_fault *fault) {
   const model_source *source = context;
   api_call *call = source->call;
   api_blob blob;
   if (open_stored(call, source->id, &blob) != API_DONE) return false;
-  uint8_t *data = grant_reading(call, source->id, &blob) ? read_whole(call, source->id, &blob) : NULL;
+  summary stored;
+  bool has_summary = find_summary(call->service, source->id, &stored);
+  tw_format likely = has_summary ? stored.format : TW_FORMAT_GLTF; /* the format that takes most */
+  bool is_granted = api_grant(call, tw_reading_size(likely, blob.size));
+  uint8_t *data = is_granted ? read_whole(call, source->id, &blob) : NULL;
   api_bytes bytes = {data, (size_t)blob.size};
   blob.close(&blob);
   tw_model *model = NULL;
   bool is_read =
       data && read_granted(call, bytes, 0, tw_format_sniff(data, bytes.size), source->reading, &model);
   free(data);
+  bool is_named = is_read && set_name(model, has_summary ? stored.name : NULL);
+  cJSON_Delete(stored.tree);
   if (!is_read) return false;
   *out = built_model(model);
-  if (take_name(call->service, source->id, NULL, model)) return true;
+  if (is_named) return true;
   tw_model_destroy(model);
   return api_fault_without_memory(fault);
 }
@@ -416,8 +422,8 @@ static bool print_from_summary(const char *text, tw_text *out) {
   summary summary;
   bool is_whole = read_summary(text, &summary);
   if (is_whole) {
-    tw_member_string(out, "name", cJSON_GetStringValue(summary.name));
-    tw_member_string(out, "format", cJSON_GetStringValue(summary.format));
+    tw_member_string(out, "name", summary.name);
+    tw_member_string(out, "format", tw_format_names[summary.format]);
   }
   cJSON_Delete(summary.tree);
   return is_whole;
@@ -559,41 +565,37 @@ static void destroy_source(void *context) {
   body->blob.close(&body->blob);
 }
 
-/* The format of stored bytes; reads them all where the first bytes do not tell. */
+/* The format of stored bytes, read from all of them: binary STL shows by their number, glTF by a member that
+ * may stand at the end. */
 static api_outcome sniff_stored(api_call *call, const api_blob *blob, tw_format *out) {
-  api_outcome outcome = sniff_first(call, call->id, blob, out);
-  if (outcome != API_DONE || *out != TW_FORMAT_JSON) return outcome;
   uint8_t *bytes = api_grant(call, blob->size) ? read_whole(call, call->id, blob) : NULL;
   if (bytes) *out = tw_format_sniff(bytes, (size_t)blob->size);
   free(bytes);
   return bytes ? API_DONE : API_FAILED;
 }
 
-/* Suggests the name of the first upload. Names within the model are not considered, as that takes parsing
- * it. */
-static api_outcome suggest_source(api_call *call, tw_format format) {
+/* Sets the type, and suggests the name of the first upload. Names within the model are not considered, as
+ * that takes parsing it. */
+static api_outcome name_source(api_call *call, const api_blob *blob) {
   static const char *const extensions[TW_FORMATS] = {"obj", "json", "gltf", "glb", "stl", "ply"};
-  const api_store *store = &call->service->store;
-  char *text = store->summary(store->context, call->id);
   summary stored;
-  const char *name = read_summary(text, &stored) ? cJSON_GetStringValue(stored.name) : NULL;
-  api_outcome outcome = api_file_name_suggest(call, name, extensions[format]);
+  bool has_summary = find_summary(call->service, call->id, &stored);
+  api_outcome outcome = has_summary ? API_DONE : sniff_stored(call, blob, &stored.format);
+  if (outcome == API_DONE) {
+    api_answer_header(&call->answer, "Content-Type", tw_format_media_types[stored.format]);
+    outcome = api_file_name_suggest(call, has_summary ? stored.name : NULL, extensions[stored.format]);
+  }
   cJSON_Delete(stored.tree);
-  free(text);
   return outcome;
 }
 
 static api_outcome reply_source(api_call *call, source_body *body) {
   uint64_t size = body->blob.size;
   api_range range = {0, size};
-  tw_format format;
   api_outcome outcome = api_validate(call, "source", "");
   if (outcome == API_CONTINUE) outcome = api_range_answer(call, size, &range);
   if (outcome != API_CONTINUE) return outcome;
-  outcome = sniff_stored(call, &body->blob, &format);
-  if (outcome != API_DONE) return outcome;
-  api_answer_header(&call->answer, "Content-Type", tw_format_media_types[format]);
-  outcome = suggest_source(call, format);
+  outcome = name_source(call, &body->blob);
   if (outcome != API_DONE) return outcome;
   body->at = range.first;
   body->end = range.first + range.count;

@@ -448,6 +448,36 @@ TEST_WITH(bad_paging_is_400, loopback_setup, loopback_teardown) {
 
 /* ---- sources, validators ------------------------------------------------------------------------ */
 
+static void assert_source(loopback *loop, const char *id, const char *type, const char *extension) {
+  char path[80], file[80];
+  snprintf(path, sizeof path, "/v1/models/%s/source?download=1", id);
+  reply r = loopback_get(loop, path);
+  assert_int_equal(r.status, 200);
+  assert_string_equal(reply_header(&r, "Content-Type"), type);
+  snprintf(file, sizeof file, "model.%s\"", extension);
+  assert_non_null(strstr(reply_header(&r, "Content-Disposition"), file));
+  reply_free(&r);
+}
+
+/* Five facets, more bytes than a look at the beginning takes. */
+TEST_WITH(the_source_of_binary_stl_has_its_type, loopback_setup, loopback_teardown) {
+  enum { FACETS = 5, SIZE = 84 + 50 * FACETS };
+  uint8_t stl[SIZE] = {[80] = FACETS};
+  for (size_t f = 0; f < FACETS; f++)
+    for (size_t p = 0; p < 3; p++) {
+      const float point[3] = {p == 1, p == 2, (float)f};
+      memcpy(stl + 84 + 50 * f + 12 * (1 + p), point, sizeof point);
+    }
+  reply r = loopback_ask(*state, "POST", "/v1/models", "Content-Type: model/stl\n", stl, SIZE);
+  assert_says(&r, "'format':'stl'");
+  char id[API_ID_TEXT];
+  memcpy(id, reply_header(&r, "Location") + strlen("/v1/models/"), sizeof id);
+  reply_free(&r);
+  assert_source(*state, id, "model/stl", "stl");
+  loopback_store_forget_summaries(*state);
+  assert_source(*state, id, "model/stl", "stl");
+}
+
 static reply get_with(loopback *loop, const char *path, const char *headers) {
   return loopback_ask(loop, "GET", path, headers, NULL, 0);
 }
@@ -751,6 +781,7 @@ TEST_WITH(bytes_that_cannot_be_read_on_end_the_answer, loopback_setup, loopback_
   assert_int_equal(answer.body.read(answer.body.context, piece, sizeof piece), -1);
   api_answer_deinit(&answer);
   api_ticket_end(loop->service, &ticket);
+  loopback_store_forget_summaries(loop); /* so that the bytes are read for their format */
   assert_problem(loopback_get(loop, path), 500, NULL, "damaged");
   strcpy(strrchr(path, '/'), "/surface.obj"); /* which parses the stored bytes: the cache has forgotten */
   assert_problem(loopback_get(loop, path), 500, NULL, "damaged");
@@ -769,30 +800,31 @@ TEST_WITH(the_source_has_the_type_of_its_format_however_it_begins, loopback_setu
       {"{'asset':{'version':'2.0'},", 300, "'nodes':[{}]}", "model/gltf+json"},
       {"{", 300, "'nodes':[{'name':'asset'}]}", "application/json"},
   };
-  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+  enum { CASES = sizeof cases / sizeof *cases };
+  for (size_t i = 0; i < 2 * CASES; i++) {
+    if (i == CASES) loopback_store_forget_summaries(*state);
     char text[1024], id[API_ID_TEXT], path[64];
-    snprintf(text, sizeof text, "%s%*s%s", cases[i].begin, (int)cases[i].blanks, "", cases[i].end);
+    snprintf(text, sizeof text, "%s%*s%s", cases[i % CASES].begin, (int)cases[i % CASES].blanks, "",
+             cases[i % CASES].end);
     loopback_upload(*state, "application/octet-stream", text, id);
     snprintf(path, sizeof path, "/v1/models/%s/source", id);
     reply r = loopback_get(*state, path);
     assert_int_equal(r.status, 200);
     assert_body(&r, text);
-    assert_string_equal(reply_header(&r, "Content-Type"), cases[i].type);
+    assert_string_equal(reply_header(&r, "Content-Type"), cases[i % CASES].type);
     reply_free(&r);
   }
 }
 
-/* Of JSON all is read to tell its format; of other formats a piece is. */
-TEST_WITH(the_source_of_json_waits_for_the_memory_to_read_it, loopback_setup, loopback_teardown) {
+/* All is read to tell the format where no summary does. */
+TEST_WITH(a_source_without_summary_waits_for_the_memory_to_read_it, loopback_setup, loopback_teardown) {
   loopback *loop = *state;
-  static const struct {
-    const char *type, *text;
-    api_progress progress;
-  } cases[] = {{"model/obj", triangle, API_ANSWERED}, {"application/json", turning, API_WAITS}};
-  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-    char id[API_ID_TEXT], path[64];
-    loopback_upload(loop, cases[i].type, cases[i].text, id);
-    snprintf(path, sizeof path, "/v1/models/%s/source", id);
+  const api_progress expected[] = {API_ANSWERED, API_WAITS};
+  char id[API_ID_TEXT], path[64];
+  loopback_upload(loop, "model/obj", triangle, id);
+  snprintf(path, sizeof path, "/v1/models/%s/source", id);
+  for (size_t i = 0; i < 2; i++) {
+    if (i == 1) loopback_store_forget_summaries(loop);
     loopback_ticket *owner = loopback_ticket_create(), *asker = loopback_ticket_create();
     assert_true(api_budget_grant(loop->service->budget, &owner->ticket, loop->settings.limits.max_memory));
     const api_request request = {.method = "GET",
@@ -802,9 +834,9 @@ TEST_WITH(the_source_of_json_waits_for_the_memory_to_read_it, loopback_setup, lo
                                  .header = no_header,
                                  .ticket = &asker->ticket};
     api_answer answer = {0};
-    assert_int_equal(api_handle(loop->service, &request, API_HEAVY, &answer), cases[i].progress);
+    assert_int_equal(api_handle(loop->service, &request, API_HEAVY, &answer), expected[i]);
     api_budget_grant(loop->service->budget, &owner->ticket, 0);
-    if (cases[i].progress == API_WAITS) {
+    if (expected[i] == API_WAITS) {
       loopback_ticket_await(asker);
       assert_int_equal(api_handle(loop->service, &request, API_HEAVY, &answer), API_ANSWERED);
     }
