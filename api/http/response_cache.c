@@ -1,4 +1,4 @@
-/* Cached answers: texts in the cache, sent from the entries. */
+/* Cached answers: texts in the cache with their warnings, sent from the entries. */
 #include "response_cache.h"
 
 #include "service.h"
@@ -8,34 +8,51 @@
 
 /* ---- building ---------------------------------------------------------------------------------- */
 
+/* A cached answer. */
+typedef struct response {
+  tw_text text;
+  uint32_t warning_count;
+  char *first_warning; /* percent-encoded, or NULL */
+} response;
+
 typedef struct response_source {
+  api_call *call;
   api_print print;
   void *context;
 } response_source;
 
-static void destroy_text(void *value) {
-  tw_text_deinit(value);
-  free(value);
+static void destroy_response(void *value) {
+  response *made = value;
+  tw_text_deinit(&made->text);
+  free(made->first_warning);
+  free(made);
 }
 
-static bool build_text(void *context, api_built *out, api_fault *fault) {
+/* Keeps the warnings that the call has once its answer is printed. False without memory. */
+static bool keep_warnings(const api_call *call, response *out) {
+  out->warning_count = call->warning_count;
+  if (call->first_warning) out->first_warning = strdup(call->first_warning);
+  return !call->first_warning || out->first_warning;
+}
+
+static bool build_response(void *context, api_built *out, api_fault *fault) {
   const response_source *source = context;
-  tw_text *text = tw_alloc_zero(1, sizeof *text);
-  if (!text) return api_fault_without_memory(fault);
-  bool is_printed = source->print(source->context, text, fault);
-  if (is_printed && !text->failed) {
-    tw_text_fit(text);
-    *out = (api_built){text, sizeof *text + text->capacity, destroy_text, API_CACHED_ANSWER};
+  response *made = tw_alloc_zero(1, sizeof *made);
+  if (!made) return api_fault_without_memory(fault);
+  bool is_printed = source->print(source->context, &made->text, fault);
+  if (is_printed && !made->text.failed && keep_warnings(source->call, made)) {
+    tw_text_fit(&made->text);
+    *out = (api_built){made, sizeof *made + made->text.capacity, destroy_response, API_CACHED_ANSWER};
     return true;
   }
-  destroy_text(text);
+  destroy_response(made);
   if (is_printed) api_fault_without_memory(fault);
   return false;
 }
 
 static api_outcome take(api_call *call, const char *key, api_print print, void *context, api_entry **out) {
-  response_source source = {print, context};
-  return api_call_take(call, key, build_text, &source, out);
+  response_source source = {call, print, context};
+  return api_call_take(call, key, build_response, &source, out);
 }
 
 /* ---- sending ------------------------------------------------------------------------------------ */
@@ -50,14 +67,14 @@ typedef struct response_body {
 
 static int64_t read_response(void *context, uint8_t *out, size_t capacity) {
   response_body *body = context;
-  const tw_text *text = api_entry_value(body->entry);
+  const tw_text *text = &((const response *)api_entry_value(body->entry))->text;
   size_t left = text->size - body->sent, count = left < capacity ? left : capacity;
   memcpy(out, text->data + body->sent, count);
   body->sent += count;
   return (int64_t)count;
 }
 
-static void destroy_response(void *context) {
+static void release_response(void *context) {
   api_entry_release(((response_body *)context)->entry);
 }
 
@@ -69,11 +86,14 @@ static api_outcome send_entry(api_call *call, api_entry *entry) {
     return api_fail_without_memory(call);
   }
   body->entry = entry;
-  const tw_text *text = api_entry_value(entry);
+  const response *kept = api_entry_value(entry);
+  size_t size = kept->text.size;
+  call->warning_count = kept->warning_count;
+  call->first_warning = kept->first_warning;
   call->answer.status = 200;
   api_answer_header(&call->answer, "Content-Type", call->offer->type);
-  call->answer.body = (api_body){text->size, body, read_response, destroy_response};
-  call->held = call->is_head ? 0 : text->size < HOST_BLOCK ? text->size : HOST_BLOCK;
+  call->answer.body = (api_body){size, body, read_response, release_response};
+  call->held = call->is_head ? 0 : size < HOST_BLOCK ? size : HOST_BLOCK;
   return API_DONE;
 }
 

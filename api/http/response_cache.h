@@ -1,6 +1,6 @@
 /* Answers about immutable models, kept whole as entries of the service's cache. The key is the canonical
  * request: the model's id, the representation, and all parameters with defaults, in one order and
- * spelling. */
+ * spelling. The warnings of the call that prints an answer are those of every call that is sent it. */
 #ifndef API_RESPONSE_CACHE_H
 #define API_RESPONSE_CACHE_H
 
@@ -9,7 +9,8 @@
 /* Larger answers are not cached, so that an answer that is sent slowly holds little memory. */
 enum { API_RESPONSE_MAX = 4 << 20 };
 
-/* Prints the text of an answer. False: the fault is filled; the caller frees the text. */
+/* Prints the text of an answer, and adds its warnings to the call that it is printed for. False: the fault is
+ * filled; the caller frees the text. */
 typedef bool (*api_print)(void *context, tw_text *out, api_fault *fault);
 
 /* Answers with the cached text of the key, printed where it is missing; validates as api_validate does.

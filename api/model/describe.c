@@ -218,7 +218,16 @@ static void print_clip(tw_text *out, const tw_model *model, uint32_t index) {
   tw_text_add(out, "}");
 }
 
-bool api_describe(const tw_model *model, const char *id, uint64_t size, tw_text *out, api_fault *fault) {
+/* Adds warnings to the array that is open, and to the answer's header. */
+static void add_warnings(tw_text *out, const char *const *warnings, uint32_t count, api_call *call) {
+  for (uint32_t i = 0; i < count; i++) {
+    tw_text_element(out);
+    tw_text_string(out, warnings[i]);
+  }
+  api_call_warn(call, warnings, count);
+}
+
+bool api_describe(const tw_model *model, const char *id, uint64_t size, tw_text *out, api_call *call) {
   tw_text_add(out, "{");
   tw_member_string(out, "id", id);
   tw_member_string(out, "name", api_model_name(model));
@@ -228,7 +237,7 @@ bool api_describe(const tw_model *model, const char *id, uint64_t size, tw_text 
   tw_status status = TW_OK;
   uint64_t reversed = 0;
   for (uint32_t i = 0; i < model->mesh_count && status == TW_OK; i++)
-    status = print_mesh(out, model, i, &reversed, &fault->error);
+    status = print_mesh(out, model, i, &reversed, &call->fault.error);
   tw_text_add(out, "]");
   tw_member_open(out, "nodes", "[");
   for (uint32_t i = 0; i < model->node_count; i++) print_node(out, model, i);
@@ -239,19 +248,18 @@ bool api_describe(const tw_model *model, const char *id, uint64_t size, tw_text 
   tw_member_open(out, "clips", "[");
   for (uint32_t i = 0; i < model->clip_count; i++) print_clip(out, model, i);
   tw_text_add(out, "]");
-  tw_member_open(out, "warnings", "[");
-  for (uint32_t i = 0; i < model->warning_count; i++) {
-    tw_text_element(out);
-    tw_text_string(out, model->warnings[i]);
+  if (status != TW_OK) {
+    api_fault_complete(&call->fault);
+    return false;
   }
+  tw_member_open(out, "warnings", "[");
+  add_warnings(out, model->warnings, model->warning_count, call);
   if (reversed > 0) {
     char warning[96];
     snprintf(warning, sizeof warning, "%llu edges are creases: their two faces are wound against each other",
              (unsigned long long)reversed);
-    tw_text_element(out);
-    tw_text_string(out, warning);
+    add_warnings(out, (const char *const[]){warning}, 1, call);
   }
   tw_text_add(out, "]}\n");
-  if (status != TW_OK) api_fault_complete(fault);
-  return status == TW_OK;
+  return true;
 }

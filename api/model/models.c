@@ -336,7 +336,7 @@ static api_outcome store_printed(api_call *call, api_bytes bytes, const char *na
   model_head head;
   if (!make_head(call, id, &head) || !take_name(call->service, id, name, model))
     return api_fail_without_memory(call);
-  bool is_ready = api_describe(model, id, bytes.size, &text, &call->fault);
+  bool is_ready = api_describe(model, id, bytes.size, &text, call);
   if (is_ready && addition && !text.failed) {
     text.size -= 2; /* the end of the object */
     addition->print(addition->context, &text);
@@ -501,15 +501,17 @@ api_outcome api_list_models(api_call *call) {
 
 /* ---- one model ---------------------------------------------------------------------------------- */
 
+/* fault: the call's. */
 static bool print_description(void *context, tw_text *out, api_fault *fault) {
+  (void)fault;
   api_call *call = context;
   api_blob blob;
   if (open_stored(call, call->id, &blob) != API_DONE) return false;
   uint64_t size = blob.size;
   blob.close(&blob);
   api_entry *entry;
-  if (api_model_take(call, call->id, NULL, &entry) != API_DONE) return false; /* the fault is the call's */
-  bool is_printed = api_describe(api_entry_value(entry), call->id, size, out, fault);
+  if (api_model_take(call, call->id, NULL, &entry) != API_DONE) return false;
+  bool is_printed = api_describe(api_entry_value(entry), call->id, size, out, call);
   api_entry_release(entry);
   return is_printed;
 }

@@ -50,8 +50,9 @@ api_outcome api_model_store(api_call *call, api_bytes bytes, uint64_t held, cons
 /* Answers as for an upload of the bytes of the call's stored model. */
 api_outcome api_model_reply_stored(api_call *call);
 
-/* Prints the description of a model. False: the fault says why. */
-bool api_describe(const tw_model *model, const char *id, uint64_t size, tw_text *out, api_fault *fault);
+/* Prints the description of a model, and adds its warnings to the answer's header. False: the call's fault
+ * says why. */
+bool api_describe(const tw_model *model, const char *id, uint64_t size, tw_text *out, api_call *call);
 
 /* The model's name: its own, or the first one in its meshes, nodes or clips; NULL without any. */
 const char *api_model_name(const tw_model *model);

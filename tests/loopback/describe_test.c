@@ -137,3 +137,43 @@ TEST_WITH(nameless_things_are_called_by_their_index, loopback_setup, loopback_te
   assert_says(&r, "'name':null,'format':'tweend'");
   reply_free(&r);
 }
+
+/* Sends it; the X-Tweend-Warning of the answer, or "". */
+static void read_warning(loopback *loop, const char *method, const char *path, const char *body, int status,
+                         char out[401]) {
+  reply r = loopback_ask(loop, method, path, NULL, body, body ? strlen(body) : 0);
+  assert_int_equal(r.status, status);
+  const char *warning = reply_header(&r, "X-Tweend-Warning");
+  strcpy(out, warning ? warning : "");
+  reply_free(&r);
+}
+
+/* A face that is left out, and two that are wound against each other. */
+TEST_WITH(every_answer_that_describes_a_model_says_the_first_warning, loopback_setup, loopback_teardown) {
+  static const char odd[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 -1 0\nf 1 2 3\nf 1 2 4\nf 1 1 2\n",
+                    plain[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+                    said[] = "2; 1%20faces%20with%20fewer%20than%20three";
+  char warning[401], id[API_ID_TEXT], path[64], edits[80], headers[128];
+  read_warning(*state, "POST", "/v1/models", odd, 201, warning);
+  assert_memory_equal(warning, said, strlen(said));
+  read_warning(*state, "POST", "/v1/models", odd, 200, warning);
+  assert_memory_equal(warning, said, strlen(said));
+  loopback_upload(*state, "model/obj", odd, id);
+  snprintf(path, sizeof path, "/v1/models/%s", id);
+  for (int i = 0; i < 2; i++) { /* printed, then from the cache */
+    read_warning(*state, i ? "HEAD" : "GET", path, NULL, 200, warning);
+    assert_memory_equal(warning, said, strlen(said));
+  }
+  snprintf(edits, sizeof edits, "%s/edits", path);
+  read_warning(*state, "POST", edits, "{\"edits\":[{\"edit\":\"flip\",\"faces\":\"all\"}]}", 201, warning);
+  assert_non_null(strstr(warning, "1; 1%20edges%20are%20creases"));
+  reply r = loopback_get(*state, path);
+  snprintf(headers, sizeof headers, "If-None-Match: %s\n", reply_header(&r, "ETag"));
+  reply_free(&r);
+  r = loopback_ask(*state, "GET", path, headers, NULL, 0);
+  assert_int_equal(r.status, 304);
+  assert_null(reply_header(&r, "X-Tweend-Warning"));
+  reply_free(&r);
+  read_warning(*state, "POST", "/v1/models", plain, 201, warning);
+  assert_string_equal(warning, "");
+}

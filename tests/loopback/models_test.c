@@ -346,7 +346,7 @@ TEST_WITH(a_file_that_was_not_sent_is_named, loopback_setup, loopback_teardown) 
   reply r = post_files(*state, "/v1/models", by_path, 5);
   assert_int_equal(r.status, 201);
   assert_string_equal(reply_header(&r, "X-Tweend-Warning"),
-                      "1; the%20glTF%20does%20not%20name%20the%20file%20y%2Fa%20b.png");
+                      "2; the%20glTF%20does%20not%20name%20the%20file%20y%2Fa%20b.png");
   reply_free(&r);
   assert_int_equal(loopback_store_count(*state), 1);
 }
