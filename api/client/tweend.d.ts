@@ -383,8 +383,8 @@ export interface SurfaceCounts {
   vertices: number;
   edges: number;
   faces: number;
-  /** Of the GLB under the same options; null with `encoding=meshopt` until such a GLB has been made. */
-  bytes: number | null;
+  /** Of the GLB under the same options, exactly. */
+  bytes: number;
   meshes: {
     name: string | null;
     level: number;
@@ -393,7 +393,7 @@ export interface SurfaceCounts {
     edges: number;
     faces: number;
     /** Size of a GLB with this mesh only, without materials. */
-    bytes: number | null;
+    bytes: number;
   }[];
 }
 /** One entry for each node, in the order of `nodes`. */
@@ -1137,9 +1137,9 @@ export interface SurfaceOptions {
    * and colours in 16 where they are from 0 to 1; weights in 8; each primitive has its own vertices, at most 65,534
    * of them, and 16-bit indices. Meshes that EXT_mesh_gpu_instancing shows, that have points or lines, or whose
    * weights KHR_animation_pointer moves keep positions as floats. `meshopt`: the same by EXT_meshopt_compression;
-   * triangles may come in another order, unless `polygons=ngon`. Its size is known once a GLB of the same options
-   * has been made: until then `HEAD` bears no `Content-Length`, and `surface.json` says `null`. OBJ is the same in
-   * every encoding.
+   * triangles may come in another order, unless `polygons=ngon`. Its size takes as long as the GLB: `surface.json`
+   * computes what that will need too, and `HEAD` bears no `Content-Length` until either has been asked for. OBJ is
+   * the same in every encoding.
    * @default float
    */
   encoding?: "float" | "quantized" | "meshopt";

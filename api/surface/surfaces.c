@@ -182,20 +182,21 @@ static void set_packs(surface_request *request) {
   request->scene.content.packs = (const tw_packs *const *)packs->list;
 }
 
-/* A body needs measured packs. Without one, packs serve to tell the answer's size: for a quantized answer
- * unmeasured packs suffice; a compressed one needs measured packs, which are used if they are cached, but not
- * made for this. */
+/* A body needs measured packs, as does the size of a compressed answer; for the size of a quantized one
+ * unmeasured packs suffice. HEAD of a compressed answer uses them if they are cached, and is answered without
+ * a size else. */
 static api_outcome take_packs(api_call *call, surface_request *request, bool is_stored) {
   if (request->encoding == TW_ENCODING_FLOAT || request->scene.content.model->mesh_count == 0)
     return API_DONE;
-  bool is_read = request->form < FORM_OBJ && !call->is_head;
+  bool is_compressed = request->encoding == TW_ENCODING_MESHOPT,
+       is_size = request->form == FORM_JSON || call->is_head;
   api_packs_query query = {request->encoding, request->polygons, true};
   bool is_kept = is_stored && request->scene.moves.count == 0; /* moved surfaces are the request's own */
   const char *key = is_kept ? packs_key(call, request) : NULL;
   if (is_kept && !key) return api_fail_without_memory(call);
-  if (!is_read) request->packs = api_packs_peek(call, &query, key);
-  query.is_measured = is_read;
-  if (!request->packs && !is_read && request->encoding == TW_ENCODING_MESHOPT) return API_DONE;
+  if (is_size) request->packs = api_packs_peek(call, &query, key);
+  query.is_measured = is_compressed || !is_size;
+  if (!request->packs && is_compressed && request->form != FORM_JSON && call->is_head) return API_DONE;
   const api_plan *plan = api_entry_value(request->plan);
   api_outcome outcome = API_DONE;
   if (!request->packs)
@@ -204,7 +205,8 @@ static api_outcome take_packs(api_call *call, surface_request *request, bool is_
   return outcome;
 }
 
-/* Whether the answer's size can be told: that of a compressed answer only by its packs. */
+/* Whether the answer's size can be told: that of a compressed answer only by its packs, which HEAD may
+ * lack. */
 static bool knows_size(const surface_request *request) {
   return request->encoding != TW_ENCODING_MESHOPT || request->scene.content.packs ||
          request->scene.content.model->mesh_count == 0;
@@ -217,18 +219,13 @@ static void print_counts(tw_text *text, uint64_t level, const tw_surface_counts 
   tw_member_count(text, "vertices", counts->vertices);
   tw_member_count(text, "edges", counts->edges);
   tw_member_count(text, "faces", counts->faces);
-  if (bytes == API_SIZE_UNKNOWN)
-    tw_member_open(text, "bytes", "null");
-  else
-    tw_member_count(text, "bytes", bytes);
+  tw_member_count(text, "bytes", bytes);
 }
 
-/* The size of a GLB of one mesh of the scene without materials; API_SIZE_UNKNOWN where it cannot be told. */
+/* The size of a GLB of one mesh of the scene without materials. */
 static tw_status predict_mesh(const surface_request *request, uint32_t mesh, uint64_t *size,
                               tw_error *error) {
   const tw_scene *all = &request->scene.content;
-  *size = API_SIZE_UNKNOWN;
-  if (!knows_size(request)) return TW_OK;
   tw_node node = {.parent = TW_NO_INDEX, .skin = TW_NO_INDEX, .rest = TW_TRS_IDENTITY};
   uint32_t order = 0;
   tw_model model = {.format = TW_FORMAT_JSON,
@@ -510,12 +507,7 @@ static api_outcome prepare(api_call *call, surface_request *request, bool is_sto
   return API_DONE;
 }
 
-/* JSON whose sizes are unknown has no validators: a later answer may have the sizes. */
 static api_outcome validate(api_call *call, const surface_request *request) {
-  if (request->form == FORM_JSON && !knows_size(request)) {
-    api_answer_header(&call->answer, "Cache-Control", "no-cache");
-    return API_CONTINUE;
-  }
   const char *text = canonical(call, request);
   char representation[20];
   snprintf(representation, sizeof representation, "surface.%s", call->offer->extension);
@@ -525,7 +517,6 @@ static api_outcome validate(api_call *call, const surface_request *request) {
 /* From the model to the answer. The caller releases the request unless the answer's body took it over. */
 static api_outcome answer_surface(api_call *call, surface_request *request, bool is_stored) {
   api_outcome outcome = prepare(call, request, is_stored);
-  if (outcome == API_DONE && request->form == FORM_JSON) outcome = take_packs(call, request, is_stored);
   if (outcome == API_DONE && is_stored) {
     outcome = validate(call, request);
     if (outcome != API_CONTINUE) return outcome;
@@ -533,7 +524,7 @@ static api_outcome answer_surface(api_call *call, surface_request *request, bool
   }
   if (outcome != API_DONE) return outcome;
   if (call->effort != API_HEAVY && !is_light(call, request)) return API_NEEDS_THREAD;
-  if (request->form != FORM_JSON) outcome = take_packs(call, request, is_stored);
+  outcome = take_packs(call, request, is_stored);
   if (outcome != API_DONE) return outcome;
   const tw_model *model = api_entry_value(request->model);
   if (request->form != FORM_OBJ) outcome = api_scene_animate(call, model, &request->scene);

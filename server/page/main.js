@@ -226,14 +226,14 @@ async function openSurface(isNew = false) {
   const options = surfaceOptions();
   const task = busy(`Level ${options.level}`, controller);
   try {
-    const asked = withKey(() => tweend.surfaceCounts(model, options, { signal }));
+    const counted = options.encoding === 'meshopt' ? { ...options, encoding: 'float' } : options; // no compressing for a size
+    const asked = withKey(() => tweend.surfaceCounts(model, counted, { signal }));
     const onProgress = (loaded, total) => task.say(`Level ${options.level}: ${bytes(loaded)}${total ? ` of ${bytes(total)}` : ''}`);
     const load = () => download(tweend.surfaceUrl(model, options), { signal, onProgress });
     const isSmall = edgesOf(model) * 4 ** options.level < SMALL;
     const [counts, early] = await Promise.all([asked, isSmall ? load() : null]);
     if (!early) {
-      const size = counts.bytes ?? (await withKey(() => tweend.surfaceCounts(model, { ...options, encoding: 'float' }, { signal }))).bytes;
-      if (!(await confirmLarge(size, `Level ${options.level}`))) controller.abort();
+      if (!(await confirmLarge(counts.bytes, `Level ${options.level}`))) controller.abort();
       signal.throwIfAborted();
     }
     const answer = early ?? (await load());

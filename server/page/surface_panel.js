@@ -87,9 +87,11 @@ export class SurfacePanel {
       const last = this.levels.at(-1);
       if (last && (last.faces > FACES_MOST / 4 || last.bytes > BYTES_MOST / 4)) break;
       try {
-        const url = tweend.surfaceUrl(state('model'), { ...surfaceOptions(), level }, 'json');
-        const response = await withKey(() => tweend.request(url, { signal }));
-        this.levels.push({ level, ...(await response.json()) });
+        // The size of what is compressed takes as long as compressing it.
+        const options = { ...surfaceOptions(), level }, isCompressed = options.encoding === 'meshopt';
+        const url = tweend.surfaceUrl(state('model'), isCompressed ? { ...options, encoding: 'quantized' } : options, 'json');
+        const counts = await (await withKey(() => tweend.request(url, { signal }))).json();
+        this.levels.push({ level, ...counts, ...(isCompressed && { bytes: null }) });
       } catch (error) {
         if (signal.aborted) return;
         const over = error.problem?.predicted;

@@ -473,6 +473,49 @@ TEST_WITH(several_times_are_the_keys_of_the_animation, setup, teardown) {
   assert_problem(ask(f, f->tank, "surface.glb?clip=aim&at=1,0"), 422, NULL, NULL);
 }
 
+/* Whether a GLB was made before or not; the same for the whole and for the only mesh. */
+TEST_WITH(counts_have_the_bytes_of_the_glb_in_every_encoding, setup, teardown) {
+  fixture *f = *state;
+  static const char *const options[] = {"encoding=meshopt", "encoding=quantized", "encoding=float",
+                                        "encoding=meshopt&polygons=ngon&level=2"};
+  for (size_t i = 0; i < sizeof options / sizeof *options; i++) {
+    char counts[80], glb[80];
+    snprintf(counts, sizeof counts, "surface.json?%s", options[i]);
+    snprintf(glb, sizeof glb, "surface.glb?%s", options[i]);
+    reply early = ask_ok(f, f->tank, counts), whole = ask_ok(f, f->tank, glb),
+          late = ask_ok(f, f->tank, counts);
+    assert_string_equal(early.body, late.body);
+    assert_string_equal(reply_header(&early, "ETag"), reply_header(&late, "ETag"));
+    cJSON *tree = cJSON_Parse(early.body);
+    assert_int_equal(json_member(tree, "bytes")->valueint, whole.size);
+    assert_true(json_member(json_member(tree, "meshes")->child, "bytes")->valueint > 0);
+    cJSON_Delete(tree);
+    reply given = loopback_post(f->loop, i ? "/v1/surface.json" : "/v1/surface.json?encoding=meshopt",
+                                "model/obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    assert_int_equal(given.status, 200);
+    assert_false(reply_says(&given, "null,'meshes'"));
+    reply_free(&given);
+    reply_free(&early);
+    reply_free(&whole);
+    reply_free(&late);
+  }
+}
+
+TEST_WITH(head_of_a_compressed_glb_has_a_length_once_it_is_known, setup, teardown) {
+  fixture *f = *state;
+  char target[96];
+  for (int i = 0; i < 2; i++) {
+    snprintf(target, sizeof target, "/v1/models/%s/surface.glb?encoding=meshopt", f->cube);
+    reply r = loopback_ask(f->loop, "HEAD", target, NULL, NULL, 0);
+    assert_int_equal(r.status, 200);
+    assert_int_equal(r.answer.body.size == API_SIZE_UNKNOWN, i == 0);
+    reply_free(&r);
+    snprintf(target, sizeof target, "surface.json?encoding=meshopt");
+    r = ask_ok(f, f->cube, target);
+    reply_free(&r);
+  }
+}
+
 TEST_WITH(a_borrowed_clip_animates_what_it_can, setup, teardown) {
   fixture *f = *state;
   char rest[128];
