@@ -26,7 +26,7 @@ static const char *const form_members[] = {"quaternion", "axis_angle", "euler", 
 typedef struct rotations_request {
   uint64_t max_times; /* the limit on slerp_count */
   tw_rotation_form as;
-  tw_euler_order order; /* of TW_AS_EULER */
+  tw_euler_order order; /* of TW_AS_EULER, else ignored */
   bool in_degrees, has_points, has_slerp;
   uint32_t count, point_count, slerp_count;
   double (*rotations)[4]; /* [count], unit quaternions */
@@ -162,8 +162,6 @@ static tw_status read_document(void *context, const api_value *root) {
   if (status == TW_OK) status = api_json_choice(&values[UNIT], units, &unit);
   if (status == TW_OK) status = api_json_choice(&values[AS], forms, &as);
   if (status == TW_OK) status = api_json_choice(&values[ORDER], tw_euler_order_names, &order);
-  if (status == TW_OK && values[ORDER].item && as != TW_AS_EULER)
-    return api_json_fail(&values[ORDER], TW_SYNTAX, "order goes with \"as\": \"euler\"");
   out->as = (tw_rotation_form)as;
   out->order = (tw_euler_order)order;
   out->in_degrees = unit == 1;

@@ -208,6 +208,21 @@ TEST_WITH(angles_are_radians_unless_said_otherwise, loopback_setup, loopback_tea
   cJSON_Delete(answer);
 }
 
+TEST_WITH(an_order_is_ignored_where_nothing_is_printed_in_it, loopback_setup, loopback_teardown) {
+  static const char *const forms[] = {"quaternion", "axis-angle", "matrix"};
+  for (size_t i = 0; i < sizeof forms / sizeof *forms; i++) {
+    char with[128], without[128];
+    snprintf(without, sizeof without, "{'rotations':[{'euler':[1,2,3],'order':'ZYX'}],'as':'%s'}", forms[i]);
+    snprintf(with, sizeof with, "{'order':'YZX',%s", without + 1);
+    reply r = loopback_post(*state, "/v1/rotations", "application/json", without),
+          same = loopback_post(*state, "/v1/rotations", "application/json", with);
+    assert_int_equal(same.status, 200);
+    assert_string_equal(same.body, r.body);
+    reply_free(&r);
+    reply_free(&same);
+  }
+}
+
 /* A quarter turn about y locks the orders with y in the middle, and is half way from two others. */
 TEST_WITH(lock_is_told_by_order, loopback_setup, loopback_teardown) {
   cJSON *answer = convert(*state, "{'rotations':[{'euler':[0,90,25]}],'unit':'degrees','as':'euler'}");
@@ -319,7 +334,7 @@ TEST_WITH(malformed_documents_are_400_with_their_place, loopback_setup, loopback
       {"{'rotations':[{'quaternion':[0,0,0,1],'euler':[0,0,0]}]}", "/rotations/0/euler", "already"},
       {"{'rotations':[{'quaternion':[0,0,0,1],'order':'XYZ'}]}", "/rotations/0/order", "euler"},
       {"{'rotations':[{'euler':[0,0,0],'order':'XYX'}]}", "/rotations/0/order", "ZYX"},
-      {"{'rotations':[{'euler':[0,0,0]}],'order':'XYZ'}", "/order", "euler"},
+      {"{'rotations':[{'euler':[0,0,0]}],'order':'XYX'}", "/order", "ZYX"},
       {"{'rotations':[{'euler':[0,0,0]}],'as':'axis_angle'}", "/as", "axis-angle"},
       {"{'rotations':[{'euler':[0,0,0]}],'unit':'turns'}", "/unit", "degrees"},
       {"{'rotations':[{'euler':[0,0,0]}],'points':[[1,2]]}", "/points/0", "3 numbers"},
