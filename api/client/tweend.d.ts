@@ -461,6 +461,7 @@ export interface RotationsRequest {
    */
   unit?: "radians" | "degrees";
   /**
+   * What the answer has; `order` is that of `euler`, and ignored with the others.
    * @default quaternion
    */
   as?: "quaternion" | "axis-angle" | "euler" | "matrix";

@@ -241,51 +241,63 @@ api_outcome api_upload_json(api_call *call, uint64_t values_max, api_json_reader
   return outcome;
 }
 
-/* Refuses a body that looks like no model format. Bytes that begin like no other format are taken for OBJ,
- * which has no signature; what is declared as JSON is left to the JSON reader, whose error tells the
- * place. */
-static api_outcome refuse_foreign(api_call *call, api_bytes bytes, tw_format found,
-                                  api_upload_type declared) {
-  bool may_be_foreign = found == TW_FORMAT_OBJ || found == TW_FORMAT_GLB;
-  api_foreign foreign = may_be_foreign ? api_foreign_known(bytes) : (api_foreign){0};
-  if (!foreign.name && found == TW_FORMAT_OBJ && declared != API_TYPE_JSON)
-    foreign = api_foreign_other(bytes);
-  if (!foreign.name) return API_DONE;
-  call->fault.supported = api_upload_types;
-  return api_fail_with(call, 415,
-                       "the body looks like %s%s%s; a model is GLB, glTF, OBJ, STL, PLY or tweend JSON",
-                       foreign.name, foreign.advice ? ": " : "", foreign.advice ? foreign.advice : "");
-}
-
-api_outcome api_upload_format(api_call *call, api_bytes bytes, tw_format *out) {
-  static const char *const shown[TW_FORMATS] = {
-      "OBJ or other text", "tweend JSON (no \"asset\")", "glTF JSON", "GLB", "STL", "PLY"};
-  tw_format found = tw_format_sniff(bytes.data, bytes.size);
-  tw_format declared = found;
-  api_upload_type type = api_upload_type_of(api_call_header(call, "Content-Type"));
-  if (refuse_foreign(call, bytes, found, type) != API_DONE) return API_FAILED;
+/* The format that the declared type asks for: the one that was found where that fits, or where the type asks
+ * for none. */
+static tw_format declared_format(api_upload_type type, tw_format found) {
   switch (type) {
-  case API_TYPE_GLB: declared = TW_FORMAT_GLB; break;
-  case API_TYPE_GLTF: declared = TW_FORMAT_GLTF; break;
-  case API_TYPE_OBJ: declared = TW_FORMAT_OBJ; break;
-  case API_TYPE_STL: declared = TW_FORMAT_STL; break;
-  case API_TYPE_PLY: declared = TW_FORMAT_PLY; break;
-  case API_TYPE_TEXT:
-    if (found != TW_FORMAT_STL && found != TW_FORMAT_PLY) declared = TW_FORMAT_OBJ;
-    break;
-  case API_TYPE_JSON:
-    /* Bytes that do not begin like JSON are read as JSON all the same, for an error that tells the place. */
-    if (found == TW_FORMAT_OBJ) declared = found = TW_FORMAT_JSON;
-    if (found != TW_FORMAT_JSON && found != TW_FORMAT_GLTF) declared = TW_FORMAT_JSON;
-    break;
+  case API_TYPE_GLB: return TW_FORMAT_GLB;
+  case API_TYPE_GLTF: return TW_FORMAT_GLTF;
+  case API_TYPE_OBJ: return TW_FORMAT_OBJ;
+  case API_TYPE_STL: return TW_FORMAT_STL;
+  case API_TYPE_PLY: return TW_FORMAT_PLY;
+  case API_TYPE_TEXT: return found == TW_FORMAT_STL || found == TW_FORMAT_PLY ? found : TW_FORMAT_OBJ;
+  case API_TYPE_JSON: return found == TW_FORMAT_GLTF ? found : TW_FORMAT_JSON;
   case API_TYPE_BYTES:
   case API_TYPE_MULTIPART:
   case API_TYPE_OTHER: break;
   }
-  if (declared != found)
-    return api_fail_with(call, 400, "declared as %s, but the bytes look like %s",
-                         type == API_TYPE_TEXT ? "text/plain" : tw_format_media_types[declared],
-                         shown[found]);
+  return found;
+}
+
+/* Whether the type names one format. */
+static bool names_format(api_upload_type type) {
+  return type != API_TYPE_TEXT && type != API_TYPE_BYTES && type != API_TYPE_MULTIPART &&
+         type != API_TYPE_OTHER;
+}
+
+static api_outcome fail_foreign(api_call *call, const api_foreign *foreign) {
+  call->fault.supported = api_upload_types;
+  return api_fail_with(call, 415,
+                       "the body looks like %s%s%s; a model is GLB, glTF, OBJ, STL, PLY or tweend JSON",
+                       foreign->name, foreign->advice ? ": " : "", foreign->advice ? foreign->advice : "");
+}
+
+static api_outcome fail_declared(api_call *call, const char *declared, const char *found,
+                                 const char *advice) {
+  return api_fail_with(call, 400, "declared as %s, but the bytes look like %s%s%s", declared, found,
+                       advice ? ": " : "", advice ? advice : "");
+}
+
+/* Bytes that begin like no other format are taken for OBJ, which has no signature. Where they have no line of
+ * one, and the type names a format, they lack its signature, or are read as that for its reader's error. */
+api_outcome api_upload_format(api_call *call, api_bytes bytes, tw_format *out) {
+  static const char *const shown[TW_FORMATS] = {
+      "OBJ or other text", "tweend JSON (no \"asset\")", "glTF JSON", "GLB", "STL", "PLY"};
+  api_upload_type type = api_upload_type_of(api_call_header(call, "Content-Type"));
+  tw_format found = tw_format_sniff(bytes.data, bytes.size), declared = declared_format(type, found);
+  const char *name = type == API_TYPE_TEXT ? "text/plain" : tw_format_media_types[declared];
+  bool is_named = names_format(type), may_be_foreign = found == TW_FORMAT_OBJ || found == TW_FORMAT_GLB;
+  api_foreign known = may_be_foreign ? api_foreign_known(bytes) : (api_foreign){0};
+  if (known.name)
+    return is_named ? fail_declared(call, name, known.name, known.advice) : fail_foreign(call, &known);
+  if (found == TW_FORMAT_OBJ) {
+    api_foreign other = api_foreign_other(bytes);
+    bool has_signature = declared == TW_FORMAT_GLB || declared == TW_FORMAT_PLY;
+    if (other.name && !is_named) return fail_foreign(call, &other);
+    if (other.name && has_signature) return fail_declared(call, name, other.name, NULL);
+    if (other.name || type == API_TYPE_JSON) found = declared;
+  }
+  if (declared != found) return fail_declared(call, name, shown[found], NULL);
   *out = found;
   return API_DONE;
 }

@@ -26,7 +26,8 @@ api_outcome api_json_read(api_call *call, api_bytes bytes, uint64_t values_max, 
 /* The same for the request's body. 400, 413, 422 with the pointer. */
 api_outcome api_upload_json(api_call *call, uint64_t values_max, api_json_reader *read, void *context);
 
-/* The format of the bytes. 400 where it disagrees with the Content-Type; 415 for what looks like no model. */
+/* The format to read the bytes as: their own, or the one that the Content-Type names where they have none.
+ * 400 where the two disagree; 415 where neither is that of a model. */
 api_outcome api_upload_format(api_call *call, api_bytes bytes, tw_format *out);
 
 /* How a model is read from its bytes. Zeroed: the defaults. */
@@ -39,8 +40,8 @@ typedef struct api_reading {
 /* Reads the query's `quads`: how a glTF's triangles become polygons. */
 tw_status api_quads_read(const api_query *query, tw_quads *out, tw_error *error);
 
-/* Reads a model. `format` must come from the bytes alone, so that stored bytes read back the same. False: the
- * fault says why; it is a stall where making->grant stalled. */
+/* Reads a model. Only bytes of `format` are read without an error, so that stored bytes read back the same.
+ * False: the fault says why; it is a stall where making->grant stalled. */
 bool api_model_read(api_bytes bytes, tw_format format, api_reading reading, const api_making *making,
                     tw_model **out, api_fault *fault);
 

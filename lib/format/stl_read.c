@@ -107,6 +107,8 @@ static tw_word read_name(stl_text *text) {
   return (tw_word){start, (size_t)(end - start)};
 }
 
+static const char no_stl[] = "this is neither text with a solid nor binary with all of its facets";
+
 /* What STL text holds besides facets. */
 typedef struct stl_solids {
   tw_word name;   /* of the first one that has one; length 0: none */
@@ -142,8 +144,7 @@ static tw_status read_text(stl_text text, tw_polygons_read *out, stl_solids *sol
   }
   if (status == TW_OK && in_loop)
     status = tw_fail_line(error, TW_SYNTAX, text.line, "the file ends within a loop");
-  if (status == TW_OK && out->face_count == 0 && !has_end)
-    status = tw_fail(error, TW_SYNTAX, "this is neither text with a solid nor binary with all of its facets");
+  if (status == TW_OK && out->face_count == 0 && !has_end) status = tw_fail(error, TW_SYNTAX, "%s", no_stl);
   out->corner_count = out->vertex_count;
   return status;
 }
@@ -177,6 +178,7 @@ static tw_status number_corners(tw_polygons_read *read, tw_arena *arena, tw_erro
 }
 
 tw_status tw_stl_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model **out, tw_error *error) {
+  if (!tw_is_stl(bytes, size)) return tw_fail(error, TW_SYNTAX, "%s", no_stl);
   tw_model *model = tw_model_create();
   if (!model) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   model->format = TW_FORMAT_STL;

@@ -42,7 +42,7 @@ refused() {
 @test "OBJ: nothing but noise" {
   # The same each time: one noise in some thousands has a line that begins as a statement does.
   seq 9000 | gzip -n | tail -c +100 | head -c 4000 >bad
-  refused 415 model/obj 'the body looks like'
+  refused 400 model/obj line=1 'begins no statement of an OBJ file'
 }
 
 @test "OBJ: a malformed number is quoted with its line and column" {
@@ -80,7 +80,9 @@ foreign() {
   foreign 'FBX' --form file=@model.fbx
   printf '\x89PNG\r\n' >picture.png
   foreign 'Content-Type is none of' --data-binary @picture.png --header 'Content-Type: image/png'
-  foreign 'looks like PNG' --data-binary @picture.png --header 'Content-Type: model/obj'
+  foreign 'looks like PNG' --data-binary @picture.png --header 'Content-Type: application/octet-stream'
+  http POST /v1/models --data-binary @picture.png --header 'Content-Type: model/obj'
+  problem 400 'declared as model/obj, but the bytes look like PNG'
 }
 
 @test "names and paths that nearly exist name those that do" {

@@ -299,11 +299,40 @@ TEST_WITH(bodies_of_no_known_format_are_415_with_what_they_look_like, loopback_s
 }
 
 TEST_WITH(a_declared_type_does_not_hide_what_the_bytes_are, loopback_setup, loopback_teardown) {
-  const char *const types[] = {"model/obj", "model/stl", "text/plain", "application/json",
-                               "model/gltf-binary"};
+  const char *const types[] = {"model/obj", "model/stl", "application/json", "model/gltf-binary"};
   for (size_t i = 0; i < sizeof types / sizeof *types; i++)
-    assert_problem(loopback_post(*state, "/v1/surface.glb", types[i], "\x89PNG\r\n"), 415, NULL,
-                   "looks like PNG");
+    assert_problem(loopback_post(*state, "/v1/surface.glb", types[i], "\x89PNG\r\n"), 400, NULL,
+                   "but the bytes look like PNG");
+  assert_problem(loopback_post(*state, "/v1/surface.glb", "text/plain", "\x89PNG\r\n"), 415, NULL,
+                 "looks like PNG");
+}
+
+/* Bytes of no known format, declared as one: 415 is for types. */
+TEST_WITH(what_is_declared_as_a_model_has_the_error_of_its_reader, loopback_setup, loopback_teardown) {
+  static const struct {
+    const char *type, *bytes;
+    size_t size;
+    const char *word;
+  } cases[] = {
+      {"model/obj", BYTES("# nothing\n"), "no point and no face"},
+      {"model/obj", BYTES("\1\2\3\0\5"), "no point and no face"},
+      {"model/obj", BYTES("v 0 0 0v -1 0 0v 0 .1 0f 1 2 3"), "an OBJ without its line ends: curl -d"},
+      {"model/stl", BYTES("\1\2\3\0\5"), "nor binary with all of its facets"},
+      /* which would be OBJ once it is stored */
+      {"model/stl", BYTES("a solid b\nloop vertex 0 0 0 vertex 1 0 0 vertex 0 1 0 endloop endsolid\n"),
+       "neither text with a solid"},
+      {"model/stl", BYTES("v 0 0 0\n"), "look like OBJ"},
+      {"model/ply", BYTES("pl\nformat ascii 1.0\nend_header\n"), "look like text that is no OBJ"},
+      {"model/gltf-binary", BYTES("\1\2\3\0\5"), "look like data of an unknown kind"},
+      {"model/gltf+json", BYTES("hello"), "a value is expected"},
+  };
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    char headers[64];
+    snprintf(headers, sizeof headers, "Content-Type: %s\n", cases[i].type);
+    assert_problem(loopback_ask(*state, "POST", "/v1/models", headers, cases[i].bytes, cases[i].size), 400,
+                   NULL, cases[i].word);
+  }
+  assert_int_equal(loopback_store_count(*state), 0);
 }
 
 TEST_WITH(what_is_declared_as_json_is_left_to_its_reader, loopback_setup, loopback_teardown) {
