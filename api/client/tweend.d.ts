@@ -980,7 +980,8 @@ export interface Version {
 }
 export interface SignRequest {
   /**
-   * URL of a GET of this daemon: absolute, or path and query.
+   * URL of a GET of this daemon, percent-encoded: absolute (`http` or `https`), or path and query. Path and query
+   * are signed.
    * @example /v1/models
    */
   url: string;

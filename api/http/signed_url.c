@@ -11,6 +11,7 @@
 #include <nettle/base64.h>
 #include <nettle/memops.h>
 #include <string.h>
+#include <strings.h>
 
 /* 32 bytes as base64url, without and with the padding that nettle writes */
 enum { SIGNATURE_SIZE = 43, PADDED_SIZE = 48, SECONDS_DEFAULT = 3600, SECONDS_MOST = 7 * 86400 };
@@ -130,10 +131,16 @@ static api_outcome fail_url(api_call *call, const char *detail) {
 
 /* The path of a URL, absolute or not; NULL where it has none. */
 static const char *path_of(const char *url) {
-  const char *authority = strstr(url, "://");
-  bool is_absolute = authority && strcspn(url, "/?") == (size_t)(authority - url) + 1;
-  const char *path = is_absolute ? authority + 3 + strcspn(authority + 3, "/?#") : url;
-  return *path == '/' ? path : NULL;
+  size_t scheme = strncasecmp(url, "http://", 7) == 0 ? 7 : strncasecmp(url, "https://", 8) == 0 ? 8 : 0;
+  size_t host = scheme > 0 ? strcspn(url + scheme, "/?#") : 0;
+  const char *path = url + scheme + host;
+  return *path == '/' && (scheme == 0 || host > 0) ? path : NULL;
+}
+
+/* Whether all characters may stand in the target of a request: those of ASCII that are visible. */
+static bool is_encoded(const char *url) {
+  while (*url > ' ' && *url < 0x7F) url++;
+  return *url == '\0';
 }
 
 /* Reads the URL's path and parameters, as those of a GET. */
@@ -141,6 +148,7 @@ static api_outcome read_url(api_call *call, const char *url, const char **path, 
   const char *start = path_of(url);
   if (!start || strchr(start, '#'))
     return fail_url(call, "a URL with a path and without a fragment is expected");
+  if (!is_encoded(url)) return fail_url(call, "the URL has a character that must be percent-encoded");
   size_t length = strcspn(start, "?");
   *path = tw_arena_text(call->arena, start, length);
   if (!*path) return api_fail_without_memory(call);

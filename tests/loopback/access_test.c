@@ -205,6 +205,13 @@ TEST_WITH(orders_that_cannot_be_signed_are_refused, start_with_keys, loopback_te
       {"{'url':'models'}", "/url", 422},
       {"{'url':'/v1/surface'}", "/url", 422},
       {"{'url':'/v1/models#a'}", "/url", 422},
+      {"{'url':'/v1/models?after=a b'}", "/url", 422},
+      {"{'url':'/v1/models?after=\\u007f'}", "/url", 422},
+      {"{'url':'/v1/models?after=\xC3\xBC'}", "/url", 422},
+      {"{'url':'http://h\xC3\xB6st/v1/models'}", "/url", 422},
+      {"{'url':'http:///v1/models'}", "/url", 422},
+      {"{'url':'//host/v1/models'}", "/url", 422},
+      {"{'url':'ftp://host/v1/models'}", "/url", 422},
       {"{'url':'/v1/models?far=1'}", "/url", 400},
       {"{'url':'/v1/models?exp=1'}", "/url", 422},
   };
