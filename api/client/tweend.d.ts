@@ -1152,7 +1152,8 @@ export interface SurfaceOptions {
   polygons?: "triangles" | "ngon";
   /**
    * `false` leaves out what is modelled onto the levels of the meshes. It is of the scheme that it was modelled by,
-   * and not for `boundary=open`: 422 where the two do not go together.
+   * never of `bilinear`, and not for `boundary=open` where a mesh has a border, whose points that takes away: 422
+   * where these do not go together.
    * @default true
    */
   details?: boolean;

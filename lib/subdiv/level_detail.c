@@ -17,9 +17,13 @@ tw_detail_list tw_coarser_details(const tw_detail_list *list, uint32_t level) {
   return above;
 }
 
-/* Checks that generic steps can make the level with all of its vertices. */
+/* Checks that generic steps can make the level with all of its vertices, and that the scheme is one that has
+ * details. Details do not say their scheme, and the bilinear one makes as many vertices as Catmull and
+ * Clark's. */
 static tw_status check_level(const tw_cage *cage, const tw_surface_options *options, uint32_t level,
                              tw_error *error) {
+  if (options->scheme == TW_BILINEAR)
+    return tw_fail(error, TW_INVALID, "scheme=bilinear is not what details are modelled by");
   if (tw_cage_shrinks(cage, options))
     return tw_fail(error, TW_INVALID, "boundary=open takes points away that details are of");
   if (tw_cage_counts_at(cage, options->scheme == TW_LOOP, level).faces > TW_GENERIC_FACES_MAX)

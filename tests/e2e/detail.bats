@@ -469,3 +469,26 @@ JSON
     differ answer shown.glb
   done
 }
+
+@test "details are of no bilinear surface, and of an open one where that keeps all points" {
+  for shape in '{"kind": "box"}' '{"kind": "grid", "segments": [2, 2]}'; do
+    upload_shape "$shape"
+    get "/v1/models/$id/surface.obj?level=1"
+    dent answer >dented.obj
+    sculpt "$id" 1 dented.obj
+    for level in 0 1 2; do
+      get "/v1/models/$id/surface.glb?level=$level&scheme=bilinear"
+      problem 422 'scheme=bilinear is not what details are modelled by'
+      get "/v1/models/$id/surface.glb?level=$level&scheme=bilinear&details=false"
+      expect 200
+    done
+    get "/v1/models/$id/surface.obj?level=2"
+    cp answer closed.obj
+    get "/v1/models/$id/surface.obj?level=2&boundary=open"
+    if [[ $shape == *grid* ]]; then
+      problem 422 'boundary=open takes points away'
+    else
+      cmp answer closed.obj
+    fi
+  done
+}

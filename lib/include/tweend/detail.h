@@ -22,9 +22,9 @@ typedef struct tw_points_back {
  * positions: [rows][3] of TW_DOMAIN_POINTS of the surface that the same options make of the mesh. back: NULL,
  * or called once before positions are read. Arrays of the result live in the arena, or are the mesh's.
  * parallel: as for tw_surface_create_by. O(points of the level and of the deepest level with a detail).
- * Errors as of tw_surface_create_by. TW_INVALID also with an open border; with pointer "/positions/7/1" where
- * a coordinate is not finite or over TW_COORDINATE_MAX; with "/positions/7" where a point is too far from the
- * surface. TW_LIMIT for a level of over 16,777,216 faces. */
+ * Errors as of tw_surface_create_by. TW_INVALID also with an open border or TW_BILINEAR; with pointer
+ * "/positions/7/1" where a coordinate is not finite or over TW_COORDINATE_MAX; with "/positions/7" where a
+ * point is too far from the surface. TW_LIMIT for a level of over 16,777,216 faces. */
 tw_status tw_mesh_sculpt(const tw_mesh *mesh, const tw_surface_options *options, const float *positions,
                          const tw_points_back *back, const tw_parallel_for *parallel, tw_arena *arena,
                          tw_mesh *out, tw_error *error);
