@@ -130,6 +130,13 @@ triangle=AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAABAAIAAAA=
   refused 422 model/gltf+json /buffers/0
 }
 
+@test "glTF: a data URI of other bytes than its buffer, or of another type, is told as that" {
+  gltf_of 'data:application/octet-stream;base64,AAAA' >bad
+  refused 422 model/gltf+json pointer=/buffers/0/byteLength 'the data URI holds 3 bytes, not 44'
+  gltf_of "data:;base64,$triangle" >bad
+  refused 422 model/gltf+json pointer=/buffers/0/uri 'must begin with data:application/octet-stream;base64,'
+}
+
 @test "glTF: a million empty objects" {
   { printf '{"asset":{"version":"2.0"},"materials":[{}'; head -c 3000000 /dev/zero | sed 's/\x0\x0\x0/,{}/g'; printf ']}'; } >bad
   refused '400|413|422' model/gltf+json '[a-z]'

@@ -392,7 +392,8 @@ private:
     Bytes bytes = buffer.uri ? decode(*buffer.uri, place) : take_bin(i, buffer.length, place);
     if (bytes.size != buffer.length)
       refuse(TW_INVALID, place.pointer("byteLength"),
-             buffer.uri ? "the data URI holds " : "the BIN chunk has only ", bytes.size, " bytes");
+             buffer.uri ? "the data URI holds " : "the BIN chunk has only ", bytes.size, " bytes, not ",
+             buffer.length);
     out_.buffers.push_back(bytes);
   }
 
@@ -401,7 +402,8 @@ private:
     if (head == 0) {
       std::string name = unescape(uri);
       if (name.compare(0, 5, "data:") == 0)
-        refuse(TW_UNSUPPORTED, place.pointer("uri"), "the data URI of a buffer must be base64");
+        refuse(TW_UNSUPPORTED, place.pointer("uri"), "the data URI of a buffer must begin with ",
+               "data:application/octet-stream;base64, or data:application/gltf-buffer;base64,");
       refuse_absent(name, place);
     }
     budget_.place = place.pointer("uri");
