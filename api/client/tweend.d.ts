@@ -414,6 +414,7 @@ export interface Pose {
 export interface Poses {
   /** Several names, separated by commas, if several clips play together. null: no clip, the rest pose. */
   clip: string | null;
+  /** Seconds. A borrowed clip is as long as in its own model, whichever of its nodes are here. */
   duration: number;
   space: "local" | "world";
   as: "trs" | "matrix" | "euler" | "axis-angle";

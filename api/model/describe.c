@@ -201,18 +201,12 @@ static void print_skin(tw_text *out, const tw_model *model, uint32_t index) {
 static void print_clip(tw_text *out, const tw_model *model, uint32_t index) {
   const tw_clip_keys *clip = &model->clips[index];
   char buffer[24];
-  float duration = 0;
   uint64_t keys = 0;
-  for (uint32_t i = 0; i < clip->track_count; i++) {
-    const tw_track_keys *track = &clip->tracks[i];
-    keys += track->key_count;
-    float last = track->key_count ? track->times[track->key_count - 1] : 0;
-    if (last > duration) duration = last;
-  }
+  for (uint32_t i = 0; i < clip->track_count; i++) keys += clip->tracks[i].key_count;
   tw_text_element(out);
   tw_text_add(out, "{");
   tw_member_string(out, "name", tw_model_clip_name(model, index, buffer));
-  tw_member_float(out, "duration", duration);
+  tw_member_float(out, "duration", tw_keys_duration(clip));
   tw_member_count(out, "tracks", clip->track_count);
   tw_member_count(out, "keys", keys);
   tw_text_add(out, "}");

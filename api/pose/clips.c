@@ -316,6 +316,18 @@ static tw_status compile(const clip_source *source, const tw_clip_keys *keys, tw
   return status;
 }
 
+/* The longest of the compiled clip and of the borrowed ones: those are as long as in their models. */
+static float find_duration(const clip_source *source, const tw_clip *compiled) {
+  float duration = tw_clip_duration(compiled);
+  for (uint32_t i = 0; i < source->choices->count; i++) {
+    if (!source->lenders[i]) continue;
+    uint32_t index = api_clips_get(source->choices, i).index;
+    float own = tw_keys_duration(&lender_of(source, i)->clips[index]);
+    if (own > duration) duration = own;
+  }
+  return duration;
+}
+
 static bool fill_clip(const clip_source *source, api_clip *clip, api_fault *fault) {
   clip->name = join_names(source, clip->arena);
   clip->node_names = keep_node_names(source->model, clip->arena);
@@ -326,10 +338,13 @@ static bool fill_clip(const clip_source *source, api_clip *clip, api_fault *faul
   }
   /* The model's own keys are not referred to: the cache may drop the model before the clip. */
   if (source->choices->count == 1 && source->lenders[0]) clip->carried = keys;
-  if (compile(source, keys, &clip->compiled, &fault->error) == TW_OK) return true;
-  /* No pointer into a document: the stored document is not the one just sent. */
-  api_fault_complete(fault);
-  return false;
+  if (compile(source, keys, &clip->compiled, &fault->error) != TW_OK) {
+    /* No pointer into a document: the stored document is not the one just sent. */
+    api_fault_complete(fault);
+    return false;
+  }
+  clip->duration = find_duration(source, clip->compiled);
+  return true;
 }
 
 static bool build_clip(void *context, api_built *out, api_fault *fault) {

@@ -146,7 +146,7 @@ static const char *make_key(api_call *call, const live_request *request) {
 }
 
 static double duration_of(const api_pose_request *pose) {
-  return pose->clip ? (double)tw_clip_duration(pose->clip->compiled) : 0;
+  return pose->clip ? (double)pose->clip->duration : 0;
 }
 
 /* Takes over the request's entries. NULL without memory. */

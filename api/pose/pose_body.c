@@ -97,9 +97,8 @@ static void evaluate_locals(const api_pose_request *request, float time, tw_trs 
     for (uint32_t i = 0; i < model->node_count; i++) locals[i] = model->nodes[i].rest;
     return;
   }
-  const tw_clip *clip = request->clip->compiled;
-  time = tw_loop_time(time, tw_clip_duration(clip), request->loop);
-  tw_clip_pose(clip, model->nodes, model->node_count, time, locals);
+  time = tw_loop_time(time, request->clip->duration, request->loop);
+  tw_clip_pose(request->clip->compiled, model->nodes, model->node_count, time, locals);
 }
 
 /* Computes the matrices of the local transforms: local, world, or of joints. */
@@ -216,7 +215,7 @@ static void print_heading(const api_pose_request *request, tw_text *text) {
   const api_clip *clip = request->clip;
   tw_text_add(text, "{");
   tw_member_string(text, "clip", clip ? clip->name : NULL);
-  tw_member_float(text, "duration", clip ? tw_clip_duration(clip->compiled) : 0);
+  tw_member_float(text, "duration", clip ? clip->duration : 0);
   tw_member_string(text, "space", request->is_world ? "world" : "local");
   tw_member_string(text, "as", layouts[request->as].name);
   if (request->as == API_AS_EULER) {

@@ -154,7 +154,7 @@ bool api_pose_has_all_nodes(const api_pose_request *request) {
 static api_outcome complete_times(api_call *call, api_pose_request *request) {
   static const float start = 0;
   api_times *times = &request->times;
-  float duration = request->clip ? tw_clip_duration(request->clip->compiled) : 0;
+  float duration = request->clip ? request->clip->duration : 0;
   if (!times->is_given) *times = (api_times){.is_given = true, .count = 1, .list = &start};
   tw_status status = api_times_complete(times, duration, call->service->limits.max_times, &call->fault.error);
   return status == TW_OK ? API_DONE : api_fail(call);

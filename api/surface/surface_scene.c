@@ -98,8 +98,8 @@ static api_outcome take_moving(api_call *call, const tw_model *model, api_surfac
   api_outcome outcome = api_clip_take(call, model, scene->is_stored, &scene->choices, -1, &scene->moving);
   if (outcome != API_DONE) return outcome;
   const api_clip *clip = api_entry_value(scene->moving);
-  return api_times_complete(&scene->query.times, tw_clip_duration(clip->compiled),
-                            call->service->limits.max_times, &call->fault.error) == TW_OK
+  return api_times_complete(&scene->query.times, clip->duration, call->service->limits.max_times,
+                            &call->fault.error) == TW_OK
              ? API_DONE
              : api_fail(call);
 }

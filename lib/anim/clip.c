@@ -248,8 +248,6 @@ static tw_status build_timelines(tw_clip *clip, const tw_clip_keys *keys, tw_err
         return tw_fail(error, TW_NO_MEMORY, "no memory for key times");
     }
     clip->tracks[i].timeline_index = *slot;
-    float last = track->times[track->key_count - 1];
-    if (last > clip->duration) clip->duration = last;
   }
   return TW_OK;
 }
@@ -298,7 +296,10 @@ static tw_clip *clip_alloc(const tw_clip_keys *keys, uint32_t node_count) {
     tw_arena_destroy(arena);
     return NULL;
   }
-  *clip = (tw_clip){.arena = arena, .node_count = node_count, .track_count = keys->track_count};
+  *clip = (tw_clip){.arena = arena,
+                    .node_count = node_count,
+                    .track_count = keys->track_count,
+                    .duration = tw_keys_duration(keys)};
   clip->tracks = tw_arena_alloc(arena, keys->track_count, sizeof *clip->tracks);
   clip->timelines = tw_arena_alloc(arena, keys->track_count, sizeof *clip->timelines);
   clip->others = tw_arena_alloc(arena, keys->track_count, sizeof *clip->others);
@@ -330,6 +331,16 @@ void tw_clip_destroy(tw_clip *clip) {
 
 float tw_clip_duration(const tw_clip *clip) {
   return clip->duration;
+}
+
+float tw_keys_duration(const tw_clip_keys *keys) {
+  float duration = 0;
+  for (uint32_t i = 0; i < keys->track_count; i++) {
+    const tw_track_keys *track = &keys->tracks[i];
+    float last = track->key_count ? track->times[track->key_count - 1] : 0;
+    if (last > duration) duration = last;
+  }
+  return duration;
 }
 
 size_t tw_clip_size(const tw_clip *clip) {

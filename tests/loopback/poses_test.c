@@ -235,6 +235,12 @@ TEST_WITH(a_clip_is_borrowed_by_the_names_of_nodes, setup, one_model_stop) {
   assert_string_equal(reply_header(&r, "X-Tweend-Warning"),
                       "1; the%20clip%20moves%20a%20node%20that%20the%20model%20does%20not%20have%3A%20base");
   reply_free(&r);
+  /* A borrowed clip is as long as it is. */
+  snprintf(target, sizeof target, "/v1/models/%s/pose?fps=1&clip=%s/turn", id, f->id);
+  r = loopback_get(f->loop, target);
+  assert_says(&r, "'duration':1,");
+  assert_says(&r, "'times':[0,1]");
+  reply_free(&r);
   /* When the lender is deleted, its clips are gone with it. */
   char path[64];
   snprintf(path, sizeof path, "/v1/models/%s", f->id);

@@ -186,8 +186,9 @@ tw_status tw_clip_create(const tw_clip_keys *keys, uint32_t node_count, int forc
                          tw_error *error);
 void tw_clip_destroy(tw_clip *clip); /* NULL accepted */
 
-float tw_clip_duration(const tw_clip *clip); /* latest key time; 0 for a clip without tracks */
-size_t tw_clip_size(const tw_clip *clip);    /* bytes of memory, for a cache's budget */
+float tw_clip_duration(const tw_clip *clip);      /* latest key time; 0 for a clip without tracks */
+float tw_keys_duration(const tw_clip_keys *keys); /* the same for a clip that is not compiled; O(tracks) */
+size_t tw_clip_size(const tw_clip *clip);         /* bytes of memory, for a cache's budget */
 
 typedef enum tw_loop { TW_CLAMP, TW_REPEAT, TW_PINGPONG } tw_loop;
 
