@@ -117,8 +117,23 @@ static void member_groups(tw_text *out, const tw_model *model, const tw_mesh_sta
   tw_text_add(out, "]");
 }
 
-/* *reversed: increased by the number of edges between two faces of opposite winding. */
-static tw_status print_mesh(tw_text *out, const tw_model *model, uint32_t index, uint64_t *reversed,
+/* What a description warns of beside the model's own warnings. */
+typedef struct mesh_faults {
+  uint64_t reversed_edges; /* between two faces of opposite winding */
+  uint64_t lost_creases;
+  uint32_t mesh, points[2]; /* of the first lost crease */
+} mesh_faults;
+
+static void add_faults(mesh_faults *faults, uint32_t mesh, const tw_mesh_stats *facts) {
+  faults->reversed_edges += facts->reversed_edges;
+  if (faults->lost_creases == 0) {
+    faults->mesh = mesh;
+    memcpy(faults->points, facts->lost_crease, sizeof faults->points);
+  }
+  faults->lost_creases += facts->lost_creases;
+}
+
+static tw_status print_mesh(tw_text *out, const tw_model *model, uint32_t index, mesh_faults *faults,
                             tw_error *error) {
   const tw_mesh *mesh = &model->meshes[index];
   tw_mesh_stats facts = {0};
@@ -148,7 +163,7 @@ static tw_status print_mesh(tw_text *out, const tw_model *model, uint32_t index,
   tw_text_member(out, "skinned");
   tw_text_flag(out, mesh->skin.joints != NULL);
   tw_text_add(out, "}");
-  *reversed += facts.reversed_edges;
+  add_faults(faults, index, &facts);
   tw_mesh_stats_deinit(&facts);
   return TW_OK;
 }
@@ -221,6 +236,22 @@ static void add_warnings(tw_text *out, const char *const *warnings, uint32_t cou
   api_call_warn(call, warnings, count);
 }
 
+static void add_fault_warnings(tw_text *out, const mesh_faults *faults, api_call *call) {
+  char text[160];
+  const char *const warning = text;
+  if (faults->reversed_edges > 0) {
+    snprintf(text, sizeof text, "%llu edges are creases: their two faces are wound against each other",
+             (unsigned long long)faults->reversed_edges);
+    add_warnings(out, &warning, 1, call);
+  }
+  if (faults->lost_creases > 0) {
+    snprintf(text, sizeof text, "%llu creases are left out: no edge joins points %u and %u of mesh %u%s",
+             (unsigned long long)faults->lost_creases, faults->points[0], faults->points[1], faults->mesh,
+             faults->lost_creases > 1 ? ", for the first" : "");
+    add_warnings(out, &warning, 1, call);
+  }
+}
+
 bool api_describe(const tw_model *model, const char *id, uint64_t size, tw_text *out, api_call *call) {
   tw_text_add(out, "{");
   tw_member_string(out, "id", id);
@@ -229,9 +260,9 @@ bool api_describe(const tw_model *model, const char *id, uint64_t size, tw_text 
   tw_member_count(out, "bytes", size);
   tw_member_open(out, "meshes", "[");
   tw_status status = TW_OK;
-  uint64_t reversed = 0;
+  mesh_faults faults = {0};
   for (uint32_t i = 0; i < model->mesh_count && status == TW_OK; i++)
-    status = print_mesh(out, model, i, &reversed, &call->fault.error);
+    status = print_mesh(out, model, i, &faults, &call->fault.error);
   tw_text_add(out, "]");
   tw_member_open(out, "nodes", "[");
   for (uint32_t i = 0; i < model->node_count; i++) print_node(out, model, i);
@@ -248,12 +279,7 @@ bool api_describe(const tw_model *model, const char *id, uint64_t size, tw_text 
   }
   tw_member_open(out, "warnings", "[");
   add_warnings(out, model->warnings, model->warning_count, call);
-  if (reversed > 0) {
-    char warning[96];
-    snprintf(warning, sizeof warning, "%llu edges are creases: their two faces are wound against each other",
-             (unsigned long long)reversed);
-    add_warnings(out, (const char *const[]){warning}, 1, call);
-  }
+  add_fault_warnings(out, &faults, call);
   tw_text_add(out, "]}\n");
   return true;
 }

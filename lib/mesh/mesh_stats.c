@@ -286,6 +286,8 @@ static tw_status describe_tags(const tw_mesh *mesh, tw_topology *t, const uint8_
     const uint32_t *ends = mesh->crease_edges + 2 * (size_t)i;
     uint32_t edge = tw_topology_find_edge(t, ends[0], ends[1]);
     if (edge != UINT32_MAX) t->edge_sharpness[edge] = mesh->crease_sharpness[i];
+    bool is_lost = edge == UINT32_MAX && mesh->crease_sharpness[i] > 0;
+    if (is_lost && facts->lost_creases++ == 0) memcpy(facts->lost_crease, ends, 2 * sizeof *ends);
   }
   for (uint32_t i = 0; i < mesh->sharp_point_count; i++)
     t->vertex_sharpness[mesh->sharp_points[i]] = mesh->point_sharpness[i];

@@ -177,3 +177,25 @@ TEST_WITH(every_answer_that_describes_a_model_says_the_first_warning, loopback_s
   read_warning(*state, "POST", "/v1/models", plain, 201, warning);
   assert_string_equal(warning, "");
 }
+
+/* A square's diagonal is no edge; neither is one of its points and one that no face has. */
+TEST_WITH(creases_of_no_edge_are_counted_in_a_warning, loopback_setup, loopback_teardown) {
+  static const struct {
+    const char *type, *text, *warnings;
+  } cases[] = {
+      {"application/json",
+       "{'meshes':[{'shape':{'kind':'box'}},{'positions':[[0,0,0],[1,0,0],[1,1,0],[0,1,0],[2,2,2]],"
+       "'faces':[[0,1,2,3]],'creases':[{'edge':[0,1],'sharpness':1},{'edge':[3,1],'sharpness':2},"
+       "{'edge':[1,3],'sharpness':0},{'edge':[0,4],'sharpness':1}]}]}",
+       "'warnings':['2 creases are left out: no edge joins points 3 and 1 of mesh 1, for the first']"},
+      {"model/obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nt crease 2/1/0 0 2 3\n",
+       "'warnings':['1 creases are left out: no edge joins points 0 and 2 of mesh 0']"},
+      {"model/obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nt crease 2/1/0 0 3 3\n", "'warnings':[]"},
+  };
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    reply r = loopback_post(*state, "/v1/models", cases[i].type, cases[i].text);
+    assert_int_equal(r.status, 201);
+    assert_says(&r, cases[i].warnings);
+    reply_free(&r);
+  }
+}

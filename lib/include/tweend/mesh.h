@@ -205,6 +205,8 @@ typedef struct tw_mesh_stats {
   uint32_t components;             /* pieces without a common point */
   int64_t euler_characteristic;    /* vertices - edges + faces */
   uint32_t creases, sharp_points, holes; /* with a sharpness above 0; faces that are holes */
+  uint32_t lost_creases;                 /* with a sharpness above 0, of two points that no edge joins */
+  uint32_t lost_crease[2];               /* the points of the first one */
   tw_hard_edge_counts hard_edges;
   /* Border edges between the same two positions as another one: open seams. */
   uint32_t seam_edges;
