@@ -47,8 +47,7 @@ api_outcome api_call_take(api_call *call, const char *key, api_build build, void
   if (!key) return build_own(call, build, context, out);
   *out = api_cache_take(call->service->cache, key, call->request->ticket, call->effort, build, context,
                         &call->fault);
-  if (*out) return API_DONE;
-  return call->fault.stall == API_STALL_THREAD ? API_NEEDS_THREAD : API_FAILED;
+  return *out ? API_DONE : API_FAILED;
 }
 
 bool api_grant(api_call *call, uint64_t bytes) {

@@ -47,8 +47,8 @@ api_outcome api_fail_in_document(api_call *call);
 api_outcome api_fail_with(api_call *call, int status, const char *format, ...) TW_PRINTF(3, 4);
 api_outcome api_fail_without_memory(api_call *call);
 
-/* The entry of a key, from the cache or built by this call; API_NEEDS_THREAD where it is missing in a light
- * call. key NULL: built for this call alone. */
+/* The entry of a key, from the cache or built by this call; a light call stalls where it is missing. key
+ * NULL: built for this call alone. */
 api_outcome api_call_take(api_call *call, const char *key, api_build build, void *context, api_entry **out);
 
 /* Sets the memory granted to the request to `bytes` in all, for what it does next, but not below what it has

@@ -14,7 +14,7 @@ enum { API_RESPONSE_MAX = 4 << 20 };
 typedef bool (*api_print)(void *context, tw_text *out, api_fault *fault);
 
 /* Answers with the cached text of the key, printed where it is missing; validates as api_validate does.
- * API_NEEDS_THREAD in a light call when it is not cached. */
+ * A light call stalls where it is not cached. */
 api_outcome api_response_reply(api_call *call, const char *key, const char *representation,
                                const char *canonical, api_print print, void *context);
 

@@ -416,7 +416,9 @@ static api_outcome run_stages(api_call *call) {
   bool is_read = call->route && call->id[0] && strcmp(call->route->method, "DELETE") != 0;
   if (outcome == API_CONTINUE && is_read) outcome = api_model_look(call, call->id);
   if (outcome == API_CONTINUE) outcome = call->route->handle(call);
-  return outcome == API_DONE ? api_encode(call) : outcome;
+  if (outcome == API_DONE) outcome = api_encode(call);
+  bool needs_thread = outcome == API_FAILED && call->fault.stall == API_STALL_THREAD;
+  return needs_thread ? API_NEEDS_THREAD : outcome;
 }
 
 /* Sets the grant to what the finished answer holds; an answer that does not fit makes the request wait like
@@ -431,7 +433,7 @@ static api_outcome keep_grant(api_call *call, api_outcome outcome) {
   return API_FAILED;
 }
 
-/* Makes the ticket of a stalled call wait. Frees the call. */
+/* Makes the ticket wait for the entry or the memory that the call stalled for. Frees the call. */
 static api_wait wait_for(api_call *call) {
   api_ticket *ticket = call->request->ticket;
   const api_fault fault = call->fault;
@@ -443,6 +445,7 @@ static api_wait wait_for(api_call *call) {
   return api_cache_wait(call->service->cache, ticket, fault.awaited);
 }
 
+/* Whether the call waits: run_stages leaves no other stall than those for an entry and for memory. */
 static bool is_stalled(const api_call *call, api_outcome outcome) {
   return outcome == API_FAILED && call->fault.stall != API_STALL_NONE;
 }

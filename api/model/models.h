@@ -23,8 +23,8 @@ bool api_maker_grant(void *maker, uint64_t bytes);
 api_making api_making_of(api_maker *maker);
 
 /* The stored model, parsed, from the cache or the store: *out holds a tw_model and is released by
- * api_entry_release. reading: NULL for the defaults, here and below. 404, 500, 503; API_NEEDS_THREAD in a
- * light call when the model is not cached. */
+ * api_entry_release. reading: NULL for the defaults, here and below. 404, 500, 503; a light call
+ * stalls where the model is not cached. */
 api_outcome api_model_take(api_call *call, const char *id, const api_reading *reading, api_entry **out);
 
 /* Checks that a model is stored and whole before anything about it is answered from the cache: another daemon

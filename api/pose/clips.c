@@ -74,15 +74,17 @@ static api_outcome find_named(api_call *call, const tw_model *model, const char 
  * shortest name that exists counts. */
 static api_outcome find_first(api_call *call, const tw_model *model, const char *list, size_t *length,
                               api_clip_choice *out) {
+  api_fault first; /* about the name up to the first comma */
   size_t end = strcspn(list, ",");
   for (int commas = 0;; commas++) {
     *length = end;
     api_outcome outcome = find_named(call, model, list, end, out);
     if (outcome != API_CONTINUE) return outcome;
+    if (commas == 0) first = call->fault;
     if (list[end] == '\0' || commas == COMMAS_IN_A_NAME) break;
     end += 1 + strcspn(list + end + 1, ",");
   }
-  find_named(call, model, list, strcspn(list, ","), out); /* for a fault about the first name alone */
+  call->fault = first;
   return API_FAILED;
 }
 

@@ -21,7 +21,8 @@ typedef struct api_clip_choices {
 /* Finds the clips that `text` names: one name ("{model id}/{name}" borrows a clip), several names separated
  * by commas, or "none"; the name of a clip takes precedence over these meanings. NULL: the model's own first
  * `otherwise` clips, or all if there are fewer. 404 for an unknown name, 400 for a repeated one or more than
- * 256; API_NEEDS_THREAD in a light call when the search is long or a lender is not cached. */
+ * 256; API_NEEDS_THREAD in a light call when the search is long; a light call stalls where a lender is not
+ * cached. */
 api_outcome api_clips_choose(api_call *call, const tw_model *model, const char *text, uint32_t otherwise,
                              api_clip_choices *out);
 

@@ -36,8 +36,8 @@ typedef struct api_pose_request {
 api_outcome api_pose_request_read(api_call *call, api_pose_request *out);
 
 /* Finds clip and nodes in the model of model_entry, and completes the times; without any, the only time is 0.
- * is_stored as in api_clip_take. 404, 422; API_NEEDS_THREAD in a light call when the clip is not cached or
- * the search for nodes is long. */
+ * is_stored as in api_clip_take. 404, 422; API_NEEDS_THREAD in a light call when the search for nodes is
+ * long; a light call stalls where the clip is not cached. */
 api_outcome api_pose_request_resolve(api_call *call, bool is_stored, api_pose_request *request);
 
 /* Releases the entries. */

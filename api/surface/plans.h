@@ -69,7 +69,7 @@ tw_surface_options api_surface_options(const api_surface_query *query, const tw_
 
 /* Takes a plan: *out holds an api_plan. is_stored as in api_clip_take: the plan of a stored model is cached,
  * one for all positions; the moved surfaces are the request's own. 422 with the counts over a limit;
- * API_NEEDS_THREAD in a light call when it is not cached. */
+ * a light call stalls where it is not cached. */
 api_outcome api_plan_take(api_call *call, const api_plan_meshes *meshes, const api_plan_moves *moves,
                           bool is_stored, const api_surface_query *query, api_entry **out);
 

@@ -240,6 +240,37 @@ TEST_WITH(a_clip_is_not_borrowed_from_what_another_daemon_deleted, setup, one_mo
   assert_problem(ask(&borrower, rest, NULL), 404, NULL, f->id);
 }
 
+static api_store_status (*plain_look)(void *context, const char *id, bool may_wait);
+static api_service *forgetting;
+static int looks_left; /* before one that drops the model from the cache */
+
+static api_store_status look_and_forget(void *context, const char *id, bool may_wait) {
+  if (--looks_left == 0) api_cache_forget(forgetting->cache, id);
+  return plain_look(context, id, may_wait);
+}
+
+TEST_WITH(a_lender_may_leave_the_cache_before_any_look_for_its_clip, setup, one_model_stop) {
+  enum { LOOKS = 6 };
+  one_model *f = *state;
+  one_model borrower = {.loop = f->loop};
+  api_settings settings = f->loop->settings;
+  char absent[128], detail[128];
+  loopback_upload(f->loop, "application/json", "{'nodes':[{'name':'wheel'}]}", borrower.id);
+  plain_look = settings.store.look;
+  settings.store.look = look_and_forget;
+  api_service_destroy(f->loop->service);
+  forgetting = f->loop->service = api_service_create(&settings);
+  snprintf(absent, sizeof absent, "pose.json?at=1&clip=%s%%2Fno,ne", f->id);
+  snprintf(detail, sizeof detail, "no clip is called \"no\"; there are: turn");
+  for (int looks = 1; looks < LOOKS; looks++) {
+    looks_left = 0; /* both models are cached */
+    assert_problem(ask(&borrower, absent, NULL), 404, NULL, detail);
+    looks_left = looks;
+    assert_problem(ask(&borrower, absent, NULL), 404, NULL, detail);
+  }
+  assert_true(looks_left > 0); /* more looks than there are were tried */
+}
+
 TEST_WITH(times_in_a_body_are_another_request, setup, one_model_stop) {
   one_model *f = *state;
   ask_times(f, "pose.json?" MANY, 2);
