@@ -3,7 +3,15 @@
 #include <string.h>
 #include <strings.h>
 
-enum { TITLE_MOST = 255 }; /* bytes, the usual limit of file systems */
+enum { NAME_MOST = 255 }; /* bytes, the usual limit of file systems */
+
+/* The most of the name's `length` bytes that are whole characters and not over the limit. */
+static size_t cut_length(const char *name, size_t length) {
+  if (length <= NAME_MOST) return length;
+  length = NAME_MOST;
+  while (length > 0 && (name[length] & 0xC0) == 0x80) length--; /* UTF-8: not the first byte of a character */
+  return length;
+}
 
 /* ---- reading --------------------------------------------------------------------------------- */
 
@@ -53,14 +61,9 @@ bool api_file_name_read(api_span value, tw_arena *arena, const char **out) {
 const char *api_file_name_title(const char *name, tw_arena *arena) {
   for (const char *c = name; *c; c++)
     if (*c == '/' || *c == '\\') name = c + 1;
-  size_t length = strlen(name), used = 0;
+  size_t length = strlen(name);
   if (length == 0 || !tw_utf8_is_name(name, length)) return NULL;
-  while (used < length) {
-    size_t character = tw_utf8_length(name + used, length - used);
-    if (used + character > TITLE_MOST) break;
-    used += character;
-  }
-  return tw_arena_text(arena, name, used);
+  return tw_arena_text(arena, name, cut_length(name, length));
 }
 
 /* ---- writing --------------------------------------------------------------------------------- */
@@ -96,7 +99,7 @@ api_outcome api_file_name_suggest(api_call *call, const char *name, const char *
   if (api_query_choice(&call->query, "download", choices, &download, &call->fault.error) != TW_OK)
     return api_fail(call);
   const char *stem = name && *name ? name : "model";
-  size_t length = stem_length(stem);
+  size_t length = cut_length(stem, stem_length(stem));
   tw_text text = {0};
   tw_text_add(&text, download ? "attachment" : "inline");
   tw_text_add(&text, "; filename=\"");

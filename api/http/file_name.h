@@ -12,8 +12,8 @@ bool api_file_name_read(api_span value, tw_arena *arena, const char **out);
  * without memory. */
 const char *api_file_name_title(const char *name, tw_arena *arena);
 
-/* Adds Content-Disposition with a model's name, its extension replaced by the answer's. name: NULL for none.
- * The query's `download` makes it an attachment. */
+/* Adds Content-Disposition with a model's name, at most 255 bytes of it, its extension replaced by the
+ * answer's. name: NULL for none. The query's `download` makes it an attachment. */
 api_outcome api_file_name_suggest(api_call *call, const char *name, const char *extension);
 
 #endif

@@ -976,3 +976,19 @@ TEST_WITH(answers_suggest_the_name_as_a_file, loopback_setup, loopback_teardown)
   snprintf(target, sizeof target, "/v1/models/%s/source?download=yes", id);
   assert_problem(loopback_get(*state, target), 400, NULL, "download");
 }
+
+/* The name of a mesh may have any length, and stands in the header twice. */
+TEST_WITH(a_suggested_name_is_cut_at_a_character, loopback_setup, loopback_teardown) {
+  enum { LETTERS = 5000, KEPT = 127 };
+  char name[2 * LETTERS + 1] = "", text[2 * LETTERS + 200], expected[2048] = "inline; filename=\"a",
+                          id[API_ID_TEXT];
+  for (int i = 0; i < LETTERS; i++) memcpy(name + 2 * i, "\xC3\xA4", 3);
+  snprintf(text, sizeof text,
+           "{'meshes':[{'name':'a%s','positions':[[0,0,0],[1,0,0],[1,1,0]],'faces':[[0,1,2]]}]}", name);
+  loopback_upload(*state, "application/json", text, id);
+  for (int i = 0; i < KEPT; i++) strcat(expected, "__");
+  strcat(expected, ".obj\"; filename*=UTF-8''a");
+  for (int i = 0; i < KEPT; i++) strcat(expected, "%c3%a4");
+  strcat(expected, ".obj");
+  assert_suggested(*state, id, "surface.obj?level=0", expected);
+}
