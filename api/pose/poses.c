@@ -22,23 +22,35 @@ static uint64_t count_numbers(const api_pose_request *request) {
   return times && per_pose > UINT64_MAX / times ? UINT64_MAX : per_pose * times;
 }
 
-static api_outcome check_size(api_call *call, const api_pose_request *request) {
-  uint64_t limit = call->service->limits.max_output, numbers = count_numbers(request);
-  uint64_t each = request->form == API_POSE_BIN ? sizeof(float) : API_POSE_NUMBER_BYTES;
-  if (numbers <= limit / each) return API_DONE;
-  return api_fail_with(call, 422, "%llu poses of %u nodes make %llu numbers, more than %llu bytes hold",
-                       (unsigned long long)request->times.count, request->node_count,
-                       (unsigned long long)numbers, (unsigned long long)limit);
-}
-
-/* A bound on the answer's bytes; in CSV each line repeats a node's name, which may have any length. */
-static uint64_t bound_bytes(const api_pose_request *request) {
-  if (request->form == API_POSE_BIN) return count_numbers(request) * sizeof(float);
-  uint64_t lines = 0;
+/* The bytes of the names in a pose: in CSV each line repeats a node's name, which may have any length. */
+static uint64_t count_name_bytes(const api_pose_request *request) {
+  uint64_t size = 0;
   char buffer[24];
   for (uint32_t i = 0; request->form == API_POSE_CSV && i < request->node_count; i++)
-    lines += 2 * (TW_FLOAT_TEXT + strlen(tw_model_node_name(request->model, request->nodes[i], buffer)));
-  return count_numbers(request) * TW_FLOAT_TEXT + request->times.count * lines;
+    size += strlen(tw_model_node_name(request->model, request->nodes[i], buffer));
+  return size;
+}
+
+static api_outcome check_size(api_call *call, const api_pose_request *request) {
+  uint64_t limit = call->service->limits.max_output, numbers = count_numbers(request),
+           names = count_name_bytes(request), times = request->times.count;
+  uint64_t each = request->form == API_POSE_BIN ? sizeof(float) : API_POSE_NUMBER_BYTES;
+  if (numbers > limit / each)
+    return api_fail_with(call, 422, "%llu poses of %u nodes make %llu numbers, more than %llu bytes hold",
+                         (unsigned long long)times, request->node_count, (unsigned long long)numbers,
+                         (unsigned long long)limit);
+  if (names > 0 && times > (limit - numbers * each) / names)
+    return api_fail_with(call, 422, "%llu poses with %llu bytes of names each are more than %llu bytes hold",
+                         (unsigned long long)times, (unsigned long long)names, (unsigned long long)limit);
+  return API_DONE;
+}
+
+/* A bound on the answer's bytes. In CSV each line repeats the time, and quotes within a name are doubled. */
+static uint64_t bound_bytes(const api_pose_request *request) {
+  if (request->form == API_POSE_BIN) return count_numbers(request) * sizeof(float);
+  uint64_t lines = request->form == API_POSE_CSV ? request->times.count * request->node_count : 0;
+  return (count_numbers(request) + 2 * lines) * TW_FLOAT_TEXT +
+         2 * request->times.count * count_name_bytes(request);
 }
 
 /* Whether the answer takes little time to evaluate and print. */
