@@ -52,6 +52,7 @@ api_outcome api_call_take(api_call *call, const char *key, api_build build, void
 
 bool api_grant(api_call *call, uint64_t bytes) {
   api_ticket *ticket = call->request->ticket;
+  bytes += tw_arena_size(call->arena);
   if (bytes < ticket->needed) bytes = ticket->needed;
   if (api_budget_grant(call->service->budget, ticket, bytes)) return true;
   call->fault = (api_fault){.stall = API_STALL_MEMORY, .needed = bytes};

@@ -33,9 +33,10 @@ typedef struct api_call {
   api_query query;
   uint32_t warning_count;
   const char *first_warning; /* percent-encoded */
-  uint64_t held;             /* bytes that the answer's body holds while it is read, without cache entries */
-  tw_arena *arena;           /* the answer's arena; lives as long as the answer */
-  api_answer answer;         /* filled in by the stages and the handler */
+  uint64_t
+      held; /* bytes that the answer's body holds while it is read, without the arena and cache entries */
+  tw_arena *arena;   /* the answer's arena; lives as long as the answer */
+  api_answer answer; /* filled in by the stages and the handler */
   api_fault fault;
 } api_call;
 
@@ -51,9 +52,10 @@ api_outcome api_fail_without_memory(api_call *call);
  * NULL: built for this call alone. */
 api_outcome api_call_take(api_call *call, const char *key, api_build build, void *context, api_entry **out);
 
-/* Sets the memory granted to the request to `bytes` in all, for what it does next, but not below what it has
- * waited for: after a wait the request begins anew, and two requests that released that memory on the way
- * would take it from each other for ever. False: the fault stalls. */
+/* Sets the memory granted to the request to what the call's arena holds and `bytes` more, for what it does
+ * next, in the arena or elsewhere; but not below what it has waited for: after a wait the request begins
+ * anew, and two requests that released that memory on the way would take it from each other for ever. False:
+ * the fault stalls. */
 bool api_grant(api_call *call, uint64_t bytes);
 
 /* The header's first value, NULL when absent. */

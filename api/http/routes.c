@@ -426,7 +426,7 @@ static api_outcome run_stages(api_call *call) {
  * wait. */
 static api_outcome keep_grant(api_call *call, api_outcome outcome) {
   enum { UNCOUNTED = 32 << 10 };
-  uint64_t held = outcome == API_DONE ? call->held + call->answer.bytes.size : 0;
+  uint64_t held = outcome == API_DONE ? tw_arena_size(call->arena) + call->held + call->answer.bytes.size : 0;
   if (held <= UNCOUNTED) held = 0;
   if (api_budget_keep(call->service->budget, call->request->ticket, held)) return outcome;
   call->fault = (api_fault){.stall = API_STALL_MEMORY, .needed = held};

@@ -66,7 +66,8 @@ static tw_status read_document(void *context, const api_value *root) {
   if (status == TW_OK) status = find_mesh(&values[MESH], request);
   if (status != TW_OK) return status;
   api_remade *remade = request->remade;
-  const api_making making = api_making_of(&remade->maker);
+  api_maker maker = {remade->call, tw_reading_size(TW_FORMAT_JSON, remade->call->request->body.size)};
+  const api_making making = api_making_of(&maker);
   const api_edit_call edit = {&remade->model->meshes[remade->mesh], remade->model, &making, 0};
   status = api_edits_apply(&values[EDITS], &edit, &remade->cage, &request->made, &request->made_count);
   if (status != TW_OK) return status;
@@ -122,7 +123,6 @@ static void print_made(void *context, tw_text *out) {
 static api_outcome edit(api_remade *remade) {
   api_call *call = remade->call;
   edits_request request = {.remade = remade};
-  remade->maker.granted = tw_reading_size(TW_FORMAT_JSON, call->request->body.size);
   api_outcome outcome = api_upload_json(call, API_JSON_VALUES_MAX, read_document, &request);
   const api_addition made = {print_made, &request};
   return outcome == API_DONE ? api_remade_store(remade, &made) : outcome;

@@ -160,7 +160,8 @@ static bool take_name(api_service *service, const char *id, const char *given, t
   return is_named;
 }
 
-bool api_maker_grant(void *maker, uint64_t bytes) {
+/* Grants `bytes` in addition to maker->granted. False: the fault stalls. */
+static bool grant_making(void *maker, uint64_t bytes) {
   const api_maker *own = maker;
   return api_grant(own->call, own->granted + bytes);
 }
@@ -175,7 +176,7 @@ static api_making making_within(const api_limits *limits) {
 
 api_making api_making_of(api_maker *maker) {
   api_making making = making_within(&maker->call->service->limits);
-  making.grant = api_maker_grant;
+  making.grant = grant_making;
   making.context = maker;
   making.parallel = maker->call->service->parallel;
   return making;
@@ -186,7 +187,7 @@ static bool read_granted(api_call *call, api_bytes bytes, uint64_t held, tw_form
                          api_reading reading, tw_model **out) {
   api_maker maker = {call, held + tw_reading_size(format, bytes.size)};
   const api_making making = api_making_of(&maker);
-  return api_maker_grant(&maker, 0) && api_model_read(bytes, format, reading, &making, out, &call->fault);
+  return grant_making(&maker, 0) && api_model_read(bytes, format, reading, &making, out, &call->fault);
 }
 
 /* fault: the call's. */
@@ -391,10 +392,9 @@ api_outcome api_post_model(api_call *call) {
   return outcome;
 }
 
-api_outcome api_model_store(api_call *call, api_bytes bytes, uint64_t held, const char *name,
-                            const api_addition *addition) {
+api_outcome api_model_store(api_call *call, api_bytes bytes, const char *name, const api_addition *addition) {
   tw_model *model = NULL;
-  if (!read_granted(call, bytes, held, TW_FORMAT_GLB, (api_reading){0}, &model)) return API_FAILED;
+  if (!read_granted(call, bytes, bytes.size, TW_FORMAT_GLB, (api_reading){0}, &model)) return API_FAILED;
   return store_and_answer(call, bytes, name, addition, model);
 }
 

@@ -16,8 +16,6 @@ typedef struct api_maker {
   uint64_t granted;
 } api_maker;
 
-/* Grants `bytes` in addition to maker->granted. False: the fault stalls. */
-bool api_maker_grant(void *maker, uint64_t bytes);
 /* The limits on what the maker's document may make, bounded by --max-memory. The maker outlives the
  * result. */
 api_making api_making_of(api_maker *maker);
@@ -42,10 +40,9 @@ typedef struct api_addition {
   void *context;
 } api_addition;
 
-/* Parses a GLB that the service made, stores it, and answers as for an upload. held: bytes that the request
- * holds besides. name: or NULL. addition: or NULL. */
-api_outcome api_model_store(api_call *call, api_bytes bytes, uint64_t held, const char *name,
-                            const api_addition *addition);
+/* Parses a GLB that the request made, and holds, stores it, and answers as for an upload. name: or NULL.
+ * addition: or NULL. */
+api_outcome api_model_store(api_call *call, api_bytes bytes, const char *name, const api_addition *addition);
 
 /* Answers as for an upload of the bytes of the call's stored model. */
 api_outcome api_model_reply_stored(api_call *call);

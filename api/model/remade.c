@@ -16,7 +16,7 @@ api_outcome api_remade_answer(api_call *call, api_outcome (*make)(api_remade *re
   api_entry *entry;
   api_outcome outcome = api_model_take(call, call->id, &reading, &entry);
   if (outcome != API_DONE) return outcome;
-  api_remade remade = {.call = call, .model = api_entry_value(entry), .maker = {call, 0}};
+  api_remade remade = {.call = call, .model = api_entry_value(entry)};
   outcome = make(&remade);
   api_entry_release(entry);
   return outcome;
@@ -111,13 +111,12 @@ static tw_status begin_scene(const api_remade *remade, cage_scene *scene, tw_err
   return status;
 }
 
-/* Bounds in bytes a corner: of a mesh; of its surface of level 0 while it is made (64, as building_cost in
- * plans.c counts it) together with the tags for the file. */
-enum { MESH_CORNER = 32, SURFACE_CORNER = 112 };
-
-static uint64_t cost_of(const tw_mesh *mesh, uint64_t per_corner) {
+/* A bound on the bytes of a mesh's surface of level 0 while it is made: 64 a corner, as building_cost in
+ * plans.c counts them, and the tags for the file. */
+static uint64_t surface_cost(const tw_mesh *mesh) {
+  enum { CORNER = 112 };
   uint64_t cost =
-      mesh->corner_count * per_corner +
+      (uint64_t)mesh->corner_count * CORNER +
       (uint64_t)mesh->point_count * 24 * (1 + (uint64_t)mesh->attribute_count + mesh->morph_count);
   for (uint32_t i = 0; i < mesh->detail_count; i++) cost += 24 * (uint64_t)mesh->details[i].vertex_count;
   return cost;
@@ -126,7 +125,7 @@ static uint64_t cost_of(const tw_mesh *mesh, uint64_t per_corner) {
 static uint64_t surfaces_cost(const api_remade *remade) {
   uint64_t cost = 0;
   for (uint32_t i = 0; i < remade->model->mesh_count; i++)
-    cost += cost_of(i == remade->mesh ? &remade->cage : &remade->model->meshes[i], SURFACE_CORNER);
+    cost += surface_cost(i == remade->mesh ? &remade->cage : &remade->model->meshes[i]);
   return cost;
 }
 
@@ -148,7 +147,7 @@ static uint8_t *write_glb(api_remade *remade, const cage_scene *scene, size_t *s
   if (whole > most) {
     api_fail_with(call, 422, "the model would have %llu bytes, over the limit of %llu",
                   (unsigned long long)whole, (unsigned long long)most);
-  } else if (api_maker_grant(&remade->maker, surfaces_cost(remade) + whole)) {
+  } else if (api_grant(call, surfaces_cost(remade) + whole)) {
     bytes = malloc((size_t)whole);
     *size = (size_t)whole;
     if (!bytes || tw_gltf_stream_read(stream, bytes, *size) < *size) {
@@ -163,8 +162,7 @@ static uint8_t *write_glb(api_remade *remade, const cage_scene *scene, size_t *s
 
 static uint8_t *make_glb(api_remade *remade, size_t *size) {
   cage_scene scene;
-  remade->maker.granted = cost_of(&remade->cage, MESH_CORNER);
-  if (!api_maker_grant(&remade->maker, surfaces_cost(remade))) return NULL;
+  if (!api_grant(remade->call, surfaces_cost(remade))) return NULL;
   uint8_t *bytes = NULL;
   if (begin_scene(remade, &scene, &remade->call->fault.error) == TW_OK)
     bytes = write_glb(remade, &scene, size);
@@ -185,8 +183,7 @@ api_outcome api_remade_store(api_remade *remade, const api_addition *addition) {
   api_call *call = remade->call;
   const char *given = api_query_get(&call->query, "name"),
              *name = given ? api_file_name_title(given, call->arena) : remade->model->name;
-  api_outcome outcome =
-      api_model_store(call, (api_bytes){bytes, size}, remade->maker.granted + size, name, addition);
+  api_outcome outcome = api_model_store(call, (api_bytes){bytes, size}, name, addition);
   free(bytes);
   return outcome;
 }

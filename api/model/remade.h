@@ -8,7 +8,6 @@
 typedef struct api_remade {
   api_call *call;
   const tw_model *model; /* the stored one */
-  api_maker maker;
   uint32_t mesh;
   tw_mesh cage; /* in the arena of the call */
 } api_remade;

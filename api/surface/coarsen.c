@@ -49,7 +49,7 @@ static api_outcome coarsen(api_remade *remade) {
   query.level = levels;
   const tw_surface_options options = api_surface_options(&query, mesh);
   uint64_t cost = COARSEN_BYTES * ((uint64_t)mesh->point_count + mesh->corner_count);
-  if (!api_maker_grant(&remade->maker, cost)) return API_FAILED;
+  if (!api_grant(call, cost)) return API_FAILED;
   tw_coarsened found;
   if (find_cage(remade, &options, &found, error) != TW_OK) return api_fail(call);
   if (mesh->detail_count > 0) {

@@ -100,6 +100,8 @@ static api_outcome read_points(detail_request *request) {
   bool fits = format == TW_FORMAT_OBJ || format == TW_FORMAT_JSON;
   if (outcome == API_DONE && !fits)
     outcome = api_fail_with(call, 415, "points come as OBJ, or as JSON with positions");
+  if (outcome == API_DONE && !api_grant(call, tw_reading_size(format, upload.bytes.size)))
+    outcome = API_FAILED;
   if (outcome == API_DONE)
     outcome = format == TW_FORMAT_OBJ
                   ? read_obj(request, upload.bytes)
@@ -201,9 +203,7 @@ static api_outcome sculpt(detail_request *request) {
   api_remade *remade = request->remade;
   api_call *call = remade->call;
   const tw_mesh *mesh = &remade->model->meshes[remade->mesh];
-  /* Granted for the positions, in addition to what sculpting takes. */
-  remade->maker.granted = 12 * (uint64_t)request->count;
-  if (!api_maker_grant(&remade->maker, api_detail_cost(mesh, request->rows))) return API_FAILED;
+  if (!api_grant(call, api_detail_cost(mesh, request->rows))) return API_FAILED;
   world_space world;
   bool is_mesh_space;
   api_outcome outcome = find_space(request, &world, &is_mesh_space);
