@@ -31,21 +31,25 @@ static bool is_moved(const tw_model *model, const tw_node *node) {
   return node->mesh != TW_NO_INDEX && (is_skinned(model, node) || model->meshes[node->mesh].morph_count);
 }
 
-/* Counts the moved meshes, and checks the memory for their points before it is allocated. */
-static api_outcome count_moved(api_call *call, const tw_model *model, uint32_t *out) {
-  uint64_t points = 0, limit = call->service->limits.max_output / (3 * sizeof(float));
-  uint32_t count = 0;
+/* The moved meshes, once for each node that shows them, and their points. */
+typedef struct moved_counts {
+  uint32_t meshes;
+  uint64_t points;
+} moved_counts;
+
+/* Counts what moves, and checks that an answer can hold it. */
+static api_outcome count_moved(api_call *call, const tw_model *model, moved_counts *out) {
+  uint64_t limit = call->service->limits.max_output / (3 * sizeof(float));
   for (uint32_t i = 0; i < model->node_count; i++) {
     if (!is_moved(model, &model->nodes[i])) continue;
-    points += model->meshes[model->nodes[i].mesh].point_count;
-    count++;
+    out->points += model->meshes[model->nodes[i].mesh].point_count;
+    out->meshes++;
   }
-  if (points > limit || count > UINT32_MAX - model->node_count - 1 ||
-      count > UINT32_MAX - model->mesh_count - 1)
-    return api_fail_with(call, 422, "skin=bake would move %llu points, over the limit of %llu",
-                         (unsigned long long)points, (unsigned long long)limit);
-  *out = count;
-  return API_DONE;
+  if (out->points <= limit && out->meshes < UINT32_MAX - model->node_count &&
+      out->meshes < UINT32_MAX - model->mesh_count)
+    return API_DONE;
+  return api_fail_with(call, 422, "skin=bake would move %llu points, over the limit of %llu",
+                       (unsigned long long)out->points, (unsigned long long)limit);
 }
 
 /* The meshes of the plan, and the place of each mesh of the model among them. */
@@ -213,29 +217,31 @@ static tw_status place_meshes(tw_arena *arena, const tw_model *model, const defo
   return TW_OK;
 }
 
-api_outcome api_bake(api_call *call, const tw_model *model, const tw_clip *clip, float time, api_baked *out) {
+api_outcome api_bake(api_call *call, const tw_model *model, const tw_clip *clip, float time,
+                     const api_surface_query *query, api_baked *out) {
   deformer d = {.clip = clip, .time = time};
   plan_layout layout = {0};
   answer_meshes all = {0};
-  uint32_t moved = 0;
+  moved_counts moved = {0};
   api_outcome outcome = count_moved(call, model, &moved);
   if (outcome != API_DONE) return outcome;
-  tw_model *baked = api_copy_nodes(call->arena, model, moved);
-  if (!baked || !create_deformer(call->arena, model, moved, &d) ||
+  tw_model *baked = api_copy_nodes(call->arena, model, moved.meshes);
+  if (!baked || !create_deformer(call->arena, model, moved.meshes, &d) ||
       !create_layout(call->arena, model->mesh_count, &layout))
     return api_fail_without_memory(call);
   fill_layout(model, &layout);
-  if (!create_meshes(call->arena, &layout, moved, &all)) return api_fail_without_memory(call);
+  if (!create_meshes(call->arena, &layout, moved.meshes, &all)) return api_fail_without_memory(call);
+  *out = (api_baked){baked, d.locals, api_plan_all(model), {0}};
+  if (moved.meshes > 0)
+    out->meshes = (api_plan_meshes){layout.count, layout.meshes, layout.still_count, layout.uses};
+  if (api_plan_admit(call, &out->meshes, query) != TW_OK) return api_fail(call);
+  if (!api_grant(call, moved.points * 3 * sizeof(float))) return API_FAILED;
   pose_nodes(model, &d);
   if (place_meshes(call->arena, model, &d, &layout, baked, &all, &call->fault.error) != TW_OK)
     return api_fail(call);
   baked->meshes = all.meshes;
   baked->mesh_count = all.count;
   baked->skin_count = 0;
-  *out = (api_baked){baked, d.locals, api_plan_all(model), {0}};
-  if (moved > 0) {
-    out->meshes = (api_plan_meshes){layout.count, layout.meshes, layout.still_count, layout.uses};
-    out->moves = (api_plan_moves){all.count, all.of, all.positions};
-  }
+  if (moved.meshes > 0) out->moves = (api_plan_moves){all.count, all.of, all.positions};
   return API_DONE;
 }

@@ -138,6 +138,18 @@ tw_status api_plan_check(api_call *call, uint64_t level, const tw_surface_counts
   return status;
 }
 
+/* Counts first, so that the error tells the counts. */
+static tw_status count_and_check(const plan_source *source) {
+  tw_surface_counts total;
+  tw_status status = count_all(source, &total, &source->call->fault.error);
+  return api_plan_check(source->call, source->query->level, &total, status);
+}
+
+tw_status api_plan_admit(api_call *call, const api_plan_meshes *meshes, const api_surface_query *query) {
+  const plan_source source = {call, meshes, query, 0};
+  return is_surely_within(&source) ? TW_OK : count_and_check(&source);
+}
+
 /* ---- building ---------------------------------------------------------------------------------- */
 
 static void destroy_plan(void *value) {
@@ -228,13 +240,10 @@ static api_plan *create_plan(const plan_source *source) {
   return plan;
 }
 
-/* Counts first: nothing is built over a limit, and the error reports the counts. */
+/* Nothing is built over a limit. */
 static api_plan *count_and_create(const plan_source *source) {
   api_fault *fault = &source->call->fault;
-  tw_surface_counts total;
-  tw_status status = count_all(source, &total, &fault->error);
-  status = api_plan_check(source->call, source->query->level, &total, status);
-  api_plan *plan = status == TW_OK ? create_plan(source) : NULL;
+  api_plan *plan = count_and_check(source) == TW_OK ? create_plan(source) : NULL;
   if (!plan && fault->stall == API_STALL_NONE) api_fault_complete(fault);
   return plan;
 }

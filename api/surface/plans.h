@@ -64,6 +64,10 @@ api_plan_meshes api_plan_all(const tw_model *model);
  * the library's own limit; the call's fault then has the counts. */
 tw_status api_plan_check(api_call *call, uint64_t level, const tw_surface_counts *counts, tw_status status);
 
+/* Checks a surface by api_plan_check before anything is built, and without counting where a bound shows that
+ * it is within the limits. */
+tw_status api_plan_admit(api_call *call, const api_plan_meshes *meshes, const api_surface_query *query);
+
 /* The options of a mesh: the request's, else the mesh's tags, else the defaults. */
 tw_surface_options api_surface_options(const api_surface_query *query, const tw_mesh *mesh);
 

@@ -264,21 +264,22 @@ static api_outcome take_reduced(api_call *call, const tw_model *model, const tw_
 
 /* ---- the answer's clips -------------------------------------------------------------------------- */
 
-/* Limits baked keys, which are held in memory, to the size of an upload. */
-static api_outcome check_baked(api_call *call, const api_clip *clip, uint64_t times) {
+/* Limits baked keys, which are held in memory, to the size of an upload, and grants the memory for them. */
+static api_outcome admit_baked(api_call *call, const api_clip *clip, uint64_t times) {
   uint32_t track_count = tw_clip_track_count(clip->compiled);
   uint64_t numbers = 0, limit = call->service->limits.max_upload / sizeof(float);
   for (uint32_t i = 0; i < track_count; i++) numbers += tw_clip_width(clip->compiled, i);
-  if (times < UINT32_MAX && (numbers == 0 || times <= limit / numbers)) return API_DONE;
-  return api_fail_with(call, 422, "%llu keys of %llu numbers are over the limit of %llu numbers in all",
-                       (unsigned long long)times, (unsigned long long)numbers, (unsigned long long)limit);
+  if (times >= UINT32_MAX || (numbers > 0 && times > limit / numbers))
+    return api_fail_with(call, 422, "%llu keys of %llu numbers are over the limit of %llu numbers in all",
+                         (unsigned long long)times, (unsigned long long)numbers, (unsigned long long)limit);
+  return api_grant(call, (1 + numbers) * times * sizeof(float)) ? API_DONE : API_FAILED;
 }
 
 /* Bakes the merged clips to keys at exactly the times of the request. */
 static api_outcome bake_clips(api_call *call, api_surface_scene *scene) {
   const api_clip *clip = api_entry_value(scene->moving);
   const api_times *asked = &scene->query.times;
-  if (check_baked(call, clip, asked->count) != API_DONE) return API_FAILED;
+  if (admit_baked(call, clip, asked->count) != API_DONE) return API_FAILED;
   uint32_t count = (uint32_t)asked->count;
   float *times = tw_arena_alloc(call->arena, count, sizeof *times);
   if (!times) return api_fail_without_memory(call);
@@ -400,10 +401,12 @@ static api_outcome pose_model(api_call *call, const tw_model *model, api_surface
   return pose_weights(call, model, time, scene);
 }
 
-static api_outcome bake_model(api_call *call, const tw_model *model, api_surface_scene *scene) {
+static api_outcome bake_model(api_call *call, const tw_model *model, const api_surface_query *surface,
+                              api_surface_scene *scene) {
   const api_clip *clip = api_entry_value(scene->moving);
+  float time = api_times_get(&scene->query.times, 0);
   api_baked baked;
-  api_outcome outcome = api_bake(call, model, clip->compiled, api_times_get(&scene->query.times, 0), &baked);
+  api_outcome outcome = api_bake(call, model, clip->compiled, time, surface, &baked);
   if (outcome != API_DONE) return outcome;
   scene->content.model = baked.model;
   scene->content.pose = baked.pose;
@@ -413,10 +416,11 @@ static api_outcome bake_model(api_call *call, const tw_model *model, api_surface
   return API_DONE;
 }
 
-api_outcome api_scene_pose(api_call *call, const tw_model *model, api_surface_scene *scene) {
+api_outcome api_scene_pose(api_call *call, const tw_model *model, const api_surface_query *surface,
+                           api_surface_scene *scene) {
   scene->content.model = model;
   scene->meshes = api_plan_all(model);
-  if (scene->query.is_baked) return bake_model(call, model, scene);
+  if (scene->query.is_baked) return bake_model(call, model, surface, scene);
   api_outcome outcome = is_moment(&scene->query) ? pose_model(call, model, scene) : API_DONE;
   return outcome == API_DONE && scene->query.is_bare ? strip_meshes(call, model, scene) : outcome;
 }

@@ -47,9 +47,10 @@ api_outcome api_scene_take_clips(api_call *call, const tw_model *model, bool is_
 /* Prints the parameters with defaults; call after api_scene_take_clips. */
 void api_scene_print(const api_surface_scene *scene, tw_text *text);
 
-/* Fills content.model, pose, posed_by and weights, and meshes and moves; call after api_scene_take_clips. Not
- * in a light call with times. */
-api_outcome api_scene_pose(api_call *call, const tw_model *model, api_surface_scene *scene);
+/* Fills content.model, pose, posed_by and weights, and meshes and moves; call after api_scene_take_clips.
+ * surface: the surface that skin=bake must not take over a limit. Not in a light call with times. */
+api_outcome api_scene_pose(api_call *call, const tw_model *model, const api_surface_query *surface,
+                           api_surface_scene *scene);
 
 /* Fills content.clips with clips that are kept or baked to keys; reports the error of reduced tracks in
  * X-Tweend-Error. */

@@ -495,7 +495,7 @@ static api_outcome prepare(api_call *call, surface_request *request, bool is_sto
   api_outcome outcome = api_scene_take_clips(call, model, is_stored, scene);
   if (outcome != API_DONE) return outcome;
   if (call->effort != API_HEAVY && scene->query.times.is_given) return API_NEEDS_THREAD;
-  outcome = api_scene_pose(call, model, scene);
+  outcome = api_scene_pose(call, model, &request->surface, scene);
   scene->content.polygons = request->polygons;
   scene->content.is_without_details = !request->surface.details;
   if (outcome != API_DONE) return outcome;
