@@ -15,25 +15,31 @@ enum { LIGHT_NUMBERS = 20000 };
 
 /* ---- sizes --------------------------------------------------------------------------------------- */
 
+/* The numbers of one pose; at least 1, as the time is printed even where there are no nodes. */
+static uint64_t numbers_of_pose(const api_pose_request *request) {
+  uint64_t numbers = request->node_count * (uint64_t)api_pose_width(request->as);
+  return numbers ? numbers : 1;
+}
+
 static uint64_t count_numbers(const api_pose_request *request) {
-  uint64_t per_pose = request->node_count * (uint64_t)api_pose_width(request->as);
-  if (per_pose == 0) per_pose = 1; /* without nodes the times are still printed */
-  uint64_t times = request->times.count;
+  uint64_t per_pose = numbers_of_pose(request), times = request->times.count;
   return times && per_pose > UINT64_MAX / times ? UINT64_MAX : per_pose * times;
 }
 
-/* The bytes of the names in a pose: in CSV each line repeats a node's name, which may have any length. */
+/* The bytes of the nodes' names, which may have any length. */
 static uint64_t count_name_bytes(const api_pose_request *request) {
   uint64_t size = 0;
   char buffer[24];
-  for (uint32_t i = 0; request->form == API_POSE_CSV && i < request->node_count; i++)
+  for (uint32_t i = 0; i < request->node_count; i++)
     size += strlen(tw_model_node_name(request->model, request->nodes[i], buffer));
   return size;
 }
 
+/* In CSV each line repeats a node's name. */
 static api_outcome check_size(api_call *call, const api_pose_request *request) {
   uint64_t limit = call->service->limits.max_output, numbers = count_numbers(request),
-           names = count_name_bytes(request), times = request->times.count;
+           names = request->form == API_POSE_CSV ? count_name_bytes(request) : 0,
+           times = request->times.count;
   uint64_t each = request->form == API_POSE_BIN ? sizeof(float) : API_POSE_NUMBER_BYTES;
   if (numbers > limit / each)
     return api_fail_with(call, 422, "%llu poses of %u nodes make %llu numbers, more than %llu bytes hold",
@@ -45,12 +51,17 @@ static api_outcome check_size(api_call *call, const api_pose_request *request) {
   return API_DONE;
 }
 
-/* A bound on the answer's bytes. In CSV each line repeats the time, and quotes within a name are doubled. */
+/* A bound on the bytes of one pose. In CSV each line repeats the time and the name, whose quotes are
+ * doubled. */
+static uint64_t bound_pose(const api_pose_request *request) {
+  uint64_t numbers = numbers_of_pose(request);
+  if (request->form == API_POSE_BIN) return numbers * sizeof(float);
+  if (request->form != API_POSE_CSV) return numbers * TW_FLOAT_TEXT;
+  return (numbers + 2 * (uint64_t)request->node_count) * TW_FLOAT_TEXT + 2 * count_name_bytes(request);
+}
+
 static uint64_t bound_bytes(const api_pose_request *request) {
-  if (request->form == API_POSE_BIN) return count_numbers(request) * sizeof(float);
-  uint64_t lines = request->form == API_POSE_CSV ? request->times.count * request->node_count : 0;
-  return (count_numbers(request) + 2 * lines) * TW_FLOAT_TEXT +
-         2 * request->times.count * count_name_bytes(request);
+  return request->times.count * bound_pose(request);
 }
 
 /* Whether the answer takes little time to evaluate and print. */
@@ -101,20 +112,26 @@ typedef struct pose_source {
 static bool print_remembered(void *context, tw_text *out, api_fault *fault) {
   const pose_source *source = context;
   api_call *call = source->call;
-  uint64_t cost = bound_bytes(source->request);
+  uint64_t cost = bound_bytes(source->request) + api_pose_body_cost(source->request);
   return api_grant(call, cost) && print_poses(call, source->request, out, fault);
 }
 
-/* What a streamed answer holds: a pose, a piece of text, and a block of the host's. */
-enum { STREAM_COST = 512 << 10 };
+/* What a streamed answer holds besides the arena: a piece of text, which ends with a whole pose and begins
+ * with all names, in a buffer that doubles; and a block of the host's. */
+static uint64_t streaming_cost(const api_pose_request *request) {
+  enum { BLOCKS = 512 << 10 };
+  return BLOCKS + 2 * (bound_pose(request) + count_name_bytes(request));
+}
 
 static api_outcome reply_streamed(api_call *call, api_pose_request *request) {
+  uint64_t cost = streaming_cost(request);
+  if (!api_grant(call, cost + api_pose_body_cost(request))) return API_FAILED;
   api_pose_body *body = api_pose_body_create(request, call->service, call->arena);
   if (!body) return api_fail_without_memory(call);
   call->answer.status = 200;
   api_answer_header(&call->answer, "Content-Type", call->offer->type);
   call->answer.body = (api_body){api_pose_body_size(body), body, api_pose_body_read, api_pose_body_destroy};
-  call->held = call->is_head ? 0 : STREAM_COST;
+  call->held = call->is_head ? 0 : cost;
   return API_DONE;
 }
 

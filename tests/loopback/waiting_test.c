@@ -3,9 +3,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "glb.h"
 #include "loopback.h"
 #include "service.h"
 #include "tweend/format.h"
+#include "wrapped_memory.h"
 
 static const char *find_header(void *context, const char *name) {
   (void)context;
@@ -91,6 +93,97 @@ TEST(two_that_wait_for_more_do_not_take_it_from_each_other_for_ever) {
   }
   free(grid);
   loopback_stop(loop);
+}
+
+/* A mesh of `triangles` triangles that a morph target moves, shown by `nodes` nodes. */
+static glb_file build_moved(uint32_t triangles, uint32_t nodes) {
+  uint32_t points = 3 * triangles;
+  float *positions = calloc(points, sizeof(float[3]));
+  size_t capacity = 2000 + 64 * (size_t)nodes, size;
+  char *json = malloc(capacity);
+  assert_true(positions && json);
+  for (uint32_t p = 0; p < points; p++) {
+    positions[3 * p] = (float)p;
+    positions[3 * p + 1] = (float)(p % 3 / 2);
+  }
+  size = (size_t)snprintf(
+      json, capacity,
+      "{'asset':{'version':'2.0'},'buffers':[{'byteLength':%zu}],'bufferViews':[{'buffer':0,'byteLength':%zu}"
+      "],"
+      "'accessors':[{'bufferView':0,'componentType':5126,'count':%u,'type':'VEC3','min':[0,0,0],"
+      "'max':[%u,1,0]},{'componentType':5126,'count':%u,'type':'VEC3','min':[0,0,0],'max':[0,0,0]},"
+      "{'componentType':5126,'count':1,'type':'SCALAR','min':[0],'max':[0]},"
+      "{'componentType':5126,'count':1,'type':'SCALAR'}],'meshes':[{'primitives':[{'attributes':"
+      "{'POSITION':0},'targets':[{'POSITION':1}]}]}],'animations':[{'samplers':[{'input':2,'output':3}],"
+      "'channels':[{'sampler':0,'target':{'node':0,'path':'weights'}}]}],'nodes':[{'mesh':0}",
+      points * sizeof(float[3]), points * sizeof(float[3]), points, points - 1, points);
+  for (uint32_t n = 1; n < nodes; n++) size += (size_t)snprintf(json + size, capacity - size, ",{'mesh':0}");
+  snprintf(json + size, capacity - size, "]}");
+  glb_file file = glb_build(json, positions, points * sizeof(float[3]));
+  free(positions);
+  free(json);
+  return file;
+}
+
+/* `count` times a piece of text between two others; freed by the caller. */
+static char *print_repeated(const char *before, const char *piece, size_t count, const char *after) {
+  char *text = malloc(strlen(before) + count * strlen(piece) + strlen(after) + 1);
+  assert_non_null(text);
+  char *end = stpcpy(text, before);
+  for (size_t i = 0; i < count; i++) end = stpcpy(end, piece);
+  strcpy(end, after);
+  return text;
+}
+
+/* Asks when the service has memory for the request, then when it has ROOM: the request is refused before it
+ * allocates as much. The model is cached, unless it was evicted to make room. */
+static void assert_asks_first(const char *model, size_t size, const char *target, const char *body,
+                              int status) {
+  enum { ROOM = 4 << 20 };
+  api_settings settings = loopback_settings();
+  settings.limits.max_upload = 32 << 20;
+  settings.limits.max_memory = 256 << 20;
+  settings.limits.max_waiting = 0;
+  loopback *loop = loopback_start(&settings);
+  char id[API_ID_TEXT], full[160];
+  reply r = loopback_ask(loop, "POST", "/v1/models", NULL, model, size);
+  if (r.status != 201) fail_msg("%d %s", r.status, r.body);
+  memcpy(id, strrchr(reply_header(&r, "Location"), '/') + 1, API_ID_TEXT);
+  reply_free(&r);
+  snprintf(full, sizeof full, "/v1/models/%s/%s", id, target);
+  const char *method = body ? "POST" : "GET";
+  size_t body_size = body ? strlen(body) : 0;
+  r = loopback_ask(loop, method, full, NULL, body, body_size);
+  if (r.status != status) fail_msg("%s: %d %.300s", target, r.status, r.body);
+  reply_free(&r);
+  api_ticket holder = {0};
+  assert_true(
+      api_budget_grant(loop->service->budget, &holder,
+                       settings.limits.max_memory / 16 * 15 - ROOM - api_budget_used(loop->service->budget)));
+  size_t before = test_memory.asked;
+  r = loopback_ask(loop, method, full, NULL, body, body_size);
+  if (test_memory.asked - before > ROOM)
+    fail_msg("%s: %d after %zu bytes", target, r.status, test_memory.asked - before);
+  assert_problem(r, 503, NULL, "memory");
+  api_budget_grant(loop->service->budget, &holder, 0);
+  loopback_stop(loop);
+}
+
+TEST(memory_is_asked_for_before_it_is_taken) {
+  glb_file moved = build_moved(700, 1000);
+  assert_asks_first((char *)moved.bytes, moved.size, "surface.glb?level=0&skin=bake&at=0", NULL, 200);
+  free(moved.bytes);
+  char *nodes = print_repeated("{\"nodes\":[{}", ",{}", 60000, "]}");
+  assert_asks_first(nodes, strlen(nodes), "pose.json?space=world&from=0&to=50&fps=1", NULL, 200);
+  free(nodes);
+  const char turning[] =
+      "{\"meshes\":[{\"shape\":{\"kind\":\"box\"}}],\"nodes\":[{\"name\":\"n\"}],\"clips\":"
+      "[{\"tracks\":[{\"node\":\"n\",\"path\":\"rotation\",\"times\":[0],\"quaternions\":"
+      "[[0,0,0,1]]}]}]}";
+  assert_asks_first(turning, strlen(turning), "surface.glb?level=0&from=0&to=4000&fps=100", NULL, 200);
+  char *points = print_repeated("", "v 0 0 0\n", 500000, "");
+  assert_asks_first(turning, strlen(turning), "detail?level=1", points, 422);
+  free(points);
 }
 
 TEST(probes_are_answered_whatever_memory_others_hold) {
