@@ -82,6 +82,13 @@ static uint64_t relieve(void *cache, uint64_t bytes) {
   return api_cache_relieve(cache, bytes);
 }
 
+/* Runs a loop where the host has no threads. */
+static void run_serially(void *owner, uint32_t count, void (*part)(void *context, uint32_t index),
+                         void *context) {
+  (void)owner;
+  for (uint32_t i = 0; i < count; i++) part(context, i);
+}
+
 api_service *api_service_create(const api_settings *settings) {
   api_service *service = tw_alloc_zero(1, sizeof *service);
   if (!service) return NULL;
@@ -89,9 +96,9 @@ api_service *api_service_create(const api_settings *settings) {
   service->store = settings->store;
   service->metrics = settings->metrics;
   service->page = settings->page;
-  service->threads =
-      (tw_parallel_for){settings->parallel.owner, settings->parallel.run, settings->parallel.is_cancelled};
-  service->parallel = service->threads.run ? &service->threads : NULL;
+  const api_parallel_for *parallel = &settings->parallel;
+  service->parallel = (tw_parallel_for){parallel->owner, parallel->run ? parallel->run : run_serially,
+                                        parallel->is_cancelled};
   atomic_init(&service->is_draining, false);
   service->arena = tw_arena_create();
   const char *origins = settings->cors_origins ? settings->cors_origins : "";

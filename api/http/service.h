@@ -30,10 +30,9 @@ void api_key_digest(const char *key, uint8_t out[API_KEY_DIGEST]);
 struct api_service {
   api_limits limits;
   api_store store;
-  tw_parallel_for threads;
-  const tw_parallel_for *parallel; /* NULL: there are no threads */
-  tw_arena *arena;                 /* holds the copied settings */
-  api_keys *_Atomic keys;          /* in force; NULL only without memory */
+  tw_parallel_for parallel;
+  tw_arena *arena;        /* holds the copied settings */
+  api_keys *_Atomic keys; /* in force; NULL only without memory */
   api_metrics metrics;
   api_page page;
   const char *cors_origins;

@@ -178,7 +178,7 @@ api_making api_making_of(api_maker *maker) {
   api_making making = making_within(&maker->call->service->limits);
   making.grant = grant_making;
   making.context = maker;
-  making.parallel = maker->call->service->parallel;
+  making.parallel = &maker->call->service->parallel;
   return making;
 }
 

@@ -26,7 +26,7 @@ static tw_status find_cage(const api_remade *remade, const tw_surface_options *o
                            tw_error *error) {
   const tw_mesh *mesh = &remade->model->meshes[remade->mesh];
   tw_status status =
-      tw_mesh_coarsen(mesh, options, remade->call->service->parallel, remade->call->arena, found, error);
+      tw_mesh_coarsen(mesh, options, &remade->call->service->parallel, remade->call->arena, found, error);
   if (status != TW_OK) return status;
   return tw_mesh_check(&found->mesh, error, NULL);
 }

@@ -210,7 +210,7 @@ static api_outcome sculpt(detail_request *request) {
   if (outcome != API_DONE) return outcome;
   const tw_points_back back = {leave_world, &world};
   if (tw_mesh_sculpt(mesh, &request->options, request->positions, is_mesh_space ? NULL : &back,
-                     call->service->parallel, call->arena, &remade->cage, &call->fault.error) != TW_OK) {
+                     &call->service->parallel, call->arena, &remade->cage, &call->fault.error) != TW_OK) {
     bool is_point = strncmp(call->fault.error.pointer, "/positions/", strlen("/positions/")) == 0;
     return is_point ? api_fail_in_document(call) : api_fail(call);
   }

@@ -42,7 +42,7 @@ static tw_status create_list(const packs_source *source, api_packs *packs, tw_er
     const tw_pack_options options = {source->query->encoding, source->query->polygons, grids[i],
                                      source->query->is_measured};
     status = tw_packs_create(&source->model->meshes[i], source->plan->surfaces[i], &options,
-                             source->call->service->parallel, &packs->list[i], error);
+                             &source->call->service->parallel, &packs->list[i], error);
     packs->count += status == TW_OK;
   }
   free(grids);

@@ -201,7 +201,7 @@ static tw_status create_surface(const plan_source *source, api_plan *plan, tw_ar
   options.movable = plan->count >= source->meshes->still_count;
   options.shapes = plan->shapes;
   options.grant = grant;
-  return tw_surface_create_by(&mesh, &options, source->call->service->parallel, &plan->surfaces[plan->count],
+  return tw_surface_create_by(&mesh, &options, &source->call->service->parallel, &plan->surfaces[plan->count],
                               error);
 }
 
@@ -363,42 +363,40 @@ static tw_status move_surfaces(const api_plan *source, const api_plan_moves *mov
   return TW_OK;
 }
 
-/* Moves a plan's surfaces; takes over the reference to the source. NULL without memory. */
-static api_entry *move_plan(api_cache *cache, api_entry *source, const api_plan_moves *moves,
-                            const tw_parallel_for *parallel) {
+/* Moves a plan's surfaces; takes over the reference to the source. */
+static api_outcome move_plan(api_call *call, api_entry *source, const api_plan_moves *moves,
+                             api_entry **out) {
   const api_plan *still = api_entry_value(source);
   api_plan *plan = tw_alloc_zero(1, sizeof *plan);
   if (!plan) {
     api_entry_release(source);
-    return NULL;
+    return api_fail_without_memory(call);
   }
   plan->source = source;
   plan->total = still->total;
   atomic_init(&plan->is_warm, false);
-  if (move_surfaces(still, moves, parallel, plan) != TW_OK) {
+  tw_status status = move_surfaces(still, moves, &call->service->parallel, plan);
+  if (status != TW_OK) {
     destroy_plan(plan);
-    return NULL;
+    tw_fail(&call->fault.error, status,
+            status == TW_CANCELLED ? "the surface is not wanted any more" : "out of memory");
+    return api_fail(call);
   }
   const api_built built = {plan, plan_size(plan), destroy_plan, API_CACHED_PLAN};
-  return api_cache_own(cache, &built);
+  *out = api_cache_own(call->service->cache, &built);
+  return *out ? API_DONE : api_fail_without_memory(call);
 }
 
 api_outcome api_plan_take(api_call *call, const api_plan_meshes *meshes, const api_plan_moves *moves,
                           bool is_stored, const api_surface_query *query, api_entry **out) {
-  api_service *service = call->service;
-  api_entry *plan = NULL;
-  api_outcome outcome = take_source(call, meshes, is_stored, query, &plan);
-  if (outcome != API_DONE) return outcome;
-  if (moves->count > 0) {
-    uint64_t cost = moving_cost(api_entry_value(plan), moves);
-    if (!api_grant(call, cost)) {
-      api_entry_release(plan);
-      return API_FAILED;
-    }
-    plan = move_plan(service->cache, plan, moves, service->parallel);
-  }
-  *out = plan;
-  return plan ? API_DONE : api_fail_without_memory(call);
+  api_outcome outcome = take_source(call, meshes, is_stored, query, out);
+  if (outcome != API_DONE || moves->count == 0) return outcome;
+  api_entry *source = *out;
+  *out = NULL;
+  if (api_grant(call, moving_cost(api_entry_value(source), moves)))
+    return move_plan(call, source, moves, out);
+  api_entry_release(source);
+  return API_FAILED;
 }
 
 tw_status api_plan_warm(api_plan *plan, const tw_parallel_for *parallel, tw_error *error) {

@@ -407,7 +407,7 @@ static void take_over(api_call *call, surface_request *request, uint64_t size,
 /* Computes the bounds, with which a glTF begins, in this call rather than in the first read. */
 static api_outcome warm(api_call *call, const surface_request *request) {
   tw_status status =
-      api_plan_warm(api_entry_value(request->plan), call->service->parallel, &call->fault.error);
+      api_plan_warm(api_entry_value(request->plan), &call->service->parallel, &call->fault.error);
   return status == TW_OK ? API_DONE : api_fail(call);
 }
 

@@ -577,6 +577,39 @@ TEST_WITH(a_bake_at_another_time_builds_no_topology, setup, teardown) {
   }
 }
 
+static bool is_cancelled(void *steps_left) {
+  uint32_t *left = steps_left;
+  if (*left == 0) return true;
+  --*left;
+  return false;
+}
+
+/* At each step in turn; the host has no threads. */
+TEST(a_cancelled_bake_is_503_and_no_lack_of_memory) {
+  uint32_t left = UINT32_MAX, cancelled = 0;
+  api_settings settings = loopback_settings();
+  settings.parallel = (api_parallel_for){.owner = &left, .is_cancelled = is_cancelled};
+  loopback *loop = loopback_start(&settings);
+  char id[API_ID_TEXT], target[128];
+  loopback_upload(loop, "model/gltf+json", flag, id);
+  snprintf(target, sizeof target, "/v1/models/%s/surface.glb?level=3&skin=bake&at=1", id);
+  reply r = loopback_get(loop, target); /* from here on the plan is cached, and only moved */
+  assert_int_equal(r.status, 200);
+  do {
+    reply_free(&r);
+    left = cancelled;
+    r = loopback_get(loop, target);
+    if (r.status == 200) continue;
+    cancelled++;
+    assert_int_equal(r.status, 503);
+    assert_int_equal(r.answer.refusal, API_REFUSAL_NONE);
+    assert_says(&r, "not wanted any more");
+  } while (r.status != 200);
+  reply_free(&r);
+  assert_true(cancelled > 1);
+  loopback_stop(loop);
+}
+
 TEST_WITH(what_a_bake_would_move_is_limited, setup, teardown) {
   api_settings settings = loopback_settings();
   settings.limits.max_output = 50;
