@@ -312,26 +312,36 @@ tw_status api_quads_read(const api_query *query, tw_quads *out, tw_error *error)
 
 bool api_model_read(api_bytes bytes, tw_format format, api_reading reading, const api_making *making,
                     tw_model **out, api_fault *fault) {
+  tw_model *model = NULL;
   tw_status status = TW_OK;
   switch (format) {
-  case TW_FORMAT_OBJ: status = tw_obj_read(bytes.data, bytes.size, reading.weld, out, &fault->error); break;
-  case TW_FORMAT_STL: status = tw_stl_read(bytes.data, bytes.size, reading.weld, out, &fault->error); break;
-  case TW_FORMAT_PLY: status = tw_ply_read(bytes.data, bytes.size, reading.weld, out, &fault->error); break;
+  case TW_FORMAT_OBJ:
+    status = tw_obj_read(bytes.data, bytes.size, reading.weld, &model, &fault->error);
+    break;
+  case TW_FORMAT_STL:
+    status = tw_stl_read(bytes.data, bytes.size, reading.weld, &model, &fault->error);
+    break;
+  case TW_FORMAT_PLY:
+    status = tw_ply_read(bytes.data, bytes.size, reading.weld, &model, &fault->error);
+    break;
   case TW_FORMAT_JSON:
-    status = api_model_from_json((const char *)bytes.data, bytes.size, making, out, &fault->error);
+    status = api_model_from_json((const char *)bytes.data, bytes.size, making, &model, &fault->error);
     break;
   case TW_FORMAT_GLTF:
   case TW_FORMAT_GLB:
-    status = tw_gltf_read(bytes.data, bytes.size, reading.quads, reading.weld, JSON_VALUES_MAX, out,
+    status = tw_gltf_read(bytes.data, bytes.size, reading.quads, reading.weld, JSON_VALUES_MAX, &model,
                           &fault->error);
     break;
   }
   bool is_merged = reading.weld == TW_WELD_EXACT || reading.weld == TW_WELD_DISTANCE;
   if (status == TW_OK && is_merged) {
-    status = tw_model_weld(*out, reading.distance, &fault->error);
-    if (status != TW_OK) tw_model_destroy(*out);
+    status = tw_model_weld(model, reading.distance, &fault->error);
+    if (status != TW_OK) tw_model_destroy(model);
   }
-  if (status == TW_OK) return true;
+  if (status == TW_OK) {
+    *out = model;
+    return true;
+  }
   if (fault->stall != API_STALL_NONE) return false;
   api_fault_complete(fault);
   bool is_json = format == TW_FORMAT_JSON || format == TW_FORMAT_GLTF || format == TW_FORMAT_GLB;

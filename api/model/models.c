@@ -408,7 +408,8 @@ int api_seed(api_service *service, const char *name, const uint8_t *bytes, size_
   const api_making making = making_within(&service->limits);
   bool is_stored =
       api_model_read(given, tw_format_sniff(bytes, size), (api_reading){0}, &making, &model, &call.fault) &&
-      take_name(service, id, name, model) && store_model(&call, given, id, model, &existed) == API_DONE;
+      (take_name(service, id, name, model) || api_fault_without_memory(&call.fault)) &&
+      store_model(&call, given, id, model, &existed) == API_DONE;
   tw_model_destroy(model);
   return !is_stored ? call.fault.status : existed ? 200 : 201;
 }

@@ -11,6 +11,7 @@
 
 #include "answer.h"
 #include "tweend/base.h"
+#include "upload.h"
 #include "wrapped_memory.h"
 
 static const char *const key_field[] = {"Authorization", "Bearer k", NULL};
@@ -220,6 +221,37 @@ TEST_WITH(rotations_survive, fail_json, mend_json) {
   fail_each("POST", "/v1/rotations", "",
             "{'rotations':[{'euler':[0,1,0]},{'quaternion':[0,0,0,1]}],'points':[[1,0,0]],'slerp':[0.5]}",
             NULL);
+}
+
+TEST_WITH(seeding_survives, fail_json, mend_json) {
+  static char name[1 << 17]; /* too long for what the model's arena has left */
+  int status = 0;
+  memset(name, 'a', sizeof name - 1);
+  for (size_t n = 0; status != 201; n++) {
+    api_settings settings = loopback_settings();
+    loopback *loop = loopback_start(&settings);
+    test_memory.left = n;
+    status = api_seed(loop->service, name, (const uint8_t *)triangle, strlen(triangle));
+    test_memory.left = SIZE_MAX;
+    assert_true(status == 201 || status == 503);
+    assert_int_equal(loopback_store_count(loop), status == 201);
+    loopback_stop(loop);
+  }
+}
+
+TEST_WITH(a_model_that_is_not_read_is_left_alone, fail_json, mend_json) {
+  const api_reading reading = {.weld = TW_WELD_EXACT};
+  const api_bytes bytes = {(const uint8_t *)triangle, strlen(triangle)};
+  tw_model *model = NULL;
+  bool is_read = false;
+  for (size_t n = 0; !is_read; n++) {
+    api_fault fault = {0};
+    test_memory.left = n;
+    is_read = api_model_read(bytes, TW_FORMAT_OBJ, reading, NULL, &model, &fault);
+    test_memory.left = SIZE_MAX;
+    assert_true(is_read ? model != NULL : !model && fault.status == 503);
+  }
+  tw_model_destroy(model);
 }
 
 /* A refusal takes memory as well: the answer is the refusal, or 503. */
