@@ -121,15 +121,10 @@ static bool is_guarded(const api_call *call, const api_route *route) {
   return route && (route->access == API_READS_ALL || route->access == API_DELETES) && !has_keys(call);
 }
 
-/* The value of Access-Control-Allow-Origin, NULL for none. */
-static const char *allowed_origin(const api_call *call, const api_route *route) {
+const char *api_access_origin(const api_call *call, const api_route *route) {
   const char *list = call->service->cors_origins, *origin = api_call_header(call, "Origin");
   if (origin && strcmp(origin, "*") != 0 && lists_origin(list, origin)) return origin;
   return lists_origin(list, "*") && !is_guarded(call, route) ? "*" : NULL;
-}
-
-bool api_access_of_origin(const api_call *call, const api_route *route) {
-  return allowed_origin(call, route);
 }
 
 bool api_access_varies(const api_call *call) {
@@ -138,7 +133,7 @@ bool api_access_varies(const api_call *call) {
 
 static bool allows_origin(api_call *call) {
   const char *origin = is_guarded(call, call->route) ? api_call_header(call, "Origin") : NULL;
-  if (!origin || is_own(call, origin) || allowed_origin(call, call->route)) return true;
+  if (!origin || is_own(call, origin) || api_access_origin(call, call->route)) return true;
   api_fail_with(call, 403, "pages of other origins than those of --cors-origins may not do this");
   return false;
 }
@@ -162,7 +157,7 @@ bool api_access_allowed(api_call *call) {
 /* ---- headers --------------------------------------------------------------------------------- */
 
 void api_access_headers(api_call *call) {
-  const char *origin = allowed_origin(call, call->route);
+  const char *origin = api_access_origin(call, call->route);
   if (!origin) return;
   api_answer_header_copy(&call->answer, "Access-Control-Allow-Origin", origin);
   api_answer_header_copy(&call->answer, "Timing-Allow-Origin", origin);

@@ -15,8 +15,9 @@ bool api_access_varies(const api_call *call);
 /* Adds the cross-origin headers of an answer. */
 void api_access_headers(api_call *call);
 
-/* Whether a page of the request's origin may use the route. */
-bool api_access_of_origin(const api_call *call, const api_route *route);
+/* Which pages may use the route, as the value of Access-Control-Allow-Origin: the request's origin, or "*".
+ * NULL where a page of that origin may not. */
+const char *api_access_origin(const api_call *call, const api_route *route);
 
 /* Answers OPTIONS, pre-flight or plain. allow: the path's methods; granted: those that a page of the
  * request's origin may use, NULL for none. */

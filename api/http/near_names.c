@@ -54,12 +54,12 @@ void api_near_consider(api_near *near, const char *name) {
   snprintf(near->names[at].name, API_NEAR_TEXT, "%s", name);
 }
 
-api_near_sentence api_near_print(const api_near *near) {
+api_near_sentence api_near_print(const api_near *near, const char *before) {
   api_near_sentence out = {{0}};
   size_t length = 0;
   for (size_t i = 0; i < near->count && near->names[i].distance <= near->names[0].distance + 1; i++)
-    length += (size_t)snprintf(out.text + length, sizeof out.text - length, "%s%s",
-                               i ? ", " : " did you mean ", near->names[i].name);
+    length += (size_t)snprintf(out.text + length, sizeof out.text - length, "%s%s%s", i ? ", " : before,
+                               i ? "" : "did you mean ", near->names[i].name);
   if (length) out.text[length] = '?'; /* the rest is zero */
   return out;
 }
@@ -67,5 +67,5 @@ api_near_sentence api_near_print(const api_near *near) {
 api_near_sentence api_near_of(const char *name, const char *const *names) {
   api_near near = {.name = name, .length = strlen(name)};
   for (; *names; names++) api_near_consider(&near, *names);
-  return api_near_print(&near);
+  return api_near_print(&near, " ");
 }

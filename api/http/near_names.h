@@ -20,13 +20,14 @@ typedef struct api_near {
 /* Considers a known name. Ignores names of over 63 bytes, and all after the first 1024. */
 void api_near_consider(api_near *near, const char *name);
 
-/* " did you mean a, b?" with the names whose distance is at most 1 over the nearest; "" without any. */
+/* "did you mean a, b?" behind `before`, with the names whose distance is at most 1 over the nearest; ""
+ * without any. before: " " or "; ". */
 typedef struct api_near_sentence {
   char text[API_NEAR_MOST * (API_NEAR_TEXT + 2) + 16];
 } api_near_sentence;
-api_near_sentence api_near_print(const api_near *near);
+api_near_sentence api_near_print(const api_near *near, const char *before);
 
-/* The same for an array of known names that ends with NULL. */
+/* The same for an array of known names that ends with NULL, behind a blank. */
 api_near_sentence api_near_of(const char *name, const char *const *names);
 
 #endif

@@ -199,7 +199,7 @@ static const char *list_methods(const api_call *call, bool for_page) {
   for (size_t i = 0; i < ROUTES; i++) {
     const api_offer *offer;
     if (!match_route(&routes[i], &path, &offer)) continue;
-    if (for_page && !api_access_of_origin(call, &routes[i])) continue;
+    if (for_page && !api_access_origin(call, &routes[i])) continue;
     bool is_get = strcmp(routes[i].method, "GET") == 0;
     length += (size_t)snprintf(allow + length, sizeof allow - length, "%s%s", routes[i].method,
                                is_get ? ", HEAD, " : ", ");
@@ -296,8 +296,7 @@ static api_outcome fail_path(api_call *call) {
   for (size_t i = 0; i < ROUTES; i++) consider_route(&near, &routes[i]);
   if (has_false_id && near.count && near.names[0].distance == 0)
     return api_fail_with(call, 404, "nothing is at this path: a model's id is 32 hex digits, in lower case");
-  return api_fail_with(call, 404, "nothing is at this path%s%s", near.count ? ";" : "",
-                       api_near_print(&near).text);
+  return api_fail_with(call, 404, "nothing is at this path%s", api_near_print(&near, "; ").text);
 }
 
 /* Answers OPTIONS, or fails with 405 for a method that the path does not have. */
@@ -389,11 +388,6 @@ static void finish(api_call *call, api_outcome outcome, api_answer *answer) {
   *answer = call->answer;
 }
 
-/* Frees the partial answer of a request that will begin anew. */
-static void abandon(api_call *call) {
-  api_answer_deinit(&call->answer);
-}
-
 api_verdict api_open(api_service *service, const api_request *request, api_answer *answer) {
   api_call call;
   if (!begin(&call, service, request, API_LIGHT)) {
@@ -403,7 +397,7 @@ api_verdict api_open(api_service *service, const api_request *request, api_answe
   api_outcome outcome = admit_route(&call);
   if (outcome == API_CONTINUE) outcome = admit_rest(&call);
   if (outcome == API_CONTINUE) {
-    abandon(&call);
+    api_answer_deinit(&call.answer);
     return API_READ_BODY;
   }
   finish(&call, outcome, answer);
@@ -437,7 +431,7 @@ static api_outcome keep_grant(api_call *call, api_outcome outcome) {
 static api_wait wait_for(api_call *call) {
   api_ticket *ticket = call->request->ticket;
   const api_fault fault = call->fault;
-  abandon(call);
+  api_answer_deinit(&call->answer);
   if (ticket->pauses) ticket->pauses(ticket);
   /* The ticket may be woken from here on, before this function returns. */
   if (fault.stall == API_STALL_MEMORY) return api_budget_wait(call->service->budget, ticket, fault.needed);
@@ -481,7 +475,7 @@ api_progress api_handle(api_service *service, const api_request *request, api_ef
     }
     api_outcome outcome = run_stages(&call);
     if (outcome == API_NEEDS_THREAD || outcome == API_NEEDS_LOOK) {
-      abandon(&call);
+      api_answer_deinit(&call.answer);
       return outcome == API_NEEDS_LOOK ? API_LOOK_ON_THREAD : API_AGAIN_ON_THREAD;
     }
     if (!is_stalled(&call, outcome)) outcome = keep_grant(&call, outcome);

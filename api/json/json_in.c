@@ -76,8 +76,8 @@ static uint32_t find_unnamed(const names *all, const char *text) {
 static tw_status fail_absent(const api_value *value, const names *all, const char *text) {
   api_near near = {.name = text, .length = strlen(text)};
   for (uint32_t i = 0; i < all->sorted_count; i++) api_near_consider(&near, all->sorted[i].text);
-  return api_json_fail(value, TW_INVALID, "no %s is called \"%.60s\"%s%s", all->kind, text,
-                       near.count ? ";" : "", api_near_print(&near).text);
+  return api_json_fail(value, TW_INVALID, "no %s is called \"%.60s\"%s", all->kind, text,
+                       api_near_print(&near, "; ").text);
 }
 
 /* Reads a reference by name to one of `all`; an absent member leaves *out alone. O(log n). */
@@ -355,8 +355,6 @@ static const char *const track_members[] = {
     "node",   "path",        "interpolation", "order",       "unit",         "times", "quaternions",
     "eulers", "axis_angles", "values",        "in_tangents", "out_tangents", NULL};
 
-static const double DEGREES = 57.295779513082320877; /* degrees in a radian */
-
 /* values here and below: [TRACK_MEMBERS] */
 static tw_status read_interpolation(const api_value *values, tw_track_keys *track) {
   /* "slerp" is another word for glTF's LINEAR. */
@@ -446,7 +444,7 @@ static tw_status read_angles(const api_value *object, const api_value *values, i
   if (status != TW_OK) return status;
   size_t first_angle = member == TRACK_EULERS ? 0 : 3;
   for (size_t i = 0; unit == 1 && i < (size_t)track->key_count * track->width; i++)
-    if (i % track->width >= first_angle) angles[i] /= DEGREES;
+    if (i % track->width >= first_angle) angles[i] /= TW_DEGREES;
   track->order = (tw_euler_order)order;
   track->angles = angles;
   return TW_OK;

@@ -62,8 +62,7 @@ tw_status api_remade_choose(api_remade *remade, const char *name, tw_error *erro
   }
   if (found > 1) return tw_fail(error, TW_INVALID, "more than one mesh is called \"%.60s\"", name);
   if (found == 1) return TW_OK;
-  return tw_fail(error, TW_INVALID, "no mesh is called \"%.60s\"%s%s", name, near.count ? ";" : "",
-                 api_near_print(&near).text);
+  return tw_fail(error, TW_INVALID, "no mesh is called \"%.60s\"%s", name, api_near_print(&near, "; ").text);
 }
 
 /* ---- the new model's bytes ----------------------------------------------------------------------------- */

@@ -32,7 +32,7 @@ static api_outcome fail_absent(api_call *call, const tw_model *model, const char
   }
   list[used] = '\0';
   return api_fail_with(call, 404, "no clip is called \"%.*s\";%s %s%s", length < 60 ? (int)length : 60, name,
-                       api_near_print(&near).text,
+                       api_near_print(&near, " ").text,
                        model->clip_count ? "there are: " : "the model has no clips", list);
 }
 
@@ -334,27 +334,18 @@ static bool fill_clip(const clip_source *source, api_clip *clip, api_fault *faul
   clip->name = join_names(source, clip->arena);
   clip->node_names = keep_node_names(source->model, clip->arena);
   const tw_clip_keys *keys = gather_keys(source, clip);
-  if (!clip->name || !clip->node_names || !keys) {
-    api_fault_without_memory(fault);
-    return false;
-  }
+  if (!clip->name || !clip->node_names || !keys) return api_fault_without_memory(fault);
   /* The model's own keys are not referred to: the cache may drop the model before the clip. */
   if (source->choices->count == 1 && source->lenders[0]) clip->carried = keys;
-  if (compile(source, keys, &clip->compiled, &fault->error) != TW_OK) {
-    /* No pointer into a document: the stored document is not the one just sent. */
-    api_fault_complete(fault);
-    return false;
-  }
+  /* No pointer into a document: the stored document is not the one just sent. */
+  if (compile(source, keys, &clip->compiled, &fault->error) != TW_OK) return api_fault_complete(fault);
   clip->duration = find_duration(source, clip->compiled);
   return true;
 }
 
 static bool build_clip(void *context, api_built *out, api_fault *fault) {
   api_clip *clip = create_clip();
-  if (!clip) {
-    api_fault_without_memory(fault);
-    return false;
-  }
+  if (!clip) return api_fault_without_memory(fault);
   if (!fill_clip(context, clip, fault)) {
     destroy_clip(clip);
     return false;

@@ -14,9 +14,6 @@ enum { HEAD_BYTES = 500, NAME_BYTES = 16 };
 /* Binary form: bytes of magic, version and length of the JSON; offset of that length. */
 enum { BIN_PREFIX = 12, BIN_LENGTH = 8 };
 
-/* Degrees in a radian. */
-static const double DEGREES = 57.295779513082320877;
-
 /* The part of the answer that is printed next. */
 typedef enum pose_phase { PHASE_HEAD, PHASE_TIMES, PHASE_POSES, PHASE_END } pose_phase;
 
@@ -124,7 +121,7 @@ static void put_euler(api_pose_body *body, const tw_trs *transform, uint32_t ind
   else
     tw_quat_to_euler(transform->rotation, request->order, out);
   memcpy(previous, out, sizeof body->euler[index]);
-  for (int i = 0; request->in_degrees && i < 3; i++) out[i] = (float)((double)out[i] * DEGREES);
+  for (int i = 0; request->in_degrees && i < 3; i++) out[i] = (float)((double)out[i] * TW_DEGREES);
 }
 
 /* Writes the numbers of the answer's node `index` in the order of its layout. */
@@ -139,7 +136,7 @@ static void put_transform(api_pose_body *body, const tw_trs *transform, uint32_t
     break;
   case API_AS_AXIS_ANGLE:
     tw_quat_to_axis_angle(transform->rotation, out);
-    if (request->in_degrees) out[3] = (float)((double)out[3] * DEGREES);
+    if (request->in_degrees) out[3] = (float)((double)out[3] * TW_DEGREES);
     out += 4;
     break;
   }

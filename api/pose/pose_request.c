@@ -86,8 +86,8 @@ static api_outcome fail_absent(api_call *call, const tw_model *model, const char
   api_near near = {.name = name, .length = length};
   for (uint32_t i = 0; i < model->node_count; i++)
     api_near_consider(&near, tw_model_node_name(model, i, buffer));
-  return api_fail_with(call, 404, "no node is called \"%.*s\"%s%s", length < 60 ? (int)length : 60, name,
-                       near.count ? ";" : "", api_near_print(&near).text);
+  return api_fail_with(call, 404, "no node is called \"%.*s\"%s", length < 60 ? (int)length : 60, name,
+                       api_near_print(&near, "; ").text);
 }
 
 static api_outcome choose_listed(api_call *call, const tw_model *model, const char *list, bool *chosen) {

@@ -95,10 +95,7 @@ static const char *make_key(api_call *call, const char *representation, const ch
 /* Prints all poses at once: their length is then known, and the answer holds no entries. */
 static bool print_poses(api_call *call, api_pose_request *request, tw_text *out, api_fault *fault) {
   api_pose_body *body = api_pose_body_create(request, call->service, call->arena);
-  if (!body) {
-    api_fault_without_memory(fault);
-    return false;
-  }
+  if (!body) return api_fault_without_memory(fault);
   api_pose_body_print_all(body, out);
   api_pose_body_destroy(body);
   return true;

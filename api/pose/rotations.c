@@ -15,8 +15,6 @@ enum { ROTATIONS_MOST = 100000, TURNED_POINTS_MOST = 100000 };
 
 enum { WIDTH_MOST = 9, MATRIX4_WIDTH = 16 };
 
-static const double DEGREES = 57.295779513082320877; /* degrees in a radian */
-
 /* Far more than any extrapolation needs; the cosine of the angle is still precise to 1e-7. */
 static const double SLERP_MOST = 1e9;
 
@@ -103,7 +101,7 @@ static tw_status read_rotation(void *context, const api_value *object) {
   if (status == TW_OK) status = api_json_choice(&values[ORDER], tw_euler_order_names, &order);
   if (status == TW_OK) status = read_numbers(&values[form], form, numbers);
   if (status != TW_OK) return status;
-  if (request->in_degrees) scale_angles(form, 1 / DEGREES, numbers);
+  if (request->in_degrees) scale_angles(form, 1 / TW_DEGREES, numbers);
   tw_error why;
   status = tw_rotation_read(form, (tw_euler_order)order, numbers, request->rotations[object->at.index], &why);
   return status == TW_OK ? TW_OK : api_json_fail(&values[form], status, "%s", why.detail);
@@ -200,7 +198,7 @@ static void print_rotation(const rotations_request *request, const double q[4], 
   float told[WIDTH_MOST];
   uint32_t width = tw_rotation_widths[request->as];
   tw_rotation_write(q, request->as, request->order, values);
-  if (request->in_degrees) scale_angles(request->as, DEGREES, values);
+  if (request->in_degrees) scale_angles(request->as, TW_DEGREES, values);
   narrow(values, width, told);
   tw_text_vectors(text, told, width, width, 1);
 }

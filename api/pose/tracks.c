@@ -10,9 +10,6 @@
 #include <math.h>
 #include <stdio.h>
 
-/* Degrees in a radian. */
-static const double DEGREES = 57.295779513082320877;
-
 /* By tw_key_form; plain values of a rotation are quaternions. */
 static const char *const kind_names[] = {"quaternion", "quaternion", "euler", "axis-angle"};
 static const char *const axis_names[] = {"x", "y", "z"};
@@ -43,10 +40,10 @@ static void print_gimbal(tw_text *text, const tw_track_report *report) {
 static void print_motion(tw_text *text, const tw_track_report *report) {
   member_number(text, "start", report->start);
   member_number(text, "duration", report->duration);
-  member_number(text, "total_degrees", report->total_angle * DEGREES);
-  member_number(text, "largest_step_degrees", report->largest_step * DEGREES);
+  member_number(text, "total_degrees", report->total_angle * TW_DEGREES);
+  member_number(text, "largest_step_degrees", report->largest_step * TW_DEGREES);
   tw_member_count(text, "largest_step_key", report->largest_key);
-  member_number(text, "peak_degrees_per_second", report->peak_velocity * DEGREES);
+  member_number(text, "peak_degrees_per_second", report->peak_velocity * TW_DEGREES);
   member_number(text, "peak_time", report->peak_time);
   tw_member_count(text, "sign_flips", report->sign_flips);
   tw_member_count(text, "non_unit_keys", report->non_unit_keys);
@@ -56,7 +53,7 @@ static void print_motion(tw_text *text, const tw_track_report *report) {
   tw_member_count(text, "euler_wraps", report->euler_wraps);
   if (!report->has_stray) return;
   tw_member_open(text, "slerp_stray", "{");
-  member_number(text, "degrees", report->stray_angle * DEGREES);
+  member_number(text, "degrees", report->stray_angle * TW_DEGREES);
   member_number(text, "time", report->stray_time);
   tw_text_add(text, "}");
 }

@@ -8,8 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double DEGREES = 57.295779513082320877; /* degrees in a radian */
-
 /* Whether the request shows the model at one time. */
 static bool is_moment(const api_scene_query *query) {
   return query->times.list && query->times.count == 1;
@@ -25,7 +23,7 @@ static tw_status read_tolerance(const api_query *query, api_scene_query *out, tw
   if (degrees < 0.0001 || degrees > 180)
     return tw_fail(error, TW_SYNTAX, "tolerance must be from 0.0001 to 180 degrees");
   if (metres < 1e-9) return tw_fail(error, TW_SYNTAX, "tolerance_m must be 1e-9 metres or more");
-  out->reduction.tolerance = (tw_tolerance){degrees / DEGREES, metres};
+  out->reduction.tolerance = (tw_tolerance){degrees / TW_DEGREES, metres};
   out->reduction.is_wide = api_query_get(query, "tolerance") || api_query_get(query, "tolerance_m");
   return TW_OK;
 }
@@ -339,7 +337,7 @@ static api_outcome keep_clips(api_call *call, const tw_model *model, api_surface
     clips = replace_tracks(call->arena, clips, count, &scene->query.reduction, reduced);
     if (!clips) return api_fail_without_memory(call);
     api_answer_headerf(&call->answer, "X-Tweend-Error", "degrees=%.6f, metres=%.9f",
-                       reduced->reached.angle * DEGREES, reduced->reached.distance);
+                       reduced->reached.angle * TW_DEGREES, reduced->reached.distance);
   }
   scene->content.clips = clips;
   scene->content.clip_count = count;

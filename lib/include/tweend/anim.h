@@ -33,6 +33,8 @@ typedef enum tw_key_form { TW_KEY_VALUES, TW_KEY_QUATERNION, TW_KEY_EULER, TW_KE
 
 /* ---- rotation algebra --------------------------------------------------------------------- */
 
+#define TW_DEGREES 57.295779513082320877 /* in a radian */
+
 void tw_quat_to_axis_angle(const float q[4], float out[4]); /* x y z angle, angle in [0, pi] */
 /* Angles in (-pi, pi], the middle angle in [-pi/2, pi/2]; at gimbal lock (within half a microradian) the
  * angle about the order's last axis is 0. */
