@@ -86,9 +86,12 @@ static tw_status apply_edit(tw_editor *e) {
   return status;
 }
 
-/* The work of an edit, in elements: ten rounds of smoothing count as much as another edit. */
+/* The work of an edit, in points and corners: ten rounds of smoothing count as much as another edit. Each edit
+ * maps all names to its new mesh, so each name counts too, even if it names nothing. */
 static uint64_t work_of(const tw_editor *e) {
-  uint64_t elements = (uint64_t)e->mesh.point_count + e->mesh.corner_count, named = 0;
+  enum { NAME = 4 };
+  uint64_t elements = (uint64_t)e->mesh.point_count + e->mesh.corner_count,
+           named = NAME * (uint64_t)e->named_count;
   uint32_t rounds = e->edit->kind == TW_EDIT_SMOOTH ? e->edit->smooth.iterations / 10 : 0;
   for (uint32_t n = 0; n < e->named_count; n++)
     named += (uint64_t)e->named[n].face_count + e->named[n].point_count + e->named[n].edge_count;
@@ -102,7 +105,8 @@ static tw_status apply_all(tw_editor *e, const tw_edit *edits, uint32_t edit_cou
     e->edit = &edits[i];
     e->index = i;
     work += work_of(e);
-    if (work > e->limits->work) return tw_editor_fail(e, TW_LIMIT, "", "too many edits of too large a mesh");
+    if (work > e->limits->work)
+      return tw_editor_fail(e, TW_LIMIT, "", "too many edits of too large a mesh, or with too many names");
     status = tw_editor_go_on(e);
     if (status == TW_OK) status = apply_edit(e);
   }

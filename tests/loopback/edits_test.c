@@ -467,6 +467,25 @@ TEST(a_list_of_edits_takes_no_more_memory_than_one) {
   loopback_stop(loop);
 }
 
+/* The memory allows work on 524,288 points, corners and names in all; each edit carries all names along. */
+TEST(names_of_nothing_take_work_too) {
+  enum { EDITS = 700 };
+  api_settings settings = loopback_settings();
+  settings.limits.max_memory = 8 << 20;
+  loopback *loop = loopback_start(&settings);
+  char id[API_ID_TEXT], made[API_ID_TEXT], *body = malloc(EDITS * 80), *end = stpcpy(body, "{'edits':[");
+  loopback_upload(loop, "application/json", box, id);
+  for (int i = 0; i < EDITS; i++)
+    end += sprintf(end, "%s{'edit':'flip','faces':[],'optional':true,'name':'a%d'}", i ? "," : "", i);
+  strcpy(end, "]}");
+  assert_problem(post_edits(loop, id, body), 422, "/edits/485", "too many names");
+  end = strstr(body, ",{'edit':'flip','faces':[],'optional':true,'name':'a450'}");
+  strcpy(end, "]}");
+  cJSON_Delete(edit(loop, id, body, made));
+  free(body);
+  loopback_stop(loop);
+}
+
 TEST_WITH(a_store_that_fails_is_503, loopback_setup, loopback_teardown) {
   char id[API_ID_TEXT];
   loopback_upload(*state, "application/json", box, id);

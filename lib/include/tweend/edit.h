@@ -210,7 +210,7 @@ typedef struct tw_edit {
 typedef struct tw_edit_limits {
   uint64_t points, faces, corners;
   /* The limit on the sum of points and corners of the meshes that the edits find, counted once more for each
-   * ten rounds of smoothing, and of the elements that have names. */
+   * ten rounds of smoothing; and for each edit, four for each earlier name and the elements that it names. */
   uint64_t work;
   /* Asked between edits, rounds of smoothing, holes and steps of filling them whether the result is still
    * wanted; or NULL. */
