@@ -86,8 +86,8 @@ static tw_status apply_edit(tw_editor *e) {
   return status;
 }
 
-/* The work of an edit, in points and corners: ten rounds of smoothing count as much as another edit. Each edit
- * maps all names to its new mesh, so each name counts too, even if it names nothing. */
+/* The work of an edit, in points and corners: ten rounds of smoothing count as much as another edit. Each
+ * edit maps all names to its new mesh, so each name counts too, even if it names nothing. */
 static uint64_t work_of(const tw_editor *e) {
   enum { NAME = 4 };
   uint64_t elements = (uint64_t)e->mesh.point_count + e->mesh.corner_count,

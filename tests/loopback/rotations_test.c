@@ -211,7 +211,7 @@ TEST_WITH(angles_are_radians_unless_said_otherwise, loopback_setup, loopback_tea
 TEST_WITH(an_order_is_ignored_where_nothing_is_printed_in_it, loopback_setup, loopback_teardown) {
   static const char *const forms[] = {"quaternion", "axis-angle", "matrix"};
   for (size_t i = 0; i < sizeof forms / sizeof *forms; i++) {
-    char with[128], without[128];
+    char with[160], without[128];
     snprintf(without, sizeof without, "{'rotations':[{'euler':[1,2,3],'order':'ZYX'}],'as':'%s'}", forms[i]);
     snprintf(with, sizeof with, "{'order':'YZX',%s", without + 1);
     reply r = loopback_post(*state, "/v1/rotations", "application/json", without),
