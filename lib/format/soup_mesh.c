@@ -35,14 +35,14 @@ static bool same_place(const float *positions, uint32_t a, uint32_t b) {
 }
 
 static bool has_three_places(const tw_polygons_read *read, uint32_t first, uint32_t end) {
-  uint32_t count = 0;
-  for (uint32_t c = first; c < end && count < 3; c++) {
-    bool is_new = true;
-    for (uint32_t other = first; other < c && is_new; other++)
-      is_new = !same_place(read->positions, read->corners[other], read->corners[c]);
-    count += is_new;
+  uint32_t places[2], count = 0; /* vertices at the places found */
+  for (uint32_t c = first; c < end; c++) {
+    uint32_t vertex = read->corners[c], known = 0;
+    while (known < count && !same_place(read->positions, places[known], vertex)) known++;
+    if (known == 2) return true;
+    if (known == count) places[count++] = vertex;
   }
-  return count == 3;
+  return false;
 }
 
 /* Drops corners and faces in place, as welding could not see across an edge without length. Returns how many

@@ -443,6 +443,19 @@ static const document obj_documents[] = {
     {"lines that go on", READ, 32, .pieces = {{OBJ_POINTS "f 1 2 3 ", 0}, {"\\\n", 1}, {"\n", 0}}},
 };
 
+/* ---- STL --------------------------------------------------------------------------------------------------
+ */
+
+#define STL_LOOP "solid a\nfacet normal 0 0 1\nouter loop\n"
+
+static const document stl_documents[] = {
+    {"a huge facet at two places", READ, 8,
+     .pieces = {{STL_LOOP, 0},
+                {"vertex 0 0 0\n", 0.5},
+                {"vertex 1 0 0\n", 0.5},
+                {"endloop\nendfacet\nendsolid a\n", 0}}},
+};
+
 /* ---- glTF -------------------------------------------------------------------------------------------------
  */
 
@@ -641,6 +654,10 @@ TEST(tweend_json_is_read_in_little_memory_and_time) {
 
 TEST(obj_is_read_in_little_memory_and_time) {
   check_documents(API_TYPE_OBJ, obj_documents, sizeof obj_documents / sizeof *obj_documents);
+}
+
+TEST(stl_is_read_in_little_memory_and_time) {
+  check_documents(API_TYPE_STL, stl_documents, sizeof stl_documents / sizeof *stl_documents);
 }
 
 TEST(gltf_is_read_in_little_memory_and_time) {
