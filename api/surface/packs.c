@@ -33,16 +33,21 @@ static size_t packs_size(const api_packs *packs) {
 }
 
 static tw_status create_list(const packs_source *source, api_packs *packs, tw_error *error) {
+  const tw_parallel_for *parallel = &source->call->service->parallel;
+  const tw_surface *const *surfaces = (const tw_surface *const *)source->plan->surfaces;
   tw_grid *grids = tw_alloc(source->plan->count, sizeof *grids);
   packs->list = tw_alloc_zero(source->plan->count, sizeof *packs->list);
   tw_status status = grids && packs->list ? TW_OK : TW_NO_MEMORY;
-  if (status == TW_OK) status = tw_grids_choose(source->model, grids);
-  if (status != TW_OK) tw_fail(error, TW_NO_MEMORY, "no memory for the packs of a model");
+  if (status == TW_OK) status = tw_grids_choose(source->model, surfaces, parallel, grids);
+  if (status != TW_OK)
+    tw_fail(error, status,
+            status == TW_CANCELLED ? "the packs are not wanted any more"
+                                   : "no memory for the packs of a model");
   for (uint32_t i = 0; status == TW_OK && i < source->plan->count; i++) {
     const tw_pack_options options = {source->query->encoding, source->query->polygons, grids[i],
                                      source->query->is_measured};
-    status = tw_packs_create(&source->model->meshes[i], source->plan->surfaces[i], &options,
-                             &source->call->service->parallel, &packs->list[i], error);
+    status =
+        tw_packs_create(&source->model->meshes[i], surfaces[i], &options, parallel, &packs->list[i], error);
     packs->count += status == TW_OK;
   }
   free(grids);

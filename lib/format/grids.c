@@ -1,4 +1,5 @@
-/* Grids for 16-bit positions: each covers the box of a cage, and its scale the largest displacement. */
+/* Grids for 16-bit positions: each covers the box of a cage, with what its surface has beyond, and its scale
+ * the largest displacement. */
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -34,6 +35,25 @@ static void widen(extent *r, const extent *more) {
     r->max[axis] = fmaxf(r->max[axis], more->max[axis]);
   }
   r->displacement_max = fmaxf(r->displacement_max, more->displacement_max);
+}
+
+/* Widens an extent by the points of a surface that may lie outside of the hull of its cage: details move
+ * them, and masks of Chaikin's rule are not always convex, for displacements neither. */
+static tw_status widen_by_surface(extent *r, const tw_mesh *mesh, const tw_surface *surface,
+                                  const tw_parallel_for *parallel) {
+  bool is_convex = tw_surface_get_options(surface)->creasing != TW_CREASE_CHAIKIN;
+  int targets = is_convex ? 0 : (int)tw_surface_get_layout(surface)->morph_count;
+  extent points = NOWHERE;
+  if (is_convex && mesh->detail_count == 0) return TW_OK;
+  tw_status status = tw_surface_bounds_by(surface, -1, parallel, points.min, points.max);
+  for (int target = 0; target < targets && status == TW_OK; target++) {
+    float min[3], max[3];
+    status = tw_surface_bounds_by(surface, target, parallel, min, max);
+    for (int axis = 0; axis < 3 && status == TW_OK; axis++)
+      points.displacement_max = fmaxf(points.displacement_max, fmaxf(-min[axis], max[axis]));
+  }
+  if (status == TW_OK) widen(r, &points);
+  return status;
 }
 
 static tw_grid grid_of(const extent *r) {
@@ -90,11 +110,14 @@ static void find_sets(const tw_model *model, uint32_t *sets, uint32_t *first, tw
     if (model->clips[i].loose) mark_pointed(model, model->clips[i].loose, grids);
 }
 
-static void choose(const tw_model *model, uint32_t *sets, extent *extents, tw_grid *grids) {
+static tw_status choose(const tw_model *model, const tw_surface *const *surfaces,
+                        const tw_parallel_for *parallel, uint32_t *sets, extent *extents, tw_grid *grids) {
   for (uint32_t i = 0; i < model->mesh_count; i++) extents[i] = NOWHERE;
   for (uint32_t i = 0; i < model->mesh_count; i++) {
     uint32_t set = tw_union_find_root(sets, i);
     const extent own = extent_of(&model->meshes[i]);
+    tw_status status = widen_by_surface(&extents[set], &model->meshes[i], surfaces[i], parallel);
+    if (status != TW_OK) return status;
     widen(&extents[set], &own);
     grids[set].is_float = grids[set].is_float || grids[i].is_float;
   }
@@ -104,19 +127,21 @@ static void choose(const tw_model *model, uint32_t *sets, extent *extents, tw_gr
     grids[i] = grid_of(&extents[set]);
     grids[i].is_float = is_float;
   }
+  return TW_OK;
 }
 
-tw_status tw_grids_choose(const tw_model *model, tw_grid *grids) {
+tw_status tw_grids_choose(const tw_model *model, const tw_surface *const *surfaces,
+                          const tw_parallel_for *parallel, tw_grid *grids) {
   uint32_t *sets = tw_alloc(model->mesh_count, sizeof *sets),
            *first = tw_alloc(model->skin_count, sizeof *first);
   extent *extents = tw_alloc(model->mesh_count, sizeof *extents);
-  bool is_ready = sets && first && extents;
-  if (is_ready) {
+  tw_status status = TW_NO_MEMORY;
+  if (sets && first && extents) {
     find_sets(model, sets, first, grids);
-    choose(model, sets, extents, grids);
+    status = choose(model, surfaces, parallel, sets, extents, grids);
   }
   free(sets);
   free(first);
   free(extents);
-  return is_ready ? TW_OK : TW_NO_MEMORY;
+  return status;
 }

@@ -42,7 +42,7 @@ static void write_answer(const tw_scene *scene) {
 static void write_packed(const tw_model *model, tw_scene *scene, tw_encoding encoding) {
   tw_grid grids[MESHES];
   tw_packs *packs[MESHES] = {NULL};
-  if (tw_grids_choose(model, grids) != TW_OK) return;
+  if (tw_grids_choose(model, scene->surfaces, NULL, grids) != TW_OK) return;
   for (uint32_t i = 0; i < model->mesh_count; i++) {
     const tw_pack_options options = {encoding, scene->polygons, grids[i], true};
     if (tw_packs_create(&model->meshes[i], scene->surfaces[i], &options, NULL, &packs[i], NULL) != TW_OK)

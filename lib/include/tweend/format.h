@@ -103,9 +103,12 @@ typedef struct tw_grid {
 /* Chooses a grid for each mesh of a model. Meshes of one skin share a grid, because the skin's inverse bind
  * matrices scale it back. Floats stay in meshes that EXT_mesh_gpu_instancing draws, meshes that have points
  * or lines, meshes of a node whose weights KHR_animation_pointer moves, and meshes that share a skin with one
- * of these. A grid serves every level: a surface stays within the hull of its cage. grids: [mesh_count].
- * O(points + nodes). TW_NO_MEMORY. */
-tw_status tw_grids_choose(const tw_model *model, tw_grid *grids);
+ * of these. A grid covers the cage, and so every level of it: a surface stays within the hull of its cage.
+ * Where details or Chaikin's rule lead out of the hull, it covers the surface too. surfaces: [mesh_count] of
+ * the meshes. parallel: as for tw_surface_create_by. grids: [mesh_count]. O(points + nodes), and
+ * tw_surface_bounds_by. TW_CANCELLED, TW_NO_MEMORY. */
+tw_status tw_grids_choose(const tw_model *model, const tw_surface *const *surfaces,
+                          const tw_parallel_for *parallel, tw_grid *grids);
 
 typedef struct tw_pack_options {
   tw_encoding encoding; /* not TW_ENCODING_FLOAT */
