@@ -26,11 +26,23 @@ static uint64_t triangles_between(const tw_surface_group *from, const tw_surface
   return to->first_corner - from->first_corner - 2 * (to->first_face - from->first_face);
 }
 
+/* Whether a face of a primitive is in a group. group: the surface's group in which the primitive begins. */
+static bool is_in_groups(const tw_surface *surface, const tw_gltf_primitive *primitive, uint32_t group) {
+  uint64_t end = primitive->first_triangle + primitive->triangle_count;
+  for (; group < tw_surface_group_count(surface); group++) {
+    const tw_surface_group *next = tw_surface_get_group(surface, group);
+    if (triangles_between(&primitive->faces, next) >= end) return false;
+    if (next->names != TW_NO_INDEX) return true;
+  }
+  return false;
+}
+
 /* The extras of a primitive: {"groups": [{"names": [...], "start": n, "count": n}, ...]}, ranges of its
- * indices, in order. Faces in no group are in no range; without any range there are no extras. next_group:
- * the surface's group in which the primitive begins; moves past the groups that end in the primitive. */
+ * indices, in order, then the members of kept extras. Faces in no group are in no range; without any range
+ * nothing is put. extras: NULL without any. next_group: the surface's group in which the primitive begins;
+ * moves past the groups that end in the primitive. */
 static void put_group_ranges(tw_gltf_writer *writer, const tw_surface *surface,
-                             const tw_gltf_primitive *primitive, uint32_t *next_group) {
+                             const tw_gltf_primitive *primitive, const char *extras, uint32_t *next_group) {
   uint64_t begin = primitive->first_triangle, end = begin + primitive->triangle_count, stop = begin;
   bool any = false;
   for (; *next_group < tw_surface_group_count(surface) && stop < end; ++*next_group) {
@@ -53,7 +65,10 @@ static void put_group_ranges(tw_gltf_writer *writer, const tw_surface *surface,
     }
     if (goes_on) break;
   }
-  if (any) tw_text_add(writer->text, "]}");
+  if (!any) return;
+  tw_text_add(writer->text, "]");
+  if (extras && *extras == '{') tw_gltf_put_members(writer, extras, "groups");
+  tw_gltf_close_object(writer);
 }
 
 /* ---- meshes -------------------------------------------------------------------------------------------- */
@@ -71,15 +86,14 @@ static void put_targets(tw_gltf_writer *writer, uint32_t count, uint32_t first, 
   tw_text_add(writer->text, "]");
 }
 
-/* The members of a kept object, with FB_ngon_encoding added to its extensions. */
-static void put_kept_and_ngon(tw_gltf_writer *writer, const char *kept) {
+/* The extensions of a kept object, with FB_ngon_encoding added. */
+static void put_ngon_extension(tw_gltf_writer *writer, const char *kept) {
   const char *extensions = tw_json_member(kept, "extensions");
   tw_member_open(writer->text, "extensions", "{");
   tw_member_open(writer->text, NGON, "{}");
   tw_gltf_note_extension(writer, NGON, sizeof NGON - 1);
   tw_gltf_put_members(writer, extensions, NULL);
   tw_text_add(writer->text, "}");
-  tw_gltf_put_kept(writer, kept, "extensions");
 }
 
 /* The kept object of the primitives of these faces, or NULL. */
@@ -88,8 +102,11 @@ static const char *kept_of(const tw_model *model, int32_t face_material) {
   return face_material >= 0 && slot < model->slot_count ? model->slots[slot].kept : NULL;
 }
 
+/* next_group: as of put_group_ranges. */
 static void put_primitive(tw_gltf_writer *writer, const tw_gltf_mesh *mesh,
-                          const tw_gltf_primitive *primitive) {
+                          const tw_gltf_primitive *primitive, const tw_surface *surface,
+                          uint32_t *next_group) {
+  static const char *const added[2][2] = {{NULL, "extras"}, {"extensions", "extensions extras"}};
   const tw_model *model = writer->scene->model;
   tw_member_open(writer->text, "attributes", "{");
   for (uint32_t i = 0; i < mesh->field_count; i++) {
@@ -104,10 +121,12 @@ static void put_primitive(tw_gltf_writer *writer, const tw_gltf_mesh *mesh,
   if (material >= 0) tw_member_count(writer->text, "material", (uint64_t)material);
   put_targets(writer, mesh->target_count, primitive->first_target, mesh->target_step);
   const char *kept = kept_of(model, primitive->faces.material);
-  if (writer->scene->polygons == TW_POLYGONS_NGON)
-    put_kept_and_ngon(writer, kept);
-  else
-    tw_gltf_put_kept(writer, kept, NULL);
+  bool bears_ngons = writer->scene->polygons == TW_POLYGONS_NGON,
+       bears_groups = writer->plan->names_groups && is_in_groups(surface, primitive, *next_group);
+  if (bears_ngons) put_ngon_extension(writer, kept);
+  tw_gltf_put_kept(writer, kept, added[bears_ngons][bears_groups]);
+  if (writer->plan->names_groups)
+    put_group_ranges(writer, surface, primitive, tw_json_member(kept, "extras"), next_group);
 }
 
 static void put_primitives(tw_gltf_writer *writer, uint32_t index) {
@@ -116,8 +135,7 @@ static void put_primitives(tw_gltf_writer *writer, uint32_t index) {
   uint32_t group = 0;
   for (uint32_t i = 0; i < mesh->primitive_count; i++) {
     tw_gltf_open_object(writer);
-    put_primitive(writer, mesh, &mesh->primitives[i]);
-    if (writer->plan->names_groups) put_group_ranges(writer, surface, &mesh->primitives[i], &group);
+    put_primitive(writer, mesh, &mesh->primitives[i], surface, &group);
     tw_gltf_close_object(writer);
   }
 }

@@ -109,11 +109,20 @@ void tw_gltf_put_extensions(tw_gltf_writer *writer) {
 
 /* ---- parts of objects ---------------------------------------------------------------------------------- */
 
+/* names: a blank between two; NULL: none. */
+static bool is_among(const tw_json_item *item, const char *names) {
+  for (size_t length; names && *names; names += length + (names[length] == ' ')) {
+    length = strcspn(names, " ");
+    if (item->key_size == length && memcmp(item->key, names, length) == 0) return true;
+  }
+  return false;
+}
+
 void tw_gltf_put_members(tw_gltf_writer *writer, const char *object, const char *except) {
   tw_json_item item;
   if (!object) return;
   for (bool more = tw_json_first(object, &item); more; more = tw_json_next(tw_json_skip(item.value), &item)) {
-    if (except && tw_json_key_is(&item, except)) continue;
+    if (is_among(&item, except)) continue;
     tw_text_element(writer->text);
     tw_text_bytes(writer->text, item.key - 1, (size_t)(tw_json_skip(item.value) - item.key) + 1);
   }

@@ -35,8 +35,8 @@ static inline void tw_gltf_put_name(tw_gltf_writer *writer, const char *name) {
   if (name) tw_member_string(writer->text, "name", name);
 }
 
-/* Prints the members of an object behind those that are already there. object: NULL prints nothing. except: a
- * member to leave out, or NULL. */
+/* Prints the members of an object behind those that are already there. object: NULL prints nothing. except:
+ * members to leave out, a blank between two; or NULL. */
 void tw_gltf_put_members(tw_gltf_writer *writer, const char *object, const char *except);
 
 /* As tw_gltf_put_members, for an object that was kept of the file; also notes all extensions in it. */

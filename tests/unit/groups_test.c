@@ -279,11 +279,15 @@ static cJSON *write_gltf(const tw_scene *scene) {
   return json;
 }
 
-static const cJSON *groups_of(const cJSON *file, int primitive) {
+static const cJSON *primitive_of(const cJSON *file, int primitive) {
   const cJSON *mesh = cJSON_GetArrayItem(cJSON_GetObjectItem(file, "meshes"), 0);
   const cJSON *one = cJSON_GetArrayItem(cJSON_GetObjectItem(mesh, "primitives"), primitive);
   assert_non_null(one);
-  return cJSON_GetObjectItem(cJSON_GetObjectItem(one, "extras"), "groups");
+  return one;
+}
+
+static const cJSON *groups_of(const cJSON *file, int primitive) {
+  return cJSON_GetObjectItem(cJSON_GetObjectItem(primitive_of(file, primitive), "extras"), "groups");
 }
 
 static void assert_range(const cJSON *groups, int index, const char *names, int start, int count) {
@@ -350,6 +354,39 @@ TEST(a_cage_names_the_groups_of_its_own_faces) {
   tw_model_destroy(model);
   free_glb(&file);
   fixture_deinit(&f);
+}
+
+/* One object of both: a JSON object may not have a member twice. */
+TEST(gltf_primitives_keep_their_extras_beside_groups) {
+  static const char *const kept[] = {"{\"extras\":{\"note\":1,\"groups\":2},\"extensions\":{\"X\":{}}}",
+                                     "{\"extras\":3}", NULL};
+  for (int polygons = 0; polygons < 2; polygons++)
+    for (int i = 0; i < 3; i++) {
+      fixture f;
+      fixture_init(&f, quads_text);
+      const tw_mesh *mesh = &f.model->meshes[0];
+      tw_material_slot slots[1] = {{.material = -1, .kept = kept[i]}};
+      int32_t *materials = fixture_alloc(&f, mesh->face_count, sizeof *materials);
+      for (uint32_t face = 0; face < mesh->face_count; face++)
+        materials[face] = (int32_t)f.model->material_count;
+      f.model->meshes[0].face_materials = materials;
+      f.model->slots = slots;
+      f.model->slot_count = 1;
+      fixture_refine(&f, 0, true);
+      f.scene.polygons = (tw_polygons)polygons;
+      cJSON *file = write_gltf(&f.scene);
+      const cJSON *primitive = primitive_of(file, 0), *extras = cJSON_GetObjectItem(primitive, "extras");
+      int count = 0;
+      for (const cJSON *at = primitive->child; at; at = at->next) count += strcmp(at->string, "extras") == 0;
+      assert_int_equal(count, 1);
+      assert_true(cJSON_IsArray(cJSON_GetObjectItem(extras, "groups")));
+      assert_int_equal(cJSON_GetArraySize(extras), i == 0 ? 2 : 1);
+      assert_int_equal(cJSON_HasObjectItem(extras, "note"), i == 0);
+      const cJSON *extensions = cJSON_GetObjectItem(primitive, "extensions");
+      assert_int_equal(cJSON_GetArraySize(extensions), (i == 0) + polygons);
+      cJSON_Delete(file);
+      fixture_deinit(&f);
+    }
 }
 
 TEST(gltf_leaves_out_groups_beyond_thousands) {
