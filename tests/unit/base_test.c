@@ -1,4 +1,5 @@
 /* Errors, arena, numbers as text. */
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -51,6 +52,24 @@ TEST(numbers_print_shortest_and_read_back) {
   assert_true(value > 1e308);
   assert_int_equal(tw_read_double("1e-999", 6, &value), 6);
   assert_true(value == 0);
+}
+
+/* Digits and exponent tell together whether a number is too large or too small. */
+TEST(numbers_beyond_doubles_read_as_strtod_reads_them) {
+  static const char *const
+      starts[] = {"1", "0.", "-0.", ".", "-7", "0"},
+      *const ends[] = {
+          "",      "1",       "1.5",    "e-10",  "e-500", "1e+10",          "1E-10",
+          "1e500", "1.5e-10", "e+9999", "1e390", "1e400", "1e-99999999999", "1e9999999999999999999999"};
+  for (size_t zeros = 0; zeros <= 800; zeros += 400)
+    for (size_t i = 0; i < sizeof starts / sizeof *starts; i++)
+      for (size_t k = 0; k < sizeof ends / sizeof *ends; k++) {
+        char text[900], *after;
+        int length = snprintf(text, sizeof text, "%s%0*d%s", starts[i], (int)zeros + 1, 0, ends[k]);
+        double value, expected = strtod(text, &after);
+        assert_int_equal(tw_read_double(text, (size_t)length, &value), after - text);
+        assert_memory_equal(&value, &expected, sizeof value);
+      }
 }
 
 static uint64_t next_random(uint64_t *seed) {
