@@ -14,9 +14,11 @@ enum {
   ROWS_A_PIECE = 512,
   FACES_A_PIECE = 256,
   ROW_TEXT = 4 + 3 * (TW_NUMBER_TEXT + 1),
-  CORNER_TEXT = 33, /* a space, three numbers of ten digits, two slashes */
+  COUNT_TEXT = 20, /* digits of any count: rows of all nodes may sum to more than 32 bits hold */
+  CORNER_TEXT = 3 + 3 * COUNT_TEXT, /* a space, three numbers, two slashes */
   TAGS_A_PIECE = 256,
-  TAG_TEXT = 72, /* a crease: "t crease 2/1/0", two numbers of ten digits, the sharpness */
+  TAG_TEXT =
+      18 + 2 * COUNT_TEXT + TW_NUMBER_TEXT, /* a crease: "t crease 2/1/0", two numbers, the sharpness */
   DOMAINS = 3
 };
 
