@@ -416,7 +416,7 @@ typedef struct ply_unread {
 /* Adds ELEMENT or ELEMENT.PROPERTY, as long as there is room. */
 static void add_unread(ply_unread *unread, tw_word element, tw_word property) {
   size_t needed = 2 + element.length + 1 + property.length;
-  if (needed > sizeof unread->text - unread->size) return;
+  if (needed >= sizeof unread->text - unread->size) return;
   char *out = unread->text + unread->size;
   int size = snprintf(out, sizeof unread->text - unread->size, "%s%.*s%s%.*s", unread->size > 0 ? ", " : "",
                       (int)element.length, element.text, property.length > 0 ? "." : "", (int)property.length,

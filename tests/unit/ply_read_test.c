@@ -56,6 +56,25 @@ TEST(bad_rows_are_refused) {
   assert_refused(HEADER("binary_little_endian", "1", "0") "0123456789", TW_SYNTAX, "too short");
 }
 
+/* The warning has room for 159 bytes of names: one that would fill it to the last byte is left out, not cut.
+ */
+TEST(names_of_what_is_left_out_stay_whole) {
+  for (int length = 1; length < 160; length++) {
+    char text[500], name[160] = {0}, expected[220];
+    memset(name, 'p', (size_t)length);
+    snprintf(text, sizeof text,
+             "ply\nformat ascii 1.0\nelement e 1\nproperty int k\nelement vertex 1\nproperty float x\n"
+             "property float y\nproperty float z\nproperty float %s\nend_header\n1\n0 0 0 0\n",
+             name);
+    snprintf(expected, sizeof expected, ": e, vertex.%s", name);
+    tw_model *model = read_text(text);
+    const char *names = strstr(model->warnings[0], ": e");
+    assert_non_null(names);
+    assert_true(strcmp(names, expected) == 0 || strcmp(names, ": e") == 0);
+    tw_model_destroy(model);
+  }
+}
+
 TEST(a_line_of_text_is_named) {
   const char *text = HEADER("ascii", "1", "0") "0 0 zero 1 1 1\n";
   tw_model *model;
