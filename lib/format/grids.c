@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "tweend/format.h"
+#include "tweend/json_text.h"
 #include "union_find.h"
 
 typedef struct extent {
@@ -78,18 +79,29 @@ static bool bears_loose(const tw_model *model, const tw_mesh *mesh) {
   return mesh->loose && model->assets;
 }
 
+/* The node whose weights a JSON pointer names, or one of them; else TW_NO_INDEX. written: a JSON string. */
+static uint32_t find_weights(const char *written) {
+  static const char nodes[] = "/nodes/", weights[] = "/weights";
+  char pointer[256], *end; /* a pointer to weights is shorter, escapes included */
+  size_t size = (size_t)(tw_json_skip(written) - written) - 2;
+  if (size >= sizeof pointer) return TW_NO_INDEX;
+  *tw_json_unescape(written + 1, size, pointer) = '\0';
+  if (strncmp(pointer, nodes, strlen(nodes)) != 0) return TW_NO_INDEX;
+  unsigned long node = strtoul(pointer + strlen(nodes), &end, 10);
+  bool is_weights = strncmp(end, weights, strlen(weights)) == 0 && strchr("/", end[strlen(weights)]);
+  return is_weights && node < TW_NO_INDEX ? (uint32_t)node : TW_NO_INDEX;
+}
+
 /* KHR_animation_pointer may name the weights of a node, which must then keep its mesh: its positions stay
- * floats. channels: JSON text. */
+ * floats. channels: a JSON value. */
 static void mark_pointed(const tw_model *model, const char *channels, tw_grid *grids) {
-  static const char nodes[] = "\"/nodes/", weights[] = "/weights\"";
-  while ((channels = strstr(channels, nodes))) {
-    char *end;
-    unsigned long node = strtoul(channels + strlen(nodes), &end, 10);
-    channels = end;
-    if (node >= model->node_count || strncmp(end, weights, strlen(weights)) != 0) continue;
-    uint32_t mesh = model->nodes[node].mesh;
-    if (mesh != TW_NO_INDEX) grids[mesh].is_float = true;
-  }
+  tw_json_item item;
+  uint32_t node = *channels == '"' ? find_weights(channels) : TW_NO_INDEX;
+  uint32_t mesh = node < model->node_count ? model->nodes[node].mesh : TW_NO_INDEX;
+  if (mesh != TW_NO_INDEX) grids[mesh].is_float = true;
+  if (*channels != '{' && *channels != '[') return;
+  for (bool more = tw_json_first(channels, &item); more; more = tw_json_next(tw_json_skip(item.value), &item))
+    mark_pointed(model, item.value, grids);
 }
 
 /* Joins the meshes of each skin into a set, and marks meshes that stay floats. first: [skin_count]

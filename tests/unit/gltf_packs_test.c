@@ -387,9 +387,14 @@ TEST(weights_that_a_pointer_moves_keep_the_mesh_on_its_node) {
   fixture_refine(&f, 1, false);
   choose_grids(&f, grids);
   assert_false(grids[0].is_float);
-  clip.loose = "[{\"pointer\":\"/nodes/1/weights\"},{\"pointer\":\"/nodes/0/weights\"}]";
-  choose_grids(&f, grids);
-  assert_true(grids[0].is_float);
+  static const char *const channels[] = {
+      "[{\"pointer\":\"/nodes/1/weights\"},{\"pointer\":\"/nodes/0/weights\"}]",
+      "[{\"pointer\":\"/nodes/0/weights/2\"}]", "[{\"pointer\":\"\\/nodes\\u002f0\\/weights\"}]"};
+  for (size_t i = 0; i < sizeof channels / sizeof *channels; i++) {
+    clip.loose = channels[i];
+    choose_grids(&f, grids);
+    assert_true(grids[0].is_float);
+  }
   fixture_deinit(&f);
 }
 
