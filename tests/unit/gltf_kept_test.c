@@ -525,3 +525,15 @@ TEST(channels_of_something_else_than_nodes_stay_with_their_keys) {
   assert_says(&a, "extensionsUsed", "['KHR_animation_pointer']");
   answer_deinit(&a);
 }
+
+/* "mesh" and "skin" are read one by one; a list of words has no word of two. */
+TEST(members_whose_names_are_words_with_blanks_are_kept) {
+  answer a = answer_with("", ",'nodes':[{'mesh skin':1}]");
+  assert_says(&a, "nodes/0/mesh skin", "1");
+  answer_deinit(&a);
+  static const char rest[] = ",'animations':[{'channels':[{'sampler':0,'target':{'path':'pointer'}}],"
+                             "'samplers':[{'input':2,'output':3,'interpolation':'LINEAR STEP'}]}]}";
+  char document[2048];
+  snprintf(document, sizeof document, "{" DATA "%s", "", rest);
+  assert_refused(document, "/animations/0/channels/0");
+}

@@ -65,6 +65,7 @@ const char *image_type(const Bytes &file) {
 }
 
 bool has_word(std::string_view list, std::string_view word) {
+  if (word.find(' ') != std::string_view::npos) return false; // several of the list
   for (size_t at = list.find(word); at != std::string_view::npos; at = list.find(word, at + 1)) {
     size_t end = at + word.size();
     if ((at == 0 || list[at - 1] == ' ') && (end == list.size() || list[end] == ' ')) return true;
