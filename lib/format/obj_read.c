@@ -310,7 +310,7 @@ static void warn(const tw_obj_reader *reader, tw_model *model) {
   if (reader->dropped_count > 0)
     tw_model_warn(model, "%llu faces with fewer than three different points are left out",
                   (unsigned long long)reader->dropped_count);
-  if (reader->missing_uvs > 0 && reader->corner_uvs)
+  if (reader->missing_uvs > 0)
     tw_model_warn(model, "%llu face corners have no texture coordinate and get 0 0",
                   (unsigned long long)reader->missing_uvs);
   if (reader->bad_uvs > 0 && reader->corner_uvs)
@@ -374,10 +374,14 @@ tw_status tw_obj_read_points(const uint8_t *bytes, size_t size, tw_arena *arena,
                              tw_error *error) {
   tw_obj_reader reader = {.arena = tw_arena_create(), .error = error};
   tw_status status = reader.arena ? tw_obj_read_statements(&reader, bytes, size) : TW_NO_MEMORY;
-  *count = (uint32_t)reader.all.points;
-  *out = status == TW_OK ? tw_arena_alloc_raw(arena, *count, 3 * sizeof **out) : NULL;
-  if (status == TW_OK && !*out) status = TW_NO_MEMORY;
-  if (status == TW_OK && *count > 0) memcpy(*out, reader.positions, 3 * (size_t)*count * sizeof **out);
+  size_t points = (size_t)reader.all.points;
+  float *positions = status == TW_OK ? tw_arena_alloc_raw(arena, points, 3 * sizeof *positions) : NULL;
+  if (status == TW_OK && !positions) status = TW_NO_MEMORY;
+  if (status == TW_OK) {
+    if (points > 0) memcpy(positions, reader.positions, 3 * points * sizeof *positions);
+    *out = positions;
+    *count = (uint32_t)points;
+  }
   tw_obj_reader_deinit(&reader);
   tw_arena_destroy(reader.arena);
   return status == TW_NO_MEMORY ? tw_fail(error, status, "out of memory") : status;

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "sorted.h"
 #include "soup_mesh.h"
 #include "tweend/format.h"
 
@@ -272,7 +273,6 @@ static tw_status set_value(const tw_obj_reader *reader, uint32_t **values, uint6
 static tw_status add_corner(tw_obj_reader *reader, const obj_corner *added) {
   uint64_t corner = reader->read.corners++;
   reader->corners[corner] = added->point;
-  reader->missing_uvs += added->uv == TW_OBJ_NO_VALUE;
   tw_status status = set_value(reader, &reader->corner_uvs, corner, added->uv);
   return status == TW_OK ? set_value(reader, &reader->corner_normals, corner, added->normal) : status;
 }
@@ -341,18 +341,15 @@ static void settle_faces(tw_obj_reader *reader) {
   reader->all.faces = reader->read.faces;
   reader->all.corners = reader->read.corners;
   if (reader->all.faces == 0) reader->face_offsets[0] = 0;
+  for (uint64_t c = 0; reader->corner_uvs && c < reader->all.corners; c++)
+    reader->missing_uvs += reader->corner_uvs[c] == TW_OBJ_NO_VALUE;
   uint64_t kept = 0;
   for (uint64_t i = 0; i < tags->read.holes && reader->dropped_count > 0; i++) {
-    size_t low = 0, high = reader->dropped_count; /* faces dropped before this hole */
-    while (low < high) {
-      size_t middle = (low + high) / 2;
-      if (reader->dropped[middle] < tags->holes[i])
-        low = middle + 1;
-      else
-        high = middle;
-    }
-    bool is_dropped = low < reader->dropped_count && reader->dropped[low] == tags->holes[i];
-    if (!is_dropped) tags->holes[kept++] = tags->holes[i] - (uint32_t)low;
+    uint32_t count = (uint32_t)reader->dropped_count,
+             before =
+                 tw_lower_bound(reader->dropped, count, tags->holes[i]); /* faces dropped before this hole */
+    bool is_dropped = before < count && reader->dropped[before] == tags->holes[i];
+    if (!is_dropped) tags->holes[kept++] = tags->holes[i] - before;
   }
   if (reader->dropped_count > 0) tags->read.holes = kept;
 }

@@ -622,3 +622,28 @@ TEST(points_without_faces_and_zero_bytes_at_the_end_are_read) {
   assert_int_equal(model->meshes[0].face_count, 0);
   tw_model_destroy(model);
 }
+
+/* Of five corners without a texture coordinate one stays: the others are doubled, or of a face that is
+ * dropped. */
+TEST(corners_without_texture_are_counted_once_faces_are_settled) {
+  tw_model *model = read_good("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\nf 1/1 2 2 3/1\nf 1 1 2\n");
+  assert_int_equal(model->warning_count, 2);
+  assert_string_equal(model->warnings[1], "1 face corners have no texture coordinate and get 0 0");
+  tw_model_destroy(model);
+}
+
+TEST(points_of_a_bad_file_leave_the_outputs_alone) {
+  float own = 1, *points = &own;
+  uint32_t count = 7;
+  tw_arena *arena = tw_arena_create();
+  tw_error error;
+  static const char text[] = "v 0 0 0\nv 1 0 0\nf 1 2 3\n";
+  assert_int_equal(tw_obj_read_points((const uint8_t *)text, sizeof text - 1, arena, &points, &count, &error),
+                   TW_INVALID);
+  assert_ptr_equal(points, &own);
+  assert_int_equal(count, 7);
+  assert_int_equal(tw_obj_read_points((const uint8_t *)text, 16, arena, &points, &count, &error), TW_OK);
+  assert_int_equal(count, 2);
+  assert_float_equal(points[3], 1, 0);
+  tw_arena_destroy(arena);
+}
