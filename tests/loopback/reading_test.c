@@ -461,6 +461,22 @@ static const document stl_documents[] = {
 
 #define ONE_VIEW "'buffers':[{'byteLength':%u*12}],'bufferViews':[{'buffer':0,'byteLength':%u*12}],"
 
+/* A BIN chunk of zeros: three points, three 32-bit indices, and as many 8-bit ones as there are bytes. */
+#define ZEROS_AS_POINTS                                                                                      \
+  "'buffers':[{'byteLength':%u}],'bufferViews':[{'buffer':0,'byteLength':%u}],'accessors':["                 \
+  "{'bufferView':0,'componentType':5126,'count':3,'type':'VEC3'},"                                           \
+  "{'bufferView':0,'componentType':5125,'count':3,'type':'SCALAR'},"                                         \
+  "{'bufferView':0,'componentType':5121,'count':%u,'type':'SCALAR'}]"
+/* The same as many points, three points, their indices, and the sharpness of all of them. */
+#define ZEROS_AS_CAGE                                                                                        \
+  "'buffers':[{'byteLength':%u}],'bufferViews':[{'buffer':0,'byteLength':%u}],'accessors':["                 \
+  "{'bufferView':0,'componentType':5126,'count':100001,'type':'VEC3'},"                                      \
+  "{'bufferView':0,'componentType':5126,'count':3,'type':'VEC3'},"                                           \
+  "{'bufferView':0,'componentType':5125,'count':100001,'type':'SCALAR'},"                                    \
+  "{'bufferView':0,'componentType':5121,'count':3,'type':'SCALAR'},"                                         \
+  "{'bufferView':0,'componentType':5125,'count':3,'type':'SCALAR'},"                                         \
+  "{'bufferView':0,'componentType':5126,'count':100001,'type':'SCALAR'}]"
+
 static const document gltf_documents[] = {
     {"materials", REFUSED, 1, .pieces = {{"{" ASSET ",'materials':[", 0}, {"{},", 1}, {"{}]}", 0}}},
     {"many materials", REFUSED, 12, .pieces = {{"{" ASSET ",'materials':[", 0}, {"{},", 1}, {"{}]}", 0}}},
@@ -578,6 +594,47 @@ static const document gltf_documents[] = {
        0},
       {"{'primitives':[{'attributes':{'POSITION':0}}]},", 0.1},
       {"{}]}", 0}}},
+    {"points that share their indices",
+     REFUSED,
+     2,
+     &zeros,
+     {{"{" ASSET "," ZEROS_AS_POINTS ",'meshes':[{'primitives':[", 0},
+      {"{'mode':0,'attributes':{'POSITION':0},'indices':2},", 0.2},
+      {"{'mode':0,'attributes':{'POSITION':0},'indices':2}]}]}", 0}}},
+    {"holes that share their indices",
+     READ,
+     2,
+     &zeros,
+     {{"{" ASSET "," ZEROS_AS_POINTS ",'meshes':[{'primitives':[{'attributes':{'POSITION':0}}],"
+       "'extras':{'tweend':{'points':1,'holes':[",
+       0},
+      {"{'indices':2},", 0.1},
+      {"{'indices':2}]}}}]}", 0}}},
+    {"holes of a triangle",
+     READ,
+     3,
+     &zeros,
+     {{"{" ASSET "," ZEROS_AS_POINTS ",'meshes':[{'primitives':[{'attributes':{'POSITION':0}}],"
+       "'extras':{'tweend':{'points':1,'holes':[",
+       0},
+      {"{'indices':1},", 0.9},
+      {"{'indices':1}]}}}]}", 0}}},
+    {"cages that share their points",
+     READ,
+     2,
+     &zeros,
+     {{"{" ASSET "," ZEROS_AS_CAGE ",'meshes':[", 0},
+      {"{'primitives':[{'attributes':{'POSITION':0},'indices':3}],'extras':{'tweend':{'points':2}}},", 0.2},
+      {"{'primitives':[{'attributes':{'POSITION':0},'indices':3}]}]}", 0}}},
+    {"cages that share their creases",
+     READ,
+     2,
+     &zeros,
+     {{"{" ASSET "," ZEROS_AS_CAGE ",'meshes':[", 0},
+      {"{'primitives':[{'attributes':{'POSITION':1},'indices':3}],'extras':{'tweend':{'points':4,"
+       "'corners':{'vertices':2,'sharpness':5}}}},",
+       0.2},
+      {"{'primitives':[{'attributes':{'POSITION':0},'indices':3}]}]}", 0}}},
     {"sparse indices in many accessors",
      EITHER,
      8,

@@ -107,7 +107,8 @@ private:
     if (!points_ || !positions || points_->count() != positions->count())
       refuse(TW_INVALID, pointer, "there are not as many points as vertices");
     uint32_t count = points_->count();
-    Vector<uint32_t> vertex(document_.budget, count, UINT32_MAX); // of each point
+    document_.spend_values(4 * uint64_t{count}, pointer, "the points of cages"); // with their positions
+    Vector<uint32_t> vertex(document_.budget, count, UINT32_MAX);                // of each point
     uint32_t found = 0, last = 0;
     for (uint32_t v = 0; v < count; v++) {
       uint32_t point = points_->read_index(v);
@@ -136,6 +137,7 @@ private:
       const Elements &elements = accessors_.open(indices, TINYGLTF_TYPE_SCALAR, pointer + "/indices");
       if (elements.count() % 3 != 0 || elements.component_type() == TINYGLTF_COMPONENT_TYPE_FLOAT)
         refuse(TW_INVALID, pointer, "holes are no triangles");
+      document_.spend_values(elements.count(), pointer, "the indices of holes");
       for (uint32_t k = 0; k < elements.count(); k++)
         if (elements.read_index(k) >= positions.count())
           refuse(TW_INVALID, pointer, "an index is out of range");
@@ -156,10 +158,7 @@ private:
                                                 TINYGLTF_TYPE_VEC3, pointer + "/offsets");
       if (offsets.component_type() != TINYGLTF_COMPONENT_TYPE_FLOAT)
         refuse(TW_INVALID, pointer, "offsets are of another component type");
-      // Details may name the same accessor many times.
-      if (3 * uint64_t{offsets.count()} > document_.values_left)
-        refuse(TW_LIMIT, pointer, "the details are too many for a file of this size");
-      document_.values_left -= 3 * uint64_t{offsets.count()};
+      document_.spend_values(3 * uint64_t{offsets.count()}, pointer, "the details");
       details_.emplace_back(level, &offsets);
     }
   }
@@ -229,6 +228,8 @@ private:
                        uint32_t width) const {
     if (!points != !sharpness || (points && points->count() != uint64_t{width} * sharpness->count()))
       refuse(TW_INVALID, place_of(name), "there are not as many ", name, " as their sharpness");
+    if (points)
+      document_.spend_values(uint64_t{points->count()} + sharpness->count(), place_of(name), "tags of cages");
     for (uint32_t i = 0; points && i < points->count(); i++)
       if (points->read_index(i) >= mesh_.point_count)
         refuse(TW_INVALID, place_of(name), "a point of ", name, " is out of range");

@@ -359,6 +359,10 @@ struct Document {
   // Corners and values that may still be read. Many elements may name the same accessor, and a small file
   // must not take long to read.
   uint64_t corners_left = 0, values_left = 0;
+  void spend_values(uint64_t count, const std::string &pointer, const char *what) {
+    if (count > values_left) refuse(TW_LIMIT, pointer, what, " are too many for a file of this size");
+    values_left -= count;
+  }
   // For the warnings.
   size_t degenerate_faces = 0, partly_textured = 0;
   uint32_t reversed_edges = 0;

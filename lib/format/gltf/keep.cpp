@@ -491,6 +491,7 @@ private:
     for (const auto &target : primitive.targets) check_counts(target, position.count(), "/targets/");
     if (primitive.indices == -1) return;
     const Elements &indices = elements_.open(primitive.indices, place_ + "/indices");
+    document_.spend_values(indices.count(), place_ + "/indices", "the indices of points and lines");
     for (uint32_t i = 0; i < indices.count(); i++)
       if (indices.width() != 1 || indices.read_index(i) >= position.count())
         refuse(TW_INVALID, text("/accessors/", primitive.indices), "index ", i, " is out of range");

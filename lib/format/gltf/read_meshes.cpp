@@ -536,9 +536,7 @@ private:
 
   // Counts values of targets, which may name the same accessors many times.
   void spend_morphs(uint64_t values) {
-    if (values > document_.values_left)
-      refuse(TW_LIMIT, text("/meshes/", index_), "the morph targets are too many for a file of this size");
-    document_.values_left -= values;
+    document_.spend_values(values, text("/meshes/", index_), "the morph targets");
   }
 
   void write_morphs() {

@@ -238,9 +238,7 @@ private:
     track.values = read_values(sampler.output, elements);
     // Counted for each track, because each makes its own copy when it is compiled.
     uint64_t size = elements.count() * uint64_t{elements.width()} + keys.count;
-    if (size > document_.values_left)
-      refuse(TW_LIMIT, pointer, "the animations name their keys too many times");
-    document_.values_left -= size;
+    document_.spend_values(size, pointer, "the keys that animations name");
   }
 
   uint32_t morph_count(uint32_t node, const std::string &pointer) const {
@@ -280,8 +278,7 @@ private:
   // Counts the values of an accessor: accessors may lie over the same bytes.
   void spend(const Elements &elements, const std::string &pointer) {
     uint64_t size = uint64_t{elements.count()} * elements.width();
-    if (size > document_.values_left) refuse(TW_LIMIT, pointer, "the animations have too many keys");
-    document_.values_left -= size;
+    document_.spend_values(size, pointer, "the keys of animations");
   }
 };
 
