@@ -20,7 +20,8 @@ struct Hole {
 class CageTags {
 public:
   CageTags(Document &document, Accessors &accessors, size_t mesh)
-      : document_(document), accessors_(accessors), index_(mesh), mesh_(document.model->meshes[mesh]) {}
+      : document_(document), accessors_(accessors), index_(mesh), mesh_(document.model->meshes[mesh]),
+        holes_(document.budget) {}
 
   // Opens the accessors that the extras name. positions: of all vertices, nullptr if primitives have
   // different ones. Another program may have kept the extras and changed the accessors: tags that do not fit
@@ -46,7 +47,7 @@ public:
   }
 
   bool are_there() const { return points_ != nullptr; }
-  const std::vector<Hole> &holes() const { return holes_; }
+  const Vector<Hole> &holes() const { return holes_; }
   uint32_t point_of(uint32_t vertex) const { return points_->read_index(vertex); }
 
   // Puts faces and corners into the order that the mesh had, and tags it. The mesh must have the faces of the
@@ -86,7 +87,7 @@ private:
   const Elements *crease_edges_ = nullptr, *crease_sharpness_ = nullptr, *corner_vertices_ = nullptr,
                  *corner_sharpness_ = nullptr;
   std::vector<std::pair<uint32_t, const Elements *>> details_; // a level, its offsets
-  std::vector<Hole> holes_;
+  Vector<Hole> holes_;
 
   std::string place_of(const char *name) const { return text("/meshes/", index_, "/extras/tweend/", name); }
 

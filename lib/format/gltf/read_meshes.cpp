@@ -42,8 +42,9 @@ public:
       : document_(document), accessors_(accessors), source_(document.source.meshes[index]),
         texts_(document.mesh_texts[index]), index_(index), mesh_(document.model->meshes[index]),
         pointer_(text("/meshes/", index, "/primitives/")), scratch_(scratch),
-        opened_(document, accessors, index), elements_(document.budget), positions_(document.budget),
-        point_(document.budget), first_vertex_(document.budget), tags_(document, accessors, index) {}
+        opened_(document, accessors, index), lists_(document.budget), elements_(document.budget),
+        positions_(document.budget), point_(document.budget), first_vertex_(document.budget),
+        tags_(document, accessors, index) {}
 
   void read() {
     document_.budget.place = text("/meshes/", index_);
@@ -80,8 +81,8 @@ private:
   std::string pointer_;
   Vector<uint32_t> &scratch_; // by element: vertex + 1; all 0 between calls
   VertexSources opened_;
-  const std::vector<VertexSource> &sources_ = opened_.all;
-  std::vector<FaceList> lists_; // in the file's order
+  const Vector<VertexSource> &sources_ = opened_.all;
+  Vector<FaceList> lists_; // in the file's order
   // First elements, at the corners of triangles; then vertices, at the corners of faces; at last points.
   uint32_t *corners_ = nullptr;
   uint32_t *offsets_ = nullptr; // of the faces

@@ -36,7 +36,8 @@ constexpr char too_many_attributes[] = " is left out: a mesh keeps 15 such, of 3
 class VertexSources {
 public:
   VertexSources(Document &document, Accessors &accessors, size_t mesh)
-      : document_(document), accessors_(accessors), source_(document.source.meshes[mesh]), index_(mesh),
+      : all(document.budget), document_(document), accessors_(accessors),
+        source_(document.source.meshes[mesh]), index_(mesh),
         pointer_(text("/meshes/", mesh, "/primitives/")) {}
 
   // The index in `all` of primitive i's source.
@@ -48,7 +49,7 @@ public:
     return found->second;
   }
 
-  std::vector<VertexSource> all;
+  Vector<VertexSource> all;
   std::vector<SmoothAttribute> smooth; // in the order of the document
 
 private:
