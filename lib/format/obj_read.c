@@ -181,7 +181,7 @@ static void add_faces(const obj_part *part, tw_mesh *mesh) {
 
 /* Numbers the UVs that the part's corners use, in the order of their first use. Returns how many they are. */
 static uint32_t count_uvs(const obj_part *part) {
-  const uint32_t mark = 2 * part->index + 1, *corners = part->reader->corner_uvs;
+  const uint32_t mark = part->index + 1, *corners = part->reader->corner_uvs;
   uint32_t count = 0;
   for (uint32_t c = part->first_corner; c < part->corner_stop; c++) {
     if (corners[c] == TW_OBJ_NO_VALUE || part->uv_marks[corners[c]] == mark) continue;
@@ -210,7 +210,7 @@ static void copy_uvs(const obj_part *part, uint32_t count, float *values) {
 }
 
 static tw_status add_uvs(const obj_part *part, tw_mesh *mesh) {
-  const tw_obj_reader *reader = part->reader;
+  tw_obj_reader *reader = part->reader;
   if (!reader->corner_uvs) return TW_OK;
   const uint32_t *corners = reader->corner_uvs + part->first_corner;
   uint32_t missing = 0, count = part->count == 1 ? (uint32_t)reader->all.uvs : count_uvs(part);
@@ -219,6 +219,7 @@ static tw_status add_uvs(const obj_part *part, tw_mesh *mesh) {
   float *values = tw_arena_alloc_raw(reader->arena, (size_t)count + (missing > 0), 2 * sizeof *values);
   if (!values) return tw_obj_fail_memory(reader);
   copy_uvs(part, count, values);
+  reader->missing_uvs += missing;
   mesh->uv_set_count = 1;
   mesh->uv_sets[0] = (tw_uv_set){count + (missing > 0), values, corners};
   return TW_OK;

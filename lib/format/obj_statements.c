@@ -341,8 +341,6 @@ static void settle_faces(tw_obj_reader *reader) {
   reader->all.faces = reader->read.faces;
   reader->all.corners = reader->read.corners;
   if (reader->all.faces == 0) reader->face_offsets[0] = 0;
-  for (uint64_t c = 0; reader->corner_uvs && c < reader->all.corners; c++)
-    reader->missing_uvs += reader->corner_uvs[c] == TW_OBJ_NO_VALUE;
   uint64_t kept = 0;
   for (uint64_t i = 0; i < tags->read.holes && reader->dropped_count > 0; i++) {
     uint32_t count = (uint32_t)reader->dropped_count,

@@ -15,14 +15,10 @@ enum {
 
 /* ---- binary ------------------------------------------------------------------------------------- */
 
-static uint32_t read_u32(const uint8_t *bytes) {
-  return (uint32_t)bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 | (uint32_t)bytes[3] << 24;
-}
-
 /* The size that the count of facets asks for. The same bytes of STL text, read as a count, ask for far more
  * than the file has. */
 static uint64_t binary_size(const uint8_t *bytes) {
-  return HEADER + (uint64_t)read_u32(bytes + HEADER - 4) * FACET;
+  return HEADER + (uint64_t)tw_read_u32(bytes + HEADER - 4) * FACET;
 }
 
 /* Some tools append a little behind the facets. */
@@ -34,11 +30,11 @@ static bool is_binary(const uint8_t *bytes, size_t size) {
 }
 
 static tw_status read_binary(const uint8_t *bytes, tw_polygons_read *out, tw_error *error) {
-  uint32_t facets = read_u32(bytes + HEADER - 4);
+  uint32_t facets = tw_read_u32(bytes + HEADER - 4);
   for (uint32_t f = 0; f < facets; f++) {
     const uint8_t *points = bytes + HEADER + (size_t)f * FACET + 3 * sizeof(float);
     for (size_t i = 0; i < 9; i++) {
-      uint32_t bits = read_u32(points + 4 * i);
+      uint32_t bits = tw_read_u32(points + 4 * i);
       float *value = &out->positions[9 * (size_t)f + i];
       memcpy(value, &bits, sizeof bits);
       if (!isfinite(*value)) return tw_fail(error, TW_INVALID, "facet %u: a coordinate is not finite", f);
@@ -161,7 +157,7 @@ bool tw_is_stl(const uint8_t *bytes, size_t size) {
  * more, a facet 40: three vertices and two words. */
 static bool make_room(const uint8_t *bytes, size_t size, bool binary, tw_arena *arena,
                       tw_polygons_read *out) {
-  size_t facets = binary ? read_u32(bytes + HEADER - 4) : size / 40;
+  size_t facets = binary ? tw_read_u32(bytes + HEADER - 4) : size / 40;
   size_t vertices = binary ? 3 * facets : size / 12;
   if (vertices >= UINT32_MAX) return false;
   out->positions = tw_alloc(vertices + 1, 3 * sizeof(float));

@@ -1,4 +1,4 @@
-/* Words and numbers of text that is read in place. */
+/* Words and numbers of files that are read in place. */
 #ifndef TWEEND_WORD_H
 #define TWEEND_WORD_H
 
@@ -57,6 +57,11 @@ static inline int tw_hex_digit(char c) {
   if (tw_is_digit(c)) return c - '0';
   char letter = (char)(c | 0x20);
   return letter >= 'a' && letter <= 'f' ? letter - 'a' + 10 : -1;
+}
+
+/* A 32-bit number of a binary file, its lowest byte first. */
+static inline uint32_t tw_read_u32(const uint8_t *bytes) {
+  return (uint32_t)bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 | (uint32_t)bytes[3] << 24;
 }
 
 /* Bytes of the byte order mark that some editors put before UTF-8; 0 without one. */

@@ -623,10 +623,12 @@ TEST(points_without_faces_and_zero_bytes_at_the_end_are_read) {
   tw_model_destroy(model);
 }
 
-/* Of five corners without a texture coordinate one stays: the others are doubled, or of a face that is
- * dropped. */
-TEST(corners_without_texture_are_counted_once_faces_are_settled) {
-  tw_model *model = read_good("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\nf 1/1 2 2 3/1\nf 1 1 2\n");
+/* Of eight corners without a texture coordinate one gets 0 0: the others are doubled, of a face that is
+ * dropped, or of a mesh that has none. */
+TEST(corners_that_get_0_0_for_a_texture_coordinate_are_counted) {
+  tw_model *model =
+      read_good("o a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\nf 1/1 2 2 3/1\nf 1 1 2\n"
+                "o b\nv 0 0 1\nv 1 0 1\nv 0 1 1\nf 4 5 6\n");
   assert_int_equal(model->warning_count, 2);
   assert_string_equal(model->warnings[1], "1 face corners have no texture coordinate and get 0 0");
   tw_model_destroy(model);
