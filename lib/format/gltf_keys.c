@@ -8,10 +8,6 @@
 
 static const tw_tolerance TOLERANCE = {.angle = 0.0017453292519943296, .distance = 1}; /* 0.1 degrees */
 
-static tw_status no_memory(tw_error *error) {
-  return tw_fail(error, TW_NO_MEMORY, "no memory for the plan of a glTF answer");
-}
-
 /* Scales quaternions, in a spline together with their tangents, to unit length and to the side of the key
  * before, as tw_clip_create does. If all keys are so already, *out has the track's own. */
 static tw_status normalize_keys(const tw_track_keys *track, tw_arena *arena, tw_track_keys *out,
@@ -28,7 +24,7 @@ static tw_status normalize_keys(const tw_track_keys *track, tw_arena *arena, tw_
     if (scale == 1) continue;
     if (!scaled) {
       scaled = tw_arena_alloc_raw(arena, track->key_count, width * sizeof *scaled);
-      if (!scaled) return no_memory(error);
+      if (!scaled) return tw_gltf_no_memory(error);
       memcpy(scaled, track->values, track->key_count * width * sizeof *scaled);
     }
     for (size_t i = 0; i < width; i++) { /* tangents of a tiny key may exceed a float */

@@ -15,10 +15,6 @@ enum {
 /* The most views, accessors, nodes and materials together: the JSON that lists them is held in memory. */
 static const uint64_t PARTS_MAX = 1 << 18;
 
-static tw_status no_memory(tw_error *error) {
-  return tw_fail(error, TW_NO_MEMORY, "no memory for the plan of a glTF answer");
-}
-
 /* ---- adding -------------------------------------------------------------------------------------------- */
 
 /* Makes room for one more row behind `count` rows, which grow by doubling, and counts it. Returns the rows,
@@ -336,7 +332,7 @@ static tw_status add_meshes(tw_gltf_plan *plan, const tw_scene *scene, tw_error 
   plan->nothing = TW_NO_INDEX;
   for (uint32_t i = 0; i < scene->model->mesh_count; i++) {
     if (tw_surface_get_counts(scene->surfaces[i])->faces > 0) {
-      if (!add_mesh(plan, scene, i)) return no_memory(error);
+      if (!add_mesh(plan, scene, i)) return tw_gltf_no_memory(error);
     } else { /* holes are faces in cages only */
       plan->meshes[i].target_count = scene->model->meshes[i].morph_count;
       if (!scene->model->assets || !scene->model->meshes[i].loose) add_nothing(plan);
@@ -389,7 +385,7 @@ static const float *undo_grid(tw_arena *arena, const tw_skin *skin, const tw_gri
 static tw_status add_skins(tw_gltf_plan *plan, const tw_scene *scene, tw_error *error) {
   const tw_model *model = scene->model;
   const tw_grid **grids = tw_arena_alloc(plan->arena, model->skin_count, sizeof *grids);
-  if (!grids) return no_memory(error);
+  if (!grids) return tw_gltf_no_memory(error);
   for (uint32_t i = 0; i < model->node_count; i++) {
     const tw_node *node = &model->nodes[i];
     if (tw_gltf_node_is_skinned(scene, node) && has_places(scene, node->mesh))
@@ -398,7 +394,7 @@ static tw_status add_skins(tw_gltf_plan *plan, const tw_scene *scene, tw_error *
   for (uint32_t i = 0; i < model->skin_count; i++) {
     const tw_skin *skin = &model->skins[i];
     const float *matrices = grids[i] ? undo_grid(plan->arena, skin, grids[i]) : skin->inverse_bind;
-    if (!matrices) return no_memory(error);
+    if (!matrices) return tw_gltf_no_memory(error);
     plan->skin_matrices[i] = add_floats(plan, matrices, skin->joint_count, 16);
   }
   return TW_OK;
@@ -515,7 +511,7 @@ static uint64_t count_tracks(const tw_scene *scene) {
 static tw_status allocate(tw_gltf_plan *plan, const tw_scene *scene, tw_error *error) {
   const tw_model *model = scene->model;
   plan->arena = tw_arena_create();
-  if (!plan->arena) return no_memory(error);
+  if (!plan->arena) return tw_gltf_no_memory(error);
   plan->meshes = tw_arena_alloc(plan->arena, model->mesh_count, sizeof *plan->meshes);
   plan->animations = tw_arena_alloc(plan->arena, scene->clip_count, sizeof *plan->animations);
   plan->channels = tw_arena_alloc(plan->arena, (size_t)count_tracks(scene), sizeof *plan->channels);
@@ -525,7 +521,7 @@ static tw_status allocate(tw_gltf_plan *plan, const tw_scene *scene, tw_error *e
   plan->holders = tw_arena_alloc(plan->arena, model->node_count, sizeof *plan->holders);
   bool all = plan->meshes && plan->animations && plan->channels && plan->image_views && plan->skin_matrices &&
              plan->holders;
-  return all ? TW_OK : no_memory(error);
+  return all ? TW_OK : tw_gltf_no_memory(error);
 }
 
 /* Fails if there are too many parts, or one found no memory. */
@@ -535,7 +531,7 @@ static tw_status judge_parts(const tw_gltf_plan *plan, tw_error *error) {
                    "as glTF the answer would have %llu nodes, materials, accessors and buffer views, over "
                    "the limit of %llu",
                    (unsigned long long)plan->part_count, (unsigned long long)PARTS_MAX);
-  return plan->lacks_memory ? no_memory(error) : TW_OK;
+  return plan->lacks_memory ? tw_gltf_no_memory(error) : TW_OK;
 }
 
 tw_status tw_gltf_plan_init(tw_gltf_plan *plan, const tw_scene *scene, tw_error *error) {

@@ -193,6 +193,10 @@ uint32_t tw_gltf_add_numbers(tw_gltf_plan *plan, const void *values, uint64_t co
  * memory. */
 bool tw_gltf_add_cage_tags(tw_gltf_plan *plan, const tw_scene *scene, uint32_t index);
 
+static inline tw_status tw_gltf_no_memory(tw_error *error) {
+  return tw_fail(error, TW_NO_MEMORY, "no memory for the plan of a glTF answer");
+}
+
 /* Lays out everything that the scene holds. TW_LIMIT: too many parts, or keys that would have to be added. A
  * failed plan is deinited. */
 tw_status tw_gltf_plan_init(tw_gltf_plan *plan, const tw_scene *scene, tw_error *error);

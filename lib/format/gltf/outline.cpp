@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "meshopt_read.h"
+#include "word.h"
 
 namespace gltf {
 
@@ -25,11 +26,6 @@ struct Container {
   Bytes bin; // size 0: there is no BIN chunk
 };
 
-uint32_t read_u32(const uint8_t *at) {
-  return static_cast<uint32_t>(at[0]) | static_cast<uint32_t>(at[1]) << 8 |
-         static_cast<uint32_t>(at[2]) << 16 | static_cast<uint32_t>(at[3]) << 24;
-}
-
 [[noreturn]] void refuse_container(const std::string &detail) {
   refuse(TW_SYNTAX, "", detail);
 }
@@ -42,8 +38,8 @@ struct Chunk {
 
 Chunk read_chunk(const uint8_t *bytes, uint64_t length, uint64_t offset) {
   if (length - offset < chunk_header_size) refuse_container("the GLB ends inside a chunk header");
-  Chunk chunk = {read_u32(bytes + offset + 4), bytes + offset + chunk_header_size, read_u32(bytes + offset),
-                 0};
+  Chunk chunk = {tw_read_u32(bytes + offset + 4), bytes + offset + chunk_header_size,
+                 tw_read_u32(bytes + offset), 0};
   if (chunk.size > length - offset - chunk_header_size)
     refuse_container(text("a GLB chunk of ", chunk.size, " bytes goes past the end of the file"));
   if (chunk.size % 4 != 0) refuse_container("the length of a GLB chunk is not a multiple of 4");
@@ -53,7 +49,7 @@ Chunk read_chunk(const uint8_t *bytes, uint64_t length, uint64_t offset) {
 
 Container open_binary(const Bytes &file) {
   if (file.size < header_size + chunk_header_size) refuse_container("the GLB is too short for its headers");
-  uint32_t version = read_u32(file.data + 4), length = read_u32(file.data + 8);
+  uint32_t version = tw_read_u32(file.data + 4), length = tw_read_u32(file.data + 8);
   if (version != 2) refuse(TW_UNSUPPORTED, "", "GLB version ", version, ": only version 2 can be read");
   if (length != file.size)
     refuse_container(text("the GLB says that it has ", length, " bytes, and has ", file.size));
