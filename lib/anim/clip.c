@@ -456,10 +456,11 @@ void tw_clip_pose(const tw_clip *clip, const tw_node *nodes, uint32_t node_count
  * than 360 degrees ends. */
 static void align_signs(float *rotations, uint32_t count) {
   for (size_t i = 1; i < count; i++) {
-    float *at = rotations + 4 * i;
-    const float *before = at - 4;
-    if (before[0] * at[0] + before[1] * at[1] + before[2] * at[2] + before[3] * at[3] >= 0) continue;
-    for (int j = 0; j < 4; j++) at[j] = -at[j];
+    float *key = rotations + 4 * i;
+    double before[4], at[4];
+    quat_widen(key - 4, before);
+    quat_widen(key, at);
+    for (int j = 0; j < 4 && quat_dot(before, at) < 0; j++) key[j] = -key[j];
   }
 }
 

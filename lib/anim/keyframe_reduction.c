@@ -1,9 +1,12 @@
 /* Reduces clips to few LINEAR keys within a tolerance.
  *
- * A track is first sampled on a grid: at its keys where it is LINEAR already, else in steps so short that
- * each step's chord strays from the path by less than a sixteenth of the tolerance. From each chosen key, the
- * next one is the farthest grid place whose chord stays near the path. Then every chord is measured again,
- * densely, between the keys as they will be written; a chord that fails is halved. */
+ * A track is first sampled on a grid: at its keys where it is LINEAR already, else in steps so short that the
+ * chord of each strays from the path by less than a sixteenth of the tolerance. From each key the next one is
+ * the farthest grid place whose chord stays near the path. Then every chord is measured again, densely,
+ * between the keys as they will be written; one that fails is halved.
+ *
+ * Between two keys that are 180 degrees apart, rounding decides which way a player turns. So no chord of
+ * rotations turns by nearly as much. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -19,9 +22,11 @@ enum {
   REFINEMENTS = 24
 };
 
+static const double PI = 3.14159265358979323846;
 static const double STEP_ANGLE = 3.14159265358979323846 / 18;
-static const double GRID_MARGIN = 16;  /* chords of the grid stray by less than tolerance / GRID_MARGIN */
-static const double FLOAT_ROOM = 4e-7; /* rounding to single precision, relative to the largest value */
+static const double CHORD_ANGLE = 2.7; /* the most between two keys: 154.7 degrees */
+static const double GRID_MARGIN = 16;  /* chords of the grid stray by less than this part of the tolerance */
+static const double FLOAT_ROOM = 4e-7; /* of the largest value: rounding to single precision */
 
 /* A growing list of ascending times and the values there. */
 typedef struct samples {
@@ -77,22 +82,7 @@ static tw_status append(const reduction *r, samples *list, float time, tw_error 
 
 /* ---- errors of chords ---------------------------------------------------------------------------------- */
 
-static double distance(const reduction *r, const float *a, const float *b) {
-  if (r->rotation) {
-    double p[4], q[4];
-    quat_widen(a, p);
-    quat_widen(b, q);
-    return tw_angle_between(p, q);
-  }
-  double sum = 0;
-  for (uint32_t i = 0; i < r->width; i++) {
-    double difference = (double)a[i] - (double)b[i];
-    sum += difference * difference;
-  }
-  return sqrt(sum);
-}
-
-/* The path that a player takes between two keys: slerp or a straight line. */
+/* The path that a player takes between two keys. */
 typedef struct chord {
   double start, seconds;
   const float *from, *to;
@@ -111,7 +101,11 @@ static chord chord_between(const reduction *r, float start, const float *from, f
   return chord;
 }
 
-/* The distance between a chord and a sample of the path at a time. */
+static bool is_short(const chord *chord) {
+  return 2 * chord->arc.angle <= CHORD_ANGLE;
+}
+
+/* How far a chord is from a sample of the path at a time. */
 static double stray(const reduction *r, const chord *chord, float time, const float *sample) {
   double u = ((double)time - chord->start) / chord->seconds;
   if (r->rotation) {
@@ -170,11 +164,10 @@ static double largest_stray(const reduction *r, const tw_track *track, uint32_t 
 }
 
 static tw_status lay_segment(reduction *r, const tw_track *track, uint32_t key, tw_error *error) {
-  double steps = 1;
+  double travel = r->rotation ? tw_track_travel(track, key) : 0, steps = fmax(1, ceil(travel / CHORD_ANGLE));
   if (!is_linear(track)) {
-    steps = STEPS_LEAST;
-    if (r->rotation) steps = fmax(steps, ceil(tw_track_travel(track, key) / STEP_ANGLE));
-    /* A chord's error is proportional to the square of its length. */
+    steps = fmax(STEPS_LEAST, ceil(travel / STEP_ANGLE));
+    /* A chord's error goes with the square of its length. */
     double ratio = steps < r->grid.most ? largest_stray(r, track, key, (uint32_t)steps) / r->tolerance : 1;
     steps *= fmax(1, ceil(sqrt(GRID_MARGIN * ratio)));
   }
@@ -202,13 +195,18 @@ static const float *grid_value(const reduction *r, uint32_t place) {
   return r->grid.values + (size_t)place * r->width;
 }
 
+/* Whether the chord stays near the places after `from` and before `to`. */
+static bool is_near(const reduction *r, const chord *chord, uint32_t from, uint32_t to) {
+  double allowed = r->tolerance * (1 - 1 / GRID_MARGIN);
+  for (uint32_t i = from + 1; i < to; i++)
+    if (stray(r, chord, r->grid.times[i], grid_value(r, i)) > allowed) return false;
+  return true;
+}
+
 static bool chord_holds(const reduction *r, uint32_t from, uint32_t to) {
   chord chord =
       chord_between(r, r->grid.times[from], grid_value(r, from), r->grid.times[to], grid_value(r, to));
-  double allowed = r->tolerance * (1 - 1 / GRID_MARGIN);
-  for (uint32_t i = from + 1; i < to; i++)
-    if (stray(r, &chord, r->grid.times[i], grid_value(r, i)) > allowed) return false;
-  return true;
+  return is_short(&chord) && is_near(r, &chord, from, to);
 }
 
 /* The farthest grid place that a chord reaches, found by doubling strides, then bisection. Shorter chords may
@@ -250,37 +248,51 @@ static double worst_near(const reduction *r, const chord *chord, double low, dou
   return worst;
 }
 
-/* The largest stray of the chord from the last key to `end`. places: how many grid places lie between. */
-static double measure(const reduction *r, float end, uint32_t places) {
-  size_t last = r->keys.count - 1;
-  const float *from = r->keys.values + last * r->width;
-  tw_clip_sample(r->clip, r->index, &end, 1, r->ends);
-  chord chord = chord_between(r, r->keys.times[last], from, end, r->ends);
-  uint64_t parts = PARTS_MEASURED * ((uint64_t)places + 1), worst_part = 0;
-  double worst = 0, part = chord.seconds / (double)parts;
-  for (uint64_t i = 1; i < parts; i++) {
-    double error = stray_at(r, &chord, (float)(chord.start + part * (double)i));
-    if (error <= worst) continue;
-    worst = error;
-    worst_part = i;
+/* The largest error of a chord up to its end: at several places of each grid step on its way, then about the
+ * worst of them. place: the last place of the grid that is not after the chord's start. */
+static double measure(const reduction *r, const chord *chord, float end, uint32_t place) {
+  double worst = 0, low = 0, high = 0, last = chord->start, stop = (double)end;
+  bool is_worst = false; /* the last place */
+  while (last < stop) {
+    bool is_inside = ++place < r->grid.count && r->grid.times[place] < end;
+    double from = last, to = is_inside ? (double)r->grid.times[place] : stop;
+    for (int i = 1; i <= PARTS_MEASURED; i++) {
+      double at = i < PARTS_MEASURED ? from + (to - from) * i / PARTS_MEASURED : to;
+      double error = stray_at(r, chord, (float)at);
+      if (is_worst) high = at;
+      is_worst = error > worst;
+      if (is_worst) {
+        worst = error;
+        low = last;
+      }
+      last = at;
+    }
   }
-  if (worst == 0) return 0;
-  double place = chord.start + part * (double)worst_part;
-  return fmax(worst, worst_near(r, &chord, place - part, place + part));
+  return worst > 0 ? fmax(worst, worst_near(r, chord, low, high)) : 0;
 }
 
-/* Adds the key at a grid place. Where the chord to it strays too far, first adds keys half way. */
-static tw_status reach(reduction *r, uint32_t place, uint32_t places, tw_error *error) {
+/* The same of the chord from the last key to a time. A chord near half a turn may stray by as much. */
+static double measure_to(const reduction *r, float end, uint32_t place) {
+  size_t last = r->keys.count - 1;
+  tw_clip_sample(r->clip, r->index, &end, 1, r->ends);
+  chord chord = chord_between(r, r->keys.times[last], r->keys.values + last * r->width, end, r->ends);
+  return is_short(&chord) ? measure(r, &chord, end, place) : PI;
+}
+
+/* Adds the key at a grid place, from the one at `place`; where the chord to it strays, first keys half way.
+ */
+static tw_status reach(reduction *r, uint32_t place, uint32_t next, tw_error *error) {
   tw_status status = TW_OK;
-  float start = r->keys.times[r->keys.count - 1], goal = r->grid.times[place];
+  float start = r->grid.times[place], goal = r->grid.times[next];
   while (status == TW_OK && start < goal) {
     float end = goal;
-    double strays = measure(r, end, places);
+    while (r->grid.times[place + 1] <= start) place++;
+    double strays = measure_to(r, end, place);
     while (strays > r->tolerance) {
       float middle = (float)((double)start + ((double)end - (double)start) / 2);
       if (!(middle > start && middle < end)) break; /* no float lies between */
       end = middle;
-      strays = measure(r, end, places);
+      strays = measure_to(r, end, place);
     }
     r->reached = fmax(r->reached, strays);
     status = append(r, &r->keys, end, error);
@@ -289,25 +301,24 @@ static tw_status reach(reduction *r, uint32_t place, uint32_t places, tw_error *
   return status;
 }
 
-/* The path's largest distance from its first place. A track that stays there needs only one key. */
-static double largest_departure(const reduction *r) {
-  double largest = 0;
-  for (uint32_t i = 1; i < r->grid.count; i++)
-    largest = fmax(largest, distance(r, grid_value(r, 0), grid_value(r, i)));
-  return largest;
+/* Whether the path stays near its first place, so that one key is enough. */
+static bool stays(reduction *r) {
+  uint32_t count = r->grid.count;
+  float start = r->grid.times[0], end = r->grid.times[count - 1];
+  chord still = chord_between(r, start, grid_value(r, 0), end, grid_value(r, 0));
+  if (!is_near(r, &still, 0, count)) return false;
+  double strays = measure(r, &still, end, 0);
+  if (strays <= r->tolerance) r->reached = strays;
+  return strays <= r->tolerance;
 }
 
 static tw_status choose_keys(reduction *r, tw_error *error) {
   tw_status status = append(r, &r->keys, r->grid.times[0], error);
-  double departure = largest_departure(r);
   bool gives_duration = r->grid.times[r->grid.count - 1] == r->clip->duration;
-  if (departure <= r->tolerance * (1 - 1 / GRID_MARGIN) && !gives_duration) {
-    r->reached = departure;
-    return status;
-  }
+  if (!gives_duration && stays(r)) return status;
   for (uint32_t place = 0; status == TW_OK && place + 1 < r->grid.count;) {
     uint32_t next = farthest(r, place);
-    status = reach(r, next, next - place - 1, error);
+    status = reach(r, place, next, error);
     place = next;
   }
   return status;
@@ -315,9 +326,9 @@ static tw_status choose_keys(reduction *r, tw_error *error) {
 
 /* ---- clips --------------------------------------------------------------------------------------------- */
 
-/* The track's tolerance; for values at least what single precision resolves. */
+/* The tolerance of values is at least what single precision resolves, that of rotations at most a chord. */
 static double effective_tolerance(const reduction *r, const tw_track *track, tw_tolerance tolerance) {
-  if (r->rotation) return tolerance.angle;
+  if (r->rotation) return fmin(tolerance.angle, CHORD_ANGLE);
   float largest = 0;
   for (uint32_t key = 0; key < track->timeline->key_count; key++) {
     tw_clip_sample(r->clip, r->index, &track->timeline->times[key], 1, r->sample);

@@ -180,6 +180,27 @@ obj_faces() { grep -c '^f ' "$1"; }
   expect 200
 }
 
+@test "a reduced clip that is uploaded again moves within the error that was told" {
+  upload "$samples/tank.json"
+  times=$(seq -s, 0 0.05 4)
+  get "/v1/models/$id/pose?clip=drive&at=$times"
+  cp answer before
+  for tolerance in 0.5 2 10 90; do
+    get "/v1/models/$id/surface.glb?meshes=none&clip=drive&tolerance=$tolerance"
+    told=$(sed 's/degrees=\([^,]*\),.*/\1/' <<<"$(header x-tweend-error)")
+    tank=$id
+    cp answer reduced.glb
+    upload reduced.glb
+    get "/v1/models/$id/pose?clip=drive&at=$times"
+    jq -e --slurpfile before before --argjson told "$told" '
+      [.poses, $before[0].poses] | transpose | map(map(.rotation) | transpose[] | transpose | map(.[0] * .[1]) | add | fabs
+        | [., 1] | min | 2 * acos * 180 / 3.14159265) | max < $told + 0.1' answer
+    get "/v1/models/$id/tracks?clip=drive"
+    holds '[.tracks[] | .half_turns + .steps_over_180] | add == 0'
+    id=$tank
+  done
+}
+
 # ---- refusals ------------------------------------------------------------------------------------
 
 @test "values that do not fit are refused by the parameter's name" {

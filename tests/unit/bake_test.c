@@ -110,6 +110,16 @@ TEST(baked_keys_are_the_samples_at_exactly_those_times) {
   tw_clip_destroy(baked);
 }
 
+/* Checks that every player turns the same way between keys: no two are near 180 degrees apart. */
+static void assert_short_steps(const tw_track_keys *track) {
+  for (size_t i = 1; track->path == TW_ROTATION && i < track->key_count; i++) {
+    const float *key = track->values + 4 * i;
+    double angle = ref_angle(ref_of(key - 4), ref_of(key));
+    if (angle > 155 * REF_DEGREES)
+      fail_msg("key %zu is %g degrees from the one before", i, angle / REF_DEGREES);
+  }
+}
+
 /* Reduces one track, checks the error that is told against the one that is found; returns the keys left. */
 static uint32_t reduced_count(const tw_track_keys *track, int force, tw_tolerance tolerance) {
   tw_clip_keys keys = {.track_count = 1, .tracks = track}, out;
@@ -118,6 +128,7 @@ static uint32_t reduced_count(const tw_track_keys *track, int force, tw_toleranc
   tw_tolerance reached;
   assert_int_equal(tw_clip_reduce(clip, &keys, tolerance, 1000000, arena, &out, &reached, NULL), TW_OK);
   uint32_t count = out.tracks[0].key_count;
+  assert_short_steps(out.tracks);
   reduced = clip_of(out.tracks, 1, -1);
   assert_true(tw_clip_duration(reduced) == tw_clip_duration(clip));
   double allowed = track->path == TW_ROTATION ? tolerance.angle : tolerance.distance;
@@ -157,7 +168,7 @@ TEST(keys_along_one_arc_shrink_to_its_ends) {
   float times[100], values[100][4], moves[100][3];
   for (int i = 0; i < 100; i++) {
     times[i] = (float)i * 0.1f;
-    ref_narrow(ref_axis_angle(1, 2, 3, 0.03 * (double)times[i] * 10), values[i]);
+    ref_narrow(ref_axis_angle(1, 2, 3, 0.025 * (double)times[i] * 10), values[i]);
     for (int j = 0; j < 3; j++) moves[i][j] = times[i] * (float)(j + 1);
   }
   tw_track_keys turned = quaternion_keys(TW_LINEAR, times, values[0], 100);
@@ -168,11 +179,36 @@ TEST(keys_along_one_arc_shrink_to_its_ends) {
   assert_int_equal(reduced_count(&moved, -1, hundredth), 5);
 }
 
-TEST(turns_are_cut_below_180_degrees) {
-  const double turns[] = {0, 1, 0, 0, 0, 1, 0, 20 * REF_PI};
+TEST(turns_are_cut_well_below_180_degrees) {
+  const double turns[] = {0, 1, 0, 0, 0, 1, 0, 20 * REF_PI}, two_turns[] = {1, 0, 0, 0, 1, 0, 0, 4 * REF_PI};
+  const double half_turns[] = {30, 40, 50, 10, 20, 210}, coarse = 2 * REF_DEGREES;
   tw_track_keys track = axis_angle_keys(times_0_1_3, turns, 2);
   uint32_t count = reduced_count(&track, -1, hundredth);
-  assert_true(count >= 22 && count <= 24); /* more than 20 half turns */
+  assert_int_equal(count, 25); /* in steps of 150 degrees: 3600 / 150, and the first one */
+  track = axis_angle_keys(times_0_1_3, two_turns, 2);
+  assert_int_equal(reduced_count(&track, -1, (tw_tolerance){coarse, 1}), 6);
+  track = euler_keys(TW_XYZ, times_0_1_3, half_turns, 2);
+  assert_true(reduced_count(&track, -1, (tw_tolerance){REF_PI, 1}) >= 3);
+  track = quaternion_keys(TW_LINEAR, times_0_1_3, plain_rotations, 2); /* exactly 180 degrees */
+  assert_int_equal(reduced_count(&track, -1, hundredth), 3);
+  track.interpolation = TW_NLERP;
+  assert_true(reduced_count(&track, -1, (tw_tolerance){REF_PI, 1}) >= 3);
+}
+
+TEST(a_short_bump_of_a_long_track_is_told) {
+  const float times[] = {0, 1, 1.001f, 1.002f, 2, 2.001f, 2.002f, 1000};
+  const float moves[] = {0, 0, 0, 0, 0, 0, 0.5f, 0, 0, 0, 0, 0, 0, 0, 0, 0.5f, 0.5f, 0, 0, 0, 0, 0, 0, 0};
+  tw_track_keys track = value_keys(TW_TRANSLATION, TW_LINEAR, times, moves, 8);
+  tw_clip_keys keys = {.track_count = 1, .tracks = &track}, out;
+  tw_clip *clip = clip_of(&track, 1, -1);
+  tw_arena *arena = tw_arena_create();
+  tw_tolerance reached;
+  const tw_tolerance loose = {1, 0.8};
+  assert_int_equal(tw_clip_reduce(clip, &keys, loose, 100, arena, &out, &reached, NULL), TW_OK);
+  assert_int_equal(out.tracks[0].key_count, 2);
+  assert_true(fabs(reached.distance - sqrt(0.5)) < 1e-6);
+  tw_arena_destroy(arena);
+  tw_clip_destroy(clip);
 }
 
 TEST(looser_tolerances_leave_fewer_keys) {
@@ -200,7 +236,7 @@ TEST(a_still_track_keeps_one_key_unless_it_gives_the_duration) {
   tw_tolerance reached;
   assert_int_equal(tw_clip_reduce(clip, &keys, hundredth, 100, arena, &out, &reached, NULL), TW_OK);
   assert_int_equal(out.tracks[0].key_count, 1);
-  assert_int_equal(out.tracks[1].key_count, 3);
+  assert_int_equal(out.tracks[1].key_count, 5); /* one within each step of 180 degrees */
   tw_arena_destroy(arena);
   tw_clip_destroy(clip);
   tracks[0].key_count = 3;

@@ -252,16 +252,16 @@ typedef struct tw_tolerance {
                       away; for weights a difference of weights */
 } tw_tolerance;
 
-/* Reduces the clip to few LINEAR keys that stay within the tolerance everywhere, between keys too. Keys lie
- * on the original path, each as far from the one before as the tolerance allows. A track that stands still
- * gets one key, or two where it sets the clip's duration. STEP tracks and cubic splines stay as they are.
- * keys: what the clip was made of; the result may point into it. A clip made with a forced interpolation is
- * reduced as that interpolation moves it.
- * reached: the largest remaining errors, measured between keys too. Single precision may leave more than a
- * very small tolerance, but no more than 4e-7 of the largest value.
- * max_keys: TW_LIMIT where a track would need more, or where following the whole clip takes more than 2^20
- * steps and four for each of its keys. out: as in tw_clip_bake. O(keys + total angle / sqrt(tolerance)),
- * times a logarithm. */
+/* The clip as few LINEAR keys that stay under the tolerance everywhere, in between keys too. Keys lie on the
+ * original path, each as far from the one before as the tolerance allows, but rotations less than 155
+ * degrees, so that every player turns the same way; a track that stands still has one, or two where it is
+ * what gives the clip its duration. STEP tracks and cubic splines stay as they are. keys: what the clip was
+ * made of; the result may point into it. A clip made with a forced interpolation is reduced as it moves then.
+ * reached: the largest error that is left, measured between keys too; single precision may leave more than
+ * a very small tolerance, but no more than 4e-7 of the largest value.
+ * max_keys: TW_LIMIT where a track would need more, or where following the whole clip takes more than a
+ * million steps and four for each of its keys. out: as in tw_clip_bake. O(keys + total angle /
+ * sqrt(tolerance)) but for a logarithm. */
 tw_status tw_clip_reduce(const tw_clip *clip, const tw_clip_keys *keys, tw_tolerance tolerance,
                          uint32_t max_keys, tw_arena *arena, tw_clip_keys *out, tw_tolerance *reached,
                          tw_error *error);
