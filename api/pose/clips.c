@@ -318,15 +318,19 @@ static tw_status compile(const clip_source *source, const tw_clip_keys *keys, tw
   return status;
 }
 
-/* The longest of the compiled clip and of the borrowed ones: those are as long as in their models. */
-static float find_duration(const clip_source *source, const tw_clip *compiled) {
-  float duration = tw_clip_duration(compiled);
+/* The longest of the compiled clip and of the borrowed ones, which are as long as in their models; as the
+ * decimal number that answers print. */
+static double find_duration(const clip_source *source, const tw_clip *compiled) {
+  float longest = tw_clip_duration(compiled);
   for (uint32_t i = 0; i < source->choices->count; i++) {
     if (!source->lenders[i]) continue;
     uint32_t index = api_clips_get(source->choices, i).index;
     float own = tw_keys_duration(&lender_of(source, i)->clips[index]);
-    if (own > duration) duration = own;
+    if (own > longest) longest = own;
   }
+  char text[TW_NUMBER_TEXT];
+  double duration = 0;
+  tw_read_double(text, tw_print_float(text, longest), &duration);
   return duration;
 }
 

@@ -38,7 +38,7 @@ typedef struct api_clip {
   const char *node_names;      /* of all nodes of the model, printed by api_node_names_print */
   const tw_clip_keys *carried; /* keys of a single borrowed clip, mapped to the model; else NULL */
   tw_clip *compiled;
-  float duration;         /* seconds; counts tracks of borrowed clips that move nothing here */
+  double duration;        /* seconds, as printed; counts tracks of borrowed clips that move nothing here */
   uint32_t warning_count; /* one for each node that a borrowed clip moves and the model lacks */
   const char **warnings;  /* [warning_count] sentences */
 } api_clip;

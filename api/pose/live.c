@@ -108,7 +108,7 @@ static bool print_frame(void *context, uint64_t index, api_bytes *out) {
   tw_text_add(&text, "id: ");
   tw_text_count(&text, index);
   tw_text_add(&text, "\ndata: ");
-  api_pose_body_print_at(live->body, (float)time, &text);
+  api_pose_body_print_at(live->body, time, &text);
   if (!text.failed) text.size -= strlen("}\n"); /* the stamp closes the object */
   if (text.failed) {
     tw_text_deinit(&text);
@@ -146,7 +146,7 @@ static const char *make_key(api_call *call, const live_request *request) {
 }
 
 static double duration_of(const api_pose_request *pose) {
-  return pose->clip ? (double)pose->clip->duration : 0;
+  return pose->clip ? pose->clip->duration : 0;
 }
 
 /* Takes over the request's entries. NULL without memory. */

@@ -88,14 +88,14 @@ size_t api_pose_width(api_pose_as as) {
 
 /* ---- evaluating ------------------------------------------------------------------------------- */
 
-static void evaluate_locals(const api_pose_request *request, float time, tw_trs *locals) {
+static void evaluate_locals(const api_pose_request *request, double time, tw_trs *locals) {
   const tw_model *model = request->model;
   if (!request->clip) {
     for (uint32_t i = 0; i < model->node_count; i++) locals[i] = model->nodes[i].rest;
     return;
   }
-  time = tw_loop_time(time, request->clip->duration, request->loop);
-  tw_clip_pose(request->clip->compiled, model->nodes, model->node_count, time, locals);
+  float looped = tw_loop_time(time, request->clip->duration, request->loop);
+  tw_clip_pose(request->clip->compiled, model->nodes, model->node_count, looped, locals);
 }
 
 /* Computes the matrices of the local transforms: local, world, or of joints. */
@@ -161,7 +161,7 @@ static void put_node(api_pose_body *body, uint32_t index, float *out) {
 
 /* Fills a row with the pose at a time. A row that is just the local transforms is evaluated in place, which
  * saves a third of the time of binary rows. */
-static void evaluate(api_pose_body *body, float time, float *row) {
+static void evaluate(api_pose_body *body, double time, float *row) {
   const api_pose_request *request = &body->request;
   evaluate_locals(request, time, body->locals ? body->locals : (tw_trs *)(void *)row);
   if (!body->locals) return;
@@ -239,10 +239,10 @@ static void print_layout(const api_pose_request *request, tw_text *text) {
 
 /* ---- poses ------------------------------------------------------------------------------------- */
 
-static void print_json_pose(const api_pose_request *request, float time, const float *row, tw_text *text) {
+static void print_json_pose(const api_pose_request *request, double time, const float *row, tw_text *text) {
   size_t width = api_pose_width(request->as);
   tw_text_add(text, "{\"t\":");
-  tw_text_float(text, time);
+  tw_text_double(text, time);
   for (const pose_part *part = layouts[request->as].parts; part->name; part++) {
     tw_member_open(text, part->name, "[");
     tw_text_vectors(text, row + part->offset, width, part->width, request->node_count);
@@ -265,9 +265,9 @@ static void print_csv_text(tw_text *text, const char *value) {
   tw_text_add(text, "\"");
 }
 
-static void print_csv_pose(const api_pose_request *request, float time, const float *row, tw_text *text) {
+static void print_csv_pose(const api_pose_request *request, double time, const float *row, tw_text *text) {
   char number[TW_NUMBER_TEXT], buffer[24];
-  size_t width = api_pose_width(request->as), digits = tw_print_float(number, time);
+  size_t width = api_pose_width(request->as), digits = tw_print_double(number, time);
   for (uint32_t i = 0; i < request->node_count; i++) {
     tw_text_bytes(text, number, digits);
     tw_text_add(text, ",");
@@ -281,7 +281,7 @@ static void print_csv_pose(const api_pose_request *request, float time, const fl
   }
 }
 
-static void print_pose(api_pose_body *body, float time, tw_text *text) {
+static void print_pose(api_pose_body *body, double time, tw_text *text) {
   const api_pose_request *request = &body->request;
   size_t count = api_pose_width(request->as) * request->node_count;
   bool is_binary = request->form == API_POSE_BIN;
@@ -306,7 +306,7 @@ static void count_poses(api_pose_body *body, uint64_t count) {
   atomic_fetch_add(&body->service->joint_times, count * body->request.model->node_count);
 }
 
-void api_pose_body_print_at(api_pose_body *body, float time, tw_text *text) {
+void api_pose_body_print_at(api_pose_body *body, double time, tw_text *text) {
   print_pose(body, time, text);
   count_poses(body, 1);
 }
@@ -343,7 +343,7 @@ static void print_head(api_pose_body *body, tw_text *text) {
 static uint64_t measure_times(const api_times *times) {
   char number[TW_NUMBER_TEXT];
   uint64_t size = times->count > 0 ? times->count - 1 : 0;
-  for (uint64_t i = 0; i < times->count; i++) size += tw_print_float(number, api_times_get(times, i));
+  for (uint64_t i = 0; i < times->count; i++) size += tw_print_double(number, api_times_get(times, i));
   return size;
 }
 
@@ -392,7 +392,7 @@ static void print_piece(api_pose_body *body, tw_text *text) {
   case PHASE_TIMES:
     for (; body->next < times->count && text->size < end && !text->failed; body->next++) {
       tw_text_element(text);
-      tw_text_float(text, api_times_get(times, body->next));
+      tw_text_double(text, api_times_get(times, body->next));
     }
     if (body->next == times->count) close_times(body, text);
     break;

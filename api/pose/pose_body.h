@@ -32,6 +32,6 @@ void api_pose_body_print_all(api_pose_body *body, tw_text *text);
 
 /* Prints the pose at one time in the request's form, which must have lines of text; ignores the request's
  * times. Euler angles continue from the pose printed before. */
-void api_pose_body_print_at(api_pose_body *body, float time, tw_text *text);
+void api_pose_body_print_at(api_pose_body *body, double time, tw_text *text);
 
 #endif

@@ -152,9 +152,9 @@ bool api_pose_has_all_nodes(const api_pose_request *request) {
 /* ---- resolving ----------------------------------------------------------------------------------- */
 
 static api_outcome complete_times(api_call *call, api_pose_request *request) {
-  static const float start = 0;
+  static const double start = 0;
   api_times *times = &request->times;
-  float duration = request->clip ? request->clip->duration : 0;
+  double duration = request->clip ? request->clip->duration : 0;
   if (!times->is_given) *times = (api_times){.is_given = true, .count = 1, .list = &start};
   tw_status status = api_times_complete(times, duration, call->service->limits.max_times, &call->fault.error);
   return status == TW_OK ? API_DONE : api_fail(call);

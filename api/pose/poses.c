@@ -51,13 +51,14 @@ static api_outcome check_size(api_call *call, const api_pose_request *request) {
   return API_DONE;
 }
 
-/* A bound on the bytes of one pose. In CSV each line repeats the time and the name, whose quotes are
- * doubled. */
+/* A bound on the bytes of one pose: its numbers, and its time twice. In CSV each line repeats the time and the
+ * node's name, whose quotes are doubled. */
 static uint64_t bound_pose(const api_pose_request *request) {
   uint64_t numbers = numbers_of_pose(request);
   if (request->form == API_POSE_BIN) return numbers * sizeof(float);
-  if (request->form != API_POSE_CSV) return numbers * TW_FLOAT_TEXT;
-  return (numbers + 2 * (uint64_t)request->node_count) * TW_FLOAT_TEXT + 2 * count_name_bytes(request);
+  uint64_t size = numbers * TW_FLOAT_TEXT + 2 * TW_NUMBER_TEXT;
+  if (request->form != API_POSE_CSV) return size;
+  return size + 2 * ((uint64_t)request->node_count * TW_NUMBER_TEXT + count_name_bytes(request));
 }
 
 static uint64_t bound_bytes(const api_pose_request *request) {

@@ -17,15 +17,13 @@ static tw_status read_list(const char *text, uint64_t max_times, tw_arena *arena
   uint64_t count = 1;
   for (const char *c = text; *c; c++) count += *c == ',';
   if (count > max_times) return fail_many(error, (double)count, max_times);
-  float *list = tw_arena_alloc(arena, (size_t)count, sizeof *list);
+  double *list = tw_arena_alloc(arena, (size_t)count, sizeof *list);
   if (!list) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   for (uint64_t i = 0; i < count; i++) {
     size_t length = strcspn(text, ",");
-    double value;
-    if (!api_number_read(text, length, &value) || !isfinite((float)value))
+    if (!api_number_read(text, length, &list[i]) || !isfinite((float)list[i]))
       return tw_fail(error, TW_SYNTAX, "at: \"%.*s\" is no time in seconds", length < 60 ? (int)length : 60,
                      text);
-    list[i] = (float)value;
     text += length + 1;
   }
   *out = (api_times){.is_given = true, .count = count, .list = list};
@@ -71,12 +69,11 @@ tw_status api_times_read(const api_query *query, uint64_t max_times, tw_arena *a
   return status;
 }
 
-tw_status api_times_complete(api_times *times, float duration, uint64_t max_times, tw_error *error) {
+tw_status api_times_complete(api_times *times, double duration, uint64_t max_times, tw_error *error) {
   if (!times->is_given || times->list || times->has_to) return TW_OK;
-  if ((double)duration < times->from)
-    return tw_fail(error, TW_SYNTAX, "from=%.15g is behind the clip's end at %g", times->from,
-                   (double)duration);
-  times->to = (double)duration;
+  if (duration < times->from)
+    return tw_fail(error, TW_SYNTAX, "from=%.15g is behind the clip's end at %g", times->from, duration);
+  times->to = duration;
   times->has_to = true;
   return count_steps(times, max_times, error);
 }
@@ -98,9 +95,14 @@ static tw_status read_document(void *context, const api_value *root) {
   if (status != TW_OK) return status;
   if (count == 0) return api_json_fail(&times, TW_SYNTAX, "a time is expected");
   if (count > source->max_times) return fail_many(json->error, (double)count, source->max_times);
-  float *list = tw_arena_alloc(json->arena, count, sizeof *list);
+  double *list = tw_arena_alloc(json->arena, count, sizeof *list);
   if (!list) return api_json_no_memory(json);
-  status = api_json_float_list(&times, list);
+  status = api_json_double_list(&times, list);
+  for (uint32_t i = 0; i < count && status == TW_OK; i++) {
+    const api_value time = {json, NULL, {&times.at, NULL, i}};
+    if (!isfinite((float)list[i]))
+      status = api_json_fail(&time, TW_INVALID, "the number is too large for a float");
+  }
   if (status == TW_OK) *source->out = (api_times){.is_given = true, .count = count, .list = list};
   return status;
 }
@@ -113,8 +115,8 @@ api_outcome api_times_of_body(api_call *call, api_times *out) {
   return api_upload_json(call, values_max, read_document, &source);
 }
 
-float api_times_get(const api_times *times, uint64_t index) {
-  return times->list ? times->list[index] : (float)(times->from + (double)index / times->fps);
+double api_times_get(const api_times *times, uint64_t index) {
+  return times->list ? times->list[index] : times->from + (double)index / times->fps;
 }
 
 void api_times_print(const api_times *times, tw_text *text) {
@@ -127,7 +129,7 @@ void api_times_print(const api_times *times, tw_text *text) {
     return;
   }
   for (uint64_t i = 0; i < times->count; i++) {
-    tw_text_float(text, times->list[i]);
+    tw_text_double(text, times->list[i]);
     tw_text_add(text, ",");
   }
 }

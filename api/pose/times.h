@@ -1,4 +1,5 @@
-/* The times of a request: a list, or evenly spaced. */
+/* The times of a request: a list, or evenly spaced. Each fits a float, but keeps its digits: it is looped and
+ * printed as it was asked for. */
 #ifndef API_TIMES_H
 #define API_TIMES_H
 
@@ -9,7 +10,7 @@
 typedef struct api_times {
   bool is_given; /* false: the request names no time */
   uint64_t count;
-  const float *list; /* [count]; or NULL: time i is from + i / fps */
+  const double *list; /* [count]; or NULL: time i is from + i / fps */
   double from, to, fps;
   bool has_to; /* false: `to` is the clip's end */
 } api_times;
@@ -24,9 +25,9 @@ api_outcome api_times_of_body(api_call *call, api_times *out);
 
 /* Completes evenly spaced times without `to` by the clip's end. TW_SYNTAX when that is before `from`;
  * TW_LIMIT. */
-tw_status api_times_complete(api_times *times, float duration, uint64_t max_times, tw_error *error);
+tw_status api_times_complete(api_times *times, double duration, uint64_t max_times, tw_error *error);
 
-float api_times_get(const api_times *times, uint64_t index);
+double api_times_get(const api_times *times, uint64_t index);
 
 /* Prints the times for keys and entity tags: equal texts mean equal times. */
 void api_times_print(const api_times *times, tw_text *text);

@@ -281,7 +281,7 @@ static api_outcome bake_clips(api_call *call, api_surface_scene *scene) {
   uint32_t count = (uint32_t)asked->count;
   float *times = tw_arena_alloc(call->arena, count, sizeof *times);
   if (!times) return api_fail_without_memory(call);
-  for (uint32_t i = 0; i < count; i++) times[i] = api_times_get(asked, i);
+  for (uint32_t i = 0; i < count; i++) times[i] = (float)api_times_get(asked, i);
   tw_status status =
       tw_clip_bake(clip->compiled, times, count, call->arena, &scene->baked, &call->fault.error);
   if (status != TW_OK) return api_fail(call);
@@ -392,7 +392,7 @@ static api_outcome pose_model(api_call *call, const tw_model *model, api_surface
   const api_clip *clip = api_entry_value(scene->moving);
   tw_trs *locals = tw_arena_alloc(call->arena, model->node_count, sizeof *locals);
   if (!locals) return api_fail_without_memory(call);
-  float time = api_times_get(&scene->query.times, 0);
+  float time = (float)api_times_get(&scene->query.times, 0);
   tw_clip_pose(clip->compiled, model->nodes, model->node_count, time, locals);
   scene->content.pose = locals;
   scene->content.posed_by = clip->compiled;
@@ -402,7 +402,7 @@ static api_outcome pose_model(api_call *call, const tw_model *model, api_surface
 static api_outcome bake_model(api_call *call, const tw_model *model, const api_surface_query *surface,
                               api_surface_scene *scene) {
   const api_clip *clip = api_entry_value(scene->moving);
-  float time = api_times_get(&scene->query.times, 0);
+  float time = (float)api_times_get(&scene->query.times, 0);
   api_baked baked;
   api_outcome outcome = api_bake(call, model, clip->compiled, time, surface, &baked);
   if (outcome != API_DONE) return outcome;

@@ -373,22 +373,21 @@ uint32_t tw_clip_target(const tw_clip *clip, uint32_t track, tw_path *path) {
 
 /* ---- evaluating ---------------------------------------------------------------------------------------- */
 
-float tw_loop_time(float t, float duration, tw_loop loop) {
+float tw_loop_time(double t, double duration, tw_loop loop) {
   if (duration <= 0) return 0;
-  double time = (double)t, length = (double)duration;
   switch (loop) {
   case TW_CLAMP: break;
   case TW_REPEAT:
-    time = fmod(time, length);
-    if (time < 0) time += length;
-    if ((float)time >= duration) time = 0; /* a tiny negative time rounds up to the duration */
+    t = fmod(t, duration);
+    if (t < 0) t += duration;
+    if ((float)t >= (float)duration) t = 0; /* what rounding puts just before the end */
     break;
   case TW_PINGPONG:
-    time = fmod(fabs(time), 2 * length);
-    if (time > length) time = 2 * length - time;
+    t = fmod(fabs(t), 2 * duration);
+    if (t > duration) t = 2 * duration - t;
     break;
   }
-  return (float)time;
+  return (float)t;
 }
 
 /* The floats of a transform that a path moves. */

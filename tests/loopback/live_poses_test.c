@@ -97,6 +97,14 @@ TEST_WITH(bad_parameters_are_400, setup, one_model_stop) {
     assert_problem(ask_with(*state, "GET", "", ids[i]), 400, NULL, "Last-Event-ID");
 }
 
+TEST_WITH(times_of_frames_print_as_doubles, setup, one_model_stop) {
+  reply r = open_stream(*state, "fps=30");
+  char *text = print_frame(&r, 1);
+  assert_non_null(strstr(text, "{\"t\":0.03333333333333333,"));
+  free(text);
+  reply_free(&r);
+}
+
 TEST_WITH(names_that_are_not_there_are_404, setup, one_model_stop) {
   assert_problem(ask(*state, "clip=dance"), 404, NULL, "spin");
   assert_problem(ask(*state, "nodes=leg"), 404, NULL, "leg");

@@ -199,6 +199,53 @@ TEST_WITH(looping_folds_times, setup, one_model_stop) {
   cJSON_Delete(answer);
 }
 
+/* Times that no float holds keep their digits, whatever prints them. */
+TEST_WITH(times_print_as_they_were_asked_for, setup, one_model_stop) {
+  const char *const requests[][2] = {{"pose?at=100000.003", "'times':[100000.003],'poses':[{'t':100000.003,"},
+                                     {"pose?from=1&to=1.5&fps=3", "'times':[1,1.3333333333333333],"},
+                                     {"pose.ndjson?at=16777217", "{'t':16777217,"},
+                                     {"pose.csv?at=0.30000000000000004", "\n0.30000000000000004,arm,"},
+                                     {"pose.bin?at=-100000.003,0.1", "'times':[-100000.003,0.1]}"}};
+  for (size_t i = 0; i < sizeof requests / sizeof *requests; i++) {
+    reply r = ask(*state, requests[i][0]);
+    char head[2048]; /* of a binary answer; more than all of a text */
+    size_t prefix = i == 4 ? 12 : 0, size = r.size - prefix < sizeof head ? r.size - prefix : sizeof head - 1;
+    memcpy(head, r.body + prefix, size);
+    head[size] = '\0';
+    for (char *c = head; *c; c++)
+      if (*c == '"') *c = '\'';
+    if (!strstr(head, requests[i][1])) fail_msg("%s: %s", requests[i][0], head);
+    reply_free(&r);
+  }
+}
+
+TEST_WITH(times_are_looped_before_they_become_floats, setup, one_model_stop) {
+  one_model *f = *state;
+  char id[API_ID_TEXT], target[128];
+  loopback_upload(f->loop, "application/json",
+                  "{'nodes':[{'name':'n'}],'clips':[{'tracks':[{'node':'n','path':'translation',"
+                  "'times':[0,1.2,3],'values':[[0,0,0],[12,0,0],[30,0,0]]}]},{'tracks':[{'node':'n',"
+                  "'path':'translation','times':[0,1.2],'values':[[0,0,0],[12,0,0]]}]}]}",
+                  id);
+  const struct {
+    const char *rest;
+    double x;
+  } asked[] = {{"at=16777217&loop=repeat", 20},
+               {"at=16777217&loop=pingpong", 10},
+               {"at=100000.003&loop=repeat", 10.03},
+               {"clip=clip_1&at=2.4&loop=repeat", 0}, /* the start of a round, not the end of one */
+               {"clip=clip_1&at=120000.6&loop=repeat", 6}};
+  for (size_t i = 0; i < sizeof asked / sizeof *asked; i++) {
+    snprintf(target, sizeof target, "/v1/models/%s/pose?%s", id, asked[i].rest);
+    reply r = loopback_get(f->loop, target);
+    cJSON *answer = cJSON_Parse(r.body);
+    const cJSON *x = cJSON_GetArrayItem(json_member(pose(answer, 0), "translation"), 0)->child;
+    if (fabs(x->valuedouble - asked[i].x) > 1e-4) fail_msg("%s: %g", asked[i].rest, x->valuedouble);
+    cJSON_Delete(answer);
+    reply_free(&r);
+  }
+}
+
 TEST_WITH(a_clip_without_a_name_goes_by_its_index, setup, one_model_stop) {
   cJSON *answer = ask_json(*state, "pose?clip=clip_1&at=5");
   assert_string_equal(json_member(answer, "clip")->valuestring, "clip_1");

@@ -42,7 +42,7 @@ static void assert_same_one_by_one(const char *last_row, const char *options) {
   for (int i = 0; i <= FPS; i++) {
     const char *end = strchr(line, '\n');
     assert_non_null(end);
-    snprintf(times, sizeof times, "at=%.9g", (double)((float)i / FPS));
+    snprintf(times, sizeof times, "at=%.17g", (double)i / FPS);
     reply one = ask(loop, id, options, times);
     assert_int_equal(one.size, end + 1 - line);
     assert_memory_equal(one.body, line, one.size);

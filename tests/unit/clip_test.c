@@ -219,6 +219,13 @@ TEST(loops_fold_time_into_the_clip) {
   assert_true(tw_loop_time(5, 2, TW_PINGPONG) == 1);
   assert_true(tw_loop_time(-0.5f, 2, TW_PINGPONG) == 0.5f);
   assert_true(tw_loop_time(3, 0, TW_REPEAT) == 0);
+  assert_true(tw_loop_time(16777217, 3, TW_REPEAT) == 2); /* no float */
+  assert_true(tw_loop_time(1e5 + 0.25, 0.1, TW_REPEAT) < 0.1f);
+  for (int round = 1; round < 100; round++) {
+    float at = tw_loop_time(1.2 * round, 1.2, TW_REPEAT), back = tw_loop_time(2.4 * round, 1.2, TW_PINGPONG);
+    assert_true(at >= 0 && at < 1e-12f); /* the start, not the end */
+    assert_true(back >= 0 && back < 1e-12f);
+  }
 }
 
 TEST(merged_clips_have_the_tracks_of_all) {

@@ -194,9 +194,11 @@ size_t tw_clip_size(const tw_clip *clip);         /* bytes of memory, for a cach
 
 typedef enum tw_loop { TW_CLAMP, TW_REPEAT, TW_PINGPONG } tw_loop;
 
-/* Maps a time onto the clip: TW_REPEAT into [0, duration), TW_PINGPONG forth and back. A duration of 0 gives
- * 0. TW_CLAMP returns t itself, as sampling clamps. */
-float tw_loop_time(float t, float duration, tw_loop loop);
+/* Maps a time onto the clip: TW_REPEAT into [0, duration), TW_PINGPONG there and back. Duration 0 gives 0.
+ * TW_CLAMP returns t itself: sampling clamps. In double precision, because a float is a second or more off
+ * after many rounds; for the same reason duration is the decimal number that tw_print_float prints, not its
+ * float: 2.4 is the start of the third round of 1.2 seconds. */
+float tw_loop_time(double t, double duration, tw_loop loop);
 
 /* The local transforms of all nodes at one time: a node's rest transform where no track moves it. locals:
  * [node_count]. Any thread, allocates nothing. At key times the values are exactly the keys'. */
