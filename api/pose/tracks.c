@@ -47,7 +47,7 @@ static void print_motion(tw_text *text, const tw_track_report *report) {
   member_number(text, "peak_time", report->peak_time);
   tw_member_count(text, "sign_flips", report->sign_flips);
   tw_member_count(text, "non_unit_keys", report->non_unit_keys);
-  tw_member_count(text, "duplicate_times", 0); /* files with duplicate times are refused, with their place */
+  tw_member_count(text, "duplicate_times", report->duplicate_times);
   tw_member_count(text, "half_turns", report->half_turns);
   tw_member_count(text, "steps_over_180", report->long_steps);
   tw_member_count(text, "euler_wraps", report->euler_wraps);

@@ -23,7 +23,7 @@ static const char *values_word(tw_key_form form) {
   return "values";
 }
 
-static tw_status check_times(const tw_track_keys *track, uint32_t index, tw_error *error) {
+static tw_status check_times(const tw_track_keys *track, uint32_t index, bool may_repeat, tw_error *error) {
   for (uint32_t i = 0; i < track->key_count; i++) {
     float time = track->times[i];
     const char *fault = NULL;
@@ -31,7 +31,7 @@ static tw_status check_times(const tw_track_keys *track, uint32_t index, tw_erro
       fault = "is not finite";
     else if (time < 0)
       fault = "is negative";
-    else if (i > 0 && time == track->times[i - 1])
+    else if (!may_repeat && i > 0 && time == track->times[i - 1])
       fault = "is the same as the one before it";
     else if (i > 0 && time < track->times[i - 1])
       fault = "is before the one before it";
@@ -162,13 +162,14 @@ static tw_status find_repeated(const tw_clip_keys *keys, uint32_t *track, tw_err
   return TW_OK;
 }
 
-tw_status tw_clip_check(const tw_clip_keys *keys, uint32_t node_count, int force, tw_error *error) {
+tw_status tw_clip_check(const tw_clip_keys *keys, uint32_t node_count, int force, bool may_repeat,
+                        tw_error *error) {
   uint32_t repeated = TW_NO_INDEX;
   tw_status status = find_repeated(keys, &repeated, error);
   for (uint32_t i = 0; i < keys->track_count && status == TW_OK; i++) {
     const tw_track_keys *track = &keys->tracks[i];
     status = check_shape(track, i, node_count, force, error);
-    if (status == TW_OK) status = check_times(track, i, error);
+    if (status == TW_OK) status = check_times(track, i, may_repeat, error);
     if (status == TW_OK) status = check_values(track, i, error);
     if (status == TW_OK) status = check_rotations(track, i, error);
     if (status != TW_OK || i != repeated) continue;
@@ -176,6 +177,76 @@ tw_status tw_clip_check(const tw_clip_keys *keys, uint32_t node_count, int force
     status = refuse(error, i, "path");
   }
   return status;
+}
+
+/* ---- keys at one time ---------------------------------------------------------------------------------- */
+
+static uint32_t count_duplicates(const tw_track_keys *track) {
+  uint32_t count = 0;
+  for (uint32_t i = 1; i < track->key_count; i++) count += track->times[i] == track->times[i - 1];
+  return count;
+}
+
+/* Fills times and kept, the keys that stay; returns their count. */
+static uint32_t keep_keys(const tw_track_keys *track, float *times, uint32_t *kept) {
+  uint32_t count = 0, end = track->key_count;
+  for (uint32_t i = 0; i < end; i++) {
+    bool is_first = i == 0 || track->times[i] > track->times[i - 1];
+    bool is_last = i + 1 == end || track->times[i + 1] > track->times[i];
+    float time = is_last ? track->times[i] : nextafterf(track->times[i], -1);
+    bool fits = time >= 0 && (count == 0 || time > times[count - 1]);
+    if (!is_last && !(is_first && fits)) continue;
+    times[count] = time;
+    kept[count++] = i;
+  }
+  return count;
+}
+
+/* The kept rows of an array; NULL for NULL and without memory. */
+static void *keep_rows(tw_arena *arena, const void *rows, size_t row_size, const uint32_t *kept,
+                       uint32_t count) {
+  char *out = rows ? tw_arena_alloc_raw(arena, count, row_size) : NULL;
+  for (uint32_t i = 0; out && i < count; i++)
+    memcpy(out + i * row_size, (const char *)rows + kept[i] * row_size, row_size);
+  return out;
+}
+
+static tw_status separate_track(tw_track_keys *track, tw_arena *arena, tw_error *error) {
+  uint32_t *kept = tw_alloc(track->key_count, sizeof *kept);
+  float *times = kept ? tw_arena_alloc_raw(arena, track->key_count, sizeof *times) : NULL;
+  tw_status status = times ? TW_OK : tw_fail(error, TW_NO_MEMORY, "no memory for keys at one time");
+  if (status == TW_OK) {
+    tw_track_keys out = *track;
+    size_t parts = track->interpolation == TW_CUBICSPLINE ? 3 : 1;
+    out.key_count = keep_keys(track, times, kept);
+    out.times = times;
+    out.values = keep_rows(arena, track->values, parts * track->width * sizeof(float), kept, out.key_count);
+    out.angles = keep_rows(arena, track->angles, track->width * sizeof(double), kept, out.key_count);
+    if ((track->values && !out.values) || (track->angles && !out.angles))
+      status = tw_fail(error, TW_NO_MEMORY, "no memory for keys at one time");
+    else
+      *track = out;
+  }
+  free(kept);
+  return status;
+}
+
+tw_status tw_clip_separate(tw_clip_keys *clip, tw_arena *arena, tw_error *error) {
+  tw_track_keys *tracks = NULL;
+  for (uint32_t i = 0; i < clip->track_count; i++) {
+    uint32_t duplicates = count_duplicates(&clip->tracks[i]);
+    if (duplicates == 0) continue;
+    if (!tracks) {
+      tracks = tw_arena_alloc_raw(arena, clip->track_count, sizeof *tracks);
+      if (!tracks) return tw_fail(error, TW_NO_MEMORY, "no memory for keys at one time");
+      memcpy(tracks, clip->tracks, clip->track_count * sizeof *tracks);
+      clip->tracks = tracks;
+    }
+    tracks[i].duplicate_times = duplicates;
+    tw_status status = separate_track(&tracks[i], arena, error);
+    if (status != TW_OK) return status;
+  }
+  return TW_OK;
 }
 
 /* ---- merging ------------------------------------------------------------------------------------------- */
@@ -311,7 +382,7 @@ static tw_clip *clip_alloc(const tw_clip_keys *keys, uint32_t node_count) {
 
 tw_status tw_clip_create(const tw_clip_keys *keys, uint32_t node_count, int force, tw_clip **out,
                          tw_error *error) {
-  tw_status status = tw_clip_check(keys, node_count, force, error);
+  tw_status status = tw_clip_check(keys, node_count, force, false, error);
   if (status != TW_OK) return status;
   tw_clip *clip = clip_alloc(keys, node_count);
   if (!clip) return tw_fail(error, TW_NO_MEMORY, "no memory for a clip");

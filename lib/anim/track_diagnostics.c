@@ -313,7 +313,7 @@ static void choose_order(tw_track_report *report) {
 
 /* ---- sentences ----------------------------------------------------------------------------------------- */
 
-/* Never overflows: there are fewer kinds of warnings than places. */
+/* There are as many places as kinds of warnings. */
 static char *next_warning(tw_track_report *report) {
   return report->warnings[report->warning_count++];
 }
@@ -332,6 +332,8 @@ static void warn_of_count(tw_track_report *report, uint32_t count, const char *t
 static void warn_of_all(const tw_track_keys *keys, tw_track_report *report) {
   const tw_gimbal *own = &report->gimbals[report->order], *best = &report->gimbals[report->best_order];
   warn_of_count(report, report->non_unit_keys, "key", "not of unit length: normalised");
+  warn_of_count(report, report->duplicate_times, "key",
+                "at the time of the key before: the rotation jumps there");
   warn_of_count(report, report->sign_flips, "key",
                 "with the opposite sign of the key before: the short way is taken all the same");
   warn_of_count(report, report->half_turns, "step",
@@ -359,6 +361,7 @@ static void inspect(const tw_track_keys *keys, const tw_clip *clip, uint32_t ste
   *report = (tw_track_report){.key_count = keys->key_count,
                               .start = (double)keys->times[0],
                               .duration = (double)keys->times[last] - (double)keys->times[0],
+                              .duplicate_times = keys->duplicate_times,
                               .order = keys->form == TW_KEY_EULER ? keys->order : TW_XYZ,
                               .has_stray = keys->interpolation == TW_EULER};
   report->peak_time = report->stray_time = report->start;

@@ -396,16 +396,33 @@ static tw_status warn_of_turns(tw_model *model, uint32_t index, tw_error *error)
   return TW_OK;
 }
 
+/* Warns of tracks with several keys at one time. */
+static void warn_of_duplicates(tw_model *model, uint32_t index) {
+  char clip_name[24], node_name[24];
+  const tw_clip_keys *clip = &model->clips[index];
+  for (uint32_t i = 0; i < clip->track_count; i++) {
+    const tw_track_keys *track = &clip->tracks[i];
+    if (track->duplicate_times > 0)
+      tw_model_warn(model,
+                    "%u key%s at the time of the one before, where the %s jump%s: clip \"%s\", node \"%s\"",
+                    track->duplicate_times, track->duplicate_times > 1 ? "s" : "", tw_path_names[track->path],
+                    track->path == TW_WEIGHTS ? "" : "s", tw_model_clip_name(model, index, clip_name),
+                    tw_model_node_name(model, track->node, node_name));
+  }
+}
+
 static tw_status check_clips(tw_model *model, tw_error *error) {
   tw_status status = TW_OK;
   for (uint32_t i = 0; i < model->clip_count && status == TW_OK; i++) {
     status = check_name(&model->clips[i].name, "clips", i, error);
     if (status != TW_OK) return status;
-    status = tw_clip_check(&model->clips[i], model->node_count, -1, error);
+    status = tw_clip_check(&model->clips[i], model->node_count, -1, true, error);
+    if (status == TW_OK) status = tw_clip_separate(&model->clips[i], model->arena, error);
     if (status != TW_OK) {
       prefix_pointer(error, "clips", i);
       return status;
     }
+    warn_of_duplicates(model, i);
     status = check_weight_tracks(model, i, error);
     if (status == TW_OK) status = warn_of_turns(model, i, error);
   }

@@ -142,3 +142,36 @@ agrees() { holds "$near $1"; }
   post "/v1/pose.json?at=0&nodes=wheel,node_3,wheel" wheels.gltf
   holds '.nodes == ["wheel", "wheel", "node_3"] and .poses[0].translation == [[0,0,0],[1,0,0],[0,0,0]]'
 }
+
+# ---- keys at one time ----------------------------------------------------------------------------
+
+@test "a value jumps where two keys have one time, and falling times are refused" {
+  times='[0,1,1,2]'
+  document() {
+    printf '%s' '{"nodes":[{"name":"a"}],"clips":[{"name":"c","tracks":[
+      {"node":"a","path":"rotation","times":'"$times"',"unit":"degrees","eulers":[[0,0,0],[0,0,30],[0,0,90],[0,0,90]]},
+      {"node":"a","path":"translation","interpolation":"cubicspline","times":'"$times"',"values":[[0,0,0],[1,0,0],[5,0,0],[6,0,0]],
+       "in_tangents":[[0,0,0],[0,0,0],[0,0,0],[0,0,0]],"out_tangents":[[0,0,0],[0,0,0],[0,0,0],[0,0,0]]}]}]}'
+  }
+  document >jump.json
+  upload jump.json
+  holds '.warnings | map(contains("1 key at the time of the one before")) == [true, true]'
+  get "/v1/models/$id/source"
+  cmp answer jump.json
+  get "/v1/models/$id/tracks"
+  holds '.tracks[0] | .duplicate_times == 1 and .keys == 4 and .times == [0, 0.99999994, 1, 2] and (.warnings[0] | contains("jumps"))'
+  get "/v1/models/$id/pose?as=euler&unit=degrees&at=0.9999,1"
+  holds '[.poses[].translation[0][0] | round] == [1, 5] and [.poses[].euler[0][2] | round] == [30, 90]'
+  get "/v1/models/$id/surface.glb"
+  cp answer jump.glb
+  glb_json jump.glb | jq -e '. as $g | [.animations[0].samplers[] | $g.accessors[.input] | .count, .max[0]] == [4, 2, 4, 2]'
+  upload jump.glb
+  holds '.warnings == []'
+  get "/v1/models/$id/pose?as=euler&unit=degrees&at=0.9999,1"
+  holds '[.poses[].translation[0][0] | round] == [1, 5] and [.poses[].euler[0][2] | round] == [30, 90]'
+  times='[0,1,1,0.5]'
+  document >falling.json
+  post /v1/models falling.json
+  problem 422 "before the one before it"
+  holds '.errors[0].pointer == "/clips/0/tracks/0/times/3"'
+}

@@ -62,6 +62,10 @@ function irregularTimes(random, count) {
   return Array.from({ length: count }, () => (time += 0.02 + random() * random()));
 }
 
+/** Every third key is at the time of the one before, every ninth one at that of the two before. */
+const repeatedTimes = (random, count) =>
+  irregularTimes(random, count).map((_, i, times) => times[i - (i % 9 === 2 ? 2 : i % 3 === 1 ? 1 : 0)]);
+
 /** Unit quaternions any way round; for splines on the side of the one before, as exporters write them. */
 function quaternions(random, count, continuous) {
   const keys = [];
@@ -80,12 +84,12 @@ const inverseBinds = (random, count) =>
 const JOINTS = [5, 0, 3];
 
 /** A chain of nodes, each scaled unevenly and turned by a track of its own, some of them joints of a skin. */
-function generate(kind, componentType, seed) {
+function generate(kind, componentType, seed, timesOf = irregularTimes) {
   const random = randomOf(seed);
   const file = new File();
   const [channels, samplers] = [[], []];
   for (let node = 0; node < 6; node++) {
-    const times = irregularTimes(random, 2 + Math.floor(random() * 40));
+    const times = timesOf(random, 2 + Math.floor(random() * 40));
     const keys = quaternions(random, times.length, kind === 'CUBICSPLINE');
     const tangent = () => Array.from({ length: 4 }, () => (random() * 2 - 1) * 0.8);
     const values = kind === 'CUBICSPLINE' ? keys.flatMap((key) => [...tangent(), ...key, ...tangent()]) : keys.flat();
@@ -165,6 +169,30 @@ for (const [kind, componentType] of [
     }
   });
 }
+
+for (const kind of ['LINEAR', 'STEP', 'CUBICSPLINE'])
+  test(`rotations of ${kind} keys at equal times jump as those of three.js, in answers too`, async () => {
+    for (let seed = 1; seed <= 5; seed++) {
+      const { text } = generate(kind, FLOAT, seed * 7919, repeatedTimes);
+      const three = await play(text);
+      const model = await daemon.upload(text);
+      const written = await play(Buffer.from(await (await fetch(`${model}/surface.glb`)).arrayBuffer()));
+      const keys = (await load(text)).animations[0].tracks.flatMap(({ times }) => [...times]);
+      const random = randomOf(seed);
+      const times = [...keys, ...Array.from({ length: 200 }, () => Math.fround(random() * three.duration))];
+      const poses = await pose(model, '', times);
+      times.forEach((time, i) => {
+        three.moveTo(time);
+        written.moveTo(time);
+        three.nodes.forEach(({ quaternion }, n) => {
+          const wanted = quaternion.toArray();
+          const off = [poses[i].rotation[n], written.nodes[n].quaternion.toArray()].map((found) => distance(wanted, found));
+          // A key that is moved by a float's step changes its segment by that much.
+          assert.ok(Math.max(...off) < 1e-3, `seed ${seed}, node ${n} at ${time} is ${off} off`);
+        });
+      });
+    }
+  });
 
 test('Euler angles of every order are those of three.js', async () => {
   const model = await daemon.upload(generate('LINEAR', FLOAT, 4711).text);

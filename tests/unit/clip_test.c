@@ -1,6 +1,7 @@
 /* Clips: what is refused, what happens to keys, times outside them. */
 #include <string.h>
 
+#include "clip.h"
 #include "keys.h"
 #include "rotation_reference.h"
 
@@ -27,6 +28,50 @@ TEST(times_must_be_finite_not_negative_and_rising) {
     tw_track_keys track = quaternion_keys(TW_LINEAR, bad[i], values, 3);
     assert_refused(&track, 1, -1, pointers[i]);
   }
+}
+
+/* A key's time, and the number of the key that the value comes from. */
+typedef struct kept_key {
+  float time;
+  uint32_t key;
+} kept_key;
+
+static void assert_kept(const float *times, uint32_t count, uint32_t duplicates, const kept_key *kept,
+                        uint32_t kept_count) {
+  float values[8][3][3];
+  double eulers[8][3];
+  for (size_t i = 0; i < 72; i++) values[i / 9][i / 3 % 3][i % 3] = (float)(i / 9);
+  for (size_t i = 0; i < 24; i++) eulers[i / 3][i % 3] = (double)(i / 3);
+  tw_track_keys tracks[] = {value_keys(TW_TRANSLATION, TW_CUBICSPLINE, times, values[0][0], count),
+                            euler_keys(TW_XYZ, times, eulers[0], count),
+                            value_keys(TW_SCALE, TW_LINEAR, two_times, values[0][0], 2)};
+  tw_clip_keys clip = {.track_count = 3, .tracks = tracks};
+  tw_arena *arena = tw_arena_create();
+  assert_int_equal(tw_clip_check(&clip, 1, -1, true, NULL), TW_OK);
+  assert_int_equal(tw_clip_separate(&clip, arena, NULL), TW_OK);
+  assert_int_equal(tw_clip_check(&clip, 1, -1, false, NULL), TW_OK);
+  for (int t = 0; t < 2; t++) {
+    const tw_track_keys *track = &clip.tracks[t];
+    assert_int_equal(track->duplicate_times, duplicates);
+    assert_int_equal(track->key_count, kept_count);
+    for (uint32_t i = 0; i < kept_count; i++) {
+      assert_true(track->times[i] == kept[i].time);
+      for (size_t j = 0; j < 9 && t == 0; j++) assert_true(track->values[9 * i + j] == (float)kept[i].key);
+      for (size_t j = 0; j < 3 && t == 1; j++) assert_true(track->angles[3 * i + j] == kept[i].key);
+    }
+  }
+  assert_memory_equal(&clip.tracks[2], &tracks[2], sizeof tracks[2]);
+  tw_arena_destroy(arena);
+}
+
+TEST(of_keys_at_one_time_the_first_is_moved_and_the_last_stays) {
+  const float below = nextafterf(1, 0), above = nextafterf(1, 2);
+  assert_kept((float[]){0, 1, 1, 2}, 4, 1, (kept_key[]){{0, 0}, {below, 1}, {1, 2}, {2, 3}}, 4);
+  assert_kept((float[]){1, 1, 1, 1, 3}, 5, 3, (kept_key[]){{below, 0}, {1, 3}, {3, 4}}, 3);
+  assert_kept((float[]){0, 0, 1, 1}, 4, 2, (kept_key[]){{0, 1}, {below, 2}, {1, 3}},
+              3);                                                                     /* none is negative */
+  assert_kept((float[]){1, above, above}, 3, 1, (kept_key[]){{1, 0}, {above, 2}}, 2); /* no room between */
+  assert_kept((float[]){0, 0}, 2, 1, (kept_key[]){{0, 1}}, 1);
 }
 
 TEST(values_must_be_finite_and_rotations_not_zero) {

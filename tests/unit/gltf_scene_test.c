@@ -234,8 +234,8 @@ TEST(bad_animations_are_refused) {
   }
 }
 
-TEST(key_times_must_ascend_from_zero) {
-  static const float times[][3] = {{0, 0, 1}, {0, 2, 1}, {-1, 0, 1}, {0, 1, NAN}, {0, 1, INFINITY}};
+TEST(key_times_must_not_fall_or_be_negative) {
+  static const float times[][3] = {{0, 2, 1}, {0, 0, -1}, {-1, 0, 1}, {0, 1, NAN}, {0, 1, INFINITY}};
   const char *json = with_data("'nodes':[{}],'animations':[{'samplers':[{'input':0,'output':2}],"
                                "'channels':[{'sampler':0,'target':{'node':0,'path':'scale'}}]}]");
   for (size_t i = 0; i < sizeof times / sizeof *times; i++) {
@@ -243,6 +243,26 @@ TEST(key_times_must_ascend_from_zero) {
     memcpy(bin.times, times[i], sizeof bin.times);
     glb_refused(json, &bin, sizeof bin, TW_INVALID, "/accessors/0");
   }
+}
+
+TEST(key_times_may_repeat) {
+  scene_bin bin = make_bin();
+  memcpy(bin.times, (float[]){0, 1, 1}, sizeof bin.times);
+  tw_model *model =
+      glb_read(with_data("'nodes':[{'name':'n'}],'animations':[{'name':'c','samplers':[{'input':0,"
+                         "'output':2}],'channels':[{'sampler':0,'target':{'node':0,'path':'scale'}}"
+                         ",{'sampler':0,'target':{'node':0,'path':'translation'}}]}]"),
+               &bin, sizeof bin);
+  for (int i = 0; i < 2; i++) {
+    const tw_track_keys *track = &model->clips[0].tracks[i];
+    assert_int_equal(track->key_count, 3);
+    assert_int_equal(track->duplicate_times, 1);
+    assert_true(track->times[1] == nextafterf(1, 0) && track->times[2] == 1);
+  }
+  assert_int_equal(model->warning_count, 2);
+  assert_string_equal(model->warnings[0],
+                      "1 key at the time of the one before, where the scale jumps: clip \"c\", node \"n\"");
+  tw_model_destroy(model);
 }
 
 TEST(clips_keep_their_tracks) {

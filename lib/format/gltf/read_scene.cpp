@@ -261,7 +261,8 @@ private:
     for (uint32_t i = 0; i < elements.count(); i++) {
       elements.read(i, times + i);
       if (times[i] < 0) refuse(TW_INVALID, place, "key time ", i, " is negative");
-      if (i > 0 && !(times[i] > times[i - 1])) refuse(TW_INVALID, place, "key time ", i, " does not ascend");
+      if (i > 0 && !(times[i] >= times[i - 1]))
+        refuse(TW_INVALID, place, "key time ", i, " is before the one before it");
     }
     return times_[accessor] = {elements.count(), times};
   }

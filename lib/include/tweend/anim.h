@@ -136,11 +136,12 @@ typedef struct tw_track_keys {
   uint32_t width; /* numbers in a value: 3 (Euler angles too), 4 (quaternion, axis-angle x y z angle), morph
                      count */
   uint32_t key_count;
-  const float *times;   /* [key_count], strictly increasing */
-  const float *values;  /* [key_count][width]; cubicspline: [key_count][3][width] in-tangent, value,
-                           out-tangent. NULL for TW_KEY_EULER and TW_KEY_AXIS_ANGLE */
-  const double *angles; /* TW_KEY_EULER [key_count][3], TW_KEY_AXIS_ANGLE [key_count][4]; else NULL */
-  /* {"channel": {}, "target": {}, "sampler": {}} or some of these, each as tw_mesh.kept; or NULL */
+  uint32_t duplicate_times; /* keys that the source had at the time of the key before: see tw_model_finish */
+  const float *times;       /* [key_count], strictly increasing */
+  const float *values;      /* [key_count][width]; cubicspline: [key_count][3][width] in-tangent, value,
+                               out-tangent.  NULL for TW_KEY_EULER and TW_KEY_AXIS_ANGLE */
+  const double *angles;     /* TW_KEY_EULER [key_count][3], TW_KEY_AXIS_ANGLE [key_count][4]; else NULL */
+  /* {"channel": {}, "target": {}, "sampler": {}}, some or all of them: as of a mesh; or NULL */
   const char *kept;
 } tw_track_keys;
 
@@ -292,12 +293,12 @@ typedef struct tw_track_report {
   double peak_velocity; /* radians a second; 0 for STEP, which only jumps */
   double peak_time;
 
-  uint32_t sign_flips;    /* quaternion keys with a negative dot product with the key before: q and -q are one
-                             rotation */
-  uint32_t non_unit_keys; /* quaternion keys whose length is off 1 by more than 1e-5 */
-  uint32_t half_turns;    /* steps of exactly 180 degrees: which way slerp turns is arbitrary */
-  uint32_t long_steps;    /* steps over 180 degrees: quaternions would turn the shorter way */
-  uint32_t euler_wraps;   /* Euler keys with an angle more than 180 degrees away from the key before's */
+  uint32_t sign_flips; /* quaternion keys on the other side than the key before: q and -q are one rotation */
+  uint32_t non_unit_keys;   /* quaternion keys whose length is off 1 by more than 1e-5 */
+  uint32_t duplicate_times; /* as in the track's keys */
+  uint32_t half_turns;      /* steps of exactly 180 degrees: on which side slerp would pass is arbitrary */
+  uint32_t long_steps;      /* steps over 180 degrees, which quaternions would shorten */
+  uint32_t euler_wraps;     /* Euler keys with an angle more than 180 degrees from the key before's */
 
   tw_euler_order order;               /* the track's own order where its keys are Euler angles, else XYZ */
   tw_gimbal gimbals[TW_EULER_ORDERS]; /* for each order the least cos_middle along the whole path, not only at

@@ -91,8 +91,9 @@ void tw_model_warn(tw_model *model, const char *format, ...) TW_PRINTF(2, 3);
 
 /* Completes and checks a model, as every reader must: meshes by tw_mesh_check, node indices, names, the
  * hierarchy (fills node_order and named_nodes), skins, and each clip as tw_clip_create does. A model with
- * meshes but no node gets one node a mesh.
- * Errors carry a pointer in terms of tweend JSON ("/meshes/0/faces/3/1"). */
+ * meshes but no node gets one node a mesh. Where keys of a track have one time, the value jumps there: the
+ * first is moved to the next smaller float or dropped, those between the first and the last are dropped, with
+ * a warning. Errors carry a pointer in terms of tweend JSON ("/meshes/0/faces/3/1"). */
 tw_status tw_model_finish(tw_model *model, tw_error *error);
 
 /* The last call of every reader. If `status` is TW_OK, finishes the model and stores it in *out; otherwise,
