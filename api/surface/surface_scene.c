@@ -273,6 +273,11 @@ static api_outcome admit_baked(api_call *call, const api_clip *clip, uint64_t ti
   return api_grant(call, (1 + numbers) * times * sizeof(float)) ? API_DONE : API_FAILED;
 }
 
+static void tell_error(api_call *call, const tw_tolerance *reached) {
+  api_answer_headerf(&call->answer, "X-Tweend-Error", "degrees=%.6f, metres=%.9f",
+                     reached->angle * TW_DEGREES, reached->distance);
+}
+
 /* Bakes the merged clips to keys at exactly the times of the request. */
 static api_outcome bake_clips(api_call *call, api_surface_scene *scene) {
   const api_clip *clip = api_entry_value(scene->moving);
@@ -284,7 +289,12 @@ static api_outcome bake_clips(api_call *call, api_surface_scene *scene) {
   for (uint32_t i = 0; i < count; i++) times[i] = (float)api_times_get(asked, i);
   tw_status status =
       tw_clip_bake(clip->compiled, times, count, call->arena, &scene->baked, &call->fault.error);
+  tw_tolerance reached;
+  if (status == TW_OK)
+    status = tw_clip_bake_error(clip->compiled, &scene->baked, call->service->parallel, &reached,
+                                &call->fault.error);
   if (status != TW_OK) return api_fail(call);
+  tell_error(call, &reached);
   scene->baked.name = clip->name;
   scene->content.clips = &scene->baked;
   scene->content.clip_count = 1;
@@ -336,8 +346,7 @@ static api_outcome keep_clips(api_call *call, const tw_model *model, api_surface
     const reduced_clips *reduced = api_entry_value(scene->reduced);
     clips = replace_tracks(call->arena, clips, count, &scene->query.reduction, reduced);
     if (!clips) return api_fail_without_memory(call);
-    api_answer_headerf(&call->answer, "X-Tweend-Error", "degrees=%.6f, metres=%.9f",
-                       reduced->reached.angle * TW_DEGREES, reduced->reached.distance);
+    tell_error(call, &reduced->reached);
   }
   scene->content.clips = clips;
   scene->content.clip_count = count;

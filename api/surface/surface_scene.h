@@ -52,8 +52,8 @@ void api_scene_print(const api_surface_scene *scene, tw_text *text);
 api_outcome api_scene_pose(api_call *call, const tw_model *model, const api_surface_query *surface,
                            api_surface_scene *scene);
 
-/* Fills content.clips with clips that are kept or baked to keys; reports the error of reduced tracks in
- * X-Tweend-Error. */
+/* Fills content.clips with clips that are kept or baked to keys; reports the error of reduced tracks, or
+ * between baked keys, in X-Tweend-Error. */
 api_outcome api_scene_animate(api_call *call, const tw_model *model, api_surface_scene *scene);
 
 /* Adds the warnings of the clips to the answer. */

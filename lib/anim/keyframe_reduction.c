@@ -1,4 +1,4 @@
-/* Reduces clips to few LINEAR keys within a tolerance.
+/* Clips with as few LINEAR keys as an error allows, and the error of keys at given times.
  *
  * A track is first sampled on a grid: at its keys where it is LINEAR already, else in steps so short that the
  * chord of each strays from the path by less than a sixteenth of the tolerance. From each key the next one is
@@ -12,19 +12,23 @@
 #include <string.h>
 
 #include "clip.h"
+#include "parallel_for.h"
 
 enum {
   STEPS_LEAST = 2,       /* fewest grid steps of a segment that is not LINEAR */
   GRID_PLACES = 64,      /* most grid places, for each key allowed */
   CLIP_PLACES = 1 << 20, /* most grid places of all tracks together: a second or two */
   OWN_PLACES = 4,        /* and this many more for each key of the clip */
-  PARTS_MEASURED = 4,    /* measurements for each grid step */
-  REFINEMENTS = 24
+  PARTS_MEASURED = 4,    /* of each grid step */
+  REFINEMENTS = 24,
+  CHORDS_REFINED = 256, /* chords of keys at given times whose error is found exactly, not to a sixteenth */
+  CHORDS_A_STEP = 1024  /* between two questions whether the result is still wanted */
 };
 
 static const double PI = 3.14159265358979323846;
 static const double STEP_ANGLE = 3.14159265358979323846 / 18;
-static const double CHORD_ANGLE = 2.7; /* the most between two keys: 154.7 degrees */
+static const double CHORD_ANGLE = 2.7;     /* the most between two keys: 154.7 degrees */
+static const double HALF_TURN_ROOM = 1e-6; /* of half the angle; below it rounding decides the way */
 static const double GRID_MARGIN = 16;  /* chords of the grid stray by less than this part of the tolerance */
 static const double FLOAT_ROOM = 4e-7; /* of the largest value: rounding to single precision */
 
@@ -163,20 +167,31 @@ static double largest_stray(const reduction *r, const tw_track *track, uint32_t 
   return largest;
 }
 
+/* Steps of a segment in which the path bends little, whatever the tolerance. */
+static double count_steps(const reduction *r, const tw_track *track, uint32_t key) {
+  double travel = r->rotation ? tw_track_travel(track, key) : 0;
+  if (is_linear(track)) return fmax(1, ceil(travel / CHORD_ANGLE));
+  return fmax(STEPS_LEAST, ceil(travel / STEP_ANGLE));
+}
+
+static tw_status add_steps(reduction *r, const tw_track *track, uint32_t key, uint32_t steps,
+                           tw_error *error) {
+  tw_status status = TW_OK;
+  for (uint32_t i = 0; i < steps && status == TW_OK; i++)
+    status = add_place(r, step_time(track, key, i, steps), error);
+  return status;
+}
+
 static tw_status lay_segment(reduction *r, const tw_track *track, uint32_t key, tw_error *error) {
-  double travel = r->rotation ? tw_track_travel(track, key) : 0, steps = fmax(1, ceil(travel / CHORD_ANGLE));
+  double steps = count_steps(r, track, key);
   if (!is_linear(track)) {
-    steps = fmax(STEPS_LEAST, ceil(travel / STEP_ANGLE));
     /* A chord's error goes with the square of its length. */
     double ratio = steps < r->grid.most ? largest_stray(r, track, key, (uint32_t)steps) / r->tolerance : 1;
     steps *= fmax(1, ceil(sqrt(GRID_MARGIN * ratio)));
   }
   if (steps >= r->grid.most)
     return tw_fail(error, TW_LIMIT, "a track turns too often to be followed at this tolerance");
-  tw_status status = TW_OK;
-  for (uint32_t i = 0; i < (uint32_t)steps && status == TW_OK; i++)
-    status = add_place(r, step_time(track, key, i, (uint32_t)steps), error);
-  return status;
+  return add_steps(r, track, key, (uint32_t)steps, error);
 }
 
 static tw_status lay_grid(reduction *r, tw_error *error) {
@@ -249,13 +264,13 @@ static double worst_near(const reduction *r, const chord *chord, double low, dou
 }
 
 /* The largest error of a chord up to its end: at several places of each grid step on its way, then about the
- * worst of them. place: the last place of the grid that is not after the chord's start. */
-static double measure(const reduction *r, const chord *chord, float end, uint32_t place) {
+ * worst of them if that is more than `least`. place: the first one of the grid after the chord's start. */
+static double measure(const reduction *r, const chord *chord, float end, uint32_t place, double least) {
   double worst = 0, low = 0, high = 0, last = chord->start, stop = (double)end;
   bool is_worst = false; /* the last place */
   while (last < stop) {
-    bool is_inside = ++place < r->grid.count && r->grid.times[place] < end;
-    double from = last, to = is_inside ? (double)r->grid.times[place] : stop;
+    bool is_inside = place < r->grid.count && r->grid.times[place] < end;
+    double from = last, to = is_inside ? (double)r->grid.times[place++] : stop;
     for (int i = 1; i <= PARTS_MEASURED; i++) {
       double at = i < PARTS_MEASURED ? from + (to - from) * i / PARTS_MEASURED : to;
       double error = stray_at(r, chord, (float)at);
@@ -268,7 +283,7 @@ static double measure(const reduction *r, const chord *chord, float end, uint32_
       last = at;
     }
   }
-  return worst > 0 ? fmax(worst, worst_near(r, chord, low, high)) : 0;
+  return worst > least ? fmax(worst, worst_near(r, chord, low, high)) : worst;
 }
 
 /* The same of the chord from the last key to a time. A chord near half a turn may stray by as much. */
@@ -276,17 +291,17 @@ static double measure_to(const reduction *r, float end, uint32_t place) {
   size_t last = r->keys.count - 1;
   tw_clip_sample(r->clip, r->index, &end, 1, r->ends);
   chord chord = chord_between(r, r->keys.times[last], r->keys.values + last * r->width, end, r->ends);
-  return is_short(&chord) ? measure(r, &chord, end, place) : PI;
+  return is_short(&chord) ? measure(r, &chord, end, place, 0) : PI;
 }
 
-/* Adds the key at a grid place, from the one at `place`; where the chord to it strays, first keys half way.
- */
-static tw_status reach(reduction *r, uint32_t place, uint32_t next, tw_error *error) {
+/* Adds the key at grid place `to` after that at `from`; where the chord to it strays, first keys half way. */
+static tw_status reach(reduction *r, uint32_t from, uint32_t to, tw_error *error) {
   tw_status status = TW_OK;
-  float start = r->grid.times[place], goal = r->grid.times[next];
+  uint32_t place = from;
+  float start = r->grid.times[from], goal = r->grid.times[to];
   while (status == TW_OK && start < goal) {
     float end = goal;
-    while (r->grid.times[place + 1] <= start) place++;
+    while (r->grid.times[place] <= start) place++;
     double strays = measure_to(r, end, place);
     while (strays > r->tolerance) {
       float middle = (float)((double)start + ((double)end - (double)start) / 2);
@@ -307,7 +322,7 @@ static bool stays(reduction *r) {
   float start = r->grid.times[0], end = r->grid.times[count - 1];
   chord still = chord_between(r, start, grid_value(r, 0), end, grid_value(r, 0));
   if (!is_near(r, &still, 0, count)) return false;
-  double strays = measure(r, &still, end, 0);
+  double strays = measure(r, &still, end, 1, 0);
   if (strays <= r->tolerance) r->reached = strays;
   return strays <= r->tolerance;
 }
@@ -353,41 +368,115 @@ static uint32_t least_of(uint64_t a, uint64_t b) {
   return (uint32_t)(a < b ? a : b);
 }
 
-/* The bound on the places of all grids together, so that a short document cannot cost hours. */
-static uint32_t count_places(const tw_clip *clip) {
-  uint64_t places = CLIP_PLACES;
-  for (uint32_t i = 0; i < clip->track_count; i++)
-    places += OWN_PLACES * (uint64_t)clip->tracks[i].timeline->key_count;
-  return least_of(places, UINT32_MAX);
+static uint64_t count_keys(const tw_clip *clip) {
+  uint64_t keys = 0;
+  for (uint32_t i = 0; i < clip->track_count; i++) keys += clip->tracks[i].timeline->key_count;
+  return keys;
+}
+
+/* The bound of all grids together, so that a short document cannot cost hours. */
+static uint64_t count_places(const tw_clip *clip) {
+  return CLIP_PLACES + OWN_PLACES * count_keys(clip);
+}
+
+/* Begins with an empty grid of at most grid_most places. To be deinited even where this fails. */
+static tw_status reduction_init(reduction *r, const tw_clip *clip, uint32_t index, uint32_t grid_most,
+                                tw_error *error) {
+  const tw_track *track = &clip->tracks[index];
+  *r = (reduction){.clip = clip,
+                   .index = index,
+                   .width = track->width,
+                   .rotation = track->path == TW_ROTATION,
+                   .grid = {.most = grid_most, .name = "steps"},
+                   .sample = tw_alloc(track->width, sizeof *r->sample),
+                   .ends = tw_alloc(track->width, 2 * sizeof *r->ends)};
+  return r->sample && r->ends ? TW_OK : tw_fail(error, TW_NO_MEMORY, "no memory for the keys of a track");
 }
 
 /* places: how much of the bound is left for this track and those after it. */
 static tw_status reduce_track(const tw_clip *clip, uint32_t index, tw_tolerance tolerance, uint32_t max_keys,
                               uint32_t *places, tw_arena *arena, tw_track_keys *out, double *reached,
                               tw_error *error) {
-  const tw_track *track = &clip->tracks[index];
-  reduction r = {.clip = clip,
-                 .index = index,
-                 .width = track->width,
-                 .rotation = track->path == TW_ROTATION,
-                 .grid = {.most = least_of((uint64_t)max_keys * GRID_PLACES, *places), .name = "steps"},
-                 .keys = {.most = max_keys, .name = "keys"}};
-  tw_status status = TW_NO_MEMORY;
-  r.sample = tw_alloc(r.width, sizeof *r.sample);
-  r.ends = tw_alloc(r.width, 2 * sizeof *r.ends);
-  if (r.sample && r.ends) {
-    r.tolerance = effective_tolerance(&r, track, tolerance);
+  reduction r;
+  tw_status status =
+      reduction_init(&r, clip, index, least_of((uint64_t)max_keys * GRID_PLACES, *places), error);
+  r.keys = (samples){.most = max_keys, .name = "keys"};
+  if (status == TW_OK) {
+    r.tolerance = effective_tolerance(&r, &clip->tracks[index], tolerance);
     status = lay_grid(&r, error);
-    if (status == TW_OK) status = choose_keys(&r, error);
-    if (status == TW_OK) status = deliver(&r, arena, out, error);
-    *reached = fmax(*reached, r.reached);
-    *places -= r.grid.count;
-  } else {
-    tw_fail(error, TW_NO_MEMORY, "no memory for a reduced track");
   }
+  if (status == TW_OK) status = choose_keys(&r, error);
+  if (status == TW_OK) status = deliver(&r, arena, out, error);
+  *reached = fmax(*reached, r.reached);
+  *places -= r.grid.count;
   reduction_deinit(&r);
   return status;
 }
+
+/* ---- keys at given times --------------------------------------------------------------------------------
+ */
+
+/* The error between a key and the next one; within one step of a LINEAR track there is none. place: as in
+ * measure. */
+static double measure_step(const reduction *r, const tw_track_keys *keys, uint32_t key, uint32_t place,
+                           double least) {
+  float start = keys->times[key], end = keys->times[key + 1];
+  bool bends = place < r->grid.count && r->grid.times[place] < end;
+  if (is_linear(&r->clip->tracks[r->index]) && !bends) return 0;
+  const float *from = keys->values + (size_t)key * r->width;
+  chord chord = chord_between(r, start, from, end, from + r->width);
+  if (r->rotation && chord.arc.angle > PI / 2 - HALF_TURN_ROOM) return PI;
+  return measure(r, &chord, end, place, least);
+}
+
+/* Adds steps of a segment for measuring, of which each is measured at several places. */
+static tw_status lay_coarse(reduction *r, uint32_t key, double most, tw_error *error) {
+  const tw_track *track = &r->clip->tracks[r->index];
+  double steps = count_steps(r, track, key);
+  if (!is_linear(track)) steps = fmax(STEPS_LEAST, ceil(steps / PARTS_MEASURED));
+  return add_steps(r, track, key, (uint32_t)fmin(steps, most), error);
+}
+
+/* Measures a track against its keys at given times. */
+static tw_status measure_track(reduction *r, const tw_track_keys *keys, double steps_most,
+                               const tw_parallel_for *parallel, tw_error *error) {
+  const tw_timeline *timeline = r->clip->tracks[r->index].timeline;
+  uint32_t last = timeline->key_count - 1, place = 0, refined = 0;
+  tw_status status = TW_OK;
+  for (uint32_t key = 0; key < last && status == TW_OK; key++) status = lay_coarse(r, key, steps_most, error);
+  if (status == TW_OK) status = add_place(r, timeline->times[last], error);
+  for (uint32_t key = 0; key + 1 < keys->key_count && status == TW_OK; key++) {
+    if (key % CHORDS_A_STEP == 0 && tw_parallel_for_status(parallel) != TW_OK)
+      return tw_fail(error, TW_CANCELLED, "the error of the keys is not wanted any more");
+    while (place < r->grid.count && r->grid.times[place] <= keys->times[key]) place++;
+    double least = refined < CHORDS_REFINED ? r->reached * (1 - 1 / GRID_MARGIN) : r->reached;
+    double strays = measure_step(r, keys, key, place, least);
+    refined += strays > least;
+    r->reached = fmax(r->reached, strays);
+  }
+  return status;
+}
+
+tw_status tw_clip_bake_error(const tw_clip *clip, const tw_clip_keys *baked, const tw_parallel_for *parallel,
+                             tw_tolerance *reached, tw_error *error) {
+  tw_tolerance most = {0, 0};
+  double steps_most = (double)count_places(clip) / ((double)count_keys(clip) + 1) + 1;
+  for (uint32_t i = 0; i < clip->track_count; i++) {
+    if (clip->tracks[i].holds) continue;
+    reduction r;
+    tw_status status = reduction_init(&r, clip, i, UINT32_MAX, error);
+    if (status == TW_OK) status = measure_track(&r, &baked->tracks[i], steps_most, parallel, error);
+    double *told = r.rotation ? &most.angle : &most.distance;
+    *told = fmax(*told, r.reached);
+    reduction_deinit(&r);
+    if (status != TW_OK) return status;
+  }
+  *reached = most;
+  return TW_OK;
+}
+
+/* ---- clips ----------------------------------------------------------------------------------------------
+ */
 
 static tw_status copy_steps(const tw_clip *clip, uint32_t index, tw_arena *arena, tw_track_keys *out,
                             tw_error *error) {
@@ -406,7 +495,7 @@ tw_status tw_clip_reduce(const tw_clip *clip, const tw_clip_keys *keys, tw_toler
   tw_track_keys *tracks = tw_arena_alloc(arena, clip->track_count, sizeof *tracks);
   if (!tracks) return tw_fail(error, TW_NO_MEMORY, "no memory for a reduced clip");
   tw_tolerance most = {0, 0};
-  uint32_t places = count_places(clip);
+  uint32_t places = least_of(count_places(clip), UINT32_MAX);
   for (uint32_t i = 0; i < clip->track_count; i++) {
     const tw_track *track = &clip->tracks[i];
     tw_status status = TW_OK;

@@ -453,6 +453,35 @@ TEST_WITH(a_tolerance_leaves_the_fewest_keys, setup, teardown) {
   assert_true(degrees > 0 && degrees <= 0.05 && metres < 0.001);
 }
 
+TEST_WITH(the_error_between_baked_keys_is_told, setup, teardown) {
+  const fixture *f = *state;
+  char id[API_ID_TEXT], target[160];
+  loopback_upload(
+      f->loop, "application/json",
+      "{'nodes':[{'name':'n'}],'clips':[{'tracks':[{'node':'n','path':'rotation','unit':'degrees',"
+      "'times':[0,1,2],'axis_angles':[[0,0,1,0],[0,0,1,60],[0,0,1,0]]},{'node':'n',"
+      "'path':'translation','times':[0,1,2],'values':[[0,0,0],[0,3,4],[0,0,0]]}]}]}",
+      id);
+  const struct {
+    const char *rest, *error;
+  } asked[] = {{"at=0,2", "degrees=60.0000"},
+               {"at=0,2", ", metres=5.0000000"},
+               {"at=0.5,1.5", "degrees=30.0000"},
+               {"at=0,0.5,1,2", "degrees=0.0000"},
+               {"from=0&to=2&fps=4", ", metres=0.0000000"},
+               {"at=0,2,4", ", metres=5.0000000"},
+               {"at=1", NULL}};
+  for (size_t i = 0; i < sizeof asked / sizeof *asked; i++) {
+    snprintf(target, sizeof target, "/v1/models/%s/surface.glb?%s", id, asked[i].rest);
+    reply r = loopback_get(f->loop, target);
+    assert_int_equal(r.status, 200);
+    const char *told = reply_header(&r, "X-Tweend-Error");
+    if (!asked[i].error != !told || (told && !strstr(told, asked[i].error)))
+      fail_msg("%s: %s", asked[i].rest, told ? told : "nothing");
+    reply_free(&r);
+  }
+}
+
 TEST_WITH(a_clip_is_reduced_once_for_equal_requests, setup, teardown) {
   const fixture *f = *state;
   static const struct {

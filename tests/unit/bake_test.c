@@ -1,4 +1,5 @@
 /* Baked and reduced clips against the clips that they come from. */
+#include <stdlib.h>
 #include <string.h>
 
 #include "keys.h"
@@ -109,6 +110,106 @@ TEST(baked_keys_are_the_samples_at_exactly_those_times) {
   tw_clip_destroy(clip);
   tw_clip_destroy(baked);
 }
+
+/* ---- the error of keys at given times -------------------------------------------------------------------
+ */
+
+/* Bakes one track at times; checks that the error that is told is the one that is found. */
+static void assert_told(const tw_track_keys *track, const float *times, uint32_t count) {
+  tw_clip *clip = clip_of(track, 1, -1), *baked;
+  tw_arena *arena = tw_arena_create();
+  tw_clip_keys out;
+  tw_tolerance reached;
+  assert_int_equal(tw_clip_bake(clip, times, count, arena, &out, NULL), TW_OK);
+  assert_int_equal(tw_clip_bake_error(clip, &out, NULL, &reached, NULL), TW_OK);
+  baked = clip_of(out.tracks, 1, -1);
+  double told = track->path == TW_ROTATION ? reached.angle : reached.distance, found = 0;
+  for (int i = 0; i <= 20000; i++) {
+    float at = times[0] + (times[count - 1] - times[0]) * (float)i / 20000, a[4], b[4];
+    tw_clip_sample(clip, 0, &at, 1, a);
+    tw_clip_sample(baked, 0, &at, 1, b);
+    found = fmax(found, distance(track->path, a, b));
+  }
+  if (found > told * 16 / 15 + 2e-6 || told > found * 1.01 + 1e-4) fail_msg("told %g, found %g", told, found);
+  tw_arena_destroy(arena);
+  tw_clip_destroy(clip);
+  tw_clip_destroy(baked);
+}
+
+TEST(the_error_of_keys_at_given_times_is_told) {
+  uint64_t seed = 12;
+  for (int n = 0; n < 140; n++) {
+    float times[8], values[24][4], at[40];
+    double angles[8][4], time = ref_random(&seed), baked = n % 3 ? 0 : 2 * ref_random(&seed);
+    for (size_t i = 0; i < 8; i++) {
+      times[i] = (float)time;
+      time += 0.05 + 2 * ref_random(&seed) * ref_random(&seed);
+      for (size_t j = 0; j < 3; j++) ref_narrow(ref_random_unit(&seed), values[3 * i + j]);
+      for (size_t j = 0; j < 4; j++) angles[i][j] = ref_between(&seed, -4, 4);
+    }
+    uint32_t count = 2 + (uint32_t)n % 39;
+    for (uint32_t i = 0; i < count; i++) {
+      at[i] = (float)baked;
+      baked += 0.01 + ref_random(&seed) * 20 / count; /* some beyond the end */
+    }
+    tw_track_keys tracks[] = {quaternion_keys(TW_LINEAR, times, values[0], 8),
+                              quaternion_keys(TW_NLERP, times, values[0], 8),
+                              quaternion_keys(TW_CUBICSPLINE, times, values[0], 8),
+                              quaternion_keys(TW_SQUAD, times, values[0], 8),
+                              euler_keys(TW_XYZ, times, angles[0], 6),
+                              value_keys(TW_TRANSLATION, TW_LINEAR, times, values[0], 8),
+                              value_keys(TW_TRANSLATION, TW_CUBICSPLINE, times, values[0], 8)};
+    assert_told(&tracks[n % 7], at, count);
+  }
+}
+
+TEST(half_turns_and_steps_are_told_for_what_they_are) {
+  const double turns[] = {1, 2, 3, 0, 1, 2, 3, 6 * REF_PI};
+  tw_track_keys tracks[] = {axis_angle_keys(times_0_1_3, turns, 2),
+                            value_keys(TW_SCALE, TW_STEP, times_0_1_3, plain_rotations, 3)};
+  tw_clip *clip = clip_of(tracks, 2, -1);
+  tw_arena *arena = tw_arena_create();
+  tw_clip_keys out;
+  tw_tolerance reached;
+  /* From 0 to 6 pi in a second: half a turn in a sixth. */
+  const float quarters[] = {0, 1 / 12.f, 2 / 12.f}, halves[] = {0, 1 / 6.f};
+  assert_int_equal(tw_clip_bake(clip, quarters, 3, arena, &out, NULL), TW_OK);
+  assert_int_equal(tw_clip_bake_error(clip, &out, NULL, &reached, NULL), TW_OK);
+  assert_true(reached.angle < 1e-6 && reached.distance == 0);
+  assert_int_equal(tw_clip_bake(clip, halves, 2, arena, &out, NULL), TW_OK);
+  assert_int_equal(tw_clip_bake_error(clip, &out, NULL, &reached, NULL), TW_OK);
+  assert_true(fabs(reached.angle - REF_PI) < 1e-6);
+  tw_arena_destroy(arena);
+  tw_clip_destroy(clip);
+}
+
+static bool is_cancelled(void *owner) {
+  return --*(int *)owner < 0;
+}
+
+TEST(measuring_keys_asks_whether_the_result_is_wanted) {
+  enum { TIMES = 20000 };
+  tw_track_keys track = quaternion_keys(TW_NLERP, times_0_1_3, plain_rotations, 3);
+  tw_clip *clip = clip_of(&track, 1, -1);
+  tw_arena *arena = tw_arena_create();
+  float *times = malloc(TIMES * sizeof *times);
+  assert_non_null(times);
+  for (int i = 0; i < TIMES; i++) times[i] = (float)i * 1e-4f;
+  tw_clip_keys out;
+  tw_tolerance reached;
+  int questions = 10;
+  const tw_parallel_for parallel = {.owner = &questions, .is_cancelled = is_cancelled};
+  assert_int_equal(tw_clip_bake(clip, times, TIMES, arena, &out, NULL), TW_OK);
+  assert_int_equal(tw_clip_bake_error(clip, &out, &parallel, &reached, NULL), TW_CANCELLED);
+  questions = 30;
+  assert_int_equal(tw_clip_bake_error(clip, &out, &parallel, &reached, NULL), TW_OK);
+  free(times);
+  tw_arena_destroy(arena);
+  tw_clip_destroy(clip);
+}
+
+/* ---- reduction ------------------------------------------------------------------------------------------
+ */
 
 /* Checks that every player turns the same way between keys: no two are near 180 degrees apart. */
 static void assert_short_steps(const tw_track_keys *track) {

@@ -255,6 +255,13 @@ typedef struct tw_tolerance {
                       away; for weights a difference of weights */
 } tw_tolerance;
 
+/* The largest error of the LINEAR keys that tw_clip_bake made of a clip, from the first time to the last, in
+ * between keys too; a rotation of 180 degrees between two keys counts as an error of 180 degrees. STEP tracks
+ * do not count. parallel: asked whether the result is still wanted; or NULL. TW_NO_MEMORY, TW_CANCELLED.
+ * O(keys of both), but for tracks that turn over and over, of which at most a million steps are followed. */
+tw_status tw_clip_bake_error(const tw_clip *clip, const tw_clip_keys *baked, const tw_parallel_for *parallel,
+                             tw_tolerance *reached, tw_error *error);
+
 /* The clip as few LINEAR keys that stay under the tolerance everywhere, in between keys too. Keys lie on the
  * original path, each as far from the one before as the tolerance allows, but rotations less than 155
  * degrees, so that every player turns the same way; a track that stands still has one, or two where it is
