@@ -519,7 +519,8 @@ export interface Tracks {
     /** Number of keys whose sign differs from the key before: q and -q are the same rotation. */
     sign_flips: number;
     non_unit_keys: number;
-    /** Keys that the file has at the time of the key before: the rotation jumps there. Of several keys at one time the first and the last are kept, the first at the next smaller float. */
+    /** Keys that the file has at the time of the key before: the rotation jumps there. Of several keys at one time
+     * the first and the last are kept, the first at the next smaller float. */
     duplicate_times: number;
     /** Steps of exactly 180 degrees. */
     half_turns: number;
@@ -1120,9 +1121,9 @@ export interface SurfaceOptions {
    */
   tolerance_m?: number;
   /**
-   * What becomes of skins and morph targets: kept with the surface, or, with one time, the control meshes are moved
-   * by them first, and the surface is that of the moved mesh. A baked skinned mesh hangs on a root node of its own,
-   * for its points are where the world has them.
+   * What becomes of skins and morph targets: kept with the surface, or, with one time, or at rest with `clip=none`
+   * and no time, the control meshes are moved by them first, and the surface is that of the moved mesh. A baked
+   * skinned mesh hangs on a root node of its own, for its points are where the world has them.
    * @default keep
    */
   skin?: "keep" | "bake";

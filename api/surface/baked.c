@@ -105,7 +105,7 @@ static void fill_layout(const tw_model *model, plan_layout *layout) {
 
 /* What deforming needs besides the model. */
 typedef struct deformer {
-  const tw_clip *clip;
+  const tw_clip *clip; /* NULL: at rest */
   float time;
   tw_trs *locals;  /* [nodes + moved meshes] */
   float *matrices; /* [nodes][16], world matrices */
@@ -125,7 +125,8 @@ static bool create_deformer(tw_arena *arena, const tw_model *model, uint32_t mov
 }
 
 static void pose_nodes(const tw_model *model, deformer *d) {
-  tw_clip_pose(d->clip, model->nodes, model->node_count, d->time, d->locals);
+  for (uint32_t i = 0; i < model->node_count; i++) d->locals[i] = model->nodes[i].rest;
+  if (d->clip) tw_clip_pose(d->clip, model->nodes, model->node_count, d->time, d->locals);
   tw_pose_locals(d->clip, model->nodes, model->node_count, d->locals, d->matrices);
   tw_pose_world(model->nodes, model->node_order, model->node_count, d->matrices, d->matrices);
 }
@@ -135,7 +136,7 @@ static tw_status deform_mesh(tw_arena *arena, const tw_model *model, const defor
                              float **out, tw_error *error) {
   const tw_node *node = &model->nodes[index];
   const tw_mesh *mesh = &model->meshes[node->mesh];
-  uint32_t track = tw_clip_find(d->clip, index, TW_WEIGHTS), joint_count = 0;
+  uint32_t track = d->clip ? tw_clip_find(d->clip, index, TW_WEIGHTS) : TW_NO_INDEX, joint_count = 0;
   bool has_weights = track != TW_NO_INDEX && tw_clip_width(d->clip, track) == mesh->morph_count;
   *out = tw_arena_alloc(arena, mesh->point_count, 3 * sizeof **out);
   if (!*out) return tw_fail(error, TW_NO_MEMORY, "out of memory");

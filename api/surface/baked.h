@@ -15,8 +15,9 @@ typedef struct api_baked {
   api_plan_moves moves; /* one for each mesh of `model`; count 0 where nothing moves */
 } api_baked;
 
-/* Bakes the model at one time of the clip, for a surface of the query. 422 where more points would move than
- * an answer can hold, the surface would be over a limit, or a point moves too far. */
+/* Bakes the model at one time of the clip, or at rest where the clip is NULL, for a surface of the query. 422
+ * where more points would move than an answer can hold, the surface would be over a limit, or a point moves
+ * too far. */
 api_outcome api_bake(api_call *call, const tw_model *model, const tw_clip *clip, float time,
                      const api_surface_query *query, api_baked *out);
 

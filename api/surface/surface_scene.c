@@ -13,6 +13,11 @@ static bool is_moment(const api_scene_query *query) {
   return query->times.list && query->times.count == 1;
 }
 
+/* Whether the request bakes the model as it rests, of no clip. */
+static bool is_baked_at_rest(const api_scene_query *query) {
+  return query->is_baked && !query->times.is_given;
+}
+
 /* ---- parameters --------------------------------------------------------------------------------- */
 
 static tw_status read_tolerance(const api_query *query, api_scene_query *out, tw_error *error) {
@@ -30,8 +35,10 @@ static tw_status read_tolerance(const api_query *query, api_scene_query *out, tw
 
 /* Checks parameters that need or exclude another one. */
 static tw_status check_together(const api_scene_query *query, tw_error *error) {
-  if (query->is_baked && !is_moment(query))
-    return tw_fail(error, TW_SYNTAX, "skin=bake goes with one time: at=T");
+  bool has_no_clip = query->clips && strcmp(query->clips, "none") == 0;
+  if (query->is_baked && !is_moment(query) && !(is_baked_at_rest(query) && has_no_clip))
+    return tw_fail(error, TW_SYNTAX,
+                   "skin=bake goes with one time, at=T, or without times with clip=none: at rest");
   if (query->is_baked && query->is_bare)
     return tw_fail(error, TW_SYNTAX, "meshes=none leaves skin=bake nothing to move");
   if (query->reduction.is_wide && query->times.is_given)
@@ -91,7 +98,8 @@ void api_scene_print(const api_surface_scene *scene, tw_text *text) {
 /* Takes the merged clips, to be posed or baked. */
 static api_outcome take_moving(api_call *call, const tw_model *model, api_surface_scene *scene) {
   if (model->clip_count == 0 && scene->choices.count == 0)
-    return api_fail_with(call, 404, "the model has no clips");
+    return api_fail_with(call, 404, "the model has no clips%s",
+                         scene->query.is_baked ? ": clip=none&skin=bake without times bakes it at rest" : "");
   if (scene->choices.count == 0) return api_fail_with(call, 400, "clip=none leaves no clip to take times of");
   api_outcome outcome = api_clip_take(call, model, scene->is_stored, &scene->choices, -1, &scene->moving);
   if (outcome != API_DONE) return outcome;
@@ -124,6 +132,8 @@ api_outcome api_scene_take_clips(api_call *call, const tw_model *model, bool is_
       api_clips_choose(call, model, scene->query.clips, has_times ? 1 : UINT32_MAX, &scene->choices);
   if (outcome != API_DONE) return outcome;
   scene->is_stored = is_stored;
+  if (is_baked_at_rest(&scene->query) && scene->choices.count > 0)
+    return api_fail_with(call, 400, "skin=bake goes with one time: a clip is called none");
   return has_times ? take_moving(call, model, scene) : take_lent(call, model, scene);
 }
 
@@ -410,14 +420,15 @@ static api_outcome pose_model(api_call *call, const tw_model *model, api_surface
 
 static api_outcome bake_model(api_call *call, const tw_model *model, const api_surface_query *surface,
                               api_surface_scene *scene) {
-  const api_clip *clip = api_entry_value(scene->moving);
-  float time = (float)api_times_get(&scene->query.times, 0);
+  bool rests = is_baked_at_rest(&scene->query);
+  const tw_clip *clip = rests ? NULL : ((const api_clip *)api_entry_value(scene->moving))->compiled;
+  float time = rests ? 0 : (float)api_times_get(&scene->query.times, 0);
   api_baked baked;
-  api_outcome outcome = api_bake(call, model, clip->compiled, time, surface, &baked);
+  api_outcome outcome = api_bake(call, model, clip, time, surface, &baked);
   if (outcome != API_DONE) return outcome;
   scene->content.model = baked.model;
   scene->content.pose = baked.pose;
-  scene->content.posed_by = clip->compiled;
+  scene->content.posed_by = clip;
   scene->meshes = baked.meshes;
   scene->moves = baked.moves;
   return API_DONE;

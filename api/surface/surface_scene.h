@@ -48,7 +48,8 @@ api_outcome api_scene_take_clips(api_call *call, const tw_model *model, bool is_
 void api_scene_print(const api_surface_scene *scene, tw_text *text);
 
 /* Fills content.model, pose, posed_by and weights, and meshes and moves; call after api_scene_take_clips.
- * surface: the surface that skin=bake must not take over a limit. Not in a light call with times. */
+ * surface: the surface that skin=bake must not take over a limit. Not in a light call with times or
+ * skin=bake. */
 api_outcome api_scene_pose(api_call *call, const tw_model *model, const api_surface_query *surface,
                            api_surface_scene *scene);
 

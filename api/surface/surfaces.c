@@ -494,7 +494,8 @@ static api_outcome prepare(api_call *call, surface_request *request, bool is_sto
   if (lacks_faces(model)) return api_fail_with(call, 422, "the model has no faces: it has no surface");
   api_outcome outcome = api_scene_take_clips(call, model, is_stored, scene);
   if (outcome != API_DONE) return outcome;
-  if (call->effort != API_HEAVY && scene->query.times.is_given) return API_NEEDS_THREAD;
+  bool is_posed = scene->query.times.is_given || scene->query.is_baked;
+  if (call->effort != API_HEAVY && is_posed) return API_NEEDS_THREAD;
   outcome = api_scene_pose(call, model, &request->surface, scene);
   scene->content.polygons = request->polygons;
   scene->content.is_without_details = !request->surface.details;

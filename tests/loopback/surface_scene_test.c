@@ -571,6 +571,38 @@ TEST_WITH(baked_skins_are_where_the_joints_put_them, setup, teardown) {
   reply_free(&r);
 }
 
+TEST_WITH(skins_are_baked_at_rest_without_a_clip, setup, teardown) {
+  const fixture *f = *state;
+  char text[sizeof flag], id[API_ID_TEXT], target[128];
+  snprintf(text, sizeof text, "%s", flag);
+  char *cut = strstr(text, "'animations':["), *end = strstr(text, "'accessors'");
+  memmove(cut, end, strlen(end) + 1);
+  char *bone = strstr(text, "{'name':'bone'}"); /* turned by 180 degrees about z in a model without clips */
+  char turned[2 * sizeof flag];
+  snprintf(turned, sizeof turned, "%.*s{'name':'bone','rotation':[0,0,1,0]}%s", (int)(bone - text), text,
+           bone + strlen("{'name':'bone'}"));
+  loopback_upload(f->loop, "model/gltf+json", turned, id);
+  const char *const ids[] = {id, f->flag};
+  for (int i = 0; i < 2; i++) {
+    snprintf(target, sizeof target, "/v1/models/%s/surface.obj?level=0&clip=none&skin=bake&normals=none",
+             ids[i]);
+    reply r = loopback_get(f->loop, target);
+    if (r.status != 200) fail_msg("%d %s", r.status, r.body);
+    assert_point(&r, 1, 12, 0, 0);
+    assert_point(&r, 5, i == 0 ? -2 : 2, 0, 0);
+    reply_free(&r);
+  }
+  snprintf(target, sizeof target, "/v1/models/%s/surface.glb?skin=bake&at=0", id);
+  assert_problem(loopback_get(f->loop, target), 404, NULL, "clip=none");
+  snprintf(target, sizeof target, "/v1/models/%s/surface.glb?skin=bake", id);
+  assert_problem(loopback_get(f->loop, target), 400, NULL, "clip=none");
+  assert_problem(ask(f, f->flag, "surface.glb?skin=bake&clip=none&fps=2"), 400, NULL, "one time");
+  cJSON *document = ask_gltf(f, id, "surface.gltf?level=1&clip=none&skin=bake");
+  assert_null(cJSON_GetObjectItem(document, "skins"));
+  assert_int_equal(cJSON_GetArraySize(json_member(document, "meshes")), 2);
+  cJSON_Delete(document);
+}
+
 TEST_WITH(baked_answers_have_no_skins_and_no_targets, setup, teardown) {
   const fixture *f = *state;
   cJSON *document = ask_gltf(f, f->flag, "surface.gltf?level=1&at=0.5&skin=bake");
@@ -658,7 +690,9 @@ TEST_WITH(every_choice_has_its_own_tag, setup, teardown) {
                                  "clip=wave&tolerance_m=0.1",
                                  "clip=wave&meshes=none",
                                  "at=1",
-                                 "at=1&skin=bake"};
+                                 "at=1&skin=bake",
+                                 "clip=none",
+                                 "clip=none&skin=bake"};
   enum { COUNT = sizeof choices / sizeof *choices };
   char tags[COUNT][128], rest[128];
   for (int i = 0; i < COUNT; i++) {
