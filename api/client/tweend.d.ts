@@ -519,10 +519,10 @@ export interface Tracks {
     /** Number of keys whose sign differs from the key before: q and -q are the same rotation. */
     sign_flips: number;
     non_unit_keys: number;
-    /** Keys that the file has at the time of the key before: the rotation jumps there. Of several keys at one time
-     * the first and the last are kept, the first at the next smaller float. */
+    /** Number of keys that the file has at the time of the key before: the rotation jumps there. Of several keys at
+     * one time the first and the last are kept, the first at the next smaller float. */
     duplicate_times: number;
-    /** Steps of exactly 180 degrees. */
+    /** Number of steps of exactly 180 degrees. */
     half_turns: number;
     /** Number of steps over 180 degrees, which quaternions would shorten. */
     steps_over_180: number;

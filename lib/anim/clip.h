@@ -32,8 +32,8 @@ tw_track_keys tw_track_as_keys(const tw_track *track, const float *times, float 
 tw_status tw_track_bake(const tw_clip *clip, uint32_t index, const float *times, uint32_t time_count,
                         tw_arena *arena, tw_track_keys *out, tw_error *error);
 
-/* Makes all checks that tw_clip_create promises: shapes, times, values, rotations, one track for what it
- * moves. may_repeat: times of a track may be equal. The error's pointer begins with /tracks. */
+/* Makes all the checks that tw_clip_create documents. may_repeat: key times of a track may be equal. The
+ * error's pointer begins with /tracks. TW_INVALID, TW_NO_MEMORY. */
 tw_status tw_clip_check(const tw_clip_keys *keys, uint32_t node_count, int force, bool may_repeat,
                         tw_error *error);
 

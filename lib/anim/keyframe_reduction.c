@@ -1,9 +1,9 @@
-/* Clips with as few LINEAR keys as an error allows, and the error of keys at given times.
+/* Reduces clips to few LINEAR keys within a tolerance, and measures the error of keys at given times.
  *
- * A track is first sampled on a grid: at its keys where it is LINEAR already, else in steps so short that the
- * chord of each strays from the path by less than a sixteenth of the tolerance. From each key the next one is
- * the farthest grid place whose chord stays near the path. Then every chord is measured again, densely,
- * between the keys as they will be written; one that fails is halved.
+ * A track is first sampled on a grid: at its keys where it is LINEAR already, else in steps so short that
+ * each step's chord strays from the path by less than a sixteenth of the tolerance. From each chosen key, the
+ * next one is the farthest grid place whose chord stays near the path. Then every chord is measured again,
+ * densely, between the keys as they will be written; a chord that fails is halved.
  *
  * Between two keys that are 180 degrees apart, rounding decides which way a player turns. So no chord of
  * rotations turns by nearly as much. */
@@ -29,8 +29,8 @@ static const double PI = 3.14159265358979323846;
 static const double STEP_ANGLE = 3.14159265358979323846 / 18;
 static const double CHORD_ANGLE = 2.7;     /* the most between two keys: 154.7 degrees */
 static const double HALF_TURN_ROOM = 1e-6; /* of half the angle; below it rounding decides the way */
-static const double GRID_MARGIN = 16;  /* chords of the grid stray by less than this part of the tolerance */
-static const double FLOAT_ROOM = 4e-7; /* of the largest value: rounding to single precision */
+static const double GRID_MARGIN = 16;      /* chords of the grid stray by less than tolerance / GRID_MARGIN */
+static const double FLOAT_ROOM = 4e-7;     /* rounding to single precision, relative to the largest value */
 
 /* A growing list of ascending times and the values there. */
 typedef struct samples {
@@ -86,7 +86,7 @@ static tw_status append(const reduction *r, samples *list, float time, tw_error 
 
 /* ---- errors of chords ---------------------------------------------------------------------------------- */
 
-/* The path that a player takes between two keys. */
+/* The path that a player takes between two keys: slerp or a straight line. */
 typedef struct chord {
   double start, seconds;
   const float *from, *to;
@@ -109,7 +109,7 @@ static bool is_short(const chord *chord) {
   return 2 * chord->arc.angle <= CHORD_ANGLE;
 }
 
-/* How far a chord is from a sample of the path at a time. */
+/* The distance between a chord and a sample of the path at a time. */
 static double stray(const reduction *r, const chord *chord, float time, const float *sample) {
   double u = ((double)time - chord->start) / chord->seconds;
   if (r->rotation) {
@@ -185,7 +185,7 @@ static tw_status add_steps(reduction *r, const tw_track *track, uint32_t key, ui
 static tw_status lay_segment(reduction *r, const tw_track *track, uint32_t key, tw_error *error) {
   double steps = count_steps(r, track, key);
   if (!is_linear(track)) {
-    /* A chord's error goes with the square of its length. */
+    /* A chord's error is proportional to the square of its length. */
     double ratio = steps < r->grid.most ? largest_stray(r, track, key, (uint32_t)steps) / r->tolerance : 1;
     steps *= fmax(1, ceil(sqrt(GRID_MARGIN * ratio)));
   }
@@ -294,7 +294,8 @@ static double measure_to(const reduction *r, float end, uint32_t place) {
   return is_short(&chord) ? measure(r, &chord, end, place, 0) : PI;
 }
 
-/* Adds the key at grid place `to` after that at `from`; where the chord to it strays, first keys half way. */
+/* Adds the key at grid place `to`, after the one at `from`. Where the chord to it strays too far, first adds
+ * keys half way. */
 static tw_status reach(reduction *r, uint32_t from, uint32_t to, tw_error *error) {
   tw_status status = TW_OK;
   uint32_t place = from;
@@ -341,7 +342,8 @@ static tw_status choose_keys(reduction *r, tw_error *error) {
 
 /* ---- clips --------------------------------------------------------------------------------------------- */
 
-/* The tolerance of values is at least what single precision resolves, that of rotations at most a chord. */
+/* The track's tolerance; for values at least what single precision resolves, for rotations at most
+ * CHORD_ANGLE. */
 static double effective_tolerance(const reduction *r, const tw_track *track, tw_tolerance tolerance) {
   if (r->rotation) return fmin(tolerance.angle, CHORD_ANGLE);
   float largest = 0;
@@ -374,7 +376,7 @@ static uint64_t count_keys(const tw_clip *clip) {
   return keys;
 }
 
-/* The bound of all grids together, so that a short document cannot cost hours. */
+/* The bound on the places of all grids together, so that a short document cannot cost hours. */
 static uint64_t count_places(const tw_clip *clip) {
   return CLIP_PLACES + OWN_PLACES * count_keys(clip);
 }

@@ -313,7 +313,7 @@ static void choose_order(tw_track_report *report) {
 
 /* ---- sentences ----------------------------------------------------------------------------------------- */
 
-/* There are as many places as kinds of warnings. */
+/* Never overflows: there are as many places as kinds of warnings. */
 static char *next_warning(tw_track_report *report) {
   return report->warnings[report->warning_count++];
 }

@@ -139,9 +139,9 @@ typedef struct tw_track_keys {
   uint32_t duplicate_times; /* keys that the source had at the time of the key before: see tw_model_finish */
   const float *times;       /* [key_count], strictly increasing */
   const float *values;      /* [key_count][width]; cubicspline: [key_count][3][width] in-tangent, value,
-                               out-tangent.  NULL for TW_KEY_EULER and TW_KEY_AXIS_ANGLE */
+                               out-tangent. NULL for TW_KEY_EULER and TW_KEY_AXIS_ANGLE */
   const double *angles;     /* TW_KEY_EULER [key_count][3], TW_KEY_AXIS_ANGLE [key_count][4]; else NULL */
-  /* {"channel": {}, "target": {}, "sampler": {}}, some or all of them: as of a mesh; or NULL */
+  /* {"channel": {}, "target": {}, "sampler": {}} or some of these, each as tw_mesh.kept; or NULL */
   const char *kept;
 } tw_track_keys;
 
@@ -195,10 +195,10 @@ size_t tw_clip_size(const tw_clip *clip);         /* bytes of memory, for a cach
 
 typedef enum tw_loop { TW_CLAMP, TW_REPEAT, TW_PINGPONG } tw_loop;
 
-/* Maps a time onto the clip: TW_REPEAT into [0, duration), TW_PINGPONG there and back. Duration 0 gives 0.
- * TW_CLAMP returns t itself: sampling clamps. In double precision, because a float is a second or more off
- * after many rounds; for the same reason duration is the decimal number that tw_print_float prints, not its
- * float: 2.4 is the start of the third round of 1.2 seconds. */
+/* Maps a time onto the clip: TW_REPEAT into [0, duration), TW_PINGPONG forth and back. A duration of 0 gives
+ * 0. TW_CLAMP returns t itself, as sampling clamps. t is a double because a float is a second or more off
+ * after many rounds. duration: the decimal number that tw_print_float prints of the clip's, so that 2.4 is
+ * the start of the third round of 1.2 seconds. */
 float tw_loop_time(double t, double duration, tw_loop loop);
 
 /* The local transforms of all nodes at one time: a node's rest transform where no track moves it. locals:
@@ -262,16 +262,17 @@ typedef struct tw_tolerance {
 tw_status tw_clip_bake_error(const tw_clip *clip, const tw_clip_keys *baked, const tw_parallel_for *parallel,
                              tw_tolerance *reached, tw_error *error);
 
-/* The clip as few LINEAR keys that stay under the tolerance everywhere, in between keys too. Keys lie on the
- * original path, each as far from the one before as the tolerance allows, but rotations less than 155
- * degrees, so that every player turns the same way; a track that stands still has one, or two where it is
- * what gives the clip its duration. STEP tracks and cubic splines stay as they are. keys: what the clip was
- * made of; the result may point into it. A clip made with a forced interpolation is reduced as it moves then.
- * reached: the largest error that is left, measured between keys too; single precision may leave more than
- * a very small tolerance, but no more than 4e-7 of the largest value.
- * max_keys: TW_LIMIT where a track would need more, or where following the whole clip takes more than a
- * million steps and four for each of its keys. out: as in tw_clip_bake. O(keys + total angle /
- * sqrt(tolerance)) but for a logarithm. */
+/* Reduces the clip to few LINEAR keys that stay within the tolerance everywhere, between keys too. Keys lie
+ * on the original path, each as far from the one before as the tolerance allows, but rotations less than 155
+ * degrees, so that every player turns the same way. A track that stands still gets one key, or two where it
+ * sets the clip's duration. STEP tracks and cubic splines stay as they are.
+ * keys: what the clip was made of; the result may point into it. A clip made with a forced interpolation is
+ * reduced as that interpolation moves it.
+ * reached: the largest remaining errors, measured between keys too. Single precision may leave more than a
+ * very small tolerance, but no more than 4e-7 of the largest value.
+ * max_keys: TW_LIMIT where a track would need more, or where following the whole clip takes more than 2^20
+ * steps and four for each of its keys. out: as in tw_clip_bake. O(keys + total angle / sqrt(tolerance)),
+ * times a logarithm. */
 tw_status tw_clip_reduce(const tw_clip *clip, const tw_clip_keys *keys, tw_tolerance tolerance,
                          uint32_t max_keys, tw_arena *arena, tw_clip_keys *out, tw_tolerance *reached,
                          tw_error *error);
@@ -300,12 +301,13 @@ typedef struct tw_track_report {
   double peak_velocity; /* radians a second; 0 for STEP, which only jumps */
   double peak_time;
 
-  uint32_t sign_flips; /* quaternion keys on the other side than the key before: q and -q are one rotation */
-  uint32_t non_unit_keys;   /* quaternion keys whose length is off 1 by more than 1e-5 */
+  uint32_t sign_flips;    /* quaternion keys with a negative dot product with the key before: q and -q are one
+                             rotation */
+  uint32_t non_unit_keys; /* quaternion keys whose length is off 1 by more than 1e-5 */
   uint32_t duplicate_times; /* as in the track's keys */
-  uint32_t half_turns;      /* steps of exactly 180 degrees: on which side slerp would pass is arbitrary */
-  uint32_t long_steps;      /* steps over 180 degrees, which quaternions would shorten */
-  uint32_t euler_wraps;     /* Euler keys with an angle more than 180 degrees from the key before's */
+  uint32_t half_turns;      /* steps of exactly 180 degrees: which way slerp turns is arbitrary */
+  uint32_t long_steps;      /* steps over 180 degrees: quaternions would turn the shorter way */
+  uint32_t euler_wraps;     /* Euler keys with an angle more than 180 degrees away from the key before's */
 
   tw_euler_order order;               /* the track's own order where its keys are Euler angles, else XYZ */
   tw_gimbal gimbals[TW_EULER_ORDERS]; /* for each order the least cos_middle along the whole path, not only at
