@@ -212,7 +212,7 @@ static void print_heading(const api_pose_request *request, tw_text *text) {
   const api_clip *clip = request->clip;
   tw_text_add(text, "{");
   tw_member_string(text, "clip", clip ? clip->name : NULL);
-  tw_member_float(text, "duration", clip ? clip->duration : 0);
+  tw_member_float(text, "duration", clip ? (float)clip->duration : 0);
   tw_member_string(text, "space", request->is_world ? "world" : "local");
   tw_member_string(text, "as", layouts[request->as].name);
   if (request->as == API_AS_EULER) {

@@ -301,7 +301,7 @@ static api_outcome bake_clips(api_call *call, api_surface_scene *scene) {
       tw_clip_bake(clip->compiled, times, count, call->arena, &scene->baked, &call->fault.error);
   tw_tolerance reached;
   if (status == TW_OK)
-    status = tw_clip_bake_error(clip->compiled, &scene->baked, call->service->parallel, &reached,
+    status = tw_clip_bake_error(clip->compiled, &scene->baked, &call->service->parallel, &reached,
                                 &call->fault.error);
   if (status != TW_OK) return api_fail(call);
   tell_error(call, &reached);
