@@ -67,50 +67,55 @@ float tw_crease_share(const tw_topology *p, const tw_rules *rules, uint32_t edge
 
 /* ---- steps to come -------------------------------------------------------------------------- */
 
-/* The sharpness, after `steps` steps, of the part of the edge at the decay's vertex. */
-static float near_part_after(const tw_vertex_decay *d, uint32_t edge, uint32_t steps) {
-  float sharpness = d->topology->edge_sharpness[edge];
-  if (!d->topology->semi_sum) return decayed_after(sharpness, steps);
-  for (uint32_t i = 0; i < steps; i++) sharpness = tw_decayed_edge(sharpness, true, d->sum[i], d->count[i]);
-  return sharpness;
-}
-
-/* The sharpness, after `steps` steps (1 or more), of the next part of the edge, which continues the part at
- * the decay's vertex. In the first step all edges at the far vertex count; in decayed_after steps the vertex
- * between the two parts has no other semi-sharp edges. */
-static float far_part_after(const tw_vertex_decay *d, uint32_t edge, uint32_t steps) {
-  const tw_topology *t = d->topology;
-  if (!t->semi_sum) return decayed_after(t->edge_sharpness[edge], steps);
-  uint32_t far = tw_far_end(t, edge, d->vertex);
-  float beyond = tw_decayed_edge(t->edge_sharpness[edge], true, t->semi_sum[far], t->semi_count[far]);
-  for (uint32_t i = 1; i < steps; i++) {
-    float near = near_part_after(d, edge, i);
-    beyond = tw_decayed_edge(near, true, near + beyond, near > 0 && beyond > 0 ? 2 : 1);
+/* In which steps both halves of an edge's part at the vertex stay sharp: the half at the vertex, which is the
+ * next part, and the far half. In the first step all edges at the far vertex count; in later steps the vertex
+ * between the two halves has no other semi-sharp edges. sharpness: as in tw_edge_decay. */
+static uint32_t find_stays(const tw_topology *t, uint32_t far, const float *sharpness, uint32_t steps) {
+  uint32_t stays = 0;
+  float beyond = 0;
+  for (uint32_t i = 0; i < steps; i++) {
+    float near = sharpness[i];
+    if (!t->semi_sum)
+      beyond = sharpness[i + 1];
+    else if (i == 0)
+      beyond = tw_decayed_edge(near, true, t->semi_sum[far], t->semi_count[far]);
+    else
+      beyond = tw_decayed_edge(near, true, near + beyond, near > 0 && beyond > 0 ? 2 : 1);
+    if (sharpness[i + 1] > 0 && beyond > 0) stays |= 1u << i;
   }
-  return beyond;
+  return stays;
 }
 
-tw_vertex_decay tw_decay_at(const tw_topology *topology, uint32_t vertex, uint32_t steps) {
+tw_vertex_decay tw_decay_at(const tw_topology *topology, uint32_t vertex, uint32_t steps,
+                            tw_edge_decay *room) {
   const tw_topology *t = topology;
-  tw_vertex_decay d = {.topology = t, .vertex = vertex};
-  if (!t->semi_sum) return d;
-  d.sum[0] = t->semi_sum[vertex];
-  d.count[0] = t->semi_count[vertex];
-  for (uint32_t step = 1; step <= steps; step++)
-    for (uint32_t i = t->ring_offsets[vertex]; i < t->ring_offsets[vertex + 1]; i++) {
-      float sharpness = near_part_after(&d, t->ring_edges[i], step);
-      if (!tw_is_semi_sharp(sharpness)) continue;
-      d.sum[step] += sharpness;
-      d.count[step]++;
+  const uint32_t *ring = t->ring_edges + t->ring_offsets[vertex];
+  uint32_t ring_count = t->ring_offsets[vertex + 1] - t->ring_offsets[vertex];
+  float sum = t->semi_sum ? t->semi_sum[vertex] : 0;
+  uint32_t count = t->semi_sum ? t->semi_count[vertex] : 0;
+  for (uint32_t i = 0; i < ring_count; i++) room[i].sharpness[0] = t->edge_sharpness[ring[i]];
+  for (uint32_t step = 0; step < steps; step++) {
+    float next_sum = 0;
+    uint32_t next_count = 0;
+    for (uint32_t i = 0; i < ring_count; i++) {
+      float *sharpness = room[i].sharpness;
+      sharpness[step + 1] = t->semi_sum ? tw_decayed_edge(sharpness[step], true, sum, count)
+                                        : decayed_after(sharpness[0], step + 1);
+      if (!tw_is_semi_sharp(sharpness[step + 1])) continue;
+      next_sum += sharpness[step + 1];
+      next_count++;
     }
-  return d;
+    sum = next_sum;
+    count = next_count;
+  }
+  for (uint32_t i = 0; i < ring_count; i++)
+    room[i].stays = find_stays(t, tw_far_end(t, ring[i], vertex), room[i].sharpness, steps);
+  return (tw_vertex_decay){t, vertex, room};
 }
 
-float tw_crease_share_after(const tw_vertex_decay *decay, uint32_t edge, uint32_t steps) {
-  float sharpness = near_part_after(decay, edge, steps);
-  if (!(sharpness > 0)) return 0;
-  bool stays = near_part_after(decay, edge, steps + 1) > 0 && far_part_after(decay, edge, steps + 1) > 0;
-  return stays ? 1 : sharpness;
+float tw_crease_share_after(const tw_vertex_decay *decay, uint32_t place, uint32_t steps) {
+  const tw_edge_decay *edge = &decay->edges[place];
+  return edge->stays >> steps & 1 ? 1 : edge->sharpness[steps];
 }
 
 /* ---- vertices ------------------------------------------------------------------------------- */
@@ -134,12 +139,20 @@ typedef struct vertex_step {
   uint32_t vertex, steps;
 } vertex_step;
 
-static inline float edge_before(const vertex_step *s, uint32_t edge) {
-  return s->decay ? near_part_after(s->decay, edge, s->steps) : s->t->edge_sharpness[edge];
+static inline uint32_t ring_size(const vertex_step *s) {
+  return s->t->ring_offsets[s->vertex + 1] - s->t->ring_offsets[s->vertex];
 }
-static inline float edge_after(const vertex_step *s, uint32_t edge) {
-  return s->decay ? near_part_after(s->decay, edge, s->steps + 1)
-                  : child_sharpness(s->t, s->rules, edge, s->vertex);
+static inline uint32_t ring_edge(const vertex_step *s, uint32_t place) {
+  return s->t->ring_edges[s->t->ring_offsets[s->vertex] + place];
+}
+
+/* The sharpness of an edge, given by its place in the ring. */
+static inline float edge_before(const vertex_step *s, uint32_t place) {
+  return s->decay ? s->decay->edges[place].sharpness[s->steps] : s->t->edge_sharpness[ring_edge(s, place)];
+}
+static inline float edge_after(const vertex_step *s, uint32_t place) {
+  return s->decay ? s->decay->edges[place].sharpness[s->steps + 1]
+                  : child_sharpness(s->t, s->rules, ring_edge(s, place), s->vertex);
 }
 
 /* The share that the parent's rule keeps when the child has another rule: the mean of the sharpness that
@@ -152,10 +165,9 @@ static inline float parent_share(const vertex_step *s) {
     sum = own;
     count = 1;
   }
-  for (uint32_t i = s->t->ring_offsets[s->vertex]; i < s->t->ring_offsets[s->vertex + 1]; i++) {
-    uint32_t edge = s->t->ring_edges[i];
-    float sharpness = edge_before(s, edge);
-    if (!(sharpness > 0) || edge_after(s, edge) > 0) continue;
+  for (uint32_t i = 0; i < ring_size(s); i++) {
+    float sharpness = edge_before(s, i);
+    if (!(sharpness > 0) || edge_after(s, i) > 0) continue;
     sum += sharpness;
     count++;
   }
@@ -166,11 +178,10 @@ static inline float parent_share(const vertex_step *s) {
 
 /* The rule before (0) or after (1) the step. */
 static inline tw_vertex_rule step_rule(const vertex_step *s, uint32_t after, uint32_t ends[2]) {
-  uint32_t sharp = 0, first = s->t->ring_offsets[s->vertex];
-  for (uint32_t i = first; i < s->t->ring_offsets[s->vertex + 1]; i++) {
-    uint32_t edge = s->t->ring_edges[i];
-    if (!((after ? edge_after(s, edge) : edge_before(s, edge)) > 0)) continue;
-    ends[sharp == 0 ? 0 : 1] = i - first;
+  uint32_t sharp = 0;
+  for (uint32_t i = 0; i < ring_size(s); i++) {
+    if (!((after ? edge_after(s, i) : edge_before(s, i)) > 0)) continue;
+    ends[sharp == 0 ? 0 : 1] = i;
     sharp++;
   }
   return tw_rule_of(decayed_after(s->t->vertex_sharpness[s->vertex], s->steps + after), sharp);

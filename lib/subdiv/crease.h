@@ -53,22 +53,29 @@ tw_vertex_blend tw_blend_at(const tw_topology *parent, const tw_rules *rules, ui
 
 enum { TW_DECAY_STEPS = 10 }; /* steps in which anything below TW_SHARPNESS_INFINITE decays to 0 */
 
-/* The decay of the edges at one vertex over several steps. Under Chaikin's rule the decay of an edge depends
- * on the other edges. */
+/* The decay of one edge at a vertex. */
+typedef struct tw_edge_decay {
+  float sharpness[TW_DECAY_STEPS + 1]; /* of the edge's part at the vertex, after each number of steps */
+  uint32_t stays; /* bit i: both halves of that part stay sharp in the step that follows i further ones */
+} tw_edge_decay;
+
+/* The decay at one vertex over several steps. Under Chaikin's rule the decay of an edge depends on the other
+ * edges. */
 typedef struct tw_vertex_decay {
   const tw_topology *topology;
   uint32_t vertex;
-  /* Sum and number of the semi-sharp edges before each step; set under Chaikin's rule alone. */
-  float sum[TW_DECAY_STEPS + 1];
-  uint32_t count[TW_DECAY_STEPS + 1];
+  const tw_edge_decay *edges; /* [edges of the vertex], in the order of its ring */
 } tw_vertex_decay;
 
-/* steps: at most TW_DECAY_STEPS; after those all semi-sharp edges have decayed. */
-tw_vertex_decay tw_decay_at(const tw_topology *topology, uint32_t vertex, uint32_t steps);
+/* Decays the edges of a vertex by `steps` steps, at most TW_DECAY_STEPS; after those all semi-sharp edges
+ * have decayed. room: one for each edge of the vertex; the result uses it. */
+tw_vertex_decay tw_decay_at(const tw_topology *topology, uint32_t vertex, uint32_t steps,
+                            tw_edge_decay *room);
 
-/* tw_crease_share of an edge at the decay's vertex and tw_blend_at of that vertex, for the step that follows
- * `steps` further ones. Not for linear rules. */
-float tw_crease_share_after(const tw_vertex_decay *decay, uint32_t edge, uint32_t steps);
+/* tw_crease_share of an edge at the decay's vertex, given by its place in the ring, and tw_blend_at of that
+ * vertex, for the step that follows `steps` further ones: fewer than tw_decay_at was asked for. Not for
+ * linear rules. */
+float tw_crease_share_after(const tw_vertex_decay *decay, uint32_t place, uint32_t steps);
 tw_vertex_blend tw_blend_after(const tw_vertex_decay *decay, uint32_t steps);
 
 #endif

@@ -67,14 +67,10 @@ static void loop_tangents_across(const neighbours *n, uint32_t first, uint32_t f
     ring_entry(n, first + i)->tangent2 += (float)(2 * sin(i * step) / faces);
 }
 
-/* ---- tangents after decay ----------------------------------------------------------------------- */
+/* ---- capacity ----------------------------------------------------------------------------------- */
 
-/* Tangents at a vertex with semi-sharp edges, or that is semi-sharp itself, are those of the vertex after all
- * sharpness has decayed, so that both sides of a crease that rounds off in the end have the same normal. A
- * step maps the vertex and its neighbours to the vertex and its neighbours one level down; its transpose
- * takes mask weights from there back to here. */
-
-static uint32_t steps_to_settle(const tw_topology *t, uint32_t vertex) {
+uint32_t tw_limit_steps(const tw_topology *t, uint32_t vertex) {
+  if (t->smooth) return 0;
   float greatest = 0, own = t->vertex_sharpness[vertex];
   if (tw_is_semi_sharp(own)) greatest = own;
   for (uint32_t i = t->ring_offsets[vertex]; i < t->ring_offsets[vertex + 1]; i++) {
@@ -83,6 +79,36 @@ static uint32_t steps_to_settle(const tw_topology *t, uint32_t vertex) {
   }
   return (uint32_t)ceilf(greatest);
 }
+
+/* While a mask is computed, the room behind its entries holds the decay of the vertex's edges. */
+enum { DECAY_ENTRIES = sizeof(tw_edge_decay) / sizeof(tw_limit_entry) };
+_Static_assert(DECAY_ENTRIES * sizeof(tw_limit_entry) == sizeof(tw_edge_decay), "decays are whole entries");
+
+static tw_edge_decay *decay_room(const neighbours *m) {
+  return (tw_edge_decay *)(void *)(m->entries + 1 + m->ring_count + m->fan_count);
+}
+
+uint32_t tw_limit_capacity(const tw_topology *t, uint32_t vertex) {
+  uint32_t ring = t->ring_offsets[vertex + 1] - t->ring_offsets[vertex],
+           fan = t->fan_offsets[vertex + 1] - t->fan_offsets[vertex];
+  return 1 + ring + fan + (tw_limit_steps(t, vertex) > 0 ? DECAY_ENTRIES * ring : 0);
+}
+
+uint32_t tw_limit_greatest_capacity(const tw_topology *t) {
+  uint32_t greatest = 0;
+  for (uint32_t v = 0; v < t->vertex_count; v++) {
+    uint32_t capacity = tw_limit_capacity(t, v);
+    if (capacity > greatest) greatest = capacity;
+  }
+  return greatest;
+}
+
+/* ---- tangents after decay ----------------------------------------------------------------------- */
+
+/* Tangents at a vertex with semi-sharp edges, or that is semi-sharp itself, are those of the vertex after all
+ * sharpness has decayed, so that both sides of a crease that rounds off in the end have the same normal. A
+ * step maps the vertex and its neighbours to the vertex and its neighbours one level down; its transpose
+ * takes mask weights from there back to here. */
 
 static void add(tw_limit_entry *entry, float weight, float tangent1, float tangent2) {
   entry->tangent1 += weight * tangent1;
@@ -111,8 +137,7 @@ static void give_to_ring(const neighbours *m, const tw_vertex_blend *blend, floa
 }
 
 static float ring_share(const neighbours *m, const tw_vertex_decay *decay, uint32_t i, uint32_t steps) {
-  uint32_t edge = m->t->ring_edges[m->t->ring_offsets[m->vertex] + i % m->ring_count];
-  return tw_crease_share_after(decay, edge, steps);
+  return tw_crease_share_after(decay, i % m->ring_count, steps);
 }
 
 /* A step among quads. Weights of face points are gathered first, in the entries of the faces' far corners,
@@ -170,8 +195,9 @@ static void triangle_step(const neighbours *m, const tw_vertex_decay *decay, uin
 
 static void settle_tangents(const neighbours *m) {
   assert(m->ring_count > 0);
-  uint32_t steps = steps_to_settle(m->t, m->vertex);
-  tw_vertex_decay decay = tw_decay_at(m->t, m->vertex, steps);
+  uint32_t steps = tw_limit_steps(m->t, m->vertex);
+  if (steps == 0) return;
+  tw_vertex_decay decay = tw_decay_at(m->t, m->vertex, steps, decay_room(m));
   while (steps-- > 0) {
     if (m->t->face_size == 3)
       triangle_step(m, &decay, steps);
@@ -369,15 +395,6 @@ static void fill_tangents(const neighbours *m, bool linear, uint32_t corner) {
     }
     settle_tangents(m);
   }
-}
-
-uint32_t tw_limit_greatest_capacity(const tw_topology *t) {
-  uint32_t greatest = 0;
-  for (uint32_t v = 0; v < t->vertex_count; v++) {
-    uint32_t capacity = tw_limit_capacity(t, v);
-    if (capacity > greatest) greatest = capacity;
-  }
-  return greatest;
 }
 
 uint32_t tw_limit_mask(const tw_topology *topology, bool linear, uint32_t corner, tw_limit_entry *entries) {

@@ -14,13 +14,14 @@ typedef struct tw_limit_entry {
   float position, tangent1, tangent2;
 } tw_limit_entry;
 
-/* Entries that tw_limit_mask needs for a vertex. */
-static inline uint32_t tw_limit_capacity(const tw_topology *t, uint32_t vertex) {
-  return 1 + t->ring_offsets[vertex + 1] - t->ring_offsets[vertex] + t->fan_offsets[vertex + 1] -
-         t->fan_offsets[vertex];
-}
+/* Steps until all semi-sharp edges of the vertex, and the vertex itself, have decayed. */
+uint32_t tw_limit_steps(const tw_topology *topology, uint32_t vertex);
 
-/* Entries that the largest mask of any vertex needs. O(vertices). */
+/* Entries of room that tw_limit_mask needs for a vertex: those of the mask and, where sharpness decays, some
+ * to compute it. The room is allocated memory. */
+uint32_t tw_limit_capacity(const tw_topology *topology, uint32_t vertex);
+
+/* The greatest capacity of any vertex. O(edges). */
 uint32_t tw_limit_greatest_capacity(const tw_topology *topology);
 
 /* Computes the masks of the vertex at `corner`. tangent1 x tangent2 points outward. Where infinitely sharp

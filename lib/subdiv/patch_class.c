@@ -74,15 +74,18 @@ static tw_status to_topology(const tw_neighbourhood *n, tw_arena *arena, tw_topo
 }
 
 static tw_status make_masks(tw_patch_shapes *shapes, const tw_topology *t, tw_patch_class *shape) {
-  for (uint32_t k = 0; k < 4; k++) {
-    uint32_t capacity = tw_limit_capacity(t, k);
-    tw_limit_entry *entries = tw_arena_alloc(shapes->arena, capacity, sizeof *entries);
-    if (!entries) return TW_NO_MEMORY;
-    shape->mask_counts[k] = tw_limit_mask(t, false, k, entries);
+  tw_limit_entry *room = tw_alloc(tw_limit_greatest_capacity(t), sizeof *room);
+  bool complete = room != NULL;
+  for (uint32_t k = 0; k < 4 && complete; k++) {
+    uint32_t count = shape->mask_counts[k] = tw_limit_mask(t, false, k, room);
+    tw_limit_entry *entries = tw_arena_alloc(shapes->arena, count, sizeof *entries);
+    if (entries) memcpy(entries, room, count * sizeof *entries);
+    complete = entries != NULL;
     shape->masks[k] = entries;
     shape->framed[k] = tw_limit_frame(t, false, k, shape->frames[k]);
   }
-  return TW_OK;
+  free(room);
+  return complete ? TW_OK : TW_NO_MEMORY;
 }
 
 /* Refining a neighbourhood: what is needed until the class has its step. */
