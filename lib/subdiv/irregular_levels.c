@@ -455,26 +455,28 @@ void tw_levels_slopes(const tw_levels *levels, const tw_point *points, uint32_t 
   run_vertices(&p, first, first + count);
 }
 
-static void sum_slopes(const tw_level_rows *rows, uint32_t first, uint32_t end, uint32_t vertex,
+static void sum_slopes(const tw_limit_entry *entries, const tw_level_slopes *slopes, uint32_t vertex,
                        const tw_point *points, tw_point out[2]) {
+  const float(*frame)[2] = slopes->frame;
   out[0] = out[1] = (tw_point){0};
-  for (uint32_t e = first; e < end; e++) {
-    tw_point offset = points[rows->entries[e].vertex] - points[vertex];
-    out[0] += splat(rows->entries[e].tangent1) * offset;
-    out[1] += splat(rows->entries[e].tangent2) * offset;
+  for (const tw_limit_entry *e = entries + slopes->first; e < entries + slopes->end; e++) {
+    tw_point offset = points[e->vertex] - points[vertex];
+    out[0] += splat(frame[0][0] * e->tangent1 + frame[0][1] * e->tangent2) * offset;
+    out[1] += splat(frame[1][0] * e->tangent1 + frame[1][1] * e->tangent2) * offset;
   }
 }
 
 void tw_levels_row_slopes(const tw_level_rows *rows, uint32_t n, const tw_point *points, const tw_point *uvs,
                           tw_point points_out[2], tw_point uvs_out[2]) {
-  const uint32_t *slopes = rows->slopes[n];
-  sum_slopes(rows, slopes[0], slopes[1], rows->points[n], points, points_out);
-  sum_slopes(rows, slopes[1], slopes[2], rows->uvs[rows->frames[n] / 2][n], uvs, uvs_out);
+  const tw_level_slopes *slopes = rows->slopes[n];
+  sum_slopes(rows->entries, &slopes[0], rows->points[n], points, points_out);
+  sum_slopes(rows->entries, &slopes[1], rows->uvs[rows->frames[n] / 2][n], uvs, uvs_out);
 }
 
 void tw_levels_row_normal(const tw_level_rows *rows, uint32_t n, const tw_point *points, float normal[3]) {
   tw_point tangents[2], quad[4];
-  sum_slopes(rows, rows->first_entry[n], rows->end_entry[n], rows->points[n], points, tangents);
+  const tw_level_slopes whole = {rows->first_entry[n], rows->end_entry[n], {{1, 0}, {0, 1}}};
+  sum_slopes(rows->entries, &whole, rows->points[n], points, tangents);
   for (int k = 0; k < 4; k++) quad[k] = points[rows->quad[n][k]];
   tw_put_normal(tangents[0], tangents[1], quad, normal);
 }

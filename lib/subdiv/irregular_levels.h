@@ -92,6 +92,12 @@ typedef struct tw_levels {
   const uint32_t *vertex_of, *edge_of;
 } tw_levels;
 
+/* A mask of derivatives: entries `first` to `end`, and the frame of tw_slope_frame. */
+typedef struct tw_level_slopes {
+  uint32_t first, end;
+  float frame[2][2];
+} tw_level_slopes;
+
 /* The vertex-buffer rows that the loops get wrong, ascending. Row i below the point count is the row of point
  * i; the further rows of split points follow. */
 typedef struct tw_level_rows {
@@ -101,11 +107,11 @@ typedef struct tw_level_rows {
   uint32_t *uvs[TW_UV_SETS_MAX];                 /* [count] the row's vertex in each UV set */
   uint32_t *first_entry, *end_entry, (*quad)[4]; /* [count] with normals: the range of the tangent mask in
                                                     `entries`, and the vertices of a face at the point */
-  /* Where tangents are asked for: each row's tangent frame (see tw_levels_inputs), and its derivative masks:
-   * entries slopes[0] to slopes[1] for the points, slopes[1] to slopes[2] for the frame's UV set. */
-  uint8_t *frames;       /* [count] */
-  uint32_t (*slopes)[3]; /* [count] */
-  tw_limit_entry *entries;
+  /* Where tangents are asked for: each row's tangent frame (see tw_levels_inputs), and its derivatives, of
+   * the points and of the frame's UV set. */
+  uint8_t *frames;              /* [count] */
+  tw_level_slopes (*slopes)[2]; /* [count] */
+  tw_limit_entry *entries;      /* rows of a point share masks where these are the same */
   uint32_t corner_count;
   uint32_t *corners, *corner_rows; /* [corner_count] corners of the last level whose row is not that of their
                                       point, ascending, and their rows */

@@ -353,9 +353,9 @@ static tw_limit_entry *mask_room(const listing *l, const strip *s) {
 }
 
 /* Appends the nonzero entries of a corner's limit mask, of its tangents or of its position. */
-static void push_entries(const strip *s, uint32_t field, uint32_t corner, bool tangents, tw_limit_entry *room,
-                         growing *out) {
-  uint32_t count = tw_limit_mask(&s->fields[field], false, corner, room);
+static void push_entries(const listing *l, const strip *s, uint32_t field, uint32_t corner, bool tangents,
+                         tw_limit_entry *room, growing *out) {
+  uint32_t count = tw_limit_mask(&s->fields[field], l->inputs->linear[field], corner, room);
   for (uint32_t i = 0; i < count; i++) {
     tw_limit_entry entry = room[i];
     if (tangents ? entry.tangent1 == 0 && entry.tangent2 == 0 : entry.position == 0) continue;
@@ -374,7 +374,7 @@ static tw_status list_limits(const listing *l, const strip *s, uint32_t field) {
     if (!s->special[s->fields[0].corner_vertex[corner]] || !s->odd[field][v]) continue;
     push(&vertices, &s->vertices[field][v]);
     push(&first, &begin);
-    push_entries(s, field, corner, false, room, &entries);
+    push_entries(l, s, field, corner, false, room, &entries);
   }
   bool complete = room != NULL;
   free(room);
@@ -390,9 +390,15 @@ static tw_status list_limits(const listing *l, const strip *s, uint32_t field) {
 
 /* A listed row while rows are collected; fields as in tw_level_rows. */
 typedef struct row {
-  uint32_t row, point, uvs[TW_UV_SETS_MAX], first_entry, end_entry, quad[4], slopes[3];
+  uint32_t row, point, uvs[TW_UV_SETS_MAX], first_entry, end_entry, quad[4];
   uint8_t frame;
+  tw_level_slopes slopes[2];
 } row;
+
+/* A tangent mask in the list of entries, and the corner that represents those that have it. */
+typedef struct tangent_mask {
+  uint32_t corner, first, end;
+} tangent_mask;
 
 typedef struct row_list {
   const strip *s;
@@ -400,22 +406,46 @@ typedef struct row_list {
   bool parted; /* `numbering` is set: points may have several rows */
   tw_limit_entry *room;
   growing rows, entries;
+  tangent_mask known[FIELDS_MAX]
+                    [2]; /* the last masks of each field: a vertex with a crease has two large ones */
 } row_list;
+
+/* Appends the tangent mask of a corner, unless it is known. */
+static tangent_mask push_tangents(const listing *l, row_list *list, uint32_t field, uint32_t corner) {
+  const tw_topology *t = &list->s->fields[field];
+  tangent_mask *known = list->known[field],
+               new = {tw_limit_corner(t, l->inputs->linear[field], corner), 0, 0};
+  for (int i = 0; i < 2; i++)
+    if (known[i].end > 0 && known[i].corner == new.corner) return known[i];
+  new.first = (uint32_t)list->entries.count;
+  push_entries(l, list->s, field, corner, true, list->room, &list->entries);
+  new.end = (uint32_t)list->entries.count;
+  known[1] = known[0];
+  known[0] = new;
+  return new;
+}
 
 static void push_slopes(const listing *l, row_list *list, uint32_t corner, row *out) {
   const strip *s = list->s;
   out->frame = s->frames[tw_corner_face(&s->fields[0], corner)];
   const uint32_t fields[2] = {0, 1u + out->frame / 2};
   for (int i = 0; i < 2; i++) {
-    out->slopes[i] = (uint32_t)list->entries.count;
-    uint32_t field = fields[i],
-             count = tw_slope_mask(&s->fields[field], l->inputs->linear[field], corner, list->room);
-    for (uint32_t e = 0; e < count; e++) {
-      list->room[e].vertex = s->vertices[field][list->room[e].vertex];
-      push(&list->entries, &list->room[e]);
+    uint32_t field = fields[i], first = (uint32_t)list->entries.count;
+    tw_limit_entry sides[2];
+    tw_level_slopes *slopes = &out->slopes[i];
+    if (tw_slope_frame(&s->fields[field], l->inputs->linear[field], corner, slopes->frame, sides)) {
+      tangent_mask mask = push_tangents(l, list, field, corner);
+      slopes->first = mask.first;
+      slopes->end = mask.end;
+      continue;
     }
+    for (int e = 0; e < 2; e++) {
+      sides[e].vertex = s->vertices[field][sides[e].vertex];
+      push(&list->entries, &sides[e]);
+    }
+    slopes->first = first;
+    slopes->end = first + 2;
   }
-  out->slopes[2] = (uint32_t)list->entries.count;
 }
 
 /* Appends one of the rows of a point, at the corner that represents it. whole: NULL, or another row of the
@@ -431,9 +461,9 @@ static void push_row(const listing *l, row_list *list, uint32_t number, uint32_t
     own.end_entry = whole->end_entry;
     memcpy(own.quad, whole->quad, sizeof own.quad);
   } else if (l->inputs->normals) {
-    own.first_entry = (uint32_t)list->entries.count;
-    push_entries(s, 0, corner, true, list->room, &list->entries);
-    own.end_entry = (uint32_t)list->entries.count;
+    tangent_mask mask = push_tangents(l, list, 0, corner);
+    own.first_entry = mask.first;
+    own.end_entry = mask.end;
     for (uint32_t k = 0; k < 4; k++) own.quad[k] = s->vertices[0][t->corner_vertex[(corner & ~3u) + k]];
   }
   if (s->frames) push_slopes(l, list, corner, &own);

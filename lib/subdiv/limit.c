@@ -213,9 +213,14 @@ static bool is_loop(const tw_topology *t) {
   return t->face_size == 3;
 }
 
+static neighbours neighbours_of(const tw_topology *t, uint32_t vertex, tw_limit_entry *entries) {
+  return (neighbours){t, vertex, t->ring_offsets[vertex + 1] - t->ring_offsets[vertex],
+                      t->fan_offsets[vertex + 1] - t->fan_offsets[vertex], entries};
+}
+
 static neighbours start_mask(const tw_topology *t, uint32_t vertex, tw_limit_entry *entries) {
   uint32_t ring = t->ring_offsets[vertex], fan = t->fan_offsets[vertex];
-  neighbours m = {t, vertex, t->ring_offsets[vertex + 1] - ring, t->fan_offsets[vertex + 1] - fan, entries};
+  neighbours m = neighbours_of(t, vertex, entries);
   entries[0] = (tw_limit_entry){vertex, 0, 0, 0};
   for (uint32_t i = 0; i < m.ring_count; i++) {
     const uint32_t *ends = t->edge_vertices[t->ring_edges[ring + i]];
@@ -404,6 +409,29 @@ uint32_t tw_limit_mask(const tw_topology *topology, bool linear, uint32_t corner
   return 1 + m.ring_count + (is_loop(topology) ? 0 : m.fan_count);
 }
 
+uint32_t tw_limit_corner(const tw_topology *topology, bool linear, uint32_t corner) {
+  neighbours m = neighbours_of(topology, topology->corner_vertex[corner], NULL);
+  const uint32_t *fan = topology->fan_corners + topology->fan_offsets[m.vertex];
+  uint32_t ends[2] = {0, 0};
+  tw_vertex_rule rule = tangent_rule(&m, linear, ends);
+  if (has_face_tangents(&m, linear, rule)) return corner;
+  if (is_smooth(rule)) return fan[0];
+  sector s = rule == TW_RULE_CREASE ? crease_side(&m, corner, ends) : find_sector(&m, fan_place(&m, corner));
+  return fan[s.first];
+}
+
+uint32_t tw_limit_mask_after(tw_last_mask *last, const tw_topology *topology, bool linear, uint32_t corner) {
+  const uint32_t *vertex = topology->corner_vertex;
+  if (last->topology == topology && vertex[last->corner] == vertex[corner] &&
+      (last->corner == corner ||
+       tw_limit_corner(topology, linear, last->corner) == tw_limit_corner(topology, linear, corner)))
+    return last->count;
+  last->count = tw_limit_mask(topology, linear, corner, last->entries);
+  last->topology = topology;
+  last->corner = corner;
+  return last->count;
+}
+
 /* The frame for the tangents of tangents_smooth, which lie along edges 0 and 1 of the ring. */
 static void frame_smooth(const neighbours *m, uint32_t place, float frame[2][2]) {
   double step = 2 * pi / m->fan_count;
@@ -433,9 +461,7 @@ static bool frame_crease(const neighbours *m, uint32_t place, sector s, float fr
 }
 
 bool tw_limit_frame(const tw_topology *topology, bool linear, uint32_t corner, float frame[2][2]) {
-  uint32_t v = topology->corner_vertex[corner];
-  neighbours m = {topology, v, topology->ring_offsets[v + 1] - topology->ring_offsets[v],
-                  topology->fan_offsets[v + 1] - topology->fan_offsets[v], NULL};
+  neighbours m = neighbours_of(topology, topology->corner_vertex[corner], NULL);
   uint32_t ends[2] = {0, 0};
   tw_vertex_rule rule = tangent_rule(&m, linear, ends);
   if (has_face_tangents(&m, linear, rule) || rule == TW_RULE_CORNER) return false;

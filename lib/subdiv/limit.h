@@ -29,6 +29,20 @@ uint32_t tw_limit_greatest_capacity(const tw_topology *topology);
  * on linear meshes, those of the corner's own face. Returns the number of entries. */
 uint32_t tw_limit_mask(const tw_topology *topology, bool linear, uint32_t corner, tw_limit_entry *entries);
 
+/* A corner that has the same masks as `corner` and represents all corners of the vertex that have: those of
+ * one sector or side of a crease, or all. O(faces of the vertex). */
+uint32_t tw_limit_corner(const tw_topology *topology, bool linear, uint32_t corner);
+
+/* The mask that was computed last, for rows of one vertex that follow each other. */
+typedef struct tw_last_mask {
+  tw_limit_entry *entries;     /* room for the greatest mask */
+  const tw_topology *topology; /* NULL: none yet */
+  uint32_t corner, count;
+} tw_last_mask;
+
+/* Computes the mask at a corner, unless the last one is the same. Returns the number of entries. */
+uint32_t tw_limit_mask_after(tw_last_mask *last, const tw_topology *topology, bool linear, uint32_t corner);
+
 /* Converts tangents to derivatives along the corner's own two sides: towards the next corner frame[0][0]
  * tangent1 + frame[0][1] tangent2, towards the previous one frame[1][0] tangent1 + frame[1][1] tangent2.
  * Several fields over the same faces can have different masks; the sides are directions that they share.

@@ -16,16 +16,16 @@ static void apply_limit_mask(tw_surface_reader *r, const tw_values *values, uint
   const tw_field *field = &s->fields[values->field];
   const tw_topology *base = &field->base;
   uint32_t vertex = base->corner_vertex[corner], width = values->width;
-  uint32_t count = tw_limit_mask(base, field->linear, corner, r->mask);
+  uint32_t count = tw_limit_mask_after(&r->mask, base, field->linear, corner);
   double limit[4] = {0}, tangents[2][4] = {{0}, {0}};
-  for (uint32_t e = 0; e < count; e++)
+  for (const tw_limit_entry *e = r->mask.entries; e < r->mask.entries + count; e++)
     for (uint32_t c = 0; c < width; c++) {
       /* Masks sum to 1 (position) and 0 (tangents): differences from the vertex itself keep large terms from
        * cancelling. */
-      double offset = base_value(values, r->mask[e].vertex, c) - base_value(values, vertex, c);
-      limit[c] += (double)r->mask[e].position * offset;
-      tangents[0][c] += (double)r->mask[e].tangent1 * offset;
-      tangents[1][c] += (double)r->mask[e].tangent2 * offset;
+      double offset = base_value(values, e->vertex, c) - base_value(values, vertex, c);
+      limit[c] += (double)e->position * offset;
+      tangents[0][c] += (double)e->tangent1 * offset;
+      tangents[1][c] += (double)e->tangent2 * offset;
     }
   for (uint32_t c = 0; out && s->options.limit && c < width; c++)
     out[c] = (float)(base_value(values, vertex, c) + limit[c]);
@@ -52,24 +52,14 @@ static void evaluate(tw_surface_reader *r, const tw_values *values, uint32_t cor
   if (normal || s->options.limit) apply_limit_mask(r, values, corner, out, normal);
 }
 
-/* Computes a point and its normal. Split vertices have the same point to the last bit, because it is computed
- * from the corner that represents it; each has the normal at its own corner. */
-static void point(tw_surface_reader *r, tw_domain domain, uint32_t corner, float *out) {
-  const tw_surface *s = r->surface;
-  uint32_t shared = domain == TW_DOMAIN_VERTICES ? tw_shared_corner(s, corner) : corner;
-  float *normal = tw_normal_in(s, domain, out);
-  evaluate(r, &s->positions, shared, out, shared == corner ? normal : NULL);
-  if (normal && shared != corner) evaluate(r, &s->positions, corner, NULL, normal);
-}
-
 /* ---- what a vertex has besides point and normal ------------------------------------------ */
 
 static void tangent(tw_surface_reader *r, uint32_t corner, float *out) {
   const tw_surface *s = r->surface;
   uint8_t frame = s->tangent_frames[tw_corner_face(&s->fields[0].base, corner)];
   const tw_slope_source points = tw_slopes_of(s, &s->positions), uvs = tw_slopes_of(s, &s->uvs[frame / 2]);
-  tw_corner_slopes(&points, corner, r->mask, r->slopes[0]);
-  tw_corner_slopes(&uvs, corner, r->mask, r->slopes[1]);
+  tw_corner_slopes(&points, corner, &r->mask, r->slopes[0]);
+  tw_corner_slopes(&uvs, corner, &r->mask, r->slopes[1]);
   tw_write_tangents(r->slopes[0], r->slopes[1], 1, false, frame % 2, tw_tangent_columns_of(s, out));
 }
 
@@ -78,8 +68,8 @@ static void weights(tw_surface_reader *r, uint32_t corner, float *out) {
   const tw_surface *s = r->surface;
   const tw_field *field = &s->fields[0];
   if (s->options.limit) {
-    uint32_t count = tw_limit_mask(&field->base, field->linear, corner, r->mask);
-    tw_skin_mask_row(&s->influences, r->mask, count, &r->skin, tw_skin_columns_of(s, out));
+    uint32_t count = tw_limit_mask_after(&r->mask, &field->base, field->linear, corner);
+    tw_skin_mask_row(&s->influences, r->mask.entries, count, &r->skin, tw_skin_columns_of(s, out));
     return;
   }
   const tw_influences *own = s->cage_influences.offsets ? &s->cage_influences : &s->influences;
@@ -90,12 +80,12 @@ static void weights(tw_surface_reader *r, uint32_t corner, float *out) {
 static void attributes(tw_surface_reader *r, uint32_t row, float *out) {
   const tw_surface *s = r->surface;
   const tw_surface_layout *l = &s->layout;
-  uint32_t corner = tw_corner_of_row(&s->vertices, row), shared = tw_shared_corner(s, corner);
+  uint32_t corner = tw_corner_of_row(&s->vertices, row);
   if (l->tangent != UINT32_MAX) tangent(r, corner, out);
   for (uint32_t i = 0; i < l->uv_count; i++) evaluate(r, &s->uvs[i], corner, out + l->uvs[i], NULL);
   for (uint32_t i = 0; i < tw_smooth_count(l); i++)
-    evaluate(r, &s->smooth[i], shared, out + tw_smooth_column(l, i), NULL);
-  if (l->joints != UINT32_MAX) weights(r, shared, out);
+    evaluate(r, &s->smooth[i], corner, out + tw_smooth_column(l, i), NULL);
+  if (l->joints != UINT32_MAX) weights(r, corner, out);
 }
 
 /* Replaces a column by the mesh's own vectors, except where these are 0 0 0. own: [rows of level
@@ -116,10 +106,11 @@ void tw_base_read_rows(tw_surface_reader *reader, tw_domain domain, uint32_t fir
   uint32_t width = tw_row_width(s, domain);
   for (uint32_t i = 0; i < count; i++) {
     uint32_t corner = tw_corner_of_row(n, first + i);
+    float *row = out + (size_t)i * width;
     if (domain == TW_DOMAIN_UVS)
-      evaluate(reader, &s->uvs[0], corner, out + (size_t)i * width, NULL);
-    else
-      point(reader, domain, corner, out + (size_t)i * width);
+      evaluate(reader, &s->uvs[0], corner, row, NULL);
+    else /* split vertices have the same point to the last bit: all corners of a vertex have its weights */
+      evaluate(reader, &s->positions, corner, row, tw_normal_in(s, domain, row));
   }
   if (domain != TW_DOMAIN_VERTICES) return;
   /* Own normals come first: tangents are made orthogonal to the normal in the row. */

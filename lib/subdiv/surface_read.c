@@ -12,7 +12,7 @@ static void loop_rows(tw_surface_reader *r, tw_domain domain, uint32_t first, ui
   for (size_t i = 0; i < count; i++, point += 3)
     for (size_t c = 0; c < 3; c++) out[i * stride + c] = (float)point[c];
   float *normals = tw_normal_in(s, domain, out);
-  if (normals) tw_loop_rows_normals(&s->loop_above, points, first, count, r->mask, normals, stride);
+  if (normals) tw_loop_rows_normals(&s->loop_above, points, first, count, r->mask.entries, normals, stride);
 }
 
 /* Computes rows of corners. With every method but patches, all rows are rows of corners. */
@@ -215,10 +215,10 @@ static void need(reader_needs *n, const tw_surface *s, uint32_t displacements_ma
 
 static bool allocate_reader(tw_surface_reader *r, const reader_needs *n) {
   r->scratch = tw_alloc((size_t)n->points + 1, 4 * sizeof *r->scratch);
-  r->mask = tw_alloc((size_t)n->masks + 1, sizeof *r->mask);
+  r->mask.entries = tw_alloc((size_t)n->masks + 1, sizeof *r->mask.entries);
   r->piece = tw_alloc(n->piece, sizeof(float));
   r->moved = tw_alloc(n->moved, sizeof(float));
-  bool complete = r->scratch && r->mask && r->piece && r->moved;
+  bool complete = r->scratch && r->mask.entries && r->piece && r->moved;
   for (int i = 0; i < 2; i++) {
     r->slopes[i] = tw_alloc(n->slopes, TW_DERIVATIVE_WIDTH * sizeof(float));
     complete = complete && r->slopes[i];
@@ -278,7 +278,7 @@ const tw_surface_layout *tw_surface_reader_layout(const tw_surface_reader *reade
 }
 
 /* Makes the reader read this surface, or a narrowed copy where not all columns are wanted. Empties the
- * cache. */
+ * caches. */
 static void turn(tw_surface_reader *reader, const tw_surface *surface, uint32_t first_target,
                  uint32_t target_count, bool points_alone) {
   if (reader->whole == surface && reader->first_target == first_target &&
@@ -295,6 +295,7 @@ static void turn(tw_surface_reader *reader, const tw_surface *surface, uint32_t 
   }
   reader->piece_capacity = piece_capacity(surface);
   reader->piece_count = 0;
+  reader->mask.topology = NULL;
 }
 
 void tw_surface_reader_turn(tw_surface_reader *reader, const tw_surface *surface, uint32_t first_target,
@@ -317,7 +318,7 @@ tw_surface_reader *tw_surface_reader_create(const tw_surface *surface) {
 void tw_surface_reader_destroy(tw_surface_reader *reader) {
   if (!reader) return;
   free(reader->scratch);
-  free(reader->mask);
+  free(reader->mask.entries);
   free(reader->piece);
   free(reader->moved);
   for (int i = 0; i < 2; i++) free(reader->slopes[i]);

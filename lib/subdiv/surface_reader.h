@@ -14,7 +14,7 @@ struct tw_surface_reader {
   uint32_t first_target, target_count;
   bool points_alone;
   double *scratch; /* for patches */
-  tw_limit_entry *mask;
+  tw_last_mask mask;
   float *slopes[2]; /* derivatives of points and of UVs, [piece_capacity][TW_DERIVATIVE_WIDTH] */
   tw_skin_scratch skin;
   /* Cache of the last piece that was asked for in part. */

@@ -18,31 +18,32 @@ void tw_patch_slopes(const tw_slope_source *source, uint32_t quad, tw_patch_rect
   tw_patch_evaluate(source->patches, quad, &job, rect);
 }
 
-uint32_t tw_slope_mask(const tw_topology *topology, bool linear, uint32_t corner, tw_limit_entry *mask) {
-  float frame[2][2];
-  if (!tw_limit_frame(topology, linear, corner, frame)) {
-    mask[0] = (tw_limit_entry){topology->corner_vertex[tw_corner_next(topology, corner)], 0, 1, 0};
-    mask[1] = (tw_limit_entry){topology->corner_vertex[tw_corner_previous(topology, corner)], 0, 0, 1};
-    return 2;
-  }
-  uint32_t count = tw_limit_mask(topology, linear, corner, mask);
-  for (uint32_t e = 0; e < count; e++) {
-    float tangent1 = mask[e].tangent1, tangent2 = mask[e].tangent2;
-    mask[e].tangent1 = frame[0][0] * tangent1 + frame[0][1] * tangent2;
-    mask[e].tangent2 = frame[1][0] * tangent1 + frame[1][1] * tangent2;
-  }
-  return count;
+bool tw_slope_frame(const tw_topology *topology, bool linear, uint32_t corner, float frame[2][2],
+                    tw_limit_entry sides[2]) {
+  if (tw_limit_frame(topology, linear, corner, frame)) return true;
+  frame[0][0] = frame[1][1] = 1;
+  frame[0][1] = frame[1][0] = 0;
+  sides[0] = (tw_limit_entry){topology->corner_vertex[tw_corner_next(topology, corner)], 0, 1, 0};
+  sides[1] = (tw_limit_entry){topology->corner_vertex[tw_corner_previous(topology, corner)], 0, 0, 1};
+  return false;
 }
 
-void tw_corner_slopes(const tw_slope_source *source, uint32_t corner, tw_limit_entry *mask, float *out) {
-  uint32_t width = source->width, count = tw_slope_mask(source->topology, source->linear, corner, mask);
+void tw_corner_slopes(const tw_slope_source *source, uint32_t corner, tw_last_mask *last, float *out) {
+  tw_limit_entry sides[2];
+  float frame[2][2];
+  bool framed = tw_slope_frame(source->topology, source->linear, corner, frame, sides);
+  uint32_t width = source->width,
+           count = framed ? tw_limit_mask_after(last, source->topology, source->linear, corner) : 2;
+  const tw_limit_entry *mask = framed ? last->entries : sides;
   const float *own = source->values + (size_t)source->topology->corner_vertex[corner] * width;
   memset(out, 0, TW_DERIVATIVE_WIDTH * sizeof *out);
   for (uint32_t e = 0; e < count; e++) {
     const float *value = source->values + (size_t)mask[e].vertex * width;
+    float first = frame[0][0] * mask[e].tangent1 + frame[0][1] * mask[e].tangent2,
+          second = frame[1][0] * mask[e].tangent1 + frame[1][1] * mask[e].tangent2;
     for (uint32_t c = 0; c < width; c++) {
-      out[c] += mask[e].tangent1 * (value[c] - own[c]);
-      out[TW_DERIVATIVE_SECOND + c] += mask[e].tangent2 * (value[c] - own[c]);
+      out[c] += first * (value[c] - own[c]);
+      out[TW_DERIVATIVE_SECOND + c] += second * (value[c] - own[c]);
     }
   }
 }
