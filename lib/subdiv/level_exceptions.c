@@ -14,7 +14,7 @@
 #include "surface.h"
 #include "tangent_space.h"
 
-enum { FIELDS_MAX = 1 + TW_UV_SETS_MAX };
+enum { FIELDS_MAX = 1 + TW_UV_SETS_MAX, LISTING_BYTES_MAX = 1 << 30 };
 
 /* A strip, with the numbers that its vertices, edges and corners have in the whole level. */
 typedef struct strip {
@@ -114,6 +114,21 @@ static tw_status mark_special(const listing *l, strip *s, const uint8_t *candida
   }
   for (uint32_t v = 0; candidates && v < points->vertex_count; v++) s->special[v] &= candidates[v];
   return TW_OK;
+}
+
+/* An upper bound, in bytes, of what listing the exceptions takes. An odd edge makes special vertices in its
+ * middle; the constant, for each face at a special vertex of the last level, was measured on cages that are
+ * special everywhere. */
+static uint64_t listing_size(const listing *l, const strip *cage) {
+  enum { FACE = 288 };
+  const tw_topology *points = &cage->fields[0];
+  uint64_t faces = 0, edges = 0;
+  for (uint32_t v = 0; v < points->vertex_count; v++)
+    if (cage->special[v]) faces += points->fan_offsets[v + 1] - points->fan_offsets[v];
+  for (uint32_t f = 0; f < l->inputs->field_count; f++)
+    for (uint32_t e = 0; !cage->fields[f].smooth && e < cage->fields[f].edge_count; e++)
+      edges += is_odd_edge(&cage->fields[f], e);
+  return FACE * (faces + 4 * edges * ((1u << l->inputs->level) - 1));
 }
 
 /* ---- cutting -------------------------------------------------------------------------------- */
@@ -327,9 +342,10 @@ static tw_status refine_strip(const listing *l, const strip *s, uint32_t step, s
   tw_status status = TW_OK;
   for (uint32_t f = 0; f < l->inputs->field_count && status == TW_OK; f++)
     status = refine_field(l, s, f, step, out);
+  if (status != TW_OK) return status;
   const tw_topology *t = &s->fields[0];
   out->corners = tw_arena_alloc_raw(l->scratch, out->fields[0].corner_count, sizeof *out->corners);
-  if (status != TW_OK || !out->corners) return TW_NO_MEMORY;
+  if (!out->corners) return TW_NO_MEMORY;
   for (uint32_t c = 0; c < t->corner_count; c++)
     for (uint32_t k = 0; k < 4; k++) out->corners[4 * (size_t)c + k] = 4 * s->corners[c] + k;
   if (s->frames) {
@@ -575,8 +591,13 @@ static tw_status list_rows(const listing *l, const strip *s) {
   tw_status status = number_parted(l, &list, &new_row);
   list.room = mask_room(l, s);
   if (!list.room) status = TW_NO_MEMORY;
-  for (uint32_t v = 0; status == TW_OK && v < s->fields[0].vertex_count; v++)
+  if (status == TW_OK && list.parted &&
+      !tw_is_quickly_read(&s->fields[0], &list.numbering, l->inputs->frames ? 3 : 1))
+    status = TW_LIMIT;
+  for (uint32_t v = 0; status == TW_OK && v < s->fields[0].vertex_count; v++) {
+    if (v % 1024 == 0) status = tw_parallel_for_status(l->inputs->parallel);
     if (s->special[v]) push_rows(l, &list, v, new_row);
+  }
   if (status == TW_OK) status = store_rows(l, &list);
   if (status == TW_OK && list.parted) status = list_corners(l, &list, new_row);
   free(list.room);
@@ -594,6 +615,7 @@ static tw_status list_from(const listing *l, strip *s) {
     tw_status status = TW_OK;
     for (uint32_t f = 0; f < inputs->field_count && status == TW_OK; f++)
       if (!inputs->linear[f]) status = list_masks(l, last, f, step);
+    if (status == TW_OK) status = tw_parallel_for_status(inputs->parallel);
     if (status == TW_OK) status = refine_strip(l, last, step, &child);
     if (status == TW_OK && step + 1 < inputs->level) status = cut_strip(l, &child, s);
     if (status != TW_OK) return status;
@@ -616,6 +638,10 @@ static tw_status list_all(const listing *l) {
   }
   tw_status status = mark_special(l, &cage, NULL);
   if (status != TW_OK || !memchr(cage.special, 1, cage.fields[0].vertex_count)) return status;
+  uint64_t size = listing_size(l, &cage);
+  *inputs->is_large = size > LISTING_BYTES_MAX;
+  if (*inputs->is_large) return TW_LIMIT;
+  if (inputs->grant && !inputs->grant->take(inputs->grant->context, size)) return TW_NO_MEMORY;
   status = cut_strip(l, &cage, &s);
   return status == TW_OK ? list_from(l, &s) : status;
 }

@@ -2,6 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "limit.h"
 #include "sorted.h"
 #include "surface.h"
 #include "union_find.h"
@@ -251,4 +252,31 @@ tw_status tw_number_corners(const tw_topology *base, const tw_splits *splits, co
   if (!out->corner_row || !out->corner_base) return TW_NO_MEMORY;
   vertex_numberer n = {.base = base, .splits = splits, .out = out};
   return number_corners(&n, chosen);
+}
+
+/* ---- what reading costs --------------------------------------------------------------------- */
+
+/* The time for a mask at a vertex, in faces that are added up. The two sides of a crease have masks of their
+ * own: rows of both can come in turn, and computing a mask takes as much again for each step of decay. */
+static uint64_t mask_work(const tw_topology *t, uint32_t vertex) {
+  uint32_t faces = t->fan_offsets[vertex + 1] - t->fan_offsets[vertex];
+  bool has_sides = tw_settled_rule_at(t, vertex, NULL) == TW_RULE_CREASE;
+  return faces * (1 + (uint64_t)(has_sides ? tw_limit_steps(t, vertex) : 0));
+}
+
+bool tw_is_quickly_read(const tw_topology *base, const tw_numbering *numbering, uint32_t masks) {
+  enum { GREAT = 256, WORK_MAX = 1 << 28 };
+  uint32_t last = UINT32_MAX;
+  uint64_t work = 0, each = 0;
+  for (uint32_t row = 0; row < numbering->corner_count && work <= WORK_MAX; row++) {
+    uint32_t vertex = base->corner_vertex[tw_corner_of_row(numbering, row)];
+    if (vertex == last) { /* rows of a vertex follow each other; the first rows of all take linear time */
+      work += each;
+      continue;
+    }
+    last = vertex;
+    bool great = base->fan_offsets[vertex + 1] - base->fan_offsets[vertex] >= GREAT;
+    each = great ? masks * mask_work(base, vertex) : 0;
+  }
+  return work <= WORK_MAX;
 }

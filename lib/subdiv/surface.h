@@ -300,6 +300,10 @@ tw_status tw_number_vertices(const tw_topology *base, const tw_splits *splits, c
 tw_status tw_number_corners(const tw_topology *base, const tw_splits *splits, const uint8_t *chosen,
                             tw_arena *arena, tw_numbering *out);
 
+/* Whether the rows of vertices that are split among thousands can be read in a few seconds: each mask of a
+ * row takes time in proportion to the faces at its vertex. masks: for each row. O(rows). */
+bool tw_is_quickly_read(const tw_topology *base, const tw_numbering *numbering, uint32_t masks);
+
 /* Makes the topology of a UV set of a cage, sharpened by the interpolation rule. cage: the points' topology,
  * sharpened. TW_NO_MEMORY.
  * *values_of: [topology vertices], index of each vertex's value in the set. */

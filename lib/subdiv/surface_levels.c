@@ -83,14 +83,16 @@ static tw_status fill_all(tw_build *b) {
   return status;
 }
 
-tw_status tw_build_levels(tw_build *b) {
+tw_status tw_build_levels(tw_build *b, bool *is_large) {
   tw_surface *s = b->surface;
   tw_levels_inputs inputs = {.level = s->options.level - b->levels,
                              .field_count = s->field_count,
                              .rules = s->rules,
                              .limit = s->options.limit,
                              .normals = s->options.normals,
-                             .parallel = b->parallel};
+                             .parallel = b->parallel,
+                             .grant = s->options.grant,
+                             .is_large = is_large};
   for (uint32_t f = 0; f < s->field_count; f++) {
     inputs.fields[f] = &b->topologies[f];
     inputs.linear[f] = s->fields[f].linear;

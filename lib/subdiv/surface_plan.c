@@ -122,29 +122,29 @@ static tw_status plan_patches(tw_build *b) {
         tw_patches_create(&field->patches, &field->base, &rules, s->depth, shapes, b->parallel);
     if (status == TW_OK)
       status = tw_patches_sum(&field->patches, shapes, s->options.limit, s->options.normals && f == 0);
-    b->too_irregular = status == TW_LIMIT;
+    if (status == TW_LIMIT) b->next = TW_TRY_STEPS;
     if (status != TW_OK) return status;
     if (field->patches.scratch_points > s->scratch_points) s->scratch_points = field->patches.scratch_points;
   }
   return TW_OK;
 }
 
-/* Limits the cost of limit masks: a row costs as much as its vertex has faces, and many rows at a vertex of
- * very many faces would cost the product. */
-static tw_status check_fans(const tw_surface *s, tw_error *error) {
-  enum { GREAT = 4096, WORK_MAX = 1 << 28 };
-  bool masked = s->way == TW_WAY_BASE && (s->options.normals || s->options.limit);
-  if (!masked || s->mask_capacity < GREAT) return TW_OK;
-  const tw_topology *t = &s->fields[0].base;
-  uint64_t work = 0;
-  for (uint32_t row = 0; row < s->vertices.corner_count && work <= WORK_MAX; row++) {
-    uint32_t vertex = t->corner_vertex[tw_corner_of_row(&s->vertices, row)];
-    work += t->fan_offsets[vertex + 1] - t->fan_offsets[vertex];
-  }
-  if (work <= WORK_MAX) return TW_OK;
+static tw_status fail_fans(tw_error *error) {
   return tw_fail(error, TW_LIMIT,
                  "thousands of faces meet in a point, each with a normal of its own: normals=none without "
                  "limit=true can do without");
+}
+
+/* Refuses rows that would take too long to read. A row has a mask for its normal, two for its tangent, one
+ * for each value at the limit, and one on the surface of each target that displaces normals. */
+static tw_status check_fans(const tw_build *b, tw_error *error) {
+  const tw_surface *s = b->surface;
+  uint32_t masks = (s->options.normals || s->options.limit ? 1u : 0u) + (s->tangent_frames ? 2u : 0u);
+  if (s->options.limit) masks += b->mesh->uv_set_count + tw_smooth_set_count(s) + 1;
+  if (b->morph_normals) masks += s->morph_count;
+  if (s->way != TW_WAY_BASE || masks == 0 || tw_is_quickly_read(&s->fields[0].base, &s->vertices, masks))
+    return TW_OK;
+  return fail_fans(error);
 }
 
 /* Plans rows of the base, of its patches, or of Loop's scheme. */
@@ -160,12 +160,19 @@ static tw_status plan_rows(tw_build *b, tw_error *error) {
   if (status == TW_OK) status = tw_parallel_for_status(b->parallel);
   if (status != TW_OK || s->way == TW_WAY_LOOP) return status;
   for (uint32_t f = 0; f < s->field_count; f++) need_masks(s, &s->fields[f].base);
-  return s->way == TW_WAY_PATCHES ? plan_patches(b) : check_fans(s, error);
+  return s->way == TW_WAY_PATCHES ? plan_patches(b) : check_fans(b, error);
 }
 
 /* ---- the plan ------------------------------------------------------------------------------- */
 
-static tw_status plan(tw_build *b, bool generic, tw_error *error) {
+static tw_status plan_levels(tw_build *b, tw_error *error) {
+  bool is_large = false;
+  tw_status status = tw_build_levels(b, &is_large);
+  if (is_large) b->next = TW_TRY_WITHOUT_LEVELS;
+  return status == TW_LIMIT && !is_large ? fail_fans(error) : status;
+}
+
+static tw_status plan(tw_build *b, tw_error *error) {
   tw_surface *s = b->surface;
   tw_status status = tw_parallel_for_status(b->parallel);
   if (status == TW_OK) status = tw_cage_read(b->mesh, &s->options, b->points_arena, &b->cage);
@@ -173,10 +180,10 @@ static tw_status plan(tw_build *b, bool generic, tw_error *error) {
   if (status == TW_OK) status = tw_cage_count(&s->options, &b->cage, &s->counts, error);
   if (status == TW_OK) status = tw_details_check(&s->details, &b->cage, &s->options, error);
   if (status == TW_OK) status = tw_parallel_for_status(b->parallel);
-  if (status == TW_OK) status = tw_build_choose(b, generic, error);
+  if (status == TW_OK) status = tw_build_choose(b, error);
   if (status == TW_OK) status = keep_sources(b);
   if (status == TW_OK) status = tw_build_base(b);
-  if (status == TW_OK) status = s->way == TW_WAY_LEVELS ? tw_build_levels(b) : plan_rows(b, error);
+  if (status == TW_OK) status = s->way == TW_WAY_LEVELS ? plan_levels(b, error) : plan_rows(b, error);
   if (status == TW_OK) status = keep_tags(b);
   if (status == TW_OK) status = tw_surface_start_bounds(s);
   if (status != TW_OK) return status;
@@ -188,7 +195,7 @@ static tw_status plan(tw_build *b, bool generic, tw_error *error) {
 }
 
 tw_status tw_build_plan(const tw_mesh *mesh, const tw_surface_options *options,
-                        const tw_parallel_for *parallel, bool generic, tw_surface **out, bool *too_irregular,
+                        const tw_parallel_for *parallel, tw_attempt *attempt, tw_surface **out,
                         tw_error *error) {
   tw_surface *s = tw_alloc_zero(1, sizeof *s);
   if (!s) return TW_NO_MEMORY;
@@ -197,6 +204,8 @@ tw_status tw_build_plan(const tw_mesh *mesh, const tw_surface_options *options,
                 .parallel = parallel,
                 .arena = tw_arena_create(),
                 .points_arena = tw_arena_create(),
+                .attempt = *attempt,
+                .next = *attempt,
                 .morph_normals = mesh->morph_normals && options->normals && !options->movable};
   s->options = *options;
   s->options.movable |= b.morph_normals && !tw_has_own_normals(mesh, options);
@@ -208,9 +217,9 @@ tw_status tw_build_plan(const tw_mesh *mesh, const tw_surface_options *options,
   s->fields[0].linear = s->rules.linear;
   s->attribute_count = mesh->attribute_count;
   s->morph_count = mesh->morph_count;
-  tw_status status = s->arena && b.arena && b.points_arena ? plan(&b, generic, error) : TW_NO_MEMORY;
+  tw_status status = s->arena && b.arena && b.points_arena ? plan(&b, error) : TW_NO_MEMORY;
   tw_arena_destroy(b.arena);
-  *too_irregular = b.too_irregular;
+  *attempt = b.next;
   s->options.grant = NULL; /* it belongs to the caller and is valid for this call only */
   if (status == TW_OK)
     *out = s;
@@ -222,10 +231,10 @@ tw_status tw_build_plan(const tw_mesh *mesh, const tw_surface_options *options,
 /* ---- surfaces ------------------------------------------------------------------------------- */
 
 static tw_status create(const tw_mesh *mesh, const tw_surface_options *options,
-                        const tw_parallel_for *parallel, bool generic, tw_surface **out, bool *too_irregular,
+                        const tw_parallel_for *parallel, tw_attempt *attempt, tw_surface **out,
                         tw_error *error) {
   tw_surface *s;
-  tw_status status = tw_build_plan(mesh, options, parallel, generic, &s, too_irregular, error);
+  tw_status status = tw_build_plan(mesh, options, parallel, attempt, &s, error);
   if (status != TW_OK) return status;
   status = tw_surface_place(s, mesh->positions, parallel);
   if (status == TW_OK && s->layout.morph_width == 6 && !s->own_normals)
@@ -242,16 +251,18 @@ tw_status tw_surface_create_by(const tw_mesh *mesh, const tw_surface_options *op
                                const tw_parallel_for *parallel, tw_surface **out, tw_error *error) {
   tw_status status = tw_cage_check_options(mesh, options, error);
   if (status != TW_OK) return status;
-  bool too_irregular = false;
-  status = create(mesh, options, parallel, false, out, &too_irregular, error);
+  tw_surface_options own = *options;
+  tw_attempt attempt = TW_TRY_ALL;
+  status = create(mesh, &own, parallel, &attempt, out, error);
+  if (attempt == TW_TRY_WITHOUT_LEVELS) status = create(mesh, &own, parallel, &attempt, out, error);
   /* The shared cache may be full: try again with a cache of the surface's own. */
-  if (too_irregular && options->shapes) {
-    tw_surface_options own = *options;
+  if (attempt == TW_TRY_STEPS && own.shapes) {
     own.shapes = NULL;
-    status = create(mesh, &own, parallel, false, out, &too_irregular, error);
+    attempt = TW_TRY_WITHOUT_LEVELS;
+    status = create(mesh, &own, parallel, &attempt, out, error);
   }
   /* More irregular classes than there is room for at all: take generic steps. */
-  if (too_irregular) status = create(mesh, options, parallel, true, out, &too_irregular, error);
+  if (attempt == TW_TRY_STEPS) status = create(mesh, options, parallel, &attempt, out, error);
   if (status == TW_CANCELLED) tw_fail(error, status, "the surface is not wanted any more");
   return status == TW_NO_MEMORY ? tw_fail(error, status, "out of memory") : status;
 }

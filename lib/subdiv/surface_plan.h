@@ -5,6 +5,13 @@
 #include "cage.h"
 #include "surface.h"
 
+/* The methods that a plan may use. */
+typedef enum tw_attempt {
+  TW_TRY_ALL,
+  TW_TRY_WITHOUT_LEVELS,
+  TW_TRY_STEPS /* generic steps all the way to the answer */
+} tw_attempt;
+
 typedef struct tw_build {
   const tw_mesh *mesh;
   tw_surface *surface;
@@ -13,10 +20,11 @@ typedef struct tw_build {
   /* Holds the cage and the points' topologies between it and the base; becomes the surface's. */
   tw_arena *points_arena;
   tw_cage cage;
-  uint32_t levels;                            /* generic steps from the cage to the base */
-  bool whole;                                 /* the answer has all faces in the order of the cage */
-  bool morph_normals;                         /* the answer has targets that displace normals */
-  bool too_irregular;                         /* patches were tried and returned TW_LIMIT */
+  uint32_t levels;    /* generic steps from the cage to the base */
+  bool whole;         /* the answer has all faces in the order of the cage */
+  bool morph_normals; /* the answer has targets that displace normals */
+  tw_attempt attempt;
+  tw_attempt next;                            /* what to try where the method chosen returned TW_LIMIT */
   tw_topology topologies[1 + TW_UV_SETS_MAX]; /* of each field, at the level that was made last */
   uint32_t cage_vertices[1 + TW_UV_SETS_MAX]; /* vertex count of each field at the cage */
   /* [faces of the last level] cage face of each; NULL where `whole`. */
@@ -34,17 +42,17 @@ static inline bool tw_build_has_tangents(const tw_build *b) {
   return b->mesh->has_tangents && b->mesh->uv_set_count > 0 && b->surface->options.normals;
 }
 
-/* Chooses the method (tw_way) and the number of generic steps to the base. generic: generic steps all the way
- * to the answer; TW_LIMIT when it has too many faces for them. TW_NO_MEMORY. */
-tw_status tw_build_choose(tw_build *b, bool generic, tw_error *error);
+/* Chooses the method (tw_way) and the number of generic steps to the base. TW_LIMIT when the answer has too
+ * many faces for TW_TRY_STEPS. TW_NO_MEMORY. */
+tw_status tw_build_choose(tw_build *b, tw_error *error);
 
 /* Makes the base: the topologies, and all values at its vertices except positions. TW_NO_MEMORY,
  * TW_CANCELLED. */
 tw_status tw_build_base(tw_build *b);
 
 /* TW_WAY_LEVELS: computes the values of all points of the level from the base, except positions, and numbers
- * them. TW_NO_MEMORY, TW_CANCELLED. */
-tw_status tw_build_levels(tw_build *b);
+ * them. TW_LIMIT as tw_levels_plan, TW_NO_MEMORY, TW_CANCELLED. */
+tw_status tw_build_levels(tw_build *b, bool *is_large);
 
 /* Numbers the rows of a surface that has its base and the order of its faces. TW_NO_MEMORY, TW_CANCELLED. */
 tw_status tw_build_number(tw_build *b);
@@ -55,10 +63,10 @@ tw_status tw_build_find_frames(tw_build *b);
 /* Sets the layout of the rows of TW_DOMAIN_VERTICES. */
 void tw_build_lay_out(tw_build *b);
 
-/* Makes a surface without its positions. generic: as for tw_build_choose. *too_irregular: set when patches
- * were tried and returned TW_LIMIT. */
+/* Makes a surface without its positions. *attempt: the methods to use; where one of them returned TW_LIMIT,
+ * receives the attempt that does without it. */
 tw_status tw_build_plan(const tw_mesh *mesh, const tw_surface_options *options,
-                        const tw_parallel_for *parallel, bool generic, tw_surface **out, bool *too_irregular,
+                        const tw_parallel_for *parallel, tw_attempt *attempt, tw_surface **out,
                         tw_error *error);
 
 #endif

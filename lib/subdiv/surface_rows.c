@@ -53,8 +53,8 @@ static tw_status order_points(tw_build *b) {
   tw_surface_options options = s->options;
   options.shapes = NULL;
   options.movable = false;
-  bool too_irregular = false;
-  tw_status status = tw_build_plan(&mesh, &options, b->parallel, false, &before, &too_irregular, NULL);
+  tw_attempt attempt = TW_TRY_ALL;
+  tw_status status = tw_build_plan(&mesh, &options, b->parallel, &attempt, &before, NULL);
   if (status == TW_NO_MEMORY || status == TW_CANCELLED) return status;
   /* There is no such surface, so nobody has its rows: keep the numbers of the level. */
   if (status != TW_OK) return TW_OK;

@@ -109,18 +109,19 @@ static bool may_take(const tw_grant *grant, uint64_t bytes) {
   return bytes == 0 || !grant || grant->take(grant->context, bytes);
 }
 
-tw_status tw_build_choose(tw_build *b, bool generic, tw_error *error) {
+tw_status tw_build_choose(tw_build *b, tw_error *error) {
   tw_surface *s = b->surface;
   uint32_t level = s->options.level, deepest = tw_deepest_detail(&s->details);
   b->whole = is_whole(b);
-  bool small = b->cage.refined_faces <= TW_GENERIC_FACES_MAX, loop = s->rules.loop,
+  bool generic = b->attempt == TW_TRY_STEPS, loop = s->rules.loop,
+       small = b->cage.refined_faces <= TW_GENERIC_FACES_MAX,
        fits_base = can_be_base(&b->cage.topology, loop);
   if (generic && !small)
     return tw_fail(error, TW_LIMIT,
                    "the mesh is too irregular for level %u: it has great poles, or thousands of "
                    "different sharpness values",
                    level);
-  if (fits_levels(b)) {
+  if (b->attempt == TW_TRY_ALL && fits_levels(b)) {
     s->way = TW_WAY_LEVELS;
     b->levels = deepest;
   } else {

@@ -68,10 +68,10 @@ typedef struct tw_surface_options {
   /* Shared by the surfaces of a scene, or NULL: the surface makes its own. It outlives the surfaces. While a
    * surface is being made with it, nothing else may use it or a surface that shares it. */
   tw_patch_shapes *shapes;
-  /* Asked at most once, before generic steps refine the whole answer and so take memory in proportion to it:
-   * by Loop's scheme, with an open border, with semi-sharp creases and UVs under Chaikin's rule, and where a
-   * cage is too irregular for patches. A refusal makes the call return TW_NO_MEMORY. NULL: any size may be
-   * taken. It need not outlive the call. */
+  /* Asked before generic steps refine the whole answer and so take memory in proportion to it: by Loop's
+   * scheme, with an open border, with semi-sharp creases and UVs under Chaikin's rule, and where a cage is too
+   * irregular for patches; and at levels 1 to 3 for what borders, creases and seams take. A refusal makes the
+   * call return TW_NO_MEMORY. NULL: any size may be taken. It need not outlive the call. */
   const tw_grant *grant;
 } tw_surface_options;
 
@@ -95,7 +95,7 @@ typedef struct tw_surface tw_surface;
 
 /* The mesh must have passed tw_mesh_check. It may be freed after the call.
  * Errors as tw_surface_count. TW_LIMIT also for limit points or normals of thousands of rows at vertices of
- * thousands of faces, whose cost is the product. TW_NO_MEMORY. */
+ * thousands of faces, whose cost is the product and would be more than some seconds. TW_NO_MEMORY. */
 tw_status tw_surface_create(const tw_mesh *mesh, const tw_surface_options *options, tw_surface **out,
                             tw_error *error);
 
