@@ -94,18 +94,29 @@ static tw_status fail_far(uint32_t row, tw_error *error) {
   return tw_error_at(error, "/positions/%u", row);
 }
 
+/* Returns false where the point is over TW_COORDINATE_MAX then. */
+static bool move_point(const double by[3], float point[3]) {
+  bool fits = true;
+  for (int c = 0; c < 3; c++) {
+    point[c] = (float)((double)point[c] + by[c]);
+    fits &= fabsf(point[c]) <= TW_COORDINATE_MAX;
+  }
+  return fits;
+}
+
 /* Moves the level's vertices by what their rows miss. */
 static tw_status move_level(sculpting *s, const float *now, tw_error *error) {
   for (uint32_t row = 0; row < s->rows; row++) {
     double by[3];
     uint32_t vertex = s->vertices[row];
     if (!find_miss(s, now, row, by)) continue;
-    if (s->options->level == 0) {
-      float *point = s->offsets + 3 * (size_t)(s->level.point_of ? s->level.point_of[vertex] : vertex);
-      for (int c = 0; c < 3; c++) point[c] = (float)((double)point[c] + by[c]);
-    } else if (!tw_detail_move(s->frames, vertex, by, s->offsets + 3 * (size_t)vertex)) {
-      return fail_far(row, error);
-    }
+    bool fits;
+    if (s->options->level == 0)
+      fits =
+          move_point(by, s->offsets + 3 * (size_t)(s->level.point_of ? s->level.point_of[vertex] : vertex));
+    else
+      fits = tw_detail_move(s->frames, vertex, by, s->offsets + 3 * (size_t)vertex);
+    if (!fits) return fail_far(row, error);
   }
   return TW_OK;
 }

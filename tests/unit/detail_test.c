@@ -362,3 +362,18 @@ TEST(offsets_of_any_size_leave_points_where_a_mesh_may_have_them) {
     free_level(&at);
   }
 }
+
+/* A point of the limit surface has to be moved farther than its vertex may be. */
+TEST(a_level_0_whose_points_would_leave_the_range_is_refused) {
+  float points[8][3], wanted[8][3];
+  tw_mesh mesh = cube(), out;
+  for (size_t i = 0; i < 24; i++) wanted[0][i] = points[0][i] = cube_points[0][i] * TW_COORDINATE_MAX;
+  mesh.positions = points[0];
+  tw_surface_options options = options_of(TW_CATMULL_CLARK, 0);
+  options.limit = true;
+  tw_arena *arena = tw_arena_create();
+  tw_error error;
+  assert_int_equal(tw_mesh_sculpt(&mesh, &options, wanted[0], NULL, NULL, arena, &out, &error), TW_INVALID);
+  assert_string_equal(error.pointer, "/positions/0");
+  tw_arena_destroy(arena);
+}
