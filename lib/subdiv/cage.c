@@ -178,13 +178,16 @@ tw_surface_counts tw_cage_counts_at(const tw_cage *cage, bool loop, uint32_t lev
                    level);
 }
 
+static tw_status fail_count(tw_error *error) {
+  return tw_fail(error, TW_LIMIT, "the surface would have over 4,294,967,294 vertices, edges or faces");
+}
+
 /* Checks the limits. refined_faces: at the answer's level, those left out of the answer included, since
  * generic steps refine them too. */
 static tw_status check_counts(const tw_surface_options *options, bool shrinks, const tw_surface_counts *c,
                               uint64_t refined_faces, tw_error *error) {
   uint64_t limit = UINT32_MAX - 1;
-  if (c->vertices > limit || c->edges > limit || c->faces > limit)
-    return tw_fail(error, TW_LIMIT, "the surface would have over 4,294,967,294 vertices, edges or faces");
+  if (c->vertices > limit || c->edges > limit || c->faces > limit) return fail_count(error);
   if (refined_faces <= TW_GENERIC_FACES_MAX || options->level < 2) return TW_OK;
   if (!shrinks && options->scheme != TW_LOOP) return TW_OK;
   return tw_fail(error, TW_LIMIT, "%s is limited to %d faces, holes included",
@@ -235,7 +238,7 @@ tw_status tw_cage_count(const tw_surface_options *options, tw_cage *c, tw_surfac
   bool shrinks = tw_cage_shrinks(c, options);
   if (shrinks) {
     tw_status status = count_open(options, c, out, &c->refined_faces);
-    if (status != TW_OK) return status;
+    if (status != TW_OK) return status == TW_LIMIT ? fail_count(error) : status;
   } else {
     bool loop = options->scheme == TW_LOOP, whole = !memchr(c->visible, 0, c->topology.face_count);
     tw_surface_counts all = tw_cage_counts_at(c, loop, options->level);

@@ -401,6 +401,7 @@ static tw_status make_mesh(step *s, tw_mesh *out, double **positions, double *er
   out->normals = (tw_corner_normals){0};
   out->morph_normals = NULL;
   out->detail_count = 0;
+  out->details = NULL;
   if (!make_faces(s, &p, out) || !make_tags(s, &p, out)) return TW_NO_MEMORY;
   status = make_attributes(s, &p, points, out);
   for (uint32_t i = 0; status == TW_OK && i < s->mesh->uv_set_count; i++)
