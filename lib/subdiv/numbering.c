@@ -203,8 +203,7 @@ static void number_vertex(vertex_numberer *n, uint32_t vertex) {
     for (uint32_t s = 0; s < n->splits->uv_count; s++)
       entry->uvs[s] = n->splits->uv_bases[s]->corner_vertex[fan[i]];
   }
-  if (!one_sector || n->splits->uv_count > 0 || normals)
-    tw_small_sort(n->entries, used, sizeof *n->entries, compare_entries);
+  tw_small_sort(n->entries, used, sizeof *n->entries, compare_entries);
   for (uint32_t i = 0; i < used; i++) {
     if (i == 0 || compare_keys(&n->entries[i], &n->entries[i - 1]) != 0)
       out->corner_base[out->corner_count++] = n->entries[i].corner;
