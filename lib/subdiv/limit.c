@@ -88,16 +88,19 @@ static tw_edge_decay *decay_room(const neighbours *m) {
   return (tw_edge_decay *)(void *)(m->entries + 1 + m->ring_count + m->fan_count);
 }
 
-uint32_t tw_limit_capacity(const tw_topology *t, uint32_t vertex) {
-  uint32_t ring = t->ring_offsets[vertex + 1] - t->ring_offsets[vertex],
-           fan = t->fan_offsets[vertex + 1] - t->fan_offsets[vertex];
-  return 1 + ring + fan + (tw_limit_steps(t, vertex) > 0 ? DECAY_ENTRIES * ring : 0);
+static bool decays(const tw_topology *t) {
+  for (uint32_t v = 0; v < t->vertex_count; v++)
+    if (tw_is_semi_sharp(t->vertex_sharpness[v])) return true;
+  for (uint32_t e = 0; e < t->edge_count; e++)
+    if (tw_is_semi_sharp(t->edge_sharpness[e])) return true;
+  return false;
 }
 
 uint32_t tw_limit_greatest_capacity(const tw_topology *t) {
-  uint32_t greatest = 0;
+  uint32_t greatest = 0, edge = !t->smooth && decays(t) ? 1 + DECAY_ENTRIES : 1;
   for (uint32_t v = 0; v < t->vertex_count; v++) {
-    uint32_t capacity = tw_limit_capacity(t, v);
+    uint32_t capacity =
+        1 + edge * (t->ring_offsets[v + 1] - t->ring_offsets[v]) + t->fan_offsets[v + 1] - t->fan_offsets[v];
     if (capacity > greatest) greatest = capacity;
   }
   return greatest;

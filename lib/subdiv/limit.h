@@ -17,11 +17,8 @@ typedef struct tw_limit_entry {
 /* Steps until all semi-sharp edges of the vertex, and the vertex itself, have decayed. */
 uint32_t tw_limit_steps(const tw_topology *topology, uint32_t vertex);
 
-/* Entries of room that tw_limit_mask needs for a vertex: those of the mask and, where sharpness decays, some
- * to compute it. The room is allocated memory. */
-uint32_t tw_limit_capacity(const tw_topology *topology, uint32_t vertex);
-
-/* The greatest capacity of any vertex. O(edges). */
+/* Entries of room that tw_limit_mask needs for any vertex: those of the mask and, where sharpness decays,
+ * some to compute it. The room is allocated memory. O(edges). */
 uint32_t tw_limit_greatest_capacity(const tw_topology *topology);
 
 /* Computes the masks of the vertex at `corner`. tangent1 x tangent2 points outward. Where infinitely sharp
