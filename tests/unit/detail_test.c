@@ -367,7 +367,8 @@ TEST(offsets_of_any_size_leave_points_where_a_mesh_may_have_them) {
 TEST(a_level_0_whose_points_would_leave_the_range_is_refused) {
   float points[8][3], wanted[8][3];
   tw_mesh mesh = cube(), out;
-  for (size_t i = 0; i < 24; i++) wanted[0][i] = points[0][i] = cube_points[0][i] * TW_COORDINATE_MAX;
+  for (int v = 0; v < 8; v++)
+    for (int c = 0; c < 3; c++) wanted[v][c] = points[v][c] = cube_points[v][c] * TW_COORDINATE_MAX;
   mesh.positions = points[0];
   tw_surface_options options = options_of(TW_CATMULL_CLARK, 0);
   options.limit = true;
