@@ -51,8 +51,8 @@ static api_outcome check_size(api_call *call, const api_pose_request *request) {
   return API_DONE;
 }
 
-/* A bound on the bytes of one pose: its numbers, and its time twice. In CSV each line repeats the time and the
- * node's name, whose quotes are doubled. */
+/* A bound on the bytes of one pose: its numbers, and its time twice. In CSV each line repeats the time and
+ * the node's name, whose quotes are doubled. */
 static uint64_t bound_pose(const api_pose_request *request) {
   uint64_t numbers = numbers_of_pose(request);
   if (request->form == API_POSE_BIN) return numbers * sizeof(float);

@@ -188,7 +188,7 @@ obj_faces() { grep -c '^f ' "$1"; }
   cp answer before
   for tolerance in 0.5 2 10 90; do
     get "/v1/models/$id/surface.glb?meshes=none&clip=drive&tolerance=$tolerance"
-    told=$(sed 's/degrees=\([^,]*\),.*/\1/' <<<"$(header x-tweend-error)")
+    told=$(header x-tweend-error | sed 's/degrees=\([^,]*\),.*/\1/')
     tank=$id
     cp answer reduced.glb
     upload reduced.glb

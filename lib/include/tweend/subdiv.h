@@ -69,9 +69,9 @@ typedef struct tw_surface_options {
    * surface is being made with it, nothing else may use it or a surface that shares it. */
   tw_patch_shapes *shapes;
   /* Asked before generic steps refine the whole answer and so take memory in proportion to it: by Loop's
-   * scheme, with an open border, with semi-sharp creases and UVs under Chaikin's rule, and where a cage is too
-   * irregular for patches; and at levels 1 to 3 for what borders, creases and seams take. A refusal makes the
-   * call return TW_NO_MEMORY. NULL: any size may be taken. It need not outlive the call. */
+   * scheme, with an open border, with semi-sharp creases and UVs under Chaikin's rule, and where a cage is
+   * too irregular for patches; and at levels 1 to 3 for what borders, creases and seams take. A refusal makes
+   * the call return TW_NO_MEMORY. NULL: any size may be taken. It need not outlive the call. */
   const tw_grant *grant;
 } tw_surface_options;
 
