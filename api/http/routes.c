@@ -40,7 +40,7 @@ static const api_offer page_offers[] = {{"", "text/html", true}, {0}};
 static const api_offer script_offers[] = {{"", "text/javascript", true}, {0}};
 static const api_offer types_offers[] = {{"", "application/typescript", true}, {0}};
 static const api_offer text_offers[] = {{"", "text/plain", true}, {0}};
-/* A placeholder: the type of a source is that of the stored bytes, which are not read yet. */
+/* Any type: the handler sends the media type of the format in which the model is stored. */
 static const api_offer source_offers[] = {{"source", "*/*", false}, {0}};
 /* In the order of surface_form in surfaces.c. */
 static const api_offer surface_offers[] = {{"glb", "model/gltf-binary", false},
