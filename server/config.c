@@ -65,6 +65,9 @@ static const setting SETTINGS[] = {
      "disk space for the copies in --cache-dir"},
     {"store-limit", KIND_SIZE, AT(store_limit), "0", 0, UINT64_C(1) << 60, NULL, "SIZE",
      "total bytes of stored models; further uploads are answered 507; 0: no limit"},
+    {"min-free", KIND_SIZE, AT(min_free), NULL, 0, UINT64_C(1) << 60, NULL, "SIZE",
+     "disk space that stays free beside the stored models; uploads are answered 507 below it (default: 1GiB, "
+     "or 5% of a smaller file system)"},
     {"spool-limit", KIND_SIZE, AT(spool_limit), "0", 0, UINT64_C(1) << 60, NULL, "SIZE",
      "total bytes on disk of request bodies in progress; further bodies are answered 503; at least "
      "--max-upload, or 0: no limit"},
@@ -119,6 +122,9 @@ static const setting SETTINGS[] = {
      "first"},
     {"cors-origins", KIND_TEXT, AT(cors_origins), "*", 0, 0, NULL, "ORIGINS",
      "origins of web pages, separated by commas; * for all, empty for none"},
+    {"hosts", KIND_TEXT, AT(hosts), "", 0, 0, NULL, "HOSTS",
+     "on a loopback address without API keys, hosts that are served besides localhost, 127.0.0.1 and [::1], "
+     "separated by commas and without ports; * for all; others are answered 421"},
     {"tls-cert", KIND_TEXT, AT(tls_cert), "", 0, 0, NULL, "FILE",
      "certificate chain (PEM); with --tls-key, serves https"},
     {"tls-key", KIND_TEXT, AT(tls_key), "", 0, 0, NULL, "FILE", "private key (PEM)"},
@@ -481,6 +487,7 @@ static bool set_defaults(srv_config *config) {
   config->threads = cpus > 1024 ? 1024 : cpus;
   config->io_threads = config->threads;
   config->queue = ANY;
+  config->min_free = SRV_MIN_FREE_AUTO;
   uint64_t limit = srv_machine_memory_limit("");
   config->max_memory = limit < UINT64_MAX && limit / 4 * 3 < GIBIBYTE ? limit / 4 * 3 : GIBIBYTE;
   return true;
@@ -524,12 +531,32 @@ static bool is_origin(const char *text, size_t size) {
   return host > text && before < size && memchr(text + before, '/', size - before) == NULL;
 }
 
+static const char BETWEEN[] = ", \t"; /* the items of a list */
+
 static bool check_origins(const char *list, srv_error *error) {
-  static const char BETWEEN[] = ", \t";
   for (list += strspn(list, BETWEEN); *list != '\0'; list += strspn(list, BETWEEN)) {
     size_t size = strcspn(list, BETWEEN);
     if (!(size == 1 && *list == '*') && !is_origin(list, size))
       return srv_fail(error, "--cors-origins: '%.*s' is not * or an origin such as https://example.org",
+                      (int)size, list);
+    list += size;
+  }
+  return true;
+}
+
+/* Whether the text can be compared with the host of a request: no scheme, no port, no path. */
+static bool is_host(const char *text, size_t size) {
+  static const char NAME[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789.-_";
+  bool is_address = size > 2 && text[0] == '[' && text[size - 1] == ']';
+  return is_address ? strspn(text + 1, "0123456789abcdefABCDEF:.") == size - 2 : strspn(text, NAME) >= size;
+}
+
+static bool check_hosts(const char *list, srv_error *error) {
+  for (list += strspn(list, BETWEEN); *list != '\0'; list += strspn(list, BETWEEN)) {
+    size_t size = strcspn(list, BETWEEN);
+    if (!(size == 1 && *list == '*') && !is_host(list, size))
+      return srv_fail(error,
+                      "--hosts: '%.*s' is not * or a host such as tweend.example or [fd00::1], without port",
                       (int)size, list);
     list += size;
   }
@@ -553,7 +580,8 @@ static bool check_together(srv_config *config, srv_error *error) {
   if (config->spool_limit > 0 && config->spool_limit < config->max_upload)
     return srv_fail(error, "--spool-limit is less than --max-upload, the longest body");
   srv_log_level level;
-  return check_origins(config->cors_origins, error) && srv_config_log_level(config, &level, error);
+  return check_origins(config->cors_origins, error) && check_hosts(config->hosts, error) &&
+         srv_config_log_level(config, &level, error);
 }
 
 srv_config_status srv_config_read(srv_config *config, int argc, char *const *argv,

@@ -14,6 +14,8 @@
  * --s3-endpoint is given, else in the host name. */
 typedef enum srv_s3_style { SRV_S3_AUTO, SRV_S3_PATH, SRV_S3_VIRTUAL } srv_s3_style;
 
+#define SRV_MIN_FREE_AUTO UINT64_MAX
+
 /* A value: deinit frees it. Numbers are in bytes, milliseconds or plain counts, checked against the
  * ranges of their flags. */
 typedef struct srv_config {
@@ -25,18 +27,19 @@ typedef struct srv_config {
   char *cache_dir; /* the local folder when `data` is s3:// */
   uint64_t cache_size;
   uint64_t store_limit, spool_limit; /* bytes; 0: no limit */
+  uint64_t min_free;                 /* bytes; 0: none; SRV_MIN_FREE_AUTO: by the size of the file system */
   uint64_t threads, io_threads, queue, max_connections, max_connections_per_address, max_listeners;
   api_rate rate_limit;   /* of one address */
   char *trusted_proxies; /* see srv_networks_read */
   uint64_t max_upload, max_level, max_faces, max_output, max_times, plan_cache, max_memory;
   uint64_t header_timeout, idle_timeout, request_timeout, drain_timeout, drain_delay;
-  uint64_t compute_timeout;  /* 0: none */
-  uint64_t min_rate;         /* bytes a second that a client must send or receive */
-  char *api_keys, *url_keys; /* lists or @FILE, see keyring.h */
-  char *cors_origins;
-  char *tls_cert, *tls_key; /* paths, "" without TLS */
-  char *log_level;          /* a name or @FILE, see srv_config_log_level */
-  uint64_t log_format;      /* srv_log_format */
+  uint64_t compute_timeout;   /* 0: none */
+  uint64_t min_rate;          /* bytes a second that a client must send or receive */
+  char *api_keys, *url_keys;  /* lists or @FILE, see keyring.h */
+  char *cors_origins, *hosts; /* hosts: names or addresses without ports, or "*" */
+  char *tls_cert, *tls_key;   /* paths, "" without TLS */
+  char *log_level;            /* a name or @FILE, see srv_config_log_level */
+  uint64_t log_format;        /* srv_log_format */
   bool sample;
   bool check;
   bool healthcheck;

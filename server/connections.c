@@ -214,6 +214,7 @@ static void add_connection(srv_loop *l, struct MHD_Connection *mhd, void **socke
   c->is_reserve = is_reserve;
   c->fd = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
   c->client = srv_client_of(&peer);
+  c->is_local = srv_listeners_are_loopback(&l->http->listeners, c->fd);
   srv_address_peer(&peer, c->peer, sizeof c->peer);
   c->next = l->connections;
   if (c->next != NULL) c->next->previous = c;

@@ -86,13 +86,16 @@ static void make_id(char out[SRV_REQUEST_ID_SIZE]) {
 
 /* ---- stages ---------------------------------------------------------------------------------- */
 
-/* Splits the target into path and query, in place. Drops the host of the absolute form: the Host header
- * repeats it. */
+/* Splits the target into host, path and query, in place. The host of the absolute form goes before the Host
+ * header (RFC 9112, 3.2.2); it moves one place forward, for its terminator. */
 static void split_target(srv_exchange *exchange) {
   char *path = exchange->target;
   if (srv_framing_is_absolute(path)) {
-    path = strstr(path, "//") + 2;
-    path += strcspn(path, "/?");
+    char *host = strstr(path, "//") + 2;
+    size_t size = strcspn(host, "/?");
+    path = host + size;
+    exchange->request.host = memmove(host - 1, host, size);
+    host[size - 1] = '\0';
   }
   char *query = strchr(path, '?');
   if (query != NULL) *query++ = '\0';
@@ -268,6 +271,7 @@ srv_exchange_step srv_exchange_open(srv_exchange *exchange, const char *method, 
   exchange->request.now_s = (uint64_t)time(NULL);
   exchange->request.header = header;
   exchange->request.context = context;
+  if (exchange->request.host == NULL) exchange->request.host = header(context, "Host");
   const char *trace = header(context, "traceparent");
   if (trace != NULL && is_valid_trace(trace))
     copy_cut(exchange->traceparent, sizeof exchange->traceparent, trace);

@@ -174,6 +174,7 @@ static enum MHD_Result open_request(srv_connection *c, const char *method, const
   c->exchange.client = find_client(c);
   c->exchange.is_forwarded = memcmp(&c->exchange.client, &c->client, sizeof c->client) != 0;
   c->exchange.request.is_admin = c->owner->http->is_admin;
+  c->exchange.request.is_local = c->is_local;
   c->exchange.wanted = is_client_connected;
   c->exchange.ready = srv_hand_back;
   if (srv_exchange_open(&c->exchange, method, framing, find_header, c) == SRV_EXCHANGE_NOW) {

@@ -40,6 +40,7 @@ typedef struct srv_connection {
   struct srv_connection *next_done;
   srv_client client; /* the peer's address */
   bool is_reserve;   /* over --max-connections */
+  bool is_local;     /* came in through a listener on a loopback address */
   bool is_counted;   /* counted for its address */
   bool is_unread;    /* answered before its request was read to the end */
   bool is_cut;       /* ended as too slow; unsent bytes are dropped */

@@ -162,6 +162,33 @@ void srv_listeners_close(const srv_listeners *listeners) {
   for (size_t i = 0; i < listeners->count; i++) close(listeners->fds[i]);
 }
 
+bool srv_address_is_loopback(const srv_address *address) {
+  if (address->family == AF_INET) return ntohl(address->v4.sin_addr.s_addr) >> 24 == 127;
+  if (address->family != AF_INET6) return false;
+  const struct in6_addr *host = &address->v6.sin6_addr;
+  return IN6_IS_ADDR_LOOPBACK(host) || (IN6_IS_ADDR_V4MAPPED(host) && host->s6_addr[12] == 127);
+}
+
+bool srv_address_same(const srv_address *a, const srv_address *b) {
+  if (a->family != b->family) return false;
+  if (a->family == AF_INET)
+    return a->v4.sin_port == b->v4.sin_port && a->v4.sin_addr.s_addr == b->v4.sin_addr.s_addr;
+  return a->family == AF_INET6 && a->v6.sin6_port == b->v6.sin6_port &&
+         IN6_ARE_ADDR_EQUAL(&a->v6.sin6_addr, &b->v6.sin6_addr);
+}
+
+/* The kernel gives a connection to the listener that is bound to exactly its address, where there is one, and
+ * to one of a wildcard address else. */
+bool srv_listeners_are_loopback(const srv_listeners *listeners, int connection) {
+  const srv_address own = srv_address_of(connection);
+  if (!srv_address_is_loopback(&own)) return false;
+  for (size_t i = 0; i < listeners->count; i++) {
+    const srv_address bound = srv_address_of(listeners->fds[i]);
+    if (srv_address_same(&bound, &own)) return true;
+  }
+  return false;
+}
+
 static srv_address reachable(const srv_address *address) {
   srv_address target = *address;
   if (target.family == AF_INET && target.v4.sin_addr.s_addr == htonl(INADDR_ANY)) {

@@ -38,6 +38,12 @@ int srv_address_connect(const srv_address *address, int timeout_ms);
 /* The address that a socket is bound to, with the port that the kernel chose for port 0. */
 srv_address srv_address_of(int fd);
 
+/* Whether only this machine can reach the address: 127.0.0.0/8 or ::1. Not for unix sockets. */
+bool srv_address_is_loopback(const srv_address *address);
+
+/* Whether both are the same host and port. */
+bool srv_address_same(const srv_address *a, const srv_address *b);
+
 enum { SRV_LISTENERS_MAX = 16 };
 
 /* Listening, non-blocking sockets. */
@@ -49,6 +55,9 @@ typedef struct srv_listeners {
 } srv_listeners;
 
 void srv_listeners_close(const srv_listeners *listeners);
+
+/* Whether the connection came in through a listener that is bound to a loopback address. */
+bool srv_listeners_are_loopback(const srv_listeners *listeners, int connection);
 
 /* Prints the address as in the ready line: "http://127.0.0.1:8080", "unix:PATH", with @ for an abstract
  * name. */

@@ -125,7 +125,8 @@ static api_settings settings(process *p, const api_keyring *keyring) {
                         .keyring = *keyring,
                         .metrics = {&p->server, srv_server_metrics},
                         .page = {{srv_page, srv_page_size}, srv_page_hash, srv_page_policy},
-                        .cors_origins = config->cors_origins};
+                        .cors_origins = config->cors_origins,
+                        .hosts = config->hosts};
 }
 
 /* The local folder: it holds the models, or the cached copies of a bucket's models. */
@@ -140,7 +141,7 @@ static const char *folder_flag(const srv_config *config) {
 static bool open_store(process *p) {
   p->folder = srv_store_fs_open(folder_flag(&p->config), folder_of(&p->config), &p->error);
   if (p->folder == NULL) return false;
-  srv_store_fs_limit(p->folder, p->config.store_limit);
+  srv_store_fs_limit(p->folder, p->config.store_limit, p->config.min_free);
 #ifdef TWEEND_S3
   if (srv_config_is_s3(&p->config)) p->bucket = srv_store_s3_open(&p->config, p->folder, &p->error);
 #endif

@@ -186,6 +186,12 @@ static api_store_status probe(void *context) {
   return metrics->store.probe(metrics->store.context);
 }
 
+/* Not counted: it stores nothing. */
+static api_store_status room(void *context, uint64_t size) {
+  srv_metrics *metrics = context;
+  return metrics->store.room != NULL ? metrics->store.room(metrics->store.context, size) : API_STORE_OK;
+}
+
 api_store srv_metrics_of_store(srv_metrics *metrics, const api_store *store) {
   metrics->store = *store;
   return (api_store){.context = metrics,
@@ -195,7 +201,8 @@ api_store srv_metrics_of_store(srv_metrics *metrics, const api_store *store) {
                      .remove = drop,
                      .summary = summary_of,
                      .list = list,
-                     .probe = probe};
+                     .probe = probe,
+                     .room = room};
 }
 
 /* ---- printing -------------------------------------------------------------------------------- */

@@ -32,6 +32,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -52,6 +53,7 @@ struct srv_store_fs {
   dev_t device;      /* file system of the root */
   mode_t group_mode; /* the group's rights on the root, given to everything below it */
   srv_store_quota quota;
+  uint64_t min_free; /* see srv_store_fs_limit */
   srv_verdicts *verdicts;
   pthread_t prober;           /* valid with is_probed */
   pthread_mutex_t probe_lock; /* guards the members below */
@@ -329,8 +331,9 @@ void srv_store_fs_close(srv_store_fs *store) {
   if (store != NULL && stop_probes(store)) destroy(store);
 }
 
-void srv_store_fs_limit(srv_store_fs *store, uint64_t bytes) {
+void srv_store_fs_limit(srv_store_fs *store, uint64_t bytes, uint64_t min_free) {
   srv_store_quota_limit(&store->quota, bytes);
+  store->min_free = min_free;
 }
 
 uint64_t srv_store_fs_used(srv_store_fs *store) {
@@ -422,6 +425,21 @@ static void put_summary(const srv_store_fs *store, const char *id, const char *s
   free(known);
 }
 
+/* Whether --min-free stays free with `size` bytes more. A file system that cannot tell has room. */
+static bool has_room(const srv_store_fs *store, uint64_t size) {
+  static const uint64_t USUAL = UINT64_C(1) << 30;
+  struct statvfs facts;
+  if (store->min_free == 0 || statvfs(store->root, &facts) != 0 || facts.f_blocks == 0) return true;
+  uint64_t block = facts.f_frsize, left = facts.f_bavail * block, twentieth = facts.f_blocks / 20 * block;
+  uint64_t least = store->min_free;
+  if (least == SRV_MIN_FREE_AUTO) least = twentieth < USUAL ? twentieth : USUAL;
+  return size <= left && left - size >= least;
+}
+
+static api_store_status room(void *context, uint64_t size) {
+  return has_room(context, size) ? API_STORE_OK : API_STORE_FULL;
+}
+
 static api_store_status put(void *context, const char *id, api_bytes bytes, const char *summary,
                             bool *existed) {
   srv_store_fs *store = context;
@@ -431,6 +449,7 @@ static api_store_status put(void *context, const char *id, api_bytes bytes, cons
   if (!make_folders(store) || !make_folder(store, folder.text)) return unavailable("cannot make a folder");
   found before = find_object(name.text, bytes);
   if (before == FIND_FAILED) return unavailable("cannot open a model");
+  if (before == NOTHING && !has_room(store, bytes.size)) return API_STORE_FULL;
   if (before == NOTHING && !srv_store_quota_take(&store->quota, bytes.size)) return API_STORE_FULL;
   placed outcome =
       before == WHOLE_BEFORE ? PLACED_BEFORE : place(store, name.text, bytes, before == DAMAGED_BEFORE);
@@ -680,5 +699,6 @@ api_store srv_store_fs_api(srv_store_fs *store) {
                      .summary = summary_of,
                      .look = look,
                      .list = list,
-                     .probe = probe};
+                     .probe = probe,
+                     .room = room};
 }

@@ -3,6 +3,7 @@
 #define SRV_STORE_FS_H
 
 #include "api.h"
+#include "config.h"
 #include "fail.h"
 
 typedef struct srv_store_fs srv_store_fs;
@@ -16,8 +17,9 @@ srv_store_fs *srv_store_fs_open(const char *flag, const char *root, srv_error *e
 bool srv_store_fs_check(const char *flag, const char *root, srv_error *error);
 void srv_store_fs_close(srv_store_fs *store); /* NULL accepted; blobs opened from it stay valid */
 
-/* Sets the limit for the bytes of all models together, 0: no limit. Before the first call of the store. */
-void srv_store_fs_limit(srv_store_fs *store, uint64_t bytes);
+/* Sets the limit for the bytes of all models together, 0: no limit; and the bytes that stay free on the disk,
+ * 0: none, SRV_MIN_FREE_AUTO: 1 GiB, or 5 % of a smaller file system. Before the first call of the store. */
+void srv_store_fs_limit(srv_store_fs *store, uint64_t bytes, uint64_t min_free);
 /* The bytes of all models; counted only with a limit. */
 uint64_t srv_store_fs_used(srv_store_fs *store);
 

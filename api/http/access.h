@@ -4,6 +4,9 @@
 
 #include "handlers.h"
 
+/* Whether the request's host is one that the listener serves; else fills the fault with 421. */
+bool api_access_serves_host(api_call *call);
+
 /* Whether the request may use its route; else fills the fault with 401, 403, or 404 on the admin listener. */
 bool api_access_allowed(api_call *call);
 
@@ -19,8 +22,7 @@ void api_access_headers(api_call *call);
  * NULL where a page of that origin may not. */
 const char *api_access_origin(const api_call *call, const api_route *route);
 
-/* Answers OPTIONS, pre-flight or plain. allow: the path's methods; granted: those that a page of the
- * request's origin may use, NULL for none. */
-void api_access_options(api_call *call, const char *allow, const char *granted);
+/* Answers OPTIONS, pre-flight or plain. allow: the path's methods. */
+void api_access_options(api_call *call, const char *allow);
 
 #endif

@@ -53,6 +53,7 @@ static const problem_kind kinds[] = {
     {415, "unsupported-type", "Unsupported type"},
     {416, "range-not-satisfiable", "Range not satisfiable"},
     {417, "expectation-failed", "Expectation failed"},
+    {421, "misdirected-request", "Misdirected request"},
     {422, "not-usable", "Well-formed but not usable"},
     {429, "too-many-requests", "Too many requests"},
     {431, "headers-too-large", "Headers too large"},
@@ -144,7 +145,8 @@ static api_refusal refusal_of(const api_fault *fault) {
   if (fault->error.status == TW_NO_MEMORY) return API_REFUSAL_MEMORY;
   switch (fault->status) {
   case 401:
-  case 403: return API_REFUSAL_ACCESS;
+  case 403:
+  case 421: return API_REFUSAL_ACCESS;
   case 413: return API_REFUSAL_BODY;
   case 507: return API_REFUSAL_STORE_FULL;
   default: return fault->refusal;
@@ -168,4 +170,5 @@ void api_problem(int status, const char *detail, const char *request_id, unsigne
   tw_fail(&fault.error, TW_SYNTAX, "%s", detail);
   *answer = (api_answer){.memory = tw_arena_create()};
   api_problem_fill(&fault, request_id, answer);
+  api_answer_header(answer, "Access-Control-Allow-Origin", "*"); /* the request's own headers are not known */
 }

@@ -9,6 +9,7 @@
 #include "service.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 static const char *const no_parameters[] = {NULL};
@@ -190,16 +191,14 @@ static bool find_route(api_call *call, const char *method) {
   return call->route;
 }
 
-/* The methods of a path as an Allow list; for_page: only those that a page of the request's origin may use.
- * NULL without any, or without memory. */
-static const char *list_methods(const api_call *call, bool for_page) {
+/* The methods of the path as an Allow list; NULL without any, or without memory. */
+static const char *list_methods(const api_call *call) {
   const parsed_path path = parse_path(call->request->path);
   char allow[64];
   size_t length = 0;
   for (size_t i = 0; i < ROUTES; i++) {
     const api_offer *offer;
     if (!match_route(&routes[i], &path, &offer)) continue;
-    if (for_page && !api_access_origin(call, &routes[i])) continue;
     bool is_get = strcmp(routes[i].method, "GET") == 0;
     length += (size_t)snprintf(allow + length, sizeof allow - length, "%s%s", routes[i].method,
                                is_get ? ", HEAD, " : ", ");
@@ -242,6 +241,15 @@ static api_outcome check_length(api_call *call) {
   if (size > limit)
     return api_fail_with(call, 413, "the body is over the limit of %llu bytes", (unsigned long long)limit);
   return API_CONTINUE;
+}
+
+/* Refuses a body that the store has no room for, before it is read. */
+static api_outcome check_room(api_call *call) {
+  const api_store *store = &call->service->store;
+  const char *length = api_call_header(call, "Content-Length");
+  uint64_t size = length ? strtoull(length, NULL, 10) : 0;
+  if (call->route->access != API_WRITES || !store->room) return API_CONTINUE;
+  return store->room(store->context, size) == API_STORE_FULL ? api_model_fail_full(call) : API_CONTINUE;
 }
 
 static api_outcome check_type(api_call *call) {
@@ -301,23 +309,25 @@ static api_outcome fail_path(api_call *call) {
 
 /* Answers OPTIONS, or fails with 405 for a method that the path does not have. */
 static api_outcome answer_methods(api_call *call) {
-  const char *methods = list_methods(call, false);
+  const char *methods = list_methods(call);
   bool is_options = strcmp(call->request->method, "OPTIONS") == 0;
   if (!methods && is_options && strcmp(call->request->path, "*") == 0)
     methods = "GET, HEAD, POST, DELETE, OPTIONS"; /* "*" means the server as a whole */
   if (!methods) return fail_path(call);
   if (is_options) {
-    api_access_options(call, methods, list_methods(call, true));
+    api_access_options(call, methods);
     return API_DONE;
   }
   call->fault.allow = methods;
   return api_fail_with(call, 405, "this path answers %s", methods);
 }
 
-/* Checks path, method and key. API_CONTINUE: go on with the rest. */
+/* Checks host, path, method and key. API_CONTINUE: go on with the rest. */
 static api_outcome admit_route(api_call *call) {
   call->is_head = strcmp(call->request->method, "HEAD") == 0;
-  if (!find_route(call, call->is_head ? "GET" : call->request->method)) return answer_methods(call);
+  bool has_route = find_route(call, call->is_head ? "GET" : call->request->method);
+  if (!api_access_serves_host(call)) return API_FAILED;
+  if (!has_route) return answer_methods(call);
   return api_access_allowed(call) ? API_CONTINUE : API_FAILED;
 }
 
@@ -331,6 +341,7 @@ static api_outcome admit_rest(api_call *call) {
   bool takes_body = call->route->takes != API_TAKES_NOTHING;
   if (outcome == API_CONTINUE && takes_body) outcome = check_length(call);
   if (outcome == API_CONTINUE && takes_body) outcome = check_type(call);
+  if (outcome == API_CONTINUE && takes_body) outcome = check_room(call);
   return outcome;
 }
 

@@ -89,6 +89,12 @@ static void run_serially(void *owner, uint32_t count, void (*part)(void *context
   for (uint32_t i = 0; i < count; i++) part(context, i);
 }
 
+/* A copy of the text, "" for NULL; NULL without memory. */
+static const char *keep_setting(const api_service *service, const char *text) {
+  if (!text) text = "";
+  return service->arena ? tw_arena_text(service->arena, text, strlen(text)) : NULL;
+}
+
 api_service *api_service_create(const api_settings *settings) {
   api_service *service = tw_alloc_zero(1, sizeof *service);
   if (!service) return NULL;
@@ -101,11 +107,12 @@ api_service *api_service_create(const api_settings *settings) {
                                         parallel->is_cancelled};
   atomic_init(&service->is_draining, false);
   service->arena = tw_arena_create();
-  const char *origins = settings->cors_origins ? settings->cors_origins : "";
-  if (service->arena) service->cors_origins = tw_arena_text(service->arena, origins, strlen(origins));
+  service->cors_origins = keep_setting(service, settings->cors_origins);
+  service->hosts = keep_setting(service, settings->hosts);
   service->budget = api_budget_create(settings->limits.max_memory, settings->limits.max_waiting);
   if (service->budget) service->cache = api_cache_create(settings->limits.plan_cache, service->budget);
-  if (!service->cache || !service->cors_origins || !api_service_set_keys(service, &settings->keyring)) {
+  if (!service->cache || !service->cors_origins || !service->hosts ||
+      !api_service_set_keys(service, &settings->keyring)) {
     api_service_destroy(service);
     return NULL;
   }

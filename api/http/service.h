@@ -35,7 +35,7 @@ struct api_service {
   api_keys *_Atomic keys; /* in force; NULL only without memory */
   api_metrics metrics;
   api_page page;
-  const char *cors_origins;
+  const char *cors_origins, *hosts;
   atomic_bool is_draining;
   api_budget *budget;
   api_cache *cache;

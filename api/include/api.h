@@ -47,8 +47,8 @@ typedef struct api_listed {
 } api_listed;
 
 /* Content-addressed storage: the one vtable of the program. An id is the first 32 hex digits of the SHA-256
- * of the bytes. Every function may be called from many threads at once. All may block but probe, and look
- * without may_wait. */
+ * of the bytes. Every function may be called from many threads at once. All may block but probe, room, and
+ * look without may_wait. */
 typedef struct api_store {
   void *context;
   /* Stores all bytes or none. API_STORE_OK: the bytes are whole and durable, even where they had been stored
@@ -68,6 +68,9 @@ typedef struct api_store {
                            bool *more);
   /* Whether models can be stored and read; an attempt in the last second or so counts. */
   api_store_status (*probe)(void *context);
+  /* API_STORE_FULL: there is no room for an object of `size` bytes, as far as can be told at once. NULL:
+   * there always is. */
+  api_store_status (*room)(void *context, uint64_t size);
 } api_store;
 
 typedef struct api_limits {
@@ -134,6 +137,8 @@ typedef struct api_settings {
   api_metrics metrics;
   api_page page;
   const char *cors_origins; /* a comma-separated list, "*" in it for all, "" for none */
+  const char
+      *hosts; /* served on loopback listeners besides the machine's own, without ports; else as above */
 } api_settings;
 
 /* ---- service: settings and caches, shared by all threads ------------------------------------ */
@@ -224,6 +229,7 @@ typedef struct api_request {
   const char *path;  /* percent-encoded, without query */
   const char *query; /* without '?', "" when there is none */
   const char *id;    /* X-Request-Id, already validated, or a generated one */
+  const char *host;  /* HOST[:PORT] that the request is for; NULL where HTTP/1.0 does not tell */
   /* First value of a header, any case; NULL when absent. */
   const char *(*header)(void *context, const char *name);
   void *context;
@@ -231,6 +237,7 @@ typedef struct api_request {
   const api_keys *keys; /* in force when the request arrived; NULL: those in force now */
   uint64_t now_s;       /* Unix time of its arrival */
   bool is_admin;        /* on the listener for probes and metrics, which needs no key */
+  bool is_local;        /* on a listener that is bound to a loopback address */
   api_bytes body;       /* complete, still content-encoded */
 } api_request;
 
@@ -277,7 +284,7 @@ enum { API_HEADERS_MAX = 24 };
 /* Why a valid request is refused. */
 typedef enum api_refusal {
   API_REFUSAL_NONE,
-  API_REFUSAL_ACCESS, /* its key or its page's origin lacks the right */
+  API_REFUSAL_ACCESS, /* its key or its page's origin lacks the right, or its host is not served */
   API_REFUSAL_BODY,   /* it is too long */
   API_REFUSAL_MEMORY,
   API_REFUSAL_STORE, /* the store cannot be reached */

@@ -51,9 +51,15 @@ static api_outcome fail_unavailable(api_call *call) {
   return api_fail_with(call, 503, "the store cannot be reached");
 }
 
+api_outcome api_model_fail_full(api_call *call) {
+  return api_fail_with(call, 507,
+                       "the store is full: delete models, raise --store-limit, or free disk space, of which "
+                       "--min-free stays free");
+}
+
 static api_outcome fail_writing(api_call *call, api_store_status status) {
   if (status != API_STORE_FULL) return fail_unavailable(call);
-  return api_fail_with(call, 507, "the store is full: delete models, or raise --store-limit");
+  return api_model_fail_full(call);
 }
 
 static api_outcome fail_absent(api_call *call, const char *id) {

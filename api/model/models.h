@@ -44,6 +44,9 @@ typedef struct api_addition {
  * addition: or NULL. */
 api_outcome api_model_store(api_call *call, api_bytes bytes, const char *name, const api_addition *addition);
 
+/* Fails with 507. */
+api_outcome api_model_fail_full(api_call *call);
+
 /* Answers as for an upload of the bytes of the call's stored model. */
 api_outcome api_model_reply_stored(api_call *call);
 

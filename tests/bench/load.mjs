@@ -107,7 +107,7 @@ async function idle(path) {
   for (let i = 0; i < IDLE; i += 500) {
     const some = Array.from({ length: 500 }, () => new Promise((resolve, reject) => {
       const socket = connect(port, '127.0.0.1', () => {
-        socket.write('GET /healthz HTTP/1.1\r\nHost: a\r\n\r\n');
+        socket.write('GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n');
         socket.once('data', () => resolve(socket));
       });
       socket.on('error', reject);

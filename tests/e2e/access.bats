@@ -140,9 +140,15 @@ END
   expect 200
 }
 
+# start_everywhere [FLAG...]: on an address that is not loopback, asked over loopback.
+start_everywhere() {
+  start_daemon --listen 0.0.0.0:0 "$@"
+  url=${url/0.0.0.0/127.0.0.1}
+}
+
 @test "pages of other origins neither list nor delete, unless they are named" {
   needs_process
-  start_daemon
+  start_everywhere
   far='Origin: https://far.example'
   post /v1/models "$samples/cube.obj" --header "$far"
   expect 201
@@ -153,12 +159,12 @@ END
   [[ $(header access-control-allow-origin) == '*' ]]
   get /v1/models --header "$far"
   problem 403
-  [[ -z $(header access-control-allow-origin) ]]
+  [[ $(header access-control-allow-origin) == '*' ]] # so that the page can read why
   http DELETE "/v1/models/$id" --header "$far"
   problem 403
   http OPTIONS "/v1/models/$id" --header "$far" --header 'Access-Control-Request-Method: DELETE'
   expect 204
-  [[ $(header access-control-allow-methods) != *DELETE* ]]
+  [[ $(header access-control-allow-methods) == *DELETE* ]] # the page may ask, and reads the refusal
   get /v1/models --header "Origin: $url"
   expect 200
   stop_daemon
@@ -168,4 +174,116 @@ END
   [[ $(header access-control-allow-origin) == https://far.example ]]
   http DELETE "/v1/models/$id" --header "$far"
   expect 204
+}
+
+@test "a page elsewhere stores nothing in a daemon on a loopback address" {
+  needs_process
+  start_daemon
+  upload "$samples/cube.obj"
+  edit='{"edits": [{"edit": "move", "vertices": "all", "by": [1, 0, 0]}]}'
+  for far in 'Origin: https://far.example' 'Origin: null' 'Sec-Fetch-Site: cross-site'; do
+    curl --silent --output answer --dump-header headers --header "$far" --form "file=@$samples/tank.json" "$url/v1/models"
+    grep -q '^HTTP/1.1 403' headers
+    post /v1/models "$samples/tank.json" --header "$far"
+    problem 403 origin
+    [[ $(header access-control-allow-origin) == '*' ]]
+    post "/v1/models/$id/edits" <(printf %s "$edit") --header "$far"
+    problem 403 origin
+    http POST "/v1/models/$id/coarsen" --header "$far"
+    problem 403 origin
+    post /v1/surface.json "$samples/cube.obj" --header "$far"
+    expect 200
+    get "/v1/models/$id/surface.json" --header "$far"
+    expect 200
+  done
+  get /v1/models
+  holds '.models | length == 1'
+  get /metrics
+  grep -q '^tweend_refusals_total{reason="access"} 12$' answer
+  # Refused on the head: the body is never asked for.
+  sent=$(curl --silent --output /dev/null --write-out '%{http_code} %{size_upload}' --header 'Expect: 100-continue' \
+    --header 'Origin: null' --header 'Content-Type: model/obj' --data-binary "@$samples/cube.obj" "$url/v1/models")
+  [ "$sent" = '403 0' ]
+  for near in "$url" http://localhost:5173 https://app.localhost 'http://[::1]:1'; do
+    post /v1/models "$samples/cube.obj" --header "Origin: $near"
+    expect 200
+  done
+  stop_daemon
+  start_daemon --cors-origins https://far.example
+  post /v1/models "$samples/tank.json" --header 'Origin: https://far.example'
+  expect 201
+}
+
+@test "a loopback address serves its own hosts and those of --hosts" {
+  needs_process
+  start_daemon --hosts 'tweend.example, b.example'
+  for host in localhost localhost:1 127.0.0.1 '[::1]:8080' Tweend.Example b.example:443; do
+    get /v1/models --header "Host: $host"
+    expect 200
+  done
+  for host in evil.example evil.example:8080 localhost.evil.example 127.0.0.2; do
+    for path in / /healthz /v1/models /nothing; do
+      get "$path" --header "Host: $host"
+      problem 421 --hosts
+      [[ $(header access-control-allow-origin) == '*' ]]
+    done
+    post /v1/models "$samples/cube.obj" --header "Host: $host"
+    problem 421
+    http DELETE "/v1/models/00000000000000000000000000000000" --header "Host: $host"
+    problem 421
+  done
+  # The host of an absolute target counts, not the field (RFC 9112, 3.2.2).
+  get /version --request-target http://evil.example/version
+  problem 421
+  get /version --request-target http://localhost/version --header 'Host: evil.example'
+  expect 200
+  get /healthz --http1.0 --header Host:
+  expect 200
+  "${TESTED_BINARY:-$root/build/tweend}" --healthcheck --listen "${url#http://}"
+  stop_daemon
+  start_daemon --api-keys key
+  get /v1/models --header 'Host: evil.example' --header 'X-API-Key: key'
+  expect 200
+  stop_daemon
+  start_everywhere
+  get /v1/models --header 'Host: evil.example'
+  expect 200
+  post /v1/models "$samples/cube.obj" --header 'Origin: https://far.example'
+  expect 201
+}
+
+@test "a listener for probes on a loopback address serves its own hosts, also with keys" {
+  needs_process
+  start_everywhere --api-keys key --admin-listen 127.0.0.1:0
+  admin=$(sed -n 's/.*probes and metrics on \(http:[^" ]*\).*/\1/p' "$log")
+  [ "$(curl --silent --output /dev/null --write-out '%{http_code}' "$admin/metrics")" = 200 ]
+  [ "$(curl --silent --output /dev/null --write-out '%{http_code}' --header 'Host: evil.example' "$admin/metrics")" = 421 ]
+}
+
+@test "a socket of systemd counts by the address it is bound to" {
+  needs_process
+  command -v systemd-socket-activate >/dev/null || skip "needs systemd-socket-activate"
+  port=$(free_port)
+  systemd-socket-activate --listen "127.0.0.1:$port" "${TESTED_BINARY:-$root/build/tweend}" --data "$PWD/data" \
+    --listen 0.0.0.0:1 >out 2>log.txt 3>&- &
+  daemon=$! log=$PWD/log.txt
+  for ((tries = 0; tries < 100; tries++)); do
+    code=$(curl --silent --output /dev/null --write-out '%{http_code}' --header 'Host: evil.example' "http://127.0.0.1:$port/version") && break
+    sleep 0.1
+  done
+  [ "$code" = 421 ]
+}
+
+@test "uploads that would leave less than --min-free are 507 before their bodies" {
+  needs_process
+  start_daemon --min-free 1000TiB
+  sent=$(curl --silent --output answer --write-out '%{http_code} %{size_upload}' --header 'Expect: 100-continue' \
+    --header 'Content-Type: model/obj' --data-binary "@$samples/cube.obj" "$url/v1/models")
+  [ "$sent" = '507 0' ]
+  holds '.detail | contains("--min-free")'
+  post /v1/surface.json "$samples/cube.obj"
+  expect 200
+  stop_daemon
+  start_daemon --min-free 0
+  upload "$samples/cube.obj"
 }

@@ -34,7 +34,7 @@ unsent() {
   bytes=$(value .bytes)
   IFS=: read -r host port <<<"${url#http://}"
   exec 9<>"/dev/tcp/$host/$port"
-  printf 'GET /v1/models/%s/surface.glb?level=6 HTTP/1.1\r\nHost: x\r\n\r\n' "$id" >&9
+  printf 'GET /v1/models/%s/surface.glb?level=6 HTTP/1.1\r\nHost: localhost\r\n\r\n' "$id" >&9
   sleep 1 # the daemon has sent all by now, the client read nothing
   { sleep 1.5; cat <&9 >answer; } 3>&- &
   client=$!

@@ -107,12 +107,12 @@ const turns = [
   (model) => ask('DELETE', model),
   (model) => ask('POST', `${model}/edits`, JSON.stringify({ edits: [{ edit: 'subdivide', faces: 'all', cuts: 1 }] }), { headers: json }),
   (model) => ask('POST', `${model}/coarsen`),
-  (model) => say(`GET ${model}/surface.glb?level=3 HTTP/1.1\r\nHost: x\r\n\r\n`.repeat(3)),
+  (model) => say(`GET ${model}/surface.glb?level=3 HTTP/1.1\r\nHost: localhost\r\n\r\n`.repeat(3)),
   () => ask('GET', `/v1/models/${ids[3]}/pose.${one(['json', 'bin'])}?from=0&to=2&fps=${one([30, 3000])}`),
   () => ask('GET', `/v1/models/${ids[3]}/live?loop=repeat&fps=60`, '', { leave: below(3000) }),
   () => ask('POST', '/v1/pose?at=0,1', turning, { headers: json }),
   () => ask('GET', '/v1/models'),
-  () => say('POST /v1/models HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\n5\r\nv 1 2'),
+  () => say('POST /v1/models HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\n5\r\nv 1 2'),
 ];
 
 async function client() {

@@ -26,20 +26,20 @@ before(async () => {
 });
 after(() => daemon.remove());
 
-const get = (path) => `GET ${path} HTTP/1.1\r\nHost: a\r\n\r\n`;
-const post = (length, more = '') => `POST /v1/models HTTP/1.1\r\nHost: a\r\nContent-Length: ${length}\r\n${more}\r\n`;
+const get = (path) => `GET ${path} HTTP/1.1\r\nHost: localhost\r\n\r\n`;
+const post = (length, more = '') => `POST /v1/models HTTP/1.1\r\nHost: localhost\r\nContent-Length: ${length}\r\n${more}\r\n`;
 const lines = '# a line\n'.repeat(300000); // more than what is kept in memory
 
 // What is sent, and how much of the answer is awaited.
 const stages = {
   'before a byte': [() => ''],
   'in the request line': [() => 'GET /v1/mo'],
-  'in the fields': [() => 'GET /healthz HTTP/1.1\r\nHost: a\r\nX-'],
+  'in the fields': [() => 'GET /healthz HTTP/1.1\r\nHost: localhost\r\nX-'],
   'before the body': [() => post(100)],
   'waiting to be told to continue': [() => post(100, 'Expect: 100-continue\r\n'), 'HTTP/1.1 100'],
   'in a short body': [() => `${post(1000)}v 0 0 0\n`],
   'in a long body': [() => `${post(lines.length * 2)}${lines}`],
-  'in a chunk': [() => 'POST /v1/models HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: chunked\r\n\r\nff\r\nv 0'],
+  'in a chunk': [() => 'POST /v1/models HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\nff\r\nv 0'],
   'before a short answer': [() => get('/healthz')],
   'before a surface': [() => get(`${model}/surface.glb?level=8&at=${Math.random()}`)],
   'in a surface': [() => get(`${model}/surface.glb?level=10`), 'glTF'],

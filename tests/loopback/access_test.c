@@ -248,10 +248,10 @@ static const char own[] = "Origin: http://here:8080\nHost: here:8080\n";
 TEST_WITH(pages_elsewhere_use_models_and_neither_list_nor_delete, loopback_setup, loopback_teardown) {
   assert_origin(from(*state, "POST", "/v1/models", far), 201, "*");
   assert_origin(from(*state, "GET", "/v1/models/" ID, far), 404, "*");
-  assert_origin(from(*state, "GET", "/v1/models", far), 403, NULL);
-  assert_origin(from(*state, "GET", "/v1/models", "Origin: null\n"), 403, NULL);
-  assert_origin(from(*state, "GET", "/metrics", far), 403, NULL);
-  assert_origin(from(*state, "DELETE", "/v1/models/" ID, far), 403, NULL);
+  assert_origin(from(*state, "GET", "/v1/models", far), 403, "*");
+  assert_origin(from(*state, "GET", "/v1/models", "Origin: null\n"), 403, "*");
+  assert_origin(from(*state, "GET", "/metrics", far), 403, "*");
+  assert_origin(from(*state, "DELETE", "/v1/models/" ID, far), 403, "*");
   assert_origin(from(*state, "GET", "/v1/models", own), 200, NULL);
   assert_origin(from(*state, "DELETE", "/v1/models/" ID, own), 404, NULL);
   assert_origin(
@@ -264,7 +264,7 @@ TEST_WITH(pages_elsewhere_use_models_and_neither_list_nor_delete, loopback_setup
   reply_free(&r);
   r = from(*state, "OPTIONS", "/v1/models/" ID,
            "Origin: https://far.example\nAccess-Control-Request-Method: DELETE\n");
-  assert_string_equal(reply_header(&r, "Access-Control-Allow-Methods"), "GET, HEAD, OPTIONS");
+  assert_string_equal(reply_header(&r, "Access-Control-Allow-Methods"), "GET, HEAD, DELETE, OPTIONS");
   assert_string_equal(reply_header(&r, "Allow"), "GET, HEAD, DELETE, OPTIONS");
   reply_free(&r);
 }
@@ -275,7 +275,7 @@ TEST(named_origins_do_all) {
   loopback *loop = loopback_start(&settings);
   assert_origin(from(loop, "GET", "/v1/models", far), 200, "https://far.example");
   assert_origin(from(loop, "DELETE", "/v1/models/" ID, far), 404, "https://far.example");
-  assert_origin(from(loop, "GET", "/v1/models", "Origin: https://further.example\n"), 403, NULL);
+  assert_origin(from(loop, "GET", "/v1/models", "Origin: https://further.example\n"), 403, "*");
   reply r = from(loop, "OPTIONS", "/v1/models/" ID,
                  "Origin: https://far.example\nAccess-Control-Request-Method: DELETE\n");
   assert_non_null(strstr(reply_header(&r, "Access-Control-Allow-Methods"), "DELETE"));
@@ -292,4 +292,185 @@ TEST_WITH(with_keys_the_key_decides_for_every_origin, start_with_keys, loopback_
                  "Origin: https://far.example\nAccess-Control-Request-Method: DELETE\n");
   assert_non_null(strstr(reply_header(&r, "Access-Control-Allow-Methods"), "DELETE"));
   reply_free(&r);
+}
+
+/* ---- a loopback listener ----------------------------------------------------------------------- */
+
+static loopback *start_local(const char *origins, const char *hosts, const api_keyring *keyring) {
+  api_settings settings = loopback_settings();
+  settings.cors_origins = origins;
+  settings.hosts = hosts;
+  if (keyring) settings.keyring = *keyring;
+  loopback *loop = loopback_start(&settings);
+  loop->is_local = true;
+  return loop;
+}
+
+static int set_up_local(void **state) {
+  *state = start_local("*", NULL, NULL);
+  return 0;
+}
+
+/* The status of a request with a Host header; NULL: without one. */
+static int at_host(loopback *loop, const char *method, const char *target, const char *host) {
+  char headers[200];
+  if (host) snprintf(headers, sizeof headers, "Host: %s\n", host);
+  reply r = from(loop, method, target, host ? headers : NULL);
+  int code = r.status;
+  if (code == 421) assert_string_equal(reply_header(&r, "Access-Control-Allow-Origin"), "*");
+  if (code == 421) assert_string_equal(reply_header(&r, "Content-Type"), "application/problem+json");
+  if (code == 421) assert_int_equal(r.answer.refusal, API_REFUSAL_ACCESS);
+  reply_free(&r);
+  return code;
+}
+
+TEST_WITH(a_loopback_listener_serves_the_hosts_of_this_machine, set_up_local, loopback_teardown) {
+  static const char *const own[] = {"localhost", "localhost:8080", "LocalHost:1", "127.0.0.1", "127.0.0.1:80",
+                                    "[::1]",     "[::1]:8080",     "localhost:",  NULL};
+  static const char *const others[] = {"evil.example",
+                                       "evil.example:8080",
+                                       "localhost.evil.example",
+                                       "::1",
+                                       "127.0.0.2",
+                                       "localhost:8080x",
+                                       "[::1]x",
+                                       "[::1",
+                                       "0.0.0.0:8080",
+                                       "*"};
+  for (size_t i = 0; i < sizeof own / sizeof *own; i++) {
+    assert_int_equal(at_host(*state, "GET", "/v1/models", own[i]), 200);
+    assert_int_equal(at_host(*state, "POST", "/v1/models", own[i]) / 100, 2);
+  }
+  for (size_t i = 0; i < sizeof others / sizeof *others; i++) {
+    static const char *const targets[] = {"/", "/healthz", "/v1/models", "/v1/models/" ID "/surface",
+                                          "/none"};
+    for (size_t j = 0; j < sizeof targets / sizeof *targets; j++)
+      assert_int_equal(at_host(*state, "GET", targets[j], others[i]), 421);
+    assert_int_equal(at_host(*state, "POST", "/v1/models", others[i]), 421);
+    assert_int_equal(at_host(*state, "DELETE", "/v1/models/" ID, others[i]), 421);
+    assert_int_equal(at_host(*state, "OPTIONS", "/v1/models", others[i]), 421);
+  }
+}
+
+TEST_WITH(other_listeners_serve_every_host, loopback_setup, loopback_teardown) {
+  assert_int_equal(at_host(*state, "GET", "/v1/models", "tweend.example"), 200);
+}
+
+TEST(hosts_names_further_hosts) {
+  loopback *loop = start_local("*", "tweend.example, [fd00::1]", NULL);
+  assert_int_equal(at_host(loop, "GET", "/version", "Tweend.example:443"), 200);
+  assert_int_equal(at_host(loop, "GET", "/version", "[fd00::1]:8080"), 200);
+  assert_int_equal(at_host(loop, "GET", "/version", "localhost"), 200);
+  assert_int_equal(at_host(loop, "GET", "/version", "example"), 421);
+  loopback_stop(loop);
+  loop = start_local("*", "*", NULL);
+  assert_int_equal(at_host(loop, "GET", "/version", "evil.example"), 200);
+  loopback_stop(loop);
+}
+
+TEST(keys_guard_a_loopback_listener_better_than_hosts) {
+  const api_keyring keyring = {.keys = (const api_key[]){{"key", ALL_RIGHTS, {0, 0}}}, .count = 1};
+  loopback *loop = start_local("*", NULL, &keyring);
+  assert_int_equal(at_host(loop, "GET", "/version", "tweend.example"), 200);
+  assert_origin(from(loop, "POST", "/v1/models", "X-API-Key: key\nOrigin: https://far.example\n"), 201, "*");
+  loop->is_admin = true; /* this listener asks for no key */
+  assert_int_equal(at_host(loop, "GET", "/metrics", "evil.example"), 421);
+  assert_int_equal(at_host(loop, "GET", "/metrics", "localhost:9000"), 200);
+  loopback_stop(loop);
+}
+
+TEST_WITH(pages_of_this_machine_alone_store_in_a_daemon_on_it, set_up_local, loopback_teardown) {
+  static const char *const near[] = {"Origin: http://localhost:5173\n",
+                                     "Origin: https://localhost\n",
+                                     "Origin: http://app.localhost:3000\n",
+                                     "Origin: http://127.0.0.1:9999\n",
+                                     "Origin: http://127.8.9.10\n",
+                                     "Origin: http://[::1]:80\n",
+                                     "Origin: null\nSec-Fetch-Site: same-origin\n",
+                                     "Sec-Fetch-Site: none\n",
+                                     "Sec-Fetch-Site: same-origin\n",
+                                     "Host: localhost\n"};
+  static const char *const elsewhere[] = {"Origin: https://far.example\n",
+                                          "Origin: null\n",
+                                          "Origin: http://localhost.evil.example\n",
+                                          "Origin: http://127.0.0.1.evil.example\n",
+                                          "Origin: http://notlocalhost\n",
+                                          "Origin: http://.localhost.evil\n",
+                                          "Origin: ftp://localhost\n",
+                                          "Origin: http://localhost:80@evil.example\n",
+                                          "Origin: http://[::1].evil\n",
+                                          "Origin: http://192.168.0.1\n",
+                                          "Origin: *\n",
+                                          "Origin: localhost\n",
+                                          "Sec-Fetch-Site: cross-site\n",
+                                          "Sec-Fetch-Site: same-site\n",
+                                          "Origin: \n"};
+  static const char *const targets[] = {"/v1/models", "/v1/models/" ID "/edits",
+                                        "/v1/models/" ID "/detail?mesh=0&level=1",
+                                        "/v1/models/" ID "/coarsen"};
+  for (size_t i = 0; i < sizeof elsewhere / sizeof *elsewhere; i++) {
+    for (size_t j = 0; j < sizeof targets / sizeof *targets; j++) {
+      reply r = from(*state, "POST", targets[j], elsewhere[i]);
+      assert_true(r.refused);
+      assert_int_equal(r.answer.refusal, API_REFUSAL_ACCESS);
+      assert_origin(r, 403, "*");
+    }
+  }
+  assert_int_equal(loopback_store_count(*state), 0);
+  for (size_t i = 0; i < sizeof near / sizeof *near; i++) {
+    reply r = from(*state, "POST", "/v1/models", near[i]);
+    assert_int_equal(r.status, i == 0 ? 201 : 200);
+    const char *origin = reply_header(&r, "Access-Control-Allow-Origin");
+    if (strstr(near[i], "://")) assert_string_equal(origin, "*");
+    reply_free(&r);
+  }
+}
+
+TEST_WITH(pages_of_all_origins_use_what_stores_nothing, set_up_local, loopback_teardown) {
+  char id[API_ID_TEXT], target[100];
+  loopback_upload(*state, "model/obj", triangle, id);
+  snprintf(target, sizeof target, "/v1/models/%s/surface.obj", id);
+  assert_origin(from(*state, "GET", target, "Origin: https://far.example\n"), 200, "*");
+  assert_origin(from(*state, "POST", "/v1/surface", "Origin: null\nAccept: model/obj\n"), 200, "*");
+}
+
+TEST(named_origins_store_in_a_daemon_on_this_machine) {
+  loopback *loop = start_local("https://far.example", NULL, NULL);
+  assert_origin(from(loop, "POST", "/v1/models", "Origin: https://far.example\n"), 201,
+                "https://far.example");
+  assert_origin(from(loop, "POST", "/v1/models", "Origin: https://further.example\n"), 403, "*");
+  loopback_stop(loop);
+}
+
+TEST_WITH(a_preflight_lets_a_page_read_why_it_is_refused, set_up_local, loopback_teardown) {
+  reply r = from(*state, "OPTIONS", "/v1/models",
+                 "Origin: https://far.example\nAccess-Control-Request-Method: POST\n");
+  assert_string_equal(reply_header(&r, "Access-Control-Allow-Methods"), "POST, GET, HEAD, OPTIONS");
+  assert_string_equal(reply_header(&r, "Access-Control-Allow-Origin"), "*");
+  reply_free(&r);
+}
+
+TEST(refusals_alone_are_read_by_origins_that_are_not_named) {
+  api_settings settings = loopback_settings();
+  settings.cors_origins = "https://near.example";
+  settings.limits.max_upload = 10;
+  loopback *loop = loopback_start(&settings);
+  assert_origin(from(loop, "POST", "/v1/models", far), 413, "*");
+  assert_origin(from(loop, "GET", "/v1/models/" ID, far), 404, NULL);
+  assert_origin(from(loop, "GET", "/version", far), 200, NULL);
+  loopback_stop(loop);
+}
+
+TEST_WITH(a_body_that_the_store_has_no_room_for_is_refused_unread, loopback_setup, loopback_teardown) {
+  loopback_store_narrow(*state, strlen(triangle) - 1);
+  reply r = from(*state, "POST", "/v1/models", far);
+  assert_true(r.refused);
+  assert_says(&r, "--min-free");
+  assert_int_equal(r.answer.refusal, API_REFUSAL_STORE_FULL);
+  assert_origin(r, 507, "*");
+  r = from(*state, "POST", "/v1/surface", "Accept: model/obj\n");
+  assert_int_equal(r.status, 200); /* stores nothing */
+  reply_free(&r);
+  loopback_store_narrow(*state, strlen(triangle));
+  assert_origin(from(*state, "POST", "/v1/models", far), 201, "*");
 }

@@ -24,6 +24,7 @@ typedef struct memory_store {
   memory_object *objects; /* ascending ids */
   size_t count, opens;
   bool fails, forgets, cuts;
+  uint64_t room; /* 0: without end */
 } memory_store;
 
 /* Locks the store. Its own allocations never fail. */
@@ -169,6 +170,14 @@ static api_store_status store_probe(void *context) {
   return fails ? API_STORE_UNAVAILABLE : API_STORE_OK;
 }
 
+static api_store_status store_room(void *context, uint64_t size) {
+  memory_store *store = context;
+  enter(store);
+  bool has_room = store->room == 0 || size <= store->room;
+  leave(store);
+  return has_room ? API_STORE_OK : API_STORE_FULL;
+}
+
 void loopback_store_fail(loopback *loop, bool fails) {
   pthread_mutex_lock(&loop->store->lock);
   loop->store->fails = fails;
@@ -188,6 +197,10 @@ void loopback_store_cut(loopback *loop, bool cuts) {
   pthread_mutex_lock(&loop->store->lock);
   loop->store->cuts = cuts;
   pthread_mutex_unlock(&loop->store->lock);
+}
+
+void loopback_store_narrow(loopback *loop, uint64_t room) {
+  loop->store->room = room;
 }
 
 void loopback_store_forget_summaries(loopback *loop) {
@@ -231,8 +244,8 @@ loopback *loopback_start(const api_settings *settings) {
   loop->store = calloc(1, sizeof *loop->store);
   pthread_mutex_init(&loop->store->lock, NULL);
   loop->settings = *settings;
-  loop->settings.store = (api_store){loop->store,  store_put,     store_open, store_look,
-                                     store_remove, store_summary, store_list, store_probe};
+  loop->settings.store = (api_store){loop->store,   store_put,  store_open,  store_look, store_remove,
+                                     store_summary, store_list, store_probe, store_room};
   loop->service = api_service_create(&loop->settings);
   assert_non_null(loop->service);
   return loop;
@@ -345,6 +358,7 @@ static void prepare(api_request *request, header_list *list, char *path, const c
                            .path = path,
                            .query = query ? query : "",
                            .id = "request-1",
+                           .host = find_header(list, "Host"),
                            .header = find_header,
                            .context = list,
                            .body = {body, size}};
@@ -405,6 +419,8 @@ reply loopback_ask(loopback *loop, const char *method, const char *target, const
   api_request request;
   prepare(&request, &list, path, method, target, headers, body, size);
   request.now_s = loop->now_s;
+  request.is_local = loop->is_local;
+  request.is_admin = loop->is_admin;
   reply r = {0};
   if (api_open(loop->service, &request, &r.answer) == API_REFUSED) {
     r.refused = true;

@@ -32,7 +32,8 @@ typedef struct loopback {
   api_service *service;
   api_settings settings;
   struct memory_store *store;
-  uint64_t now_s; /* Unix time of the requests */
+  uint64_t now_s;          /* Unix time of the requests */
+  bool is_local, is_admin; /* on a listener of these kinds */
 } loopback;
 
 loopback_ticket *loopback_ticket_create(void);
@@ -66,6 +67,7 @@ void loopback_store_fail(loopback *loop, bool fails);       /* API_STORE_UNAVAIL
 void loopback_store_damage(loopback *loop, const char *id); /* damages the object until it is put again */
 void loopback_store_cut(loopback *loop, bool cuts);         /* reads of open blobs fail */
 void loopback_store_forget_summaries(loopback *loop);       /* summaries are NULL from now on */
+void loopback_store_narrow(loopback *loop, uint64_t room);  /* bytes that the store has room for; 0: any */
 size_t loopback_store_count(loopback *loop);                /* objects held */
 size_t loopback_store_opens(loopback *loop);                /* calls of open so far */
 

@@ -81,6 +81,10 @@ TEST_WITH(bad_flags_are_named_in_one_line, set_up, tear_down) {
   assert_bad(f, "--data", "", "--data");
   assert_bad(f, "--tls-cert", "cert.pem", "--tls-key");
   assert_bad(f, "--spool-limit", "255MiB", "--max-upload");
+  assert_bad(f, "--hosts", "tweend.example:80", "--hosts");
+  assert_bad(f, "--hosts", "a.example, http://b.example", "http://b.example");
+  assert_bad(f, "--hosts", "fd00::1", "--hosts");
+  assert_bad(f, "--min-free", "5%", "--min-free");
 }
 
 #ifdef TWEEND_S3

@@ -114,3 +114,50 @@ TEST(plain_file_is_not_taken_for_a_left_socket) {
   assert_int_equal(access(path, F_OK), 0);
   unlink(path);
 }
+
+TEST(loopback_addresses_are_told) {
+  static const struct {
+    const char *text;
+    bool is_loopback;
+  } cases[] = {{"127.0.0.1:80", true},  {"127.255.0.9:80", true},
+               {"[::1]:80", true},      {"[::ffff:127.0.0.1]:80", true},
+               {"0.0.0.0:80", false},   {"[::]:80", false},
+               {"192.0.2.1:80", false}, {"[::ffff:192.0.2.1]:80", false},
+               {"unix:/tmp/x", false},  {"128.0.0.1:80", false},
+               {"[fe80::1]:80", false}};
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    srv_address address = parsed(cases[i].text);
+    assert_int_equal(srv_address_is_loopback(&address), cases[i].is_loopback);
+  }
+}
+
+/* Whether a connection to `target`, at the port of a listener bound to `bound`, counts as local. `beside`: a
+ * further listener at the same port, or NULL. */
+static bool is_local(const char *bound, const char *beside, const char *target) {
+  srv_address address = parsed(bound), to = parsed(target);
+  srv_listeners listeners = {.count = 0};
+  listeners.fds[listeners.count++] = srv_address_listen(&address, &error);
+  assert_true(listeners.fds[0] >= 0);
+  address = srv_address_of(listeners.fds[0]);
+  to.v4.sin_port = address.v4.sin_port;
+  if (beside != NULL) {
+    srv_address other = parsed(beside);
+    other.v4.sin_port = address.v4.sin_port;
+    listeners.fds[listeners.count++] = srv_address_listen(&other, &error);
+  }
+  int client = srv_address_connect(&to, 1000), served = -1;
+  assert_true(client >= 0);
+  for (size_t i = 0; i < listeners.count && served < 0; i++) served = accept(listeners.fds[i], NULL, NULL);
+  assert_true(served >= 0);
+  bool local = srv_listeners_are_loopback(&listeners, served);
+  close(client);
+  close(served);
+  srv_listeners_close(&listeners);
+  return local;
+}
+
+TEST(what_a_listener_is_bound_to_makes_a_connection_local_not_where_it_comes_from) {
+  assert_true(is_local("127.0.0.1:0", NULL, "127.0.0.1:1"));
+  assert_false(is_local("0.0.0.0:0", NULL, "127.0.0.1:1"));
+  assert_true(is_local("127.0.0.1:0", "127.0.0.2:0", "127.0.0.2:1"));
+}

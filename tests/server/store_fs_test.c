@@ -594,7 +594,7 @@ TEST_WITH(full_disk_is_told_and_leaves_nothing_half_made, set_up_store, tear_dow
 TEST_WITH(models_over_the_limit_are_refused_until_others_go, set_up_store, tear_down_store) {
   fixture *f = *state;
   bool existed;
-  srv_store_fs_limit(f->opened, strlen(TEXT) + 5);
+  srv_store_fs_limit(f->opened, strlen(TEXT) + 5, 0);
   must_put(f, TEXT);
   assert_int_equal(put(f, "123456", &existed), API_STORE_FULL);
   assert_int_equal(put(f, "12345", &existed), API_STORE_OK);
@@ -605,13 +605,29 @@ TEST_WITH(models_over_the_limit_are_refused_until_others_go, set_up_store, tear_
   must_put(f, "1234567890");
 }
 
+TEST_WITH(models_that_leave_too_little_disk_are_refused, set_up_store, tear_down_store) {
+  fixture *f = *state;
+  bool existed;
+  must_put(f, TEXT);
+  srv_store_fs_limit(f->opened, 0, UINT64_C(1) << 60);
+  assert_int_equal(f->store.room(f->store.context, 0), API_STORE_FULL);
+  assert_int_equal(put(f, "123456", &existed), API_STORE_FULL);
+  assert_int_equal(put(f, TEXT, &existed), API_STORE_OK); /* it takes no more room */
+  srv_store_fs_limit(f->opened, 0, 1);
+  assert_int_equal(f->store.room(f->store.context, 0), API_STORE_OK);
+  assert_int_equal(f->store.room(f->store.context, UINT64_C(1) << 60), API_STORE_FULL);
+  srv_store_fs_limit(f->opened, 0, 0);
+  assert_int_equal(f->store.room(f->store.context, UINT64_C(1) << 60), API_STORE_OK);
+  must_put(f, "123456");
+}
+
 TEST_WITH(what_other_daemons_stored_counts_from_the_start, set_up_store, tear_down_store) {
   fixture *f = *state;
   bool existed;
   must_put(f, TEXT);
   srv_store_fs_close(f->opened);
   open_store(f);
-  srv_store_fs_limit(f->opened, strlen(TEXT) + 5);
+  srv_store_fs_limit(f->opened, strlen(TEXT) + 5, 0);
   assert_int_equal(put(f, "123456", &existed), API_STORE_FULL);
   must_put(f, "12345");
 }
@@ -624,9 +640,9 @@ TEST_WITH(model_that_replaces_a_cut_one_counts_whole, set_up_store, tear_down_st
   must_put(f, TEXT);
   make_path(f, ID, path);
   for (int round = 0; round < 2; round++) {
-    if (round == 0) srv_store_fs_limit(f->opened, 1000);
+    if (round == 0) srv_store_fs_limit(f->opened, 1000, 0);
     assert_int_equal(truncate(path, 2), 0);
-    if (round == 1) srv_store_fs_limit(f->opened, 1000);
+    if (round == 1) srv_store_fs_limit(f->opened, 1000, 0);
     assert_int_equal(put(f, TEXT, &existed), API_STORE_OK);
     assert_false(existed);
     assert_int_equal(srv_store_fs_used(f->opened), strlen(TEXT));
