@@ -67,12 +67,14 @@ static uint32_t drop_degenerate(tw_polygons_read *read) {
   return dropped;
 }
 
+/* points: [vertex_count] the point of each vertex, of `point_count` points. */
 static tw_status weld_uvs(const tw_soup *soup, const tw_polygons_read *read, const uint32_t *points,
-                          tw_arena *arena, tw_uv_set *out, tw_error *error) {
+                          uint32_t point_count, tw_arena *arena, tw_uv_set *out, tw_error *error) {
   uint32_t *number = tw_alloc(soup->vertex_count, sizeof *number), count = 0;
   uint32_t *corners = tw_arena_alloc_raw(arena, soup->corner_count, sizeof *corners);
-  tw_status status = number && corners ? tw_weld_uvs(soup, points, read->uvs, number, &count, error)
-                                       : tw_fail(error, TW_NO_MEMORY, "out of memory");
+  tw_status status = number && corners
+                         ? tw_weld_uvs(soup, points, point_count, read->uvs, number, &count, error)
+                         : tw_fail(error, TW_NO_MEMORY, "out of memory");
   if (status == TW_OK) {
     for (uint32_t c = 0; c < soup->corner_count; c++) corners[c] = number[soup->corners[c]];
     float *values = gather(arena, read->uvs, 2, number, soup->vertex_count, count);
@@ -107,7 +109,7 @@ static tw_status fill_mesh(const tw_polygons_read *read, const tw_soup *soup, co
   if (complete && colors) complete = tw_mesh_set_colors(mesh, colors, model->arena) == TW_OK;
   if (!complete) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   if (read->uvs) {
-    tw_status status = weld_uvs(soup, read, points, model->arena, &mesh->uv_sets[0], error);
+    tw_status status = weld_uvs(soup, read, points, count, model->arena, &mesh->uv_sets[0], error);
     if (status != TW_OK) return status;
     mesh->uv_set_count = 1;
   }

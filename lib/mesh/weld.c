@@ -286,9 +286,13 @@ tw_status tw_weld_points(const tw_soup *soup, uint32_t *point_of_vertex, tw_weld
 /* ---- texture coordinates --------------------------------------------------------------------- */
 
 /* first: [vertex_count] receives for each vertex the first vertex of its point. */
-static tw_status find_first_vertices(const uint32_t *point_of_vertex, uint32_t vertex_count, uint32_t *first,
-                                     tw_error *error) {
-  uint32_t *of_point = tw_alloc(vertex_count, sizeof *of_point);
+static tw_status find_first_vertices(const uint32_t *point_of_vertex, uint32_t vertex_count,
+                                     uint32_t point_count, uint32_t *first, tw_error *error) {
+  for (uint32_t v = 0; v < vertex_count; v++)
+    if (point_of_vertex[v] >= point_count)
+      return tw_fail(error, TW_INVALID, "point %u is out of range: there are %u", point_of_vertex[v],
+                     point_count);
+  uint32_t *of_point = tw_alloc(point_count, sizeof *of_point);
   if (!of_point) return no_memory(error);
   for (uint32_t v = vertex_count; v-- > 0;) of_point[point_of_vertex[v]] = v;
   for (uint32_t v = 0; v < vertex_count; v++) first[v] = of_point[point_of_vertex[v]];
@@ -296,13 +300,13 @@ static tw_status find_first_vertices(const uint32_t *point_of_vertex, uint32_t v
   return TW_OK;
 }
 
-tw_status tw_weld_uvs(const tw_soup *soup, const uint32_t *point_of_vertex, const float *uvs,
-                      uint32_t *value_of_vertex, uint32_t *value_count, tw_error *error) {
+tw_status tw_weld_uvs(const tw_soup *soup, const uint32_t *point_of_vertex, uint32_t point_count,
+                      const float *uvs, uint32_t *value_of_vertex, uint32_t *value_count, tw_error *error) {
   uint32_t *place = tw_alloc(soup->vertex_count, 2 * sizeof *place);
   if (!place) return no_memory(error);
   uint32_t *joined = place + soup->vertex_count, reversed;
   tw_union_find_init(joined, soup->vertex_count);
-  tw_status status = find_first_vertices(point_of_vertex, soup->vertex_count, place, error);
+  tw_status status = find_first_vertices(point_of_vertex, soup->vertex_count, point_count, place, error);
   if (status == TW_OK) status = join_split_vertices(soup, place, uvs, joined, &reversed, error);
   if (status == TW_OK) *value_count = number_roots(joined, soup->vertex_count, value_of_vertex);
   free(place);

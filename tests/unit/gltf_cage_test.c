@@ -26,10 +26,15 @@ static const char document_text[] =
     ACCESSOR(8, 5125, 2) ","                                                          /* 10: 9 9 */
     ACCESSOR(2, 5125, 1) ","                                                          /* 11: 0 */
     ACCESSOR(4, 5125, 2) ","                                                          /* 12: 0 0 */
-    ACCESSOR(1, 5123, 6) "]," /* 13: the first quad's triangles */
-                         "'meshes':[{'primitives':[{'attributes':{'POSITION':0},"
-                         "'indices':%d,'extensions':{'FB_ngon_encoding':{}}}],"
-                         "'extras':{'mine':1,'tweend':%s}}],'nodes':[{'mesh':0}]}";
+    ACCESSOR(
+        1, 5123,
+        6) "," /* 13: the first quad's triangles */
+           "{'bufferView':0,'componentType':5126,'count':6,'type':'VEC2'},"
+           "{'bufferView':2,'byteOffset':4,'componentType':5125,'count':2,'type':'SCALAR'}]," /* 14: UVs; 15:
+                                                                                                 1 2 */
+           "'meshes':[{'primitives':[{'attributes':{'POSITION':0,'TEXCOORD_0':14},"
+           "'indices':%d,'extensions':{'FB_ngon_encoding':{}}}],"
+           "'extras':{'mine':1,'tweend':%s}}],'nodes':[{'mesh':0}]}";
 
 /* indices: accessor of the triangles. tags: the text of extras.tweend. */
 static tw_model *read_document(int indices, const char *tags) {
@@ -95,16 +100,6 @@ TEST(holes_are_faces_behind_the_others) {
   tw_model_destroy(model);
 }
 
-/* Four of six vertices, and points 0 1 3 4 of five. */
-TEST(points_that_no_face_has_are_not_welded) {
-  tw_model *model = read_document(13, "{'points':2}");
-  assert_int_equal(model->warning_count, 0);
-  assert_int_equal(model->meshes->face_count, 1);
-  assert_int_equal(model->meshes->point_count, 5);
-  assert_int_equal(model->meshes->welded_points, 0);
-  tw_model_destroy(model);
-}
-
 /* The mesh is then what it is without them. */
 TEST(tags_that_do_not_fit_are_left_out_with_a_warning) {
   static const char *const bad[] = {
@@ -162,4 +157,28 @@ TEST(extras_of_another_kind_are_kept) {
     assert_int_equal(model->meshes->face_count, 2);
     tw_model_destroy(model);
   }
+}
+
+/* The tags number all vertices of the accessor; the triangles use four of six. */
+TEST(points_that_no_face_uses_are_left_out) {
+  tw_model *model = read_document(13, "{'points':2,'creases':{'edges':7,'sharpness':5},"
+                                      "'corners':{'vertices':11,'sharpness':5}}");
+  const tw_mesh *mesh = model->meshes;
+  static const uint32_t corners[4] = {0, 1, 3, 2};
+  assert_int_equal(model->warning_count, 0);
+  assert_int_equal(mesh->point_count, 4);
+  assert_int_equal(mesh->welded_points, 0);
+  assert_memory_equal(mesh->corners, corners, sizeof corners);
+  assert_int_equal(mesh->uv_sets[0].value_count, 4);
+  assert_int_equal(mesh->crease_count, 1);
+  assert_int_equal(mesh->sharp_point_count, 1);
+  tw_model_destroy(model);
+}
+
+TEST(tags_of_points_that_no_face_uses_are_left_out) {
+  /* The edge from 1 to 2, of which 2 belongs to no face. */
+  tw_model *model = read_document(13, "{'points':2,'creases':{'edges':15,'sharpness':5}}");
+  assert_int_equal(model->warning_count, 0);
+  assert_int_equal(model->meshes->crease_count, 0);
+  tw_model_destroy(model);
 }

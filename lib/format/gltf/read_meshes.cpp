@@ -324,9 +324,8 @@ private:
     for (uint32_t v = 0; v < count; v++) read_vertex(source_of(v).position, v, &positions_[3 * size_t{v}]);
     point_.resize(count);
     tw_welded welded = {count, 0};
-    uint32_t unused = 0;
     if (tags_.are_there()) {
-      welded.point_count = read_points(&unused);
+      welded.point_count = tags_.number_points(elements_, point_);
     } else if (document_.weld == TW_WELD_NONE) {
       std::iota(point_.begin(), point_.end(), 0u);
     } else {
@@ -336,9 +335,9 @@ private:
     }
     document_.reversed_edges += welded.reversed_edges;
     first_vertex_.resize(welded.point_count);
-    for (uint32_t v = count; v-- > 0;) first_vertex_[point_[v]] = v; // of a point without any: 0
+    for (uint32_t v = count; v-- > 0;) first_vertex_[point_[v]] = v;
     mesh_.point_count = welded.point_count;
-    mesh_.welded_points = count - (welded.point_count - unused);
+    mesh_.welded_points = count - welded.point_count;
   }
 
   // Merges neighbouring corners of a face that are at one point, maybe by welding, and drops faces left with
@@ -382,23 +381,6 @@ private:
     for (const Hole &hole : tags_.holes())
       lists_.push_back(
           {0, hole.material, true, true, TINYGLTF_MODE_TRIANGLES, hole.indices, hole.pointer, 0, 0, 0});
-  }
-
-  // Gives each vertex its point by the tags, and returns how many points there are. *unused: how many of them
-  // no vertex here has.
-  uint32_t read_points(uint32_t *unused) {
-    uint32_t count = static_cast<uint32_t>(elements_.size()), last = 0, used = 0;
-    for (uint32_t v = 0; v < count; v++) {
-      point_[v] = tags_.point_of(elements_[v]);
-      last = std::max(last, point_[v]);
-    }
-    Vector<uint8_t> seen(document_.budget, size_t{last} + 1, 0);
-    for (uint32_t point : point_) {
-      used += !seen[point];
-      seen[point] = 1;
-    }
-    *unused = last + 1 - used;
-    return last + 1;
   }
 
   void write_tags() {
@@ -623,7 +605,8 @@ private:
     tw_soup soup = view_soup();
     {
       Hold hold(document_.budget, tw_weld_size(soup.vertex_count, soup.corner_count));
-      check_status(tw_weld_uvs(&soup, point_.data(), uvs.data(), value.data(), &count, nullptr));
+      check_status(
+          tw_weld_uvs(&soup, point_.data(), mesh_.point_count, uvs.data(), value.data(), &count, nullptr));
     }
     float *values = allocate<float>(document_, 2 * size_t{count});
     for (uint32_t v = vertices; v-- > 0;)
