@@ -170,14 +170,8 @@ typedef struct reduced_source {
   uint32_t max_keys; /* limit on the keys of a track */
 } reduced_source;
 
-/* Whether glTF interpolates the keys exactly as the track does. */
-static bool is_native(const tw_track_keys *track) {
-  if (track->interpolation == TW_LINEAR) return track->form != TW_KEY_AXIS_ANGLE;
-  return track->interpolation == TW_STEP || track->interpolation == TW_CUBICSPLINE;
-}
-
 static bool is_reduced(const tw_track_keys *track, const api_reduction *reduction) {
-  return !is_native(track) || (reduction->is_wide && track->interpolation == TW_LINEAR);
+  return !tw_keys_fit_gltf(track) || (reduction->is_wide && track->interpolation == TW_LINEAR);
 }
 
 static uint32_t count_reduced(const tw_clip_keys *clip, const api_reduction *reduction) {
@@ -194,7 +188,7 @@ static tw_status reduce_tracks(const reduced_source *source, const tw_clip_keys 
                                tw_clip_keys *out, tw_tolerance *reached, tw_error *error) {
   tw_clip *clip = NULL;
   tw_status status = tw_clip_create(chosen, source->node_count, -1, &clip, error);
-  if (status == TW_OK) /* no track is a cubic spline, which would not be reduced */
+  if (status == TW_OK)
     status = tw_clip_reduce(clip, chosen, source->reduction->tolerance, source->max_keys, arena, out, reached,
                             error);
   tw_clip_destroy(clip);

@@ -179,6 +179,18 @@ tw_status tw_clip_check(const tw_clip_keys *keys, uint32_t node_count, int force
   return status;
 }
 
+bool tw_keys_fit_gltf(const tw_track_keys *track) {
+  static const double UNIT_ROOM = 0.005;
+  if (track->interpolation == TW_LINEAR) return track->form != TW_KEY_AXIS_ANGLE;
+  if (track->interpolation != TW_CUBICSPLINE) return track->interpolation == TW_STEP;
+  for (uint32_t i = 0; track->path == TW_ROTATION && i < track->key_count; i++) {
+    double key[4];
+    quat_widen(track->values + 4 * (3 * (size_t)i + 1), key);
+    if (fabs(tw_length(key, 4) - 1) > UNIT_ROOM) return false;
+  }
+  return true;
+}
+
 /* ---- keys at one time ---------------------------------------------------------------------------------- */
 
 static uint32_t count_duplicates(const tw_track_keys *track) {

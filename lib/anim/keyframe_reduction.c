@@ -501,7 +501,8 @@ tw_status tw_clip_reduce(const tw_clip *clip, const tw_clip_keys *keys, tw_toler
   for (uint32_t i = 0; i < clip->track_count; i++) {
     const tw_track *track = &clip->tracks[i];
     tw_status status = TW_OK;
-    if (track->kind == TRACK_HERMITE || track->kind == TRACK_VALUES_HERMITE)
+    bool is_spline = track->kind == TRACK_HERMITE || track->kind == TRACK_VALUES_HERMITE;
+    if (is_spline && tw_keys_fit_gltf(&keys->tracks[i]))
       tracks[i] = keys->tracks[i];
     else if (track->holds)
       status = copy_steps(clip, i, arena, &tracks[i], error);

@@ -66,9 +66,8 @@ void tw_timeline_find(const tw_timeline *timeline, const float *restrict times, 
 
 /* Rotation keys, prepared for building segments; each array has [key_count]. */
 typedef struct rotation_keys {
-  double (*unit)[4];  /* unit length, with continuous signs */
+  double (*unit)[4];  /* unit length, with continuous signs but for splines */
   float (*stored)[4]; /* the sample at the key's time */
-  double *scale;      /* factor from the source's value; its tangents are scaled by it too */
 } rotation_keys;
 
 /* The input of building segments. */
@@ -76,7 +75,7 @@ typedef struct building {
   const tw_track_keys *keys;
   const tw_track *track;
   rotation_keys rotations; /* only for a rotation track */
-  const float *values;     /* [key_count][width] the samples at the keys */
+  const float *values;     /* [key_count][width] the samples at the keys; unused for splines of values */
 } building;
 
 static tw_status start_rotations(building *b, tw_arena *scratch) {
@@ -84,8 +83,7 @@ static tw_status start_rotations(building *b, tw_arena *scratch) {
   uint32_t count = b->keys->key_count;
   r->unit = tw_arena_alloc(scratch, count, sizeof *r->unit);
   r->stored = tw_arena_alloc(scratch, count, sizeof *r->stored);
-  r->scale = tw_arena_alloc(scratch, count, sizeof *r->scale);
-  return r->unit && r->stored && r->scale ? TW_OK : TW_NO_MEMORY;
+  return r->unit && r->stored ? TW_OK : TW_NO_MEMORY;
 }
 
 static tw_status no_rotation(tw_error *error, const char *form, uint32_t key, const char *why) {
@@ -114,18 +112,20 @@ static tw_status read_rotation(const tw_track_keys *keys, uint32_t key, double o
   return TW_OK;
 }
 
-static tw_status prepare_rotations(const tw_track_keys *keys, rotation_keys *out, tw_error *error) {
+/* is_aligned: each key is negated where that is nearer to the key before. */
+static tw_status prepare_rotations(const tw_track_keys *keys, bool is_aligned, rotation_keys *out,
+                                   tw_error *error) {
   for (uint32_t i = 0; i < keys->key_count; i++) {
     double source[4] = {0, 0, 0, 0}, *unit = out->unit[i];
     tw_status status = read_rotation(keys, i, source, error);
     if (status != TW_OK) return status;
     memcpy(unit, source, sizeof source);
     tw_normalize(unit, 4);
-    out->scale[i] = tw_quat_key_scale(source, i > 0 ? out->unit[i - 1] : NULL);
-    double sign = out->scale[i] < 0 ? -1 : 1;
+    double scale = tw_quat_key_scale(source, is_aligned && i > 0 ? out->unit[i - 1] : NULL);
+    double sign = scale < 0 ? -1 : 1;
     for (int j = 0; j < 4; j++) {
       unit[j] *= sign;
-      out->stored[i][j] = (float)(source[j] * out->scale[i]);
+      out->stored[i][j] = (float)(source[j] * scale);
     }
   }
   return TW_OK;
@@ -215,22 +215,21 @@ static void build_squads(const building *b, squad_segment *out) {
   }
 }
 
-/* Builds cubic splines, one for each component of the track. Rotations' tangents are scaled as their keys. */
+/* Builds cubic splines, one for each component of the track, of the keys and tangents as they stand:
+ * glTF 2.0, appendix C, neither scales nor negates quaternions before it interpolates them. */
 static void build_cubics(const building *b, cubic *out) {
   const tw_track_keys *keys = b->keys;
-  const double *scale = b->rotations.scale;
   uint32_t width = b->track->width;
-  const float *from = b->values;
-  for (uint32_t i = 0; i < keys->key_count; i++, from += width, out += width) {
+  const float *key = keys->values; /* in-tangent, value, out-tangent */
+  for (uint32_t i = 0; i < keys->key_count; i++, key += 3 * (size_t)width, out += width) {
+    const float *from = key + width, *out_tangents = from + width, *in_tangents = out_tangents + width,
+                *to = in_tangents + width;
     for (uint32_t j = 0; j < width; j++) out[j].c[0] = (double)from[j];
     if (i + 1 == keys->key_count) break;
     double seconds = tw_track_seconds(b->track, i);
-    const float *out_tangents = keys->values + (3 * (size_t)i + 2) * width;
-    const float *in_tangents = keys->values + 3 * ((size_t)i + 1) * width;
-    double out_scale = seconds * (scale ? scale[i] : 1), in_scale = seconds * (scale ? scale[i + 1] : 1);
     for (uint32_t j = 0; j < width; j++) {
-      double start = (double)from[j], end = (double)from[width + j];
-      double leaving = (double)out_tangents[j] * out_scale, arriving = (double)in_tangents[j] * in_scale;
+      double start = (double)from[j], end = (double)to[j];
+      double leaving = (double)out_tangents[j] * seconds, arriving = (double)in_tangents[j] * seconds;
       out[j].c[1] = leaving;
       out[j].c[2] = 3 * (end - start) - 2 * leaving - arriving;
       out[j].c[3] = 2 * (start - end) + leaving + arriving;
@@ -329,25 +328,13 @@ static void build_segments(const building *b, void *out) {
   }
 }
 
-/* [key_count][width] the values of a spline's keys, without their tangents. NULL without memory. */
-static float *spline_values(const tw_track_keys *keys, tw_arena *scratch) {
-  size_t width = keys->width;
-  float *values = tw_arena_alloc(scratch, keys->key_count, width * sizeof *values);
-  for (uint32_t i = 0; values && i < keys->key_count; i++)
-    memcpy(values + i * width, keys->values + (3 * (size_t)i + 1) * width, width * sizeof *values);
-  return values;
-}
-
 static tw_status read_keys(building *b, tw_arena *scratch, tw_error *error) {
-  if (b->track->kind == TRACK_VALUES_HERMITE) {
-    b->values = spline_values(b->keys, scratch);
-    return b->values ? TW_OK : TW_NO_MEMORY;
-  }
   b->values = b->keys->values;
   if (b->keys->path != TW_ROTATION) return TW_OK;
   tw_status status = start_rotations(b, scratch);
   b->values = status == TW_OK ? b->rotations.stored[0] : NULL;
-  return status == TW_OK ? prepare_rotations(b->keys, &b->rotations, error) : status;
+  return status == TW_OK ? prepare_rotations(b->keys, b->track->kind != TRACK_HERMITE, &b->rotations, error)
+                         : status;
 }
 
 /* Whether sampling reads the keys' values as well as segments. */
@@ -468,6 +455,16 @@ void tw_track_rotation(const tw_track *track, uint32_t key, double part, double 
     formulas[track->kind](track, key, part, out);
 }
 
+double tw_track_angle(const tw_track *track, const double from[4], const double to[4]) {
+  if (track->kind != TRACK_HERMITE) return tw_angle_between(from, to);
+  double difference[4], sum[4];
+  for (int i = 0; i < 4; i++) {
+    difference[i] = to[i] - from[i];
+    sum[i] = to[i] + from[i];
+  }
+  return 4 * atan2(tw_length(difference, 4), tw_length(sum, 4));
+}
+
 double tw_track_travel(const tw_track *track, uint32_t key) {
   enum { PLACES = 4 };
   if (track->kind == TRACK_EULER) {
@@ -482,7 +479,7 @@ double tw_track_travel(const tw_track *track, uint32_t key) {
   tw_track_rotation(track, key, 0, before);
   for (int i = 1; i <= PLACES; i++) {
     tw_track_rotation(track, key, (double)i / PLACES, at);
-    travel += tw_angle_between(before, at);
+    travel += tw_track_angle(track, before, at);
     memcpy(before, at, sizeof before);
   }
   /* Splines may turn faster between these places; arcs do not. */

@@ -153,6 +153,11 @@ double tw_track_seconds(const tw_track *track, uint32_t key);
  * precision; at 0 it is the key's sample. Its length is 1 within 1e-6. */
 void tw_track_rotation(const tw_track *track, uint32_t key, double part, double out[4]);
 
+/* The angle that the path turns through between two of its rotations, of which nothing between them is known:
+ * the lesser one, up to 180 degrees. The signs of a spline's quaternions are continuous, so they tell up to
+ * 360 degrees. */
+double tw_track_angle(const tw_track *track, const double from[4], const double to[4]);
+
 /* An estimate of how far a rotation track turns in segment `key`, too large rather than too small. It tells
  * how densely the path has to be sampled. */
 double tw_track_travel(const tw_track *track, uint32_t key);

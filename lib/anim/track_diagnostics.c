@@ -225,7 +225,7 @@ static double follow_steps(const segment *s, uint32_t steps_most, tw_track_repor
       rotation_at(s, at[1].u + window, beside);
       next = beside;
     }
-    double speed = tw_angle_between(at[1].q, next) / window;
+    double speed = tw_track_angle(s->track, at[1].q, next) / window;
     note_speed(s, speed, at[1].u + window / 2, report);
     travelled += speed * part;
     if (i > 1) look_between(s, at, report);
@@ -331,17 +331,22 @@ static void warn_of_count(tw_track_report *report, uint32_t count, const char *t
 
 static void warn_of_all(const tw_track_keys *keys, tw_track_report *report) {
   const tw_gimbal *own = &report->gimbals[report->order], *best = &report->gimbals[report->best_order];
-  warn_of_count(report, report->non_unit_keys, "key", "not of unit length: normalised");
+  bool is_spline = keys->interpolation == TW_CUBICSPLINE;
+  warn_of_count(report, report->non_unit_keys, "key",
+                is_spline ? "not of unit length: the spline is normalised, not its keys"
+                          : "not of unit length: normalised");
   warn_of_count(report, report->duplicate_times, "key",
                 "at the time of the key before: the rotation jumps there");
   warn_of_count(report, report->sign_flips, "key",
-                "with the opposite sign of the key before: the short way is taken all the same");
+                is_spline ? "with the opposite sign of the key before: the spline is taken as it is written"
+                          : "with the opposite sign of the key before: the short way is taken all the same");
   warn_of_count(report, report->half_turns, "step",
                 "of exactly 180 degrees: quaternions turn either way as far, which one is arbitrary");
   if (report->long_steps)
     snprintf(next_warning(report), TW_TRACK_WARNING_SIZE,
-             "%u step%s of more than 180 degrees, the largest %.6g: quaternions would cut them short",
-             report->long_steps, report->long_steps > 1 ? "s" : "", degrees(report->largest_step));
+             "%u step%s of more than 180 degrees, the largest %.6g: %s would cut them short",
+             report->long_steps, report->long_steps > 1 ? "s" : "", degrees(report->largest_step),
+             is_spline ? "LINEAR keys" : "quaternions");
   warn_of_count(report, report->euler_wraps, "step",
                 "in which an Euler angle changes by more than 180 degrees");
   if (keys->form == TW_KEY_EULER && own->cos_middle < 0.1)

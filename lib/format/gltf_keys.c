@@ -1,6 +1,4 @@
 /* Converts tracks into keys that glTF can hold. */
-#include <float.h>
-#include <math.h>
 #include <string.h>
 
 #include "gltf/gltf.h"
@@ -8,55 +6,34 @@
 
 static const tw_tolerance TOLERANCE = {.angle = 0.0017453292519943296, .distance = 1}; /* 0.1 degrees */
 
-/* Scales quaternions, in a spline together with their tangents, to unit length and to the side of the key
- * before, as tw_clip_create does. If all keys are so already, *out has the track's own. */
+/* Scales quaternions to unit length and to the side of the key before, as tw_clip_create does. If all keys
+ * are so already, *out has the track's own. */
 static tw_status normalize_keys(const tw_track_keys *track, tw_arena *arena, tw_track_keys *out,
                                 tw_error *error) {
-  bool is_spline = track->interpolation == TW_CUBICSPLINE;
-  size_t width = is_spline ? 12 : 4, value = is_spline ? 4 : 0;
   float *scaled = NULL;
   double previous[4];
   for (size_t key = 0; key < track->key_count; key++) {
     double rotation[4];
-    quat_widen(track->values + key * width + value, rotation);
+    quat_widen(track->values + key * 4, rotation);
     double scale = tw_quat_key_scale(rotation, key > 0 ? previous : NULL);
     for (int i = 0; i < 4; i++) previous[i] = rotation[i] * scale;
     if (scale == 1) continue;
     if (!scaled) {
-      scaled = tw_arena_alloc_raw(arena, track->key_count, width * sizeof *scaled);
+      scaled = tw_arena_alloc_raw(arena, track->key_count, 4 * sizeof *scaled);
       if (!scaled) return tw_gltf_no_memory(error);
-      memcpy(scaled, track->values, track->key_count * width * sizeof *scaled);
+      memcpy(scaled, track->values, track->key_count * 4 * sizeof *scaled);
     }
-    for (size_t i = 0; i < width; i++) { /* tangents of a tiny key may exceed a float */
-      double number = (double)track->values[key * width + i] * scale;
-      scaled[key * width + i] = (float)fmax(-(double)FLT_MAX, fmin(number, (double)FLT_MAX));
-    }
+    quat_narrow(previous, scaled + key * 4);
   }
   *out = *track;
   if (scaled) out->values = scaled;
   return TW_OK;
 }
 
-static tw_status take_spline(const tw_track_keys *track, tw_arena *arena, tw_track_keys *out,
-                             tw_error *error) {
-  *out = *track;
-  tw_status status = track->path == TW_ROTATION ? normalize_keys(track, arena, out, error) : TW_OK;
-  if (status == TW_OK && track->key_count == 1) {
-    out->interpolation = TW_STEP;
-    out->values += out->width; /* the value, which stands between its tangents */
-  }
-  return status;
-}
-
-/* Whether glTF interpolates between the keys as the track does. */
-static bool is_native(const tw_track_keys *track) {
-  if (track->interpolation == TW_LINEAR) return track->form != TW_KEY_AXIS_ANGLE;
-  return track->interpolation == TW_STEP;
-}
-
 static tw_status take_rotation(const tw_track_keys *track, uint32_t max_keys, tw_arena *arena,
                                tw_track_keys *out, tw_error *error) {
-  if (is_native(track) && track->form == TW_KEY_QUATERNION) return normalize_keys(track, arena, out, error);
+  bool fits = tw_keys_fit_gltf(track);
+  if (fits && track->form == TW_KEY_QUATERNION) return normalize_keys(track, arena, out, error);
   tw_track_keys alone = *track;
   alone.node = 0;
   const tw_clip_keys keys = {.track_count = 1, .tracks = &alone};
@@ -65,9 +42,8 @@ static tw_status take_rotation(const tw_track_keys *track, uint32_t max_keys, tw
   tw_clip *clip = NULL;
   tw_status status = tw_clip_create(&keys, 1, -1, &clip, error);
   if (status != TW_OK) return status;
-  status = is_native(track)
-               ? tw_clip_bake(clip, track->times, track->key_count, arena, &taken, error)
-               : tw_clip_reduce(clip, &keys, TOLERANCE, max_keys, arena, &taken, &reached, error);
+  status = fits ? tw_clip_bake(clip, track->times, track->key_count, arena, &taken, error)
+                : tw_clip_reduce(clip, &keys, TOLERANCE, max_keys, arena, &taken, &reached, error);
   tw_clip_destroy(clip);
   if (status != TW_OK) return status;
   *out = taken.tracks[0];
@@ -77,8 +53,13 @@ static tw_status take_rotation(const tw_track_keys *track, uint32_t max_keys, tw
 
 tw_status tw_gltf_keys_of(const tw_track_keys *track, uint32_t max_keys, tw_arena *arena, tw_track_keys *out,
                           tw_error *error) {
-  if (track->interpolation == TW_CUBICSPLINE) return take_spline(track, arena, out, error);
-  if (track->path == TW_ROTATION) return take_rotation(track, max_keys, arena, out, error);
-  *out = *track;
+  tw_track_keys taken = *track;
+  if (track->interpolation == TW_CUBICSPLINE && track->key_count == 1) {
+    taken.interpolation = TW_STEP;
+    taken.values += taken.width; /* the value, which stands between its tangents */
+  }
+  bool stays = taken.interpolation == TW_CUBICSPLINE && tw_keys_fit_gltf(&taken);
+  if (taken.path == TW_ROTATION && !stays) return take_rotation(&taken, max_keys, arena, out, error);
+  *out = taken;
   return TW_OK;
 }

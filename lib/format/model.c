@@ -396,6 +396,21 @@ static tw_status warn_of_turns(tw_model *model, uint32_t index, tw_error *error)
   return TW_OK;
 }
 
+/* Warns of splines of rotations whose keys glTF cannot hold as they are. */
+static void warn_of_lengths(tw_model *model, uint32_t index) {
+  char clip_name[24], node_name[24];
+  const tw_clip_keys *clip = &model->clips[index];
+  for (uint32_t i = 0; i < clip->track_count; i++) {
+    const tw_track_keys *track = &clip->tracks[i];
+    if (track->interpolation == TW_CUBICSPLINE && !tw_keys_fit_gltf(track))
+      tw_model_warn(
+          model,
+          "the spline's quaternions are not of unit length: it moves as they say, and glTF answers have "
+          "LINEAR keys within 0.1 degrees of it: clip \"%s\", node \"%s\"",
+          tw_model_clip_name(model, index, clip_name), tw_model_node_name(model, track->node, node_name));
+  }
+}
+
 /* Warns of tracks with several keys at one time. */
 static void warn_of_duplicates(tw_model *model, uint32_t index) {
   char clip_name[24], node_name[24];
@@ -423,6 +438,7 @@ static tw_status check_clips(tw_model *model, tw_error *error) {
       return status;
     }
     warn_of_duplicates(model, i);
+    warn_of_lengths(model, i);
     status = check_weight_tracks(model, i, error);
     if (status == TW_OK) status = warn_of_turns(model, i, error);
   }

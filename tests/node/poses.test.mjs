@@ -66,16 +66,9 @@ function irregularTimes(random, count) {
 const repeatedTimes = (random, count) =>
   irregularTimes(random, count).map((_, i, times) => times[i - (i % 9 === 2 ? 2 : i % 3 === 1 ? 1 : 0)]);
 
-/** Unit quaternions any way round; for splines on the side of the one before, as exporters write them. */
-function quaternions(random, count, continuous) {
-  const keys = [];
-  for (let i = 0; i < count; i++) {
-    const q = new Quaternion(...Array.from({ length: 4 }, () => random() * 2 - 1)).normalize();
-    const turned = continuous && i > 0 && q.dot(keys[i - 1]) < 0;
-    keys.push(turned ? new Quaternion(-q.x, -q.y, -q.z, -q.w) : q);
-  }
-  return keys.map((q) => q.toArray());
-}
+/** Unit quaternions any way round. */
+const quaternions = (random, count) =>
+  Array.from({ length: count }, () => new Quaternion(...Array.from({ length: 4 }, () => random() * 2 - 1)).normalize().toArray());
 
 /** Affine matrices, column by column. */
 const inverseBinds = (random, count) =>
@@ -90,7 +83,7 @@ function generate(kind, componentType, seed, timesOf = irregularTimes) {
   const [channels, samplers] = [[], []];
   for (let node = 0; node < 6; node++) {
     const times = timesOf(random, 2 + Math.floor(random() * 40));
-    const keys = quaternions(random, times.length, kind === 'CUBICSPLINE');
+    const keys = quaternions(random, times.length);
     const tangent = () => Array.from({ length: 4 }, () => (random() * 2 - 1) * 0.8);
     const values = kind === 'CUBICSPLINE' ? keys.flatMap((key) => [...tangent(), ...key, ...tangent()]) : keys.flat();
     const output = file.accessor('VEC4', values, componentType);

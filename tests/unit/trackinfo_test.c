@@ -180,6 +180,22 @@ TEST(nlerp_is_fastest_in_the_middle) {
   assert_near(report.total_angle, 120 * REF_DEGREES, 1e-6);
 }
 
+TEST(a_spline_is_judged_by_the_way_it_goes) {
+  /* 0 and 200 degrees about z, with the derivatives of an even turn. */
+  const double half = 100 * REF_DEGREES;
+  const float keys[2][3][4] = {{{0}, {0, 0, 0, 1}, {0, 0, (float)half, 0}},
+                               {{0, 0, (float)(half * cos(half)), (float)(-half * sin(half))},
+                                {0, 0, (float)sin(half), (float)cos(half)},
+                                {0}}};
+  tw_track_report report = inspect(quaternion_keys(TW_CUBICSPLINE, times_0_to_3, keys[0][0], 2));
+  assert_near(report.total_angle, 200 * REF_DEGREES, 1e-5);
+  assert_near(report.largest_step, 200 * REF_DEGREES, 1e-5);
+  assert_int_equal(report.long_steps, 1);
+  assert_int_equal(report.sign_flips, 1);
+  assert_int_equal(report.half_turns, 0);
+  assert_non_null(strstr(report.warnings[0], "the spline is taken as it is written"));
+}
+
 TEST(keys_that_hide_something_are_counted) {
   const float values[] = {0, 0, 0, 1, 0, -0.6f, 0, -0.8f, 0, 0.8f, 0, -0.6f, 0, 0, 0, -1.01f};
   tw_track_report report = inspect(quaternion_keys(TW_LINEAR, times_0_to_3, values, 4));

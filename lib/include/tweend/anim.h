@@ -172,8 +172,9 @@ typedef struct tw_clip tw_clip;
  * TW_CUBICSPLINE for values and quaternions, TW_NLERP and TW_SQUAD for rotations).
  *
  * Rotation keys are normalised (a key within 1e-6 of unit length is kept bit for bit), and each is negated
- * where its dot product with the key before is negative; a spline's tangents are scaled and negated with
- * their key. So a sample at a key's time is the key, up to sign. TW_LINEAR between axis-angle keys turns by
+ * where its dot product with the key before is negative. So a sample at a key's time is the key, up to sign.
+ * Cubic splines interpolate keys and tangents as they stand, and normalise the result (glTF 2.0, appendix C):
+ * signs and lengths of their quaternions are part of the motion. TW_LINEAR between axis-angle keys turns by
  * the whole angle they give. About one axis the angle is interpolated linearly through all turns. Between two
  * axes the axis follows the great arc to the other axis or its opposite, whichever is nearer, while the angle
  * changes linearly; a key of angle 0 takes its neighbour's axis. TW_SQUAD passes each key at the mean angular
@@ -237,6 +238,11 @@ void tw_skin_matrices(const tw_skin *skin, const float *world, float *out);
 
 /* ---- baking and reduction ----------------------------------------------------------------------- */
 
+/* Whether glTF can hold the keys and moves them as the track does: STEP tracks; LINEAR ones but for turns
+ * about an axis; cubic splines, of rotations those whose keys are of unit length within 0.005. (Rounding to
+ * whole numbers stays within that; scaling the keys of a spline would change the motion.) O(keys). */
+bool tw_keys_fit_gltf(const tw_track_keys *track);
+
 /* Both functions turn clips into LINEAR or STEP keys, which every glTF program plays alike: baking at given
  * times, reduction with as few keys as a tolerance allows. */
 
@@ -265,7 +271,7 @@ tw_status tw_clip_bake_error(const tw_clip *clip, const tw_clip_keys *baked, con
 /* Reduces the clip to few LINEAR keys that stay within the tolerance everywhere, between keys too. Keys lie
  * on the original path, each as far from the one before as the tolerance allows, but rotations less than 155
  * degrees, so that every player turns the same way. A track that stands still gets one key, or two where it
- * sets the clip's duration. STEP tracks and cubic splines stay as they are.
+ * sets the clip's duration. STEP tracks and cubic splines that glTF can hold stay as they are.
  * keys: what the clip was made of; the result may point into it. A clip made with a forced interpolation is
  * reduced as that interpolation moves it.
  * reached: the largest remaining errors, measured between keys too. Single precision may leave more than a
