@@ -1,5 +1,6 @@
 // The client module in node, against the daemon with keys.
 import assert from 'node:assert/strict';
+import { File } from 'node:buffer'; // a global from Node 20 on
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
