@@ -93,10 +93,16 @@ static struct MHD_Response *create_response(delivery *d) {
     return MHD_create_response_from_callback(size, block_size(size), read_block, d, free_delivery);
   }
   if (answer->status == MHD_HTTP_NOT_MODIFIED) {
-    /* A known size keeps the library from asking for a body and from closing the connection. Its
-     * documentation does not promise that, but 0.9.75 and 1.0.1 both do so. They send the size as
-     * Content-Length, which does not change what a cache has stored (RFC 9111, 3.2). */
-    return MHD_create_response_from_callback(0, 1, read_block, d, free_delivery);
+    /* Without a length: a cache would take that of the empty body for the length of what it has stored. */
+#if MHD_VERSION >= 0x00097701
+    struct MHD_Response *response = MHD_create_response_from_callback(0, 1, read_block, d, free_delivery);
+    MHD_set_response_options(response, MHD_RF_HEAD_ONLY_RESPONSE, MHD_RO_END);
+#else /* this library leaves the length out only where it closes the connection */
+    struct MHD_Response *response =
+        MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, 1, read_block, d, free_delivery);
+    MHD_set_response_options(response, MHD_RF_HTTP_1_0_COMPATIBLE_STRICT, MHD_RO_END);
+#endif
+    return response;
   }
   /* The library's parameter is not const, but the library does not write. */
   return MHD_create_response_from_buffer_with_free_callback_cls(

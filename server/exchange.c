@@ -99,6 +99,7 @@ static void split_target(srv_exchange *exchange) {
   }
   char *query = strchr(path, '?');
   if (query != NULL) *query++ = '\0';
+  api_path_normalize(path);
   exchange->request.path = *path != '\0' ? path : "/";
   exchange->request.query = query != NULL ? query : "";
 }

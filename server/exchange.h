@@ -73,9 +73,10 @@ typedef struct srv_exchange {
   uint64_t computed_ns; /* time inside api calls, without the waits between */
   uint64_t leg_ns;      /* time up to which computed_ns has counted */
   /* Set by intake.c before srv_exchange_open. */
-  bool (*wanted)(struct srv_exchange *exchange); /* is the client still connected? Any thread */
-  void (*ready)(void *exchange);                 /* the answer is complete. Last call of the compute thread */
-  api_answer answer;                             /* not cleared between two requests */
+  bool (*wanted)(
+      struct srv_exchange *exchange); /* may the client still read the answer? Before it begins; any thread */
+  void (*ready)(void *exchange);      /* the answer is complete. Last call of the compute thread */
+  api_answer answer;                  /* not cleared between two requests */
 } srv_exchange;
 
 /* The text of /metrics, malloc'ed; NULL without memory. context: an srv_server. */

@@ -104,6 +104,21 @@ static void take_cookies(srv_framing *framing, const char *value, size_t size) {
   if (framing->cookie_bytes > SRV_COOKIES_MAX) refuse(framing, 431, "the cookies are longer than 4096 bytes");
 }
 
+/* HOST[:PORT] of RFC 9110, 7.2: a name of RFC 3986 (percent-encodings are left aside: no name has any), or an
+ * address in brackets. */
+static bool is_host(const char *value, size_t size) {
+  static const char NAME[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-._~!$&'()*+,;=";
+  bool is_address = size > 0 && value[0] == '[';
+  size_t at = is_address;
+  while (at < size && value[at] != '\0' && strchr(is_address ? "0123456789abcdefABCDEF:." : NAME, value[at]))
+    at++;
+  if (at == (size_t)is_address || (is_address && (at == size || value[at++] != ']'))) return false;
+  if (at == size) return true;
+  if (value[at++] != ':') return false;
+  while (at < size && value[at] >= '0' && value[at] <= '9') at++;
+  return at == size;
+}
+
 void srv_framing_field(srv_framing *framing, const char *name, size_t name_size, const char *value,
                        size_t value_size) {
   framing->fields++;
@@ -118,7 +133,10 @@ void srv_framing_field(srv_framing *framing, const char *name, size_t name_size,
   if (same(name, name_size, "Cookie")) take_cookies(framing, value, value_size);
   while (value_size > 0 && (value[value_size - 1] == ' ' || value[value_size - 1] == '\t')) value_size--;
   if (same(name, name_size, "Content-Length")) take_length(framing, value, value_size);
-  if (same(name, name_size, "Host")) framing->hosts++;
+  if (same(name, name_size, "Host")) {
+    framing->hosts++;
+    if (!is_host(value, value_size)) refuse(framing, 400, "Host is not a host with or without a port");
+  }
   if (same(name, name_size, "Expect")) {
     framing->continues = true;
     if (!same(value, value_size, "100-continue"))

@@ -1,6 +1,7 @@
 /* Requests on their way in: the callbacks of libmicrohttpd ("the library"). deliver.c handles the way out. */
 #include "io_loop.h"
 
+#include "machine.h"
 #include "raw_socket.h"
 
 #include <stdlib.h>
@@ -17,6 +18,13 @@
  * before the request line that begins with a zero byte: the library skips that line. From 1.0 on the library
  * refuses all of these (MHD_OPTION_CLIENT_DISCIPLINE_LVL in http.c). */
 static const bool IS_LENIENT = MHD_VERSION < 0x01000000;
+
+/* Before 1.0 the library also takes a bare LF for the end of a line of chunks: what a proxy in front reads as
+ * one body may end earlier for the library, and the rest would be a request that the proxy has not seen. So
+ * nothing is read behind such a body. The installed library may be older or newer than its header. */
+static bool doubts_chunks(void) {
+  return IS_LENIENT || strncmp(MHD_get_version(), "0.", 2) == 0;
+}
 
 /* Bytes of the head; 0 while it is incomplete. */
 static size_t head_size(const srv_connection *c) {
@@ -88,12 +96,12 @@ static bool is_blank(char c) {
   return c == ' ' || c == '\t';
 }
 
-static const char *keep_trimmed(srv_connection *c, const char *value, size_t size) {
+/* Room for a value of `size` bytes and its terminator, until the request ends; NULL without memory. */
+static char *keep_value(srv_connection *c, size_t size) {
   srv_trimmed *copy = malloc(sizeof *copy + size + 1);
-  if (copy == NULL) return value;
+  if (copy == NULL) return NULL;
   copy->next = c->trimmed;
   c->trimmed = copy;
-  memcpy(copy->text, value, size);
   copy->text[size] = '\0';
   return copy->text;
 }
@@ -106,16 +114,39 @@ static void forget_trimmed(srv_connection *c) {
   }
 }
 
-/* The value of a field, trimmed at its end, which the library does not do (RFC 9112, 5.1). */
-static const char *find_header(void *context, const char *name) {
-  srv_connection *c = context;
-  const char *value = NULL;
-  size_t size = 0;
-  if (MHD_lookup_connection_value_n(c->mhd, MHD_HEADER_KIND, name, strlen(name), &value, &size) != MHD_YES)
-    return NULL;
-  if (value == NULL || size == 0 || !is_blank(value[size - 1])) return value;
+/* The lines of a field that have been found so far, as one value. */
+typedef struct sought {
+  srv_connection *connection;
+  const char *name;
+  size_t name_size;
+  const char *value; /* [size]; NULL: none */
+  size_t size;
+} sought;
+
+static enum MHD_Result take_line(void *context, enum MHD_ValueKind kind, const char *name, size_t name_size,
+                                 const char *value, size_t size) {
+  (void)kind;
+  sought *s = context;
+  if (name_size != s->name_size || strncasecmp(name, s->name, name_size) != 0) return MHD_YES;
+  if (value == NULL) value = "";
+  bool is_trimmed = size == 0 || !is_blank(value[size - 1]);
   while (size > 0 && is_blank(value[size - 1])) size--;
-  return keep_trimmed(c, value, size);
+  size_t before = s->value != NULL ? s->size + strlen(", ") : 0;
+  char *joined = before > 0 || !is_trimmed ? keep_value(s->connection, before + size) : NULL;
+  if (joined != NULL && before > 0) memcpy(mempcpy(joined, s->value, s->size), ", ", strlen(", "));
+  if (joined != NULL) memcpy(joined + before, value, size);
+  s->value = joined != NULL ? joined : value;
+  s->size = before + size;
+  return MHD_YES;
+}
+
+/* The value of a field, trimmed at its end, which the library does not do (RFC 9112, 5.1). A field over
+ * several lines is one list (RFC 9110, 5.3); where a field is no list, that is no value that means anything.
+ */
+static const char *find_header(void *context, const char *name) {
+  sought s = {.connection = context, .name = name, .name_size = strlen(name)};
+  MHD_get_connection_values_n(s.connection->mhd, MHD_HEADER_KIND, take_line, &s);
+  return s.value;
 }
 
 /* ---- stages ---------------------------------------------------------------------------------- */
@@ -137,8 +168,24 @@ void *srv_intake_begin(void *context, const char *target, struct MHD_Connection 
   return c;
 }
 
+/* Whether the client may still read the answer, which has not begun. A client that has only ended its own
+ * side may, and one that has closed the socket looks the same, until something is sent to it: so after a
+ * while it is sent an interim answer, which any client of HTTP/1.1 passes over (RFC 9110, 15.2) and to which
+ * a closed socket responds with a reset. Over TLS, whose end has a message of its own, and with HTTP/1.0
+ * nothing can be sent. */
 static bool is_client_connected(srv_exchange *exchange) {
-  return srv_raw_is_open(((srv_connection *)(void *)exchange)->fd);
+  static const char INTERIM[] = "HTTP/1.1 100 Continue\r\n\r\n";
+  static const uint64_t PATIENCE_NS = 500000000;
+  srv_connection *c = (srv_connection *)(void *)exchange;
+  srv_raw_state state = srv_raw_state_of(c->fd);
+  if (state != SRV_RAW_HALF || c->owner->http->tls) return state == SRV_RAW_OPEN;
+  uint64_t now_ns = srv_now_ns(), ended_ns = 0;
+  if (atomic_compare_exchange_strong(&c->half_ns, &ended_ns, now_ns) || c->framing.http_10) return true;
+  bool is_due = now_ns > ended_ns && now_ns - ended_ns >= PATIENCE_NS;
+  /* Again after the same time, as the client may leave later; and only where all of it fits. */
+  if (is_due && atomic_compare_exchange_strong(&c->half_ns, &ended_ns, now_ns) && srv_raw_unsent(c->fd) == 0)
+    return srv_raw_send(c->fd, INTERIM, sizeof INTERIM - 1);
+  return true;
 }
 
 /* The last values of X-Forwarded-For, which the nearest proxies wrote. */
@@ -176,11 +223,13 @@ static enum MHD_Result open_request(srv_connection *c, const char *method, const
   c->exchange.request.is_admin = c->owner->http->is_admin;
   c->exchange.request.is_local = c->is_local;
   c->exchange.wanted = is_client_connected;
+  atomic_init(&c->half_ns, 0);
   c->exchange.ready = srv_hand_back;
   if (srv_exchange_open(&c->exchange, method, framing, find_header, c) == SRV_EXCHANGE_NOW) {
     c->is_unread = true;
     return srv_deliver(c); /* the library then closes the connection */
   }
+  if (framing->chunked && doubts_chunks()) c->exchange.close = c->is_unread = true;
   srv_enter(c, SRV_PHASE_BODY);
   return MHD_YES;
 }

@@ -39,13 +39,15 @@ typedef struct srv_connection {
   struct srv_connection *previous, *next; /* in the owner's list */
   struct srv_connection *next_done;
   srv_client client; /* the peer's address */
-  bool is_reserve;   /* over --max-connections */
-  bool is_local;     /* came in through a listener on a loopback address */
-  bool is_counted;   /* counted for its address */
-  bool is_unread;    /* answered before its request was read to the end */
-  bool is_cut;       /* ended as too slow; unsent bytes are dropped */
-  bool waits;        /* suspended in the middle of an answer until srv_hand_back */
-  size_t unsent;     /* bytes, as of the last srv_note_unsent */
+  atomic_uint_fast64_t
+      half_ns;     /* when the client was seen to have ended its side, or was asked last; 0: never */
+  bool is_reserve; /* over --max-connections */
+  bool is_local;   /* came in through a listener on a loopback address */
+  bool is_counted; /* counted for its address */
+  bool is_unread;  /* answered before its request was read to the end */
+  bool is_cut;     /* ended as too slow; unsent bytes are dropped */
+  bool waits;      /* suspended in the middle of an answer until srv_hand_back */
+  size_t unsent;   /* bytes, as of the last srv_note_unsent */
   char peer[SRV_PEER_SIZE];
 } srv_connection;
 

@@ -5,12 +5,14 @@
 
 #include "machine.h"
 
+#include <ctype.h>
 #include <limits.h>
 #include <poll.h>
 #include <pthread.h>
 #include <stdarg.h>
 #include <stdatomic.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <time.h>
 #include <unistd.h>
@@ -242,13 +244,31 @@ void srv_log(srv_log_level level, const char *format, ...) {
 
 /* ---- requests -------------------------------------------------------------------------------- */
 
+/* The next character, with its percent-encoding undone; moves *at behind it. */
+static int next_character(const char **at) {
+  int value = (unsigned char)**at;
+  char digits[3] = "";
+  if (**at == '%') strncpy(digits, *at + 1, 2);
+  bool is_escaped = isxdigit((unsigned char)digits[0]) && isxdigit((unsigned char)digits[1]);
+  if (is_escaped) value = (int)strtol(digits, NULL, 16);
+  *at += is_escaped ? 3 : 1;
+  return value;
+}
+
+/* Whether the argument's name is "sig", in any case, percent-encoded or not. */
+static bool is_signature(const char *argument) {
+  static const char NAME[] = "sig=";
+  for (size_t i = 0; NAME[i] != '\0'; i++)
+    if (tolower(next_character(&argument)) != NAME[i]) return false;
+  return true;
+}
+
 /* Appends the query without the signature of a signed URL: a reader of the log could use the URL until it
  * expires. */
 static void append_query(line *l, const char *query) {
-  static const char NAME[] = "sig=";
   for (const char *at = query; *at != '\0' && l->size < FIELD_END;) {
     size_t size = strcspn(at, "&");
-    if (strncmp(at, NAME, sizeof NAME - 1) == 0) {
+    if (is_signature(at)) {
       append_text(l, "sig=...");
     } else {
       append_escaped_bytes(l, at, size, FIELD_END);

@@ -23,9 +23,11 @@ bool srv_raw_discard(int fd) {
   return got > 0 || (got < 0 && errno == EAGAIN);
 }
 
-bool srv_raw_is_open(int fd) {
+srv_raw_state srv_raw_state_of(int fd) {
   struct pollfd state = {.fd = fd, .events = POLLRDHUP};
-  return poll(&state, 1, 0) <= 0 || (state.revents & (POLLRDHUP | POLLHUP | POLLERR)) == 0;
+  if (poll(&state, 1, 0) <= 0) return SRV_RAW_OPEN;
+  if ((state.revents & (POLLHUP | POLLERR)) != 0) return SRV_RAW_GONE;
+  return (state.revents & POLLRDHUP) != 0 ? SRV_RAW_HALF : SRV_RAW_OPEN;
 }
 
 bool srv_raw_is_read_out(int fd) {

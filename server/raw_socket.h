@@ -14,8 +14,10 @@ bool srv_raw_send(int fd, const char *text, size_t size);
 /* Reads and drops the input that has arrived. False when the client has closed. */
 bool srv_raw_discard(int fd);
 
-/* Whether the client is still connected, as far as the kernel knows. */
-bool srv_raw_is_open(int fd);
+/* What the kernel knows of the client. HALF: it has ended its side; whether it still reads is not known.
+ * GONE: the connection was reset, or both sides have ended. */
+typedef enum srv_raw_state { SRV_RAW_OPEN, SRV_RAW_HALF, SRV_RAW_GONE } srv_raw_state;
+srv_raw_state srv_raw_state_of(int fd);
 
 /* Whether the client has closed and all its input has been read. */
 bool srv_raw_is_read_out(int fd);

@@ -9,8 +9,8 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/* GnuTLS priorities: TLS 1.3, and TLS 1.2 with forward secrecy only. */
-#define SRV_TLS_PRIORITIES "NORMAL:-VERS-ALL:+VERS-TLS1.3:+VERS-TLS1.2:-RSA"
+/* GnuTLS priorities: TLS 1.3, and TLS 1.2 with forward secrecy and authenticated encryption only. */
+#define SRV_TLS_PRIORITIES "NORMAL:-VERS-ALL:+VERS-TLS1.3:+VERS-TLS1.2:-RSA:-MAC-ALL:+AEAD"
 
 /* Reads certificate chain and key (PEM) and uses them for handshakes from now on. False with one line in
  * error; the previous pair stays in use then. One thread at a time. */

@@ -58,7 +58,7 @@ api_outcome api_call_take(api_call *call, const char *key, api_build build, void
  * the fault stalls. */
 bool api_grant(api_call *call, uint64_t bytes);
 
-/* The header's first value, NULL when absent. */
+/* The header's value, see api_request; NULL when absent. */
 const char *api_call_header(const api_call *call, const char *name);
 
 /* Answers 200 with a printed text of the offer's type. */

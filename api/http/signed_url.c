@@ -150,8 +150,10 @@ static api_outcome read_url(api_call *call, const char *url, const char **path, 
     return fail_url(call, "a URL with a path and without a fragment is expected");
   if (!is_encoded(url)) return fail_url(call, "the URL has a character that must be percent-encoded");
   size_t length = strcspn(start, "?");
-  *path = tw_arena_text(call->arena, start, length);
-  if (!*path) return api_fail_without_memory(call);
+  char *copy = tw_arena_text(call->arena, start, length);
+  if (!copy) return api_fail_without_memory(call);
+  api_path_normalize(copy);
+  *path = copy;
   const api_route *route = api_route_find("GET", *path);
   if (!route) return fail_url(call, "nothing is at this path");
   const char *text = start[length] ? start + length + 1 : "";

@@ -230,7 +230,7 @@ typedef struct api_request {
   const char *query; /* without '?', "" when there is none */
   const char *id;    /* X-Request-Id, already validated, or a generated one */
   const char *host;  /* HOST[:PORT] that the request is for; NULL where HTTP/1.0 does not tell */
-  /* First value of a header, any case; NULL when absent. */
+  /* The value of a header, any case; that of several lines joined by ", ". NULL when absent. */
   const char *(*header)(void *context, const char *name);
   void *context;
   api_ticket *ticket;   /* outlives the answer */
@@ -348,6 +348,10 @@ void api_refuse(api_service *service, const api_request *request, int status, co
                 unsigned retry_after, api_answer *answer);
 
 void api_answer_deinit(api_answer *answer); /* a zeroed one is fine */
+
+/* Undoes the percent-encodings of unreserved characters in a path, in place: they change nothing (RFC 3986,
+ * 6.2.2.2). For the path of an api_request. */
+void api_path_normalize(char *path);
 
 /* The low-cardinality name of a path for logs and metrics, such as "/v1/models/{id}/surface". */
 const char *api_route_name(const char *path);

@@ -188,11 +188,21 @@ size_t tw_utf8_length(const char *text, size_t length) {
   return count;
 }
 
+/* Whether the well-formed character of `size` bytes is a control: C0, DEL, C1, the separators of lines and
+ * paragraphs (U+2028, U+2029), or one that turns or embeds the direction of the text that follows it (U+202A
+ * to U+202E, U+2066 to U+2069). Marks that belong to one word (U+200C to U+200F, U+061C) are none. */
+static bool is_control(const char *character, size_t size) {
+  const unsigned char *c = (const unsigned char *)character;
+  if (size == 1) return c[0] < 0x20 || c[0] == 0x7F;
+  if (size == 2) return c[0] == 0xC2 && c[1] < 0xA0;
+  if (size != 3 || c[0] != 0xE2) return false;
+  return (c[1] == 0x80 && c[2] >= 0xA8 && c[2] <= 0xAE) || (c[1] == 0x81 && c[2] >= 0xA6 && c[2] <= 0xA9);
+}
+
 bool tw_utf8_is_name(const char *text, size_t length) {
   for (size_t i = 0; i < length;) {
-    unsigned char byte = (unsigned char)text[i];
     size_t count = tw_utf8_length(text + i, length - i);
-    if (count == 0 || byte < 0x20 || byte == 0x7F) return false;
+    if (count == 0 || is_control(text + i, count)) return false;
     i += count;
   }
   return true;
@@ -210,14 +220,16 @@ char *tw_arena_name(tw_arena *arena, const char *text, size_t length) {
   bool is_latin1 = !is_utf8(text, length);
   size_t most = is_latin1 ? 2 : 1;
   char *name = length < SIZE_MAX / 2 ? tw_arena_alloc(arena, most * length + 1, 1) : NULL, *out = name;
-  for (size_t i = 0; out && i < length; i++) {
+  for (size_t i = 0, count; out && i < length; i += count) {
     unsigned char c = (unsigned char)text[i];
-    if (c < 0x20 || c == 0x7F) c = ' ';
-    if (c >= 0x80 && is_latin1) {
-      *out++ = (char)(0xC0 | c >> 6);
-      c = (unsigned char)(0x80 | (c & 0x3F));
-    }
-    *out++ = (char)c;
+    char latin1[2] = {(char)(0xC0 | c >> 6), (char)(0x80 | (c & 0x3F))};
+    bool is_wide = is_latin1 && c >= 0x80;
+    const char *character = is_wide ? latin1 : text + i;
+    size_t size = is_wide ? 2 : is_latin1 ? 1 : tw_utf8_length(character, length - i);
+    count = is_latin1 ? 1 : size;
+    if (is_control(character, size)) character = " ", size = 1;
+    memcpy(out, character, size);
+    out += size;
   }
   return name;
 }

@@ -117,6 +117,42 @@ alone() { [ "$(grep -ac '^HTTP/1.1 ' answer)" = 1 ]; }
   [ "$(grep -ac '^HTTP/1.1 200' answer)" = 2 ]
 }
 
+@test "a path has one resource, however it is encoded" {
+  get "/v1/%6dodels/${cube#/v1/models/}/surface%2Ejson"
+  expect 200
+  get "/v1%2fmodels"
+  problem 404
+  get /metrics
+  grep -qF '/v1/models/{id}/surface' answer
+}
+
+@test "fields on several lines are one list" {
+  get "$cube" --header 'Accept: text/html' --header 'Accept: application/json'
+  expect 200
+  etag=$(header etag)
+  get "$cube" --header 'If-None-Match: "other"' --header "If-None-Match: $etag"
+  expect 304
+  [[ -z $(header content-length) ]]
+  get "$cube" --header 'If-Match: "other"' --header "If-Match: $etag"
+  expect 200
+  get /openapi.json --header 'Accept-Encoding: br' --header 'Accept-Encoding: zstd'
+  [[ $(header content-encoding) == zstd ]]
+}
+
+@test "a client that ends its side after the request gets its answer" {
+  IFS=: read -r host port <<<"${url#http://}"
+  python3 - "$host" "$port" "$cube/surface.glb?level=6" >answer <<'END'
+import socket, sys
+s = socket.create_connection((sys.argv[1], int(sys.argv[2])), 20)
+s.sendall(f"GET {sys.argv[3]} HTTP/1.1\r\nHost: localhost\r\n\r\n".encode())
+s.shutdown(socket.SHUT_WR)
+while piece := s.recv(65536): sys.stdout.buffer.write(piece)
+END
+  head -1 answer | grep -q '^HTTP/1.1 200'
+  length=$(sed -n 's/^Content-Length: \([0-9]*\).*/\1/p;/^\r$/q' answer)
+  (($(stat -c %s answer) > length && length > 100000))
+}
+
 @test "texts come in the coding that is asked for, and unpack to the same" {
   upload "$samples/tank.json"
   for path in /openapi.json "/v1/models/$id/surface.obj?level=4" "/v1/models/$id/pose.csv?from=0&to=3&fps=300" \

@@ -219,3 +219,21 @@ TEST_WITH(paths_have_the_names_that_logs_use, parse, drop) {
     assert_string_equal(api_route_name(path), routes[i].path);
   }
 }
+
+TEST(needless_escapes_in_a_path_are_undone) {
+  static const char *const paths[][2] = {{"/v1/%6dodels", "/v1/models"},
+                                         {"/%7E%2d%2E%5f%5A%39", "/~-._Z9"},
+                                         {"/a%2Fb%2fc", "/a%2Fb%2fc"},
+                                         {"/%25%36%64", "/%256d"},
+                                         {"/%c3%a4%20", "/%c3%a4%20"},
+                                         {"/%6", "/%6"},
+                                         {"/%", "/%"},
+                                         {"", ""},
+                                         {"/%zz%6d", "/%zzm"}};
+  for (size_t i = 0; i < sizeof paths / sizeof *paths; i++) {
+    char path[40];
+    strcpy(path, paths[i][0]);
+    api_path_normalize(path);
+    assert_string_equal(path, paths[i][1]);
+  }
+}

@@ -187,3 +187,26 @@ TEST(head_of_which_a_byte_is_not_shown_is_400) {
 TEST(first_refusal_stays) {
   assert_int_equal(two("Transfer-Encoding", "cow", "X A", "b"), 501);
 }
+
+static int host_status(const char *host) {
+  srv_framing framing = {0};
+  srv_framing_target(&framing, "/");
+  srv_framing_line(&framing, "GET", "HTTP/1.1");
+  add(&framing, "Host", host);
+  srv_framing_end(&framing, 100);
+  return framing.status;
+}
+
+TEST(host_is_a_name_or_an_address_with_or_without_a_port) {
+  static const char *const BAD[] = {"",         "a b/@:x", " ",      "a/b",     "user@host", "a:x",
+                                    ":80",      "a:80:90", "[::1",   "[]",      "[::1]x",    "[::1]:x",
+                                    "::1",      "a?b",     "a#b",    "a\\b",    "a\"b",      "a%41",
+                                    "http://a", "a, b",    "[g::1]", "\xc3\xa4"};
+  static const char *const GOOD[] = {"localhost",     "a.example:8080", "127.0.0.1:1", "[::1]",
+                                     "[fd00::1]:443", "a_b-c.example.", "a:",          "A",
+                                     "x~y!z"};
+  for (size_t i = 0; i < sizeof BAD / sizeof *BAD; i++)
+    if (host_status(BAD[i]) != 400) fail_msg("'%s' gave %d", BAD[i], host_status(BAD[i]));
+  for (size_t i = 0; i < sizeof GOOD / sizeof *GOOD; i++)
+    if (host_status(GOOD[i]) != 0) fail_msg("'%s' gave %d", GOOD[i], host_status(GOOD[i]));
+}

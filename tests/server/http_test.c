@@ -308,17 +308,71 @@ TEST_WITH(no_content_has_no_length, set_up, tear_down) {
   assert_false(has(f, "Content-Length"));
 }
 
-/* Its length, where it is told, is of no body: the next answer follows at once. */
-TEST_WITH(not_modified_keeps_the_connection, set_up, tear_down) {
+/* Whoever stores what is not modified would take a length for that of the stored body. */
+TEST_WITH(not_modified_has_no_length, set_up, tear_down) {
   fixture *f = *state;
-  assert_true(ask(f, "GET /unchanged HTTP/1.1\r\nHost: x\r\n\r\n"
-                     "HEAD /unchanged HTTP/1.1\r\nHost: x\r\n\r\n"
-                     "GET /light HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n"));
-  assert_int_equal(answers(f), 3);
-  assert_int_equal(status(f), 304);
-  assert_false(has(f, "Transfer-Encoding"));
-  assert_memory_equal(body(f), "HTTP/1.1 304 ", 13);
-  assert_true(has(f, "\r\n\r\nlight"));
+  static const char *const METHODS[] = {"GET", "HEAD"};
+  for (size_t i = 0; i < 2; i++) {
+    char request[128];
+    snprintf(request, sizeof request, "%s /unchanged HTTP/1.1\r\nHost: x\r\n\r\n", METHODS[i]);
+    int fd = connect_client(f);
+    say(fd, request);
+    read_until(f, fd, "\r\n\r\n");
+    bool closes = has(f, "Connection: close\r\n");
+    assert_int_equal(status(f), 304);
+    assert_false(has(f, "Content-Length"));
+    assert_false(has(f, "Transfer-Encoding"));
+    assert_string_equal(body(f), "");
+    /* Before 0.9.77 the library can't leave the length out on a connection that stays open. */
+    assert_int_equal(closes, MHD_VERSION < 0x00097701);
+    say(fd, "GET /light HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
+    read_all(f, fd);
+    assert_int_equal(answers(f), closes ? 0 : 1);
+    close(fd);
+  }
+}
+
+/* What a proxy reads as one request is one here: these bodies end for libmicrohttpd 0.9.75 where a reader who
+ * wants CR LF reads on, and hide a request. */
+TEST_WITH(no_request_is_found_behind_chunks, set_up, tear_down) {
+  fixture *f = *state;
+  static const char *const BODIES[] = {"3\r\nabc\r\n0\r\n\r\n",
+                                       "3\nabc\n0\n\n",
+                                       "3\nabc\r\n0\r\n\r\n",
+                                       "3\r\nabc\n0\r\n\r\n",
+                                       "3\r\nabc\r\n0\n\r\n",
+                                       "3\r\nabc\r\n0\r\n\n",
+                                       "3;x\nabc\r\n0\r\n\r\n",
+                                       "3;a=\"\nabc\n0\n\n",
+                                       "3\r\nabc\r\n0\r\nX: y\n\n",
+                                       "3\r\nabc\r\n0;x\n\n",
+                                       "0\n\n",
+                                       "0\r\n\r\n"};
+  for (size_t i = 0; i < sizeof BODIES / sizeof *BODIES; i++) {
+    char request[512];
+    snprintf(request, sizeof request,
+             "POST /echo HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\n%s%s", BODIES[i],
+             "GET /light HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
+    int fd = connect_client(f);
+    say(fd, request);
+    shutdown(fd, SHUT_WR); /* some bodies are not whole for every reader */
+    bool is_closed = read_all(f, fd);
+    close(fd);
+    if (!is_closed || answers(f) > 1 || strstr(f->answer, "light") != NULL)
+      fail_msg("body %zu gave %s", i, f->answer);
+    if (i == 0) assert_true(has(f, "Connection: close\r\n") && has(f, "\r\n\r\nabc"));
+  }
+}
+
+TEST_WITH(lines_of_a_field_are_one_list, set_up, tear_down) {
+  fixture *f = *state;
+  assert_true(
+      ask(f, "GET /header?X-A HTTP/1.1\r\nX-A: one \r\nHost: x\r\nx-a: \r\nX-A:two\t\r\nX-A: three, four\r\n"
+             "Connection: close\r\n\r\n"));
+  assert_string_equal(body(f), "one, , two, three, four");
+  assert_true(ask(f, "GET /light HTTP/1.1\r\nHost: x\r\nConnection: x\r\nConnection: y, close\r\n\r\n"
+                     "GET /light HTTP/1.1\r\nHost: x\r\n\r\n"));
+  assert_int_equal(answers(f), 1);
 }
 
 static void assert_field(fixture *f, const char *line, const char *expected) {
@@ -333,7 +387,7 @@ TEST_WITH(blanks_around_values_are_trimmed, set_up, tear_down) {
   assert_field(f, "X-A: b", "b");
   assert_field(f, "X-A:b", "b");
   assert_field(f, "X-A: \t b c \t ", "b c");
-  assert_field(f, "X-A: b\r\nX-A: c ", "b");
+  assert_field(f, "X-A: b\r\nX-A: c ", "b, c");
   assert_field(f, "X-A:   ", "");
   assert_field(f, "X-A:", "");
   assert_field(f, "x-a: b ", "b");
@@ -571,6 +625,47 @@ TEST_WITH(full_queue_answers_503_at_once, set_up, tear_down) {
   }
 }
 
+/* Sends a request, ends this side, and reads the answer. */
+static void ask_half(fixture *f, const char *request) {
+  int fd = connect_client(f);
+  say(fd, request);
+  shutdown(fd, SHUT_WR);
+  assert_true(read_all(f, fd));
+  close(fd);
+}
+
+TEST_WITH(client_that_ends_its_side_gets_its_answer, set_up, tear_down) {
+  fixture *f = *state;
+  static const char *const TARGETS[] = {"/light",         "/heavy",   "/pull?3000000",
+                                        "/chunks?100000", "/legs?50", "/live?20,3"};
+  for (size_t i = 0; i < sizeof TARGETS / sizeof *TARGETS; i++) {
+    char request[100];
+    snprintf(request, sizeof request, "GET %s HTTP/1.1\r\nHost: x\r\n\r\n", TARGETS[i]);
+    ask_half(f, request);
+    if (status(f) != 200 || answers(f) != 1) fail_msg("%s gave %.300s", TARGETS[i], f->answer);
+  }
+  ask_half(f, "POST /echo HTTP/1.1\r\nHost: x\r\nContent-Length: 3\r\n\r\nabc");
+  assert_string_equal(body(f), "abc");
+}
+
+/* By interim answers, which a client that has closed its socket does not take. */
+TEST_WITH(who_ended_one_side_is_told_from_who_left, set_up, tear_down) {
+  fixture *f = *state;
+  f->config.request_timeout = 3000;
+  restart(f);
+  int half = connect_client(f), gone = connect_client(f);
+  say(half, "GET /waits HTTP/1.1\r\nHost: x\r\n\r\n");
+  say(gone, "GET /waits HTTP/1.1\r\nHost: x\r\n\r\n");
+  wait_in_flight(f, 2);
+  shutdown(half, SHUT_WR);
+  close(gone);
+  wait_in_flight(f, 1);
+  assert_true(read_all(f, half));
+  assert_memory_equal(f->answer, "HTTP/1.1 100 Continue\r\n\r\n", 25);
+  assert_true(has(f, "\r\n\r\nHTTP/1.1 503 ")); /* waited too long */
+  close(half);
+}
+
 TEST_WITH(queued_request_of_a_client_that_left_is_not_computed, set_up, tear_down) {
   fixture *f = *state;
   fake_api_hold();
@@ -582,6 +677,7 @@ TEST_WITH(queued_request_of_a_client_that_left_is_not_computed, set_up, tear_dow
   say(gone, "GET /heavy HTTP/1.1\r\nHost: x\r\n\r\n");
   wait_queued(f, 1);
   close(gone);
+  pause_ms(1500); /* until a reset tells that it has left */
   fake_api_release();
   for (int i = 0; i < 2; i++) {
     assert_true(read_all(f, busy[i]));

@@ -166,11 +166,13 @@ TEST_WITH(signatures_of_urls_are_cut, redirect, restore) {
     log_request("first", "sig=s3cret&level=2");
     log_request("last", "exp=1&sig=s3cret");
     log_request("other", "design=1&sig=&&signal=2");
+    log_request("case", "SIG=s3cret&Sig=s3cret&s%69g=s3cret&%53%49%47=s3cret&si%");
   }
   const char *lines = written(*state);
   assert_int_equal(count(lines, "s3cret"), 0);
   assert_int_equal(count(lines, "/?sig=...&level=2"), 2);
   assert_int_equal(count(lines, "/?exp=1&sig=..."), 2);
+  assert_int_equal(count(lines, "/?sig=...&sig=...&sig=...&sig=...&si%"), 2);
   assert_int_equal(count(lines, "/?design=1&sig=...&&signal=2"), 2);
 }
 

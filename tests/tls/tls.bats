@@ -63,6 +63,20 @@ is_refused() {
   [[ $output == *"Cipher is ECDHE-RSA-AES128-GCM-SHA256"* ]]
 }
 
+@test "ciphers without authentication of their own are refused" {
+  for kind in rsa ec; do
+    start_tls "$kind"
+    for cipher in ECDHE-RSA-AES128-SHA ECDHE-RSA-AES256-SHA ECDHE-RSA-AES128-SHA256 ECDHE-ECDSA-AES128-SHA \
+      ECDHE-ECDSA-AES256-SHA384 DHE-RSA-AES128-SHA; do
+      is_refused -tls1_2 -cipher "$cipher:@SECLEVEL=0"
+    done
+    for cipher in AES256-GCM-SHA384 CHACHA20-POLY1305; do
+      shakes_hands -tls1_2 -cipher "ECDHE-RSA-$cipher:ECDHE-ECDSA-$cipher"
+    done
+    stop_daemon
+  done
+}
+
 @test "plain HTTP at an https address gets no answer" {
   start_tls rsa
   run curl --silent --max-time 5 "http://$place/healthz"

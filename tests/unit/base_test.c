@@ -102,3 +102,24 @@ TEST(plain_numbers_read_as_strtod_reads_them) {
   for (size_t i = 0; i < sizeof none / sizeof *none; i++)
     assert_int_equal(tw_read_double(none[i], strlen(none[i]), &value), 0);
 }
+
+TEST(characters_that_break_or_turn_lines_are_no_part_of_a_name) {
+  static const char *const controls[] = {"\x01",   "\x7f",   "\xc2\x80", "\xc2\x85", "\xc2\x9f", "\u2028",
+                                         "\u2029", "\u202a", "\u202e",   "\u2066",   "\u2069"};
+  static const char *const sound[] = {"\u00a0", "\u00e9", "\u061c", "\u200d", "\u200f",    "\u2027",
+                                      "\u202f", "\u2065", "\u206a", "\u3128", "\U0001f600"};
+  tw_arena *arena = tw_arena_create();
+  char text[16];
+  for (size_t i = 0; i < sizeof controls / sizeof *controls; i++) {
+    snprintf(text, sizeof text, "a%sb", controls[i]);
+    assert_false(tw_utf8_is_name(text, strlen(text)));
+    assert_string_equal(tw_arena_name(arena, text, strlen(text)), "a b");
+  }
+  for (size_t i = 0; i < sizeof sound / sizeof *sound; i++) {
+    snprintf(text, sizeof text, "a%sb", sound[i]);
+    assert_true(tw_utf8_is_name(text, strlen(text)));
+    assert_string_equal(tw_arena_name(arena, text, strlen(text)), text);
+  }
+  assert_string_equal(tw_arena_name(arena, "\x93\xe9\x85", 3), " \u00e9 "); /* Latin-1 */
+  tw_arena_destroy(arena);
+}

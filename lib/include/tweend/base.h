@@ -117,7 +117,8 @@ size_t tw_read_double(const char *text, size_t length, double *out);
  * no overlong forms, no surrogates, nothing over U+10FFFF) or length is 0. */
 size_t tw_utf8_length(const char *text, size_t length);
 
-/* Whether text is well-formed UTF-8 without control characters (U+0000 to U+001F, U+007F). */
+/* Whether text is well-formed UTF-8 without control characters: U+0000 to U+001F, U+007F to U+009F, and those
+ * that break lines or turn the direction of text (U+2028 to U+202E, U+2066 to U+2069). */
 bool tw_utf8_is_name(const char *text, size_t length);
 
 /* Copies text as a name: well-formed UTF-8, terminated. Text that is not UTF-8 is read as Latin-1; control
