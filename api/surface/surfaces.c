@@ -515,6 +515,30 @@ static api_outcome validate(api_call *call, const surface_request *request) {
   return text ? api_validate(call, representation, text) : api_fail_without_memory(call);
 }
 
+/* Warns of n-gons that no fan shows as they are. A cage, which is read again, keeps them; other answers split
+ * them. */
+static api_outcome warn_of_polygons(api_call *call, const surface_request *request) {
+  const tw_scene *scene = &request->scene.content;
+  uint64_t count = 0;
+  if (request->form == FORM_OBJ || request->polygons != TW_POLYGONS_NGON) return API_DONE;
+  for (uint32_t i = 0; i < scene->model->mesh_count; i++) {
+    const tw_face_cut *cuts = tw_surface_get_cuts(scene->surfaces[i]);
+    for (uint32_t k = 0; k < tw_surface_cut_count(scene->surfaces[i]); k++) count += cuts[k].fan_count == 0;
+  }
+  if (count == 0) return API_DONE;
+  tw_text text = {0};
+  tw_text_count(&text, count);
+  tw_text_add(&text,
+              request->surface.tagged
+                  ? " concave polygons are no fan from any corner: programs that do not join the triangles "
+                    "of n-gons show them wrong, polygons=triangles shows them right"
+                  : " concave polygons are no fan from any corner: they are split into triangles");
+  const char *sentence = api_text_keep(&text, call->arena);
+  if (!sentence) return api_fail_without_memory(call);
+  api_call_warn(call, &sentence, 1);
+  return API_DONE;
+}
+
 /* From the model to the answer. The caller releases the request unless the answer's body took it over. */
 static api_outcome answer_surface(api_call *call, surface_request *request, bool is_stored) {
   api_outcome outcome = prepare(call, request, is_stored);
@@ -531,6 +555,7 @@ static api_outcome answer_surface(api_call *call, surface_request *request, bool
   if (request->form != FORM_OBJ) outcome = api_scene_animate(call, model, &request->scene);
   api_call_warn(call, model->warnings, model->warning_count);
   api_scene_warn(call, &request->scene);
+  if (outcome == API_DONE) outcome = warn_of_polygons(call, request);
   if (outcome == API_DONE)
     outcome = api_file_name_suggest(call, api_model_name(model), call->offer->extension);
   return outcome == API_DONE ? reply_surface(call, request) : outcome;

@@ -1,8 +1,8 @@
 /* Triangulate and quads: cuts faces into triangles, and joins pairs of triangles into quads. */
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "ear_clipping.h"
 #include "editor.h"
 #include "quad_pairing.h"
 
@@ -14,9 +14,8 @@ typedef struct cutter {
   uint8_t *is_cut;          /* [face_count] */
   uint32_t (*triangles)[3]; /* [triangle_count] of the faces that are cut, as corner indices within each */
   uint32_t triangle_count;
-  uint32_t *next, *previous; /* [largest face] a ring of the corners not yet cut off */
-  double (*flat)[2];         /* [largest face] corners in the plane of the face */
-  uint8_t *is_reflex;        /* [largest face] */
+  tw_ear_clipper clipper;
+  const float **at; /* [largest face] */
 } cutter;
 
 /* ---- a quad: the shorter diagonal ---------------------------------------------------------------------- */
@@ -63,98 +62,18 @@ static void cut_quad(cutter *k, uint32_t begin) {
 
 /* ---- larger faces: ears -------------------------------------------------------------------------------- */
 
-/* Twice the signed area of a triangle of flattened corners. */
-static double area(const cutter *k, uint32_t a, uint32_t b, uint32_t c) {
-  return (k->flat[b][0] - k->flat[a][0]) * (k->flat[c][1] - k->flat[a][1]) -
-         (k->flat[b][1] - k->flat[a][1]) * (k->flat[c][0] - k->flat[a][0]);
-}
-
-/* Projects the corners along the axis nearest to the face's normal, so that they run counter-clockwise, and
- * links them into a ring. */
-static void flatten(cutter *k, uint32_t face) {
-  uint32_t begin = tw_face_begin(k->t, face), size = tw_face_size(k->t, face), axis = 0;
-  double normal[3];
-  tw_mesh_face_normal(&k->editor->mesh, face, normal);
-  for (uint32_t i = 1; i < 3; i++)
-    if (fabs(normal[i]) > fabs(normal[axis])) axis = i;
-  uint32_t u = (axis + 1) % 3, v = (axis + 2) % 3;
-  if (normal[axis] < 0) {
-    u = (axis + 2) % 3;
-    v = (axis + 1) % 3;
-  }
-  for (uint32_t i = 0; i < size; i++) {
-    const float *at = tw_editor_point(k->editor, k->t->corner_vertex[begin + i]);
-    k->flat[i][0] = (double)at[u];
-    k->flat[i][1] = (double)at[v];
-    k->next[i] = (i + 1) % size;
-    k->previous[i] = (i + size - 1) % size;
-  }
-}
-
-static bool is_reflex(const cutter *k, uint32_t i) {
-  return area(k, k->previous[i], i, k->next[i]) <= 0;
-}
-
-/* The work left for a face, in corners. When the tests are spent, corners are cut off without a test; when
- * the skips are spent, the face stays whole. */
-typedef struct ear_budget {
-  uint64_t tests, skips;
-} ear_budget;
-
-/* Whether a corner is an ear: no reflex corner lies in its triangle. When the tests are spent, the corner
- * counts as an ear. */
-static bool is_ear(const cutter *k, uint32_t ear, ear_budget *budget) {
-  uint32_t a = k->previous[ear], b = k->next[ear];
-  if (k->is_reflex[ear]) return false;
-  for (uint32_t i = k->next[b]; i != a && budget->tests > 0; i = k->next[i], --budget->tests)
-    if (k->is_reflex[i] && area(k, a, ear, i) >= 0 && area(k, ear, b, i) >= 0 && area(k, b, a, i) >= 0)
-      return false;
-  return true;
-}
-
-/* The next corner to cut off, from `at` on: an ear, or else the first candidate. UINT32_MAX where there is no
- * candidate: in a face that has a point twice, a corner whose two neighbours are one point is none and is
- * skipped. */
-static uint32_t find_ear(const cutter *k, const uint32_t *points, uint32_t at, uint32_t left,
-                         ear_budget *budget) {
-  uint32_t any = UINT32_MAX;
-  for (uint32_t tried = 0; tried < left && budget->skips > 0; tried++, at = k->next[at]) {
-    if (budget->tests > 0) --budget->tests;
-    if (points[k->previous[at]] == points[k->next[at]]) {
-      --budget->skips;
-      continue;
-    }
-    if (budget->tests == 0 || is_ear(k, at, budget)) return at;
-    if (any == UINT32_MAX) any = at;
-  }
-  return any;
-}
-
-/* Cuts off ears one after the other, moving round the face so that they do not all share a corner. The face
- * stays whole where no candidate is left before it is cut up. TW_CANCELLED. */
+/* Cuts off ears one after the other. The face stays whole where it has a point twice and cannot be cut up.
+ * TW_CANCELLED, TW_NO_MEMORY. */
 static tw_status cut_ears(cutter *k, uint32_t face) {
-  enum { STEPS = 256, EARS_AT_ONCE = 1024 };
   const uint32_t *points = k->t->corner_vertex + tw_face_begin(k->t, face);
-  uint32_t size = tw_face_size(k->t, face), at = 0, count = k->triangle_count;
-  ear_budget budget = {STEPS * (uint64_t)size, STEPS * (uint64_t)size};
-  flatten(k, face);
-  for (uint32_t i = 0; i < size; i++) k->is_reflex[i] = is_reflex(k, i);
-  for (uint32_t left = size; left >= 3; left--) {
-    tw_status status = (size - left) % EARS_AT_ONCE == 0 ? tw_editor_go_on(k->editor) : TW_OK;
-    if (status != TW_OK) return status;
-    at = find_ear(k, points, at, left, &budget);
-    if (at == UINT32_MAX) return TW_OK;
-    uint32_t a = k->previous[at], b = k->next[at];
-    const uint32_t triangle[3] = {a, at, b};
-    memcpy(k->triangles[count++], triangle, sizeof triangle);
-    k->next[a] = b;
-    k->previous[b] = a;
-    k->is_reflex[a] = is_reflex(k, a);
-    k->is_reflex[b] = is_reflex(k, b);
-    at = k->next[b];
-  }
-  k->triangle_count = count;
-  return TW_OK;
+  uint32_t size = tw_face_size(k->t, face), count = 0;
+  for (uint32_t i = 0; i < size; i++) k->at[i] = tw_editor_point(k->editor, points[i]);
+  tw_ear_clipper_take(&k->clipper, k->at, size);
+  tw_status status = tw_ear_clipper_cut(&k->clipper, points, k->editor->limits->parallel,
+                                        k->triangles + k->triangle_count, &count);
+  k->triangle_count += count;
+  if (status == TW_CANCELLED) return tw_fail(k->editor->error, status, "the edits are not wanted any more");
+  return status == TW_NO_MEMORY ? tw_editor_no_memory(k->editor) : status;
 }
 
 /* ---- triangulate --------------------------------------------------------------------------------------- */
@@ -214,11 +133,8 @@ tw_status tw_edit_triangulate(tw_editor *editor) {
   if (status != TW_OK) return status;
   k.is_cut = tw_arena_alloc_raw(editor->arena, k.t->face_count, 1);
   k.triangles = tw_arena_alloc_raw(editor->arena, size.faces, sizeof *k.triangles);
-  k.next = tw_arena_alloc_raw(editor->arena, largest, sizeof *k.next);
-  k.previous = tw_arena_alloc_raw(editor->arena, largest, sizeof *k.previous);
-  k.flat = tw_arena_alloc_raw(editor->arena, largest, sizeof *k.flat);
-  k.is_reflex = tw_arena_alloc_raw(editor->arena, largest, 1);
-  if (!k.is_cut || !k.triangles || !k.next || !k.previous || !k.flat || !k.is_reflex)
+  k.at = tw_arena_alloc_raw(editor->arena, largest, sizeof *k.at);
+  if (!k.is_cut || !k.triangles || !k.at || !tw_ear_clipper_init(&k.clipper, editor->arena, largest))
     return tw_editor_no_memory(editor);
   tw_change_keep_points(&k.change);
   for (uint32_t f = 0; f < k.t->face_count && status == TW_OK; f++) status = put_first(&k, f);

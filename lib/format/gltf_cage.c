@@ -33,16 +33,31 @@ static void read_points_of_vertices(const cage_reader *cage) {
   }
 }
 
-/* Finds where the fans of the faces start. Every second face of a material does not start its fan at corner 0
- * if a neighbour's fan has the same vertex (tw_fan_start): FB_ngon_encoding would join the two. */
+/* The cut of a face at or after *cut, which moves on to it; NULL where it has none. */
+static const tw_face_cut *cut_of(const tw_surface *surface, uint64_t face, uint32_t *cut) {
+  const tw_face_cut *cuts = tw_surface_get_cuts(surface);
+  while (*cut < tw_surface_cut_count(surface) && cuts[*cut].face < face) ++*cut;
+  return *cut < tw_surface_cut_count(surface) && cuts[*cut].face == face ? &cuts[*cut] : NULL;
+}
+
+/* Finds where the fans of the faces start, as tw_triangulator_read does. */
 static void find_starts(const cage_reader *cage) {
   for (uint32_t i = 0; i < tw_surface_group_count(cage->surface);) {
     const tw_surface_group faces = tw_take_material(cage->surface, &i);
+    uint32_t at = 0;
+    for (uint64_t k = 0; k < faces.face_count; k += 2) {
+      const tw_face_cut *cut = cut_of(cage->surface, faces.first_face + k, &at);
+      if (!cut || cut->fan_count == 0) continue;
+      read_cage_face(cage, faces.first_face + k);
+      cage->starts[faces.first_face + k] = cut->fans[0];
+      cage->firsts[faces.first_face + k] = cage->corners[cut->fans[0]];
+    }
+    at = 0;
     for (uint64_t k = 1; k < faces.face_count; k += 2) {
       const uint32_t *first = cage->firsts + faces.first_face + k;
       read_cage_face(cage, faces.first_face + k);
-      cage->starts[faces.first_face + k] =
-          tw_fan_start(cage->corners, first - 1, k + 1 < faces.face_count ? first + 1 : NULL);
+      tw_fan_start(cage->corners, cut_of(cage->surface, faces.first_face + k, &at), first - 1,
+                   k + 1 < faces.face_count ? first + 1 : NULL, &cage->starts[faces.first_face + k]);
     }
   }
 }

@@ -82,13 +82,37 @@ static face_run read_run(tw_triangulator *t, const tw_surface *surface, const tw
   return run;
 }
 
-/* With FB_ngon_encoding neighbours in the group must not start from the same vertex: every second face keeps
- * its first corner, the others take the first corner that neither neighbour starts from. A face has at least
- * three corners, so there is such a corner, and it depends on the two neighbours alone. */
-uint32_t tw_fan_start(const uint32_t *corners, const uint32_t *previous, const uint32_t *next) {
-  uint32_t start = 0;
-  while ((previous && corners[start] == *previous) || (next && corners[start] == *next)) start++;
-  return start;
+static bool is_apart(uint32_t vertex, const uint32_t *previous, const uint32_t *next) {
+  return !(previous && vertex == *previous) && !(next && vertex == *next);
+}
+
+/* With FB_ngon_encoding neighbours in the group must not start from the same vertex: every second face starts
+ * where it likes best, the others take a corner that neither neighbour starts from. A face has at least three
+ * corners, so there is such a corner, and it depends on the two neighbours alone. */
+bool tw_fan_start(const uint32_t *corners, const tw_face_cut *cut, const uint32_t *previous,
+                  const uint32_t *next, uint32_t *start) {
+  for (uint32_t i = 0; cut && i < cut->fan_count; i++)
+    if (is_apart(corners[cut->fans[i]], previous, next)) {
+      *start = cut->fans[i];
+      return true;
+    }
+  *start = 0;
+  while (!is_apart(corners[*start], previous, next)) ++*start;
+  return !cut;
+}
+
+/* The first cut of a face at or after this one. */
+static const tw_face_cut *first_cut(const tw_surface *surface, uint64_t face) {
+  const tw_face_cut *cuts = tw_surface_get_cuts(surface);
+  uint32_t begin = 0, end = tw_surface_cut_count(surface);
+  while (begin < end) {
+    uint32_t middle = begin + (end - begin) / 2;
+    if (cuts[middle].face < face)
+      begin = middle + 1;
+    else
+      end = middle;
+  }
+  return cuts + begin;
 }
 
 /* Triangles [from, to) of a face's fan. */
@@ -119,20 +143,103 @@ static size_t count_quads(const uint32_t *sizes, uint64_t most) {
   return count;
 }
 
+/* How a face is written: as a fan, or by the triangles of its cut. */
+typedef struct face_shape {
+  uint32_t start;
+  const tw_face_cut *cut; /* NULL for a fan */
+} face_shape;
+
+/* The corner that a triangle of a shape begins with. previous, next: the vertices that the triangles before
+ * and after the face begin with; NULL: any may. The first and the last triangle of a cut turn until they
+ * begin with another vertex than their neighbours. */
+static uint32_t begin_of(const face_shape *shape, const uint32_t *corners, uint32_t triangle,
+                         const uint32_t *previous, const uint32_t *next, uint32_t *turn) {
+  const tw_face_cut *cut = shape->cut;
+  uint32_t last = cut->size - 3, before;
+  const uint32_t *own = cut->triangles[triangle];
+  *turn = 0;
+  if (triangle == 0) {
+    const uint32_t *after = last > 0 ? &corners[cut->triangles[1][0]] : next;
+    while (*turn < 2 && !is_apart(corners[own[*turn]], previous, after)) ++*turn;
+  } else if (triangle == last) {
+    uint32_t ignored;
+    before = corners[begin_of(shape, corners, triangle - 1, previous, NULL, &ignored)];
+    while (*turn < 2 && !is_apart(corners[own[*turn]], &before, next)) ++*turn;
+  }
+  return own[*turn];
+}
+
+/* Writes triangles [from, to) of a face that is cut. */
+static void write_cut(const face_shape *shape, const uint32_t *corners, const uint32_t *previous,
+                      const uint32_t *next, uint32_t from, uint32_t to, uint32_t *out) {
+  for (uint32_t i = from; i < to; i++) {
+    uint32_t turn;
+    begin_of(shape, corners, i, previous, next, &turn);
+    for (uint32_t k = 0; k < 3; k++) *out++ = corners[shape->cut->triangles[i][(turn + k) % 3]];
+  }
+}
+
+/* The surface and group that faces are read from. */
+typedef struct face_source {
+  const tw_surface_group *group;
+  const tw_face_cut *cuts, *cuts_end; /* those of the faces to come */
+  bool ngons;
+  bool keeps_faces; /* a cage that is read again: a face stays one fan, whatever its shape */
+} face_source;
+
+static const tw_face_cut *cut_of(const face_source *source, uint64_t face) {
+  const tw_face_cut *cut = source->cuts;
+  while (cut < source->cuts_end && cut->face < face) cut++;
+  return cut < source->cuts_end && cut->face == face ? cut : NULL;
+}
+
+/* The shape of a face that does not depend on its neighbours. */
+static face_shape own_shape(const face_source *source, const tw_face_cut *cut) {
+  if (!cut) return (face_shape){0, NULL};
+  if (cut->fan_count > 0) return (face_shape){cut->fans[0], NULL};
+  return (face_shape){0, source->keeps_faces ? NULL : cut};
+}
+
+static uint32_t first_vertex(const face_shape *shape, const uint32_t *corners) {
+  return corners[shape->cut ? shape->cut->triangles[0][0] : shape->start];
+}
+
+/* The vertex that the last triangle of a face begins with, which has its own shape. */
+static uint32_t last_vertex(const face_shape *shape, const uint32_t *corners) {
+  return corners[shape->cut ? shape->cut->triangles[shape->cut->size - 3][0] : shape->start];
+}
+
+static bool is_second(const face_source *source, uint64_t face) {
+  return source->ngons && (face - source->group->first_face) % 2 == 1;
+}
+
+static face_shape shape_of(const face_source *source, uint64_t face, const uint32_t *corners,
+                           const uint32_t *previous, const uint32_t *next) {
+  const tw_face_cut *cut = cut_of(source, face);
+  if (!is_second(source, face)) return own_shape(source, cut);
+  face_shape shape = {0, NULL};
+  if (!tw_fan_start(corners, cut, previous, next, &shape.start) && !source->keeps_faces) shape.cut = cut;
+  return shape;
+}
+
 /* Writes up to `count` triangles of a run, beginning with triangle `from` of its first face. Returns how
  * many. */
-static size_t write_run(const tw_triangulator *t, const tw_surface_group *group, face_run run, uint32_t from,
+static size_t write_run(const tw_triangulator *t, face_source *source, face_run run, uint32_t from,
                         size_t count, uint32_t *out) {
-  bool ngons = t->polygons == TW_POLYGONS_NGON;
   const uint32_t *sizes = t->sizes + run.lead, *corners = t->corners, *previous = NULL;
+  uint32_t before = 0, after = 0;
   if (run.lead) {
-    previous = corners;
+    face_shape shape = own_shape(source, cut_of(source, run.face - 1));
+    before = last_vertex(&shape, corners);
+    previous = &before;
     corners += t->sizes[0];
   }
   size_t done = 0;
   for (uint64_t face = run.face; face < run.stop && done < count;) {
+    while (source->cuts < source->cuts_end && source->cuts->face < face) source->cuts++;
+    uint64_t stop = source->cuts < source->cuts_end ? tw_least(run.stop, source->cuts->face) : run.stop;
     size_t left = count - done; /* triangles */
-    size_t quads = ngons || from > 0 ? 0 : count_quads(sizes, tw_least(run.stop - face, left / 2));
+    size_t quads = source->ngons || from > 0 ? 0 : count_quads(sizes, tw_least(stop - face, left / 2));
     if (quads > 0) { /* nearly always all faces; `previous` is for n-gons only */
       write_quads(corners, quads, out + 3 * done);
       done += 2 * quads;
@@ -141,15 +248,25 @@ static size_t write_run(const tw_triangulator *t, const tw_surface_group *group,
       corners += 4 * quads;
       continue;
     }
-    uint32_t size = *sizes++, start = 0;
-    if (ngons && (face - group->first_face) % 2 == 1)
-      start = tw_fan_start(corners, previous, face + 1 < run.stop || run.has_next ? corners + size : NULL);
+    uint32_t size = *sizes++;
+    const uint32_t *next = NULL;
+    bool is_between = is_second(source, face);
+    if (is_between && (face + 1 < run.stop || run.has_next)) {
+      face_shape shape = own_shape(source, cut_of(source, face + 1));
+      after = first_vertex(&shape, corners + size);
+      next = &after;
+    }
+    face_shape shape = shape_of(source, face, corners, previous, next);
     uint32_t to = (uint32_t)tw_least(size - 2, from + left);
-    write_fan(corners, size, start, from, to, out + 3 * done);
+    if (shape.cut)
+      write_cut(&shape, corners, is_between ? previous : NULL, next, from, to, out + 3 * done);
+    else
+      write_fan(corners, size, shape.start, from, to, out + 3 * done);
     done += to - from;
     from = 0;
     face++;
-    previous = corners;
+    before = is_between ? 0 : last_vertex(&shape, corners);
+    previous = &before;
     corners += size;
   }
   return done;
@@ -160,9 +277,14 @@ void tw_triangulator_read(tw_triangulator *triangles, const tw_surface *surface,
   tw_surface_reader_turn(triangles->reader, surface, 0, 0);
   uint64_t face = find_face(surface, faces, first);
   uint32_t from = (uint32_t)(first - triangles_before(surface, faces, face));
+  face_source source = {.group = faces,
+                        .cuts = first_cut(surface, face > faces->first_face ? face - 1 : face),
+                        .cuts_end = tw_surface_get_cuts(surface) + tw_surface_cut_count(surface),
+                        .ngons = triangles->polygons == TW_POLYGONS_NGON};
+  source.keeps_faces = source.ngons && tw_surface_get_tags(surface);
   while (count > 0) {
     face_run run = read_run(triangles, surface, faces, face, (from + (uint64_t)count + 1) / 2);
-    size_t done = write_run(triangles, faces, run, from, count, out);
+    size_t done = write_run(triangles, &source, run, from, count, out);
     out += 3 * done;
     count -= done;
     face = run.stop;

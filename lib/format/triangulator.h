@@ -29,13 +29,16 @@ tw_surface_group tw_take_material(const tw_surface *surface, uint32_t *i);
 uint64_t tw_count_triangles(const tw_surface_group *faces);
 
 /* For TW_POLYGONS_NGON: the corner that the fan of every second face of a material starts from; the other
- * faces start from their first corner. corners: of the face; previous, next: the first corner of its
- * neighbours in the material, or NULL. */
-uint32_t tw_fan_start(const uint32_t *corners, const uint32_t *previous, const uint32_t *next);
+ * faces start from the first corner from which their fan is right. corners: of the face; cut: the face's, or
+ * NULL; previous, next: the vertices that its neighbours in the material start from, or NULL. False where the
+ * fan is wrong, as the right ones start from neighbours' vertices or there is none. */
+bool tw_fan_start(const uint32_t *corners, const tw_face_cut *cut, const uint32_t *previous,
+                  const uint32_t *next, uint32_t *start);
 
 /* Triangles [first, first + count) of `faces`, which are all of one material, as rows of TW_DOMAIN_VERTICES.
- * Each face is a fan. TW_POLYGONS_NGON: neighbouring faces do not start from the same vertex. Turns the
- * reader to `surface`. out: [count][3]. */
+ * Each face is a fan, or cut as its tw_face_cut says. TW_POLYGONS_NGON: neighbouring faces do not start from
+ * the same vertex, and each triangle of a face that is no fan is a polygon of its own; but of surfaces that
+ * were made `tagged` every face stays one fan. Turns the reader to `surface`. out: [count][3]. */
 void tw_triangulator_read(tw_triangulator *triangles, const tw_surface *surface,
                           const tw_surface_group *faces, uint64_t first, size_t count, uint32_t *out);
 

@@ -160,6 +160,11 @@ struct tw_surface {
   uint32_t *face_first;                                /* [face_count] first cage corner */
   uint64_t *corners_before;                            /* [face_count + 1] */
   uint32_t cage_points, cage_uv_points, cage_vertices; /* rows of each domain at level 0 */
+  /* At level 0: the faces that are no fan from their first corner, ascending. */
+  tw_face_cut *cuts;
+  uint32_t cut_count;
+  uint32_t (*cut_triangles)[3]; /* of all cuts */
+  uint64_t cut_triangle_count;
   /* Of a level 0 that was made `tagged`, else NULL. */
   tw_surface_tags *tags;
 
@@ -188,6 +193,10 @@ tw_status tw_levels_fill(const tw_surface *surface, const tw_parallel_for *paral
  * TW_CANCELLED. */
 tw_status tw_surface_place(tw_surface *surface, const float *positions, const tw_parallel_for *parallel);
 void tw_surface_free_positions(tw_surface *surface);
+
+/* Finds how the faces of level 0 are cut into triangles, once the surface has positions. O(corners), but for
+ * faces that are no fan from their first corner: see tw_ear_clipper_cut. TW_NO_MEMORY, TW_CANCELLED. */
+tw_status tw_surface_cut_faces(tw_surface *surface, const tw_parallel_for *parallel);
 size_t tw_surface_positions_size(const tw_surface *surface);
 
 static inline void tw_values_free_points(tw_values *values) {

@@ -109,7 +109,7 @@ tw_status tw_surface_place(tw_surface *surface, const float *positions, const tw
     status = make_level(s, level, parallel, &at);
   if (status == TW_OK) status = keep(s, parallel, &at);
   free(at);
-  return status;
+  return status == TW_OK ? tw_surface_cut_faces(s, parallel) : status;
 }
 
 void tw_surface_free_positions(tw_surface *surface) {
@@ -118,6 +118,8 @@ void tw_surface_free_positions(tw_surface *surface) {
   free(positions->base);
   free(positions->exact);
   tw_values_free_points(positions);
+  free(surface->cuts);
+  free(surface->cut_triangles);
 }
 
 size_t tw_surface_positions_size(const tw_surface *surface) {
@@ -127,6 +129,8 @@ size_t tw_surface_positions_size(const tw_surface *surface) {
   if (positions->exact) size += 3 * (size_t)surface->fields[0].base.vertex_count * sizeof *positions->exact;
   if (positions->cage && positions->cage != positions->base)
     size += 3 * (size_t)surface->cage_vertex_count * sizeof *positions->cage;
+  size += surface->cut_count * sizeof *surface->cuts +
+          (size_t)surface->cut_triangle_count * sizeof *surface->cut_triangles;
   return size;
 }
 
@@ -140,6 +144,10 @@ tw_status tw_surface_with_positions_by(const tw_surface *plan, const float *posi
   *s = *plan;
   if (!plan->plan) s->plan = plan;
   s->positions = (tw_values){0};
+  s->cuts = NULL;
+  s->cut_triangles = NULL;
+  s->cut_count = 0;
+  s->cut_triangle_count = 0;
   tw_status status = tw_surface_start_bounds(s);
   if (status == TW_OK) status = tw_surface_place(s, positions, parallel);
   if (status == TW_OK)

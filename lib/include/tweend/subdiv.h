@@ -242,6 +242,21 @@ size_t tw_surface_read_faces(tw_surface_reader *reader, tw_domain domain, uint64
 /* Number of corners of the faces before this one. Cut into triangles, those faces make 2 fewer triangles each
  * than they have corners. */
 uint64_t tw_surface_corners_before(const tw_surface *surface, uint64_t face);
+/* How a face of level 0 is cut into triangles that, seen along its normal, lie side by side as the face does.
+ * A face without a cut is the fan from its first corner, as all faces of higher levels are. The shape is that
+ * of the rows of TW_DOMAIN_POINTS. */
+typedef struct tw_face_cut {
+  uint64_t face;
+  uint32_t size;
+  uint32_t fan_count; /* corners from which a fan is right: the first three of them; 0 to 3 */
+  uint32_t fans[3];
+  const uint32_t (*triangles)[3]; /* [size - 2] corners of the face: the fan from fans[0] if there is one */
+} tw_face_cut;
+
+uint32_t tw_surface_cut_count(const tw_surface *surface);
+/* The cuts in ascending order of faces: [cut_count]. */
+const tw_face_cut *tw_surface_get_cuts(const tw_surface *surface);
+
 /* Number of corners of the largest face, at least 3. O(faces) at level 0. */
 size_t tw_surface_largest_face(const tw_surface *surface);
 

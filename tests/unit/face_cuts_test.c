@@ -1,0 +1,187 @@
+/* Polygons of level 0 as triangles: their areas add up to the polygon's, which the shoelace formula gives.
+ * Triangles that together wind round each place as the polygon does, and whose areas add up without signs,
+ * have no part outside it. */
+#include <math.h>
+#include <stdio.h>
+
+#include "rotation_reference.h"
+#include "written_glb.h"
+
+typedef struct polygon {
+  uint32_t size;
+  double at[600][2];
+} polygon;
+
+static double shoelace(const polygon *p) {
+  double twice = 0;
+  for (uint32_t i = 0; i < p->size; i++) {
+    const double *a = p->at[i], *b = p->at[(i + 1) % p->size];
+    twice += a[0] * b[1] - a[1] * b[0];
+  }
+  return twice / 2;
+}
+
+/* A polygon whose lower and upper side are random curves over x, from 0 to `size`, its first corner anywhere.
+ * Few of these have a corner that sees all others. */
+static void random_polygon(polygon *p, uint32_t size, uint64_t *seed) {
+  uint32_t below = 1 + (uint32_t)(ref_random(seed) * (size - 3)), above = size - 2 - below;
+  uint32_t first = (uint32_t)(ref_random(seed) * size), count = 0;
+  double corners[600][2];
+  corners[count][0] = 0;
+  corners[count++][1] = ref_between(seed, -1, 1);
+  for (uint32_t i = 0; i < below; i++) {
+    corners[count][0] = size * (i + ref_between(seed, 0.1, 0.9)) / below;
+    corners[count++][1] = ref_between(seed, -9, -1.5);
+  }
+  corners[count][0] = size;
+  corners[count++][1] = ref_between(seed, -1, 1);
+  for (uint32_t i = above; i-- > 0;) {
+    corners[count][0] = size * (i + ref_between(seed, 0.1, 0.9)) / above;
+    corners[count++][1] = ref_between(seed, 1.5, 9);
+  }
+  p->size = size;
+  for (uint32_t i = 0; i < size; i++) memcpy(p->at[i], corners[(first + i) % size], sizeof p->at[i]);
+}
+
+/* An OBJ of polygons, one over the other, all turned by a rotation. */
+static char *obj_of(const polygon *polygons, uint32_t count, ref_matrix m) {
+  size_t corners = 0;
+  for (uint32_t i = 0; i < count; i++) corners += polygons[i].size;
+  char *text = malloc(corners * 80 + 100), *end = text;
+  assert_non_null(text);
+  for (uint32_t i = 0; i < count; i++)
+    for (uint32_t k = 0; k < polygons[i].size; k++) {
+      double p[3] = {polygons[i].at[k][0], polygons[i].at[k][1], 3.0 * i}, q[3];
+      for (int j = 0; j < 3; j++) q[j] = m.at[j][0] * p[0] + m.at[j][1] * p[1] + m.at[j][2] * p[2];
+      end += sprintf(end, "v %.9g %.9g %.9g\n", q[0], q[1], q[2]);
+    }
+  for (uint32_t i = 0, point = 1; i < count; i++) {
+    end += sprintf(end, "f");
+    for (uint32_t k = 0; k < polygons[i].size; k++) end += sprintf(end, " %u", point++);
+    end += sprintf(end, "\n");
+  }
+  return text;
+}
+
+static double area_of(const glb *file, int positions, const uint32_t *triangle) {
+  float at[3][3];
+  double a[3], b[3], cross = 0;
+  for (int i = 0; i < 3; i++) read_floats(file, positions, triangle[i], 3, at[i]);
+  for (int i = 0; i < 3; i++) {
+    a[i] = (double)at[1][i] - (double)at[0][i];
+    b[i] = (double)at[2][i] - (double)at[0][i];
+  }
+  for (int i = 0; i < 3; i++) {
+    double c = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+    cross += c * c;
+  }
+  return sqrt(cross) / 2;
+}
+
+/* Asserts that the triangles of each polygon have its area. Returns how many polygons FB_ngon_encoding reads.
+ */
+static uint32_t assert_areas(fixture *f, const polygon *polygons, uint32_t count) {
+  glb file = write_glb(&f->scene);
+  const cJSON *faces = primitive(&file, 0, 0);
+  int indices = (int)number(faces, "indices", UINT32_MAX);
+  int positions = (int)number(cJSON_GetObjectItem(faces, "attributes"), "POSITION", UINT32_MAX);
+  uint32_t next = 0, before = UINT32_MAX, read = 0;
+  for (uint32_t i = 0; i < count; i++) {
+    double area = 0;
+    for (uint32_t t = 2; t < polygons[i].size; t++, next += 3) {
+      uint32_t triangle[3];
+      for (uint32_t k = 0; k < 3; k++) triangle[k] = read_index(&file, indices, next + k);
+      if (t == 2) assert_int_not_equal(triangle[0], before); /* polygons have no vertex in common here */
+      read += triangle[0] != before;
+      before = triangle[0];
+      area += area_of(&file, positions, triangle);
+    }
+    assert_true(fabs(area - shoelace(&polygons[i])) < 1e-5 * polygons[i].size);
+  }
+  assert_int_equal(number(at(&file, "accessors", indices), "count", 0), next);
+  free_glb(&file);
+  return read;
+}
+
+static uint32_t assert_areas_of(const polygon *polygons, uint32_t count, ref_matrix m, tw_polygons form) {
+  fixture f;
+  char *text = obj_of(polygons, count, m);
+  fixture_init(&f, text);
+  fixture_refine(&f, 0, false);
+  f.scene.polygons = form;
+  uint32_t read = assert_areas(&f, polygons, count);
+  fixture_deinit(&f);
+  free(text);
+  return read;
+}
+
+static const ref_matrix as_it_is = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+
+TEST(an_arrowhead_is_cut_from_its_notch) {
+  polygon arrow = {4, {{0, 0}, {2, 1}, {0, 2}, {1, 1}}};
+  for (uint32_t first = 0; first < 4; first++) {
+    polygon turned = {.size = 4};
+    for (uint32_t i = 0; i < 4; i++) memcpy(turned.at[i], arrow.at[(first + i) % 4], sizeof turned.at[i]);
+    assert_areas_of(&turned, 1, as_it_is, TW_POLYGONS_TRIANGLES);
+    assert_int_equal(assert_areas_of(&turned, 1, as_it_is, TW_POLYGONS_NGON), 1);
+  }
+}
+
+TEST(random_polygons_keep_their_areas) {
+  static polygon polygons[5];
+  uint64_t seed = 71;
+  for (int n = 0; n < 300; n++) {
+    uint32_t most = n % 10 == 0 ? 600 : n % 2 ? 8 : 40, count = 1 + (uint32_t)n % 5;
+    for (uint32_t i = 0; i < count; i++)
+      random_polygon(&polygons[i], 4 + (uint32_t)(ref_random(&seed) * (most - 3)), &seed);
+    ref_matrix m = ref_matrix_of(ref_random_unit(&seed));
+    assert_areas_of(polygons, count, m, TW_POLYGONS_TRIANGLES);
+    assert_areas_of(polygons, count, m, TW_POLYGONS_NGON);
+  }
+}
+
+/* A comb has no corner that sees all others. */
+static const polygon comb = {7, {{0, 0}, {6, 0}, {5, 4}, {4, 1}, {3, 4}, {2, 1}, {1, 4}}};
+
+TEST(a_polygon_without_a_fan_is_polygons_of_three) {
+  assert_int_equal(assert_areas_of(&comb, 1, as_it_is, TW_POLYGONS_NGON), 5);
+}
+
+TEST(a_cage_keeps_its_polygons_whatever_their_shape) {
+  fixture f;
+  char *text = obj_of(&comb, 1, as_it_is);
+  fixture_init(&f, text);
+  fixture_refine_by(&f, &(tw_surface_options){.tagged = true});
+  f.scene.polygons = TW_POLYGONS_NGON;
+  glb file = write_glb(&f.scene);
+  tw_model *model = NULL;
+  assert_int_equal(tw_gltf_read(file.bytes, file.size, TW_QUADS_NGON, TW_WELD_AUTO, 0, &model, NULL), TW_OK);
+  assert_int_equal(model->meshes[0].face_count, 1);
+  assert_int_equal(model->meshes[0].corner_count, 7);
+  tw_model_destroy(model);
+  free_glb(&file);
+  fixture_deinit(&f);
+  free(text);
+}
+
+TEST(pieces_of_an_answer_are_those_of_the_whole) {
+  static polygon polygons[5];
+  uint64_t seed = 72;
+  for (uint32_t i = 0; i < 5; i++) random_polygon(&polygons[i], 30 + 7 * i, &seed);
+  for (int form = 0; form < 2; form++) {
+    fixture f;
+    char *text = obj_of(polygons, 5, as_it_is);
+    fixture_init(&f, text);
+    fixture_refine(&f, 0, false);
+    f.scene.polygons = (tw_polygons)form;
+    tw_gltf_stream *stream = open_stream(&f.scene, TW_FORMAT_GLB);
+    uint8_t *small = fixture_read(stream, 6);
+    glb file = write_glb(&f.scene);
+    assert_memory_equal(small, file.bytes, file.size);
+    free(small);
+    tw_gltf_stream_destroy(stream);
+    free_glb(&file);
+    fixture_deinit(&f);
+    free(text);
+  }
+}
