@@ -528,11 +528,12 @@ static api_outcome warn_of_polygons(api_call *call, const surface_request *reque
   if (count == 0) return API_DONE;
   tw_text text = {0};
   tw_text_count(&text, count);
+  tw_text_add(&text, count > 1 ? " concave polygons are no fans" : " concave polygon is no fan");
   tw_text_add(&text,
               request->surface.tagged
-                  ? " concave polygons are no fan from any corner: programs that do not join the triangles "
-                    "of n-gons show them wrong, polygons=triangles shows them right"
-                  : " concave polygons are no fan from any corner: they are split into triangles");
+                  ? " from any corner: programs that do not join the triangles of n-gons show a wrong shape, "
+                    "polygons=triangles the right one"
+                  : " from any corner: split into triangles");
   const char *sentence = api_text_keep(&text, call->arena);
   if (!sentence) return api_fail_without_memory(call);
   api_call_warn(call, &sentence, 1);

@@ -813,3 +813,25 @@ TEST(bounds_are_shared_out_once) {
   }
   loopback_stop(loop);
 }
+
+TEST_WITH(polygons_without_a_fan_are_told, setup, teardown) {
+  const fixture *f = *state;
+  char id[API_ID_TEXT];
+  loopback_upload(f->loop, "model/obj",
+                  "v 0 0 0\nv 6 0 0\nv 5 4 0\nv 4 1 0\nv 3 4 0\nv 2 1 0\nv 1 4 0\nf 1 2 3 4 5 6 7\n", id);
+  const struct {
+    const char *rest, *says;
+  } cases[] = {{"surface.glb?level=0&polygons=ngon", "show%20a%20wrong%20shape"},
+               {"surface.glb?level=0&polygons=ngon&encoding=quantized", "split%20into%20triangles"},
+               {"surface.glb?level=0", NULL},
+               {"surface.glb?level=1&polygons=ngon", NULL}};
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    reply r = ask_ok(f, id, cases[i].rest);
+    const char *warning = reply_header(&r, "X-Tweend-Warning");
+    if (cases[i].says)
+      assert_true(warning && strstr(warning, "1%20concave%20polygon%20is") && strstr(warning, cases[i].says));
+    else
+      assert_null(warning);
+    reply_free(&r);
+  }
+}
