@@ -70,7 +70,7 @@ static bool computes(const api_ticket *ticket) {
 }
 
 /* Whether no other request computes, and the answers being read, which may take very long, hold nothing or
- * leave at least seven eighths of the budget. */
+ * leave at least seven eighths of the budget. Such a request may have all that is left. */
 static bool is_alone(const api_budget *budget, const api_ticket *ticket) {
   uint64_t others = atomic_load(&budget->granted) - ticket->granted,
            used = atomic_load(&budget->used) - ticket->granted;
@@ -84,6 +84,14 @@ static void set_grant(api_budget *budget, api_ticket *ticket, uint64_t bytes, bo
   atomic_fetch_add(&budget->used, bytes - ticket->granted);
   atomic_fetch_add(&budget->granted, bytes - ticket->granted);
   ticket->granted = bytes;
+}
+
+/* Sets the grant to `bytes`, or, for a request that is alone, to as many of them as are left. */
+static void set_fitting(api_budget *budget, api_ticket *ticket, uint64_t bytes) {
+  uint64_t others = atomic_load(&budget->used) - ticket->granted,
+           left = budget->limit > others ? budget->limit - others : 0;
+  if (bytes > left) bytes = left > ticket->granted ? left : ticket->granted;
+  set_grant(budget, ticket, bytes, false);
 }
 
 static void link_last(api_budget *budget, api_ticket *ticket) {
@@ -132,7 +140,7 @@ static bool raise_grant(api_budget *budget, api_ticket *ticket, uint64_t bytes) 
   while ((missing = shortage(budget, more)) > 0)
     if (!relieve(budget, missing)) break;
   if (missing > 0 && !is_alone(budget, ticket)) return false;
-  set_grant(budget, ticket, bytes, false);
+  set_fitting(budget, ticket, bytes);
   return true;
 }
 
@@ -156,7 +164,7 @@ static void serve_waiting(api_budget *budget) {
       relieve(budget, shortage(budget, budget->first->needed));
       continue;
     }
-    set_grant(budget, ticket, ticket->needed, false);
+    set_fitting(budget, ticket, ticket->needed);
     unlink_ticket(budget, ticket);
     pthread_mutex_unlock(&budget->lock);
     ticket->wake(ticket);
@@ -204,7 +212,7 @@ bool api_budget_grant(api_budget *budget, api_ticket *ticket, uint64_t bytes) {
 bool api_budget_keep(api_budget *budget, api_ticket *ticket, uint64_t bytes) {
   if (!api_budget_grant(budget, ticket, bytes)) return false;
   pthread_mutex_lock(&budget->lock);
-  set_grant(budget, ticket, bytes, true);
+  set_grant(budget, ticket, bytes < ticket->granted ? bytes : ticket->granted, true);
   pthread_mutex_unlock(&budget->lock);
   api_budget_poke(budget); /* the queue's first may be alone now */
   return true;

@@ -3,8 +3,9 @@
  * Two kinds of memory count. Existing memory (cache entries, bodies) is added when it is allocated and
  * subtracted when it is freed; that never fails. Memory that a request is about to use is granted to its
  * ticket beforehand; a request whose grant does not fit waits. A grant makes room by evicting idle cache
- * entries. A request is always granted what it asks for if no other request that computes has a grant: a
- * request that is alone is never refused. */
+ * entries. If no other request that computes has a grant, a request is granted as much of what it asks for as
+ * is left: what it asks for is a bound, and its meter (lib/base/meter.c) compares what it takes with the
+ * grant. */
 #ifndef API_BUDGET_H
 #define API_BUDGET_H
 
@@ -30,8 +31,8 @@ uint64_t api_budget_used(api_budget *budget);
 /* The part of it that is granted to tickets. */
 uint64_t api_budget_granted(api_budget *budget);
 
-/* Sets the ticket's grant to `bytes` in all, more or less than before. False when an increase does not fit:
- * the grant is unchanged. */
+/* Sets the ticket's grant to `bytes` in all, more or less than before; of more, a request that is alone may
+ * get a part (ticket->granted). False when an increase does not fit: the grant is unchanged. */
 bool api_budget_grant(api_budget *budget, api_ticket *ticket, uint64_t bytes);
 /* The same for the memory of a finished answer. A client may take very long to read it, so answers do not
  * keep another request from being alone unless more than an eighth of the budget is in use. */

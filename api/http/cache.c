@@ -195,13 +195,16 @@ static api_entry *add(api_cache *cache, const char *key, uint32_t hash, api_entr
 
 /* ---- outside the lock ---------------------------------------------------------------------------- */
 
+/* Counts a value as the cache's; until now it was charged to the work that made it. */
 static void add_bytes(api_cache *cache, const api_built *built) {
+  tw_meter_give_back(built->size);
   atomic_fetch_add(&tally_of(cache, built)->bytes, built->size);
   api_budget_add(cache->budget, built->size);
 }
 
 static uint64_t destroy_chain(api_cache *cache, api_entry *entry) {
   uint64_t freed = 0;
+  tw_meter *meter = tw_meter_use(NULL); /* the entries are not of the work that makes room */
   while (entry) {
     api_entry *next = entry->next_in_bucket;
     if (entry->state == READY) {
@@ -212,6 +215,7 @@ static uint64_t destroy_chain(api_cache *cache, api_entry *entry) {
     free(entry);
     entry = next;
   }
+  tw_meter_use(meter);
   if (freed > 0) api_budget_subtract(cache->budget, freed);
   return freed;
 }
@@ -346,6 +350,7 @@ static api_entry *build_entry(api_cache *cache, api_entry *entry, api_ticket *ti
                               void *context, api_fault *fault) {
   api_built built = {0};
   bool is_built = build(context, &built, fault);
+  if (!is_built) api_fault_without_grant(fault);
   built.size += sizeof *entry + strlen(entry->key);
   if (is_built) {
     atomic_fetch_add(&tally_of(cache, &built)->misses, 1);

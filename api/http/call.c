@@ -52,9 +52,15 @@ api_outcome api_call_take(api_call *call, const char *key, api_build build, void
 
 bool api_grant(api_call *call, uint64_t bytes) {
   api_ticket *ticket = call->request->ticket;
+  tw_meter *meter = tw_meter_current();
+  int64_t held = meter ? atomic_load(&meter->held) : 0;
   bytes += tw_arena_size(call->arena);
   if (bytes < ticket->needed) bytes = ticket->needed;
-  if (api_budget_grant(call->service->budget, ticket, bytes)) return true;
+  if (held > 0 && bytes < (uint64_t)held) bytes = (uint64_t)held;
+  if (bytes > call->service->limits.max_memory) bytes = call->service->limits.max_memory;
+  bool is_granted = api_budget_grant(call->service->budget, ticket, bytes);
+  if (meter) atomic_store(&meter->limit, ticket->granted + API_UNGRANTED);
+  if (is_granted) return true;
   call->fault = (api_fault){.stall = API_STALL_MEMORY, .needed = bytes};
   return false;
 }

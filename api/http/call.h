@@ -52,10 +52,14 @@ api_outcome api_fail_without_memory(api_call *call);
  * NULL: built for this call alone. */
 api_outcome api_call_take(api_call *call, const char *key, api_build build, void *context, api_entry **out);
 
+/* Bytes that a running request may hold without a grant: most light ones take less. */
+enum { API_UNGRANTED = 256 << 10 };
+
 /* Sets the memory granted to the request to what the call's arena holds and `bytes` more, for what it does
  * next, in the arena or elsewhere; but not below what it has waited for: after a wait the request begins
- * anew, and two requests that released that memory on the way would take it from each other for ever. False:
- * the fault stalls. */
+ * anew, and two requests that released that memory on the way would take it from each other for ever; and not
+ * above --max-memory, since `bytes` is a bound. What the request really takes is metered. False: the fault
+ * stalls. */
 bool api_grant(api_call *call, uint64_t bytes);
 
 /* The header's value, see api_request; NULL when absent. */

@@ -33,6 +33,14 @@ bool api_fault_without_memory(api_fault *fault) {
   return api_fault_complete(fault);
 }
 
+bool api_fault_without_grant(api_fault *fault) {
+  tw_meter *meter = tw_meter_current();
+  uint64_t missing = meter ? atomic_exchange(&meter->missing, 0) : 0;
+  if (missing == 0 || fault->stall != API_STALL_NONE || fault->error.status != TW_NO_MEMORY) return false;
+  *fault = (api_fault){.stall = API_STALL_MEMORY, .needed = missing + missing / 2, .is_measured = true};
+  return false;
+}
+
 typedef struct problem_kind {
   int status;
   const char *name, *title;

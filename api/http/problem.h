@@ -19,6 +19,7 @@ typedef struct api_fault {
   api_stall stall;           /* unless NONE, only `awaited` and `needed` are meaningful */
   struct api_entry *awaited; /* a reference, see api_cache_wait */
   uint64_t needed;
+  bool is_measured; /* the request took its grant and needed more; else `needed` is a bound */
   int status;
   api_refusal refusal;    /* where the status does not imply it */
   tw_error error;         /* detail, and the place in the document */
@@ -37,6 +38,9 @@ typedef struct api_fault {
 /* Completes a fault whose error is filled: sets its status, and Retry-After for 503. */
 bool api_fault_complete(api_fault *fault);
 bool api_fault_without_memory(api_fault *fault);
+/* Turns the fault of an allocation that the request's meter refused into a stall for that memory; leaves
+ * other faults alone. */
+bool api_fault_without_grant(api_fault *fault);
 
 /* Fills an answer that is zeroed except for its memory. */
 void api_problem_fill(const api_fault *fault, const char *request_id, api_answer *answer);

@@ -8,6 +8,7 @@
 #include "near_names.h"
 #include "service.h"
 
+#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -431,6 +432,40 @@ api_verdict api_open(api_service *service, const api_request *request, api_answe
   return API_REFUSED;
 }
 
+/* The meter of a running request. Threads that compute parts of it ask for memory too. */
+typedef struct metered {
+  tw_meter meter;
+  api_call *call;
+  pthread_mutex_t lock;
+} metered;
+
+/* Raises the ticket's grant a little above what is needed, so that the budget is rarely asked. */
+static uint64_t raise_grant(void *owner, uint64_t needed) {
+  metered *m = owner;
+  api_ticket *ticket = m->call->request->ticket;
+  api_budget *budget = m->call->service->budget;
+  uint64_t limit = m->call->service->limits.max_memory, ample = needed + needed / 8;
+  if (ample > limit) ample = limit;
+  pthread_mutex_lock(&m->lock);
+  if (needed <= limit && needed > ticket->granted + API_UNGRANTED && !api_budget_grant(budget, ticket, ample))
+    api_budget_grant(budget, ticket, needed);
+  uint64_t granted = ticket->granted + API_UNGRANTED;
+  pthread_mutex_unlock(&m->lock);
+  return granted;
+}
+
+static bool is_over(void *owner) {
+  const tw_parallel_for *parallel = &((const metered *)owner)->call->service->parallel;
+  return parallel->is_cancelled && parallel->is_cancelled(parallel->owner);
+}
+
+static void meter(metered *m, api_call *call) {
+  m->call = call;
+  pthread_mutex_init(&m->lock, NULL);
+  const tw_meter_host host = {m, raise_grant, is_over};
+  tw_meter_init(&m->meter, &host, call->request->ticket->granted + API_UNGRANTED);
+}
+
 static api_outcome run_stages(api_call *call) {
   api_outcome outcome = admit_route(call);
   if (outcome == API_CONTINUE) outcome = admit_rest(call);
@@ -440,6 +475,17 @@ static api_outcome run_stages(api_call *call) {
   if (outcome == API_DONE) outcome = api_encode(call);
   bool needs_thread = outcome == API_FAILED && call->fault.stall == API_STALL_THREAD;
   return needs_thread ? API_NEEDS_THREAD : outcome;
+}
+
+static api_outcome run_metered(api_call *call) {
+  metered m;
+  meter(&m, call);
+  tw_meter *before = tw_meter_use(&m.meter);
+  api_outcome outcome = run_stages(call);
+  if (outcome == API_FAILED) api_fault_without_grant(&call->fault);
+  tw_meter_use(before);
+  pthread_mutex_destroy(&m.lock);
+  return outcome;
 }
 
 /* Sets the grant to what the finished answer holds; an answer that does not fit makes the request wait like
@@ -452,6 +498,28 @@ static api_outcome keep_grant(api_call *call, api_outcome outcome) {
   if (api_budget_keep(call->service->budget, call->request->ticket, held)) return outcome;
   call->fault = (api_fault){.stall = API_STALL_MEMORY, .needed = held};
   return API_FAILED;
+}
+
+/* Refuses a request whose meter ran out of memory that no wait can give it. */
+static bool is_hopeless(api_call *call) {
+  api_fault *fault = &call->fault;
+  uint64_t limit = call->service->limits.max_memory, waited_for = call->request->ticket->needed;
+  if (fault->stall != API_STALL_MEMORY || !fault->is_measured) return false;
+  if (fault->needed <= limit && fault->needed > waited_for) return false;
+  if (fault->needed > limit && waited_for < limit && fault->needed / 2 <= limit) {
+    fault->needed = limit; /* one attempt with all that there is */
+    return false;
+  }
+  bool is_too_much = fault->needed > limit;
+  *fault = (api_fault){0};
+  if (is_too_much)
+    api_fail_with(call, 422, "this takes more memory than the limit of %llu bytes (--max-memory)",
+                  (unsigned long long)limit);
+  else
+    api_fail_with(call, 503, "the memory for this is in use by other requests");
+  fault->refusal = API_REFUSAL_MEMORY;
+  if (!is_too_much) fault->retry_after_s = 1;
+  return true;
 }
 
 /* Makes the ticket wait for the entry or the memory that the call stalled for. Frees the call. */
@@ -500,13 +568,13 @@ api_progress api_handle(api_service *service, const api_request *request, api_ef
       api_problem(503, "out of memory", request->id, 1, answer);
       return API_ANSWERED;
     }
-    api_outcome outcome = run_stages(&call);
+    api_outcome outcome = run_metered(&call);
     if (outcome == API_NEEDS_THREAD || outcome == API_NEEDS_LOOK) {
       api_answer_deinit(&call.answer);
       return outcome == API_NEEDS_LOOK ? API_LOOK_ON_THREAD : API_AGAIN_ON_THREAD;
     }
     if (!is_stalled(&call, outcome)) outcome = keep_grant(&call, outcome);
-    if (!is_stalled(&call, outcome)) {
+    if (!is_stalled(&call, outcome) || is_hopeless(&call)) {
       api_cache_end(service->cache, request->ticket);
       finish(&call, outcome, answer);
       return API_ANSWERED;

@@ -1,6 +1,7 @@
 /* The service: settings, keys and caches that all requests share. */
 #include "service.h"
 
+#include <cjson/cJSON.h>
 #include <nettle/sha2.h>
 #include <stdlib.h>
 #include <string.h>
@@ -89,6 +90,10 @@ static void run_serially(void *owner, uint32_t count, void (*part)(void *context
   for (uint32_t i = 0; i < count; i++) part(context, i);
 }
 
+static void *allocate_for_json(size_t size) {
+  return tw_alloc(size, 1);
+}
+
 /* A copy of the text, "" for NULL; NULL without memory. */
 static const char *keep_setting(const api_service *service, const char *text) {
   if (!text) text = "";
@@ -98,6 +103,8 @@ static const char *keep_setting(const api_service *service, const char *text) {
 api_service *api_service_create(const api_settings *settings) {
   api_service *service = tw_alloc_zero(1, sizeof *service);
   if (!service) return NULL;
+  cJSON_Hooks hooks = {allocate_for_json, tw_free};
+  cJSON_InitHooks(&hooks); /* documents are charged to the request that reads them */
   service->limits = settings->limits;
   service->store = settings->store;
   service->metrics = settings->metrics;

@@ -158,7 +158,7 @@ static tw_status find_repeated(const tw_clip_keys *keys, uint32_t *track, tw_err
   *track = keys->track_count;
   for (uint32_t i = 1; i < keys->track_count; i++)
     if (all[i].what == all[i - 1].what && all[i].track < *track) *track = all[i].track;
-  free(all);
+  tw_free(all);
   return TW_OK;
 }
 
@@ -239,7 +239,7 @@ static tw_status separate_track(tw_track_keys *track, tw_arena *arena, tw_error 
     else
       *track = out;
   }
-  free(kept);
+  tw_free(kept);
   return status;
 }
 
@@ -291,11 +291,11 @@ tw_status tw_clip_merge(const tw_clip_keys *clips, uint32_t clip_count, uint32_t
   tw_track_keys *tracks = all < UINT32_MAX ? tw_arena_alloc_raw(arena, (size_t)all, sizeof *tracks) : NULL;
   bool *is_moved = tw_alloc_zero(node_count, PATHS * sizeof *is_moved);
   if (!tracks || !is_moved) {
-    free(is_moved);
+    tw_free(is_moved);
     return tw_fail(error, TW_NO_MEMORY, "no memory to merge clips");
   }
   uint32_t count = keep_last(clips, clip_count, (uint32_t)all, is_moved, tracks);
-  free(is_moved);
+  tw_free(is_moved);
   *out = (tw_clip_keys){.track_count = count, .tracks = tracks + (all - count)};
   return TW_OK;
 }

@@ -63,8 +63,8 @@ tw_status tw_nodes_order(const tw_node *nodes, uint32_t node_count, uint32_t *or
   } else {
     status = tw_fail(error, TW_NO_MEMORY, "no memory for the node order");
   }
-  free(links);
-  free(reached_order);
+  tw_free(links);
+  tw_free(reached_order);
   return status;
 }
 

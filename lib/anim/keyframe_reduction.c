@@ -50,12 +50,12 @@ typedef struct reduction {
 } reduction;
 
 static void reduction_deinit(reduction *r) {
-  free(r->grid.times);
-  free(r->grid.values);
-  free(r->keys.times);
-  free(r->keys.values);
-  free(r->sample);
-  free(r->ends);
+  tw_free(r->grid.times);
+  tw_free(r->grid.values);
+  tw_free(r->keys.times);
+  tw_free(r->keys.values);
+  tw_free(r->sample);
+  tw_free(r->ends);
 }
 
 static tw_status widen(samples *list, uint32_t width, tw_error *error) {
@@ -65,9 +65,9 @@ static tw_status widen(samples *list, uint32_t width, tw_error *error) {
     return tw_fail(error, TW_LIMIT, "the clip needs more than %u %s at this tolerance", list->most,
                    list->name);
   size_t row = width * sizeof(float);
-  float *times = room <= SIZE_MAX / row ? realloc(list->times, room * sizeof *times) : NULL;
+  float *times = room <= SIZE_MAX / row ? tw_resize(list->times, room * sizeof *times) : NULL;
   if (times) list->times = times;
-  float *values = times ? realloc(list->values, room * row) : NULL;
+  float *values = times ? tw_resize(list->values, room * row) : NULL;
   if (!values) return tw_fail(error, TW_NO_MEMORY, "no memory for a reduced track");
   list->values = values;
   list->room = room;

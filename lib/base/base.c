@@ -62,16 +62,6 @@ tw_status tw_error_at(tw_error *error, const char *format, ...) {
   return error->status;
 }
 
-void *tw_alloc(size_t count, size_t size) {
-  if (size != 0 && count > SIZE_MAX / size) return NULL;
-  size_t bytes = count * size;
-  return malloc(bytes ? bytes : 1);
-}
-
-void *tw_alloc_zero(size_t count, size_t size) {
-  return calloc(count ? count : 1, size ? size : 1);
-}
-
 /* ---- arena --------------------------------------------------------------------------------------------- */
 
 /* Blocks double in size from ARENA_FIRST to ARENA_BLOCK, so that small arenas stay small. Their memory is
@@ -97,7 +87,7 @@ static arena_block *first_block(tw_arena *arena) {
 }
 
 tw_arena *tw_arena_create(void) {
-  tw_arena *arena = malloc(ARENA_FIRST);
+  tw_arena *arena = tw_alloc(ARENA_FIRST, 1);
   if (!arena) return NULL;
   arena_block *block = first_block(arena);
   *arena = (tw_arena){block, ARENA_FIRST, 2 * (size_t)ARENA_FIRST};
@@ -111,10 +101,10 @@ void tw_arena_destroy(tw_arena *arena) {
   if (!arena) return;
   for (arena_block *block = arena->first; block;) {
     arena_block *next = block->next;
-    if (block != first_block(arena)) free(block);
+    if (block != first_block(arena)) tw_free(block);
     block = next;
   }
-  free(arena);
+  tw_free(arena);
 }
 
 /* Adds a block of `whole` bytes. Unless it is for one array alone it becomes the block in use. NULL without

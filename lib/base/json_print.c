@@ -10,7 +10,7 @@
 #include "number.h"
 
 void tw_text_deinit(tw_text *text) {
-  free(text->data);
+  tw_free(text->data);
   *text = (tw_text){0};
 }
 
@@ -29,7 +29,7 @@ static char *reserve(tw_text *text, size_t more) {
   size_t capacity = 2 * text->capacity, least = text->size + more;
   if (capacity < least) capacity = least;
   if (capacity < 512) capacity = 512;
-  char *data = realloc(text->data, capacity);
+  char *data = tw_resize(text->data, capacity);
   if (!data) {
     text->failed = true;
     return NULL;
@@ -44,7 +44,7 @@ void tw_text_reserve(tw_text *text, size_t more) {
 }
 
 void tw_text_fit(tw_text *text) {
-  char *data = text->size > 0 ? realloc(text->data, text->size) : NULL;
+  char *data = text->size > 0 ? tw_resize(text->data, text->size) : NULL;
   if (!data) return; /* the buffer stays as it is */
   text->data = data;
   text->capacity = text->size;

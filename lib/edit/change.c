@@ -208,7 +208,7 @@ static bool mix_skin(const maker *m) {
     }
     keep_four(pulls, pull_count, joints + 4 * (size_t)p, weights + 4 * (size_t)p);
   }
-  free(pulls);
+  tw_free(pulls);
   m->to->skin = (tw_skin_weights){joints, weights};
   return has_room;
 }
@@ -283,10 +283,10 @@ typedef struct values {
 } values;
 
 static void values_deinit(values *v) {
-  free(v->of_corner);
-  free(v->number);
-  free(v->means);
-  free(v->fresh);
+  tw_free(v->of_corner);
+  tw_free(v->number);
+  tw_free(v->means);
+  tw_free(v->fresh);
 }
 
 /* Whether all corners of a mean have the same value. */
@@ -441,8 +441,8 @@ static bool carry_creases(const maker *m) {
     list_creases(m->change, sharpness, creases);
     has_room = store_creases(m, creases, count);
   }
-  free(creases);
-  free(sharpness);
+  tw_free(creases);
+  tw_free(sharpness);
   return has_room;
 }
 
@@ -464,8 +464,8 @@ static bool carry_sharp_points(const maker *m) {
   for (uint32_t i = 0; has_room && i < to->sharp_point_count; i++)
     sharpness[i] = before[c->point_parents[to->sharp_points[i]]];
   to->point_sharpness = sharpness;
-  free(before);
-  free(is_sharp);
+  tw_free(before);
+  tw_free(is_sharp);
   return has_room;
 }
 
@@ -479,8 +479,8 @@ static bool carry_holes(const maker *m) {
   for (uint32_t f = 0; has_room && f < c->face_count; f++)
     is_hole[f] = before[c->face_parents[f]] && !(c->face_flags[f] & TW_CHANGE_NEW);
   if (has_room) m->to->holes = tw_list_flagged(m->arena, is_hole, 1, c->face_count, &m->to->hole_count);
-  free(before);
-  free(is_hole);
+  tw_free(before);
+  tw_free(is_hole);
   return has_room && m->to->holes;
 }
 
@@ -514,8 +514,8 @@ static bool find_heirs(const uint32_t *parents, const uint8_t *flags, uint32_t c
 }
 
 static void heirs_deinit(heirs *h) {
-  free(h->offsets);
-  free(h->items);
+  tw_free(h->offsets);
+  tw_free(h->items);
 }
 
 static int compare_pairs(const void *left, const void *right) {
@@ -570,7 +570,7 @@ static bool carry_edges(const maker *m, const heirs *h, const uint32_t *next, tw
     for (uint32_t k = h->offsets[edges[i]]; k < h->offsets[edges[i] + 1]; k++)
       put_pair(m->change, h->items[k], next[h->items[k]], pairs[count++]);
   }
-  free(edges);
+  tw_free(edges);
   if (!pairs) return false;
   named->edge_count = sort_pairs(pairs, count);
   named->edges = pairs;
@@ -594,7 +594,7 @@ static bool carry_named(const maker *m, tw_named *named, uint32_t named_count) {
   heirs_deinit(&faces);
   heirs_deinit(&points);
   heirs_deinit(&edges);
-  free(next);
+  tw_free(next);
   return has_room;
 }
 

@@ -145,7 +145,7 @@ tw_status tw_mesh_edit(const tw_mesh *mesh, const tw_model *model, const tw_edit
   tw_status status = e.arena && e.named ? apply_all(&e, edits, edit_count) : tw_editor_no_memory(&e);
   if (status == TW_OK && made) status = hand_out_named(&e, arena, made, made_count);
   if (status == TW_OK) status = tw_editor_copy(&e, arena, out);
-  free(e.named);
+  tw_free(e.named);
   tw_arena_destroy(e.arena);
   return status;
 }

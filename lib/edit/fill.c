@@ -96,7 +96,7 @@ static tw_status find_holes(filler *h) {
 
 static void drop_patches(filler *h) {
   for (uint32_t i = 0; h->patches && i < h->hole_count; i++) tw_patch_deinit(&h->patches[i]);
-  free(h->patches);
+  tw_free(h->patches);
 }
 
 typedef struct hole_size {

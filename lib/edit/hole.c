@@ -153,7 +153,7 @@ static tw_status cover(covering *c, const uint32_t *loop, uint32_t n) {
   for (uint32_t i = 0; i <= n; i++) halves[i] = loop[(begin + i) % n];
   status = cover(c, halves, n / 2 + 1);
   if (status == TW_OK) status = cover(c, halves + n / 2, n - n / 2 + 1);
-  free(halves);
+  tw_free(halves);
   return status;
 }
 
@@ -178,8 +178,8 @@ tw_status tw_patch_triangulate(tw_patch *patch, const tw_editor *editor, tw_hole
     c.penalty = (double)count * around * (around + 1);
     status = cover(&c, loop, count);
   }
-  free(loop);
-  free(c.areas);
-  free(c.splits);
+  tw_free(loop);
+  tw_free(c.areas);
+  tw_free(c.splits);
   return status;
 }

@@ -41,13 +41,13 @@ static bool allocate(fairing *f) {
 }
 
 static void fairing_deinit(fairing *f) {
-  free(f->edges);
-  free(f->shares);
-  free(f->residuals);
-  free(f->gradients);
-  free(f->directions);
-  free(f->laplacians);
-  free(f->displacements);
+  tw_free(f->edges);
+  tw_free(f->shares);
+  tw_free(f->residuals);
+  tw_free(f->gradients);
+  tw_free(f->directions);
+  tw_free(f->laplacians);
+  tw_free(f->displacements);
 }
 
 static void find_edges(fairing *f) {

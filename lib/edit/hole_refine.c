@@ -40,16 +40,16 @@ tw_status tw_rings_find(tw_rings *rings, const tw_editor *editor) {
 /* ---- the patch ----------------------------------------------------------------------------------------- */
 
 void tw_patch_deinit(tw_patch *patch) {
-  free(patch->triangles);
-  free(patch->beyond);
-  free(patch->points);
-  free(patch->scales);
-  free(patch->terms);
+  tw_free(patch->triangles);
+  tw_free(patch->beyond);
+  tw_free(patch->points);
+  tw_free(patch->scales);
+  tw_free(patch->terms);
 }
 
 /* Enlarges an array if *has_room; without memory, clears *has_room and returns the array unchanged. */
 static void *resize(void *array, uint64_t count, size_t size, bool *has_room) {
-  void *larger = *has_room && count <= SIZE_MAX / size ? realloc(array, (size_t)count * size) : NULL;
+  void *larger = *has_room && count <= SIZE_MAX / size ? tw_resize(array, (size_t)count * size) : NULL;
   *has_room = larger != NULL;
   return larger ? larger : array;
 }
@@ -95,7 +95,7 @@ static bool join_triangles(tw_patch *p) {
     p->beyond[edges[i].triangle][edges[i].corner] = edges[i - 1].triangle;
     p->beyond[edges[i - 1].triangle][edges[i - 1].corner] = edges[i].triangle;
   }
-  free(edges);
+  tw_free(edges);
   return edges != NULL;
 }
 

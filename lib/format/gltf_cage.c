@@ -79,7 +79,7 @@ static bool read_cage(cage_reader *cage, const tw_surface *surface, tw_arena *ar
     find_starts(cage);
   }
   tw_surface_reader_destroy(cage->reader);
-  free(cage->corners);
+  tw_free(cage->corners);
   return has_memory;
 }
 

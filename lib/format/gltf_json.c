@@ -196,7 +196,7 @@ static void put_nodes(tw_gltf_writer *writer) {
   for (uint32_t i = 0; facts && i < writer->plan->holder_count; i++)
     put_holder(writer, writer->plan->holders[i]);
   tw_text_add(writer->text, "]");
-  free(facts);
+  tw_free(facts);
 }
 
 /* ---- scenes -------------------------------------------------------------------------------------------- */
@@ -413,5 +413,5 @@ void tw_gltf_put_json(tw_text *text, tw_gltf_plan *plan, const tw_scene *scene) 
   tw_gltf_put_kept(&writer, assets->root, NULL);
   tw_gltf_put_extensions(&writer);
   tw_text_add(text, "}");
-  free(writer.used);
+  tw_free(writer.used);
 }

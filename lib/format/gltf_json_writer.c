@@ -19,7 +19,7 @@ void tw_gltf_note_extension(tw_gltf_writer *writer, const char *text, size_t siz
   if (writer->used_count > 0 && compare_names(&writer->used[writer->used_count - 1], &extension) == 0) return;
   if (writer->used_count == writer->used_capacity) {
     size_t capacity = 2 * writer->used_capacity + 16;
-    tw_gltf_extension *used = realloc(writer->used, capacity * sizeof *used);
+    tw_gltf_extension *used = tw_resize(writer->used, capacity * sizeof *used);
     if (!used) {
       writer->text->failed = true;
       return;

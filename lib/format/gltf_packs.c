@@ -45,8 +45,8 @@ static bool set_init(vertex_set *set) {
 }
 
 static void set_deinit(vertex_set *set) {
-  free(set->rows);
-  free(set->slots);
+  tw_free(set->rows);
+  tw_free(set->slots);
 }
 
 static void set_clear(vertex_set *set) {
@@ -248,14 +248,14 @@ void tw_pack_reader_destroy(tw_pack_reader *reader) {
   tw_triangulator_deinit(&reader->triangles);
   tw_surface_reader_destroy(reader->reader);
   set_deinit(&reader->set);
-  free(reader->order);
-  free(reader->sorted);
-  free(reader->places);
-  free(reader->indices);
-  free(reader->rows);
-  free(reader->bytes);
-  free(reader->encoded);
-  free(reader);
+  tw_free(reader->order);
+  tw_free(reader->sorted);
+  tw_free(reader->places);
+  tw_free(reader->indices);
+  tw_free(reader->rows);
+  tw_free(reader->bytes);
+  tw_free(reader->encoded);
+  tw_free(reader);
 }
 
 /* ---- cutting ------------------------------------------------------------------------------------------- */
@@ -290,7 +290,7 @@ static tw_pack next_pack(tw_pack_reader *r, const tw_surface *surface, const tw_
 static bool add_pack(tw_packs *packs, tw_pack pack) {
   if (packs->pack_count == packs->pack_capacity) {
     uint32_t capacity = 2 * packs->pack_capacity + 4;
-    tw_pack *grown = realloc(packs->packs, capacity * sizeof *grown);
+    tw_pack *grown = tw_resize(packs->packs, capacity * sizeof *grown);
     if (!grown) return false;
     packs->packs = grown;
     packs->pack_capacity = capacity;
@@ -574,8 +574,8 @@ tw_status tw_packs_create(const tw_mesh *mesh, const tw_surface *surface, const 
 void tw_packs_destroy(tw_packs *packs) {
   if (!packs) return;
   tw_arena_destroy(packs->arena);
-  free(packs->packs);
-  free(packs);
+  tw_free(packs->packs);
+  tw_free(packs);
 }
 
 size_t tw_packs_size(const tw_packs *packs) {

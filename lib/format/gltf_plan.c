@@ -23,7 +23,7 @@ static const uint64_t PARTS_MAX = 1 << 18;
 static void *make_room(tw_gltf_plan *plan, void *rows, uint32_t count, size_t size) {
   bool is_full = count == 0 || (count >= 64 && (count & (count - 1)) == 0);
   if (++plan->part_count > PARTS_MAX || plan->lacks_memory) return NULL;
-  void *grown = is_full ? realloc(rows, (count ? 2 * (size_t)count : 64) * size) : rows;
+  void *grown = is_full ? tw_resize(rows, (count ? 2 * (size_t)count : 64) * size) : rows;
   plan->lacks_memory = grown == NULL;
   return grown;
 }
@@ -556,7 +556,7 @@ tw_status tw_gltf_plan_init(tw_gltf_plan *plan, const tw_scene *scene, tw_error 
 
 void tw_gltf_plan_deinit(tw_gltf_plan *plan) {
   tw_arena_destroy(plan->arena);
-  free(plan->views);
-  free(plan->accessors);
+  tw_free(plan->views);
+  tw_free(plan->accessors);
   *plan = (tw_gltf_plan){0};
 }

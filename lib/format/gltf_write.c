@@ -347,11 +347,11 @@ void tw_gltf_stream_destroy(tw_gltf_stream *stream) {
   tw_pack_reader_destroy(stream->packs);
   tw_triangulator_deinit(&stream->triangles);
   tw_surface_reader_destroy(stream->reader);
-  free(stream->rows);
+  tw_free(stream->rows);
   tw_gltf_plan_deinit(&stream->plan);
   tw_text_deinit(&stream->head);
   tw_text_deinit(&stream->tail);
-  free(stream);
+  tw_free(stream);
 }
 
 uint64_t tw_gltf_stream_size(const tw_gltf_stream *stream) {

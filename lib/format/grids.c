@@ -152,8 +152,8 @@ tw_status tw_grids_choose(const tw_model *model, const tw_surface *const *surfac
     find_sets(model, sets, first, grids);
     status = choose(model, surfaces, parallel, sets, extents, grids);
   }
-  free(sets);
-  free(first);
-  free(extents);
+  tw_free(sets);
+  tw_free(first);
+  tw_free(extents);
   return status;
 }

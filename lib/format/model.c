@@ -95,14 +95,14 @@ static tw_status sort_names(tw_model *model, tw_error *error) {
   named_node *sorted = tw_alloc(count, sizeof *sorted);
   uint32_t *nodes = tw_arena_alloc(model->arena, count, sizeof *nodes);
   if (!sorted || !nodes) {
-    free(sorted);
+    tw_free(sorted);
     return tw_fail(error, TW_NO_MEMORY, "out of memory");
   }
   for (uint32_t i = 0; i < model->node_count; i++)
     if (model->nodes[i].name) sorted[next++] = (named_node){model->nodes[i].name, i};
   qsort(sorted, count, sizeof *sorted, compare_named_nodes);
   for (uint32_t i = 0; i < count; i++) nodes[i] = sorted[i].index;
-  free(sorted);
+  tw_free(sorted);
   model->named_node_count = count;
   model->named_nodes = nodes;
   return TW_OK;
@@ -330,7 +330,7 @@ static tw_status check_skinned_nodes(const tw_model *model, tw_error *error) {
     if (model->meshes[node->mesh].skin.joints && highest[node->mesh] >= model->skins[node->skin].joint_count)
       status = fail_at(error, "nodes", i, "/skin", "the mesh uses more joints than the skin has");
   }
-  free(highest);
+  tw_free(highest);
   return status;
 }
 

@@ -102,9 +102,9 @@ static tw_status split_points(tw_obj_reader *reader, uint32_t *mesh_count, uint3
     *mesh_count = (uint32_t)count;
     *ends = found;
   } else {
-    free(found);
+    tw_free(found);
   }
-  free(places);
+  tw_free(places);
   return is_ready ? TW_OK : tw_obj_fail_memory(reader);
 }
 
@@ -288,7 +288,7 @@ static tw_status build_meshes(tw_obj_reader *reader, uint32_t count, const uint3
     part.uv_numbers = scratch + uvs;
     status = build_mesh(&part, &model->meshes[i]);
   }
-  free(scratch);
+  tw_free(scratch);
   return status;
 }
 
@@ -354,7 +354,7 @@ static tw_status build_model(tw_obj_reader *reader, tw_model *model) {
     status = copy_names(reader, &reader->group_names, copy_words, &model->group_count, &model->group_names);
   if (status == TW_OK) status = split_points(reader, &mesh_count, &ends);
   if (status == TW_OK) status = build_meshes(reader, mesh_count, ends, model);
-  free(ends);
+  tw_free(ends);
   return status;
 }
 

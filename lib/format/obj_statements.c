@@ -55,14 +55,14 @@ static tw_status fail_colliding(tw_error *error) {
 /* Doubles names and slots; at most half of the slots are taken. */
 static tw_status grow_names(tw_obj_names *table, tw_error *error) {
   size_t capacity = table->capacity ? table->capacity * 2 : 32;
-  tw_word *grown = realloc(table->names, capacity * sizeof *grown);
+  tw_word *grown = tw_resize(table->names, capacity * sizeof *grown);
   if (grown) table->names = grown;
   uint32_t *slots = tw_alloc_zero(capacity * 2, sizeof *slots);
   if (!grown || !slots) {
-    free(slots);
+    tw_free(slots);
     return tw_fail(error, TW_NO_MEMORY, "out of memory");
   }
-  free(table->slots);
+  tw_free(table->slots);
   table->slots = slots;
   table->capacity = capacity;
   for (size_t i = 0; i < table->count; i++) {
@@ -92,16 +92,16 @@ static tw_status number_name(tw_obj_names *table, tw_word name, uint32_t most, u
 }
 
 static void names_deinit(tw_obj_names *table) {
-  free(table->names);
-  free(table->slots);
+  tw_free(table->names);
+  tw_free(table->slots);
 }
 
 /* ---- the reader ------------------------------------------------------------------------------------- */
 
 void tw_obj_reader_deinit(tw_obj_reader *reader) {
-  free(reader->uvs);
-  free(reader->dropped);
-  free(reader->objects);
+  tw_free(reader->uvs);
+  tw_free(reader->dropped);
+  tw_free(reader->objects);
   names_deinit(&reader->material_names);
   names_deinit(&reader->group_names);
 }
@@ -325,7 +325,7 @@ static bool has_three_points(const uint32_t *corners, uint64_t count) {
 static tw_status drop_face(tw_obj_reader *reader, uint64_t first_corner) {
   uint64_t count = reader->dropped_count;
   if ((count & (count - 1)) == 0) { /* full: the capacity is a power of two */
-    uint32_t *grown = realloc(reader->dropped, (size_t)(count ? 2 * count : 1) * sizeof *grown);
+    uint32_t *grown = tw_resize(reader->dropped, (size_t)(count ? 2 * count : 1) * sizeof *grown);
     if (!grown) return tw_obj_fail_memory(reader);
     reader->dropped = grown;
   }

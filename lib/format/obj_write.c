@@ -400,7 +400,7 @@ static bool place_nodes(tw_obj_stream *stream) {
     tw_pose_locals(stream->scene.posed_by, model->nodes, model->node_count, locals, stream->world);
     tw_pose_world(model->nodes, model->node_order, model->node_count, stream->world, stream->world);
   }
-  free(locals);
+  tw_free(locals);
   return placed;
 }
 
@@ -443,8 +443,8 @@ tw_status tw_obj_stream_create(const tw_scene *scene, tw_obj_stream **out, tw_er
 void tw_obj_stream_destroy(tw_obj_stream *stream) {
   if (!stream) return;
   tw_surface_reader_destroy(stream->reader);
-  for (int i = 0; i < DOMAINS; i++) free(stream->corners[i]);
-  free(stream->world);
-  free(stream->text);
-  free(stream);
+  for (int i = 0; i < DOMAINS; i++) tw_free(stream->corners[i]);
+  tw_free(stream->world);
+  tw_free(stream->text);
+  tw_free(stream);
 }

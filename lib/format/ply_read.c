@@ -454,10 +454,10 @@ static tw_status read_file(ply_file *file, tw_weld weld, uint64_t budget, tw_mod
   if (status == TW_OK) status = read_rows(file, &read, &ignored);
   if (status == TW_OK) status = tw_model_of_polygons(&read, weld, model, file->error);
   if (status == TW_OK) warn_of_unread(file, model);
-  free(read.positions);
-  free(read.colors);
-  free(read.uvs);
-  free(read.normals);
+  tw_free(read.positions);
+  tw_free(read.colors);
+  tw_free(read.uvs);
+  tw_free(read.normals);
   return status;
 }
 
@@ -472,6 +472,6 @@ tw_status tw_ply_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model 
     file->error = error;
     status = read_file(file, weld, tw_reading_size(TW_FORMAT_PLY, size) - size, model);
   }
-  free(file);
+  tw_free(file);
   return tw_model_end(model, status, out, error);
 }

@@ -81,7 +81,7 @@ static tw_status weld_uvs(const tw_soup *soup, const tw_polygons_read *read, con
     *out = (tw_uv_set){count, values, corners};
     if (!values) status = tw_fail(error, TW_NO_MEMORY, "out of memory");
   }
-  free(number);
+  tw_free(number);
   return status;
 }
 
@@ -156,6 +156,6 @@ tw_status tw_model_of_polygons(tw_polygons_read *read, tw_weld weld, tw_model *m
     status = fill_mesh(read, &soup, points, welded.point_count, model, error);
     if (welded.reversed_edges > 0) tw_model_warn(model, TW_REVERSED_WARNING, welded.reversed_edges);
   }
-  free(points);
+  tw_free(points);
   return status;
 }

@@ -196,6 +196,6 @@ tw_status tw_stl_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model 
   }
   if (solids.names > 0)
     tw_model_warn(model, "all solids are one mesh: the names of %u of them are left out", solids.names);
-  free(read.positions);
+  tw_free(read.positions);
   return tw_model_end(model, status, out, error);
 }

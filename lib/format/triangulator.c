@@ -20,8 +20,8 @@ bool tw_triangulator_init(tw_triangulator *triangles, const tw_surface *const *s
 }
 
 void tw_triangulator_deinit(tw_triangulator *triangles) {
-  free(triangles->corners);
-  free(triangles->sizes);
+  tw_free(triangles->corners);
+  tw_free(triangles->sizes);
 }
 
 tw_surface_group tw_take_material(const tw_surface *surface, uint32_t *i) {

@@ -79,7 +79,7 @@ static tw_status sort_corners(tw_ear_clipper *k) {
     k->order[i] = sorted[i].corner;
     k->corners[sorted[i].corner].place = i;
   }
-  free(sorted);
+  tw_free(sorted);
   return TW_OK;
 }
 

@@ -31,9 +31,9 @@ typedef struct finder {
 } finder;
 
 static void finder_deinit(finder *f) {
-  free(f->face_normals);
-  free(f->pieces);
-  free(f->normals_decide);
+  tw_free(f->face_normals);
+  tw_free(f->pieces);
+  tw_free(f->normals_decide);
 }
 
 /* ---- angles --------------------------------------------------------------------------------- */

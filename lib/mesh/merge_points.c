@@ -22,9 +22,9 @@ typedef struct merger {
 } merger;
 
 static void merger_deinit(merger *m) {
-  free(m->seen);
-  free(m->face_of);
-  for (uint32_t s = 0; s < TW_UV_SETS_MAX; s++) free(m->uvs[s]);
+  tw_free(m->seen);
+  tw_free(m->face_of);
+  for (uint32_t s = 0; s < TW_UV_SETS_MAX; s++) tw_free(m->uvs[s]);
 }
 
 /* Does everything that can fail, before the mesh is touched. */
@@ -166,7 +166,7 @@ tw_status tw_mesh_close_seams(tw_mesh *mesh, tw_merged *out, uint32_t *reversed,
   tw_status status = point_of ? tw_weld_points(&soup, point_of, &welded, error) : no_memory(error);
   if (status == TW_OK) status = merge(mesh, point_of, welded.point_count, out, error);
   *reversed = welded.reversed_edges;
-  free(point_of);
+  tw_free(point_of);
   return status;
 }
 
@@ -176,6 +176,6 @@ tw_status tw_mesh_merge_within(tw_mesh *mesh, double distance, tw_merged *out, t
       point_of ? tw_weld_within(mesh->positions, mesh->point_count, distance, point_of, &count, error)
                : no_memory(error);
   if (status == TW_OK) status = merge(mesh, point_of, count, out, error);
-  free(point_of);
+  tw_free(point_of);
   return status;
 }

@@ -20,7 +20,7 @@ static tw_status count_components(const tw_topology *t, const uint8_t *flags, ui
   if (!pieces) return TW_NO_MEMORY;
   tw_topology_find_pieces(t, pieces);
   for (uint32_t v = 0; v < t->vertex_count; v++) *out += (flags[v] & VERTEX_USED) && pieces[v] == v;
-  free(pieces);
+  tw_free(pieces);
   return TW_OK;
 }
 
@@ -59,7 +59,7 @@ static tw_status count_loops(const tw_topology *t, uint32_t *sectors, uint32_t *
     joined += tw_union_find_join(sectors, t->edge_corner[e], tw_corner_next(t, t->edge_corner[e]));
   }
   *out = count - joined;
-  free(met);
+  tw_free(met);
   return met ? TW_OK : TW_NO_MEMORY;
 }
 
@@ -103,9 +103,9 @@ static tw_status look_round_points(const tw_topology *t, uint8_t *flags, tw_mesh
     flag_points(t, last, flags);
     flag_sectors(t, sectors, last, flags);
   }
-  free(last);
+  tw_free(last);
   if (status == TW_OK && facts->boundary_edges > 0) status = count_loops(t, sectors, &facts->boundary_loops);
-  free(sectors);
+  tw_free(sectors);
   return status;
 }
 
@@ -176,8 +176,8 @@ static tw_status describe_seams(const tw_mesh *mesh, const tw_topology *t, tw_me
                          ? tw_find_equal_rows(mesh->positions, 3, mesh->point_count, places, NULL)
                          : TW_NO_MEMORY;
   if (status == TW_OK) match_borders(t, places, borders, facts);
-  free(places);
-  free(borders);
+  tw_free(places);
+  tw_free(borders);
   return status;
 }
 
@@ -246,7 +246,7 @@ static tw_status describe_valences(const tw_topology *t, const uint8_t *flags, t
     if (is_extraordinary(flags[v], values[v])) values[facts->extraordinary_vertices++] = values[v];
   tw_status status = tally(values, facts->extraordinary_vertices, &facts->valences, &facts->valence_vertices,
                            &facts->valence_count);
-  free(values);
+  tw_free(values);
   return status;
 }
 
@@ -262,7 +262,7 @@ static tw_status describe_faces(const tw_mesh *mesh, tw_mesh_stats *facts) {
   }
   tw_status status =
       tally(sizes, mesh->face_count, &facts->face_sizes, &facts->face_size_faces, &facts->face_size_count);
-  free(sizes);
+  tw_free(sizes);
   return status;
 }
 
@@ -273,7 +273,7 @@ static tw_status describe_groups(const tw_mesh *mesh, tw_mesh_stats *facts) {
   for (uint32_t f = 0; f < mesh->face_count; f++)
     if (mesh->face_groups[f] != UINT32_MAX) values[count++] = mesh->face_groups[f];
   tw_status status = tally(values, count, &facts->groups, &facts->group_faces, &facts->group_count);
-  free(values);
+  tw_free(values);
   return status;
 }
 
@@ -339,14 +339,14 @@ tw_status tw_mesh_describe(const tw_mesh *mesh, tw_mesh_stats *facts, tw_error *
 }
 
 void tw_mesh_stats_deinit(tw_mesh_stats *facts) {
-  free(facts->valences);
-  free(facts->valence_vertices);
-  free(facts->face_sizes);
-  free(facts->face_size_faces);
-  free(facts->groups);
-  free(facts->group_faces);
-  free(facts->nonmanifold_edge_points);
-  free(facts->nonmanifold_vertex_points);
-  free(facts->reversed_edge_points);
+  tw_free(facts->valences);
+  tw_free(facts->valence_vertices);
+  tw_free(facts->face_sizes);
+  tw_free(facts->face_size_faces);
+  tw_free(facts->groups);
+  tw_free(facts->group_faces);
+  tw_free(facts->nonmanifold_edge_points);
+  tw_free(facts->nonmanifold_vertex_points);
+  tw_free(facts->reversed_edge_points);
   memset(facts, 0, sizeof *facts);
 }

@@ -250,8 +250,8 @@ static tw_status pair_others(pairing *p) {
     p->partner[c->face] = c->other;
     p->partner[c->other] = c->face;
   }
-  free(edges);
-  free(candidates);
+  tw_free(edges);
+  tw_free(candidates);
   return is_done ? TW_OK : TW_NO_MEMORY;
 }
 
@@ -271,9 +271,9 @@ static tw_status choose_pairs(pairing *p, uint32_t *count) {
 }
 
 static void pairing_deinit(pairing *p) {
-  free(p->partner);
-  free(p->pattern);
-  free(p->best);
+  tw_free(p->partner);
+  tw_free(p->pattern);
+  tw_free(p->best);
 }
 
 /* ---- joining ---------------------------------------------------------------------------------- */

@@ -586,7 +586,7 @@ static tw_status make_icosphere(builder *b) {
         add_ico_triangle(b, points, wrapped);
         if (i + j + 1 < n) add_ico_triangle(b, (const uint32_t[3]){points[1], points[3], points[2]}, wrapped);
       }
-  free(wrapped);
+  tw_free(wrapped);
   return TW_OK;
 }
 
@@ -625,8 +625,8 @@ static tw_status sort_points(builder *b, float *positions) {
     for (uint32_t c = 0; c < b->corner_count; c++) b->corners[c] = rank[b->corners[c]];
   }
   bool is_done = sorted && rank;
-  free(sorted);
-  free(rank);
+  tw_free(sorted);
+  tw_free(rank);
   return is_done ? TW_OK : TW_NO_MEMORY;
 }
 
@@ -668,7 +668,7 @@ tw_status tw_shape_make(const tw_shape *shape, tw_arena *arena, tw_mesh *out, tw
   status = positions ? allocate(&b, &counts, arena) : TW_NO_MEMORY;
   if (status == TW_OK) status = make_elements(&b);
   if (status == TW_OK) status = sort_points(&b, positions);
-  free(b.points);
+  tw_free(b.points);
   if (status != TW_OK) return tw_fail(error, status, "out of memory");
   assert(b.point_count == counts.points && b.face_count == counts.faces && b.corner_count == counts.corners);
   assert(b.uv_count <= counts.uvs);

@@ -202,8 +202,8 @@ static tw_status pair(tw_topology *t, const uint32_t *known_edges, tw_arena *are
     for (uint32_t v = 0; v < t->vertex_count; v++)
       join_bucket(t, halves + buckets[v], buckets[v + 1] - buckets[v]);
   }
-  free(buckets);
-  free(halves);
+  tw_free(buckets);
+  tw_free(halves);
   return has_room ? TW_OK : TW_NO_MEMORY;
 }
 
@@ -310,8 +310,8 @@ tw_status tw_topology_cut(const tw_topology *full, uint32_t face_count, const ui
     out->edge_sharpness[e] = full->edge_sharpness[edges[out->edge_corner[e]]];
   for (uint32_t v = 0; status == TW_OK && v < count; v++)
     out->vertex_sharpness[v] = full->vertex_sharpness[(*vertices)[v]];
-  free(names);
-  free(edges);
+  tw_free(names);
+  tw_free(edges);
   return status;
 }
 

@@ -62,7 +62,7 @@ static tw_status sort_in_buckets(bucket_fn *bucket_of, uint32_t count, uint32_t 
   /* Each start has moved to its bucket's end. */
   for (uint32_t b = 0, begin = 0; b < bucket_count; begin = starts[b++])
     if (starts[b] - begin > 1) sort_items(order + begin, starts[b] - begin, less, context);
-  free(starts);
+  tw_free(starts);
   return TW_OK;
 }
 
@@ -135,7 +135,7 @@ static tw_status find_places(places at, uint32_t count, uint32_t *first, bool *s
     first[order[i]] = again ? first[order[i - 1]] : order[i];
     *split |= again;
   }
-  free(order);
+  tw_free(order);
   return status;
 }
 
@@ -242,9 +242,9 @@ static tw_status join_split_vertices(const tw_soup *soup, const uint32_t *place,
   tw_status status = sides && order && several
                          ? join_sides(soup, place, uvs, sides, order, several, joined, reversed, error)
                          : no_memory(error);
-  free(sides);
-  free(order);
-  free(several);
+  tw_free(sides);
+  tw_free(order);
+  tw_free(several);
   return status;
 }
 
@@ -279,7 +279,7 @@ tw_status tw_weld_points(const tw_soup *soup, uint32_t *point_of_vertex, tw_weld
   if (status == TW_OK && split)
     status = join_split_vertices(soup, place, NULL, joined, &out->reversed_edges, error);
   if (status == TW_OK) out->point_count = number_roots(joined, soup->vertex_count, point_of_vertex);
-  free(place);
+  tw_free(place);
   return status;
 }
 
@@ -296,7 +296,7 @@ static tw_status find_first_vertices(const uint32_t *point_of_vertex, uint32_t v
   if (!of_point) return no_memory(error);
   for (uint32_t v = vertex_count; v-- > 0;) of_point[point_of_vertex[v]] = v;
   for (uint32_t v = 0; v < vertex_count; v++) first[v] = of_point[point_of_vertex[v]];
-  free(of_point);
+  tw_free(of_point);
   return TW_OK;
 }
 
@@ -309,7 +309,7 @@ tw_status tw_weld_uvs(const tw_soup *soup, const uint32_t *point_of_vertex, uint
   tw_status status = find_first_vertices(point_of_vertex, soup->vertex_count, point_count, place, error);
   if (status == TW_OK) status = join_split_vertices(soup, place, uvs, joined, &reversed, error);
   if (status == TW_OK) *value_count = number_roots(joined, soup->vertex_count, value_of_vertex);
-  free(place);
+  tw_free(place);
   return status;
 }
 
@@ -391,7 +391,7 @@ static tw_status find_near(const float *positions, uint32_t count, double distan
   sort_items(order, count, cell_less, &grid);
   for (uint32_t i = 0; i < count; i++)
     if (first[i] == i) take_near(&grid, i, first);
-  free(order);
+  tw_free(order);
   return TW_OK;
 }
 
@@ -404,6 +404,6 @@ tw_status tw_weld_within(const float *positions, uint32_t count, double distance
   *point_count = 0;
   for (uint32_t i = 0; i < count && status == TW_OK; i++)
     point_of[i] = first[i] == i ? (*point_count)++ : point_of[first[i]];
-  free(first);
+  tw_free(first);
   return status;
 }

@@ -66,8 +66,8 @@ tw_spline *tw_spline_tables_create(uint32_t depth) {
   size_t room = ((size_t)1 << depth) + 3;
   double(*points)[4] = tw_alloc_zero(room, 2 * sizeof *points);
   if (!tables || !points) {
-    free(tables);
-    free(points);
+    tw_free(tables);
+    tw_free(points);
     return NULL;
   }
   tw_point *rows = (tw_point *)(void *)(tables + depth + 1);
@@ -82,7 +82,7 @@ tw_spline *tw_spline_tables_create(uint32_t depth) {
     at = next;
     next = swap;
   }
-  free(points);
+  tw_free(points);
   return tables;
 }
 

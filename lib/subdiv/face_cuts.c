@@ -30,14 +30,14 @@ static bool has_room(face_cutter *k, uint32_t triangles) {
   tw_surface *s = k->surface;
   if (s->cut_count == k->cut_room) {
     uint32_t room = 2 * k->cut_room + 16;
-    tw_face_cut *grown = realloc(s->cuts, room * sizeof *grown);
+    tw_face_cut *grown = tw_resize(s->cuts, room * sizeof *grown);
     if (!grown) return false;
     s->cuts = grown;
     k->cut_room = room;
   }
   if (s->cut_triangle_count + triangles > k->triangle_room) {
     uint64_t room = 2 * k->triangle_room + triangles;
-    void *grown = realloc(s->cut_triangles, (size_t)room * sizeof *s->cut_triangles);
+    void *grown = tw_resize(s->cut_triangles, (size_t)room * sizeof *s->cut_triangles);
     if (!grown) return false;
     s->cut_triangles = grown;
     k->triangle_room = room;

@@ -29,7 +29,7 @@ static tw_status number_values(const tw_topology *cage, const tw_uv_set *set, ui
     uint32_t first = cage->fan_offsets[v], size = cage->fan_offsets[v + 1] - first;
     value_offsets[v] = count;
     if (size > room) {
-      free(fan);
+      tw_free(fan);
       room = size < 32 ? 32 : size;
       fan = tw_alloc(room, sizeof *fan);
       if (!fan) return TW_NO_MEMORY;
@@ -45,7 +45,7 @@ static tw_status number_values(const tw_topology *cage, const tw_uv_set *set, ui
     }
   }
   value_offsets[cage->vertex_count] = count;
-  free(fan);
+  tw_free(fan);
   return TW_OK;
 }
 
@@ -214,6 +214,6 @@ tw_status tw_uv_topology(const tw_topology *cage, const tw_uv_set *set, tw_uv_ru
   float *room = tw_alloc(greatest_ring(cage), sizeof *room);
   for (uint32_t v = 0; room && v < cage->vertex_count; v++)
     pin_values(cage, v, rule, offsets[v], offsets[v + 1], room, out);
-  free(room);
+  tw_free(room);
   return room ? TW_OK : TW_NO_MEMORY;
 }

@@ -396,13 +396,13 @@ tw_status tw_levels_refine(const tw_levels *levels, const tw_point *cage, const 
     bool last = step + 1 == levels->level;
     tw_point *points = last ? out : tw_alloc(levels->at[step + 1].vertex_count, sizeof *points);
     if (points) refine_step(levels, step, above, parallel, points);
-    free(kept);
+    tw_free(kept);
     if (!points) return TW_NO_MEMORY;
     above = points;
     kept = last ? NULL : points;
     status = tw_parallel_for_status(parallel);
   }
-  free(kept);
+  tw_free(kept);
   return status;
 }
 

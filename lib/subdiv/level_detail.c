@@ -193,7 +193,7 @@ static void add_vertices(void *context, uint32_t part, uint32_t begin, uint32_t 
       point[c] = in_range(point[c]);
     }
   }
-  free(frames.mask);
+  tw_free(frames.mask);
 }
 
 /* Writes the displaced positions to `after`. All frames are computed from `before`, in which no vertex has
@@ -215,7 +215,7 @@ static tw_status add_own(const tw_detail_step *step, const tw_detail *detail, co
   if (!before) return TW_NO_MEMORY;
   memcpy(before, positions, count * sizeof *before);
   tw_status status = add_detail(detail, step->topology, step->rules->linear, parallel, before, positions);
-  free(before);
+  tw_free(before);
   return status;
 }
 

@@ -48,7 +48,7 @@ typedef struct growing {
 static void *push(growing *g, const void *item) {
   if (g->count == g->room) {
     size_t room = g->room ? 2 * g->room : 256;
-    char *items = room < SIZE_MAX / 2 / g->size ? realloc(g->items, room * g->size) : NULL;
+    char *items = room < SIZE_MAX / 2 / g->size ? tw_resize(g->items, room * g->size) : NULL;
     if (!items) {
       g->failed = true;
       return NULL;
@@ -66,7 +66,7 @@ static void *push(growing *g, const void *item) {
 static void *move_to_arena(growing *g, tw_arena *arena) {
   void *out = g->failed ? NULL : tw_arena_alloc_raw(arena, g->count, g->size);
   if (out && g->count > 0) memcpy(out, g->items, g->count * g->size);
-  free(g->items);
+  tw_free(g->items);
   *g = (growing){.size = g->size};
   return out;
 }
@@ -283,7 +283,7 @@ static tw_status list_masks(const listing *l, const strip *s, uint32_t field, ui
     list_mask(l, s, field, step, t->vertex_count + e, level->vertex_count + (s->edges[field][e] >> 1), &list);
   }
   bool complete = list.room != NULL;
-  free(list.room);
+  tw_free(list.room);
   uint32_t end = (uint32_t)list.shares.count;
   push(&list.first, &end);
   tw_level_masks *out = &l->levels[field].masks[step];
@@ -393,7 +393,7 @@ static tw_status list_limits(const listing *l, const strip *s, uint32_t field) {
     push_entries(l, s, field, corner, false, room, &entries);
   }
   bool complete = room != NULL;
-  free(room);
+  tw_free(room);
   uint32_t end = (uint32_t)entries.count;
   push(&first, &end);
   tw_level_limits *out = &l->levels[field].limits;
@@ -600,9 +600,9 @@ static tw_status list_rows(const listing *l, const strip *s) {
   }
   if (status == TW_OK) status = store_rows(l, &list);
   if (status == TW_OK && list.parted) status = list_corners(l, &list, new_row);
-  free(list.room);
-  free(list.rows.items);
-  free(list.entries.items);
+  tw_free(list.room);
+  tw_free(list.rows.items);
+  tw_free(list.entries.items);
   return status;
 }
 

@@ -290,7 +290,7 @@ static tw_status make_weights(const tw_levels_inputs *inputs, tw_arena *arena, t
     fill_weights(n, weights + at);
     at += 2 * n;
   }
-  free(used);
+  tw_free(used);
   out->weights_of = weights_of;
   out->weights = weights;
   return weights_of && weights ? TW_OK : TW_NO_MEMORY;

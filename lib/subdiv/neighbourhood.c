@@ -114,9 +114,9 @@ tw_collector *tw_collector_create(const tw_topology *topology, bool chaikin) {
 
 void tw_collector_destroy(tw_collector *collector) {
   if (!collector) return;
-  free(collector->vertex_marks);
-  free(collector->face_marks);
-  free(collector);
+  tw_free(collector->vertex_marks);
+  tw_free(collector->face_marks);
+  tw_free(collector);
 }
 
 static bool collect_point(tw_collector *c, uint32_t vertex) {

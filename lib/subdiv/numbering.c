@@ -229,9 +229,9 @@ static tw_status number_corners(vertex_numberer *n, const uint8_t *chosen) {
     for (uint32_t i = first; i < base->fan_offsets[v + 1]; i++) n->place[base->fan_corners[i]] = i - first;
     number_vertex(n, v);
   }
-  free(n->place);
-  free(n->sector);
-  free(n->entries);
+  tw_free(n->place);
+  tw_free(n->sector);
+  tw_free(n->entries);
   return complete ? TW_OK : TW_NO_MEMORY;
 }
 

@@ -38,7 +38,7 @@ tw_status tw_open_cut(const tw_topology *full, const uint32_t *faces, uint32_t f
   tw_status status =
       from ? tw_topology_cut(full, face_count, NULL, size * face_count, from, arena, out, vertices)
            : TW_NO_MEMORY;
-  free(from);
+  tw_free(from);
   if (status != TW_OK) return status;
   tw_topology_sharpen(out, false);
   return full->semi_sum ? tw_topology_sum_semi(out, arena) : TW_OK;

@@ -27,7 +27,7 @@ static tw_status append_controls(control_list *list, const uint32_t *points, uin
     uint32_t *grown = tw_alloc((size_t)capacity, sizeof *grown);
     if (!grown) return TW_NO_MEMORY;
     memcpy(grown, list->points, list->count * sizeof *grown);
-    free(list->points);
+    tw_free(list->points);
     list->points = grown;
     list->capacity = (uint32_t)capacity;
   }
@@ -119,9 +119,9 @@ tw_status tw_patches_create(tw_patches *patches, const tw_topology *base, const 
 }
 
 void tw_patches_deinit(tw_patches *patches) {
-  free(patches->patches);
-  free(patches->controls);
-  free(patches->splines);
+  tw_free(patches->patches);
+  tw_free(patches->controls);
+  tw_free(patches->splines);
   memset(patches, 0, sizeof *patches);
 }
 

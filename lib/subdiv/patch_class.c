@@ -36,8 +36,8 @@ void tw_patch_shapes_destroy(tw_patch_shapes *shapes) {
   if (!shapes) return;
   tw_arena_destroy(shapes->arena);
   tw_arena_destroy(shapes->stencils);
-  free(shapes->buckets);
-  free(shapes);
+  tw_free(shapes->buckets);
+  tw_free(shapes);
 }
 
 size_t tw_patch_shapes_size(const tw_patch_shapes *shapes) {
@@ -84,7 +84,7 @@ static tw_status make_masks(tw_patch_shapes *shapes, const tw_topology *t, tw_pa
     shape->masks[k] = entries;
     shape->framed[k] = tw_limit_frame(t, false, k, shape->frames[k]);
   }
-  free(room);
+  tw_free(room);
   return complete ? TW_OK : TW_NO_MEMORY;
 }
 
@@ -250,7 +250,7 @@ static void add_buckets(tw_patch_shapes *shapes) {
       next = shape->next;
       link_class(shapes, shape);
     }
-  free(old);
+  tw_free(old);
 }
 
 /* Makes the class of a neighbourhood. Its refinement step is made when a depth is asked for. */

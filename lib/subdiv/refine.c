@@ -74,7 +74,7 @@ static void sum_masks(void *context, uint32_t part, uint32_t begin, uint32_t end
     else
       sum_shares(j, shares, count, j->width, out);
   }
-  free(shares);
+  tw_free(shares);
 }
 
 tw_status tw_refine_values(const tw_topology *parent, const tw_rules *rules, uint32_t width, const double *in,

@@ -14,9 +14,9 @@ static const float negligible = 1e-7f;
 /* ---- sums ----------------------------------------------------------------------------------- */
 
 static void joint_sum_deinit(tw_joint_sum *sum) {
-  free(sum->joints);
-  free(sum->weights);
-  free(sum->places);
+  tw_free(sum->joints);
+  tw_free(sum->weights);
+  tw_free(sum->places);
   memset(sum, 0, sizeof *sum);
 }
 
@@ -90,9 +90,9 @@ void tw_skin_write_rows(const tw_skin_row *rows, size_t count, tw_skin_columns o
 /* ---- building ------------------------------------------------------------------------------- */
 
 void tw_influences_deinit(tw_influences *influences) {
-  free(influences->offsets);
-  free(influences->joints);
-  free(influences->weights);
+  tw_free(influences->offsets);
+  tw_free(influences->joints);
+  tw_free(influences->weights);
   *influences = (tw_influences){0};
 }
 
@@ -118,9 +118,9 @@ static bool make_room(tw_influences *out, size_t count) {
   if (need <= out->capacity) return true;
   size_t capacity = need + need / 2;
   if (capacity > SIZE_MAX / sizeof *out->weights) return false;
-  uint16_t *joints = realloc(out->joints, capacity * sizeof *joints);
+  uint16_t *joints = tw_resize(out->joints, capacity * sizeof *joints);
   if (joints) out->joints = joints;
-  float *weights = joints ? realloc(out->weights, capacity * sizeof *weights) : NULL;
+  float *weights = joints ? tw_resize(out->weights, capacity * sizeof *weights) : NULL;
   if (!weights) return false;
   out->weights = weights;
   out->capacity = capacity;
@@ -258,9 +258,9 @@ static bool append_all(tw_influences *out, const tw_influences *from) {
 static void trim(tw_influences *out) {
   size_t count = out->offsets[out->vertex_count];
   if (count == 0) return;
-  uint16_t *joints = realloc(out->joints, count * sizeof *joints);
+  uint16_t *joints = tw_resize(out->joints, count * sizeof *joints);
   if (joints) out->joints = joints;
-  float *weights = realloc(out->weights, count * sizeof *weights);
+  float *weights = tw_resize(out->weights, count * sizeof *weights);
   if (weights) out->weights = weights;
   out->capacity = count;
 }
@@ -272,8 +272,8 @@ tw_status tw_influences_refine(tw_influences *influences, const tw_topology *par
   tw_status status = start_step(&s);
   bool complete = status == TW_OK && refine_range(&s, first_face, first_face + faces, &s.faces) &&
                   refine_range(&s, 0, first_face, &s.out) && append_all(&s.out, &s.faces);
-  free(s.shares);
-  free(s.scratch);
+  tw_free(s.shares);
+  tw_free(s.scratch);
   joint_sum_deinit(&s.sum);
   tw_influences_deinit(&s.faces);
   if (complete) {
@@ -317,9 +317,9 @@ tw_status tw_skin_scratch_init(tw_skin_scratch *scratch, uint32_t joint_count, u
 
 void tw_skin_scratch_deinit(tw_skin_scratch *scratch) {
   joint_sum_deinit(&scratch->sum);
-  free(scratch->controls);
-  free(scratch->values);
-  free(scratch->rows);
+  tw_free(scratch->controls);
+  tw_free(scratch->values);
+  tw_free(scratch->rows);
   *scratch = (tw_skin_scratch){0};
 }
 
@@ -440,7 +440,7 @@ static tw_status find_near(channels *c, const tw_influences *cage) {
     spread(l, c->words, false, vertices, c->near);
     spread(l, c->words, true, vertices, c->near);
   }
-  free(vertices);
+  tw_free(vertices);
   return vertices && c->near ? TW_OK : TW_NO_MEMORY;
 }
 
@@ -463,7 +463,7 @@ static tw_status choose_channels(channels *c) {
     while (taken[c->of[joint]]) c->of[joint]++;
     if (c->of[joint] >= c->count) c->count = c->of[joint] + 1u;
   }
-  free(conflicts);
+  tw_free(conflicts);
   return TW_OK;
 }
 
@@ -533,9 +533,9 @@ static tw_status refine_channels(const channels *c, const tw_influences *cage, b
     tw_parallel_for_run(parallel, count, TW_PARALLEL_FOR_LEAST, insert_channels, &job);
   }
   if (status == TW_OK) tw_parallel_for_run(parallel, count, TW_PARALLEL_FOR_LEAST, finish_rows, &job);
-  if (limit) free(limits);
-  free(points);
-  free(in);
+  if (limit) tw_free(limits);
+  tw_free(points);
+  tw_free(in);
   return status;
 }
 
@@ -547,10 +547,10 @@ tw_status tw_skin_refine_levels(const tw_levels *levels, const tw_influences *ca
   tw_status status = rows ? find_near(&c, cage) : TW_NO_MEMORY;
   if (status == TW_OK) status = choose_channels(&c);
   if (status == TW_OK) status = refine_channels(&c, cage, limit, parallel, rows);
-  free(c.near);
+  tw_free(c.near);
   if (status == TW_OK)
     *out = rows;
   else
-    free(rows);
+    tw_free(rows);
   return status;
 }

@@ -200,8 +200,8 @@ tw_status tw_surface_cut_faces(tw_surface *surface, const tw_parallel_for *paral
 size_t tw_surface_positions_size(const tw_surface *surface);
 
 static inline void tw_values_free_points(tw_values *values) {
-  if (values->points != values->refined) free(values->points);
-  free(values->refined);
+  if (values->points != values->refined) tw_free(values->points);
+  tw_free(values->refined);
 }
 static inline size_t tw_values_points_size(const tw_surface *s, const tw_values *values) {
   size_t size = values->refined ? tw_levels_points(&s->levels[values->field]) * sizeof *values->points : 0;

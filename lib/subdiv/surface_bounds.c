@@ -114,7 +114,7 @@ static bool open_pass(pass *p) {
 
 static void close_pass(pass *p) {
   tw_surface_reader_destroy(p->reader);
-  free(p->block);
+  tw_free(p->block);
 }
 
 /* Finds the bounds that all parts start with: the wider they are, the fewer patches are evaluated. */
@@ -199,7 +199,7 @@ static tw_status compute(const tw_surface *s, int morph, const tw_parallel_for *
   shared->start.convex =
       morph < 0 && s->depth > 0 && s->options.creasing != TW_CREASE_CHAIKIN && s->quad_count > 0;
   tw_status status = run_pass(shared, parallel, bounds);
-  free(shared);
+  tw_free(shared);
   return status;
 }
 

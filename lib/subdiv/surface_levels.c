@@ -55,9 +55,9 @@ tw_status tw_levels_fill(const tw_surface *surface, const tw_parallel_for *paral
     status = tw_levels_refine(levels, base, parallel, values->refined);
   }
   if (status == TW_OK && limit) tw_levels_limit(levels, values->refined, parallel, values->points);
-  free(base);
+  tw_free(base);
   if (status != TW_OK || !limit || sloped) return status;
-  free(values->refined);
+  tw_free(values->refined);
   values->refined = values->points;
   return TW_OK;
 }

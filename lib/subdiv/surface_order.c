@@ -150,6 +150,6 @@ tw_status tw_surface_order(tw_surface *surface, const tw_face_order *from) {
   tw_status status = make_groups(s, from, order, count);
   if (status == TW_OK && !sources) status = list_faces(s, from, order, count);
   if (status == TW_OK && sources) status = list_quads(s, order, count);
-  free(order);
+  tw_free(order);
   return status;
 }

@@ -294,7 +294,7 @@ static void free_plan(tw_surface *s) {
   tw_patch_shapes_destroy(s->shapes);
   tw_influences_deinit(&s->cage_influences);
   tw_influences_deinit(&s->influences);
-  free(s->skin_rows);
+  tw_free(s->skin_rows);
   tw_arena_destroy(s->points_arena);
   tw_arena_destroy(s->arena);
 }
@@ -302,10 +302,10 @@ static void free_plan(tw_surface *s) {
 void tw_surface_destroy(tw_surface *surface) {
   if (!surface) return;
   tw_surface_free_positions(surface);
-  free(surface->bounds_ready);
-  free(surface->bounds);
+  tw_free(surface->bounds_ready);
+  tw_free(surface->bounds);
   if (!surface->plan) free_plan(surface);
-  free(surface);
+  tw_free(surface);
 }
 
 static size_t plan_size(const tw_surface *s) {

@@ -47,7 +47,7 @@ static tw_status make_level(const tw_surface *s, uint32_t level, const tw_parall
     tw_gather_rows(next, step->kept, step->topology.vertex_count, 3 * sizeof *next, next);
   if (status == TW_OK) status = add_details(s, level, parallel, next);
   if (status == TW_OK) status = tw_parallel_for_status(parallel);
-  free(*positions);
+  tw_free(*positions);
   *positions = next;
   return status;
 }
@@ -81,7 +81,7 @@ static tw_status keep_loop(tw_surface *s, const double *above, const tw_parallel
 static tw_status keep_levels(tw_surface *s, const double *base, const tw_parallel_for *parallel) {
   s->positions.base = round_positions(base, base_vertex_count(s));
   tw_status status = s->positions.base ? tw_levels_fill(s, parallel, &s->positions) : TW_NO_MEMORY;
-  free(s->positions.base);
+  tw_free(s->positions.base);
   s->positions.base = NULL;
   return status;
 }
@@ -108,18 +108,18 @@ tw_status tw_surface_place(tw_surface *surface, const float *positions, const tw
   for (uint32_t level = 1; level <= s->step_count && status == TW_OK; level++)
     status = make_level(s, level, parallel, &at);
   if (status == TW_OK) status = keep(s, parallel, &at);
-  free(at);
+  tw_free(at);
   return status == TW_OK ? tw_surface_cut_faces(s, parallel) : status;
 }
 
 void tw_surface_free_positions(tw_surface *surface) {
   tw_values *positions = &surface->positions;
-  if (positions->cage != positions->base) free(positions->cage);
-  free(positions->base);
-  free(positions->exact);
+  if (positions->cage != positions->base) tw_free(positions->cage);
+  tw_free(positions->base);
+  tw_free(positions->exact);
   tw_values_free_points(positions);
-  free(surface->cuts);
-  free(surface->cut_triangles);
+  tw_free(surface->cuts);
+  tw_free(surface->cut_triangles);
 }
 
 size_t tw_surface_positions_size(const tw_surface *surface) {
@@ -172,6 +172,6 @@ tw_status tw_surface_morph(tw_surface *surface, const tw_mesh *mesh, const tw_pa
     tw_surface_bare_rows(surface->morphed[m], true);
     status = tw_parallel_for_status(parallel);
   }
-  free(positions);
+  tw_free(positions);
   return status;
 }

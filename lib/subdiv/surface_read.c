@@ -317,11 +317,11 @@ tw_surface_reader *tw_surface_reader_create(const tw_surface *surface) {
 
 void tw_surface_reader_destroy(tw_surface_reader *reader) {
   if (!reader) return;
-  free(reader->scratch);
-  free(reader->mask.entries);
-  free(reader->piece);
-  free(reader->moved);
-  for (int i = 0; i < 2; i++) free(reader->slopes[i]);
+  tw_free(reader->scratch);
+  tw_free(reader->mask.entries);
+  tw_free(reader->piece);
+  tw_free(reader->moved);
+  for (int i = 0; i < 2; i++) tw_free(reader->slopes[i]);
   tw_skin_scratch_deinit(&reader->skin);
-  free(reader);
+  tw_free(reader);
 }

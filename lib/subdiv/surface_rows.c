@@ -87,7 +87,7 @@ tw_status tw_build_number(tw_build *b) {
   s->vertices = s->points;
   if (status == TW_OK && needs_splits(b)) status = split_vertices(b, visible);
   s->cage_vertices = rows_of_cage(&s->vertices, base, b->cage_vertices[0]);
-  free(visible);
+  tw_free(visible);
   return status;
 }
 

@@ -373,8 +373,8 @@ TEST(who_reads_a_small_answer_keeps_nobody_from_being_alone) {
   assert_int_equal(large->ticket.granted, 0);
   assert_true(api_budget_keep(budget, &computing, 25000));
   loopback_ticket_await(large);
-  assert_int_equal(large->ticket.granted, 50000000);
-  assert_false(api_budget_keep(budget, &computing, 200000)); /* which is still no more than fits */
+  assert_int_equal(large->ticket.granted, 1000000 - 100000 - 25000); /* all that is left */
+  assert_false(api_budget_keep(budget, &computing, 200000));
   api_budget_grant(budget, &large->ticket, 0);
   api_budget_grant(budget, &computing, 0);
   api_budget_grant(budget, &reader, 0);

@@ -9,7 +9,7 @@ const folder = process.env.TESTED_TRAFFIC_DIR ?? '';
 const names = existsSync(folder) ? readdirSync(folder) : [];
 
 // Where there is no such path or method: that, or what keeps somebody from asking at all.
-const elsewhere = [401, 403, 404, 405, 429, 503];
+const elsewhere = [401, 403, 404, 405, 421, 429, 503];
 
 /** One answer: the request's line, heads (those of 100 Continue first), the body of JSON. */
 function read(name) {

@@ -39,6 +39,7 @@ void parse(Document &document) {
   std::string errors, warnings;
   document.budget.take(outline.model_size);
   Hold tree(document.budget, outline.tree_size);
+  Charge parsing(outline.model_size + outline.tree_size);
   bool parsed = parser.LoadASCIIFromString(&document.source, &errors, &warnings, outline.json.data(),
                                            static_cast<unsigned>(outline.json.size()), "");
   if (!parsed) refuse(TW_INVALID, "", parser_message(errors));

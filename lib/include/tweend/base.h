@@ -8,6 +8,8 @@
 
 #ifdef __cplusplus
 extern "C" {
+#else
+#include <stdatomic.h>
 #endif
 
 /* What went wrong. api/problem.c maps each to an HTTP status in one switch. */
@@ -67,10 +69,61 @@ char *tw_arena_text(tw_arena *arena, const char *text, size_t length);
 /* Bytes held, including those not yet handed out. */
 size_t tw_arena_size(const tw_arena *arena);
 
-/* malloc([count][size]) with the product checked; NULL on overflow or without memory. */
+/* malloc([count][size]) with the product checked; NULL on overflow, without memory, or where the meter
+ * refuses. */
 void *tw_alloc(size_t count, size_t size);
 /* The same, zeroed. */
 void *tw_alloc_zero(size_t count, size_t size);
+/* realloc. */
+void *tw_resize(void *memory, size_t bytes);
+/* free; NULL accepted. Memory of tw_alloc may be freed by free too, and is then charged until its work ends.
+ */
+void tw_free(void *memory);
+
+/* ---- meter: what one piece of work takes --------------------------------------------------------------- */
+
+/* Memory and steps of one piece of work, such as an answer. Each thread has a current meter, or none.
+ * What tw_alloc, tw_resize and arenas take is charged to the current meter, and given back to the meter that
+ * is current when it is freed: whoever frees memory of other work uses no meter meanwhile. Loops of
+ * tw_parallel_for run with the caller's meter. */
+typedef struct tw_meter tw_meter;
+
+/* Makes a meter the current one of this thread; NULL: none. Returns the one before. */
+tw_meter *tw_meter_use(tw_meter *meter);
+tw_meter *tw_meter_current(void);
+
+/* Charges memory that is allocated elsewhere. False: the work may not hold so much. */
+bool tw_meter_take(uint64_t bytes);
+void tw_meter_give_back(uint64_t bytes);
+
+/* Tells that about so many steps of a few nanoseconds have been done, or are about to be. False: the result
+ * is no longer wanted, so stop; from then on it is false for all threads of the work. Long loops call it at
+ * least once in some ten thousand steps. Without a meter: true. */
+bool tw_work(uint64_t steps);
+/* TW_CANCELLED where tw_work returned false, else TW_OK. */
+tw_status tw_work_status(tw_error *error);
+
+#ifndef __cplusplus
+/* Whose work it is. Both functions may be called on any thread of the work, also at the same time. */
+typedef struct tw_meter_host {
+  void *owner;
+  /* Asked when more than the limit is to be held: returns the new limit. NULL: the limit is final. */
+  uint64_t (*grant)(void *owner, uint64_t needed);
+  bool (*is_over)(void *owner); /* whether the result is no longer wanted; NULL: never */
+} tw_meter_host;
+
+struct tw_meter {
+  tw_meter_host host;
+  _Atomic int64_t held, peak; /* bytes; held may fall below 0 while memory of other work is freed */
+  _Atomic uint64_t limit,
+      missing; /* missing: what would have been held when memory was refused last; 0: never */
+  _Atomic uint64_t steps;
+  atomic_bool is_over;
+};
+
+/* limit: bytes that may be held without asking the host. */
+void tw_meter_init(tw_meter *meter, const tw_meter_host *host, uint64_t limit);
+#endif
 
 /* ---- threads ------------------------------------------------------------------------------------------- */
 
