@@ -12,6 +12,7 @@
 #include "machine.h"
 #include "tls.h"
 
+#include <errno.h>
 #include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -196,7 +197,9 @@ static bool start_loop(srv_http *http, srv_loop *l) {
   l->library = info->epoll_fd;
   if (!watch_descriptor(l, l->library) || !watch_descriptor(l, l->event)) return false;
   srv_connections_listen(l);
-  l->started = l->accepting && pthread_create(&l->thread, NULL, run_loop, l) == 0;
+  int reason = l->accepting ? pthread_create(&l->thread, NULL, run_loop, l) : errno;
+  l->started = l->accepting && reason == 0;
+  errno = reason;
   return l->started;
 }
 
@@ -227,7 +230,7 @@ srv_http *srv_http_start(srv_server *server, const srv_listeners *listeners, srv
   MHD_set_panic_func(panic, NULL);
   for (size_t i = 0; i < loops; i++) {
     if (start_loop(http, &http->loops[i])) continue;
-    srv_fail(error, "cannot start an I/O thread");
+    srv_fail(error, "--io-threads: cannot start socket thread %zu of %zu: %s", i + 1, loops, strerror(errno));
     srv_http_stop(http);
     return NULL;
   }

@@ -4,6 +4,7 @@
 
 #include "machine.h"
 
+#include <errno.h>
 #include <math.h>
 #include <pthread.h>
 #include <stdlib.h>
@@ -424,10 +425,12 @@ srv_live *srv_live_create(size_t max_listeners, uint64_t pulse_ns) {
   live->pulse_ns = pulse_ns;
   srv_timed_init(&live->wake);
   pthread_mutex_init(&live->lock, NULL);
-  if (pthread_create(&live->thread, NULL, run, live) == 0) return live;
+  int reason = pthread_create(&live->thread, NULL, run, live);
+  if (reason == 0) return live;
   pthread_cond_destroy(&live->wake);
   pthread_mutex_destroy(&live->lock);
   free(live);
+  errno = reason;
   return NULL;
 }
 

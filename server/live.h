@@ -17,7 +17,7 @@ typedef struct srv_listener srv_listener;
 #define SRV_LIVE_PULSE_NS UINT64_C(15000000000)
 
 /* pulse_ns: a listener that has got nothing for this long gets a keep-alive text, which also reveals clients
- * that have gone. NULL without memory or thread. */
+ * that have gone. NULL with errno. */
 srv_live *srv_live_create(size_t max_listeners, uint64_t pulse_ns);
 void srv_live_destroy(srv_live *live); /* NULL accepted. All listeners must have left */
 

@@ -182,13 +182,17 @@ static bool prepare(process *p) {
   p->server.rates = srv_rates_create();
   p->server.peers = srv_peers_create(p->config.max_connections_per_address);
   p->server.work = srv_work_create((size_t)p->config.threads, (size_t)p->config.queue);
-  if (p->server.work == NULL) return false;
+  if (p->server.work == NULL)
+    return srv_fail(&p->error, "--threads: cannot start %llu compute threads: %s",
+                    (unsigned long long)p->config.threads, strerror(errno));
   srv_keyring keyring;
   if (!srv_keyring_read(&p->config, &keyring, &p->error)) return false;
   api_settings service_settings = settings(p, &keyring.list);
   p->server.service = api_service_create(&service_settings);
   srv_keyring_deinit(&keyring);
   p->server.live = srv_live_create((size_t)p->config.max_listeners, SRV_LIVE_PULSE_NS);
+  if (p->server.live == NULL)
+    return srv_fail(&p->error, "cannot start the thread of live streams: %s", strerror(errno));
   return p->server.rates != NULL && p->server.peers != NULL && p->server.service != NULL &&
          p->server.live != NULL;
 }

@@ -218,7 +218,9 @@ static api_store_status probe(void *context) {
   bool rested = now_ns - store->asked_ns > QUIET_NS;
   if (rested) pthread_cond_signal(&store->probe_wake);
   store->asked_ns = now_ns;
-  if (!store->is_probed) store->is_probed = pthread_create(&store->prober, NULL, run_probes, store) == 0;
+  int reason = store->is_probed ? 0 : pthread_create(&store->prober, NULL, run_probes, store);
+  if (reason != 0) srv_log(SRV_LOG_ERROR, "store: no thread to try the folder: %s", strerror(reason));
+  store->is_probed = reason == 0;
   bool hangs = store->trying_ns != 0 && now_ns - store->trying_ns > HANG_NS;
   bool is_usable = store->is_probed && store->is_usable && !hangs;
   pthread_mutex_unlock(&store->probe_lock);

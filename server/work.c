@@ -2,6 +2,7 @@
  * so the lock is never contended enough to matter. */
 #include "work.h"
 
+#include <errno.h>
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdlib.h>
@@ -108,10 +109,11 @@ srv_work *srv_work_create(size_t threads, size_t queue_max) {
   pthread_cond_init(&work->wake, NULL);
   work->queue_max = queue_max;
   for (; work->thread_count < threads; work->thread_count++) {
-    if (pthread_create(&work->threads[work->thread_count], NULL, run_threads, work) != 0) {
-      srv_work_destroy(work);
-      return NULL;
-    }
+    int reason = pthread_create(&work->threads[work->thread_count], NULL, run_threads, work);
+    if (reason == 0) continue;
+    srv_work_destroy(work);
+    errno = reason;
+    return NULL;
   }
   return work;
 }

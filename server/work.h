@@ -15,7 +15,7 @@ typedef struct srv_job {
 
 typedef struct srv_work srv_work;
 
-/* queue_max: jobs that may wait for a thread. NULL without memory or threads. */
+/* queue_max: jobs that may wait for a thread. NULL with errno. */
 srv_work *srv_work_create(size_t threads, size_t queue_max);
 
 /* Runs all queued jobs, then ends the threads. NULL accepted. */

@@ -24,6 +24,10 @@ export interface UploadOptions extends Abortable {
 
 /** An error answer. Without an answer, `fetch`'s own error is thrown. */
 export class TweendError extends Error {
+  /**
+   * The HTTP status. 401: a key is asked for. 403: the key lacks the right; or, without keys, pages of this origin may not do
+   * that. 421: a daemon on a loopback address does not serve the host of `base`. `message` says what would help.
+   */
   readonly status: number;
   readonly title?: string;
   readonly detail?: string;

@@ -102,14 +102,14 @@ api_outcome api_model_look(api_call *call, const char *id) {
 }
 
 /* Reads all bytes of an open blob, malloc'ed; NULL: the fault says why. */
-static uint8_t *read_whole(api_call *call, const char *id, const api_blob *blob) {
+static uint8_t *read_whole(api_call *call, const api_blob *blob) {
   uint8_t *bytes = blob->size < SIZE_MAX ? malloc((size_t)blob->size + 1) : NULL;
   if (!bytes) {
     api_fail_without_memory(call);
   } else if (!blob->read(blob, 0, bytes, (size_t)blob->size)) {
     free(bytes);
     bytes = NULL;
-    fail_damaged(call, id);
+    fail_unavailable(call); /* the bytes were whole when the blob was opened: reading them fails */
   }
   return bytes;
 }
@@ -206,7 +206,7 @@ static bool build_model(void *context, api_built *out, api_fault *fault) {
   bool has_summary = find_summary(call->service, source->id, &stored);
   tw_format likely = has_summary ? stored.format : TW_FORMAT_GLTF; /* the format that takes most */
   bool is_granted = api_grant(call, tw_reading_size(likely, blob.size));
-  uint8_t *data = is_granted ? read_whole(call, source->id, &blob) : NULL;
+  uint8_t *data = is_granted ? read_whole(call, &blob) : NULL;
   api_bytes bytes = {data, (size_t)blob.size};
   blob.close(&blob);
   tw_model *model = NULL;
@@ -577,7 +577,7 @@ static void destroy_source(void *context) {
 /* The format of stored bytes, read from all of them: binary STL shows by their number, glTF by a member that
  * may stand at the end. */
 static api_outcome sniff_stored(api_call *call, const api_blob *blob, tw_format *out) {
-  uint8_t *bytes = api_grant(call, blob->size) ? read_whole(call, call->id, blob) : NULL;
+  uint8_t *bytes = api_grant(call, blob->size) ? read_whole(call, blob) : NULL;
   if (bytes) *out = tw_format_sniff(bytes, (size_t)blob->size);
   free(bytes);
   return bytes ? API_DONE : API_FAILED;

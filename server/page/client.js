@@ -40,7 +40,9 @@ export async function withKey(request) {
     try {
       return await request();
     } catch (error) {
-      if (!(error instanceof TweendError) || ![401, 403].includes(error.status)) throw error;
+      // Where keys are asked for, 403 concerns one that was sent; else it concerns the page's origin.
+      const concernsKey = error.status === 401 || (error.status === 403 && tweend.key);
+      if (!(error instanceof TweendError) || !concernsKey) throw error;
       if (!(await askForKey(tweend.key ? `The daemon says: ${error.detail}.` : ''))) throw error;
     }
   }

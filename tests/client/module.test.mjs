@@ -55,6 +55,22 @@ test('a problem document is thrown as an error with its places', async () => {
   await assert.rejects(tweend.surfaceCounts(tank, { level: 11 }), { status: 422, line: undefined, errors: [] });
 });
 
+test('a page learns why a daemon on a loopback address refuses it', async () => {
+  const plain = new Daemon();
+  await plain.start();
+  try {
+    const from = (more) => new Tweend(plain.url, {
+      fetch: (url, { headers, ...rest }) => fetch(url, { ...rest, headers: { ...Object.fromEntries(new Headers(headers)), ...more } }),
+    });
+    await assert.rejects(from({ Origin: 'https://far.example' }).upload(tankFile), {
+      name: 'TweendError', status: 403, message: /--cors-origins/,
+    });
+    assert.ok((await from({ Origin: 'http://localhost:5173' }).upload(tankFile)).id);
+  } finally {
+    await plain.remove();
+  }
+});
+
 test('what a proxy answers is an error too', async () => {
   const headers = { 'Retry-After': '7', 'X-Request-Id': 'abc' };
   const fetch = async () => new Response('<h1>no</h1>', { status: 502, statusText: 'Bad Gateway', headers });

@@ -27,6 +27,15 @@ teardown() { [[ -z ${daemon-} ]] || stop_daemon; }
   done
 }
 
+@test "threads that cannot be started are one clear line" {
+  needs_plain_build
+  for flag in --threads --io-threads; do
+    run bash -c "ulimit -v 3000000; exec timeout 20 '$tweend' --listen 127.0.0.1:0 --data '$PWD/data' $flag 1000"
+    [ "$status" -eq 1 ]
+    [[ ${lines[-1]} == *"$flag: cannot start"*1000*": "?* ]] || { echo "$output"; return 1; }
+  done
+}
+
 @test "a port that is taken is one clear line" {
   start_daemon
   run timeout 10 "$tweend" --listen "${url#http://}" --data "$PWD/other"

@@ -818,6 +818,8 @@ TEST_WITH(many_readers_get_small_blocks, set_up, tear_down) {
     readers[i] = connect_client(f);
     say(readers[i], "GET /endless HTTP/1.1\r\nHost: x\r\n\r\n");
     read_until(f, readers[i], "\r\n\r\n");
+    uint64_t end = clock_ms() + PATIENCE_MS; /* the first block follows the head */
+    while (i == 0 && fake_api_block_size() != 256 << 10 && clock_ms() < end) pause_ms(1);
     if (i == 0) assert_int_equal(fake_api_block_size(), 256 << 10);
   }
   size_t least = SIZE_MAX;
