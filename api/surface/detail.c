@@ -147,20 +147,56 @@ typedef struct world_space {
   float *positions;
   float matrix[16];
   double cofactors[9], determinant; /* of the matrix; the rows of cofactors / determinant are the inverse */
+  double room; /* a point that is no farther from where it was has not moved: joints round */
 } world_space;
 
-/* Computes the node's world matrix at rest; false without memory. */
-static bool find_matrix(const detail_request *request, float out[16]) {
+/* Whether all joints move points alike; their matrix then takes the place of the node's. */
+static bool find_joint_matrix(const tw_skin *skin, const float (*joints)[16], float out[16]) {
+  for (int i = 0; i < 16; i++) {
+    float largest = fmaxf(1, fabsf(joints[0][i]));
+    for (uint32_t j = 1; j < skin->joint_count; j++)
+      if (!(fabsf(joints[j][i] - joints[0][i]) <= 1e-5f * largest)) return false;
+  }
+  memcpy(out, joints[0], 16 * sizeof *out);
+  return true;
+}
+
+static bool has_weights(const tw_model *model, const tw_node *node) {
+  const tw_mesh *mesh = &model->meshes[node->mesh];
+  const float *weights = node->weights ? node->weights : mesh->morph_weights;
+  for (uint32_t i = 0; weights && i < mesh->morph_count; i++)
+    if (weights[i] != 0) return true;
+  return false;
+}
+
+/* Computes the matrix that takes the mesh's points to those of an OBJ of the model at rest. */
+static api_outcome find_matrix(const detail_request *request, world_space *space) {
+  api_call *call = request->remade->call;
   const tw_model *model = request->remade->model;
-  tw_arena *arena = request->remade->call->arena;
+  const tw_node *node = &model->nodes[request->node];
+  tw_arena *arena = call->arena;
   float(*world)[16] = tw_arena_alloc(arena, model->node_count, sizeof *world);
   tw_trs *locals = tw_arena_alloc(arena, model->node_count, sizeof *locals);
-  if (!world || !locals) return false;
+  if (!world || !locals) return api_fail_without_memory(call);
   for (uint32_t n = 0; n < model->node_count; n++) locals[n] = model->nodes[n].rest;
   tw_pose_locals(NULL, model->nodes, model->node_count, locals, *world);
   tw_pose_world(model->nodes, model->node_order, model->node_count, *world, *world);
-  memcpy(out, world[request->node], sizeof *world);
-  return true;
+  memcpy(space->matrix, world[request->node], sizeof *world);
+  if (has_weights(model, node))
+    return api_fail_with(call, 422,
+                         "morph targets move the mesh at rest: send its own points, as a GLB has them");
+  if (node->skin == TW_NO_INDEX || !model->meshes[node->mesh].skin.joints) return API_DONE;
+  const tw_skin *skin = &model->skins[node->skin];
+  float(*joints)[16] = tw_arena_alloc(arena, skin->joint_count, sizeof *joints);
+  if (!joints) return api_fail_without_memory(call);
+  tw_skin_matrices(skin, *world, *joints);
+  space->room = 1e-6;
+  return find_joint_matrix(skin, (const float(*)[16])joints, space->matrix)
+             ? API_DONE
+             : api_fail_with(
+                   call, 422,
+                   "the joints do not rest where the mesh was bound to them: send its own points, as a "
+                   "GLB has them");
 }
 
 /* Implements tw_points_back: unmoved points become what they were, bit for bit. */
@@ -170,7 +206,11 @@ static void leave_world(void *context, const float *now, uint32_t rows) {
     float *point = world->positions + 3 * (size_t)p, shown[3] = {now[0], now[1], now[2]};
     double from[3];
     tw_matrix_move(world->matrix, shown);
-    bool has_moved = shown[0] != point[0] || shown[1] != point[1] || shown[2] != point[2];
+    bool has_moved = false;
+    for (size_t c = 0; c < 3; c++) {
+      double room = world->room * fmax(1, fabs((double)shown[c]));
+      has_moved |= !(fabs((double)shown[c] - (double)point[c]) <= room);
+    }
     for (size_t c = 0; c < 3; c++) from[c] = (double)point[c] - (double)world->matrix[12 + c];
     for (size_t c = 0; c < 3; c++) {
       const double *row = &world->cofactors[3 * c];
@@ -187,7 +227,9 @@ static api_outcome find_space(const detail_request *request, world_space *out, b
   api_call *call = request->remade->call;
   *is_mesh_space = request->node == TW_NO_INDEX;
   if (*is_mesh_space) return API_DONE;
-  if (!find_matrix(request, out->matrix)) return api_fail_without_memory(call);
+  out->room = 0;
+  api_outcome outcome = find_matrix(request, out);
+  if (outcome != API_DONE) return outcome;
   *is_mesh_space = memcmp(out->matrix, identity, sizeof identity) == 0;
   out->positions = request->positions;
   out->determinant = tw_matrix_cofactors(out->matrix, out->cofactors);

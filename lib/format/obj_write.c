@@ -19,6 +19,7 @@ enum {
   TAGS_A_PIECE = 256,
   TAG_TEXT =
       18 + 2 * COUNT_TEXT + TW_NUMBER_TEXT, /* a crease: "t crease 2/1/0", two numbers, the sharpness */
+  NAME_TEXT = 24,                           /* of a node without a name */
   DOMAINS = 3
 };
 
@@ -31,6 +32,8 @@ struct tw_obj_stream {
   tw_scene scene;
   tw_surface_reader *reader; /* turned to the surface that `node` shows */
   float *world;              /* [node_count][16] */
+  uint32_t
+      *namesakes; /* [node_count] what an object's name gets as suffix so that it is the only one; 0: none */
 
   /* Position: in `part` of `node`, at row, face or tag `next`. */
   uint32_t node;
@@ -143,11 +146,23 @@ static void transform_normal(const double cofactor[9], double sign, const float 
 
 /* ---- pieces -------------------------------------------------------------------------------------------- */
 
+/* The name of a node or, where it has none, of its mesh; NULL where neither has one. */
+static const char *own_name(const tw_model *model, uint32_t node) {
+  const char *name = model->nodes[node].name;
+  return name ? name : model->meshes[model->nodes[node].mesh].name;
+}
+
 static void put_object_name(tw_obj_stream *stream) {
   const tw_model *model = stream->scene.model;
-  const char *name = model->meshes[shown_node(stream)->mesh].name;
-  char buffer[24];
+  char buffer[NAME_TEXT];
+  const char *name = own_name(model, stream->node);
   put_name(stream, "o ", name ? name : tw_model_node_name(model, stream->node, buffer));
+  if (stream->namesakes[stream->node] == 0) return;
+  stream->text_size--; /* the end of the line */
+  *end_of(stream) = '_';
+  stream->text_size =
+      (size_t)(tw_print_count(end_of(stream) + 1, stream->namesakes[stream->node]) - stream->text);
+  put_text(stream, "\n");
 }
 
 static size_t read_piece(tw_obj_stream *stream, tw_domain domain, size_t width) {
@@ -404,6 +419,54 @@ static bool place_nodes(tw_obj_stream *stream) {
   return placed;
 }
 
+/* A node that shows a mesh, and its own name; "" for none: names made of numbers differ. */
+typedef struct named_node {
+  const char *name;
+  uint32_t node;
+} named_node;
+
+static int compare_named(const void *left, const void *right) {
+  const named_node *a = left, *b = right;
+  int order = strcmp(a->name, b->name);
+  return order ? order : a->node < b->node ? -1 : a->node > b->node;
+}
+
+static int compare_names(const void *name, const void *node) {
+  return strcmp(name, ((const named_node *)node)->name);
+}
+
+/* Whether a node's own name is this one with a suffix. whole: room for that name. */
+static bool is_taken(const named_node *all, uint32_t count, const char *name, uint32_t suffix, char *whole,
+                     size_t size) {
+  snprintf(whole, size, "%s_%u", name, suffix);
+  return bsearch(whole, all, count, sizeof *all, compare_names);
+}
+
+/* Finds the suffixes of nodes that have the name of an earlier one. */
+static bool tell_apart(tw_obj_stream *stream) {
+  const tw_model *model = stream->scene.model;
+  named_node *all = tw_alloc(model->node_count, sizeof *all);
+  stream->namesakes = tw_alloc_zero(model->node_count, sizeof *stream->namesakes);
+  size_t size = stream->text_capacity;
+  char *whole = tw_alloc(size, 1);
+  uint32_t count = 0, suffix = 1;
+  for (uint32_t i = 0; all && i < model->node_count; i++)
+    if (model->nodes[i].mesh != TW_NO_INDEX)
+      all[count++] = (named_node){own_name(model, i) ? own_name(model, i) : "", i};
+  bool has_memory = all && whole && stream->namesakes;
+  if (has_memory) qsort(all, count, sizeof *all, compare_named);
+  for (uint32_t i = 1; has_memory && i < count; i++) {
+    bool is_namesake = *all[i].name && strcmp(all[i].name, all[i - 1].name) == 0;
+    suffix = is_namesake ? suffix + 1 : 1;
+    if (!is_namesake) continue;
+    while (is_taken(all, count, all[i].name, suffix, whole, size)) suffix++;
+    stream->namesakes[all[i].node] = suffix;
+  }
+  tw_free(all);
+  tw_free(whole);
+  return has_memory;
+}
+
 static bool allocate(tw_obj_stream *stream) {
   const tw_model *model = stream->scene.model;
   stream->corner_capacity = (size_t)4 * FACES_A_PIECE;
@@ -418,7 +481,7 @@ static bool allocate(tw_obj_stream *stream) {
   stream->text_capacity = largest_piece(model, stream->corner_capacity);
   stream->text = tw_alloc(stream->text_capacity, 1);
   stream->reader = tw_surface_reader_create_shared(stream->scene.surfaces, model->mesh_count, 0);
-  return stream->text && stream->reader && place_nodes(stream);
+  return stream->text && stream->reader && place_nodes(stream) && tell_apart(stream);
 }
 
 tw_status tw_obj_stream_create(const tw_scene *scene, tw_obj_stream **out, tw_error *error) {
@@ -445,6 +508,7 @@ void tw_obj_stream_destroy(tw_obj_stream *stream) {
   tw_surface_reader_destroy(stream->reader);
   for (int i = 0; i < DOMAINS; i++) tw_free(stream->corners[i]);
   tw_free(stream->world);
+  tw_free(stream->namesakes);
   tw_free(stream->text);
   tw_free(stream);
 }

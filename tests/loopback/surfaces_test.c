@@ -835,3 +835,27 @@ TEST_WITH(polygons_without_a_fan_are_told, setup, teardown) {
     reply_free(&r);
   }
 }
+
+/* A joint doubles a triangle and lifts it; the transform of the triangle's own node does not count. */
+TEST_WITH(obj_has_skinned_meshes_where_their_joints_put_them, setup, teardown) {
+  const fixture *f = *state;
+  char id[API_ID_TEXT];
+  loopback_upload(
+      f->loop, "model/gltf+json",
+      "{'asset':{'version':'2.0'},'buffers':[{'byteLength':96,'uri':'data:application/octet-stream;base64,"
+      "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAA"
+      "AAAAAAAIA/AAAAAAAAAAAAAAAA"
+      "'}],'bufferViews':[{'buffer':0,'byteLength':36},{'buffer':0,'byteOffset':36,'byteLength':12},"
+      "{'buffer':0,'byteOffset':48,'byteLength':48}],'accessors':["
+      "{'bufferView':0,'componentType':5126,'type':'VEC3','count':3,'min':[0,0,0],'max':[1,1,0]},"
+      "{'bufferView':1,'componentType':5121,'type':'VEC4','count':3},"
+      "{'bufferView':2,'componentType':5126,'type':'VEC4','count':3}],"
+      "'meshes':[{'primitives':[{'attributes':{'POSITION':0,'JOINTS_0':1,'WEIGHTS_0':2}}]}],"
+      "'nodes':[{'name':'hip','translation':[0,0,5],'scale':[2,2,2]},"
+      "{'name':'body','mesh':0,'skin':0,'translation':[70,0,0]}],'skins':[{'joints':[0]}],"
+      "'scenes':[{'nodes':[0,1]}],'scene':0}",
+      id);
+  reply r = ask_ok(f, id, "surface.obj?level=0&normals=none");
+  if (!strstr(r.body, "o body\nv 0 0 5\nv 2 0 5\nv 0 2 5\nf 1 2 3\n")) fail_msg("%s", r.body);
+  reply_free(&r);
+}

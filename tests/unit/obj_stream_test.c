@@ -206,6 +206,19 @@ TEST(flattened_node_still_has_normals) {
   end(&w);
 }
 
+TEST(objects_have_the_names_of_nodes_each_once) {
+  written w = begin(triangle_text);
+  static const char *const names[] = {"arm", "arm", "arm_2", "arm"};
+  for (int i = 0; i < 4; i++) fixture_node(&w.f, names[i], TW_NO_INDEX, 0);
+  const char *text = write(&w, false),
+             *wanted[] = {"\no flat\n", "\no arm\n", "\no arm_3\n", "\no arm_2\n", "\no arm_4\n"};
+  for (int i = 0; i < 5; i++) {
+    text = strstr(text, wanted[i]);
+    if (!text) fail_msg("no %s in its place", wanted[i]);
+  }
+  end(&w);
+}
+
 TEST(names_cannot_break_lines) {
   written w = begin("o flat\nv 0 0 0\nv 1 0 0\nv 1 1 0\nusemtl red\nf 1 2 3\n");
   w.f.model->material_names[0] = "re\nd\t\\";
