@@ -317,6 +317,12 @@ static void warn(const tw_obj_reader *reader, tw_model *model) {
   if (reader->bad_uvs > 0 && reader->corner_uvs)
     tw_model_warn(model, "%llu texture coordinates are 0 0: they are no numbers up to 1e18",
                   (unsigned long long)reader->bad_uvs);
+  if (reader->absent_uvs > 0)
+    tw_model_warn(model, "%llu face corners name a texture coordinate, but the file has no vt: left out",
+                  (unsigned long long)reader->absent_uvs);
+  if (reader->absent_normals > 0)
+    tw_model_warn(model, "%llu face corners name a normal, but the file has no vn: left out",
+                  (unsigned long long)reader->absent_normals);
   if (reader->bad_normals > 0)
     tw_model_warn(model, "%llu normals are left out: they are not three finite numbers",
                   (unsigned long long)reader->bad_normals);

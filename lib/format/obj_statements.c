@@ -228,6 +228,17 @@ static tw_status read_index(tw_obj_text *text, uint64_t so_far, uint64_t all, co
   return TW_OK;
 }
 
+/* The same of a texture coordinate or normal. Of a file that has none at all the index means nothing: it is
+ * read, counted and left out. */
+static tw_status read_value_index(tw_obj_text *text, uint64_t so_far, uint64_t all, const char *what,
+                                  uint64_t *missing, uint32_t *out, tw_error *error) {
+  int64_t ignored;
+  if (all > 0) return read_index(text, so_far, all, what, out, error);
+  if (!tw_obj_read_integer(text, &ignored)) return tw_obj_fail_word(text, "corner of a face", error);
+  ++*missing;
+  return TW_OK;
+}
+
 static bool ends_corner(const tw_obj_text *text) {
   if (text->at == text->end) return true;
   uint8_t c = *text->at;
@@ -239,16 +250,18 @@ typedef struct obj_corner {
 } obj_corner;
 
 /* p, p/t, p//n or p/t/n. */
-static tw_status read_corner(const tw_obj_reader *reader, tw_obj_text *text, obj_corner *out) {
+static tw_status read_corner(tw_obj_reader *reader, tw_obj_text *text, obj_corner *out) {
   const tw_obj_counts *read = &reader->read, *all = &reader->all;
   tw_error *error = reader->error;
   out->uv = out->normal = TW_OBJ_NO_VALUE;
   tw_status status = read_index(text, read->points, all->points, "points", &out->point, error);
   if (status == TW_OK && tw_obj_take_slash(text)) {
     if (text->at < text->end && *text->at != '/' && !ends_corner(text))
-      status = read_index(text, read->uvs, all->uvs, "texture coordinates", &out->uv, error);
+      status = read_value_index(text, read->uvs, all->uvs, "texture coordinates", &reader->absent_uvs,
+                                &out->uv, error);
     if (status == TW_OK && tw_obj_take_slash(text) && !ends_corner(text)) /* some write p// and p/t/ */
-      status = read_index(text, read->normals, all->normals, "normals", &out->normal, error);
+      status = read_value_index(text, read->normals, all->normals, "normals", &reader->absent_normals,
+                                &out->normal, error);
   }
   if (status != TW_OK || ends_corner(text)) return status;
   return tw_obj_fail_word(text, "corner of a face", error);

@@ -67,6 +67,7 @@ typedef struct tw_obj_reader {
   uint64_t unknown_statements, first_unknown; /* the line of the first one */
   tw_word unknown_word;                       /* its first word */
   uint64_t missing_uvs, bad_uvs, long_groups, late_groups, bad_normals;
+  uint64_t absent_uvs, absent_normals; /* corners that name one in a file that has none */
 } tw_obj_reader;
 
 /* Reads all statements. reader: zero but for its arena and perhaps its error; deinit it after a failure too.

@@ -83,8 +83,8 @@ TEST(bad_files_are_refused_at_their_line) {
       {TRIANGLE "f 1 2 x\n", TW_SYNTAX, 4},
       {TRIANGLE "f 1 2 3/x\n", TW_SYNTAX, 4},
       {TRIANGLE "vt 0\nvn 0 0 1\nf 1 2 3/1/1/1\n", TW_SYNTAX, 6},
-      {TRIANGLE "f 1/1 2/1 3/1\n", TW_INVALID, 4},
-      {TRIANGLE "f 1//1 2//1 3//1\n", TW_INVALID, 4},
+      {TRIANGLE "vt 0 0\nf 1/2 2/1 3/1\n", TW_INVALID, 5},
+      {TRIANGLE "vn 0 0 1\nf 1//2 2//1 3//1\n", TW_INVALID, 5},
       {TRIANGLE "vt 0 0\nf 1/0 2/1 3/1\n", TW_INVALID, 5},
       {TRIANGLE "\\\n\\\nf 1 \\\n 2 9\n", TW_INVALID, 7},
       {"\x89PNG\r\n", TW_SYNTAX, 1},
@@ -631,6 +631,17 @@ TEST(corners_that_get_0_0_for_a_texture_coordinate_are_counted) {
                 "o b\nv 0 0 1\nv 1 0 1\nv 0 1 1\nf 4 5 6\n");
   assert_int_equal(model->warning_count, 2);
   assert_string_equal(model->warnings[1], "1 face corners have no texture coordinate and get 0 0");
+  tw_model_destroy(model);
+}
+
+TEST(indices_of_values_that_a_file_has_none_of_are_left_out) {
+  tw_model *model = read_good("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/1/1 2/2/2 3/3\n");
+  assert_int_equal(model->meshes[0].face_count, 1);
+  assert_int_equal(model->meshes[0].uv_set_count, 0);
+  assert_int_equal(model->warning_count, 2);
+  assert_string_equal(model->warnings[0],
+                      "3 face corners name a texture coordinate, but the file has no vt: left out");
+  assert_string_equal(model->warnings[1], "2 face corners name a normal, but the file has no vn: left out");
   tw_model_destroy(model);
 }
 
