@@ -3,6 +3,7 @@ import assert from 'node:assert/strict';
 import { File } from 'node:buffer'; // a global from Node 20 on
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
+import { Readable } from 'node:stream';
 import { after, before, test } from 'node:test';
 import { setTimeout as pause } from 'node:timers/promises';
 import { runInNewContext } from 'node:vm';
@@ -470,9 +471,9 @@ test('the server’s clock is told by the events with least delay, whatever it s
     }
     yield new TextEncoder().encode('event: end\ndata: {}\n\n');
   };
-  const fetch = async (url) => (url.includes('/live') ? new Response(ReadableStream.from(events())) : Response.json({ nodes: ['a'] }));
+  const fetch = async (url) => (url.includes('/live') ? new Response(Readable.toWeb(Readable.from(events()))) : Response.json({ nodes: ['a'] }));
   const a = object();
-  const player = await new Tweend('http://a.example', { fetch }).live('x', { a }, { fps: 50, delay: 100 });
+  const player = await new Tweend('http://a.example', { fetch }).live('x', { a }, { fps: 50, delay: 100, signal: AbortSignal.timeout(20000) });
   const off = [];
   await until(player, () => {
     const now = performance.now();
