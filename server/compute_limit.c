@@ -37,13 +37,31 @@ bool srv_compute_limit(api_body *body, uint64_t left_ns) {
   return true;
 }
 
-static _Thread_local uint64_t end_of_computing_ns;
+/* What this thread computes at present. asked_ns: when the client was last looked for. */
+static _Thread_local struct {
+  uint64_t end_ns, asked_ns;
+  bool (*is_wanted)(void *context);
+  void *context;
+} present;
 
-void srv_compute_until(uint64_t end_ns) {
-  end_of_computing_ns = end_ns;
+void srv_compute_begin(uint64_t end_ns, bool (*is_wanted)(void *context), void *context) {
+  present.end_ns = end_ns;
+  present.asked_ns = is_wanted != NULL ? srv_now_ns() : 0;
+  present.is_wanted = is_wanted;
+  present.context = context;
+}
+
+void srv_compute_end(void) {
+  srv_compute_begin(0, NULL, NULL);
 }
 
 bool srv_compute_is_over(void *owner) {
+  static const uint64_t BETWEEN_NS = 200000000;
   (void)owner;
-  return end_of_computing_ns != 0 && srv_now_ns() >= end_of_computing_ns;
+  if (present.end_ns == 0 && present.is_wanted == NULL) return false;
+  uint64_t now_ns = srv_now_ns();
+  if (present.end_ns != 0 && now_ns >= present.end_ns) return true;
+  if (present.is_wanted == NULL || now_ns - present.asked_ns < BETWEEN_NS) return false;
+  present.asked_ns = now_ns;
+  return !present.is_wanted(present.context);
 }

@@ -9,10 +9,12 @@
  * unchanged then. */
 bool srv_compute_limit(api_body *body, uint64_t left_ns);
 
-/* Sets the end of the time that this thread may work on its present request; 0: no limit. */
-void srv_compute_until(uint64_t end_ns);
+/* Tells for whom this thread computes from now on. end_ns: when its time is over; 0: never. is_wanted:
+ * whether the client still waits for the answer, asked a few times a second; NULL: it is not asked. */
+void srv_compute_begin(uint64_t end_ns, bool (*is_wanted)(void *context), void *context);
+void srv_compute_end(void);
 
-/* Whether that time is over. An is_cancelled of api_parallel_for. */
+/* Whether the time is over or the client has left. An is_cancelled of api_parallel_for. */
 bool srv_compute_is_over(void *owner);
 
 #endif

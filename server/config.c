@@ -106,8 +106,9 @@ static const setting SETTINGS[] = {
      "time between two requests on a connection"},
     {"request-timeout", KIND_DURATION, AT(request_timeout), "120s", 1, DAY_MS, NULL, "DURATION",
      "time from a request's headers to the end of its body, and in the queue"},
-    {"compute-timeout", KIND_DURATION, AT(compute_timeout), "0", 0, DAY_MS, NULL, "DURATION",
-     "time to compute one answer, without the client's; then 503, or the answer is cut off; 0: no limit"},
+    {"compute-timeout", KIND_DURATION, AT(compute_timeout), "30s", 0, DAY_MS, NULL, "DURATION",
+     "time to compute one answer, without the client's; then 503, or the "
+     "answer is cut off; 0: no limit"},
     {"drain-timeout", KIND_DURATION, AT(drain_timeout), "20s", 0, DAY_MS, NULL, "DURATION",
      "time after SIGTERM to finish requests and to let clients receive all of their answers"},
     {"drain-delay", KIND_DURATION, AT(drain_delay), "0", 0, DAY_MS, NULL, "DURATION",

@@ -323,15 +323,22 @@ static void limit_computing(srv_exchange *exchange) {
                       "computing the answer takes longer than the daemon allows", RETRY_S);
 }
 
+static bool is_wanted(void *context) {
+  srv_exchange *exchange = context;
+  return exchange->wanted(exchange);
+}
+
 /* Makes one api call. After API_WAITS the exchange belongs to the thread that will wake its ticket: do not
  * touch it. */
 static api_progress handle(srv_exchange *exchange, api_effort effort) {
   uint64_t limit_ns = exchange->server->config->compute_timeout * 1000000;
   exchange->leg_ns = exchange->worked_ns;
-  srv_compute_until(limit_ns == 0 ? 0 : exchange->leg_ns + limit_ns - exchange->computed_ns);
+  /* Only compute threads ask for the client: on its I/O thread a request is answered at once. */
+  srv_compute_begin(limit_ns == 0 ? 0 : exchange->leg_ns + limit_ns - exchange->computed_ns,
+                    effort == API_HEAVY ? is_wanted : NULL, exchange);
   api_progress progress =
       api_handle(exchange->server->service, &exchange->request, effort, &exchange->answer);
-  srv_compute_until(0);
+  srv_compute_end();
   if (progress == API_WAITS) return progress;
   count_computing(exchange);
   if (progress != API_ANSWERED) return progress;

@@ -59,6 +59,13 @@ static void block_signals(sigset_t *taken) {
 
 /* ---- preparation ----------------------------------------------------------------------------- */
 
+/* Requests that may compute for long beside those that --threads counts, so that short ones need not wait for
+ * them; no more than may wait. */
+static size_t long_jobs(const srv_config *config) {
+  enum { MOST = 8 };
+  return config->queue < MOST ? (size_t)config->queue : MOST;
+}
+
 static void raise_descriptor_limit(uint64_t connections) {
   /* A connection may hold two descriptors: its socket, and the file of a long body or of a stored model. The
    * 256 are for the store and the I/O loops. */
@@ -181,7 +188,7 @@ static bool prepare(process *p) {
   p->server.bucket = p->bucket;
   p->server.rates = srv_rates_create();
   p->server.peers = srv_peers_create(p->config.max_connections_per_address);
-  p->server.work = srv_work_create((size_t)p->config.threads, (size_t)p->config.queue);
+  p->server.work = srv_work_create((size_t)p->config.threads, (size_t)p->config.queue, long_jobs(&p->config));
   if (p->server.work == NULL)
     return srv_fail(&p->error, "--threads: cannot start %llu compute threads: %s",
                     (unsigned long long)p->config.threads, strerror(errno));

@@ -1,6 +1,11 @@
 /* A pool with one lock, two lists of jobs and one of loops. Jobs take milliseconds, and parts not much less,
- * so the lock is never contended enough to matter. */
+ * so the lock is never contended enough to matter.
+ *
+ * A job that takes long gives up its turn: another thread then runs what waits, so that long jobs never keep
+ * short ones waiting. How many jobs may take long at once is limited. */
 #include "work.h"
+
+#include "machine.h"
 
 #include <errno.h>
 #include <pthread.h>
@@ -18,6 +23,10 @@ typedef struct loop {
   struct loop *next;
 } loop;
 
+static const uint64_t LONG_NS = 50000000; /* a job that has run this long gives up its turn */
+
+typedef struct srv_worker srv_worker;
+
 /* First in, first out. */
 typedef struct job_list {
   srv_job *first, *last;
@@ -32,8 +41,18 @@ struct srv_work {
   size_t admitted;       /* waiting jobs from srv_work_submit */
   atomic_size_t outside; /* busy threads outside the pool; not guarded */
   bool stopping;
+  size_t turns;    /* jobs and parts that may run at once, but for long jobs */
+  size_t long_max; /* jobs that may take long at once */
   size_t thread_count;
-  pthread_t threads[];
+  srv_worker *workers; /* [thread_count] */
+};
+
+/* A thread of the pool; guarded by the pool's lock. */
+struct srv_worker {
+  srv_work *work;
+  pthread_t thread;
+  bool has_job;
+  uint64_t began_ns; /* its job */
 };
 
 /* ---- threads; under the lock ----------------------------------------------------------------- */
@@ -77,45 +96,91 @@ static void help(srv_work *work, loop *l) {
   if (--l->helpers == 0) pthread_cond_signal(&l->idle);
 }
 
-static void *run_threads(void *context) {
-  srv_work *work = context;
-  pthread_mutex_lock(&work->lock);
+/* How many turns are taken. *next_ns: when the next running job will have taken long. */
+static size_t taken_turns(const srv_work *work, uint64_t *next_ns) {
+  uint64_t now_ns = work->long_max > 0 ? srv_now_ns() : 0;
+  size_t long_jobs = 0;
+  *next_ns = UINT64_MAX;
+  for (size_t i = 0; work->long_max > 0 && i < work->thread_count; i++) {
+    const srv_worker *worker = &work->workers[i];
+    uint64_t long_ns = worker->began_ns + LONG_NS;
+    if (worker->has_job && now_ns >= long_ns) long_jobs++;
+    if (worker->has_job && now_ns < long_ns && long_ns < *next_ns) *next_ns = long_ns;
+  }
+  return work->running - (long_jobs < work->long_max ? long_jobs : work->long_max);
+}
+
+/* Waits until there is a job or a part, and a turn for it. False: the pool ends. */
+static bool await_turn(srv_work *work) {
   for (;;) {
-    while (work->waiting == 0 && work->loops == NULL && !work->stopping)
+    uint64_t next_ns = UINT64_MAX;
+    bool has_job = work->waiting > 0, has_turn = has_job && taken_turns(work, &next_ns) < work->turns;
+    if (has_turn || (work->loops != NULL && work->running < work->turns)) return true;
+    if (work->stopping && !has_job && work->loops == NULL) return false;
+    if (has_job && next_ns != UINT64_MAX)
+      srv_timed_wait(&work->wake, &work->lock, next_ns);
+    else
       pthread_cond_wait(&work->wake, &work->lock);
-    if (work->waiting == 0 && work->loops == NULL) break;
+  }
+}
+
+static void *run_worker(void *context) {
+  srv_worker *worker = context;
+  srv_work *work = worker->work;
+  pthread_mutex_lock(&work->lock);
+  while (await_turn(work)) {
     work->running++;
     if (work->waiting > 0) {
       srv_job *job = take(work);
+      worker->has_job = true;
+      worker->began_ns = srv_now_ns();
+      /* Whoever waited without a limit has to look at this job's time too. */
+      if (work->waiting > 0) pthread_cond_signal(&work->wake);
       pthread_mutex_unlock(&work->lock);
       job->run(job);
       pthread_mutex_lock(&work->lock);
+      worker->has_job = false;
     } else {
       help(work, work->loops);
     }
     work->running--;
+    if (work->waiting > 0 || work->stopping) pthread_cond_signal(&work->wake);
   }
+  pthread_cond_signal(&work->wake); /* the next one ends too */
   pthread_mutex_unlock(&work->lock);
   return NULL;
 }
 
 /* ---- the pool -------------------------------------------------------------------------------- */
 
-srv_work *srv_work_create(size_t threads, size_t queue_max) {
-  if (threads == 0 || threads > (SIZE_MAX - sizeof(srv_work)) / sizeof(pthread_t)) return NULL;
-  srv_work *work = calloc(1, sizeof *work + threads * sizeof *work->threads);
+srv_work *srv_work_create(size_t threads, size_t queue_max, size_t long_max) {
+  if (threads == 0 || threads > SIZE_MAX / 2 / sizeof(srv_worker) ||
+      long_max > SIZE_MAX / 2 / sizeof(srv_worker))
+    return NULL;
+  srv_work *work = calloc(1, sizeof *work);
   if (work == NULL) return NULL;
   pthread_mutex_init(&work->lock, NULL);
-  pthread_cond_init(&work->wake, NULL);
+  srv_timed_init(&work->wake);
+  work->turns = threads;
   work->queue_max = queue_max;
-  for (; work->thread_count < threads; work->thread_count++) {
-    int reason = pthread_create(&work->threads[work->thread_count], NULL, run_threads, work);
+  work->long_max = long_max;
+  work->workers = calloc(threads + long_max, sizeof *work->workers);
+  for (size_t i = 0; work->workers != NULL && i < threads + long_max; i++) {
+    srv_worker *worker = &work->workers[i];
+    worker->work = work;
+    pthread_mutex_lock(&work->lock);
+    int reason = pthread_create(&worker->thread, NULL, run_worker, worker);
+    work->thread_count += reason == 0;
+    pthread_mutex_unlock(&work->lock);
     if (reason == 0) continue;
     srv_work_destroy(work);
     errno = reason;
     return NULL;
   }
-  return work;
+  if (work->workers != NULL) return work;
+  srv_work_destroy(work);
+  errno = ENOMEM;
+  return NULL;
 }
 
 void srv_work_destroy(srv_work *work) {
@@ -124,17 +189,19 @@ void srv_work_destroy(srv_work *work) {
   work->stopping = true;
   pthread_cond_broadcast(&work->wake);
   pthread_mutex_unlock(&work->lock);
-  for (size_t i = 0; i < work->thread_count; i++) pthread_join(work->threads[i], NULL);
+  for (size_t i = 0; i < work->thread_count; i++) pthread_join(work->workers[i].thread, NULL);
   pthread_cond_destroy(&work->wake);
   pthread_mutex_destroy(&work->lock);
+  free(work->workers);
   free(work);
 }
 
 bool srv_work_submit(srv_work *work, srv_job *job) {
   pthread_mutex_lock(&work->lock);
   /* Jobs that an idle thread is about to take do not count as waiting. */
-  size_t busy = work->running + work->waiting - work->admitted;
-  size_t idle = work->thread_count > busy ? work->thread_count - busy : 0;
+  uint64_t next_ns;
+  size_t busy = taken_turns(work, &next_ns) + work->waiting - work->admitted;
+  size_t idle = work->turns > busy ? work->turns - busy : 0;
   bool accepted = work->admitted < work->queue_max + idle;
   job->is_admitted = true;
   work->admitted += accepted;
@@ -153,7 +220,7 @@ void srv_work_resume(srv_work *work, srv_job *job) {
 bool srv_work_spare(srv_work *work, srv_job *job) {
   pthread_mutex_lock(&work->lock);
   size_t busy = work->running + work->waiting + atomic_load(&work->outside);
-  bool accepted = !work->stopping && busy < work->thread_count;
+  bool accepted = !work->stopping && busy < work->turns;
   job->is_admitted = false;
   /* Listed as resumed: the idle thread takes this job before any other that arrives while it wakes up. */
   if (accepted) put(work, &work->resumed, job);
@@ -177,7 +244,7 @@ void srv_work_parallel_for(void *owner, uint32_t count, void (*part)(void *conte
   pthread_mutex_lock(&work->lock);
   l.next = work->loops;
   work->loops = &l;
-  if (count > 1 && work->running < work->thread_count) pthread_cond_broadcast(&work->wake);
+  if (count > 1 && work->running < work->turns) pthread_cond_broadcast(&work->wake);
   while (l.begun < count) run_part(work, &l);
   while (l.helpers > 0) pthread_cond_wait(&l.idle, &work->lock);
   pthread_mutex_unlock(&work->lock);

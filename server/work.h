@@ -15,8 +15,10 @@ typedef struct srv_job {
 
 typedef struct srv_work srv_work;
 
-/* queue_max: jobs that may wait for a thread. NULL with errno. */
-srv_work *srv_work_create(size_t threads, size_t queue_max);
+/* threads: jobs and parts that run at once. queue_max: jobs that may wait for a thread. long_max: jobs that,
+ * once they have run for 50 ms, no longer count among `threads`; each has a thread of its own. NULL with
+ * errno. */
+srv_work *srv_work_create(size_t threads, size_t queue_max, size_t long_max);
 
 /* Runs all queued jobs, then ends the threads. NULL accepted. */
 void srv_work_destroy(srv_work *work);

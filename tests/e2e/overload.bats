@@ -231,17 +231,34 @@ skinned_nodes() {
   all_served_within 165 # two at once take 220
 }
 
-@test "a request that is alone is served although it needs more than the budget" {
+@test "a request is served whose bound is over the budget, and refused where it really needs more" {
   needs_process
-  start_daemon --max-memory 16MiB
+  start_daemon --max-memory 160MiB
   grid 400 >large.obj
-  post "/v1/surface.glb?level=1" large.obj
+  post "/v1/surface.glb?level=2" large.obj # its bound is 235 MB
   expect 200
+  stop_daemon
+  start_daemon --max-memory 16MiB
+  post "/v1/surface.glb?level=2" large.obj
+  problem 422 '--max-memory'
+  curl --silent "$url/metrics" | grep -q '^tweend_refusals_total{reason="memory"} 1$'
+}
+
+@test "counting an open border and making it hold no more than --max-memory" {
+  needs_process
+  needs_plain_build
+  start_daemon --max-memory 128MiB
+  shape='{"meshes":[{"shape":{"kind":"grid","size":[1,1],"segments":[700,700]}}]}'
+  for form in json glb; do
+    http POST "/v1/surface.$form?level=3&boundary=open" --header 'Content-Type: application/json' --data "$shape"
+    problem 422 '--max-memory'
+    (($(resident PEAK) < 128 + 64))
+  done
 }
 
 @test "a request that waits too long for memory gets 503" {
   needs_process
-  start_daemon --max-memory 32MiB --request-timeout 2s --min-rate 0
+  start_daemon --max-memory 160MiB --request-timeout 2s --min-rate 0
   grid 400 >large.obj
   curl --silent --dump-header slow --data-binary @large.obj "$url/v1/surface.glb?level=3" > >(sleep 8 3>&-) 3>&- &
   until [[ -s slow ]]; do sleep 0.1; done
@@ -253,7 +270,7 @@ skinned_nodes() {
 @test "slow readers of small models keep nobody waiting" {
   needs_process
   (
-    start_daemon --max-memory 32MiB --request-timeout 5s --min-rate 0
+    start_daemon --max-memory 96MiB --request-timeout 5s --min-rate 0
     trap 'kill $(jobs -p | grep -vx "$daemon"); stop_daemon' EXIT
     upload "$samples/cube.obj"
     for i in 1 2; do
@@ -261,7 +278,7 @@ skinned_nodes() {
     done
     until [[ -s slow-1 && -s slow-2 ]]; do sleep 0.1; done
     grid 300 >large.obj
-    post "/v1/surface.json?level=1" large.obj # needs more than the budget, and has to be alone
+    post "/v1/surface.json?level=2" large.obj # its bound is over the budget, so it has to be alone
     expect 200
   )
 }

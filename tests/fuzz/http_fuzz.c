@@ -47,6 +47,7 @@ static void give_up(const char *what) {
 
 static served *start(void) {
   api_settings settings = loopback_settings();
+  settings.hosts = "*"; /* the inputs name some */
   settings.limits.max_upload = INPUT_MAX;
   settings.limits.max_level = 3;
   settings.limits.max_faces = 10000;
@@ -67,7 +68,7 @@ static served *start(void) {
   d->server.metrics = srv_metrics_create();
   d->server.rates = srv_rates_create();
   d->server.peers = srv_peers_create(0);
-  d->server.work = srv_work_create((size_t)d->config.threads, (size_t)d->config.queue);
+  d->server.work = srv_work_create((size_t)d->config.threads, (size_t)d->config.queue, 0);
   d->server.live = srv_live_create((size_t)d->config.max_listeners, SRV_LIVE_PULSE_NS);
   settings.parallel = (api_parallel_for){.owner = d->server.work, .run = srv_work_parallel_for};
   d->loop = loopback_start(&settings);

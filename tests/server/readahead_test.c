@@ -61,7 +61,7 @@ static void be_ready(void *owner) {
 
 static int set_up(void **state) {
   fixture *f = calloc(1, sizeof *f);
-  f->work = srv_work_create(THREADS, 4);
+  f->work = srv_work_create(THREADS, 4, 0);
   f->out = malloc(PIECE);
   f->body.reader = pthread_self();
   atomic_store(&destroyed, 0);

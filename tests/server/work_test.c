@@ -29,13 +29,13 @@ static int reset(void **state) {
 }
 
 TEST_WITH(no_threads_is_refused, reset, NULL) {
-  assert_null(srv_work_create(0, 5));
+  assert_null(srv_work_create(0, 5, 0));
   srv_work_destroy(NULL);
 }
 
 TEST_WITH(queue_takes_what_waits_and_no_more, reset, NULL) {
   enum { THREADS = 2, QUEUE = 3 };
-  srv_work *work = srv_work_create(THREADS, QUEUE);
+  srv_work *work = srv_work_create(THREADS, QUEUE, 0);
   srv_job jobs[THREADS + QUEUE + 1];
   pthread_mutex_lock(&gate);
   for (size_t i = 0; i < THREADS + QUEUE; i++) {
@@ -63,7 +63,7 @@ static void note_turn(srv_job *job) {
 }
 
 TEST_WITH(who_goes_on_takes_no_place_and_goes_first_in_turn, reset, NULL) {
-  srv_work *work = srv_work_create(1, 1);
+  srv_work *work = srv_work_create(1, 1, 0);
   srv_job busy = {.run = run_at_gate}, admitted = {.run = note_turn}, refused = {.run = note_turn};
   srv_job resumed[3] = {{.run = note_turn}, {.run = note_turn}, {.run = note_turn}};
   order_size = 0;
@@ -82,7 +82,7 @@ TEST_WITH(who_goes_on_takes_no_place_and_goes_first_in_turn, reset, NULL) {
 }
 
 TEST_WITH(without_a_queue_idle_threads_still_work, reset, NULL) {
-  srv_work *work = srv_work_create(1, 0);
+  srv_work *work = srv_work_create(1, 0, 0);
   srv_job jobs[2] = {{.run = run_at_gate}, {.run = run_at_gate}};
   pthread_mutex_lock(&gate);
   assert_true(srv_work_submit(work, &jobs[0]));
@@ -95,7 +95,7 @@ TEST_WITH(without_a_queue_idle_threads_still_work, reset, NULL) {
 /* ---- spare cores and shared work --------------------------------------------------------------- */
 
 TEST_WITH(spare_work_is_refused_where_no_core_is_idle, reset, NULL) {
-  srv_work *work = srv_work_create(2, 4);
+  srv_work *work = srv_work_create(2, 4, 0);
   srv_job jobs[3] = {{.run = run_at_gate}, {.run = run_at_gate}, {.run = run_at_gate}};
   pthread_mutex_lock(&gate);
   assert_true(srv_work_spare(work, &jobs[0]));
@@ -113,7 +113,7 @@ TEST_WITH(spare_work_is_refused_where_no_core_is_idle, reset, NULL) {
  * is resumed may take as long as a surface does. */
 TEST_WITH(spare_work_is_not_overtaken, reset, NULL) {
   for (int i = 0; i < 100; i++) {
-    srv_work *work = srv_work_create(1, 1);
+    srv_work *work = srv_work_create(1, 1, 0);
     srv_job spare = {.run = note_turn}, resumed = {.run = note_turn};
     order_size = 0;
     assert_true(srv_work_spare(work, &spare));
@@ -145,7 +145,7 @@ static void run_part(void *context, uint32_t index) {
 }
 
 TEST_WITH(every_part_is_called_once, reset, NULL) {
-  srv_work *work = srv_work_create(3, 4);
+  srv_work *work = srv_work_create(3, 4, 0);
   static const uint32_t counts[] = {0, 1, 2, PARTS};
   for (int i = 0; i < 4; i++) {
     parts p = {.meet = false};
@@ -157,7 +157,7 @@ TEST_WITH(every_part_is_called_once, reset, NULL) {
 }
 
 TEST_WITH(idle_threads_join_in, reset, NULL) {
-  srv_work *work = srv_work_create(1, 4);
+  srv_work *work = srv_work_create(1, 4, 0);
   parts p = {.meet = true};
   srv_work_parallel_for(work, 2, run_part, &p);
   assert_int_equal(atomic_load(&p.most), 2);
@@ -165,7 +165,7 @@ TEST_WITH(idle_threads_join_in, reset, NULL) {
 }
 
 TEST_WITH(a_busy_pool_leaves_all_parts_to_the_caller, reset, NULL) {
-  srv_work *work = srv_work_create(1, 4);
+  srv_work *work = srv_work_create(1, 4, 0);
   srv_job job = {.run = run_at_gate};
   pthread_mutex_lock(&gate);
   assert_true(srv_work_submit(work, &job));
@@ -192,7 +192,7 @@ static void share_in_job(srv_job *job) {
 
 TEST_WITH(jobs_that_share_at_once_all_end, reset, NULL) {
   enum { JOBS = 8 };
-  srv_work *work = srv_work_create(2, JOBS);
+  srv_work *work = srv_work_create(2, JOBS, 0);
   static sharing_job jobs[JOBS];
   for (int i = 0; i < JOBS; i++) {
     jobs[i] = (sharing_job){.job = {.run = share_in_job}, .work = work};
