@@ -36,6 +36,10 @@ bool api_fault_without_memory(api_fault *fault) {
 bool api_fault_without_grant(api_fault *fault) {
   tw_meter *meter = tw_meter_current();
   uint64_t missing = meter ? atomic_exchange(&meter->missing, 0) : 0;
+  if (meter && atomic_load(&meter->is_over) && fault->error.status == TW_NO_MEMORY) {
+    tw_work_status(&fault->error);
+    return api_fault_complete(fault);
+  }
   if (missing == 0 || fault->stall != API_STALL_NONE || fault->error.status != TW_NO_MEMORY) return false;
   *fault = (api_fault){.stall = API_STALL_MEMORY, .needed = missing + missing / 2, .is_measured = true};
   return false;

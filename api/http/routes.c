@@ -506,7 +506,8 @@ static bool is_hopeless(api_call *call) {
   uint64_t limit = call->service->limits.max_memory, waited_for = call->request->ticket->needed;
   if (fault->stall != API_STALL_MEMORY || !fault->is_measured) return false;
   if (fault->needed <= limit && fault->needed > waited_for) return false;
-  if (fault->needed > limit && waited_for < limit && fault->needed / 2 <= limit) {
+  bool had_all = waited_for >= limit || call->request->ticket->granted >= limit - limit / 16;
+  if (fault->needed > limit && !had_all && fault->needed / 2 <= limit) {
     fault->needed = limit; /* one attempt with all that there is */
     return false;
   }

@@ -63,10 +63,14 @@ static void *charged(void *memory) {
   return NULL;
 }
 
-/* Whether that much may be held at all: asked before large blocks, whose pages the system would clear. */
+/* Whether that much may be held at all: asked before large blocks, whose pages the system would clear. An
+ * allocation is also a step of work, and fails where the result is no longer wanted: so work ends there whose
+ * loops do not ask. */
 static bool may_hold(size_t bytes) {
-  enum { LARGE = 1 << 20 };
-  if (bytes < LARGE || !tw_meter_take(bytes)) return bytes < LARGE;
+  enum { LARGE = 1 << 20, BYTES_A_STEP = 64 };
+  if (!tw_work(1 + bytes / BYTES_A_STEP)) return false;
+  if (bytes < LARGE) return true;
+  if (!tw_meter_take(bytes)) return false;
   tw_meter_give_back(bytes);
   return true;
 }
@@ -116,5 +120,5 @@ bool tw_work(uint64_t steps) {
 
 tw_status tw_work_status(tw_error *error) {
   if (!current || !atomic_load(&current->is_over)) return TW_OK;
-  return tw_fail(error, TW_CANCELLED, "the result is no longer wanted");
+  return tw_fail(error, TW_CANCELLED, "the result is not wanted any more");
 }

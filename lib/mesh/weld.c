@@ -40,6 +40,10 @@ static void sort_items(uint32_t *items, size_t count, less_fn *less, const void 
     }
     return;
   }
+  /* Equal items, of which hostile files have millions, come in order. */
+  size_t ordered = 1;
+  while (ordered < count && !less(context, items[ordered], items[ordered - 1])) ordered++;
+  if (ordered == count) return;
   for (size_t root = count / 2; root-- > 0;) sift_down(items, root, count, less, context);
   for (size_t end = count - 1; end > 0; end--) {
     uint32_t greatest = items[0];
