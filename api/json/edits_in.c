@@ -58,17 +58,17 @@ static tw_status read_facing(const api_value *values, tw_selection *out) {
 
 /* Reads a material by index or name. */
 static tw_status read_material(const api_value *value, tw_selection *out) {
-  return cJSON_IsString(value->item) ? api_json_text(value, &out->name)
+  return cJSON_IsString(value->item) ? api_json_name(value, &out->name)
                                      : api_json_index(value, &out->material);
 }
 
 static tw_status read_by(const api_value *values, int by, tw_selection *out) {
   switch (by) {
-  case BY_GROUP: out->by = TW_SELECT_GROUP; return api_json_text(&values[by], &out->name);
+  case BY_GROUP: out->by = TW_SELECT_GROUP; return api_json_name(&values[by], &out->name);
   case BY_MATERIAL: out->by = TW_SELECT_MATERIAL; return read_material(&values[by], out);
   case BY_FACING: out->by = TW_SELECT_FACING; return read_facing(values, out);
   case BY_INSIDE: out->by = TW_SELECT_INSIDE; return api_json_object(&values[by], read_box, out);
-  case BY_MADE: out->by = TW_SELECT_MADE; return api_json_text(&values[by], &out->name);
+  case BY_MADE: out->by = TW_SELECT_MADE; return api_json_name(&values[by], &out->name);
   case BY_LOOP: out->by = TW_SELECT_LOOP; return read_loop(&values[by], out);
   case BY_RING: out->by = TW_SELECT_RING; return read_loop(&values[by], out);
   default: out->by = TW_SELECT_SHARPER; return read_degrees(&values[by], &out->degrees);
@@ -412,7 +412,7 @@ static tw_status read_edit(void *context, const api_value *object) {
   status = api_json_members_of(object, names, MEMBERS, members, values);
   if (status != TW_OK) return status;
   *edit = (tw_edit){.kind = is_weld ? TW_EDIT_MERGE : (tw_edit_kind)kind};
-  status = api_json_text(&values[NAME], &edit->name);
+  status = api_json_name(&values[NAME], &edit->name);
   if (status == TW_OK) status = api_json_flag(&values[OPTIONAL], &edit->is_optional);
   for (int of = 0; of < 3 && status == TW_OK && kind != TW_EDIT_DROP_PIECES; of++)
     status = read_selection(&values[selections[of]], (tw_edit_element)of, &edit->selection);

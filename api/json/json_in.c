@@ -319,7 +319,7 @@ static tw_status read_mesh(void *context, const api_value *object) {
   tw_status status = api_json_members(object, mesh_members, members);
   if (status == TW_OK)
     status = members[MESH_SHAPE].item ? read_shape(reader, members, mesh) : read_topology(members, mesh);
-  if (status == TW_OK) status = api_json_text(&members[MESH_NAME], &mesh->name);
+  if (status == TW_OK) status = api_json_name(&members[MESH_NAME], &mesh->name);
   if (status == TW_OK && (members[MESH_UVS].item || members[MESH_FACE_UVS].item))
     status = read_uvs(members, mesh);
   if (status == TW_OK)
@@ -504,7 +504,7 @@ static tw_status read_clip(void *context, const api_value *object) {
   tw_clip_keys *clip = &reader->model->clips[object->at.index];
   api_value values[2];
   tw_status status = api_json_members(object, members, values);
-  if (status == TW_OK) status = api_json_text(&values[0], &clip->name);
+  if (status == TW_OK) status = api_json_name(&values[0], &clip->name);
   if (status == TW_OK)
     status = api_json_count(&values[1], TW_TRACKS_MAX - reader->track_count, &clip->track_count);
   if (status != TW_OK) return status;
@@ -530,7 +530,7 @@ static tw_status read_node(void *context, const api_value *object) {
   api_value values[MEMBERS];
   *node = (tw_node){.parent = TW_NO_INDEX, .mesh = TW_NO_INDEX, .skin = TW_NO_INDEX, .rest = TW_TRS_IDENTITY};
   tw_status status = api_json_members(object, members, values);
-  if (status == TW_OK) status = api_json_text(&values[NAME], &node->name);
+  if (status == TW_OK) status = api_json_name(&values[NAME], &node->name);
   if (status == TW_OK) status = read_reference(&values[PARENT], reader->nodes, &node->parent);
   if (status == TW_OK) status = read_reference(&values[MESH], reader->meshes, &node->mesh);
   if (status == TW_OK) status = api_json_floats(&values[TRANSLATION], 3, node->rest.translation);

@@ -243,6 +243,12 @@ tw_status api_json_text(const api_value *value, const char **out) {
   return TW_OK;
 }
 
+tw_status api_json_name(const api_value *value, const char **out) {
+  bool is_long = cJSON_IsString(value->item) && strlen(value->item->valuestring) > TW_NAME_MAX;
+  if (is_long) return api_json_fail(value, TW_LIMIT, "the name is longer than %d bytes", TW_NAME_MAX);
+  return api_json_text(value, out);
+}
+
 tw_status api_json_choice(const api_value *value, const char *const *choices, int *out) {
   const cJSON *item = value->item;
   if (!item) return TW_OK;

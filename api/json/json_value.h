@@ -67,6 +67,8 @@ tw_status api_json_object(const api_value *value, api_json_reader *read, void *c
 
 /* A string, copied into the arena. */
 tw_status api_json_text(const api_value *value, const char **out);
+/* The same for a name: TW_LIMIT over TW_NAME_MAX bytes. */
+tw_status api_json_name(const api_value *value, const char **out);
 
 /* The index of a string among `choices` (NULL-terminated). */
 tw_status api_json_choice(const api_value *value, const char *const *choices, int *out);

@@ -189,6 +189,8 @@ static tw_status check_name(const char **name, const char *array, uint32_t index
   if (!*name) return TW_OK;
   if (!tw_utf8_is_name(*name, strlen(*name)))
     return fail_at(error, array, index, "/name", "a name must be UTF-8 text without control characters");
+  if (strlen(*name) > TW_NAME_MAX)
+    return fail_at(error, array, index, "/name", "a name has at most 1024 bytes");
   if (!**name) *name = NULL;
   return TW_OK;
 }

@@ -416,16 +416,16 @@ TEST(too_large_an_answer_is_422) {
 
 TEST(names_in_lines_count) {
   api_settings settings = loopback_settings();
-  settings.limits.max_output = 30000; /* ten poses of a name of 2,800 bytes and ten floats */
+  settings.limits.max_output = 12000; /* ten poses of a name of 1,000 bytes and ten floats */
   one_model f = {.loop = loopback_start(&settings)};
   char text[3000];
-  snprintf(text, sizeof text, "{'nodes':[{'name':'%02800d'}]}", 0);
+  snprintf(text, sizeof text, "{'nodes':[{'name':'%01000d'}]}", 0);
   loopback_upload(f.loop, "application/json", text, f.id);
   reply r = ask(&f, "pose.csv?from=0&to=9&fps=1");
   assert_int_equal(r.status, 200);
-  assert_in_range(r.size, 28000, 30000);
+  assert_in_range(r.size, 10000, 12000);
   reply_free(&r);
-  assert_problem(ask(&f, "pose.csv?from=0&to=10&fps=1"), 422, NULL, "11 poses with 2800 bytes of names");
+  assert_problem(ask(&f, "pose.csv?from=0&to=10&fps=1"), 422, NULL, "11 poses with 1000 bytes of names");
   r = ask(&f, "pose.json?from=0&to=100&fps=1"); /* which names the nodes once */
   assert_int_equal(r.status, 200);
   reply_free(&r);

@@ -228,3 +228,19 @@ TEST(bytes_tell_their_format) {
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
     assert_int_equal(tw_format_sniff((const uint8_t *)cases[i].text, strlen(cases[i].text)), cases[i].format);
 }
+
+TEST(a_name_has_at_most_a_kilobyte) {
+  static char name[TW_NAME_MAX + 2];
+  fixture f;
+  fill(&f);
+  memset(name, 'x', TW_NAME_MAX);
+  f.nodes[1].name = name;
+  assert_int_equal(tw_model_finish(f.model, NULL), TW_OK);
+  name[TW_NAME_MAX] = 'x';
+  assert_refused_at(&f, "/nodes/1/name");
+  f.mesh.name = name;
+  assert_refused_at(&f, "/meshes/0/name");
+  f.clip.name = name;
+  assert_refused_at(&f, "/clips/0/name");
+  tw_model_destroy(f.model);
+}

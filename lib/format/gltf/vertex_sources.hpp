@@ -143,6 +143,8 @@ private:
     if (!text || *text != '{') return; // "attributes" is written with escapes
     for (Items item(text); item.more(); item.next()) {
       std::string name = unescape(item.key());
+      if (name.size() > TW_NAME_MAX)
+        refuse(TW_LIMIT, pointer, "a name has at most ", int{TW_NAME_MAX}, " bytes");
       const Elements *elements = nullptr;
       if (name == "COLOR_0")
         elements = vector_attribute(attributes, name, 3, 4, pointer, source.position);

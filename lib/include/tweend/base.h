@@ -174,6 +174,9 @@ size_t tw_utf8_length(const char *text, size_t length);
  * that break lines or turn the direction of text (U+2028 to U+202E, U+2066 to U+2069). */
 bool tw_utf8_is_name(const char *text, size_t length);
 
+/* Bytes of the longest name: files may refer to a name thousands of times, and answers print it each time. */
+enum { TW_NAME_MAX = 1024 };
+
 /* Copies text as a name: well-formed UTF-8, terminated. Text that is not UTF-8 is read as Latin-1; control
  * characters become blanks. NULL without memory. */
 char *tw_arena_name(tw_arena *arena, const char *text, size_t length);
