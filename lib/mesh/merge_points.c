@@ -154,13 +154,27 @@ static tw_status merge(tw_mesh *mesh, const uint32_t *point_of, uint32_t count, 
   return status;
 }
 
+static int compare_points(const void *context, uint32_t a, uint32_t b) {
+  const tw_mesh *mesh = context;
+  int order = 0;
+  for (size_t k = 0; mesh->skin.joints && k < 4 && order == 0; k++)
+    order = mesh->skin.joints[4 * (size_t)a + k] - mesh->skin.joints[4 * (size_t)b + k];
+  if (mesh->skin.joints && order == 0)
+    order = tw_compare_floats(mesh->skin.weights + 4 * (size_t)a, mesh->skin.weights + 4 * (size_t)b, 4);
+  for (uint32_t t = 0; t < mesh->morph_count && order == 0; t++)
+    order = tw_compare_floats(mesh->morphs[t] + 3 * (size_t)a, mesh->morphs[t] + 3 * (size_t)b, 3);
+  return order;
+}
+
 tw_status tw_mesh_close_seams(tw_mesh *mesh, tw_merged *out, uint32_t *reversed, tw_error *error) {
   const tw_soup soup = {.vertex_count = mesh->point_count,
                         .positions = mesh->positions,
                         .face_count = mesh->face_count,
                         .corner_count = mesh->corner_count,
                         .face_offsets = mesh->face_offsets,
-                        .corners = mesh->corners};
+                        .corners = mesh->corners,
+                        .compare = compare_points,
+                        .context = mesh};
   uint32_t *point_of = tw_alloc(mesh->point_count, sizeof *point_of);
   tw_welded welded = {0};
   tw_status status = point_of ? tw_weld_points(&soup, point_of, &welded, error) : no_memory(error);

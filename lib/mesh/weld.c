@@ -78,6 +78,7 @@ typedef struct places {
   const float *rows; /* [][width] */
   uint32_t width;
   float tiny;
+  const tw_soup *soup;     /* whose `compare` tells equal rows apart, or NULL */
   const uint32_t *buckets; /* bucket of each row, while rows are sorted */
 } places;
 
@@ -94,18 +95,23 @@ static float coordinate(const places *at, uint32_t row, size_t axis) {
   return fabsf(value) < at->tiny ? 0 : value;
 }
 
+static int compare_further(const places *at, uint32_t a, uint32_t b) {
+  return at->soup && at->soup->compare ? at->soup->compare(at->soup->context, a, b) : 0;
+}
+
 static bool row_less(const void *context, uint32_t a, uint32_t b) {
   for (size_t axis = 0; axis < ((const places *)context)->width; axis++) {
     float p = coordinate(context, a, axis), q = coordinate(context, b, axis);
     if (p != q) return p < q;
   }
-  return a < b;
+  int order = compare_further(context, a, b);
+  return order != 0 ? order < 0 : a < b;
 }
 
 static bool same_row(const places *at, uint32_t a, uint32_t b) {
   for (size_t axis = 0; axis < at->width; axis++)
     if (coordinate(at, a, axis) != coordinate(at, b, axis)) return false;
-  return true;
+  return compare_further(at, a, b) == 0;
 }
 
 static uint32_t hash_row(const places *at, uint32_t row) {
@@ -141,6 +147,12 @@ static tw_status find_places(places at, uint32_t count, uint32_t *first, bool *s
   }
   tw_free(order);
   return status;
+}
+
+int tw_compare_floats(const float *a, const float *b, size_t count) {
+  for (size_t i = 0; i < count; i++)
+    if (a[i] != b[i]) return a[i] < b[i] ? -1 : 1;
+  return 0;
 }
 
 tw_status tw_find_equal_rows(const float *rows, uint32_t width, uint32_t count, uint32_t *first,
@@ -278,7 +290,7 @@ tw_status tw_weld_points(const tw_soup *soup, uint32_t *point_of_vertex, tw_weld
   uint32_t *joined = place + soup->vertex_count;
   tw_union_find_init(joined, soup->vertex_count);
   bool split = false;
-  const places at = {.rows = soup->positions, .width = 3, .tiny = tiny_coordinate(soup)};
+  const places at = {.rows = soup->positions, .width = 3, .tiny = tiny_coordinate(soup), .soup = soup};
   tw_status status = find_places(at, soup->vertex_count, place, &split, error);
   if (status == TW_OK && split)
     status = join_split_vertices(soup, place, NULL, joined, &out->reversed_edges, error);

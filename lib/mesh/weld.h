@@ -17,6 +17,11 @@ typedef struct tw_soup {
   uint32_t face_count, corner_count;
   const uint32_t *face_offsets; /* [face_count + 1] */
   const uint32_t *corners;      /* [corner_count] vertices, in range */
+  /* Orders two vertices at one place by what else a point has: joints, weights, displacements of morph
+   * targets. They are one point only where it returns 0. A total order; less than 0 where a comes first.
+   * NULL: the place alone counts. */
+  int (*compare)(const void *context, uint32_t a, uint32_t b);
+  const void *context;
 } tw_soup;
 
 /* The warning to give when tw_welded.reversed_edges is not 0. */
@@ -32,9 +37,9 @@ typedef struct tw_welded {
 
 /* Finds which vertices are one point. Two edges between the same two positions that run in opposite
  * directions are one edge, and their ends one point each, unless a third edge runs there. So seams close, and
- * surfaces that only touch stay apart. Coordinates below a millionth of the largest count as 0.
- * point_of_vertex: [vertex_count]; points are numbered in the order of their first vertex. O(n log n) at
- * worst. TW_NO_MEMORY. */
+ * surfaces that only touch stay apart, as do parts that move differently (soup->compare). Coordinates below a
+ * millionth of the largest count as 0. point_of_vertex: [vertex_count]; points are numbered in the order of
+ * their first vertex. O(n log n) at worst. TW_NO_MEMORY. */
 tw_status tw_weld_points(const tw_soup *soup, uint32_t *point_of_vertex, tw_welded *out, tw_error *error);
 
 /* Finds which vertices share a texture coordinate: vertices of one point that are joined by an edge with
@@ -49,6 +54,9 @@ tw_status tw_weld_uvs(const tw_soup *soup, const uint32_t *point_of_vertex, uint
  * point's first old point. O(n log n). TW_NO_MEMORY. */
 tw_status tw_weld_within(const float *positions, uint32_t count, double distance, uint32_t *point_of,
                          uint32_t *point_count, tw_error *error);
+
+/* Less than, equal to or greater than 0 as the first numbers that differ; finite. */
+int tw_compare_floats(const float *a, const float *b, size_t count);
 
 /* Finds equal rows of floats; 0 and -0 are equal. rows: [count][width]; first: [count] receives for each row
  * the first row equal to it. O(n log n) at worst. TW_NO_MEMORY. */

@@ -314,8 +314,38 @@ private:
   // ---- points ----------------------------------------------------------------------------------
 
   tw_soup view_soup() const {
-    return {static_cast<uint32_t>(elements_.size()), positions_.data(), static_cast<uint32_t>(face_count_),
-            static_cast<uint32_t>(corner_count_),    offsets_,          corners_};
+    return {static_cast<uint32_t>(elements_.size()),
+            positions_.data(),
+            static_cast<uint32_t>(face_count_),
+            static_cast<uint32_t>(corner_count_),
+            offsets_,
+            corners_,
+            [](const void *reader, uint32_t a, uint32_t b) {
+              return static_cast<const MeshReader *>(reader)->compare_motion(a, b);
+            },
+            this};
+  }
+
+  // What two vertices have of an attribute; without it, 0.
+  int compare_elements(const Elements *first, uint32_t a, const Elements *second, uint32_t b) const {
+    if (!first && !second) return 0;
+    float rows[2][4] = {};
+    if (first) first->read_finite(elements_[a], rows[0]);
+    if (second) second->read_finite(elements_[b], rows[1]);
+    return tw_compare_floats(rows[0], rows[1], 4);
+  }
+
+  // Orders vertices by what moves them: joints and weights, and the displacements of targets.
+  int compare_motion(uint32_t a, uint32_t b) const {
+    const VertexSource &first = source_of(a), &second = source_of(b);
+    int order = (first.joints[0] != nullptr) - (second.joints[0] != nullptr);
+    for (size_t set = 0; set < first.joints.size() && order == 0; set++) {
+      order = compare_elements(first.joints[set], a, second.joints[set], b);
+      if (order == 0) order = compare_elements(first.weights[set], a, second.weights[set], b);
+    }
+    for (size_t target = 0; target < first.morphs.size() && order == 0; target++)
+      order = compare_elements(first.morphs[target], a, second.morphs[target], b);
+    return order;
   }
 
   void weld() {
