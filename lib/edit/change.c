@@ -209,7 +209,7 @@ static bool mix_skin(const maker *m) {
     keep_four(pulls, pull_count, joints + 4 * (size_t)p, weights + 4 * (size_t)p);
   }
   tw_free(pulls);
-  m->to->skin = (tw_skin_weights){joints, weights};
+  m->to->skin = (tw_skin_weights){.joints = joints, .weights = weights};
   return has_room;
 }
 

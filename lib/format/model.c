@@ -159,12 +159,9 @@ uint32_t tw_model_find_node(const tw_model *model, const char *name, size_t leng
 }
 
 uint32_t tw_model_find_clip(const tw_model *model, const char *name, size_t length) {
-  uint32_t nameless = made_up_index("clip_", name, length, model->clip_count);
-  for (uint32_t i = 0; i < model->clip_count; i++) {
-    const char *own = model->clips[i].name;
-    if (own ? compare_text(own, name, length) == 0 : i == nameless) return i;
-  }
-  return TW_NO_INDEX;
+  for (uint32_t i = 0; i < model->clip_count; i++)
+    if (model->clips[i].name && compare_text(model->clips[i].name, name, length) == 0) return i;
+  return made_up_index("clip_", name, length, model->clip_count);
 }
 
 /* ---- checks --------------------------------------------------------------------------------- */
@@ -324,6 +321,8 @@ static tw_status check_skinned_nodes(const tw_model *model, tw_error *error) {
     if (!mesh->skin.joints) continue;
     for (size_t j = 0; j < (size_t)mesh->point_count * 4; j++)
       if (mesh->skin.joints[j] > highest[i]) highest[i] = mesh->skin.joints[j];
+    for (size_t j = 0; mesh->skin.all_joints && j < (size_t)mesh->point_count * mesh->skin.all_count; j++)
+      if (mesh->skin.all_joints[j] > highest[i]) highest[i] = mesh->skin.all_joints[j];
   }
   tw_status status = TW_OK;
   for (uint32_t i = 0; i < model->node_count && status == TW_OK; i++) {
@@ -428,6 +427,28 @@ static void warn_of_duplicates(tw_model *model, uint32_t index) {
   }
 }
 
+static int compare_clip_names(const void *a, const void *b) {
+  const tw_clip_keys *left = *(const tw_clip_keys *const *)a, *right = *(const tw_clip_keys *const *)b;
+  int order = strcmp(left->name, right->name);
+  return order != 0 ? order : (left > right) - (left < right);
+}
+
+/* Says of a clip that shares its name with one before it how to ask for it. */
+static tw_status warn_of_namesakes(tw_model *model, tw_error *error) {
+  const tw_clip_keys **sorted = tw_alloc(model->clip_count, sizeof *sorted);
+  uint32_t count = 0;
+  if (!sorted) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  for (uint32_t i = 0; i < model->clip_count; i++)
+    if (model->clips[i].name) sorted[count++] = &model->clips[i];
+  qsort(sorted, count, sizeof *sorted, compare_clip_names);
+  for (uint32_t i = 1; i < count; i++)
+    if (strcmp(sorted[i]->name, sorted[i - 1]->name) == 0)
+      tw_model_warn(model, "another clip is called %.100s, too: clip_%u asks for this one", sorted[i]->name,
+                    (uint32_t)(sorted[i] - model->clips));
+  tw_free(sorted);
+  return TW_OK;
+}
+
 static tw_status check_clips(tw_model *model, tw_error *error) {
   tw_status status = TW_OK;
   for (uint32_t i = 0; i < model->clip_count && status == TW_OK; i++) {
@@ -454,6 +475,7 @@ tw_status tw_model_finish(tw_model *model, tw_error *error) {
   if (status == TW_OK) status = check_skins(model, error);
   if (status == TW_OK) status = check_skinned_nodes(model, error);
   if (status == TW_OK) status = check_clips(model, error);
+  if (status == TW_OK) status = warn_of_namesakes(model, error);
   return status;
 }
 

@@ -59,6 +59,8 @@ static void keep_points(const merger *m) {
     keep_rows(m, mesh->attributes[i].values, mesh->attributes[i].width * sizeof(float));
   keep_rows(m, mesh->skin.joints, 4 * sizeof(uint16_t));
   keep_rows(m, mesh->skin.weights, 4 * sizeof(float));
+  keep_rows(m, mesh->skin.all_joints, mesh->skin.all_count * sizeof(uint16_t));
+  keep_rows(m, mesh->skin.all_weights, mesh->skin.all_count * sizeof(float));
   for (uint32_t t = 0; t < mesh->morph_count; t++) keep_rows(m, mesh->morphs[t], 3 * sizeof(float));
 }
 

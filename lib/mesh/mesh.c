@@ -180,6 +180,8 @@ static tw_status check_point_data(const tw_mesh *mesh, tw_error *error) {
   }
   if (status == TW_OK && mesh->skin.joints)
     status = check_finite(mesh->skin.weights, mesh->point_count, 4, "weights", error);
+  if (status == TW_OK && mesh->skin.all_joints)
+    status = check_finite(mesh->skin.all_weights, mesh->point_count, mesh->skin.all_count, "weights", error);
   for (uint32_t m = 0; m < mesh->morph_count && status == TW_OK; m++)
     status = check_finite(mesh->morphs[m], mesh->point_count, 3, "morphs", error);
   for (uint32_t m = 0; mesh->morph_normals && m < mesh->morph_count && status == TW_OK; m++)
@@ -219,13 +221,14 @@ static void add_moved(const float matrix[16], const double point[3], double shar
 
 static void skin_point(const tw_skin_weights *skin, uint32_t point, const float *matrices,
                        uint32_t joint_count, const double at[3], double out[3]) {
-  const uint16_t *joints = skin->joints + 4 * (size_t)point;
-  const float *weights = skin->weights + 4 * (size_t)point;
+  uint32_t count = skin->all_joints ? skin->all_count : 4;
+  const uint16_t *joints = (skin->all_joints ? skin->all_joints : skin->joints) + count * (size_t)point;
+  const float *weights = (skin->all_joints ? skin->all_weights : skin->weights) + count * (size_t)point;
   double total = 0;
-  for (int k = 0; k < 4; k++)
+  for (uint32_t k = 0; k < count; k++)
     if (weights[k] > 0) total += (double)weights[k];
   out[0] = out[1] = out[2] = 0;
-  for (int k = 0; k < 4; k++) {
+  for (uint32_t k = 0; k < count; k++) {
     assert(joints[k] < joint_count);
     if (weights[k] > 0) add_moved(matrices + 16 * (size_t)joints[k], at, (double)weights[k] / total, out);
   }

@@ -134,7 +134,7 @@ static void take_values(source *s, storage *own, tw_mesh *mesh) {
         own->joints[p][k] = (uint16_t)take(s, 6);
         own->weights[p][k] = k == 0 ? 0.5f : 0.5f / 3;
       }
-    mesh->skin = (tw_skin_weights){own->joints[0], own->weights[0]};
+    mesh->skin = (tw_skin_weights){.joints = own->joints[0], .weights = own->weights[0]};
   }
   if (kinds & 4) {
     mesh->morph_count = 1 + take(s, 2);

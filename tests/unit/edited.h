@@ -176,7 +176,7 @@ static inline void dress(tw_mesh *mesh, dressed *d) {
   d->morphs[0] = d->morph[0];
   mesh->attribute_count = 2;
   mesh->attributes = d->attributes;
-  mesh->skin = (tw_skin_weights){d->joints[0], d->pulls[0]};
+  mesh->skin = (tw_skin_weights){.joints = d->joints[0], .weights = d->pulls[0]};
   mesh->morph_count = 1;
   mesh->morphs = d->morphs;
   mesh->uv_set_count = 2;

@@ -434,7 +434,7 @@ typedef struct skinned_bin {
   uint8_t colors[3][4];
 } skinned_bin;
 
-TEST(the_four_largest_weights_are_kept_with_sum_1) {
+TEST(the_four_largest_weights_are_kept_with_sum_1_and_all_for_baking) {
   skinned_bin bin = {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}},
                      {{{1, 2, 3, 4}, {0, 0, 0, 0}, {9, 9, 9, 9}}, {{5, 6, 7, 8}, {0, 0, 0, 0}, {9, 9, 9, 9}}},
                      {{{0.1f, 0.2f, 0.05f, 0.15f}, {2, 0, 0, 0}, {0, 0, 0, 0}},
@@ -457,6 +457,17 @@ TEST(the_four_largest_weights_are_kept_with_sum_1) {
   static const float weights[12] = {0.4f, 0.8f / 3, 0.2f, 0.4f / 3, 1, 0, 0, 0, 1, 0, 0, 0};
   assert_memory_equal(mesh->skin.joints, joints, sizeof joints);
   for (int i = 0; i < 12; i++) assert_true(fabsf(mesh->skin.weights[i] - weights[i]) < 1e-6f);
+  /* Baking uses all: joint j lifts by j, so a point rises by the weighted mean of its joints' numbers. */
+  float lifts[9][16] = {{0}}, moved[3][3];
+  for (int j = 0; j < 9; j++) {
+    for (int k = 0; k < 4; k++) lifts[j][5 * k] = 1;
+    lifts[j][14] = (float)j;
+  }
+  assert_int_equal(tw_mesh_deform(mesh, NULL, lifts[0], 9, moved[0], NULL), TW_OK);
+  const double rise = 0.1 * 1 + 0.2 * 2 + 0.05 * 3 + 0.15 * 4 + 0.3 * 5 + 0.1 * 6 + 0.05 * 7 + 0.05 * 8;
+  assert_true(fabs((double)moved[0][2] - rise) < 1e-6);
+  assert_true(moved[1][2] == 0 && moved[2][2] == 0);
+  assert_non_null(strstr(model->warnings[0], "more than four joints"));
   const float *colors = mesh->attributes[0].values;
   assert_true(colors[0] == 1 && colors[1] == 0 && fabsf(colors[2] - 0.2f) < 1e-6f);
   assert_true(mesh->has_tangents);

@@ -120,7 +120,7 @@ TEST(joints_beyond_the_skin_are_refused) {
   static const uint16_t joints[12] = {[9] = 1};
   static const float weights[12] = {1, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0};
   fill(&f);
-  f.mesh.skin = (tw_skin_weights){joints, weights};
+  f.mesh.skin = (tw_skin_weights){.joints = joints, .weights = weights};
   assert_int_equal(tw_model_finish(f.model, NULL), TW_OK); /* no node skins it */
   f.nodes[0].skin = 0;
   assert_refused_at(&f, "/nodes/0/skin");
@@ -242,5 +242,22 @@ TEST(a_name_has_at_most_a_kilobyte) {
   assert_refused_at(&f, "/meshes/0/name");
   f.clip.name = name;
   assert_refused_at(&f, "/clips/0/name");
+  tw_model_destroy(f.model);
+}
+
+TEST(clips_of_one_name_are_found_by_their_places) {
+  fixture f;
+  fill(&f);
+  tw_clip_keys clips[3] = {f.clip, f.clip, f.clip};
+  clips[2].name = "clip_0";
+  f.model->clips = clips;
+  f.model->clip_count = 3;
+  assert_int_equal(tw_model_finish(f.model, NULL), TW_OK);
+  assert_int_equal(tw_model_find_clip(f.model, "move", 4), 0);
+  assert_int_equal(tw_model_find_clip(f.model, "clip_1", 6), 1);
+  assert_int_equal(tw_model_find_clip(f.model, "clip_0", 6), 2); /* which is called so */
+  assert_int_equal(tw_model_find_clip(f.model, "clip_3", 6), TW_NO_INDEX);
+  assert_int_equal(f.model->warning_count, 1);
+  assert_non_null(strstr(f.model->warnings[0], "clip_1"));
   tw_model_destroy(f.model);
 }

@@ -515,12 +515,11 @@ private:
     float weight;
   };
 
-  // Writes the four largest of up to eight weights, scaled to a sum of 1. A vertex without weights gets joint
-  // 0 with weight 1.
-  void write_influences(uint32_t vertex, uint16_t *joints, float *weights) const {
+  // Reads all joints of a vertex, heaviest first, with the weights as the file has them.
+  std::array<Influence, 4 * joint_sets> read_influences(uint32_t vertex) const {
     const VertexSource &source = source_of(vertex);
-    std::array<Influence, 8> all = {};
-    for (size_t set = 0; set < 2 && source.joints[set]; set++) {
+    std::array<Influence, 4 *joint_sets> all = {};
+    for (size_t set = 0; set < joint_sets && source.joints[set]; set++) {
       float joint[4], weight[4];
       read_vertex(source.joints[set], vertex, joint);
       read_vertex(source.weights[set], vertex, weight);
@@ -531,6 +530,12 @@ private:
     }
     std::stable_sort(all.begin(), all.end(),
                      [](const Influence &a, const Influence &b) { return a.weight > b.weight; });
+    return all;
+  }
+
+  // Writes the four largest weights, scaled to a sum of 1. A vertex without weights gets joint 0 with
+  // weight 1.
+  static void write_four(const std::array<Influence, 4 * joint_sets> &all, uint16_t *joints, float *weights) {
     double sum = 0;
     for (size_t k = 0; k < 4; k++) sum += all[k].weight;
     for (size_t k = 0; k < 4; k++) {
@@ -542,9 +547,40 @@ private:
   void write_skin() {
     uint16_t *joints = allocate<uint16_t>(document_, 4 * size_t{mesh_.point_count});
     float *weights = allocate<float>(document_, 4 * size_t{mesh_.point_count});
-    for (uint32_t p = 0; p < mesh_.point_count; p++)
-      write_influences(first_vertex_[p], joints + 4 * size_t{p}, weights + 4 * size_t{p});
-    mesh_.skin = {joints, weights};
+    uint32_t most = 0, points = 0; // influences of a point; points with more than four
+    for (uint32_t p = 0; p < mesh_.point_count; p++) {
+      auto all = read_influences(first_vertex_[p]);
+      write_four(all, joints + 4 * size_t{p}, weights + 4 * size_t{p});
+      uint32_t count = 0;
+      while (count < all.size() && all[count].weight > 0) count++;
+      most = std::max(most, count);
+      points += count > 4;
+    }
+    mesh_.skin.joints = joints;
+    mesh_.skin.weights = weights;
+    if (points > 0) write_all_influences(most, points);
+  }
+
+  void write_all_influences(uint32_t count, uint32_t points) {
+    tw_model_warn(document_.model,
+                  "%u points of mesh %zu follow more than four joints: baked skins use all, other answers "
+                  "keep the four "
+                  "strongest",
+                  points, index_);
+    document_.spend_values(2 * uint64_t{count} * mesh_.point_count, text("/meshes/", index_),
+                           "joint weights");
+    uint16_t *joints = allocate_zero<uint16_t>(document_, size_t{count} * mesh_.point_count);
+    float *weights = allocate_zero<float>(document_, size_t{count} * mesh_.point_count);
+    for (uint32_t p = 0; p < mesh_.point_count; p++) {
+      auto all = read_influences(first_vertex_[p]);
+      for (size_t k = 0, at = size_t{count} * p; k < count && all[k].weight > 0; k++, at++) {
+        joints[at] = all[k].joint;
+        weights[at] = all[k].weight;
+      }
+    }
+    mesh_.skin.all_count = count;
+    mesh_.skin.all_joints = joints;
+    mesh_.skin.all_weights = weights;
   }
 
   // Counts values of targets, which may name the same accessors many times.

@@ -11,13 +11,16 @@ namespace gltf {
 
 using Attributes = std::map<std::string, int>;
 
+// The most sets of joints, of four each.
+constexpr size_t joint_sets = 8;
+
 // The attributes of a primitive, opened. Primitives that name the same accessors share one.
 struct VertexSource {
   const Elements *position = nullptr;
   std::array<const Elements *, TW_UV_SETS_MAX> uvs = {};
   const Elements *normal = nullptr, *tangent = nullptr;
   std::vector<const Elements *> attributes; // one for each smooth attribute, as far as it has them
-  std::array<const Elements *, 2> joints = {}, weights = {};
+  std::array<const Elements *, joint_sets> joints = {}, weights = {}; // without gaps
   // An entry is nullptr for a target that moves no point, or no normal.
   std::vector<const Elements *> morphs, morph_normals;
   uint32_t first_vertex = 0; // vertices are numbered source by source
@@ -121,6 +124,8 @@ private:
       source.weights[set] =
           vector_attribute(attributes, text("WEIGHTS_", set), 4, 4, pointer, source.position);
       check_joints(attributes, source, set, pointer);
+      if (set > 0 && source.joints[set] && !source.joints[set - 1])
+        refuse(TW_INVALID, pointer, "JOINTS_", set, " needs JOINTS_", set - 1);
     }
     source.normal = vector_attribute(attributes, "NORMAL", 3, 3, pointer, source.position);
     source.tangent = vector_attribute(attributes, "TANGENT", 4, 4, pointer, source.position);
@@ -174,7 +179,8 @@ private:
   void note_unread(const tinygltf::Primitive &primitive) {
     static constexpr char read[] =
         "POSITION NORMAL TANGENT TEXCOORD_0 TEXCOORD_1 TEXCOORD_2 TEXCOORD_3 COLOR_0 "
-        "JOINTS_0 JOINTS_1 WEIGHTS_0 WEIGHTS_1";
+        "JOINTS_0 JOINTS_1 JOINTS_2 JOINTS_3 JOINTS_4 JOINTS_5 JOINTS_6 JOINTS_7 "
+        "WEIGHTS_0 WEIGHTS_1 WEIGHTS_2 WEIGHTS_3 WEIGHTS_4 WEIGHTS_5 WEIGHTS_6 WEIGHTS_7";
     for (const auto &[name, accessor] : primitive.attributes)
       if (!has_word(read, name) && !is_custom(name)) document_.note(name + " is left out");
     for (const Attributes &target : primitive.targets)

@@ -51,10 +51,14 @@ typedef struct tw_attribute {
   const float *values; /* [point_count][width] */
 } tw_attribute;
 
-/* Per-point skinning: up to four joints. */
+/* Per-point skinning. Surfaces carry the four strongest joints of a point; tw_mesh_deform uses all. */
 typedef struct tw_skin_weights {
   const uint16_t *joints; /* [point_count][4] indices into the skin's joints */
   const float *weights;   /* [point_count][4], sum 1 */
+  /* All joints of the points, where one has more than four; else NULL. */
+  uint32_t all_count;
+  const uint16_t *all_joints; /* [point_count][all_count] */
+  const float *all_weights;   /* [point_count][all_count], 0 or more */
 } tw_skin_weights;
 
 /* Detail sculpted onto a level: how far each of its vertices lies from where subdivision puts it, along the

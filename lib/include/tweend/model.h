@@ -109,7 +109,8 @@ tw_status tw_model_weld(tw_model *model, double distance, tw_error *error);
 size_t tw_model_size(const tw_model *model);
 
 /* Finds a node of a finished model by the name that clients see ("node_3" for a nameless one), or a clip
- * ("clip_0"); TW_NO_INDEX if there is none. Of equal names the first wins. O(log n) for nodes. */
+ * ("clip_0"); TW_NO_INDEX if there is none. Of equal names the first wins; "clip_N" also names a clip that
+ * has a name of its own, unless another one is called so. O(log n) for nodes. */
 uint32_t tw_model_find_node(const tw_model *model, const char *name, size_t length);
 uint32_t tw_model_find_clip(const tw_model *model, const char *name, size_t length);
 
