@@ -1127,7 +1127,8 @@ export interface SurfaceOptions {
   /**
    * What becomes of skins and morph targets: kept with the surface, or, with one time, or at rest with `clip=none`
    * and no time, the control meshes are moved by them first, and the surface is that of the moved mesh. A baked
-   * skinned mesh hangs on a root node of its own, for its points are where the world has them.
+   * skinned mesh hangs on a root node of its own, for its points are where the world has them. OBJ holds neither
+   * skins nor targets: there the meshes are always moved, at rest where no time is given.
    * @default keep
    */
   skin?: "keep" | "bake";
@@ -1149,7 +1150,10 @@ export interface SurfaceOptions {
    */
   encoding?: "float" | "quantized" | "meshopt";
   /**
-   * `ngon`: triangles in the fan order of FB_ngon_encoding, which the answer declares.
+   * `ngon`: triangles in the fan order of FB_ngon_encoding, which the answer declares. The fan of a concave polygon
+   * starts at a corner from which it is right. A polygon without such a corner stays one fan at level 0 in floats,
+   * which reads back as the cage, and is split elsewhere; a warning tells how many there are. `triangles` cuts
+   * every polygon by its shape.
    * @default triangles
    */
   polygons?: "triangles" | "ngon";

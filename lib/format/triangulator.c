@@ -112,7 +112,7 @@ static const tw_face_cut *first_cut(const tw_surface *surface, uint64_t face) {
     else
       end = middle;
   }
-  return cuts + begin;
+  return cuts ? cuts + begin : NULL;
 }
 
 /* Triangles [from, to) of a face's fan. */

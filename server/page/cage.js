@@ -109,6 +109,14 @@ function round() {
   return dot;
 }
 
+/** Where the vertices of a skinned mesh are shown at present, in world space. */
+function shownBy(mesh) {
+  const { count } = mesh.geometry.attributes.position;
+  const shown = new Float32BufferAttribute(3 * count, 3);
+  for (let i = 0, at = new Vector3(); i < count; i++) shown.setXYZ(i, ...mesh.getVertexPosition(i, at).applyMatrix4(mesh.matrixWorld));
+  return shown;
+}
+
 export class Cage {
   /** model: the parsed GLB of level 0 with polygons=ngon. bearers: those of its bearers that have faces. creases: for
    *  each of these, its list from creasesOf. */
@@ -174,7 +182,7 @@ export class Cage {
   /** Adds wide lines. A skinned mesh gets thin ones, as wide lines cannot be skinned. */
   creases(parent, list) {
     const toLocal = parent.matrixWorld.clone().invert();
-    const places = list.flatMap(({ a, b }) => [a, b]).map((place) => new Vector3(...place).applyMatrix4(toLocal));
+    const world = list.flatMap(({ a, b }) => [a, b]).map((place) => new Vector3(...place));
     const colours = list.flatMap(({ sharpness }) => {
       const colour = creaseColour(sharpness).toArray();
       return [...colour, ...colour];
@@ -182,10 +190,11 @@ export class Cage {
     for (const { sharpness } of list) this.sharpnesses.add(sharpness);
     const skinned = parent.isSkinnedMesh ? parent : parent.children.find(({ isSkinnedMesh }) => isSkinnedMesh);
     if (skinned) {
-      const geometry = pick(skinned, nearest(skinned.geometry.attributes.position, places));
+      const geometry = pick(skinned, nearest(shownBy(skinned), world)); // creases come from an OBJ, which shows the skin
       geometry.setAttribute('color', new Float32BufferAttribute(colours, 3));
       return Object.assign(linesOn(skinned, geometry, this.thin), { renderOrder: 1 });
     }
+    const places = world.map((place) => place.applyMatrix4(toLocal));
     const geometry = new LineSegmentsGeometry();
     geometry.setPositions(places.flatMap((place) => [...place]));
     geometry.setColors(colours);

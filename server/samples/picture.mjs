@@ -26,7 +26,7 @@ const octopusFaces = async (level) =>
   facesOf(await ask(`/v1/surface.obj?level=${level}`, 'octopus.obj')).map((face) => ({ ...face, ...octopus }));
 const tankFaces = async (time) =>
   facesOf(await ask(`/v1/surface.obj?level=1&clip=drive&at=${time}`, 'tank.json'))
-    .map((face) => ({ ...face, colour: tank[face.name], behind: face.name === 'hull' ? 0.1 : 0 })); // sorted farther back, since its faces are large
+    .map((face) => ({ ...face, colour: tank[face.name.split('_')[0]], behind: face.name === 'hull' ? 0.1 : 0 })); // sorted farther back, since its faces are large
 
 const front = { yaw: 0.6, pitch: 0.35 };
 const side = { yaw: 0.85, pitch: 0.42 };

@@ -28,7 +28,7 @@ export const operations = Object.entries(document.paths).flatMap(([path, item]) 
 
 /** The operation that a request is for; HEAD is GET's. */
 export function find(method, target) {
-  const path = target.replace(/[?#].*/s, '');
+  const path = decodeURIComponent(target.replace(/[?#].*/s, ""));
   const fits = (pattern) =>
     pattern.split('/').length === path.split('/').length &&
     new RegExp(`^${pattern.replaceAll('.', '\\.').replace('{id}', '[0-9a-f]{32}')}$`).test(path);

@@ -1,5 +1,6 @@
 // glTF 2.0 and GLB to models: checks, tinygltf, then all that tinygltf does not check.
 #include "gltf/document.hpp"
+#include "gltf/reserve.hpp"
 
 #include <algorithm>
 #include <cstring>
@@ -32,6 +33,10 @@ std::string parser_message(const std::string &message) {
   return "the document is not valid glTF: " + line;
 }
 
+// The parser's destructors move the children of an array or object into a list, whose entries are a fraction
+// of what the tree takes.
+constexpr uint64_t reserve_least = 64u << 10, reserve_part = 16;
+
 void parse(Document &document) {
   Outline &outline = document.outline;
   tinygltf::TinyGLTF parser;
@@ -39,6 +44,7 @@ void parse(Document &document) {
   std::string errors, warnings;
   document.budget.take(outline.model_size);
   Hold tree(document.budget, outline.tree_size);
+  if (!Reserve::of_thread()->fill(reserve_least + outline.tree_size / reserve_part)) throw std::bad_alloc();
   Charge parsing(outline.model_size + outline.tree_size);
   bool parsed = parser.LoadASCIIFromString(&document.source, &errors, &warnings, outline.json.data(),
                                            static_cast<unsigned>(outline.json.size()), "");
@@ -70,20 +76,12 @@ void read(const Bytes &file, Document &document) {
   read_clips(document, accessors);
 }
 
-// Whether an allocation of this thread has failed. The parser catches bad_alloc itself and reports an invalid
-// document; the new-handler notes what really happened.
-thread_local bool is_out_of_memory;
-
-void note_no_memory() {
-  is_out_of_memory = true;
-  throw std::bad_alloc();
-}
-
 tw_status read_or_report(const Bytes &file, Document &document, tw_error *error) {
   try {
     read(file, document);
   } catch (const Refusal &refusal) {
-    if (is_out_of_memory) throw std::bad_alloc();
+    // The parser catches bad_alloc itself, and calls the document invalid.
+    if (Reserve::of_thread()->has_failed()) throw std::bad_alloc();
     return report(refusal, error);
   } catch (const std::bad_alloc &) {
     throw;
@@ -97,8 +95,7 @@ tw_status read_or_report(const Bytes &file, Document &document, tw_error *error)
 tw_status read_model(const Bytes &file, uint64_t json_values, tw_quads quads, tw_weld weld, tw_model *model,
                      tw_error *error) {
   tw_status status = TW_OK;
-  std::set_new_handler(note_no_memory);
-  is_out_of_memory = false;
+  Reserve reserve; // outlives the document
   try {
     auto document =
         std::make_unique<Document>(model, quads, weld, tw_reading_size(TW_FORMAT_GLB, file.size) - file.size);
