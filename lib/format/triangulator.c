@@ -101,8 +101,8 @@ bool tw_fan_start(const uint32_t *corners, const tw_face_cut *cut, const uint32_
   return !cut;
 }
 
-/* The first cut of a face at or after this one. */
-static const tw_face_cut *first_cut(const tw_surface *surface, uint64_t face) {
+/* The index of the first cut of a face at or after this one. */
+static uint32_t first_cut(const tw_surface *surface, uint64_t face) {
   const tw_face_cut *cuts = tw_surface_get_cuts(surface);
   uint32_t begin = 0, end = tw_surface_cut_count(surface);
   while (begin < end) {
@@ -112,7 +112,7 @@ static const tw_face_cut *first_cut(const tw_surface *surface, uint64_t face) {
     else
       end = middle;
   }
-  return cuts ? cuts + begin : NULL;
+  return begin;
 }
 
 /* Triangles [from, to) of a face's fan. */
@@ -277,10 +277,12 @@ void tw_triangulator_read(tw_triangulator *triangles, const tw_surface *surface,
   tw_surface_reader_turn(triangles->reader, surface, 0, 0);
   uint64_t face = find_face(surface, faces, first);
   uint32_t from = (uint32_t)(first - triangles_before(surface, faces, face));
-  face_source source = {.group = faces,
-                        .cuts = first_cut(surface, face > faces->first_face ? face - 1 : face),
-                        .cuts_end = tw_surface_get_cuts(surface) + tw_surface_cut_count(surface),
-                        .ngons = triangles->polygons == TW_POLYGONS_NGON};
+  face_source source = {.group = faces, .ngons = triangles->polygons == TW_POLYGONS_NGON};
+  const tw_face_cut *cuts = tw_surface_get_cuts(surface);
+  if (cuts) { /* NULL where no face is cut */
+    source.cuts = cuts + first_cut(surface, face > faces->first_face ? face - 1 : face);
+    source.cuts_end = cuts + tw_surface_cut_count(surface);
+  }
   source.keeps_faces = source.ngons && tw_surface_get_tags(surface);
   while (count > 0) {
     face_run run = read_run(triangles, surface, faces, face, (from + (uint64_t)count + 1) / 2);

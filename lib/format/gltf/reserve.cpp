@@ -55,12 +55,26 @@ Reserve *Reserve::of_thread() {
 
 } // namespace gltf
 
-void *operator new(std::size_t size) {
+// All forms that do not align are replaced: the sanitizers tell memory of their own forms from that of
+// malloc.
+
+void *operator new(std::size_t size, const std::nothrow_t &) noexcept {
   void *memory = std::malloc(size > 0 ? size : 1);
   gltf::Reserve *reserve = gltf::Reserve::of_thread();
-  if (!memory && reserve) memory = reserve->take(size);
+  return memory || !reserve ? memory : reserve->take(size);
+}
+
+void *operator new(std::size_t size) {
+  void *memory = operator new(size, std::nothrow);
   if (!memory) throw std::bad_alloc();
   return memory;
+}
+
+void *operator new[](std::size_t size, const std::nothrow_t &tag) noexcept {
+  return operator new(size, tag);
+}
+void *operator new[](std::size_t size) {
+  return operator new(size);
 }
 
 void operator delete(void *memory) noexcept {
@@ -69,5 +83,17 @@ void operator delete(void *memory) noexcept {
 }
 
 void operator delete(void *memory, std::size_t) noexcept {
+  operator delete(memory);
+}
+void operator delete(void *memory, const std::nothrow_t &) noexcept {
+  operator delete(memory);
+}
+void operator delete[](void *memory) noexcept {
+  operator delete(memory);
+}
+void operator delete[](void *memory, std::size_t) noexcept {
+  operator delete(memory);
+}
+void operator delete[](void *memory, const std::nothrow_t &) noexcept {
   operator delete(memory);
 }
