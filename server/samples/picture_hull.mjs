@@ -1,14 +1,14 @@
 // Draws hull.svg from a running daemon's answers: node picture_hull.mjs http://127.0.0.1:8080 > hull.svg
 //
-// The cages that README's script makes, and the surface of the last one.
+// The cages that the script of api/GUIDE.md makes, and the surface of the last one.
 
 import { readFileSync } from 'node:fs';
 
 import { draw, facesOf, Styles } from './picture_paths.mjs';
 
 const daemon = process.argv[2];
-const readme = readFileSync(new URL('../../README.md', import.meta.url), 'utf8');
-const [section] = readme.match(/^## A model from a script\n.*?(?=^## )/ms);
+const guide = readFileSync(new URL('../../api/GUIDE.md', import.meta.url), 'utf8');
+const [section] = guide.match(/^## A model from a script\n.*?(?=^## )/ms);
 const [box, ...steps] = [...section.matchAll(/'({.*?})'/gs)].map(([, json]) => json);
 
 /** Creates a model by a request; resolves with its URL. */

@@ -5,19 +5,19 @@ setup_file() { start_daemon; }
 teardown_file() { stop_daemon; }
 setup() { cd "$BATS_TEST_TMPDIR" || return; }
 
-# run_session HEADING: the commands of a section, as they stand; the file printed has what they print.
+# run_session HEADING FILE: the commands of a section, as they stand, twice; the file printed has what they print last.
 run_session() {
-  sed -n "/^## $1/,/^## /{/^\`\`\`sh\$/,/^\`\`\`\$/{/^\`\`\`/d;p}}" "$root/README.md" |
+  sed -n "/^## $1/,/^## /{/^\`\`\`sh\$/,/^\`\`\`\$/{/^\`\`\`/d;p}}" "$root/$2" |
     sed "s#^tweend=http://127.0.0.1:8080\$#tweend=$url#" >session.sh
   grep -q "^tweend=$url" session.sh
-  bash -e -u -o pipefail session.sh >printed
+  for _ in once twice; do bash -e -u -o pipefail session.sh >printed; done
   cat printed
 }
 
 @test "the curl session runs as it stands and ends with files on disk" {
   mkdir -p server
   ln -s "$samples" server/samples
-  run_session 'A session with curl'
+  run_session 'A session with curl' README.md
   cd session
   for file in cube.glb octopus.glb standing.glb tank.glb; do [ "$(head -c 4 "$file")" = glTF ]; done
   [ "$(grep -c '^f ' cube.obj)" = 96 ]
@@ -26,7 +26,7 @@ run_session() {
 }
 
 @test "the script of edits makes a tank's hull" {
-  run_session 'A model from a script'
+  run_session 'A model from a script' api/GUIDE.md
   [ "$(wc -l <printed)" = 5 ]
   for file in hull.glb ribbed.glb smooth.glb; do [ "$(head -c 4 "session/$file")" = glTF ]; done
   cmp --silent session/ribbed.glb session/smooth.glb && false
@@ -34,16 +34,16 @@ run_session() {
   holds '.meshes[0] | .vertices == 90 and .faces == 88 and .euler_characteristic == 2 and .boundary_edges == 0 and .creases > 0'
 }
 
-@test "its table of flags is what --help lists" {
+@test "the table of flags is what --help lists" {
   needs_process
   "${TESTED_BINARY:-$root/build/tweend}" --help | grep -oE '^ +--[a-z0-9-]+' | grep -vE -- '--(help|man|version)$' | tr -d ' ' | sort >help
-  sed -n '/^## Configuration/,/^## /p' "$root/README.md" | grep -oE '^\| `--[a-z0-9-]+' | tr -d '|` ' | sort >readme
+  sed -n '/^## Flags/,/^## /p' "$root/server/FLAGS.md" | grep -oE '^\| `--[a-z0-9-]+' | tr -d '|` ' | sort >readme
   diff help readme
 }
 
-@test "its table of packages is server/packages" {
+@test "the table of packages is server/packages" {
   sed 's/[[:space:]]*#.*//' "$root/server/packages" | grep . | sort >packages
-  sed -n '/^## What it needs/,/^## /p' "$root/README.md" | grep -oE '^\| `[^`]+' | tr -d '|` ' | sort >readme
+  sed -n '/^## The daemon/,/^## /p' "$root/server/PACKAGES.md" | grep -oE '^\| `[^`]+' | tr -d '|` ' | sort >readme
   diff packages readme
 }
 
@@ -66,8 +66,10 @@ picture_is_drawn() {
 @test "its picture is drawn from the daemon's answers" { picture_is_drawn picture.mjs picture.svg; }
 @test "its picture of the hull is drawn from the daemon's answers" { picture_is_drawn picture_hull.mjs hull.svg; }
 
-@test "every file that it links is there" {
-  grep -oE '\]\([^)#]+\)' "$root/README.md" | tr -d '])(' | grep -v '^http' | while read -r file; do
-    [ -e "$root/$file" ] || { echo "$file is missing"; exit 1; }
+@test "every file that it and its further pages link is there" {
+  for page in README.md api/GUIDE.md server/FLAGS.md server/PACKAGES.md; do
+    grep -oE '\]\([^)#]+' "$root/$page" | sed 's/^](//' | grep -v '^http' | while read -r file; do
+      [ -e "$root/$(dirname "$page")/$file" ] || { echo "$page: $file is missing"; exit 1; }
+    done
   done
 }
