@@ -67,6 +67,90 @@ static uint32_t drop_degenerate(tw_polygons_read *read) {
   return dropped;
 }
 
+/* ---- doubles ----------------------------------------------------------------------------------- */
+
+/* A face, and a hash of its places in order, from the least one on. */
+typedef struct hashed_face {
+  uint64_t hash;
+  uint32_t face, start; /* start: the corner at the least place */
+} hashed_face;
+
+static int compare_hashed(const void *a, const void *b) {
+  const hashed_face *left = a, *right = b;
+  if (left->hash != right->hash) return left->hash < right->hash ? -1 : 1;
+  return left->face < right->face ? -1 : 1;
+}
+
+/* Corner k of a face, counted from `start` and round. */
+static uint32_t corner_round(const tw_polygons_read *read, const hashed_face *f, uint32_t k) {
+  uint32_t first = read->face_offsets[f->face], size = read->face_offsets[f->face + 1] - first;
+  return read->corners[first + (f->start - first + k) % size];
+}
+
+static hashed_face hash_face(const tw_polygons_read *read, const uint32_t *place, uint32_t face) {
+  uint32_t first = read->face_offsets[face], end = read->face_offsets[face + 1];
+  hashed_face out = {.hash = end - first, .face = face, .start = first};
+  for (uint32_t c = first; c < end; c++)
+    if (place[read->corners[c]] < place[read->corners[out.start]]) out.start = c;
+  for (uint32_t k = 0; k < end - first; k++) {
+    out.hash = (out.hash ^ place[corner_round(read, &out, k)]) * 0x9E3779B97F4A7C15u;
+    out.hash ^= out.hash >> 32;
+  }
+  return out;
+}
+
+static bool same_face(const tw_polygons_read *read, const uint32_t *place, const hashed_face *a,
+                      const hashed_face *b) {
+  uint32_t size = read->face_offsets[a->face + 1] - read->face_offsets[a->face];
+  if (size != read->face_offsets[b->face + 1] - read->face_offsets[b->face]) return false;
+  for (uint32_t k = 0; k < size; k++)
+    if (place[corner_round(read, a, k)] != place[corner_round(read, b, k)]) return false;
+  return true;
+}
+
+/* Removes the marked faces and their corners. */
+static void drop_marked(tw_polygons_read *read, const bool *is_double) {
+  uint32_t faces = 0, kept = 0;
+  for (uint32_t f = 0, first = 0; f < read->face_count; f++) {
+    uint32_t end = read->face_offsets[f + 1];
+    if (!is_double[f]) {
+      memmove(read->corners + kept, read->corners + first, (end - first) * sizeof *read->corners);
+      kept += end - first;
+      read->face_offsets[++faces] = kept;
+    }
+    first = end;
+  }
+  read->face_count = faces;
+  read->corner_count = kept;
+}
+
+/* Drops faces that are listed before, with the same places in the same direction: a third face at an edge
+ * would keep its seam from closing. *dropped: how many. */
+static tw_status drop_doubles(tw_polygons_read *read, uint32_t *dropped, tw_error *error) {
+  uint32_t *place = tw_alloc(read->vertex_count, sizeof *place);
+  hashed_face *sorted = tw_alloc(read->face_count, sizeof *sorted);
+  bool *is_double = tw_alloc_zero(read->face_count, sizeof *is_double);
+  tw_status status = place && sorted && is_double
+                         ? tw_find_equal_rows(read->positions, 3, read->vertex_count, place, error)
+                         : tw_fail(error, TW_NO_MEMORY, "out of memory");
+  *dropped = 0;
+  if (status == TW_OK) {
+    for (uint32_t f = 0; f < read->face_count; f++) sorted[f] = hash_face(read, place, f);
+    qsort(sorted, read->face_count, sizeof *sorted, compare_hashed);
+    for (uint32_t i = 1, first = 0; i < read->face_count; i++) {
+      bool again = sorted[i].hash == sorted[first].hash && same_face(read, place, &sorted[first], &sorted[i]);
+      if (again) is_double[sorted[i].face] = true;
+      *dropped += again;
+      if (!again) first = i;
+    }
+    if (*dropped > 0) drop_marked(read, is_double);
+  }
+  tw_free(place);
+  tw_free(sorted);
+  tw_free(is_double);
+  return status;
+}
+
 /* points: [vertex_count] the point of each vertex, of `point_count` points. */
 static tw_status weld_uvs(const tw_soup *soup, const tw_polygons_read *read, const uint32_t *points,
                           uint32_t point_count, tw_arena *arena, tw_uv_set *out, tw_error *error) {
@@ -138,6 +222,9 @@ tw_status tw_model_of_polygons(tw_polygons_read *read, tw_weld weld, tw_model *m
   uint32_t dropped = drop_degenerate(read);
   if (dropped > 0)
     tw_model_warn(model, "%u faces with fewer than three different points are left out", dropped);
+  tw_status unique = drop_doubles(read, &dropped, error);
+  if (unique != TW_OK) return unique;
+  if (dropped > 0) tw_model_warn(model, "%u faces are left out: they are listed twice", dropped);
   const tw_soup soup = {.vertex_count = read->vertex_count,
                         .positions = read->positions,
                         .face_count = read->face_count,

@@ -19,8 +19,9 @@ typedef struct tw_polygons_read {
 } tw_polygons_read;
 
 /* Makes the only mesh of the model. Drops corners that are at the place of the corner before them, and faces
- * left with fewer than three different places, with a warning; then welds vertices as tw_weld_points does,
- * unless `weld` is TW_WELD_NONE. A point has the colour of its first vertex. TW_NO_MEMORY. */
+ * left with fewer than three different places, and faces that are listed again, with warnings; then welds
+ * vertices as tw_weld_points does, unless `weld` is TW_WELD_NONE. A point has the colour of its first vertex.
+ * TW_NO_MEMORY. */
 tw_status tw_model_of_polygons(tw_polygons_read *read, tw_weld weld, tw_model *model, tw_error *error);
 
 /* The most bytes that reading so many vertices, corners and faces holds, the model included. */

@@ -114,9 +114,10 @@ TEST(solids_of_text_are_one_mesh_named_after_the_first) {
 }
 
 TEST(names_of_further_solids_go_with_a_warning) {
-#define FACET " facet outer loop vertex 0 0 0 vertex 1 0 0 vertex 0 1 0 endloop endfacet\nendsolid\n"
-  tw_model *model =
-      read_text("solid T\xFCr\n" FACET "solid left\n" FACET "solid\n" FACET "solid right\n" FACET);
+#define FACET(z)                                                                                             \
+  " facet outer loop vertex 0 0 " #z " vertex 1 0 " #z " vertex 0 1 " #z " endloop endfacet\nendsolid\n"
+  tw_model *model = read_text(
+      "solid T\xFCr\n" FACET(0) "solid left\n" FACET(1) "solid\n" FACET(2) "solid right\n" FACET(3));
   assert_string_equal(model->meshes[0].name, "T\xC3\xBCr");
   assert_int_equal(model->meshes[0].face_count, 4);
   assert_int_equal(model->warning_count, 1);
@@ -136,5 +137,31 @@ TEST(facets_of_fewer_than_three_points_go_with_a_warning) {
 TEST(an_empty_solid_is_a_model_without_faces) {
   tw_model *model = read_text("solid nothing\nendsolid nothing\n");
   assert_int_equal(model->meshes[0].face_count, 0);
+  tw_model_destroy(model);
+}
+
+/* A tetrahedron; one facet is listed again from another corner, and one turned round, which is another face.
+ */
+TEST(a_facet_that_is_listed_twice_goes_with_a_warning) {
+#define A    " vertex 0 0 0"
+#define B    " vertex 1 0 0"
+#define C    " vertex 0 1 0"
+#define D    " vertex 0 0 1"
+#define LOOP "outer loop"
+#define TETRAHEDRON                                                                                          \
+  "solid\n" LOOP A C B " endloop\n" LOOP A B D " endloop\n" LOOP B C D " endloop\n" LOOP C A D " endloop\n"
+  tw_model *model = read_text(TETRAHEDRON LOOP D B C " endloop\n");
+  tw_mesh_stats facts;
+  assert_int_equal(tw_mesh_describe(model->meshes, &facts, NULL), TW_OK);
+  assert_int_equal(facts.vertices, 4);
+  assert_int_equal(facts.faces, 4);
+  assert_int_equal(facts.boundary_edges, 0);
+  assert_int_equal(facts.components, 1);
+  assert_int_equal(model->warning_count, 1);
+  assert_non_null(strstr(model->warnings[0], "listed twice"));
+  tw_mesh_stats_deinit(&facts);
+  tw_model_destroy(model);
+  model = read_text(TETRAHEDRON LOOP D C B " endloop\n");
+  assert_int_equal(model->meshes[0].face_count, 5);
   tw_model_destroy(model);
 }
