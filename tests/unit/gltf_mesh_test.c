@@ -811,3 +811,24 @@ TEST(normals_and_tangents_stay_those_of_the_vertices) {
   tw_mesh_stats_deinit(&stats);
   tw_model_destroy(model);
 }
+
+/* Two triangles of a square with vertices of their own; their colours differ along the diagonal, or not. */
+TEST(colours_that_differ_at_a_joined_point_are_told) {
+  struct {
+    float positions[6][3];
+    uint8_t colors[6][4];
+  } bin = {{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {{0}}};
+  const char *json =
+      "{" ASSET ",'buffers':[{'byteLength':96}],'bufferViews':[{'buffer':0,'byteLength':96}],"
+      "'accessors':[{'bufferView':0,'componentType':5126,'count':6,'type':'VEC3'},"
+      "{'bufferView':0,'byteOffset':72,'componentType':5121,'normalized':true,'count':6,'type':'VEC4'}],"
+      "'meshes':[{'primitives':[{'attributes':{'POSITION':0,'COLOR_0':1}}]}]}";
+  for (int differ = 0; differ < 2; differ++) {
+    for (int v = 0; v < 6; v++) bin.colors[v][0] = differ && v >= 3 ? 255 : 0;
+    tw_model *model = glb_read(json, &bin, sizeof bin);
+    assert_int_equal(model->meshes[0].point_count, 4);
+    assert_int_equal(model->warning_count, differ);
+    if (differ) assert_non_null(strstr(model->warnings[0], "COLOR_0 has several values"));
+    tw_model_destroy(model);
+  }
+}

@@ -497,7 +497,23 @@ private:
     if (!has_all && !attribute.is_color())
       document_.note(attribute.name + " is 0 where a primitive lacks it");
     if (!is_usable) document_.note(attribute.name + " is 0 where it is no number up to 1e18");
+    if (differs_within_points(i, values))
+      document_.note(attribute.name + " has several values at points that are joined: one is kept");
     return values;
+  }
+
+  // Whether vertices of one point have different values of an attribute. values: those of the points.
+  bool differs_within_points(size_t i, const float *values) const {
+    uint32_t width = opened_.smooth[i].width;
+    for (uint32_t v = 0; mesh_.point_count < elements_.size() && v < elements_.size(); v++) {
+      const VertexSource &source = source_of(v);
+      const Elements *elements = i < source.attributes.size() ? source.attributes[i] : nullptr;
+      if (!elements || first_vertex_[point_[v]] == v) continue;
+      float own[4] = {1, 1, 1, 1};
+      if (!elements->read_finite(elements_[v], own)) continue;
+      if (tw_compare_floats(own, values + size_t{width} * point_[v], elements->width()) != 0) return true;
+    }
+    return false;
   }
 
   // Reads an element; false and all 0 if a value cannot be subdivided, because it is not finite or over
