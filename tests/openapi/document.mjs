@@ -28,7 +28,11 @@ export const operations = Object.entries(document.paths).flatMap(([path, item]) 
 
 /** The operation that a request is for; HEAD is GET's. */
 export function find(method, target) {
-  const path = decodeURIComponent(target.replace(/[?#].*/s, ""));
+  const unescaped = (escaped, hex) => {
+    const character = String.fromCharCode(parseInt(hex, 16));
+    return /[\w.~-]/.test(character) ? character : escaped;
+  };
+  const path = target.replace(/[?#].*/s, '').replace(/%([0-9a-f]{2})/gi, unescaped);
   const fits = (pattern) =>
     pattern.split('/').length === path.split('/').length &&
     new RegExp(`^${pattern.replaceAll('.', '\\.').replace('{id}', '[0-9a-f]{32}')}$`).test(path);
