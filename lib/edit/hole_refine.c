@@ -236,11 +236,13 @@ static bool swap(tw_patch *p, const tw_editor *editor, uint32_t t, uint32_t k) {
   return true;
 }
 
+/* Ends early where the result is no longer wanted. */
 static void relax(tw_patch *p, const tw_editor *editor) {
+  enum { STEPS = 64 }; /* of a triangle: twelve angles */
   bool is_done = false;
   for (int sweep = 0; sweep < SWEEPS && !is_done; sweep++) {
     is_done = true;
-    for (uint32_t t = 0; t < p->triangle_count; t++)
+    for (uint32_t t = 0; t < p->triangle_count && tw_work(STEPS); t++)
       for (uint32_t k = 0; k < 3; k++)
         if (swap(p, editor, t, k)) is_done = false;
   }

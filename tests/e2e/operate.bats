@@ -287,3 +287,38 @@ would_not_start() {
   hidden=$(sed -n 's/.*"message":"\([0-9]*\) more of these, the last: store: cannot find.*/\1/p' "$log" | awk '{ n += $1 } END { print n }')
   ((written <= 50 && written + hidden >= 61)) || { echo "$written lines, $hidden left out"; false; }
 }
+
+# heavy: becomes a client whose request computes for half a minute, until the client leaves.
+heavy() {
+  local shape='{"kind":"grid","size":[1,1],"segments":[500,500]}' edits='[{"edit":"fill","method":"fair"}]'
+  exec curl --silent --output /dev/null --header 'Content-Type: application/json' \
+    --data "{\"meshes\":[{\"shape\":$shape,\"edits\":$edits}]}" "$url/v1/surface.json?level=0"
+}
+
+# busy COUNT: before long so many threads compute.
+busy() {
+  local tries
+  for ((tries = 0; tries < 200; tries++)); do
+    ! curl --silent "$url/metrics" | grep -qx "tweend_compute_threads_busy $1" || return 0
+    sleep 0.05
+  done
+  curl --silent "$url/metrics" | grep tweend_compute_threads_busy
+  return 1
+}
+
+@test "what nobody waits for any more is not computed, and long requests keep no short one waiting" {
+  needs_process
+  needs_plain_build
+  start_daemon --threads 1 --queue 4 --max-memory 16GiB # what an edit may take is bounded far above what it takes
+  heavies=()
+  for _ in 1 2 3; do
+    heavy 3>&- &
+    heavies+=($!)
+  done
+  busy 3
+  http POST "/v1/surface.glb?level=1" --max-time 10 --data-binary "@$samples/cube.obj"
+  expect 200
+  kill "${heavies[@]}"
+  wait "${heavies[@]}" || true
+  busy 0
+}
