@@ -197,8 +197,9 @@ static bool start_loop(srv_http *http, srv_loop *l) {
   l->library = info->epoll_fd;
   if (!watch_descriptor(l, l->library) || !watch_descriptor(l, l->event)) return false;
   srv_connections_listen(l);
-  int reason = l->accepting ? pthread_create(&l->thread, NULL, run_loop, l) : errno;
-  l->started = l->accepting && reason == 0;
+  bool is_accepting = l->accepting; /* the thread's from its start on */
+  int reason = is_accepting ? pthread_create(&l->thread, NULL, run_loop, l) : errno;
+  l->started = is_accepting && reason == 0;
   errno = reason;
   return l->started;
 }

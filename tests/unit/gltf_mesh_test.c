@@ -832,3 +832,40 @@ TEST(colours_that_differ_at_a_joined_point_are_told) {
     tw_model_destroy(model);
   }
 }
+
+/* Two triangles of a square with vertices of their own, whose joints at the diagonal are written in two ways.
+ */
+TEST(seams_close_where_joints_are_the_same_however_they_are_written) {
+  static const struct {
+    uint8_t joints[2][4];
+    float weights[2][4];
+    uint32_t points;
+  } ways[] = {{{{1, 2, 0, 0}, {1, 2, 0, 0}}, {{0.5f, 0.5f, 0, 0}, {0.5f, 0.5f, 0, 0}}, 4},
+              {{{1, 2, 0, 0}, {2, 1, 0, 0}}, {{0.25f, 0.75f, 0, 0}, {0.75f, 0.25f, 0, 0}}, 4},
+              {{{1, 0, 0, 0}, {1, 7, 7, 7}}, {{1, 0, 0, 0}, {1, 0, 0, 0}}, 4},
+              {{{1, 2, 0, 0}, {1, 2, 0, 0}}, {{0.5f, 0.5f, 0, 0}, {1, 1, 0, 0}}, 4},
+              {{{1, 1, 0, 0}, {1, 0, 0, 0}}, {{0.5f, 0.5f, 0, 0}, {1, 0, 0, 0}}, 4},
+              {{{1, 2, 0, 0}, {1, 3, 0, 0}}, {{0.5f, 0.5f, 0, 0}, {0.5f, 0.5f, 0, 0}}, 6},
+              {{{1, 2, 0, 0}, {1, 2, 0, 0}}, {{0.5f, 0.5f, 0, 0}, {0.25f, 0.75f, 0, 0}}, 6}};
+  struct {
+    float positions[6][3];
+    uint8_t joints[6][4];
+    float weights[6][4];
+  } bin = {.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 0, 0}, {1, 1, 0}, {0, 1, 0}}};
+  const char *json =
+      "{" ASSET ",'buffers':[{'byteLength':192}],'bufferViews':[{'buffer':0,'byteLength':192}],"
+      "'accessors':[{'bufferView':0,'componentType':5126,'count':6,'type':'VEC3'},"
+      "{'bufferView':0,'byteOffset':72,'componentType':5121,'count':6,'type':'VEC4'},"
+      "{'bufferView':0,'byteOffset':96,'componentType':5126,'count':6,'type':'VEC4'}],"
+      "'meshes':[{'primitives':[{'attributes':{'POSITION':0,'JOINTS_0':1,'WEIGHTS_0':2}}]}]}";
+  for (size_t i = 0; i < sizeof ways / sizeof *ways; i++) {
+    for (int v = 0; v < 6; v++) {
+      memcpy(bin.joints[v], ways[i].joints[v / 3], sizeof bin.joints[v]);
+      memcpy(bin.weights[v], ways[i].weights[v / 3], sizeof bin.weights[v]);
+    }
+    tw_model *model = glb_read(json, &bin, sizeof bin);
+    if (model->meshes[0].point_count != ways[i].points)
+      fail_msg("way %zu: %u points", i, model->meshes[0].point_count);
+    tw_model_destroy(model);
+  }
+}

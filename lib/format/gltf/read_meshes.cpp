@@ -335,13 +335,46 @@ private:
     return tw_compare_floats(rows[0], rows[1], 4);
   }
 
+  using Pulls = std::array<float, 8 * joint_sets>;
+
+  // The joints that move a vertex and their shares, by joint: equal for all ways to write the same. What
+  // read_influences refuses counts as 0.
+  Pulls read_pulls(uint32_t vertex) const {
+    const VertexSource &source = source_of(vertex);
+    std::array<std::pair<float, float>, 4 *joint_sets> pulls = {};
+    size_t count = 0;
+    double sum = 0;
+    for (size_t set = 0; set < joint_sets && source.joints[set]; set++) {
+      float joints[4] = {}, weights[4] = {};
+      source.joints[set]->read_finite(elements_[vertex], joints);
+      source.weights[set]->read_finite(elements_[vertex], weights);
+      for (size_t k = 0; k < 4; k++) {
+        if (!(weights[k] > 0)) continue;
+        pulls[count++] = {joints[k], weights[k]};
+        sum += static_cast<double>(weights[k]);
+      }
+    }
+    std::sort(pulls.begin(), pulls.begin() + static_cast<std::ptrdiff_t>(count));
+    Pulls out = {};
+    size_t written = 0;
+    for (size_t i = 0; i < count; i++) {
+      bool again = written > 0 && out[2 * written - 2] == pulls[i].first;
+      float share = static_cast<float>(static_cast<double>(pulls[i].second) / sum);
+      if (again)
+        out[2 * written - 1] += share;
+      else
+        out[2 * written] = pulls[i].first, out[2 * written + 1] = share, written++;
+    }
+    return out;
+  }
+
   // Orders vertices by what moves them: joints and weights, and the displacements of targets.
   int compare_motion(uint32_t a, uint32_t b) const {
     const VertexSource &first = source_of(a), &second = source_of(b);
     int order = (first.joints[0] != nullptr) - (second.joints[0] != nullptr);
-    for (size_t set = 0; set < first.joints.size() && order == 0; set++) {
-      order = compare_elements(first.joints[set], a, second.joints[set], b);
-      if (order == 0) order = compare_elements(first.weights[set], a, second.weights[set], b);
+    if (order == 0 && first.joints[0]) {
+      const Pulls own = read_pulls(a), other = read_pulls(b);
+      order = tw_compare_floats(own.data(), other.data(), own.size());
     }
     for (size_t target = 0; target < first.morphs.size() && order == 0; target++)
       order = compare_elements(first.morphs[target], a, second.morphs[target], b);
