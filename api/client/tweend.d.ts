@@ -443,8 +443,7 @@ export interface Times {
   times: number[];
 }
 /**
- * XYZ: R = Rx Ry Rz (intrinsic).
- * @default XYZ
+ * XYZ: R = Rx Ry Rz (intrinsic). Default: `XYZ`.
  */
 export type EulerOrder = "XYZ" | "XZY" | "YXZ" | "YZX" | "ZXY" | "ZYX";
 export interface RotationsRequest {
@@ -461,13 +460,11 @@ export interface RotationsRequest {
     matrix?: number[];
   }[];
   /**
-   * Unit of all angles, in the request and in the answer.
-   * @default radians
+   * Unit of all angles, in the request and in the answer. Default: `radians`.
    */
   unit?: "radians" | "degrees";
   /**
-   * What the answer has; `order` is that of `euler`, and ignored with the others.
-   * @default quaternion
+   * What the answer has; `order` is that of `euler`, and ignored with the others. Default: `quaternion`.
    */
   as?: "quaternion" | "axis-angle" | "euler" | "matrix";
   order?: EulerOrder;
@@ -579,137 +576,87 @@ export interface Tracks {
 export type Shape = {
   /** @constant */
   kind: "grid";
-  /**
-   * Size along x and z.
-   * @default [
-   *       1,
-   *       1
-   *     ]
-   */
+  /** Size along x and z. Default: `[1, 1]`. */
   size?: number[];
-  /**
-   * @default [
-   *       1,
-   *       1
-   *     ]
-   */
+  /** Default: `[1, 1]`. */
   segments?: number[];
 } | {
   /** @constant */
   kind: "box";
-  /**
-   * @default [
-   *       1,
-   *       1,
-   *       1
-   *     ]
-   */
+  /** Default: `[1, 1, 1]`. */
   size?: number[];
-  /**
-   * @default [
-   *       1,
-   *       1,
-   *       1
-   *     ]
-   */
+  /** Default: `[1, 1, 1]`. */
   segments?: number[];
 } | {
   /** @constant */
   kind: "quad_sphere";
-  /** @default 1 */
+  /** Default: 1. */
   radius?: number;
-  /** @default 16 */
+  /** Default: 16. */
   segments?: number;
 } | {
   /** @constant */
   kind: "uv_sphere";
-  /** @default 1 */
+  /** Default: 1. */
   radius?: number;
-  /** @default 16 */
+  /** Default: 16. */
   segments?: number;
-  /**
-   * Bands from pole to pole.
-   * @default 8
-   */
+  /** Bands from pole to pole. Default: 8. */
   rings?: number;
 } | {
   /** @constant */
   kind: "icosphere";
-  /** @default 1 */
+  /** Default: 1. */
   radius?: number;
-  /** @default 1 */
+  /** Default: 1. */
   level?: number;
 } | {
   /** @constant */
   kind: "ellipsoid";
-  /**
-   * @default [
-   *       1,
-   *       1,
-   *       1
-   *     ]
-   */
+  /** Default: `[1, 1, 1]`. */
   radii?: number[];
-  /** @default 16 */
+  /** Default: 16. */
   segments?: number;
 } | {
   /** @constant */
   kind: "cylinder";
-  /** @default 1 */
+  /** Default: 1. */
   radius?: number;
-  /** @default 1 */
+  /** Default: 1. */
   height?: number;
-  /** @default 16 */
+  /** Default: 16. */
   segments?: number;
-  /**
-   * Bands from top to bottom.
-   * @default 1
-   */
+  /** Bands from top to bottom. Default: 1. */
   rings?: number;
   /**
-   * @default ngon
+   * Default: `ngon`.
    */
   caps?: "ngon" | "fan" | "none";
 } | {
   /** @constant */
   kind: "cone";
-  /** @default 1 */
+  /** Default: 1. */
   radius?: number;
-  /** @default 1 */
+  /** Default: 1. */
   height?: number;
-  /** @default 16 */
+  /** Default: 16. */
   segments?: number;
-  /**
-   * Bands from top to bottom.
-   * @default 1
-   */
+  /** Bands from top to bottom. Default: 1. */
   rings?: number;
   /**
-   * @default ngon
+   * Default: `ngon`.
    */
   caps?: "ngon" | "fan" | "none";
 } | {
   /** @constant */
   kind: "torus";
-  /**
-   * Distance from the centre to the middle of the tube.
-   * @default 1
-   */
+  /** Distance from the centre to the middle of the tube. Default: 1. */
   radius?: number;
-  /**
-   * Radius of the tube, less than `radius`.
-   * @default 0.4
-   */
+  /** Radius of the tube, less than `radius`. Default: 0.4. */
   tube?: number;
-  /**
-   * Number of segments around the y axis.
-   * @default 16
-   */
+  /** Number of segments around the y axis. Default: 16. */
   segments?: number;
-  /**
-   * Number of sides around the tube.
-   * @default 8
-   */
+  /** Number of sides around the tube. Default: 8. */
   sides?: number;
 };
 /** An empty selection is an error, unless the edit is `optional`. */
@@ -720,10 +667,7 @@ export type FaceSelection = number[] | "all" | {
   material: number | string;
 } | {
   facing: number[];
-  /**
-   * Degrees.
-   * @default 45
-   */
+  /** Degrees. Default: 45. */
   within?: number;
 } | {
   inside: {
@@ -768,41 +712,41 @@ export type Edit = {
   distance?: number;
   /** A vector, instead of a distance. */
   by?: number[];
-  /** @default false */
+  /** Default: false. */
   individual?: boolean;
   name?: string;
-  /** @default false */
+  /** Default: false. */
   optional?: boolean;
 } | {
   /** @constant */
   edit: "inset";
   faces: FaceSelection;
   amount: number;
-  /** @default false */
+  /** Default: false. */
   individual?: boolean;
   name?: string;
-  /** @default false */
+  /** Default: false. */
   optional?: boolean;
 } | {
   /** @constant */
   edit: "loop_cut";
   edge: number[];
-  /** @default 1 */
+  /** Default: 1. */
   cuts?: number;
   /** The place of each cut, ascending, between 0 (the edge's first vertex) and 1; default: evenly spaced. */
   at?: number[];
   name?: string;
-  /** @default false */
+  /** Default: false. */
   optional?: boolean;
 } | {
   /** @constant */
   edit: "subdivide";
   faces?: FaceSelection;
   edges?: EdgeSelection;
-  /** @default 1 */
+  /** Default: 1. */
   cuts?: number;
   name?: string;
-  /** @default false */
+  /** Default: false. */
   optional?: boolean;
 } | {
   /** @constant */
@@ -811,7 +755,7 @@ export type Edit = {
   edges?: EdgeSelection;
   vertices?: VertexSelection;
   name?: string;
-  /** @default false */
+  /** Default: false. */
   optional?: boolean;
 } | {
   /** @constant */
@@ -822,7 +766,7 @@ export type Edit = {
   /** Position of the merged vertex; default: the mean. */
   to?: number[];
   name?: string;
-  /** @default false */
+  /** Default: false. */
   optional?: boolean;
 } | {
   /** @constant */
@@ -832,25 +776,21 @@ export type Edit = {
   max_edges?: number;
   /**
    * `triangles`: triangles of the least total area. `fair`: triangles as large as those around the hole, which
-   * continue the curvature of the mesh.
-   * @default ngon
+   * continue the curvature of the mesh. Default: `ngon`.
    */
   method?: "ngon" | "triangles" | "fair";
   name?: string;
-  /** @default false */
+  /** Default: false. */
   optional?: boolean;
 } | {
   /** @constant */
   edit: "mirror";
   axis: "x" | "y" | "z";
-  /**
-   * Vertices within this distance of the plane are moved onto it and merged with their image; `false` or a negative
-   * number: none; `true`: the default.
-   * @default 0.000001
-   */
+  /** Vertices within this distance of the plane are moved onto it and merged with their image; `false` or a
+   * negative number: none; `true`: the default. Default: 0.000001. */
   weld?: number | boolean;
   name?: string;
-  /** @default false */
+  /** Default: false. */
   optional?: boolean;
 } | {
   /** @constant */
@@ -860,7 +800,7 @@ export type Edit = {
   vertices?: VertexSelection;
   by: number[];
   name?: string;
-  /** @default false */
+  /** Default: false. */
   optional?: boolean;
 } | {
   /** @constant */
@@ -873,7 +813,7 @@ export type Edit = {
   /** Default: the mean of the vertices. */
   about?: number[];
   name?: string;
-  /** @default false */
+  /** Default: false. */
   optional?: boolean;
 } | {
   /** @constant */
@@ -885,61 +825,55 @@ export type Edit = {
   /** Default: the mean of the vertices. */
   about?: number[];
   name?: string;
-  /** @default false */
+  /** Default: false. */
   optional?: boolean;
 } | {
   /** @constant */
   edit: "crease";
   edges: EdgeSelection;
-  /**
-   * 10 is infinite; 0 removes the tag.
-   * @default 10
-   */
+  /** 10 is infinite; 0 removes the tag. Default: 10. */
   sharpness?: number;
   name?: string;
-  /** @default false */
+  /** Default: false. */
   optional?: boolean;
 } | {
   /** @constant */
   edit: "corner";
   vertices: VertexSelection;
-  /** @default 10 */
+  /** Default: 10. */
   sharpness?: number;
   name?: string;
-  /** @default false */
+  /** Default: false. */
   optional?: boolean;
 } | {
   /** @constant */
   edit: "hole";
   faces: FaceSelection;
-  /**
-   * 0 makes it a face again.
-   * @default 10
-   */
+  /** 0 makes it a face again. Default: 10. */
   sharpness?: number;
   name?: string;
-  /** @default false */
+  /** Default: false. */
   optional?: boolean;
 } | {
   edit: "flip" | "orient" | "triangulate" | "quads";
   faces?: FaceSelection;
   name?: string;
-  /** @default false */
+  /** Default: false. */
   optional?: boolean;
 } | {
   /** @constant */
   edit: "weld";
-  /** @default 0 */
+  /** Default: 0. */
   distance?: number;
   name?: string;
-  /** @default false */
+  /** Default: false. */
   optional?: boolean;
 } | {
   /** @constant */
   edit: "drop_pieces";
   faces: number;
   name?: string;
-  /** @default false */
+  /** Default: false. */
   optional?: boolean;
 } | {
   /** @constant */
@@ -947,10 +881,10 @@ export type Edit = {
   faces?: FaceSelection;
   edges?: EdgeSelection;
   vertices?: VertexSelection;
-  /** @default 2 */
+  /** Default: 2. */
   factor?: number;
   name?: string;
-  /** @default false */
+  /** Default: false. */
   optional?: boolean;
 } | {
   /** @constant */
@@ -959,13 +893,13 @@ export type Edit = {
   edges?: EdgeSelection;
   vertices?: VertexSelection;
   /**
-   * @default taubin
+   * Default: `taubin`.
    */
   method?: "taubin" | "laplacian";
-  /** @default 10 */
+  /** Default: 10. */
   iterations?: number;
   name?: string;
-  /** @default false */
+  /** Default: false. */
   optional?: boolean;
 };
 export interface EditsRequest {
@@ -988,7 +922,7 @@ export interface SignRequest {
    * @example /v1/models
    */
   url: string;
-  /** @default 3600 */
+  /** Default: 3600. */
   seconds?: number;
 }
 export interface SignedUrl {

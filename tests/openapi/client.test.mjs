@@ -36,11 +36,14 @@ const config = {
 
 let errors;
 
+/** The types that openapi-typescript makes of the document. */
+const typesOf = async (options) => astToString(await openapiTS(structuredClone(document), options));
+
 before(async () => {
   rmSync(at('generated'), { recursive: true, force: true });
   mkdirSync(at('generated'));
   const put = (name, text) => writeFileSync(at(`generated/${name}`), text);
-  put('api.d.ts', astToString(await openapiTS(structuredClone(document))));
+  put('api.d.ts', await typesOf());
   put('tsconfig.json', JSON.stringify(config));
   const text = readFileSync(at('client.ts'), 'utf8');
   put('client.ts', text);
@@ -54,6 +57,11 @@ before(async () => {
 after(() => rmSync(at('generated'), { recursive: true }));
 
 test('the client compiles', () => assert.doesNotMatch(errors, /^(client|api\.d)\.ts|^error/m));
+
+// By default the generator makes what has a `default` required, which is right for answers and wrong for requests. So
+// descriptions tell the defaults of request bodies.
+test('no default makes a member required', async () =>
+  assert.equal(await typesOf(), await typesOf({ defaultNonNullable: false })));
 
 for (const name of Object.keys(slips))
   test(`the compiler refuses a wrong ${name}`, () => assert.match(errors, new RegExp(`^${name}\\.ts\\(`, 'm')));

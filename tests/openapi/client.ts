@@ -38,6 +38,21 @@ check(Math.abs(poses.data!.poses[0]!.euler![0]![1]! - 45) < 1e-4, 'half the way 
 const timed = await client.POST('/v1/models/{id}/pose.json', { params: { path: { id } }, body: { times: [0, 2] } });
 check(timed.data?.poses.length === 2, 'two times are two poses');
 
+// Whatever has a default may be left out.
+const drum = await client.POST('/v1/models', { body: { meshes: [{ name: 'drum', shape: { kind: 'cylinder' } }], clips: [] } });
+check(drum.data?.meshes[0]?.faces === 18, 'sixteen sides and two caps');
+const lid = await client.POST('/v1/models/{id}/edits', {
+  params: { path: { id: drum.data!.id } },
+  body: { edits: [{ edit: 'extrude', faces: { facing: [0, 1, 0] }, distance: 1 }, { edit: 'fill', optional: true }] },
+});
+check(lid.data?.meshes[0]?.faces === 34, 'an extruded cap has sixteen more');
+
+const signed = await client.POST('/v1/sign', { body: { url: `/v1/models/${id}/surface.glb` } });
+check(signed.response.status === 404, 'without keys no URL is signed');
+
+const converted = await client.POST('/v1/rotations', { body: { rotations: [{ euler: [0, 0, 0] }] } });
+check(converted.data!.rotations[0]!.quaternion![3] === 1, 'angles of zero are the unit quaternion');
+
 const turned = await client.POST('/v1/rotations', { body: { rotations: [{ axis_angle: [0, 1, 0, 90] }], unit: 'degrees', as: 'euler' } });
 check(Math.abs(turned.data!.rotations[0]!.euler![1]! - 90) < 1e-4, 'a quarter turn about y is 90 degrees');
 
