@@ -43,7 +43,7 @@ function moved(points, rest, { brush, by }) {
 export class SculptPanel {
   /** models: the list that new models are added to. levelSlider: an element. */
   constructor(panel, { viewport, models, levelSlider }) {
-    Object.assign(this, { viewport, models, bearers: [], picked: null, wanted: { index: -1 }, stroke: null, past: [], size: 0 });
+    Object.assign(this, { viewport, models, bearers: [], picked: null, wanted: { index: -1 }, stroke: null, past: [], size: 0, picking: Promise.resolve() });
     this.requests = new OneAtATime();
     this.marker = makeMarker();
     viewport.own.add(this.marker);
@@ -195,7 +195,12 @@ export class SculptPanel {
   }
 
   /** Picks a point by its index in the mesh's OBJ, which numberOf(points) returns. */
-  async pickNumber(numberOf) {
+  pickNumber(numberOf) {
+    this.picking = this.picking.then(() => this.#pickNumber(numberOf)); // keys may come faster than points
+    return this.picking;
+  }
+
+  async #pickNumber(numberOf) {
     const index = this.picked?.index ?? 0;
     if (!this.isOn) return;
     try {
@@ -307,7 +312,8 @@ export class SculptPanel {
   }
 
   /** Makes a stroke by numbers. vector(): how far the picked point moves. */
-  moveBy(vector) {
+  async moveBy(vector) {
+    await this.picking; // a number that was just typed, while its points are still coming
     if (this.requests.isRunning) return undefined;
     if (!this.picked) return this.say('Pick a point first.');
     this.#begin();

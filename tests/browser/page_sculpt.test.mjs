@@ -167,6 +167,23 @@ visits('a stroke that is cancelled leaves the model as it was', { hash }, async 
   await sculptor.drag(place, [30, -30]);
 });
 
+visits('a stroke by numbers waits for the point that it was given', { hash }, async (visit) => {
+  const sculptor = await Sculptor.begin(visit);
+  const { page } = sculptor;
+  const before = await pointsOf(sculptor.id, 3);
+  let release;
+  const held = new Promise((resolve) => (release = resolve));
+  await page.route('**/surface.obj**', (route) => held.then(() => route.continue()));
+  await page.getByRole('textbox', { name: 'Point' }).fill('7');
+  await page.keyboard.press('Enter');
+  await page.getByLabel('Stroke: by').fill('0 0.25 -0.125');
+  await sculptor.opens(async () => {
+    await page.getByRole('button', { name: 'Move', exact: true }).click();
+    release();
+  });
+  assert.ok(apart(await pointsOf(sculptor.id, 3), dragged(before, 7, new Vector3(0, 0.25, -0.125))) < 1e-5);
+});
+
 visits('points are moved by keyboard', { hash }, async (visit) => {
   const sculptor = await Sculptor.begin(visit);
   const { page } = sculptor;
