@@ -255,7 +255,7 @@ start_everywhere() {
 @test "a listener for probes on a loopback address serves its own hosts, also with keys" {
   needs_process
   start_everywhere --api-keys key --admin-listen 127.0.0.1:0
-  admin=$(sed -n 's/.*probes and metrics on \(http:[^" ]*\).*/\1/p' "$log")
+  admin=$(admin_url)
   [ "$(curl --silent --output /dev/null --write-out '%{http_code}' "$admin/metrics")" = 200 ]
   [ "$(curl --silent --output /dev/null --write-out '%{http_code}' --header 'Host: evil.example' "$admin/metrics")" = 421 ]
 }

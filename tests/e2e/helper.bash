@@ -93,6 +93,9 @@ limit_group() {
   skip "no group of processes with a limit of $1 can be made here"
 }
 
+# admin_url: of the listener for probes and metrics, as the log names it last.
+admin_url() { sed -n 's/.*probes and metrics on \(http:[^" ]*\).*/\1/p' "$log" | tail -n 1; }
+
 # free_port: one that nobody listens on.
 free_port() { python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])'; }
 

@@ -139,7 +139,7 @@ refused() { counts "tweend_refusals_total{reason=\"$1\"}" "$2"; }
 
 @test "refusals count by reason: keys, rates, bodies, malformed heads" {
   printf 'all\nwriter write\nslow read 1/h\n' >keys
-  start_daemon --api-keys "@$PWD/keys" --max-upload 1KiB --admin-listen "127.0.0.1:$(free_port)"
+  start_daemon --api-keys "@$PWD/keys" --max-upload 1KiB --admin-listen 127.0.0.1:0
   as=(--header 'Authorization: Bearer all')
   get /v1/models
   get /v1/models --header 'Authorization: Bearer wrong'
@@ -166,10 +166,8 @@ refused() { counts "tweend_refusals_total{reason=\"$1\"}" "$2"; }
 # start_watched [FLAG...]: a daemon whose metrics are asked for at a listener that nothing limits; $url is theirs,
 # $served that of --listen.
 start_watched() {
-  local admin
-  admin=127.0.0.1:$(free_port)
-  start_daemon --admin-listen "$admin" "$@"
-  served=$url url=http://$admin
+  start_daemon --admin-listen 127.0.0.1:0 "$@"
+  served=$url url=$(admin_url)
 }
 
 ask() { curl --silent --output /dev/null --write-out '%{http_code}' "$served$1" "${@:2}"; }
@@ -184,7 +182,9 @@ ask() { curl --silent --output /dev/null --write-out '%{http_code}' "$served$1" 
   address=${served#http://}
   place=/dev/tcp/${address%:*}/${address#*:}
   counts tweend_http_connections 1 # those before are closed: it is the one that asks
-  exec {one}<>"$place" {two}<>"$place" {three}<>"$place"
+  exec {one}<>"$place" {two}<>"$place"
+  counts tweend_http_connections 3 # several threads accept, in no order
+  exec {three}<>"$place"
   read -r line <&"$three"
   [[ $line == *503* ]]
   refused address_connections 1

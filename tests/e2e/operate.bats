@@ -61,9 +61,8 @@ program=${TESTED_BINARY:-$root/build/tweend}
 }
 
 @test "--admin-listen has probes and metrics without a key, and nothing else" {
-  port=$(free_port)
-  start_daemon --api-keys secret --admin-listen "127.0.0.1:$port" --max-connections 1
-  main=$url url=http://127.0.0.1:$port
+  start_daemon --api-keys secret --admin-listen 127.0.0.1:0 --max-connections 1
+  main=$url url=$(admin_url)
   for path in /healthz /readyz /version /metrics; do
     get "$path"
     expect 200
@@ -99,7 +98,7 @@ program=${TESTED_BINARY:-$root/build/tweend}
 
 # would_not_start PATTERN FLAG...: --check says so in one line that matches.
 would_not_start() {
-  run -1 "$program" --check "${@:2}"
+  TWEEND_LISTEN=127.0.0.1:0 run -1 "$program" --check "${@:2}" # the default's port may be in use
   [[ ${#lines[@]} == 1 && $output == *"$1"* ]] || { echo "$output"; false; }
 }
 

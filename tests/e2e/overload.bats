@@ -355,12 +355,12 @@ spooled() {
 
 @test "uploads whose clients vanish, stall or send what is no model leave their room" {
   needs_process
-  start_daemon --max-upload 2MiB --spool-limit 4MiB --request-timeout 3s --min-rate 0
+  start_daemon --max-upload 2MiB --spool-limit 4MiB --min-rate 0
   for i in 1 2; do long_obj $i; done
   for framing in 'Content-Type: model/obj' 'Transfer-Encoding: chunked'; do # with Content-Length, without
     senders=()
-    send_slowly 1 --header "$framing"
-    send_slowly 2 --header "$framing"
+    send_slowly 1 --header "$framing" --limit-rate 250k
+    send_slowly 2 --header "$framing" --limit-rate 250k
     for ((tries = 0; tries < 200; tries++)); do
       (($(curl --silent "$url/metrics" | sed -n 's/^tweend_spool_bytes //p') <= 2 << 20)) || break
       sleep 0.05
@@ -369,10 +369,15 @@ spooled() {
     kill "${senders[@]}"
     spooled 0
   done
+  stop_daemon
+  start_daemon --max-upload 2MiB --spool-limit 4MiB --min-rate 0 --request-timeout 3s
   senders=()
   send_slowly 1 --limit-rate 200k
   wait "${senders[@]}" || true
   grep -q 408 code-1
+  spooled 0
+  stop_daemon
+  start_daemon --max-upload 2MiB --spool-limit 4MiB
   spooled 0
   head -c 2M /dev/zero | tr '\0' '\n' >nothing
   post /v1/models nothing

@@ -23,12 +23,19 @@ test('what was acknowledged outlives kill -9 at any moment, and what is there is
   const acknowledged = new Set();
   let sent = 0;
   let kills = 0;
+  // Ends with the daemon: its port may be another program's then, which answers something else or nothing.
+  let life = new AbortController();
 
   async function client() {
     while (sent < UPLOADS) {
+      if (life.signal.aborted) {
+        await pause(5);
+        continue;
+      }
       const body = model(sent++);
+      const { signal } = life;
       try {
-        const answer = await fetch(`${daemon.url}/v1/models`, { method: 'POST', body, headers: { 'Content-Type': 'model/obj' } });
+        const answer = await fetch(`${daemon.url}/v1/models`, { method: 'POST', body, signal, headers: { 'Content-Type': 'model/obj' } });
         if (answer.status === 201) acknowledged.add(idOf(body));
         await answer.arrayBuffer();
       } catch {
@@ -42,7 +49,10 @@ test('what was acknowledged outlives kill -9 at any moment, and what is there is
     await pause(Math.random() * 150);
     daemon.process.kill('SIGKILL');
     await daemon.exit;
+    life.abort();
+    daemon.listen = '127.0.0.1:0';
     await daemon.start();
+    life = new AbortController();
     kills++;
   }
   await Promise.all(clients);
