@@ -91,7 +91,11 @@ export class Tweend {
   /** Fetches a whole clip and returns a player of it. */
   play(model: ModelId, objects: Objects, options?: PlayOptions): Promise<Player>;
   liveUrl(model: ModelId, options?: LiveOptions): string;
-  /** Returns a player of the live stream when the first frame has arrived. */
+  /**
+   * Returns a player of the live stream when the first frame has arrived. Until the clip ends, `close()` is called or
+   * the signal aborts, it takes one of the six connections that a browser has to an origin over HTTP/1; a warning on
+   * the console tells of the fourth. `play` takes none.
+   */
   live(model: ModelId, objects: Objects, options?: LivePlayOptions): Promise<LivePlayer>;
 }
 

@@ -524,6 +524,24 @@ function pause(ms, signal) {
 /** Statuses after which a retry may succeed. */
 const PASSING = [408, 429, 502, 503, 504];
 
+// A browser opens six connections to an origin over HTTP/1, of which each live stream takes one: the next request waits.
+const MANY_STREAMS = 4;
+const openStreams = new Map(); // number by origin, of all clients of this page
+let warned = false;
+
+/** Counts a stream that has begun, and warns once before requests begin to wait. Returns what uncounts it. */
+function countStream(url, { statusText }) {
+  const { origin } = new URL(url);
+  const count = (step) => openStreams.set(origin, (openStreams.get(origin) ?? 0) + step).get(origin);
+  const inBrowser = globalThis.document ?? globalThis.WorkerGlobalScope;
+  if (count(1) >= MANY_STREAMS && !warned && inBrowser && statusText) { // HTTP/2 has no status text
+    warned = true;
+    console.warn(`tweend: ${MANY_STREAMS} live streams from ${origin} are open. Browsers have six connections to an origin over ` +
+      'HTTP/1: with six streams every other request waits. End streams with player.close() or the signal given to live(); play() needs none.');
+  }
+  return () => count(-1);
+}
+
 /** Plays the daemon's live stream. */
 export class LivePlayer {
   #abort = new AbortController();
@@ -580,12 +598,14 @@ export class LivePlayer {
 
   /** Reads the stream until it ends or breaks; returns the ms to wait before reconnecting. */
   async #connect(tweend, url, begun) {
+    let uncount;
     try {
       const headers = { Accept: 'text/event-stream' };
       if (this.#last !== undefined) headers['Last-Event-ID'] = String(this.#last);
       const response = await tweend.request(url, { headers, cache: 'no-store', signal: this.#abort.signal });
       this.ended = response.status === 204;
       if (this.ended) return 0;
+      uncount = countStream(url, response);
       [this.#offset, this.#origin] = [new Least(), new Least()]; // another replica may answer, with another clock
       for await (const { retry, event, id, data } of readEvents(response.body)) {
         if (retry) this.#retry = Number(retry);
@@ -595,6 +615,8 @@ export class LivePlayer {
     } catch (error) {
       if (error instanceof TweendError && !PASSING.includes(error.status)) throw error;
       return Math.max(this.#retry, (error.retryAfter ?? 0) * 1000);
+    } finally {
+      uncount?.();
     }
     return this.#retry;
   }

@@ -104,6 +104,27 @@ test('what cannot send headers takes a signed URL', async () => {
   assert.ok(Math.abs(seen.now - seen.pose.now) < 1000);
 });
 
+test('the fourth live stream is warned of, and closing streams frees their connections', async () => {
+  const warnings = [];
+  page.on('console', (message) => message.type() === 'warning' && warnings.push(message.text()));
+  const play = () => page.evaluate(async () => {
+    window.players ??= [];
+    players.push(await tweend.live(tank, {}, { loop: 'repeat' }));
+  });
+  for (let i = 0; i < 3; i++) await play();
+  assert.deepEqual(warnings, []);
+  for (let i = 0; i < 3; i++) await play();
+  assert.equal(warnings.length, 1);
+  assert.match(warnings[0], /4 live streams/);
+  const seventh = await page.evaluate(async () => {
+    const soon = (ms) => AbortSignal.timeout(ms);
+    const waits = await tweend.describe(tank, { signal: soon(1000) }).then(() => false, () => true);
+    for (const player of players) player.close();
+    return { waits, name: (await tweend.describe(tank)).name };
+  });
+  assert.deepEqual(seventh, { waits: true, name: 'tank' });
+});
+
 test('poses stream in as rows', async () => {
   const read = await page.evaluate(async () => {
     const options = { clip: 'drive', from: 0, fps: 1000 };

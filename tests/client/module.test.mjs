@@ -437,6 +437,35 @@ test('a stream whose events cannot be read is let go before another is asked for
   assert.equal(most, 1);
 });
 
+test('a page is warned once, at the fourth stream that is open at once from one origin over HTTP/1', async (t) => {
+  globalThis.document = {}; // only browsers have few connections
+  t.after(() => delete globalThis.document);
+  const { Tweend } = await import('../../api/client/tweend.js?warnings');
+  const { mock } = t.mock.method(console, 'warn', () => {});
+  const warnings = () => mock.calls.map(({ arguments: [text] }) => text);
+  const frame = new TextEncoder().encode('id: 0\ndata: {"now":0,"t":0,"rotation":[],"translation":[],"scale":[]}\n\n');
+  const fetchWith = (statusText) => async (url, { signal }) => {
+    if (!url.includes('/live')) return Response.json({ nodes: [] });
+    const start = (out) => (out.enqueue(frame), signal.addEventListener('abort', () => out.error(signal.reason)));
+    return new Response(new ReadableStream({ start }), { statusText });
+  };
+  const play = (origin, statusText = 'OK') => new Tweend(origin, { fetch: fetchWith(statusText) }).live('x', {});
+  const close = (player) => (player.close(), player.done);
+
+  const open = [await play('http://a.example'), await play('http://a.example/below'), await play('http://a.example')];
+  for (let i = 0; i < 3; i++) open.push(await play('http://b.example'));
+  for (let i = 0; i < 5; i++) open.push(await play('https://c.example', '')); // as over HTTP/2
+  await close(open.shift());
+  open.push(await play('http://a.example'));
+  assert.deepEqual(warnings(), [], 'three are not many');
+  open.push(await play('http://a.example'));
+  assert.equal(warnings().length, 1);
+  assert.match(warnings()[0], /^tweend: 4 live streams from http:\/\/a\.example are open.*player\.close\(\)/);
+  open.push(await play('http://a.example'), await play('http://b.example'));
+  await Promise.all(open.map(close));
+  assert.equal(warnings().length, 1, 'once is enough');
+});
+
 test('what cannot go on fails', async () => {
   await assert.rejects(tweend.live(tank, {}, { clip: 'dance' }), { status: 404 });
   await assert.rejects(tweend.live(tank, {}, { fps: 1000 }), { status: 400 });
