@@ -135,7 +135,14 @@ static bool add_fields(struct MHD_Response *response, const delivery *d, const s
 static srv_listener *join_stream(srv_connection *c) {
   srv_exchange *exchange = &c->exchange;
   if (exchange->answer.live.frame == NULL || strcmp(exchange->method, "HEAD") == 0) return NULL;
-  srv_listener *listener = srv_live_join(exchange->server->live, &exchange->answer.live, srv_hand_back, c);
+  bool lacks_memory;
+  srv_listener *listener =
+      srv_live_join(exchange->server->live, &exchange->answer.live, srv_hand_back, c, &lacks_memory);
+  if (listener == NULL && lacks_memory) {
+    srv_exchange_refuse(exchange, API_REFUSAL_MEMORY, 503, "the memory for live streams is in use by others",
+                        LISTENER_RETRY_S);
+    return NULL;
+  }
   if (listener == NULL) {
     srv_exchange_refuse(exchange, SRV_REFUSAL_LISTENERS, 503,
                         "there are as many listeners as the daemon takes", LISTENER_RETRY_S);

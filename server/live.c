@@ -13,8 +13,11 @@
 /* A channel keeps frames for listeners with a lag: up to KEPT_MAX frames, as many as fit into KEPT_BYTES. */
 enum { KEPT_MAX = 128, KEPT_BYTES = 128 << 10 };
 
+typedef struct channel channel;
+
 typedef struct frame {
   size_t references;
+  channel *channel; /* outlives the frame */
   uint64_t number;
   api_bytes bytes;
 } frame;
@@ -22,9 +25,11 @@ typedef struct frame {
 /* One playback of a source, shared by listeners. Step n of its time grid is due at start_ns + n / fps; a
  * listener of lag 0 then sees frame base + n, and one of lag 3, which joined three steps later and sees all
  * frames from the beginning, frame base + n - 3. */
-typedef struct channel {
-  struct channel *next;
+struct channel {
+  channel *next;
   api_live source;
+  uint64_t held;     /* bytes held of the service; only the live thread changes it */
+  uint64_t frames;   /* bytes of its frames, also of those that listeners send */
   uint64_t start_ns; /* when step 0 is due: may be in the future when the source has a start */
   uint64_t base;
   uint64_t due_ns;       /* when the channel needs the live thread next */
@@ -32,7 +37,7 @@ typedef struct channel {
   uint64_t newest;       /* the frame printed last, when depth > 0 */
   frame *kept[KEPT_MAX]; /* [depth], indexed by number modulo depth; entries may be NULL */
   srv_listener *listeners;
-} channel;
+};
 
 struct srv_listener {
   srv_live *live;
@@ -61,6 +66,7 @@ struct srv_listener {
 };
 
 struct srv_live {
+  api_service *service;
   pthread_mutex_t lock;
   pthread_cond_t wake;
   pthread_t thread;
@@ -75,6 +81,7 @@ struct srv_live {
 
 static void release_frame(frame *f) {
   if (f == NULL || --f->references > 0) return;
+  f->channel->frames -= f->bytes.size;
   free((void *)(uintptr_t)f->bytes.data);
   free(f);
 }
@@ -101,20 +108,45 @@ static void keep_frame(channel *c, frame *f) {
   c->newest = f->number;
 }
 
+/* What a channel holds at least: with a frame that is sent and one that is printed. */
+static uint64_t least_memory(const api_live *source) {
+  return sizeof(channel) + source->size + 2 * source->frame_size;
+}
+
+/* Holds memory for a channel with so many bytes of frames. */
+static bool hold_for_frames(srv_live *live, channel *c, uint64_t frames) {
+  uint64_t least = least_memory(&c->source), needed = sizeof *c + c->source.size + frames;
+  if (needed < least) needed = least;
+  if (needed > c->held && !api_service_hold_live(live->service, needed - c->held)) return false;
+  if (needed < c->held) api_service_let_go(live->service, API_HELD_LIVE, c->held - needed);
+  c->held = needed;
+  return true;
+}
+
+/* NULL without memory. others: bytes of the channel's other frames. */
+static frame *create_frame(srv_live *live, channel *c, uint64_t number, uint64_t others) {
+  frame *f = malloc(sizeof *f);
+  if (f == NULL) return NULL;
+  *f = (frame){.references = 1, .channel = c, .number = number};
+  if (!c->source.frame(c->source.context, number, &f->bytes)) {
+    free(f);
+    return NULL;
+  }
+  if (hold_for_frames(live, c, others + f->bytes.size)) return f;
+  free((void *)(uintptr_t)f->bytes.data);
+  free(f);
+  return NULL;
+}
+
 /* Prints a frame, with the lock released meanwhile. */
 static void print_frame(srv_live *live, channel *c, uint64_t number) {
+  uint64_t others = c->frames; /* listeners may free some of them meanwhile */
   pthread_mutex_unlock(&live->lock);
-  frame *f = malloc(sizeof *f);
-  if (f != NULL) {
-    *f = (frame){.references = 1, .number = number};
-    if (!c->source.frame(c->source.context, number, &f->bytes)) {
-      free(f);
-      f = NULL;
-    }
-  }
+  frame *f = create_frame(live, c, number, others);
   pthread_mutex_lock(&live->lock);
   if (f == NULL) return; /* without memory the frame is skipped, like one that is too late */
   live->printed++;
+  c->frames += f->bytes.size;
   keep_frame(c, f);
 }
 
@@ -209,9 +241,10 @@ static void play(srv_live *live, channel *c, uint64_t now) {
 }
 
 /* Call only when the channel has no listeners. */
-static void destroy_channel(channel *c) {
+static void destroy_channel(srv_live *live, channel *c) {
   for (uint32_t i = 0; i < c->depth; i++) release_frame(c->kept[i]);
   c->source.destroy(c->source.context);
+  api_service_let_go(live->service, API_HELD_LIVE, c->held);
   free(c);
 }
 
@@ -225,7 +258,7 @@ static uint64_t run_channels(srv_live *live) {
     if (c->listeners == NULL) {
       *place = c->next;
       pthread_mutex_unlock(&live->lock); /* freeing may take long and wake other requests */
-      destroy_channel(c);
+      destroy_channel(live, c);
       pthread_mutex_lock(&live->lock);
       continue;
     }
@@ -279,10 +312,13 @@ static void begin_at_start(channel *c, uint64_t now) {
   if (late_ns > 0 && late_ns < (double)now) c->start_ns = now - (uint64_t)late_ns;
 }
 
-/* Creates a channel for a source that cannot share one, and takes the source over. NULL without memory. */
-static channel *create_channel(srv_live *live, api_live *source, uint64_t now) {
+/* Creates a channel for a source that cannot share one, and takes over the source and what is *held for it.
+ * NULL without memory. */
+static channel *create_channel(srv_live *live, api_live *source, uint64_t now, uint64_t *held) {
   channel *c = calloc(1, sizeof *c);
   if (c == NULL) return NULL;
+  c->held = *held;
+  *held = 0;
   c->source = *source;
   *source = (api_live){0};
   c->start_ns = now;
@@ -294,11 +330,11 @@ static channel *create_channel(srv_live *live, api_live *source, uint64_t now) {
   return c;
 }
 
-static channel *find_channel(srv_live *live, api_live *source, uint64_t now, int64_t *lag) {
+static channel *find_channel(const srv_live *live, const api_live *source, uint64_t now, int64_t *lag) {
   for (channel *c = live->channels; c != NULL; c = c->next)
     if (can_share(c, source, now, lag)) return c;
   *lag = 0;
-  return create_channel(live, source, now);
+  return NULL;
 }
 
 static void link_listener(channel *c, srv_listener *l) {
@@ -309,32 +345,55 @@ static void link_listener(channel *c, srv_listener *l) {
   c->due_ns = 0; /* the listener's first frame is due now */
 }
 
-srv_listener *srv_live_join(srv_live *live, api_live *source, void (*ready)(void *owner), void *owner) {
-  srv_listener *l = calloc(1, sizeof *l);
+/* Lets the listener join the channel; now: what find_channel was given. */
+static void enter(srv_live *live, srv_listener *l, channel *c, uint64_t first, bool joins, uint64_t now) {
+  uint64_t present = frame_at(c, step_at(c, now), l->lag);
+  /* A source that joins begins with the present frame. But a client that asks for the frame after it (a
+   * client that reconnects) has already seen the present frame, and waits for the next. */
+  bool has_seen_present = first == present + 1;
+  l->first = joins && !has_seen_present ? present : first;
+  l->live = live;
+  l->offered_ns = now;
+  link_listener(c, l);
+  live->listeners++;
+  pthread_cond_signal(&live->wake);
+}
+
+/* Lets the listener join a channel that it can share, or, with memory *held for it, one of its own. False
+ * where there is none, or no place: *may_create tells whether memory would help. */
+static bool try_join(srv_live *live, srv_listener *l, api_live *source, uint64_t *held, bool *may_create) {
   uint64_t first = source->first;
   bool joins = source->joins;
   pthread_mutex_lock(&live->lock);
-  bool welcome = l != NULL && !live->ending && live->listeners < live->max_listeners;
+  *may_create = !live->ending && live->listeners < live->max_listeners;
   uint64_t now = srv_now_ns();
-  channel *c = welcome ? find_channel(live, source, now, &l->lag) : NULL;
-  if (c != NULL) {
-    uint64_t present = frame_at(c, step_at(c, now), l->lag);
-    /* A source that joins begins with the present frame. But a client that asks for the frame after it (a
-     * client that reconnects) has already seen the present frame, and waits for the next. */
-    bool has_seen_present = first == present + 1;
-    l->first = joins && !has_seen_present ? present : first;
-    l->live = live;
+  channel *c = *may_create ? find_channel(live, source, now, &l->lag) : NULL;
+  if (c == NULL && *may_create && *held > 0) c = create_channel(live, source, now, held);
+  if (c != NULL) enter(live, l, c, first, joins, now);
+  pthread_mutex_unlock(&live->lock);
+  return c != NULL;
+}
+
+srv_listener *srv_live_join(srv_live *live, api_live *source, void (*ready)(void *owner), void *owner,
+                            bool *lacks_memory) {
+  srv_listener *l = calloc(1, sizeof *l);
+  uint64_t held = 0;
+  bool has_joined = false, may_create = false;
+  if (l != NULL) {
     l->ready = ready;
     l->owner = owner;
-    l->offered_ns = now;
-    link_listener(c, l);
-    live->listeners++;
-    pthread_cond_signal(&live->wake);
+    has_joined = try_join(live, l, source, &held, &may_create);
   }
-  pthread_mutex_unlock(&live->lock);
+  /* Memory is held without the lock, since it may have to be freed first. */
+  if (!has_joined && may_create && api_service_hold_live(live->service, least_memory(source))) {
+    held = least_memory(source);
+    has_joined = try_join(live, l, source, &held, &may_create);
+  }
+  *lacks_memory = !has_joined && (l == NULL || may_create);
+  if (held > 0) api_service_let_go(live->service, API_HELD_LIVE, held); /* another made a channel to share */
   if (source->destroy != NULL) source->destroy(source->context);
   *source = (api_live){0};
-  if (c != NULL) return l;
+  if (has_joined) return l;
   free(l);
   return NULL;
 }
@@ -418,9 +477,10 @@ int64_t srv_listener_read(srv_listener *l, uint8_t *out, size_t capacity) {
 
 /* ---- all of them ----------------------------------------------------------------------------- */
 
-srv_live *srv_live_create(size_t max_listeners, uint64_t pulse_ns) {
+srv_live *srv_live_create(api_service *service, size_t max_listeners, uint64_t pulse_ns) {
   srv_live *live = calloc(1, sizeof *live);
   if (live == NULL) return NULL;
+  live->service = service;
   live->max_listeners = max_listeners;
   live->pulse_ns = pulse_ns;
   srv_timed_init(&live->wake);
@@ -457,7 +517,7 @@ void srv_live_destroy(srv_live *live) {
   while (live->channels != NULL) {
     channel *c = live->channels;
     live->channels = c->next;
-    destroy_channel(c);
+    destroy_channel(live, c);
   }
   pthread_cond_destroy(&live->wake);
   pthread_mutex_destroy(&live->lock);

@@ -16,18 +16,21 @@ typedef struct srv_listener srv_listener;
 /* Keep-alive interval: proxies close streams that are silent for 30 seconds or more. */
 #define SRV_LIVE_PULSE_NS UINT64_C(15000000000)
 
-/* pulse_ns: a listener that has got nothing for this long gets a keep-alive text, which also reveals clients
- * that have gone. NULL with errno. */
-srv_live *srv_live_create(size_t max_listeners, uint64_t pulse_ns);
+/* service: what streams hold counts as its API_HELD_LIVE; outlives the streams. pulse_ns: a listener that has
+ * got nothing for this long gets a keep-alive text, which also reveals clients that have gone. NULL with
+ * errno. */
+srv_live *srv_live_create(api_service *service, size_t max_listeners, uint64_t pulse_ns);
 void srv_live_destroy(srv_live *live); /* NULL accepted. All listeners must have left */
 
 /* Ends all streams, and refuses new ones. NULL accepted. */
 void srv_live_end(srv_live *live);
 
-/* Takes over *source in any case. NULL: too many listeners, after srv_live_end, or without memory.
+/* Takes over *source in any case. NULL: too many listeners, after srv_live_end, or without memory, which
+ * *lacks_memory tells: then there may be room for streams that hold less, or later.
  * ready(owner): called once when srv_listener_read has returned 0 and has something to read again, on any
  * thread, under a lock; it must not call functions of this file. */
-srv_listener *srv_live_join(srv_live *live, api_live *source, void (*ready)(void *owner), void *owner);
+srv_listener *srv_live_join(srv_live *live, api_live *source, void (*ready)(void *owner), void *owner,
+                            bool *lacks_memory);
 
 /* Reads the next bytes, at most `capacity`. 0: nothing is due, `ready` will be called; -1: the stream has
  * ended. */

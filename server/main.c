@@ -197,11 +197,11 @@ static bool prepare(process *p) {
   api_settings service_settings = settings(p, &keyring.list);
   p->server.service = api_service_create(&service_settings);
   srv_keyring_deinit(&keyring);
-  p->server.live = srv_live_create((size_t)p->config.max_listeners, SRV_LIVE_PULSE_NS);
+  if (p->server.service == NULL) return false;
+  p->server.live = srv_live_create(p->server.service, (size_t)p->config.max_listeners, SRV_LIVE_PULSE_NS);
   if (p->server.live == NULL)
     return srv_fail(&p->error, "cannot start the thread of live streams: %s", strerror(errno));
-  return p->server.rates != NULL && p->server.peers != NULL && p->server.service != NULL &&
-         p->server.live != NULL;
+  return p->server.rates != NULL && p->server.peers != NULL;
 }
 
 static bool store_samples(process *p) {

@@ -311,8 +311,10 @@ static void print_cache(FILE *out, const api_usage *usage) {
 
 static void print_memory(FILE *out, const srv_config *config, const api_usage *usage) {
   static const char NAME[] = "tweend_memory_bytes";
-  static const char *const HELD[API_HELD_COUNT] = {
-      [API_HELD_CONNECTION] = "connection", [API_HELD_BODY] = "body", [API_HELD_BLOCK] = "block"};
+  static const char *const HELD[API_HELD_COUNT] = {[API_HELD_CONNECTION] = "connection",
+                                                   [API_HELD_BODY] = "body",
+                                                   [API_HELD_BLOCK] = "block",
+                                                   [API_HELD_LIVE] = "live"};
   print_family(out, NAME, "What counts against --max-memory.");
   for (size_t i = 0; i < API_CACHED_COUNT; i++)
     print_labelled(out, NAME, "kind", CACHED[i], (double)usage->cached[i].bytes);

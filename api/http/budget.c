@@ -196,6 +196,18 @@ bool api_budget_try_add(api_budget *budget, uint64_t bytes) {
   return fits;
 }
 
+bool api_budget_add_evicting(api_budget *budget, uint64_t bytes) {
+  uint64_t limit = budget->limit - budget->limit / 16;
+  pthread_mutex_lock(&budget->lock);
+  bool has_turn = !budget->first || bytes <= SMALL;
+  while (has_turn && atomic_load(&budget->used) + bytes > limit)
+    if (!relieve(budget, atomic_load(&budget->used) + bytes - limit)) break;
+  bool fits = has_turn && atomic_load(&budget->used) + bytes <= limit;
+  if (fits) atomic_fetch_add(&budget->used, bytes);
+  pthread_mutex_unlock(&budget->lock);
+  return fits;
+}
+
 bool api_budget_grant(api_budget *budget, api_ticket *ticket, uint64_t bytes) {
   if (bytes == ticket->granted) return true;
   bool is_less = bytes < ticket->granted, is_granted = true;

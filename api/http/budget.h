@@ -27,6 +27,9 @@ void api_budget_add(api_budget *budget, uint64_t bytes);
 void api_budget_subtract(api_budget *budget, uint64_t bytes);
 /* Adds memory that the caller can do without; false when it does not fit. */
 bool api_budget_try_add(api_budget *budget, uint64_t bytes);
+/* The same for memory that is needed: evicts idle cache entries. Waiting tickets go before it, unless it is
+ * as small as what may pass them. */
+bool api_budget_add_evicting(api_budget *budget, uint64_t bytes);
 uint64_t api_budget_used(api_budget *budget);
 /* The part of it that is granted to tickets. */
 uint64_t api_budget_granted(api_budget *budget);

@@ -158,6 +158,14 @@ bool api_service_try_hold(api_service *service, api_held what, uint64_t bytes) {
   return is_held;
 }
 
+bool api_service_hold_live(api_service *service, uint64_t bytes) {
+  atomic_uint_fast64_t *held = &service->held[API_HELD_LIVE];
+  bool fits = atomic_fetch_add(held, bytes) + bytes <= service->limits.max_memory / 2 &&
+              api_budget_add_evicting(service->budget, bytes);
+  if (!fits) atomic_fetch_sub(held, bytes);
+  return fits;
+}
+
 void api_service_usage(const api_service *service, api_usage *out) {
   api_cache_usage(service->cache, out);
   for (size_t i = 0; i < API_HELD_COUNT; i++) out->held[i] = atomic_load(&service->held[i]);

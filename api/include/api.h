@@ -155,6 +155,7 @@ typedef enum api_held {
   API_HELD_CONNECTION,
   API_HELD_BODY,  /* of requests, while they arrive */
   API_HELD_BLOCK, /* of answers, computed ahead of the client */
+  API_HELD_LIVE,  /* of live streams: what their frames are printed from, and frames */
   API_HELD_COUNT
 } api_held;
 
@@ -163,6 +164,9 @@ void api_service_hold(api_service *service, api_held what, uint64_t bytes);
 void api_service_let_go(api_service *service, api_held what, uint64_t bytes);
 /* The same for memory that the host can do without: false when it does not fit. */
 bool api_service_try_hold(api_service *service, api_held what, uint64_t bytes);
+/* The same for live streams, which last: idle cache entries are evicted for them, but they hold no more than
+ * half of max_memory together. May free memory, and wake other requests. */
+bool api_service_hold_live(api_service *service, uint64_t bytes);
 
 /* The kinds of cached values. */
 typedef enum api_cached {
@@ -271,6 +275,7 @@ typedef struct api_live {
   const char *opening, *pulse,
       *closing; /* sent first; when nothing else is due, to keep the connection open; and last */
   void *context;
+  uint64_t size, frame_size; /* about the bytes that the context holds, and those of a frame */
   /* The bytes of a frame, malloc'ed for the caller; false without memory. One thread at a time; cheapest in
    * ascending order. */
   bool (*frame)(void *context, uint64_t index, api_bytes *out);

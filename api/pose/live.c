@@ -114,6 +114,7 @@ static bool print_frame(void *context, uint64_t index, api_bytes *out) {
     tw_text_deinit(&text);
     return false;
   }
+  tw_text_fit(&text); /* listeners may hold it for long */
   *out = (api_bytes){(const uint8_t *)text.data, text.size};
   return true;
 }
@@ -185,6 +186,12 @@ static api_outcome check_size(api_call *call, const api_pose_request *pose) {
   return API_DONE;
 }
 
+/* About the bytes of a frame of so many numbers. */
+static uint64_t frame_size(uint64_t numbers) {
+  enum { REST = 256 };
+  return REST + numbers * API_POSE_NUMBER_BYTES;
+}
+
 static api_outcome reply_live(api_call *call, live_request *request) {
   const char *key = make_key(call, request);
   live_poses *live = key ? create_live(request, call->service, key) : NULL;
@@ -213,6 +220,8 @@ static api_outcome reply_live(api_call *call, live_request *request) {
       .pulse = ":\n\n",
       .closing = "event: end\ndata: {}\n\n",
       .context = live,
+      .size = tw_arena_size(live->arena),
+      .frame_size = frame_size(request->pose.node_count * (uint64_t)api_pose_width(request->pose.as)),
       .frame = print_frame,
       .stamp = print_stamp,
       .destroy = destroy_live,

@@ -69,10 +69,10 @@ static served *start(void) {
   d->server.rates = srv_rates_create();
   d->server.peers = srv_peers_create(0);
   d->server.work = srv_work_create((size_t)d->config.threads, (size_t)d->config.queue, 0);
-  d->server.live = srv_live_create((size_t)d->config.max_listeners, SRV_LIVE_PULSE_NS);
   settings.parallel = (api_parallel_for){.owner = d->server.work, .run = srv_work_parallel_for};
   d->loop = loopback_start(&settings);
   d->server.service = d->loop->service;
+  d->server.live = srv_live_create(d->loop->service, (size_t)d->config.max_listeners, SRV_LIVE_PULSE_NS);
   loopback_upload(d->loop, "application/json", model, d->id);
   srv_error error = {""};
   if (!srv_address_parse("127.0.0.1:0", &d->address, &error)) give_up(error.text);

@@ -294,3 +294,70 @@ TEST_WITH(a_played_model_needs_no_thread, setup, one_model_stop) {
   reply_free(&r);
   assert_true(loopback_is_light(f->loop, target));
 }
+
+/* Frames of long numbers, on which the estimate may be off by a third. */
+TEST_WITH(a_stream_tells_what_it_holds, setup, one_model_stop) {
+  enum { NODES = 2000, TRS = 10, MATRIX = 16 };
+  const one_model *f = *state;
+  char *model = malloc(64 * NODES), id[API_ID_TEXT], target[128];
+  size_t size = (size_t)sprintf(model, "{'nodes':[");
+  for (int i = 0; i < NODES; i++)
+    size +=
+        (size_t)sprintf(model + size, "%s{'translation':[%d.12345,0.12345,1.23456]}", i ? "," : "", i % 9);
+  sprintf(model + size, "]}");
+  loopback_upload(f->loop, "application/json", model, id);
+  free(model);
+  snprintf(target, sizeof target, "/v1/models/%s/live?space=world", id);
+  reply r = loopback_get(f->loop, target);
+  const api_live *live = &r.answer.live;
+  /* Local transforms, world matrices, a row, the nodes' list. */
+  uint64_t least = NODES * (uint64_t)(sizeof(float) * (TRS + MATRIX + TRS) + sizeof(uint32_t));
+  assert_true(live->size >= least && live->size < 2 * least);
+  api_bytes frame;
+  assert_true(live->frame(live->context, 0, &frame));
+  assert_true(live->frame_size > frame.size * 2 / 3 && live->frame_size < frame.size * 4);
+  free((void *)(uintptr_t)frame.data);
+  reply_free(&r);
+}
+
+/* What streams hold is counted, evicts what nobody uses, and is at most half of all memory. */
+TEST(streams_hold_at_most_half_of_the_memory) {
+  api_settings settings = loopback_settings();
+  uint64_t most = settings.limits.max_memory = 16000000;
+  loopback *loop = loopback_start(&settings);
+  api_usage usage;
+  assert_true(api_service_hold_live(loop->service, most / 2 - 100));
+  assert_false(api_service_hold_live(loop->service, 101));
+  api_service_usage(loop->service, &usage);
+  assert_int_equal(usage.held[API_HELD_LIVE], most / 2 - 100);
+  assert_true(api_service_hold_live(loop->service, 100));
+  api_service_let_go(loop->service, API_HELD_LIVE, most / 2);
+
+  api_service_hold(loop->service, API_HELD_BODY, most * 7 / 8); /* which others have */
+  assert_false(api_service_hold_live(loop->service, most / 8));
+  assert_true(api_service_hold_live(loop->service, most / 32));
+  api_service_let_go(loop->service, API_HELD_BODY, most * 7 / 8);
+  api_service_let_go(loop->service, API_HELD_LIVE, most / 32);
+  loopback_stop(loop);
+}
+
+TEST(idle_entries_make_room_for_streams) {
+  enum { STREAM = 1000000 };
+  api_settings settings = loopback_settings();
+  settings.limits.max_memory = 16000000;
+  settings.limits.plan_cache = UINT64_MAX;
+  loopback *loop = loopback_start(&settings);
+  char id[API_ID_TEXT];
+  loopback_upload(loop, "application/json", spinner, id);
+  api_usage before, after;
+  api_service_usage(loop->service, &before);
+  assert_true(before.cached[API_CACHED_MODEL].bytes > 0);
+  uint64_t others = settings.limits.max_memory * 15 / 16 - STREAM; /* all is in use with the stream */
+  api_service_hold(loop->service, API_HELD_BODY, others);
+  assert_true(api_service_hold_live(loop->service, STREAM));
+  api_service_usage(loop->service, &after);
+  assert_int_equal(after.cached[API_CACHED_MODEL].bytes, 0);
+  api_service_let_go(loop->service, API_HELD_BODY, others);
+  api_service_let_go(loop->service, API_HELD_LIVE, STREAM);
+  loopback_stop(loop);
+}

@@ -18,6 +18,7 @@ static pthread_cond_t opened = PTHREAD_COND_INITIALIZER;
 static bool held = false;
 static atomic_size_t started, open_bodies, block_size, kept_promises;
 static atomic_bool is_memory_full;
+static atomic_uint_fast64_t held_bytes[API_HELD_COUNT];
 
 void fake_api_hold(void) {
   pthread_mutex_lock(&gate);
@@ -34,6 +35,10 @@ void fake_api_release(void) {
 
 void fake_api_fill_memory(bool is_full) {
   atomic_store(&is_memory_full, is_full);
+}
+
+uint64_t fake_api_held(api_held what) {
+  return atomic_load(&held_bytes[what]);
 }
 
 size_t fake_api_started(void) {
@@ -223,21 +228,23 @@ api_progress api_handle(api_service *service, const api_request *request, api_ef
 
 void api_service_hold(api_service *service, api_held what, uint64_t bytes) {
   (void)service;
-  (void)what;
-  (void)bytes;
+  atomic_fetch_add(&held_bytes[what], bytes);
 }
 
 void api_service_let_go(api_service *service, api_held what, uint64_t bytes) {
   (void)service;
-  (void)what;
-  (void)bytes;
+  atomic_fetch_sub(&held_bytes[what], bytes);
 }
 
 bool api_service_try_hold(api_service *service, api_held what, uint64_t bytes) {
   (void)service;
-  (void)what;
-  (void)bytes;
-  return !atomic_load(&is_memory_full);
+  if (atomic_load(&is_memory_full)) return false;
+  atomic_fetch_add(&held_bytes[what], bytes);
+  return true;
+}
+
+bool api_service_hold_live(api_service *service, uint64_t bytes) {
+  return api_service_try_hold(service, API_HELD_LIVE, bytes);
 }
 
 void api_service_usage(const api_service *service, api_usage *out) {

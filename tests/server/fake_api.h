@@ -21,12 +21,17 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
+
+#include "api.h"
 
 /* Heavy requests, and stuck ones, wait from here on; release lets them go. */
 void fake_api_hold(void);
 void fake_api_release(void);
 
-void fake_api_fill_memory(bool is_full); /* nothing that can be done without fits from here on */
+void fake_api_fill_memory(bool is_full); /* nothing that may be refused fits from here on */
+
+uint64_t fake_api_held(api_held what); /* bytes */
 
 size_t fake_api_started(void);     /* of these that a thread has begun */
 size_t fake_api_block_size(void);  /* bytes that were asked for last of a pulled body */

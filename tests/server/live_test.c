@@ -2,6 +2,8 @@
  * busy machine does not matter. */
 #include "live.h"
 
+#include "fake_api.h"
+
 #include <math.h>
 #include <pthread.h>
 #include <stdatomic.h>
@@ -66,7 +68,7 @@ static api_live source(const char *key, double fps, uint64_t last, size_t paddin
 typedef struct client {
   pthread_mutex_t lock;
   pthread_cond_t wake;
-  bool ready;
+  bool ready, lacked_memory;
   srv_listener *listener;
   char text[TEXT_MAX]; /* all that it has read, terminated */
   size_t size;
@@ -84,7 +86,7 @@ static client *join(srv_live *live, api_live from) {
   client *c = calloc(1, sizeof *c);
   pthread_mutex_init(&c->lock, NULL);
   pthread_cond_init(&c->wake, NULL);
-  c->listener = srv_live_join(live, &from, on_ready, c);
+  c->listener = srv_live_join(live, &from, on_ready, c, &c->lacked_memory);
   assert_null(from.frame);
   return c;
 }
@@ -174,7 +176,7 @@ static double seconds(void) {
 
 static int set_up(void **state) {
   atomic_store(&prints, 0);
-  *state = srv_live_create(3, SRV_LIVE_PULSE_NS);
+  *state = srv_live_create(NULL, 3, SRV_LIVE_PULSE_NS);
   return *state != NULL ? 0 : -1;
 }
 
@@ -358,7 +360,7 @@ TEST_WITH(a_slow_listener_skips_frames_and_delays_nobody, set_up, tear_down) {
 
 TEST_WITH(silent_streams_send_a_sign_of_life, set_up, tear_down) {
   const double PULSE_S = 1.5;
-  srv_live *live = srv_live_create(2, (uint64_t)(PULSE_S * 1e9));
+  srv_live *live = srv_live_create(NULL, 2, (uint64_t)(PULSE_S * 1e9));
   double start = seconds();
   client *c[2] = {join(live, source("a", 0.01, UINT64_MAX, 0))};
   read_up_to(c[0], 0);
@@ -403,7 +405,7 @@ TEST_WITH(a_thousand_listeners_cost_one_evaluation_a_frame, set_up, tear_down) {
   enum { LISTENERS = 1000 };
   static client *c[LISTENERS];
   static bool over[LISTENERS];
-  srv_live *live = srv_live_create(LISTENERS, SRV_LIVE_PULSE_NS);
+  srv_live *live = srv_live_create(NULL, LISTENERS, SRV_LIVE_PULSE_NS);
   double start = seconds();
   for (int i = 0; i < LISTENERS; i++) {
     while (seconds() - start < 0.0003 * i) pause_ms(1); /* they start apart, over six frames */
@@ -438,6 +440,73 @@ TEST_WITH(nobody_waits_while_a_channel_is_freed, set_up, tear_down) {
   leave(c);
   for (int waited = 0; waited < PATIENCE_MS && atomic_load(&sources) > 0; waited++) pause_ms(1);
   assert_int_equal(atomic_load(&sources), 0);
+}
+
+/* Of bytes that live streams hold, within the time that a busy machine takes. */
+static void await_held(uint64_t least, uint64_t most) {
+  for (int waited = 0; waited < PATIENCE_MS; waited++) {
+    uint64_t held = fake_api_held(API_HELD_LIVE);
+    if (held >= least && held <= most) return;
+    pause_ms(1);
+  }
+  fail_msg("live streams hold %llu bytes, not from %llu to %llu",
+           (unsigned long long)fake_api_held(API_HELD_LIVE), (unsigned long long)least,
+           (unsigned long long)most);
+}
+
+TEST_WITH(a_stream_holds_its_source_and_its_frames, set_up, tear_down) {
+  enum { SOURCE = 1000000, FRAME = 50000, SLACK = 4096 };
+  api_live large = source("a", 50, UINT64_MAX, FRAME), other = source("b", 0.01, UINT64_MAX, 10);
+  large.size = SOURCE;
+  large.frame_size = 1000; /* only about */
+  other.size = 7000000;
+  client *c = join(*state, large);
+  assert_true(fake_api_held(API_HELD_LIVE) >= SOURCE + 2 * 1000);
+  for (int i = 0; i < 100 && srv_live_look(*state).printed < 6; i++) pause_ms(20);
+  /* 128 KiB of frames are kept: two of these, and the first, which waits for the reader. */
+  await_held(SOURCE + 2 * FRAME, SOURCE + 4 * FRAME + SLACK);
+  client *more = join(*state, other);
+  await_held(SOURCE + 7000000 + 2 * FRAME, SOURCE + 7000000 + 4 * FRAME + SLACK);
+  leave(more);
+  await_held(SOURCE + 2 * FRAME, SOURCE + 4 * FRAME + SLACK);
+  leave(c);
+  await_held(0, 0);
+}
+
+TEST_WITH(without_memory_streams_are_refused_that_nobody_shares, set_up, tear_down) {
+  client *first = join(*state, source("a", 0.01, UINT64_MAX, 10));
+  read_up_to(first, 0);
+  fake_api_fill_memory(true);
+  client *same = join(*state, source("a", 0.01, UINT64_MAX, 10)),
+         *other = join(*state, source("b", 0.01, UINT64_MAX, 10));
+  fake_api_fill_memory(false);
+  assert_non_null(same->listener);
+  assert_null(other->listener);
+  assert_true(other->lacked_memory);
+  client *late = join(*state, source("b", 0.01, UINT64_MAX, 10)),
+         *beyond = join(*state, source("c", 0.01, UINT64_MAX, 10));
+  assert_non_null(late->listener);
+  assert_null(beyond->listener); /* the fourth of three */
+  assert_false(beyond->lacked_memory);
+  client *all[] = {first, same, late};
+  end_all(*state, all, 3);
+  leave(other);
+  leave(beyond);
+  await_held(0, 0);
+}
+
+TEST_WITH(frames_that_find_no_memory_are_skipped, set_up, tear_down) {
+  api_live from = starting_in(300, 1000);
+  *(size_t *)from.context = 1000; /* bytes of a frame, more than its source told */
+  client *c = join(*state, from);
+  fake_api_fill_memory(true);
+  pause_ms(600);
+  assert_true(atomic_load(&prints) > 0);
+  assert_int_equal(srv_live_look(*state).printed, 0);
+  fake_api_fill_memory(false);
+  for (int waited = 0; waited < PATIENCE_MS && srv_live_look(*state).printed == 0; waited++) pause_ms(1);
+  assert_true(srv_live_look(*state).printed > 0);
+  end_all(*state, &c, 1);
 }
 
 TEST_WITH(the_end_cuts_streams_and_refuses_new_ones, set_up, tear_down) {

@@ -36,7 +36,7 @@ void start(fixture *f) {
   f->server.rates = srv_rates_create();
   f->server.peers = srv_peers_create(f->config.max_connections_per_address);
   f->server.work = srv_work_create((size_t)f->config.threads, (size_t)f->config.queue, 0);
-  f->server.live = srv_live_create((size_t)f->config.max_listeners, SRV_LIVE_PULSE_NS);
+  f->server.live = srv_live_create(NULL, (size_t)f->config.max_listeners, SRV_LIVE_PULSE_NS);
   f->http = srv_http_start(&f->server, &(srv_listeners){.fds = {listener}, .count = 1},
                            f->is_tls ? SRV_HTTP_TLS : SRV_HTTP_PLAIN, &error);
   assert_non_null(f->http);
