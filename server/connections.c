@@ -100,13 +100,6 @@ struct srv_lingering {
   uint64_t end_ms; /* when lingering ends at the latest */
 };
 
-static void set_unsent(srv_loop *l, size_t *unsent, size_t now_unsent) {
-  atomic_size_t *clients = &l->http->server->unsent;
-  if (*unsent == 0 && now_unsent > 0) atomic_fetch_add(clients, 1);
-  if (*unsent > 0 && now_unsent == 0) atomic_fetch_sub(clients, 1);
-  *unsent = now_unsent;
-}
-
 /* Keeps the socket of a closing connection open where that is needed. True when it does: the socket still
  * counts as a connection. */
 static bool linger(srv_loop *l, const srv_connection *c) {
@@ -124,7 +117,7 @@ static bool linger(srv_loop *l, const srv_connection *c) {
   uint64_t end_ms = srv_now_ms() + (discards ? SRV_LINGER_MS : SRV_STALL_MS);
   *kept = (srv_lingering){.next = l->lingering, .fd = fd, .discards = discards, .end_ms = end_ms};
   l->lingering = kept;
-  set_unsent(l, &kept->unsent, unsent);
+  srv_set_unsent(l, &kept->unsent, unsent);
   struct epoll_event interest = {.events = EPOLLIN, .data.fd = fd};
   if (discards) epoll_ctl(l->epoll, EPOLL_CTL_ADD, fd, &interest);
   return true;
@@ -133,7 +126,7 @@ static bool linger(srv_loop *l, const srv_connection *c) {
 static void end_lingering(srv_loop *l, srv_lingering **link) {
   srv_lingering *kept = *link;
   *link = kept->next;
-  set_unsent(l, &kept->unsent, 0);
+  srv_set_unsent(l, &kept->unsent, 0);
   atomic_fetch_sub(&l->http->server->connections, 1);
   close(kept->fd);
   free(kept);
@@ -143,7 +136,7 @@ static void end_lingering(srv_loop *l, srv_lingering **link) {
 static bool update_lingering(srv_loop *l, srv_lingering *kept, uint64_t now, bool draining) {
   size_t unsent = srv_raw_unsent(kept->fd);
   if (unsent < kept->unsent && !kept->discards) kept->end_ms = now + SRV_STALL_MS;
-  set_unsent(l, &kept->unsent, unsent);
+  srv_set_unsent(l, &kept->unsent, unsent);
   if (kept->discards) return now >= kept->end_ms;
   return unsent == 0 || (now >= kept->end_ms && !draining); /* --drain-timeout ends the drain */
 }
@@ -243,7 +236,7 @@ static void drop_connection(srv_loop *l, void **socket_context) {
   l->reserve -= c->is_reserve;
   /* When the library fails before it has called srv_intake_take, it does not call srv_intake_end either. */
   srv_exchange_end(&c->exchange, c->peer, c->watch.phase < SRV_PHASE_LINGER);
-  set_unsent(l, &c->unsent, 0);
+  srv_set_unsent(l, &c->unsent, 0);
   api_service_let_go(l->http->server->service, API_HELD_CONNECTION, SRV_CONNECTION_MEMORY);
   free(c);
 }
@@ -263,14 +256,6 @@ void srv_connections_notify(void *context, struct MHD_Connection *mhd, void **so
 static uint64_t bytes_moved(const srv_connection *c) {
   if (!srv_watch_paces(&c->watch)) return 0;
   return srv_watch_moved(c->fd, c->exchange.bytes_in + c->exchange.bytes_out);
-}
-
-void srv_enter(srv_connection *c, srv_phase phase) {
-  srv_watch_enter(&c->watch, phase, c->owner->turn_ms);
-}
-
-void srv_note_unsent(srv_connection *c) {
-  set_unsent(c->owner, &c->unsent, srv_raw_unsent(c->fd));
 }
 
 /* Closes an idle connection. Its last answer is complete, so the socket may linger until the client has

@@ -28,23 +28,6 @@ enum {
 
 /* ---- loop ------------------------------------------------------------------------------------ */
 
-static void wake(srv_loop *l) {
-  uint64_t one = 1;
-  /* write fails only when the counter is full, and then the loop wakes anyway. */
-  ssize_t written = write(l->event, &one, sizeof one);
-  (void)written;
-}
-
-void srv_hand_back(void *owner) {
-  srv_connection *c = owner;
-  srv_loop *l = c->owner;
-  pthread_mutex_lock(&l->lock);
-  if (l->done == NULL) wake(l); /* under the lock: once the thread sees c, it may end and free l */
-  c->next_done = l->done;
-  l->done = c;
-  pthread_mutex_unlock(&l->lock);
-}
-
 static void resume_done(srv_loop *l) {
   uint64_t count;
   ssize_t got = read(l->event, &count, sizeof count);
@@ -242,13 +225,13 @@ bool srv_http_turns(srv_http *http) {
   bool all = true;
   for (size_t i = 0; i < http->loop_count; i++) {
     all = atomic_exchange(&http->loops[i].has_turned, false) && all;
-    wake(&http->loops[i]);
+    srv_wake(&http->loops[i]);
   }
   return all;
 }
 
 void srv_http_drain(srv_http *http) {
-  for (size_t i = 0; i < http->loop_count; i++) wake(&http->loops[i]);
+  for (size_t i = 0; i < http->loop_count; i++) srv_wake(&http->loops[i]);
 }
 
 bool srv_http_is_drained(const srv_http *http) {
@@ -263,7 +246,7 @@ bool srv_http_stop(srv_http *http) {
   atomic_store(&http->stop, true);
   for (size_t i = 0; i < http->loop_count; i++) {
     srv_loop *l = &http->loops[i];
-    wake(l);
+    srv_wake(l);
     if (l->started) pthread_join(l->thread, NULL);
   }
   if (atomic_load(&http->unfinished)) return false;

@@ -82,14 +82,24 @@ struct srv_http {
   srv_loop loops[];
 };
 
+/* ---- io_loop.c ---------------------------------------------------------------------------------- */
+
+/* Wakes the loop's thread. Any thread. */
+void srv_wake(srv_loop *loop);
+
+/* Hands a connection (owner) back to its I/O thread, which resumes it. Any thread. */
+void srv_hand_back(void *owner);
+
 void srv_enter(srv_connection *connection, srv_phase phase);
+
+/* Keeps a count of unsent bytes, and srv_server.unsent, which counts clients with any. */
+void srv_set_unsent(srv_loop *loop, size_t *unsent, size_t now_unsent);
 
 /* While draining: counts the connection in srv_server.unsent as long as its client has not received
  * everything. */
 void srv_note_unsent(srv_connection *connection);
 
-/* Hands a connection (owner) back to its I/O thread, which resumes it. Any thread. */
-void srv_hand_back(void *owner);
+/* ---- deliver.c ---------------------------------------------------------------------------------- */
 
 /* Hands the exchange's answer over to the library. MHD_NO: the connection has to be closed. */
 enum MHD_Result srv_deliver(srv_connection *connection);

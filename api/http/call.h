@@ -25,6 +25,8 @@ typedef struct api_call {
   const api_request *request;
   api_effort effort;
   const api_route *route;
+  /* Finds the route of another path, which may end in an extension; NULL: none. */
+  const api_route *(*find_route)(const char *method, const char *path);
   bool is_head;
   bool has_one_form;    /* by the path's extension, or the route has one form: ignore Accept */
   char id[API_ID_TEXT]; /* of the model in the path; "" without one */

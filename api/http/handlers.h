@@ -34,9 +34,6 @@ struct api_route {
 /* For the test that compares the table with openapi.json. */
 const api_route *api_routes(size_t *count);
 
-/* The route of a path, which may end in an extension; NULL: none. */
-const api_route *api_route_find(const char *method, const char *path);
-
 api_outcome api_get_health(api_call *call);
 api_outcome api_get_ready(api_call *call);
 api_outcome api_get_version(api_call *call);

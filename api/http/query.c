@@ -22,6 +22,17 @@ int api_hex_digit(char c) {
   return -1;
 }
 
+void api_path_normalize(char *path) {
+  char *out = path;
+  for (; *path; path++) {
+    int high = *path == '%' ? api_hex_digit(path[1]) : -1, low = high >= 0 ? api_hex_digit(path[2]) : -1;
+    bool is_needless = low >= 0 && api_is_unreserved((char)(high * 16 + low));
+    *out++ = (char)(is_needless ? high * 16 + low : *path);
+    path += is_needless ? 2 : 0;
+  }
+  *out = '\0';
+}
+
 /* Decodes text[0..length) into the arena. */
 static tw_status decode(const char *text, size_t length, tw_arena *arena, const char **out, tw_error *error) {
   char *decoded = tw_arena_alloc(arena, length + 1, 1);

@@ -162,22 +162,6 @@ static bool match_route(const api_route *route, const parsed_path *path, const a
   return false;
 }
 
-static bool is_unreserved(int c) {
-  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '.' ||
-         c == '_' || c == '~';
-}
-
-void api_path_normalize(char *path) {
-  char *out = path;
-  for (; *path; path++) {
-    int high = *path == '%' ? api_hex_digit(path[1]) : -1, low = high >= 0 ? api_hex_digit(path[2]) : -1;
-    bool is_needless = low >= 0 && is_unreserved(high * 16 + low);
-    *out++ = (char)(is_needless ? high * 16 + low : *path);
-    path += is_needless ? 2 : 0;
-  }
-  *out = '\0';
-}
-
 const char *api_route_name(const char *path) {
   const parsed_path pieces = parse_path(path);
   const api_offer *offer;
@@ -192,7 +176,7 @@ static const api_route *find(const char *method, const parsed_path *path, const 
   return NULL;
 }
 
-const api_route *api_route_find(const char *method, const char *path) {
+static const api_route *find_any(const char *method, const char *path) {
   const parsed_path pieces = parse_path(path);
   const api_offer *offer;
   return find(method, &pieces, &offer);
@@ -365,7 +349,7 @@ static api_outcome admit_rest(api_call *call) {
 /* ---- entry points ---------------------------------------------------------------------------- */
 
 static bool begin(api_call *call, api_service *service, const api_request *request, api_effort effort) {
-  *call = (api_call){.service = service, .request = request, .effort = effort};
+  *call = (api_call){.service = service, .request = request, .effort = effort, .find_route = find_any};
   call->arena = tw_arena_create();
   call->answer.memory = call->arena;
   return call->arena != NULL;

@@ -4,6 +4,17 @@
 #include <stdio.h>
 #include <string.h>
 
+const char *api_model_name(const tw_model *model) {
+  if (model->name) return model->name;
+  for (uint32_t i = 0; i < model->mesh_count; i++)
+    if (model->meshes[i].name) return model->meshes[i].name;
+  for (uint32_t i = 0; i < model->node_count; i++)
+    if (model->nodes[i].name) return model->nodes[i].name;
+  for (uint32_t i = 0; i < model->clip_count; i++)
+    if (model->clips[i].name) return model->clips[i].name;
+  return NULL;
+}
+
 /* Prints {"3":2,"4":6}: how many there are of each size. */
 static void member_histogram(tw_text *out, const char *name, uint32_t count, const uint32_t *sizes,
                              const uint32_t *numbers) {

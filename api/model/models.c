@@ -261,17 +261,6 @@ api_outcome api_model_of_body(api_call *call, const api_reading *reading, api_en
   return *out ? API_DONE : api_fail_without_memory(call);
 }
 
-const char *api_model_name(const tw_model *model) {
-  if (model->name) return model->name;
-  for (uint32_t i = 0; i < model->mesh_count; i++)
-    if (model->meshes[i].name) return model->meshes[i].name;
-  for (uint32_t i = 0; i < model->node_count; i++)
-    if (model->nodes[i].name) return model->nodes[i].name;
-  for (uint32_t i = 0; i < model->clip_count; i++)
-    if (model->clips[i].name) return model->clips[i].name;
-  return NULL;
-}
-
 /* ---- storing ------------------------------------------------------------------------------------ */
 
 /* Prints the name and format that a listing shows. */

@@ -7,7 +7,6 @@
 
 #include "editor.h"
 
-const char *const tw_edit_element_names[3] = {"faces", "edges", "vertices"};
 const char *const tw_edit_names[TW_EDIT_KINDS] = {
     [TW_EDIT_EXTRUDE] = "extrude",
     [TW_EDIT_INSET] = "inset",

@@ -8,6 +8,8 @@
 
 #define RADIANS (3.14159265358979323846 / 180)
 
+const char *const tw_edit_element_names[3] = {"faces", "edges", "vertices"};
+
 typedef struct picker {
   tw_editor *editor;
   const tw_selection *selection;

@@ -71,11 +71,6 @@ const char *tw_model_clip_name(const tw_model *model, uint32_t clip, char buffer
   return buffer;
 }
 
-int32_t tw_model_material(const tw_model *model, int32_t face_material) {
-  uint32_t slot = (uint32_t)face_material - model->material_count;
-  return face_material >= 0 && slot < model->slot_count ? model->slots[slot].material : face_material;
-}
-
 typedef struct named_node {
   const char *name;
   uint32_t index;

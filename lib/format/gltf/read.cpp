@@ -125,14 +125,6 @@ tw_status report(const Refusal &refusal, tw_error *error) {
   return refusal.status;
 }
 
-const char *copy_name(Document &document, const std::string &name) {
-  if (name.empty()) return nullptr;
-  document.budget.take(name.size() + 17);
-  const char *copy = tw_arena_name(document.model->arena, name.data(), name.size());
-  if (!copy) throw std::bad_alloc();
-  return copy;
-}
-
 } // namespace gltf
 
 tw_status tw_gltf_read(const uint8_t *bytes, size_t size, tw_quads quads, tw_weld weld, uint64_t json_values,

@@ -1,4 +1,4 @@
-// Decodes strings, numbers and base64 of JSON text.
+// Decodes strings, numbers and base64 of JSON text; copies names.
 #include "gltf/document.hpp"
 
 #include <cmath>
@@ -97,6 +97,14 @@ std::string pointer_part(const std::string &name) {
   std::string part;
   for (char c : name) part += c == '~' ? "~0" : c == '/' ? "~1" : std::string(1, c);
   return part;
+}
+
+const char *copy_name(Document &document, const std::string &name) {
+  if (name.empty()) return nullptr;
+  document.budget.take(name.size() + 17);
+  const char *copy = tw_arena_name(document.model->arena, name.data(), name.size());
+  if (!copy) throw std::bad_alloc();
+  return copy;
 }
 
 } // namespace gltf

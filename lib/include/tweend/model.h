@@ -119,7 +119,10 @@ uint32_t tw_model_find_clip(const tw_model *model, const char *name, size_t leng
 uint32_t tw_model_namesakes(const tw_model *model, uint32_t node, const uint32_t **out);
 
 /* The material that a value of face_materials stands for; -1: none. */
-int32_t tw_model_material(const tw_model *model, int32_t face_material);
+static inline int32_t tw_model_material(const tw_model *model, int32_t face_material) {
+  uint32_t slot = (uint32_t)face_material - model->material_count;
+  return face_material >= 0 && slot < model->slot_count ? model->slots[slot].material : face_material;
+}
 
 /* The name that clients see. buffer: holds a generated name if there is no other. */
 const char *tw_model_node_name(const tw_model *model, uint32_t node, char buffer[24]);
