@@ -8,8 +8,8 @@
 
 const uint32_t tw_rotation_widths[TW_ROTATION_FORMS] = {4, 4, 3, 9};
 
-static const double ANGLE_MOST = 1e9; /* the limit that tracks have too */
-static const double MATRIX_TOLERANCE = 1e-3;
+static const double ANGLE_MOST = 1e9;                /* the limit that tracks have too */
+static const double MATRIX_TOLERANCE = 1e-3 + 1e-12; /* numbers that are rounded may stand at the limit */
 
 /* Scales to unit length without overflow or underflow of the squares; false for a zero vector. */
 static bool make_unit(double *vector, int n) {
@@ -55,8 +55,9 @@ static tw_status read_matrix(const double m[9], double q[4], tw_error *error) {
   for (int i = 0; i < 3; i++)
     for (int j = i; j < 3; j++) {
       double product = tw_dot3(axes[i], axes[j]);
+      double off = i == j ? sqrt(product) - 1 : product;
       /* A product that overflows fails the comparison, too. */
-      if (fabs(product - (i == j)) <= MATRIX_TOLERANCE) continue;
+      if (fabs(off) <= MATRIX_TOLERANCE) continue;
       if (i == j)
         return tw_fail(error, TW_INVALID, "the matrix is no rotation: column %d has length %.4g", i,
                        sqrt(product));

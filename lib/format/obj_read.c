@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "merge_points.h"
+#include "soup_mesh.h"
 #include "tweend/format.h"
 #include "weld.h"
 
@@ -219,7 +220,7 @@ static tw_status add_uvs(const obj_part *part, tw_mesh *mesh) {
   float *values = tw_arena_alloc_raw(reader->arena, (size_t)count + (missing > 0), 2 * sizeof *values);
   if (!values) return tw_obj_fail_memory(reader);
   copy_uvs(part, count, values);
-  reader->missing_uvs += missing;
+  tw_lose(&reader->losses, "face corners have no texture coordinate and get 0 0", NULL, missing, 0);
   mesh->uv_set_count = 1;
   mesh->uv_sets[0] = (tw_uv_set){count + (missing > 0), values, corners};
   return TW_OK;
@@ -293,14 +294,12 @@ static tw_status build_meshes(tw_obj_reader *reader, uint32_t count, const uint3
 }
 
 static void warn(const tw_obj_reader *reader, tw_model *model) {
-  if (reader->ignored_elements > 0)
-    tw_model_warn(
-        model, "%llu lines, points or curves are left out, the first in line %llu: only faces have a surface",
-        (unsigned long long)reader->ignored_elements, (unsigned long long)reader->first_ignored);
   if (reader->names_library && model->material_count > 0)
     tw_model_warn(model,
                   "of %u materials the names alone are kept: their colours and textures stand in other files",
                   model->material_count);
+  if (reader->names_library && model->material_count == 0)
+    tw_model_warn(model, "the libraries of materials that the file names are left out: no face uses one");
   if (reader->unknown_statements > 0)
     tw_model_warn(model, "%llu statements are left out, the first in line %llu: \"%s\" is none that is known",
                   (unsigned long long)reader->unknown_statements, (unsigned long long)reader->first_unknown,
@@ -308,30 +307,25 @@ static void warn(const tw_obj_reader *reader, tw_model *model) {
   if (reader->tags.ignored > 0)
     tw_model_warn(model, "%llu subdivision tags are left out: their names are not known",
                   (unsigned long long)reader->tags.ignored);
-  if (reader->dropped_count > 0)
-    tw_model_warn(model, "%llu faces with fewer than three different points are left out",
-                  (unsigned long long)reader->dropped_count);
-  if (reader->missing_uvs > 0)
-    tw_model_warn(model, "%llu face corners have no texture coordinate and get 0 0",
-                  (unsigned long long)reader->missing_uvs);
-  if (reader->bad_uvs > 0 && reader->corner_uvs)
-    tw_model_warn(model, "%llu texture coordinates are 0 0: they are no numbers up to 1e18",
-                  (unsigned long long)reader->bad_uvs);
-  if (reader->absent_uvs > 0)
-    tw_model_warn(model, "%llu face corners name a texture coordinate, but the file has no vt: left out",
-                  (unsigned long long)reader->absent_uvs);
-  if (reader->absent_normals > 0)
-    tw_model_warn(model, "%llu face corners name a normal, but the file has no vn: left out",
-                  (unsigned long long)reader->absent_normals);
-  if (reader->bad_normals > 0)
-    tw_model_warn(model, "%llu normals are left out: they are not three finite numbers",
-                  (unsigned long long)reader->bad_normals);
-  if (reader->long_groups > 0)
-    tw_model_warn(model, "%llu sets of groups are left out: their names have over 1024 bytes",
-                  (unsigned long long)reader->long_groups);
-  if (reader->late_groups > 0)
-    tw_model_warn(model, "%llu sets of groups are left out: %d are kept",
-                  (unsigned long long)reader->late_groups, TW_OBJ_GROUPS_MAX);
+  tw_losses_tell(&reader->losses, model);
+}
+
+/* Notes what does not come out of the meshes: names of objects in a mesh of several, and unused points. */
+static tw_status lose_parts(tw_obj_reader *reader, const tw_model *model) {
+  uint64_t objects = reader->object_count;
+  bool is_last_empty = objects > 0 && reader->objects[objects - 1].first_face == reader->all.faces;
+  if (is_last_empty && reader->all.faces > 0) {
+    tw_lose(&reader->losses, "objects without faces are left out", NULL, 1, 0);
+    objects--;
+  }
+  if (model->mesh_count == 1 && objects > 1)
+    tw_lose(&reader->losses, "objects are one mesh with the first one", "they share points or tags",
+            objects - 1, 0);
+  tw_status status = TW_OK;
+  for (uint32_t i = 0; i < model->mesh_count && status == TW_OK; i++)
+    status = tw_lose_unused_points(&reader->losses, model->meshes[i].point_count, model->meshes[i].corners,
+                                   model->meshes[i].corner_count, reader->error);
+  return status;
 }
 
 /* Merges points that were duplicated along seams. A file with tags is a control mesh, whose points are meant
@@ -371,6 +365,7 @@ tw_status tw_obj_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model 
   tw_obj_reader reader = {.arena = model->arena, .error = error};
   tw_status status = tw_obj_read_statements(&reader, bytes, size);
   if (status == TW_OK) status = build_model(&reader, model);
+  if (status == TW_OK) status = lose_parts(&reader, model);
   if (status == TW_OK) warn(&reader, model);
   if (status == TW_OK && weld != TW_WELD_NONE) status = close_seams(&reader, model);
   tw_obj_reader_deinit(&reader);

@@ -136,8 +136,13 @@ static tw_status set_color(tw_obj_reader *reader, uint64_t point, const float *r
   return TW_OK;
 }
 
+/* Passes over what is left of a statement. what: as of tw_lose, if something is. */
+static void leave_rest(tw_obj_reader *reader, tw_obj_text *text, const char *what) {
+  if (!tw_obj_statement_ends(text)) tw_lose(&reader->losses, what, NULL, 1, text->line);
+}
+
 /* v x y z, v x y z w, v x y z r g b or v x y z r g b a. The weight w, which belongs to curves, and alpha are
- * ignored. */
+ * left out. */
 static tw_status read_point(tw_obj_reader *reader, tw_obj_text *text) {
   float values[7];
   size_t count;
@@ -151,6 +156,10 @@ static tw_status read_point(tw_obj_reader *reader, tw_obj_text *text) {
     if (!isfinite(values[i]))
       return tw_fail_line(reader->error, TW_INVALID, line, "a number is no finite 32-bit float");
   memcpy(reader->positions + 3 * point, values, 3 * sizeof(float));
+  bool has_weight = count == 4 && values[3] != 1, has_alpha = count == 7 && values[6] != 1;
+  tw_lose(&reader->losses, "weights of points are left out", "they belong to curves", has_weight, line);
+  tw_lose(&reader->losses, "alphas of colours are left out", NULL, has_alpha, line);
+  if (count == 7) leave_rest(reader, text, "points have numbers behind their colour, which are left out");
   return count >= 6 ? set_color(reader, point, values + 3) : TW_OK;
 }
 
@@ -188,7 +197,10 @@ static tw_status read_uv(tw_obj_reader *reader, tw_obj_text *text) {
   if (status != TW_OK) return status;
   if (count == 0) return tw_fail_line(reader->error, TW_SYNTAX, line, "a texture coordinate needs a number");
   bool is_usable = fabsf(values[0]) <= TW_COORDINATE_MAX && fabsf(values[1]) <= TW_COORDINATE_MAX;
-  if (!is_usable) reader->bad_uvs++;
+  tw_lose(&reader->losses, "texture coordinates are 0 0", "they are no numbers up to 1e18", !is_usable, line);
+  tw_lose(&reader->losses, "third texture coordinates are left out", "pictures have two", values[2] != 0,
+          line);
+  if (count == 3) leave_rest(reader, text, "texture coordinates have numbers that are left out");
   memcpy(reader->uvs + 2 * uv, is_usable ? values : (const float[2]){0, 0}, 2 * sizeof(float));
   return TW_OK;
 }
@@ -197,15 +209,17 @@ static tw_status read_uv(tw_obj_reader *reader, tw_obj_text *text) {
  * none. */
 static void read_normal(tw_obj_reader *reader, tw_obj_text *text) {
   float *out = reader->normals + 3 * reader->read.normals++;
+  uint64_t line = text->line;
   for (int i = 0; i < 3; i++) {
     double value;
     bool is_read = tw_obj_read_number(text, &value);
     out[i] = is_read ? (float)value : NAN;
     if (isfinite(out[i])) continue;
     memset(out, 0, 3 * sizeof *out);
-    reader->bad_normals++;
+    tw_lose(&reader->losses, "normals are left out", "they are not three finite numbers", 1, line);
     return;
   }
+  leave_rest(reader, text, "normals have numbers that are left out");
 }
 
 /* ---- f -------------------------------------------------------------------------------------------- */
@@ -230,12 +244,12 @@ static tw_status read_index(tw_obj_text *text, uint64_t so_far, uint64_t all, co
 
 /* The same of a texture coordinate or normal. Of a file that has none at all the index means nothing: it is
  * read, counted and left out. */
-static tw_status read_value_index(tw_obj_text *text, uint64_t so_far, uint64_t all, const char *what,
-                                  uint64_t *missing, uint32_t *out, tw_error *error) {
+static tw_status read_value_index(tw_obj_reader *reader, tw_obj_text *text, uint64_t so_far, uint64_t all,
+                                  const char *what, const char *loss, uint32_t *out) {
   int64_t ignored;
-  if (all > 0) return read_index(text, so_far, all, what, out, error);
-  if (!tw_obj_read_integer(text, &ignored)) return tw_obj_fail_word(text, "corner of a face", error);
-  ++*missing;
+  if (all > 0) return read_index(text, so_far, all, what, out, reader->error);
+  if (!tw_obj_read_integer(text, &ignored)) return tw_obj_fail_word(text, "corner of a face", reader->error);
+  tw_lose(&reader->losses, loss, "left out", 1, 0);
   return TW_OK;
 }
 
@@ -257,11 +271,11 @@ static tw_status read_corner(tw_obj_reader *reader, tw_obj_text *text, obj_corne
   tw_status status = read_index(text, read->points, all->points, "points", &out->point, error);
   if (status == TW_OK && tw_obj_take_slash(text)) {
     if (text->at < text->end && *text->at != '/' && !ends_corner(text))
-      status = read_value_index(text, read->uvs, all->uvs, "texture coordinates", &reader->absent_uvs,
-                                &out->uv, error);
+      status = read_value_index(reader, text, read->uvs, all->uvs, "texture coordinates",
+                                "face corners name a texture coordinate, but the file has no vt", &out->uv);
     if (status == TW_OK && tw_obj_take_slash(text) && !ends_corner(text)) /* some write p// and p/t/ */
-      status = read_value_index(text, read->normals, all->normals, "normals", &reader->absent_normals,
-                                &out->normal, error);
+      status = read_value_index(reader, text, read->normals, all->normals, "normals",
+                                "face corners name a normal, but the file has no vn", &out->normal);
   }
   if (status != TW_OK || ends_corner(text)) return status;
   return tw_obj_fail_word(text, "corner of a face", error);
@@ -305,7 +319,8 @@ static tw_status number_groups(tw_obj_reader *reader) {
   if (reader->group_words.length == 0) return TW_OK;
   tw_status status = number_name(&reader->group_names, reader->group_words, TW_OBJ_GROUPS_MAX, &reader->group,
                                  reader->error);
-  reader->late_groups += status == TW_OK && reader->group == TW_OBJ_NO_NAME;
+  tw_lose(&reader->losses, "sets of groups are left out", "262144 are kept",
+          status == TW_OK && reader->group == TW_OBJ_NO_NAME, 0);
   reader->group_words.length = 0;
   return status;
 }
@@ -344,6 +359,7 @@ static tw_status drop_face(tw_obj_reader *reader, uint64_t first_corner) {
   }
   reader->dropped[reader->dropped_count++] = (uint32_t)(reader->read.faces + count);
   reader->read.corners = first_corner;
+  tw_lose(&reader->losses, "faces with fewer than three different points are left out", NULL, 1, 0);
   return TW_OK;
 }
 
@@ -366,7 +382,7 @@ static void settle_faces(tw_obj_reader *reader) {
 }
 
 static tw_status read_face(tw_obj_reader *reader, tw_obj_text *text) {
-  uint64_t first = reader->read.corners, line = text->line;
+  uint64_t first = reader->read.corners;
   tw_status status = TW_OK;
   while (status == TW_OK && !tw_obj_statement_ends(text)) {
     obj_corner corner;
@@ -374,10 +390,9 @@ static tw_status read_face(tw_obj_reader *reader, tw_obj_text *text) {
     if (status == TW_OK) status = add_corner(reader, &corner);
   }
   if (status != TW_OK) return status;
-  uint64_t count = reader->read.corners - first;
-  if (count < 3) return tw_fail_line(reader->error, TW_INVALID, line, "a face needs at least 3 corners");
-  count = drop_doubled_corners(reader, first);
+  uint64_t named = reader->read.corners - first, count = named > 0 ? drop_doubled_corners(reader, first) : 0;
   if (!has_three_points(reader->corners + first, count)) return drop_face(reader, first);
+  tw_lose_doubled_corners(&reader->losses, count < named);
   status = number_groups(reader);
   if (status == TW_OK) status = label_face(reader, &reader->materials, reader->material);
   if (status == TW_OK) status = label_face(reader, &reader->groups, reader->group);
@@ -390,12 +405,15 @@ static tw_status read_face(tw_obj_reader *reader, tw_obj_text *text) {
 
 /* An object without faces is replaced by the next one. */
 static void begin_object(tw_obj_reader *reader, tw_obj_text *text) {
+  uint64_t line = text->line;
   tw_obj_object object = {tw_obj_read_line(text), (uint32_t)reader->read.faces};
   tw_obj_object *last = reader->object_count ? &reader->objects[reader->object_count - 1] : NULL;
-  if (last && last->first_face == object.first_face)
+  if (last && last->first_face == object.first_face) {
+    tw_lose(&reader->losses, "objects without faces are left out", NULL, 1, line);
     *last = object;
-  else if (reader->object_count <= TW_OBJ_OBJECTS_MAX)
+  } else if (reader->object_count <= TW_OBJ_OBJECTS_MAX) {
     reader->objects[reader->object_count++] = object;
+  }
 }
 
 /* Sets the groups of the faces that follow; `default` stands for none. */
@@ -406,7 +424,8 @@ static void begin_groups(tw_obj_reader *reader, tw_obj_text *text) {
     names.length = (size_t)(word.text + word.length - names.text);
   if (reader->first_group.length == 0) reader->first_group = names;
   reader->group = TW_OBJ_NO_NAME;
-  reader->long_groups += names.length > TEXT_MAX;
+  tw_lose(&reader->losses, "sets of groups are left out", "their names have over 1024 bytes",
+          names.length > TEXT_MAX, text->line);
   if (names.length > TEXT_MAX || tw_word_is(names, "default")) names.length = 0;
   reader->group_words = names;
 }
@@ -422,7 +441,7 @@ static tw_status use_material(tw_obj_reader *reader, tw_obj_text *text) {
                       TW_MATERIALS_MAX);
 }
 
-/* s NUMBER, or s off, which is 0. Anything else has the effect of no `s`. */
+/* s NUMBER, or s off, which is 0. Anything else has the effect of no `s`, and is told. */
 static void begin_smoothing(tw_obj_reader *reader, tw_obj_text *text) {
   int64_t group;
   tw_obj_text rest = *text;
@@ -430,29 +449,36 @@ static void begin_smoothing(tw_obj_reader *reader, tw_obj_text *text) {
   if (tw_word_is(tw_obj_read_word(text), "off")) return;
   tw_obj_skip_blanks(&rest);
   bool is_group = tw_obj_read_integer(&rest, &group) && group >= 0 && group < UINT32_MAX;
+  tw_lose(&reader->losses, "smoothing groups are left out", "they are no numbers", !is_group, text->line);
   reader->smoothing_group = is_group ? (uint32_t)group : TW_OBJ_NO_VALUE;
 }
 
-/* Whether this is a statement of the format that has nothing to do with a surface of polygons. */
-static bool is_known(tw_word word) {
-  static const char *const words[] = {
-      "bevel",      "bmat",   "bsp",    "bzp",  "c_interp", "call",      "cdc",  "cdp",    "con",
-      "csh",        "cstype", "ctech",  "curv", "curv2",    "d_interp",  "deg",  "end",    "hole",
-      "l",          "lod",    "maplib", "mg",   "mtllib",   "p",         "parm", "res",    "scrv",
-      "shadow_obj", "sp",     "stech",  "step", "surf",     "trace_obj", "trim", "usemap", "vp"};
-  for (size_t i = 0; i < sizeof words / sizeof *words; i++)
-    if (tw_word_is(word, words[i])) return true;
-  return false;
+/* Statements of the format that have nothing to do with a surface of polygons: what is lost with them. */
+static const char *find_loss(tw_word word, const char **why) {
+  static const char form[] = "statements of free-form curves and surfaces are left out",
+                    display[] = "statements about display and files are left out";
+  static const struct {
+    const char *words, *what, *why;
+  } kinds[] = {{" l p curv curv2 surf ", "lines, points or curves are left out", "only faces have a surface"},
+               {" vp bmat bsp bzp cdc cdp con cstype deg end hole mg parm res scrv sp step trim ctech stech ",
+                form, NULL},
+               {" bevel c_interp d_interp lod shadow_obj trace_obj usemap maplib call csh ", display, NULL}};
+  for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
+    for (const char *at = kinds[i].words; at[1]; at += strcspn(at + 1, " ") + 1)
+      if (strcspn(at + 1, " ") == word.length && memcmp(at + 1, word.text, word.length) == 0) {
+        *why = kinds[i].why;
+        return kinds[i].what;
+      }
+  return NULL;
 }
 
-/* Counts a statement that shapes no surface. A first word with other characters than those of a statement
- * shows that this is no OBJ file: TW_SYNTAX. */
-static tw_status read_other(tw_obj_reader *reader, const tw_obj_text *text, tw_word word) {
-  if (tw_word_is(word, "l") || tw_word_is(word, "p") || tw_word_is(word, "curv") ||
-      tw_word_is(word, "curv2") || tw_word_is(word, "surf")) {
-    if (reader->ignored_elements++ == 0) reader->first_ignored = text->line;
-  }
-  reader->names_library |= tw_word_is(word, "mtllib");
+/* Passes over a statement that shapes no surface, and notes it. A first word with other characters than those
+ * of a statement shows that this is no OBJ file: TW_SYNTAX. */
+static tw_status skip_statement(tw_obj_reader *reader, const tw_obj_text *text, tw_word word) {
+  const char *why = NULL, *what = find_loss(word, &why);
+  if (what) tw_lose(&reader->losses, what, why, 1, text->line);
+  bool is_library = tw_word_is(word, "mtllib");
+  reader->names_library |= is_library;
   for (size_t i = 0; i < word.length; i++) {
     char c = word.text[i];
     bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || tw_is_digit(c) || c == '_';
@@ -460,7 +486,7 @@ static tw_status read_other(tw_obj_reader *reader, const tw_obj_text *text, tw_w
       return tw_fail_line(reader->error, TW_SYNTAX, text->line, "\"%s\" begins no statement of an OBJ file",
                           tw_obj_quote_word(word).text);
   }
-  if (is_known(word)) return TW_OK;
+  if (what || is_library) return TW_OK;
   if (reader->unknown_statements++ > 0) return TW_OK;
   reader->first_unknown = text->line;
   reader->unknown_word = word;
@@ -499,7 +525,7 @@ static tw_status read_bounded(tw_obj_reader *reader, tw_word word, tw_obj_text t
   else if (tw_word_is(word, "s"))
     begin_smoothing(reader, &text);
   else
-    return read_other(reader, &text, word);
+    return skip_statement(reader, &text, word);
   return TW_OK;
 }
 

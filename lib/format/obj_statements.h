@@ -2,6 +2,7 @@
 #ifndef TWEEND_OBJ_STATEMENTS_H
 #define TWEEND_OBJ_STATEMENTS_H
 
+#include "losses.h"
 #include "obj_tags.h"
 #include "tweend/model.h"
 
@@ -61,13 +62,10 @@ typedef struct tw_obj_reader {
   tw_obj_names material_names, group_names;
 
   uint64_t painted_points;                    /* coloured by ZBrush's comments */
-  uint64_t ignored_elements;                  /* lines, points, free-form */
-  uint64_t first_ignored;                     /* line of the first one */
   bool names_library;                         /* the file has an `mtllib` */
   uint64_t unknown_statements, first_unknown; /* the line of the first one */
   tw_word unknown_word;                       /* its first word */
-  uint64_t missing_uvs, bad_uvs, long_groups, late_groups, bad_normals;
-  uint64_t absent_uvs, absent_normals; /* corners that name one in a file that has none */
+  tw_losses losses;
 } tw_obj_reader;
 
 /* Reads all statements. reader: zero but for its arena and perhaps its error; deinit it after a failure too.

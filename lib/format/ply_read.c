@@ -1,6 +1,7 @@
-/* PLY: vertices and faces of polygons, as text or in either byte order. Reads positions, normals, colours,
- * texture coordinates and faces; skips other elements and properties. Source: Greg Turk, The PLY Polygon File
- * Format, 1994. */
+/* PLY: vertices and faces of polygons, as text or in either byte order. Reads positions, normals, colours and
+ * texture coordinates of vertices, faces and strips of triangles, and colours and texture coordinates of
+ * faces; skips other elements and properties. Sources: Greg Turk, The PLY Polygon File Format, 1994; the
+ * coordinates of wedges as MeshLab writes them. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -45,6 +46,7 @@ typedef enum ply_use {
   PLY_NY,
   PLY_NZ,
   PLY_CORNERS,
+  PLY_WEDGES,
   PLY_USES,
   PLY_UNUSED = PLY_USES
 } ply_use;
@@ -59,12 +61,21 @@ typedef struct ply_property {
 enum { PROPERTIES_MAX = 256, ELEMENTS_MAX = 64 };
 
 typedef struct ply_element {
-  enum { PLY_VERTICES, PLY_FACES, PLY_OTHERS } kind;
+  enum { PLY_VERTICES, PLY_FACES, PLY_STRIPS, PLY_OTHERS } kind;
   tw_word name;
   uint64_t count;
   uint32_t first_property, property_count;
   bool uses[PLY_USES]; /* that a property of the element has */
 } ply_element;
+
+/* What the values of a row make, while it is read. */
+typedef struct ply_row {
+  uint32_t first_corner;
+  uint64_t wedge_values;
+  float color[4];       /* of a face, linear */
+  uint32_t strip[2];    /* the last two corners of a strip */
+  uint64_t strip_count; /* corners since its beginning */
+} ply_row;
 
 typedef struct ply_file {
   const uint8_t *at, *end;
@@ -73,6 +84,8 @@ typedef struct ply_file {
   uint32_t element_count, property_count;
   ply_element elements[ELEMENTS_MAX];
   ply_property properties[PROPERTIES_MAX];
+  ply_row row;
+  tw_losses losses;
   tw_error *error;
 } ply_file;
 
@@ -104,6 +117,13 @@ static bool find_type(tw_word word, ply_type *out) {
   return false;
 }
 
+static bool fits_use(const ply_element *element, bool is_list, ply_use use) {
+  if (use == PLY_CORNERS) return is_list && (element->kind == PLY_FACES || element->kind == PLY_STRIPS);
+  if (use == PLY_WEDGES) return is_list && element->kind == PLY_FACES;
+  bool is_color = use >= PLY_RED && use <= PLY_ALPHA;
+  return !is_list && (element->kind == PLY_VERTICES || (is_color && element->kind == PLY_FACES));
+}
+
 static ply_use find_use(const ply_element *element, bool is_list, tw_word name) {
   static const struct {
     const char *name;
@@ -129,13 +149,12 @@ static ply_use find_use(const ply_element *element, bool is_list, tw_word name) 
                {"ny", PLY_NY},
                {"nz", PLY_NZ},
                {"vertex_indices", PLY_CORNERS},
-               {"vertex_index", PLY_CORNERS}};
+               {"vertex_index", PLY_CORNERS},
+               {"texcoord", PLY_WEDGES}};
   for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
     if (!tw_word_is(name, names[i].name)) continue;
-    bool is_corners = names[i].use == PLY_CORNERS;
-    bool fits =
-        is_corners ? is_list && element->kind == PLY_FACES : !is_list && element->kind == PLY_VERTICES;
-    return fits && !element->uses[names[i].use] ? names[i].use : PLY_UNUSED;
+    return fits_use(element, is_list, names[i].use) && !element->uses[names[i].use] ? names[i].use
+                                                                                    : PLY_UNUSED;
   }
   return PLY_UNUSED;
 }
@@ -150,11 +169,12 @@ static tw_status add_element(ply_file *file, tw_word line) {
   ply_element *element = &file->elements[file->element_count++];
   *element = (ply_element){
       .kind = PLY_OTHERS, .name = name, .count = (uint64_t)count, .first_property = file->property_count};
-  bool is_first[2] = {true, true};
+  bool is_first[3] = {true, true, true};
   for (uint32_t i = 0; i + 1 < file->element_count; i++)
     if (file->elements[i].kind != PLY_OTHERS) is_first[file->elements[i].kind] = false;
   if (tw_word_is(name, "vertex") && is_first[PLY_VERTICES]) element->kind = PLY_VERTICES;
   if (tw_word_is(name, "face") && is_first[PLY_FACES]) element->kind = PLY_FACES;
+  if (tw_word_is(name, "tristrips") && is_first[PLY_STRIPS]) element->kind = PLY_STRIPS;
   return TW_OK;
 }
 
@@ -187,7 +207,15 @@ static tw_status set_format(ply_file *file, tw_word line) {
   return fail(file, "the format is not ascii, binary_little_endian or binary_big_endian");
 }
 
-/* Reads the header up to the line behind end_header. Ignores comments and other lines. */
+/* Passes over a line that says nothing of elements. Comments are not data, but for the names of pictures. */
+static void skip_line(ply_file *file, tw_word word, tw_word line) {
+  bool is_comment = tw_word_is(word, "comment") && !tw_word_begins(next_word(&line), "texturefile");
+  if (tw_word_is(word, "ply") || word.length == 0 || is_comment) return;
+  tw_lose(&file->losses, "lines of the header are left out",
+          tw_word_is(word, "comment") ? "pictures are other files" : NULL, 1, file->line);
+}
+
+/* Reads the header up to the line behind end_header. */
 static tw_status read_header(ply_file *file) {
   tw_word line;
   bool has_format = false;
@@ -203,16 +231,55 @@ static tw_status read_header(ply_file *file) {
       status = add_element(file, line);
     } else if (tw_word_is(word, "property")) {
       status = add_property(file, line);
+    } else {
+      skip_line(file, word, line);
     }
   }
   return status;
 }
 
-/* Skips the element `face` if it has no list of corners. */
-static void drop_cornerless(ply_file *file) {
+static ply_element *find_element(ply_file *file, int kind) {
   for (uint32_t i = 0; i < file->element_count; i++)
-    if (file->elements[i].kind == PLY_FACES && !file->elements[i].uses[PLY_CORNERS])
-      file->elements[i].kind = PLY_OTHERS;
+    if ((int)file->elements[i].kind == kind) return &file->elements[i];
+  return NULL;
+}
+
+static bool has_all(const ply_element *element, ply_use first, ply_use last) {
+  for (ply_use use = first; use <= last; use++)
+    if (!element || !element->uses[use]) return false;
+  return true;
+}
+
+/* Takes the uses from `first` to `last` from an element's properties, which are then left out. */
+static void take_uses(ply_file *file, ply_element *element, ply_use first, ply_use last) {
+  for (uint32_t i = 0; i < element->property_count; i++) {
+    ply_property *property = &file->properties[element->first_property + i];
+    if (property->use >= first && property->use <= last) property->use = PLY_UNUSED;
+  }
+  for (ply_use use = first; use <= last; use++) element->uses[use] = false;
+}
+
+/* Takes uses that not all of the properties that belong together have. */
+static void take_incomplete(ply_file *file, ply_element *element) {
+  static const ply_use groups[][3] = {
+      {PLY_RED, PLY_BLUE, PLY_ALPHA}, {PLY_U, PLY_V, PLY_V}, {PLY_NX, PLY_NZ, PLY_NZ}};
+  for (size_t i = 0; i < sizeof groups / sizeof *groups; i++)
+    if (!has_all(element, groups[i][0], groups[i][1])) take_uses(file, element, groups[i][0], groups[i][2]);
+}
+
+/* Decides what is read: elements without corners are not; texture coordinates of corners stand in place of
+ * those of vertices, and colours of vertices in place of those of faces. */
+static void settle_uses(ply_file *file) {
+  for (uint32_t i = 0; i < file->element_count; i++) {
+    ply_element *element = &file->elements[i];
+    bool lacks_corners = element->kind >= PLY_FACES && !element->uses[PLY_CORNERS];
+    if (lacks_corners) element->kind = PLY_OTHERS;
+    take_incomplete(file, element);
+  }
+  ply_element *vertices = find_element(file, PLY_VERTICES), *faces = find_element(file, PLY_FACES);
+  if (!vertices || !faces) return;
+  if (faces->uses[PLY_WEDGES]) take_uses(file, vertices, PLY_U, PLY_V);
+  if (vertices->uses[PLY_RED]) take_uses(file, faces, PLY_RED, PLY_ALPHA);
 }
 
 /* ---- values ------------------------------------------------------------------------------------- */
@@ -279,14 +346,32 @@ static uint64_t least_size(const ply_file *file, const ply_element *element) {
 
 /* ---- elements ----------------------------------------------------------------------------------- */
 
+/* What the rows of all elements become. */
+typedef struct ply_counts {
+  uint64_t faces, corners;
+} ply_counts;
+
+/* Adds a list of `count` corners: those of a face, or of a strip, which has a triangle for each but two. */
+static void count_corners(const ply_element *element, uint64_t count, ply_counts *counts) {
+  bool is_strip = element->kind == PLY_STRIPS;
+  uint64_t triangles = count > 2 ? count - 2 : 0;
+  counts->faces += is_strip ? triangles : 1;
+  counts->corners += is_strip ? 3 * triangles : count;
+}
+
 /* Full intensity is 1 for floats, 65,535 for 16-bit integers, else 255. */
 static float intensity(ply_type type, double value) {
   if (type >= PLY_F32) return (float)value;
   return (float)(value / (type == PLY_U16 || type == PLY_I16 ? 65535 : 255));
 }
 
+static float color_of(const ply_property *property, double value) {
+  float share = intensity(property->type, value);
+  return property->use == PLY_ALPHA ? fminf(fmaxf(share, 0), 1) : tw_linear_from_srgb(share);
+}
+
 /* Stores a number of vertex `row`. */
-static tw_status take_number(const ply_file *file, const ply_property *property, double value, size_t row,
+static tw_status take_number(ply_file *file, const ply_property *property, double value, size_t row,
                              tw_polygons_read *out) {
   float single = (float)value;
   ply_use use = property->use;
@@ -294,54 +379,117 @@ static tw_status take_number(const ply_file *file, const ply_property *property,
     return tw_fail(file->error, TW_INVALID, "vertex %zu: a number is not finite", row);
   if (use <= PLY_Z)
     out->positions[3 * row + use] = single;
-  else if (use <= PLY_BLUE && out->colors)
-    out->colors[4 * row + use - PLY_RED] = tw_linear_from_srgb(intensity(property->type, value));
-  else if (use == PLY_ALPHA && out->colors)
-    out->colors[4 * row + 3] = fminf(fmaxf(intensity(property->type, value), 0), 1);
-  else if (use >= PLY_U && use <= PLY_V && out->uvs)
+  else if (use <= PLY_ALPHA)
+    out->colors[4 * row + use - PLY_RED] = color_of(property, value);
+  else if (use <= PLY_V)
     out->uvs[2 * row + use - PLY_U] = single;
-  else if (use >= PLY_NX && out->normals)
+  else
     out->normals[3 * row + use - PLY_NX] = single;
   return TW_OK;
 }
 
-static tw_status take_corner(const ply_file *file, double vertex, tw_polygons_read *out) {
-  if (!(vertex >= 0 && vertex < out->vertex_count && vertex == floor(vertex)))
-    return tw_fail(file->error, TW_INVALID, "face %u: an index is not one of the %u vertices",
-                   out->face_count, out->vertex_count);
-  out->corners[out->corner_count++] = (uint32_t)vertex;
+static tw_status check_corner(const ply_file *file, double vertex, const tw_polygons_read *out) {
+  if (vertex >= 0 && vertex < out->vertex_count && vertex == floor(vertex)) return TW_OK;
+  return tw_fail(file->error, TW_INVALID, "face %u: an index is not one of the %u vertices", out->face_count,
+                 out->vertex_count);
+}
+
+static void end_face(tw_polygons_read *out) {
+  out->face_offsets[++out->face_count] = out->corner_count;
+}
+
+/* Adds a corner to a strip; -1 begins another one. Triangles without area join strips. */
+static tw_status take_strip_corner(ply_file *file, double value, tw_polygons_read *out) {
+  ply_row *row = &file->row;
+  if (value == -1 || value == UINT32_MAX) {
+    row->strip_count = 0;
+    return TW_OK;
+  }
+  tw_status status = check_corner(file, value, out);
+  if (status != TW_OK) return status;
+  uint32_t a = row->strip[0], b = row->strip[1], c = (uint32_t)value;
+  bool is_odd = row->strip_count % 2 == 1;
+  if (row->strip_count >= 2 && a != b && b != c && c != a) {
+    const uint32_t corners[3] = {a, is_odd ? c : b, is_odd ? b : c};
+    memcpy(out->corners + out->corner_count, corners, sizeof corners);
+    out->corner_count += 3;
+    end_face(out);
+  }
+  row->strip[0] = b;
+  row->strip[1] = c;
+  row->strip_count++;
   return TW_OK;
 }
 
-/* Completes a vertex or face whose numbers are all read. */
-static void end_row(const ply_element *element, size_t row, tw_polygons_read *out) {
-  if (element->kind == PLY_FACES) {
-    out->face_offsets[++out->face_count] = out->corner_count;
+/* Stores a number of a face's texture coordinates, two for each corner. Numbers of more corners than the face
+ * may have are only counted. */
+static void take_wedge(ply_file *file, double value, uint64_t capacity, tw_polygons_read *out) {
+  uint64_t place = 2 * (uint64_t)file->row.first_corner + file->row.wedge_values++;
+  bool is_usable = fabs(value) <= (double)TW_COORDINATE_MAX;
+  if (place < 2 * capacity) out->corner_uvs[place] = is_usable ? (float)value : 0;
+  tw_lose(&file->losses, "texture coordinates are 0", "they are no numbers up to 1e18", !is_usable, 0);
+}
+
+static tw_status take_value(ply_file *file, const ply_element *element, const ply_property *property,
+                            double value, size_t row, const ply_counts *counts, tw_polygons_read *out) {
+  if (element->kind == PLY_STRIPS) return take_strip_corner(file, value, out);
+  if (element->kind == PLY_VERTICES) return take_number(file, property, value, row, out);
+  if (property->use == PLY_WEDGES) {
+    take_wedge(file, value, counts->corners, out);
+  } else if (property->use == PLY_CORNERS) {
+    tw_status status = check_corner(file, value, out);
+    if (status != TW_OK) return status;
+    out->corners[out->corner_count++] = (uint32_t)value;
+  } else {
+    file->row.color[property->use - PLY_RED] = color_of(property, value);
+  }
+  return TW_OK;
+}
+
+/* Gives the corners of a row of faces or strips their texture coordinates and colour. */
+static void end_corners(ply_file *file, const ply_element *element, tw_polygons_read *out) {
+  const ply_row *row = &file->row;
+  size_t first = row->first_corner, count = out->corner_count - first;
+  if (out->corner_uvs && (element->kind == PLY_STRIPS || row->wedge_values != 2 * count)) {
+    memset(out->corner_uvs + 2 * first, 0, 2 * count * sizeof(float));
+    tw_lose(&file->losses, "faces have texture coordinates 0 0", "they have not two numbers a corner", 1, 0);
+  }
+  for (size_t c = first; out->corner_colors && c < out->corner_count; c++)
+    memcpy(out->corner_colors + 4 * c, row->color, sizeof row->color);
+}
+
+/* Completes a vertex, face or strip whose numbers are all read. */
+static void end_row(ply_file *file, const ply_element *element, size_t row, tw_polygons_read *out) {
+  if (element->kind != PLY_VERTICES) {
+    if (element->kind == PLY_FACES) end_face(out);
+    end_corners(file, element, out);
     return;
   }
   if (out->colors && !element->uses[PLY_ALPHA]) out->colors[4 * row + 3] = 1;
   float *normal = out->normals ? out->normals + 3 * row : NULL;
-  if (normal && !(isfinite(normal[0]) && isfinite(normal[1]) && isfinite(normal[2])))
+  if (normal && !(isfinite(normal[0]) && isfinite(normal[1]) && isfinite(normal[2]))) {
     normal[0] = normal[1] = normal[2] = 0; /* none */
+    tw_lose(&file->losses, "normals are left out", "they are not three finite numbers", 1, 0);
+  }
 }
 
-/* Reads a row. out: NULL to skip it, or to count its corners only. */
+/* Reads a row. out: NULL to skip it, or to count what it becomes only. */
 static tw_status read_row(ply_file *file, const ply_element *element, size_t row, tw_polygons_read *out,
-                          uint64_t *corner_count) {
+                          ply_counts *counts) {
   tw_status status = TW_OK;
+  file->row = (ply_row){.first_corner = out ? out->corner_count : 0, .color = {1, 1, 1, 1}};
   for (uint32_t i = 0; i < element->property_count && status == TW_OK; i++) {
     const ply_property *property = &file->properties[element->first_property + i];
     uint64_t count = 1;
     if (property->is_list) status = read_list_length(file, property, &count);
-    if (property->use == PLY_CORNERS) *corner_count += count;
+    if (!out && status == TW_OK && property->use == PLY_CORNERS) count_corners(element, count, counts);
     for (double value; status == TW_OK && count > 0; count--) {
       status = read_value(file, property->type, &value);
       if (status != TW_OK || !out || property->use == PLY_UNUSED) continue;
-      status = property->use == PLY_CORNERS ? take_corner(file, value, out)
-                                            : take_number(file, property, value, row, out);
+      status = take_value(file, element, property, value, row, counts, out);
     }
   }
-  if (status == TW_OK && out) end_row(element, row, out);
+  if (status == TW_OK && out) end_row(file, element, row, out);
   return status;
 }
 
@@ -354,13 +502,13 @@ static tw_status check_rows(const ply_file *file, const ply_element *element) {
                  (unsigned long long)element->count);
 }
 
-/* Reads all rows of all elements. out: NULL to count the corners only. */
-static tw_status read_rows(ply_file *file, tw_polygons_read *out, uint64_t *corner_count) {
+/* Reads all rows of all elements. out: NULL to count what they become, else *counts says it. */
+static tw_status read_rows(ply_file *file, tw_polygons_read *out, ply_counts *counts) {
   for (uint32_t i = 0; i < file->element_count; i++) {
     const ply_element *element = &file->elements[i];
     tw_status status = check_rows(file, element);
     for (size_t row = 0; row < element->count && element->property_count > 0 && status == TW_OK; row++)
-      status = read_row(file, element, row, element->kind == PLY_OTHERS ? NULL : out, corner_count);
+      status = read_row(file, element, row, element->kind == PLY_OTHERS ? NULL : out, counts);
     if (status != TW_OK) return status;
   }
   return TW_OK;
@@ -368,55 +516,57 @@ static tw_status read_rows(ply_file *file, tw_polygons_read *out, uint64_t *corn
 
 /* ---- the file ----------------------------------------------------------------------------------- */
 
-static const ply_element *find_element(const ply_file *file, int kind) {
-  for (uint32_t i = 0; i < file->element_count; i++)
-    if ((int)file->elements[i].kind == kind) return &file->elements[i];
-  return NULL;
-}
-
-/* Allocates *out, [count][width], if the vertices have all properties from `first` to `last`. False without
+/* Allocates *out, [count][width], if the element has all properties from `first` to `last`. False without
  * memory. */
-static bool make_column(const ply_element *vertices, ply_use first, ply_use last, size_t width, float **out) {
-  for (ply_use use = first; use <= last; use++)
-    if (!vertices->uses[use]) return true;
-  *out = tw_alloc((size_t)vertices->count, width * sizeof **out);
+static bool make_column(const ply_element *element, ply_use first, ply_use last, uint64_t count, size_t width,
+                        float **out) {
+  if (!has_all(element, first, last)) return true;
+  *out = tw_alloc((size_t)count, width * sizeof **out);
   return *out;
 }
 
-/* Walks through all rows to count the corners, then allocates the arrays. file: a copy, so that rows can be
- * read again. */
-static tw_status make_room(ply_file file, uint64_t budget, tw_arena *arena, tw_polygons_read *out) {
-  const ply_element *vertices = find_element(&file, PLY_VERTICES), *faces = find_element(&file, PLY_FACES);
-  uint64_t corner_count = 0, face_count = faces ? faces->count : 0;
-  if (!vertices || !vertices->uses[PLY_X] || !vertices->uses[PLY_Y] || !vertices->uses[PLY_Z])
-    return tw_fail(file.error, TW_INVALID, "there is no element vertex with x, y and z");
-  tw_status status = read_rows(&file, NULL, &corner_count);
+/* Walks through all rows to count faces and corners, then allocates the arrays. */
+static tw_status make_room(ply_file *file, uint64_t budget, tw_arena *arena, ply_counts *counts,
+                           tw_polygons_read *out) {
+  const ply_element *vertices = find_element(file, PLY_VERTICES), *faces = find_element(file, PLY_FACES);
+  if (!has_all(vertices, PLY_X, PLY_Z))
+    return tw_fail(file->error, TW_INVALID, "there is no element vertex with x, y and z");
+  tw_status status = read_rows(file, NULL, counts);
   if (status != TW_OK) return status;
-  if (corner_count >= UINT32_MAX || tw_polygons_size(vertices->count, corner_count, face_count) > budget)
-    return tw_fail(file.error, TW_LIMIT, "so few bytes may not make so large a mesh");
+  uint32_t values =
+      (has_all(faces, PLY_WEDGES, PLY_WEDGES) ? 2u : 0u) + (has_all(faces, PLY_RED, PLY_BLUE) ? 4u : 0u);
+  if (counts->corners >= UINT32_MAX ||
+      tw_polygons_size(vertices->count, counts->corners, counts->faces, values) > budget)
+    return tw_fail(file->error, TW_LIMIT, "so few bytes may not make so large a mesh");
   out->vertex_count = (uint32_t)vertices->count;
-  out->face_offsets = tw_arena_alloc_raw(arena, (size_t)face_count + 1, sizeof(uint32_t));
-  out->corners = tw_arena_alloc_raw(arena, (size_t)corner_count, sizeof(uint32_t));
+  out->face_offsets = tw_arena_alloc_raw(arena, (size_t)counts->faces + 1, sizeof(uint32_t));
+  out->corners = tw_arena_alloc_raw(arena, (size_t)counts->corners, sizeof(uint32_t));
   bool is_made = out->face_offsets && out->corners &&
-                 make_column(vertices, PLY_X, PLY_Z, 3, &out->positions) &&
-                 make_column(vertices, PLY_RED, PLY_BLUE, 4, &out->colors) &&
-                 make_column(vertices, PLY_U, PLY_V, 2, &out->uvs) &&
-                 make_column(vertices, PLY_NX, PLY_NZ, 3, &out->normals);
-  if (!is_made) return tw_fail(file.error, TW_NO_MEMORY, "out of memory");
+                 make_column(vertices, PLY_X, PLY_Z, vertices->count, 3, &out->positions) &&
+                 make_column(vertices, PLY_RED, PLY_BLUE, vertices->count, 4, &out->colors) &&
+                 make_column(vertices, PLY_U, PLY_V, vertices->count, 2, &out->uvs) &&
+                 make_column(vertices, PLY_NX, PLY_NZ, vertices->count, 3, &out->normals) &&
+                 make_column(faces, PLY_WEDGES, PLY_WEDGES, counts->corners, 2, &out->corner_uvs) &&
+                 make_column(faces, PLY_RED, PLY_BLUE, counts->corners, 4, &out->corner_colors);
+  if (!is_made) return tw_fail(file->error, TW_NO_MEMORY, "out of memory");
   out->face_offsets[0] = 0;
   return TW_OK;
 }
 
-/* Names of what is not read: `size` bytes of text. */
+/* Names of what is not read: `size` bytes of text, and how many more there are. */
 typedef struct ply_unread {
   char text[160];
   size_t size;
+  uint32_t more;
 } ply_unread;
 
 /* Adds ELEMENT or ELEMENT.PROPERTY, as long as there is room. */
 static void add_unread(ply_unread *unread, tw_word element, tw_word property) {
   size_t needed = 2 + element.length + 1 + property.length;
-  if (needed >= sizeof unread->text - unread->size) return;
+  if (needed >= sizeof unread->text - unread->size) {
+    unread->more++;
+    return;
+  }
   char *out = unread->text + unread->size;
   int size = snprintf(out, sizeof unread->text - unread->size, "%s%.*s%s%.*s", unread->size > 0 ? ", " : "",
                       (int)element.length, element.text, property.length > 0 ? "." : "", (int)property.length,
@@ -426,6 +576,7 @@ static void add_unread(ply_unread *unread, tw_word element, tw_word property) {
 
 static void warn_of_unread(const ply_file *file, tw_model *model) {
   ply_unread unread = {0};
+  char more[32] = "";
   for (uint32_t i = 0; i < file->element_count; i++) {
     const ply_element *element = &file->elements[i];
     if (element->count == 0) continue;
@@ -435,9 +586,17 @@ static void warn_of_unread(const ply_file *file, tw_model *model) {
       if (property->use == PLY_UNUSED) add_unread(&unread, element->name, property->name);
     }
   }
-  if (unread.size == 0) return;
-  const char *names = tw_arena_name(model->arena, unread.text, unread.size);
-  if (names) tw_model_warn(model, "elements and properties that are left out: %s", names);
+  if (unread.size == 0 && unread.more == 0) return;
+  if (unread.more > 0) snprintf(more, sizeof more, "%s%u more", unread.size > 0 ? " and " : "", unread.more);
+  const char *names = unread.size > 0 ? tw_arena_name(model->arena, unread.text, unread.size) : "";
+  if (names) tw_model_warn(model, "elements and properties that are left out: %s%s", names, more);
+}
+
+/* Notes what follows the last row. */
+static void lose_rest(ply_file *file) {
+  const uint8_t *at = file->at;
+  while (file->is_text && at < file->end && (is_blank((char)*at) || *at == '\n' || *at == '\r')) at++;
+  tw_lose(&file->losses, "bytes behind the last element are left out", NULL, (uint64_t)(file->end - at), 0);
 }
 
 bool tw_is_ply(const uint8_t *bytes, size_t size) {
@@ -447,17 +606,29 @@ bool tw_is_ply(const uint8_t *bytes, size_t size) {
 
 static tw_status read_file(ply_file *file, tw_weld weld, uint64_t budget, tw_model *model) {
   tw_polygons_read read = {0};
-  uint64_t ignored = 0;
+  ply_counts counts = {0};
   tw_status status = read_header(file);
-  if (status == TW_OK) drop_cornerless(file);
-  if (status == TW_OK) status = make_room(*file, budget, model->arena, &read);
-  if (status == TW_OK) status = read_rows(file, &read, &ignored);
-  if (status == TW_OK) status = tw_model_of_polygons(&read, weld, model, file->error);
-  if (status == TW_OK) warn_of_unread(file, model);
+  if (status == TW_OK) {
+    settle_uses(file);
+    const uint8_t *rows = file->at;
+    uint64_t line = file->line;
+    status = make_room(file, budget, model->arena, &counts, &read);
+    file->at = rows;
+    file->line = line;
+  }
+  if (status == TW_OK) status = read_rows(file, &read, &counts);
+  if (status == TW_OK) lose_rest(file);
+  if (status == TW_OK) status = tw_model_of_polygons(&read, weld, model, &file->losses, file->error);
+  if (status == TW_OK) {
+    warn_of_unread(file, model);
+    tw_losses_tell(&file->losses, model);
+  }
   tw_free(read.positions);
   tw_free(read.colors);
   tw_free(read.uvs);
   tw_free(read.normals);
+  tw_free(read.corner_uvs);
+  tw_free(read.corner_colors);
   return status;
 }
 

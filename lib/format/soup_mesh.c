@@ -12,10 +12,12 @@ float tw_linear_from_srgb(float value) {
   return c <= 0.04045f ? c / 12.92f : powf((c + 0.055f) / 1.055f, 2.4f);
 }
 
-uint64_t tw_polygons_size(uint64_t vertex_count, uint64_t corner_count, uint64_t face_count) {
+uint64_t tw_polygons_size(uint64_t vertex_count, uint64_t corner_count, uint64_t face_count,
+                          uint32_t corner_values) {
   uint64_t vertex = (size_t)(2 * (3 + 4 + 2 + 3)) * sizeof(float) + 2 * sizeof(uint32_t);
-  return vertex * vertex_count + 3 * sizeof(uint32_t) * corner_count + sizeof(uint32_t) * face_count +
-         tw_weld_size((uint32_t)vertex_count, (uint32_t)corner_count);
+  uint64_t values = corner_values > 0 ? (3 * corner_values + 8) * sizeof(float) : 0; /* as read, keys, kept */
+  return vertex * vertex_count + (3 * sizeof(uint32_t) + values) * corner_count +
+         sizeof(uint32_t) * face_count + tw_weld_size((uint32_t)vertex_count, (uint32_t)corner_count);
 }
 
 /* Gathers values of the welded points: each takes that of its first vertex. number: [vertex_count] the point
@@ -45,26 +47,36 @@ static bool has_three_places(const tw_polygons_read *read, uint32_t first, uint3
   return false;
 }
 
-/* Drops corners and faces in place, as welding could not see across an edge without length. Returns how many
- * faces were dropped. */
-static uint32_t drop_degenerate(tw_polygons_read *read) {
-  uint32_t faces = 0, kept = 0, *corners = read->corners;
+/* Moves a corner with its values to a place before it, or leaves it where it is. */
+static void move_corner(tw_polygons_read *read, uint32_t from, uint32_t to) {
+  read->corners[to] = read->corners[from];
+  if (read->corner_uvs && from != to)
+    memcpy(read->corner_uvs + 2 * (size_t)to, read->corner_uvs + 2 * (size_t)from, 2 * sizeof(float));
+  if (read->corner_colors && from != to)
+    memcpy(read->corner_colors + 4 * (size_t)to, read->corner_colors + 4 * (size_t)from, 4 * sizeof(float));
+}
+
+/* Drops corners and faces in place, as welding could not see across an edge without length. */
+static void drop_degenerate(tw_polygons_read *read, tw_losses *losses) {
+  uint32_t faces = 0, kept = 0, *corners = read->corners, doubled = 0;
   for (uint32_t f = 0, first = 0; f < read->face_count; f++) {
     uint32_t end = read->face_offsets[f + 1], start = kept;
     bool is_face = has_three_places(read, first, end);
     for (uint32_t c = first, before = is_face ? corners[end - 1] : 0; is_face && c < end; c++) {
       uint32_t vertex = corners[c];
-      if (!same_place(read->positions, vertex, before)) corners[kept++] = vertex;
+      if (!same_place(read->positions, vertex, before)) move_corner(read, c, kept++);
       before = vertex;
     }
     if (is_face) read->face_offsets[faces++] = start;
+    doubled += is_face && kept - start < end - first;
     first = end;
   }
-  uint32_t dropped = read->face_count - faces;
+  tw_lose(losses, "faces with fewer than three different points are left out", NULL, read->face_count - faces,
+          0);
+  tw_lose_doubled_corners(losses, doubled);
   read->face_offsets[faces] = kept;
   read->face_count = faces;
   read->corner_count = kept;
-  return dropped;
 }
 
 /* ---- doubles ----------------------------------------------------------------------------------- */
@@ -114,8 +126,7 @@ static void drop_marked(tw_polygons_read *read, const bool *is_double) {
   for (uint32_t f = 0, first = 0; f < read->face_count; f++) {
     uint32_t end = read->face_offsets[f + 1];
     if (!is_double[f]) {
-      memmove(read->corners + kept, read->corners + first, (end - first) * sizeof *read->corners);
-      kept += end - first;
+      for (uint32_t c = first; c < end; c++) move_corner(read, c, kept++);
       read->face_offsets[++faces] = kept;
     }
     first = end;
@@ -125,29 +136,30 @@ static void drop_marked(tw_polygons_read *read, const bool *is_double) {
 }
 
 /* Drops faces that are listed before, with the same places in the same direction: a third face at an edge
- * would keep its seam from closing. *dropped: how many. */
-static tw_status drop_doubles(tw_polygons_read *read, uint32_t *dropped, tw_error *error) {
+ * would keep its seam from closing. */
+static tw_status drop_doubles(tw_polygons_read *read, tw_losses *losses, tw_error *error) {
+  uint32_t dropped = 0;
   uint32_t *place = tw_alloc(read->vertex_count, sizeof *place);
   hashed_face *sorted = tw_alloc(read->face_count, sizeof *sorted);
   bool *is_double = tw_alloc_zero(read->face_count, sizeof *is_double);
   tw_status status = place && sorted && is_double
                          ? tw_find_equal_rows(read->positions, 3, read->vertex_count, place, error)
                          : tw_fail(error, TW_NO_MEMORY, "out of memory");
-  *dropped = 0;
   if (status == TW_OK) {
     for (uint32_t f = 0; f < read->face_count; f++) sorted[f] = hash_face(read, place, f);
     qsort(sorted, read->face_count, sizeof *sorted, compare_hashed);
     for (uint32_t i = 1, first = 0; i < read->face_count; i++) {
       bool again = sorted[i].hash == sorted[first].hash && same_face(read, place, &sorted[first], &sorted[i]);
       if (again) is_double[sorted[i].face] = true;
-      *dropped += again;
+      dropped += again;
       if (!again) first = i;
     }
-    if (*dropped > 0) drop_marked(read, is_double);
+    if (dropped > 0) drop_marked(read, is_double);
   }
   tw_free(place);
   tw_free(sorted);
   tw_free(is_double);
+  tw_lose(losses, "faces are left out", "they are listed twice", dropped, 0);
   return status;
 }
 
@@ -169,6 +181,60 @@ static tw_status weld_uvs(const tw_soup *soup, const tw_polygons_read *read, con
   return status;
 }
 
+/* Numbers the values of corners: corners at one point with equal values share one. points: the point of each
+ * vertex. *numbers: [corner_count], *values: [*count][width], in the arena. */
+static tw_status share_values(const tw_polygons_read *read, const uint32_t *points, const float *rows,
+                              uint32_t width, tw_arena *arena, uint32_t **numbers, float **values,
+                              uint32_t *count, tw_error *error) {
+  uint32_t corners = read->corner_count, wide = width + 2;
+  float *keys = tw_alloc(corners, wide * sizeof *keys);
+  *numbers = tw_arena_alloc_raw(arena, corners, sizeof **numbers);
+  for (uint32_t c = 0; keys && c < corners; c++) {
+    float *key = keys + (size_t)wide * c;
+    uint32_t point = points[read->corners[c]];
+    key[0] = (float)(point & 0xFFFF); /* a float holds each half */
+    key[1] = (float)(point >> 16);
+    memcpy(key + 2, rows + (size_t)width * c, width * sizeof *key);
+  }
+  tw_status status = keys && *numbers ? tw_find_equal_rows(keys, wide, corners, *numbers, error)
+                                      : tw_fail(error, TW_NO_MEMORY, "out of memory");
+  tw_free(keys);
+  if (status != TW_OK) return status;
+  *count = 0;
+  for (uint32_t c = 0; c < corners; c++) /* the first corner with the values comes before the others */
+    (*numbers)[c] = (*numbers)[c] == c ? (*count)++ : (*numbers)[(*numbers)[c]];
+  *values = gather(arena, rows, width, *numbers, corners, *count);
+  return *values ? TW_OK : tw_fail(error, TW_NO_MEMORY, "out of memory");
+}
+
+static tw_status share_uvs(const tw_polygons_read *read, const uint32_t *points, tw_arena *arena,
+                           tw_uv_set *out, tw_error *error) {
+  uint32_t *corners, count;
+  float *values;
+  tw_status status = share_values(read, points, read->corner_uvs, 2, arena, &corners, &values, &count, error);
+  if (status == TW_OK) *out = (tw_uv_set){count, values, corners};
+  return status;
+}
+
+/* The colours of points: each takes that of its first corner; points without a face are white. NULL without
+ * memory. */
+static float *point_colors(const tw_polygons_read *read, const uint32_t *points, uint32_t count,
+                           tw_arena *arena, tw_losses *losses) {
+  float *colors = tw_arena_alloc_raw(arena, count, 4 * sizeof *colors);
+  uint32_t several = 0;
+  for (size_t i = 0; colors && i < 4 * (size_t)count; i++) colors[i] = -1; /* none yet */
+  for (uint32_t c = 0; colors && c < read->corner_count; c++) {
+    float *color = colors + 4 * (size_t)points[read->corners[c]];
+    const float *own = read->corner_colors + 4 * (size_t)c;
+    several += color[0] >= 0 && memcmp(color, own, 4 * sizeof *own) != 0;
+    if (color[0] < 0) memcpy(color, own, 4 * sizeof *own);
+  }
+  for (size_t i = 0; colors && i < 4 * (size_t)count; i++)
+    if (colors[i] < 0) colors[i] = 1;
+  tw_lose(losses, "corners of faces lose their colour", "each point keeps the first one", several, 0);
+  return colors;
+}
+
 /* Keeps a normal for each vertex: normals are not welded. */
 static tw_status keep_normals(const tw_polygons_read *read, tw_arena *arena, tw_corner_normals *out,
                               tw_error *error) {
@@ -183,17 +249,22 @@ static tw_status keep_normals(const tw_polygons_read *read, tw_arena *arena, tw_
 
 /* points: [vertex_count] the point of each vertex, of `count` points. */
 static tw_status fill_mesh(const tw_polygons_read *read, const tw_soup *soup, const uint32_t *points,
-                           uint32_t count, tw_model *model, tw_error *error) {
+                           uint32_t count, tw_model *model, tw_losses *losses, tw_error *error) {
   tw_mesh *mesh = model->meshes;
   mesh->point_count = count;
   mesh->positions = gather(model->arena, read->positions, 3, points, read->vertex_count, count);
   const float *colors = NULL;
-  if (read->colors) colors = gather(model->arena, read->colors, 4, points, read->vertex_count, count);
-  bool complete = mesh->positions && (!read->colors || colors);
+  if (read->corner_colors)
+    colors = point_colors(read, points, count, model->arena, losses);
+  else if (read->colors)
+    colors = gather(model->arena, read->colors, 4, points, read->vertex_count, count);
+  bool complete = mesh->positions && (!(read->colors || read->corner_colors) || colors);
   if (complete && colors) complete = tw_mesh_set_colors(mesh, colors, model->arena) == TW_OK;
   if (!complete) return tw_fail(error, TW_NO_MEMORY, "out of memory");
-  if (read->uvs) {
-    tw_status status = weld_uvs(soup, read, points, count, model->arena, &mesh->uv_sets[0], error);
+  if (read->uvs || read->corner_uvs) {
+    tw_status status = read->corner_uvs
+                           ? share_uvs(read, points, model->arena, &mesh->uv_sets[0], error)
+                           : weld_uvs(soup, read, points, count, model->arena, &mesh->uv_sets[0], error);
     if (status != TW_OK) return status;
     mesh->uv_set_count = 1;
   }
@@ -218,13 +289,32 @@ static tw_status number_points(const tw_soup *soup, tw_weld weld, uint32_t *poin
   return TW_OK;
 }
 
-tw_status tw_model_of_polygons(tw_polygons_read *read, tw_weld weld, tw_model *model, tw_error *error) {
-  uint32_t dropped = drop_degenerate(read);
-  if (dropped > 0)
-    tw_model_warn(model, "%u faces with fewer than three different points are left out", dropped);
-  tw_status unique = drop_doubles(read, &dropped, error);
-  if (unique != TW_OK) return unique;
-  if (dropped > 0) tw_model_warn(model, "%u faces are left out: they are listed twice", dropped);
+void tw_lose_doubled_corners(tw_losses *losses, uint64_t faces) {
+  tw_lose(losses, "faces name a point twice in a row", "they keep it once", faces, 0);
+}
+
+tw_status tw_lose_unused_points(tw_losses *losses, uint32_t point_count, const uint32_t *corners,
+                                uint32_t corner_count, tw_error *error) {
+  bool *is_used = tw_alloc_zero(point_count, sizeof *is_used);
+  uint32_t unused = point_count;
+  if (!is_used) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  for (uint32_t c = 0; c < corner_count; c++) {
+    unused -= !is_used[corners[c]];
+    is_used[corners[c]] = true;
+  }
+  tw_free(is_used);
+  tw_lose(losses, "points are in no face", "answers leave them out", unused, 0);
+  return TW_OK;
+}
+
+tw_status tw_model_of_polygons(tw_polygons_read *read, tw_weld weld, tw_model *model, tw_losses *losses,
+                               tw_error *error) {
+  tw_status status =
+      tw_lose_unused_points(losses, read->vertex_count, read->corners, read->corner_count, error);
+  if (status != TW_OK) return status;
+  drop_degenerate(read, losses);
+  status = drop_doubles(read, losses, error);
+  if (status != TW_OK) return status;
   const tw_soup soup = {.vertex_count = read->vertex_count,
                         .positions = read->positions,
                         .face_count = read->face_count,
@@ -234,13 +324,13 @@ tw_status tw_model_of_polygons(tw_polygons_read *read, tw_weld weld, tw_model *m
   uint32_t *points = tw_alloc(read->vertex_count, sizeof *points);
   tw_welded welded = {0};
   model->meshes = tw_arena_alloc(model->arena, 1, sizeof *model->meshes);
-  tw_status status = points && model->meshes ? number_points(&soup, weld, points, &welded, error)
-                                             : tw_fail(error, TW_NO_MEMORY, "out of memory");
+  status = points && model->meshes ? number_points(&soup, weld, points, &welded, error)
+                                   : tw_fail(error, TW_NO_MEMORY, "out of memory");
   if (status == TW_OK) {
     model->mesh_count = 1;
     tw_mesh_init(model->meshes);
     model->meshes->welded_points = read->vertex_count - welded.point_count;
-    status = fill_mesh(read, &soup, points, welded.point_count, model, error);
+    status = fill_mesh(read, &soup, points, welded.point_count, model, losses, error);
     if (welded.reversed_edges > 0) tw_model_warn(model, TW_REVERSED_WARNING, welded.reversed_edges);
   }
   tw_free(points);

@@ -3,7 +3,7 @@
 #ifndef TWEEND_SOUP_MESH_H
 #define TWEEND_SOUP_MESH_H
 
-#include "tweend/model.h"
+#include "losses.h"
 
 /* Polygons as a file has them. Vertex arrays come from malloc and stay the caller's; face arrays lie in the
  * model's arena and become the mesh's. */
@@ -16,16 +16,29 @@ typedef struct tw_polygons_read {
   uint32_t face_count, corner_count;
   uint32_t *face_offsets; /* [face_count + 1] */
   uint32_t *corners;      /* [corner_count] vertices, in range */
+  /* Values of corners, in place of those of vertices; from malloc, the caller's, NULL without any. */
+  float *corner_uvs;    /* [corner_count][2], v up */
+  float *corner_colors; /* [corner_count][4] linear */
 } tw_polygons_read;
 
 /* Makes the only mesh of the model. Drops corners that are at the place of the corner before them, and faces
- * left with fewer than three different places, and faces that are listed again, with warnings; then welds
- * vertices as tw_weld_points does, unless `weld` is TW_WELD_NONE. A point has the colour of its first vertex.
- * TW_NO_MEMORY. */
-tw_status tw_model_of_polygons(tw_polygons_read *read, tw_weld weld, tw_model *model, tw_error *error);
+ * left with fewer than three different places, and faces that are listed again, and notes them as losses;
+ * then welds vertices as tw_weld_points does, unless `weld` is TW_WELD_NONE. A point has the colour of its
+ * first vertex, or of its first corner. TW_NO_MEMORY. */
+tw_status tw_model_of_polygons(tw_polygons_read *read, tw_weld weld, tw_model *model, tw_losses *losses,
+                               tw_error *error);
 
-/* The most bytes that reading so many vertices, corners and faces holds, the model included. */
-uint64_t tw_polygons_size(uint64_t vertex_count, uint64_t corner_count, uint64_t face_count);
+/* Notes that corners which repeat the one before them were merged, in `faces` faces. */
+void tw_lose_doubled_corners(tw_losses *losses, uint64_t faces);
+
+/* Notes points that no corner of a face is at: surfaces, and so answers, are made of faces. TW_NO_MEMORY. */
+tw_status tw_lose_unused_points(tw_losses *losses, uint32_t point_count, const uint32_t *corners,
+                                uint32_t corner_count, tw_error *error);
+
+/* The most bytes that reading so many vertices, corners and faces holds, the model included. corner_values:
+ * how many numbers each corner has. */
+uint64_t tw_polygons_size(uint64_t vertex_count, uint64_t corner_count, uint64_t face_count,
+                          uint32_t corner_values);
 
 /* Colours in mesh files are sRGB (as Blender, MeshLab and three.js write and read them), those of meshes
  * linear: IEC 61966-2-1. */

@@ -1,5 +1,6 @@
-/* STL, binary and text: triangles that share no points, for printers and from scanners. Normals are ignored:
- * they follow from the points. Source: 3D Systems, StereoLithography Interface Specification, 1989. */
+/* STL, binary and text: triangles that share no points, for printers and from scanners. Normals follow from
+ * the points. Sources: 3D Systems, StereoLithography Interface Specification, 1989; colours in the attribute
+ * bytes as VisCAM and Magics write them. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,34 +16,158 @@ enum {
 
 /* ---- binary ------------------------------------------------------------------------------------- */
 
-/* The size that the count of facets asks for. The same bytes of STL text, read as a count, ask for far more
- * than the file has. */
-static uint64_t binary_size(const uint8_t *bytes) {
-  return HEADER + (uint64_t)tw_read_u32(bytes + HEADER - 4) * FACET;
-}
+/* How a binary file is laid out. */
+typedef struct stl_layout {
+  uint32_t facets;
+  bool has_payload; /* the attribute bytes of a facet count more bytes behind them */
+  uint64_t end;     /* of the facets; 0: this is no binary STL */
+} stl_layout;
 
-/* Some tools append a little behind the facets. */
-static bool is_binary(const uint8_t *bytes, size_t size) {
-  enum { MORE_MAX = 1024 };
-  if (size < HEADER || size < binary_size(bytes)) return false;
-  size_t more = size - (size_t)binary_size(bytes);
-  return more == 0 || (more <= MORE_MAX && binary_size(bytes) > HEADER);
-}
-
-static tw_status read_binary(const uint8_t *bytes, tw_polygons_read *out, tw_error *error) {
-  uint32_t facets = tw_read_u32(bytes + HEADER - 4);
+/* The end of facets that carry as many bytes as their attribute says; 0 if that is not the file's end. */
+static uint64_t payload_end(const uint8_t *bytes, size_t size, uint32_t facets) {
+  uint64_t at = HEADER;
   for (uint32_t f = 0; f < facets; f++) {
-    const uint8_t *points = bytes + HEADER + (size_t)f * FACET + 3 * sizeof(float);
-    for (size_t i = 0; i < 9; i++) {
-      uint32_t bits = tw_read_u32(points + 4 * i);
-      float *value = &out->positions[9 * (size_t)f + i];
-      memcpy(value, &bits, sizeof bits);
-      if (!isfinite(*value)) return tw_fail(error, TW_INVALID, "facet %u: a coordinate is not finite", f);
-    }
-    out->face_offsets[f] = 3 * f;
+    if (at + FACET > size) return 0;
+    at += FACET + tw_read_u16(bytes + at + FACET - 2);
   }
-  out->face_count = facets;
-  out->vertex_count = out->corner_count = 3 * facets;
+  return at == size ? at : 0;
+}
+
+/* Whether bytes are facets of finite numbers. */
+static bool are_facets(const uint8_t *bytes, uint64_t size) {
+  for (uint64_t at = 0; at < size; at += FACET)
+    for (size_t i = 0; i < 12; i++)
+      if (!isfinite(tw_read_f32(bytes + at + 4 * i))) return false;
+  return size > 0 && size % FACET == 0;
+}
+
+/* Recognises a file by its size. The same bytes of STL text, read as a count, ask for far more than the file
+ * has. Some tools append a little behind the facets, and some count too few of them. */
+static stl_layout find_layout(const uint8_t *bytes, size_t size) {
+  enum { MORE_MAX = 1024 };
+  if (size < HEADER) return (stl_layout){0};
+  stl_layout layout = {.facets = tw_read_u32(bytes + HEADER - 4)};
+  uint64_t end = HEADER + (uint64_t)layout.facets * FACET;
+  if (size < end) return layout;
+  uint64_t more = size - end;
+  if (more > 0 && payload_end(bytes, size, layout.facets) > 0) {
+    layout.has_payload = true;
+    end = size;
+  } else if ((more > MORE_MAX || (more > 0 && layout.facets == 0)) &&
+             !are_facets(bytes + HEADER, size - HEADER)) {
+    return layout;
+  }
+  layout.end = end;
+  return layout;
+}
+
+static bool is_binary(const uint8_t *bytes, size_t size) {
+  return find_layout(bytes, size).end > 0;
+}
+
+/* How the attribute bytes of facets tell colours. */
+typedef struct stl_colors {
+  enum { STL_PLAIN, STL_VISCAM, STL_MAGICS } form;
+  float usual[4]; /* linear: of facets without a colour of their own */
+} stl_colors;
+
+/* Magics writes COLOR= and four bytes into the header. Else bit 15 of a facet says that it has a colour. */
+static stl_colors find_colors(const uint8_t *bytes, const stl_layout *layout) {
+  stl_colors colors = {STL_PLAIN, {1, 1, 1, 1}};
+  if (layout->has_payload) return colors;
+  for (size_t i = 0; i + 10 <= HEADER - 4; i++) {
+    if (memcmp(bytes + i, "COLOR=", 6) != 0) continue;
+    colors.form = STL_MAGICS;
+    for (size_t k = 0; k < 3; k++) colors.usual[k] = tw_linear_from_srgb((float)bytes[i + 6 + k] / 255);
+    colors.usual[3] = (float)bytes[i + 9] / 255;
+    return colors;
+  }
+  for (uint32_t f = 0; f < layout->facets && colors.form == STL_PLAIN; f++)
+    if (bytes[HEADER + (size_t)(f + 1) * FACET - 1] & 0x80) colors.form = STL_VISCAM;
+  return colors;
+}
+
+/* Five bits each: blue, green and red from the lowest on in VisCAM's form; red, green and blue in that of
+ * Magics, where bit 15 says that the facet has no colour of its own. */
+static void facet_color(const stl_colors *colors, uint32_t attribute, float out[4]) {
+  bool is_magics = colors->form == STL_MAGICS;
+  memcpy(out, colors->usual, sizeof colors->usual);
+  if (((attribute & 0x8000) != 0) == is_magics) return;
+  for (uint32_t k = 0; k < 3; k++) {
+    uint32_t value = attribute >> 5 * (is_magics ? k : 2 - k) & 31;
+    out[k] = tw_linear_from_srgb((float)value / 31);
+  }
+}
+
+/* Whether a facet's normal points to the side from which its corners run clockwise. */
+static bool points_back(const float normal[3], const float p[9]) {
+  double a[3], b[3], dot = 0, own = 0, of_points = 0;
+  for (int k = 0; k < 3; k++) {
+    a[k] = (double)p[3 + k] - (double)p[k];
+    b[k] = (double)p[6 + k] - (double)p[k];
+  }
+  for (int k = 0; k < 3; k++) {
+    double cross = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
+    dot += cross * (double)normal[k];
+    own += (double)normal[k] * (double)normal[k];
+    of_points += cross * cross;
+  }
+  return dot < 0 && dot * dot > 0.25 * own * of_points; /* slivers may point anywhere */
+}
+
+static void lose_normal(tw_losses *losses, uint64_t line) {
+  tw_lose(losses, "normals of facets point against the order of their corners", "the order counts", 1, line);
+}
+
+/* Notes what the header, the attribute bytes and the bytes behind the facets hold beyond colours. */
+static void lose_bytes(const uint8_t *bytes, size_t size, const stl_layout *layout, const stl_colors *colors,
+                       tw_losses *losses) {
+  uint64_t more = size - layout->end;
+  for (size_t i = 0; i + 10 <= HEADER - 4 && colors->form == STL_MAGICS; i++)
+    if (memcmp(bytes + i, "MATERIAL=", 9) == 0)
+      tw_lose(losses, "materials of the header are left out", "its colour is kept", 1, 0);
+  if (are_facets(bytes + layout->end, more))
+    tw_lose(losses, "facets are left out", "they stand behind those that the file counts", more / FACET, 0);
+  else
+    tw_lose(losses, "bytes behind the facets are left out", NULL, more, 0);
+}
+
+/* Reads facet f at `at`; returns where the next one begins. */
+static tw_status read_facet(const uint8_t *at, uint32_t f, tw_polygons_read *out, tw_losses *losses,
+                            tw_error *error) {
+  float normal[3], *points = &out->positions[9 * (size_t)f];
+  for (size_t i = 0; i < 3; i++) normal[i] = tw_read_f32(at + 4 * i);
+  for (size_t i = 0; i < 9; i++) {
+    points[i] = tw_read_f32(at + 12 + 4 * i);
+    if (!isfinite(points[i])) return tw_fail(error, TW_INVALID, "facet %u: a coordinate is not finite", f);
+  }
+  if (points_back(normal, points)) lose_normal(losses, 0);
+  out->face_offsets[f] = 3 * f;
+  return TW_OK;
+}
+
+static tw_status read_binary(const uint8_t *bytes, size_t size, tw_polygons_read *out, tw_losses *losses,
+                             tw_error *error) {
+  const stl_layout layout = find_layout(bytes, size);
+  const stl_colors colors = find_colors(bytes, &layout);
+  uint64_t at = HEADER;
+  if (colors.form != STL_PLAIN) {
+    out->corner_colors = tw_alloc((size_t)layout.facets, 12 * sizeof(float));
+    if (!out->corner_colors) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  }
+  for (uint32_t f = 0; f < layout.facets; f++) {
+    tw_status status = read_facet(bytes + at, f, out, losses, error);
+    if (status != TW_OK) return status;
+    uint32_t attribute = tw_read_u16(bytes + at + FACET - 2);
+    for (size_t k = 0; k < 3 && out->corner_colors; k++)
+      facet_color(&colors, attribute, out->corner_colors + 12 * (size_t)f + 4 * k);
+    if (colors.form == STL_PLAIN)
+      tw_lose(losses, "facets have attributes that are left out", NULL, attribute != 0, 0);
+    at += FACET + (layout.has_payload ? attribute : 0);
+  }
+  lose_bytes(bytes, size, &layout, &colors, losses);
+  out->face_count = layout.facets;
+  out->vertex_count = out->corner_count = 3 * layout.facets;
   return TW_OK;
 }
 
@@ -93,6 +218,20 @@ static tw_status end_loop(tw_polygons_read *out, uint64_t line, tw_error *error)
   return TW_OK;
 }
 
+/* Reads the normal of a facet, which holds for its loops; 0 0 0 for one that is no three numbers. */
+static void read_normal(stl_text *text, float out[3]) {
+  for (int i = 0; i < 3; i++) {
+    stl_text rest = *text;
+    double value;
+    if (!tw_word_number(next_word(&rest), &value) || !isfinite((float)value)) {
+      memset(out, 0, 3 * sizeof *out);
+      return;
+    }
+    out[i] = (float)value;
+    *text = rest;
+  }
+}
+
 /* Reads the name of a solid, which goes to the end of its line. */
 static tw_word read_name(stl_text *text) {
   while (text->at < text->end && (*text->at == ' ' || *text->at == '\t')) text->at++;
@@ -111,9 +250,27 @@ typedef struct stl_solids {
   uint32_t names; /* how many more solids have a name */
 } stl_solids;
 
-static tw_status read_text(stl_text text, tw_polygons_read *out, stl_solids *solids, tw_error *error) {
+/* Passes over a word that shapes nothing. */
+static void skip_word(tw_word word, uint64_t line, tw_losses *losses) {
+  static const char *const frames[] = {"facet", "outer", "endfacet"};
+  for (size_t i = 0; i < sizeof frames / sizeof *frames; i++)
+    if (word_is(word, frames[i])) return;
+  tw_lose(losses, "words are left out", "STL has none such", 1, line);
+}
+
+static void begin_solid(stl_text *text, stl_solids *solids) {
+  tw_word name = read_name(text);
+  if (solids->name.length == 0)
+    solids->name = name;
+  else
+    solids->names += name.length > 0;
+}
+
+static tw_status read_text(stl_text text, tw_polygons_read *out, stl_solids *solids, tw_losses *losses,
+                           tw_error *error) {
   tw_status status = TW_OK;
   bool in_loop = false, has_end = false;
+  float normal[3] = {0, 0, 0};
   out->face_offsets[0] = 0;
   while (status == TW_OK) {
     tw_word word = next_word(&text);
@@ -121,22 +278,24 @@ static tw_status read_text(stl_text text, tw_polygons_read *out, stl_solids *sol
     if (word_is(word, "vertex") && in_loop) {
       status = read_point(&text, out->positions + 3 * (size_t)out->vertex_count++, error);
     } else if (word_is(word, "endloop") && in_loop) {
+      const float *points = out->positions + 3 * (size_t)out->face_offsets[out->face_count];
       status = end_loop(out, text.line, error);
+      if (status == TW_OK && points_back(normal, points)) lose_normal(losses, text.line);
       in_loop = false;
     } else if (word_is(word, "loop") && !in_loop) {
       in_loop = true;
+    } else if (word_is(word, "normal") && !in_loop) {
+      read_normal(&text, normal);
     } else if (word_is(word, "solid")) {
-      tw_word name = read_name(&text);
-      if (solids->name.length == 0)
-        solids->name = name;
-      else
-        solids->names += name.length > 0;
+      begin_solid(&text, solids);
     } else if (word_is(word, "endsolid")) {
       read_name(&text);
       has_end = true;
     } else if (word_is(word, "vertex") || word_is(word, "endloop") || word_is(word, "loop")) {
       status = tw_fail_line(error, TW_SYNTAX, text.line, "%.*s is out of place", (int)word.length, word.text);
-    } /* facet, its normal, outer and endfacet are ignored */
+    } else {
+      skip_word(word, text.line, losses);
+    }
   }
   if (status == TW_OK && in_loop)
     status = tw_fail_line(error, TW_SYNTAX, text.line, "the file ends within a loop");
@@ -173,29 +332,34 @@ static tw_status number_corners(tw_polygons_read *read, tw_arena *arena, tw_erro
   return TW_OK;
 }
 
+static tw_status read_facets(const uint8_t *bytes, size_t size, tw_polygons_read *out, stl_solids *solids,
+                             tw_losses *losses, tw_error *error) {
+  const stl_text text = {(const char *)bytes, (const char *)bytes + size, 1};
+  return is_binary(bytes, size) ? read_binary(bytes, size, out, losses, error)
+                                : read_text(text, out, solids, losses, error);
+}
+
 tw_status tw_stl_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model **out, tw_error *error) {
   if (!tw_is_stl(bytes, size)) return tw_fail(error, TW_SYNTAX, "%s", no_stl);
   tw_model *model = tw_model_create();
   if (!model) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   model->format = TW_FORMAT_STL;
   tw_polygons_read read = {0};
+  tw_losses losses = {0};
   stl_solids solids = {0};
-  bool binary = is_binary(bytes, size);
-  tw_status status = make_room(bytes, size, binary, model->arena, &read)
+  tw_status status = make_room(bytes, size, is_binary(bytes, size), model->arena, &read)
                          ? TW_OK
                          : tw_fail(error, TW_NO_MEMORY, "out of memory");
-  if (status == TW_OK)
-    status = binary ? read_binary(bytes, &read, error)
-                    : read_text((stl_text){(const char *)bytes, (const char *)bytes + size, 1}, &read,
-                                &solids, error);
+  if (status == TW_OK) status = read_facets(bytes, size, &read, &solids, &losses, error);
   if (status == TW_OK) status = number_corners(&read, model->arena, error);
-  if (status == TW_OK) status = tw_model_of_polygons(&read, weld, model, error);
+  if (status == TW_OK) status = tw_model_of_polygons(&read, weld, model, &losses, error);
   if (status == TW_OK && solids.name.length > 0) {
     model->meshes[0].name = tw_arena_name(model->arena, solids.name.text, solids.name.length);
     if (!model->meshes[0].name) status = tw_fail(error, TW_NO_MEMORY, "out of memory");
   }
-  if (solids.names > 0)
-    tw_model_warn(model, "all solids are one mesh: the names of %u of them are left out", solids.names);
+  tw_lose(&losses, "names of solids are left out", "all solids are one mesh", solids.names, 0);
+  if (status == TW_OK) tw_losses_tell(&losses, model);
   tw_free(read.positions);
+  tw_free(read.corner_colors);
   return tw_model_end(model, status, out, error);
 }

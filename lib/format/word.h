@@ -64,6 +64,17 @@ static inline uint32_t tw_read_u32(const uint8_t *bytes) {
   return (uint32_t)bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 | (uint32_t)bytes[3] << 24;
 }
 
+static inline uint32_t tw_read_u16(const uint8_t *bytes) {
+  return (uint32_t)bytes[0] | (uint32_t)bytes[1] << 8;
+}
+
+static inline float tw_read_f32(const uint8_t *bytes) {
+  uint32_t bits = tw_read_u32(bytes);
+  float value;
+  memcpy(&value, &bits, sizeof value);
+  return value;
+}
+
 /* Bytes of the byte order mark that some editors put before UTF-8; 0 without one. */
 static inline size_t tw_byte_order_mark(const void *bytes, size_t size) {
   return size >= 3 && memcmp(bytes, "\xEF\xBB\xBF", 3) == 0 ? 3 : 0;

@@ -282,6 +282,25 @@ TEST_WITH(matrices_of_four_columns_and_of_three_decimals_are_read, loopback_setu
   cJSON_Delete(answer);
 }
 
+/* Columns may be off unit length by 0.001, as the document says: their squares by twice as much. */
+TEST_WITH(columns_within_a_thousandth_of_unit_length_are_read, loopback_setup, loopback_teardown) {
+  const double lengths[] = {0.9985, 0.9989, 0.999, 0.9993, 1, 1.0007, 1.001, 1.0011, 1.0015};
+  for (size_t i = 0; i < sizeof lengths / sizeof *lengths; i++) {
+    bool is_near = fabs(lengths[i] - 1) < 0.00101;
+    char body[300];
+    snprintf(body, sizeof body,
+             "{'rotations':[{'matrix':[0,%g,0,%g,0,0,0,0,%g]}],'unit':'degrees','as':'euler'}", lengths[i],
+             -lengths[i], lengths[i]);
+    if (!is_near) {
+      assert_problem(post(*state, body), 422, "/rotations/0/matrix", "column 0 has length");
+      continue;
+    }
+    cJSON *answer = convert(*state, body);
+    assert_near(json_member(entry(answer, 0), "euler"), 3, (double[3]){0, 0, 90});
+    cJSON_Delete(answer);
+  }
+}
+
 TEST_WITH(quaternions_of_matrices_have_no_negative_w, loopback_setup, loopback_teardown) {
   for (int i = 0; i < 60; i++) {
     double angle = (6 * i - 177) * DEGREE, half = angle / 2, sine = sin(half) / 3;

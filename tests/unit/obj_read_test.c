@@ -71,8 +71,6 @@ TEST(bad_files_are_refused_at_their_line) {
       {"v 0 0 0 1 nan 0\n", TW_INVALID, 1},
       {TRIANGLE "vt\nf 1 2 3\n", TW_SYNTAX, 4},
       {TRIANGLE "vt x\nf 1 2 3\n", TW_SYNTAX, 4},
-      {TRIANGLE "f 1 2\n", TW_INVALID, 4},
-      {TRIANGLE "f\n", TW_INVALID, 4},
       {TRIANGLE "f 0 1 2\n", TW_INVALID, 4},
       {TRIANGLE "f 1 2 4\n", TW_INVALID, 4},
       {TRIANGLE "f 1 2 3\nf 1 2 4\nf 1 3 2\n", TW_INVALID, 5},
@@ -168,7 +166,9 @@ TEST(materials_in_other_files_are_warned_of) {
       "of 1 materials the names alone are kept: their colours and textures stand in other files");
   tw_model_destroy(model);
   model = read_good("mtllib a.mtl\n" SQUARE "f 1 2 3 4\n");
-  assert_int_equal(model->warning_count, 0);
+  assert_int_equal(model->warning_count, 1);
+  assert_string_equal(model->warnings[0],
+                      "the libraries of materials that the file names are left out: no face uses one");
   tw_model_destroy(model);
 }
 
@@ -294,7 +294,7 @@ TEST(texture_coordinates_that_are_not_finite_become_0_with_a_warning) {
 }
 
 TEST(lines_points_and_curves_are_left_out_with_one_warning_that_names_the_first) {
-  tw_model *model = read_good(TRIANGLE "f 1 2 3\nl 1 2\np 3\ncstype bezier\ncurv 0 1 1 2 3\nend\n");
+  tw_model *model = read_good(TRIANGLE "f 1 2 3\nl 1 2\np 3\ncurv 0 1 1 2 3\n");
   assert_int_equal(model->meshes[0].face_count, 1);
   assert_int_equal(model->warning_count, 1);
   assert_non_null(strstr(model->warnings[0], "3 lines"));
@@ -318,7 +318,12 @@ TEST(statements_without_a_surface_are_no_unknown_ones) {
                 "vp 0 0\ncstype bezier\ndeg 3\nbmat u 1\nstep 1\nparm u 0 1\ntrim 0 1 1\n"
                 "hole 0 1 1\nscrv 0 1 1\nsp 1\nend\ncon 1 0 1 1 2 0 1 1\n" TRIANGLE
                 "vt 0 0\nvn 0 0 1\nf 1 2 3\nfo 1 2 3\n");
-  assert_int_equal(model->warning_count, 0);
+  assert_int_equal(model->warning_count, 3);
+  assert_non_null(strstr(model->warnings[0], "libraries of materials"));
+  assert_string_equal(model->warnings[2],
+                      "8 statements about display and files are left out, the first in line 6");
+  assert_string_equal(model->warnings[1],
+                      "15 statements of free-form curves and surfaces are left out, the first in line 5");
   tw_model_destroy(model);
 }
 
@@ -599,7 +604,22 @@ TEST(corners_at_the_same_point_go_and_so_do_faces_without_three) {
   assert_int_equal(mesh->hole_count, 2);
   assert_int_equal(mesh->holes[0], 0);
   assert_int_equal(mesh->holes[1], 1);
-  assert_non_null(strstr(model->warnings[0], "3 faces"));
+  assert_int_equal(model->warning_count, 3); /* and corners without a texture coordinate */
+  assert_non_null(strstr(model->warnings[0], "3 faces with fewer than three"));
+  assert_string_equal(model->warnings[1], "1 faces name a point twice in a row: they keep it once");
+  tw_model_destroy(model);
+}
+
+/* A face of two corners, or of none, is as one of two points: left out, and it keeps its number for tags. */
+TEST(faces_of_fewer_than_three_corners_are_left_out) {
+  tw_model *model = read_good(SQUARE "f 1 2\nf 1 2 3\nf\nf 1 3 4\nt hole 1/0/0 3\n");
+  const tw_mesh *mesh = &model->meshes[0];
+  assert_int_equal(mesh->face_count, 2);
+  assert_int_equal(mesh->corner_count, 6);
+  assert_int_equal(mesh->hole_count, 1);
+  assert_int_equal(mesh->holes[0], 1);
+  assert_int_equal(model->warning_count, 1);
+  assert_string_equal(model->warnings[0], "2 faces with fewer than three different points are left out");
   tw_model_destroy(model);
 }
 
@@ -629,8 +649,8 @@ TEST(corners_that_get_0_0_for_a_texture_coordinate_are_counted) {
   tw_model *model =
       read_good("o a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\nf 1/1 2 2 3/1\nf 1 1 2\n"
                 "o b\nv 0 0 1\nv 1 0 1\nv 0 1 1\nf 4 5 6\n");
-  assert_int_equal(model->warning_count, 2);
-  assert_string_equal(model->warnings[1], "1 face corners have no texture coordinate and get 0 0");
+  assert_int_equal(model->warning_count, 3); /* a doubled corner, a face of two points */
+  assert_string_equal(model->warnings[2], "1 face corners have no texture coordinate and get 0 0");
   tw_model_destroy(model);
 }
 

@@ -121,7 +121,7 @@ TEST(names_of_further_solids_go_with_a_warning) {
   assert_string_equal(model->meshes[0].name, "T\xC3\xBCr");
   assert_int_equal(model->meshes[0].face_count, 4);
   assert_int_equal(model->warning_count, 1);
-  assert_non_null(strstr(model->warnings[0], "names of 2"));
+  assert_non_null(strstr(model->warnings[0], "2 names of solids"));
   tw_model_destroy(model);
 }
 
@@ -163,5 +163,116 @@ TEST(a_facet_that_is_listed_twice_goes_with_a_warning) {
   tw_model_destroy(model);
   model = read_text(TETRAHEDRON LOOP D C B " endloop\n");
   assert_int_equal(model->meshes[0].face_count, 5);
+  tw_model_destroy(model);
+}
+
+/* ---- attribute bytes --------------------------------------------------------------------------------- */
+
+/* Two facets that share an edge, with these attributes and as many bytes behind each as `payload` says.
+ * Returns the size. */
+static size_t two_facets(uint8_t bytes[256], const char *header, const uint16_t attributes[2],
+                         size_t payload) {
+  static const float points[2][12] = {{0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0},
+                                      {0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 0}};
+  memset(bytes, 0, 256);
+  memcpy(bytes, header, strlen(header));
+  bytes[80] = 2;
+  uint8_t *at = bytes + 84;
+  for (int f = 0; f < 2; f++) {
+    memcpy(at, points[f], sizeof points[f]);
+    memcpy(at + 48, &attributes[f], 2);
+    memset(at + 50, 'A', payload);
+    at += 50 + payload;
+  }
+  return (size_t)(at - bytes);
+}
+
+static tw_model *read_facets(const char *header, uint16_t first, uint16_t second, size_t payload,
+                             size_t more) {
+  uint8_t bytes[256];
+  tw_model *model = NULL;
+  tw_error error = {0};
+  size_t size = two_facets(bytes, header, (const uint16_t[]){first, second}, payload) + more;
+  assert_int_equal(tw_format_sniff(bytes, size), TW_FORMAT_STL);
+  assert_int_equal(tw_stl_read(bytes, size, TW_WELD_NONE, &model, &error), TW_OK);
+  return model;
+}
+
+static void assert_color(const tw_model *model, uint32_t point, float r, float g, float b, float a) {
+  const float want[4] = {r, g, b, a};
+  assert_int_equal(model->meshes[0].attribute_count, 1);
+  for (uint32_t k = 0; k < 4; k++)
+    assert_float_equal(model->meshes[0].attributes[0].values[4 * point + k], want[k], 1e-6);
+}
+
+/* Linear of 16/31 and of 128/255, as three's STLLoader has them. */
+#define HALF_OF_31  0.22927477f
+#define HALF_OF_255 0.21586050f
+
+TEST(facets_have_colours_as_viscam_writes_them) {
+  tw_model *model = read_facets("", 0x8000 | 31 << 10 | 16, 31, 0, 0);
+  assert_color(model, 0, 1, 0, HALF_OF_31, 1);
+  assert_color(model, 2, 1, 0, HALF_OF_31, 1);
+  assert_color(model, 3, 1, 1, 1, 1); /* without bit 15: none */
+  assert_int_equal(model->warning_count, 0);
+  tw_model_destroy(model);
+}
+
+TEST(facets_have_colours_as_magics_writes_them) {
+  tw_model *model = read_facets("by hand COLOR=\xFF\x80\x01\x33", 16 << 10 | 31, 0x8000 | 31, 0, 0);
+  assert_color(model, 0, 1, 0, HALF_OF_31, 0.2f);
+  assert_color(model, 5, 1, HALF_OF_255, 0.00030353f, 0.2f); /* the header's: linear of 1/255 */
+  assert_int_equal(model->warning_count, 0);
+  tw_model_destroy(model);
+  model = read_facets("COLOR=\xFF\xFF\xFF\xFF,MATERIAL=abcdefghijkl", 31, 31, 0, 0);
+  assert_int_equal(model->warning_count, 1);
+  assert_non_null(strstr(model->warnings[0], "materials of the header"));
+  tw_model_destroy(model);
+}
+
+/* What stands behind the facets is told: bytes that attributes count, facets that the count does not. */
+TEST(attributes_that_are_no_colours_are_told) {
+  static const float second[] = {1, 0, 0, 1, 1, 0, 0, 1, 0};
+  tw_model *model = read_facets("", 5, 5, 5, 0);
+  assert_int_equal(model->meshes[0].attribute_count, 0);
+  assert_memory_equal(model->meshes[0].positions + 9, second, sizeof second);
+  assert_int_equal(model->warning_count, 1);
+  assert_string_equal(model->warnings[0], "2 facets have attributes that are left out");
+  tw_model_destroy(model);
+  model = read_facets("", 7, 0, 0, 3);
+  assert_memory_equal(model->meshes[0].positions + 9, second, sizeof second);
+  assert_int_equal(model->warning_count, 2);
+  assert_string_equal(model->warnings[0], "1 facets have attributes that are left out");
+  assert_string_equal(model->warnings[1], "3 bytes behind the facets are left out");
+  tw_model_destroy(model);
+}
+
+TEST(facets_behind_a_count_too_small_are_told) {
+  size_t size;
+  uint8_t *bytes = binary_cube(&size);
+  tw_model *model = NULL;
+  tw_error error;
+  bytes[0] = 'S';
+  for (uint8_t count = 0; count < 12; count++) {
+    bytes[80] = count;
+    assert_int_equal(tw_format_sniff(bytes, size), TW_FORMAT_STL);
+    assert_int_equal(tw_stl_read(bytes, size, TW_WELD_NONE, &model, &error), TW_OK);
+    assert_int_equal(model->meshes[0].face_count, count);
+    assert_int_equal(model->warning_count, 1);
+    assert_int_equal(atoi(model->warnings[0]), 12 - count);
+    assert_non_null(strstr(model->warnings[0], "behind those that the file counts"));
+    tw_model_destroy(model);
+  }
+  free(bytes);
+}
+
+TEST(normals_against_the_corners_and_words_that_stl_has_not_are_told) {
+  tw_model *model =
+      read_text("solid\nfacet normal 0 0 -1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
+                "endloop\nendfacet\ncolor 1 0 0\nendsolid\n");
+  assert_int_equal(model->warning_count, 2);
+  assert_string_equal(model->warnings[0], "1 normals of facets point against the order of their corners, the "
+                                          "first in line 7: the order counts");
+  assert_string_equal(model->warnings[1], "4 words are left out, the first in line 9: STL has none such");
   tw_model_destroy(model);
 }

@@ -166,8 +166,8 @@ typedef struct tw_despike_edit {
   double factor;
 } tw_despike_edit;
 
-/* (all) Moves points towards the mean of their neighbours; points on a border stay. TAUBIN keeps the volume,
- * LAPLACIAN shrinks. */
+/* (all) Moves points towards the mean of their neighbours; points on a border stay. LAPLACIAN shrinks. TAUBIN
+ * about keeps the volume of closed meshes as fine as scans; a coarse cage collapses. */
 typedef struct tw_smooth_edit {
   tw_smooth_method method;
   uint32_t iterations; /* 1 to TW_EDIT_ITERATIONS_MAX */

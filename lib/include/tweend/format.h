@@ -27,12 +27,12 @@ tw_format tw_format_sniff(const uint8_t *bytes, size_t size);
  * the set of groups of the faces that follow (none for `default`, for more than 1024 bytes of names, and for
  * new sets beyond 262,144). Faces may name elements that are defined later. Where only some face corners have
  * a `vt`, the others get UV 0 0. Colours behind points, or in comments as ZBrush writes them, are sRGB and
- * become linear. `l` and `p` elements, free-form geometry and MTL files are ignored. Normals and smoothing
- * groups are kept. Points that are duplicated along seams are merged, with a warning where faces collapse by
- * it, unless `weld` is TW_WELD_NONE or the file has a subdivision tag. A corner at the same point as the
- * corner before it is dropped; a face left with fewer than three different points is dropped too, with a
- * warning. A file of points alone is a mesh without faces.
- * *out: a finished model (tw_model_finish has run). O(size). */
+ * become linear. `l` and `p` elements, free-form geometry and MTL files are left out. Normals and smoothing
+ * groups are kept. What is left out or changed is told in a warning, here and in all readers. Points that are
+ * duplicated along seams are merged, with a warning where faces collapse by it, unless `weld` is TW_WELD_NONE
+ * or the file has a subdivision tag. A corner at the same point as the corner before it is dropped; a face
+ * left with fewer than three different points is dropped too, with a warning. A file of points alone is a
+ * mesh without faces. *out: a finished model (tw_model_finish has run). O(size). */
 tw_status tw_obj_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model **out, tw_error *error);
 
 /* Reads only the points of an OBJ file, all of them, in file order; errors as for tw_obj_read. *out:
@@ -41,15 +41,17 @@ tw_status tw_obj_read_points(const uint8_t *bytes, size_t size, tw_arena *arena,
                              tw_error *error);
 
 /* STL, binary or text. All solids become one mesh, named after the first solid that has a name; triangles
- * that share an edge by position share its points (lib/mesh/weld.h). Up to 1024 bytes behind the facets of
- * binary STL are ignored. Errors carry a line of text, or name the facet. *out: a finished model.
- * O(n log n). */
+ * that share an edge by position share its points (lib/mesh/weld.h). Colours of facets (VisCAM, Magics; sRGB)
+ * become linear. Facets may carry as many bytes as their attribute says, if the size of the file says so,
+ * too. Up to 1024 bytes behind the facets of binary STL, and facets that the count leaves out, are left out.
+ * Errors carry a line of text, or name the facet. *out: a finished model. O(n log n). */
 tw_status tw_stl_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model **out, tw_error *error);
 
-/* PLY, text or binary in either byte order: positions, normals, faces, colours (sRGB, which become linear)
- * and texture coordinates of vertices; a warning names other elements and properties. Vertices that were
- * split along seams become one point again. Errors carry a line of text, or name the vertex or face. *out: a
- * finished model. O(n log n). */
+/* PLY, text or binary in either byte order: positions, normals, colours (sRGB, which become linear) and
+ * texture coordinates of vertices, or colours and texture coordinates of faces; faces, and strips of
+ * triangles. A warning names other elements and properties. Vertices that were split along seams become one
+ * point again. Errors carry a line of text, or name the vertex or face. *out: a finished model. O(n log n).
+ */
 tw_status tw_ply_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model **out, tw_error *error);
 
 /* glTF 2.0, JSON or GLB, one self-contained file: nothing outside `bytes` is ever opened, and the document is
