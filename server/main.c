@@ -131,7 +131,9 @@ static api_settings settings(process *p, const api_keyring *keyring) {
                         .parallel = {p->server.work, srv_work_parallel_for, srv_compute_is_over},
                         .keyring = *keyring,
                         .metrics = {&p->server, srv_server_metrics},
-                        .page = {{srv_page, srv_page_size}, srv_page_hash, srv_page_policy},
+                        .page = srv_page,
+                        .docs = srv_docs,
+                        .example = srv_example,
                         .cors_origins = config->cors_origins,
                         .hosts = config->hosts};
 }

@@ -1,7 +1,7 @@
-# Writes a C file that holds the page, and OUTPUT.whole when the page could be built:
+# Writes a C file that holds the page, the API reference and the example, and OUTPUT.whole when the first two could be built:
 #   cmake -DSOURCE=server/page -DFOLDER=build/page -DOUTPUT=page.c -P page.cmake
 # FOLDER receives the packages, so that nothing is written beside the sources. They are installed again only when the
-# lock file changes. Without npm, or when the packages cannot be fetched, the page says what is missing; since
+# lock file changes. Without npm, or when the packages cannot be fetched, both say what is missing; since
 # OUTPUT.whole is missing then, the next build tries again.
 find_program(NPM npm)
 find_program(NODE node)
@@ -27,23 +27,37 @@ else()
   endif()
 endif()
 
+# embed(NAME HTML POLICY): adds the file to the C file, as the api_page srv_NAME.
+set(code "#include \"page.h\"\n")
+function(embed name html policy)
+  set(packed "${FOLDER}/${name}.gz")
+  execute_process(COMMAND gzip -9 -n -c "${html}" OUTPUT_FILE "${packed}" COMMAND_ERROR_IS_FATAL ANY)
+  file(SHA256 "${html}" hash)
+  file(READ "${packed}" hex HEX)
+  string(REGEX REPLACE "(................................)" "\\1\n" hex "${hex}")
+  string(REGEX REPLACE "([0-9a-f][0-9a-f])" "0x\\1," bytes "${hex}")
+  string(APPEND code "static const unsigned char ${name}[] = {\n${bytes}\n};\n"
+    "const api_page srv_${name} = {{${name}, sizeof ${name}}, \"${hash}\", \"${policy}\"};\n")
+  set(code "${code}" PARENT_SCOPE)
+endfunction()
+
 if(missing)
-  message(WARNING "the daemon has no page: ${missing}")
+  message(WARNING "the daemon has no page and no API reference: ${missing}")
   set(html "${FOLDER}/missing.html")
   configure_file("${SOURCE}/missing.html" "${html}" @ONLY)
-  set(policy "default-src 'none'; img-src data:; frame-ancestors 'self'")
+  foreach(name page docs)
+    embed(${name} "${html}" "default-src 'none'; img-src data:; frame-ancestors 'self'")
+  endforeach()
 else()
   execute_process(COMMAND "${NODE}" "${SOURCE}/build.mjs" "${FOLDER}" COMMAND_ERROR_IS_FATAL ANY)
-  set(html "${FOLDER}/page.html")
-  file(READ "${FOLDER}/page.policy" policy)
+  foreach(name page docs)
+    file(READ "${FOLDER}/${name}.policy" policy)
+    embed(${name} "${FOLDER}/${name}.html" "${policy}")
+  endforeach()
   file(WRITE "${OUTPUT}.whole" "")
 endif()
-
-execute_process(COMMAND gzip -9 -n -c "${html}" OUTPUT_FILE "${html}.gz" COMMAND_ERROR_IS_FATAL ANY)
-file(SHA256 "${html}" hash)
-file(READ "${html}.gz" hex HEX)
-string(REGEX REPLACE "(................................)" "\\1\n" hex "${hex}")
-string(REGEX REPLACE "([0-9a-f][0-9a-f])" "0x\\1," bytes "${hex}")
-file(WRITE "${OUTPUT}" "#include \"page.h\"\nconst unsigned char srv_page[] = {\n${bytes}\n};\n"
-  "const size_t srv_page_size = sizeof srv_page;\nconst char srv_page_hash[] = \"${hash}\";\n"
-  "const char srv_page_policy[] = \"${policy}\";\n")
+# The example loads three.js from where its import map says.
+embed(example "${SOURCE}/example.html" "default-src 'none'; script-src 'self' 'unsafe-inline' https://cdn.jsdelivr.net; \
+style-src 'unsafe-inline'; img-src blob: data:; connect-src 'self' blob: data:; base-uri 'none'; form-action 'none'; \
+frame-ancestors 'self'")
+file(WRITE "${OUTPUT}" "${code}")

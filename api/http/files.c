@@ -1,4 +1,4 @@
-/* The API description, the module for web clients with its types, and the page. A file changes with the
+/* The API description, the module for web clients with its types, and the pages. A file changes with the
  * daemon's version, so clients revalidate it each time. */
 #include "files.h"
 
@@ -27,14 +27,14 @@ api_outcome api_get_client_types(api_call *call) {
   return reply_file(call, &api_client_types);
 }
 
-/* Whether to send the page as stored, compressed by gzip: to every client that takes gzip, even if it prefers
+/* Whether to send a page as stored, compressed by gzip: to every client that takes gzip, even if it prefers
  * another coding, which would have to be computed. */
 static bool sends_stored(const api_call *call) {
   return call->coding != API_CODING_NONE &&
          api_coding_allowed(api_call_header(call, "Accept-Encoding"), "gzip");
 }
 
-/* The page's bytes: as stored, or decoded for api_encode. False without memory. */
+/* A page's bytes: as stored, or decoded for api_encode. False without memory. */
 static bool copy_page(const api_page *page, bool is_stored, tw_text *out) {
   enum { PAGE_MOST = 16 << 20 };
   uint8_t *bytes;
@@ -48,8 +48,7 @@ static bool copy_page(const api_page *page, bool is_stored, tw_text *out) {
   return true;
 }
 
-api_outcome api_get_page(api_call *call) {
-  const api_page *page = &call->service->page;
+static api_outcome reply_page(api_call *call, const api_page *page) {
   if (page->gzip.size == 0) return api_fail_with(call, 404, "this daemon has no page");
   bool is_stored = sends_stored(call);
   if (is_stored) call->coding = API_CODING_GZIP;
@@ -63,4 +62,16 @@ api_outcome api_get_page(api_call *call) {
     call->coding = API_CODING_NONE; /* encoded already */
   }
   return api_reply(call, &text);
+}
+
+api_outcome api_get_page(api_call *call) {
+  return reply_page(call, &call->service->page);
+}
+
+api_outcome api_get_docs(api_call *call) {
+  return reply_page(call, &call->service->docs);
+}
+
+api_outcome api_get_example(api_call *call) {
+  return reply_page(call, &call->service->example);
 }

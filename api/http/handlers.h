@@ -43,6 +43,8 @@ api_outcome api_post_sign(api_call *call);
 api_outcome api_get_openapi(api_call *call);
 api_outcome api_get_client(api_call *call);
 api_outcome api_get_page(api_call *call);
+api_outcome api_get_docs(api_call *call);
+api_outcome api_get_example(api_call *call);
 api_outcome api_get_client_types(api_call *call);
 
 api_outcome api_post_model(api_call *call);

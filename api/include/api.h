@@ -122,7 +122,7 @@ typedef struct api_metrics {
   char *(*print)(void *owner, size_t *size); /* malloc'ed; NULL without memory */
 } api_metrics;
 
-/* The page at "/": HTML, compressed by gzip. Outlives the service. */
+/* A page for browsers: HTML, compressed by gzip. Outlives the service. */
 typedef struct api_page {
   api_bytes gzip;     /* size 0: there is no page */
   const char *hash;   /* differs whenever the bytes differ */
@@ -135,7 +135,9 @@ typedef struct api_settings {
   api_parallel_for parallel;
   api_keyring keyring;
   api_metrics metrics;
-  api_page page;
+  api_page page;            /* at "/" */
+  api_page docs;            /* the API reference, at "/docs" */
+  api_page example;         /* at "/example.html" */
   const char *cors_origins; /* a comma-separated list, "*" in it for all, "" for none */
   const char
       *hosts; /* served on loopback listeners besides the machine's own, without ports; else as above */

@@ -1,5 +1,5 @@
-// Bundles the page into one HTML file and writes its Content-Security-Policy:
-//   node build.mjs FOLDER    FOLDER: has the packages in node_modules; receives page.html and page.policy
+// Bundles the page and the API reference, each into one HTML file, and writes their Content-Security-Policies:
+//   node build.mjs FOLDER    FOLDER: has the packages in node_modules; receives page.html, page.policy, docs.html and docs.policy
 import { createHash } from 'node:crypto';
 import { readFileSync, writeFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
@@ -18,21 +18,37 @@ function bundle(entry, options) {
   return outputFiles[0].text.trim();
 }
 
-const script = bundle('main.js', { format: 'esm', target: 'es2022', legalComments: 'eof' });
-const style = bundle('style.css', { target: 'es2022' });
-const html = readFileSync(own('index.html'), 'utf8').replace(/\n\s*/g, '\n')
-  .replace('<!--style-->', () => `<style>${style}</style>`)
-  .replace('<!--script-->', () => `<script type="module">${script}</script>`);
-
 const hash = (text) => `'sha256-${createHash('sha256').update(text).digest('base64')}'`;
-const policy = [
-  "default-src 'none'",
-  `script-src ${hash(script)} 'wasm-unsafe-eval'`, // the decoder of EXT_meshopt_compression is WebAssembly
-  `style-src ${hash(style)}`,
-  "img-src 'self' blob: data:", // textures
-  "connect-src 'self' blob: data:",
-  "base-uri 'none'", "form-action 'none'", "frame-ancestors 'self'",
-].join('; ');
 
-writeFileSync(join(folder, 'page.html'), html);
-writeFileSync(join(folder, 'page.policy'), policy);
+/** Text that may stand inside <script>: HTML takes comments and tags in it for its own. They stand in strings and regular
+ * expressions only. */
+const inlined = (script) => script.replace(/<(?=!--|\/?script)/gi, '\\x3C');
+
+/** policy: what the Content-Security-Policy allows besides the file's own script and style. */
+function write(name, { html, script, style, policy }) {
+  const text = readFileSync(own(html), 'utf8').replace(/\n\s*/g, '\n')
+    .replace('<!--style-->', () => `<style>${style}</style>`)
+    .replace('<!--script-->', () => `<script type="module">${script}</script>`);
+  const whole = ["default-src 'none'", `script-src ${hash(script)} ${policy.scripts ?? ''}`.trim(), `style-src ${hash(style)}`,
+    `img-src ${policy.images}`, `connect-src ${policy.requests}`, "base-uri 'none'", "form-action 'none'", "frame-ancestors 'self'"];
+  writeFileSync(join(folder, `${name}.html`), text);
+  writeFileSync(join(folder, `${name}.policy`), whole.join('; '));
+}
+
+write('page', {
+  html: 'index.html',
+  script: inlined(bundle('main.js', { format: 'esm', target: 'es2022', legalComments: 'eof' })),
+  style: bundle('style.css', { target: 'es2022' }),
+  policy: {
+    scripts: "'wasm-unsafe-eval'", // the decoder of EXT_meshopt_compression is WebAssembly
+    images: "'self' blob: data:", // textures
+    requests: "'self' blob: data:",
+  },
+});
+
+write('docs', {
+  html: 'docs.html',
+  script: inlined(bundle('docs.js', { format: 'esm', target: 'es2022', legalComments: 'eof' })),
+  style: bundle('docs.css', { target: 'es2022' }),
+  policy: { images: 'blob: data:', requests: "'self'" }, // icons of the style sheet
+});

@@ -1,5 +1,5 @@
-// The web pages of the README: their scripts run as they stand, three.js moves what the daemon plays, and model-viewer
-// shows a surface.
+// The web pages of README and GUIDE, on another origin than the daemon, with keys on: three.js moves what the daemon
+// plays, and model-viewer shows a surface.
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { createServer } from 'node:http';
@@ -11,27 +11,24 @@ import { Daemon, root } from '../node/daemon.mjs';
 import { launch, PATIENCE_MS } from './chromium.mjs';
 
 const packages = fileURLToPath(new URL('./node_modules/', import.meta.url));
-const readme = readFileSync(join(root, 'README.md'), 'utf8');
-const [section] = readme.match(/^## The same from a web page\n.*?(?=^## )/ms);
-const [, script] = section.match(/^```js\n(.*?)^```$/ms);
-const [, viewer] = section.match(/^```html\n(.*?)^```$/ms);
-
-const imports = { three: '/three/build/three.module.js', 'three/addons/': '/three/examples/jsm/' };
-const head = `<!doctype html><link rel="icon" href="data:,"><script type="importmap">${JSON.stringify({ imports })}</script>`;
-const setting = `import { PerspectiveCamera, Scene, WebGLRenderer } from 'three';
-  const [scene, camera, renderer] = [new Scene(), new PerspectiveCamera(), new WebGLRenderer()];`;
+const codeOf = (file, heading) => {
+  const [section] = readFileSync(join(root, file), 'utf8').match(new RegExp(`^## ${heading}\\n.*?(?=^## |(?![^]))`, 'ms'));
+  return section.match(/^```html\n(.*?)^```$/ms)[1];
+};
+const example = codeOf('README.md', 'The same from a web page');
+const viewer = codeOf('api/GUIDE.md', 'In model-viewer');
 
 const daemon = new Daemon(['--api-keys', 'sesame', '--url-keys', 'seal']);
 let browser, server, page, url;
 
 before(async () => {
   await daemon.start();
-  const here = (text) => text.replace('http://127.0.0.1:8080', daemon.url).replace('new Tweend()', "new Tweend(undefined, { key: 'sesame' })");
+  const withKey = (text) => text.replace('new Tweend()', "new Tweend(undefined, { key: 'sesame' })");
+  const changes = [['./tweend.js', `${daemon.url}/tweend.js`], [/https:\/\/.*?\/three@[^/]*/g, '/three'],
+    ['renderer.setAnimationLoop', 'window.played = { scene, player };\nrenderer.setAnimationLoop']];
   const files = {
-    '/three.html': ['text/html', `${head}<script type="module" src="/script.js"></script>`],
-    '/script.js': ['text/javascript', `${setting}\n${here(script)}\nwindow.played = { scene, player };`],
-    '/viewer.html': ['text/html', head + here(viewer)],
-    '/tank.json': ['application/json', readFileSync(join(root, 'server/samples/tank.json'))],
+    '/three.html': ['text/html', changes.reduce((text, [from, to]) => text.replace(from, to), withKey(example))],
+    '/viewer.html': ['text/html', `<!doctype html><link rel="icon" href="data:,">${withKey(viewer).replace('http://127.0.0.1:8080', daemon.url)}`],
     '/octopus.obj': ['text/plain', readFileSync(join(root, 'server/samples/octopus.obj'))],
     '/model-viewer.min.js': ['text/javascript', readFileSync(join(packages, '@google/model-viewer/dist/model-viewer.min.js'))],
   };
@@ -62,21 +59,19 @@ async function open(path, condition) {
   assert.deepEqual(errors, []);
 }
 
-test('the script for three.js loads the tank and plays its clip', async () => {
-  await open('/three.html', () => window.played);
-  assert.deepEqual(await page.evaluate(() => played.player.missing), []);
-  const before = await page.evaluate(() => played.scene.getObjectByName('hull').quaternion.toArray());
-  await page.waitForFunction(
-    ([, y]) => Math.abs(played.scene.getObjectByName('hull').quaternion.y - y) > 0.01 && played.player.time > 0,
-    before,
-    { timeout: PATIENCE_MS },
-  );
-  const triangles = await page.evaluate(() => {
-    let count = 0;
-    played.scene.traverse((object) => (count += object.geometry ? object.geometry.index.count / 3 : 0));
-    return count;
+test('the page for three.js is the example that the daemon serves', () =>
+  assert.equal(example, readFileSync(join(root, 'server/page/example.html'), 'utf8')));
+
+test('the page for three.js shows a surface and plays its clip', async () => {
+  await open('/three.html', () => window.played?.player.time > 0.1);
+  const { missing, turned, triangles } = await page.evaluate(() => {
+    let triangles = 0;
+    played.scene.traverse((object) => (triangles += object.geometry ? object.geometry.index.count / 3 : 0));
+    return { missing: played.player.missing, turned: played.scene.getObjectByName('body').quaternion.y, triangles };
   });
-  assert.ok(triangles > 1000, `${triangles} triangles`);
+  assert.deepEqual(missing, []);
+  assert.ok(Math.abs(turned) > 0.01);
+  assert.equal(triangles, 6 * 4 ** 3 * 2);
   await page.close();
 });
 

@@ -1,4 +1,4 @@
-# The page at / over the wire, and what the build makes of it without npm. What the page does: tests/browser.
+# The pages over the wire, and what the build makes of it without npm. What the page does: tests/browser.
 
 load helper
 setup_file() { start_daemon; }
@@ -19,11 +19,33 @@ setup() { cd "$BATS_TEST_TMPDIR" || return; }
   cmp answer page
 }
 
+@test "the API reference is packed, sent once, and asks nobody but the daemon" {
+  http GET /docs --header "Accept-Encoding: gzip"
+  expect 200
+  [[ $(header content-encoding) == gzip ]]
+  (($(wc -c <answer) < 600000))
+  policy=$(header content-security-policy)
+  [[ $policy == *"default-src 'none'; script-src 'sha256-"* && $policy == *"connect-src 'self'"* ]]
+  [[ $policy != *unsafe* && $policy != *http* ]]
+  http GET /docs --header "Accept-Encoding: gzip" --header "If-None-Match: $(header etag)"
+  expect 304
+}
+
+@test "the example is the file of the tree" {
+  http GET /example.html
+  expect 200
+  cmp answer "$root/server/page/example.html"
+  [[ $(header content-security-policy) == *"connect-src 'self' blob: data:"* ]]
+}
+
 @test "without npm the page says what is missing" {
   mkdir bare
   ln -s "$(command -v cmake)" "$(command -v gzip)" bare/
   PATH=$PWD/bare cmake "-DSOURCE=$root/server/page" "-DFOLDER=$PWD/page" "-DOUTPUT=$PWD/page.c" -P "$root/server/page.cmake"
-  gunzip <page/missing.html.gz | grep "npm and node were not found"
-  grep "^const unsigned char srv_page\[\] = {" page.c
+  for name in page docs; do
+    gunzip <"page/$name.gz" | grep "npm and node were not found"
+  done
+  gunzip <page/example.gz | cmp - "$root/server/page/example.html"
+  grep "^static const unsigned char page\[\] = {" page.c
   [[ ! -e page.c.whole ]] # the next build tries again
 }

@@ -1,4 +1,4 @@
-/* The page at "/": stored by gzip, sent so or plain, open to everybody. */
+/* The pages: stored by gzip, sent so or plain, open to everybody. */
 #include "loopback.h"
 
 #include <stdio.h>
@@ -21,6 +21,8 @@ static api_settings with_page(void) {
   deflateEnd(&stream);
   api_settings settings = loopback_settings();
   settings.page = (api_page){{stored, size}, "0123", "default-src 'none'"};
+  settings.docs = (api_page){{stored, size}, "4567", "default-src 'self'"};
+  settings.example = (api_page){{stored, size}, "89ab", "default-src data:"};
   return settings;
 }
 
@@ -36,6 +38,22 @@ static reply ask_page(loopback *loop, const char *headers) {
 
 TEST_WITH(a_daemon_without_a_page_answers_404, loopback_setup, loopback_teardown) {
   assert_problem(loopback_get(*state, "/"), 404, NULL, "page");
+  assert_problem(loopback_get(*state, "/docs"), 404, NULL, "page");
+}
+
+TEST_WITH(each_page_has_its_policy_and_tag, setup, loopback_teardown) {
+  static const char *const pages[][2] = {
+      {"/", "default-src 'none'"}, {"/docs", "default-src 'self'"}, {"/example.html", "default-src data:"}};
+  char tags[3][80];
+  for (size_t i = 0; i < 3; i++) {
+    reply r = loopback_get(*state, pages[i][0]);
+    assert_int_equal(r.status, 200);
+    assert_string_equal(reply_header(&r, "Content-Security-Policy"), pages[i][1]);
+    assert_memory_equal(r.body, html, r.size);
+    snprintf(tags[i], sizeof tags[i], "%s", reply_header(&r, "ETag"));
+    for (size_t k = 0; k < i; k++) assert_string_not_equal(tags[i], tags[k]);
+    reply_free(&r);
+  }
 }
 
 TEST_WITH(clients_of_gzip_get_the_stored_bytes, setup, loopback_teardown) {
