@@ -1071,6 +1071,15 @@ export interface SurfaceOptions {
    */
   skin?: "keep" | "bake";
   /**
+   * How many joints move a point of the answer. `all`: as many sets of four (JOINTS_0, JOINTS_1, …) as the file
+   * has, at every level; the heaviest joints of each point, heaviest first. `4`: one set, which every viewer reads;
+   * X-Tweend-Warning tells how many points of the file follow more. A point that subdivision makes may follow more
+   * joints than there is room for: the heaviest stay, and their weights are scaled to a sum of 1. Baking
+   * (`skin=bake`) always uses all.
+   * @default all
+   */
+  influences?: "all" | "4";
+  /**
    * `none`: only the node tree and the animation.
    * @default all
    */

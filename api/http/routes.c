@@ -28,7 +28,7 @@ static const char *const surface_parameters[] = {
     "level",     "scheme",   "boundary", "uv",        "creasing",    "creases", "crease_sharpness",
     "triangles", "weld",     "quads",    "limit",     "normals",     "clip",    "at",
     "from",      "to",       "fps",      "tolerance", "tolerance_m", "skin",    "meshes",
-    "encoding",  "polygons", "details",  "download",  NULL};
+    "encoding",  "polygons", "details",  "download",  "influences",  NULL};
 static const char *const tracks_parameters[] = {"clip", NULL};
 static const char *const pose_parameters[] = {"clip",          "at",   "from",     "to",   "fps",
                                               "space",         "as",   "order",    "unit", "nodes",

@@ -32,6 +32,7 @@ tw_surface_options api_surface_options(const api_surface_query *query, const tw_
       .normals = query->normals,
       .own_normals = query->own_normals,
       .tagged = query->tagged,
+      .influences = query->influences,
   };
 }
 
@@ -46,7 +47,7 @@ void api_surface_query_print(const api_surface_query *query, tw_text *text) {
       {"quads", query->reading.quads},  {"limit", query->limit},
       {"normals", query->normals},      {"own", query->own_normals},
       {"tagged", query->tagged},        {"holes", query->with_holes},
-      {"details", query->details}};
+      {"details", query->details},      {"influences", query->influences}};
   for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
     tw_text_add(text, i ? "&" : "");
     tw_text_add(text, parts[i].name);
@@ -250,8 +251,9 @@ static api_plan *count_and_create(const plan_source *source) {
 
 /* What attributes add to the cost of making a plan. Each UV set has its own connectivity: 256 bytes a corner.
  * At levels 1 to 3 the library keeps the values of all points: 16 bytes a point for each attribute, UV set
- * and target, 48 for joints and weights, and as much again for the limit surface if `limit` is given. Where
- * that would exceed MOST, the library keeps no values and computes patches. */
+ * and target, 48 for four joints and their weights and 32 for each further four, and as much again for the
+ * limit surface if `limit` is given. Where that would exceed MOST, the library keeps no values and computes
+ * patches. */
 static uint64_t attributes_cost(const tw_mesh *mesh, const api_surface_query *query) {
   enum { MOST = 192 << 20 };
   uint64_t connectivity = 256 * (uint64_t)mesh->corner_count * mesh->uv_set_count;
@@ -259,8 +261,8 @@ static uint64_t attributes_cost(const tw_mesh *mesh, const api_surface_query *qu
   uint64_t points = (uint64_t)mesh->corner_count << 2 * (query->level - 1),
            morph_normals = mesh->morph_normals && query->normals ? mesh->morph_count : 0,
            values = (uint64_t)mesh->uv_set_count + mesh->attribute_count + mesh->morph_count + morph_normals,
-           skin = mesh->skin.joints ? 1 : 0,
-           sets = values + 3 * skin + (query->limit ? 1 + values + skin : 0), cost = 16 * points * sets;
+           skin = mesh->skin.joints ? 1 : 0, rows = tw_mesh_influences(mesh, query->influences) / 2,
+           sets = values + rows + skin + (query->limit ? 1 + values + skin : 0), cost = 16 * points * sets;
   return connectivity + (cost < MOST ? cost : MOST);
 }
 
@@ -280,7 +282,7 @@ static uint64_t morph_normals_cost(const tw_mesh *mesh, const api_surface_query 
 /* Levels down to the deepest one with details are made step by step, with all values of their points. */
 uint64_t api_detail_cost(const tw_mesh *mesh, uint64_t points) {
   enum { POINT = 512 };
-  uint64_t values = mesh->morph_count + (mesh->skin.joints ? 4 : 0),
+  uint64_t values = mesh->morph_count + mesh->skin.width,
            point = POINT + 256 * (uint64_t)mesh->uv_set_count + 48 * values;
   for (uint32_t i = 0; i < mesh->attribute_count; i++) point += 16 * (uint64_t)mesh->attributes[i].width;
   for (uint32_t i = 0; i < mesh->detail_count; i++)

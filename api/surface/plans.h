@@ -15,10 +15,11 @@ typedef struct api_surface_query {
   int scheme, boundary, uv, creasing, triangles;
   api_reading reading; /* how the model is read */
   bool limit, normals;
-  bool own_normals; /* keep the file's normals, at level 0 */
-  bool tagged;      /* keep the tags of the cage, at level 0 */
-  bool with_holes;  /* holes become faces (tw_mesh_open_holes), details are left out */
-  bool details;     /* apply the details of the mesh's levels */
+  bool own_normals;    /* keep the file's normals, at level 0 */
+  bool tagged;         /* keep the tags of the cage, at level 0 */
+  bool with_holes;     /* holes become faces (tw_mesh_open_holes), details are left out */
+  bool details;        /* apply the details of the mesh's levels */
+  uint32_t influences; /* the most influences of a point, 0: all of the file's */
   tw_creases creases;
   double crease_degrees;  /* of TW_CREASES_ANGLE, else 0 */
   float crease_sharpness; /* of the edges that `creases` adds, else 0 */

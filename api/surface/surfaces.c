@@ -100,7 +100,8 @@ static tw_status read_surface(const api_query *query, api_surface_query *out, tw
   static const char *const creasings[] = {"uniform", "chaikin", NULL};
   static const char *const triangles[] = {"catmull-clark", "smooth", NULL};
   static const char *const normals[] = {"auto", "limit", "none", NULL};
-  int normal = 0;
+  static const char *const influences[] = {"all", "4", NULL};
+  int normal = 0, influence = 0;
   tw_status status = api_surface_query_begin(query, out, error);
   out->level = 1;
   if (status == TW_OK) status = api_query_count(query, "level", &out->level, error);
@@ -114,6 +115,8 @@ static tw_status read_surface(const api_query *query, api_surface_query *out, tw
   if (status == TW_OK) status = read_weld(query, &out->reading, error);
   if (status == TW_OK) status = read_creases(query, out, error);
   if (status == TW_OK) status = read_crease_sharpness(query, out, error);
+  if (status == TW_OK) status = api_query_choice(query, "influences", influences, &influence, error);
+  out->influences = influence == 1 ? 4 : 0;
   out->normals = normal != 2;
   out->own_normals = normal == 0 && out->level == 0 && !out->limit;
   return status;
@@ -467,6 +470,18 @@ static api_outcome reply_surface(api_call *call, surface_request *request) {
 
 /* ---- stages -------------------------------------------------------------------------------------- */
 
+/* Whether rows of a mesh hold fewer influences than its points have because the request asks for fewer. */
+static bool is_cut(const surface_request *request, const tw_mesh *mesh) {
+  return tw_mesh_influences(mesh, request->surface.influences) < tw_mesh_influences(mesh, 0);
+}
+
+static bool cuts_influences(const surface_request *request) {
+  const tw_model *model = request->scene.content.model;
+  for (uint32_t i = 0; i < model->mesh_count; i++)
+    if (is_cut(request, &model->meshes[i])) return true;
+  return false;
+}
+
 /* Whether a light call may answer: no pass over all points or keys, and little JSON to print. */
 static bool is_light(const api_call *call, const surface_request *request) {
   enum { LIGHT_PARTS = 64 };
@@ -474,7 +489,7 @@ static bool is_light(const api_call *call, const surface_request *request) {
   const tw_model *model = request->scene.content.model;
   bool needs_no_pass = atomic_load(&plan->is_warm) || request->form >= FORM_OBJ || call->is_head ||
                        request->encoding != TW_ENCODING_FLOAT;
-  return needs_no_pass && request->scene.choices.count == 0 &&
+  return needs_no_pass && request->scene.choices.count == 0 && !cuts_influences(request) &&
          model->mesh_count + (uint64_t)model->node_count <= LIGHT_PARTS;
 }
 
@@ -540,6 +555,37 @@ static api_outcome warn_of_polygons(api_call *call, const surface_request *reque
   return API_DONE;
 }
 
+/* The points of a mesh that follow more joints than `most`. */
+static uint64_t count_richer_points(const tw_mesh *mesh, uint32_t most) {
+  uint64_t points = 0;
+  uint32_t width = mesh->skin.width;
+  for (uint32_t p = 0; p < mesh->point_count; p++) {
+    uint32_t joints = 0;
+    for (uint32_t k = 0; k < width; k++) joints += mesh->skin.weights[(size_t)width * p + k] > 0;
+    points += joints > most;
+  }
+  return points;
+}
+
+/* Tells what influences=4 takes away. */
+static api_outcome warn_of_influences(api_call *call, const surface_request *request) {
+  const tw_model *model = request->scene.content.model;
+  uint32_t most = request->surface.influences;
+  uint64_t points = 0;
+  if (request->form == FORM_OBJ) return API_DONE;
+  for (uint32_t i = 0; i < model->mesh_count; i++)
+    if (is_cut(request, &model->meshes[i])) points += count_richer_points(&model->meshes[i], most);
+  if (points == 0) return API_DONE;
+  tw_text text = {0};
+  tw_text_add(&text, "influences=4 keeps the four heaviest joints of a point: ");
+  tw_text_count(&text, points);
+  tw_text_add(&text, points > 1 ? " points of the file follow more" : " point of the file follows more");
+  const char *sentence = api_text_keep(&text, call->arena);
+  if (!sentence) return api_fail_without_memory(call);
+  api_call_warn(call, &sentence, 1);
+  return API_DONE;
+}
+
 /* From the model to the answer. The caller releases the request unless the answer's body took it over. */
 static api_outcome answer_surface(api_call *call, surface_request *request, bool is_stored) {
   api_outcome outcome = prepare(call, request, is_stored);
@@ -557,6 +603,7 @@ static api_outcome answer_surface(api_call *call, surface_request *request, bool
   api_call_warn(call, model->warnings, model->warning_count);
   api_scene_warn(call, &request->scene);
   if (outcome == API_DONE) outcome = warn_of_polygons(call, request);
+  if (outcome == API_DONE) outcome = warn_of_influences(call, request);
   if (outcome == API_DONE)
     outcome = api_file_name_suggest(call, api_model_name(model), call->offer->extension);
   return outcome == API_DONE ? reply_surface(call, request) : outcome;

@@ -165,8 +165,8 @@ static int compare_weights(const void *left, const void *right) {
   return compare_joints(left, right);
 }
 
-/* Keeps the four joints of the largest weights, normalised. pulls: [count], overwritten. */
-static void keep_four(pull *pulls, uint32_t count, uint16_t *joints, float *weights) {
+/* Keeps the `most` joints of the largest weights, normalised. pulls: [count], overwritten. */
+static void keep_heaviest(pull *pulls, uint32_t count, uint32_t most, uint16_t *joints, float *weights) {
   uint32_t different = 0;
   qsort(pulls, count, sizeof *pulls, compare_joints);
   for (uint32_t i = 0; i < count; i++)
@@ -176,9 +176,9 @@ static void keep_four(pull *pulls, uint32_t count, uint16_t *joints, float *weig
       pulls[different++] = pulls[i];
   qsort(pulls, different, sizeof *pulls, compare_weights);
   double sum = 0;
-  if (different > 4) different = 4;
+  if (different > most) different = most;
   for (uint32_t i = 0; i < different; i++) sum += pulls[i].weight;
-  for (uint32_t i = 0; i < 4; i++) {
+  for (uint32_t i = 0; i < most; i++) {
     joints[i] = i < different ? (uint16_t)pulls[i].joint : 0;
     weights[i] = i < different && sum > 0 ? (float)(pulls[i].weight / sum) : 0;
   }
@@ -188,28 +188,29 @@ static bool mix_skin(const maker *m) {
   const tw_change *c = m->change;
   const tw_skin_weights *skin = &m->from->skin;
   if (!skin->joints) return true;
-  uint16_t *joints = tw_arena_alloc(m->arena, c->point_count, sizeof(uint16_t[4]));
-  float *weights = tw_arena_alloc(m->arena, c->point_count, sizeof(float[4]));
-  pull *pulls = tw_alloc((size_t)c->term_count + 1, 4 * sizeof *pulls);
+  size_t width = skin->width;
+  uint16_t *joints = tw_arena_alloc(m->arena, c->point_count, width * sizeof *joints);
+  float *weights = tw_arena_alloc(m->arena, c->point_count, width * sizeof *weights);
+  pull *pulls = tw_alloc((size_t)c->term_count + 1, width * sizeof *pulls);
   bool has_room = joints && weights && pulls;
   for (uint32_t p = 0; has_room && p < c->point_count; p++) {
     uint32_t count, pull_count = 0;
     tw_term single;
     const tw_term *terms = terms_of(c, c->point_parents[p], m->from->point_count, &single, &count);
     if (count == 1) {
-      memcpy(joints + 4 * (size_t)p, skin->joints + 4 * (size_t)terms->index, sizeof(uint16_t[4]));
-      memcpy(weights + 4 * (size_t)p, skin->weights + 4 * (size_t)terms->index, sizeof(float[4]));
+      memcpy(joints + width * p, skin->joints + width * terms->index, width * sizeof *joints);
+      memcpy(weights + width * p, skin->weights + width * terms->index, width * sizeof *weights);
       continue;
     }
-    for (uint32_t i = 0; i < 4 * count; i++) {
-      size_t at = 4 * (size_t)terms[i / 4].index + i % 4;
-      double weight = terms[i / 4].weight * (double)skin->weights[at];
+    for (size_t i = 0; i < width * count; i++) {
+      size_t at = width * terms[i / width].index + i % width;
+      double weight = terms[i / width].weight * (double)skin->weights[at];
       if (weight > 0) pulls[pull_count++] = (pull){skin->joints[at], weight};
     }
-    keep_four(pulls, pull_count, joints + 4 * (size_t)p, weights + 4 * (size_t)p);
+    keep_heaviest(pulls, pull_count, skin->width, joints + width * p, weights + width * p);
   }
   tw_free(pulls);
-  m->to->skin = (tw_skin_weights){.joints = joints, .weights = weights};
+  m->to->skin = (tw_skin_weights){skin->width, joints, weights};
   return has_room;
 }
 

@@ -85,7 +85,7 @@ static bool is_fraction(const tw_uv_set *set) {
 }
 
 static bool has_small_joints(const tw_mesh *mesh) {
-  for (size_t i = 0; mesh->skin.joints && i < 4 * (size_t)mesh->point_count; i++)
+  for (size_t i = 0; mesh->skin.joints && i < mesh->skin.width * (size_t)mesh->point_count; i++)
     if (mesh->skin.joints[i] > UINT8_MAX) return false;
   return true;
 }

@@ -314,10 +314,8 @@ static tw_status check_skinned_nodes(const tw_model *model, tw_error *error) {
   for (uint32_t i = 0; i < model->mesh_count; i++) {
     const tw_mesh *mesh = &model->meshes[i];
     if (!mesh->skin.joints) continue;
-    for (size_t j = 0; j < (size_t)mesh->point_count * 4; j++)
+    for (size_t j = 0; j < mesh->skin.width * (size_t)mesh->point_count; j++)
       if (mesh->skin.joints[j] > highest[i]) highest[i] = mesh->skin.joints[j];
-    for (size_t j = 0; mesh->skin.all_joints && j < (size_t)mesh->point_count * mesh->skin.all_count; j++)
-      if (mesh->skin.all_joints[j] > highest[i]) highest[i] = mesh->skin.all_joints[j];
   }
   tw_status status = TW_OK;
   for (uint32_t i = 0; i < model->node_count && status == TW_OK; i++) {
@@ -328,6 +326,19 @@ static tw_status check_skinned_nodes(const tw_model *model, tw_error *error) {
   }
   tw_free(highest);
   return status;
+}
+
+/* Warns of meshes whose answers cannot hold all influences of a point. */
+static void warn_of_influences(tw_model *model) {
+  for (uint32_t i = 0; i < model->mesh_count; i++) {
+    const tw_mesh *mesh = &model->meshes[i];
+    uint32_t held = tw_mesh_influences(mesh, 0);
+    if (held < mesh->skin.width)
+      tw_model_warn(model,
+                    "mesh %u has so many attributes that its answers keep the %u heaviest of %u joints of a "
+                    "point",
+                    i, held, mesh->skin.width);
+  }
 }
 
 /* Checks that a track of weights has one number for each morph target of its node's mesh. On a node without a
@@ -471,6 +482,7 @@ tw_status tw_model_finish(tw_model *model, tw_error *error) {
   if (status == TW_OK) status = check_skinned_nodes(model, error);
   if (status == TW_OK) status = check_clips(model, error);
   if (status == TW_OK) status = warn_of_namesakes(model, error);
+  if (status == TW_OK) warn_of_influences(model);
   return status;
 }
 

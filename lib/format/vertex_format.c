@@ -40,6 +40,25 @@ static void add_field(const char *semantic, tw_vertex_coding coding, uint32_t co
   ++*count;
 }
 
+/* One attribute of joints and one of weights for each four. */
+static void add_influences(const tw_surface_layout *layout, const tw_vertex_codings *codings,
+                           tw_vertex_field *fields, uint32_t *count) {
+  static const char *const names[TW_JOINT_SETS_MAX][2] = {
+      {"JOINTS_0", "WEIGHTS_0"}, {"JOINTS_1", "WEIGHTS_1"}, {"JOINTS_2", "WEIGHTS_2"},
+      {"JOINTS_3", "WEIGHTS_3"}, {"JOINTS_4", "WEIGHTS_4"}, {"JOINTS_5", "WEIGHTS_5"},
+      {"JOINTS_6", "WEIGHTS_6"}, {"JOINTS_7", "WEIGHTS_7"}};
+  uint32_t first = *count;
+  for (uint32_t set = 0; set < layout->influences / 4; set++) {
+    add_field(names[set][0], codings->joints, layout->joints + 4 * set, 4, fields, count);
+    add_field(names[set][1], codings->weights, layout->weights + 4 * set, 4, fields, count);
+  }
+  for (uint32_t i = first; i < *count; i++) {
+    fields[i].set = (i - first) / 2;
+    fields[i].weights = layout->weights;
+    fields[i].influences = layout->influences;
+  }
+}
+
 uint32_t tw_vertex_fields(const tw_mesh *mesh, const tw_surface_layout *layout,
                           const tw_vertex_codings *codings, tw_vertex_field fields[TW_VERTEX_FIELDS_MAX]) {
   static const char *const uvs[TW_UV_SETS_MAX] = {"TEXCOORD_0", "TEXCOORD_1", "TEXCOORD_2", "TEXCOORD_3"};
@@ -54,8 +73,7 @@ uint32_t tw_vertex_fields(const tw_mesh *mesh, const tw_surface_layout *layout,
     add_field(own->name, own->is_color ? codings->color : TW_CODED_FLOATS, layout->attributes[i], own->width,
               fields, &count);
   }
-  add_field("JOINTS_0", codings->joints, layout->joints, 4, fields, &count);
-  add_field("WEIGHTS_0", codings->weights, layout->weights, 4, fields, &count);
+  add_influences(layout, codings, fields, &count);
   return count;
 }
 
@@ -78,36 +96,42 @@ static int32_t round_to(float value, float most) {
   return (int32_t)(scaled < 0 ? scaled - 0.5f : scaled + 0.5f);
 }
 
-/* Rounds weights down; what is missing in the sum of 255 goes to the weights that lost most. weights: sum
- * 1. */
-static void round_weights(const float *weights, uint8_t out[4]) {
+/* Rounds the field's four weights. All weights of the row, whose sum is 1, are rounded down; what is missing
+ * in the sum of 255 goes to those that lost most. */
+static void round_weights(const tw_vertex_field *field, const float *row, uint8_t out[4]) {
+  const float *weights = row + field->weights;
   int rest = 255;
-  float lost[4];
-  for (int i = 0; i < 4; i++) {
-    out[i] = (uint8_t)(weights[i] * 255);
-    lost[i] = weights[i] * 255 - (float)out[i];
-    rest -= out[i];
+  uint8_t rounded[4 * TW_JOINT_SETS_MAX];
+  float lost[4 * TW_JOINT_SETS_MAX];
+  for (uint32_t i = 0; i < field->influences; i++) {
+    rounded[i] = (uint8_t)(weights[i] * 255);
+    lost[i] = weights[i] * 255 - (float)rounded[i];
+    rest -= rounded[i];
   }
   for (; rest > 0; rest--) {
-    int most = 0;
-    for (int i = 1; i < 4; i++)
+    uint32_t most = 0;
+    for (uint32_t i = 1; i < field->influences; i++)
       if (lost[i] > lost[most]) most = i;
-    out[most]++;
+    rounded[most]++;
     lost[most] -= 1;
   }
+  memcpy(out, rounded + 4 * field->set, 4);
 }
 
-static void write_joints(const float *joints, uint8_t *out) {
+static void write_joints(const tw_vertex_field *field, const float *row, uint8_t *out) {
+  const float *joints = row + field->column, *weights = row + field->weights + 4 * field->set;
   uint16_t written[4];
-  for (int i = 0; i < 4; i++) written[i] = joints[4 + i] > 0 ? (uint16_t)joints[i] : 0;
+  for (int i = 0; i < 4; i++) written[i] = weights[i] > 0 ? (uint16_t)joints[i] : 0;
   memcpy(out, written, sizeof written);
 }
 
 /* Writes joint 0 where the weight is stored as 0: the glTF validator wants it. */
-static void write_rounded_joints(const float *joints, bool is_small, uint8_t *out) {
+static void write_rounded_joints(const tw_vertex_field *field, const float *row, bool is_small,
+                                 uint8_t *out) {
+  const float *joints = row + field->column;
   uint8_t weights[4];
   uint16_t written[4];
-  round_weights(joints + 4, weights);
+  round_weights(field, row, weights);
   for (int i = 0; i < 4; i++) written[i] = weights[i] > 0 ? (uint16_t)joints[i] : 0;
   for (int i = 0; is_small && i < 4; i++) out[i] = (uint8_t)written[i];
   if (!is_small) memcpy(out, written, sizeof written);
@@ -120,13 +144,14 @@ static void write_places(const tw_vertex_field *field, const float *values, uint
   }
 }
 
-static void write_field(const tw_vertex_field *field, const float *values, uint8_t *out) {
+static void write_field(const tw_vertex_field *field, const float *row, uint8_t *out) {
+  const float *values = row + field->column;
   switch (field->coding) {
   case TW_CODED_FLOATS: memcpy(out, values, field->width * sizeof *values); return;
-  case TW_CODED_JOINTS: write_joints(values, out); return;
-  case TW_CODED_ROUNDED_JOINTS: write_rounded_joints(values, false, out); return;
-  case TW_CODED_SMALL_JOINTS: write_rounded_joints(values, true, out); return;
-  case TW_CODED_WEIGHTS: round_weights(values, out); return;
+  case TW_CODED_JOINTS: write_joints(field, row, out); return;
+  case TW_CODED_ROUNDED_JOINTS: write_rounded_joints(field, row, false, out); return;
+  case TW_CODED_SMALL_JOINTS: write_rounded_joints(field, row, true, out); return;
+  case TW_CODED_WEIGHTS: round_weights(field, row, out); return;
   case TW_CODED_PLACES: write_places(field, values, out); return;
   case TW_CODED_UNITS:
     for (uint32_t i = 0; i < field->width; i++) out[i] = (uint8_t)round_to(values[i], 127);
@@ -144,7 +169,7 @@ void tw_vertex_write(const tw_vertex_field *fields, uint32_t field_count, const 
   for (uint32_t i = 0; i < field_count; i++) {
     uint32_t size = fields[i].width * FACTS[fields[i].coding].size;
     if (size % 4 > 0) memset(out + fields[i].offset + (size - size % 4), 0, 4);
-    write_field(&fields[i], row + fields[i].column, out + fields[i].offset);
+    write_field(&fields[i], row, out + fields[i].offset);
   }
 }
 

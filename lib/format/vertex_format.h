@@ -17,8 +17,7 @@ typedef enum tw_vertex_coding {
 } tw_vertex_coding;
 
 enum {
-  TW_VERTEX_FIELDS_MAX = 5 + TW_UV_SETS_MAX + TW_ATTRIBUTES_MAX,
-  TW_VERTEX_STRIDE_MAX = 252,                      /* glTF's limit on an element */
+  TW_VERTEX_FIELDS_MAX = 3 + TW_UV_SETS_MAX + TW_ATTRIBUTES_MAX + 2 * TW_JOINT_SETS_MAX,
   TW_DISPLACEMENTS_MAX = TW_VERTEX_STRIDE_MAX / 12 /* vectors of floats that fit in an element */
 };
 
@@ -26,7 +25,10 @@ enum {
 typedef struct tw_vertex_field {
   const char *semantic; /* glTF's name of the attribute, UTF-8 */
   tw_vertex_coding coding;
-  uint32_t column, width; /* floats of the row; joints are followed by their weights */
+  uint32_t column, width; /* floats of the row */
+  /* Of joints and weights: the set of four that they are, the column of all weights, and how many there are.
+   */
+  uint32_t set, weights, influences;
   uint32_t offset;        /* bytes in the element, a multiple of 4 */
   float origin[3], scale; /* of TW_CODED_PLACES */
 } tw_vertex_field;

@@ -57,10 +57,8 @@ static void keep_points(const merger *m) {
   keep_rows(m, mesh->positions, 3 * sizeof(float));
   for (uint32_t i = 0; i < mesh->attribute_count; i++)
     keep_rows(m, mesh->attributes[i].values, mesh->attributes[i].width * sizeof(float));
-  keep_rows(m, mesh->skin.joints, 4 * sizeof(uint16_t));
-  keep_rows(m, mesh->skin.weights, 4 * sizeof(float));
-  keep_rows(m, mesh->skin.all_joints, mesh->skin.all_count * sizeof(uint16_t));
-  keep_rows(m, mesh->skin.all_weights, mesh->skin.all_count * sizeof(float));
+  keep_rows(m, mesh->skin.joints, mesh->skin.width * sizeof(uint16_t));
+  keep_rows(m, mesh->skin.weights, mesh->skin.width * sizeof(float));
   for (uint32_t t = 0; t < mesh->morph_count; t++) keep_rows(m, mesh->morphs[t], 3 * sizeof(float));
 }
 
@@ -158,11 +156,13 @@ static tw_status merge(tw_mesh *mesh, const uint32_t *point_of, uint32_t count, 
 
 static int compare_points(const void *context, uint32_t a, uint32_t b) {
   const tw_mesh *mesh = context;
+  const tw_skin_weights *skin = &mesh->skin;
+  size_t width = skin->width;
   int order = 0;
-  for (size_t k = 0; mesh->skin.joints && k < 4 && order == 0; k++)
-    order = mesh->skin.joints[4 * (size_t)a + k] - mesh->skin.joints[4 * (size_t)b + k];
-  if (mesh->skin.joints && order == 0)
-    order = tw_compare_floats(mesh->skin.weights + 4 * (size_t)a, mesh->skin.weights + 4 * (size_t)b, 4);
+  for (size_t k = 0; skin->joints && k < width && order == 0; k++)
+    order = skin->joints[width * a + k] - skin->joints[width * b + k];
+  if (skin->joints && order == 0)
+    order = tw_compare_floats(skin->weights + width * a, skin->weights + width * b, width);
   for (uint32_t t = 0; t < mesh->morph_count && order == 0; t++)
     order = tw_compare_floats(mesh->morphs[t] + 3 * (size_t)a, mesh->morphs[t] + 3 * (size_t)b, 3);
   return order;

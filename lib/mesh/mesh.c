@@ -179,9 +179,7 @@ static tw_status check_point_data(const tw_mesh *mesh, tw_error *error) {
     status = check_finite(attribute->values, mesh->point_count, attribute->width, name, error);
   }
   if (status == TW_OK && mesh->skin.joints)
-    status = check_finite(mesh->skin.weights, mesh->point_count, 4, "weights", error);
-  if (status == TW_OK && mesh->skin.all_joints)
-    status = check_finite(mesh->skin.all_weights, mesh->point_count, mesh->skin.all_count, "weights", error);
+    status = check_finite(mesh->skin.weights, mesh->point_count, mesh->skin.width, "weights", error);
   for (uint32_t m = 0; m < mesh->morph_count && status == TW_OK; m++)
     status = check_finite(mesh->morphs[m], mesh->point_count, 3, "morphs", error);
   for (uint32_t m = 0; mesh->morph_normals && m < mesh->morph_count && status == TW_OK; m++)
@@ -200,6 +198,16 @@ tw_status tw_mesh_check(const tw_mesh *mesh, tw_error *error, uint32_t *face) {
   if (status == TW_OK) status = check_tangent_uvs(mesh, error);
   if (status == TW_OK) status = check_tags(mesh, error);
   return status;
+}
+
+uint32_t tw_mesh_influences(const tw_mesh *mesh, uint32_t most) {
+  const uint32_t point_and_normal = 24, tangent = 16, uv = 8, column = 4, set = 24;
+  uint32_t used = point_and_normal + (mesh->has_tangents ? tangent : 0) + uv * mesh->uv_set_count;
+  for (uint32_t i = 0; i < mesh->attribute_count; i++) used += column * mesh->attributes[i].width;
+  uint32_t room = used < TW_VERTEX_STRIDE_MAX ? (TW_VERTEX_STRIDE_MAX - used) / set : 0;
+  uint32_t width = mesh->skin.joints ? mesh->skin.width : 0;
+  if (width > 4 * room) width = 4 * (room > 0 ? room : 1);
+  return most > 0 && width > most ? most : width;
 }
 
 /* ---- deforming: morph targets first, then joints, as glTF 2.0 orders them ------------------------ */
@@ -221,9 +229,9 @@ static void add_moved(const float matrix[16], const double point[3], double shar
 
 static void skin_point(const tw_skin_weights *skin, uint32_t point, const float *matrices,
                        uint32_t joint_count, const double at[3], double out[3]) {
-  uint32_t count = skin->all_joints ? skin->all_count : 4;
-  const uint16_t *joints = (skin->all_joints ? skin->all_joints : skin->joints) + count * (size_t)point;
-  const float *weights = (skin->all_joints ? skin->all_weights : skin->weights) + count * (size_t)point;
+  uint32_t count = skin->width;
+  const uint16_t *joints = skin->joints + count * (size_t)point;
+  const float *weights = skin->weights + count * (size_t)point;
   double total = 0;
   for (uint32_t k = 0; k < count; k++)
     if (weights[k] > 0) total += (double)weights[k];

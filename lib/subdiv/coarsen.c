@@ -366,11 +366,12 @@ static tw_status make_attributes(const step *s, const parents *p, const uint32_t
   if (status != TW_OK) return status;
   out->attributes = attributes;
   out->morphs = morphs;
-  if (!s->mesh->skin.joints) return TW_OK;
+  const tw_skin_weights *skin = &s->mesh->skin;
+  if (!skin->joints) return TW_OK;
   out->skin.joints =
-      tw_arena_gather(s->arena, s->mesh->skin.joints, points, t->vertex_count, 4 * sizeof(uint16_t));
+      tw_arena_gather(s->arena, skin->joints, points, t->vertex_count, skin->width * sizeof(uint16_t));
   out->skin.weights =
-      tw_arena_gather(s->arena, s->mesh->skin.weights, points, t->vertex_count, 4 * sizeof(float));
+      tw_arena_gather(s->arena, skin->weights, points, t->vertex_count, skin->width * sizeof(float));
   return out->skin.joints && out->skin.weights ? TW_OK : TW_NO_MEMORY;
 }
 

@@ -50,41 +50,40 @@ static void joint_sum_add(tw_joint_sum *sum, const tw_influences *influences, ui
     add_joint(sum, influences->joints[i], share * influences->weights[i]);
 }
 
-/* ---- the four heaviest --------------------------------------------------------------------------- */
+/* ---- the heaviest of a row ----------------------------------------------------------------------- */
 
-/* Inserts a joint at its place by weight; the lightest of five is dropped, and a negligible weight is
- * ignored. */
-static void insert(tw_skin_row *row, uint16_t joint, float weight) {
-  if (!(weight > negligible)) return;
-  int place = 4;
-  while (place > 0 && (row->weights[place - 1] < weight ||
-                       (row->weights[place - 1] == weight && row->joints[place - 1] > joint)))
-    place--;
-  if (place == 4) return;
-  for (int i = 3; i > place; i--) {
-    row->joints[i] = row->joints[i - 1];
-    row->weights[i] = row->weights[i - 1];
+static void clear_rows(const tw_skin_columns *out, size_t count) {
+  for (size_t i = 0; i < count; i++) {
+    memset(out->joints + out->stride * i, 0, out->width * sizeof *out->joints);
+    memset(out->weights + out->stride * i, 0, out->width * sizeof *out->weights);
   }
-  row->joints[place] = joint;
-  row->weights[place] = weight;
+}
+
+/* Inserts a joint at its place by weight; the lightest of one too many is dropped, and a negligible weight is
+ * ignored. */
+static void insert(const tw_skin_columns *out, size_t row, uint16_t joint, float weight) {
+  float *joints = out->joints + out->stride * row, *weights = out->weights + out->stride * row;
+  if (!(weight > negligible)) return;
+  uint32_t place = out->width;
+  while (place > 0 &&
+         (weights[place - 1] < weight || (weights[place - 1] == weight && joints[place - 1] > (float)joint)))
+    place--;
+  if (place == out->width) return;
+  for (uint32_t i = out->width - 1; i > place; i--) {
+    joints[i] = joints[i - 1];
+    weights[i] = weights[i - 1];
+  }
+  joints[place] = (float)joint;
+  weights[place] = weight;
 }
 
 /* Scales the weights to sum 1; a row without weights gets joint 0. */
-static void finish(tw_skin_row *row) {
+static void finish(const tw_skin_columns *out, size_t row) {
+  float *weights = out->weights + out->stride * row;
   double sum = 0;
-  for (int i = 0; i < 4; i++) sum += (double)row->weights[i];
-  if (!(sum > 0)) {
-    *row = (tw_skin_row){{0}, {1}};
-    return;
-  }
-  for (int i = 0; i < 4; i++) row->weights[i] = (float)((double)row->weights[i] / sum);
-}
-
-void tw_skin_write_rows(const tw_skin_row *rows, size_t count, tw_skin_columns out) {
-  for (size_t i = 0; i < count; i++, out.joints += out.stride, out.weights += out.stride) {
-    for (int k = 0; k < 4; k++) out.joints[k] = (float)rows[i].joints[k];
-    memcpy(out.weights, rows[i].weights, sizeof rows[i].weights);
-  }
+  for (uint32_t i = 0; i < out->width; i++) sum += (double)weights[i];
+  if (!(sum > 0)) weights[0] = 1;
+  for (uint32_t i = 0; sum > 0 && i < out->width; i++) weights[i] = (float)((double)weights[i] / sum);
 }
 
 /* ---- building ------------------------------------------------------------------------------- */
@@ -176,10 +175,11 @@ static bool append_sum(tw_influences *out, const tw_joint_sum *sum, entry *scrat
 
 /* Adds the weights of one point to an empty sum: each joint once, weights over 0 alone, scaled to sum 1. */
 static void start_point(tw_joint_sum *sum, const tw_skin_weights *skin, uint32_t point) {
+  const size_t begin = skin->width * (size_t)point, end = begin + skin->width;
   double total = 0;
-  for (size_t i = 4 * (size_t)point; i < 4 * (size_t)point + 4; i++)
+  for (size_t i = begin; i < end; i++)
     if (skin->weights[i] > 0) total += (double)skin->weights[i];
-  for (size_t i = 4 * (size_t)point; i < 4 * (size_t)point + 4; i++)
+  for (size_t i = begin; i < end; i++)
     if (skin->weights[i] > 0) add_joint(sum, skin->joints[i], (float)((double)skin->weights[i] / total));
   if (sum->count == 0) add_joint(sum, 0, 1);
 }
@@ -187,7 +187,7 @@ static void start_point(tw_joint_sum *sum, const tw_skin_weights *skin, uint32_t
 tw_status tw_influences_init(tw_influences *influences, const tw_mesh *mesh, const uint32_t *point_of,
                              uint32_t vertex_count) {
   uint32_t joint_count = 1;
-  for (size_t i = 0; i < 4 * (size_t)mesh->point_count; i++)
+  for (size_t i = 0; i < mesh->skin.width * (size_t)mesh->point_count; i++)
     if (mesh->skin.joints[i] >= joint_count) joint_count = (uint32_t)mesh->skin.joints[i] + 1;
   tw_joint_sum sum = {0};
   tw_status status = start(influences, vertex_count, joint_count, 4 * (size_t)vertex_count);
@@ -307,9 +307,8 @@ enum { TOGETHER = 4 }; /* joints whose weights are evaluated as one value */
 tw_status tw_skin_scratch_init(tw_skin_scratch *scratch, uint32_t joint_count, uint32_t vertex_count,
                                uint32_t row_count) {
   *scratch = (tw_skin_scratch){.controls = tw_alloc(vertex_count, TOGETHER * sizeof(float)),
-                               .values = tw_alloc(row_count, TOGETHER * sizeof(float)),
-                               .rows = tw_alloc(row_count, sizeof(tw_skin_row))};
-  bool complete = scratch->controls && scratch->values && scratch->rows;
+                               .values = tw_alloc(row_count, TOGETHER * sizeof(float))};
+  bool complete = scratch->controls && scratch->values;
   if (complete && joint_sum_init(&scratch->sum, joint_count) == TW_OK) return TW_OK;
   tw_skin_scratch_deinit(scratch);
   return TW_NO_MEMORY;
@@ -319,7 +318,6 @@ void tw_skin_scratch_deinit(tw_skin_scratch *scratch) {
   joint_sum_deinit(&scratch->sum);
   tw_free(scratch->controls);
   tw_free(scratch->values);
-  tw_free(scratch->rows);
   *scratch = (tw_skin_scratch){0};
 }
 
@@ -339,7 +337,7 @@ static void load_controls(const tw_skin_patch *patch, tw_skin_scratch *scratch, 
 
 /* Evaluates the patch for the weights that load_controls has loaded, and inserts them into the rows. */
 static void evaluate_together(const tw_skin_patch *patch, tw_skin_scratch *scratch, size_t row_count,
-                              uint32_t first) {
+                              uint32_t first, const tw_skin_columns *out) {
   const tw_joint_sum *sum = &scratch->sum;
   tw_patch_job job = {.in = scratch->controls,
                       .width = TOGETHER,
@@ -351,7 +349,7 @@ static void evaluate_together(const tw_skin_patch *patch, tw_skin_scratch *scrat
   tw_patch_evaluate(patch->patches, patch->quad, &job, patch->rect);
   for (size_t i = 0; i < row_count; i++)
     for (uint32_t k = 0; k < TOGETHER && first + k < sum->count; k++)
-      insert(&scratch->rows[i], sum->joints[first + k], scratch->values[TOGETHER * i + k]);
+      insert(out, i, sum->joints[first + k], scratch->values[TOGETHER * i + k]);
 }
 
 void tw_skin_patch_rows(const tw_skin_patch *patch, tw_skin_scratch *scratch, tw_skin_columns out) {
@@ -362,29 +360,27 @@ void tw_skin_patch_rows(const tw_skin_patch *patch, tw_skin_scratch *scratch, tw
   const uint32_t *controls = tw_patch_controls(patch->patches, patch->quad, &count);
   joint_sum_clear(sum);
   for (uint32_t i = 0; i < count; i++) joint_sum_add(sum, patch->influences, controls[i], 1);
-  memset(scratch->rows, 0, row_count * sizeof *scratch->rows);
+  clear_rows(&out, row_count);
   if (sum->count == 1) { /* the only joint has weight 1 */
-    for (size_t i = 0; i < row_count; i++) insert(&scratch->rows[i], sum->joints[0], 1);
+    for (size_t i = 0; i < row_count; i++) insert(&out, i, sum->joints[0], 1);
   } else {
     for (uint32_t first = 0; first < sum->count; first += TOGETHER) {
       load_controls(patch, scratch, controls, count, first);
-      evaluate_together(patch, scratch, row_count, first);
+      evaluate_together(patch, scratch, row_count, first, &out);
     }
-    for (size_t i = 0; i < row_count; i++) finish(&scratch->rows[i]);
+    for (size_t i = 0; i < row_count; i++) finish(&out, i);
   }
-  tw_skin_write_rows(scratch->rows, row_count, out);
 }
 
 void tw_skin_mask_row(const tw_influences *influences, const tw_limit_entry *mask, uint32_t count,
                       tw_skin_scratch *scratch, tw_skin_columns out) {
   tw_joint_sum *sum = &scratch->sum;
-  tw_skin_row row = {{0}, {0}};
+  clear_rows(&out, 1);
   joint_sum_clear(sum);
   for (uint32_t e = 0; e < count; e++)
     if (mask[e].position != 0) joint_sum_add(sum, influences, mask[e].vertex, mask[e].position);
-  for (uint32_t i = 0; i < sum->count; i++) insert(&row, sum->joints[i], sum->weights[i]);
-  finish(&row);
-  tw_skin_write_rows(&row, 1, out);
+  for (uint32_t i = 0; i < sum->count; i++) insert(&out, 0, sum->joints[i], sum->weights[i]);
+  finish(&out, 0);
 }
 
 /* ---- rows of a level that is kept whole ------------------------------------------------------- */
@@ -401,7 +397,7 @@ typedef struct channels {
 } channels;
 
 bool tw_skin_fits_levels(const tw_mesh *mesh) {
-  for (size_t i = 0; i < 4 * (size_t)mesh->point_count; i++)
+  for (size_t i = 0; i < mesh->skin.width * (size_t)mesh->point_count; i++)
     if (mesh->skin.joints[i] >= TW_SKIN_LEVEL_JOINTS_MAX) return false;
   return true;
 }
@@ -473,7 +469,7 @@ typedef struct channel_job {
   const tw_point *points;
   uint32_t first;              /* channel */
   uint64_t members[WORDS_MAX]; /* bit set of the joints in the four channels */
-  tw_skin_row *rows;
+  tw_skin_columns rows;
 } channel_job;
 
 static void choose_members(channel_job *job) {
@@ -496,7 +492,7 @@ static void insert_channels(void *context, uint32_t part, uint32_t begin, uint32
     for (uint32_t w = 0; w < c->words; w++)
       for (uint64_t left = near[w] & job->members[w]; left != 0; left &= left - 1) {
         uint32_t joint = lowest_joint(w, left);
-        insert(&job->rows[i], (uint16_t)joint, job->points[i][c->of[joint] - job->first]);
+        insert(&job->rows, i, (uint16_t)joint, job->points[i][c->of[joint] - job->first]);
       }
   }
 }
@@ -504,7 +500,7 @@ static void insert_channels(void *context, uint32_t part, uint32_t begin, uint32
 static void finish_rows(void *context, uint32_t part, uint32_t begin, uint32_t end) {
   const channel_job *job = context;
   (void)part;
-  for (uint32_t i = begin; i < end; i++) finish(&job->rows[i]);
+  for (uint32_t i = begin; i < end; i++) finish(&job->rows, i);
 }
 
 static void load_channels(const channels *c, const tw_influences *cage, uint32_t first, tw_point *out) {
@@ -518,7 +514,7 @@ static void load_channels(const channels *c, const tw_influences *cage, uint32_t
 }
 
 static tw_status refine_channels(const channels *c, const tw_influences *cage, bool limit,
-                                 const tw_parallel_for *parallel, tw_skin_row *rows) {
+                                 const tw_parallel_for *parallel, tw_skin_columns rows) {
   uint32_t count = tw_levels_points(c->levels);
   tw_point *in = tw_alloc(cage->vertex_count, sizeof *in), *points = tw_alloc(count, sizeof *points),
            *limits = limit ? tw_alloc(count, sizeof *limits) : points;
@@ -540,13 +536,14 @@ static tw_status refine_channels(const channels *c, const tw_influences *cage, b
 }
 
 tw_status tw_skin_refine_levels(const tw_levels *levels, const tw_influences *cage, bool limit,
-                                const tw_parallel_for *parallel, tw_skin_row **out) {
+                                uint32_t width, const tw_parallel_for *parallel, float **out) {
   channels c = {.levels = levels, .joint_count = cage->joint_count};
   c.words = (c.joint_count + WORD - 1) / WORD;
-  tw_skin_row *rows = tw_alloc_zero(tw_levels_points(levels), sizeof *rows);
+  float *rows = tw_alloc_zero(tw_levels_points(levels), 2 * (size_t)width * sizeof *rows);
   tw_status status = rows ? find_near(&c, cage) : TW_NO_MEMORY;
   if (status == TW_OK) status = choose_channels(&c);
-  if (status == TW_OK) status = refine_channels(&c, cage, limit, parallel, rows);
+  const tw_skin_columns columns = {rows, rows ? rows + width : NULL, width, 2 * width};
+  if (status == TW_OK) status = refine_channels(&c, cage, limit, parallel, columns);
   tw_free(c.near);
   if (status == TW_OK)
     *out = rows;

@@ -1,6 +1,6 @@
 /* Skin weights: which joints move each vertex, and how much. The weights of one joint over all vertices are a
- * function that subdivides as positions do, so a vertex of a refined mesh may have more joints than the four
- * that a row holds; up to TW_INFLUENCES_MAX are kept. */
+ * function that subdivides as positions do, so a vertex of a refined mesh may have more joints than a row
+ * holds; up to TW_INFLUENCES_MAX are kept. */
 #ifndef TWEEND_SKIN_WEIGHTS_H
 #define TWEEND_SKIN_WEIGHTS_H
 
@@ -45,31 +45,24 @@ typedef struct tw_joint_sum {
   uint32_t *places; /* [joint_count] 1 + each joint's index in `joints`, 0 when it has not been added */
 } tw_joint_sum;
 
-/* The four heaviest joints of a point, heaviest first; of equal weights the lower joint first. */
-typedef struct tw_skin_row {
-  uint16_t joints[4];
-  float weights[4]; /* sum 1 */
-} tw_skin_row;
-
 /* Scratch memory of a reader; a zeroed one may be deinited. */
 typedef struct tw_skin_scratch {
   tw_joint_sum sum;
-  float *controls;   /* [vertices][4] weights of four joints at a patch's control points */
-  float *values;     /* [rows][4] weights of the four joints at the patch's points */
-  tw_skin_row *rows; /* [rows] */
+  float *controls; /* [vertices][4] weights of four joints at a patch's control points */
+  float *values;   /* [rows][4] weights of the four joints at the patch's points */
 } tw_skin_scratch;
 
 tw_status tw_skin_scratch_init(tw_skin_scratch *scratch, uint32_t joint_count, uint32_t vertex_count,
                                uint32_t row_count);
 void tw_skin_scratch_deinit(tw_skin_scratch *scratch);
 
-/* The columns that joints and weights are written to. */
+/* The columns that joints and weights are written to: the heaviest joints of a point, heaviest first, of
+ * equal weights the lower joint first; weights of sum 1; joint 0 where a weight is 0. */
 typedef struct tw_skin_columns {
   float *joints, *weights; /* of the first row */
+  uint32_t width;          /* joints of a row */
   uint32_t stride;         /* floats from row to row */
 } tw_skin_columns;
-
-void tw_skin_write_rows(const tw_skin_row *rows, size_t count, tw_skin_columns out);
 
 /* Part of a patch, whose points can be moved by the joints of its control points. */
 typedef struct tw_skin_patch {
@@ -94,9 +87,14 @@ enum { TW_SKIN_LEVEL_JOINTS_MAX = 512 };
 /* Whether all joints of a checked mesh are below TW_SKIN_LEVEL_JOINTS_MAX, as tw_skin_refine_levels needs. */
 bool tw_skin_fits_levels(const tw_mesh *mesh);
 
-/* Computes the rows of all points of the last level, or of their limits. *out: [tw_levels_points], for
- * free(). TW_NO_MEMORY, TW_CANCELLED. */
+/* Computes the joints and weights of all points of the last level, or of their limits. width: joints of a
+ * row. *out: [tw_levels_points][2 x width] joints, then weights, for tw_free. TW_NO_MEMORY, TW_CANCELLED. */
 tw_status tw_skin_refine_levels(const tw_levels *levels, const tw_influences *cage, bool limit,
-                                const tw_parallel_for *parallel, tw_skin_row **out);
+                                uint32_t width, const tw_parallel_for *parallel, float **out);
+
+/* Bytes of these rows. */
+static inline size_t tw_skin_level_size(const tw_levels *levels, uint32_t width) {
+  return tw_levels_points(levels) * 2 * (size_t)width * sizeof(float);
+}
 
 #endif

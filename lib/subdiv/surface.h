@@ -128,7 +128,7 @@ struct tw_surface {
   /* Of skinned meshes; else zeroed. */
   tw_influences cage_influences; /* for level 0 only, where the base is not the cage */
   tw_influences influences;      /* at the base level */
-  tw_skin_row *skin_rows;        /* of all points with TW_WAY_LEVELS, else NULL */
+  float *skin_rows; /* of all points with TW_WAY_LEVELS: [tw_levels_points][2 x influences]; else NULL */
 
   /* The tangent frame of each face, where the answer has tangents, else NULL: 2 x UV set, + 1 where its map
    * is mirrored. [faces of the base; with TW_WAY_LEVELS those of the cage of `levels`] */

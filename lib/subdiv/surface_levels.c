@@ -78,7 +78,8 @@ static tw_status fill_all(tw_build *b) {
   }
   if (status == TW_OK && b->mesh->skin.joints)
     status =
-        tw_skin_refine_levels(&s->levels[0], &s->influences, s->options.limit, b->parallel, &s->skin_rows);
+        tw_skin_refine_levels(&s->levels[0], &s->influences, s->options.limit,
+                              tw_mesh_influences(b->mesh, s->options.influences), b->parallel, &s->skin_rows);
   tw_influences_deinit(&s->influences);
   return status;
 }
@@ -131,7 +132,8 @@ static void level_attributes(const tw_surface *s, uint32_t point, const uint32_t
     memcpy(out + l->uvs[i], &s->uvs[i].points[uvs[i]], 2 * sizeof *out);
   for (uint32_t i = 0; i < tw_smooth_count(l); i++)
     memcpy(out + tw_smooth_column(l, i), &s->smooth[i].points[point], s->smooth[i].width * sizeof *out);
-  if (s->skin_rows) tw_skin_write_rows(&s->skin_rows[point], 1, tw_skin_columns_of(s, out));
+  size_t width = 2 * (size_t)l->influences; /* joints and weights */
+  if (s->skin_rows) memcpy(out + l->joints, s->skin_rows + width * point, width * sizeof *out);
 }
 
 /* Writes the tangent of a row that has its normal, from the slopes of points and UVs. frame: the row's

@@ -312,7 +312,7 @@ static size_t plan_size(const tw_surface *s) {
   size_t size =
       tw_arena_size(s->arena) + tw_influences_size(&s->cage_influences) + tw_influences_size(&s->influences);
   if (s->points_arena) size += tw_arena_size(s->points_arena);
-  if (s->skin_rows) size += tw_levels_points(&s->levels[0]) * sizeof *s->skin_rows;
+  if (s->skin_rows) size += tw_skin_level_size(&s->levels[0], s->layout.influences);
   for (uint32_t i = 0; i < TW_UV_SETS_MAX; i++) size += tw_values_points_size(s, &s->uvs[i]);
   for (uint32_t i = 0; i < tw_smooth_set_count(s); i++) size += tw_values_points_size(s, &s->smooth[i]);
   for (uint32_t m = 0; s->morphed && m < s->morph_count; m++) size += tw_surface_size(s->morphed[m]);

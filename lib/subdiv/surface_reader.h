@@ -57,7 +57,8 @@ static inline tw_tangent_columns tw_tangent_columns_of(const tw_surface *s, floa
   return (tw_tangent_columns){row + s->layout.normal, row + s->layout.tangent, s->layout.stride};
 }
 static inline tw_skin_columns tw_skin_columns_of(const tw_surface *s, float *row) {
-  return (tw_skin_columns){row + s->layout.joints, row + s->layout.weights, s->layout.stride};
+  const tw_surface_layout *l = &s->layout;
+  return (tw_skin_columns){row + l->joints, row + l->weights, l->influences, l->stride};
 }
 
 /* The normal's place in a row; NULL where rows have none. */

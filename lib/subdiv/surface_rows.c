@@ -108,10 +108,11 @@ void tw_build_lay_out(tw_build *b) {
   for (uint32_t i = 0; i < l->uv_count; i++, stride += 2) l->uvs[i] = stride;
   l->attribute_count = s->attribute_count;
   for (uint32_t i = 0; i < l->attribute_count; stride += s->smooth[i++].width) l->attributes[i] = stride;
-  if (b->mesh->skin.joints) {
+  l->influences = tw_mesh_influences(b->mesh, s->options.influences);
+  if (l->influences > 0) {
     l->joints = stride;
-    l->weights = stride + 4;
-    stride += 8;
+    l->weights = stride + l->influences;
+    stride += 2 * l->influences;
   }
   l->morph_count = s->morph_count;
   l->morph_width = b->morph_normals ? 6 : 3;

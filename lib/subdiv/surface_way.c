@@ -72,9 +72,10 @@ static bool fits_levels(const tw_build *b) {
   if (s->rules.smooth_triangles && base == 0 && cage->face_size != 4) return false;
   if (memchr(b->cage.visible, 0, cage->face_count) || tw_cage_shrinks(&b->cage, options)) return false;
   if (m->skin.joints && !tw_skin_fits_levels(m)) return false;
+  uint32_t influences = tw_mesh_influences(m, options->influences);
   uint32_t uv_copies = options->limit && tw_build_has_tangents(b) ? 2 : 1;
   uint64_t sets = (options->limit && options->normals ? 2u : 1u) + uv_copies * m->uv_set_count +
-                  (m->skin.joints ? 2u : 0u) + tw_smooth_set_count(s) +
+                  influences / 2 /* joints and weights, four to a point */ + tw_smooth_set_count(s) +
                   (b->morph_normals ? (options->limit ? 2u : 1u) * m->morph_count : 0u);
   if (s->counts.vertices * sets * sizeof(tw_point) > LEVELS_BYTES_MAX || !tw_levels_fit(cage)) return false;
   return options->level < base + 3 || !is_regular(&b->cage, base);
@@ -100,7 +101,7 @@ static uint64_t steps_size(const tw_build *b) {
   if (levels < 2 || levels <= tw_deepest_detail(&s->details)) return 0;
   uint64_t topology = s->rules.loop ? LOOP : CATMULL_CLARK, values = tw_smooth_set_count(s);
   if (s->way == TW_WAY_LOOP) topology = LOOP_ROWS;
-  if (m->skin.joints) values += 4;
+  if (m->skin.joints) values += m->skin.width;
   return tw_cage_counts_at(&b->cage, s->rules.loop, levels).faces *
          (topology * (1 + m->uv_set_count) + 32 * values);
 }

@@ -31,7 +31,7 @@ tw_mesh Soup::mesh() const {
   mesh.crease_count = static_cast<uint32_t>(crease_sharpness.size());
   mesh.crease_edges = creases.data();
   mesh.crease_sharpness = crease_sharpness.data();
-  if (!joints.empty()) mesh.skin = {joints.data(), weights.data()};
+  if (!joints.empty()) mesh.skin = {4, joints.data(), weights.data()};
   return mesh;
 }
 

@@ -129,12 +129,14 @@ static void take_values(source *s, storage *own, tw_mesh *mesh) {
     mesh->attribute_count = 1 + take(s, 2);
   }
   if (kinds & 2) {
-    for (uint32_t p = 0; p < mesh->point_count; p++)
-      for (uint32_t k = 0; k < 4; k++) {
-        own->joints[p][k] = (uint16_t)take(s, 6);
-        own->weights[p][k] = k == 0 ? 0.5f : 0.5f / 3;
-      }
-    mesh->skin = (tw_skin_weights){.joints = own->joints[0], .weights = own->weights[0]};
+    uint32_t width = kinds & 8 ? 8 : 4;
+    uint16_t *joint = own->joints[0];
+    float *weight = own->weights[0];
+    for (uint32_t i = 0; i < width * mesh->point_count; i++) {
+      *joint++ = (uint16_t)take(s, 6);
+      *weight++ = i % width == 0 ? 0.5f : 0.5f / (float)(width - 1);
+    }
+    mesh->skin = (tw_skin_weights){width, own->joints[0], own->weights[0]};
   }
   if (kinds & 4) {
     mesh->morph_count = 1 + take(s, 2);

@@ -20,8 +20,8 @@ float take_sharpness(source *s);
 
 /* All arrays that a mesh may point to. */
 typedef struct storage {
-  float positions[POINTS][3], colors[POINTS][4], own[POINTS][1], moves[2][POINTS][3], weights[POINTS][4];
-  uint16_t joints[POINTS][4];
+  float positions[POINTS][3], colors[POINTS][4], own[POINTS][1], moves[2][POINTS][3], weights[POINTS][8];
+  uint16_t joints[POINTS][8];
   uint32_t offsets[FACES + 1], corners[CORNERS], uv_corners[2][CORNERS], normal_corners[CORNERS];
   float uvs[2][VALUES][2], normals[VALUES][3], tangents[VALUES][4], normal_moves[2][VALUES][3];
   uint32_t creases[TAGS][2], sharp_points[TAGS], holes[TAGS], groups[FACES], smoothing[FACES];

@@ -178,20 +178,11 @@ static void assert_point(const reply *r, int n, double x, double y, double z) {
 
 TEST_WITH(parameters_that_do_not_fit_are_400, setup, teardown) {
   const fixture *f = *state;
-  const char *const bad[] = {"skin=bake",
-                             "skin=bake&clip=wave",
-                             "skin=bake&at=0,1",
-                             "skin=bake&at=1&meshes=none",
-                             "meshes=some",
-                             "clip=none&at=1",
-                             "clip=none&fps=2",
-                             "clip=wave,wave",
-                             "at=1&tolerance=1",
-                             "clip=wave&tolerance=0",
-                             "clip=wave&tolerance=181",
-                             "clip=wave&tolerance_m=0",
-                             "clip=wave&tolerance_m=nan",
-                             "clip=wave&at=1&tolerance=1"};
+  const char *const bad[] = {
+      "skin=bake",        "skin=bake&clip=wave",   "skin=bake&at=0,1",          "skin=bake&at=1&meshes=none",
+      "meshes=some",      "clip=none&at=1",        "clip=none&fps=2",           "clip=wave,wave",
+      "at=1&tolerance=1", "clip=wave&tolerance=0", "clip=wave&tolerance=181",   "clip=wave&tolerance_m=0",
+      "influences=5",     "influences=8",          "clip=wave&tolerance_m=nan", "clip=wave&at=1&tolerance=1"};
   for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
     char rest[128];
     snprintf(rest, sizeof rest, "surface.glb?%s", bad[i]);

@@ -171,6 +171,7 @@ static dressed *dress(cage *c) {
   m->attribute_count = m->morph_count = 1;
   m->attributes = &d->attribute;
   m->morphs = d->morphs;
+  m->skin.width = 4;
   m->skin.joints = d->joints[0];
   m->skin.weights = d->weights[0];
   return d;

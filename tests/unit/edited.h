@@ -128,9 +128,9 @@ static inline double area_of(const tw_mesh *mesh) {
 enum { DRESSED_POINTS = 64, DRESSED_CORNERS = 256 };
 
 typedef struct dressed {
-  float weight[DRESSED_POINTS], color[DRESSED_POINTS][4], pulls[DRESSED_POINTS][4], morph[DRESSED_POINTS][3];
+  float weight[DRESSED_POINTS], color[DRESSED_POINTS][4], pulls[DRESSED_POINTS][8], morph[DRESSED_POINTS][3];
   float joined[DRESSED_POINTS][2], apart[DRESSED_CORNERS][2];
-  uint16_t joints[DRESSED_POINTS][4];
+  uint16_t joints[DRESSED_POINTS][8];
   uint32_t apart_corners[DRESSED_CORNERS];
   int32_t materials[DRESSED_CORNERS];
   uint32_t groups[DRESSED_CORNERS], smoothing[DRESSED_CORNERS];
@@ -156,10 +156,11 @@ static inline void dress(tw_mesh *mesh, dressed *d) {
     d->weight[p] = (float)weight_at(at);
     for (int i = 0; i < 4; i++) d->color[p][i] = i < 3 ? at[i] : 1;
     for (int i = 0; i < 3; i++) d->morph[p][i] = at[(i + 1) % 3];
-    d->joints[p][p % 2] = 3; /* the two joints in either order */
-    d->joints[p][1 - p % 2] = 7;
-    d->pulls[p][p % 2] = (float)share_at(at);
-    d->pulls[p][1 - p % 2] = (float)(1 - share_at(at));
+    uint32_t own = p % 2 ? 1 : 5; /* the joint that is looked for, in the first or the second set */
+    d->joints[p][own] = 3;
+    d->joints[p][6 - own] = 7;
+    d->pulls[p][own] = (float)share_at(at);
+    d->pulls[p][6 - own] = (float)(1 - share_at(at));
     memcpy(d->joined[p], at, sizeof d->joined[p]);
   }
   for (uint32_t f = 0; f < mesh->face_count; f++) {
@@ -176,7 +177,7 @@ static inline void dress(tw_mesh *mesh, dressed *d) {
   d->morphs[0] = d->morph[0];
   mesh->attribute_count = 2;
   mesh->attributes = d->attributes;
-  mesh->skin = (tw_skin_weights){.joints = d->joints[0], .weights = d->pulls[0]};
+  mesh->skin = (tw_skin_weights){.width = 8, .joints = d->joints[0], .weights = d->pulls[0]};
   mesh->morph_count = 1;
   mesh->morphs = d->morphs;
   mesh->uv_set_count = 2;
@@ -210,7 +211,7 @@ static inline void assert_dressed(const tw_mesh *mesh) {
       assert_near((double)mesh->attributes[1].values[4 * p + i], (double)at[i]);
       assert_near((double)mesh->morphs[0][3 * p + i], (double)at[(i + 1) % 3]);
     }
-    for (uint32_t i = 4 * p; i < 4 * p + 4; i++)
+    for (uint32_t i = 8 * p; i < 8 * p + 8; i++)
       if (mesh->skin.joints[i] == 3) sum += (double)mesh->skin.weights[i];
     assert_near(sum, share_at(at));
   }

@@ -2,6 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "merge_points.h"
 #include "obj.h"
 #include "weld.h"
 
@@ -211,4 +212,34 @@ TEST(a_hundred_thousand_points_in_one_place_take_no_longer) {
   assert_int_equal(count, 1);
   free(positions);
   free(found);
+}
+
+/* Point 3 is at the place of point 0; what stays moves up with all its joints. */
+TEST(merged_points_keep_all_their_joints) {
+  float positions[5][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 0}, {1, 1, 0}}, weights[5][8];
+  uint16_t joints[5][8];
+  uint32_t offsets[3] = {0, 3, 6}, corners[6] = {0, 1, 2, 3, 4, 2};
+  for (int p = 0; p < 5; p++)
+    for (int k = 0; k < 8; k++) {
+      joints[p][k] = (uint16_t)(10 * p + k);
+      weights[p][k] = (float)(k + 1) / 36;
+    }
+  tw_mesh mesh;
+  tw_merged merged;
+  tw_mesh_init(&mesh);
+  mesh.point_count = 5;
+  mesh.positions = positions[0];
+  mesh.face_count = 2;
+  mesh.corner_count = 6;
+  mesh.face_offsets = offsets;
+  mesh.corners = corners;
+  mesh.skin = (tw_skin_weights){8, joints[0], weights[0]};
+  assert_int_equal(tw_mesh_merge_within(&mesh, 0, &merged, NULL), TW_OK);
+  assert_int_equal(mesh.point_count, 4);
+  static const int from[4] = {0, 1, 2, 4};
+  for (int p = 0; p < 4; p++)
+    for (int k = 0; k < 8; k++) {
+      assert_int_equal(mesh.skin.joints[8 * p + k], 10 * from[p] + k);
+      assert_true(mesh.skin.weights[8 * p + k] == (float)(k + 1) / 36);
+    }
 }

@@ -120,7 +120,7 @@ TEST(joints_beyond_the_skin_are_refused) {
   static const uint16_t joints[12] = {[9] = 1};
   static const float weights[12] = {1, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0};
   fill(&f);
-  f.mesh.skin = (tw_skin_weights){.joints = joints, .weights = weights};
+  f.mesh.skin = (tw_skin_weights){.width = 4, .joints = joints, .weights = weights};
   assert_int_equal(tw_model_finish(f.model, NULL), TW_OK); /* no node skins it */
   f.nodes[0].skin = 0;
   assert_refused_at(&f, "/nodes/0/skin");

@@ -96,7 +96,7 @@ static inline void fixture_add_skin(fixture *f) {
     weights[4 * i] = 0.75f;
     weights[4 * i + 1] = 0.25f;
   }
-  mesh->skin = (tw_skin_weights){.joints = joints, .weights = weights};
+  mesh->skin = (tw_skin_weights){.width = 4, .joints = joints, .weights = weights};
   uint32_t *nodes = fixture_alloc(f, 2, sizeof *nodes);
   nodes[0] = fixture_node(f, "hip", TW_NO_INDEX, TW_NO_INDEX);
   nodes[1] = fixture_node(f, "knee", nodes[0], TW_NO_INDEX);

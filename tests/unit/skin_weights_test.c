@@ -37,7 +37,7 @@ static skinned *new_skinned(bool creased, bool cut) {
     }
   if (creased) add_face(s->c, (uint32_t[]){6, 7, 22}, 3);
   s->mesh = s->c->mesh;
-  s->mesh.skin = (tw_skin_weights){.joints = s->joints[0], .weights = s->weights[0]};
+  s->mesh.skin = (tw_skin_weights){.width = 4, .joints = s->joints[0], .weights = s->weights[0]};
   if (!creased) return s;
   s->mesh.crease_count = 6;
   s->mesh.crease_edges = edges[0];
@@ -362,7 +362,7 @@ TEST(great_polygon_keeps_its_lists_short) {
     }
   }
   tw_mesh mesh = mesh_of(points[0], RIM, corners, offsets, 1);
-  mesh.skin = (tw_skin_weights){.joints = joints[0], .weights = weights[0]};
+  mesh.skin = (tw_skin_weights){.width = 4, .joints = joints[0], .weights = weights[0]};
   rows plain = read_rows(&mesh, (tw_surface_options){.level = 1}), r = plain;
   mesh.skin.joints = NULL;
   rows without = read_rows(&mesh, (tw_surface_options){.level = 1});

@@ -366,7 +366,7 @@ static void assert_as_patches(sheet *s, tw_surface_options options) {
   rows levels = read_sheet(s, options);
   assert_int_equal(levels.surface->way, TW_WAY_LEVELS);
   for (int p = 0; p < POINTS_MAX; p++) joints[p][0] = TW_SKIN_LEVEL_JOINTS_MAX;
-  s->mesh.skin = (tw_skin_weights){.joints = joints[0], .weights = weights[0]};
+  s->mesh.skin = (tw_skin_weights){.width = 4, .joints = joints[0], .weights = weights[0]};
   rows patches = read_sheet(s, options);
   assert_int_not_equal(patches.surface->way, TW_WAY_LEVELS);
   s->mesh.skin = (tw_skin_weights){0};

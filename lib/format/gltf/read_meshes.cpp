@@ -459,14 +459,14 @@ private:
     for (uint32_t p = 0; p < mesh_.point_count; p++)
       std::memcpy(positions + 3 * size_t{p}, &positions_[3 * size_t{first_vertex_[p]}], 3 * sizeof(float));
     mesh_.positions = positions;
-    bool skin = false;
+    size_t sets = 0;
     for (const VertexSource &source : sources_) {
-      skin |= source.joints[0] != nullptr;
+      while (sets < joint_sets && source.joints[sets]) sets++;
       mesh_.has_tangents |= source.tangent != nullptr;
     }
     for (const FaceList &list : lists_) mesh_.has_tangents |= bears_normal_map(list.material);
     write_attributes();
-    if (skin) write_skin();
+    if (sets > 0) write_skin(sets);
     write_morphs();
   }
 
@@ -582,54 +582,29 @@ private:
     return all;
   }
 
-  // Writes the four largest weights, scaled to a sum of 1. A vertex without weights gets joint 0 with
-  // weight 1.
-  static void write_four(const std::array<Influence, 4 * joint_sets> &all, uint16_t *joints, float *weights) {
+  // Writes the joints of a point, heaviest first, with weights scaled to a sum of 1. A point without weights
+  // gets joint 0 with weight 1.
+  static void write_influences(const std::array<Influence, 4 * joint_sets> &all, size_t width,
+                               uint16_t *joints, float *weights) {
     double sum = 0;
-    for (size_t k = 0; k < 4; k++) sum += all[k].weight;
-    for (size_t k = 0; k < 4; k++) {
+    for (size_t k = 0; k < width; k++) sum += all[k].weight;
+    for (size_t k = 0; k < width; k++) {
       joints[k] = all[k].weight > 0 ? all[k].joint : 0;
       weights[k] = sum > 0 ? static_cast<float>(all[k].weight / sum) : static_cast<float>(k == 0);
     }
   }
 
-  void write_skin() {
-    uint16_t *joints = allocate<uint16_t>(document_, 4 * size_t{mesh_.point_count});
-    float *weights = allocate<float>(document_, 4 * size_t{mesh_.point_count});
-    uint32_t most = 0, points = 0; // influences of a point; points with more than four
-    for (uint32_t p = 0; p < mesh_.point_count; p++) {
-      auto all = read_influences(first_vertex_[p]);
-      write_four(all, joints + 4 * size_t{p}, weights + 4 * size_t{p});
-      uint32_t count = 0;
-      while (count < all.size() && all[count].weight > 0) count++;
-      most = std::max(most, count);
-      points += count > 4;
-    }
-    mesh_.skin.joints = joints;
-    mesh_.skin.weights = weights;
-    if (points > 0) write_all_influences(most, points);
-  }
-
-  void write_all_influences(uint32_t count, uint32_t points) {
-    tw_model_warn(document_.model,
-                  "%u points of mesh %zu follow more than four joints: baked skins use all, other answers "
-                  "keep the four "
-                  "strongest",
-                  points, index_);
-    document_.spend_values(2 * uint64_t{count} * mesh_.point_count, text("/meshes/", index_),
-                           "joint weights");
-    uint16_t *joints = allocate_zero<uint16_t>(document_, size_t{count} * mesh_.point_count);
-    float *weights = allocate_zero<float>(document_, size_t{count} * mesh_.point_count);
-    for (uint32_t p = 0; p < mesh_.point_count; p++) {
-      auto all = read_influences(first_vertex_[p]);
-      for (size_t k = 0, at = size_t{count} * p; k < count && all[k].weight > 0; k++, at++) {
-        joints[at] = all[k].joint;
-        weights[at] = all[k].weight;
-      }
-    }
-    mesh_.skin.all_count = count;
-    mesh_.skin.all_joints = joints;
-    mesh_.skin.all_weights = weights;
+  // sets: of joints, the most that a primitive has.
+  void write_skin(size_t sets) {
+    size_t width = 4 * sets;
+    if (sets > 1)
+      document_.spend_values(2 * uint64_t{width} * mesh_.point_count, text("/meshes/", index_),
+                             "joint weights");
+    uint16_t *joints = allocate<uint16_t>(document_, width * mesh_.point_count);
+    float *weights = allocate<float>(document_, width * mesh_.point_count);
+    for (uint32_t p = 0; p < mesh_.point_count; p++)
+      write_influences(read_influences(first_vertex_[p]), width, joints + width * p, weights + width * p);
+    mesh_.skin = {static_cast<uint32_t>(width), joints, weights};
   }
 
   // Counts values of targets, which may name the same accessors many times.

@@ -12,7 +12,7 @@ namespace gltf {
 using Attributes = std::map<std::string, int>;
 
 // The most sets of joints, of four each.
-constexpr size_t joint_sets = 8;
+constexpr size_t joint_sets = TW_JOINT_SETS_MAX;
 
 // The attributes of a primitive, opened. Primitives that name the same accessors share one.
 struct VertexSource {

@@ -12,10 +12,11 @@ enum {
   TW_UV_SETS_MAX = 4,
   TW_MORPH_TARGETS_MAX = 1024,
   /* The most attributes of a mesh, and the most numbers that they have together for each point. A row of an
-   * answer, which has 24 further numbers and the displacements, then stays within the 252 bytes that glTF
-   * allows. */
+   * answer, which has 24 further numbers and the displacements, then stays within TW_VERTEX_STRIDE_MAX. */
   TW_ATTRIBUTES_MAX = 16,
-  TW_ATTRIBUTE_COLUMNS_MAX = 36
+  TW_ATTRIBUTE_COLUMNS_MAX = 36,
+  TW_JOINT_SETS_MAX = 8,     /* of four influences each */
+  TW_VERTEX_STRIDE_MAX = 252 /* glTF's limit on the bytes of an element */
 };
 
 /* From this sharpness on a feature stays sharp at every level (OpenSubdiv's SHARPNESS_INFINITE). */
@@ -51,14 +52,11 @@ typedef struct tw_attribute {
   const float *values; /* [point_count][width] */
 } tw_attribute;
 
-/* Per-point skinning. Surfaces carry the four strongest joints of a point; tw_mesh_deform uses all. */
+/* Per-point skinning: the joints that move a point, and their weights. */
 typedef struct tw_skin_weights {
-  const uint16_t *joints; /* [point_count][4] indices into the skin's joints */
-  const float *weights;   /* [point_count][4], sum 1 */
-  /* All joints of the points, where one has more than four; else NULL. */
-  uint32_t all_count;
-  const uint16_t *all_joints; /* [point_count][all_count] */
-  const float *all_weights;   /* [point_count][all_count], 0 or more */
+  uint32_t width;         /* influences of a point, a multiple of 4: glTF's sets of four */
+  const uint16_t *joints; /* [point_count][width] indices into the skin's joints */
+  const float *weights;   /* [point_count][width], 0 or more, sum 1 */
 } tw_skin_weights;
 
 /* Detail sculpted onto a level: how far each of its vertices lies from where subdivision puts it, along the
@@ -136,6 +134,11 @@ void tw_mesh_init(tw_mesh *mesh);
 /* Adds the attribute COLOR_0 to a mesh without attributes. colors: [point_count][4], linear; must outlive the
  * mesh. TW_NO_MEMORY. */
 tw_status tw_mesh_set_colors(tw_mesh *mesh, const float *colors, tw_arena *arena);
+
+/* Influences that rows of the mesh's surfaces hold: its width, a multiple of 4, or 0 without a skin. Fewer
+ * where more than `most` (0: no limit), or where an element would exceed TW_VERTEX_STRIDE_MAX beside the
+ * mesh's attributes. */
+uint32_t tw_mesh_influences(const tw_mesh *mesh, uint32_t most);
 
 /* Copies the material, groups, smoothing group and tangent UV set of faces of `from` to the faces of `to`.
  * parents: [count] for each face of `to` the face of `from`. Arrays live in the arena. TW_NO_MEMORY. */

@@ -64,7 +64,8 @@ typedef struct tw_surface_options {
   bool own_normals;
   /* At level 0 of a mesh without holes: tw_surface_get_tags returns its tags. */
   bool tagged;
-  bool movable; /* keeps what tw_surface_with_positions_by needs */
+  uint32_t influences; /* the most that rows hold, a multiple of 4; 0: as many as the mesh has */
+  bool movable;        /* keeps what tw_surface_with_positions_by needs */
   /* Shared by the surfaces of a scene, or NULL: the surface makes its own. It outlives the surfaces. While a
    * surface is being made with it, nothing else may use it or a surface that shares it. */
   tw_patch_shapes *shapes;
@@ -141,12 +142,12 @@ typedef enum tw_domain {
  * grows; where UVs do not vary at all, the face's first side. w, 1 or -1, is the handedness of the cage
  * face's UV map (glTF's: w (normal x tangent) points along growing v, v up). Points are split where the
  * handedness changes, and where faces use different UV sets.
- * Joints and weights: the weights of each joint subdivide as positions do, limit included. A row has the four
- * heaviest joints, heaviest first, with weights of sum 1, and joint 0 where a weight is 0.
- * Displacements of normals are present where the mesh has some, the answer has normals and the surface is not
- * movable. Each is the row's normal on the surface with that target at weight 1, minus the normal in the row.
- * Where level 0 has the mesh's own normals, the displacements are the mesh's own as well, and 0 where it has
- * none. */
+ * Joints and weights: the weights of each joint subdivide as positions do, limit included. A row has as many
+ * influences as a point of the mesh, or fewer (tw_mesh_influences by options.influences): the heaviest
+ * joints, heaviest first, with weights of sum 1, and joint 0 where a weight is 0. Displacements of normals
+ * are present where the mesh has some, the answer has normals and the surface is not movable. Each is the
+ * row's normal on the surface with that target at weight 1, minus the normal in the row. Where level 0 has
+ * the mesh's own normals, the displacements are the mesh's own as well, and 0 where it has none. */
 typedef struct tw_surface_layout {
   uint32_t stride;                        /* floats a row */
   uint32_t position;                      /* always 0 */
@@ -156,7 +157,8 @@ typedef struct tw_surface_layout {
   /* The mesh's attributes, of the same widths, colours from 0 to 1. They belong to the point: all rows that a
    * seam splits it into have the same values. */
   uint32_t attribute_count, attributes[TW_ATTRIBUTES_MAX];
-  uint32_t joints, weights; /* 4 floats each; joints are whole numbers */
+  /* `influences` floats each, weights behind joints; joints are whole numbers. 0 without joints. */
+  uint32_t influences, joints, weights;
   /* morph_count x morph_width floats, one target after the other: the displacement of the point and, where
    * the width is 6, that of the normal. */
   uint32_t morph_count, morph_width, morphs;
