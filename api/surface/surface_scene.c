@@ -187,20 +187,20 @@ static void destroy_reduced(void *value) {
   tw_arena_destroy(((reduced_clips *)value)->arena); /* holds the struct itself */
 }
 
-static tw_status reduce_tracks(const reduced_source *source, const tw_clip_keys *chosen, tw_arena *arena,
-                               tw_clip_keys *out, tw_tolerance *reached, tw_error *error) {
+static tw_status reduce_tracks(const reduced_source *source, const tw_clip_keys *chosen, uint64_t *steps,
+                               tw_arena *arena, tw_clip_keys *out, tw_tolerance *reached, tw_error *error) {
   tw_clip *clip = NULL;
   tw_status status = tw_clip_create(chosen, source->node_count, -1, &clip, error);
   if (status == TW_OK)
-    status = tw_clip_reduce(clip, chosen, source->reduction->tolerance, source->max_keys, arena, out, reached,
-                            error);
+    status = tw_clip_reduce(clip, chosen, source->reduction->tolerance, source->max_keys, steps, arena, out,
+                            reached, error);
   tw_clip_destroy(clip);
   return status;
 }
 
 /* Reduces the tracks of a clip that need it, as a clip of their own. */
-static tw_status reduce_clip(const reduced_source *source, uint32_t index, reduced_clips *reduced,
-                             tw_error *error) {
+static tw_status reduce_clip(const reduced_source *source, uint32_t index, uint64_t *steps,
+                             reduced_clips *reduced, tw_error *error) {
   const tw_clip_keys *clip = &source->clips[index];
   uint32_t count = count_reduced(clip, source->reduction), filled = 0;
   if (count == 0) return TW_OK;
@@ -210,7 +210,7 @@ static tw_status reduce_clip(const reduced_source *source, uint32_t index, reduc
     if (is_reduced(&clip->tracks[i], source->reduction)) chosen[filled++] = clip->tracks[i];
   tw_clip_keys keys = {.track_count = count, .tracks = chosen}, out = {0};
   tw_tolerance reached;
-  tw_status status = reduce_tracks(source, &keys, reduced->arena, &out, &reached, error);
+  tw_status status = reduce_tracks(source, &keys, steps, reduced->arena, &out, &reached, error);
   free(chosen);
   if (status != TW_OK) return status;
   reduced->tracks[index] = out.tracks;
@@ -223,8 +223,9 @@ static tw_status reduce_clips(const reduced_source *source, reduced_clips *reduc
   reduced->tracks = tw_arena_alloc(reduced->arena, source->clip_count, sizeof *reduced->tracks);
   if (!reduced->tracks) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   tw_status status = TW_OK;
+  uint64_t steps = TW_REDUCTION_STEPS;
   for (uint32_t i = 0; i < source->clip_count && status == TW_OK; i++)
-    status = reduce_clip(source, i, reduced, error);
+    status = reduce_clip(source, i, &steps, reduced, error);
   return status;
 }
 

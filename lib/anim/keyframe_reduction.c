@@ -17,8 +17,9 @@
 enum {
   STEPS_LEAST = 2,       /* fewest grid steps of a segment that is not LINEAR */
   GRID_PLACES = 64,      /* most grid places, for each key allowed */
-  CLIP_PLACES = 1 << 20, /* most grid places of all tracks together: a second or two */
-  OWN_PLACES = 4,        /* and this many more for each key of the clip */
+  CLIP_PLACES = 1 << 20, /* most steps of a bake's error beside its own */
+  OWN_PLACES = 64,       /* grid places for each key of the clip, whatever other clips took */
+  SAMPLE_WORK = 32,      /* steps of work in a sample and its distance from a chord */
   PARTS_MEASURED = 4,    /* of each grid step */
   REFINEMENTS = 24,
   CHORDS_REFINED = 256, /* chords of keys at given times whose error is found exactly, not to a sixteenth */
@@ -78,6 +79,7 @@ static tw_status widen(samples *list, uint32_t width, tw_error *error) {
 static tw_status append(const reduction *r, samples *list, float time, tw_error *error) {
   tw_status status = list->count < list->room ? TW_OK : widen(list, r->width, error);
   if (status != TW_OK) return status;
+  if (!tw_work(SAMPLE_WORK)) return tw_work_status(error);
   list->times[list->count] = time;
   tw_clip_sample(r->clip, r->index, &time, 1, list->values + (size_t)list->count * r->width);
   list->count++;
@@ -155,7 +157,7 @@ static double largest_stray(const reduction *r, const tw_track *track, uint32_t 
   double largest = 0;
   float start = track->timeline->times[key], *from = r->ends, *to = r->ends + r->width;
   tw_clip_sample(r->clip, r->index, &start, 1, from);
-  for (uint32_t i = 1; i <= steps; i++) {
+  for (uint32_t i = 1; i <= steps && tw_work(3 * SAMPLE_WORK); i++) {
     float end = step_time(track, key, i, steps);
     if (!(end > start)) continue;
     tw_clip_sample(r->clip, r->index, &end, 1, to);
@@ -221,7 +223,7 @@ static bool is_near(const reduction *r, const chord *chord, uint32_t from, uint3
 static bool chord_holds(const reduction *r, uint32_t from, uint32_t to) {
   chord chord =
       chord_between(r, r->grid.times[from], grid_value(r, from), r->grid.times[to], grid_value(r, to));
-  return is_short(&chord) && is_near(r, &chord, from, to);
+  return tw_work((uint64_t)SAMPLE_WORK * (to - from)) && is_short(&chord) && is_near(r, &chord, from, to);
 }
 
 /* The farthest grid place that a chord reaches, found by doubling strides, then bisection. Shorter chords may
@@ -268,7 +270,7 @@ static double worst_near(const reduction *r, const chord *chord, double low, dou
 static double measure(const reduction *r, const chord *chord, float end, uint32_t place, double least) {
   double worst = 0, low = 0, high = 0, last = chord->start, stop = (double)end;
   bool is_worst = false; /* the last place */
-  while (last < stop) {
+  while (last < stop && tw_work(PARTS_MEASURED * SAMPLE_WORK)) {
     bool is_inside = place < r->grid.count && r->grid.times[place] < end;
     double from = last, to = is_inside ? (double)r->grid.times[place++] : stop;
     for (int i = 1; i <= PARTS_MEASURED; i++) {
@@ -366,19 +368,16 @@ static tw_status deliver(const reduction *r, tw_arena *arena, tw_track_keys *out
   return TW_OK;
 }
 
-static uint32_t least_of(uint64_t a, uint64_t b) {
-  return (uint32_t)(a < b ? a : b);
+static uint32_t grid_most(uint32_t max_keys, uint64_t places) {
+  uint64_t most = (uint64_t)max_keys * GRID_PLACES;
+  if (places < most) most = places;
+  return most < UINT32_MAX ? (uint32_t)most : UINT32_MAX;
 }
 
 static uint64_t count_keys(const tw_clip *clip) {
   uint64_t keys = 0;
   for (uint32_t i = 0; i < clip->track_count; i++) keys += clip->tracks[i].timeline->key_count;
   return keys;
-}
-
-/* The bound on the places of all grids together, so that a short document cannot cost hours. */
-static uint64_t count_places(const tw_clip *clip) {
-  return CLIP_PLACES + OWN_PLACES * count_keys(clip);
 }
 
 /* Begins with an empty grid of at most grid_most places. To be deinited even where this fails. */
@@ -395,13 +394,12 @@ static tw_status reduction_init(reduction *r, const tw_clip *clip, uint32_t inde
   return r->sample && r->ends ? TW_OK : tw_fail(error, TW_NO_MEMORY, "no memory for the keys of a track");
 }
 
-/* places: how much of the bound is left for this track and those after it. */
+/* places: how many are left for this track and those after it. */
 static tw_status reduce_track(const tw_clip *clip, uint32_t index, tw_tolerance tolerance, uint32_t max_keys,
-                              uint32_t *places, tw_arena *arena, tw_track_keys *out, double *reached,
+                              uint64_t *places, tw_arena *arena, tw_track_keys *out, double *reached,
                               tw_error *error) {
   reduction r;
-  tw_status status =
-      reduction_init(&r, clip, index, least_of((uint64_t)max_keys * GRID_PLACES, *places), error);
+  tw_status status = reduction_init(&r, clip, index, grid_most(max_keys, *places), error);
   r.keys = (samples){.most = max_keys, .name = "keys"};
   if (status == TW_OK) {
     r.tolerance = effective_tolerance(&r, &clip->tracks[index], tolerance);
@@ -462,7 +460,7 @@ static tw_status measure_track(reduction *r, const tw_track_keys *keys, double s
 tw_status tw_clip_bake_error(const tw_clip *clip, const tw_clip_keys *baked, const tw_parallel_for *parallel,
                              tw_tolerance *reached, tw_error *error) {
   tw_tolerance most = {0, 0};
-  double steps_most = (double)count_places(clip) / ((double)count_keys(clip) + 1) + 1;
+  double steps_most = (double)CLIP_PLACES / ((double)count_keys(clip) + 1) + OWN_PLACES;
   for (uint32_t i = 0; i < clip->track_count; i++) {
     if (clip->tracks[i].holds) continue;
     reduction r;
@@ -490,14 +488,14 @@ static tw_status copy_steps(const tw_clip *clip, uint32_t index, tw_arena *arena
 }
 
 tw_status tw_clip_reduce(const tw_clip *clip, const tw_clip_keys *keys, tw_tolerance tolerance,
-                         uint32_t max_keys, tw_arena *arena, tw_clip_keys *out, tw_tolerance *reached,
-                         tw_error *error) {
+                         uint32_t max_keys, uint64_t *steps, tw_arena *arena, tw_clip_keys *out,
+                         tw_tolerance *reached, tw_error *error) {
   if (!(tolerance.angle >= 1e-6) || !(tolerance.distance > 0))
     return tw_fail(error, TW_INVALID, "a tolerance is at least 1e-6 radians and more than 0 metres");
   tw_track_keys *tracks = tw_arena_alloc(arena, clip->track_count, sizeof *tracks);
   if (!tracks) return tw_fail(error, TW_NO_MEMORY, "no memory for a reduced clip");
   tw_tolerance most = {0, 0};
-  uint32_t places = least_of(count_places(clip), UINT32_MAX);
+  uint64_t own = OWN_PLACES * count_keys(clip), places = own + *steps;
   for (uint32_t i = 0; i < clip->track_count; i++) {
     const tw_track *track = &clip->tracks[i];
     tw_status status = TW_OK;
@@ -511,6 +509,7 @@ tw_status tw_clip_reduce(const tw_clip *clip, const tw_clip_keys *keys, tw_toler
                             track->path == TW_ROTATION ? &most.angle : &most.distance, error);
     if (status != TW_OK) return status;
   }
+  if (places < *steps) *steps = places;
   *out = (tw_clip_keys){.track_count = clip->track_count, .tracks = tracks};
   *reached = most;
   return TW_OK;

@@ -20,6 +20,11 @@ typedef struct tw_named {
   uint32_t (*edges)[2];     /* [edge_count] the two points of each */
 } tw_named;
 
+/* Work for holes: triangles compared, steps of fairing counted for each point, and points of fair patches. */
+typedef struct tw_hole_work {
+  uint64_t triangles, steps, points;
+} tw_hole_work;
+
 /* All arrays live in `arena`, which each change of points or faces replaces. */
 typedef struct tw_editor {
   tw_mesh mesh;
@@ -30,8 +35,9 @@ typedef struct tw_editor {
   const tw_edit *edit; /* the current edit */
   uint32_t index;      /* the current edit's index */
   uint32_t named_count;
-  tw_named *named; /* room for one for each edit; malloc'ed, as it outlives arenas */
-  bool is_named;   /* the current edit's name has been given to what it made */
+  tw_named *named;        /* room for one for each edit; malloc'ed, as it outlives arenas */
+  bool is_named;          /* the current edit's name has been given to what it made */
+  tw_hole_work hole_work; /* done so far */
   tw_error *error;
 } tw_editor;
 

@@ -109,12 +109,36 @@ static int compare_sizes(const void *left, const void *right) {
   return a->hole < b->hole ? -1 : a->hole > b->hole;
 }
 
+/* Notes the work that was done: what is gone of the budget. */
+static void count_work(tw_editor *e, const tw_hole_work *budget, const tw_hole_work *left) {
+  e->hole_work.triangles += budget->triangles - left->triangles;
+  e->hole_work.steps += budget->steps - left->steps;
+  e->hole_work.points += budget->points - left->points;
+}
+
+/* Makes the patch of a hole, whose loop is set. */
+static tw_status make_patch(tw_patch *p, const tw_editor *e, const tw_rings *rings, uint64_t *room,
+                            tw_hole_work *left) {
+  tw_status status = tw_editor_go_on(e);
+  if (status == TW_OK) status = tw_patch_triangulate(p, e, left);
+  if (status == TW_OK && rings) {
+    status = tw_patch_refine(p, e, rings, *room, left->points);
+    if (status != TW_OK) return status;
+    *room -= p->point_count - p->loop_count;
+    left->points -= p->point_count - p->loop_count;
+    status = tw_patch_fair(p, e, rings, left);
+  }
+  if (status == TW_OK) tw_patch_finish(p);
+  return status;
+}
+
 /* Makes the patches of all holes, small holes first: they have the fewest possible covers. TW_LIMIT,
  * TW_CANCELLED, TW_NO_MEMORY. */
 static tw_status make_patches(filler *h) {
-  const tw_editor *e = h->editor;
+  tw_editor *e = h->editor;
   bool is_fair = e->edit->fill.method == TW_FILL_FAIR;
-  tw_hole_budget budget = tw_hole_budget_of(e);
+  const tw_hole_work budget = tw_hole_budget_of(e);
+  tw_hole_work left = budget;
   tw_rings rings;
   uint32_t *points = tw_arena_alloc_raw(e->arena, h->corner_count, sizeof *points);
   hole_size *order = tw_arena_alloc_raw(e->arena, h->hole_count, sizeof *order);
@@ -128,19 +152,13 @@ static tw_status make_patches(filler *h) {
   tw_status status = tw_patch_edges_init(&edges, e, h->corner_count);
   if (status == TW_OK && is_fair) status = tw_rings_find(&rings, e);
   for (uint32_t i = 0; i < h->hole_count && status == TW_OK; i++) {
-    status = tw_editor_go_on(e);
-    if (status != TW_OK) break;
     tw_patch *p = &h->patches[order[i].hole];
     p->loop = points + h->holes[order[i].hole];
     p->edges = &edges;
     p->loop_count = order[i].size;
-    status = tw_patch_triangulate(p, e, &budget);
-    if (status == TW_OK && is_fair) status = tw_patch_refine(p, e, &rings, room);
-    if (status == TW_OK && is_fair) status = tw_patch_fair(p, e, &rings, &budget);
-    if (status != TW_OK) break;
-    tw_patch_finish(p);
-    room -= p->point_count - p->loop_count;
+    status = make_patch(p, e, is_fair ? &rings : NULL, &room, &left);
   }
+  count_work(e, &budget, &left);
   return status;
 }
 

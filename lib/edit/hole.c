@@ -10,6 +10,7 @@
 enum {
   LOOKS = 1024, /* budget of triangles compared, for each point and corner of the mesh */
   STEPS = 64,   /* budget of fairing steps times points, likewise */
+  EDITS = 4,    /* edits of a list that may use their budgets whole */
   EXACT = 512,  /* the most points of a loop that is not halved */
   SMALL = 8     /* loops of up to so many points are never halved */
 };
@@ -17,7 +18,7 @@ enum {
 typedef struct covering {
   const tw_editor *editor;
   tw_patch *patch;
-  tw_hole_budget *budget;
+  tw_hole_work *budget;
   double penalty;   /* added to the area for an edge that the mesh has already */
   double *areas;    /* [n * n] least area between two places, at [first * n + last] */
   uint16_t *splits; /* [n * n] third corner of the triangle on these two places */
@@ -63,9 +64,19 @@ void tw_patch_finish(const tw_patch *patch) {
 
 /* ---- triangles ----------------------------------------------------------------------------------------- */
 
-tw_hole_budget tw_hole_budget_of(const tw_editor *editor) {
+/* What an edit may do of one kind of work, `done` by those before it. */
+static uint64_t left(uint64_t most, uint64_t done) {
+  uint64_t of_list = EDITS * most;
+  if (done >= of_list) return 0;
+  return most < of_list - done ? most : of_list - done;
+}
+
+tw_hole_work tw_hole_budget_of(const tw_editor *editor) {
   uint64_t size = (uint64_t)editor->mesh.point_count + editor->mesh.corner_count;
-  return (tw_hole_budget){LOOKS * size, STEPS * size};
+  const tw_hole_work *done = &editor->hole_work;
+  return (tw_hole_work){.triangles = left(LOOKS * size, done->triangles),
+                        .steps = left(STEPS * size, done->steps),
+                        .points = TW_FAIR_POINTS_MAX - done->points};
 }
 
 static void side(const covering *c, uint32_t from, uint32_t to, double out[3]) {
@@ -117,11 +128,15 @@ static void put_triangles(covering *c, const uint32_t *loop, uint32_t n, uint32_
   put_triangles(c, loop, n, k, last);
 }
 
-static void cover_exactly(covering *c, const uint32_t *loop, uint32_t n) {
+static tw_status cover_exactly(covering *c, const uint32_t *loop, uint32_t n) {
   for (uint32_t i = 0; i + 1 < n; i++) c->areas[i * n + i + 1] = 0;
   for (uint32_t across = 2; across < n; across++)
-    for (uint32_t first = 0; first + across < n; first++) find_split(c, loop, n, first, first + across);
+    for (uint32_t first = 0; first + across < n; first++) {
+      if (!tw_work(across)) return tw_editor_go_on(c->editor);
+      find_split(c, loop, n, first, first + across);
+    }
   put_triangles(c, loop, n, 0, n - 1);
+  return TW_OK;
 }
 
 /* Finds where the cut that halves a loop is shortest. Returns the place where the first half begins. */
@@ -145,8 +160,7 @@ static tw_status cover(covering *c, const uint32_t *loop, uint32_t n) {
   if (status != TW_OK) return status;
   if (n <= SMALL || (n <= EXACT && looks <= c->budget->triangles)) {
     c->budget->triangles -= looks < c->budget->triangles ? looks : c->budget->triangles;
-    cover_exactly(c, loop, n);
-    return TW_OK;
+    return cover_exactly(c, loop, n);
   }
   uint32_t *halves = tw_alloc((size_t)n + 1, sizeof *halves), begin = find_halves(c, loop, n);
   if (!halves) return tw_editor_no_memory(c->editor);
@@ -157,7 +171,7 @@ static tw_status cover(covering *c, const uint32_t *loop, uint32_t n) {
   return status;
 }
 
-tw_status tw_patch_triangulate(tw_patch *patch, const tw_editor *editor, tw_hole_budget *budget) {
+tw_status tw_patch_triangulate(tw_patch *patch, const tw_editor *editor, tw_hole_work *budget) {
   covering c = {.editor = editor, .patch = patch, .budget = budget};
   uint32_t count = patch->loop_count;
   size_t most = count < EXACT ? count : EXACT;

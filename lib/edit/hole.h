@@ -4,7 +4,10 @@
 
 #include "editor.h"
 
-enum { TW_PATCH_TERMS = 4 };
+enum {
+  TW_PATCH_TERMS = 4,
+  TW_FAIR_POINTS_MAX = 250000 /* of the fair patches of a list of edits: some seconds of work */
+};
 
 /* The edges that patches made between points of the mesh: a hash set of pairs. */
 typedef struct tw_patch_edges {
@@ -24,6 +27,7 @@ typedef struct tw_patch {
   uint32_t (*triangles)[3]; /* [triangle_count] places, wound as the loop */
   /* Filled by tw_patch_refine: */
   uint32_t (*beyond)[3]; /* [triangle_count] the triangle across each corner's side; UINT32_MAX: the mesh */
+  uint8_t *is_fresh;     /* [triangle_count] its sides have to be looked at for swaps */
   double (*points)[3];   /* [point_count] */
   double *scales;        /* [point_count] wanted edge length */
   tw_term (*terms)[TW_PATCH_TERMS]; /* [point_count] means of the loop's places; trailing terms of weight 0
@@ -39,18 +43,14 @@ bool tw_patch_is_taken(const tw_patch *patch, const tw_editor *editor, uint32_t 
 /* Makes a finished patch's edges known to later patches. */
 void tw_patch_finish(const tw_patch *patch);
 
-/* The work left for holes: triangles compared, and steps counted for each point. */
-typedef struct tw_hole_budget {
-  uint64_t triangles, steps;
-} tw_hole_budget;
-
-/* A budget in proportion to the editor's mesh. */
-tw_hole_budget tw_hole_budget_of(const tw_editor *editor);
+/* The work for holes that the current edit may do: in proportion to the editor's mesh, and less where edits
+ * before it have done several times as much. */
+tw_hole_work tw_hole_budget_of(const tw_editor *editor);
 
 /* Covers the patch's loop with triangles of the least total area, where possible without an edge that the
  * mesh has already. A loop that the budget does not suffice for is halved first, where the ends of the halves
  * are nearest to each other. TW_CANCELLED, TW_NO_MEMORY. */
-tw_status tw_patch_triangulate(tw_patch *patch, const tw_editor *editor, tw_hole_budget *budget);
+tw_status tw_patch_triangulate(tw_patch *patch, const tw_editor *editor, tw_hole_work *budget);
 
 /* For each point, what its edges lead to. */
 typedef struct tw_rings {
@@ -63,15 +63,15 @@ typedef struct tw_rings {
  * TW_NO_MEMORY. */
 tw_status tw_rings_find(tw_rings *rings, const tw_editor *editor);
 
-/* Splits the triangles of a patch until they are about as large as those round the hole, with at most
- * points_max points in the patch. O(n log n) in the points that it makes. TW_LIMIT, TW_CANCELLED,
- * TW_NO_MEMORY. */
+/* Splits the triangles of a patch until they are about as large as those round the hole. O(n log n) in the
+ * points that it makes. TW_LIMIT: more than points_max points in the patch. TW_INVALID: more than own_max of
+ * its own, which is estimated before the first is made. TW_CANCELLED, TW_NO_MEMORY. */
 tw_status tw_patch_refine(tw_patch *patch, const tw_editor *editor, const tw_rings *rings,
-                          uint64_t points_max);
+                          uint64_t points_max, uint64_t own_max);
 
 /* Moves the own points of a refined patch so that it continues the curvature of the mesh round the hole; only
  * approximately where the budget does not suffice. TW_CANCELLED, TW_NO_MEMORY. */
 tw_status tw_patch_fair(tw_patch *patch, const tw_editor *editor, const tw_rings *rings,
-                        tw_hole_budget *budget);
+                        tw_hole_work *budget);
 
 #endif

@@ -128,7 +128,7 @@ static tw_status solve(fairing *f, const tw_editor *editor) {
 }
 
 tw_status tw_patch_fair(tw_patch *patch, const tw_editor *editor, const tw_rings *rings,
-                        tw_hole_budget *budget) {
+                        tw_hole_work *budget) {
   if (patch->point_count == patch->loop_count) return TW_OK;
   uint64_t more = budget->steps / patch->point_count;
   if (more > STEPS_MOST - STEPS_LEAST) more = STEPS_MOST - STEPS_LEAST;

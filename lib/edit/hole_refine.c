@@ -42,6 +42,7 @@ tw_status tw_rings_find(tw_rings *rings, const tw_editor *editor) {
 void tw_patch_deinit(tw_patch *patch) {
   tw_free(patch->triangles);
   tw_free(patch->beyond);
+  tw_free(patch->is_fresh);
   tw_free(patch->points);
   tw_free(patch->scales);
   tw_free(patch->terms);
@@ -60,6 +61,7 @@ static bool make_room(tw_patch *p, uint32_t points) {
   bool has_room = room < UINT32_MAX / 2;
   p->triangles = resize(p->triangles, 2 * room, sizeof *p->triangles, &has_room);
   p->beyond = resize(p->beyond, 2 * room, sizeof *p->beyond, &has_room);
+  p->is_fresh = resize(p->is_fresh, 2 * room, sizeof *p->is_fresh, &has_room);
   p->points = resize(p->points, room, sizeof *p->points, &has_room);
   p->scales = resize(p->scales, room, sizeof *p->scales, &has_room);
   p->terms = resize(p->terms, room, sizeof *p->terms, &has_room);
@@ -107,6 +109,7 @@ static bool begin(tw_patch *p, const tw_editor *editor, const tw_rings *rings) {
     memset(p->terms[i], 0, sizeof p->terms[i]);
     p->terms[i][0] = (tw_term){i, 1};
   }
+  memset(p->is_fresh, 1, p->triangle_count);
   return join_triangles(p);
 }
 
@@ -121,10 +124,14 @@ static void put_beyond(tw_patch *p, uint32_t triangle, uint32_t from, uint32_t t
   if (triangle != UINT32_MAX) p->beyond[triangle][corner_to(p, triangle, from)] = to;
 }
 
+/* Writes a triangle. Those beside it are fresh, too: their sides have another triangle across. */
 static void put_triangle(tw_patch *p, uint32_t triangle, const uint32_t corners[3],
                          const uint32_t beyond[3]) {
+  for (int k = 0; k < 3; k++)
+    if (beyond[k] != UINT32_MAX) p->is_fresh[beyond[k]] = 1;
   memcpy(p->triangles[triangle], corners, sizeof *p->triangles);
   memcpy(p->beyond[triangle], beyond, sizeof *p->beyond);
+  p->is_fresh[triangle] = 1;
 }
 
 /* ---- splits -------------------------------------------------------------------------------------------- */
@@ -202,13 +209,15 @@ static double angle(const tw_patch *p, uint32_t at, uint32_t a, uint32_t b) {
 }
 
 /* Whether two places share an edge, in the mesh or in the patch. Searches the triangles round place `a` from
- * triangle t on, both ways. */
+ * triangle t on, both ways. True also where the result is no longer wanted. */
 static bool has_edge(const tw_patch *p, const tw_editor *editor, uint32_t t, uint32_t a, uint32_t b) {
   if (a < p->loop_count && b < p->loop_count && tw_patch_is_taken(p, editor, a, b)) return true;
   for (uint32_t way = 0; way < 2; way++) {
     uint32_t at = t;
     do {
+      enum { STEPS = 2 };
       uint32_t k = 0;
+      if (!tw_work(STEPS)) return true;
       while (p->triangles[at][k] != a) k++;
       if (p->triangles[at][(k + 1) % 3] == b || p->triangles[at][(k + 2) % 3] == b) return true;
       at = p->beyond[at][way == 0 ? k : (k + 2) % 3];
@@ -226,7 +235,10 @@ static bool swap(tw_patch *p, const tw_editor *editor, uint32_t t, uint32_t k) {
   uint32_t a = p->triangles[t][k], b = p->triangles[t][(k + 1) % 3], c = p->triangles[t][(k + 2) % 3];
   uint32_t d = p->triangles[u][(m + 2) % 3];
   if (c == d || !(angle(p, c, a, b) + angle(p, d, a, b) > 3.14159265358979323846 + 1e-9)) return false;
-  if (has_edge(p, editor, t, c, d)) return false;
+  if (has_edge(p, editor, t, c, d)) {
+    p->is_fresh[t] = 1; /* until that edge is swapped */
+    return false;
+  }
   uint32_t bc = p->beyond[t][(k + 1) % 3], ca = p->beyond[t][(k + 2) % 3];
   uint32_t ad = p->beyond[u][(m + 1) % 3], db = p->beyond[u][(m + 2) % 3];
   put_triangle(p, t, (uint32_t[]){c, a, d}, (uint32_t[]){ca, ad, u});
@@ -236,35 +248,73 @@ static bool swap(tw_patch *p, const tw_editor *editor, uint32_t t, uint32_t k) {
   return true;
 }
 
-/* Ends early where the result is no longer wanted. */
+/* Looks at the sides of fresh triangles only, those of others stay as they are. Ends early where the result
+ * is no longer wanted. */
 static void relax(tw_patch *p, const tw_editor *editor) {
   enum { STEPS = 64 }; /* of a triangle: twelve angles */
   bool is_done = false;
   for (int sweep = 0; sweep < SWEEPS && !is_done; sweep++) {
     is_done = true;
-    for (uint32_t t = 0; t < p->triangle_count && tw_work(STEPS); t++)
-      for (uint32_t k = 0; k < 3; k++)
+    for (uint32_t t = 0; t < p->triangle_count && tw_work(p->is_fresh[t] ? STEPS : 1); t++) {
+      bool is_fresh = p->is_fresh[t];
+      p->is_fresh[t] = 0;
+      for (uint32_t k = 0; is_fresh && k < 3; k++)
         if (swap(p, editor, t, k)) is_done = false;
+    }
   }
 }
 
+/* About as many points as the patch needs at least: the edges of its triangles become as long as the lengths
+ * wanted at the loop, at most twice as long. */
+static double count_points(const tw_patch *p) {
+  double count = 0;
+  for (uint32_t t = 0; t < p->triangle_count; t++) {
+    const uint32_t *corners = p->triangles[t];
+    double first[3], second[3], across[3], scale = 0;
+    for (int i = 0; i < 3; i++) {
+      first[i] = p->points[corners[1]][i] - p->points[corners[0]][i];
+      second[i] = p->points[corners[2]][i] - p->points[corners[0]][i];
+      scale = fmax(scale, p->scales[corners[i]]);
+    }
+    tw_cross3(first, second, across);
+    if (scale > 0) count += tw_length3(across) / (4 * scale * scale);
+  }
+  return count;
+}
+
+static tw_status fail_large(const tw_editor *editor) {
+  return tw_editor_fail(editor, TW_INVALID, "",
+                        "fair patches have up to %d points, which this hole exceeds: fill it with triangles, "
+                        "or cut it into parts",
+                        TW_FAIR_POINTS_MAX);
+}
+
+/* Splits what is too large among the first `count` triangles. */
+static tw_status split_large(tw_patch *p, const tw_editor *editor, uint32_t count, uint64_t room,
+                             uint64_t own_max) {
+  for (uint32_t t = 0; t < count; t++) {
+    double centre[3], scale;
+    if (!is_large(p, t, centre, &scale)) continue;
+    if (p->point_count >= room)
+      return tw_editor_fail(editor, TW_LIMIT, "", "the patches would have more points than are allowed");
+    if (p->point_count - p->loop_count >= own_max) return fail_large(editor);
+    if (!make_room(p, p->point_count + 1)) return tw_editor_no_memory(editor);
+    split(p, t, centre, scale);
+  }
+  return TW_OK;
+}
+
 tw_status tw_patch_refine(tw_patch *patch, const tw_editor *editor, const tw_rings *rings,
-                          uint64_t points_max) {
+                          uint64_t points_max, uint64_t own_max) {
   if (!begin(patch, editor, rings)) return tw_editor_no_memory(editor);
+  if (count_points(patch) > (double)own_max) return fail_large(editor);
+  tw_status status = TW_OK;
   relax(patch, editor);
   for (uint32_t round = 0, before = 0; round < ROUNDS && before != patch->point_count; round++) {
-    uint32_t count = patch->triangle_count;
-    tw_status status = tw_editor_go_on(editor);
-    if (status != TW_OK) return status;
     before = patch->point_count;
-    for (uint32_t t = 0; t < count; t++) {
-      double centre[3], scale;
-      if (!is_large(patch, t, centre, &scale)) continue;
-      if (patch->point_count >= points_max)
-        return tw_editor_fail(editor, TW_LIMIT, "", "the patches would have more points than are allowed");
-      if (!make_room(patch, patch->point_count + 1)) return tw_editor_no_memory(editor);
-      split(patch, t, centre, scale);
-    }
+    status = tw_editor_go_on(editor);
+    if (status == TW_OK) status = split_large(patch, editor, patch->triangle_count, points_max, own_max);
+    if (status != TW_OK) return status;
     relax(patch, editor);
   }
   return TW_OK;

@@ -30,8 +30,8 @@ static tw_status normalize_keys(const tw_track_keys *track, tw_arena *arena, tw_
   return TW_OK;
 }
 
-static tw_status take_rotation(const tw_track_keys *track, uint32_t max_keys, tw_arena *arena,
-                               tw_track_keys *out, tw_error *error) {
+static tw_status take_rotation(const tw_track_keys *track, uint32_t max_keys, uint64_t *steps,
+                               tw_arena *arena, tw_track_keys *out, tw_error *error) {
   bool fits = tw_keys_fit_gltf(track);
   if (fits && track->form == TW_KEY_QUATERNION) return normalize_keys(track, arena, out, error);
   tw_track_keys alone = *track;
@@ -43,7 +43,7 @@ static tw_status take_rotation(const tw_track_keys *track, uint32_t max_keys, tw
   tw_status status = tw_clip_create(&keys, 1, -1, &clip, error);
   if (status != TW_OK) return status;
   status = fits ? tw_clip_bake(clip, track->times, track->key_count, arena, &taken, error)
-                : tw_clip_reduce(clip, &keys, TOLERANCE, max_keys, arena, &taken, &reached, error);
+                : tw_clip_reduce(clip, &keys, TOLERANCE, max_keys, steps, arena, &taken, &reached, error);
   tw_clip_destroy(clip);
   if (status != TW_OK) return status;
   *out = taken.tracks[0];
@@ -51,15 +51,15 @@ static tw_status take_rotation(const tw_track_keys *track, uint32_t max_keys, tw
   return TW_OK;
 }
 
-tw_status tw_gltf_keys_of(const tw_track_keys *track, uint32_t max_keys, tw_arena *arena, tw_track_keys *out,
-                          tw_error *error) {
+tw_status tw_gltf_keys_of(const tw_track_keys *track, uint32_t max_keys, uint64_t *steps, tw_arena *arena,
+                          tw_track_keys *out, tw_error *error) {
   tw_track_keys taken = *track;
   if (track->interpolation == TW_CUBICSPLINE && track->key_count == 1) {
     taken.interpolation = TW_STEP;
     taken.values += taken.width; /* the value, which stands between its tangents */
   }
   bool stays = taken.interpolation == TW_CUBICSPLINE && tw_keys_fit_gltf(&taken);
-  if (taken.path == TW_ROTATION && !stays) return take_rotation(&taken, max_keys, arena, out, error);
+  if (taken.path == TW_ROTATION && !stays) return take_rotation(&taken, max_keys, steps, arena, out, error);
   *out = taken;
   return TW_OK;
 }

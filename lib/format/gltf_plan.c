@@ -443,14 +443,14 @@ static uint32_t add_values(tw_gltf_plan *plan, const tw_track_keys *keys) {
 }
 
 static tw_status add_channels(tw_gltf_plan *plan, const tw_scene *scene, const tw_clip_keys *clip,
-                              uint32_t *added_keys_left, tw_error *error) {
+                              uint32_t *added_keys_left, uint64_t *steps_left, tw_error *error) {
   const float *shared_times = NULL; /* tracks of one node often share their times */
   uint32_t shared_count = 0, input = 0;
   for (uint32_t i = 0; i < clip->track_count; i++) {
     const tw_track_keys *track = &clip->tracks[i];
     if (!fits_node(plan, scene, track)) continue;
     tw_track_keys keys;
-    tw_status status = tw_gltf_keys_of(track, *added_keys_left, plan->arena, &keys, error);
+    tw_status status = tw_gltf_keys_of(track, *added_keys_left, steps_left, plan->arena, &keys, error);
     if (status != TW_OK) return status;
     if (keys.times != track->times) *added_keys_left -= keys.key_count;
     if (keys.times != shared_times || keys.key_count != shared_count) input = add_times(plan, &keys);
@@ -470,9 +470,10 @@ static tw_status add_channels(tw_gltf_plan *plan, const tw_scene *scene, const t
 
 static tw_status add_animations(tw_gltf_plan *plan, const tw_scene *scene, tw_error *error) {
   uint32_t added_keys_left = ADDED_KEYS_MAX;
+  uint64_t steps_left = TW_REDUCTION_STEPS;
   for (uint32_t i = 0; i < scene->clip_count; i++) {
     uint32_t first = plan->channel_count;
-    tw_status status = add_channels(plan, scene, &scene->clips[i], &added_keys_left, error);
+    tw_status status = add_channels(plan, scene, &scene->clips[i], &added_keys_left, &steps_left, error);
     if (status != TW_OK) return status;
     uint32_t count = plan->channel_count - first;
     bool has_loose = scene->model->assets && scene->clips[i].loose;

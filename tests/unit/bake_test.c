@@ -54,9 +54,15 @@ TEST(tolerances_must_be_possible_and_keys_few_enough) {
   tw_arena *arena = tw_arena_create();
   tw_tolerance reached;
   const tw_tolerance none = {0, 1}, not_a_number = {1, NAN};
-  assert_int_equal(tw_clip_reduce(clip, &keys, none, 1000, arena, &out, &reached, NULL), TW_INVALID);
-  assert_int_equal(tw_clip_reduce(clip, &keys, not_a_number, 1000, arena, &out, &reached, NULL), TW_INVALID);
-  assert_int_equal(tw_clip_reduce(clip, &keys, hundredth, 100, arena, &out, &reached, NULL), TW_LIMIT);
+  assert_int_equal(
+      tw_clip_reduce(clip, &keys, none, 1000, &(uint64_t){TW_REDUCTION_STEPS}, arena, &out, &reached, NULL),
+      TW_INVALID);
+  assert_int_equal(tw_clip_reduce(clip, &keys, not_a_number, 1000, &(uint64_t){TW_REDUCTION_STEPS}, arena,
+                                  &out, &reached, NULL),
+                   TW_INVALID);
+  assert_int_equal(tw_clip_reduce(clip, &keys, hundredth, 100, &(uint64_t){TW_REDUCTION_STEPS}, arena, &out,
+                                  &reached, NULL),
+                   TW_LIMIT);
   tw_arena_destroy(arena);
   tw_clip_destroy(clip);
 }
@@ -75,7 +81,8 @@ TEST(what_all_tracks_of_a_clip_take_is_limited) {
     tw_arena *arena = tw_arena_create();
     tw_tolerance reached, loose = {0.1, 1};
     tw_error error = {0};
-    tw_status status = tw_clip_reduce(clip, &keys, loose, 1000000, arena, &out, &reached, &error);
+    tw_status status = tw_clip_reduce(clip, &keys, loose, 1000000, &(uint64_t){TW_REDUCTION_STEPS}, arena,
+                                      &out, &reached, &error);
     assert_int_equal(status, count == 3 ? TW_OK : TW_LIMIT);
     tw_arena_destroy(arena);
     tw_clip_destroy(clip);
@@ -227,7 +234,9 @@ static uint32_t reduced_count(const tw_track_keys *track, int force, tw_toleranc
   tw_clip *clip = clip_of(track, 1, force), *reduced;
   tw_arena *arena = tw_arena_create();
   tw_tolerance reached;
-  assert_int_equal(tw_clip_reduce(clip, &keys, tolerance, 1000000, arena, &out, &reached, NULL), TW_OK);
+  assert_int_equal(tw_clip_reduce(clip, &keys, tolerance, 1000000, &(uint64_t){TW_REDUCTION_STEPS}, arena,
+                                  &out, &reached, NULL),
+                   TW_OK);
   uint32_t count = out.tracks[0].key_count;
   assert_short_steps(out.tracks);
   reduced = clip_of(out.tracks, 1, -1);
@@ -305,7 +314,9 @@ TEST(a_short_bump_of_a_long_track_is_told) {
   tw_arena *arena = tw_arena_create();
   tw_tolerance reached;
   const tw_tolerance loose = {1, 0.8};
-  assert_int_equal(tw_clip_reduce(clip, &keys, loose, 100, arena, &out, &reached, NULL), TW_OK);
+  assert_int_equal(
+      tw_clip_reduce(clip, &keys, loose, 100, &(uint64_t){TW_REDUCTION_STEPS}, arena, &out, &reached, NULL),
+      TW_OK);
   assert_int_equal(out.tracks[0].key_count, 2);
   assert_true(fabs(reached.distance - sqrt(0.5)) < 1e-6);
   tw_arena_destroy(arena);
@@ -335,7 +346,9 @@ TEST(a_still_track_keeps_one_key_unless_it_gives_the_duration) {
   tw_clip *clip = clip_of(tracks, 2, -1);
   tw_arena *arena = tw_arena_create();
   tw_tolerance reached;
-  assert_int_equal(tw_clip_reduce(clip, &keys, hundredth, 100, arena, &out, &reached, NULL), TW_OK);
+  assert_int_equal(tw_clip_reduce(clip, &keys, hundredth, 100, &(uint64_t){TW_REDUCTION_STEPS}, arena, &out,
+                                  &reached, NULL),
+                   TW_OK);
   assert_int_equal(out.tracks[0].key_count, 1);
   assert_int_equal(out.tracks[1].key_count, 5); /* one within each step of 180 degrees */
   tw_arena_destroy(arena);
@@ -353,7 +366,9 @@ TEST(steps_and_splines_stay_as_they_are) {
   tw_clip *clip = clip_of(tracks, 2, -1);
   tw_arena *arena = tw_arena_create();
   tw_tolerance reached;
-  assert_int_equal(tw_clip_reduce(clip, &keys, hundredth, 100, arena, &out, &reached, NULL), TW_OK);
+  assert_int_equal(tw_clip_reduce(clip, &keys, hundredth, 100, &(uint64_t){TW_REDUCTION_STEPS}, arena, &out,
+                                  &reached, NULL),
+                   TW_OK);
   assert_int_equal(out.tracks[0].interpolation, TW_CUBICSPLINE);
   assert_memory_equal(out.tracks[0].values, spline, sizeof spline);
   assert_int_equal(out.tracks[1].interpolation, TW_STEP);

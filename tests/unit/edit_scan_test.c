@@ -429,3 +429,76 @@ TEST(every_failed_allocation_of_a_fair_patch_is_told) {
   }
   assert_true(failures > 40);
 }
+
+/* A regular polygon of unit edges, a face whose other side is a hole. */
+static scan polygon(uint32_t count) {
+  const double turn = 2 * 3.14159265358979323846 / count;
+  scan s = {.arena = tw_arena_create()};
+  uint32_t *offsets = tw_arena_alloc(s.arena, 2, sizeof *offsets);
+  uint32_t *corners = tw_arena_alloc(s.arena, count, sizeof *corners);
+  s.points = tw_arena_alloc(s.arena, count, sizeof *s.points);
+  assert_true(offsets && corners && s.points);
+  offsets[1] = count;
+  for (uint32_t i = 0; i < count; i++) {
+    corners[i] = i;
+    s.points[i][0] = (float)(cos(turn * i) / turn);
+    s.points[i][1] = (float)(sin(turn * i) / turn);
+  }
+  tw_mesh_init(&s.mesh);
+  s.mesh.point_count = s.mesh.corner_count = count;
+  s.mesh.positions = s.points[0];
+  s.mesh.face_count = 1;
+  s.mesh.face_offsets = offsets;
+  s.mesh.corners = corners;
+  return s;
+}
+
+/* Applies edits to a polygon. Returns the faces that there are then, 0 where TW_INVALID refuses them; steps:
+ * of work. */
+static uint32_t edit_polygon(uint32_t count, const tw_edit *edits, uint32_t edit_count, uint64_t *steps,
+                             tw_error *error) {
+  scan s = polygon(count);
+  tw_mesh out;
+  tw_meter meter;
+  tw_meter_init(&meter, &(tw_meter_host){0}, UINT64_MAX);
+  tw_meter *before = tw_meter_use(&meter);
+  tw_status status = tw_mesh_edit(&s.mesh, NULL, edits, edit_count, &roomy, s.arena, &out, NULL, NULL, error);
+  tw_meter_use(before);
+  assert_true(status == TW_OK || status == TW_INVALID);
+  *steps = atomic_load(&meter.steps);
+  uint32_t faces = status == TW_OK ? out.face_count : 0;
+  tw_arena_destroy(s.arena);
+  return faces;
+}
+
+/* A polygon of n unit edges has an area of about n^2 / 4 pi: fair triangles of half a unit would be millions
+ * here. */
+TEST(fair_patches_of_huge_holes_are_refused_before_they_are_made) {
+  const double pi = 3.14159265358979323846;
+  const tw_edit fair = {.kind = TW_EDIT_FILL, .fill.method = TW_FILL_FAIR},
+                flat = {.kind = TW_EDIT_FILL, .fill.method = TW_FILL_TRIANGLES};
+  uint64_t small_steps, steps;
+  tw_error error;
+  uint32_t faces = edit_polygon(100, &fair, 1, &small_steps, &error);
+  assert_true(faces > 1 + 100 * 100 / (4 * pi) && faces < 1 + 4 * 100 * 100 / (4 * pi));
+  assert_int_equal(edit_polygon(4000, &fair, 1, &steps, &error), 0);
+  assert_non_null(strstr(error.detail, "250000 points"));
+  assert_true(steps < 4000000 * 100ull); /* less than making that many points takes */
+  assert_int_equal(edit_polygon(4000, &flat, 1, &steps, &error), 1 + 4000 - 2);
+}
+
+/* The best cover of a hole compares n^3 / 6 triangles, which a list of edits does not repeat without end. */
+TEST(fills_and_deletes_by_turns_share_their_work) {
+  enum { TURNS = 64, EDGES = 300 };
+  tw_edit edits[2 * TURNS];
+  for (uint32_t i = 0; i < TURNS; i++) {
+    edits[2 * i] = (tw_edit){.kind = TW_EDIT_FILL, .name = "lid", .fill.method = TW_FILL_TRIANGLES};
+    edits[2 * i + 1] =
+        (tw_edit){.kind = TW_EDIT_DELETE, .selection = {TW_EDIT_FACES, TW_SELECT_MADE, .name = "lid"}};
+  }
+  uint64_t once, often;
+  tw_error error;
+  assert_int_equal(edit_polygon(EDGES, edits, 1, &once, &error), 1 + EDGES - 2);
+  assert_int_equal(edit_polygon(EDGES, edits, 2 * TURNS - 1, &often, &error), 1 + EDGES - 2);
+  assert_true(often < TURNS / 4 * once);
+}

@@ -36,7 +36,8 @@ static void viewer_slerp(const tw_track_keys *keys, float time, float out[4]) {
 static tw_track_keys convert(tw_arena *arena, const tw_track_keys *track) {
   tw_track_keys keys;
   tw_error error;
-  if (tw_gltf_keys_of(track, 10000, arena, &keys, &error) != TW_OK) fail_msg("%s", error.detail);
+  if (tw_gltf_keys_of(track, 10000, &(uint64_t){TW_REDUCTION_STEPS}, arena, &keys, &error) != TW_OK)
+    fail_msg("%s", error.detail);
   return keys;
 }
 
@@ -190,7 +191,8 @@ TEST_WITH(more_turns_than_keys_are_refused, set_up, tear_down) {
   const double turns[2][4] = {{0, 0, 1, 0}, {0, 0, 1, 1e9}};
   tw_track_keys track = axis_angle_keys(times, turns[0], 2);
   tw_track_keys keys;
-  assert_int_equal(tw_gltf_keys_of(&track, 1 << 20, arena, &keys, NULL), TW_LIMIT);
+  assert_int_equal(tw_gltf_keys_of(&track, 1 << 20, &(uint64_t){TW_REDUCTION_STEPS}, arena, &keys, NULL),
+                   TW_LIMIT);
 }
 
 TEST_WITH(single_key_is_a_key, set_up, tear_down) {
@@ -246,4 +248,40 @@ TEST_WITH(spline_of_one_key_is_a_step, set_up, tear_down) {
   tw_track_keys keys = convert(arena, &track);
   assert_int_equal(keys.interpolation, TW_STEP);
   assert_ptr_equal(keys.values, keyed[1]);
+}
+
+/* The clips of an answer share the steps that are not their own. */
+TEST_WITH(turns_of_all_tracks_share_their_steps, set_up, tear_down) {
+  tw_arena *arena = *state;
+  const double turns[2][4] = {{0, 0, 1, 0}, {0, 0, 1, 1e5}}; /* radians: 573,000 steps of ten degrees */
+  tw_track_keys track = axis_angle_keys(times, turns[0], 2), keys;
+  uint64_t steps = TW_REDUCTION_STEPS;
+  assert_int_equal(tw_gltf_keys_of(&track, 1 << 20, &steps, arena, &keys, NULL), TW_OK);
+  assert_true(keys.key_count > 1e5 / 2.7);
+  assert_true(steps < TW_REDUCTION_STEPS - 500000 && steps > 0);
+  assert_int_equal(tw_gltf_keys_of(&track, 1 << 20, &steps, arena, &keys, NULL), TW_LIMIT);
+  const double few[2][4] = {{0, 0, 1, 0}, {0, 0, 1, 10}};
+  steps = 0;
+  track = axis_angle_keys(times, few[0], 2);
+  assert_int_equal(tw_gltf_keys_of(&track, 1 << 20, &steps, arena, &keys, NULL), TW_OK);
+  assert_int_equal(steps, 0);
+}
+
+/* From the second question on. */
+static bool is_over(void *owner) {
+  return (*(int *)owner)++ > 0;
+}
+
+TEST_WITH(a_reduction_that_nobody_wants_ends, set_up, tear_down) {
+  tw_arena *arena = *state;
+  const double turns[2][4] = {{0, 0, 1, 0}, {0, 0, 1, 1e5}};
+  tw_track_keys track = axis_angle_keys(times, turns[0], 2), keys;
+  int questions = 0;
+  const tw_meter_host host = {.owner = &questions, .is_over = is_over};
+  tw_meter meter;
+  tw_meter_init(&meter, &host, UINT64_MAX);
+  tw_meter *before = tw_meter_use(&meter);
+  tw_status status = tw_gltf_keys_of(&track, 1 << 20, &(uint64_t){TW_REDUCTION_STEPS}, arena, &keys, NULL);
+  tw_meter_use(before);
+  assert_int_equal(status, TW_CANCELLED);
 }

@@ -276,12 +276,14 @@ tw_status tw_clip_bake_error(const tw_clip *clip, const tw_clip_keys *baked, con
  * reduced as that interpolation moves it.
  * reached: the largest remaining errors, measured between keys too. Single precision may leave more than a
  * very small tolerance, but no more than 4e-7 of the largest value.
- * max_keys: TW_LIMIT where a track would need more, or where following the whole clip takes more than 2^20
- * steps and four for each of its keys. out: as in tw_clip_bake. O(keys + total angle / sqrt(tolerance)),
- * times a logarithm. */
+ * max_keys: TW_LIMIT where a track would need more, or where following the whole clip takes more steps than
+ * 64 for each of its keys and *steps, from which those are taken that exceed the former: so all clips of an
+ * answer take no more than in proportion to their keys, and TW_REDUCTION_STEPS. out: as in tw_clip_bake.
+ * TW_CANCELLED. O(keys + total angle / sqrt(tolerance)), times a logarithm. */
+enum { TW_REDUCTION_STEPS = 1 << 20 }; /* a second or two */
 tw_status tw_clip_reduce(const tw_clip *clip, const tw_clip_keys *keys, tw_tolerance tolerance,
-                         uint32_t max_keys, tw_arena *arena, tw_clip_keys *out, tw_tolerance *reached,
-                         tw_error *error);
+                         uint32_t max_keys, uint64_t *steps, tw_arena *arena, tw_clip_keys *out,
+                         tw_tolerance *reached, tw_error *error);
 
 /* ---- diagnostics -------------------------------------------------------------------------------- */
 
