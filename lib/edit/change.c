@@ -40,7 +40,7 @@ tw_status tw_change_init(tw_change *change, const tw_editor *editor, const tw_ch
                           "there would be up to %llu points, %llu faces and %llu corners: more than allowed",
                           (unsigned long long)size->points, (unsigned long long)size->faces,
                           (unsigned long long)size->corners);
-  return allocate(change, editor->arena, size) ? TW_OK : tw_editor_no_memory(editor);
+  return allocate(change, editor->scratch, size) ? TW_OK : tw_editor_no_memory(editor);
 }
 
 uint32_t tw_change_mix(tw_change *change, const tw_term *terms, uint32_t count) {
@@ -637,6 +637,20 @@ static tw_status shift_points(const maker *m) {
   return TW_OK;
 }
 
+/* Frees what the mesh before a change was made of. */
+static void drop_before(tw_editor *editor) {
+  for (uint32_t i = 0; i < editor->named_count; i++) {
+    tw_arena_destroy(editor->named[i].arena);
+    editor->named[i].arena = NULL;
+  }
+  for (int i = 0; i < 3; i++) {
+    tw_arena_destroy(editor->tags[i]);
+    editor->tags[i] = NULL;
+  }
+  tw_arena_destroy(editor->arena);
+  editor->topology = NULL;
+}
+
 tw_status tw_editor_apply(tw_editor *editor, const tw_change *change) {
   tw_mesh mesh;
   maker m = {change, &editor->mesh, &mesh, tw_arena_create(), editor};
@@ -650,11 +664,11 @@ tw_status tw_editor_apply(tw_editor *editor, const tw_change *change) {
     tw_arena_destroy(m.arena);
     return status;
   }
-  tw_arena_destroy(editor->arena);
+  drop_before(editor);
   editor->mesh = mesh;
   editor->arena = m.arena;
-  editor->topology = NULL;
-  return TW_OK;
+  editor->is_loose = true;
+  return tw_editor_clear_scratch(editor);
 }
 
 tw_status tw_editor_copy(tw_editor *editor, tw_arena *arena, tw_mesh *out) {
@@ -665,7 +679,7 @@ tw_status tw_editor_copy(tw_editor *editor, tw_arena *arena, tw_mesh *out) {
   tw_mesh made;
   tw_status status = tw_editor_need_topology(editor);
   if (status != TW_OK) return status;
-  if (!allocate(&change, editor->arena, &size)) return tw_editor_no_memory(editor);
+  if (!allocate(&change, editor->scratch, &size)) return tw_editor_no_memory(editor);
   tw_change_keep_points(&change);
   for (uint32_t f = 0; f < mesh->face_count; f++) tw_change_keep_face(&change, f, NULL, 0);
   maker m = {&change, mesh, &made, arena, editor};

@@ -82,7 +82,7 @@ static void count_face(const cutter *k, uint32_t face, tw_change_size *size) {
 }
 
 static tw_status begin_change(cutter *k) {
-  tw_arena *arena = k->editor->arena;
+  tw_arena *arena = k->editor->scratch;
   tw_change_size size = {.points = k->t->vertex_count};
   k->shapes = tw_arena_alloc_raw(arena, k->t->face_count, 1);
   k->edge_points = tw_arena_alloc_raw(arena, k->t->edge_count, sizeof(uint32_t));
@@ -376,8 +376,8 @@ tw_status tw_edit_loop_cut(tw_editor *editor) {
   if (status == TW_OK) status = tw_editor_find_edge(editor, edit->loop_cut.edge, "/edge", &edge);
   if (status != TW_OK) return status;
   cutter k = {.editor = editor, .t = editor->topology, .cuts = edit->loop_cut.cuts, .is_ring = true};
-  uint8_t *ring = tw_arena_alloc(editor->arena, k.t->edge_count, 1);
-  k.at = edit->loop_cut.at ? edit->loop_cut.at : even_places(editor->arena, k.cuts);
+  uint8_t *ring = tw_arena_alloc(editor->scratch, k.t->edge_count, 1);
+  k.at = edit->loop_cut.at ? edit->loop_cut.at : even_places(editor->scratch, k.cuts);
   if (!ring || !k.at) return tw_editor_no_memory(editor);
   tw_find_ring(k.t, edge, ring);
   /* The ring's flags are relative to edge_vertices of `edge`; `at` runs from the edit's edge[0]. */
@@ -400,8 +400,8 @@ tw_status tw_edit_subdivide(tw_editor *editor) {
   if (status == TW_OK) status = tw_editor_select(editor, &selected);
   if (status != TW_OK || !selected) return status;
   cutter k = {.editor = editor, .t = editor->topology, .cuts = edit->subdivide.cuts};
-  uint8_t *edges = tw_arena_alloc(editor->arena, k.t->edge_count, 1);
-  k.at = even_places(editor->arena, k.cuts);
+  uint8_t *edges = tw_arena_alloc(editor->scratch, k.t->edge_count, 1);
+  k.at = even_places(editor->scratch, k.cuts);
   if (!edges || !k.at) return tw_editor_no_memory(editor);
   bool is_faces = edit->selection.of == TW_EDIT_FACES;
   if (is_faces) k.selected = selected;

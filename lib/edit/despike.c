@@ -97,10 +97,10 @@ tw_status tw_edit_despike(tw_editor *editor) {
   for (uint32_t p = 0; p < t->vertex_count; p++)
     if (t->ring_offsets[p + 1] - t->ring_offsets[p] > most)
       most = t->ring_offsets[p + 1] - t->ring_offsets[p];
-  uint32_t *layers = tw_arena_alloc(editor->arena, t->vertex_count, sizeof *layers);
-  uint32_t *queue = tw_arena_alloc_raw(editor->arena, t->vertex_count, sizeof *queue);
-  uint8_t *moved = tw_arena_alloc(editor->arena, t->vertex_count, 1);
-  finder f = {editor, t, tw_arena_alloc_raw(editor->arena, most, sizeof *f.values)};
+  uint32_t *layers = tw_arena_alloc(editor->scratch, t->vertex_count, sizeof *layers);
+  uint32_t *queue = tw_arena_alloc_raw(editor->scratch, t->vertex_count, sizeof *queue);
+  uint8_t *moved = tw_arena_alloc(editor->scratch, t->vertex_count, 1);
+  finder f = {editor, t, tw_arena_alloc_raw(editor->scratch, most, sizeof *f.values)};
   if (!layers || !queue || !moved || !f.values) return tw_editor_no_memory(editor);
   for (uint32_t p = 0; p < t->vertex_count; p++)
     if (points[p] && is_spike(&f, p)) layers[p] = UINT32_MAX;
@@ -109,8 +109,9 @@ tw_status tw_edit_despike(tw_editor *editor) {
     status = put_back(editor, queue[i], layers);
     moved[queue[i]] = 1;
   }
-  tw_named *named = status == TW_OK ? tw_editor_name(editor) : NULL;
-  if (!named) return status;
-  named->points = tw_list_flagged(editor->arena, moved, 1, t->vertex_count, &named->point_count);
+  tw_named *named = NULL;
+  if (status == TW_OK) status = tw_editor_name_own(editor, &named);
+  if (status != TW_OK || !named) return status;
+  named->points = tw_list_flagged(named->arena, moved, 1, t->vertex_count, &named->point_count);
   return named->points ? TW_OK : tw_editor_no_memory(editor);
 }

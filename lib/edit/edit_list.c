@@ -82,7 +82,7 @@ static tw_status apply_edit(tw_editor *e) {
   if (status == TW_OK) status = kinds[e->edit->kind].apply(e);
   /* An edit that did nothing still defines its name, as nothing. */
   if (status == TW_OK && !e->is_named) tw_editor_name(e);
-  return status;
+  return status == TW_OK ? tw_editor_clear_scratch(e) : status;
 }
 
 /* The work of an edit, in points and corners: ten rounds of smoothing count as much as another edit. Each
@@ -137,14 +137,15 @@ tw_status tw_mesh_edit(const tw_mesh *mesh, const tw_model *model, const tw_edit
   }
   tw_editor e = {.mesh = *mesh,
                  .arena = tw_arena_create(),
+                 .scratch = tw_arena_create(),
                  .model = model,
                  .limits = limits,
                  .named = tw_alloc_zero(edit_count, sizeof(tw_named)),
                  .error = error};
-  tw_status status = e.arena && e.named ? apply_all(&e, edits, edit_count) : tw_editor_no_memory(&e);
+  tw_status status =
+      e.arena && e.scratch && e.named ? apply_all(&e, edits, edit_count) : tw_editor_no_memory(&e);
   if (status == TW_OK && made) status = hand_out_named(&e, arena, made, made_count);
   if (status == TW_OK) status = tw_editor_copy(&e, arena, out);
-  tw_free(e.named);
-  tw_arena_destroy(e.arena);
+  tw_editor_deinit(&e);
   return status;
 }

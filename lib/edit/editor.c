@@ -47,12 +47,14 @@ void tw_mesh_drop_normals(tw_mesh *mesh) {
 }
 
 tw_status tw_editor_loosen(tw_editor *editor) {
+  tw_mesh_drop_normals(&editor->mesh);
+  if (editor->is_loose) return TW_OK;
   size_t size = (size_t)editor->mesh.point_count * sizeof(float[3]);
   float *positions = tw_arena_alloc_raw(editor->arena, size, 1);
   if (!positions) return tw_editor_no_memory(editor);
   if (size > 0) memcpy(positions, editor->mesh.positions, size);
   editor->mesh.positions = positions;
-  tw_mesh_drop_normals(&editor->mesh);
+  editor->is_loose = true;
   return TW_OK;
 }
 
@@ -86,8 +88,34 @@ tw_named *tw_editor_name(tw_editor *editor) {
   uint32_t kept = 0;
   editor->is_named = true;
   for (uint32_t i = 0; i < editor->named_count; i++)
-    if (strcmp(editor->named[i].name, name) != 0) editor->named[kept++] = editor->named[i];
+    if (strcmp(editor->named[i].name, name) != 0)
+      editor->named[kept++] = editor->named[i];
+    else
+      tw_arena_destroy(editor->named[i].arena);
   editor->named[kept] = (tw_named){.name = name};
   editor->named_count = kept + 1;
   return &editor->named[kept];
+}
+
+tw_status tw_editor_name_own(tw_editor *editor, tw_named **named) {
+  *named = tw_editor_name(editor);
+  if (!*named) return TW_OK;
+  (*named)->arena = tw_arena_create();
+  return (*named)->arena ? TW_OK : tw_editor_no_memory(editor);
+}
+
+/* ---- what the editor holds ----------------------------------------------------------------------------- */
+
+tw_status tw_editor_clear_scratch(tw_editor *editor) {
+  tw_arena_destroy(editor->scratch);
+  editor->scratch = tw_arena_create();
+  return editor->scratch ? TW_OK : tw_editor_no_memory(editor);
+}
+
+void tw_editor_deinit(tw_editor *editor) {
+  for (uint32_t i = 0; i < editor->named_count; i++) tw_arena_destroy(editor->named[i].arena);
+  for (int i = 0; i < 3; i++) tw_arena_destroy(editor->tags[i]);
+  tw_free(editor->named);
+  tw_arena_destroy(editor->scratch);
+  tw_arena_destroy(editor->arena);
 }

@@ -15,6 +15,7 @@
 /* What a named edit made; later edits keep it up to date. */
 typedef struct tw_named {
   const char *name;
+  tw_arena *arena; /* holds the lists; NULL: that of the mesh does */
   uint32_t face_count, point_count, edge_count;
   uint32_t *faces, *points; /* ascending */
   uint32_t (*edges)[2];     /* [edge_count] the two points of each */
@@ -25,10 +26,14 @@ typedef struct tw_hole_work {
   uint64_t triangles, steps, points;
 } tw_hole_work;
 
-/* All arrays live in `arena`, which each change of points or faces replaces. */
+/* The mesh, its topology and names live in `arena`, which each change of points or faces replaces. What an
+ * edit needs besides lives in `scratch`, which each edit and each such change replaces. */
 typedef struct tw_editor {
   tw_mesh mesh;
-  tw_arena *arena;
+  tw_arena *arena, *scratch;
+  tw_arena
+      *tags[3];  /* creases, corners and holes that edits have changed since the arena is there; or NULL */
+  bool is_loose; /* the positions are the arena's, and may be written */
   tw_topology *topology; /* of the mesh; NULL until tw_editor_need_topology */
   const tw_model *model; /* or NULL */
   const tw_edit_limits *limits;
@@ -115,18 +120,27 @@ void tw_change_turn_face(tw_change *change, uint32_t face, const uint32_t *point
  * is done. TW_NO_MEMORY; TW_INVALID where a shift exceeds TW_COORDINATE_MAX. */
 tw_status tw_editor_apply(tw_editor *editor, const tw_change *change);
 
+/* Replaces the scratch. TW_NO_MEMORY. */
+tw_status tw_editor_clear_scratch(tw_editor *editor);
+
+/* Frees what the editor holds. */
+void tw_editor_deinit(tw_editor *editor);
+
 /* Drops the mesh's normals, which no longer hold once points or faces change. */
 void tw_mesh_drop_normals(tw_mesh *mesh);
 
-/* Copies the positions so that they may be written, for edits that change nothing else. TW_NO_MEMORY. */
+/* Copies the positions, unless an edit before did, so that they may be written, for edits that change nothing
+ * else. TW_NO_MEMORY. */
 tw_status tw_editor_loosen(tw_editor *editor);
 
 /* Copies the finished mesh, with arrays in another arena. TW_NO_MEMORY. */
 tw_status tw_editor_copy(tw_editor *editor, tw_arena *arena, tw_mesh *out);
 
 /* Adds an empty entry for the current edit's name, dropping an earlier entry of that name. Returns it; NULL
- * where the edit has no name. */
+ * where the edit has no name. Its lists belong into the mesh's arena. */
 tw_named *tw_editor_name(tw_editor *editor);
+/* The same, with an empty arena. *named: NULL where the edit has no name. TW_NO_MEMORY. */
+tw_status tw_editor_name_own(tw_editor *editor, tw_named **named);
 
 /* The ascending indices of flags that have a bit of the mask; *listed: their count. NULL without memory. */
 uint32_t *tw_list_flagged(tw_arena *arena, const uint8_t *flags, uint8_t mask, uint32_t count,
@@ -141,9 +155,9 @@ tw_status tw_editor_place(tw_editor *editor, uint32_t point, const double at[3])
 
 /* ---- selections ---------------------------------------------------------------------------------------- */
 
-/* *flags: [faces, edges of the topology, or points], in the arena: not 0 where selected; NULL when nothing is
- * and the edit is optional. TW_SELECT_NOTHING selects all. Builds the topology. TW_INVALID with the pointer;
- * TW_NO_MEMORY. */
+/* *flags: [faces, edges of the topology, or points], in the scratch: not 0 where selected; NULL when nothing
+ * is and the edit is optional. TW_SELECT_NOTHING selects all. Builds the topology. TW_INVALID with the
+ * pointer; TW_NO_MEMORY. */
 tw_status tw_editor_select(tw_editor *editor, uint8_t **flags);
 
 /* The same, and *points: [point_count] flags, in the arena, of the points of selected elements. */

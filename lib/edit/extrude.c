@@ -56,7 +56,7 @@ static void sides_of(const parting *p, uint32_t corner, double ahead[3], double 
 }
 
 static tw_status begin(parting *p) {
-  tw_arena *arena = p->editor->arena;
+  tw_arena *arena = p->editor->scratch;
   uint32_t corners = p->t->corner_count;
   p->normals = tw_arena_alloc_raw(arena, p->t->face_count, sizeof *p->normals);
   p->is_rim = tw_arena_alloc(arena, p->t->edge_count, 1);
@@ -227,7 +227,7 @@ static tw_status begin_change(parting *p) {
                                .terms = 4 * mixes};
   tw_status status = tw_change_init(&p->change, p->editor, &size);
   if (status != TW_OK) return status;
-  p->change.shifts = tw_arena_alloc(p->editor->arena, size.points, sizeof *p->change.shifts);
+  p->change.shifts = tw_arena_alloc(p->editor->scratch, size.points, sizeof *p->change.shifts);
   return p->change.shifts ? TW_OK : tw_editor_no_memory(p->editor);
 }
 
@@ -308,7 +308,7 @@ static tw_status separate_faces(parting *p) {
   if (status != TW_OK || !selected) return status;
   p->selected = selected;
   p->t = p->editor->topology;
-  uint32_t *parents = tw_arena_alloc_raw(p->editor->arena, p->t->corner_count, sizeof *parents);
+  uint32_t *parents = tw_arena_alloc_raw(p->editor->scratch, p->t->corner_count, sizeof *parents);
   if (!parents) return tw_editor_no_memory(p->editor);
   status = begin(p);
   if (status == TW_OK) find_fans(p);

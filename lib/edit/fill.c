@@ -140,8 +140,8 @@ static tw_status make_patches(filler *h) {
   const tw_hole_work budget = tw_hole_budget_of(e);
   tw_hole_work left = budget;
   tw_rings rings;
-  uint32_t *points = tw_arena_alloc_raw(e->arena, h->corner_count, sizeof *points);
-  hole_size *order = tw_arena_alloc_raw(e->arena, h->hole_count, sizeof *order);
+  uint32_t *points = tw_arena_alloc_raw(e->scratch, h->corner_count, sizeof *points);
+  hole_size *order = tw_arena_alloc_raw(e->scratch, h->hole_count, sizeof *order);
   uint64_t room = e->limits->points;
   h->patches = tw_alloc_zero(h->hole_count, sizeof *h->patches);
   if (!points || !order || !h->patches) return tw_editor_no_memory(e);
@@ -256,11 +256,11 @@ tw_status tw_edit_fill(tw_editor *editor) {
   filler h = {.editor = editor, .t = t};
   uint32_t borders = 0;
   for (uint32_t e = 0; e < t->edge_count; e++) borders += (t->edge_flags[e] & TW_EDGE_BORDER) != 0;
-  h.is_seen = tw_arena_alloc(editor->arena, t->edge_count, 1);
-  h.corners = tw_arena_alloc_raw(editor->arena, borders, sizeof *h.corners);
-  h.walk = tw_arena_alloc_raw(editor->arena, borders, sizeof *h.walk);
-  h.place_of = tw_arena_alloc(editor->arena, t->vertex_count, sizeof *h.place_of);
-  h.holes = tw_arena_alloc(editor->arena, (size_t)borders + 1, sizeof *h.holes);
+  h.is_seen = tw_arena_alloc(editor->scratch, t->edge_count, 1);
+  h.corners = tw_arena_alloc_raw(editor->scratch, borders, sizeof *h.corners);
+  h.walk = tw_arena_alloc_raw(editor->scratch, borders, sizeof *h.walk);
+  h.place_of = tw_arena_alloc(editor->scratch, t->vertex_count, sizeof *h.place_of);
+  h.holes = tw_arena_alloc(editor->scratch, (size_t)borders + 1, sizeof *h.holes);
   if (!h.is_seen || !h.corners || !h.walk || !h.place_of || !h.holes) return tw_editor_no_memory(editor);
   status = find_holes(&h);
   if (status != TW_OK || h.hole_count == 0) return status;

@@ -30,7 +30,7 @@ tw_status tw_patch_edges_init(tw_patch_edges *edges, const tw_editor *editor, ui
   uint64_t room = 16;
   while (room < 2 * (uint64_t)count) room *= 2;
   edges->mask = (uint32_t)(room - 1);
-  edges->pairs = tw_arena_alloc(editor->arena, room, sizeof *edges->pairs);
+  edges->pairs = tw_arena_alloc(editor->scratch, room, sizeof *edges->pairs);
   return edges->pairs ? TW_OK : tw_editor_no_memory(editor);
 }
 

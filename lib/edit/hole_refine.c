@@ -17,9 +17,9 @@ static const double DENSITY = 1.4142135623730951;
 
 tw_status tw_rings_find(tw_rings *rings, const tw_editor *editor) {
   const tw_topology *t = editor->topology;
-  rings->counts = tw_arena_alloc(editor->arena, t->vertex_count, sizeof *rings->counts);
-  rings->sums = tw_arena_alloc(editor->arena, t->vertex_count, sizeof *rings->sums);
-  rings->scales = tw_arena_alloc(editor->arena, t->vertex_count, sizeof *rings->scales);
+  rings->counts = tw_arena_alloc(editor->scratch, t->vertex_count, sizeof *rings->counts);
+  rings->sums = tw_arena_alloc(editor->scratch, t->vertex_count, sizeof *rings->sums);
+  rings->scales = tw_arena_alloc(editor->scratch, t->vertex_count, sizeof *rings->scales);
   if (!rings->counts || !rings->sums || !rings->scales) return tw_editor_no_memory(editor);
   for (uint32_t e = 0; e < t->edge_count; e++) {
     const uint32_t *ends = t->edge_vertices[e];

@@ -27,7 +27,7 @@ static void measure(mirror *m) {
 /* Adds points and images. Points that only removed faces have are removed too. */
 static bool put_points(mirror *m) {
   const tw_topology *t = m->t;
-  uint8_t *is_used = tw_arena_alloc(m->editor->arena, t->vertex_count, 1);
+  uint8_t *is_used = tw_arena_alloc(m->editor->scratch, t->vertex_count, 1);
   if (!is_used) return false;
   for (uint32_t c = 0; c < t->corner_count; c++)
     if (!m->is_flat[t->corner_face[c]]) is_used[t->corner_vertex[c]] = 1;
@@ -67,11 +67,11 @@ tw_status tw_edit_mirror(tw_editor *editor) {
                                .corners = 2 * (uint64_t)m.t->corner_count};
   status = tw_change_init(&m.change, editor, &size);
   if (status != TW_OK) return status;
-  m.is_on = tw_arena_alloc(editor->arena, m.t->vertex_count, 1);
-  m.is_flat = tw_arena_alloc(editor->arena, m.t->face_count, 1);
-  m.points = tw_arena_alloc_raw(editor->arena, m.t->vertex_count, sizeof *m.points);
-  m.images = tw_arena_alloc_raw(editor->arena, m.t->vertex_count, sizeof *m.images);
-  m.change.shifts = tw_arena_alloc(editor->arena, size.points, sizeof *m.change.shifts);
+  m.is_on = tw_arena_alloc(editor->scratch, m.t->vertex_count, 1);
+  m.is_flat = tw_arena_alloc(editor->scratch, m.t->face_count, 1);
+  m.points = tw_arena_alloc_raw(editor->scratch, m.t->vertex_count, sizeof *m.points);
+  m.images = tw_arena_alloc_raw(editor->scratch, m.t->vertex_count, sizeof *m.images);
+  m.change.shifts = tw_arena_alloc(editor->scratch, size.points, sizeof *m.change.shifts);
   if (!m.is_on || !m.is_flat || !m.points || !m.images || !m.change.shifts)
     return tw_editor_no_memory(editor);
   measure(&m);

@@ -17,9 +17,9 @@ typedef struct remover {
 
 static tw_status begin(remover *r) {
   r->t = r->editor->topology;
-  r->is_gone = tw_arena_alloc(r->editor->arena, r->t->face_count, 1);
-  r->becomes = tw_arena_alloc_raw(r->editor->arena, r->t->vertex_count, sizeof *r->becomes);
-  r->points = tw_arena_alloc_raw(r->editor->arena, r->t->vertex_count, sizeof *r->points);
+  r->is_gone = tw_arena_alloc(r->editor->scratch, r->t->face_count, 1);
+  r->becomes = tw_arena_alloc_raw(r->editor->scratch, r->t->vertex_count, sizeof *r->becomes);
+  r->points = tw_arena_alloc_raw(r->editor->scratch, r->t->vertex_count, sizeof *r->points);
   if (!r->is_gone || !r->becomes || !r->points) return tw_editor_no_memory(r->editor);
   for (uint32_t p = 0; p < r->t->vertex_count; p++) r->becomes[p] = p;
   return TW_OK;
@@ -47,7 +47,7 @@ static uint32_t edge_behind(const remover *r, uint32_t corner) {
 
 /* Removes faces left with fewer than three different points. */
 static tw_status drop_thin_faces(remover *r) {
-  uint32_t *seen = tw_arena_alloc(r->editor->arena, r->t->vertex_count, sizeof *seen);
+  uint32_t *seen = tw_arena_alloc(r->editor->scratch, r->t->vertex_count, sizeof *seen);
   if (!seen) return tw_editor_no_memory(r->editor);
   for (uint32_t f = 0; f < r->t->face_count; f++) {
     uint32_t different = 0;
@@ -67,11 +67,12 @@ static tw_status drop_thin_faces(remover *r) {
 static tw_status finish(remover *r, const uint8_t *doomed, const uint8_t *made, uint32_t merged,
                         const tw_term *terms, uint32_t term_count, const double *shift) {
   const tw_topology *t = r->t;
-  uint8_t *is_used = tw_arena_alloc(r->editor->arena, t->vertex_count, 1);
+  uint8_t *is_used = tw_arena_alloc(r->editor->scratch, t->vertex_count, 1);
   const tw_change_size size = {t->vertex_count, t->face_count, t->corner_count, term_count > 0, term_count};
   tw_status status = is_used ? tw_change_init(&r->change, r->editor, &size) : tw_editor_no_memory(r->editor);
   if (status != TW_OK) return status;
-  if (term_count > 0) r->change.shifts = tw_arena_alloc(r->editor->arena, t->vertex_count, sizeof(double[3]));
+  if (term_count > 0)
+    r->change.shifts = tw_arena_alloc(r->editor->scratch, t->vertex_count, sizeof(double[3]));
   if (term_count > 0 && !r->change.shifts) return tw_editor_no_memory(r->editor);
   for (uint32_t c = 0; c < t->corner_count; c++)
     if (!r->is_gone[t->corner_face[c]]) is_used[end_of(r, c)] = 1;
@@ -99,7 +100,7 @@ tw_status tw_edit_delete(tw_editor *editor) {
   tw_status status = tw_editor_select(editor, &selected);
   if (status != TW_OK || !selected) return status;
   status = begin(&r);
-  uint8_t *doomed = tw_arena_alloc(editor->arena, editor->topology->vertex_count, 1);
+  uint8_t *doomed = tw_arena_alloc(editor->scratch, editor->topology->vertex_count, 1);
   if (status == TW_OK && !doomed) status = tw_editor_no_memory(editor);
   if (status != TW_OK) return status;
   for (uint32_t c = 0; c < r.t->corner_count; c++) {
@@ -115,9 +116,9 @@ tw_status tw_edit_drop_pieces(tw_editor *editor) {
   tw_status status = tw_editor_need_topology(editor);
   if (status == TW_OK) status = begin(&r);
   if (status != TW_OK) return status;
-  uint32_t *pieces = tw_arena_alloc_raw(editor->arena, r.t->vertex_count, sizeof *pieces);
-  uint32_t *sizes = tw_arena_alloc(editor->arena, r.t->vertex_count, sizeof *sizes);
-  uint8_t *doomed = tw_arena_alloc(editor->arena, r.t->vertex_count, 1);
+  uint32_t *pieces = tw_arena_alloc_raw(editor->scratch, r.t->vertex_count, sizeof *pieces);
+  uint32_t *sizes = tw_arena_alloc(editor->scratch, r.t->vertex_count, sizeof *sizes);
+  uint8_t *doomed = tw_arena_alloc(editor->scratch, r.t->vertex_count, 1);
   if (!pieces || !sizes || !doomed) return tw_editor_no_memory(editor);
   tw_topology_find_pieces(r.t, pieces);
   for (int pass = 0; pass < 2; pass++)
@@ -135,7 +136,7 @@ tw_status tw_edit_drop_pieces(tw_editor *editor) {
 
 /* Merges each listed point into the first one within the distance. */
 static tw_status join_near(remover *r, const uint32_t *list, uint32_t count, double distance) {
-  tw_arena *arena = r->editor->arena;
+  tw_arena *arena = r->editor->scratch;
   float *positions = tw_arena_alloc_raw(arena, count, sizeof(float[3]));
   uint32_t *point_of = tw_arena_alloc_raw(arena, count, sizeof *point_of);
   uint32_t *first = tw_arena_alloc_raw(arena, count, sizeof *first), point_count = 0, next = 0;
@@ -156,7 +157,7 @@ static tw_status join_all(remover *r, const uint32_t *list, uint32_t count, tw_t
                           double shift[3]) {
   const tw_edit *edit = r->editor->edit;
   double mean[3] = {0, 0, 0};
-  *terms = tw_arena_alloc_raw(r->editor->arena, count, sizeof **terms);
+  *terms = tw_arena_alloc_raw(r->editor->scratch, count, sizeof **terms);
   if (!*terms) return tw_editor_no_memory(r->editor);
   for (uint32_t i = 0; i < count; i++) {
     (*terms)[i] = (tw_term){list[i], 1.0 / count};
@@ -176,8 +177,8 @@ tw_status tw_edit_merge(tw_editor *editor) {
   tw_status status = tw_editor_select(editor, &selected);
   if (status != TW_OK || !selected) return status;
   uint32_t count;
-  uint32_t *list = tw_list_flagged(editor->arena, selected, 0xFF, editor->mesh.point_count, &count);
-  uint8_t *doomed = tw_arena_alloc(editor->arena, editor->mesh.point_count, 1);
+  uint32_t *list = tw_list_flagged(editor->scratch, selected, 0xFF, editor->mesh.point_count, &count);
+  uint8_t *doomed = tw_arena_alloc(editor->scratch, editor->mesh.point_count, 1);
   if (!list || !doomed) return tw_editor_no_memory(editor);
   bool is_near = edit->merge.distance >= 0;
   tw_term *terms = NULL;

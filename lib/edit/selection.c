@@ -80,7 +80,7 @@ static tw_status pick_group(picker *p) {
   const tw_mesh *mesh = &p->editor->mesh;
   const tw_model *model = p->editor->model;
   uint32_t count = model ? model->group_count : 0;
-  uint8_t *is_in = tw_arena_alloc(p->editor->arena, count, 1);
+  uint8_t *is_in = tw_arena_alloc(p->editor->scratch, count, 1);
   bool is_known = false;
   if (!is_in) return tw_editor_no_memory(p->editor);
   for (uint32_t g = 0; g < count; g++) {
@@ -103,7 +103,7 @@ static tw_status pick_material(picker *p) {
   const tw_model *model = p->editor->model;
   const char *name = p->selection->name;
   uint32_t count = model ? model->material_count : 0;
-  uint8_t *is_it = tw_arena_alloc(p->editor->arena, count, 1);
+  uint8_t *is_it = tw_arena_alloc(p->editor->scratch, count, 1);
   bool is_known = false;
   if (!is_it) return tw_editor_no_memory(p->editor);
   for (uint32_t m = 0; m < count; m++) {
@@ -172,7 +172,7 @@ static tw_status pick_sharper(picker *p) {
   const tw_topology *t = p->editor->topology;
   if (!is_angle(p->selection->degrees))
     return refuse(p, "/sharper_than", "an angle is from 0 to 180 degrees");
-  double(*normals)[3] = tw_arena_alloc_raw(p->editor->arena, t->face_count, sizeof *normals);
+  double(*normals)[3] = tw_arena_alloc_raw(p->editor->scratch, t->face_count, sizeof *normals);
   if (!normals) return tw_editor_no_memory(p->editor);
   for (uint32_t f = 0; f < t->face_count; f++) tw_mesh_face_normal(&p->editor->mesh, f, normals[f]);
   for (uint32_t e = 0; e < p->count; e++) {
@@ -313,7 +313,7 @@ tw_status tw_editor_select(tw_editor *editor, uint8_t **flags) {
   *flags = NULL;
   if (status != TW_OK) return status;
   const uint32_t counts[] = {editor->mesh.face_count, editor->topology->edge_count, editor->mesh.point_count};
-  picker p = {editor, s, counts[s->of], tw_arena_alloc(editor->arena, counts[s->of], 1)};
+  picker p = {editor, s, counts[s->of], tw_arena_alloc(editor->scratch, counts[s->of], 1)};
   if (!p.flags) return tw_editor_no_memory(editor);
   status = pick(&p);
   if (status != TW_OK) return status;
@@ -330,7 +330,7 @@ tw_status tw_editor_select_points(tw_editor *editor, uint8_t **flags, uint8_t **
   const tw_topology *t = editor->topology;
   const tw_edit_element of = editor->edit->selection.of;
   const uint8_t *selected = *flags;
-  *points = of == TW_EDIT_VERTICES ? *flags : tw_arena_alloc(editor->arena, t->vertex_count, 1);
+  *points = of == TW_EDIT_VERTICES ? *flags : tw_arena_alloc(editor->scratch, t->vertex_count, 1);
   if (!*points) return tw_editor_no_memory(editor);
   for (uint32_t c = 0; of == TW_EDIT_FACES && c < t->corner_count; c++)
     if (selected[t->corner_face[c]]) (*points)[t->corner_vertex[c]] = 1;
@@ -344,21 +344,22 @@ tw_status tw_editor_select_points(tw_editor *editor, uint8_t **flags, uint8_t **
 tw_status tw_editor_name_selected(tw_editor *editor, const uint8_t *selected, const uint8_t *points) {
   const tw_topology *t = editor->topology;
   const tw_edit_element of = editor->edit->selection.of;
-  tw_named *named = tw_editor_name(editor);
+  tw_named *named;
   uint32_t edge_count = 0, *edges = NULL;
-  if (!named) return TW_OK;
+  tw_status status = tw_editor_name_own(editor, &named);
+  if (status != TW_OK || !named) return status;
   bool has_room = true;
   if (of == TW_EDIT_FACES) {
-    named->faces = tw_list_flagged(editor->arena, selected, 0xFF, t->face_count, &named->face_count);
+    named->faces = tw_list_flagged(named->arena, selected, 0xFF, t->face_count, &named->face_count);
     has_room = named->faces != NULL;
   } else if (of == TW_EDIT_EDGES) {
-    edges = tw_list_flagged(editor->arena, selected, 0xFF, t->edge_count, &edge_count);
-    named->edges = tw_arena_alloc_raw(editor->arena, edge_count, sizeof *named->edges);
+    edges = tw_list_flagged(editor->scratch, selected, 0xFF, t->edge_count, &edge_count);
+    named->edges = tw_arena_alloc_raw(named->arena, edge_count, sizeof *named->edges);
     has_room = edges && named->edges;
   }
   for (uint32_t i = 0; has_room && i < edge_count; i++)
     memcpy(named->edges[i], t->edge_vertices[edges[i]], sizeof *named->edges);
   named->edge_count = has_room ? edge_count : 0;
-  named->points = tw_list_flagged(editor->arena, points, 0xFF, t->vertex_count, &named->point_count);
+  named->points = tw_list_flagged(named->arena, points, 0xFF, t->vertex_count, &named->point_count);
   return has_room && named->points ? TW_OK : tw_editor_no_memory(editor);
 }

@@ -36,7 +36,7 @@ static void step(const smoother *s, double by) {
 /* Flags the selected points that have neighbours and are not on a border. NULL without memory. */
 static const uint8_t *find_moving(const tw_editor *e, const uint8_t *points) {
   const tw_topology *t = e->topology;
-  uint8_t *moves = tw_arena_alloc(e->arena, t->vertex_count, 1);
+  uint8_t *moves = tw_arena_alloc(e->scratch, t->vertex_count, 1);
   if (!moves) return NULL;
   for (uint32_t p = 0; p < t->vertex_count; p++)
     moves[p] = points[p] && t->ring_offsets[p] < t->ring_offsets[p + 1];
@@ -58,8 +58,8 @@ tw_status tw_edit_smooth(tw_editor *editor) {
   if (status != TW_OK) return status;
   const tw_topology *t = editor->topology;
   smoother s = {.t = t, .moves = find_moving(editor, points)};
-  s.at = tw_arena_alloc_raw(editor->arena, t->vertex_count, sizeof *s.at);
-  s.sums = tw_arena_alloc_raw(editor->arena, t->vertex_count, sizeof *s.sums);
+  s.at = tw_arena_alloc_raw(editor->scratch, t->vertex_count, sizeof *s.at);
+  s.sums = tw_arena_alloc_raw(editor->scratch, t->vertex_count, sizeof *s.sums);
   if (!s.moves || !s.at || !s.sums) return tw_editor_no_memory(editor);
   for (uint32_t p = 0; p < t->vertex_count; p++)
     for (int i = 0; i < 3; i++) s.at[p][i] = (double)tw_editor_point(editor, p)[i];

@@ -131,10 +131,10 @@ tw_status tw_edit_triangulate(tw_editor *editor) {
   }
   status = tw_change_init(&k.change, editor, &size);
   if (status != TW_OK) return status;
-  k.is_cut = tw_arena_alloc_raw(editor->arena, k.t->face_count, 1);
-  k.triangles = tw_arena_alloc_raw(editor->arena, size.faces, sizeof *k.triangles);
-  k.at = tw_arena_alloc_raw(editor->arena, largest, sizeof *k.at);
-  if (!k.is_cut || !k.triangles || !k.at || !tw_ear_clipper_init(&k.clipper, editor->arena, largest))
+  k.is_cut = tw_arena_alloc_raw(editor->scratch, k.t->face_count, 1);
+  k.triangles = tw_arena_alloc_raw(editor->scratch, size.faces, sizeof *k.triangles);
+  k.at = tw_arena_alloc_raw(editor->scratch, largest, sizeof *k.at);
+  if (!k.is_cut || !k.triangles || !k.at || !tw_ear_clipper_init(&k.clipper, editor->scratch, largest))
     return tw_editor_no_memory(editor);
   tw_change_keep_points(&k.change);
   for (uint32_t f = 0; f < k.t->face_count && status == TW_OK; f++) status = put_first(&k, f);
@@ -201,9 +201,9 @@ tw_status tw_edit_quads(tw_editor *editor) {
   if (status != TW_OK || !selected) return status;
   const tw_mesh *mesh = &editor->mesh;
   const tw_topology *t = editor->topology;
-  uint8_t *is_kept = tw_arena_alloc(editor->arena, t->edge_count, 1);
-  candidate *candidates = tw_arena_alloc_raw(editor->arena, t->edge_count, sizeof *candidates);
-  uint32_t *pair_of = tw_arena_alloc_raw(editor->arena, t->face_count, sizeof *pair_of);
+  uint8_t *is_kept = tw_arena_alloc(editor->scratch, t->edge_count, 1);
+  candidate *candidates = tw_arena_alloc_raw(editor->scratch, t->edge_count, sizeof *candidates);
+  uint32_t *pair_of = tw_arena_alloc_raw(editor->scratch, t->face_count, sizeof *pair_of);
   if (!is_kept || !candidates || !pair_of) return tw_editor_no_memory(editor);
   for (uint32_t i = 0; i < mesh->crease_count; i++) {
     uint32_t edge =

@@ -108,9 +108,9 @@ tw_status tw_edit_orient(tw_editor *editor) {
   if (status != TW_OK || !selected) return status;
   const tw_topology *t = editor->topology;
   orienter o = {.editor = editor, .t = t, .selected = selected};
-  o.is_reached = tw_arena_alloc(editor->arena, t->face_count, 1);
-  o.is_turned = tw_arena_alloc(editor->arena, t->face_count, 1);
-  o.queue = tw_arena_alloc_raw(editor->arena, t->face_count, sizeof *o.queue);
+  o.is_reached = tw_arena_alloc(editor->scratch, t->face_count, 1);
+  o.is_turned = tw_arena_alloc(editor->scratch, t->face_count, 1);
+  o.queue = tw_arena_alloc_raw(editor->scratch, t->face_count, sizeof *o.queue);
   if (!o.is_reached || !o.is_turned || !o.queue) return tw_editor_no_memory(editor);
   for (uint32_t f = 0; f < t->face_count; f++) {
     if (!selected[f] || o.is_reached[f]) continue;

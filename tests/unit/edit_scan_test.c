@@ -502,3 +502,43 @@ TEST(fills_and_deletes_by_turns_share_their_work) {
   assert_int_equal(edit_polygon(EDGES, edits, 2 * TURNS - 1, &often, &error), 1 + EDGES - 2);
   assert_true(often < TURNS / 4 * once);
 }
+
+/* Edits that change no faces: what one needs is freed before the next, and what it replaces, too. */
+TEST(many_edits_hold_no_more_than_one) {
+  enum { EDITS = 64, CELLS = 40 };
+  static const tw_edit_kind kinds[] = {TW_EDIT_CREASE, TW_EDIT_CORNER,  TW_EDIT_HOLE, TW_EDIT_MOVE,
+                                       TW_EDIT_SMOOTH, TW_EDIT_DESPIKE, TW_EDIT_FLIP};
+  static const tw_edit_element of[] = {TW_EDIT_EDGES,    TW_EDIT_VERTICES, TW_EDIT_FACES, TW_EDIT_FACES,
+                                       TW_EDIT_VERTICES, TW_EDIT_VERTICES, TW_EDIT_FACES};
+  tw_arena *arena = tw_arena_create();
+  tw_shape shape;
+  tw_mesh grid, out;
+  tw_error error;
+  tw_shape_init(&shape, TW_SHAPE_GRID);
+  shape.segments[0] = shape.segments[2] = CELLS;
+  assert_int_equal(tw_shape_make(&shape, arena, &grid, &error), TW_OK);
+  for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) {
+    tw_edit edits[EDITS], edit = {.kind = kinds[k], .name = "it", .selection = {of[k], TW_SELECT_ALL}};
+    int64_t peaks[2];
+    if (edit.kind <= TW_EDIT_HOLE && edit.kind >= TW_EDIT_CREASE) edit.sharpness = 2;
+    if (edit.kind == TW_EDIT_DESPIKE) edit.despike.factor = 2;
+    if (edit.kind == TW_EDIT_SMOOTH) edit.smooth.iterations = 1;
+    for (uint32_t i = 0; i < EDITS; i++) edits[i] = edit;
+    for (int many = 0; many < 2; many++) {
+      tw_arena *own = tw_arena_create();
+      tw_meter meter;
+      tw_meter_init(&meter, &(tw_meter_host){0}, UINT64_MAX);
+      tw_meter *before = tw_meter_use(&meter);
+      tw_status status =
+          tw_mesh_edit(&grid, NULL, edits, many ? EDITS : 2, &roomy, own, &out, NULL, NULL, &error);
+      tw_meter_use(before);
+      if (status != TW_OK) fail_msg("%s: %s", tw_edit_names[edit.kind], error.detail);
+      peaks[many] = atomic_load(&meter.peak);
+      tw_arena_destroy(own);
+    }
+    if (peaks[1] > peaks[0] * 5 / 4)
+      fail_msg("%s: %lld bytes, %lld for two", tw_edit_names[edit.kind], (long long)peaks[1],
+               (long long)peaks[0]);
+  }
+  tw_arena_destroy(arena);
+}
