@@ -116,7 +116,7 @@ static void count_work(tw_editor *e, const tw_hole_work *budget, const tw_hole_w
   e->hole_work.points += budget->points - left->points;
 }
 
-/* Makes the patch of a hole, whose loop is set. */
+/* Makes the patch of a hole, whose loop is set. room: for points of its own. */
 static tw_status make_patch(tw_patch *p, const tw_editor *e, const tw_rings *rings, uint64_t *room,
                             tw_hole_work *left) {
   tw_status status = tw_editor_go_on(e);
@@ -132,6 +132,13 @@ static tw_status make_patch(tw_patch *p, const tw_editor *e, const tw_rings *rin
   return status;
 }
 
+/* How many points patches may have of their own: each brings two faces. */
+static uint64_t room_for_points(const tw_editor *e) {
+  const tw_edit_limits *limits = e->limits;
+  uint64_t faces = limits->faces > e->mesh.face_count ? limits->faces - e->mesh.face_count : 0;
+  return limits->points < faces / 2 ? limits->points : faces / 2;
+}
+
 /* Makes the patches of all holes, small holes first: they have the fewest possible covers. TW_LIMIT,
  * TW_CANCELLED, TW_NO_MEMORY. */
 static tw_status make_patches(filler *h) {
@@ -142,7 +149,7 @@ static tw_status make_patches(filler *h) {
   tw_rings rings;
   uint32_t *points = tw_arena_alloc_raw(e->scratch, h->corner_count, sizeof *points);
   hole_size *order = tw_arena_alloc_raw(e->scratch, h->hole_count, sizeof *order);
-  uint64_t room = e->limits->points;
+  uint64_t room = room_for_points(e);
   h->patches = tw_alloc_zero(h->hole_count, sizeof *h->patches);
   if (!points || !order || !h->patches) return tw_editor_no_memory(e);
   for (uint32_t i = 0; i < h->corner_count; i++) points[i] = start_of(h, h->corners[i]);

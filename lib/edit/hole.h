@@ -64,10 +64,10 @@ typedef struct tw_rings {
 tw_status tw_rings_find(tw_rings *rings, const tw_editor *editor);
 
 /* Splits the triangles of a patch until they are about as large as those round the hole. O(n log n) in the
- * points that it makes. TW_LIMIT: more than points_max points in the patch. TW_INVALID: more than own_max of
- * its own, which is estimated before the first is made. TW_CANCELLED, TW_NO_MEMORY. */
-tw_status tw_patch_refine(tw_patch *patch, const tw_editor *editor, const tw_rings *rings,
-                          uint64_t points_max, uint64_t own_max);
+ * points that it makes. TW_LIMIT: more than `room` points of its own; TW_INVALID: more than own_max; both are
+ * estimated before the first is made. TW_CANCELLED, TW_NO_MEMORY. */
+tw_status tw_patch_refine(tw_patch *patch, const tw_editor *editor, const tw_rings *rings, uint64_t room,
+                          uint64_t own_max);
 
 /* Moves the own points of a refined patch so that it continues the curvature of the mesh round the hole; only
  * approximately where the budget does not suffice. TW_CANCELLED, TW_NO_MEMORY. */

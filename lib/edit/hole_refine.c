@@ -282,7 +282,12 @@ static double count_points(const tw_patch *p) {
   return count;
 }
 
-static tw_status fail_large(const tw_editor *editor) {
+/* Fails where a patch may not have so many points of its own. room: what limits leave. own_max: see
+ * TW_FAIR_POINTS_MAX. */
+static tw_status check_points(const tw_editor *editor, double count, uint64_t room, uint64_t own_max) {
+  if (count > (double)room)
+    return tw_editor_fail(editor, TW_LIMIT, "", "the patches would have more points than are allowed");
+  if (count <= (double)own_max) return TW_OK;
   return tw_editor_fail(editor, TW_INVALID, "",
                         "fair patches have up to %d points, which this hole exceeds: fill it with triangles, "
                         "or cut it into parts",
@@ -295,27 +300,25 @@ static tw_status split_large(tw_patch *p, const tw_editor *editor, uint32_t coun
   for (uint32_t t = 0; t < count; t++) {
     double centre[3], scale;
     if (!is_large(p, t, centre, &scale)) continue;
-    if (p->point_count >= room)
-      return tw_editor_fail(editor, TW_LIMIT, "", "the patches would have more points than are allowed");
-    if (p->point_count - p->loop_count >= own_max) return fail_large(editor);
+    tw_status status = check_points(editor, p->point_count - p->loop_count + 1, room, own_max);
+    if (status != TW_OK) return status;
     if (!make_room(p, p->point_count + 1)) return tw_editor_no_memory(editor);
     split(p, t, centre, scale);
   }
   return TW_OK;
 }
 
-tw_status tw_patch_refine(tw_patch *patch, const tw_editor *editor, const tw_rings *rings,
-                          uint64_t points_max, uint64_t own_max) {
+tw_status tw_patch_refine(tw_patch *patch, const tw_editor *editor, const tw_rings *rings, uint64_t room,
+                          uint64_t own_max) {
   if (!begin(patch, editor, rings)) return tw_editor_no_memory(editor);
-  if (count_points(patch) > (double)own_max) return fail_large(editor);
-  tw_status status = TW_OK;
-  relax(patch, editor);
-  for (uint32_t round = 0, before = 0; round < ROUNDS && before != patch->point_count; round++) {
+  tw_status status = check_points(editor, count_points(patch), room, own_max);
+  if (status == TW_OK) relax(patch, editor);
+  for (uint32_t round = 0, before = 0; status == TW_OK && round < ROUNDS && before != patch->point_count;
+       round++) {
     before = patch->point_count;
     status = tw_editor_go_on(editor);
-    if (status == TW_OK) status = split_large(patch, editor, patch->triangle_count, points_max, own_max);
-    if (status != TW_OK) return status;
-    relax(patch, editor);
+    if (status == TW_OK) status = split_large(patch, editor, patch->triangle_count, room, own_max);
+    if (status == TW_OK) relax(patch, editor);
   }
-  return TW_OK;
+  return status;
 }
