@@ -573,6 +573,59 @@ export interface Tracks {
     /** Key times in seconds. */
     times: number[];
   }[];
+  report: ClipReport;
+}
+/** The clip as a whole. Lengths in the model's unit, times in seconds. Motion is followed at 60 frames a second. */
+export interface ClipReport {
+  /** How the last pose differs from the first, in local transforms. */
+  loop: {
+    /** Degrees: the largest of all nodes. */
+    angle: number;
+    /** The largest of all nodes. */
+    distance: number;
+    /** The node of the angle, or of the distance where nothing turns; null where both are 0. */
+    node: string | null;
+    /** Degrees a second: the largest difference of angular velocities between the end and the beginning. */
+    speed: number;
+  };
+  /** The way in the world of the topmost node that the clip moves. */
+  root: {
+    /** null: the clip moves no node. */
+    node: string | null;
+    /** From the first place to the last, straight. */
+    distance: number;
+    /** The length of the way by the clip's duration. */
+    speed: number;
+    /** Degrees about +y, whole turns included. */
+    turn: number;
+  };
+  /** Nodes that the clip does not move by themselves. */
+  still: string[];
+  /** Times of three frames or more in which a foot stands: less than 3 % of the figure's height above its lowest
+   * place, slower than a quarter of that height a second. */
+  contacts: {
+    node: string;
+    from: number;
+    to: number;
+    /** The largest horizontal distance from where the foot was first. */
+    slide: number;
+  }[];
+  /** Tracks of seven keys or more that do not step. */
+  noise: {
+    node: string;
+    path: "translation" | "rotation" | "scale" | "weights";
+    /** What a parabola through seven keys leaves of the middle one, as root of the mean square: degrees for
+     * rotations, else the values' unit. */
+    rms: number;
+  }[];
+  /** Single keys of rotations over 5 degrees, and over eight times the track's median, away from where their
+   * neighbours lead, which are at most 0.1 s apart. */
+  pops: {
+    node: string;
+    time: number;
+    /** Degrees. */
+    angle: number;
+  }[];
 }
 /** A cage centred on the origin, closed except for `grid` and open caps. Faces look outward; points are sorted by
  * y, then z, then x. UVs are those of three.js. `--max-faces` and `--max-memory` limit all shapes of a document
@@ -1247,4 +1300,7 @@ export interface LiveOptions {
 export interface TracksOptions {
   /** The name of one of the model's own clips, default the first. */
   clip?: string;
+  /** Names of the nodes that are feet, separated by commas; a name that several nodes have means all of them.
+   * Default: nodes with `foot` in their names, else those with `ankle`. */
+  feet?: string | string[];
 }

@@ -29,7 +29,7 @@ static const char *const surface_parameters[] = {
     "triangles", "weld",     "quads",    "limit",     "normals",     "clip",    "at",
     "from",      "to",       "fps",      "tolerance", "tolerance_m", "skin",    "meshes",
     "encoding",  "polygons", "details",  "download",  "influences",  NULL};
-static const char *const tracks_parameters[] = {"clip", NULL};
+static const char *const tracks_parameters[] = {"clip", "feet", NULL};
 static const char *const pose_parameters[] = {"clip",          "at",   "from",     "to",   "fps",
                                               "space",         "as",   "order",    "unit", "nodes",
                                               "interpolation", "loop", "skinning", NULL};

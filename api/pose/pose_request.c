@@ -114,18 +114,17 @@ static bool is_long_search(const tw_model *model, const char *list) {
   return names * model->node_count > COMPARISONS_MOST;
 }
 
-/* Chooses the nodes of the list, or all, in the file's order. */
-static api_outcome choose_named(api_call *call, api_pose_request *request) {
-  const tw_model *model = request->model;
-  const char *list = request->node_list;
+api_outcome api_nodes_choose(api_call *call, const tw_model *model, const char *list, const uint32_t **out,
+                             uint32_t *count) {
+  *count = 0;
   if (list && call->effort != API_HEAVY && is_long_search(model, list)) return API_NEEDS_THREAD;
   bool *chosen = list ? tw_arena_alloc(call->arena, model->node_count, sizeof *chosen) : NULL;
   uint32_t *nodes = tw_arena_alloc_raw(call->arena, model->node_count, sizeof *nodes);
   if ((list && !chosen) || !nodes) return api_fail_without_memory(call);
   api_outcome outcome = list ? choose_listed(call, model, list, chosen) : API_DONE;
   for (uint32_t i = 0; outcome == API_DONE && i < model->node_count; i++)
-    if (!chosen || chosen[i]) nodes[request->node_count++] = i;
-  request->nodes = nodes;
+    if (!chosen || chosen[i]) nodes[(*count)++] = i;
+  *out = nodes;
   return outcome;
 }
 
@@ -169,7 +168,9 @@ api_outcome api_pose_request_resolve(api_call *call, bool is_stored, api_pose_re
   if (request->clip_entry) request->clip = api_entry_value(request->clip_entry);
   outcome = complete_times(call, request);
   if (outcome != API_DONE) return outcome;
-  return request->is_skinning ? choose_joints(call, request) : choose_named(call, request);
+  return request->is_skinning ? choose_joints(call, request)
+                              : api_nodes_choose(call, request->model, request->node_list, &request->nodes,
+                                                 &request->node_count);
 }
 
 void api_pose_request_deinit(api_pose_request *request) {

@@ -40,6 +40,11 @@ api_outcome api_pose_request_read(api_call *call, api_pose_request *out);
  * long; a light call stalls where the clip is not cached. */
 api_outcome api_pose_request_resolve(api_call *call, bool is_stored, api_pose_request *request);
 
+/* Chooses the nodes of a list of names separated by commas, or all (NULL), in the file's order. *out:
+ * [*count] in the call's arena. 404; API_NEEDS_THREAD in a light call when the search is long. */
+api_outcome api_nodes_choose(api_call *call, const tw_model *model, const char *list, const uint32_t **out,
+                             uint32_t *count);
+
 /* Releases the entries. */
 void api_pose_request_deinit(api_pose_request *request);
 

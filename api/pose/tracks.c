@@ -1,14 +1,14 @@
 /* Diagnostics of a clip's rotation tracks: gimbal lock, wraps, sign flips, steps that slerp would shorten;
- * and the key times of all tracks. */
+ * the key times of all tracks; and a report on the clip as a whole. */
 #include "clips.h"
 #include "handlers.h"
 #include "models.h"
+#include "pose_request.h"
 #include "response_cache.h"
-#include "tweend/anim.h"
+#include "tweend/clip_report.h"
 
 #include <float.h>
 #include <math.h>
-#include <stdio.h>
 
 /* By tw_key_form; plain values of a rotation are quaternions. */
 static const char *const kind_names[] = {"quaternion", "quaternion", "euler", "axis-angle"};
@@ -95,12 +95,103 @@ static uint32_t steps_most(const tw_clip_keys *clip) {
   return steps < STEPS_LEAST ? STEPS_LEAST : steps > TW_TRACK_STEPS ? TW_TRACK_STEPS : (uint32_t)steps;
 }
 
-static tw_status print_clip(tw_text *text, const tw_model *model, uint32_t index, tw_error *error) {
-  const tw_clip_keys *clip = &model->clips[index];
+/* ---- the clip as a whole ------------------------------------------------------------------------- */
+
+typedef struct tracks_source {
+  const tw_model *model;
+  uint32_t clip;
+  const uint32_t *feet; /* [foot_count]; NULL: found by their names */
+  uint32_t foot_count;
+} tracks_source;
+
+static void member_node(tw_text *text, const tw_model *model, uint32_t node) {
+  char buffer[24];
+  tw_member_string(text, "node", node == TW_NO_INDEX ? NULL : tw_model_node_name(model, node, buffer));
+}
+
+static void print_loop_and_root(tw_text *text, const tw_model *model, const tw_clip_report *report) {
+  tw_member_open(text, "loop", "{");
+  member_number(text, "angle", report->loop.angle * TW_DEGREES);
+  member_number(text, "distance", report->loop.distance);
+  member_node(text, model, report->loop.node);
+  member_number(text, "speed", report->loop.speed * TW_DEGREES);
+  tw_text_add(text, "}");
+  tw_member_open(text, "root", "{");
+  member_node(text, model, report->root.node);
+  member_number(text, "distance", report->root.distance);
+  member_number(text, "speed", report->root.speed);
+  member_number(text, "turn", report->root.turn * TW_DEGREES);
+  tw_text_add(text, "}");
+}
+
+static void print_contacts(tw_text *text, const tw_model *model, const tw_clip_report *report) {
+  tw_member_open(text, "contacts", "[");
+  for (uint32_t i = 0; i < report->contact_count; i++) {
+    const tw_contact *contact = &report->contacts[i];
+    tw_text_element(text);
+    tw_text_add(text, "{");
+    member_node(text, model, contact->node);
+    member_number(text, "from", contact->from);
+    member_number(text, "to", contact->to);
+    member_number(text, "slide", contact->slide);
+    tw_text_add(text, "}");
+  }
+  tw_text_add(text, "]");
+}
+
+static void print_noise_and_pops(tw_text *text, const tracks_source *source, const tw_clip_report *report) {
+  const tw_model *model = source->model;
+  tw_member_open(text, "noise", "[");
+  for (uint32_t i = 0; i < report->noise_count; i++) {
+    const tw_track_keys *track = &model->clips[source->clip].tracks[report->noise[i].track];
+    tw_text_element(text);
+    tw_text_add(text, "{");
+    member_node(text, model, track->node);
+    tw_member_string(text, "path", tw_path_names[track->path]);
+    member_number(text, "rms", report->noise[i].rms * (track->path == TW_ROTATION ? TW_DEGREES : 1));
+    tw_text_add(text, "}");
+  }
+  tw_text_add(text, "]");
+  tw_member_open(text, "pops", "[");
+  for (uint32_t i = 0; i < report->pop_count; i++) {
+    tw_text_element(text);
+    tw_text_add(text, "{");
+    member_node(text, model, report->pops[i].node);
+    member_number(text, "time", report->pops[i].time);
+    member_number(text, "angle", report->pops[i].angle * TW_DEGREES);
+    tw_text_add(text, "}");
+  }
+  tw_text_add(text, "]");
+}
+
+static tw_status print_whole(tw_text *text, const tracks_source *source, tw_error *error) {
+  const tw_model *model = source->model;
+  tw_arena *arena = tw_arena_create();
+  if (!arena) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  tw_clip_report report;
+  tw_status status =
+      tw_clip_inspect(&model->clips[source->clip], model->nodes, model->node_order, model->node_count,
+                      source->feet, source->foot_count, arena, &report, error);
+  if (status == TW_OK) {
+    tw_member_open(text, "report", "{");
+    print_loop_and_root(text, model, &report);
+    tw_text_member(text, "still");
+    api_node_names_print(model, report.still, report.still_count, text);
+    print_contacts(text, model, &report);
+    print_noise_and_pops(text, source, &report);
+    tw_text_add(text, "}");
+  }
+  tw_arena_destroy(arena);
+  return status;
+}
+
+static tw_status print_clip(tw_text *text, const tracks_source *source, tw_error *error) {
+  const tw_model *model = source->model;
+  const tw_clip_keys *clip = &model->clips[source->clip];
   char buffer[24];
   uint32_t steps = steps_most(clip);
   tw_text_add(text, "{");
-  tw_member_string(text, "clip", tw_model_clip_name(model, index, buffer));
+  tw_member_string(text, "clip", tw_model_clip_name(model, source->clip, buffer));
   tw_member_open(text, "tracks", "[");
   for (uint32_t i = 0; i < clip->track_count; i++) {
     if (clip->tracks[i].path != TW_ROTATION) continue;
@@ -116,22 +207,31 @@ static tw_status print_clip(tw_text *text, const tw_model *model, uint32_t index
     print_keys(text, model, &clip->tracks[i]);
     tw_text_add(text, "}");
   }
-  tw_text_add(text, "]}\n");
-  return TW_OK;
+  tw_text_add(text, "]");
+  tw_status status = print_whole(text, source, error);
+  tw_text_add(text, "}\n");
+  return status;
 }
 
 /* ---- the answer ---------------------------------------------------------------------------------- */
 
-typedef struct tracks_source {
-  const tw_model *model;
-  uint32_t clip;
-} tracks_source;
-
 static bool print_report(void *context, tw_text *out, api_fault *fault) {
-  const tracks_source *source = context;
-  if (print_clip(out, source->model, source->clip, &fault->error) == TW_OK) return true;
+  if (print_clip(out, context, &fault->error) == TW_OK) return true;
   api_fault_complete(fault);
   return false;
+}
+
+/* The parameters as text; NULL without memory. */
+static const char *print_canonical(api_call *call, const tracks_source *source) {
+  tw_text text = {0};
+  tw_text_add(&text, "clip=");
+  tw_text_count(&text, source->clip);
+  if (source->feet) tw_text_add(&text, "&feet=");
+  for (uint32_t i = 0; i < source->foot_count; i++) {
+    tw_text_count(&text, source->feet[i]);
+    tw_text_add(&text, ",");
+  }
+  return api_text_keep(&text, call->arena);
 }
 
 static api_outcome answer_tracks(api_call *call, const tw_model *model) {
@@ -142,12 +242,19 @@ static api_outcome answer_tracks(api_call *call, const tw_model *model) {
   if (model->clip_count == 0) return api_fail_with(call, 404, "the model has no clips");
   if (choices.count != 1 || api_clips_get(&choices, 0).lender[0])
     return api_fail_with(call, 400, "the tracks of one of the model's own clips are inspected");
-  uint32_t index = api_clips_get(&choices, 0).index;
-  char canonical[32], key[API_ID_TEXT + 48];
-  snprintf(canonical, sizeof canonical, "clip=%u", index);
-  snprintf(key, sizeof key, "%s/tracks?%s", call->id, canonical);
-  tracks_source source = {model, index};
-  return api_response_reply(call, key, "tracks.json", canonical, print_report, &source);
+  tracks_source source = {.model = model, .clip = api_clips_get(&choices, 0).index};
+  const char *feet = api_query_get(&call->query, "feet");
+  if (feet) outcome = api_nodes_choose(call, model, feet, &source.feet, &source.foot_count);
+  const char *canonical = outcome == API_DONE ? print_canonical(call, &source) : NULL;
+  if (outcome != API_DONE) return outcome;
+  if (!canonical) return api_fail_without_memory(call);
+  tw_text key = {0};
+  tw_text_add(&key, call->id);
+  tw_text_add(&key, "/tracks?");
+  tw_text_add(&key, canonical);
+  const char *kept = api_text_keep(&key, call->arena);
+  if (!kept) return api_fail_without_memory(call);
+  return api_response_reply(call, kept, "tracks.json", canonical, print_report, &source);
 }
 
 api_outcome api_get_tracks(api_call *call) {

@@ -21,7 +21,7 @@ const OPTIONS = {
 };
 
 /** What may be a list too, which the module joins by commas. */
-const LISTS = { at: { type: 'number' }, nodes: { type: 'string' } };
+const LISTS = { at: { type: 'number' }, nodes: { type: 'string' }, feet: { type: 'string' } };
 
 /** Comments as JSDoc wants them, in lines of some length. */
 function tidy(text) {

@@ -691,6 +691,27 @@ TEST_WITH(tracks_are_reported, setup, one_model_stop) {
   reply_free(&r);
 }
 
+TEST_WITH(the_clip_is_reported_as_a_whole, setup, one_model_stop) {
+  one_model *f = *state;
+  cJSON *answer = ask_json(f, "tracks");
+  const cJSON *report = json_member(answer, "report"), *loop = json_member(report, "loop");
+  assert_true(fabs(json_member(loop, "angle")->valuedouble - 90) < 1e-3);
+  assert_true(json_member(loop, "distance")->valuedouble == 2);
+  assert_string_equal(json_member(loop, "node")->valuestring, "base");
+  const cJSON *root = json_member(report, "root");
+  assert_string_equal(json_member(root, "node")->valuestring, "base");
+  assert_true(fabs(json_member(root, "distance")->valuedouble - 2) < 1e-5);
+  assert_true(fabs(json_member(root, "speed")->valuedouble - 2) < 1e-5);
+  assert_int_equal(cJSON_GetArraySize(json_member(report, "noise")), 0);
+  assert_int_equal(cJSON_GetArraySize(json_member(report, "pops")), 0);
+  int still = cJSON_GetArraySize(json_member(report, "still"));
+  cJSON_Delete(answer);
+  answer = ask_json(f, "tracks?feet=base");
+  assert_int_equal(cJSON_GetArraySize(json_member(json_member(answer, "report"), "still")), still);
+  cJSON_Delete(answer);
+  assert_problem(ask(f, "tracks?feet=bass"), 404, NULL, "did you mean base");
+}
+
 TEST_WITH(keys_of_scales_and_morph_weights_are_told, setup, one_model_stop) {
   one_model *f = *state;
   /* A triangle with one morph target: three points, three offsets, times 0 and 2, weights 0 and 1. */

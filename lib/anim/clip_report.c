@@ -1,0 +1,485 @@
+/* Judges a clip as a whole. Rotations are compared as rotation vectors: the direction is the axis, the length
+ * the angle. */
+#include "tweend/clip_report.h"
+
+#include <ctype.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "clip.h"
+
+static const double FRAMES_A_SECOND = 60;
+static const double FRAMES_OF_NODES = 1 << 22; /* frames times nodes */
+static const double STILL_ANGLE = 1e-5, STILL_SHARE = 1e-6;
+static const double TOUCH_HEIGHT = 0.03, TOUCH_SPEED = 0.25; /* of the figure's height; of that a second */
+static const double POP_ANGLE = 5 / TW_DEGREES, POP_SECONDS = 0.1, POP_MEDIANS = 8;
+
+enum { TOUCH_FRAMES = 3, FIT_KEYS = 7 };
+
+typedef struct inspection {
+  const tw_clip_keys *keys;
+  const tw_clip *clip;
+  const tw_node *nodes;
+  const uint32_t *order, *feet;
+  uint32_t node_count, foot_count, frame_count;
+  double start, duration;
+  tw_trs *locals;    /* [node_count] of one frame */
+  float *world;      /* [node_count][16] of one frame */
+  bool *moves;       /* [node_count] */
+  float *places;     /* [frame_count][foot_count][3] in the world */
+  float *root_poses; /* [frame_count][16] */
+  tw_arena *arena, *scratch;
+  tw_clip_report *report;
+} inspection;
+
+static double time_of(const inspection *in, uint32_t frame) {
+  return in->start + in->duration * frame / (in->frame_count - 1);
+}
+
+/* The rotation vector that leads from a to b the short way. */
+static void turn_between(const double a[4], const double b[4], double out[3]) {
+  double back[4] = {-a[0], -a[1], -a[2], a[3]}, turn[4];
+  quat_multiply(back, b, turn);
+  if (turn[3] < 0)
+    for (int i = 0; i < 4; i++) turn[i] = -turn[i];
+  tw_quat_log(turn, out);
+  for (int i = 0; i < 3; i++) out[i] *= 2;
+}
+
+static double length_of(const double v[3]) {
+  return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
+
+static double distance_between(const float a[3], const float b[3]) {
+  double d[3];
+  for (int i = 0; i < 3; i++) d[i] = (double)b[i] - (double)a[i];
+  return length_of(d);
+}
+
+/* ---- which nodes move ---------------------------------------------------------------------------------- */
+
+/* Whether samples differ from the first by more than rounding. */
+static bool is_moving(tw_path path, uint32_t width, const float *samples, uint32_t count) {
+  double largest = 0, apart = 0;
+  for (size_t i = 0; i < (size_t)count * width; i++) {
+    largest = fmax(largest, fabs((double)samples[i]));
+    apart = fmax(apart, fabs((double)samples[i] - (double)samples[i % width]));
+  }
+  if (path != TW_ROTATION) return apart > STILL_SHARE * largest;
+  double first[4], other[4];
+  quat_widen(samples, first);
+  for (uint32_t i = 1; i < count; i++) {
+    quat_widen(samples + 4 * (size_t)i, other);
+    if (tw_angle_between(first, other) > STILL_ANGLE) return true;
+  }
+  return false;
+}
+
+/* The key times and two between each pair: a cubic between equal keys is still at one of them at most. NULL
+ * without memory. */
+static float *look_at_times(const tw_track_keys *track, tw_arena *arena, uint32_t *count) {
+  *count = 3 * track->key_count - 2;
+  float *times = tw_arena_alloc_raw(arena, *count, sizeof *times);
+  for (uint32_t i = 0; times && i < *count; i++) {
+    float from = track->times[i / 3], to = i % 3 ? track->times[i / 3 + 1] : from;
+    times[i] = from + (to - from) * (float)(i % 3) / 3;
+  }
+  return times;
+}
+
+static tw_status note_moves(inspection *in) {
+  for (uint32_t t = 0; t < in->keys->track_count; t++) {
+    const tw_track_keys *track = &in->keys->tracks[t];
+    if (track->path == TW_WEIGHTS || in->moves[track->node]) continue;
+    uint32_t count, width = tw_clip_width(in->clip, t);
+    float *times = look_at_times(track, in->scratch, &count);
+    float *samples = times ? tw_arena_alloc_raw(in->scratch, count, width * sizeof *samples) : NULL;
+    if (!samples) return TW_NO_MEMORY;
+    tw_clip_sample(in->clip, t, times, count, samples);
+    in->moves[track->node] = is_moving(track->path, width, samples, count);
+    if (!tw_work(count * (uint64_t)width)) return TW_CANCELLED;
+  }
+  tw_clip_report *report = in->report;
+  report->still = tw_arena_alloc_raw(in->arena, in->node_count, sizeof *report->still);
+  for (uint32_t n = 0; report->still && n < in->node_count; n++)
+    if (!in->moves[n]) report->still[report->still_count++] = n;
+  return report->still ? TW_OK : TW_NO_MEMORY;
+}
+
+/* ---- the seam ------------------------------------------------------------------------------------------ */
+
+/* Angular velocities of all nodes over a frame from `time` on. */
+static void find_speeds(const inspection *in, double time, double step, double (*out)[3], tw_trs *scratch) {
+  tw_clip_pose(in->clip, in->nodes, in->node_count, (float)time, in->locals);
+  tw_clip_pose(in->clip, in->nodes, in->node_count, (float)(time + step), scratch);
+  for (uint32_t n = 0; n < in->node_count; n++) {
+    double a[4], b[4];
+    quat_widen(in->locals[n].rotation, a);
+    quat_widen(scratch[n].rotation, b);
+    turn_between(a, b, out[n]);
+    for (int i = 0; i < 3; i++) out[n][i] /= step;
+  }
+}
+
+static tw_status inspect_seam(inspection *in) {
+  tw_clip_seam *seam = &in->report->loop;
+  seam->node = TW_NO_INDEX;
+  tw_trs *last = tw_arena_alloc_raw(in->scratch, in->node_count, sizeof *last);
+  double(*before)[3] = tw_arena_alloc_raw(in->scratch, in->node_count, sizeof *before);
+  double(*after)[3] = tw_arena_alloc_raw(in->scratch, in->node_count, sizeof *after);
+  if (!last || !before || !after) return TW_NO_MEMORY;
+  double end = in->start + in->duration, step = fmin(1 / FRAMES_A_SECOND, in->duration);
+  if (step > 0) {
+    find_speeds(in, in->start, step, after, last);
+    find_speeds(in, end - step, step, before, last);
+  }
+  tw_clip_pose(in->clip, in->nodes, in->node_count, (float)in->start, in->locals);
+  tw_clip_pose(in->clip, in->nodes, in->node_count, (float)end, last);
+  uint32_t farthest = TW_NO_INDEX;
+  for (uint32_t n = 0; n < in->node_count; n++) {
+    double a[4], b[4], turn[3];
+    quat_widen(in->locals[n].rotation, a);
+    quat_widen(last[n].rotation, b);
+    turn_between(a, b, turn);
+    double angle = length_of(turn),
+           distance = distance_between(in->locals[n].translation, last[n].translation);
+    if (angle > seam->angle) seam->node = n, seam->angle = angle;
+    if (distance > seam->distance) farthest = n, seam->distance = distance;
+    if (step > 0) {
+      for (int i = 0; i < 3; i++) turn[i] = after[n][i] - before[n][i];
+      seam->speed = fmax(seam->speed, length_of(turn));
+    }
+  }
+  if (seam->angle < STILL_ANGLE) seam->node = farthest;
+  return tw_work(20 * (uint64_t)in->node_count) ? TW_OK : TW_CANCELLED;
+}
+
+/* ---- frames: the root and the feet --------------------------------------------------------------------- */
+
+static uint32_t find_root(const inspection *in) {
+  for (uint32_t i = 0; i < in->node_count; i++)
+    if (in->moves[in->order[i]]) return in->order[i];
+  return TW_NO_INDEX;
+}
+
+static bool has_word(const char *name, const char *word) {
+  size_t length = strlen(word);
+  for (; name && *name; name++) {
+    size_t i = 0;
+    while (i < length && tolower((unsigned char)name[i]) == word[i]) i++;
+    if (i == length) return true;
+  }
+  return false;
+}
+
+/* Finds the feet by their names. */
+static tw_status find_feet(inspection *in) {
+  static const char *const words[] = {"foot", "ankle"};
+  uint32_t *feet = tw_arena_alloc_raw(in->scratch, in->node_count, sizeof *feet);
+  for (int w = 0; feet && w < 2 && in->foot_count == 0; w++)
+    for (uint32_t n = 0; n < in->node_count; n++)
+      if (has_word(in->nodes[n].name, words[w])) feet[in->foot_count++] = n;
+  in->feet = feet;
+  return feet ? TW_OK : TW_NO_MEMORY;
+}
+
+static void find_world(inspection *in, const tw_clip *clip) {
+  tw_pose_locals(clip, in->nodes, in->node_count, in->locals, in->world);
+  tw_pose_world(in->nodes, in->order, in->node_count, in->world, in->world);
+}
+
+/* How high the nodes reach at rest, from the lowest to the highest. */
+static double find_height(inspection *in) {
+  double lowest = INFINITY, highest = -INFINITY;
+  for (uint32_t n = 0; n < in->node_count; n++) in->locals[n] = in->nodes[n].rest;
+  find_world(in, NULL);
+  for (uint32_t n = 0; n < in->node_count; n++) {
+    lowest = fmin(lowest, (double)in->world[16 * (size_t)n + 13]);
+    highest = fmax(highest, (double)in->world[16 * (size_t)n + 13]);
+  }
+  return in->node_count ? highest - lowest : 0;
+}
+
+/* Keeps where the root and the feet are at each frame. */
+static tw_status follow(inspection *in, uint32_t root) {
+  for (uint32_t f = 0; f < in->frame_count; f++) {
+    tw_clip_pose(in->clip, in->nodes, in->node_count, (float)time_of(in, f), in->locals);
+    find_world(in, in->clip);
+    memcpy(in->root_poses + 16 * (size_t)f, in->world + 16 * (size_t)root, 16 * sizeof *in->world);
+    for (uint32_t i = 0; i < in->foot_count; i++)
+      memcpy(in->places + 3 * ((size_t)f * in->foot_count + i), in->world + 16 * (size_t)in->feet[i] + 12,
+             3 * sizeof *in->places);
+    if (!tw_work(50 * (uint64_t)in->node_count)) return TW_CANCELLED;
+  }
+  return TW_OK;
+}
+
+/* The part of a rotation that turns about y. */
+static double yaw_of(const float matrix[16]) {
+  tw_trs trs;
+  tw_trs_from_matrix(matrix, &trs);
+  return 2 * atan2((double)trs.rotation[1], (double)trs.rotation[3]);
+}
+
+static void judge_travel(const inspection *in, uint32_t root) {
+  static const double PI = 3.14159265358979323846;
+  tw_clip_travel *travel = &in->report->root;
+  const float *poses = in->root_poses;
+  double path = 0, yaw = yaw_of(poses);
+  for (uint32_t f = 1; f < in->frame_count; f++) {
+    const float *pose = poses + 16 * (size_t)f;
+    path += distance_between(pose - 16 + 12, pose + 12);
+    double next = yaw_of(pose);
+    travel->turn += remainder(next - yaw, 2 * PI);
+    yaw = next;
+  }
+  travel->node = root;
+  travel->distance = distance_between(poses + 12, poses + 16 * (size_t)(in->frame_count - 1) + 12);
+  travel->speed = in->duration > 0 ? path / in->duration : 0;
+}
+
+/* ---- contacts ------------------------------------------------------------------------------------------ */
+
+static const float *place_of(const inspection *in, uint32_t foot, uint32_t frame) {
+  return in->places + 3 * ((size_t)frame * in->foot_count + foot);
+}
+
+static bool touches(const inspection *in, uint32_t foot, uint32_t frame, double lowest, double height) {
+  uint32_t before = frame > 0 ? frame - 1 : 0, after = frame + 1 < in->frame_count ? frame + 1 : frame;
+  double seconds = time_of(in, after) - time_of(in, before);
+  double moved = distance_between(place_of(in, foot, before), place_of(in, foot, after));
+  return (double)place_of(in, foot, frame)[1] - lowest < TOUCH_HEIGHT * height &&
+         moved < TOUCH_SPEED * height * seconds;
+}
+
+static double slide_of(const inspection *in, uint32_t foot, uint32_t from, uint32_t end) {
+  const float *first = place_of(in, foot, from);
+  double slide = 0;
+  for (uint32_t f = from; f < end; f++) {
+    const float *place = place_of(in, foot, f);
+    slide = fmax(slide, hypot((double)place[0] - (double)first[0], (double)place[2] - (double)first[2]));
+  }
+  return slide;
+}
+
+static void find_contacts_of(inspection *in, uint32_t foot, double height) {
+  tw_clip_report *report = in->report;
+  double lowest = INFINITY;
+  for (uint32_t f = 0; f < in->frame_count; f++) lowest = fmin(lowest, (double)place_of(in, foot, f)[1]);
+  for (uint32_t f = 0; f < in->frame_count;) {
+    uint32_t from = f;
+    while (f < in->frame_count && touches(in, foot, f, lowest, height)) f++;
+    if (f - from >= TOUCH_FRAMES)
+      report->contacts[report->contact_count++] =
+          (tw_contact){in->feet[foot], time_of(in, from), time_of(in, f - 1), slide_of(in, foot, from, f)};
+    if (f == from) f++;
+  }
+}
+
+static tw_status find_contacts(inspection *in, double height) {
+  size_t most = (size_t)in->foot_count * (in->frame_count / TOUCH_FRAMES);
+  in->report->contacts = tw_arena_alloc_raw(in->arena, most, sizeof *in->report->contacts);
+  if (!in->report->contacts) return TW_NO_MEMORY;
+  for (uint32_t i = 0; height > 0 && i < in->foot_count; i++) {
+    find_contacts_of(in, i, height);
+    if (!tw_work(20 * (uint64_t)in->frame_count)) return TW_CANCELLED;
+  }
+  return TW_OK;
+}
+
+static tw_status inspect_frames(inspection *in) {
+  uint32_t root = find_root(in);
+  in->report->root.node = root;
+  if (root == TW_NO_INDEX) return TW_OK;
+  tw_status status = in->feet ? TW_OK : find_feet(in);
+  if (status != TW_OK) return status;
+  in->root_poses = tw_arena_alloc_raw(in->scratch, in->frame_count, 16 * sizeof *in->root_poses);
+  in->places =
+      tw_arena_alloc_raw(in->scratch, in->frame_count, 3 * (size_t)in->foot_count * sizeof *in->places);
+  if (!in->root_poses || !in->places) return TW_NO_MEMORY;
+  double height = find_height(in);
+  status = follow(in, root);
+  if (status != TW_OK) return status;
+  judge_travel(in, root);
+  return find_contacts(in, height);
+}
+
+/* ---- tracks: noise and pops ---------------------------------------------------------------------------- */
+
+/* A track's keys as samples. */
+typedef struct samples {
+  const tw_track_keys *track;
+  uint32_t width;
+  const float *values; /* [key_count][width] */
+} samples;
+
+/* Sets out to the value of a key relative to another one's: a rotation vector, or a difference. */
+static void relate(const samples *s, uint32_t from, uint32_t to, double *out) {
+  const float *a = s->values + (size_t)from * s->width, *b = s->values + (size_t)to * s->width;
+  if (s->track->path != TW_ROTATION) {
+    for (uint32_t c = 0; c < s->width; c++) out[c] = (double)b[c] - (double)a[c];
+    return;
+  }
+  double first[4], second[4];
+  quat_widen(a, first);
+  quat_widen(b, second);
+  turn_between(first, second, out);
+}
+
+/* The weights by which values at seven times sum to the least-squares parabola at the middle time. */
+static void fit_middle(const float *times, double weights[FIT_KEYS]) {
+  double m[3][4] = {{0, 0, 0, 1}}, u[FIT_KEYS], middle = (double)times[FIT_KEYS / 2];
+  double reach = fmax((double)times[FIT_KEYS - 1] - middle, middle - (double)times[0]);
+  for (int k = 0; k < FIT_KEYS; k++) {
+    u[k] = ((double)times[k] - middle) / reach;
+    double powers[3] = {1, u[k], u[k] * u[k]};
+    for (int i = 0; i < 3; i++)
+      for (int j = 0; j < 3; j++) m[i][j] += powers[i] * powers[j];
+  }
+  for (int i = 0; i < 3; i++) /* Gauss: the matrix is positive definite */
+    for (int row = 0; row < 3; row++) {
+      if (row == i) continue;
+      double factor = m[row][i] / m[i][i];
+      for (int j = i; j < 4; j++) m[row][j] -= factor * m[i][j];
+    }
+  for (int k = 0; k < FIT_KEYS; k++)
+    weights[k] = m[0][3] / m[0][0] + m[1][3] / m[1][1] * u[k] + m[2][3] / m[2][2] * u[k] * u[k];
+}
+
+/* The square of what the parabola leaves of the middle one of seven keys. off: [width] scratch, as sum. */
+static double leave(const samples *s, uint32_t first, double *off, double *sum) {
+  uint32_t numbers = s->track->path == TW_ROTATION ? 3 : s->width;
+  double weights[FIT_KEYS], square = 0;
+  fit_middle(s->track->times + first, weights);
+  memset(sum, 0, numbers * sizeof *sum);
+  for (uint32_t k = 0; k < FIT_KEYS; k++) {
+    relate(s, first + FIT_KEYS / 2, first + k, off);
+    for (uint32_t c = 0; c < numbers; c++) sum[c] += weights[k] * off[c];
+  }
+  for (uint32_t c = 0; c < numbers; c++) square += sum[c] * sum[c];
+  return square;
+}
+
+static tw_status find_noise(inspection *in, const samples *s, uint32_t track) {
+  uint32_t count = s->track->key_count;
+  if (count < FIT_KEYS || s->track->interpolation == TW_STEP) return TW_OK;
+  double *scratch = tw_arena_alloc_raw(in->scratch, 2 * (size_t)s->width, sizeof *scratch), square = 0;
+  if (!scratch) return TW_NO_MEMORY;
+  for (uint32_t first = 0; first + FIT_KEYS <= count; first++)
+    square += leave(s, first, scratch, scratch + s->width);
+  in->report->noise[in->report->noise_count++] =
+      (tw_track_noise){track, sqrt(square / (count - FIT_KEYS + 1))};
+  return tw_work(200 * (uint64_t)count) ? TW_OK : TW_CANCELLED;
+}
+
+static int compare_doubles(const void *a, const void *b) {
+  double left = *(const double *)a, right = *(const double *)b;
+  return (left > right) - (left < right);
+}
+
+/* How far a key is from the slerp of its neighbours. */
+static double leap_of(const samples *s, uint32_t key) {
+  const float *times = s->track->times;
+  double before[4], at[4], after[4], lead[4];
+  quat_widen(s->values + 4 * (size_t)(key - 1), before);
+  quat_widen(s->values + 4 * (size_t)key, at);
+  quat_widen(s->values + 4 * (size_t)(key + 1), after);
+  tw_arc arc = tw_arc_short(before, after);
+  double whole = (double)times[key + 1] - (double)times[key - 1];
+  tw_arc_at(&arc, ((double)times[key] - (double)times[key - 1]) / whole, lead);
+  return tw_angle_between(lead, at);
+}
+
+/* Of keys that leap beside each other, because one of them is off, the farthest counts. */
+static bool is_pop(const samples *s, const double *leaps, uint32_t key, double median) {
+  const float *times = s->track->times;
+  uint32_t count = s->track->key_count;
+  bool is_short = (double)times[key + 1] - (double)times[key - 1] <= POP_SECONDS;
+  bool is_peak =
+      (key < 2 || leaps[key] >= leaps[key - 1]) && (key + 2 >= count || leaps[key] > leaps[key + 1]);
+  return is_short && is_peak && leaps[key] > POP_ANGLE && leaps[key] > POP_MEDIANS * median;
+}
+
+static tw_status find_pops(inspection *in, const samples *s) {
+  uint32_t count = s->track->key_count;
+  if (count < 5 || s->track->path != TW_ROTATION || s->track->interpolation == TW_STEP) return TW_OK;
+  double *leaps = tw_arena_alloc_raw(in->scratch, count, sizeof *leaps);
+  double *sorted = tw_arena_alloc_raw(in->scratch, count, sizeof *sorted);
+  if (!leaps || !sorted) return TW_NO_MEMORY;
+  for (uint32_t key = 1; key + 1 < count; key++) leaps[key] = leap_of(s, key);
+  memcpy(sorted, leaps + 1, (count - 2) * sizeof *sorted);
+  qsort(sorted, count - 2, sizeof *sorted, compare_doubles);
+  double median = sorted[(count - 2) / 2];
+  tw_clip_report *report = in->report;
+  for (uint32_t key = 1; key + 1 < count; key++)
+    if (is_pop(s, leaps, key, median))
+      report->pops[report->pop_count++] = (tw_pop){s->track->node, (double)s->track->times[key], leaps[key]};
+  return tw_work(100 * (uint64_t)count) ? TW_OK : TW_CANCELLED;
+}
+
+static tw_status inspect_tracks(inspection *in) {
+  uint64_t keys = 0;
+  for (uint32_t t = 0; t < in->keys->track_count; t++) keys += in->keys->tracks[t].key_count;
+  in->report->noise = tw_arena_alloc_raw(in->arena, in->keys->track_count, sizeof *in->report->noise);
+  in->report->pops = tw_arena_alloc_raw(in->arena, (size_t)keys / 2, sizeof *in->report->pops);
+  tw_status status = in->report->noise && in->report->pops ? TW_OK : TW_NO_MEMORY;
+  for (uint32_t t = 0; t < in->keys->track_count && status == TW_OK; t++) {
+    const tw_track_keys *track = &in->keys->tracks[t];
+    samples s = {track, tw_clip_width(in->clip, t), NULL};
+    float *values = tw_arena_alloc_raw(in->scratch, track->key_count, s.width * sizeof *values);
+    if (!values) return TW_NO_MEMORY;
+    tw_clip_sample(in->clip, t, track->times, track->key_count, values);
+    s.values = values;
+    status = find_noise(in, &s, t);
+    if (status == TW_OK) status = find_pops(in, &s);
+  }
+  return status;
+}
+
+/* ---- the whole ----------------------------------------------------------------------------------------- */
+
+static void find_frames(inspection *in) {
+  float first = INFINITY, last = tw_clip_duration(in->clip);
+  for (uint32_t t = 0; t < in->keys->track_count; t++) first = fminf(first, in->keys->tracks[t].times[0]);
+  in->start = in->keys->track_count ? (double)first : 0;
+  in->duration = (double)last - in->start;
+  double most = FRAMES_OF_NODES / (in->node_count + 1.0), frames = in->duration * FRAMES_A_SECOND + 1;
+  in->frame_count = (uint32_t)fmax(2, ceil(fmin(frames, most)));
+}
+
+static tw_status inspect(inspection *in) {
+  in->locals = tw_arena_alloc_raw(in->scratch, in->node_count, sizeof *in->locals);
+  in->world = tw_arena_alloc_raw(in->scratch, in->node_count, 16 * sizeof *in->world);
+  in->moves = tw_arena_alloc(in->scratch, in->node_count, sizeof *in->moves);
+  if (!in->locals || !in->world || !in->moves) return TW_NO_MEMORY;
+  find_frames(in);
+  tw_status status = note_moves(in);
+  if (status == TW_OK) status = inspect_seam(in);
+  if (status == TW_OK) status = inspect_frames(in);
+  return status == TW_OK ? inspect_tracks(in) : status;
+}
+
+tw_status tw_clip_inspect(const tw_clip_keys *keys, const tw_node *nodes, const uint32_t *order,
+                          uint32_t node_count, const uint32_t *feet, uint32_t foot_count, tw_arena *arena,
+                          tw_clip_report *out, tw_error *error) {
+  *out = (tw_clip_report){0};
+  tw_clip *clip;
+  tw_status status = tw_clip_create(keys, node_count, -1, &clip, error);
+  if (status != TW_OK) return status;
+  inspection in = {.keys = keys,
+                   .clip = clip,
+                   .nodes = nodes,
+                   .order = order,
+                   .feet = feet,
+                   .node_count = node_count,
+                   .foot_count = feet ? foot_count : 0,
+                   .arena = arena,
+                   .scratch = tw_arena_create(),
+                   .report = out};
+  status = in.scratch ? inspect(&in) : TW_NO_MEMORY;
+  tw_arena_destroy(in.scratch);
+  tw_clip_destroy(clip);
+  if (status == TW_NO_MEMORY) return tw_fail(error, status, "no memory for the report of a clip");
+  return status == TW_CANCELLED ? tw_work_status(error) : status;
+}

@@ -1,0 +1,222 @@
+/* The report on a clip as a whole, against motions whose measures are known. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "keys.h"
+#include "rotation_reference.h"
+#include "tweend/clip_report.h"
+
+enum { KEYS = 121, NODES = 4, HIPS = 0, HEAD = 1, LEFT = 2, RIGHT = 3 };
+
+typedef struct figure {
+  tw_arena *arena;
+  tw_node nodes[NODES];
+  uint32_t order[NODES];
+  float times[KEYS];
+  tw_clip_report report;
+} figure;
+
+static void node_of(figure *f, uint32_t node, const char *name, uint32_t parent, float y) {
+  f->nodes[node] = (tw_node){
+      .name = name, .parent = parent, .mesh = TW_NO_INDEX, .skin = TW_NO_INDEX, .rest = TW_TRS_IDENTITY};
+  f->nodes[node].rest.translation[1] = y;
+}
+
+/* A figure 2 high; keys 60 a second. */
+static int setup(void **state) {
+  figure *f = calloc(1, sizeof *f);
+  assert_non_null(f);
+  f->arena = tw_arena_create();
+  node_of(f, HIPS, "hips", TW_NO_INDEX, 1);
+  node_of(f, HEAD, "head", HIPS, 1);
+  node_of(f, LEFT, "LeftFoot", TW_NO_INDEX, 0);
+  node_of(f, RIGHT, "RightFoot", TW_NO_INDEX, 0);
+  assert_int_equal(tw_nodes_order(f->nodes, NODES, f->order, NULL), TW_OK);
+  for (int i = 0; i < KEYS; i++) f->times[i] = (float)i / 60;
+  *state = f;
+  return 0;
+}
+
+static int teardown(void **state) {
+  figure *f = *state;
+  tw_arena_destroy(f->arena);
+  free(f);
+  return 0;
+}
+
+static const tw_clip_report *inspect(figure *f, const tw_track_keys *tracks, uint32_t count,
+                                     const uint32_t *feet, uint32_t foot_count) {
+  tw_clip_keys keys = {.track_count = count, .tracks = tracks};
+  tw_error error = {0};
+  if (tw_clip_inspect(&keys, f->nodes, f->order, NODES, feet, foot_count, f->arena, &f->report, &error) !=
+      TW_OK)
+    fail_msg("%s: %s", error.pointer, error.detail);
+  return &f->report;
+}
+
+static void assert_near(double value, double expected, double tolerance) {
+  if (!(fabs(value - expected) <= tolerance)) fail_msg("%.9g is not %.9g", value, expected);
+}
+
+static void turn_about(int axis, double angle, float q[4]) {
+  q[0] = q[1] = q[2] = 0;
+  q[axis] = (float)sin(angle / 2);
+  q[3] = (float)cos(angle / 2);
+}
+
+static tw_track_keys turning(figure *f, uint32_t node, float (*keys)[4], uint32_t count) {
+  tw_track_keys track = quaternion_keys(TW_LINEAR, f->times, keys[0], count);
+  track.node = node;
+  return track;
+}
+
+static tw_track_keys going(figure *f, uint32_t node, float (*keys)[3], uint32_t count) {
+  tw_track_keys track = value_keys(TW_TRANSLATION, TW_LINEAR, f->times, keys[0], count);
+  track.node = node;
+  return track;
+}
+
+TEST_WITH(the_seam_is_the_farthest_node_and_the_speeds_that_meet_there, setup, teardown) {
+  figure *f = *state;
+  float head[KEYS][4], hips[KEYS][3];
+  for (int i = 0; i < KEYS; i++) { /* from 0 to 40 degrees at 20 a second: both ends turn alike */
+    turn_about(0, 20 * REF_DEGREES * (double)f->times[i], head[i]);
+    memcpy(hips[i], (float[3]){0, 1 + 0.25f * f->times[i], 0}, sizeof hips[i]);
+  }
+  tw_track_keys tracks[] = {turning(f, HEAD, head, KEYS), going(f, HIPS, hips, KEYS)};
+  const tw_clip_report *report = inspect(f, tracks, 2, NULL, 0);
+  assert_int_equal(report->loop.node, HEAD);
+  assert_near(report->loop.angle, 40 * REF_DEGREES, 1e-6);
+  assert_near(report->loop.distance, 0.5, 1e-6);
+  assert_near(report->loop.speed, 0, 1e-4);
+  for (int i = 0; i < KEYS; i++) /* there and back: what meets at the seam turns both ways */
+    turn_about(0, 20 * REF_DEGREES * (1 - fabs(1 - (double)f->times[i])), head[i]);
+  report = inspect(f, tracks, 1, NULL, 0);
+  assert_near(report->loop.angle, 0, 1e-6);
+  assert_near(report->loop.speed, 40 * REF_DEGREES, 1e-4);
+  report = inspect(f, tracks + 1, 1, NULL, 0);
+  assert_int_equal(report->loop.node, HIPS); /* nothing turns */
+}
+
+TEST_WITH(the_root_travels_and_turns, setup, teardown) {
+  figure *f = *state;
+  float hips[KEYS][3], turns[KEYS][4];
+  for (int i = 0; i < KEYS;
+       i++) { /* once round a circle of radius 3, and half as far again; turned with it */
+    double angle = 1.5 * 2 * REF_PI * i / (KEYS - 1);
+    memcpy(hips[i], (float[3]){(float)(3 * sin(angle)), 1, (float)(3 * cos(angle))}, sizeof hips[i]);
+    turn_about(1, angle, turns[i]);
+  }
+  tw_track_keys tracks[] = {going(f, HIPS, hips, KEYS), turning(f, HIPS, turns, KEYS)};
+  const tw_clip_report *report = inspect(f, tracks, 2, NULL, 0);
+  assert_int_equal(report->root.node, HIPS);
+  assert_near(report->root.distance, 6, 1e-5);
+  assert_near(report->root.speed, 9 * REF_PI / 2, 9 * REF_PI / 2 * 1e-3); /* chords are a little shorter */
+  assert_near(report->root.turn, 3 * REF_PI, 1e-4);
+  assert_int_equal(report->still_count, 3);
+  assert_int_equal(report->still[0], HEAD);
+}
+
+TEST_WITH(what_stands_still_has_no_root_and_no_contacts, setup, teardown) {
+  figure *f = *state;
+  float hips[2][3] = {{5, 6, 7}, {5, 6, 7}};
+  tw_track_keys track = going(f, HIPS, hips, 2);
+  const tw_clip_report *report = inspect(f, &track, 1, NULL, 0);
+  assert_int_equal(report->still_count, NODES);
+  assert_int_equal(report->root.node, TW_NO_INDEX);
+  assert_int_equal(report->loop.node, TW_NO_INDEX);
+  assert_int_equal(report->contact_count, 0);
+  report = inspect(f, NULL, 0, NULL, 0);
+  assert_int_equal(report->still_count, NODES);
+}
+
+/* A spline whose keys are equal moves by its tangents. */
+TEST_WITH(a_spline_between_equal_keys_moves, setup, teardown) {
+  figure *f = *state;
+  const float values[2][3][3] = {{{0}, {0, 1, 0}, {3, 0, 0}}, {{3, 0, 0}, {0, 1, 0}, {0}}};
+  tw_track_keys track = value_keys(TW_TRANSLATION, TW_CUBICSPLINE, f->times, values[0][0], 2);
+  assert_int_equal(inspect(f, &track, 1, NULL, 0)->still_count, NODES - 1);
+}
+
+/* Half a second on the ground, sliding 0.1 sidewards, half a second in the air. */
+static void step(figure *f, double phase, float (*out)[3]) {
+  for (int i = 0; i < KEYS; i++) {
+    double u = fmod((double)f->times[i] + phase, 1), air = u < 0.5 ? 0 : (u - 0.5) * 2;
+    double x = u < 0.5 ? 0.2 * u : 0.1 * (1 - air);
+    memcpy(out[i], (float[3]){(float)x, (float)(0.4 * sin(REF_PI * air)), (float)(2 * air)}, sizeof out[i]);
+  }
+}
+
+TEST_WITH(feet_touch_the_ground_and_slide, setup, teardown) {
+  figure *f = *state;
+  float left[KEYS][3], right[KEYS][3];
+  step(f, 0, left);
+  step(f, 0.5, right);
+  tw_track_keys tracks[] = {going(f, LEFT, left, KEYS), going(f, RIGHT, right, KEYS)};
+  const tw_clip_report *report = inspect(f, tracks, 2, NULL, 0);
+  assert_int_equal(report->contact_count, 4);
+  uint32_t lefts = 0;
+  for (uint32_t i = 0; i < report->contact_count; i++) {
+    const tw_contact *contact = &report->contacts[i];
+    lefts += contact->node == LEFT;
+    double begin = contact->node == LEFT ? floor(contact->from + 0.1) : floor(contact->from - 0.4) + 0.5;
+    assert_near(contact->from, begin, 2.01 / 60);
+    assert_near(contact->to, begin + 0.5, 2.01 / 60);
+    assert_near(contact->slide, 0.1, 0.02);
+  }
+  assert_int_equal(lefts, 2);
+  const uint32_t foot = RIGHT;
+  assert_int_equal(inspect(f, tracks, 2, &foot, 1)->contact_count, 2);
+  f->nodes[LEFT].name = "left_Ankle";
+  f->nodes[RIGHT].name = NULL;
+  assert_int_equal(inspect(f, tracks, 2, NULL, 0)->contact_count, 2); /* the ankle's */
+}
+
+TEST_WITH(noise_is_what_a_parabola_leaves, setup, teardown) {
+  figure *f = *state;
+  float smooth[KEYS][3], rough[KEYS][3], head[KEYS][4];
+  double shake = 0.01;
+  for (int i = 0; i < KEYS; i++) {
+    double t = (double)f->times[i], sign = i % 2 ? 1 : -1;
+    memcpy(smooth[i], (float[3]){(float)(t * t), (float)(1 - t), 0}, sizeof smooth[i]);
+    memcpy(rough[i], (float[3]){(float)(t * t), (float)(1 + sign * shake), 0}, sizeof rough[i]);
+    turn_about(2, t + sign * shake, head[i]);
+  }
+  /* Of alternating +1 and -1 the parabola through seven keys (weights -2 3 6 7 6 3 -2 by 21) keeps 5/21 at
+   * the middle. */
+  double left = shake * (1 - (7 - 2 * 6 + 2 * 3 + 2 * 2) / 21.0);
+  tw_track_keys tracks[] = {going(f, HIPS, smooth, KEYS), going(f, LEFT, rough, KEYS),
+                            turning(f, HEAD, head, KEYS), going(f, RIGHT, rough, 6)};
+  const tw_clip_report *report = inspect(f, tracks, 4, NULL, 0);
+  assert_int_equal(report->noise_count, 3); /* six keys are too few */
+  assert_near(report->noise[0].rms, 0, 1e-6);
+  assert_near(report->noise[1].rms, left, 1e-6);
+  assert_int_equal(report->noise[2].track, 2);
+  assert_near(report->noise[2].rms, left, 1e-6);
+}
+
+TEST_WITH(a_key_that_leaps_out_and_back_is_a_pop, setup, teardown) {
+  figure *f = *state;
+  float head[KEYS][4];
+  for (int i = 0; i < KEYS; i++) turn_about(0, (double)f->times[i], head[i]);
+  turn_about(0, (double)f->times[40] + 20 * REF_DEGREES, head[40]);
+  tw_track_keys track = turning(f, HEAD, head, KEYS);
+  const tw_clip_report *report = inspect(f, &track, 1, NULL, 0);
+  assert_int_equal(report->pop_count, 1);
+  assert_near(report->pops[0].time, 40 / 60.0, 1e-6);
+  assert_near(report->pops[0].angle, 20 * REF_DEGREES, 1e-5);
+  /* Keys half a second apart are poses of an animator, who may want the leap. */
+  for (int i = 0; i < KEYS; i++) f->times[i] *= 30;
+  assert_int_equal(inspect(f, &track, 1, NULL, 0)->pop_count, 0);
+}
+
+TEST_WITH(a_clip_that_cannot_be_played_is_not_inspected, setup, teardown) {
+  figure *f = *state;
+  float hips[2][3] = {{0}, {NAN}};
+  tw_track_keys track = going(f, HIPS, hips, 2);
+  tw_clip_keys keys = {.track_count = 1, .tracks = &track};
+  tw_error error = {0};
+  assert_int_equal(tw_clip_inspect(&keys, f->nodes, f->order, NODES, NULL, 0, f->arena, &f->report, &error),
+                   TW_INVALID);
+  assert_string_equal(error.pointer, "/tracks/0/values/1");
+}
