@@ -416,6 +416,10 @@ export interface Pose {
   axis_angle?: number[][];
   /** as=matrix: column-major; replaces all others. */
   matrix?: number[][];
+  /** Morph weights by the node's name, of the nodes whose weights the clip moves; left out where it moves none. */
+  weights?: {
+    [key: string]: number[];
+  };
   translation?: number[][];
   scale?: number[][];
 }

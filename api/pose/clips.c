@@ -199,10 +199,9 @@ static bool note_missing(api_clip *clip, const tw_model *lender, uint32_t node, 
   return clip->warnings[clip->warning_count++] != NULL;
 }
 
-/* Makes room for warnings about all nodes of a lender. */
-static bool grow_warnings(api_clip *clip, const tw_model *lender) {
-  const char **grown =
-      tw_arena_alloc(clip->arena, (size_t)clip->warning_count + lender->node_count, sizeof *grown);
+/* Makes room for more warnings. */
+static bool grow_warnings(api_clip *clip, size_t more) {
+  const char **grown = tw_arena_alloc(clip->arena, clip->warning_count + more, sizeof *grown);
   if (grown && clip->warning_count) memcpy(grown, clip->warnings, clip->warning_count * sizeof *grown);
   clip->warnings = grown;
   return grown != NULL;
@@ -233,7 +232,7 @@ static bool carry_over(api_clip *clip, const tw_model *model, const tw_model *le
   const tw_clip_keys *source = &lender->clips[index];
   tw_track_keys *tracks = tw_arena_alloc(clip->arena, source->track_count, sizeof *tracks);
   bool *noted = tw_arena_alloc(clip->arena, lender->node_count, sizeof *noted);
-  if (!tracks || !noted || !grow_warnings(clip, lender)) return false;
+  if (!tracks || !noted || !grow_warnings(clip, lender->node_count)) return false;
   uint32_t count = 0;
   for (uint32_t i = 0; i < source->track_count; i++) {
     const tw_track_keys *track = &source->tracks[i];
@@ -292,11 +291,21 @@ static const char *join_names(const clip_source *source, tw_arena *arena) {
   return api_text_keep(&text, arena);
 }
 
+/* Warns of what a clip animates besides nodes. False without memory. */
+static bool note_loose(api_clip *clip, const tw_clip_keys *keys) {
+  if (!keys->loose) return true;
+  if (!grow_warnings(clip, 1)) return false;
+  clip->warnings[clip->warning_count++] =
+      "the clip also moves what is no transform and no weights of a node: a pose does not show it";
+  return true;
+}
+
 /* The keys of each chosen clip, mapped to the model. NULL without memory. */
 static tw_clip_keys *gather_keys(const clip_source *source, api_clip *clip) {
   tw_clip_keys *keys = tw_arena_alloc(clip->arena, source->choices->count, sizeof *keys);
   for (uint32_t i = 0; keys && i < source->choices->count; i++) {
     uint32_t index = api_clips_get(source->choices, i).index;
+    if (!note_loose(clip, &lender_of(source, i)->clips[index])) return NULL;
     if (!source->lenders[i])
       keys[i] = source->model->clips[index];
     else if (!carry_over(clip, source->model, lender_of(source, i), index, &keys[i]))

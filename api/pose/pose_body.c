@@ -33,6 +33,10 @@ struct api_pose_body {
   float (*euler)[3]; /* [node_count], of the previous pose; NULL unless asked for */
   bool has_euler;    /* there is a previous pose */
   float *row;        /* [node_count][width]; NULL in the binary form */
+
+  uint32_t weight_count; /* tracks of morph weights of the answer's nodes, for JSON */
+  uint32_t *weights;     /* [weight_count] */
+  float *sample;         /* of the widest of these */
 };
 
 /* A part of a node's numbers. */
@@ -239,7 +243,26 @@ static void print_layout(const api_pose_request *request, tw_text *text) {
 
 /* ---- poses ------------------------------------------------------------------------------------- */
 
-static void print_json_pose(const api_pose_request *request, double time, const float *row, tw_text *text) {
+/* Prints the morph weights by node, where the clip moves any. */
+static void print_weights(const api_pose_body *body, double time, tw_text *text) {
+  const api_pose_request *request = &body->request;
+  if (body->weight_count == 0) return;
+  const tw_clip *clip = request->clip->compiled;
+  float looped = tw_loop_time(time, request->clip->duration, request->loop);
+  tw_member_open(text, "weights", "{");
+  for (uint32_t i = 0; i < body->weight_count; i++) {
+    char buffer[24];
+    tw_path path;
+    uint32_t track = body->weights[i];
+    tw_clip_sample(clip, track, &looped, 1, body->sample);
+    tw_member_floats(text, tw_model_node_name(request->model, tw_clip_target(clip, track, &path), buffer),
+                     body->sample, tw_clip_width(clip, track));
+  }
+  tw_text_add(text, "}");
+}
+
+static void print_json_pose(const api_pose_body *body, double time, const float *row, tw_text *text) {
+  const api_pose_request *request = &body->request;
   size_t width = api_pose_width(request->as);
   tw_text_add(text, "{\"t\":");
   tw_text_double(text, time);
@@ -248,6 +271,7 @@ static void print_json_pose(const api_pose_request *request, double time, const 
     tw_text_vectors(text, row + part->offset, width, part->width, request->node_count);
     tw_text_add(text, "]");
   }
+  print_weights(body, time, text);
   tw_text_add(text, "}");
 }
 
@@ -291,10 +315,10 @@ static void print_pose(api_pose_body *body, double time, tw_text *text) {
   switch (request->form) {
   case API_POSE_JSON:
     tw_text_element(text);
-    print_json_pose(request, time, row, text);
+    print_json_pose(body, time, row, text);
     break;
   case API_POSE_NDJSON:
-    print_json_pose(request, time, row, text);
+    print_json_pose(body, time, row, text);
     tw_text_add(text, "\n");
     break;
   case API_POSE_BIN: tw_text_room_filled(row, count); break;
@@ -445,6 +469,45 @@ static void *allocate(tw_arena *arena, bool is_needed, uint32_t count, size_t wi
   return memory;
 }
 
+/* Whether the answer has a node; its nodes ascend. */
+static bool has_node(const api_pose_request *request, uint32_t node) {
+  uint32_t low = 0, high = request->node_count;
+  while (low < high) {
+    uint32_t middle = low + (high - low) / 2;
+    if (request->nodes[middle] < node)
+      low = middle + 1;
+    else
+      high = middle;
+  }
+  return low < request->node_count && request->nodes[low] == node;
+}
+
+/* Finds the tracks of morph weights that JSON answers tell. False without memory. */
+static bool find_weights(api_pose_body *body, tw_arena *arena) {
+  const api_pose_request *request = &body->request;
+  const tw_clip *clip = request->clip ? request->clip->compiled : NULL;
+  bool is_json = request->form == API_POSE_JSON || request->form == API_POSE_NDJSON;
+  if (!clip || !is_json || request->is_skinning) return true;
+  uint32_t tracks = tw_clip_track_count(clip), widest = 0;
+  for (uint32_t pass = 0; pass < 2; pass++) { /* counts, then lists */
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < tracks; i++) {
+      tw_path path;
+      uint32_t node = tw_clip_target(clip, i, &path), width = tw_clip_width(clip, i);
+      if (path != TW_WEIGHTS || !has_node(request, node)) continue;
+      if (pass == 1) body->weights[count] = i;
+      count++;
+      if (width > widest) widest = width;
+    }
+    if (pass == 1 || count == 0) return true;
+    body->weight_count = count;
+    body->weights = tw_arena_alloc_raw(arena, count, sizeof *body->weights);
+    body->sample = tw_arena_alloc_raw(arena, widest, sizeof *body->sample);
+    if (!body->weights || !body->sample) return false;
+  }
+  return true;
+}
+
 uint64_t api_pose_body_cost(const api_pose_request *request) {
   enum { MATRIX = 16 * sizeof(float), EULER = 3 * sizeof(float), ROW_MOST = 16 * sizeof(float) };
   uint64_t of_model = sizeof(tw_trs) + MATRIX, of_answer = MATRIX + EULER + ROW_MOST;
@@ -465,6 +528,7 @@ api_pose_body *api_pose_body_create(api_pose_request *request, api_service *serv
   body->joints = allocate(arena, request->is_skinning, count, 16, &has_all);
   body->euler = allocate(arena, request->as == API_AS_EULER, count, 3, &has_all);
   body->row = allocate(arena, request->form != API_POSE_BIN, count, api_pose_width(request->as), &has_all);
+  has_all = has_all && find_weights(body, arena);
   if (has_all && (request->form != API_POSE_BIN || print_bin_head(body))) {
     request->model_entry = request->clip_entry = NULL;
     return body;

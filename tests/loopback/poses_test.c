@@ -739,6 +739,14 @@ TEST_WITH(keys_of_scales_and_morph_weights_are_told, setup, one_model_stop) {
   assert_string_equal(json_member(weights->next, "path")->valuestring, "scale");
   assert_null(weights->next->next);
   cJSON_Delete(answer);
+  answer = ask_json(f, "pose?at=1,2");
+  const cJSON *pose = json_member(answer, "poses")->child;
+  assert_true(json_member(json_member(pose, "weights"), "face")->child->valuedouble == 0); /* it steps */
+  assert_true(json_member(json_member(pose->next, "weights"), "face")->child->valuedouble == 2);
+  cJSON_Delete(answer);
+  reply r = ask(f, "pose.bin?at=1");
+  assert_null(strstr((const char *)r.body + 12, "weights"));
+  reply_free(&r);
 }
 
 TEST_WITH(a_speed_that_fits_no_float_is_a_number_all_the_same, setup, one_model_stop) {

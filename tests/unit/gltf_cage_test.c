@@ -36,8 +36,9 @@ static const char document_text[] =
            "'indices':%d,'extensions':{'FB_ngon_encoding':{}}}],"
            "'extras':{'mine':1,'tweend':%s}}],'nodes':[{'mesh':0}]}";
 
-/* indices: accessor of the triangles. tags: the text of extras.tweend. */
-static tw_model *read_document(int indices, const char *tags) {
+/* indices: accessor of the triangles. tags: the text of extras.tweend. refusal: the pointer of the refusal
+ * that is expected; or NULL. */
+static tw_model *read_or_be_refused(int indices, const char *tags, const char *refusal) {
   static const float positions[6][3] = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {0, 1, 0}, {1, 1, 0}, {2, 1, 0}};
   static const uint16_t triangles[12] = {0, 1, 4, 0, 4, 3, 1, 2, 5, 1, 5, 4};
   static const uint32_t numbers[7][NUMBERS] = {
@@ -51,11 +52,13 @@ static tw_model *read_document(int indices, const char *tags) {
 #pragma GCC diagnostic ignored "-Wformat-nonliteral"
   assert_true(snprintf(text, sizeof text, document_text, indices, tags) < (int)sizeof text);
 #pragma GCC diagnostic pop
-  return glb_read(text, bin, sizeof bin);
+  if (!refusal) return glb_read(text, bin, sizeof bin);
+  glb_refused(text, bin, sizeof bin, TW_INVALID, refusal);
+  return NULL;
 }
 
 static tw_model *read_tagged(const char *tags) {
-  return read_document(1, tags);
+  return read_or_be_refused(1, tags, NULL);
 }
 
 static bool warns_of(const tw_model *model, const char *word) {
@@ -160,25 +163,8 @@ TEST(extras_of_another_kind_are_kept) {
 }
 
 /* The tags number all vertices of the accessor; the triangles use four of six. */
-TEST(points_that_no_face_uses_are_left_out) {
-  tw_model *model = read_document(13, "{'points':2,'creases':{'edges':7,'sharpness':5},"
-                                      "'corners':{'vertices':11,'sharpness':5}}");
-  const tw_mesh *mesh = model->meshes;
-  static const uint32_t corners[4] = {0, 1, 3, 2};
-  assert_int_equal(model->warning_count, 0);
-  assert_int_equal(mesh->point_count, 4);
-  assert_int_equal(mesh->welded_points, 0);
-  assert_memory_equal(mesh->corners, corners, sizeof corners);
-  assert_int_equal(mesh->uv_sets[0].value_count, 4);
-  assert_int_equal(mesh->crease_count, 1);
-  assert_int_equal(mesh->sharp_point_count, 1);
-  tw_model_destroy(model);
-}
-
-TEST(tags_of_points_that_no_face_uses_are_left_out) {
-  /* The edge from 1 to 2, of which 2 belongs to no face. */
-  tw_model *model = read_document(13, "{'points':2,'creases':{'edges':15,'sharpness':5}}");
-  assert_int_equal(model->warning_count, 0);
-  assert_int_equal(model->meshes->crease_count, 0);
-  tw_model_destroy(model);
+TEST(points_that_no_face_uses_are_refused) {
+  read_or_be_refused(13, "{'points':2}", "/meshes/0/extras/tweend/points");
+  read_or_be_refused(13, "{'points':2,'creases':{'edges':15,'sharpness':5}}",
+                     "/meshes/0/extras/tweend/points");
 }

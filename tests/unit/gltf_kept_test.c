@@ -526,6 +526,45 @@ TEST(channels_of_something_else_than_nodes_stay_with_their_keys) {
   answer_deinit(&a);
 }
 
+/* Channels 0 and 2 point at the node; the node's translation is moved already, so 2 stays. */
+TEST(pointers_to_transforms_of_nodes_are_tracks) {
+  answer a = answer_with(
+      "", ",'extensionsUsed':['KHR_animation_pointer'],'nodes':[{}],'animations':[{'channels':[{'sampler':"
+          "0,'target':{'path':'pointer','extensions':{'KHR_animation_pointer':{'pointer':"
+          "'\\/nodes\\/0\\/scale'}}},'extras':5},{'sampler':0,'target':{'node':0,'path':'translation'}},"
+          "{'sampler':0,'target':{'path':'pointer','extensions':{'KHR_animation_pointer':{'pointer':"
+          "'/nodes/0/translation'}}}}],'samplers':[{'input':2,'output':3,'interpolation':'STEP'}]}]");
+  const tw_clip_keys *clip = a.f.model->clips;
+  assert_int_equal(clip->track_count, 2);
+  assert_int_equal(clip->tracks[1].path, TW_SCALE);
+  assert_int_equal(clip->tracks[1].node, 0);
+  assert_int_equal(clip->tracks[1].interpolation, TW_STEP);
+  assert_memory_equal(clip->tracks[1].values, clip->tracks[0].values, 6 * sizeof(float));
+  assert_int_equal(a.f.model->warning_count, 1);
+  assert_non_null(strstr(a.f.model->warnings[0], "/animations/0/channels/2: another channel"));
+  assert_says(&a, "animations/0/channels/1", "{'sampler':1,'target':{'node':0,'path':'scale'},'extras':5}");
+  assert_says(&a, "animations/0/channels/2/target/path", "'pointer'");
+  answer_deinit(&a);
+}
+
+/* Other pointers, and those to what is not there, stay as they are. */
+TEST(pointers_to_anything_else_stay) {
+  static const char *const pointers[] = {
+      "/nodes/1/scale",  "/nodes/0/weights",        "/nodes/0/scale/0",  "/nodes/0", "nodes/0/scale",
+      "/nodes/-1/scale", "/nodes/0000000000/scale", "/meshes/0/weights", ""};
+  for (size_t i = 0; i < sizeof pointers / sizeof *pointers; i++) {
+    char rest[512];
+    snprintf(rest, sizeof rest,
+             ",'nodes':[{}],'animations':[{'channels':[{'sampler':0,'target':{'path':'pointer','extensions':"
+             "{'KHR_animation_pointer':{'pointer':'%s'}}}}],'samplers':[{'input':2,'output':3}]}]",
+             pointers[i]);
+    answer a = answer_with("", rest);
+    assert_int_equal(a.f.model->clips[0].track_count, 0);
+    assert_non_null(a.f.model->clips[0].loose);
+    answer_deinit(&a);
+  }
+}
+
 /* "mesh" and "skin" are read one by one; a list of words has no word of two. */
 TEST(members_whose_names_are_words_with_blanks_are_kept) {
   answer a = answer_with("", ",'nodes':[{'mesh skin':1}]");

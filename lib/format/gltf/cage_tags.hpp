@@ -21,7 +21,7 @@ class CageTags {
 public:
   CageTags(Document &document, Accessors &accessors, size_t mesh)
       : document_(document), accessors_(accessors), index_(mesh), mesh_(document.model->meshes[mesh]),
-        holes_(document.budget), number_(document.budget) {}
+        holes_(document.budget) {}
 
   // Opens the accessors that the extras name. positions: of all vertices, nullptr if primitives have
   // different ones. Another program may have kept the extras and changed the accessors: tags that do not fit
@@ -49,19 +49,17 @@ public:
   bool are_there() const { return points_ != nullptr; }
   const Vector<Hole> &holes() const { return holes_; }
 
-  // Numbers the points of the vertices that faces use, in the order of the file's points, and returns how
-  // many there are. Points that no face uses have no number, and what the file says of them is left out.
-  // elements: of each vertex its place in the file. point: [vertices] receives the number of each one's
-  // point.
-  uint32_t number_points(const Vector<uint32_t> &elements, Vector<uint32_t> &point) {
-    number_.resize(points_->count());
-    std::fill(number_.begin(), number_.end(), UNUSED);
-    for (uint32_t element : elements) number_[points_->read_index(element)] = 0;
-    uint32_t count = 0;
-    for (uint32_t &number : number_)
-      if (number != UNUSED) number = count++;
-    for (size_t v = 0; v < elements.size(); v++) point[v] = number_[points_->read_index(elements[v])];
-    return count;
+  // Sets each vertex's point and returns how many points there are. Every point must have a face. elements:
+  // of each vertex its place in the file. point: [vertices].
+  uint32_t read_points(const Vector<uint32_t> &elements, Vector<uint32_t> &point) {
+    Vector<uint8_t> has_face(document_.budget, points_->count(), 0);
+    for (size_t v = 0; v < elements.size(); v++) has_face[point[v] = points_->read_index(elements[v])] = 1;
+    for (uint32_t vertex = 0; vertex < points_->count(); vertex++)
+      if (uint32_t named = points_->read_index(vertex); !has_face[named])
+        refuse(TW_INVALID, place_of("points"), "point ", named, " is that of vertex ", vertex,
+               ", and no face has it");
+    point_count_ = static_cast<uint32_t>(std::count(has_face.begin(), has_face.end(), 1));
+    return point_count_;
   }
 
   // Puts faces and corners into the order that the mesh had, and tags it. The mesh must have the faces of the
@@ -102,8 +100,7 @@ private:
                  *corner_sharpness_ = nullptr;
   std::vector<std::pair<uint32_t, const Elements *>> details_; // a level, its offsets
   Vector<Hole> holes_;
-  static constexpr uint32_t UNUSED = UINT32_MAX;
-  Vector<uint32_t> number_; // of each of the file's points in the mesh, or UNUSED; at least as many as points
+  uint32_t point_count_ = 0; // set by read_points
 
   std::string place_of(const char *name) const { return text("/meshes/", index_, "/extras/tweend/", name); }
 
@@ -248,7 +245,7 @@ private:
     if (points)
       document_.spend_values(uint64_t{points->count()} + sharpness->count(), place_of(name), "tags of cages");
     for (uint32_t i = 0; points && i < points->count(); i++)
-      if (points->read_index(i) >= number_.size())
+      if (points->read_index(i) >= point_count_)
         refuse(TW_INVALID, place_of(name), "a point of ", name, " is out of range");
     for (uint32_t i = 0; sharpness && i < sharpness->count(); i++) {
       float value;
@@ -257,25 +254,20 @@ private:
     }
   }
 
-  // Writes the elements all of whose points are in the mesh, and returns how many these are. Each element has
-  // points->count() / sharpness->count() points.
+  // Writes elements of points->count() / sharpness->count() points each, and returns how many there are.
   uint32_t write_sharpness(const Elements *points, const Elements *sharpness, const uint32_t *&to,
                            const float *&sharpness_to) {
     if (!points || sharpness->count() == 0) return 0;
     uint32_t *indices = allocate<uint32_t>(document_, points->count());
     float *values = allocate<float>(document_, sharpness->count());
-    uint32_t width = points->count() / sharpness->count(), written = 0;
+    for (uint32_t i = 0; i < points->count(); i++) indices[i] = points->read_index(i);
     for (uint32_t i = 0; i < sharpness->count(); i++) {
-      uint32_t *element = indices + size_t{width} * written;
-      for (uint32_t k = 0; k < width; k++) element[k] = number_[points->read_index(i * width + k)];
-      if (std::find(element, element + width, UNUSED) != element + width) continue;
-      sharpness->read(i, values + written);
-      values[written] = std::min(values[written], TW_SHARPNESS_INFINITE);
-      written++;
+      sharpness->read(i, values + i);
+      values[i] = std::min(values[i], TW_SHARPNESS_INFINITE);
     }
     to = indices;
     sharpness_to = values;
-    return written;
+    return sharpness->count();
   }
 
   // Tags the last `count` faces of the file as holes.

@@ -357,17 +357,27 @@ struct MeshText {
   Vector<PrimitiveText> primitives;
 };
 
+// A channel of an animation that moves a node by KHR_animation_pointer, which tinygltf does not see.
+struct PointedChannel {
+  uint32_t node;
+  tw_path path;
+  int sampler;
+  std::string place; // the channel's JSON pointer
+  const char *kept;  // of the channel and the sampler, or nullptr
+};
+
 struct Document {
   Document(tw_model *target, tw_quads how, tw_weld joining, uint64_t memory)
-      : budget(memory), outline(budget), mesh_texts(budget), channel_texts(budget), slots(budget),
-        normal_maps(budget), model(target), quads(how), weld(joining) {}
+      : budget(memory), outline(budget), mesh_texts(budget), channel_texts(budget), pointed_channels(budget),
+        slots(budget), normal_maps(budget), model(target), quads(how), weld(joining) {}
 
   Budget budget;
   Outline outline;
   tinygltf::Model source;
   Vector<MeshText> mesh_texts;                // of each mesh
   Vector<Vector<const char *>> channel_texts; // of each animation's tracks: what is kept of them, or nullptr
-  Vector<tw_material_slot> slots;             // see tw_model
+  Vector<Vector<PointedChannel>> pointed_channels; // of each animation
+  Vector<tw_material_slot> slots;                  // see tw_model
   std::map<std::pair<int32_t, std::string_view>, size_t> slot_numbers;
   Vector<int> normal_maps;          // of each material: the UV set of its normal map, -1 without one
   tw_model *model;                  // keep_parts allocates its arrays

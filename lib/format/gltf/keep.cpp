@@ -521,18 +521,87 @@ private:
         sampler_texts.push_back(object(sampler, sampler_members));
       });
       Vector<const char *> tracks{document_.budget};
+      Vector<PointedChannel> pointed{document_.budget};
+      std::set<std::pair<uint32_t, tw_path>> moved = moved_parts(parsed);
       each(tw_json_member(animation, "channels"), [&](size_t i, const char *channel) {
         place_ = text("/animations/", index, "/channels/", i);
-        const char *own = track(channel, sampler_texts);
-        if (is_track(channel))
+        std::optional<PointedChannel> points = points_at_node(channel, parsed.samplers.size(), moved);
+        const char *own = track(channel, sampler_texts, !points);
+        if (points) {
+          points->kept = own;
+          pointed.push_back(*std::move(points));
+        } else if (is_track(channel)) {
           tracks.push_back(own);
-        else
+        } else {
           append(loose, loose_channel(parsed, channel, own));
+        }
       });
       check_parsed(tracks.size(), parsed.channels, text("/animations/", index, "/channels"));
       document_.channel_texts.push_back(std::move(tracks));
+      document_.pointed_channels.push_back(std::move(pointed));
       model.clips[index].loose = close(loose);
     });
+  }
+
+  // What the channels move that tinygltf sees.
+  std::set<std::pair<uint32_t, tw_path>> moved_parts(const tinygltf::Animation &animation) {
+    document_.budget.take(animation.channels.size() * 64); // nodes of the set
+    std::set<std::pair<uint32_t, tw_path>> moved;
+    for (const tinygltf::AnimationChannel &channel : animation.channels)
+      for (int path = TW_TRANSLATION; path <= TW_WEIGHTS; path++)
+        if (channel.target_path == tw_path_names[path])
+          moved.insert({static_cast<uint32_t>(channel.target_node), static_cast<tw_path>(path)});
+    return moved;
+  }
+
+  // The node and path that a channel moves by KHR_animation_pointer ("/nodes/3/rotation"); none for other
+  // pointers. What another channel moves already stays with it: a warning says so, and the pointer is kept as
+  // those to other things are.
+  std::optional<PointedChannel> points_at_node(const char *channel, size_t sampler_count,
+                                               std::set<std::pair<uint32_t, tw_path>> &moved) {
+    const char *target = tw_json_member(channel, "target");
+    const char *extension = tw_json_member(tw_json_member(target, "extensions"), "KHR_animation_pointer");
+    const char *pointer = tw_json_member(extension, "pointer");
+    int sampler = index_of(tw_json_member(channel, "sampler"));
+    if (!pointer || *pointer != '"' || is_track(channel) || sampler < 0) return {};
+    if (static_cast<size_t>(sampler) >= sampler_count) return {};
+    std::optional<std::pair<uint32_t, tw_path>> part = node_part(unescape(string_of(pointer)));
+    if (!part) return {};
+    auto [node, path] = *part;
+    if (path == TW_WEIGHTS && !has_targets(node)) return {};
+    if (!moved.insert(*part).second) {
+      tw_model_warn(document_.model,
+                    "%s: another channel moves %s of node %u already, so the pointer moves nothing",
+                    place_.c_str(), tw_path_names[path], node);
+      return {};
+    }
+    return PointedChannel{node, path, sampler, place_, nullptr};
+  }
+
+  bool has_targets(uint32_t node) const {
+    int mesh = document_.source.nodes[node].mesh;
+    if (mesh < 0 || static_cast<size_t>(mesh) >= document_.source.meshes.size()) return false;
+    const std::vector<tinygltf::Primitive> &primitives =
+        document_.source.meshes[static_cast<size_t>(mesh)].primitives;
+    return !primitives.empty() && !primitives[0].targets.empty();
+  }
+
+  // Reads "/nodes/3/rotation".
+  std::optional<std::pair<uint32_t, tw_path>> node_part(const std::string &pointer) const {
+    for (int path = TW_TRANSLATION; path <= TW_WEIGHTS; path++)
+      for (size_t digits = 1; digits <= 9; digits++) {
+        std::string head = "/nodes/", tail = std::string("/") + tw_path_names[path];
+        if (pointer.size() != head.size() + digits + tail.size() ||
+            pointer.compare(0, head.size(), head) != 0 ||
+            pointer.compare(head.size() + digits, tail.size(), tail) != 0)
+          continue;
+        uint32_t node = 0;
+        std::string number = pointer.substr(head.size(), digits);
+        if (number.find_first_not_of("0123456789") != std::string::npos) return {};
+        for (char digit : number) node = 10 * node + static_cast<uint32_t>(digit - '0');
+        if (node < document_.source.nodes.size()) return {{node, static_cast<tw_path>(path)}};
+      }
+    return {};
   }
 
   // Puts a channel that animates something else than a node into text_, with its sampler. own: what is kept
@@ -569,11 +638,11 @@ private:
     put(whole.substr(1, whole.size() - 2));
   }
 
-  // Keeps the members of channel, target and sampler as one object; a sampler that several channels name is
-  // kept with each.
-  const char *track(const char *channel, const Vector<const char *> &samplers) {
+  // Keeps the members of channel, target (unless it becomes another) and sampler as one object; a sampler
+  // that several channels name is kept with each.
+  const char *track(const char *channel, const Vector<const char *> &samplers, bool keeps_target) {
     const char *own = object(channel, channel_members), *target = tw_json_member(channel, "target");
-    const char *of_target = target ? object(target, target_members) : nullptr;
+    const char *of_target = target && keeps_target ? object(target, target_members) : nullptr;
     int sampler = index_of(tw_json_member(channel, "sampler"));
     bool has_sampler = sampler >= 0 && static_cast<size_t>(sampler) < samplers.size();
     const char *of_sampler = has_sampler ? samplers[static_cast<size_t>(sampler)] : nullptr;

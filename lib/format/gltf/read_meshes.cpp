@@ -388,7 +388,7 @@ private:
     point_.resize(count);
     tw_welded welded = {count, 0};
     if (tags_.are_there()) {
-      welded.point_count = tags_.number_points(elements_, point_);
+      welded.point_count = tags_.read_points(elements_, point_);
     } else if (document_.weld == TW_WELD_NONE) {
       std::iota(point_.begin(), point_.end(), 0u);
     } else {

@@ -173,14 +173,18 @@ public:
   void read(size_t index) {
     const tinygltf::Animation &source = document_.source.animations[index];
     document_.budget.place = text("/animations/", index);
-    tw_track_keys *tracks = allocate_zero<tw_track_keys>(document_, source.channels.size());
+    const Vector<PointedChannel> &pointed = document_.pointed_channels[index];
+    size_t count = source.channels.size() + pointed.size();
+    tw_track_keys *tracks = allocate_zero<tw_track_keys>(document_, count);
     for (size_t i = 0; i < source.channels.size(); i++) {
       read_channel(source, text("/animations/", index), i, tracks[i]);
       tracks[i].kept = document_.channel_texts[index][i];
     }
+    for (size_t i = 0; i < pointed.size(); i++)
+      read_pointed(source, text("/animations/", index), pointed[i], tracks[source.channels.size() + i]);
     tw_clip_keys &clip = document_.model->clips[index];
     clip.name = copy_name(document_, source.name);
-    clip.track_count = static_cast<uint32_t>(source.channels.size());
+    clip.track_count = static_cast<uint32_t>(count);
     clip.tracks = tracks;
   }
 
@@ -213,10 +217,22 @@ private:
     if (channel.sampler < 0 || static_cast<size_t>(channel.sampler) >= source.samplers.size())
       refuse(TW_INVALID, pointer + "/sampler", "there is no sampler ", channel.sampler);
     track.node = static_cast<uint32_t>(channel.target_node);
+    read_keys(source, animation, path, channel.sampler, track);
+  }
+
+  void read_pointed(const tinygltf::Animation &source, const std::string &animation,
+                    const PointedChannel &channel, tw_track_keys &track) {
+    track.node = channel.node;
+    track.kept = channel.kept;
+    read_keys(source, animation, channel.path, channel.sampler, track);
+  }
+
+  void read_keys(const tinygltf::Animation &source, const std::string &animation, tw_path path, int sampler,
+                 tw_track_keys &track) {
     track.path = path;
     track.form = path == TW_ROTATION ? TW_KEY_QUATERNION : TW_KEY_VALUES;
-    read_sampler(source.samplers[static_cast<size_t>(channel.sampler)],
-                 text(animation, "/samplers/", channel.sampler), track);
+    read_sampler(source.samplers[static_cast<size_t>(sampler)], text(animation, "/samplers/", sampler),
+                 track);
   }
 
   void read_sampler(const tinygltf::AnimationSampler &sampler, const std::string &pointer,
