@@ -249,14 +249,20 @@ static api_plan *count_and_create(const plan_source *source) {
   return plan;
 }
 
-/* What attributes add to the cost of making a plan. Each UV set has its own connectivity: 256 bytes a corner.
- * At levels 1 to 3 the library keeps the values of all points: 16 bytes a point for each attribute, UV set
- * and target, 48 for four joints and their weights and 32 for each further four, and as much again for the
- * limit surface if `limit` is given. Where that would exceed MOST, the library keeps no values and computes
- * patches. */
+/* The UV sets, and the attributes with values of corners. */
+static uint64_t channel_count(const tw_mesh *mesh) {
+  tw_channel channels[TW_CHANNELS_MAX];
+  return tw_mesh_channels(mesh, channels);
+}
+
+/* What attributes add to the cost of making a plan. Each UV set, and each attribute with values of corners,
+ * has its own connectivity: 256 bytes a corner. At levels 1 to 3 the library keeps the values of all points:
+ * 16 bytes a point for each attribute, UV set and target, 48 for four joints and their weights and 32 for
+ * each further four, and as much again for the limit surface if `limit` is given. Where that would exceed
+ * MOST, the library keeps no values and computes patches. */
 static uint64_t attributes_cost(const tw_mesh *mesh, const api_surface_query *query) {
   enum { MOST = 192 << 20 };
-  uint64_t connectivity = 256 * (uint64_t)mesh->corner_count * mesh->uv_set_count;
+  uint64_t connectivity = 256 * (uint64_t)mesh->corner_count * channel_count(mesh);
   if (query->level == 0 || query->level > 3) return connectivity;
   uint64_t points = (uint64_t)mesh->corner_count << 2 * (query->level - 1),
            morph_normals = mesh->morph_normals && query->normals ? mesh->morph_count : 0,
@@ -283,7 +289,7 @@ static uint64_t morph_normals_cost(const tw_mesh *mesh, const api_surface_query 
 uint64_t api_detail_cost(const tw_mesh *mesh, uint64_t points) {
   enum { POINT = 512 };
   uint64_t values = mesh->morph_count + mesh->skin.width,
-           point = POINT + 256 * (uint64_t)mesh->uv_set_count + 48 * values;
+           point = POINT + 256 * channel_count(mesh) + 48 * values;
   for (uint32_t i = 0; i < mesh->attribute_count; i++) point += 16 * (uint64_t)mesh->attributes[i].width;
   for (uint32_t i = 0; i < mesh->detail_count; i++)
     if (mesh->details[i].vertex_count > points) points = mesh->details[i].vertex_count;

@@ -147,6 +147,31 @@ static float *mix_points(const maker *m, const float *rows, uint32_t width) {
   return out;
 }
 
+/* The term of the greatest weight, the first of equal ones. */
+static const tw_term *heaviest(const tw_term *terms, uint32_t count) {
+  const tw_term *out = terms;
+  for (uint32_t i = 1; i < count; i++)
+    if (terms[i].weight > out->weight) out = &terms[i];
+  return out;
+}
+
+/* Mixes the values of an attribute of points; whole numbers are those of the heaviest term. NULL without
+ * memory. */
+static float *mix_attribute(const maker *m, const tw_attribute *from) {
+  const tw_change *c = m->change;
+  uint32_t width = from->width;
+  if (from->numbers == TW_NUMBERS_REAL) return mix_points(m, from->values, width);
+  float *out = tw_arena_alloc_raw(m->arena, (size_t)c->point_count * width, sizeof *out);
+  for (uint32_t p = 0; out && p < c->point_count; p++) {
+    uint32_t count;
+    tw_term single;
+    const tw_term *terms = terms_of(c, c->point_parents[p], m->from->point_count, &single, &count);
+    memcpy(out + (size_t)width * p, from->values + (size_t)width * heaviest(terms, count)->index,
+           width * sizeof *out);
+  }
+  return out;
+}
+
 /* ---- skin weights -------------------------------------------------------------------------------------- */
 
 typedef struct pull {
@@ -226,7 +251,8 @@ static bool make_points(const maker *m) {
   bool has_room = to->positions && attributes && morphs && mix_skin(m);
   for (uint32_t i = 0; has_room && i < from->attribute_count; i++) {
     attributes[i] = from->attributes[i];
-    attributes[i].values = mix_points(m, from->attributes[i].values, from->attributes[i].width);
+    if (attributes[i].corners) continue; /* make_channels makes these */
+    attributes[i].values = mix_attribute(m, &from->attributes[i]);
     has_room = attributes[i].values != NULL;
   }
   for (uint32_t i = 0; has_room && i < from->morph_count; i++) {
@@ -256,7 +282,7 @@ static bool make_faces(const maker *m) {
   return tw_mesh_take_faces(to, from, c->face_parents, c->face_count, m->arena) == TW_OK;
 }
 
-/* ---- texture coordinates ------------------------------------------------------------------------------- */
+/* ---- values of corners --------------------------------------------------------------------------------- */
 
 /* A new corner whose value is a mean. Such corners of one point share a value where the first and the last
  * terms of their means had the same values. So a seam continues, and the two sides of an edge that is no seam
@@ -273,14 +299,14 @@ static int compare_means(const void *left, const void *right) {
   return a->corner < b->corner ? -1 : a->corner > b->corner;
 }
 
-/* The values of a UV set in the making. A corner's value is an old index, or the count of old values plus the
- * number of a new one. */
+/* The values of a channel in the making. A corner's value is an old index, or the count of old values plus
+ * the number of a new one. */
 typedef struct values {
   uint32_t *of_corner; /* [corner_count] */
   uint32_t *number;    /* [old value_count] new index, UINT32_MAX: no longer used */
   mean *means;         /* [mean_count] */
   uint32_t mean_count, new_count;
-  float (*fresh)[2]; /* [new_count] */
+  float *fresh; /* [new_count][width] */
 } values;
 
 static void values_deinit(values *v) {
@@ -291,27 +317,37 @@ static void values_deinit(values *v) {
 }
 
 /* Whether all corners of a mean have the same value. */
-static bool is_one_value(const tw_uv_set *set, const tw_term *terms, uint32_t count) {
+static bool is_one_value(const tw_channel *set, const tw_term *terms, uint32_t count) {
   for (uint32_t i = 1; i < count; i++)
     if (set->corners[terms[i].index] != set->corners[terms[0].index]) return false;
   return true;
 }
 
-static bool find_values(const maker *m, const tw_uv_set *set, values *v) {
+/* Whether a mean lies beyond its terms. A map goes on past the edge of a face; a colour does not. */
+static bool is_beyond(const tw_term *terms, uint32_t count) {
+  for (uint32_t i = 0; i < count; i++)
+    if (terms[i].weight < 0) return true;
+  return false;
+}
+
+/* is_map: the channel is a UV set. */
+static bool find_values(const maker *m, const tw_channel *set, bool is_map, values *v) {
   const tw_change *c = m->change;
   uint32_t mixes = 0;
   for (uint32_t i = 0; i < c->corner_count; i++) mixes += c->corner_parents[i] >= m->from->corner_count;
   v->of_corner = tw_alloc(c->corner_count, sizeof *v->of_corner);
   v->number = tw_alloc(set->value_count, sizeof *v->number);
   v->means = tw_alloc(mixes, sizeof *v->means);
-  v->fresh = tw_alloc(mixes, sizeof *v->fresh);
+  v->fresh = tw_alloc(mixes, set->width * sizeof *v->fresh);
   if (!v->of_corner || !v->number || !v->means || !v->fresh) return false;
   for (uint32_t i = 0; i < c->corner_count; i++) {
     uint32_t count;
     tw_term single;
     const tw_term *terms = terms_of(c, c->corner_parents[i], m->from->corner_count, &single, &count);
     uint32_t first = set->corners[terms[0].index], last = set->corners[terms[count - 1].index];
-    if (is_one_value(set, terms, count))
+    if (set->is_whole || (!is_map && is_beyond(terms, count)))
+      v->of_corner[i] = set->corners[heaviest(terms, count)->index];
+    else if (is_one_value(set, terms, count))
       v->of_corner[i] = first;
     else
       v->means[v->mean_count++] = (mean){c->corners[i], first, last, i};
@@ -319,7 +355,17 @@ static bool find_values(const maker *m, const tw_uv_set *set, values *v) {
   return true;
 }
 
-static void join_values(const maker *m, const tw_uv_set *set, values *v) {
+/* Writes the mean of the values at some corners. */
+static void write_mean(const tw_channel *set, const tw_term *terms, uint32_t count, float *out) {
+  double sum[4] = {0};
+  for (uint32_t i = 0; i < count; i++) {
+    const float *value = set->values + (size_t)set->width * set->corners[terms[i].index];
+    for (uint32_t k = 0; k < set->width; k++) sum[k] += terms[i].weight * (double)value[k];
+  }
+  for (uint32_t k = 0; k < set->width; k++) out[k] = within_limits(sum[k]);
+}
+
+static void join_values(const maker *m, const tw_channel *set, values *v) {
   const tw_change *c = m->change;
   qsort(v->means, v->mean_count, sizeof *v->means, compare_means);
   for (uint32_t i = 0; i < v->mean_count; i++) {
@@ -329,52 +375,56 @@ static void join_values(const maker *m, const tw_uv_set *set, values *v) {
       tw_term single;
       const tw_term *terms =
           terms_of(c, c->corner_parents[a->corner], m->from->corner_count, &single, &count);
-      double sum[2] = {0, 0};
-      for (uint32_t k = 0; k < 2 * count; k++)
-        sum[k % 2] +=
-            terms[k / 2].weight * (double)set->values[2 * (size_t)set->corners[terms[k / 2].index] + k % 2];
-      for (int k = 0; k < 2; k++) v->fresh[v->new_count][k] = within_limits(sum[k]);
-      v->new_count++;
+      write_mean(set, terms, count, v->fresh + (size_t)set->width * v->new_count++);
     }
     v->of_corner[a->corner] = set->value_count + v->new_count - 1;
   }
 }
 
 /* Writes the old values that corners still use, in their order, then the new ones. */
-static bool number_values(const maker *m, const tw_uv_set *from, values *v, tw_uv_set *to) {
+static bool number_values(const maker *m, const tw_channel *from, values *v, tw_channel *to) {
   uint32_t corner_count = m->change->corner_count, kept = 0;
+  size_t row = from->width * sizeof(float);
   memset(v->number, 0xFF, from->value_count * sizeof *v->number);
   for (uint32_t i = 0; i < corner_count; i++)
     if (v->of_corner[i] < from->value_count) v->number[v->of_corner[i]] = 0;
   for (uint32_t i = 0; i < from->value_count; i++)
     if (v->number[i] == 0) v->number[i] = kept++;
   uint32_t *corners = tw_arena_alloc_raw(m->arena, corner_count, sizeof *corners);
-  float *out = tw_arena_alloc_raw(m->arena, (size_t)kept + v->new_count, sizeof(float[2]));
+  float *out = tw_arena_alloc_raw(m->arena, (size_t)kept + v->new_count, row);
   if (!corners || !out) return false;
   for (uint32_t i = 0; i < from->value_count; i++)
     if (v->number[i] != UINT32_MAX)
-      memcpy(out + 2 * (size_t)v->number[i], from->values + 2 * (size_t)i, sizeof(float[2]));
-  if (v->new_count > 0) memcpy(out + 2 * (size_t)kept, v->fresh, v->new_count * sizeof *v->fresh);
+      memcpy(out + from->width * (size_t)v->number[i], from->values + from->width * (size_t)i, row);
+  if (v->new_count > 0) memcpy(out + from->width * (size_t)kept, v->fresh, v->new_count * row);
   for (uint32_t i = 0; i < corner_count; i++) {
     uint32_t value = v->of_corner[i];
     corners[i] = value < from->value_count ? v->number[value] : kept + (value - from->value_count);
   }
-  *to = (tw_uv_set){kept + v->new_count, out, corners};
+  *to = (tw_channel){from->width, kept + v->new_count, out, corners, from->is_whole};
   return true;
 }
 
-static bool make_uvs(const maker *m) {
-  bool has_room = true;
-  for (uint32_t s = 0; s < m->from->uv_set_count && has_room; s++) {
-    const tw_uv_set *set = &m->from->uv_sets[s];
-    values v = {0};
-    has_room = find_values(m, set, &v);
-    if (has_room) {
-      join_values(m, set, &v);
-      has_room = number_values(m, set, &v, &m->to->uv_sets[s]);
-    }
-    values_deinit(&v);
+static bool make_channel(const maker *m, const tw_channel *from, bool is_map, tw_channel *to) {
+  values v = {0};
+  bool has_room = find_values(m, from, is_map, &v);
+  if (has_room) {
+    join_values(m, from, &v);
+    has_room = number_values(m, from, &v, to);
   }
+  values_deinit(&v);
+  return has_room;
+}
+
+/* The mesh has its attributes already. */
+static bool make_channels(const maker *m) {
+  tw_channel channels[TW_CHANNELS_MAX], made[TW_CHANNELS_MAX];
+  uint32_t count = tw_mesh_channels(m->from, channels);
+  bool has_room = true;
+  for (uint32_t i = 0; i < count && has_room; i++)
+    has_room = make_channel(m, &channels[i], i < m->from->uv_set_count, &made[i]);
+  /* make_points has allocated the attributes of the mesh that is made. */
+  if (has_room) tw_mesh_set_channels(m->to, made, (tw_attribute *)m->to->attributes);
   return has_room;
 }
 
@@ -621,7 +671,7 @@ static bool name_made(const maker *m, tw_named *named) {
 static bool make_mesh(const maker *m) {
   *m->to = *m->from;
   tw_mesh_drop_normals(m->to);
-  return make_points(m) && make_faces(m) && make_uvs(m) && carry_creases(m) && carry_sharp_points(m) &&
+  return make_points(m) && make_faces(m) && make_channels(m) && carry_creases(m) && carry_sharp_points(m) &&
          carry_holes(m);
 }
 

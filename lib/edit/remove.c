@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "editor.h"
+#include "merge_points.h"
 #include "union_find.h"
 #include "weld.h"
 
@@ -150,7 +151,10 @@ static tw_status join_near(remover *r, const uint32_t *list, uint32_t count, dou
     if (point_of[i] == next) first[next++] = list[i];
     r->becomes[list[i]] = first[point_of[i]];
   }
-  return TW_OK;
+  bool parted[TW_ATTRIBUTES_MAX];
+  tw_status status =
+      tw_mesh_part_attributes(&r->editor->mesh, r->becomes, r->t->vertex_count, arena, parted, NULL);
+  return status == TW_OK ? TW_OK : tw_editor_no_memory(r->editor);
 }
 
 static tw_status join_all(remover *r, const uint32_t *list, uint32_t count, tw_term **terms,

@@ -499,7 +499,7 @@ tw_status tw_model_weld(tw_model *model, double distance, tw_error *error) {
   uint64_t dropped = 0;
   for (uint32_t i = 0; i < model->mesh_count; i++) {
     tw_merged merged;
-    tw_status status = tw_mesh_merge_within(&model->meshes[i], distance, &merged, error);
+    tw_status status = tw_mesh_merge_within(&model->meshes[i], distance, model->arena, &merged, error);
     if (status == TW_OK) status = check_details(model, i, error);
     if (status != TW_OK) return status;
     dropped += merged.faces;

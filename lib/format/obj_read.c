@@ -336,7 +336,7 @@ static tw_status close_seams(const tw_obj_reader *reader, tw_model *model) {
   for (uint32_t i = 0; i < model->mesh_count; i++) {
     tw_merged merged;
     uint32_t more;
-    tw_status status = tw_mesh_close_seams(&model->meshes[i], &merged, &more, reader->error);
+    tw_status status = tw_mesh_close_seams(&model->meshes[i], model->arena, &merged, &more, reader->error);
     if (status != TW_OK) return status;
     dropped += merged.faces;
     reversed += more;

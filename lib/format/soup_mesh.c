@@ -16,7 +16,7 @@ uint64_t tw_polygons_size(uint64_t vertex_count, uint64_t corner_count, uint64_t
                           uint32_t corner_values) {
   uint64_t vertex = (size_t)(2 * (3 + 4 + 2 + 3)) * sizeof(float) + 2 * sizeof(uint32_t);
   uint64_t values = corner_values > 0 ? (3 * corner_values + 8) * sizeof(float) : 0; /* as read, keys, kept */
-  return vertex * vertex_count + (3 * sizeof(uint32_t) + values) * corner_count +
+  return vertex * vertex_count + (4 * sizeof(uint32_t) + values) * corner_count +
          sizeof(uint32_t) * face_count + tw_weld_size((uint32_t)vertex_count, (uint32_t)corner_count);
 }
 
@@ -163,32 +163,32 @@ static tw_status drop_doubles(tw_polygons_read *read, tw_losses *losses, tw_erro
   return status;
 }
 
-/* points: [vertex_count] the point of each vertex, of `point_count` points. */
-static tw_status weld_uvs(const tw_soup *soup, const tw_polygons_read *read, const uint32_t *points,
-                          uint32_t point_count, tw_arena *arena, tw_uv_set *out, tw_error *error) {
+/* Makes the values of corners of what vertices have. points: [vertex_count] the point of each vertex, of
+ * `point_count` points. */
+static tw_status weld_values(const tw_soup *soup, const float *rows, uint32_t width, const uint32_t *points,
+                             uint32_t point_count, tw_arena *arena, tw_channel *out, tw_error *error) {
   uint32_t *number = tw_alloc(soup->vertex_count, sizeof *number), count = 0;
   uint32_t *corners = tw_arena_alloc_raw(arena, soup->corner_count, sizeof *corners);
   tw_status status = number && corners
-                         ? tw_weld_uvs(soup, points, point_count, read->uvs, number, &count, error)
+                         ? tw_weld_values(soup, points, point_count, rows, width, number, &count, error)
                          : tw_fail(error, TW_NO_MEMORY, "out of memory");
   if (status == TW_OK) {
     for (uint32_t c = 0; c < soup->corner_count; c++) corners[c] = number[soup->corners[c]];
-    float *values = gather(arena, read->uvs, 2, number, soup->vertex_count, count);
-    *out = (tw_uv_set){count, values, corners};
+    float *values = gather(arena, rows, width, number, soup->vertex_count, count);
+    *out = (tw_channel){width, count, values, corners, false};
     if (!values) status = tw_fail(error, TW_NO_MEMORY, "out of memory");
   }
   tw_free(number);
   return status;
 }
 
-/* Numbers the values of corners: corners at one point with equal values share one. points: the point of each
- * vertex. *numbers: [corner_count], *values: [*count][width], in the arena. */
+/* Makes the values of corners of what a file gives for each: corners at one point with equal values share
+ * one. points: the point of each vertex. rows: [corner_count][width]. */
 static tw_status share_values(const tw_polygons_read *read, const uint32_t *points, const float *rows,
-                              uint32_t width, tw_arena *arena, uint32_t **numbers, float **values,
-                              uint32_t *count, tw_error *error) {
+                              uint32_t width, tw_arena *arena, tw_channel *out, tw_error *error) {
   uint32_t corners = read->corner_count, wide = width + 2;
   float *keys = tw_alloc(corners, wide * sizeof *keys);
-  *numbers = tw_arena_alloc_raw(arena, corners, sizeof **numbers);
+  uint32_t *numbers = tw_arena_alloc_raw(arena, corners, sizeof *numbers), count = 0;
   for (uint32_t c = 0; keys && c < corners; c++) {
     float *key = keys + (size_t)wide * c;
     uint32_t point = points[read->corners[c]];
@@ -196,43 +196,76 @@ static tw_status share_values(const tw_polygons_read *read, const uint32_t *poin
     key[1] = (float)(point >> 16);
     memcpy(key + 2, rows + (size_t)width * c, width * sizeof *key);
   }
-  tw_status status = keys && *numbers ? tw_find_equal_rows(keys, wide, corners, *numbers, error)
-                                      : tw_fail(error, TW_NO_MEMORY, "out of memory");
+  tw_status status = keys && numbers ? tw_find_equal_rows(keys, wide, corners, numbers, error)
+                                     : tw_fail(error, TW_NO_MEMORY, "out of memory");
   tw_free(keys);
   if (status != TW_OK) return status;
-  *count = 0;
   for (uint32_t c = 0; c < corners; c++) /* the first corner with the values comes before the others */
-    (*numbers)[c] = (*numbers)[c] == c ? (*count)++ : (*numbers)[(*numbers)[c]];
-  *values = gather(arena, rows, width, *numbers, corners, *count);
-  return *values ? TW_OK : tw_fail(error, TW_NO_MEMORY, "out of memory");
+    numbers[c] = numbers[c] == c ? count++ : numbers[numbers[c]];
+  *out = (tw_channel){width, count, gather(arena, rows, width, numbers, corners, count), numbers, false};
+  return out->values ? TW_OK : tw_fail(error, TW_NO_MEMORY, "out of memory");
 }
 
-static tw_status share_uvs(const tw_polygons_read *read, const uint32_t *points, tw_arena *arena,
-                           tw_uv_set *out, tw_error *error) {
-  uint32_t *corners, count;
-  float *values;
-  tw_status status = share_values(read, points, read->corner_uvs, 2, arena, &corners, &values, &count, error);
-  if (status == TW_OK) *out = (tw_uv_set){count, values, corners};
-  return status;
+static tw_status add_uvs(const tw_polygons_read *read, const tw_soup *soup, const uint32_t *points,
+                         tw_arena *arena, tw_mesh *mesh, tw_error *error) {
+  tw_channel uvs;
+  if (!read->uvs && !read->corner_uvs) return TW_OK;
+  tw_status status = read->corner_uvs
+                         ? share_values(read, points, read->corner_uvs, 2, arena, &uvs, error)
+                         : weld_values(soup, read->uvs, 2, points, mesh->point_count, arena, &uvs, error);
+  if (status != TW_OK) return status;
+  mesh->uv_sets[0] = (tw_uv_set){uvs.value_count, uvs.values, uvs.corners};
+  mesh->uv_set_count = 1;
+  return TW_OK;
 }
 
-/* The colours of points: each takes that of its first corner; points without a face are white. NULL without
- * memory. */
-static float *point_colors(const tw_polygons_read *read, const uint32_t *points, uint32_t count,
-                           tw_arena *arena, tw_losses *losses) {
-  float *colors = tw_arena_alloc_raw(arena, count, 4 * sizeof *colors);
-  uint32_t several = 0;
-  for (size_t i = 0; colors && i < 4 * (size_t)count; i++) colors[i] = -1; /* none yet */
-  for (uint32_t c = 0; colors && c < read->corner_count; c++) {
-    float *color = colors + 4 * (size_t)points[read->corners[c]];
-    const float *own = read->corner_colors + 4 * (size_t)c;
-    several += color[0] >= 0 && memcmp(color, own, 4 * sizeof *own) != 0;
-    if (color[0] < 0) memcpy(color, own, 4 * sizeof *own);
+static tw_status set_corner_colors(tw_mesh *mesh, const tw_channel *colors, tw_arena *arena,
+                                   tw_error *error) {
+  tw_status status =
+      tw_mesh_set_corner_colors(mesh, colors->values, colors->value_count, colors->corners, arena);
+  return status == TW_OK ? status : tw_fail(error, status, "out of memory");
+}
+
+/* Colours are of points, unless corners at one point have several. Points without a face are white. */
+static tw_status share_colors(const tw_polygons_read *read, const uint32_t *points, tw_arena *arena,
+                              tw_mesh *mesh, tw_error *error) {
+  float *of_points = tw_arena_alloc_raw(arena, mesh->point_count, 4 * sizeof *of_points);
+  if (!of_points) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  for (size_t i = 0; i < 4 * (size_t)mesh->point_count; i++) of_points[i] = 1;
+  for (uint32_t c = read->corner_count; c-- > 0;)
+    memcpy(of_points + 4 * (size_t)points[read->corners[c]], read->corner_colors + 4 * (size_t)c,
+           4 * sizeof *of_points);
+  bool parted = false;
+  for (uint32_t c = 0; c < read->corner_count && !parted; c++)
+    parted = tw_compare_floats(of_points + 4 * (size_t)points[read->corners[c]],
+                               read->corner_colors + 4 * (size_t)c, 4) != 0;
+  tw_channel colors;
+  if (!parted)
+    return tw_mesh_set_colors(mesh, of_points, arena) == TW_OK
+               ? TW_OK
+               : tw_fail(error, TW_NO_MEMORY, "out of memory");
+  tw_status status = share_values(read, points, read->corner_colors, 4, arena, &colors, error);
+  return status == TW_OK ? set_corner_colors(mesh, &colors, arena, error) : status;
+}
+
+/* Colours are of points, unless vertices of one point have several. */
+static tw_status add_colors(const tw_polygons_read *read, const tw_soup *soup, const uint32_t *points,
+                            tw_arena *arena, tw_mesh *mesh, tw_error *error) {
+  if (read->corner_colors) return share_colors(read, points, arena, mesh, error);
+  if (!read->colors) return TW_OK;
+  uint32_t count = mesh->point_count, *first = tw_alloc(count, sizeof *first);
+  if (!first) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  for (uint32_t v = read->vertex_count; v-- > 0;) first[points[v]] = v;
+  bool parted = tw_values_part(points, read->vertex_count, first, read->colors, 4);
+  tw_free(first);
+  if (parted) {
+    tw_channel colors;
+    tw_status status = weld_values(soup, read->colors, 4, points, count, arena, &colors, error);
+    return status == TW_OK ? set_corner_colors(mesh, &colors, arena, error) : status;
   }
-  for (size_t i = 0; colors && i < 4 * (size_t)count; i++)
-    if (colors[i] < 0) colors[i] = 1;
-  tw_lose(losses, "corners of faces lose their colour", "each point keeps the first one", several, 0);
-  return colors;
+  const float *colors = gather(arena, read->colors, 4, points, read->vertex_count, count);
+  if (colors && tw_mesh_set_colors(mesh, colors, arena) == TW_OK) return TW_OK;
+  return tw_fail(error, TW_NO_MEMORY, "out of memory");
 }
 
 /* Keeps a normal for each vertex: normals are not welded. */
@@ -249,29 +282,16 @@ static tw_status keep_normals(const tw_polygons_read *read, tw_arena *arena, tw_
 
 /* points: [vertex_count] the point of each vertex, of `count` points. */
 static tw_status fill_mesh(const tw_polygons_read *read, const tw_soup *soup, const uint32_t *points,
-                           uint32_t count, tw_model *model, tw_losses *losses, tw_error *error) {
+                           uint32_t count, tw_model *model, tw_error *error) {
   tw_mesh *mesh = model->meshes;
   mesh->point_count = count;
   mesh->positions = gather(model->arena, read->positions, 3, points, read->vertex_count, count);
-  const float *colors = NULL;
-  if (read->corner_colors)
-    colors = point_colors(read, points, count, model->arena, losses);
-  else if (read->colors)
-    colors = gather(model->arena, read->colors, 4, points, read->vertex_count, count);
-  bool complete = mesh->positions && (!(read->colors || read->corner_colors) || colors);
-  if (complete && colors) complete = tw_mesh_set_colors(mesh, colors, model->arena) == TW_OK;
-  if (!complete) return tw_fail(error, TW_NO_MEMORY, "out of memory");
-  if (read->uvs || read->corner_uvs) {
-    tw_status status = read->corner_uvs
-                           ? share_uvs(read, points, model->arena, &mesh->uv_sets[0], error)
-                           : weld_uvs(soup, read, points, count, model->arena, &mesh->uv_sets[0], error);
-    if (status != TW_OK) return status;
-    mesh->uv_set_count = 1;
-  }
-  if (read->normals && read->corner_count > 0) {
-    tw_status status = keep_normals(read, model->arena, &mesh->normals, error);
-    if (status != TW_OK) return status;
-  }
+  if (!mesh->positions) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  tw_status status = add_colors(read, soup, points, model->arena, mesh, error);
+  if (status == TW_OK) status = add_uvs(read, soup, points, model->arena, mesh, error);
+  if (status == TW_OK && read->normals && read->corner_count > 0)
+    status = keep_normals(read, model->arena, &mesh->normals, error);
+  if (status != TW_OK) return status;
   for (uint32_t c = 0; c < read->corner_count; c++) read->corners[c] = points[read->corners[c]];
   mesh->face_count = read->face_count;
   mesh->corner_count = read->corner_count;
@@ -330,7 +350,7 @@ tw_status tw_model_of_polygons(tw_polygons_read *read, tw_weld weld, tw_model *m
     model->mesh_count = 1;
     tw_mesh_init(model->meshes);
     model->meshes->welded_points = read->vertex_count - welded.point_count;
-    status = fill_mesh(read, &soup, points, welded.point_count, model, losses, error);
+    status = fill_mesh(read, &soup, points, welded.point_count, model, error);
     if (welded.reversed_edges > 0) tw_model_warn(model, TW_REVERSED_WARNING, welded.reversed_edges);
   }
   tw_free(points);

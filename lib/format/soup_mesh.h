@@ -23,8 +23,8 @@ typedef struct tw_polygons_read {
 
 /* Makes the only mesh of the model. Drops corners that are at the place of the corner before them, and faces
  * left with fewer than three different places, and faces that are listed again, and notes them as losses;
- * then welds vertices as tw_weld_points does, unless `weld` is TW_WELD_NONE. A point has the colour of its
- * first vertex, or of its first corner. TW_NO_MEMORY. */
+ * then welds vertices as tw_weld_points does, unless `weld` is TW_WELD_NONE. Where vertices or
+ * corners at one point have different colours, the mesh has colours of corners. TW_NO_MEMORY. */
 tw_status tw_model_of_polygons(tw_polygons_read *read, tw_weld weld, tw_model *model, tw_losses *losses,
                                tw_error *error);
 

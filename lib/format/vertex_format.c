@@ -15,6 +15,8 @@ static const coding_facts FACTS[] = {
     [TW_CODED_ROUNDED_JOINTS] = {5123, 2, false}, [TW_CODED_SMALL_JOINTS] = {5121, 1, false},
     [TW_CODED_WEIGHTS] = {5121, 1, true},         [TW_CODED_PLACES] = {5122, 2, true},
     [TW_CODED_UNITS] = {5120, 1, true},           [TW_CODED_FRACTIONS] = {5123, 2, true},
+    [TW_CODED_INT8] = {5120, 1, false},           [TW_CODED_UINT8] = {5121, 1, false},
+    [TW_CODED_INT16] = {5122, 2, false},          [TW_CODED_UINT16] = {5123, 2, false},
 };
 
 uint32_t tw_vertex_field_size(const tw_vertex_field *field) {
@@ -59,6 +61,19 @@ static void add_influences(const tw_surface_layout *layout, const tw_vertex_codi
   }
 }
 
+static tw_vertex_coding coding_of(const tw_attribute *attribute, tw_vertex_coding color) {
+  if (attribute->is_color) return color;
+  switch (attribute->numbers) {
+  case TW_NUMBERS_REAL:
+  case TW_NUMBERS_WHOLE: return TW_CODED_FLOATS;
+  case TW_NUMBERS_INT8: return TW_CODED_INT8;
+  case TW_NUMBERS_UINT8: return TW_CODED_UINT8;
+  case TW_NUMBERS_INT16: return TW_CODED_INT16;
+  case TW_NUMBERS_UINT16: return TW_CODED_UINT16;
+  }
+  return TW_CODED_FLOATS;
+}
+
 uint32_t tw_vertex_fields(const tw_mesh *mesh, const tw_surface_layout *layout,
                           const tw_vertex_codings *codings, tw_vertex_field fields[TW_VERTEX_FIELDS_MAX]) {
   static const char *const uvs[TW_UV_SETS_MAX] = {"TEXCOORD_0", "TEXCOORD_1", "TEXCOORD_2", "TEXCOORD_3"};
@@ -70,8 +85,7 @@ uint32_t tw_vertex_fields(const tw_mesh *mesh, const tw_surface_layout *layout,
     add_field(uvs[set], codings->uvs[set], layout->uvs[set], 2, fields, &count);
   for (uint32_t i = 0; i < layout->attribute_count; i++) {
     const tw_attribute *own = &mesh->attributes[i];
-    add_field(own->name, own->is_color ? codings->color : TW_CODED_FLOATS, layout->attributes[i], own->width,
-              fields, &count);
+    add_field(own->name, coding_of(own, codings->color), layout->attributes[i], own->width, fields, &count);
   }
   add_influences(layout, codings, fields, &count);
   return count;
@@ -144,6 +158,15 @@ static void write_places(const tw_vertex_field *field, const float *values, uint
   }
 }
 
+/* Writes whole numbers as the low bytes of 32 bits, which are those of a shorter integer of either sign. */
+static void write_whole(const tw_vertex_field *field, const float *values, uint8_t *out) {
+  uint32_t size = FACTS[field->coding].size;
+  for (uint32_t i = 0; i < field->width; i++) {
+    uint32_t bits = (uint32_t)(int32_t)values[i];
+    for (uint32_t k = 0; k < size; k++) out[size * i + k] = (uint8_t)(bits >> 8 * k);
+  }
+}
+
 static void write_field(const tw_vertex_field *field, const float *row, uint8_t *out) {
   const float *values = row + field->column;
   switch (field->coding) {
@@ -162,6 +185,10 @@ static void write_field(const tw_vertex_field *field, const float *row, uint8_t 
       memcpy(out + 2 * (size_t)i, &fraction, sizeof fraction);
     }
     return;
+  case TW_CODED_INT8:
+  case TW_CODED_UINT8:
+  case TW_CODED_INT16:
+  case TW_CODED_UINT16: write_whole(field, values, out); return;
   }
 }
 

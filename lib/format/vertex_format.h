@@ -13,7 +13,11 @@ typedef enum tw_vertex_coding {
   TW_CODED_WEIGHTS,        /* bytes, 255 for 1; their sum is 255 */
   TW_CODED_PLACES,         /* shorts, 32767 for origin + scale: positions and displacements */
   TW_CODED_UNITS,          /* bytes, 127 for 1: unit vectors */
-  TW_CODED_FRACTIONS       /* unsigned shorts, 65535 for 1: numbers from 0 to 1 */
+  TW_CODED_FRACTIONS,      /* unsigned shorts, 65535 for 1: numbers from 0 to 1 */
+  TW_CODED_INT8,           /* whole numbers, as they are */
+  TW_CODED_UINT8,
+  TW_CODED_INT16,
+  TW_CODED_UINT16
 } tw_vertex_coding;
 
 enum {
@@ -33,7 +37,7 @@ typedef struct tw_vertex_field {
   float origin[3], scale; /* of TW_CODED_PLACES */
 } tw_vertex_field;
 
-/* How each attribute is coded; an application's own are floats. */
+/* How each attribute is coded; an application's own are floats, or the whole numbers that they were. */
 typedef struct tw_vertex_codings {
   tw_vertex_coding position, normal, tangent, uvs[TW_UV_SETS_MAX], color, joints, weights;
 } tw_vertex_codings;

@@ -1,4 +1,5 @@
-/* Merges points of a mesh within the mesh's own arrays: the result is never larger. A reader has just filled
+/* Merges points of a mesh within the mesh's own arrays: the result is never larger, but for attributes that
+ * differ at points which become one. A reader has just filled
  * the arrays and nothing else refers to them, so casting away their const and overwriting them is safe. */
 #include "merge_points.h"
 
@@ -11,6 +12,65 @@ static tw_status no_memory(tw_error *error) {
   return tw_fail(error, TW_NO_MEMORY, "out of memory");
 }
 
+/* ---- attributes ------------------------------------------------------------------------------- */
+
+/* Gives an attribute of points values of corners. number: [point_count] scratch; others as in
+ * tw_mesh_part_attributes. */
+static tw_status part_attribute(const tw_mesh *mesh, const uint32_t *point_of, uint32_t count,
+                                tw_arena *arena, uint32_t *number, tw_attribute *attribute, tw_error *error) {
+  const tw_soup soup = {.vertex_count = mesh->point_count,
+                        .positions = mesh->positions,
+                        .face_count = mesh->face_count,
+                        .corner_count = mesh->corner_count,
+                        .face_offsets = mesh->face_offsets,
+                        .corners = mesh->corners};
+  uint32_t values_made, width = attribute->width;
+  tw_status status =
+      tw_weld_values(&soup, point_of, count, attribute->values, width, number, &values_made, error);
+  if (status != TW_OK) return status;
+  float *values = tw_arena_alloc_raw(arena, values_made, width * sizeof *values);
+  uint32_t *corners = tw_arena_alloc_raw(arena, mesh->corner_count, sizeof *corners);
+  if (!values || !corners) return no_memory(error);
+  for (uint32_t p = mesh->point_count; p-- > 0;)
+    memcpy(values + width * (size_t)number[p], attribute->values + width * (size_t)p, width * sizeof *values);
+  for (uint32_t c = 0; c < mesh->corner_count; c++) corners[c] = number[mesh->corners[c]];
+  attribute->values = values;
+  attribute->value_count = values_made;
+  attribute->corners = corners;
+  return TW_OK;
+}
+
+/* first, number: [point_count] scratch. */
+static tw_status part_all(tw_mesh *mesh, const uint32_t *point_of, uint32_t count, tw_arena *arena,
+                          uint32_t *first, uint32_t *number, bool *parted, tw_error *error) {
+  tw_attribute *attributes = tw_arena_alloc(arena, mesh->attribute_count, sizeof *attributes);
+  if (!attributes) return no_memory(error);
+  for (uint32_t p = mesh->point_count; p-- > 0;) first[point_of[p]] = p;
+  for (uint32_t i = 0; i < mesh->attribute_count; i++) {
+    tw_attribute *own = &attributes[i];
+    *own = mesh->attributes[i];
+    parted[i] = !own->corners && tw_values_part(point_of, mesh->point_count, first, own->values, own->width);
+    tw_status status = parted[i] ? part_attribute(mesh, point_of, count, arena, number, own, error) : TW_OK;
+    if (status != TW_OK) return status;
+  }
+  mesh->attributes = attributes;
+  return TW_OK;
+}
+
+tw_status tw_mesh_part_attributes(tw_mesh *mesh, const uint32_t *point_of, uint32_t count, tw_arena *arena,
+                                  bool *parted, tw_error *error) {
+  if (mesh->attribute_count == 0) return TW_OK;
+  uint32_t *first = tw_alloc(mesh->point_count, sizeof *first),
+           *number = tw_alloc(mesh->point_count, sizeof *number);
+  tw_status status = first && number ? part_all(mesh, point_of, count, arena, first, number, parted, error)
+                                     : no_memory(error);
+  tw_free(first);
+  tw_free(number);
+  return status;
+}
+
+/* ---- a merge ---------------------------------------------------------------------------------- */
+
 /* A merge under way. */
 typedef struct merger {
   tw_mesh *mesh;
@@ -18,29 +78,48 @@ typedef struct merger {
   uint32_t point_count;     /* after the merge */
   uint32_t *seen;           /* [point_count after] 1 + the last face that has the point */
   uint32_t *face_of;        /* [face_count before] new index of each face, UINT32_MAX when it is dropped */
-  uint32_t *uvs[TW_UV_SETS_MAX]; /* [value_count] of each UV set: the first value equal to each */
+  tw_arena *arena;
+  tw_mesh made; /* the mesh with attributes that are right once points are merged */
+  uint32_t channel_count;
+  tw_channel channels[TW_CHANNELS_MAX]; /* of `made` */
+  /* [value_count] of each channel: the first value equal to each; NULL: all of its values stay. */
+  uint32_t *equal[TW_CHANNELS_MAX];
 } merger;
 
 static void merger_deinit(merger *m) {
   tw_free(m->seen);
   tw_free(m->face_of);
-  for (uint32_t s = 0; s < TW_UV_SETS_MAX; s++) tw_free(m->uvs[s]);
+  for (uint32_t i = 0; i < TW_CHANNELS_MAX; i++) tw_free(m->equal[i]);
+}
+
+/* Finds equal values of the channels that the mesh has. Values of attributes that were parted are welded
+ * already. */
+static tw_status find_equal(merger *m, const bool *parted, tw_error *error) {
+  m->channel_count = tw_mesh_channels(&m->made, m->channels);
+  tw_status status = TW_OK;
+  for (uint32_t i = 0, a = 0; i < m->channel_count && status == TW_OK; i++) {
+    const tw_channel *channel = &m->channels[i];
+    if (i >= m->made.uv_set_count) {
+      while (!m->made.attributes[a].corners) a++;
+      if (parted[a++]) continue;
+    }
+    m->equal[i] = tw_alloc(channel->value_count, sizeof *m->equal[i]);
+    if (!m->equal[i]) return no_memory(error);
+    status = tw_find_equal_rows(channel->values, channel->width, channel->value_count, m->equal[i], error);
+  }
+  return status;
 }
 
 /* Does everything that can fail, before the mesh is touched. */
 static tw_status merger_init(merger *m, tw_error *error) {
   const tw_mesh *mesh = m->mesh;
+  bool parted[TW_ATTRIBUTES_MAX];
+  m->made = *mesh;
   m->seen = tw_alloc_zero(m->point_count, sizeof *m->seen);
   m->face_of = tw_alloc(mesh->face_count, sizeof *m->face_of);
   if (!m->seen || !m->face_of) return no_memory(error);
-  for (uint32_t s = 0; s < mesh->uv_set_count; s++) {
-    const tw_uv_set *set = &mesh->uv_sets[s];
-    m->uvs[s] = tw_alloc(set->value_count, sizeof *m->uvs[s]);
-    if (!m->uvs[s]) return no_memory(error);
-    tw_status status = tw_find_equal_rows(set->values, 2, set->value_count, m->uvs[s], error);
-    if (status != TW_OK) return status;
-  }
-  return TW_OK;
+  tw_status status = tw_mesh_part_attributes(&m->made, m->point_of, m->point_count, m->arena, parted, error);
+  return status == TW_OK ? find_equal(m, parted, error) : status;
 }
 
 /* ---- points ----------------------------------------------------------------------------------- */
@@ -56,7 +135,8 @@ static void keep_points(const merger *m) {
   const tw_mesh *mesh = m->mesh;
   keep_rows(m, mesh->positions, 3 * sizeof(float));
   for (uint32_t i = 0; i < mesh->attribute_count; i++)
-    keep_rows(m, mesh->attributes[i].values, mesh->attributes[i].width * sizeof(float));
+    if (!mesh->attributes[i].corners)
+      keep_rows(m, mesh->attributes[i].values, mesh->attributes[i].width * sizeof(float));
   keep_rows(m, mesh->skin.joints, mesh->skin.width * sizeof(uint16_t));
   keep_rows(m, mesh->skin.weights, mesh->skin.width * sizeof(float));
   for (uint32_t t = 0; t < mesh->morph_count; t++) keep_rows(m, mesh->morphs[t], 3 * sizeof(float));
@@ -68,8 +148,10 @@ static void copy_corner(const merger *m, uint32_t from, uint32_t to) {
   tw_mesh *mesh = m->mesh;
   ((uint32_t *)mesh->corners)[to] = m->point_of[mesh->corners[from]];
   if (mesh->normals.corners) ((uint32_t *)mesh->normals.corners)[to] = mesh->normals.corners[from];
-  for (uint32_t s = 0; s < mesh->uv_set_count; s++)
-    ((uint32_t *)mesh->uv_sets[s].corners)[to] = m->uvs[s][mesh->uv_sets[s].corners[from]];
+  for (uint32_t i = 0; i < m->channel_count; i++) {
+    uint32_t *corners = (uint32_t *)m->channels[i].corners, value = corners[from];
+    corners[to] = m->equal[i] ? m->equal[i][value] : value;
+  }
 }
 
 /* Moves a face's corners to `start`, dropping each whose point equals the corner's before it. Returns where
@@ -135,14 +217,15 @@ static void keep_tags(const merger *m) {
 
 /* point_of: [point_count] the new index of each point; the `count` new points are numbered by their first old
  * point. */
-static tw_status merge(tw_mesh *mesh, const uint32_t *point_of, uint32_t count, tw_merged *out,
-                       tw_error *error) {
+static tw_status merge(tw_mesh *mesh, const uint32_t *point_of, uint32_t count, tw_arena *arena,
+                       tw_merged *out, tw_error *error) {
   *out = (tw_merged){0};
   if (count == mesh->point_count) return TW_OK;
-  merger m = {.mesh = mesh, .point_of = point_of, .point_count = count};
+  merger m = {.mesh = mesh, .point_of = point_of, .point_count = count, .arena = arena};
   tw_status status = merger_init(&m, error);
   if (status == TW_OK) {
     uint32_t faces = mesh->face_count;
+    mesh->attributes = m.made.attributes;
     keep_faces(&m);
     keep_tags(&m);
     keep_points(&m);
@@ -168,7 +251,8 @@ static int compare_points(const void *context, uint32_t a, uint32_t b) {
   return order;
 }
 
-tw_status tw_mesh_close_seams(tw_mesh *mesh, tw_merged *out, uint32_t *reversed, tw_error *error) {
+tw_status tw_mesh_close_seams(tw_mesh *mesh, tw_arena *arena, tw_merged *out, uint32_t *reversed,
+                              tw_error *error) {
   const tw_soup soup = {.vertex_count = mesh->point_count,
                         .positions = mesh->positions,
                         .face_count = mesh->face_count,
@@ -180,18 +264,19 @@ tw_status tw_mesh_close_seams(tw_mesh *mesh, tw_merged *out, uint32_t *reversed,
   uint32_t *point_of = tw_alloc(mesh->point_count, sizeof *point_of);
   tw_welded welded = {0};
   tw_status status = point_of ? tw_weld_points(&soup, point_of, &welded, error) : no_memory(error);
-  if (status == TW_OK) status = merge(mesh, point_of, welded.point_count, out, error);
+  if (status == TW_OK) status = merge(mesh, point_of, welded.point_count, arena, out, error);
   *reversed = welded.reversed_edges;
   tw_free(point_of);
   return status;
 }
 
-tw_status tw_mesh_merge_within(tw_mesh *mesh, double distance, tw_merged *out, tw_error *error) {
+tw_status tw_mesh_merge_within(tw_mesh *mesh, double distance, tw_arena *arena, tw_merged *out,
+                               tw_error *error) {
   uint32_t *point_of = tw_alloc(mesh->point_count, sizeof *point_of), count = 0;
   tw_status status =
       point_of ? tw_weld_within(mesh->positions, mesh->point_count, distance, point_of, &count, error)
                : no_memory(error);
-  if (status == TW_OK) status = merge(mesh, point_of, count, out, error);
+  if (status == TW_OK) status = merge(mesh, point_of, count, arena, out, error);
   tw_free(point_of);
   return status;
 }

@@ -17,16 +17,25 @@ typedef struct tw_merged {
   uint32_t faces;  /* dropped: fewer than three different points were left */
 } tw_merged;
 
+/* Gives attributes of points values of corners where they differ at points that become one. point_of:
+ * [point_count] the points with one number become one; numbers are below `count`. Arrays live in the arena.
+ * parted: [attribute_count] receives which attributes these are. TW_NO_MEMORY: the mesh is unchanged. */
+tw_status tw_mesh_part_attributes(tw_mesh *mesh, const uint32_t *point_of, uint32_t count, tw_arena *arena,
+                                  bool *parted, tw_error *error);
+
 /* Joins border edges of a checked mesh as tw_weld_points does. Nothing else may refer to the mesh yet, and it
- * must have no tags on edges, points or faces. A merged point takes the attributes of its first point; equal
- * texture coordinates become one value. *reversed: edges whose two faces are wound against each other;
+ * must have no tags on edges, points or faces. Attributes that differ at
+ * points which become one get values of corners, whose arrays live in the arena; equal texture coordinates
+ * become one value. *reversed: edges whose two faces are wound against each other;
  * warning about them is the caller's task. O(n log n) at worst, and quick where no two points share a place.
  * TW_NO_MEMORY: the mesh is unchanged. */
-tw_status tw_mesh_close_seams(tw_mesh *mesh, tw_merged *out, uint32_t *reversed, tw_error *error);
+tw_status tw_mesh_close_seams(tw_mesh *mesh, tw_arena *arena, tw_merged *out, uint32_t *reversed,
+                              tw_error *error);
 
 /* Merges points within a distance of each other as tw_weld_within does; 0 merges points at the same place.
  * Tags follow their points and faces. */
-tw_status tw_mesh_merge_within(tw_mesh *mesh, double distance, tw_merged *out, tw_error *error);
+tw_status tw_mesh_merge_within(tw_mesh *mesh, double distance, tw_arena *arena, tw_merged *out,
+                               tw_error *error);
 
 #ifdef __cplusplus
 }

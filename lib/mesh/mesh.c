@@ -13,13 +13,57 @@ void tw_mesh_init(tw_mesh *mesh) {
   mesh->tag_boundary = mesh->tag_uv = mesh->tag_creasing = mesh->tag_triangles = TW_TAG_UNSET;
 }
 
-tw_status tw_mesh_set_colors(tw_mesh *mesh, const float *colors, tw_arena *arena) {
+static tw_status set_color(tw_mesh *mesh, const tw_attribute *color, tw_arena *arena) {
   tw_attribute *attribute = tw_arena_alloc(arena, 1, sizeof *attribute);
   if (!attribute) return TW_NO_MEMORY;
-  *attribute = (tw_attribute){.name = "COLOR_0", .width = 4, .is_color = true, .values = colors};
+  *attribute = *color;
   mesh->attributes = attribute;
   mesh->attribute_count = 1;
   return TW_OK;
+}
+
+tw_status tw_mesh_set_colors(tw_mesh *mesh, const float *colors, tw_arena *arena) {
+  const tw_attribute color = {.name = "COLOR_0", .width = 4, .is_color = true, .values = colors};
+  return set_color(mesh, &color, arena);
+}
+
+tw_status tw_mesh_set_corner_colors(tw_mesh *mesh, const float *colors, uint32_t color_count,
+                                    const uint32_t *corners, tw_arena *arena) {
+  const tw_attribute color = {.name = "COLOR_0",
+                              .width = 4,
+                              .is_color = true,
+                              .values = colors,
+                              .value_count = color_count,
+                              .corners = corners};
+  return set_color(mesh, &color, arena);
+}
+
+uint32_t tw_mesh_channels(const tw_mesh *mesh, tw_channel out[TW_CHANNELS_MAX]) {
+  uint32_t count = 0;
+  for (uint32_t i = 0; i < mesh->uv_set_count; i++) {
+    const tw_uv_set *set = &mesh->uv_sets[i];
+    out[count++] = (tw_channel){2, set->value_count, set->values, set->corners, false};
+  }
+  for (uint32_t i = 0; i < mesh->attribute_count; i++) {
+    const tw_attribute *a = &mesh->attributes[i];
+    if (!a->corners) continue;
+    out[count++] =
+        (tw_channel){a->width, a->value_count, a->values, a->corners, a->numbers != TW_NUMBERS_REAL};
+  }
+  return count;
+}
+
+void tw_mesh_set_channels(tw_mesh *mesh, const tw_channel *channels, tw_attribute *attributes) {
+  for (uint32_t i = 0; i < mesh->uv_set_count; i++, channels++)
+    mesh->uv_sets[i] = (tw_uv_set){channels->value_count, channels->values, channels->corners};
+  for (uint32_t i = 0; i < mesh->attribute_count; i++) {
+    if (!attributes[i].corners) continue;
+    attributes[i].value_count = channels->value_count;
+    attributes[i].values = channels->values;
+    attributes[i].corners = channels->corners;
+    channels++;
+  }
+  mesh->attributes = attributes;
 }
 
 /* Copies row parents[i] to row i. NULL where rows is NULL, or without memory. */
@@ -176,7 +220,10 @@ static tw_status check_point_data(const tw_mesh *mesh, tw_error *error) {
     const tw_attribute *attribute = &mesh->attributes[i];
     char name[sizeof error->pointer];
     print_token(attribute->name, sizeof name, name);
-    status = check_finite(attribute->values, mesh->point_count, attribute->width, name, error);
+    uint32_t count = attribute->corners ? attribute->value_count : mesh->point_count;
+    status = check_finite(attribute->values, count, attribute->width, name, error);
+    for (uint32_t c = 0; attribute->corners && c < mesh->corner_count && status == TW_OK; c++)
+      status = check_index(attribute->corners[c], attribute->value_count, name, error);
   }
   if (status == TW_OK && mesh->skin.joints)
     status = check_finite(mesh->skin.weights, mesh->point_count, mesh->skin.width, "weights", error);

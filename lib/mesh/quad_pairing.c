@@ -36,8 +36,19 @@ typedef struct junction {
 
 enum { PATTERNS = 9, NO_PATTERN = PATTERNS };
 
-/* False when the triangles share no whole edge, or the edge has to stay: it parts materials, UVs, or
- * normals. */
+/* Whether two corners of a point have different texture coordinates or attributes. */
+static bool values_part(const tw_mesh *mesh, uint32_t a, uint32_t b) {
+  for (uint32_t set = 0; set < mesh->uv_set_count; set++)
+    if (mesh->uv_sets[set].corners[a] != mesh->uv_sets[set].corners[b]) return true;
+  for (uint32_t i = 0; i < mesh->attribute_count; i++) {
+    const uint32_t *corners = mesh->attributes[i].corners;
+    if (corners && corners[a] != corners[b]) return true;
+  }
+  return false;
+}
+
+/* False when the triangles share no whole edge, or the edge has to stay: it parts materials, UVs, attributes
+ * or normals. */
 static bool find_junction(const tw_mesh *mesh, uint32_t face, uint32_t other, junction *out) {
   if (face_size(mesh, face) != 3 || face_size(mesh, other) != 3) return false;
   if (mesh->face_materials && mesh->face_materials[face] != mesh->face_materials[other]) return false;
@@ -46,10 +57,7 @@ static bool find_junction(const tw_mesh *mesh, uint32_t face, uint32_t other, ju
     for (uint32_t j = 0; j < 3; j++) {
       uint32_t a = first + i, b = first + (i + 1) % 3, c = second + j, d = second + (j + 1) % 3;
       if (mesh->corners[a] != mesh->corners[d] || mesh->corners[b] != mesh->corners[c]) continue;
-      for (uint32_t set = 0; set < mesh->uv_set_count; set++) {
-        const uint32_t *uvs = mesh->uv_sets[set].corners;
-        if (uvs[a] != uvs[d] || uvs[b] != uvs[c]) return false;
-      }
+      if (values_part(mesh, a, d) || values_part(mesh, b, c)) return false;
       if (tw_corners_part(mesh, a, d) || tw_corners_part(mesh, b, c)) return false;
       uint32_t apex = second + (j + 2) % 3;
       if (mesh->corners[apex] == mesh->corners[first + (i + 2) % 3]) return false;
@@ -281,13 +289,15 @@ static void pairing_deinit(pairing *p) {
 /* The faces after joining; each array has exactly the room that they need. */
 typedef struct joined_faces {
   uint32_t face_count, corner_count;
-  uint32_t *offsets, *corners, *normals, *uvs[TW_UV_SETS_MAX];
+  uint32_t *offsets, *corners, *normals, *values[TW_CHANNELS_MAX];
   int32_t *materials;
+  uint32_t channel_count;
+  tw_channel channels[TW_CHANNELS_MAX]; /* of the mesh */
 } joined_faces;
 
 static void add_corner(const tw_mesh *mesh, joined_faces *out, uint32_t corner) {
-  for (uint32_t set = 0; set < mesh->uv_set_count; set++)
-    out->uvs[set][out->corner_count] = mesh->uv_sets[set].corners[corner];
+  for (uint32_t i = 0; i < out->channel_count; i++)
+    out->values[i][out->corner_count] = out->channels[i].corners[corner];
   if (mesh->normals.corners) out->normals[out->corner_count] = mesh->normals.corners[corner];
   out->corners[out->corner_count++] = mesh->corners[corner];
 }
@@ -316,9 +326,10 @@ static tw_status reserve_faces(const tw_mesh *mesh, tw_arena *arena, uint32_t pa
   bool enough = true;
   out->offsets = tw_arena_alloc(arena, faces + 1, sizeof *out->offsets);
   out->corners = tw_arena_alloc(arena, corners, sizeof *out->corners);
-  for (uint32_t set = 0; set < mesh->uv_set_count; set++) {
-    out->uvs[set] = tw_arena_alloc(arena, corners, sizeof *out->uvs[set]);
-    enough &= out->uvs[set] != NULL;
+  out->channel_count = tw_mesh_channels(mesh, out->channels);
+  for (uint32_t i = 0; i < out->channel_count; i++) {
+    out->values[i] = tw_arena_alloc(arena, corners, sizeof *out->values[i]);
+    enough &= out->values[i] != NULL;
   }
   out->normals = tw_arena_alloc(arena, mesh->normals.corners ? corners : 0, sizeof *out->normals);
   out->materials = tw_arena_alloc(arena, mesh->face_materials ? faces : 0, sizeof *out->materials);
@@ -330,13 +341,18 @@ static tw_status join_pairs(tw_mesh *mesh, const pairing *p, uint32_t pair_count
                             tw_error *error) {
   joined_faces out = {0};
   tw_status status = reserve_faces(mesh, arena, pair_count, &out, error);
+  tw_attribute *attributes = tw_arena_alloc(arena, mesh->attribute_count, sizeof *attributes);
+  if (status == TW_OK && !attributes) status = tw_fail(error, TW_NO_MEMORY, "out of memory");
   if (status != TW_OK) return status;
+  if (mesh->attribute_count > 0)
+    memcpy(attributes, mesh->attributes, mesh->attribute_count * sizeof *attributes);
   write_faces(p, &out);
   mesh->face_count = out.face_count;
   mesh->corner_count = out.corner_count;
   mesh->face_offsets = out.offsets;
   mesh->corners = out.corners;
-  for (uint32_t set = 0; set < mesh->uv_set_count; set++) mesh->uv_sets[set].corners = out.uvs[set];
+  for (uint32_t i = 0; i < out.channel_count; i++) out.channels[i].corners = out.values[i];
+  tw_mesh_set_channels(mesh, out.channels, attributes);
   if (mesh->normals.corners) mesh->normals.corners = out.normals;
   if (mesh->face_materials) mesh->face_materials = out.materials;
   return TW_OK;
@@ -363,6 +379,8 @@ size_t tw_pair_size(const tw_mesh *mesh) {
   size_t faces = mesh->face_count, corners = mesh->corner_count;
   size_t choosing =
       sizeof(double) + sizeof(uint32_t) + 1 + 3 * (sizeof(free_edge) + sizeof(candidate)) / LEFT_AT_MOST;
-  size_t sets = 1 + mesh->uv_set_count + (mesh->normals.corners ? 1 : 0);
-  return faces * (choosing + 2 * sizeof(uint32_t)) + corners * sets * sizeof(uint32_t) + 256;
+  tw_channel channels[TW_CHANNELS_MAX];
+  size_t sets = 1 + tw_mesh_channels(mesh, channels) + (mesh->normals.corners ? 1 : 0);
+  return faces * (choosing + 2 * sizeof(uint32_t)) + corners * sets * sizeof(uint32_t) +
+         mesh->attribute_count * sizeof(tw_attribute) + 256;
 }

@@ -17,13 +17,14 @@ extern "C" {
  *    along its diagonal. Where a triangle could pair with the one before or the one after, the sum of the
  *    quads' quality decides.
  * 3. Where few triangles are left, triangles with a common edge, the best quad first.
- * Never joins across materials, UV seams, or edges where normals differ. Replaces the mesh's faces by arrays
- * in the arena. Only for meshes without tags, named groups, smoothing groups and tangent_uvs. O(n log n). */
+ * Never joins across materials, seams of UVs or attributes, or edges where normals differ. Replaces the
+ * mesh's faces by arrays in the arena. Only for meshes without tags, named groups, smoothing groups and
+ * tangent_uvs. O(n log n). */
 tw_status tw_pair_triangles(tw_mesh *mesh, tw_arena *arena, tw_error *error);
 
 /* How good a quad two triangles make: 1 for a flat rectangle. 0 where they share no whole edge, where the
- * edge has to stay (it parts materials, UVs or normals), or where the quad is not convex or is bent by more
- * than 60 degrees. quad: the quad's four corners of the mesh. */
+ * edge has to stay (it parts materials, UVs, attributes or normals), or where the quad is not convex or is
+ * bent by more than 60 degrees. quad: the quad's four corners of the mesh. */
 double tw_pair_quality(const tw_mesh *mesh, uint32_t face, uint32_t other, uint32_t quad[4]);
 
 /* The most bytes that tw_pair_triangles allocates, those in the arena included. */

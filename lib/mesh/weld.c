@@ -207,15 +207,22 @@ static uint32_t collect_sides(const tw_soup *soup, const uint32_t *place, const 
   return count;
 }
 
-static bool same_uv(const float *uvs, uint32_t a, uint32_t b) {
-  return uvs[2 * (size_t)a] == uvs[2 * (size_t)b] && uvs[2 * (size_t)a + 1] == uvs[2 * (size_t)b + 1];
+/* Values of vertices: [vertex_count][width]. */
+typedef struct value_rows {
+  const float *rows;
+  uint32_t width;
+} value_rows;
+
+static bool same_value(const value_rows *values, uint32_t a, uint32_t b) {
+  const float *p = values->rows + values->width * (size_t)a, *q = values->rows + values->width * (size_t)b;
+  return tw_compare_floats(p, q, values->width) == 0;
 }
 
 /* Joins the ends of each pair of opposite sides, where no third side runs between the same two places; where
- * uvs are given, only when the UVs are equal at both ends. order: the sides by (low end, high end). Returns
+ * values are given, only when these are equal at both ends. order: the sides by (low end, high end). Returns
  * how many pairs run the same way and do not share both vertices. */
-static uint32_t join_pairs(const side_list *list, const uint32_t *order, uint32_t count, const float *uvs,
-                           uint32_t *joined) {
+static uint32_t join_pairs(const side_list *list, const uint32_t *order, uint32_t count,
+                           const value_rows *values, uint32_t *joined) {
   const uint32_t *place = list->place;
   uint32_t reversed = 0;
   for (uint32_t i = 0, end; i < count; i = end) {
@@ -229,14 +236,14 @@ static uint32_t join_pairs(const side_list *list, const uint32_t *order, uint32_
       reversed += a->from != b->from || a->to != b->to;
       continue;
     }
-    if (uvs && (!same_uv(uvs, a->from, b->to) || !same_uv(uvs, a->to, b->from))) continue;
+    if (values && (!same_value(values, a->from, b->to) || !same_value(values, a->to, b->from))) continue;
     tw_union_find_join(joined, a->from, b->to);
     tw_union_find_join(joined, a->to, b->from);
   }
   return reversed;
 }
 
-static tw_status join_sides(const tw_soup *soup, const uint32_t *place, const float *uvs, side *sides,
+static tw_status join_sides(const tw_soup *soup, const uint32_t *place, const value_rows *values, side *sides,
                             uint32_t *order, bool *several, uint32_t *joined, uint32_t *reversed,
                             tw_error *error) {
   for (uint32_t v = 0; v < soup->vertex_count; v++)
@@ -244,19 +251,19 @@ static tw_status join_sides(const tw_soup *soup, const uint32_t *place, const fl
   uint32_t count = collect_sides(soup, place, several, sides);
   const side_list list = {sides, place};
   tw_status status = sort_in_buckets(low_end, count, soup->vertex_count, side_less, &list, order, error);
-  if (status == TW_OK) *reversed = join_pairs(&list, order, count, uvs, joined);
+  if (status == TW_OK) *reversed = join_pairs(&list, order, count, values, joined);
   return status;
 }
 
 /* place: [vertex_count] the first vertex at each vertex's place. joined: [vertex_count] every vertex its own
  * root before; afterwards the joined sets. *reversed: as join_pairs returns it. */
-static tw_status join_split_vertices(const tw_soup *soup, const uint32_t *place, const float *uvs,
+static tw_status join_split_vertices(const tw_soup *soup, const uint32_t *place, const value_rows *values,
                                      uint32_t *joined, uint32_t *reversed, tw_error *error) {
   side *sides = tw_alloc(soup->corner_count, sizeof *sides);
   uint32_t *order = tw_alloc(soup->corner_count, sizeof *order);
   bool *several = tw_alloc_zero(soup->vertex_count, sizeof *several);
   tw_status status = sides && order && several
-                         ? join_sides(soup, place, uvs, sides, order, several, joined, reversed, error)
+                         ? join_sides(soup, place, values, sides, order, several, joined, reversed, error)
                          : no_memory(error);
   tw_free(sides);
   tw_free(order);
@@ -299,7 +306,7 @@ tw_status tw_weld_points(const tw_soup *soup, uint32_t *point_of_vertex, tw_weld
   return status;
 }
 
-/* ---- texture coordinates --------------------------------------------------------------------- */
+/* ---- values of corners --------------------------------------------------------------------- */
 
 /* first: [vertex_count] receives for each vertex the first vertex of its point. */
 static tw_status find_first_vertices(const uint32_t *point_of_vertex, uint32_t vertex_count,
@@ -316,17 +323,27 @@ static tw_status find_first_vertices(const uint32_t *point_of_vertex, uint32_t v
   return TW_OK;
 }
 
-tw_status tw_weld_uvs(const tw_soup *soup, const uint32_t *point_of_vertex, uint32_t point_count,
-                      const float *uvs, uint32_t *value_of_vertex, uint32_t *value_count, tw_error *error) {
+tw_status tw_weld_values(const tw_soup *soup, const uint32_t *point_of_vertex, uint32_t point_count,
+                         const float *rows, uint32_t width, uint32_t *value_of_vertex, uint32_t *value_count,
+                         tw_error *error) {
+  const value_rows values = {rows, width};
   uint32_t *place = tw_alloc(soup->vertex_count, 2 * sizeof *place);
   if (!place) return no_memory(error);
   uint32_t *joined = place + soup->vertex_count, reversed;
   tw_union_find_init(joined, soup->vertex_count);
   tw_status status = find_first_vertices(point_of_vertex, soup->vertex_count, point_count, place, error);
-  if (status == TW_OK) status = join_split_vertices(soup, place, uvs, joined, &reversed, error);
+  if (status == TW_OK) status = join_split_vertices(soup, place, &values, joined, &reversed, error);
   if (status == TW_OK) *value_count = number_roots(joined, soup->vertex_count, value_of_vertex);
   tw_free(place);
   return status;
+}
+
+bool tw_values_part(const uint32_t *point_of_vertex, uint32_t vertex_count, const uint32_t *first_vertices,
+                    const float *rows, uint32_t width) {
+  const value_rows values = {rows, width};
+  for (uint32_t v = 0; v < vertex_count; v++)
+    if (!same_value(&values, v, first_vertices[point_of_vertex[v]])) return true;
+  return false;
 }
 
 /* ---- points near each other -------------------------------------------------------------------- */

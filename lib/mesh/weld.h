@@ -42,12 +42,19 @@ typedef struct tw_welded {
  * their first vertex. O(n log n) at worst. TW_NO_MEMORY. */
 tw_status tw_weld_points(const tw_soup *soup, uint32_t *point_of_vertex, tw_welded *out, tw_error *error);
 
-/* Finds which vertices share a texture coordinate: vertices of one point that are joined by an edge with
- * equal coordinates on both sides. Parts of a texture that only touch stay apart. point_of_vertex: from
- * tw_weld_points, or any other numbers below point_count. uvs: [vertex_count][2]. value_of_vertex:
- * [vertex_count], numbered as points are. TW_INVALID: a point is out of range. TW_NO_MEMORY. */
-tw_status tw_weld_uvs(const tw_soup *soup, const uint32_t *point_of_vertex, uint32_t point_count,
-                      const float *uvs, uint32_t *value_of_vertex, uint32_t *value_count, tw_error *error);
+/* Finds which vertices share a value, such as a texture coordinate or a colour: vertices of one point that
+ * are joined by an edge with equal values on both sides. Parts of a texture that only touch stay apart.
+ * point_of_vertex: from tw_weld_points, or any other numbers below point_count. rows: [vertex_count][width].
+ * value_of_vertex: [vertex_count], numbered as points are. TW_INVALID: a point is out of range.
+ * TW_NO_MEMORY. */
+tw_status tw_weld_values(const tw_soup *soup, const uint32_t *point_of_vertex, uint32_t point_count,
+                         const float *rows, uint32_t width, uint32_t *value_of_vertex, uint32_t *value_count,
+                         tw_error *error);
+
+/* Whether vertices of one point have different values. rows: [vertex_count][width]; first_vertices: the first
+ * vertex of each point. */
+bool tw_values_part(const uint32_t *point_of_vertex, uint32_t vertex_count, const uint32_t *first_vertices,
+                    const float *rows, uint32_t width);
 
 /* Finds which points are one: those within a distance of the first of them; 0: those at the same place. Other
  * distances are at least 1e-12. positions: [count][3]; point_of: [count], numbered in the order of each new

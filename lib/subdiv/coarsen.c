@@ -331,13 +331,17 @@ static bool make_tags(const step *s, const parents *p, tw_mesh *out) {
   return true;
 }
 
-static tw_status make_uvs(const step *s, const parents *p, const tw_uv_set *from, tw_uv_set *to) {
-  uint32_t *corners = tw_arena_alloc_raw(s->scratch, p->faces.corner_count, sizeof *corners), *values_of;
+static tw_status make_channel(const step *s, const parents *p, const tw_channel *from, tw_channel *to) {
+  uint32_t *corners = tw_arena_alloc_raw(from->is_whole ? s->arena : s->scratch, p->faces.corner_count,
+                                         sizeof *corners),
+           *values_of;
   if (!corners) return TW_NO_MEMORY;
   for (uint32_t c = 0; c < p->faces.corner_count; c++) corners[c] = from->corners[p->faces.origins[c]];
-  const tw_uv_set set = {.value_count = from->value_count, .values = from->values, .corners = corners};
+  *to = *from;
+  to->corners = corners;
+  if (from->is_whole) return TW_OK;
   tw_topology t;
-  tw_status status = tw_uv_topology(&p->topology, &set, s->options.uv, s->arena, &t, &values_of);
+  tw_status status = tw_channel_topology(&p->topology, corners, s->options.uv, s->arena, &t, &values_of);
   if (status == TW_OK && s->rules.chaikin) status = tw_topology_copy_semi(&t, &p->topology, s->arena);
   if (status != TW_OK) return status;
   tw_rules rules = s->rules;
@@ -347,7 +351,16 @@ static tw_status make_uvs(const step *s, const parents *p, const tw_uv_set *from
   if (!values) return TW_NO_MEMORY;
   to->value_count = t.vertex_count;
   to->corners = t.corner_vertex;
-  return solve_floats(s, &rules, &t, values, from->values, 2, &to->values);
+  return solve_floats(s, &rules, &t, values, from->values, from->width, &to->values);
+}
+
+static tw_status make_channels(const step *s, const parents *p, tw_attribute *attributes, tw_mesh *out) {
+  tw_channel channels[TW_CHANNELS_MAX], made[TW_CHANNELS_MAX];
+  uint32_t count = tw_mesh_channels(s->mesh, channels);
+  tw_status status = TW_OK;
+  for (uint32_t i = 0; i < count && status == TW_OK; i++) status = make_channel(s, p, &channels[i], &made[i]);
+  if (status == TW_OK) tw_mesh_set_channels(out, made, attributes);
+  return status;
 }
 
 /* points: from solve_points; the points at the coarse vertices come first. */
@@ -359,12 +372,19 @@ static tw_status make_attributes(const step *s, const parents *p, const uint32_t
   for (uint32_t a = 0; status == TW_OK && a < s->mesh->attribute_count; a++) {
     const tw_attribute *from = &s->mesh->attributes[a];
     attributes[a] = *from;
-    status = solve_floats(s, &s->rules, t, points, from->values, from->width, &attributes[a].values);
+    if (from->corners) continue;
+    if (from->numbers == TW_NUMBERS_REAL) {
+      status = solve_floats(s, &s->rules, t, points, from->values, from->width, &attributes[a].values);
+      continue;
+    }
+    attributes[a].values =
+        tw_arena_gather(s->arena, from->values, points, t->vertex_count, from->width * sizeof *from->values);
+    if (!attributes[a].values) status = TW_NO_MEMORY;
   }
   for (uint32_t m = 0; status == TW_OK && m < s->mesh->morph_count; m++)
     status = solve_floats(s, &s->rules, t, points, s->mesh->morphs[m], 3, &morphs[m]);
+  if (status == TW_OK) status = make_channels(s, p, attributes, out);
   if (status != TW_OK) return status;
-  out->attributes = attributes;
   out->morphs = morphs;
   const tw_skin_weights *skin = &s->mesh->skin;
   if (!skin->joints) return TW_OK;
@@ -404,10 +424,7 @@ static tw_status make_mesh(step *s, tw_mesh *out, double **positions, double *er
   out->detail_count = 0;
   out->details = NULL;
   if (!make_faces(s, &p, out) || !make_tags(s, &p, out)) return TW_NO_MEMORY;
-  status = make_attributes(s, &p, points, out);
-  for (uint32_t i = 0; status == TW_OK && i < s->mesh->uv_set_count; i++)
-    status = make_uvs(s, &p, &s->mesh->uv_sets[i], &out->uv_sets[i]);
-  return status;
+  return make_attributes(s, &p, points, out);
 }
 
 /* ---- steps ----------------------------------------------------------------------------------- */

@@ -1,6 +1,6 @@
-/* Face-varying connectivity: a UV set is a mesh of its own, in which every seam is a border. It subdivides by
- * the same rules as the points, once the vertices that OpenSubdiv's interpolation rules fix ("pin") are made
- * sharp. */
+/* Face-varying connectivity: a UV set, or another set of values at corners, is a mesh of its own, in which
+ * every seam is a border. It subdivides by the same rules as the points, once the vertices that OpenSubdiv's
+ * interpolation rules fix ("pin") are made sharp. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -21,7 +21,7 @@ static int compare_values(const void *left, const void *right) {
 /* Gives each distinct value at each point a number, a vertex of the UV mesh. corners: [corner_count] receives
  * the number at each corner; values_of: the value of each number; value_offsets: [points + 1] the first
  * number of each point. */
-static tw_status number_values(const tw_topology *cage, const tw_uv_set *set, uint32_t *corners,
+static tw_status number_values(const tw_topology *cage, const uint32_t *values, uint32_t *corners,
                                uint32_t *values_of, uint32_t *value_offsets) {
   placed_value *fan = NULL;
   uint32_t room = 0, count = 0;
@@ -36,7 +36,7 @@ static tw_status number_values(const tw_topology *cage, const tw_uv_set *set, ui
     }
     for (uint32_t i = 0; i < size; i++) {
       uint32_t corner = cage->fan_corners[first + i];
-      fan[i] = (placed_value){set->corners[corner], corner};
+      fan[i] = (placed_value){values[corner], corner};
     }
     tw_small_sort(fan, size, sizeof *fan, compare_values);
     for (uint32_t i = 0; i < size; i++) {
@@ -193,13 +193,13 @@ static uint32_t greatest_ring(const tw_topology *t) {
   return greatest;
 }
 
-tw_status tw_uv_topology(const tw_topology *cage, const tw_uv_set *set, tw_uv_rule rule, tw_arena *arena,
-                         tw_topology *out, uint32_t **values_of) {
+tw_status tw_channel_topology(const tw_topology *cage, const uint32_t *values, tw_uv_rule rule,
+                              tw_arena *arena, tw_topology *out, uint32_t **values_of) {
   uint32_t *corners = tw_arena_alloc(arena, cage->corner_count, sizeof *corners);
   uint32_t *offsets = tw_arena_alloc(arena, (size_t)cage->vertex_count + 1, sizeof *offsets);
   *values_of = tw_arena_alloc(arena, cage->corner_count, sizeof **values_of);
   if (!corners || !offsets || !*values_of) return TW_NO_MEMORY;
-  tw_status status = number_values(cage, set, corners, *values_of, offsets);
+  tw_status status = number_values(cage, values, corners, *values_of, offsets);
   if (status == TW_OK)
     status = tw_topology_build(out, arena, offsets[cage->vertex_count], cage->face_count, cage->face_offsets,
                                cage->corner_count, corners);

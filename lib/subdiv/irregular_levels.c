@@ -470,7 +470,7 @@ void tw_levels_row_slopes(const tw_level_rows *rows, uint32_t n, const tw_point 
                           tw_point points_out[2], tw_point uvs_out[2]) {
   const tw_level_slopes *slopes = rows->slopes[n];
   sum_slopes(rows->entries, &slopes[0], rows->points[n], points, points_out);
-  sum_slopes(rows->entries, &slopes[1], rows->uvs[rows->frames[n] / 2][n], uvs, uvs_out);
+  sum_slopes(rows->entries, &slopes[1], rows->channels[rows->frames[n] / 2][n], uvs, uvs_out);
 }
 
 void tw_levels_row_normal(const tw_level_rows *rows, uint32_t n, const tw_point *points, float normal[3]) {

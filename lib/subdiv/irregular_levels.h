@@ -13,7 +13,7 @@
 #include "simd.h"
 #include "tweend/subdiv.h"
 
-enum { TW_LEVELS_MAX = 3 };
+enum { TW_LEVELS_MAX = 3, TW_FIELDS_MAX = 1 + TW_CHANNELS_MAX };
 
 /* The connectivity of one level of one field. The last level has counts only. */
 typedef struct tw_level {
@@ -75,7 +75,7 @@ typedef struct tw_level_limits {
   tw_limit_entry *entries;
 } tw_level_limits;
 
-/* The levels of one field: the points, or a UV set. */
+/* The levels of one field: the points, a UV set or an attribute of corners, both called a channel. */
 typedef struct tw_levels {
   uint32_t level;
   bool linear; /* new values are plain averages */
@@ -87,8 +87,8 @@ typedef struct tw_levels {
   const float *weights;
   tw_level_masks masks[TW_LEVELS_MAX]; /* exceptions of each step */
   tw_level_limits limits;              /* exceptions of the limits, where limits are asked for */
-  /* Of a UV set with seams: its vertex and edge at each of the points' cage vertices and edges that lie on no
-   * seam. Edges are 2 x edge, + 1 where the UV set's edge runs the other way. NULL: the UV set has the
+  /* Of a channel with seams: its vertex and edge at each of the points' cage vertices and edges that lie on
+   * no seam. Edges are 2 x edge, + 1 where the channel's edge runs the other way. NULL: the channel has the
    * points' numbers. */
   const uint32_t *vertex_of, *edge_of;
 } tw_levels;
@@ -105,7 +105,7 @@ typedef struct tw_level_rows {
   uint32_t row_count; /* all rows, exceptions or not */
   uint32_t count;
   uint32_t *rows, *points;                       /* [count] */
-  uint32_t *uvs[TW_UV_SETS_MAX];                 /* [count] the row's vertex in each UV set */
+  uint32_t *channels[TW_CHANNELS_MAX];           /* [count] the row's vertex in each channel */
   uint32_t *first_entry, *end_entry, (*quad)[4]; /* [count] with normals: the range of the tangent mask in
                                                     `entries`, and the vertices of a face at the point */
   /* Where tangents are asked for: each row's tangent frame (see tw_levels_inputs), and its derivatives, of
@@ -121,8 +121,8 @@ typedef struct tw_level_rows {
 /* What a plan is made from. fields: the topologies of the cage, sharpened; fields[0] is the points'. */
 typedef struct tw_levels_inputs {
   uint32_t level, field_count;
-  const tw_topology *fields[1 + TW_UV_SETS_MAX];
-  bool linear[1 + TW_UV_SETS_MAX];
+  const tw_topology *fields[TW_FIELDS_MAX];
+  bool linear[TW_FIELDS_MAX];
   tw_rules rules;
   bool limit, normals;
   const uint8_t *frames; /* tangent frames, or NULL: [cage faces] 2 x UV set, + 1 where its map is mirrored */
@@ -182,10 +182,10 @@ void tw_levels_row_slopes(const tw_level_rows *rows, uint32_t n, const tw_point 
 /* The unit normal of the nth listed row. */
 void tw_levels_row_normal(const tw_level_rows *rows, uint32_t n, const tw_point *points, float normal[3]);
 
-/* The UV set's vertices at points [first, first + count). Those at points listed in `tw_level_rows` are
+/* The channel's vertices at points [first, first + count). Those at points listed in `tw_level_rows` are
  * invalid. */
-void tw_levels_uv_vertices(const tw_levels *points, const tw_levels *set, uint32_t first, uint32_t count,
-                           uint32_t *out);
+void tw_levels_channel_vertices(const tw_levels *points, const tw_levels *channel, uint32_t first,
+                                uint32_t count, uint32_t *out);
 
 /* For each of vertices [first, first + count) of the last level, a cage face that has it. */
 void tw_levels_cage_faces(const tw_levels *levels, uint32_t first, uint32_t count, uint32_t *out);

@@ -14,7 +14,7 @@
 #include "surface.h"
 #include "tangent_space.h"
 
-enum { FIELDS_MAX = 1 + TW_UV_SETS_MAX, LISTING_BYTES_MAX = 1 << 30 };
+enum { FIELDS_MAX = TW_FIELDS_MAX, LISTING_BYTES_MAX = 1 << 30 };
 
 /* A strip, with the numbers that its vertices, edges and corners have in the whole level. */
 typedef struct strip {
@@ -406,7 +406,8 @@ static tw_status list_limits(const listing *l, const strip *s, uint32_t field) {
 
 /* A listed row while rows are collected; fields as in tw_level_rows. */
 typedef struct row {
-  uint32_t row, point, uvs[TW_UV_SETS_MAX], first_entry, end_entry, quad[4];
+  uint32_t row, point, first_entry, end_entry, quad[4];
+  size_t channels; /* the first of its vertices in the channels, in the list of these */
   uint8_t frame;
   tw_level_slopes slopes[2];
 } row;
@@ -421,7 +422,7 @@ typedef struct row_list {
   tw_numbering numbering;
   bool parted; /* `numbering` is set: points may have several rows */
   tw_limit_entry *room;
-  growing rows, entries;
+  growing rows, entries, channels; /* channels: uint32_t, field_count - 1 for each row */
   tangent_mask known[FIELDS_MAX]
                     [2]; /* the last masks of each field: a vertex with a crease has two large ones */
 } row_list;
@@ -469,9 +470,10 @@ static void push_slopes(const listing *l, row_list *list, uint32_t corner, row *
 static void push_row(const listing *l, row_list *list, uint32_t number, uint32_t corner, const row *whole) {
   const strip *s = list->s;
   const tw_topology *t = &s->fields[0];
-  row own = {.row = number, .point = s->vertices[0][t->corner_vertex[corner]]};
-  for (uint32_t u = 1; u < l->inputs->field_count; u++)
-    own.uvs[u - 1] = s->vertices[u][s->fields[u].corner_vertex[corner]];
+  row own = {
+      .row = number, .point = s->vertices[0][t->corner_vertex[corner]], .channels = list->channels.count};
+  for (uint32_t f = 1; f < l->inputs->field_count; f++)
+    push(&list->channels, &s->vertices[f][s->fields[f].corner_vertex[corner]]);
   if (l->inputs->normals && whole) { /* the surface has one normal at the point */
     own.first_entry = whole->first_entry;
     own.end_entry = whole->end_entry;
@@ -535,7 +537,7 @@ static tw_status store_rows(const listing *l, row_list *list) {
   tw_level_rows *out = l->rows;
   size_t count = list->rows.count;
   bool normals = l->inputs->normals;
-  if (list->rows.failed) return TW_NO_MEMORY;
+  if (list->rows.failed || list->channels.failed) return TW_NO_MEMORY;
   out->count = (uint32_t)count;
   if (count > 0) qsort(list->rows.items, count, sizeof(row), compare_rows);
   out->rows = tw_arena_alloc_raw(l->arena, count, sizeof *out->rows);
@@ -548,15 +550,16 @@ static tw_status store_rows(const listing *l, row_list *list) {
   out->frames = tw_arena_alloc_raw(l->arena, l->inputs->frames ? count : 0, 1);
   out->slopes = tw_arena_alloc_raw(l->arena, l->inputs->frames ? count : 0, sizeof *out->slopes);
   complete = complete && out->frames && out->slopes;
-  for (uint32_t u = 0; u + 1 < l->inputs->field_count; u++) {
-    out->uvs[u] = tw_arena_alloc_raw(l->arena, count, sizeof *out->uvs[u]);
-    complete = complete && out->uvs[u];
+  const uint32_t *channels = (const uint32_t *)(const void *)list->channels.items;
+  for (uint32_t i = 0; i + 1 < l->inputs->field_count; i++) {
+    out->channels[i] = tw_arena_alloc_raw(l->arena, count, sizeof *out->channels[i]);
+    complete = complete && out->channels[i];
   }
   for (size_t i = 0; complete && i < count; i++) {
     const row *r = (const row *)(const void *)list->rows.items + i;
     out->rows[i] = r->row;
     out->points[i] = r->point;
-    for (uint32_t u = 0; u + 1 < l->inputs->field_count; u++) out->uvs[u][i] = r->uvs[u];
+    for (uint32_t k = 0; k + 1 < l->inputs->field_count; k++) out->channels[k][i] = channels[r->channels + k];
     if (!normals) continue;
     out->first_entry[i] = r->first_entry;
     out->end_entry[i] = r->end_entry;
@@ -568,14 +571,15 @@ static tw_status store_rows(const listing *l, row_list *list) {
   return complete ? TW_OK : TW_NO_MEMORY;
 }
 
-/* Numbers the strip's rows where points can have several: with UV sets, and where sides of a crease have
+/* Numbers the strip's rows where points can have several: with channels, and where sides of a crease have
  * normals of their own. */
 static tw_status number_parted(const listing *l, row_list *list, uint32_t **new_row) {
   const strip *s = list->s;
-  tw_splits splits = {
-      .uv_count = l->inputs->field_count - 1, .normals = l->inputs->normals, .tangent_frames = s->frames};
-  for (uint32_t u = 0; u < splits.uv_count; u++) splits.uv_bases[u] = &s->fields[1 + u];
-  list->parted = splits.uv_count > 0 || (splits.normals && tw_topology_parts_normals(&s->fields[0]));
+  tw_splits splits = {.channel_count = l->inputs->field_count - 1,
+                      .normals = l->inputs->normals,
+                      .tangent_frames = s->frames};
+  for (uint32_t i = 0; i < splits.channel_count; i++) splits.channels[i] = &s->fields[1 + i];
+  list->parted = splits.channel_count > 0 || (splits.normals && tw_topology_parts_normals(&s->fields[0]));
   if (!list->parted) return TW_OK;
   tw_status status = tw_number_corners(&s->fields[0], &splits, s->special, l->scratch, &list->numbering);
   if (status != TW_OK) return status;
@@ -586,7 +590,10 @@ static tw_status number_parted(const listing *l, row_list *list, uint32_t **new_
 }
 
 static tw_status list_rows(const listing *l, const strip *s) {
-  row_list list = {.s = s, .rows = {.size = sizeof(row)}, .entries = {.size = sizeof(tw_limit_entry)}};
+  row_list list = {.s = s,
+                   .rows = {.size = sizeof(row)},
+                   .entries = {.size = sizeof(tw_limit_entry)},
+                   .channels = {.size = sizeof(uint32_t)}};
   uint32_t *new_row = NULL;
   tw_status status = number_parted(l, &list, &new_row);
   list.room = mask_room(l, s);
@@ -603,6 +610,7 @@ static tw_status list_rows(const listing *l, const strip *s) {
   tw_free(list.room);
   tw_free(list.rows.items);
   tw_free(list.entries.items);
+  tw_free(list.channels.items);
   return status;
 }
 

@@ -14,27 +14,27 @@ static const double pi = 3.14159265358979323846;
 
 /* The UV set's edge at the points' `edge` of `level`, which lies on no seam. The numbers of edges inside
  * faces come after those of parts of cage edges, in the same order in both. */
-static uint32_t uv_edge(const tw_levels *points, const tw_levels *set, uint32_t level, uint32_t edge) {
+static uint32_t channel_edge(const tw_levels *points, const tw_levels *set, uint32_t level, uint32_t edge) {
   uint32_t outer = points->at[0].edge_count << level;
   if (edge >= outer) return edge - outer + (set->at[0].edge_count << level);
   uint32_t of = set->edge_of[edge >> level], last = (1u << level) - 1, place = edge & last;
   return ((of >> 1) << level) + (of & 1 ? last - place : place);
 }
 
-static uint32_t uv_vertex(const tw_levels *points, const tw_levels *set, uint32_t vertex) {
+static uint32_t channel_vertex(const tw_levels *points, const tw_levels *set, uint32_t vertex) {
   uint32_t level = points->level;
   while (level > 0 && vertex < points->at[level - 1].vertex_count) level--;
   if (level == 0) return set->vertex_of[vertex];
   const tw_level *from = &points->at[level - 1], *to = &set->at[level - 1];
   vertex -= from->vertex_count;
   if (vertex >= from->edge_count) return to->vertex_count + to->edge_count + (vertex - from->edge_count);
-  return to->vertex_count + uv_edge(points, set, level - 1, vertex);
+  return to->vertex_count + channel_edge(points, set, level - 1, vertex);
 }
 
-void tw_levels_uv_vertices(const tw_levels *points, const tw_levels *set, uint32_t first, uint32_t count,
-                           uint32_t *out) {
+void tw_levels_channel_vertices(const tw_levels *points, const tw_levels *channel, uint32_t first,
+                                uint32_t count, uint32_t *out) {
   for (uint32_t i = 0; i < count; i++)
-    out[i] = set->vertex_of ? uv_vertex(points, set, first + i) : first + i;
+    out[i] = channel->vertex_of ? channel_vertex(points, channel, first + i) : first + i;
 }
 
 /* The cage face that a corner of `level` lies in. */
@@ -296,8 +296,9 @@ static tw_status make_weights(const tw_levels_inputs *inputs, tw_arena *arena, t
   return weights_of && weights ? TW_OK : TW_NO_MEMORY;
 }
 
-/* Maps vertices and edges of the points to those of a UV set. */
-static tw_status map_uvs(const tw_topology *points, const tw_topology *set, tw_arena *arena, tw_levels *out) {
+/* Maps vertices and edges of the points to those of a channel. */
+static tw_status map_channel(const tw_topology *points, const tw_topology *set, tw_arena *arena,
+                             tw_levels *out) {
   if (set->vertex_count == points->vertex_count && set->edge_count == points->edge_count) return TW_OK;
   uint32_t *vertex_of = tw_arena_alloc_raw(arena, points->vertex_count, sizeof *vertex_of),
            *edge_of = tw_arena_alloc_raw(arena, points->edge_count, sizeof *edge_of);
@@ -319,7 +320,7 @@ tw_status tw_levels_plan(const tw_levels_inputs *inputs, tw_arena *arena, tw_lev
   for (uint32_t f = 0; f < inputs->field_count && status == TW_OK; f++) {
     out[f] = (tw_levels){.level = inputs->level, .linear = inputs->linear[f]};
     status = make_tables(inputs, f, arena, out);
-    if (status == TW_OK && f > 0) status = map_uvs(inputs->fields[0], inputs->fields[f], arena, &out[f]);
+    if (status == TW_OK && f > 0) status = map_channel(inputs->fields[0], inputs->fields[f], arena, &out[f]);
   }
   if (status == TW_OK && inputs->normals) status = make_weights(inputs, arena, &out[0]);
   for (uint32_t f = 1; f < inputs->field_count; f++) {

@@ -86,8 +86,11 @@ typedef struct vertex_numberer {
   struct fan_entry *entries; /* [greatest fan] */
 } vertex_numberer;
 
+/* A corner, with the channels' vertices there. Corners that have equal vertices in all further channels are
+ * of one class. */
+enum { FIRST_CHANNELS = TW_UV_SETS_MAX };
 typedef struct fan_entry {
-  uint32_t uvs[TW_UV_SETS_MAX], frame, normal, sector, corner;
+  uint32_t channels[FIRST_CHANNELS], class, further, frame, normal, sector, corner;
 } fan_entry;
 
 static bool edge_splits(const vertex_numberer *n, uint32_t edge) {
@@ -99,24 +102,25 @@ static uint32_t tangent_frame(const vertex_numberer *n, uint32_t corner) {
   return n->splits->tangent_frames ? n->splits->tangent_frames[tw_corner_face(n->base, corner)] : 0;
 }
 
-static bool same_uv_edge(const vertex_numberer *n, uint32_t a, uint32_t b) {
-  for (uint32_t s = 0; s < n->splits->uv_count; s++)
-    if (n->splits->uv_bases[s]->corner_edge[a] != n->splits->uv_bases[s]->corner_edge[b]) return false;
+static bool same_edges(const vertex_numberer *n, uint32_t a, uint32_t b) {
+  for (uint32_t i = 0; i < n->splits->channel_count; i++)
+    if (n->splits->channels[i]->corner_edge[a] != n->splits->channels[i]->corner_edge[b]) return false;
   return tangent_frame(n, a) == tangent_frame(n, b);
 }
 
-/* Gives rows to an edge: its corners share a row unless something splits them. With UVs, the many corners
- * that may meet at a non-manifold edge are not compared with each other: each gets a row of its own. */
+/* Gives rows to an edge: its corners share a row unless something splits them. With channels, the many
+ * corners that may meet at a non-manifold edge are not compared with each other: each gets a row of its own.
+ */
 static void number_edge(vertex_numberer *n, uint32_t edge) {
   tw_numbering *out = n->out;
   uint32_t first = n->base->edge_corner[edge], corner = first, begun = out->edge_count;
-  bool crowded = n->splits->uv_count > 0 && (n->base->edge_flags[edge] & TW_EDGE_NONMANIFOLD);
+  bool crowded = n->splits->channel_count > 0 && (n->base->edge_flags[edge] & TW_EDGE_NONMANIFOLD);
   bool split = crowded || edge_splits(n, edge);
   do {
     if (!n->visible || n->visible[tw_corner_face(n->base, corner)]) {
       uint32_t row = begun;
       if (split) row = out->edge_count;
-      while (row < out->edge_count && !same_uv_edge(n, corner, out->edge_base[row])) row++;
+      while (row < out->edge_count && !same_edges(n, corner, out->edge_base[row])) row++;
       if (row == out->edge_count) out->edge_base[out->edge_count++] = corner;
       out->edge_row[corner] = 2 * row + runs_against(n->base, corner, out->edge_base[row]);
     }
@@ -167,8 +171,9 @@ static void number_whole(vertex_numberer *n, uint32_t vertex) {
 }
 
 static int compare_keys(const fan_entry *a, const fan_entry *b) {
-  int uvs = memcmp(a->uvs, b->uvs, sizeof a->uvs);
-  if (uvs != 0) return uvs;
+  int channels = memcmp(a->channels, b->channels, sizeof a->channels);
+  if (channels != 0) return channels;
+  if (a->class != b->class) return a->class < b->class ? -1 : 1;
   if (a->frame != b->frame) return a->frame < b->frame ? -1 : 1;
   if (a->normal != b->normal) return a->normal < b->normal ? -1 : 1;
   return a->sector < b->sector ? -1 : a->sector > b->sector;
@@ -181,6 +186,25 @@ static int compare_entries(const void *left, const void *right) {
   return a->corner < b->corner ? -1 : a->corner > b->corner;
 }
 
+static int compare_classes(const void *left, const void *right) {
+  const fan_entry *a = left, *b = right;
+  if (a->class != b->class) return a->class < b->class ? -1 : 1;
+  if (a->further != b->further) return a->further < b->further ? -1 : 1;
+  return a->corner < b->corner ? -1 : a->corner > b->corner;
+}
+
+/* Parts classes by the vertices of one more channel. */
+static void part_classes(const tw_topology *channel, fan_entry *entries, uint32_t count) {
+  for (uint32_t i = 0; i < count; i++) entries[i].further = channel->corner_vertex[entries[i].corner];
+  tw_small_sort(entries, count, sizeof *entries, compare_classes);
+  for (uint32_t i = 0, class = 0, before = 0; i < count; i++) {
+    bool is_same = i == 0 || (entries[i].class == before && entries[i].further == entries[i - 1].further);
+    before = entries[i].class;
+    class += !is_same;
+    entries[i].class = class;
+  }
+}
+
 static void number_vertex(vertex_numberer *n, uint32_t vertex) {
   const tw_topology *base = n->base;
   tw_numbering *out = n->out;
@@ -188,7 +212,7 @@ static void number_vertex(vertex_numberer *n, uint32_t vertex) {
   uint32_t count = base->fan_offsets[vertex + 1] - base->fan_offsets[vertex], used = 0;
   bool one_sector = is_one_sector(n, vertex);
   const uint32_t *normals = n->splits->own_normals;
-  if (one_sector && n->splits->uv_count == 0 && !n->splits->tangent_frames && !normals) {
+  if (one_sector && n->splits->channel_count == 0 && !n->splits->tangent_frames && !normals) {
     number_whole(n, vertex);
     return;
   }
@@ -200,9 +224,11 @@ static void number_vertex(vertex_numberer *n, uint32_t vertex) {
     if (!one_sector) entry->sector = tw_union_find_root(n->sector, i);
     entry->frame = tangent_frame(n, fan[i]);
     entry->normal = normals ? normals[fan[i]] : 0;
-    for (uint32_t s = 0; s < n->splits->uv_count; s++)
-      entry->uvs[s] = n->splits->uv_bases[s]->corner_vertex[fan[i]];
+    for (uint32_t k = 0; k < FIRST_CHANNELS && k < n->splits->channel_count; k++)
+      entry->channels[k] = n->splits->channels[k]->corner_vertex[fan[i]];
   }
+  for (uint32_t k = FIRST_CHANNELS; k < n->splits->channel_count; k++)
+    part_classes(n->splits->channels[k], n->entries, used);
   tw_small_sort(n->entries, used, sizeof *n->entries, compare_entries);
   for (uint32_t i = 0; i < used; i++) {
     if (i == 0 || compare_keys(&n->entries[i], &n->entries[i - 1]) != 0)

@@ -13,8 +13,9 @@
 #include "skin_weights.h"
 #include "tweend/subdiv.h"
 
-/* A field: a connectivity with values on it. Field 0 is the points'; each UV set has its own, in which seams
- * are borders. All fields of a surface have the same faces in the same order. */
+/* A field: a connectivity with values on it. Field 0 is the points'; then each UV set has its own, in which
+ * seams are borders, then each attribute with values of corners, unless it has the seams of a field before
+ * it. All fields of a surface have the same faces in the same order. */
 typedef struct tw_field {
   tw_topology base;   /* at the base level */
   tw_patches patches; /* with TW_WAY_PATCHES, else zeroed */
@@ -24,9 +25,13 @@ typedef struct tw_field {
 /* Values at the vertices of a field. */
 typedef struct tw_values {
   uint32_t field, width;
-  bool is_color; /* rows hold it clamped to 0 to 1 */
-  float *cage;   /* [cage vertices][width]; only kept for level 0 */
-  float *base;   /* [base vertices][width] */
+  bool is_color;  /* rows hold it clamped to 0 to 1 */
+  bool is_sloped; /* tangents are computed from it */
+  /* Of whole numbers, which are never mixed: the value at each corner of the cage's faces, [cage
+   * corners][width]; `cage` and `base` are not used. Else NULL. */
+  float *at_corners;
+  float *cage; /* [cage vertices][width]; only kept for level 0 */
+  float *base; /* [base vertices][width] */
   /* Unrounded values, or NULL. Once the surface is made, of positions alone: those of the base where normals
    * are computed by limit masks, and of TW_WAY_LOOP those of the answer's level. */
   double *exact;
@@ -118,10 +123,15 @@ struct tw_surface {
 
   tw_patch_shapes *shapes; /* the surface's own cache, where options.shapes is NULL */
 
+  uint32_t base_level; /* generic steps from the cage to the base */
+  /* [base faces] the number that each has where no border is cut off; NULL: its own. Only where there are
+   * whole numbers. */
+  uint32_t *origins;
+
   uint32_t field_count;
-  tw_field fields[1 + TW_UV_SETS_MAX]; /* 0: points */
+  tw_field *fields; /* [field_count], 0: points */
   tw_values positions, uvs[TW_UV_SETS_MAX];
-  /* Other values that follow the points' topology: attributes, then displacements of morph targets. */
+  /* Other values: attributes, then displacements of morph targets, which follow the points' topology. */
   uint32_t attribute_count, morph_count;
   tw_values *smooth; /* [attribute_count + morph_count] */
 
@@ -269,9 +279,9 @@ tw_status tw_number_vertices_as(const tw_topology *base, const uint32_t *vertice
 
 /* What splits a point of the surface into several GPU vertices. */
 typedef struct tw_splits {
-  uint32_t uv_count;
-  const tw_topology *uv_bases[TW_UV_SETS_MAX]; /* splits where UVs differ */
-  bool normals;                                /* splits at infinitely sharp edges */
+  uint32_t channel_count;
+  const tw_topology *channels[TW_CHANNELS_MAX]; /* splits where values of corners differ */
+  bool normals;                                 /* splits at infinitely sharp edges */
   /* Edges of the base below this index count as sharp (bilinear surfaces). */
   uint32_t sharp_below;
   const uint8_t *tangent_frames; /* [faces of the base], or NULL: splits where tangent frames differ */
@@ -313,10 +323,22 @@ tw_status tw_number_corners(const tw_topology *base, const tw_splits *splits, co
  * row takes time in proportion to the faces at its vertex. masks: for each row. O(rows). */
 bool tw_is_quickly_read(const tw_topology *base, const tw_numbering *numbering, uint32_t masks);
 
-/* Makes the topology of a UV set of a cage, sharpened by the interpolation rule. cage: the points' topology,
- * sharpened. TW_NO_MEMORY.
- * *values_of: [topology vertices], index of each vertex's value in the set. */
-tw_status tw_uv_topology(const tw_topology *cage, const tw_uv_set *set, tw_uv_rule rule, tw_arena *arena,
-                         tw_topology *out, uint32_t **values_of);
+/* Makes the topology of a cage's values of corners, sharpened by the interpolation rule. cage: the points'
+ * topology, sharpened. values: [corners] index of the value at each. TW_NO_MEMORY.
+ * *values_of: [topology vertices], index of each vertex's value. */
+tw_status tw_channel_topology(const tw_topology *cage, const uint32_t *values, tw_uv_rule rule,
+                              tw_arena *arena, tw_topology *out, uint32_t **values_of);
+
+/* ---- whole numbers: nearest_corner.c ------------------------------------------------------------ */
+
+/* The corner of the cage that is nearest to a corner of the base, among those of the cage's face. */
+uint32_t tw_nearest_corner(const tw_surface *surface, uint32_t base_corner);
+
+/* Writes values at points of a patch, placed as tw_patch_evaluate places them. */
+void tw_nearest_values(const tw_surface *surface, const tw_values *values, uint32_t quad, tw_patch_rect rect,
+                       bool backwards, float *out, uint32_t stride);
+
+/* Fills in the values of all points of the last level (TW_WAY_LEVELS). TW_NO_MEMORY. */
+tw_status tw_nearest_fill(const tw_surface *surface, tw_values *values);
 
 #endif

@@ -1,5 +1,5 @@
-/* From the cage to the base by generic steps: the topologies of points and UVs, and all values of vertices
- * except positions. surface_positions.c takes the same steps for positions. */
+/* From the cage to the base by generic steps: the topologies of points and channels, and all values of
+ * vertices except positions. surface_positions.c takes the same steps for positions. */
 #include <string.h>
 
 #include "open_border.h"
@@ -33,21 +33,42 @@ static bool start_values(tw_build *b, tw_values *values, const float *in, const 
   return values->cage != NULL;
 }
 
-/* Starts the sets of attributes, then of displacements. */
-static tw_status start_smooth(tw_build *b) {
+/* Keeps whole numbers as they are at the corners of the cage. */
+static bool keep_whole(tw_build *b, const tw_attribute *from, tw_values *values) {
+  const uint32_t *index = from->corners ? from->corners : b->mesh->corners;
+  values->at_corners = tw_arena_gather(b->surface->arena, from->values, index, b->mesh->corner_count,
+                                       from->width * sizeof *from->values);
+  return values->at_corners != NULL;
+}
+
+/* values_of: for each field the index of the value at each vertex. */
+static tw_status start_attributes(tw_build *b, uint32_t *const *values_of) {
   const tw_mesh *mesh = b->mesh;
-  tw_surface *s = b->surface;
-  uint32_t count = tw_smooth_set_count(s), attributes = mesh->attribute_count;
-  s->smooth = tw_arena_alloc(s->arena, count, sizeof *s->smooth);
-  if (!s->smooth) return TW_NO_MEMORY;
-  for (uint32_t i = 0; i < count; i++) {
-    bool is_morph = i >= attributes;
-    const float *values = is_morph ? mesh->morphs[i - attributes] : mesh->attributes[i].values;
-    s->smooth[i].width = is_morph ? 3 : mesh->attributes[i].width;
-    s->smooth[i].is_color = !is_morph && mesh->attributes[i].is_color;
-    if (!start_values(b, &s->smooth[i], values, b->cage.point_of)) return TW_NO_MEMORY;
+  for (uint32_t i = 0, channel = mesh->uv_set_count; i < mesh->attribute_count; i++) {
+    const tw_attribute *from = &mesh->attributes[i];
+    tw_values *values = &b->surface->smooth[i];
+    *values = (tw_values){.width = from->width, .is_color = from->is_color};
+    if (from->corners) values->field = b->channel_fields[channel++];
+    const uint32_t *indices = values->field > 0 ? values_of[values->field] : b->cage.point_of;
+    bool is_whole = from->numbers != TW_NUMBERS_REAL;
+    if (!(is_whole ? keep_whole(b, from, values) : start_values(b, values, from->values, indices)))
+      return TW_NO_MEMORY;
   }
   return TW_OK;
+}
+
+/* Starts the sets of attributes, then of displacements. */
+static tw_status start_smooth(tw_build *b, uint32_t *const *values_of) {
+  const tw_mesh *mesh = b->mesh;
+  tw_surface *s = b->surface;
+  s->smooth = tw_arena_alloc(s->arena, tw_smooth_set_count(s), sizeof *s->smooth);
+  tw_status status = s->smooth ? start_attributes(b, values_of) : TW_NO_MEMORY;
+  for (uint32_t i = 0; i < mesh->morph_count && status == TW_OK; i++) {
+    tw_values *values = &s->smooth[mesh->attribute_count + i];
+    values->width = 3;
+    if (!start_values(b, values, mesh->morphs[i], b->cage.point_of)) status = TW_NO_MEMORY;
+  }
+  return status;
 }
 
 static tw_status start_influences(tw_build *b) {
@@ -61,22 +82,30 @@ static tw_status start_influences(tw_build *b) {
   return status;
 }
 
-static tw_status start_uvs(tw_build *b) {
+/* Makes the topologies of the channels. values_of: receives, for each field, the index of the value at each
+ * vertex. */
+static tw_status start_channels(tw_build *b, uint32_t **values_of) {
+  tw_surface *s = b->surface;
+  uint32_t made = 1;
+  for (uint32_t i = 0; i < b->channel_count; i++) {
+    uint32_t field = b->channel_fields[i];
+    if (field < made) continue; /* shared */
+    tw_topology *t = &b->topologies[made++];
+    tw_arena *arena = topology_arena(b, field, 0);
+    tw_status status = tw_channel_topology(&b->cage.topology, b->channels[i].corners, s->options.uv, arena, t,
+                                           &values_of[field]);
+    if (status == TW_OK && s->rules.chaikin) status = tw_topology_copy_semi(t, &b->cage.topology, arena);
+    if (status == TW_OK) status = tw_parallel_for_status(b->parallel);
+    if (status != TW_OK) return status;
+  }
+  return TW_OK;
+}
+
+static tw_status start_uvs(tw_build *b, uint32_t *const *values_of) {
   tw_surface *s = b->surface;
   for (uint32_t i = 0; i < b->mesh->uv_set_count; i++) {
-    const tw_uv_set *set = &b->mesh->uv_sets[i];
-    uint32_t *values_of;
-    tw_topology *t = &b->topologies[1 + i];
-    tw_arena *arena = topology_arena(b, 1 + i, 0);
-    tw_status status = tw_uv_topology(&b->cage.topology, set, s->options.uv, arena, t, &values_of);
-    if (status == TW_OK && s->rules.chaikin) status = tw_topology_copy_semi(t, &b->cage.topology, arena);
-    if (status != TW_OK) return status;
-    s->fields[1 + i].linear = s->rules.linear || s->options.uv == TW_UV_ALL;
-    s->uvs[i].field = 1 + i;
-    s->uvs[i].width = 2;
-    if (!start_values(b, &s->uvs[i], set->values, values_of)) return TW_NO_MEMORY;
-    status = tw_parallel_for_status(b->parallel);
-    if (status != TW_OK) return status;
+    s->uvs[i] = (tw_values){.field = 1 + i, .width = 2, .is_sloped = tw_build_has_tangents(b)};
+    if (!start_values(b, &s->uvs[i], b->mesh->uv_sets[i].values, values_of[1 + i])) return TW_NO_MEMORY;
   }
   return TW_OK;
 }
@@ -92,23 +121,25 @@ static tw_status start_sources(tw_build *b) {
 static tw_status start_base(tw_build *b) {
   b->topologies[0] = b->cage.topology;
   b->surface->steps[0].topology = b->cage.topology;
-  tw_status status = start_smooth(b);
+  uint32_t *values_of[TW_FIELDS_MAX] = {NULL};
+  tw_status status = start_channels(b, values_of);
+  if (status == TW_OK) status = start_smooth(b, values_of);
   if (status == TW_OK) status = start_influences(b);
-  if (status == TW_OK) status = start_uvs(b);
+  if (status == TW_OK) status = start_uvs(b, values_of);
   for (uint32_t f = 0; f < b->surface->field_count; f++) b->cage_vertices[f] = b->topologies[f].vertex_count;
   return status == TW_OK ? start_sources(b) : status;
 }
 
 /* ---- a step --------------------------------------------------------------------------------- */
 
-/* Changes one set of values; context is the function's own. */
+/* Changes one set of values that are mixed; context is the function's own. */
 typedef tw_status value_change(tw_build *b, const void *context, tw_values *values);
 
 static tw_status change_values(tw_build *b, value_change *change, const void *context) {
   tw_surface *s = b->surface;
   tw_status status = TW_OK;
   for (uint32_t i = 0; i < tw_smooth_set_count(s) && status == TW_OK; i++)
-    status = change(b, context, &s->smooth[i]);
+    if (!s->smooth[i].at_corners) status = change(b, context, &s->smooth[i]);
   for (uint32_t i = 0; i < b->mesh->uv_set_count && status == TW_OK; i++)
     status = change(b, context, &s->uvs[i]);
   return status;
@@ -159,9 +190,23 @@ static tw_status refine_sources(tw_build *b, const tw_topology *parent) {
   return TW_OK;
 }
 
+/* Keeps the numbers that faces have where no border is cut off. faces: those that are left, in the numbers of
+ * the children of the level before. */
+static tw_status cut_origins(tw_build *b, const uint32_t *faces, uint32_t face_count) {
+  tw_surface *s = b->surface;
+  enum { CHILDREN = 4 }; /* of a face that is itself a child */
+  if (!b->has_whole) return TW_OK;
+  uint32_t *origins = tw_arena_alloc_raw(s->arena, face_count, sizeof *origins);
+  if (!origins) return TW_NO_MEMORY;
+  for (uint32_t q = 0; q < face_count; q++)
+    origins[q] = s->origins ? CHILDREN * s->origins[faces[q] / CHILDREN] + faces[q] % CHILDREN : faces[q];
+  s->origins = origins;
+  return TW_OK;
+}
+
 /* Cuts a level back to the faces whose parents all exist. */
 static tw_status cut_border(tw_build *b, const tw_topology *parent, uint32_t level) {
-  uint32_t *faces, *kept[1 + TW_UV_SETS_MAX] = {NULL};
+  uint32_t *faces, *kept[TW_FIELDS_MAX] = {NULL};
   uint32_t face_count = tw_open_faces(parent, &b->topologies[0], b->arena, &faces);
   tw_status status = faces ? TW_OK : TW_NO_MEMORY;
   for (uint32_t f = 0; f < b->surface->field_count && status == TW_OK; f++) {
@@ -174,12 +219,12 @@ static tw_status cut_border(tw_build *b, const tw_topology *parent, uint32_t lev
     status = tw_influences_keep(&b->surface->influences, kept[0], b->topologies[0].vertex_count);
   for (uint32_t q = 0; !b->whole && q < face_count && status == TW_OK; q++)
     b->source[q] = b->source[faces[q]];
-  return status;
+  return status == TW_OK ? cut_origins(b, faces, face_count) : status;
 }
 
 static tw_status make_level(tw_build *b, uint32_t level) {
   tw_surface *s = b->surface;
-  tw_topology parents[1 + TW_UV_SETS_MAX];
+  tw_topology parents[TW_FIELDS_MAX];
   memcpy(parents, b->topologies, sizeof parents);
   tw_status status = TW_OK;
   for (uint32_t f = 0; f < s->field_count && status == TW_OK; f++)
@@ -210,6 +255,7 @@ static tw_status round_set(tw_build *b, const void *context, tw_values *values) 
 
 tw_status tw_build_base(tw_build *b) {
   tw_status status = start_base(b);
+  b->surface->base_level = b->levels;
   for (uint32_t level = 1; level <= b->levels && status == TW_OK; level++) status = make_level(b, level);
   return status == TW_OK ? change_values(b, round_set, NULL) : status;
 }

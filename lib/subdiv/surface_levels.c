@@ -43,7 +43,7 @@ tw_status tw_levels_fill(const tw_surface *surface, const tw_parallel_for *paral
   const tw_levels *levels = &surface->levels[values->field];
   bool positions = values == &surface->positions, limit = surface->options.limit;
   /* Normals and tangents are computed from the points before their limits. */
-  bool sloped = positions ? surface->options.normals : values->field > 0 && surface->tangent_frames;
+  bool sloped = positions ? surface->options.normals : values->is_sloped;
   tw_point *base = widen_base(levels, values);
   values->refined = tw_alloc(tw_levels_points(levels), sizeof *values->refined);
   values->points = limit ? tw_alloc(tw_levels_points(levels), sizeof *values->points) : values->refined;
@@ -73,7 +73,8 @@ static tw_status fill_all(tw_build *b) {
     s->uvs[i].cage = s->uvs[i].base = NULL;
   }
   for (uint32_t i = 0; i < tw_smooth_set_count(s) && status == TW_OK; i++) {
-    status = tw_levels_fill(s, b->parallel, &s->smooth[i]);
+    status = s->smooth[i].at_corners ? tw_nearest_fill(s, &s->smooth[i])
+                                     : tw_levels_fill(s, b->parallel, &s->smooth[i]);
     s->smooth[i].cage = s->smooth[i].base = NULL;
   }
   if (status == TW_OK && b->mesh->skin.joints)
@@ -112,7 +113,8 @@ tw_status tw_build_levels(tw_build *b, bool *is_large) {
                                     .face_size = 4};
   s->points = (tw_numbering){.corner_count = last->vertex_count};
   s->vertices = (tw_numbering){.corner_count = s->level_rows.row_count};
-  if (s->field_count > 1) s->uv_points = (tw_numbering){.corner_count = tw_levels_points(&s->levels[1])};
+  if (b->mesh->uv_set_count > 0)
+    s->uv_points = (tw_numbering){.corner_count = tw_levels_points(&s->levels[1])};
   const tw_face_order order = {b->mesh, b->cage.visible, NULL, s->options.level};
   return tw_surface_order(s, &order);
 }
@@ -125,15 +127,17 @@ static void copy_positions(const tw_values *positions, uint32_t first, uint32_t 
     tw_store_point(positions->points[i] + positions->origin, out);
 }
 
-/* Writes what a row holds besides position, normal and tangent. uvs: the row's vertex in each UV set. */
-static void level_attributes(const tw_surface *s, uint32_t point, const uint32_t *uvs, float *out) {
+/* Writes what a row holds besides position, normal and tangent. own: the row's vertex in each field. */
+static void level_attributes(const tw_surface *s, const uint32_t *own, float *out) {
   const tw_surface_layout *l = &s->layout;
   for (uint32_t i = 0; i < l->uv_count; i++)
-    memcpy(out + l->uvs[i], &s->uvs[i].points[uvs[i]], 2 * sizeof *out);
-  for (uint32_t i = 0; i < tw_smooth_count(l); i++)
-    memcpy(out + tw_smooth_column(l, i), &s->smooth[i].points[point], s->smooth[i].width * sizeof *out);
+    memcpy(out + l->uvs[i], &s->uvs[i].points[own[1 + i]], 2 * sizeof *out);
+  for (uint32_t i = 0; i < tw_smooth_count(l); i++) {
+    const tw_values *values = &s->smooth[i];
+    memcpy(out + tw_smooth_column(l, i), &values->points[own[values->field]], values->width * sizeof *out);
+  }
   size_t width = 2 * (size_t)l->influences; /* joints and weights */
-  if (s->skin_rows) memcpy(out + l->joints, s->skin_rows + width * point, width * sizeof *out);
+  if (s->skin_rows) memcpy(out + l->joints, s->skin_rows + width * own[0], width * sizeof *out);
 }
 
 /* Writes the tangent of a row that has its normal, from the slopes of points and UVs. frame: the row's
@@ -148,10 +152,10 @@ static void level_tangent(const tw_surface *s, uint8_t frame, const tw_point poi
 
 enum { AT_ONCE = 256 };
 
-/* Writes the tangents of the rows of points [first, first + count). uvs: for each set, the vertices of these
- * rows. */
+/* Writes the tangents of the rows of points [first, first + count). channels: for each channel, the vertices
+ * of these rows. */
 static void point_tangents(const tw_surface *s, uint32_t first, uint32_t count,
-                           uint32_t (*const uvs)[AT_ONCE], float *out) {
+                           uint32_t (*const channels)[AT_ONCE], float *out) {
   uint32_t faces[AT_ONCE];
   tw_point slopes[AT_ONCE][2], uv_slopes[2];
   tw_levels_cage_faces(&s->levels[0], first, count, faces);
@@ -159,22 +163,28 @@ static void point_tangents(const tw_surface *s, uint32_t first, uint32_t count,
   for (uint32_t i = 0; i < count; i++, out += s->layout.stride) {
     uint8_t frame = s->tangent_frames[faces[i]];
     const tw_values *set = &s->uvs[frame / 2];
-    tw_levels_slopes(&s->levels[set->field], set->refined, uvs[frame / 2][i], 1, uv_slopes);
+    tw_levels_slopes(&s->levels[set->field], set->refined, channels[frame / 2][i], 1, uv_slopes);
     level_tangent(s, frame, slopes[i], uv_slopes, out);
   }
 }
 
+/* The number of channels that rows are read from. */
+static uint32_t channels_read(const tw_surface *s) {
+  return s->layout.uv_count + s->layout.attribute_count > 0 ? s->field_count - 1 : 0;
+}
+
 /* Writes the attributes of the rows of points [first, first + count). */
 static void point_attributes(const tw_surface *s, uint32_t first, uint32_t count, float *out) {
-  uint32_t uvs[TW_UV_SETS_MAX][AT_ONCE], own[TW_UV_SETS_MAX], sets = s->layout.uv_count;
+  uint32_t vertices[TW_CHANNELS_MAX][AT_ONCE], own[TW_FIELDS_MAX], channels = channels_read(s);
   for (uint32_t taken; count > 0; first += taken, count -= taken) {
     taken = count < AT_ONCE ? count : AT_ONCE;
-    for (uint32_t i = 0; i < sets; i++)
-      tw_levels_uv_vertices(&s->levels[0], &s->levels[1 + i], first, taken, uvs[i]);
-    if (s->tangent_frames) point_tangents(s, first, taken, uvs, out);
+    for (uint32_t i = 0; i < channels; i++)
+      tw_levels_channel_vertices(&s->levels[0], &s->levels[1 + i], first, taken, vertices[i]);
+    if (s->tangent_frames) point_tangents(s, first, taken, vertices, out);
     for (uint32_t k = 0; k < taken; k++, out += s->layout.stride) {
-      for (uint32_t i = 0; i < sets; i++) own[i] = uvs[i][k];
-      level_attributes(s, first + k, own, out);
+      own[0] = first + k;
+      for (uint32_t i = 0; i < channels; i++) own[1 + i] = vertices[i][k];
+      level_attributes(s, own, out);
     }
   }
 }
@@ -182,14 +192,16 @@ static void point_attributes(const tw_surface *s, uint32_t first, uint32_t count
 /* Recomputes those of the rows [first, first + count) that are listed exceptions. */
 static void listed_rows(const tw_surface *s, uint32_t first, uint32_t count, float *out) {
   const tw_level_rows *rows = &s->level_rows;
-  uint32_t own[TW_UV_SETS_MAX], n = tw_lower_bound(rows->rows, rows->count, first);
+  uint32_t own[TW_FIELDS_MAX], channels = channels_read(s),
+                               n = tw_lower_bound(rows->rows, rows->count, first);
   for (; n < rows->count && rows->rows[n] - first < count; n++) {
     float *row = out + (size_t)(rows->rows[n] - first) * s->layout.stride;
     copy_positions(&s->positions, rows->points[n], 1, 3, row);
     if (s->layout.normal != UINT32_MAX)
       tw_levels_row_normal(rows, n, s->positions.refined, row + s->layout.normal);
-    for (uint32_t i = 0; i < s->layout.uv_count; i++) own[i] = rows->uvs[i][n];
-    level_attributes(s, rows->points[n], own, row);
+    own[0] = rows->points[n];
+    for (uint32_t i = 0; i < channels; i++) own[1 + i] = rows->channels[i][n];
+    level_attributes(s, own, row);
     if (!s->tangent_frames) continue;
     tw_point points[2], uvs[2];
     tw_levels_row_slopes(rows, n, s->positions.refined, s->uvs[rows->frames[n] / 2].refined, points, uvs);

@@ -47,6 +47,10 @@ static void evaluate(tw_surface_reader *r, const tw_values *values, uint32_t cor
                      float *normal) {
   const tw_surface *s = r->surface;
   uint32_t vertex = s->fields[values->field].base.corner_vertex[corner], width = values->width;
+  if (values->at_corners) {
+    memcpy(out, values->at_corners + (size_t)tw_nearest_corner(s, corner) * width, width * sizeof *out);
+    return;
+  }
   const float *at_level = s->options.level == 0 ? values->cage : values->base;
   if (out) memcpy(out, at_level + (size_t)vertex * width, width * sizeof *out);
   if (normal || s->options.limit) apply_limit_mask(r, values, corner, out, normal);

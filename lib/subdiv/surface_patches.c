@@ -23,6 +23,10 @@ static tw_patch_job job_for(const tw_surface_reader *r, const tw_values *values,
 /* Computes values and normals. out, normals: NULL where not wanted. */
 static void evaluate(const tw_surface_reader *r, const tw_values *values, const place *at, float *out,
                      float *normals, uint32_t stride) {
+  if (values->at_corners) {
+    tw_nearest_values(r->surface, values, at->quad, at->rect, at->backwards, out, stride);
+    return;
+  }
   tw_patch_job job = job_for(r, values, out, normals, stride);
   job.backwards = at->backwards;
   tw_patch_evaluate(&r->surface->fields[values->field].patches, at->quad, &job, at->rect);
@@ -55,7 +59,8 @@ static void attributes(tw_surface_reader *r, const place *own, const place *shar
   if (l->tangent != UINT32_MAX) tangents(r, own, out);
   for (uint32_t i = 0; i < l->uv_count; i++) evaluate(r, &s->uvs[i], own, out + l->uvs[i], NULL, l->stride);
   for (uint32_t i = 0; i < tw_smooth_count(l); i++)
-    evaluate(r, &s->smooth[i], shared, out + tw_smooth_column(l, i), NULL, l->stride);
+    evaluate(r, &s->smooth[i], s->smooth[i].field > 0 ? own : shared, out + tw_smooth_column(l, i), NULL,
+             l->stride);
   if (l->joints != UINT32_MAX) weights(r, shared, out);
 }
 

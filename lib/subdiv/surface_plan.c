@@ -3,6 +3,7 @@
 #include "surface_plan.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "limit.h"
 #include "patch_stencils.h"
@@ -194,6 +195,36 @@ static tw_status plan(tw_build *b, tw_error *error) {
   return TW_OK;
 }
 
+/* The field of an attribute's values: that of an earlier channel with the same seams, or a new one. */
+static uint32_t field_of_channel(tw_build *b, uint32_t channel) {
+  const tw_channel *own = &b->channels[channel];
+  size_t size = b->mesh->corner_count * sizeof *own->corners;
+  for (uint32_t i = 0; i < channel; i++) {
+    const tw_channel *other = &b->channels[i];
+    if (other->value_count == own->value_count && memcmp(other->corners, own->corners, size) == 0)
+      return b->channel_fields[i];
+  }
+  return b->surface->field_count++;
+}
+
+/* Gives fields to what has values at corners. Each UV set has its own. False without memory. */
+static bool choose_fields(tw_build *b) {
+  tw_surface *s = b->surface;
+  const tw_mesh *mesh = b->mesh;
+  b->channel_count = tw_mesh_channels(mesh, b->channels);
+  s->field_count = 1;
+  for (uint32_t i = 0; i < b->channel_count; i++)
+    b->channel_fields[i] = i < mesh->uv_set_count ? s->field_count++ : field_of_channel(b, i);
+  for (uint32_t i = 0; i < mesh->attribute_count; i++)
+    b->has_whole |= mesh->attributes[i].numbers != TW_NUMBERS_REAL;
+  s->fields = tw_arena_alloc(s->arena, s->field_count, sizeof *s->fields);
+  if (!s->fields) return false;
+  s->fields[0].linear = s->rules.linear;
+  for (uint32_t f = 1; f < s->field_count; f++)
+    s->fields[f].linear = s->rules.linear || s->options.uv == TW_UV_ALL;
+  return true;
+}
+
 tw_status tw_build_plan(const tw_mesh *mesh, const tw_surface_options *options,
                         const tw_parallel_for *parallel, tw_attempt *attempt, tw_surface **out,
                         tw_error *error) {
@@ -213,11 +244,10 @@ tw_status tw_build_plan(const tw_mesh *mesh, const tw_surface_options *options,
   s->details = (tw_detail_list){mesh->detail_count, mesh->details};
   s->arena = tw_arena_create();
   s->points_arena = b.points_arena;
-  s->field_count = 1 + mesh->uv_set_count;
-  s->fields[0].linear = s->rules.linear;
   s->attribute_count = mesh->attribute_count;
   s->morph_count = mesh->morph_count;
-  tw_status status = s->arena && b.arena && b.points_arena ? plan(&b, error) : TW_NO_MEMORY;
+  bool has_arenas = s->arena && b.arena && b.points_arena;
+  tw_status status = has_arenas && choose_fields(&b) ? plan(&b, error) : TW_NO_MEMORY;
   tw_arena_destroy(b.arena);
   *attempt = b.next;
   s->options.grant = NULL; /* it belongs to the caller and is valid for this call only */
@@ -288,7 +318,7 @@ tw_status tw_surface_count(const tw_mesh *mesh, const tw_surface_options *option
 
 static void free_plan(tw_surface *s) {
   for (uint32_t m = 0; s->morphed && m < s->morph_count; m++) tw_surface_destroy(s->morphed[m]);
-  for (uint32_t f = 0; f < s->field_count; f++) tw_patches_deinit(&s->fields[f].patches);
+  for (uint32_t f = 0; s->fields && f < s->field_count; f++) tw_patches_deinit(&s->fields[f].patches);
   for (uint32_t i = 0; i < TW_UV_SETS_MAX; i++) tw_values_free_points(&s->uvs[i]);
   for (uint32_t i = 0; s->smooth && i < tw_smooth_set_count(s); i++) tw_values_free_points(&s->smooth[i]);
   tw_patch_shapes_destroy(s->shapes);

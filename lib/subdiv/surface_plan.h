@@ -24,9 +24,13 @@ typedef struct tw_build {
   bool whole;         /* the answer has all faces in the order of the cage */
   bool morph_normals; /* the answer has targets that displace normals */
   tw_attempt attempt;
-  tw_attempt next;                            /* what to try where the method chosen returned TW_LIMIT */
-  tw_topology topologies[1 + TW_UV_SETS_MAX]; /* of each field, at the level that was made last */
-  uint32_t cage_vertices[1 + TW_UV_SETS_MAX]; /* vertex count of each field at the cage */
+  tw_attempt next;                       /* what to try where the method chosen returned TW_LIMIT */
+  tw_topology topologies[TW_FIELDS_MAX]; /* of each field, at the level that was made last */
+  uint32_t cage_vertices[TW_FIELDS_MAX]; /* vertex count of each field at the cage */
+  uint32_t channel_count;
+  tw_channel channels[TW_CHANNELS_MAX];     /* of the mesh: UV sets, then attributes */
+  uint32_t channel_fields[TW_CHANNELS_MAX]; /* the field of each; several can share one */
+  bool has_whole;                           /* an attribute of whole numbers */
   /* [faces of the last level] cage face of each; NULL where `whole`. */
   uint32_t *source;
 } tw_build;

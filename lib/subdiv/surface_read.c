@@ -30,7 +30,7 @@ typedef enum piece_kind { PIECE_CORNERS, PIECE_EDGES, PIECE_QUADS, PIECE_LINES }
 
 uint64_t tw_surface_row_count(const tw_surface *surface, tw_domain domain) {
   const tw_surface *s = surface;
-  if (domain == TW_DOMAIN_UVS && s->field_count == 1) return 0;
+  if (domain == TW_DOMAIN_UVS && s->uvs[0].width == 0) return 0; /* no UV sets */
   if (s->options.level == 0) {
     if (domain == TW_DOMAIN_POINTS) return s->cage_points;
     return domain == TW_DOMAIN_UVS ? s->cage_uv_points : s->cage_vertices;

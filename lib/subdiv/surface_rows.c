@@ -15,7 +15,7 @@ static uint32_t rows_of_cage(const tw_numbering *n, const tw_topology *base, uin
 static bool needs_splits(const tw_build *b) {
   const tw_surface *s = b->surface;
   if (s->way == TW_WAY_LOOP) return false;
-  if (b->mesh->uv_set_count > 0 || tw_has_own_normals(b->mesh, &s->options)) return true;
+  if (s->field_count > 1 || tw_has_own_normals(b->mesh, &s->options)) return true;
   return s->options.normals && (s->rules.linear || tw_topology_parts_normals(&b->topologies[0]));
 }
 
@@ -24,8 +24,8 @@ static tw_status split_vertices(tw_build *b, const uint8_t *visible) {
   const tw_topology *base = &s->fields[0].base;
   bool has_own = tw_has_own_normals(b->mesh, &s->options);
   tw_own_normals own = {.tangents = tw_build_has_tangents(b), .morphs = b->morph_normals};
-  tw_splits splits = {.uv_count = b->mesh->uv_set_count, .normals = s->options.normals};
-  for (uint32_t i = 0; i < splits.uv_count; i++) splits.uv_bases[i] = &s->fields[1 + i].base;
+  tw_splits splits = {.channel_count = s->field_count - 1, .normals = s->options.normals};
+  for (uint32_t i = 0; i < splits.channel_count; i++) splits.channels[i] = &s->fields[1 + i].base;
   /* On a bilinear surface every edge of the cage is sharp; its parts have the lowest numbers at each
    * level. */
   splits.sharp_below = s->rules.linear ? b->cage.topology.edge_count << b->levels : 0;

@@ -13,10 +13,11 @@ static bool is_whole(const tw_build *b) {
   return groups == 1 || (groups > 1 && !tw_cage_shrinks(&b->cage, &b->surface->options));
 }
 
-/* Whether patches cannot compute the UVs: Chaikin's rule depends on sharpness across UV seams, which a patch
- * does not see. */
-static bool crosses_seams(const tw_mesh *mesh, const tw_surface_options *options) {
-  if (options->creasing != TW_CREASE_CHAIKIN || mesh->uv_set_count == 0) return false;
+/* Whether patches cannot compute values of corners: Chaikin's rule depends on sharpness across UV seams,
+ * which a patch does not see. */
+static bool crosses_seams(const tw_build *b) {
+  const tw_mesh *mesh = b->mesh;
+  if (b->surface->options.creasing != TW_CREASE_CHAIKIN || b->channel_count == 0) return false;
   for (uint32_t i = 0; i < mesh->crease_count; i++)
     if (tw_is_semi_sharp(mesh->crease_sharpness[i])) return true;
   return false;
@@ -102,8 +103,7 @@ static uint64_t steps_size(const tw_build *b) {
   uint64_t topology = s->rules.loop ? LOOP : CATMULL_CLARK, values = tw_smooth_set_count(s);
   if (s->way == TW_WAY_LOOP) topology = LOOP_ROWS;
   if (m->skin.joints) values += m->skin.width;
-  return tw_cage_counts_at(&b->cage, s->rules.loop, levels).faces *
-         (topology * (1 + m->uv_set_count) + 32 * values);
+  return tw_cage_counts_at(&b->cage, s->rules.loop, levels).faces * (topology * s->field_count + 32 * values);
 }
 
 static bool may_take(const tw_grant *grant, uint64_t bytes) {
@@ -127,8 +127,7 @@ tw_status tw_build_choose(tw_build *b, tw_error *error) {
     b->levels = deepest;
   } else {
     bool few = !fits_base && level <= 1;
-    generic |= tw_cage_shrinks(&b->cage, &s->options) || loop ||
-               (small && (few || crosses_seams(b->mesh, &s->options)));
+    generic |= tw_cage_shrinks(&b->cage, &s->options) || loop || (small && (few || crosses_seams(b)));
     b->levels = (generic || level <= deepest) && level > 0 ? level : fits_base ? 0 : 1;
     if (deepest < level && deepest > b->levels) b->levels = deepest;
     s->depth = level > b->levels ? level - b->levels : 0;

@@ -123,8 +123,9 @@ static void take_values(source *s, storage *own, tw_mesh *mesh) {
   if (kinds & 1) {
     take_numbers(s, own->colors[0], 4 * (size_t)mesh->point_count);
     take_numbers(s, own->own[0], mesh->point_count);
-    own->attributes[0] = (tw_attribute){"COLOR_0", 4, true, own->colors[0]};
-    own->attributes[1] = (tw_attribute){"_OWN", 1, false, own->own[0]};
+    own->attributes[0] =
+        (tw_attribute){.name = "COLOR_0", .width = 4, .is_color = true, .values = own->colors[0]};
+    own->attributes[1] = (tw_attribute){.name = "_OWN", .width = 1, .values = own->own[0]};
     mesh->attributes = own->attributes;
     mesh->attribute_count = 1 + take(s, 2);
   }

@@ -172,14 +172,42 @@ PointAttributes::PointAttributes(const Cage &cage) {
     pair_.insert(pair_.end(), {point[1], point[2]});
     four_.insert(four_.end(), {point[0], point[1], point[2], point[0]});
   }
-  attributes_[0] = {"_1", 1, false, single_.data()};
-  attributes_[1] = {"_2", 2, false, pair_.data()};
-  attributes_[2] = {"_4", 4, false, four_.data()};
+  const float *values[] = {single_.data(), pair_.data(), four_.data()};
+  static const char *const names[] = {"_1", "_2", "_4"};
+  for (size_t i = 0; i < COUNT; i++) {
+    attributes_[i].name = names[i];
+    attributes_[i].width = 1u << i;
+    attributes_[i].values = values[i];
+  }
 }
 
 void PointAttributes::give(tw_mesh &mesh) const {
   mesh.attributes = attributes_;
-  mesh.attribute_count = 3;
+  mesh.attribute_count = COUNT;
+}
+
+CornerAttributes::CornerAttributes(const tw_mesh &mesh)
+    : attributes_(mesh.attributes, mesh.attributes + mesh.attribute_count) {
+  static const char *const names[] = {"_A", "_B", "_C", "_D"};
+  for (uint32_t set = 0; set < mesh.uv_set_count; set++) {
+    const tw_uv_set &from = mesh.uv_sets[set];
+    for (uint32_t i = 0; i < from.value_count; i++) {
+      const float *uv = from.values + 2 * size_t{i};
+      values_[set].insert(values_[set].end(), {uv[0], uv[1], uv[1], uv[0]});
+    }
+    tw_attribute made{};
+    made.name = names[set];
+    made.width = 4;
+    made.values = values_[set].data();
+    made.value_count = from.value_count;
+    made.corners = from.corners;
+    attributes_.push_back(made);
+  }
+}
+
+void CornerAttributes::give(tw_mesh &mesh) const {
+  mesh.attributes = attributes_.data();
+  mesh.attribute_count = static_cast<uint32_t>(attributes_.size());
 }
 
 Comparison::Comparison(const Cage &cage, const tw_surface_options &options, const Sculpts &sculpts)
@@ -204,6 +232,16 @@ std::string Comparison::run() {
 
 std::string Comparison::run(tw_mesh mesh) {
   std::string result = run(mesh, options_);
+  const CornerAttributes corners(mesh);
+  // Beside the UV sets, whose fields the attributes share, and without them.
+  for (int shared = 1; shared >= 0 && result.empty() && mesh.uv_set_count > 0; shared--) {
+    tw_mesh colored = mesh;
+    corners.give(colored);
+    if (!shared) colored.uv_set_count = 0;
+    result = run(colored, options_);
+    if (!result.empty())
+      result += shared ? " with attributes of corners" : " with attributes of corners alone";
+  }
   if (!result.empty() || options_.limit) return result;
   tw_surface_options bare = options_;
   bare.normals = false;
@@ -248,15 +286,17 @@ std::string Comparison::compare(tw_surface *surface, tw_surface_reader *reader, 
 
   theirs_.assign(point_rows, -1);
   std::vector<int> theirs_to_ours(static_cast<size_t>(level.GetNumVertices()), -1);
-  double worst_point = 0, worst_attribute = 0, worst_uv = 0;
+  double worst_point = 0, worst_attribute = 0, worst_uv = 0, worst_color = 0;
   Normals compared(oracle_, vertex_rows, plain_ != nullptr);
   const Oracle &plain = plain_ ? *plain_ : oracle_;
-  std::vector<size_t> comparable_sets;
+  std::vector<size_t> comparable_sets, comparable_colors;
   for (size_t set = 0; set < layout->uv_count; set++)
     if (oracle_.misreads(set))
       misread_sets++;
     else
       comparable_sets.push_back(set);
+  for (size_t set = 0; PointAttributes::COUNT + set < layout->attribute_count; set++)
+    if (!oracle_.misreads(set)) comparable_colors.push_back(set);
   for (size_t cell = 0; cell < walk.cells.size(); cell++) {
     auto face_vertices = level.GetFaceVertices(walk.cells[cell].face);
     int size = face_vertices.size();
@@ -288,11 +328,19 @@ std::string Comparison::compare(tw_surface *surface, tw_surface_reader *reader, 
         worst_uv = std::max({worst_uv, std::abs(static_cast<double>(row[layout->uvs[set]]) - uv[0]),
                              std::abs(1 - static_cast<double>(row[layout->uvs[set] + 1]) - uv[1])});
       }
+      for (size_t set : comparable_colors) {
+        int value = level.GetFaceFVarValues(walk.cells[cell].face, static_cast<int>(set))[corner];
+        const double *uv = oracle_.uvs[set][static_cast<size_t>(value)].v;
+        const float *own = row + layout->attributes[PointAttributes::COUNT + set];
+        for (size_t c = 0; c < 4; c++)
+          worst_color = std::max(worst_color, std::abs(static_cast<double>(own[c]) - uv[c == 1 || c == 2]));
+      }
     }
   }
   double tolerance = options_.limit ? 1e-4 : 1e-5;
   if (worst_point > tolerance * diameter_) return report("points", worst_point / diameter_);
   if (worst_attribute > tolerance * diameter_) return report("attributes", worst_attribute / diameter_);
   if (worst_uv > 1e-5) return report("UVs", worst_uv);
+  if (worst_color > 1e-5) return report("attributes of corners", worst_color);
   return compared.verdict();
 }

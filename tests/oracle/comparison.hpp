@@ -1,4 +1,5 @@
-// Compares a surface with OpenSubdiv's, row by row: connectivity, points, attributes of points, normals, UVs.
+// Compares a surface with OpenSubdiv's, row by row: connectivity, points, attributes of points and of
+// corners, normals, UVs.
 //
 // Differences from OpenSubdiv, and how they are compared:
 // - Normals where several sides meet. OpenSubdiv's tangents are those of one side, depending on its storage.
@@ -32,12 +33,25 @@ std::string text_of(const tw_surface_options &options);
 // Three attributes with the coordinates of a cage's points as values: they must be refined as the points are.
 class PointAttributes {
 public:
+  static constexpr size_t COUNT = 3;
   explicit PointAttributes(const Cage &cage);
   void give(tw_mesh &mesh) const;
 
 private:
   std::vector<float> single_, pair_, four_;
-  tw_attribute attributes_[3];
+  tw_attribute attributes_[COUNT] = {};
+};
+
+// A mesh's attributes, then one for each of its UV sets, with values of corners: u v v u. They must be
+// refined as the UVs are.
+class CornerAttributes {
+public:
+  explicit CornerAttributes(const tw_mesh &mesh);
+  void give(tw_mesh &mesh) const;
+
+private:
+  std::vector<float> values_[TW_UV_SETS_MAX];
+  std::vector<tw_attribute> attributes_;
 };
 
 // Compares the surface of a cage, which may be sculpted on some of its levels.

@@ -172,8 +172,8 @@ static inline void dress(tw_mesh *mesh, dressed *d) {
       d->apart[c][1] = point_of(mesh, mesh->corners[c])[2];
     }
   }
-  d->attributes[0] = (tw_attribute){"_WEIGHT", 1, false, d->weight};
-  d->attributes[1] = (tw_attribute){"COLOR_0", 4, true, d->color[0]};
+  d->attributes[0] = (tw_attribute){.name = "_WEIGHT", .width = 1, .values = d->weight};
+  d->attributes[1] = (tw_attribute){.name = "COLOR_0", .width = 4, .is_color = true, .values = d->color[0]};
   d->morphs[0] = d->morph[0];
   mesh->attribute_count = 2;
   mesh->attributes = d->attributes;

@@ -512,12 +512,19 @@ TEST(attributes_of_an_application_are_read_in_the_order_of_the_document) {
   const float *pair = mesh->attributes[1].values, *four = mesh->attributes[3].values;
   assert_true(pair[0] == 0 && pair[1] == 51 && pair[2] == 102 && pair[3] == -1 && pair[4] == -1);
   assert_true(four[3] == 255 && four[4] == 255 && four[15] == 2);
+  /* Integers are whole numbers, unless some primitive has fractions for them. */
+  static const tw_numbers numbers[] = {TW_NUMBERS_REAL, TW_NUMBERS_INT8, TW_NUMBERS_REAL, TW_NUMBERS_REAL,
+                                       TW_NUMBERS_REAL};
+  for (uint32_t i = 0; i < 5; i++) assert_int_equal(mesh->attributes[i].numbers, numbers[i]);
   static const char *const warnings[] = {
-      "the attribute _\n is left out", "the attribute _Late is 0 where a primitive lacks it",
-      "the attribute _M is left out", "the attribute _Z is 0 where a primitive lacks it",
+      "the attribute COLOR_0 is white and opaque where a primitive lacks it",
+      "the attribute _\n is left out",
+      "the attribute _Late is 0 where a primitive lacks it",
+      "the attribute _M is left out",
+      "the attribute _Z is 0 where a primitive lacks it",
       "the attribute _\xC3\xA4 is 0 where a primitive lacks it"};
-  assert_int_equal(model->warning_count, 6); /* and that the two lie on each other */
-  for (uint32_t i = 0; i < 5; i++) assert_string_equal(model->warnings[i], warnings[i]);
+  assert_int_equal(model->warning_count, 7); /* and that the two lie on each other */
+  for (uint32_t i = 0; i < 6; i++) assert_string_equal(model->warnings[i], warnings[i]);
   tw_model_destroy(model);
 }
 
@@ -815,7 +822,7 @@ TEST(normals_and_tangents_stay_those_of_the_vertices) {
 }
 
 /* Two triangles of a square with vertices of their own; their colours differ along the diagonal, or not. */
-TEST(colours_that_differ_at_a_joined_point_are_told) {
+TEST(colours_that_differ_at_a_joined_point_are_those_of_corners) {
   struct {
     float positions[6][3];
     uint8_t colors[6][4];
@@ -829,8 +836,11 @@ TEST(colours_that_differ_at_a_joined_point_are_told) {
     for (int v = 0; v < 6; v++) bin.colors[v][0] = differ && v >= 3 ? 255 : 0;
     tw_model *model = glb_read(json, &bin, sizeof bin);
     assert_int_equal(model->meshes[0].point_count, 4);
-    assert_int_equal(model->warning_count, differ);
-    if (differ) assert_non_null(strstr(model->warnings[0], "COLOR_0 has several values"));
+    assert_int_equal(model->warning_count, 0);
+    const tw_attribute *color = model->meshes[0].attributes;
+    assert_int_equal(color->value_count, differ ? 6 : 0);
+    assert_true((color->corners != NULL) == differ);
+    for (uint32_t c = 0; differ && c < 6; c++) assert_true(color->values[4 * color->corners[c]] == (c >= 3));
     tw_model_destroy(model);
   }
 }

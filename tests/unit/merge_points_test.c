@@ -97,7 +97,8 @@ TEST(a_face_as_thin_as_a_line_does_not_close_upon_itself) {
   assert_points("v 1 0 0\nv 0 1e-30 0\nv 0 0 0\nf 1 2 3\n", TW_WELD_AUTO, 3, 3);
 }
 
-/* Colours, groups, materials and texture coordinates of what stays are those of the first. */
+/* Groups and materials follow their faces. Points and equal texture coordinates that become one are those of
+ * the first; colours that differ there are of corners. */
 TEST(what_points_and_faces_bear_follows_them) {
   tw_model *model =
       read_obj("v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 1 1 0 0 0 1\nv 0 1 0 1 1 1\n"
@@ -110,8 +111,10 @@ TEST(what_points_and_faces_bear_follows_them) {
   assert_int_equal(m->point_count, 6);
   assert_memory_equal(m->corners, corners, sizeof corners);
   assert_memory_equal(m->uv_sets[0].corners, uvs, sizeof uvs);
-  const float *colors = m->attributes[0].values;
-  assert_true(m->positions[3 * 4] == 2 && colors[4 * 1 + 1] == 1 && colors[4 * 4] == 1);
+  const tw_attribute *colors = m->attributes;
+  static const float reds[8] = {1, 0, 0, 1, 0.21404114f, 1, 0, 0.21404114f}; /* linear of 0.5 */
+  assert_true(m->positions[3 * 4] == 2 && colors->value_count == 8 && colors->corners);
+  for (uint32_t c = 0; c < 8; c++) assert_float_equal(colors->values[4 * colors->corners[c]], reds[c], 1e-6);
   assert_int_equal(m->face_materials[1], 1);
   assert_int_equal(m->face_groups[1], 1);
   assert_int_equal(m->face_smoothing[1], 2);
@@ -234,7 +237,9 @@ TEST(merged_points_keep_all_their_joints) {
   mesh.face_offsets = offsets;
   mesh.corners = corners;
   mesh.skin = (tw_skin_weights){8, joints[0], weights[0]};
-  assert_int_equal(tw_mesh_merge_within(&mesh, 0, &merged, NULL), TW_OK);
+  tw_arena *arena = tw_arena_create();
+  assert_non_null(arena);
+  assert_int_equal(tw_mesh_merge_within(&mesh, 0, arena, &merged, NULL), TW_OK);
   assert_int_equal(mesh.point_count, 4);
   static const int from[4] = {0, 1, 2, 4};
   for (int p = 0; p < 4; p++)
@@ -242,4 +247,5 @@ TEST(merged_points_keep_all_their_joints) {
       assert_int_equal(mesh.skin.joints[8 * p + k], 10 * from[p] + k);
       assert_true(mesh.skin.weights[8 * p + k] == (float)(k + 1) / 36);
     }
+  tw_arena_destroy(arena);
 }

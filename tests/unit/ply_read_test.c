@@ -83,7 +83,8 @@ TEST(a_line_of_text_is_named) {
   assert_int_equal(error.line, 13);
 }
 
-/* Two triangles over five vertices, of which two stand at the same place, and a vertex that none uses. */
+/* Two triangles over five vertices, of which two stand at the same place in two colours, and a vertex that
+ * none uses. */
 static const char square[] = HEADER(
     "ascii", "6", "3") "0 0 0 255 0 0\n1 0 0 0 255 0\r\n1 1 0 0 0 255\n1 1 0 9 9 9\n0 1 0 188 188 188\n"
                        "5 5 5 0 0 0\n3 0 1 2\n4 0 3 4 4\n2 0 1\n";
@@ -95,10 +96,14 @@ static void assert_square(const tw_model *model) {
   assert_int_equal(mesh->point_count, 5);
   assert_int_equal(mesh->corners[2], mesh->corners[4]);
   assert_int_equal(model->warning_count, 3); /* an unused point, a face of two points, a doubled corner */
-  assert_float_equal(mesh->attributes[0].values[0], 1, 0);
-  assert_float_equal(mesh->attributes[0].values[4 * mesh->corners[5]], 0.5028865,
-                     1e-6); /* linear of 188 / 255 */
-  assert_float_equal(mesh->attributes[0].values[3], 1, 0);
+  const tw_attribute *color = mesh->attributes;
+  assert_non_null(color->corners);
+  assert_float_equal(color->values[4 * color->corners[0]], 1, 0);
+  assert_float_equal(color->values[4 * color->corners[2] + 2], 1, 0);
+  assert_float_equal(color->values[4 * color->corners[4]], 0.002731743, 1e-7); /* linear of 9 / 255 */
+  assert_float_equal(color->values[4 * color->corners[5]], 0.5028865, 1e-6);   /* and of 188 / 255 */
+  assert_float_equal(color->values[3], 1, 0);
+  assert_int_equal(color->corners[0], color->corners[3]);
 }
 
 TEST(text_is_welded_and_degenerate_faces_go) {

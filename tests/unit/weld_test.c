@@ -168,8 +168,8 @@ static uint32_t weld_square_uvs(float shift) {
     uvs[v][1] = positions[v][1];
   }
   uvs[7][0] += shift; /* one end of the common edge */
-  assert_int_equal(tw_weld_uvs(&soup, points, 6, uvs[0], values, &count, NULL), TW_OK);
-  assert_int_equal(tw_weld_uvs(&soup, points, 5, uvs[0], values, &count, NULL), TW_INVALID);
+  assert_int_equal(tw_weld_values(&soup, points, 6, uvs[0], 2, values, &count, NULL), TW_OK);
+  assert_int_equal(tw_weld_values(&soup, points, 5, uvs[0], 2, values, &count, NULL), TW_INVALID);
   return count;
 }
 

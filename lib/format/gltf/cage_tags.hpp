@@ -226,6 +226,9 @@ private:
     reorder_corners(mesh_.normals.corners, place);
     for (uint32_t set = 0; set < mesh_.uv_set_count; set++)
       reorder_corners(mesh_.uv_sets[set].corners, place);
+    // The reader has just made the attributes, and nothing else refers to them.
+    for (uint32_t i = 0; i < mesh_.attribute_count; i++)
+      reorder_corners(const_cast<tw_attribute *>(mesh_.attributes)[i].corners, place);
     uint32_t *offsets = allocate<uint32_t>(document_, place.size() + 1);
     offsets[0] = 0;
     for (size_t i = 0; i < place.size(); i++)

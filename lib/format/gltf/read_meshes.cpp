@@ -498,55 +498,79 @@ private:
     tw_attribute *attributes = allocate<tw_attribute>(document_, opened_.smooth.size());
     uint32_t count = 0, columns_left = TW_ATTRIBUTE_COLUMNS_MAX - 4; // 4 are reserved for a colour
     for (size_t i = 0; i < opened_.smooth.size(); i++) {
-      const auto &[name, width] = opened_.smooth[i];
+      const auto &[name, width, numbers] = opened_.smooth[i];
       bool is_color = opened_.smooth[i].is_color();
       if (!is_color && width > columns_left) {
         document_.note(name + too_many_attributes);
         continue;
       }
       if (!is_color) columns_left -= width;
-      attributes[count++] = {copy_name(document_, name), width, is_color, read_attribute(i)};
+      tw_attribute &made = attributes[count++];
+      made = {copy_name(document_, name), width, is_color, nullptr, 0, nullptr, numbers};
+      write_attribute(read_attribute(i), made);
     }
     mesh_.attributes = attributes;
     mesh_.attribute_count = count;
   }
 
-  // Points without a colour are white, as a renderer shows them; other attributes are 0 there.
-  const float *read_attribute(size_t i) {
+  // Rows of all vertices. Those without a colour are white, as a renderer shows them; other attributes are 0
+  // there.
+  Vector<float> read_attribute(size_t i) const {
     const SmoothAttribute &attribute = opened_.smooth[i];
-    float *values = allocate<float>(document_, size_t{attribute.width} * mesh_.point_count), *value = values;
+    Vector<float> values(document_.budget, size_t{attribute.width} * elements_.size(),
+                         attribute.is_color() ? 1.0f : 0.0f);
     bool has_all = true, is_usable = true;
-    std::fill_n(values, size_t{attribute.width} * mesh_.point_count, attribute.is_color() ? 1.0f : 0.0f);
-    for (uint32_t p = 0; p < mesh_.point_count; p++, value += attribute.width) {
-      uint32_t vertex = first_vertex_[p];
-      const VertexSource &source = source_of(vertex);
+    for (uint32_t v = 0; v < elements_.size(); v++) {
+      const VertexSource &source = source_of(v);
       const Elements *elements = i < source.attributes.size() ? source.attributes[i] : nullptr;
+      float *value = &values[size_t{attribute.width} * v];
       has_all &= elements != nullptr;
       if (elements && attribute.is_color())
-        read_vertex(elements, vertex, value);
+        read_vertex(elements, v, value);
       else if (elements)
-        is_usable &= read_usable(*elements, elements_[vertex], value);
+        is_usable &= read_usable(*elements, elements_[v], value);
     }
-    if (!has_all && !attribute.is_color())
-      document_.note(attribute.name + " is 0 where a primitive lacks it");
+    if (!has_all)
+      document_.note(attribute.name + (attribute.is_color()
+                                           ? " is white and opaque where a primitive lacks it"
+                                           : " is 0 where a primitive lacks it"));
     if (!is_usable) document_.note(attribute.name + " is 0 where it is no number up to 1e18");
-    if (differs_within_points(i, values))
-      document_.note(attribute.name + " has several values at points that are joined: one is kept");
     return values;
   }
 
-  // Whether vertices of one point have different values of an attribute. values: those of the points.
-  bool differs_within_points(size_t i, const float *values) const {
-    uint32_t width = opened_.smooth[i].width;
-    for (uint32_t v = 0; mesh_.point_count < elements_.size() && v < elements_.size(); v++) {
-      const VertexSource &source = source_of(v);
-      const Elements *elements = i < source.attributes.size() ? source.attributes[i] : nullptr;
-      if (!elements || first_vertex_[point_[v]] == v) continue;
-      float own[4] = {1, 1, 1, 1};
-      if (!elements->read_finite(elements_[v], own)) continue;
-      if (tw_compare_floats(own, values + size_t{width} * point_[v], elements->width()) != 0) return true;
+  // Values are of points, unless vertices of one point differ. rows: of the vertices.
+  void write_attribute(const Vector<float> &rows, tw_attribute &attribute) {
+    uint32_t width = attribute.width;
+    if (tw_values_part(point_.data(), static_cast<uint32_t>(elements_.size()), first_vertex_.data(),
+                       rows.data(), width)) {
+      tw_channel made = weld_values(rows, width);
+      attribute.values = made.values;
+      attribute.value_count = made.value_count;
+      attribute.corners = made.corners;
+      return;
     }
-    return false;
+    float *values = allocate<float>(document_, size_t{width} * mesh_.point_count);
+    for (uint32_t p = 0; p < mesh_.point_count; p++)
+      std::memcpy(values + size_t{width} * p, &rows[size_t{width} * first_vertex_[p]], width * sizeof(float));
+    attribute.values = values;
+  }
+
+  // The values of corners of what vertices have.
+  tw_channel weld_values(const Vector<float> &rows, uint32_t width) {
+    uint32_t vertices = static_cast<uint32_t>(elements_.size()), count = 0;
+    Vector<uint32_t> value(document_.budget, vertices);
+    tw_soup soup = view_soup();
+    {
+      Hold hold(document_.budget, tw_weld_size(soup.vertex_count, soup.corner_count));
+      check_status(tw_weld_values(&soup, point_.data(), mesh_.point_count, rows.data(), width, value.data(),
+                                  &count, nullptr));
+    }
+    float *values = allocate<float>(document_, size_t{width} * count);
+    for (uint32_t v = vertices; v-- > 0;)
+      std::memcpy(values + size_t{width} * value[v], &rows[size_t{width} * v], width * sizeof(float));
+    uint32_t *corners = allocate<uint32_t>(document_, corner_count_);
+    for (size_t c = 0; c < corner_count_; c++) corners[c] = value[corners_[c]];
+    return {width, count, values, corners, false};
   }
 
   // Reads an element; false and all 0 if a value cannot be subdivided, because it is not finite or over
@@ -672,7 +696,8 @@ private:
       }
       if (!any) return; // sets are numbered without gaps
       document_.partly_textured += !all;
-      write_uv_set(read_uvs(set));
+      tw_channel made = weld_values(read_uvs(set), 2);
+      mesh_.uv_sets[mesh_.uv_set_count++] = {made.value_count, made.values, made.corners};
     }
   }
 
@@ -687,23 +712,6 @@ private:
       uv[1] = 1 - uv[1];
     }
     return uvs;
-  }
-
-  void write_uv_set(const Vector<float> &uvs) {
-    uint32_t vertices = static_cast<uint32_t>(elements_.size()), count = 0;
-    Vector<uint32_t> value(document_.budget, vertices);
-    tw_soup soup = view_soup();
-    {
-      Hold hold(document_.budget, tw_weld_size(soup.vertex_count, soup.corner_count));
-      check_status(
-          tw_weld_uvs(&soup, point_.data(), mesh_.point_count, uvs.data(), value.data(), &count, nullptr));
-    }
-    float *values = allocate<float>(document_, 2 * size_t{count});
-    for (uint32_t v = vertices; v-- > 0;)
-      std::memcpy(values + 2 * size_t{value[v]}, &uvs[2 * size_t{v}], 2 * sizeof(float));
-    uint32_t *corners = allocate<uint32_t>(document_, corner_count_);
-    for (size_t c = 0; c < corner_count_; c++) corners[c] = value[corners_[c]];
-    mesh_.uv_sets[mesh_.uv_set_count++] = {count, values, corners};
   }
 
   // Keeps a normal for each vertex, not for each point; one that is not finite becomes 0 0 0.

@@ -31,6 +31,7 @@ struct VertexSource {
 struct SmoothAttribute {
   std::string name;
   uint32_t width;
+  tw_numbers numbers;
   bool is_color() const { return name[0] != '_'; }
 };
 
@@ -158,21 +159,47 @@ private:
       if (!elements) continue;
       if (accessors_.type_name(attributes.at(name))[0] == 'M')
         document_.note(name + " is left out");
-      else if (std::optional<size_t> number = smooth_number(name, elements->width()); !number)
+      else if (std::optional<size_t> number = smooth_number(name, *elements); !number)
         document_.note(name + too_many_attributes);
       else
         put_at(source.attributes, *number, elements);
     }
   }
 
+  // Whether the numbers of an attribute name things, whatever they are written as: EXT_mesh_features, and
+  // what came before it.
+  static bool is_label(const std::string &name) {
+    return name.rfind("_FEATURE_ID", 0) == 0 || name == "_BATCHID" || name == "_BATCH_ID";
+  }
+
+  // The kind of an attribute's numbers. Integers that stand for fractions are real.
+  static tw_numbers numbers_of(const std::string &name, const Elements &elements) {
+    if (!is_custom(name) || elements.normalized()) return TW_NUMBERS_REAL;
+    switch (elements.component_type()) {
+    case TINYGLTF_COMPONENT_TYPE_BYTE: return TW_NUMBERS_INT8;
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE: return TW_NUMBERS_UINT8;
+    case TINYGLTF_COMPONENT_TYPE_SHORT: return TW_NUMBERS_INT16;
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT: return TW_NUMBERS_UINT16;
+    case TINYGLTF_COMPONENT_TYPE_FLOAT: return is_label(name) ? TW_NUMBERS_WHOLE : TW_NUMBERS_REAL;
+    default: return TW_NUMBERS_WHOLE;
+    }
+  }
+
+  // The kind of an attribute that primitives write as two kinds.
+  static tw_numbers both(tw_numbers a, tw_numbers b) {
+    if (a == b) return a;
+    return a == TW_NUMBERS_REAL || b == TW_NUMBERS_REAL ? TW_NUMBERS_REAL : TW_NUMBERS_WHOLE;
+  }
+
   // The index in `smooth` of an attribute, which is added if there is room; for a colour there always is.
-  std::optional<size_t> smooth_number(const std::string &name, uint32_t width) {
+  std::optional<size_t> smooth_number(const std::string &name, const Elements &elements) {
     size_t number = 0, others = 0;
     while (number < smooth.size() && smooth[number].name != name) others += !smooth[number++].is_color();
     if (number == smooth.size() && others == TW_ATTRIBUTES_MAX - 1 && is_custom(name)) return {};
-    if (number == smooth.size()) smooth.push_back({name, 0});
+    if (number == smooth.size()) smooth.push_back({name, 0, numbers_of(name, elements)});
     SmoothAttribute &found = smooth[number];
-    found.width = found.is_color() ? 4 : std::max(found.width, width);
+    found.width = found.is_color() ? 4 : std::max(found.width, elements.width());
+    found.numbers = both(found.numbers, numbers_of(name, elements));
     return number;
   }
 

@@ -15,8 +15,9 @@ enum {
    * answer, which has 24 further numbers and the displacements, then stays within TW_VERTEX_STRIDE_MAX. */
   TW_ATTRIBUTES_MAX = 16,
   TW_ATTRIBUTE_COLUMNS_MAX = 36,
-  TW_JOINT_SETS_MAX = 8,     /* of four influences each */
-  TW_VERTEX_STRIDE_MAX = 252 /* glTF's limit on the bytes of an element */
+  TW_JOINT_SETS_MAX = 8,      /* of four influences each */
+  TW_VERTEX_STRIDE_MAX = 252, /* glTF's limit on the bytes of an element */
+  TW_CHANNELS_MAX = TW_UV_SETS_MAX + TW_ATTRIBUTES_MAX
 };
 
 /* From this sharpness on a feature stays sharp at every level (OpenSubdiv's SHARPNESS_INFINITE). */
@@ -44,13 +45,35 @@ typedef struct tw_corner_normals {
   const uint32_t *corners; /* [corner_count] of the mesh: index of the value there; NULL: no normals */
 } tw_corner_normals;
 
-/* Values of points, subdivided as positions are. */
+/* What an attribute's numbers are. Whole numbers name things, so they are never mixed: a new vertex takes
+ * those of the nearest corner of its face in the control mesh. The types are those of the source. */
+typedef enum tw_numbers {
+  TW_NUMBERS_REAL,
+  TW_NUMBERS_WHOLE, /* in floats */
+  TW_NUMBERS_INT8,
+  TW_NUMBERS_UINT8,
+  TW_NUMBERS_INT16,
+  TW_NUMBERS_UINT16
+} tw_numbers;
+
+/* Values of points, subdivided as positions are, or of face corners, subdivided as UV sets are. */
 typedef struct tw_attribute {
   const char *name;    /* UTF-8; COLOR_0 (linear), or an application's own name, which begins with "_" */
   uint32_t width;      /* 1 to 4; a colour has 4 */
   bool is_color;       /* clamped to 0 to 1 in answers */
-  const float *values; /* [point_count][width] */
+  const float *values; /* [value_count][width]; [point_count][width] where corners is NULL */
+  uint32_t value_count;
+  const uint32_t *corners; /* [corner_count] of the mesh: index of the value there; NULL: values of points */
+  tw_numbers numbers;
 } tw_attribute;
+
+/* Values at face corners, of a UV set or of an attribute. A view. */
+typedef struct tw_channel {
+  uint32_t width, value_count;
+  const float *values;     /* [value_count][width] */
+  const uint32_t *corners; /* [corner_count] of the mesh */
+  bool is_whole;           /* whole numbers, which are never mixed */
+} tw_channel;
 
 /* Per-point skinning: the joints that move a point, and their weights. */
 typedef struct tw_skin_weights {
@@ -134,6 +157,19 @@ void tw_mesh_init(tw_mesh *mesh);
 /* Adds the attribute COLOR_0 to a mesh without attributes. colors: [point_count][4], linear; must outlive the
  * mesh. TW_NO_MEMORY. */
 tw_status tw_mesh_set_colors(tw_mesh *mesh, const float *colors, tw_arena *arena);
+
+/* As tw_mesh_set_colors, with colours of face corners. colors: [color_count][4]; corners: [corner_count]
+ * index of the colour at each corner. Both must outlive the mesh. */
+tw_status tw_mesh_set_corner_colors(tw_mesh *mesh, const float *colors, uint32_t color_count,
+                                    const uint32_t *corners, tw_arena *arena);
+
+/* Lists what has values at corners: the UV sets, then the attributes with values of corners. Returns how many
+ * there are. */
+uint32_t tw_mesh_channels(const tw_mesh *mesh, tw_channel out[TW_CHANNELS_MAX]);
+
+/* Replaces the values that tw_mesh_channels lists, in its order. attributes: [mesh->attribute_count] the
+ * mesh's, which may be written to. */
+void tw_mesh_set_channels(tw_mesh *mesh, const tw_channel *channels, tw_attribute *attributes);
 
 /* Influences that rows of the mesh's surfaces hold: its width, a multiple of 4, or 0 without a skin. Fewer
  * where more than `most` (0: no limit), or where an element would exceed TW_VERTEX_STRIDE_MAX beside the
