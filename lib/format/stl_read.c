@@ -35,10 +35,11 @@ static uint64_t payload_end(const uint8_t *bytes, size_t size, uint32_t facets) 
 
 /* Whether bytes are facets of finite numbers. */
 static bool are_facets(const uint8_t *bytes, uint64_t size) {
+  if (size == 0 || size % FACET != 0) return false;
   for (uint64_t at = 0; at < size; at += FACET)
     for (size_t i = 0; i < 12; i++)
       if (!isfinite(tw_read_f32(bytes + at + 4 * i))) return false;
-  return size > 0 && size % FACET == 0;
+  return true;
 }
 
 /* Recognises a file by its size. The same bytes of STL text, read as a count, ask for far more than the file

@@ -3,6 +3,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 #include "test.h"
 #include "tweend/format.h"
@@ -245,6 +247,24 @@ TEST(attributes_that_are_no_colours_are_told) {
   assert_string_equal(model->warnings[0], "1 facets have attributes that are left out");
   assert_string_equal(model->warnings[1], "3 bytes behind the facets are left out");
   tw_model_destroy(model);
+}
+
+TEST(nothing_is_read_behind_the_bytes) {
+  enum { SIZE = 1 << 16, MOST = 2000 };
+  const size_t page = (size_t)sysconf(_SC_PAGESIZE);
+  void *memory;
+  assert_int_equal(posix_memalign(&memory, page, SIZE + page), 0);
+  memset(memory, 0, SIZE);
+  uint8_t *end = (uint8_t *)memory + SIZE;
+  assert_int_equal(mprotect(end, page, PROT_NONE), 0); /* reading it ends the program */
+  for (size_t size = 0; size < MOST; size++)
+    for (uint8_t count = 0; count < 3; count++) {
+      if (size > 84) end[80 - (ptrdiff_t)size] = count;
+      (void)tw_format_sniff(end - size, size);
+      if (size > 84) end[80 - (ptrdiff_t)size] = 0;
+    }
+  assert_int_equal(mprotect(end, page, PROT_READ | PROT_WRITE), 0);
+  free(memory);
 }
 
 TEST(facets_behind_a_count_too_small_are_told) {
