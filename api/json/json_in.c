@@ -116,10 +116,11 @@ enum {
   MESH_CORNERS,
   MESH_HOLES,
   MESH_EDITS,
+  MESH_COLOR,
   MESH_MEMBERS
 };
-static const char *const mesh_members[] = {"name",    "shape",   "positions", "faces", "uvs", "face_uvs",
-                                           "creases", "corners", "holes",     "edits", NULL};
+static const char *const mesh_members[] = {"name",    "shape",   "positions", "faces", "uvs",   "face_uvs",
+                                           "creases", "corners", "holes",     "edits", "color", NULL};
 
 typedef struct mesh_reader {
   tw_model *model;
@@ -310,6 +311,30 @@ static tw_status edit_mesh(const mesh_reader *reader, const api_value *object, c
   return api_edits_apply(edits, &call, mesh, NULL, NULL);
 }
 
+/* Gives all faces a material of the colour, named after the mesh. */
+static tw_status paint_mesh(const mesh_reader *reader, const api_value *value, tw_mesh *mesh) {
+  tw_model *model = reader->model;
+  tw_status status = TW_OK;
+  if (!value->item) return TW_OK;
+  if (!model->material_colors) {
+    model->material_names = allocate(value->json, model->mesh_count, sizeof *model->material_names, &status);
+    model->material_colors =
+        allocate(value->json, 3 * (size_t)model->mesh_count, sizeof *model->material_colors, &status);
+  }
+  int32_t *materials = allocate(value->json, mesh->face_count, sizeof *materials, &status);
+  if (status != TW_OK) return status;
+  float *color = model->material_colors + 3 * (size_t)model->material_count;
+  status = api_json_floats(value, 3, color);
+  if (status != TW_OK) return status;
+  for (int i = 0; i < 3; i++)
+    if (!(color[i] >= 0 && color[i] <= 1))
+      return api_json_fail(value, TW_SYNTAX, "red, green and blue are numbers from 0 to 1");
+  for (uint32_t face = 0; face < mesh->face_count; face++) materials[face] = (int32_t)model->material_count;
+  mesh->face_materials = materials;
+  model->material_names[model->material_count++] = mesh->name;
+  return TW_OK;
+}
+
 static tw_status read_mesh(void *context, const api_value *object) {
   mesh_reader *reader = context;
   tw_mesh *mesh = &reader->model->meshes[object->at.index];
@@ -331,7 +356,8 @@ static tw_status read_mesh(void *context, const api_value *object) {
   mesh->sharp_points = corners.points;
   mesh->point_sharpness = corners.sharpness;
   if (status == TW_OK) status = read_holes(&members[MESH_HOLES], mesh);
-  return status == TW_OK ? edit_mesh(reader, object, &members[MESH_EDITS], mesh) : status;
+  if (status == TW_OK) status = edit_mesh(reader, object, &members[MESH_EDITS], mesh);
+  return status == TW_OK ? paint_mesh(reader, &members[MESH_COLOR], mesh) : status;
 }
 
 /* ---- clips ----------------------------------------------------------------------------------- */

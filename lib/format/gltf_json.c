@@ -350,8 +350,22 @@ static void put_images(tw_gltf_writer *writer) {
   tw_text_add(writer->text, "]");
 }
 
-/* Without assets: materials with the names that an OBJ gives. They are no metals, which glTF's default is:
- * without an environment metals are black. */
+/* A material of an OBJ, which gives a name, or of tweend JSON, which gives a colour. It is no metal, which
+ * glTF's default is: without an environment metals are black. */
+static void put_plain_material(tw_gltf_writer *writer, uint32_t index) {
+  const tw_model *model = writer->scene->model;
+  tw_gltf_open_object(writer);
+  tw_gltf_put_name(writer, model->material_names[index]);
+  tw_member_open(writer->text, "pbrMetallicRoughness", "{");
+  if (model->material_colors) {
+    const float *color = model->material_colors + 3 * (size_t)index;
+    tw_member_floats(writer->text, "baseColorFactor", (const float[4]){color[0], color[1], color[2], 1}, 4);
+  }
+  tw_member_count(writer->text, "metallicFactor", 0);
+  tw_text_add(writer->text, "}");
+  tw_gltf_close_object(writer);
+}
+
 static void put_materials(tw_gltf_writer *writer) {
   const tw_model *model = writer->scene->model;
   if (model->assets) {
@@ -360,14 +374,7 @@ static void put_materials(tw_gltf_writer *writer) {
   }
   if (model->material_count == 0) return;
   tw_member_open(writer->text, "materials", "[");
-  for (uint32_t i = 0; i < model->material_count; i++) {
-    tw_gltf_open_object(writer);
-    tw_gltf_put_name(writer, model->material_names[i]);
-    tw_member_open(writer->text, "pbrMetallicRoughness", "{");
-    tw_member_count(writer->text, "metallicFactor", 0);
-    tw_text_add(writer->text, "}");
-    tw_gltf_close_object(writer);
-  }
+  for (uint32_t i = 0; i < model->material_count; i++) put_plain_material(writer, i);
   tw_text_add(writer->text, "]");
 }
 

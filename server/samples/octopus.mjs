@@ -2,7 +2,8 @@
 //
 // A head from five sides of a cube (the sixth is the open border), eyes set into it, eight arms extruded from its
 // lowest row. The mesh has points of valence 3, 4 and 5, a border, and texture coordinates in charts: five for the
-// head, one for each arm. Y is up, the face looks along +Z.
+// head, one for each arm. Its points are coloured: the eyes are dark, the tips of the arms pale. Y is up, the face
+// looks along +Z.
 
 const SIDE = 4; // faces along each side of the cube
 const ARM_RINGS = 6;
@@ -155,12 +156,31 @@ function bridge(from, to, group) {
   }
 }
 
+// ---- colours: sRGB --------------------------------------------------------------------------------
+
+const SKIN = [0.85, 0.36, 0.28];
+const PALE = [0.97, 0.78, 0.62];
+const DARK = [0.13, 0.08, 0.12];
+
+const groupsOf = points.map(() => new Set());
+for (const face of faces) for (const p of face.points) groupsOf[p].add(face.group);
+
+/** Dark where only an eye is, and paler along an arm. */
+function colorOf(point) {
+  const groups = groupsOf[point];
+  if (groups.size === 1 && groups.has('eyes')) return DARK;
+  if (groups.has('head') || groups.has('eyes')) return SKIN;
+  const [x, , z] = points[point];
+  return mix(SKIN, PALE, Math.min(1, Math.max(0, (Math.hypot(x, z) - 1) / 2)));
+}
+
 // ---- OBJ ------------------------------------------------------------------------------------------
 
 const number = (x) => String(Number(x.toFixed(4)) + 0);
 const lines = ['# An octopus, made by octopus.mjs.', 'o octopus'];
-for (const p of points) lines.push(`v ${p.map(number).join(' ')}`);
+for (const [i, p] of points.entries()) lines.push(`v ${[...p, ...colorOf(i)].map(number).join(' ')}`);
 for (const p of uvs) lines.push(`vt ${p.map(number).join(' ')}`);
+lines.push('usemtl skin');
 for (const group of ['head', 'eyes', 'arms']) {
   lines.push(`g ${group}`);
   for (const face of faces.filter((f) => f.group === group)) {

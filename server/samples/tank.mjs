@@ -105,6 +105,13 @@ const meshes = [
   antenna(),
 ];
 
+// Linear, as in glTF.
+const colors = {
+  hull: [0.2, 0.34, 0.14], wheel: [0.05, 0.055, 0.065], turret: [0.25, 0.41, 0.17], barrel: [0.12, 0.2, 0.1],
+  antenna: [0.68, 0.1, 0.05],
+};
+for (const mesh of meshes) mesh.color = colors[mesh.name];
+
 const nodes = [
   { name: 'hull', mesh: 'hull' },
   { name: 'wheel_front_left', parent: 'hull', mesh: 'wheel', translation: [1.15, 0.45, 1.1] },

@@ -243,7 +243,7 @@ would_not_start() {
   upload "$samples/octopus.obj"
   get "/v1/models/$id/surface.glb?level=2"
   expect 200
-  run curl --silent --max-time 60 --output /dev/null --write-out '%{http_code}' "$url/v1/models/$id/surface.glb?level=9"
+  run curl --silent --max-time 60 --output /dev/null --write-out '%{http_code}' "$url/v1/models/$id/surface.glb?level=8"
   [[ $status == 18 || $output == 503 ]]
   get "/v1/models/$id/surface.glb?level=2"
   expect 200

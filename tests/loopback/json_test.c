@@ -104,6 +104,11 @@ static const bad_document not_tweend[] = {
     {MESH(",'corners':[{'vertex':0}]"), 400, "/meshes/0/corners/0/sharpness", NULL},
     {MESH(",'holes':[1]"), 422, "/meshes/0/holes/0", NULL},
     {MESH(",'holes':[true]"), 400, "/meshes/0/holes/0", "number"},
+    {MESH(",'color':'red'"), 400, "/meshes/0/color", "array"},
+    {MESH(",'color':[1,0]"), 400, "/meshes/0/color", "3 numbers"},
+    {MESH(",'color':[1,0,0,1]"), 400, "/meshes/0/color", "3 numbers"},
+    {MESH(",'color':[1,0,1.01]"), 400, "/meshes/0/color", "from 0 to 1"},
+    {MESH(",'color':[-0.01,0,0]"), 400, "/meshes/0/color", "from 0 to 1"},
 };
 
 #define SHAPE(members) "{'meshes':[{'shape':{" members "}}]}"
@@ -417,6 +422,43 @@ TEST_WITH(sixty_bytes_make_a_surface, loopback_setup, loopback_teardown) {
   reply_free(&r);
   r = loopback_post(*state, "/v1/surface.glb", "application/json", SHAPE("'kind':'torus'"));
   assert_int_equal(r.status, 200);
+  reply_free(&r);
+}
+
+#define COLORED                                                                                              \
+  "{'meshes':[{'shape':{'kind':'grid'}},{'name':'red','shape':{'kind':'box'},'color':[1,0.25,0]},"           \
+  "{'shape':{'kind':'box'},'color':[0,0,0.5],'edits':[{'edit':'extrude','faces':[0],'distance':1}]}]}"
+
+TEST(a_color_is_of_all_faces_of_its_mesh) {
+  tw_model *model = read_model(COLORED);
+  assert_int_equal(model->material_count, 2);
+  assert_string_equal(model->material_names[0], "red");
+  assert_null(model->material_names[1]);
+  assert_null(model->meshes[0].face_materials);
+  for (uint32_t mesh = 1; mesh < 3; mesh++) {
+    assert_int_equal(model->meshes[mesh].face_count, mesh == 1 ? 6 : 10);
+    for (uint32_t face = 0; face < model->meshes[mesh].face_count; face++)
+      assert_int_equal(model->meshes[mesh].face_materials[face], mesh - 1);
+  }
+  static const float colors[] = {1, 0.25f, 0, 0, 0, 0.5f};
+  assert_memory_equal(model->material_colors, colors, sizeof colors);
+  tw_model_destroy(model);
+}
+
+TEST_WITH(a_color_is_that_of_a_material_without_metal, loopback_setup, loopback_teardown) {
+  reply r = loopback_post(*state, "/v1/surface.gltf?level=1", "application/json", COLORED);
+  assert_int_equal(r.status, 200);
+  assert_says(&r, "'materials':[{'name':'red','pbrMetallicRoughness':{'baseColorFactor':[1,0.25,0,1],"
+                  "'metallicFactor':0}},{'pbrMetallicRoughness':{'baseColorFactor':[0,0,0.5,1],"
+                  "'metallicFactor':0}}]");
+  assert_says(&r, "'material':0");
+  assert_says(&r, "'material':1");
+  reply_free(&r);
+  r = loopback_post(*state, "/v1/surface.obj?level=0", "application/json", COLORED);
+  assert_says(&r, "usemtl red\n");
+  reply_free(&r);
+  r = loopback_post(*state, "/v1/surface.gltf", "application/json", SHAPE("'kind':'box'"));
+  assert_null(strstr((const char *)r.body, "materials")); /* as ever */
   reply_free(&r);
 }
 

@@ -369,6 +369,7 @@ static const document tweend_documents[] = {
                 {"{'vertex':0,'sharpness':1},", 1},
                 {"{'vertex':0,'sharpness':1}]}]}", 0}}},
     {"holes", READ, 16, .pieces = {{MESH POINTS ",'holes':[", 0}, {"0,", 1}, {"0]}]}", 0}}},
+    {"meshes with colours", READ, 16, .pieces = {{"{'meshes':[", 0}, {"{'color':[0,0,1]},", 1}, {"{}]}", 0}}},
     {"a squad track", EITHER, 24,
      .pieces = {{TRACK "'interpolation':'squad','times':[0", 0},
                 {",%p", 0.42},

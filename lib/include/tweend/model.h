@@ -71,9 +71,10 @@ typedef struct tw_model {
   tw_skin *skins;
   uint32_t clip_count;
   tw_clip_keys *clips;
-  uint32_t material_count;     /* materials of `assets`, or names of materials in an OBJ */
+  uint32_t material_count;     /* materials of `assets`; or names in an OBJ, or colours in tweend JSON */
   uint32_t group_count;        /* sets of groups that faces are in */
   const char **material_names; /* [material_count], entries may be NULL */
+  float *material_colors;      /* [material_count][3] linear red, green and blue; NULL: white, or `assets` */
   uint32_t slot_count;
   const tw_material_slot *slots; /* [slot_count]; face_materials of material_count + i name slot i */
   const char **group_names;      /* [group_count] the names of each set, a blank between two */
