@@ -112,8 +112,8 @@ TEST_WITH(neighbours_wound_against_each_other_are_named, loopback_setup, loopbac
 }
 
 TEST_WITH(groups_are_listed_with_their_faces, loopback_setup, loopback_teardown) {
-  static const char obj[] = "v 0 0 0\nv 0 1 0\nv 1 0 0\nf 1 2 3\ng arm left\nf 1 2 3\nf 3 2 1\n"
-                            "g \"leg\"\nf 2 3 1\n";
+  static const char obj[] = "v 0 0 0\nv 0 1 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\ng arm left\nf 1 2 4\nf 3 2 1\n"
+                            "g \"leg\"\nf 2 3 4\n";
   char *facts = facts_of(*state, "model/obj", obj, strlen(obj));
   assert_non_null(strstr(facts, "'group_count':2,'groups':[{'names':['arm','left'],'faces':2},"
                                 "{'names':['\\'leg\\''],'faces':1}]"));
