@@ -119,7 +119,7 @@ TEST_WITH(groups_are_listed_with_their_faces, loopback_setup, loopback_teardown)
                                 "{'names':['\\'leg\\''],'faces':1}]"));
   free(facts);
   char many[8192] = "v 0 0 0\nv 0 1 0\nv 1 0 0\n", *at = many + strlen(many);
-  for (int i = 0; i < 65; i++) at += sprintf(at, "g part%d\nf 1 2 3\n", i);
+  for (int i = 0; i < 65; i++) at += sprintf(at, "v %d 1 1\ng part%d\nf 1 2 -1\n", i, i);
   facts = facts_of(*state, "model/obj", many, strlen(many));
   assert_non_null(strstr(facts, "'group_count':65,"));
   assert_non_null(strstr(facts, "{'names':['part63'],'faces':1}]"));
