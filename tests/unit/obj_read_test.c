@@ -390,7 +390,8 @@ TEST(a_hundred_thousand_groups_of_one_face_are_kept) {
   enum { GROUPS = 100000 };
   char *text = malloc(GROUPS * 48 + 64), *end = text;
   end += sprintf(end, TRIANGLE);
-  for (int i = 0; i < GROUPS; i++) end += sprintf(end, "v %d 1 1\ng Group%d\nf 1 2 -1\n", i, i);
+  for (int i = 0; i < GROUPS; i++)
+    end += sprintf(end, "v %d 1 1\ng Group%d\nf %d 2 -1\n", i, i, i % 2 ? 1 : 3);
   tw_model *model = read_good(text);
   assert_int_equal(model->group_count, GROUPS);
   assert_int_equal(model->meshes[0].face_groups[GROUPS - 1], GROUPS - 1);
