@@ -256,7 +256,7 @@ export interface Listed {
   format: Format;
   bytes: number;
 }
-export type Format = "obj" | "tweend" | "gltf" | "glb" | "stl" | "ply";
+export type Format = "obj" | "tweend" | "gltf" | "glb" | "stl" | "ply" | "bvh";
 export interface ModelList {
   models: Listed[];
   /** URL of the next page. */
@@ -1056,10 +1056,11 @@ export interface SurfaceOptions {
   /**
    * Which points of the file are merged. `auto` merges the ends of two border edges that run between the same two
    * positions in opposite directions, if no third edge does: seams cut by an exporter close, while sheets that only
-   * touch stay apart. tweend JSON and an OBJ with subdivision tags (`t`) are not changed. `exact` also merges all
-   * points at the same position; a distance, in the model's unit, all points within it of a first one. `none` keeps
-   * the vertices of the file. Faces left with fewer than three points are dropped. The description has the
-   * `welded_points` of `auto`.
+   * touch stay apart. Faces that are listed twice or collapse, and slivers between the two sides of a seam, keep it
+   * from closing: they are left out with a warning. tweend JSON and an OBJ with subdivision tags (`t`) are not
+   * changed. `exact` also merges all points at the same position; a distance, in the model's unit, all points
+   * within it of a first one. `none` keeps the vertices of the file. Faces left with fewer than three points are
+   * dropped. The description has the `welded_points` of `auto`.
    * @default auto
    */
   weld?: ("auto" | "exact" | "none") | number;
@@ -1108,8 +1109,9 @@ export interface SurfaceOptions {
   /**
    * Of clips kept as animations: the most degrees that a rotation may be off, at any time. Given this or
    * `tolerance_m`, every track that is neither STEP nor CUBICSPLINE gets as few LINEAR keys as that allows; else
-   * tracks that glTF can hold keep their keys, and only the others (`euler`, `nlerp`, `squad`, axis-angle) are made
-   * of LINEAR keys, under this tolerance. X-Tweend-Error tells what is left.
+   * tracks that glTF can hold keep their keys, Euler angles too, as quaternions and with further keys between them,
+   * and only the others (`nlerp`, `squad`, axis-angle) are made of LINEAR keys, under this tolerance.
+   * X-Tweend-Error tells what is left.
    * @default 0.1
    */
   tolerance?: number;

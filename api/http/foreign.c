@@ -20,7 +20,6 @@ static const mark marks[] = {
     {0, "BLENDER", {"Blender's own format", export_it}},
     {0, "PXR-USDC", {"USD (binary)", export_it}},
     {0, "#usda", {"USD (text)", export_it}},
-    {0, "HIERARCHY", {"BVH", NULL}},
     {0, "OFF\n", {"OFF", "export it as OBJ or PLY"}},
     {0, "OFF\r", {"OFF", "export it as OBJ or PLY"}},
     {0, "#VRML", {"VRML", export_it}},

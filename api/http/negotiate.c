@@ -4,9 +4,9 @@
 #include <string.h>
 #include <strings.h>
 
-const char api_upload_types[] =
-    "model/gltf-binary, model/gltf+json, model/obj, model/stl, model/ply, text/plain, application/json, "
-    "multipart/form-data";
+const char api_upload_types[] = "model/gltf-binary, model/gltf+json, model/obj, model/stl, model/ply, "
+                                "model/x-bvh, text/plain, application/json, "
+                                "multipart/form-data";
 const char api_codings[] = "gzip, zstd";
 
 /* ---- pieces of header values ---------------------------------------------------------------------- */
@@ -126,6 +126,7 @@ api_upload_type api_upload_type_of(const char *content_type) {
   if (api_span_is(type, "model/obj")) return API_TYPE_OBJ;
   if (api_span_is(type, "model/stl")) return API_TYPE_STL;
   if (api_span_is(type, "model/ply")) return API_TYPE_PLY;
+  if (api_span_is(type, "model/x-bvh")) return API_TYPE_BVH;
   if (api_span_is(type, "text/plain")) return API_TYPE_TEXT;
   if (api_span_is(type, "application/json")) return API_TYPE_JSON;
   if (api_span_is(type, "multipart/form-data")) return API_TYPE_MULTIPART;

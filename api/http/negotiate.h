@@ -24,6 +24,7 @@ typedef enum api_upload_type {
   API_TYPE_OBJ,
   API_TYPE_STL,
   API_TYPE_PLY,
+  API_TYPE_BVH,
   API_TYPE_TEXT, /* OBJ, or another format that is text */
   API_TYPE_JSON,
   API_TYPE_MULTIPART,

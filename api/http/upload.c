@@ -241,6 +241,11 @@ api_outcome api_upload_json(api_call *call, uint64_t values_max, api_json_reader
   return outcome;
 }
 
+/* Whether the format is or may be text, and has a beginning of its own. */
+static bool is_other_text(tw_format format) {
+  return format == TW_FORMAT_STL || format == TW_FORMAT_PLY || format == TW_FORMAT_BVH;
+}
+
 /* The format that the declared type asks for: the one that was found where that fits, or where the type asks
  * for none. */
 static tw_format declared_format(api_upload_type type, tw_format found) {
@@ -250,7 +255,8 @@ static tw_format declared_format(api_upload_type type, tw_format found) {
   case API_TYPE_OBJ: return TW_FORMAT_OBJ;
   case API_TYPE_STL: return TW_FORMAT_STL;
   case API_TYPE_PLY: return TW_FORMAT_PLY;
-  case API_TYPE_TEXT: return found == TW_FORMAT_STL || found == TW_FORMAT_PLY ? found : TW_FORMAT_OBJ;
+  case API_TYPE_BVH: return TW_FORMAT_BVH;
+  case API_TYPE_TEXT: return is_other_text(found) ? found : TW_FORMAT_OBJ;
   case API_TYPE_JSON: return found == TW_FORMAT_GLTF ? found : TW_FORMAT_JSON;
   case API_TYPE_BYTES:
   case API_TYPE_MULTIPART:
@@ -268,7 +274,7 @@ static bool names_format(api_upload_type type) {
 static api_outcome fail_foreign(api_call *call, const api_foreign *foreign) {
   call->fault.supported = api_upload_types;
   return api_fail_with(call, 415,
-                       "the body looks like %s%s%s; a model is GLB, glTF, OBJ, STL, PLY or tweend JSON",
+                       "the body looks like %s%s%s; a model is GLB, glTF, OBJ, STL, PLY, BVH or tweend JSON",
                        foreign->name, foreign->advice ? ": " : "", foreign->advice ? foreign->advice : "");
 }
 
@@ -282,7 +288,7 @@ static api_outcome fail_declared(api_call *call, const char *declared, const cha
  * one, and the type names a format, they lack its signature, or are read as that for its reader's error. */
 api_outcome api_upload_format(api_call *call, api_bytes bytes, tw_format *out) {
   static const char *const shown[TW_FORMATS] = {
-      "OBJ or other text", "tweend JSON (no \"asset\")", "glTF JSON", "GLB", "STL", "PLY"};
+      "OBJ or other text", "tweend JSON (no \"asset\")", "glTF JSON", "GLB", "STL", "PLY", "BVH"};
   api_upload_type type = api_upload_type_of(api_call_header(call, "Content-Type"));
   tw_format found = tw_format_sniff(bytes.data, bytes.size), declared = declared_format(type, found);
   const char *name = type == API_TYPE_TEXT ? "text/plain" : tw_format_media_types[declared];
@@ -292,7 +298,7 @@ api_outcome api_upload_format(api_call *call, api_bytes bytes, tw_format *out) {
     return is_named ? fail_declared(call, name, known.name, known.advice) : fail_foreign(call, &known);
   if (found == TW_FORMAT_OBJ) {
     api_foreign other = api_foreign_other(bytes);
-    bool has_signature = declared == TW_FORMAT_GLB || declared == TW_FORMAT_PLY;
+    bool has_signature = declared == TW_FORMAT_GLB || declared == TW_FORMAT_PLY || declared == TW_FORMAT_BVH;
     if (other.name && !is_named) return fail_foreign(call, &other);
     if (other.name && has_signature) return fail_declared(call, name, other.name, NULL);
     if (other.name || type == API_TYPE_JSON) found = declared;
@@ -324,6 +330,7 @@ bool api_model_read(api_bytes bytes, tw_format format, api_reading reading, cons
   case TW_FORMAT_PLY:
     status = tw_ply_read(bytes.data, bytes.size, reading.weld, &model, &fault->error);
     break;
+  case TW_FORMAT_BVH: status = tw_bvh_read(bytes.data, bytes.size, &model, &fault->error); break;
   case TW_FORMAT_JSON:
     status = api_model_from_json((const char *)bytes.data, bytes.size, making, &model, &fault->error);
     break;

@@ -575,7 +575,7 @@ static api_outcome sniff_stored(api_call *call, const api_blob *blob, tw_format 
 /* Sets the type, and suggests the name of the first upload. Names within the model are not considered, as
  * that takes parsing it. */
 static api_outcome name_source(api_call *call, const api_blob *blob) {
-  static const char *const extensions[TW_FORMATS] = {"obj", "json", "gltf", "glb", "stl", "ply"};
+  static const char *const extensions[TW_FORMATS] = {"obj", "json", "gltf", "glb", "stl", "ply", "bvh"};
   summary stored;
   bool has_summary = find_summary(call->service, call->id, &stored);
   api_outcome outcome = has_summary ? API_DONE : sniff_stored(call, blob, &stored.format);

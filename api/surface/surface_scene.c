@@ -189,11 +189,14 @@ static void destroy_reduced(void *value) {
 
 static tw_status reduce_tracks(const reduced_source *source, const tw_clip_keys *chosen, uint64_t *steps,
                                tw_arena *arena, tw_clip_keys *out, tw_tolerance *reached, tw_error *error) {
+  tw_status (*convert)(const tw_clip *, const tw_clip_keys *, tw_tolerance, uint32_t, uint64_t *, tw_arena *,
+                       tw_clip_keys *, tw_tolerance *, tw_error *) =
+      source->reduction->is_wide ? tw_clip_reduce : tw_clip_express;
   tw_clip *clip = NULL;
   tw_status status = tw_clip_create(chosen, source->node_count, -1, &clip, error);
   if (status == TW_OK)
-    status = tw_clip_reduce(clip, chosen, source->reduction->tolerance, source->max_keys, steps, arena, out,
-                            reached, error);
+    status = convert(clip, chosen, source->reduction->tolerance, source->max_keys, steps, arena, out, reached,
+                     error);
   tw_clip_destroy(clip);
   return status;
 }

@@ -32,6 +32,14 @@ tw_track_keys tw_track_as_keys(const tw_track *track, const float *times, float 
 tw_status tw_track_bake(const tw_clip *clip, uint32_t index, const float *times, uint32_t time_count,
                         tw_arena *arena, tw_track_keys *out, tw_error *error);
 
+/* Converts a track of Euler angles that are interpolated each on its own to LINEAR keys: its own, bit for bit
+ * at their times, and so many between that slerp stays within `tolerance` (radians, at least 1e-6) and turns
+ * as the angles do. *reached becomes a bound on what is left, where that is more. Without further keys the
+ * result has the track's own times; other arrays live in the arena. TW_LIMIT: more than max_added keys
+ * besides its own; TW_NO_MEMORY. O(keys). */
+tw_status tw_euler_keys(const tw_track_keys *track, double tolerance, uint32_t max_added, tw_arena *arena,
+                        tw_track_keys *out, double *reached, tw_error *error);
+
 /* Makes all the checks that tw_clip_create documents. may_repeat: key times of a track may be equal. The
  * error's pointer begins with /tracks. TW_INVALID, TW_NO_MEMORY. */
 tw_status tw_clip_check(const tw_clip_keys *keys, uint32_t node_count, int force, bool may_repeat,

@@ -487,21 +487,59 @@ static tw_status copy_steps(const tw_clip *clip, uint32_t index, tw_arena *arena
   return tw_track_bake(clip, index, times, timeline->key_count, arena, out, error);
 }
 
-tw_status tw_clip_reduce(const tw_clip *clip, const tw_clip_keys *keys, tw_tolerance tolerance,
-                         uint32_t max_keys, uint64_t *steps, tw_arena *arena, tw_clip_keys *out,
-                         tw_tolerance *reached, tw_error *error) {
+/* A copy of key times in the arena: the last one again where the times are the same array, as tracks of one
+ * file share it. NULL without memory. */
+typedef struct times_copy {
+  const float *of, *copy;
+  uint32_t count;
+} times_copy;
+
+static const float *copy_times(times_copy *last, const tw_track_keys *track, tw_arena *arena) {
+  if (last->of == track->times && last->count == track->key_count) return last->copy;
+  float *copy = tw_arena_alloc_raw(arena, track->key_count, sizeof *copy);
+  if (!copy) return NULL;
+  memcpy(copy, track->times, track->key_count * sizeof *copy);
+  *last = (times_copy){track->times, copy, track->key_count};
+  return copy;
+}
+
+/* places: as in reduce_track; the keys that are added count. */
+static tw_status keep_eulers(const tw_track_keys *track, tw_tolerance tolerance, uint32_t max_keys,
+                             uint64_t *places, times_copy *last, tw_arena *arena, tw_track_keys *out,
+                             double *reached, tw_error *error) {
+  uint32_t most = max_keys < *places ? max_keys : (uint32_t)*places;
+  tw_status status = tw_euler_keys(track, tolerance.angle, most, arena, out, reached, error);
+  if (status != TW_OK) return status;
+  *places -= out->key_count - track->key_count;
+  if (out->times != track->times) return TW_OK;
+  out->times = copy_times(last, track, arena);
+  return out->times ? TW_OK : tw_fail(error, TW_NO_MEMORY, "no memory for a reduced track");
+}
+
+/* Whether the track interpolates the angles of its keys. */
+static bool says_angles(const tw_track *track, const tw_track_keys *keys) {
+  return track->kind == TRACK_EULER && keys->form == TW_KEY_EULER;
+}
+
+static tw_status convert(const tw_clip *clip, const tw_clip_keys *keys, tw_tolerance tolerance,
+                         uint32_t max_keys, uint64_t *steps, bool keeps_eulers, tw_arena *arena,
+                         tw_clip_keys *out, tw_tolerance *reached, tw_error *error) {
   if (!(tolerance.angle >= 1e-6) || !(tolerance.distance > 0))
     return tw_fail(error, TW_INVALID, "a tolerance is at least 1e-6 radians and more than 0 metres");
   tw_track_keys *tracks = tw_arena_alloc(arena, clip->track_count, sizeof *tracks);
   if (!tracks) return tw_fail(error, TW_NO_MEMORY, "no memory for a reduced clip");
   tw_tolerance most = {0, 0};
   uint64_t own = OWN_PLACES * count_keys(clip), places = own + *steps;
+  times_copy times = {0};
   for (uint32_t i = 0; i < clip->track_count; i++) {
     const tw_track *track = &clip->tracks[i];
     tw_status status = TW_OK;
     bool is_spline = track->kind == TRACK_HERMITE || track->kind == TRACK_VALUES_HERMITE;
     if (is_spline && tw_keys_fit_gltf(&keys->tracks[i]))
       tracks[i] = keys->tracks[i];
+    else if (keeps_eulers && says_angles(track, &keys->tracks[i]))
+      status = keep_eulers(&keys->tracks[i], tolerance, max_keys, &places, &times, arena, &tracks[i],
+                           &most.angle, error);
     else if (track->holds)
       status = copy_steps(clip, i, arena, &tracks[i], error);
     else
@@ -513,4 +551,16 @@ tw_status tw_clip_reduce(const tw_clip *clip, const tw_clip_keys *keys, tw_toler
   *out = (tw_clip_keys){.track_count = clip->track_count, .tracks = tracks};
   *reached = most;
   return TW_OK;
+}
+
+tw_status tw_clip_reduce(const tw_clip *clip, const tw_clip_keys *keys, tw_tolerance tolerance,
+                         uint32_t max_keys, uint64_t *steps, tw_arena *arena, tw_clip_keys *out,
+                         tw_tolerance *reached, tw_error *error) {
+  return convert(clip, keys, tolerance, max_keys, steps, false, arena, out, reached, error);
+}
+
+tw_status tw_clip_express(const tw_clip *clip, const tw_clip_keys *keys, tw_tolerance tolerance,
+                          uint32_t max_keys, uint64_t *steps, tw_arena *arena, tw_clip_keys *out,
+                          tw_tolerance *reached, tw_error *error) {
+  return convert(clip, keys, tolerance, max_keys, steps, true, arena, out, reached, error);
 }

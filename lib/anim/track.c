@@ -330,7 +330,8 @@ static void build_segments(const building *b, void *out) {
 
 static tw_status read_keys(building *b, tw_arena *scratch, tw_error *error) {
   b->values = b->keys->values;
-  if (b->keys->path != TW_ROTATION) return TW_OK;
+  bool takes_angles = b->track->kind == TRACK_EULER && b->keys->form == TW_KEY_EULER;
+  if (b->keys->path != TW_ROTATION || takes_angles) return TW_OK;
   tw_status status = start_rotations(b, scratch);
   b->values = status == TW_OK ? b->rotations.stored[0] : NULL;
   return status == TW_OK ? prepare_rotations(b->keys, b->track->kind != TRACK_HERMITE, &b->rotations, error)
@@ -608,6 +609,12 @@ static tw_turn judge_keys(const tw_track *track, uint32_t key) {
   return fabs(quat_dot(from, to)) < HALF_TURN_COSINE ? TURN_HALF : TURN_SHORT;
 }
 
+tw_turn tw_angles_turn(const double from[3], const double to[3]) {
+  double largest = 0;
+  for (int i = 0; i < 3; i++) largest = fmax(largest, fabs(to[i] - from[i]));
+  return judge_angle(largest);
+}
+
 bool tw_track_says_angles(const tw_track *track) {
   return track->kind == TRACK_EULER || track->kind == TRACK_AXIS_ANGLE;
 }
@@ -615,8 +622,8 @@ bool tw_track_says_angles(const tw_track *track) {
 tw_turn tw_track_turn(const tw_track *track, uint32_t key) {
   if (track->kind == TRACK_AXIS_ANGLE) return judge_angle(track->segments.turns[key].change);
   if (track->kind == TRACK_EULER) {
-    const double *change = track->segments.eulers[key].change;
-    return judge_angle(fmax(fmax(fabs(change[0]), fabs(change[1])), fabs(change[2])));
+    static const double still[3] = {0};
+    return tw_angles_turn(still, track->segments.eulers[key].change);
   }
   bool joins = track->kind == TRACK_ARC || track->kind == TRACK_NLERP || track->kind == TRACK_SQUAD;
   return joins && !track->holds ? judge_keys(track, key) : TURN_SHORT;

@@ -174,6 +174,9 @@ typedef enum tw_turn {
  * than 180 degrees. */
 tw_turn tw_track_turn(const tw_track *track, uint32_t key);
 
+/* The same from one triple of Euler angles to another, each interpolated on its own. */
+tw_turn tw_angles_turn(const double from[3], const double to[3]);
+
 /* Whether the track interpolates the keys' own angles, which tell how far a step turns. */
 bool tw_track_says_angles(const tw_track *track);
 

@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "bvh.h"
 #include "soup_mesh.h"
 #include "word.h"
 
@@ -47,6 +48,7 @@ tw_format tw_format_sniff(const uint8_t *bytes, size_t size) {
   if (size >= 4 && memcmp(bytes, "glTF", 4) == 0) return TW_FORMAT_GLB;
   if (tw_is_ply(bytes, size)) return TW_FORMAT_PLY;
   if (tw_is_stl(bytes, size)) return TW_FORMAT_STL;
+  if (tw_is_bvh(bytes, size)) return TW_FORMAT_BVH;
   size_t at = tw_byte_order_mark(bytes, size);
   at = skip_space(bytes, size, at);
   if (at == size || bytes[at] != '{') return TW_FORMAT_OBJ;

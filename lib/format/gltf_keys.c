@@ -43,7 +43,7 @@ static tw_status take_rotation(const tw_track_keys *track, uint32_t max_keys, ui
   tw_status status = tw_clip_create(&keys, 1, -1, &clip, error);
   if (status != TW_OK) return status;
   status = fits ? tw_clip_bake(clip, track->times, track->key_count, arena, &taken, error)
-                : tw_clip_reduce(clip, &keys, TOLERANCE, max_keys, steps, arena, &taken, &reached, error);
+                : tw_clip_express(clip, &keys, TOLERANCE, max_keys, steps, arena, &taken, &reached, error);
   tw_clip_destroy(clip);
   if (status != TW_OK) return status;
   *out = taken.tracks[0];

@@ -452,7 +452,8 @@ static tw_status add_channels(tw_gltf_plan *plan, const tw_scene *scene, const t
     tw_track_keys keys;
     tw_status status = tw_gltf_keys_of(track, *added_keys_left, steps_left, plan->arena, &keys, error);
     if (status != TW_OK) return status;
-    if (keys.times != track->times) *added_keys_left -= keys.key_count;
+    uint32_t own = track->interpolation == TW_EULER ? track->key_count : 0;
+    if (keys.times != track->times) *added_keys_left -= keys.key_count - own;
     if (keys.times != shared_times || keys.key_count != shared_count) input = add_times(plan, &keys);
     shared_times = keys.times;
     shared_count = keys.key_count;

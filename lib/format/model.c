@@ -12,9 +12,10 @@
 #include "tweend/base.h"
 #include "tweend/detail.h"
 
-const char *const tw_format_names[TW_FORMATS] = {"obj", "tweend", "gltf", "glb", "stl", "ply"};
+const char *const tw_format_names[TW_FORMATS] = {"obj", "tweend", "gltf", "glb", "stl", "ply", "bvh"};
 const char *const tw_format_media_types[TW_FORMATS] = {
-    "model/obj", "application/json", "model/gltf+json", "model/gltf-binary", "model/stl", "model/ply"};
+    "model/obj", "application/json", "model/gltf+json", "model/gltf-binary",
+    "model/stl", "model/ply",        "model/x-bvh"};
 
 enum { WARNINGS_MAX = 64 };
 
@@ -363,6 +364,12 @@ static tw_status count_turns(const tw_track_keys *track, uint32_t *count, bool *
                              tw_error *error) {
   enum { WINDOW = 4096 };
   *count = 0;
+  *says_angles = track->interpolation == TW_EULER;
+  for (uint32_t key = 0; *says_angles && key + 1 < track->key_count; key++) {
+    const double *angles = track->angles + 3 * (size_t)key;
+    *count += tw_angles_turn(angles, angles + 3) != TURN_SHORT;
+  }
+  if (*says_angles) return TW_OK;
   for (uint32_t first = 0; first + 1 < track->key_count; first += WINDOW) {
     tw_track_keys part = *track;
     part.node = 0;

@@ -6,7 +6,7 @@ import { change, openOther, state, watch } from './state.js';
 
 const PAGE = 100;
 const ASIDES = /\.(mtl|png|jpe?g|webp|tga|bmp|tiff?)$/i; // files that an OBJ refers to
-const SUFFIXES = '.glb,.gltf,.bin,.png,.jpg,.jpeg,.webp,.obj,.stl,.ply,.json';
+const SUFFIXES = '.glb,.gltf,.bin,.png,.jpg,.jpeg,.webp,.obj,.stl,.ply,.bvh,.json';
 
 /** The name by which requests find a mesh; undefined when the model has only one. */
 export const meshName = ({ meshes }, mesh) => (meshes.length > 1 ? meshes[mesh].name ?? `mesh_${mesh}` : undefined);
@@ -28,7 +28,7 @@ export class Models {
     this.more = make('button', { type: 'button', className: 'quiet wide', hidden: true, onclick: () => this.load(true) }, 'More');
     panel.append(
       make('div', { className: 'row' }, make('h2', {}, 'Models'), make('span', { className: 'space' }), choose, this.input),
-      make('p', { className: 'dim' }, 'Drop files anywhere: GLB, glTF with its files, OBJ, STL, PLY, tweend JSON.'),
+      make('p', { className: 'dim' }, 'Drop files anywhere: GLB, glTF with its files, OBJ, STL, PLY, BVH, tweend JSON.'),
       this.progress, this.warnings, this.list, this.more);
     byId('empty-choose').addEventListener('click', () => this.input.click());
     this.catchDrops();

@@ -69,6 +69,44 @@ own() { { cat "$1"; echo "# $BATS_TEST_NAME"; } >own.obj; }
   holds '.line == 4'
 }
 
+@test "BVH comes in by its type, as text and by its bytes alone" {
+  printf '%s\r\n' HIERARCHY 'ROOT Hips' '{' 'OFFSET 0 1 0' 'CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation' \
+    'JOINT Left Knee' '{' 'OFFSET 0 -2 0' 'CHANNELS 1 Xrotation' 'End Site' '{' 'OFFSET 0 -3 0' '}' '}' '}' \
+    MOTION 'Frames: 3' 'Frame Time: 0.5' '0 1 0 0 0 90 0' '2 1 0 0 0 90 -200' >walk.bvh
+  for type in model/x-bvh text/plain application/octet-stream; do
+    post /v1/models walk.bvh --header "Content-Type: $type"
+    holds '.format == "bvh" and ([.nodes[].name] == ["Hips", "Left Knee", "Left Knee_end"]) and .meshes == []'
+    holds '.clips[0].name == "motion" and .clips[0].duration == 0.5 and .nodes[1].rest.translation == [0, -2, 0]'
+    holds '.warnings | any(startswith("Frames: says 3, and there are 2")) and any(contains("180 degrees or more"))'
+  done
+  walk=$(header location)
+  get "$walk/source"
+  [ "$(header content-type)" = model/x-bvh ]
+  cmp answer walk.bvh
+  get "$walk/tracks"
+  holds '[.tracks[] | [.node, .kind, .gimbal.order, .keys, .steps_over_180]] == [["Hips", "euler", "ZXY", 2, 0], ["Left Knee", "euler", "XYZ", 2, 1]]'
+  get "$walk/pose?space=world&as=matrix&nodes=Left%20Knee_end&at=0"
+  holds '.poses[0].matrix[0][12:15] | (.[0] | fabs) < 1e-6 and .[1] == -4 and (.[2] | fabs) < 1e-6'
+  get "$walk/surface.glb"
+  glb_json answer | jq -e '(.nodes | length) == 3 and (has("meshes") | not) and ([.animations[0].channels[].target.path] == ["translation", "rotation", "rotation"])'
+  post /v1/models walk.bvh --header "Content-Type: model/ply"
+  problem 400 'declared as model/ply, but the bytes look like BVH'
+  own "$samples/cube.obj"
+  post /v1/models own.obj --header "Content-Type: model/x-bvh"
+  problem 400 'declared as model/x-bvh, but the bytes look like OBJ'
+  sed 's/^2 1 0/2 1O 0/' walk.bvh >bad.bvh
+  post /v1/models bad.bvh
+  problem 400 'is no number'
+  holds '.line == 20'
+  sed 's/^2 1 0/2 nan 0/' walk.bvh >bad.bvh
+  post /v1/models bad.bvh
+  problem 422 'not finite'
+  holds '.line == 20'
+  sed 's/Frames: 3/Frames: 1000000000/' walk.bvh >bad.bvh
+  post /v1/models bad.bvh
+  problem 422 'more than the rest of the file'
+}
+
 @test "a form with one file, as browsers send it" {
   own "$samples/cube.obj"
   http POST /v1/models --form 'file=@own.obj'

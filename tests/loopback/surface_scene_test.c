@@ -67,6 +67,12 @@ tw_status __real_tw_clip_reduce(const tw_clip *clip, const tw_clip_keys *keys, t
 tw_status __wrap_tw_clip_reduce(const tw_clip *clip, const tw_clip_keys *keys, tw_tolerance tolerance,
                                 uint32_t max_keys, uint64_t *steps, tw_arena *arena, tw_clip_keys *out,
                                 tw_tolerance *reached, tw_error *error);
+tw_status __real_tw_clip_express(const tw_clip *clip, const tw_clip_keys *keys, tw_tolerance tolerance,
+                                 uint32_t max_keys, uint64_t *steps, tw_arena *arena, tw_clip_keys *out,
+                                 tw_tolerance *reached, tw_error *error);
+tw_status __wrap_tw_clip_express(const tw_clip *clip, const tw_clip_keys *keys, tw_tolerance tolerance,
+                                 uint32_t max_keys, uint64_t *steps, tw_arena *arena, tw_clip_keys *out,
+                                 tw_tolerance *reached, tw_error *error);
 tw_status __real_tw_clip_create(const tw_clip_keys *keys, uint32_t node_count, int force, tw_clip **out,
                                 tw_error *error);
 tw_status __wrap_tw_clip_create(const tw_clip_keys *keys, uint32_t node_count, int force, tw_clip **out,
@@ -83,6 +89,13 @@ tw_status __wrap_tw_clip_reduce(const tw_clip *clip, const tw_clip_keys *keys, t
                                 tw_tolerance *reached, tw_error *error) {
   reductions++;
   return __real_tw_clip_reduce(clip, keys, tolerance, max_keys, steps, arena, out, reached, error);
+}
+
+tw_status __wrap_tw_clip_express(const tw_clip *clip, const tw_clip_keys *keys, tw_tolerance tolerance,
+                                 uint32_t max_keys, uint64_t *steps, tw_arena *arena, tw_clip_keys *out,
+                                 tw_tolerance *reached, tw_error *error) {
+  reductions++;
+  return __real_tw_clip_express(clip, keys, tolerance, max_keys, steps, arena, out, reached, error);
 }
 
 tw_status __wrap_tw_surface_create_by(const tw_mesh *mesh, const tw_surface_options *options,

@@ -131,6 +131,46 @@ TEST_WITH(euler_track_strays_less_than_a_tenth_of_a_degree, set_up, tear_down) {
   }
 }
 
+/* Whether a key of the result has this time and rotation, bit for bit but for the sign. */
+static bool has_key(const tw_track_keys *keys, float time, const float wanted[4]) {
+  for (uint32_t i = 0; i < keys->key_count; i++)
+    if (keys->times[i] == time) return angle_between(keys->values + 4 * i, wanted) == 0;
+  return false;
+}
+
+TEST_WITH(euler_keys_stay_and_get_more_between_them_where_needed, set_up, tear_down) {
+  tw_arena *arena = *state;
+  const double near[4][3] = {{0, 0, 0}, {0.05, 0.02, 0}, {0.1, -0.01, 0.03}, {0.1, 0, 0.1}};
+  const double far[4][3] = {{0, 0, 0}, {3.2, 0, 0}, {0, 0, 0}, {0.02, 0.02, 0.02}};
+  for (int n = 0; n < 2; n++) {
+    tw_track_keys track = euler_keys(TW_YZX, times, n ? far[0] : near[0], 4);
+    tw_track_keys keys = convert(arena, &track);
+    assert_int_equal(keys.key_count, n ? 6 : 4); /* two steps over 180 degrees in two parts each */
+    assert_true(largest_error(&track, &keys) <= 0.1);
+    tw_clip *clip = NULL;
+    assert_int_equal(
+        tw_clip_create(&(tw_clip_keys){.track_count = 1, .tracks = &track}, track.node + 1, -1, &clip, NULL),
+        TW_OK);
+    for (int i = 0; i < 4; i++) {
+      float wanted[4];
+      tw_clip_sample(clip, 0, &times[i], 1, wanted);
+      assert_true(has_key(&keys, times[i], wanted));
+    }
+    tw_clip_destroy(clip);
+  }
+}
+
+TEST_WITH(more_euler_turns_than_keys_are_refused, set_up, tear_down) {
+  tw_arena *arena = *state;
+  const double turns[2][3] = {{0, 0, 0}, {0, 27 * 1000, 0}}; /* of 2.7 radians each */
+  tw_track_keys track = euler_keys(TW_XYZ, times, turns[0], 2);
+  tw_track_keys keys;
+  assert_int_equal(tw_gltf_keys_of(&track, 9998, &(uint64_t){TW_REDUCTION_STEPS}, arena, &keys, NULL),
+                   TW_LIMIT);
+  assert_int_equal(tw_gltf_keys_of(&track, 9999, &(uint64_t){TW_REDUCTION_STEPS}, arena, &keys, NULL), TW_OK);
+  assert_int_equal(keys.key_count, 10001);
+}
+
 TEST_WITH(euler_keys_with_slerp_need_no_more_keys, set_up, tear_down) {
   tw_arena *arena = *state;
   const double eulers[2][3] = {{-170 * DEGREE, 0, 0}, {170 * DEGREE, 0, 0}};

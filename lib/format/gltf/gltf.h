@@ -204,9 +204,10 @@ void tw_gltf_plan_deinit(tw_gltf_plan *plan); /* a zeroed one is fine */
 
 /* The track with STEP, LINEAR or CUBICSPLINE keys, and quaternions for rotations: of unit length and
  * continuous signs, but as they stand in splines. A spline has at least two keys. A rotation that glTF does
- * not interpolate as the track does gets as few LINEAR keys as keep it nearer than 0.1 degrees, and no more
- * than max_keys, else TW_LIMIT; steps: as in tw_clip_reduce. The track must have passed tw_clip_create.
- * Arrays of the result are the track's own or the arena's. */
+ * not interpolate as the track does gets LINEAR keys that keep it nearer than 0.1 degrees and turn as it
+ * does: Euler angles keep their own keys and get no more than max_keys besides, others get as few as
+ * possible, and no more than max_keys, else TW_LIMIT; steps: as in tw_clip_reduce. The track must have passed
+ * tw_clip_create. Arrays of the result are the track's own or the arena's. */
 tw_status tw_gltf_keys_of(const tw_track_keys *track, uint32_t max_keys, uint64_t *steps, tw_arena *arena,
                           tw_track_keys *out, tw_error *error);
 

@@ -285,6 +285,13 @@ tw_status tw_clip_reduce(const tw_clip *clip, const tw_clip_keys *keys, tw_toler
                          uint32_t max_keys, uint64_t *steps, tw_arena *arena, tw_clip_keys *out,
                          tw_tolerance *reached, tw_error *error);
 
+/* The same, but a track of Euler angles keeps its own keys, exactly, and gets no more than max_keys between
+ * them, where slerp would leave the path of the angles by more than the tolerance, or turn another way. Of
+ * such tracks `reached` has a bound. */
+tw_status tw_clip_express(const tw_clip *clip, const tw_clip_keys *keys, tw_tolerance tolerance,
+                          uint32_t max_keys, uint64_t *steps, tw_arena *arena, tw_clip_keys *out,
+                          tw_tolerance *reached, tw_error *error);
+
 /* ---- diagnostics -------------------------------------------------------------------------------- */
 
 /* Diagnoses a rotation track: how far and how fast it turns, which keys are doubtful, and how near it comes

@@ -18,7 +18,8 @@ typedef enum tw_quads { TW_QUADS_NGON, TW_QUADS_AUTO, TW_QUADS_OFF } tw_quads;
 uint64_t tw_reading_size(tw_format format, uint64_t size);
 
 /* Recognises a format by its bytes: GLB and PLY by their magic, STL by its first word or, if binary, by its
- * facet count, JSON by its opening brace (glTF if it has a top-level "asset"), anything else is OBJ. */
+ * facet count, BVH by its first word, JSON by its opening brace (glTF if it has a top-level "asset"),
+ * anything else is OBJ. */
 tw_format tw_format_sniff(const uint8_t *bytes, size_t size);
 
 /* Wavefront OBJ. bytes: [size], UTF-8 or Latin-1, no terminator needed. Errors carry a line.
@@ -53,6 +54,19 @@ tw_status tw_stl_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model 
  * point again. Errors carry a line of text, or name the vertex or face. *out: a finished model. O(n log n).
  */
 tw_status tw_ply_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model **out, tw_error *error);
+
+/* BVH: a hierarchy of joints and its motion. A joint becomes a node at its OFFSET, an End Site a leaf named
+ * after its parent with _end (one without a name where the parent has another). The frames become one clip,
+ * "motion", with a key a frame, the first at time 0: rotation channels a track of Euler angles in the order
+ * of CHANNELS, which axes without a channel follow with an angle of 0; position channels a track of
+ * translations, with the OFFSET of axes without a channel. Joints at the outermost level are roots, whether
+ * ROOT or JOINT. Keywords may have either case, lines end with LF, CRLF or CR. Channels of scale, the names
+ * of end sites, an incomplete last frame and another number of frames than Frames: says are told in warnings.
+ * Errors carry a line: TW_SYNTAX for what is no number, TW_INVALID for one that does not fit, TW_UNSUPPORTED
+ * for a joint that turns about one axis twice, TW_LIMIT over TW_NODES_MAX joints or 2^23 frames, or where
+ * keys would take more than tw_reading_size. *out: a finished model. Takes the memory of the model and of the
+ * hierarchy. O(size). */
+tw_status tw_bvh_read(const uint8_t *bytes, size_t size, tw_model **out, tw_error *error);
 
 /* glTF 2.0, JSON or GLB, one self-contained file: nothing outside `bytes` is ever opened, and the document is
  * checked before tinygltf parses it. Errors carry a JSON pointer into the glTF document.

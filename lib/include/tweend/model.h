@@ -15,10 +15,12 @@ typedef enum tw_format {
   TW_FORMAT_GLTF,
   TW_FORMAT_GLB,
   TW_FORMAT_STL,
-  TW_FORMAT_PLY
+  TW_FORMAT_PLY,
+  TW_FORMAT_BVH
 } tw_format;
-enum { TW_FORMATS = 6 };
-extern const char *const tw_format_names[TW_FORMATS];       /* "obj", "tweend", "gltf", "glb", "stl", "ply" */
+enum { TW_FORMATS = 7 };
+/* "obj", "tweend", "gltf", "glb", "stl", "ply", "bvh" */
+extern const char *const tw_format_names[TW_FORMATS];
 extern const char *const tw_format_media_types[TW_FORMATS]; /* Content-Type of a source file */
 
 /* Which vertices of a file become one point. Each of the first three modes joins all that the mode before it

@@ -1,0 +1,222 @@
+// BVH files against plain matrices and three.js: what a file's angles say is what poses, answers in glTF and three's own
+// loader show, in every notation that such files are met in.
+import assert from 'node:assert/strict';
+import { existsSync, readdirSync, readFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { after, before, test } from 'node:test';
+
+import { Matrix4, Quaternion, Vector3 } from 'three';
+import { BVHLoader } from 'three/addons/loaders/BVHLoader.js';
+
+import { Daemon } from './daemon.mjs';
+import { HEIGHT, localsAt, mocap, worldAt } from './mocap.mjs';
+import { load, nodesOf, playerOf } from './player.mjs';
+
+const DEBIAN = '/usr/share/assimp/models/BVH';
+const PLACE = 1e-4; // of the figure's height
+
+const daemon = new Daemon();
+before(() => daemon.start());
+after(() => daemon.remove());
+
+const STYLES = {
+  'as CMU has them': {},
+  'lines of Windows, tabs, blank lines, trailing blanks': { lineEnd: '\r\n', indent: '\t', blankLines: true, trailing: true },
+  'lines of old Macs, braces behind names': { lineEnd: '\r', brace: 'same', frameTime: '8.3333e-3' },
+  'odd names and named end sites': { odd: true, endNames: true, indent: '  ' },
+  'channels in any order and number': { mixed: true, seed: 7 },
+  'channels in another order, a frame fewer than it says': { mixed: true, seed: 8, claimed: 13 },
+  'angles that wrap': { wraps: true, frameTime: '0.00833333' },
+};
+const FRAMES = 12;
+
+async function json(url) {
+  const answer = await fetch(url);
+  const body = await answer.json();
+  assert.equal(answer.status, 200, body.detail);
+  return body;
+}
+
+async function glb(url) {
+  const answer = await fetch(url);
+  assert.equal(answer.status, 200);
+  return load(new Uint8Array(await answer.arrayBuffer()));
+}
+
+/** World matrices by node, in each frame. */
+async function posesOf(model, frames, seconds) {
+  const at = Array.from({ length: frames }, (_, frame) => Math.fround(frame * seconds)).join();
+  return json(`${model}/pose.json?space=world&as=matrix&at=${at}`);
+}
+
+const isEnd = (name) => name.endsWith('_end');
+
+function assertNear(found, wanted, tolerance, what) {
+  const error = Math.hypot(...wanted.map((value, i) => value - found[i]));
+  assert.ok(error <= tolerance, `${what}: ${found} instead of ${wanted}`);
+}
+
+/** The angle between two rotations as a distance of quaternions, either sign. */
+const apart = (a, b) => Math.min(...[1, -1].map((sign) => Math.hypot(...a.map((value, i) => value - sign * b[i]))));
+
+const quaternionOf = (rotation) =>
+  new Quaternion().setFromRotationMatrix(new Matrix4().set(...rotation.flatMap((row) => [...row, 0]), 0, 0, 0, 1)).toArray();
+
+for (const [style, options] of Object.entries(STYLES)) {
+  test(`poses of a file are the products of its angles: ${style}`, async () => {
+    const file = mocap(FRAMES, options);
+    const model = await daemon.upload(file.text);
+    const { nodes, clips, format, warnings } = await json(model);
+    assert.equal(format, 'bvh');
+    assert.deepEqual(nodes.map(({ name }) => name).filter((name) => !isEnd(name)), file.joints.map(({ name }) => name));
+    assert.equal(nodes.filter(({ name }) => isEnd(name)).length, file.joints.filter(({ end }) => end).length);
+    assert.equal(clips.length, 1);
+    assert.equal(warnings.filter((text) => text.startsWith('Frames:')).length, Number('claimed' in options));
+    const { poses, nodes: names } = await posesOf(model, FRAMES, file.seconds);
+    const places = names.flatMap((name, index) => (isEnd(name) ? [] : [index]));
+    poses.forEach(({ matrix }, frame) => {
+      worldAt(file, frame).forEach(({ rotation, translation }, joint) => {
+        const m = matrix[places[joint]];
+        assertNear(m.slice(12, 15), translation, PLACE * HEIGHT, `${file.joints[joint].name} in frame ${frame}`);
+        assertNear([0, 1, 2].flatMap((c) => m.slice(4 * c, 4 * c + 3)), [0, 1, 2].flatMap((c) => rotation.map((row) => row[c])), 1e-5, 'rotation');
+      });
+    });
+  });
+}
+
+test('end sites hang on their joints', async () => {
+  const file = mocap(1, { odd: true });
+  const { nodes } = await json(await daemon.upload(file.text));
+  for (const { name, end } of file.joints.filter((joint) => joint.end)) {
+    const node = nodes.find((other) => other.name === `${name}_end`);
+    assert.equal(node.parent, name);
+    assertNear(node.rest.translation, end, 1e-6, name);
+  }
+});
+
+/** Times and quaternions of each node's rotation track, by the node's name. */
+function rotationsOf({ animations: [clip] }) {
+  return new Map(clip.tracks.filter(({ name }) => name.endsWith('.quaternion')).map((track) => [track.name.slice(0, -'.quaternion'.length), track]));
+}
+
+test('every frame is a key of glTF, equal to the product of its angles', async () => {
+  for (const options of [{}, { mixed: true, seed: 3 }, { wraps: true }]) {
+    const file = mocap(40, options);
+    const tracks = rotationsOf(await glb(`${await daemon.upload(file.text)}/surface.glb`));
+    for (let frame = 0; frame < 40; frame++) {
+      localsAt(file, frame).forEach(({ rotation }, joint) => {
+        const { times, values } = tracks.get(file.joints[joint].name);
+        const key = times.indexOf(Math.fround(frame * file.seconds));
+        assert.ok(key >= 0, `frame ${frame} is no key`);
+        assert.ok(apart([...values.slice(4 * key, 4 * key + 4)], quaternionOf(rotation)) <= 1e-6, file.joints[joint].name);
+      });
+    }
+  }
+});
+
+test('between frames a player turns as the angles do, over 180 degrees too', async () => {
+  const file = mocap(40, { wraps: true });
+  const gltf = await glb(`${await daemon.upload(file.text)}/surface.glb`);
+  const names = (await nodesOf(gltf)).map(({ name }) => name);
+  const tracks = rotationsOf(gltf);
+  assert.ok([...tracks.values()].some(({ times }) => times.length > 40), 'some steps are split');
+  assert.ok([...tracks.values()].some(({ times }) => times.length === 40), 'some are not');
+  const show = playerOf(gltf);
+  const nodes = await nodesOf(gltf);
+  for (let frame = 0; frame < 39; frame++) {
+    for (const part of [0.2, 0.5, 0.9]) {
+      show((frame + part) * file.seconds);
+      const between = { ...file, values: [file.values[frame].map((from, i) => from + part * (file.values[frame + 1][i] - from))] };
+      localsAt(between, 0).forEach(({ rotation }, joint) => {
+        const { quaternion } = nodes[names.indexOf(file.joints[joint].name)];
+        const error = (2 * apart(quaternion.toArray(), quaternionOf(rotation)) * 180) / Math.PI;
+        assert.ok(error <= 0.11, `${file.joints[joint].name} is ${error} degrees off in frame ${frame + part}`);
+      });
+    }
+  }
+});
+
+/** Places of the joints in each frame as three's loader has them: [frame][bone] vectors, end sites included. */
+function threesPlaces(text, frames) {
+  const { skeleton, clip } = new BVHLoader().parse(text);
+  const moved = skeleton.bones.filter(({ name }) => name !== 'ENDSITE');
+  return frames.map((frame) => {
+    moved.forEach((bone, index) => {
+      bone.position.fromArray(clip.tracks[2 * index].values, 3 * frame);
+      bone.quaternion.fromArray(clip.tracks[2 * index + 1].values, 4 * frame);
+    });
+    skeleton.bones[0].updateMatrixWorld(true);
+    return skeleton.bones.map((bone) => new Vector3().setFromMatrixPosition(bone.matrixWorld).toArray());
+  });
+}
+
+/** Compares the places of all nodes with those of three's bones. */
+async function assertThreesPlaces(text, { frames, seconds, height }) {
+  const model = await daemon.upload(text);
+  const chosen = frames.map((frame) => Math.fround(frame * seconds));
+  const { poses } = await json(`${model}/pose.json?space=world&as=matrix&at=${chosen.join()}`);
+  threesPlaces(text, frames).forEach((places, i) => {
+    assert.equal(poses[i].matrix.length, places.length);
+    places.forEach((place, bone) => assertNear(poses[i].matrix[bone].slice(12, 15), place, PLACE * height, `bone ${bone} in frame ${frames[i]}`));
+  });
+}
+
+test('joints are where BVHLoader has them', async () => {
+  for (const options of [{}, { lineEnd: '\r\n', trailing: true, blankLines: true }, { wraps: true, endNames: true }, { odd: true }]) {
+    const { text, seconds } = mocap(FRAMES, options);
+    await assertThreesPlaces(text, { frames: [...Array(FRAMES).keys()], seconds, height: HEIGHT });
+  }
+});
+
+test('BVHLoader adds the OFFSET to position channels, which stand in its place', async () => {
+  const text = 'HIERARCHY\nROOT a\n{\nOFFSET 1 2 3\nCHANNELS 3 Xposition Yposition Zposition\n}\nMOTION\nFrames: 1\nFrame Time: 1\n10 20 30\n';
+  assert.deepEqual(threesPlaces(text, [0])[0], [[11, 22, 33]]);
+  const { poses } = await json(`${await daemon.upload(text)}/pose.json?at=0`);
+  assert.deepEqual(poses[0].translation, [[10, 20, 30]]);
+});
+
+/** Frames, seconds and the numbers of a file of others, read without the daemon. */
+function factsOf(text) {
+  const [, head] = text.split('MOTION');
+  const [, claimed, seconds] = /Frames:\s*(\d+)\s*Frame Time:\s*([.\d]+)/.exec(head);
+  const rows = head.split(/\r?\n/).filter((line) => /^\s*-?[.\d][-+.\deE\s]*$/.test(line)).map((line) => line.trim().split(/\s+/).map(Number));
+  const joints = [...text.matchAll(/(?:ROOT|JOINT)\s+(\S+)[^]*?CHANNELS\s+(\d+)((?:\s+[XYZ]\w+)+)/g)].map(([, name, , channels]) => ({
+    name,
+    channels: channels.trim().split(/\s+/),
+  }));
+  return { claimed: Number(claimed), seconds: Number(seconds), rows, joints };
+}
+
+/** The least |cos| of the middle angle over all frames of a joint. */
+function cosinesOf({ rows, joints }) {
+  let at = 0;
+  return joints.map(({ channels }) => {
+    const turns = channels.flatMap((channel, i) => (channel.endsWith('rotation') ? [at + i] : []));
+    at += channels.length;
+    return Math.min(...rows.map((row) => Math.abs(Math.cos((row[turns[1]] * Math.PI) / 180))));
+  });
+}
+
+for (const name of existsSync(DEBIAN) ? readdirSync(DEBIAN).filter((file) => file.endsWith('.bvh')) : []) {
+  test(`${name} has its frames, joints and distances from lock, and stands where BVHLoader has it`, async () => {
+    const text = readFileSync(join(DEBIAN, name), 'latin1');
+    const facts = factsOf(text);
+    const model = await daemon.upload(text);
+    const { nodes, clips, warnings } = await json(model);
+    assert.equal(warnings.some((warning) => warning.startsWith(`Frames: says ${facts.claimed}, and there are ${facts.rows.length}`)), facts.claimed !== facts.rows.length);
+    assert.deepEqual(nodes.map((node) => node.name).filter((other) => !isEnd(other)), facts.joints.map((joint) => joint.name));
+    assert.ok(Math.abs(clips[0].duration - (facts.rows.length - 1) * facts.seconds) < 1e-4);
+    const { tracks } = await json(`${model}/tracks`);
+    const cosines = cosinesOf(facts);
+    facts.joints.forEach(({ name: joint, channels }, i) => {
+      const track = tracks.find(({ node }) => node === joint);
+      assert.equal(track.kind, 'euler');
+      assert.equal(track.keys, facts.rows.length);
+      assert.equal(track.gimbal.order, channels.filter((channel) => channel.endsWith('rotation')).map(([axis]) => axis).join(''));
+      // Between frames the path may come nearer to lock than in any of them.
+      assert.ok(track.gimbal.cos_middle <= cosines[i] + 1e-6 && track.gimbal.cos_middle >= cosines[i] - 0.05, `${joint}: ${track.gimbal.cos_middle}, ${cosines[i]}`);
+    });
+    const frames = [0, 1, Math.floor(facts.claimed / 2), facts.claimed - 1]; // three reads no more than the file claims
+    await assertThreesPlaces(text, { frames, seconds: facts.seconds, height: name.startsWith('01') ? HEIGHT : 180 });
+  });
+}
