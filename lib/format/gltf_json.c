@@ -396,11 +396,6 @@ const tw_gltf_assets *tw_gltf_assets_bare(tw_arena *arena, const tw_gltf_assets 
   return bare;
 }
 
-const tw_gltf_assets *tw_gltf_assets_of(const tw_model *model) {
-  static const tw_gltf_assets none = {.scene = TW_NO_INDEX};
-  return model->assets ? model->assets : &none;
-}
-
 void tw_gltf_put_json(tw_text *text, tw_gltf_plan *plan, const tw_scene *scene) {
   const tw_gltf_assets *assets = tw_gltf_assets_of(scene->model);
   tw_gltf_writer writer = {.plan = plan, .scene = scene, .assets = assets, .text = text};

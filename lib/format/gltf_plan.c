@@ -12,60 +12,7 @@ enum {
   ADDED_KEYS_MAX = 1 << 20
 };
 
-/* The most views, accessors, nodes and materials together: the JSON that lists them is held in memory. */
-static const uint64_t PARTS_MAX = 1 << 18;
-
 /* ---- adding -------------------------------------------------------------------------------------------- */
-
-/* Makes room for one more row behind `count` rows, which grow by doubling, and counts it. Returns the rows,
- * which may have moved. NULL over the limit and without memory: planning goes on with the rows that there
- * are, and judge_parts fails at the end. */
-static void *make_room(tw_gltf_plan *plan, void *rows, uint32_t count, size_t size) {
-  bool is_full = count == 0 || (count >= 64 && (count & (count - 1)) == 0);
-  if (++plan->part_count > PARTS_MAX || plan->lacks_memory) return NULL;
-  void *grown = is_full ? tw_resize(rows, (count ? 2 * (size_t)count : 64) * size) : rows;
-  plan->lacks_memory = grown == NULL;
-  return grown;
-}
-
-static uint32_t add_view(tw_gltf_plan *plan, tw_gltf_view view) {
-  tw_gltf_view *views = make_room(plan, plan->views, plan->view_count, sizeof *views);
-  if (!views) return 0;
-  view.offset = plan->data_size;
-  plan->data_size = (view.offset + view.size + 3) / 4 * 4;
-  plan->views = views;
-  plan->views[plan->view_count] = view;
-  return plan->view_count++;
-}
-
-static uint32_t add_accessor(tw_gltf_plan *plan, tw_gltf_accessor accessor) {
-  tw_gltf_accessor *accessors = make_room(plan, plan->accessors, plan->accessor_count, sizeof *accessors);
-  if (!accessors) return 0;
-  plan->accessors = accessors;
-  plan->accessors[plan->accessor_count] = accessor;
-  return plan->accessor_count++;
-}
-
-static const char *type_of(int width) {
-  static const char *const names[] = {"SCALAR", "VEC2", "VEC3", "VEC4"};
-  return width == 16 ? "MAT4" : names[width - 1];
-}
-
-static uint32_t add_memory(tw_gltf_plan *plan, const void *memory, uint64_t size) {
-  return add_view(
-      plan, (tw_gltf_view){.size = size, .element_size = 1, .source = TW_GLTF_MEMORY, .memory = memory});
-}
-
-uint32_t tw_gltf_add_numbers(tw_gltf_plan *plan, const void *values, uint64_t count, int component,
-                             int width) {
-  uint32_t view = add_memory(plan, values, count * (uint64_t)width * 4);
-  return add_accessor(
-      plan, (tw_gltf_accessor){.view = view, .component = component, .type = type_of(width), .count = count});
-}
-
-static uint32_t add_floats(tw_gltf_plan *plan, const float *values, uint64_t count, int width) {
-  return tw_gltf_add_numbers(plan, values, count, TW_GLTF_FLOAT, width);
-}
 
 /* Adds the accessors that the assets kept of the file. They come first, because kept text names them by
  * number. */
@@ -78,7 +25,7 @@ static void add_elements(tw_gltf_plan *plan, const tw_gltf_assets *assets) {
                          .memory = elements->bytes,
                          .target = elements->target,
                          .stride = elements->target == TW_GLTF_VERTICES ? elements->stride : 0};
-    tw_gltf_accessor accessor = {.view = add_view(plan, view),
+    tw_gltf_accessor accessor = {.view = tw_gltf_add_view(plan, view),
                                  .component = elements->component,
                                  .is_normalized = elements->normalized,
                                  .type = elements->type,
@@ -86,7 +33,7 @@ static void add_elements(tw_gltf_plan *plan, const tw_gltf_assets *assets) {
                                  .bound_count = elements->bound_count};
     memcpy(accessor.min, elements->min, sizeof accessor.min);
     memcpy(accessor.max, elements->max, sizeof accessor.max);
-    add_accessor(plan, accessor);
+    tw_gltf_add_accessor(plan, accessor);
   }
 }
 
@@ -98,7 +45,7 @@ static uint32_t add_rows(tw_gltf_plan *plan, uint32_t mesh, const tw_surface *su
   view.target = TW_GLTF_VERTICES;
   view.source = TW_GLTF_ROWS;
   view.mesh = mesh;
-  return add_view(plan, view);
+  return tw_gltf_add_view(plan, view);
 }
 
 /* Adds an accessor for each field of attributes (morph: -1) or of the displacements of a target; the first
@@ -112,8 +59,8 @@ static uint32_t add_fields(tw_gltf_plan *plan, const tw_vertex_field *fields, ui
     accessor.offset = fields[i].offset;
     accessor.component = tw_vertex_component(fields[i].coding);
     accessor.is_normalized = tw_vertex_is_normalized(fields[i].coding);
-    accessor.type = type_of((int)fields[i].width);
-    add_accessor(plan, accessor);
+    accessor.type = tw_gltf_type_of((int)fields[i].width);
+    tw_gltf_add_accessor(plan, accessor);
   }
   return first;
 }
@@ -189,12 +136,12 @@ static void add_holder_of_holes(tw_gltf_plan *plan, tw_gltf_mesh *mesh, const tw
   tw_gltf_primitive *primitive = &mesh->primitives[mesh->primitive_count++];
   *primitive = *shared;
   primitive->faces.material = -1;
-  uint32_t view = add_view(plan, (tw_gltf_view){.size = sizeof corner,
-                                                .element_size = 1,
-                                                .source = TW_GLTF_MEMORY,
-                                                .memory = corner,
-                                                .target = TW_GLTF_INDICES});
-  primitive->indices = add_accessor(
+  uint32_t view = tw_gltf_add_view(plan, (tw_gltf_view){.size = sizeof corner,
+                                                        .element_size = 1,
+                                                        .source = TW_GLTF_MEMORY,
+                                                        .memory = corner,
+                                                        .target = TW_GLTF_INDICES});
+  primitive->indices = tw_gltf_add_accessor(
       plan,
       (tw_gltf_accessor){.view = view, .component = TW_GLTF_UNSIGNED_INT, .type = "SCALAR", .count = 3});
 }
@@ -216,13 +163,13 @@ static void add_triangles(tw_gltf_plan *plan, uint32_t index, const tw_surface *
     else
       mesh->primitive_count++;
     primitive->triangle_count = tw_count_triangles(&primitive->faces);
-    uint32_t view = add_view(plan, (tw_gltf_view){.size = primitive->triangle_count * 3 * index_size,
-                                                  .element_size = 3 * index_size,
-                                                  .target = TW_GLTF_INDICES,
-                                                  .source = TW_GLTF_TRIANGLES,
-                                                  .mesh = index,
-                                                  .faces = primitive->faces});
-    primitive->indices = add_accessor(
+    uint32_t view = tw_gltf_add_view(plan, (tw_gltf_view){.size = primitive->triangle_count * 3 * index_size,
+                                                          .element_size = 3 * index_size,
+                                                          .target = TW_GLTF_INDICES,
+                                                          .source = TW_GLTF_TRIANGLES,
+                                                          .mesh = index,
+                                                          .faces = primitive->faces});
+    primitive->indices = tw_gltf_add_accessor(
         plan, (tw_gltf_accessor){.view = view,
                                  .component = narrow ? TW_GLTF_UNSIGNED_SHORT : TW_GLTF_UNSIGNED_INT,
                                  .type = "SCALAR",
@@ -254,7 +201,7 @@ static uint32_t add_part(tw_gltf_plan *plan, uint32_t mesh, const tw_packs *pack
                                      .stride = whole.stride};
     plan->decoded_size += (view.decoded.size + 3) / 4 * 4;
   }
-  return add_view(plan, view);
+  return tw_gltf_add_view(plan, view);
 }
 
 static void add_pack(tw_gltf_plan *plan, uint32_t index, const tw_packs *packs, uint32_t pack) {
@@ -278,10 +225,11 @@ static void add_pack(tw_gltf_plan *plan, uint32_t index, const tw_packs *packs, 
     }
   }
   uint32_t view = add_part(plan, index, packs, pack, packs->part_count - 1);
-  primitive->indices = add_accessor(plan, (tw_gltf_accessor){.view = view,
-                                                             .component = TW_GLTF_UNSIGNED_SHORT,
-                                                             .type = "SCALAR",
-                                                             .count = 3 * (uint64_t)cut->triangle_count});
+  primitive->indices =
+      tw_gltf_add_accessor(plan, (tw_gltf_accessor){.view = view,
+                                                    .component = TW_GLTF_UNSIGNED_SHORT,
+                                                    .type = "SCALAR",
+                                                    .count = 3 * (uint64_t)cut->triangle_count});
 }
 
 static void add_packs(tw_gltf_plan *plan, uint32_t index, const tw_packs *packs) {
@@ -299,7 +247,7 @@ static void add_packs(tw_gltf_plan *plan, uint32_t index, const tw_packs *packs)
  * points, so they get one triangle of no size. */
 static void add_nothing(tw_gltf_plan *plan) {
   if (plan->nothing != TW_NO_INDEX) return;
-  plan->nothing = add_accessor(
+  plan->nothing = tw_gltf_add_accessor(
       plan,
       (tw_gltf_accessor){
           .view = TW_NO_INDEX, .component = TW_GLTF_FLOAT, .type = "VEC3", .count = 3, .bound_count = 3});
@@ -347,8 +295,13 @@ static void add_images(tw_gltf_plan *plan, const tw_model *model) {
   const tw_gltf_assets *assets = tw_gltf_assets_of(model);
   for (uint32_t i = 0; i < assets->image_count; i++) {
     const tw_gltf_image *image = &assets->images[i];
-    plan->image_views[i] = image->bytes ? add_memory(plan, image->bytes, image->size) : TW_NO_INDEX;
+    plan->image_views[i] = image->bytes ? tw_gltf_add_memory(plan, image->bytes, image->size) : TW_NO_INDEX;
   }
+}
+
+const tw_gltf_assets *tw_gltf_assets_of(const tw_model *model) {
+  static const tw_gltf_assets none = {.scene = TW_NO_INDEX};
+  return model->assets ? model->assets : &none;
 }
 
 bool tw_gltf_node_is_skinned(const tw_scene *scene, const tw_node *node) {
@@ -395,7 +348,7 @@ static tw_status add_skins(tw_gltf_plan *plan, const tw_scene *scene, tw_error *
     const tw_skin *skin = &model->skins[i];
     const float *matrices = grids[i] ? undo_grid(plan->arena, skin, grids[i]) : skin->inverse_bind;
     if (!matrices) return tw_gltf_no_memory(error);
-    plan->skin_matrices[i] = add_floats(plan, matrices, skin->joint_count, 16);
+    plan->skin_matrices[i] = tw_gltf_add_floats(plan, matrices, skin->joint_count, 16);
   }
   return TW_OK;
 }
@@ -426,20 +379,20 @@ static bool fits_node(const tw_gltf_plan *plan, const tw_scene *scene, const tw_
 }
 
 static uint32_t add_times(tw_gltf_plan *plan, const tw_track_keys *keys) {
-  uint32_t view = add_memory(plan, keys->times, keys->key_count * sizeof(float));
-  return add_accessor(plan, (tw_gltf_accessor){.view = view,
-                                               .component = TW_GLTF_FLOAT,
-                                               .type = "SCALAR",
-                                               .count = keys->key_count,
-                                               .bound_count = 1,
-                                               .min = {keys->times[0]},
-                                               .max = {keys->times[keys->key_count - 1]}});
+  uint32_t view = tw_gltf_add_memory(plan, keys->times, keys->key_count * sizeof(float));
+  return tw_gltf_add_accessor(plan, (tw_gltf_accessor){.view = view,
+                                                       .component = TW_GLTF_FLOAT,
+                                                       .type = "SCALAR",
+                                                       .count = keys->key_count,
+                                                       .bound_count = 1,
+                                                       .min = {keys->times[0]},
+                                                       .max = {keys->times[keys->key_count - 1]}});
 }
 
 static uint32_t add_values(tw_gltf_plan *plan, const tw_track_keys *keys) {
   uint64_t count = (uint64_t)keys->key_count * (keys->interpolation == TW_CUBICSPLINE ? 3 : 1);
-  return keys->path == TW_WEIGHTS ? add_floats(plan, keys->values, count * keys->width, 1)
-                                  : add_floats(plan, keys->values, count, (int)keys->width);
+  return keys->path == TW_WEIGHTS ? tw_gltf_add_floats(plan, keys->values, count * keys->width, 1)
+                                  : tw_gltf_add_floats(plan, keys->values, count, (int)keys->width);
 }
 
 static tw_status add_channels(tw_gltf_plan *plan, const tw_scene *scene, const tw_clip_keys *clip,
@@ -526,21 +479,11 @@ static tw_status allocate(tw_gltf_plan *plan, const tw_scene *scene, tw_error *e
   return all ? TW_OK : tw_gltf_no_memory(error);
 }
 
-/* Fails if there are too many parts, or one found no memory. */
-static tw_status judge_parts(const tw_gltf_plan *plan, tw_error *error) {
-  if (plan->part_count > PARTS_MAX)
-    return tw_fail(error, TW_LIMIT,
-                   "as glTF the answer would have %llu nodes, materials, accessors and buffer views, over "
-                   "the limit of %llu",
-                   (unsigned long long)plan->part_count, (unsigned long long)PARTS_MAX);
-  return plan->lacks_memory ? tw_gltf_no_memory(error) : TW_OK;
-}
-
 tw_status tw_gltf_plan_init(tw_gltf_plan *plan, const tw_scene *scene, tw_error *error) {
   const tw_model *model = scene->model;
   *plan = (tw_gltf_plan){.part_count =
                              (scene->packs ? 2 : 1) * (uint64_t)model->node_count + model->material_count};
-  tw_status status = judge_parts(plan, error);
+  tw_status status = tw_gltf_check_parts(plan, error);
   if (status == TW_OK) status = allocate(plan, scene, error);
   if (status == TW_OK) {
     plan->names_groups = names_groups(scene);
@@ -550,7 +493,7 @@ tw_status tw_gltf_plan_init(tw_gltf_plan *plan, const tw_scene *scene, tw_error 
     status = add_meshes(plan, scene, error);
     if (status == TW_OK) status = add_skins(plan, scene, error);
     if (status == TW_OK) status = add_animations(plan, scene, error);
-    if (status == TW_OK) status = judge_parts(plan, error);
+    if (status == TW_OK) status = tw_gltf_check_parts(plan, error);
   }
   if (status != TW_OK) tw_gltf_plan_deinit(plan);
   return status;

@@ -8,6 +8,7 @@
 #include "merge_points.h"
 #include "soup_mesh.h"
 #include "tweend/format.h"
+#include "weld.h"
 
 /* ---- which point belongs to which mesh ------------------------------------------------------------------
  */
@@ -330,19 +331,18 @@ static tw_status lose_parts(tw_obj_reader *reader, const tw_model *model) {
 /* Merges points that were duplicated along seams. A file with tags is a control mesh, whose points are meant
  * as they are. */
 static tw_status close_seams(const tw_obj_reader *reader, tw_model *model) {
-  uint32_t dropped = 0;
-  tw_welded all = {0};
+  uint32_t dropped = 0, reversed = 0;
   if (reader->tags.any) return TW_OK;
   for (uint32_t i = 0; i < model->mesh_count; i++) {
     tw_merged merged;
-    tw_welded welded;
-    tw_status status = tw_mesh_close_seams(&model->meshes[i], model->arena, &merged, &welded, reader->error);
+    uint32_t more;
+    tw_status status = tw_mesh_close_seams(&model->meshes[i], model->arena, &merged, &more, reader->error);
     if (status != TW_OK) return status;
     dropped += merged.faces;
-    tw_add_welded(&all, &welded);
+    reversed += more;
   }
   if (dropped > 0) tw_model_warn(model, TW_WELD_DROPPED_WARNING, (unsigned long long)dropped);
-  tw_warn_of_welding(model, &all);
+  if (reversed > 0) tw_model_warn(model, TW_REVERSED_WARNING, reversed);
   return TW_OK;
 }
 

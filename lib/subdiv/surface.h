@@ -199,15 +199,16 @@ static inline uint32_t tw_smooth_set_count(const tw_surface *s) {
  * TW_CANCELLED. */
 tw_status tw_levels_fill(const tw_surface *surface, const tw_parallel_for *parallel, tw_values *values);
 
+/* Number of vertices of the base that the steps lead to. */
+uint32_t tw_surface_base_vertices(const tw_surface *surface);
+
 /* Computes the positions of a surface that has none yet. positions: [mesh point_count][3]. TW_NO_MEMORY,
  * TW_CANCELLED. */
 tw_status tw_surface_place(tw_surface *surface, const float *positions, const tw_parallel_for *parallel);
-void tw_surface_free_positions(tw_surface *surface);
 
 /* Finds how the faces of level 0 are cut into triangles, once the surface has positions. O(corners), but for
  * faces that are no fan from their first corner: see tw_ear_clipper_cut. TW_NO_MEMORY, TW_CANCELLED. */
 tw_status tw_surface_cut_faces(tw_surface *surface, const tw_parallel_for *parallel);
-size_t tw_surface_positions_size(const tw_surface *surface);
 
 static inline void tw_values_free_points(tw_values *values) {
   if (values->points != values->refined) tw_free(values->points);

@@ -148,6 +148,33 @@ static tw_status check_fans(const tw_build *b, tw_error *error) {
   return fail_fans(error);
 }
 
+/* Makes a surface without its positions. *attempt: the methods to use; where one of them returned TW_LIMIT,
+ * receives the attempt that does without it. */
+static tw_status make_plan(const tw_mesh *mesh, const tw_surface_options *options,
+                           const tw_parallel_for *parallel, tw_attempt *attempt, tw_surface **out,
+                           tw_error *error);
+
+/* Orders points as they are without the details of this level and of deeper ones, so that positions which a
+ * client has read from that surface and moved still fit. */
+static tw_status order_points(tw_build *b) {
+  tw_surface *s = b->surface, *before;
+  tw_mesh mesh = *b->mesh;
+  mesh.detail_count = tw_coarser_details(&s->details, s->options.level).count;
+  tw_surface_options options = s->options;
+  options.shapes = NULL;
+  options.movable = false;
+  tw_attempt attempt = TW_TRY_ALL;
+  tw_status status = make_plan(&mesh, &options, b->parallel, &attempt, &before, NULL);
+  if (status == TW_NO_MEMORY || status == TW_CANCELLED) return status;
+  /* There is no such surface, so nobody has its rows: keep the numbers of the level. */
+  if (status != TW_OK) return TW_OK;
+  b->point_order_count = (uint32_t)tw_surface_row_count(before, TW_DOMAIN_POINTS);
+  b->point_order = tw_arena_alloc_raw(b->arena, b->point_order_count, sizeof *b->point_order);
+  if (b->point_order) tw_surface_vertices_of_points(before, &s->fields[0].base, b->point_order);
+  tw_surface_destroy(before);
+  return b->point_order ? TW_OK : TW_NO_MEMORY;
+}
+
 /* Plans rows of the base, of its patches, or of Loop's scheme. */
 static tw_status plan_rows(tw_build *b, tw_error *error) {
   tw_surface *s = b->surface;
@@ -157,6 +184,8 @@ static tw_status plan_rows(tw_build *b, tw_error *error) {
   const tw_face_order order = {b->mesh, b->cage.visible, b->source, b->levels + (s->way == TW_WAY_LOOP)};
   tw_status status = tw_surface_order(s, &order);
   if (status == TW_OK) status = tw_parallel_for_status(b->parallel);
+  bool has_details = s->options.level > 0 && s->options.level <= tw_deepest_detail(&s->details);
+  if (status == TW_OK && has_details) status = order_points(b);
   if (status == TW_OK) status = tw_build_number(b);
   if (status == TW_OK) status = tw_parallel_for_status(b->parallel);
   if (status != TW_OK || s->way == TW_WAY_LOOP) return status;
@@ -225,9 +254,9 @@ static bool choose_fields(tw_build *b) {
   return true;
 }
 
-tw_status tw_build_plan(const tw_mesh *mesh, const tw_surface_options *options,
-                        const tw_parallel_for *parallel, tw_attempt *attempt, tw_surface **out,
-                        tw_error *error) {
+static tw_status make_plan(const tw_mesh *mesh, const tw_surface_options *options,
+                           const tw_parallel_for *parallel, tw_attempt *attempt, tw_surface **out,
+                           tw_error *error) {
   tw_surface *s = tw_alloc_zero(1, sizeof *s);
   if (!s) return TW_NO_MEMORY;
   tw_build b = {.mesh = mesh,
@@ -264,7 +293,7 @@ static tw_status create(const tw_mesh *mesh, const tw_surface_options *options,
                         const tw_parallel_for *parallel, tw_attempt *attempt, tw_surface **out,
                         tw_error *error) {
   tw_surface *s;
-  tw_status status = tw_build_plan(mesh, options, parallel, attempt, &s, error);
+  tw_status status = make_plan(mesh, options, parallel, attempt, &s, error);
   if (status != TW_OK) return status;
   status = tw_surface_place(s, mesh->positions, parallel);
   if (status == TW_OK && s->layout.morph_width == 6 && !s->own_normals)
@@ -314,66 +343,4 @@ tw_status tw_surface_count(const tw_mesh *mesh, const tw_surface_options *option
   tw_arena_destroy(arena);
   if (status == TW_OK || status == TW_LIMIT) *out = counts;
   return status == TW_NO_MEMORY ? tw_fail(error, status, "out of memory") : status;
-}
-
-static void free_plan(tw_surface *s) {
-  for (uint32_t m = 0; s->morphed && m < s->morph_count; m++) tw_surface_destroy(s->morphed[m]);
-  for (uint32_t f = 0; s->fields && f < s->field_count; f++) tw_patches_deinit(&s->fields[f].patches);
-  for (uint32_t i = 0; i < TW_UV_SETS_MAX; i++) tw_values_free_points(&s->uvs[i]);
-  for (uint32_t i = 0; s->smooth && i < tw_smooth_set_count(s); i++) tw_values_free_points(&s->smooth[i]);
-  tw_patch_shapes_destroy(s->shapes);
-  tw_influences_deinit(&s->cage_influences);
-  tw_influences_deinit(&s->influences);
-  tw_free(s->skin_rows);
-  tw_arena_destroy(s->points_arena);
-  tw_arena_destroy(s->arena);
-}
-
-void tw_surface_destroy(tw_surface *surface) {
-  if (!surface) return;
-  tw_surface_free_positions(surface);
-  tw_free(surface->bounds_ready);
-  tw_free(surface->bounds);
-  if (!surface->plan) free_plan(surface);
-  tw_free(surface);
-}
-
-static size_t plan_size(const tw_surface *s) {
-  size_t size =
-      tw_arena_size(s->arena) + tw_influences_size(&s->cage_influences) + tw_influences_size(&s->influences);
-  if (s->points_arena) size += tw_arena_size(s->points_arena);
-  if (s->skin_rows) size += tw_skin_level_size(&s->levels[0], s->layout.influences);
-  for (uint32_t i = 0; i < TW_UV_SETS_MAX; i++) size += tw_values_points_size(s, &s->uvs[i]);
-  for (uint32_t i = 0; i < tw_smooth_set_count(s); i++) size += tw_values_points_size(s, &s->smooth[i]);
-  for (uint32_t m = 0; s->morphed && m < s->morph_count; m++) size += tw_surface_size(s->morphed[m]);
-  for (uint32_t f = 0; f < s->field_count; f++) size += s->fields[f].patches.size;
-  return s->shapes ? size + tw_patch_shapes_size(s->shapes) : size;
-}
-
-size_t tw_surface_moved_size(const tw_surface *plan) {
-  return sizeof *plan + tw_surface_positions_size(plan) +
-         tw_surface_bounds_count(plan) * (sizeof *plan->bounds_ready + sizeof *plan->bounds);
-}
-
-size_t tw_surface_size(const tw_surface *surface) {
-  return tw_surface_moved_size(surface) + (surface->plan ? 0 : plan_size(surface));
-}
-
-const tw_surface_counts *tw_surface_get_counts(const tw_surface *surface) {
-  return &surface->counts;
-}
-const tw_surface_layout *tw_surface_get_layout(const tw_surface *surface) {
-  return &surface->layout;
-}
-const tw_surface_tags *tw_surface_get_tags(const tw_surface *surface) {
-  return surface->tags;
-}
-const tw_surface_options *tw_surface_get_options(const tw_surface *surface) {
-  return &surface->options;
-}
-uint32_t tw_surface_group_count(const tw_surface *surface) {
-  return surface->group_count;
-}
-const tw_surface_group *tw_surface_get_group(const tw_surface *surface, uint32_t group) {
-  return &surface->groups[group];
 }

@@ -31,6 +31,9 @@ typedef struct tw_build {
   tw_channel channels[TW_CHANNELS_MAX];     /* of the mesh: UV sets, then attributes */
   uint32_t channel_fields[TW_CHANNELS_MAX]; /* the field of each; several can share one */
   bool has_whole;                           /* an attribute of whole numbers */
+  uint32_t *point_order; /* [point_order_count] vertices of the base in the order of the points; NULL: as they
+                            are */
+  uint32_t point_order_count;
   /* [faces of the last level] cage face of each; NULL where `whole`. */
   uint32_t *source;
 } tw_build;
@@ -66,11 +69,5 @@ tw_status tw_build_find_frames(tw_build *b);
 
 /* Sets the layout of the rows of TW_DOMAIN_VERTICES. */
 void tw_build_lay_out(tw_build *b);
-
-/* Makes a surface without its positions. *attempt: the methods to use; where one of them returned TW_LIMIT,
- * receives the attempt that does without it. */
-tw_status tw_build_plan(const tw_mesh *mesh, const tw_surface_options *options,
-                        const tw_parallel_for *parallel, tw_attempt *attempt, tw_surface **out,
-                        tw_error *error);
 
 #endif

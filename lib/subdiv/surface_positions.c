@@ -7,17 +7,6 @@
 #include "refine.h"
 #include "surface.h"
 
-/* Number of vertices of the base that the steps lead to. */
-static uint32_t base_vertex_count(const tw_surface *s) {
-  switch (s->way) {
-  case TW_WAY_LEVELS: return s->levels[0].at[0].vertex_count;
-  case TW_WAY_LOOP: return s->loop_above.vertex_count;
-  case TW_WAY_BASE:
-  case TW_WAY_PATCHES: break;
-  }
-  return s->fields[0].base.vertex_count;
-}
-
 /* ---- steps ---------------------------------------------------------------------------------- */
 
 /* Adds the detail of a level. */
@@ -65,7 +54,7 @@ static float *round_positions(const double *positions, size_t vertices) {
 static tw_status keep_base(tw_surface *s, double **base) {
   tw_values *out = &s->positions;
   bool is_cage = s->step_count == 0 && s->options.level == 0;
-  out->base = is_cage ? out->cage : round_positions(*base, base_vertex_count(s));
+  out->base = is_cage ? out->cage : round_positions(*base, tw_surface_base_vertices(s));
   if (!out->base) return TW_NO_MEMORY;
   if (s->step_count == 0 || !s->options.normals || s->depth > 0) return TW_OK;
   out->exact = *base;
@@ -79,7 +68,7 @@ static tw_status keep_loop(tw_surface *s, const double *above, const tw_parallel
 }
 
 static tw_status keep_levels(tw_surface *s, const double *base, const tw_parallel_for *parallel) {
-  s->positions.base = round_positions(base, base_vertex_count(s));
+  s->positions.base = round_positions(base, tw_surface_base_vertices(s));
   tw_status status = s->positions.base ? tw_levels_fill(s, parallel, &s->positions) : TW_NO_MEMORY;
   tw_free(s->positions.base);
   s->positions.base = NULL;
@@ -110,28 +99,6 @@ tw_status tw_surface_place(tw_surface *surface, const float *positions, const tw
   if (status == TW_OK) status = keep(s, parallel, &at);
   tw_free(at);
   return status == TW_OK ? tw_surface_cut_faces(s, parallel) : status;
-}
-
-void tw_surface_free_positions(tw_surface *surface) {
-  tw_values *positions = &surface->positions;
-  if (positions->cage != positions->base) tw_free(positions->cage);
-  tw_free(positions->base);
-  tw_free(positions->exact);
-  tw_values_free_points(positions);
-  tw_free(surface->cuts);
-  tw_free(surface->cut_triangles);
-}
-
-size_t tw_surface_positions_size(const tw_surface *surface) {
-  const tw_values *positions = &surface->positions;
-  size_t size = tw_values_points_size(surface, positions);
-  if (positions->base) size += 3 * (size_t)base_vertex_count(surface) * sizeof *positions->base;
-  if (positions->exact) size += 3 * (size_t)surface->fields[0].base.vertex_count * sizeof *positions->exact;
-  if (positions->cage && positions->cage != positions->base)
-    size += 3 * (size_t)surface->cage_vertex_count * sizeof *positions->cage;
-  size += surface->cut_count * sizeof *surface->cuts +
-          (size_t)surface->cut_triangle_count * sizeof *surface->cut_triangles;
-  return size;
 }
 
 /* ---- other positions ------------------------------------------------------------------------ */

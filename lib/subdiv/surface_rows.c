@@ -43,29 +43,6 @@ static tw_status split_vertices(tw_build *b, const uint8_t *visible) {
   return status;
 }
 
-/* Numbers points as they are without the details of this level and of deeper ones, so that positions which a
- * client has read from that surface and moved still fit. */
-static tw_status order_points(tw_build *b) {
-  tw_surface *s = b->surface, *before;
-  const tw_topology *base = &s->fields[0].base;
-  tw_mesh mesh = *b->mesh;
-  mesh.detail_count = tw_coarser_details(&s->details, s->options.level).count;
-  tw_surface_options options = s->options;
-  options.shapes = NULL;
-  options.movable = false;
-  tw_attempt attempt = TW_TRY_ALL;
-  tw_status status = tw_build_plan(&mesh, &options, b->parallel, &attempt, &before, NULL);
-  if (status == TW_NO_MEMORY || status == TW_CANCELLED) return status;
-  /* There is no such surface, so nobody has its rows: keep the numbers of the level. */
-  if (status != TW_OK) return TW_OK;
-  uint32_t rows = (uint32_t)tw_surface_row_count(before, TW_DOMAIN_POINTS);
-  uint32_t *vertices = tw_arena_alloc_raw(b->arena, rows, sizeof *vertices);
-  if (vertices) tw_surface_vertices_of_points(before, base, vertices);
-  status = vertices ? tw_number_vertices_as(base, vertices, rows, s->arena, &s->points) : TW_NO_MEMORY;
-  tw_surface_destroy(before);
-  return status;
-}
-
 tw_status tw_build_number(tw_build *b) {
   tw_surface *s = b->surface;
   const tw_topology *base = &s->fields[0].base;
@@ -76,8 +53,8 @@ tw_status tw_build_number(tw_build *b) {
     for (uint32_t q = 0; q < base->face_count; q++) visible[q] = b->cage.visible[b->source[q]];
   }
   tw_status status = tw_number_field(base, visible, s->arena, &s->points);
-  if (status == TW_OK && s->options.level > 0 && s->options.level <= tw_deepest_detail(&s->details))
-    status = order_points(b);
+  if (status == TW_OK && b->point_order)
+    status = tw_number_vertices_as(base, b->point_order, b->point_order_count, s->arena, &s->points);
   s->cage_points = rows_of_cage(&s->points, base, b->cage_vertices[0]);
   if (status == TW_OK && b->mesh->uv_set_count > 0) {
     status = tw_number_field(&s->fields[1].base, visible, s->arena, &s->uv_points);

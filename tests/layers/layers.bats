@@ -88,6 +88,39 @@ plant() {
   [ "$output" = getenv ]
 }
 
+@test "calls go downward, and in no circle" {
+  built=${TWEEND_BUILD:-$root/build}
+  [ -f "$built/libtweend.a" ] || skip "not built"
+  run "$root/tests/layers/calls" "$built"/CMakeFiles/tweend{,_lib,_gltf,_api,_server}.dir
+  echo "$output"
+  [ "$status" -eq 0 ]
+}
+
+# object PATH SOURCE: compiles it to that place below the test's folder.
+object() {
+  mkdir -p "$BATS_TEST_TMPDIR/$(dirname "$1")"
+  cc -w -x c -c -o "$BATS_TEST_TMPDIR/$1.c.o" - <<<"$2"
+}
+
+@test "a call upward is seen, between layers and between rooms" {
+  object lib/base/low 'int high(void); int low(void) { return high(); }'
+  object lib/mesh/high 'int top(void); int high(void) { return top(); }'
+  object api/http/top 'int top(void) { return 1; }'
+  run "$root/tests/layers/calls" "$BATS_TEST_TMPDIR"
+  [ "$status" -eq 1 ]
+  [ "$output" = $'lib/base/low -> lib/mesh/high: high\nlib/mesh/high -> api/http/top: top' ]
+}
+
+@test "a circle of calls is seen" {
+  object server/one 'int two(void); int one(void) { return two(); }'
+  object server/two 'int three(void); int two(void) { return three(); }'
+  object server/three 'int one(void); int three(void) { return one(); }'
+  object server/four 'int one(void); int four(void) { return one(); }'
+  run "$root/tests/layers/calls" "$BATS_TEST_TMPDIR"
+  [ "$status" -eq 1 ]
+  [[ $output == 'files call each other in a circle: '* && $output == *server/two* && $output != *four* ]]
+}
+
 @test "each public header compiles alone, as C11 and as C++17" {
   cd "$root"
   for header in lib/include/tweend/*.h api/include/*.h; do

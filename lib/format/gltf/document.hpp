@@ -18,7 +18,6 @@
 #include "gltf/gltf.h"
 #include "tweend/format.h"
 #include "tweend/json_text.h"
-#include "weld.h"
 
 namespace gltf {
 
@@ -395,7 +394,7 @@ struct Document {
   }
   // For the warnings.
   size_t degenerate_faces = 0, partly_textured = 0;
-  tw_welded welded = {};
+  uint32_t reversed_edges = 0;
   std::set<std::string> attribute_warnings;
   // Notes what became of an attribute, for a warning.
   void note(const std::string &fate) {

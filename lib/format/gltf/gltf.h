@@ -184,10 +184,21 @@ typedef struct tw_gltf_plan {
   bool names_groups; /* primitives tell which of their faces are in which groups */
 } tw_gltf_plan;
 
+/* ---- gltf_accessors.c: the plan notes where there is no room; check_parts fails then ---- */
+
+uint32_t tw_gltf_add_view(tw_gltf_plan *plan, tw_gltf_view view);
+uint32_t tw_gltf_add_accessor(tw_gltf_plan *plan, tw_gltf_accessor accessor);
+/* A view of memory that outlives the plan. */
+uint32_t tw_gltf_add_memory(tw_gltf_plan *plan, const void *memory, uint64_t size);
 /* Adds numbers of four bytes, `width` to an element, as an accessor with a view of its own; returns the
- * accessor. The plan notes if there is no room. values: outlive the plan. */
+ * accessor. values: outlive the plan. */
 uint32_t tw_gltf_add_numbers(tw_gltf_plan *plan, const void *values, uint64_t count, int component,
                              int width);
+uint32_t tw_gltf_add_floats(tw_gltf_plan *plan, const float *values, uint64_t count, int width);
+/* "VEC3" for 3 numbers, "MAT4" for 16. */
+const char *tw_gltf_type_of(int width);
+/* TW_LIMIT: too many parts. TW_NO_MEMORY: one found none. */
+tw_status tw_gltf_check_parts(const tw_gltf_plan *plan, tw_error *error);
 
 /* Makes the tags of a mesh whose primitives are planned, if it is a cage (gltf_cage.c). False without
  * memory. */

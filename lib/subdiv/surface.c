@@ -1,0 +1,96 @@
+/* A surface as a whole: what it frees, how large it is, what it tells of itself. */
+#include "surface.h"
+
+uint32_t tw_surface_base_vertices(const tw_surface *s) {
+  switch (s->way) {
+  case TW_WAY_LEVELS: return s->levels[0].at[0].vertex_count;
+  case TW_WAY_LOOP: return s->loop_above.vertex_count;
+  case TW_WAY_BASE:
+  case TW_WAY_PATCHES: break;
+  }
+  return s->fields[0].base.vertex_count;
+}
+
+static void free_positions(tw_surface *surface) {
+  tw_values *positions = &surface->positions;
+  if (positions->cage != positions->base) tw_free(positions->cage);
+  tw_free(positions->base);
+  tw_free(positions->exact);
+  tw_values_free_points(positions);
+  tw_free(surface->cuts);
+  tw_free(surface->cut_triangles);
+}
+
+static void free_plan(tw_surface *s) {
+  for (uint32_t m = 0; s->morphed && m < s->morph_count; m++) tw_surface_destroy(s->morphed[m]);
+  for (uint32_t f = 0; s->fields && f < s->field_count; f++) tw_patches_deinit(&s->fields[f].patches);
+  for (uint32_t i = 0; i < TW_UV_SETS_MAX; i++) tw_values_free_points(&s->uvs[i]);
+  for (uint32_t i = 0; s->smooth && i < tw_smooth_set_count(s); i++) tw_values_free_points(&s->smooth[i]);
+  tw_patch_shapes_destroy(s->shapes);
+  tw_influences_deinit(&s->cage_influences);
+  tw_influences_deinit(&s->influences);
+  tw_free(s->skin_rows);
+  tw_arena_destroy(s->points_arena);
+  tw_arena_destroy(s->arena);
+}
+
+void tw_surface_destroy(tw_surface *surface) {
+  if (!surface) return;
+  free_positions(surface);
+  tw_free(surface->bounds_ready);
+  tw_free(surface->bounds);
+  if (!surface->plan) free_plan(surface);
+  tw_free(surface);
+}
+
+static size_t positions_size(const tw_surface *surface) {
+  const tw_values *positions = &surface->positions;
+  size_t size = tw_values_points_size(surface, positions);
+  if (positions->base) size += 3 * (size_t)tw_surface_base_vertices(surface) * sizeof *positions->base;
+  if (positions->exact) size += 3 * (size_t)surface->fields[0].base.vertex_count * sizeof *positions->exact;
+  if (positions->cage && positions->cage != positions->base)
+    size += 3 * (size_t)surface->cage_vertex_count * sizeof *positions->cage;
+  size += surface->cut_count * sizeof *surface->cuts +
+          (size_t)surface->cut_triangle_count * sizeof *surface->cut_triangles;
+  return size;
+}
+
+static size_t plan_size(const tw_surface *s) {
+  size_t size =
+      tw_arena_size(s->arena) + tw_influences_size(&s->cage_influences) + tw_influences_size(&s->influences);
+  if (s->points_arena) size += tw_arena_size(s->points_arena);
+  if (s->skin_rows) size += tw_skin_level_size(&s->levels[0], s->layout.influences);
+  for (uint32_t i = 0; i < TW_UV_SETS_MAX; i++) size += tw_values_points_size(s, &s->uvs[i]);
+  for (uint32_t i = 0; i < tw_smooth_set_count(s); i++) size += tw_values_points_size(s, &s->smooth[i]);
+  for (uint32_t m = 0; s->morphed && m < s->morph_count; m++) size += tw_surface_size(s->morphed[m]);
+  for (uint32_t f = 0; f < s->field_count; f++) size += s->fields[f].patches.size;
+  return s->shapes ? size + tw_patch_shapes_size(s->shapes) : size;
+}
+
+size_t tw_surface_moved_size(const tw_surface *plan) {
+  return sizeof *plan + positions_size(plan) +
+         tw_surface_bounds_count(plan) * (sizeof *plan->bounds_ready + sizeof *plan->bounds);
+}
+
+size_t tw_surface_size(const tw_surface *surface) {
+  return tw_surface_moved_size(surface) + (surface->plan ? 0 : plan_size(surface));
+}
+
+const tw_surface_counts *tw_surface_get_counts(const tw_surface *surface) {
+  return &surface->counts;
+}
+const tw_surface_layout *tw_surface_get_layout(const tw_surface *surface) {
+  return &surface->layout;
+}
+const tw_surface_tags *tw_surface_get_tags(const tw_surface *surface) {
+  return surface->tags;
+}
+const tw_surface_options *tw_surface_get_options(const tw_surface *surface) {
+  return &surface->options;
+}
+uint32_t tw_surface_group_count(const tw_surface *surface) {
+  return surface->group_count;
+}
+const tw_surface_group *tw_surface_get_group(const tw_surface *surface, uint32_t group) {
+  return &surface->groups[group];
+}
