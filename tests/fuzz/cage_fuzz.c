@@ -69,6 +69,7 @@ static uint8_t *take_cage(source *s, size_t *size) {
   if (tw_mesh_check(&mesh, NULL, NULL) != TW_OK) return NULL;
   tw_arena *arena = tw_arena_create();
   if (is_sculpted) sculpt(s, &mesh, arena);
+  take_corner_values(s, &own, &mesh);
   const tw_model model = {.mesh_count = 1,
                           .meshes = &mesh,
                           .node_count = 1,

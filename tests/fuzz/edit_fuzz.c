@@ -129,6 +129,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size) {
   uint32_t edit_count = 1 + take(&s, EDITS), made_count = 0;
   take_mesh(&s, own, &mesh);
   for (uint32_t i = 0; i < edit_count; i++) edits[i] = take_edit(&s, &mesh, list->indices[i], list->cuts[i]);
+  take_corner_values(&s, own, &mesh);
   if (tw_mesh_check(&mesh, NULL, NULL) == TW_OK &&
       tw_mesh_edit(&mesh, &model, edits, edit_count, &limits, arena, &out, made, &made_count, NULL) ==
           TW_OK) {

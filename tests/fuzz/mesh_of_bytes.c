@@ -164,6 +164,28 @@ static void take_values(source *s, storage *own, tw_mesh *mesh) {
   }
 }
 
+void take_corner_values(source *s, storage *own, tw_mesh *mesh) {
+  uint32_t kinds = take(s, 8), count = 1 + take(s, VALUES);
+  take_numbers(s, own->corner_values[0], 4 * (size_t)VALUES);
+  for (uint32_t p = 0; p < POINTS; p++) own->whole[p][0] = (float)take(s, 256);
+  for (uint32_t i = 0; i < 3; i++) {
+    if (!(kinds & 1u << i)) continue;
+    static const char *const names[] = {"_CORNERS", "_LABELS", "_WHOLE"};
+    static const tw_numbers numbers[] = {TW_NUMBERS_REAL, TW_NUMBERS_INT16, TW_NUMBERS_WHOLE};
+    tw_attribute made = {.name = names[i],
+                         .width = i == 0 ? 4 : 1,
+                         .values = i == 0 ? own->corner_values[0] : own->whole[0],
+                         .numbers = numbers[i]};
+    for (uint32_t c = 0; i < 2 && c < mesh->corner_count; c++) {
+      own->value_corners[i][c] = (take(s, 3) ? own->corners[c] : take(s, count)) % count;
+      made.value_count = count;
+      made.corners = own->value_corners[i];
+    }
+    own->attributes[mesh->attribute_count++] = made;
+    mesh->attributes = own->attributes;
+  }
+}
+
 void take_mesh(source *s, storage *own, tw_mesh *mesh) {
   tw_mesh_init(mesh);
   mesh->point_count = 3 + take(s, POINTS - 2);

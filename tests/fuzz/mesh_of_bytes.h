@@ -27,12 +27,17 @@ typedef struct storage {
   uint32_t creases[TAGS][2], sharp_points[TAGS], holes[TAGS], groups[FACES], smoothing[FACES];
   float crease_sharpness[TAGS], point_sharpness[TAGS];
   uint8_t tangent_uvs[FACES];
-  tw_attribute attributes[2];
+  float corner_values[VALUES][4], whole[POINTS][1];
+  uint32_t value_corners[2][CORNERS];
+  tw_attribute attributes[5];
   const float *morphs[2], *morph_normals[2];
 } storage;
 
 /* Builds a mesh. It may have no faces, or faces that coincide or have opposite windings, but mostly nothing
  * that readers refuse. */
 void take_mesh(source *s, storage *own, tw_mesh *mesh);
+
+/* Adds attributes with values of corners, and whole numbers. */
+void take_corner_values(source *s, storage *own, tw_mesh *mesh);
 
 #endif

@@ -3,10 +3,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "edited.h"
 #include "merge_points.h"
 #include "soup_mesh.h"
 #include "surface_rows.h"
 #include "test.h"
+#include "tweend/coarsen.h"
 
 static uint32_t state = 1;
 
@@ -391,4 +393,134 @@ TEST(random_colours_stay_where_points_are_merged) {
   }
   free(p);
   free(s);
+}
+
+/* ---- the way back --------------------------------------------------------------------------- */
+
+/* A level as a mesh: every row of its vertex buffer is a value of corners. */
+typedef struct fine_mesh {
+  tw_mesh mesh;
+  rows r;
+  float *positions, *values[ATTRIBUTES];
+  uint32_t *faces[2], *offsets;
+  tw_attribute attributes[ATTRIBUTES];
+} fine_mesh;
+
+static void refine_mesh(const tw_mesh *mesh, tw_surface_options options, fine_mesh *fine) {
+  *fine = (fine_mesh){.r = read_rows(mesh, options)};
+  const tw_surface_counts *counts = tw_surface_get_counts(fine->r.surface);
+  fine->positions = all_rows(fine->r.surface, TW_DOMAIN_POINTS);
+  fine->faces[0] = faces_of(&fine->r, TW_DOMAIN_POINTS);
+  fine->faces[1] = faces_of(&fine->r, TW_DOMAIN_VERTICES);
+  fine->offsets = malloc((counts->faces + 1) * sizeof *fine->offsets);
+  assert_non_null(fine->offsets);
+  for (uint32_t f = 0; f <= counts->faces; f++) fine->offsets[f] = 4 * f;
+  tw_mesh_init(&fine->mesh);
+  fine->mesh.point_count = (uint32_t)counts->vertices;
+  fine->mesh.positions = fine->positions;
+  fine->mesh.face_count = (uint32_t)counts->faces;
+  fine->mesh.corner_count = (uint32_t)counts->corners;
+  fine->mesh.face_offsets = fine->offsets;
+  fine->mesh.corners = fine->faces[0];
+  fine->mesh.attribute_count = mesh->attribute_count;
+  fine->mesh.attributes = fine->attributes;
+  for (uint32_t a = 0; a < mesh->attribute_count; a++) {
+    uint32_t width = mesh->attributes[a].width;
+    fine->values[a] = malloc(fine->r.count * width * sizeof(float));
+    assert_non_null(fine->values[a]);
+    for (size_t i = 0; i < fine->r.count; i++)
+      memcpy(fine->values[a] + width * i, row_of(&fine->r, i) + fine->r.layout->attributes[a],
+             width * sizeof(float));
+    fine->attributes[a] = mesh->attributes[a];
+    fine->attributes[a].values = fine->values[a];
+    fine->attributes[a].value_count = (uint32_t)fine->r.count;
+    fine->attributes[a].corners = fine->faces[1];
+  }
+}
+
+static void free_fine(fine_mesh *fine) {
+  for (uint32_t a = 0; a < ATTRIBUTES; a++) free(fine->values[a]);
+  for (int d = 0; d < 2; d++) free(fine->faces[d]);
+  free(fine->positions);
+  free(fine->offsets);
+  free_rows(&fine->r);
+}
+
+TEST(coarsened_meshes_have_the_values_of_their_corners_again) {
+  patch *p = malloc(sizeof *p);
+  assert_non_null(p);
+  for (uint32_t round = 0; round < 24; round++) {
+    make_patch(p, (shapes)(round % 3));
+    /* Without what differs at every corner, and without what would give all others its seams. */
+    p->mesh.attributes += 2 + round % RANDOM;
+    p->mesh.attribute_count = 1;
+    const tw_surface_options options = {.level = 1 + round % 2, .uv = (tw_uv_rule)(round / 4 % 6)};
+    fine_mesh fine;
+    refine_mesh(&p->mesh, options, &fine);
+    tw_surface_options back = options;
+    back.level = TW_LEVEL_MAX;
+    tw_coarsened found;
+    tw_arena *arena = tw_arena_create();
+    assert_non_null(arena);
+    assert_int_equal(tw_mesh_coarsen(&fine.mesh, &back, NULL, arena, &found, NULL), TW_OK);
+    assert_int_equal(found.levels, options.level);
+    assert_int_equal(found.mesh.corner_count, p->mesh.corner_count);
+    bool is_whole = p->mesh.attributes->numbers != TW_NUMBERS_REAL;
+    for (uint32_t c = 0; c < p->mesh.corner_count; c++)
+      for (uint32_t k = 0; k < 3; k++)
+        assert_float_equal(at_corner(&found.mesh, 0, c)[k], at_corner(&p->mesh, 0, c)[k],
+                           is_whole ? 0 : 2e-4F);
+    tw_arena_destroy(arena);
+    free_fine(&fine);
+  }
+  free(p);
+}
+
+/* ---- edits ---------------------------------------------------------------------------------- */
+
+/* Points at one place keep their colours when an edit merges them; a face that is extruded keeps its colours
+ * on its walls, which its map leads beyond its edges. */
+TEST(merged_and_extruded_faces_keep_the_colours_of_their_corners) {
+  const float positions[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
+                                 {1, 0, 0}, {2, 0, 0}, {2, 1, 0}, {1, 1, 0}};
+  const uint32_t corners[8] = {0, 1, 2, 3, 4, 5, 6, 7}, offsets[3] = {0, 4, 8};
+  float colors[8][4], uvs[8][2];
+  for (int v = 0; v < 8; v++) {
+    for (int k = 0; k < 4; k++) colors[v][k] = k < 3 ? (float)(v < 4) : 1;
+    memcpy(uvs[v], positions[v], sizeof uvs[v]);
+  }
+  const tw_attribute color = {.name = "COLOR_0", .width = 4, .is_color = true, .values = colors[0]};
+  tw_mesh mesh;
+  tw_mesh_init(&mesh);
+  mesh.point_count = 8;
+  mesh.positions = positions[0];
+  mesh.face_count = 2;
+  mesh.corner_count = 8;
+  mesh.face_offsets = offsets;
+  mesh.corners = corners;
+  mesh.attribute_count = 1;
+  mesh.attributes = &color;
+  mesh.uv_set_count = 1;
+  mesh.uv_sets[0] = (tw_uv_set){8, uvs[0], corners};
+  const tw_edit edits[2] = {{.kind = TW_EDIT_MERGE,
+                             .selection = {.of = TW_EDIT_VERTICES, .by = TW_SELECT_ALL},
+                             .merge.distance = 0},
+                            {.kind = TW_EDIT_EXTRUDE,
+                             .selection = {.of = TW_EDIT_FACES, .by = TW_SELECT_ALL},
+                             .extrude = {.distance = 5, .is_individual = true}}};
+  edited merged = edit(&mesh, edits, 1);
+  assert_int_equal(merged.mesh.point_count, 6);
+  assert_non_null(merged.mesh.attributes[0].corners);
+  for (uint32_t c = 0; c < 8; c++)
+    assert_memory_equal(at_corner(&merged.mesh, 0, c), colors[c], sizeof colors[c]);
+  edited walls = edit(&mesh, edits, 2);
+  assert_int_equal(walls.mesh.face_count, 10);
+  for (uint32_t f = 0; f < walls.mesh.face_count; f++) {
+    const float *first = at_corner(&walls.mesh, 0, walls.mesh.face_offsets[f]);
+    assert_true(first[0] == 0 || first[0] == 1);
+    for (uint32_t c = walls.mesh.face_offsets[f]; c < walls.mesh.face_offsets[f + 1]; c++)
+      assert_memory_equal(at_corner(&walls.mesh, 0, c), first, sizeof colors[0]);
+  }
+  edited_deinit(&walls);
+  edited_deinit(&merged);
 }

@@ -135,7 +135,9 @@ typedef struct dressed {
   int32_t materials[DRESSED_CORNERS];
   uint32_t groups[DRESSED_CORNERS], smoothing[DRESSED_CORNERS];
   const float *morphs[1];
-  tw_attribute attributes[2];
+  float corner_values[DRESSED_CORNERS][3], labels[DRESSED_CORNERS];
+  uint32_t label_corners[DRESSED_CORNERS];
+  tw_attribute attributes[4];
 } dressed;
 
 static inline double weight_at(const float *p) {
@@ -147,8 +149,9 @@ static inline double share_at(const float *p) {
 }
 
 /* Adds data to a mesh with coordinates within -1 to 1. The first UV set has one value a point, the second one
- * value a corner: all its edges are seams, as its values grow by 10 with each face. A face's material, groups
- * and smoothing are its index. */
+ * value a corner: all its edges are seams, as its values grow by 10 with each face. So do the values of an
+ * attribute of corners. A face's material, groups and smoothing are its index, and its label is 7 times that.
+ */
 static inline void dress(tw_mesh *mesh, dressed *d) {
   assert_true(mesh->point_count <= DRESSED_POINTS && mesh->corner_count <= DRESSED_CORNERS);
   for (uint32_t p = 0; p < mesh->point_count; p++) {
@@ -166,16 +169,32 @@ static inline void dress(tw_mesh *mesh, dressed *d) {
   for (uint32_t f = 0; f < mesh->face_count; f++) {
     d->materials[f] = (int32_t)f;
     d->groups[f] = d->smoothing[f] = f;
+    d->labels[f] = 7 * (float)f;
     for (uint32_t c = mesh->face_offsets[f]; c < mesh->face_offsets[f + 1]; c++) {
       d->apart_corners[c] = c;
       d->apart[c][0] = point_of(mesh, mesh->corners[c])[1] + 10 * (float)f;
       d->apart[c][1] = point_of(mesh, mesh->corners[c])[2];
+      d->corner_values[c][0] = point_of(mesh, mesh->corners[c])[0] - 10 * (float)f;
+      d->corner_values[c][1] = d->apart[c][0];
+      d->corner_values[c][2] = d->apart[c][1];
+      d->label_corners[c] = f;
     }
   }
   d->attributes[0] = (tw_attribute){.name = "_WEIGHT", .width = 1, .values = d->weight};
   d->attributes[1] = (tw_attribute){.name = "COLOR_0", .width = 4, .is_color = true, .values = d->color[0]};
+  d->attributes[2] = (tw_attribute){.name = "_APART",
+                                    .width = 3,
+                                    .values = d->corner_values[0],
+                                    .value_count = mesh->corner_count,
+                                    .corners = d->apart_corners};
+  d->attributes[3] = (tw_attribute){.name = "_LABEL",
+                                    .width = 1,
+                                    .values = d->labels,
+                                    .value_count = mesh->face_count,
+                                    .corners = d->label_corners,
+                                    .numbers = TW_NUMBERS_UINT8};
   d->morphs[0] = d->morph[0];
-  mesh->attribute_count = 2;
+  mesh->attribute_count = 4;
   mesh->attributes = d->attributes;
   mesh->skin = (tw_skin_weights){.width = 8, .joints = d->joints[0], .weights = d->pulls[0]};
   mesh->morph_count = 1;
@@ -227,6 +246,11 @@ static inline void assert_dressed(const tw_mesh *mesh) {
       assert_near((double)joined[1], (double)at[1]);
       assert_near((double)apart[0], (double)at[1] + 10 * parent);
       assert_near((double)apart[1], (double)at[2]);
+      const float *own = mesh->attributes[2].values + 3 * mesh->attributes[2].corners[c];
+      assert_near((double)own[0], (double)at[0] - 10 * parent);
+      assert_near((double)own[1], (double)apart[0]);
+      assert_near((double)own[2], (double)apart[1]);
+      assert_true(mesh->attributes[3].values[mesh->attributes[3].corners[c]] == 7 * (float)parent);
     }
   }
 }
