@@ -586,6 +586,25 @@ static api_outcome warn_of_influences(api_call *call, const surface_request *req
   return API_DONE;
 }
 
+/* Tells what OBJ has no place for: it knows no colours of corners, and no attributes. */
+static api_outcome warn_of_attributes(api_call *call, const surface_request *request) {
+  const tw_model *model = request->scene.content.model;
+  uint32_t colors = 0, others = 0;
+  if (request->form != FORM_OBJ) return API_DONE;
+  for (uint32_t i = 0; i < model->mesh_count; i++)
+    for (uint32_t k = 0; k < model->meshes[i].attribute_count; k++) {
+      colors += model->meshes[i].attributes[k].is_color;
+      others += !model->meshes[i].attributes[k].is_color;
+    }
+  if (colors + others == 0) return API_DONE;
+  static const char *const sentences[2][2] = {
+      {NULL, "surface.obj is without the attributes of the application: OBJ has none"},
+      {"surface.obj is without colours: surface.glb has them",
+       "surface.obj is without colours and attributes: surface.glb has them"}};
+  api_call_warn(call, &sentences[colors > 0][others > 0], 1);
+  return API_DONE;
+}
+
 /* From the model to the answer. The caller releases the request unless the answer's body took it over. */
 static api_outcome answer_surface(api_call *call, surface_request *request, bool is_stored) {
   api_outcome outcome = prepare(call, request, is_stored);
@@ -604,6 +623,7 @@ static api_outcome answer_surface(api_call *call, surface_request *request, bool
   api_scene_warn(call, &request->scene);
   if (outcome == API_DONE) outcome = warn_of_polygons(call, request);
   if (outcome == API_DONE) outcome = warn_of_influences(call, request);
+  if (outcome == API_DONE) outcome = warn_of_attributes(call, request);
   if (outcome == API_DONE)
     outcome = api_file_name_suggest(call, api_model_name(model), call->offer->extension);
   return outcome == API_DONE ? reply_surface(call, request) : outcome;
