@@ -46,9 +46,13 @@ write('page', {
   },
 });
 
+// The bundle of Swagger UI leaves the notices of what it holds to files beside it.
+const beside = (name) => readFileSync(join(folder, 'node_modules/swagger-ui-dist', name), 'utf8');
+const notices = `/*! ${beside('NOTICE').trim()}\nApache License 2.0, https://www.apache.org/licenses/LICENSE-2.0 */\n${beside('swagger-ui-es-bundle.js.LICENSE.txt')}`;
+
 write('docs', {
   html: 'docs.html',
-  script: inlined(bundle('docs.js', { format: 'esm', target: 'es2022', legalComments: 'eof' })),
+  script: inlined(`${bundle('docs.js', { format: 'esm', target: 'es2022', legalComments: 'eof' })}\n${notices}`),
   style: bundle('docs.css', { target: 'es2022' }),
   policy: { images: 'blob: data:', requests: "'self'" }, // icons of the style sheet
 });
