@@ -117,12 +117,13 @@ void api_upload_deinit(api_upload *upload) {
   *upload = (api_upload){0};
 }
 
-/* The glTF among the files; NULL unless there is exactly one. */
+/* The glTF or GLB among the files; NULL unless there is exactly one. */
 static tw_named_file *find_gltf(const api_form *form) {
   tw_named_file *found = NULL;
   for (uint32_t i = 0; i < form->count; i++) {
     tw_named_file *file = &form->files[i];
-    if (tw_format_sniff(file->bytes, file->size) != TW_FORMAT_GLTF) continue;
+    tw_format format = tw_format_sniff(file->bytes, file->size);
+    if (format != TW_FORMAT_GLTF && format != TW_FORMAT_GLB) continue;
     if (found) return NULL;
     found = file;
   }
@@ -287,8 +288,13 @@ static api_outcome fail_declared(api_call *call, const char *declared, const cha
 /* Bytes that begin like no other format are taken for OBJ, which has no signature. Where they have no line of
  * one, and the type names a format, they lack its signature, or are read as that for its reader's error. */
 api_outcome api_upload_format(api_call *call, api_bytes bytes, tw_format *out) {
-  static const char *const shown[TW_FORMATS] = {
-      "OBJ or other text", "tweend JSON (no \"asset\")", "glTF JSON", "GLB", "STL", "PLY", "BVH"};
+  static const char *const shown[TW_FORMATS] = {"OBJ or other text",
+                                                "tweend JSON (no \"asset\", no \"buffers\")",
+                                                "glTF JSON",
+                                                "GLB",
+                                                "STL",
+                                                "PLY",
+                                                "BVH"};
   api_upload_type type = api_upload_type_of(api_call_header(call, "Content-Type"));
   tw_format found = tw_format_sniff(bytes.data, bytes.size), declared = declared_format(type, found);
   const char *name = type == API_TYPE_TEXT ? "text/plain" : tw_format_media_types[declared];

@@ -24,15 +24,25 @@ static size_t skip_string(const uint8_t *bytes, size_t size, size_t at) {
   return size;
 }
 
-/* Whether the JSON object that opens at `at` has a member "asset", at its top level. */
-static bool has_asset_key(const uint8_t *bytes, size_t size, size_t at) {
+/* Whether a quoted member of the top level is one that glTF has and tweend JSON has not. Some writers leave
+ * out the asset that glTF demands. */
+static bool is_gltf_key(const uint8_t *quoted, size_t size) {
+  static const char *const keys[] = {"\"asset\"", "\"accessors\"", "\"bufferViews\"", "\"buffers\"",
+                                     "\"scenes\""};
+  for (size_t i = 0; i < sizeof keys / sizeof *keys; i++)
+    if (size == strlen(keys[i]) && memcmp(quoted, keys[i], size) == 0) return true;
+  return false;
+}
+
+/* Whether the JSON object that opens at `at` has a member of glTF at its top level. */
+static bool has_gltf_key(const uint8_t *bytes, size_t size, size_t at) {
   size_t depth = 0;
   while (at < size) {
     uint8_t c = bytes[at];
     if (c == '"') {
       size_t start = at;
       at = skip_string(bytes, size, at);
-      if (depth != 1 || at - start != 7 || memcmp(bytes + start, "\"asset\"", 7) != 0) continue;
+      if (depth != 1 || !is_gltf_key(bytes + start, at - start)) continue;
       size_t next = skip_space(bytes, size, at);
       if (next < size && bytes[next] == ':') return true;
       continue;
@@ -52,5 +62,5 @@ tw_format tw_format_sniff(const uint8_t *bytes, size_t size) {
   size_t at = tw_byte_order_mark(bytes, size);
   at = skip_space(bytes, size, at);
   if (at == size || bytes[at] != '{') return TW_FORMAT_OBJ;
-  return has_asset_key(bytes, size, at) ? TW_FORMAT_GLTF : TW_FORMAT_JSON;
+  return has_gltf_key(bytes, size, at) ? TW_FORMAT_GLTF : TW_FORMAT_JSON;
 }

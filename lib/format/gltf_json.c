@@ -150,13 +150,35 @@ static void put_mesh_of(tw_gltf_writer *writer, uint32_t index) {
   if (weights && count > 0) tw_member_floats(writer->text, "weights", weights, count);
 }
 
-/* The holder of the node's mesh comes first. */
+/* Prints the children of a node in the file's order, if it is not that of their numbers. False for other
+ * nodes. */
+static bool put_reordered(tw_gltf_writer *writer, uint32_t index) {
+  const tw_gltf_assets *assets = writer->assets;
+  uint32_t low = 0, high = assets->reordered_count;
+  while (low < high) {
+    uint32_t middle = low + (high - low) / 2;
+    if (assets->reordered[middle].node < index)
+      low = middle + 1;
+    else
+      high = middle;
+  }
+  if (low == assets->reordered_count || assets->reordered[low].node != index) return false;
+  for (uint32_t i = 0; i < assets->reordered[low].count; i++) {
+    tw_text_element(writer->text);
+    tw_text_count(writer->text, assets->reordered[low].nodes[i]);
+  }
+  return true;
+}
+
+/* The holder of the node's mesh comes first, and children that the file has not come last. */
 static void put_children(tw_gltf_writer *writer, uint32_t first, uint32_t index, uint32_t holder) {
   const tw_model *model = writer->scene->model;
   if (first == TW_NO_INDEX && holder == TW_NO_INDEX) return;
   tw_member_open(writer->text, "children", "[");
   if (holder != TW_NO_INDEX) tw_text_count(writer->text, holder);
+  bool is_reordered = put_reordered(writer, index);
   for (uint32_t i = first; i < model->node_count && model->nodes[model->node_order[i]].parent == index; i++) {
+    if (is_reordered && model->node_order[i] < writer->assets->node_count) continue;
     tw_text_element(writer->text);
     tw_text_count(writer->text, model->node_order[i]);
   }

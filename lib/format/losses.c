@@ -15,6 +15,10 @@ void tw_lose(tw_losses *losses, const char *what, const char *why, uint64_t coun
   losses->items[i].count += count;
 }
 
+void tw_lose_doubled_corners(tw_losses *losses, uint64_t faces) {
+  tw_lose(losses, "faces name a point twice in a row", "they keep it once", faces, 0);
+}
+
 void tw_losses_tell(const tw_losses *losses, tw_model *model) {
   for (uint32_t i = 0; i < losses->count; i++) {
     const tw_loss *loss = &losses->items[i];

@@ -27,6 +27,9 @@ typedef struct tw_losses {
  * are one. O(kinds). */
 void tw_lose(tw_losses *losses, const char *what, const char *why, uint64_t count, uint64_t line);
 
+/* Notes that corners which repeat the one before them were merged, in `faces` faces. */
+void tw_lose_doubled_corners(tw_losses *losses, uint64_t faces);
+
 /* Warns of each kind: COUNT WHAT[, the first in line LINE][: WHY]. */
 void tw_losses_tell(const tw_losses *losses, tw_model *model);
 

@@ -309,10 +309,6 @@ static tw_status number_points(const tw_soup *soup, tw_weld weld, uint32_t *poin
   return TW_OK;
 }
 
-void tw_lose_doubled_corners(tw_losses *losses, uint64_t faces) {
-  tw_lose(losses, "faces name a point twice in a row", "they keep it once", faces, 0);
-}
-
 tw_status tw_lose_unused_points(tw_losses *losses, uint32_t point_count, const uint32_t *corners,
                                 uint32_t corner_count, tw_error *error) {
   bool *is_used = tw_alloc_zero(point_count, sizeof *is_used);

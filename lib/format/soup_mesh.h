@@ -28,9 +28,6 @@ typedef struct tw_polygons_read {
 tw_status tw_model_of_polygons(tw_polygons_read *read, tw_weld weld, tw_model *model, tw_losses *losses,
                                tw_error *error);
 
-/* Notes that corners which repeat the one before them were merged, in `faces` faces. */
-void tw_lose_doubled_corners(tw_losses *losses, uint64_t faces);
-
 /* Notes points that no corner of a face is at: surfaces, and so answers, are made of faces. TW_NO_MEMORY. */
 tw_status tw_lose_unused_points(tw_losses *losses, uint32_t point_count, const uint32_t *corners,
                                 uint32_t corner_count, tw_error *error);

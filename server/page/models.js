@@ -60,8 +60,8 @@ export class Models {
     });
   }
 
-  /** Uploads files: together as one model when one of several is a glTF, else as one model each. Leaves out the
-   *  material files of an OBJ. */
+  /** Uploads files: together as one model when one of several is a glTF, or when all but one GLB are no models, else
+   *  as one model each. Leaves out the material files of an OBJ. */
   upload(files) {
     const asides = files.some(({ name }) => /\.obj$/i.test(name)) ? files.filter(({ name }) => ASIDES.test(name)) : [];
     if (asides.length > 0) {
@@ -69,8 +69,9 @@ export class Models {
       this.note('problem', `Left out: ${names}`, make('p', {}, 'Of an OBJ the names of its materials are kept, not their colours and textures. Export GLB to keep those.'));
       return this.upload(files.filter((file) => !asides.includes(file)));
     }
-    const isSet = files.length > 1 && files.some(({ name }) => /\.gltf$/i.test(name));
-    if (isSet) return this.send(files, files.find(({ name }) => /\.gltf$/i.test(name)).name);
+    const models = files.filter(({ name }) => /\.(glb|gltf|obj|stl|ply|json)$/i.test(name));
+    const main = files.find(({ name }) => /\.gltf$/i.test(name)) ?? (models.length === 1 && /\.glb$/i.test(models[0].name) ? models[0] : null);
+    if (main && files.length > 1) return this.send(files, main.name);
     return files.reduce((before, file) => before.then(() => this.send(file, file.name)), Promise.resolve());
   }
 

@@ -325,6 +325,61 @@ TEST_WITH(a_gltf_and_its_files_are_one_glb_in_any_order, loopback_setup, loopbac
   reply_free(&r);
 }
 
+/* A GLB of one triangle whose picture and faces are other files, and with bytes behind its end. *size: its
+ * bytes, malloc'ed. */
+static uint8_t *scattered_glb(size_t *size) {
+  static const char json[] =
+      "{'asset':{'version':'2.0'},'images':[{'uri':'tex/a%20b.png'}],'textures':[{'source':0}],"
+      "'materials':[{'emissiveTexture':{'index':0}}],'meshes':[{'primitives':[{'attributes':{'POSITION':0},"
+      "'indices':1,'material':0}]}],'accessors':[{'bufferView':0,'componentType':5126,'count':3,"
+      "'type':'VEC3'},{'bufferView':1,'componentType':5123,'count':3,'type':'SCALAR'}],"
+      "'bufferViews':[{'buffer':0,'byteLength':36},{'buffer':1,'byteOffset':2,'byteLength':6}],"
+      "'buffers':[{'byteLength':36,'extras':7},{'uri':'faces.bin','byteLength':8}]}";
+  uint32_t json_size = (uint32_t)(sizeof json - 1 + 3) / 4 * 4;
+  const uint32_t head[5] = {0x46546C67, 2, 28 + json_size + 36, json_size, 0x4E4F534A},
+                 bin[2] = {36, 0x004E4942};
+  *size = head[2] + 6;
+  uint8_t *glb = malloc(*size);
+  assert_non_null(glb);
+  memcpy(glb, head, sizeof head);
+  memset(glb + 20, ' ', json_size);
+  memcpy(glb + 20, json, sizeof json - 1);
+  quote_bytes(glb + 20, json_size);
+  memcpy(glb + 20 + json_size, bin, sizeof bin);
+  memcpy(glb + 28 + json_size, corners, sizeof corners);
+  memcpy(glb + *size - 6, "behind", 6);
+  return glb;
+}
+
+TEST_WITH(a_glb_comes_with_the_files_that_it_names, loopback_setup, loopback_teardown) {
+  size_t size;
+  uint8_t *glb = scattered_glb(&size);
+  const named_bytes parts[] = {{"tex/a b.png", picture, 9}, {"a.glb", glb, size}, {"faces.bin", faces, 9}};
+  assert_problem(post_files(*state, "/v1/models", parts, 2), 422, "/buffers/1/uri", "faces.bin");
+  reply r = post_files(*state, "/v1/models", parts, 3);
+  assert_int_equal(r.status, 201);
+  assert_says(&r, "'faces':1,");
+  assert_says(&r, "6 bytes behind the GLB are left out");
+  cJSON *tree = cJSON_Parse(r.body);
+  char target[API_ID_TEXT + 40];
+  snprintf(target, sizeof target, "/v1/models/%s/source", json_member(tree, "id")->valuestring);
+  cJSON_Delete(tree);
+  reply_free(&r);
+  r = loopback_get(*state, target);
+  cJSON *document = cJSON_Parse(r.body + 20);
+  const cJSON *views = json_member(document, "bufferViews");
+  assert_int_equal(cJSON_GetArraySize(json_member(document, "buffers")), 1);
+  assert_int_equal(cJSON_GetArraySize(views), 3);
+  assert_int_equal(json_member(views->child, "byteOffset")->valueint, 0);
+  assert_int_equal(json_member(views->child->next, "byteOffset")->valueint, 36 + 2);
+  assert_int_equal(json_member(json_member(document, "images")->child, "bufferView")->valueint, 2);
+  assert_memory_equal(r.body + r.size - 6, "behind", 6);
+  assert_memory_equal(r.body + r.size - 6 - 12 - 12 - 36, corners, sizeof corners);
+  cJSON_Delete(document);
+  reply_free(&r);
+  free(glb);
+}
+
 TEST_WITH(surfaces_and_poses_take_a_gltf_and_its_files, loopback_setup, loopback_teardown) {
   cJSON *tree = described(post_files(*state, "/v1/surface.json", scattered_parts, 4), 200);
   assert_int_equal(json_member(tree, "faces")->valueint, 3);
@@ -346,7 +401,7 @@ TEST_WITH(a_file_that_was_not_sent_is_named, loopback_setup, loopback_teardown) 
   reply r = post_files(*state, "/v1/models", by_path, 5);
   assert_int_equal(r.status, 201);
   assert_string_equal(reply_header(&r, "X-Tweend-Warning"),
-                      "2; the%20glTF%20does%20not%20name%20the%20file%20y%2Fa%20b.png");
+                      "4; the%20glTF%20does%20not%20name%20the%20file%20y%2Fa%20b.png");
   reply_free(&r);
   assert_int_equal(loopback_store_count(*state), 1);
 }

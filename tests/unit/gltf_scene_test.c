@@ -221,8 +221,7 @@ TEST(bad_animations_are_refused) {
        "'sampler':0,'target':{'node':0,'path':'rotation'}", "/accessors/1/count"},
       {"'input':0,'output':1,'interpolation':'BEZIER'", "'sampler':0,'target':{'node':0,'path':'rotation'}",
        "/animations/0/samplers/0/interpolation"},
-      {"'input':6,'output':3", "'sampler':0,'target':{'node':0,'path':'rotation'}",
-       "/clips/0/tracks/0/quaternions/0"},
+      {"'input':6,'output':3", "'sampler':0,'target':{'node':0,'path':'rotation'}", "/accessors/3"},
       {"'input':0,'output':6", "'sampler':0,'target':{'node':0,'path':'weights'}",
        "/animations/0/samplers/0/output"},
   };

@@ -1,8 +1,8 @@
-// Joins a glTF document and the files that it names into one GLB. The files become the BIN chunk, in the
-// order in which buffers and images name them, so that the same files make the same bytes in whatever order
-// they came. In the JSON only the places of bytes change: buffers, images[].uri, and the buffer and
-// byteOffset of bufferViews and of their meshopt extensions; all else is copied as it is. Names of files are
-// compared, nothing is opened.
+// Joins a glTF document and the files that it names into one GLB. The files become the BIN chunk, behind that
+// of a GLB, in the order in which buffers and images name them, so that the same files make the same bytes in
+// whatever order they came. In the JSON only the places of bytes change: buffers, images[].uri, and the
+// buffer and byteOffset of bufferViews and of their meshopt extensions; all else is copied as it is. Names of
+// files are compared, nothing is opened.
 #include "gltf/document.hpp"
 
 #include <algorithm>
@@ -103,11 +103,13 @@ uint64_t declared_length(const char *object) {
 
 class Bundle : Text {
 public:
-  Bundle(const char *root, tw_named_file *files, uint32_t file_count, Budget &budget)
-      : Text(budget), root_(root), buffer_array_(find_array("buffers")),
+  Bundle(const char *root, const Container &container, tw_named_file *files, uint32_t file_count,
+         Budget &budget)
+      : Text(budget), container_(container), root_(root), buffer_array_(find_array("buffers")),
         view_array_(find_array("bufferViews")), image_array_(find_array("images")),
         view_count_(view_array_ ? tw_json_count(view_array_) : 0), files_(files), names_(files, file_count),
-        offsets_(file_count, UINT64_MAX), image_views_(file_count, TW_NO_INDEX) {}
+        offsets_(file_count, UINT64_MAX), image_views_(file_count, TW_NO_INDEX),
+        bin_size_((uint64_t{container.bin.size} + 3) / 4 * 4) {}
 
   // Finds the place of each file in the BIN chunk. False if the document names no file.
   bool place() {
@@ -115,13 +117,15 @@ public:
     each(image_array_, [&](size_t i, const char *image) { place_image(image, i); });
     uint32_t next = 1; // behind the BIN chunk
     for (Buffer &buffer : buffers_) buffer.index = buffer.is_file ? 0 : next++;
-    return bin_size_ > 0;
+    return has_files_;
   }
 
-  // Header, JSON chunk padded with blanks, BIN chunk padded with zeros; malloc'ed.
+  // Header, JSON chunk padded with blanks, BIN chunk padded with zeros, and what a GLB has behind them;
+  // malloc'ed.
   uint8_t *make(uint64_t max_size, size_t *out_size) {
     put_document();
-    uint64_t json_size = (uint64_t{text_.size()} + 3) / 4 * 4, size = 28 + json_size + bin_size_;
+    uint64_t json_size = (uint64_t{text_.size()} + 3) / 4 * 4, length = 28 + json_size + bin_size_,
+             size = length + container_.tail.size;
     if (size > max_size || size > UINT32_MAX)
       refuse(TW_LIMIT, "", "together the files would have ", size, " bytes, over the limit");
     auto *glb = static_cast<uint8_t *>(tw_alloc_zero(static_cast<size_t>(size), 1));
@@ -129,6 +133,10 @@ public:
     uint8_t *end = tw_glb_put_head(glb, json_size, bin_size_);
     std::memset(std::copy(text_.begin(), text_.end(), end), ' ', json_size - text_.size());
     end = tw_glb_put_bin_head(end + json_size, bin_size_);
+    std::copy_n(container_.bin.data, container_.bin.size, end);
+    std::copy_n(container_.tail.data, container_.tail.size, end + bin_size_);
+    length += container_.tail_inside;
+    for (size_t k = 0; k < 4; k++) glb[8 + k] = static_cast<uint8_t>(length >> 8 * k);
     for (size_t i = 0; i < offsets_.size(); i++)
       if (offsets_[i] != UINT64_MAX) std::copy_n(files_[i].bytes, files_[i].size, end + offsets_[i]);
     *out_size = static_cast<size_t>(size);
@@ -143,6 +151,7 @@ private:
     uint64_t offset, length; // in the BIN chunk; as declared
   };
 
+  const Container &container_;
   const char *root_, *buffer_array_, *view_array_, *image_array_; // nullptr where the document has none
   uint64_t view_count_;
   tw_named_file *files_;
@@ -151,8 +160,9 @@ private:
   std::vector<uint32_t> image_views_; // of the files: the view that is added for an image; TW_NO_INDEX: none
   std::vector<uint32_t> added_;       // the files of the added views
   std::vector<Buffer> buffers_;
-  uint64_t bin_size_ = 0;
-  size_t merged_count_ = 0;      // buffers that came as files
+  uint64_t bin_size_;
+  bool has_files_ = false;
+  size_t merged_count_ = 0;      // buffers that came as files, or as the BIN chunk
   const char *merged_ = nullptr; // the last of them
 
   const char *find_array(const char *name) const {
@@ -167,6 +177,7 @@ private:
       offsets_[file] = bin_size_;
       bin_size_ = (bin_size_ + files_[file].size + 3) / 4 * 4;
       files_[file].is_used = true;
+      has_files_ = true;
     }
     return offsets_[file];
   }
@@ -180,6 +191,13 @@ private:
                files_[file].size, " bytes");
       buffer.is_file = true;
       buffer.offset = place_file(file);
+      merged_ = object;
+      merged_count_++;
+    } else if (index == 0 && container_.bin.size > 0 && !tw_json_member(object, "uri")) {
+      if (buffer.length > container_.bin.size)
+        refuse(TW_INVALID, "/buffers/0/byteLength", "the BIN chunk has only ", container_.bin.size,
+               " bytes, not ", buffer.length);
+      buffer.is_file = true; // at the beginning of the BIN chunk, as before
       merged_ = object;
       merged_count_++;
     }
@@ -331,14 +349,15 @@ tw_status tw_gltf_bundle(const uint8_t *bytes, size_t size, tw_named_file *files
                          uint64_t json_values, uint64_t max_size, uint8_t **out, size_t *out_size,
                          tw_error *error) {
   const tw_json_rules rules = {json_values, false};
-  const char *text = reinterpret_cast<const char *>(bytes);
   *out = nullptr;
-  tw_status status = tw_json_check(text, size, &rules, error);
-  const char *root = status == TW_OK ? tw_json_root(text, size) : nullptr;
-  if (status != TW_OK || *root != '{') return status;
   try {
-    gltf::Budget budget(UINT64_MAX); // the JSON does not grow by more than its numbers
-    gltf::Bundle bundle(root, files, file_count, budget);
+    gltf::Budget budget(UINT64_MAX);   // the JSON does not grow by more than its numbers
+    gltf::Outline passed_over(budget); // stands in the bundle as well, and is told when that is read
+    const gltf::Container container = gltf::open_container({bytes, size}, passed_over);
+    tw_status status = tw_json_check(container.json.data(), container.json.size(), &rules, error);
+    const char *root = status == TW_OK ? tw_json_root(container.json.data(), container.json.size()) : nullptr;
+    if (status != TW_OK || *root != '{') return status;
+    gltf::Bundle bundle(root, container, files, file_count, budget);
     if (bundle.place()) *out = bundle.make(max_size, out_size);
     return TW_OK;
   } catch (const gltf::Refusal &refusal) {

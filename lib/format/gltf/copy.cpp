@@ -97,23 +97,36 @@ public:
       : Text(document.budget), budget_(document.budget), out_(document.outline), parsed_(document.source) {}
 
   void run(const char *root) {
-    size_t size = 2;
+    size_t size = 2 + sizeof assumed_asset;
     for (Items i(root); i.more(); i.next())
       if (root_schema().has(i.key())) size += i.key().size() + 4 + value_text(i.value()).size();
     text_.reserve(size);
     copy(root, &root_schema());
+    if (*root == '{' && !tw_json_member(root, "asset")) add_asset();
     out_.json = std::move(text_);
     out_.tree_size = tree_ + growth_ + 6 * longest_;
     out_.model_size = model_;
   }
 
 private:
+  static constexpr char assumed_asset[] = "\"asset\":{\"version\":\"2.0\"}";
+
   Budget &budget_;
   Outline &out_;
   tinygltf::Model &parsed_;
   uint64_t tree_ = 0, model_ = 0;
   uint64_t growth_ = 0;  // the most that an array takes beside itself while it grows
   uint64_t longest_ = 0; // text; the parser holds several copies of it
+
+  // Adds the asset of glTF 2.0 to a document without one.
+  void add_asset() {
+    text_.pop_back();
+    put_comma();
+    put(assumed_asset);
+    put("}");
+    tree_ += tree_object + 2 * tree_member + tree_string;
+    out_.lose("asset is missing", "the document is read as glTF 2.0");
+  }
 
   void check(std::string_view array, uint64_t index) const {
     if (tree_ + model_ + growth_ + 6 * longest_ <= budget_.left()) return;

@@ -16,6 +16,7 @@
 #include <tiny_gltf.h>
 
 #include "gltf/gltf.h"
+#include "losses.h"
 #include "tweend/format.h"
 #include "tweend/json_text.h"
 
@@ -231,10 +232,12 @@ struct DecodedView {
 // What the checks before tinygltf find in a file.
 struct Outline {
   explicit Outline(Budget &budget)
-      : json(budget), buffers(budget), decoded(budget), images(budget), decoded_views(budget) {}
+      : whole(budget), json(budget), buffers(budget), decoded(budget), images(budget), decoded_views(budget) {
+  }
 
   bool binary = false;   // a GLB
-  const char *root;      // the JSON object
+  const char *root;      // the JSON object, of the file or of `whole`
+  Vector<char> whole;    // the document with its integers written as such, if it writes some as 36.0
   Vector<char> json;     // the document without buffers and all else that is not read
   Vector<Bytes> buffers; // BIN chunk, decoded data URIs and views
   Vector<Vector<uint8_t>> decoded;
@@ -242,6 +245,12 @@ struct Outline {
   Vector<DecodedView> decoded_views;      // replace what the document says of these views
   uint32_t link_count = 0;                // images on the web
   uint64_t tree_size = 0, model_size = 0; // the most bytes that parsing takes for a while, and keeps
+  tw_losses losses = {};                  // of the whole document
+
+  // Notes that something is passed over, as tw_lose does.
+  void lose(const char *what, const char *why = nullptr, uint64_t count = 1) {
+    tw_lose(&losses, what, why, count, 0);
+  }
 };
 
 // Members that are read, a blank between two. tinygltf sees no others; all others are kept for answers.
@@ -254,6 +263,22 @@ constexpr char node_members[] = "name children mesh skin matrix translation rota
                scene_members[] = "nodes";
 
 struct Document;
+
+// The parts of a file; a view of its bytes.
+struct Container {
+  bool binary;
+  std::string_view json;
+  Bytes bin;  // size 0: there is no BIN chunk
+  Bytes tail; // of a GLB: what stands behind these chunks, of which the first bytes belong to the GLB
+  uint64_t tail_inside;
+};
+
+// Opens a GLB or a JSON file, and notes what of it is passed over. The JSON text is not checked.
+Container open_container(const Bytes &file, Outline &outline);
+
+// Copies a document with numbers like 36.0 written as integers where glTF has integers. Returns how many
+// there are; without any, `out` stays empty.
+size_t write_integers(const char *root, Budget &budget, Vector<char> &out);
 
 // Checks the container and the JSON text: lengths, grammar, depth, number of values; that no unknown
 // extension is required; that every buffer is inside the file, every buffer view inside its buffer; that
@@ -366,6 +391,13 @@ struct PointedChannel {
   const char *kept;  // of the channel and the sampler, or nullptr
 };
 
+// Where a track of a clip comes from in the document.
+struct TrackPlace {
+  uint32_t channel;  // of the animation
+  int input, output; // accessors
+};
+using TrackPlaces = std::vector<std::vector<TrackPlace>>; // [clip][track]
+
 struct Document {
   Document(tw_model *target, tw_quads how, tw_weld joining, uint64_t memory)
       : budget(memory), outline(budget), mesh_texts(budget), channel_texts(budget), pointed_channels(budget),
@@ -401,6 +433,8 @@ struct Document {
     constexpr size_t most = 16; // further ones are not reported
     if (attribute_warnings.size() < most) attribute_warnings.insert(fate);
   }
+
+  TrackPlaces track_places; // of all tracks that are read
 
   // The sets of groups of all meshes.
   std::map<std::string, uint32_t> group_numbers;

@@ -45,6 +45,12 @@ typedef struct tw_gltf_scene {
   const uint32_t *nodes; /* [node_count] */
 } tw_gltf_scene;
 
+/* The children of a node in the file's order. */
+typedef struct tw_gltf_children {
+  uint32_t node, count;
+  const uint32_t *nodes; /* [count] */
+} tw_gltf_children;
+
 /* Texture references of materials, and samplers and images of textures, are checked to be in range. */
 struct tw_gltf_assets {
   const char *root, *asset; /* members that an answer does not write itself; NULL: none */
@@ -55,6 +61,8 @@ struct tw_gltf_assets {
   tw_gltf_scene *scenes; /* [scene_count] */
   uint32_t scene;        /* the default one, TW_NO_INDEX: not said */
   uint32_t node_count;   /* of the file: an answer may have more */
+  uint32_t reordered_count;
+  const tw_gltf_children *reordered; /* [reordered_count] by node: those whose children do not ascend */
   /* The first accessors of an answer, in this order: kept text names them by these numbers. */
   uint32_t element_count;
   const tw_gltf_elements *elements; /* [element_count] */

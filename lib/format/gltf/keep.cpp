@@ -38,6 +38,18 @@ bool names_buffers(const char *value) {
   return false;
 }
 
+// Extensions of primitives whose numbers are known to be no accessors.
+constexpr char plain_extensions[] = "KHR_materials_variants KHR_gaussian_splatting";
+
+// Whether a value has numbers that may be indices below `count`: those of an unknown extension of a primitive
+// are most likely accessors, whatever their names.
+bool has_indices(const char *value, uint64_t count) {
+  if (*value != '{' && *value != '[') return whole_number(value).value_or(count) < count;
+  for (Items i(value); i.more(); i.next())
+    if (i.key() != "extras" && has_indices(i.value(), count)) return true;
+  return false;
+}
+
 // What an accessor that passes through is used for.
 enum Use { VERTICES, VERTICES_AS_FLOATS, INDICES, TIMES, PLAIN };
 
@@ -255,7 +267,13 @@ private:
 
   bool is_left_out(const Items &extension) {
     if (extension.key() == "FB_ngon_encoding") return true; // it describes this file's triangles
-    if (!has_word(buffer_extensions, extension.key()) && !names_buffers(extension.value())) return false;
+    const uint64_t elements =
+        std::max(document_.source.accessors.size(), document_.source.bufferViews.size());
+    bool is_of_primitive = place_.find("/primitives/") != std::string::npos;
+    if (!has_word(buffer_extensions, extension.key()) && !names_buffers(extension.value()) &&
+        !(is_of_primitive && !has_word(plain_extensions, extension.key()) &&
+          has_indices(extension.value(), elements)))
+      return false;
     std::string name(extension.key());
     for (Dropped &dropped : dropped_)
       if (dropped.name == name) {
@@ -409,7 +427,8 @@ private:
         texts.primitives.push_back({kept, tw_json_member(primitive, "attributes"),
                                     tw_json_member(extensions, "FB_ngon_encoding") != nullptr});
         int mode = parsed[index].primitives[i].mode;
-        if (mode >= TINYGLTF_MODE_POINTS && mode < TINYGLTF_MODE_TRIANGLES)
+        bool is_drawn = parsed[index].primitives[i].attributes.count("POSITION") > 0;
+        if (is_drawn && mode >= TINYGLTF_MODE_POINTS && mode < TINYGLTF_MODE_TRIANGLES)
           append(loose, loose_primitive(parsed[index].primitives[i], kept));
       });
       unkept_ = "";
@@ -523,20 +542,32 @@ private:
       Vector<const char *> tracks{document_.budget};
       Vector<PointedChannel> pointed{document_.budget};
       std::set<std::pair<uint32_t, tw_path>> moved = moved_parts(parsed);
+      std::set<int> named; // samplers
+      std::vector<TrackPlace> places, pointed_places;
       each(tw_json_member(animation, "channels"), [&](size_t i, const char *channel) {
         place_ = text("/animations/", index, "/channels/", i);
+        named.insert(index_of(tw_json_member(channel, "sampler")));
         std::optional<PointedChannel> points = points_at_node(channel, parsed.samplers.size(), moved);
         const char *own = track(channel, sampler_texts, !points);
         if (points) {
           points->kept = own;
+          const tinygltf::AnimationSampler &keys = parsed.samplers[static_cast<size_t>(points->sampler)];
+          pointed_places.push_back({static_cast<uint32_t>(i), keys.input, keys.output});
           pointed.push_back(*std::move(points));
         } else if (is_track(channel)) {
+          places.push_back({static_cast<uint32_t>(i), -1, -1});
           tracks.push_back(own);
         } else {
           append(loose, loose_channel(parsed, channel, own));
         }
       });
       check_parsed(tracks.size(), parsed.channels, text("/animations/", index, "/channels"));
+      places.insert(places.end(), pointed_places.begin(), pointed_places.end());
+      document_.track_places.push_back(std::move(places));
+      named.erase(-1);
+      if (named.size() < parsed.samplers.size())
+        document_.outline.lose("samplers of animations are left out", "no channel names them",
+                               parsed.samplers.size() - named.size());
       document_.channel_texts.push_back(std::move(tracks));
       document_.pointed_channels.push_back(std::move(pointed));
       model.clips[index].loose = close(loose);
@@ -666,7 +697,7 @@ private:
   void count_unplaced(const char *member) {
     each(tw_json_member(document_.outline.root, member), [&](size_t, const char *value) {
       const char *extensions = tw_json_member(value, "extensions");
-      bool says_more = tw_json_member(value, "extras") ||
+      bool says_more = tw_json_member(value, "extras") || tw_json_member(value, "name") ||
                        (extensions && *extensions == '{' && tw_json_count(extensions) > 0);
       unplaced_ += says_more && !tw_json_member(extensions, "EXT_meshopt_compression");
     });
@@ -675,14 +706,14 @@ private:
   void warn() {
     for (const Dropped &dropped : dropped_)
       tw_model_warn(document_.model, "the extension %s at %s is left out: its data is in buffers%s",
-                    dropped.name.c_str(), dropped.place.c_str(),
+                    dropped.name.c_str(), dropped.place.empty() ? "the root" : dropped.place.c_str(),
                     dropped.count > 1 ? text(", as at ", dropped.count - 1, " more places").c_str() : "");
     count_unplaced("accessors");
     count_unplaced("bufferViews");
     count_unplaced("buffers");
     if (unplaced_ > 0)
       tw_model_warn(document_.model,
-                    "extras and extensions of %zu accessors, buffer views and buffers are left out",
+                    "names, extras and extensions of %zu accessors, buffer views and buffers are left out",
                     unplaced_);
   }
 };

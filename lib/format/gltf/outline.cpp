@@ -19,13 +19,6 @@ constexpr size_t header_size = 12, chunk_header_size = 8;
 // tinygltf takes sizes as unsigned int.
 constexpr uint64_t size_max = INT32_MAX;
 
-// The parts of a file; a view of its bytes.
-struct Container {
-  bool binary;
-  std::string_view json;
-  Bytes bin; // size 0: there is no BIN chunk
-};
-
 [[noreturn]] void refuse_container(const std::string &detail) {
   refuse(TW_SYNTAX, "", detail);
 }
@@ -36,39 +29,63 @@ struct Chunk {
   uint64_t size, end; // end: offset in the file
 };
 
-Chunk read_chunk(const uint8_t *bytes, uint64_t length, uint64_t offset) {
+// Whether a chunk of a type that glTF has may begin here.
+bool begins_chunk(const uint8_t *bytes, uint64_t length, uint64_t offset) {
+  return offset == length ||
+         (length - offset >= chunk_header_size && tw_read_u32(bytes + offset + 4) == chunk_bin);
+}
+
+// Lengths that are no multiple of 4 break the format, but their meaning is plain: the next chunk follows at
+// once, or behind padding that the length does not count.
+Chunk read_chunk(const uint8_t *bytes, uint64_t length, uint64_t offset, Outline &outline) {
   if (length - offset < chunk_header_size) refuse_container("the GLB ends inside a chunk header");
   Chunk chunk = {tw_read_u32(bytes + offset + 4), bytes + offset + chunk_header_size,
                  tw_read_u32(bytes + offset), 0};
   if (chunk.size > length - offset - chunk_header_size)
     refuse_container(text("a GLB chunk of ", chunk.size, " bytes goes past the end of the file"));
-  if (chunk.size % 4 != 0) refuse_container("the length of a GLB chunk is not a multiple of 4");
   chunk.end = offset + chunk_header_size + chunk.size;
+  uint64_t aligned = (chunk.end + 3) / 4 * 4;
+  if (chunk.size % 4 != 0)
+    outline.lose("chunks of the GLB have a length that is no multiple of 4", "they are read");
+  if (aligned <= length && !begins_chunk(bytes, length, chunk.end)) chunk.end = aligned;
   return chunk;
 }
 
-Container open_binary(const Bytes &file) {
+// Passes over what stands behind the first two chunks. Chunks of other types are ignored, but they too must
+// fit.
+void skip_chunks(const uint8_t *bytes, uint64_t length, uint64_t offset, Outline &outline) {
+  while (offset < length) {
+    if (length - offset < 4) {
+      outline.lose("bytes behind the GLB are left out", nullptr, length - offset);
+      return;
+    }
+    offset = read_chunk(bytes, length, offset, outline).end;
+    outline.lose("chunks of the GLB are left out", "only the first ones, JSON and BIN, are read");
+  }
+}
+
+Container open_binary(const Bytes &file, Outline &outline) {
   if (file.size < header_size + chunk_header_size) refuse_container("the GLB is too short for its headers");
   uint32_t version = tw_read_u32(file.data + 4), length = tw_read_u32(file.data + 8);
   if (version != 2) refuse(TW_UNSUPPORTED, "", "GLB version ", version, ": only version 2 can be read");
-  if (length != file.size)
+  if (length > file.size || length < header_size + chunk_header_size)
     refuse_container(text("the GLB says that it has ", length, " bytes, and has ", file.size));
-  Chunk json = read_chunk(file.data, length, header_size);
+  outline.lose("bytes behind the GLB are left out", nullptr, file.size - length);
+  Chunk json = read_chunk(file.data, length, header_size, outline);
   if (json.type != chunk_json) refuse_container("the first GLB chunk is not JSON");
-  Container container = {true, {reinterpret_cast<const char *>(json.data), json.size}, {nullptr, 0}};
+  Container container = {true, {reinterpret_cast<const char *>(json.data), json.size}, {nullptr, 0}, {}, 0};
+  auto end_at = [&](uint64_t end) {
+    container.tail = {file.data + end, static_cast<size_t>(file.size - end)};
+    container.tail_inside = length - end;
+  };
+  end_at(json.end);
   if (json.end == length) return container;
-  Chunk bin = read_chunk(file.data, length, json.end);
+  Chunk bin = read_chunk(file.data, length, json.end, outline);
   if (bin.type != chunk_bin) refuse_container("the second GLB chunk is not BIN");
   container.bin = {bin.data, bin.size};
-  // Chunks of other types may follow; a reader ignores them, but they too must fit.
-  for (uint64_t at = bin.end; at < length;) at = read_chunk(file.data, length, at).end;
+  end_at(bin.end);
+  skip_chunks(file.data, length, bin.end, outline);
   return container;
-}
-
-Container open_container(const Bytes &file) {
-  if (file.size > size_max) refuse(TW_LIMIT, "", "glTF files over 2 GiB are not read");
-  if (file.size >= 4 && std::memcmp(file.data, "glTF", 4) == 0) return open_binary(file);
-  return {false, {reinterpret_cast<const char *>(file.data), file.size}, {nullptr, 0}};
 }
 
 // The place of an object: an element of one of the root's arrays, or the root itself. Its text is made only
@@ -136,12 +153,15 @@ bool is_supported(std::string_view extension) {
 }
 
 // The length of the head of a data URI of a type that tinygltf knows, up to its comma; 0 for any other uri.
-size_t data_head(std::string_view uri) {
+// any_type: of any data URI in base64.
+size_t data_head(std::string_view uri, bool any_type = false) {
   std::string head;
-  for (size_t i = 0; i < uri.size() && head.size() < 64; i++) {
+  for (size_t i = 0; i < uri.size() && head.size() < 128; i++) {
     if (uri[i] == '\\' && i + 1 < uri.size() && uri[i + 1] == '/') continue;
     head += uri[i];
-    if (uri[i] == ',') return tinygltf::IsDataURI(head) ? i + 1 : 0;
+    if (uri[i] != ',') continue;
+    bool is_base64 = head.compare(0, 5, "data:") == 0 && head.find(";base64,") != std::string::npos;
+    return tinygltf::IsDataURI(head) || (any_type && is_base64) ? i + 1 : 0;
   }
   return 0;
 }
@@ -151,7 +171,7 @@ class Checker {
 public:
   Checker(const Container &container, Budget &budget, Outline &out)
       : container_(container), budget_(budget), out_(out), buffers_(budget), views_(budget),
-        accessor_views_(budget), indices_(budget) {}
+        accessor_views_(budget), indices_(budget), read_views_(budget) {}
 
   void run(const char *root) {
     if (*root != '{') refuse(TW_SYNTAX, "", "a glTF document is a JSON object");
@@ -190,6 +210,7 @@ private:
   Vector<View> views_;
   Vector<uint64_t> accessor_views_; // no_view for one without
   Vector<Indices> indices_;
+  Vector<uint64_t> read_views_;  // views that accessors and images name, in any order, some several times
   std::string_view unsupported_; // the first required extension that is not supported
   uint64_t unsupported_index_ = 0, tracks_ = 0;
 
@@ -289,6 +310,11 @@ private:
     Place place = {"accessors", index};
     check_object(place, value, "bufferView");
     accessor_views_.push_back(integer_of(value, "bufferView", place, no_view));
+    read_views_.push_back(accessor_views_.back());
+    const char *sparse = tw_json_member(value, "sparse");
+    for (const char *part : {"indices", "values"})
+      if (const char *view = tw_json_member(tw_json_member(sparse, part), "bufferView"))
+        read_views_.push_back(whole_number(view).value_or(no_view));
   }
 
   void mesh(uint64_t index, const char *value) {
@@ -310,6 +336,7 @@ private:
     check_object(place, value, "bufferView mimeType uri");
     ImageOutline image = {index, integer_of(value, "bufferView", place, no_view),
                           string_member(value, "mimeType"), string_member(value, "uri")};
+    read_views_.push_back(image.view);
     bool has_uri = tw_json_member(value, "uri");
     if (image.view != no_view && has_uri)
       refuse(TW_INVALID, place.pointer(""), "an image has a bufferView or a uri, not both");
@@ -363,7 +390,13 @@ private:
              unsupported_ == "KHR_draco_mesh_compression"
                  ? ": `gltf-transform copy IN OUT` writes the file without it"
                  : "");
-    for (size_t i = 0; i < buffers_.size(); i++) open_buffer(i);
+    std::vector<bool> is_read = find_read_buffers();
+    for (size_t i = 0; i < buffers_.size(); i++) {
+      if (is_read[i])
+        open_buffer(i);
+      else
+        skip_buffer();
+    }
     for (size_t i = 0; i < views_.size(); i++) check_view(i);
     for (size_t i = 0; i < views_.size(); i++)
       if (views_[i].compressed) decode_view(i);
@@ -374,6 +407,27 @@ private:
     for (const ImageOutline &image : out_.images)
       if (image.view != no_view && image.view >= views_.size())
         refuse(TW_INVALID, text("/images/", image.index, "/bufferView"), "there is no such buffer view");
+  }
+
+  // Which buffers a view that is read lies in, itself or its compressed bytes.
+  std::vector<bool> find_read_buffers() const {
+    std::vector<bool> is_read(buffers_.size());
+    auto mark = [&](uint64_t buffer) {
+      if (buffer < is_read.size()) is_read[static_cast<size_t>(buffer)] = true;
+    };
+    for (size_t i = 0; i < views_.size(); i++)
+      if (views_[i].compressed) {
+        mark(views_[i].buffer);
+        mark(whole_number(tw_json_member(views_[i].compressed, "buffer")).value_or(0));
+      }
+    for (uint64_t view : read_views_)
+      if (view < views_.size()) mark(views_[static_cast<size_t>(view)].buffer);
+    return is_read;
+  }
+
+  void skip_buffer() {
+    out_.buffers.push_back({nullptr, 0});
+    out_.lose("buffers are left out", "nothing that is read lies in them");
   }
 
   void open_buffer(size_t i) {
@@ -394,12 +448,14 @@ private:
   }
 
   Bytes decode(std::string_view uri, Place place) {
-    size_t head = data_head(uri);
+    size_t head = data_head(uri, true);
+    if (head > 0 && data_head(uri) == 0)
+      out_.lose("data URIs of buffers have another type than those of glTF", "they are read");
     if (head == 0) {
       std::string name = unescape(uri);
       if (name.compare(0, 5, "data:") == 0)
-        refuse(TW_UNSUPPORTED, place.pointer("uri"), "the data URI of a buffer must begin with ",
-               "data:application/octet-stream;base64, or data:application/gltf-buffer;base64,");
+        refuse(TW_UNSUPPORTED, place.pointer("uri"), "the data URI of a buffer must be base64, as ",
+               "data:application/octet-stream;base64, says");
       refuse_absent(name, place);
     }
     budget_.place = place.pointer("uri");
@@ -425,14 +481,13 @@ private:
       refuse(TW_INVALID, text("/accessors/", indices.accessor), "indices need a buffer view");
   }
 
-  void check_view(size_t i) const {
+  void check_view(size_t i) {
     const View &view = views_[i];
     Place place = {"bufferViews", i};
     if (view.buffer >= buffers_.size())
       refuse(TW_INVALID, place.pointer("buffer"), "there is no such buffer");
     uint64_t size = buffers_[view.buffer].length;
-    if (view.length == 0)
-      refuse(TW_INVALID, place.pointer("byteLength"), "a buffer view needs at least one byte");
+    if (view.length == 0) out_.lose("buffer views have no bytes", "nothing can be read of them");
     if (view.offset > size || view.length > size - view.offset)
       refuse(TW_INVALID, place.pointer("byteLength"), "the buffer view goes past the ", size,
              " bytes of its buffer");
@@ -458,16 +513,26 @@ private:
 
 } // namespace
 
+Container open_container(const Bytes &file, Outline &outline) {
+  if (file.size > size_max) refuse(TW_LIMIT, "", "glTF files over 2 GiB are not read");
+  if (file.size >= 4 && std::memcmp(file.data, "glTF", 4) == 0) return open_binary(file, outline);
+  return {false, {reinterpret_cast<const char *>(file.data), file.size}, {nullptr, 0}, {}, 0};
+}
+
 void make_outline(const Bytes &file, Document &document) {
-  Container container = open_container(file);
+  Outline &outline = document.outline;
+  Container container = open_container(file, outline);
   const tw_json_rules rules = {document.json_values, false};
   tw_error error = {};
   tw_status status = tw_json_check(container.json.data(), container.json.size(), &rules, &error);
   if (status != TW_OK) refuse(status, error.pointer, error.detail);
   const char *root = tw_json_root(container.json.data(), container.json.size());
-  document.outline.root = root;
-  document.outline.binary = container.binary;
-  Checker(container, document.budget, document.outline).run(root);
+  outline.lose("integers are written with a fraction of 0", "they are read",
+               write_integers(root, document.budget, outline.whole));
+  if (!outline.whole.empty()) root = outline.whole.data();
+  outline.root = root;
+  outline.binary = container.binary;
+  Checker(container, document.budget, outline).run(root);
   copy_for_parser(root, document);
 }
 

@@ -3,6 +3,7 @@
 #include "gltf/reserve.hpp"
 
 #include <algorithm>
+#include <cstdio>
 #include <cstring>
 #include <memory>
 #include <new>
@@ -74,6 +75,7 @@ void read(const Bytes &file, Document &document) {
   read_nodes(document);
   read_skins(document, accessors);
   read_clips(document, accessors);
+  tw_losses_tell(&document.outline.losses, document.model);
 }
 
 tw_status read_or_report(const Bytes &file, Document &document, tw_error *error) {
@@ -91,6 +93,36 @@ tw_status read_or_report(const Bytes &file, Document &document, tw_error *error)
   return TW_OK;
 }
 
+// Finishes the model, and turns the place of an error, which is one of tweend JSON, into the document's: a
+// key lies in an accessor, all else of a track in its channel. Geometry is the mesh's.
+tw_status finish(const TrackPlaces &places, tw_model *model, tw_error *error) {
+  tw_error own = {};
+  tw_status status = tw_model_finish(model, &own);
+  unsigned clip = 0, track = 0, mesh = 0;
+  char member[16] = "";
+  if (status == TW_OK || !error) return status;
+  *error = own;
+  int found = std::sscanf(own.pointer, "/clips/%u/tracks/%u/%15[a-z_]", &clip, &track, member);
+  if (found >= 2 && clip < places.size() && track < places[clip].size()) {
+    const TrackPlace &place = places[clip][track];
+    std::string_view part = member;
+    if (part == "times")
+      tw_error_at(error, "/accessors/%d", place.input);
+    else if (part == "values" || part == "quaternions")
+      tw_error_at(error, "/accessors/%d", place.output);
+    else
+      tw_error_at(error, "/animations/%u/channels/%u%s%s", clip, place.channel,
+                  part == "path" || part == "node" ? "/target/" : "",
+                  part == "path" || part == "node" ? member : "");
+  } else if (std::sscanf(own.pointer, "/clips/%u", &clip) == 1) {
+    tw_error_at(error, "/animations/%u%s", clip,
+                std::strchr(own.pointer + 7, '/') ? std::strchr(own.pointer + 7, '/') : "");
+  } else if (std::sscanf(own.pointer, "/meshes/%u", &mesh) == 1) {
+    tw_error_at(error, "/meshes/%u", mesh);
+  }
+  return status;
+}
+
 // All exceptions end here.
 tw_status read_model(const Bytes &file, uint64_t json_values, tw_quads quads, tw_weld weld, tw_model *model,
                      tw_error *error) {
@@ -101,6 +133,9 @@ tw_status read_model(const Bytes &file, uint64_t json_values, tw_quads quads, tw
         std::make_unique<Document>(model, quads, weld, tw_reading_size(TW_FORMAT_GLB, file.size) - file.size);
     document->json_values = json_values;
     status = read_or_report(file, *document, error);
+    TrackPlaces places = std::move(document->track_places);
+    document.reset();
+    if (status == TW_OK) status = finish(places, model, error);
   } catch (const std::bad_alloc &) {
     return tw_fail(error, TW_NO_MEMORY, "out of memory");
   } catch (...) {
@@ -132,5 +167,9 @@ tw_status tw_gltf_read(const uint8_t *bytes, size_t size, tw_quads quads, tw_wel
   tw_model *model = tw_model_create();
   if (!model) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   tw_status status = gltf::read_model({bytes, size}, json_values, quads, weld, model, error);
-  return tw_model_end(model, status, out, error);
+  if (status == TW_OK)
+    *out = model;
+  else
+    tw_model_destroy(model);
+  return status;
 }

@@ -61,8 +61,10 @@ public:
       write_points();
       write_uvs();
       write_normals();
-      write_morph_weights();
+    } else {
+      count_morphs();
     }
+    write_morph_weights();
     write_faces();
     if (tags_.are_there()) write_tags();
     // A file that marks its polygons means its triangles as triangles.
@@ -95,22 +97,40 @@ private:
 
   // ---- primitives ------------------------------------------------------------------------------
 
+  // A primitive without positions draws nothing (glTF 2.0, section 3.7.2.1).
+  bool is_left_out(size_t i) const { return source_.primitives[i].attributes.count("POSITION") == 0; }
+
   void open_primitives() {
     bool polygons = bear_polygons();
+    std::set<int32_t> seen; // materials, with what else primitives have
     for (size_t i = 0; i < source_.primitives.size(); i++) {
       const tinygltf::Primitive &primitive = source_.primitives[i];
       if (primitive.mode < TINYGLTF_MODE_POINTS || primitive.mode > TINYGLTF_MODE_TRIANGLE_FAN)
         refuse(TW_INVALID, text(pointer_, i, "/mode"), "mode ", primitive.mode, " is out of range");
+      if (is_left_out(i)) {
+        document_.outline.lose("primitives without POSITION are left out");
+        continue;
+      }
       if (primitive.mode < TINYGLTF_MODE_TRIANGLES) continue; // passes through
       bool marked = texts_.primitives[i].bears_ngons && document_.quads != TW_QUADS_OFF;
       lists_.push_back({opened_.find(i), slot(material(primitive.material, i), i), polygons || marked, false,
                         primitive.mode, primitive.indices, text(pointer_, i), 0, 0, 0});
+      if (!seen.insert(lists_.back().material).second)
+        document_.outline.lose("primitives become one with others of their mesh",
+                               "they have the same material");
     }
   }
 
+  // The first primitive that is read; nullptr without one.
+  const tinygltf::Primitive *first_read() const {
+    for (size_t i = 0; i < source_.primitives.size(); i++)
+      if (!is_left_out(i)) return &source_.primitives[i];
+    return nullptr;
+  }
+
   void check_targets() const {
-    for (const tinygltf::Primitive &primitive : source_.primitives)
-      if (primitive.targets.size() != source_.primitives[0].targets.size())
+    for (size_t i = 0; i < source_.primitives.size(); i++)
+      if (!is_left_out(i) && source_.primitives[i].targets.size() != first_read()->targets.size())
         refuse(TW_INVALID, text("/meshes/", index_, "/primitives"),
                "all primitives need the same morph targets");
   }
@@ -408,6 +428,7 @@ private:
   void drop_doubled_corners() {
     Vector<uint32_t> seen(document_.budget, mesh_.point_count); // last face of each point, from 1
     uint32_t face = 0;
+    uint64_t doubled = 0;
     size_t begin = 0;
     corner_count_ = face_count_ = 0;
     for (FaceList &list : lists_) {
@@ -426,6 +447,7 @@ private:
           before = point;
         }
         document_.degenerate_faces += different < 3;
+        doubled += different >= 3 && corner_count_ - start < end - begin;
         if (different < 3)
           corner_count_ = start;
         else
@@ -433,6 +455,7 @@ private:
         begin = end;
       }
     }
+    tw_lose_doubled_corners(&document_.outline.losses, doubled);
   }
 
   // ---- tags ------------------------------------------------------------------------------------
@@ -460,10 +483,13 @@ private:
       std::memcpy(positions + 3 * size_t{p}, &positions_[3 * size_t{first_vertex_[p]}], 3 * sizeof(float));
     mesh_.positions = positions;
     size_t sets = 0;
+    bool all_skinned = true;
     for (const VertexSource &source : sources_) {
       while (sets < joint_sets && source.joints[sets]) sets++;
+      all_skinned &= source.joints[0] != nullptr;
       mesh_.has_tangents |= source.tangent != nullptr;
     }
+    if (sets > 0 && !all_skinned) document_.note("JOINTS_0 is joint 0 where a primitive lacks it");
     for (const FaceList &list : lists_) mesh_.has_tangents |= bears_normal_map(list.material);
     write_attributes();
     if (sets > 0) write_skin(sets);
@@ -636,12 +662,27 @@ private:
     document_.spend_values(values, text("/meshes/", index_), "the morph targets");
   }
 
-  void write_morphs() {
-    size_t count = sources_[0].morphs.size();
-
+  void check_morph_count(size_t count) const {
     if (count > TW_MORPH_TARGETS_MAX)
       refuse(TW_LIMIT, text("/meshes/", index_), "a mesh has at most ", int{TW_MORPH_TARGETS_MAX},
              " morph targets");
+  }
+
+  // The targets of a mesh without faces, of points and lines alone: they move no point of a surface, and pass
+  // through, but nodes and clips have weights for them.
+  void count_morphs() {
+    size_t count = first_read() ? first_read()->targets.size() : 0;
+    check_morph_count(count);
+    if (count == 0) return;
+    const float **morphs = allocate<const float *>(document_, count);
+    std::fill(morphs, morphs + count, allocate<float>(document_, 1));
+    mesh_.morph_count = static_cast<uint32_t>(count);
+    mesh_.morphs = morphs;
+  }
+
+  void write_morphs() {
+    size_t count = sources_[0].morphs.size();
+    check_morph_count(count);
     spend_morphs(3 * uint64_t{count} * mesh_.point_count);
     if (count == 0) return;
     const float **morphs = allocate<const float *>(document_, count);
@@ -687,18 +728,33 @@ private:
     for (const FaceList &list : lists_) out = std::fill_n(out, list.face_count, list.material);
   }
 
+  // How many sets of texture coordinates there are, those between them that no primitive has included.
+  size_t count_uv_sets() const {
+    size_t count = 0;
+    for (const VertexSource &source : sources_)
+      for (size_t set = count; set < TW_UV_SETS_MAX; set++)
+        if (source.uvs[set]) count = set + 1;
+    return count;
+  }
+
+  // Sets are numbered without gaps: one that no primitive has is 0 0 if a further one exists, so that
+  // materials find theirs under its number.
   void write_uvs() {
-    for (size_t set = 0; set < TW_UV_SETS_MAX; set++) {
+    size_t count = count_uv_sets();
+    for (size_t set = 0; set < count; set++) {
       bool any = false, all = true;
       for (const VertexSource &source : sources_) {
         any |= source.uvs[set] != nullptr;
         all &= source.uvs[set] != nullptr;
       }
-      if (!any) return; // sets are numbered without gaps
-      document_.partly_textured += !all;
+      if (!any) document_.note(text("TEXCOORD_", set, " is added, all 0 0: there are further sets"));
+      document_.partly_textured += any && !all;
       tw_channel made = weld_values(read_uvs(set), 2);
       mesh_.uv_sets[mesh_.uv_set_count++] = {made.value_count, made.values, made.corners};
     }
+    for (const VertexSource &source : sources_)
+      if (source.tangent && count == 0)
+        document_.note("TANGENT is left out: there are no texture coordinates that it follows");
   }
 
   // Rows of all vertices; v up, as meshes have it.
@@ -725,11 +781,14 @@ private:
     size_t count = elements_.size();
     float *values = allocate_zero<float>(document_, 3 * count);
     float *rows = tangents ? allocate_zero<float>(document_, 4 * count) : nullptr;
+    uint64_t bad = 0;
     for (uint32_t v = 0; v < count; v++) {
       const VertexSource &source = source_of(v);
-      if (source.normal) source.normal->read_finite(elements_[v], values + 3 * size_t{v});
-      if (source.normal && source.tangent) source.tangent->read_finite(elements_[v], rows + 4 * size_t{v});
+      if (source.normal) bad += !source.normal->read_finite(elements_[v], values + 3 * size_t{v});
+      if (source.normal && source.tangent)
+        bad += !source.tangent->read_finite(elements_[v], rows + 4 * size_t{v});
     }
+    document_.outline.lose("normals and tangents are left out", "they are not finite", bad);
     uint32_t *corners = allocate<uint32_t>(document_, corner_count_);
     std::copy(corners_, corners_ + corner_count_, corners);
     mesh_.normals = {static_cast<uint32_t>(count), values, rows, corners};

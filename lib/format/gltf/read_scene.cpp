@@ -1,6 +1,7 @@
 // The node hierarchy, the shown scene, skins, and animations.
 #include "gltf/document.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -53,6 +54,37 @@ void read_children(Document &document, size_t index) {
     if (parent != TW_NO_INDEX) refuse(TW_INVALID, pointer, "node ", child, " has two parents");
     parent = static_cast<uint32_t>(index);
   }
+}
+
+// Keeps the order of children where it is another than that of their numbers.
+void keep_child_order(Document &document) {
+  const std::vector<tinygltf::Node> &nodes = document.source.nodes;
+  Vector<tw_gltf_children> kept(document.budget);
+  for (size_t i = 0; i < nodes.size(); i++) {
+    const std::vector<int> &children = nodes[i].children;
+    if (std::is_sorted(children.begin(), children.end())) continue;
+    uint32_t *out = allocate<uint32_t>(document, children.size());
+    std::transform(children.begin(), children.end(), out,
+                   [](int child) { return static_cast<uint32_t>(child); });
+    kept.push_back({static_cast<uint32_t>(i), static_cast<uint32_t>(children.size()), out});
+  }
+  tw_gltf_children *copies = allocate<tw_gltf_children>(document, kept.size());
+  std::copy(kept.begin(), kept.end(), copies);
+  document.assets->reordered = copies;
+  document.assets->reordered_count = static_cast<uint32_t>(kept.size());
+}
+
+// Tells of meshes that no node of the shown scene shows: OBJ has only what is shown.
+void tell_unshown_meshes(Document &document) {
+  std::vector<bool> is_shown(document.model->mesh_count);
+  for (uint32_t i = 0; i < document.model->node_count; i++) {
+    const tw_node &node = document.model->nodes[i];
+    if (node.mesh != TW_NO_INDEX && !node.is_hidden) is_shown[node.mesh] = true;
+  }
+  bool has_nodes = document.model->node_count > 0; // else each mesh gets one
+  auto unshown = std::count(is_shown.begin(), is_shown.end(), false);
+  document.outline.lose("meshes are in no node of the shown scene", "OBJ answers leave them out",
+                        has_nodes ? static_cast<uint64_t>(unshown) : 0);
 }
 
 // Marks a node and all nodes below it. A node has at most one parent, so it is not reached from two roots of
@@ -148,6 +180,9 @@ const float *read_inverse_binds(Document &document, Accessors &accessors, int ac
                                 const std::string &pointer) {
   if (accessor == -1) return identity_matrices(document, count);
   const Elements &elements = accessors.open(accessor, TINYGLTF_TYPE_MAT4, pointer);
+  if (elements.count() > count)
+    document.outline.lose("inverse bind matrices are left out", "their skins have fewer joints",
+                          elements.count() - count);
   if (elements.component_type() != TINYGLTF_COMPONENT_TYPE_FLOAT)
     refuse(TW_INVALID, text("/accessors/", accessor, "/componentType"), "inverse bind matrices are floats");
   if (elements.count() < count)
@@ -177,7 +212,7 @@ public:
     size_t count = source.channels.size() + pointed.size();
     tw_track_keys *tracks = allocate_zero<tw_track_keys>(document_, count);
     for (size_t i = 0; i < source.channels.size(); i++) {
-      read_channel(source, text("/animations/", index), i, tracks[i]);
+      read_channel(source, text("/animations/", index), i, document_.track_places[index][i], tracks[i]);
       tracks[i].kept = document_.channel_texts[index][i];
     }
     for (size_t i = 0; i < pointed.size(); i++)
@@ -208,14 +243,16 @@ private:
   }
 
   void read_channel(const tinygltf::Animation &source, const std::string &animation, size_t index,
-                    tw_track_keys &track) {
+                    TrackPlace &place, tw_track_keys &track) {
     const tinygltf::AnimationChannel &channel = source.channels[index];
-    std::string pointer = text(animation, "/channels/", index);
+    std::string pointer = text(animation, "/channels/", place.channel);
     tw_path path = find_path(channel.target_path, pointer);
     if (channel.target_node < 0 || static_cast<uint32_t>(channel.target_node) >= document_.model->node_count)
       refuse(TW_INVALID, pointer + "/target/node", "there is no node ", channel.target_node);
     if (channel.sampler < 0 || static_cast<size_t>(channel.sampler) >= source.samplers.size())
       refuse(TW_INVALID, pointer + "/sampler", "there is no sampler ", channel.sampler);
+    place.input = source.samplers[static_cast<size_t>(channel.sampler)].input;
+    place.output = source.samplers[static_cast<size_t>(channel.sampler)].output;
     track.node = static_cast<uint32_t>(channel.target_node);
     read_keys(source, animation, path, channel.sampler, track);
   }
@@ -308,7 +345,9 @@ void read_nodes(Document &document) {
   for (size_t i = 0; i < count; i++) read_node(document, i);
   for (size_t i = 0; i < count; i++) read_children(document, i);
   check_cycles(document);
+  keep_child_order(document);
   read_scenes(document);
+  tell_unshown_meshes(document);
   read_weights(document);
 }
 

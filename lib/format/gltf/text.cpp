@@ -88,6 +88,71 @@ std::optional<uint64_t> whole_number(const char *value) {
   return static_cast<uint64_t>(number);
 }
 
+namespace {
+
+// Members that hold an index, a count or a number of an enumeration.
+constexpr char integer_members[] =
+    "bufferView byteOffset componentType count byteLength byteStride buffer target sampler node input output "
+    "material indices mode mesh skin camera scene source index texCoord magFilter minFilter wrapS wrapT "
+    "inverseBindMatrices skeleton light";
+
+// Copies a document, and counts the numbers that it writes anew.
+class IntegerWriter : Text {
+public:
+  explicit IntegerWriter(Budget &budget) : Text(budget) {}
+
+  size_t run(const char *root, Vector<char> &out) {
+    text_.reserve(value_text(root).size());
+    copy(root, false);
+    if (count_ > 0) out = std::move(text_);
+    return count_;
+  }
+
+private:
+  size_t count_ = 0;
+
+  // are_integers: numbers in the value, and in arrays and objects inside it, are.
+  void copy(const char *value, bool are_integers) {
+    if (*value == '{' || *value == '[') return copy_items(value, are_integers);
+    std::string_view written = value_text(value);
+    std::optional<uint64_t> number;
+    if (are_integers && written.find_first_of(".eE") != std::string_view::npos) number = whole_number(value);
+    count_ += number.has_value();
+    if (number)
+      put(text(*number));
+    else
+      put(written);
+  }
+
+  void copy_items(const char *value, bool are_integers) {
+    bool is_object = *value == '{';
+    put(is_object ? "{" : "[");
+    for (Items i(value); i.more(); i.next()) {
+      if (is_object)
+        put_key(i.key());
+      else
+        put_comma();
+      if (is_object && i.key() == "extras")
+        put(value_text(i.value()));
+      else
+        copy(i.value(), is_object ? is_integer(i, are_integers) : are_integers);
+    }
+    put(is_object ? "}" : "]");
+  }
+
+  static bool is_integer(const Items &member, bool are_integers) {
+    if (*member.value() == '{') return member.key() == "attributes";
+    if (*member.value() == '[') return has_word("children nodes joints targets", member.key());
+    return are_integers || has_word(integer_members, member.key());
+  }
+};
+
+} // namespace
+
+size_t write_integers(const char *root, Budget &budget, Vector<char> &out) {
+  return value_text(root).find(".0") == std::string_view::npos ? 0 : IntegerWriter(budget).run(root, out);
+}
+
 int index_of(const char *value) {
   std::optional<uint64_t> number = whole_number(value);
   return number && *number < INT32_MAX ? static_cast<int>(*number) : -1;

@@ -18,8 +18,8 @@ typedef enum tw_quads { TW_QUADS_NGON, TW_QUADS_AUTO, TW_QUADS_OFF } tw_quads;
 uint64_t tw_reading_size(tw_format format, uint64_t size);
 
 /* Recognises a format by its bytes: GLB and PLY by their magic, STL by its first word or, if binary, by its
- * facet count, BVH by its first word, JSON by its opening brace (glTF if it has a top-level "asset"),
- * anything else is OBJ. */
+ * facet count, BVH by its first word, JSON by its opening brace (glTF if it has a top-level "asset", or
+ * without it "accessors", "buffers", "bufferViews" or "scenes"), anything else is OBJ. */
 tw_format tw_format_sniff(const uint8_t *bytes, size_t size);
 
 /* Wavefront OBJ. bytes: [size], UTF-8 or Latin-1, no terminator needed. Errors carry a line.
@@ -86,12 +86,13 @@ typedef struct tw_named_file {
   bool is_used; /* set if the glTF names the file */
 } tw_named_file;
 
-/* Joins a JSON glTF and the files that it names into one GLB. files: [file_count] in any order; a uri finds
- * its file by the percent-decoded path, else by the base name if only one file has it. Files of buffers and
- * images go into the BIN chunk; data URIs, and images at http(s) addresses, stay as they are. TW_INVALID with
- * the pointer of a uri whose file is missing; TW_LIMIT over `json_values` values (0: any number) or max_size
- * bytes. *out: malloc'ed [*out_size]; NULL if the document names no file or is not a JSON object, so that
- * tw_gltf_read takes it as it is. O(size + names log names). */
+/* Joins a glTF, JSON or GLB, and the files that it names into one GLB. files: [file_count] in any order; a
+ * uri finds its file by the percent-decoded path, else by the base name if only one file has it. Files of
+ * buffers and images go into the BIN chunk, behind what a GLB has there; data URIs, and images at http(s)
+ * addresses, stay as they are. TW_INVALID with the pointer of a uri whose file is missing; TW_LIMIT over
+ * `json_values` values (0: any number) or max_size bytes. *out: malloc'ed [*out_size]; NULL if the document
+ * names no file or is not a JSON object, so that tw_gltf_read takes it as it is. What stands behind the
+ * chunks of a GLB is kept. O(size + names log names). */
 tw_status tw_gltf_bundle(const uint8_t *bytes, size_t size, tw_named_file *files, uint32_t file_count,
                          uint64_t json_values, uint64_t max_size, uint8_t **out, size_t *out_size,
                          tw_error *error);
