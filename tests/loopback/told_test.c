@@ -1,0 +1,443 @@
+/* Nothing that a file may hold is lost in silence: one row for each construct of each format's specification.
+ * A row is kept or converted, and then an answer shows it, or it is told in a warning; and the plain file of
+ * the format shows none of that. */
+#include <math.h>
+#include <stdio.h>
+
+#include "loopback.h"
+
+/* Where a construct shows. */
+typedef enum place {
+  WARNING, /* in the warnings of the description */
+  MODEL,   /* in the description */
+  GLTF,    /* in surface.gltf at level 0 */
+  OBJ,     /* in surface.obj at level 0 */
+  SHAPE,   /* surface.gltf at level 0 is another one */
+  HARD     /* surface.obj at level 1 with creases=normals is another one */
+} place;
+
+typedef struct row {
+  const char *construct, *text;
+  place where;
+  const char *shown; /* with ' in place of "; NULL for SHAPE and HARD */
+} row;
+
+/* The answer in which a construct at that place shows; the caller frees it. */
+static reply ask(loopback *loop, const char *type, const void *body, size_t size, place where) {
+  static const char *const targets[] = {"/v1/models",
+                                        "/v1/models",
+                                        "/v1/surface.gltf?level=0",
+                                        "/v1/surface.obj?level=0",
+                                        "/v1/surface.gltf?level=0",
+                                        "/v1/surface.obj?level=1&creases=normals"};
+  char headers[64];
+  snprintf(headers, sizeof headers, "Content-Type: %s\n", type);
+  reply r = loopback_ask(loop, "POST", targets[where], headers, body, size);
+  if (r.status >= 300) print_error("%s: %d %s\n", targets[where], r.status, r.body);
+  return r;
+}
+
+/* Whether the answer shows the row. plain: the answer of the plain file at the same place. */
+static bool shows(const reply *r, const reply *plain, const row *row) {
+  if (row->where >= SHAPE) return r->size != plain->size || memcmp(r->body, plain->body, r->size) != 0;
+  const char *part = row->where == WARNING ? strstr(r->body, "\"warnings\"") : r->body;
+  return part && says(part, row->shown);
+}
+
+static void assert_told(loopback *loop, const char *type, const row *row, const void *body, size_t size,
+                        const void *plain_body, size_t plain_size) {
+  reply r = ask(loop, type, body, size, row->where),
+        plain = ask(loop, type, plain_body, plain_size, row->where);
+  assert_true(r.status < 300 && plain.status < 300);
+  if (!shows(&r, &plain, row)) fail_msg("%s is lost in silence:\n%s", row->construct, r.body);
+  if (row->where < SHAPE && shows(&plain, &plain, row)) fail_msg("%s shows without it", row->construct);
+  reply_free(&r);
+  reply_free(&plain);
+}
+
+/* rows: texts in which '@' stands for the plain file. */
+static void assert_all_told(loopback *loop, const char *type, const char *plain, const row *rows,
+                            size_t count) {
+  for (size_t i = 0; i < count; i++) {
+    char text[4096];
+    const char *at = strchr(rows[i].text, '@');
+    snprintf(text, sizeof text, "%.*s%s%s", (int)(at ? at - rows[i].text : 0), rows[i].text, at ? plain : "",
+             at ? at + 1 : rows[i].text);
+    assert_told(loop, type, &rows[i], text, strlen(text), plain, strlen(plain));
+  }
+}
+
+/* ---- OBJ: appendix B1 of Wavefront's manual, and what tools added ----------------------------------------
+ */
+
+#define FOLD "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 3 4\n"
+
+TEST_WITH(obj_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
+  static const row rows[] = {
+      {"v w", "@v 5 5 5 2\nf 1 2 5\n", WARNING, "weights of points"},
+      {"v r g b", "v 0 0 0 1 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", GLTF, "COLOR_0"},
+      {"v r g b a", "v 0 0 0 1 0 0 0.5\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", WARNING, "alphas of colours"},
+      {"v with more", "v 0 0 0 1 0 0 1 9\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", WARNING, "behind their colour"},
+      {"#MRGB", "@#MRGB ffff0000ff00ff00ff0000ffffffffff\n", GLTF, "COLOR_0"},
+      {"a point of no face", "v 9 9 9\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 2 3 4\n", WARNING,
+       "points are in no face"},
+      {"vt u v", "vt 0.25 0.75\n@f 1/1 2/1 4/1\n", OBJ, "vt 0.25 0.75"},
+      {"vt u v w", "vt 0.25 0.75 0.5\n@f 1/1 2/1 4/1\n", WARNING, "third texture coordinates"},
+      {"vt without v", "@f 1/1 2/1 4/1\n", WARNING, "the file has no vt"},
+      {"vt of some corners", "vt 0.25 0.75\n@f 1/1 2 4\n", WARNING, "get 0 0"},
+      {"vn", "vn 0.6 0.8 0\n@f 1//1 2//1 4//1\n", OBJ, "vn 0.6 0.8 0"},
+      {"vn that is none", "vn nan 0 0\n@", WARNING, "normals are left out"},
+      {"vn without v", "@f 1//1 2//1 4//1\n", WARNING, "the file has no vn"},
+      {"f of two corners", "@f 1 2\n", WARNING, "fewer than three"},
+      {"f with a doubled corner", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 2 3\n", WARNING, "twice in a row"},
+      {"fo", "v 0 0 0\nv 1 0 0\nv 0 1 0\nfo 1 2 3\n", SHAPE, NULL},
+      {"o", "o part\n@", OBJ, "o part\n"},
+      {"o that shares points", "o a\n@o b\nf 2 3 4\n", WARNING, "objects are one mesh"},
+      {"o without faces", "o a\no b\n@", WARNING, "objects without faces"},
+      {"g", "g left right\n@", GLTF, "['left','right']"},
+      {"s", "s off\n@", HARD, NULL},
+      {"s of no number", "s all\n@", WARNING, "smoothing groups are left out"},
+      {"usemtl", "usemtl red\n@", GLTF, "'name':'red'"},
+      {"mtllib", "mtllib a.mtl\n@", WARNING, "libraries of materials"},
+      {"mtllib and usemtl", "mtllib a.mtl\nusemtl red\n@", WARNING, "the names alone are kept"},
+      {"t crease", "@t crease 2/1/0 0 1 2.5\n", OBJ, "t crease"},
+      {"t corner", "@t corner 1/1/0 0 2\n", OBJ, "t corner"},
+      {"t hole", "@t hole 1/0/0 0\n", SHAPE, NULL},
+      {"t creasemethod", "@t crease 2/1/0 0 1 2\nt creasemethod 0/0/1 chaikin\n", OBJ, "t creasemethod"},
+      {"t interpolateboundary", "@t interpolateboundary 1/0/0 2\n", OBJ, "t interpolateboundary"},
+      {"t facevaryinginterpolateboundary",
+       "vt 0 0\n@f 1/1 2/1 4/1\nt facevaryinginterpolateboundary 1/0/0 5\n", OBJ,
+       "t facevaryinginterpolateboundary"},
+      {"t smoothtriangles", "@t smoothtriangles 0/0/1 smooth\n", OBJ, "t smoothtriangles"},
+      {"t of another name", "@t vertexedit 1/1/1 0 1 a\n", WARNING, "subdivision tags"},
+      {"another statement", "@pose 1\n", WARNING, "none that is known"}};
+  assert_all_told(*state, "model/obj", FOLD, rows, sizeof rows / sizeof *rows);
+  static const char *const ignored[][2] = {
+      {"lines, points or curves", "l p curv curv2 surf"},
+      {"free-form",
+       "vp cstype deg bmat step parm trim hole scrv sp end con mg ctech stech bsp bzp cdc cdp res"},
+      {"display and files", "bevel c_interp d_interp lod shadow_obj trace_obj usemap maplib call csh"}};
+  for (size_t i = 0; i < sizeof ignored / sizeof *ignored; i++) {
+    char words[200], text[64];
+    snprintf(words, sizeof words, "%s", ignored[i][1]);
+    for (char *rest = NULL, *word = strtok_r(words, " ", &rest); word; word = strtok_r(NULL, " ", &rest)) {
+      snprintf(text, sizeof text, "@%s 1 2 3\n", word);
+      const row one = {word, text, WARNING, ignored[i][0]};
+      assert_all_told(*state, "model/obj", FOLD, &one, 1);
+    }
+  }
+}
+
+/* ---- PLY: Turk's format, with the elements and properties that tools agree on ----------------------------
+ */
+
+#define PLY_HEAD   "ply\nformat ascii 1.0\n"
+#define PLY_XYZ(n) "element vertex " n "\nproperty float x\nproperty float y\nproperty float z\n"
+#define PLY_FACE   "element face 1\nproperty list uchar int vertex_indices\n"
+#define PLY_END    "end_header\n"
+
+TEST_WITH(ply_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
+  static const char plain[] = PLY_HEAD PLY_XYZ("3") PLY_FACE PLY_END "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+#define VERTEX(properties, more)                                                                             \
+  PLY_HEAD PLY_XYZ("3") properties PLY_FACE PLY_END "0 0 0 " more "\n1 0 0 " more "\n0 1 0 " more            \
+                                                    "\n3 0 1 2\n"
+#define FACE(properties, more)                                                                               \
+  PLY_HEAD PLY_XYZ("3") PLY_FACE properties PLY_END "0 0 0\n1 0 0\n0 1 0\n3 0 1 2 " more "\n"
+#define REST PLY_XYZ("3") PLY_FACE
+#define ROWS "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+#define RGB  "property uchar red\nproperty uchar green\nproperty uchar blue\n"
+  static const row rows[] = {
+      {"comment TextureFile", PLY_HEAD "comment TextureFile a.png\n" REST PLY_END ROWS, WARNING,
+       "lines of the header"},
+      {"obj_info", PLY_HEAD "obj_info by hand\n" REST PLY_END ROWS, WARNING, "lines of the header"},
+      {"another line", PLY_HEAD "units mm\n" REST PLY_END ROWS, WARNING, "lines of the header"},
+      {"another element", PLY_HEAD REST "element edge 1\nproperty int a\n" PLY_END ROWS "1\n", WARNING,
+       "left out: edge"},
+      {"a second element vertex", PLY_HEAD REST "element vertex 1\nproperty int x\n" PLY_END ROWS "1\n",
+       WARNING, "left out: vertex"},
+      {"normals", VERTEX("property float nx\nproperty float ny\nproperty float nz\n", "1 0 0"), SHAPE, NULL},
+      {"a normal that is none",
+       VERTEX("property float nx\nproperty float ny\nproperty float nz\n", "nan 0 0"), WARNING,
+       "normals are left out"},
+      {"a part of normals", VERTEX("property float nx\n", "1"), WARNING, "vertex.nx"},
+      {"colours", VERTEX(RGB, "255 0 0"), GLTF, "COLOR_0"},
+      {"alpha", VERTEX(RGB "property uchar alpha\n", "255 0 0 9"), GLTF, "COLOR_0"},
+      {"a part of colours", VERTEX("property uchar red\n", "255"), WARNING, "vertex.red"},
+      {"texture coordinates", VERTEX("property float s\nproperty float t\n", "0.25 0.5"), OBJ, "vt 0.25 0.5"},
+      {"a part of them", VERTEX("property float u\n", "0.25"), WARNING, "vertex.u"},
+      {"another property", VERTEX("property float quality\n", "1"), WARNING, "vertex.quality"},
+      {"a list of vertices", VERTEX("property list uchar int near\n", "1 2"), WARNING, "vertex.near"},
+      {"colours of faces", FACE(RGB, "255 0 0"), GLTF, "COLOR_0"},
+      {"texcoord", FACE("property list uchar float texcoord\n", "6 0 0 0.25 0.5 0 1"), OBJ, "vt 0.25 0.5"},
+      {"texcoord of other numbers", FACE("property list uchar float texcoord\n", "2 0 0"), WARNING,
+       "texture coordinates 0 0"},
+      {"texnumber", FACE("property int texnumber\n", "1"), WARNING, "face.texnumber"},
+      {"tristrips",
+       PLY_HEAD PLY_XYZ("4") "element tristrips 1\nproperty list int int vertex_indices\n" PLY_END
+                             "0 0 0\n1 0 0\n0 1 0\n1 1 0\n4 0 1 2 3\n",
+       MODEL, "'faces':2,"},
+      {"faces without corners",
+       PLY_HEAD PLY_XYZ("3") "element face 1\nproperty int a\n" PLY_END "0 0 0\n1 0 0\n0 1 0\n7\n", WARNING,
+       "left out: face"},
+      {"a point of no face", PLY_HEAD PLY_XYZ("4") PLY_FACE PLY_END "0 0 0\n1 0 0\n0 1 0\n9 9 9\n3 0 1 2\n",
+       WARNING, "points are in no face"},
+      {"a doubled corner", PLY_HEAD PLY_XYZ("3") PLY_FACE PLY_END "0 0 0\n1 0 0\n0 1 0\n4 0 1 1 2\n", WARNING,
+       "twice in a row"},
+      {"bytes behind", PLY_HEAD REST PLY_END ROWS "more", WARNING, "behind the last element"}};
+  assert_all_told(*state, "model/ply", plain, rows, sizeof rows / sizeof *rows);
+}
+
+/* ---- STL -------------------------------------------------------------------------------------------------
+ */
+
+TEST_WITH(text_of_stl_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
+#define FACET(normal)                                                                                        \
+  "facet normal " normal "\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
+  static const row rows[] = {
+      {"the name of a solid", "solid part\n" FACET("0 0 1") "endsolid\n", MODEL, "'name':'part'"},
+      {"a second solid", "solid a\n" FACET("0 0 1") "endsolid\nsolid b\nendsolid\n", WARNING,
+       "names of solids"},
+      {"a normal against the corners", "solid\n" FACET("0 0 -1") "endsolid\n", WARNING, "against the order"},
+      {"a loop of four",
+       "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\n"
+       "vertex 0 1 0\nendloop\nendfacet\nendsolid\n",
+       SHAPE, NULL},
+      {"another word", "solid\n" FACET("0 0 1") "color 1 0 0\nendsolid\n", WARNING, "words are left out"}};
+  assert_all_told(*state, "model/stl", "solid\n" FACET("0 0 1") "endsolid\n", rows,
+                  sizeof rows / sizeof *rows);
+}
+
+/* A facet with a header, an attribute, and bytes behind it. */
+static size_t binary_facet(uint8_t out[400], const char *header, uint16_t attribute, const char *behind,
+                           size_t facets) {
+  static const float numbers[12] = {0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0};
+  memset(out, 0, 400);
+  memcpy(out, header, strlen(header));
+  out[80] = 1;
+  for (size_t f = 0; f < facets; f++) {
+    memcpy(out + 84 + 50 * f, numbers, sizeof numbers);
+    memcpy(out + 84 + 50 * f + 48, &attribute, 2);
+  }
+  memcpy(out + 84 + 50 * facets, behind, strlen(behind));
+  return 84 + 50 * facets + strlen(behind);
+}
+
+TEST_WITH(binary_stl_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
+  static const struct {
+    row row;
+    const char *header;
+    uint16_t attribute;
+    const char *behind;
+    size_t facets;
+  } rows[] = {{{"VisCAM's colour", NULL, GLTF, "COLOR_0"}, "", 0x801F, "", 1},
+              {{"Magics' colour", NULL, GLTF, "COLOR_0"}, "COLOR=abcd", 0x001F, "", 1},
+              {{"Magics' material", NULL, WARNING, "materials of the header"},
+               "COLOR=abcd,MATERIAL=abcdefghijkl",
+               0,
+               "",
+               1},
+              {{"another attribute", NULL, WARNING, "attributes that are left out"}, "", 7, "", 1},
+              {{"bytes of an attribute", NULL, WARNING, "attributes that are left out"}, "", 4, "abcd", 1},
+              {{"bytes behind", NULL, WARNING, "bytes behind the facets"}, "", 0, "abcd", 1},
+              {{"facets behind", NULL, WARNING, "behind those that the file counts"}, "", 0, "", 3}};
+  uint8_t body[400], plain[400];
+  size_t plain_size = binary_facet(plain, "", 0, "", 1);
+  for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+    size_t size = binary_facet(body, rows[i].header, rows[i].attribute, rows[i].behind, rows[i].facets);
+    assert_told(*state, "model/stl", &rows[i].row, body, size, plain, plain_size);
+  }
+}
+
+/* ---- tweend JSON: a member is read or refused ------------------------------------------------------------
+ */
+
+TEST_WITH(tweend_json_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
+#define MESH "'positions':[[0,0,0],[1,0,0],[0,1,0],[0,0,1]],'faces':[[0,1,2],[0,2,3]]"
+#define CLIP(track)                                                                                          \
+  "{'meshes':[{" MESH "}],'nodes':[{'name':'n'}],'clips':[{'name':'c','tracks':[{'node':'n'," track "}]}]}"
+  static const row rows[] = {
+      {"name of a mesh", "{'meshes':[{'name':'m'," MESH "}]}", MODEL, "'name':'m'"},
+      {"uvs", "{'meshes':[{" MESH ",'uvs':[[0.25,0.5],[1,0],[0,1],[1,1]]}]}", OBJ, "vt 0.25 0.5"},
+      {"face_uvs", "{'meshes':[{" MESH ",'uvs':[[0.25,0.5]],'face_uvs':[[0,0,0],[0,0,0]]}]}", OBJ,
+       "vt 0.25 0.5"},
+      {"creases", "{'meshes':[{" MESH ",'creases':[{'edge':[0,1],'sharpness':2.5}]}]}", OBJ, "t crease"},
+      {"corners", "{'meshes':[{" MESH ",'corners':[{'vertex':0,'sharpness':2}]}]}", OBJ, "t corner"},
+      {"holes", "{'meshes':[{" MESH ",'holes':[1]}]}", SHAPE, NULL},
+      {"shape", "{'meshes':[{'shape':{'kind':'box'}}]}", MODEL, "'faces':6,"},
+      {"edits", "{'meshes':[{" MESH ",'edits':[{'edit':'extrude','faces':'all','distance':1}]}]}", MODEL,
+       "'faces':6,"},
+      {"nodes", "{'meshes':[{'name':'m'," MESH "}],'nodes':[{'name':'n','mesh':'m'}]}", MODEL, "'name':'n'"},
+      {"parent", "{'nodes':[{'name':'n'},{'name':'p','parent':'n'}],'meshes':[{" MESH "}]}", MODEL,
+       "'parent':'n'"},
+      {"translation", "{'meshes':[{'name':'m'," MESH "}],'nodes':[{'mesh':'m','translation':[0,0,7]}]}", OBJ,
+       "v 0 0 7"},
+      {"rotation", "{'meshes':[{'name':'m'," MESH "}],'nodes':[{'mesh':'m','rotation':[0,0,1,0]}]}", OBJ,
+       "v -1 0 0"},
+      {"scale", "{'meshes':[{'name':'m'," MESH "}],'nodes':[{'mesh':'m','scale':[7,1,1]}]}", OBJ, "v 7 0 0"},
+      {"quaternions", CLIP("'path':'rotation','times':[0,1],'quaternions':[[0,0,0,1],[0,0,1,0]]"), MODEL,
+       "'name':'c'"},
+      {"values", CLIP("'path':'translation','interpolation':'step','times':[0,1],'values':[[0,0,0],[1,0,0]]"),
+       GLTF, "STEP"}};
+  for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+    char *text = quoted(rows[i].text), *plain = quoted("{'meshes':[{" MESH "}]}");
+    assert_told(*state, "application/json", &rows[i], text, strlen(text), plain, strlen(plain));
+    free(text);
+    free(plain);
+  }
+  assert_problem(loopback_post(*state, "/v1/models", "application/json", "{'meshes':[{" MESH ",'more':1}]}"),
+                 400, "/meshes/0", "unknown member");
+}
+
+/* ---- glTF 2.0: the properties of its schemas, in their order ---------------------------------------------
+ */
+
+/* A document; a member that is NULL adds nothing. All begin with a comma. */
+typedef struct gltf_row {
+  row row;
+  const char *accessor, *asset, *buffer, *view, *node, *attribute, *primitive, *mesh, *sampler, *channel,
+      *target, *animation, *rest;
+} gltf_row;
+
+static const char *or_nothing(const char *text) {
+  return text ? text : "";
+}
+
+/* Four points, the triangles of a tetrahedron, two times, two moves; a node that moves. */
+static void write_gltf(char out[4096], const gltf_row *r) {
+  snprintf(
+      out, 4096,
+      "{'asset':{'version':'2.0'%s},'buffers':[{'byteLength':104,'uri':'data:application/octet-stream;base64,"
+      "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAIA/"
+      "AAACAAEAAAABAAMAAQACAAMAAgAAAAMAAAAAAAAAgD8A"
+      "AAAAAAAAAAAAAAAAAIA/AAAAQAAAQEA='%s}],'bufferViews':[{'buffer':0,'byteLength':48%s},{'buffer':0,"
+      "'byteOffset':48,'byteLength':24},{'buffer':0,'byteOffset':72,'byteLength':8},{'buffer':0,'byteOffset':"
+      "80,"
+      "'byteLength':24},{'buffer':0,'byteLength':104}],'accessors':[{'bufferView':0,'componentType':5126,'"
+      "count':4,"
+      "'type':'VEC3'%s},{'bufferView':1,'componentType':5123,'count':12,'type':'SCALAR'},{'bufferView':2,"
+      "'componentType':5126,'count':2,'type':'SCALAR'},{'bufferView':3,'componentType':5126,'count':2,"
+      "'type':'VEC3'},{'bufferView':0,'componentType':5126,'count':4,'type':'VEC2'},{'bufferView':4,"
+      "'componentType':5126,'count':4,'type':'VEC4'},{'bufferView':0,'componentType':5121,'count':4,"
+      "'type':'VEC4'},{'componentType':5121,'count':4,'type':'VEC4'}],'meshes':[{'primitives':[{'attributes':"
+      "{'POSITION':0%s},'indices':1%s}]%s}],"
+      "'nodes':[{'mesh':0%s},{},{}],'animations':[{'samplers':[{'input':2,'output':3%s}],'channels':[{'"
+      "sampler':0,"
+      "'target':{'node':0,'path':'translation'%s}%s}]%s}]%s}",
+      or_nothing(r->asset), or_nothing(r->buffer), or_nothing(r->view), or_nothing(r->accessor),
+      or_nothing(r->attribute), or_nothing(r->primitive), or_nothing(r->mesh), or_nothing(r->node),
+      or_nothing(r->sampler), or_nothing(r->target), or_nothing(r->channel), or_nothing(r->animation),
+      or_nothing(r->rest));
+  quote(out);
+}
+
+TEST_WITH(gltf_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
+  static const gltf_row rows[] = {
+      {{"accessor.name", NULL, WARNING, "names, extras and extensions of 1"}, .accessor = ",'name':'a'"},
+      {{"accessor.extras", NULL, WARNING, "names, extras and extensions of 1"}, .accessor = ",'extras':1"},
+      {{"accessor.sparse", NULL, SHAPE, NULL},
+       .accessor = ",'sparse':{'count':1,'indices':{'bufferView':1,'byteOffset':2,'componentType':5123},"
+                   "'values':{'bufferView':3,'byteOffset':12}}"},
+      {{"animation.name", NULL, GLTF, "'name':'walk'"}, .animation = ",'name':'walk'"},
+      {{"animation.extras", NULL, GLTF, "'extras':{'a':1}"}, .animation = ",'extras':{'a':1}"},
+      {{"channel.extras", NULL, GLTF, "'extras':{'c':1}"}, .channel = ",'extras':{'c':1}"},
+      {{"target.extras", NULL, GLTF, "'extras':{'t':1}"}, .target = ",'extras':{'t':1}"},
+      {{"sampler.interpolation", NULL, GLTF, "'interpolation':'STEP'"}, .sampler = ",'interpolation':'STEP'"},
+      {{"sampler that no channel names", NULL, WARNING, "samplers of animations"},
+       .sampler = "},{'input':2,'output':3"},
+      {{"asset.copyright", NULL, GLTF, "'copyright':'me'"}, .asset = ",'copyright':'me'"},
+      {{"asset.extras", NULL, GLTF, "'extras':{'a':1}"}, .asset = ",'extras':{'a':1}"},
+      {{"buffer.name", NULL, WARNING, "names, extras and extensions of 1"}, .buffer = ",'name':'b'"},
+      {{"buffer that nothing reads", NULL, WARNING, "nothing that is read lies in them"},
+       .buffer = "},{'byteLength':5,'uri':'absent.bin'"},
+      {{"bufferView.name", NULL, WARNING, "names, extras and extensions of 1"}, .view = ",'name':'v'"},
+      {{"camera", NULL, GLTF, "'znear':0.5"},
+       .rest = ",'cameras':[{'type':'perspective','perspective':{'yfov':1,'znear':0.5}}]"},
+      {{"extensionsUsed", NULL, GLTF, "'extensionsUsed':['KHR_materials_unlit']"},
+       .rest = ",'extensionsUsed':['KHR_materials_unlit'],'materials':[{'extensions':{'KHR_materials_unlit':{"
+               "}}}]"},
+      {{"an extension that is not declared", NULL, GLTF, "'extensionsUsed':['KHR_materials_unlit']"},
+       .rest = ",'materials':[{'extensions':{'KHR_materials_unlit':{}}}]"},
+      {{"extensions", NULL, GLTF, "'ACME_a':{'b':1}"}, .rest = ",'extensions':{'ACME_a':{'b':1}}"},
+      {{"extensions that name views", NULL, WARNING, "ACME_a at the root"},
+       .rest = ",'extensions':{'ACME_a':{'bufferView':1}}"},
+      {{"extras", NULL, GLTF, "'extras':{'r':1}"}, .rest = ",'extras':{'r':1}"},
+      {{"image", NULL, GLTF, "'name':'picture'"},
+       .rest = ",'images':[{'name':'picture','uri':'data:image/png;base64,iVBORw0KGgo='}]"},
+      {{"image on the web", NULL, WARNING, "addresses on the web"},
+       .rest = ",'images':[{'uri':'http://a/b.png'}]"},
+      {{"material", NULL, GLTF, "'doubleSided':true"}, .rest = ",'materials':[{'doubleSided':true}]"},
+      {{"mesh.name", NULL, GLTF, "'name':'m'"}, .mesh = ",'name':'m'"},
+      {{"mesh.weights", NULL, GLTF, "'weights':[0.5]"},
+       .primitive = ",'targets':[{'POSITION':0}]",
+       .mesh = ",'weights':[0.5]"},
+      {{"mesh.extras", NULL, GLTF, "'extras':{'m':1}"}, .mesh = ",'extras':{'m':1}"},
+      {{"mesh that no node shows", NULL, WARNING, "in no node of the shown scene"},
+       .mesh = "},{'primitives':[{'attributes':{'POSITION':0},'indices':1}]"},
+      {{"primitives of one material", NULL, WARNING, "become one with others"},
+       .primitive = "},{'attributes':{'POSITION':0},'indices':1"},
+      {{"primitive without POSITION", NULL, WARNING, "without POSITION"}, .primitive = "},{'attributes':{}"},
+      {{"primitive.material", NULL, GLTF, "'material':0"},
+       .primitive = ",'material':0",
+       .rest = ",'materials':[{}]"},
+      {{"primitive.mode of points", NULL, GLTF, "'mode':0"},
+       .primitive = "},{'attributes':{'POSITION':0},'mode':0"},
+      {{"primitive.mode of strips", NULL, SHAPE, NULL}, .primitive = ",'mode':5"},
+      {{"primitive.mode of fans", NULL, SHAPE, NULL}, .primitive = ",'mode':6"},
+      {{"primitive.extras", NULL, GLTF, "'extras':{'p':1}"}, .primitive = ",'extras':{'p':1}"},
+      {{"primitive.extensions", NULL, GLTF, "'ACME_a':{'b':'c'}"},
+       .primitive = ",'extensions':{'ACME_a':{'b':'c'}}"},
+      {{"primitive.extensions that may name accessors", NULL, WARNING, "ACME_a at /meshes/0/primitives/0"},
+       .primitive = ",'extensions':{'ACME_a':{'loops':[1]}}"},
+      {{"NORMAL", NULL, SHAPE, NULL}, .attribute = ",'NORMAL':0"},
+      {{"TANGENT", NULL, GLTF, "TANGENT"}, .attribute = ",'NORMAL':0,'TEXCOORD_0':4,'TANGENT':5"},
+      {{"TANGENT without texture coordinates", NULL, WARNING, "TANGENT is left out"},
+       .attribute = ",'TANGENT':5"},
+      {{"TEXCOORD_0", NULL, GLTF, "TEXCOORD_0"}, .attribute = ",'TEXCOORD_0':4"},
+      {{"TEXCOORD_1", NULL, GLTF, "TEXCOORD_1"}, .attribute = ",'TEXCOORD_0':4,'TEXCOORD_1':4"},
+      {{"TEXCOORD_1 alone", NULL, GLTF, "TEXCOORD_1"}, .attribute = ",'TEXCOORD_1':4"},
+      {{"TEXCOORD_1 alone adds a set", NULL, WARNING, "TEXCOORD_0 is added"}, .attribute = ",'TEXCOORD_1':4"},
+      {{"TEXCOORD_4", NULL, WARNING, "TEXCOORD_4 is left out"}, .attribute = ",'TEXCOORD_4':4"},
+      {{"COLOR_0", NULL, GLTF, "COLOR_0"}, .attribute = ",'COLOR_0':0"},
+      {{"COLOR_1", NULL, WARNING, "COLOR_1 is left out"}, .attribute = ",'COLOR_1':0"},
+      {{"JOINTS_0", NULL, GLTF, "JOINTS_0"}, .attribute = ",'JOINTS_0':6,'WEIGHTS_0':6"},
+      {{"an application's attribute", NULL, GLTF, "_HEAT"}, .attribute = ",'_HEAT':0"},
+      {{"another attribute", NULL, WARNING, "HEAT is left out"}, .attribute = ",'HEAT':0"},
+      {{"targets", NULL, GLTF, "'targets':["}, .primitive = ",'targets':[{'POSITION':0}]"},
+      {{"NORMAL of targets", NULL, GLTF, "'NORMAL':3}]"},
+       .attribute = ",'NORMAL':0",
+       .primitive = ",'targets':[{'POSITION':0,'NORMAL':0}]"},
+      {{"TANGENT of targets", NULL, WARNING, "TANGENT of morph targets"},
+       .primitive = ",'targets':[{'POSITION':0,'TANGENT':0}]"},
+      {{"node.camera", NULL, GLTF, "'camera':0"},
+       .node = ",'camera':0",
+       .rest = ",'cameras':[{'type':'perspective','perspective':{'yfov':1,'znear':0.5}}]"},
+      {{"the order of node.children", NULL, GLTF, "'children':[2,1]"}, .node = ",'children':[2,1]"},
+      {{"node.skin", NULL, GLTF, "'skin':0"},
+       .node = ",'skin':0",
+       .attribute = ",'JOINTS_0':7,'WEIGHTS_0':6",
+       .rest = ",'skins':[{'joints':[1]}]"},
+      {{"node.matrix", NULL, GLTF, "'matrix':["}, .node = "},{'matrix':[1,0,0,0,0,1,0,0,0,0,1,0,7,0,0,1]"},
+      {{"node.rotation", NULL, GLTF, "'rotation':[0,0,1,0]"}, .node = ",'rotation':[0,0,1,0]"},
+      {{"node.scale", NULL, GLTF, "'scale':[2,2,2]"}, .node = ",'scale':[2,2,2]"},
+      {{"node.translation", NULL, GLTF, "'translation':[0,0,7]"}, .node = ",'translation':[0,0,7]"},
+      {{"node.weights", NULL, GLTF, "'weights':[0.25]"},
+       .node = ",'weights':[0.25]",
+       .primitive = ",'targets':[{'POSITION':0}]"},
+      {{"node.weights of another number", NULL, WARNING, "morph weights of 1 nodes"},
+       .node = ",'weights':[0.25]"},
+      {{"node.name", NULL, GLTF, "'name':'n'"}, .node = ",'name':'n'"},
+      {{"node.extensions", NULL, GLTF, "'ACME_a':{'b':1}"}, .node = ",'extensions':{'ACME_a':{'b':1}}"},
+      {{"sampler", NULL, GLTF, "'magFilter':9729"}, .rest = ",'samplers':[{'magFilter':9729}]"},
+      {{"scene", NULL, GLTF, "'scene':1"}, .rest = ",'scenes':[{'nodes':[1]},{'nodes':[0]}],'scene':1"},
+      {{"scene.name", NULL, GLTF, "'name':'s'"}, .rest = ",'scenes':[{'nodes':[0],'name':'s'}]"},
+      {{"skin", NULL, GLTF, "'skeleton':1"}, .rest = ",'skins':[{'joints':[1],'skeleton':1}]"},
+      {{"texture", NULL, GLTF, "'textures':[{'name':'t'}]"}, .rest = ",'textures':[{'name':'t'}]"},
+      {{"a member that glTF has not", NULL, GLTF, "'more':1"}, .node = ",'more':1"}};
+  static const gltf_row nothing = {0};
+  char text[4096], plain[4096];
+  write_gltf(plain, &nothing);
+  for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+    write_gltf(text, &rows[i]);
+    assert_told(*state, "model/gltf+json", &rows[i].row, text, strlen(text), plain, strlen(plain));
+  }
+}
