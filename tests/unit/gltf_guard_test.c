@@ -360,3 +360,86 @@ TEST(only_version_2_is_read) {
   assert_int_equal(read_text("{'asset':{'version':'2.1','minVersion':'2.1'}}", &error), TW_UNSUPPORTED);
   assert_int_equal(read_text("{'asset':{'version':'2.1','minVersion':'2.0'}}", &error), TW_OK);
 }
+
+/* ---- what is written wrong, and plain ------------------------------------------------------------ */
+
+#define TRIANGLE                                                                                             \
+  "'accessors':[{'bufferView':0,'componentType':5126,'count':3,'type':'VEC3'}],'meshes':[{'primitives':[{'"  \
+  "attributes':{'POSITION':0}}]}]"
+#define BASE64 "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"
+#define URI    "data:application/octet-stream;base64," BASE64
+
+static void assert_triangle(const uint8_t *bytes, size_t size, const char *warning) {
+  static const float points[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  tw_model *model = NULL;
+  tw_error error = {0};
+  tw_status status = gltf_read_bytes(bytes, size, 0, &model, &error);
+  if (status != TW_OK) fail_msg("%s: %s", warning, error.detail);
+  assert_memory_equal(model->meshes[0].positions, points, sizeof points);
+  assert_int_equal(model->meshes[0].face_count, 1);
+  assert_int_equal(model->warning_count, 1);
+  if (!strstr(model->warnings[0], warning)) fail_msg("%s: %s", warning, model->warnings[0]);
+  tw_model_destroy(model);
+}
+
+TEST(what_is_plain_is_read_with_a_warning) {
+  static const char *const documents[][2] = {
+      {"{" ASSET ",'buffers':[{'byteLength':36.0,'uri':'" URI
+       "'}],'bufferViews':[{'buffer':0,'byteLength':3.6e1,"
+       "'byteOffset':0.00}],'accessors':[{'bufferView':0.0,'componentType':5126.0,'count':3.0,'type':'VEC3'}]"
+       ","
+       "'meshes':[{'primitives':[{'attributes':{'POSITION':0.0},'mode':4.0}]}],'nodes':[{'mesh':0.0,"
+       "'extras':{'count':1.0}}]}",
+       "9 integers are written"},
+      {"{'buffers':[{'byteLength':36,'uri':'" URI "'}],'bufferViews':[{'buffer':0,'byteLength':36}]," TRIANGLE
+       "}",
+       "asset is missing"},
+      {"{" ASSET ",'buffers':[{'byteLength':36,'uri':'data:;base64," BASE64 "'}],'bufferViews':[{'buffer':0,"
+       "'byteLength':36}]," TRIANGLE "}",
+       "another type"},
+      {"{" ASSET ",'buffers':[{'byteLength':36,'uri':'data:model/x;base64," BASE64
+       "'}],'bufferViews':[{'buffer':0,"
+       "'byteLength':36}]," TRIANGLE "}",
+       "another type"},
+      {"{" ASSET ",'buffers':[{'byteLength':36,'uri':'" URI
+       "'},{'uri':'absent.bin'}],'bufferViews':[{'buffer':0,"
+       "'byteLength':36},{'buffer':1}]," TRIANGLE "}",
+       NULL},
+      {"{" ASSET ",'buffers':[{'byteLength':36,'uri':'" URI "'},{'byteLength':0}],'bufferViews':[{'buffer':0,"
+       "'byteLength':36}]," TRIANGLE "}",
+       "1 buffers are left out"},
+      {"{" ASSET ",'buffers':[{'byteLength':36,'uri':'" URI "'}],'bufferViews':[{'buffer':0,'byteLength':36},"
+       "{'buffer':0,'byteOffset':36,'byteLength':0}]," TRIANGLE "}",
+       "buffer views have no bytes"}};
+  for (size_t i = 0; i < sizeof documents / sizeof *documents; i++) {
+    char *text = quoted(documents[i][0]);
+    assert_int_equal(tw_format_sniff((const uint8_t *)text, strlen(text)), TW_FORMAT_GLTF);
+    if (documents[i][1]) assert_triangle((const uint8_t *)text, strlen(text), documents[i][1]);
+    free(text);
+  }
+}
+
+/* Chunks whose length is no multiple of 4, with the next one at once or behind padding; and bytes behind. */
+TEST(a_glb_of_any_lengths_is_read_with_a_warning) {
+  static const float points[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  char *json = quoted(
+      "{" ASSET ",'buffers':[{'byteLength':36}],'bufferViews':[{'buffer':0,'byteLength':36}]," TRIANGLE "}");
+  for (size_t more = 0; more < 8; more++) {
+    uint8_t bytes[1024] = "glTF\2";
+    bool is_padded = more >= 4;
+    size_t size = strlen(json) / 4 * 4 + more % 4, padding = is_padded ? (4 - size % 4) % 4 : 0;
+    if (size < strlen(json)) size += 4;
+    memset(bytes + 20, ' ', size);
+    memcpy(bytes + 20, json, strlen(json));
+    glb_put_u32(bytes + 12, (uint32_t)size);
+    memcpy(bytes + 16, "JSON", 4);
+    uint8_t *bin = bytes + 20 + size + padding;
+    glb_put_u32(bin, 36);
+    memcpy(bin + 4, "BIN", 4);
+    memcpy(bin + 8, points, 36);
+    glb_put_u32(bytes + 8, (uint32_t)(28 + size + padding + 36));
+    size_t end = 28 + size + padding + 36, behind = size % 4 == 0 ? 3 : 0;
+    assert_triangle(bytes, end + behind, behind ? "3 bytes behind the GLB" : "no multiple of 4");
+  }
+  free(json);
+}

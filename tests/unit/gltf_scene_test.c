@@ -233,6 +233,47 @@ TEST(bad_animations_are_refused) {
   }
 }
 
+/* Places are those of the document, also behind a channel that animates something else than a node. */
+TEST(errors_of_clips_point_into_the_document) {
+  static const struct {
+    const char *channels, *pointer;
+  } cases[] = {
+      {"{'sampler':0,'target':{'node':0,'path':'scale'}},{'sampler':0,'target':{'node':0,'path':'scale'}}",
+       "/animations/0/channels/1/target/path"},
+      {"{'sampler':0,'target':{'path':'pointer','extensions':{'KHR_animation_pointer':{'pointer':"
+       "'/materials/0/emissiveFactor'}}}},{'sampler':0,'target':{'node':0,'path':'scale'}},"
+       "{'sampler':0,'target':{'node':0,'path':'scale'}}",
+       "/animations/0/channels/2/target/path"},
+      {"{'sampler':0,'target':{'path':'pointer','extensions':{'KHR_animation_pointer':{'pointer':"
+       "'/materials/0/emissiveFactor'}}}},{'sampler':0,'target':{'node':9,'path':'scale'}}",
+       "/animations/0/channels/1/target/node"},
+      {"{'sampler':1,'target':{'node':0,'path':'rotation'}}", "/accessors/3"}};
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    char json[1024];
+    snprintf(json, sizeof json,
+             "'materials':[{}],'nodes':[{}],'animations':[{'samplers':[{'input':0,'output':2},{'input':6,"
+             "'output':3}],'channels':[%s]}]",
+             cases[i].channels);
+    assert_refused(json, TW_INVALID, cases[i].pointer);
+  }
+}
+
+/* A clip moves the targets of a mesh of points alone. */
+TEST(meshes_of_points_keep_their_targets) {
+  tw_model *model =
+      read_good("'meshes':[{'weights':[0.5],'primitives':[{'mode':0,'attributes':{'POSITION':2},"
+                "'targets':[{'POSITION':2}]}]}],'nodes':[{'mesh':0,'weights':[0.25]}],"
+                "'animations':[{'samplers':[{'input':0,'output':0}],'channels':[{'sampler':0,"
+                "'target':{'node':0,'path':'weights'}}]}]");
+  assert_int_equal(model->meshes[0].morph_count, 1);
+  assert_int_equal(model->meshes[0].point_count, 0);
+  assert_float_equal(model->meshes[0].morph_weights[0], 0.5, 0);
+  assert_float_equal(model->nodes[0].weights[0], 0.25, 0);
+  assert_int_equal(model->clips[0].tracks[0].width, 1);
+  assert_int_equal(model->warning_count, 0);
+  tw_model_destroy(model);
+}
+
 TEST(key_times_must_not_fall_or_be_negative) {
   static const float times[][3] = {{0, 2, 1}, {0, 0, -1}, {-1, 0, 1}, {0, 1, NAN}, {0, 1, INFINITY}};
   const char *json = with_data("'nodes':[{}],'animations':[{'samplers':[{'input':0,'output':2}],"
