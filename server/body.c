@@ -23,21 +23,22 @@ void srv_body_deinit(srv_body *body) {
   *body = (srv_body){0};
 }
 
-/* Reserves the spool bytes that a body of this size needs beyond those it has. False: other bodies have
+/* Reserves the spool bytes that a body of this size needs beyond those it has. CROWDED: other bodies have
  * them. */
-static bool take(srv_body *body, uint64_t size) {
-  if (size <= SPOOL_FROM || size <= body->taken) return true;
+static srv_body_status take(srv_body *body, uint64_t size) {
+  if (size <= SPOOL_FROM || size <= body->taken) return SRV_BODY_OK;
   srv_spool *spool = body->spool;
   uint64_t more = size - body->taken, used = atomic_load(&spool->used);
+  if (!srv_disk_has_room(spool->folder, spool->min_free, more)) return SRV_BODY_NO_DISK;
   do {
-    if (spool->limit > 0 && more > spool->limit - used) return false;
+    if (spool->limit > 0 && more > spool->limit - used) return SRV_BODY_CROWDED;
   } while (!atomic_compare_exchange_weak(&spool->used, &used, used + more));
   body->taken = size;
-  return true;
+  return SRV_BODY_OK;
 }
 
 srv_body_status srv_body_expect(srv_body *body, uint64_t size) {
-  return take(body, size) ? SRV_BODY_OK : SRV_BODY_CROWDED;
+  return take(body, size);
 }
 
 /* Moves the bytes in memory to a file. */
@@ -74,7 +75,8 @@ static bool append_memory(srv_body *body, const void *data, size_t size) {
 
 srv_body_status srv_body_append(srv_body *body, const void *data, size_t size) {
   if (size > body->limit - body->size) return SRV_BODY_TOO_LONG;
-  if (!take(body, body->size + size)) return SRV_BODY_CROWDED;
+  srv_body_status status = take(body, body->size + size);
+  if (status != SRV_BODY_OK) return status;
   if (!body->spooled && body->size + size > SPOOL_FROM && !spool(body)) return SRV_BODY_FAILED;
   if (!(body->spooled ? srv_write_all(body->file, data, size) : append_memory(body, data, size)))
     return SRV_BODY_FAILED;

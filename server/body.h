@@ -10,6 +10,7 @@ typedef enum srv_body_status {
   SRV_BODY_OK,
   SRV_BODY_TOO_LONG, /* over the limit */
   SRV_BODY_CROWDED,  /* other bodies leave no room in the spool */
+  SRV_BODY_NO_DISK,  /* less disk than the spool's min_free would stay free */
   SRV_BODY_FAILED    /* no memory or no disk */
 } srv_body_status;
 
@@ -17,6 +18,7 @@ typedef enum srv_body_status {
 typedef struct srv_spool {
   const char *folder;        /* path, not owned */
   uint64_t limit;            /* bytes of all bodies together, 0: no limit */
+  uint64_t min_free;         /* as in srv_disk_has_room */
   atomic_uint_fast64_t used; /* includes bytes that are expected and have not arrived */
 } srv_spool;
 
@@ -37,7 +39,7 @@ typedef struct srv_body {
 void srv_body_init(srv_body *body, uint64_t limit, srv_spool *spool);
 void srv_body_deinit(srv_body *body);
 
-/* Reserves spool bytes for a body of known size. Call before the first byte. OK or CROWDED. */
+/* Reserves spool bytes for a body of known size. Call before the first byte. OK, CROWDED or NO_DISK. */
 srv_body_status srv_body_expect(srv_body *body, uint64_t size);
 
 /* After any status but SRV_BODY_OK, only srv_body_deinit may be called. */

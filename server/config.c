@@ -66,8 +66,9 @@ static const setting SETTINGS[] = {
     {"store-limit", KIND_SIZE, AT(store_limit), "0", 0, UINT64_C(1) << 60, NULL, "SIZE",
      "total bytes of stored models; further uploads are answered 507; 0: no limit"},
     {"min-free", KIND_SIZE, AT(min_free), NULL, 0, UINT64_C(1) << 60, NULL, "SIZE",
-     "disk space that stays free beside the stored models; uploads are answered 507 below it (default: 1GiB, "
-     "or 5% of a smaller file system)"},
+     "disk space that stays free beside the stored models; uploads, and other bodies over 1 MiB, are "
+     "answered "
+     "507 below it (default: 1GiB, or 5% of a smaller file system)"},
     {"spool-limit", KIND_SIZE, AT(spool_limit), "0", 0, UINT64_C(1) << 60, NULL, "SIZE",
      "total bytes on disk of request bodies in progress; further bodies are answered 503; at least "
      "--max-upload, or 0: no limit"},

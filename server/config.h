@@ -14,8 +14,6 @@
  * --s3-endpoint is given, else in the host name. */
 typedef enum srv_s3_style { SRV_S3_AUTO, SRV_S3_PATH, SRV_S3_VIRTUAL } srv_s3_style;
 
-#define SRV_MIN_FREE_AUTO UINT64_MAX
-
 /* A value: deinit frees it. Numbers are in bytes, milliseconds or plain counts, checked against the
  * ranges of their flags. */
 typedef struct srv_config {

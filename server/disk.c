@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/random.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 bool srv_write_all(int fd, const void *data, size_t size) {
@@ -102,4 +103,13 @@ bool srv_each_file(const char *folder,
     closedir(listing);
   }
   return goes_on;
+}
+
+bool srv_disk_has_room(const char *folder, uint64_t least, uint64_t size) {
+  static const uint64_t USUAL = UINT64_C(1) << 30;
+  struct statvfs facts;
+  if (least == 0 || statvfs(folder, &facts) != 0 || facts.f_blocks == 0) return true;
+  uint64_t block = facts.f_frsize, left = facts.f_bavail * block, twentieth = facts.f_blocks / 20 * block;
+  if (least == SRV_MIN_FREE_AUTO) least = twentieth < USUAL ? twentieth : USUAL;
+  return size <= left && left - size >= least;
 }

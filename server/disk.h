@@ -27,6 +27,14 @@ int srv_create_temporary(const char *folder, char path[PATH_MAX]);
 /* The same, but the file has no name: it vanishes with its descriptor, however the process ends. */
 int srv_create_nameless(const char *folder);
 
+/* Stands for a least free space that depends on the file system's size. */
+#define SRV_MIN_FREE_AUTO UINT64_MAX
+
+/* Whether `least` bytes stay free for others on the folder's file system with `size` bytes more. least: 0 for
+ * any, SRV_MIN_FREE_AUTO for 1 GiB, or 5 % of a smaller file system. A file system that cannot tell has
+ * room. */
+bool srv_disk_has_room(const char *folder, uint64_t least, uint64_t size);
+
 /* Calls take(context, name, facts) for each regular file in the subfolders 00 to ff, until it returns false.
  * Returns false then. */
 bool srv_each_file(const char *folder,

@@ -200,6 +200,20 @@ static void refuse_roomless_body(srv_exchange *exchange, int status) {
                       BODY_RETRY_S);
 }
 
+/* Refuses the request for its body; not for SRV_BODY_OK. is_disk_full: what FAILED was the disk. */
+static void refuse_body(srv_exchange *exchange, srv_body_status status, bool is_disk_full) {
+  switch (status) {
+  case SRV_BODY_OK: break;
+  case SRV_BODY_TOO_LONG: refuse_long_body(exchange); break;
+  case SRV_BODY_CROWDED: refuse_crowded_body(exchange); break;
+  case SRV_BODY_NO_DISK: refuse_roomless_body(exchange, 507); break;
+  case SRV_BODY_FAILED:
+    srv_log(SRV_LOG_ERROR, "no memory or disk for a request body");
+    refuse_roomless_body(exchange, is_disk_full ? 507 : 503);
+    break;
+  }
+}
+
 static void refuse_late(srv_exchange *exchange) {
   srv_exchange_refuse(exchange, SRV_REFUSAL_WAIT, 503, "the request waited too long for its turn", RETRY_S);
 }
@@ -257,8 +271,8 @@ static bool refused(srv_exchange *exchange, const srv_framing *framing) {
   } else if ((framing->chunked || framing->length > 0) &&
              api_open(exchange->server->service, &exchange->request, &exchange->answer) == API_REFUSED) {
     answered(exchange, srv_now_ns());
-  } else if (framing->has_length && srv_body_expect(&exchange->body, framing->length) != SRV_BODY_OK) {
-    refuse_crowded_body(exchange);
+  } else if (framing->has_length) {
+    refuse_body(exchange, srv_body_expect(&exchange->body, framing->length), false);
   }
   return exchange->answered;
 }
@@ -293,15 +307,11 @@ srv_exchange_step srv_exchange_take(srv_exchange *exchange, const void *data, si
   exchange->bytes_in += size;
   srv_body_status status = srv_body_append(&exchange->body, data, size);
   bool is_disk_full = errno == ENOSPC || errno == EDQUOT;
-  switch (status) {
-  case SRV_BODY_OK: count_body(exchange); return SRV_EXCHANGE_MORE;
-  case SRV_BODY_TOO_LONG: refuse_long_body(exchange); break;
-  case SRV_BODY_CROWDED: refuse_crowded_body(exchange); break;
-  case SRV_BODY_FAILED:
-    srv_log(SRV_LOG_ERROR, "no memory or disk for a request body");
-    refuse_roomless_body(exchange, is_disk_full ? 507 : 503);
-    break;
+  if (status == SRV_BODY_OK) {
+    count_body(exchange);
+    return SRV_EXCHANGE_MORE;
   }
+  refuse_body(exchange, status, is_disk_full);
   exchange->close = true;
   return SRV_EXCHANGE_NOW;
 }

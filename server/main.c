@@ -184,6 +184,7 @@ static bool prepare(process *p) {
   p->server.config = &p->config;
   p->server.spool.folder = srv_store_fs_temporary(p->folder);
   p->server.spool.limit = p->config.spool_limit;
+  p->server.spool.min_free = p->config.min_free;
   p->server.metrics = srv_metrics_create();
   if (p->server.metrics == NULL) return false;
   p->server.folder = p->folder;

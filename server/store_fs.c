@@ -32,7 +32,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <sys/statvfs.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -427,19 +426,10 @@ static void put_summary(const srv_store_fs *store, const char *id, const char *s
   free(known);
 }
 
-/* Whether --min-free stays free with `size` bytes more. A file system that cannot tell has room. */
-static bool has_room(const srv_store_fs *store, uint64_t size) {
-  static const uint64_t USUAL = UINT64_C(1) << 30;
-  struct statvfs facts;
-  if (store->min_free == 0 || statvfs(store->root, &facts) != 0 || facts.f_blocks == 0) return true;
-  uint64_t block = facts.f_frsize, left = facts.f_bavail * block, twentieth = facts.f_blocks / 20 * block;
-  uint64_t least = store->min_free;
-  if (least == SRV_MIN_FREE_AUTO) least = twentieth < USUAL ? twentieth : USUAL;
-  return size <= left && left - size >= least;
-}
-
+/* Whether --min-free stays free. */
 static api_store_status room(void *context, uint64_t size) {
-  return has_room(context, size) ? API_STORE_OK : API_STORE_FULL;
+  const srv_store_fs *store = context;
+  return srv_disk_has_room(store->root, store->min_free, size) ? API_STORE_OK : API_STORE_FULL;
 }
 
 static api_store_status put(void *context, const char *id, api_bytes bytes, const char *summary,
@@ -451,7 +441,7 @@ static api_store_status put(void *context, const char *id, api_bytes bytes, cons
   if (!make_folders(store) || !make_folder(store, folder.text)) return unavailable("cannot make a folder");
   found before = find_object(name.text, bytes);
   if (before == FIND_FAILED) return unavailable("cannot open a model");
-  if (before == NOTHING && !has_room(store, bytes.size)) return API_STORE_FULL;
+  if (before == NOTHING && room(store, bytes.size) == API_STORE_FULL) return API_STORE_FULL;
   if (before == NOTHING && !srv_store_quota_take(&store->quota, bytes.size)) return API_STORE_FULL;
   placed outcome =
       before == WHOLE_BEFORE ? PLACED_BEFORE : place(store, name.text, bytes, before == DAMAGED_BEFORE);

@@ -110,7 +110,7 @@ bool tw_work(uint64_t steps) {
   tw_meter *meter = current;
   if (!meter) return true;
   steps_unasked += steps;
-  if (steps_unasked < STEPS_BETWEEN) return true;
+  if (steps_unasked < STEPS_BETWEEN) return !atomic_load_explicit(&meter->is_over, memory_order_relaxed);
   atomic_fetch_add(&meter->steps, steps_unasked);
   steps_unasked = 0;
   if (!atomic_load(&meter->is_over) && meter->host.is_over && meter->host.is_over(meter->host.owner))

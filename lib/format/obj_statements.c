@@ -577,18 +577,20 @@ static tw_status make_all_room(tw_obj_reader *reader) {
 }
 
 tw_status tw_obj_read_statements(tw_obj_reader *reader, const uint8_t *bytes, size_t size) {
+  enum { STEPS = 32 };
   const uint8_t *first = bytes + tw_byte_order_mark(bytes, size);
   tw_obj_text file = {first, bytes + size, 1, first}, start = file;
   tw_word word;
   reader->material = reader->group = TW_OBJ_NO_NAME;
   reader->smoothing_group = TW_OBJ_NO_VALUE;
   reader->tags.boundary = reader->tags.uv = reader->tags.creasing = reader->tags.triangles = TW_TAG_UNSET;
-  for (; tw_obj_next_statement(&file, &word); tw_obj_end_statement(&file))
+  for (; tw_work(STEPS) && tw_obj_next_statement(&file, &word); tw_obj_end_statement(&file))
     count_statement(reader, word, &file);
-  tw_status status = make_all_room(reader);
+  tw_status status = tw_work_status(reader->error); /* else nothing is counted whole */
+  if (status == TW_OK) status = make_all_room(reader);
   file = start;
   for (; status == TW_OK && tw_obj_next_statement(&file, &word); tw_obj_end_statement(&file))
-    status = read_statement(reader, word, &file);
+    status = tw_work(STEPS) ? read_statement(reader, word, &file) : tw_work_status(reader->error);
   if (status != TW_OK) return status;
   if (reader->all.points == 0)
     return tw_fail_line(reader->error, TW_SYNTAX, file.line,

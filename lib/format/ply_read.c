@@ -58,7 +58,7 @@ typedef struct ply_property {
   tw_word name;
 } ply_property;
 
-enum { PROPERTIES_MAX = 256, ELEMENTS_MAX = 64 };
+enum { PROPERTIES_MAX = 256, ELEMENTS_MAX = 64, ROW_STEPS = 32 };
 
 typedef struct ply_element {
   enum { PLY_VERTICES, PLY_FACES, PLY_STRIPS, PLY_OTHERS } kind;
@@ -484,7 +484,7 @@ static tw_status read_row(ply_file *file, const ply_element *element, size_t row
     if (property->is_list) status = read_list_length(file, property, &count);
     if (!out && status == TW_OK && property->use == PLY_CORNERS) count_corners(element, count, counts);
     for (double value; status == TW_OK && count > 0; count--) {
-      status = read_value(file, property->type, &value);
+      status = tw_work(1) ? read_value(file, property->type, &value) : tw_work_status(file->error);
       if (status != TW_OK || !out || property->use == PLY_UNUSED) continue;
       status = take_value(file, element, property, value, row, counts, out);
     }
@@ -508,7 +508,9 @@ static tw_status read_rows(ply_file *file, tw_polygons_read *out, ply_counts *co
     const ply_element *element = &file->elements[i];
     tw_status status = check_rows(file, element);
     for (size_t row = 0; row < element->count && element->property_count > 0 && status == TW_OK; row++)
-      status = read_row(file, element, row, element->kind == PLY_OTHERS ? NULL : out, counts);
+      status = tw_work(ROW_STEPS)
+                   ? read_row(file, element, row, element->kind == PLY_OTHERS ? NULL : out, counts)
+                   : tw_work_status(file->error);
     if (status != TW_OK) return status;
   }
   return TW_OK;

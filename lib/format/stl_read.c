@@ -149,6 +149,7 @@ static tw_status read_facet(const uint8_t *at, uint32_t f, tw_polygons_read *out
 
 static tw_status read_binary(const uint8_t *bytes, size_t size, tw_polygons_read *out, tw_losses *losses,
                              tw_error *error) {
+  enum { STEPS = 16 };
   const stl_layout layout = find_layout(bytes, size);
   const stl_colors colors = find_colors(bytes, &layout);
   uint64_t at = HEADER;
@@ -157,7 +158,7 @@ static tw_status read_binary(const uint8_t *bytes, size_t size, tw_polygons_read
     if (!out->corner_colors) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   }
   for (uint32_t f = 0; f < layout.facets; f++) {
-    tw_status status = read_facet(bytes + at, f, out, losses, error);
+    tw_status status = tw_work(STEPS) ? read_facet(bytes + at, f, out, losses, error) : tw_work_status(error);
     if (status != TW_OK) return status;
     uint32_t attribute = tw_read_u16(bytes + at + FACET - 2);
     for (size_t k = 0; k < 3 && out->corner_colors; k++)

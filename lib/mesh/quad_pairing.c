@@ -129,10 +129,12 @@ typedef struct pairing {
  * shape is a split rectangle. False where such pairs are too few: the model was made of triangles. */
 static bool find_usual(pairing *p) {
   enum { A, B, C }; /* sides of a triangle */
+  enum { STEPS = 32 };
   uint32_t counts[PATTERNS] = {0}, last[PATTERNS], triangles = 0, best = 0;
   memset(last, 0xFF, sizeof last);
   for (uint32_t f = 0; f < p->mesh->face_count; f++) {
     junction j;
+    if (!tw_work(STEPS)) return false;
     p->pattern[f] = NO_PATTERN;
     triangles += face_size(p->mesh, f) == 3;
     if (f + 1 == p->mesh->face_count || !find_junction(p->mesh, f, f + 1, &j)) continue;
@@ -173,11 +175,12 @@ static double pair_worth(const pairing *p, uint32_t f) {
  * Forward, partner[f] records whether the best way through the first f + 2 faces ends with the pair f, f + 1;
  * backward, only the pairs on the best way through all faces stay. */
 static void pair_neighbours(pairing *p) {
+  enum { STEPS = 32 };
   p->best[0] = 0;
   for (uint32_t end = 1; end <= p->mesh->face_count; end++) {
     p->best[end] = p->best[end - 1];
     p->partner[end - 1] = UINT32_MAX;
-    double worth = end > 1 ? pair_worth(p, end - 2) : 0;
+    double worth = end > 1 && tw_work(STEPS) ? pair_worth(p, end - 2) : 0;
     if (worth == 0 || p->best[end - 2] + worth <= p->best[end]) continue;
     p->best[end] = p->best[end - 2] + worth;
     p->partner[end - 2] = end - 1;
@@ -271,9 +274,10 @@ static tw_status choose_pairs(pairing *p, uint32_t *count) {
   p->best = tw_alloc(faces + 1, sizeof *p->best);
   *count = 0;
   if (!p->partner || !p->pattern || !p->best) return TW_NO_MEMORY;
-  if (!find_usual(p)) return TW_OK;
+  if (!find_usual(p)) return tw_work_status(NULL);
   pair_neighbours(p);
   tw_status status = pair_others(p);
+  if (status == TW_OK) status = tw_work_status(NULL);
   for (uint32_t f = 0; f < faces; f++) *count += p->partner[f] != UINT32_MAX && p->partner[f] > f;
   return status;
 }

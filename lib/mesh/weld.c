@@ -29,8 +29,9 @@ static void sift_down(uint32_t *heap, size_t root, size_t count, less_fn *less, 
   }
 }
 
+/* Leaves the items in any order where the result is no longer wanted. */
 static void sort_items(uint32_t *items, size_t count, less_fn *less, const void *context) {
-  enum { SMALL = 12 };
+  enum { SMALL = 12, STEPS = 64 };
   if (count <= SMALL) {
     for (size_t i = 1; i < count; i++) {
       uint32_t item = items[i];
@@ -44,8 +45,8 @@ static void sort_items(uint32_t *items, size_t count, less_fn *less, const void 
   size_t ordered = 1;
   while (ordered < count && !less(context, items[ordered], items[ordered - 1])) ordered++;
   if (ordered == count) return;
-  for (size_t root = count / 2; root-- > 0;) sift_down(items, root, count, less, context);
-  for (size_t end = count - 1; end > 0; end--) {
+  for (size_t root = count / 2; root-- > 0 && tw_work(STEPS);) sift_down(items, root, count, less, context);
+  for (size_t end = count - 1; end > 0 && tw_work(STEPS); end--) {
     uint32_t greatest = items[0];
     items[0] = items[end];
     items[end] = greatest;
@@ -58,16 +59,17 @@ typedef uint32_t bucket_fn(const void *context, uint32_t item);
 /* Sorts the items 0 to count - 1 by bucket, and within a bucket by `less`. order: [count] receives them. */
 static tw_status sort_in_buckets(bucket_fn *bucket_of, uint32_t count, uint32_t bucket_count, less_fn *less,
                                  const void *context, uint32_t *order, tw_error *error) {
+  enum { STEPS = 8 };
   uint32_t *starts = tw_alloc_zero((size_t)bucket_count + 1, sizeof *starts);
   if (!starts) return no_memory(error);
   for (uint32_t i = 0; i < count; i++) starts[bucket_of(context, i) + 1]++;
   for (uint32_t b = 0; b < bucket_count; b++) starts[b + 1] += starts[b];
   for (uint32_t i = 0; i < count; i++) order[starts[bucket_of(context, i)]++] = i;
   /* Each start has moved to its bucket's end. */
-  for (uint32_t b = 0, begin = 0; b < bucket_count; begin = starts[b++])
+  for (uint32_t b = 0, begin = 0; b < bucket_count && tw_work(STEPS); begin = starts[b++])
     if (starts[b] - begin > 1) sort_items(order + begin, starts[b] - begin, less, context);
   tw_free(starts);
-  return TW_OK;
+  return tw_work_status(error);
 }
 
 /* ---- equal positions ------------------------------------------------------------------------- */
@@ -132,6 +134,7 @@ static uint32_t place_bucket(const void *context, uint32_t row) {
 
 /* first: [count] receives for each row the first equal row. *split: whether any two rows are equal. */
 static tw_status find_places(places at, uint32_t count, uint32_t *first, bool *split, tw_error *error) {
+  enum { STEPS = 4 };
   uint32_t buckets = 1;
   while (buckets < count && buckets < 1u << 31) buckets *= 2;
   uint32_t *order = tw_alloc(count, sizeof *order);
@@ -141,6 +144,7 @@ static tw_status find_places(places at, uint32_t count, uint32_t *first, bool *s
   tw_status status = sort_in_buckets(place_bucket, count, buckets, row_less, &at, order, error);
   *split = false;
   for (uint32_t i = 0; i < count && status == TW_OK; i++) {
+    if (!tw_work(STEPS)) status = tw_work_status(error);
     bool again = i > 0 && same_row(&at, order[i], order[i - 1]);
     first[order[i]] = again ? first[order[i - 1]] : order[i];
     *split |= again;
@@ -396,6 +400,7 @@ static bool is_near(const near_grid *grid, uint32_t a, uint32_t b) {
 
 /* Assigns to `point` every later point near it that is unassigned, that is, still its own first point. */
 static void take_near(const near_grid *grid, uint32_t point, uint32_t *first) {
+  enum { STEPS = 16 };
   double cell[3], row[3], x = cell_of(grid, point, 0), y = cell_of(grid, point, 1),
                           z = cell_of(grid, point, 2);
   for (int n = 0; n < 9; n++) {
@@ -403,7 +408,7 @@ static void take_near(const near_grid *grid, uint32_t point, uint32_t *first) {
     row[0] = cell[0] = x + across - 1;
     row[1] = cell[1] = y + along - 1;
     row[2] = z - 1;
-    for (uint32_t i = first_in_cell(grid, row); i < grid->count; i++) {
+    for (uint32_t i = first_in_cell(grid, row); i < grid->count && tw_work(STEPS); i++) {
       uint32_t other = grid->order[i];
       cell[2] = cell_of(grid, other, 2);
       if (cell_of(grid, other, 0) != cell[0] || cell_of(grid, other, 1) != cell[1] || cell[2] > z + 1) break;
@@ -417,15 +422,16 @@ static void take_near(const near_grid *grid, uint32_t point, uint32_t *first) {
  * `distance` apart, so that a cell holds few of them and no point is looked at often. */
 static tw_status find_near(const float *positions, uint32_t count, double distance, uint32_t *first,
                            tw_error *error) {
+  enum { STEPS = 64 };
   uint32_t *order = tw_alloc(count, sizeof *order);
   if (!order) return no_memory(error);
   const near_grid grid = {positions, distance, order, count};
   for (uint32_t i = 0; i < count; i++) order[i] = first[i] = i;
   sort_items(order, count, cell_less, &grid);
-  for (uint32_t i = 0; i < count; i++)
+  for (uint32_t i = 0; i < count && tw_work(STEPS); i++)
     if (first[i] == i) take_near(&grid, i, first);
   tw_free(order);
-  return TW_OK;
+  return tw_work_status(error);
 }
 
 tw_status tw_weld_within(const float *positions, uint32_t count, double distance, uint32_t *point_of,

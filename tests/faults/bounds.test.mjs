@@ -4,6 +4,7 @@ import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { request } from 'node:http';
 import { after, test } from 'node:test';
+import { setTimeout as pause } from 'node:timers/promises';
 import { Daemon } from '../node/daemon.mjs';
 
 const MIB = 1 << 20;
@@ -63,3 +64,82 @@ test('live streams of many poses hold no more than their part of --max-memory', 
   assert.equal(again.status, 200);
   again.end();
 });
+
+// What short requests asked for once: gigabytes, and minutes of processor time.
+const grid = (cells) => JSON.stringify({ meshes: [{ name: 'm', shape: { kind: 'grid', segments: [cells, cells] } }] });
+const hole = { edit: 'delete', faces: { inside: { min: [-0.45, -1, -0.45], max: [0.45, 1, 0.45] } } };
+const repeat = (count, make) => Array.from({ length: count }, (_, i) => make(i)).flat();
+const edits = (...list) => ['/edits', JSON.stringify({ edits: list })];
+const spinning = JSON.stringify({
+  nodes: [{ name: 'n' }],
+  clips: repeat(10, (i) => {
+    const track = { node: 'n', path: 'rotation', unit: 'degrees', times: [0, 1], axis_angles: [[0, 0, 1, 0], [0, 0, 1, 1e7]] };
+    return [{ name: `c${i}`, tracks: [track] }];
+  }),
+  meshes: [{ name: 'm', shape: { kind: 'box' } }],
+});
+const SECONDS = 8; // of processor time for each; those over it took up to 300
+const short = {
+  'an open border at level 2': [grid(700), '/surface.json?level=2&boundary=open'],
+  'an open border at level 7': [grid(24), '/surface.glb?level=7&boundary=open'],
+  'coarsening': [grid(700), '/coarsen', ''],
+  'an edit of half a million faces': [grid(700), ...edits({ edit: 'extrude', faces: 'all', distance: 1 })],
+  'creases edited many times': [grid(200), ...edits({ edit: 'crease', edges: 'all', sharpness: 2 }, ...repeat(100, () => ({ edit: 'crease', edges: [[0, 1]], sharpness: 3 })))],
+  'points moved many times': [grid(300), ...edits(...repeat(100, () => ({ edit: 'move', vertices: [0], by: [0, 0, 0.1] })))],
+  'a fair patch': [grid(700), ...edits(hole, { edit: 'fill', method: 'fair' })],
+  'fills and deletes by turns': [grid(60), ...edits(hole, ...repeat(300, () => [{ edit: 'fill', method: 'triangles', name: 'f' }, { edit: 'delete', faces: { made: 'f' } }]))],
+  'turns of ten million degrees': [spinning, '/surface.glb'],
+};
+
+/** Processor time that it has used, in seconds. */
+function processor(daemon) {
+  const [, fields] = readFileSync(`/proc/${daemon.process.pid}/stat`, 'utf8').split(') ');
+  return fields.split(' ').slice(11, 13).reduce((sum, ticks) => sum + Number(ticks), 0) / 100;
+}
+
+for (const [name, [document, tail, body]] of Object.entries(short))
+  test(`${name}: memory and processor time are bounded`, async (t) => {
+    const daemon = await startDaemon('--max-memory', '256MiB');
+    const model = await daemon.upload(document).catch((error) => error);
+    if (!(model instanceof Error)) {
+      const post = { method: 'POST', headers: { 'Content-Type': 'application/json' }, body };
+      const answer = await fetch(model + tail, body === undefined ? {} : post);
+      await answer.arrayBuffer().catch(() => undefined);
+      assert.ok([200, 201, 422, 503].includes(answer.status), `${answer.status}`);
+      t.diagnostic(`${answer.status}, ${peak(daemon)} bytes, ${processor(daemon)} s`);
+    }
+    assert.ok(peak(daemon) < 2 * LIMIT + BESIDE, `${peak(daemon)} bytes`);
+    assert.ok(processor(daemon) < SECONDS, `${processor(daemon)} s`);
+  });
+
+// Processor time that a request takes after its client has left: the loops of readers, welding and edits look.
+const long = (() => {
+  const points = repeat(600000, (i) => [`v ${(i * 7919) % 10007} ${(i * 104729) % 9973} ${i % 7}\n`]).join('');
+  const faces = repeat(200000, (i) => [`f ${3 * i + 1} ${3 * i + 2} ${3 * i + 3}\n`]).join('');
+  return { obj: points + faces, grid: grid(700) };
+})();
+const left = {
+  'welding points that are near each other': ['/v1/surface.glb?weld=0.001&level=0', () => long.obj],
+  'smoothing': ['/edits', () => JSON.stringify({ edits: [{ edit: 'smooth', vertices: 'all', iterations: 100 }] })],
+  'pairing triangles': ['/edits', () => JSON.stringify({ edits: [{ edit: 'triangulate', faces: 'all' }, { edit: 'quads', faces: 'all' }] })],
+};
+for (const [name, [path, body]] of Object.entries(left))
+  test(`${name} ends when the client has left`, async (t) => {
+    const daemon = await startDaemon('--compute-timeout', '300s');
+    const address = path.startsWith('/v1') ? daemon.url + path : (await daemon.upload(long.grid)) + path;
+    const begun = processor(daemon);
+    let answered;
+    const asked = request(address, { method: 'POST', agent: false, headers: { 'Content-Type': 'application/octet-stream' } }, (answer) => {
+      answered = answer.statusCode;
+      answer.on('error', () => {}).resume();
+    });
+    asked.on('error', () => {}).end(body());
+    while (processor(daemon) < begun + 0.3 && answered === undefined) await pause(5);
+    asked.destroy();
+    const leaving = processor(daemon);
+    // It has ended when no request is in flight but the one that asks.
+    while ((await figure(daemon, 'tweend_http_requests_in_flight')) > 1) await pause(20);
+    const behind = processor(daemon) - leaving;
+    t.diagnostic(`${leaving - begun} s before, ${behind} s after`);
+    assert.ok(behind < 1, `${behind} s of processor after the client had left`);
+  });

@@ -122,6 +122,19 @@ TEST(body_that_never_comes_leaves_the_spool) {
   assert_int_equal(spool.used, 0);
 }
 
+/* Of which no disk has so much free. */
+TEST(long_bodies_leave_the_least_free_space) {
+  srv_spool spool = {.folder = "/tmp", .min_free = UINT64_C(1) << 60};
+  srv_body body;
+  srv_body_init(&body, 2 * LONG, &spool);
+  assert_int_equal(srv_body_expect(&body, MEBIBYTE), SRV_BODY_OK); /* stays in memory */
+  assert_int_equal(srv_body_expect(&body, MEBIBYTE + 1), SRV_BODY_NO_DISK);
+  assert_int_equal(append(&body, MEBIBYTE), SRV_BODY_OK);
+  assert_int_equal(append(&body, 1), SRV_BODY_NO_DISK);
+  assert_int_equal(spool.used, 0);
+  srv_body_deinit(&body);
+}
+
 TEST(spool_without_a_limit_counts_too) {
   srv_spool spool = {.folder = "/tmp"};
   srv_body body;
