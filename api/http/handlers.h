@@ -62,6 +62,8 @@ api_outcome api_post_coarsen(api_call *call);
 api_outcome api_post_detail(api_call *call);
 
 api_outcome api_get_pose(api_call *call);
+api_outcome api_get_pose_bvh(api_call *call);
+api_outcome api_post_pose_bvh(api_call *call);
 api_outcome api_post_times(api_call *call);
 api_outcome api_post_pose(api_call *call);
 

@@ -33,6 +33,8 @@ static const char *const tracks_parameters[] = {"clip", "feet", NULL};
 static const char *const pose_parameters[] = {"clip",          "at",   "from",     "to",   "fps",
                                               "space",         "as",   "order",    "unit", "nodes",
                                               "interpolation", "loop", "skinning", NULL};
+static const char *const bvh_parameters[] = {"clip",  "from",          "to",   "fps", "order",
+                                             "nodes", "interpolation", "loop", NULL};
 static const char *const live_parameters[] = {"clip",  "speed",         "fps",      "from",  "start",
                                               "loop",  "space",         "as",       "order", "unit",
                                               "nodes", "interpolation", "skinning", NULL};
@@ -56,6 +58,7 @@ static const api_offer pose_offers[] = {{"json", "application/json", true},
                                         {"bin", "application/octet-stream", false},
                                         {"csv", "text/csv", true},
                                         {0}};
+static const api_offer bvh_offers[] = {{"", "model/x-bvh", true}, {0}};
 static const api_offer live_offers[] = {{"", "text/event-stream", false}, {0}};
 
 /* The path and tail of a route. */
@@ -104,6 +107,10 @@ static const api_route routes[] = {
      api_get_tracks},
     {"POST", OF_MODEL("/pose"), API_TAKES_JSON, API_READS, true, pose_offers, pose_parameters,
      api_post_times},
+    {"GET", OF_MODEL("/pose.bvh"), API_TAKES_NOTHING, API_READS, false, bvh_offers, bvh_parameters,
+     api_get_pose_bvh},
+    {"POST", WHOLE("/v1/pose.bvh"), API_TAKES_MODEL, API_READS, false, bvh_offers, bvh_parameters,
+     api_post_pose_bvh},
     {"GET", OF_MODEL("/live"), API_TAKES_NOTHING, API_READS, false, live_offers, live_parameters,
      api_get_live},
     {"POST", WHOLE("/v1/pose"), API_TAKES_MODEL, API_READS, true, pose_offers, pose_parameters,

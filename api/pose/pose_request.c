@@ -11,6 +11,8 @@
 static const char *const interpolations[] = {"step",  "linear", "cubicspline", "slerp",
                                              "nlerp", "squad",  "euler",       NULL};
 
+static const char *const loops[] = {"clamp", "repeat", "pingpong", NULL};
+
 /* The interpolation of a choice, -1 for none. */
 static int force_of(int choice) {
   static const tw_interpolation forces[] = {TW_STEP,  TW_LINEAR, TW_CUBICSPLINE, TW_LINEAR,
@@ -37,7 +39,6 @@ api_outcome api_pose_request_read(api_call *call, api_pose_request *out) {
   static const char *const spaces[] = {"local", "world", NULL};
   static const char *const forms[] = {"trs", "matrix", "euler", "axis-angle", NULL};
   static const char *const units[] = {"radians", "degrees", NULL};
-  static const char *const loops[] = {"clamp", "repeat", "pingpong", NULL};
   const api_query *query = &call->query;
   tw_error *error = &call->fault.error;
   int space = 0, as = 0, order = 0, unit = 0, loop = 0, interpolation = -1;
@@ -61,6 +62,27 @@ api_outcome api_pose_request_read(api_call *call, api_pose_request *out) {
   out->loop = (tw_loop)loop;
   out->is_skinning = is_skinning;
   if (check_together(query, out, error) != TW_OK) return api_fail(call);
+  return API_DONE;
+}
+
+api_outcome api_bvh_request_read(api_call *call, api_pose_request *out) {
+  const api_query *query = &call->query;
+  tw_error *error = &call->fault.error;
+  int order = -1, loop = 0, interpolation = -1;
+  *out =
+      (api_pose_request){.clips = api_query_get(query, "clip"), .node_list = api_query_get(query, "nodes")};
+  tw_status status = api_query_choice(query, "order", tw_euler_order_names, &order, error);
+  if (status == TW_OK) status = api_query_choice(query, "loop", loops, &loop, error);
+  if (status == TW_OK)
+    status = api_query_choice(query, "interpolation", interpolations, &interpolation, error);
+  if (status != TW_OK) return api_fail(call);
+  out->force = force_of(interpolation);
+  out->loop = (tw_loop)loop;
+  out->has_order = order >= 0;
+  out->order = (tw_euler_order)(order >= 0 ? order : 0);
+  out->has_moved_nodes = !out->node_list;
+  out->has_all_nodes = out->node_list && strcmp(out->node_list, "all") == 0;
+  if (out->has_all_nodes) out->node_list = NULL;
   return API_DONE;
 }
 

@@ -22,6 +22,7 @@ typedef struct api_pose_request {
   tw_euler_order order;
   bool in_degrees;
   tw_loop loop;
+  bool has_order, has_all_nodes, has_moved_nodes; /* of BVH: `order` is given; nodes=all; no `nodes` */
   bool is_skinning; /* joint matrices of all skins, one skin after the other, instead of nodes */
   /* as resolved */
   api_clip_choices choices;
@@ -34,6 +35,9 @@ typedef struct api_pose_request {
 
 /* Reads all parameters but times and form; zeroes the rest. */
 api_outcome api_pose_request_read(api_call *call, api_pose_request *out);
+
+/* Reads the parameters of BVH but times; zeroes the rest. */
+api_outcome api_bvh_request_read(api_call *call, api_pose_request *out);
 
 /* Finds clip and nodes in the model of model_entry, and completes the times; without any, the only time is 0.
  * is_stored as in api_clip_take. 404, 422; API_NEEDS_THREAD in a light call when the search for nodes is

@@ -69,6 +69,18 @@ tw_status api_times_read(const api_query *query, uint64_t max_times, tw_arena *a
   return status;
 }
 
+tw_status api_times_read_steps(const api_query *query, double usual_fps, uint64_t max_times, api_times *out,
+                               tw_error *error) {
+  api_times times = {.is_given = true, .has_to = api_query_get(query, "to") != NULL, .fps = usual_fps};
+  tw_status status = api_query_number(query, "from", &times.from, error);
+  if (status == TW_OK) status = api_query_number(query, "to", &times.to, error);
+  if (status == TW_OK) status = api_query_number(query, "fps", &times.fps, error);
+  if (status == TW_OK) status = check_range(&times, error);
+  if (status == TW_OK && times.has_to) status = count_steps(&times, max_times, error);
+  if (status == TW_OK) *out = times;
+  return status;
+}
+
 tw_status api_times_complete(api_times *times, double duration, uint64_t max_times, tw_error *error) {
   if (!times->is_given || times->list || times->has_to) return TW_OK;
   if (duration < times->from)

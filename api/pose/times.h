@@ -20,6 +20,11 @@ typedef struct api_times {
 tw_status api_times_read(const api_query *query, uint64_t max_times, tw_arena *arena, api_times *out,
                          tw_error *error);
 
+/* Reads `from`, `to` and `fps` alone, each of which has a default: 0, the clip's end, usual_fps. Errors as
+ * api_times_read. */
+tw_status api_times_read_steps(const api_query *query, double usual_fps, uint64_t max_times, api_times *out,
+                               tw_error *error);
+
 /* Reads {"times": [...]} from the body. 400, 413, 422. */
 api_outcome api_times_of_body(api_call *call, api_times *out);
 

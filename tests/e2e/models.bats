@@ -89,6 +89,14 @@ own() { { cat "$1"; echo "# $BATS_TEST_NAME"; } >own.obj; }
   holds '.poses[0].matrix[0][12:15] | (.[0] | fabs) < 1e-6 and .[1] == -4 and (.[2] | fabs) < 1e-6'
   get "$walk/surface.glb"
   glb_json answer | jq -e '(.nodes | length) == 3 and (has("meshes") | not) and ([.animations[0].channels[].target.path] == ["translation", "rotation", "rotation"])'
+  get "$walk/pose.bvh?fps=2&order=ZXY&nodes=all"
+  expect 200
+  [ "$(header content-type)" = model/x-bvh ]
+  grep -qx 'Frames: 2' answer
+  grep -qx '2 1 0 0 0 90 0 160 0' answer
+  http POST "/v1/pose.bvh?fps=2&order=ZXY&nodes=all" --data-binary @walk.bvh --header "Content-Type: model/x-bvh"
+  expect 200
+  grep -qx '2 1 0 0 0 90 0 160 0' answer
   post /v1/models walk.bvh --header "Content-Type: model/ply"
   problem 400 'declared as model/ply, but the bytes look like BVH'
   own "$samples/cube.obj"

@@ -19,6 +19,32 @@ static void pose(const tw_model *model) {
   free(locals);
 }
 
+/* Writes each clip as BVH; the text must read back with as many frames. */
+static void write_bvh(const tw_model *model) {
+  enum { FRAMES = 3, ROOM = 1 << 20 };
+  for (uint32_t i = 0; i < model->clip_count; i++) {
+    tw_clip *clip = NULL;
+    tw_bvh_stream *stream = NULL;
+    tw_model *back = NULL;
+    if (tw_clip_create(&model->clips[i], model->node_count, -1, &clip, NULL) != TW_OK) abort();
+    const tw_bvh_options options = {
+        .model = model, .clip = clip, .order = -1, .fps = 24, .frame_count = FRAMES};
+    uint8_t *text = malloc(ROOM);
+    if (text && tw_bvh_stream_create(&options, &stream, NULL) == TW_OK) {
+      size_t size = 0;
+      int64_t count;
+      while ((count = tw_bvh_stream_read(stream, text + size, ROOM - size)) > 0) size += (size_t)count;
+      if (size < ROOM && (tw_bvh_read(text, size, &back, NULL) != TW_OK || back->clip_count != 1 ||
+                          back->clips[0].tracks[0].key_count != FRAMES))
+        abort();
+    }
+    tw_model_destroy(back);
+    tw_bvh_stream_destroy(stream);
+    free(text);
+    tw_clip_destroy(clip);
+  }
+}
+
 enum { MESHES = 8, CORNERS = 4096, NODES = 64 };
 
 static bool is_small(const tw_model *model) {
@@ -249,6 +275,7 @@ void use_model(tw_model *model) {
     draw(model);
     store(model);
     remake(model);
+    write_bvh(model);
   }
   tw_model_destroy(model);
 }

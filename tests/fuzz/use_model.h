@@ -4,9 +4,9 @@
 
 #include "tweend/format.h"
 
-/* Describes and poses the model. If it is small: writes answers in every encoding and its cages, which are
- * read back; cleans its meshes, coarsens them and their first levels, and sculpts the latter. Destroys the
- * model. */
+/* Describes and poses the model. If it is small: writes answers in every encoding, its cages and its clips as
+ * BVH, which are read back; cleans its meshes, coarsens them and their first levels, and sculpts the latter.
+ * Destroys the model. */
 void use_model(tw_model *model);
 
 #endif

@@ -201,6 +201,7 @@ TEST_WITH(poses_survive, fail_json, mend_json) {
   fail_each("GET", "/v1/models/%s/pose.bin", "fps=10000&nodes=n", NULL, model);
   fail_each("GET", "/v1/models/%s/live", "as=euler", NULL, model);
   fail_each("POST", "/v1/models/%s/pose.csv", "", "{'times':[0,1,2]}", model);
+  fail_each("GET", "/v1/models/%s/pose.bvh", "fps=10", NULL, model);
 }
 
 TEST_WITH(editing_survives, fail_json, mend_json) {

@@ -8,7 +8,7 @@ import { after, before, test } from 'node:test';
 import { Matrix4, Quaternion, Vector3 } from 'three';
 import { BVHLoader } from 'three/addons/loaders/BVHLoader.js';
 
-import { Daemon } from './daemon.mjs';
+import { Daemon, root } from './daemon.mjs';
 import { HEIGHT, localsAt, mocap, worldAt } from './mocap.mjs';
 import { load, nodesOf, playerOf } from './player.mjs';
 
@@ -220,3 +220,148 @@ for (const name of existsSync(DEBIAN) ? readdirSync(DEBIAN).filter((file) => fil
     await assertThreesPlaces(text, { frames, seconds: facts.seconds, height: name.startsWith('01') ? HEIGHT : 180 });
   });
 }
+
+// ---- pose.bvh ----------------------------------------------------------------------------------------------------
+
+async function bvhOf(url) {
+  const answer = await fetch(url);
+  const text = await answer.text();
+  assert.equal(answer.status, 200, text);
+  assert.equal(answer.headers.get('Content-Type'), 'model/x-bvh');
+  return { text, warning: decodeURIComponent(answer.headers.get('X-Tweend-Warning') ?? '') };
+}
+
+/** Names and orders of the joints, the frames' numbers and their seconds, by a reader of this test's own. */
+function parseBvh(text) {
+  const facts = factsOf(text);
+  const orders = facts.joints.map(({ channels }) => channels.filter((channel) => channel.endsWith('rotation')).map(([axis]) => axis).join(''));
+  return { ...facts, names: facts.joints.map(({ name }) => name), orders };
+}
+
+/** Compares where three.js puts the joints of pose.bvh with poses at the same times. */
+async function assertWritten(model, query, { height, names: wanted }) {
+  const { text } = await bvhOf(`${model}/pose.bvh?${query}`);
+  const { rows, seconds, claimed, names } = parseBvh(text);
+  assert.equal(rows.length, claimed);
+  if (wanted) assert.deepEqual(names, wanted);
+  const from = Number(new URLSearchParams(query).get('from') ?? 0);
+  const at = rows.map((_, frame) => from + frame * seconds).join();
+  const clip = new URLSearchParams(query).get('clip');
+  const { poses, nodes } = await json(`${model}/pose.json?space=world&as=matrix&at=${at}${clip ? `&clip=${clip}` : ''}`);
+  const { skeleton } = new BVHLoader().parse(text);
+  const bones = skeleton.bones.map(({ name }) => name);
+  threesPlaces(text, [...rows.keys()]).forEach((places, frame) => {
+    places.forEach((place, bone) => {
+      const node = nodes.indexOf(bones[bone]);
+      if (node < 0) return assert.ok(['ENDSITE', 'root'].includes(bones[bone]), bones[bone]);
+      assertNear(poses[frame].matrix[node].slice(12, 15), place, PLACE * height, `${bones[bone]} in frame ${frame}`);
+    });
+  });
+  return { text, names };
+}
+
+test('pose.bvh stands where the file stood, and comes back as it was', async () => {
+  for (const options of [{}, { mixed: true, seed: 5 }, { wraps: true }]) {
+    const file = mocap(40, { ...options, frameTime: '0.00833333' });
+    const model = await daemon.upload(file.text);
+    const names = file.joints.map(({ name }) => name);
+    const { text } = await assertWritten(model, 'fps=120&nodes=all', { height: HEIGHT, names });
+    const again = await daemon.upload(text);
+    const before = await json(`${model}/pose.json?space=world&as=matrix&from=0&fps=30`);
+    const after = await json(`${again}/pose.json?space=world&as=matrix&from=0&fps=30`);
+    assert.deepEqual(after.nodes, before.nodes); // end sites too
+    before.poses.forEach(({ matrix }, i) =>
+      matrix.forEach((wanted, node) => isEnd(before.nodes[node]) || assertNear(after.poses[i].matrix[node].slice(12, 15), wanted.slice(12, 15), PLACE * HEIGHT, before.nodes[node])),
+    );
+  }
+});
+
+test('each joint is written in its best order, or all in one', async () => {
+  const file = mocap(60, { mixed: true, seed: 9, frameTime: '0.00833333' });
+  const model = await daemon.upload(file.text);
+  const { tracks } = await json(`${model}/tracks`);
+  const { names, orders } = parseBvh((await bvhOf(`${model}/pose.bvh?fps=120`)).text);
+  for (const { node, best_order: best, orders: cosines } of tracks) {
+    const chosen = orders[names.indexOf(node)];
+    assert.ok(cosines[chosen] >= cosines[best] - 0.01, `${node}: ${chosen} instead of ${best}`);
+  }
+  for (const order of ['XYZ', 'XZY', 'YXZ', 'YZX', 'ZXY', 'ZYX']) {
+    const { text } = await assertWritten(model, `order=${order}&fps=60`, { height: HEIGHT });
+    assert.ok(parseBvh(text).orders.every((found) => found === order));
+  }
+});
+
+test('angles of pose.bvh do not jump', async () => {
+  const model = await daemon.upload(JSON.stringify({
+    nodes: [{ name: 'wheel' }],
+    clips: [{ tracks: [{ node: 'wheel', path: 'rotation', unit: 'degrees', times: [0, 4], axis_angles: [[1, 0, 0, 0], [1, 0, 0, 1440]] }] }],
+  })); // prettier-ignore
+  const { rows, seconds } = parseBvh((await bvhOf(`${model}/pose.bvh`)).text);
+  assert.equal(rows.length, 121);
+  assert.equal(seconds, 1 / 30);
+  rows.forEach(([, , , x, y, z], frame) => assertNear([x, y, z], [12 * frame, 0, 0], 1e-3, `frame ${frame}`));
+});
+
+test('scale, matrices and several roots leave joints where they are', async () => {
+  const turned = [0.5, 0.5, 0.5, 0.5];
+  const quarter = [0, 0, Math.SQRT1_2, Math.SQRT1_2];
+  const chain = [
+    { name: 'rig', scale: [0.01, 0.01, 0.01], rotation: quarter, translation: [1, 0, 0] },
+    { name: 'hips', parent: 'rig', translation: [0, 100, 0] },
+    { name: 'leg', parent: 'hips', translation: [10, -40, 0], scale: [1, 2, 0.5] },
+    { name: 'foot', parent: 'leg', translation: [0, -40, 5], rotation: turned },
+    { name: 'toe', parent: 'foot', translation: [0, 0, 10] },
+    { name: 'toe_end', parent: 'toe', translation: [0, 0, 4] },
+    { name: 'prop', translation: [3, 3, 3] },
+  ];
+  const rotation = (node) => ({ node, path: 'rotation', times: [0, 1], quaternions: [[0, 0, 0, 1], turned] });
+  const tracks = [rotation('hips'), rotation('leg'), rotation('foot'), rotation('toe'), { node: 'hips', path: 'translation', times: [0, 1], values: [[0, 100, 0], [50, 90, 0]] }]; // prettier-ignore
+  const growing = { node: 'hips', path: 'scale', times: [0, 1], values: [[1, 1, 1], [2, 2, 2]] }; // prettier-ignore
+  const moved = { node: 'prop', path: 'translation', times: [0, 1], values: [[3, 3, 3], [0, 1, 0]] }; // prettier-ignore
+  for (const [extra, names] of [
+    [[], ['rig', 'hips', 'leg', 'foot', 'toe']],
+    [[growing], ['rig', 'hips', 'leg', 'foot', 'toe']],
+    [[moved], ['root', 'rig', 'hips', 'leg', 'foot', 'toe', 'prop']],
+  ]) {
+    const model = await daemon.upload(JSON.stringify({ nodes: chain, clips: [{ tracks: [...tracks, ...extra] }] }));
+    await assertWritten(model, 'fps=10', { height: 2, names });
+    await assertWritten(model, 'fps=10&nodes=all', { height: 2 });
+    const { warning } = await bvhOf(`${model}/pose.bvh`);
+    assert.match(warning, /scaled unevenly/);
+  }
+});
+
+test('names without blanks, each once', async () => {
+  const nodes = [{ name: 'left arm' }, { name: 'hand', parent: 'left arm' }];
+  const track = { node: 'hand', path: 'translation', times: [0], values: [[1, 2, 3]] };
+  const { text, warning } = await bvhOf(`${await daemon.upload(JSON.stringify({ nodes, clips: [{ tracks: [track] }] }))}/pose.bvh`);
+  assert.deepEqual(parseBvh(text).names, ['left_arm', 'hand']);
+  assert.match(warning, /1 names are changed/);
+});
+
+test('a figure of glTF is written as it moves', async () => {
+  const model = await daemon.upload(readFileSync(join(root, 'server/samples/tank.json')));
+  await assertWritten(model, 'clip=drive&fps=15', { height: 3 });
+  await assertWritten(model, 'clip=aim&fps=15&from=0.5&to=2', { height: 3 });
+});
+
+test('what BVH cannot say is refused, and what is not there', async () => {
+  const model = await daemon.upload(mocap(4).text);
+  const still = await daemon.upload(JSON.stringify({ nodes: [{ name: 'a', translation: [1, 2, 3] }] }));
+  for (const [url, status, detail] of [
+    [`${model}/pose.bvh?at=0,1`, 400, 'unknown parameter'],
+    [`${model}/pose.bvh?space=world`, 400, 'unknown parameter'],
+    [`${model}/pose.bvh?as=matrix`, 400, 'unknown parameter'],
+    [`${model}/pose.bvh?unit=radians`, 400, 'unknown parameter'],
+    [`${model}/pose.bvh?fps=0`, 400, 'fps must be more than 0'],
+    [`${model}/pose.bvh?nodes=nobody`, 404, 'nobody'],
+    [`${model}/pose.bvh?clip=nothing`, 404, 'nothing'],
+  ]) {
+    const answer = await fetch(url);
+    const body = await answer.json();
+    assert.equal(answer.status, status, url);
+    assert.ok(body.detail.includes(detail), body.detail);
+  }
+  for (const query of ['', '?nodes=all']) assert.deepEqual(parseBvh((await bvhOf(`${still}/pose.bvh${query}`)).text).rows, [[1, 2, 3, 0, 0, 0]]);
+  assert.deepEqual(parseBvh((await bvhOf(`${model}/pose.bvh?nodes=LeftLeg`)).text).names, ['Hips', 'LeftHipJoint', 'LeftUpLeg', 'LeftLeg']);
+});

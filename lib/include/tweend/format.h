@@ -226,6 +226,44 @@ tw_status tw_obj_stream_create(const tw_scene *scene, tw_obj_stream **out, tw_er
 void tw_obj_stream_destroy(tw_obj_stream *stream); /* NULL accepted */
 size_t tw_obj_stream_read(tw_obj_stream *stream, uint8_t *out, size_t capacity);
 
+/* Which nodes of a model BVH has as joints, with their ancestors. */
+typedef enum tw_bvh_choice {
+  TW_BVH_MOVED, /* those whose transform the clip moves; all if it moves none */
+  TW_BVH_ALL,   /* all; a still leaf that is an only child and named as its parent's end site is that */
+  TW_BVH_LISTED
+} tw_bvh_choice;
+
+typedef struct tw_bvh_options {
+  const tw_model *model; /* outlives the stream, as the clip does */
+  const tw_clip *clip;   /* of the model; NULL: at rest */
+  tw_bvh_choice choice;
+  const bool *is_listed; /* [node_count] for TW_BVH_LISTED; not kept */
+  int order;        /* a tw_euler_order; -1: of each joint the order farthest from lock in its worst frame */
+  double from, fps; /* frame n shows the clip at from + n / fps seconds; fps is above 0 */
+  uint64_t frame_count;
+  tw_loop loop;
+  double duration; /* as in tw_loop_time */
+} tw_bvh_options;
+
+/* BVH text of a moving hierarchy, as tw_bvh_read reads it: its size is unknown until the end, its frames are
+ * computed when they are read. Three rotation channels a joint, of angles without jumps; position channels,
+ * from an OFFSET of 0, on the root, on joints that the clip moves and where scale above them changes. A joint
+ * "root" joins several roots. The End Site of a leaf is the node's child at rest. Joints stand where the
+ * model has them; scale of the joints themselves, morph weights, and blanks in names are lost, with warnings.
+ */
+typedef struct tw_bvh_stream tw_bvh_stream;
+
+/* TW_INVALID: no node is left; TW_CANCELLED; TW_NO_MEMORY. With order -1 computes all frames once. */
+tw_status tw_bvh_stream_create(const tw_bvh_options *options, tw_bvh_stream **out, tw_error *error);
+void tw_bvh_stream_destroy(tw_bvh_stream *stream); /* NULL accepted */
+
+uint64_t tw_bvh_stream_numbers(const tw_bvh_stream *stream); /* in all frames */
+/* *out: [count] sentences of the stream. Returns the count. */
+uint32_t tw_bvh_stream_warnings(const tw_bvh_stream *stream, const char *const **out);
+
+/* Reads the next bytes, at most `capacity`, and returns how many; 0 at the end, -1 without memory. */
+int64_t tw_bvh_stream_read(tw_bvh_stream *stream, uint8_t *out, size_t capacity);
+
 #ifdef __cplusplus
 }
 #endif
