@@ -255,6 +255,21 @@ static tw_status read_holes(const api_value *array, tw_mesh *mesh) {
   return holes ? api_json_index_list(array, holes) : status;
 }
 
+/* Reads the positions of a mesh that may be far from the origin again, in double, and gives it a frame of its
+ * own if it is. */
+static tw_status find_frame(const api_value *array, tw_mesh *mesh, float *positions) {
+  for (uint32_t c = 0; c < mesh->corner_count; c++)
+    if (mesh->corners[c] >= mesh->point_count) return TW_OK; /* refused later, with its place */
+  if (!tw_points_may_be_far(positions, mesh->corners, mesh->corner_count)) return TW_OK;
+  double *exact = tw_alloc(mesh->point_count, 3 * sizeof *exact);
+  if (!exact) return api_json_no_memory(array->json);
+  tw_status status = api_json_double_rows(array, 3, exact);
+  if (status == TW_OK && tw_points_find_frame(exact, mesh->corners, mesh->corner_count, mesh->origin))
+    tw_points_enter_frame(exact, mesh->point_count, mesh->origin, positions);
+  tw_free(exact);
+  return status;
+}
+
 static tw_status read_topology(const api_value *members, tw_mesh *mesh) {
   static const uint32_t no_offsets[1] = {0};
   float *positions;
@@ -268,7 +283,7 @@ static tw_status read_topology(const api_value *members, tw_mesh *mesh) {
   mesh->face_offsets = offsets;
   mesh->corners = corners;
   mesh->corner_count = offsets[mesh->face_count];
-  return TW_OK;
+  return find_frame(&members[MESH_POSITIONS], mesh, positions);
 }
 
 /* The word before a count of tw_shape_counts, which is 2^62 for all that is larger. */

@@ -6,6 +6,7 @@
 #include "remade.h"
 #include "service.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -14,8 +15,10 @@ typedef struct detail_request {
   api_remade *remade;
   api_surface_query query;
   tw_surface_options options;
-  uint32_t node;    /* the first node that shows the mesh, or TW_NO_INDEX */
-  float *positions; /* [count][3], as sent */
+  uint32_t node; /* the first node that shows the mesh, or TW_NO_INDEX */
+  /* Where the node shows the mesh, if that is far from the origin, else 0. */
+  double at[3];
+  float *positions; /* [count][3], as sent, relative to `at` */
   uint32_t count;
   uint64_t rows; /* points of the mesh at that level */
 } detail_request;
@@ -43,6 +46,36 @@ static tw_status count_points(const detail_request *request, uint32_t mesh, uint
   return api_plan_check(call, request->query.level, &counts, status);
 }
 
+/* Computes the world matrices of the model at rest; NULL without memory. */
+static float (*place_nodes(const detail_request *request))[16] {
+  const tw_model *model = request->remade->model;
+  tw_arena *arena = request->remade->call->arena;
+  float(*world)[16] = tw_arena_alloc(arena, model->node_count, sizeof *world);
+  tw_trs *locals = tw_arena_alloc(arena, model->node_count, sizeof *locals);
+  if (!world || !locals) return NULL;
+  for (uint32_t n = 0; n < model->node_count; n++) locals[n] = model->nodes[n].rest;
+  tw_pose_locals(NULL, model->nodes, model->node_count, locals, *world);
+  tw_pose_world(model->nodes, model->node_order, model->node_count, *world, *world);
+  return world;
+}
+
+static bool is_skinned(const tw_model *model, const tw_node *node) {
+  return node->skin != TW_NO_INDEX && model->meshes[node->mesh].skin.joints;
+}
+
+/* Finds `at`. */
+static tw_status find_place(detail_request *request) {
+  const tw_model *model = request->remade->model;
+  const tw_node *node = request->node == TW_NO_INDEX ? NULL : &model->nodes[request->node];
+  if (!node || is_skinned(model, node)) return TW_OK;
+  float(*world)[16] = place_nodes(request);
+  if (!world) return tw_fail(&request->remade->call->fault.error, TW_NO_MEMORY, "out of memory");
+  const float *matrix = world[request->node];
+  if (tw_shows_far(matrix, &model->meshes[node->mesh]))
+    for (int c = 0; c < 3; c++) request->at[c] = (double)matrix[12 + c] + tw_node_fine(node, c);
+  return TW_OK;
+}
+
 /* Reads the query and counts the points, so that limits are checked before the body is read. */
 static tw_status read_query(detail_request *request) {
   api_remade *remade = request->remade;
@@ -57,10 +90,26 @@ static tw_status read_query(detail_request *request) {
   request->node = TW_NO_INDEX;
   for (uint32_t n = 0; n < remade->model->node_count && request->node == TW_NO_INDEX; n++)
     if (shows(remade->model, n, remade->mesh)) request->node = n;
-  return count_points(request, remade->mesh, &request->rows);
+  status = find_place(request);
+  return status == TW_OK ? count_points(request, remade->mesh, &request->rows) : status;
 }
 
 /* ---- the points ---------------------------------------------------------------------------------------- */
+
+static bool is_far(const detail_request *request) {
+  return request->at[0] != 0 || request->at[1] != 0 || request->at[2] != 0;
+}
+
+/* Reads positions in double, relative to `at`. */
+static tw_status read_far(detail_request *request, const api_value *positions, bool is_flat) {
+  double *exact = tw_alloc(request->count, 3 * sizeof *exact);
+  if (!exact) return api_json_no_memory(positions->json);
+  tw_status status =
+      is_flat ? api_json_double_list(positions, exact) : api_json_double_rows(positions, 3, exact);
+  if (status == TW_OK) tw_points_enter_frame(exact, request->count, request->at, request->positions);
+  tw_free(exact);
+  return status;
+}
 
 /* Reads positions: triples, or one flat list of numbers. */
 static tw_status read_document(void *context, const api_value *root) {
@@ -79,13 +128,14 @@ static tw_status read_document(void *context, const api_value *root) {
   request->count = is_flat ? count / 3 : count;
   request->positions = tw_arena_alloc(root->json->arena, request->count, 3 * sizeof *request->positions);
   if (!request->positions) return api_json_no_memory(root->json);
+  if (is_far(request)) return read_far(request, &positions, is_flat);
   return is_flat ? api_json_float_list(&positions, request->positions)
                  : api_json_float_rows(&positions, 3, 3, request->positions);
 }
 
 static api_outcome read_obj(detail_request *request, api_bytes bytes) {
   api_call *call = request->remade->call;
-  tw_status status = tw_obj_read_points(bytes.data, bytes.size, call->arena, &request->positions,
+  tw_status status = tw_obj_read_points(bytes.data, bytes.size, request->at, call->arena, &request->positions,
                                         &request->count, &call->fault.error);
   return status == TW_OK ? API_DONE : api_fail(call);
 }
@@ -147,7 +197,8 @@ typedef struct world_space {
   float *positions;
   float matrix[16];
   double cofactors[9], determinant; /* of the matrix; the rows of cofactors / determinant are the inverse */
-  double room; /* a point that is no farther from where it was has not moved: joints round */
+  /* A point that is no farther from where it was has not moved: joints round, as do numbers far from 0. */
+  double room, far_room[3];
 } world_space;
 
 /* Whether all joints move points alike; their matrix then takes the place of the node's. */
@@ -175,17 +226,17 @@ static api_outcome find_matrix(const detail_request *request, world_space *space
   const tw_model *model = request->remade->model;
   const tw_node *node = &model->nodes[request->node];
   tw_arena *arena = call->arena;
-  float(*world)[16] = tw_arena_alloc(arena, model->node_count, sizeof *world);
-  tw_trs *locals = tw_arena_alloc(arena, model->node_count, sizeof *locals);
-  if (!world || !locals) return api_fail_without_memory(call);
-  for (uint32_t n = 0; n < model->node_count; n++) locals[n] = model->nodes[n].rest;
-  tw_pose_locals(NULL, model->nodes, model->node_count, locals, *world);
-  tw_pose_world(model->nodes, model->node_order, model->node_count, *world, *world);
+  float(*world)[16] = place_nodes(request);
+  if (!world) return api_fail_without_memory(call);
   memcpy(space->matrix, world[request->node], sizeof *world);
+  for (int c = 0; c < 3; c++) {
+    space->far_room[c] = 4 * DBL_EPSILON * fabs(request->at[c]);
+    if (is_far(request)) space->matrix[12 + c] = 0;
+  }
   if (has_weights(model, node))
     return api_fail_with(call, 422,
                          "morph targets move the mesh at rest: send its own points, as a GLB has them");
-  if (node->skin == TW_NO_INDEX || !model->meshes[node->mesh].skin.joints) return API_DONE;
+  if (!is_skinned(model, node)) return API_DONE;
   const tw_skin *skin = &model->skins[node->skin];
   float(*joints)[16] = tw_arena_alloc(arena, skin->joint_count, sizeof *joints);
   if (!joints) return api_fail_without_memory(call);
@@ -208,7 +259,7 @@ static void leave_world(void *context, const float *now, uint32_t rows) {
     tw_matrix_move(world->matrix, shown);
     bool has_moved = false;
     for (size_t c = 0; c < 3; c++) {
-      double room = world->room * fmax(1, fabs((double)shown[c]));
+      double room = world->room * fmax(1, fabs((double)shown[c])) + world->far_room[c];
       has_moved |= !(fabs((double)shown[c] - (double)point[c]) <= room);
     }
     for (size_t c = 0; c < 3; c++) from[c] = (double)point[c] - (double)world->matrix[12 + c];
@@ -230,7 +281,7 @@ static api_outcome find_space(const detail_request *request, world_space *out, b
   out->room = 0;
   api_outcome outcome = find_matrix(request, out);
   if (outcome != API_DONE) return outcome;
-  *is_mesh_space = memcmp(out->matrix, identity, sizeof identity) == 0;
+  *is_mesh_space = memcmp(out->matrix, identity, sizeof identity) == 0 && !is_far(request);
   out->positions = request->positions;
   out->determinant = tw_matrix_cofactors(out->matrix, out->cofactors);
   if (!isfinite(out->determinant) || out->determinant == 0)

@@ -296,8 +296,8 @@ static uint64_t obj_tags_bound(const tw_surface *surface) {
   return tags ? TAG * ((uint64_t)tags->crease_count + tags->sharp_point_count) : 0;
 }
 
-/* A bound on the size of an OBJ, which is known only at its end: 17 characters a number and 11 an index, of
- * which a corner has three. Stops soon after the limit. */
+/* A bound on the size of an OBJ, which is known only at its end: 17 characters a number, 25 of a point far
+ * from the origin, and 11 an index, of which a corner has three. Stops soon after the limit. */
 static tw_status obj_size_bound(api_call *call, const surface_request *request, uint64_t *size) {
   const api_plan *plan = api_entry_value(request->plan);
   const tw_model *model = request->scene.content.model;
@@ -307,7 +307,7 @@ static tw_status obj_size_bound(api_call *call, const surface_request *request, 
   for (uint32_t i = 0; i < plan->count; i++) {
     const tw_surface *surface = plan->surfaces[i];
     uint64_t rows = tw_surface_row_count(surface, TW_DOMAIN_VERTICES);
-    of_mesh[i] = rows * 8 * 17 + tw_surface_get_counts(surface)->corners * 3 * 11 +
+    of_mesh[i] = rows * (3 * 25 + 5 * 17) + tw_surface_get_counts(surface)->corners * 3 * 11 +
                  obj_names_bound(model, surface, limit) + obj_tags_bound(surface);
   }
   *size = 0;

@@ -124,6 +124,16 @@ static void put_floats_unless(tw_gltf_writer *writer, const char *member, const 
   }
 }
 
+/* Prints the exact translation of a node that carries a far mesh, as it is in a pose. */
+static void put_place(tw_gltf_writer *writer, const tw_node *node, const float *translation) {
+  tw_member_open(writer->text, "translation", "[");
+  for (int c = 0; c < 3; c++) {
+    tw_text_element(writer->text);
+    tw_text_double(writer->text, (double)translation[c] + tw_node_fine(node, c));
+  }
+  tw_text_add(writer->text, "]");
+}
+
 static void put_transform(tw_gltf_writer *writer, uint32_t index, bool animated) {
   const tw_scene *scene = writer->scene;
   const tw_node *node = &scene->model->nodes[index];
@@ -133,7 +143,10 @@ static void put_transform(tw_gltf_writer *writer, uint32_t index, bool animated)
     return;
   }
   const tw_trs *local = scene->pose ? &scene->pose[index] : &node->rest, usual = TW_TRS_IDENTITY;
-  put_floats_unless(writer, "translation", local->translation, 3, usual.translation);
+  if (node->place)
+    put_place(writer, node, local->translation);
+  else
+    put_floats_unless(writer, "translation", local->translation, 3, usual.translation);
   put_floats_unless(writer, "rotation", local->rotation, 4, usual.rotation);
   put_floats_unless(writer, "scale", local->scale, 3, usual.scale);
 }

@@ -10,6 +10,11 @@
 #include "tweend/format.h"
 #include "weld.h"
 
+typedef struct obj_bytes {
+  const uint8_t *bytes;
+  size_t size;
+} obj_bytes;
+
 /* ---- which point belongs to which mesh ------------------------------------------------------------------
  */
 
@@ -56,12 +61,13 @@ static void place_points(const tw_obj_reader *reader, uint32_t mesh_count, uint3
   for (uint64_t i = 0; i < points; i++) owners[i] = owners[i] != UINT32_MAX ? ends[owners[i]]++ : used++;
 }
 
-static void swap_rows(float *rows, size_t width, size_t a, size_t b) {
-  for (size_t i = 0; i < width; i++) {
-    float kept = rows[width * a + i];
-    rows[width * a + i] = rows[width * b + i];
-    rows[width * b + i] = kept;
-  }
+/* size: of a row, up to that of three doubles. */
+static void swap_rows(void *rows, size_t size, size_t a, size_t b) {
+  unsigned char kept[3 * sizeof(double)], *first = (unsigned char *)rows + size * a,
+                                          *second = (unsigned char *)rows + size * b;
+  memcpy(kept, first, size);
+  memcpy(first, second, size);
+  memcpy(second, kept, size);
 }
 
 /* Moves the points to their places, cycle by cycle, and renumbers the corners within their meshes. */
@@ -75,29 +81,50 @@ static void move_points(tw_obj_reader *reader, uint32_t mesh_count, uint32_t *pl
   for (uint32_t i = 0; i < reader->all.points; i++)
     while (places[i] != i) {
       uint32_t place = places[i];
-      swap_rows(reader->positions, 3, i, place);
-      if (reader->colors) swap_rows(reader->colors, 4, i, place);
+      swap_rows(reader->positions, 3 * sizeof(float), i, place);
+      if (reader->exact) swap_rows(reader->exact, 3 * sizeof(double), i, place);
+      if (reader->colors) swap_rows(reader->colors, 4 * sizeof(float), i, place);
       places[i] = places[place];
       places[place] = place;
     }
+}
+
+/* Reads the positions again, in double, if those of a mesh may be far. Points are still in the order of the
+ * file. */
+static tw_status read_exact(tw_obj_reader *reader, obj_bytes file, uint32_t mesh_count) {
+  bool may_be_far = false;
+  for (uint32_t mesh = 0; mesh < mesh_count && !may_be_far && reader->all.faces > 0; mesh++) {
+    uint64_t face, stop;
+    face_range(reader, mesh, mesh_count, &face, &stop);
+    uint32_t begin = reader->face_offsets[face], end = (uint32_t)face_end(reader, stop - 1);
+    may_be_far = tw_points_may_be_far(reader->positions, reader->corners + begin, end - begin);
+  }
+  if (!may_be_far) return TW_OK;
+  reader->exact = tw_alloc((size_t)reader->all.points, 3 * sizeof *reader->exact);
+  if (!reader->exact) return tw_obj_fail_memory(reader);
+  tw_obj_read_exact(file.bytes, file.size, reader->exact);
+  return TW_OK;
 }
 
 /* Decides between one mesh and one for each object. Tags number the points and faces of the whole file, so a
  * file with tags stays one mesh, as does a file with faces before its first object. Only the last object may
  * have no faces here.
  * *ends: one past the last point of each mesh, from malloc; NULL for a single mesh. */
-static tw_status split_points(tw_obj_reader *reader, uint32_t *mesh_count, uint32_t **ends) {
+static tw_status split_points(tw_obj_reader *reader, obj_bytes file, uint32_t *mesh_count, uint32_t **ends) {
   size_t count = reader->object_count;
   *mesh_count = 1;
   *ends = NULL;
   if (count > 0 && reader->objects[count - 1].first_face == reader->all.faces) count--;
-  if (count < 2 || count > TW_OBJ_OBJECTS_MAX || reader->objects[0].first_face != 0) return TW_OK;
-  if (reader->tags.read.crease_points + reader->tags.read.sharp_points + reader->tags.read.holes > 0)
-    return TW_OK;
+  bool has_tags =
+      reader->tags.read.crease_points + reader->tags.read.sharp_points + reader->tags.read.holes > 0;
+  if (count < 2 || count > TW_OBJ_OBJECTS_MAX || reader->objects[0].first_face != 0 || has_tags)
+    return read_exact(reader, file, 1);
   uint32_t *places = tw_alloc((size_t)reader->all.points, sizeof *places);
   uint32_t *found = tw_alloc(count, sizeof *found);
   bool is_ready = places && found, is_split = is_ready && own_points(reader, (uint32_t)count, places);
-  if (is_split) {
+  tw_status status =
+      is_ready ? read_exact(reader, file, is_split ? (uint32_t)count : 1) : tw_obj_fail_memory(reader);
+  if (is_split && status == TW_OK) {
     place_points(reader, (uint32_t)count, places, found);
     move_points(reader, (uint32_t)count, places, found);
     *mesh_count = (uint32_t)count;
@@ -106,7 +133,7 @@ static tw_status split_points(tw_obj_reader *reader, uint32_t *mesh_count, uint3
     tw_free(found);
   }
   tw_free(places);
-  return is_ready ? TW_OK : tw_obj_fail_memory(reader);
+  return status;
 }
 
 /* ---- into the model -------------------------------------------------------------------------------------
@@ -242,6 +269,15 @@ static void add_normals(const obj_part *part, tw_mesh *mesh) {
         (tw_corner_normals){.value_count = none + 1, .values = reader->normals, .corners = corners};
 }
 
+/* Gives a mesh that is far from the origin a frame of its own. */
+static void find_frame(const obj_part *part, tw_mesh *mesh) {
+  const tw_obj_reader *reader = part->reader;
+  const double *exact = reader->exact ? reader->exact + 3 * (size_t)part->first_point : NULL;
+  if (exact && tw_points_find_frame(exact, mesh->corners, mesh->corner_count, mesh->origin))
+    tw_points_enter_frame(exact, mesh->point_count, mesh->origin,
+                          reader->positions + 3 * (size_t)part->first_point);
+}
+
 static void add_tags(const tw_obj_tags *tags, tw_mesh *mesh) {
   mesh->tag_boundary = tags->boundary;
   mesh->tag_uv = tags->uv;
@@ -266,6 +302,7 @@ static tw_status build_mesh(const obj_part *part, tw_mesh *mesh) {
   if (status == TW_OK) status = add_points(part, mesh);
   if (status != TW_OK) return status;
   add_faces(part, mesh);
+  find_frame(part, mesh);
   add_normals(part, mesh);
   add_tags(&reader->tags, mesh);
   return add_uvs(part, mesh);
@@ -346,13 +383,13 @@ static tw_status close_seams(const tw_obj_reader *reader, tw_model *model) {
   return TW_OK;
 }
 
-static tw_status build_model(tw_obj_reader *reader, tw_model *model) {
+static tw_status build_model(tw_obj_reader *reader, obj_bytes file, tw_model *model) {
   uint32_t mesh_count, *ends = NULL;
   tw_status status =
       copy_names(reader, &reader->material_names, copy_name, &model->material_count, &model->material_names);
   if (status == TW_OK)
     status = copy_names(reader, &reader->group_names, copy_words, &model->group_count, &model->group_names);
-  if (status == TW_OK) status = split_points(reader, &mesh_count, &ends);
+  if (status == TW_OK) status = split_points(reader, file, &mesh_count, &ends);
   if (status == TW_OK) status = build_meshes(reader, mesh_count, ends, model);
   tw_free(ends);
   return status;
@@ -364,7 +401,7 @@ tw_status tw_obj_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model 
   model->format = TW_FORMAT_OBJ;
   tw_obj_reader reader = {.arena = model->arena, .error = error};
   tw_status status = tw_obj_read_statements(&reader, bytes, size);
-  if (status == TW_OK) status = build_model(&reader, model);
+  if (status == TW_OK) status = build_model(&reader, (obj_bytes){bytes, size}, model);
   if (status == TW_OK) status = lose_parts(&reader, model);
   if (status == TW_OK) warn(&reader, model);
   if (status == TW_OK && weld != TW_WELD_NONE) status = close_seams(&reader, model);
@@ -372,18 +409,21 @@ tw_status tw_obj_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model 
   return tw_model_end(model, status, out, error);
 }
 
-tw_status tw_obj_read_points(const uint8_t *bytes, size_t size, tw_arena *arena, float **out, uint32_t *count,
-                             tw_error *error) {
+tw_status tw_obj_read_points(const uint8_t *bytes, size_t size, const double at[3], tw_arena *arena,
+                             float **out, uint32_t *count, tw_error *error) {
   tw_obj_reader reader = {.arena = tw_arena_create(), .error = error};
   tw_status status = reader.arena ? tw_obj_read_statements(&reader, bytes, size) : TW_NO_MEMORY;
   size_t points = (size_t)reader.all.points;
   float *positions = status == TW_OK ? tw_arena_alloc_raw(arena, points, 3 * sizeof *positions) : NULL;
-  if (status == TW_OK && !positions) status = TW_NO_MEMORY;
+  double *exact = positions ? tw_alloc(points, 3 * sizeof *exact) : NULL;
+  if (status == TW_OK && !exact) status = TW_NO_MEMORY;
   if (status == TW_OK) {
-    if (points > 0) memcpy(positions, reader.positions, 3 * points * sizeof *positions);
+    tw_obj_read_exact(bytes, size, exact);
+    tw_points_enter_frame(exact, points, at, positions);
     *out = positions;
     *count = (uint32_t)points;
   }
+  tw_free(exact);
   tw_obj_reader_deinit(&reader);
   tw_arena_destroy(reader.arena);
   return status == TW_NO_MEMORY ? tw_fail(error, status, "out of memory") : status;

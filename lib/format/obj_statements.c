@@ -99,6 +99,7 @@ static void names_deinit(tw_obj_names *table) {
 /* ---- the reader ------------------------------------------------------------------------------------- */
 
 void tw_obj_reader_deinit(tw_obj_reader *reader) {
+  tw_free(reader->exact);
   tw_free(reader->uvs);
   tw_free(reader->dropped);
   tw_free(reader->objects);
@@ -597,4 +598,12 @@ tw_status tw_obj_read_statements(tw_obj_reader *reader, const uint8_t *bytes, si
                         "there is no point and no face: this is not an OBJ file");
   settle_faces(reader);
   return TW_OK;
+}
+
+void tw_obj_read_exact(const uint8_t *bytes, size_t size, double *out) {
+  const uint8_t *first = bytes + tw_byte_order_mark(bytes, size);
+  tw_obj_text file = {first, bytes + size, 1, first};
+  tw_word word;
+  for (; tw_obj_next_statement(&file, &word); tw_obj_end_statement(&file))
+    for (int i = 0; tw_word_is(word, "v") && i < 3; i++) tw_obj_read_number(&file, out++);
 }

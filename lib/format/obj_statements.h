@@ -40,6 +40,7 @@ typedef struct tw_obj_reader {
   tw_obj_counts read; /* so far */
 
   /* In the arena, with room for [all.X] rows, of which [read.X] are filled; NULL if all.X is 0. */
+  double *exact;             /* [3], from malloc: the positions in double, where they may be far; else NULL */
   float *positions, *colors; /* [3], [4] linear; colors NULL until a point has one */
   float *normals;            /* [3], with room for one more */
   uint32_t *corners;
@@ -73,6 +74,10 @@ typedef struct tw_obj_reader {
 tw_status tw_obj_read_statements(tw_obj_reader *reader, const uint8_t *bytes, size_t size);
 
 void tw_obj_reader_deinit(tw_obj_reader *reader);
+
+/* Reads the positions of all points again. bytes: whose statements were read without an error. out:
+ * [points][3] */
+void tw_obj_read_exact(const uint8_t *bytes, size_t size, double *out);
 
 tw_status tw_obj_fail_memory(const tw_obj_reader *reader);
 

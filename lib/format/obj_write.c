@@ -1,6 +1,7 @@
 /* OBJ text, made as it is read: for each node with a mesh its name, points, UVs, normals, faces by material
  * and groups, and the subdivision tags of a level 0 as obj_read.c reads them. Text is made in pieces; what
  * the caller has no room for waits for the next call. */
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -20,6 +21,7 @@ enum {
   TAG_TEXT =
       18 + 2 * COUNT_TEXT + TW_NUMBER_TEXT, /* a crease: "t crease 2/1/0", two numbers, the sharpness */
   NAME_TEXT = 24,                           /* of a node without a name */
+  DECIMALS_MAX = 12,                        /* with nine digits before the point a text fits TW_NUMBER_TEXT */
   DOMAINS = 3
 };
 
@@ -32,6 +34,7 @@ struct tw_obj_stream {
   tw_scene scene;
   tw_surface_reader *reader; /* turned to the surface that `node` shows */
   float *world;              /* [node_count][16] */
+  bool *is_far;              /* [node_count] shows a mesh where floats would change its shape */
   uint32_t
       *namesakes; /* [node_count] what an object's name gets as suffix so that it is the only one; 0: none */
 
@@ -174,7 +177,63 @@ static size_t read_piece(tw_obj_stream *stream, tw_domain domain, size_t width) 
   return count;
 }
 
+/* The decimals that tell a float's neighbours apart; 0 to DECIMALS_MAX. least: closer numbers are the same.
+ */
+static int decimals_of(float offset, double least) {
+  int exponent;
+  frexp((double)offset, &exponent);
+  double apart = fmax(ldexp(1, exponent - FLT_MANT_DIG), least);
+  int decimals = (int)ceil(-log10(apart));
+  return decimals < 0 ? 0 : decimals > DECIMALS_MAX ? DECIMALS_MAX : decimals;
+}
+
+/* Prints `at` + `offset`, with as few decimals as give the offset back to a reader that subtracts `at` and
+ * rounds to float. Returns the end. */
+static char *print_far(char *out, double at, float offset) {
+  double exact = at + (double)offset;
+  if (fabs(exact) >= 1e9) return out + tw_print_double(out, exact);
+  int decimals = decimals_of(offset, 2 * DBL_EPSILON * fabs(exact));
+  char text[TW_NUMBER_TEXT];
+  int length = snprintf(text, sizeof text, "%.*f", decimals > 0 ? decimals - 1 : 0, exact);
+  if ((float)(strtod(text, NULL) - at) != offset)
+    length = snprintf(text, sizeof text, "%.*f", decimals, exact);
+  if (memchr(text, '.', (size_t)length)) {
+    while (text[length - 1] == '0') length--;
+    if (text[length - 1] == '.') length--;
+  }
+  memcpy(out, text, (size_t)length);
+  return out + length;
+}
+
+/* The points of a node that shows them far from the origin. */
+static void put_far_points(tw_obj_stream *stream) {
+  float linear[16];
+  double at[3];
+  memcpy(linear, stream->world + (size_t)stream->node * 16, sizeof linear);
+  for (int c = 0; c < 3; c++) {
+    at[c] = (double)linear[12 + c] + tw_node_fine(shown_node(stream), c);
+    linear[12 + c] = 0;
+  }
+  size_t count = read_piece(stream, TW_DOMAIN_POINTS, 3);
+  for (size_t i = 0; i < count; i++) {
+    float *point = stream->floats + 3 * i;
+    tw_matrix_move(linear, point);
+    put_text(stream, "v");
+    char *out = end_of(stream);
+    for (int c = 0; c < 3; c++) {
+      *out++ = ' ';
+      out = print_far(out, at[c], point[c]);
+    }
+    *out++ = '\n';
+    stream->text_size = (size_t)(out - stream->text);
+  }
+}
+
 static void put_points(tw_obj_stream *stream) {
+  if (stream->is_far[stream->node]) {
+    put_far_points(stream);
+    return;
+  }
   const float *world = stream->world + (size_t)stream->node * 16;
   size_t count = read_piece(stream, TW_DOMAIN_POINTS, 3);
   for (size_t i = 0; i < count; i++) tw_matrix_move(world, stream->floats + 3 * i);
@@ -419,6 +478,16 @@ static bool place_nodes(tw_obj_stream *stream) {
   return placed;
 }
 
+/* Finds the nodes that show their meshes so far from the origin that floats would change the shape. */
+static bool find_far_nodes(tw_obj_stream *stream) {
+  const tw_model *model = stream->scene.model;
+  stream->is_far = tw_alloc_zero(model->node_count, sizeof *stream->is_far);
+  for (uint32_t i = 0; stream->is_far && i < model->node_count; i++)
+    if (model->nodes[i].mesh != TW_NO_INDEX)
+      stream->is_far[i] = tw_shows_far(stream->world + (size_t)i * 16, &model->meshes[model->nodes[i].mesh]);
+  return stream->is_far;
+}
+
 /* A node that shows a mesh, and its own name; "" for none: names made of numbers differ. */
 typedef struct named_node {
   const char *name;
@@ -481,7 +550,8 @@ static bool allocate(tw_obj_stream *stream) {
   stream->text_capacity = largest_piece(model, stream->corner_capacity);
   stream->text = tw_alloc(stream->text_capacity, 1);
   stream->reader = tw_surface_reader_create_shared(stream->scene.surfaces, model->mesh_count, 0);
-  return stream->text && stream->reader && place_nodes(stream) && tell_apart(stream);
+  return stream->text && stream->reader && place_nodes(stream) && find_far_nodes(stream) &&
+         tell_apart(stream);
 }
 
 tw_status tw_obj_stream_create(const tw_scene *scene, tw_obj_stream **out, tw_error *error) {
@@ -508,6 +578,7 @@ void tw_obj_stream_destroy(tw_obj_stream *stream) {
   tw_surface_reader_destroy(stream->reader);
   for (int i = 0; i < DOMAINS; i++) tw_free(stream->corners[i]);
   tw_free(stream->world);
+  tw_free(stream->is_far);
   tw_free(stream->namesakes);
   tw_free(stream->text);
   tw_free(stream);

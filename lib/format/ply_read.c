@@ -606,20 +606,50 @@ bool tw_is_ply(const uint8_t *bytes, size_t size) {
          (is_blank((char)bytes[3]) || bytes[3] == '\n' || bytes[3] == '\r');
 }
 
+/* Reads the coordinates of a vertex; its other numbers are passed over. */
+static void read_exact_row(ply_file *file, const ply_element *element, double *out) {
+  for (uint32_t i = 0; i < element->property_count; i++) {
+    const ply_property *property = &file->properties[element->first_property + i];
+    uint64_t count = 1;
+    if (property->is_list && read_list_length(file, property, &count) != TW_OK) return;
+    for (double value; count > 0 && read_value(file, property->type, &value) == TW_OK; count--)
+      if (property->use <= PLY_Z) out[property->use] = value;
+  }
+}
+
+/* Implements tw_read_exact. context: the ply_file, at its first row, whose rows were read without an error.
+ */
+static void read_exact(void *context, double *out) {
+  ply_file *file = context;
+  ply_counts ignored = {0};
+  for (uint32_t i = 0; i < file->element_count; i++) {
+    const ply_element *element = &file->elements[i];
+    for (size_t row = 0; row < element->count && element->property_count > 0; row++)
+      if (element->kind == PLY_VERTICES)
+        read_exact_row(file, element, out + 3 * row);
+      else
+        read_row(file, element, row, NULL, &ignored);
+    if (element->kind == PLY_VERTICES) return;
+  }
+}
+
 static tw_status read_file(ply_file *file, tw_weld weld, uint64_t budget, tw_model *model) {
   tw_polygons_read read = {0};
   ply_counts counts = {0};
   tw_status status = read_header(file);
+  const uint8_t *rows = file->at;
+  uint64_t line = file->line;
   if (status == TW_OK) {
     settle_uses(file);
-    const uint8_t *rows = file->at;
-    uint64_t line = file->line;
     status = make_room(file, budget, model->arena, &counts, &read);
     file->at = rows;
     file->line = line;
   }
   if (status == TW_OK) status = read_rows(file, &read, &counts);
   if (status == TW_OK) lose_rest(file);
+  file->at = rows;
+  file->line = line;
+  if (status == TW_OK) status = tw_polygons_enter_frame(&read, read_exact, file, file->error);
   if (status == TW_OK) status = tw_model_of_polygons(&read, weld, model, &file->losses, file->error);
   if (status == TW_OK) {
     warn_of_unread(file, model);

@@ -323,6 +323,20 @@ tw_status tw_lose_unused_points(tw_losses *losses, uint32_t point_count, const u
   return TW_OK;
 }
 
+tw_status tw_polygons_enter_frame(tw_polygons_read *read, tw_read_exact *read_exact, void *file,
+                                  tw_error *error) {
+  if (!tw_points_may_be_far(read->positions, read->corners, read->corner_count)) return TW_OK;
+  double *exact = tw_alloc(read->vertex_count, 3 * sizeof *exact);
+  if (!exact) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  for (size_t i = 0; !read_exact && i < 3 * (size_t)read->vertex_count; i++)
+    exact[i] = (double)read->positions[i];
+  if (read_exact) read_exact(file, exact);
+  if (tw_points_find_frame(exact, read->corners, read->corner_count, read->origin))
+    tw_points_enter_frame(exact, read->vertex_count, read->origin, read->positions);
+  tw_free(exact);
+  return TW_OK;
+}
+
 tw_status tw_model_of_polygons(tw_polygons_read *read, tw_weld weld, tw_model *model, tw_losses *losses,
                                tw_error *error) {
   tw_status status =
@@ -345,6 +359,7 @@ tw_status tw_model_of_polygons(tw_polygons_read *read, tw_weld weld, tw_model *m
   if (status == TW_OK) {
     model->mesh_count = 1;
     tw_mesh_init(model->meshes);
+    memcpy(model->meshes->origin, read->origin, sizeof read->origin);
     model->meshes->welded_points = read->vertex_count - welded.point_count;
     status = fill_mesh(read, &soup, points, welded.point_count, model, error);
     if (welded.reversed_edges > 0) tw_model_warn(model, TW_REVERSED_WARNING, welded.reversed_edges);

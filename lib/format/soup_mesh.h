@@ -10,6 +10,7 @@
 typedef struct tw_polygons_read {
   uint32_t vertex_count;
   float *positions; /* [vertex_count][3], finite */
+  double origin[3]; /* of the frame that positions are in: see tw_polygons_enter_frame */
   float *colors;    /* [vertex_count][4] linear, or NULL */
   float *uvs;       /* [vertex_count][2], v up, or NULL */
   float *normals;   /* [vertex_count][3], finite, 0 0 0 for none; or NULL */
@@ -27,6 +28,14 @@ typedef struct tw_polygons_read {
  * corners at one point have different colours, the mesh has colours of corners. TW_NO_MEMORY. */
 tw_status tw_model_of_polygons(tw_polygons_read *read, tw_weld weld, tw_model *model, tw_losses *losses,
                                tw_error *error);
+
+/* Reads the coordinates of all vertices again, in double; their number is known by now. */
+typedef void tw_read_exact(void *file, double *out);
+
+/* Gives polygons that lie far from the origin a frame of their own, see tw_points_find_frame. read_exact is
+ * called where this may be; NULL: the file has floats. TW_NO_MEMORY. */
+tw_status tw_polygons_enter_frame(tw_polygons_read *read, tw_read_exact *read_exact, void *file,
+                                  tw_error *error);
 
 /* Notes points that no corner of a face is at: surfaces, and so answers, are made of faces. TW_NO_MEMORY. */
 tw_status tw_lose_unused_points(tw_losses *losses, uint32_t point_count, const uint32_t *corners,

@@ -306,6 +306,15 @@ static tw_status read_text(stl_text text, tw_polygons_read *out, stl_solids *sol
   return status;
 }
 
+/* Implements tw_read_exact. file: the stl_text, which read_text has read without an error. */
+static void read_exact(void *file, double *out) {
+  stl_text text = *(stl_text *)file;
+  for (tw_word word = next_word(&text); word.length > 0; word = next_word(&text)) {
+    if (word_is(word, "solid") || word_is(word, "endsolid")) read_name(&text);
+    for (int i = 0; word_is(word, "vertex") && i < 3; i++) tw_word_number(next_word(&text), out++);
+  }
+}
+
 /* ---- both --------------------------------------------------------------------------------------- */
 
 bool tw_is_stl(const uint8_t *bytes, size_t size) {
@@ -354,6 +363,9 @@ tw_status tw_stl_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model 
                          : tw_fail(error, TW_NO_MEMORY, "out of memory");
   if (status == TW_OK) status = read_facets(bytes, size, &read, &solids, &losses, error);
   if (status == TW_OK) status = number_corners(&read, model->arena, error);
+  stl_text text = {(const char *)bytes, (const char *)bytes + size, 1};
+  if (status == TW_OK)
+    status = tw_polygons_enter_frame(&read, is_binary(bytes, size) ? NULL : read_exact, &text, error);
   if (status == TW_OK) status = tw_model_of_polygons(&read, weld, model, &losses, error);
   if (status == TW_OK && solids.name.length > 0) {
     model->meshes[0].name = tw_arena_name(model->arena, solids.name.text, solids.name.length);

@@ -671,11 +671,13 @@ TEST(points_of_a_bad_file_leave_the_outputs_alone) {
   tw_arena *arena = tw_arena_create();
   tw_error error;
   static const char text[] = "v 0 0 0\nv 1 0 0\nf 1 2 3\n";
-  assert_int_equal(tw_obj_read_points((const uint8_t *)text, sizeof text - 1, arena, &points, &count, &error),
+  assert_int_equal(tw_obj_read_points((const uint8_t *)text, sizeof text - 1, (double[3]){0}, arena, &points,
+                                      &count, &error),
                    TW_INVALID);
   assert_ptr_equal(points, &own);
   assert_int_equal(count, 7);
-  assert_int_equal(tw_obj_read_points((const uint8_t *)text, 16, arena, &points, &count, &error), TW_OK);
+  assert_int_equal(
+      tw_obj_read_points((const uint8_t *)text, 16, (double[3]){0}, arena, &points, &count, &error), TW_OK);
   assert_int_equal(count, 2);
   assert_float_equal(points[3], 1, 0);
   tw_arena_destroy(arena);

@@ -103,12 +103,18 @@ typedef struct tw_node {
   uint32_t parent;     /* TW_NO_INDEX for a root; need not come before the child */
   uint32_t mesh, skin; /* TW_NO_INDEX when there is none */
   tw_trs rest;
-  bool has_matrix; /* the local transform is `matrix`, which may shear; rest is the nearest TRS */
+  const double *place; /* [3] the exact translation, which `rest` rounds to floats; NULL but for far meshes */
+  bool has_matrix;     /* the local transform is `matrix`, which may shear; rest is the nearest TRS */
   float matrix[16];
   const float *weights; /* of the mesh's morph targets; NULL: the mesh's own weights */
   bool is_hidden;       /* outside the displayed scene: part of the hierarchy, but not drawn */
   const char *kept;     /* as tw_mesh.kept */
 } tw_node;
+
+/* What the exact translation has along an axis beyond that in `rest`. */
+static inline double tw_node_fine(const tw_node *node, int axis) {
+  return node->place ? node->place[axis] - (double)node->rest.translation[axis] : 0;
+}
 
 typedef struct tw_skin {
   const char *name;

@@ -36,10 +36,10 @@ tw_format tw_format_sniff(const uint8_t *bytes, size_t size);
  * mesh without faces. *out: a finished model (tw_model_finish has run). O(size). */
 tw_status tw_obj_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model **out, tw_error *error);
 
-/* Reads only the points of an OBJ file, all of them, in file order; errors as for tw_obj_read. *out:
- * [*count][3] in the arena. */
-tw_status tw_obj_read_points(const uint8_t *bytes, size_t size, tw_arena *arena, float **out, uint32_t *count,
-                             tw_error *error);
+/* Reads only the points of an OBJ file, all of them, in file order; errors as for tw_obj_read. at: subtracted
+ * in double before they are rounded. *out: [*count][3] in the arena. */
+tw_status tw_obj_read_points(const uint8_t *bytes, size_t size, const double at[3], tw_arena *arena,
+                             float **out, uint32_t *count, tw_error *error);
 
 /* STL, binary or text. All solids become one mesh, named after the first solid that has a name; triangles
  * that share an edge by position share its points (lib/mesh/weld.h). Colours of facets (VisCAM, Magics; sRGB)

@@ -100,6 +100,9 @@ typedef struct tw_mesh {
   uint32_t point_count;
   uint32_t welded_points; /* how many points of the source were merged into others */
   const float *positions; /* [point_count][3], metres */
+  /* Where a reader has put the frame of the points, which are relative to it; see tw_points_find_frame.
+   * tw_model_finish moves the nodes that show the mesh by it, and sets it to 0. */
+  double origin[3];
 
   uint32_t face_count, corner_count;
   const uint32_t *face_offsets; /* [face_count + 1], first corner of each face; last is corner_count */
@@ -180,6 +183,27 @@ uint32_t tw_mesh_influences(const tw_mesh *mesh, uint32_t most);
  * parents: [count] for each face of `to` the face of `from`. Arrays live in the arena. TW_NO_MEMORY. */
 tw_status tw_mesh_take_faces(tw_mesh *to, const tw_mesh *from, const uint32_t *parents, uint32_t count,
                              tw_arena *arena);
+
+/* ---- far from the origin --------------------------------------------------------------------------- */
+
+/* Whether the points of these corners may be far, as tw_points_find_frame finds. positions: rounded to float.
+ * O(corners). */
+bool tw_points_may_be_far(const float *positions, const uint32_t *corners, uint32_t corner_count);
+
+/* Whether the points of these corners lie so far from the origin that rounding to float can move one by more
+ * than 1e-6 of their largest extent. Then *origin becomes a point near their middle, along the axes on which
+ * they are far from 0: floats, unless it is some 2^24 extents away. False also for points without an
+ * extent, and where a coordinate exceeds TW_COORDINATE_MAX. exact: [points][3] as the file has them.
+ * O(corners). */
+bool tw_points_find_frame(const double *exact, const uint32_t *corners, uint32_t corner_count,
+                          double origin[3]);
+
+/* positions: [point_count][3] relative to the origin. */
+void tw_points_enter_frame(const double *exact, size_t point_count, const double origin[3], float *positions);
+
+/* Whether a node shows the mesh so far from the origin that its surface, in floats, would lose its shape.
+ * world: the node's matrix. O(corners). */
+bool tw_shows_far(const float world[16], const tw_mesh *mesh);
 
 /* Checks a mesh from an untrusted source: indices in range, coordinates finite and at most TW_COORDINATE_MAX,
  * faces of at least three corners, no point at two corners of a face in a row, sharpness 0 or more, fewer
