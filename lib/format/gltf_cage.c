@@ -55,8 +55,8 @@ static void find_starts(const cage_reader *cage) {
     at = 0;
     for (uint64_t k = 1; k < faces.face_count; k += 2) {
       const uint32_t *first = cage->firsts + faces.first_face + k;
-      read_cage_face(cage, faces.first_face + k);
-      tw_fan_start(cage->corners, cut_of(cage->surface, faces.first_face + k, &at), first - 1,
+      uint32_t size = (uint32_t)read_cage_face(cage, faces.first_face + k);
+      tw_fan_start(cage->corners, size, cut_of(cage->surface, faces.first_face + k, &at), first - 1,
                    k + 1 < faces.face_count ? first + 1 : NULL, &cage->starts[faces.first_face + k]);
     }
   }

@@ -87,17 +87,19 @@ static bool is_apart(uint32_t vertex, const uint32_t *previous, const uint32_t *
 }
 
 /* With FB_ngon_encoding neighbours in the group must not start from the same vertex: every second face starts
- * where it likes best, the others take a corner that neither neighbour starts from. A face has at least three
- * corners, so there is such a corner, and it depends on the two neighbours alone. */
-bool tw_fan_start(const uint32_t *corners, const tw_face_cut *cut, const uint32_t *previous,
+ * where it likes best, the others take a corner that neither neighbour starts from, which depends on the two
+ * neighbours alone. Only a face of two points, gone through several times, may have none: it takes one that
+ * the previous face does not start from. */
+bool tw_fan_start(const uint32_t *corners, uint32_t size, const tw_face_cut *cut, const uint32_t *previous,
                   const uint32_t *next, uint32_t *start) {
   for (uint32_t i = 0; cut && i < cut->fan_count; i++)
     if (is_apart(corners[cut->fans[i]], previous, next)) {
       *start = cut->fans[i];
       return true;
     }
-  *start = 0;
-  while (!is_apart(corners[*start], previous, next)) ++*start;
+  for (*start = 0; *start < size; ++*start)
+    if (is_apart(corners[*start], previous, next)) return !cut;
+  for (*start = 0; *start + 1 < size && !is_apart(corners[*start], previous, NULL);) ++*start;
   return !cut;
 }
 
@@ -213,12 +215,13 @@ static bool is_second(const face_source *source, uint64_t face) {
   return source->ngons && (face - source->group->first_face) % 2 == 1;
 }
 
-static face_shape shape_of(const face_source *source, uint64_t face, const uint32_t *corners,
+static face_shape shape_of(const face_source *source, uint64_t face, const uint32_t *corners, uint32_t size,
                            const uint32_t *previous, const uint32_t *next) {
   const tw_face_cut *cut = cut_of(source, face);
   if (!is_second(source, face)) return own_shape(source, cut);
   face_shape shape = {0, NULL};
-  if (!tw_fan_start(corners, cut, previous, next, &shape.start) && !source->keeps_faces) shape.cut = cut;
+  if (!tw_fan_start(corners, size, cut, previous, next, &shape.start) && !source->keeps_faces)
+    shape.cut = cut;
   return shape;
 }
 
@@ -256,7 +259,7 @@ static size_t write_run(const tw_triangulator *t, face_source *source, face_run 
       after = first_vertex(&shape, corners + size);
       next = &after;
     }
-    face_shape shape = shape_of(source, face, corners, previous, next);
+    face_shape shape = shape_of(source, face, corners, size, previous, next);
     uint32_t to = (uint32_t)tw_least(size - 2, from + left);
     if (shape.cut)
       write_cut(&shape, corners, is_between ? previous : NULL, next, from, to, out + 3 * done);

@@ -29,10 +29,10 @@ tw_surface_group tw_take_material(const tw_surface *surface, uint32_t *i);
 uint64_t tw_count_triangles(const tw_surface_group *faces);
 
 /* For TW_POLYGONS_NGON: the corner that the fan of every second face of a material starts from; the other
- * faces start from the first corner from which their fan is right. corners: of the face; cut: the face's, or
- * NULL; previous, next: the vertices that its neighbours in the material start from, or NULL. False where the
- * fan is wrong, as the right ones start from neighbours' vertices or there is none. */
-bool tw_fan_start(const uint32_t *corners, const tw_face_cut *cut, const uint32_t *previous,
+ * faces start from the first corner from which their fan is right. corners: [size] of the face, 3 or more;
+ * cut: the face's, or NULL; previous, next: the vertices that its neighbours in the material start from, or
+ * NULL. False where the fan is wrong, as the right ones start from neighbours' vertices or there is none. */
+bool tw_fan_start(const uint32_t *corners, uint32_t size, const tw_face_cut *cut, const uint32_t *previous,
                   const uint32_t *next, uint32_t *start);
 
 /* Triangles [first, first + count) of `faces`, which are all of one material, as rows of TW_DOMAIN_VERTICES.

@@ -29,7 +29,7 @@ static loopback *start(char id[API_ID_TEXT]) {
   settings.limits.max_faces = 10000;
   settings.limits.max_output = 1 << 20;
   settings.limits.max_times = 1000;
-  settings.limits.max_memory = 256 << 20; /* edits do work in proportion to it */
+  settings.limits.max_memory = 96 << 20; /* edits do work in proportion to it */
   loopback *loop = loopback_start(&settings);
   loopback_upload(loop, "application/json", model, id);
   return loop;

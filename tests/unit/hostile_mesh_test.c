@@ -1,6 +1,7 @@
 /* Meshes that nobody would model on purpose. */
 #include "cube.h"
 #include "refined_mesh.h"
+#include "triangulator.h"
 
 /* ---- faces that come to a vertex twice ------------------------------------------------------ */
 
@@ -119,4 +120,20 @@ TEST(a_texture_whose_edges_have_more_faces_than_those_of_the_points) {
   mesh.uv_sets[0] = (tw_uv_set){14, values[0], uv_corners};
   mesh.has_tangents = true;
   check_below_details(&mesh, 2);
+}
+
+/* A face that goes to and fro between two points, beside faces whose fans start from both. What stands behind
+ * its corners is not its. */
+TEST(a_fan_starts_within_its_face) {
+  const uint32_t corners[] = {0, 1, 0, 1, 7}, own = 4, zero = 0, one = 1, two = 2;
+  uint32_t start;
+  tw_fan_start(corners, own, NULL, &zero, &one, &start);
+  assert_int_equal(corners[start], 1); /* at least not with the previous face */
+  tw_fan_start(corners, own, NULL, &one, &zero, &start);
+  assert_int_equal(corners[start], 0);
+  assert_true(start < own);
+  tw_fan_start(corners, own + 1, NULL, &zero, &one, &start);
+  assert_int_equal(start, 4);
+  assert_true(tw_fan_start(corners, own, NULL, &zero, &two, &start));
+  assert_int_equal(start, 1);
 }
