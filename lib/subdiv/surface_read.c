@@ -86,17 +86,30 @@ static piece piece_at(const tw_surface *s, tw_domain domain, uint64_t row, size_
   return (piece){PIECE_LINES, first, taken * (uint32_t)edge_rows, quad, 1, line};
 }
 
+/* Clamps the colours of `count` rows. All four numbers at once: a colour has four. */
+static void clamp_colors(float *color, uint32_t count, uint32_t stride) {
+  typedef int32_t lanes __attribute__((vector_size(16)));
+  const tw_point none = {0}, full = {1, 1, 1, 1};
+  for (; count > 0; count--, color += stride) {
+    tw_point c;
+    memcpy(&c, color, sizeof c);
+    c = (tw_point)((lanes)c & ~(c < none));
+    const lanes over = c > full;
+    c = (tw_point)(((lanes)c & ~over) | ((lanes)full & over));
+    memcpy(color, &c, sizeof c);
+  }
+}
+
 /* Finishes rows: v runs down on GPUs, and colours are clamped, because rounding may take sums of weights out
  * of their range. */
-static void finish_rows(const tw_surface *s, uint32_t count, float *row) {
+static void finish_rows(const tw_surface *s, uint32_t count, float *rows) {
   const tw_surface_layout *l = &s->layout;
-  for (; count > 0; count--, row += l->stride) {
-    for (uint32_t i = 0; i < l->uv_count; i++) row[l->uvs[i] + 1] = 1 - row[l->uvs[i] + 1];
-    for (uint32_t i = 0; i < l->attribute_count; i++) {
-      float *color = row + l->attributes[i], *end = color + s->smooth[i].width;
-      for (; s->smooth[i].is_color && color < end; color++) *color = *color < 0 ? 0 : *color > 1 ? 1 : *color;
-    }
+  for (uint32_t i = 0; i < l->uv_count; i++) {
+    float *v = rows + l->uvs[i] + 1;
+    for (uint32_t row = 0; row < count; row++, v += l->stride) *v = 1 - *v;
   }
+  for (uint32_t i = 0; i < l->attribute_count; i++)
+    if (s->smooth[i].is_color) clamp_colors(rows + l->attributes[i], count, l->stride);
 }
 
 static void compute_piece(tw_surface_reader *r, tw_domain domain, const piece *p, float *out) {
