@@ -52,7 +52,10 @@ TEST(obj_reading_survives_every_failure) {
       "vn 0 0 1\ns 1\nf 1/1/1 2/1 3/1 4/1\nl 1 2\no b\nv 5 0 0\nv 6 0 0\nv 5 1 0\nf 5 6 7\n";
   static const char tagged[] = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nt crease 2/1/0 0 1 2\n"
                                "t corner 1/1/0 0 1\nt hole 1/0/0 0\n";
+  static const char colored[] = "v 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 1 1 0 1 0 0\nv 0 1 0 1 0 0\nv 1 0 0 0 0 1\n"
+                                "v 2 0 0 0 0 1\nv 2 1 0 0 0 1\nv 1 1 0 0 0 1\nf 1 2 3 4\nf 5 6 7 8\n";
   fail_each(read_obj, (const uint8_t *)text, sizeof text - 1);
+  fail_each(read_obj, (const uint8_t *)colored, sizeof colored - 1);
   fail_each(read_obj, (const uint8_t *)tagged, sizeof tagged - 1);
 }
 
@@ -95,7 +98,7 @@ TEST(gltf_reading_survives_every_failure) {
       "{'bufferView':0,'byteOffset':128,'componentType':5126,'count':2,'type':'VEC4'},"
       "{'bufferView':0,'componentType':5126,'count':6,'type':'VEC4'}],'materials':[{}],"
       "'meshes':[{'name':'m','primitives':[{'attributes':{'POSITION':0,'TEXCOORD_0':1,'NORMAL':0,"
-      "'TANGENT':4,'_A':1},'material':0,'targets':[{'POSITION':0,'NORMAL':0}]}]}],"
+      "'TANGENT':4,'_A':1,'COLOR_0':4},'material':0,'targets':[{'POSITION':0,'NORMAL':0}]}]}],"
       "'nodes':[{'mesh':0,'name':'n'}],'skins':[{'joints':[0]}],'animations':[{'samplers':[{'input':2,"
       "'output':3}],'channels':[{'sampler':0,'target':{'node':0,'path':'rotation'}}]}]}",
       &bin, sizeof bin);
@@ -148,7 +151,18 @@ TEST(finding_bounds_survives_every_failure) {
 }
 
 /* Nor do surfaces that share its shapes afterwards meet what was left half made. */
-static void making_survives(bool morphs) {
+static void making_survives(uint32_t level, bool morphs, bool attributes) {
+  static const float values[6] = {0, 1, 2, 3, 4, 5};
+  static const uint32_t faces[24] = {0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3, 4, 4, 4, 4, 5, 5, 5, 5};
+  static const uint32_t parted[24] = {0, 1, 2, 3, 4, 5, 0, 1, 2, 3, 4, 5, 0, 1, 2, 3, 4, 5, 0, 1, 2, 3, 4, 5};
+  static const tw_attribute of_corners[2] = {
+      {.name = "_A", .width = 1, .values = values, .value_count = 6, .corners = parted},
+      {.name = "_B",
+       .width = 1,
+       .values = values,
+       .value_count = 6,
+       .corners = faces,
+       .numbers = TW_NUMBERS_UINT8}};
   static const uint32_t creased_edges[2][2] = {{0, 1}, {1, 2}};
   static const float sharpness[2] = {1.5f, 2.5f};
   tw_mesh mesh = cube();
@@ -160,7 +174,11 @@ static void making_survives(bool morphs) {
     mesh.morph_count = 2;
     mesh.morphs = mesh.morph_normals = displacements;
   }
-  tw_surface_options options = {.level = 4, .normals = true};
+  if (attributes) {
+    mesh.attribute_count = 2;
+    mesh.attributes = of_corners;
+  }
+  tw_surface_options options = {.level = level, .normals = true};
   rows wanted = read_rows(&mesh, options);
   size_t failures = 0;
   for (bool failed = true; failed; failures++) {
@@ -183,11 +201,16 @@ static void making_survives(bool morphs) {
 }
 
 TEST(making_a_surface_survives_every_failure) {
-  making_survives(false);
+  making_survives(4, false, false);
+}
+
+TEST(making_a_surface_with_values_of_corners_survives_every_failure) {
+  making_survives(4, false, true);
+  making_survives(2, false, true);
 }
 
 TEST(making_what_morph_targets_make_survives_every_failure) {
-  making_survives(true);
+  making_survives(4, true, false);
 }
 
 TEST(modelling_a_level_survives_every_failure) {
