@@ -131,12 +131,14 @@ static void member_groups(tw_text *out, const tw_model *model, const tw_mesh_sta
 /* What a description warns of beside the model's own warnings. */
 typedef struct mesh_faults {
   uint64_t reversed_edges; /* between two faces of opposite winding */
+  uint64_t seam_edges;     /* open, but not for their winding */
   uint64_t lost_creases;
   uint32_t mesh, points[2]; /* of the first lost crease */
 } mesh_faults;
 
 static void add_faults(mesh_faults *faults, uint32_t mesh, const tw_mesh_stats *facts) {
   faults->reversed_edges += facts->reversed_edges;
+  faults->seam_edges += facts->seam_edges - 2 * (uint64_t)facts->reversed_borders;
   if (faults->lost_creases == 0) {
     faults->mesh = mesh;
     memcpy(faults->points, facts->lost_crease, sizeof faults->points);
@@ -247,12 +249,19 @@ static void add_warnings(tw_text *out, const char *const *warnings, uint32_t cou
   api_call_warn(call, warnings, count);
 }
 
-static void add_fault_warnings(tw_text *out, const mesh_faults *faults, api_call *call) {
+static void add_fault_warnings(tw_text *out, const tw_model *model, const mesh_faults *faults,
+                               api_call *call) {
   char text[160];
   const char *const warning = text;
   if (faults->reversed_edges > 0) {
     snprintf(text, sizeof text, "%llu edges are creases: their two faces are wound against each other",
              (unsigned long long)faults->reversed_edges);
+    add_warnings(out, &warning, 1, call);
+  }
+  if (faults->seam_edges > 0 && !model->warns_of_seams) {
+    snprintf(text, sizeof text,
+             "%llu edges lie on one another and stay open seams: the file keeps their points apart",
+             (unsigned long long)faults->seam_edges);
     add_warnings(out, &warning, 1, call);
   }
   if (faults->lost_creases > 0) {
@@ -290,7 +299,7 @@ bool api_describe(const tw_model *model, const char *id, uint64_t size, tw_text 
   }
   tw_member_open(out, "warnings", "[");
   add_warnings(out, model->warnings, model->warning_count, call);
-  add_fault_warnings(out, &faults, call);
+  add_fault_warnings(out, model, &faults, call);
   tw_text_add(out, "]}\n");
   return true;
 }

@@ -8,7 +8,6 @@
 #include "merge_points.h"
 #include "soup_mesh.h"
 #include "tweend/format.h"
-#include "weld.h"
 
 typedef struct obj_bytes {
   const uint8_t *bytes;
@@ -368,18 +367,19 @@ static tw_status lose_parts(tw_obj_reader *reader, const tw_model *model) {
 /* Merges points that were duplicated along seams. A file with tags is a control mesh, whose points are meant
  * as they are. */
 static tw_status close_seams(const tw_obj_reader *reader, tw_model *model) {
-  uint32_t dropped = 0, reversed = 0;
+  uint32_t dropped = 0;
+  tw_welded all = {0};
   if (reader->tags.any) return TW_OK;
   for (uint32_t i = 0; i < model->mesh_count; i++) {
     tw_merged merged;
-    uint32_t more;
-    tw_status status = tw_mesh_close_seams(&model->meshes[i], model->arena, &merged, &more, reader->error);
+    tw_welded welded;
+    tw_status status = tw_mesh_close_seams(&model->meshes[i], model->arena, &merged, &welded, reader->error);
     if (status != TW_OK) return status;
     dropped += merged.faces;
-    reversed += more;
+    tw_add_welded(&all, &welded);
   }
   if (dropped > 0) tw_model_warn(model, TW_WELD_DROPPED_WARNING, (unsigned long long)dropped);
-  if (reversed > 0) tw_model_warn(model, TW_REVERSED_WARNING, reversed);
+  tw_warn_of_welding(model, &all);
   return TW_OK;
 }
 

@@ -56,6 +56,8 @@ static void move_corner(tw_polygons_read *read, uint32_t from, uint32_t to) {
     memcpy(read->corner_colors + 4 * (size_t)to, read->corner_colors + 4 * (size_t)from, 4 * sizeof(float));
 }
 
+static const char collapsed_faces[] = "faces with fewer than three different points are left out";
+
 /* Drops corners and faces in place, as welding could not see across an edge without length. */
 static void drop_degenerate(tw_polygons_read *read, tw_losses *losses) {
   uint32_t faces = 0, kept = 0, *corners = read->corners, doubled = 0;
@@ -71,96 +73,28 @@ static void drop_degenerate(tw_polygons_read *read, tw_losses *losses) {
     doubled += is_face && kept - start < end - first;
     first = end;
   }
-  tw_lose(losses, "faces with fewer than three different points are left out", NULL, read->face_count - faces,
-          0);
+  tw_lose(losses, collapsed_faces, NULL, read->face_count - faces, 0);
   tw_lose_doubled_corners(losses, doubled);
   read->face_offsets[faces] = kept;
   read->face_count = faces;
   read->corner_count = kept;
 }
 
-/* ---- doubles ----------------------------------------------------------------------------------- */
-
-/* A face, and a hash of its places in order, from the least one on. */
-typedef struct hashed_face {
-  uint64_t hash;
-  uint32_t face, start; /* start: the corner at the least place */
-} hashed_face;
-
-static int compare_hashed(const void *a, const void *b) {
-  const hashed_face *left = a, *right = b;
-  if (left->hash != right->hash) return left->hash < right->hash ? -1 : 1;
-  return left->face < right->face ? -1 : 1;
-}
-
-/* Corner k of a face, counted from `start` and round. */
-static uint32_t corner_round(const tw_polygons_read *read, const hashed_face *f, uint32_t k) {
-  uint32_t first = read->face_offsets[f->face], size = read->face_offsets[f->face + 1] - first;
-  return read->corners[first + (f->start - first + k) % size];
-}
-
-static hashed_face hash_face(const tw_polygons_read *read, const uint32_t *place, uint32_t face) {
-  uint32_t first = read->face_offsets[face], end = read->face_offsets[face + 1];
-  hashed_face out = {.hash = end - first, .face = face, .start = first};
-  for (uint32_t c = first; c < end; c++)
-    if (place[read->corners[c]] < place[read->corners[out.start]]) out.start = c;
-  for (uint32_t k = 0; k < end - first; k++) {
-    out.hash = (out.hash ^ place[corner_round(read, &out, k)]) * 0x9E3779B97F4A7C15u;
-    out.hash ^= out.hash >> 32;
-  }
-  return out;
-}
-
-static bool same_face(const tw_polygons_read *read, const uint32_t *place, const hashed_face *a,
-                      const hashed_face *b) {
-  uint32_t size = read->face_offsets[a->face + 1] - read->face_offsets[a->face];
-  if (size != read->face_offsets[b->face + 1] - read->face_offsets[b->face]) return false;
-  for (uint32_t k = 0; k < size; k++)
-    if (place[corner_round(read, a, k)] != place[corner_round(read, b, k)]) return false;
-  return true;
-}
-
-/* Removes the marked faces and their corners. */
-static void drop_marked(tw_polygons_read *read, const bool *is_double) {
+/* Removes the faces left out, and corners at the point of the corner before them. points: [vertex_count]. */
+static void drop_marked(tw_polygons_read *read, const uint32_t *points, const uint8_t *left_out) {
   uint32_t faces = 0, kept = 0;
   for (uint32_t f = 0, first = 0; f < read->face_count; f++) {
-    uint32_t end = read->face_offsets[f + 1];
-    if (!is_double[f]) {
-      for (uint32_t c = first; c < end; c++) move_corner(read, c, kept++);
-      read->face_offsets[++faces] = kept;
+    uint32_t end = read->face_offsets[f + 1], before = points[read->corners[end - 1]];
+    for (uint32_t c = first; c < end && !left_out[f]; c++) {
+      uint32_t vertex = read->corners[c];
+      if (points[vertex] != before) move_corner(read, c, kept++);
+      before = points[vertex];
     }
+    if (!left_out[f]) read->face_offsets[++faces] = kept;
     first = end;
   }
   read->face_count = faces;
   read->corner_count = kept;
-}
-
-/* Drops faces that are listed before, with the same places in the same direction: a third face at an edge
- * would keep its seam from closing. */
-static tw_status drop_doubles(tw_polygons_read *read, tw_losses *losses, tw_error *error) {
-  uint32_t dropped = 0;
-  uint32_t *place = tw_alloc(read->vertex_count, sizeof *place);
-  hashed_face *sorted = tw_alloc(read->face_count, sizeof *sorted);
-  bool *is_double = tw_alloc_zero(read->face_count, sizeof *is_double);
-  tw_status status = place && sorted && is_double
-                         ? tw_find_equal_rows(read->positions, 3, read->vertex_count, place, error)
-                         : tw_fail(error, TW_NO_MEMORY, "out of memory");
-  if (status == TW_OK) {
-    for (uint32_t f = 0; f < read->face_count; f++) sorted[f] = hash_face(read, place, f);
-    qsort(sorted, read->face_count, sizeof *sorted, compare_hashed);
-    for (uint32_t i = 1, first = 0; i < read->face_count; i++) {
-      bool again = sorted[i].hash == sorted[first].hash && same_face(read, place, &sorted[first], &sorted[i]);
-      if (again) is_double[sorted[i].face] = true;
-      dropped += again;
-      if (!again) first = i;
-    }
-    if (dropped > 0) drop_marked(read, is_double);
-  }
-  tw_free(place);
-  tw_free(sorted);
-  tw_free(is_double);
-  tw_lose(losses, "faces are left out", "they are listed twice", dropped, 0);
-  return status;
 }
 
 /* Makes the values of corners of what vertices have. points: [vertex_count] the point of each vertex, of
@@ -300,13 +234,44 @@ static tw_status fill_mesh(const tw_polygons_read *read, const tw_soup *soup, co
   return TW_OK;
 }
 
-/* As tw_weld_points; with TW_WELD_NONE every vertex is a point. */
-static tw_status number_points(const tw_soup *soup, tw_weld weld, uint32_t *points, tw_welded *out,
+static tw_soup view_soup(const tw_polygons_read *read) {
+  return (tw_soup){.vertex_count = read->vertex_count,
+                   .positions = read->positions,
+                   .face_count = read->face_count,
+                   .corner_count = read->corner_count,
+                   .face_offsets = read->face_offsets,
+                   .corners = read->corners};
+}
+
+/* As tw_weld_points, and drops the faces that it leaves out; with TW_WELD_NONE every vertex is a point. */
+static tw_status number_points(tw_polygons_read *read, tw_weld weld, uint32_t *points, tw_welded *out,
                                tw_error *error) {
-  if (weld != TW_WELD_NONE) return tw_weld_points(soup, points, out, error);
-  *out = (tw_welded){.point_count = soup->vertex_count};
-  for (uint32_t v = 0; v < soup->vertex_count; v++) points[v] = v;
-  return TW_OK;
+  *out = (tw_welded){.point_count = read->vertex_count};
+  for (uint32_t v = 0; v < read->vertex_count; v++) points[v] = v;
+  if (weld == TW_WELD_NONE) return TW_OK;
+  uint8_t *left_out = tw_alloc(read->face_count, 1);
+  const tw_soup soup = view_soup(read);
+  tw_status status = left_out ? tw_weld_points(&soup, points, left_out, out, error)
+                              : tw_fail(error, TW_NO_MEMORY, "out of memory");
+  if (status == TW_OK) drop_marked(read, points, left_out);
+  tw_free(left_out);
+  return status;
+}
+
+void tw_warn_of_welding(tw_model *model, const tw_welded *welded) {
+  if (welded->doubled > 0) tw_model_warn(model, TW_DOUBLED_WARNING, welded->doubled);
+  if (welded->slivers > 0) tw_model_warn(model, TW_SLIVER_WARNING, welded->slivers);
+  if (welded->reversed_edges > 0) tw_model_warn(model, TW_REVERSED_WARNING, welded->reversed_edges);
+  if (welded->open_edges > 0) tw_model_warn(model, TW_OPEN_WARNING, welded->open_edges);
+  model->warns_of_seams |= welded->open_edges > 0;
+}
+
+void tw_add_welded(tw_welded *total, const tw_welded *more) {
+  total->collapsed += more->collapsed;
+  total->doubled += more->doubled;
+  total->slivers += more->slivers;
+  total->reversed_edges += more->reversed_edges;
+  total->open_edges += more->open_edges;
 }
 
 tw_status tw_lose_unused_points(tw_losses *losses, uint32_t point_count, const uint32_t *corners,
@@ -343,26 +308,20 @@ tw_status tw_model_of_polygons(tw_polygons_read *read, tw_weld weld, tw_model *m
       tw_lose_unused_points(losses, read->vertex_count, read->corners, read->corner_count, error);
   if (status != TW_OK) return status;
   drop_degenerate(read, losses);
-  status = drop_doubles(read, losses, error);
-  if (status != TW_OK) return status;
-  const tw_soup soup = {.vertex_count = read->vertex_count,
-                        .positions = read->positions,
-                        .face_count = read->face_count,
-                        .corner_count = read->corner_count,
-                        .face_offsets = read->face_offsets,
-                        .corners = read->corners};
   uint32_t *points = tw_alloc(read->vertex_count, sizeof *points);
   tw_welded welded = {0};
   model->meshes = tw_arena_alloc(model->arena, 1, sizeof *model->meshes);
-  status = points && model->meshes ? number_points(&soup, weld, points, &welded, error)
+  status = points && model->meshes ? number_points(read, weld, points, &welded, error)
                                    : tw_fail(error, TW_NO_MEMORY, "out of memory");
   if (status == TW_OK) {
     model->mesh_count = 1;
     tw_mesh_init(model->meshes);
     memcpy(model->meshes->origin, read->origin, sizeof read->origin);
     model->meshes->welded_points = read->vertex_count - welded.point_count;
+    tw_lose(losses, collapsed_faces, NULL, welded.collapsed, 0);
+    tw_warn_of_welding(model, &welded);
+    const tw_soup soup = view_soup(read);
     status = fill_mesh(read, &soup, points, welded.point_count, model, error);
-    if (welded.reversed_edges > 0) tw_model_warn(model, TW_REVERSED_WARNING, welded.reversed_edges);
   }
   tw_free(points);
   return status;

@@ -4,6 +4,11 @@
 #define TWEEND_SOUP_MESH_H
 
 #include "losses.h"
+#include "weld.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
 
 /* Polygons as a file has them. Vertex arrays come from malloc and stay the caller's; face arrays lie in the
  * model's arena and become the mesh's. */
@@ -23,9 +28,9 @@ typedef struct tw_polygons_read {
 } tw_polygons_read;
 
 /* Makes the only mesh of the model. Drops corners that are at the place of the corner before them, and faces
- * left with fewer than three different places, and faces that are listed again, and notes them as losses;
- * then welds vertices as tw_weld_points does, unless `weld` is TW_WELD_NONE. Where vertices or
- * corners at one point have different colours, the mesh has colours of corners. TW_NO_MEMORY. */
+ * left with fewer than three different places; then welds vertices as tw_weld_points does, unless `weld` is
+ * TW_WELD_NONE. Notes or warns of what is left out and stays open. Where vertices or corners at one point
+ * have different colours, the mesh has colours of corners. TW_NO_MEMORY. */
 tw_status tw_model_of_polygons(tw_polygons_read *read, tw_weld weld, tw_model *model, tw_losses *losses,
                                tw_error *error);
 
@@ -41,6 +46,13 @@ tw_status tw_polygons_enter_frame(tw_polygons_read *read, tw_read_exact *read_ex
 tw_status tw_lose_unused_points(tw_losses *losses, uint32_t point_count, const uint32_t *corners,
                                 uint32_t corner_count, tw_error *error);
 
+/* Warns of the faces that welding left out and of the seams that it left open; not of collapsed faces, whose
+ * warning differs between formats. */
+void tw_warn_of_welding(tw_model *model, const tw_welded *welded);
+
+/* Adds the counts of another mesh, but for its points. */
+void tw_add_welded(tw_welded *total, const tw_welded *more);
+
 /* The most bytes that reading so many vertices, corners and faces holds, the model included. corner_values:
  * how many numbers each corner has. */
 uint64_t tw_polygons_size(uint64_t vertex_count, uint64_t corner_count, uint64_t face_count,
@@ -54,4 +66,7 @@ float tw_linear_from_srgb(float value);
 bool tw_is_stl(const uint8_t *bytes, size_t size);
 bool tw_is_ply(const uint8_t *bytes, size_t size);
 
+#ifdef __cplusplus
+}
+#endif
 #endif

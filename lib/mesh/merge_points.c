@@ -76,6 +76,7 @@ typedef struct merger {
   tw_mesh *mesh;
   const uint32_t *point_of; /* [point_count before] new index of each point */
   uint32_t point_count;     /* after the merge */
+  const uint8_t *left_out;  /* [face_count before] faces to drop; NULL: none */
   uint32_t *seen;           /* [point_count after] 1 + the last face that has the point */
   uint32_t *face_of;        /* [face_count before] new index of each face, UINT32_MAX when it is dropped */
   tw_arena *arena;
@@ -182,7 +183,9 @@ static void keep_faces(const merger *m) {
   tw_mesh *mesh = m->mesh;
   uint32_t *offsets = (uint32_t *)mesh->face_offsets, faces = 0, corners = 0;
   for (uint32_t f = 0, begin = 0; f < mesh->face_count; f++) {
-    uint32_t end = offsets[f + 1], stop = keep_corners(m, f, begin, end, corners);
+    uint32_t end = offsets[f + 1];
+    bool is_left_out = m->left_out && m->left_out[f];
+    uint32_t stop = is_left_out ? corners : keep_corners(m, f, begin, end, corners);
     m->face_of[f] = stop > corners ? faces : UINT32_MAX;
     if (stop > corners) {
       copy_face(mesh, f, faces++);
@@ -216,12 +219,12 @@ static void keep_tags(const merger *m) {
 }
 
 /* point_of: [point_count] the new index of each point; the `count` new points are numbered by their first old
- * point. */
-static tw_status merge(tw_mesh *mesh, const uint32_t *point_of, uint32_t count, tw_arena *arena,
-                       tw_merged *out, tw_error *error) {
+ * point. left_out: [face_count] faces to drop, or NULL. */
+static tw_status merge(tw_mesh *mesh, const uint32_t *point_of, uint32_t count, const uint8_t *left_out,
+                       tw_arena *arena, tw_merged *out, tw_error *error) {
   *out = (tw_merged){0};
-  if (count == mesh->point_count) return TW_OK;
-  merger m = {.mesh = mesh, .point_of = point_of, .point_count = count, .arena = arena};
+  if (count == mesh->point_count && !left_out) return TW_OK;
+  merger m = {.mesh = mesh, .point_of = point_of, .point_count = count, .left_out = left_out, .arena = arena};
   tw_status status = merger_init(&m, error);
   if (status == TW_OK) {
     uint32_t faces = mesh->face_count;
@@ -251,8 +254,9 @@ static int compare_points(const void *context, uint32_t a, uint32_t b) {
   return order;
 }
 
-tw_status tw_mesh_close_seams(tw_mesh *mesh, tw_arena *arena, tw_merged *out, uint32_t *reversed,
-                              tw_error *error) {
+/* points: [point_count] and left_out: [face_count], scratch. */
+static tw_status close_seams(tw_mesh *mesh, uint32_t *points, uint8_t *left_out, tw_arena *arena,
+                             tw_merged *out, tw_welded *welded, tw_error *error) {
   const tw_soup soup = {.vertex_count = mesh->point_count,
                         .positions = mesh->positions,
                         .face_count = mesh->face_count,
@@ -260,13 +264,24 @@ tw_status tw_mesh_close_seams(tw_mesh *mesh, tw_arena *arena, tw_merged *out, ui
                         .face_offsets = mesh->face_offsets,
                         .corners = mesh->corners,
                         .compare = compare_points,
-                        .context = mesh};
-  uint32_t *point_of = tw_alloc(mesh->point_count, sizeof *point_of);
-  tw_welded welded = {0};
-  tw_status status = point_of ? tw_weld_points(&soup, point_of, &welded, error) : no_memory(error);
-  if (status == TW_OK) status = merge(mesh, point_of, welded.point_count, arena, out, error);
-  *reversed = welded.reversed_edges;
-  tw_free(point_of);
+                        .context = mesh,
+                        .face_materials = mesh->face_materials};
+  tw_status status = tw_weld_points(&soup, points, left_out, welded, error);
+  uint32_t dropped = welded->collapsed + welded->doubled + welded->slivers;
+  if (status == TW_OK)
+    status = merge(mesh, points, welded->point_count, dropped > 0 ? left_out : NULL, arena, out, error);
+  if (status == TW_OK) out->faces -= welded->doubled + welded->slivers;
+  return status;
+}
+
+tw_status tw_mesh_close_seams(tw_mesh *mesh, tw_arena *arena, tw_merged *out, tw_welded *welded,
+                              tw_error *error) {
+  uint32_t *points = tw_alloc(mesh->point_count, sizeof *points);
+  uint8_t *left_out = tw_alloc(mesh->face_count, 1);
+  tw_status status =
+      points && left_out ? close_seams(mesh, points, left_out, arena, out, welded, error) : no_memory(error);
+  tw_free(points);
+  tw_free(left_out);
   return status;
 }
 
@@ -276,7 +291,7 @@ tw_status tw_mesh_merge_within(tw_mesh *mesh, double distance, tw_arena *arena, 
   tw_status status =
       point_of ? tw_weld_within(mesh->positions, mesh->point_count, distance, point_of, &count, error)
                : no_memory(error);
-  if (status == TW_OK) status = merge(mesh, point_of, count, arena, out, error);
+  if (status == TW_OK) status = merge(mesh, point_of, count, NULL, arena, out, error);
   tw_free(point_of);
   return status;
 }

@@ -2,7 +2,7 @@
 #ifndef TWEEND_MERGE_POINTS_H
 #define TWEEND_MERGE_POINTS_H
 
-#include "tweend/mesh.h"
+#include "weld.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -23,13 +23,12 @@ typedef struct tw_merged {
 tw_status tw_mesh_part_attributes(tw_mesh *mesh, const uint32_t *point_of, uint32_t count, tw_arena *arena,
                                   bool *parted, tw_error *error);
 
-/* Joins border edges of a checked mesh as tw_weld_points does. Nothing else may refer to the mesh yet, and it
- * must have no tags on edges, points or faces. Attributes that differ at
- * points which become one get values of corners, whose arrays live in the arena; equal texture coordinates
- * become one value. *reversed: edges whose two faces are wound against each other;
- * warning about them is the caller's task. O(n log n) at worst, and quick where no two points share a place.
- * TW_NO_MEMORY: the mesh is unchanged. */
-tw_status tw_mesh_close_seams(tw_mesh *mesh, tw_arena *arena, tw_merged *out, uint32_t *reversed,
+/* Joins border edges of a checked mesh as tw_weld_points does, and drops the faces that it leaves out.
+ * Nothing else may refer to the mesh yet, and it must have no tags on edges, points or faces. Attributes that
+ * differ at points which become one get values of corners, whose arrays live in the arena; equal texture
+ * coordinates become one value. out->faces counts the collapsed ones alone; warning about what `welded` tells
+ * is the caller's task. O(n log n) at worst. TW_NO_MEMORY: the mesh is unchanged. */
+tw_status tw_mesh_close_seams(tw_mesh *mesh, tw_arena *arena, tw_merged *out, tw_welded *welded,
                               tw_error *error);
 
 /* Merges points within a distance of each other as tw_weld_within does; 0 merges points at the same place.

@@ -1,75 +1,17 @@
-/* Welds vertices along shared edges. Everything is grouped by sorting in buckets. Hashes only choose the
- * bucket: no input takes longer than n log n, and the result does not depend on the hash. */
+/* Welds vertices along shared edges. Everything is grouped by sorting in buckets, which hashes only choose:
+ * no input takes longer than n log n, and the result does not depend on the hash. */
 #include "weld.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "bucket_sort.h"
+#include "face_faults.h"
 #include "union_find.h"
 
 static tw_status no_memory(tw_error *error) {
   return tw_fail(error, TW_NO_MEMORY, "out of memory");
-}
-
-/* ---- sorting in buckets ---------------------------------------------------------------------- */
-
-typedef bool less_fn(const void *context, uint32_t a, uint32_t b);
-
-static void sift_down(uint32_t *heap, size_t root, size_t count, less_fn *less, const void *context) {
-  for (;;) {
-    size_t child = 2 * root + 1;
-    if (child >= count) return;
-    if (child + 1 < count && less(context, heap[child], heap[child + 1])) child++;
-    if (!less(context, heap[root], heap[child])) return;
-    uint32_t moved = heap[root];
-    heap[root] = heap[child];
-    heap[child] = moved;
-    root = child;
-  }
-}
-
-/* Leaves the items in any order where the result is no longer wanted. */
-static void sort_items(uint32_t *items, size_t count, less_fn *less, const void *context) {
-  enum { SMALL = 12, STEPS = 64 };
-  if (count <= SMALL) {
-    for (size_t i = 1; i < count; i++) {
-      uint32_t item = items[i];
-      size_t at = i;
-      for (; at > 0 && less(context, item, items[at - 1]); at--) items[at] = items[at - 1];
-      items[at] = item;
-    }
-    return;
-  }
-  /* Equal items, of which hostile files have millions, come in order. */
-  size_t ordered = 1;
-  while (ordered < count && !less(context, items[ordered], items[ordered - 1])) ordered++;
-  if (ordered == count) return;
-  for (size_t root = count / 2; root-- > 0 && tw_work(STEPS);) sift_down(items, root, count, less, context);
-  for (size_t end = count - 1; end > 0 && tw_work(STEPS); end--) {
-    uint32_t greatest = items[0];
-    items[0] = items[end];
-    items[end] = greatest;
-    sift_down(items, 0, end, less, context);
-  }
-}
-
-typedef uint32_t bucket_fn(const void *context, uint32_t item);
-
-/* Sorts the items 0 to count - 1 by bucket, and within a bucket by `less`. order: [count] receives them. */
-static tw_status sort_in_buckets(bucket_fn *bucket_of, uint32_t count, uint32_t bucket_count, less_fn *less,
-                                 const void *context, uint32_t *order, tw_error *error) {
-  enum { STEPS = 8 };
-  uint32_t *starts = tw_alloc_zero((size_t)bucket_count + 1, sizeof *starts);
-  if (!starts) return no_memory(error);
-  for (uint32_t i = 0; i < count; i++) starts[bucket_of(context, i) + 1]++;
-  for (uint32_t b = 0; b < bucket_count; b++) starts[b + 1] += starts[b];
-  for (uint32_t i = 0; i < count; i++) order[starts[bucket_of(context, i)]++] = i;
-  /* Each start has moved to its bucket's end. */
-  for (uint32_t b = 0, begin = 0; b < bucket_count && tw_work(STEPS); begin = starts[b++])
-    if (starts[b] - begin > 1) sort_items(order + begin, starts[b] - begin, less, context);
-  tw_free(starts);
-  return tw_work_status(error);
 }
 
 /* ---- equal positions ------------------------------------------------------------------------- */
@@ -84,12 +26,30 @@ typedef struct places {
   const uint32_t *buckets; /* bucket of each row, while rows are sorted */
 } places;
 
-/* The computed sine of 2 pi in 32 bits is 1.7e-7 instead of 0; 2^-20 leaves room. */
+/* What is smaller than the size of a shape by this factor is no part of the shape. The computed sine of 2 pi
+ * in 32 bits is 1.7e-7 instead of 0; 2^-20 leaves room. */
+#define TINY 0x1p-20f
+
+/* The greatest extent of the vertices along an axis. */
+static float greatest_extent(const tw_soup *soup) {
+  float least[3] = {0}, most[3] = {0}, out = 0;
+  for (uint32_t v = 0; v < soup->vertex_count; v++)
+    for (size_t axis = 0; axis < 3; axis++) {
+      float value = soup->positions[3 * (size_t)v + axis];
+      least[axis] = v == 0 ? value : fminf(least[axis], value);
+      most[axis] = v == 0 ? value : fmaxf(most[axis], value);
+    }
+  for (size_t axis = 0; axis < 3; axis++) out = fmaxf(out, most[axis] - least[axis]);
+  return out;
+}
+
+/* Relative to the shape where that lies far from the origin: a cube of one metre there may have one metre as
+ * a coordinate. */
 static float tiny_coordinate(const tw_soup *soup) {
   float greatest = 0;
   for (size_t i = 0; i < 3 * (size_t)soup->vertex_count; i++)
     greatest = fmaxf(greatest, fabsf(soup->positions[i]));
-  return greatest * 0x1p-20f;
+  return fminf(greatest, greatest_extent(soup)) * TINY;
 }
 
 static float coordinate(const places *at, uint32_t row, size_t axis) {
@@ -141,7 +101,7 @@ static tw_status find_places(places at, uint32_t count, uint32_t *first, bool *s
   if (!order) return no_memory(error);
   at.buckets = first;
   for (uint32_t i = 0; i < count; i++) first[i] = hash_row(&at, i) & (buckets - 1);
-  tw_status status = sort_in_buckets(place_bucket, count, buckets, row_less, &at, order, error);
+  tw_status status = tw_sort_in_buckets(place_bucket, count, buckets, row_less, &at, order, error);
   *split = false;
   for (uint32_t i = 0; i < count && status == TW_OK; i++) {
     if (!tw_work(STEPS)) status = tw_work_status(error);
@@ -198,17 +158,31 @@ static uint32_t next_corner(const tw_soup *soup, uint32_t face, uint32_t corner)
   return corner + 1 < soup->face_offsets[face + 1] ? corner + 1 : soup->face_offsets[face];
 }
 
-/* Lists the sides that touch a place with several vertices; other sides have nothing to join. */
-static uint32_t collect_sides(const tw_soup *soup, const uint32_t *place, const bool *several, side *sides) {
+/* Lists the sides that touch a place with several vertices; other sides have nothing to join. left_out: or
+ * NULL. */
+static uint32_t collect_sides(const tw_soup *soup, const uint32_t *place, const bool *several,
+                              const uint8_t *left_out, side *sides) {
   uint32_t count = 0;
   for (uint32_t face = 0; face < soup->face_count; face++)
     for (uint32_t c = soup->face_offsets[face]; c < soup->face_offsets[face + 1]; c++) {
       uint32_t from = soup->corners[c], to = soup->corners[next_corner(soup, face, c)];
       uint32_t p = place[from], q = place[to];
-      if (p == q || (!several[p] && !several[q])) continue;
+      if (p == q || (left_out && left_out[face]) || (!several[p] && !several[q])) continue;
       sides[count++] = (side){from, to, face};
     }
   return count;
+}
+
+/* The end of the sides that begin at `begin` and lie between the same two places. order: the sides by (low
+ * end, high end). */
+static uint32_t group_end(const side_list *list, const uint32_t *order, uint32_t begin, uint32_t count) {
+  uint32_t low = low_end(list, order[begin]), high = high_end(list, order[begin]), end = begin + 1;
+  while (end < count && low_end(list, order[end]) == low && high_end(list, order[end]) == high) end++;
+  return end;
+}
+
+static bool runs_upward(const side_list *list, const side *s) {
+  return list->place[s->from] < list->place[s->to];
 }
 
 /* Values of vertices: [vertex_count][width]. */
@@ -222,56 +196,246 @@ static bool same_value(const value_rows *values, uint32_t a, uint32_t b) {
   return tw_compare_floats(p, q, values->width) == 0;
 }
 
-/* Joins the ends of each pair of opposite sides, where no third side runs between the same two places; where
- * values are given, only when these are equal at both ends. order: the sides by (low end, high end). Returns
- * how many pairs run the same way and do not share both vertices. */
-static uint32_t join_pairs(const side_list *list, const uint32_t *order, uint32_t count,
-                           const value_rows *values, uint32_t *joined) {
-  const uint32_t *place = list->place;
-  uint32_t reversed = 0;
+static void join_pair(const side *a, const side *b, uint32_t *joined) {
+  tw_union_find_join(joined, a->from, b->to);
+  tw_union_find_join(joined, a->to, b->from);
+}
+
+/* ---- values along an edge -------------------------------------------------------------------- */
+
+/* Joins the ends of each pair of opposite sides with the same values at both ends. */
+static void join_values(const side_list *list, const uint32_t *order, uint32_t count,
+                        const value_rows *values, uint32_t *joined) {
   for (uint32_t i = 0, end; i < count; i = end) {
-    uint32_t low = low_end(list, order[i]), high = high_end(list, order[i]);
-    for (end = i + 1; end < count; end++)
-      if (low_end(list, order[end]) != low || high_end(list, order[end]) != high) break;
-    if (end - i != 2) continue;
-    const side *a = &list->sides[order[i]], *b = &list->sides[order[i + 1]];
-    if (a->face == b->face) continue;     /* a face as thin as a line */
-    if (place[a->from] != place[b->to]) { /* they run the same way */
-      reversed += a->from != b->from || a->to != b->to;
-      continue;
+    end = group_end(list, order, i, count);
+    const side *a = &list->sides[order[i]], *b = &list->sides[order[end - 1]];
+    if (end - i != 2 || a->face == b->face || runs_upward(list, a) == runs_upward(list, b)) continue;
+    if (same_value(values, a->from, b->to) && same_value(values, a->to, b->from)) join_pair(a, b, joined);
+  }
+}
+
+/* ---- slivers --------------------------------------------------------------------------------- */
+
+/* Marks in left_out while slivers are searched for; at the end 0 and 1 alone are left. */
+enum { STAYS, LEFT_OUT, SLIVER, NO_SLIVER };
+
+/* Whether all sides of a face were listed, so that all other faces there are known. */
+static bool is_listed(const tw_soup *soup, const uint32_t *place, const bool *several, uint32_t face) {
+  for (uint32_t c = soup->face_offsets[face]; c < soup->face_offsets[face + 1]; c++)
+    if (!several[place[soup->corners[c]]] && !several[place[soup->corners[next_corner(soup, face, c)]]])
+      return false;
+  return true;
+}
+
+/* The sides of a soup, sorted, and what is found about its faces. */
+typedef struct welding {
+  const tw_soup *soup;
+  side_list list;
+  const bool *several; /* [vertex_count], read at a place's first vertex */
+  uint32_t *order;     /* [count] sides */
+  uint32_t count;
+  uint32_t *joined;  /* [vertex_count] disjoint sets of vertices */
+  uint8_t *left_out; /* [face_count] */
+  float height;      /* below it a face is a sliver */
+} welding;
+
+static const side *side_at(const welding *w, uint32_t i) {
+  return &w->list.sides[w->order[i]];
+}
+
+/* Marks slivers that share an edge with more than one other side. Returns how many. */
+static uint32_t mark_slivers(const welding *w) {
+  uint32_t found = 0;
+  for (uint32_t i = 0, end; i < w->count; i = end) {
+    end = group_end(&w->list, w->order, i, w->count);
+    for (uint32_t k = i; k < end && end - i > 2; k++) {
+      uint32_t face = side_at(w, k)->face;
+      if (w->left_out[face] != STAYS) continue;
+      bool is_sliver = tw_is_sliver(w->soup, face, (double)w->height) &&
+                       is_listed(w->soup, w->list.place, w->several, face);
+      w->left_out[face] = is_sliver ? SLIVER : NO_SLIVER;
+      found += is_sliver;
     }
-    if (values && (!same_value(values, a->from, b->to) || !same_value(values, a->to, b->from))) continue;
-    tw_union_find_join(joined, a->from, b->to);
-    tw_union_find_join(joined, a->to, b->from);
+  }
+  return found;
+}
+
+/* Keeps a sliver that another face needs: without it their edge would be a border. */
+static void keep_needed(const welding *w) {
+  for (uint32_t i = 0, end; i < w->count; i = end) {
+    end = group_end(&w->list, w->order, i, w->count);
+    if (end - i != 2) continue;
+    uint8_t *a = &w->left_out[side_at(w, i)->face], *b = &w->left_out[side_at(w, i + 1)->face];
+    if (*a == SLIVER && *b != SLIVER) *a = NO_SLIVER;
+    if (*b == SLIVER && *a != SLIVER) *b = NO_SLIVER;
+  }
+}
+
+/* Leaves out slivers that lie between the two sides of a seam. Returns how many. */
+static uint32_t leave_out_slivers(welding *w) {
+  uint32_t left = 0, kept = 0;
+  if (mark_slivers(w) > 0) keep_needed(w);
+  for (uint32_t face = 0; face < w->soup->face_count; face++) {
+    left += w->left_out[face] == SLIVER;
+    w->left_out[face] = w->left_out[face] == SLIVER || w->left_out[face] == LEFT_OUT;
+  }
+  for (uint32_t i = 0; i < w->count; i++)
+    if (!w->left_out[side_at(w, i)->face]) w->order[kept++] = w->order[i];
+  w->count = kept;
+  return left;
+}
+
+/* ---- pairs of sides -------------------------------------------------------------------------- */
+
+static uint32_t low_vertex(const side_list *list, const side *s) {
+  return runs_upward(list, s) ? s->from : s->to;
+}
+static uint32_t high_vertex(const side_list *list, const side *s) {
+  return runs_upward(list, s) ? s->to : s->from;
+}
+
+/* Orders sides between the same places by the exact positions of their ends. */
+static int compare_exactly(const welding *w, uint32_t a, uint32_t b) {
+  const side *p = &w->list.sides[a], *q = &w->list.sides[b];
+  const float *at = w->soup->positions;
+  int order = tw_compare_floats(at + 3 * (size_t)low_vertex(&w->list, p),
+                                at + 3 * (size_t)low_vertex(&w->list, q), 3);
+  return order != 0 ? order
+                    : tw_compare_floats(at + 3 * (size_t)high_vertex(&w->list, p),
+                                        at + 3 * (size_t)high_vertex(&w->list, q), 3);
+}
+
+static bool exactly_less(const void *context, uint32_t a, uint32_t b) {
+  int order = compare_exactly(context, a, b);
+  return order != 0 ? order < 0 : a < b;
+}
+
+/* Joins two sides that run in opposite directions. Returns 1 if they run the same way and do not share both
+ * vertices. */
+static uint32_t join_opposite(const welding *w, const side *a, const side *b) {
+  if (a->face == b->face) return 0; /* a face as thin as a line */
+  if (runs_upward(&w->list, a) == runs_upward(&w->list, b)) return a->from != b->from || a->to != b->to;
+  join_pair(a, b, w->joined);
+  return 0;
+}
+
+/* Joins each pair of opposite sides, where no third side runs between the same two places. Where one does,
+ * two alone between exactly the same positions are joined: a plate thinner than a tiny coordinate stays
+ * closed. Returns how many pairs run the same way. */
+static uint32_t join_pairs(const welding *w) {
+  uint32_t reversed = 0;
+  for (uint32_t i = 0, end; i < w->count; i = end) {
+    end = group_end(&w->list, w->order, i, w->count);
+    if (end - i == 2) reversed += join_opposite(w, side_at(w, i), side_at(w, i + 1));
+    if (end - i <= 2) continue;
+    tw_sort_items(w->order + i, end - i, exactly_less, w);
+    for (uint32_t k = i, stop; k < end; k = stop) {
+      for (stop = k + 1; stop < end; stop++)
+        if (compare_exactly(w, w->order[k], w->order[stop]) != 0) break;
+      if (stop - k == 2) join_opposite(w, side_at(w, k), side_at(w, k + 1));
+    }
   }
   return reversed;
 }
 
-static tw_status join_sides(const tw_soup *soup, const uint32_t *place, const value_rows *values, side *sides,
-                            uint32_t *order, bool *several, uint32_t *joined, uint32_t *reversed,
-                            tw_error *error) {
-  for (uint32_t v = 0; v < soup->vertex_count; v++)
-    if (place[v] != v) several[place[v]] = true;
-  uint32_t count = collect_sides(soup, place, several, sides);
-  const side_list list = {sides, place};
-  tw_status status = sort_in_buckets(low_end, count, soup->vertex_count, side_less, &list, order, error);
-  if (status == TW_OK) *reversed = join_pairs(&list, order, count, values, joined);
-  return status;
+/* ---- open seams ------------------------------------------------------------------------------ */
+
+/* Orders sides between the same places by the points at their ends. */
+static int compare_points(const welding *w, uint32_t a, uint32_t b) {
+  const side *p = &w->list.sides[a], *q = &w->list.sides[b];
+  uint32_t low[2] = {tw_union_find_root(w->joined, low_vertex(&w->list, p)),
+                     tw_union_find_root(w->joined, low_vertex(&w->list, q))};
+  uint32_t high[2] = {tw_union_find_root(w->joined, high_vertex(&w->list, p)),
+                      tw_union_find_root(w->joined, high_vertex(&w->list, q))};
+  if (low[0] != low[1]) return low[0] < low[1] ? -1 : 1;
+  return high[0] < high[1] ? -1 : high[0] > high[1];
 }
 
-/* place: [vertex_count] the first vertex at each vertex's place. joined: [vertex_count] every vertex its own
- * root before; afterwards the joined sets. *reversed: as join_pairs returns it. */
-static tw_status join_split_vertices(const tw_soup *soup, const uint32_t *place, const value_rows *values,
-                                     uint32_t *joined, uint32_t *reversed, tw_error *error) {
-  side *sides = tw_alloc(soup->corner_count, sizeof *sides);
-  uint32_t *order = tw_alloc(soup->corner_count, sizeof *order);
-  bool *several = tw_alloc_zero(soup->vertex_count, sizeof *several);
-  tw_status status = sides && order && several
-                         ? join_sides(soup, place, values, sides, order, several, joined, reversed, error)
-                         : no_memory(error);
-  tw_free(sides);
-  tw_free(order);
-  tw_free(several);
+static bool points_less(const void *context, uint32_t a, uint32_t b) {
+  int order = compare_points(context, a, b);
+  return order != 0 ? order < 0 : a < b;
+}
+
+/* Counts the sides that are alone at their points although others run between the same places. */
+static uint32_t count_open(const welding *w) {
+  uint32_t open = 0;
+  for (uint32_t i = 0, end; i < w->count; i = end) {
+    end = group_end(&w->list, w->order, i, w->count);
+    if (end - i <= 2) continue; /* joined, or wound against each other, which is told apart */
+    tw_sort_items(w->order + i, end - i, points_less, w);
+    uint32_t alone = 0;
+    for (uint32_t k = i; k < end; k++) {
+      bool is_first = k == i || compare_points(w, w->order[k - 1], w->order[k]) != 0;
+      bool is_last = k + 1 == end || compare_points(w, w->order[k], w->order[k + 1]) != 0;
+      alone += is_first && is_last;
+    }
+    open += alone > 1 ? alone : 0;
+  }
+  return open;
+}
+
+/* ---- both ------------------------------------------------------------------------------------ */
+
+/* Sides and their order, for points and for values of corners. */
+typedef struct side_arrays {
+  side *sides;     /* [corner_count] */
+  uint32_t *order; /* [corner_count] */
+  bool *several;   /* [vertex_count] */
+  uint32_t count;
+} side_arrays;
+
+static void side_arrays_deinit(side_arrays *arrays) {
+  tw_free(arrays->sides);
+  tw_free(arrays->order);
+  tw_free(arrays->several);
+}
+
+/* place: [vertex_count] the first vertex at each vertex's place. left_out: or NULL. The caller frees the
+ * arrays on failure too. */
+static tw_status sort_sides(const tw_soup *soup, const uint32_t *place, const uint8_t *left_out,
+                            side_arrays *out, tw_error *error) {
+  *out = (side_arrays){tw_alloc(soup->corner_count, sizeof *out->sides),
+                       tw_alloc(soup->corner_count, sizeof *out->order),
+                       tw_alloc_zero(soup->vertex_count, sizeof *out->several), 0};
+  if (!out->sides || !out->order || !out->several) return no_memory(error);
+  for (uint32_t v = 0; v < soup->vertex_count; v++)
+    if (place[v] != v) out->several[place[v]] = true;
+  out->count = collect_sides(soup, place, out->several, left_out, out->sides);
+  const side_list list = {out->sides, place};
+  return tw_sort_in_buckets(low_end, out->count, soup->vertex_count, side_less, &list, out->order, error);
+}
+
+/* Joins corners of one face that follow each other at one place. */
+static void join_short_sides(const welding *w) {
+  for (uint32_t face = 0; face < w->soup->face_count; face++)
+    for (uint32_t c = w->soup->face_offsets[face]; c < w->soup->face_offsets[face + 1] && !w->left_out[face];
+         c++) {
+      uint32_t from = w->soup->corners[c], to = w->soup->corners[next_corner(w->soup, face, c)];
+      if (from != to && w->list.place[from] == w->list.place[to]) tw_union_find_join(w->joined, from, to);
+    }
+}
+
+/* Joins vertices. joined: [vertex_count] every vertex its own root before; afterwards the joined sets. */
+static tw_status join_points(const tw_soup *soup, const uint32_t *place, uint32_t *joined, uint8_t *left_out,
+                             tw_welded *out, tw_error *error) {
+  side_arrays arrays;
+  tw_status status = sort_sides(soup, place, left_out, &arrays, error);
+  if (status == TW_OK) {
+    welding w = {.soup = soup,
+                 .list = {arrays.sides, place},
+                 .several = arrays.several,
+                 .order = arrays.order,
+                 .count = arrays.count,
+                 .joined = joined,
+                 .left_out = left_out,
+                 .height = TINY * greatest_extent(soup)};
+    out->slivers = leave_out_slivers(&w);
+    out->reversed_edges = join_pairs(&w);
+    join_short_sides(&w);
+    out->open_edges = count_open(&w);
+    status = tw_work_status(error);
+  }
+  side_arrays_deinit(&arrays);
   return status;
 }
 
@@ -294,17 +458,28 @@ static uint32_t number_roots(uint32_t *sets, uint32_t count, uint32_t *number) {
   return numbers;
 }
 
-tw_status tw_weld_points(const tw_soup *soup, uint32_t *point_of_vertex, tw_welded *out, tw_error *error) {
+/* Marks the faces to leave out by what they are alone, then joins points. place, joined: [vertex_count]
+ * scratch. */
+static tw_status weld_points(const tw_soup *soup, uint32_t *place, uint32_t *joined, uint8_t *left_out,
+                             tw_welded *out, tw_error *error) {
+  bool split = false;
+  const places at = {.rows = soup->positions, .width = 3, .tiny = tiny_coordinate(soup), .soup = soup};
+  tw_status status = find_places(at, soup->vertex_count, place, &split, error);
+  if (status != TW_OK) return status;
+  if (split) out->collapsed = tw_mark_collapsed(soup, place, left_out);
+  status = tw_mark_doubled(soup, place, left_out, &out->doubled, error);
+  return status == TW_OK && split ? join_points(soup, place, joined, left_out, out, error) : status;
+}
+
+tw_status tw_weld_points(const tw_soup *soup, uint32_t *point_of_vertex, uint8_t *left_out, tw_welded *out,
+                         tw_error *error) {
   *out = (tw_welded){0};
   uint32_t *place = tw_alloc(soup->vertex_count, 2 * sizeof *place);
   if (!place) return no_memory(error);
   uint32_t *joined = place + soup->vertex_count;
   tw_union_find_init(joined, soup->vertex_count);
-  bool split = false;
-  const places at = {.rows = soup->positions, .width = 3, .tiny = tiny_coordinate(soup), .soup = soup};
-  tw_status status = find_places(at, soup->vertex_count, place, &split, error);
-  if (status == TW_OK && split)
-    status = join_split_vertices(soup, place, NULL, joined, &out->reversed_edges, error);
+  if (soup->face_count > 0) memset(left_out, 0, soup->face_count);
+  tw_status status = weld_points(soup, place, joined, left_out, out, error);
   if (status == TW_OK) out->point_count = number_roots(joined, soup->vertex_count, point_of_vertex);
   tw_free(place);
   return status;
@@ -333,10 +508,14 @@ tw_status tw_weld_values(const tw_soup *soup, const uint32_t *point_of_vertex, u
   const value_rows values = {rows, width};
   uint32_t *place = tw_alloc(soup->vertex_count, 2 * sizeof *place);
   if (!place) return no_memory(error);
-  uint32_t *joined = place + soup->vertex_count, reversed;
+  uint32_t *joined = place + soup->vertex_count;
+  side_arrays arrays = {0};
   tw_union_find_init(joined, soup->vertex_count);
   tw_status status = find_first_vertices(point_of_vertex, soup->vertex_count, point_count, place, error);
-  if (status == TW_OK) status = join_split_vertices(soup, place, &values, joined, &reversed, error);
+  if (status == TW_OK) status = sort_sides(soup, place, NULL, &arrays, error);
+  const side_list list = {arrays.sides, place};
+  if (status == TW_OK) join_values(&list, arrays.order, arrays.count, &values, joined);
+  side_arrays_deinit(&arrays);
   if (status == TW_OK) *value_count = number_roots(joined, soup->vertex_count, value_of_vertex);
   tw_free(place);
   return status;
@@ -427,7 +606,7 @@ static tw_status find_near(const float *positions, uint32_t count, double distan
   if (!order) return no_memory(error);
   const near_grid grid = {positions, distance, order, count};
   for (uint32_t i = 0; i < count; i++) order[i] = first[i] = i;
-  sort_items(order, count, cell_less, &grid);
+  tw_sort_items(order, count, cell_less, &grid);
   for (uint32_t i = 0; i < count && tw_work(STEPS); i++)
     if (first[i] == i) take_near(&grid, i, first);
   tw_free(order);

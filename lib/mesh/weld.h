@@ -4,43 +4,43 @@
 #ifndef TWEEND_WELD_H
 #define TWEEND_WELD_H
 
-#include "tweend/mesh.h"
+#include "soup.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-/* Faces over vertices; a view. */
-typedef struct tw_soup {
-  uint32_t vertex_count;
-  const float *positions; /* [vertex_count][3], finite */
-  uint32_t face_count, corner_count;
-  const uint32_t *face_offsets; /* [face_count + 1] */
-  const uint32_t *corners;      /* [corner_count] vertices, in range */
-  /* Orders two vertices at one place by what else a point has: joints, weights, displacements of morph
-   * targets. They are one point only where it returns 0. A total order; less than 0 where a comes first.
-   * NULL: the place alone counts. */
-  int (*compare)(const void *context, uint32_t a, uint32_t b);
-  const void *context;
-} tw_soup;
-
-/* The warning to give when tw_welded.reversed_edges is not 0. */
-#define TW_REVERSED_WARNING                                                                                  \
-  "%u edges are between faces that are wound the other way round: the surface is open there"
-
 /* The result of welding. */
 typedef struct tw_welded {
   uint32_t point_count;
+  /* Faces left out: collapsed ones have fewer than three different places; doubled ones are listed before, in
+   * the same direction and with the same material; slivers lie between the two sides of a seam, flatter than
+   * 2^-20 of the soup's extent. */
+  uint32_t collapsed, doubled, slivers;
   uint32_t reversed_edges; /* pairs of edges along the same positions that run the same way: their faces are
                               wound against each other, and they are not joined */
+  uint32_t open_edges;     /* edges that are not joined as more than two run along the same positions */
 } tw_welded;
+
+/* The warnings to give where a count is not 0. */
+#define TW_REVERSED_WARNING                                                                                  \
+  "%u edges are between faces that are wound the other way round: the surface is open there"
+#define TW_DOUBLED_WARNING "%u faces are left out: they are listed twice"
+#define TW_SLIVER_WARNING                                                                                    \
+  "%u slivers are left out: they lie between two faces that belong together, flatter than a millionth of "   \
+  "the mesh"
+#define TW_OPEN_WARNING "%u edges lie on one another and stay open seams: more than two faces meet there"
 
 /* Finds which vertices are one point. Two edges between the same two positions that run in opposite
  * directions are one edge, and their ends one point each, unless a third edge runs there. So seams close, and
  * surfaces that only touch stay apart, as do parts that move differently (soup->compare). Coordinates below a
- * millionth of the largest count as 0. point_of_vertex: [vertex_count]; points are numbered in the order of
- * their first vertex. O(n log n) at worst. TW_NO_MEMORY. */
-tw_status tw_weld_points(const tw_soup *soup, uint32_t *point_of_vertex, tw_welded *out, tw_error *error);
+ * millionth of the largest, or of the soup's extent where that is less, count as 0. Faces that keep seams
+ * from closing are left out first.
+ * point_of_vertex: [vertex_count]; points are numbered in the order of their first vertex, also that of a
+ * face left out. left_out: [face_count] receives 1 for each face that the caller has to drop, else 0. Corners
+ * that follow each other in a face may become one point. O(n log n) at worst. TW_NO_MEMORY. */
+tw_status tw_weld_points(const tw_soup *soup, uint32_t *point_of_vertex, uint8_t *left_out, tw_welded *out,
+                         tw_error *error);
 
 /* Finds which vertices share a value, such as a texture coordinate or a colour: vertices of one point that
  * are joined by an edge with equal values on both sides. Parts of a texture that only touch stay apart.

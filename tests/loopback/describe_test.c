@@ -112,14 +112,14 @@ TEST_WITH(neighbours_wound_against_each_other_are_named, loopback_setup, loopbac
 }
 
 TEST_WITH(groups_are_listed_with_their_faces, loopback_setup, loopback_teardown) {
-  static const char obj[] = "v 0 0 0\nv 0 1 0\nv 1 0 0\nf 1 2 3\ng arm left\nf 1 2 3\nf 3 2 1\n"
-                            "g \"leg\"\nf 2 3 1\n";
+  static const char obj[] = "v 0 0 0\nv 0 1 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\ng arm left\nf 1 2 4\nf 3 2 1\n"
+                            "g \"leg\"\nf 2 3 4\n";
   char *facts = facts_of(*state, "model/obj", obj, strlen(obj));
   assert_non_null(strstr(facts, "'group_count':2,'groups':[{'names':['arm','left'],'faces':2},"
                                 "{'names':['\\'leg\\''],'faces':1}]"));
   free(facts);
   char many[8192] = "v 0 0 0\nv 0 1 0\nv 1 0 0\n", *at = many + strlen(many);
-  for (int i = 0; i < 65; i++) at += sprintf(at, "g part%d\nf 1 2 3\n", i);
+  for (int i = 0; i < 65; i++) at += sprintf(at, "v %d 1 1\ng part%d\nf 1 2 -1\n", i, i);
   facts = facts_of(*state, "model/obj", many, strlen(many));
   assert_non_null(strstr(facts, "'group_count':65,"));
   assert_non_null(strstr(facts, "{'names':['part63'],'faces':1}]"));

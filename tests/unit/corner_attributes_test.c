@@ -367,7 +367,8 @@ TEST(random_colours_stay_where_points_are_merged) {
   soup *s = malloc(sizeof *s);
   assert_true(p && s);
   for (uint32_t round = 0; round < 60; round++) {
-    uint32_t vertices[CORNERS], reversed;
+    uint32_t vertices[CORNERS];
+    tw_welded welded;
     tw_merged merged;
     make_patch(p, (shapes)(round % 3));
     make_soup(p, 1 + round % 4, s);
@@ -384,7 +385,7 @@ TEST(random_colours_stay_where_points_are_merged) {
     tw_arena *arena = tw_arena_create();
     assert_non_null(arena);
     if (round % 2)
-      assert_int_equal(tw_mesh_close_seams(&mesh, arena, &merged, &reversed, NULL), TW_OK);
+      assert_int_equal(tw_mesh_close_seams(&mesh, arena, &merged, &welded, NULL), TW_OK);
     else
       assert_int_equal(tw_mesh_merge_within(&mesh, 1e-3, arena, &merged, NULL), TW_OK);
     assert_int_equal(mesh.point_count, POINTS);

@@ -587,22 +587,29 @@ TEST(normals_of_targets_displace_those_of_the_file_alone) {
 
 /* Each holds as many bytes as the mesh has corners, twelve times. */
 TEST(normals_of_too_many_targets_are_warned_of) {
-  enum { CORNERS = 12288 };
+  enum { CORNERS = 12288, VERTICES = 32 };
   static struct {
-    float positions[4][3];
+    float positions[VERTICES][3];
     uint16_t indices[CORNERS];
   } bin;
   static char json[1 << 16];
-  memcpy(bin.positions, square.positions, sizeof bin.positions);
-  for (int i = 0; i < CORNERS; i++) bin.indices[i] = (uint16_t)(i % 3);
+  for (int v = 0; v < VERTICES; v++) bin.positions[v][0] = (float)v, bin.positions[v][1] = (float)(v * v);
+  for (int a = 0, next = 0; a < VERTICES; a++) /* triangles that differ */
+    for (int b = a + 1; b < VERTICES; b++)
+      for (int c = b + 1; c < VERTICES && next < CORNERS; c++) {
+        bin.indices[next++] = (uint16_t)a;
+        bin.indices[next++] = (uint16_t)b;
+        bin.indices[next++] = (uint16_t)c;
+      }
   for (int targets = 900; targets <= 920; targets += 20) {
     size_t size = (size_t)snprintf(
         json, sizeof json,
-        "{" ASSET ",'buffers':[{'byteLength':%zu}],'bufferViews':[{'buffer':0,'byteLength':48},"
-        "{'buffer':0,'byteOffset':48,'byteLength':%d}],'accessors':[" POSITIONS
-        ",{'bufferView':1,'componentType':5123,'count':%d,'type':'SCALAR'}],"
+        "{" ASSET ",'buffers':[{'byteLength':%zu}],'bufferViews':[{'buffer':0,'byteLength':%d},"
+        "{'buffer':0,'byteOffset':%d,'byteLength':%d}],'accessors':["
+        "{'bufferView':0,'componentType':5126,'count':%d,'type':'VEC3'},"
+        "{'bufferView':1,'componentType':5123,'count':%d,'type':'SCALAR'}],"
         "'meshes':[{'primitives':[{'attributes':{'POSITION':0,'NORMAL':0},'indices':1,'targets':[",
-        sizeof bin, 2 * CORNERS, CORNERS);
+        sizeof bin, 12 * VERTICES, 12 * VERTICES, 2 * CORNERS, VERTICES, CORNERS);
     for (int i = 0; i < targets; i++)
       size += (size_t)snprintf(json + size, sizeof json - size, "%s{'POSITION':0,'NORMAL':0}", i ? "," : "");
     snprintf(json + size, sizeof json - size, "]}]}]}");

@@ -391,10 +391,11 @@ TEST(gltf_primitives_keep_their_extras_beside_groups) {
 
 TEST(gltf_leaves_out_groups_beyond_thousands) {
   for (int count = 16384; count <= 16385; count++) {
-    char *text = malloc((size_t)count * 24 + 100);
+    char *text = malloc((size_t)count * 40 + 100);
     assert_non_null(text);
     size_t length = (size_t)sprintf(text, "v 0 0 0\nv 1 0 0\nv 0 1 0\n");
-    for (int i = 0; i < count; i++) length += (size_t)sprintf(text + length, "g g%d\nf 1 2 3\n", i);
+    for (int i = 0; i < count; i++)
+      length += (size_t)sprintf(text + length, "v %d 1 1\ng g%d\nf 1 2 -1\n", i, i);
     fixture f;
     fixture_init(&f, text);
     fixture_refine(&f, 0, false);

@@ -93,8 +93,12 @@ TEST(a_reversed_neighbour_with_the_same_points_is_counted) {
   tw_model_destroy(model);
 }
 
-TEST(a_face_as_thin_as_a_line_does_not_close_upon_itself) {
-  assert_points("v 1 0 0\nv 0 1e-30 0\nv 0 0 0\nf 1 2 3\n", TW_WELD_AUTO, 3, 3);
+TEST(a_face_as_thin_as_a_line_goes_with_a_warning) {
+  tw_model *model = read_obj("v 1 0 0\nv 0 1e-30 0\nv 0 0 0\nf 1 2 3\n");
+  assert_int_equal(model->meshes->face_count, 0);
+  assert_int_equal(model->warning_count, 1);
+  assert_non_null(strstr(model->warnings[0], "1 faces are left out"));
+  tw_model_destroy(model);
 }
 
 /* Groups and materials follow their faces. Points and equal texture coordinates that become one are those of

@@ -317,7 +317,7 @@ TEST(statements_without_a_surface_are_no_unknown_ones) {
                 "usemap a\nmaplib a\nshadow_obj a\ntrace_obj a\nctech cparm 1\nstech cparma 1\n"
                 "vp 0 0\ncstype bezier\ndeg 3\nbmat u 1\nstep 1\nparm u 0 1\ntrim 0 1 1\n"
                 "hole 0 1 1\nscrv 0 1 1\nsp 1\nend\ncon 1 0 1 1 2 0 1 1\n" TRIANGLE
-                "vt 0 0\nvn 0 0 1\nf 1 2 3\nfo 1 2 3\n");
+                "vt 0 0\nvn 0 0 1\nf 1 2 3\nfo 3 2 1\n");
   assert_int_equal(model->warning_count, 3);
   assert_non_null(strstr(model->warnings[0], "libraries of materials"));
   assert_string_equal(model->warnings[2],
@@ -388,9 +388,10 @@ TEST(corners_with_slashes_alone_and_faces_by_an_older_name_are_read) {
 
 TEST(a_hundred_thousand_groups_of_one_face_are_kept) {
   enum { GROUPS = 100000 };
-  char *text = malloc(GROUPS * 32 + 64), *end = text;
+  char *text = malloc(GROUPS * 48 + 64), *end = text;
   end += sprintf(end, TRIANGLE);
-  for (int i = 0; i < GROUPS; i++) end += sprintf(end, "g Group%d\nf 1 2 3\n", i);
+  for (int i = 0; i < GROUPS; i++)
+    end += sprintf(end, "v %d 1 1\ng Group%d\nf %d 2 -1\n", i, i, i % 2 ? 1 : 3);
   tw_model *model = read_good(text);
   assert_int_equal(model->group_count, GROUPS);
   assert_int_equal(model->meshes[0].face_groups[GROUPS - 1], GROUPS - 1);
@@ -647,7 +648,7 @@ TEST(points_without_faces_and_zero_bytes_at_the_end_are_read) {
  * dropped, or of a mesh that has none. */
 TEST(corners_that_get_0_0_for_a_texture_coordinate_are_counted) {
   tw_model *model =
-      read_good("o a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\nf 1/1 2 2 3/1\nf 1 1 2\n"
+      read_good("o a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\nf 1/1 3 3 2/1\nf 1 1 2\n"
                 "o b\nv 0 0 1\nv 1 0 1\nv 0 1 1\nf 4 5 6\n");
   assert_int_equal(model->warning_count, 3); /* a doubled corner, a face of two points */
   assert_string_equal(model->warnings[2], "1 face corners have no texture coordinate and get 0 0");

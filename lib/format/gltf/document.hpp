@@ -19,6 +19,7 @@
 #include "losses.h"
 #include "tweend/format.h"
 #include "tweend/json_text.h"
+#include "weld.h"
 
 namespace gltf {
 
@@ -426,7 +427,7 @@ struct Document {
   }
   // For the warnings.
   size_t degenerate_faces = 0, partly_textured = 0;
-  uint32_t reversed_edges = 0;
+  tw_welded welded = {};
   std::set<std::string> attribute_warnings;
   // Notes what became of an attribute, for a warning.
   void note(const std::string &fate) {

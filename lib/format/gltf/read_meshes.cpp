@@ -8,11 +8,12 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <map>
 #include <numeric>
 
 #include "quad_pairing.h"
-#include "weld.h"
+#include "soup_mesh.h"
 
 namespace gltf {
 
@@ -44,7 +45,7 @@ public:
         pointer_(text("/meshes/", index, "/primitives/")), scratch_(scratch),
         opened_(document, accessors, index), lists_(document.budget), elements_(document.budget),
         positions_(document.budget), point_(document.budget), first_vertex_(document.budget),
-        tags_(document, accessors, index) {}
+        left_out_(document.budget), materials_(document.budget), tags_(document, accessors, index) {}
 
   void read() {
     document_.budget.place = text("/meshes/", index_);
@@ -93,6 +94,8 @@ private:
   Vector<float> positions_;       // of the vertices
   Vector<uint32_t> point_;        // of each vertex
   Vector<uint32_t> first_vertex_; // of each point
+  Vector<uint8_t> left_out_;      // 1 for each face that welding leaves out
+  Vector<int32_t> materials_;     // of the faces while points are welded; empty where all have the same
   CageTags tags_;
 
   // ---- primitives ------------------------------------------------------------------------------
@@ -343,7 +346,20 @@ private:
             [](const void *reader, uint32_t a, uint32_t b) {
               return static_cast<const MeshReader *>(reader)->compare_motion(a, b);
             },
-            this};
+            this,
+            materials_.empty() ? nullptr : materials_.data()};
+  }
+
+  // The materials of the faces, which tell apart layers that lie on one another.
+  void list_materials() {
+    bool differ = std::any_of(lists_.begin(), lists_.end(), [&](const FaceList &list) {
+      return list.material != lists_[0].material || list.holes != lists_[0].holes;
+    });
+    if (!differ) return;
+    constexpr int32_t hole = std::numeric_limits<int32_t>::min();
+    materials_.reserve(face_count_);
+    for (const FaceList &list : lists_)
+      materials_.insert(materials_.end(), list.face_count, list.holes ? hole : list.material);
   }
 
   // What two vertices have of an attribute; without it, 0.
@@ -406,25 +422,29 @@ private:
     positions_.resize(3 * size_t{count});
     for (uint32_t v = 0; v < count; v++) read_vertex(source_of(v).position, v, &positions_[3 * size_t{v}]);
     point_.resize(count);
-    tw_welded welded = {count, 0};
+    tw_welded welded = {};
+    welded.point_count = count;
+    left_out_.resize(face_count_);
     if (tags_.are_there()) {
       welded.point_count = tags_.read_points(elements_, point_);
     } else if (document_.weld == TW_WELD_NONE) {
       std::iota(point_.begin(), point_.end(), 0u);
     } else {
+      list_materials();
       tw_soup soup = view_soup();
       Hold hold(document_.budget, tw_weld_size(soup.vertex_count, soup.corner_count));
-      check_status(tw_weld_points(&soup, point_.data(), &welded, nullptr));
+      check_status(tw_weld_points(&soup, point_.data(), left_out_.data(), &welded, nullptr));
     }
-    document_.reversed_edges += welded.reversed_edges;
+    document_.degenerate_faces += welded.collapsed;
+    tw_add_welded(&document_.welded, &welded);
     first_vertex_.resize(welded.point_count);
     for (uint32_t v = count; v-- > 0;) first_vertex_[point_[v]] = v;
     mesh_.point_count = welded.point_count;
     mesh_.welded_points = count - welded.point_count;
   }
 
-  // Merges neighbouring corners of a face that are at one point, maybe by welding, and drops faces left with
-  // fewer than three different points.
+  // Drops the faces that welding leaves out. Merges neighbouring corners of a face that are at one point,
+  // maybe by welding, and drops faces left with fewer than three different points.
   void drop_doubled_corners() {
     Vector<uint32_t> seen(document_.budget, mesh_.point_count); // last face of each point, from 1
     uint32_t face = 0;
@@ -436,6 +456,10 @@ private:
       list.face_count = 0;
       for (; count > 0; count--) {
         size_t end = offsets_[++face], start = corner_count_, different = 0;
+        if (left_out_[face - 1]) {
+          begin = end;
+          continue;
+        }
         uint32_t before = point_[corners_[end - 1]];
         for (size_t c = begin; c < end; c++) {
           uint32_t corner = corners_[c], point = point_[corner];
@@ -850,8 +874,7 @@ void read_meshes(Document &document, Accessors &accessors) {
     tw_model_warn(document.model, "%zu degenerate faces are left out", document.degenerate_faces);
   for (const std::string &fate : document.attribute_warnings)
     tw_model_warn(document.model, "the attribute %s", fate.c_str());
-  if (document.reversed_edges > 0)
-    tw_model_warn(document.model, TW_REVERSED_WARNING, document.reversed_edges);
+  tw_warn_of_welding(document.model, &document.welded);
   if (document.partly_textured > 0)
     tw_model_warn(document.model, "%zu sets of texture coordinates are 0 0 where a primitive lacks them",
                   document.partly_textured);

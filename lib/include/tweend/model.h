@@ -83,6 +83,7 @@ typedef struct tw_model {
   const tw_gltf_assets *assets;  /* or NULL */
   uint32_t warning_count;
   const char **warnings; /* [warning_count] sentences */
+  bool warns_of_seams;   /* one of them tells of seams that stay open */
 } tw_model;
 
 tw_model *tw_model_create(void);        /* an empty model with its arena; NULL without memory */
