@@ -322,8 +322,10 @@ export interface MeshFacts {
     normals: number;
     angle_30: number;
     auto: number;
+    /** What the default adds to the tags. */
+    file: number;
   };
-  /** Number of quads that `quads=auto` makes from pairs of a glTF's triangles. */
+  /** Number of quads made from pairs of triangles, as `quads=auto` makes them, the default for glTF and STL. */
   paired_quads: number;
   /** Number of different sets of named groups that faces are in. */
   group_count: number;
@@ -1033,14 +1035,19 @@ export interface SurfaceOptions {
    */
   creasing?: "uniform" | "chaikin";
   /**
-   * Which edges are creases. `tags`: only edges tagged in the file. The next three values add edges; a tagged edge
-   * keeps its own sharpness. `normals`: edges whose two faces have normals in the file that differ at an end by
-   * over half a degree; without normals, edges between OBJ smoothing groups, or in `s off`. `angle:DEGREES` (0 to
-   * 180, as `angle:30`): edges at which the faces turn by more. `auto`: like `normals` in pieces (faces connected
-   * by points) that also have smooth edges; in pieces that are flat-shaded throughout, or for which the file has no
-   * information, edges at which the faces turn by more than 50 degrees. `none`: no creases and no sharp vertices.
-   * `boundary` still applies to borders. The description counts these edges as `hard_edges`.
-   * @default tags
+   * Which edges are creases. `file`: those tagged in the file where a mesh has any tag of subdivision; else what
+   * the file shows, as `auto` finds it, in pieces with normals or smoothing groups, and in STL, which only angles
+   * can tell of; else none, so that a cube without normals becomes a ball. A warning counts the edges that are kept
+   * hard. `tags`: only edges tagged in the file. The next three values add edges; a tagged edge keeps its own
+   * sharpness. `normals`: edges whose two faces have normals in the file that differ at an end by over half a
+   * degree; without normals, edges between OBJ smoothing groups, or in `s off`. `angle:DEGREES` (0 to 180, as
+   * `angle:30`): edges at which the faces turn by more. `auto`: like `normals` in pieces (faces connected by
+   * points) that also have smooth edges; in pieces that are flat-shaded throughout, or for which the file has no
+   * information, edges at which the faces turn by more than 50 degrees. With `auto` and `file` a point at which a
+   * line of two such edges, or of two borders (with `boundary=edge-and-corner`), turns by more than 50 degrees is a
+   * corner. `none`: no creases and no sharp vertices. `boundary` still applies to borders. The description counts
+   * these edges as `hard_edges`.
+   * @default file
    */
   creases?: string;
   /**
@@ -1064,11 +1071,11 @@ export interface SurfaceOptions {
    */
   weld?: ("auto" | "exact" | "none") | number;
   /**
-   * How glTF triangles become polygons. `ngon`: only by FB_ngon_encoding. `auto` also joins pairs of triangles that
-   * an exporter split from quads: consecutive triangles in the pattern that most of them have, then pairs that look
-   * like a split rectangle; never across a material, a UV seam or a hard edge, and not in a mesh with few such
-   * pairs. The description counts the `paired_quads`.
-   * @default ngon
+   * How triangles become polygons; OBJ, PLY and tweend JSON keep theirs. By default `auto` for glTF and STL, which
+   * cannot store polygons, with a warning that counts what was joined. `ngon`: only by FB_ngon_encoding. `auto`
+   * also joins pairs of triangles that an exporter split from quads: consecutive triangles in the pattern that most
+   * of them have, then pairs that look like a split rectangle; never across a material, a UV seam or a hard edge,
+   * and not in a mesh with few such pairs. The description counts the `paired_quads`.
    */
   quads?: "ngon" | "auto" | "off";
   /**

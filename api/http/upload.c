@@ -316,9 +316,9 @@ api_outcome api_upload_format(api_call *call, api_bytes bytes, tw_format *out) {
 
 tw_status api_quads_read(const api_query *query, tw_quads *out, tw_error *error) {
   static const char *const names[] = {"ngon", "auto", "off", NULL};
-  int quads = TW_QUADS_NGON;
+  int quads = -1;
   tw_status status = api_query_choice(query, "quads", names, &quads, error);
-  *out = (tw_quads)quads;
+  *out = (tw_quads)(TW_QUADS_USUAL + 1 + quads);
   return status;
 }
 
@@ -331,7 +331,7 @@ bool api_model_read(api_bytes bytes, tw_format format, api_reading reading, cons
     status = tw_obj_read(bytes.data, bytes.size, reading.weld, &model, &fault->error);
     break;
   case TW_FORMAT_STL:
-    status = tw_stl_read(bytes.data, bytes.size, reading.weld, &model, &fault->error);
+    status = tw_stl_read(bytes.data, bytes.size, reading.quads, reading.weld, &model, &fault->error);
     break;
   case TW_FORMAT_PLY:
     status = tw_ply_read(bytes.data, bytes.size, reading.weld, &model, &fault->error);

@@ -96,6 +96,7 @@ static void print_facts(tw_text *out, const tw_mesh *mesh, const tw_mesh_stats *
   tw_member_count(out, "normals", facts->hard_edges.by_normals);
   tw_member_count(out, "angle_30", facts->hard_edges.by_30_degrees);
   tw_member_count(out, "auto", facts->hard_edges.by_auto);
+  tw_member_count(out, "file", facts->hard_edges.by_file);
   tw_text_add(out, "}");
 }
 
@@ -133,6 +134,7 @@ typedef struct mesh_faults {
   uint64_t reversed_edges; /* between two faces of opposite winding */
   uint64_t seam_edges;     /* open, but not for their winding */
   uint64_t lost_creases;
+  uint64_t hard_edges;      /* that TW_CREASES_FILE finds */
   uint32_t mesh, points[2]; /* of the first lost crease */
 } mesh_faults;
 
@@ -144,17 +146,14 @@ static void add_faults(mesh_faults *faults, uint32_t mesh, const tw_mesh_stats *
     memcpy(faults->points, facts->lost_crease, sizeof faults->points);
   }
   faults->lost_creases += facts->lost_creases;
+  faults->hard_edges += facts->hard_edges.by_file;
 }
 
 static tw_status print_mesh(tw_text *out, const tw_model *model, uint32_t index, mesh_faults *faults,
                             tw_error *error) {
   const tw_mesh *mesh = &model->meshes[index];
   tw_mesh_stats facts = {0};
-  bool is_gltf = model->format == TW_FORMAT_GLTF || model->format == TW_FORMAT_GLB;
-  uint32_t paired = 0;
   tw_status status = tw_mesh_describe(mesh, &facts, error);
-  if (status == TW_OK && is_gltf && facts.triangles == facts.faces)
-    status = tw_mesh_count_quads(mesh, &paired, error);
   if (status != TW_OK) {
     tw_mesh_stats_deinit(&facts);
     return status;
@@ -163,7 +162,7 @@ static tw_status print_mesh(tw_text *out, const tw_model *model, uint32_t index,
   tw_text_add(out, "{");
   tw_member_string(out, "name", mesh->name);
   print_facts(out, mesh, &facts);
-  tw_member_count(out, "paired_quads", paired);
+  tw_member_count(out, "paired_quads", mesh->joined_quads);
   member_groups(out, model, &facts);
   tw_member_count(out, "uv_sets", mesh->uv_set_count);
   tw_member_count(out, "morph_targets", mesh->morph_count);
@@ -249,6 +248,14 @@ static void add_warnings(tw_text *out, const char *const *warnings, uint32_t cou
   api_call_warn(call, warnings, count);
 }
 
+const char *api_hard_warning(api_call *call, uint64_t edges) {
+  tw_text text = {0};
+  tw_text_count(&text, edges);
+  tw_text_add(&text, edges > 1 ? " edges are kept hard as the file shows them: creases=tags rounds them"
+                               : " edge is kept hard as the file shows it: creases=tags rounds it");
+  return api_text_keep(&text, call->arena);
+}
+
 static void add_fault_warnings(tw_text *out, const tw_model *model, const mesh_faults *faults,
                                api_call *call) {
   char text[160];
@@ -263,6 +270,10 @@ static void add_fault_warnings(tw_text *out, const tw_model *model, const mesh_f
              "%llu edges lie on one another and stay open seams: the file keeps their points apart",
              (unsigned long long)faults->seam_edges);
     add_warnings(out, &warning, 1, call);
+  }
+  if (faults->hard_edges > 0) {
+    const char *hard = api_hard_warning(call, faults->hard_edges);
+    if (hard) add_warnings(out, &hard, 1, call);
   }
   if (faults->lost_creases > 0) {
     snprintf(text, sizeof text, "%llu creases are left out: no edge joins points %u and %u of mesh %u%s",

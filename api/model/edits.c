@@ -68,7 +68,7 @@ static tw_status read_document(void *context, const api_value *root) {
   api_remade *remade = request->remade;
   api_maker maker = {remade->call, tw_reading_size(TW_FORMAT_JSON, remade->call->request->body.size)};
   const api_making making = api_making_of(&maker);
-  const api_edit_call edit = {&remade->model->meshes[remade->mesh], remade->model, &making, 0};
+  const api_edit_call edit = {&remade->source, remade->model, &making, 0};
   status = api_edits_apply(&values[EDITS], &edit, &remade->cage, &request->made, &request->made_count);
   if (status != TW_OK) return status;
   keep_details(request);

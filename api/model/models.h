@@ -57,4 +57,7 @@ bool api_describe(const tw_model *model, const char *id, uint64_t size, tw_text 
 /* The model's name: its own, or the first one in its meshes, nodes or clips; NULL without any. */
 const char *api_model_name(const tw_model *model);
 
+/* The warning of edges that TW_CREASES_FILE keeps hard, in the call's arena; NULL without memory. */
+const char *api_hard_warning(api_call *call, uint64_t edges);
+
 #endif

@@ -46,7 +46,17 @@ static tw_status fail_unnamed(const tw_model *model, tw_error *error) {
                  model->mesh_count, list);
 }
 
-tw_status api_remade_choose(api_remade *remade, const char *name, tw_error *error) {
+/* The new model has as tags what the old one only shows: its surfaces stay what they are where the mesh is
+ * not changed, and edges that are made are soft beside them. */
+static tw_status take_source(api_remade *remade, tw_error *error) {
+  const tw_mesh *mesh = &remade->model->meshes[remade->mesh];
+  bool border_corners =
+      mesh->tag_boundary == TW_TAG_UNSET || mesh->tag_boundary == TW_BOUNDARY_EDGE_AND_CORNER;
+  return tw_mesh_with_creases(mesh, TW_CREASES_FILE, 0, TW_SHARPNESS_INFINITE, border_corners,
+                              remade->call->arena, &remade->source, error);
+}
+
+static tw_status find_mesh(api_remade *remade, const char *name, tw_error *error) {
   const tw_model *model = remade->model;
   if (!name && model->mesh_count == 1) return TW_OK;
   if (!name) return fail_unnamed(model, error);
@@ -63,6 +73,11 @@ tw_status api_remade_choose(api_remade *remade, const char *name, tw_error *erro
   if (found > 1) return tw_fail(error, TW_INVALID, "more than one mesh is called \"%.60s\"", name);
   if (found == 1) return TW_OK;
   return tw_fail(error, TW_INVALID, "no mesh is called \"%.60s\"%s", name, api_near_print(&near, "; ").text);
+}
+
+tw_status api_remade_choose(api_remade *remade, const char *name, tw_error *error) {
+  tw_status status = find_mesh(remade, name, error);
+  return status == TW_OK ? take_source(remade, error) : status;
 }
 
 /* ---- the new model's bytes ----------------------------------------------------------------------------- */

@@ -9,14 +9,15 @@ typedef struct api_remade {
   api_call *call;
   const tw_model *model; /* the stored one */
   uint32_t mesh;
-  tw_mesh cage; /* in the arena of the call */
+  tw_mesh source; /* the mesh, with the hard edges that its surfaces have by default as creases */
+  tw_mesh cage;   /* in the arena of the call */
 } api_remade;
 
 /* Answers a request that makes a new model of the call's, which is read with the query's `quads`:
  * make(remade) fills in mesh and cage and calls api_remade_store. API_NEEDS_THREAD in a light call. */
 api_outcome api_remade_answer(api_call *call, api_outcome (*make)(api_remade *remade));
 
-/* Chooses the mesh by name; NULL: the only mesh. TW_INVALID. */
+/* Chooses the mesh by name; NULL: the only mesh. Fills in mesh and source. TW_INVALID, TW_NO_MEMORY. */
 tw_status api_remade_choose(api_remade *remade, const char *name, tw_error *error);
 
 /* Stores the new model under the query's name, else the stored model's, and answers as for an upload. */

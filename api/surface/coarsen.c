@@ -21,12 +21,16 @@ static tw_status read_levels(const api_query *query, uint32_t *out, tw_error *er
   return TW_OK;
 }
 
-/* Finds the cage and checks it. */
+/* Finds the cage and checks it: of the mesh as it is tagged, else with the hard edges that the file shows,
+ * which a refined mesh has where its cage had creases. */
 static tw_status find_cage(const api_remade *remade, const tw_surface_options *options, tw_coarsened *found,
                            tw_error *error) {
   const tw_mesh *mesh = &remade->model->meshes[remade->mesh];
-  tw_status status =
-      tw_mesh_coarsen(mesh, options, &remade->call->service->parallel, remade->call->arena, found, error);
+  const tw_parallel_for *parallel = &remade->call->service->parallel;
+  tw_status status = tw_mesh_coarsen(mesh, options, parallel, remade->call->arena, found, error);
+  bool is_shown = remade->source.crease_count > mesh->crease_count;
+  if (status == TW_INVALID && is_shown)
+    status = tw_mesh_coarsen(&remade->source, options, parallel, remade->call->arena, found, error);
   if (status != TW_OK) return status;
   return tw_mesh_check(&found->mesh, error, NULL);
 }

@@ -295,7 +295,7 @@ static api_outcome find_space(const detail_request *request, world_space *out, b
 static api_outcome sculpt(detail_request *request) {
   api_remade *remade = request->remade;
   api_call *call = remade->call;
-  const tw_mesh *mesh = &remade->model->meshes[remade->mesh];
+  const tw_mesh *mesh = &remade->source;
   if (!api_grant(call, api_detail_cost(mesh, request->rows))) return API_FAILED;
   world_space world;
   bool is_mesh_space;

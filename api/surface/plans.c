@@ -14,8 +14,14 @@ static int choose(int asked, int tagged, int fallback) {
 tw_status api_surface_query_begin(const api_query *query, api_surface_query *out, tw_error *error) {
   static const char *const schemes[] = {"catmull-clark", "loop", "bilinear", NULL};
   static const char *const boundaries[] = {"edge-and-corner", "edge-only", "none", "open", NULL};
-  *out = (api_surface_query){
-      .scheme = -1, .boundary = -1, .uv = -1, .creasing = -1, .triangles = -1, .details = true};
+  *out = (api_surface_query){.scheme = -1,
+                             .boundary = -1,
+                             .uv = -1,
+                             .creasing = -1,
+                             .triangles = -1,
+                             .details = true,
+                             .creases = TW_CREASES_FILE,
+                             .crease_sharpness = TW_SHARPNESS_INFINITE};
   tw_status status = api_query_choice(query, "scheme", schemes, &out->scheme, error);
   return status == TW_OK ? api_query_choice(query, "boundary", boundaries, &out->boundary, error) : status;
 }
@@ -187,10 +193,13 @@ static bool raise_grant(void *context, uint64_t bytes) {
 static tw_status create_surface(const plan_source *source, api_plan *plan, tw_arena *scratch,
                                 const tw_grant *grant, tw_error *error) {
   const api_surface_query *query = source->query;
+  const tw_mesh *cage = &source->meshes->meshes[plan->count];
   tw_mesh mesh;
-  tw_status status =
-      tw_mesh_with_creases(&source->meshes->meshes[plan->count], query->creases, query->crease_degrees,
-                           query->crease_sharpness, scratch, &mesh, error);
+  tw_status status = tw_mesh_with_creases(
+      cage, query->creases, query->crease_degrees, query->crease_sharpness,
+      api_surface_options(query, cage).boundary == TW_BOUNDARY_EDGE_AND_CORNER, scratch, &mesh, error);
+  if (status == TW_OK && query->creases == TW_CREASES_FILE)
+    plan->hard_edges += mesh.crease_count - cage->crease_count;
   if (status == TW_OK && query->with_holes) {
     const tw_mesh closed = mesh;
     if (tw_mesh_open_holes(&closed, scratch, &mesh) != TW_OK)
@@ -310,7 +319,9 @@ static uint64_t building_cost(const plan_source *source) {
     cost += (uint64_t)mesh->point_count * 24 * (1 + (uint64_t)mesh->attribute_count + mesh->morph_count);
     cost += attributes_cost(mesh, source->query) + morph_normals_cost(mesh, source->query) +
             (mesh->detail_count > 0 && source->query->details ? api_detail_cost(mesh, 0) : 0);
-    if (source->query->creases != TW_CREASES_TAGS) cost += 96 * (uint64_t)mesh->corner_count;
+    bool is_searched = source->query->creases == TW_CREASES_FILE ? tw_mesh_tells_hard_edges(mesh)
+                                                                 : source->query->creases != TW_CREASES_TAGS;
+    if (is_searched) cost += 96 * (uint64_t)mesh->corner_count;
   }
   return cost;
 }
@@ -382,6 +393,7 @@ static api_outcome move_plan(api_call *call, api_entry *source, const api_plan_m
   }
   plan->source = source;
   plan->total = still->total;
+  plan->hard_edges = still->hard_edges;
   atomic_init(&plan->is_warm, false);
   tw_status status = move_surfaces(still, moves, &call->service->parallel, plan);
   if (status != TW_OK) {

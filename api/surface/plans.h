@@ -25,7 +25,7 @@ typedef struct api_surface_query {
   float crease_sharpness; /* of the edges that `creases` adds, else 0 */
 } api_surface_query;
 
-/* Fills in that nothing is given, then reads scheme and boundary. TW_SYNTAX. */
+/* Fills in the defaults, then reads scheme and boundary. TW_SYNTAX. */
 tw_status api_surface_query_begin(const api_query *query, api_surface_query *out, tw_error *error);
 
 /* The meshes of a plan. */
@@ -49,6 +49,7 @@ typedef struct api_plan {
   tw_surface **surfaces;   /* [count], one for each mesh */
   tw_patch_shapes *shapes; /* shared by the surfaces; NULL with a source */
   tw_surface_counts total;
+  uint64_t hard_edges; /* how many edges TW_CREASES_FILE found */
   atomic_bool is_warm; /* the bounds are known, so that reading starts without a pass over all points */
   api_entry *source;   /* the plan that this one moves, or NULL */
   bool *borrows;       /* [count] whether the surface belongs to the source; NULL: none does */

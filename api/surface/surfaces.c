@@ -60,10 +60,10 @@ static tw_status read_weld(const api_query *query, api_reading *out, tw_error *e
 
 /* Reads creases: a word, or angle:DEGREES. */
 static tw_status read_creases(const api_query *query, api_surface_query *out, tw_error *error) {
-  static const char *const words[] = {"tags", "normals", "angle", "auto", "none", NULL};
+  static const char *const words[] = {"tags", "normals", "angle", "auto", "none", "file", NULL};
   static const char angle[] = "angle:";
   const char *text = api_query_get(query, "creases");
-  int creases = TW_CREASES_TAGS;
+  int creases = TW_CREASES_FILE;
   if (text && strncmp(text, angle, strlen(angle)) == 0) {
     const char *degrees = text + strlen(angle);
     bool is_read = api_number_read(degrees, strlen(degrees), &out->crease_degrees);
@@ -530,6 +530,15 @@ static api_outcome validate(api_call *call, const surface_request *request) {
   return text ? api_validate(call, representation, text) : api_fail_without_memory(call);
 }
 
+static api_outcome warn_of_hard_edges(api_call *call, const surface_request *request) {
+  const api_plan *plan = api_entry_value(request->plan);
+  if (plan->hard_edges == 0) return API_DONE;
+  const char *sentence = api_hard_warning(call, plan->hard_edges);
+  if (!sentence) return api_fail_without_memory(call);
+  api_call_warn(call, &sentence, 1);
+  return API_DONE;
+}
+
 /* Warns of n-gons that no fan shows as they are. A cage, which is read again, keeps them; other answers split
  * them. */
 static api_outcome warn_of_polygons(api_call *call, const surface_request *request) {
@@ -607,6 +616,9 @@ static api_outcome warn_of_attributes(api_call *call, const surface_request *req
 
 /* From the model to the answer. The caller releases the request unless the answer's body took it over. */
 static api_outcome answer_surface(api_call *call, surface_request *request, bool is_stored) {
+  /* Both ways to ask for the same have one key. */
+  request->surface.reading.quads = tw_quads_of(request->surface.reading.quads,
+                                               ((const tw_model *)api_entry_value(request->model))->format);
   api_outcome outcome = prepare(call, request, is_stored);
   if (outcome == API_DONE && is_stored) {
     outcome = validate(call, request);
@@ -621,6 +633,7 @@ static api_outcome answer_surface(api_call *call, surface_request *request, bool
   if (request->form != FORM_OBJ) outcome = api_scene_animate(call, model, &request->scene);
   api_call_warn(call, model->warnings, model->warning_count);
   api_scene_warn(call, &request->scene);
+  if (outcome == API_DONE) outcome = warn_of_hard_edges(call, request);
   if (outcome == API_DONE) outcome = warn_of_polygons(call, request);
   if (outcome == API_DONE) outcome = warn_of_influences(call, request);
   if (outcome == API_DONE) outcome = warn_of_attributes(call, request);

@@ -266,6 +266,14 @@ void tw_warn_of_welding(tw_model *model, const tw_welded *welded) {
   model->warns_of_seams |= welded->open_edges > 0;
 }
 
+void tw_warn_of_quads(tw_model *model) {
+  uint64_t quads = 0;
+  for (uint32_t i = 0; i < model->mesh_count; i++) quads += model->meshes[i].joined_quads;
+  if (quads > 0)
+    tw_model_warn(model, "%llu pairs of triangles are joined into quads: quads=ngon keeps the triangles",
+                  (unsigned long long)quads);
+}
+
 void tw_add_welded(tw_welded *total, const tw_welded *more) {
   total->collapsed += more->collapsed;
   total->doubled += more->doubled;

@@ -50,6 +50,9 @@ tw_status tw_lose_unused_points(tw_losses *losses, uint32_t point_count, const u
  * warning differs between formats. */
 void tw_warn_of_welding(tw_model *model, const tw_welded *welded);
 
+/* Warns of the quads that were made by joining triangles. */
+void tw_warn_of_quads(tw_model *model);
+
 /* Adds the counts of another mesh, but for its points. */
 void tw_add_welded(tw_welded *total, const tw_welded *more);
 

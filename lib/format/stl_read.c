@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "quad_pairing.h"
 #include "soup_mesh.h"
 #include "tweend/format.h"
 #include "word.h"
@@ -350,7 +351,18 @@ static tw_status read_facets(const uint8_t *bytes, size_t size, tw_polygons_read
                                 : read_text(text, out, solids, losses, error);
 }
 
-tw_status tw_stl_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model **out, tw_error *error) {
+/* Nothing in an STL but the angles of its facets tells which edges are hard. */
+static tw_status finish_mesh(tw_quads quads, tw_model *model, tw_error *error) {
+  tw_mesh *mesh = model->meshes;
+  mesh->angles_tell = true;
+  if (tw_quads_of(quads, TW_FORMAT_STL) != TW_QUADS_AUTO) return TW_OK;
+  tw_status status = tw_pair_triangles(mesh, model->arena, error);
+  if (status == TW_OK) tw_warn_of_quads(model);
+  return status;
+}
+
+tw_status tw_stl_read(const uint8_t *bytes, size_t size, tw_quads quads, tw_weld weld, tw_model **out,
+                      tw_error *error) {
   if (!tw_is_stl(bytes, size)) return tw_fail(error, TW_SYNTAX, "%s", no_stl);
   tw_model *model = tw_model_create();
   if (!model) return tw_fail(error, TW_NO_MEMORY, "out of memory");
@@ -367,6 +379,7 @@ tw_status tw_stl_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model 
   if (status == TW_OK)
     status = tw_polygons_enter_frame(&read, is_binary(bytes, size) ? NULL : read_exact, &text, error);
   if (status == TW_OK) status = tw_model_of_polygons(&read, weld, model, &losses, error);
+  if (status == TW_OK) status = finish_mesh(quads, model, error);
   if (status == TW_OK && solids.name.length > 0) {
     model->meshes[0].name = tw_arena_name(model->arena, solids.name.text, solids.name.length);
     if (!model->meshes[0].name) status = tw_fail(error, TW_NO_MEMORY, "out of memory");

@@ -123,6 +123,7 @@ typedef struct pairing {
   uint8_t *pattern;  /* [face_count] of each face's junction with the next face, or NO_PATTERN */
   double *best;      /* [face_count + 1] best sum of worths over the first so many faces */
   uint8_t usual[2];  /* the exporter's patterns; NO_PATTERN where there is no second */
+  double flatness;   /* a pair is flatter */
 } pairing;
 
 /* Exporters split all their quads alike, so the exporter's pattern is the one that most pairs have whose
@@ -167,7 +168,8 @@ static double pair_worth(const pairing *p, uint32_t f) {
   if (p->pattern[f] == NO_PATTERN || !find_junction(p->mesh, f, f + 1, &j)) return 0;
   bool is_usual = j.pattern == p->usual[0] || j.pattern == p->usual[1];
   shape s = find_shape(p->mesh, j.quad);
-  if (is_usual && s.flatness > -0.5 && s.flatness != 0 && is_alone(p, f)) return 2 + s.quality;
+  if (s.flatness <= p->flatness) return 0;
+  if (is_usual && s.flatness != 0 && is_alone(p, f)) return 2 + s.quality;
   return s.quality > 0 && s.is_split ? s.quality + (is_usual ? 2 : 1) : 0;
 }
 
@@ -266,8 +268,14 @@ static tw_status pair_others(pairing *p) {
   return is_done ? TW_OK : TW_NO_MEMORY;
 }
 
+/* Where angles alone tell hard edges, a pair has none. */
+static double least_flatness(const tw_mesh *mesh) {
+  return mesh->angles_tell ? cos(TW_HARD_DEGREES * (3.14159265358979323846 / 180)) : -0.5;
+}
+
 /* *count: the number of pairs chosen. */
 static tw_status choose_pairs(pairing *p, uint32_t *count) {
+  p->flatness = least_flatness(p->mesh);
   size_t faces = p->mesh->face_count;
   p->partner = tw_alloc(faces, sizeof *p->partner);
   p->pattern = tw_alloc(faces, sizeof *p->pattern);
@@ -351,6 +359,7 @@ static tw_status join_pairs(tw_mesh *mesh, const pairing *p, uint32_t pair_count
   if (mesh->attribute_count > 0)
     memcpy(attributes, mesh->attributes, mesh->attribute_count * sizeof *attributes);
   write_faces(p, &out);
+  mesh->joined_quads = pair_count;
   mesh->face_count = out.face_count;
   mesh->corner_count = out.corner_count;
   mesh->face_offsets = out.offsets;

@@ -17,9 +17,10 @@ extern "C" {
  *    along its diagonal. Where a triangle could pair with the one before or the one after, the sum of the
  *    quads' quality decides.
  * 3. Where few triangles are left, triangles with a common edge, the best quad first.
- * Never joins across materials, seams of UVs or attributes, or edges where normals differ. Replaces the
- * mesh's faces by arrays in the arena. Only for meshes without tags, named groups, smoothing groups and
- * tangent_uvs. O(n log n). */
+ * Never joins across materials, seams of UVs or attributes, or edges where normals differ; where only angles
+ * tell hard edges (angles_tell), not across one bent by TW_HARD_DEGREES either. Replaces the mesh's faces by
+ * arrays in the arena. Only for meshes without tags, named groups, smoothing groups and tangent_uvs.
+ * O(n log n). */
 tw_status tw_pair_triangles(tw_mesh *mesh, tw_arena *arena, tw_error *error);
 
 /* How good a quad two triangles make: 1 for a flat rectangle. 0 where they share no whole edge, where the

@@ -274,16 +274,17 @@ export class EditPanel {
     return (await this.upload(this.documentWith([]), stemOf(this.model))).id;
   }
 
-  /** The id of the model to edit: when triangles are joined to quads, that of a model in which they are joined. */
-  async joined() {
-    if (this.document || state('from') || state('quads') === 'ngon') return this.source;
+  /** The id of the model to edit: when triangles are not joined to quads, that of a model in which they stay. */
+  async split() {
+    const isSplit = state('quads') !== 'auto' && this.model.meshes.some(({ paired_quads: pairs }) => pairs > 0);
+    if (this.document || state('from') || !isSplit) return this.source;
     return (await tweend.edit(this.source, [], { mesh: meshName(this.model, this.mesh), quads: state('quads'), name: stemOf(this.model) })).id;
   }
 
   /** Makes a model by a list of edits and opens it. stays: keep the selection; shown: other changes of the state.
    *  Resolves with the daemon's answer. */
   async go(edits, { stays = false, ...shown } = {}) {
-    const source = await this.joined();
+    const source = await this.split();
     const isKept = !this.document && edits.length > 0;
     const name = `${stemOf(this.model)}, ${plural(edits.length, 'edit')}`;
     const made = edits.length === 0 ? { id: await this.original() }
@@ -293,7 +294,7 @@ export class EditPanel {
     await this.models.load();
     note('view', this.viewport.view);
     step({ model: made.id, from: isKept ? source : '', edits: isKept ? JSON.stringify(edits) : '',
-      quads: isKept ? 'ngon' : state('quads'), beside: edits.length > 0 ? state('beside') : '', ...shown });
+      quads: isKept ? 'auto' : state('quads'), beside: edits.length > 0 ? state('beside') : '', ...shown });
     return made;
   }
 

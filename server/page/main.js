@@ -162,8 +162,13 @@ function showLegend() {
   if (model && isTooLarge(model) && shows('cage'))
     entries.push(make('li', {}, `a cage of ${count(edgesOf(model))} edges is not drawn`, make('button', { type: 'button', className: 'small', onclick: drawLarge }, 'Draw it')));
   const pairs = model?.meshes.reduce((sum, mesh) => sum + (mesh.paired_quads ?? 0), 0);
-  if (pairs > 0 && state('quads') === 'ngon')
-    entries.push(make('li', {}, plural(pairs, 'split quad'), make('button', { type: 'button', className: 'small', onclick: () => change({ quads: 'auto' }) }, 'Join them')));
+  const ask = (text, label, next) =>
+    entries.push(make('li', {}, text, make('button', { type: 'button', className: 'small', onclick: () => change(next) }, label)));
+  if (pairs > 0 && state('quads') === 'auto') ask(plural(pairs, 'joined quad'), 'Split them', { quads: 'ngon' });
+  if (pairs > 0 && state('quads') === 'ngon') ask(plural(pairs, 'split quad'), 'Join them', { quads: 'auto' });
+  const hard = model?.meshes.reduce((sum, mesh) => sum + (mesh.hard_edges?.file ?? 0), 0);
+  if (hard > 0 && state('creases') === 'file') ask(plural(hard, 'hard edge'), 'Round them', { creases: 'tags' });
+  if (hard > 0 && state('creases') === 'tags') ask(plural(hard, 'rounded edge'), 'Keep them hard', { creases: 'file' });
   byId('legend').replaceChildren(make('ul', {}, ...entries));
   byId('legend').hidden = entries.length === 0;
 }
@@ -265,7 +270,9 @@ async function openSurface(isNew = false) {
 async function loadCage(described, signal) {
   if (edgesOf(described) === 0 || isTooLarge(described)) return null;
   const creases = state('creases');
-  const creased = creases === 'tags' ? described.meshes.some(({ creases: tagged }) => tagged > 0) : creases !== 'none';
+  const some = (number) => described.meshes.some((mesh) => number(mesh) > 0);
+  const creased = creases === 'tags' ? some((mesh) => mesh.creases)
+    : creases === 'file' ? some((mesh) => mesh.creases + (mesh.hard_edges?.file ?? 0)) : creases !== 'none';
   const cage = { level: 0, normals: 'none', details: surfaceOptions().details, quads: surfaceOptions().quads };
   const [glb, obj] = await Promise.all([
     download(tweend.surfaceUrl(described, { ...cage, polygons: 'ngon', clip: 'none' }), { signal }),

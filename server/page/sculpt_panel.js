@@ -337,7 +337,7 @@ export class SculptPanel {
       this.stroke = null;
       this.wanted = { index: picked.index, place: picked.centre.add(stroke.by) };
       this.past.push({ model: model.id, from: state('from'), edits: state('edits'), quads: state('quads') });
-      this.#go({ model: made.id, from: '', edits: '', quads: 'ngon' }); // the new model contains the quads
+      this.#go({ model: made.id, from: '', edits: '', quads: 'auto' }); // the new model has its polygons
     });
     task.done();
     if (!isDone) this.#drop();

@@ -13,8 +13,8 @@ const CHOICES = [
   ['boundary', 'Boundary', [['edge-and-corner', 'Edge and corner'], ['edge-only', 'Edge only'], ['none', 'None'], ['open', 'Open']]],
   ['uv', 'UV rule', [['corners-only', 'Corners only'], ['none', 'None'], ['corners-plus1', 'Corners plus 1'],
     ['corners-plus2', 'Corners plus 2'], ['boundaries', 'Boundaries'], ['all', 'All']]],
-  ['creases', 'Creases', [['tags', 'As tagged'], ['normals', 'From normals'], ['auto', 'Auto'], ['none', 'None']]],
-  ['quads', 'Triangles', [['ngon', 'As in the file'], ['auto', 'Join quads']]],
+  ['creases', 'Creases', [['file', 'As the file shows'], ['tags', 'As tagged'], ['normals', 'From normals'], ['auto', 'Auto'], ['none', 'None']]],
+  ['quads', 'Triangles', [['auto', 'Join quads'], ['ngon', 'As in the file']]],
   ['encoding', 'Encoding', [['float', 'Float'], ['quantized', 'Quantized'], ['meshopt', 'Meshopt']]],
 ];
 

@@ -108,7 +108,7 @@ static void check_mesh(const tw_mesh *mesh, tw_arena *arena) {
   demand(tw_mesh_describe(mesh, &stats, NULL) == TW_OK);
   tw_mesh_stats_deinit(&stats);
   demand(tw_mesh_count_quads(mesh, &quads, NULL) == TW_OK && quads <= mesh->face_count / 2);
-  demand(tw_mesh_with_creases(mesh, TW_CREASES_AUTO, 30, 2, arena, &creased, NULL) == TW_OK);
+  demand(tw_mesh_with_creases(mesh, TW_CREASES_AUTO, 30, 2, true, arena, &creased, NULL) == TW_OK);
   demand(tw_mesh_check(&creased, NULL, NULL) == TW_OK);
   if (tw_mesh_coarsen(mesh, &options, NULL, arena, &found, NULL) == TW_OK)
     demand(tw_mesh_check(&found.mesh, NULL, NULL) == TW_OK);

@@ -59,7 +59,7 @@ TEST_WITH(a_cube_is_the_same_in_every_format, loopback_setup, loopback_teardown)
       "'welded_points':0,'seam_edges':0,'reversed_edges':0,'extraordinary_vertices':8,"
       "'extraordinary_valences':{'3':8},'components':1,'euler_characteristic':2,'bounds':{'min':[-1,-1,-1],"
       "'max':[1,1,1]},'unused_points':0,'creases':0,'corners':0,'holes':0,'hard_edges':{'tags':0,"
-      "'normals':0,'angle_30':12,'auto':12},'paired_quads':0,'group_count':0,'groups':[],"
+      "'normals':0,'angle_30':12,'auto':12,'file':0},'paired_quads':0,'group_count':0,'groups':[],"
       "'uv_sets':0,'morph_targets':0,'details':[],'skinned':false}";
   static const char *const forms[] = {"glb", "gltf"};
   static const char *const types[] = {"model/gltf-binary", "model/gltf+json"};

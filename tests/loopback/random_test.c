@@ -159,7 +159,7 @@ static void get(chain *c) {
                                            "boundary=open boundary=none boundary=edge-only",
                                            "uv=all uv=none uv=boundaries uv=corners-plus1 uv=corners-plus2",
                                            "creasing=chaikin triangles=smooth",
-                                           "creases=normals creases=auto creases=angle:30 creases=none",
+                                           "creases=normals creases=auto creases=angle:30 creases=none creases=tags",
                                            "weld=exact weld=0.5 weld=none",
                                            "normals=limit normals=none",
                                            "encoding=quantized encoding=meshopt",

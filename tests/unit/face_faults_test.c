@@ -108,9 +108,10 @@ static tw_model *read_as(tw_format format, const loose *of) {
                                          : print_ply(of);
   const uint8_t *bytes = (const uint8_t *)text;
   tw_model *model = NULL;
-  tw_status status = format == TW_FORMAT_OBJ   ? tw_obj_read(bytes, strlen(text), TW_WELD_AUTO, &model, NULL)
-                     : format == TW_FORMAT_STL ? tw_stl_read(bytes, strlen(text), TW_WELD_AUTO, &model, NULL)
-                                               : tw_ply_read(bytes, strlen(text), TW_WELD_AUTO, &model, NULL);
+  tw_status status = format == TW_FORMAT_OBJ ? tw_obj_read(bytes, strlen(text), TW_WELD_AUTO, &model, NULL)
+                     : format == TW_FORMAT_STL
+                         ? tw_stl_read(bytes, strlen(text), TW_QUADS_NGON, TW_WELD_AUTO, &model, NULL)
+                         : tw_ply_read(bytes, strlen(text), TW_WELD_AUTO, &model, NULL);
   free(text);
   assert_int_equal(status, TW_OK);
   return model;

@@ -245,7 +245,8 @@ typedef struct creased {
 static creased crease(const tw_mesh *mesh, tw_creases creases, double degrees, float sharpness) {
   creased c = {.arena = tw_arena_create()};
   assert_non_null(c.arena);
-  assert_int_equal(tw_mesh_with_creases(mesh, creases, degrees, sharpness, c.arena, &c.mesh, NULL), TW_OK);
+  assert_int_equal(tw_mesh_with_creases(mesh, creases, degrees, sharpness, true, c.arena, &c.mesh, NULL),
+                   TW_OK);
   assert_int_equal(tw_mesh_check(&c.mesh, NULL, NULL), TW_OK);
   return c;
 }
@@ -357,4 +358,113 @@ TEST(balls_become_round_by_auto) {
   assert_memory_equal(smooth, plain, sizeof smooth);
   assert_true(flat[1] < 0.985f);
   assert_true(faceted[1] > 0.999999f); /* all corners of the cage stick out */
+}
+
+/* ---- what a file shows ------------------------------------------------------------------------ */
+
+static void assert_found(const tw_mesh *mesh, tw_creases creases, uint32_t edges, uint32_t corners) {
+  creased c = crease(mesh, creases, 0, TW_SHARPNESS_INFINITE);
+  assert_int_equal(c.mesh.crease_count, edges);
+  assert_int_equal(c.mesh.sharp_point_count, corners);
+  if (creases == TW_CREASES_FILE) assert_int_equal(counts_of(mesh).by_file, edges - mesh->crease_count);
+  tw_arena_destroy(c.arena);
+}
+
+static void assert_file_finds(const char *obj, uint32_t edges) {
+  tw_model *model = read_obj(obj);
+  assert_found(model->meshes, TW_CREASES_FILE, edges, 0);
+  tw_model_destroy(model);
+}
+
+#define CUBE_FACES "f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n"
+
+TEST(a_file_shows_hard_edges_by_normals_and_groups_alone) {
+  assert_file_finds(flat_cube, 12);
+  assert_file_finds(CUBE_POINTS CUBE_FACES, 0); /* a cage without normals rounds */
+  assert_file_finds(CUBE_POINTS "s off\n" CUBE_FACES, 12);
+  assert_file_finds(CUBE_POINTS "s 1\n" CUBE_FACES, 0);
+  text t = {.size = 0};
+  put_ball(&t, 16, 8, false);
+  assert_file_finds(t.bytes, 0);
+  t.size = 0;
+  put_ball(&t, 16, 8, true);
+  assert_file_finds(t.bytes, 0);
+}
+
+TEST(a_file_with_any_tag_means_its_tags) {
+  tw_model *model = read_obj(flat_cube);
+  tw_mesh mesh = *model->meshes;
+  static const uint32_t edge[2] = {0, 1}, face[1] = {0};
+  static const float sharpness = 2;
+  mesh.crease_count = 1;
+  mesh.crease_edges = edge;
+  mesh.crease_sharpness = &sharpness;
+  assert_false(tw_mesh_tells_hard_edges(&mesh));
+  assert_found(&mesh, TW_CREASES_FILE, 1, 0);
+  mesh = *model->meshes;
+  mesh.hole_count = 1;
+  mesh.holes = face;
+  assert_false(tw_mesh_tells_hard_edges(&mesh));
+  mesh = *model->meshes;
+  mesh.tag_boundary = 0;
+  assert_false(tw_mesh_tells_hard_edges(&mesh));
+  tw_model_destroy(model);
+}
+
+/* Of two pieces one has normals. */
+TEST(a_piece_of_which_the_file_says_nothing_rounds) {
+  text t = {.size = 0};
+  put(&t, "%s", flat_cube);
+  put(&t, "v 5 -1 -1\nv 7 -1 -1\nv 7 1 -1\nv 5 1 -1\nv 5 -1 1\nv 7 -1 1\nv 7 1 1\nv 5 1 1\n"
+          "f 9 12 11 10\nf 13 14 15 16\nf 9 10 14 13\nf 10 11 15 14\nf 11 12 16 15\nf 12 9 13 16\n");
+  tw_model *model = read_obj(t.bytes);
+  assert_found(model->meshes, TW_CREASES_FILE, 12, 0);
+  assert_found(model->meshes, TW_CREASES_AUTO, 24, 0);
+  tw_model_destroy(model);
+}
+
+/* A square of four triangles round its middle, and the same with its corners cut to eight of 45 degrees. */
+TEST(a_border_that_turns_sharply_makes_corners) {
+  static const char square[] = "vn 0 0 1\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.5 0\n"
+                               "f 1//1 2//1 5//1\nf 2//1 3//1 5//1\nf 3//1 4//1 5//1\nf 4//1 1//1 5//1\n";
+  tw_model *model = read_obj(square);
+  assert_found(model->meshes, TW_CREASES_FILE, 0, 4);
+  assert_found(model->meshes, TW_CREASES_AUTO, 0, 4);
+  assert_found(model->meshes, TW_CREASES_NORMALS, 0, 0);
+  creased c = crease(model->meshes, TW_CREASES_FILE, 0, 2);
+  assert_true(c.mesh.point_sharpness[0] == TW_SHARPNESS_INFINITE);
+  tw_mesh edge_only;
+  assert_int_equal(
+      tw_mesh_with_creases(model->meshes, TW_CREASES_FILE, 0, 2, false, c.arena, &edge_only, NULL), TW_OK);
+  assert_int_equal(edge_only.sharp_point_count, 0);
+  tw_arena_destroy(c.arena);
+  tw_model_destroy(model);
+  text t = {.size = 0};
+  for (int sides = 6; sides <= 9; sides++) { /* 60, 51, 45 and 40 degrees */
+    t.size = 0;
+    put(&t, "vn 0 0 1\nv 0 0 0\n");
+    for (int k = 0; k < sides; k++)
+      put(&t, "v %.9g %.9g 0\n", cos(6.28318530717959 * k / sides), sin(6.28318530717959 * k / sides));
+    for (int k = 0; k < sides; k++) put(&t, "f 1//1 %d//1 %d//1\n", k + 2, (k + 1) % sides + 2);
+    model = read_obj(t.bytes);
+    assert_found(model->meshes, TW_CREASES_FILE, 0, 360 > 50 * sides ? (uint32_t)sides : 0);
+    tw_model_destroy(model);
+  }
+}
+
+/* A square that is bent up all round from a larger one: its rim is a crease with two edges at each corner. */
+TEST(a_crease_that_turns_sharply_makes_corners) {
+  static const char raised[] =
+      "v 0 0 0\nv 3 0 0\nv 3 3 0\nv 0 3 0\nv 1 1 0\nv 2 1 0\nv 2 2 0\nv 1 2 0\nv 1.5 1.5 3\n"
+      "s 1\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\ns 2\nf 5 6 9\nf 6 7 9\nf 7 8 9\nf 8 5 9\n";
+  tw_model *model = read_obj(raised);
+  creased c = crease(model->meshes, TW_CREASES_FILE, 0, 3);
+  assert_int_equal(c.mesh.crease_count, 4);
+  assert_int_equal(c.mesh.sharp_point_count, 8); /* those of the border, too */
+  for (uint32_t i = 0; i < 8; i++) {
+    uint32_t point = c.mesh.sharp_points[i];
+    assert_true(c.mesh.point_sharpness[i] == (point < 4 ? TW_SHARPNESS_INFINITE : 3.0f));
+  }
+  tw_arena_destroy(c.arena);
+  tw_model_destroy(model);
 }

@@ -74,7 +74,7 @@ TEST(finding_hard_edges_survives_every_failure) {
   for (size_t failures = 0; status != TW_OK; failures++) {
     tw_arena *arena = tw_arena_create();
     test_memory.left = failures;
-    status = tw_mesh_with_creases(&mesh, TW_CREASES_AUTO, 0, 1, arena, &out, NULL);
+    status = tw_mesh_with_creases(&mesh, TW_CREASES_AUTO, 0, 1, true, arena, &out, NULL);
     test_memory.left = SIZE_MAX;
     assert_true(status == TW_NO_MEMORY ? out.point_count == 0 : out.crease_count == 12);
     assert_true(status == TW_OK ? failures > 3 : status == TW_NO_MEMORY);

@@ -13,7 +13,8 @@ static tw_model *read_text(const char *text) {
   tw_model *model = NULL;
   tw_error error = {0};
   assert_int_equal(tw_format_sniff((const uint8_t *)text, strlen(text)), TW_FORMAT_STL);
-  tw_status status = tw_stl_read((const uint8_t *)text, strlen(text), TW_WELD_AUTO, &model, &error);
+  tw_status status =
+      tw_stl_read((const uint8_t *)text, strlen(text), TW_QUADS_NGON, TW_WELD_AUTO, &model, &error);
   assert_string_equal(status == TW_OK ? "" : error.detail, "");
   return model;
 }
@@ -21,7 +22,8 @@ static tw_model *read_text(const char *text) {
 static void assert_refused(const char *text, tw_status status, uint64_t line) {
   tw_model *model = NULL;
   tw_error error = {0};
-  assert_int_equal(tw_stl_read((const uint8_t *)text, strlen(text), TW_WELD_AUTO, &model, &error), status);
+  assert_int_equal(
+      tw_stl_read((const uint8_t *)text, strlen(text), TW_QUADS_NGON, TW_WELD_AUTO, &model, &error), status);
   assert_int_equal(error.line, line);
   assert_null(model);
 }
@@ -62,7 +64,7 @@ TEST(a_coordinate_of_binary_that_is_not_finite_is_refused) {
   memcpy(bytes + 84 + 3 * 50 + 12, &bad, sizeof bad);
   tw_model *model = NULL;
   tw_error error;
-  assert_int_equal(tw_stl_read(bytes, size, TW_WELD_AUTO, &model, &error), TW_INVALID);
+  assert_int_equal(tw_stl_read(bytes, size, TW_QUADS_NGON, TW_WELD_AUTO, &model, &error), TW_INVALID);
   assert_non_null(strstr(error.detail, "facet 3"));
   free(bytes);
 }
@@ -75,11 +77,11 @@ TEST(bytes_behind_the_facets_are_read_over_and_facets_cut_off_refused) {
   bytes[0] = 'S'; /* no word of text */
   bytes[5] = '-';
   assert_int_equal(tw_format_sniff(bytes, size + 20), TW_FORMAT_STL);
-  assert_int_equal(tw_stl_read(bytes, size + 20, TW_WELD_AUTO, &model, &error), TW_OK);
+  assert_int_equal(tw_stl_read(bytes, size + 20, TW_QUADS_NGON, TW_WELD_AUTO, &model, &error), TW_OK);
   assert_int_equal(model->meshes[0].face_count, 12);
   tw_model_destroy(model);
   model = NULL;
-  assert_int_equal(tw_stl_read(bytes, size - 1, TW_WELD_AUTO, &model, &error), TW_SYNTAX);
+  assert_int_equal(tw_stl_read(bytes, size - 1, TW_QUADS_NGON, TW_WELD_AUTO, &model, &error), TW_SYNTAX);
   assert_null(model);
   free(bytes);
 }
@@ -90,7 +92,7 @@ TEST(a_binary_cube_has_8_points_and_no_border) {
   tw_model *model = NULL;
   tw_error error;
   assert_int_equal(tw_format_sniff(bytes, size), TW_FORMAT_STL);
-  assert_int_equal(tw_stl_read(bytes, size, TW_WELD_AUTO, &model, &error), TW_OK);
+  assert_int_equal(tw_stl_read(bytes, size, TW_QUADS_NGON, TW_WELD_AUTO, &model, &error), TW_OK);
   tw_mesh_stats facts;
   assert_int_equal(tw_mesh_describe(&model->meshes[0], &facts, &error), TW_OK);
   assert_int_equal(facts.vertices, 8);
@@ -196,7 +198,7 @@ static tw_model *read_facets(const char *header, uint16_t first, uint16_t second
   tw_error error = {0};
   size_t size = two_facets(bytes, header, (const uint16_t[]){first, second}, payload) + more;
   assert_int_equal(tw_format_sniff(bytes, size), TW_FORMAT_STL);
-  assert_int_equal(tw_stl_read(bytes, size, TW_WELD_NONE, &model, &error), TW_OK);
+  assert_int_equal(tw_stl_read(bytes, size, TW_QUADS_NGON, TW_WELD_NONE, &model, &error), TW_OK);
   return model;
 }
 
@@ -276,7 +278,7 @@ TEST(facets_behind_a_count_too_small_are_told) {
   for (uint8_t count = 0; count < 12; count++) {
     bytes[80] = count;
     assert_int_equal(tw_format_sniff(bytes, size), TW_FORMAT_STL);
-    assert_int_equal(tw_stl_read(bytes, size, TW_WELD_NONE, &model, &error), TW_OK);
+    assert_int_equal(tw_stl_read(bytes, size, TW_QUADS_NGON, TW_WELD_NONE, &model, &error), TW_OK);
     assert_int_equal(model->meshes[0].face_count, count);
     assert_int_equal(model->warning_count, 1);
     assert_int_equal(atoi(model->warnings[0]), 12 - count);
@@ -295,4 +297,38 @@ TEST(normals_against_the_corners_and_words_that_stl_has_not_are_told) {
                                           "first in line 7: the order counts");
   assert_string_equal(model->warnings[1], "4 words are left out, the first in line 9: STL has none such");
   tw_model_destroy(model);
+}
+
+/* An L of two squares, each of two triangles as an exporter writes them: quads and the hard edge come back.
+ */
+TEST(facets_become_quads_with_hard_edges_where_they_are_bent) {
+  static const float p[6][3] = {{0, 0, 0}, {2, 0, 0}, {2, 1, 0}, {0, 1, 0}, {0, 1, 1}, {2, 1, 1}};
+  static const int facets[4][3] = {{0, 1, 2}, {0, 2, 3}, {3, 2, 5}, {3, 5, 4}};
+  char text[1024], *at = text;
+  at += sprintf(at, "solid s\n");
+  for (int f = 0; f < 4; f++) {
+    at += sprintf(at, "facet normal 0 0 0\nouter loop\n");
+    for (int k = 0; k < 3; k++)
+      at += sprintf(at, "vertex %g %g %g\n", (double)p[facets[f][k]][0], (double)p[facets[f][k]][1],
+                    (double)p[facets[f][k]][2]);
+    at += sprintf(at, "endloop\nendfacet\n");
+  }
+  strcpy(at, "endsolid s\n");
+  for (int quads = TW_QUADS_USUAL; quads <= TW_QUADS_OFF; quads++) {
+    tw_model *model = NULL;
+    const uint8_t *bytes = (const uint8_t *)text;
+    assert_int_equal(tw_stl_read(bytes, strlen(text), (tw_quads)quads, TW_WELD_AUTO, &model, NULL), TW_OK);
+    bool is_joined = quads == TW_QUADS_USUAL || quads == TW_QUADS_AUTO;
+    assert_int_equal(model->meshes->face_count, is_joined ? 2 : 4);
+    assert_int_equal(model->meshes->joined_quads, is_joined ? 2 : 0);
+    assert_int_equal(model->warning_count, is_joined);
+    if (is_joined)
+      assert_string_equal(model->warnings[0],
+                          "2 pairs of triangles are joined into quads: quads=ngon keeps the triangles");
+    tw_mesh_stats stats;
+    assert_int_equal(tw_mesh_describe(model->meshes, &stats, NULL), TW_OK);
+    assert_int_equal(stats.hard_edges.by_file, 1);
+    tw_mesh_stats_deinit(&stats);
+    tw_model_destroy(model);
+  }
 }

@@ -70,7 +70,7 @@ public:
     if (tags_.are_there()) write_tags();
     // A file that marks its polygons means its triangles as triangles.
     bool told = std::any_of(lists_.begin(), lists_.end(), [](const FaceList &list) { return list.polygons; });
-    if (document_.quads == TW_QUADS_AUTO && !told) pair_triangles();
+    if (tw_quads_of(document_.quads, TW_FORMAT_GLB) == TW_QUADS_AUTO && !told) pair_triangles();
     if (mesh_.has_tangents) choose_tangent_uvs();
   }
 
@@ -875,6 +875,7 @@ void read_meshes(Document &document, Accessors &accessors) {
   for (const std::string &fate : document.attribute_warnings)
     tw_model_warn(document.model, "the attribute %s", fate.c_str());
   tw_warn_of_welding(document.model, &document.welded);
+  tw_warn_of_quads(document.model);
   if (document.partly_textured > 0)
     tw_model_warn(document.model, "%zu sets of texture coordinates are 0 0 where a primitive lacks them",
                   document.partly_textured);

@@ -9,9 +9,13 @@
 extern "C" {
 #endif
 
-/* How glTF triangles become polygons. NGON: as FB_ngon_encoding marks them. AUTO: the same, and triangles of
- * meshes without such marks are paired into quads. OFF: all faces stay triangles. */
-typedef enum tw_quads { TW_QUADS_NGON, TW_QUADS_AUTO, TW_QUADS_OFF } tw_quads;
+/* How triangles of glTF and STL, which cannot store polygons, become polygons. NGON: as FB_ngon_encoding
+ * marks them. AUTO: the same, and triangles of meshes without such marks are paired into quads, with a
+ * warning. OFF: all faces stay triangles. USUAL: AUTO. */
+typedef enum tw_quads { TW_QUADS_USUAL, TW_QUADS_NGON, TW_QUADS_AUTO, TW_QUADS_OFF } tw_quads;
+
+/* What USUAL means for a file of a format: AUTO, and NGON where the format has polygons. */
+tw_quads tw_quads_of(tw_quads quads, tw_format format);
 
 /* The most memory in bytes that reading a document of `size` bytes may take, the document and the model
  * included; readers refuse a document that needs more. At most 64 MiB + 6 * size. */
@@ -42,11 +46,13 @@ tw_status tw_obj_read_points(const uint8_t *bytes, size_t size, const double at[
                              float **out, uint32_t *count, tw_error *error);
 
 /* STL, binary or text. All solids become one mesh, named after the first solid that has a name; triangles
- * that share an edge by position share its points (lib/mesh/weld.h). Colours of facets (VisCAM, Magics; sRGB)
- * become linear. Facets may carry as many bytes as their attribute says, if the size of the file says so,
- * too. Up to 1024 bytes behind the facets of binary STL, and facets that the count leaves out, are left out.
- * Errors carry a line of text, or name the facet. *out: a finished model. O(n log n). */
-tw_status tw_stl_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model **out, tw_error *error);
+ * that share an edge by position share its points (lib/mesh/weld.h), and become quads as `quads` says.
+ * Colours of facets (VisCAM, Magics; sRGB) become linear. Facets may carry as many bytes as their attribute
+ * says, if the size of the file says so, too. Up to 1024 bytes behind the facets of binary STL, and facets
+ * that the count leaves out, are left out. Errors carry a line of text, or name the facet. *out: a finished
+ * model. O(n log n). */
+tw_status tw_stl_read(const uint8_t *bytes, size_t size, tw_quads quads, tw_weld weld, tw_model **out,
+                      tw_error *error);
 
 /* PLY, text or binary in either byte order: positions, normals, colours (sRGB, which become linear) and
  * texture coordinates of vertices, or colours and texture coordinates of faces; faces, and strips of

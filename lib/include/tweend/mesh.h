@@ -99,6 +99,8 @@ typedef struct tw_mesh {
 
   uint32_t point_count;
   uint32_t welded_points; /* how many points of the source were merged into others */
+  uint32_t joined_quads;  /* how many faces were made by joining two triangles of the source */
+  bool angles_tell; /* the source has no way to say which edges are hard but the angles of faces (STL) */
   const float *positions; /* [point_count][3], metres */
   /* Where a reader has put the frame of the points, which are relative to it; see tw_points_find_frame.
    * tw_model_finish moves the nodes that show the mesh by it, and sets it to 0. */
@@ -232,11 +234,17 @@ typedef enum tw_creases {
   TW_CREASES_NORMALS, /* also edges where normals part */
   TW_CREASES_ANGLE,   /* also edges bent by more than an angle */
   TW_CREASES_AUTO,    /* also edges where normals part; bent edges in pieces without smooth edges */
-  TW_CREASES_NONE     /* no creases and no corners */
+  TW_CREASES_NONE,    /* no creases and no corners */
+  /* What the file says: where the mesh has a tag of subdivision, as TAGS; else as AUTO, in pieces with
+   * normals or smoothing groups, and in a mesh that only angles can tell of (angles_tell); else none. */
+  TW_CREASES_FILE
 } tw_creases;
 
 /* With TW_CREASES_AUTO an edge bent by more than this is hard where normals do not decide. */
 #define TW_HARD_DEGREES 50.0
+
+/* Whether TW_CREASES_FILE looks for hard edges in the mesh: it has no tags, and something else that tells. */
+bool tw_mesh_tells_hard_edges(const tw_mesh *mesh);
 
 /* Makes a view of the mesh with the requested creases.
  * Normals part at an edge of two faces where those on its two sides differ by over half a degree at either
@@ -245,14 +253,17 @@ typedef enum tw_creases {
  * smoothing group.
  * degrees: for TW_CREASES_ANGLE, 0 to 180; an edge is hard when its faces' normals differ by more. sharpness:
  * 0 to 10, for the edges found; an edge that the file tags keeps its own.
+ * With TW_CREASES_AUTO, points with two sharp edges at which the line turns by more than TW_HARD_DEGREES are
+ * corners: where both edges are found, of the same sharpness; where both are borders, infinitely sharp and
+ * only with `border_corners`.
  * The mesh is checked and must outlive *out; arrays of new creases live in the arena. O(corners).
  * TW_NO_MEMORY. */
 tw_status tw_mesh_with_creases(const tw_mesh *mesh, tw_creases creases, double degrees, float sharpness,
-                               tw_arena *arena, tw_mesh *out, tw_error *error);
+                               bool border_corners, tw_arena *arena, tw_mesh *out, tw_error *error);
 
 /* How many edges each method finds, whether the file tags them or not. */
 typedef struct tw_hard_edge_counts {
-  uint32_t by_normals, by_30_degrees, by_auto;
+  uint32_t by_normals, by_30_degrees, by_auto, by_file;
 } tw_hard_edge_counts;
 
 /* Counts the pairs of triangles that TW_QUADS_AUTO (format.h) would join into quads in a checked mesh. O(n
