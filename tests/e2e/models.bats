@@ -52,7 +52,7 @@ own() { { cat "$1"; echo "# $BATS_TEST_NAME"; } >own.obj; }
     'element face 1' 'property list uchar int vertex_indices' end_header '0 0 0' '1 0 0' '1 1 0' '0 1 0' '4 0 1 2 3' >quad.ply
   for type in model/stl text/plain application/octet-stream; do
     post /v1/models wedge.stl --header "Content-Type: $type"
-    holds '.format == "stl" and .meshes[0].vertices == 4 and .meshes[0].faces == 2 and .meshes[0].name == "wedge"'
+    holds '.format == "stl" and .meshes[0].vertices == 4 and .meshes[0].faces == 1 and .meshes[0].name == "wedge"'
   done
   get "$(header location)/source"
   [ "$(header content-type)" = model/stl ]
