@@ -58,7 +58,7 @@ static void any_triangle(uint32_t *seed, float out[9]) {
 }
 
 static tw_status read_stl(const uint8_t *bytes, size_t size, tw_model **out) {
-  return tw_stl_read(bytes, size, TW_WELD_AUTO, out, NULL);
+  return tw_stl_read(bytes, size, TW_QUADS_OFF, TW_WELD_AUTO, out, NULL);
 }
 
 TEST(reading_stl_ends_when_it_is_not_wanted) {
