@@ -1063,10 +1063,11 @@ export interface SurfaceOptions {
   /**
    * Which points of the file are merged. `auto` merges the ends of two border edges that run between the same two
    * positions in opposite directions, if no third edge does: seams cut by an exporter close, while sheets that only
-   * touch stay apart. tweend JSON and an OBJ with subdivision tags (`t`) are not changed. `exact` also merges all
-   * points at the same position; a distance, in the model's unit, all points within it of a first one. `none` keeps
-   * the vertices of the file. Faces left with fewer than three points are dropped. The description has the
-   * `welded_points` of `auto`.
+   * touch stay apart. Faces that are listed twice or collapse, and slivers between the two sides of a seam, keep it
+   * from closing: they are left out with a warning. tweend JSON and an OBJ with subdivision tags (`t`) are not
+   * changed. `exact` also merges all points at the same position; a distance, in the model's unit, all points
+   * within it of a first one. `none` keeps the vertices of the file. Faces left with fewer than three points are
+   * dropped. The description has the `welded_points` of `auto`.
    * @default auto
    */
   weld?: ("auto" | "exact" | "none") | number;

@@ -7,11 +7,6 @@
 #include "soup_mesh.h"
 #include "word.h"
 
-tw_quads tw_quads_of(tw_quads quads, tw_format format) {
-  bool has_polygons = format != TW_FORMAT_STL && format != TW_FORMAT_GLTF && format != TW_FORMAT_GLB;
-  return quads != TW_QUADS_USUAL ? quads : has_polygons ? TW_QUADS_NGON : TW_QUADS_AUTO;
-}
-
 static size_t skip_space(const uint8_t *bytes, size_t size, size_t at) {
   while (at < size && (bytes[at] == ' ' || bytes[at] == '\t' || bytes[at] == '\n' || bytes[at] == '\r')) at++;
   return at;

@@ -39,8 +39,8 @@ void tw_sort_items(uint32_t *items, size_t count, tw_item_less *less, const void
   }
 }
 
-tw_status tw_sort_in_buckets(tw_item_bucket *bucket_of, uint32_t count, uint32_t bucket_count, tw_item_less *less,
-                                 const void *context, uint32_t *order, tw_error *error) {
+tw_status tw_sort_in_buckets(tw_item_bucket *bucket_of, uint32_t count, uint32_t bucket_count,
+                             tw_item_less *less, const void *context, uint32_t *order, tw_error *error) {
   enum { STEPS = 8 };
   uint32_t *starts = tw_alloc_zero((size_t)bucket_count + 1, sizeof *starts);
   if (!starts) return tw_fail(error, TW_NO_MEMORY, "out of memory");

@@ -30,14 +30,14 @@ typedef struct places {
  * in 32 bits is 1.7e-7 instead of 0; 2^-20 leaves room. */
 #define TINY 0x1p-20f
 
-/* The greatest extent of the vertices along an axis. */
+/* The greatest extent of the faces along an axis: points that no face uses may lie anywhere. */
 static float greatest_extent(const tw_soup *soup) {
   float least[3] = {0}, most[3] = {0}, out = 0;
-  for (uint32_t v = 0; v < soup->vertex_count; v++)
+  for (uint32_t c = 0; c < soup->corner_count; c++)
     for (size_t axis = 0; axis < 3; axis++) {
-      float value = soup->positions[3 * (size_t)v + axis];
-      least[axis] = v == 0 ? value : fminf(least[axis], value);
-      most[axis] = v == 0 ? value : fmaxf(most[axis], value);
+      float value = soup->positions[3 * (size_t)soup->corners[c] + axis];
+      least[axis] = c == 0 ? value : fminf(least[axis], value);
+      most[axis] = c == 0 ? value : fmaxf(most[axis], value);
     }
   for (size_t axis = 0; axis < 3; axis++) out = fmaxf(out, most[axis] - least[axis]);
   return out;

@@ -154,18 +154,19 @@ static void begin(chain *c) {
 static void get(chain *c) {
   static const char what[] = "surface.glb surface.gltf surface.obj surface.json tracks pose.bin?as=matrix "
                              "pose.csv?space=world";
-  static const char *const parameters[] = {"level=0 level=1 level=2 level=3 level=4",
-                                           "scheme=loop scheme=bilinear",
-                                           "boundary=open boundary=none boundary=edge-only",
-                                           "uv=all uv=none uv=boundaries uv=corners-plus1 uv=corners-plus2",
-                                           "creasing=chaikin triangles=smooth",
-                                           "creases=normals creases=auto creases=angle:30 creases=none creases=tags",
-                                           "weld=exact weld=0.5 weld=none",
-                                           "normals=limit normals=none",
-                                           "encoding=quantized encoding=meshopt",
-                                           "polygons=ngon quads=auto quads=off",
-                                           "details=false limit=true",
-                                           "at=0.3 clip=none at=0.3&skin=bake at=0,1"};
+  static const char *const parameters[] = {
+      "level=0 level=1 level=2 level=3 level=4",
+      "scheme=loop scheme=bilinear",
+      "boundary=open boundary=none boundary=edge-only",
+      "uv=all uv=none uv=boundaries uv=corners-plus1 uv=corners-plus2",
+      "creasing=chaikin triangles=smooth",
+      "creases=normals creases=auto creases=angle:30 creases=none creases=tags",
+      "weld=exact weld=0.5 weld=none",
+      "normals=limit normals=none",
+      "encoding=quantized encoding=meshopt",
+      "polygons=ngon quads=auto quads=off",
+      "details=false limit=true",
+      "at=0.3 clip=none at=0.3&skin=bake at=0,1"};
   char rest[TEXT], word[WORD];
   size_t length = (size_t)snprintf(rest, sizeof rest, "%s", pick_word(c, what, word));
   for (size_t i = 0; rest[0] == 's' && i < sizeof parameters / sizeof *parameters; i++)

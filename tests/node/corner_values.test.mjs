@@ -106,7 +106,7 @@ for (const level of [0, 1, 2, 3, 4])
     for (const more of ['', '&uv=none&normals=limit', '&uv=all&limit=true', '&scheme=bilinear', '&creasing=chaikin&boundary=edge-only'])
       test(`level ${level}, ${encoding}${more}: each triangle has the values of its face`, async () => {
         const { bytes, warning } = await ask(`glb?level=${level}&encoding=${encoding}&quads=auto${more}`);
-        assert.match(warning, /^2; the attribute COLOR_0 is white and opaque where a primitive lacks it/);
+        assert.match(warning, /^3; the attribute COLOR_0 is white and opaque where a primitive lacks it/);
         assertFaces(await trianglesOf(bytes), 2 * 4 ** level);
         const { issues } = await validator.validateBytes(new Uint8Array(bytes));
         assert.deepEqual(issues.messages.filter(({ severity }) => severity < 2), []);
@@ -153,7 +153,7 @@ test('edits keep the values of faces, and cut them as they are', async () => {
 
 test('OBJ has no colours, and says so', async () => {
   const { warning } = await ask('obj?level=1');
-  assert.match(warning, /^3;/);
+  assert.match(warning, /^4;/);
   const plain = await daemon.upload('v 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 0 1 0 1 0 0\nf 1 2 3\n');
   assert.match((await ask('obj?level=0', plain)).warning, /^1; surface.obj is without colours: surface.glb has them/);
 });

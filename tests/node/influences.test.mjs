@@ -138,7 +138,7 @@ async function ask(query, at = model) {
 
 for (const [encoding, tolerance] of [['float', 1e-4], ['quantized', 0.7], ['meshopt', 0.7]])
   test(`encoding=${encoding}: three sets of joints put every vertex where the file does`, async () => {
-    const { bytes, warning } = await ask(`glb?level=0&encoding=${encoding}`);
+    const { bytes, warning } = await ask(`glb?level=0&quads=ngon&encoding=${encoding}`);
     assert.equal(warning, '');
     const vertices = await verticesOf(bytes);
     for (const time of [0, 0.3, 1]) {
@@ -181,7 +181,7 @@ test('every level and encoding has three sets, whose weights sum to 1 and which 
 });
 
 test('influences=4 keeps the four heaviest joints, and tells how many points follow more', async () => {
-  const { bytes, warning } = await ask('glb?level=0&influences=4');
+  const { bytes, warning } = await ask('glb?level=0&quads=ngon&influences=4');
   const more = pulls.filter((pull) => pull.length > 4).length;
   assert.match(warning, new RegExp(`influences=4 keeps the four heaviest joints of a point: ${more} points of the file follow more`));
   const vertices = await verticesOf(bytes);

@@ -246,7 +246,7 @@ for (const asked of cases) {
     for (const count of ['vertices', 'edges', 'faces'])
       assert.equal(sum(foretold.meshes.map((mesh) => mesh[count])), foretold[count]);
     const document = jsonOf(glb.bytes);
-    const primitives = document.meshes.flatMap((mesh) => mesh.primitives);
+    const primitives = document.meshes.flatMap((mesh) => mesh.primitives).filter((primitive) => 'indices' in primitive); // a mesh without faces has none
     const indices = primitives.map((primitive) => document.accessors[primitive.indices].count);
     assert.equal(sum(indices), 3 * sum(faces.map((size) => size - 2)));
   });
@@ -283,12 +283,14 @@ test('groups of a primitive are ranges of its indices, one after the other', asy
   assert.equal(seen.size, 10);
 });
 
+/** Readers of files leave collapsed faces out; tweend JSON says what it means. */
 test('where nothing tells of a normal it is +Y', async () => {
+  const faces = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
+  const positions = Array.from({ length: 8 }, () => [0, 0, 0]);
+  const point = await one.upload(JSON.stringify({ meshes: [{ name: 'point', positions, faces }], nodes: [{ mesh: 'point' }] }));
   for (const query of ['level=0', 'level=2', 'level=2&limit=true', 'level=2&scheme=bilinear']) {
-    const text = (await get(one, { name: 'degenerate', query }, 'obj')).bytes.toString();
-    const point = text.slice(text.indexOf('o point'), text.indexOf('o needle')); // and the line
-    const normals = statements(point, 'vn');
-    assert.ok(normals.length >= 16);
+    const normals = statements(await (await fetch(`${point}/surface.obj?${query}`)).text(), 'vn');
+    assert.ok(normals.length >= 8, `${normals.length} normals`);
     assert.deepEqual([...new Set(normals)], ['vn 0 1 0']);
   }
 });

@@ -127,7 +127,7 @@ function differ(a, b) {
 }
 
 /** Warnings that may explain what differs; all else may never differ. */
-const REASONS = { bounds: /left out/, triangles: /left out/ };
+const REASONS = { bounds: /left out|lies so far from the origin/, triangles: /left out/ };
 
 function assertKept(before, after, warnings, t) {
   for (const what of Object.keys(before)) {

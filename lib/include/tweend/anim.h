@@ -102,12 +102,12 @@ typedef struct tw_node {
   const char *name;    /* UTF-8, or NULL */
   uint32_t parent;     /* TW_NO_INDEX for a root; need not come before the child */
   uint32_t mesh, skin; /* TW_NO_INDEX when there is none */
-  tw_trs rest;
-  const double *place; /* [3] the exact translation, which `rest` rounds to floats; NULL but for far meshes */
   bool has_matrix;     /* the local transform is `matrix`, which may shear; rest is the nearest TRS */
+  bool is_hidden;      /* outside the displayed scene: part of the hierarchy, but not drawn */
+  tw_trs rest;
   float matrix[16];
+  const double *place;  /* [3] the exact translation, which `rest` rounds to floats; NULL but for far meshes */
   const float *weights; /* of the mesh's morph targets; NULL: the mesh's own weights */
-  bool is_hidden;       /* outside the displayed scene: part of the hierarchy, but not drawn */
   const char *kept;     /* as tw_mesh.kept */
 } tw_node;
 

@@ -15,7 +15,10 @@ extern "C" {
 typedef enum tw_quads { TW_QUADS_USUAL, TW_QUADS_NGON, TW_QUADS_AUTO, TW_QUADS_OFF } tw_quads;
 
 /* What USUAL means for a file of a format: AUTO, and NGON where the format has polygons. */
-tw_quads tw_quads_of(tw_quads quads, tw_format format);
+static inline tw_quads tw_quads_of(tw_quads quads, tw_format format) {
+  bool has_polygons = format != TW_FORMAT_STL && format != TW_FORMAT_GLTF && format != TW_FORMAT_GLB;
+  return quads != TW_QUADS_USUAL ? quads : has_polygons ? TW_QUADS_NGON : TW_QUADS_AUTO;
+}
 
 /* The most memory in bytes that reading a document of `size` bytes may take, the document and the model
  * included; readers refuse a document that needs more. At most 64 MiB + 6 * size. */
