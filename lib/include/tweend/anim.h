@@ -106,7 +106,7 @@ typedef struct tw_node {
   bool is_hidden;      /* outside the displayed scene: part of the hierarchy, but not drawn */
   tw_trs rest;
   float matrix[16];
-  const double *place;  /* [3] the exact translation, which `rest` rounds to floats; NULL but for far meshes */
+  const double *place; /* [3] the exact translation, which `rest` rounds to floats; NULL but for far meshes */
   const float *weights; /* of the mesh's morph targets; NULL: the mesh's own weights */
   const char *kept;     /* as tw_mesh.kept */
 } tw_node;
