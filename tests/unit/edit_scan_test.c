@@ -518,7 +518,8 @@ TEST(many_edits_hold_no_more_than_one) {
   shape.segments[0] = shape.segments[2] = CELLS;
   assert_int_equal(tw_shape_make(&shape, arena, &grid, &error), TW_OK);
   for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) {
-    tw_edit edits[EDITS], edit = {.kind = kinds[k], .name = "it", .selection = {of[k], TW_SELECT_ALL}};
+    tw_edit edits[EDITS],
+        edit = {.kind = kinds[k], .name = "it", .selection = {.of = of[k], .by = TW_SELECT_ALL}};
     int64_t peaks[2];
     if (edit.kind <= TW_EDIT_HOLE && edit.kind >= TW_EDIT_CREASE) edit.sharpness = 2;
     if (edit.kind == TW_EDIT_DESPIKE) edit.despike.factor = 2;
