@@ -392,7 +392,7 @@ static tw_status read_face(tw_obj_reader *reader, tw_obj_text *text) {
   }
   if (status != TW_OK) return status;
   uint64_t named = reader->read.corners - first, count = named > 0 ? drop_doubled_corners(reader, first) : 0;
-  if (!has_three_points(reader->corners + first, count)) return drop_face(reader, first);
+  if (count < 3 || !has_three_points(reader->corners + first, count)) return drop_face(reader, first);
   tw_lose_doubled_corners(&reader->losses, count < named);
   status = number_groups(reader);
   if (status == TW_OK) status = label_face(reader, &reader->materials, reader->material);
