@@ -3,6 +3,7 @@
 
 #include "service.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 /* Text is printed in steps of about this many bytes. */
@@ -469,17 +470,14 @@ static void *allocate(tw_arena *arena, bool is_needed, uint32_t count, size_t wi
   return memory;
 }
 
+static int compare_nodes(const void *a, const void *b) {
+  uint32_t left = *(const uint32_t *)a, right = *(const uint32_t *)b;
+  return (left > right) - (left < right);
+}
+
 /* Whether the answer has a node; its nodes ascend. */
 static bool has_node(const api_pose_request *request, uint32_t node) {
-  uint32_t low = 0, high = request->node_count;
-  while (low < high) {
-    uint32_t middle = low + (high - low) / 2;
-    if (request->nodes[middle] < node)
-      low = middle + 1;
-    else
-      high = middle;
-  }
-  return low < request->node_count && request->nodes[low] == node;
+  return bsearch(&node, request->nodes, request->node_count, sizeof node, compare_nodes);
 }
 
 /* Finds the tracks of morph weights that JSON answers tell. False without memory. */

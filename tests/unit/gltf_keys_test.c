@@ -322,6 +322,7 @@ TEST_WITH(a_reduction_that_nobody_wants_ends, set_up, tear_down) {
   tw_meter_init(&meter, &host, UINT64_MAX);
   tw_meter *before = tw_meter_use(&meter);
   tw_status status = tw_gltf_keys_of(&track, 1 << 20, &(uint64_t){TW_REDUCTION_STEPS}, arena, &keys, NULL);
+  if (status == TW_NO_MEMORY) status = tw_work_status(NULL); /* what is allocated from then on fails */
   tw_meter_use(before);
-  assert_true(status == TW_CANCELLED || status == TW_NO_MEMORY); /* what is allocated from then on fails */
+  assert_int_equal(status, TW_CANCELLED);
 }

@@ -4,6 +4,7 @@
 #include "gltf/document.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstring>
 
@@ -618,20 +619,17 @@ private:
   }
 
   // Reads "/nodes/3/rotation".
-  std::optional<std::pair<uint32_t, tw_path>> node_part(const std::string &pointer) const {
-    for (int path = TW_TRANSLATION; path <= TW_WEIGHTS; path++)
-      for (size_t digits = 1; digits <= 9; digits++) {
-        std::string head = "/nodes/", tail = std::string("/") + tw_path_names[path];
-        if (pointer.size() != head.size() + digits + tail.size() ||
-            pointer.compare(0, head.size(), head) != 0 ||
-            pointer.compare(head.size() + digits, tail.size(), tail) != 0)
-          continue;
-        uint32_t node = 0;
-        std::string number = pointer.substr(head.size(), digits);
-        if (number.find_first_not_of("0123456789") != std::string::npos) return {};
-        for (char digit : number) node = 10 * node + static_cast<uint32_t>(digit - '0');
-        if (node < document_.source.nodes.size()) return {{node, static_cast<tw_path>(path)}};
-      }
+  std::optional<std::pair<uint32_t, tw_path>> node_part(std::string_view pointer) const {
+    constexpr std::string_view head = "/nodes/";
+    size_t end = pointer.rfind('/');
+    if (pointer.substr(0, head.size()) != head || end < head.size()) return {};
+    std::string_view digits = pointer.substr(head.size(), end - head.size()), name = pointer.substr(end + 1);
+    uint32_t node;
+    auto [rest, error] = std::from_chars(digits.data(), digits.data() + digits.size(), node);
+    bool is_index = error == std::errc() && rest == digits.data() + digits.size() &&
+                    (digits.size() == 1 || digits[0] != '0') && node < document_.source.nodes.size();
+    for (int path = TW_TRANSLATION; is_index && path <= TW_WEIGHTS; path++)
+      if (name == tw_path_names[path]) return {{node, static_cast<tw_path>(path)}};
     return {};
   }
 

@@ -22,7 +22,8 @@ namespace {
 constexpr uint64_t SLOT_SIZE = 96; // bytes of an entry in the map of slots, with the allocator's own
 
 void check_status(tw_status status) {
-  if (status != TW_OK) throw std::bad_alloc(); // memory is all that can be missing here
+  if (status != TW_OK)
+    throw std::bad_alloc(); // or the result is not wanted any more, of which the meter tells
 }
 
 // The triangles of a primitive, which become faces.
