@@ -8,7 +8,7 @@ import { setTimeout as pause } from 'node:timers/promises';
 import { Daemon } from '../node/daemon.mjs';
 
 const CLIENTS = 10;
-const daemon = new Daemon();
+const daemon = new Daemon(['--queue', '100']); // clients that left may still be computed for
 let model;
 
 before(async () => {
@@ -58,10 +58,13 @@ function leave(text, awaited, isReset) {
       else socket.destroy();
       resolve();
     };
+    // Says nothing to who has left: the promise is kept by then.
+    socket.on('close', () => reject(new Error(`the daemon ended before ${awaited}: ${heard.slice(0, 300)}`)));
     socket.on('error', (error) => (error.code === 'ECONNRESET' || error.code === 'EPIPE' ? resolve() : reject(error)));
     socket.on('data', (bytes) => {
       if (awaited) heard += bytes.toString('latin1');
       if (awaited && heard.includes(awaited)) go();
+      if (heard.startsWith('HTTP/1.1 503')) reject(new Error(`refused before ${awaited}: ${heard.slice(0, 300)}`));
     });
     socket.on('connect', () => socket.write(text, () => awaited ?? go()));
     if (text === '') socket.on('connect', go);
