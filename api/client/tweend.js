@@ -491,20 +491,24 @@ class Least {
   }
 }
 
-/** Yields the events of an event stream (WHATWG HTML, section 9.2) as objects of their fields. */
-async function* readEvents(stream) {
+/** Yields the events of an event stream (WHATWG HTML, section 9.2) as objects of their fields, until the signal aborts. */
+async function* readEvents(stream, signal) {
   const reader = stream.pipeThrough(new TextDecoderStream()).getReader();
+  // fetch should end the stream, but in Node.js 18 it may have lost the signal to the garbage collector.
+  const stop = () => reader.cancel().catch(() => {});
+  signal.addEventListener('abort', stop);
   let text = '';
   try {
     for (;;) {
       const { done, value } = await reader.read();
-      if (done) return;
+      if (done || signal.aborted) return;
       const blocks = (text + value).split('\n\n');
       text = blocks.pop();
       for (const block of blocks) yield Object.fromEntries(block.split('\n').map((line) => line.split(/: ?(.*)/s)));
     }
   } finally {
-    await reader.cancel().catch(() => {}); // a stream that broke has nothing to cancel
+    signal.removeEventListener('abort', stop);
+    await stop(); // a stream that broke has nothing to cancel
   }
 }
 
@@ -588,6 +592,7 @@ export class LivePlayer {
       this.missing = pose.nodes.filter((_, i) => !this.#objects[i]);
       while (!this.ended) {
         const wait = await this.#connect(tweend, tweend.liveUrl(model, options), begun);
+        signal.throwIfAborted(); // a pause begun now would not be told
         if (!this.ended) await pause(wait, signal);
         signal.throwIfAborted();
       }
@@ -607,7 +612,7 @@ export class LivePlayer {
       if (this.ended) return 0;
       uncount = countStream(url, response);
       [this.#offset, this.#origin] = [new Least(), new Least()]; // another replica may answer, with another clock
-      for await (const { retry, event, id, data } of readEvents(response.body)) {
+      for await (const { retry, event, id, data } of readEvents(response.body, this.#abort.signal)) {
         if (retry) this.#retry = Number(retry);
         else if (event === 'end') this.ended = true;
         else if (data) this.#take(Number(id), data, begun);

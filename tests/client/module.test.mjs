@@ -394,6 +394,17 @@ test('a live player is in phase with the start that it was given', async () => {
   await player.done;
 });
 
+test('a player that is closed ends, though fetch does not end its stream', async () => {
+  let isCancelled = false;
+  const frame = `id: 0\ndata: ${JSON.stringify({ now: 0, t: 0, rotation: [], translation: [], scale: [] })}\n\n`;
+  const stream = () => new ReadableStream({ start: (control) => control.enqueue(new TextEncoder().encode(frame)), cancel: () => (isCancelled = true) });
+  const fetch = async (url) => (url.includes('/live') ? new Response(stream()) : Response.json({ nodes: [] }));
+  const player = await new Tweend('http://a.example', { fetch }).live('x', {});
+  player.close();
+  await player.done;
+  assert.ok(isCancelled);
+});
+
 test('a stream that breaks goes on behind what was seen, and ends with its clip', async () => {
   const asked = [];
   const watching = new Tweend(daemon.url, {

@@ -189,7 +189,7 @@ test('influences=4 keeps the four heaviest joints, and tells how many points fol
   for (const { point, sets, pull } of vertices) {
     assert.equal(sets, 1);
     const i = points.findIndex((p) => p.every((x, c) => Math.fround(x) === point[c]));
-    const heaviest = pulls[i].toSorted((a, b) => b.weight - a.weight).slice(0, 4);
+    const heaviest = [...pulls[i]].sort((a, b) => b.weight - a.weight).slice(0, 4);
     const sum = heaviest.reduce((total, { weight }) => total + weight, 0);
     heaviest.forEach(({ joint, weight }, k) => {
       assert.equal(pull[k].joint, joint);
