@@ -90,7 +90,7 @@ const three = fileURLToPath(new URL('./node_modules/three/', import.meta.url));
 async function openExample(isOnline) {
   const { version } = JSON.parse(readFileSync(`${three}package.json`));
   const errors = [];
-  const page = await browser.newPage({ viewport: { width: 640, height: 480 } });
+  const page = await browser.newPage({ viewport: { width: 160, height: 120 } });
   page.on('pageerror', (error) => errors.push(String(error)));
   page.on('console', (message) => isOnline && message.type() === 'error' && errors.push(message.text()));
   await page.route(/^https?:\/\/(?!127\.0\.0\.1:)/, (route) => {
