@@ -2,6 +2,7 @@
 #include "file_name.h"
 #include "handlers.h"
 #include "models.h"
+#include "obj_losses.h"
 #include "packs.h"
 #include "plans.h"
 #include "service.h"
@@ -297,7 +298,8 @@ static uint64_t obj_tags_bound(const tw_surface *surface) {
 }
 
 /* A bound on the size of an OBJ, which is known only at its end: 17 characters a number, 25 of a point far
- * from the origin, and 11 an index, of which a corner has three. Stops soon after the limit. */
+ * from the origin, 9 of a colour, and 11 an index, of which a corner has three. Stops soon after the limit.
+ */
 static tw_status obj_size_bound(api_call *call, const surface_request *request, uint64_t *size) {
   const api_plan *plan = api_entry_value(request->plan);
   const tw_model *model = request->scene.content.model;
@@ -307,7 +309,7 @@ static tw_status obj_size_bound(api_call *call, const surface_request *request, 
   for (uint32_t i = 0; i < plan->count; i++) {
     const tw_surface *surface = plan->surfaces[i];
     uint64_t rows = tw_surface_row_count(surface, TW_DOMAIN_VERTICES);
-    of_mesh[i] = rows * (3 * 25 + 5 * 17) + tw_surface_get_counts(surface)->corners * 3 * 11 +
+    of_mesh[i] = rows * (3 * 25 + 3 * 9 + 5 * 17) + tw_surface_get_counts(surface)->corners * 3 * 11 +
                  obj_names_bound(model, surface, limit) + obj_tags_bound(surface);
   }
   *size = 0;
@@ -595,25 +597,6 @@ static api_outcome warn_of_influences(api_call *call, const surface_request *req
   return API_DONE;
 }
 
-/* Tells what OBJ has no place for: it knows no colours of corners, and no attributes. */
-static api_outcome warn_of_attributes(api_call *call, const surface_request *request) {
-  const tw_model *model = request->scene.content.model;
-  uint32_t colors = 0, others = 0;
-  if (request->form != FORM_OBJ) return API_DONE;
-  for (uint32_t i = 0; i < model->mesh_count; i++)
-    for (uint32_t k = 0; k < model->meshes[i].attribute_count; k++) {
-      colors += model->meshes[i].attributes[k].is_color;
-      others += !model->meshes[i].attributes[k].is_color;
-    }
-  if (colors + others == 0) return API_DONE;
-  static const char *const sentences[2][2] = {
-      {NULL, "surface.obj is without the attributes of the application: OBJ has none"},
-      {"surface.obj is without colours: surface.glb has them",
-       "surface.obj is without colours and attributes: surface.glb has them"}};
-  api_call_warn(call, &sentences[colors > 0][others > 0], 1);
-  return API_DONE;
-}
-
 /* From the model to the answer. The caller releases the request unless the answer's body took it over. */
 static api_outcome answer_surface(api_call *call, surface_request *request, bool is_stored) {
   /* Both ways to ask for the same have one key. */
@@ -631,12 +614,13 @@ static api_outcome answer_surface(api_call *call, surface_request *request, bool
   if (outcome != API_DONE) return outcome;
   const tw_model *model = api_entry_value(request->model);
   if (request->form != FORM_OBJ) outcome = api_scene_animate(call, model, &request->scene);
-  api_call_warn(call, model->warnings, model->warning_count);
-  api_scene_warn(call, &request->scene);
   if (outcome == API_DONE) outcome = warn_of_hard_edges(call, request);
   if (outcome == API_DONE) outcome = warn_of_polygons(call, request);
   if (outcome == API_DONE) outcome = warn_of_influences(call, request);
-  if (outcome == API_DONE) outcome = warn_of_attributes(call, request);
+  if (outcome == API_DONE && request->form == FORM_OBJ) outcome = api_obj_losses_warn(call, model);
+  /* The description lists the model's: the header, which shows one, shows the answer's own. */
+  api_call_warn(call, model->warnings, model->warning_count);
+  api_scene_warn(call, &request->scene);
   if (outcome == API_DONE)
     outcome = api_file_name_suggest(call, api_model_name(model), call->offer->extension);
   return outcome == API_DONE ? reply_surface(call, request) : outcome;

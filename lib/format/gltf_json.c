@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "gltf_json_writer.h"
+#include "tweend/json_text.h"
 
 /* ---- views and accessors ------------------------------------------------------------------------------- */
 
@@ -424,6 +425,20 @@ static void put_asset(tw_gltf_writer *writer) {
 }
 
 /* ---- the whole ----------------------------------------------------------------------------------------- */
+
+uint64_t tw_gltf_instance_count(const tw_model *model, uint32_t node) {
+  static const char *const path[] = {"extensions", "EXT_mesh_gpu_instancing", "attributes"};
+  const char *value = model->nodes[node].kept;
+  tw_json_item attribute;
+  double element;
+  if (!model->assets || model->nodes[node].mesh == TW_NO_INDEX) return 0;
+  for (size_t i = 0; i < sizeof path / sizeof *path; i++) value = tw_json_member(value, path[i]);
+  if (!value || *value != '{' || !tw_json_first(value, &attribute)) return 0;
+  if (!tw_json_is_number(attribute.value)) return 0;
+  tw_json_number(attribute.value, &element);
+  bool is_known = element >= 0 && element < (double)model->assets->element_count;
+  return is_known ? model->assets->elements[(uint32_t)element].count : 0;
+}
 
 const tw_gltf_assets *tw_gltf_assets_bare(tw_arena *arena, const tw_gltf_assets *assets) {
   tw_gltf_assets *bare = assets ? tw_arena_alloc(arena, 1, sizeof *bare) : NULL;

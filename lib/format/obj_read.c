@@ -180,12 +180,25 @@ typedef struct obj_part {
   uint32_t *uv_marks, *uv_numbers; /* [all.uvs] scratch; NULL for a single mesh */
 } obj_part;
 
+/* Points without a colour are white in a mesh where others have one. Returns whether one has. colors:
+ * [count][4], alpha 0 where a point has none. */
+static bool complete_colors(float *colors, uint32_t count, tw_losses *losses) {
+  uint32_t bare = 0;
+  for (uint32_t i = 0; i < count; i++) bare += colors[4 * (size_t)i + 3] < 1;
+  if (bare == count) return false;
+  for (size_t i = 0; i < 4 * (size_t)count && bare > 0; i += 4)
+    for (size_t c = 0; c < 4 && colors[i + 3] < 1; c++) colors[i + c] = 1;
+  tw_lose(losses, "points have no colour", "they are white beside those that have one", bare, 0);
+  return true;
+}
+
 static tw_status add_points(const obj_part *part, tw_mesh *mesh) {
-  const tw_obj_reader *reader = part->reader;
+  tw_obj_reader *reader = part->reader;
   mesh->point_count = part->point_stop - part->first_point;
   mesh->positions = reader->positions + 3 * (size_t)part->first_point;
   if (!reader->colors) return TW_OK;
-  const float *colors = reader->colors + 4 * (size_t)part->first_point;
+  float *colors = reader->colors + 4 * (size_t)part->first_point;
+  if (!complete_colors(colors, mesh->point_count, &reader->losses)) return TW_OK;
   return tw_mesh_set_colors(mesh, colors, reader->arena) == TW_OK ? TW_OK : tw_obj_fail_memory(reader);
 }
 

@@ -125,14 +125,15 @@ static tw_status read_numbers(tw_obj_text *text, float *out, size_t most, size_t
   return TW_OK;
 }
 
-/* Stores the colour of a point, given as sRGB. Points without a colour are white. */
+/* Stores the colour of a point, given as sRGB. Points without a colour have alpha 0 until their mesh is
+ * made. */
 static tw_status set_color(tw_obj_reader *reader, uint64_t point, const float *rgb) {
   if (!reader->colors) {
     size_t count = (size_t)reader->all.points * 4;
-    reader->colors = tw_arena_alloc_raw(reader->arena, count, sizeof(float));
+    reader->colors = tw_arena_alloc(reader->arena, count, sizeof(float));
     if (!reader->colors) return tw_obj_fail_memory(reader);
-    for (size_t i = 0; i < count; i++) reader->colors[i] = 1;
   }
+  reader->colors[4 * point + 3] = 1;
   for (size_t c = 0; c < 3; c++) reader->colors[4 * point + c] = tw_linear_from_srgb(rgb[c]);
   return TW_OK;
 }

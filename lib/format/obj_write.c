@@ -1,6 +1,6 @@
-/* OBJ text, made as it is read: for each node with a mesh its name, points, UVs, normals, faces by material
- * and groups, and the subdivision tags of a level 0 as obj_read.c reads them. Text is made in pieces; what
- * the caller has no room for waits for the next call. */
+/* OBJ text, made as it is read: for each node with a mesh its name, points with their colours, UVs, normals,
+ * faces by material and groups, and the subdivision tags of a level 0 as obj_read.c reads them. Text is made
+ * in pieces; what the caller has no room for waits for the next call. */
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
@@ -8,13 +8,15 @@
 #include <string.h>
 
 #include "number.h"
+#include "soup_mesh.h"
 #include "tweend/format.h"
 
 enum {
   FLOATS_SCRATCH = 16 * 1024,
   ROWS_A_PIECE = 512,
   FACES_A_PIECE = 256,
-  ROW_TEXT = 4 + 3 * (TW_NUMBER_TEXT + 1),
+  POINT_WIDTH = 6, /* coordinates, then a colour */
+  ROW_TEXT = 4 + POINT_WIDTH * (TW_NUMBER_TEXT + 1),
   COUNT_TEXT = 20, /* digits of any count: rows of all nodes may sum to more than 32 bits hold */
   CORNER_TEXT = 3 + 3 * COUNT_TEXT, /* a space, three numbers, two slashes */
   TAGS_A_PIECE = 256,
@@ -48,7 +50,7 @@ struct tw_obj_stream {
   uint64_t base[DOMAINS]; /* rows of earlier nodes */
 
   float floats[FLOATS_SCRATCH];
-  char printed[ROWS_A_PIECE * (3 * TW_FLOAT_TEXT + 3)];
+  char printed[ROWS_A_PIECE * POINT_WIDTH * (TW_FLOAT_TEXT + 1)];
   size_t corner_capacity;
   uint32_t *corners[DOMAINS]; /* [corner_capacity] */
   uint32_t sizes[FACES_A_PIECE];
@@ -125,6 +127,15 @@ static bool has_normals(const tw_surface *surface) {
   return tw_surface_get_layout(surface)->normal != UINT32_MAX;
 }
 
+/* The attribute that is the colour of what the node shows; UINT32_MAX for none. */
+static uint32_t shown_color(const tw_obj_stream *stream) {
+  const tw_mesh *mesh = &stream->scene.model->meshes[shown_node(stream)->mesh];
+  uint32_t count = tw_surface_get_layout(shown_surface(stream))->attribute_count;
+  for (uint32_t i = 0; i < mesh->attribute_count && i < count; i++)
+    if (mesh->attributes[i].is_color) return i;
+  return UINT32_MAX;
+}
+
 /* Rows of a domain that the file lists. */
 static uint64_t listed_rows(const tw_surface *surface, tw_domain domain) {
   if (domain == TW_DOMAIN_VERTICES && !has_normals(surface)) return 0;
@@ -168,8 +179,9 @@ static void put_object_name(tw_obj_stream *stream) {
   put_text(stream, "\n");
 }
 
-static size_t read_piece(tw_obj_stream *stream, tw_domain domain, size_t width) {
-  uint64_t left = listed_rows(shown_surface(stream), domain) - stream->next;
+/* rows: the domain that they are counted in. */
+static size_t read_piece(tw_obj_stream *stream, tw_domain rows, tw_domain domain, size_t width) {
+  uint64_t left = listed_rows(shown_surface(stream), rows) - stream->next;
   size_t most = FLOATS_SCRATCH / width < ROWS_A_PIECE ? FLOATS_SCRATCH / width : ROWS_A_PIECE;
   size_t count = left < most ? (size_t)left : most;
   tw_surface_read_rows(stream->reader, domain, stream->next, count, stream->floats);
@@ -205,6 +217,29 @@ static char *print_far(char *out, double at, float offset) {
   return out + length;
 }
 
+/* Colours of few digits that read as what was read: six decimals. */
+static float printed_color(float linear) {
+  const float steps = 1e6f;
+  return roundf(tw_srgb_from_linear(linear) * steps) / steps;
+}
+
+/* Reads points, POINT_WIDTH numbers each with their colours, else 3. Alpha has no place. */
+static size_t read_points(tw_obj_stream *stream, size_t *width) {
+  enum { READ_WIDTH = 7 };
+  uint32_t color = shown_color(stream);
+  *width = color == UINT32_MAX ? 3 : POINT_WIDTH;
+  if (color == UINT32_MAX) return read_piece(stream, TW_DOMAIN_POINTS, TW_DOMAIN_POINTS, 3);
+  tw_surface_reader_turn_to_attribute(stream->reader, shown_surface(stream), color);
+  size_t count = read_piece(stream, TW_DOMAIN_POINTS, TW_DOMAIN_VERTICES, READ_WIDTH);
+  const float *row = stream->floats;
+  float *out = stream->floats; /* a row is read before points reach it */
+  for (size_t i = 0; i < count; i++, row += READ_WIDTH, out += POINT_WIDTH) {
+    memmove(out, row, 3 * sizeof *out);
+    for (int c = 3; c < POINT_WIDTH; c++) out[c] = printed_color(row[c]);
+  }
+  return count;
+}
+
 /* The points of a node that shows them far from the origin. */
 static void put_far_points(tw_obj_stream *stream) {
   float linear[16];
@@ -214,15 +249,18 @@ static void put_far_points(tw_obj_stream *stream) {
     at[c] = (double)linear[12 + c] + tw_node_fine(shown_node(stream), c);
     linear[12 + c] = 0;
   }
-  size_t count = read_piece(stream, TW_DOMAIN_POINTS, 3);
+  size_t width, count = read_points(stream, &width);
   for (size_t i = 0; i < count; i++) {
-    float *point = stream->floats + 3 * i;
+    float *point = stream->floats + width * i;
     tw_matrix_move(linear, point);
     put_text(stream, "v");
     char *out = end_of(stream);
-    for (int c = 0; c < 3; c++) {
+    for (size_t c = 0; c < width; c++) {
       *out++ = ' ';
-      out = print_far(out, at[c], point[c]);
+      if (c < 3)
+        out = print_far(out, at[c], point[c]);
+      else
+        out += tw_print_float(out, point[c]);
     }
     *out++ = '\n';
     stream->text_size = (size_t)(out - stream->text);
@@ -235,13 +273,13 @@ static void put_points(tw_obj_stream *stream) {
     return;
   }
   const float *world = stream->world + (size_t)stream->node * 16;
-  size_t count = read_piece(stream, TW_DOMAIN_POINTS, 3);
-  for (size_t i = 0; i < count; i++) tw_matrix_move(world, stream->floats + 3 * i);
-  put_rows(stream, "v", stream->floats, 3, count);
+  size_t width, count = read_points(stream, &width);
+  for (size_t i = 0; i < count; i++) tw_matrix_move(world, stream->floats + width * i);
+  put_rows(stream, "v", stream->floats, width, count);
 }
 
 static void put_uvs(tw_obj_stream *stream) {
-  size_t count = read_piece(stream, TW_DOMAIN_UVS, 2);
+  size_t count = read_piece(stream, TW_DOMAIN_UVS, TW_DOMAIN_UVS, 2);
   put_rows(stream, "vt", stream->floats, 2, count);
 }
 
@@ -249,7 +287,7 @@ static void put_normals(tw_obj_stream *stream) {
   const tw_surface_layout *layout = tw_surface_get_layout(shown_surface(stream));
   double cofactor[9];
   double sign = tw_matrix_cofactors(stream->world + (size_t)stream->node * 16, cofactor) < 0 ? -1 : 1;
-  size_t count = read_piece(stream, TW_DOMAIN_VERTICES, layout->stride);
+  size_t count = read_piece(stream, TW_DOMAIN_VERTICES, TW_DOMAIN_VERTICES, layout->stride);
   /* Normals move to the front of the rows: a row is read before they reach it. */
   for (size_t i = 0; i < count; i++) {
     float normal[3];

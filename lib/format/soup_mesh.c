@@ -12,6 +12,11 @@ float tw_linear_from_srgb(float value) {
   return c <= 0.04045f ? c / 12.92f : powf((c + 0.055f) / 1.055f, 2.4f);
 }
 
+float tw_srgb_from_linear(float value) {
+  float c = fminf(fmaxf(value, 0), 1);
+  return c <= 0.0031308f ? c * 12.92f : 1.055f * powf(c, 1 / 2.4f) - 0.055f;
+}
+
 uint64_t tw_polygons_size(uint64_t vertex_count, uint64_t corner_count, uint64_t face_count,
                           uint32_t corner_values) {
   uint64_t vertex = (size_t)(2 * (3 + 4 + 2 + 3)) * sizeof(float) + 2 * sizeof(uint32_t);

@@ -64,6 +64,7 @@ uint64_t tw_polygons_size(uint64_t vertex_count, uint64_t corner_count, uint64_t
 /* Colours in mesh files are sRGB (as Blender, MeshLab and three.js write and read them), those of meshes
  * linear: IEC 61966-2-1. */
 float tw_linear_from_srgb(float value);
+float tw_srgb_from_linear(float value);
 
 /* Whether bytes are STL or PLY, by their beginning; binary STL by its size. */
 bool tw_is_stl(const uint8_t *bytes, size_t size);

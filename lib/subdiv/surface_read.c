@@ -290,14 +290,22 @@ const tw_surface_layout *tw_surface_reader_layout(const tw_surface_reader *reade
   return &reader->surface->layout;
 }
 
-/* Makes the reader read this surface, or a narrowed copy where not all columns are wanted. Empties the
- * caches. */
+/* Makes the reader read all columns of this surface. Empties the caches. */
+static void begin(tw_surface_reader *reader, const tw_surface *surface) {
+  reader->whole = reader->surface = surface;
+  reader->attribute = UINT32_MAX;
+  reader->piece_capacity = piece_capacity(surface);
+  reader->piece_count = 0;
+  reader->mask.topology = NULL;
+}
+
+/* Makes the reader read this surface, or a narrowed copy where not all columns are wanted. */
 static void turn(tw_surface_reader *reader, const tw_surface *surface, uint32_t first_target,
                  uint32_t target_count, bool points_alone) {
-  if (reader->whole == surface && reader->first_target == first_target &&
+  if (reader->whole == surface && reader->attribute == UINT32_MAX && reader->first_target == first_target &&
       reader->target_count == target_count && reader->points_alone == points_alone)
     return;
-  reader->whole = reader->surface = surface;
+  begin(reader, surface);
   reader->first_target = first_target;
   reader->target_count = target_count;
   reader->points_alone = points_alone;
@@ -306,9 +314,6 @@ static void turn(tw_surface_reader *reader, const tw_surface *surface, uint32_t 
     reader->surface = &reader->narrowed;
     narrow(&reader->narrowed, first_target, target_count, points_alone);
   }
-  reader->piece_capacity = piece_capacity(surface);
-  reader->piece_count = 0;
-  reader->mask.topology = NULL;
 }
 
 void tw_surface_reader_turn(tw_surface_reader *reader, const tw_surface *surface, uint32_t first_target,
@@ -319,6 +324,25 @@ void tw_surface_reader_turn(tw_surface_reader *reader, const tw_surface *surface
 void tw_turn_to_points(tw_surface_reader *reader, const tw_surface *surface, int target) {
   uint32_t first = target < 0 ? 0 : (uint32_t)target, count = target < 0 ? 0 : 1;
   turn(reader, surface, first, count, true);
+}
+
+void tw_surface_reader_turn_to_attribute(tw_surface_reader *reader, const tw_surface *surface,
+                                         uint32_t attribute) {
+  if (reader->whole == surface && reader->attribute == attribute) return;
+  begin(reader, surface);
+  reader->attribute = attribute;
+  tw_surface *points = &reader->narrowed;
+  *points = *surface;
+  reader->surface = points;
+  tw_surface_bare_rows(points, false);
+  points->own_normals = NULL;
+  points->morphed = NULL;
+  points->smooth += attribute;
+  points->layout.attribute_count = 1;
+  points->layout.attributes[0] = points->layout.stride;
+  points->layout.stride += points->smooth->width;
+  points->vertices = points->points;
+  points->cage_vertices = points->cage_points;
 }
 
 tw_surface_reader *tw_surface_reader_create(const tw_surface *surface) {

@@ -337,6 +337,16 @@ TEST(colours_become_linear_and_points_without_one_white) {
   tw_model_destroy(model);
 }
 
+TEST(an_object_without_colours_does_not_take_those_of_another) {
+  tw_model *model = read_good("o red\nv 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 0 1 0 1 0 0\nf 1 2 3\n"
+                              "o plain\nv 0 0 1\nv 1 0 1\nv 0 1 1\nf 4 5 6\n");
+  assert_int_equal(model->mesh_count, 2);
+  assert_int_equal(model->meshes[0].attribute_count, 1);
+  assert_int_equal(model->meshes[1].attribute_count, 0);
+  assert_int_equal(model->warning_count, 0);
+  tw_model_destroy(model);
+}
+
 TEST(colours_in_comments_of_zbrush_are_those_of_the_points_in_turn) {
   tw_model *model =
       read_good("#Vertex Count 4\n" SQUARE "#MRGB ffff0000ff0080FF\n#MRGB 00000000zz\n# End of MRGB\n"
@@ -344,7 +354,9 @@ TEST(colours_in_comments_of_zbrush_are_those_of_the_points_in_turn) {
   const float *colors = model->meshes[0].attributes[0].values;
   static const float expected[16] = {1, 0, 0, 1, 0, 0.2158605f, 1, 1, 0, 0, 0, 1, 1, 1, 1, 1};
   for (int i = 0; i < 16; i++) assert_float_equal(colors[i], expected[i], 1e-6);
-  assert_int_equal(model->warning_count, 0);
+  assert_int_equal(model->warning_count, 1);
+  assert_string_equal(model->warnings[0],
+                      "1 points have no colour: they are white beside those that have one");
   tw_model_destroy(model);
   model = read_good(SQUARE "#MRGBffff0000\n#MRGB\n#MRGB xyzxyzxyz\nf 1 2 3 4 #MRGB ffff0000\n");
   assert_int_equal(model->meshes[0].attribute_count, 0);

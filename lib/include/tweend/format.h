@@ -225,11 +225,16 @@ void tw_gltf_stream_seek(tw_gltf_stream *stream, uint64_t offset);
  * fixed width for the bounds. Compressed packs must be measured. Errors as tw_gltf_stream_create. */
 tw_status tw_gltf_stream_predict(const tw_scene *scene, tw_format container, uint64_t *size, tw_error *error);
 
+/* How many places EXT_mesh_gpu_instancing gives the mesh of a node; 0 where it has none. O(what is kept of
+ * the node). */
+uint64_t tw_gltf_instance_count(const tw_model *model, uint32_t node);
+
 /* OBJ text: positions, UVs, normals and faces of every mesh, once for each node that shows it, in the world
  * space of the scene's pose (OBJ has no hierarchy), under the name of the node or else the mesh, with a
  * number behind a name that is taken, and the tags of surfaces that were made `tagged`, as tw_obj_read reads
- * them. The size is unknown until the end. The scene's clips and `polygons` are ignored: faces stay polygons.
- */
+ * them. Colours stand behind the points, as sRGB of six decimals; where faces of a point have different
+ * colours, that of one of them. The size is unknown until the end. The scene's clips and `polygons` are
+ * ignored: faces stay polygons. Instances of a node are not shown. */
 typedef struct tw_obj_stream tw_obj_stream;
 tw_status tw_obj_stream_create(const tw_scene *scene, tw_obj_stream **out, tw_error *error);
 void tw_obj_stream_destroy(tw_obj_stream *stream); /* NULL accepted */

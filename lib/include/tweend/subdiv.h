@@ -227,6 +227,11 @@ tw_surface_reader *tw_surface_reader_create_shared(const tw_surface *const *surf
  *   So a thousand targets can be read some at a time. */
 void tw_surface_reader_turn(tw_surface_reader *reader, const tw_surface *surface, uint32_t first_target,
                             uint32_t target_count);
+/* Makes the reader read rows of TW_DOMAIN_VERTICES that are not split: one for each row of TW_DOMAIN_POINTS,
+ * with the position and this attribute alone. Where faces have different values at a point, the row has those
+ * of one of them. */
+void tw_surface_reader_turn_to_attribute(tw_surface_reader *reader, const tw_surface *surface,
+                                         uint32_t attribute);
 /* The columns of the rows that the reader reads now. */
 const tw_surface_layout *tw_surface_reader_layout(const tw_surface_reader *reader);
 
