@@ -194,35 +194,14 @@ static tw_status check_counts(const tw_surface_options *options, bool shrinks, c
                  shrinks ? "boundary=open" : "scheme loop", TW_GENERIC_FACES_MAX);
 }
 
-/* Marks the faces of level 1 whose parents are visible. faces: [face_count] numbers of the level's faces
- * before the border was cut. */
-static uint8_t *pass_on_visible(const tw_cage *c, bool loop, const uint32_t *faces, uint32_t face_count) {
-  uint8_t *visible = tw_arena_alloc(c->arena, face_count, 1);
-  for (uint32_t f = 0; visible && f < face_count; f++)
-    visible[f] = c->visible[loop ? faces[f] / 4 : tw_corner_face(&c->topology, faces[f])];
-  return visible;
-}
-
-/* Counts a mesh that shrinks from its border: makes the first level, from which the counts of further levels
- * follow. */
-static tw_status count_open(const tw_surface_options *options, const tw_cage *c, tw_surface_counts *out,
-                            uint64_t *refined_faces) {
-  const tw_rules rules = tw_rules_of(options);
-  tw_topology full, first;
-  uint32_t *faces, *vertices;
-  tw_status status = tw_refine_topology(&c->topology, &rules, c->arena, NULL, &full);
-  if (status != TW_OK) return status;
-  uint32_t face_count = tw_open_faces(&c->topology, &full, c->arena, &faces);
-  status = faces ? tw_open_cut(&full, faces, face_count, c->arena, &first, &vertices) : TW_NO_MEMORY;
-  if (status != TW_OK) return status;
-  uint8_t *visible = pass_on_visible(c, rules.loop, faces, face_count);
-  if (!visible) return TW_NO_MEMORY;
+/* Counts a mesh that shrinks from its border. */
+static void count_open(const tw_surface_options *options, const tw_cage *c, tw_surface_counts *out,
+                       uint64_t *refined_faces) {
+  const tw_topology *t = &c->topology;
   uint32_t level = options->level;
-  *out = rules.loop ? tw_loop_open_count(&first, visible, level) : tw_open_count(&first, visible, level);
-  tw_surface_counts all =
-      rules.loop ? tw_loop_open_count(&first, NULL, level) : tw_open_count(&first, NULL, level);
-  *refined_faces = all.faces;
-  return TW_OK;
+  bool loop = options->scheme == TW_LOOP;
+  *out = loop ? tw_loop_open_count(t, c->visible, level) : tw_open_count(t, c->visible, level);
+  *refined_faces = (loop ? tw_loop_open_count(t, NULL, level) : tw_open_count(t, NULL, level)).faces;
 }
 
 bool tw_cage_shrinks(const tw_cage *cage, const tw_surface_options *options) {
@@ -237,8 +216,7 @@ tw_status tw_cage_count(const tw_surface_options *options, tw_cage *c, tw_surfac
                         tw_error *error) {
   bool shrinks = tw_cage_shrinks(c, options);
   if (shrinks) {
-    tw_status status = count_open(options, c, out, &c->refined_faces);
-    if (status != TW_OK) return status == TW_LIMIT ? fail_count(error) : status;
+    count_open(options, c, out, &c->refined_faces);
   } else {
     bool loop = options->scheme == TW_LOOP, whole = !memchr(c->visible, 0, c->topology.face_count);
     tw_surface_counts all = tw_cage_counts_at(c, loop, options->level);

@@ -17,11 +17,12 @@ uint32_t tw_open_faces(const tw_topology *parent, const tw_topology *child, tw_a
 tw_status tw_open_cut(const tw_topology *full, const uint32_t *faces, uint32_t face_count, tw_arena *arena,
                       tw_topology *out, uint32_t **vertices);
 
-/* Counts at `level` (1 or more) of the faces that an open border leaves, in closed form. first: the mesh at
- * level 1, cut. visible: [first->face_count] the faces to count, the same for all children of a face of the
- * cage; NULL: all. */
-tw_surface_counts tw_open_count(const tw_topology *first, const uint8_t *visible, uint32_t level);
-tw_surface_counts tw_loop_open_count(const tw_topology *first, const uint8_t *visible, uint32_t level);
+/* Counts at `level` (1 or more) of the faces that an open border leaves of a cage, in closed form: no level
+ * is made. visible: [cage->face_count] the faces whose children are counted; NULL: all. O(cage + level),
+ * allocates nothing. */
+tw_surface_counts tw_open_count(const tw_topology *cage, const uint8_t *visible, uint32_t level);
+/* The same for Loop's scheme. */
+tw_surface_counts tw_loop_open_count(const tw_topology *cage, const uint8_t *visible, uint32_t level);
 
 /* Counts of the visible faces of a mesh, and of their vertices and edges; visible as above. */
 tw_surface_counts tw_count_faces(const tw_topology *topology, const uint8_t *visible);

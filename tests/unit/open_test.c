@@ -292,3 +292,89 @@ TEST(open_counts_hold_where_a_triangle_is_there_twice) {
     free(c);
   }
 }
+
+/* ---- random cages --------------------------------------------------------------------------- */
+
+enum { RANDOM_CAGES = 150 };
+
+static uint32_t next_random(uint32_t *state) {
+  *state = *state * 1664525u + 1013904223u;
+  return *state >> 8;
+}
+
+/* Whether some face has all three points; also where two of them are the same. Two triangles over the same
+ * points have inner edges that count_edges cannot tell apart. */
+static bool has_face_over(const cage *c, const uint32_t points[3]) {
+  if (points[0] == points[2] || points[1] == points[2]) return true;
+  for (uint32_t f = 0; f < c->mesh.face_count; f++) {
+    uint32_t found = 0;
+    for (uint32_t i = c->offsets[f]; i < c->offsets[f + 1]; i++)
+      for (uint32_t k = 0; k < 3; k++) found += c->corners[i] == points[k];
+    if (found == 3) return true;
+  }
+  return false;
+}
+
+/* A sheet, or a sheet rolled into a tube or a torus, that lacks faces at random, has polygons of five corners
+ * beside those of three, and faces between points that are far apart, of which edges get a third face. */
+static cage *random_cage(bool triangles, uint32_t seed) {
+  enum { WIDE = 9, LONG = 8 };
+  uint32_t state = seed, rolled = next_random(&state) % 3, missing = next_random(&state) % 12;
+  uint32_t columns = WIDE - (rolled > 0), rows = LONG - (rolled > 1);
+  cage *whole = grid(WIDE, LONG, false, NULL), *c = new_cage_over(whole);
+  for (uint32_t f = 0; f < whole->mesh.face_count; f++) {
+    uint32_t quad[4], kind = next_random(&state) % 8;
+    for (uint32_t i = 0; i < 4; i++) {
+      uint32_t at = whole->corners[4 * f + i];
+      quad[i] = at / WIDE % rows * WIDE + at % WIDE % columns;
+    }
+    if (next_random(&state) % 60 < missing) continue;
+    if (triangles || kind == 0) {
+      add_quad(c, quad, true);
+    } else if (kind == 1 &&
+               c->mesh.point_count < c->points_max) { /* a point amid: a triangle and a pentagon */
+      uint32_t amid = add_point(c, 0, 0, 1);
+      add_face(c, (uint32_t[]){quad[0], quad[1], amid}, 3);
+      add_face(c, (uint32_t[]){quad[1], quad[2], quad[3], quad[0], amid}, 5);
+    } else {
+      add_face(c, quad, 4);
+    }
+  }
+  for (uint32_t extra = next_random(&state) % 4; extra > 0; extra--) {
+    uint32_t f = next_random(&state) % c->mesh.face_count, first = c->offsets[f],
+             apex = next_random(&state) % (rows * WIDE);
+    const uint32_t triangle[3] = {c->corners[first + 1], c->corners[first], apex};
+    if (apex % WIDE < columns && !has_face_over(c, triangle)) add_face(c, triangle, 3);
+  }
+  free(whole);
+  return c;
+}
+
+TEST(open_counts_of_random_cages_are_those_of_the_levels_made) {
+  static uint32_t holes[FACES_MAX];
+  uint64_t faces = 0;
+  for (int triangles = 0; triangles < 2; triangles++)
+    for (uint32_t seed = 0; seed < RANDOM_CAGES; seed++) {
+      cage *c = random_cage(triangles, seed);
+      if (seed % 3 == 0) set_holes(c, holes, scatter_holes(c, seed, holes));
+      for (uint32_t level = 1; level <= 4; level++) {
+        faces += assert_open_counts(c, TW_CATMULL_CLARK, level);
+        if (triangles) faces += assert_open_counts(c, TW_LOOP, level);
+      }
+      free(c);
+    }
+  assert_true(faces > 1000000);
+}
+
+/* Nothing is made of what is counted: of a level with more faces than there are numbers too. */
+TEST(open_counts_tell_more_than_32_bits) {
+  cage *c = grid(4, 4, false, NULL);
+  tw_surface_options options = {.level = TW_LEVEL_MAX, .boundary = TW_BOUNDARY_OPEN};
+  tw_surface_counts counts = {0, 0, 0, 0};
+  assert_int_equal(tw_surface_count(&c->mesh, &options, &counts, NULL), TW_LIMIT);
+  uint64_t side = 5;
+  for (uint32_t level = 1; level < TW_LEVEL_MAX; level++) side = 2 * side - 3;
+  assert_int_equal(counts.faces, (side - 1) * (side - 1));
+  assert_int_equal(counts.vertices, side * side);
+  free(c);
+}
