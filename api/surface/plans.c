@@ -224,7 +224,7 @@ static tw_status create_surfaces(const plan_source *source, api_plan *plan) {
   tw_arena *scratch = tw_arena_create(); /* holds the creases until their surface is made */
   if (!scratch) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   plan_grant held = {source->call, source->cost};
-  const tw_grant grant = {&held, raise_grant};
+  const tw_grant grant = {&held, raise_grant, source->call->service->limits.max_memory, "--max-memory"};
   tw_status status = TW_OK;
   for (; plan->count < all->count && status == TW_OK; plan->count += status == TW_OK)
     status = create_surface(source, plan, scratch, &grant, error);
@@ -250,10 +250,15 @@ static api_plan *create_plan(const plan_source *source) {
   return plan;
 }
 
-/* Nothing is built over a limit. */
+/* Nothing is built over a limit. A refusal tells the counts, also that of a plan that takes too much memory.
+ */
 static api_plan *count_and_create(const plan_source *source) {
   api_fault *fault = &source->call->fault;
-  api_plan *plan = count_and_check(source) == TW_OK ? create_plan(source) : NULL;
+  tw_surface_counts total;
+  tw_status status = count_all(source, &total, &fault->error);
+  status = api_plan_check(source->call, source->query->level, &total, status);
+  api_plan *plan = status == TW_OK ? create_plan(source) : NULL;
+  fault->is_predicted |= !plan && fault->error.status == TW_LIMIT && total.faces > 0;
   if (!plan && fault->stall == API_STALL_NONE) api_fault_complete(fault);
   return plan;
 }

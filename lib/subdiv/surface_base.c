@@ -170,8 +170,7 @@ static tw_status cut_set(tw_build *b, const void *context, tw_values *values) {
   return TW_OK;
 }
 
-static tw_status refine_field(tw_build *b, const tw_topology *parents, uint32_t field, uint32_t level) {
-  tw_arena *arena = topology_arena(b, field, level);
+static tw_status refine_field(tw_build *b, const tw_topology *parents, uint32_t field, tw_arena *arena) {
   tw_topology *child = &b->topologies[field];
   tw_rules rules = tw_build_rules(b, field);
   tw_status status = tw_refine_topology(&parents[field], &rules, arena, b->parallel, child);
@@ -222,18 +221,27 @@ static tw_status cut_border(tw_build *b, const tw_topology *parent, uint32_t lev
   return status == TW_OK ? cut_origins(b, faces, face_count) : status;
 }
 
-static tw_status make_level(tw_build *b, uint32_t level) {
+/* Makes the next level. uncut: NULL, or the arena for topologies that the border is cut from. */
+static tw_status refine_all(tw_build *b, uint32_t level, tw_arena *uncut) {
   tw_surface *s = b->surface;
   tw_topology parents[TW_FIELDS_MAX];
   memcpy(parents, b->topologies, sizeof parents);
   tw_status status = TW_OK;
   for (uint32_t f = 0; f < s->field_count && status == TW_OK; f++)
-    status = refine_field(b, parents, f, level);
+    status = refine_field(b, parents, f, uncut ? uncut : topology_arena(b, f, level));
   if (status == TW_OK) status = change_values(b, refine_set, parents);
   if (status == TW_OK && b->mesh->skin.joints)
     status = tw_influences_refine(&s->influences, &parents[0], &s->rules);
   if (status == TW_OK) status = refine_sources(b, &parents[0]);
-  if (status == TW_OK && tw_cage_shrinks(&b->cage, &s->options)) status = cut_border(b, &parents[0], level);
+  return status == TW_OK && uncut ? cut_border(b, &parents[0], level) : status;
+}
+
+static tw_status make_level(tw_build *b, uint32_t level) {
+  tw_surface *s = b->surface;
+  bool shrinks = tw_cage_shrinks(&b->cage, &s->options);
+  tw_arena *uncut = shrinks ? tw_arena_create() : NULL;
+  tw_status status = shrinks && !uncut ? TW_NO_MEMORY : refine_all(b, level, uncut);
+  tw_arena_destroy(uncut);
   s->steps[level].topology = b->topologies[0];
   s->step_count = level;
   return status == TW_OK ? tw_parallel_for_status(b->parallel) : status;

@@ -106,8 +106,26 @@ static uint64_t steps_size(const tw_build *b) {
   return tw_cage_counts_at(&b->cage, s->rules.loop, levels).faces * (topology * s->field_count + 32 * values);
 }
 
-static bool may_take(const tw_grant *grant, uint64_t bytes) {
-  return bytes == 0 || !grant || grant->take(grant->context, bytes);
+/* What the topologies of the last level take at least, in bytes. */
+static uint64_t least_steps_size(const tw_build *b) {
+  enum { CORNER = 4 * 4, EDGE = 8 + 8 + 4 + 4 + 1, VERTEX = 3 * 4 + 1 }; /* the arrays of tw_topology */
+  const tw_surface_counts *c = &b->surface->counts;
+  uint64_t last = CORNER * c->corners + EDGE * c->edges + VERTEX * c->vertices;
+  return b->surface->field_count * (b->surface->way == TW_WAY_LOOP ? last / 4 : last);
+}
+
+/* Asks for the memory of the generic steps. */
+static tw_status ask_for_steps(const tw_build *b, tw_error *error) {
+  const tw_grant *grant = b->surface->options.grant;
+  uint64_t bytes = steps_size(b), least = bytes > 0 ? least_steps_size(b) : 0;
+  if (bytes == 0 || !grant) return TW_OK;
+  if (grant->most > 0 && least > grant->most)
+    return tw_fail(error, TW_LIMIT,
+                   "the surface has %llu faces, made step by step, which takes %llu bytes at least, over the "
+                   "limit of %llu (%s)",
+                   (unsigned long long)b->surface->counts.faces, (unsigned long long)least,
+                   (unsigned long long)grant->most, grant->most_name);
+  return grant->take(grant->context, bytes) ? TW_OK : TW_NO_MEMORY;
 }
 
 tw_status tw_build_choose(tw_build *b, tw_error *error) {
@@ -136,7 +154,8 @@ tw_status tw_build_choose(tw_build *b, tw_error *error) {
   }
   s->side = 1u << s->depth;
   s->cage_step = b->levels == 0 ? 1 : 4;
-  if (!may_take(s->options.grant, steps_size(b))) return TW_NO_MEMORY;
+  tw_status status = ask_for_steps(b, error);
+  if (status != TW_OK) return status;
   s->steps = tw_arena_alloc(s->arena, (size_t)b->levels + 1, sizeof *s->steps);
   return s->steps ? TW_OK : TW_NO_MEMORY;
 }

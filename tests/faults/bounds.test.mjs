@@ -91,6 +91,20 @@ const short = {
   'turns of ten million degrees': [spinning, '/surface.glb'],
 };
 
+test('an open border that takes more than --max-memory is refused before it is made', async () => {
+  const daemon = await startDaemon();
+  const model = await daemon.upload(grid(24));
+  const answer = await fetch(`${model}/surface.glb?level=7&boundary=open`);
+  const { detail, predicted } = await answer.json();
+  assert.equal(answer.status, 422);
+  assert.match(detail, /--max-memory/);
+  // A row of faces is lost at each side, half a row of what is left then, and so on.
+  const side = 22 * 128 + 2;
+  assert.deepEqual(predicted, { vertices: (side + 1) ** 2, edges: 2 * side * (side + 1), faces: side ** 2 });
+  assert.ok(peak(daemon) < BESIDE, `${peak(daemon)} bytes`);
+  assert.ok(processor(daemon) < 1, `${processor(daemon)} s`);
+});
+
 /** Processor time that it has used, in seconds. */
 function processor(daemon) {
   const [, fields] = readFileSync(`/proc/${daemon.process.pid}/stat`, 'utf8').split(') ');

@@ -121,7 +121,7 @@ TEST(a_surface_asks_for_the_memory_of_its_exceptions) {
   cones c = make_cones(200, 6, 1);
   for (uint32_t level = 1; level <= 3; level++) {
     uint64_t left = UINT32_MAX;
-    const tw_grant grant = {&left, take};
+    const tw_grant grant = {.context = &left, .take = take};
     const tw_surface_options options = {.level = level, .normals = true, .grant = &grant};
     tw_surface *surface;
     assert_int_equal(tw_surface_create(&c.mesh, &options, &surface, NULL), TW_OK);
@@ -137,7 +137,7 @@ TEST(a_surface_asks_for_the_memory_of_its_exceptions) {
 TEST(a_cage_of_exceptions_is_made_of_patches) {
   cones c = make_cones(2000, 6, TW_UV_SETS_MAX);
   uint64_t left = 1 << 30;
-  const tw_grant grant = {&left, take};
+  const tw_grant grant = {.context = &left, .take = take};
   const tw_surface_options options = {.level = 3, .normals = true, .grant = &grant};
   tw_surface *surface;
   assert_int_equal(tw_surface_create(&c.mesh, &options, &surface, NULL), TW_OK);

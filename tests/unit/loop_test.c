@@ -60,7 +60,7 @@ static bool answer(void *context, uint64_t bytes) {
 TEST(memory_of_levels_made_by_steps_is_asked_for) {
   cage *c = icosahedron();
   asked a = {0, 0, true};
-  const tw_grant grant = {&a, answer};
+  const tw_grant grant = {.context = &a, .take = answer};
   tw_surface_options options = loop_at(5);
   options.grant = &grant;
   tw_surface *surface = NULL;

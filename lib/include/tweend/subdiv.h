@@ -47,6 +47,10 @@ size_t tw_patch_shapes_size(const tw_patch_shapes *shapes);
 typedef struct tw_grant {
   void *context;
   bool (*take)(void *context, uint64_t bytes);
+  /* Bytes that can be had at all: a surface that takes more in any case is TW_LIMIT, before steps are taken.
+   * 0: any number. most_name: what sets them, for the error; NULL where `most` is 0. */
+  uint64_t most;
+  const char *most_name;
 } tw_grant;
 
 typedef struct tw_surface_options {
