@@ -43,12 +43,12 @@ memory() { awk -v what="$1:" '$1 == what { print $2 * 1024 }' "/proc/$daemon/sta
   ((after - before < 4000000))
 }
 
-@test "four readers at once need no more than four times the scratch" {
-  get "$cube/surface.json?level=8"
+@test "four readers at once need a third of one answer" {
+  get "$cube/surface.json?level=9"
   bytes=$(value .bytes)
   clients=()
   for i in 1 2 3 4; do
-    curl --silent --output "answer$i" "$url$cube/surface.glb?level=8" 3>&- &
+    curl --silent --output "answer$i" "$url$cube/surface.glb?level=9" 3>&- &
     clients+=($!)
   done
   wait "${clients[@]}"
@@ -56,7 +56,8 @@ memory() { awk -v what="$1:" '$1 == what { print $2 * 1024 }' "/proc/$daemon/sta
     [ "$(stat -c %s "answer$i")" = "$bytes" ]
     cmp answer1 "answer$i"
   done
-  (($(memory VmHWM) < bytes))
+  echo "# $bytes bytes each, at most $(memory VmHWM) resident" >&3
+  (($(memory VmHWM) * 3 < bytes))
 }
 
 @test "a slow reader costs no processor time" {
