@@ -209,6 +209,8 @@ export class LivePlayer {
   readonly time?: number;
   /** Whether the stream has ended with the clip. */
   readonly ended: boolean;
+  /** Whether the stream comes: false while it waits for the daemon to answer again. */
+  readonly connected: boolean;
   delay: number;
   /** The server's current Unix time in milliseconds. */
   readonly serverTime: number;

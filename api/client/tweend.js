@@ -559,6 +559,7 @@ export class LivePlayer {
   #last; // number of the last frame received
   missing = [];
   ended = false;
+  connected = false; // false while it waits for the daemon to answer again
 
   constructor(tweend, model, objects, { delay, signal, ...options } = {}) {
     const { as = 'trs', fps = 30, speed = 1, start } = options;
@@ -611,6 +612,7 @@ export class LivePlayer {
       this.ended = response.status === 204;
       if (this.ended) return 0;
       uncount = countStream(url, response);
+      this.connected = true;
       [this.#offset, this.#origin] = [new Least(), new Least()]; // another replica may answer, with another clock
       for await (const { retry, event, id, data } of readEvents(response.body, this.#abort.signal)) {
         if (retry) this.#retry = Number(retry);
@@ -621,6 +623,7 @@ export class LivePlayer {
       if (error instanceof TweendError && !PASSING.includes(error.status)) throw error;
       return Math.max(this.#retry, (error.retryAfter ?? 0) * 1000);
     } finally {
+      this.connected = false;
       uncount?.();
     }
     return this.#retry;

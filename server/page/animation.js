@@ -21,6 +21,11 @@ export class Animation {
     });
   }
 
+  /** Whether the stream that is followed comes; it waits and tries again while it does not. */
+  get isConnected() {
+    return this.player?.connected ?? true;
+  }
+
   get duration() {
     return this.clip?.duration ?? 0;
   }

@@ -7,33 +7,59 @@ import { fail, OneAtATime } from './notices.js';
 import { isSame, Picker, readCages } from './picker.js';
 import { codeLine, quote } from './scripts_panel.js';
 import { CHOICES, CLEANING, editOf, EDITS, printEdits, SHAPES } from './shapes.js';
-import { change, note, openOther, state, step, watch } from './state.js';
+import { change, openOther, state, watch } from './state.js';
 
 const DOCUMENT_MOST = 1e6; // bytes of the largest model whose text is edited
 const KINDS = [['faces', 'Faces'], ['edges', 'Edges'], ['vertices', 'Points']];
 const wordsOf = (name) => (name[0].toUpperCase() + name.slice(1)).replaceAll('_', ' ');
 
-/** Creates input fields for parameters, typed by their initial values. read() returns the present values. */
-export function fieldsOf(parameters, about) {
+const hasDecimalComma = (0.5).toLocaleString().includes(',');
+
+/** The numbers of a text: between blanks, semicolons or commas; a comma within a number is a decimal point where the
+ *  browser's language writes it so. NaN stands for what is no number. */
+export function numbersOf(text, hasComma = hasDecimalComma) {
+  const isBlankSeparated = /[\s;]/.test(text.trim());
+  const words = text.split(hasComma && (isBlankSeparated || text.split(',').length === 2) ? /[\s;]+/ : /[\s;,]+/);
+  return words.map((word) => word.replace(/,$/, '')).filter(Boolean).map((word) => Number(hasComma ? word.replace(',', '.') : word));
+}
+
+/** Creates input fields for parameters, typed by their initial values. use() is called for Enter in one. read() returns
+ *  the present values; null, with a mark on the field, where one is no number. */
+export function fieldsOf(parameters, about, use = () => {}) {
   const fields = Object.entries(parameters).map(([name, value]) => {
     const label = `${about}: ${name}`;
-    const input = CHOICES[name]
-      ? make('select', { 'aria-label': label }, ...CHOICES[name].map((text) => make('option', { value: text, selected: text === value }, text)))
-      : make('input', { type: 'text', 'aria-label': label, value: [value].flat().join(', '), autocomplete: 'off' });
+    if (CHOICES[name]) {
+      const select = make('select', { 'aria-label': label }, ...CHOICES[name].map((text) => make('option', { value: text, selected: text === value }, text)));
+      return { name, read: () => select.value, label: make('label', { className: 'parameter' }, make('span', { 'aria-hidden': 'true' }, name), select) };
+    }
+    const input = make('input', { type: 'text', 'aria-label': label, value: [value].flat().join(', '), autocomplete: 'off',
+      oninput: () => tell(''), onkeydown: (event) => event.key === 'Enter' && use() });
+    const tell = (fault) => {
+      input.setCustomValidity(fault);
+      input.setAttribute('aria-invalid', fault !== '');
+    };
+    const wanted = [value].flat().length;
     const read = () => {
-      if (CHOICES[name]) return input.value;
-      const numbers = input.value.split(/[\s,]+/).filter(Boolean).map(Number);
-      return Array.isArray(value) ? numbers : numbers[0];
+      const numbers = numbersOf(input.value);
+      const isGood = numbers.length === wanted && numbers.every(Number.isFinite);
+      tell(isGood ? '' : wanted === 1 ? 'A number is expected.' : `${wanted} numbers are expected.`);
+      if (!isGood) input.reportValidity();
+      return isGood ? (Array.isArray(value) ? numbers : numbers[0]) : undefined;
     };
     return { name, read, label: make('label', { className: 'parameter' }, make('span', { 'aria-hidden': 'true' }, name), input) };
   });
-  return { labels: fields.map(({ label }) => label), read: () => Object.fromEntries(fields.map(({ name, read }) => [name, read()])) };
+  const read = () => {
+    const values = fields.map(({ name, read: readField }) => [name, readField()]);
+    return values.some(([, value]) => value === undefined) ? null : Object.fromEntries(values);
+  };
+  return { labels: fields.map(({ label }) => label), read };
 }
 
 export class EditPanel {
-  /** models: the list that new models are added to. beside: shows the original. */
-  constructor(panel, { viewport, models, beside }) {
-    Object.assign(this, { viewport, models, beside, selection: [], edits: [] });
+  /** models: the list that new models are added to. beside: shows the original. steps: of the lineage. */
+  constructor(panel, { viewport, models, beside, steps }) {
+    Object.assign(this, { viewport, models, beside, steps, selection: [], edits: [] });
+    this.onEdits = () => {}; // called when the list of edits has changed
     this.requests = new OneAtATime();
     this.picker = new Picker(viewport, (...picked) => this.pick(...picked));
     this.shape = make('div', { className: 'parameters' });
@@ -42,10 +68,9 @@ export class EditPanel {
     this.said = make('p', { className: 'dim selected', role: 'status' });
     this.buttons = make('div', { className: 'edits' });
     this.text = make('textarea', { rows: 7, 'aria-label': 'Edits', spellcheck: false });
-    this.undo = make('button', { type: 'button', onclick: () => this.apply(this.edits.slice(0, -1)) }, 'Undo');
     this.use = make('button', { type: 'button', className: 'primary', onclick: () => this.applyText() }, 'Apply');
     this.curl = make('div');
-    this.steps = CLEANING.map((form) => {
+    this.cleaning = CLEANING.map((form) => {
       const box = make('input', { type: 'checkbox', checked: true });
       const values = make('div', { className: 'edit' });
       return { form, box, values, row: make('div', { className: 'edit' }, make('label', { className: 'check' }, box, make('span', {}, wordsOf(form.edit))), values) };
@@ -57,13 +82,13 @@ export class EditPanel {
       make('div', { className: 'row' },
         make('button', { type: 'button', className: 'primary', onclick: () => this.cleanUp() }, 'Clean up'),
         make('label', { className: 'check' }, this.besides, make('span', {}, 'Beside the original'))),
-      make('details', {}, make('summary', {}, 'Steps of a clean-up'), ...this.steps.map(({ row }) => row)),
+      make('details', {}, make('summary', {}, 'Steps of a clean-up'), ...this.cleaning.map(({ row }) => row)),
       this.cleaned, beside.table,
       make('h3', {}, 'Select'),
       make('div', { className: 'row', role: 'group', 'aria-label': 'What is selected' }, ...this.kinds),
       this.chosen, this.said, this.buttons,
       make('h3', {}, 'Edits so far'), this.text,
-      make('div', { className: 'row' }, this.use, this.undo),
+      make('div', { className: 'row' }, this.use),
       this.curl);
     panel.append(
       make('h2', {}, 'Edit'),
@@ -82,8 +107,11 @@ export class EditPanel {
   }
 
   showShape(kind) {
-    const fields = fieldsOf(SHAPES[kind], wordsOf(kind));
-    const begin = () => this.begin({ kind, ...fields.read() });
+    const fields = fieldsOf(SHAPES[kind], wordsOf(kind), () => begin());
+    const begin = () => {
+      const values = fields.read();
+      if (values) this.begin({ kind, ...values });
+    };
     this.shape.replaceChildren(...fields.labels, make('button', { type: 'button', className: 'primary', onclick: begin }, 'Make'));
   }
 
@@ -141,7 +169,7 @@ export class EditPanel {
   showEdits() {
     this.edits = (this.document ? this.document.meshes[this.mesh].edits : this.kept) ?? [];
     this.text.value = printEdits(this.edits);
-    this.undo.disabled = this.edits.length === 0;
+    this.onEdits();
     this.showSides();
     const [path, body] = this.document ? ['v1/models', this.documentWith(this.edits)]
       : [`v1/models/${this.source}/edits`, { mesh: meshName(this.model, this.mesh), edits: this.edits }];
@@ -236,8 +264,12 @@ export class EditPanel {
 
   row(form) {
     const text = wordsOf(form.edit);
-    const fields = fieldsOf(form.parameters, text);
-    const button = make('button', { type: 'button', onclick: () => this.edit(form, fields.read()) }, text);
+    const use = () => {
+      const values = fields.read();
+      if (values) this.edit(form, values);
+    };
+    const fields = fieldsOf(form.parameters, text, use);
+    const button = make('button', { type: 'button', onclick: use }, text);
     return make('div', { className: 'edit' }, button, ...fields.labels);
   }
 
@@ -292,8 +324,7 @@ export class EditPanel {
         : await this.upload(this.documentWith(edits), name);
     if (!stays) this.selection = [];
     await this.models.load();
-    note('view', this.viewport.view);
-    step({ model: made.id, from: isKept ? source : '', edits: isKept ? JSON.stringify(edits) : '',
+    this.steps.go({ model: made.id, from: isKept ? source : '', edits: isKept ? JSON.stringify(edits) : '',
       quads: isKept ? 'auto' : state('quads'), beside: edits.length > 0 ? state('beside') : '', ...shown });
     return made;
   }
@@ -302,12 +333,21 @@ export class EditPanel {
     return this.requests.run(() => this.go(edits, { stays }));
   }
 
+  /** Whether the list has an edit that can be taken back, though no step of this visit made it. */
+  get canTakeBack() {
+    return this.picker.isOn && this.edits.length > 0;
+  }
+
+  takeBack() {
+    return this.apply(this.edits.slice(0, -1));
+  }
+
   // ---- scans ----
 
   showSteps() {
     const { faces, bounds: { min, max } } = this.model.meshes[this.mesh];
     const size = Math.hypot(...max.map((value, i) => value - min[i]));
-    for (const step of this.steps) {
+    for (const step of this.cleaning) {
       const { labels, read } = fieldsOf(step.form.parameters({ faces, size }), `Clean up, ${step.form.edit}`);
       step.read = read;
       step.values.replaceChildren(...labels);
@@ -316,7 +356,9 @@ export class EditPanel {
 
   /** Applies all chosen steps at once, and shows level 0, at which a scan is examined. */
   cleanUp() {
-    const edits = this.steps.filter(({ box }) => box.checked).map(({ form, read }) => ({ edit: form.edit, ...read(), ...form.also }));
+    const chosen = this.cleaning.filter(({ box }) => box.checked).map(({ form, read }) => ({ form, values: read() }));
+    if (chosen.some(({ values }) => !values)) return;
+    const edits = chosen.map(({ form, values }) => ({ edit: form.edit, ...values, ...form.also }));
     if (edits.length === 0) return this.cleaned.replaceChildren('No step is chosen.');
     return this.requests.run(async () => {
       const beside = await this.original();

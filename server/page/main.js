@@ -10,13 +10,15 @@ import { busy, fail } from './notices.js';
 import { RotationPanel } from './rotation_panel.js';
 import { confirmLarge, ScriptsPanel } from './scripts_panel.js';
 import { SculptPanel } from './sculpt_panel.js';
-import { change, isStep, note, shows, state, SURFACE, surfaceOptions, toggle, watch } from './state.js';
+import { change, firstOf, isStep, note, openOther, shows, state, SURFACE, surfaceOptions, toggle, watch } from './state.js';
+import { Steps } from './steps.js';
 import { SurfacePanel } from './surface_panel.js';
 import { Timeline } from './timeline.js';
 import { parse, Viewport } from './viewport.js';
 
 const CAGE_MOST = 200000; // edges of the largest cage that is drawn without asking: larger ones take seconds
 const SMALL = 100000; // edges of the largest level that is loaded without asking for its size first: some megabytes
+const FIRST_MOST = 200000; // faces of the level that a model opens with
 const COUNTS_AFTER = 1000; // ms
 const CAGE = ['creases', 'details', 'quads']; // the state that determines the cage
 const OVERLAYS = [['surface', 'Surface'], ['cage', 'Cage'], ['points', 'Points'], ['wireframe', 'Wireframe'], ['normals', 'Normals'],
@@ -55,18 +57,8 @@ function showTab() {
 
 // ---- parts ----
 
-function openViewport() {
-  try {
-    return new Viewport(byId('view'));
-  } catch (error) {
-    const says = [make('h2', {}, 'No picture'), make('p', {}, 'This browser has no WebGL 2, by which the page draws.')];
-    byId('empty').replaceChildren(...says);
-    byId('empty').hidden = false;
-    throw error;
-  }
-}
-
-const viewport = openViewport();
+const viewport = new Viewport(byId('view'));
+if (!viewport.renderer) byId('stage').append(make('p', { className: 'unseen' }, 'This browser has no WebGL 2, by which the page draws. All else works.'));
 const animation = new Animation(viewport, (time) => {
   timeline.show(time);
   rotation.tick(time);
@@ -74,14 +66,15 @@ const animation = new Animation(viewport, (time) => {
 });
 const timeline = new Timeline(animation);
 const models = new Models(panels.models);
+const steps = new Steps(viewport);
 const surface = new SurfacePanel(panels.surface);
 const rotation = new RotationPanel(panels.animation, { viewport, animation, timeline });
 const beside = new Beside({ viewport, loadCage, onShow: () => {
   animation.pose();
   edit.showSides();
 } });
-const edit = new EditPanel(panels.edit, { viewport, models, beside });
-const sculpt = new SculptPanel(panels.sculpt, { viewport, models, levelSlider: surface.levelSlider() });
+const edit = new EditPanel(panels.edit, { viewport, models, beside, steps });
+const sculpt = new SculptPanel(panels.sculpt, { viewport, models, steps, levelSlider: surface.levelSlider() });
 const scripts = new ScriptsPanel(panels.scripts, { animation, surface });
 
 // ---- theme ----
@@ -103,6 +96,7 @@ let loading = null; // controller of the surface's download
 let loadingCage = null;
 let isLargeWanted = false; // the user asked for the model's large cage
 let shown = null; // the state of the shown surface
+let framed = null; // id of the model that the camera was moved to
 
 // ---- the camera ----
 
@@ -119,18 +113,39 @@ function frameAnew() {
 
 viewport.onView = () => note('view', viewport.view);
 
+
 // ---- what is shown ----
+
+/** Takes back the last step, or does it again, of this visit; where there is none, the last edit of the list. */
+function goThroughSteps(isBack) {
+  if (!isBack) steps.redo();
+  else if (steps.canUndo) steps.undo();
+  else if (edit.canTakeBack) edit.takeBack();
+}
+
+const undo = make('button', { type: 'button', className: 'chip', title: 'Ctrl+Z', onclick: () => goThroughSteps(true) }, 'Undo');
+const redo = make('button', { type: 'button', className: 'chip', title: 'Ctrl+Shift+Z', onclick: () => goThroughSteps(false) }, 'Redo');
+
+function showSteps() {
+  undo.disabled = !steps.canUndo && !edit.canTakeBack;
+  redo.disabled = !steps.canRedo;
+  undo.hidden = redo.hidden = undo.disabled && redo.disabled;
+}
+steps.onChange = edit.onEdits = showSteps;
+showSteps();
 
 const chips = OVERLAYS.map(([name, text]) => {
   const chip = make('button', { type: 'button', className: 'chip', onclick: () => toggle(name) }, text);
   chip.dataset.name = name;
   return chip;
 });
-byId('shown').append(...chips, make('button', { type: 'button', className: 'chip', id: 'frame', title: 'F', onclick: () => frameAnew() }, 'Frame'));
+byId('shown').append(undo, redo, ...chips, make('button', { type: 'button', className: 'chip', id: 'frame', title: 'F', onclick: () => frameAnew() }, 'Frame'));
 
 function showOverlays() {
   for (const chip of chips) chip.setAttribute('aria-pressed', shows(chip.dataset.name));
+  const follows = viewport.shown.has('follow');
   viewport.show(new Set(OVERLAYS.map(([name]) => name).filter(shows)));
+  if (state('view') && model && follows !== shows('follow')) viewport.onView(); // a view is relative to what it follows
   showLegend();
 }
 
@@ -180,15 +195,41 @@ function clear() {
   viewport.clearModel();
 }
 
+const blank = make('div', { className: 'empty', role: 'status', hidden: true });
+byId('stage').append(blank);
+
+/** Says why there is no picture, with buttons for what can be done: [text, function]. */
+function sayBlank(title, ...ways) {
+  blank.replaceChildren(make('h2', {}, title), make('div', { className: 'row' },
+    ...ways.map(([text, onclick]) => make('button', { type: 'button', onclick }, text))));
+  blank.hidden = false;
+}
+
+const again = ['Try again', () => openModel()];
+
+function sayUnknown() {
+  clear();
+  const other = models.first();
+  sayBlank('The model cannot be opened', again, ...(other && other !== state('model') ? [['Another model', () => openOther(other)]] : []));
+}
+
+/** The default level, or the highest below it that a browser draws at once. */
+function firstLevel(described) {
+  let level = Number(firstOf(['level']).level);
+  while (level > 0 && 2 * edgesOf(described) * 4 ** (level - 1) > FIRST_MOST) level--; // as many quads as corners, then four of each
+  return level;
+}
+
 async function openModel() {
   const id = state('model');
   loading?.abort();
   loadingCage?.abort();
   animation.close();
-  model = shown = null;
+  model = shown = framed = null;
   isLargeWanted = false;
   rotation.clearGhosts();
   if (!isStep()) clear();
+  blank.hidden = true;
   showLegend();
   byId('facts').textContent = '';
   byId('subject').textContent = '';
@@ -201,29 +242,41 @@ async function openModel() {
     return;
   }
   byId('empty').hidden = true;
+  const controller = (loading = new AbortController());
+  const task = busy('Reading the model', controller);
   try {
-    const described = await withKey(() => tweend.describe(id));
+    const described = await withKey(() => tweend.describe(id, { signal: controller.signal }));
     if (state('model') !== id) return;
+    if (state('level') === firstOf(['level']).level) change({ level: firstLevel(described) });
     model = described;
     models.tell(model);
   } catch (error) {
-    if (state('model') !== id) return;
+    if (state('model') !== id || loading !== controller) return;
     fail('The model cannot be opened', error, openModel);
-    clear();
+    sayUnknown();
     return;
+  } finally {
+    task.done();
   }
   byId('subject').textContent = model.name || id;
   document.title = `${model.name || id} – tweend`;
-  const opened = Promise.all([openSurface(true), openCage(model)]); // started first: a browser has six connections
-  openClip();
+  const opened = Promise.all([openSurface(), openCage(model), openClip()]); // started first: a browser has six connections
   edit.open(model);
   await Promise.race([opened, new Promise((resolve) => setTimeout(resolve, COUNTS_AFTER))]);
   if (state('model') === id) surface.count(); // the picture has priority
   await opened;
-  if (model?.id === id) frame(); // again, since the cage may be larger
+  if (model?.id === id) frame(); // again, since the cage may be larger, or the pose another
 }
 
-async function openSurface(isNew = false) {
+/** After a level that was refused, cancelled or broken: the picture that is there, else the control mesh, else a word. */
+function goBack(level, { status }) {
+  if (shown) return change(shown);
+  if (level > 0 && ![401, 403, 404].includes(status)) return change({ level: 0 });
+  viewport.clearModel();
+  if (!viewport.cage) sayBlank('Nothing is shown', again);
+}
+
+async function openSurface() {
   if (!model) return;
   loading?.abort();
   const controller = (loading = new AbortController());
@@ -251,16 +304,18 @@ async function openSurface(isNew = false) {
     surface.tell(answer);
     animation.pose();
     rotation.makeGhosts();
-    if (isNew) frame();
+    if (framed !== model.id) frame();
+    framed = model.id;
+    blank.hidden = true;
     byId('facts').textContent = `Level ${options.level} · ${plural(counts.vertices, 'point')} · ${plural(counts.faces, 'face')} · ${bytes(answer.size)} · ${answer.ms.toFixed(1)} ms`;
     const { x, y, z } = viewport.controls.target;
     byId('view').setAttribute('aria-label', `${model.name || 'A model'}, level ${options.level}: ${count(counts.faces)} faces round ${[x, y, z].map((v) => v.toFixed(1)).join(', ')}. ` +
       'Arrow keys orbit, with Shift they pan, plus and minus zoom, F frames, space plays.');
     byId('view').dataset.level = options.level;
   } catch (error) {
-    fail(`Level ${options.level} cannot be shown`, error, () => openSurface(isNew));
-    if (!shown && loading === controller) viewport.clearModel();
-    if (signal.aborted && loading === controller && shown) change(shown); // the user cancelled: back to the shown surface
+    if (loading !== controller) return; // another took its place
+    fail(`Level ${options.level} cannot be shown`, error, () => (state('level') === String(options.level) ? openSurface() : change({ level: options.level })));
+    goBack(options.level, error);
   } finally {
     task.done();
   }
@@ -305,13 +360,17 @@ async function openCage(described) {
 
 function openClip() {
   const clip = model.clips.find(({ name }) => name === state('clip')) ?? model.clips[0] ?? null;
-  animation.open(model, clip);
+  const opened = animation.open(model, clip);
   timeline.open(model, clip);
   rotation.open();
+  return opened;
 }
 
 watch((names) => {
-  if (names.has('tab')) showTab();
+  if (names.has('tab')) {
+    showTab();
+    showSteps();
+  }
   if (names.has('theme')) showTheme();
   if (names.has('show')) showOverlays();
   if (names.has('model')) openModel();
@@ -322,6 +381,12 @@ watch((names) => {
 });
 
 addEventListener('keydown', (event) => {
+  const isTyping = event.target.matches('input:not([type=range], [type=checkbox]), textarea') || event.target.closest('dialog');
+  if ((event.ctrlKey || event.metaKey) && !event.altKey && event.key.toLowerCase() === 'z' && !isTyping) {
+    event.preventDefault();
+    goThroughSteps(!event.shiftKey);
+    return;
+  }
   if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest('input, select, textarea, dialog')) return;
   if (event.key === 'f' || event.key === 'F') frameAnew();
   else if (event.key === ' ' && !event.target.closest('button, a, [role=tab]')) timeline.toggle();

@@ -10,7 +10,7 @@ import { choice, make } from './dom.js';
 import { fieldsOf } from './edit_panel.js';
 import { meshName, stemOf } from './models.js';
 import { busy, fail, OneAtATime } from './notices.js';
-import { change, firstOf, note, state, step, watch } from './state.js';
+import { change, firstOf, state, watch } from './state.js';
 
 const RULES = ['scheme', 'boundary', 'creases', 'limit', 'encoding', 'details']; // points can be sent only while these have their default values
 const COLOUR = 0xf08a00;
@@ -41,9 +41,9 @@ function moved(points, rest, { brush, by }) {
 }
 
 export class SculptPanel {
-  /** models: the list that new models are added to. levelSlider: an element. */
-  constructor(panel, { viewport, models, levelSlider }) {
-    Object.assign(this, { viewport, models, bearers: [], picked: null, wanted: { index: -1 }, stroke: null, past: [], size: 0, picking: Promise.resolve() });
+  /** models: the list that new models are added to. steps: of the lineage. levelSlider: an element. */
+  constructor(panel, { viewport, models, steps, levelSlider }) {
+    Object.assign(this, { viewport, models, steps, bearers: [], picked: null, wanted: { index: -1 }, stroke: null, size: 0, picking: Promise.resolve() });
     this.requests = new OneAtATime();
     this.marker = makeMarker();
     viewport.own.add(this.marker);
@@ -55,10 +55,13 @@ export class SculptPanel {
     this.point = make('input', { type: 'text', inputMode: 'numeric', 'aria-label': 'Point', autocomplete: 'off', onchange: () => this.pickNumber(() => Number(this.point.value)) });
     this.said = make('p', { className: 'dim', role: 'status' });
     this.details = make('input', { type: 'checkbox', onchange: () => change({ details: this.details.checked }) });
-    this.undo = make('button', { type: 'button', onclick: () => this.#go(this.past.pop()) }, 'Undo');
     const row = (text, about, parameters, vector) => {
-      const { labels, read } = fieldsOf(parameters, about);
-      return make('div', { className: 'edit' }, make('button', { type: 'button', onclick: () => this.moveBy(() => vector(read())) }, text), ...labels);
+      const use = () => {
+        const values = read();
+        if (values) this.moveBy(() => vector(values));
+      };
+      const { labels, read } = fieldsOf(parameters, about, use);
+      return make('div', { className: 'edit' }, make('button', { type: 'button', onclick: use }, text), ...labels);
     };
     this.rules = make('p', { className: 'warning' }, 'Only a surface by the usual rules, with its details, can be sculpted. ',
       make('button', { type: 'button', className: 'small', onclick: () => change(firstOf(RULES)) }, 'Show it so'));
@@ -68,8 +71,7 @@ export class SculptPanel {
       make('h3', {}, 'Point'), this.point, this.said,
       make('div', { className: 'edits' },
         row('Move', 'Stroke', { by: [0, 0.1, 0] }, ({ by }) => new Vector3(...by)),
-        row('Push', 'Push', { distance: 0.1 }, ({ distance }) => this.normal.multiplyScalar(distance))),
-      make('div', { className: 'row' }, this.undo));
+        row('Push', 'Push', { distance: 0.1 }, ({ distance }) => this.normal.multiplyScalar(distance))));
     panel.append(
       make('h2', {}, 'Sculpt'),
       make('p', { className: 'dim' }, 'Drag the surface: its level takes the new places, all other levels follow.'),
@@ -105,14 +107,13 @@ export class SculptPanel {
     this.details.disabled = this.details.checked && !this.model?.meshes.some(({ details }) => details.length > 0);
     this.rules.hidden = this.isUsual;
     this.body.hidden = !this.isUsual;
-    this.undo.disabled = this.past.length === 0;
     this.viewport.canvas.toggleAttribute('data-sculpts', this.isOn);
     this.viewport.invalidate();
   }
 
   close() {
     this.stroke = null;
-    if (!this.isOwn) Object.assign(this, { past: [], picked: null, wanted: { index: -1 } });
+    if (!this.steps.isStep) Object.assign(this, { picked: null, wanted: { index: -1 } });
     this.bearers = [];
     this.show();
   }
@@ -336,17 +337,9 @@ export class SculptPanel {
       if (this.stroke !== stroke) return; // another model was opened meanwhile
       this.stroke = null;
       this.wanted = { index: picked.index, place: picked.centre.add(stroke.by) };
-      this.past.push({ model: model.id, from: state('from'), edits: state('edits'), quads: state('quads') });
-      this.#go({ model: made.id, from: '', edits: '', quads: 'auto' }); // the new model has its polygons
+      this.steps.go({ model: made.id, from: '', edits: '', quads: 'auto' }); // the new model has its polygons
     });
     task.done();
     if (!isDone) this.#drop();
-  }
-
-  #go(next) {
-    note('view', this.viewport.view);
-    this.isOwn = true;
-    step(next);
-    this.isOwn = false;
   }
 }

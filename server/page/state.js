@@ -72,9 +72,8 @@ let isStepping = false;
 /** Whether the change that listeners are notified of is a step. */
 export const isStep = () => isStepping;
 
-/** Like change, but adds an entry to the browser's history. */
+/** Like change, for a model that was made of the shown one: the picture stays until the next is there. */
 export function step(next) {
-  history.pushState(null, '', location.href);
   isStepping = true;
   change(next);
   isStepping = false;
@@ -83,7 +82,7 @@ export function step(next) {
 /** Shows another model with default settings for its parts; adds an entry to the browser's history. */
 export function openOther(model) {
   if (values.model && model !== values.model) history.pushState(null, '', location.href);
-  change({ model, ...firstOf(['clip', 't', 'node', 'view', 'mesh', 'from', 'edits', 'beside']) });
+  change({ model, ...firstOf(['clip', 't', 'node', 'view', 'mesh', 'from', 'edits', 'beside', ...SURFACE]) });
 }
 
 /** Writes a value to the URL without notifying listeners: the time while a clip plays. */

@@ -1,5 +1,5 @@
 // The panel for the parameters of the surface, and for the counts, size and time of each level.
-import { serverTime, tweend, withKey } from './client.js';
+import { tweend, withKey } from './client.js';
 import { bytes, choice, count, make } from './dom.js';
 import { change, state, SURFACE, surfaceOptions, watch } from './state.js';
 
@@ -7,7 +7,6 @@ const LEVELS = 10;
 // Limits above those of a daemon with default settings. A level has four times the faces of the one before.
 const FACES_MOST = 80e6;
 const BYTES_MOST = 2 ** 32;
-const TIMED_MOST = 1e6; // faces of the largest level that is timed
 const CHOICES = [
   ['scheme', 'Scheme', [['catmull-clark', 'Catmull-Clark'], ['loop', 'Loop (triangles)'], ['bilinear', 'Bilinear']]],
   ['boundary', 'Boundary', [['edge-and-corner', 'Edge and corner'], ['edge-only', 'Edge only'], ['none', 'None'], ['open', 'Open']]],
@@ -107,21 +106,6 @@ export class SurfacePanel {
     if (this.levels.length > 0) for (const { slider } of this.sliders) slider.max = deepest;
     this.render();
     this.fill();
-    await this.time(signal);
-  }
-
-  /** Sends HEAD requests for levels that were not loaded, which tell how long the server works before it begins to
-   *  send. */
-  async time(signal) {
-    if (state('encoding') === 'meshopt') return; // it is computed while it is sent
-    for (const { level, faces, refused } of this.levels) {
-      if (refused || faces > TIMED_MOST || this.measured.has(this.#key(level))) continue;
-      const [key, url] = [this.#key(level), tweend.surfaceUrl(state('model'), { ...surfaceOptions(), level })];
-      const response = await withKey(() => tweend.request(url, { method: 'HEAD', signal })).catch(() => null);
-      if (!response) return; // loading the level will show the reason
-      this.measured.set(key, { size: Number(response.headers.get('Content-Length')) || undefined, ms: serverTime(response) });
-      this.fill();
-    }
   }
 
   /** The size that the daemon predicts for a level; null when unknown. */

@@ -90,6 +90,8 @@ export class Timeline {
     this.clock.textContent = `${time.toFixed(2)} / ${seconds(duration)}`;
     this.range.disabled = this.play.disabled = live;
     if (this.live.getAttribute('aria-pressed') !== String(live)) this.live.setAttribute('aria-pressed', live);
+    const says = live && !this.animation.isConnected ? 'Live: no answer' : 'Live';
+    if (this.live.textContent !== says) this.live.textContent = says;
     if (this.shownPlaying === playing) return;
     this.shownPlaying = playing;
     this.play.setAttribute('aria-label', playing ? 'Pause' : 'Play');

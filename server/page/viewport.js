@@ -17,6 +17,8 @@ const THEMES = {
 const PLACES_MOST = 2000; // points of a mesh that framing considers
 const MARGIN = 0.78; // part of the picture that a framed model fills
 
+const DULL = 0.5; // the most that a material is a metal where there are no surroundings to reflect: it would be black
+
 const loader = new GLTFLoader().setMeshoptDecoder(MeshoptDecoder);
 
 /** Whether a material states a look. A missing material does not: glTF makes it a metal, which is black without
@@ -71,9 +73,7 @@ export class Viewport {
     this.canvas = canvas;
     const { width, height, ratio } = this.#size();
     Object.assign(canvas, { width: Math.floor(width * ratio), height: Math.floor(height * ratio) }); // changing the size later would clear the canvas
-    this.renderer = new WebGLRenderer({ canvas, antialias: true });
-    this.renderer.debug.checkShaderErrors = false; // checking would wait for the shader compiler
-    this.renderer.setScissorTest(true);
+    this.renderer = this.#makeRenderer();
     this.scene = new Scene();
     this.camera = new PerspectiveCamera(35, 1, 0.01, 100);
     this.camera.position.set(1, 0.6, 1.4);
@@ -96,11 +96,36 @@ export class Viewport {
     this.own.add(this.ghosts);
     this.scene.add(this.own, this.other);
     this.shown = new Set();
+    this.offset = new Vector3(); // how far the camera has followed the model
     this.onFrame = [];
     this.onView = () => {}; // called when the user has moved the camera
     canvas.addEventListener('keydown', (event) => this.key(event));
+    canvas.addEventListener('webglcontextrestored', () => {
+      if (!this.scene.environment) return this.invalidate();
+      this.scene.environment = null; // it was drawn by the context that was lost
+      this.surroundings();
+    });
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
     this.resize();
+  }
+
+  /** The renderer; null where the browser has no WebGL 2: all but the picture goes on. */
+  #makeRenderer() {
+    try {
+      const renderer = new WebGLRenderer({ canvas: this.canvas, antialias: true });
+      renderer.debug.checkShaderErrors = false; // checking would wait for the shader compiler
+      renderer.setScissorTest(true);
+      return renderer;
+    } catch {
+      return null;
+    }
+  }
+
+  /** Whether pictures are computed without a graphics card. */
+  get #isSoftware() {
+    const context = this.renderer?.getContext();
+    const names = context?.getExtension('WEBGL_debug_renderer_info');
+    return names !== null && names !== undefined && /swiftshader|llvmpipe|software/i.test(context.getParameter(names.UNMASKED_RENDERER_WEBGL));
   }
 
   #size() {
@@ -111,7 +136,7 @@ export class Viewport {
   resize() {
     const { width, height, ratio } = this.#size();
     if (!width || !height) return;
-    this.renderer.setDrawingBufferSize(width, height, ratio);
+    this.renderer?.setDrawingBufferSize(width, height, ratio);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
     this.invalidate();
@@ -127,7 +152,7 @@ export class Viewport {
       this.scene.updateMatrixWorld();
       this.#follow();
       this.skeleton?.update();
-      this.#render();
+      if (this.renderer) this.#render();
       this.canvas.dataset.frames = Number(this.canvas.dataset.frames ?? 0) + 1;
     });
   }
@@ -153,16 +178,21 @@ export class Viewport {
     }
   }
 
+  /** How far the pose has moved the model's first node from its place in the file. */
+  #moved() {
+    const node = this.model?.scene.children[0];
+    return node ? new Vector3().setFromMatrixPosition(node.matrixWorld).sub(this.model.rest) : new Vector3();
+  }
+
   /** Moves the camera along with the model's first node, which a clip may move out of the picture. */
   #follow() {
-    const at = this.model?.scene.children[0] && new Vector3().setFromMatrixPosition(this.model.scene.children[0].matrixWorld);
-    if (at && this.followed && this.shown.has('follow')) {
-      const moved = at.clone().sub(this.followed);
-      this.camera.position.add(moved);
-      this.controls.target.add(moved);
-      this.camera.updateMatrixWorld();
-    }
-    this.followed = at;
+    if (!this.shown.has('follow')) return;
+    const offset = this.#moved();
+    const step = offset.clone().sub(this.offset);
+    this.offset = offset;
+    this.camera.position.add(step);
+    this.controls.target.add(step);
+    this.camera.updateMatrixWorld();
   }
 
   setTheme(name) {
@@ -202,10 +232,12 @@ export class Viewport {
       Object.assign(object.material, { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }); // so that lines are drawn in front
       object.userData.own = object.material;
     });
-    if (metal) this.surroundings();
+    if (metal && this.#isSoftware) scene.traverse(({ material }) => material?.metalness > DULL && (material.metalness = DULL));
+    else if (metal) this.surroundings();
+    const rest = scene.children[0] ? new Vector3().setFromMatrixPosition(scene.children[0].matrixWorld) : null;
     const wireframe = new Wireframe(scene, { quads: level > 0 && scheme !== 'loop' });
     wireframe.setTheme(this.themeName);
-    return { scene, nodes, weights, plain, wireframe };
+    return { scene, nodes, weights, plain, wireframe, rest };
   }
 
   #undress({ scene, wireframe }) {
@@ -224,7 +256,6 @@ export class Viewport {
     this.skeleton = new Skeleton(nodes);
     this.isBare = parsed.bearers.length === 0; // only a clip: nothing but its joints can be shown
     this.own.add(scene, this.skeleton.object);
-    this.followed = null; // the new model starts elsewhere
     this.show(this.shown);
   }
 
@@ -270,9 +301,10 @@ export class Viewport {
     this.invalidate();
   }
 
-  /** An environment of light from all sides, for metals. Made once, when the first metal is shown. */
+  /** An environment of light from all sides, for metals. Made once, when the first metal is shown; on a graphics card
+   *  alone, since software takes up to half a minute. */
   surroundings() {
-    if (this.scene.environment) return;
+    if (this.scene.environment || !this.renderer) return;
     const room = new Scene();
     const box = new BoxGeometry(10, 10, 10);
     const side = (color) => new MeshBasicMaterial({ color, side: BackSide });
@@ -285,6 +317,7 @@ export class Viewport {
 
   /** names: a set out of surface, cage, points, wireframe, normals, skeleton, uv. */
   show(names) {
+    if (names.has('follow') !== this.shown.has('follow')) this.offset = names.has('follow') ? this.#moved() : new Vector3(); // without a jump
     this.shown = names;
     for (const { scene, wireframe } of this.#models) {
       scene.traverse((object) => {
@@ -339,6 +372,7 @@ export class Viewport {
     }
     this.controls.target.copy(centre);
     this.camera.position.copy(centre).addScaledVector(direction, distance);
+    if (this.shown.has('follow')) this.offset = this.#moved();
     this.camera.near = distance / 500;
     this.camera.far = distance * 50;
     this.controls.minDistance = radius / 50;
@@ -377,16 +411,17 @@ export class Viewport {
     this.onView();
   }
 
-  /** The camera's position and target, as six numbers. */
+  /** The camera's position and target, as six numbers; where it follows the model, as if that were at rest. */
   get view() {
-    return [...this.camera.position, ...this.controls.target].map((number) => Number(number.toPrecision(4))).join();
+    const places = [this.camera.position, this.controls.target].flatMap((place) => [...place.clone().sub(this.offset)]);
+    return places.map((number) => Number(number.toPrecision(4))).join();
   }
 
   set view(text) {
     const numbers = text.split(',').map(Number);
     if (numbers.length !== 6 || !numbers.every(Number.isFinite)) return;
-    this.camera.position.set(...numbers.slice(0, 3));
-    this.controls.target.set(...numbers.slice(3));
+    this.camera.position.set(...numbers.slice(0, 3)).add(this.offset);
+    this.controls.target.set(...numbers.slice(3)).add(this.offset);
     this.controls.update();
     this.invalidate();
   }

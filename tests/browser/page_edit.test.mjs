@@ -71,13 +71,18 @@ visits('a tank hull is made by clicks from one box', { hash }, async (visit) => 
   const unnamed = (text) => text.replace(/^o .*$/gm, 'o');
   assert.equal(unnamed(await surface(modeller.id)), unnamed(await surface(written)), 'a script of edits makes the same model');
 
-  // The line of curl makes it too; each step has an address, which the browser goes back to.
+  // The line of curl makes it too; each step has an address.
   const line = await page.locator('#panel-edit pre').innerText();
   const { stdout } = await promisify(execFile)('bash', ['-c', line.replace(/^curl /, 'curl -s ')]);
   assert.equal(JSON.parse(stdout).id, modeller.id);
   const here = page.url();
-  await modeller.opens(() => page.goBack());
-  assert.equal((await modeller.edits).length, 4);
+  await page.locator('#view').focus();
+  for (const [keys, edits] of [['Control+z', 4], ['Control+z', 3], ['Control+Shift+z', 4], ['Control+Shift+z', 5]]) {
+    await modeller.opens(() => page.keyboard.press(keys));
+    assert.equal((await modeller.edits).length, edits, keys);
+  }
+  assert.ok(await page.getByRole('button', { name: 'Redo' }).isDisabled());
+  assert.equal(page.url(), here);
   const other = await Visit.begin(site.browser, here);
   await other.wait(() => document.querySelector('[aria-label=Edits]')?.value.includes('crease'));
   assert.equal((await new Modeller(other).edits).length, 5);

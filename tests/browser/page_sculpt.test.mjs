@@ -40,6 +40,7 @@ class Sculptor extends Modeller {
     await visit.level(3);
     const sculptor = new Sculptor(visit);
     await sculptor.drop(name, document, 'Sculpt');
+    await sculptor.toLevel(3);
     return sculptor;
   }
 
@@ -113,7 +114,7 @@ visits('a point of a level is dragged, and the other levels remember it', { hash
   let bare = await visit.pixels();
   for (let i = 0; i < 50 && difference(bare, detailed) === 0; i++) bare = await visit.pixels();
   assert.ok(difference(bare, detailed) > 0.004, 'without details there is none');
-  assert.ok(await page.getByRole('button', { name: 'Undo' }).isHidden(), 'nor anything to sculpt');
+  assert.ok(await page.getByRole('button', { name: 'Push' }).isHidden(), 'nor anything to sculpt');
   assert.equal(apart(await pointsOf(sculptor.id, 4, '&details=false'), plainer), 0);
   await page.getByRole('button', { name: 'Show it so' }).click();
   await visit.wait(() => 'sculpts' in document.querySelector('canvas').dataset);

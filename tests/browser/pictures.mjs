@@ -21,7 +21,7 @@ async function draw(browser, daemon, model, { title, hash, options }) {
   await visit.level(2);
   await visit.wait(() => document.querySelectorAll('#legend li').length > 2);
   await visit.wait(() => document.querySelectorAll('.ticks line').length > 0);
-  if (hash.includes('surface')) await visit.wait(() => / ms$/.test(document.querySelector('tr[data-level="6"]')?.lastChild.textContent));
+  if (hash.includes('surface')) await visit.wait(() => document.querySelector('tr[data-level="8"]'));
   if (hash.includes('animation')) await visit.wait(() => document.querySelector('.chart'));
   await visit.drawn();
   const { parts, canvas, family } = await visit.page.evaluate(drawPage);

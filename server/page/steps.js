@@ -1,0 +1,65 @@
+// The steps of a lineage of models, edits and strokes alike: each shows the model that it made, and can be undone and
+// done again.
+import { note, state, step, watch } from './state.js';
+
+const NAMES = ['model', 'from', 'edits', 'quads', 'beside']; // what a step changes
+
+export class Steps {
+  #past = [];
+  #future = [];
+  #isOwn = false;
+
+  constructor(viewport) {
+    this.viewport = viewport;
+    this.onChange = () => {};
+    watch((names) => {
+      if (!names.has('model') || this.#isOwn) return;
+      [this.#past, this.#future] = [[], []]; // another lineage
+      this.onChange();
+    });
+  }
+
+  /** Whether the model that is being opened is that of a step. */
+  get isStep() {
+    return this.#isOwn;
+  }
+
+  get canUndo() {
+    return this.#past.length > 0;
+  }
+
+  get canRedo() {
+    return this.#future.length > 0;
+  }
+
+  /** Changes the state to that of a new step. */
+  go(next) {
+    this.#past.push(this.#now());
+    this.#future = [];
+    this.#show(next);
+  }
+
+  undo() {
+    if (!this.canUndo) return;
+    this.#future.push(this.#now());
+    this.#show(this.#past.pop());
+  }
+
+  redo() {
+    if (!this.canRedo) return;
+    this.#past.push(this.#now());
+    this.#show(this.#future.pop());
+  }
+
+  #now() {
+    return Object.fromEntries(NAMES.map((name) => [name, state(name)]));
+  }
+
+  #show(next) {
+    note('view', this.viewport.view);
+    this.#isOwn = true;
+    step(next);
+    this.#isOwn = false;
+    this.onChange();
+  }
+}

@@ -1,0 +1,220 @@
+// The page at /: whatever comes, there is a picture or a word; the same address shows the same; fields take what
+// people write; and it goes on without a graphics card, on small screens and while the daemon is away.
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+
+import { Daemon } from '../node/daemon.mjs';
+import { covered, difference, drop, open, PYRAMID, Visit } from './page_driver.mjs';
+
+const site = open();
+const { daemon, visits } = site;
+const idOf = (visit) => new URLSearchParams(new URL(visit.page.url()).hash.slice(1)).get('model');
+const blank = (visit) => visit.page.locator('.empty[role=status]');
+
+/** A grid of n x n quads, as OBJ. */
+function grid(n) {
+  const points = Array.from({ length: (n + 1) ** 2 }, (_, i) => `v ${i % (n + 1)} ${Math.floor(i / (n + 1))} 0`);
+  const faces = Array.from({ length: n * n }, (_, i) => {
+    const at = Math.floor(i / n) * (n + 1) + (i % n) + 1;
+    return `f ${at} ${at + 1} ${at + n + 2} ${at + n + 1}`;
+  });
+  return [...points, ...faces, ''].join('\n');
+}
+
+visits('an address with a time, a view and Follow shows the same picture each time', { hash: '#show=surface,follow' }, async (visit) => {
+  await visit.level(2);
+  await visit.wait(() => document.querySelectorAll('.ticks line').length > 0);
+  await visit.seek(1.9); // the tank has driven away
+  await visit.page.locator('canvas').focus();
+  for (const key of ['ArrowLeft', 'ArrowUp', '+', '+']) await visit.page.keyboard.press(key);
+  await visit.drawn();
+  const left = await visit.pixels();
+  assert.ok(covered(left) > 0.05);
+  const address = visit.page.url();
+  for (let i = 0; i < 3; i++) {
+    const other = await Visit.begin(site.browser, address);
+    // The poses come before or after the surface.
+    if (i > 0) await other.page.route(i === 1 ? '**/pose.bin**' : '**/surface.glb**', (route) => setTimeout(() => route.continue(), 700));
+    await other.page.reload();
+    await other.level(2);
+    await other.wait(() => document.querySelector('.clock').textContent.startsWith('1.90'));
+    await other.page.waitForTimeout(i > 0 ? 800 : 0);
+    await other.drawn();
+    assert.ok(difference(left, await other.pixels()) < 0.002, `opening ${i}: ${difference(left, await other.pixels())} differ`);
+    await other.end();
+  }
+  // Without Follow the view is that of the world.
+  await visit.page.getByRole('button', { name: 'Follow' }).click();
+  await visit.drawn();
+  assert.ok(difference(left, await visit.pixels()) < 0.002, 'nothing jumps');
+  const other = await Visit.begin(site.browser, visit.page.url());
+  await other.level(2);
+  await other.wait(() => document.querySelector('.clock').textContent.startsWith('1.90'));
+  await other.drawn();
+  assert.ok(difference(left, await other.pixels()) < 0.002, 'without Follow');
+  await other.end();
+});
+
+visits('the level of one model is not that of the next, and a large one opens at less', { hash: '#tab=surface' }, async (visit) => {
+  await visit.level(2);
+  await drop(visit, { 'pyramid.obj': PYRAMID });
+  await visit.wait(() => document.getElementById('subject').textContent === 'pyramid.obj');
+  await visit.tab('Surface');
+  await visit.page.getByLabel('Scheme').selectOption('bilinear');
+  await visit.page.getByRole('button', { name: 'Show level 6' }).click();
+  await visit.level(6);
+  await drop(visit, { 'scan.obj': grid(230) });
+  await visit.wait(() => document.getElementById('subject').textContent === 'scan.obj');
+  await visit.level(0); // 52,900 faces; level 1 has 211,600
+  assert.match(await visit.text('#facts'), /^Level 0 .* 52,900 faces/);
+  assert.doesNotMatch(visit.page.url(), /bilinear/);
+  assert.ok(covered(await visit.pixels()) > 0.05);
+});
+
+visits('a level that is refused leaves the picture, the slider and the address of the last', { hash: '#tab=surface', refused: [422] }, async (visit) => {
+  const { page } = visit;
+  await visit.level(2);
+  await drop(visit, { 'scan.obj': grid(60) });
+  await visit.wait(() => document.getElementById('subject').textContent === 'scan.obj');
+  await visit.level(2);
+  await page.evaluate(() => (location.hash += '&level=15'));
+  await page.locator('.notice', { hasText: 'Level 15 cannot be shown' }).waitFor();
+  await visit.wait(() => document.querySelector('[aria-label=Level]').value === '2' && !location.hash.includes('level'));
+  assert.match(await visit.text('#facts'), /^Level 2/);
+  assert.ok(covered(await visit.pixels()) > 0.05);
+  // One that opens so falls back to its control mesh.
+  const other = await Visit.begin(site.browser, `${daemon.url}/`, { hash: `#model=${idOf(visit)}&level=15&show=surface`, refused: [422] });
+  await other.level(0);
+  assert.equal(await other.page.locator('.notice').count(), 1);
+  assert.ok(covered(await other.pixels()) > 0.05);
+  await other.end();
+});
+
+visits('a first level that is cancelled leaves the control mesh; a model that is gone, a word and a way on', { refused: [404] }, async (visit) => {
+  await visit.level(2);
+  const id = idOf(visit);
+  const other = await Visit.begin(site.browser, `${daemon.url}/models`.replace('/models', '/version'));
+  let release;
+  await other.page.route('**/surface.glb?level=2', (route) => new Promise((resolve) => (release = resolve)).then(() => route.abort()));
+  await other.page.goto(`${daemon.url}/#model=${id}&show=surface`);
+  await other.page.locator('#cancel').click();
+  await other.level(0);
+  release();
+  assert.ok(covered(await other.pixels()) > 0.02);
+  await other.end();
+  await visit.page.evaluate(() => (location.hash = `model=${'ab'.repeat(32)}`));
+  await blank(visit).getByRole('heading', { name: 'The model cannot be opened' }).waitFor();
+  await visit.page.locator('.notice .close').click();
+  await visit.drawn();
+  assert.equal(covered(await visit.pixels()), 0, 'nothing of the former model stays');
+  await blank(visit).getByRole('button', { name: 'Another model' }).click();
+  await visit.level(2);
+  assert.ok(await blank(visit).isHidden());
+  assert.ok(covered(await visit.pixels()) > 0.02);
+});
+
+visits('numbers are taken as the browser’s language writes them, by Enter, and what is none is said', { hash: '#tab=edit', locale: 'de-DE' }, async (visit) => {
+  const { page } = visit;
+  await visit.level(2);
+  const sizeOf = async () => {
+    const { meshes: [{ bounds: { min, max } }] } = await (await fetch(`${daemon.url}/v1/models/${idOf(visit)}`)).json();
+    return max.map((value, i) => value - min[i]);
+  };
+  const before = idOf(visit);
+  const field = page.getByLabel('Box: size');
+  for (const wrong of ['much', '1 2', '']) {
+    await field.fill(wrong);
+    await field.press('Enter');
+    assert.equal(await field.getAttribute('aria-invalid'), 'true', wrong);
+    assert.match(await field.evaluate((input) => input.validationMessage), /3 numbers/);
+  }
+  assert.equal(idOf(visit), before);
+  for (const [text, size] of [['0,25 2,5 1', [0.25, 2.5, 1]], ['1; 0,5; 3', [1, 0.5, 3]], ['2, 0.5, 1', [2, 0.5, 1]], ['2,3,4', [2, 3, 4]]]) {
+    const last = idOf(visit);
+    await field.fill(text);
+    assert.equal(await field.getAttribute('aria-invalid'), 'false');
+    await field.press('Enter');
+    await visit.wait((id) => !location.hash.includes(id) && document.getElementById('facts').textContent.startsWith('Level'), last);
+    assert.deepEqual(await sizeOf(), size, text);
+  }
+});
+
+visits('a graphics context that was lost comes back', { hash: '#show=surface' }, async (visit) => {
+  await visit.level(2);
+  const before = await visit.pixels();
+  await visit.page.evaluate(async () => {
+    const canvas = document.getElementById('view');
+    const told = (name) => new Promise((resolve) => canvas.addEventListener(name, resolve, { once: true }));
+    const context = canvas.getContext('webgl2').getExtension('WEBGL_lose_context');
+    const lost = told('webglcontextlost');
+    context.loseContext();
+    await lost;
+    await new Promise((resolve) => setTimeout(resolve));
+    const restored = told('webglcontextrestored');
+    context.restoreContext();
+    await restored;
+  });
+  await visit.drawn();
+  assert.ok(difference(before, await visit.pixels()) < 0.002);
+});
+
+test('without WebGL all but the picture works', async () => {
+  const visit = await Visit.begin(site.browser, `${daemon.url}/version`);
+  await visit.page.context().addInitScript(() => {
+    const { getContext } = HTMLCanvasElement.prototype;
+    HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
+      return /webgl/.test(kind) ? null : getContext.call(this, kind, ...rest);
+    };
+  });
+  await visit.page.goto(`${daemon.url}/#tab=surface`);
+  await visit.page.getByText('no WebGL 2').waitFor();
+  await visit.page.getByRole('button', { name: 'Show level 1' }).click();
+  await visit.wait(() => document.getElementById('facts').textContent.startsWith('Level 1'));
+  await drop(visit, { 'pyramid.obj': PYRAMID });
+  await visit.wait(() => document.getElementById('subject').textContent === 'pyramid.obj');
+  await visit.tab('Scripts');
+  await visit.page.locator('#panel-scripts pre').first().waitFor();
+  visit.faults = visit.faults.filter((fault) => !/WebGL/.test(fault)); // three.js says so too
+  await visit.end();
+});
+
+for (const [name, viewport] of [['a page magnified to 400 %', { width: 320, height: 200 }], ['a phone held sideways', { width: 844, height: 390 }]])
+  visits(`${name} has a panel that can be read`, { viewport }, async (visit) => {
+    await visit.level(2);
+    await visit.tab('Surface');
+    const slider = visit.page.getByRole('slider', { name: 'Level' }).first();
+    await slider.scrollIntoViewIfNeeded();
+    const isSeen = await slider.evaluate((element) => {
+      const { left, top, width, height } = element.getBoundingClientRect();
+      return element.contains(document.elementFromPoint(left + width / 2, top + height / 2));
+    });
+    assert.ok(isSeen);
+    await visit.picture(name);
+  });
+
+visits('forced colours show which chips are pressed', { forcedColors: 'active' }, async (visit) => {
+  await visit.level(2);
+  const colourOf = (name) => visit.page.locator(`#shown [data-name=${name}]`).evaluate((chip) => getComputedStyle(chip).backgroundColor);
+  assert.equal(await visit.page.locator('#shown [data-name=surface]').getAttribute('aria-pressed'), 'true');
+  assert.notEqual(await colourOf('surface'), await colourOf('uv'));
+});
+
+test('a live stream that is down says so, and that it is back', async () => {
+  const own = new Daemon(['--sample']);
+  await own.start();
+  const visit = await Visit.begin(site.browser, `${own.url}/`);
+  try {
+    await visit.level(2);
+    const live = visit.page.locator('#timeline .chip');
+    await live.click();
+    await visit.wait(() => Number.parseFloat(document.querySelector('.clock').textContent) > 0); // frames come
+    await own.stop();
+    await visit.wait(() => document.querySelector('#timeline .chip').textContent === 'Live: no answer');
+    await own.start();
+    await visit.wait(() => document.querySelector('#timeline .chip').textContent === 'Live');
+    visit.faults = visit.faults.filter((fault) => !/net::ERR/.test(fault));
+    await visit.end();
+  } finally {
+    await own.remove();
+  }
+});
