@@ -35,6 +35,9 @@ export function bytes(n) {
   return `${unit === 0 || n >= 100 ? Math.round(n) : n.toFixed(1)} ${units[unit]}`;
 }
 
+/** A number with so many digits behind the point; never "-0.0". */
+export const fixed = (n, digits) => n.toFixed(digits).replace(/^-(0\.?0*)$/, '$1');
+
 export const seconds = (t) => `${t.toFixed(2)} s`;
 export const plural = (n, word) => `${count(n)} ${word}${n === 1 ? '' : 's'}`;
 

@@ -136,7 +136,7 @@ export class EditPanel {
     this.picker.close();
     this.model = null;
     this.cleaned.textContent = '';
-    this.body.hidden = true;
+    this.body.hidden = !this.steps.isStep; // a step keeps the focus and what is scrolled to
   }
 
   /** Shows the edits of a model, once it is loaded and the panel is visible. */

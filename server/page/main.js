@@ -3,7 +3,7 @@ import { Animation } from './animation.js';
 import { Beside } from './beside.js';
 import { Cage, creaseColour, creasesOf, FEW, MANY } from './cage.js';
 import { download, tweend, withKey } from './client.js';
-import { byId, bytes, count, make, plural } from './dom.js';
+import { byId, bytes, count, fixed, make, plural } from './dom.js';
 import { EditPanel } from './edit_panel.js';
 import { Models } from './models.js';
 import { busy, fail } from './notices.js';
@@ -127,9 +127,11 @@ const undo = make('button', { type: 'button', className: 'chip', title: 'Ctrl+Z'
 const redo = make('button', { type: 'button', className: 'chip', title: 'Ctrl+Shift+Z', onclick: () => goThroughSteps(false) }, 'Redo');
 
 function showSteps() {
+  const isHere = [undo, redo].includes(document.activeElement);
   undo.disabled = !steps.canUndo && !edit.canTakeBack;
   redo.disabled = !steps.canRedo;
   undo.hidden = redo.hidden = undo.disabled && redo.disabled;
+  if (isHere) (undo.disabled ? redo : undo).focus(); // what is disabled has no focus
 }
 steps.onChange = edit.onEdits = showSteps;
 showSteps();
@@ -309,7 +311,7 @@ async function openSurface() {
     blank.hidden = true;
     byId('facts').textContent = `Level ${options.level} · ${plural(counts.vertices, 'point')} · ${plural(counts.faces, 'face')} · ${bytes(answer.size)} · ${answer.ms.toFixed(1)} ms`;
     const { x, y, z } = viewport.controls.target;
-    byId('view').setAttribute('aria-label', `${model.name || 'A model'}, level ${options.level}: ${count(counts.faces)} faces round ${[x, y, z].map((v) => v.toFixed(1)).join(', ')}. ` +
+    byId('view').setAttribute('aria-label', `${model.name || 'A model'}, level ${options.level}: ${count(counts.faces)} faces round ${[x, y, z].map((v) => fixed(v, 1)).join(', ')}. ` +
       'Arrow keys orbit, with Shift they pan, plus and minus zoom, F frames, space plays.');
     byId('view').dataset.level = options.level;
   } catch (error) {

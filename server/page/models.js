@@ -139,7 +139,9 @@ export class Models {
   }
 
   show() {
+    const { scrollTop } = this.list;
     this.list.replaceChildren(...this.known.map((model) => this.row(model)));
+    this.list.scrollTop = scrollTop;
     this.mark();
   }
 
@@ -152,17 +154,22 @@ export class Models {
   }
 
   async remove(id, name) {
+    const at = this.known.findIndex((model) => model.id === id);
     const about = make('p', {}, 'The daemon forgets it, and addresses that show it find nothing.');
     if (!(await ask({ title: `Delete ${name}?`, content: [about], confirm: 'Delete' }))) return;
+    const focusNear = () => this.list.querySelectorAll('.model')[Math.min(at, this.known.length - 1)]?.focus();
     this.known = this.known.filter((model) => model.id !== id);
     this.show();
+    focusNear();
     if (state('model') === id) openOther(this.first()); // leave it first: requests for it would fail
     try {
       await withKey(() => tweend.remove(id));
     } catch (error) {
       fail(`${name} cannot be deleted`, error);
     }
+    const isHere = this.list.contains(document.activeElement);
     await this.load();
+    if (isHere) focusNear();
   }
 
   /** Shows the warnings of the shown model: more than two behind their number. */

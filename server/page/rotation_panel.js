@@ -3,7 +3,7 @@
 import { AxesHelper, Color, Euler, Group, MathUtils, Matrix4, MeshBasicMaterial, Quaternion } from 'three';
 
 import { tweend, withKey } from './client.js';
-import { choice, draw, make } from './dom.js';
+import { choice, draw, fixed, make } from './dom.js';
 import { fail } from './notices.js';
 import { change, state, watch } from './state.js';
 
@@ -176,7 +176,7 @@ export class RotationPanel {
     const part = this.animation.duration > 0 ? time / this.animation.duration : 0;
     const i = Math.round(part * (distance.length - 1));
     for (const now of this.nows) for (const end of ['x1', 'x2']) now.setAttribute(end, part * WIDTH);
-    const say = (list, columns, digits) => list.querySelectorAll('output').forEach((output, k) => (output.textContent = columns[k][i].toFixed(digits)));
+    const say = (list, columns, digits) => list.querySelectorAll('output').forEach((output, k) => (output.textContent = fixed(columns[k][i], digits)));
     say(this.legends[0], quaternion, 3);
     say(this.legends[1], eulers, 1);
     this.lockNow.textContent = distance[i].toFixed(3);

@@ -6,7 +6,7 @@ import {
 
 import { Brush, Grip } from './brush.js';
 import { tweend, withKey } from './client.js';
-import { choice, make } from './dom.js';
+import { choice, fixed, make } from './dom.js';
 import { fieldsOf } from './edit_panel.js';
 import { meshName, stemOf } from './models.js';
 import { busy, fail, OneAtATime } from './notices.js';
@@ -166,7 +166,7 @@ export class SculptPanel {
         this.picked = { index, centre: at.clone(), normal: new Vector3().fromBufferAttribute(normal, i) };
       }
     const hint = this.bearers.length > 0 && this.bearers.every(({ parts }) => parts.length === 0) ? 'Meshes with a skin cannot be sculpted here.' : 'Click a point; N and P step through them.';
-    this.say(this.picked ? `A point at ${this.#at().toArray().map((value) => value.toFixed(3)).join(', ')}` : hint);
+    this.say(this.picked ? `A point at ${this.#at().toArray().map((value) => fixed(value, 3)).join(', ')}` : hint);
     this.viewport.invalidate();
   }
 

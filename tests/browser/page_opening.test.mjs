@@ -218,3 +218,35 @@ test('a live stream that is down says so, and that it is back', async () => {
     await own.remove();
   }
 });
+
+visits('edits, undo and deletes keep the focus and what is scrolled to', { hash: '#tab=edit' }, async (visit) => {
+  const { page } = visit;
+  await visit.level(2);
+  const opens = async (action) => {
+    const last = idOf(visit);
+    await action();
+    await visit.wait((id) => !location.hash.includes(id) && document.getElementById('facts').textContent.startsWith('Level'), last);
+    await visit.wait(() => 'pickable' in document.querySelector('canvas').dataset);
+  };
+  const place = () => page.evaluate(() => [document.activeElement.getAttribute('aria-label') ?? document.activeElement.textContent, document.getElementById('panel').scrollTop]);
+  await opens(() => page.getByLabel('Box: size').press('Enter'));
+  await page.getByLabel('Selection').fill('"all"');
+  await page.getByLabel('Selection').press('Enter');
+  const field = page.getByLabel('Move: by');
+  await field.scrollIntoViewIfNeeded();
+  await field.focus();
+  const before = await place();
+  assert.equal(before[0], 'Move: by');
+  await opens(() => field.press('Enter'));
+  assert.deepEqual(await place(), before);
+  await opens(() => page.getByRole('button', { name: 'Undo' }).click());
+  assert.deepEqual(await place(), ['Redo', before[1]]);
+  await visit.tab('Models');
+  const names = () => page.locator('.model .name').allInnerTexts();
+  const all = await names();
+  await page.getByRole('button', { name: 'Delete cube.obj' }).click();
+  await page.getByRole('button', { name: 'Delete', exact: true }).click();
+  await visit.wait((count) => document.querySelectorAll('.model').length === count, all.length - 1);
+  await page.waitForLoadState('networkidle');
+  assert.ok(await page.evaluate(() => document.activeElement.matches('.model')), 'the focus is on a model');
+});
