@@ -1,5 +1,6 @@
 /* Prints the description of a model: its contents and statistics. */
 #include "models.h"
+#include "tweend/retarget.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -210,6 +211,15 @@ static void print_node(tw_text *out, const tw_model *model, uint32_t index) {
   tw_text_add(out, "}}");
 }
 
+/* The humanoid map, {"hips":"node name"}; nothing where the file has none. */
+static void member_humanoid(tw_text *out, const tw_model *model) {
+  if (!model->humanoid) return;
+  tw_member_open(out, "humanoid", "{");
+  for (uint32_t i = 0; i < TW_BONES; i++)
+    if (model->humanoid[i] != TW_NO_INDEX) member_node_name(out, tw_bone_names[i], model, model->humanoid[i]);
+  tw_text_add(out, "}");
+}
+
 static void print_skin(tw_text *out, const tw_model *model, uint32_t index) {
   const tw_skin *skin = &model->skins[index];
   char buffer[24];
@@ -298,6 +308,7 @@ bool api_describe(const tw_model *model, const char *id, uint64_t size, tw_text 
   tw_member_open(out, "nodes", "[");
   for (uint32_t i = 0; i < model->node_count; i++) print_node(out, model, i);
   tw_text_add(out, "]");
+  member_humanoid(out, model);
   tw_member_open(out, "skins", "[");
   for (uint32_t i = 0; i < model->skin_count; i++) print_skin(out, model, i);
   tw_text_add(out, "]");

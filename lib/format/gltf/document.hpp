@@ -48,6 +48,9 @@ template <typename... Parts>
 // Escapes a member's name for a JSON pointer (RFC 6901).
 std::string pointer_part(const std::string &name);
 
+// Replaces characters that cannot be shown in text from the document.
+std::string printable(std::string text);
+
 // Fills a tw_error from a refusal; returns the status.
 tw_status report(const Refusal &refusal, tw_error *error);
 
@@ -470,6 +473,7 @@ void keep_parts(Document &document, Accessors &accessors);  // allocates parts, 
 void read_assets(Document &document);                       // after keep_parts: references, bytes of images
 void read_meshes(Document &document, Accessors &accessors); // after read_assets
 void read_nodes(Document &document);                        // after read_meshes; and the scenes
+void read_humanoid(Document &document);                     // after read_nodes
 void read_skins(Document &document, Accessors &accessors);  // after read_nodes
 void read_clips(Document &document, Accessors &accessors);  // after read_meshes and read_nodes
 

@@ -73,6 +73,7 @@ void read(const Bytes &file, Document &document) {
   read_assets(document);
   read_meshes(document, accessors);
   read_nodes(document);
+  read_humanoid(document);
   read_skins(document, accessors);
   read_clips(document, accessors);
   tw_losses_tell(&document.outline.losses, document.model);
@@ -146,8 +147,7 @@ tw_status read_model(const Bytes &file, uint64_t json_values, tw_quads quads, tw
 
 } // namespace
 
-// Replaces characters that cannot be shown in text from the document.
-static std::string printable(std::string text) {
+std::string printable(std::string text) {
   if (!tw_utf8_is_name(text.data(), text.size()))
     for (char &c : text)
       if (static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) >= 0x7F) c = '?';

@@ -69,6 +69,7 @@ typedef struct tw_model {
   uint32_t *node_order; /* [node_count], parents first */
   uint32_t named_node_count;
   const uint32_t *named_nodes; /* [named_node_count] nodes that have a name, by name, then by index */
+  const uint32_t *humanoid;    /* [TW_BONES] nodes (tweend/retarget.h) or TW_NO_INDEX; NULL: not said */
   uint32_t skin_count;
   tw_skin *skins;
   uint32_t clip_count;
