@@ -147,13 +147,6 @@ tw_status read_model(const Bytes &file, uint64_t json_values, tw_quads quads, tw
 
 } // namespace
 
-std::string printable(std::string text) {
-  if (!tw_utf8_is_name(text.data(), text.size()))
-    for (char &c : text)
-      if (static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) >= 0x7F) c = '?';
-  return text;
-}
-
 tw_status report(const Refusal &refusal, tw_error *error) {
   tw_fail(error, refusal.status, "%s", printable(refusal.detail).c_str());
   if (!refusal.pointer.empty()) tw_error_at(error, "%s", printable(refusal.pointer).c_str());

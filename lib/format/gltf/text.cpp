@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "tweend/base.h"
+
 namespace gltf {
 
 namespace {
@@ -156,6 +158,13 @@ size_t write_integers(const char *root, Budget &budget, Vector<char> &out) {
 int index_of(const char *value) {
   std::optional<uint64_t> number = whole_number(value);
   return number && *number < INT32_MAX ? static_cast<int>(*number) : -1;
+}
+
+std::string printable(std::string text) {
+  if (!tw_utf8_is_name(text.data(), text.size()))
+    for (char &c : text)
+      if (static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) >= 0x7F) c = '?';
+  return text;
 }
 
 std::string pointer_part(const std::string &name) {
