@@ -127,16 +127,17 @@ typedef struct tw_levels_inputs {
   bool limit, normals;
   const uint8_t *frames; /* tangent frames, or NULL: [cage faces] 2 x UV set, + 1 where its map is mirrored */
   const tw_parallel_for *parallel;
-  const tw_grant *grant; /* asked for the memory of the exceptions; NULL: any size may be taken */
-  bool *is_large;        /* set where exceptions take too much memory */
+  const tw_grant *grant;   /* asked for the memory of the exceptions; NULL: any size may be taken */
+  uint64_t exceptions_max; /* bytes that exceptions may take */
+  bool *is_large;          /* set where they take more */
 } tw_levels_inputs;
 
 /* Whether all valences and face sizes are low enough for tables by valence: 4,096 at most. */
 bool tw_levels_fit(const tw_topology *cage);
 
 /* Makes the connectivity, the weights and the lists of exceptions. out: [field_count]; arrays live in
- * `arena`. TW_LIMIT where exceptions take too much memory (*is_large) or take too long to read; TW_NO_MEMORY,
- * TW_CANCELLED. */
+ * `arena`. TW_LIMIT where exceptions take more than exceptions_max (*is_large) or take too long to read;
+ * TW_NO_MEMORY, TW_CANCELLED. */
 tw_status tw_levels_plan(const tw_levels_inputs *inputs, tw_arena *arena, tw_levels *out,
                          tw_level_rows *rows);
 

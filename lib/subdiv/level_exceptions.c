@@ -14,7 +14,7 @@
 #include "surface.h"
 #include "tangent_space.h"
 
-enum { FIELDS_MAX = TW_FIELDS_MAX, LISTING_BYTES_MAX = 1 << 30 };
+enum { FIELDS_MAX = TW_FIELDS_MAX };
 
 /* A strip, with the numbers that its vertices, edges and corners have in the whole level. */
 typedef struct strip {
@@ -616,18 +616,46 @@ static tw_status list_rows(const listing *l, const strip *s) {
 
 /* ---- all ------------------------------------------------------------------------------------ */
 
-static tw_status list_from(const listing *l, strip *s) {
+/* Continues in an arena of its own; what the strip before it needed goes with the old one. */
+static void continue_in(listing *l, tw_arena *scratch) {
+  tw_arena_destroy(l->scratch);
+  l->scratch = scratch;
+}
+
+/* Refines the strip. */
+static tw_status refine_whole(listing *l, uint32_t step, strip *s) {
+  strip child;
+  listing next = *l;
+  next.scratch = tw_arena_create();
+  if (!next.scratch) return TW_NO_MEMORY;
+  tw_status status = refine_strip(&next, s, step, &child);
+  continue_in(l, next.scratch);
+  *s = child;
+  return status;
+}
+
+/* Cuts the strip back to the faces round vertices that are still special. */
+static tw_status cut_back(listing *l, strip *s) {
+  strip cut;
+  listing next = *l;
+  next.scratch = tw_arena_create();
+  if (!next.scratch) return TW_NO_MEMORY;
+  tw_status status = cut_strip(&next, s, &cut);
+  continue_in(l, next.scratch);
+  *s = cut;
+  return status;
+}
+
+static tw_status list_from(listing *l, strip *s) {
   const tw_levels_inputs *inputs = l->inputs;
   for (uint32_t step = 0; step < inputs->level; step++) {
-    strip child, *last = s;
     tw_status status = TW_OK;
     for (uint32_t f = 0; f < inputs->field_count && status == TW_OK; f++)
-      if (!inputs->linear[f]) status = list_masks(l, last, f, step);
+      if (!inputs->linear[f]) status = list_masks(l, s, f, step);
     if (status == TW_OK) status = tw_parallel_for_status(inputs->parallel);
-    if (status == TW_OK) status = refine_strip(l, last, step, &child);
-    if (status == TW_OK && step + 1 < inputs->level) status = cut_strip(l, &child, s);
+    if (status == TW_OK) status = refine_whole(l, step, s);
+    if (status == TW_OK && step + 1 < inputs->level) status = cut_back(l, s);
     if (status != TW_OK) return status;
-    if (step + 1 == inputs->level) *s = child;
   }
   tw_status status = TW_OK;
   for (uint32_t f = 0; inputs->limit && f < inputs->field_count && status == TW_OK; f++)
@@ -635,9 +663,9 @@ static tw_status list_from(const listing *l, strip *s) {
   return status == TW_OK ? list_rows(l, s) : status;
 }
 
-static tw_status list_all(const listing *l) {
+static tw_status list_all(listing *l) {
   const tw_levels_inputs *inputs = l->inputs;
-  strip cage = {0}, s;
+  strip cage = {0};
   for (uint32_t f = 0; f < inputs->field_count; f++) cage.fields[f] = *inputs->fields[f];
   if (inputs->frames) {
     cage.frames = tw_arena_alloc_raw(l->scratch, cage.fields[0].face_count, 1);
@@ -647,11 +675,11 @@ static tw_status list_all(const listing *l) {
   tw_status status = mark_special(l, &cage, NULL);
   if (status != TW_OK || !memchr(cage.special, 1, cage.fields[0].vertex_count)) return status;
   uint64_t size = listing_size(l, &cage);
-  *inputs->is_large = size > LISTING_BYTES_MAX;
+  *inputs->is_large = size > inputs->exceptions_max;
   if (*inputs->is_large) return TW_LIMIT;
   if (inputs->grant && !inputs->grant->take(inputs->grant->context, size)) return TW_NO_MEMORY;
-  status = cut_strip(l, &cage, &s);
-  return status == TW_OK ? list_from(l, &s) : status;
+  status = cut_back(l, &cage);
+  return status == TW_OK ? list_from(l, &cage) : status;
 }
 
 tw_status tw_levels_list_exceptions(const tw_levels_inputs *inputs, tw_arena *arena, tw_levels *out,

@@ -85,6 +85,16 @@ static tw_status fill_all(tw_build *b) {
   return status;
 }
 
+/* The bytes that exceptions may take. From about an eighth of the answer's faces on patches are faster, and
+ * they take a fraction of the memory: measured on cages of triangles of which each edge is hard by chance.
+ * Short lists are always worth it. */
+static uint64_t exceptions_max(const tw_build *b) {
+  enum { SHORT = 64 << 20, LONG = 1 << 30, OF_FACE = 36 };
+  uint64_t of_answer = OF_FACE * b->surface->counts.faces;
+  if (of_answer > LONG || b->attempt == TW_TRY_LARGE_LEVELS) return LONG;
+  return of_answer > SHORT ? of_answer : SHORT;
+}
+
 tw_status tw_build_levels(tw_build *b, bool *is_large) {
   tw_surface *s = b->surface;
   tw_levels_inputs inputs = {.level = s->options.level - b->levels,
@@ -94,6 +104,7 @@ tw_status tw_build_levels(tw_build *b, bool *is_large) {
                              .normals = s->options.normals,
                              .parallel = b->parallel,
                              .grant = s->options.grant,
+                             .exceptions_max = exceptions_max(b),
                              .is_large = is_large};
   for (uint32_t f = 0; f < s->field_count; f++) {
     inputs.fields[f] = &b->topologies[f];

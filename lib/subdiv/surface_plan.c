@@ -198,7 +198,7 @@ static tw_status plan_rows(tw_build *b, tw_error *error) {
 static tw_status plan_levels(tw_build *b, tw_error *error) {
   bool is_large = false;
   tw_status status = tw_build_levels(b, &is_large);
-  if (is_large) b->next = TW_TRY_WITHOUT_LEVELS;
+  if (is_large) b->next = b->attempt == TW_TRY_ALL ? TW_TRY_WITHOUT_LEVELS : TW_TRY_STEPS;
   return status == TW_LIMIT && !is_large ? fail_fans(error) : status;
 }
 
@@ -313,14 +313,19 @@ tw_status tw_surface_create_by(const tw_mesh *mesh, const tw_surface_options *op
   tw_surface_options own = *options;
   tw_attempt attempt = TW_TRY_ALL;
   status = create(mesh, &own, parallel, &attempt, out, error);
-  if (attempt == TW_TRY_WITHOUT_LEVELS) status = create(mesh, &own, parallel, &attempt, out, error);
+  bool has_long_lists = attempt == TW_TRY_WITHOUT_LEVELS;
+  if (has_long_lists) status = create(mesh, &own, parallel, &attempt, out, error);
   /* The shared cache may be full: try again with a cache of the surface's own. */
   if (attempt == TW_TRY_STEPS && own.shapes) {
     own.shapes = NULL;
     attempt = TW_TRY_WITHOUT_LEVELS;
     status = create(mesh, &own, parallel, &attempt, out, error);
   }
-  /* More irregular classes than there is room for at all: take generic steps. */
+  /* More irregular classes than there is room for at all: take long lists, or else generic steps. */
+  if (attempt == TW_TRY_STEPS && has_long_lists) {
+    attempt = TW_TRY_LARGE_LEVELS;
+    status = create(mesh, options, parallel, &attempt, out, error);
+  }
   if (attempt == TW_TRY_STEPS) status = create(mesh, options, parallel, &attempt, out, error);
   if (status == TW_CANCELLED) tw_fail(error, status, "the surface is not wanted any more");
   return status == TW_NO_MEMORY ? tw_fail(error, status, "out of memory") : status;

@@ -9,7 +9,8 @@
 typedef enum tw_attempt {
   TW_TRY_ALL,
   TW_TRY_WITHOUT_LEVELS,
-  TW_TRY_STEPS /* generic steps all the way to the answer */
+  TW_TRY_LARGE_LEVELS, /* as TW_TRY_ALL, with long lists of exceptions */
+  TW_TRY_STEPS         /* generic steps all the way to the answer */
 } tw_attempt;
 
 typedef struct tw_build {

@@ -140,7 +140,7 @@ tw_status tw_build_choose(tw_build *b, tw_error *error) {
                    "the mesh is too irregular for level %u: it has great poles, or thousands of "
                    "different sharpness values",
                    level);
-  if (b->attempt == TW_TRY_ALL && fits_levels(b)) {
+  if ((b->attempt == TW_TRY_ALL || b->attempt == TW_TRY_LARGE_LEVELS) && fits_levels(b)) {
     s->way = TW_WAY_LEVELS;
     b->levels = deepest;
   } else {
