@@ -152,7 +152,7 @@ TEST(a_cage_of_many_exceptions_is_made_of_patches) {
   crease_spokes(&c);
   for (uint32_t level = 2; level <= 3; level++) {
     uint64_t left = 64 << 20;
-    const tw_grant grant = {&left, take};
+    const tw_grant grant = {.context = &left, .take = take};
     const tw_surface_options options = {.level = level, .normals = true, .grant = &grant};
     tw_surface *surface;
     assert_int_equal(tw_surface_create(&c.mesh, &options, &surface, NULL), TW_OK);
