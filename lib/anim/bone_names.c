@@ -1,5 +1,5 @@
 /* The names of humanoid bones: VRM's own, and those that usual rigs give them. */
-#include "tweend/retarget.h"
+#include "retarget_match.h"
 
 #include <string.h>
 
@@ -34,4 +34,383 @@ uint32_t tw_bone_find(const char *name, size_t length) {
   for (uint32_t i = 0; i < TW_BONES; i++)
     if (strlen(tw_bone_names[i]) == length && memcmp(tw_bone_names[i], name, length) == 0) return i;
   return TW_BONES;
+}
+
+/* ---- usual names ----------------------------------------------------------------------------------------
+ * A name is cut into its side, its stem (lower-case letters without side, prefix and digits) and its digits:
+ * "mixamorig:LeftHandIndex1" is left, "handindex", "1". One table says what a stem means. Sources:
+ *   Mixamo                    what its FBX downloads are called, "mixamorig:", "mixamorig9:" or, where a
+ *                             program drops colons, "mixamorig"; Ready Player Me: the same without a prefix
+ *                             (docs.readyplayer.me, "Full-body avatars")
+ *   CMU, Bandai, LAFAN1, ...  BVH conversions of mocap.cs.cmu.edu ("LeftUpLeg", "LHipJoint", "LowerBack");
+ *                             its ASF files ("lfemur", "upperback"); families of joints that are called after
+ *                             anatomy ("LeftHip", "LeftKnee", "LeftCollar", "LeftElbow", "Chest2")
+ *   Rigify, Blender           Blender's manual, "Rigify": spine to spine.006, "thigh.L", "f_index.01.L";
+ *                             "DEF-" in front of deforming bones
+ *   Unreal's mannequin        "pelvis", "spine_01", "thigh_l", "calf_l", "ball_l" (Epic's documentation of
+ * the skeleton); MakeHuman's game_engine rig is called likewise MakeHuman's default rig   default.mhskel:
+ * "root", "spine05" to "spine01", "upperleg01.L", "finger2-1.L" Unity's humanoid          HumanBodyBones:
+ * "LeftUpperLeg", "Left Index Proximal"; VRM's and VRoid's "J_Bip_L_UpperLeg" others                    3ds
+ * Max's Biped ("Bip01 L Thigh", "Finger0"), SMPL ("L_Hip", "L_Collar"), DAZ ("lShldr", "lThighBend"),
+ * Character Creator ("CC_Base_L_Thigh")
+ */
+
+typedef enum kind {
+  KIND_NONE,
+  KIND_HIPS,
+  KIND_ROOT,  /* the hips where nothing else is called so */
+  KIND_SPINE, /* of which there may be any number, as of KIND_NECK and fingers */
+  KIND_NECK,
+  KIND_HEAD,
+  KIND_JAW,
+  KIND_HIP, /* sided: the upper leg; else the hips */
+  KIND_EYE,
+  KIND_UPPER_LEG,
+  KIND_LOWER_LEG,
+  KIND_ANKLE,
+  KIND_FOOT, /* the toes where there is an ankle */
+  KIND_TOES,
+  KIND_COLLAR,
+  KIND_SHOULDER, /* the upper arm where there is a collar or an elbow, but no arm */
+  KIND_UPPER_ARM,
+  KIND_ELBOW,
+  KIND_LOWER_ARM,
+  KIND_WRIST,
+  KIND_HAND, /* nothing where there is a wrist */
+  KIND_THUMB,
+  KIND_INDEX,
+  KIND_MIDDLE,
+  KIND_RING,
+  KIND_LITTLE,
+  KIND_FINGER, /* the digits say which one */
+  KINDS
+} kind;
+
+static bool is_sided(kind kind) {
+  return kind >= KIND_EYE;
+}
+
+typedef struct stem_row {
+  const char *stem;
+  kind kind;
+} stem_row;
+
+static const stem_row stems[] = {
+    {"hips", KIND_HIP},
+    {"hip", KIND_HIP},
+    {"pelvis", KIND_HIPS},
+    {"root", KIND_ROOT},
+    {"spine", KIND_SPINE},
+    {"chest", KIND_SPINE},
+    {"upperchest", KIND_SPINE},
+    {"chestupper", KIND_SPINE},
+    {"chestlower", KIND_SPINE},
+    {"abdomen", KIND_SPINE},
+    {"abdomenupper", KIND_SPINE},
+    {"abdomenlower", KIND_SPINE},
+    {"lowerback", KIND_SPINE},
+    {"upperback", KIND_SPINE},
+    {"back", KIND_SPINE},
+    {"thorax", KIND_SPINE},
+    {"torso", KIND_SPINE},
+    {"waist", KIND_SPINE},
+    {"neck", KIND_NECK},
+    {"lowerneck", KIND_NECK},
+    {"upperneck", KIND_NECK},
+    {"necklower", KIND_NECK},
+    {"neckupper", KIND_NECK},
+    {"necktwist", KIND_NECK},
+    {"head", KIND_HEAD},
+    {"jaw", KIND_JAW},
+    {"eye", KIND_EYE},
+    {"upleg", KIND_UPPER_LEG},
+    {"upperleg", KIND_UPPER_LEG},
+    {"thigh", KIND_UPPER_LEG},
+    {"thighbend", KIND_UPPER_LEG},
+    {"femur", KIND_UPPER_LEG},
+    {"leg", KIND_LOWER_LEG},
+    {"lowerleg", KIND_LOWER_LEG},
+    {"calf", KIND_LOWER_LEG},
+    {"shin", KIND_LOWER_LEG},
+    {"knee", KIND_LOWER_LEG},
+    {"tibia", KIND_LOWER_LEG},
+    {"ankle", KIND_ANKLE},
+    {"foot", KIND_FOOT},
+    {"toe", KIND_TOES},
+    {"toes", KIND_TOES},
+    {"toebase", KIND_TOES},
+    {"ball", KIND_TOES},
+    {"collar", KIND_COLLAR},
+    {"clavicle", KIND_COLLAR},
+    {"shoulder", KIND_SHOULDER},
+    {"arm", KIND_UPPER_ARM},
+    {"upperarm", KIND_UPPER_ARM},
+    {"uparm", KIND_UPPER_ARM},
+    {"shldr", KIND_UPPER_ARM},
+    {"shldrbend", KIND_UPPER_ARM},
+    {"humerus", KIND_UPPER_ARM},
+    {"elbow", KIND_ELBOW},
+    {"forearm", KIND_LOWER_ARM},
+    {"forearmbend", KIND_LOWER_ARM},
+    {"lowerarm", KIND_LOWER_ARM},
+    {"radius", KIND_LOWER_ARM},
+    {"wrist", KIND_WRIST},
+    {"hand", KIND_HAND},
+    {"thumb", KIND_THUMB},
+    {"index", KIND_INDEX},
+    {"middle", KIND_MIDDLE},
+    {"mid", KIND_MIDDLE},
+    {"ring", KIND_RING},
+    {"little", KIND_LITTLE},
+    {"pinky", KIND_LITTLE},
+    {"finger", KIND_FINGER},
+};
+
+static kind find_stem(const char *stem) {
+  for (size_t i = 0; i < sizeof stems / sizeof *stems; i++)
+    if (strcmp(stems[i].stem, stem) == 0) return stems[i].kind;
+  return KIND_NONE;
+}
+
+/* What stands in front of a bone's own name, and may be followed by digits and a separator. */
+static const char *const prefixes[] = {"mixamorig", "valvebiped", "bip",   "cc_base", "def",
+                                       "j_bip",     "character",  "joint", "b_",      NULL};
+
+enum { WORDS = 8, WORD_SIZE = 24, STEM_SIZE = 64, DIGITS = 4 };
+
+/* A name cut into words: runs of letters of which only the first is a capital, and runs of digits. */
+typedef struct words {
+  char text[WORDS][WORD_SIZE];
+  uint32_t count;
+} words;
+
+static bool is_digit(char c) {
+  return c >= '0' && c <= '9';
+}
+
+static bool is_upper(char c) {
+  return c >= 'A' && c <= 'Z';
+}
+
+static bool is_letter(char c) {
+  return is_upper(c) || (c >= 'a' && c <= 'z');
+}
+
+static char lower(char c) {
+  return is_upper(c) ? (char)(c - 'A' + 'a') : c;
+}
+
+/* A word goes on with the next character. "ABc" are the words "A" and "Bc". */
+static bool goes_on(const char *at) {
+  char here = at[0], next = at[1];
+  if (is_digit(here) || is_digit(next)) return is_digit(here) && is_digit(next);
+  if (!is_letter(next)) return false;
+  if (is_upper(here) && is_upper(next)) return !(is_letter(at[2]) && !is_upper(at[2]));
+  return !is_upper(next);
+}
+
+/* False for a name that is none of a bone: longer than any in the table, or with other characters. */
+static bool cut(const char *name, words *out) {
+  *out = (words){0};
+  for (const char *c = name; *c; c++) {
+    if (!is_letter(*c) && !is_digit(*c)) {
+      if (strchr(" ._-", *c)) continue;
+      return false;
+    }
+    size_t length = 0;
+    if (out->count == WORDS) return false;
+    char *word = out->text[out->count++];
+    for (;; c++) {
+      if (length + 1 == WORD_SIZE) return false;
+      word[length++] = lower(*c);
+      if (!goes_on(c)) break;
+    }
+    word[length] = '\0';
+  }
+  return true;
+}
+
+/* What stands behind a prefix; NULL where the name does not begin with it. */
+static const char *behind(const char *name, const char *prefix) {
+  const char *rest = name;
+  for (const char *c = prefix; *c; c++, rest++)
+    if (lower(*rest) != *c) return NULL;
+  const char *end = rest;
+  while (is_digit(*rest)) rest++;
+  while (*rest && strchr(" ._-", *rest)) rest++;
+  bool is_apart = rest > end || is_upper(*rest) || end[-1] == '_';
+  return *rest && is_apart ? rest : NULL;
+}
+
+/* Behind a namespace and prefixes. */
+static const char *own_name(const char *name) {
+  for (const char *c = name; *c; c++)
+    if (*c == ':' || *c == '|') name = c + 1;
+  for (uint32_t i = 0; prefixes[i]; i++) {
+    const char *rest = behind(name, prefixes[i]);
+    if (rest) name = rest;
+  }
+  return name;
+}
+
+/* What a name says. */
+typedef struct said {
+  kind kind;
+  int side;            /* 0 left, 1 right, -1 none */
+  char digits[DIGITS]; /* of the first number */
+  uint32_t number_count;
+} said;
+
+static int side_of(const char *word) {
+  if (strcmp(word, "left") == 0 || strcmp(word, "l") == 0) return 0;
+  if (strcmp(word, "right") == 0 || strcmp(word, "r") == 0) return 1;
+  return -1;
+}
+
+/* The words that only tell which joint of a finger it is, or that a bone is in the middle. */
+static bool is_filler(const char *word, uint32_t index, uint32_t count) {
+  static const char *const joints[] = {"proximal", "intermediate", "distal", NULL};
+  for (uint32_t i = 0; joints[i]; i++)
+    if (strcmp(word, joints[i]) == 0) return true;
+  return (index == 0 || index + 1 == count) && (strcmp(word, "c") == 0 || strcmp(word, "x") == 0);
+}
+
+static bool is_finger(kind kind) {
+  return kind >= KIND_THUMB && kind <= KIND_LITTLE;
+}
+
+/* A stem with what families of rigs put in front of fingers. */
+static kind find_kind(const char *stem) {
+  kind found = find_stem(stem);
+  if (found != KIND_NONE) return found;
+  const char *const fronts[] = {"hand", "f"};
+  for (size_t i = 0; i < sizeof fronts / sizeof *fronts; i++) {
+    size_t length = strlen(fronts[i]);
+    if (strncmp(stem, fronts[i], length) == 0 && is_finger(find_stem(stem + length)))
+      return find_stem(stem + length);
+  }
+  return KIND_NONE;
+}
+
+/* Which finger digits say: Biped counts "Finger0", "Finger01", "Finger1"; MakeHuman "finger1-1". */
+static kind find_finger(const said *said) {
+  int first = said->digits[0] - (said->number_count > 1 ? '1' : '0');
+  return said->number_count > 0 && first >= 0 && first < 5 ? (kind)(KIND_THUMB + first) : KIND_NONE;
+}
+
+static said listen(const char *name) {
+  said out = {.side = -1};
+  words words;
+  if (!name || !cut(own_name(name), &words)) return out;
+  char stem[STEM_SIZE] = "";
+  bool is_thumb = false;
+  for (uint32_t i = 0; i < words.count; i++) {
+    const char *word = words.text[i];
+    if (is_digit(word[0])) {
+      if (out.number_count++ == 0) strncpy(out.digits, word, DIGITS - 1);
+    } else if (out.side < 0 && side_of(word) >= 0) {
+      out.side = side_of(word);
+    } else if (!is_filler(word, i, words.count) && !(is_thumb && strcmp(word, "metacarpal") == 0)) {
+      if (strlen(stem) + strlen(word) >= STEM_SIZE) return out;
+      strcat(stem, word);
+      is_thumb = strcmp(word, "thumb") == 0;
+    }
+  }
+  out.kind = find_kind(stem);
+  if (out.kind == KIND_NONE && out.side < 0 && (stem[0] == 'l' || stem[0] == 'r')) { /* "lfemur" */
+    out.kind = find_kind(stem + 1);
+    out.side = stem[0] == 'l' ? 0 : 1;
+    if (!is_sided(out.kind) && out.kind != KIND_HIP) out.kind = KIND_NONE;
+  }
+  if (out.kind == KIND_FINGER) out.kind = find_finger(&out);
+  if (out.kind == KIND_TOES && out.number_count > 1) out.kind = KIND_NONE; /* one of several toes */
+  if (out.kind == KIND_HIP) out.kind = out.side < 0 ? KIND_HIPS : KIND_UPPER_LEG;
+  if (is_sided(out.kind) != (out.side >= 0)) out.kind = KIND_NONE;
+  return out;
+}
+
+/* Rigify's spine goes from the hips to the head. */
+static kind rigify_kind(const said *said) {
+  int number = said->number_count > 0 ? said->digits[2] - '0' : 0;
+  return number == 0 ? KIND_HIPS : number < 4 ? KIND_SPINE : number < 6 ? KIND_NECK : KIND_HEAD;
+}
+
+typedef struct guesses {
+  /* Of each kind and side the first three nodes, of the spine the first two and the last; and how many. */
+  uint32_t chains[KINDS][2][3], counts[KINDS][2];
+} guesses;
+
+static void note(guesses *guesses, const said *said, uint32_t node) {
+  int side = said->side < 0 ? 0 : said->side;
+  uint32_t *count = &guesses->counts[said->kind][side], *chain = guesses->chains[said->kind][side];
+  if (*count < 3)
+    chain[*count] = node;
+  else if (said->kind == KIND_SPINE)
+    chain[2] = node;
+  (*count)++;
+}
+
+static uint32_t first_of(const guesses *guesses, kind kind, int side) {
+  return guesses->counts[kind][side] ? guesses->chains[kind][side][0] : TW_NO_INDEX;
+}
+
+/* The first node of two kinds that there is. */
+static uint32_t either(const guesses *guesses, kind better, kind other, int side) {
+  uint32_t found = first_of(guesses, better, side);
+  return found != TW_NO_INDEX ? found : first_of(guesses, other, side);
+}
+
+static void settle_side(const guesses *guesses, int side, uint32_t *bones) {
+  uint32_t ankle = first_of(guesses, KIND_ANKLE, side), foot = first_of(guesses, KIND_FOOT, side),
+           collar = first_of(guesses, KIND_COLLAR, side), shoulder = first_of(guesses, KIND_SHOULDER, side),
+           arm = first_of(guesses, KIND_UPPER_ARM, side), elbow = first_of(guesses, KIND_ELBOW, side),
+           wrist = first_of(guesses, KIND_WRIST, side), toes = first_of(guesses, KIND_TOES, side);
+  bool shoulder_is_arm = arm == TW_NO_INDEX && (collar != TW_NO_INDEX || elbow != TW_NO_INDEX);
+  bones[TW_BONE_EYE + side] = first_of(guesses, KIND_EYE, side);
+  bones[TW_BONE_UPPER_LEG + side] = first_of(guesses, KIND_UPPER_LEG, side);
+  bones[TW_BONE_LOWER_LEG + side] = first_of(guesses, KIND_LOWER_LEG, side);
+  bones[TW_BONE_FOOT + side] = ankle != TW_NO_INDEX ? ankle : foot;
+  bones[TW_BONE_TOES + side] = toes != TW_NO_INDEX ? toes : ankle != TW_NO_INDEX ? foot : TW_NO_INDEX;
+  bones[TW_BONE_SHOULDER + side] = collar != TW_NO_INDEX || shoulder_is_arm ? collar : shoulder;
+  bones[TW_BONE_UPPER_ARM + side] = shoulder_is_arm ? shoulder : arm;
+  bones[TW_BONE_LOWER_ARM + side] = either(guesses, KIND_LOWER_ARM, KIND_ELBOW, side);
+  bones[TW_BONE_HAND + side] = wrist != TW_NO_INDEX ? wrist : first_of(guesses, KIND_HAND, side);
+  for (uint32_t finger = 0; finger < 5; finger++)
+    for (uint32_t joint = 0; joint < 3 && joint < guesses->counts[KIND_THUMB + finger][side]; joint++)
+      bones[TW_BONE_THUMB + 6 * finger + 2 * joint + (uint32_t)side] =
+          guesses->chains[KIND_THUMB + finger][side][joint];
+}
+
+static void settle(const guesses *guesses, uint32_t *bones) {
+  static const tw_bone spine[] = {TW_BONE_SPINE, TW_BONE_CHEST, TW_BONE_UPPER_CHEST};
+  bones[TW_BONE_HIPS] = either(guesses, KIND_HIPS, KIND_ROOT, 0);
+  bones[TW_BONE_NECK] = first_of(guesses, KIND_NECK, 0);
+  bones[TW_BONE_HEAD] = first_of(guesses, KIND_HEAD, 0);
+  bones[TW_BONE_JAW] = first_of(guesses, KIND_JAW, 0);
+  for (uint32_t i = 0; i < 3 && i < guesses->counts[KIND_SPINE][0]; i++)
+    bones[spine[i]] = guesses->chains[KIND_SPINE][0][i];
+  for (int side = 0; side < 2; side++) settle_side(guesses, side, bones);
+}
+
+static bool is_rigify_head(const said *said) {
+  return said->kind == KIND_SPINE && strcmp(said->digits, "006") == 0;
+}
+
+void tw_bones_guess(const tw_node *nodes, const uint32_t *order, uint32_t node_count, const bool *is_bone,
+                    uint32_t bones[TW_BONES]) {
+  guesses guesses = {0};
+  bool is_rigify = false;
+  for (uint32_t i = 0; i < TW_BONES; i++) bones[i] = TW_NO_INDEX;
+  for (uint32_t i = 0; i < node_count && !is_rigify; i++) {
+    said said = listen(nodes[i].name);
+    is_rigify = is_bone[i] && is_rigify_head(&said);
+  }
+  for (uint32_t i = 0; i < node_count; i++) {
+    uint32_t node = order[i];
+    if (!is_bone[node]) continue;
+    said said = listen(nodes[node].name);
+    if (is_rigify && said.kind == KIND_SPINE) said.kind = rigify_kind(&said);
+    if (said.kind != KIND_NONE) note(&guesses, &said, node);
+  }
+  settle(&guesses, bones);
 }

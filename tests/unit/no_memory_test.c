@@ -1,6 +1,7 @@
 /* Every allocation of the readers, of compiling a clip and of making a surface fails once: each time the
  * answer is TW_NO_MEMORY or, where a part may be lost, a whole model; nothing leaks (the sanitizer looks).
  * What C++ allocates inside its library is not reached. */
+#include "biped.h"
 #include "cube.h"
 #include "glb.h"
 #include "keys.h"
@@ -66,6 +67,29 @@ TEST(bvh_reading_survives_every_failure) {
       "Xscale\nJOINT b\n{\nCHANNELS 1 Xrotation\nEnd Site x\n{\nOFFSET 0 1 0\n}\n}\n}\nMOTION\nFrames: 3\n"
       "Frame Time: 0.1\n1 2 3 4 5 6 7 8\n9 10 11 12 13 14 300 16\n1 2";
   fail_each(tw_bvh_read, (const uint8_t *)text, sizeof text - 1);
+}
+
+TEST(carrying_a_clip_over_survives_every_failure) {
+  static biped source, target;
+  biped_make(&source, (biped_options){.has_twists = true});
+  biped_make(&target, (biped_options){.spines = 1, .seed = 2});
+  biped_animate(&source, 1, 3);
+  const tw_retarget_job job = {.source = {source.nodes, source.order, source.count, NULL, NULL},
+                               .target = {target.nodes, target.order, target.count, NULL, NULL},
+                               .keys = &source.clip,
+                               .tolerance = {1e-3, 1e-3},
+                               .max_keys = 1000};
+  tw_status status = TW_NO_MEMORY;
+  for (size_t failures = 0; status != TW_OK; failures++) {
+    tw_arena *arena = tw_arena_create();
+    tw_retargeted out = {0};
+    test_memory.left = failures;
+    status = tw_retarget_run(&job, arena, &out, NULL);
+    test_memory.left = SIZE_MAX;
+    assert_int_equal(out.bone_count, status == TW_OK ? target.count : 0);
+    assert_true(status == TW_OK ? failures > 10 : status == TW_NO_MEMORY);
+    tw_arena_destroy(arena);
+  }
 }
 
 TEST(finding_hard_edges_survives_every_failure) {

@@ -1,0 +1,251 @@
+/* Matches the bones of two skeletons: by a map, by humanoid maps, by equal names, by usual names. Earlier
+ * ways win, and no bone is matched twice. */
+#include "retarget_match.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+const char *const tw_match_names[] = {"map", "humanoid", "name", "usual"};
+
+typedef struct matching {
+  const tw_retarget_job *job;
+  tw_arena *arena;
+  tw_bone_match *match;
+  bool *is_moved;                  /* [nodes of the source] by a track of the clip, other than weights */
+  bool *is_taken;                  /* [nodes of the source] matched, or left without a target by the map */
+  uint32_t source_bones[TW_BONES]; /* by humanoid map, else by usual names */
+  uint32_t target_bones[TW_BONES];
+  uint8_t *source_role, *target_role; /* [nodes] */
+} matching;
+
+static void join(matching *m, uint32_t source, uint32_t target, tw_match by) {
+  m->is_taken[source] = true;
+  m->match->source_of[target] = source;
+  m->match->by[target] = (uint8_t)by;
+}
+
+static bool is_free(const matching *m, uint32_t source, uint32_t target) {
+  return source != TW_NO_INDEX && target != TW_NO_INDEX && !m->is_taken[source] &&
+         m->match->source_of[target] == TW_NO_INDEX;
+}
+
+static tw_status apply_map(matching *m, tw_error *error) {
+  const tw_retarget_job *job = m->job;
+  for (uint32_t i = 0; i < job->map_count; i++) {
+    tw_bone_pair pair = job->map[i];
+    bool has_target = pair.target != TW_NO_INDEX;
+    const char *fault = NULL;
+    if (pair.source >= job->source.node_count || (has_target && pair.target >= job->target.node_count))
+      fault = "names a node that is not there";
+    else if (m->is_taken[pair.source])
+      fault = "names a node of the source that an earlier entry names";
+    else if (has_target && m->match->source_of[pair.target] != TW_NO_INDEX)
+      fault = "names a node of the target that an earlier entry names";
+    if (fault) {
+      tw_fail(error, TW_INVALID, "entry %u of the map %s", i, fault);
+      return tw_error_at(error, "/map/%u", i);
+    }
+    if (has_target)
+      join(m, pair.source, pair.target, TW_MATCH_MAP);
+    else
+      m->is_taken[pair.source] = true;
+  }
+  return TW_OK;
+}
+
+static void match_roles(matching *m, tw_match by) {
+  for (uint32_t i = 0; i < TW_BONES; i++)
+    if (is_free(m, m->source_bones[i], m->target_bones[i]))
+      join(m, m->source_bones[i], m->target_bones[i], by);
+}
+
+/* ---- equal names ----------------------------------------------------------------------------------------
+ */
+
+typedef struct named {
+  const char *name;
+  uint32_t node;
+} named;
+
+static int compare_named(const void *a, const void *b) {
+  const named *left = a, *right = b;
+  int order = strcmp(left->name, right->name);
+  return order ? order : left->node < right->node ? -1 : left->node > right->node;
+}
+
+/* The nodes of the source that have names, by name, then by index. */
+static named *list_names(const matching *m, uint32_t *count) {
+  const tw_skeleton *source = &m->job->source;
+  named *list = tw_arena_alloc_raw(m->arena, source->node_count, sizeof *list);
+  *count = 0;
+  for (uint32_t i = 0; list && i < source->node_count; i++)
+    if (source->nodes[i].name) list[(*count)++] = (named){source->nodes[i].name, i};
+  if (list) qsort(list, *count, sizeof *list, compare_named);
+  return list;
+}
+
+static uint32_t find_name(const named *list, uint32_t count, const char *name) {
+  uint32_t low = 0, high = count;
+  while (low < high) {
+    uint32_t middle = low + (high - low) / 2;
+    if (strcmp(list[middle].name, name) < 0)
+      low = middle + 1;
+    else
+      high = middle;
+  }
+  return low < count && strcmp(list[low].name, name) == 0 ? list[low].node : TW_NO_INDEX;
+}
+
+/* Meshes and the like may have equal names too: they count where the clip moves them. */
+static bool are_bones(const matching *m, uint32_t source, uint32_t target) {
+  return m->is_moved[source] || (m->match->is_source_bone[source] && m->match->is_target_bone[target]);
+}
+
+/* "LeftShoulder" is a collar bone in one family of rigs and an upper arm in another. */
+static bool contradict(const matching *m, uint32_t source, uint32_t target) {
+  uint8_t a = m->source_role[source], b = m->target_role[target];
+  return a != TW_BONES && b != TW_BONES && a != b;
+}
+
+static bool match_names(matching *m) {
+  const tw_skeleton *target = &m->job->target;
+  uint32_t count;
+  const named *list = list_names(m, &count);
+  if (!list) return false;
+  for (uint32_t i = 0; i < target->node_count; i++) {
+    if (!target->nodes[i].name || m->match->source_of[i] != TW_NO_INDEX) continue;
+    uint32_t source = find_name(list, count, target->nodes[i].name);
+    if (is_free(m, source, i) && are_bones(m, source, i) && !contradict(m, source, i))
+      join(m, source, i, TW_MATCH_NAME);
+  }
+  return true;
+}
+
+/* ---- roles ----------------------------------------------------------------------------------------------
+ */
+
+/* Joints of skins and bones of the humanoid map; without these all nodes. */
+static bool *find_bones(tw_arena *arena, const tw_skeleton *skeleton) {
+  bool *is_bone = tw_arena_alloc(arena, skeleton->node_count, sizeof *is_bone);
+  for (uint32_t i = 0; is_bone && i < skeleton->node_count; i++)
+    is_bone[i] = !skeleton->is_bone || skeleton->is_bone[i];
+  return is_bone;
+}
+
+static uint8_t *find_roles(tw_arena *arena, const tw_skeleton *skeleton, const bool *is_bone,
+                           uint32_t bones[TW_BONES]) {
+  if (skeleton->humanoid)
+    memcpy(bones, skeleton->humanoid, TW_BONES * sizeof *bones);
+  else
+    tw_bones_guess(skeleton->nodes, skeleton->order, skeleton->node_count, is_bone, bones);
+  uint8_t *roles = tw_arena_alloc_raw(arena, skeleton->node_count, sizeof *roles);
+  if (!roles) return NULL;
+  memset(roles, TW_BONES, skeleton->node_count);
+  for (uint32_t i = 0; i < TW_BONES; i++)
+    if (bones[i] != TW_NO_INDEX) roles[bones[i]] = (uint8_t)i;
+  return roles;
+}
+
+static void note_roles(const matching *m) {
+  for (uint32_t i = 0; i < m->job->target.node_count; i++) {
+    uint32_t source = m->match->source_of[i];
+    m->match->role[i] = m->target_role[i];
+    if (source != TW_NO_INDEX && m->match->role[i] == TW_BONES) m->match->role[i] = m->source_role[source];
+  }
+}
+
+/* ---- enough bones ---------------------------------------------------------------------------------------
+ */
+
+/* Adds names to a sentence as far as they fit. */
+static void add_names(char *text, size_t size, const char *before, const tw_skeleton *skeleton,
+                      const bool *wanted) {
+  enum { NAMES = 6 };
+  size_t used = strlen(text);
+  uint32_t count = 0;
+  for (uint32_t i = 0; i < skeleton->node_count; i++) {
+    const char *name = skeleton->nodes[i].name;
+    if (!wanted[i] || !name || strlen(name) > 40) continue;
+    bool fits = used + strlen(before) + strlen(name) + 8 < size;
+    if (count == NAMES || !fits) {
+      strcat(text, ", …");
+      return;
+    }
+    strcat(text, count == 0 ? before : ", ");
+    strcat(text, name);
+    used = strlen(text);
+    count++;
+  }
+}
+
+static tw_status refuse(const matching *m, uint32_t matched, uint32_t wanted, tw_error *error) {
+  char text[260];
+  bool *open_targets = tw_arena_alloc(m->arena, m->job->target.node_count, sizeof *open_targets);
+  bool *open_sources = tw_arena_alloc(m->arena, m->job->source.node_count, sizeof *open_sources);
+  if (!open_targets || !open_sources) return tw_fail(error, TW_NO_MEMORY, "no memory to match bones");
+  for (uint32_t i = 0; i < m->job->target.node_count; i++)
+    open_targets[i] = m->match->is_target_bone[i] && m->match->source_of[i] == TW_NO_INDEX;
+  for (uint32_t i = 0; i < m->job->source.node_count; i++)
+    open_sources[i] = m->is_moved[i] && !m->is_taken[i];
+  snprintf(text, sizeof text, "%u of %u bones match, fewer than half; map= names pairs", matched, wanted);
+  add_names(text, 160, "; the clip moves ", &m->job->source, open_sources);
+  add_names(text, sizeof text, "; the model has ", &m->job->target, open_targets);
+  return tw_fail(error, TW_UNSUPPORTED, "%s", text);
+}
+
+/* Compares the matched bones with those that the clip moves, or with the target's where these are fewer: a
+ * figure without fingers takes the clips of one that has some. */
+static tw_status check_enough(const matching *m, tw_error *error) {
+  const tw_retarget_job *job = m->job;
+  uint32_t moved = 0, matched = 0, targets = 0;
+  for (uint32_t i = 0; i < job->source.node_count; i++) moved += m->is_moved[i];
+  for (uint32_t i = 0; i < job->target.node_count; i++) {
+    uint32_t source = m->match->source_of[i];
+    targets += m->match->is_target_bone[i];
+    matched += source != TW_NO_INDEX && m->is_moved[source];
+  }
+  uint32_t wanted = moved < targets ? moved : targets;
+  return matched == 0 || 2 * (uint64_t)matched < wanted ? refuse(m, matched, wanted, error) : TW_OK;
+}
+
+static tw_status check_skeleton(const tw_skeleton *skeleton, const char *which, tw_error *error) {
+  for (uint32_t i = 0; i < skeleton->node_count; i++)
+    if (skeleton->nodes[i].parent != TW_NO_INDEX) return TW_OK;
+  return tw_fail(error, TW_UNSUPPORTED, "%s has no skeleton: no node hangs on another", which);
+}
+
+tw_status tw_bones_match(const tw_retarget_job *job, tw_arena *arena, tw_bone_match *out, tw_error *error) {
+  tw_status status = check_skeleton(&job->source, "the clip's model", error);
+  if (status == TW_OK) status = check_skeleton(&job->target, "the model", error);
+  if (status != TW_OK) return status;
+  uint32_t targets = job->target.node_count;
+  *out = (tw_bone_match){.source_of = tw_arena_alloc_raw(arena, targets, sizeof *out->source_of),
+                         .by = tw_arena_alloc(arena, targets, sizeof *out->by),
+                         .role = tw_arena_alloc(arena, targets, sizeof *out->role),
+                         .is_source_bone = find_bones(arena, &job->source),
+                         .is_target_bone = find_bones(arena, &job->target),
+                         .has_map = job->source.humanoid && job->target.humanoid};
+  matching m = {.job = job,
+                .arena = arena,
+                .match = out,
+                .is_moved = tw_arena_alloc(arena, job->source.node_count, sizeof *m.is_moved),
+                .is_taken = tw_arena_alloc(arena, job->source.node_count, sizeof *m.is_taken)};
+  if (out->is_source_bone)
+    m.source_role = find_roles(arena, &job->source, out->is_source_bone, m.source_bones);
+  if (out->is_target_bone)
+    m.target_role = find_roles(arena, &job->target, out->is_target_bone, m.target_bones);
+  if (!out->source_of || !out->by || !out->role || !m.is_moved || !m.is_taken || !m.source_role ||
+      !m.target_role)
+    return tw_fail(error, TW_NO_MEMORY, "no memory to match bones");
+  for (uint32_t i = 0; i < targets; i++) out->source_of[i] = TW_NO_INDEX;
+  for (uint32_t i = 0; i < job->keys->track_count; i++)
+    if (job->keys->tracks[i].path != TW_WEIGHTS) m.is_moved[job->keys->tracks[i].node] = true;
+  status = apply_map(&m, error);
+  if (status != TW_OK) return status;
+  if (out->has_map) match_roles(&m, TW_MATCH_HUMANOID);
+  if (!match_names(&m)) return tw_fail(error, TW_NO_MEMORY, "no memory to match bones");
+  match_roles(&m, TW_MATCH_USUAL);
+  note_roles(&m);
+  return check_enough(&m, error);
+}

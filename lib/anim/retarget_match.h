@@ -1,0 +1,25 @@
+/* Which bone of one skeleton is which of another. */
+#ifndef TWEEND_RETARGET_MATCH_H
+#define TWEEND_RETARGET_MATCH_H
+
+#include "tweend/retarget.h"
+
+/* The bones that usual names say, of nodes for which is_bone says true; TW_NO_INDEX where there is none.
+ * bones: [TW_BONES]. O(nodes). */
+void tw_bones_guess(const tw_node *nodes, const uint32_t *order, uint32_t node_count, const bool *is_bone,
+                    uint32_t bones[TW_BONES]);
+
+/* Arrays live in the arena that the match was made with. */
+typedef struct tw_bone_match {
+  uint32_t *source_of; /* [nodes of the target] or TW_NO_INDEX */
+  uint8_t *by;         /* [nodes of the target] tw_match */
+  uint8_t *role;       /* [nodes of the target] tw_bone by map or name, of the target or else the source;
+                          TW_BONES: unknown */
+  bool *is_source_bone, *is_target_bone; /* [nodes] */
+  bool has_map;                          /* both skeletons have humanoid maps */
+} tw_bone_match;
+
+/* Matches the bones of a job. TW_INVALID, TW_UNSUPPORTED, TW_NO_MEMORY as tw_retarget_run. */
+tw_status tw_bones_match(const tw_retarget_job *job, tw_arena *arena, tw_bone_match *out, tw_error *error);
+
+#endif

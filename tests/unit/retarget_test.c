@@ -1,0 +1,527 @@
+/* Clips carried over to other skeletons: invariants that hold whatever the rigs. */
+#include "biped.h"
+
+#include <stdlib.h>
+
+#include "test.h"
+
+static const double HEIGHT = 1.75;
+
+/* ---- carrying over and posing ----------------------------------------------------------------------------
+ */
+
+static tw_skeleton skeleton_of(const biped *b) {
+  return (tw_skeleton){.nodes = b->nodes, .order = b->order, .node_count = b->count};
+}
+
+static tw_retarget_job job_of(const biped *source, const biped *target) {
+  return (tw_retarget_job){.source = skeleton_of(source),
+                           .target = skeleton_of(target),
+                           .keys = &source->clip,
+                           .tolerance = {1e-4, 1e-5},
+                           .max_keys = 100000};
+}
+
+static tw_retargeted run_good(const tw_retarget_job *job, tw_arena *arena) {
+  tw_retargeted out;
+  tw_error error = {0};
+  tw_status status = tw_retarget_run(job, arena, &out, &error);
+  if (status != TW_OK) print_error("%s %s\n", error.pointer, error.detail);
+  assert_int_equal(status, TW_OK);
+  return out;
+}
+
+static void assert_refused(const tw_retarget_job *job, tw_status expected, const char *part) {
+  tw_arena *arena = tw_arena_create();
+  tw_retargeted out = {.scale = 7};
+  tw_error error = {0};
+  assert_int_equal(tw_retarget_run(job, arena, &out, &error), expected);
+  if (!strstr(error.detail, part)) print_error("%s\n", error.detail);
+  assert_non_null(strstr(error.detail, part));
+  assert_true(out.scale == 7);
+  tw_arena_destroy(arena);
+}
+
+typedef struct posed {
+  tw_trs locals[BIPED_MOST];
+  float world[BIPED_MOST][16];
+} posed;
+
+static posed pose_at(const biped *b, const tw_clip_keys *keys, float time) {
+  posed out;
+  tw_clip *clip = NULL;
+  tw_error error = {0};
+  tw_status status = tw_clip_create(keys, b->count, -1, &clip, &error);
+  if (status != TW_OK) print_error("%s %s\n", error.pointer, error.detail);
+  assert_int_equal(status, TW_OK);
+  tw_clip_pose(clip, b->nodes, b->count, time, out.locals);
+  tw_pose_locals(clip, b->nodes, b->count, out.locals, out.world[0]);
+  tw_pose_world(b->nodes, b->order, b->count, out.world[0], out.world[0]);
+  tw_clip_destroy(clip);
+  return out;
+}
+
+/* The farthest that a joint is from `scale` times its place in the other pose, turned about y. */
+static double distance_of(const biped *a, const posed *pose_a, const biped *b, const posed *pose_b,
+                          uint32_t joint, double scale, double turned) {
+  const float *from = &pose_a->world[a->at[joint]][12], *to = &pose_b->world[b->at[joint]][12];
+  const double wanted[3] = {scale * ((double)from[0] * cos(turned) + (double)from[2] * sin(turned)),
+                            scale * (double)from[1],
+                            scale * ((double)from[2] * cos(turned) - (double)from[0] * sin(turned))};
+  double sum = 0;
+  for (int i = 0; i < 3; i++) sum += ((double)to[i] - wanted[i]) * ((double)to[i] - wanted[i]);
+  return sqrt(sum);
+}
+
+static const float some_times[] = {0, 0.1f, 0.25f, 0.61f, 1.13f, 1.5f, 1.999f, 2};
+enum { TIMES = sizeof some_times / sizeof *some_times };
+
+static const uint32_t ends[] = {8, 9, 12, 13, 17, 22, 0, 5}; /* hands, feet, toes, hips, head */
+enum { ENDS = sizeof ends / sizeof *ends };
+
+/* The farthest that hands, feet and head are from where the source has them. */
+static double worst_end(const biped *source, const biped *target, const tw_clip_keys *carried, double scale,
+                        double turned) {
+  double worst = 0;
+  for (size_t t = 0; t < TIMES; t++) {
+    posed from = pose_at(source, &source->clip, some_times[t]), to = pose_at(target, carried, some_times[t]);
+    for (size_t i = 0; i < ENDS; i++)
+      worst = fmax(worst, distance_of(source, &from, target, &to, ends[i], scale, turned));
+  }
+  return worst;
+}
+
+/* The same for options of a target, with random clips. */
+static double worst_of(biped_options from, biped_options to, double most) {
+  static biped source, target;
+  double worst = 0;
+  for (uint32_t seed = 1; seed < 6; seed++) {
+    tw_arena *arena = tw_arena_create();
+    biped_make(&source, from);
+    biped_make(&target, to);
+    biped_animate(&source, most, seed);
+    tw_retarget_job job = job_of(&source, &target);
+    tw_retargeted out = run_good(&job, arena);
+    worst = fmax(worst, worst_end(&source, &target, &out.keys, target.scale / source.scale, to.turned));
+    tw_arena_destroy(arena);
+  }
+  return worst / HEIGHT;
+}
+
+/* ---- names ------------------------------------------------------------------------------------------------
+ */
+
+static const char *const mixamo[BIPED_JOINTS] = {
+    "mixamorig:Hips",           "mixamorig:Spine",         "mixamorig:Spine1",
+    "mixamorig:Spine2",         "mixamorig:Neck",          "mixamorig:Head",
+    "mixamorig:LeftUpLeg",      "mixamorig:LeftLeg",       "mixamorig:LeftFoot",
+    "mixamorig:LeftToeBase",    "mixamorig:RightUpLeg",    "mixamorig:RightLeg",
+    "mixamorig:RightFoot",      "mixamorig:RightToeBase",  "mixamorig:LeftShoulder",
+    "mixamorig:LeftArm",        "mixamorig:LeftForeArm",   "mixamorig:LeftHand",
+    "mixamorig:LeftHandIndex1", "mixamorig:RightShoulder", "mixamorig:RightArm",
+    "mixamorig:RightForeArm",   "mixamorig:RightHand",     "mixamorig:RightHandIndex1"};
+static const char *const numbered[BIPED_JOINTS] = {
+    "mixamorig9Hips",           "mixamorig9Spine",         "mixamorig9Spine1",
+    "mixamorig9Spine2",         "mixamorig9Neck",          "mixamorig9Head",
+    "mixamorig9LeftUpLeg",      "mixamorig9LeftLeg",       "mixamorig9LeftFoot",
+    "mixamorig9LeftToeBase",    "mixamorig9RightUpLeg",    "mixamorig9RightLeg",
+    "mixamorig9RightFoot",      "mixamorig9RightToeBase",  "mixamorig9LeftShoulder",
+    "mixamorig9LeftArm",        "mixamorig9LeftForeArm",   "mixamorig9LeftHand",
+    "mixamorig9LeftHandIndex1", "mixamorig9RightShoulder", "mixamorig9RightArm",
+    "mixamorig9RightForeArm",   "mixamorig9RightHand",     "mixamorig9RightHandIndex1"};
+static const char *const cmu[BIPED_JOINTS] = {
+    "Hips",           "LowerBack",     "Spine",        "Spine1",       "Neck",        "Head",
+    "LeftUpLeg",      "LeftLeg",       "LeftFoot",     "LeftToeBase",  "RightUpLeg",  "RightLeg",
+    "RightFoot",      "RightToeBase",  "LeftShoulder", "LeftArm",      "LeftForeArm", "LeftHand",
+    "LeftHandIndex1", "RightShoulder", "RightArm",     "RightForeArm", "RightHand",   "RightHandIndex1"};
+static const char *const asf[BIPED_JOINTS] = {
+    "root",    "lowerback", "upperback", "thorax",    "lowerneck", "head",    "lfemur",    "ltibia",
+    "lfoot",   "ltoes",     "rfemur",    "rtibia",    "rfoot",     "rtoes",   "lclavicle", "lhumerus",
+    "lradius", "lwrist",    "lindex",    "rclavicle", "rhumerus",  "rradius", "rwrist",    "rindex"};
+static const char *const anatomy[BIPED_JOINTS] = {
+    "Hips",       "Chest",       "Chest2",        "Chest3",       "Neck",       "Head",
+    "LeftHip",    "LeftKnee",    "LeftAnkle",     "LeftToe",      "RightHip",   "RightKnee",
+    "RightAnkle", "RightToe",    "LeftCollar",    "LeftShoulder", "LeftElbow",  "LeftWrist",
+    "LeftIndex",  "RightCollar", "RightShoulder", "RightElbow",   "RightWrist", "RightIndex"};
+static const char *const rigify[BIPED_JOINTS] = {
+    "DEF-spine",       "DEF-spine.001", "DEF-spine.002", "DEF-spine.003",    "DEF-spine.004",
+    "DEF-spine.006",   "DEF-thigh.L",   "DEF-shin.L",    "DEF-foot.L",       "DEF-toe.L",
+    "DEF-thigh.R",     "DEF-shin.R",    "DEF-foot.R",    "DEF-toe.R",        "DEF-shoulder.L",
+    "DEF-upper_arm.L", "DEF-forearm.L", "DEF-hand.L",    "DEF-f_index.01.L", "DEF-shoulder.R",
+    "DEF-upper_arm.R", "DEF-forearm.R", "DEF-hand.R",    "DEF-f_index.01.R"};
+static const char *const unreal[BIPED_JOINTS] = {
+    "pelvis",     "spine_01",   "spine_02",   "spine_03",   "neck_01",    "head",
+    "thigh_l",    "calf_l",     "foot_l",     "ball_l",     "thigh_r",    "calf_r",
+    "foot_r",     "ball_r",     "clavicle_l", "upperarm_l", "lowerarm_l", "hand_l",
+    "index_01_l", "clavicle_r", "upperarm_r", "lowerarm_r", "hand_r",     "index_01_r"};
+static const char *const makehuman[BIPED_JOINTS] = {
+    "root",         "spine05",      "spine03",      "spine01",      "neck01",       "head",
+    "upperleg01.L", "lowerleg01.L", "foot.L",       "toe.L",        "upperleg01.R", "lowerleg01.R",
+    "foot.R",       "toe.R",        "clavicle.L",   "upperarm01.L", "lowerarm01.L", "wrist.L",
+    "finger2-1.L",  "clavicle.R",   "upperarm01.R", "lowerarm01.R", "wrist.R",      "finger2-1.R"};
+static const char *const unity[BIPED_JOINTS] = {"Hips",
+                                                "Spine",
+                                                "Chest",
+                                                "UpperChest",
+                                                "Neck",
+                                                "Head",
+                                                "LeftUpperLeg",
+                                                "LeftLowerLeg",
+                                                "LeftFoot",
+                                                "LeftToes",
+                                                "RightUpperLeg",
+                                                "RightLowerLeg",
+                                                "RightFoot",
+                                                "RightToes",
+                                                "LeftShoulder",
+                                                "LeftUpperArm",
+                                                "LeftLowerArm",
+                                                "LeftHand",
+                                                "Left Index Proximal",
+                                                "RightShoulder",
+                                                "RightUpperArm",
+                                                "RightLowerArm",
+                                                "RightHand",
+                                                "Right Index Proximal"};
+static const char *const vroid[BIPED_JOINTS] = {
+    "J_Bip_C_Hips",     "J_Bip_C_Spine",    "J_Bip_C_Chest",    "J_Bip_C_UpperChest", "J_Bip_C_Neck",
+    "J_Bip_C_Head",     "J_Bip_L_UpperLeg", "J_Bip_L_LowerLeg", "J_Bip_L_Foot",       "J_Bip_L_ToeBase",
+    "J_Bip_R_UpperLeg", "J_Bip_R_LowerLeg", "J_Bip_R_Foot",     "J_Bip_R_ToeBase",    "J_Bip_L_Shoulder",
+    "J_Bip_L_UpperArm", "J_Bip_L_LowerArm", "J_Bip_L_Hand",     "J_Bip_L_Index1",     "J_Bip_R_Shoulder",
+    "J_Bip_R_UpperArm", "J_Bip_R_LowerArm", "J_Bip_R_Hand",     "J_Bip_R_Index1"};
+static const char *const max_biped[BIPED_JOINTS] = {
+    "Bip01 Pelvis",     "Bip01 Spine",     "Bip01 Spine1", "Bip01 Spine2",    "Bip01 Neck",
+    "Bip01 Head",       "Bip01 L Thigh",   "Bip01 L Calf", "Bip01 L Foot",    "Bip01 L Toe0",
+    "Bip01 R Thigh",    "Bip01 R Calf",    "Bip01 R Foot", "Bip01 R Toe0",    "Bip01 L Clavicle",
+    "Bip01 L UpperArm", "Bip01 L Forearm", "Bip01 L Hand", "Bip01 L Finger1", "Bip01 R Clavicle",
+    "Bip01 R UpperArm", "Bip01 R Forearm", "Bip01 R Hand", "Bip01 R Finger1"};
+static const char *const smpl[BIPED_JOINTS] = {
+    "Pelvis",  "Spine1",  "Spine2",   "Spine3",   "Neck",       "Head",    "L_Hip",    "L_Knee",
+    "L_Ankle", "L_Foot",  "R_Hip",    "R_Knee",   "R_Ankle",    "R_Foot",  "L_Collar", "L_Shoulder",
+    "L_Elbow", "L_Wrist", "L_Index1", "R_Collar", "R_Shoulder", "R_Elbow", "R_Wrist",  "R_Index1"};
+static const char *const daz[BIPED_JOINTS] = {
+    "hip",      "abdomen", "abdomen2", "chest",   "neck",   "head",     "lThigh",  "lShin",
+    "lFoot",    "lToe",    "rThigh",   "rShin",   "rFoot",  "rToe",     "lCollar", "lShldr",
+    "lForeArm", "lHand",   "lIndex1",  "rCollar", "rShldr", "rForeArm", "rHand",   "rIndex1"};
+static const char *const creator[BIPED_JOINTS] = {
+    "CC_Base_Hip",        "CC_Base_Waist",     "CC_Base_Spine01", "CC_Base_Spine02",   "CC_Base_NeckTwist01",
+    "CC_Base_Head",       "CC_Base_L_Thigh",   "CC_Base_L_Calf",  "CC_Base_L_Foot",    "CC_Base_L_ToeBase",
+    "CC_Base_R_Thigh",    "CC_Base_R_Calf",    "CC_Base_R_Foot",  "CC_Base_R_ToeBase", "CC_Base_L_Clavicle",
+    "CC_Base_L_Upperarm", "CC_Base_L_Forearm", "CC_Base_L_Hand",  "CC_Base_L_Index1",  "CC_Base_R_Clavicle",
+    "CC_Base_R_Upperarm", "CC_Base_R_Forearm", "CC_Base_R_Hand",  "CC_Base_R_Index1"};
+
+static const char *const *const families[] = {NULL,    mixamo,    numbered, cmu,       asf,
+                                              anatomy, rigify,    unreal,   makehuman, unity,
+                                              vroid,   max_biped, smpl,     daz,       creator};
+enum { FAMILIES = sizeof families / sizeof *families };
+
+TEST(every_family_of_names_matches_every_other_as_a_whole) {
+  static biped source, target;
+  for (size_t i = 0; i < FAMILIES; i++)
+    for (size_t j = 0; j < FAMILIES; j++) {
+      tw_arena *arena = tw_arena_create();
+      biped_make(&source, (biped_options){.names = families[i]});
+      biped_make(&target, (biped_options){.names = families[j]});
+      biped_animate(&source, 1, 3);
+      tw_retarget_job job = job_of(&source, &target);
+      tw_retargeted out = run_good(&job, arena);
+      if (out.bone_count != BIPED_JOINTS)
+        for (uint32_t k = 0; k < out.without_source_count; k++)
+          print_error("%zu on %zu: %s\n", i, j, target.nodes[out.without_source[k]].name);
+      assert_int_equal(out.bone_count, BIPED_JOINTS);
+      for (uint32_t k = 0; k < out.bone_count; k++) {
+        if (out.bones[k].source != out.bones[k].target)
+          print_error("%s is not %s\n", source.nodes[out.bones[k].source].name, target.nodes[k].name);
+        assert_int_equal(out.bones[k].source, out.bones[k].target);
+        if (i == j) assert_int_equal(out.bones[k].by, TW_MATCH_NAME);
+      }
+      assert_int_equal(out.without_source_count + out.without_target_count, 0);
+      tw_arena_destroy(arena);
+    }
+}
+
+/* ---- invariants -------------------------------------------------------------------------------------------
+ */
+
+TEST(on_itself_a_clip_stays_as_it_is) {
+  static biped b;
+  for (uint32_t seed = 0; seed < 4; seed++) {
+    tw_arena *arena = tw_arena_create();
+    biped_make(&b, (biped_options){.seed = seed, .has_twists = seed % 2, .arms_down = seed * 0.3});
+    biped_animate(&b, 2, seed + 10);
+    tw_retarget_job job = job_of(&b, &b);
+    tw_retargeted out = run_good(&job, arena);
+    assert_true(fabs(out.scale - 1) < 1e-12);
+    for (size_t t = 0; t < TIMES; t++) {
+      posed was = pose_at(&b, &b.clip, some_times[t]), is = pose_at(&b, &out.keys, some_times[t]);
+      for (uint32_t i = 0; i < b.count; i++) {
+        const float *p = (const float *)&was.locals[i], *q = (const float *)&is.locals[i];
+        float sign = p[0] * q[0] + p[1] * q[1] + p[2] * q[2] + p[3] * q[3] < 0 ? -1 : 1;
+        for (int k = 0; k < 10; k++) assert_float_equal(p[k], k < 4 ? sign * q[k] : q[k], 1e-6);
+      }
+    }
+    tw_arena_destroy(arena);
+  }
+}
+
+TEST(a_scaled_copy_moves_scaled) {
+  assert_true(worst_of((biped_options){0}, (biped_options){.scale = 2.5}, 1.5) < 1e-5);
+  assert_true(worst_of((biped_options){.scale = 100}, (biped_options){.names = unreal}, 1.5) < 1e-5);
+}
+
+TEST(other_names_and_rest_rotations_change_no_place) {
+  assert_true(worst_of((biped_options){.seed = 5}, (biped_options){.names = mixamo}, 2) < 1e-5);
+  assert_true(worst_of((biped_options){.names = cmu}, (biped_options){.seed = 6, .names = rigify}, 2) < 1e-5);
+}
+
+TEST(twist_bones_of_either_figure_move_hands_and_feet_to_the_same_places) {
+  assert_true(worst_of((biped_options){0}, (biped_options){.has_twists = true, .seed = 3}, 1.5) < 0.01);
+  assert_true(worst_of((biped_options){.names = mixamo, .has_twists = true},
+                       (biped_options){.names = unreal, .has_twists = true, .seed = 3}, 0.5) < 0.01);
+}
+
+TEST(fewer_and_more_spine_bones_move_hands_and_feet_to_about_the_same_places) {
+  for (uint32_t spines = 1; spines < 3; spines++) {
+    double fewer = worst_of((biped_options){0}, (biped_options){.spines = spines}, 0.4);
+    double more = worst_of((biped_options){.spines = spines}, (biped_options){0}, 0.5);
+    if (fewer > 0.01 || more > 0.01) print_error("%u: %g %g\n", spines, fewer, more);
+    assert_true(fewer < 0.01 && more < 0.01);
+  }
+}
+
+TEST(there_and_back_is_the_identity) {
+  static biped a, b;
+  static const biped_options others[] = {
+      {.names = mixamo, .seed = 4},
+      {.scale = 0.3, .arms_down = 0.8, .seed = 2},
+      {.turned = 3.14159265358979},
+      {.arms_down = 1.3, .names = makehuman, .scale = 7, .turned = -1.5707963267949}};
+  for (size_t i = 0; i < sizeof others / sizeof *others; i++) {
+    tw_arena *arena = tw_arena_create();
+    biped_make(&a, (biped_options){.seed = 9});
+    biped_make(&b, others[i]);
+    biped_animate(&a, 2, 77);
+    tw_retarget_job job = job_of(&a, &b);
+    tw_retargeted there = run_good(&job, arena);
+    tw_retarget_job home = job_of(&b, &a);
+    home.keys = &there.keys;
+    tw_retargeted back = run_good(&home, arena);
+    double worst = worst_end(&a, &a, &back.keys, 1, 0);
+    if (!(worst < 1e-4 * HEIGHT)) print_error("%zu: %g\n", i, worst);
+    assert_true(worst < 1e-4 * HEIGHT);
+    tw_arena_destroy(arena);
+  }
+}
+
+TEST(arms_that_rest_lower_point_where_the_source_points) {
+  static biped source, target;
+  biped_make(&source, (biped_options){.seed = 2});
+  biped_make(&target, (biped_options){.names = mixamo, .arms_down = 0.9, .seed = 8});
+  biped_animate(&source, 1.2, 5);
+  tw_arena *arena = tw_arena_create();
+  tw_retarget_job job = job_of(&source, &target);
+  tw_retargeted out = run_good(&job, arena);
+  for (uint32_t i = 0; i < out.bone_count; i++) {
+    bool is_arm = out.bones[i].target >= 15 && out.bones[i].target != 19;
+    assert_float_equal((float)out.bones[i].aligned, is_arm ? 0.9f : 0, 0.02f);
+  }
+  assert_true(worst_end(&source, &target, &out.keys, 1, 0) < 1e-5 * HEIGHT);
+  tw_arena_destroy(arena);
+}
+
+TEST(a_figure_that_faces_another_way_moves_as_it_faces) {
+  for (int quarter = 1; quarter < 4; quarter++)
+    assert_true(worst_of((biped_options){0}, (biped_options){.turned = quarter * 1.5707963267949}, 1) < 1e-5);
+}
+
+/* ---- tracks -----------------------------------------------------------------------------------------------
+ */
+
+TEST(keys_of_one_joint_are_carried_over_one_by_one) {
+  static biped source, target;
+  static float splines[BIPED_KEYS][3][4];
+  biped_make(&source, (biped_options){.seed = 2});
+  biped_make(&target, (biped_options){.names = mixamo, .seed = 8});
+  biped_animate(&source, 1.2, 5);
+  for (int k = 0; k < BIPED_KEYS; k++)
+    for (int i = 0; i < 4; i++) {
+      splines[k][0][i] = splines[k][2][i] = 0.3f * (float)((k + i) % 3 - 1);
+      splines[k][1][i] = source.turns[7][k][i];
+    }
+  source.tracks[7].interpolation = TW_CUBICSPLINE;
+  source.tracks[7].values = splines[0][0];
+  source.tracks[16].interpolation = TW_STEP;
+  tw_arena *arena = tw_arena_create();
+  tw_retarget_job job = job_of(&source, &target);
+  tw_retargeted out = run_good(&job, arena);
+  assert_int_equal(out.keys.track_count, source.clip.track_count);
+  for (uint32_t i = 0; i < out.keys.track_count; i++) {
+    const tw_track_keys *track = &out.keys.tracks[i];
+    assert_int_equal(track->key_count, BIPED_KEYS);
+    if (track->path != TW_ROTATION) continue;
+    assert_int_equal(track->interpolation, track->node == 7    ? TW_CUBICSPLINE
+                                           : track->node == 16 ? TW_STEP
+                                                               : TW_LINEAR);
+  }
+  assert_true(worst_end(&source, &target, &out.keys, 1, 0) < 1e-5 * HEIGHT);
+  tw_arena_destroy(arena);
+}
+
+TEST(angles_are_carried_over_within_the_tolerance) {
+  static biped source, target;
+  static double eulers[BIPED_KEYS][3];
+  biped_make(&source, (biped_options){0});
+  biped_make(&target, (biped_options){.names = mixamo, .seed = 8});
+  biped_animate(&source, 1.2, 5);
+  uint32_t seed = 3;
+  for (int k = 0; k < BIPED_KEYS; k++)
+    for (int i = 0; i < 3; i++) eulers[k][i] = 2 * biped_random(&seed) - 1;
+  for (uint32_t i = 14; i < 18; i++)
+    source.tracks[i] = (tw_track_keys){.node = source.tracks[i].node,
+                                       .path = TW_ROTATION,
+                                       .interpolation = i == 14 ? TW_LINEAR : TW_EULER,
+                                       .form = TW_KEY_EULER,
+                                       .order = TW_ZXY,
+                                       .width = 3,
+                                       .key_count = BIPED_KEYS,
+                                       .times = source.times,
+                                       .angles = eulers[0]};
+  tw_arena *arena = tw_arena_create();
+  tw_retarget_job job = job_of(&source, &target);
+  tw_retargeted out = run_good(&job, arena);
+  assert_true(worst_end(&source, &target, &out.keys, 1, 0) < 1e-3 * HEIGHT);
+  tw_arena_destroy(arena);
+}
+
+/* A node above the hips moves the figure: its target has no such node. */
+TEST(what_moves_above_the_hips_moves_them) {
+  static biped source, target;
+  static float moves[BIPED_KEYS][3], turns[BIPED_KEYS][4];
+  biped_make(&source, (biped_options){0});
+  biped_make(&target, (biped_options){.names = mixamo, .seed = 8, .scale = 2});
+  biped_animate(&source, 1.2, 5);
+  uint32_t root = source.count++, used = source.clip.track_count;
+  source.nodes[root] = (tw_node){.name = "walker",
+                                 .parent = TW_NO_INDEX,
+                                 .mesh = TW_NO_INDEX,
+                                 .skin = TW_NO_INDEX,
+                                 .rest = TW_TRS_IDENTITY};
+  source.nodes[0].parent = root;
+  tw_error error;
+  assert_int_equal(tw_nodes_order(source.nodes, source.count, source.order, &error), TW_OK);
+  for (int k = 0; k < BIPED_KEYS; k++) {
+    moves[k][0] = (float)k;
+    turns[k][1] = sinf(0.2f * (float)k);
+    turns[k][3] = cosf(0.2f * (float)k);
+  }
+  source.tracks[used] = source.tracks[used - 1];
+  source.tracks[used].node = root;
+  source.tracks[used++].values = moves[0];
+  source.tracks[used] = source.tracks[0];
+  source.tracks[used].node = root;
+  source.tracks[used++].values = turns[0];
+  source.clip.track_count = used;
+  tw_arena *arena = tw_arena_create();
+  tw_retarget_job job = job_of(&source, &target);
+  job.tolerance.distance = 1e-4;
+  tw_retargeted out = run_good(&job, arena);
+  assert_true(worst_end(&source, &target, &out.keys, 2, 0) < 1e-3 * HEIGHT);
+  tw_arena_destroy(arena);
+}
+
+/* Motion capture has its hips at the origin at rest, and their height in the frames. */
+TEST(hips_that_rest_at_the_origin_are_as_high_as_the_legs_are_long) {
+  static biped source, target;
+  biped_make(&source, (biped_options){.scale = 10});
+  biped_make(&target, (biped_options){.names = mixamo});
+  biped_animate(&source, 1, 5);
+  memset(source.nodes[0].rest.translation, 0, sizeof source.nodes[0].rest.translation);
+  tw_arena *arena = tw_arena_create();
+  tw_retarget_job job = job_of(&source, &target);
+  tw_retargeted out = run_good(&job, arena);
+  assert_true(fabs(out.scale - 0.1) < 1e-6);
+  assert_true(worst_end(&source, &target, &out.keys, 0.1, 0) < 0.011 * HEIGHT); /* the toes are 1 cm high */
+  tw_arena_destroy(arena);
+}
+
+/* ---- refusals ---------------------------------------------------------------------------------------------
+ */
+
+TEST(strangers_are_refused_with_names) {
+  static biped source, target;
+  static const char *odd[BIPED_JOINTS];
+  static char texts[BIPED_JOINTS][16];
+  for (int i = 0; i < BIPED_JOINTS; i++) {
+    snprintf(texts[i], sizeof texts[i], "part%c", 'A' + i);
+    odd[i] = texts[i];
+  }
+  biped_make(&source, (biped_options){.names = mixamo});
+  biped_make(&target, (biped_options){.names = odd});
+  biped_animate(&source, 1, 5);
+  tw_retarget_job job = job_of(&source, &target);
+  assert_refused(&job, TW_UNSUPPORTED, "0 of 24 bones match");
+  assert_refused(&job, TW_UNSUPPORTED, "mixamorig:Spine");
+  assert_refused(&job, TW_UNSUPPORTED, "partA");
+  tw_bone_pair map[12];
+  for (uint32_t i = 0; i < 12; i++) map[i] = (tw_bone_pair){2 * i, 2 * i};
+  job.map = map;
+  job.map_count = 11;
+  assert_refused(&job, TW_UNSUPPORTED, "11 of 24");
+  job.map_count = 12;
+  tw_arena *arena = tw_arena_create();
+  tw_retargeted out = run_good(&job, arena);
+  assert_int_equal(out.bone_count, 12);
+  for (uint32_t i = 0; i < 12; i++) assert_int_equal(out.bones[i].by, TW_MATCH_MAP);
+  tw_arena_destroy(arena);
+}
+
+TEST(bad_maps_and_bare_models_are_refused) {
+  static biped source, target;
+  biped_make(&source, (biped_options){0});
+  biped_make(&target, (biped_options){0});
+  biped_animate(&source, 1, 5);
+  tw_retarget_job job = job_of(&source, &target);
+  static const tw_bone_pair maps[][2] = {
+      {{0, 1}, {0, 2}}, {{0, 1}, {2, 1}}, {{0, 1}, {99, 3}}, {{0, 1}, {3, 99}}};
+  job.map_count = 2;
+  for (size_t i = 0; i < sizeof maps / sizeof *maps; i++) {
+    job.map = maps[i];
+    assert_refused(&job, TW_INVALID, "entry 1 of the map");
+  }
+  job.map_count = 0;
+  job.target.node_count = 1;
+  assert_refused(&job, TW_UNSUPPORTED, "the model has no skeleton");
+}
+
+TEST(a_map_may_leave_a_bone_out) {
+  static biped source, target;
+  biped_make(&source, (biped_options){0});
+  biped_make(&target, (biped_options){.names = mixamo});
+  biped_animate(&source, 1, 5);
+  tw_retarget_job job = job_of(&source, &target);
+  const tw_bone_pair map[] = {{5, TW_NO_INDEX}, {17, 22}, {22, 17}};
+  job.map = map;
+  job.map_count = 3;
+  tw_arena *arena = tw_arena_create();
+  tw_retargeted out = run_good(&job, arena);
+  assert_int_equal(out.bone_count, BIPED_JOINTS - 1);
+  assert_int_equal(out.without_target_count, 1);
+  assert_int_equal(out.without_target[0], 5);
+  assert_int_equal(out.without_source_count, 1);
+  assert_int_equal(out.without_source[0], 5);
+  tw_arena_destroy(arena);
+}
+
+TEST(a_name_that_means_two_bones_does_not_match_itself) {
+  static biped source, target;
+  biped_make(&source, (biped_options){.names = anatomy});
+  biped_make(&target, (biped_options){.names = cmu});
+  biped_animate(&source, 1, 5);
+  tw_arena *arena = tw_arena_create();
+  tw_retarget_job job = job_of(&source, &target);
+  tw_retargeted out = run_good(&job, arena);
+  for (uint32_t i = 0; i < out.bone_count; i++)
+    if (strcmp(target.nodes[out.bones[i].target].name, "LeftShoulder") == 0)
+      assert_string_equal(source.nodes[out.bones[i].source].name, "LeftCollar");
+  tw_arena_destroy(arena);
+}
