@@ -40,6 +40,7 @@ plant() {
 @test "lib must not hold C++ outside lib/format/gltf" { plant lib/mesh/planted.cpp ''; }
 @test "lib's rooms include downward only" { plant lib/mesh/planted.c '#include "crease.h"'; }
 @test "lib's animation knows no subdivision" { plant lib/anim/clip.c '#include "crease.h"'; }
+@test "lib's evaluators know no surface" { plant lib/eval/planted.c '#include "surface.h"'; }
 @test "units must not include each other in a circle" {
   copy
   for folder in lib/mesh api/http server; do
@@ -91,7 +92,7 @@ plant() {
 @test "calls go downward, and in no circle" {
   built=${TWEEND_BUILD:-$root/build}
   [ -f "$built/libtweend.a" ] || skip "not built"
-  run "$root/tests/layers/calls" "$built"/CMakeFiles/tweend{,_lib,_gltf,_api,_server}.dir
+  run "$root/tests/layers/calls" --tree="$root" "$built"/CMakeFiles/tweend{,_lib,_gltf,_api,_server}.dir
   echo "$output"
   [ "$status" -eq 0 ]
 }

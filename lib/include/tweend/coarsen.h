@@ -34,7 +34,7 @@ typedef struct tw_coarsened {
  * Normals, and details modelled onto levels of the mesh, are dropped. Arrays of the result live in the arena,
  * or are the mesh's.
  * parallel: asked whether the result is still wanted; or NULL. O(corners) for each step besides the solving,
- * see subdiv/mask_inverse.h.
+ * see sculpt/mask_inverse.h.
  * TW_INVALID: the mesh is no refinement (the error names a face of the piece that is none); an option that
  * has no way back; a solved cage that tw_mesh_check refuses, as its points are too far away. TW_LIMIT,
  * TW_CANCELLED, TW_NO_MEMORY. */

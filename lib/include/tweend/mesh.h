@@ -88,7 +88,7 @@ typedef struct tw_skin_weights {
 typedef struct tw_detail {
   uint32_t level; /* from 1 */
   /* All vertices of the level as stepwise refinement makes them, those of holes included, numbered as in
-   * lib/subdiv/catmull_clark.h or loop.h. */
+   * lib/refine/catmull_clark.h or loop.h. */
   uint32_t vertex_count;
   const float *offsets; /* [vertex_count][3] */
 } tw_detail;

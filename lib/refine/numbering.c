@@ -1,10 +1,12 @@
 /* Numbers the rows of corners and edges, from which arithmetic finds the row of any point of the answer. */
+#include "numbering.h"
+
 #include <stdlib.h>
 #include <string.h>
 
+#include "crease.h"
 #include "limit.h"
 #include "sorted.h"
-#include "surface.h"
 #include "union_find.h"
 
 static tw_status allocate(const tw_topology *base, tw_arena *arena, uint32_t corners_max, uint32_t edges_max,

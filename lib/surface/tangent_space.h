@@ -25,14 +25,7 @@ typedef struct tw_slope_source {
 void tw_patch_slopes(const tw_slope_source *source, uint32_t quad, tw_patch_rect rect, double *scratch,
                      float *out);
 
-/* Finds how the derivatives at a corner follow from its mask, along its two sides, which are directions that
- * all fields share: towards the next corner frame[0][0] tangent1 + frame[0][1] tangent2, towards the previous
- * one by frame[1]. True: the mask is the limit mask. False: it is `sides`, of the differences along the
- * sides. Masks apply to differences from the corner's own value. */
-bool tw_slope_frame(const tw_topology *topology, bool linear, uint32_t corner, float frame[2][2],
-                    tw_limit_entry sides[2]);
-
-/* Computes these derivatives. out: [TW_DERIVATIVE_WIDTH]. */
+/* Computes the derivatives at a corner along its two sides (tw_slope_frame). out: [TW_DERIVATIVE_WIDTH]. */
 void tw_corner_slopes(const tw_slope_source *source, uint32_t corner, tw_last_mask *last, float *out);
 
 /* Whether a face is mirrored in its UV set: wound clockwise, v up. A face without area in UV space is not.

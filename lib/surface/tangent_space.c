@@ -18,16 +18,6 @@ void tw_patch_slopes(const tw_slope_source *source, uint32_t quad, tw_patch_rect
   tw_patch_evaluate(source->patches, quad, &job, rect);
 }
 
-bool tw_slope_frame(const tw_topology *topology, bool linear, uint32_t corner, float frame[2][2],
-                    tw_limit_entry sides[2]) {
-  if (tw_limit_frame(topology, linear, corner, frame)) return true;
-  frame[0][0] = frame[1][1] = 1;
-  frame[0][1] = frame[1][0] = 0;
-  sides[0] = (tw_limit_entry){topology->corner_vertex[tw_corner_next(topology, corner)], 0, 1, 0};
-  sides[1] = (tw_limit_entry){topology->corner_vertex[tw_corner_previous(topology, corner)], 0, 0, 1};
-  return false;
-}
-
 void tw_corner_slopes(const tw_slope_source *source, uint32_t corner, tw_last_mask *last, float *out) {
   tw_limit_entry sides[2];
   float frame[2][2];

@@ -46,4 +46,11 @@ uint32_t tw_limit_mask_after(tw_last_mask *last, const tw_topology *topology, bo
  * Returns false where the differences along the sides are themselves the derivatives. */
 bool tw_limit_frame(const tw_topology *topology, bool linear, uint32_t corner, float frame[2][2]);
 
+/* Finds how the derivatives at a corner follow from its mask, along its two sides, which are directions that
+ * all fields share: towards the next corner frame[0][0] tangent1 + frame[0][1] tangent2, towards the previous
+ * one by frame[1]. True: the mask is the limit mask. False: it is `sides`, of the differences along the
+ * sides. Masks apply to differences from the corner's own value. */
+bool tw_slope_frame(const tw_topology *topology, bool linear, uint32_t corner, float frame[2][2],
+                    tw_limit_entry sides[2]);
+
 #endif

@@ -2,6 +2,7 @@
  * vertices except positions. surface_positions.c takes the same steps for positions. */
 #include <string.h>
 
+#include "face_varying.h"
 #include "open_border.h"
 #include "refine.h"
 #include "surface_plan.h"

@@ -8,6 +8,7 @@
 
 #include "cage.h"
 #include "coarse_details.h"
+#include "face_varying.h"
 #include "mask_inverse.h"
 #include "sorted.h"
 #include "surface.h"

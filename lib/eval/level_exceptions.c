@@ -10,9 +10,8 @@
 #include <string.h>
 
 #include "irregular_levels.h"
+#include "numbering.h"
 #include "refine.h"
-#include "surface.h"
-#include "tangent_space.h"
 
 enum { FIELDS_MAX = TW_FIELDS_MAX };
 

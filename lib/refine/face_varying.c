@@ -1,12 +1,14 @@
 /* Face-varying connectivity: a UV set, or another set of values at corners, is a mesh of its own, in which
  * every seam is a border. It subdivides by the same rules as the points, once the vertices that OpenSubdiv's
  * interpolation rules fix ("pin") are made sharp. */
+#include "face_varying.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "crease.h"
 #include "sorted.h"
-#include "surface.h"
 
 typedef struct placed_value {
   uint32_t value, corner;
