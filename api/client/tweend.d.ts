@@ -175,7 +175,7 @@ export interface PlayerSettings {
   playing?: boolean;
 }
 
-export interface PlayOptions extends PlayerSettings, Pick<PoseOptions, 'clip' | 'nodes' | 'interpolation'>, Abortable {
+export interface PlayOptions extends PlayerSettings, Pick<PoseOptions, 'clip' | 'nodes' | 'interpolation' | 'retarget' | 'map'>, Abortable {
   /** Poses fetched per second of the clip, default 60; the player interpolates between them by slerp and linearly. */
   fps?: number;
 }
@@ -364,6 +364,11 @@ export interface Model {
       matrix?: number[];
     };
   }[];
+  /** Of VRM and VRMA files (`VRMC_vrm`, `VRM`, `VRMC_vrm_animation`): the node of each bone, by VRM 1.0's names
+   * (`hips`, `leftUpperLeg`, …), by which VRM 0.x's thumbs go too. Absent in other files. */
+  humanoid?: {
+    [key: string]: string;
+  };
   skins: {
     name: string | null;
     skeleton: string | null;
@@ -438,7 +443,8 @@ export interface Poses {
   order?: string;
   /** With as=euler and as=axis-angle. */
   unit?: string;
-  /** Nodes of a borrowed clip that are missing in the model. */
+  /** Nodes of a borrowed clip that are missing in the model, and bones of one that was carried over without
+   * counterpart. */
   warnings?: string[];
   nodes: string[];
   /** With skinning=true. */
@@ -452,7 +458,11 @@ export interface Poses {
   poses: Pose[];
 }
 export interface Times {
-  times: number[];
+  times?: number[];
+  /** As the parameter `map`. With it `times` may be left out, or be in the query. */
+  map?: {
+    [key: string]: string | null;
+  };
 }
 /**
  * XYZ: R = Rx Ry Rz (intrinsic). Default: `XYZ`.
@@ -582,6 +592,28 @@ export interface Tracks {
     times: number[];
   }[];
   report: ClipReport;
+  retarget?: Retarget;
+}
+/** How a clip was carried over; with `retarget=auto` of a borrowed clip only. */
+export interface Retarget {
+  bones: {
+    /** The node of the clip's model. */
+    source: string;
+    /** The node of this model. */
+    target: string;
+    /**
+     * What matched them: the map, humanoid maps, equal names, usual names.
+     */
+    by: "map" | "humanoid" | "name" | "usual";
+    /** Degrees by which the model's rest pose was turned to point where the clip's model points. */
+    aligned: number;
+  }[];
+  /** By which the hips' way is longer here. */
+  scale: number;
+  /** Bones that the clip moves and nothing here follows. */
+  without_target: string[];
+  /** Bones of this model that keep their rest pose. */
+  without_source: string[];
 }
 /** The clip as a whole. Lengths in the model's unit, times in seconds. Motion is followed at 60 frames a second. */
 export interface ClipReport {
@@ -1107,6 +1139,25 @@ export interface SurfaceOptions {
   /** Times in seconds, separated by commas. */
   at?: string | number | number[];
   /**
+   * Of borrowed clips. `none`: matched by the names of nodes, values as they are. `auto`: carried over to this
+   * model's skeleton. Bones are matched by `map`, then by humanoid maps (VRM), equal names, and the names that
+   * usual rigs have (Mixamo, CMU and other BVH, Rigify and Blender, Unreal's mannequin, MakeHuman, Ready Player Me,
+   * Unity, VRoid, Biped, SMPL, DAZ, Character Creator). Rotations go over relative to each rest pose; limbs that
+   * rest otherwise are aligned from joint to joint, so that the hand points where the source's points; bones in
+   * between share the motion, or are taken into it; hips move by the ratio of leg lengths, and between humanoid
+   * maps by that of hip heights. Bones that the clip moves and that have no counterpart are a warning, by name. 422
+   * where fewer than half of the bones match, of those that the clip moves or of the model's where these are fewer,
+   * and without a skeleton. Own clips stay as they are.
+   * @default none
+   */
+  retarget?: "none" | "auto";
+  /** With `retarget=auto`: a JSON object of pairs of bones, `{"source node": "target node"}`, that count before all
+   * others; null for a bone of the source that shall move nothing. At most 1,024 pairs. An unknown name, or a
+   * target named twice, is 422. */
+  map?: string | {
+    [key: string]: string | null;
+  };
+  /**
    * First of evenly spaced times in seconds; needs `fps`.
    * @default 0
    */
@@ -1191,6 +1242,25 @@ export interface PoseOptions {
    * node, the later one in the list wins. `none` is the rest pose. A value that equals a clip's whole name, even
    * with commas or `none`, means that clip. */
   clip?: string;
+  /**
+   * Of borrowed clips. `none`: matched by the names of nodes, values as they are. `auto`: carried over to this
+   * model's skeleton. Bones are matched by `map`, then by humanoid maps (VRM), equal names, and the names that
+   * usual rigs have (Mixamo, CMU and other BVH, Rigify and Blender, Unreal's mannequin, MakeHuman, Ready Player Me,
+   * Unity, VRoid, Biped, SMPL, DAZ, Character Creator). Rotations go over relative to each rest pose; limbs that
+   * rest otherwise are aligned from joint to joint, so that the hand points where the source's points; bones in
+   * between share the motion, or are taken into it; hips move by the ratio of leg lengths, and between humanoid
+   * maps by that of hip heights. Bones that the clip moves and that have no counterpart are a warning, by name. 422
+   * where fewer than half of the bones match, of those that the clip moves or of the model's where these are fewer,
+   * and without a skeleton. Own clips stay as they are.
+   * @default none
+   */
+  retarget?: "none" | "auto";
+  /** With `retarget=auto`: a JSON object of pairs of bones, `{"source node": "target node"}`, that count before all
+   * others; null for a bone of the source that shall move nothing. At most 1,024 pairs. An unknown name, or a
+   * target named twice, is 422. */
+  map?: string | {
+    [key: string]: string | null;
+  };
   /** Times in seconds, separated by commas, in any order. Without `at` and `fps`: 0. */
   at?: string | number | number[];
   /**
@@ -1257,6 +1327,25 @@ export interface LiveOptions {
    */
   speed?: number;
   /**
+   * Of borrowed clips. `none`: matched by the names of nodes, values as they are. `auto`: carried over to this
+   * model's skeleton. Bones are matched by `map`, then by humanoid maps (VRM), equal names, and the names that
+   * usual rigs have (Mixamo, CMU and other BVH, Rigify and Blender, Unreal's mannequin, MakeHuman, Ready Player Me,
+   * Unity, VRoid, Biped, SMPL, DAZ, Character Creator). Rotations go over relative to each rest pose; limbs that
+   * rest otherwise are aligned from joint to joint, so that the hand points where the source's points; bones in
+   * between share the motion, or are taken into it; hips move by the ratio of leg lengths, and between humanoid
+   * maps by that of hip heights. Bones that the clip moves and that have no counterpart are a warning, by name. 422
+   * where fewer than half of the bones match, of those that the clip moves or of the model's where these are fewer,
+   * and without a skeleton. Own clips stay as they are.
+   * @default none
+   */
+  retarget?: "none" | "auto";
+  /** With `retarget=auto`: a JSON object of pairs of bones, `{"source node": "target node"}`, that count before all
+   * others; null for a bone of the source that shall move nothing. At most 1,024 pairs. An unknown name, or a
+   * target named twice, is 422. */
+  map?: string | {
+    [key: string]: string | null;
+  };
+  /**
    * Frames a second.
    * @default 30
    */
@@ -1313,9 +1402,29 @@ export interface LiveOptions {
   skinning?: boolean;
 }
 export interface TracksOptions {
-  /** The name of one of the model's own clips, default the first. */
+  /** The name of one of the model's own clips, default the first; with `retarget=auto` also `{model id}/{name}`, a
+   * clip of another stored model as it is carried over to this one. */
   clip?: string;
   /** Names of the nodes that are feet, separated by commas; a name that several nodes have means all of them.
-   * Default: nodes with `foot` in their names, else those with `ankle`. */
+   * Default: those of the humanoid map; without one, nodes with `foot` in their names, else those with `ankle`. */
   feet?: string | string[];
+  /**
+   * Of borrowed clips. `none`: matched by the names of nodes, values as they are. `auto`: carried over to this
+   * model's skeleton. Bones are matched by `map`, then by humanoid maps (VRM), equal names, and the names that
+   * usual rigs have (Mixamo, CMU and other BVH, Rigify and Blender, Unreal's mannequin, MakeHuman, Ready Player Me,
+   * Unity, VRoid, Biped, SMPL, DAZ, Character Creator). Rotations go over relative to each rest pose; limbs that
+   * rest otherwise are aligned from joint to joint, so that the hand points where the source's points; bones in
+   * between share the motion, or are taken into it; hips move by the ratio of leg lengths, and between humanoid
+   * maps by that of hip heights. Bones that the clip moves and that have no counterpart are a warning, by name. 422
+   * where fewer than half of the bones match, of those that the clip moves or of the model's where these are fewer,
+   * and without a skeleton. Own clips stay as they are.
+   * @default none
+   */
+  retarget?: "none" | "auto";
+  /** With `retarget=auto`: a JSON object of pairs of bones, `{"source node": "target node"}`, that count before all
+   * others; null for a bone of the source that shall move nothing. At most 1,024 pairs. An unknown name, or a
+   * target named twice, is 422. */
+  map?: string | {
+    [key: string]: string | null;
+  };
 }

@@ -31,9 +31,12 @@ function idOf(model) {
   return encodeURIComponent(id);
 }
 
-/** The options as "?level=2&at=0,1", without those that are undefined. */
+/** The options as "?level=2&at=0,1", without those that are undefined. What is no list of values is JSON. */
 function queryOf(options = {}) {
-  const list = (value) => (typeof value === 'object' ? Array.from(value, encodeURIComponent).join() : encodeURIComponent(value));
+  const list = (value) => {
+    if (typeof value !== 'object') return encodeURIComponent(value);
+    return value?.[Symbol.iterator] ? Array.from(value, encodeURIComponent).join() : encodeURIComponent(JSON.stringify(value));
+  };
   const pairs = Object.entries(options).filter(([, value]) => value !== undefined);
   return pairs.length > 0 ? `?${pairs.map(([name, value]) => `${name}=${list(value)}`).join('&')}` : '';
 }
@@ -192,13 +195,15 @@ export class Tweend {
     return this.url(`v1/models/${idOf(model)}/pose.${form}${queryOf(options)}`);
   }
 
-  /** Requests poses; sends the times in a body where the URL would become too long. */
-  #askPoses(model, { at, ...options }, form, init) {
-    const url = this.poseUrl(model, { at, ...options }, form);
-    if (url.length < 4000 || typeof at !== 'object') return this.request(url, init);
+  /** Requests poses; sends the times and the map in a body where the URL would become too long. */
+  #askPoses(model, { at, map, ...options }, form, init) {
+    const url = this.poseUrl(model, { at, map, ...options }, form);
+    const [hasTimes, hasMap] = [at, map].map((value) => typeof value === 'object');
+    if (url.length < 4000 || !(hasTimes || hasMap)) return this.request(url, init);
     const headers = { 'Content-Type': 'application/json' };
-    const body = JSON.stringify({ times: Array.from(at) });
-    return this.request(this.poseUrl(model, options, form), { ...init, method: 'POST', headers, body });
+    const body = JSON.stringify({ ...(hasTimes && { times: Array.from(at) }), ...(hasMap && { map }) });
+    const rest = { ...options, ...(!hasTimes && { at }), ...(!hasMap && { map }) };
+    return this.request(this.poseUrl(model, rest, form), { ...init, method: 'POST', headers, body });
   }
 
   async pose(model, options = {}, init) {
@@ -223,8 +228,8 @@ export class Tweend {
 
   // ---- players ----
 
-  async play(model, objects, { clip, nodes, interpolation, fps = 60, signal, ...settings } = {}) {
-    const which = { clip, nodes, interpolation };
+  async play(model, objects, { clip, nodes, interpolation, retarget, map, fps = 60, signal, ...settings } = {}) {
+    const which = { clip, nodes, interpolation, retarget, map };
     const { duration } = await this.pose(model, { ...which, at: 0 }, { signal });
     // Rounds the steps up so that the last one is the clip's end.
     const times = duration > 0 ? { from: 0, to: duration, fps: Math.ceil(duration * fps) / duration } : { at: 0 };

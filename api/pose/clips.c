@@ -1,4 +1,5 @@
-/* Clips: the model's own, or another model's, mapped to its nodes by name; several merged into one. */
+/* Clips: the model's own, or another model's, mapped to its nodes by name or carried over to its skeleton;
+ * several merged into one. */
 #include "clips.h"
 
 #include "models.h"
@@ -123,7 +124,7 @@ static api_outcome find_chosen(api_call *call, const tw_model *model, const char
   api_clip_choice *whole = tw_arena_alloc(call->arena, 1, sizeof *whole);
   if (!whole) return api_fail_without_memory(call);
   api_outcome outcome = find_named(call, model, text, strlen(text), whole);
-  *out = (api_clip_choices){1, whole};
+  *out = (api_clip_choices){.count = 1, .list = whole};
   if (outcome != API_CONTINUE) return outcome;
   if (strcmp(text, "none") != 0) return find_listed(call, model, text, out);
   *out = (api_clip_choices){0};
@@ -138,8 +139,14 @@ static void normalise_choices(api_clip_choices *choices) {
   if (i == choices->count) choices->list = NULL;
 }
 
+static bool has_borrowed(const api_clip_choices *choices) {
+  for (uint32_t i = 0; choices->list && i < choices->count; i++)
+    if (choices->list[i].lender[0]) return true;
+  return false;
+}
+
 api_outcome api_clips_choose(api_call *call, const tw_model *model, const char *text, uint32_t otherwise,
-                             api_clip_choices *out) {
+                             const api_retarget *retarget, api_clip_choices *out) {
   if (!text) {
     *out = (api_clip_choices){.count = otherwise < model->clip_count ? otherwise : model->clip_count};
     return API_DONE;
@@ -148,6 +155,7 @@ api_outcome api_clips_choose(api_call *call, const tw_model *model, const char *
   if (outcome != API_DONE) return outcome;
   call->fault = (api_fault){0}; /* drops the faults of names that were only tried */
   if (out->list) normalise_choices(out);
+  if (has_borrowed(out)) out->retarget = *retarget;
   return API_DONE;
 }
 
@@ -166,6 +174,7 @@ void api_clips_print(const api_clip_choices *choices, tw_text *text) {
     tw_text_count(text, choices->list[i].index);
     tw_text_add(text, ",");
   }
+  api_retarget_print(&choices->retarget, text);
 }
 
 /* ---- compiling --------------------------------------------------------------------------------- */
@@ -252,6 +261,7 @@ static bool carry_over(api_clip *clip, const tw_model *model, const tw_model *le
 }
 
 typedef struct clip_source {
+  uint64_t max_keys; /* of a track that is carried over */
   const tw_model *model;
   const api_clip_choices *choices;
   api_entry *const *lenders; /* [choices->count] models; NULL for the model's own clip */
@@ -300,16 +310,61 @@ static bool note_loose(api_clip *clip, const tw_clip_keys *keys) {
   return true;
 }
 
-/* The keys of each chosen clip, mapped to the model. NULL without memory. */
-static tw_clip_keys *gather_keys(const clip_source *source, api_clip *clip) {
+/* Adds the morph weights, which go by the names of nodes, to the tracks of a clip that is carried over. */
+static bool add_weights(api_clip *clip, const tw_model *model, const tw_model *lender, uint32_t index,
+                        tw_clip_keys *keys) {
+  const tw_clip_keys *source = &lender->clips[index];
+  size_t count = (size_t)keys->track_count + source->track_count;
+  tw_track_keys *tracks = tw_arena_alloc(clip->arena, count, sizeof *tracks);
+  if (!tracks) return false;
+  if (keys->track_count) memcpy(tracks, keys->tracks, keys->track_count * sizeof *tracks);
+  keys->tracks = tracks;
+  for (uint32_t i = 0; i < source->track_count; i++) {
+    const tw_track_keys *track = &source->tracks[i];
+    char buffer[24];
+    if (track->path != TW_WEIGHTS) continue;
+    const char *name = tw_model_node_name(lender, track->node, buffer);
+    uint32_t node = tw_model_find_node(model, name, strlen(name));
+    uint32_t mesh = node == TW_NO_INDEX ? TW_NO_INDEX : model->nodes[node].mesh;
+    if (mesh == TW_NO_INDEX || model->meshes[mesh].morph_count != track->width) continue;
+    if (!copy_track(clip->arena, track, node, &tracks[keys->track_count++])) return false;
+  }
+  return true;
+}
+
+/* Carries a clip of the lender over to the model's skeleton. */
+static bool retarget(const clip_source *source, const tw_model *lender, uint32_t index, api_clip *clip,
+                     tw_clip_keys *out, api_fault *fault) {
+  api_carried carried;
+  if (!api_clip_retarget(lender, index, source->model, &source->choices->retarget, source->max_keys,
+                         clip->arena, &carried, fault))
+    return false;
+  const char *name = lender->clips[index].name;
+  *out = carried.keys;
+  out->name = name ? tw_arena_text(clip->arena, name, strlen(name)) : NULL;
+  bool is_whole = (out->name || !name) && add_weights(clip, source->model, lender, index, out) &&
+                  grow_warnings(clip, carried.warning_count);
+  for (uint32_t i = 0; is_whole && i < carried.warning_count; i++)
+    clip->warnings[clip->warning_count++] = carried.warnings[i];
+  clip->retarget = carried.report;
+  return is_whole || api_fault_without_memory(fault);
+}
+
+/* The keys of each chosen clip, mapped to the model. NULL: the fault says why, or memory is missing. */
+static tw_clip_keys *gather_keys(const clip_source *source, api_clip *clip, api_fault *fault) {
   tw_clip_keys *keys = tw_arena_alloc(clip->arena, source->choices->count, sizeof *keys);
   for (uint32_t i = 0; keys && i < source->choices->count; i++) {
     uint32_t index = api_clips_get(source->choices, i).index;
     if (!note_loose(clip, &lender_of(source, i)->clips[index])) return NULL;
-    if (!source->lenders[i])
+    if (!source->lenders[i]) {
       keys[i] = source->model->clips[index];
-    else if (!carry_over(clip, source->model, lender_of(source, i), index, &keys[i]))
+      continue;
+    }
+    if (source->choices->retarget.is_auto) {
+      if (!retarget(source, lender_of(source, i), index, clip, &keys[i], fault)) return NULL;
+    } else if (!carry_over(clip, source->model, lender_of(source, i), index, &keys[i])) {
       return NULL;
+    }
   }
   return keys;
 }
@@ -346,7 +401,8 @@ static double find_duration(const clip_source *source, const tw_clip *compiled) 
 static bool fill_clip(const clip_source *source, api_clip *clip, api_fault *fault) {
   clip->name = join_names(source, clip->arena);
   clip->node_names = keep_node_names(source->model, clip->arena);
-  const tw_clip_keys *keys = gather_keys(source, clip);
+  const tw_clip_keys *keys = gather_keys(source, clip, fault);
+  if (!keys && fault->status != 0) return false;
   if (!clip->name || !clip->node_names || !keys) return api_fault_without_memory(fault);
   /* The model's own keys are not referred to: the cache may drop the model before the clip. */
   if (source->choices->count == 1 && source->lenders[0]) clip->carried = keys;
@@ -394,7 +450,11 @@ api_outcome api_clip_take(api_call *call, const tw_model *model, bool is_stored,
   const char *key = make_key(call, choices, force);
   api_entry **lenders = tw_arena_alloc(call->arena, choices->count, sizeof *lenders);
   if (!key || !lenders) return api_fail_without_memory(call);
-  clip_source source = {model, choices, lenders, force};
+  clip_source source = {.model = model,
+                        .choices = choices,
+                        .lenders = lenders,
+                        .force = force,
+                        .max_keys = call->service->limits.max_times};
   api_outcome outcome = take_lenders(call, choices, lenders);
   if (outcome == API_DONE) outcome = api_call_take(call, is_stored ? key : NULL, build_clip, &source, out);
   for (uint32_t i = 0; i < choices->count; i++) api_entry_release(lenders[i]);

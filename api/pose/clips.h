@@ -4,6 +4,7 @@
 
 #include "cache.h"
 #include "call.h"
+#include "retargeting.h"
 #include "tweend/model.h"
 
 /* A clip of a request, before it is compiled. */
@@ -16,15 +17,16 @@ typedef struct api_clip_choice {
 typedef struct api_clip_choices {
   uint32_t count;
   const api_clip_choice *list; /* [count], all different; NULL: the model's own first `count` clips */
+  api_retarget retarget;       /* of borrowed clips; zeroed where none is borrowed */
 } api_clip_choices;
 
 /* Finds the clips that `text` names: one name ("{model id}/{name}" borrows a clip), several names separated
  * by commas, or "none"; the name of a clip takes precedence over these meanings. NULL: the model's own first
  * `otherwise` clips, or all if there are fewer. 404 for an unknown name, 400 for a repeated one or more than
  * 256; API_NEEDS_THREAD in a light call when the search is long; a light call stalls where a lender is not
- * cached. */
+ * cached. retarget: how borrowed clips are carried over. */
 api_outcome api_clips_choose(api_call *call, const tw_model *model, const char *text, uint32_t otherwise,
-                             api_clip_choices *out);
+                             const api_retarget *retarget, api_clip_choices *out);
 
 api_clip_choice api_clips_get(const api_clip_choices *choices, uint32_t i);
 
@@ -37,9 +39,10 @@ typedef struct api_clip {
   const char *name;            /* the names of all clips, separated by commas */
   const char *node_names;      /* of all nodes of the model, printed by api_node_names_print */
   const tw_clip_keys *carried; /* keys of a single borrowed clip, mapped to the model; else NULL */
+  const char *retarget;        /* of a clip that was carried over, how: JSON; else NULL */
   tw_clip *compiled;
   double duration;        /* seconds, as printed; counts tracks of borrowed clips that move nothing here */
-  uint32_t warning_count; /* one for each node that a borrowed clip moves and the model lacks */
+  uint32_t warning_count; /* of nodes that a borrowed clip moves and the model lacks, and the like */
   const char **warnings;  /* [warning_count] sentences */
 } api_clip;
 

@@ -62,7 +62,7 @@ api_outcome api_pose_request_read(api_call *call, api_pose_request *out) {
   out->loop = (tw_loop)loop;
   out->is_skinning = is_skinning;
   if (check_together(query, out, error) != TW_OK) return api_fail(call);
-  return API_DONE;
+  return api_retarget_read(call, &out->retarget);
 }
 
 api_outcome api_bvh_request_read(api_call *call, api_pose_request *out) {
@@ -83,7 +83,7 @@ api_outcome api_bvh_request_read(api_call *call, api_pose_request *out) {
   out->has_moved_nodes = !out->node_list;
   out->has_all_nodes = out->node_list && strcmp(out->node_list, "all") == 0;
   if (out->has_all_nodes) out->node_list = NULL;
-  return API_DONE;
+  return api_retarget_read(call, &out->retarget);
 }
 
 /* ---- nodes --------------------------------------------------------------------------------------- */
@@ -183,7 +183,9 @@ static api_outcome complete_times(api_call *call, api_pose_request *request) {
 
 api_outcome api_pose_request_resolve(api_call *call, bool is_stored, api_pose_request *request) {
   const tw_model *model = request->model = api_entry_value(request->model_entry);
-  api_outcome outcome = api_clips_choose(call, model, request->clips, 1, &request->choices);
+  api_outcome outcome = api_retarget_check(call, &request->retarget);
+  if (outcome == API_DONE)
+    outcome = api_clips_choose(call, model, request->clips, 1, &request->retarget, &request->choices);
   if (outcome == API_DONE && request->choices.count > 0)
     outcome = api_clip_take(call, model, is_stored, &request->choices, request->force, &request->clip_entry);
   if (outcome != API_DONE) return outcome;

@@ -14,6 +14,7 @@ typedef struct api_pose_request {
   /* as read */
   const char *clips;     /* as in api_clips_choose; NULL: the first */
   const char *node_list; /* names of nodes; NULL: all */
+  api_retarget retarget; /* as in api_clips_choose */
   int force;             /* interpolation, as in api_clip_take */
   api_times times;
   api_pose_form form;

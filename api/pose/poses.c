@@ -198,18 +198,11 @@ static api_outcome answer_post(api_call *call, api_outcome outcome, bool is_stor
   return outcome;
 }
 
-/* Reads the times from the body. */
-static api_outcome read_times(api_call *call, api_times *out) {
-  if (out->is_given)
-    return api_fail_with(call, 400, "the times are in the body: at, from, to, fps have no place");
-  return api_times_of_body(call, out);
-}
-
 api_outcome api_post_times(api_call *call) {
   if (call->effort != API_HEAVY) return API_NEEDS_THREAD;
   api_pose_request request;
   api_outcome outcome = read_request(call, &request);
-  if (outcome == API_DONE) outcome = read_times(call, &request.times);
+  if (outcome == API_DONE) outcome = api_times_of_body(call, &request.times, &request.retarget);
   if (outcome == API_DONE) outcome = api_model_take(call, call->id, NULL, &request.model_entry);
   return answer_post(call, outcome, true, &request);
 }

@@ -93,16 +93,24 @@ tw_status api_times_complete(api_times *times, double duration, uint64_t max_tim
 typedef struct times_source {
   uint64_t max_times;
   api_times *out;
+  api_retarget *retarget;
 } times_source;
 
 static tw_status read_document(void *context, const api_value *root) {
   const times_source *source = context;
-  static const char *const names[] = {"times", NULL};
+  static const char *const names[] = {"times", "map", NULL};
   const api_json *json = root->json;
-  api_value times;
+  api_value members[2];
+  tw_status status = api_json_members(root, names, members);
+  api_value times = members[0], map = members[1];
   uint32_t count;
-  tw_status status = api_json_members(root, names, &times);
+  if (status == TW_OK && map.item && source->retarget->has_map)
+    return api_json_fail(&map, TW_SYNTAX, "the map is in the query too");
+  if (status == TW_OK && map.item) status = api_json_object(&map, api_map_read, source->retarget);
+  if (status == TW_OK && map.item && !times.item) return TW_OK;
   if (status == TW_OK && !times.item) return api_json_fail(root, TW_SYNTAX, "\"times\" is missing");
+  if (status == TW_OK && source->out->is_given)
+    return api_json_fail(&times, TW_SYNTAX, "the times are in the body: at, from, to, fps have no place");
   if (status == TW_OK) status = api_json_count(&times, UINT32_MAX, &count);
   if (status != TW_OK) return status;
   if (count == 0) return api_json_fail(&times, TW_SYNTAX, "a time is expected");
@@ -119,8 +127,8 @@ static tw_status read_document(void *context, const api_value *root) {
   return status;
 }
 
-api_outcome api_times_of_body(api_call *call, api_times *out) {
-  times_source source = {call->service->limits.max_times, out};
+api_outcome api_times_of_body(api_call *call, api_times *out, api_retarget *retarget) {
+  times_source source = {call->service->limits.max_times, out, retarget};
   /* The document, the array, and one time over the limit, so that the error is about the limit on times. */
   uint64_t values_max = source.max_times + 3;
   if (values_max < API_JSON_VALUES_MAX) values_max = API_JSON_VALUES_MAX;

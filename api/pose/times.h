@@ -4,6 +4,7 @@
 #define API_TIMES_H
 
 #include "call.h"
+#include "retargeting.h"
 #include "tweend/json_print.h"
 
 /* A view into the arena it was read with. */
@@ -25,8 +26,9 @@ tw_status api_times_read(const api_query *query, uint64_t max_times, tw_arena *a
 tw_status api_times_read_steps(const api_query *query, double usual_fps, uint64_t max_times, api_times *out,
                                tw_error *error);
 
-/* Reads {"times": [...]} from the body. 400, 413, 422. */
-api_outcome api_times_of_body(api_call *call, api_times *out);
+/* Reads {"times": [...], "map": {...}} from the body, of which either may be left out, but not both. 400,
+ * 413, 422. */
+api_outcome api_times_of_body(api_call *call, api_times *out, api_retarget *retarget);
 
 /* Completes evenly spaced times without `to` by the clip's end. TW_SYNTAX when that is before `from`;
  * TW_LIMIT. */

@@ -99,9 +99,13 @@ static uint32_t steps_most(const tw_clip_keys *clip) {
 
 typedef struct tracks_source {
   const tw_model *model;
-  uint32_t clip;
+  const tw_clip_keys *clip;
+  const char *name;
+  const char *retarget; /* of a borrowed clip, as in api_clip; else NULL */
   const uint32_t *feet; /* [foot_count]; NULL: found by their names */
   uint32_t foot_count;
+  bool has_feet;   /* the request names them */
+  char buffer[24]; /* of a name that is made */
 } tracks_source;
 
 static void member_node(tw_text *text, const tw_model *model, uint32_t node) {
@@ -143,7 +147,7 @@ static void print_noise_and_pops(tw_text *text, const tracks_source *source, con
   const tw_model *model = source->model;
   tw_member_open(text, "noise", "[");
   for (uint32_t i = 0; i < report->noise_count; i++) {
-    const tw_track_keys *track = &model->clips[source->clip].tracks[report->noise[i].track];
+    const tw_track_keys *track = &source->clip->tracks[report->noise[i].track];
     tw_text_element(text);
     tw_text_add(text, "{");
     member_node(text, model, track->node);
@@ -169,9 +173,8 @@ static tw_status print_whole(tw_text *text, const tracks_source *source, tw_erro
   tw_arena *arena = tw_arena_create();
   if (!arena) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   tw_clip_report report;
-  tw_status status =
-      tw_clip_inspect(&model->clips[source->clip], model->nodes, model->node_order, model->node_count,
-                      source->feet, source->foot_count, arena, &report, error);
+  tw_status status = tw_clip_inspect(source->clip, model->nodes, model->node_order, model->node_count,
+                                     source->feet, source->foot_count, arena, &report, error);
   if (status == TW_OK) {
     tw_member_open(text, "report", "{");
     print_loop_and_root(text, model, &report);
@@ -187,11 +190,10 @@ static tw_status print_whole(tw_text *text, const tracks_source *source, tw_erro
 
 static tw_status print_clip(tw_text *text, const tracks_source *source, tw_error *error) {
   const tw_model *model = source->model;
-  const tw_clip_keys *clip = &model->clips[source->clip];
-  char buffer[24];
+  const tw_clip_keys *clip = source->clip;
   uint32_t steps = steps_most(clip);
   tw_text_add(text, "{");
-  tw_member_string(text, "clip", tw_model_clip_name(model, source->clip, buffer));
+  tw_member_string(text, "clip", source->name);
   tw_member_open(text, "tracks", "[");
   for (uint32_t i = 0; i < clip->track_count; i++) {
     if (clip->tracks[i].path != TW_ROTATION) continue;
@@ -209,6 +211,10 @@ static tw_status print_clip(tw_text *text, const tracks_source *source, tw_error
   }
   tw_text_add(text, "]");
   tw_status status = print_whole(text, source, error);
+  if (source->retarget) {
+    tw_text_member(text, "retarget");
+    tw_text_add(text, source->retarget);
+  }
   tw_text_add(text, "}\n");
   return status;
 }
@@ -222,31 +228,64 @@ static bool print_report(void *context, tw_text *out, api_fault *fault) {
 }
 
 /* The parameters as text; NULL without memory. */
-static const char *print_canonical(api_call *call, const tracks_source *source) {
+static const char *print_canonical(api_call *call, const api_clip_choices *choices,
+                                   const tracks_source *source) {
   tw_text text = {0};
   tw_text_add(&text, "clip=");
-  tw_text_count(&text, source->clip);
-  if (source->feet) tw_text_add(&text, "&feet=");
-  for (uint32_t i = 0; i < source->foot_count; i++) {
+  if (source->retarget)
+    api_clips_print(choices, &text);
+  else
+    tw_text_count(&text, api_clips_get(choices, 0).index);
+  if (source->has_feet) tw_text_add(&text, "&feet=");
+  for (uint32_t i = 0; source->has_feet && i < source->foot_count; i++) {
     tw_text_count(&text, source->feet[i]);
     tw_text_add(&text, ",");
   }
   return api_text_keep(&text, call->arena);
 }
 
-static api_outcome answer_tracks(api_call *call, const tw_model *model) {
-  api_clip_choices choices;
-  const char *text = api_query_get(&call->query, "clip");
-  api_outcome outcome = api_clips_choose(call, model, text, 1, &choices);
-  if (outcome != API_DONE) return outcome;
-  if (model->clip_count == 0) return api_fail_with(call, 404, "the model has no clips");
-  if (choices.count != 1 || api_clips_get(&choices, 0).lender[0])
-    return api_fail_with(call, 400, "the tracks of one of the model's own clips are inspected");
-  tracks_source source = {.model = model, .clip = api_clips_get(&choices, 0).index};
+/* The feet that are asked for; else those of the humanoid map. */
+static api_outcome choose_feet(api_call *call, tracks_source *source) {
+  const tw_model *model = source->model;
   const char *feet = api_query_get(&call->query, "feet");
-  if (feet) outcome = api_nodes_choose(call, model, feet, &source.feet, &source.foot_count);
-  const char *canonical = outcome == API_DONE ? print_canonical(call, &source) : NULL;
+  source->has_feet = feet;
+  if (feet) return api_nodes_choose(call, model, feet, &source->feet, &source->foot_count);
+  if (!model->humanoid || model->humanoid[TW_BONE_FOOT] == TW_NO_INDEX ||
+      model->humanoid[TW_BONE_FOOT + 1] == TW_NO_INDEX)
+    return API_DONE;
+  source->feet = &model->humanoid[TW_BONE_FOOT];
+  source->foot_count = 2;
+  return API_DONE;
+}
+
+/* Finds the clip: the model's own, or, carried over, a borrowed one, which *entry then holds. */
+static api_outcome take_clip(api_call *call, const api_clip_choices *choices, tracks_source *source,
+                             api_entry **entry) {
+  const tw_model *model = source->model;
+  if (choices->count == 0 && model->clip_count == 0)
+    return api_fail_with(call, 404, "the model has no clips");
+  api_clip_choice choice = choices->count == 1 ? api_clips_get(choices, 0) : (api_clip_choice){0};
+  if (choices->count != 1 || (choice.lender[0] && !choices->retarget.is_auto))
+    return api_fail_with(call, 400,
+                         "the tracks of one clip are inspected: the model's own, or with "
+                         "retarget=auto another model's");
+  if (!choice.lender[0]) {
+    source->clip = &model->clips[choice.index];
+    source->name = tw_model_clip_name(model, choice.index, source->buffer);
+    return API_DONE;
+  }
+  api_outcome outcome = api_clip_take(call, model, true, choices, -1, entry);
   if (outcome != API_DONE) return outcome;
+  const api_clip *clip = api_entry_value(*entry);
+  api_call_warn(call, clip->warnings, clip->warning_count);
+  source->clip = clip->carried;
+  source->name = clip->name;
+  source->retarget = clip->retarget;
+  return API_DONE;
+}
+
+static api_outcome reply(api_call *call, const api_clip_choices *choices, tracks_source *source) {
+  const char *canonical = print_canonical(call, choices, source);
   if (!canonical) return api_fail_without_memory(call);
   tw_text key = {0};
   tw_text_add(&key, call->id);
@@ -254,7 +293,23 @@ static api_outcome answer_tracks(api_call *call, const tw_model *model) {
   tw_text_add(&key, canonical);
   const char *kept = api_text_keep(&key, call->arena);
   if (!kept) return api_fail_without_memory(call);
-  return api_response_reply(call, kept, "tracks.json", canonical, print_report, &source);
+  return api_response_reply(call, kept, "tracks.json", canonical, print_report, source);
+}
+
+static api_outcome answer_tracks(api_call *call, const tw_model *model) {
+  api_clip_choices choices;
+  api_retarget retarget;
+  api_entry *entry = NULL;
+  tracks_source source = {.model = model};
+  const char *text = api_query_get(&call->query, "clip");
+  api_outcome outcome = api_retarget_read(call, &retarget);
+  if (outcome == API_DONE) outcome = api_retarget_check(call, &retarget);
+  if (outcome == API_DONE) outcome = api_clips_choose(call, model, text, 1, &retarget, &choices);
+  if (outcome == API_DONE) outcome = take_clip(call, &choices, &source, &entry);
+  if (outcome == API_DONE) outcome = choose_feet(call, &source);
+  if (outcome == API_DONE) outcome = reply(call, &choices, &source);
+  api_entry_release(entry);
+  return outcome;
 }
 
 api_outcome api_get_tracks(api_call *call) {

@@ -75,7 +75,9 @@ api_outcome api_scene_read(api_call *call, bool meshes_alone, api_scene_query *o
   out->is_bare = mesh == 1;
   if (status == TW_OK && meshes_alone) status = take_meshes_alone(out, error);
   if (status == TW_OK) status = check_together(out, error);
-  return status == TW_OK ? API_DONE : api_fail(call);
+  if (status != TW_OK) return api_fail(call);
+  api_outcome outcome = api_retarget_read(call, &out->retarget);
+  return outcome == API_DONE ? api_retarget_check(call, &out->retarget) : outcome;
 }
 
 static void print_tolerance(const tw_tolerance *tolerance, tw_text *text) {
@@ -121,7 +123,7 @@ static api_outcome take_lent(api_call *call, const tw_model *model, api_surface_
   if (!scene->lent) return api_fail_without_memory(call);
   for (uint32_t i = 0; i < choices->count; i++) {
     if (!choices->list[i].lender[0]) continue;
-    const api_clip_choices alone = {1, &choices->list[i]};
+    const api_clip_choices alone = {1, &choices->list[i], choices->retarget};
     api_outcome outcome = api_clip_take(call, model, scene->is_stored, &alone, -1, &scene->lent[i]);
     if (outcome != API_DONE) return outcome;
   }
@@ -131,8 +133,8 @@ static api_outcome take_lent(api_call *call, const tw_model *model, api_surface_
 api_outcome api_scene_take_clips(api_call *call, const tw_model *model, bool is_stored,
                                  api_surface_scene *scene) {
   bool has_times = scene->query.times.is_given;
-  api_outcome outcome =
-      api_clips_choose(call, model, scene->query.clips, has_times ? 1 : UINT32_MAX, &scene->choices);
+  api_outcome outcome = api_clips_choose(call, model, scene->query.clips, has_times ? 1 : UINT32_MAX,
+                                         &scene->query.retarget, &scene->choices);
   if (outcome != API_DONE) return outcome;
   scene->is_stored = is_stored;
   if (is_baked_at_rest(&scene->query) && scene->choices.count > 0)

@@ -15,9 +15,10 @@ typedef struct api_reduction {
 
 /* The parameters. */
 typedef struct api_scene_query {
-  const char *clips; /* as in api_clips_choose; NULL: all clips, or the first with times */
-  bool is_bare;      /* meshes=none */
-  bool is_baked;     /* skin=bake */
+  const char *clips;     /* as in api_clips_choose; NULL: all clips, or the first with times */
+  api_retarget retarget; /* as in api_clips_choose */
+  bool is_bare;          /* meshes=none */
+  bool is_baked;         /* skin=bake */
   api_reduction reduction;
   api_times times;
 } api_scene_query;

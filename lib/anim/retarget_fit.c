@@ -339,6 +339,12 @@ static void find_scale(fitting *f, const double up[3]) {
   for (int i = 0; i < 3; i++) fit->hips_offset[i] = target[i] - fit->scale * source[i];
 }
 
+static void find_size(tw_fit *fit) {
+  for (uint32_t i = 1; i < fit->bone_count; i++)
+    fit->size = fmax(fit->size, distance(fit->target.place[fit->bones[0].target],
+                                         fit->target.place[fit->bones[i].target]));
+}
+
 /* ---- alignments ---------------------------------------------------------------------------------------- */
 
 /* Whether a bone's direction is the source's, rather than its own. */
@@ -440,5 +446,6 @@ tw_status tw_retarget_fit(const tw_retarget_job *job, const tw_bone_match *match
   if (status != TW_OK) return status;
   find_turn(&f, up);
   find_scale(&f, up);
+  find_size(out);
   return align_bones(&f, error);
 }

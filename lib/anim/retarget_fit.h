@@ -36,6 +36,7 @@ typedef struct tw_fit {
   bool *is_taken_in;     /* [nodes of the source] by a product */
   double turned[4];      /* B: from the target's world to the source's, where figures face otherwise */
   double scale;          /* of distances */
+  double size;           /* of the target: from its first bone to the farthest one */
   double hips_offset[3]; /* place of the target's hips = turned^-1 * scale * source place + this */
   uint32_t hips;         /* a bone; or TW_NO_INDEX */
 } tw_fit;

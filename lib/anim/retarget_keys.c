@@ -414,8 +414,9 @@ static double error_between(const signal *signal, const sample *from, const samp
 
 static bool is_near(const signal *signal, const sample *from, const sample *to) {
   static const double probes[] = {0.25, 0.5, 0.75};
-  const tw_tolerance *tolerance = &signal->carrying->job->tolerance;
-  double most = signal->path == TW_ROTATION ? tolerance->angle : tolerance->distance;
+  const carrying *c = signal->carrying;
+  const tw_tolerance *tolerance = &c->job->tolerance;
+  double most = signal->path == TW_ROTATION ? tolerance->angle : tolerance->distance * c->fit.size;
   float middle = (float)(((double)from->time + (double)to->time) / 2);
   if (!(middle > from->time && middle < to->time)) return true;
   for (size_t i = 0; i < sizeof probes / sizeof *probes; i++)
@@ -901,7 +902,7 @@ static void map_alike(const void *context, const double *value, bool is_tangent,
 
 /* Whether a track leaves its node at rest. */
 static bool stays(const carrying *c, const tw_track_keys *track, const float *rest) {
-  double room = track->path == TW_SCALE ? LIKE : c->job->tolerance.distance;
+  double room = track->path == TW_SCALE ? LIKE : c->job->tolerance.distance * c->fit.size / c->fit.scale;
   if (track->interpolation == TW_CUBICSPLINE) return false;
   for (size_t i = 0; i < 3 * (size_t)track->key_count; i++)
     if (fabs((double)track->values[i] - (double)rest[i % 3]) > room) return false;

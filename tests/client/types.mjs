@@ -23,6 +23,9 @@ const OPTIONS = {
 /** What may be a list too, which the module joins by commas. */
 const LISTS = { at: { type: 'number' }, nodes: { type: 'string' }, feet: { type: 'string' } };
 
+/** What is an object, which the module writes as JSON. */
+const OBJECTS = { map: { type: 'object', additionalProperties: { type: ['string', 'null'] } } };
+
 /** Comments as JSDoc wants them, in lines of some length. */
 function tidy(text) {
   const wrap = (line, head, words) => {
@@ -50,7 +53,10 @@ export async function generate() {
     const used = [...(paths[path].parameters ?? []), ...(paths[path].get.parameters ?? [])];
     const whole = used.map(({ $ref, ...own }) => ($ref ? components.parameters[$ref.split('/').at(-1)] : own));
     const queried = whole.filter((parameter) => parameter.in === 'query');
-    const typeOf = ({ name, schema }) => (LISTS[name] ? { oneOf: [schema, LISTS[name], { type: 'array', items: LISTS[name] }] } : schema);
+    const typeOf = ({ name, schema }) => {
+      if (OBJECTS[name]) return { oneOf: [schema, OBJECTS[name]] };
+      return LISTS[name] ? { oneOf: [schema, LISTS[name], { type: 'array', items: LISTS[name] }] } : schema;
+    };
     const properties = queried.map((parameter) => [parameter.name, { ...typeOf(parameter), description: parameter.description }]);
     schemas[name] = { type: 'object', properties: Object.fromEntries(properties) };
   }

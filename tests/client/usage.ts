@@ -39,6 +39,18 @@ export async function poses(id: string): Promise<Float32Array> {
   return table.part(0, 'hull', 'rotation');
 }
 
+export async function borrowed(id: string, lender: string): Promise<string[]> {
+  const clip = `${lender}/walk`;
+  const options: PoseOptions = { clip, retarget: 'auto', map: { 'Hips 1': 'pelvis', tail: null }, at: 0 };
+  await tweend.pose(id, options);
+  // @ts-expect-error: no such way
+  await tweend.pose(id, { retarget: 'always' });
+  // @ts-expect-error: bones are names
+  await tweend.pose(id, { retarget: 'auto', map: { hips: 3 } });
+  const { retarget } = await tweend.tracks(id, { clip, retarget: 'auto' });
+  return retarget?.bones.map(({ source, target, by, aligned }) => `${source} ${target} ${by} ${aligned.toFixed()}`) ?? [];
+}
+
 class Vector3 {
   x = 0;
   y = 0;

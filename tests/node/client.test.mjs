@@ -5,6 +5,7 @@ import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 
 import { Tweend } from '../../api/client/tweend.js';
+import { biped } from './biped.mjs';
 import { Daemon, root } from './daemon.mjs';
 import { load, nodesOf } from './player.mjs';
 
@@ -47,4 +48,25 @@ test('nodes are found whose names three.js changes', async () => {
   const nodes = names.map((name, i) => ({ name, mesh: 'mesh', translation: [i, 0, 0], ...(i && { parent: names[i - 1] }) }));
   const tracks = names.map((name, i) => ({ node: name, path: 'rotation', times: [0, 2], axis_angles: [[0, 0, 1, 0], [1, i, 0, 0.3 + i / 2]] }));
   await assertFollows(await tweend.upload(JSON.stringify({ meshes: [square], nodes, clips: [{ name: 'turn', tracks }] })));
+});
+
+test('a clip of another figure plays on this one, with a map of any length', async () => {
+  const figure = await tweend.upload(biped({ names: 'mixamo' }));
+  const lender = await tweend.upload(biped({ names: 'unreal', clip: { seed: 4 } }));
+  const borrowed = { clip: `${lender.id}/moves`, retarget: 'auto' };
+  const gltf = await load(Buffer.from(await (await tweend.surface(figure, { level: 0 })).arrayBuffer()));
+  const player = await tweend.play(figure, gltf.scene, { ...borrowed, loop: 'clamp' });
+  player.time = 1;
+  player.update();
+  gltf.scene.updateMatrixWorld(true);
+  const { nodes, poses } = await tweend.pose(figure, { ...borrowed, at: 1, space: 'world' });
+  const hand = (await nodesOf(gltf))[nodes.indexOf('mixamorig:LeftHand')].matrixWorld.elements.slice(12, 15);
+  poses[0].translation[nodes.indexOf('mixamorig:LeftHand')].forEach((value, k) => assert.ok(Math.abs(value - hand[k]) < 2e-3));
+
+  const map = Object.fromEntries(nodes.slice(0, 30).map((name, i) => [lender.nodes[i].name, name]));
+  const { retarget } = await tweend.tracks(figure, { ...borrowed, map });
+  assert.equal(retarget.bones.filter(({ by }) => by === 'map').length, 30);
+  const short = await tweend.pose(figure, { ...borrowed, map, at: [0, 1] });
+  const long = await tweend.pose(figure, { ...borrowed, map, at: [0, 1, ...Array(2000).fill(2)] });
+  assert.deepEqual(long.poses.slice(0, 2), short.poses);
 });

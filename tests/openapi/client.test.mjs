@@ -16,7 +16,7 @@ const slips = {
   path: ["'/v1/models/{id}/surface.json'", "'/v1/models/{id}/surface.jsn'"],
   value: ["'edge-only'", "'edges'"],
   answer: ['counts.data?.faces', 'counts.data?.triangles'],
-  body: ['{ times: [0, 2] }', '{ time: [0, 2] }'],
+  body: ['{ times: [0, 2] }', '{ times: ["0"] }'],
 };
 
 const config = {

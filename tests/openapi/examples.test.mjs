@@ -81,8 +81,12 @@ function* oddRequests(asked, sent) {
     yield { headers: { Range: 'bytes=999999999-' } };
     yield { headers: { 'Last-Event-ID': '999999' } };
   }
-  if (!sent.body) return;
   const takes = (name) => asked.parameters.some((parameter) => parameter.name === name);
+  if (takes('map') && asked.path.includes('{id}')) {
+    const { example } = asked.parameters.find(({ name }) => name === 'id');
+    yield { query: `clip=${example}/clip_0&retarget=auto&map=%7B%22nobody%22:null%7D`, ...sent };
+  }
+  if (!sent.body) return;
   if (takes('clip')) yield { query: takes('at') ? 'clip=missing&at=0' : 'clip=missing', ...sent };
   for (const body of wrong) yield { headers: { 'Content-Type': 'application/json' }, body };
   yield { headers: { 'Content-Type': 'image/png' }, body: sent.body };
