@@ -84,10 +84,10 @@ typedef struct tw_retarget_job {
   const tw_clip_keys *keys; /* of the source; tw_clip_create takes them */
   uint32_t map_count;
   const tw_bone_pair *map; /* [map_count] each source once, each target once */
-  tw_tolerance tolerance;  /* of keys that are not carried over one by one: Euler angles that are interpolated
-                              each  on its own, turns about axes, products of several tracks. The distance is in
-                              parts of the target's size */
-  uint32_t max_keys;       /* of a track */
+  /* Of keys that are not carried over one by one: Euler angles that are interpolated each on its own, turns
+   * about axes, products of several tracks. The distance is in parts of the target's size. */
+  tw_tolerance tolerance;
+  uint32_t max_keys; /* of a track */
 } tw_retarget_job;
 
 /* Lives in the arena. */
