@@ -3,6 +3,9 @@
  *
  *   local = K^-1 C_above^-1 (q_1 ... q_n) C
  *
+ * A bone that takes in the source's bones below it is also turned so that it points to where the next joint
+ * is, not to where it would be at the end of a straight limb.
+ *
  * With one moving joint the keys themselves are carried over: slerp, splines and steps commute with constant
  * rotations. Else the product is sampled at all times of its tracks, and between them as often as it takes.
  */
@@ -33,8 +36,19 @@ typedef struct path {
   double end[4]; /* a constant turn behind the last step */
 } path;
 
+/* Where a bone points that takes in the source's bones below it: from its joint to the next. */
+typedef struct aim {
+  const uint32_t *nodes; /* [count] the bones that are taken in, from the upper one down */
+  uint32_t count;
+  double next[3];   /* the next joint, in the last bone's frame */
+  double rest[3];   /* the direction to it at rest, in the frame of the target's bone */
+  double offset[4]; /* C of the bone */
+} aim;
+
 /* A rotation of the target as a function of time. */
 typedef struct turn {
+  const aim *own, *above; /* or NULL */
+  double hang[4];         /* K^-1 */
   double before[4], after[4];
   path path;
   tw_share share;
@@ -53,6 +67,7 @@ typedef struct carrying {
   uint32_t *track_of[3]; /* by path, [nodes of the source] or TW_NO_INDEX */
   tw_clip *clip;         /* of `tracks` */
   uint32_t *depths[2];   /* [nodes of the source, of the target] nodes from the root to each */
+  const aim **aims;      /* [bones of the fit] or NULL */
   turn **turns;          /* [nodes of the target] or NULL */
   tw_track_keys *out;
   uint32_t out_count;
@@ -211,6 +226,90 @@ static bool find_path(const carrying *c, uint32_t from, uint32_t to, path *out) 
   return true;
 }
 
+/* ---- aims ---------------------------------------------------------------------------------------------- */
+
+/* The local transform of a node of the source at a time. */
+static tw_trs source_at(const carrying *c, uint32_t node, float time) {
+  tw_trs out = c->job->source.nodes[node].rest;
+  float *parts[] = {out.translation, out.rotation, out.scale};
+  for (int path = 0; path < TW_WEIGHTS; path++)
+    if (c->track_of[path][node] != TW_NO_INDEX)
+      tw_clip_sample(c->clip, c->track_of[path][node], &time, 1, parts[path]);
+  return out;
+}
+
+static bool is_moved(const carrying *c, uint32_t node) {
+  for (int path = 0; path < TW_WEIGHTS; path++)
+    if (c->track_of[path][node] != TW_NO_INDEX) return true;
+  return false;
+}
+
+/* The mean place of the next matched joints below a bone; false where there are none. */
+static bool find_next_place(const tw_fit *fit, uint32_t index, double out[3]) {
+  uint32_t count = 0;
+  memset(out, 0, 3 * sizeof *out);
+  for (uint32_t i = index + 1; i < fit->bone_count; i++) {
+    if (fit->bones[i].above != index) continue;
+    for (int k = 0; k < 3; k++) out[k] += fit->source.place[fit->bones[i].source][k];
+    count++;
+  }
+  for (int k = 0; k < 3 && count > 0; k++) out[k] /= count;
+  return count > 0;
+}
+
+/* Makes the aim of a bone, where it has one: *out stays NULL without bones taken in that move. */
+static bool make_aim(const carrying *c, uint32_t index, const aim **out) {
+  const tw_fit *fit = &c->fit;
+  const tw_fitted_bone *bone = &fit->bones[index];
+  uint32_t count = c->depths[0][bone->last] - c->depths[0][bone->source];
+  double next[3], back[4], way[3];
+  bool is_bent = false;
+  if (bone->last == bone->source || bone->between_count > 0 || !find_next_place(fit, index, next))
+    return true;
+  uint32_t *nodes = tw_arena_alloc_raw(c->scratch, count, sizeof *nodes);
+  aim *made = tw_arena_alloc(c->scratch, 1, sizeof *made);
+  if (!nodes || !made) return false;
+  for (uint32_t i = count, node = bone->last; i > 0; node = c->job->source.nodes[node].parent) {
+    nodes[--i] = node;
+    is_bent = is_bent || is_moved(c, node);
+  }
+  *made = (aim){.nodes = nodes, .count = count};
+  memcpy(made->offset, bone->offset, sizeof made->offset);
+  conjugate(fit->source.rotation[bone->last], back);
+  for (int k = 0; k < 3; k++) {
+    way[k] = next[k] - fit->source.place[bone->source][k];
+    made->next[k] = next[k] - fit->source.place[bone->last][k];
+  }
+  tw_rotation_turn(back, made->next, made->next);
+  tw_rotation_turn(back, way, way);
+  conjugate(bone->offset, back);
+  tw_rotation_turn(back, way, made->rest);
+  if (is_bent && tw_unit3(made->rest) > 0) *out = made;
+  return true;
+}
+
+/* The turn of a bone, in its own frame, towards the next joint. */
+static void swing_at(const carrying *c, const aim *aim, float time, double out[4]) {
+  double way[3], all[4] = {0, 0, 0, 1}, q[4], axis[3];
+  memcpy(way, aim->next, sizeof way);
+  for (uint32_t i = aim->count; i-- > 0;) {
+    tw_trs trs = source_at(c, aim->nodes[i], time);
+    quat_widen(trs.rotation, q);
+    tw_normalize(q, 4);
+    tw_rotation_turn(q, way, way);
+    for (int k = 0; k < 3; k++) way[k] += (double)trs.translation[k];
+    quat_multiply(q, all, all);
+  }
+  quat_multiply(all, aim->offset, all); /* from the bone's frame to that of its source's joint */
+  conjugate(all, q);
+  tw_rotation_turn(q, way, way);
+  memcpy(out, IDENTITY, sizeof IDENTITY);
+  if (tw_unit3(way) == 0) return;
+  tw_cross3(aim->rest, way, axis);
+  double sine = tw_unit3(axis);
+  if (sine > 1e-9) tw_quat_axis_angle(axis, atan2(sine, tw_dot3(aim->rest, way)), out);
+}
+
 /* ---- turns --------------------------------------------------------------------------------------------- */
 
 static turn *make_turn(carrying *c, uint32_t index) {
@@ -234,6 +333,11 @@ static turn *make_turn(carrying *c, uint32_t index) {
     quat_multiply(fit->turned, frame, frame);
   }
   conjugate(frame, out->before);
+  if (bone->above != TW_NO_INDEX) {
+    out->above = c->aims[bone->above];
+    quat_multiply(out->before, fit->bones[bone->above].offset, out->hang);
+  }
+  out->own = c->aims[index];
   memcpy(out->after, bone->offset, sizeof out->after);
   out->parts = 1 + bone->between_count;
   out->share = bone->share;
@@ -269,7 +373,10 @@ static tw_status make_turns(carrying *c, tw_error *error) {
   c->turns = tw_arena_alloc(c->scratch, c->job->target.node_count, sizeof *c->turns);
   c->depths[0] = find_depths(c, &c->job->source);
   c->depths[1] = find_depths(c, &c->job->target);
-  if (!c->turns || !c->depths[0] || !c->depths[1]) return no_memory(error);
+  c->aims = tw_arena_alloc(c->scratch, c->fit.bone_count, sizeof(const aim *));
+  if (!c->turns || !c->depths[0] || !c->depths[1] || !c->aims) return no_memory(error);
+  for (uint32_t i = 0; i < c->fit.bone_count; i++)
+    if (!make_aim(c, i, &c->aims[i])) return no_memory(error);
   for (uint32_t i = 0; i < c->fit.bone_count; i++) {
     const tw_fitted_bone *bone = &c->fit.bones[i];
     turn *turn = make_turn(c, i);
@@ -305,9 +412,9 @@ static void take_share(const turn *turn, const double deviation[4], double out[4
   quat_multiply(deviation, rest_of_twist, out);
 }
 
-/* joints: the rotation of each step's joint. */
-static void evaluate_turn(const turn *turn, const float (*joints)[4], double out[4]) {
-  memcpy(out, turn->before, 4 * sizeof *out);
+/* joints: the rotation of each step's joint. lead: a turn before all others. */
+static void evaluate_turn(const turn *turn, const float (*joints)[4], const double lead[4], double out[4]) {
+  quat_multiply(lead, turn->before, out);
   for (uint32_t i = 0; i < turn->path.count; i++) {
     const path_step *step = &turn->path.steps[i];
     double q[4];
@@ -334,9 +441,26 @@ static void evaluate_turn(const turn *turn, const float (*joints)[4], double out
 
 /* Evaluates at one time. room: [steps][4]. */
 static void turn_at(const carrying *c, const turn *turn, float time, float (*room)[4], double out[4]) {
+  double lead[4], swing[4], back[4];
   for (uint32_t i = 0; i < turn->path.count; i++)
     tw_clip_sample(c->clip, turn->path.steps[i].track, &time, 1, room[i]);
-  evaluate_turn(turn, (const float(*)[4])room, out);
+  memcpy(lead, IDENTITY, sizeof lead);
+  if (turn->above) { /* hangs on a bone that swings: K^-1 swing^-1 K */
+    swing_at(c, turn->above, time, swing);
+    conjugate(swing, swing);
+    conjugate(turn->hang, back);
+    quat_multiply(turn->hang, swing, lead);
+    quat_multiply(lead, back, lead);
+  }
+  evaluate_turn(turn, (const float(*)[4])room, lead, out);
+  if (!turn->own) return;
+  swing_at(c, turn->own, time, swing);
+  quat_multiply(out, swing, out);
+}
+
+/* Whether a turn depends on joints besides those of its path. */
+static bool has_aims(const turn *turn) {
+  return turn->own || turn->above;
 }
 
 /* ---- sampling --------------------------------------------------------------------------------------------
@@ -555,12 +679,28 @@ static void signal_rotation(const signal *signal, float time, double out[4]) {
   turn_at(signal->carrying, signal->turn, time, signal->room, out);
 }
 
+/* The most tracks that an aim depends on, and those tracks. */
+static uint32_t aim_most(const aim *aim) {
+  return aim ? 2 * aim->count : 0;
+}
+
+static uint32_t add_aim_tracks(const carrying *c, const aim *aim, uint32_t *tracks) {
+  uint32_t count = 0;
+  for (uint32_t i = 0; aim && i < aim->count; i++)
+    for (int path = TW_TRANSLATION; path <= TW_ROTATION; path++)
+      if (c->track_of[path][aim->nodes[i]] != TW_NO_INDEX) tracks[count++] = c->track_of[path][aim->nodes[i]];
+  return count;
+}
+
 static tw_status sample_turn(carrying *c, const turn *turn, uint32_t node, tw_error *error) {
   uint32_t count = turn->path.count;
-  uint32_t *tracks = tw_arena_alloc_raw(c->scratch, count, sizeof *tracks);
+  size_t most = (size_t)count + aim_most(turn->own) + aim_most(turn->above);
+  uint32_t *tracks = tw_arena_alloc_raw(c->scratch, most, sizeof *tracks);
   float(*room)[4] = tw_arena_alloc_raw(c->scratch, count, sizeof *room);
   if (!tracks || !room) return no_memory(error);
   for (uint32_t i = 0; i < count; i++) tracks[i] = turn->path.steps[i].track;
+  count += add_aim_tracks(c, turn->own, tracks + count);
+  count += add_aim_tracks(c, turn->above, tracks + count);
   const signal signal = {.carrying = c,
                          .tracks = tracks,
                          .track_count = count,
@@ -575,7 +715,7 @@ static tw_status sample_turn(carrying *c, const turn *turn, uint32_t node, tw_er
 static tw_status hold_turn(carrying *c, const turn *turn, uint32_t node, tw_error *error) {
   sample held = {.time = 0};
   double rest[4];
-  evaluate_turn(turn, NULL, held.value);
+  evaluate_turn(turn, NULL, IDENTITY, held.value);
   rest_turn(&c->job->target, node, rest);
   if (tw_angle_between(held.value, rest) < STILL) return TW_OK;
   return keep_samples(c, &held, 1, TW_ROTATION, false, node, error);
@@ -586,9 +726,9 @@ static tw_status carry_rotations(carrying *c, tw_error *error) {
   for (uint32_t node = 0; node < c->job->target.node_count && status == TW_OK; node++) {
     const turn *turn = c->turns[node];
     if (!turn) continue;
-    if (turn->path.count == 0)
+    if (turn->path.count == 0 && !has_aims(turn))
       status = hold_turn(c, turn, node, error);
-    else if (turn->path.count == 1 && turn->parts == 1)
+    else if (turn->path.count == 1 && turn->parts == 1 && !has_aims(turn))
       status = map_keys(c, &c->tracks[turn->path.steps[0].track], node, map_rotation, turn, error);
     else
       status = sample_turn(c, turn, node, error);
@@ -599,22 +739,6 @@ static tw_status carry_rotations(carrying *c, tw_error *error) {
 
 /* ---- places ----------------------------------------------------------------------------------------------
  */
-
-/* The local transform of a node of the source at a time. */
-static tw_trs source_at(const carrying *c, uint32_t node, float time) {
-  tw_trs out = c->job->source.nodes[node].rest;
-  float *parts[] = {out.translation, out.rotation, out.scale};
-  for (int path = 0; path < TW_WEIGHTS; path++)
-    if (c->track_of[path][node] != TW_NO_INDEX)
-      tw_clip_sample(c->clip, c->track_of[path][node], &time, 1, parts[path]);
-  return out;
-}
-
-static bool is_moved(const carrying *c, uint32_t node) {
-  for (int path = 0; path < TW_WEIGHTS; path++)
-    if (c->track_of[path][node] != TW_NO_INDEX) return true;
-  return false;
-}
 
 /* place = the transform of a place. */
 static void move_place(const tw_trs *trs, double place[3]) {
@@ -797,7 +921,7 @@ static bool is_fixed_above(const carrying *c, const place *place) {
 
 static tw_status make_place(carrying *c, uint32_t bone, place **places, uint64_t *depths, place **out,
                             tw_error *error) {
-  enum { DEPTHS_MOST = 1 << 16 };
+  enum { DEPTHS_MOST = 1 << 12 };
   const tw_fit *fit = &c->fit;
   const tw_node *nodes = c->job->target.nodes;
   uint32_t target = fit->bones[bone].target, depth = c->depths[1][target] - 1, steps = 1;
