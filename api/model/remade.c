@@ -86,7 +86,7 @@ tw_status api_remade_choose(api_remade *remade, const char *name, tw_error *erro
 typedef struct cage_scene {
   tw_model model; /* a view of the stored one, with the new cage */
   tw_arena *arena;
-  tw_patch_shapes *shapes;
+  tw_patch_classes *classes;
   tw_surface **surfaces; /* [model.mesh_count] */
 } cage_scene;
 
@@ -94,7 +94,7 @@ static void end_scene(cage_scene *scene) {
   for (uint32_t i = 0; scene->surfaces && i < scene->model.mesh_count; i++)
     tw_surface_destroy(scene->surfaces[i]);
   free(scene->surfaces);
-  tw_patch_shapes_destroy(scene->shapes);
+  tw_patch_classes_destroy(scene->classes);
   tw_arena_destroy(scene->arena);
 }
 
@@ -105,18 +105,18 @@ static tw_status make_surface(cage_scene *scene, uint32_t i, tw_error *error) {
     return tw_fail(error, TW_NO_MEMORY, "out of memory");
   mesh.detail_count = 0; /* the file has the details in extras */
   const tw_surface_options options = {
-      .normals = source->normals.corners, .own_normals = true, .tagged = true, .shapes = scene->shapes};
+      .normals = source->normals.corners, .own_normals = true, .tagged = true, .classes = scene->classes};
   return tw_surface_create(&mesh, &options, &scene->surfaces[i], error);
 }
 
 /* The caller ends the scene by end_scene, even on failure. */
 static tw_status begin_scene(const api_remade *remade, cage_scene *scene, tw_error *error) {
   *scene =
-      (cage_scene){.model = *remade->model, .arena = tw_arena_create(), .shapes = tw_patch_shapes_create()};
+      (cage_scene){.model = *remade->model, .arena = tw_arena_create(), .classes = tw_patch_classes_create()};
   uint32_t count = scene->model.mesh_count;
   scene->surfaces = tw_alloc_zero(count, sizeof *scene->surfaces);
   tw_mesh *meshes = scene->arena ? tw_arena_alloc(scene->arena, count, sizeof *meshes) : NULL;
-  if (!meshes || !scene->shapes || !scene->surfaces) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  if (!meshes || !scene->classes || !scene->surfaces) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   memcpy(meshes, remade->model->meshes, count * sizeof *meshes);
   meshes[remade->mesh] = remade->cage;
   scene->model.meshes = meshes;

@@ -163,7 +163,7 @@ static void destroy_plan(void *value) {
   api_plan *plan = value;
   for (uint32_t i = 0; i < plan->count; i++)
     if (!plan->borrows || !plan->borrows[i]) tw_surface_destroy(plan->surfaces[i]);
-  tw_patch_shapes_destroy(plan->shapes);
+  tw_patch_classes_destroy(plan->classes);
   free(plan->surfaces);
   free(plan->borrows);
   api_entry_release(plan->source);
@@ -174,7 +174,7 @@ static size_t plan_size(const api_plan *plan) {
   size_t size = sizeof *plan + plan->count * sizeof(void *);
   for (uint32_t i = 0; i < plan->count; i++)
     if (!plan->borrows || !plan->borrows[i]) size += tw_surface_size(plan->surfaces[i]);
-  if (plan->shapes) size += tw_patch_shapes_size(plan->shapes);
+  if (plan->classes) size += tw_patch_classes_size(plan->classes);
   return size;
 }
 
@@ -209,7 +209,7 @@ static tw_status create_surface(const plan_source *source, api_plan *plan, tw_ar
   if (!query->details || query->with_holes) mesh.detail_count = 0;
   tw_surface_options options = api_surface_options(query, &mesh);
   options.movable = plan->count >= source->meshes->still_count;
-  options.shapes = plan->shapes;
+  options.classes = plan->classes;
   options.grant = grant;
   return tw_surface_create_by(&mesh, &options, &source->call->service->parallel, &plan->surfaces[plan->count],
                               error);
@@ -219,8 +219,8 @@ static tw_status create_surfaces(const plan_source *source, api_plan *plan) {
   const api_plan_meshes *all = source->meshes;
   tw_error *error = &source->call->fault.error;
   plan->surfaces = tw_alloc_zero(all->count, sizeof(tw_surface *));
-  plan->shapes = tw_patch_shapes_create();
-  if (!plan->surfaces || !plan->shapes) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  plan->classes = tw_patch_classes_create();
+  if (!plan->surfaces || !plan->classes) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   tw_arena *scratch = tw_arena_create(); /* holds the creases until their surface is made */
   if (!scratch) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   plan_grant held = {source->call, source->cost};

@@ -46,8 +46,8 @@ typedef struct api_plan_moves {
 /* Immutable but for is_warm. */
 typedef struct api_plan {
   uint32_t count;
-  tw_surface **surfaces;   /* [count], one for each mesh */
-  tw_patch_shapes *shapes; /* shared by the surfaces; NULL with a source */
+  tw_surface **surfaces;     /* [count], one for each mesh */
+  tw_patch_classes *classes; /* shared by the surfaces; NULL with a source */
   tw_surface_counts total;
   uint64_t hard_edges; /* how many edges TW_CREASES_FILE found */
   atomic_bool is_warm; /* the bounds are known, so that reading starts without a pass over all points */

@@ -1,11 +1,11 @@
 /* Lists the exceptions of irregular_levels.h: the vertices of each level that are not smooth, and those that
  * UV seams split.
  *
- * The faces round special vertices are cut out of the cage as a mesh of their own, called a strip, for the
- * points and for each UV set. Generic steps refine the strip. After each step it is cut back to the faces
- * round vertices that are still special, so that the cost is in proportion to the length of borders, creases
- * and seams. Only special vertices have all of their faces in the strip; masks of other vertices of the strip
- * would be wrong and are not used. */
+ * The faces round features (vertices with such exceptions) are cut out of the cage as a mesh of their own,
+ * the feature mesh, for the points and for each UV set. Generic steps refine it. After each step it is cut
+ * back to the faces round vertices that are still features, so that the cost is in proportion to the length
+ * of borders, creases and seams. Only features have all of their faces in the feature mesh; masks of its
+ * other vertices would be wrong and are not used. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -15,27 +15,28 @@
 
 enum { FIELDS_MAX = TW_FIELDS_MAX };
 
-/* A strip, with the numbers that its vertices, edges and corners have in the whole level. */
-typedef struct strip {
+/* A feature mesh, with the numbers that its vertices, edges and corners have in the whole level. */
+typedef struct feature_mesh {
   tw_topology fields[FIELDS_MAX];
   uint32_t *vertices[FIELDS_MAX]; /* [vertices of the field] */
   /* [edges of the field] 2 x edge, + 1 where the level's edge runs the other way. */
   uint32_t *edges[FIELDS_MAX];
   uint32_t *corners; /* [corners] */
-  /* [vertices of the field] the loops get the vertex wrong; meaningful where its point is special. */
-  uint8_t *odd[FIELDS_MAX];
-  /* [vertices of the points] the point is odd in some field, or its faces have several tangent frames. */
-  uint8_t *special;
+  /* [vertices of the field] the loops get the vertex wrong; meaningful where its point is a feature. */
+  uint8_t *exceptional[FIELDS_MAX];
+  /* [vertices of the points] the point is exceptional in some field, or its faces have several tangent
+   * frames. */
+  uint8_t *is_feature;
   uint8_t *frames; /* [faces] tangent frames; NULL: no tangents */
-} strip;
+} feature_mesh;
 
-typedef struct listing {
+typedef struct exceptions {
   const tw_levels_inputs *inputs;
   tw_arena *arena; /* memory of the plan */
   tw_arena *scratch;
   tw_levels *levels;
   tw_level_rows *rows;
-} listing;
+} exceptions;
 
 /* A list of items of `size` bytes that grows. */
 typedef struct growing {
@@ -70,14 +71,14 @@ static void *move_to_arena(growing *g, tw_arena *arena) {
   return out;
 }
 
-/* ---- what is special ------------------------------------------------------------------------ */
+/* ---- what is a feature ---------------------------------------------------------------------- */
 
-static bool is_odd_edge(const tw_topology *t, uint32_t e) {
+static bool is_exceptional_edge(const tw_topology *t, uint32_t e) {
   return t->edge_flags[e] || t->edge_sharpness[e] > 0;
 }
 
 /* Whether the faces at a point have different tangent frames. */
-static bool has_several_frames(const strip *s, uint32_t point) {
+static bool has_several_frames(const feature_mesh *s, uint32_t point) {
   const tw_topology *t = &s->fields[0];
   const uint32_t *fan = t->fan_corners;
   uint32_t first = t->fan_offsets[point], end = t->fan_offsets[point + 1];
@@ -87,46 +88,48 @@ static bool has_several_frames(const strip *s, uint32_t point) {
 }
 
 /* Marks the vertices of a field that the loops get wrong. */
-static void mark_odd(const tw_topology *t, uint8_t *odd) {
+static void mark_exceptional(const tw_topology *t, uint8_t *exceptional) {
   for (uint32_t v = 0; v < t->vertex_count; v++)
-    odd[v] = t->fan_offsets[v + 1] - t->fan_offsets[v] < 3 ||
-             (!t->smooth && (t->vertex_flags[v] || t->vertex_sharpness[v] > 0));
+    exceptional[v] = t->fan_offsets[v + 1] - t->fan_offsets[v] < 3 ||
+                     (!t->smooth && (t->vertex_flags[v] || t->vertex_sharpness[v] > 0));
   for (uint32_t e = 0; !t->smooth && e < t->edge_count; e++)
-    if (t->edge_sharpness[e] > 0) odd[t->edge_vertices[e][0]] = odd[t->edge_vertices[e][1]] = 1;
+    if (t->edge_sharpness[e] > 0)
+      exceptional[t->edge_vertices[e][0]] = exceptional[t->edge_vertices[e][1]] = 1;
 }
 
-/* Marks special points: those that are odd in some field, or whose faces have different tangent frames. Where
- * a seam splits a point, its values in the UV set have a border and so are odd. candidates: [vertices] points
- * that can be special; NULL: all. */
-static tw_status mark_special(const listing *l, strip *s, const uint8_t *candidates) {
+/* Marks features: points that are exceptional in some field, or whose faces have different tangent frames.
+ * Where a seam splits a point, its values in the UV set have a border and so are exceptional. candidates:
+ * [vertices] points that can be features; NULL: all. */
+static tw_status mark_features(const exceptions *l, feature_mesh *s, const uint8_t *candidates) {
   const tw_topology *points = &s->fields[0];
-  s->special = tw_arena_alloc(l->scratch, points->vertex_count, 1);
-  if (!s->special) return TW_NO_MEMORY;
-  for (uint32_t v = 0; s->frames && v < points->vertex_count; v++) s->special[v] = has_several_frames(s, v);
+  s->is_feature = tw_arena_alloc(l->scratch, points->vertex_count, 1);
+  if (!s->is_feature) return TW_NO_MEMORY;
+  for (uint32_t v = 0; s->frames && v < points->vertex_count; v++)
+    s->is_feature[v] = has_several_frames(s, v);
   for (uint32_t f = 0; f < l->inputs->field_count; f++) {
     const tw_topology *t = &s->fields[f];
-    s->odd[f] = tw_arena_alloc_raw(l->scratch, t->vertex_count, 1);
-    if (!s->odd[f]) return TW_NO_MEMORY;
-    mark_odd(t, s->odd[f]);
+    s->exceptional[f] = tw_arena_alloc_raw(l->scratch, t->vertex_count, 1);
+    if (!s->exceptional[f]) return TW_NO_MEMORY;
+    mark_exceptional(t, s->exceptional[f]);
     for (uint32_t v = 0; v < t->vertex_count; v++)
-      if (s->odd[f][v]) s->special[points->corner_vertex[t->fan_corners[t->fan_offsets[v]]]] = 1;
+      if (s->exceptional[f][v]) s->is_feature[points->corner_vertex[t->fan_corners[t->fan_offsets[v]]]] = 1;
   }
-  for (uint32_t v = 0; candidates && v < points->vertex_count; v++) s->special[v] &= candidates[v];
+  for (uint32_t v = 0; candidates && v < points->vertex_count; v++) s->is_feature[v] &= candidates[v];
   return TW_OK;
 }
 
-/* An upper bound, in bytes, of what listing the exceptions takes. An odd edge makes special vertices in its
- * middle; the constant, for each face at a special vertex of the last level, was measured on cages that are
- * special everywhere. */
-static uint64_t listing_size(const listing *l, const strip *cage) {
+/* An upper bound, in bytes, of what listing the exceptions takes. An exceptional edge makes features in its
+ * middle; the constant, for each face at a feature of the last level, was measured on cages that
+ * are features everywhere. */
+static uint64_t exceptions_size(const exceptions *l, const feature_mesh *cage) {
   enum { FACE = 288 };
   const tw_topology *points = &cage->fields[0];
   uint64_t faces = 0, edges = 0;
   for (uint32_t v = 0; v < points->vertex_count; v++)
-    if (cage->special[v]) faces += points->fan_offsets[v + 1] - points->fan_offsets[v];
+    if (cage->is_feature[v]) faces += points->fan_offsets[v + 1] - points->fan_offsets[v];
   for (uint32_t f = 0; f < l->inputs->field_count; f++)
     for (uint32_t e = 0; !cage->fields[f].smooth && e < cage->fields[f].edge_count; e++)
-      edges += is_odd_edge(&cage->fields[f], e);
+      edges += is_exceptional_edge(&cage->fields[f], e);
   return FACE * (faces + 4 * edges * ((1u << l->inputs->level) - 1));
 }
 
@@ -139,14 +142,14 @@ typedef struct cut {
   uint32_t *from;    /* [corner_count] */
 } cut;
 
-/* Chooses the faces at special vertices. */
-static tw_status choose_faces(const strip *s, tw_arena *arena, cut *out) {
+/* Chooses the faces at features. */
+static tw_status choose_faces(const feature_mesh *s, tw_arena *arena, cut *out) {
   const tw_topology *t = &s->fields[0];
   uint32_t faces = 0, corners = 0;
   uint8_t *chosen = tw_arena_alloc(arena, t->face_count, 1);
   if (!chosen) return TW_NO_MEMORY;
   for (uint32_t v = 0; v < t->vertex_count; v++)
-    for (uint32_t i = t->fan_offsets[v]; s->special[v] && i < t->fan_offsets[v + 1]; i++) {
+    for (uint32_t i = t->fan_offsets[v]; s->is_feature[v] && i < t->fan_offsets[v + 1]; i++) {
       uint32_t face = tw_corner_face(t, t->fan_corners[i]);
       if (chosen[face]) continue;
       chosen[face] = 1;
@@ -167,7 +170,8 @@ static tw_status choose_faces(const strip *s, tw_arena *arena, cut *out) {
   return TW_OK;
 }
 
-static tw_status cut_field(const strip *s, uint32_t field, const cut *c, tw_arena *arena, strip *out) {
+static tw_status cut_field(const feature_mesh *s, uint32_t field, const cut *c, tw_arena *arena,
+                           feature_mesh *out) {
   const tw_topology *full = &s->fields[field];
   tw_topology *t = &out->fields[field];
   uint32_t *old;
@@ -182,13 +186,13 @@ static tw_status cut_field(const strip *s, uint32_t field, const cut *c, tw_aren
     bool turned = full->edge_vertices[edge][0] != full->corner_vertex[corner];
     edges[e] = (s->edges[field] ? s->edges[field][edge] : 2 * edge) ^ (uint32_t)turned;
   }
-  out->odd[field] = tw_arena_alloc_raw(arena, count, 1);
-  if (!out->odd[field]) return TW_NO_MEMORY;
-  for (uint32_t v = 0; v < count; v++) out->odd[field][v] = s->odd[field][old[v]];
+  out->exceptional[field] = tw_arena_alloc_raw(arena, count, 1);
+  if (!out->exceptional[field]) return TW_NO_MEMORY;
+  for (uint32_t v = 0; v < count; v++) out->exceptional[field][v] = s->exceptional[field][old[v]];
   if (field == 0) {
-    out->special = tw_arena_alloc_raw(arena, count, 1);
-    if (!out->special) return TW_NO_MEMORY;
-    for (uint32_t v = 0; v < count; v++) out->special[v] = s->special[old[v]];
+    out->is_feature = tw_arena_alloc_raw(arena, count, 1);
+    if (!out->is_feature) return TW_NO_MEMORY;
+    for (uint32_t v = 0; v < count; v++) out->is_feature[v] = s->is_feature[old[v]];
   }
   for (uint32_t v = 0; s->vertices[field] && v < count; v++) old[v] = s->vertices[field][old[v]];
   out->vertices[field] = old;
@@ -197,7 +201,7 @@ static tw_status cut_field(const strip *s, uint32_t field, const cut *c, tw_aren
 }
 
 /* Makes the sums for Chaikin's rule: of the points, then copies for UV sets. */
-static tw_status sum_semi(const listing *l, strip *s) {
+static tw_status sum_semi(const exceptions *l, feature_mesh *s) {
   if (!l->inputs->rules.chaikin) return TW_OK;
   tw_status status = tw_topology_sum_semi(&s->fields[0], l->scratch);
   for (uint32_t f = 1; f < l->inputs->field_count && status == TW_OK; f++)
@@ -205,8 +209,8 @@ static tw_status sum_semi(const listing *l, strip *s) {
   return status;
 }
 
-/* Cuts the faces round special vertices out of `s`. */
-static tw_status cut_strip(const listing *l, const strip *s, strip *out) {
+/* Cuts the faces round features out of `s`. */
+static tw_status cut_feature_mesh(const exceptions *l, const feature_mesh *s, feature_mesh *out) {
   cut c;
   memset(out, 0, sizeof *out);
   tw_status status = choose_faces(s, l->scratch, &c);
@@ -227,7 +231,7 @@ static tw_status cut_strip(const listing *l, const strip *s, strip *out) {
 
 /* ---- a step --------------------------------------------------------------------------------- */
 
-static tw_rules rules_of(const listing *l, uint32_t field) {
+static tw_rules rules_of(const exceptions *l, uint32_t field) {
   tw_rules rules = l->inputs->rules;
   rules.linear = l->inputs->linear[field];
   return rules;
@@ -235,7 +239,8 @@ static tw_rules rules_of(const listing *l, uint32_t field) {
 
 /* The number in the whole level of a share's vertex: a vertex of the step's own level, or a face point of the
  * next. */
-static uint32_t share_vertex(const listing *l, const strip *s, uint32_t field, uint32_t step, uint32_t v) {
+static uint32_t share_vertex(const exceptions *l, const feature_mesh *s, uint32_t field, uint32_t step,
+                             uint32_t v) {
   const tw_topology *t = &s->fields[field];
   const tw_level *level = &l->levels[field].at[step];
   if (v < t->vertex_count) return s->vertices[field][v];
@@ -249,8 +254,8 @@ typedef struct mask_list {
   tw_share *room;
 } mask_list;
 
-static void list_mask(const listing *l, const strip *s, uint32_t field, uint32_t step, uint32_t child,
-                      uint32_t whole, mask_list *out) {
+static void list_mask(const exceptions *l, const feature_mesh *s, uint32_t field, uint32_t step,
+                      uint32_t child, uint32_t whole, mask_list *out) {
   tw_rules rules = rules_of(l, field);
   uint32_t count = tw_refine_mask(&s->fields[field], &rules, child, out->room),
            first = (uint32_t)out->shares.count;
@@ -264,7 +269,7 @@ static void list_mask(const listing *l, const strip *s, uint32_t field, uint32_t
   }
 }
 
-static tw_status list_masks(const listing *l, const strip *s, uint32_t field, uint32_t step) {
+static tw_status list_masks(const exceptions *l, const feature_mesh *s, uint32_t field, uint32_t step) {
   const tw_topology *t = &s->fields[field];
   const tw_level *level = &l->levels[field].at[step];
   mask_list list = {.vertices = {.size = sizeof(uint32_t)},
@@ -273,12 +278,14 @@ static tw_status list_masks(const listing *l, const strip *s, uint32_t field, ui
                     .room = tw_alloc(tw_refine_mask_capacity(t), sizeof(tw_share))};
   for (uint32_t v = 0; list.room && v < t->vertex_count; v++) {
     uint32_t point = s->fields[0].corner_vertex[t->fan_corners[t->fan_offsets[v]]];
-    if (s->special[point] && s->odd[field][v]) list_mask(l, s, field, step, v, s->vertices[field][v], &list);
+    if (s->is_feature[point] && s->exceptional[field][v])
+      list_mask(l, s, field, step, v, s->vertices[field][v], &list);
   }
   for (uint32_t e = 0; list.room && e < t->edge_count; e++) {
     uint32_t corner = t->edge_corner[e], next = tw_corner_next(t, corner);
     const uint32_t *points = s->fields[0].corner_vertex;
-    if (!s->special[points[corner]] || !s->special[points[next]] || !is_odd_edge(t, e)) continue;
+    if (!s->is_feature[points[corner]] || !s->is_feature[points[next]] || !is_exceptional_edge(t, e))
+      continue;
     list_mask(l, s, field, step, t->vertex_count + e, level->vertex_count + (s->edges[field][e] >> 1), &list);
   }
   bool complete = list.room != NULL;
@@ -293,8 +300,9 @@ static tw_status list_masks(const listing *l, const strip *s, uint32_t field, ui
   return complete && out->vertices && out->first && out->shares ? TW_OK : TW_NO_MEMORY;
 }
 
-/* Refines one field of a strip, with its numbers in the whole level. */
-static tw_status refine_field(const listing *l, const strip *s, uint32_t field, uint32_t step, strip *out) {
+/* Refines one field of a feature mesh, with its numbers in the whole level. */
+static tw_status refine_field(const exceptions *l, const feature_mesh *s, uint32_t field, uint32_t step,
+                              feature_mesh *out) {
   const tw_topology *p = &s->fields[field];
   const tw_level *level = &l->levels[field].at[step];
   tw_topology *t = &out->fields[field];
@@ -323,20 +331,21 @@ static tw_status refine_field(const listing *l, const strip *s, uint32_t field, 
   return TW_OK;
 }
 
-/* Marks special points of a refined strip. Only special vertices and the middles of their edges can be: the
- * strip has all of their faces. */
-static tw_status refine_special(const listing *l, const strip *s, strip *out) {
+/* Marks the features of a refined feature mesh. Only features and the middles of their edges can be: the
+ * feature mesh has all of their faces. */
+static tw_status refine_features(const exceptions *l, const feature_mesh *s, feature_mesh *out) {
   const tw_topology *p = &s->fields[0], *t = &out->fields[0];
   uint8_t *candidates = tw_arena_alloc(l->scratch, t->vertex_count, 1);
   if (!candidates) return TW_NO_MEMORY;
-  memcpy(candidates, s->special, p->vertex_count);
+  memcpy(candidates, s->is_feature, p->vertex_count);
   for (uint32_t e = 0; e < p->edge_count; e++)
     candidates[p->vertex_count + e] =
-        s->special[p->edge_vertices[e][0]] || s->special[p->edge_vertices[e][1]];
-  return mark_special(l, out, candidates);
+        s->is_feature[p->edge_vertices[e][0]] || s->is_feature[p->edge_vertices[e][1]];
+  return mark_features(l, out, candidates);
 }
 
-static tw_status refine_strip(const listing *l, const strip *s, uint32_t step, strip *out) {
+static tw_status refine_feature_mesh(const exceptions *l, const feature_mesh *s, uint32_t step,
+                                     feature_mesh *out) {
   memset(out, 0, sizeof *out);
   tw_status status = TW_OK;
   for (uint32_t f = 0; f < l->inputs->field_count && status == TW_OK; f++)
@@ -352,13 +361,13 @@ static tw_status refine_strip(const listing *l, const strip *s, uint32_t step, s
     if (!out->frames) return TW_NO_MEMORY;
     for (uint32_t c = 0; c < t->corner_count; c++) out->frames[c] = s->frames[tw_corner_face(t, c)];
   }
-  return refine_special(l, s, out);
+  return refine_features(l, s, out);
 }
 
 /* ---- the last level ------------------------------------------------------------------------- */
 
 /* Room for the largest limit mask of any field. */
-static tw_limit_entry *mask_room(const listing *l, const strip *s) {
+static tw_limit_entry *mask_room(const exceptions *l, const feature_mesh *s) {
   uint32_t capacity = 1;
   for (uint32_t f = 0; f < l->inputs->field_count; f++) {
     uint32_t own = tw_limit_greatest_capacity(&s->fields[f]);
@@ -368,8 +377,8 @@ static tw_limit_entry *mask_room(const listing *l, const strip *s) {
 }
 
 /* Appends the nonzero entries of a corner's limit mask, of its tangents or of its position. */
-static void push_entries(const listing *l, const strip *s, uint32_t field, uint32_t corner, bool tangents,
-                         tw_limit_entry *room, growing *out) {
+static void push_entries(const exceptions *l, const feature_mesh *s, uint32_t field, uint32_t corner,
+                         bool tangents, tw_limit_entry *room, growing *out) {
   uint32_t count = tw_limit_mask(&s->fields[field], l->inputs->linear[field], corner, room);
   for (uint32_t i = 0; i < count; i++) {
     tw_limit_entry entry = room[i];
@@ -379,14 +388,14 @@ static void push_entries(const listing *l, const strip *s, uint32_t field, uint3
   }
 }
 
-static tw_status list_limits(const listing *l, const strip *s, uint32_t field) {
+static tw_status list_limits(const exceptions *l, const feature_mesh *s, uint32_t field) {
   const tw_topology *t = &s->fields[field];
   growing vertices = {.size = sizeof(uint32_t)}, first = {.size = sizeof(uint32_t)},
           entries = {.size = sizeof(tw_limit_entry)};
   tw_limit_entry *room = mask_room(l, s);
   for (uint32_t v = 0; room && v < t->vertex_count; v++) {
     uint32_t corner = t->fan_corners[t->fan_offsets[v]], begin = (uint32_t)entries.count;
-    if (!s->special[s->fields[0].corner_vertex[corner]] || !s->odd[field][v]) continue;
+    if (!s->is_feature[s->fields[0].corner_vertex[corner]] || !s->exceptional[field][v]) continue;
     push(&vertices, &s->vertices[field][v]);
     push(&first, &begin);
     push_entries(l, s, field, corner, false, room, &entries);
@@ -417,9 +426,9 @@ typedef struct tangent_mask {
 } tangent_mask;
 
 typedef struct row_list {
-  const strip *s;
+  const feature_mesh *s;
   tw_numbering numbering;
-  bool parted; /* `numbering` is set: points may have several rows */
+  bool split_by_seams; /* `numbering` is set: points may have several rows */
   tw_limit_entry *room;
   growing rows, entries, channels; /* channels: uint32_t, field_count - 1 for each row */
   tangent_mask known[FIELDS_MAX]
@@ -427,7 +436,7 @@ typedef struct row_list {
 } row_list;
 
 /* Appends the tangent mask of a corner, unless it is known. */
-static tangent_mask push_tangents(const listing *l, row_list *list, uint32_t field, uint32_t corner) {
+static tangent_mask push_tangents(const exceptions *l, row_list *list, uint32_t field, uint32_t corner) {
   const tw_topology *t = &list->s->fields[field];
   tangent_mask *known = list->known[field],
                new = {tw_limit_corner(t, l->inputs->linear[field], corner), 0, 0};
@@ -441,8 +450,8 @@ static tangent_mask push_tangents(const listing *l, row_list *list, uint32_t fie
   return new;
 }
 
-static void push_slopes(const listing *l, row_list *list, uint32_t corner, row *out) {
-  const strip *s = list->s;
+static void push_slopes(const exceptions *l, row_list *list, uint32_t corner, row *out) {
+  const feature_mesh *s = list->s;
   out->frame = s->frames[tw_corner_face(&s->fields[0], corner)];
   const uint32_t fields[2] = {0, 1u + out->frame / 2};
   for (int i = 0; i < 2; i++) {
@@ -466,8 +475,9 @@ static void push_slopes(const listing *l, row_list *list, uint32_t corner, row *
 
 /* Appends one of the rows of a point, at the corner that represents it. whole: NULL, or another row of the
  * point whose normal it shares. */
-static void push_row(const listing *l, row_list *list, uint32_t number, uint32_t corner, const row *whole) {
-  const strip *s = list->s;
+static void push_row(const exceptions *l, row_list *list, uint32_t number, uint32_t corner,
+                     const row *whole) {
+  const feature_mesh *s = list->s;
   const tw_topology *t = &s->fields[0];
   row own = {
       .row = number, .point = s->vertices[0][t->corner_vertex[corner]], .channels = list->channels.count};
@@ -487,17 +497,17 @@ static void push_row(const listing *l, row_list *list, uint32_t number, uint32_t
   push(&list->rows, &own);
 }
 
-/* Appends the rows of one point. The first row has the point's own number. new_row: [rows of the strip's
- * numbering] the number in the level, UINT32_MAX where not yet given. */
-static void push_rows(const listing *l, row_list *list, uint32_t v, uint32_t *new_row) {
+/* Appends the rows of one point. The first row has the point's own number. new_row: [rows of the feature
+ * mesh's numbering] the number in the level, UINT32_MAX where not yet given. */
+static void push_rows(const exceptions *l, row_list *list, uint32_t v, uint32_t *new_row) {
   const tw_topology *t = &list->s->fields[0];
   uint32_t first = t->fan_offsets[v], end = t->fan_offsets[v + 1], corner = t->fan_corners[first];
   size_t begun = list->rows.count;
   push_row(l, list, list->s->vertices[0][v], corner, NULL);
-  if (!list->parted) return;
+  if (!list->split_by_seams) return;
   const uint32_t *row_of = list->numbering.corner_row;
   new_row[row_of[corner]] = list->s->vertices[0][v];
-  bool smooth = !list->s->odd[0][v];
+  bool smooth = !list->s->exceptional[0][v];
   for (uint32_t i = first + 1; i < end; i++) {
     uint32_t *number = &new_row[row_of[t->fan_corners[i]]];
     if (*number != UINT32_MAX || list->rows.failed) continue;
@@ -507,15 +517,15 @@ static void push_rows(const listing *l, row_list *list, uint32_t v, uint32_t *ne
   }
 }
 
-/* Lists the corners whose row is not the row of their point. They are ascending, because the strip's corners
- * are in the level's order. */
-static tw_status list_corners(const listing *l, const row_list *list, const uint32_t *new_row) {
-  const strip *s = list->s;
+/* Lists the corners whose row is not the row of their point. They are ascending, because the feature mesh's
+ * corners are in the level's order. */
+static tw_status list_corners(const exceptions *l, const row_list *list, const uint32_t *new_row) {
+  const feature_mesh *s = list->s;
   const tw_topology *t = &s->fields[0];
   growing corners = {.size = sizeof(uint32_t)}, rows = {.size = sizeof(uint32_t)};
   for (uint32_t c = 0; c < t->corner_count; c++) {
     uint32_t v = t->corner_vertex[c];
-    if (!s->special[v]) continue;
+    if (!s->is_feature[v]) continue;
     uint32_t number = new_row[list->numbering.corner_row[c]];
     if (number == s->vertices[0][v]) continue;
     push(&corners, &s->corners[c]);
@@ -532,7 +542,7 @@ static int compare_rows(const void *left, const void *right) {
   return a->row < b->row ? -1 : a->row > b->row;
 }
 
-static tw_status store_rows(const listing *l, row_list *list) {
+static tw_status store_rows(const exceptions *l, row_list *list) {
   tw_level_rows *out = l->rows;
   size_t count = list->rows.count;
   bool normals = l->inputs->normals;
@@ -570,17 +580,18 @@ static tw_status store_rows(const listing *l, row_list *list) {
   return complete ? TW_OK : TW_NO_MEMORY;
 }
 
-/* Numbers the strip's rows where points can have several: with channels, and where sides of a crease have
- * normals of their own. */
-static tw_status number_parted(const listing *l, row_list *list, uint32_t **new_row) {
-  const strip *s = list->s;
+/* Numbers the feature mesh's rows where points can have several: with channels, and where sides of a crease
+ * have normals of their own. */
+static tw_status number_split(const exceptions *l, row_list *list, uint32_t **new_row) {
+  const feature_mesh *s = list->s;
   tw_splits splits = {.channel_count = l->inputs->field_count - 1,
                       .normals = l->inputs->normals,
                       .tangent_frames = s->frames};
   for (uint32_t i = 0; i < splits.channel_count; i++) splits.channels[i] = &s->fields[1 + i];
-  list->parted = splits.channel_count > 0 || (splits.normals && tw_topology_parts_normals(&s->fields[0]));
-  if (!list->parted) return TW_OK;
-  tw_status status = tw_number_corners(&s->fields[0], &splits, s->special, l->scratch, &list->numbering);
+  list->split_by_seams =
+      splits.channel_count > 0 || (splits.normals && tw_topology_parts_normals(&s->fields[0]));
+  if (!list->split_by_seams) return TW_OK;
+  tw_status status = tw_number_corners(&s->fields[0], &splits, s->is_feature, l->scratch, &list->numbering);
   if (status != TW_OK) return status;
   *new_row = tw_arena_alloc_raw(l->scratch, list->numbering.corner_count, sizeof **new_row);
   if (!*new_row) return TW_NO_MEMORY;
@@ -588,24 +599,24 @@ static tw_status number_parted(const listing *l, row_list *list, uint32_t **new_
   return TW_OK;
 }
 
-static tw_status list_rows(const listing *l, const strip *s) {
+static tw_status list_rows(const exceptions *l, const feature_mesh *s) {
   row_list list = {.s = s,
                    .rows = {.size = sizeof(row)},
                    .entries = {.size = sizeof(tw_limit_entry)},
                    .channels = {.size = sizeof(uint32_t)}};
   uint32_t *new_row = NULL;
-  tw_status status = number_parted(l, &list, &new_row);
+  tw_status status = number_split(l, &list, &new_row);
   list.room = mask_room(l, s);
   if (!list.room) status = TW_NO_MEMORY;
-  if (status == TW_OK && list.parted &&
+  if (status == TW_OK && list.split_by_seams &&
       !tw_is_quickly_read(&s->fields[0], &list.numbering, l->inputs->frames ? 3 : 1))
     status = TW_LIMIT;
   for (uint32_t v = 0; status == TW_OK && v < s->fields[0].vertex_count; v++) {
     if (v % 1024 == 0) status = tw_parallel_for_status(l->inputs->parallel);
-    if (s->special[v]) push_rows(l, &list, v, new_row);
+    if (s->is_feature[v]) push_rows(l, &list, v, new_row);
   }
   if (status == TW_OK) status = store_rows(l, &list);
-  if (status == TW_OK && list.parted) status = list_corners(l, &list, new_row);
+  if (status == TW_OK && list.split_by_seams) status = list_corners(l, &list, new_row);
   tw_free(list.room);
   tw_free(list.rows.items);
   tw_free(list.entries.items);
@@ -615,37 +626,37 @@ static tw_status list_rows(const listing *l, const strip *s) {
 
 /* ---- all ------------------------------------------------------------------------------------ */
 
-/* Continues in an arena of its own; what the strip before it needed goes with the old one. */
-static void continue_in(listing *l, tw_arena *scratch) {
+/* Continues in an arena of its own; what the feature mesh before it needed goes with the old one. */
+static void continue_in(exceptions *l, tw_arena *scratch) {
   tw_arena_destroy(l->scratch);
   l->scratch = scratch;
 }
 
-/* Refines the strip. */
-static tw_status refine_whole(listing *l, uint32_t step, strip *s) {
-  strip child;
-  listing next = *l;
+/* Refines the feature mesh. */
+static tw_status refine_whole(exceptions *l, uint32_t step, feature_mesh *s) {
+  feature_mesh child;
+  exceptions next = *l;
   next.scratch = tw_arena_create();
   if (!next.scratch) return TW_NO_MEMORY;
-  tw_status status = refine_strip(&next, s, step, &child);
+  tw_status status = refine_feature_mesh(&next, s, step, &child);
   continue_in(l, next.scratch);
   *s = child;
   return status;
 }
 
-/* Cuts the strip back to the faces round vertices that are still special. */
-static tw_status cut_back(listing *l, strip *s) {
-  strip cut;
-  listing next = *l;
+/* Cuts the feature mesh back to the faces round vertices that are still features. */
+static tw_status cut_back(exceptions *l, feature_mesh *s) {
+  feature_mesh cut;
+  exceptions next = *l;
   next.scratch = tw_arena_create();
   if (!next.scratch) return TW_NO_MEMORY;
-  tw_status status = cut_strip(&next, s, &cut);
+  tw_status status = cut_feature_mesh(&next, s, &cut);
   continue_in(l, next.scratch);
   *s = cut;
   return status;
 }
 
-static tw_status list_from(listing *l, strip *s) {
+static tw_status list_from(exceptions *l, feature_mesh *s) {
   const tw_levels_inputs *inputs = l->inputs;
   for (uint32_t step = 0; step < inputs->level; step++) {
     tw_status status = TW_OK;
@@ -662,18 +673,18 @@ static tw_status list_from(listing *l, strip *s) {
   return status == TW_OK ? list_rows(l, s) : status;
 }
 
-static tw_status list_all(listing *l) {
+static tw_status list_all(exceptions *l) {
   const tw_levels_inputs *inputs = l->inputs;
-  strip cage = {0};
+  feature_mesh cage = {0};
   for (uint32_t f = 0; f < inputs->field_count; f++) cage.fields[f] = *inputs->fields[f];
   if (inputs->frames) {
     cage.frames = tw_arena_alloc_raw(l->scratch, cage.fields[0].face_count, 1);
     if (!cage.frames) return TW_NO_MEMORY;
     memcpy(cage.frames, inputs->frames, cage.fields[0].face_count);
   }
-  tw_status status = mark_special(l, &cage, NULL);
-  if (status != TW_OK || !memchr(cage.special, 1, cage.fields[0].vertex_count)) return status;
-  uint64_t size = listing_size(l, &cage);
+  tw_status status = mark_features(l, &cage, NULL);
+  if (status != TW_OK || !memchr(cage.is_feature, 1, cage.fields[0].vertex_count)) return status;
+  uint64_t size = exceptions_size(l, &cage);
   *inputs->is_large = size > inputs->exceptions_max;
   if (*inputs->is_large) return TW_LIMIT;
   if (inputs->grant && !inputs->grant->take(inputs->grant->context, size)) return TW_NO_MEMORY;
@@ -683,7 +694,7 @@ static tw_status list_all(listing *l) {
 
 tw_status tw_levels_list_exceptions(const tw_levels_inputs *inputs, tw_arena *arena, tw_levels *out,
                                     tw_level_rows *rows) {
-  listing l = {inputs, arena, tw_arena_create(), out, rows};
+  exceptions l = {inputs, arena, tw_arena_create(), out, rows};
   *rows = (tw_level_rows){.row_count = tw_levels_points(&out[0])};
   tw_status status = l.scratch ? list_all(&l) : TW_NO_MEMORY;
   tw_arena_destroy(l.scratch);

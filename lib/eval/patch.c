@@ -39,7 +39,7 @@ static tw_status append_controls(control_list *list, const uint32_t *points, uin
 /* Patches while they are made. */
 typedef struct plan {
   tw_patches *patches;
-  tw_patch_shapes *shapes;
+  tw_patch_classes *classes;
   bool linear; /* a quad is then the B-spline of its corners, reflected at each side */
   const tw_parallel_for *parallel;
   tw_collector *collector;
@@ -50,10 +50,10 @@ enum {
   QUADS_AT_ONCE = 4096 /* quads planned between two checks for cancellation */
 };
 
-static tw_status classify(plan *p, uint32_t quad, tw_patch_class **shape, const uint32_t **points) {
+static tw_status classify(plan *p, uint32_t quad, tw_patch_class **class, const uint32_t **points) {
   tw_patches *all = p->patches;
-  tw_status status = tw_patch_classify(p->shapes, p->collector, 4 * quad, all->depth, shape, points);
-  if (status == TW_OK) all->scratch_points = tw_patch_shapes_scratch(p->shapes);
+  tw_status status = tw_patch_classify(p->classes, p->collector, 4 * quad, all->depth, class, points);
+  if (status == TW_OK) all->scratch_points = tw_patch_classes_scratch(p->classes);
   return status;
 }
 
@@ -70,9 +70,9 @@ static tw_status plan_patch(plan *p, uint32_t quad) {
     return append_controls(&p->controls, buffer, count);
   }
   if (!tw_patch_regular(base, 4 * quad, buffer, &patch->reflected)) {
-    tw_status status = classify(p, quad, &patch->shape, &points);
+    tw_status status = classify(p, quad, &patch->class, &points);
     if (status != TW_OK) return status;
-    count = patch->shape->point_count;
+    count = patch->class->point_count;
   }
   return append_controls(&p->controls, points, count);
 }
@@ -108,11 +108,11 @@ static tw_status plan_all(plan *p, const tw_rules *rules) {
 }
 
 tw_status tw_patches_create(tw_patches *patches, const tw_topology *base, const tw_rules *rules,
-                            uint32_t depth, tw_patch_shapes *shapes, const tw_parallel_for *parallel) {
+                            uint32_t depth, tw_patch_classes *classes, const tw_parallel_for *parallel) {
   memset(patches, 0, sizeof *patches);
   patches->base = base;
   patches->depth = depth;
-  plan p = {.patches = patches, .shapes = shapes, .parallel = parallel};
+  plan p = {.patches = patches, .classes = classes, .parallel = parallel};
   tw_status status = plan_all(&p, rules);
   if (status != TW_OK) tw_patches_deinit(patches);
   return status;
@@ -129,7 +129,7 @@ void tw_patches_deinit(tw_patches *patches) {
 
 const uint32_t *tw_patch_controls(const tw_patches *patches, uint32_t quad, uint32_t *count) {
   const tw_patch *patch = &patches->patches[quad];
-  *count = patch->shape ? patch->shape->point_count : 16;
+  *count = patch->class ? patch->class->point_count : 16;
   return patches->controls + patch->first_control;
 }
 
@@ -213,13 +213,13 @@ static void evaluate_part(const target *to, const tw_patch_part *part, const dou
 /* ---- corners -------------------------------------------------------------------------------- */
 
 /* Derivatives along the sides of a quad at its corner k, from the tangents of the corner's masks. */
-static void corner_derivatives(const tw_patch_class *shape, const double (*points)[WIDTH_MAX], uint32_t k,
+static void corner_derivatives(const tw_patch_class *class, const double (*points)[WIDTH_MAX], uint32_t k,
                                const double tangents[2][WIDTH_MAX], float *out) {
   const double *own = points[k], *after = points[(k + 1) % 4], *before = points[(k + 3) % 4];
-  const float(*frame)[2] = shape->frames[k];
+  const float(*frame)[2] = class->frames[k];
   for (int c = 0; c < WIDTH_MAX; c++) {
     double to_next = after[c] - own[c], to_previous = before[c] - own[c];
-    if (shape->framed[k]) {
+    if (class->framed[k]) {
       to_next = (double)frame[0][0] * tangents[0][c] + (double)frame[0][1] * tangents[1][c];
       to_previous = (double)frame[1][0] * tangents[0][c] + (double)frame[1][1] * tangents[1][c];
     }
@@ -230,11 +230,11 @@ static void corner_derivatives(const tw_patch_class *shape, const double (*point
 }
 
 /* Evaluates corner k of an irregular quad of depth 0. place: offset in the job's arrays. */
-static void evaluate_corner(const target *to, const tw_patch_class *shape, const double (*points)[WIDTH_MAX],
+static void evaluate_corner(const target *to, const tw_patch_class *class, const double (*points)[WIDTH_MAX],
                             uint32_t k, size_t place) {
   double limit[WIDTH_MAX] = {0}, tangents[2][WIDTH_MAX] = {{0}, {0}};
-  for (uint32_t e = 0; e < shape->mask_counts[k]; e++) {
-    const tw_limit_entry *entry = &shape->masks[k][e];
+  for (uint32_t e = 0; e < class->mask_counts[k]; e++) {
+    const tw_limit_entry *entry = &class->masks[k][e];
     for (int c = 0; c < WIDTH_MAX; c++) {
       /* Masks sum to 1 (position) and 0 (tangents): differences from the vertex itself keep large terms from
        * cancelling. */
@@ -251,30 +251,30 @@ static void evaluate_corner(const target *to, const tw_patch_class *shape, const
   if (to->job->derivatives && to->job->unframed)
     memcpy(to->job->derivatives + place, along, sizeof along);
   else if (to->job->derivatives)
-    corner_derivatives(shape, points, k, (const double(*)[WIDTH_MAX])tangents, to->job->derivatives + place);
+    corner_derivatives(class, points, k, (const double(*)[WIDTH_MAX])tangents, to->job->derivatives + place);
   if (!to->job->normals) return;
   const tw_point quad[4] = {narrow(points[0]), narrow(points[1]), narrow(points[2]), narrow(points[3])};
   tw_put_normal(along[0], along[1], quad, to->job->normals + place);
 }
 
-static void evaluate_corners(const target *to, const tw_patch_class *shape, const double (*points)[WIDTH_MAX],
+static void evaluate_corners(const target *to, const tw_patch_class *class, const double (*points)[WIDTH_MAX],
                              tw_patch_rect rect) {
   static const uint32_t columns[4] = {0, 1, 1, 0}, rows[4] = {0, 0, 1, 1};
   for (uint32_t k = 0; k < 4; k++) {
     uint32_t i = columns[k], j = rows[k];
     bool wanted = i >= rect.i0 && i <= rect.i1 && j >= rect.j0 && j <= rect.j1;
-    if (wanted) evaluate_corner(to, shape, points, k, place_of(to, i, j));
+    if (wanted) evaluate_corner(to, class, points, k, place_of(to, i, j));
   }
 }
 
 /* ---- refining ------------------------------------------------------------------------------- */
 
-static void refine_shape(const tw_patch_class *shape, const double (*points)[WIDTH_MAX],
+static void refine_class(const tw_patch_class *class, const double (*points)[WIDTH_MAX],
                          double (*out)[WIDTH_MAX]) {
-  for (uint32_t r = 0; r < shape->refined_count; r++) {
+  for (uint32_t r = 0; r < class->refined_count; r++) {
     double sum[WIDTH_MAX] = {0};
-    for (uint32_t e = shape->row_offsets[r]; e < shape->row_offsets[r + 1]; e++)
-      for (int c = 0; c < WIDTH_MAX; c++) sum[c] += (double)shape->weights[e] * points[shape->columns[e]][c];
+    for (uint32_t e = class->row_offsets[r]; e < class->row_offsets[r + 1]; e++)
+      for (int c = 0; c < WIDTH_MAX; c++) sum[c] += (double)class->weights[e] * points[class->columns[e]][c];
     memcpy(out[r], sum, sizeof sum);
   }
 }
@@ -306,33 +306,33 @@ static bool has_stencil(const target *to, const tw_stencil *stencil) {
 /* Splits a patch and evaluates its quarters. Recursion is at most TW_LEVEL_MAX deep, as depth falls by one a
  * call. scratch: memory for the rows of this depth and those below. In double: deep down, points lie so close
  * together that float would round tangents away. */
-static void evaluate_shape(target to, const tw_patch_class *shape, const double (*points)[WIDTH_MAX],
+static void evaluate_class(target to, const tw_patch_class *class, const double (*points)[WIDTH_MAX],
                            uint32_t depth, tw_patch_rect rect, double (*scratch)[WIDTH_MAX]) {
   if (depth == 0) {
-    evaluate_corners(&to, shape, points, rect);
+    evaluate_corners(&to, class, points, rect);
     return;
   }
-  refine_shape(shape, points, scratch);
+  refine_class(class, points, scratch);
   const double(*refined)[WIDTH_MAX] = (const double(*)[WIDTH_MAX])scratch;
   uint32_t half = 1u << (depth - 1);
   for (uint32_t k = 0; k < 4; k++) {
     bool right = k == 1 || k == 2, upper = k >= 2;
     tw_patch_rect part_rect;
     if (!quarter(rect, half, right, upper, &part_rect)) continue;
-    const tw_patch_part *part = &shape->parts[k];
+    const tw_patch_part *part = &class->parts[k];
     target part_to = to;
     part_to.column += right ? half : 0;
     part_to.row += upper ? half : 0;
-    if (!part->shape) {
+    if (!part->class) {
       evaluate_part(&part_to, part, refined, depth - 1, part_rect);
       continue;
     }
     /* The quarter's points are stored after this depth's rows; its own rows follow them. */
-    double(*own)[WIDTH_MAX] = scratch + shape->refined_count;
-    for (uint32_t i = 0; i < part->shape->point_count; i++)
+    double(*own)[WIDTH_MAX] = scratch + class->refined_count;
+    for (uint32_t i = 0; i < part->class->point_count; i++)
       memcpy(own[i], refined[part->points[i]], sizeof *own);
-    evaluate_shape(part_to, part->shape, (const double(*)[WIDTH_MAX])own, depth - 1, part_rect,
-                   own + part->shape->point_count);
+    evaluate_class(part_to, part->class, (const double(*)[WIDTH_MAX])own, depth - 1, part_rect,
+                   own + part->class->point_count);
   }
 }
 
@@ -345,7 +345,7 @@ static void evaluate_irregular(target to, const tw_patches *patches, const tw_pa
                                tw_patch_rect rect) {
   const tw_patch_job *job = to.job;
   double(*points)[WIDTH_MAX] = (double(*)[WIDTH_MAX])job->scratch;
-  uint32_t count = patch->shape->point_count;
+  uint32_t count = patch->class->point_count;
   const uint32_t *controls = patches->controls + patch->first_control;
   double origin[WIDTH_MAX] = {0};
   for (uint32_t c = 0; c < job->width; c++) origin[c] = (double)job->in[(size_t)controls[0] * job->width + c];
@@ -353,7 +353,7 @@ static void evaluate_irregular(target to, const tw_patches *patches, const tw_pa
     for (uint32_t c = 0; c < WIDTH_MAX; c++)
       points[i][c] = c < job->width ? (double)job->in[(size_t)controls[i] * job->width + c] - origin[c] : 0;
   to.origin = origin;
-  evaluate_shape(to, patch->shape, (const double(*)[WIDTH_MAX])points, patches->depth, rect, points + count);
+  evaluate_class(to, patch->class, (const double(*)[WIDTH_MAX])points, patches->depth, rect, points + count);
 }
 
 static void evaluate_regular(const target *to, const tw_patches *patches, const tw_patch *patch,
@@ -374,11 +374,11 @@ static void evaluate_by_stencil(const target *to, const tw_patches *patches, con
                                 tw_patch_rect rect) {
   const tw_patch_job *job = to->job;
   const uint32_t *controls = patches->controls + patch->first_control;
-  uint32_t count = patch->shape->point_count, n = 1u << patches->depth;
+  uint32_t count = patch->class->point_count, n = 1u << patches->depth;
   size_t place = place_of(to, rect.i0, rect.j0);
   tw_point points[TW_STENCIL_CONTROLS_MAX],
       origin = tw_load_values(job->in + (size_t)controls[0] * job->width, job->width);
-  const tw_stencil_job sums = {.stencil = patch->shape->stencils[job->limit][patches->depth],
+  const tw_stencil_job sums = {.stencil = patch->class->stencils[job->limit][patches->depth],
                                .controls = points,
                                .origin = origin,
                                .width = job->width,
@@ -401,8 +401,8 @@ void tw_patch_evaluate(const tw_patches *patches, uint32_t quad, const tw_patch_
                        tw_patch_rect rect) {
   const tw_patch *patch = &patches->patches[quad];
   target to = {.job = job, .splines = patches->splines, .whole = rect};
-  if (patch->shape) {
-    if (patch->summed && has_stencil(&to, patch->shape->stencils[job->limit][patches->depth]))
+  if (patch->class) {
+    if (patch->summed && has_stencil(&to, patch->class->stencils[job->limit][patches->depth]))
       evaluate_by_stencil(&to, patches, patch, rect);
     else
       evaluate_irregular(to, patches, patch, rect);

@@ -17,7 +17,7 @@
 #include "tweend/subdiv.h"
 
 typedef struct tw_patch {
-  tw_patch_class *shape;  /* NULL: regular */
+  tw_patch_class *class;  /* NULL: regular */
   uint32_t first_control; /* index in tw_patches.controls of its 16 points, or of its class's points */
   uint8_t reflected;      /* of a regular patch: bit s is set where the row beyond side s is a reflection */
   bool summed;            /* its points are summed by the stencil that its class has for the depth */
@@ -33,12 +33,12 @@ typedef struct tw_patches {
   size_t size;             /* bytes held */
 } tw_patches;
 
-/* Makes patches of all quads of `base`. shapes: receives the irregular classes, and outlives the patches.
+/* Makes patches of all quads of `base`. classes: receives the irregular classes, and outlives the patches.
  * TW_LIMIT: there are more irregular classes, or a larger one, than is worth the memory; then refine by
  * generic steps. parallel: asked whether the patches are still wanted; or NULL. TW_CANCELLED,
  * TW_NO_MEMORY. */
 tw_status tw_patches_create(tw_patches *patches, const tw_topology *base, const tw_rules *rules,
-                            uint32_t depth, tw_patch_shapes *shapes, const tw_parallel_for *parallel);
+                            uint32_t depth, tw_patch_classes *classes, const tw_parallel_for *parallel);
 void tw_patches_deinit(tw_patches *patches); /* a zeroed one may be deinited */
 
 /* What tw_patch_evaluate computes, and where it goes.

@@ -12,7 +12,7 @@ typedef struct tw_patch_class tw_patch_class;
 /* A quarter of an irregular patch, in its parent's orientation. It is a patch itself, over refined points of
  * the parent. */
 typedef struct tw_patch_part {
-  tw_patch_class *shape;  /* NULL: regular */
+  tw_patch_class *class;  /* NULL: regular */
   const uint32_t *points; /* [16, or the points of the class] rows of the parent's refinement step */
   uint8_t reflected;
 } tw_patch_part;
@@ -42,15 +42,15 @@ struct tw_patch_class {
 };
 
 /* The arena that the stencils of the classes live in. */
-tw_arena *tw_patch_shapes_stencils(tw_patch_shapes *shapes);
+tw_arena *tw_patch_classes_stencils(tw_patch_classes *classes);
 
 /* Points of scratch memory that the evaluation of any of the classes needs. */
-uint32_t tw_patch_shapes_scratch(const tw_patch_shapes *shapes);
+uint32_t tw_patch_classes_scratch(const tw_patch_classes *classes);
 
 /* Finds the class of the quad that begins at `corner`, makes it if it is new, and makes it ready for `depth`
  * steps. *points: the class's points as vertices of the topology, valid until the collector's next call.
  * TW_LIMIT as in tw_patches_create. */
-tw_status tw_patch_classify(tw_patch_shapes *shapes, tw_collector *collector, uint32_t corner, uint32_t depth,
-                            tw_patch_class **out, const uint32_t **points);
+tw_status tw_patch_classify(tw_patch_classes *classes, tw_collector *collector, uint32_t corner,
+                            uint32_t depth, tw_patch_class **out, const uint32_t **points);
 
 #endif

@@ -26,8 +26,8 @@ static const uint32_t strides[TW_STENCIL_DEPTH_MAX + 1] = {16, 32, 48, 112, 336}
 /* Value of a class's `uses` once it has been chosen to have a stencil. */
 static const uint32_t TAKEN = UINT32_MAX;
 
-static uint32_t control_count_of(const tw_patch_class *shape) {
-  return (shape->point_count + 1) & ~1u;
+static uint32_t control_count_of(const tw_patch_class *class) {
+  return (class->point_count + 1) & ~1u;
 }
 
 /* What stencils are made for. scratch_points and splines: from patches of the depth. */
@@ -41,7 +41,7 @@ typedef struct stencil_inputs {
 
 /* A patch of the class whose stencil is being made, and its arrays. */
 typedef struct basis {
-  tw_patch_class *shape;
+  tw_patch_class *class;
   const stencil_inputs *inputs;
   uint32_t points, control_count, stride;
   uint32_t *controls; /* [point_count] */
@@ -52,7 +52,7 @@ typedef struct basis {
 } basis;
 
 static bool allocate(basis *b, tw_arena *scratch, tw_arena *arena) {
-  uint32_t count = b->shape->point_count;
+  uint32_t count = b->class->point_count;
   b->controls = tw_arena_alloc(scratch, count, sizeof *b->controls);
   b->in = tw_arena_alloc(scratch, count, TOGETHER * sizeof *b->in);
   b->scratch = tw_arena_alloc(scratch, b->inputs->scratch_points, TOGETHER * sizeof *b->scratch);
@@ -67,7 +67,7 @@ static bool allocate(basis *b, tw_arena *scratch, tw_arena *arena) {
 
 /* Evaluates the patch for the control points that `in` has. */
 static void evaluate(const basis *b) {
-  tw_patch patch = {.shape = b->shape};
+  tw_patch patch = {.class = b->class};
   tw_patches patches = {
       .depth = b->inputs->depth, .patches = &patch, .controls = b->controls, .splines = b->inputs->splines};
   uint32_t n = 1u << b->inputs->depth;
@@ -99,7 +99,7 @@ static void store(const basis *b, size_t k, uint32_t nth) {
 
 /* Computes the weights of control points k to k + TOGETHER - 1. */
 static void weigh(const basis *b, uint32_t k) {
-  uint32_t count = b->shape->point_count, together = count - k < TOGETHER ? count - k : TOGETHER;
+  uint32_t count = b->class->point_count, together = count - k < TOGETHER ? count - k : TOGETHER;
   memset(b->in, 0, (size_t)count * TOGETHER * sizeof *b->in);
   for (uint32_t i = 0; i < together; i++) b->in[(k + i) * TOGETHER + i] = 1;
   evaluate(b);
@@ -122,19 +122,19 @@ static void scale_tangents(const basis *b) {
 }
 
 /* Makes a stencil in the arena. TW_NO_MEMORY. */
-static tw_status make_stencil(tw_patch_class *shape, const stencil_inputs *inputs, tw_arena *arena,
+static tw_status make_stencil(tw_patch_class *class, const stencil_inputs *inputs, tw_arena *arena,
                               tw_stencil *out) {
   uint32_t side = (1u << inputs->depth) + 1;
-  basis b = {.shape = shape,
+  basis b = {.class = class,
              .inputs = inputs,
              .points = side * side,
-             .control_count = control_count_of(shape),
+             .control_count = control_count_of(class),
              .stride = strides[inputs->depth]};
   tw_arena *scratch = tw_arena_create();
   tw_status status = scratch && allocate(&b, scratch, arena) ? TW_OK : TW_NO_MEMORY;
   if (status == TW_OK) {
-    for (uint32_t i = 0; i < shape->point_count; i++) b.controls[i] = i;
-    for (uint32_t k = 0; k < shape->point_count; k += TOGETHER) weigh(&b, k);
+    for (uint32_t i = 0; i < class->point_count; i++) b.controls[i] = i;
+    for (uint32_t k = 0; k < class->point_count; k += TOGETHER) weigh(&b, k);
     scale_tangents(&b);
     *out = (tw_stencil){b.control_count, b.stride, b.out, b.tangents};
   }
@@ -144,45 +144,45 @@ static tw_status make_stencil(tw_patch_class *shape, const stencil_inputs *input
 
 /* ---- of all patches ------------------------------------------------------------------------- */
 
-static size_t bytes_of(const tw_patch_class *shape, const stencil_inputs *inputs) {
-  return (inputs->normals ? 3 : 1) * sizeof(float) * control_count_of(shape) * strides[inputs->depth];
+static size_t bytes_of(const tw_patch_class *class, const stencil_inputs *inputs) {
+  return (inputs->normals ? 3 : 1) * sizeof(float) * control_count_of(class) * strides[inputs->depth];
 }
 
 /* Makes the stencil that a class needs, unless another surface that shares the class has made it. A stencil
  * without the tangents that are needed now is made again with them. */
-static tw_status need_stencil(tw_patch_class *shape, const stencil_inputs *inputs, tw_arena *arena) {
-  const tw_stencil **known = &shape->stencils[inputs->limit][inputs->depth];
+static tw_status need_stencil(tw_patch_class *class, const stencil_inputs *inputs, tw_arena *arena) {
+  const tw_stencil **known = &class->stencils[inputs->limit][inputs->depth];
   if (*known && (!inputs->normals || (*known)->tangents)) return TW_OK;
   if (tw_arena_size(arena) > ALL_BYTES_MAX) return TW_LIMIT;
   tw_stencil *stencil = tw_arena_alloc(arena, 1, sizeof *stencil);
-  tw_status status = stencil ? make_stencil(shape, inputs, arena, stencil) : TW_NO_MEMORY;
+  tw_status status = stencil ? make_stencil(class, inputs, arena, stencil) : TW_NO_MEMORY;
   if (status == TW_OK) *known = stencil;
   return status;
 }
 
 /* Which patches are summed depends on these patches alone, so that a surface has the same rows whatever other
  * surfaces share its classes. */
-tw_status tw_patches_sum(tw_patches *patches, tw_patch_shapes *shapes, bool limit, bool normals) {
+tw_status tw_patches_sum(tw_patches *patches, tw_patch_classes *classes, bool limit, bool normals) {
   if (patches->depth > TW_STENCIL_DEPTH_MAX) return TW_OK;
   const stencil_inputs inputs = {patches->depth, patches->scratch_points, patches->splines, limit, normals};
   size_t bytes = 0;
   tw_patch *first = patches->patches, *end = first + patches->base->face_count;
   for (tw_patch *patch = first; patch < end; patch++)
-    if (patch->shape) patch->shape->uses = 0;
+    if (patch->class) patch->class->uses = 0;
   for (tw_patch *patch = first; patch < end; patch++)
-    if (patch->shape) patch->shape->uses++;
+    if (patch->class) patch->class->uses++;
   for (tw_patch *patch = first; patch < end; patch++) {
-    tw_patch_class *shape = patch->shape;
+    tw_patch_class *class = patch->class;
     patch->summed = false;
-    if (!shape || shape->point_count > TW_STENCIL_CONTROLS_MAX || shape->uses < USES_MIN) continue;
-    if (shape->uses != TAKEN) {
-      bytes += bytes_of(shape, &inputs);
-      shape->uses = bytes <= BYTES_MAX ? TAKEN : 0;
+    if (!class || class->point_count > TW_STENCIL_CONTROLS_MAX || class->uses < USES_MIN) continue;
+    if (class->uses != TAKEN) {
+      bytes += bytes_of(class, &inputs);
+      class->uses = bytes <= BYTES_MAX ? TAKEN : 0;
       tw_status status =
-          shape->uses == TAKEN ? need_stencil(shape, &inputs, tw_patch_shapes_stencils(shapes)) : TW_OK;
+          class->uses == TAKEN ? need_stencil(class, &inputs, tw_patch_classes_stencils(classes)) : TW_OK;
       if (status != TW_OK) return status;
     }
-    patch->summed = shape->uses == TAKEN;
+    patch->summed = class->uses == TAKEN;
   }
   return TW_OK;
 }

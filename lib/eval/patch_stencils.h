@@ -5,9 +5,9 @@
 #include "patch.h"
 
 /* Chooses the patches that are summed by stencils (those whose class many of the patches share, up to a
- * depth), and makes the stencils. shapes: those the patches were made with. limit: whether the jobs will want
- * limit points. normals: whether the jobs will want normals too. TW_NO_MEMORY; TW_LIMIT: the stencils of
+ * depth), and makes the stencils. classes: those the patches were made with. limit: whether the jobs will
+ * want limit points. normals: whether the jobs will want normals too. TW_NO_MEMORY; TW_LIMIT: the stencils of
  * other meshes that share the classes have left no room. */
-tw_status tw_patches_sum(tw_patches *patches, tw_patch_shapes *shapes, bool limit, bool normals);
+tw_status tw_patches_sum(tw_patches *patches, tw_patch_classes *classes, bool limit, bool normals);
 
 #endif

@@ -19,7 +19,7 @@ static const double FITS = 1e-5;
 static const uint32_t NONE = UINT32_MAX;
 
 /* One step back: from the child `mesh` to its parents. */
-typedef struct step {
+typedef struct coarsening {
   const tw_mesh *mesh;
   const double *positions; /* [point_count][3] */
   tw_surface_options options;
@@ -33,7 +33,7 @@ typedef struct step {
   bool is_ambiguous;
   uint32_t levels;         /* steps taken back before this one */
   const uint32_t *corners; /* from tw_coarse_corners for the steps before; make_mesh adds this step */
-} step;
+} coarsening;
 
 /* The parents of the faces of some pieces. Arrays live in one arena. */
 typedef struct parents {
@@ -48,7 +48,8 @@ typedef struct parents {
 
 /* Numbers the parents' vertices in the order of the child's. corners: [faces.corner_count] receives the
  * vertex at each corner. */
-static tw_status number_vertices(step *s, parents *p, tw_arena *arena, uint32_t *corners, uint32_t *count) {
+static tw_status number_vertices(coarsening *s, parents *p, tw_arena *arena, uint32_t *corners,
+                                 uint32_t *count) {
   const tw_topology *t = &s->child.topology;
   p->vertices = tw_arena_alloc_raw(arena, p->faces.corner_count, sizeof *p->vertices);
   if (!p->vertices) return TW_NO_MEMORY;
@@ -75,14 +76,14 @@ static float before_decay(float sharpness) {
 
 /* The lesser sharpness of the two halves of the parent's edge that begins at a corner. A crease on the
  * parent's edge makes both halves sharp. */
-static float least_half(const step *s, const parents *p, uint32_t corner) {
+static float least_half(const coarsening *s, const parents *p, uint32_t corner) {
   const tw_topology *t = &s->child.topology;
   uint32_t origin = p->faces.origins[corner],
            end = tw_corner_previous(t, p->faces.origins[tw_corner_next(&p->topology, corner)]);
   return fminf(t->edge_sharpness[t->corner_edge[origin]], t->edge_sharpness[t->corner_edge[end]]);
 }
 
-static void sharpen(const step *s, parents *p) {
+static void sharpen(const coarsening *s, parents *p) {
   tw_topology *coarse = &p->topology;
   const tw_topology *t = &s->child.topology;
   for (uint32_t e = 0; e < coarse->edge_count; e++)
@@ -93,7 +94,7 @@ static void sharpen(const step *s, parents *p) {
   tw_topology_sharpen(coarse, s->options.boundary == TW_BOUNDARY_EDGE_AND_CORNER);
 }
 
-static tw_status make_parents(step *s, const tw_piece *piece, tw_arena *arena, parents *p) {
+static tw_status make_parents(coarsening *s, const tw_piece *piece, tw_arena *arena, parents *p) {
   memset(p, 0, sizeof *p);
   p->faces.face_offsets = tw_arena_alloc_raw(arena, (size_t)piece->face_count + 1, sizeof(uint32_t));
   p->faces.origins = tw_arena_alloc_raw(arena, piece->face_count, sizeof(uint32_t));
@@ -120,8 +121,8 @@ static tw_status make_parents(step *s, const tw_piece *piece, tw_arena *arena, p
  * *is_one: false where corners of one vertex have different values.
  * Starting at the child's corner where the parent's corner is, the child's next corner lies in the middle of
  * the parent's edge, and the one after it inside the parent. */
-static uint32_t *gather(const step *s, const parents *p, const tw_topology *coarse, const uint32_t *value_at,
-                        tw_arena *arena, bool *is_one) {
+static uint32_t *gather(const coarsening *s, const parents *p, const tw_topology *coarse,
+                        const uint32_t *value_at, tw_arena *arena, bool *is_one) {
   const tw_topology *t = &s->child.topology;
   uint32_t V = coarse->vertex_count, E = coarse->edge_count, F = s->rules.loop ? 0 : coarse->face_count;
   size_t rows = (size_t)V + E + F;
@@ -142,13 +143,13 @@ static uint32_t *gather(const step *s, const parents *p, const tw_topology *coar
   return values;
 }
 
-static uint32_t row_count(const step *s, const tw_topology *coarse) {
+static uint32_t row_count(const coarsening *s, const tw_topology *coarse) {
   return coarse->vertex_count + coarse->edge_count + (s->rules.loop ? 0 : coarse->face_count);
 }
 
 /* Solves for coarse values of `width` numbers each. values: [rows] index in `source` of each row's value.
  * *out: [coarse vertices][width], rounded to float. */
-static tw_status solve_floats(const step *s, const tw_rules *rules, const tw_topology *coarse,
+static tw_status solve_floats(const coarsening *s, const tw_rules *rules, const tw_topology *coarse,
                               const uint32_t *values, const float *source, uint32_t width,
                               const float **out) {
   size_t rows = row_count(s, coarse), count = (size_t)coarse->vertex_count * width;
@@ -164,13 +165,13 @@ static tw_status solve_floats(const step *s, const tw_rules *rules, const tw_top
   return status;
 }
 
-static uint32_t point_of(const step *s, uint32_t vertex) {
+static uint32_t point_of(const coarsening *s, uint32_t vertex) {
   return s->child.point_of ? s->child.point_of[vertex] : vertex;
 }
 
 /* Solves for the parents' points. *out: [vertices][3]. *points: [rows] the mesh's point of each row.
  * TW_INVALID: the parents have doubled edges, so that the child's connectivity is not that of a step. */
-static tw_status solve_points(const step *s, const parents *p, tw_arena *arena, double **out,
+static tw_status solve_points(const coarsening *s, const parents *p, tw_arena *arena, double **out,
                               uint32_t **points, double *error) {
   bool is_one;
   *points = gather(s, p, &p->topology, s->child.topology.corner_vertex, arena, &is_one);
@@ -188,12 +189,12 @@ static tw_status solve_points(const step *s, const parents *p, tw_arena *arena, 
 
 /* ---- which cage ------------------------------------------------------------------------------ */
 
-static void clear_parts(step *s, const tw_piece *piece) {
+static void clear_parts(coarsening *s, const tw_piece *piece) {
   for (uint32_t i = 0; i < piece->face_count; i++) s->parts[piece->faces[i]] = UINT8_MAX;
 }
 
 /* Clears the marks that tw_coarse_faces_of left, so that it can be called again for these faces. */
-static void clear_seen(step *s, const tw_piece *piece) {
+static void clear_seen(coarsening *s, const tw_piece *piece) {
   const tw_topology *t = &s->child.topology;
   for (uint32_t i = 0; i < piece->face_count; i++)
     for (uint32_t c = 0; c < t->face_size; c++)
@@ -202,7 +203,7 @@ static void clear_seen(step *s, const tw_piece *piece) {
 
 /* Measures how far a piece is from the surface of its parents. *error: INFINITY where the parents cannot be
  * solved for. */
-static tw_status measure(step *s, const tw_piece *piece, double *error) {
+static tw_status measure(coarsening *s, const tw_piece *piece, double *error) {
   tw_arena *arena = tw_arena_create();
   parents p;
   double *solved;
@@ -218,7 +219,7 @@ static tw_status measure(step *s, const tw_piece *piece, double *error) {
 /* Chooses the parts of the faces of the piece that `face` is in, by trying all parts of `face`. Where several
  * are possible, the one whose parents' surface has the least error is chosen. The part of `face` stays
  * UINT8_MAX where the piece is no refinement. */
-static tw_status choose_parts(step *s, uint32_t face, tw_piece *piece) {
+static tw_status choose_parts(coarsening *s, uint32_t face, tw_piece *piece) {
   bool fits[TW_PARTS];
   int count = 0, best = 0;
   for (int part = 0; part < TW_PARTS; part++) {
@@ -249,7 +250,7 @@ static tw_status fail_at(uint32_t face, tw_error *error) {
   return tw_error_at(error, "/faces/%u", face);
 }
 
-static tw_status choose_all(step *s, tw_error *error) {
+static tw_status choose_all(coarsening *s, tw_error *error) {
   const tw_topology *t = &s->child.topology;
   for (uint32_t e = 0; e < t->edge_count; e++)
     if (t->edge_flags[e] & TW_EDGE_NONMANIFOLD) return fail_at(t->edge_corner[e] / t->face_size, error);
@@ -266,7 +267,7 @@ static tw_status choose_all(step *s, tw_error *error) {
 /* Finds whether other parents have the same surface: on a closed piece with valence 3 everywhere, offsets
  * that alternate in sign along every edge are mapped to 0 by the masks. That needs vertices which can be
  * signed so that every edge joins a plus and a minus. */
-static tw_status find_ambiguity(step *s, const tw_topology *t) {
+static tw_status find_ambiguity(coarsening *s, const tw_topology *t) {
   int8_t *signs = tw_arena_alloc(s->scratch, t->vertex_count, 1);
   uint32_t *stack = tw_arena_alloc_raw(s->scratch, t->vertex_count, sizeof *stack);
   if (!signs || !stack) return TW_NO_MEMORY;
@@ -292,7 +293,7 @@ static tw_status find_ambiguity(step *s, const tw_topology *t) {
 
 /* ---- the mesh -------------------------------------------------------------------------------- */
 
-static bool make_faces(const step *s, const parents *p, tw_mesh *out) {
+static bool make_faces(const coarsening *s, const parents *p, tw_mesh *out) {
   const tw_topology *t = &p->topology;
   uint32_t *first = tw_arena_alloc_raw(s->scratch, t->face_count, sizeof *first);
   uint8_t *is_hole = tw_arena_alloc(s->scratch, s->mesh->face_count, 1);
@@ -307,7 +308,7 @@ static bool make_faces(const step *s, const parents *p, tw_mesh *out) {
   return tw_mesh_take_faces(out, s->mesh, first, t->face_count, s->arena) == TW_OK;
 }
 
-static bool make_tags(const step *s, const parents *p, tw_mesh *out) {
+static bool make_tags(const coarsening *s, const parents *p, tw_mesh *out) {
   const tw_topology *t = &p->topology;
   uint32_t *edges = tw_arena_alloc_raw(s->arena, t->edge_count, 2 * sizeof *edges);
   float *edge_sharpness = tw_arena_alloc_raw(s->arena, t->edge_count, sizeof *edge_sharpness);
@@ -332,7 +333,7 @@ static bool make_tags(const step *s, const parents *p, tw_mesh *out) {
   return true;
 }
 
-static tw_status make_channel(const step *s, const parents *p, const tw_channel *from, tw_channel *to) {
+static tw_status make_channel(const coarsening *s, const parents *p, const tw_channel *from, tw_channel *to) {
   uint32_t *corners = tw_arena_alloc_raw(from->is_whole ? s->arena : s->scratch, p->faces.corner_count,
                                          sizeof *corners),
            *values_of;
@@ -355,7 +356,8 @@ static tw_status make_channel(const step *s, const parents *p, const tw_channel 
   return solve_floats(s, &rules, &t, values, from->values, from->width, &to->values);
 }
 
-static tw_status make_channels(const step *s, const parents *p, tw_attribute *attributes, tw_mesh *out) {
+static tw_status make_channels(const coarsening *s, const parents *p, tw_attribute *attributes,
+                               tw_mesh *out) {
   tw_channel channels[TW_CHANNELS_MAX], made[TW_CHANNELS_MAX];
   uint32_t count = tw_mesh_channels(s->mesh, channels);
   tw_status status = TW_OK;
@@ -365,7 +367,8 @@ static tw_status make_channels(const step *s, const parents *p, tw_attribute *at
 }
 
 /* points: from solve_points; the points at the coarse vertices come first. */
-static tw_status make_attributes(const step *s, const parents *p, const uint32_t *points, tw_mesh *out) {
+static tw_status make_attributes(const coarsening *s, const parents *p, const uint32_t *points,
+                                 tw_mesh *out) {
   const tw_topology *t = &p->topology;
   tw_attribute *attributes = tw_arena_alloc(s->arena, s->mesh->attribute_count, sizeof *attributes);
   const float **morphs = tw_arena_alloc(s->arena, s->mesh->morph_count, sizeof *morphs);
@@ -397,7 +400,7 @@ static tw_status make_attributes(const step *s, const parents *p, const uint32_t
 }
 
 /* Makes the mesh of the parents of all faces. *positions: [points][3], before they are rounded to float. */
-static tw_status make_mesh(step *s, tw_mesh *out, double **positions, double *error) {
+static tw_status make_mesh(coarsening *s, tw_mesh *out, double **positions, double *error) {
   const tw_topology *t = &s->child.topology;
   for (uint32_t f = 0; f < t->face_count; f++) s->faces[f] = f;
   const tw_piece all = {t->face_count, s->faces};
@@ -430,7 +433,7 @@ static tw_status make_mesh(step *s, tw_mesh *out, double **positions, double *er
 
 /* ---- steps ----------------------------------------------------------------------------------- */
 
-static tw_status take_step(step *s, tw_mesh *out, double **positions, double *miss, tw_error *error) {
+static tw_status take_step(coarsening *s, tw_mesh *out, double **positions, double *miss, tw_error *error) {
   /* Reads the mesh with only border edges sharpened, so that all other sharpness comes from tags. */
   tw_surface_options reading = {.boundary = TW_BOUNDARY_EDGE_ONLY, .creasing = s->options.creasing};
   tw_status status = tw_cage_read(s->mesh, &reading, s->scratch, &s->child);
@@ -490,13 +493,13 @@ tw_status tw_mesh_coarsen(const tw_mesh *mesh, const tw_surface_options *options
   *out = (tw_coarsened){.mesh = *mesh, .size = size_of(mesh), .fits = true};
   const uint32_t *corners = NULL;
   while (out->levels < options->level) {
-    step s = {.mesh = &out->mesh,
-              .positions = positions,
-              .options = *options,
-              .parallel = parallel,
-              .arena = arena,
-              .levels = out->levels,
-              .corners = corners};
+    coarsening s = {.mesh = &out->mesh,
+                    .positions = positions,
+                    .options = *options,
+                    .parallel = parallel,
+                    .arena = arena,
+                    .levels = out->levels,
+                    .corners = corners};
     s.rules = tw_rules_of(options);
     s.scratch = tw_arena_create();
     tw_mesh next;

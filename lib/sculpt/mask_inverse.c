@@ -14,15 +14,15 @@ static const double ENOUGH = 1e-10;
 
 /* The step as a matrix from the parent's vertices to the child's. Rows of edges and vertices also take shares
  * of face points, which are rows themselves: so the rows of face points are evaluated first. */
-typedef struct step {
+typedef struct inverse_job {
   const tw_topology *parent;
   uint32_t rows, faces; /* the child's vertices; the first of them that is a face point, or `rows` */
   uint32_t width;
   uint32_t *offsets; /* [rows + 1] */
   tw_share *shares;
-} step;
+} inverse_job;
 
-static tw_status read_masks(step *s, const tw_rules *rules, tw_arena *arena) {
+static tw_status read_masks(inverse_job *s, const tw_rules *rules, tw_arena *arena) {
   const tw_topology *p = s->parent;
   s->faces = p->vertex_count + p->edge_count;
   s->rows = s->faces + tw_refine_face_points(p, rules);
@@ -46,7 +46,7 @@ static tw_status read_masks(step *s, const tw_rules *rules, tw_arena *arena) {
 
 /* ---- the matrix and its transpose -------------------------------------------------------------------- */
 
-static void apply_rows(const step *s, uint32_t first, uint32_t end, const double *in, double *out) {
+static void apply_rows(const inverse_job *s, uint32_t first, uint32_t end, const double *in, double *out) {
   for (uint32_t row = first; row < end; row++) {
     double *sum = out + (size_t)row * s->width;
     memset(sum, 0, s->width * sizeof *sum);
@@ -59,12 +59,12 @@ static void apply_rows(const step *s, uint32_t first, uint32_t end, const double
 }
 
 /* in: [parent vertices][width], out: [rows][width]. */
-static void apply(const step *s, const double *in, double *out) {
+static void apply(const inverse_job *s, const double *in, double *out) {
   apply_rows(s, s->faces, s->rows, in, out);
   apply_rows(s, 0, s->faces, in, out);
 }
 
-static void transpose_rows(const step *s, uint32_t first, uint32_t end, double *in, double *out) {
+static void transpose_rows(const inverse_job *s, uint32_t first, uint32_t end, double *in, double *out) {
   for (uint32_t row = first; row < end; row++)
     for (uint32_t i = s->offsets[row]; i < s->offsets[row + 1]; i++) {
       uint32_t vertex = s->shares[i].vertex;
@@ -75,7 +75,7 @@ static void transpose_rows(const step *s, uint32_t first, uint32_t end, double *
 }
 
 /* in: [rows][width], which it changes; out: [parent vertices][width]. */
-static void transpose(const step *s, double *in, double *out) {
+static void transpose(const inverse_job *s, double *in, double *out) {
   memset(out, 0, (size_t)s->parent->vertex_count * s->width * sizeof *out);
   transpose_rows(s, 0, s->faces, in, out);
   transpose_rows(s, s->faces, s->rows, in, out);
@@ -98,7 +98,7 @@ typedef struct vectors {
   double *residual, *image, *scratch;    /* [rows][width]: the residual, the direction's image, scratch */
 } vectors;
 
-static tw_status descend(const step *s, const tw_parallel_for *parallel, const vectors *v) {
+static tw_status descend(const inverse_job *s, const tw_parallel_for *parallel, const vectors *v) {
   size_t columns = (size_t)s->parent->vertex_count * s->width, rows = (size_t)s->rows * s->width;
   memcpy(v->scratch, v->residual, rows * sizeof *v->scratch);
   transpose(s, v->scratch, v->gradient);
@@ -123,13 +123,13 @@ static tw_status descend(const step *s, const tw_parallel_for *parallel, const v
 
 /* Masks sum to 1, so a step commutes with translation. The mean is subtracted before solving: the solution of
  * least norm is then the one nearest to the mean. */
-static void take_mean(const step *s, const double *values, double mean[4]) {
+static void take_mean(const inverse_job *s, const double *values, double mean[4]) {
   memset(mean, 0, 4 * sizeof *mean);
   for (uint32_t row = 0; row < s->rows; row++)
     for (uint32_t c = 0; c < s->width; c++) mean[c] += values[(size_t)row * s->width + c] / s->rows;
 }
 
-static double greatest_distance(const step *s, const double *residual) {
+static double greatest_distance(const inverse_job *s, const double *residual) {
   double greatest = 0;
   for (uint32_t row = 0; row < s->rows; row++)
     greatest = fmax(greatest, square(residual + (size_t)row * s->width, s->width));
@@ -140,7 +140,7 @@ tw_status tw_invert_masks(const tw_topology *parent, const tw_rules *rules, uint
                           const double *child, const tw_parallel_for *parallel, double *out, double *error) {
   tw_arena *arena = tw_arena_create();
   if (!arena) return TW_NO_MEMORY;
-  step s = {.parent = parent, .width = width};
+  inverse_job s = {.parent = parent, .width = width};
   tw_status status = read_masks(&s, rules, arena);
   size_t columns = (size_t)parent->vertex_count * width, rows = (size_t)s.rows * width;
   vectors v = {.answer = out};

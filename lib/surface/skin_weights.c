@@ -204,7 +204,7 @@ tw_status tw_influences_init(tw_influences *influences, const tw_mesh *mesh, con
 
 /* ---- refining ------------------------------------------------------------------------------- */
 
-typedef struct step {
+typedef struct influence_step {
   const tw_topology *parent;
   const tw_rules *rules;
   const tw_influences *in;
@@ -213,9 +213,9 @@ typedef struct step {
   tw_share *shares;
   tw_joint_sum sum;
   entry *scratch;
-} step;
+} influence_step;
 
-static tw_status start_step(step *s) {
+static tw_status start_step(influence_step *s) {
   const tw_topology *p = s->parent;
   uint32_t faces = tw_refine_face_points(p, s->rules);
   uint32_t joints = s->in->joint_count, children = p->vertex_count + p->edge_count + faces;
@@ -228,7 +228,7 @@ static tw_status start_step(step *s) {
 }
 
 /* Appends the influences of child vertices [first, end) to `out`. */
-static bool refine_range(step *s, uint32_t first, uint32_t end, tw_influences *out) {
+static bool refine_range(influence_step *s, uint32_t first, uint32_t end, tw_influences *out) {
   uint32_t first_face = s->parent->vertex_count + s->parent->edge_count;
   for (uint32_t child = first; child < end; child++) {
     uint32_t count = tw_refine_mask(s->parent, s->rules, child, s->shares);
@@ -266,7 +266,7 @@ static void trim(tw_influences *out) {
 }
 
 tw_status tw_influences_refine(tw_influences *influences, const tw_topology *parent, const tw_rules *rules) {
-  step s = {.parent = parent, .rules = rules, .in = influences};
+  influence_step s = {.parent = parent, .rules = rules, .in = influences};
   uint32_t first_face = parent->vertex_count + parent->edge_count,
            faces = tw_refine_face_points(parent, rules);
   tw_status status = start_step(&s);

@@ -26,7 +26,7 @@ static void free_plan(tw_surface *s) {
   for (uint32_t f = 0; s->fields && f < s->field_count; f++) tw_patches_deinit(&s->fields[f].patches);
   for (uint32_t i = 0; i < TW_UV_SETS_MAX; i++) tw_values_free_points(&s->uvs[i]);
   for (uint32_t i = 0; s->smooth && i < tw_smooth_set_count(s); i++) tw_values_free_points(&s->smooth[i]);
-  tw_patch_shapes_destroy(s->shapes);
+  tw_patch_classes_destroy(s->classes);
   tw_influences_deinit(&s->cage_influences);
   tw_influences_deinit(&s->influences);
   tw_free(s->skin_rows);
@@ -64,7 +64,7 @@ static size_t plan_size(const tw_surface *s) {
   for (uint32_t i = 0; i < tw_smooth_set_count(s); i++) size += tw_values_points_size(s, &s->smooth[i]);
   for (uint32_t m = 0; s->morphed && m < s->morph_count; m++) size += tw_surface_size(s->morphed[m]);
   for (uint32_t f = 0; f < s->field_count; f++) size += s->fields[f].patches.size;
-  return s->shapes ? size + tw_patch_shapes_size(s->shapes) : size;
+  return s->classes ? size + tw_patch_classes_size(s->classes) : size;
 }
 
 size_t tw_surface_moved_size(const tw_surface *plan) {

@@ -91,7 +91,7 @@ struct tw_surface {
   uint32_t depth; /* levels between the base and the answer */
   uint32_t side;  /* cells along a patch: 1 << depth */
 
-  tw_patch_shapes *shapes; /* the surface's own cache, where options.shapes is NULL */
+  tw_patch_classes *classes; /* the surface's own cache, where options.classes is NULL */
 
   uint32_t base_level; /* generic steps from the cage to the base */
   /* [base faces] the number that each has where no border is cut off; NULL: its own. Only where there are

@@ -12,21 +12,21 @@
 
 /* The arena for values of a level. Values of the base live as long as the surface if rows are read from them,
  * which TW_WAY_LEVELS does not do. Other values live until the surface is made. */
-static tw_arena *values_arena(const tw_build *b, uint32_t level) {
+static tw_arena *values_arena(const tw_surface_builder *b, uint32_t level) {
   bool stays = level == b->levels && b->surface->way != TW_WAY_LEVELS;
   return stays ? b->surface->arena : b->arena;
 }
 
 /* The arena for a topology. The points' topologies between cage and base are kept apart: a movable surface
  * needs them for other positions. */
-static tw_arena *topology_arena(const tw_build *b, uint32_t field, uint32_t level) {
+static tw_arena *topology_arena(const tw_surface_builder *b, uint32_t field, uint32_t level) {
   tw_arena *arena = values_arena(b, level);
   return arena == b->arena && field == 0 ? b->points_arena : arena;
 }
 
 /* Fills in one set's values at the cage; until steps are taken they are the values of the base too. indices:
  * the element of `in` at each vertex; NULL: in order. */
-static bool start_values(tw_build *b, tw_values *values, const float *in, const uint32_t *indices) {
+static bool start_values(tw_surface_builder *b, tw_values *values, const float *in, const uint32_t *indices) {
   tw_arena *arena = b->surface->options.level == 0 ? b->surface->arena : values_arena(b, 0);
   uint32_t count = b->topologies[values->field].vertex_count;
   values->cage = tw_arena_gather(arena, in, indices, count, values->width * sizeof *in);
@@ -35,7 +35,7 @@ static bool start_values(tw_build *b, tw_values *values, const float *in, const 
 }
 
 /* Keeps whole numbers as they are at the corners of the cage. */
-static bool keep_whole(tw_build *b, const tw_attribute *from, tw_values *values) {
+static bool keep_whole(tw_surface_builder *b, const tw_attribute *from, tw_values *values) {
   const uint32_t *index = from->corners ? from->corners : b->mesh->corners;
   values->at_corners = tw_arena_gather(b->surface->arena, from->values, index, b->mesh->corner_count,
                                        from->width * sizeof *from->values);
@@ -43,7 +43,7 @@ static bool keep_whole(tw_build *b, const tw_attribute *from, tw_values *values)
 }
 
 /* values_of: for each field the index of the value at each vertex. */
-static tw_status start_attributes(tw_build *b, uint32_t *const *values_of) {
+static tw_status start_attributes(tw_surface_builder *b, uint32_t *const *values_of) {
   const tw_mesh *mesh = b->mesh;
   for (uint32_t i = 0, channel = mesh->uv_set_count; i < mesh->attribute_count; i++) {
     const tw_attribute *from = &mesh->attributes[i];
@@ -59,7 +59,7 @@ static tw_status start_attributes(tw_build *b, uint32_t *const *values_of) {
 }
 
 /* Starts the sets of attributes, then of displacements. */
-static tw_status start_smooth(tw_build *b, uint32_t *const *values_of) {
+static tw_status start_smooth(tw_surface_builder *b, uint32_t *const *values_of) {
   const tw_mesh *mesh = b->mesh;
   tw_surface *s = b->surface;
   s->smooth = tw_arena_alloc(s->arena, tw_smooth_set_count(s), sizeof *s->smooth);
@@ -72,7 +72,7 @@ static tw_status start_smooth(tw_build *b, uint32_t *const *values_of) {
   return status;
 }
 
-static tw_status start_influences(tw_build *b) {
+static tw_status start_influences(tw_surface_builder *b) {
   tw_surface *s = b->surface;
   if (!b->mesh->skin.joints) return TW_OK;
   const uint32_t *point_of = b->cage.point_of;
@@ -85,7 +85,7 @@ static tw_status start_influences(tw_build *b) {
 
 /* Makes the topologies of the channels. values_of: receives, for each field, the index of the value at each
  * vertex. */
-static tw_status start_channels(tw_build *b, uint32_t **values_of) {
+static tw_status start_channels(tw_surface_builder *b, uint32_t **values_of) {
   tw_surface *s = b->surface;
   uint32_t made = 1;
   for (uint32_t i = 0; i < b->channel_count; i++) {
@@ -102,16 +102,16 @@ static tw_status start_channels(tw_build *b, uint32_t **values_of) {
   return TW_OK;
 }
 
-static tw_status start_uvs(tw_build *b, uint32_t *const *values_of) {
+static tw_status start_uvs(tw_surface_builder *b, uint32_t *const *values_of) {
   tw_surface *s = b->surface;
   for (uint32_t i = 0; i < b->mesh->uv_set_count; i++) {
-    s->uvs[i] = (tw_values){.field = 1 + i, .width = 2, .is_sloped = tw_build_has_tangents(b)};
+    s->uvs[i] = (tw_values){.field = 1 + i, .width = 2, .is_sloped = tw_builder_has_tangents(b)};
     if (!start_values(b, &s->uvs[i], b->mesh->uv_sets[i].values, values_of[1 + i])) return TW_NO_MEMORY;
   }
   return TW_OK;
 }
 
-static tw_status start_sources(tw_build *b) {
+static tw_status start_sources(tw_surface_builder *b) {
   if (b->whole) return TW_OK;
   b->source = tw_arena_alloc(b->arena, b->mesh->face_count, sizeof *b->source);
   if (!b->source) return TW_NO_MEMORY;
@@ -119,7 +119,7 @@ static tw_status start_sources(tw_build *b) {
   return TW_OK;
 }
 
-static tw_status start_base(tw_build *b) {
+static tw_status start_base(tw_surface_builder *b) {
   b->topologies[0] = b->cage.topology;
   b->surface->steps[0].topology = b->cage.topology;
   uint32_t *values_of[TW_FIELDS_MAX] = {NULL};
@@ -134,9 +134,9 @@ static tw_status start_base(tw_build *b) {
 /* ---- a step --------------------------------------------------------------------------------- */
 
 /* Changes one set of values that are mixed; context is the function's own. */
-typedef tw_status value_change(tw_build *b, const void *context, tw_values *values);
+typedef tw_status value_change(tw_surface_builder *b, const void *context, tw_values *values);
 
-static tw_status change_values(tw_build *b, value_change *change, const void *context) {
+static tw_status change_values(tw_surface_builder *b, value_change *change, const void *context) {
   tw_surface *s = b->surface;
   tw_status status = TW_OK;
   for (uint32_t i = 0; i < tw_smooth_set_count(s) && status == TW_OK; i++)
@@ -147,7 +147,7 @@ static tw_status change_values(tw_build *b, value_change *change, const void *co
 }
 
 /* Refines a set by one step. context: the topologies of the level above, one for each field. */
-static tw_status refine_set(tw_build *b, const void *context, tw_values *values) {
+static tw_status refine_set(tw_surface_builder *b, const void *context, tw_values *values) {
   const tw_topology *parent = (const tw_topology *)context + values->field;
   size_t before = (size_t)parent->vertex_count * values->width,
          after = (size_t)b->topologies[values->field].vertex_count * values->width;
@@ -156,14 +156,14 @@ static tw_status refine_set(tw_build *b, const void *context, tw_values *values)
   if (!in || !out) return TW_NO_MEMORY;
   for (size_t i = 0; !values->exact && i < before; i++) in[i] = (double)values->base[i];
   values->exact = out;
-  tw_rules rules = tw_build_rules(b, values->field);
+  tw_rules rules = tw_builder_rules(b, values->field);
   tw_status status = tw_refine_values(parent, &rules, values->width, in, b->parallel, out);
   return status == TW_OK ? tw_parallel_for_status(b->parallel) : status;
 }
 
 /* Cuts a set back to the vertices that are kept. context: for each field, the old numbers of these
  * vertices. */
-static tw_status cut_set(tw_build *b, const void *context, tw_values *values) {
+static tw_status cut_set(tw_surface_builder *b, const void *context, tw_values *values) {
   uint32_t *const *kept = context;
   uint32_t count = b->topologies[values->field].vertex_count;
   tw_gather_rows(values->exact, kept[values->field], count, values->width * sizeof *values->exact,
@@ -171,16 +171,17 @@ static tw_status cut_set(tw_build *b, const void *context, tw_values *values) {
   return TW_OK;
 }
 
-static tw_status refine_field(tw_build *b, const tw_topology *parents, uint32_t field, tw_arena *arena) {
+static tw_status refine_field(tw_surface_builder *b, const tw_topology *parents, uint32_t field,
+                              tw_arena *arena) {
   tw_topology *child = &b->topologies[field];
-  tw_rules rules = tw_build_rules(b, field);
+  tw_rules rules = tw_builder_rules(b, field);
   tw_status status = tw_refine_topology(&parents[field], &rules, arena, b->parallel, child);
   if (status == TW_OK && field > 0 && rules.chaikin)
     status = tw_topology_copy_semi(child, &b->topologies[0], arena);
   return status == TW_OK ? tw_parallel_for_status(b->parallel) : status;
 }
 
-static tw_status refine_sources(tw_build *b, const tw_topology *parent) {
+static tw_status refine_sources(tw_surface_builder *b, const tw_topology *parent) {
   if (b->whole) return TW_OK;
   uint32_t count = b->topologies[0].face_count, *source = tw_arena_alloc_raw(b->arena, count, sizeof *source);
   if (!source) return TW_NO_MEMORY;
@@ -192,7 +193,7 @@ static tw_status refine_sources(tw_build *b, const tw_topology *parent) {
 
 /* Keeps the numbers that faces have where no border is cut off. faces: those that are left, in the numbers of
  * the children of the level before. */
-static tw_status cut_origins(tw_build *b, const uint32_t *faces, uint32_t face_count) {
+static tw_status cut_origins(tw_surface_builder *b, const uint32_t *faces, uint32_t face_count) {
   tw_surface *s = b->surface;
   enum { CHILDREN = 4 }; /* of a face that is itself a child */
   if (!b->has_whole) return TW_OK;
@@ -205,7 +206,7 @@ static tw_status cut_origins(tw_build *b, const uint32_t *faces, uint32_t face_c
 }
 
 /* Cuts a level back to the faces whose parents all exist. */
-static tw_status cut_border(tw_build *b, const tw_topology *parent, uint32_t level) {
+static tw_status cut_border(tw_surface_builder *b, const tw_topology *parent, uint32_t level) {
   uint32_t *faces, *kept[TW_FIELDS_MAX] = {NULL};
   uint32_t face_count = tw_open_faces(parent, &b->topologies[0], b->arena, &faces);
   tw_status status = faces ? TW_OK : TW_NO_MEMORY;
@@ -223,7 +224,7 @@ static tw_status cut_border(tw_build *b, const tw_topology *parent, uint32_t lev
 }
 
 /* Makes the next level. uncut: NULL, or the arena for topologies that the border is cut from. */
-static tw_status refine_all(tw_build *b, uint32_t level, tw_arena *uncut) {
+static tw_status refine_all(tw_surface_builder *b, uint32_t level, tw_arena *uncut) {
   tw_surface *s = b->surface;
   tw_topology parents[TW_FIELDS_MAX];
   memcpy(parents, b->topologies, sizeof parents);
@@ -237,7 +238,7 @@ static tw_status refine_all(tw_build *b, uint32_t level, tw_arena *uncut) {
   return status == TW_OK && uncut ? cut_border(b, &parents[0], level) : status;
 }
 
-static tw_status make_level(tw_build *b, uint32_t level) {
+static tw_status make_level(tw_surface_builder *b, uint32_t level) {
   tw_surface *s = b->surface;
   bool shrinks = tw_cage_shrinks(&b->cage, &s->options);
   tw_arena *uncut = shrinks ? tw_arena_create() : NULL;
@@ -251,7 +252,7 @@ static tw_status make_level(tw_build *b, uint32_t level) {
 /* ---- the base ------------------------------------------------------------------------------- */
 
 /* Rounds a set's values at the base to float. context: unused. */
-static tw_status round_set(tw_build *b, const void *context, tw_values *values) {
+static tw_status round_set(tw_surface_builder *b, const void *context, tw_values *values) {
   size_t count = (size_t)b->topologies[values->field].vertex_count * values->width;
   (void)context;
   if (!values->exact) return TW_OK;
@@ -262,18 +263,18 @@ static tw_status round_set(tw_build *b, const void *context, tw_values *values) 
   return TW_OK;
 }
 
-tw_status tw_build_base(tw_build *b) {
+tw_status tw_builder_base(tw_surface_builder *b) {
   tw_status status = start_base(b);
   b->surface->base_level = b->levels;
   for (uint32_t level = 1; level <= b->levels && status == TW_OK; level++) status = make_level(b, level);
   return status == TW_OK ? change_values(b, round_set, NULL) : status;
 }
 
-tw_status tw_build_find_frames(tw_build *b) {
+tw_status tw_builder_find_frames(tw_surface_builder *b) {
   tw_surface *s = b->surface;
   const uint8_t *sets = b->mesh->tangent_uvs;
   uint32_t faces = b->topologies[0].face_count;
-  if (!tw_build_has_tangents(b)) return TW_OK;
+  if (!tw_builder_has_tangents(b)) return TW_OK;
   s->tangent_frames = tw_arena_alloc_raw(s->arena, faces, 1);
   if (!s->tangent_frames) return TW_NO_MEMORY;
   for (uint32_t f = 0; f < faces; f++) {

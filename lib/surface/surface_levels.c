@@ -65,7 +65,7 @@ tw_status tw_levels_fill(const tw_surface *surface, const tw_parallel_for *paral
 /* ---- the plan ------------------------------------------------------------------------------- */
 
 /* Fills all values except positions. The values of the base are not needed any more then. */
-static tw_status fill_all(tw_build *b) {
+static tw_status fill_all(tw_surface_builder *b) {
   tw_surface *s = b->surface;
   tw_status status = TW_OK;
   for (uint32_t i = 0; i < b->mesh->uv_set_count && status == TW_OK; i++) {
@@ -88,14 +88,14 @@ static tw_status fill_all(tw_build *b) {
 /* The bytes that exceptions may take. From about an eighth of the answer's faces on patches are faster, and
  * they take a fraction of the memory: measured on cages of triangles of which each edge is hard by chance.
  * Short lists are always worth it. */
-static uint64_t exceptions_max(const tw_build *b) {
+static uint64_t exceptions_max(const tw_surface_builder *b) {
   enum { SHORT = 64 << 20, LONG = 1 << 30, OF_FACE = 36 };
   uint64_t of_answer = OF_FACE * b->surface->counts.faces;
   if (of_answer > LONG || b->attempt == TW_TRY_LARGE_LEVELS) return LONG;
   return of_answer > SHORT ? of_answer : SHORT;
 }
 
-tw_status tw_build_levels(tw_build *b, bool *is_large) {
+tw_status tw_builder_levels(tw_surface_builder *b, bool *is_large) {
   tw_surface *s = b->surface;
   tw_levels_inputs inputs = {.level = s->options.level - b->levels,
                              .field_count = s->field_count,
@@ -111,7 +111,7 @@ tw_status tw_build_levels(tw_build *b, bool *is_large) {
     inputs.linear[f] = s->fields[f].linear;
   }
   s->levels = tw_arena_alloc(s->arena, s->field_count, sizeof *s->levels);
-  tw_status status = s->levels ? tw_build_find_frames(b) : TW_NO_MEMORY;
+  tw_status status = s->levels ? tw_builder_find_frames(b) : TW_NO_MEMORY;
   inputs.frames = s->tangent_frames;
   if (status == TW_OK) status = tw_levels_plan(&inputs, s->arena, s->levels, &s->level_rows);
   if (status == TW_OK) status = fill_all(b);

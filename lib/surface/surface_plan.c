@@ -19,7 +19,7 @@ static bool needs_cage(const tw_surface *s, uint32_t levels) {
 }
 
 /* Copies the cage's faces, which are the mesh's arrays until then. */
-static tw_status keep_cage(tw_build *b) {
+static tw_status keep_cage(tw_surface_builder *b) {
   tw_topology *t = &b->cage.topology;
   tw_arena *arena = b->points_arena;
   t->corner_vertex = tw_arena_gather(arena, t->corner_vertex, NULL, t->corner_count, sizeof(uint32_t));
@@ -28,7 +28,7 @@ static tw_status keep_cage(tw_build *b) {
   return t->corner_vertex && (t->face_size != 0 || t->face_offsets) ? TW_OK : TW_NO_MEMORY;
 }
 
-static tw_status keep_details(tw_build *b) {
+static tw_status keep_details(tw_surface_builder *b) {
   tw_detail_list *list = &b->surface->details;
   tw_detail *details = tw_arena_gather(b->points_arena, list->details, NULL, list->count, sizeof *details);
   if (!details) return TW_NO_MEMORY;
@@ -41,7 +41,7 @@ static tw_status keep_details(tw_build *b) {
   return TW_OK;
 }
 
-static tw_status keep_sources(tw_build *b) {
+static tw_status keep_sources(tw_surface_builder *b) {
   tw_surface *s = b->surface;
   uint32_t vertices = s->cage_vertex_count = b->cage.topology.vertex_count;
   s->point_of = b->cage.point_of;
@@ -70,7 +70,7 @@ static void forget_sources(tw_surface *s) {
 /* Keeps creases, corners and the order of the faces for a level 0 that is a cage again. Such a surface has
  * all faces, so its points are numbered as the cage's vertices and the tags' numbers are right as they
  * are. */
-static tw_status keep_tags(tw_build *b) {
+static tw_status keep_tags(tw_surface_builder *b) {
   tw_surface *s = b->surface;
   if (!tw_keeps_tags(b->mesh, &s->options)) return TW_OK;
   tw_surface_tags *tags = s->tags = tw_arena_alloc(s->arena, 1, sizeof *tags);
@@ -98,7 +98,7 @@ static void need_masks(tw_surface *s, const tw_topology *t) {
 }
 
 /* Keeps the topology of the level above Loop's rows; their own level has its counts only. */
-static void plan_loop_rows(tw_build *b) {
+static void plan_loop_rows(tw_surface_builder *b) {
   tw_surface *s = b->surface;
   s->loop_above = b->topologies[0];
   if (s->options.normals) need_masks(s, &s->loop_above);
@@ -106,23 +106,23 @@ static void plan_loop_rows(tw_build *b) {
 }
 
 /* The cache of patch classes to use; NULL without memory. */
-static tw_patch_shapes *shapes_of(tw_surface *s) {
-  if (s->options.shapes) return s->options.shapes;
-  if (!s->shapes) s->shapes = tw_patch_shapes_create();
-  return s->shapes;
+static tw_patch_classes *classes_of(tw_surface *s) {
+  if (s->options.classes) return s->options.classes;
+  if (!s->classes) s->classes = tw_patch_classes_create();
+  return s->classes;
 }
 
-static tw_status plan_patches(tw_build *b) {
+static tw_status plan_patches(tw_surface_builder *b) {
   tw_surface *s = b->surface;
-  tw_patch_shapes *shapes = shapes_of(s);
-  if (!shapes) return TW_NO_MEMORY;
+  tw_patch_classes *classes = classes_of(s);
+  if (!classes) return TW_NO_MEMORY;
   for (uint32_t f = 0; f < s->field_count; f++) {
     tw_field *field = &s->fields[f];
-    tw_rules rules = tw_build_rules(b, f);
+    tw_rules rules = tw_builder_rules(b, f);
     tw_status status =
-        tw_patches_create(&field->patches, &field->base, &rules, s->depth, shapes, b->parallel);
+        tw_patches_create(&field->patches, &field->base, &rules, s->depth, classes, b->parallel);
     if (status == TW_OK)
-      status = tw_patches_sum(&field->patches, shapes, s->options.limit, s->options.normals && f == 0);
+      status = tw_patches_sum(&field->patches, classes, s->options.limit, s->options.normals && f == 0);
     if (status == TW_LIMIT) b->next = TW_TRY_STEPS;
     if (status != TW_OK) return status;
     if (field->patches.scratch_points > s->scratch_points) s->scratch_points = field->patches.scratch_points;
@@ -138,7 +138,7 @@ static tw_status fail_fans(tw_error *error) {
 
 /* Refuses rows that would take too long to read. A row has a mask for its normal, two for its tangent, one
  * for each value at the limit, and one on the surface of each target that displaces normals. */
-static tw_status check_fans(const tw_build *b, tw_error *error) {
+static tw_status check_fans(const tw_surface_builder *b, tw_error *error) {
   const tw_surface *s = b->surface;
   uint32_t masks = (s->options.normals || s->options.limit ? 1u : 0u) + (s->tangent_frames ? 2u : 0u);
   if (s->options.limit) masks += b->mesh->uv_set_count + tw_smooth_set_count(s) + 1;
@@ -156,12 +156,12 @@ static tw_status make_plan(const tw_mesh *mesh, const tw_surface_options *option
 
 /* Orders points as they are without the details of this level and of deeper ones, so that positions which a
  * client has read from that surface and moved still fit. */
-static tw_status order_points(tw_build *b) {
+static tw_status order_points(tw_surface_builder *b) {
   tw_surface *s = b->surface, *before;
   tw_mesh mesh = *b->mesh;
   mesh.detail_count = tw_coarser_details(&s->details, s->options.level).count;
   tw_surface_options options = s->options;
-  options.shapes = NULL;
+  options.classes = NULL;
   options.movable = false;
   tw_attempt attempt = TW_TRY_ALL;
   tw_status status = make_plan(&mesh, &options, b->parallel, &attempt, &before, NULL);
@@ -176,7 +176,7 @@ static tw_status order_points(tw_build *b) {
 }
 
 /* Plans rows of the base, of its patches, or of Loop's scheme. */
-static tw_status plan_rows(tw_build *b, tw_error *error) {
+static tw_status plan_rows(tw_surface_builder *b, tw_error *error) {
   tw_surface *s = b->surface;
   if (s->way == TW_WAY_LOOP) plan_loop_rows(b);
   for (uint32_t f = 0; f < s->field_count; f++) s->fields[f].base = b->topologies[f];
@@ -186,7 +186,7 @@ static tw_status plan_rows(tw_build *b, tw_error *error) {
   if (status == TW_OK) status = tw_parallel_for_status(b->parallel);
   bool has_details = s->options.level > 0 && s->options.level <= tw_deepest_detail(&s->details);
   if (status == TW_OK && has_details) status = order_points(b);
-  if (status == TW_OK) status = tw_build_number(b);
+  if (status == TW_OK) status = tw_builder_number(b);
   if (status == TW_OK) status = tw_parallel_for_status(b->parallel);
   if (status != TW_OK || s->way == TW_WAY_LOOP) return status;
   for (uint32_t f = 0; f < s->field_count; f++) need_masks(s, &s->fields[f].base);
@@ -195,14 +195,14 @@ static tw_status plan_rows(tw_build *b, tw_error *error) {
 
 /* ---- the plan ------------------------------------------------------------------------------- */
 
-static tw_status plan_levels(tw_build *b, tw_error *error) {
+static tw_status plan_levels(tw_surface_builder *b, tw_error *error) {
   bool is_large = false;
-  tw_status status = tw_build_levels(b, &is_large);
+  tw_status status = tw_builder_levels(b, &is_large);
   if (is_large) b->next = b->attempt == TW_TRY_ALL ? TW_TRY_WITHOUT_LEVELS : TW_TRY_STEPS;
   return status == TW_LIMIT && !is_large ? fail_fans(error) : status;
 }
 
-static tw_status plan(tw_build *b, tw_error *error) {
+static tw_status plan(tw_surface_builder *b, tw_error *error) {
   tw_surface *s = b->surface;
   tw_status status = tw_parallel_for_status(b->parallel);
   if (status == TW_OK) status = tw_cage_read(b->mesh, &s->options, b->points_arena, &b->cage);
@@ -210,14 +210,14 @@ static tw_status plan(tw_build *b, tw_error *error) {
   if (status == TW_OK) status = tw_cage_count(&s->options, &b->cage, &s->counts, error);
   if (status == TW_OK) status = tw_details_check(&s->details, &b->cage, &s->options, error);
   if (status == TW_OK) status = tw_parallel_for_status(b->parallel);
-  if (status == TW_OK) status = tw_build_choose(b, error);
+  if (status == TW_OK) status = tw_builder_choose(b, error);
   if (status == TW_OK) status = keep_sources(b);
-  if (status == TW_OK) status = tw_build_base(b);
+  if (status == TW_OK) status = tw_builder_base(b);
   if (status == TW_OK) status = s->way == TW_WAY_LEVELS ? plan_levels(b, error) : plan_rows(b, error);
   if (status == TW_OK) status = keep_tags(b);
   if (status == TW_OK) status = tw_surface_start_bounds(s);
   if (status != TW_OK) return status;
-  tw_build_lay_out(b);
+  tw_builder_lay_out(b);
   if (tw_surface_row_count(s, TW_DOMAIN_VERTICES) >= UINT32_MAX)
     return tw_fail(error, TW_LIMIT,
                    "the surface would have over 4,294,967,294 vertices once its seams are split");
@@ -225,7 +225,7 @@ static tw_status plan(tw_build *b, tw_error *error) {
 }
 
 /* The field of an attribute's values: that of an earlier channel with the same seams, or a new one. */
-static uint32_t field_of_channel(tw_build *b, uint32_t channel) {
+static uint32_t field_of_channel(tw_surface_builder *b, uint32_t channel) {
   const tw_channel *own = &b->channels[channel];
   size_t size = b->mesh->corner_count * sizeof *own->corners;
   for (uint32_t i = 0; i < channel; i++) {
@@ -237,7 +237,7 @@ static uint32_t field_of_channel(tw_build *b, uint32_t channel) {
 }
 
 /* Gives fields to what has values at corners. Each UV set has its own. False without memory. */
-static bool choose_fields(tw_build *b) {
+static bool choose_fields(tw_surface_builder *b) {
   tw_surface *s = b->surface;
   const tw_mesh *mesh = b->mesh;
   b->channel_count = tw_mesh_channels(mesh, b->channels);
@@ -259,14 +259,14 @@ static tw_status make_plan(const tw_mesh *mesh, const tw_surface_options *option
                            tw_error *error) {
   tw_surface *s = tw_alloc_zero(1, sizeof *s);
   if (!s) return TW_NO_MEMORY;
-  tw_build b = {.mesh = mesh,
-                .surface = s,
-                .parallel = parallel,
-                .arena = tw_arena_create(),
-                .points_arena = tw_arena_create(),
-                .attempt = *attempt,
-                .next = *attempt,
-                .morph_normals = mesh->morph_normals && options->normals && !options->movable};
+  tw_surface_builder b = {.mesh = mesh,
+                          .surface = s,
+                          .parallel = parallel,
+                          .arena = tw_arena_create(),
+                          .points_arena = tw_arena_create(),
+                          .attempt = *attempt,
+                          .next = *attempt,
+                          .morph_normals = mesh->morph_normals && options->normals && !options->movable};
   s->options = *options;
   s->options.movable |= b.morph_normals && !tw_has_own_normals(mesh, options);
   s->rules = tw_rules_of(options);
@@ -316,8 +316,8 @@ tw_status tw_surface_create_by(const tw_mesh *mesh, const tw_surface_options *op
   bool has_long_lists = attempt == TW_TRY_WITHOUT_LEVELS;
   if (has_long_lists) status = create(mesh, &own, parallel, &attempt, out, error);
   /* The shared cache may be full: try again with a cache of the surface's own. */
-  if (attempt == TW_TRY_STEPS && own.shapes) {
-    own.shapes = NULL;
+  if (attempt == TW_TRY_STEPS && own.classes) {
+    own.classes = NULL;
     attempt = TW_TRY_WITHOUT_LEVELS;
     status = create(mesh, &own, parallel, &attempt, out, error);
   }

@@ -13,7 +13,7 @@ typedef enum tw_attempt {
   TW_TRY_STEPS         /* generic steps all the way to the answer */
 } tw_attempt;
 
-typedef struct tw_build {
+typedef struct tw_surface_builder {
   const tw_mesh *mesh;
   tw_surface *surface;
   const tw_parallel_for *parallel;
@@ -37,38 +37,38 @@ typedef struct tw_build {
   uint32_t point_order_count;
   /* [faces of the last level] cage face of each; NULL where `whole`. */
   uint32_t *source;
-} tw_build;
+} tw_surface_builder;
 
-static inline tw_rules tw_build_rules(const tw_build *b, uint32_t field) {
+static inline tw_rules tw_builder_rules(const tw_surface_builder *b, uint32_t field) {
   tw_rules rules = b->surface->rules;
   rules.linear = b->surface->fields[field].linear;
   return rules;
 }
 
 /* Tangents are for normal maps, which need normals and UVs. */
-static inline bool tw_build_has_tangents(const tw_build *b) {
+static inline bool tw_builder_has_tangents(const tw_surface_builder *b) {
   return b->mesh->has_tangents && b->mesh->uv_set_count > 0 && b->surface->options.normals;
 }
 
 /* Chooses the method (tw_way) and the number of generic steps to the base. TW_LIMIT when the answer has too
  * many faces for TW_TRY_STEPS. TW_NO_MEMORY. */
-tw_status tw_build_choose(tw_build *b, tw_error *error);
+tw_status tw_builder_choose(tw_surface_builder *b, tw_error *error);
 
 /* Makes the base: the topologies, and all values at its vertices except positions. TW_NO_MEMORY,
  * TW_CANCELLED. */
-tw_status tw_build_base(tw_build *b);
+tw_status tw_builder_base(tw_surface_builder *b);
 
 /* TW_WAY_LEVELS: computes the values of all points of the level from the base, except positions, and numbers
  * them. TW_LIMIT as tw_levels_plan, TW_NO_MEMORY, TW_CANCELLED. */
-tw_status tw_build_levels(tw_build *b, bool *is_large);
+tw_status tw_builder_levels(tw_surface_builder *b, bool *is_large);
 
 /* Numbers the rows of a surface that has its base and the order of its faces. TW_NO_MEMORY, TW_CANCELLED. */
-tw_status tw_build_number(tw_build *b);
+tw_status tw_builder_number(tw_surface_builder *b);
 
 /* Sets the tangent frames of the base's faces, where rows have tangents. TW_NO_MEMORY. */
-tw_status tw_build_find_frames(tw_build *b);
+tw_status tw_builder_find_frames(tw_surface_builder *b);
 
 /* Sets the layout of the rows of TW_DOMAIN_VERTICES. */
-void tw_build_lay_out(tw_build *b);
+void tw_builder_lay_out(tw_surface_builder *b);
 
 #endif

@@ -12,24 +12,24 @@ static uint32_t rows_of_cage(const tw_numbering *n, const tw_topology *base, uin
   return count;
 }
 
-static bool needs_splits(const tw_build *b) {
+static bool needs_splits(const tw_surface_builder *b) {
   const tw_surface *s = b->surface;
   if (s->way == TW_WAY_LOOP) return false;
   if (s->field_count > 1 || tw_has_own_normals(b->mesh, &s->options)) return true;
   return s->options.normals && (s->rules.linear || tw_topology_parts_normals(&b->topologies[0]));
 }
 
-static tw_status split_vertices(tw_build *b, const uint8_t *visible) {
+static tw_status split_vertices(tw_surface_builder *b, const uint8_t *visible) {
   tw_surface *s = b->surface;
   const tw_topology *base = &s->fields[0].base;
   bool has_own = tw_has_own_normals(b->mesh, &s->options);
-  tw_own_normals own = {.tangents = tw_build_has_tangents(b), .morphs = b->morph_normals};
+  tw_own_normals own = {.tangents = tw_builder_has_tangents(b), .morphs = b->morph_normals};
   tw_splits splits = {.channel_count = s->field_count - 1, .normals = s->options.normals};
   for (uint32_t i = 0; i < splits.channel_count; i++) splits.channels[i] = &s->fields[1 + i].base;
   /* On a bilinear surface every edge of the cage is sharp; its parts have the lowest numbers at each
    * level. */
   splits.sharp_below = s->rules.linear ? b->cage.topology.edge_count << b->levels : 0;
-  tw_status status = tw_build_find_frames(b);
+  tw_status status = tw_builder_find_frames(b);
   if (status == TW_OK) status = tw_parallel_for_status(b->parallel);
   splits.tangent_frames = s->tangent_frames;
   if (status == TW_OK && has_own) {
@@ -43,7 +43,7 @@ static tw_status split_vertices(tw_build *b, const uint8_t *visible) {
   return status;
 }
 
-tw_status tw_build_number(tw_build *b) {
+tw_status tw_builder_number(tw_surface_builder *b) {
   tw_surface *s = b->surface;
   const tw_topology *base = &s->fields[0].base;
   uint8_t *visible = NULL;
@@ -68,7 +68,7 @@ tw_status tw_build_number(tw_build *b) {
   return status;
 }
 
-void tw_build_lay_out(tw_build *b) {
+void tw_builder_lay_out(tw_surface_builder *b) {
   tw_surface *s = b->surface;
   tw_surface_layout *l = &s->layout;
   uint32_t stride = 3;

@@ -174,7 +174,7 @@ TEST(finding_bounds_survives_every_failure) {
   tw_surface_destroy(surface);
 }
 
-/* Nor do surfaces that share its shapes afterwards meet what was left half made. */
+/* Nor do surfaces that share its classes afterwards meet what was left half made. */
 static void making_survives(uint32_t level, bool morphs, bool attributes) {
   static const float values[6] = {0, 1, 2, 3, 4, 5};
   static const uint32_t faces[24] = {0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3, 4, 4, 4, 4, 5, 5, 5, 5};
@@ -206,8 +206,8 @@ static void making_survives(uint32_t level, bool morphs, bool attributes) {
   rows wanted = read_rows(&mesh, options);
   size_t failures = 0;
   for (bool failed = true; failed; failures++) {
-    options.shapes = tw_patch_shapes_create();
-    assert_non_null(options.shapes);
+    options.classes = tw_patch_classes_create();
+    assert_non_null(options.classes);
     tw_surface *surface = NULL;
     test_memory.left = failures;
     tw_status status = tw_surface_create(&mesh, &options, &surface, NULL);
@@ -218,7 +218,7 @@ static void making_survives(uint32_t level, bool morphs, bool attributes) {
     rows next = read_rows(&mesh, options);
     assert_memory_equal(wanted.values, next.values, wanted.count * wanted.layout->stride * sizeof(float));
     free_rows(&next);
-    tw_patch_shapes_destroy(options.shapes);
+    tw_patch_classes_destroy(options.classes);
   }
   assert_true(failures > 30);
   free_rows(&wanted);

@@ -1,5 +1,5 @@
 /* Surfaces are the same to the last bit however they are made and read: moved to their positions, by several
- * threads, with the shapes of other surfaces, in memory that held something, in
+ * threads, with the classes of other surfaces, in memory that held something, in
  * blocks of any size. */
 #include <malloc.h>
 #include <math.h>
@@ -162,8 +162,8 @@ static void check_way(const tw_mesh *mesh, tw_surface_options options, const tw_
   tw_surface_destroy(surface);
 }
 
-/* shapes: of the surfaces before. */
-static void check_ways(const tw_mesh *mesh, tw_surface_options options, tw_patch_shapes *shapes) {
+/* classes: of the surfaces before. */
+static void check_ways(const tw_mesh *mesh, tw_surface_options options, tw_patch_classes *classes) {
   tw_surface *expected;
   assert_int_equal(tw_mesh_check(mesh, NULL, NULL), TW_OK);
   tw_status status = tw_surface_create(mesh, &options, &expected, NULL);
@@ -174,7 +174,7 @@ static void check_ways(const tw_mesh *mesh, tw_surface_options options, tw_patch
   mallopt(M_PERTURB, 0xB4); /* what fresh memory is filled with */
   check_way(mesh, options, NULL, expected);
   mallopt(M_PERTURB, 0);
-  options.shapes = shapes;
+  options.classes = classes;
   check_way(mesh, options, NULL, expected);
   tw_surface_destroy(expected);
 }
@@ -188,8 +188,8 @@ static tw_surface_options options_of(uint32_t bits) {
 }
 
 static void check_all_options(const tw_mesh *mesh, bool loop) {
-  tw_patch_shapes *shapes = tw_patch_shapes_create();
-  assert_non_null(shapes);
+  tw_patch_classes *classes = tw_patch_classes_create();
+  assert_non_null(classes);
   /* A sanitizer makes each case ten times slower, and sees enough in fewer. */
   uint32_t step = getenv("TESTED_SANITIZED") ? 5 : 1;
   for (uint32_t bits = 0; bits < 16; bits += step)
@@ -202,10 +202,10 @@ static void check_all_options(const tw_mesh *mesh, bool loop) {
         for (tw_scheme scheme = TW_CATMULL_CLARK; scheme <= TW_BILINEAR; scheme++) {
           options.scheme = scheme;
           bool known = options.triangles == TW_TRIANGLES_CATMULL_CLARK || scheme == TW_CATMULL_CLARK;
-          if (known && (scheme != TW_LOOP || loop)) check_ways(mesh, options, shapes);
+          if (known && (scheme != TW_LOOP || loop)) check_ways(mesh, options, classes);
         }
       }
-  tw_patch_shapes_destroy(shapes);
+  tw_patch_classes_destroy(classes);
 }
 
 static void check_cage(const char *obj, bool loop) {
@@ -244,8 +244,8 @@ TEST(polygons_are_the_same_with_all_that_they_bear) {
 
 /* Of many valences, with borders that touch, with edges of three faces, creased or not. */
 TEST(large_cages_are_the_same) {
-  tw_patch_shapes *shapes = tw_patch_shapes_create();
-  assert_non_null(shapes);
+  tw_patch_classes *classes = tw_patch_classes_create();
+  assert_non_null(classes);
   for (uint32_t i = 0; i < 4 * 3 * 4; i++) {
     torus_faces faces = (torus_faces)(i % 4);
     cage *c = torus(faces, (torus_gaps)(i / 4 % 3), i % 5 == 0);
@@ -253,12 +253,12 @@ TEST(large_cages_are_the_same) {
     tw_surface_options options = options_of(i / 3);
     options.triangles = TW_TRIANGLES_CATMULL_CLARK;
     options.level = 1 + i / 12;
-    check_ways(&c->mesh, options, shapes);
+    check_ways(&c->mesh, options, classes);
     options.scheme = TW_LOOP;
-    if (faces <= TORUS_TURNED_TRIANGLES) check_ways(&c->mesh, options, shapes);
+    if (faces <= TORUS_TURNED_TRIANGLES) check_ways(&c->mesh, options, classes);
     free(c);
   }
-  tw_patch_shapes_destroy(shapes);
+  tw_patch_classes_destroy(classes);
 }
 
 static float bumps(float x, float y) {
@@ -268,8 +268,8 @@ static float bumps(float x, float y) {
 /* Deep enough for whole blocks of every kernel; with points that coincide, some normals need a closer look.
  */
 TEST(deep_levels_are_the_same) {
-  tw_patch_shapes *shapes = tw_patch_shapes_create();
-  assert_non_null(shapes);
+  tw_patch_classes *classes = tw_patch_classes_create();
+  assert_non_null(classes);
   for (int cut = 0; cut < 2; cut++)
     for (int flat = 0; flat < 2; flat++)
       for (uint32_t level = 4; level <= 6; level++) {
@@ -277,10 +277,10 @@ TEST(deep_levels_are_the_same) {
         if (flat) memcpy(c->points[12], c->points[13], sizeof c->points[12]);
         crease_some(c, flat ? 0 : 1.5f);
         check_ways(&c->mesh, (tw_surface_options){.level = level, .limit = level % 2, .normals = true},
-                   shapes);
+                   classes);
         free(c);
       }
-  tw_patch_shapes_destroy(shapes);
+  tw_patch_classes_destroy(classes);
 }
 
 /* What a caller hands over need not live on. */

@@ -36,11 +36,11 @@ typedef enum tw_triangles { TW_TRIANGLES_CATMULL_CLARK, TW_TRIANGLES_SMOOTH } tw
 
 /* A cache of the irregular quad neighbourhoods that surfaces have met. Surfaces that share it refine each
  * neighbourhood once. */
-typedef struct tw_patch_shapes tw_patch_shapes;
+typedef struct tw_patch_classes tw_patch_classes;
 
-tw_patch_shapes *tw_patch_shapes_create(void);         /* NULL without memory */
-void tw_patch_shapes_destroy(tw_patch_shapes *shapes); /* NULL accepted */
-size_t tw_patch_shapes_size(const tw_patch_shapes *shapes);
+tw_patch_classes *tw_patch_classes_create(void);          /* NULL without memory */
+void tw_patch_classes_destroy(tw_patch_classes *classes); /* NULL accepted */
+size_t tw_patch_classes_size(const tw_patch_classes *classes);
 
 /* Asks the caller whether that many bytes may be allocated, on top of the bytes that a surface of this cage
  * always needs. */
@@ -72,7 +72,7 @@ typedef struct tw_surface_options {
   bool movable;        /* keeps what tw_surface_with_positions_by needs */
   /* Shared by the surfaces of a scene, or NULL: the surface makes its own. It outlives the surfaces. While a
    * surface is being made with it, nothing else may use it or a surface that shares it. */
-  tw_patch_shapes *shapes;
+  tw_patch_classes *classes;
   /* Asked before generic steps refine the whole answer and so take memory in proportion to it: by Loop's
    * scheme, with an open border, with semi-sharp creases and UVs under Chaikin's rule, and where a cage is
    * too irregular for patches; and at levels 1 to 3 for what borders, creases and seams take. A refusal makes

@@ -7,7 +7,7 @@
 
 /* Whether the answer has all faces in the order of the cage. An open border removes faces; then only a single
  * group is sure to keep its order. */
-static bool is_whole(const tw_build *b) {
+static bool is_whole(const tw_surface_builder *b) {
   if (b->mesh->tangent_uvs) return false; /* the source of each face must be known */
   uint32_t groups = tw_ordered_groups(b->mesh, b->cage.visible);
   return groups == 1 || (groups > 1 && !tw_cage_shrinks(&b->cage, &b->surface->options));
@@ -15,7 +15,7 @@ static bool is_whole(const tw_build *b) {
 
 /* Whether patches cannot compute values of corners: Chaikin's rule depends on sharpness across UV seams,
  * which a patch does not see. */
-static bool crosses_seams(const tw_build *b) {
+static bool crosses_seams(const tw_surface_builder *b) {
   const tw_mesh *mesh = b->mesh;
   if (b->surface->options.creasing != TW_CREASE_CHAIKIN || b->channel_count == 0) return false;
   for (uint32_t i = 0; i < mesh->crease_count; i++)
@@ -35,7 +35,7 @@ static bool can_be_base(const tw_topology *cage, bool loop) {
 }
 
 /* Whether rows hold refined points only, or points and normals. */
-static bool is_bare(const tw_build *b) {
+static bool is_bare(const tw_surface_builder *b) {
   const tw_mesh *m = b->mesh;
   const tw_surface *s = b->surface;
   bool points_only =
@@ -61,7 +61,7 @@ static bool is_regular(const tw_cage *cage, uint32_t level) {
 
 /* Whether TW_WAY_LEVELS can be used: all points of the level fit in memory, and rows can be read from them.
  * Cages with faces that are left out use patches. */
-static bool fits_levels(const tw_build *b) {
+static bool fits_levels(const tw_surface_builder *b) {
   const tw_mesh *m = b->mesh;
   const tw_surface *s = b->surface;
   const tw_surface_options *options = &s->options;
@@ -74,7 +74,7 @@ static bool fits_levels(const tw_build *b) {
   if (memchr(b->cage.visible, 0, cage->face_count) || tw_cage_shrinks(&b->cage, options)) return false;
   if (m->skin.joints && !tw_skin_fits_levels(m)) return false;
   uint32_t influences = tw_mesh_influences(m, options->influences);
-  uint32_t uv_copies = options->limit && tw_build_has_tangents(b) ? 2 : 1;
+  uint32_t uv_copies = options->limit && tw_builder_has_tangents(b) ? 2 : 1;
   uint64_t sets = (options->limit && options->normals ? 2u : 1u) + uv_copies * m->uv_set_count +
                   influences / 2 /* joints and weights, four to a point */ + tw_smooth_set_count(s) +
                   (b->morph_normals ? (options->limit ? 2u : 1u) * m->morph_count : 0u);
@@ -85,7 +85,7 @@ static bool fits_levels(const tw_build *b) {
 /* ---- the choice ----------------------------------------------------------------------------- */
 
 /* Whether TW_WAY_LOOP can be used, which saves the last generic step. */
-static bool fits_loop_rows(const tw_build *b) {
+static bool fits_loop_rows(const tw_surface_builder *b) {
   const tw_surface *s = b->surface;
   if (s->options.scheme != TW_LOOP || !is_bare(b)) return false;
   return !s->options.normals || tw_loop_rows_fit(&b->cage.topology, &s->rules, s->options.level - 1);
@@ -94,7 +94,7 @@ static bool fits_loop_rows(const tw_build *b) {
 /* An upper bound, in bytes, of what generic steps need. Levels that have details are not counted here: the
  * caller counts them. The constants are bytes for each face of the last level, measured on cages of
  * triangles. */
-static uint64_t steps_size(const tw_build *b) {
+static uint64_t steps_size(const tw_surface_builder *b) {
   enum { LOOP_ROWS = 56, LOOP = 180, CATMULL_CLARK = 420 };
   const tw_surface *s = b->surface;
   const tw_mesh *m = b->mesh;
@@ -107,7 +107,7 @@ static uint64_t steps_size(const tw_build *b) {
 }
 
 /* What the topologies of the last level take at least, in bytes. */
-static uint64_t least_steps_size(const tw_build *b) {
+static uint64_t least_steps_size(const tw_surface_builder *b) {
   enum { CORNER = 4 * 4, EDGE = 8 + 8 + 4 + 4 + 1, VERTEX = 3 * 4 + 1 }; /* the arrays of tw_topology */
   const tw_surface_counts *c = &b->surface->counts;
   uint64_t last = CORNER * c->corners + EDGE * c->edges + VERTEX * c->vertices;
@@ -115,7 +115,7 @@ static uint64_t least_steps_size(const tw_build *b) {
 }
 
 /* Asks for the memory of the generic steps. */
-static tw_status ask_for_steps(const tw_build *b, tw_error *error) {
+static tw_status ask_for_steps(const tw_surface_builder *b, tw_error *error) {
   const tw_grant *grant = b->surface->options.grant;
   uint64_t bytes = steps_size(b), least = bytes > 0 ? least_steps_size(b) : 0;
   if (bytes == 0 || !grant) return TW_OK;
@@ -128,7 +128,7 @@ static tw_status ask_for_steps(const tw_build *b, tw_error *error) {
   return grant->take(grant->context, bytes) ? TW_OK : TW_NO_MEMORY;
 }
 
-tw_status tw_build_choose(tw_build *b, tw_error *error) {
+tw_status tw_builder_choose(tw_surface_builder *b, tw_error *error) {
   tw_surface *s = b->surface;
   uint32_t level = s->options.level, deepest = tw_deepest_detail(&s->details);
   b->whole = is_whole(b);
