@@ -58,13 +58,13 @@ void tw_nearest_values(const tw_surface *surface, const tw_values *values, uint3
 }
 
 tw_status tw_nearest_fill(const tw_surface *surface, tw_values *values) {
-  const tw_levels *levels = &surface->levels[values->field];
+  const tw_shallow *levels = &surface->levels[values->field];
   uint32_t faces[AT_ONCE][4], count = levels->at[levels->level].face_count;
-  values->points = values->refined = tw_alloc_zero(tw_levels_points(levels), sizeof *values->points);
+  values->points = values->refined = tw_alloc_zero(tw_shallow_points(levels), sizeof *values->points);
   if (!values->points) return TW_NO_MEMORY;
   for (uint32_t first = 0, taken; first < count; first += taken) {
     taken = count - first < AT_ONCE ? count - first : AT_ONCE;
-    tw_levels_faces(levels, first, taken, faces[0]);
+    tw_shallow_faces(levels, first, taken, faces[0]);
     for (uint32_t i = 0; i < taken; i++) {
       /* Faces of the first of these levels have the numbers of the base's corners. */
       uint32_t corner = tw_nearest_corner(surface, (first + i) >> 2 * (levels->level - 1));

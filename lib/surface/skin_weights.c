@@ -390,7 +390,7 @@ enum { WORD = 64, WORDS_MAX = TW_SKIN_LEVEL_JOINTS_MAX / WORD, LANES = 4 };
 /* Graph colouring of joints. Joints that never weigh on points of the same cage face may share a channel, and
  * a channel is refined as one function. Few channels serve many joints, since a joint is near few others. */
 typedef struct channels {
-  const tw_levels *levels;
+  const tw_shallow *levels;
   uint32_t joint_count, words, count;
   uint64_t *near; /* [cage faces][words] bit set of the joints that can weigh on points of the face */
   uint16_t of[TW_SKIN_LEVEL_JOINTS_MAX];
@@ -408,10 +408,11 @@ static void unite(uint64_t *set, const uint64_t *other, uint32_t words) {
 
 /* Unites the sets of vertices into those of their faces, or the sets of faces into those of their
  * vertices. */
-static void spread(const tw_level *cage, uint32_t words, bool to_faces, uint64_t *vertices, uint64_t *faces) {
+static void spread(const tw_shallow_level *cage, uint32_t words, bool to_faces, uint64_t *vertices,
+                   uint64_t *faces) {
   for (uint32_t f = 0; f < cage->face_count; f++) {
-    uint32_t size = cage->face_size, end = tw_level_face_end(cage, size, f);
-    for (uint32_t c = tw_level_face_begin(cage, size, f); c < end; c++) {
+    uint32_t size = cage->face_size, end = tw_shallow_face_end(cage, size, f);
+    for (uint32_t c = tw_shallow_face_begin(cage, size, f); c < end; c++) {
       uint64_t *vertex = vertices + (size_t)words * cage->corner_vertex[c], *face = faces + (size_t)words * f;
       unite(to_faces ? face : vertex, to_faces ? vertex : face, words);
     }
@@ -425,7 +426,7 @@ static uint32_t lowest_joint(uint32_t word, uint64_t left) {
 
 /* Fills `near`. A point of a face depends on the vertices of the faces that touch the face. */
 static tw_status find_near(channels *c, const tw_influences *cage) {
-  const tw_level *l = &c->levels->at[0];
+  const tw_shallow_level *l = &c->levels->at[0];
   uint64_t *vertices = tw_alloc_zero(l->vertex_count, c->words * sizeof *vertices);
   c->near = tw_alloc_zero(l->face_count, c->words * sizeof *c->near);
   if (vertices && c->near) {
@@ -487,7 +488,7 @@ static void insert_channels(void *context, uint32_t part, uint32_t begin, uint32
   (void)part;
   for (uint32_t i = begin; i < end; i++) {
     uint32_t place = (i - begin) % AT_ONCE;
-    if (place == 0) tw_levels_cage_faces(c->levels, i, end - i < AT_ONCE ? end - i : AT_ONCE, faces);
+    if (place == 0) tw_shallow_cage_faces(c->levels, i, end - i < AT_ONCE ? end - i : AT_ONCE, faces);
     const uint64_t *near = c->near + (size_t)c->words * faces[place];
     for (uint32_t w = 0; w < c->words; w++)
       for (uint64_t left = near[w] & job->members[w]; left != 0; left &= left - 1) {
@@ -515,16 +516,16 @@ static void load_channels(const channels *c, const tw_influences *cage, uint32_t
 
 static tw_status refine_channels(const channels *c, const tw_influences *cage, bool limit,
                                  const tw_parallel_for *parallel, tw_skin_columns rows) {
-  uint32_t count = tw_levels_points(c->levels);
+  uint32_t count = tw_shallow_points(c->levels);
   tw_point *in = tw_alloc(cage->vertex_count, sizeof *in), *points = tw_alloc(count, sizeof *points),
            *limits = limit ? tw_alloc(count, sizeof *limits) : points;
   tw_status status = in && points && limits ? TW_OK : TW_NO_MEMORY;
   channel_job job = {.channels = c, .points = limits, .rows = rows};
   for (; status == TW_OK && job.first < c->count; job.first += LANES) {
     load_channels(c, cage, job.first, in);
-    status = tw_levels_refine(c->levels, in, parallel, points);
+    status = tw_shallow_refine(c->levels, in, parallel, points);
     if (status != TW_OK) break;
-    if (limit) tw_levels_limit(c->levels, points, parallel, limits);
+    if (limit) tw_shallow_limit(c->levels, points, parallel, limits);
     choose_members(&job);
     tw_parallel_for_run(parallel, count, TW_PARALLEL_FOR_LEAST, insert_channels, &job);
   }
@@ -535,11 +536,11 @@ static tw_status refine_channels(const channels *c, const tw_influences *cage, b
   return status;
 }
 
-tw_status tw_skin_refine_levels(const tw_levels *levels, const tw_influences *cage, bool limit,
+tw_status tw_skin_refine_levels(const tw_shallow *levels, const tw_influences *cage, bool limit,
                                 uint32_t width, const tw_parallel_for *parallel, float **out) {
   channels c = {.levels = levels, .joint_count = cage->joint_count};
   c.words = (c.joint_count + WORD - 1) / WORD;
-  float *rows = tw_alloc_zero(tw_levels_points(levels), 2 * (size_t)width * sizeof *rows);
+  float *rows = tw_alloc_zero(tw_shallow_points(levels), 2 * (size_t)width * sizeof *rows);
   tw_status status = rows ? find_near(&c, cage) : TW_NO_MEMORY;
   if (status == TW_OK) status = choose_channels(&c);
   const tw_skin_columns columns = {rows, rows ? rows + width : NULL, width, 2 * width};

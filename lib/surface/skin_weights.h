@@ -4,8 +4,8 @@
 #ifndef TWEEND_SKIN_WEIGHTS_H
 #define TWEEND_SKIN_WEIGHTS_H
 
-#include "irregular_levels.h"
 #include "patch.h"
+#include "shallow_levels.h"
 
 /* Joints that are kept for a vertex, the heaviest ones. On regular meshes a refined vertex has at most 36;
  * the limit bounds what faces of many corners can ask for. */
@@ -88,13 +88,13 @@ enum { TW_SKIN_LEVEL_JOINTS_MAX = 512 };
 bool tw_skin_fits_levels(const tw_mesh *mesh);
 
 /* Computes the joints and weights of all points of the last level, or of their limits. width: joints of a
- * row. *out: [tw_levels_points][2 x width] joints, then weights, for tw_free. TW_NO_MEMORY, TW_CANCELLED. */
-tw_status tw_skin_refine_levels(const tw_levels *levels, const tw_influences *cage, bool limit,
+ * row. *out: [tw_shallow_points][2 x width] joints, then weights, for tw_free. TW_NO_MEMORY, TW_CANCELLED. */
+tw_status tw_skin_refine_levels(const tw_shallow *levels, const tw_influences *cage, bool limit,
                                 uint32_t width, const tw_parallel_for *parallel, float **out);
 
 /* Bytes of these rows. */
-static inline size_t tw_skin_level_size(const tw_levels *levels, uint32_t width) {
-  return tw_levels_points(levels) * 2 * (size_t)width * sizeof(float);
+static inline size_t tw_skin_level_size(const tw_shallow *levels, uint32_t width) {
+  return tw_shallow_points(levels) * 2 * (size_t)width * sizeof(float);
 }
 
 #endif

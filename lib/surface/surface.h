@@ -6,11 +6,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "irregular_levels.h"
 #include "level_detail.h"
 #include "loop_rows.h"
 #include "numbering.h"
 #include "patch.h"
+#include "shallow_levels.h"
 #include "skin_weights.h"
 #include "tweend/subdiv.h"
 
@@ -83,8 +83,8 @@ struct tw_surface {
   tw_rules rules;
 
   tw_way way;
-  tw_levels *levels; /* [field_count] */
-  tw_level_rows level_rows;
+  tw_shallow *levels; /* [field_count] */
+  tw_shallow_rows level_rows;
 
   tw_topology loop_above; /* of TW_WAY_LOOP: the topology of the level above the rows */
 
@@ -108,7 +108,7 @@ struct tw_surface {
   /* Of skinned meshes; else zeroed. */
   tw_influences cage_influences; /* for level 0 only, where the base is not the cage */
   tw_influences influences;      /* at the base level */
-  float *skin_rows; /* of all points with TW_WAY_LEVELS: [tw_levels_points][2 x influences]; else NULL */
+  float *skin_rows; /* of all points with TW_WAY_LEVELS: [tw_shallow_points][2 x influences]; else NULL */
 
   /* The tangent frame of each face, where the answer has tangents, else NULL: 2 x UV set, + 1 where its map
    * is mirrored. [faces of the base; with TW_WAY_LEVELS those of the cage of `levels`] */
@@ -167,7 +167,7 @@ static inline uint32_t tw_smooth_set_count(const tw_surface *s) {
 
 /* Computes the values of all points of the last level from the base's values (TW_WAY_LEVELS). TW_NO_MEMORY,
  * TW_CANCELLED. */
-tw_status tw_levels_fill(const tw_surface *surface, const tw_parallel_for *parallel, tw_values *values);
+tw_status tw_shallow_fill(const tw_surface *surface, const tw_parallel_for *parallel, tw_values *values);
 
 /* Number of vertices of the base that the steps lead to. */
 uint32_t tw_surface_base_vertices(const tw_surface *surface);
@@ -185,7 +185,7 @@ static inline void tw_values_free_points(tw_values *values) {
   tw_free(values->refined);
 }
 static inline size_t tw_values_points_size(const tw_surface *s, const tw_values *values) {
-  size_t size = values->refined ? tw_levels_points(&s->levels[values->field]) * sizeof *values->points : 0;
+  size_t size = values->refined ? tw_shallow_points(&s->levels[values->field]) * sizeof *values->points : 0;
   return values->points != values->refined ? 2 * size : size;
 }
 

@@ -67,7 +67,7 @@ static bool fits_levels(const tw_surface_builder *b) {
   const tw_surface_options *options = &s->options;
   const tw_topology *cage = &b->cage.topology;
   uint32_t base = tw_deepest_detail(&s->details);
-  if (options->scheme != TW_CATMULL_CLARK || options->level <= base || options->level > base + TW_LEVELS_MAX)
+  if (options->scheme != TW_CATMULL_CLARK || options->level <= base || options->level > base + TW_SHALLOW_MAX)
     return false;
   if (m->face_count == 0) return false;
   if (s->rules.smooth_triangles && base == 0 && cage->face_size != 4) return false;
@@ -78,7 +78,7 @@ static bool fits_levels(const tw_surface_builder *b) {
   uint64_t sets = (options->limit && options->normals ? 2u : 1u) + uv_copies * m->uv_set_count +
                   influences / 2 /* joints and weights, four to a point */ + tw_smooth_set_count(s) +
                   (b->morph_normals ? (options->limit ? 2u : 1u) * m->morph_count : 0u);
-  if (s->counts.vertices * sets * sizeof(tw_point) > LEVELS_BYTES_MAX || !tw_levels_fit(cage)) return false;
+  if (s->counts.vertices * sets * sizeof(tw_point) > LEVELS_BYTES_MAX || !tw_shallow_fit(cage)) return false;
   return options->level < base + 3 || !is_regular(&b->cage, base);
 }
 

@@ -119,8 +119,8 @@ static size_t read_quads(const tw_surface *s, const tw_numbering *n, uint64_t fi
 /* Reads faces [first, first + count) of a level that is kept whole, in the level's own order. */
 static void read_level_run(const tw_surface *s, tw_domain domain, uint32_t first, uint32_t count,
                            uint32_t *out) {
-  tw_levels_faces(&s->levels[domain == TW_DOMAIN_UVS ? 1 : 0], first, count, out);
-  const tw_level_rows *rows = &s->level_rows;
+  tw_shallow_faces(&s->levels[domain == TW_DOMAIN_UVS ? 1 : 0], first, count, out);
+  const tw_shallow_rows *rows = &s->level_rows;
   if (domain != TW_DOMAIN_VERTICES) return;
   uint32_t i = tw_lower_bound(rows->corners, rows->corner_count, 4 * first);
   for (; i < rows->corner_count && rows->corners[i] - 4 * first < 4 * count; i++)

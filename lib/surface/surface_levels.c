@@ -1,4 +1,4 @@
-/* Surfaces that keep all points of the level (irregular_levels.h): the plan from the base on, and rows. Rows
+/* Surfaces that keep all points of the level (shallow_levels.h): the plan from the base on, and rows. Rows
  * of points are computed in ranges, then the listed exceptions are recomputed. */
 #include <math.h>
 #include <stdlib.h>
@@ -29,7 +29,7 @@ static tw_point far_origin(const tw_point *points, uint32_t count) {
 }
 
 /* The base's values as vectors; NULL without memory. */
-static tw_point *widen_base(const tw_levels *levels, const tw_values *values) {
+static tw_point *widen_base(const tw_shallow *levels, const tw_values *values) {
   uint32_t count = levels->at[0].vertex_count;
   tw_point *base = tw_alloc(count, sizeof *base);
   for (uint32_t v = 0; base && v < count; v++) {
@@ -39,22 +39,22 @@ static tw_point *widen_base(const tw_levels *levels, const tw_values *values) {
   return base;
 }
 
-tw_status tw_levels_fill(const tw_surface *surface, const tw_parallel_for *parallel, tw_values *values) {
-  const tw_levels *levels = &surface->levels[values->field];
+tw_status tw_shallow_fill(const tw_surface *surface, const tw_parallel_for *parallel, tw_values *values) {
+  const tw_shallow *levels = &surface->levels[values->field];
   bool positions = values == &surface->positions, limit = surface->options.limit;
   /* Normals and tangents are computed from the points before their limits. */
   bool sloped = positions ? surface->options.normals : values->is_sloped;
   tw_point *base = widen_base(levels, values);
-  values->refined = tw_alloc(tw_levels_points(levels), sizeof *values->refined);
-  values->points = limit ? tw_alloc(tw_levels_points(levels), sizeof *values->points) : values->refined;
+  values->refined = tw_alloc(tw_shallow_points(levels), sizeof *values->refined);
+  values->points = limit ? tw_alloc(tw_shallow_points(levels), sizeof *values->points) : values->refined;
   tw_status status = base && values->refined && values->points ? TW_OK : TW_NO_MEMORY;
   if (status == TW_OK) {
     uint32_t count = levels->at[0].vertex_count;
     values->origin = positions ? far_origin(base, count) : (tw_point){0};
     for (uint32_t v = 0; v < count; v++) base[v] -= values->origin;
-    status = tw_levels_refine(levels, base, parallel, values->refined);
+    status = tw_shallow_refine(levels, base, parallel, values->refined);
   }
-  if (status == TW_OK && limit) tw_levels_limit(levels, values->refined, parallel, values->points);
+  if (status == TW_OK && limit) tw_shallow_limit(levels, values->refined, parallel, values->points);
   tw_free(base);
   if (status != TW_OK || !limit || sloped) return status;
   tw_free(values->refined);
@@ -69,12 +69,12 @@ static tw_status fill_all(tw_surface_builder *b) {
   tw_surface *s = b->surface;
   tw_status status = TW_OK;
   for (uint32_t i = 0; i < b->mesh->uv_set_count && status == TW_OK; i++) {
-    status = tw_levels_fill(s, b->parallel, &s->uvs[i]);
+    status = tw_shallow_fill(s, b->parallel, &s->uvs[i]);
     s->uvs[i].cage = s->uvs[i].base = NULL;
   }
   for (uint32_t i = 0; i < tw_smooth_set_count(s) && status == TW_OK; i++) {
     status = s->smooth[i].at_corners ? tw_nearest_fill(s, &s->smooth[i])
-                                     : tw_levels_fill(s, b->parallel, &s->smooth[i]);
+                                     : tw_shallow_fill(s, b->parallel, &s->smooth[i]);
     s->smooth[i].cage = s->smooth[i].base = NULL;
   }
   if (status == TW_OK && b->mesh->skin.joints)
@@ -97,15 +97,15 @@ static uint64_t exceptions_max(const tw_surface_builder *b) {
 
 tw_status tw_builder_levels(tw_surface_builder *b, bool *is_large) {
   tw_surface *s = b->surface;
-  tw_levels_inputs inputs = {.level = s->options.level - b->levels,
-                             .field_count = s->field_count,
-                             .rules = s->rules,
-                             .limit = s->options.limit,
-                             .normals = s->options.normals,
-                             .parallel = b->parallel,
-                             .grant = s->options.grant,
-                             .exceptions_max = exceptions_max(b),
-                             .is_large = is_large};
+  tw_shallow_inputs inputs = {.level = s->options.level - b->levels,
+                              .field_count = s->field_count,
+                              .rules = s->rules,
+                              .limit = s->options.limit,
+                              .normals = s->options.normals,
+                              .parallel = b->parallel,
+                              .grant = s->options.grant,
+                              .exceptions_max = exceptions_max(b),
+                              .is_large = is_large};
   for (uint32_t f = 0; f < s->field_count; f++) {
     inputs.fields[f] = &b->topologies[f];
     inputs.linear[f] = s->fields[f].linear;
@@ -113,10 +113,10 @@ tw_status tw_builder_levels(tw_surface_builder *b, bool *is_large) {
   s->levels = tw_arena_alloc(s->arena, s->field_count, sizeof *s->levels);
   tw_status status = s->levels ? tw_builder_find_frames(b) : TW_NO_MEMORY;
   inputs.frames = s->tangent_frames;
-  if (status == TW_OK) status = tw_levels_plan(&inputs, s->arena, s->levels, &s->level_rows);
+  if (status == TW_OK) status = tw_shallow_plan(&inputs, s->arena, s->levels, &s->level_rows);
   if (status == TW_OK) status = fill_all(b);
   if (status != TW_OK) return status;
-  const tw_level *last = &s->levels[0].at[inputs.level];
+  const tw_shallow_level *last = &s->levels[0].at[inputs.level];
   s->fields[0].base = (tw_topology){.vertex_count = last->vertex_count,
                                     .edge_count = last->edge_count,
                                     .face_count = last->face_count,
@@ -125,7 +125,7 @@ tw_status tw_builder_levels(tw_surface_builder *b, bool *is_large) {
   s->points = (tw_numbering){.corner_count = last->vertex_count};
   s->vertices = (tw_numbering){.corner_count = s->level_rows.row_count};
   if (b->mesh->uv_set_count > 0)
-    s->uv_points = (tw_numbering){.corner_count = tw_levels_points(&s->levels[1])};
+    s->uv_points = (tw_numbering){.corner_count = tw_shallow_points(&s->levels[1])};
   const tw_face_order order = {b->mesh, b->cage.visible, NULL, s->options.level};
   return tw_surface_order(s, &order);
 }
@@ -169,12 +169,12 @@ static void point_tangents(const tw_surface *s, uint32_t first, uint32_t count,
                            uint32_t (*const channels)[AT_ONCE], float *out) {
   uint32_t faces[AT_ONCE];
   tw_point slopes[AT_ONCE][2], uv_slopes[2];
-  tw_levels_cage_faces(&s->levels[0], first, count, faces);
-  tw_levels_slopes(&s->levels[0], s->positions.refined, first, count, slopes[0]);
+  tw_shallow_cage_faces(&s->levels[0], first, count, faces);
+  tw_shallow_slopes(&s->levels[0], s->positions.refined, first, count, slopes[0]);
   for (uint32_t i = 0; i < count; i++, out += s->layout.stride) {
     uint8_t frame = s->tangent_frames[faces[i]];
     const tw_values *set = &s->uvs[frame / 2];
-    tw_levels_slopes(&s->levels[set->field], set->refined, channels[frame / 2][i], 1, uv_slopes);
+    tw_shallow_slopes(&s->levels[set->field], set->refined, channels[frame / 2][i], 1, uv_slopes);
     level_tangent(s, frame, slopes[i], uv_slopes, out);
   }
 }
@@ -190,7 +190,7 @@ static void point_attributes(const tw_surface *s, uint32_t first, uint32_t count
   for (uint32_t taken; count > 0; first += taken, count -= taken) {
     taken = count < AT_ONCE ? count : AT_ONCE;
     for (uint32_t i = 0; i < channels; i++)
-      tw_levels_channel_vertices(&s->levels[0], &s->levels[1 + i], first, taken, vertices[i]);
+      tw_shallow_channel_vertices(&s->levels[0], &s->levels[1 + i], first, taken, vertices[i]);
     if (s->tangent_frames) point_tangents(s, first, taken, vertices, out);
     for (uint32_t k = 0; k < taken; k++, out += s->layout.stride) {
       own[0] = first + k;
@@ -202,26 +202,26 @@ static void point_attributes(const tw_surface *s, uint32_t first, uint32_t count
 
 /* Recomputes those of the rows [first, first + count) that are listed exceptions. */
 static void listed_rows(const tw_surface *s, uint32_t first, uint32_t count, float *out) {
-  const tw_level_rows *rows = &s->level_rows;
+  const tw_shallow_rows *rows = &s->level_rows;
   uint32_t own[TW_FIELDS_MAX], channels = channels_read(s),
                                n = tw_lower_bound(rows->rows, rows->count, first);
   for (; n < rows->count && rows->rows[n] - first < count; n++) {
     float *row = out + (size_t)(rows->rows[n] - first) * s->layout.stride;
     copy_positions(&s->positions, rows->points[n], 1, 3, row);
     if (s->layout.normal != UINT32_MAX)
-      tw_levels_row_normal(rows, n, s->positions.refined, row + s->layout.normal);
+      tw_shallow_row_normal(rows, n, s->positions.refined, row + s->layout.normal);
     own[0] = rows->points[n];
     for (uint32_t i = 0; i < channels; i++) own[1 + i] = rows->channels[i][n];
     level_attributes(s, own, row);
     if (!s->tangent_frames) continue;
     tw_point points[2], uvs[2];
-    tw_levels_row_slopes(rows, n, s->positions.refined, s->uvs[rows->frames[n] / 2].refined, points, uvs);
+    tw_shallow_row_slopes(rows, n, s->positions.refined, s->uvs[rows->frames[n] / 2].refined, points, uvs);
     level_tangent(s, rows->frames[n], points, uvs, row);
   }
 }
 
-void tw_level_read_rows(const tw_surface *surface, tw_domain domain, uint32_t first, uint32_t count,
-                        float *out) {
+void tw_shallow_read_rows(const tw_surface *surface, tw_domain domain, uint32_t first, uint32_t count,
+                          float *out) {
   const tw_surface *s = surface;
   const tw_values *positions = &s->positions;
   uint32_t points = s->points.corner_count, stride = s->layout.stride;
@@ -235,9 +235,9 @@ void tw_level_read_rows(const tw_surface *surface, tw_domain domain, uint32_t fi
     return;
   }
   uint32_t own = first < points ? points - first < count ? points - first : count : 0;
-  const tw_level_points made = {positions->refined, positions->points, positions->origin};
+  const tw_shallow_positions made = {positions->refined, positions->points, positions->origin};
   if (tw_has_normals(s, domain))
-    tw_levels_normals(&s->levels[0], &made, first, own, stride, out);
+    tw_shallow_normals(&s->levels[0], &made, first, own, stride, out);
   else
     copy_positions(positions, first, own, stride, out);
   if (tw_has_attributes(s, domain)) point_attributes(s, first, own, out);

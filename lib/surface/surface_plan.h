@@ -59,7 +59,7 @@ tw_status tw_builder_choose(tw_surface_builder *b, tw_error *error);
 tw_status tw_builder_base(tw_surface_builder *b);
 
 /* TW_WAY_LEVELS: computes the values of all points of the level from the base, except positions, and numbers
- * them. TW_LIMIT as tw_levels_plan, TW_NO_MEMORY, TW_CANCELLED. */
+ * them. TW_LIMIT as tw_shallow_plan, TW_NO_MEMORY, TW_CANCELLED. */
 tw_status tw_builder_levels(tw_surface_builder *b, bool *is_large);
 
 /* Numbers the rows of a surface that has its base and the order of its faces. TW_NO_MEMORY, TW_CANCELLED. */

@@ -69,7 +69,7 @@ static tw_status keep_loop(tw_surface *s, const double *above, const tw_parallel
 
 static tw_status keep_levels(tw_surface *s, const double *base, const tw_parallel_for *parallel) {
   s->positions.base = round_positions(base, tw_surface_base_vertices(s));
-  tw_status status = s->positions.base ? tw_levels_fill(s, parallel, &s->positions) : TW_NO_MEMORY;
+  tw_status status = s->positions.base ? tw_shallow_fill(s, parallel, &s->positions) : TW_NO_MEMORY;
   tw_free(s->positions.base);
   s->positions.base = NULL;
   return status;

@@ -20,7 +20,7 @@ static void read_corners(tw_surface_reader *r, tw_domain domain, uint32_t first,
   switch (r->surface->way) {
   case TW_WAY_BASE: tw_base_read_rows(r, domain, first, count, out); return;
   case TW_WAY_PATCHES: tw_patch_read_items(r, domain, TW_PATCH_CORNER, first, count, out); return;
-  case TW_WAY_LEVELS: tw_level_read_rows(r->surface, domain, first, count, out); return;
+  case TW_WAY_LEVELS: tw_shallow_read_rows(r->surface, domain, first, count, out); return;
   case TW_WAY_LOOP: loop_rows(r, domain, first, count, out); return;
   }
 }

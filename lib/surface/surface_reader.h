@@ -97,8 +97,8 @@ void tw_turn_to_points(tw_surface_reader *reader, const tw_surface *surface, int
 
 /* Computes rows of TW_WAY_LEVELS. These and the rows of the functions below are unfinished: v runs up, and
  * colours are not yet clamped. */
-void tw_level_read_rows(const tw_surface *surface, tw_domain domain, uint32_t first, uint32_t count,
-                        float *out);
+void tw_shallow_read_rows(const tw_surface *surface, tw_domain domain, uint32_t first, uint32_t count,
+                          float *out);
 
 /* Computes rows of TW_WAY_BASE. */
 void tw_base_read_rows(tw_surface_reader *reader, tw_domain domain, uint32_t first, uint32_t count,

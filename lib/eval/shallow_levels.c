@@ -1,7 +1,7 @@
 /* Loops over the children of faces, edges and vertices. A step keeps the numbers of existing vertices, and
  * the edges and faces at such a vertex have numbers that follow, at any later level, from those at the
  * vertex's first level by a shift. */
-#include "irregular_levels.h"
+#include "shallow_levels.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -29,7 +29,7 @@ INLINE uint32_t face_after(uint32_t corner, uint32_t steps) {
 typedef enum operation { POINT, LIMIT, NORMAL } operation;
 
 typedef struct pass {
-  const tw_levels *levels;
+  const tw_shallow *levels;
   operation operation;
   uint32_t step;         /* the level that the step leads from */
   const tw_point *above; /* POINT: points of the level that the step leads from */
@@ -86,7 +86,7 @@ typedef struct ring {
 } ring;
 
 INLINE ring start_ring(const pass *p, operation op, uint32_t v, uint32_t valence) {
-  const tw_levels *l = p->levels;
+  const tw_shallow *l = p->levels;
   return (ring){valence,
                 op == NORMAL ? l->weights + l->weights_of[valence] : NULL,
                 op == POINT ? p->above[v] : p->points[v],
@@ -140,8 +140,8 @@ static const tw_point *face_points(const pass *p) {
 
 INLINE void cage_vertices(const pass *p, uint32_t size, operation op, uint32_t first_level, uint32_t begin,
                           uint32_t end) {
-  const tw_levels *levels = p->levels;
-  const tw_level *cage = &levels->at[0];
+  const tw_shallow *levels = p->levels;
+  const tw_shallow_level *cage = &levels->at[0];
   const tw_point *E = edge_points(p), *F = face_points(p);
   uint32_t steps = p->step;
   (void)first_level;
@@ -151,7 +151,7 @@ INLINE void cage_vertices(const pass *p, uint32_t size, operation op, uint32_t f
     for (uint32_t i = 0; i < n; i++) {
       uint32_t c = levels->fan_corners[first + i];
       add_to_ring(&r, op, i, E[edge_after(cage->corner_half[c], steps)],
-                  F[steps ? face_after(c, steps) : tw_level_corner_face(cage, size, c)]);
+                  F[steps ? face_after(c, steps) : tw_shallow_corner_face(cage, size, c)]);
     }
     end_ring(p, op, v, &r);
   }
@@ -163,20 +163,20 @@ typedef struct middle {
   uint32_t edges[4], faces[4];
 } middle;
 
-INLINE middle middle_of(const tw_level *l, uint32_t size, uint32_t edge, uint32_t steps) {
+INLINE middle middle_of(const tw_shallow_level *l, uint32_t size, uint32_t edge, uint32_t steps) {
   uint32_t along = l->edge_corners[edge][0], against = l->edge_corners[edge][1];
   uint32_t spokes = 2 * l->edge_count;
   return (middle){{edge_after(4 * edge + 2, steps), edge_after(2 * (spokes + along), steps),
                    edge_after(4 * edge + 1, steps), edge_after(2 * (spokes + against), steps)},
-                  {face_after(4 * tw_level_corner_next(l, size, along) + 3, steps + 1) / 4,
+                  {face_after(4 * tw_shallow_corner_next(l, size, along) + 3, steps + 1) / 4,
                    face_after(4 * along + 1, steps + 1) / 4,
-                   face_after(4 * tw_level_corner_next(l, size, against) + 3, steps + 1) / 4,
+                   face_after(4 * tw_shallow_corner_next(l, size, against) + 3, steps + 1) / 4,
                    face_after(4 * against + 1, steps + 1) / 4}};
 }
 
 INLINE void middles(const pass *p, uint32_t size, operation op, uint32_t first_level, uint32_t begin,
                     uint32_t end) {
-  const tw_level *l = &p->levels->at[first_level - 1];
+  const tw_shallow_level *l = &p->levels->at[first_level - 1];
   const tw_point *E = edge_points(p), *F = face_points(p);
   uint32_t steps = p->step - first_level;
   for (uint32_t edge = begin; edge < end; edge++) {
@@ -191,17 +191,17 @@ INLINE void middles(const pass *p, uint32_t size, operation op, uint32_t first_l
 
 INLINE void new_edges(const pass *p, uint32_t size, operation op, uint32_t first_level, uint32_t begin,
                       uint32_t end) {
-  const tw_level *l = &p->levels->at[first_level - 1];
+  const tw_shallow_level *l = &p->levels->at[first_level - 1];
   const tw_point *Q = p->points, *E = edge_points(p), *F = face_points(p);
   const uint32_t *half = l->corner_half;
   for (uint32_t edge = begin; edge < end; edge++) {
     uint32_t along = l->edge_corners[edge][0], against = l->edge_corners[edge][1];
-    const tw_point edges[4] = {Q[l->corner_vertex[against]], F[tw_level_corner_face(l, size, along)],
-                               Q[l->corner_vertex[along]], F[tw_level_corner_face(l, size, against)]},
-                   faces[4] = {E[half[tw_level_corner_next(l, size, along)] / 2],
-                               E[half[tw_level_corner_previous(l, size, along)] / 2],
-                               E[half[tw_level_corner_next(l, size, against)] / 2],
-                               E[half[tw_level_corner_previous(l, size, against)] / 2]};
+    const tw_point edges[4] = {Q[l->corner_vertex[against]], F[tw_shallow_corner_face(l, size, along)],
+                               Q[l->corner_vertex[along]], F[tw_shallow_corner_face(l, size, against)]},
+                   faces[4] = {E[half[tw_shallow_corner_next(l, size, along)] / 2],
+                               E[half[tw_shallow_corner_previous(l, size, along)] / 2],
+                               E[half[tw_shallow_corner_next(l, size, against)] / 2],
+                               E[half[tw_shallow_corner_previous(l, size, against)] / 2]};
     put_valence_four(p, op, l->vertex_count + edge, edges, faces);
   }
 }
@@ -210,11 +210,11 @@ INLINE void new_edges(const pass *p, uint32_t size, operation op, uint32_t first
 
 INLINE void round_faces(const pass *p, uint32_t size, operation op, uint32_t first_level, uint32_t begin,
                         uint32_t end, bool is_new) {
-  const tw_level *l = &p->levels->at[first_level - 1];
+  const tw_shallow_level *l = &p->levels->at[first_level - 1];
   const tw_point *Q = p->points, *E = edge_points(p), *F = face_points(p);
   uint32_t steps = p->step - first_level, spokes = 2 * l->edge_count;
   for (uint32_t f = begin; f < end; f++) {
-    uint32_t first = tw_level_face_begin(l, size, f), n = tw_level_face_end(l, size, f) - first,
+    uint32_t first = tw_shallow_face_begin(l, size, f), n = tw_shallow_face_end(l, size, f) - first,
              v = l->vertex_count + l->edge_count + f;
     ring r = start_ring(p, op, v, n);
     tw_point edges[4], faces[4];
@@ -293,7 +293,7 @@ static void run_part(const pass *p, vertex_class class, uint32_t first_level, ui
 }
 
 static void run_vertices(const pass *p, uint32_t first, uint32_t end) {
-  const tw_level *at = p->levels->at;
+  const tw_shallow_level *at = p->levels->at;
   uint32_t base = 0;
   run_part(p, CAGE, 0, at[0].vertex_count, &base, first, end);
   for (uint32_t first_level = 1; first_level <= p->step; first_level++) {
@@ -307,13 +307,15 @@ static void run_vertices(const pass *p, uint32_t first, uint32_t end) {
 /* ---- new points of a step ------------------------------------------------------------------- */
 
 /* Computes points of the faces or edges [begin, end) of level `l`, whose tables are read. */
-typedef void point_loop(const pass *p, const tw_level *l, uint32_t size, uint32_t begin, uint32_t end);
+typedef void point_loop(const pass *p, const tw_shallow_level *l, uint32_t size, uint32_t begin,
+                        uint32_t end);
 
-INLINE void make_faces(const pass *p, const tw_level *l, uint32_t size, uint32_t begin, uint32_t end) {
+INLINE void make_faces(const pass *p, const tw_shallow_level *l, uint32_t size, uint32_t begin,
+                       uint32_t end) {
   const tw_point *P = p->above;
   tw_point *F = p->points + l->vertex_count + l->edge_count;
   for (uint32_t f = begin; f < end; f++) {
-    uint32_t first = tw_level_face_begin(l, size, f), n = tw_level_face_end(l, size, f) - first;
+    uint32_t first = tw_shallow_face_begin(l, size, f), n = tw_shallow_face_end(l, size, f) - first;
     tw_point sum = P[l->corner_vertex[first]];
     for (uint32_t i = 1; i < n; i++) sum += P[l->corner_vertex[first + i]];
     F[f] = sum / splat((float)n);
@@ -324,19 +326,22 @@ INLINE tw_point edge_point(bool linear, tw_point a, tw_point b, tw_point left, t
   return linear ? splat(0.5f) * (a + b) : splat(0.25f) * ((a + b) + (left + right));
 }
 
-INLINE void make_edges(const pass *p, const tw_level *l, uint32_t size, uint32_t begin, uint32_t end) {
+INLINE void make_edges(const pass *p, const tw_shallow_level *l, uint32_t size, uint32_t begin,
+                       uint32_t end) {
   const tw_point *P = p->above, *F = p->points + l->vertex_count + l->edge_count;
   tw_point *E = p->points + l->vertex_count;
   bool linear = p->levels->linear;
   for (uint32_t edge = begin; edge < end; edge++) {
     uint32_t along = l->edge_corners[edge][0], against = l->edge_corners[edge][1],
-             far = linear ? tw_level_corner_next(l, size, along) : against;
-    E[edge] = edge_point(linear, P[l->corner_vertex[along]], P[l->corner_vertex[far]],
-                         F[tw_level_corner_face(l, size, along)], F[tw_level_corner_face(l, size, against)]);
+             far = linear ? tw_shallow_corner_next(l, size, along) : against;
+    E[edge] =
+        edge_point(linear, P[l->corner_vertex[along]], P[l->corner_vertex[far]],
+                   F[tw_shallow_corner_face(l, size, along)], F[tw_shallow_corner_face(l, size, against)]);
   }
 }
 
-INLINE void points_by_size(point_loop *loop, const pass *p, const tw_level *l, uint32_t begin, uint32_t end) {
+INLINE void points_by_size(point_loop *loop, const pass *p, const tw_shallow_level *l, uint32_t begin,
+                           uint32_t end) {
   if (l->face_size == 4)
     loop(p, l, 4, begin, end);
   else if (l->face_size == 3)
@@ -362,7 +367,7 @@ static void run_any(void *context, uint32_t part, uint32_t begin, uint32_t end) 
 
 /* ---- a step --------------------------------------------------------------------------------- */
 
-static void apply_masks(const tw_level_masks *masks, uint32_t vertex_count, const tw_point *above,
+static void apply_masks(const tw_shallow_masks *masks, uint32_t vertex_count, const tw_point *above,
                         tw_point *points) {
   for (uint32_t i = 0; i < masks->count; i++) {
     tw_point sum = {0};
@@ -374,10 +379,10 @@ static void apply_masks(const tw_level_masks *masks, uint32_t vertex_count, cons
   }
 }
 
-static void refine_step(const tw_levels *levels, uint32_t step, const tw_point *above,
+static void refine_step(const tw_shallow *levels, uint32_t step, const tw_point *above,
                         const tw_parallel_for *parallel, tw_point *points) {
   pass p = {.levels = levels, .operation = POINT, .step = step, .above = above, .points = points};
-  const tw_level *l = &levels->at[step];
+  const tw_shallow_level *l = &levels->at[step];
   tw_parallel_for_run(parallel, l->face_count, TW_PARALLEL_FOR_LEAST, run_faces, &p);
   tw_parallel_for_run(parallel, l->edge_count, TW_PARALLEL_FOR_LEAST, run_edges, &p);
   if (levels->linear)
@@ -387,8 +392,8 @@ static void refine_step(const tw_levels *levels, uint32_t step, const tw_point *
   apply_masks(&levels->masks[step], l->vertex_count, above, points);
 }
 
-tw_status tw_levels_refine(const tw_levels *levels, const tw_point *cage, const tw_parallel_for *parallel,
-                           tw_point *out) {
+tw_status tw_shallow_refine(const tw_shallow *levels, const tw_point *cage, const tw_parallel_for *parallel,
+                            tw_point *out) {
   const tw_point *above = cage;
   tw_point *kept = NULL;
   tw_status status = TW_OK;
@@ -406,9 +411,9 @@ tw_status tw_levels_refine(const tw_levels *levels, const tw_point *cage, const 
   return status;
 }
 
-void tw_levels_limit(const tw_levels *levels, const tw_point *points, const tw_parallel_for *parallel,
-                     tw_point *out) {
-  uint32_t count = tw_levels_points(levels);
+void tw_shallow_limit(const tw_shallow *levels, const tw_point *points, const tw_parallel_for *parallel,
+                      tw_point *out) {
+  uint32_t count = tw_shallow_points(levels);
   if (levels->linear) {
     memcpy(out, points, count * sizeof *out);
     return;
@@ -419,7 +424,7 @@ void tw_levels_limit(const tw_levels *levels, const tw_point *points, const tw_p
             .points = (tw_point *)points, /* never written through */
             .limits = out};
   tw_parallel_for_run(parallel, count, TW_PARALLEL_FOR_LEAST, run_any, &p);
-  const tw_level_limits *limits = &levels->limits;
+  const tw_shallow_limits *limits = &levels->limits;
   for (uint32_t i = 0; i < limits->count; i++) {
     tw_point sum = {0};
     for (uint32_t e = limits->first[i]; e < limits->first[i + 1]; e++)
@@ -430,8 +435,8 @@ void tw_levels_limit(const tw_levels *levels, const tw_point *points, const tw_p
 
 /* ---- reading -------------------------------------------------------------------------------- */
 
-void tw_levels_normals(const tw_levels *levels, const tw_level_points *points, uint32_t first, uint32_t count,
-                       uint32_t stride, float *out) {
+void tw_shallow_normals(const tw_shallow *levels, const tw_shallow_positions *points, uint32_t first,
+                        uint32_t count, uint32_t stride, float *out) {
   const pass p = {.levels = levels,
                   .operation = NORMAL,
                   .step = levels->level - 1,
@@ -444,8 +449,8 @@ void tw_levels_normals(const tw_levels *levels, const tw_level_points *points, u
   run_vertices(&p, first, first + count);
 }
 
-void tw_levels_slopes(const tw_levels *levels, const tw_point *points, uint32_t first, uint32_t count,
-                      tw_point *out) {
+void tw_shallow_slopes(const tw_shallow *levels, const tw_point *points, uint32_t first, uint32_t count,
+                       tw_point *out) {
   const pass p = {.levels = levels,
                   .operation = NORMAL,
                   .step = levels->level - 1,
@@ -455,7 +460,7 @@ void tw_levels_slopes(const tw_levels *levels, const tw_point *points, uint32_t 
   run_vertices(&p, first, first + count);
 }
 
-static void sum_slopes(const tw_limit_entry *entries, const tw_level_slopes *slopes, uint32_t vertex,
+static void sum_slopes(const tw_limit_entry *entries, const tw_shallow_slope_mask *slopes, uint32_t vertex,
                        const tw_point *points, tw_point out[2]) {
   const float(*frame)[2] = slopes->frame;
   out[0] = out[1] = (tw_point){0};
@@ -466,16 +471,16 @@ static void sum_slopes(const tw_limit_entry *entries, const tw_level_slopes *slo
   }
 }
 
-void tw_levels_row_slopes(const tw_level_rows *rows, uint32_t n, const tw_point *points, const tw_point *uvs,
-                          tw_point points_out[2], tw_point uvs_out[2]) {
-  const tw_level_slopes *slopes = rows->slopes[n];
+void tw_shallow_row_slopes(const tw_shallow_rows *rows, uint32_t n, const tw_point *points,
+                           const tw_point *uvs, tw_point points_out[2], tw_point uvs_out[2]) {
+  const tw_shallow_slope_mask *slopes = rows->slopes[n];
   sum_slopes(rows->entries, &slopes[0], rows->points[n], points, points_out);
   sum_slopes(rows->entries, &slopes[1], rows->channels[rows->frames[n] / 2][n], uvs, uvs_out);
 }
 
-void tw_levels_row_normal(const tw_level_rows *rows, uint32_t n, const tw_point *points, float normal[3]) {
+void tw_shallow_row_normal(const tw_shallow_rows *rows, uint32_t n, const tw_point *points, float normal[3]) {
   tw_point tangents[2], quad[4];
-  const tw_level_slopes whole = {rows->first_entry[n], rows->end_entry[n], {{1, 0}, {0, 1}}};
+  const tw_shallow_slope_mask whole = {rows->first_entry[n], rows->end_entry[n], {{1, 0}, {0, 1}}};
   sum_slopes(rows->entries, &whole, rows->points[n], points, tangents);
   for (int k = 0; k < 4; k++) quad[k] = points[rows->quad[n][k]];
   tw_put_normal(tangents[0], tangents[1], quad, normal);

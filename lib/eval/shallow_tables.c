@@ -1,6 +1,6 @@
 /* The connectivity of levels: tables of all levels but the last, each made from the one above, and numbers
  * that follow from the tables. */
-#include "irregular_levels.h"
+#include "shallow_levels.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -14,36 +14,36 @@ static const double pi = 3.14159265358979323846;
 
 /* The UV set's edge at the points' `edge` of `level`, which lies on no seam. The numbers of edges inside
  * faces come after those of parts of cage edges, in the same order in both. */
-static uint32_t channel_edge(const tw_levels *points, const tw_levels *set, uint32_t level, uint32_t edge) {
+static uint32_t channel_edge(const tw_shallow *points, const tw_shallow *set, uint32_t level, uint32_t edge) {
   uint32_t outer = points->at[0].edge_count << level;
   if (edge >= outer) return edge - outer + (set->at[0].edge_count << level);
   uint32_t of = set->edge_of[edge >> level], last = (1u << level) - 1, place = edge & last;
   return ((of >> 1) << level) + (of & 1 ? last - place : place);
 }
 
-static uint32_t channel_vertex(const tw_levels *points, const tw_levels *set, uint32_t vertex) {
+static uint32_t channel_vertex(const tw_shallow *points, const tw_shallow *set, uint32_t vertex) {
   uint32_t level = points->level;
   while (level > 0 && vertex < points->at[level - 1].vertex_count) level--;
   if (level == 0) return set->vertex_of[vertex];
-  const tw_level *from = &points->at[level - 1], *to = &set->at[level - 1];
+  const tw_shallow_level *from = &points->at[level - 1], *to = &set->at[level - 1];
   vertex -= from->vertex_count;
   if (vertex >= from->edge_count) return to->vertex_count + to->edge_count + (vertex - from->edge_count);
   return to->vertex_count + channel_edge(points, set, level - 1, vertex);
 }
 
-void tw_levels_channel_vertices(const tw_levels *points, const tw_levels *channel, uint32_t first,
-                                uint32_t count, uint32_t *out) {
+void tw_shallow_channel_vertices(const tw_shallow *points, const tw_shallow *channel, uint32_t first,
+                                 uint32_t count, uint32_t *out) {
   for (uint32_t i = 0; i < count; i++)
     out[i] = channel->vertex_of ? channel_vertex(points, channel, first + i) : first + i;
 }
 
 /* The cage face that a corner of `level` lies in. */
-static uint32_t corner_cage_face(const tw_levels *levels, uint32_t level, uint32_t corner) {
-  return tw_level_corner_face(&levels->at[0], levels->at[0].face_size, corner >> 2 * level);
+static uint32_t corner_cage_face(const tw_shallow *levels, uint32_t level, uint32_t corner) {
+  return tw_shallow_corner_face(&levels->at[0], levels->at[0].face_size, corner >> 2 * level);
 }
 
 /* A cage face that the edge lies in. */
-static uint32_t edge_cage_face(const tw_levels *levels, uint32_t level, uint32_t edge) {
+static uint32_t edge_cage_face(const tw_shallow *levels, uint32_t level, uint32_t edge) {
   for (; level > 0; level--, edge /= 2) {
     uint32_t outer = 2 * levels->at[level - 1].edge_count;
     if (edge >= outer) return corner_cage_face(levels, level - 1, edge - outer);
@@ -51,32 +51,33 @@ static uint32_t edge_cage_face(const tw_levels *levels, uint32_t level, uint32_t
   return corner_cage_face(levels, 0, levels->at[0].edge_corners[edge][0]);
 }
 
-static uint32_t vertex_cage_face(const tw_levels *levels, uint32_t vertex) {
+static uint32_t vertex_cage_face(const tw_shallow *levels, uint32_t vertex) {
   uint32_t level = levels->level;
   while (level > 0 && vertex < levels->at[level - 1].vertex_count) level--;
   if (level == 0) return corner_cage_face(levels, 0, levels->fan_corners[levels->fan_offsets[vertex]]);
-  const tw_level *l = &levels->at[--level];
+  const tw_shallow_level *l = &levels->at[--level];
   vertex -= l->vertex_count;
   if (vertex < l->edge_count) return edge_cage_face(levels, level, vertex);
   vertex -= l->edge_count;
   return level == 0 ? vertex : corner_cage_face(levels, level - 1, vertex);
 }
 
-void tw_levels_cage_faces(const tw_levels *levels, uint32_t first, uint32_t count, uint32_t *out) {
+void tw_shallow_cage_faces(const tw_shallow *levels, uint32_t first, uint32_t count, uint32_t *out) {
   for (uint32_t i = 0; i < count; i++) out[i] = vertex_cage_face(levels, first + i);
 }
 
-INLINE void faces_by_size(const tw_level *l, uint32_t size, uint32_t first, uint32_t end, uint32_t *out) {
+INLINE void faces_by_size(const tw_shallow_level *l, uint32_t size, uint32_t first, uint32_t end,
+                          uint32_t *out) {
   for (uint32_t c = first; c < end; c++, out += 4) {
     out[0] = l->corner_vertex[c];
     out[1] = l->vertex_count + l->corner_half[c] / 2;
-    out[2] = l->vertex_count + l->edge_count + tw_level_corner_face(l, size, c);
-    out[3] = l->vertex_count + l->corner_half[tw_level_corner_previous(l, size, c)] / 2;
+    out[2] = l->vertex_count + l->edge_count + tw_shallow_corner_face(l, size, c);
+    out[3] = l->vertex_count + l->corner_half[tw_shallow_corner_previous(l, size, c)] / 2;
   }
 }
 
-void tw_levels_faces(const tw_levels *levels, uint32_t first, uint32_t count, uint32_t *out) {
-  const tw_level *l = &levels->at[levels->level - 1];
+void tw_shallow_faces(const tw_shallow *levels, uint32_t first, uint32_t count, uint32_t *out) {
+  const tw_shallow_level *l = &levels->at[levels->level - 1];
   if (l->face_size == 4)
     faces_by_size(l, 4, first, first + count, out);
   else if (l->face_size == 3)
@@ -89,7 +90,7 @@ void tw_levels_faces(const tw_levels *levels, uint32_t first, uint32_t count, ui
 
 enum { VALENCE_MAX = 4096 };
 
-bool tw_levels_fit(const tw_topology *cage) {
+bool tw_shallow_fit(const tw_topology *cage) {
   const tw_topology *t = cage;
   for (uint32_t v = 0; v < t->vertex_count; v++)
     if (t->fan_offsets[v + 1] - t->fan_offsets[v] > VALENCE_MAX) return false;
@@ -105,8 +106,8 @@ static void *copy(tw_arena *arena, const void *from, size_t count, size_t size) 
 }
 
 typedef struct table_job {
-  const tw_topology *cage; /* the cage, for tables of level 0; else */
-  const tw_level *above;   /* the level above the one that tables are made for */
+  const tw_topology *cage;       /* the cage, for tables of level 0; else */
+  const tw_shallow_level *above; /* the level above the one that tables are made for */
   uint32_t *corner_vertex, *corner_half, (*edge_corners)[2];
 } table_job;
 
@@ -131,13 +132,13 @@ static void fill_cage_edges(void *context, uint32_t part, uint32_t begin, uint32
 }
 
 static tw_status make_cage_tables(const tw_topology *t, const tw_parallel_for *parallel, tw_arena *arena,
-                                  tw_levels *out) {
-  tw_level *l = &out->at[0];
-  *l = (tw_level){.vertex_count = t->vertex_count,
-                  .edge_count = t->edge_count,
-                  .face_count = t->face_count,
-                  .corner_count = t->corner_count,
-                  .face_size = t->face_size};
+                                  tw_shallow *out) {
+  tw_shallow_level *l = &out->at[0];
+  *l = (tw_shallow_level){.vertex_count = t->vertex_count,
+                          .edge_count = t->edge_count,
+                          .face_count = t->face_count,
+                          .corner_count = t->corner_count,
+                          .face_size = t->face_size};
   table_job job = {.cage = t,
                    .corner_half = tw_arena_alloc_raw(arena, t->corner_count, sizeof(uint32_t)),
                    .edge_corners = tw_arena_alloc_raw(arena, t->edge_count, sizeof(uint32_t[2]))};
@@ -159,32 +160,32 @@ static tw_status make_cage_tables(const tw_topology *t, const tw_parallel_for *p
   return TW_OK;
 }
 
-static tw_level next_counts(const tw_level *l) {
-  return (tw_level){.vertex_count = l->vertex_count + l->edge_count + l->face_count,
-                    .edge_count = 2 * l->edge_count + l->corner_count,
-                    .face_count = l->corner_count,
-                    .corner_count = 4 * l->corner_count,
-                    .face_size = 4};
+static tw_shallow_level next_counts(const tw_shallow_level *l) {
+  return (tw_shallow_level){.vertex_count = l->vertex_count + l->edge_count + l->face_count,
+                            .edge_count = 2 * l->edge_count + l->corner_count,
+                            .face_count = l->corner_count,
+                            .corner_count = 4 * l->corner_count,
+                            .face_size = 4};
 }
 
 /* Writes the quads of corners [begin, end), and the corners of their spokes. */
 INLINE void split_corners(const table_job *j, uint32_t size, uint32_t begin, uint32_t end) {
-  const tw_level *l = j->above;
+  const tw_shallow_level *l = j->above;
   uint32_t V = l->vertex_count, E = l->edge_count;
   for (uint32_t c = begin; c < end; c++) {
-    uint32_t before = tw_level_corner_previous(l, size, c), half = l->corner_half[c],
+    uint32_t before = tw_shallow_corner_previous(l, size, c), half = l->corner_half[c],
              other = l->corner_half[before];
     uint32_t *vertices = j->corner_vertex + 4 * (size_t)c, *ends = j->corner_half + 4 * (size_t)c;
     vertices[0] = l->corner_vertex[c];
     vertices[1] = V + half / 2;
-    vertices[2] = V + E + tw_level_corner_face(l, size, c);
+    vertices[2] = V + E + tw_shallow_corner_face(l, size, c);
     vertices[3] = V + other / 2;
     ends[0] = 2 * half + half % 2;
     ends[1] = 2 * (2 * E + c);
     ends[2] = 2 * (2 * E + before) + 1;
     ends[3] = 2 * (other ^ 1) + other % 2;
     j->edge_corners[2 * E + c][0] = 4 * c + 1;
-    j->edge_corners[2 * E + c][1] = 4 * tw_level_corner_next(l, size, c) + 2;
+    j->edge_corners[2 * E + c][1] = 4 * tw_shallow_corner_next(l, size, c) + 2;
   }
 }
 
@@ -201,7 +202,7 @@ static void split_all_corners(void *context, uint32_t part, uint32_t begin, uint
 
 static void split_edges(void *context, uint32_t part, uint32_t begin, uint32_t end) {
   const table_job *j = context;
-  const tw_level *l = j->above;
+  const tw_shallow_level *l = j->above;
   (void)part;
   for (uint32_t e = begin; e < end; e++)
     for (uint32_t k = 0; k < 2; k++) {
@@ -209,12 +210,12 @@ static void split_edges(void *context, uint32_t part, uint32_t begin, uint32_t e
       /* Half 2e + k lies at the start of `along`. Halves run in the direction of the edge, so that `along`
        * runs against the second half. */
       j->edge_corners[2 * e + k][k] = 4 * along;
-      j->edge_corners[2 * e + k][1 - k] = 4 * tw_level_corner_next(l, l->face_size, against) + 3;
+      j->edge_corners[2 * e + k][1 - k] = 4 * tw_shallow_corner_next(l, l->face_size, against) + 3;
     }
 }
 
-static tw_status make_child_tables(const tw_level *above, const tw_parallel_for *parallel, tw_arena *arena,
-                                   tw_level *l) {
+static tw_status make_child_tables(const tw_shallow_level *above, const tw_parallel_for *parallel,
+                                   tw_arena *arena, tw_shallow_level *l) {
   table_job job = {.above = above,
                    .corner_vertex = tw_arena_alloc_raw(arena, l->corner_count, sizeof(uint32_t)),
                    .corner_half = tw_arena_alloc_raw(arena, l->corner_count, sizeof(uint32_t)),
@@ -228,10 +229,10 @@ static tw_status make_child_tables(const tw_level *above, const tw_parallel_for 
   return TW_OK;
 }
 
-static tw_status make_tables(const tw_levels_inputs *inputs, uint32_t field, tw_arena *arena,
-                             tw_levels *out) {
+static tw_status make_tables(const tw_shallow_inputs *inputs, uint32_t field, tw_arena *arena,
+                             tw_shallow *out) {
   const tw_topology *cage = inputs->fields[field], *points = inputs->fields[0];
-  tw_levels *levels = &out[field];
+  tw_shallow *levels = &out[field];
   if (field > 0 && cage->vertex_count == points->vertex_count && cage->edge_count == points->edge_count) {
     memcpy(levels->at, out[0].at, sizeof levels->at); /* without a seam all numbers are the points' */
     levels->fan_offsets = out[0].fan_offsets;
@@ -274,7 +275,7 @@ static void note_valences(const tw_topology *t, uint8_t *used, uint32_t *greates
 /* Makes the tangent weights for the valences of all fields. A UV set can have valences that the points do not
  * have: refining an edge of n faces makes a vertex of 2 n, and where faces run along an edge twice, vertices
  * of a UV set can have more faces than the points'. */
-static tw_status make_weights(const tw_levels_inputs *inputs, tw_arena *arena, tw_levels *out) {
+static tw_status make_weights(const tw_shallow_inputs *inputs, tw_arena *arena, tw_shallow *out) {
   uint32_t greatest = 4, size = 0, at = 0;
   for (uint32_t f = 0; f < inputs->field_count; f++) note_valences(inputs->fields[f], NULL, &greatest);
   uint8_t *used = tw_alloc_zero((size_t)greatest + 1, 1);
@@ -298,7 +299,7 @@ static tw_status make_weights(const tw_levels_inputs *inputs, tw_arena *arena, t
 
 /* Maps vertices and edges of the points to those of a channel. */
 static tw_status map_channel(const tw_topology *points, const tw_topology *set, tw_arena *arena,
-                             tw_levels *out) {
+                             tw_shallow *out) {
   if (set->vertex_count == points->vertex_count && set->edge_count == points->edge_count) return TW_OK;
   uint32_t *vertex_of = tw_arena_alloc_raw(arena, points->vertex_count, sizeof *vertex_of),
            *edge_of = tw_arena_alloc_raw(arena, points->edge_count, sizeof *edge_of);
@@ -314,11 +315,11 @@ static tw_status map_channel(const tw_topology *points, const tw_topology *set, 
   return TW_OK;
 }
 
-tw_status tw_levels_plan(const tw_levels_inputs *inputs, tw_arena *arena, tw_levels *out,
-                         tw_level_rows *rows) {
+tw_status tw_shallow_plan(const tw_shallow_inputs *inputs, tw_arena *arena, tw_shallow *out,
+                          tw_shallow_rows *rows) {
   tw_status status = TW_OK;
   for (uint32_t f = 0; f < inputs->field_count && status == TW_OK; f++) {
-    out[f] = (tw_levels){.level = inputs->level, .linear = inputs->linear[f]};
+    out[f] = (tw_shallow){.level = inputs->level, .linear = inputs->linear[f]};
     status = make_tables(inputs, f, arena, out);
     if (status == TW_OK && f > 0) status = map_channel(inputs->fields[0], inputs->fields[f], arena, &out[f]);
   }
@@ -327,5 +328,5 @@ tw_status tw_levels_plan(const tw_levels_inputs *inputs, tw_arena *arena, tw_lev
     out[f].weights_of = out[0].weights_of;
     out[f].weights = out[0].weights;
   }
-  return status == TW_OK ? tw_levels_list_exceptions(inputs, arena, out, rows) : status;
+  return status == TW_OK ? tw_shallow_list_exceptions(inputs, arena, out, rows) : status;
 }

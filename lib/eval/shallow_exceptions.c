@@ -1,4 +1,4 @@
-/* Lists the exceptions of irregular_levels.h: the vertices of each level that are not smooth, and those that
+/* Lists the exceptions of shallow_levels.h: the vertices of each level that are not smooth, and those that
  * UV seams split.
  *
  * The faces round features (vertices with such exceptions) are cut out of the cage as a mesh of their own,
@@ -9,9 +9,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "irregular_levels.h"
 #include "numbering.h"
 #include "refine.h"
+#include "shallow_levels.h"
 
 enum { FIELDS_MAX = TW_FIELDS_MAX };
 
@@ -31,11 +31,11 @@ typedef struct feature_mesh {
 } feature_mesh;
 
 typedef struct exceptions {
-  const tw_levels_inputs *inputs;
+  const tw_shallow_inputs *inputs;
   tw_arena *arena; /* memory of the plan */
   tw_arena *scratch;
-  tw_levels *levels;
-  tw_level_rows *rows;
+  tw_shallow *levels;
+  tw_shallow_rows *rows;
 } exceptions;
 
 /* A list of items of `size` bytes that grows. */
@@ -242,10 +242,10 @@ static tw_rules rules_of(const exceptions *l, uint32_t field) {
 static uint32_t share_vertex(const exceptions *l, const feature_mesh *s, uint32_t field, uint32_t step,
                              uint32_t v) {
   const tw_topology *t = &s->fields[field];
-  const tw_level *level = &l->levels[field].at[step];
+  const tw_shallow_level *level = &l->levels[field].at[step];
   if (v < t->vertex_count) return s->vertices[field][v];
   uint32_t face = v - t->vertex_count - t->edge_count, corner = s->corners[tw_face_begin(t, face)];
-  return level->vertex_count + level->edge_count + tw_level_corner_face(level, level->face_size, corner);
+  return level->vertex_count + level->edge_count + tw_shallow_corner_face(level, level->face_size, corner);
 }
 
 /* The masks of one field while they are collected. */
@@ -271,7 +271,7 @@ static void list_mask(const exceptions *l, const feature_mesh *s, uint32_t field
 
 static tw_status list_masks(const exceptions *l, const feature_mesh *s, uint32_t field, uint32_t step) {
   const tw_topology *t = &s->fields[field];
-  const tw_level *level = &l->levels[field].at[step];
+  const tw_shallow_level *level = &l->levels[field].at[step];
   mask_list list = {.vertices = {.size = sizeof(uint32_t)},
                     .first = {.size = sizeof(uint32_t)},
                     .shares = {.size = sizeof(tw_share)},
@@ -292,7 +292,7 @@ static tw_status list_masks(const exceptions *l, const feature_mesh *s, uint32_t
   tw_free(list.room);
   uint32_t end = (uint32_t)list.shares.count;
   push(&list.first, &end);
-  tw_level_masks *out = &l->levels[field].masks[step];
+  tw_shallow_masks *out = &l->levels[field].masks[step];
   out->count = (uint32_t)list.vertices.count;
   out->vertices = move_to_arena(&list.vertices, l->arena);
   out->first = move_to_arena(&list.first, l->arena);
@@ -304,7 +304,7 @@ static tw_status list_masks(const exceptions *l, const feature_mesh *s, uint32_t
 static tw_status refine_field(const exceptions *l, const feature_mesh *s, uint32_t field, uint32_t step,
                               feature_mesh *out) {
   const tw_topology *p = &s->fields[field];
-  const tw_level *level = &l->levels[field].at[step];
+  const tw_shallow_level *level = &l->levels[field].at[step];
   tw_topology *t = &out->fields[field];
   tw_rules rules = rules_of(l, field);
   tw_status status = tw_refine_topology(p, &rules, l->scratch, NULL, t);
@@ -404,7 +404,7 @@ static tw_status list_limits(const exceptions *l, const feature_mesh *s, uint32_
   tw_free(room);
   uint32_t end = (uint32_t)entries.count;
   push(&first, &end);
-  tw_level_limits *out = &l->levels[field].limits;
+  tw_shallow_limits *out = &l->levels[field].limits;
   out->count = (uint32_t)vertices.count;
   out->vertices = move_to_arena(&vertices, l->arena);
   out->first = move_to_arena(&first, l->arena);
@@ -412,12 +412,12 @@ static tw_status list_limits(const exceptions *l, const feature_mesh *s, uint32_
   return complete && out->vertices && out->first && out->entries ? TW_OK : TW_NO_MEMORY;
 }
 
-/* A listed row while rows are collected; fields as in tw_level_rows. */
+/* A listed row while rows are collected; fields as in tw_shallow_rows. */
 typedef struct row {
   uint32_t row, point, first_entry, end_entry, quad[4];
   size_t channels; /* the first of its vertices in the channels, in the list of these */
   uint8_t frame;
-  tw_level_slopes slopes[2];
+  tw_shallow_slope_mask slopes[2];
 } row;
 
 /* A tangent mask in the list of entries, and the corner that represents those that have it. */
@@ -457,7 +457,7 @@ static void push_slopes(const exceptions *l, row_list *list, uint32_t corner, ro
   for (int i = 0; i < 2; i++) {
     uint32_t field = fields[i], first = (uint32_t)list->entries.count;
     tw_limit_entry sides[2];
-    tw_level_slopes *slopes = &out->slopes[i];
+    tw_shallow_slope_mask *slopes = &out->slopes[i];
     if (tw_slope_frame(&s->fields[field], l->inputs->linear[field], corner, slopes->frame, sides)) {
       tangent_mask mask = push_tangents(l, list, field, corner);
       slopes->first = mask.first;
@@ -543,7 +543,7 @@ static int compare_rows(const void *left, const void *right) {
 }
 
 static tw_status store_rows(const exceptions *l, row_list *list) {
-  tw_level_rows *out = l->rows;
+  tw_shallow_rows *out = l->rows;
   size_t count = list->rows.count;
   bool normals = l->inputs->normals;
   if (list->rows.failed || list->channels.failed) return TW_NO_MEMORY;
@@ -657,7 +657,7 @@ static tw_status cut_back(exceptions *l, feature_mesh *s) {
 }
 
 static tw_status list_from(exceptions *l, feature_mesh *s) {
-  const tw_levels_inputs *inputs = l->inputs;
+  const tw_shallow_inputs *inputs = l->inputs;
   for (uint32_t step = 0; step < inputs->level; step++) {
     tw_status status = TW_OK;
     for (uint32_t f = 0; f < inputs->field_count && status == TW_OK; f++)
@@ -674,7 +674,7 @@ static tw_status list_from(exceptions *l, feature_mesh *s) {
 }
 
 static tw_status list_all(exceptions *l) {
-  const tw_levels_inputs *inputs = l->inputs;
+  const tw_shallow_inputs *inputs = l->inputs;
   feature_mesh cage = {0};
   for (uint32_t f = 0; f < inputs->field_count; f++) cage.fields[f] = *inputs->fields[f];
   if (inputs->frames) {
@@ -692,10 +692,10 @@ static tw_status list_all(exceptions *l) {
   return status == TW_OK ? list_from(l, &cage) : status;
 }
 
-tw_status tw_levels_list_exceptions(const tw_levels_inputs *inputs, tw_arena *arena, tw_levels *out,
-                                    tw_level_rows *rows) {
+tw_status tw_shallow_list_exceptions(const tw_shallow_inputs *inputs, tw_arena *arena, tw_shallow *out,
+                                     tw_shallow_rows *rows) {
   exceptions l = {inputs, arena, tw_arena_create(), out, rows};
-  *rows = (tw_level_rows){.row_count = tw_levels_points(&out[0])};
+  *rows = (tw_shallow_rows){.row_count = tw_shallow_points(&out[0])};
   tw_status status = l.scratch ? list_all(&l) : TW_NO_MEMORY;
   tw_arena_destroy(l.scratch);
   return status;
