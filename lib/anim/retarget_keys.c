@@ -244,28 +244,35 @@ static bool is_moved(const carrying *c, uint32_t node) {
   return false;
 }
 
-/* The mean place of the next matched joints below a bone; false where there are none. */
-static bool find_next_place(const tw_fit *fit, uint32_t index, double out[3]) {
-  uint32_t count = 0;
-  memset(out, 0, 3 * sizeof *out);
-  for (uint32_t i = index + 1; i < fit->bone_count; i++) {
-    if (fit->bones[i].above != index) continue;
-    for (int k = 0; k < 3; k++) out[k] += fit->source.place[fit->bones[i].source][k];
-    count++;
+/* The mean place in the source of the next matched joints below a bone. */
+typedef struct next_joint {
+  double place[3];
+  uint32_t count;
+} next_joint;
+
+/* [bones of the fit]; NULL without memory. */
+static next_joint *find_next_joints(const carrying *c) {
+  const tw_fit *fit = &c->fit;
+  next_joint *next = tw_arena_alloc(c->scratch, fit->bone_count, sizeof *next);
+  for (uint32_t i = 0; next && i < fit->bone_count; i++) {
+    const tw_fitted_bone *bone = &fit->bones[i];
+    if (bone->above == TW_NO_INDEX) continue;
+    for (int k = 0; k < 3; k++) next[bone->above].place[k] += fit->source.place[bone->source][k];
+    next[bone->above].count++;
   }
-  for (int k = 0; k < 3 && count > 0; k++) out[k] /= count;
-  return count > 0;
+  for (uint32_t i = 0; next && i < fit->bone_count; i++)
+    for (int k = 0; k < 3 && next[i].count > 0; k++) next[i].place[k] /= next[i].count;
+  return next;
 }
 
 /* Makes the aim of a bone, where it has one: *out stays NULL without bones taken in that move. */
-static bool make_aim(const carrying *c, uint32_t index, const aim **out) {
+static bool make_aim(const carrying *c, uint32_t index, const next_joint *next, const aim **out) {
   const tw_fit *fit = &c->fit;
   const tw_fitted_bone *bone = &fit->bones[index];
   uint32_t count = c->depths[0][bone->last] - c->depths[0][bone->source];
-  double next[3], back[4], way[3];
+  double back[4], way[3];
   bool is_bent = false;
-  if (bone->last == bone->source || bone->between_count > 0 || !find_next_place(fit, index, next))
-    return true;
+  if (bone->last == bone->source || bone->between_count > 0 || next->count == 0) return true;
   uint32_t *nodes = tw_arena_alloc_raw(c->scratch, count, sizeof *nodes);
   aim *made = tw_arena_alloc(c->scratch, 1, sizeof *made);
   if (!nodes || !made) return false;
@@ -277,8 +284,8 @@ static bool make_aim(const carrying *c, uint32_t index, const aim **out) {
   memcpy(made->offset, bone->offset, sizeof made->offset);
   conjugate(fit->source.rotation[bone->last], back);
   for (int k = 0; k < 3; k++) {
-    way[k] = next[k] - fit->source.place[bone->source][k];
-    made->next[k] = next[k] - fit->source.place[bone->last][k];
+    way[k] = next->place[k] - fit->source.place[bone->source][k];
+    made->next[k] = next->place[k] - fit->source.place[bone->last][k];
   }
   tw_rotation_turn(back, made->next, made->next);
   tw_rotation_turn(back, way, way);
@@ -375,14 +382,16 @@ static tw_status make_turns(carrying *c, tw_error *error) {
   c->depths[1] = find_depths(c, &c->job->target);
   c->aims = tw_arena_alloc(c->scratch, c->fit.bone_count, sizeof(const aim *));
   if (!c->turns || !c->depths[0] || !c->depths[1] || !c->aims) return no_memory(error);
+  const next_joint *next = find_next_joints(c);
+  if (!next) return no_memory(error);
   for (uint32_t i = 0; i < c->fit.bone_count; i++)
-    if (!make_aim(c, i, &c->aims[i])) return no_memory(error);
+    if (!make_aim(c, i, &next[i], &c->aims[i])) return no_memory(error);
   for (uint32_t i = 0; i < c->fit.bone_count; i++) {
     const tw_fitted_bone *bone = &c->fit.bones[i];
     turn *turn = make_turn(c, i);
     if (!turn || !make_shares(c, bone, turn)) return no_memory(error);
     c->turns[bone->target] = turn;
-    steps += turn->path.count;
+    steps += turn->path.count + (turn->above ? turn->above->count : 0);
     if (steps > STEPS_MOST)
       return tw_fail(error, TW_LIMIT, "the skeletons branch too differently to carry a clip over");
   }

@@ -50,12 +50,12 @@ uint32_t tw_bone_find(const char *name, size_t length);
  * without a next joint go with their limb. The trunk, shoulders, feet and toes keep their own rest pose,
  * unless it is more than 30 degrees off. Where both have humanoid maps nothing is aligned, since VRM requires
  * T-poses. A figure that faces another way, or has another axis up, moves as it faces.
- * Bones of the source without counterpart that lead from one matched bone to the next are taken into the one
- * above them. Bones of the target without counterpart that do so share its motion: in the spine and neck all
- * of it, in equal parts; elsewhere the turn about the bone's own direction. All other bones keep their rest
- * pose. Hips, and matched nodes above them, are moved by the ratio of leg lengths (of hip heights between
- * humanoid maps; of all lengths where there are no legs). Other bones get translations and scales only where
- * they rest as in the source. */
+ * Bones of the source without counterpart that lead from one matched bone to the next  are taken into the one
+ * above them: it gets their product, turned so that it points to where the next joint is. Bones of the target
+ * without counterpart that do so share its motion: in the spine and neck all of it, in equal parts; elsewhere
+ * the turn about the bone's own direction. All other bones keep their rest pose. Hips, and matched nodes
+ * above them, are moved by the ratio of leg lengths (of hip heights between humanoid maps; of all lengths
+ * where there are no legs). Other bones get translations and scales only where they rest as in the source. */
 
 typedef enum tw_match { TW_MATCH_MAP, TW_MATCH_HUMANOID, TW_MATCH_NAME, TW_MATCH_USUAL } tw_match;
 extern const char *const tw_match_names[]; /* "map", "humanoid", "name", "usual" */
