@@ -14,7 +14,7 @@ typedef struct obj_losses {
 
 /* *parted: points at whose corners the colours differ. */
 static bool count_parted_points(const tw_mesh *mesh, const tw_attribute *colors, uint64_t *parted) {
-  enum { PARTED = 0, NONE = UINT32_MAX };
+  static const uint32_t NONE = UINT32_MAX, PARTED = 0;
   uint32_t *first = tw_alloc(mesh->point_count, sizeof *first); /* 1 + the value at the first corner */
   if (!first) return false;
   memset(first, 0xFF, mesh->point_count * sizeof *first);

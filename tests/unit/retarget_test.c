@@ -323,7 +323,8 @@ TEST(arms_that_rest_lower_point_where_the_source_points) {
   tw_retargeted out = run_good(&job, arena);
   for (uint32_t i = 0; i < out.bone_count; i++) {
     bool is_arm = out.bones[i].target >= 15 && out.bones[i].target != 19;
-    assert_float_equal((float)out.bones[i].aligned, is_arm ? 0.9f : 0, 0.02f);
+    float angle = is_arm ? 0.9f : 0;
+    assert_float_equal((float)out.bones[i].aligned, angle, 0.02f);
   }
   assert_true(worst_end(&source, &target, &out.keys, 1, 0) < 1e-5 * HEIGHT);
   tw_arena_destroy(arena);
