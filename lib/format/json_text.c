@@ -86,12 +86,16 @@ static char peek(const json_scan *scan) {
   return (char)(scan->at < scan->size ? scan->text[scan->at] : '\0');
 }
 
-static bool is_blank(char c) {
-  return c == ' ' || c == '\n' || c == '\t' || c == '\r';
+/* Charges the work of reading that many bytes. What calls this cannot end: the caller's next step does. */
+static void charge(size_t bytes) {
+  enum { BYTES_A_STEP = 8 };
+  tw_work(1 + bytes / BYTES_A_STEP);
 }
 
 static void skip_blanks(json_scan *scan) {
-  while (scan->at < scan->size && is_blank(scan->text[scan->at])) scan->at++;
+  size_t start = scan->at;
+  while (scan->at < scan->size && tw_json_is_blank(scan->text[scan->at])) scan->at++;
+  charge(scan->at - start);
 }
 
 static size_t skip_digits(json_scan *scan) {
@@ -118,6 +122,7 @@ static tw_status scan_number(json_scan *scan) {
     if (skip_digits(scan) == 0) return fail_here(scan, "a digit");
   }
   size_t length = scan->at - start;
+  charge(length);
   if (scan->rules->is_for_cjson && length > NUMBER_LENGTH_MAX)
     return fail(scan, TW_INVALID, "a number of more than %d characters", NUMBER_LENGTH_MAX);
   double value = 0; /* up to 63 digits without an exponent stay far below the largest double */
@@ -153,7 +158,7 @@ static tw_status scan_unicode_escape(json_scan *scan) {
 }
 
 static tw_status scan_string(json_scan *scan) {
-  scan->at++; /* the quote */
+  size_t start = scan->at++; /* the quote */
   while (scan->at < scan->size) {
     unsigned char byte = (unsigned char)scan->text[scan->at];
     if (byte >= 0x20 && byte < 0x80 && byte != '"' && byte != '\\') {
@@ -162,6 +167,7 @@ static tw_status scan_string(json_scan *scan) {
     }
     if (byte == '"') {
       scan->at++;
+      charge(scan->at - start);
       return TW_OK;
     }
     if (byte < 0x20) return fail(scan, TW_SYNTAX, "a control character in a string must be escaped");
@@ -238,6 +244,7 @@ static tw_status scan_container(json_scan *scan) {
 static tw_status scan_value(json_scan *scan) {
   if (++scan->values > scan->rules->values_max && scan->rules->values_max > 0)
     return fail(scan, TW_LIMIT, "more than %llu values", (unsigned long long)scan->rules->values_max);
+  if (!tw_work(1)) return tw_work_status(scan->error);
   switch (peek(scan)) {
   case '{':
   case '[': return scan_container(scan);
@@ -267,7 +274,7 @@ tw_status tw_json_check(const char *text, size_t size, const tw_json_rules *rule
 /* A checked document closes each string, array and object: inside them nothing runs past its end. */
 
 static const char *past_blanks(const char *at) {
-  while (is_blank(*at)) at++;
+  while (tw_json_is_blank(*at)) at++;
   return at;
 }
 
@@ -290,7 +297,7 @@ static bool is_scalar(char c) {
   return tw_is_digit(c) || (c >= 'a' && c <= 'z') || c == '-' || c == '+' || c == '.' || c == 'E';
 }
 
-const char *tw_json_skip(const char *value) {
+static const char *past_value(const char *value) {
   const char *at = value;
   if (*at == '"') return past_string(at);
   if (*at != '{' && *at != '[') {
@@ -310,6 +317,12 @@ const char *tw_json_skip(const char *value) {
     }
     at++;
   }
+}
+
+const char *tw_json_skip(const char *value) {
+  const char *end = past_value(value);
+  charge((size_t)(end - value));
+  return end;
 }
 
 /* Reads the item that begins at `at`, which is no blank. */

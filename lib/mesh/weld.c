@@ -185,6 +185,10 @@ static bool runs_upward(const side_list *list, const side *s) {
   return list->place[s->from] < list->place[s->to];
 }
 
+/* Steps of work of a group of sides, whose vertices lie anywhere. Loops over groups end where the result is
+ * not wanted any more: what calls them asks tw_work_status. */
+enum { GROUP_STEPS = 16 };
+
 /* Values of vertices: [vertex_count][width]. */
 typedef struct value_rows {
   const float *rows;
@@ -206,7 +210,7 @@ static void join_pair(const side *a, const side *b, uint32_t *joined) {
 /* Joins the ends of each pair of opposite sides with the same values at both ends. */
 static void join_values(const side_list *list, const uint32_t *order, uint32_t count,
                         const value_rows *values, uint32_t *joined) {
-  for (uint32_t i = 0, end; i < count; i = end) {
+  for (uint32_t i = 0, end; i < count && tw_work(GROUP_STEPS); i = end) {
     end = group_end(list, order, i, count);
     const side *a = &list->sides[order[i]], *b = &list->sides[order[end - 1]];
     if (end - i != 2 || a->face == b->face || runs_upward(list, a) == runs_upward(list, b)) continue;
@@ -246,7 +250,7 @@ static const side *side_at(const welding *w, uint32_t i) {
 /* Marks slivers that share an edge with more than one other side. Returns how many. */
 static uint32_t mark_slivers(const welding *w) {
   uint32_t found = 0;
-  for (uint32_t i = 0, end; i < w->count; i = end) {
+  for (uint32_t i = 0, end; i < w->count && tw_work(GROUP_STEPS); i = end) {
     end = group_end(&w->list, w->order, i, w->count);
     for (uint32_t k = i; k < end && end - i > 2; k++) {
       uint32_t face = side_at(w, k)->face;
@@ -262,7 +266,7 @@ static uint32_t mark_slivers(const welding *w) {
 
 /* Keeps a sliver that another face needs: without it their edge would be a border. */
 static void keep_needed(const welding *w) {
-  for (uint32_t i = 0, end; i < w->count; i = end) {
+  for (uint32_t i = 0, end; i < w->count && tw_work(GROUP_STEPS); i = end) {
     end = group_end(&w->list, w->order, i, w->count);
     if (end - i != 2) continue;
     uint8_t *a = &w->left_out[side_at(w, i)->face], *b = &w->left_out[side_at(w, i + 1)->face];
@@ -324,7 +328,7 @@ static uint32_t join_opposite(const welding *w, const side *a, const side *b) {
  * closed. Returns how many pairs run the same way. */
 static uint32_t join_pairs(const welding *w) {
   uint32_t reversed = 0;
-  for (uint32_t i = 0, end; i < w->count; i = end) {
+  for (uint32_t i = 0, end; i < w->count && tw_work(GROUP_STEPS); i = end) {
     end = group_end(&w->list, w->order, i, w->count);
     if (end - i == 2) reversed += join_opposite(w, side_at(w, i), side_at(w, i + 1));
     if (end - i <= 2) continue;
@@ -359,7 +363,7 @@ static bool points_less(const void *context, uint32_t a, uint32_t b) {
 /* Counts the sides that are alone at their points although others run between the same places. */
 static uint32_t count_open(const welding *w) {
   uint32_t open = 0;
-  for (uint32_t i = 0, end; i < w->count; i = end) {
+  for (uint32_t i = 0, end; i < w->count && tw_work(GROUP_STEPS); i = end) {
     end = group_end(&w->list, w->order, i, w->count);
     if (end - i <= 2) continue; /* joined, or wound against each other, which is told apart */
     tw_sort_items(w->order + i, end - i, points_less, w);
@@ -515,6 +519,7 @@ tw_status tw_weld_values(const tw_soup *soup, const uint32_t *point_of_vertex, u
   if (status == TW_OK) status = sort_sides(soup, place, NULL, &arrays, error);
   const side_list list = {arrays.sides, place};
   if (status == TW_OK) join_values(&list, arrays.order, arrays.count, &values, joined);
+  if (status == TW_OK) status = tw_work_status(error);
   side_arrays_deinit(&arrays);
   if (status == TW_OK) *value_count = number_roots(joined, soup->vertex_count, value_of_vertex);
   tw_free(place);

@@ -132,8 +132,32 @@ const long = (() => {
   const faces = repeat(200000, (i) => [`f ${3 * i + 1} ${3 * i + 2} ${3 * i + 3}\n`]).join('');
   return { obj: points + faces, grid: grid(700) };
 })();
+
+/** A GLB of that many triangles, whose points are anywhere and shared. */
+function soup(triangles) {
+  const points = Float32Array.from({ length: triangles * 3 }, (_, i) => ((i * 7919) % 1000003) / 1000);
+  const indices = Uint32Array.from({ length: triangles * 3 }, (_, i) => (i * 104729) % triangles);
+  const json = JSON.stringify({
+    asset: { version: '2.0' }, scenes: [{ nodes: [0] }], nodes: [{ mesh: 0 }],
+    meshes: [{ primitives: [{ attributes: { POSITION: 0, NORMAL: 0 }, indices: 1, targets: [{ POSITION: 0 }, { POSITION: 0 }] }] }],
+    buffers: [{ byteLength: points.byteLength + indices.byteLength }],
+    bufferViews: [{ buffer: 0, byteLength: points.byteLength }, { buffer: 0, byteOffset: points.byteLength, byteLength: indices.byteLength }],
+    accessors: [{ bufferView: 0, componentType: 5126, count: triangles, type: 'VEC3', min: [0, 0, 0], max: [1001, 1001, 1001] },
+      { bufferView: 1, componentType: 5125, count: 3 * triangles, type: 'SCALAR' }],
+  }).padEnd(1024);
+  const head = Buffer.alloc(20), bin = Buffer.alloc(8), data = Buffer.concat([Buffer.from(points.buffer), Buffer.from(indices.buffer)]);
+  head.write('glTF');
+  [2, 28 + json.length + data.length, json.length].forEach((value, i) => head.writeUInt32LE(value, 4 + 4 * i));
+  head.write('JSON', 16);
+  bin.writeUInt32LE(data.length, 0);
+  bin.write('BIN\0', 4);
+  return Buffer.concat([head, Buffer.from(json), bin, data]);
+}
 const left = {
   'welding points that are near each other': ['/v1/surface.glb?weld=0.001&level=0', () => long.obj],
+  'reading a GLB of four million triangles': ['/v1/surface.glb?level=0&quads=ngon', () => soup(4e6)],
+  'reading a glTF that is mostly blanks': ['/v1/surface.glb', () => `{"asset":${' '.repeat(2e8)}{"version":"2.0"}${'[ '.repeat(50)}${']'.repeat(50)}}`.replace('}[', '},"extras":[')],
+  'reading a glTF of many extras': ['/v1/surface.glb', () => `{"asset":{"version":"2.0"},"extras":[${'{"a":[1,{}]},'.repeat(4e6)}0]}`],
   'smoothing': ['/edits', () => JSON.stringify({ edits: [{ edit: 'smooth', vertices: 'all', iterations: 100 }] })],
   'pairing triangles': ['/edits', () => JSON.stringify({ edits: [{ edit: 'triangulate', faces: 'all' }, { edit: 'quads', faces: 'all' }] })],
 };

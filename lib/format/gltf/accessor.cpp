@@ -100,6 +100,7 @@ const uint8_t *Elements::find_sparse(uint32_t i) const {
 }
 
 void Elements::read(uint32_t i, float *out) const {
+  work(1);
   if (!read_finite(i, out))
     refuse(TW_INVALID, text("/accessors/", accessor_), "element ", i, " has a value that is not finite");
 }
@@ -123,6 +124,7 @@ bool Elements::read_finite(uint32_t i, float *out) const {
 }
 
 void Elements::copy(uint32_t i, uint8_t *out) const {
+  work(1);
   const uint8_t *at = find(i);
   size_t size = size_t{width_} * component_size(component_type_);
   if (at)
@@ -132,6 +134,7 @@ void Elements::copy(uint32_t i, uint8_t *out) const {
 }
 
 uint32_t Elements::read_index(uint32_t i) const {
+  work(1);
   const uint8_t *at = find(i);
   return at ? index_value(at, component_type_) : 0;
 }
@@ -193,6 +196,7 @@ void Accessors::check_sparse(size_t index, Elements &elements) {
   elements.sparse_index_type_ = index_type;
   elements.sparse_count_ = static_cast<uint32_t>(count);
   for (uint64_t i = 0, before = 0; i < count; i++) {
+    work(1);
     uint64_t at = index_value(elements.sparse_indices_ + i * index_size, index_type);
     if (at >= elements.count_)
       refuse(TW_INVALID, pointer + "/indices", "sparse index ", at, " is out of range");

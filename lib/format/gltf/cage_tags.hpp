@@ -252,6 +252,7 @@ private:
         refuse(TW_INVALID, place_of(name), "a point of ", name, " is out of range");
     for (uint32_t i = 0; sharpness && i < sharpness->count(); i++) {
       float value;
+      work(1);
       if (!sharpness->read_finite(i, &value) || value < 0)
         refuse(TW_INVALID, place_of(name), "sharpness is a number from 0");
     }
@@ -335,6 +336,7 @@ private:
     for (const auto &[level, offsets] : details_)
       for (uint32_t i = 0; i < offsets->count(); i++) {
         float row[3];
+        work(1);
         if (!offsets->read_finite(i, row) ||
             std::any_of(row, row + 3, [](float x) { return std::abs(x) > TW_COORDINATE_MAX; }))
           refuse(TW_INVALID, place_of("details"), "an offset of level ", level, " is no number up to 1e18");

@@ -100,6 +100,11 @@ private:
   uint64_t bytes_;
 };
 
+// Charges steps of work. Throws bad_alloc where the result is not wanted any more, of which the meter tells.
+inline void work(uint64_t steps) {
+  if (!tw_work(steps)) throw std::bad_alloc();
+}
+
 // An allocator that takes from a budget.
 template <typename T> struct Counted {
   using value_type = T;
@@ -136,12 +141,18 @@ public:
 // ---- the JSON text -------------------------------------------------------------------------------
 // All of this takes only text that tw_json_check has passed.
 
-// Iterates over the items of an object or array.
+// Iterates over the items of an object or array. Each is a step of work.
 class Items {
 public:
-  explicit Items(const char *container) { more_ = tw_json_first(container, &item_); }
+  explicit Items(const char *container) {
+    work(1);
+    more_ = tw_json_first(container, &item_);
+  }
   bool more() const { return more_; }
-  void next() { more_ = tw_json_next(tw_json_skip(item_.value), &item_); }
+  void next() {
+    work(1);
+    more_ = tw_json_next(tw_json_skip(item_.value), &item_);
+  }
   std::string_view key() const { return {item_.key, item_.key_size}; }
   const char *value() const { return item_.value; }
 
@@ -239,9 +250,10 @@ struct Outline {
       : whole(budget), json(budget), buffers(budget), decoded(budget), images(budget), decoded_views(budget) {
   }
 
-  bool binary = false;   // a GLB
-  const char *root;      // the JSON object, of the file or of `whole`
-  Vector<char> whole;    // the document with its integers written as such, if it writes some as 36.0
+  bool binary = false; // a GLB
+  const char *root;    // the JSON object, of the file or of `whole`
+  // The document without blanks, or with its integers written as such; empty if it is read as it is.
+  Vector<char> whole;
   Vector<char> json;     // the document without buffers and all else that is not read
   Vector<Bytes> buffers; // BIN chunk, decoded data URIs and views
   Vector<Vector<uint8_t>> decoded;
@@ -280,6 +292,10 @@ struct Container {
 // Opens a GLB or a JSON file, and notes what of it is passed over. The JSON text is not checked.
 Container open_container(const Bytes &file, Outline &outline);
 
+// Copies a document without the blanks between its values if they are more than half of it: the walks over
+// the text are many, one for each level that it is nested. Otherwise `out` stays empty.
+void drop_blanks(const char *root, Vector<char> &out);
+
 // Copies a document with numbers like 36.0 written as integers where glTF has integers. Returns how many
 // there are; without any, `out` stays empty.
 size_t write_integers(const char *root, Budget &budget, Vector<char> &out);
@@ -311,15 +327,15 @@ public:
   // False: all elements are 0, without data in the file.
   bool has_data() const { return data_ || sparse_count_ > 0; }
 
-  // Element i as floats: out[width]. Throws Refusal on a value that is not finite.
+  // Element i as floats: out[width], a step of work. Throws Refusal on a value that is not finite.
   void read(uint32_t i, float *out) const;
-  // As read, but returns false and all 0 instead of the refusal.
+  // As read, but returns false and all 0 instead of the refusal, and charges no work: it never throws.
   bool read_finite(uint32_t i, float *out) const;
 
-  // Copies the undecoded bytes of element i: out[width * size of a component].
+  // Copies the undecoded bytes of element i, a step of work: out[width * size of a component].
   void copy(uint32_t i, uint8_t *out) const;
 
-  // Element i of an accessor of unsigned integers; 0 for other types.
+  // Element i of an accessor of unsigned integers, a step of work; 0 for other types.
   uint32_t read_index(uint32_t i) const;
 
 private:
@@ -467,6 +483,9 @@ bool is_track(const char *channel);
 
 // Copies a name into the model; nullptr for an empty name. Control characters become blanks.
 const char *copy_name(Document &document, const std::string &name);
+
+// Copies the name of an object of the document's text; nullptr without one.
+const char *copy_name_of(Document &document, const char *object);
 
 // The steps that fill the model from the document, in this order; all throw Refusal.
 void keep_parts(Document &document, Accessors &accessors);  // allocates parts, keeps what is not read

@@ -368,6 +368,7 @@ private:
     each(room(member, parsed, out, count), [&](size_t i, const char *value) {
       place_ = text("/", member, "/", i);
       out[i].kept = object(value, known);
+      out[i].name = copy_name_of(document_, value);
     });
   }
 
@@ -418,6 +419,7 @@ private:
       tw_mesh_init(&model.meshes[index]);
       unkept_ = "tweend";
       model.meshes[index].kept = object(mesh, mesh_members);
+      model.meshes[index].name = copy_name_of(document_, mesh);
       const char *tags = mesh_tags(mesh);
       MeshText texts = {tags, Vector<PrimitiveText>(document_.budget)};
       unkept_ = tags && tw_json_member(tags, "groups") ? "groups" : ""; // which the tags hold, too
@@ -531,6 +533,7 @@ private:
     each(room("animations", all, model.clips, model.clip_count), [&](size_t index, const char *animation) {
       place_ = text("/animations/", index);
       model.clips[index].kept = object(animation, animation_members);
+      model.clips[index].name = copy_name_of(document_, animation);
       const char *samplers = tw_json_member(animation, "samplers");
       const tinygltf::Animation &parsed = all[index];
       check_parsed(count_of(samplers), parsed.samplers, text("/animations/", index, "/samplers"));

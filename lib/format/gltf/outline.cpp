@@ -527,8 +527,12 @@ void make_outline(const Bytes &file, Document &document) {
   tw_status status = tw_json_check(container.json.data(), container.json.size(), &rules, &error);
   if (status != TW_OK) refuse(status, error.pointer, error.detail);
   const char *root = tw_json_root(container.json.data(), container.json.size());
+  Vector<char> dense(document.budget);
+  drop_blanks(root, dense);
+  if (!dense.empty()) root = dense.data();
   outline.lose("integers are written with a fraction of 0", "they are read",
                write_integers(root, document.budget, outline.whole));
+  if (outline.whole.empty()) outline.whole = std::move(dense);
   if (!outline.whole.empty()) root = outline.whole.data();
   outline.root = root;
   outline.binary = container.binary;

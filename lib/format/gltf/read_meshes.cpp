@@ -50,7 +50,6 @@ public:
 
   void read() {
     document_.budget.place = text("/meshes/", index_);
-    mesh_.name = copy_name(document_, source_.name);
     open_primitives();
     open_tags();
     read_triangles();
@@ -282,6 +281,7 @@ private:
 
   void number_list(const FaceList &list) {
     for (size_t c = list.first_corner; c < list.corner_end; c++) {
+      work(1);
       uint32_t &vertex = scratch_[corners_[c]];
       if (vertex == 0) {
         elements_.push_back(corners_[c]);
@@ -329,6 +329,7 @@ private:
     for (FaceList &list : lists_)
       for (size_t start = list.first_corner, end; start < list.corner_end; start = end) {
         end = list.polygons ? fan_end(start, list.corner_end) : start + 3;
+        work(end - start);
         keep_triangle(start);
         for (size_t k = start + 3; k < end; k += 3) corners_[corner_count_++] = corners_[k + 2];
         end_face(list);
@@ -457,6 +458,7 @@ private:
       list.face_count = 0;
       for (; count > 0; count--) {
         size_t end = offsets_[++face], start = corner_count_, different = 0;
+        work(end - begin);
         if (left_out_[face - 1]) {
           begin = end;
           continue;
@@ -627,6 +629,7 @@ private:
   // Reads an element; false and all 0 if a value cannot be subdivided, because it is not finite or over
   // TW_COORDINATE_MAX.
   static bool read_usable(const Elements &elements, uint32_t i, float *out) {
+    work(1);
     bool usable = elements.read_finite(i, out) && std::all_of(out, out + elements.width(), [](float x) {
                     return std::abs(x) <= TW_COORDINATE_MAX;
                   });
@@ -808,6 +811,7 @@ private:
     float *rows = tangents ? allocate_zero<float>(document_, 4 * count) : nullptr;
     uint64_t bad = 0;
     for (uint32_t v = 0; v < count; v++) {
+      work(1);
       const VertexSource &source = source_of(v);
       if (source.normal) bad += !source.normal->read_finite(elements_[v], values + 3 * size_t{v});
       if (source.normal && source.tangent)

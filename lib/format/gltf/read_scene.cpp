@@ -33,7 +33,6 @@ void read_node(Document &document, size_t index) {
   const tinygltf::Node &source = document.source.nodes[index];
   tw_node &node = document.model->nodes[index];
   std::string pointer = text("/nodes/", index);
-  node.name = copy_name(document, source.name);
   node.parent = TW_NO_INDEX;
   node.mesh = optional_index(source.mesh, document.source.meshes.size(), pointer + "/mesh");
   node.skin = optional_index(source.skin, document.source.skins.size(), pointer + "/skin");
@@ -218,7 +217,6 @@ public:
     for (size_t i = 0; i < pointed.size(); i++)
       read_pointed(source, text("/animations/", index), pointed[i], tracks[source.channels.size() + i]);
     tw_clip_keys &clip = document_.model->clips[index];
-    clip.name = copy_name(document_, source.name);
     clip.track_count = static_cast<uint32_t>(count);
     clip.tracks = tracks;
   }
@@ -365,7 +363,6 @@ void read_skins(Document &document, Accessors &accessors) {
     uint32_t *joints = allocate<uint32_t>(document, count);
     for (size_t j = 0; j < count; j++)
       joints[j] = required_index(source.joints[j], nodes, text(pointer, "/joints/", j));
-    skin.name = copy_name(document, source.name);
     skin.joint_count = static_cast<uint32_t>(count);
     skin.joints = joints;
     skin.inverse_bind = read_inverse_binds(document, accessors, source.inverseBindMatrices, count,

@@ -28,11 +28,13 @@ int next_digit(std::string_view written, size_t &at) {
 Vector<uint8_t> decode_base64(std::string_view written, Budget &budget, std::string_view *rest) {
   size_t digits = 0, end = 0;
   for (size_t at = 0; next_digit(written, at) >= 0; end = at) digits++;
+  work(digits);
   if (rest) *rest = written.substr(end);
   Vector<uint8_t> out(budget, digits * 6 / 8);
   uint32_t bits = 0, count = 0;
   size_t at = 0;
   for (uint8_t &byte : out) {
+    work(1);
     for (; count < 8; count += 6) bits = bits << 6 | static_cast<uint32_t>(next_digit(written, at));
     count -= 8;
     byte = static_cast<uint8_t>(bits >> count);
@@ -151,6 +153,29 @@ private:
 
 } // namespace
 
+void drop_blanks(const char *root, Vector<char> &out) {
+  std::string_view written = value_text(root);
+  const char *end = written.data() + written.size();
+  // Calls value(text) for all text between blanks.
+  auto each_run = [&](auto put) {
+    for (const char *at = root; at < end;) {
+      const char *from = at;
+      if (tw_json_is_blank(*at)) {
+        while (at < end && tw_json_is_blank(*at)) at++;
+      } else {
+        while (at < end && !tw_json_is_blank(*at)) at = *at == '"' ? tw_json_skip(at) : at + 1;
+        put(from, at);
+      }
+      work(1 + static_cast<uint64_t>(at - from) / 8);
+    }
+  };
+  uint64_t kept = 0;
+  each_run([&](const char *from, const char *to) { kept += static_cast<uint64_t>(to - from); });
+  if (kept >= written.size() / 2) return;
+  out.reserve(static_cast<size_t>(kept));
+  each_run([&](const char *from, const char *to) { out.insert(out.end(), from, to); });
+}
+
 size_t write_integers(const char *root, Budget &budget, Vector<char> &out) {
   return value_text(root).find(".0") == std::string_view::npos ? 0 : IntegerWriter(budget).run(root, out);
 }
@@ -171,6 +196,13 @@ std::string pointer_part(const std::string &name) {
   std::string part;
   for (char c : name) part += c == '~' ? "~0" : c == '/' ? "~1" : std::string(1, c);
   return part;
+}
+
+const char *copy_name_of(Document &document, const char *object) {
+  const char *name = nullptr;
+  for (Items i(object); i.more(); i.next())
+    if (i.key() == "name" || (is_escaped(i.key()) && unescape(i.key()) == "name")) name = i.value();
+  return name && *name == '"' ? copy_name(document, unescape(string_of(name))) : nullptr;
 }
 
 const char *copy_name(Document &document, const std::string &name) {

@@ -56,6 +56,11 @@ uint64_t tw_json_count(const char *array);
  * contain U+0000. Returns its end in `out`. written: may be NULL where size is 0. */
 char *tw_json_unescape(const char *written, size_t size, char *out);
 
+/* Whether a character is a blank between values (RFC 8259, section 2). */
+static inline bool tw_json_is_blank(char c) {
+  return c == ' ' || c == '\n' || c == '\t' || c == '\r';
+}
+
 /* Whether the value is a number. */
 static inline bool tw_json_is_number(const char *value) {
   return *value == '-' || (*value >= '0' && *value <= '9');
