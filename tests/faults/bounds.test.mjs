@@ -134,18 +134,21 @@ const long = (() => {
 })();
 
 /** A GLB of that many triangles, whose points are anywhere and shared. */
-function soup(triangles) {
+function soup(triangles, isSparse = false) {
   const points = Float32Array.from({ length: triangles * 3 }, (_, i) => ((i * 7919) % 1000003) / 1000);
   const indices = Uint32Array.from({ length: triangles * 3 }, (_, i) => (i * 104729) % triangles);
+  const all = Uint32Array.from({ length: isSparse ? triangles : 1 }, (_, i) => i);
   const json = JSON.stringify({
     asset: { version: '2.0' }, scenes: [{ nodes: [0] }], nodes: [{ mesh: 0 }],
     meshes: [{ primitives: [{ attributes: { POSITION: 0, NORMAL: 0 }, indices: 1, targets: [{ POSITION: 0 }, { POSITION: 0 }] }] }],
-    buffers: [{ byteLength: points.byteLength + indices.byteLength }],
-    bufferViews: [{ buffer: 0, byteLength: points.byteLength }, { buffer: 0, byteOffset: points.byteLength, byteLength: indices.byteLength }],
-    accessors: [{ bufferView: 0, componentType: 5126, count: triangles, type: 'VEC3', min: [0, 0, 0], max: [1001, 1001, 1001] },
+    buffers: [{ byteLength: points.byteLength + indices.byteLength + all.byteLength }],
+    bufferViews: [{ buffer: 0, byteLength: points.byteLength }, { buffer: 0, byteOffset: points.byteLength, byteLength: indices.byteLength },
+      { buffer: 0, byteOffset: points.byteLength + indices.byteLength, byteLength: all.byteLength }],
+    accessors: [{ bufferView: 0, componentType: 5126, count: triangles, type: 'VEC3', min: [0, 0, 0], max: [1001, 1001, 1001],
+      sparse: isSparse ? { count: triangles, indices: { bufferView: 2, componentType: 5125 }, values: { bufferView: 0 } } : undefined },
       { bufferView: 1, componentType: 5125, count: 3 * triangles, type: 'SCALAR' }],
   }).padEnd(1024);
-  const head = Buffer.alloc(20), bin = Buffer.alloc(8), data = Buffer.concat([Buffer.from(points.buffer), Buffer.from(indices.buffer)]);
+  const head = Buffer.alloc(20), bin = Buffer.alloc(8), data = Buffer.concat([points, indices, all].map(({ buffer }) => Buffer.from(buffer)));
   head.write('glTF');
   [2, 28 + json.length + data.length, json.length].forEach((value, i) => head.writeUInt32LE(value, 4 + 4 * i));
   head.write('JSON', 16);
@@ -156,6 +159,7 @@ function soup(triangles) {
 const left = {
   'welding points that are near each other': ['/v1/surface.glb?weld=0.001&level=0', () => long.obj],
   'reading a GLB of four million triangles': ['/v1/surface.glb?level=0&quads=ngon', () => soup(4e6)],
+  'reading sparse accessors of two million elements': ['/v1/surface.glb?level=0&quads=ngon', () => soup(2e6, true)],
   'reading a glTF that is mostly blanks': ['/v1/surface.glb', () => `{"asset":${' '.repeat(2e8)}{"version":"2.0"}${'[ '.repeat(50)}${']'.repeat(50)}}`.replace('}[', '},"extras":[')],
   'reading a glTF of many extras': ['/v1/surface.glb', () => `{"asset":{"version":"2.0"},"extras":[${'{"a":[1,{}]},'.repeat(4e6)}0]}`],
   'smoothing': ['/edits', () => JSON.stringify({ edits: [{ edit: 'smooth', vertices: 'all', iterations: 100 }] })],

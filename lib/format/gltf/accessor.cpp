@@ -28,6 +28,9 @@ constexpr uint64_t zeros_max = 1u << 20;
 // bytes.
 constexpr uint64_t sparse_free = 4u << 20;
 
+// Steps of work of finding an element among the sparse ones, which lie anywhere.
+constexpr uint64_t search_steps = 16;
+
 template <typename Component> Component load(const uint8_t *at) {
   Component value;
   std::memcpy(&value, at, sizeof value);
@@ -84,6 +87,7 @@ const char *name_of(int type) {
 // ---- reading --------------------------------------------------------------------------------------
 
 const uint8_t *Elements::find_sparse(uint32_t i) const {
+  tw_work(search_steps); // what calls this asks whether to go on
   auto index = [&](uint32_t k) {
     return index_value(sparse_indices_ + size_t{k} * component_size(sparse_index_type_), sparse_index_type_);
   };
