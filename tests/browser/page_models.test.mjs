@@ -186,6 +186,7 @@ visits('scripts give the bytes that are shown', { hash: '#tab=scripts&level=1&li
 
 visits('the JavaScript of every request runs', { hash: '#tab=scripts&level=1&t=1.5' }, async (visit) => {
   await visit.level(1);
+  await visit.page.locator('pre[aria-label=JavaScript]', { hasText: '"at":1.5' }).waitFor(); // the clip's come with it
   const scripts = await visit.page.locator('pre[aria-label=JavaScript]').allInnerTexts();
   const other = await otherPage(visit);
   const found = await other.evaluate(async (texts) => {
