@@ -1,14 +1,22 @@
 /* A surface as a whole: what it frees, how large it is, what it tells of itself. */
 #include "surface.h"
 
-uint32_t tw_surface_base_vertices(const tw_surface *s) {
-  switch (s->way) {
-  case TW_WAY_LEVELS: return s->levels[0].at[0].vertex_count;
-  case TW_WAY_LOOP: return s->loop_above.vertex_count;
-  case TW_WAY_BASE:
-  case TW_WAY_PATCHES: break;
-  }
-  return s->fields[0].base.vertex_count;
+float *tw_surface_round_positions(const double *positions, size_t vertices) {
+  float *rounded = tw_alloc(vertices, 3 * sizeof *rounded);
+  for (size_t i = 0; rounded && i < 3 * vertices; i++) rounded[i] = (float)positions[i];
+  return rounded;
+}
+
+tw_status tw_surface_keep_base(tw_surface *s, double **base, const tw_parallel_for *parallel) {
+  (void)parallel;
+  tw_values *out = &s->positions;
+  bool is_cage = s->step_count == 0 && s->options.level == 0;
+  out->base = is_cage ? out->cage : tw_surface_round_positions(*base, s->fields[0].base.vertex_count);
+  if (!out->base) return TW_NO_MEMORY;
+  if (s->step_count == 0 || !s->options.normals || s->depth > 0) return TW_OK;
+  out->exact = *base;
+  *base = NULL;
+  return TW_OK;
 }
 
 static void free_positions(tw_surface *surface) {
@@ -46,7 +54,7 @@ void tw_surface_destroy(tw_surface *surface) {
 static size_t positions_size(const tw_surface *surface) {
   const tw_values *positions = &surface->positions;
   size_t size = tw_values_points_size(surface, positions);
-  if (positions->base) size += 3 * (size_t)tw_surface_base_vertices(surface) * sizeof *positions->base;
+  if (positions->base) size += 3 * (size_t)surface->fields[0].base.vertex_count * sizeof *positions->base;
   if (positions->exact) size += 3 * (size_t)surface->fields[0].base.vertex_count * sizeof *positions->exact;
   if (positions->cage && positions->cage != positions->base)
     size += 3 * (size_t)surface->cage_vertex_count * sizeof *positions->cage;

@@ -14,12 +14,17 @@
 #include "skin_weights.h"
 #include "tweend/subdiv.h"
 
+/* What computes rows and faces: evaluator.h. */
+typedef struct tw_evaluator tw_evaluator;
+
+enum { TW_BLOCK_ROWS = 256 }; /* rows that are assembled at once, but for patches */
+
 /* A field: a connectivity with values on it. Field 0 is the points'; then each UV set has its own, in which
  * seams are borders, then each attribute with values of corners, unless it has the seams of a field before
  * it. All fields of a surface have the same faces in the same order. */
 typedef struct tw_field {
   tw_topology base;   /* at the base level */
-  tw_patches patches; /* with TW_WAY_PATCHES, else zeroed */
+  tw_patches patches; /* with patches, else zeroed */
   bool linear;
 } tw_field;
 
@@ -34,26 +39,16 @@ typedef struct tw_values {
   float *cage; /* [cage vertices][width]; only kept for level 0 */
   float *base; /* [base vertices][width] */
   /* Unrounded values, or NULL. Once the surface is made, of positions alone: those of the base where normals
-   * are computed by limit masks, and of TW_WAY_LOOP those of the answer's level. */
+   * are computed by limit masks, and of Loop's rows those of the answer's level. */
   double *exact;
-  /* Of TW_WAY_LEVELS, else NULL: all values of the last level. points: as rows hold them. refined: as normals
-   * and tangents are computed from them; a second array only where rows hold limits and such derivatives are
-   * needed. */
+  /* Of shallow levels, else NULL: all values of the last level. points: as rows hold them. refined: as
+   * normals and tangents are computed from them; a second array only where rows hold limits and such
+   * derivatives are needed. */
   tw_point *points, *refined;
   /* Positions in `points` and `refined` are relative to it; not 0 where they are far from 0, as normals need
    * precise differences. */
   tw_point origin;
 } tw_values;
-
-/* The method that computes a surface's rows and faces. */
-typedef enum tw_way {
-  TW_WAY_BASE,    /* from the base: its values, and limit masks at its vertices */
-  TW_WAY_PATCHES, /* patches of the base's quads */
-  /* From all points of the last level, which are kept; fields[0].base has that level's counts only. */
-  TW_WAY_LEVELS,
-  TW_WAY_LOOP /* from all points of the answer's level and the topology above it; fields[0].base has the
-                 answer's counts only */
-} tw_way;
 
 /* The points' topology after one generic step from the cage towards the base. */
 typedef struct tw_surface_step {
@@ -82,11 +77,11 @@ struct tw_surface {
   uint32_t cage_vertex_count; /* always kept, as is `rules` */
   tw_rules rules;
 
-  tw_way way;
+  const tw_evaluator *evaluator;
   tw_shallow *levels; /* [field_count] */
   tw_shallow_rows level_rows;
 
-  tw_topology loop_above; /* of TW_WAY_LOOP: the topology of the level above the rows */
+  tw_topology loop_above; /* of Loop's rows: the topology of the level above them */
 
   uint32_t depth; /* levels between the base and the answer */
   uint32_t side;  /* cells along a patch: 1 << depth */
@@ -108,10 +103,10 @@ struct tw_surface {
   /* Of skinned meshes; else zeroed. */
   tw_influences cage_influences; /* for level 0 only, where the base is not the cage */
   tw_influences influences;      /* at the base level */
-  float *skin_rows; /* of all points with TW_WAY_LEVELS: [tw_shallow_points][2 x influences]; else NULL */
+  float *skin_rows; /* of all points of shallow levels: [tw_shallow_points][2 x influences]; else NULL */
 
   /* The tangent frame of each face, where the answer has tangents, else NULL: 2 x UV set, + 1 where its map
-   * is mirrored. [faces of the base; with TW_WAY_LEVELS those of the cage of `levels`] */
+   * is mirrored. [faces of the base; of shallow levels those of the cage of `levels`] */
   uint8_t *tangent_frames;
 
   /* Where targets displace normals: for each target the surface over the positions it makes, whose rows hold
@@ -133,8 +128,8 @@ struct tw_surface {
 
   tw_numbering points, uv_points, vertices; /* `vertices` may share the arrays of `points` */
 
-  /* The visible cage faces in the order of the groups, for level 0 and TW_WAY_LEVELS. face_first is NULL with
-   * TW_WAY_LEVELS where all faces are one group. Base corner cage_step * c is corner c of the cage. */
+  /* The visible cage faces in the order of the groups, for level 0 and shallow levels. face_first is NULL
+   * with these where all faces are one group. Base corner cage_step * c is corner c of the cage. */
   uint32_t cage_step;
   uint32_t face_count;
   uint32_t *face_first;                                /* [face_count] first cage corner */
@@ -165,12 +160,13 @@ static inline uint32_t tw_smooth_set_count(const tw_surface *s) {
 
 /* ---- values --------------------------------------------------------------------------------- */
 
-/* Computes the values of all points of the last level from the base's values (TW_WAY_LEVELS). TW_NO_MEMORY,
- * TW_CANCELLED. */
-tw_status tw_shallow_fill(const tw_surface *surface, const tw_parallel_for *parallel, tw_values *values);
+/* Positions as floats, for tw_free. NULL without memory. */
+float *tw_surface_round_positions(const double *positions, size_t vertices);
 
-/* Number of vertices of the base that the steps lead to. */
-uint32_t tw_surface_base_vertices(const tw_surface *surface);
+/* Keeps the base's positions as floats and, where normals are computed by limit masks, as doubles too:
+ * normals depend on small differences. As
+ * tw_evaluator.place. */
+tw_status tw_surface_keep_base(tw_surface *s, double **base, const tw_parallel_for *parallel);
 
 /* Computes the positions of a surface that has none yet. positions: [mesh point_count][3]. TW_NO_MEMORY,
  * TW_CANCELLED. */
@@ -228,7 +224,7 @@ uint32_t tw_ordered_groups(const tw_mesh *mesh, const uint8_t *visible);
 typedef struct tw_face_order {
   const tw_mesh *mesh;
   const uint8_t *visible; /* [faces of the mesh] */
-  /* [base faces] face of the mesh of each. NULL: all faces are visible and, unless TW_WAY_LEVELS reads them
+  /* [base faces] face of the mesh of each. NULL: all faces are visible and, unless shallow levels read them
    * by `face_first`, in the order of the groups. */
   const uint32_t *sources;
   uint32_t levels; /* levels from the mesh to the base */
@@ -269,7 +265,7 @@ uint32_t tw_nearest_corner(const tw_surface *surface, uint32_t base_corner);
 void tw_nearest_values(const tw_surface *surface, const tw_values *values, uint32_t quad, tw_patch_rect rect,
                        bool backwards, float *out, uint32_t stride);
 
-/* Fills in the values of all points of the last level (TW_WAY_LEVELS). TW_NO_MEMORY. */
+/* Fills in the values of all points of the last of the shallow levels. TW_NO_MEMORY. */
 tw_status tw_nearest_fill(const tw_surface *surface, tw_values *values);
 
 #endif

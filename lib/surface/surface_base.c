@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "face_varying.h"
+#include "limit.h"
 #include "open_border.h"
 #include "refine.h"
 #include "surface_plan.h"
@@ -10,10 +11,10 @@
 
 /* ---- at the cage ----------------------------------------------------------------------------- */
 
-/* The arena for values of a level. Values of the base live as long as the surface if rows are read from them,
- * which TW_WAY_LEVELS does not do. Other values live until the surface is made. */
+/* The arena for values of a level. Values of the base live as long as the surface if rows are read from them.
+ * Other values live until the surface is made. */
 static tw_arena *values_arena(const tw_surface_builder *b, uint32_t level) {
-  bool stays = level == b->levels && b->surface->way != TW_WAY_LEVELS;
+  bool stays = level == b->levels && b->surface->evaluator->reads_base;
   return stays ? b->surface->arena : b->arena;
 }
 
@@ -283,4 +284,28 @@ tw_status tw_builder_find_frames(tw_surface_builder *b) {
     s->tangent_frames[f] = (uint8_t)(2 * set + mirrored);
   }
   return TW_OK;
+}
+
+/* ---- what evaluators ask --------------------------------------------------------------------- */
+
+bool tw_builder_cage_is_base(const tw_surface_builder *b) {
+  const tw_topology *cage = &b->cage.topology;
+  bool loop = b->surface->rules.loop;
+  if (cage->face_size != (loop ? 3 : 4)) return false;
+  for (size_t c = 0; !loop && c < cage->corner_count; c += 4) {
+    const uint32_t *quad = cage->corner_vertex + c;
+    if (quad[0] == quad[2] || quad[1] == quad[3]) return false;
+  }
+  return true;
+}
+
+void tw_builder_need_masks(tw_surface *s, const tw_topology *t) {
+  uint32_t capacity = tw_limit_greatest_capacity(t);
+  if (capacity > s->mask_capacity) s->mask_capacity = capacity;
+}
+
+tw_status tw_builder_fail_fans(tw_error *error) {
+  return tw_fail(error, TW_LIMIT,
+                 "thousands of faces meet in a point, each with a normal of its own: normals=none without "
+                 "limit=true can do without");
 }

@@ -1,8 +1,6 @@
-/* Reads any faces of a surface. The rows of a face follow from its number by arithmetic. */
+/* Reads any faces of a surface: of level 0 those of the cage, of other levels what the evaluator computes. */
 #include <assert.h>
-#include <string.h>
 
-#include "sorted.h"
 #include "surface_reader.h"
 
 /* Corners of each face from level 1 on. */
@@ -23,152 +21,6 @@ size_t tw_surface_largest_face(const tw_surface *surface) {
   return (size_t)largest;
 }
 
-/* The rows of the inside of a side of a quad. */
-typedef struct side_rows {
-  uint32_t first, step; /* step: 1, or -1 modulo 2^32 */
-} side_rows;
-
-/* The rows from which all rows of a quad's grid follow. */
-typedef struct quad_rows {
-  uint32_t corners[4], inside;
-  side_rows low, right, high, left; /* insides of the sides, each in the direction of growing i or j */
-} quad_rows;
-
-/* opposed: the side's first corner is at the end with the greater i or j. */
-static side_rows rows_of_side(const tw_surface *s, const tw_numbering *n, uint32_t corner, bool opposed) {
-  uint32_t edge = tw_row_of_edge(n, corner), inside = s->side - 1;
-  uint32_t begin = n->corner_count + (edge >> 1) * inside;
-  bool backwards = ((edge & 1) != 0) != opposed;
-  return backwards ? (side_rows){begin + inside - 1, UINT32_MAX} : (side_rows){begin, 1};
-}
-
-static quad_rows rows_of_quad(const tw_surface *s, const tw_numbering *n, uint32_t visible) {
-  uint32_t corner = 4 * tw_base_quad(s, visible), inside = s->side - 1;
-  quad_rows q = {.low = rows_of_side(s, n, corner, false),
-                 .right = rows_of_side(s, n, corner + 1, false),
-                 .high = rows_of_side(s, n, corner + 2, true),
-                 .left = rows_of_side(s, n, corner + 3, true)};
-  for (uint32_t k = 0; k < 4; k++) q.corners[k] = tw_row_of_corner(n, corner + k);
-  q.inside = n->corner_count + n->edge_count * inside + visible * inside * inside;
-  return q;
-}
-
-/* The rows of a line of a quad's grid: its ends, and those between them. */
-typedef struct line_rows {
-  uint32_t left, right;
-  side_rows between;
-} line_rows;
-
-static line_rows rows_of_line(const quad_rows *q, uint32_t side, uint32_t j) {
-  if (j == 0) return (line_rows){q->corners[0], q->corners[1], q->low};
-  if (j == side) return (line_rows){q->corners[3], q->corners[2], q->high};
-  uint32_t before = j - 1;
-  side_rows inside = {q->inside + before * (side - 1), 1};
-  return (line_rows){q->left.first + before * q->left.step, q->right.first + before * q->right.step, inside};
-}
-
-/* The rows of a face's four corners. */
-typedef uint32_t face_rows __attribute__((vector_size(16)));
-
-static inline uint32_t *put_face(face_rows face, uint32_t *out) {
-  memcpy(out, &face, sizeof face);
-  return out + 4;
-}
-
-/* Writes faces i0 to i1 - 1 between two lines of a grid of `side` cells; side is 2 or more. */
-static uint32_t *emit_line(const line_rows *below, const line_rows *above, uint32_t side, uint32_t i0,
-                           uint32_t i1, uint32_t *out) {
-  side_rows low = below->between, high = above->between;
-  if (i0 == 0) out = put_face((face_rows){below->left, low.first, high.first, above->left}, out);
-  uint32_t i = i0 > 1 ? i0 : 1, last = side - 1;
-  const face_rows step = {low.step, low.step, high.step, high.step};
-  face_rows face = {low.first, low.first + low.step, high.first + high.step, high.first};
-  if (i > 1) face += (i - 1) * step;
-  for (; i < i1 && i < last; i++, face += step) out = put_face(face, out);
-  if (i1 <= last) return out;
-  return put_face((face_rows){face[0], below->right, above->right, face[3]}, out);
-}
-
-/* Writes faces `first` to end - 1 of one quad. */
-static void emit_quad(const quad_rows *q, uint32_t side, uint32_t first, uint32_t end, uint32_t *out) {
-  uint32_t j = first / side;
-  line_rows below = rows_of_line(q, side, j);
-  for (uint32_t i = first % side, left = end - j * side; left > 0; j++, i = 0) {
-    uint32_t i1 = left < side ? left : side;
-    line_rows above = rows_of_line(q, side, j + 1);
-    out = emit_line(&below, &above, side, i, i1, out);
-    below = above;
-    left -= i1;
-  }
-}
-
-static size_t read_quads(const tw_surface *s, const tw_numbering *n, uint64_t first, size_t count,
-                         uint32_t *out) {
-  uint64_t cells = (uint64_t)s->side * s->side, face = first, last = first + count;
-  while (face < last) {
-    uint32_t visible = (uint32_t)(face / cells);
-    uint64_t begin = visible * cells, end = begin + cells < last ? begin + cells : last;
-    quad_rows quad = rows_of_quad(s, n, visible);
-    emit_quad(&quad, s->side, (uint32_t)(face - begin), (uint32_t)(end - begin), out);
-    out += 4 * (size_t)(end - face);
-    face = end;
-  }
-  return 4 * count;
-}
-
-/* Reads faces [first, first + count) of a level that is kept whole, in the level's own order. */
-static void read_level_run(const tw_surface *s, tw_domain domain, uint32_t first, uint32_t count,
-                           uint32_t *out) {
-  tw_shallow_faces(&s->levels[domain == TW_DOMAIN_UVS ? 1 : 0], first, count, out);
-  const tw_shallow_rows *rows = &s->level_rows;
-  if (domain != TW_DOMAIN_VERTICES) return;
-  uint32_t i = tw_lower_bound(rows->corners, rows->corner_count, 4 * first);
-  for (; i < rows->corner_count && rows->corners[i] - 4 * first < 4 * count; i++)
-    out[rows->corners[i] - 4 * first] = rows->corner_rows[i];
-}
-
-/* Reads faces of TW_WAY_LEVELS. The children of each corner of the cage are contiguous; the cage's faces are
- * in the order of the groups. */
-static size_t read_level_faces(const tw_surface *s, tw_domain domain, uint64_t first, size_t count,
-                               uint32_t *out) {
-  uint32_t shift = 2 * (s->options.level - 1), place = 0, end = s->face_count;
-  if (!s->face_first) {
-    read_level_run(s, domain, (uint32_t)first, (uint32_t)count, out);
-    return 4 * count;
-  }
-  while (place < end) { /* the last cage face whose children begin at `first` or before */
-    uint32_t middle = place + (end - place) / 2;
-    if (s->corners_before[middle + 1] << shift <= first)
-      place = middle + 1;
-    else
-      end = middle;
-  }
-  for (uint64_t face = first, last = first + count; face < last; place++) {
-    uint64_t begin = s->corners_before[place] << shift, stop = s->corners_before[place + 1] << shift;
-    if (stop > last) stop = last;
-    uint32_t taken = (uint32_t)(stop - face);
-    read_level_run(s, domain, (s->face_first[place] << shift) + (uint32_t)(face - begin), taken, out);
-    out += 4 * (size_t)taken;
-    face = stop;
-  }
-  return 4 * count;
-}
-
-/* Reads faces of an answer that is the base itself, or Loop's rows. */
-static size_t read_base_faces(const tw_surface *s, const tw_numbering *n, uint64_t first, size_t count,
-                              uint32_t *out) {
-  uint32_t size = corners_a_face(s);
-  if (s->way == TW_WAY_LOOP) {
-    tw_loop_rows_triangles(&s->loop_above, (uint32_t)first, (uint32_t)count, out);
-    return size * count;
-  }
-  for (size_t i = 0; i < count; i++) {
-    uint32_t corner = size * tw_base_quad(s, (uint32_t)(first + i));
-    for (uint32_t k = 0; k < size; k++) *out++ = tw_row_of_corner(n, corner + k);
-  }
-  return size * count;
-}
-
 static size_t read_cage_faces(const tw_surface *s, const tw_numbering *n, uint64_t first, size_t count,
                               uint32_t *sizes, uint32_t *out) {
   size_t written = 0;
@@ -184,53 +36,14 @@ static size_t read_cage_faces(const tw_surface *s, const tw_numbering *n, uint64
 size_t tw_surface_read_faces(tw_surface_reader *reader, tw_domain domain, uint64_t first, size_t count,
                              uint32_t *sizes, uint32_t *out) {
   const tw_surface *s = reader->surface;
-  const tw_numbering *n = tw_numbering_of(s, domain);
-  if (s->options.level == 0) return read_cage_faces(s, n, first, count, sizes, out);
+  if (s->options.level == 0) return read_cage_faces(s, tw_numbering_of(s, domain), first, count, sizes, out);
   for (size_t i = 0; sizes && i < count; i++) sizes[i] = corners_a_face(s);
-  if (s->way == TW_WAY_LEVELS) return read_level_faces(s, domain, first, count, out);
-  if (s->depth == 0) return read_base_faces(s, n, first, count, out);
-  return read_quads(s, n, first, count, out);
+  s->evaluator->faces(s, domain, first, count, out);
+  return corners_a_face(s) * count;
 }
 
 /* ---- points --------------------------------------------------------------------------------- */
 
-/* The face of a quad's refined mesh at a cell of the quad's grid, as generic steps number it, counted from
- * the quad's first face. turn: the face's first corner, among the cell's corners counted from the one with
- * the least i and j. */
-typedef struct cell_face {
-  uint32_t face, turn;
-} cell_face;
-
-/* A child of a face has its first corner at the face's corner. */
-static cell_face face_of_cell(uint32_t depth, uint32_t i, uint32_t j) {
-  cell_face at = {0, 0};
-  while (depth-- > 0) {
-    uint32_t right = i >> depth & 1, high = j >> depth & 1, corner = high ? 3 - right : right;
-    at = (cell_face){4 * at.face + ((corner - at.turn) & 3), corner};
-  }
-  return at;
-}
-
-static void vertices_of_quad(const tw_surface *s, const tw_topology *level, uint32_t visible, uint32_t *out) {
-  uint32_t cells = s->side * s->side, first = tw_base_quad(s, visible) * cells;
-  quad_rows quad = rows_of_quad(s, &s->points, visible);
-  for (uint32_t cell = 0; cell < cells; cell++) {
-    uint32_t rows[4];
-    emit_quad(&quad, s->side, cell, cell + 1, rows);
-    cell_face at = face_of_cell(s->depth, cell % s->side, cell / s->side);
-    for (uint32_t k = 0; k < 4; k++)
-      out[rows[k]] = level->corner_vertex[4 * (first + at.face) + ((k - at.turn) & 3)];
-  }
-}
-
 void tw_surface_vertices_of_points(const tw_surface *surface, const tw_topology *level, uint32_t *out) {
-  const tw_surface *s = surface;
-  if (s->way == TW_WAY_PATCHES) {
-    for (uint32_t q = 0; q < s->quad_count; q++) vertices_of_quad(s, level, q, out);
-    return;
-  }
-  uint32_t rows = (uint32_t)tw_surface_row_count(s, TW_DOMAIN_POINTS);
-  bool has_base = s->way == TW_WAY_BASE;
-  for (uint32_t row = 0; row < rows; row++)
-    out[row] = has_base ? s->fields[0].base.corner_vertex[tw_corner_of_row(&s->points, row)] : row;
+  surface->evaluator->vertices_of_points(surface, level, out);
 }

@@ -1,12 +1,11 @@
-/* Makes a surface from a control mesh: chooses the method (tw_way), takes generic steps to the base, numbers
- * the rows, and plans the patches, whole levels or Loop's rows that compute the answer from the base. */
+/* Makes a surface from a control mesh: chooses the evaluator, takes generic steps to the base, numbers the
+ * rows, and has the evaluator plan what computes the answer from the base. */
 #include "surface_plan.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 #include "limit.h"
-#include "patch_stencils.h"
 #include "sorted.h"
 
 /* ---- what outlives the mesh ----------------------------------------------------------------- */
@@ -14,7 +13,7 @@
 /* Whether the surface needs the cage's topology once it is made: as its base or, where it is movable, to
  * refine other positions to the base. levels: generic steps to the base. */
 static bool needs_cage(const tw_surface *s, uint32_t levels) {
-  if (levels == 0) return s->way != TW_WAY_LEVELS; /* TW_WAY_LEVELS has tables of its own */
+  if (levels == 0) return s->evaluator->reads_base;
   return s->options.movable;
 }
 
@@ -92,66 +91,10 @@ static tw_status keep_tags(tw_surface_builder *b) {
 
 /* ---- from the base to rows ------------------------------------------------------------------ */
 
-static void need_masks(tw_surface *s, const tw_topology *t) {
-  uint32_t capacity = tw_limit_greatest_capacity(t);
-  if (capacity > s->mask_capacity) s->mask_capacity = capacity;
-}
-
-/* Keeps the topology of the level above Loop's rows; their own level has its counts only. */
-static void plan_loop_rows(tw_surface_builder *b) {
-  tw_surface *s = b->surface;
-  s->loop_above = b->topologies[0];
-  if (s->options.normals) need_masks(s, &s->loop_above);
-  b->topologies[0] = tw_loop_rows_counts(&s->loop_above);
-}
-
-/* The cache of patch classes to use; NULL without memory. */
-static tw_patch_classes *classes_of(tw_surface *s) {
-  if (s->options.classes) return s->options.classes;
-  if (!s->classes) s->classes = tw_patch_classes_create();
-  return s->classes;
-}
-
-static tw_status plan_patches(tw_surface_builder *b) {
-  tw_surface *s = b->surface;
-  tw_patch_classes *classes = classes_of(s);
-  if (!classes) return TW_NO_MEMORY;
-  for (uint32_t f = 0; f < s->field_count; f++) {
-    tw_field *field = &s->fields[f];
-    tw_rules rules = tw_builder_rules(b, f);
-    tw_status status =
-        tw_patches_create(&field->patches, &field->base, &rules, s->depth, classes, b->parallel);
-    if (status == TW_OK)
-      status = tw_patches_sum(&field->patches, classes, s->options.limit, s->options.normals && f == 0);
-    if (status == TW_LIMIT) b->next = TW_TRY_STEPS;
-    if (status != TW_OK) return status;
-    if (field->patches.scratch_points > s->scratch_points) s->scratch_points = field->patches.scratch_points;
-  }
-  return TW_OK;
-}
-
-static tw_status fail_fans(tw_error *error) {
-  return tw_fail(error, TW_LIMIT,
-                 "thousands of faces meet in a point, each with a normal of its own: normals=none without "
-                 "limit=true can do without");
-}
-
-/* Refuses rows that would take too long to read. A row has a mask for its normal, two for its tangent, one
- * for each value at the limit, and one on the surface of each target that displaces normals. */
-static tw_status check_fans(const tw_surface_builder *b, tw_error *error) {
-  const tw_surface *s = b->surface;
-  uint32_t masks = (s->options.normals || s->options.limit ? 1u : 0u) + (s->tangent_frames ? 2u : 0u);
-  if (s->options.limit) masks += b->mesh->uv_set_count + tw_smooth_set_count(s) + 1;
-  if (b->morph_normals) masks += s->morph_count;
-  if (s->way != TW_WAY_BASE || masks == 0 || tw_is_quickly_read(&s->fields[0].base, &s->vertices, masks))
-    return TW_OK;
-  return fail_fans(error);
-}
-
-/* Makes a surface without its positions. *attempt: the methods to use; where one of them returned TW_LIMIT,
- * receives the attempt that does without it. */
+/* Makes a surface without its positions. *preference: the first evaluator to try, by its place in the table;
+ * where the one chosen declined, receives the place after it. */
 static tw_status make_plan(const tw_mesh *mesh, const tw_surface_options *options,
-                           const tw_parallel_for *parallel, tw_attempt *attempt, tw_surface **out,
+                           const tw_parallel_for *parallel, uint32_t *preference, tw_surface **out,
                            tw_error *error);
 
 /* Orders points as they are without the details of this level and of deeper ones, so that positions which a
@@ -163,8 +106,8 @@ static tw_status order_points(tw_surface_builder *b) {
   tw_surface_options options = s->options;
   options.classes = NULL;
   options.movable = false;
-  tw_attempt attempt = TW_TRY_ALL;
-  tw_status status = make_plan(&mesh, &options, b->parallel, &attempt, &before, NULL);
+  uint32_t preference = 0;
+  tw_status status = make_plan(&mesh, &options, b->parallel, &preference, &before, NULL);
   if (status == TW_NO_MEMORY || status == TW_CANCELLED) return status;
   /* There is no such surface, so nobody has its rows: keep the numbers of the level. */
   if (status != TW_OK) return TW_OK;
@@ -175,32 +118,21 @@ static tw_status order_points(tw_surface_builder *b) {
   return b->point_order ? TW_OK : TW_NO_MEMORY;
 }
 
-/* Plans rows of the base, of its patches, or of Loop's scheme. */
-static tw_status plan_rows(tw_surface_builder *b, tw_error *error) {
+/* Orders and numbers the rows that follow from the base. */
+static tw_status plan_rows(tw_surface_builder *b) {
   tw_surface *s = b->surface;
-  if (s->way == TW_WAY_LOOP) plan_loop_rows(b);
+  if (s->evaluator->take_base) s->evaluator->take_base(b);
   for (uint32_t f = 0; f < s->field_count; f++) s->fields[f].base = b->topologies[f];
-  /* Loop's rows are one level below the base. */
-  const tw_face_order order = {b->mesh, b->cage.visible, b->source, b->levels + (s->way == TW_WAY_LOOP)};
+  const tw_face_order order = {b->mesh, b->cage.visible, b->source, b->levels + s->evaluator->levels_below};
   tw_status status = tw_surface_order(s, &order);
   if (status == TW_OK) status = tw_parallel_for_status(b->parallel);
   bool has_details = s->options.level > 0 && s->options.level <= tw_deepest_detail(&s->details);
   if (status == TW_OK && has_details) status = order_points(b);
   if (status == TW_OK) status = tw_builder_number(b);
-  if (status == TW_OK) status = tw_parallel_for_status(b->parallel);
-  if (status != TW_OK || s->way == TW_WAY_LOOP) return status;
-  for (uint32_t f = 0; f < s->field_count; f++) need_masks(s, &s->fields[f].base);
-  return s->way == TW_WAY_PATCHES ? plan_patches(b) : check_fans(b, error);
+  return status == TW_OK ? tw_parallel_for_status(b->parallel) : status;
 }
 
 /* ---- the plan ------------------------------------------------------------------------------- */
-
-static tw_status plan_levels(tw_surface_builder *b, tw_error *error) {
-  bool is_large = false;
-  tw_status status = tw_builder_levels(b, &is_large);
-  if (is_large) b->next = b->attempt == TW_TRY_ALL ? TW_TRY_WITHOUT_LEVELS : TW_TRY_STEPS;
-  return status == TW_LIMIT && !is_large ? fail_fans(error) : status;
-}
 
 static tw_status plan(tw_surface_builder *b, tw_error *error) {
   tw_surface *s = b->surface;
@@ -213,7 +145,8 @@ static tw_status plan(tw_surface_builder *b, tw_error *error) {
   if (status == TW_OK) status = tw_builder_choose(b, error);
   if (status == TW_OK) status = keep_sources(b);
   if (status == TW_OK) status = tw_builder_base(b);
-  if (status == TW_OK) status = s->way == TW_WAY_LEVELS ? plan_levels(b, error) : plan_rows(b, error);
+  if (status == TW_OK && s->evaluator->reads_base) status = plan_rows(b);
+  if (status == TW_OK) status = s->evaluator->make(b, error);
   if (status == TW_OK) status = keep_tags(b);
   if (status == TW_OK) status = tw_surface_start_bounds(s);
   if (status != TW_OK) return status;
@@ -255,7 +188,7 @@ static bool choose_fields(tw_surface_builder *b) {
 }
 
 static tw_status make_plan(const tw_mesh *mesh, const tw_surface_options *options,
-                           const tw_parallel_for *parallel, tw_attempt *attempt, tw_surface **out,
+                           const tw_parallel_for *parallel, uint32_t *preference, tw_surface **out,
                            tw_error *error) {
   tw_surface *s = tw_alloc_zero(1, sizeof *s);
   if (!s) return TW_NO_MEMORY;
@@ -264,8 +197,7 @@ static tw_status make_plan(const tw_mesh *mesh, const tw_surface_options *option
                           .parallel = parallel,
                           .arena = tw_arena_create(),
                           .points_arena = tw_arena_create(),
-                          .attempt = *attempt,
-                          .next = *attempt,
+                          .preference = *preference,
                           .morph_normals = mesh->morph_normals && options->normals && !options->movable};
   s->options = *options;
   s->options.movable |= b.morph_normals && !tw_has_own_normals(mesh, options);
@@ -278,7 +210,7 @@ static tw_status make_plan(const tw_mesh *mesh, const tw_surface_options *option
   bool has_arenas = s->arena && b.arena && b.points_arena;
   tw_status status = has_arenas && choose_fields(&b) ? plan(&b, error) : TW_NO_MEMORY;
   tw_arena_destroy(b.arena);
-  *attempt = b.next;
+  if (b.declined) *preference = b.preference + 1;
   s->options.grant = NULL; /* it belongs to the caller and is valid for this call only */
   if (status == TW_OK)
     *out = s;
@@ -290,10 +222,10 @@ static tw_status make_plan(const tw_mesh *mesh, const tw_surface_options *option
 /* ---- surfaces ------------------------------------------------------------------------------- */
 
 static tw_status create(const tw_mesh *mesh, const tw_surface_options *options,
-                        const tw_parallel_for *parallel, tw_attempt *attempt, tw_surface **out,
+                        const tw_parallel_for *parallel, uint32_t *preference, tw_surface **out,
                         tw_error *error) {
   tw_surface *s;
-  tw_status status = make_plan(mesh, options, parallel, attempt, &s, error);
+  tw_status status = make_plan(mesh, options, parallel, preference, &s, error);
   if (status != TW_OK) return status;
   status = tw_surface_place(s, mesh->positions, parallel);
   if (status == TW_OK && s->layout.morph_width == 6 && !s->own_normals)
@@ -310,23 +242,11 @@ tw_status tw_surface_create_by(const tw_mesh *mesh, const tw_surface_options *op
                                const tw_parallel_for *parallel, tw_surface **out, tw_error *error) {
   tw_status status = tw_cage_check_options(mesh, options, error);
   if (status != TW_OK) return status;
-  tw_surface_options own = *options;
-  tw_attempt attempt = TW_TRY_ALL;
-  status = create(mesh, &own, parallel, &attempt, out, error);
-  bool has_long_lists = attempt == TW_TRY_WITHOUT_LEVELS;
-  if (has_long_lists) status = create(mesh, &own, parallel, &attempt, out, error);
-  /* The shared cache may be full: try again with a cache of the surface's own. */
-  if (attempt == TW_TRY_STEPS && own.classes) {
-    own.classes = NULL;
-    attempt = TW_TRY_WITHOUT_LEVELS;
-    status = create(mesh, &own, parallel, &attempt, out, error);
-  }
-  /* More irregular classes than there is room for at all: take long lists, or else generic steps. */
-  if (attempt == TW_TRY_STEPS && has_long_lists) {
-    attempt = TW_TRY_LARGE_LEVELS;
-    status = create(mesh, options, parallel, &attempt, out, error);
-  }
-  if (attempt == TW_TRY_STEPS) status = create(mesh, options, parallel, &attempt, out, error);
+  uint32_t next = 0, tried;
+  do {
+    tried = next;
+    status = create(mesh, options, parallel, &next, out, error);
+  } while (next != tried); /* the evaluator declined */
   if (status == TW_CANCELLED) tw_fail(error, status, "the surface is not wanted any more");
   return status == TW_NO_MEMORY ? tw_fail(error, status, "out of memory") : status;
 }

@@ -3,15 +3,8 @@
 #define TWEEND_SURFACE_PLAN_H
 
 #include "cage.h"
+#include "evaluator.h"
 #include "surface.h"
-
-/* The methods that a plan may use. */
-typedef enum tw_attempt {
-  TW_TRY_ALL,
-  TW_TRY_WITHOUT_LEVELS,
-  TW_TRY_LARGE_LEVELS, /* as TW_TRY_ALL, with long lists of exceptions */
-  TW_TRY_STEPS         /* generic steps all the way to the answer */
-} tw_attempt;
 
 typedef struct tw_surface_builder {
   const tw_mesh *mesh;
@@ -21,11 +14,12 @@ typedef struct tw_surface_builder {
   /* Holds the cage and the points' topologies between it and the base; becomes the surface's. */
   tw_arena *points_arena;
   tw_cage cage;
-  uint32_t levels;    /* generic steps from the cage to the base */
-  bool whole;         /* the answer has all faces in the order of the cage */
-  bool morph_normals; /* the answer has targets that displace normals */
-  tw_attempt attempt;
-  tw_attempt next;                       /* what to try where the method chosen returned TW_LIMIT */
+  uint32_t levels;     /* generic steps from the cage to the base */
+  bool whole;          /* the answer has all faces in the order of the cage */
+  bool morph_normals;  /* the answer has targets that displace normals */
+  uint32_t preference; /* the first entry of the table of evaluators to try; then the one that was chosen */
+  bool long_lists;     /* of shallow levels: lists of exceptions may be long */
+  bool declined;       /* the evaluator returned TW_LIMIT; the next one can be tried */
   tw_topology topologies[TW_FIELDS_MAX]; /* of each field, at the level that was made last */
   uint32_t cage_vertices[TW_FIELDS_MAX]; /* vertex count of each field at the cage */
   uint32_t channel_count;
@@ -50,23 +44,34 @@ static inline bool tw_builder_has_tangents(const tw_surface_builder *b) {
   return b->mesh->has_tangents && b->mesh->uv_set_count > 0 && b->surface->options.normals;
 }
 
-/* Chooses the method (tw_way) and the number of generic steps to the base. TW_LIMIT when the answer has too
- * many faces for TW_TRY_STEPS. TW_NO_MEMORY. */
+/* Chooses the evaluator and the number of generic steps to the base. TW_LIMIT when the answer has too many
+ * faces for generic steps. TW_NO_MEMORY. */
 tw_status tw_builder_choose(tw_surface_builder *b, tw_error *error);
+
+/* Whether an open border shrinks the answer, or Loop's scheme makes it: both take generic steps. */
+static inline bool tw_builder_needs_steps(const tw_surface_builder *b) {
+  return b->surface->rules.loop || tw_cage_shrinks(&b->cage, &b->surface->options);
+}
+
+/* Whether the cage can be the base: it has triangles for Loop's scheme, else quads of four different vertices
+ * each. A quad with a vertex twice is refined once, which makes quads of four vertices. */
+bool tw_builder_cage_is_base(const tw_surface_builder *b);
 
 /* Makes the base: the topologies, and all values at its vertices except positions. TW_NO_MEMORY,
  * TW_CANCELLED. */
 tw_status tw_builder_base(tw_surface_builder *b);
-
-/* TW_WAY_LEVELS: computes the values of all points of the level from the base, except positions, and numbers
- * them. TW_LIMIT as tw_shallow_plan, TW_NO_MEMORY, TW_CANCELLED. */
-tw_status tw_builder_levels(tw_surface_builder *b, bool *is_large);
 
 /* Numbers the rows of a surface that has its base and the order of its faces. TW_NO_MEMORY, TW_CANCELLED. */
 tw_status tw_builder_number(tw_surface_builder *b);
 
 /* Sets the tangent frames of the base's faces, where rows have tangents. TW_NO_MEMORY. */
 tw_status tw_builder_find_frames(tw_surface_builder *b);
+
+/* Makes room for the limit masks of a topology's vertices. */
+void tw_builder_need_masks(tw_surface *s, const tw_topology *t);
+
+/* Fails as there is no such surface: `error` says that thousands of faces meet in a point. */
+tw_status tw_builder_fail_fans(tw_error *error);
 
 /* Sets the layout of the rows of TW_DOMAIN_VERTICES. */
 void tw_builder_lay_out(tw_surface_builder *b);

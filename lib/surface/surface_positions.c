@@ -4,8 +4,8 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "evaluator.h"
 #include "refine.h"
-#include "surface.h"
 
 /* ---- steps ---------------------------------------------------------------------------------- */
 
@@ -41,62 +41,18 @@ static tw_status make_level(const tw_surface *s, uint32_t level, const tw_parall
   return status;
 }
 
-/* ---- what rows are made of ------------------------------------------------------------------ */
-
-static float *round_positions(const double *positions, size_t vertices) {
-  float *rounded = tw_alloc(vertices, 3 * sizeof *rounded);
-  for (size_t i = 0; rounded && i < 3 * vertices; i++) rounded[i] = (float)positions[i];
-  return rounded;
-}
-
-/* Keeps the base's positions as floats and, where normals are computed by limit masks, as doubles too:
- * normals depend on small differences. */
-static tw_status keep_base(tw_surface *s, double **base) {
-  tw_values *out = &s->positions;
-  bool is_cage = s->step_count == 0 && s->options.level == 0;
-  out->base = is_cage ? out->cage : round_positions(*base, tw_surface_base_vertices(s));
-  if (!out->base) return TW_NO_MEMORY;
-  if (s->step_count == 0 || !s->options.normals || s->depth > 0) return TW_OK;
-  out->exact = *base;
-  *base = NULL;
-  return TW_OK;
-}
-
-static tw_status keep_loop(tw_surface *s, const double *above, const tw_parallel_for *parallel) {
-  double *all = s->positions.exact = tw_alloc(s->fields[0].base.vertex_count, 3 * sizeof *all);
-  return all ? tw_refine_values(&s->loop_above, &s->rules, 3, above, parallel, all) : TW_NO_MEMORY;
-}
-
-static tw_status keep_levels(tw_surface *s, const double *base, const tw_parallel_for *parallel) {
-  s->positions.base = round_positions(base, tw_surface_base_vertices(s));
-  tw_status status = s->positions.base ? tw_shallow_fill(s, parallel, &s->positions) : TW_NO_MEMORY;
-  tw_free(s->positions.base);
-  s->positions.base = NULL;
-  return status;
-}
-
-static tw_status keep(tw_surface *s, const tw_parallel_for *parallel, double **base) {
-  switch (s->way) {
-  case TW_WAY_LEVELS: return keep_levels(s, *base, parallel);
-  case TW_WAY_LOOP: return keep_loop(s, *base, parallel);
-  case TW_WAY_BASE:
-  case TW_WAY_PATCHES: break;
-  }
-  return keep_base(s, base);
-}
-
 tw_status tw_surface_place(tw_surface *surface, const float *positions, const tw_parallel_for *parallel) {
   tw_surface *s = surface;
   s->positions.width = 3;
   double *at = gather_cage(s, positions);
   tw_status status = at ? add_details(s, 0, parallel, at) : TW_NO_MEMORY;
   if (status == TW_OK && s->options.level == 0) {
-    s->positions.cage = round_positions(at, s->cage_vertex_count);
+    s->positions.cage = tw_surface_round_positions(at, s->cage_vertex_count);
     if (!s->positions.cage) status = TW_NO_MEMORY;
   }
   for (uint32_t level = 1; level <= s->step_count && status == TW_OK; level++)
     status = make_level(s, level, parallel, &at);
-  if (status == TW_OK) status = keep(s, parallel, &at);
+  if (status == TW_OK) status = s->evaluator->place(s, &at, parallel);
   tw_free(at);
   return status == TW_OK ? tw_surface_cut_faces(s, parallel) : status;
 }

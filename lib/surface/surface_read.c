@@ -5,28 +5,7 @@
 
 #include "surface_reader.h"
 
-static void loop_rows(tw_surface_reader *r, tw_domain domain, uint32_t first, uint32_t count, float *out) {
-  const tw_surface *s = r->surface;
-  uint32_t stride = tw_row_width(s, domain);
-  const double *points = s->positions.exact, *point = points + 3 * (size_t)first;
-  for (size_t i = 0; i < count; i++, point += 3)
-    for (size_t c = 0; c < 3; c++) out[i * stride + c] = (float)point[c];
-  float *normals = tw_normal_in(s, domain, out);
-  if (normals) tw_loop_rows_normals(&s->loop_above, points, first, count, r->mask.entries, normals, stride);
-}
-
-/* Computes rows of corners. With every method but patches, all rows are rows of corners. */
-static void read_corners(tw_surface_reader *r, tw_domain domain, uint32_t first, uint32_t count, float *out) {
-  switch (r->surface->way) {
-  case TW_WAY_BASE: tw_base_read_rows(r, domain, first, count, out); return;
-  case TW_WAY_PATCHES: tw_patch_read_items(r, domain, TW_PATCH_CORNER, first, count, out); return;
-  case TW_WAY_LEVELS: tw_shallow_read_rows(r->surface, domain, first, count, out); return;
-  case TW_WAY_LOOP: loop_rows(r, domain, first, count, out); return;
-  }
-}
-
 enum { PIECE_ROWS = 2048, MOVED_WIDTH = 6 };
-typedef enum piece_kind { PIECE_CORNERS, PIECE_EDGES, PIECE_QUADS, PIECE_LINES } piece_kind;
 
 uint64_t tw_surface_row_count(const tw_surface *surface, tw_domain domain) {
   const tw_surface *s = surface;
@@ -41,97 +20,44 @@ uint64_t tw_surface_row_count(const tw_surface *surface, tw_domain domain) {
 
 /* ---- pieces --------------------------------------------------------------------------------- */
 
-/* A piece: a run of rows that is computed at once. */
-typedef struct piece {
-  piece_kind kind;
-  uint64_t first;       /* first row */
-  uint32_t count;       /* number of rows */
-  uint32_t item, items; /* the first corner, edge or visible quad, and how many */
-  uint32_t line;        /* of PIECE_LINES: the first line, counted inside the quad */
-} piece;
-
 static uint32_t at_most(uint64_t a, uint64_t b) {
   return (uint32_t)(a < b ? a : b);
 }
 
 /* As many whole items as fit in `wanted` rows, at least one. */
-static piece whole_items(piece_kind kind, uint64_t first, uint64_t item, uint64_t rows_an_item,
-                         uint64_t items, size_t wanted) {
+static tw_piece whole_items(tw_piece_kind kind, uint64_t first, uint64_t item, uint64_t rows_an_item,
+                            uint64_t items, size_t wanted) {
   uint32_t taken = at_most(wanted / rows_an_item, items - item);
   if (taken == 0) taken = 1;
-  return (piece){kind, first, taken * (uint32_t)rows_an_item, (uint32_t)item, taken, 0};
+  return (tw_piece){kind, first, taken * (uint32_t)rows_an_item, (uint32_t)item, taken, 0};
 }
 
 /* The piece at a row, when `wanted` rows from there on are asked for. It begins at the row or, where the row
  * is amid an item, at the start of that item and is the item alone. An item is computed the same way whatever
  * piece it is in. */
-static piece piece_at(const tw_surface *s, tw_domain domain, uint64_t row, size_t wanted) {
+static tw_piece piece_at(const tw_surface *s, tw_domain domain, uint64_t row, size_t wanted) {
   const tw_numbering *n = tw_numbering_of(s, domain);
   uint64_t corners = s->options.level == 0 ? tw_surface_row_count(s, domain) : n->corner_count;
-  if (row < corners) return whole_items(PIECE_CORNERS, row, row, 1, corners, wanted);
+  if (row < corners) return whole_items(TW_PIECE_CORNERS, row, row, 1, corners, wanted);
   uint64_t edge_rows = tw_rows_inside_edge(s), in_edges = row - corners;
   if (in_edges < n->edge_count * edge_rows)
-    return whole_items(PIECE_EDGES, row - in_edges % edge_rows, in_edges / edge_rows, edge_rows,
+    return whole_items(TW_PIECE_EDGES, row - in_edges % edge_rows, in_edges / edge_rows, edge_rows,
                        n->edge_count, in_edges % edge_rows == 0 ? wanted : 0);
   uint64_t quads_begin = corners + n->edge_count * edge_rows, quad_rows = tw_rows_inside_quad(s);
   uint64_t in_quads = row - quads_begin;
   if (quad_rows <= PIECE_ROWS)
-    return whole_items(PIECE_QUADS, row - in_quads % quad_rows, in_quads / quad_rows, quad_rows,
+    return whole_items(TW_PIECE_QUADS, row - in_quads % quad_rows, in_quads / quad_rows, quad_rows,
                        s->quad_count, in_quads % quad_rows == 0 ? wanted : 0);
   uint32_t quad = (uint32_t)(in_quads / quad_rows), lines = PIECE_ROWS / (uint32_t)edge_rows;
   if (lines == 0) lines = 1;
   uint32_t line = (uint32_t)(in_quads % quad_rows / edge_rows) / lines * lines;
   uint32_t taken = at_most(lines, edge_rows - line);
   uint64_t first = quads_begin + quad * quad_rows + line * edge_rows;
-  return (piece){PIECE_LINES, first, taken * (uint32_t)edge_rows, quad, 1, line};
-}
-
-/* Clamps the colours of `count` rows. All four numbers at once: a colour has four. */
-static void clamp_colors(float *color, uint32_t count, uint32_t stride) {
-  typedef int32_t lanes __attribute__((vector_size(16)));
-  const tw_point none = {0}, full = {1, 1, 1, 1};
-  for (; count > 0; count--, color += stride) {
-    tw_point c;
-    memcpy(&c, color, sizeof c);
-    c = (tw_point)((lanes)c & ~(c < none));
-    const lanes over = c > full;
-    c = (tw_point)(((lanes)c & ~over) | ((lanes)full & over));
-    memcpy(color, &c, sizeof c);
-  }
-}
-
-/* Finishes rows: v runs down on GPUs, and colours are clamped, because rounding may take sums of weights out
- * of their range. */
-static void finish_rows(const tw_surface *s, uint32_t count, float *rows) {
-  const tw_surface_layout *l = &s->layout;
-  for (uint32_t i = 0; i < l->uv_count; i++) {
-    float *v = rows + l->uvs[i] + 1;
-    for (uint32_t row = 0; row < count; row++, v += l->stride) *v = 1 - *v;
-  }
-  for (uint32_t i = 0; i < l->attribute_count; i++)
-    if (s->smooth[i].is_color) clamp_colors(rows + l->attributes[i], count, l->stride);
-}
-
-static void compute_piece(tw_surface_reader *r, tw_domain domain, const piece *p, float *out) {
-  const tw_surface *s = r->surface;
-  uint32_t last_line = s->side - 1;
-  if (p->kind == PIECE_CORNERS) {
-    read_corners(r, domain, p->item, p->items, out);
-  } else if (p->kind == PIECE_EDGES) {
-    tw_patch_read_items(r, domain, TW_PATCH_SIDE, p->item, p->items, out);
-  } else if (p->kind == PIECE_QUADS) {
-    size_t size = tw_rows_inside_quad(s) * tw_row_width(s, domain);
-    for (uint32_t i = 0; i < p->items; i++)
-      tw_patch_read_lines(r, domain, p->item + i, 1, last_line, out + i * size);
-  } else {
-    uint32_t first_line = 1 + p->line, lines = p->count / last_line;
-    tw_patch_read_lines(r, domain, p->item, first_line, first_line + lines - 1, out);
-  }
-  if (tw_has_attributes(s, domain)) finish_rows(s, p->count, out);
+  return (tw_piece){TW_PIECE_LINES, first, taken * (uint32_t)edge_rows, quad, 1, line};
 }
 
 /* Writes the displacements of normals by morph targets into rows that have all other columns. */
-static void displace_normals(tw_surface_reader *r, const piece *p, float *out) {
+static void displace_normals(tw_surface_reader *r, const tw_piece *p, float *out) {
   const tw_surface *s = r->surface;
   const tw_surface_layout *l = &s->layout;
   for (uint32_t m = 0; m < l->morph_count; m++) {
@@ -141,7 +67,7 @@ static void displace_normals(tw_surface_reader *r, const piece *p, float *out) {
       own += 3 * ((size_t)m * s->cage_vertices + (size_t)p->first);
     } else {
       r->surface = s->morphed[m];
-      compute_piece(r, TW_DOMAIN_VERTICES, p, r->moved);
+      tw_read_piece(r, TW_DOMAIN_VERTICES, p, r->moved);
       r->surface = s;
     }
     for (uint32_t k = 0; k < p->count; k++, row += l->stride)
@@ -152,13 +78,13 @@ static void displace_normals(tw_surface_reader *r, const piece *p, float *out) {
   }
 }
 
-static void compute_rows(tw_surface_reader *r, tw_domain domain, const piece *p, float *out) {
-  compute_piece(r, domain, p, out);
+static void compute_rows(tw_surface_reader *r, tw_domain domain, const tw_piece *p, float *out) {
+  tw_read_piece(r, domain, p, out);
   if (domain == TW_DOMAIN_VERTICES && r->surface->layout.morph_width == 6) displace_normals(r, p, out);
 }
 
 /* Returns a piece in the reader's memory, and computes it unless it is there already. */
-static const float *keep_piece(tw_surface_reader *r, tw_domain domain, const piece *p) {
+static const float *keep_piece(tw_surface_reader *r, tw_domain domain, const tw_piece *p) {
   if (r->piece_count == 0 || r->piece_domain != domain || r->piece_first != p->first) {
     compute_rows(r, domain, p, r->piece);
     r->piece_domain = domain;
@@ -174,7 +100,7 @@ void tw_surface_read_rows(tw_surface_reader *reader, tw_domain domain, uint64_t 
   uint32_t width = tw_row_width(s, domain);
   while (count > 0) {
     size_t wanted = s->morphed && count > reader->piece_capacity ? reader->piece_capacity : count;
-    piece p = piece_at(s, domain, first, wanted);
+    tw_piece p = piece_at(s, domain, first, wanted);
     size_t skip = (size_t)(first - p.first), take = p.count - skip;
     if (take > count) take = count;
     if (take == p.count)
@@ -219,7 +145,7 @@ static void need(reader_needs *n, const tw_surface *s, uint32_t displacements_ma
   n->points = larger(n->points, s->scratch_points);
   n->masks = larger(n->masks, s->mask_capacity);
   if (piece > n->piece) n->piece = piece;
-  if (s->tangent_frames && s->way != TW_WAY_LEVELS) n->slopes = larger(n->slopes, rows);
+  if (s->tangent_frames) n->slopes = larger(n->slopes, rows);
   if (s->layout.joints == UINT32_MAX || s->skin_rows) return;
   n->joints = larger(n->joints, s->influences.joint_count);
   n->skin_vertices = larger(n->skin_vertices, s->influences.vertex_count);
@@ -231,7 +157,8 @@ static bool allocate_reader(tw_surface_reader *r, const reader_needs *n) {
   r->mask.entries = tw_alloc((size_t)n->masks + 1, sizeof *r->mask.entries);
   r->piece = tw_alloc(n->piece, sizeof(float));
   r->moved = tw_alloc(n->moved, sizeof(float));
-  bool complete = r->scratch && r->mask.entries && r->piece && r->moved;
+  r->frames = tw_alloc(n->slopes, sizeof *r->frames);
+  bool complete = r->scratch && r->mask.entries && r->piece && r->moved && r->frames;
   for (int i = 0; i < 2; i++) {
     r->slopes[i] = tw_alloc(n->slopes, TW_DERIVATIVE_WIDTH * sizeof(float));
     complete = complete && r->slopes[i];
@@ -358,6 +285,7 @@ void tw_surface_reader_destroy(tw_surface_reader *reader) {
   tw_free(reader->mask.entries);
   tw_free(reader->piece);
   tw_free(reader->moved);
+  tw_free(reader->frames);
   for (int i = 0; i < 2; i++) tw_free(reader->slopes[i]);
   tw_skin_scratch_deinit(&reader->skin);
   tw_free(reader);

@@ -1,7 +1,8 @@
-/* The parts of a reader: scratch memory, and the functions that compute rows by each method. */
+/* The parts of a reader: scratch memory, and what evaluators need to read rows. */
 #ifndef TWEEND_SURFACE_READER_H
 #define TWEEND_SURFACE_READER_H
 
+#include "evaluator.h"
 #include "limit.h"
 #include "surface.h"
 #include "tangent_space.h"
@@ -17,6 +18,7 @@ struct tw_surface_reader {
   double *scratch;    /* for patches */
   tw_last_mask mask;
   float *slopes[2]; /* derivatives of points and of UVs, [piece_capacity][TW_DERIVATIVE_WIDTH] */
+  uint8_t *frames;  /* [piece_capacity] tangent frames */
   tw_skin_scratch skin;
   /* Cache of the last piece that was asked for in part. */
   float *piece; /* [piece_capacity][stride] */
@@ -95,22 +97,17 @@ static inline uint64_t tw_rows_inside_quad(const tw_surface *s) {
  * and that target's displacement of it. */
 void tw_turn_to_points(tw_surface_reader *reader, const tw_surface *surface, int target);
 
-/* Computes rows of TW_WAY_LEVELS. These and the rows of the functions below are unfinished: v runs up, and
- * colours are not yet clamped. */
-void tw_shallow_read_rows(const tw_surface *surface, tw_domain domain, uint32_t first, uint32_t count,
-                          float *out);
+/* Assembles the rows of a block: has the surface's evaluator compute every column that they have. First the
+ * points and the normals or, where rows are of UVs, these; then all else, also in smaller blocks. */
+void tw_assemble_points(tw_surface_reader *reader, tw_domain domain, const tw_block *block, float *out);
+void tw_assemble_attributes(tw_surface_reader *reader, tw_domain domain, const tw_block *block, float *out);
+void tw_assemble_rows(tw_surface_reader *reader, tw_domain domain, const tw_block *block, float *out);
 
-/* Computes rows of TW_WAY_BASE. */
-void tw_base_read_rows(tw_surface_reader *reader, tw_domain domain, uint32_t first, uint32_t count,
-                       float *out);
+/* Computes the rows of a piece, but for what targets displace normals by. */
+void tw_read_piece(tw_surface_reader *reader, tw_domain domain, const tw_piece *piece, float *out);
 
-/* Computes rows of TW_WAY_PATCHES: those of `count` corners from number `first` on, or of the insides of as
- * many edges. */
-typedef enum tw_patch_piece { TW_PATCH_CORNER, TW_PATCH_SIDE } tw_patch_piece;
-void tw_patch_read_items(tw_surface_reader *reader, tw_domain domain, tw_patch_piece piece, uint32_t first,
-                         uint32_t count, float *out);
-/* Computes lines j0 to j1 of the inside of a visible quad. */
-void tw_patch_read_lines(tw_surface_reader *reader, tw_domain domain, uint32_t visible, uint32_t j0,
-                         uint32_t j1, float *out);
+/* As tw_evaluator.faces of the quads of patches, and as its vertices_of_points. */
+void tw_patch_faces(const tw_surface *s, tw_domain domain, uint64_t first, size_t count, uint32_t *out);
+void tw_patch_vertices_of_points(const tw_surface *s, const tw_topology *level, uint32_t *out);
 
 #endif

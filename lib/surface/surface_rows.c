@@ -14,7 +14,7 @@ static uint32_t rows_of_cage(const tw_numbering *n, const tw_topology *base, uin
 
 static bool needs_splits(const tw_surface_builder *b) {
   const tw_surface *s = b->surface;
-  if (s->way == TW_WAY_LOOP) return false;
+  if (s->evaluator->levels_below > 0) return false; /* bare points and normals */
   if (s->field_count > 1 || tw_has_own_normals(b->mesh, &s->options)) return true;
   return s->options.normals && (s->rules.linear || tw_topology_parts_normals(&b->topologies[0]));
 }

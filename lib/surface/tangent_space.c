@@ -8,10 +8,11 @@
 
 /* ---- derivatives ---------------------------------------------------------------------------- */
 
-void tw_patch_slopes(const tw_slope_source *source, uint32_t quad, tw_patch_rect rect, double *scratch,
-                     float *out) {
+void tw_patch_slopes(const tw_slope_source *source, uint32_t quad, tw_patch_rect rect, bool backwards,
+                     double *scratch, float *out) {
   tw_patch_job job = {.in = source->values,
                       .width = source->width,
+                      .backwards = backwards,
                       .derivatives = out,
                       .stride = TW_DERIVATIVE_WIDTH,
                       .scratch = scratch};
@@ -107,10 +108,10 @@ void tw_tangent_from_derivatives(const float normal[3], const float points[TW_DE
   if (!flatten(n, a, out)) tangent_along_axis(n, out);
 }
 
-void tw_write_tangents(const float *points, const float *uvs, size_t count, bool backwards, bool mirrored,
+void tw_write_tangents(const float *points, const float *uvs, const uint8_t *frames, size_t count,
                        tw_tangent_columns out) {
   for (size_t i = 0; i < count; i++, out.normals += out.stride, out.tangents += out.stride) {
-    size_t place = TW_DERIVATIVE_WIDTH * (backwards ? count - 1 - i : i);
-    tw_tangent_from_derivatives(out.normals, points + place, uvs + place, mirrored, out.tangents);
+    size_t place = TW_DERIVATIVE_WIDTH * i;
+    tw_tangent_from_derivatives(out.normals, points + place, uvs + place, frames[i] % 2, out.tangents);
   }
 }

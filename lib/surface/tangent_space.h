@@ -20,10 +20,10 @@ typedef struct tw_slope_source {
   uint32_t width;
 } tw_slope_source;
 
-/* Computes derivatives at part of a patch. scratch: [patches->scratch_points][4]; out:
- * [rows][TW_DERIVATIVE_WIDTH]. */
-void tw_patch_slopes(const tw_slope_source *source, uint32_t quad, tw_patch_rect rect, double *scratch,
-                     float *out);
+/* Computes derivatives at part of a patch. backwards: from its last point to its first. scratch:
+ * [patches->scratch_points][4]; out: [rows][TW_DERIVATIVE_WIDTH]. */
+void tw_patch_slopes(const tw_slope_source *source, uint32_t quad, tw_patch_rect rect, bool backwards,
+                     double *scratch, float *out);
 
 /* Computes the derivatives at a corner along its two sides (tw_slope_frame). out: [TW_DERIVATIVE_WIDTH]. */
 void tw_corner_slopes(const tw_slope_source *source, uint32_t corner, tw_last_mask *last, float *out);
@@ -47,8 +47,8 @@ typedef struct tw_tangent_columns {
 } tw_tangent_columns;
 
 /* Writes the tangents of `count` rows from their normals. points, uvs: [count][TW_DERIVATIVE_WIDTH]
- * derivatives; backwards: from the last row to the first. */
-void tw_write_tangents(const float *points, const float *uvs, size_t count, bool backwards, bool mirrored,
+ * derivatives. frames: [count] tangent frames: odd where the map is mirrored. */
+void tw_write_tangents(const float *points, const float *uvs, const uint8_t *frames, size_t count,
                        tw_tangent_columns out);
 
 #endif

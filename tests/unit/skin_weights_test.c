@@ -7,7 +7,7 @@
 #include "built_cage.h"
 #include "cage.h"
 #include "cube.h"
-#include "surface.h"
+#include "evaluator.h"
 
 /* ---- meshes --------------------------------------------------------------------------------- */
 
@@ -212,13 +212,13 @@ TEST(rows_keep_the_four_heaviest_of_many_joints) {
   free_skinned(c);
 }
 
-static tw_way way_of(const tw_mesh *mesh, uint32_t level) {
+static const tw_evaluator *evaluator_of(const tw_mesh *mesh, uint32_t level) {
   const tw_surface_options options = {.level = level};
   tw_surface *surface;
   assert_int_equal(tw_surface_create(mesh, &options, &surface, NULL), TW_OK);
-  tw_way way = surface->way;
+  const tw_evaluator *evaluator = surface->evaluator;
   tw_surface_destroy(surface);
-  return way;
+  return evaluator;
 }
 
 static size_t row_at(const rows *r, const float *point) {
@@ -234,11 +234,11 @@ static size_t row_at(const rows *r, const float *point) {
 static void assert_as_patches(skinned *c, tw_surface_options options) {
   enum { FAR = TW_SKIN_LEVEL_JOINTS_MAX };
   rows levels = read_rows(&c->mesh, options);
-  assert_int_equal(way_of(&c->mesh, options.level), TW_WAY_LEVELS);
+  assert_ptr_equal(evaluator_of(&c->mesh, options.level), &tw_shallow_evaluator);
   for (uint32_t p = 0; p < POINTS; p++)
     for (int k = 0; k < 4; k++) c->joints[p][k] += FAR;
   rows patches = read_rows(&c->mesh, options);
-  assert_int_not_equal(way_of(&c->mesh, options.level), TW_WAY_LEVELS);
+  assert_ptr_not_equal(evaluator_of(&c->mesh, options.level), &tw_shallow_evaluator);
   for (uint32_t p = 0; p < POINTS; p++)
     for (int k = 0; k < 4; k++) c->joints[p][k] -= FAR;
   assert_int_equal(levels.count, patches.count);

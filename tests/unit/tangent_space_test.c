@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "surface.h"
+#include "evaluator.h"
 #include "surface_rows.h"
 #include "tangent_space.h"
 #include "test.h"
@@ -364,11 +364,11 @@ static void assert_as_patches(sheet *s, tw_surface_options options) {
   static uint16_t joints[POINTS_MAX][4];
   static float weights[POINTS_MAX][4];
   rows levels = read_sheet(s, options);
-  assert_int_equal(levels.surface->way, TW_WAY_LEVELS);
+  assert_ptr_equal(levels.surface->evaluator, &tw_shallow_evaluator);
   for (int p = 0; p < POINTS_MAX; p++) joints[p][0] = TW_SKIN_LEVEL_JOINTS_MAX;
   s->mesh.skin = (tw_skin_weights){.width = 4, .joints = joints[0], .weights = weights[0]};
   rows patches = read_sheet(s, options);
-  assert_int_not_equal(patches.surface->way, TW_WAY_LEVELS);
+  assert_ptr_not_equal(patches.surface->evaluator, &tw_shallow_evaluator);
   s->mesh.skin = (tw_skin_weights){0};
   assert_int_equal(levels.count, patches.count);
   for (size_t i = 0; i < levels.count; i++) assert_true(stands_among(&levels, i, &patches));
