@@ -5,7 +5,7 @@
 
 #include "tweend/format.h"
 
-/* What the meshes and nodes of a model have in vain. */
+/* What the meshes and nodes of a model have, and an OBJ has no place for. */
 typedef struct obj_losses {
   uint64_t parted_points; /* at which faces have different colours */
   uint64_t instances;
@@ -14,10 +14,9 @@ typedef struct obj_losses {
 
 /* *parted: points at whose corners the colours differ. */
 static bool count_parted_points(const tw_mesh *mesh, const tw_attribute *colors, uint64_t *parted) {
-  static const uint32_t NONE = UINT32_MAX, PARTED = 0;
-  uint32_t *first = tw_alloc(mesh->point_count, sizeof *first); /* 1 + the value at the first corner */
+  static const uint32_t NONE = 0, PARTED = UINT32_MAX;
+  uint32_t *first = tw_alloc_zero(mesh->point_count, sizeof *first); /* 1 + the value at the first corner */
   if (!first) return false;
-  memset(first, 0xFF, mesh->point_count * sizeof *first);
   for (uint32_t c = 0; c < mesh->corner_count; c++) {
     uint32_t *of_point = &first[mesh->corners[c]], value = colors->corners[c];
     size_t width = colors->width;
@@ -77,7 +76,7 @@ api_outcome api_obj_losses_warn(api_call *call, const tw_model *model) {
   tw_text text = {0};
   list(&text, losses.instances, "the ", " instances of EXT_mesh_gpu_instancing");
   list(&text, losses.parted_points, "the further colours of ",
-       " points where faces differ (it has one a point)");
+       " control points where faces differ (it has one a point)");
   list(&text, losses.clear, "alpha", NULL);
   list(&text, losses.attributes, "attributes of the application", NULL);
   list(&text, losses.uv_sets, "texture coordinates behind the first set", NULL);

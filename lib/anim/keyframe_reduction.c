@@ -413,8 +413,7 @@ static tw_status reduce_track(const tw_clip *clip, uint32_t index, tw_tolerance 
   return status;
 }
 
-/* ---- keys at given times --------------------------------------------------------------------------------
- */
+/* ---- keys at given times -------------------------------------------------------------------- */
 
 /* The error between a key and the next one; within one step of a LINEAR track there is none. place: as in
  * measure. */
@@ -475,8 +474,7 @@ tw_status tw_clip_bake_error(const tw_clip *clip, const tw_clip_keys *baked, con
   return TW_OK;
 }
 
-/* ---- clips ----------------------------------------------------------------------------------------------
- */
+/* ---- clips ---------------------------------------------------------------------------------- */
 
 static tw_status copy_steps(const tw_clip *clip, uint32_t index, tw_arena *arena, tw_track_keys *out,
                             tw_error *error) {

@@ -374,7 +374,7 @@ static next_joints *find_next(const fitting *f) {
   return next;
 }
 
-/* The directions to the next joints. False where a joint is at the same place as the next. */
+/* Unit vectors from a joint to the mean of the next ones. False where these are at the joint's place. */
 static bool find_directions(const tw_fit *fit, const tw_fitted_bone *bone, const next_joints *next,
                             double source[3], double target[3]) {
   if (next->count == 0) return false;

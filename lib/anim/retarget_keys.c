@@ -113,7 +113,7 @@ static bool make_quaternions(const tw_track_keys *track, tw_arena *arena, tw_tra
   return true;
 }
 
-/* Whether the angles themselves are interpolated. */
+/* Whether the track interpolates its Euler or axis-angle keys as angles, not as quaternions. */
 static bool moves_angles(const tw_track_keys *track) {
   return track->angles && (track->interpolation == TW_EULER ||
                            (track->form == TW_KEY_AXIS_ANGLE && track->interpolation == TW_LINEAR));
@@ -198,7 +198,8 @@ static uint32_t *find_depths(const carrying *c, const tw_skeleton *skeleton) {
   return depths;
 }
 
-/* The path from the frame of one node (TW_NO_INDEX: the world) to another's. NULL without memory. */
+/* The rotations that lead from one node's frame to another's; TW_NO_INDEX is the world. NULL without memory.
+ */
 static bool find_path(const carrying *c, uint32_t from, uint32_t to, path *out) {
   const tw_skeleton *source = &c->job->source;
   uint32_t up = from, down = to, steps = 0, count = 0;
@@ -398,8 +399,7 @@ static tw_status make_turns(carrying *c, tw_error *error) {
   return TW_OK;
 }
 
-/* ---- evaluating a turn -----------------------------------------------------------------------------------
- */
+/* ---- evaluating a turn ---------------------------------------------------------------------- */
 
 /* The part of a deviation from rest, which is in the bone's own frame. */
 static void take_share(const turn *turn, const double deviation[4], double out[4]) {
@@ -472,8 +472,7 @@ static bool has_aims(const turn *turn) {
   return turn->own || turn->above;
 }
 
-/* ---- sampling --------------------------------------------------------------------------------------------
- */
+/* ---- sampling ------------------------------------------------------------------------------- */
 
 /* Something of the target as a function of time: a rotation or a place. */
 typedef struct signal {
@@ -641,8 +640,7 @@ static tw_status sample_signal(carrying *c, const signal *signal, uint32_t node,
   return status;
 }
 
-/* ---- rotations -------------------------------------------------------------------------------------------
- */
+/* ---- rotations ------------------------------------------------------------------------------ */
 
 /* A copy of a track's keys for another node. to_value: what becomes of a value, and of a tangent. */
 typedef void map_value(const void *context, const double *value, bool is_tangent, double *out);
@@ -746,8 +744,7 @@ static tw_status carry_rotations(carrying *c, tw_error *error) {
   return status;
 }
 
-/* ---- places ----------------------------------------------------------------------------------------------
- */
+/* ---- places --------------------------------------------------------------------------------- */
 
 /* place = the transform of a place. */
 static void move_place(const tw_trs *trs, double place[3]) {
@@ -992,10 +989,9 @@ static tw_status carry_places(carrying *c, tw_error *error) {
   return status;
 }
 
-/* ---- translations and scales of other bones --------------------------------------------------------------
- */
+/* ---- translations and scales of other bones ------------------------------------------------- */
 
-/* Whether a bone hangs on its parent as the source's does, but for the scale. */
+/* Whether a bone's rest translation and rotation are those of the source's bone, scaled. */
 static bool rests_alike(const carrying *c, const tw_fitted_bone *bone) {
   const tw_fit *fit = &c->fit;
   const tw_node *source = &c->job->source.nodes[bone->source], *target = &c->job->target.nodes[bone->target];
@@ -1071,8 +1067,7 @@ static tw_status carry_others(carrying *c, tw_error *error) {
   return status;
 }
 
-/* ---- what is told ----------------------------------------------------------------------------------------
- */
+/* ---- what is told --------------------------------------------------------------------------- */
 
 static tw_status tell_bones(const carrying *c, tw_retargeted *out, tw_error *error) {
   const tw_fit *fit = &c->fit;
@@ -1105,8 +1100,7 @@ static tw_status tell_unmatched(const carrying *c, tw_retargeted *out, tw_error 
   return TW_OK;
 }
 
-/* ---- the job ---------------------------------------------------------------------------------------------
- */
+/* ---- the job -------------------------------------------------------------------------------- */
 
 static tw_status carry(carrying *c, tw_retargeted *out, tw_error *error) {
   tw_bone_match match;

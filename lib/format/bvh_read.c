@@ -55,8 +55,7 @@ typedef struct bvh_file {
   tw_error *error;
 } bvh_file;
 
-/* ---- text ------------------------------------------------------------------------------------------------
- */
+/* ---- text ----------------------------------------------------------------------------------- */
 
 /* Control characters are blanks too: files may end with a zero byte or Ctrl-Z. */
 static inline bool is_blank(char c) {

@@ -243,8 +243,7 @@ bool tw_gltf_add_cage_tags(tw_gltf_plan *plan, const tw_scene *scene, uint32_t i
   return text;
 }
 
-/* ---- holes -----------------------------------------------------------------------------------------------
- */
+/* ---- holes ---------------------------------------------------------------------------------- */
 
 tw_status tw_mesh_open_holes(const tw_mesh *mesh, tw_arena *arena, tw_mesh *out) {
   *out = *mesh;

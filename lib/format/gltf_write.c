@@ -99,8 +99,7 @@ static bool fill(tw_gltf_stream *stream, const tw_gltf_view *view, uint64_t firs
   return false;
 }
 
-/* ---- text around the data -------------------------------------------------------------------------------
- */
+/* ---- text around the data ------------------------------------------------------------------- */
 
 static uint8_t *put_u32(uint8_t *out, uint64_t value) {
   for (int shift = 0; shift < 32; shift += 8) *out++ = (uint8_t)(value >> shift);

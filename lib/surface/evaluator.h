@@ -21,7 +21,7 @@ typedef struct tw_piece {
   uint32_t line;        /* of TW_PIECE_LINES: the first line, counted inside the quad */
 } tw_piece;
 
-/* Part of a patch's grid. backwards: from its last point to its first. */
+/* Part of a patch's grid. backwards: the points come in the opposite order, from the last to the first. */
 typedef struct tw_patch_place {
   uint32_t quad;
   tw_patch_rect rect;
@@ -77,9 +77,9 @@ struct tw_evaluator {
 
   /* ---- reading faces ---- */
 
-  /* Faces [first, first + count) of a level from 1 on, all of one size. */
+  /* The vertices of faces [first, first + count). The level is 1 or more, so all faces have the same size. */
   void (*faces)(const tw_surface *s, tw_domain domain, uint64_t first, size_t count, uint32_t *out);
-  /* As tw_surface_vertices_of_points. */
+  /* As tw_surface_vertices_of_points. NULL: points and vertices have the same numbers. */
   void (*vertices_of_points)(const tw_surface *s, const tw_topology *level, uint32_t *out);
 };
 

@@ -45,5 +45,9 @@ size_t tw_surface_read_faces(tw_surface_reader *reader, tw_domain domain, uint64
 /* ---- points --------------------------------------------------------------------------------- */
 
 void tw_surface_vertices_of_points(const tw_surface *surface, const tw_topology *level, uint32_t *out) {
-  surface->evaluator->vertices_of_points(surface, level, out);
+  if (surface->evaluator->vertices_of_points) {
+    surface->evaluator->vertices_of_points(surface, level, out);
+    return;
+  }
+  for (uint32_t row = 0; row < surface->points.corner_count; row++) out[row] = row;
 }

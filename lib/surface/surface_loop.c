@@ -69,11 +69,6 @@ static void faces(const tw_surface *s, tw_domain domain, uint64_t first, size_t 
   tw_loop_rows_triangles(&s->loop_above, (uint32_t)first, (uint32_t)count, out);
 }
 
-static void vertices_of_points(const tw_surface *s, const tw_topology *level, uint32_t *out) {
-  (void)level;
-  for (uint32_t row = 0; row < s->points.corner_count; row++) out[row] = row;
-}
-
 /* Rows have no other columns. */
 const tw_evaluator tw_loop_evaluator = {.fits = fits,
                                         .start = start,
@@ -84,5 +79,4 @@ const tw_evaluator tw_loop_evaluator = {.fits = fits,
                                         .levels_below = 1,
                                         .read = read,
                                         .points = points,
-                                        .faces = faces,
-                                        .vertices_of_points = vertices_of_points};
+                                        .faces = faces};

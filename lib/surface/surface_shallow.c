@@ -335,11 +335,6 @@ static void faces(const tw_surface *s, tw_domain domain, uint64_t first, size_t 
   }
 }
 
-static void vertices_of_points(const tw_surface *s, const tw_topology *level, uint32_t *out) {
-  (void)level;
-  for (uint32_t row = 0; row < s->points.corner_count; row++) out[row] = row;
-}
-
 const tw_evaluator tw_shallow_evaluator = {.fits = fits,
                                            .start = start,
                                            .make = make,
@@ -349,5 +344,4 @@ const tw_evaluator tw_shallow_evaluator = {.fits = fits,
                                            .values = values,
                                            .slopes = slopes,
                                            .influences = influences,
-                                           .faces = faces,
-                                           .vertices_of_points = vertices_of_points};
+                                           .faces = faces};

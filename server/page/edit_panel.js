@@ -7,7 +7,7 @@ import { fail, OneAtATime } from './notices.js';
 import { isSame, Picker, readCages } from './picker.js';
 import { codeLine, quote } from './scripts_panel.js';
 import { CHOICES, CLEANING, editOf, EDITS, printEdits, SHAPES } from './shapes.js';
-import { change, openOther, state, watch } from './state.js';
+import { change, isStep, openOther, state, watch } from './state.js';
 
 const DOCUMENT_MOST = 1e6; // bytes of the largest model whose text is edited
 const KINDS = [['faces', 'Faces'], ['edges', 'Edges'], ['vertices', 'Points']];
@@ -17,10 +17,10 @@ const hasDecimalComma = (0.5).toLocaleString().includes(',');
 
 /** The numbers of a text: between blanks, semicolons or commas; a comma within a number is a decimal point where the
  *  browser's language writes it so. NaN stands for what is no number. */
-export function numbersOf(text, hasComma = hasDecimalComma) {
+function numbersOf(text) {
   const isBlankSeparated = /[\s;]/.test(text.trim());
-  const words = text.split(hasComma && (isBlankSeparated || text.split(',').length === 2) ? /[\s;]+/ : /[\s;,]+/);
-  return words.map((word) => word.replace(/,$/, '')).filter(Boolean).map((word) => Number(hasComma ? word.replace(',', '.') : word));
+  const words = text.split(hasDecimalComma && (isBlankSeparated || text.split(',').length === 2) ? /[\s;]+/ : /[\s;,]+/);
+  return words.map((word) => word.replace(/,$/, '')).filter(Boolean).map((word) => Number(hasDecimalComma ? word.replace(',', '.') : word));
 }
 
 /** Creates input fields for parameters, typed by their initial values. use() is called for Enter in one. read() returns
@@ -136,7 +136,7 @@ export class EditPanel {
     this.picker.close();
     this.model = null;
     this.cleaned.textContent = '';
-    this.body.hidden = !this.steps.isStep; // a step keeps the focus and what is scrolled to
+    this.body.hidden = !isStep(); // a step keeps the focus and what is scrolled to
   }
 
   /** Shows the edits of a model, once it is loaded and the panel is visible. */

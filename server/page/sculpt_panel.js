@@ -10,7 +10,7 @@ import { choice, fixed, make } from './dom.js';
 import { fieldsOf } from './edit_panel.js';
 import { meshName, stemOf } from './models.js';
 import { busy, fail, OneAtATime } from './notices.js';
-import { change, firstOf, state, watch } from './state.js';
+import { change, firstOf, isStep, state, watch } from './state.js';
 
 const RULES = ['scheme', 'boundary', 'creases', 'limit', 'encoding', 'details']; // points can be sent only while these have their default values
 const COLOUR = 0xf08a00;
@@ -113,7 +113,7 @@ export class SculptPanel {
 
   close() {
     this.stroke = null;
-    if (!this.steps.isStep) Object.assign(this, { picked: null, wanted: { index: -1 } });
+    if (!isStep()) Object.assign(this, { picked: null, wanted: { index: -1 } });
     this.bearers = [];
     this.show();
   }

@@ -1,27 +1,21 @@
 // The steps of a lineage of models, edits and strokes alike: each shows the model that it made, and can be undone and
 // done again.
-import { note, state, step, watch } from './state.js';
+import { isStep, note, state, step, watch } from './state.js';
 
 const NAMES = ['model', 'from', 'edits', 'quads', 'beside']; // what a step changes
 
 export class Steps {
   #past = [];
   #future = [];
-  #isOwn = false;
 
   constructor(viewport) {
     this.viewport = viewport;
     this.onChange = () => {};
     watch((names) => {
-      if (!names.has('model') || this.#isOwn) return;
+      if (!names.has('model') || isStep()) return;
       [this.#past, this.#future] = [[], []]; // another lineage
       this.onChange();
     });
-  }
-
-  /** Whether the model that is being opened is that of a step. */
-  get isStep() {
-    return this.#isOwn;
   }
 
   get canUndo() {
@@ -57,9 +51,7 @@ export class Steps {
 
   #show(next) {
     note('view', this.viewport.view);
-    this.#isOwn = true;
     step(next);
-    this.#isOwn = false;
     this.onChange();
   }
 }

@@ -154,5 +154,5 @@ test('edits keep the values of faces, and cut them as they are', async () => {
 test('OBJ has one colour a point, and says so', async () => {
   const { warning } = await ask('obj?level=1');
   // Of 20 points four have one face each, and one has the last face and another white one.
-  assert.match(warning, /^4; surface\.obj is without the further colours of 15 points where faces differ \(it has one a point\), alpha, attributes of the application$/);
+  assert.match(warning, /^4; surface\.obj is without the further colours of 15 control points where faces differ \(it has one a point\), alpha, attributes of the application$/);
 });

@@ -117,7 +117,7 @@ for (const level of [0, 1, 2, 3])
     test(`colours of faces, level ${level}${more}: each point has that of one of its faces, and the mesh stays closed`, async () => {
       const model = await daemon.upload(cube((face) => ofFaces[face]));
       const { bytes, warning } = await ask(model, `obj?level=${level}${more}`);
-      assert.match(warning, /^\d; surface\.obj is without the further colours of 8 points where faces differ/);
+      assert.match(warning, /^\d; surface\.obj is without the further colours of 8 control points where faces differ/);
       assert.equal([...bytes.toString().matchAll(/^v /gm)].length, 6 * 4 ** level + 2);
       assert.ok([...edgesOf(bytes.toString()).values()].every((faces) => faces === 2));
       const shown = colorsOf(new OBJLoader().parse(bytes.toString()));

@@ -223,8 +223,7 @@ TEST(points_refined_in_double_are_the_same) {
   free(c);
 }
 
-/* ---- giving up ------------------------------------------------------------------------------------------
- */
+/* ---- giving up ------------------------------------------------------------------------------ */
 
 typedef struct patience {
   uint32_t left; /* questions whose answer is to go on */

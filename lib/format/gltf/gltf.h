@@ -70,8 +70,7 @@ struct tw_gltf_assets {
   tw_gltf_objects extensions_used, extensions_required;
 };
 
-/* ---- an answer -------------------------------------------------------------------------------------------
- */
+/* ---- an answer ------------------------------------------------------------------------------ */
 
 #define TW_GLTF_MESHOPT "EXT_meshopt_compression"
 

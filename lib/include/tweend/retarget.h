@@ -50,7 +50,7 @@ uint32_t tw_bone_find(const char *name, size_t length);
  * without a next joint go with their limb. The trunk, shoulders, feet and toes keep their own rest pose,
  * unless it is more than 30 degrees off. Where both have humanoid maps nothing is aligned, since VRM requires
  * T-poses. A figure that faces another way, or has another axis up, moves as it faces.
- * Bones of the source without counterpart that lead from one matched bone to the next  are taken into the one
+ * Bones of the source without counterpart that lead from one matched bone to the next are taken into the one
  * above them: it gets their product, turned so that it points to where the next joint is. Bones of the target
  * without counterpart that do so share its motion: in the spine and neck all of it, in equal parts; elsewhere
  * the turn about the bone's own direction. All other bones keep their rest pose. Hips, and matched nodes
@@ -100,8 +100,8 @@ typedef struct tw_retargeted {
   tw_matched_bone *bones; /* [bone_count] by target */
   double scale;           /* of distances */
   uint32_t without_target_count, without_source_count;
-  uint32_t
-      *without_target; /* source bones that the clip moves and no bone of the target follows, ascending */
+  /* Source bones that the clip moves and no bone of the target follows, ascending. */
+  uint32_t *without_target;
   uint32_t *without_source; /* bones of the target that keep their rest pose, ascending */
   uint32_t lost_count;      /* translations and scales of matched bones that are not carried over */
 } tw_retargeted;
