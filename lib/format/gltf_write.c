@@ -43,7 +43,7 @@ static void fill_rows(tw_gltf_stream *stream, const tw_gltf_view *view, uint64_t
   const tw_surface *surface = stream->scene.surfaces[view->mesh];
   tw_surface_reader_turn(stream->reader, surface, view->first_target, view->target_count);
   uint32_t stride = tw_surface_reader_layout(stream->reader)->stride;
-  if (view->element_size == stride * sizeof(float)) { /* all columns as they are */
+  if (tw_vertex_is_row(view->fields, view->field_count, stride)) {
     tw_surface_read_rows(stream->reader, TW_DOMAIN_VERTICES, first, count, (float *)(void *)out);
     return;
   }

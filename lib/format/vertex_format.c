@@ -29,6 +29,12 @@ uint32_t tw_vertex_size(const tw_vertex_field *fields, uint32_t field_count) {
   return last->offset + tw_vertex_field_size(last);
 }
 
+bool tw_vertex_is_row(const tw_vertex_field *fields, uint32_t field_count, uint32_t stride) {
+  for (uint32_t i = 0; i < field_count; i++)
+    if (fields[i].coding != TW_CODED_FLOATS) return false;
+  return tw_vertex_size(fields, field_count) == stride * sizeof(float);
+}
+
 const tw_vertex_codings tw_vertex_floats = {.joints = TW_CODED_JOINTS};
 
 static void add_field(const char *semantic, tw_vertex_coding coding, uint32_t column, uint32_t width,

@@ -57,6 +57,9 @@ uint32_t tw_vertex_target_column(const tw_surface_layout *layout, uint32_t targe
 uint32_t tw_vertex_field_size(const tw_vertex_field *field);
 uint32_t tw_vertex_size(const tw_vertex_field *fields, uint32_t field_count);
 
+/* Whether elements are rows of `stride` floats as they are. */
+bool tw_vertex_is_row(const tw_vertex_field *fields, uint32_t field_count, uint32_t stride);
+
 /* glTF's componentType of a coding; and whether its integers stand for fractions (`normalized`). */
 int tw_vertex_component(tw_vertex_coding coding);
 bool tw_vertex_is_normalized(tw_vertex_coding coding);

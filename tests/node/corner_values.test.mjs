@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 
-import { NodeIO } from '@gltf-transform/core';
+import { Document, NodeIO } from '@gltf-transform/core';
 import { ALL_EXTENSIONS } from '@gltf-transform/extensions';
 import validator from 'gltf-validator';
 import { MeshoptDecoder } from 'meshoptimizer';
@@ -156,3 +156,23 @@ test('OBJ has one colour a point, and says so', async () => {
   // Of 20 points four have one face each, and one has the last face and another white one.
   assert.match(warning, /^4; surface\.obj is without the further colours of 15 control points where faces differ \(it has one a point\), alpha, attributes of the application$/);
 });
+
+// An element of four bytes is as long as a float.
+for (const Type of [Int8Array, Uint8Array, Int16Array, Uint16Array])
+  for (const [i, type] of ['SCALAR', 'VEC2', 'VEC3', 'VEC4'].entries())
+    test(`${type} of ${Type.name} arrive as the only attribute`, async () => {
+      const document = new Document();
+      const buffer = document.createBuffer();
+      const add = (kind, array) => document.createAccessor().setType(kind).setArray(array).setBuffer(buffer);
+      const wanted = [...Array(i + 1).keys()].map((c) => 100 + c);
+      const part = document.createPrimitive();
+      part.setAttribute('POSITION', add('VEC3', new Float32Array([0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0])));
+      part.setAttribute('_ID', add(type, Type.from(Array(4).fill(wanted).flat())));
+      part.setIndices(add('SCALAR', new Uint16Array([0, 1, 2, 0, 2, 3])));
+      const node = document.createNode().setMesh(document.createMesh().addPrimitive(part));
+      document.createScene().addChild(node);
+      const at = await daemon.upload(await new NodeIO().writeBinary(document));
+      for (const query of ['glb?level=0', 'glb?level=1', 'glb?level=1&normals=none', 'glb?level=1&encoding=meshopt'])
+        for (const corners of await trianglesOf((await ask(query, at)).bytes))
+          for (const corner of corners) assert.deepEqual(corner._ID, wanted, query);
+    });
