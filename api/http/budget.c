@@ -57,10 +57,10 @@ uint64_t api_budget_granted(api_budget *budget) {
 
 /* ---- grants; under the lock -------------------------------------------------------------------- */
 
-/* By how many bytes adding `more` exceeds the limit. */
-static uint64_t shortage(const api_budget *budget, uint64_t more) {
-  uint64_t limit = more <= SMALL ? budget->limit : budget->limit - budget->limit / 16;
-  uint64_t used = atomic_load(&budget->used);
+/* By how many bytes raising a grant to `bytes` exceeds the limit. The last sixteenth is for small grants. */
+static uint64_t shortage(const api_budget *budget, const api_ticket *ticket, uint64_t bytes) {
+  uint64_t limit = bytes <= SMALL ? budget->limit : budget->limit - budget->limit / 16;
+  uint64_t used = atomic_load(&budget->used), more = bytes - ticket->granted;
   if (used >= limit) return used - limit + more;
   return more > limit - used ? more - (limit - used) : 0;
 }
@@ -126,18 +126,19 @@ static bool relieve(api_budget *budget, uint64_t bytes) {
 static api_ticket *find_next(const api_budget *budget) {
   for (api_ticket *ticket = budget->first; ticket; ticket = ticket->next) {
     bool has_turn = ticket == budget->first || ticket->needed <= SMALL || budget->computing == 0;
-    if (has_turn && (shortage(budget, ticket->needed) == 0 || is_alone(budget, ticket))) return ticket;
+    if (has_turn && (shortage(budget, ticket, ticket->needed) == 0 || is_alone(budget, ticket)))
+      return ticket;
   }
   return NULL;
 }
 
-/* Raises the grant if it fits. A new grant over SMALL queues behind waiting tickets, unless these wait only
- * for clients to read. */
+/* Raises the grant if it fits. A grant that grows over SMALL queues behind waiting tickets, unless these wait
+ * only for clients to read. */
 static bool raise_grant(api_budget *budget, api_ticket *ticket, uint64_t bytes) {
-  uint64_t more = bytes - ticket->granted, missing;
+  uint64_t missing;
   bool others_wait = budget->first && (budget->computing > 0 || find_next(budget));
-  if (others_wait && more > SMALL && ticket->granted == 0) return false;
-  while ((missing = shortage(budget, more)) > 0)
+  if (others_wait && bytes > SMALL && ticket->granted <= SMALL) return false;
+  while ((missing = shortage(budget, ticket, bytes)) > 0)
     if (!relieve(budget, missing)) break;
   if (missing > 0 && !is_alone(budget, ticket)) return false;
   set_fitting(budget, ticket, bytes);
@@ -161,7 +162,7 @@ static void serve_waiting(api_budget *budget) {
     if (!ticket && !budget->is_poked) break;
     if (!ticket) {
       budget->is_poked = false; /* cleared first: an entry that becomes idle meanwhile sets it again */
-      relieve(budget, shortage(budget, budget->first->needed));
+      relieve(budget, shortage(budget, budget->first, budget->first->needed));
       continue;
     }
     set_fitting(budget, ticket, ticket->needed);

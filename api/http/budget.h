@@ -1,11 +1,11 @@
 /* The budget: the memory that bodies, models, plans, caches and answers hold together, against --max-memory.
  *
  * Two kinds of memory count. Existing memory (cache entries, bodies) is added when it is allocated and
- * subtracted when it is freed; that never fails. Memory that a request is about to use is granted to its
- * ticket beforehand; a request whose grant does not fit waits. A grant makes room by evicting idle cache
- * entries. If no other request that computes has a grant, a request is granted as much of what it asks for as
- * is left: what it asks for is a bound, and its meter (lib/base/meter.c) compares what it takes with the
- * grant. */
+ * subtracted when it is freed; that never fails. What a request takes is granted to its ticket: by a crude
+ * bound before it reads an upload, makes a surface or prints poses, and by its meter (lib/base/meter.c),
+ * which asks for more when the grant is used up. A request whose grant does not fit waits, and begins anew. A
+ * grant makes room by evicting idle cache entries. If no other request that computes has a grant, a request
+ * is granted as much of what it asks for as is left. */
 #ifndef API_BUDGET_H
 #define API_BUDGET_H
 

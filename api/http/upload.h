@@ -41,7 +41,7 @@ typedef struct api_reading {
 tw_status api_quads_read(const api_query *query, tw_quads *out, tw_error *error);
 
 /* Reads a model. Only bytes of `format` are read without an error, so that stored bytes read back the same.
- * False: the fault says why; it is a stall where making->grant stalled. */
+ * False: the fault says why. */
 bool api_model_read(api_bytes bytes, tw_format format, api_reading reading, const api_making *making,
                     tw_model **out, api_fault *fault);
 

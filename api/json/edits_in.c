@@ -432,12 +432,11 @@ static tw_status read_edits(const api_value *array, tw_edit **out, uint32_t *cou
 /* ---- applying ------------------------------------------------------------------------------------------ */
 
 /* Bytes that edits hold for each point and corner; the least room, in points and corners, of the first
- * attempt; how many edits may each process a mesh that fills the room; and the part of all memory that edits
- * ask for at most before they begin: most take less than their bound, and what they take is metered. */
-enum { EDIT_BYTES = 256, FIRST_ROOM = 1 << 16, EDITS_OF_MOST = 16, PART_ASKED = 4 };
+ * attempt; and how many edits may each process a mesh that fills the room. */
+enum { EDIT_BYTES = 256, FIRST_ROOM = 1 << 16, EDITS_OF_MOST = 16 };
 
-/* The size of what edits make is known only when they are applied: they begin with a small grant, and are
- * applied anew with a greater one where it does not suffice. */
+/* The size of what edits make is known only when they are applied: they begin with little room, and are
+ * applied anew with more where it does not suffice. */
 tw_status api_edits_apply(const api_value *array, const api_edit_call *call, tw_mesh *out, tw_made **made,
                           uint32_t *made_count) {
   const api_json *json = array->json;
@@ -457,9 +456,6 @@ tw_status api_edits_apply(const api_value *array, const api_edit_call *call, tw_
                                    .corners = room,
                                    .work = EDITS_OF_MOST * room,
                                    .parallel = making->parallel};
-    uint64_t asked = EDIT_BYTES * (room < most / PART_ASKED ? room : most / PART_ASKED);
-    if (making->grant && !making->grant(making->context, call->granted + asked))
-      return api_json_no_memory(json);
     status = tw_mesh_edit(call->mesh, call->model, edits, count, &limits, json->arena, out, list, &named,
                           json->error);
     if (room == most) break;

@@ -5,14 +5,10 @@
 #include "json_value.h"
 #include "tweend/edit.h"
 
-/* Limits on what the shapes and edits of a document make, and the memory for it. */
+/* Limits on what the shapes and edits of a document make. */
 typedef struct api_making {
-  uint64_t faces_max; /* of all shapes together, and of each mesh that edits make */
-  uint64_t bytes_max; /* that the edits of one mesh may hold at a time */
-  /* Grants `bytes` in all, in addition to what reading the text takes; false ends the reading with
-   * TW_NO_MEMORY. NULL: no grant is needed. */
-  bool (*grant)(void *context, uint64_t bytes);
-  void *context;
+  uint64_t faces_max;              /* of all shapes together, and of each mesh that edits make */
+  uint64_t bytes_max;              /* that the edits of one mesh may hold at a time */
   const tw_parallel_for *parallel; /* asked whether the edits are cancelled; or NULL */
 } api_making;
 
@@ -21,7 +17,6 @@ typedef struct api_edit_call {
   const tw_mesh *mesh;   /* checked */
   const tw_model *model; /* as for tw_mesh_edit */
   const api_making *making;
-  uint64_t granted; /* bytes already in use, added to each grant for the edits */
 } api_edit_call;
 
 /* Reads a list of edits and applies it. *out: in the arena of the array's reader. made: NULL, or receives

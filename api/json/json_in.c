@@ -125,7 +125,7 @@ static const char *const mesh_members[] = {"name",    "shape",   "positions", "f
 typedef struct mesh_reader {
   tw_model *model;
   const api_making *making;
-  uint64_t faces, bytes; /* made by shapes so far, and the memory for it */
+  uint64_t faces; /* made by shapes so far */
 } mesh_reader;
 
 /* [count] elements in the arena. NULL for no elements, or without memory, which sets *status. */
@@ -311,8 +311,6 @@ static tw_status read_shape(mesh_reader *reader, const api_value *members, tw_me
         more_than(counts.points), (unsigned long long)counts.points, more_than(counts.faces),
         (unsigned long long)counts.faces, (unsigned long long)making->faces_max);
   reader->faces += counts.faces;
-  reader->bytes += counts.bytes;
-  if (making->grant && !making->grant(making->context, reader->bytes)) return api_json_no_memory(value->json);
   return tw_shape_make(&shape, value->json->arena, mesh, value->json->error);
 }
 
@@ -322,7 +320,7 @@ static tw_status edit_mesh(const mesh_reader *reader, const api_value *object, c
   if (!edits->item) return TW_OK;
   tw_status status = tw_mesh_check(&before, object->json->error, NULL);
   if (status != TW_OK) return api_json_fail_within(object, status);
-  const api_edit_call call = {&before, NULL, reader->making, reader->bytes};
+  const api_edit_call call = {&before, NULL, reader->making};
   return api_edits_apply(edits, &call, mesh, NULL, NULL);
 }
 
@@ -609,7 +607,7 @@ static tw_status read_parts(const api_value *parts, const api_making *making, tw
   bool has_nodes = model->node_count > 0;
   status = read_names(&parts[has_nodes ? NODES : MESHES], has_nodes ? model->node_count : model->mesh_count,
                       "node", scratch, &nodes);
-  if (status == TW_OK) status = api_json_each(&parts[MESHES], read_mesh, &(mesh_reader){model, making, 0, 0});
+  if (status == TW_OK) status = api_json_each(&parts[MESHES], read_mesh, &(mesh_reader){model, making, 0});
   if (status == TW_OK)
     status = api_json_each(&parts[NODES], read_node, &(node_reader){&meshes, &nodes, model});
   if (status == TW_OK) status = api_json_each(&parts[CLIPS], read_clip, &(clip_reader){&nodes, model, 0});

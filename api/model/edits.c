@@ -66,9 +66,8 @@ static tw_status read_document(void *context, const api_value *root) {
   if (status == TW_OK) status = find_mesh(&values[MESH], request);
   if (status != TW_OK) return status;
   api_remade *remade = request->remade;
-  api_maker maker = {remade->call, tw_reading_size(TW_FORMAT_JSON, remade->call->request->body.size)};
-  const api_making making = api_making_of(&maker);
-  const api_edit_call edit = {&remade->source, remade->model, &making, 0};
+  const api_making making = api_making_within(remade->call->service);
+  const api_edit_call edit = {&remade->source, remade->model, &making};
   status = api_edits_apply(&values[EDITS], &edit, &remade->cage, &request->made, &request->made_count);
   if (status != TW_OK) return status;
   keep_details(request);

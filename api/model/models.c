@@ -101,13 +101,13 @@ api_outcome api_model_look(api_call *call, const char *id) {
   return fail_absent(call, id);
 }
 
-/* Reads all bytes of an open blob, malloc'ed; NULL: the fault says why. */
+/* Reads all bytes of an open blob, for tw_free; NULL: the fault says why. */
 static uint8_t *read_whole(api_call *call, const api_blob *blob) {
-  uint8_t *bytes = blob->size < SIZE_MAX ? malloc((size_t)blob->size + 1) : NULL;
+  uint8_t *bytes = blob->size < SIZE_MAX ? tw_alloc(1, (size_t)blob->size + 1) : NULL;
   if (!bytes) {
     api_fail_without_memory(call);
   } else if (!blob->read(blob, 0, bytes, (size_t)blob->size)) {
-    free(bytes);
+    tw_free(bytes);
     bytes = NULL;
     fail_unavailable(call); /* the bytes were whole when the blob was opened: reading them fails */
   }
@@ -166,34 +166,22 @@ static bool take_name(api_service *service, const char *id, const char *given, t
   return is_named;
 }
 
-/* Grants `bytes` in addition to maker->granted. False: the fault stalls. */
-static bool grant_making(void *maker, uint64_t bytes) {
-  const api_maker *own = maker;
-  return api_grant(own->call, own->granted + bytes);
-}
-
 /* Making a face takes at most MADE_FACE bytes. */
-static api_making making_within(const api_limits *limits) {
+api_making api_making_within(const api_service *service) {
   enum { MADE_FACE = 256 };
+  const api_limits *limits = &service->limits;
   uint64_t most = limits->max_memory / MADE_FACE;
   return (api_making){.faces_max = most < limits->max_faces ? most : limits->max_faces,
-                      .bytes_max = limits->max_memory};
-}
-
-api_making api_making_of(api_maker *maker) {
-  api_making making = making_within(&maker->call->service->limits);
-  making.grant = grant_making;
-  making.context = maker;
-  making.parallel = &maker->call->service->parallel;
-  return making;
+                      .bytes_max = limits->max_memory,
+                      .parallel = &service->parallel};
 }
 
 /* Parses a model after memory for that is granted, in addition to `held`. */
 static bool read_granted(api_call *call, api_bytes bytes, uint64_t held, tw_format format,
                          api_reading reading, tw_model **out) {
-  api_maker maker = {call, held + tw_reading_size(format, bytes.size)};
-  const api_making making = api_making_of(&maker);
-  return grant_making(&maker, 0) && api_model_read(bytes, format, reading, &making, out, &call->fault);
+  const api_making making = api_making_within(call->service);
+  return api_grant(call, held + tw_reading_size(format, bytes.size)) &&
+         api_model_read(bytes, format, reading, &making, out, &call->fault);
 }
 
 /* fault: the call's. */
@@ -212,7 +200,7 @@ static bool build_model(void *context, api_built *out, api_fault *fault) {
   tw_model *model = NULL;
   bool is_read =
       data && read_granted(call, bytes, 0, tw_format_sniff(data, bytes.size), source->reading, &model);
-  free(data);
+  tw_free(data);
   bool is_named = is_read && set_name(model, has_summary ? stored.name : NULL);
   cJSON_Delete(stored.tree);
   if (!is_read) return false;
@@ -400,7 +388,7 @@ int api_seed(api_service *service, const char *name, const uint8_t *bytes, size_
   tw_model *model = NULL;
   bool existed = false;
   api_call call = {.service = service};
-  const api_making making = making_within(&service->limits);
+  const api_making making = api_making_within(service);
   bool is_stored =
       api_model_read(given, tw_format_sniff(bytes, size), (api_reading){0}, &making, &model, &call.fault) &&
       (take_name(service, id, name, model) || api_fault_without_memory(&call.fault)) &&
@@ -566,9 +554,9 @@ static void destroy_source(void *context) {
 /* The format of stored bytes, read from all of them: binary STL shows by their number, glTF by a member that
  * may stand at the end. */
 static api_outcome sniff_stored(api_call *call, const api_blob *blob, tw_format *out) {
-  uint8_t *bytes = api_grant(call, blob->size) ? read_whole(call, blob) : NULL;
+  uint8_t *bytes = read_whole(call, blob);
   if (bytes) *out = tw_format_sniff(bytes, (size_t)blob->size);
-  free(bytes);
+  tw_free(bytes);
   return bytes ? API_DONE : API_FAILED;
 }
 

@@ -10,15 +10,8 @@
 /* Whether a text is a model's id: 32 digits of lower-case hex. */
 bool api_is_model_id(const char *text, size_t length);
 
-/* A request that may make a large model from a small document, and the bytes that it needs besides. */
-typedef struct api_maker {
-  api_call *call;
-  uint64_t granted;
-} api_maker;
-
-/* The limits on what the maker's document may make, bounded by --max-memory. The maker outlives the
- * result. */
-api_making api_making_of(api_maker *maker);
+/* The limits on what a document may make, bounded by --max-memory. The service outlives the result. */
+api_making api_making_within(const api_service *service);
 
 /* The stored model, parsed, from the cache or the store: *out holds a tw_model and is released by
  * api_entry_release. reading: NULL for the defaults, here and below. 404, 500, 503; a light call

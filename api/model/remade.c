@@ -125,25 +125,7 @@ static tw_status begin_scene(const api_remade *remade, cage_scene *scene, tw_err
   return status;
 }
 
-/* A bound on the bytes of a mesh's surface of level 0 while it is made: 64 a corner, as building_cost in
- * plans.c counts them, and the tags for the file. */
-static uint64_t surface_cost(const tw_mesh *mesh) {
-  enum { CORNER = 112 };
-  uint64_t cost =
-      (uint64_t)mesh->corner_count * CORNER +
-      (uint64_t)mesh->point_count * 24 * (1 + (uint64_t)mesh->attribute_count + mesh->morph_count);
-  for (uint32_t i = 0; i < mesh->detail_count; i++) cost += 24 * (uint64_t)mesh->details[i].vertex_count;
-  return cost;
-}
-
-static uint64_t surfaces_cost(const api_remade *remade) {
-  uint64_t cost = 0;
-  for (uint32_t i = 0; i < remade->model->mesh_count; i++)
-    cost += surface_cost(i == remade->mesh ? &remade->cage : &remade->model->meshes[i]);
-  return cost;
-}
-
-/* Writes the GLB, malloc'ed [*size]; NULL: the fault says why. */
+/* Writes the GLB, [*size], for tw_free; NULL: the fault says why. */
 static uint8_t *write_glb(api_remade *remade, const cage_scene *scene, size_t *size) {
   api_call *call = remade->call;
   const tw_scene content = {.model = &scene->model,
@@ -161,11 +143,11 @@ static uint8_t *write_glb(api_remade *remade, const cage_scene *scene, size_t *s
   if (whole > most) {
     api_fail_with(call, 422, "the model would have %llu bytes, over the limit of %llu",
                   (unsigned long long)whole, (unsigned long long)most);
-  } else if (api_grant(call, surfaces_cost(remade) + whole)) {
-    bytes = malloc((size_t)whole);
+  } else {
+    bytes = tw_alloc(1, (size_t)whole);
     *size = (size_t)whole;
     if (!bytes || tw_gltf_stream_read(stream, bytes, *size) < *size) {
-      free(bytes);
+      tw_free(bytes);
       bytes = NULL;
       api_fail_without_memory(call);
     }
@@ -176,7 +158,6 @@ static uint8_t *write_glb(api_remade *remade, const cage_scene *scene, size_t *s
 
 static uint8_t *make_glb(api_remade *remade, size_t *size) {
   cage_scene scene;
-  if (!api_grant(remade->call, surfaces_cost(remade))) return NULL;
   uint8_t *bytes = NULL;
   if (begin_scene(remade, &scene, &remade->call->fault.error) == TW_OK)
     bytes = write_glb(remade, &scene, size);
@@ -198,6 +179,6 @@ api_outcome api_remade_store(api_remade *remade, const api_addition *addition) {
   const char *given = api_query_get(&call->query, "name"),
              *name = given ? api_file_name_title(given, call->arena) : remade->model->name;
   api_outcome outcome = api_model_store(call, (api_bytes){bytes, size}, name, addition);
-  free(bytes);
+  tw_free(bytes);
   return outcome;
 }

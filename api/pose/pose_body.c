@@ -506,12 +506,6 @@ static bool find_weights(api_pose_body *body, tw_arena *arena) {
   return true;
 }
 
-uint64_t api_pose_body_cost(const api_pose_request *request) {
-  enum { MATRIX = 16 * sizeof(float), EULER = 3 * sizeof(float), ROW_MOST = 16 * sizeof(float) };
-  uint64_t of_model = sizeof(tw_trs) + MATRIX, of_answer = MATRIX + EULER + ROW_MOST;
-  return sizeof(api_pose_body) + request->model->node_count * of_model + request->node_count * of_answer;
-}
-
 api_pose_body *api_pose_body_create(api_pose_request *request, api_service *service, tw_arena *arena) {
   api_pose_body *body = tw_arena_alloc(arena, 1, sizeof *body);
   if (!body) return NULL;

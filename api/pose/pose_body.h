@@ -13,9 +13,6 @@ enum { API_POSE_NUMBER_BYTES = 10 };
 
 typedef struct api_pose_body api_pose_body;
 
-/* A bound on the bytes that api_pose_body_create takes of the arena. */
-uint64_t api_pose_body_cost(const api_pose_request *request);
-
 /* Takes over the entries of a resolved request. arena: for scratch in proportion to the model's nodes; the
  * arena and the request's nodes outlive the body. NULL without memory: the request keeps its entries. */
 api_pose_body *api_pose_body_create(api_pose_request *request, api_service *service, tw_arena *arena);

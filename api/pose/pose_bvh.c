@@ -78,7 +78,6 @@ static api_outcome reply(api_call *call, api_pose_request *request) {
   uint64_t cost = stream_cost(request->model);
   bvh_body *body = tw_arena_alloc(call->arena, 1, sizeof *body);
   if (!body) return api_fail_without_memory(call);
-  if (!api_grant(call, cost)) return API_FAILED;
   api_outcome outcome = create_stream(call, request, &body->stream);
   if (outcome == API_DONE) outcome = check_size(call, body->stream);
   if (outcome != API_DONE) {

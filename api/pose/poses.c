@@ -110,8 +110,7 @@ typedef struct pose_source {
 static bool print_remembered(void *context, tw_text *out, api_fault *fault) {
   const pose_source *source = context;
   api_call *call = source->call;
-  uint64_t cost = bound_bytes(source->request) + api_pose_body_cost(source->request);
-  return api_grant(call, cost) && print_poses(call, source->request, out, fault);
+  return api_grant(call, bound_bytes(source->request)) && print_poses(call, source->request, out, fault);
 }
 
 /* What a streamed answer holds besides the arena: a piece of text, which ends with a whole pose and begins
@@ -123,7 +122,7 @@ static uint64_t streaming_cost(const api_pose_request *request) {
 
 static api_outcome reply_streamed(api_call *call, api_pose_request *request) {
   uint64_t cost = streaming_cost(request);
-  if (!api_grant(call, cost + api_pose_body_cost(request))) return API_FAILED;
+  if (!api_grant(call, cost)) return API_FAILED;
   api_pose_body *body = api_pose_body_create(request, call->service, call->arena);
   if (!body) return api_fail_without_memory(call);
   call->answer.status = 200;

@@ -236,7 +236,6 @@ api_outcome api_bake(api_call *call, const tw_model *model, const tw_clip *clip,
   if (moved.meshes > 0)
     out->meshes = (api_plan_meshes){layout.count, layout.meshes, layout.still_count, layout.uses};
   if (api_plan_admit(call, &out->meshes, query) != TW_OK) return api_fail(call);
-  if (!api_grant(call, moved.points * 3 * sizeof(float))) return API_FAILED;
   pose_nodes(model, &d);
   if (place_meshes(call->arena, model, &d, &layout, baked, &all, &call->fault.error) != TW_OK)
     return api_fail(call);

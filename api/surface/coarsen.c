@@ -7,9 +7,6 @@
 
 #include <string.h>
 
-/* Bytes that coarsening holds for each point and corner of the mesh. */
-enum { COARSEN_BYTES = 160 };
-
 static tw_status read_levels(const api_query *query, uint32_t *out, tw_error *error) {
   const char *text = api_query_get(query, "levels");
   uint64_t levels = TW_LEVEL_MAX;
@@ -52,8 +49,6 @@ static api_outcome coarsen(api_remade *remade) {
   const tw_mesh *mesh = &remade->model->meshes[remade->mesh];
   query.level = levels;
   const tw_surface_options options = api_surface_options(&query, mesh);
-  uint64_t cost = COARSEN_BYTES * ((uint64_t)mesh->point_count + mesh->corner_count);
-  if (!api_grant(call, cost)) return API_FAILED;
   tw_coarsened found;
   if (find_cage(remade, &options, &found, error) != TW_OK) return api_fail(call);
   if (mesh->detail_count > 0) {

@@ -296,7 +296,6 @@ static api_outcome sculpt(detail_request *request) {
   api_remade *remade = request->remade;
   api_call *call = remade->call;
   const tw_mesh *mesh = &remade->source;
-  if (!api_grant(call, api_detail_cost(mesh, request->rows))) return API_FAILED;
   world_space world;
   bool is_mesh_space;
   api_outcome outcome = find_space(request, &world, &is_mesh_space);

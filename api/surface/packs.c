@@ -54,19 +54,8 @@ static tw_status create_list(const packs_source *source, api_packs *packs, tw_er
   return status;
 }
 
-/* The bytes for making the packs, one surface after the other. */
-static uint64_t building_size(const api_plan *plan) {
-  uint64_t most = 0;
-  for (uint32_t i = 0; i < plan->count; i++) {
-    uint64_t size = tw_packs_building_size(plan->surfaces[i]);
-    if (size > most) most = size;
-  }
-  return most;
-}
-
 static bool build_packs(void *context, api_built *out, api_fault *fault) {
   const packs_source *source = context;
-  if (!api_grant(source->call, building_size(source->plan))) return false;
   api_packs *packs = tw_alloc_zero(1, sizeof *packs);
   if (!packs) return api_fault_without_memory(fault);
   if (create_list(source, packs, &fault->error) != TW_OK) {

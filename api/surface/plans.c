@@ -78,7 +78,6 @@ typedef struct plan_source {
   api_call *call;
   const api_plan_meshes *meshes;
   const api_surface_query *query;
-  uint64_t cost; /* bound on the bytes that making the plan takes */
 } plan_source;
 
 /* Adds value * times; saturates at half of UINT64_MAX, far over every limit. */
@@ -153,7 +152,7 @@ static tw_status count_and_check(const plan_source *source) {
 }
 
 tw_status api_plan_admit(api_call *call, const api_plan_meshes *meshes, const api_surface_query *query) {
-  const plan_source source = {call, meshes, query, 0};
+  const plan_source source = {call, meshes, query};
   return is_surely_within(&source) ? TW_OK : count_and_check(&source);
 }
 
@@ -178,20 +177,8 @@ static size_t plan_size(const api_plan *plan) {
   return size;
 }
 
-/* The memory granted for a plan so far. */
-typedef struct plan_grant {
-  api_call *call;
-  uint64_t bytes;
-} plan_grant;
-
-static bool raise_grant(void *context, uint64_t bytes) {
-  plan_grant *grant = context;
-  grant->bytes += bytes;
-  return api_grant(grant->call, grant->bytes);
-}
-
 static tw_status create_surface(const plan_source *source, api_plan *plan, tw_arena *scratch,
-                                const tw_grant *grant, tw_error *error) {
+                                tw_error *error) {
   const api_surface_query *query = source->query;
   const tw_mesh *cage = &source->meshes->meshes[plan->count];
   tw_mesh mesh;
@@ -210,7 +197,8 @@ static tw_status create_surface(const plan_source *source, api_plan *plan, tw_ar
   tw_surface_options options = api_surface_options(query, &mesh);
   options.movable = plan->count >= source->meshes->still_count;
   options.classes = plan->classes;
-  options.grant = grant;
+  const tw_memory_limit limit = {source->call->service->limits.max_memory, "--max-memory"};
+  options.memory_limit = &limit;
   return tw_surface_create_by(&mesh, &options, &source->call->service->parallel, &plan->surfaces[plan->count],
                               error);
 }
@@ -223,11 +211,9 @@ static tw_status create_surfaces(const plan_source *source, api_plan *plan) {
   if (!plan->surfaces || !plan->classes) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   tw_arena *scratch = tw_arena_create(); /* holds the creases until their surface is made */
   if (!scratch) return tw_fail(error, TW_NO_MEMORY, "out of memory");
-  plan_grant held = {source->call, source->cost};
-  const tw_grant grant = {&held, raise_grant, source->call->service->limits.max_memory, "--max-memory"};
   tw_status status = TW_OK;
   for (; plan->count < all->count && status == TW_OK; plan->count += status == TW_OK)
-    status = create_surface(source, plan, scratch, &grant, error);
+    status = create_surface(source, plan, scratch, error);
   tw_arena_destroy(scratch);
   return status;
 }
@@ -263,78 +249,30 @@ static api_plan *count_and_create(const plan_source *source) {
   return plan;
 }
 
-/* The UV sets, and the attributes with values of corners. */
-static uint64_t channel_count(const tw_mesh *mesh) {
-  tw_channel channels[TW_CHANNELS_MAX];
-  return tw_mesh_channels(mesh, channels);
-}
-
-/* What attributes add to the cost of making a plan. Each UV set, and each attribute with values of corners,
- * has its own connectivity: 256 bytes a corner. At levels 1 to 3 the library keeps the values of all points:
- * 16 bytes a point for each attribute, UV set and target, 48 for four joints and their weights and 32 for
- * each further four, and as much again for the limit surface if `limit` is given. Where that would exceed
- * MOST, the library keeps no values and computes patches. */
-static uint64_t attributes_cost(const tw_mesh *mesh, const api_surface_query *query) {
-  enum { MOST = 192 << 20 };
-  uint64_t connectivity = 256 * (uint64_t)mesh->corner_count * channel_count(mesh);
-  if (query->level == 0 || query->level > 3) return connectivity;
-  uint64_t points = (uint64_t)mesh->corner_count << 2 * (query->level - 1),
-           morph_normals = mesh->morph_normals && query->normals ? mesh->morph_count : 0,
-           values = (uint64_t)mesh->uv_set_count + mesh->attribute_count + mesh->morph_count + morph_normals,
-           skin = mesh->skin.joints ? 1 : 0, rows = tw_mesh_influences(mesh, query->influences) / 2,
-           sets = values + rows + skin + (query->limit ? 1 + values + skin : 0), cost = 16 * points * sets;
-  return connectivity + (cost < MOST ? cost : MOST);
-}
-
-/* The surfaces of morph targets with displaced normals: for each the struct and the points of its base, which
- * are those of the answer if that is made step by step. */
-static uint64_t morph_normals_cost(const tw_mesh *mesh, const api_surface_query *query) {
-  enum { POINTS_MAX = 1 << 26 }; /* larger levels are not made step by step */
-  if (!mesh->morph_normals || !query->normals) return 0;
-  tw_surface_options options = api_surface_options(query, mesh);
-  bool is_stepwise = options.scheme == TW_LOOP || options.boundary == TW_BOUNDARY_OPEN;
-  uint64_t points = mesh->corner_count;
-  for (uint32_t level = 1; is_stepwise && level < options.level && points < POINTS_MAX; level++) points *= 4;
-  uint64_t point = options.level > 1 && !is_stepwise ? 12 : 36; /* bytes a point of the base */
-  return mesh->morph_count * (4096 + point * points);
-}
-
-/* Levels down to the deepest one with details are made step by step, with all values of their points. */
-uint64_t api_detail_cost(const tw_mesh *mesh, uint64_t points) {
-  enum { POINT = 512 };
-  uint64_t values = mesh->morph_count + mesh->skin.width,
-           point = POINT + 256 * channel_count(mesh) + 48 * values;
-  for (uint32_t i = 0; i < mesh->attribute_count; i++) point += 16 * (uint64_t)mesh->attributes[i].width;
-  for (uint32_t i = 0; i < mesh->detail_count; i++)
-    if (mesh->details[i].vertex_count > points) points = mesh->details[i].vertex_count;
-  return point * (points + mesh->corner_count);
-}
-
-/* A bound on what making the plan holds at any moment. per_corner: bytes a corner of the cage by level, the
- * largest measured for cages of triangles and of quads. Levels deeper than 3 take no more, as they are
- * computed while they are read. */
-static uint64_t building_cost(const plan_source *source) {
+uint64_t api_surface_bound(const tw_mesh *mesh, uint64_t level) {
+  /* Bytes a corner by level, the largest measured for cages of triangles and of quads. Levels deeper than 3
+   * take no more, as they are computed while they are read. Nor do so many values that patches compute
+   * them. */
   static const uint64_t per_corner[] = {64, 112, 368, 656};
-  uint64_t level = source->query->level < 3 ? source->query->level : 3;
-  const api_plan_meshes *all = source->meshes;
-  uint64_t cost = 0;
-  for (uint32_t i = 0; i < all->count; i++) {
-    const tw_mesh *mesh = &all->meshes[i];
-    cost += (uint64_t)mesh->corner_count * per_corner[level];
-    cost += (uint64_t)mesh->point_count * 24 * (1 + (uint64_t)mesh->attribute_count + mesh->morph_count);
-    cost += attributes_cost(mesh, source->query) + morph_normals_cost(mesh, source->query) +
-            (mesh->detail_count > 0 && source->query->details ? api_detail_cost(mesh, 0) : 0);
-    bool is_searched = source->query->creases == TW_CREASES_FILE ? tw_mesh_tells_hard_edges(mesh)
-                                                                 : source->query->creases != TW_CREASES_TAGS;
-    if (is_searched) cost += 96 * (uint64_t)mesh->corner_count;
-  }
-  return cost;
+  enum { VALUES = 256, VALUES_MOST = 192 << 20 };
+  uint64_t corners = mesh->corner_count, sets = (uint64_t)mesh->uv_set_count + mesh->attribute_count +
+                                                mesh->morph_count + (mesh->skin.joints ? 1 : 0);
+  if (mesh->detail_count > 0) corners += mesh->details[mesh->detail_count - 1].vertex_count;
+  uint64_t values = VALUES * sets * corners;
+  return corners * per_corner[level < 3 ? level : 3] + (values < VALUES_MOST ? values : VALUES_MOST);
+}
+
+static uint64_t bound_plan(const plan_source *source) {
+  uint64_t bytes = 0;
+  for (uint32_t i = 0; i < source->meshes->count; i++)
+    bytes += api_surface_bound(&source->meshes->meshes[i], source->query->level);
+  return bytes;
 }
 
 /* fault: the call's. */
 static bool build_plan(void *context, api_built *out, api_fault *fault) {
   const plan_source *source = context;
-  if (!api_grant(source->call, source->cost)) return false;
+  if (!api_grant(source->call, bound_plan(source))) return false;
   api_plan *plan = is_surely_within(source) ? create_plan(source) : NULL;
   if (!plan && fault->stall == API_STALL_NONE) plan = count_and_create(source);
   if (!plan) return false;
@@ -345,8 +283,7 @@ static bool build_plan(void *context, api_built *out, api_fault *fault) {
 /* Takes the plan of the meshes where they are: cached for a stored model, else of this request alone. */
 static api_outcome take_source(api_call *call, const api_plan_meshes *meshes, bool is_stored,
                                const api_surface_query *query, api_entry **out) {
-  plan_source source = {call, meshes, query, 0};
-  source.cost = building_cost(&source);
+  plan_source source = {call, meshes, query};
   tw_text text = {0};
   tw_text_add(&text, call->id);
   tw_text_add(&text, meshes->uses ? "/surface?skin=bake&" : "/surface?");
@@ -357,17 +294,6 @@ static api_outcome take_source(api_call *call, const api_plan_meshes *meshes, bo
 }
 
 /* ---- moving ------------------------------------------------------------------------------------ */
-
-/* The bytes of the moved surfaces, and once more of the largest, for making it. */
-static uint64_t moving_cost(const api_plan *source, const api_plan_moves *moves) {
-  uint64_t cost = 0, largest = 0;
-  for (uint32_t i = 0; i < moves->count; i++) {
-    uint64_t size = moves->positions[i] ? tw_surface_moved_size(source->surfaces[moves->of[i]]) : 0;
-    cost += size;
-    if (size > largest) largest = size;
-  }
-  return cost + largest;
-}
 
 static tw_status move_surfaces(const api_plan *source, const api_plan_moves *moves,
                                const tw_parallel_for *parallel, api_plan *plan) {
@@ -418,10 +344,7 @@ api_outcome api_plan_take(api_call *call, const api_plan_meshes *meshes, const a
   if (outcome != API_DONE || moves->count == 0) return outcome;
   api_entry *source = *out;
   *out = NULL;
-  if (api_grant(call, moving_cost(api_entry_value(source), moves)))
-    return move_plan(call, source, moves, out);
-  api_entry_release(source);
-  return API_FAILED;
+  return move_plan(call, source, moves, out);
 }
 
 tw_status api_plan_warm(api_plan *plan, const tw_parallel_for *parallel, tw_error *error) {

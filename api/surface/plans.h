@@ -55,9 +55,9 @@ typedef struct api_plan {
   bool *borrows;       /* [count] whether the surface belongs to the source; NULL: none does */
 } api_plan;
 
-/* A bound on the bytes of a mesh's levels that are made step by step, with all values of their points: down
- * to the deepest level with details, or to one of `points` points. */
-uint64_t api_detail_cost(const tw_mesh *mesh, uint64_t points);
+/* About the most bytes that making a surface of a level takes, for admission: what it really takes is
+ * metered. Levels that are made step by step may take more. */
+uint64_t api_surface_bound(const tw_mesh *mesh, uint64_t level);
 
 /* All meshes of a model, unmoved. */
 api_plan_meshes api_plan_all(const tw_model *model);

@@ -275,7 +275,7 @@ static api_outcome take_reduced(api_call *call, const tw_model *model, const tw_
 
 /* ---- the answer's clips -------------------------------------------------------------------------- */
 
-/* Limits baked keys, which are held in memory, to the size of an upload, and grants the memory for them. */
+/* Limits baked keys, which are held in memory, to the size of an upload. */
 static api_outcome admit_baked(api_call *call, const api_clip *clip, uint64_t times) {
   uint32_t track_count = tw_clip_track_count(clip->compiled);
   uint64_t numbers = 0, limit = call->service->limits.max_upload / sizeof(float);
@@ -283,7 +283,7 @@ static api_outcome admit_baked(api_call *call, const api_clip *clip, uint64_t ti
   if (times >= UINT32_MAX || (numbers > 0 && times > limit / numbers))
     return api_fail_with(call, 422, "%llu keys of %llu numbers are over the limit of %llu numbers in all",
                          (unsigned long long)times, (unsigned long long)numbers, (unsigned long long)limit);
-  return api_grant(call, (1 + numbers) * times * sizeof(float)) ? API_DONE : API_FAILED;
+  return API_DONE;
 }
 
 static void tell_error(api_call *call, const tw_tolerance *reached) {

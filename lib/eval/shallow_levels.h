@@ -127,7 +127,6 @@ typedef struct tw_shallow_inputs {
   bool limit, normals;
   const uint8_t *frames; /* tangent frames, or NULL: [cage faces] 2 x UV set, + 1 where its map is mirrored */
   const tw_parallel_for *parallel;
-  const tw_grant *grant;   /* asked for the memory of the exceptions; NULL: any size may be taken */
   uint64_t exceptions_max; /* bytes that exceptions may take */
   bool *is_large;          /* set where they take more */
 } tw_shallow_inputs;

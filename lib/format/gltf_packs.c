@@ -204,18 +204,6 @@ size_t tw_packs_reading_size(const tw_packs *packs) {
          encoded_bytes_max(packs);
 }
 
-uint64_t tw_packs_building_size(const tw_surface *surface) {
-  const tw_surface_layout *layout = tw_surface_get_layout(surface);
-  uint64_t rows = tw_surface_row_count(surface, TW_DOMAIN_VERTICES),
-           vertices = rows < TW_PACK_VERTICES_MAX ? rows : TW_PACK_VERTICES_MAX,
-           element = layout->morph_count > 0 ? TW_VERTEX_STRIDE_MAX : 4 * (uint64_t)layout->stride,
-           parts = 1 + 2 * rows / TW_PACK_VERTICES_MAX,
-           readers = parts < TW_PARALLEL_FOR_PARTS_MAX ? parts : TW_PARALLEL_FOR_PARTS_MAX;
-  enum { READER = 4 << 20 }; /* of its table, order and indices */
-  return readers * (READER + 2 * element * vertices) +
-         parts * (1 + (uint64_t)layout->morph_count) * sizeof(tw_pack_bounds);
-}
-
 tw_pack_reader *tw_pack_reader_create(const tw_packs *const *packs, const tw_surface *const *surfaces,
                                       uint32_t count) {
   tw_pack_reader *r = tw_alloc_zero(1, sizeof *r);

@@ -166,10 +166,6 @@ tw_status tw_shape_count(const tw_shape *shape, tw_shape_counts *out, tw_error *
   tw_status status = check_shape(shape, error);
   if (status != TW_OK) return status;
   *out = count_elements(shape);
-  /* qsort may allocate as much again as it sorts. */
-  uint64_t a_point = 3 * sizeof(float) + 3 * sizeof(double) + 2 * sizeof(sorted_point) + 2 * sizeof(uint32_t);
-  out->bytes = plus(plus(times(a_point, out->points), times(8, out->uvs)),
-                    plus(times(8, out->corners), times(4, plus(out->faces, 1))));
   return TW_OK;
 }
 

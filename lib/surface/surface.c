@@ -75,13 +75,10 @@ static size_t plan_size(const tw_surface *s) {
   return s->classes ? size + tw_patch_classes_size(s->classes) : size;
 }
 
-size_t tw_surface_moved_size(const tw_surface *plan) {
-  return sizeof *plan + positions_size(plan) +
-         tw_surface_bounds_count(plan) * (sizeof *plan->bounds_ready + sizeof *plan->bounds);
-}
-
 size_t tw_surface_size(const tw_surface *surface) {
-  return tw_surface_moved_size(surface) + (surface->plan ? 0 : plan_size(surface));
+  size_t bounds =
+      tw_surface_bounds_count(surface) * (sizeof *surface->bounds_ready + sizeof *surface->bounds);
+  return sizeof *surface + positions_size(surface) + bounds + (surface->plan ? 0 : plan_size(surface));
 }
 
 const tw_surface_counts *tw_surface_get_counts(const tw_surface *surface) {

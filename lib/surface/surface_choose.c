@@ -1,4 +1,4 @@
-/* Chooses the evaluator that computes a surface's rows, and asks for the memory of the steps to its base. */
+/* Chooses the evaluator that computes a surface's rows. */
 #include "surface_plan.h"
 
 /* ---- what can be done ----------------------------------------------------------------------- */
@@ -13,21 +13,6 @@ static bool is_whole(const tw_surface_builder *b) {
 
 /* ---- memory --------------------------------------------------------------------------------- */
 
-/* An upper bound, in bytes, of what generic steps need. Levels that have details are not counted here: the
- * caller counts them. The constants are bytes for each face of the last level, measured on cages of
- * triangles. */
-static uint64_t steps_size(const tw_surface_builder *b) {
-  enum { LOOP_ROWS = 56, LOOP = 180, CATMULL_CLARK = 420 };
-  const tw_surface *s = b->surface;
-  const tw_mesh *m = b->mesh;
-  uint32_t below = s->evaluator->levels_below, levels = b->levels + below;
-  if (levels < 2 || levels <= tw_deepest_detail(&s->details)) return 0;
-  uint64_t topology = s->rules.loop ? LOOP : CATMULL_CLARK, values = tw_smooth_set_count(s);
-  if (below > 0) topology = LOOP_ROWS;
-  if (m->skin.joints) values += m->skin.width;
-  return tw_cage_counts_at(&b->cage, s->rules.loop, levels).faces * (topology * s->field_count + 32 * values);
-}
-
 /* What the topologies of the last level take at least, in bytes. */
 static uint64_t least_steps_size(const tw_surface_builder *b) {
   enum { CORNER = 4 * 4, EDGE = 8 + 8 + 4 + 4 + 1, VERTEX = 3 * 4 + 1 }; /* the arrays of tw_topology */
@@ -36,18 +21,25 @@ static uint64_t least_steps_size(const tw_surface_builder *b) {
   return b->surface->field_count * (b->surface->evaluator->levels_below > 0 ? last / 4 : last);
 }
 
-/* Asks for the memory of the generic steps. */
-static tw_status ask_for_steps(const tw_surface_builder *b, tw_error *error) {
-  const tw_grant *grant = b->surface->options.grant;
-  uint64_t bytes = steps_size(b), least = bytes > 0 ? least_steps_size(b) : 0;
-  if (bytes == 0 || !grant) return TW_OK;
-  if (grant->most > 0 && least > grant->most)
-    return tw_fail(error, TW_LIMIT,
-                   "the surface has %llu faces, made step by step, which takes %llu bytes at least, over the "
-                   "limit of %llu (%s)",
-                   (unsigned long long)b->surface->counts.faces, (unsigned long long)least,
-                   (unsigned long long)grant->most, grant->most_name);
-  return grant->take(grant->context, bytes) ? TW_OK : TW_NO_MEMORY;
+/* Whether generic steps make all of a level that can be large. Up to the deepest detail the level has points
+ * that somebody has sent. */
+static bool takes_steps(const tw_surface_builder *b) {
+  const tw_surface *s = b->surface;
+  uint32_t levels = b->levels + s->evaluator->levels_below;
+  return levels >= 2 && levels > tw_deepest_detail(&s->details);
+}
+
+/* Refuses steps that cannot be finished, so that they are not begun. */
+static tw_status check_steps(const tw_surface_builder *b, tw_error *error) {
+  const tw_memory_limit *limit = b->surface->options.memory_limit;
+  if (!limit || !takes_steps(b)) return TW_OK;
+  uint64_t least = least_steps_size(b);
+  if (least <= limit->bytes) return TW_OK;
+  return tw_fail(error, TW_LIMIT,
+                 "the surface has %llu faces, made step by step, which takes %llu bytes at least, over the "
+                 "limit of %llu (%s)",
+                 (unsigned long long)b->surface->counts.faces, (unsigned long long)least,
+                 (unsigned long long)limit->bytes, limit->name);
 }
 
 /* ---- the choice ----------------------------------------------------------------------------- */
@@ -86,7 +78,7 @@ tw_status tw_builder_choose(tw_surface_builder *b, tw_error *error) {
   tw_status status = s->evaluator->start(b, error);
   s->side = 1u << s->depth;
   s->cage_step = b->levels == 0 ? 1 : 4;
-  if (status == TW_OK) status = ask_for_steps(b, error);
+  if (status == TW_OK) status = check_steps(b, error);
   if (status != TW_OK) return status;
   s->steps = tw_arena_alloc(s->arena, (size_t)b->levels + 1, sizeof *s->steps);
   return s->steps ? TW_OK : TW_NO_MEMORY;

@@ -150,7 +150,6 @@ static tw_status plan(tw_surface_builder *b, bool *is_large) {
                               .limit = s->options.limit,
                               .normals = s->options.normals,
                               .parallel = b->parallel,
-                              .grant = s->options.grant,
                               .exceptions_max = exceptions_max(b),
                               .is_large = is_large};
   for (uint32_t f = 0; f < s->field_count; f++) {

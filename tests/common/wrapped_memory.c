@@ -22,6 +22,7 @@ bool test_memory_fails(size_t size) {
 
 static void *counted(void *memory) {
   test_memory.held += malloc_usable_size(memory);
+  if (test_memory.held > test_memory.most) test_memory.most = test_memory.held;
   return memory;
 }
 

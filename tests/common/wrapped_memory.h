@@ -13,6 +13,7 @@ typedef struct wrapped_memory {
   bool is_spared; /* true: none fails, and none is counted in `left` */
   size_t asked;   /* bytes asked for so far */
   size_t held;    /* bytes allocated minus bytes freed; wraps when other threads free this one's memory */
+  size_t most;    /* the greatest `held` since a test set it */
 } wrapped_memory;
 
 extern _Thread_local wrapped_memory test_memory;

@@ -1,4 +1,5 @@
 /* Models: uploads in every wrapping, descriptions, lists, sources, validators, deleting. */
+#include "call.h"
 #include "loopback.h"
 #include "service.h"
 
@@ -880,8 +881,11 @@ TEST_WITH(the_source_has_the_type_of_its_format_however_it_begins, loopback_setu
 TEST_WITH(a_source_without_summary_waits_for_the_memory_to_read_it, loopback_setup, loopback_teardown) {
   loopback *loop = *state;
   const api_progress expected[] = {API_ANSWERED, API_WAITS};
-  char id[API_ID_TEXT], path[64];
-  loopback_upload(loop, "model/obj", triangle, id);
+  char id[API_ID_TEXT], path[64], *text = malloc(2 * API_UNGRANTED);
+  assert_non_null(text);
+  snprintf(text, 2 * API_UNGRANTED, "%s#%*s\n", triangle, API_UNGRANTED, "");
+  loopback_upload(loop, "model/obj", text, id);
+  free(text);
   snprintf(path, sizeof path, "/v1/models/%s/source", id);
   for (size_t i = 0; i < 2; i++) {
     if (i == 1) loopback_store_forget_summaries(loop);

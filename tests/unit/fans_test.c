@@ -108,27 +108,29 @@ TEST(tips_whose_rows_would_take_long_are_refused) {
   free_cones(&c);
 }
 
-/* ---- memory that the caller grants ---------------------------------------------------------- */
+/* ---- memory --------------------------------------------------------------------------------- */
 
-static bool take(void *context, uint64_t bytes) {
-  uint64_t *left = context;
-  bool fits = bytes <= *left;
-  if (fits) *left -= bytes;
-  return fits;
+/* Makes the surface where it may hold `limit` bytes. Returns the most that it held. */
+static uint64_t make_within(const tw_mesh *mesh, uint32_t level, uint64_t limit, tw_status expected) {
+  const tw_surface_options options = {.level = level, .normals = true};
+  const tw_meter_host host = {NULL, NULL, NULL};
+  tw_meter meter;
+  tw_surface *surface = NULL;
+  tw_meter_init(&meter, &host, limit);
+  tw_meter *before = tw_meter_use(&meter);
+  assert_int_equal(tw_surface_create(mesh, &options, &surface, NULL), expected);
+  tw_surface_destroy(surface);
+  tw_meter_use(before);
+  assert_int_equal(atomic_load(&meter.held), 0);
+  return (uint64_t)atomic_load(&meter.peak);
 }
 
-TEST(a_surface_asks_for_the_memory_of_its_exceptions) {
+TEST(a_surface_whose_exceptions_take_too_much_is_not_made) {
   cones c = make_cones(200, 6, 1);
   for (uint32_t level = 1; level <= 3; level++) {
-    uint64_t left = UINT32_MAX;
-    const tw_grant grant = {.context = &left, .take = take};
-    const tw_surface_options options = {.level = level, .normals = true, .grant = &grant};
-    tw_surface *surface;
-    assert_int_equal(tw_surface_create(&c.mesh, &options, &surface, NULL), TW_OK);
-    assert_true(UINT32_MAX - left > tw_surface_size(surface) / 2);
-    tw_surface_destroy(surface);
-    left = UINT32_MAX - left - 1;
-    assert_int_equal(tw_surface_create(&c.mesh, &options, &surface, NULL), TW_NO_MEMORY);
+    uint64_t most = make_within(&c.mesh, level, UINT64_MAX, TW_OK);
+    make_within(&c.mesh, level, most, TW_OK);
+    make_within(&c.mesh, level, most / 2, TW_NO_MEMORY);
   }
   free_cones(&c);
 }
@@ -136,13 +138,7 @@ TEST(a_surface_asks_for_the_memory_of_its_exceptions) {
 /* Exceptions everywhere take many times what the points take: patches do without. */
 TEST(a_cage_of_exceptions_is_made_of_patches) {
   cones c = make_cones(2000, 6, TW_UV_SETS_MAX);
-  uint64_t left = 1 << 30;
-  const tw_grant grant = {.context = &left, .take = take};
-  const tw_surface_options options = {.level = 3, .normals = true, .grant = &grant};
-  tw_surface *surface;
-  assert_int_equal(tw_surface_create(&c.mesh, &options, &surface, NULL), TW_OK);
-  assert_true(tw_surface_size(surface) < 128 << 20);
-  tw_surface_destroy(surface);
+  make_within(&c.mesh, 3, 192 << 20, TW_OK);
   free_cones(&c);
 }
 
@@ -150,14 +146,7 @@ TEST(a_cage_of_exceptions_is_made_of_patches) {
 TEST(a_cage_of_many_exceptions_is_made_of_patches) {
   cones c = make_cones(1500, 6, 1);
   crease_spokes(&c);
-  for (uint32_t level = 2; level <= 3; level++) {
-    uint64_t left = 64 << 20;
-    const tw_grant grant = {.context = &left, .take = take};
-    const tw_surface_options options = {.level = level, .normals = true, .grant = &grant};
-    tw_surface *surface;
-    assert_int_equal(tw_surface_create(&c.mesh, &options, &surface, NULL), TW_OK);
-    tw_surface_destroy(surface);
-  }
+  for (uint32_t level = 2; level <= 3; level++) make_within(&c.mesh, level, 64 << 20, TW_OK);
   free_cones(&c);
 }
 

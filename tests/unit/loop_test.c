@@ -44,43 +44,6 @@ TEST(over_sixteen_million_triangles_are_refused) {
   free(c);
 }
 
-typedef struct asked {
-  int times;
-  uint64_t bytes;
-  bool answer;
-} asked;
-
-static bool answer(void *context, uint64_t bytes) {
-  asked *a = context;
-  a->times++;
-  a->bytes = bytes;
-  return a->answer;
-}
-
-TEST(memory_of_levels_made_by_steps_is_asked_for) {
-  cage *c = icosahedron();
-  asked a = {0, 0, true};
-  const tw_grant grant = {.context = &a, .take = answer};
-  tw_surface_options options = loop_at(5);
-  options.grant = &grant;
-  tw_surface *surface = NULL;
-  assert_int_equal(tw_surface_create(&c->mesh, &options, &surface, NULL), TW_OK);
-  assert_int_equal(a.times, 1);
-  assert_true(a.bytes > tw_surface_size(surface));
-  tw_surface_destroy(surface);
-  size_t before = test_memory.held;
-  surface = NULL;
-  a.answer = false;
-  assert_int_equal(tw_surface_create(&c->mesh, &options, &surface, NULL), TW_NO_MEMORY);
-  assert_null(surface);
-  assert_int_equal(test_memory.held, before);
-  options.scheme = TW_CATMULL_CLARK; /* by patches */
-  assert_int_equal(tw_surface_create(&c->mesh, &options, &surface, NULL), TW_OK);
-  assert_int_equal(a.times, 2);
-  tw_surface_destroy(surface);
-  free(c);
-}
-
 /* What is left out of the answer is refined all the same. */
 TEST(holes_do_not_hide_how_many_triangles_are_refined) {
   cage *c = icosahedron();

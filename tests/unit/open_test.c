@@ -383,37 +383,28 @@ TEST(open_counts_tell_more_than_32_bits) {
 
 /* ---- memory --------------------------------------------------------------------------------- */
 
-static bool take_any(void *context, uint64_t bytes) {
-  *(uint64_t *)context += bytes;
-  return true;
-}
-
 /* What is foretold is never more than what is held, and not so little that it refuses nothing. */
 TEST(steps_that_take_more_memory_than_there_is_are_not_begun) {
   for (int scheme = TW_CATMULL_CLARK; scheme <= TW_LOOP; scheme++) {
     cage *c = grid(9, 8, scheme == TW_LOOP, bumps);
-    uint64_t asked = 0;
-    tw_grant grant = {.context = &asked, .take = take_any, .most_name = "--what-there-is"};
+    tw_memory_limit limit = {UINT64_MAX, "--what-there-is"};
     const tw_surface_options options = {.level = 5,
                                         .scheme = (tw_scheme)scheme,
                                         .boundary = TW_BOUNDARY_OPEN,
                                         .normals = true,
-                                        .grant = &grant};
+                                        .memory_limit = &limit};
     tw_surface *surface = NULL, *within = NULL;
     tw_error error = {0};
     assert_int_equal(tw_surface_create(&c->mesh, &options, &surface, NULL), TW_OK);
-    grant.most = tw_surface_size(surface);
-    assert_true(asked > grant.most);
+    limit.bytes = tw_surface_size(surface);
     assert_int_equal(tw_surface_create(&c->mesh, &options, &within, NULL), TW_OK);
     tw_surface_destroy(within);
-    grant.most /= 3;
-    asked = 0;
+    limit.bytes /= 3;
     assert_int_equal(tw_surface_create(&c->mesh, &options, &within, &error), TW_LIMIT);
-    assert_int_equal(asked, 0);
     char faces[40];
     snprintf(faces, sizeof faces, " %llu faces", (unsigned long long)tw_surface_get_counts(surface)->faces);
     assert_non_null(strstr(error.detail, faces));
-    assert_non_null(strstr(error.detail, grant.most_name));
+    assert_non_null(strstr(error.detail, limit.name));
     tw_surface_destroy(surface);
     free(c);
   }

@@ -155,8 +155,6 @@ void tw_packs_destroy(tw_packs *packs);      /* NULL accepted */
 size_t tw_packs_size(const tw_packs *packs); /* bytes held */
 /* The version of meshoptimizer: another version may compress to other bytes. */
 int tw_meshopt_version(void);
-/* The most bytes that tw_packs_create holds for a surface. */
-uint64_t tw_packs_building_size(const tw_surface *surface);
 /* Bytes that a stream holds to read these packs. */
 size_t tw_packs_reading_size(const tw_packs *packs);
 

@@ -48,7 +48,6 @@ void tw_shape_init(tw_shape *shape, tw_shape_kind kind);
 typedef struct tw_shape_counts {
   uint64_t points, faces, corners;
   uint64_t uvs;
-  uint64_t bytes; /* the most memory held while making it, the mesh included */
 } tw_shape_counts;
 
 /* Checks the parameters and counts the elements. TW_INVALID with a pointer in the terms of tweend JSON

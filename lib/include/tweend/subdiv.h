@@ -42,16 +42,11 @@ tw_patch_classes *tw_patch_classes_create(void);          /* NULL without memory
 void tw_patch_classes_destroy(tw_patch_classes *classes); /* NULL accepted */
 size_t tw_patch_classes_size(const tw_patch_classes *classes);
 
-/* Asks the caller whether that many bytes may be allocated, on top of the bytes that a surface of this cage
- * always needs. */
-typedef struct tw_grant {
-  void *context;
-  bool (*take)(void *context, uint64_t bytes);
-  /* Bytes that can be had at all: a surface that takes more in any case is TW_LIMIT, before steps are taken.
-   * 0: any number. most_name: what sets them, for the error; NULL where `most` is 0. */
-  uint64_t most;
-  const char *most_name;
-} tw_grant;
+/* The bytes that can be had at all, and what sets that limit, for the error. */
+typedef struct tw_memory_limit {
+  uint64_t bytes;
+  const char *name;
+} tw_memory_limit;
 
 typedef struct tw_surface_options {
   uint32_t level; /* 0 to TW_LEVEL_MAX */
@@ -73,11 +68,11 @@ typedef struct tw_surface_options {
   /* Shared by the surfaces of a scene, or NULL: the surface makes its own. It outlives the surfaces. While a
    * surface is being made with it, nothing else may use it or a surface that shares it. */
   tw_patch_classes *classes;
-  /* Asked before generic steps refine the whole answer and so take memory in proportion to it: by Loop's
-   * scheme, with an open border, with semi-sharp creases and UVs under Chaikin's rule, and where a cage is
-   * too irregular for patches; and at levels 1 to 3 for what borders, creases and seams take. A refusal makes
-   * the call return TW_NO_MEMORY. NULL: any size may be taken. It need not outlive the call. */
-  const tw_grant *grant;
+  /* Where generic steps refine the whole answer, they take memory in proportion to it: by Loop's scheme, with
+   * an open border, with semi-sharp creases and UVs under Chaikin's rule, and where a cage is too irregular
+   * for patches. Steps that are sure to take more than this are not begun: TW_LIMIT. NULL: no limit. It need
+   * not outlive the call. */
+  const tw_memory_limit *memory_limit;
 } tw_surface_options;
 
 /* Exact sizes of a surface, known before any of it is computed. */
@@ -95,7 +90,7 @@ tw_status tw_surface_count(const tw_mesh *mesh, const tw_surface_options *option
                            tw_error *error);
 
 /* A surface ready to be read: immutable, read by any number of threads. It holds memory in proportion to the
- * cage, not to the answer, except in the cases that options.grant names. */
+ * cage, not to the answer, except in the cases that options.memory_limit names. */
 typedef struct tw_surface tw_surface;
 
 /* The mesh must have passed tw_mesh_check. It may be freed after the call.
@@ -123,8 +118,6 @@ tw_status tw_surface_with_positions_by(const tw_surface *plan, const float *posi
 
 void tw_surface_destroy(tw_surface *surface);      /* NULL accepted */
 size_t tw_surface_size(const tw_surface *surface); /* bytes held, without those borrowed from a plan */
-/* Bytes that a surface over other positions of this plan holds, or a few more. */
-size_t tw_surface_moved_size(const tw_surface *plan);
 
 /* Three numberings of the rows of one surface. */
 typedef enum tw_domain {
