@@ -244,8 +244,21 @@ static enum MHD_Result take_body(srv_connection *c, const char *data, size_t *si
   return MHD_NO;
 }
 
+/* Which of the library's lists the connection is in. Connections with a timeout of their own get their turn
+ * before sockets are read, others after it. A resumed connection whose client has ended its side would be
+ * read, and closed at the end, before its answer is queued. */
+static void set_first_in_turn(srv_connection *c, bool is_first) {
+  static const unsigned NEVER_S = 30 * 24 * 3600, NO_TIMEOUT = 0;
+  MHD_set_connection_option(c->mhd, MHD_CONNECTION_OPTION_TIMEOUT, is_first ? NEVER_S : NO_TIMEOUT);
+}
+
 static enum MHD_Result finish_request(srv_connection *c) {
-  if (srv_exchange_finish(&c->exchange) == SRV_EXCHANGE_NOW) return srv_deliver(c);
+  bool was_suspended = c->watch.phase == SRV_PHASE_WORK;
+  if (srv_exchange_finish(&c->exchange) == SRV_EXCHANGE_NOW) {
+    if (was_suspended) set_first_in_turn(c, false);
+    return srv_deliver(c);
+  }
+  if (!was_suspended) set_first_in_turn(c, true);
   srv_enter(c, SRV_PHASE_WORK);
   MHD_suspend_connection(c->mhd);
   return MHD_YES;

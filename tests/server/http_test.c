@@ -628,6 +628,20 @@ TEST_WITH(full_queue_answers_503_at_once, set_up, tear_down) {
   }
 }
 
+enum { LIMIT = 64 }; /* --max-connections of the fixture */
+
+static void open_idle(fixture *f, int *clients, int count) {
+  for (int i = 0; i < count; i++) {
+    clients[i] = connect_client(f);
+    say(clients[i], "GET /light HTTP/1.1\r\nHost: x\r\n\r\n");
+    read_until(f, clients[i], "\r\n\r\nlight");
+  }
+}
+
+static void close_all(const int *clients, int count) {
+  for (int i = 0; i < count; i++) close(clients[i]);
+}
+
 /* Sends a request, ends this side, and reads the answer. */
 static void ask_half(fixture *f, const char *request) {
   int fd = connect_client(f);
@@ -638,7 +652,10 @@ static void ask_half(fixture *f, const char *request) {
 }
 
 TEST_WITH(client_that_ends_its_side_gets_its_answer, set_up, tear_down) {
+  enum { OTHERS = 8 }; /* older connections in all loops: the library looks at its oldest one first */
   fixture *f = *state;
+  int others[OTHERS];
+  open_idle(f, others, OTHERS);
   static const char *const TARGETS[] = {"/light",         "/heavy",   "/pull?3000000",
                                         "/chunks?100000", "/legs?50", "/live?20,3"};
   for (size_t i = 0; i < sizeof TARGETS / sizeof *TARGETS; i++) {
@@ -649,6 +666,7 @@ TEST_WITH(client_that_ends_its_side_gets_its_answer, set_up, tear_down) {
   }
   ask_half(f, "POST /echo HTTP/1.1\r\nHost: x\r\nContent-Length: 3\r\n\r\nabc");
   assert_string_equal(body(f), "abc");
+  close_all(others, OTHERS);
 }
 
 /* By interim answers, which a client that has closed its socket does not take. */
@@ -697,20 +715,6 @@ TEST_WITH(a_request_whose_client_left_does_not_wait_on, set_up, tear_down) {
   wait_in_flight(f, 1);
   close(gone);
   wait_in_flight(f, 0);
-}
-
-enum { LIMIT = 64 }; /* --max-connections of the fixture */
-
-static void open_idle(fixture *f, int *clients, int count) {
-  for (int i = 0; i < count; i++) {
-    clients[i] = connect_client(f);
-    say(clients[i], "GET /light HTTP/1.1\r\nHost: x\r\n\r\n");
-    read_until(f, clients[i], "\r\n\r\nlight");
-  }
-}
-
-static void close_all(const int *clients, int count) {
-  for (int i = 0; i < count; i++) close(clients[i]);
 }
 
 /* Until at most so many are left: those that end take a moment. */
