@@ -501,11 +501,13 @@ test('the server’s clock is told by the events with least delay, whatever it s
   const ahead = 3.6e6; // an hour
   const delays = [60, 5, 5, 5, 5, 90, 5, 5, 5, 5, 5]; // who waits behind another is late too
   const began = performance.now();
+  const late = []; // how much each was, on a busy machine by more than its delay
   const events = async function* () {
     for (let n = 0; n < 40; n++) {
       const delay = delays[n % delays.length];
       const due = began + n * 20;
       await pause(due + delay - performance.now());
+      late.push(performance.now() - due);
       const pose = { t: n / 50, rotation: [[0, 0, 0, 1]], translation: [[n, 0, 0]], scale: [[1, 1, 1]], now: Math.round(due + ahead) };
       yield new TextEncoder().encode(`id: ${n}\ndata: ${JSON.stringify(pose)}\n\n`);
     }
@@ -523,9 +525,11 @@ test('the server’s clock is told by the events with least delay, whatever it s
     return player.ended;
   });
   const clock = player.serverTime - performance.now() - ahead;
-  assert.ok(Math.abs(clock) < 12, `the clock is ${clock} ms off`);
+  late.sort((x, y) => x - y);
+  const usual = late[late.length >> 1];
+  assert.ok(Math.abs(clock) < 7 + usual, `the clock is ${clock} ms off, events come ${late.map(Math.round)} ms late`);
   off.sort((x, y) => x - y);
-  assert.ok(off.length > 20 && off[off.length >> 1] < 15, `${off.map(Math.round)} ms off`);
+  assert.ok(off.length > 20 && off[off.length >> 1] < 10 + usual, `${off.map(Math.round)} ms off, events come ${late.map(Math.round)} ms late`);
 });
 
 test('what is no model and no body is told before it is sent', async () => {
