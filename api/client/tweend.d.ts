@@ -5,7 +5,7 @@ export type ModelId = string | { id: string };
 /** The content of an upload. Several files (a glTF and the files that it names) are stored as one GLB. */
 export type ModelSource = string | Blob | ArrayBuffer | ArrayBufferView<ArrayBuffer> | readonly File[];
 
-export type SurfaceForm = 'glb' | 'gltf' | 'obj' | 'json';
+export type SurfaceForm = 'glb' | 'gltf' | 'obj' | 'json' | 'stl' | 'ply';
 export type PoseForm = 'json' | 'ndjson' | 'bin' | 'csv';
 
 /** Options passed on to `fetch`. */
@@ -402,6 +402,14 @@ export interface SurfaceCounts {
   faces: number;
   /** Of the GLB under the same options, exactly. */
   bytes: number;
+  /** Bytes of the answer in each form under the same options, exactly; of the forms whose size is known beforehand.
+   * */
+  forms: {
+    glb: number;
+    gltf?: number;
+    stl?: number;
+    ply?: number;
+  };
   meshes: {
     name: string | null;
     level: number;
@@ -1216,13 +1224,24 @@ export interface SurfaceOptions {
    */
   encoding?: "float" | "quantized" | "meshopt";
   /**
-   * `ngon`: triangles in the fan order of FB_ngon_encoding, which the answer declares. The fan of a concave polygon
-   * starts at a corner from which it is right. A polygon without such a corner stays one fan at level 0 in floats,
-   * which reads back as the cage, and is split elsewhere; a warning tells how many there are. `triangles` cuts
-   * every polygon by its shape.
+   * `ngon`: in PLY the polygons themselves; in glTF triangles in the fan order of FB_ngon_encoding, which the
+   * answer declares. The fan of a concave polygon starts at a corner from which it is right. A polygon without such
+   * a corner stays one fan at level 0 in floats, which reads back as the cage, and is split elsewhere; a warning
+   * tells how many there are. `triangles` cuts every polygon by its shape.
    * @default triangles
    */
   polygons?: "triangles" | "ngon";
+  /**
+   * The unit of the coordinates of `.stl` and `.ply`, of which a metre of the model has so many; other forms are in
+   * the model's unit and refuse it. Default: millimetres for STL, metres for PLY.
+   */
+  unit?: "mm" | "cm" | "m" | "um" | "in" | "ft";
+  /**
+   * Multiplies the coordinates of `.stl` and `.ply`, besides `unit`: `scale=0.001` for a model that was made in
+   * millimetres.
+   * @default 1
+   */
+  scale?: number;
   /**
    * `false` leaves out what is modelled onto the levels of the meshes. It is of the scheme that it was modelled by,
    * never of `bilinear`, and not for `boundary=open` where a mesh has a border, whose points that takes away: 422

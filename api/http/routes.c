@@ -29,7 +29,7 @@ static const char *const surface_parameters[] = {
     "triangles", "weld",     "quads",    "limit",     "normals",     "clip",     "at",
     "from",      "to",       "fps",      "tolerance", "tolerance_m", "skin",     "meshes",
     "encoding",  "polygons", "details",  "download",  "influences",  "retarget", "map",
-    NULL};
+    "unit",      "scale",    NULL};
 static const char *const tracks_parameters[] = {"clip", "feet", "retarget", "map", NULL};
 static const char *const pose_parameters[] = {
     "clip", "at",    "from",          "to",   "fps",      "space",    "as",  "order",
@@ -52,6 +52,8 @@ static const api_offer surface_offers[] = {{"glb", "model/gltf-binary", false},
                                            {"gltf", "model/gltf+json", false},
                                            {"obj", "model/obj", true},
                                            {"json", "application/json", true},
+                                           {"stl", "model/stl", false},
+                                           {"ply", "model/ply", false},
                                            {0}};
 /* In the order of api_pose_form. */
 static const api_offer pose_offers[] = {{"json", "application/json", true},

@@ -48,18 +48,18 @@ static tw_status check_together(const api_scene_query *query, tw_error *error) {
 
 /* Checks the parameters for a form of meshes alone: no animations, and meshes must not be left out. Such a
  * form has neither joints nor targets: it shows the points where these put them. */
-static tw_status take_meshes_alone(api_scene_query *query, tw_error *error) {
-  if (query->is_bare) return tw_fail(error, TW_SYNTAX, "meshes=none leaves nothing of an OBJ");
+static tw_status take_meshes_alone(api_scene_query *query, const char *form, tw_error *error) {
+  if (query->is_bare) return tw_fail(error, TW_SYNTAX, "meshes=none leaves nothing of an answer as %s", form);
   bool keeps_clip = query->clips && strcmp(query->clips, "none") != 0;
   if (!is_moment(query) && (keeps_clip || query->times.is_given || query->reduction.is_wide))
     return tw_fail(error, TW_SYNTAX,
-                   "OBJ holds no clip: at=T shows the model at one time, .glb has animations");
+                   "%s holds no clip: at=T shows the model at one time, .glb has animations", form);
   query->is_baked = true;
   if (!query->times.is_given) query->clips = "none";
   return TW_OK;
 }
 
-api_outcome api_scene_read(api_call *call, bool meshes_alone, api_scene_query *out) {
+api_outcome api_scene_read(api_call *call, const char *meshes_alone, api_scene_query *out) {
   static const char *const skins[] = {"keep", "bake", NULL};
   static const char *const meshes[] = {"all", "none", NULL};
   const api_query *query = &call->query;
@@ -73,7 +73,7 @@ api_outcome api_scene_read(api_call *call, bool meshes_alone, api_scene_query *o
   if (status == TW_OK) status = read_tolerance(query, out, error);
   out->is_baked = skin == 1;
   out->is_bare = mesh == 1;
-  if (status == TW_OK && meshes_alone) status = take_meshes_alone(out, error);
+  if (status == TW_OK && meshes_alone) status = take_meshes_alone(out, meshes_alone, error);
   if (status == TW_OK) status = check_together(out, error);
   if (status != TW_OK) return api_fail(call);
   api_outcome outcome = api_retarget_read(call, &out->retarget);

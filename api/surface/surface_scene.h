@@ -38,8 +38,9 @@ typedef struct api_surface_scene {
   tw_clip_keys baked; /* the keys of `moving` at the times of the request */
 } api_surface_scene;
 
-/* Reads the parameters. meshes_alone: the answer's form has neither clips nor nodes. */
-api_outcome api_scene_read(api_call *call, bool meshes_alone, api_scene_query *out);
+/* Reads the parameters. meshes_alone: the name of the answer's form where that has neither clips nor nodes,
+ * else NULL. */
+api_outcome api_scene_read(api_call *call, const char *meshes_alone, api_scene_query *out);
 
 /* Finds the clips, and compiles those that are posed, baked or borrowed. is_stored as in api_clip_take. */
 api_outcome api_scene_take_clips(api_call *call, const tw_model *model, bool is_stored,

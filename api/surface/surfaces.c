@@ -1,5 +1,6 @@
-/* Surfaces: counts, glTF and OBJ of a model at rest, posed or animated. */
+/* Surfaces: counts, glTF, OBJ, STL and PLY of a model at rest, posed or animated. */
 #include "file_name.h"
+#include "flat_answer.h"
 #include "handlers.h"
 #include "models.h"
 #include "obj_losses.h"
@@ -13,7 +14,7 @@
 #include <string.h>
 
 /* In the order of the route's offers. */
-typedef enum surface_form { FORM_GLB, FORM_GLTF, FORM_OBJ, FORM_JSON } surface_form;
+typedef enum surface_form { FORM_GLB, FORM_GLTF, FORM_OBJ, FORM_JSON, FORM_STL, FORM_PLY } surface_form;
 
 /* A request: its parameters, and all that its answer holds. Lives in the answer's arena. */
 typedef struct surface_request {
@@ -22,9 +23,11 @@ typedef struct surface_request {
   api_surface_scene scene;
   tw_polygons polygons;
   tw_encoding encoding;
+  api_flat_query flat_query;
   api_entry *model, *plan, *packs; /* references; packs may be NULL */
   tw_gltf_stream *gltf;
   tw_obj_stream *obj;
+  tw_flat_stream *flat;
   uint64_t size, position, end; /* of the whole answer; place and end of what is read of it */
   api_service *service;
   uint64_t faces; /* counted so far, see count_faces */
@@ -33,10 +36,19 @@ typedef struct surface_request {
 static void release(surface_request *request) {
   tw_gltf_stream_destroy(request->gltf);
   tw_obj_stream_destroy(request->obj);
+  tw_flat_stream_destroy(request->flat);
   api_scene_release(&request->scene);
   api_entry_release(request->packs);
   api_entry_release(request->plan);
   api_entry_release(request->model);
+}
+
+static bool is_flat(const surface_request *request) {
+  return request->form == FORM_STL || request->form == FORM_PLY;
+}
+
+static bool is_gltf(const surface_request *request) {
+  return request->form == FORM_GLB || request->form == FORM_GLTF;
 }
 
 /* ---- parameters --------------------------------------------------------------------------------- */
@@ -144,14 +156,17 @@ static surface_request *read_request(api_call *call) {
   }
   request->form = (surface_form)(call->offer - call->route->offers);
   /* Level 0 in a form that can express all of a cage reads back as the cage. */
-  bool is_cage_of_gltf =
-      request->form != FORM_OBJ && polygon == TW_POLYGONS_NGON && encoding == TW_ENCODING_FLOAT;
-  request->surface.tagged = (request->form == FORM_OBJ || is_cage_of_gltf) && request->surface.level == 0 &&
-                            !request->surface.limit;
+  bool is_obj = request->form == FORM_OBJ, is_of_gltf = is_gltf(request) || request->form == FORM_JSON;
+  bool is_cage_of_gltf = is_of_gltf && polygon == TW_POLYGONS_NGON && encoding == TW_ENCODING_FLOAT;
+  request->surface.tagged =
+      (is_obj || is_cage_of_gltf) && request->surface.level == 0 && !request->surface.limit;
   request->surface.with_holes = request->surface.tagged && is_cage_of_gltf;
-  if (api_scene_read(call, request->form == FORM_OBJ, &request->scene.query) != API_DONE) return NULL;
+  static const char *const flat_names[] = {[FORM_OBJ] = "OBJ", [FORM_STL] = "STL", [FORM_PLY] = "PLY"};
+  static const char *const flat_units[] = {[FORM_JSON] = "m", [FORM_STL] = "mm", [FORM_PLY] = "m"};
+  if (api_scene_read(call, flat_names[request->form], &request->scene.query) != API_DONE) return NULL;
+  if (api_flat_read(call, flat_units[request->form], &request->flat_query) != API_DONE) return NULL;
   request->polygons = (tw_polygons)polygon;
-  request->encoding = request->form == FORM_OBJ ? TW_ENCODING_FLOAT : (tw_encoding)encoding;
+  request->encoding = is_of_gltf ? (tw_encoding)encoding : TW_ENCODING_FLOAT;
   return request;
 }
 
@@ -166,6 +181,7 @@ static const char *canonical(api_call *call, const surface_request *request) {
   print_polygons(request, &text);
   api_encoding_print(request->encoding, &text);
   api_scene_print(&request->scene, &text);
+  if (is_flat(request) || request->form == FORM_JSON) api_flat_print(&request->flat_query, &text);
   return api_text_keep(&text, call->arena);
 }
 
@@ -248,11 +264,50 @@ static tw_status predict_mesh(const surface_request *request, uint32_t mesh, uin
   return tw_gltf_stream_predict(&scene, TW_FORMAT_GLB, size, error);
 }
 
+static tw_flat_options flat_options(const surface_request *request, tw_format format) {
+  return (tw_flat_options){format, api_flat_scale(&request->flat_query), request->flat_query.unit->name};
+}
+
+/* Whether holes of the model are faces of the surface. */
+static bool shows_holes(const surface_request *request) {
+  const tw_model *model = request->scene.content.model;
+  uint32_t mesh = 0;
+  while (mesh < model->mesh_count && model->meshes[mesh].hole_count == 0) mesh++;
+  return request->surface.with_holes && mesh < model->mesh_count;
+}
+
+/* Prints the sizes of the forms whose size is known. Holes that a cage as glTF has as faces are in no other
+ * form. */
+static tw_status print_forms(api_call *call, const surface_request *request, uint64_t glb, tw_text *text) {
+  const tw_scene *scene = &request->scene.content;
+  uint64_t size = 0;
+  tw_member_open(text, "forms", "{");
+  tw_member_count(text, "glb", glb);
+  tw_status status = TW_OK;
+  if (request->encoding == TW_ENCODING_FLOAT) {
+    status = tw_gltf_stream_predict(scene, TW_FORMAT_GLTF, &size, &call->fault.error);
+    if (status == TW_OK) tw_member_count(text, "gltf", size);
+  }
+  static const tw_format flat[] = {TW_FORMAT_STL, TW_FORMAT_PLY};
+  for (size_t i = 0; i < sizeof flat / sizeof *flat && !shows_holes(request); i++) {
+    const tw_flat_options options = flat_options(request, flat[i]);
+    status = tw_flat_stream_predict(scene, &options, &size, &call->fault.error);
+    if (status == TW_OK) tw_member_count(text, tw_format_names[flat[i]], size);
+    if (status != TW_OK && status != TW_LIMIT) break;
+  }
+  tw_text_add(text, "}");
+  return status == TW_LIMIT ? TW_OK : status;
+}
+
 static api_outcome reply_counts(api_call *call, const surface_request *request, uint64_t bytes) {
   const api_plan *plan = api_entry_value(request->plan);
   tw_text text = {0};
   tw_text_add(&text, "{");
   print_counts(&text, request->surface.level, &plan->total, bytes);
+  if (print_forms(call, request, bytes, &text) != TW_OK) {
+    tw_text_deinit(&text);
+    return api_fail(call);
+  }
   tw_member_open(&text, "meshes", "[");
   for (uint32_t i = 0; i < plan->count; i++) {
     uint64_t size;
@@ -340,6 +395,10 @@ static api_outcome check_size(api_call *call, const surface_request *request, tw
   return API_FAILED;
 }
 
+static tw_flat_options flat_options_of(const surface_request *request) {
+  return flat_options(request, request->form == FORM_STL ? TW_FORMAT_STL : TW_FORMAT_PLY);
+}
+
 /* The sizes in JSON are those of a GLB. */
 static tw_format container_of(const surface_request *request) {
   return request->form == FORM_GLTF ? TW_FORMAT_GLTF : TW_FORMAT_GLB;
@@ -349,9 +408,12 @@ static api_outcome predict(api_call *call, const surface_request *request, uint6
   tw_status status = TW_OK;
   *size = API_SIZE_UNKNOWN;
   if (!knows_size(request)) return API_DONE;
-  if (request->form == FORM_OBJ)
+  if (request->form == FORM_OBJ) {
     status = obj_size_bound(call, request, size);
-  else
+  } else if (is_flat(request)) {
+    const tw_flat_options options = flat_options_of(request);
+    status = tw_flat_stream_predict(&request->scene.content, &options, size, &call->fault.error);
+  } else
     status = tw_gltf_stream_predict(&request->scene.content, container_of(request), size, &call->fault.error);
   return check_size(call, request, status, *size);
 }
@@ -382,6 +444,15 @@ static int64_t read_gltf(void *context, uint8_t *out, size_t capacity) {
   return count > 0 ? (int64_t)count : -1; /* a stream ends early only without memory */
 }
 
+static int64_t read_flat(void *context, uint8_t *out, size_t capacity) {
+  surface_request *request = context;
+  if (capacity > request->end - request->position) capacity = (size_t)(request->end - request->position);
+  size_t count = tw_flat_stream_read(request->flat, out, capacity);
+  request->position += count;
+  count_faces(request);
+  return (int64_t)count;
+}
+
 /* The size is known only at the end: all faces are counted then. */
 static int64_t read_obj(void *context, uint8_t *out, size_t capacity) {
   surface_request *request = context;
@@ -399,13 +470,13 @@ static void destroy_request(void *context) {
 }
 
 /* What a streamed answer holds besides its plan: the rows of a few patches, and a block of the host's. */
-enum { STREAM_COST = 768 << 10 };
+enum { STREAM_COST = 768 << 10, FLAT_STREAM_COST = 1 << 20 };
 
 static void take_over(api_call *call, surface_request *request, uint64_t size,
                       int64_t (*read)(void *context, uint8_t *out, size_t capacity)) {
   call->answer.body = (api_body){size, request, read, destroy_request};
   request->service = call->service;
-  call->held = call->is_head ? 0 : STREAM_COST;
+  call->held = call->is_head ? 0 : is_flat(request) ? FLAT_STREAM_COST : STREAM_COST;
   if (request->packs && !call->is_head) call->held += api_packs_reading_size(api_entry_value(request->packs));
 }
 
@@ -416,22 +487,38 @@ static api_outcome warm(api_call *call, const surface_request *request) {
   return status == TW_OK ? API_DONE : api_fail(call);
 }
 
+/* Sets what of an answer's `size` bytes is read. */
+static api_outcome choose_range(api_call *call, surface_request *request, uint64_t size) {
+  api_range range = {0, size};
+  bool is_get = call->route->takes == API_TAKES_NOTHING;
+  if (is_get && api_range_answer(call, size, &range) != API_CONTINUE) return API_FAILED;
+  request->size = size;
+  request->position = range.first;
+  request->end = range.first + range.count;
+  request->faces = faces_before(request);
+  return API_DONE;
+}
+
 static api_outcome reply_gltf(api_call *call, surface_request *request) {
   tw_status status = tw_gltf_stream_create(&request->scene.content, container_of(request), &request->gltf,
                                            &call->fault.error);
   uint64_t size = status == TW_OK ? tw_gltf_stream_size(request->gltf) : 0;
   api_outcome outcome = check_size(call, request, status, size);
   if (outcome == API_DONE && !request->packs) outcome = warm(call, request);
+  if (outcome == API_DONE) outcome = choose_range(call, request, size);
   if (outcome != API_DONE) return outcome;
-  api_range range = {0, size};
-  bool is_get = call->route->takes == API_TAKES_NOTHING;
-  if (is_get && api_range_answer(call, size, &range) != API_CONTINUE) return API_FAILED;
-  tw_gltf_stream_seek(request->gltf, range.first);
-  request->size = size;
-  request->position = range.first;
-  request->end = range.first + range.count;
-  request->faces = faces_before(request);
-  take_over(call, request, range.count, read_gltf);
+  tw_gltf_stream_seek(request->gltf, request->position);
+  take_over(call, request, request->end - request->position, read_gltf);
+  return API_DONE;
+}
+
+static api_outcome reply_flat(api_call *call, surface_request *request) {
+  uint64_t size = tw_flat_stream_size(request->flat);
+  api_outcome outcome = check_size(call, request, TW_OK, size);
+  if (outcome == API_DONE) outcome = choose_range(call, request, size);
+  if (outcome != API_DONE) return outcome;
+  tw_flat_stream_seek(request->flat, request->position);
+  take_over(call, request, request->end - request->position, read_flat);
   return API_DONE;
 }
 
@@ -465,6 +552,7 @@ static api_outcome reply_surface(api_call *call, surface_request *request) {
   call->answer.status = 200;
   api_outcome outcome = call->is_head               ? reply_head(call, request)
                         : request->form == FORM_OBJ ? reply_obj(call, request)
+                        : is_flat(request)          ? reply_flat(call, request)
                                                     : reply_gltf(call, request);
   if (outcome == API_DONE) api_answer_header(&call->answer, "Content-Type", call->offer->type);
   return outcome;
@@ -486,11 +574,14 @@ static bool cuts_influences(const surface_request *request) {
 
 /* Whether a light call may answer: no pass over all points or keys, and little JSON to print. */
 static bool is_light(const api_call *call, const surface_request *request) {
-  enum { LIGHT_PARTS = 64 };
+  enum { LIGHT_PARTS = 64, LIGHT_CORNERS = 1 << 18 };
   const api_plan *plan = api_entry_value(request->plan);
   const tw_model *model = request->scene.content.model;
-  bool needs_no_pass = atomic_load(&plan->is_warm) || request->form >= FORM_OBJ || call->is_head ||
+  bool needs_no_pass = atomic_load(&plan->is_warm) || !is_gltf(request) || call->is_head ||
                        request->encoding != TW_ENCODING_FLOAT;
+  uint64_t corners = 0;
+  for (uint32_t i = 0; i < model->mesh_count; i++) corners += model->meshes[i].corner_count;
+  if (!is_gltf(request) && corners > LIGHT_CORNERS) return false; /* flat forms look at all corners */
   return needs_no_pass && request->scene.choices.count == 0 && !cuts_influences(request) &&
          model->mesh_count + (uint64_t)model->node_count <= LIGHT_PARTS;
 }
@@ -546,7 +637,8 @@ static api_outcome warn_of_hard_edges(api_call *call, const surface_request *req
 static api_outcome warn_of_polygons(api_call *call, const surface_request *request) {
   const tw_scene *scene = &request->scene.content;
   uint64_t count = 0;
-  if (request->form == FORM_OBJ || request->polygons != TW_POLYGONS_NGON) return API_DONE;
+  bool has_polygons = request->form == FORM_OBJ || is_flat(request);
+  if (has_polygons || request->polygons != TW_POLYGONS_NGON) return API_DONE;
   for (uint32_t i = 0; i < scene->model->mesh_count; i++) {
     const tw_face_cut *cuts = tw_surface_get_cuts(scene->surfaces[i]);
     for (uint32_t k = 0; k < tw_surface_cut_count(scene->surfaces[i]); k++) count += cuts[k].fan_count == 0;
@@ -583,7 +675,7 @@ static api_outcome warn_of_influences(api_call *call, const surface_request *req
   const tw_model *model = request->scene.content.model;
   uint32_t most = request->surface.influences;
   uint64_t points = 0;
-  if (request->form == FORM_OBJ) return API_DONE;
+  if (request->form == FORM_OBJ || is_flat(request)) return API_DONE;
   for (uint32_t i = 0; i < model->mesh_count; i++)
     if (is_cut(request, &model->meshes[i])) points += count_richer_points(&model->meshes[i], most);
   if (points == 0) return API_DONE;
@@ -595,6 +687,22 @@ static api_outcome warn_of_influences(api_call *call, const surface_request *req
   if (!sentence) return api_fail_without_memory(call);
   api_call_warn(call, &sentence, 1);
   return API_DONE;
+}
+
+/* Opens the stream of a flat answer, which knows whether all is moved, and warns of that, of the unit and of
+ * what is lost. */
+static api_outcome open_flat(api_call *call, surface_request *request) {
+  const api_plan *plan = api_entry_value(request->plan);
+  const tw_flat_options options = flat_options_of(request);
+  const tw_scene *scene = &request->scene.content;
+  double origin[3];
+  tw_status status = tw_flat_stream_create(scene, &options, &request->flat, &call->fault.error);
+  if (status != TW_OK) return check_size(call, request, status, 0);
+  api_outcome outcome =
+      tw_flat_stream_origin(request->flat, origin) ? api_flat_warn_of_move(call, origin) : API_DONE;
+  if (outcome == API_DONE)
+    outcome = api_flat_warn_of_losses(call, scene, options.format, plan->hard_edges > 0);
+  return outcome == API_DONE ? api_flat_warn_of_unit(call, &request->flat_query) : outcome;
 }
 
 /* From the model to the answer. The caller releases the request unless the answer's body took it over. */
@@ -613,11 +721,13 @@ static api_outcome answer_surface(api_call *call, surface_request *request, bool
   outcome = take_packs(call, request, is_stored);
   if (outcome != API_DONE) return outcome;
   const tw_model *model = api_entry_value(request->model);
-  if (request->form != FORM_OBJ) outcome = api_scene_animate(call, model, &request->scene);
+  if (request->form != FORM_OBJ && !is_flat(request))
+    outcome = api_scene_animate(call, model, &request->scene);
   if (outcome == API_DONE) outcome = warn_of_hard_edges(call, request);
   if (outcome == API_DONE) outcome = warn_of_polygons(call, request);
   if (outcome == API_DONE) outcome = warn_of_influences(call, request);
   if (outcome == API_DONE && request->form == FORM_OBJ) outcome = api_obj_losses_warn(call, model);
+  if (outcome == API_DONE && is_flat(request)) outcome = open_flat(call, request);
   /* The description lists the model's: the header, which shows one, shows the answer's own. */
   api_call_warn(call, model->warnings, model->warning_count);
   api_scene_warn(call, &request->scene);

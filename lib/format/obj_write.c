@@ -229,7 +229,8 @@ static size_t read_points(tw_obj_stream *stream, size_t *width) {
   uint32_t color = shown_color(stream);
   *width = color == UINT32_MAX ? 3 : POINT_WIDTH;
   if (color == UINT32_MAX) return read_piece(stream, TW_DOMAIN_POINTS, TW_DOMAIN_POINTS, 3);
-  tw_surface_reader_turn_to_attribute(stream->reader, shown_surface(stream), color);
+  tw_surface_reader_turn_to_unsplit(stream->reader, shown_surface(stream),
+                                    &(tw_point_columns){.attribute = color});
   size_t count = read_piece(stream, TW_DOMAIN_POINTS, TW_DOMAIN_VERTICES, READ_WIDTH);
   const float *row = stream->floats;
   float *out = stream->floats; /* a row is read before points reach it */

@@ -8,8 +8,10 @@ enum { FACES_SCRATCH = 1024 };
 
 bool tw_triangulator_init(tw_triangulator *triangles, const tw_surface *const *surfaces, uint32_t count,
                           tw_polygons polygons, tw_surface_reader *reader) {
-  *triangles =
-      (tw_triangulator){.reader = reader, .polygons = polygons, .corner_capacity = (size_t)4 * FACES_SCRATCH};
+  *triangles = (tw_triangulator){.reader = reader,
+                                 .polygons = polygons,
+                                 .domain = TW_DOMAIN_VERTICES,
+                                 .corner_capacity = (size_t)4 * FACES_SCRATCH};
   for (uint32_t i = 0; i < count; i++) {
     size_t three = 3 * tw_surface_largest_face(surfaces[i]);
     if (three > triangles->corner_capacity) triangles->corner_capacity = three;
@@ -78,7 +80,7 @@ static face_run read_run(tw_triangulator *t, const tw_surface *surface, const tw
     count = (count + 1) / 2;
   } while (corners > t->corner_capacity);
   run.has_next = last > run.stop;
-  tw_surface_read_faces(t->reader, TW_DOMAIN_VERTICES, first, (size_t)(last - first), t->sizes, t->corners);
+  tw_surface_read_faces(t->reader, t->domain, first, (size_t)(last - first), t->sizes, t->corners);
   return run;
 }
 

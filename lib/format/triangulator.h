@@ -12,6 +12,7 @@ static inline uint64_t tw_least(uint64_t a, uint64_t b) {
 typedef struct tw_triangulator {
   tw_surface_reader *reader; /* the caller's, of all the surfaces */
   tw_polygons polygons;
+  tw_domain domain; /* of the rows, TW_DOMAIN_VERTICES unless the caller sets another one */
   size_t corner_capacity;
   uint32_t *corners; /* [corner_capacity] of the faces read; any face fits with its two neighbours */
   uint32_t *sizes;   /* of the faces in corners */
@@ -35,7 +36,7 @@ uint64_t tw_count_triangles(const tw_surface_group *faces);
 bool tw_fan_start(const uint32_t *corners, uint32_t size, const tw_face_cut *cut, const uint32_t *previous,
                   const uint32_t *next, uint32_t *start);
 
-/* Triangles [first, first + count) of `faces`, which are all of one material, as rows of TW_DOMAIN_VERTICES.
+/* Triangles [first, first + count) of `faces`, which are all of one material, as rows of the domain.
  * Each face is a fan, or cut as its tw_face_cut says. TW_POLYGONS_NGON: neighbouring faces do not start from
  * the same vertex, and each triangle of a face that is no fan is a polygon of its own; but of surfaces that
  * were made `tagged` every face stays one fan. Turns the reader to `surface`. out: [count][3]. */

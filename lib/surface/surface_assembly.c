@@ -6,13 +6,21 @@
 
 /* ---- a block -------------------------------------------------------------------------------- */
 
-/* Replaces a column by the mesh's own vectors, except where these are 0 0 0. own: [rows of level
- * 0][width]. */
-static void put_own(const tw_surface *s, const float *own, uint32_t width, uint32_t column, uint32_t first,
-                    uint32_t count, float *out) {
-  own += width * (size_t)first;
-  for (uint32_t i = 0; i < count; i++, own += width, out += s->layout.stride)
-    if (own[0] != 0 || own[1] != 0 || own[2] != 0) memcpy(out + column, own, width * sizeof *own);
+/* The row of TW_DOMAIN_VERTICES that shows row `row` of level 0: the same, but where rows are of points. */
+static uint32_t split_row(const tw_surface_reader *r, uint32_t row) {
+  if (!r->is_unsplit) return row;
+  return tw_row_of_corner(&r->whole->vertices, tw_corner_of_row(&r->whole->points, row));
+}
+
+/* Replaces a column by the mesh's own vectors, except where these are 0 0 0. own: [rows of TW_DOMAIN_VERTICES
+ * at level 0][width]. */
+static void put_own(const tw_surface_reader *r, const float *own, uint32_t width, uint32_t column,
+                    const tw_block *block, float *out) {
+  for (uint32_t i = 0; i < block->count; i++, out += r->surface->layout.stride) {
+    const float *vector = own + width * (size_t)split_row(r, block->first + i);
+    if (vector[0] != 0 || vector[1] != 0 || vector[2] != 0)
+      memcpy(out + column, vector, width * sizeof *vector);
+  }
 }
 
 static void write_tangents(tw_surface_reader *r, const tw_block *block, float *out) {
@@ -47,9 +55,9 @@ void tw_assemble_attributes(tw_surface_reader *reader, tw_domain domain, const t
   const tw_surface *s = reader->surface;
   if (domain != TW_DOMAIN_VERTICES) return;
   /* Own normals come first: tangents are made orthogonal to the normal in the row. */
-  if (s->own_normals) put_own(s, s->own_normals, 3, s->layout.normal, block->first, block->count, out);
+  if (s->own_normals) put_own(reader, s->own_normals, 3, s->layout.normal, block, out);
   if (tw_has_attributes(s, domain)) write_attributes(reader, block, out);
-  if (s->own_tangents) put_own(s, s->own_tangents, 4, s->layout.tangent, block->first, block->count, out);
+  if (s->own_tangents) put_own(reader, s->own_tangents, 4, s->layout.tangent, block, out);
 }
 
 void tw_assemble_rows(tw_surface_reader *reader, tw_domain domain, const tw_block *block, float *out) {

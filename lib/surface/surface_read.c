@@ -220,7 +220,7 @@ const tw_surface_layout *tw_surface_reader_layout(const tw_surface_reader *reade
 /* Makes the reader read all columns of this surface. Empties the caches. */
 static void begin(tw_surface_reader *reader, const tw_surface *surface) {
   reader->whole = reader->surface = surface;
-  reader->attribute = UINT32_MAX;
+  reader->is_unsplit = false;
   reader->piece_capacity = piece_capacity(surface);
   reader->piece_count = 0;
   reader->mask.topology = NULL;
@@ -229,7 +229,7 @@ static void begin(tw_surface_reader *reader, const tw_surface *surface) {
 /* Makes the reader read this surface, or a narrowed copy where not all columns are wanted. */
 static void turn(tw_surface_reader *reader, const tw_surface *surface, uint32_t first_target,
                  uint32_t target_count, bool points_alone) {
-  if (reader->whole == surface && reader->attribute == UINT32_MAX && reader->first_target == first_target &&
+  if (reader->whole == surface && !reader->is_unsplit && reader->first_target == first_target &&
       reader->target_count == target_count && reader->points_alone == points_alone)
     return;
   begin(reader, surface);
@@ -253,21 +253,35 @@ void tw_turn_to_points(tw_surface_reader *reader, const tw_surface *surface, int
   turn(reader, surface, first, count, true);
 }
 
-void tw_surface_reader_turn_to_attribute(tw_surface_reader *reader, const tw_surface *surface,
-                                         uint32_t attribute) {
-  if (reader->whole == surface && reader->attribute == attribute) return;
+static bool has_columns(const tw_surface_reader *reader, const tw_point_columns *columns) {
+  const tw_point_columns *own = &reader->columns;
+  return reader->is_unsplit && own->normal == columns->normal && own->uv == columns->uv &&
+         own->attribute == columns->attribute;
+}
+
+void tw_surface_reader_turn_to_unsplit(tw_surface_reader *reader, const tw_surface *surface,
+                                       const tw_point_columns *columns) {
+  if (reader->whole == surface && has_columns(reader, columns)) return;
   begin(reader, surface);
-  reader->attribute = attribute;
+  reader->is_unsplit = true;
+  reader->columns = *columns;
   tw_surface *points = &reader->narrowed;
   *points = *surface;
   reader->surface = points;
-  tw_surface_bare_rows(points, false);
-  points->own_normals = NULL;
+  tw_surface_bare_rows(points, columns->normal);
+  if (!columns->normal) points->own_normals = NULL;
   points->morphed = NULL;
-  points->smooth += attribute;
-  points->layout.attribute_count = 1;
-  points->layout.attributes[0] = points->layout.stride;
-  points->layout.stride += points->smooth->width;
+  if (columns->uv) {
+    points->layout.uv_count = 1;
+    points->layout.uvs[0] = points->layout.stride;
+    points->layout.stride += 2;
+  }
+  if (columns->attribute != UINT32_MAX) {
+    points->smooth += columns->attribute;
+    points->layout.attribute_count = 1;
+    points->layout.attributes[0] = points->layout.stride;
+    points->layout.stride += points->smooth->width;
+  }
   points->vertices = points->points;
   points->cage_vertices = points->cage_points;
 }

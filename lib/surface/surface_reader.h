@@ -14,8 +14,9 @@ struct tw_surface_reader {
   const tw_surface *whole; /* the surface that the caller chose */
   uint32_t first_target, target_count;
   bool points_alone;
-  uint32_t attribute; /* the one that rows of points have; UINT32_MAX: rows are not of points */
-  double *scratch;    /* for patches */
+  bool is_unsplit; /* rows are of points, with `columns` */
+  tw_point_columns columns;
+  double *scratch; /* for patches */
   tw_last_mask mask;
   float *slopes[2]; /* derivatives of points and of UVs, [piece_capacity][TW_DERIVATIVE_WIDTH] */
   uint8_t *frames;  /* [piece_capacity] tangent frames */

@@ -14,7 +14,7 @@ export async function surfaces(file: File): Promise<number> {
   // @ts-expect-error: no such parameter
   tweend.surfaceUrl(model, { depth: 2 });
   // @ts-expect-error: no such form
-  tweend.surfaceUrl(model, {}, 'stl');
+  tweend.surfaceUrl(model, {}, 'fbx');
   // @ts-expect-error: a level is a number
   tweend.surface(model, { level: '2' });
   for await (const { id, name } of tweend.list({ limit: 10 })) console.log(id, name?.length);

@@ -65,6 +65,20 @@ static void write_answer(const tw_scene *scene) {
   tw_gltf_stream_destroy(stream);
 }
 
+/* STL and PLY: each must have the size that it stated. */
+static void write_flat(const tw_scene *scene) {
+  static const tw_flat_options forms[] = {{TW_FORMAT_STL, 1000, "mm"}, {TW_FORMAT_PLY, 1, "m"}};
+  for (int i = 0; i < 2; i++) {
+    tw_flat_stream *stream = NULL;
+    uint8_t block[4096];
+    if (tw_flat_stream_create(scene, &forms[i], &stream, NULL) != TW_OK) continue;
+    uint64_t size = tw_flat_stream_size(stream), read = 0;
+    for (size_t count = 1; count > 0; read += count) count = tw_flat_stream_read(stream, block, sizeof block);
+    if (read != size) abort();
+    tw_flat_stream_destroy(stream);
+  }
+}
+
 static void write_packed(const tw_model *model, tw_scene *scene, tw_encoding encoding) {
   tw_grid grids[MESHES];
   tw_packs *packs[MESHES] = {NULL};
@@ -95,6 +109,7 @@ static void draw(const tw_model *model) {
                       .clip_count = model->clip_count,
                       .polygons = (tw_polygons)(model->node_count % 2)};
     write_answer(&scene);
+    write_flat(&scene);
     write_packed(model, &scene, TW_ENCODING_QUANTIZED);
     write_packed(model, &scene, TW_ENCODING_MESHOPT);
   }

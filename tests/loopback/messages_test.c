@@ -166,7 +166,7 @@ TEST_WITH(obj_holds_no_clip, loopback_setup, loopback_teardown) {
     reply_free(&r);
   }
   snprintf(target, sizeof target, "/v1/models/%s/surface.obj?meshes=none", id);
-  assert_problem(loopback_get(*state, target), 400, NULL, "meshes=none leaves nothing of an OBJ");
+  assert_problem(loopback_get(*state, target), 400, NULL, "meshes=none leaves nothing of an answer as OBJ");
 }
 
 /* ---- paths --------------------------------------------------------------------------------------------- */

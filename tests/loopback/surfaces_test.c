@@ -133,7 +133,7 @@ TEST_WITH(names_that_are_not_there_are_404, setup, teardown) {
   assert_problem(ask(f, f->tank, "surface?clip=dance"), 404, NULL, "drive");
   assert_problem(ask(f, f->cube, "surface?clip=drive"), 404, NULL, "no clips");
   assert_problem(ask(f, f->cube, "surface?at=1"), 404, NULL, "no clips");
-  assert_problem(ask(f, f->cube, "surface.stl"), 404, NULL, NULL);
+  assert_problem(ask(f, f->cube, "surface.fbx"), 404, NULL, NULL);
   assert_problem(ask(f, "00000000000000000000000000000000", "surface"), 404, NULL, NULL);
 }
 

@@ -238,6 +238,37 @@ tw_status tw_obj_stream_create(const tw_scene *scene, tw_obj_stream **out, tw_er
 void tw_obj_stream_destroy(tw_obj_stream *stream); /* NULL accepted */
 size_t tw_obj_stream_read(tw_obj_stream *stream, uint8_t *out, size_t capacity);
 
+/* A flat answer, as printers and scanners read it: the meshes of a scene in the world space of its pose. */
+typedef struct tw_flat_options {
+  tw_format format; /* TW_FORMAT_STL or TW_FORMAT_PLY */
+  double scale;     /* of coordinates, above 0 */
+  const char *unit; /* their unit, as the head names it; outlives the stream */
+} tw_flat_options;
+
+/* Binary STL or PLY: every mesh once for each node that shows it. The clips of the scene are ignored, as are
+ * the polygons of STL, which has triangles alone. Every point of a surface is the same bytes wherever it
+ * occurs, and once in PLY. PLY has normals and colours (sRGB) of points, one each, and texture coordinates
+ * where they have seams of corners (`texcoord`). Where a node shows its mesh so far from the origin that
+ * floats would change its shape, all is moved, as the head tells. */
+typedef struct tw_flat_stream tw_flat_stream;
+
+/* TW_LIMIT: over 2^32 - 1 triangles in STL, or points in PLY. TW_NO_MEMORY. */
+tw_status tw_flat_stream_create(const tw_scene *scene, const tw_flat_options *options, tw_flat_stream **out,
+                                tw_error *error);
+void tw_flat_stream_destroy(tw_flat_stream *stream); /* NULL accepted */
+uint64_t tw_flat_stream_size(const tw_flat_stream *stream);
+
+/* Reads the next bytes, at most `capacity`, and returns how many; 0 at the end. */
+size_t tw_flat_stream_read(tw_flat_stream *stream, uint8_t *out, size_t capacity);
+void tw_flat_stream_seek(tw_flat_stream *stream, uint64_t offset); /* continues at any offset */
+
+/* Whether all is moved, by minus the origin in the model's unit; it is 0 else. */
+bool tw_flat_stream_origin(const tw_flat_stream *stream, double origin[3]);
+
+/* The size of such a stream, without computing a point. */
+tw_status tw_flat_stream_predict(const tw_scene *scene, const tw_flat_options *options, uint64_t *size,
+                                 tw_error *error);
+
 /* Which nodes of a model BVH has as joints, with their ancestors. */
 typedef enum tw_bvh_choice {
   TW_BVH_MOVED, /* those whose transform the clip moves; all if it moves none */

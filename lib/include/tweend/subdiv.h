@@ -224,11 +224,17 @@ tw_surface_reader *tw_surface_reader_create_shared(const tw_surface *const *surf
  *   So a thousand targets can be read some at a time. */
 void tw_surface_reader_turn(tw_surface_reader *reader, const tw_surface *surface, uint32_t first_target,
                             uint32_t target_count);
+/* What rows of points hold behind the position. */
+typedef struct tw_point_columns {
+  bool normal, uv;    /* the layout has a normal; the first UV set */
+  uint32_t attribute; /* UINT32_MAX: none */
+} tw_point_columns;
+
 /* Makes the reader read rows of TW_DOMAIN_VERTICES that are not split: one for each row of TW_DOMAIN_POINTS,
- * with the position and this attribute alone. Where faces have different values at a point, the row has those
- * of one of them. */
-void tw_surface_reader_turn_to_attribute(tw_surface_reader *reader, const tw_surface *surface,
-                                         uint32_t attribute);
+ * in their order, with the position and these columns alone. Where faces have different values or normals at a
+ * point, the row has those of one of them. */
+void tw_surface_reader_turn_to_unsplit(tw_surface_reader *reader, const tw_surface *surface,
+                                       const tw_point_columns *columns);
 /* The columns of the rows that the reader reads now. */
 const tw_surface_layout *tw_surface_reader_layout(const tw_surface_reader *reader);
 

@@ -1,0 +1,147 @@
+/* STL and PLY know no unit; printers take STL's numbers for millimetres. */
+#include "flat_answer.h"
+
+#include <string.h>
+
+static const api_length_unit units[] = {{"mm", "millimetres", 1000},  {"cm", "centimetres", 100},
+                                        {"m", "metres", 1},           {"um", "micrometres", 1e6},
+                                        {"in", "inches", 1 / 0.0254}, {"ft", "feet", 1 / 0.3048}};
+static const char *const unit_names[] = {"mm", "cm", "m", "um", "in", "ft", NULL};
+
+api_outcome api_flat_read(api_call *call, const char *fallback, api_flat_query *out) {
+  const api_query *query = &call->query;
+  tw_error *error = &call->fault.error;
+  const char *named[] = {"unit", "scale"};
+  int unit = 0;
+  for (size_t i = 0; !fallback && i < sizeof named / sizeof *named; i++)
+    if (api_query_get(query, named[i]))
+      return api_fail_with(
+          call, 400, "%s goes with .stl, .ply and .json: the lengths of this form are the model's", named[i]);
+  while (fallback && strcmp(units[unit].name, fallback) != 0) unit++;
+  *out = (api_flat_query){.is_unit_given = api_query_get(query, "unit"), .scale = 1};
+  tw_status status = api_query_choice(query, "unit", unit_names, &unit, error);
+  if (status == TW_OK) status = api_query_number(query, "scale", &out->scale, error);
+  if (status == TW_OK && !(out->scale >= 1e-9 && out->scale <= 1e9))
+    status = tw_fail(error, TW_SYNTAX, "scale must be from 1e-9 to 1e9");
+  out->unit = &units[unit];
+  return status == TW_OK ? API_DONE : api_fail(call);
+}
+
+void api_flat_print(const api_flat_query *query, tw_text *text) {
+  tw_text_add(text, "&unit=");
+  tw_text_add(text, query->unit->name);
+  tw_text_add(text, query->is_unit_given ? "" : "?"); /* the answer tells of a default */
+  tw_text_add(text, "&scale=");
+  tw_text_double(text, query->scale);
+}
+
+double api_flat_scale(const api_flat_query *query) {
+  return query->scale * query->unit->scale;
+}
+
+/* Adds the text as a warning, and frees it. */
+static api_outcome warn(api_call *call, tw_text *text) {
+  const char *sentence = api_text_keep(text, call->arena);
+  if (!sentence) return api_fail_without_memory(call);
+  api_call_warn(call, &sentence, 1);
+  return API_DONE;
+}
+
+api_outcome api_flat_warn_of_unit(api_call *call, const api_flat_query *query) {
+  if (query->is_unit_given || query->unit->scale == 1) return API_DONE;
+  tw_text text = {0};
+  tw_text_add(&text, "the model's metres became ");
+  tw_text_add(&text, query->unit->word);
+  tw_text_add(&text, ": unit=m keeps them, scale= fits a model of another unit");
+  return warn(call, &text);
+}
+
+api_outcome api_flat_warn_of_move(api_call *call, const double origin[3]) {
+  tw_text text = {0};
+  tw_text_add(&text, "all is moved by ");
+  for (int c = 0; c < 3; c++) {
+    tw_text_add(&text, c > 0 ? ", " : "");
+    tw_text_double(&text, -origin[c]);
+  }
+  tw_text_add(&text, " of the model: floats so far from the origin would change its shape");
+  return warn(call, &text);
+}
+
+/* ---- losses ------------------------------------------------------------------------------------------ */
+
+/* How many meshes, nodes or materials have something. */
+typedef struct flat_losses {
+  uint64_t instances;
+  uint32_t shown, materials, colors, corner_colors, attributes, uvs, more_uvs, loose, hard;
+} flat_losses;
+
+/* Whether the surface has more than one normal at some point: its rows are split, and it has infinitely sharp
+ * edges or the file's own normals. Where it has no values of corners, nothing else splits rows. */
+static bool has_hard_normals(const tw_mesh *mesh, const tw_surface *surface, bool is_hard) {
+  const tw_surface_options *options = tw_surface_get_options(surface);
+  tw_channel channels[TW_CHANNELS_MAX];
+  bool is_split =
+      tw_surface_row_count(surface, TW_DOMAIN_VERTICES) > tw_surface_row_count(surface, TW_DOMAIN_POINTS);
+  if (tw_surface_get_layout(surface)->normal == UINT32_MAX || !is_split) return false;
+  if (tw_mesh_channels(mesh, channels) == 0 || is_hard || options->scheme == TW_BILINEAR) return true;
+  if (options->own_normals && mesh->normals.corners) return true;
+  for (uint32_t i = 0; i < mesh->crease_count; i++)
+    if (mesh->crease_sharpness[i] >= TW_SHARPNESS_INFINITE) return true;
+  return false;
+}
+
+static void count_mesh(const tw_mesh *mesh, const tw_surface *surface, bool is_hard, flat_losses *losses) {
+  bool has_colors = false, has_corner_colors = false, has_attributes = false;
+  for (uint32_t k = 0; k < mesh->attribute_count; k++) {
+    has_colors |= mesh->attributes[k].is_color;
+    has_corner_colors |= mesh->attributes[k].is_color && mesh->attributes[k].corners;
+    has_attributes |= !mesh->attributes[k].is_color;
+  }
+  losses->colors += has_colors;
+  losses->corner_colors += has_corner_colors;
+  losses->attributes += has_attributes;
+  losses->uvs += mesh->uv_set_count > 0;
+  losses->more_uvs += mesh->uv_set_count > 1;
+  losses->loose += mesh->loose != NULL;
+  losses->hard += has_hard_normals(mesh, surface, is_hard);
+}
+
+static void add(tw_text *text, bool is_lost, const char *what) {
+  if (!is_lost) return;
+  if (text->size > 0) tw_text_add(text, ", ");
+  tw_text_add(text, what);
+}
+
+api_outcome api_flat_warn_of_losses(api_call *call, const tw_scene *scene, tw_format format, bool is_hard) {
+  const tw_model *model = scene->model;
+  flat_losses losses = {.materials = model->assets || model->material_colors ? model->material_count : 0};
+  for (uint32_t i = 0; i < model->mesh_count; i++)
+    count_mesh(&model->meshes[i], scene->surfaces[i], is_hard, &losses);
+  for (uint32_t n = 0; n < model->node_count; n++) {
+    if (model->nodes[n].is_hidden) continue;
+    losses.shown += model->nodes[n].mesh != TW_NO_INDEX;
+    losses.instances += tw_gltf_instance_count(model, n);
+  }
+  bool is_stl = format == TW_FORMAT_STL;
+  tw_text list = {0}, text = {0};
+  add(&list, losses.instances > 0, "instances of EXT_mesh_gpu_instancing");
+  add(&list, losses.shown > 1, "the nodes, which are one mesh");
+  add(&list, losses.materials > 0, "materials");
+  add(&list, is_stl && losses.uvs > 0, "texture coordinates");
+  add(&list, !is_stl && losses.more_uvs > 0, "texture coordinates behind the first set");
+  add(&list, is_stl && losses.colors > 0, "colours");
+  add(&list, !is_stl && losses.corner_colors > 0, "all but one colour of a point");
+  add(&list, !is_stl && losses.hard > 0, "all but one normal of a point");
+  add(&list, losses.attributes > 0, "attributes of the application");
+  add(&list, losses.loose > 0, "points and lines");
+  if (list.size > 0) {
+    tw_text_add(&text, is_stl ? "surface.stl is without: " : "surface.ply is without: ");
+    tw_text_bytes(&text, list.data, list.size);
+  }
+  bool has_failed = list.failed;
+  bool is_told = list.size > 0;
+  tw_text_deinit(&list);
+  if (!has_failed && is_told) return warn(call, &text);
+  tw_text_deinit(&text);
+  return has_failed ? api_fail_without_memory(call) : API_DONE;
+}

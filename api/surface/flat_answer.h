@@ -1,0 +1,40 @@
+/* Answers for printers and scanners, STL and PLY: their unit, and what they have no place for. */
+#ifndef API_FLAT_ANSWER_H
+#define API_FLAT_ANSWER_H
+
+#include "call.h"
+#include "tweend/format.h"
+
+/* The unit of an answer's coordinates. The model's is the metre. */
+typedef struct api_length_unit {
+  const char *name, *word; /* "mm", "millimetres" */
+  double scale;            /* how many a metre has */
+} api_length_unit;
+
+typedef struct api_flat_query {
+  const api_length_unit *unit;
+  bool is_unit_given;
+  double scale; /* of the model, besides the unit */
+} api_flat_query;
+
+/* Reads `unit` and `scale`. fallback: the name of the default unit; NULL: the answer's form has its own unit,
+ * so both are refused. Fails with 400. */
+api_outcome api_flat_read(api_call *call, const char *fallback, api_flat_query *out);
+
+/* Prints the parameters with defaults, for entity tags. */
+void api_flat_print(const api_flat_query *query, tw_text *text);
+
+/* What coordinates of the model are multiplied by. */
+double api_flat_scale(const api_flat_query *query);
+
+/* Warns of a unit that nobody asked for. */
+api_outcome api_flat_warn_of_unit(api_call *call, const api_flat_query *query);
+
+/* Warns of what a scene has and the format has not. format: STL or PLY. is_hard: edges that the file does not
+ * tag are sharp. */
+api_outcome api_flat_warn_of_losses(api_call *call, const tw_scene *scene, tw_format format, bool is_hard);
+
+/* Warns that all was moved by minus the origin. */
+api_outcome api_flat_warn_of_move(api_call *call, const double origin[3]);
+
+#endif

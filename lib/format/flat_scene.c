@@ -1,0 +1,119 @@
+/* Places the nodes of flat answers, and reads their triangles with points. */
+#include "flat.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "tweend/anim.h"
+
+/* The world matrices at the scene's pose; NULL without memory. */
+static float *find_world(const tw_scene *scene) {
+  const tw_model *model = scene->model;
+  float *world = tw_alloc(model->node_count, 16 * sizeof *world);
+  tw_trs *locals = tw_alloc(model->node_count, sizeof *locals);
+  if (!world || !locals) {
+    tw_free(world);
+    tw_free(locals);
+    return NULL;
+  }
+  for (uint32_t i = 0; i < model->node_count; i++)
+    locals[i] = scene->pose ? scene->pose[i] : model->nodes[i].rest;
+  tw_pose_locals(scene->posed_by, model->nodes, model->node_count, locals, world);
+  tw_pose_world(model->nodes, model->node_order, model->node_count, world, world);
+  tw_free(locals);
+  return world;
+}
+
+static bool is_shown(const tw_scene *scene, uint32_t node) {
+  const tw_node *n = &scene->model->nodes[node];
+  return n->mesh != TW_NO_INDEX && !n->is_hidden &&
+         tw_surface_get_counts(scene->surfaces[n->mesh])->faces > 0;
+}
+
+static void place_part(tw_flat_scene *flat, const float *world, double scale, tw_flat_part *part) {
+  const tw_node *node = &flat->scene.model->nodes[part->node];
+  part->is_mirrored = tw_matrix_cofactors(world, part->cofactor) < 0;
+  for (int row = 0; row < 3; row++) {
+    for (int column = 0; column < 3; column++)
+      part->matrix[4 * row + column] = scale * (double)world[4 * column + row];
+    part->matrix[4 * row + 3] =
+        scale * ((double)world[12 + row] + tw_node_fine(node, row) - flat->origin[row]);
+  }
+}
+
+bool tw_flat_place(const tw_scene *scene, double scale, tw_flat_scene *out) {
+  const tw_model *model = scene->model;
+  *out = (tw_flat_scene){.scene = *scene};
+  for (uint32_t i = 0; i < model->node_count; i++) out->part_count += is_shown(scene, i);
+  float *world = find_world(scene);
+  out->parts = tw_alloc(out->part_count, sizeof *out->parts);
+  if (!world || !out->parts) {
+    tw_free(world);
+    return false;
+  }
+  uint32_t count = 0;
+  for (uint32_t i = 0; i < model->node_count; i++) {
+    if (!is_shown(scene, i)) continue;
+    out->parts[count++] = (tw_flat_part){.node = i, .mesh = model->nodes[i].mesh};
+    const float *m = world + (size_t)i * 16;
+    if (out->is_moved || !tw_shows_far(m, &model->meshes[model->nodes[i].mesh])) continue;
+    out->is_moved = true;
+    for (int c = 0; c < 3; c++) out->origin[c] = (double)m[12 + c] + tw_node_fine(&model->nodes[i], c);
+  }
+  uint64_t points = 0;
+  for (uint32_t p = 0; p < count; p++) {
+    tw_flat_part *part = &out->parts[p];
+    place_part(out, world + (size_t)part->node * 16, scale, part);
+    part->first_point = points;
+    points += tw_surface_row_count(tw_flat_surface(out, part), TW_DOMAIN_POINTS);
+  }
+  tw_free(world);
+  return true;
+}
+
+void tw_flat_deinit(tw_flat_scene *flat) {
+  tw_free(flat->parts);
+}
+
+tw_surface_group tw_flat_faces(const tw_surface *surface) {
+  const tw_surface_counts *counts = tw_surface_get_counts(surface);
+  return (tw_surface_group){
+      .material = -1, .names = TW_NO_INDEX, .face_count = counts->faces, .corner_count = counts->corners};
+}
+
+void tw_flat_turn(const tw_flat_part *part, const float normal[3], float out[3]) {
+  double turned[3], square = 0, sign = part->is_mirrored ? -1 : 1;
+  for (int row = 0; row < 3; row++) {
+    turned[row] = 0;
+    for (int column = 0; column < 3; column++)
+      turned[row] += sign * part->cofactor[3 * column + row] * (double)normal[column];
+    square += turned[row] * turned[row];
+  }
+  double length = sqrt(square);
+  for (int row = 0; row < 3; row++)
+    out[row] = length > 0 ? (float)(turned[row] / length) + 0.0f : normal[row];
+}
+
+static void move_pages(tw_row_pages *pages, const tw_flat_part *part) {
+  float *point = pages->values;
+  for (uint32_t i = 0; i < pages->count * TW_PAGE_ROWS; i++, point += 3) tw_flat_move(part, point, point);
+}
+
+uint32_t tw_flat_read_triangles(tw_flat_tools *tools, const tw_flat_scene *flat, const tw_flat_part *part,
+                                uint64_t first, uint64_t most) {
+  const tw_surface *surface = tw_flat_surface(flat, part);
+  const tw_surface_group faces = tw_flat_faces(surface);
+  uint32_t wanted = (uint32_t)tw_least(most, TW_FLAT_FACES), count = 0, *place = tools->places[0];
+  const uint32_t *row = tools->corners[0];
+  tools->triangles.domain = TW_DOMAIN_POINTS;
+  tw_triangulator_read(&tools->triangles, surface, &faces, first, wanted, tools->corners[0]);
+  tw_row_pages_clear(&tools->points);
+  for (; count < wanted; count++, row += 3, place += 3) {
+    for (int i = 0; i < 3; i++) place[i] = tw_row_pages_add(&tools->points, row[i]);
+    if (place[0] == UINT32_MAX || place[1] == UINT32_MAX || place[2] == UINT32_MAX) break;
+  }
+  tw_row_pages_read(&tools->points, tools->reader, tw_surface_row_count(surface, TW_DOMAIN_POINTS));
+  move_pages(&tools->points, part);
+  return count;
+}

@@ -1,0 +1,291 @@
+// What surface.stl and surface.ply say of a model, as three's loaders, admesh and assimp read them: the triangles, bounds,
+// volume and shells of the GLB of the same model. Equal points are equal bytes: a closed cage gives closed files.
+import assert from 'node:assert/strict';
+import { execFileSync } from 'node:child_process';
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { after, before, test } from 'node:test';
+
+import { Matrix4, Vector3 } from 'three';
+import { PLYLoader } from 'three/addons/loaders/PLYLoader.js';
+import { STLLoader } from 'three/addons/loaders/STLLoader.js';
+
+import { Daemon, root } from './daemon.mjs';
+import { load } from './player.mjs';
+
+const daemon = new Daemon();
+const folder = mkdtempSync(join(tmpdir(), 'printers-'));
+before(() => daemon.start());
+after(() => daemon.remove());
+after(() => rmSync(folder, { recursive: true }));
+
+async function ask(model, query, headers = {}) {
+  const response = await fetch(`${model}/surface.${query}`, { headers });
+  const bytes = Buffer.from(await response.arrayBuffer());
+  assert.ok(response.ok, `${query}: ${bytes}`);
+  return { bytes, response, warning: decodeURIComponent(response.headers.get('X-Tweend-Warning') ?? '') };
+}
+
+const buffer = (bytes) => new Uint8Array(bytes).buffer;
+
+// ---- triangles --------------------------------------------------------------------------------------------
+
+/** [triangle][corner] Vector3, of a loader's geometry. */
+function trianglesOf(geometry, matrix = new Matrix4()) {
+  const position = geometry.attributes.position, index = geometry.index;
+  const count = index ? index.count : position.count;
+  const corners = Array.from({ length: count }, (_, i) => new Vector3().fromBufferAttribute(position, index ? index.getX(i) : i).applyMatrix4(matrix));
+  const turned = matrix.determinant() < 0;
+  return Array.from({ length: count / 3 }, (_, i) => (turned ? [0, 2, 1] : [0, 1, 2]).map((k) => corners[3 * i + k]));
+}
+
+async function trianglesOfGlb(bytes) {
+  const { scene } = await load(bytes);
+  scene.updateMatrixWorld(true);
+  const all = [];
+  scene.traverse((mesh) => { if (mesh.isMesh) for (const triangle of trianglesOf(mesh.geometry, mesh.matrixWorld)) all.push(triangle); });
+  return all;
+}
+
+const volumeOf = (triangles) => triangles.reduce((sum, [a, b, c]) => sum + a.dot(b.clone().cross(c)) / 6, 0);
+const areaOf = (triangles) => triangles.reduce((sum, [a, b, c]) => sum + b.clone().sub(a).cross(c.clone().sub(a)).length() / 2, 0);
+
+function boundsOf(triangles) {
+  const low = new Vector3(Infinity, Infinity, Infinity), high = low.clone().negate();
+  for (const point of triangles.flat()) { low.min(point); high.max(point); }
+  return [...low.toArray(), ...high.toArray()];
+}
+
+/** By exact coordinates: pieces that share points, and edges whose two directions do not occur equally often. */
+function shellsOf(triangles) {
+  const numbers = new Map(), parents = [], edges = new Map();
+  const find = (point) => { while (parents[point] !== point) point = parents[point] = parents[parents[point]]; return point; };
+  const numberOf = ({ x, y, z }) => {
+    const name = `${x} ${y} ${z}`;
+    let number = numbers.get(name);
+    if (number === undefined) { numbers.set(name, number = parents.length); parents.push(number); }
+    return number;
+  };
+  for (const triangle of triangles) {
+    const points = triangle.map(numberOf);
+    points.forEach((point, i) => {
+      const next = points[(i + 1) % 3];
+      parents[find(point)] = find(next);
+      const edge = Math.min(point, next) * 2 ** 26 + Math.max(point, next);
+      edges.set(edge, (edges.get(edge) ?? 0) + (point < next ? 1 : -1));
+    });
+  }
+  const shells = parents.filter((parent, i) => parent === i).length;
+  return { points: parents.length, shells, open: [...edges.values()].filter((sum) => sum !== 0).length };
+}
+
+const near = (a, b, relative, what) => assert.ok(Math.abs(a - b) <= relative * Math.max(Math.abs(a), Math.abs(b)) + 1e-12, `${what}: ${a}, ${b}`);
+
+// ---- programs that print -------------------------------------------------------------------------------------
+
+/** What admesh says of an STL: facets, those with open edges, shells, volume, bounds, what it would have to mend. */
+function admesh(bytes) {
+  const file = join(folder, 'part.stl');
+  writeFileSync(file, bytes);
+  const text = execFileSync('admesh', [file], { encoding: 'utf8' });
+  const number = (name) => Number(text.match(new RegExp(`${name}\\s*[:=]\\s*(\\S+?),?\\s`))[1]);
+  const mended = ['Degenerate facets', 'Edges fixed', 'Facets removed', 'Facets added', 'Facets reversed', 'Backwards edges', 'Normals fixed'];
+  return {
+    facets: number('Number of facets'), open: number('Total disconnected facets'), shells: number('Number of parts'), volume: number('Volume'),
+    bounds: ['Min X', 'Min Y', 'Min Z', 'Max X', 'Max Y', 'Max Z'].map(number), mended: mended.filter((name) => number(name) > 0),
+  };
+}
+
+/** What assimp reads from a file: faces, and the least and the greatest coordinates. */
+function assimp(form, bytes) {
+  const file = join(folder, `part.${form}`);
+  writeFileSync(file, bytes);
+  const text = execFileSync('assimp', ['info', file], { encoding: 'utf8' });
+  const points = ['Minimum', 'Maximum'].flatMap((name) => text.match(`${name} point\\s+\\((.*)\\)`)[1].trim().split(/\s+/).map(Number));
+  return { faces: Number(text.match(/Faces:\s+(\d+)/)[1]), bounds: points };
+}
+
+// ---- models -----------------------------------------------------------------------------------------------
+
+const sample = (name) => readFileSync(join(root, 'server/samples', name));
+const shape = (shape, more = {}, node = {}) => Buffer.from(JSON.stringify({ meshes: [{ name: 'part', shape, ...more }], nodes: [{ name: 'part', mesh: 'part', ...node }] }));
+const models = {
+  cube: { bytes: sample('cube.obj'), closed: true },
+  octopus: { bytes: sample('octopus.obj') },
+  tank: { bytes: sample('tank.json') },
+  'creased box': { bytes: shape({ kind: 'box', size: [2, 1, 3], segments: [2, 1, 2] }, { edits: [{ edit: 'crease', edges: { sharper_than: 60 }, sharpness: 10 }] }), closed: true },
+  'half creased sphere': { bytes: shape({ kind: 'uv_sphere', radius: 1, segments: 7, rings: 5 }, { edits: [{ edit: 'crease', edges: { inside: { min: [-2, 0, -2], max: [2, 2, 2] } }, sharpness: 1.5 }] }), closed: true },
+  'mirrored cone': { bytes: shape({ kind: 'cone', radius: 1, height: 2, segments: 5 }, {}, { translation: [3, 1, 0], rotation: [0, 0.6, 0, 0.8], scale: [-1, 2, 0.5] }), closed: true },
+  torus: { bytes: shape({ kind: 'torus', radius: 2, tube: 0.5, segments: 6, sides: 4 }), closed: true },
+  grid: { bytes: shape({ kind: 'grid', size: [2, 2], segments: [3, 2] }) },
+};
+
+/** admesh finds one closed shell with nothing to mend; assimp reads the same triangles. */
+async function readByPrograms(model, level, triangles) {
+  const stl = (await ask(model, `stl?level=${level}&unit=m`)).bytes, ply = (await ask(model, `ply?level=${level}`)).bytes;
+  const { facets, open, shells, volume, bounds, mended } = admesh(stl);
+  assert.deepEqual({ facets, open, shells, mended }, { facets: triangles.length, open: 0, shells: 1, mended: [] });
+  near(volume, volumeOf(triangles), 1e-4, 'volume by admesh');
+  const size = Math.max(...boundsOf(triangles).map(Math.abs));
+  const all = [bounds, assimp('stl', stl).bounds, assimp('ply', ply).bounds];
+  for (const read of all) boundsOf(triangles).forEach((bound, i) => assert.ok(Math.abs(bound - read[i]) < 1e-5 * size, `${bound}, ${read[i]}`));
+  assert.deepEqual([assimp('stl', stl).faces, assimp('ply', ply).faces], [triangles.length, triangles.length]);
+}
+
+for (const [name, { bytes, closed }] of Object.entries(models))
+  for (const level of [0, 1, 2, 3, 4])
+    test(`${name}, level ${level}: triangles, bounds, volume and shells are those of the GLB`, async () => {
+      const model = await daemon.upload(bytes);
+      const glb = await trianglesOfGlb((await ask(model, `glb?level=${level}`)).bytes);
+      const stl = trianglesOf(new STLLoader().parse(buffer((await ask(model, `stl?level=${level}&unit=m`)).bytes)));
+      const ply = trianglesOf(new PLYLoader().parse(buffer((await ask(model, `ply?level=${level}`)).bytes)));
+      const shells = shellsOf(stl);
+      assert.deepEqual(shellsOf(ply), shells);
+      if (closed) assert.deepEqual([shells.shells, shells.open], [1, 0]);
+      if (closed) await readByPrograms(model, level, glb);
+      for (const [form, triangles] of Object.entries({ stl, ply })) {
+        assert.equal(triangles.length, glb.length, form);
+        const size = Math.max(...boundsOf(glb).map(Math.abs));
+        boundsOf(triangles).forEach((bound, i) => assert.ok(Math.abs(bound - boundsOf(glb)[i]) < 1e-6 * size, form));
+        near(areaOf(triangles), areaOf(glb), 1e-5, `${form}: area`);
+        assert.ok(Math.abs(volumeOf(triangles) - volumeOf(glb)) < 1e-5 * size * areaOf(glb), `${form}: volume`);
+      }
+    });
+
+test('the lengths of surface.json are those of the answers, which ranges cut anywhere', async () => {
+  for (const { bytes } of Object.values(models))
+    for (const query of ['level=0', 'level=0&polygons=ngon', 'level=2', 'level=3&polygons=ngon', 'level=1&normals=none']) {
+      const model = await daemon.upload(bytes);
+      const { forms } = JSON.parse((await ask(model, `json?${query}`)).bytes);
+      for (const form of ['glb', 'gltf', 'stl', 'ply']) {
+        const { bytes: whole, response } = await ask(model, `${form}?${query}`);
+        assert.equal(whole.length, forms[form], `${form}?${query}`);
+        assert.equal(Number(response.headers.get('Content-Length')), forms[form]);
+        const head = await fetch(`${model}/surface.${form}?${query}`, { method: 'HEAD' });
+        assert.equal(Number(head.headers.get('Content-Length')), forms[form]);
+        for (const share of [0.1, 0.5, 0.9]) {
+          const from = Math.floor(whole.length * share), to = Math.min(whole.length - 1, from + 777);
+          const part = await ask(model, `${form}?${query}`, { Range: `bytes=${from}-${to}` });
+          assert.equal(part.response.status, 206);
+          assert.ok(part.bytes.equals(whole.subarray(from, to + 1)), `${form}?${query} from ${from}`);
+        }
+      }
+    }
+});
+
+test('polygons=ngon keeps the faces of the surface in a PLY', async () => {
+  const models_of = { 'mirrored cone': [3, 5], 'creased box': [4] };
+  for (const [name, cage] of Object.entries(models_of))
+    for (const [level, sizes] of [[0, cage], [1, [4]]]) {
+      const model = await daemon.upload(models[name].bytes);
+      const { bytes } = await ask(model, `ply?level=${level}&polygons=ngon&normals=none`);
+      const text = bytes.toString('latin1'), head = text.indexOf('end_header\n') + 11;
+      const [vertices, faces] = ['vertex', 'face'].map((element) => Number(text.match(`element ${element} (\\d+)`)[1]));
+      const wedges = text.includes('float texcoord'), floats = text.includes('property float s\n') ? 5 : 3, seen = new Set();
+      let at = head + 4 * floats * vertices;
+      for (let face = 0; face < faces; face++) {
+        seen.add(bytes[at]);
+        at += 1 + 4 * bytes[at];
+        if (wedges) at += 1 + 4 * bytes[at];
+      }
+      assert.equal(at, bytes.length);
+      assert.deepEqual([...seen].sort(), sizes);
+      const counts = JSON.parse((await ask(model, `json?level=${level}`)).bytes);
+      assert.deepEqual([vertices, faces], [counts.vertices, counts.faces]);
+      // Uploaded again, it has the same surface.
+      const again = JSON.parse((await ask(await daemon.upload(bytes), 'json?level=0')).bytes);
+      assert.deepEqual([again.vertices, again.faces], [vertices, faces]);
+    }
+});
+
+test('a PLY has the normals of the surface, its colours, and texture coordinates at corners where they have seams', async () => {
+  const model = await daemon.upload(sample('octopus.obj'));
+  const { bytes, warning } = await ask(model, 'ply?level=2');
+  assert.doesNotMatch(warning, /without/);
+  assert.match(bytes.subarray(0, 1000).toString('latin1'), /property list uchar float texcoord/);
+  const geometry = new PLYLoader().parse(buffer(bytes));
+  const { scene } = await load((await ask(model, 'glb?level=2')).bytes);
+  const key = (attribute, i) => [0, 1, 2].map((c) => attribute.getComponent(i, c).toFixed(4)).join(' ');
+  const wanted = new Map();
+  scene.traverse(({ isMesh, geometry: g }) => {
+    if (!isMesh) return;
+    const { position, normal, uv, color } = g.attributes;
+    for (let i = 0; i < position.count; i++) {
+      const place = key(position, i);
+      if (!wanted.has(place)) wanted.set(place, []);
+      wanted.get(place).push({ normal: new Vector3().fromBufferAttribute(normal, i), uv: [uv.getX(i), 1 - uv.getY(i)], color: color && [0, 1, 2].map((c) => color.getComponent(i, c)) });
+    }
+  });
+  const { position, normal, uv, color } = geometry.attributes;
+  const byIndex = geometry.index ? geometry.toNonIndexed().attributes : geometry.attributes;
+  for (let i = 0; i < position.count; i++) {
+    const rows = wanted.get(key(position, i));
+    assert.ok(rows, 'the point is one of the GLB');
+    assert.ok(rows.some((row) => row.normal.dot(new Vector3().fromBufferAttribute(normal, i)) > 0.9999));
+    if (color) assert.ok(rows.some((row) => row.color.every((c, k) => Math.abs(c - color.getComponent(i, k)) < 0.01)));
+  }
+  assert.ok(color, 'the octopus has colours');
+  const uvs = (uv ?? byIndex.uv);
+  assert.ok(uvs, 'there are texture coordinates');
+  for (let i = 0; i < byIndex.position.count; i++) {
+    const rows = wanted.get(key(byIndex.position, i));
+    assert.ok(rows.some((row) => Math.hypot(row.uv[0] - uvs.getX(i), row.uv[1] - uvs.getY(i)) < 1e-5), `uv ${i}`);
+  }
+});
+
+test('STL comes in millimetres unless it is told, and says so', async () => {
+  const model = await daemon.upload(sample('cube.obj'));
+  for (const [query, factor, told] of [['', 1000, /millimetres/], ['?unit=mm', 1000, null], ['?unit=in', 1 / 0.0254, null], ['?unit=m&scale=3', 3, null], ['?scale=0.001', 1, /millimetres/]]) {
+    const { bytes, warning } = await ask(model, `stl${query}${query ? '&' : '?'}level=0`);
+    const bounds = boundsOf(trianglesOf(new STLLoader().parse(buffer(bytes))));
+    bounds.forEach((bound) => near(Math.abs(bound), factor, 1e-6, query));
+    if (told) assert.match(warning, told); else assert.equal(warning, '');
+    assert.match(bytes.subarray(0, 80).toString('latin1'), /^tweend [\d.]+, unit: (mm|in|m)\0/);
+  }
+  const { warning } = await ask(model, 'ply?level=0');
+  assert.equal(warning, '');
+  for (const wrong of ['stl?unit=furlong', 'stl?scale=0', 'stl?scale=-1', 'stl?clip=all', 'stl?meshes=none', 'glb?unit=mm', 'obj?scale=2'])
+    assert.equal((await fetch(`${model}/surface.${wrong}`)).status, 400, wrong);
+});
+
+test('Accept chooses, and answers have the name of the model', async () => {
+  const model = await daemon.upload(sample('cube.obj'));
+  for (const form of ['stl', 'ply']) {
+    const response = await fetch(`${model}/surface?level=1`, { headers: { Accept: `model/${form}` } });
+    assert.equal(response.headers.get('Content-Type'), `model/${form}`);
+    assert.match(response.headers.get('Content-Disposition'), new RegExp(`\\.${form}"`));
+    assert.ok(Buffer.from(await response.arrayBuffer()).equals((await ask(model, `${form}?level=1`)).bytes));
+  }
+});
+
+test('what STL and PLY have no place for is told', async () => {
+  const octopus = await daemon.upload(sample('octopus.obj')), tank = await daemon.upload(sample('tank.json'));
+  assert.match((await ask(octopus, 'stl?unit=m')).warning, /surface\.stl is without: texture coordinates, colours/);
+  assert.match((await ask(tank, 'stl?unit=m&clip=none')).warning, /surface\.stl is without: the nodes, which are one mesh/);
+  const hard = await daemon.upload(models['creased box'].bytes);
+  assert.match((await ask(hard, 'ply')).warning, /surface\.ply is without: all but one normal of a point/);
+});
+
+test('a model far from the origin keeps its shape, and its place is told', async () => {
+  const far = [4e6, 0, -5e6];
+  const corners = [...Array(8).keys()].map((i) => `v ${[i & 1, (i >> 1) & 1, i >> 2].map((x, c) => x * 0.25 + far[c]).join(' ')}`);
+  const faces = ['1 3 4 2', '5 6 8 7', '1 2 6 5', '3 7 8 4', '1 5 7 3', '2 4 8 6'].map((face) => `f ${face}`);
+  const model = await daemon.upload(`${corners.join('\n')}\n${faces.join('\n')}\n`);
+  for (const form of ['stl', 'ply']) {
+    const { bytes, warning } = await ask(model, `${form}?level=0&unit=m`);
+    assert.match(warning, /moved by -4000000.25, 0, 5e\+06 of the model/);
+    const triangles = trianglesOf(form === 'stl' ? new STLLoader().parse(buffer(bytes)) : new PLYLoader().parse(buffer(bytes)));
+    near(volumeOf(triangles), 0.25 ** 3, 1e-6, form);
+    assert.equal(shellsOf(triangles).open, 0);
+    const { forms } = JSON.parse((await ask(model, 'json?level=0')).bytes);
+    assert.equal(forms[form], bytes.length);
+  }
+});
+
+test('skinned and posed models are at their joints', async () => {
+  const model = await daemon.upload(sample('tank.json'));
+  const glb = await trianglesOfGlb((await ask(model, 'glb?level=1&clip=drive&at=1.7')).bytes);
+  const stl = trianglesOf(new STLLoader().parse(buffer((await ask(model, 'stl?level=1&clip=drive&at=1.7&unit=m')).bytes)));
+  boundsOf(stl).forEach((bound, i) => assert.ok(Math.abs(bound - boundsOf(glb)[i]) < 1e-5));
+});
