@@ -377,11 +377,16 @@ export interface Model {
   clips: {
     /** A clip without a name is `clip_0` by its index. */
     name: string;
-    /** Seconds. */
-    duration: number;
+    /** Seconds. Null for a mixed clip with layers of other models: `pose` tells it. */
+    duration: number | null;
     tracks: number;
     /** Of all tracks. */
     keys: number;
+    /** Of a mixed clip only, which has no tracks of its own. */
+    layers?: {
+      clip: string;
+      mode: "replace" | "additive";
+    }[];
   }[];
   /** In an answer to edits: what each edit with a name made, as indices in the new model. */
   made?: {
@@ -1012,6 +1017,43 @@ export interface EditsRequest {
   mesh?: string;
   edits: Edit[];
 }
+/** A layer of a mixed clip. At most 64 layers, 8 mixed clips below one another, and 256 clips in the end. */
+export interface Layer {
+  /** A clip of this document, before or after this one, or `{model id}/{name}`: a clip of another stored model,
+   * whose tracks move nodes by their names. */
+  clip: string;
+  /**
+   * Default: `replace`. Layers that replace are blended by their weights over their sum, rotations by the sum of
+   * quaternions on one hemisphere at unit length; where all weights are 0 the rest pose stands. Then additive ones
+   * apply in order: q slerp(1, reference⁻¹ clip, weight), the short way; other values plus weight (clip -
+   * reference).
+   */
+  mode?: "replace" | "additive";
+  /** Default: 1. A number, or keys, linear between them and constant outside. Below 0 in additive layers only. */
+  weight?: number | {
+    times: number[];
+    values: number[];
+  };
+  /** Seconds of the layer's clip in a second. Default: 1. Above 0 with `sync`. */
+  speed?: number;
+  /** The time of the layer's clip at time 0, seconds. Default: 0. Negative: it starts later. */
+  offset?: number;
+  /**
+   * What the layer shows beyond its clip's ends. Default: `clamp`. Not with `sync`, which repeats.
+   */
+  loop?: "clamp" | "repeat" | "pingpong";
+  /** Default: false. Layers with `sync` play in one phase: it rises by the mean of speed / duration of those that
+   * replace, weighted by their weights, and each is stretched to it. */
+  sync?: boolean;
+  /** Roots of the subtrees that the layer moves. Default: all nodes. */
+  nodes?: string[];
+  /** With mode `additive`: the time of the layer's clip whose pose adds nothing, seconds. Default: 0. */
+  reference?: number;
+  /**
+   * Of another model's clip. Default: `none`; `auto` carries it over to this model's skeleton.
+   */
+  retarget?: "none" | "auto";
+}
 export interface Health {
   status: string;
 }
@@ -1422,7 +1464,8 @@ export interface LiveOptions {
 }
 export interface TracksOptions {
   /** The name of one of the model's own clips, default the first; with `retarget=auto` also `{model id}/{name}`, a
-   * clip of another stored model as it is carried over to this one. */
+   * clip of another stored model as it is carried over to this one. Of a mixed clip, keys are inspected that follow
+   * it within 0.05 degrees and 0.0001 m. */
   clip?: string;
   /** Names of the nodes that are feet, separated by commas; a name that several nodes have means all of them.
    * Default: those of the humanoid map; without one, nodes with `foot` in their names, else those with `ankle`. */

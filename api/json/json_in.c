@@ -6,9 +6,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "api.h"
 #include "json_value.h"
 #include "near_names.h"
 #include "shape_in.h"
+#include "tweend/mix.h"
 
 /* ---- names ----------------------------------------------------------------------------------- */
 
@@ -531,27 +533,185 @@ static tw_status read_track(void *context, const api_value *object) {
   return status == TW_OK ? read_keys(object, values, track) : status;
 }
 
-typedef struct clip_reader {
+/* ---- layers of mixed clips ------------------------------------------------------------------- */
+
+enum {
+  LAYER_CLIP,
+  LAYER_MODE,
+  LAYER_WEIGHT,
+  LAYER_SPEED,
+  LAYER_OFFSET,
+  LAYER_LOOP,
+  LAYER_SYNC,
+  LAYER_NODES,
+  LAYER_REFERENCE,
+  LAYER_RETARGET,
+  LAYER_MEMBERS
+};
+static const char *const layer_members[] = {"clip", "mode",  "weight",    "speed",    "offset", "loop",
+                                            "sync", "nodes", "reference", "retarget", NULL};
+
+/* What reading the layers of a clip needs. */
+typedef struct layer_reader {
+  const names *nodes, *clips;
+  tw_clip_layer *layers;
+} layer_reader;
+
+bool api_clip_is_borrowed(const char *name, size_t length) {
+  enum { ID = API_ID_TEXT - 1 };
+  return length > ID + 1 && strspn(name, "0123456789abcdef") == ID && name[ID] == '/';
+}
+
+/* Reads the name of a clip: one of the document, or "{model id}/{name}". */
+static tw_status read_layer_clip(const layer_reader *reader, const api_value *object, const api_value *value,
+                                 tw_clip_layer *layer) {
+  if (!value->item) return api_json_fail(object, TW_SYNTAX, "a layer needs a clip");
+  tw_status status = api_json_text(value, &layer->clip);
+  if (status != TW_OK) return status;
+  layer->own = TW_NO_INDEX;
+  size_t length = strlen(layer->clip);
+  if (length > TW_NAME_MAX + API_ID_TEXT)
+    return api_json_fail(value, TW_LIMIT, "a name has at most %d bytes", TW_NAME_MAX);
+  status = read_reference(value, reader->clips, &layer->own);
+  if (status == TW_OK || !api_clip_is_borrowed(layer->clip, length)) return status;
+  layer->own = TW_NO_INDEX;
+  return TW_OK;
+}
+
+static tw_status read_weight_keys(void *context, const api_value *object) {
+  static const char *const members[] = {"times", "values", NULL};
+  tw_layer *layer = context;
+  api_value values[2];
+  uint32_t count = 0;
+  tw_status status = api_json_members(object, members, values);
+  if (status == TW_OK) status = api_json_count(&values[0], UINT32_MAX, &layer->weight_count);
+  if (status == TW_OK) status = api_json_count(&values[1], UINT32_MAX, &count);
+  if (status != TW_OK) return status;
+  if (layer->weight_count == 0) return api_json_fail(object, TW_SYNTAX, "a keyed weight needs times");
+  if (count != layer->weight_count)
+    return api_json_fail(&values[1], TW_INVALID, "%u values for %u times", count, layer->weight_count);
+  float *times = allocate(object->json, count, sizeof *times, &status);
+  float *weights = allocate(object->json, count, sizeof *weights, &status);
+  if (status == TW_OK) status = api_json_float_list(&values[0], times);
+  if (status == TW_OK) status = api_json_float_list(&values[1], weights);
+  layer->weight_times = times;
+  layer->weights = weights;
+  return status;
+}
+
+/* Reads a number, or times and values. */
+static tw_status read_weight(const api_value *value, tw_layer *layer) {
+  static const float usual = 1;
+  tw_status status = TW_OK;
+  layer->weight_count = 1;
+  layer->weights = &usual;
+  if (!value->item) return TW_OK;
+  if (cJSON_IsObject(value->item)) return api_json_object(value, read_weight_keys, layer);
+  if (!cJSON_IsNumber(value->item))
+    return api_json_fail(value, TW_SYNTAX, "a weight is a number, or {\"times\": [], \"values\": []}");
+  float *weight = allocate(value->json, 1, sizeof *weight, &status);
+  layer->weights = weight;
+  return weight ? api_json_float(value, weight) : status;
+}
+
+/* Reads when the layer plays. */
+static tw_status read_layer_times(const api_value *values, tw_layer *layer) {
+  static const char *const loops[] = {"clamp", "repeat", "pingpong", NULL};
+  int loop = TW_CLAMP;
+  layer->speed = 1;
+  tw_status status = api_json_double(&values[LAYER_SPEED], &layer->speed);
+  if (status == TW_OK) status = api_json_double(&values[LAYER_OFFSET], &layer->offset);
+  if (status == TW_OK) status = api_json_choice(&values[LAYER_LOOP], loops, &loop);
+  if (status == TW_OK && values[LAYER_SYNC].item)
+    status = api_json_flag(&values[LAYER_SYNC], &layer->is_synced);
+  layer->loop = (tw_loop)loop;
+  if (status == TW_OK && layer->is_synced && values[LAYER_LOOP].item)
+    return api_json_fail(&values[LAYER_LOOP], TW_SYNTAX, "a layer with sync repeats: loop has no place");
+  return status;
+}
+
+typedef struct mask_reader {
   const names *nodes;
+  uint32_t *out;
+} mask_reader;
+
+static tw_status read_mask_node(void *context, const api_value *text) {
+  const mask_reader *reader = context;
+  return read_reference(text, reader->nodes, &reader->out[text->at.index]);
+}
+
+static tw_status read_mask(const api_value *array, const names *nodes, tw_clip_layer *layer) {
+  if (!array->item) return TW_OK;
+  tw_status status = api_json_count(array, TW_LAYER_NODES_MAX, &layer->node_count);
+  if (status == TW_OK && layer->node_count == 0)
+    return api_json_fail(array, TW_INVALID, "a layer without nodes moves nothing");
+  uint32_t *out = allocate(array->json, layer->node_count, sizeof *out, &status);
+  layer->nodes = out;
+  return out ? api_json_each_text(array, read_mask_node, &(mask_reader){nodes, out}) : status;
+}
+
+static tw_status read_layer(void *context, const api_value *object) {
+  static const char *const modes[] = {"replace", "additive", NULL};
+  static const char *const retargets[] = {"none", "auto", NULL};
+  const layer_reader *reader = context;
+  tw_clip_layer *layer = &reader->layers[object->at.index];
+  api_value values[LAYER_MEMBERS];
+  int mode = TW_LAYER_REPLACE, retarget = 0;
+  tw_status status = api_json_members(object, layer_members, values);
+  if (status == TW_OK) status = read_layer_clip(reader, object, &values[LAYER_CLIP], layer);
+  if (status == TW_OK) status = api_json_choice(&values[LAYER_MODE], modes, &mode);
+  if (status == TW_OK) status = read_weight(&values[LAYER_WEIGHT], &layer->layer);
+  if (status == TW_OK) status = read_layer_times(values, &layer->layer);
+  if (status == TW_OK) status = read_mask(&values[LAYER_NODES], reader->nodes, layer);
+  if (status == TW_OK) status = api_json_double(&values[LAYER_REFERENCE], &layer->layer.reference);
+  if (status == TW_OK) status = api_json_choice(&values[LAYER_RETARGET], retargets, &retarget);
+  layer->layer.mode = (tw_layer_mode)mode;
+  layer->is_retargeted = retarget == 1;
+  if (status == TW_OK && layer->is_retargeted && layer->own != TW_NO_INDEX)
+    return api_json_fail(&values[LAYER_RETARGET], TW_SYNTAX, "retarget goes with clips of other models");
+  if (status == TW_OK && values[LAYER_REFERENCE].item && mode != TW_LAYER_ADDITIVE)
+    return api_json_fail(&values[LAYER_REFERENCE], TW_SYNTAX, "reference is for mode additive");
+  return status;
+}
+
+typedef struct clip_reader {
+  const names *nodes, *clips;
   tw_model *model;
   uint32_t track_count; /* of all clips so far */
 } clip_reader;
 
+static tw_status read_layers(const clip_reader *reader, const api_value *array, tw_clip_keys *clip) {
+  tw_status status = api_json_count(array, TW_LAYERS_MAX, &clip->layer_count);
+  if (status == TW_OK && clip->layer_count == 0)
+    return api_json_fail(array, TW_INVALID, "a mixed clip needs a layer");
+  tw_clip_layer *layers =
+      status == TW_OK ? tw_arena_alloc(array->json->arena, clip->layer_count, sizeof *layers) : NULL;
+  if (status == TW_OK && !layers) return api_json_no_memory(array->json);
+  clip->layers = layers;
+  return status == TW_OK
+             ? api_json_each(array, read_layer, &(layer_reader){reader->nodes, reader->clips, layers})
+             : status;
+}
+
 static tw_status read_clip(void *context, const api_value *object) {
-  static const char *const members[] = {"name", "tracks", NULL};
+  enum { NAME, TRACKS, LAYERS, MEMBERS };
+  static const char *const members[] = {"name", "tracks", "layers", NULL};
   clip_reader *reader = context;
   tw_clip_keys *clip = &reader->model->clips[object->at.index];
-  api_value values[2];
+  api_value values[MEMBERS];
   tw_status status = api_json_members(object, members, values);
-  if (status == TW_OK) status = api_json_name(&values[0], &clip->name);
+  if (status == TW_OK) status = api_json_name(&values[NAME], &clip->name);
+  if (status == TW_OK && values[TRACKS].item && values[LAYERS].item)
+    return api_json_fail(&values[LAYERS], TW_SYNTAX, "a clip has tracks or layers, not both");
   if (status == TW_OK)
-    status = api_json_count(&values[1], TW_TRACKS_MAX - reader->track_count, &clip->track_count);
+    status = api_json_count(&values[TRACKS], TW_TRACKS_MAX - reader->track_count, &clip->track_count);
   if (status != TW_OK) return status;
+  if (values[LAYERS].item) return read_layers(reader, &values[LAYERS], clip);
   reader->track_count += clip->track_count;
   tw_track_keys *tracks = tw_arena_alloc(object->json->arena, clip->track_count, sizeof *tracks);
   if (!tracks) return api_json_no_memory(object->json);
   clip->tracks = tracks;
-  return api_json_each(&values[1], read_track, &(track_reader){reader->nodes, tracks});
+  return api_json_each(&values[TRACKS], read_track, &(track_reader){reader->nodes, tracks});
 }
 
 /* ---- nodes ----------------------------------------------------------------------------------- */
@@ -600,17 +760,19 @@ static tw_status open_document(const api_value *root, api_value *parts, tw_model
 /* scratch: holds the names while the parts are read. */
 static tw_status read_parts(const api_value *parts, const api_making *making, tw_arena *scratch,
                             tw_model *model) {
-  names meshes, nodes;
+  names meshes, nodes, clips;
   tw_status status = read_names(&parts[MESHES], model->mesh_count, "mesh", scratch, &meshes);
   if (status != TW_OK) return status;
   /* Without nodes tw_model_finish makes one for each mesh, with the mesh's name. */
   bool has_nodes = model->node_count > 0;
   status = read_names(&parts[has_nodes ? NODES : MESHES], has_nodes ? model->node_count : model->mesh_count,
                       "node", scratch, &nodes);
+  if (status == TW_OK) status = read_names(&parts[CLIPS], model->clip_count, "clip", scratch, &clips);
   if (status == TW_OK) status = api_json_each(&parts[MESHES], read_mesh, &(mesh_reader){model, making, 0});
   if (status == TW_OK)
     status = api_json_each(&parts[NODES], read_node, &(node_reader){&meshes, &nodes, model});
-  if (status == TW_OK) status = api_json_each(&parts[CLIPS], read_clip, &(clip_reader){&nodes, model, 0});
+  if (status == TW_OK)
+    status = api_json_each(&parts[CLIPS], read_clip, &(clip_reader){&nodes, &clips, model, 0});
   return status;
 }
 

@@ -220,6 +220,23 @@ tw_status api_json_each(const api_value *array, api_json_reader *read, void *con
   return status;
 }
 
+tw_status api_json_each_text(const api_value *array, api_json_reader *read, void *context) {
+  tw_json_item element;
+  tw_status status = TW_OK;
+  api_value text = first_of(array);
+  bool more = array->item && tw_json_first(source_of(array), &element);
+  for (; more && status == TW_OK; text.at.index++) {
+    if (*element.value != '"') return api_json_fail(&text, TW_SYNTAX, "a text is expected");
+    const char *end = tw_json_skip(element.value);
+    text.item = cJSON_ParseWithLength(element.value, (size_t)(end - element.value));
+    if (!text.item) return api_json_no_memory(array->json);
+    status = read(context, &text);
+    api_json_close(&text);
+    more = tw_json_next(end, &element);
+  }
+  return status;
+}
+
 tw_status api_json_object(const api_value *value, api_json_reader *read, void *context) {
   api_value object = *value;
   const char *end;

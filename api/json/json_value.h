@@ -62,6 +62,9 @@ tw_status api_json_count(const api_value *array, uint32_t most, uint32_t *count)
 typedef tw_status api_json_reader(void *context, const api_value *object);
 tw_status api_json_each(const api_value *array, api_json_reader *read, void *context);
 
+/* Calls read(context, text) for each element of an array of texts, until a call fails. */
+tw_status api_json_each_text(const api_value *array, api_json_reader *read, void *context);
+
 /* Calls read(context, object) for a value that must be an object. */
 tw_status api_json_object(const api_value *value, api_json_reader *read, void *context);
 

@@ -1,5 +1,6 @@
 /* Prints the description of a model: its contents and statistics. */
 #include "models.h"
+#include "tweend/mix.h"
 #include "tweend/retarget.h"
 
 #include <stdio.h>
@@ -235,6 +236,19 @@ static void print_skin(tw_text *out, const tw_model *model, uint32_t index) {
   tw_text_add(out, "]}");
 }
 
+static void print_layers(tw_text *out, const tw_clip_keys *clip) {
+  static const char *const modes[] = {"replace", "additive"};
+  tw_member_open(out, "layers", "[");
+  for (uint32_t i = 0; i < clip->layer_count; i++) {
+    tw_text_element(out);
+    tw_text_add(out, "{");
+    tw_member_string(out, "clip", clip->layers[i].clip);
+    tw_member_string(out, "mode", modes[clip->layers[i].layer.mode == TW_LAYER_ADDITIVE]);
+    tw_text_add(out, "}");
+  }
+  tw_text_add(out, "]");
+}
+
 static void print_clip(tw_text *out, const tw_model *model, uint32_t index) {
   const tw_clip_keys *clip = &model->clips[index];
   char buffer[24];
@@ -243,9 +257,13 @@ static void print_clip(tw_text *out, const tw_model *model, uint32_t index) {
   tw_text_element(out);
   tw_text_add(out, "{");
   tw_member_string(out, "name", tw_model_clip_name(model, index, buffer));
-  tw_member_float(out, "duration", tw_keys_duration(clip));
+  if (clip->layer_count > 0 && clip->mixed_duration < 0)
+    tw_member_string(out, "duration", NULL); /* clips of other models tell it */
+  else
+    tw_member_float(out, "duration", tw_keys_duration(clip));
   tw_member_count(out, "tracks", clip->track_count);
   tw_member_count(out, "keys", keys);
+  if (clip->layer_count > 0) print_layers(out, clip);
   tw_text_add(out, "}");
 }
 

@@ -1,5 +1,6 @@
 #include "remade.h"
 
+#include "clips.h"
 #include "file_name.h"
 #include "near_names.h"
 #include "service.h"
@@ -80,6 +81,74 @@ tw_status api_remade_choose(api_remade *remade, const char *name, tw_error *erro
   return status == TW_OK ? take_source(remade, error) : status;
 }
 
+/* ---- mixed clips ----------------------------------------------------------------------------------------
+ */
+
+/* Warns that a mixed clip is stored as keys, or, with a reason, not at all. False without memory. */
+static bool warn_of_mixed(api_call *call, const char *name, const tw_tolerance *reached, const char *reason) {
+  tw_text text = {0};
+  tw_text_add(&text, "the mixed clip ");
+  tw_text_add(&text, name);
+  if (reason) {
+    tw_text_add(&text, " is left out: ");
+    tw_text_add(&text, reason);
+  } else {
+    char error[96];
+    snprintf(error, sizeof error, " is stored as keys, within %.3g degrees and %.3g m; its layers are not",
+             reached->angle * TW_DEGREES, reached->distance);
+    tw_text_add(&text, error);
+  }
+  const char *kept = api_text_keep(&text, call->arena);
+  if (kept) api_call_warn(call, &kept, 1);
+  return kept != NULL;
+}
+
+/* Finds the keys of a mixed clip. API_CONTINUE: its layers' clips are not there. */
+static api_outcome find_mixed_keys(api_remade *remade, uint32_t index, tw_clip_keys *out) {
+  static const tw_tolerance tolerance = {0.05 / TW_DEGREES, 1e-4};
+  api_call *call = remade->call;
+  const api_clip_choice choice = {.index = index};
+  const api_clip_choices alone = {.count = 1, .list = &choice};
+  char buffer[24];
+  const char *name = tw_model_clip_name(remade->model, index, buffer);
+  api_entry *entry = NULL;
+  api_outcome outcome = api_clip_take(call, remade->model, true, &alone, -1, &entry);
+  if (outcome == API_FAILED && call->fault.stall == API_STALL_NONE && call->fault.status == 404) {
+    char reason[sizeof call->fault.error.detail];
+    memcpy(reason, call->fault.error.detail, sizeof reason);
+    call->fault = (api_fault){0};
+    return warn_of_mixed(call, name, NULL, reason) ? API_CONTINUE : api_fail_without_memory(call);
+  }
+  if (outcome != API_DONE) return outcome;
+  const api_clip *clip = api_entry_value(entry);
+  uint64_t steps = TW_REDUCTION_STEPS, limit = call->service->limits.max_times;
+  tw_tolerance reached;
+  tw_status status =
+      tw_clip_reduce(clip->compiled, NULL, tolerance, limit < UINT32_MAX ? (uint32_t)limit : UINT32_MAX,
+                     &steps, call->arena, out, &reached, &call->fault.error);
+  api_call_warn(call, clip->warnings, clip->warning_count);
+  api_entry_release(entry);
+  out->name = remade->model->clips[index].name;
+  if (status != TW_OK) return api_fail(call);
+  return warn_of_mixed(call, name, &reached, NULL) ? API_DONE : api_fail_without_memory(call);
+}
+
+/* The clips that the new model's file holds: mixed ones as keys. */
+static api_outcome find_clips(api_remade *remade) {
+  const tw_model *model = remade->model;
+  tw_clip_keys *clips = tw_arena_alloc(remade->call->arena, model->clip_count, sizeof *clips);
+  if (!clips) return api_fail_without_memory(remade->call);
+  remade->clips = clips;
+  for (uint32_t i = 0; i < model->clip_count; i++) {
+    tw_clip_keys *out = &clips[remade->clip_count];
+    *out = model->clips[i];
+    api_outcome outcome = out->layer_count > 0 ? find_mixed_keys(remade, i, out) : API_DONE;
+    if (outcome != API_DONE && outcome != API_CONTINUE) return outcome;
+    remade->clip_count += outcome == API_DONE;
+  }
+  return API_DONE;
+}
+
 /* ---- the new model's bytes ----------------------------------------------------------------------------- */
 
 /* The scene that is written: all meshes at level 0. */
@@ -130,8 +199,8 @@ static uint8_t *write_glb(api_remade *remade, const cage_scene *scene, size_t *s
   api_call *call = remade->call;
   const tw_scene content = {.model = &scene->model,
                             .surfaces = (const tw_surface *const *)scene->surfaces,
-                            .clips = scene->model.clips,
-                            .clip_count = scene->model.clip_count,
+                            .clips = remade->clips,
+                            .clip_count = remade->clip_count,
                             .polygons = TW_POLYGONS_NGON};
   tw_gltf_stream *stream;
   if (tw_gltf_stream_create(&content, TW_FORMAT_GLB, &stream, &call->fault.error) != TW_OK) {
@@ -173,6 +242,8 @@ api_outcome api_remade_store(api_remade *remade, const api_addition *addition) {
   if (remade->model->meshes[remade->mesh].morph_normals && !remade->cage.morph_normals)
     api_call_warn(remade->call, &lost, 1);
   size_t size;
+  api_outcome found = find_clips(remade);
+  if (found != API_DONE) return found;
   uint8_t *bytes = make_glb(remade, &size);
   if (!bytes) return API_FAILED;
   api_call *call = remade->call;

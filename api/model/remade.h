@@ -1,5 +1,6 @@
 /* Makes a new model of a stored one by replacing the cage of a mesh. It is written as a GLB that reads back
- * as the same cages, and stored as an upload of that GLB would be. */
+ * as the same cages, and stored as an upload of that GLB would be. Mixed clips become keys, with a warning.
+ */
 #ifndef API_REMADE_H
 #define API_REMADE_H
 
@@ -9,8 +10,10 @@ typedef struct api_remade {
   api_call *call;
   const tw_model *model; /* the stored one */
   uint32_t mesh;
-  tw_mesh source; /* the mesh, with the hard edges that its surfaces have by default as creases */
-  tw_mesh cage;   /* in the arena of the call */
+  tw_mesh source;            /* the mesh, with the hard edges that its surfaces have by default as creases */
+  tw_mesh cage;              /* in the arena of the call */
+  const tw_clip_keys *clips; /* [clip_count] of the new model's file; api_remade_store finds them */
+  uint32_t clip_count;
 } api_remade;
 
 /* Answers a request that makes a new model of the call's, which is read with the query's `quads`:

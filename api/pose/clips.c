@@ -1,12 +1,12 @@
 /* Clips: the model's own, or another model's, mapped to its nodes by name or carried over to its skeleton;
- * several merged into one. */
+ * several merged into one; mixed ones. */
 #include "clips.h"
 
+#include "json_in.h"
+#include "mixed_clips.h"
 #include "models.h"
-#include "near_names.h"
 #include "service.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -18,46 +18,13 @@ enum {
   COMPARISONS_MOST = 1 << 18 /* comparisons of names in a light call */
 };
 
-static api_outcome fail_absent(api_call *call, const tw_model *model, const char *name, size_t length) {
-  char buffer[24];
-  api_near near = {.name = name, .length = length};
-  for (uint32_t i = 0; i < model->clip_count; i++)
-    api_near_consider(&near, tw_model_clip_name(model, i, buffer));
-  char list[160] = "";
-  size_t used = 0;
-  for (uint32_t i = 0; i < model->clip_count; i++) {
-    int more = snprintf(list + used, sizeof list - used, "%s%s", i ? ", " : "",
-                        tw_model_clip_name(model, i, buffer));
-    if (more < 0 || (size_t)more >= sizeof list - used) break;
-    used += (size_t)more;
-  }
-  list[used] = '\0';
-  return api_fail_with(call, 404, "no clip is called \"%.*s\";%s %s%s", length < 60 ? (int)length : 60, name,
-                       api_near_print(&near, " ").text,
-                       model->clip_count ? "there are: " : "the model has no clips", list);
-}
-
-static bool is_borrowed(const char *name, size_t length) {
-  return length > API_ID_TEXT && name[API_ID_TEXT - 1] == '/' && api_is_model_id(name, API_ID_TEXT - 1);
-}
-
-/* Finds a clip of another stored model, "{model id}/{name}". API_CONTINUE: the lender has no such clip, as
- * the fault says. */
+/* Finds a clip of another stored model. */
 static api_outcome find_borrowed(api_call *call, const char *name, size_t length, api_clip_choice *out) {
-  memcpy(out->lender, name, API_ID_TEXT - 1);
-  name += API_ID_TEXT;
-  length -= API_ID_TEXT;
-  api_entry *entry;
-  api_outcome outcome = api_model_look(call, out->lender);
-  if (outcome == API_CONTINUE) outcome = api_model_take(call, out->lender, NULL, &entry);
-  if (outcome != API_DONE) return outcome;
-  const tw_model *lender = api_entry_value(entry);
-  out->index = tw_model_find_clip(lender, name, length);
-  if (out->index == TW_NO_INDEX) {
-    fail_absent(call, lender, name, length);
-    outcome = API_CONTINUE;
-  }
-  api_entry_release(entry);
+  api_lent lent;
+  api_outcome outcome = api_clip_find_lent(call, name, length, &lent);
+  memcpy(out->lender, lent.lender, sizeof out->lender);
+  out->index = lent.index;
+  api_entry_release(lent.entry);
   return outcome;
 }
 
@@ -66,8 +33,8 @@ static api_outcome find_named(api_call *call, const tw_model *model, const char 
                               api_clip_choice *out) {
   *out = (api_clip_choice){.index = tw_model_find_clip(model, name, length)};
   if (out->index != TW_NO_INDEX) return API_DONE;
-  if (is_borrowed(name, length)) return find_borrowed(call, name, length, out);
-  fail_absent(call, model, name, length);
+  if (api_clip_is_borrowed(name, length)) return find_borrowed(call, name, length, out);
+  api_clip_fail_absent(call, model, name, length);
   return API_CONTINUE;
 }
 
@@ -195,76 +162,12 @@ static api_clip *create_clip(void) {
   return clip;
 }
 
-/* Warns once of a node that the model lacks. False without memory. */
-static bool note_missing(api_clip *clip, const tw_model *lender, uint32_t node, bool *noted) {
-  if (noted[node]) return true;
-  noted[node] = true;
-  char buffer[24];
-  tw_text text = {0};
-  tw_text_add(&text, "the clip moves a node that the model does not have: ");
-  tw_text_add(&text, tw_model_node_name(lender, node, buffer));
-  const char *kept = api_text_keep(&text, clip->arena);
-  clip->warnings[clip->warning_count] = kept;
-  return clip->warnings[clip->warning_count++] != NULL;
-}
-
-/* Makes room for more warnings. */
-static bool grow_warnings(api_clip *clip, size_t more) {
-  const char **grown = tw_arena_alloc(clip->arena, clip->warning_count + more, sizeof *grown);
-  if (grown && clip->warning_count) memcpy(grown, clip->warnings, clip->warning_count * sizeof *grown);
-  clip->warnings = grown;
-  return grown != NULL;
-}
-
-/* Copies an array of a borrowed clip, so that the lender may be released. NULL stays NULL. */
-static const void *copy_array(tw_arena *arena, const void *array, size_t count, size_t size) {
-  void *copy = array ? tw_arena_alloc(arena, count, size) : NULL;
-  if (copy && count) memcpy(copy, array, count * size);
-  return copy;
-}
-
-static bool copy_track(tw_arena *arena, const tw_track_keys *from, uint32_t node, tw_track_keys *to) {
-  *to = *from;
-  to->node = node;
-  to->kept = NULL; /* it may refer to other parts of the lender's file */
-  size_t parts = from->interpolation == TW_CUBICSPLINE ? 3 : 1;
-  to->times = copy_array(arena, from->times, from->key_count, sizeof *from->times);
-  to->values = copy_array(arena, from->values, from->key_count, parts * from->width * sizeof *from->values);
-  to->angles = copy_array(arena, from->angles, from->key_count, from->width * sizeof *from->angles);
-  return (!from->times || to->times) && (!from->values || to->values) && (!from->angles || to->angles);
-}
-
-/* Maps a clip of `lender` to the nodes of `model` by name. Leaves out tracks of nodes that the model lacks,
- * and morph weights whose number differs. */
-static bool carry_over(api_clip *clip, const tw_model *model, const tw_model *lender, uint32_t index,
-                       tw_clip_keys *out) {
-  const tw_clip_keys *source = &lender->clips[index];
-  tw_track_keys *tracks = tw_arena_alloc(clip->arena, source->track_count, sizeof *tracks);
-  bool *noted = tw_arena_alloc(clip->arena, lender->node_count, sizeof *noted);
-  if (!tracks || !noted || !grow_warnings(clip, lender->node_count)) return false;
-  uint32_t count = 0;
-  for (uint32_t i = 0; i < source->track_count; i++) {
-    const tw_track_keys *track = &source->tracks[i];
-    char buffer[24];
-    const char *name = tw_model_node_name(lender, track->node, buffer);
-    uint32_t node = tw_model_find_node(model, name, strlen(name));
-    uint32_t mesh = node == TW_NO_INDEX ? TW_NO_INDEX : model->nodes[node].mesh;
-    bool fits =
-        track->path != TW_WEIGHTS || (mesh != TW_NO_INDEX && model->meshes[mesh].morph_count == track->width);
-    if (node == TW_NO_INDEX && !note_missing(clip, lender, track->node, noted)) return false;
-    if (node == TW_NO_INDEX || !fits) continue;
-    if (!copy_track(clip->arena, track, node, &tracks[count++])) return false;
-  }
-  const char *name = source->name ? tw_arena_text(clip->arena, source->name, strlen(source->name)) : NULL;
-  *out = (tw_clip_keys){.name = name, .track_count = count, .tracks = tracks};
-  return name || !source->name;
-}
-
 typedef struct clip_source {
   uint64_t max_keys; /* of a track that is carried over */
   const tw_model *model;
   const api_clip_choices *choices;
   api_entry *const *lenders; /* [choices->count] models; NULL for the model's own clip */
+  const api_bound *bound;    /* [choices->count] where one of them is mixed, else NULL */
   int force;
 } clip_source;
 
@@ -302,71 +205,32 @@ static const char *join_names(const clip_source *source, tw_arena *arena) {
 }
 
 /* Warns of what a clip animates besides nodes. False without memory. */
-static bool note_loose(api_clip *clip, const tw_clip_keys *keys) {
-  if (!keys->loose) return true;
-  if (!grow_warnings(clip, 1)) return false;
-  clip->warnings[clip->warning_count++] =
-      "the clip also moves what is no transform and no weights of a node: a pose does not show it";
-  return true;
+static bool note_loose(api_notes *notes, const tw_clip_keys *keys) {
+  return !keys->loose ||
+         api_note(notes, "the clip also moves what is no transform and no weights of a node: a "
+                         "pose does not show it");
 }
 
-/* Adds the morph weights, which go by the names of nodes, to the tracks of a clip that is carried over. */
-static bool add_weights(api_clip *clip, const tw_model *model, const tw_model *lender, uint32_t index,
-                        tw_clip_keys *keys) {
-  const tw_clip_keys *source = &lender->clips[index];
-  size_t count = (size_t)keys->track_count + source->track_count;
-  tw_track_keys *tracks = tw_arena_alloc(clip->arena, count, sizeof *tracks);
-  if (!tracks) return false;
-  if (keys->track_count) memcpy(tracks, keys->tracks, keys->track_count * sizeof *tracks);
-  keys->tracks = tracks;
-  for (uint32_t i = 0; i < source->track_count; i++) {
-    const tw_track_keys *track = &source->tracks[i];
-    char buffer[24];
-    if (track->path != TW_WEIGHTS) continue;
-    const char *name = tw_model_node_name(lender, track->node, buffer);
-    uint32_t node = tw_model_find_node(model, name, strlen(name));
-    uint32_t mesh = node == TW_NO_INDEX ? TW_NO_INDEX : model->nodes[node].mesh;
-    if (mesh == TW_NO_INDEX || model->meshes[mesh].morph_count != track->width) continue;
-    if (!copy_track(clip->arena, track, node, &tracks[keys->track_count++])) return false;
-  }
-  return true;
-}
-
-/* Carries a clip of the lender over to the model's skeleton. */
-static bool retarget(const clip_source *source, const tw_model *lender, uint32_t index, api_clip *clip,
-                     tw_clip_keys *out, api_fault *fault) {
-  api_carried carried;
-  if (!api_clip_retarget(lender, index, source->model, &source->choices->retarget, source->max_keys,
-                         clip->arena, &carried, fault))
-    return false;
-  const char *name = lender->clips[index].name;
-  *out = carried.keys;
-  out->name = name ? tw_arena_text(clip->arena, name, strlen(name)) : NULL;
-  bool is_whole = (out->name || !name) && add_weights(clip, source->model, lender, index, out) &&
-                  grow_warnings(clip, carried.warning_count);
-  for (uint32_t i = 0; is_whole && i < carried.warning_count; i++)
-    clip->warnings[clip->warning_count++] = carried.warnings[i];
-  clip->retarget = carried.report;
-  return is_whole || api_fault_without_memory(fault);
-}
-
-/* The keys of each chosen clip, mapped to the model. NULL: the fault says why, or memory is missing. */
-static tw_clip_keys *gather_keys(const clip_source *source, api_clip *clip, api_fault *fault) {
+/* The keys of each chosen clip, on the model's nodes. NULL: the fault says why. */
+static tw_clip_keys *gather_keys(const clip_source *source, api_clip *clip, api_notes *notes,
+                                 api_fault *fault) {
+  const api_retarget *retarget = &source->choices->retarget;
   tw_clip_keys *keys = tw_arena_alloc(clip->arena, source->choices->count, sizeof *keys);
-  for (uint32_t i = 0; keys && i < source->choices->count; i++) {
-    uint32_t index = api_clips_get(source->choices, i).index;
-    if (!note_loose(clip, &lender_of(source, i)->clips[index])) return NULL;
-    if (!source->lenders[i]) {
-      keys[i] = source->model->clips[index];
-      continue;
-    }
-    if (source->choices->retarget.is_auto) {
-      if (!retarget(source, lender_of(source, i), index, clip, &keys[i], fault)) return NULL;
-    } else if (!carry_over(clip, source->model, lender_of(source, i), index, &keys[i])) {
-      return NULL;
-    }
+  bool is_done = keys || api_fault_without_memory(fault);
+  for (uint32_t i = 0; is_done && i < source->choices->count; i++) {
+    const tw_model *lender = lender_of(source, i);
+    const tw_clip_keys *own = &lender->clips[api_clips_get(source->choices, i).index];
+    keys[i] = *own;
+    is_done = note_loose(notes, own) || api_fault_without_memory(fault);
+    if (!is_done || !source->lenders[i]) continue;
+    if (retarget->is_auto)
+      is_done = api_clip_carry(lender, own, source->model, retarget, source->max_keys, notes, &clip->retarget,
+                               &keys[i], fault);
+    else
+      is_done =
+          api_clip_rename(lender, own, source->model, notes, &keys[i]) || api_fault_without_memory(fault);
   }
-  return keys;
+  return is_done ? keys : NULL;
 }
 
 static tw_status compile(const clip_source *source, const tw_clip_keys *keys, tw_clip **out,
@@ -398,17 +262,38 @@ static double find_duration(const clip_source *source, const tw_clip *compiled) 
   return duration;
 }
 
-static bool fill_clip(const clip_source *source, api_clip *clip, api_fault *fault) {
-  clip->name = join_names(source, clip->arena);
-  clip->node_names = keep_node_names(source->model, clip->arena);
-  const tw_clip_keys *keys = gather_keys(source, clip, fault);
-  if (!keys && fault->status != 0) return false;
-  if (!clip->name || !clip->node_names || !keys) return api_fault_without_memory(fault);
+/* Compiles clips of which one is mixed. */
+static bool fill_mixed(const clip_source *source, api_clip *clip, api_notes *notes, api_fault *fault) {
+  api_mixing mixing = {.model = source->model,
+                       .force = source->force,
+                       .max_keys = source->max_keys,
+                       .retarget = &source->choices->retarget,
+                       .notes = notes};
+  if (!api_mixed_compile(&mixing, source->bound, source->choices->count, &clip->compiled, fault))
+    return false;
+  clip->is_mixed = true;
+  clip->retarget = mixing.report;
+  return true;
+}
+
+static bool fill_plain(const clip_source *source, api_clip *clip, api_notes *notes, api_fault *fault) {
+  const tw_clip_keys *keys = gather_keys(source, clip, notes, fault);
+  if (!keys) return false;
   /* The model's own keys are not referred to: the cache may drop the model before the clip. */
   if (source->choices->count == 1 && source->lenders[0]) clip->carried = keys;
   /* No pointer into a document: the stored document is not the one just sent. */
-  if (compile(source, keys, &clip->compiled, &fault->error) != TW_OK) return api_fault_complete(fault);
+  return compile(source, keys, &clip->compiled, &fault->error) == TW_OK || api_fault_complete(fault);
+}
+
+static bool fill_clip(const clip_source *source, api_clip *clip, api_fault *fault) {
+  api_notes notes = {.arena = clip->arena};
+  clip->name = join_names(source, clip->arena);
+  clip->node_names = keep_node_names(source->model, clip->arena);
+  if (!clip->name || !clip->node_names) return api_fault_without_memory(fault);
+  if (!(source->bound ? fill_mixed : fill_plain)(source, clip, &notes, fault)) return false;
   clip->duration = find_duration(source, clip->compiled);
+  clip->warnings = notes.list;
+  clip->warning_count = notes.count;
   return true;
 }
 
@@ -445,18 +330,48 @@ static api_outcome take_lenders(api_call *call, const api_clip_choices *choices,
   return outcome;
 }
 
+bool api_clip_is_mixed(const tw_model *model, uint32_t index) {
+  return model->clips[index].layer_count > 0;
+}
+
+/* Binds all clips where one of them is mixed. *out: NULL where none is. */
+static api_outcome bind_mixed(api_call *call, const tw_model *model, const api_clip_choices *choices,
+                              api_entry *const *lenders, api_bound **out) {
+  bool is_any = false;
+  *out = NULL;
+  for (uint32_t i = 0; i < choices->count; i++)
+    is_any |=
+        api_clip_is_mixed(lenders[i] ? api_entry_value(lenders[i]) : model, api_clips_get(choices, i).index);
+  if (!is_any) return API_DONE;
+  if (choices->count > TW_LAYERS_MAX)
+    return api_fail_with(call, 400, "clip: more than %d clips, of which one is mixed", TW_LAYERS_MAX);
+  *out = tw_arena_alloc(call->arena, choices->count, sizeof **out);
+  if (!*out) return api_fail_without_memory(call);
+  api_outcome outcome = API_DONE;
+  for (uint32_t i = 0; i < choices->count && outcome == API_DONE; i++) {
+    api_clip_choice choice = api_clips_get(choices, i);
+    const tw_model *holder = lenders[i] ? api_entry_value(lenders[i]) : model;
+    outcome = api_mixed_bind(call, holder, choice.lender, choice.index, &(*out)[i]);
+  }
+  return outcome;
+}
+
 api_outcome api_clip_take(api_call *call, const tw_model *model, bool is_stored,
                           const api_clip_choices *choices, int force, api_entry **out) {
   const char *key = make_key(call, choices, force);
   api_entry **lenders = tw_arena_alloc(call->arena, choices->count, sizeof *lenders);
   if (!key || !lenders) return api_fail_without_memory(call);
+  api_bound *bound = NULL;
+  api_outcome outcome = take_lenders(call, choices, lenders);
+  if (outcome == API_DONE) outcome = bind_mixed(call, model, choices, lenders, &bound);
   clip_source source = {.model = model,
                         .choices = choices,
                         .lenders = lenders,
+                        .bound = bound,
                         .force = force,
                         .max_keys = call->service->limits.max_times};
-  api_outcome outcome = take_lenders(call, choices, lenders);
   if (outcome == API_DONE) outcome = api_call_take(call, is_stored ? key : NULL, build_clip, &source, out);
+  for (uint32_t i = 0; bound && i < choices->count; i++) api_mixed_release(&bound[i]);
   for (uint32_t i = 0; i < choices->count; i++) api_entry_release(lenders[i]);
   return outcome;
 }

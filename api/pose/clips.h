@@ -2,10 +2,7 @@
 #ifndef API_CLIPS_H
 #define API_CLIPS_H
 
-#include "cache.h"
-#include "call.h"
-#include "retargeting.h"
-#include "tweend/model.h"
+#include "borrowed_clips.h"
 
 /* A clip of a request, before it is compiled. */
 typedef struct api_clip_choice {
@@ -40,6 +37,7 @@ typedef struct api_clip {
   const char *node_names;      /* of all nodes of the model, printed by api_node_names_print */
   const tw_clip_keys *carried; /* keys of a single borrowed clip, mapped to the model; else NULL */
   const char *retarget;        /* of a clip that was carried over, how: JSON; else NULL */
+  bool is_mixed;               /* of layers: it has no keys */
   tw_clip *compiled;
   double duration;        /* seconds, as printed; counts tracks of borrowed clips that move nothing here */
   uint32_t warning_count; /* of nodes that a borrowed clip moves and the model lacks, and the like */
@@ -51,6 +49,9 @@ typedef struct api_clip {
  * cached; false for a model in the body. */
 api_outcome api_clip_take(api_call *call, const tw_model *model, bool is_stored,
                           const api_clip_choices *choices, int force, api_entry **out);
+
+/* Whether a clip of a model has layers in place of tracks. */
+bool api_clip_is_mixed(const tw_model *model, uint32_t index);
 
 /* Prints the names of nodes as a JSON array. nodes: [count]; NULL for the first `count` nodes. */
 void api_node_names_print(const tw_model *model, const uint32_t *nodes, uint32_t count, tw_text *text);

@@ -190,12 +190,12 @@ static bool warn_of_losses(const tw_model *lender, const tw_retargeted *found, t
   return is_warned;
 }
 
-bool api_clip_retarget(const tw_model *lender, uint32_t index, const tw_model *model,
+bool api_clip_retarget(const tw_model *lender, const tw_clip_keys *keys, const tw_model *model,
                        const api_retarget *retarget, uint64_t max_keys, tw_arena *arena, api_carried *out,
                        api_fault *fault) {
   static const tw_tolerance tolerance = {0.05 / TW_DEGREES, 1e-4};
   tw_bone_pair *map = tw_arena_alloc(arena, retarget->pair_count, sizeof *map);
-  tw_retarget_job job = {.keys = &lender->clips[index],
+  tw_retarget_job job = {.keys = keys,
                          .map_count = retarget->pair_count,
                          .map = map,
                          .tolerance = tolerance,

@@ -5,6 +5,7 @@
 #include "models.h"
 #include "pose_request.h"
 #include "response_cache.h"
+#include "service.h"
 #include "tweend/clip_report.h"
 
 #include <float.h>
@@ -100,6 +101,8 @@ static uint32_t steps_most(const tw_clip_keys *clip) {
 typedef struct tracks_source {
   const tw_model *model;
   const tw_clip_keys *clip;
+  const tw_clip *mixed; /* in place of `clip`: one without keys; or NULL */
+  uint32_t max_keys;    /* of a track of it */
   const char *name;
   const char *retarget; /* of a borrowed clip, as in api_clip; else NULL */
   const uint32_t *feet; /* [foot_count]; NULL: found by their names */
@@ -221,10 +224,27 @@ static tw_status print_clip(tw_text *text, const tracks_source *source, tw_error
 
 /* ---- the answer ---------------------------------------------------------------------------------- */
 
+/* Finds keys that follow a mixed clip, and prints those. */
+static tw_status print_mixed(tw_text *out, const tracks_source *source, tw_error *error) {
+  static const tw_tolerance tolerance = {0.05 / TW_DEGREES, 1e-4};
+  tw_arena *arena = tw_arena_create();
+  uint64_t steps = TW_REDUCTION_STEPS;
+  tw_clip_keys keys;
+  tw_tolerance reached;
+  tw_status status = arena ? tw_clip_reduce(source->mixed, NULL, tolerance, source->max_keys, &steps, arena,
+                                            &keys, &reached, error)
+                           : tw_fail(error, TW_NO_MEMORY, "out of memory");
+  tracks_source plain = *source;
+  plain.clip = &keys;
+  if (status == TW_OK) status = print_clip(out, &plain, error);
+  tw_arena_destroy(arena);
+  return status;
+}
+
 static bool print_report(void *context, tw_text *out, api_fault *fault) {
-  if (print_clip(out, context, &fault->error) == TW_OK) return true;
-  api_fault_complete(fault);
-  return false;
+  const tracks_source *source = context;
+  return (source->mixed ? print_mixed : print_clip)(out, source, &fault->error) == TW_OK ||
+         api_fault_complete(fault);
 }
 
 /* The parameters as text; NULL without memory. */
@@ -258,7 +278,8 @@ static api_outcome choose_feet(api_call *call, tracks_source *source) {
   return API_DONE;
 }
 
-/* Finds the clip: the model's own, or, carried over, a borrowed one, which *entry then holds. */
+/* Finds the clip: the model's own; or, compiled, which *entry then holds, a mixed one or one that is carried
+ * over. */
 static api_outcome take_clip(api_call *call, const api_clip_choices *choices, tracks_source *source,
                              api_entry **entry) {
   const tw_model *model = source->model;
@@ -269,7 +290,7 @@ static api_outcome take_clip(api_call *call, const api_clip_choices *choices, tr
     return api_fail_with(call, 400,
                          "the tracks of one clip are inspected: the model's own, or with "
                          "retarget=auto another model's");
-  if (!choice.lender[0]) {
+  if (!choice.lender[0] && !api_clip_is_mixed(model, choice.index)) {
     source->clip = &model->clips[choice.index];
     source->name = tw_model_clip_name(model, choice.index, source->buffer);
     return API_DONE;
@@ -278,7 +299,10 @@ static api_outcome take_clip(api_call *call, const api_clip_choices *choices, tr
   if (outcome != API_DONE) return outcome;
   const api_clip *clip = api_entry_value(*entry);
   api_call_warn(call, clip->warnings, clip->warning_count);
+  uint64_t limit = call->service->limits.max_times;
   source->clip = clip->carried;
+  source->mixed = clip->is_mixed ? clip->compiled : NULL;
+  source->max_keys = limit < UINT32_MAX ? (uint32_t)limit : UINT32_MAX;
   source->name = clip->name;
   source->retarget = clip->retarget;
   return API_DONE;

@@ -115,15 +115,20 @@ static api_outcome take_moving(api_call *call, const tw_model *model, api_surfac
              : api_fail(call);
 }
 
-/* Takes the borrowed clips; the model's own clips are kept as they are. */
+/* Whether a chosen clip has to be compiled: the model's own clips of keys are kept as they are. */
+static bool is_compiled(const tw_model *model, const api_clip_choice *choice) {
+  return choice->lender[0] || api_clip_is_mixed(model, choice->index);
+}
+
+/* Takes the borrowed and the mixed clips. */
 static api_outcome take_lent(api_call *call, const tw_model *model, api_surface_scene *scene) {
   const api_clip_choices *choices = &scene->choices;
-  if (!choices->list) return API_DONE;
   scene->lent = tw_arena_alloc(call->arena, choices->count, sizeof *scene->lent);
   if (!scene->lent) return api_fail_without_memory(call);
   for (uint32_t i = 0; i < choices->count; i++) {
-    if (!choices->list[i].lender[0]) continue;
-    const api_clip_choices alone = {1, &choices->list[i], choices->retarget};
+    const api_clip_choice choice = api_clips_get(choices, i);
+    if (!is_compiled(model, &choice)) continue;
+    const api_clip_choices alone = {1, &choice, choices->retarget};
     api_outcome outcome = api_clip_take(call, model, scene->is_stored, &alone, -1, &scene->lent[i]);
     if (outcome != API_DONE) return outcome;
   }
@@ -164,12 +169,15 @@ void api_scene_release(api_surface_scene *scene) {
 /* Immutable. */
 typedef struct reduced_clips {
   tw_arena *arena;              /* holds the members below and the struct itself */
-  const tw_track_keys **tracks; /* [clips of the source] for tracks that is_reduced; or NULL */
+  const tw_track_keys **tracks; /* [clips of the source] for tracks that is_reduced; or NULL. Of mixed clips
+                                   all tracks */
+  uint32_t *track_counts;       /* [clips of the source] */
   tw_tolerance reached;         /* the largest remaining error */
 } reduced_clips;
 
 typedef struct reduced_source {
-  const tw_clip_keys *clips; /* [clip_count] */
+  const tw_clip_keys *clips;   /* [clip_count] */
+  const tw_clip *const *mixed; /* [clip_count] clips without keys, else NULL */
   uint32_t clip_count, node_count;
   const api_reduction *reduction;
   uint32_t max_keys; /* limit on the keys of a track */
@@ -189,12 +197,17 @@ static void destroy_reduced(void *value) {
   tw_arena_destroy(((reduced_clips *)value)->arena); /* holds the struct itself */
 }
 
-static tw_status reduce_tracks(const reduced_source *source, const tw_clip_keys *chosen, uint64_t *steps,
-                               tw_arena *arena, tw_clip_keys *out, tw_tolerance *reached, tw_error *error) {
+/* mixed: a clip without keys, or NULL. */
+static tw_status reduce_tracks(const reduced_source *source, const tw_clip *mixed, const tw_clip_keys *chosen,
+                               uint64_t *steps, tw_arena *arena, tw_clip_keys *out, tw_tolerance *reached,
+                               tw_error *error) {
   tw_status (*convert)(const tw_clip *, const tw_clip_keys *, tw_tolerance, uint32_t, uint64_t *, tw_arena *,
                        tw_clip_keys *, tw_tolerance *, tw_error *) =
       source->reduction->is_wide ? tw_clip_reduce : tw_clip_express;
   tw_clip *clip = NULL;
+  if (mixed)
+    return convert(mixed, NULL, source->reduction->tolerance, source->max_keys, steps, arena, out, reached,
+                   error);
   tw_status status = tw_clip_create(chosen, source->node_count, -1, &clip, error);
   if (status == TW_OK)
     status = convert(clip, chosen, source->reduction->tolerance, source->max_keys, steps, arena, out, reached,
@@ -207,18 +220,20 @@ static tw_status reduce_tracks(const reduced_source *source, const tw_clip_keys 
 static tw_status reduce_clip(const reduced_source *source, uint32_t index, uint64_t *steps,
                              reduced_clips *reduced, tw_error *error) {
   const tw_clip_keys *clip = &source->clips[index];
+  const tw_clip *mixed = source->mixed[index];
   uint32_t count = count_reduced(clip, source->reduction), filled = 0;
-  if (count == 0) return TW_OK;
+  if (count == 0 && !mixed) return TW_OK;
   tw_track_keys *chosen = tw_alloc(count, sizeof *chosen);
   if (!chosen) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   for (uint32_t i = 0; i < clip->track_count; i++)
     if (is_reduced(&clip->tracks[i], source->reduction)) chosen[filled++] = clip->tracks[i];
   tw_clip_keys keys = {.track_count = count, .tracks = chosen}, out = {0};
   tw_tolerance reached;
-  tw_status status = reduce_tracks(source, &keys, steps, reduced->arena, &out, &reached, error);
-  free(chosen);
+  tw_status status = reduce_tracks(source, mixed, &keys, steps, reduced->arena, &out, &reached, error);
+  tw_free(chosen);
   if (status != TW_OK) return status;
   reduced->tracks[index] = out.tracks;
+  reduced->track_counts[index] = out.track_count;
   reduced->reached.angle = fmax(reduced->reached.angle, reached.angle);
   reduced->reached.distance = fmax(reduced->reached.distance, reached.distance);
   return TW_OK;
@@ -226,7 +241,8 @@ static tw_status reduce_clip(const reduced_source *source, uint32_t index, uint6
 
 static tw_status reduce_clips(const reduced_source *source, reduced_clips *reduced, tw_error *error) {
   reduced->tracks = tw_arena_alloc(reduced->arena, source->clip_count, sizeof *reduced->tracks);
-  if (!reduced->tracks) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  reduced->track_counts = tw_arena_alloc(reduced->arena, source->clip_count, sizeof *reduced->track_counts);
+  if (!reduced->tracks || !reduced->track_counts) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   tw_status status = TW_OK;
   uint64_t steps = TW_REDUCTION_STEPS;
   for (uint32_t i = 0; i < source->clip_count && status == TW_OK; i++)
@@ -264,10 +280,14 @@ static const char *make_reduced_key(api_call *call, const api_surface_scene *sce
 /* Takes the reduced tracks into scene->reduced. They are cached because reducing takes far longer than
  * sending. */
 static api_outcome take_reduced(api_call *call, const tw_model *model, const tw_clip_keys *clips,
-                                api_surface_scene *scene) {
+                                const tw_clip *const *mixed, api_surface_scene *scene) {
   uint64_t limit = call->service->limits.max_times;
-  reduced_source source = {clips, scene->choices.count, model->node_count, &scene->query.reduction,
-                           limit < UINT32_MAX ? (uint32_t)limit : UINT32_MAX};
+  reduced_source source = {.clips = clips,
+                           .mixed = mixed,
+                           .clip_count = scene->choices.count,
+                           .node_count = model->node_count,
+                           .reduction = &scene->query.reduction,
+                           .max_keys = limit < UINT32_MAX ? (uint32_t)limit : UINT32_MAX};
   const char *key = make_reduced_key(call, scene);
   if (!key) return api_fail_without_memory(call);
   return api_call_take(call, scene->is_stored ? key : NULL, build_reduced, &source, &scene->reduced);
@@ -314,26 +334,41 @@ static api_outcome bake_clips(api_call *call, api_surface_scene *scene) {
   return API_DONE;
 }
 
-/* The keys of the clips, unchanged. NULL without memory. */
-static const tw_clip_keys *gather_clips(api_call *call, const tw_model *model,
-                                        const api_surface_scene *scene) {
-  if (!scene->choices.list) return model->clips;
-  tw_clip_keys *clips = tw_arena_alloc(call->arena, scene->choices.count, sizeof *clips);
-  for (uint32_t i = 0; clips && i < scene->choices.count; i++) {
+/* Fills the keys of the clips, unchanged: [choices.count]. *mixed: [choices.count] clips without keys, else
+ * NULL. False without memory. */
+static bool gather_clips(api_call *call, const tw_model *model, const api_surface_scene *scene,
+                         tw_clip_keys **out, const tw_clip ***mixed) {
+  uint32_t count = scene->choices.count;
+  *out = tw_arena_alloc(call->arena, count, sizeof **out);
+  *mixed = tw_arena_alloc(call->arena, count, sizeof **mixed);
+  if (!*out || !*mixed) return false;
+  for (uint32_t i = 0; i < count; i++) {
     const api_clip *lent = scene->lent[i] ? api_entry_value(scene->lent[i]) : NULL;
-    clips[i] = lent ? *lent->carried : model->clips[scene->choices.list[i].index];
+    if (!lent)
+      (*out)[i] = model->clips[api_clips_get(&scene->choices, i).index];
+    else if (lent->carried)
+      (*out)[i] = *lent->carried;
+    else
+      (*out)[i].name = lent->name;
+    (*mixed)[i] = lent && lent->is_mixed ? lent->compiled : NULL;
   }
-  return clips;
+  return true;
 }
 
 /* A copy of the clips with the reduced tracks. NULL without memory. */
-static const tw_clip_keys *replace_tracks(tw_arena *arena, const tw_clip_keys *clips, uint32_t count,
+static const tw_clip_keys *replace_tracks(tw_arena *arena, const tw_clip_keys *clips,
+                                          const tw_clip *const *mixed, uint32_t count,
                                           const api_reduction *reduction, const reduced_clips *reduced) {
   tw_clip_keys *out = tw_arena_alloc(arena, count, sizeof *out);
   for (uint32_t i = 0; out && i < count; i++) {
     const tw_track_keys *fewer = reduced->tracks[i];
     out[i] = clips[i];
     if (!fewer) continue;
+    if (mixed[i]) {
+      out[i].tracks = fewer;
+      out[i].track_count = reduced->track_counts[i];
+      continue;
+    }
     tw_track_keys *tracks = tw_arena_alloc(arena, clips[i].track_count, sizeof *tracks);
     if (!tracks) return NULL;
     for (uint32_t j = 0; j < clips[i].track_count; j++) {
@@ -350,14 +385,17 @@ static const tw_clip_keys *replace_tracks(tw_arena *arena, const tw_clip_keys *c
  * for. */
 static api_outcome keep_clips(api_call *call, const tw_model *model, api_surface_scene *scene) {
   uint32_t count = scene->choices.count, first = 0;
-  const tw_clip_keys *clips = gather_clips(call, model, scene);
-  if (!clips) return api_fail_without_memory(call);
-  while (first < count && count_reduced(&clips[first], &scene->query.reduction) == 0) first++;
+  const api_reduction *reduction = &scene->query.reduction;
+  tw_clip_keys *own;
+  const tw_clip **mixed;
+  if (!gather_clips(call, model, scene, &own, &mixed)) return api_fail_without_memory(call);
+  const tw_clip_keys *clips = own;
+  while (first < count && !mixed[first] && count_reduced(&clips[first], reduction) == 0) first++;
   if (first < count) {
-    api_outcome outcome = take_reduced(call, model, clips, scene);
+    api_outcome outcome = take_reduced(call, model, clips, mixed, scene);
     if (outcome != API_DONE) return outcome;
     const reduced_clips *reduced = api_entry_value(scene->reduced);
-    clips = replace_tracks(call->arena, clips, count, &scene->query.reduction, reduced);
+    clips = replace_tracks(call->arena, clips, mixed, count, reduction, reduced);
     if (!clips) return api_fail_without_memory(call);
     tell_error(call, &reduced->reached);
   }

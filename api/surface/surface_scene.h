@@ -30,7 +30,7 @@ typedef struct api_surface_scene {
   bool is_stored;
   /* Released by api_scene_release. */
   api_entry *moving;  /* the merged clips, if times are given; else NULL */
-  api_entry **lent;   /* [choices.count] borrowed clips that are kept; NULL for the model's own */
+  api_entry **lent;   /* [choices.count] borrowed and mixed clips; NULL for the model's own keys */
   api_entry *reduced; /* the reduced tracks, or NULL */
   tw_scene content;   /* this room fills in model, pose, posed_by, weights, clips; the caller the rest */
   api_plan_meshes meshes;

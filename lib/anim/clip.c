@@ -1,4 +1,4 @@
-/* Clips: checks, merges, compiles, evaluates and bakes the tracks of one animation. */
+/* Clips: checks, merges, compiles and evaluates the tracks of one animation. */
 #include "clip.h"
 
 #include <math.h>
@@ -356,20 +356,44 @@ static tw_status build_tracks(tw_clip *clip, const tw_clip_keys *keys, int force
   return TW_OK;
 }
 
-/* Copies what a pose reads of arc tracks, and lists the other tracks that move transforms. */
+/* Turns counts of elements by block, of which counts[b + 1] is block b's, into the first index of each. */
+static void sum_blocks(uint32_t *counts, uint32_t block_count) {
+  for (uint32_t b = 0; b < block_count; b++) counts[b + 1] += counts[b];
+}
+
+/* Copies what a pose reads of arc tracks, and lists the other tracks that move transforms; both by block of
+ * nodes, in the source's order within a block. */
 static tw_status sort_tracks(tw_clip *clip, tw_error *error) {
-  uint32_t arcs = 0;
-  for (uint32_t i = 0; i < clip->track_count; i++) arcs += clip->tracks[i].kind == TRACK_ARC;
-  clip->arcs = tw_arena_alloc(clip->arena, arcs, sizeof *clip->arcs);
-  if (!clip->arcs) return tw_fail(error, TW_NO_MEMORY, "no memory for a clip");
-  for (uint32_t i = 0; i < clip->track_count; i++) {
+  uint32_t block_count = clip->node_count / TW_POSE_BLOCK + 1;
+  clip->arc_blocks = tw_arena_alloc(clip->arena, (size_t)block_count + 1, sizeof *clip->arc_blocks);
+  clip->other_blocks = tw_arena_alloc(clip->arena, (size_t)block_count + 1, sizeof *clip->other_blocks);
+  uint32_t *next = tw_alloc_zero(block_count, 2 * sizeof *next);
+  bool has_room = clip->arc_blocks && clip->other_blocks && next;
+  for (uint32_t i = 0; has_room && i < clip->track_count; i++) {
     const tw_track *track = &clip->tracks[i];
+    uint32_t block = track->node / TW_POSE_BLOCK;
     if (track->kind == TRACK_ARC)
-      clip->arcs[clip->arc_count++] = (posed_arc){*track->timeline, track->segments.arcs, track->node};
+      clip->arc_blocks[block + 1]++;
     else if (track->path != TW_WEIGHTS)
-      clip->others[clip->other_count++] = i;
+      clip->other_blocks[block + 1]++;
   }
-  return TW_OK;
+  if (has_room) {
+    sum_blocks(clip->arc_blocks, block_count);
+    sum_blocks(clip->other_blocks, block_count);
+    clip->arcs = tw_arena_alloc(clip->arena, clip->arc_blocks[block_count], sizeof *clip->arcs);
+    has_room = clip->arcs != NULL;
+  }
+  for (uint32_t i = 0; has_room && i < clip->track_count; i++) {
+    const tw_track *track = &clip->tracks[i];
+    uint32_t block = track->node / TW_POSE_BLOCK;
+    if (track->kind == TRACK_ARC)
+      clip->arcs[clip->arc_blocks[block] + next[2 * block]++] =
+          (posed_arc){*track->timeline, track->segments.arcs, track->node};
+    else if (track->path != TW_WEIGHTS)
+      clip->others[clip->other_blocks[block] + next[2 * block + 1]++] = i;
+  }
+  tw_free(next);
+  return has_room ? TW_OK : tw_fail(error, TW_NO_MEMORY, "no memory for a clip");
 }
 
 static tw_clip *clip_alloc(const tw_clip_keys *keys, uint32_t node_count) {
@@ -382,7 +406,8 @@ static tw_clip *clip_alloc(const tw_clip_keys *keys, uint32_t node_count) {
   *clip = (tw_clip){.arena = arena,
                     .node_count = node_count,
                     .track_count = keys->track_count,
-                    .duration = tw_keys_duration(keys)};
+                    .duration = tw_keys_duration(keys),
+                    .cost = 1};
   clip->tracks = tw_arena_alloc(arena, keys->track_count, sizeof *clip->tracks);
   clip->timelines = tw_arena_alloc(arena, keys->track_count, sizeof *clip->timelines);
   clip->others = tw_arena_alloc(arena, keys->track_count, sizeof *clip->others);
@@ -409,7 +434,9 @@ tw_status tw_clip_create(const tw_clip_keys *keys, uint32_t node_count, int forc
 }
 
 void tw_clip_destroy(tw_clip *clip) {
-  if (clip) tw_arena_destroy(clip->arena);
+  if (!clip) return;
+  for (uint32_t i = 0; i < clip->part_count; i++) tw_clip_destroy(clip->parts[i]);
+  tw_arena_destroy(clip->arena);
 }
 
 float tw_clip_duration(const tw_clip *clip) {
@@ -417,7 +444,7 @@ float tw_clip_duration(const tw_clip *clip) {
 }
 
 float tw_keys_duration(const tw_clip_keys *keys) {
-  float duration = 0;
+  float duration = keys->layer_count > 0 ? fmaxf(keys->mixed_duration, 0) : 0;
   for (uint32_t i = 0; i < keys->track_count; i++) {
     const tw_track_keys *track = &keys->tracks[i];
     float last = track->key_count ? track->times[track->key_count - 1] : 0;
@@ -427,7 +454,9 @@ float tw_keys_duration(const tw_clip_keys *keys) {
 }
 
 size_t tw_clip_size(const tw_clip *clip) {
-  return tw_arena_size(clip->arena);
+  size_t size = tw_arena_size(clip->arena);
+  for (uint32_t i = 0; i < clip->part_count; i++) size += tw_clip_size(clip->parts[i]);
+  return size;
 }
 
 bool tw_clip_moves(const tw_clip *clip, uint32_t node) {
@@ -479,6 +508,10 @@ static float *place_of(tw_trs *trs, tw_path path) {
 }
 
 void tw_clip_sample(const tw_clip *clip, uint32_t track, const float *times, size_t time_count, float *out) {
+  if (clip->kind) {
+    clip->kind->sample(clip, track, times, time_count, out);
+    return;
+  }
   const tw_track *sampled = &clip->tracks[track];
   float clamped[TW_TRACK_BATCH];
   uint32_t keys[TW_TRACK_BATCH];
@@ -492,13 +525,14 @@ void tw_clip_sample(const tw_clip *clip, uint32_t track, const float *times, siz
 
 /* Evaluates the arcs of a batch of tracks together. Tracks lie far apart in memory, so each pass prefetches
  * what the next one reads: the cache misses of a batch overlap. */
-static void pose_arcs(const tw_clip *clip, float time, tw_trs *locals) {
+static void pose_arcs(const tw_clip *clip, uint32_t first, uint32_t end, float time, tw_trs *locals,
+                      uint32_t first_node) {
   const tw_arc_segment *arcs[TW_TRACK_BATCH];
   float clamped[TW_TRACK_BATCH], *out[TW_TRACK_BATCH];
   uint32_t keys[TW_TRACK_BATCH];
-  for (uint32_t done = 0, count; done < clip->arc_count; done += count) {
+  for (uint32_t done = first, count; done < end; done += count) {
     const posed_arc *tracks = clip->arcs + done;
-    count = clip->arc_count - done < TW_TRACK_BATCH ? clip->arc_count - done : TW_TRACK_BATCH;
+    count = end - done < TW_TRACK_BATCH ? end - done : TW_TRACK_BATCH;
     for (uint32_t i = 0; i < count; i++) {
       clamped[i] = timeline_clamp(&tracks[i].timeline, time);
       keys[i] = timeline_bucket(&tracks[i].timeline, clamped[i]);
@@ -508,88 +542,62 @@ static void pose_arcs(const tw_clip *clip, float time, tw_trs *locals) {
       arcs[i] = tracks[i].arcs + timeline_find_in(&tracks[i].timeline, clamped[i], keys[i]);
       __builtin_prefetch(arcs[i]);
       __builtin_prefetch(&arcs[i]->rate); /* half of the arcs straddle two cache lines */
-      out[i] = locals[tracks[i].node].rotation;
+      out[i] = locals[tracks[i].node - first_node].rotation;
     }
     tw_arcs_sample(arcs, clamped, count, out);
   }
 }
 
 /* Evaluates the other tracks one by one. Neighbours usually share a timeline, which is then searched once. */
-static void pose_others(const tw_clip *clip, float time, tw_trs *locals) {
+static void pose_others(const tw_clip *clip, uint32_t first, uint32_t end, float time, tw_trs *locals,
+                        uint32_t first_node) {
   const tw_timeline *timeline = NULL;
   float clamped;
   uint32_t key;
-  for (uint32_t i = 0; i < clip->other_count; i++) {
+  for (uint32_t i = first; i < end; i++) {
     const tw_track *track = &clip->tracks[clip->others[i]];
     if (track->timeline != timeline) tw_timeline_find(track->timeline, &time, 1, &clamped, &key);
     timeline = track->timeline;
-    tw_track_sample(track, &clamped, &key, 1, place_of(&locals[track->node], track->path), 0);
+    tw_track_sample(track, &clamped, &key, 1, place_of(&locals[track->node - first_node], track->path), 0);
   }
+}
+
+void tw_clip_pose_nodes(const tw_clip *clip, const tw_node *nodes, uint32_t first, uint32_t count, float time,
+                        tw_trs *locals) {
+  if (clip->kind) {
+    clip->kind->pose(clip, nodes, first, count, time, locals);
+    return;
+  }
+  uint32_t from = first / TW_POSE_BLOCK, to = (first + count + TW_POSE_BLOCK - 1) / TW_POSE_BLOCK;
+  for (uint32_t i = 0; i < count; i++) locals[i] = nodes[first + i].rest;
+  pose_arcs(clip, clip->arc_blocks[from], clip->arc_blocks[to], time, locals, first);
+  pose_others(clip, clip->other_blocks[from], clip->other_blocks[to], time, locals, first);
 }
 
 void tw_clip_pose(const tw_clip *clip, const tw_node *nodes, uint32_t node_count, float time,
                   tw_trs *locals) {
-  for (uint32_t i = 0; i < node_count; i++) locals[i] = nodes[i].rest;
-  pose_arcs(clip, time, locals);
-  pose_others(clip, time, locals);
+  tw_clip_pose_nodes(clip, nodes, 0, node_count, time, locals);
 }
 
-/* Negates each rotation whose dot product with the one before is negative, as happens where a turn of more
- * than 360 degrees ends. */
-static void align_signs(float *rotations, uint32_t count) {
-  for (size_t i = 1; i < count; i++) {
-    float *key = rotations + 4 * i;
-    double before[4], at[4];
-    quat_widen(key - 4, before);
-    quat_widen(key, at);
-    for (int j = 0; j < 4 && quat_dot(before, at) < 0; j++) key[j] = -key[j];
-  }
+/* ---- bends --------------------------------------------------------------------------------------------- */
+
+/* Pieces of a segment of a rotation track that turn by less than half a turn each. */
+static double count_pieces(const tw_track *track, uint32_t key) {
+  static const double PIECE = 1;
+  bool turns = track->path == TW_ROTATION && !track->holds;
+  return turns ? fmax(1, ceil(tw_track_travel(track, key) / PIECE)) : 1;
 }
 
-tw_track_keys tw_track_as_keys(const tw_track *track, const float *times, float *values, uint32_t key_count) {
-  bool rotation = track->path == TW_ROTATION;
-  if (rotation) align_signs(values, key_count);
-  return (tw_track_keys){.node = track->node,
-                         .path = track->path,
-                         .interpolation = track->holds ? TW_STEP : TW_LINEAR,
-                         .form = rotation ? TW_KEY_QUATERNION : TW_KEY_VALUES,
-                         .width = track->width,
-                         .key_count = key_count,
-                         .times = times,
-                         .values = values};
-}
-
-/* ---- baking ------------------------------------------------------------------------------------- */
-
-static tw_status check_bake_times(const float *times, uint32_t time_count, tw_error *error) {
-  if (time_count == 0) return tw_fail(error, TW_INVALID, "there are no times to bake");
-  for (uint32_t i = 0; i < time_count; i++) {
-    if (isfinite(times[i]) && times[i] >= 0 && (i == 0 || times[i] > times[i - 1])) continue;
-    tw_fail(error, TW_INVALID, "time %u is not finite, negative or not after the one before it", i);
-    return tw_error_at(error, "/times/%u", i);
-  }
-  return TW_OK;
-}
-
-tw_status tw_track_bake(const tw_clip *clip, uint32_t index, const float *times, uint32_t time_count,
-                        tw_arena *arena, tw_track_keys *out, tw_error *error) {
+bool tw_clip_bends(const tw_clip *clip, uint32_t index, tw_bend_take *take, void *context) {
+  if (clip->kind) return clip->kind->bends(clip, index, take, context);
   const tw_track *track = &clip->tracks[index];
-  float *values = tw_arena_alloc(arena, (size_t)time_count * track->width, sizeof *values);
-  if (!values) return tw_fail(error, TW_NO_MEMORY, "no memory for a baked track");
-  tw_clip_sample(clip, index, times, time_count, values);
-  *out = tw_track_as_keys(track, times, values, time_count);
-  return TW_OK;
-}
-
-tw_status tw_clip_bake(const tw_clip *clip, const float *times, uint32_t time_count, tw_arena *arena,
-                       tw_clip_keys *out, tw_error *error) {
-  tw_status status = check_bake_times(times, time_count, error);
-  if (status != TW_OK) return status;
-  tw_track_keys *tracks = tw_arena_alloc(arena, clip->track_count, sizeof *tracks);
-  if (!tracks) return tw_fail(error, TW_NO_MEMORY, "no memory for a baked clip");
-  for (uint32_t i = 0; i < clip->track_count && status == TW_OK; i++)
-    status = tw_track_bake(clip, i, times, time_count, arena, &tracks[i], error);
-  if (status != TW_OK) return status;
-  *out = (tw_clip_keys){.track_count = clip->track_count, .tracks = tracks};
-  return TW_OK;
+  const float *times = track->timeline->times;
+  for (uint32_t key = 0; key < track->timeline->key_count; key++) {
+    double time = (double)times[key], pieces = count_pieces(track, key),
+           seconds = tw_track_seconds(track, key);
+    if (track->holds && key > 0 && !take(context, (double)nextafterf(times[key], -1))) return false;
+    for (double piece = 0; piece < pieces; piece++)
+      if (!take(context, time + seconds * piece / pieces)) return false;
+  }
+  return true;
 }

@@ -11,17 +11,48 @@ typedef struct posed_arc {
   uint32_t node;
 } posed_arc;
 
+/* Poses are evaluated whole, or by blocks of so many nodes. */
+enum { TW_POSE_BLOCK = 64 };
+
+typedef bool tw_bend_take(void *context, double time);
+
+/* How clips made of other clips are evaluated. */
+typedef struct tw_clip_kind {
+  void (*pose)(const tw_clip *clip, const tw_node *nodes, uint32_t first, uint32_t count, float time,
+               tw_trs *locals); /* as tw_clip_pose_nodes */
+  void (*sample)(const tw_clip *clip, uint32_t track, const float *times, size_t time_count,
+                 float *out); /* as tw_clip_sample */
+  bool (*bends)(const tw_clip *clip, uint32_t track, tw_bend_take *take, void *context);
+} tw_clip_kind;
+
 struct tw_clip {
   tw_arena *arena; /* owns everything, this struct too */
   uint32_t node_count, track_count, timeline_count;
   float duration;
   tw_track *tracks;       /* [track_count], in the source's order */
   tw_timeline *timelines; /* [timeline_count] */
-  posed_arc *arcs;        /* [arc_count] */
-  uint32_t *others;       /* [other_count] tracks of transforms that are not arcs: indices into tracks */
-  uint32_t arc_count, other_count;
-  uint8_t *moves; /* [node_count], bit `path` for each path that a track moves */
+  posed_arc *arcs;        /* of all tracks that are arcs, by block of nodes */
+  uint32_t *others;       /* by block: tracks of transforms that are not arcs; indices into tracks */
+  uint32_t *arc_blocks,
+      *other_blocks; /* [blocks + 1] the first arc and the first other track of each block */
+  uint8_t *moves;    /* [node_count], bit `path` for each path that a track moves */
+  /* A clip made of other clips has no timelines, arcs and others: its tracks only say what it moves. */
+  const tw_clip_kind *kind;   /* NULL: a plain clip, of keys */
+  void *making;               /* what the kind needs */
+  uint32_t part_count, depth; /* depth: of clips made of clips, below one another; 0 for a plain clip */
+  struct tw_clip **parts;     /* [part_count] the clips that it is made of, which it owns */
+  uint32_t cost;              /* plain clips that one evaluation asks; at least 1 */
 };
+
+/* tw_clip_pose of some nodes alone. first: a multiple of TW_POSE_BLOCK; count: as many, or what is left of
+ * the nodes. locals: [count]. */
+void tw_clip_pose_nodes(const tw_clip *clip, const tw_node *nodes, uint32_t first, uint32_t count, float time,
+                        tw_trs *locals);
+
+/* Calls take(context, time) for times of the clip, in any order, between which the track's path is smooth and
+ * turns by less than half a turn; where it jumps, for a time just before, too. Stops where take returns
+ * false. Of a plain clip: its keys, and times between keys that are far apart. False where it was stopped. */
+bool tw_clip_bends(const tw_clip *clip, uint32_t track, tw_bend_take *take, void *context);
 
 /* Wraps samples of a track as a LINEAR or STEP track. Makes the signs of rotations continuous, in `values`.
  * The result points to times and values. */

@@ -45,12 +45,16 @@ typedef struct reduction {
   const tw_clip *clip;
   uint32_t index, width;
   bool rotation;
+  uint32_t time_count; /* the path is smooth between these times: its keys, or bends */
+  float *own_times;    /* [time_count] bends; NULL: of a track with keys */
+  const float *times;  /* [time_count] */
   double tolerance, reached;
   samples grid, keys;
   float *sample, *ends; /* scratch: [width], [2][width] */
 } reduction;
 
 static void reduction_deinit(reduction *r) {
+  tw_free(r->own_times);
   tw_free(r->grid.times);
   tw_free(r->grid.values);
   tw_free(r->keys.times);
@@ -75,11 +79,15 @@ static tw_status widen(samples *list, uint32_t width, tw_error *error) {
   return TW_OK;
 }
 
+static uint64_t sample_work(const reduction *r) {
+  return (uint64_t)SAMPLE_WORK * r->clip->cost;
+}
+
 /* Adds a time and the track's value there. */
 static tw_status append(const reduction *r, samples *list, float time, tw_error *error) {
   tw_status status = list->count < list->room ? TW_OK : widen(list, r->width, error);
   if (status != TW_OK) return status;
-  if (!tw_work(SAMPLE_WORK)) return tw_work_status(error);
+  if (!tw_work(sample_work(r))) return tw_work_status(error);
   list->times[list->count] = time;
   tw_clip_sample(r->clip, r->index, &time, 1, list->values + (size_t)list->count * r->width);
   list->count++;
@@ -141,9 +149,14 @@ static tw_status add_place(reduction *r, float time, tw_error *error) {
   return grid->count > 0 && !(time > grid->times[grid->count - 1]) ? TW_OK : append(r, &r->grid, time, error);
 }
 
+/* Seconds of a segment. */
+static double seconds_of(const reduction *r, uint32_t segment) {
+  return (double)r->times[segment + 1] - (double)r->times[segment];
+}
+
 /* The time at `step` of `steps` equal steps of a segment. */
-static float step_time(const tw_track *track, uint32_t key, double step, uint32_t steps) {
-  return (float)((double)track->timeline->times[key] + step / steps * tw_track_seconds(track, key));
+static float step_time(const reduction *r, uint32_t segment, double step, uint32_t steps) {
+  return (float)((double)r->times[segment] + step / steps * seconds_of(r, segment));
 }
 
 /* Whether the path between two keys is their chord. */
@@ -152,17 +165,19 @@ static bool is_linear(const tw_track *track) {
 }
 
 /* Cuts a segment into `steps` equal steps. Returns the largest stray of their chords, each measured in its
- * middle. */
-static double largest_stray(const reduction *r, const tw_track *track, uint32_t key, uint32_t steps) {
+ * middle. *turn: the largest angle of a step. */
+static double largest_stray(const reduction *r, uint32_t segment, uint32_t steps, double *turn) {
   double largest = 0;
-  float start = track->timeline->times[key], *from = r->ends, *to = r->ends + r->width;
+  float start = r->times[segment], *from = r->ends, *to = r->ends + r->width;
+  *turn = 0;
   tw_clip_sample(r->clip, r->index, &start, 1, from);
-  for (uint32_t i = 1; i <= steps && tw_work(3 * SAMPLE_WORK); i++) {
-    float end = step_time(track, key, i, steps);
+  for (uint32_t i = 1; i <= steps && tw_work(3 * sample_work(r)); i++) {
+    float end = step_time(r, segment, i, steps);
     if (!(end > start)) continue;
     tw_clip_sample(r->clip, r->index, &end, 1, to);
     chord chord = chord_between(r, start, from, end, to);
-    largest = fmax(largest, stray_at(r, &chord, step_time(track, key, i - 0.5, steps)));
+    largest = fmax(largest, stray_at(r, &chord, step_time(r, segment, i - 0.5, steps)));
+    if (r->rotation) *turn = fmax(*turn, 2 * chord.arc.angle);
     memcpy(from, to, r->width * sizeof *from);
     start = end;
   }
@@ -170,40 +185,42 @@ static double largest_stray(const reduction *r, const tw_track *track, uint32_t 
 }
 
 /* Steps of a segment in which the path bends little, whatever the tolerance. */
-static double count_steps(const reduction *r, const tw_track *track, uint32_t key) {
-  double travel = r->rotation ? tw_track_travel(track, key) : 0;
+static double count_steps(const reduction *r, uint32_t segment) {
+  const tw_track *track = &r->clip->tracks[r->index];
+  if (track->kind == TRACK_MADE) return STEPS_LEAST;
+  double travel = r->rotation ? tw_track_travel(track, segment) : 0;
   if (is_linear(track)) return fmax(1, ceil(travel / CHORD_ANGLE));
   return fmax(STEPS_LEAST, ceil(travel / STEP_ANGLE));
 }
 
-static tw_status add_steps(reduction *r, const tw_track *track, uint32_t key, uint32_t steps,
-                           tw_error *error) {
+static tw_status add_steps(reduction *r, uint32_t segment, uint32_t steps, tw_error *error) {
   tw_status status = TW_OK;
   for (uint32_t i = 0; i < steps && status == TW_OK; i++)
-    status = add_place(r, step_time(track, key, i, steps), error);
+    status = add_place(r, step_time(r, segment, i, steps), error);
   return status;
 }
 
-static tw_status lay_segment(reduction *r, const tw_track *track, uint32_t key, tw_error *error) {
-  double steps = count_steps(r, track, key);
-  if (!is_linear(track)) {
+static tw_status lay_segment(reduction *r, uint32_t segment, tw_error *error) {
+  double steps = count_steps(r, segment), turn = 0;
+  if (!is_linear(&r->clip->tracks[r->index])) {
     /* A chord's error is proportional to the square of its length. */
-    double ratio = steps < r->grid.most ? largest_stray(r, track, key, (uint32_t)steps) / r->tolerance : 1;
-    steps *= fmax(1, ceil(sqrt(GRID_MARGIN * ratio)));
+    double strays = steps < r->grid.most ? largest_stray(r, segment, (uint32_t)steps, &turn) : 0;
+    double more = ceil(sqrt(GRID_MARGIN * strays / r->tolerance));
+    if (r->own_times && strays > 0) more = fmax(more, ceil(turn / STEP_ANGLE));
+    steps *= fmax(1, more);
   }
   if (steps >= r->grid.most)
     return tw_fail(error, TW_LIMIT, "a track turns too often to be followed at this tolerance");
-  return add_steps(r, track, key, (uint32_t)steps, error);
+  return add_steps(r, segment, (uint32_t)steps, error);
 }
 
 static tw_status lay_grid(reduction *r, tw_error *error) {
-  const tw_track *track = &r->clip->tracks[r->index];
-  uint32_t last = track->timeline->key_count - 1;
-  for (uint32_t key = 0; key < last; key++) {
-    tw_status status = lay_segment(r, track, key, error);
+  uint32_t last = r->time_count - 1;
+  for (uint32_t segment = 0; segment < last; segment++) {
+    tw_status status = lay_segment(r, segment, error);
     if (status != TW_OK) return status;
   }
-  return add_place(r, track->timeline->times[last], error);
+  return add_place(r, r->times[last], error);
 }
 
 /* ---- choosing keys ------------------------------------------------------------------------------------- */
@@ -270,7 +287,7 @@ static double worst_near(const reduction *r, const chord *chord, double low, dou
 static double measure(const reduction *r, const chord *chord, float end, uint32_t place, double least) {
   double worst = 0, low = 0, high = 0, last = chord->start, stop = (double)end;
   bool is_worst = false; /* the last place */
-  while (last < stop && tw_work(PARTS_MEASURED * SAMPLE_WORK)) {
+  while (last < stop && tw_work(PARTS_MEASURED * sample_work(r))) {
     bool is_inside = place < r->grid.count && r->grid.times[place] < end;
     double from = last, to = is_inside ? (double)r->grid.times[place++] : stop;
     for (int i = 1; i <= PARTS_MEASURED; i++) {
@@ -346,11 +363,11 @@ static tw_status choose_keys(reduction *r, tw_error *error) {
 
 /* The track's tolerance; for values at least what single precision resolves, for rotations at most
  * CHORD_ANGLE. */
-static double effective_tolerance(const reduction *r, const tw_track *track, tw_tolerance tolerance) {
+static double effective_tolerance(const reduction *r, tw_tolerance tolerance) {
   if (r->rotation) return fmin(tolerance.angle, CHORD_ANGLE);
   float largest = 0;
-  for (uint32_t key = 0; key < track->timeline->key_count; key++) {
-    tw_clip_sample(r->clip, r->index, &track->timeline->times[key], 1, r->sample);
+  for (uint32_t i = 0; i < r->time_count && tw_work(sample_work(r)); i++) {
+    tw_clip_sample(r->clip, r->index, &r->times[i], 1, r->sample);
     for (uint32_t i = 0; i < r->width; i++) largest = fmaxf(largest, fabsf(r->sample[i]));
   }
   return fmax(tolerance.distance, FLOAT_ROOM * (double)largest);
@@ -376,13 +393,86 @@ static uint32_t grid_most(uint32_t max_keys, uint64_t places) {
 
 static uint64_t count_keys(const tw_clip *clip) {
   uint64_t keys = 0;
-  for (uint32_t i = 0; i < clip->track_count; i++) keys += clip->tracks[i].timeline->key_count;
+  for (uint32_t i = 0; i < clip->part_count; i++) keys += count_keys(clip->parts[i]);
+  for (uint32_t i = 0; !clip->kind && i < clip->track_count; i++) keys += clip->tracks[i].timeline->key_count;
   return keys;
 }
 
-/* Begins with an empty grid of at most grid_most places. To be deinited even where this fails. */
+/* ---- bends of tracks without keys -----------------------------------------------------------------------
+ */
+
+/* A growing list of times, in any order. */
+typedef struct bends {
+  float *times;
+  uint32_t count, room, most;
+  float end;       /* of the clip */
+  bool is_doubled; /* each time is followed by the next float: there a value that jumps has changed */
+  bool is_full;
+} bends;
+
+static bool add_bend(bends *list, float time) {
+  if (list->count == list->room) {
+    uint32_t room = list->room > list->most / 2 || list->most < 64 ? list->most
+                    : list->room                                   ? list->room * 2
+                                                                   : 64;
+    float *times = room > list->room ? tw_resize(list->times, room * sizeof *times) : NULL;
+    list->is_full = room == list->room;
+    if (!times) return false;
+    list->times = times;
+    list->room = room;
+  }
+  list->times[list->count++] = time;
+  return tw_work(SAMPLE_WORK);
+}
+
+static bool take_bend(void *context, double time) {
+  bends *list = context;
+  if (!(time >= 0) || time > (double)list->end) return true;
+  float at = (float)time;
+  return add_bend(list, at) && (!list->is_doubled || add_bend(list, nextafterf(at, INFINITY)));
+}
+
+static int compare_floats(const void *a, const void *b) {
+  float left = *(const float *)a, right = *(const float *)b;
+  return (left > right) - (left < right);
+}
+
+/* Replaces bends that are too many by as many equal steps. */
+static void step_evenly(bends *list) {
+  for (uint32_t i = 0; i < list->count; i++)
+    list->times[i] = (float)((double)list->end * i / (list->count - 1));
+}
+
+/* Finds the bends of a track, with the clip's end where no other track tells it: that is the first one's.
+ * may_skip: more than `most` of them are replaced by equal steps. */
+static tw_status find_bends(reduction *r, uint32_t most, bool may_skip, tw_error *error) {
+  const tw_track *track = &r->clip->tracks[r->index];
+  bends list = {.most = most, .end = r->clip->duration, .is_doubled = track->holds};
+  bool is_whole = add_bend(&list, 0) && (r->index > 0 || add_bend(&list, list.end)) &&
+                  tw_clip_bends(r->clip, r->index, take_bend, &list);
+  r->own_times = list.times;
+  if (!is_whole && !list.is_full) {
+    tw_status status = tw_work_status(error);
+    return status != TW_OK ? status : tw_fail(error, TW_NO_MEMORY, "no memory for the bends of a track");
+  }
+  if (!is_whole && !may_skip) return tw_fail(error, TW_LIMIT, "the clip bends more than %u times", most);
+  if (!is_whole) step_evenly(&list);
+  qsort(list.times, list.count, sizeof *list.times, compare_floats);
+  uint32_t count = 1;
+  for (uint32_t i = 1; i < list.count; i++)
+    if (list.times[i] > list.times[count - 1] && list.times[i] <= list.end)
+      list.times[count++] = list.times[i];
+  r->times = list.times;
+  r->time_count = count;
+  return TW_OK;
+}
+
+/* ---- tracks -------------------------------------------------------------------------------------------- */
+
+/* Begins with an empty grid of at most grid_most places. may_skip: as in find_bends. To be deinited even
+ * where this fails. */
 static tw_status reduction_init(reduction *r, const tw_clip *clip, uint32_t index, uint32_t grid_most,
-                                tw_error *error) {
+                                bool may_skip, tw_error *error) {
   const tw_track *track = &clip->tracks[index];
   *r = (reduction){.clip = clip,
                    .index = index,
@@ -391,7 +481,12 @@ static tw_status reduction_init(reduction *r, const tw_clip *clip, uint32_t inde
                    .grid = {.most = grid_most, .name = "steps"},
                    .sample = tw_alloc(track->width, sizeof *r->sample),
                    .ends = tw_alloc(track->width, 2 * sizeof *r->ends)};
-  return r->sample && r->ends ? TW_OK : tw_fail(error, TW_NO_MEMORY, "no memory for the keys of a track");
+  if (!r->sample || !r->ends) return tw_fail(error, TW_NO_MEMORY, "no memory for the keys of a track");
+  if (track->kind == TRACK_MADE)
+    return find_bends(r, grid_most < CLIP_PLACES ? grid_most : CLIP_PLACES, may_skip, error);
+  r->times = track->timeline->times;
+  r->time_count = track->timeline->key_count;
+  return TW_OK;
 }
 
 /* places: how many are left for this track and those after it. */
@@ -399,16 +494,16 @@ static tw_status reduce_track(const tw_clip *clip, uint32_t index, tw_tolerance 
                               uint64_t *places, tw_arena *arena, tw_track_keys *out, double *reached,
                               tw_error *error) {
   reduction r;
-  tw_status status = reduction_init(&r, clip, index, grid_most(max_keys, *places), error);
+  tw_status status = reduction_init(&r, clip, index, grid_most(max_keys, *places), false, error);
   r.keys = (samples){.most = max_keys, .name = "keys"};
   if (status == TW_OK) {
-    r.tolerance = effective_tolerance(&r, &clip->tracks[index], tolerance);
+    r.tolerance = effective_tolerance(&r, tolerance);
     status = lay_grid(&r, error);
   }
   if (status == TW_OK) status = choose_keys(&r, error);
   if (status == TW_OK) status = deliver(&r, arena, out, error);
   *reached = fmax(*reached, r.reached);
-  *places -= r.grid.count;
+  *places -= r.grid.count < *places ? r.grid.count : *places;
   reduction_deinit(&r);
   return status;
 }
@@ -431,19 +526,18 @@ static double measure_step(const reduction *r, const tw_track_keys *keys, uint32
 /* Adds steps of a segment for measuring, of which each is measured at several places. */
 static tw_status lay_coarse(reduction *r, uint32_t key, double most, tw_error *error) {
   const tw_track *track = &r->clip->tracks[r->index];
-  double steps = count_steps(r, track, key);
+  double steps = count_steps(r, key);
   if (!is_linear(track)) steps = fmax(STEPS_LEAST, ceil(steps / PARTS_MEASURED));
-  return add_steps(r, track, key, (uint32_t)fmin(steps, most), error);
+  return add_steps(r, key, (uint32_t)fmin(steps, most), error);
 }
 
 /* Measures a track against its keys at given times. */
 static tw_status measure_track(reduction *r, const tw_track_keys *keys, double steps_most,
                                const tw_parallel_for *parallel, tw_error *error) {
-  const tw_timeline *timeline = r->clip->tracks[r->index].timeline;
-  uint32_t last = timeline->key_count - 1, place = 0, refined = 0;
+  uint32_t last = r->time_count - 1, place = 0, refined = 0;
   tw_status status = TW_OK;
   for (uint32_t key = 0; key < last && status == TW_OK; key++) status = lay_coarse(r, key, steps_most, error);
-  if (status == TW_OK) status = add_place(r, timeline->times[last], error);
+  if (status == TW_OK) status = add_place(r, r->times[last], error);
   for (uint32_t key = 0; key + 1 < keys->key_count && status == TW_OK; key++) {
     if (key % CHORDS_A_STEP == 0 && tw_parallel_for_status(parallel) != TW_OK)
       return tw_fail(error, TW_CANCELLED, "the error of the keys is not wanted any more");
@@ -463,7 +557,7 @@ tw_status tw_clip_bake_error(const tw_clip *clip, const tw_clip_keys *baked, con
   for (uint32_t i = 0; i < clip->track_count; i++) {
     if (clip->tracks[i].holds) continue;
     reduction r;
-    tw_status status = reduction_init(&r, clip, i, UINT32_MAX, error);
+    tw_status status = reduction_init(&r, clip, i, UINT32_MAX, true, error);
     if (status == TW_OK) status = measure_track(&r, &baked->tracks[i], steps_most, parallel, error);
     double *told = r.rotation ? &most.angle : &most.distance;
     *told = fmax(*told, r.reached);
@@ -483,6 +577,27 @@ static tw_status copy_steps(const tw_clip *clip, uint32_t index, tw_arena *arena
   if (!times) return tw_fail(error, TW_NO_MEMORY, "no memory for a reduced track");
   memcpy(times, timeline->times, timeline->key_count * sizeof *times);
   return tw_track_bake(clip, index, times, timeline->key_count, arena, out, error);
+}
+
+/* Steps of a track without keys: at its bends, where the value changes, and at the clip's end. places: as in
+ * reduce_track. */
+static tw_status find_steps(const tw_clip *clip, uint32_t index, uint32_t max_keys, uint64_t *places,
+                            tw_arena *arena, tw_track_keys *out, tw_error *error) {
+  reduction r;
+  tw_status status = reduction_init(&r, clip, index, grid_most(max_keys, *places), false, error);
+  r.keys = (samples){.most = max_keys, .name = "keys"};
+  size_t size = r.width * sizeof *r.sample;
+  for (uint32_t i = 0; i < r.time_count && status == TW_OK; i++) {
+    tw_clip_sample(clip, index, &r.times[i], 1, r.sample);
+    bool is_end = r.times[i] == clip->duration;
+    const float *last = r.keys.count > 0 ? r.keys.values + (size_t)(r.keys.count - 1) * r.width : NULL;
+    if (last && !is_end && memcmp(last, r.sample, size) == 0) continue;
+    status = append(&r, &r.keys, r.times[i], error);
+  }
+  if (status == TW_OK) status = deliver(&r, arena, out, error);
+  *places -= r.time_count < *places ? r.time_count : *places;
+  reduction_deinit(&r);
+  return status;
 }
 
 /* A copy of key times in the arena: the last one again where the times are the same array, as tracks of one
@@ -533,9 +648,12 @@ static tw_status convert(const tw_clip *clip, const tw_clip_keys *keys, tw_toler
     const tw_track *track = &clip->tracks[i];
     tw_status status = TW_OK;
     bool is_spline = track->kind == TRACK_HERMITE || track->kind == TRACK_VALUES_HERMITE;
-    if (is_spline && tw_keys_fit_gltf(&keys->tracks[i]))
+    bool is_made = track->kind == TRACK_MADE;
+    if (is_made && track->holds)
+      status = find_steps(clip, i, max_keys, &places, arena, &tracks[i], error);
+    else if (is_spline && tw_keys_fit_gltf(&keys->tracks[i]))
       tracks[i] = keys->tracks[i];
-    else if (keeps_eulers && says_angles(track, &keys->tracks[i]))
+    else if (keeps_eulers && !is_made && says_angles(track, &keys->tracks[i]))
       status = keep_eulers(&keys->tracks[i], tolerance, max_keys, &places, &times, arena, &tracks[i],
                            &most.angle, error);
     else if (track->holds)

@@ -1,6 +1,8 @@
 /* Tracks: timelines, segments built from keys, and the formula of each interpolation. */
 #include "track.h"
 
+#include "sine.h"
+
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -309,7 +311,8 @@ static size_t segment_size(const tw_track *track) {
   case TRACK_HERMITE:
   case TRACK_VALUES_HERMITE: return track->width * sizeof(cubic);
   case TRACK_VALUES_STEP:
-  case TRACK_VALUES_LINEAR: break;
+  case TRACK_VALUES_LINEAR:
+  case TRACK_MADE: break;
   }
   return 0;
 }
@@ -324,7 +327,8 @@ static void build_segments(const building *b, void *out) {
   case TRACK_HERMITE:
   case TRACK_VALUES_HERMITE: build_cubics(b, out); return;
   case TRACK_VALUES_STEP:
-  case TRACK_VALUES_LINEAR: return;
+  case TRACK_VALUES_LINEAR:
+  case TRACK_MADE: return;
   }
 }
 
@@ -523,25 +527,13 @@ static sampler sampler_of(track_kind kind) {
   case TRACK_SQUAD:
   case TRACK_HERMITE:
   case TRACK_EULER:
-  case TRACK_AXIS_ANGLE: break;
+  case TRACK_AXIS_ANGLE:
+  case TRACK_MADE: break;
   }
   return rotation_at;
 }
 
 /* ---- arcs in bulk -------------------------------------------------------------------------------------- */
-
-/* Sine and cosine on [0, pi/2], within 3e-8 and 1e-9 before rounding, exact at 0. The polynomials interpolate
- * (sin v - v) / v^3 and (cos v - 1) / v^2 at Chebyshev points. */
-static inline float sine(float v) {
-  float x = v * v;
-  return v + v * x * (-0.16666666f + x * (0.008333242f + x * (-0.0001982273f + x * 2.6347257e-06f)));
-}
-
-static inline float cosine(float v) {
-  float x = v * v;
-  return 1 +
-         x * (-0.5f + x * (0.04166666f + x * (-0.0013888651f + x * (2.4774566e-05f + x * -2.6297198e-07f))));
-}
 
 typedef float four __attribute__((vector_size(16)));
 
@@ -554,8 +546,8 @@ static inline four load_four(const float *from) {
 /* Replaces the angles by their cosines, and writes their sines. */
 static void turn_angles(float *restrict angles, float *restrict sines, size_t count) {
   for (size_t i = 0; i < count; i++) {
-    sines[i] = sine(angles[i]);
-    angles[i] = cosine(angles[i]);
+    sines[i] = arc_sine(angles[i]);
+    angles[i] = arc_cosine(angles[i]);
   }
 }
 

@@ -60,15 +60,16 @@ void tw_timeline_find(const tw_timeline *timeline, const float *times, size_t co
 
 /* How a track is evaluated, which decides the type of its segments. */
 typedef enum track_kind {
-  TRACK_ARC,           /* rotation, step and slerp: tw_arc_segment */
-  TRACK_NLERP,         /* rotation: nlerp_segment */
-  TRACK_SQUAD,         /* rotation: squad_segment */
-  TRACK_HERMITE,       /* rotation, cubic spline: cubic [4] */
-  TRACK_EULER,         /* rotation: euler_segment */
-  TRACK_AXIS_ANGLE,    /* rotation: turn_segment */
-  TRACK_VALUES_STEP,   /* float [width] a key */
-  TRACK_VALUES_LINEAR, /* float [width] a key */
-  TRACK_VALUES_HERMITE /* cubic [width] */
+  TRACK_ARC,            /* rotation, step and slerp: tw_arc_segment */
+  TRACK_NLERP,          /* rotation: nlerp_segment */
+  TRACK_SQUAD,          /* rotation: squad_segment */
+  TRACK_HERMITE,        /* rotation, cubic spline: cubic [4] */
+  TRACK_EULER,          /* rotation: euler_segment */
+  TRACK_AXIS_ANGLE,     /* rotation: turn_segment */
+  TRACK_VALUES_STEP,    /* float [width] a key */
+  TRACK_VALUES_LINEAR,  /* float [width] a key */
+  TRACK_VALUES_HERMITE, /* cubic [width] */
+  TRACK_MADE            /* of a clip made of other clips: none */
 } track_kind;
 
 /* An arc: from cos v + toward sin v with v = (time - start) rate. At v = 0 this is `from`, the key, bit for

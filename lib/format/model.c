@@ -9,6 +9,7 @@
 
 #include "clip.h"
 #include "merge_points.h"
+#include "mix_check.h"
 #include "tweend/base.h"
 #include "tweend/detail.h"
 
@@ -597,6 +598,7 @@ tw_status tw_model_finish(tw_model *model, tw_error *error) {
   if (status == TW_OK) status = check_skins(model, error);
   if (status == TW_OK) status = check_skinned_nodes(model, error);
   if (status == TW_OK) status = check_clips(model, error);
+  if (status == TW_OK) status = tw_clips_check_layers(model->clips, model->clip_count, error);
   if (status == TW_OK) status = warn_of_namesakes(model, error);
   if (status == TW_OK) warn_of_influences(model);
   return status;

@@ -155,7 +155,10 @@ typedef struct tw_clip_keys {
   const char *name; /* UTF-8, or NULL */
   uint32_t track_count;
   const tw_track_keys *tracks;
-  const char *kept; /* as tw_mesh.kept */
+  uint32_t layer_count;               /* of a mixed clip, which has no tracks; else 0 */
+  const struct tw_clip_layer *layers; /* [layer_count], see tweend/mix.h */
+  float mixed_duration; /* seconds of a mixed clip; negative where clips of other models tell it */
+  const char *kept;     /* as tw_mesh.kept */
   /* A JSON array of {"channel": {}, "sampler": {}} that animate something other than nodes; or NULL. Their
    * accessors are indices into the model's assets. */
   const char *loose;
@@ -212,8 +215,8 @@ float tw_loop_time(double t, double duration, tw_loop loop);
  * [node_count]. Any thread, allocates nothing. At key times the values are exactly the keys'. */
 void tw_clip_pose(const tw_clip *clip, const tw_node *nodes, uint32_t node_count, float time, tw_trs *locals);
 
-/* Samples one track. track: index as in tw_clip_keys. out: [time_count][tw_clip_width]. Weights can be
- * sampled only here. Any thread, allocates nothing. */
+/* Samples one track. track: index as in tw_clip_keys; of a mixed clip, by node, then by path. out:
+ * [time_count][tw_clip_width]. Weights can be sampled only here. Any thread, allocates nothing. */
 void tw_clip_sample(const tw_clip *clip, uint32_t track, const float *times, size_t time_count, float *out);
 uint32_t tw_clip_width(const tw_clip *clip, uint32_t track); /* numbers in a sample; 4 for rotations */
 uint32_t tw_clip_track_count(const tw_clip *clip);
@@ -278,8 +281,9 @@ tw_status tw_clip_bake_error(const tw_clip *clip, const tw_clip_keys *baked, con
  * on the original path, each as far from the one before as the tolerance allows, but rotations less than 155
  * degrees, so that every player turns the same way. A track that stands still gets one key, or two where it
  * sets the clip's duration. STEP tracks and cubic splines that glTF can hold stay as they are.
- * keys: what the clip was made of; the result may point into it. A clip made with a forced interpolation is
- * reduced as that interpolation moves it.
+ * keys: what the clip was made of; the result may point into it. NULL for a clip that is made of other clips
+ * (tw_clip_mix); where its values jump, a ramp of 1e-4 s or less is left, and told as an error. A clip made
+ * with a forced interpolation is reduced as that interpolation moves it.
  * reached: the largest remaining errors, measured between keys too. Single precision may leave more than a
  * very small tolerance, but no more than 4e-7 of the largest value.
  * max_keys: TW_LIMIT where a track would need more, or where following the whole clip takes more steps than

@@ -1,0 +1,166 @@
+/* Clips of other models: by name, or carried over. */
+#include "borrowed_clips.h"
+
+#include "models.h"
+#include "near_names.h"
+
+#include <stdio.h>
+#include <string.h>
+
+/* ---- finding ------------------------------------------------------------------------------------ */
+
+api_outcome api_clip_fail_absent(api_call *call, const tw_model *model, const char *name, size_t length) {
+  char buffer[24];
+  api_near near = {.name = name, .length = length};
+  for (uint32_t i = 0; i < model->clip_count; i++)
+    api_near_consider(&near, tw_model_clip_name(model, i, buffer));
+  char list[160] = "";
+  size_t used = 0;
+  for (uint32_t i = 0; i < model->clip_count; i++) {
+    int more = snprintf(list + used, sizeof list - used, "%s%s", i ? ", " : "",
+                        tw_model_clip_name(model, i, buffer));
+    if (more < 0 || (size_t)more >= sizeof list - used) break;
+    used += (size_t)more;
+  }
+  list[used] = '\0';
+  return api_fail_with(call, 404, "no clip is called \"%.*s\";%s %s%s", length < 60 ? (int)length : 60, name,
+                       api_near_print(&near, " ").text,
+                       model->clip_count ? "there are: " : "the model has no clips", list);
+}
+
+api_outcome api_clip_find_lent(api_call *call, const char *name, size_t length, api_lent *out) {
+  *out = (api_lent){0};
+  memcpy(out->lender, name, API_ID_TEXT - 1);
+  name += API_ID_TEXT;
+  length -= API_ID_TEXT;
+  api_outcome outcome = api_model_look(call, out->lender);
+  if (outcome == API_CONTINUE) outcome = api_model_take(call, out->lender, NULL, &out->entry);
+  if (outcome != API_DONE) return outcome;
+  const tw_model *lender = api_entry_value(out->entry);
+  out->index = tw_model_find_clip(lender, name, length);
+  if (out->index != TW_NO_INDEX) return API_DONE;
+  api_clip_fail_absent(call, lender, name, length);
+  return API_CONTINUE;
+}
+
+/* ---- notes -------------------------------------------------------------------------------------- */
+
+bool api_note(api_notes *notes, const char *sentence) {
+  enum { NOTES_MOST = 256 };
+  static const char more[] = "there are more warnings of this kind";
+  if (notes->count == NOTES_MOST) return true;
+  for (uint32_t i = 0; i < notes->count; i++)
+    if (strcmp(notes->list[i], sentence) == 0) return true;
+  if (notes->count == notes->room) {
+    uint32_t room = notes->room ? 2 * notes->room : 4;
+    const char **list = tw_arena_alloc(notes->arena, room, sizeof *list);
+    if (!list) return false;
+    if (notes->count) memcpy(list, notes->list, notes->count * sizeof *list);
+    notes->list = list;
+    notes->room = room;
+  }
+  notes->list[notes->count] = notes->count + 1 < NOTES_MOST ? sentence : more;
+  notes->count++;
+  return true;
+}
+
+bool api_note_missing(api_notes *notes, const char *node) {
+  tw_text text = {0};
+  tw_text_add(&text, "the clip moves a node that the model does not have: ");
+  tw_text_add(&text, node);
+  const char *kept = api_text_keep(&text, notes->arena);
+  return kept && api_note(notes, kept);
+}
+
+/* ---- by name ------------------------------------------------------------------------------------ */
+
+bool api_track_fits(const tw_model *model, const tw_track_keys *track, uint32_t node) {
+  uint32_t mesh = model->nodes[node].mesh;
+  return track->path != TW_WEIGHTS ||
+         (mesh != TW_NO_INDEX && model->meshes[mesh].morph_count == track->width);
+}
+
+/* Copies an array of a borrowed clip, so that the lender may be released. NULL stays NULL. */
+static const void *copy_array(tw_arena *arena, const void *array, size_t count, size_t size) {
+  void *copy = array ? tw_arena_alloc(arena, count, size) : NULL;
+  if (copy && count) memcpy(copy, array, count * size);
+  return copy;
+}
+
+static bool copy_track(tw_arena *arena, const tw_track_keys *from, uint32_t node, tw_track_keys *to) {
+  *to = *from;
+  to->node = node;
+  to->kept = NULL; /* it may refer to other parts of the lender's file */
+  size_t parts = from->interpolation == TW_CUBICSPLINE ? 3 : 1;
+  to->times = copy_array(arena, from->times, from->key_count, sizeof *from->times);
+  to->values = copy_array(arena, from->values, from->key_count, parts * from->width * sizeof *from->values);
+  to->angles = copy_array(arena, from->angles, from->key_count, from->width * sizeof *from->angles);
+  return (!from->times || to->times) && (!from->values || to->values) && (!from->angles || to->angles);
+}
+
+static uint32_t node_of_name(const tw_model *lender, uint32_t node, const tw_model *model) {
+  char buffer[24];
+  const char *name = tw_model_node_name(lender, node, buffer);
+  return tw_model_find_node(model, name, strlen(name));
+}
+
+/* Copies the name. False without memory. */
+static bool copy_name(tw_arena *arena, const char *name, tw_clip_keys *out) {
+  out->name = name ? tw_arena_text(arena, name, strlen(name)) : NULL;
+  return out->name || !name;
+}
+
+bool api_clip_rename(const tw_model *lender, const tw_clip_keys *keys, const tw_model *model,
+                     api_notes *notes, tw_clip_keys *out) {
+  tw_track_keys *tracks = tw_arena_alloc(notes->arena, keys->track_count, sizeof *tracks);
+  bool *is_noted = tw_arena_alloc(notes->arena, lender->node_count, sizeof *is_noted);
+  if (!tracks || !is_noted) return false;
+  *out = (tw_clip_keys){.tracks = tracks};
+  for (uint32_t i = 0; i < keys->track_count; i++) {
+    const tw_track_keys *track = &keys->tracks[i];
+    uint32_t node = node_of_name(lender, track->node, model);
+    char buffer[24];
+    if (node == TW_NO_INDEX && !is_noted[track->node]) {
+      is_noted[track->node] = true;
+      if (!api_note_missing(notes, tw_model_node_name(lender, track->node, buffer))) return false;
+    }
+    if (node == TW_NO_INDEX || !api_track_fits(model, track, node)) continue;
+    if (!copy_track(notes->arena, track, node, &tracks[out->track_count++])) return false;
+  }
+  return copy_name(notes->arena, keys->name, out);
+}
+
+/* ---- carried over -------------------------------------------------------------------------------- */
+
+/* Adds the morph weights. False without memory. */
+static bool add_weights(const tw_model *lender, const tw_clip_keys *keys, const tw_model *model,
+                        tw_arena *arena, tw_clip_keys *out) {
+  size_t count = (size_t)out->track_count + keys->track_count;
+  tw_track_keys *tracks = tw_arena_alloc(arena, count, sizeof *tracks);
+  if (!tracks) return false;
+  if (out->track_count) memcpy(tracks, out->tracks, out->track_count * sizeof *tracks);
+  out->tracks = tracks;
+  for (uint32_t i = 0; i < keys->track_count; i++) {
+    const tw_track_keys *track = &keys->tracks[i];
+    if (track->path != TW_WEIGHTS) continue;
+    uint32_t node = node_of_name(lender, track->node, model);
+    if (node == TW_NO_INDEX || !api_track_fits(model, track, node)) continue;
+    if (!copy_track(arena, track, node, &tracks[out->track_count++])) return false;
+  }
+  return true;
+}
+
+bool api_clip_carry(const tw_model *lender, const tw_clip_keys *keys, const tw_model *model,
+                    const api_retarget *retarget, uint64_t max_keys, api_notes *notes, const char **report,
+                    tw_clip_keys *out, api_fault *fault) {
+  api_carried carried;
+  if (!api_clip_retarget(lender, keys, model, retarget, max_keys, notes->arena, &carried, fault))
+    return false;
+  *out = carried.keys;
+  bool is_whole =
+      copy_name(notes->arena, keys->name, out) && add_weights(lender, keys, model, notes->arena, out);
+  for (uint32_t i = 0; is_whole && i < carried.warning_count; i++)
+    is_whole = api_note(notes, carried.warnings[i]);
+  *report = carried.report;
+  return is_whole || api_fault_without_memory(fault);
+}

@@ -1,0 +1,51 @@
+/* Clips of other models: found, and put on a model's nodes by name or carried over to its skeleton. */
+#ifndef API_BORROWED_CLIPS_H
+#define API_BORROWED_CLIPS_H
+
+#include "cache.h"
+#include "call.h"
+#include "retargeting.h"
+#include "tweend/model.h"
+
+/* Fails with 404: the model has no clip of that name, but others. */
+api_outcome api_clip_fail_absent(api_call *call, const tw_model *model, const char *name, size_t length);
+
+/* A clip of another stored model. */
+typedef struct api_lent {
+  char lender[API_ID_TEXT];
+  api_entry *entry; /* a reference to the model; to be released where it is not NULL */
+  uint32_t index;
+} api_lent;
+
+/* Finds the clip of a name that api_clip_is_borrowed. API_FAILED without such a model; API_CONTINUE without
+ * such a clip, with the fault of 404; a light call stalls where the model is not cached. */
+api_outcome api_clip_find_lent(api_call *call, const char *name, size_t length, api_lent *out);
+
+/* Sentences about a clip, each once; zeroed but for the arena. */
+typedef struct api_notes {
+  tw_arena *arena; /* holds them */
+  uint32_t count, room;
+  const char **list; /* [count] */
+} api_notes;
+
+/* Adds a sentence that lives as long as the arena. False without memory. */
+bool api_note(api_notes *notes, const char *sentence);
+/* Notes that a clip moves a node that the model lacks. */
+bool api_note_missing(api_notes *notes, const char *node);
+
+/* Whether the model can play a track of the lender's on its node `node`. */
+bool api_track_fits(const tw_model *model, const tw_track_keys *track, uint32_t node);
+
+/* Puts a clip of the lender on the model's nodes of the same names. Leaves out tracks of nodes that the model
+ * lacks, and morph weights whose number differs. All of *out is copied to the notes' arena. False without
+ * memory. */
+bool api_clip_rename(const tw_model *lender, const tw_clip_keys *keys, const tw_model *model,
+                     api_notes *notes, tw_clip_keys *out);
+
+/* Carries a clip of the lender over to the model's skeleton, but morph weights, which go by the names of
+ * nodes. All is copied to the notes' arena. *report: as in api_carried. False: the fault says why. */
+bool api_clip_carry(const tw_model *lender, const tw_clip_keys *keys, const tw_model *model,
+                    const api_retarget *retarget, uint64_t max_keys, api_notes *notes, const char **report,
+                    tw_clip_keys *out, api_fault *fault);
+
+#endif

@@ -1,0 +1,326 @@
+/* Mixed clips: binding their layers, and compiling them. */
+#include "mixed_clips.h"
+
+#include "json_in.h"
+
+#include <stdio.h>
+#include <string.h>
+
+/* ---- binding ------------------------------------------------------------------------------------ */
+
+/* How many clips have been bound, of which no more than TW_LAYER_CLIPS_MAX may be. */
+typedef struct binding {
+  api_call *call;
+  uint32_t clip_count;
+} binding;
+
+/* Puts a layer's place before a fault's sentence. id: of the clip's model, "" for the request's. */
+static void name_layer(api_fault *fault, const tw_model *model, uint32_t clip, const char *id,
+                       uint32_t layer) {
+  char name[24], sentence[sizeof fault->error.detail];
+  memcpy(sentence, fault->error.detail, sizeof sentence);
+  snprintf(fault->error.detail, sizeof fault->error.detail, "clip \"%.60s\"%s%s, layer %u: %s",
+           tw_model_clip_name(model, clip, name), id[0] ? " of model " : "", id, layer, sentence);
+}
+
+/* The same, and a pointer where the request's model has the layer. */
+static api_outcome fail_in_layer(api_call *call, const api_bound *clip, const char *id, uint32_t layer) {
+  api_fault *fault = &call->fault;
+  if (fault->stall != API_STALL_NONE || fault->status == 503) return API_FAILED;
+  name_layer(fault, clip->model, clip->index, id, layer);
+  if (!id[0]) {
+    tw_error_at(&fault->error, "/clips/%u/layers/%u/clip", clip->index, layer);
+    fault->in_document = true;
+  }
+  return API_FAILED;
+}
+
+static api_outcome bind_clip(binding *b, const char *id, uint32_t depth, api_bound *clip);
+
+static api_outcome bind_layer(binding *b, const char *id, uint32_t depth, api_bound *clip, uint32_t index) {
+  const tw_clip_layer *layer = &clip->model->clips[clip->index].layers[index];
+  api_bound *out = &clip->layers[index];
+  *out = (api_bound){.model = clip->model, .index = layer->own};
+  if (layer->own != TW_NO_INDEX) return bind_clip(b, id, depth + 1, out);
+  api_lent lent;
+  api_outcome outcome = api_clip_find_lent(b->call, layer->clip, strlen(layer->clip), &lent);
+  out->entry = lent.entry;
+  if (outcome == API_CONTINUE || outcome == API_FAILED) return fail_in_layer(b->call, clip, id, index);
+  if (outcome != API_DONE) return outcome;
+  out->model = api_entry_value(lent.entry);
+  out->index = lent.index;
+  return bind_clip(b, lent.lender, depth + 1, out);
+}
+
+/* Recurses no deeper than TW_LAYER_DEPTH_MAX. */
+static api_outcome bind_clip(binding *b, const char *id, uint32_t depth, api_bound *clip) {
+  uint32_t count = clip->model->clips[clip->index].layer_count;
+  if (count == 0 && ++b->clip_count > TW_LAYER_CLIPS_MAX)
+    return api_fail_with(b->call, 422, "the clip is mixed of more than %d clips", TW_LAYER_CLIPS_MAX);
+  if (count == 0) return API_DONE;
+  if (depth >= TW_LAYER_DEPTH_MAX)
+    return api_fail_with(b->call, 422, "the clip is mixed of clips that lie more than %d deep",
+                         TW_LAYER_DEPTH_MAX);
+  clip->layers = tw_arena_alloc(b->call->arena, count, sizeof *clip->layers);
+  if (!clip->layers) return api_fail_without_memory(b->call);
+  clip->layer_count = count;
+  api_outcome outcome = API_DONE;
+  for (uint32_t i = 0; i < count && outcome == API_DONE; i++) outcome = bind_layer(b, id, depth, clip, i);
+  return outcome;
+}
+
+api_outcome api_mixed_bind(api_call *call, const tw_model *model, const char *id, uint32_t index,
+                           api_bound *out) {
+  binding b = {call, 0};
+  *out = (api_bound){.model = model, .index = index};
+  return bind_clip(&b, id, 0, out);
+}
+
+void api_mixed_release(api_bound *bound) {
+  for (uint32_t i = 0; i < bound->layer_count; i++) api_mixed_release(&bound->layers[i]);
+  api_entry_release(bound->entry);
+  bound->entry = NULL;
+}
+
+/* ---- putting nodes on the model's ---------------------------------------------------------------- */
+
+/* In place of a node: the model has none of that name, or a layer leaves it alone. */
+static const uint32_t NODE_MISSING = TW_NO_INDEX, NODE_LEFT = TW_NO_INDEX - 1;
+
+typedef struct compiling {
+  const tw_model *model; /* whose nodes the clips move */
+  int force;
+  uint64_t max_keys;
+  api_notes *notes;
+  tw_arena *scratch;
+  api_fault *fault;
+} compiling;
+
+/* A clip while it is compiled. */
+typedef struct made_clip {
+  tw_clip *clip;
+  float duration; /* of the source, whatever of it is left */
+} made_clip;
+
+static bool fail_without_memory(const compiling *c) {
+  return api_fault_without_memory(c->fault);
+}
+
+/* For each node of `from` the node of the same name in `to`. NULL without memory. */
+static uint32_t *map_by_name(const compiling *c, const tw_model *from, const tw_model *to) {
+  uint32_t *map = tw_arena_alloc_raw(c->scratch, from->node_count, sizeof *map);
+  for (uint32_t i = 0; map && i < from->node_count; i++) {
+    char buffer[24];
+    const char *name = tw_model_node_name(from, i, buffer);
+    map[i] = from == to ? i : tw_model_find_node(to, name, strlen(name)); /* or NODE_MISSING */
+  }
+  return map;
+}
+
+/* The map of a layer: `map` but for nodes outside of the layer's subtrees. NULL without memory. */
+static uint32_t *mask_map(const compiling *c, const tw_model *model, const tw_clip_layer *layer,
+                          const uint32_t *map) {
+  uint32_t *masked = tw_arena_alloc_raw(c->scratch, model->node_count, sizeof *masked);
+  bool *is_moved = tw_arena_alloc(c->scratch, model->node_count, sizeof *is_moved);
+  if (!masked || !is_moved) return NULL;
+  for (uint32_t i = 0; i < layer->node_count; i++) is_moved[layer->nodes[i]] = true;
+  for (uint32_t i = 0; i < model->node_count; i++) {
+    uint32_t node = model->node_order[i], parent = model->nodes[node].parent;
+    if (parent != TW_NO_INDEX && is_moved[parent]) is_moved[node] = true;
+    masked[node] = is_moved[node] ? map[node] : NODE_LEFT;
+  }
+  return masked;
+}
+
+/* Follows a map by another: in place. */
+static void chain_map(uint32_t *map, uint32_t count, const uint32_t *next) {
+  for (uint32_t i = 0; i < count; i++)
+    if (map[i] != NODE_MISSING) map[i] = next[map[i]];
+}
+
+/* ---- compiling ---------------------------------------------------------------------------------- */
+
+/* Compiles keys of a model. map: for each of its nodes that of c->model. */
+static bool compile_keys(const compiling *c, const tw_model *model, const tw_clip_keys *source,
+                         const uint32_t *map, made_clip *out) {
+  tw_track_keys *tracks = tw_arena_alloc_raw(c->scratch, source->track_count, sizeof *tracks);
+  if (!tracks) return fail_without_memory(c);
+  tw_clip_keys keys = {.tracks = tracks};
+  for (uint32_t i = 0; i < source->track_count; i++) {
+    const tw_track_keys *track = &source->tracks[i];
+    uint32_t node = map[track->node];
+    char buffer[24];
+    if (node == NODE_MISSING && !api_note_missing(c->notes, tw_model_node_name(model, track->node, buffer)))
+      return fail_without_memory(c);
+    if (node == NODE_MISSING || node == NODE_LEFT || !api_track_fits(c->model, track, node)) continue;
+    tracks[keys.track_count] = *track;
+    tracks[keys.track_count++].node = node;
+  }
+  return tw_clip_create(&keys, c->model->node_count, c->force, &out->clip, &c->fault->error) == TW_OK ||
+         api_fault_complete(c->fault);
+}
+
+static bool compile_mixed(const compiling *c, const api_bound *bound, const uint32_t *map, made_clip *out);
+
+/* The keys of a clip on its own model: for a mixed one, those that follow it. They live in the scratch. */
+static bool find_keys(const compiling *c, const api_bound *bound, tw_clip_keys *out) {
+  static const tw_tolerance tolerance = {0.02 / TW_DEGREES, 1e-5};
+  *out = bound->model->clips[bound->index];
+  if (bound->layer_count == 0) return true;
+  compiling own = *c;
+  own.model = bound->model;
+  own.force = -1;
+  made_clip made = {0};
+  uint32_t *map = map_by_name(&own, bound->model, bound->model);
+  if (!map) return fail_without_memory(c);
+  if (!compile_mixed(&own, bound, map, &made)) return false;
+  const char *name = out->name;
+  uint64_t steps = TW_REDUCTION_STEPS;
+  uint32_t most = c->max_keys < UINT32_MAX ? (uint32_t)c->max_keys : UINT32_MAX;
+  tw_tolerance reached;
+  tw_status status =
+      tw_clip_reduce(made.clip, NULL, tolerance, most, &steps, c->scratch, out, &reached, &c->fault->error);
+  tw_clip_destroy(made.clip);
+  out->name = name;
+  return status == TW_OK || api_fault_complete(c->fault);
+}
+
+/* Compiles a clip that is carried over to the skeleton of `onto`, then put on c->model's nodes by `map`. */
+static bool compile_carried(const compiling *c, const api_bound *bound, const tw_model *onto,
+                            const api_retarget *retarget, const uint32_t *map, const char **report,
+                            made_clip *out) {
+  tw_clip_keys own, carried;
+  api_notes notes = {.arena = c->scratch};
+  if (!find_keys(c, bound, &own)) return false;
+  if (!api_clip_carry(bound->model, &own, onto, retarget, c->max_keys, &notes, report, &carried, c->fault))
+    return false;
+  for (uint32_t i = 0; i < notes.count; i++) {
+    const char *kept = tw_arena_text(c->notes->arena, notes.list[i], strlen(notes.list[i]));
+    if (!kept || !api_note(c->notes, kept)) return fail_without_memory(c);
+  }
+  out->duration = tw_keys_duration(&own);
+  return compile_keys(c, onto, &carried, map, out);
+}
+
+/* map: for each node of the clip's model, that of c->model. */
+static bool compile_any(const compiling *c, const api_bound *bound, const uint32_t *map, made_clip *out) {
+  const tw_clip_keys *keys = &bound->model->clips[bound->index];
+  if (bound->layer_count > 0) return compile_mixed(c, bound, map, out);
+  out->duration = tw_keys_duration(keys);
+  return compile_keys(c, bound->model, keys, map, out);
+}
+
+/* Compiles the clip of a layer. map: for each node of the mixed clip's model, that of c->model. */
+static bool compile_layer(const compiling *c, const api_bound *bound, uint32_t index, const uint32_t *map,
+                          made_clip *out) {
+  static const api_retarget automatic = {.is_auto = true};
+  const tw_clip_layer *layer = &bound->model->clips[bound->index].layers[index];
+  const api_bound *below = &bound->layers[index];
+  if (layer->node_count > 0) map = mask_map(c, bound->model, layer, map);
+  if (!map) return fail_without_memory(c);
+  if (below->entry && layer->is_retargeted) {
+    const char *report;
+    if (compile_carried(c, below, bound->model, &automatic, map, &report, out)) return true;
+    if (c->fault->error.status != TW_NO_MEMORY) name_layer(c->fault, bound->model, bound->index, "", index);
+    return false;
+  }
+  if (!below->entry) return compile_any(c, below, map, out);
+  uint32_t *names = map_by_name(c, below->model, bound->model);
+  if (!names) return fail_without_memory(c);
+  chain_map(names, below->model->node_count, map);
+  return compile_any(c, below, names, out);
+}
+
+/* The morph weights of the model's nodes at rest. NULL without memory. */
+static const float **rest_weights(const compiling *c) {
+  const tw_model *model = c->model;
+  const float **weights = tw_arena_alloc(c->scratch, model->node_count, sizeof *weights);
+  for (uint32_t i = 0; weights && i < model->node_count; i++) {
+    const tw_node *node = &model->nodes[i];
+    weights[i] =
+        node->weights || node->mesh == TW_NO_INDEX ? node->weights : model->meshes[node->mesh].morph_weights;
+  }
+  return weights;
+}
+
+/* Mixes the made clips of layers, which the result owns; destroys them on failure. made: [count]. */
+static bool mix(const compiling *c, const tw_layer *layers, const made_clip *made, uint32_t count,
+                bool is_made, made_clip *out) {
+  tw_clip *clips[TW_LAYERS_MAX];
+  float durations[TW_LAYERS_MAX];
+  for (uint32_t i = 0; i < count; i++) {
+    clips[i] = made[i].clip;
+    durations[i] = made[i].duration;
+  }
+  const float **weights = is_made ? rest_weights(c) : NULL;
+  const tw_mix_job job = {count, layers, clips, durations, c->model->nodes, c->model->node_count, weights};
+  if (is_made && !weights) is_made = fail_without_memory(c);
+  if (is_made)
+    is_made = tw_clip_mix(&job, &out->clip, &c->fault->error) == TW_OK || api_fault_complete(c->fault);
+  if (is_made)
+    out->duration = tw_clip_duration(out->clip);
+  else
+    for (uint32_t i = 0; i < count; i++) tw_clip_destroy(clips[i]);
+  return is_made;
+}
+
+static bool compile_mixed(const compiling *c, const api_bound *bound, const uint32_t *map, made_clip *out) {
+  const tw_clip_layer *sources = bound->model->clips[bound->index].layers;
+  tw_layer layers[TW_LAYERS_MAX] = {0};
+  made_clip made[TW_LAYERS_MAX] = {0};
+  uint32_t count = 0;
+  bool is_made = true;
+  for (; count < bound->layer_count && is_made; count++) {
+    layers[count] = sources[count].layer;
+    is_made = compile_layer(c, bound, count, map, &made[count]);
+  }
+  return mix(c, layers, made, count, is_made, out);
+}
+
+/* ---- the clips of a request ---------------------------------------------------------------------- */
+
+/* Compiles a clip that the request names. */
+static bool compile_chosen(const compiling *c, api_mixing *mixing, const api_bound *bound, made_clip *out) {
+  bool is_carried = bound->model != c->model && mixing->retarget->is_auto;
+  uint32_t *map = map_by_name(c, is_carried ? c->model : bound->model, c->model);
+  if (!map) return fail_without_memory(c);
+  if (!is_carried) return compile_any(c, bound, map, out);
+  const char *report;
+  if (!compile_carried(c, bound, c->model, mixing->retarget, map, &report, out)) return false;
+  mixing->report = tw_arena_text(c->notes->arena, report, strlen(report));
+  if (mixing->report) return true;
+  tw_clip_destroy(out->clip);
+  out->clip = NULL;
+  return fail_without_memory(c);
+}
+
+static bool compile_list(const compiling *c, api_mixing *mixing, const api_bound *bound, uint32_t count,
+                         made_clip *out) {
+  static const float whole = 1;
+  tw_layer layers[TW_LAYERS_MAX] = {0};
+  made_clip made[TW_LAYERS_MAX] = {0};
+  uint32_t done = 0;
+  bool is_made = true;
+  for (; done < count && is_made; done++) {
+    layers[done] = (tw_layer){.mode = TW_LAYER_OVERRIDE, .speed = 1, .weight_count = 1, .weights = &whole};
+    is_made = compile_chosen(c, mixing, &bound[done], &made[done]);
+  }
+  return mix(c, layers, made, done, is_made, out);
+}
+
+bool api_mixed_compile(api_mixing *mixing, const api_bound *bound, uint32_t count, tw_clip **out,
+                       api_fault *fault) {
+  compiling c = {.model = mixing->model,
+                 .force = mixing->force,
+                 .max_keys = mixing->max_keys,
+                 .notes = mixing->notes,
+                 .scratch = tw_arena_create(),
+                 .fault = fault};
+  made_clip made = {0};
+  bool is_made = c.scratch ? count == 1 ? compile_chosen(&c, mixing, bound, &made)
+                                        : compile_list(&c, mixing, bound, count, &made)
+                           : fail_without_memory(&c);
+  tw_arena_destroy(c.scratch);
+  *out = made.clip;
+  return is_made;
+}

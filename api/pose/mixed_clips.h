@@ -1,0 +1,40 @@
+/* Mixed clips: the clips of their layers, found in this and other models, put on one model's nodes, and
+ * mixed. */
+#ifndef API_MIXED_CLIPS_H
+#define API_MIXED_CLIPS_H
+
+#include "borrowed_clips.h"
+#include "tweend/mix.h"
+
+/* A clip and, where it is mixed, those of its layers. Names are found in the model that holds the clip. */
+typedef struct api_bound {
+  const tw_model *model; /* holds the clip */
+  uint32_t index;
+  api_entry *entry;         /* a reference to `model`; NULL: the one above holds it */
+  uint32_t layer_count;     /* 0: a plain clip */
+  struct api_bound *layers; /* [layer_count], in the call's arena */
+} api_bound;
+
+/* Finds the clips of the layers of a clip, and takes the models that they are borrowed from. id: of `model`,
+ * "" for that of the request. 404 with the layer's place where a model or clip is not there, 422 where more
+ * than TW_LAYER_CLIPS_MAX clips lie below or deeper than TW_LAYER_DEPTH_MAX; a light call stalls where a
+ * model is not cached. Release *out in any case. */
+api_outcome api_mixed_bind(api_call *call, const tw_model *model, const char *id, uint32_t index,
+                           api_bound *out);
+void api_mixed_release(api_bound *bound);
+
+/* What clips are mixed for. */
+typedef struct api_mixing {
+  const tw_model *model;        /* whose nodes they move */
+  int force;                    /* as in api_clip_take */
+  uint64_t max_keys;            /* of a track that is carried over */
+  const api_retarget *retarget; /* how clips of other models come to `model` */
+  api_notes *notes;
+  const char *report; /* receives that of a clip that is carried over, as in api_carried */
+} api_mixing;
+
+/* Compiles one clip, or several of which each overrides those before it. False: the fault says why. */
+bool api_mixed_compile(api_mixing *mixing, const api_bound *bound, uint32_t count, tw_clip **out,
+                       api_fault *fault);
+
+#endif

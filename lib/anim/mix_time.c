@@ -1,0 +1,390 @@
+/* The layers of a mixed clip over time. */
+#include "mix_time.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- checking ------------------------------------------------------------------------------------------ */
+
+static const double SPEED_MAX = 1000, TIME_MAX = 1e6;
+static const float WEIGHT_MAX = 1e6F;
+
+static tw_status refuse(tw_error *error, const char *member, const char *detail) {
+  tw_fail(error, TW_INVALID, "%s", detail);
+  return tw_error_at(error, "/%s", member);
+}
+
+static tw_status check_weight(const tw_layer *layer, uint32_t key, tw_error *error) {
+  float weight = layer->weights[key];
+  const char *fault = NULL;
+  if (!(fabsf(weight) <= WEIGHT_MAX))
+    fault = "a weight is a number of at most 1e6";
+  else if (weight < 0 && layer->mode != TW_LAYER_ADDITIVE)
+    fault = "only additive layers have weights below 0";
+  if (!fault) return TW_OK;
+  tw_fail(error, TW_INVALID, "%s", fault);
+  return layer->weight_times ? tw_error_at(error, "/weight/values/%u", key) : tw_error_at(error, "/weight");
+}
+
+tw_status tw_layer_check(const tw_layer *layer, tw_error *error) {
+  if (!(fabs(layer->speed) <= SPEED_MAX)) return refuse(error, "speed", "speed is a number of at most 1000");
+  if (layer->is_synced && layer->speed <= 0)
+    return refuse(error, "speed", "the speed of a synchronised layer is above 0");
+  if (!(fabs(layer->offset) <= TIME_MAX)) return refuse(error, "offset", "offset is at most 1e6 seconds");
+  if (!(layer->reference >= 0 && layer->reference <= TIME_MAX))
+    return refuse(error, "reference", "reference is a time of 0 to 1e6 seconds");
+  if (layer->weight_count == 0) return refuse(error, "weight", "a weight needs a key");
+  for (uint32_t i = 0; i < layer->weight_count; i++) {
+    tw_status status = check_weight(layer, i, error);
+    if (status != TW_OK) return status;
+    if (!layer->weight_times) continue;
+    float time = layer->weight_times[i];
+    if (time >= 0 && (double)time <= TIME_MAX && (i == 0 || time > layer->weight_times[i - 1])) continue;
+    tw_fail(error, TW_INVALID, "the times of weights are 0 to 1e6 seconds, each after the one before");
+    return tw_error_at(error, "/weight/times/%u", i);
+  }
+  return TW_OK;
+}
+
+/* ---- weights ------------------------------------------------------------------------------------------- */
+
+double tw_layer_weight(const tw_layer *layer, double time) {
+  uint32_t low = 0, high = layer->weight_count - 1; /* the last key at or before the time is in between */
+  if (high == 0) return (double)layer->weights[0];
+  const float *times = layer->weight_times;
+  if (time <= (double)times[0]) return (double)layer->weights[0];
+  if (time >= (double)times[high]) return (double)layer->weights[high];
+  while (high - low > 1) {
+    uint32_t middle = low + (high - low) / 2;
+    if ((double)times[middle] <= time)
+      low = middle;
+    else
+      high = middle;
+  }
+  double from = (double)layer->weights[low], to = (double)layer->weights[high];
+  return from + (to - from) * (time - (double)times[low]) / ((double)times[high] - (double)times[low]);
+}
+
+/* Whether the layer ever plays. */
+static bool plays(const tw_layer *layer) {
+  bool does = layer->mode == TW_LAYER_OVERRIDE;
+  for (uint32_t i = 0; i < layer->weight_count; i++) does |= layer->weights[i] != 0;
+  return does;
+}
+
+static double last_weight_time(const tw_layer *layer) {
+  return layer->weight_count > 1 ? (double)layer->weight_times[layer->weight_count - 1] : 0;
+}
+
+/* ---- the phase ----------------------------------------------------------------------------------------- */
+
+/* The integral of the rate over the x seconds behind a knot, exact for the linear sums. With z the change of
+ * the weight over the weight, it is x (rate / weight L + rate_slope x / weight K), L = log(1 + z) / z,
+ * K = (1 - L) / z. */
+static double phase_gained(const phase_knot *knot, double x) {
+  if (knot->weight == 0) return knot->weight_slope == 0 ? 0 : knot->rate_slope / knot->weight_slope * x;
+  double z = knot->weight_slope * x / knot->weight, l, k;
+  if (z < -1 + 1e-12) z = -1 + 1e-12; /* the weights fade to 0, and the rate's sum with them */
+  if (fabs(z) < 1e-3) {
+    l = 1 - z * (1.0 / 2 - z * (1.0 / 3 - z * (1.0 / 4 - z / 5)));
+    k = 1.0 / 2 - z * (1.0 / 3 - z * (1.0 / 4 - z * (1.0 / 5 - z / 6)));
+  } else {
+    l = log1p(z) / z;
+    k = (1 - l) / z;
+  }
+  return x * (knot->rate / knot->weight * l + knot->rate_slope * x / knot->weight * k);
+}
+
+double tw_mix_phase(const mix_time *mix, double time) {
+  uint32_t low = 0, high = mix->knot_count;
+  if (high == 0) return 0;
+  while (high - low > 1) {
+    uint32_t middle = low + (high - low) / 2;
+    if (mix->knots[middle].time <= time)
+      low = middle;
+    else
+      high = middle;
+  }
+  const phase_knot *knot = &mix->knots[low];
+  return knot->phase + phase_gained(knot, time - knot->time);
+}
+
+/* Whether a layer sets the rate of the phase. */
+static bool leads(const mix_time *mix, uint32_t layer, bool has_base) {
+  const tw_layer *l = &mix->layers[layer];
+  return l->is_synced && mix->durations[layer] > 0 && (l->mode != TW_LAYER_ADDITIVE) == has_base;
+}
+
+static bool has_synced_base(const mix_time *mix) {
+  bool has_base = false;
+  for (uint32_t i = 0; i < mix->layer_count; i++)
+    has_base |= mix->layers[i].is_synced && mix->layers[i].mode != TW_LAYER_ADDITIVE;
+  return has_base;
+}
+
+/* Sums weights, and rates by their weights. Additive layers may have weights below 0. */
+static void sum_rates(const mix_time *mix, bool has_base, double time, double *weight, double *rate) {
+  *weight = *rate = 0;
+  for (uint32_t i = 0; i < mix->layer_count; i++) {
+    if (!leads(mix, i, has_base)) continue;
+    const tw_layer *layer = &mix->layers[i];
+    double w = layer->mode == TW_LAYER_OVERRIDE ? 1 : fabs(tw_layer_weight(layer, time));
+    *weight += w;
+    *rate += w * layer->speed / mix->durations[i];
+  }
+}
+
+/* The plain mean of the rates, for a time at which all weights are 0. */
+static double mean_rate(const mix_time *mix, bool has_base) {
+  double sum = 0, count = 0;
+  for (uint32_t i = 0; i < mix->layer_count; i++) {
+    if (!leads(mix, i, has_base)) continue;
+    sum += mix->layers[i].speed / mix->durations[i];
+    count++;
+  }
+  return count > 0 ? sum / count : 0;
+}
+
+static int compare_times(const void *a, const void *b) {
+  double left = *(const double *)a, right = *(const double *)b;
+  return (left > right) - (left < right);
+}
+
+/* Where weights have the value 0 between two keys of an additive layer, the sums bend: such times count as
+ * keys. Fills times, or only counts where it is NULL. */
+static uint64_t list_bends(const mix_time *mix, bool has_base, double *times) {
+  uint64_t count = 0;
+  for (uint32_t i = 0; i < mix->layer_count; i++) {
+    const tw_layer *layer = &mix->layers[i];
+    if (!leads(mix, i, has_base) || layer->weight_count < 2) continue;
+    for (uint32_t k = 0; k < layer->weight_count; k++) {
+      if (times) times[count] = (double)layer->weight_times[k];
+      count++;
+      if (k == 0 || !((layer->weights[k] < 0) ^ (layer->weights[k - 1] < 0))) continue;
+      double from = (double)layer->weights[k - 1], to = (double)layer->weights[k];
+      double start = (double)layer->weight_times[k - 1], end = (double)layer->weight_times[k];
+      if (times) times[count] = start + (end - start) * from / (from - to);
+      count++;
+    }
+  }
+  return count;
+}
+
+static void fill_knots(mix_time *mix, bool has_base, const double *times, uint32_t count) {
+  double mean = mean_rate(mix, has_base), phase = 0;
+  for (uint32_t i = 0; i < count; i++) {
+    phase_knot *knot = &mix->knots[i];
+    *knot = (phase_knot){.time = times[i], .phase = phase};
+    sum_rates(mix, has_base, times[i], &knot->weight, &knot->rate);
+    if (i + 1 < count) {
+      double seconds = times[i + 1] - times[i], weight, rate;
+      sum_rates(mix, has_base, times[i + 1], &weight, &rate);
+      knot->weight_slope = (weight - knot->weight) / seconds;
+      knot->rate_slope = (rate - knot->rate) / seconds;
+    }
+    if (knot->weight == 0 && knot->weight_slope == 0) {
+      knot->weight = 1;
+      knot->rate = mean;
+    }
+    if (i + 1 < count) phase += phase_gained(knot, times[i + 1] - times[i]);
+  }
+}
+
+static bool make_knots(mix_time *mix, tw_arena *arena) {
+  bool has_base = has_synced_base(mix), is_synced = has_base;
+  for (uint32_t i = 0; i < mix->layer_count; i++) is_synced |= mix->layers[i].is_synced;
+  if (!is_synced) return true;
+  uint64_t all = list_bends(mix, has_base, NULL) + 1;
+  double *times = all < UINT32_MAX ? tw_alloc((size_t)all, sizeof *times) : NULL;
+  if (!times) return false;
+  times[0] = 0;
+  list_bends(mix, has_base, times + 1);
+  qsort(times, (size_t)all, sizeof *times, compare_times);
+  uint32_t count = 1;
+  for (uint64_t i = 1; i < all; i++)
+    if (times[i] > times[count - 1]) times[count++] = times[i];
+  mix->knots = tw_arena_alloc(arena, count, sizeof *mix->knots);
+  mix->knot_count = mix->knots ? count : 0;
+  if (mix->knots) fill_knots(mix, has_base, times, count);
+  tw_free(times);
+  return mix->knots != NULL;
+}
+
+/* ---- local times --------------------------------------------------------------------------------------- */
+
+/* What rounding may add to a whole number of rounds. */
+static const double ROUND_SLACK = 1e-6;
+
+/* The part of a round that has been played; the end of a round is 1, not 0. */
+static double part_of_round(double rounds) {
+  if (rounds <= 0) return rounds - floor(rounds);
+  double part = rounds - ceil(rounds - ROUND_SLACK) + 1;
+  return part < 1 ? part : 1;
+}
+
+static double looped(double time, double duration, tw_loop loop) {
+  if (loop == TW_CLAMP || (time >= 0 && time <= duration)) return time;
+  if (duration <= 0) return 0;
+  if (loop == TW_REPEAT) return part_of_round(time / duration) * duration;
+  double phase = fmod(fabs(time), 2 * duration);
+  return phase > duration ? 2 * duration - phase : phase;
+}
+
+layer_state tw_layer_at(const mix_time *mix, uint32_t index, double time, double phase) {
+  const tw_layer *layer = &mix->layers[index];
+  double duration = mix->durations[index], local;
+  if (!layer->is_synced)
+    local = looped(layer->offset + layer->speed * time, duration, layer->loop);
+  else
+    local = duration > 0 ? part_of_round(phase + layer->offset / duration) * duration : 0;
+  return (layer_state){(float)local, tw_layer_weight(layer, time)};
+}
+
+double tw_mix_time_of_phase(const mix_time *mix, double phase) {
+  double low = 0, high = mix->duration;
+  if (mix->knot_count == 0 || tw_mix_phase(mix, high) <= phase) return high;
+  for (int i = 0; i < 100 && low < high; i++) {
+    double middle = low + (high - low) / 2;
+    if (middle <= low || middle >= high) break;
+    if (tw_mix_phase(mix, middle) < phase)
+      low = middle;
+    else
+      high = middle;
+  }
+  return high;
+}
+
+/* ---- from a clip's times back -------------------------------------------------------------------------- */
+
+/* The times at which a looping layer has played `rounds` rounds and a whole number of others. step: of that
+ * number. */
+static bool take_rounds(const mix_time *mix, uint32_t index, double rounds, double step, tw_bend_take *take,
+                        void *context) {
+  const tw_layer *layer = &mix->layers[index];
+  double duration = mix->durations[index], first = layer->offset / duration, last;
+  if (layer->is_synced)
+    last = first + tw_mix_phase(mix, mix->duration);
+  else
+    last = (layer->offset + layer->speed * mix->duration) / duration;
+  double low = fmin(first, last), high = fmax(first, last);
+  for (double k = ceil((low - rounds) / step - ROUND_SLACK); rounds + k * step <= high + ROUND_SLACK; k++) {
+    double way = rounds + k * step - first;
+    double time = layer->is_synced ? tw_mix_time_of_phase(mix, way) : way * duration / layer->speed;
+    if (!take(context, time)) return false;
+    if (low + k * step == low + (k + 1) * step) break; /* rounds beyond what doubles count */
+  }
+  return true;
+}
+
+bool tw_layer_times(const mix_time *mix, uint32_t index, double local, tw_bend_take *take, void *context) {
+  const tw_layer *layer = &mix->layers[index];
+  double duration = mix->durations[index];
+  if (!layer->is_synced && layer->speed == 0) return true;
+  if (!layer->is_synced && layer->loop == TW_CLAMP)
+    return take(context, (local - layer->offset) / layer->speed);
+  if (!(duration > 0)) return true;
+  if (layer->is_synced || layer->loop == TW_REPEAT)
+    return take_rounds(mix, index, local / duration, 1, take, context);
+  return take_rounds(mix, index, local / duration, 2, take, context) &&
+         take_rounds(mix, index, -local / duration, 2, take, context);
+}
+
+/* A time and those just beside it. */
+static bool take_break(double time, double after, tw_bend_take *take, void *context) {
+  return take(context, (double)nextafterf((float)time, -1)) && take(context, time) &&
+         take(context, fmax(time + after, (double)nextafterf((float)time, INFINITY)));
+}
+
+/* What take_wrap needs. */
+typedef struct wrap {
+  tw_bend_take *take;
+  void *context;
+  double slack; /* seconds for which the end of a round still shows the clip's end */
+} wrap;
+
+static bool take_wrap(void *context, double time) {
+  const wrap *w = context;
+  return take_break(time, w->slack, w->take, w->context);
+}
+
+bool tw_layer_bends(const mix_time *mix, uint32_t index, tw_bend_take *take, void *context) {
+  const tw_layer *layer = &mix->layers[index];
+  double duration = mix->durations[index];
+  for (uint32_t i = 0; layer->weight_count > 1 && i < layer->weight_count; i++)
+    if (!take_break((double)layer->weight_times[i], 0, take, context)) return false;
+  for (uint32_t i = 0; layer->is_synced && i < mix->knot_count; i++)
+    if (!take(context, mix->knots[i].time)) return false;
+  bool wraps = layer->is_synced || (layer->loop == TW_REPEAT && layer->speed != 0);
+  if (!wraps || !(duration > 0)) return true;
+  double pace = fmax(fabs(layer->speed), 1e-3);
+  wrap w = {take, context, 2 * ROUND_SLACK * duration / pace};
+  return take_rounds(mix, index, 0, 1, take_wrap, &w);
+}
+
+/* ---- the duration -------------------------------------------------------------------------------------- */
+
+/* Seconds from the start until a layer has come to its end. */
+static double length_of(const tw_layer *layer, double duration) {
+  double speed = fabs(layer->speed);
+  if (speed == 0) return 0;
+  if (layer->loop != TW_CLAMP) return (layer->loop == TW_PINGPONG ? 2 : 1) * duration / speed;
+  double way = layer->speed > 0 ? duration - layer->offset : layer->offset;
+  return way > 0 ? way / speed : 0;
+}
+
+/* The first time with a whole phase from the last knot on, where weights are constant. */
+static double round_end(const mix_time *mix) {
+  const phase_knot *last = &mix->knots[mix->knot_count - 1];
+  double rate = last->rate / last->weight, rounds = ceil(last->phase - ROUND_SLACK);
+  if (!(rate > 0)) return last->time;
+  if (rounds < 1) rounds = 1;
+  double end = last->time + (rounds - last->phase) / rate;
+  return end > last->time ? end : last->time;
+}
+
+static void find_duration(mix_time *mix) {
+  bool is_synced = false;
+  for (uint32_t i = 0; i < mix->layer_count; i++) {
+    const tw_layer *layer = &mix->layers[i];
+    if (!plays(layer)) continue;
+    double length = layer->is_synced ? 0 : length_of(layer, mix->durations[i]);
+    is_synced |= layer->is_synced;
+    mix->duration = fmax(mix->duration, fmax(length, last_weight_time(layer)));
+  }
+  if (is_synced) mix->duration = fmax(mix->duration, round_end(mix));
+  mix->duration = (double)(float)fmin(mix->duration, 1e9);
+}
+
+bool tw_mix_time_init(mix_time *mix, tw_arena *arena, const tw_layer *layers, uint32_t layer_count,
+                      const float *durations) {
+  *mix = (mix_time){.layer_count = layer_count};
+  mix->layers = tw_arena_alloc(arena, layer_count, sizeof *mix->layers);
+  mix->durations = tw_arena_alloc(arena, layer_count, sizeof *mix->durations);
+  if (!mix->layers || !mix->durations) return false;
+  for (uint32_t i = 0; i < layer_count; i++) {
+    tw_layer *layer = &mix->layers[i];
+    *layer = layers[i];
+    mix->durations[i] = (double)durations[i];
+    float *weights = tw_arena_alloc_raw(arena, layer->weight_count, sizeof *weights);
+    float *times = tw_arena_alloc_raw(arena, layer->weight_count, sizeof *times);
+    if (!weights || !times) return false;
+    memcpy(weights, layers[i].weights, layer->weight_count * sizeof *weights);
+    if (layers[i].weight_times) memcpy(times, layers[i].weight_times, layer->weight_count * sizeof *times);
+    layer->weights = weights;
+    layer->weight_times = layers[i].weight_times ? times : NULL;
+  }
+  if (!make_knots(mix, arena)) return false;
+  find_duration(mix);
+  return true;
+}
+
+tw_status tw_mix_duration(const tw_layer *layers, const float *durations, uint32_t layer_count, float *out,
+                          tw_error *error) {
+  tw_arena *arena = tw_arena_create();
+  mix_time mix;
+  bool is_whole = arena && tw_mix_time_init(&mix, arena, layers, layer_count, durations);
+  if (is_whole) *out = (float)mix.duration;
+  tw_arena_destroy(arena);
+  return is_whole ? TW_OK : tw_fail(error, TW_NO_MEMORY, "no memory for a mixed clip");
+}

@@ -1,0 +1,58 @@
+/* The layers of a mixed clip over time: weights, the phase that synchronised layers share, local times. */
+#ifndef TWEEND_MIX_TIME_H
+#define TWEEND_MIX_TIME_H
+
+#include "clip.h"
+#include "tweend/mix.h"
+
+/* From this knot to the next one the rate of the phase is (rate + rate_slope x) / (weight + weight_slope x)
+ * x seconds later: sums over the layers that set it. */
+typedef struct phase_knot {
+  double time, phase;
+  double weight, weight_slope, rate, rate_slope;
+} phase_knot;
+
+typedef struct mix_time {
+  uint32_t layer_count;
+  tw_layer *layers;  /* [layer_count] */
+  double *durations; /* [layer_count] of the layers' clips */
+  double duration;   /* of the mixed clip */
+  uint32_t knot_count;
+  phase_knot *knots; /* [knot_count] from time 0 on; none where no layer is synchronised */
+} mix_time;
+
+/* A layer at one time. */
+typedef struct layer_state {
+  float time; /* of the layer's clip */
+  double weight;
+} layer_state;
+
+/* Copies the layers into the arena and finds the phase and the duration. The layers have passed
+ * tw_layer_check. False without memory. */
+bool tw_mix_time_init(mix_time *mix, tw_arena *arena, const tw_layer *layers, uint32_t layer_count,
+                      const float *durations);
+
+/* Clamps a time to the mixed clip. */
+static inline double mix_clamp(const mix_time *mix, float time) {
+  double t = time > 0 ? (double)time : 0;
+  return t < mix->duration ? t : mix->duration;
+}
+
+/* Rounds that synchronised layers have played at a clamped time. */
+double tw_mix_phase(const mix_time *mix, double time);
+
+double tw_layer_weight(const tw_layer *layer, double time);
+
+/* The state of a layer at a clamped time whose phase is given. */
+layer_state tw_layer_at(const mix_time *mix, uint32_t layer, double time, double phase);
+
+/* Calls take(context, time) for all times, in any order, at which a layer shows a time of its clip, and for
+ * those at which its weight, its pace or its clip's end bend or break what it shows: there for times just
+ * beside, too. False where take returned false. */
+bool tw_layer_times(const mix_time *mix, uint32_t layer, double local, tw_bend_take *take, void *context);
+bool tw_layer_bends(const mix_time *mix, uint32_t layer, tw_bend_take *take, void *context);
+
+/* The clamped time at which the phase is given, the first one; the duration where it is never reached. */
+double tw_mix_time_of_phase(const mix_time *mix, double phase);
+
+#endif
