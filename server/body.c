@@ -17,7 +17,7 @@ void srv_body_init(srv_body *body, uint64_t limit, srv_spool *spool) {
 
 void srv_body_deinit(srv_body *body) {
   free(body->memory);
-  if (body->mapping != NULL) munmap(body->mapping, (size_t)body->size);
+  if (body->mapping) munmap(body->mapping, (size_t)body->size);
   if (body->spooled) close(body->file);
   if (body->taken > 0) atomic_fetch_sub(&body->spool->used, body->taken);
   *body = (srv_body){0};
@@ -60,7 +60,7 @@ static bool reserve(srv_body *body, size_t size) {
   size_t capacity = body->capacity > 0 ? body->capacity : FIRST_CAPACITY;
   while (capacity < size) capacity *= 2;
   uint8_t *memory = realloc(body->memory, capacity);
-  if (memory == NULL) return false;
+  if (!memory) return false;
   body->memory = memory;
   body->capacity = capacity;
   return true;
@@ -85,7 +85,7 @@ srv_body_status srv_body_append(srv_body *body, const void *data, size_t size) {
 }
 
 srv_body_status srv_body_view(srv_body *body, api_bytes *out) {
-  if (body->spooled && body->mapping == NULL) {
+  if (body->spooled && !body->mapping) {
     if (body->size > SIZE_MAX) return SRV_BODY_FAILED;
     /* The file has no name, so nobody can truncate it under the mapping; all its blocks have been written. */
     void *mapping = mmap(NULL, (size_t)body->size, PROT_READ, MAP_PRIVATE, body->file, 0);

@@ -80,9 +80,9 @@ bool srv_networks_read(const char *text, srv_networks *out, srv_error *error) {
   size_t size = strlen(text);
   char *copy = strdup(text), *rest = NULL;
   *out = (srv_networks){.list = calloc(size / 2 + 1, sizeof *out->list)};
-  bool is_read = copy != NULL && out->list != NULL;
+  bool is_read = copy && out->list;
   if (!is_read) srv_fail(error, "out of memory");
-  for (char *word = is_read ? strtok_r(copy, ", \t", &rest) : NULL; word != NULL && is_read;
+  for (char *word = is_read ? strtok_r(copy, ", \t", &rest) : NULL; word && is_read;
        word = strtok_r(NULL, ", \t", &rest)) {
     is_read = read_network(word, &out->list[out->count++]);
     if (!is_read) srv_fail(error, "--trusted-proxies: '%s' is not ADDRESS, ADDRESS/BITS or unix", word);
@@ -115,14 +115,14 @@ bool srv_networks_hold(const srv_networks *networks, const srv_client *client) {
 /* Reads one entry of the list, an address perhaps with a port: 192.0.2.1, 192.0.2.1:80, 2001:db8::1,
  * [2001:db8::1]:80. */
 static bool read_entry(const char *text, size_t size, srv_client *out) {
-  while (size > 0 && strchr(" \t", text[0]) != NULL) text++, size--;
-  while (size > 0 && strchr(" \t", text[size - 1]) != NULL) size--;
+  while (size > 0 && strchr(" \t", text[0])) text++, size--;
+  while (size > 0 && strchr(" \t", text[size - 1])) size--;
   if (size > 0 && text[0] == '[') {
     const char *end = memchr(text, ']', size);
-    return end != NULL && read_address(text + 1, (size_t)(end - text) - 1, out);
+    return end && read_address(text + 1, (size_t)(end - text) - 1, out);
   }
   const char *colon = memchr(text, ':', size);
-  bool has_port = colon != NULL && memchr(colon + 1, ':', size - (size_t)(colon + 1 - text)) == NULL;
+  bool has_port = colon && !memchr(colon + 1, ':', size - (size_t)(colon + 1 - text));
   return read_address(text, has_port ? (size_t)(colon - text) : size, out);
 }
 

@@ -25,13 +25,13 @@ static int64_t read_limited(void *context, uint8_t *out, size_t capacity) {
 
 static void destroy_limited(void *context) {
   limited_body *body = context;
-  if (body->inner.destroy != NULL) body->inner.destroy(body->inner.context);
+  if (body->inner.destroy) body->inner.destroy(body->inner.context);
   free(body);
 }
 
 bool srv_compute_limit(api_body *body, uint64_t left_ns) {
   limited_body *limited = malloc(sizeof *limited);
-  if (limited == NULL) return false;
+  if (!limited) return false;
   *limited = (limited_body){*body, left_ns};
   *body = (api_body){body->size, limited, read_limited, destroy_limited};
   return true;
@@ -46,7 +46,7 @@ static _Thread_local struct {
 
 void srv_compute_begin(uint64_t end_ns, bool (*is_wanted)(void *context), void *context) {
   present.end_ns = end_ns;
-  present.asked_ns = is_wanted != NULL ? srv_now_ns() : 0;
+  present.asked_ns = is_wanted ? srv_now_ns() : 0;
   present.is_wanted = is_wanted;
   present.context = context;
 }
@@ -58,10 +58,10 @@ void srv_compute_end(void) {
 bool srv_compute_is_over(void *owner) {
   static const uint64_t BETWEEN_NS = 200000000;
   (void)owner;
-  if (present.end_ns == 0 && present.is_wanted == NULL) return false;
+  if (present.end_ns == 0 && !present.is_wanted) return false;
   uint64_t now_ns = srv_now_ns();
   if (present.end_ns != 0 && now_ns >= present.end_ns) return true;
-  if (present.is_wanted == NULL || now_ns - present.asked_ns < BETWEEN_NS) return false;
+  if (!present.is_wanted || now_ns - present.asked_ns < BETWEEN_NS) return false;
   present.asked_ns = now_ns;
   return !present.is_wanted(present.context);
 }

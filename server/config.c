@@ -181,7 +181,7 @@ static const char *read_digits(const char *text, uint64_t *out) {
 static bool read_quantity(const char *text, const unit *units, size_t unit_count, uint64_t *out) {
   uint64_t number;
   const char *name = read_digits(text, &number);
-  if (name == NULL) return false;
+  if (!name) return false;
   for (size_t i = 0; i < unit_count; i++) {
     if (strcmp(name, units[i].name) != 0) continue;
     if (number > UINT64_MAX / units[i].factor) return false;
@@ -212,9 +212,9 @@ bool srv_parse_rate(const char *text, api_rate *out) {
   static const uint32_t SECONDS[] = {1, 60, 3600};
   uint64_t number;
   const char *unit = read_digits(text, &number);
-  if (unit == NULL || number == 0 || number > SRV_RATE_MAX) return false;
+  if (!unit || number == 0 || number > SRV_RATE_MAX) return false;
   const char *found = unit[0] == '/' && unit[1] != '\0' && unit[2] == '\0' ? strchr(UNITS, unit[1]) : NULL;
-  if (found == NULL) return false;
+  if (!found) return false;
   *out = (api_rate){(uint32_t)number, SECONDS[found - UNITS]};
   return true;
 }
@@ -264,7 +264,7 @@ static const section PRINTING[] = {
 enum { PRINTING_COUNT = sizeof PRINTING / sizeof *PRINTING };
 
 static bool tells_fallback(const setting *s) {
-  return s->fallback != NULL && s->fallback[0] != '\0' && s->kind != KIND_SWITCH;
+  return s->fallback && s->fallback[0] != '\0' && s->kind != KIND_SWITCH;
 }
 
 static void print_help(FILE *out) {
@@ -277,8 +277,8 @@ static void print_help(FILE *out) {
     const setting *s = &SETTINGS[i];
     char variable[FLAG_SIZE];
     variable_name(s->flag, variable);
-    fprintf(out, "  --%s%s%s  (%s)\n      %s", s->flag, s->argument != NULL ? " " : "",
-            s->argument != NULL ? s->argument : "", variable, s->help);
+    fprintf(out, "  --%s%s%s  (%s)\n      %s", s->flag, s->argument ? " " : "",
+            s->argument ? s->argument : "", variable, s->help);
     if (tells_fallback(s)) fprintf(out, " (default: %s)", s->fallback);
     fputc('\n', out);
   }
@@ -312,7 +312,7 @@ static void print_manual(FILE *out) {
     fputs(".TP\n\\fB\\-\\-", out);
     print_roff(out, s->flag);
     fputs("\\fR", out);
-    if (s->argument != NULL) fprintf(out, " \\fI%s\\fR", s->argument);
+    if (s->argument) fprintf(out, " \\fI%s\\fR", s->argument);
     fprintf(out, " (\\fB%s\\fR)\n", variable);
     print_roff(out, s->help);
     if (tells_fallback(s)) fputs(" (default: ", out), print_roff(out, s->fallback), fputs(")", out);
@@ -385,7 +385,7 @@ static bool assign(srv_config *config, const setting *s, const char *text) {
   char *base = (char *)config + s->offset;
   if (s->kind == KIND_TEXT) {
     char *copy = strdup(text);
-    if (copy == NULL) return false;
+    if (!copy) return false;
     free(*(char **)(void *)base);
     *(char **)(void *)base = copy;
     return true;
@@ -413,8 +413,7 @@ static bool read_environment(srv_config *config, char *(*environment)(const char
     char variable[FLAG_SIZE];
     variable_name(SETTINGS[i].flag, variable);
     const char *text = environment(variable);
-    if (text != NULL && !assign(config, &SETTINGS[i], text))
-      return fail_value(&SETTINGS[i], variable, text, error);
+    if (text && !assign(config, &SETTINGS[i], text)) return fail_value(&SETTINGS[i], variable, text, error);
   }
   return true;
 }
@@ -436,7 +435,7 @@ static const char *nearest(const char *name, size_t size) {
 
 void srv_config_warn(char *const *environment) {
   static const char PREFIX[] = "TWEEND_";
-  for (; *environment != NULL; environment++) {
+  for (; *environment; environment++) {
     if (strncmp(*environment, PREFIX, sizeof PREFIX - 1) != 0) continue;
     const char *name = *environment + sizeof PREFIX - 1;
     size_t size = strcspn(name, "=");
@@ -446,8 +445,8 @@ void srv_config_warn(char *const *environment) {
                        : name[i] >= 'A' && name[i] <= 'Z' ? name[i] + ('a' - 'A')
                                                           : name[i]);
     const setting *s = find_setting(flag, strlen(flag));
-    variable_name(s != NULL ? s->flag : nearest(flag, strlen(flag)), variable);
-    if (s == NULL || strncmp(variable, *environment, strlen(variable)) != 0)
+    variable_name(s ? s->flag : nearest(flag, strlen(flag)), variable);
+    if (!s || strncmp(variable, *environment, strlen(variable)) != 0)
       srv_log(SRV_LOG_WARN, "the variable %.*s is no setting; the nearest is %s",
               (int)(size + sizeof PREFIX - 1), *environment, variable);
   }
@@ -458,10 +457,10 @@ static bool read_flag(srv_config *config, int argc, char *const *argv, int *at, 
   const char *argument = argv[*at];
   size_t name_size = strncmp(argument, "--", 2) == 0 ? strcspn(argument + 2, "=") : 0;
   const setting *s = name_size > 0 ? find_setting(argument + 2, name_size) : NULL;
-  if (s == NULL) {
+  if (!s) {
     const char *near = name_size > 0 ? nearest(argument + 2, name_size) : NULL;
-    return srv_fail(error, "unknown argument '%s'%s%s; see --help", argument,
-                    near != NULL ? ", nearest: --" : "", near != NULL ? near : "");
+    return srv_fail(error, "unknown argument '%s'%s%s; see --help", argument, near ? ", nearest: --" : "",
+                    near ? near : "");
   }
   const char *value = argument + 2 + name_size;
   if (*value == '=') {
@@ -481,7 +480,7 @@ static bool read_flag(srv_config *config, int argc, char *const *argv, int *at, 
 
 static bool set_defaults(srv_config *config) {
   for (size_t i = 0; i < SETTING_COUNT; i++) {
-    if (SETTINGS[i].fallback != NULL && !assign(config, &SETTINGS[i], SETTINGS[i].fallback)) return false;
+    if (SETTINGS[i].fallback && !assign(config, &SETTINGS[i], SETTINGS[i].fallback)) return false;
   }
   /* Defaults that depend on the machine. check_together sets the queue once the number of threads is
    * known. */
@@ -500,9 +499,9 @@ static bool set_defaults(srv_config *config) {
 char *srv_config_text(const char *flag, const char *setting, size_t size_max, srv_error *error) {
   bool is_file = setting[0] == '@';
   char *text = is_file ? srv_read_text(setting + 1, size_max) : strdup(setting);
-  if (text == NULL && is_file)
+  if (!text && is_file)
     srv_fail(error, "--%s: cannot read '%s': %s", flag, setting + 1, strerror(errno));
-  else if (text == NULL)
+  else if (!text)
     srv_fail(error, "--%s: out of memory", flag);
   return text;
 }
@@ -510,7 +509,7 @@ char *srv_config_text(const char *flag, const char *setting, size_t size_max, sr
 bool srv_config_log_level(const srv_config *config, srv_log_level *out, srv_error *error) {
   static const char LEVELS[] = "error|warn|info|debug";
   char *text = srv_config_text("log-level", config->log_level, LEVEL_FILE_MAX, error);
-  if (text == NULL) return false;
+  if (!text) return false;
   const char *word = srv_trim(text);
   uint64_t level = 0;
   bool is_level =
@@ -528,9 +527,9 @@ bool srv_config_is_s3(const srv_config *config) {
  * pages from files and sandboxes. */
 static bool is_origin(const char *text, size_t size) {
   const char *host = strstr(text, "://");
-  if (host == NULL || host >= text + size) return size == strlen("null") && strncmp(text, "null", size) == 0;
+  if (!host || host >= text + size) return size == strlen("null") && strncmp(text, "null", size) == 0;
   size_t before = (size_t)(host - text) + strlen("://");
-  return host > text && before < size && memchr(text + before, '/', size - before) == NULL;
+  return host > text && before < size && !memchr(text + before, '/', size - before);
 }
 
 static const char BETWEEN[] = ", \t"; /* the items of a list */

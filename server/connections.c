@@ -54,9 +54,9 @@ static void cut(srv_connection *c) {
 static bool has_reserve(srv_loop *l) {
   if (l->reserve < SRV_RESERVE_MAX) return true;
   srv_connection *oldest = NULL;
-  for (srv_connection *c = l->connections; c != NULL; c = c->next)
-    if (c->is_reserve && !c->is_cut && c->exchange.target == NULL) oldest = c;
-  if (oldest != NULL) cut(oldest);
+  for (srv_connection *c = l->connections; c; c = c->next)
+    if (c->is_reserve && !c->is_cut && !c->exchange.target) oldest = c;
+  if (oldest) cut(oldest);
   return oldest != NULL;
 }
 
@@ -109,7 +109,7 @@ static bool linger(srv_loop *l, const srv_connection *c) {
   bool discards = c->is_unread && srv_raw_discard(c->fd);
   if (unsent == 0 && !discards) return false;
   srv_lingering *kept = malloc(sizeof *kept);
-  int fd = kept != NULL ? fcntl(c->fd, F_DUPFD_CLOEXEC, 0) : -1;
+  int fd = kept ? fcntl(c->fd, F_DUPFD_CLOEXEC, 0) : -1;
   if (fd < 0) {
     free(kept);
     return false;
@@ -142,7 +142,7 @@ static bool update_lingering(srv_loop *l, srv_lingering *kept, uint64_t now, boo
 }
 
 void srv_connections_discard(srv_loop *l, int fd) {
-  for (srv_lingering **link = &l->lingering; *link != NULL; link = &(*link)->next) {
+  for (srv_lingering **link = &l->lingering; *link; link = &(*link)->next) {
     if ((*link)->fd != fd) continue;
     if (!srv_raw_discard(fd)) end_lingering(l, link);
     return;
@@ -150,7 +150,7 @@ void srv_connections_discard(srv_loop *l, int fd) {
 }
 
 void srv_connections_end(srv_loop *l) {
-  while (l->lingering != NULL) end_lingering(l, &l->lingering);
+  while (l->lingering) end_lingering(l, &l->lingering);
 }
 
 /* ---- start and end ---------------------------------------------------------------------------- */
@@ -160,8 +160,8 @@ static srv_address peer_of(struct MHD_Connection *mhd) {
   const struct sockaddr *address =
       MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CLIENT_ADDRESS)->client_addr;
   srv_address peer = {0};
-  if (address != NULL && address->sa_family == AF_INET) memcpy(&peer.v4, address, sizeof peer.v4);
-  if (address != NULL && address->sa_family == AF_INET6) memcpy(&peer.v6, address, sizeof peer.v6);
+  if (address && address->sa_family == AF_INET) memcpy(&peer.v4, address, sizeof peer.v4);
+  if (address && address->sa_family == AF_INET6) memcpy(&peer.v6, address, sizeof peer.v6);
   return peer;
 }
 
@@ -198,7 +198,7 @@ static void add_connection(srv_loop *l, struct MHD_Connection *mhd, void **socke
   bool is_reserve =
       atomic_fetch_add(&l->http->server->connections, 1) >= config->max_connections && !l->http->is_admin;
   *socket_context = c;
-  if (c == NULL) return;
+  if (!c) return;
   api_service_hold(l->http->server->service, API_HELD_CONNECTION, SRV_CONNECTION_MEMORY);
   srv_address peer = peer_of(mhd);
   l->reserve += is_reserve;
@@ -210,27 +210,27 @@ static void add_connection(srv_loop *l, struct MHD_Connection *mhd, void **socke
   c->is_local = srv_listeners_are_loopback(&l->http->listeners, c->fd);
   srv_address_peer(&peer, c->peer, sizeof c->peer);
   c->next = l->connections;
-  if (c->next != NULL) c->next->previous = c;
+  if (c->next) c->next->previous = c;
   l->connections = c;
   srv_enter(c, SRV_PHASE_HEAD);
   enter_address(c);
 }
 
 static void unlink_connection(srv_loop *l, const srv_connection *c) {
-  if (c->previous != NULL) {
+  if (c->previous) {
     c->previous->next = c->next;
   } else {
     l->connections = c->next;
   }
-  if (c->next != NULL) c->next->previous = c->previous;
+  if (c->next) c->next->previous = c->previous;
 }
 
 static void drop_connection(srv_loop *l, void **socket_context) {
   srv_connection *c = *socket_context;
   *socket_context = NULL;
-  bool lingers = c != NULL && linger(l, c);
+  bool lingers = c && linger(l, c);
   if (!lingers) atomic_fetch_sub(&l->http->server->connections, 1);
-  if (c == NULL) return;
+  if (!c) return;
   unlink_connection(l, c);
   leave_address(c);
   l->reserve -= c->is_reserve;
@@ -266,7 +266,7 @@ static void let_go(const srv_connection *c) {
 
 static void expire(srv_connection *c) {
   bool late_request =
-      c->watch.phase == SRV_PHASE_BODY || (c->watch.phase == SRV_PHASE_HEAD && c->exchange.target != NULL);
+      c->watch.phase == SRV_PHASE_BODY || (c->watch.phase == SRV_PHASE_HEAD && c->exchange.target);
   if (late_request) {
     srv_exchange_refuse(&c->exchange, SRV_REFUSAL_SLOW, 408, "the request did not arrive in time", 0);
     srv_intake_refuse(c);
@@ -297,7 +297,7 @@ void srv_connections_sweep(srv_loop *l) {
     stop_listening(l);
   else if (!l->accepting)
     srv_connections_listen(l);
-  for (srv_connection *c = l->connections; c != NULL; c = c->next) {
+  for (srv_connection *c = l->connections; c; c = c->next) {
     if (draining) srv_note_unsent(c);
     if (c->watch.phase == SRV_PHASE_WORK && srv_exchange_give_up(&c->exchange))
       srv_hand_back(c);
@@ -306,7 +306,7 @@ void srv_connections_sweep(srv_loop *l) {
     else if (has_left(c, now))
       let_go(c);
   }
-  for (srv_lingering **link = &l->lingering; *link != NULL;) {
+  for (srv_lingering **link = &l->lingering; *link;) {
     if (update_lingering(l, *link, now, draining)) {
       end_lingering(l, link);
     } else {

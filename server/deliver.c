@@ -26,7 +26,7 @@ typedef struct delivery {
 static void free_delivery(void *context) {
   delivery *d = context;
   srv_listener_leave(d->listener);
-  if (d->ahead == NULL) api_answer_deinit(&d->answer);
+  if (!d->ahead) api_answer_deinit(&d->answer);
   srv_readahead_leave(d->ahead);
   free(d);
 }
@@ -55,8 +55,8 @@ static ssize_t read_block(void *context, uint64_t position, char *out, size_t ca
   if (atomic_load(&l->http->stop)) return MHD_CONTENT_READER_END_WITH_ERROR;
   size_t share = share_turn(l);
   if (capacity > share) capacity = share;
-  int64_t size = d->ahead != NULL ? srv_readahead_read(d->ahead, (uint8_t *)out, capacity)
-                                  : d->answer.body.read(d->answer.body.context, (uint8_t *)out, capacity);
+  int64_t size = d->ahead ? srv_readahead_read(d->ahead, (uint8_t *)out, capacity)
+                          : d->answer.body.read(d->answer.body.context, (uint8_t *)out, capacity);
   if (size == SRV_READAHEAD_LATER) return wait_for_more(d->to);
   if (size < 0) return MHD_CONTENT_READER_END_WITH_ERROR;
   if (size == 0) {
@@ -85,10 +85,10 @@ static size_t block_size(uint64_t body_size) {
 static struct MHD_Response *create_response(delivery *d) {
   const api_answer *answer = &d->answer;
   /* A live stream: for HEAD it is still in the answer, otherwise the listener has taken it over. */
-  if (answer->live.frame != NULL || d->listener != NULL) {
+  if (answer->live.frame || d->listener) {
     return MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, LIVE_BLOCK, read_stream, d, free_delivery);
   }
-  if (answer->body.read != NULL) {
+  if (answer->body.read) {
     uint64_t size = answer->body.size == API_SIZE_UNKNOWN ? MHD_SIZE_UNKNOWN : answer->body.size;
     return MHD_create_response_from_callback(size, block_size(size), read_block, d, free_delivery);
   }
@@ -134,16 +134,16 @@ static bool add_fields(struct MHD_Response *response, const delivery *d, const s
  * refusal. NULL then, and for other answers. */
 static srv_listener *join_stream(srv_connection *c) {
   srv_exchange *exchange = &c->exchange;
-  if (exchange->answer.live.frame == NULL || strcmp(exchange->method, "HEAD") == 0) return NULL;
+  if (!exchange->answer.live.frame || strcmp(exchange->method, "HEAD") == 0) return NULL;
   bool lacks_memory;
   srv_listener *listener =
       srv_live_join(exchange->server->live, &exchange->answer.live, srv_hand_back, c, &lacks_memory);
-  if (listener == NULL && lacks_memory) {
+  if (!listener && lacks_memory) {
     srv_exchange_refuse(exchange, API_REFUSAL_MEMORY, 503, "the memory for live streams is in use by others",
                         LISTENER_RETRY_S);
     return NULL;
   }
-  if (listener == NULL) {
+  if (!listener) {
     srv_exchange_refuse(exchange, SRV_REFUSAL_LISTENERS, 503,
                         "there are as many listeners as the daemon takes", LISTENER_RETRY_S);
     return NULL;
@@ -156,27 +156,26 @@ static srv_listener *join_stream(srv_connection *c) {
 
 /* Creates a readahead for a body of more blocks than its ring has. NULL for others, and without memory. */
 static srv_readahead *create_readahead(srv_connection *c, const api_answer *answer) {
-  bool is_large =
-      answer->body.read != NULL && answer->body.size > (uint64_t)SRV_READAHEAD_BLOCKS * SRV_BLOCK_SIZE;
+  bool is_large = answer->body.read && answer->body.size > (uint64_t)SRV_READAHEAD_BLOCKS * SRV_BLOCK_SIZE;
   if (!is_large || strcmp(c->exchange.method, "HEAD") == 0) return NULL;
   return srv_readahead_create(c->exchange.server->work, c->exchange.server->service, answer, srv_hand_back,
                               c);
 }
 
 static bool is_sized(const api_answer *answer) {
-  return answer->live.frame == NULL && (answer->body.read == NULL || answer->body.size != API_SIZE_UNKNOWN);
+  return !answer->live.frame && (!answer->body.read || answer->body.size != API_SIZE_UNKNOWN);
 }
 
 enum MHD_Result srv_deliver(srv_connection *c) {
   srv_exchange *exchange = &c->exchange;
   delivery *d = malloc(sizeof *d);
-  if (d == NULL) return MHD_NO;
+  if (!d) return MHD_NO;
   srv_listener *listener = join_stream(c);
   *d = (delivery){exchange->answer, c, listener, create_readahead(c, &exchange->answer)};
   exchange->answer = (api_answer){0};
   exchange->answered = false;
   struct MHD_Response *response = create_response(d);
-  if (response == NULL) {
+  if (!response) {
     free_delivery(d);
     return MHD_NO;
   }
@@ -185,13 +184,13 @@ enum MHD_Result srv_deliver(srv_connection *c) {
    * start of the next answer. Without chunks it closes the connection. */
   if (is_head && !is_sized(&d->answer))
     MHD_set_response_options(response, MHD_RF_HTTP_1_0_COMPATIBLE_STRICT, MHD_RO_END);
-  bool is_whole = d->answer.body.read == NULL && listener == NULL;
+  bool is_whole = !d->answer.body.read && !listener;
   if (is_whole && !is_head) exchange->bytes_out = d->answer.bytes.size;
   bool close = exchange->close || atomic_load(&exchange->server->draining);
   bool is_queued = add_fields(response, d, exchange, close) &&
                    MHD_queue_response(c->mhd, (unsigned)exchange->status, response) == MHD_YES;
   MHD_destroy_response(response);
   if (!is_queued) exchange->bytes_out = 0;
-  srv_enter(c, listener != NULL ? SRV_PHASE_LIVE : SRV_PHASE_SEND);
+  srv_enter(c, listener ? SRV_PHASE_LIVE : SRV_PHASE_SEND);
   return is_queued ? MHD_YES : MHD_NO;
 }

@@ -46,7 +46,7 @@ char *srv_read_text(const char *path, size_t size_max) {
   int fd = open(path, O_RDONLY | O_CLOEXEC);
   if (fd < 0) return NULL;
   char *text = malloc(size_max + 1);
-  ssize_t size = text != NULL ? read_most(fd, text, size_max + 1, -1) : -1;
+  ssize_t size = text ? read_most(fd, text, size_max + 1, -1) : -1;
   close(fd);
   if (size < 0 || (size_t)size > size_max) {
     if (size >= 0) errno = EFBIG;
@@ -55,14 +55,14 @@ char *srv_read_text(const char *path, size_t size_max) {
   }
   text[size] = '\0';
   char *fitting = realloc(text, (size_t)size + 1);
-  return fitting != NULL ? fitting : text;
+  return fitting ? fitting : text;
 }
 
 char *srv_trim(char *text) {
   static const char BLANKS[] = " \t\r\n";
   text += strspn(text, BLANKS);
   size_t size = strlen(text);
-  while (size > 0 && strchr(BLANKS, text[size - 1]) != NULL) size--;
+  while (size > 0 && strchr(BLANKS, text[size - 1])) size--;
   text[size] = '\0';
   return text;
 }
@@ -93,8 +93,8 @@ bool srv_each_file(const char *folder,
     char path[PATH_MAX + 4];
     snprintf(path, sizeof path, "%s/%02x", folder, prefix);
     DIR *listing = opendir(path);
-    if (listing == NULL) continue;
-    for (struct dirent *entry = readdir(listing); entry != NULL && goes_on; entry = readdir(listing)) {
+    if (!listing) continue;
+    for (struct dirent *entry = readdir(listing); entry && goes_on; entry = readdir(listing)) {
       struct stat facts;
       bool is_file =
           fstatat(dirfd(listing), entry->d_name, &facts, AT_SYMLINK_NOFOLLOW) == 0 && S_ISREG(facts.st_mode);

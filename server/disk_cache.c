@@ -53,7 +53,7 @@ static bool add_copy(void *context, const char *id, const struct stat *object) {
   if (all->count == all->capacity) {
     size_t capacity = all->capacity > 0 ? 2 * all->capacity : 1024;
     copy *longer = realloc(all->list, capacity * sizeof *longer);
-    if (longer == NULL) return false;
+    if (!longer) return false;
     all->list = longer;
     all->capacity = capacity;
   }
@@ -100,7 +100,7 @@ static void shrink(srv_disk_cache *cache) {
 
 srv_disk_cache *srv_disk_cache_create(srv_store_fs *folder, const char *root, uint64_t limit) {
   srv_disk_cache *cache = calloc(1, sizeof *cache);
-  if (cache == NULL) return NULL;
+  if (!cache) return NULL;
   cache->folder = srv_store_fs_api(folder);
   cache->root = root;
   cache->limit = limit;
@@ -110,7 +110,7 @@ srv_disk_cache *srv_disk_cache_create(srv_store_fs *folder, const char *root, ui
 }
 
 void srv_disk_cache_destroy(srv_disk_cache *cache) {
-  if (cache == NULL) return;
+  if (!cache) return;
   pthread_mutex_destroy(&cache->counting);
   free(cache);
 }
@@ -120,7 +120,7 @@ void srv_disk_cache_put(srv_disk_cache *cache, const char *id, api_bytes bytes, 
   bool existed = false;
   if (cache->limit < SUMMARY_ROOM || bytes.size > cache->limit - SUMMARY_ROOM) return;
   api_store_status status =
-      cache->folder.put(cache->folder.context, id, bytes, summary != NULL ? summary : "", &existed);
+      cache->folder.put(cache->folder.context, id, bytes, summary ? summary : "", &existed);
   if (status != API_STORE_OK || existed) return;
   uint64_t added = (bytes.size + 4095) / 4096 * 4096 + SUMMARY_ROOM;
   if (atomic_fetch_add(&cache->bytes, added) + added > cache->limit) shrink(cache);

@@ -31,7 +31,7 @@ char *srv_server_metrics(void *context, size_t *size) {
   if (server->config->store_limit > 0) gauges.store_bytes = srv_store_fs_used(server->folder);
 #ifdef TWEEND_S3
   srv_store_s3_load bucket;
-  if (server->bucket != NULL) {
+  if (server->bucket) {
     bucket = srv_store_s3_look(server->bucket);
     gauges.bucket = &bucket;
   }
@@ -98,10 +98,10 @@ static void split_target(srv_exchange *exchange) {
     host[size - 1] = '\0';
   }
   char *query = strchr(path, '?');
-  if (query != NULL) *query++ = '\0';
+  if (query) *query++ = '\0';
   api_path_normalize(path);
   exchange->request.path = *path != '\0' ? path : "/";
-  exchange->request.query = query != NULL ? query : "";
+  exchange->request.query = query ? query : "";
 }
 
 bool srv_exchange_begin(srv_exchange *exchange, srv_server *server, const char *target) {
@@ -110,7 +110,7 @@ bool srv_exchange_begin(srv_exchange *exchange, srv_server *server, const char *
   exchange->started_ns = srv_now_ns();
   exchange->status = 400;
   exchange->target = strdup(target);
-  if (exchange->target == NULL) return false;
+  if (!exchange->target) return false;
   split_target(exchange);
   make_id(exchange->id);
   exchange->request.id = exchange->id;
@@ -158,7 +158,7 @@ void srv_exchange_refuse(srv_exchange *exchange, unsigned reason, int status, co
   exchange->answer = (api_answer){0};
   /* Other requests may wait for a result that this request has promised to make: tell them now, not when the
    * client has read the refusal. */
-  if (exchange->request.ticket != NULL) api_ticket_end(exchange->server->service, &exchange->ticket);
+  if (exchange->request.ticket) api_ticket_end(exchange->server->service, &exchange->ticket);
   if (exchange->opened) {
     api_refuse(exchange->server->service, &exchange->request, status, detail, retry_after, &exchange->answer);
   } else {
@@ -286,12 +286,11 @@ srv_exchange_step srv_exchange_open(srv_exchange *exchange, const char *method, 
   exchange->request.now_s = (uint64_t)time(NULL);
   exchange->request.header = header;
   exchange->request.context = context;
-  if (exchange->request.host == NULL) exchange->request.host = header(context, "Host");
+  if (!exchange->request.host) exchange->request.host = header(context, "Host");
   const char *trace = header(context, "traceparent");
-  if (trace != NULL && is_valid_trace(trace))
-    copy_cut(exchange->traceparent, sizeof exchange->traceparent, trace);
+  if (trace && is_valid_trace(trace)) copy_cut(exchange->traceparent, sizeof exchange->traceparent, trace);
   const char *id = header(context, "X-Request-Id");
-  if (id != NULL && is_valid_id(id)) copy_cut(exchange->id, sizeof exchange->id, id);
+  if (id && is_valid_id(id)) copy_cut(exchange->id, sizeof exchange->id, id);
   srv_body_init(&exchange->body, exchange->server->config->max_upload, &exchange->server->spool);
   if (!refused(exchange, framing)) return SRV_EXCHANGE_MORE;
   bool droppable = !framing->chunked && !framing->continues && framing->length <= DROP_MAX;
@@ -327,7 +326,7 @@ static bool is_late(const srv_exchange *exchange, uint64_t now_ns) {
 static void limit_computing(srv_exchange *exchange) {
   uint64_t limit_ns = exchange->server->config->compute_timeout * 1000000;
   bool is_over = exchange->computed_ns >= limit_ns, is_given_up = is_over && exchange->answer.status == 503;
-  if (limit_ns == 0 || (exchange->answer.body.read == NULL && !is_given_up)) return;
+  if (limit_ns == 0 || (!exchange->answer.body.read && !is_given_up)) return;
   if (!is_over && srv_compute_limit(&exchange->answer.body, limit_ns - exchange->computed_ns)) return;
   srv_exchange_refuse(exchange, SRV_REFUSAL_COMPUTE_TIMEOUT, 503,
                       "computing the answer takes longer than the daemon allows", RETRY_S);
@@ -486,7 +485,7 @@ char *srv_exchange_print(const srv_exchange *exchange, const char *reason, size_
   char timing[SRV_TIMING_SIZE], *text = NULL;
   srv_exchange_timing(exchange, timing);
   FILE *out = open_memstream(&text, size);
-  if (out == NULL) return NULL;
+  if (!out) return NULL;
   char date[40];
   const time_t now = time(NULL);
   struct tm utc;
@@ -507,10 +506,10 @@ char *srv_exchange_print(const srv_exchange *exchange, const char *reason, size_
 }
 
 void srv_exchange_end(srv_exchange *exchange, const char *peer, bool aborted) {
-  if (exchange->target == NULL) return;
+  if (!exchange->target) return;
   char client[SRV_CLIENT_TEXT];
   if (exchange->is_forwarded) srv_client_print(&exchange->client, client);
-  const char *route = exchange->route != NULL ? exchange->route : api_route_name(exchange->request.path);
+  const char *route = exchange->route ? exchange->route : api_route_name(exchange->request.path);
   const srv_log_request request = {.id = exchange->id,
                                    .peer = exchange->is_forwarded ? client : peer,
                                    .method = exchange->method,
@@ -532,7 +531,7 @@ void srv_exchange_end(srv_exchange *exchange, const char *peer, bool aborted) {
   if (exchange->opened) atomic_fetch_sub(&exchange->server->in_flight, 1);
   atomic_fetch_add(&exchange->server->ended, 1);
   if (exchange->answered) api_answer_deinit(&exchange->answer);
-  if (exchange->request.ticket != NULL) api_ticket_end(exchange->server->service, &exchange->ticket);
+  if (exchange->request.ticket) api_ticket_end(exchange->server->service, &exchange->ticket);
   drop_body(exchange);
   free(exchange->target);
   exchange->target = NULL;

@@ -23,7 +23,7 @@ static bool all_are(const char *text, size_t size, bool (*is_sound)(unsigned cha
 
 /* Whether each % begins a byte in hexadecimal other than NUL. */
 static bool escapes_sound(const char *target) {
-  for (const char *at = strchr(target, '%'); at != NULL; at = strchr(at + 1, '%')) {
+  for (const char *at = strchr(target, '%'); at; at = strchr(at + 1, '%')) {
     if (!isxdigit((unsigned char)at[1]) || !isxdigit((unsigned char)at[2])) return false;
     if (at[1] == '0' && at[2] == '0') return false;
   }

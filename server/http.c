@@ -36,7 +36,7 @@ static void resume_done(srv_loop *l) {
   srv_connection *c = l->done;
   l->done = NULL;
   pthread_mutex_unlock(&l->lock);
-  while (c != NULL) {
+  while (c) {
     srv_connection *next = c->next_done;
     c->waits = false;
     MHD_resume_connection(c->mhd);
@@ -46,7 +46,7 @@ static void resume_done(srv_loop *l) {
 
 static int wait_ms(const srv_loop *l) {
   unsigned long long wanted;
-  bool watches = l->connections != NULL || l->lingering != NULL || !l->accepting;
+  bool watches = l->connections || l->lingering || !l->accepting;
   int most = atomic_load(&l->http->server->draining) ? SRV_DRAIN_SWEEP_MS : watches ? SRV_SWEEP_MS : -1;
   if (MHD_get_timeout(l->daemon, &wanted) != MHD_YES) return most;
   return most < 0 || wanted < (unsigned long long)most ? (int)(wanted < SRV_SWEEP_MS ? wanted : SRV_SWEEP_MS)
@@ -94,7 +94,7 @@ static void await_suspended(srv_loop *l) {
     if (i > 0) poll(&event, 1, 1);
     resume_done(l);
     waits = false;
-    for (const srv_connection *c = l->connections; c != NULL; c = c->next) waits |= c->waits;
+    for (const srv_connection *c = l->connections; c; c = c->next) waits |= c->waits;
   }
 }
 
@@ -102,7 +102,7 @@ static void await_suspended(srv_loop *l) {
 static bool all_back(srv_loop *l) {
   await_suspended(l);
   MHD_run(l->daemon);
-  for (const srv_connection *c = l->connections; c != NULL; c = c->next) {
+  for (const srv_connection *c = l->connections; c; c = c->next) {
     if (c->watch.phase == SRV_PHASE_WORK || c->waits) return false;
   }
   return true;
@@ -174,9 +174,9 @@ static bool start_loop(srv_http *http, srv_loop *l) {
   atomic_init(&l->has_turned, true);
   if (l->epoll < 0 || l->event < 0) return false;
   l->daemon = start_daemon(l);
-  if (l->daemon == NULL) return false;
+  if (!l->daemon) return false;
   const union MHD_DaemonInfo *info = MHD_get_daemon_info(l->daemon, MHD_DAEMON_INFO_EPOLL_FD);
-  if (info == NULL) return false;
+  if (!info) return false;
   l->library = info->epoll_fd;
   if (!watch_descriptor(l, l->library) || !watch_descriptor(l, l->event)) return false;
   srv_connections_listen(l);
@@ -189,7 +189,7 @@ static bool start_loop(srv_http *http, srv_loop *l) {
 
 static void panic(void *context, const char *file, unsigned line, const char *reason) {
   (void)context;
-  srv_log(SRV_LOG_ERROR, "libmicrohttpd gave up at %s:%u: %s", file, line, reason != NULL ? reason : "");
+  srv_log(SRV_LOG_ERROR, "libmicrohttpd gave up at %s:%u: %s", file, line, reason ? reason : "");
   abort();
 }
 
@@ -198,7 +198,7 @@ srv_http *srv_http_start(srv_server *server, const srv_listeners *listeners, srv
   const srv_config *config = server->config;
   size_t loops = kind == SRV_HTTP_ADMIN ? 1 : (size_t)config->io_threads;
   srv_http *http = calloc(1, sizeof *http + loops * sizeof *http->loops);
-  if (http == NULL) {
+  if (!http) {
     srv_fail(error, "out of memory");
     srv_listeners_close(listeners);
     return NULL;
@@ -252,7 +252,7 @@ bool srv_http_stop(srv_http *http) {
   if (atomic_load(&http->unfinished)) return false;
   for (size_t i = 0; i < http->loop_count; i++) {
     srv_loop *l = &http->loops[i];
-    if (l->daemon != NULL) MHD_stop_daemon(l->daemon);
+    if (l->daemon) MHD_stop_daemon(l->daemon);
     srv_connections_end(l);
     if (l->epoll >= 0) close(l->epoll);
     if (l->event >= 0) close(l->event);

@@ -30,13 +30,13 @@ static bool doubts_chunks(void) {
 static size_t head_size(const srv_connection *c) {
   const union MHD_ConnectionInfo *info =
       MHD_get_connection_info(c->mhd, MHD_CONNECTION_INFO_REQUEST_HEADER_SIZE);
-  return info != NULL ? info->header_size : 0;
+  return info ? info->header_size : 0;
 }
 
 static enum MHD_Result take_field(void *context, enum MHD_ValueKind kind, const char *name, size_t name_size,
                                   const char *value, size_t value_size) {
   (void)kind;
-  srv_framing_field(context, name, name_size, value != NULL ? value : "", value != NULL ? value_size : 0);
+  srv_framing_field(context, name, name_size, value ? value : "", value ? value_size : 0);
   return MHD_YES;
 }
 
@@ -48,8 +48,8 @@ static void judge_fields(const srv_connection *c, srv_framing *framing) {
 /* The connection whose head the library is checking, or NULL. The library calls back for each complete head
  * at once, so at most one connection has a complete head and is not opened. */
 static srv_connection *find_judged(const srv_loop *l) {
-  for (srv_connection *c = l->connections; c != NULL; c = c->next) {
-    bool is_begun = c->exchange.target != NULL && !c->exchange.opened && c->watch.phase == SRV_PHASE_HEAD;
+  for (srv_connection *c = l->connections; c; c = c->next) {
+    bool is_begun = c->exchange.target && !c->exchange.opened && c->watch.phase == SRV_PHASE_HEAD;
     if (is_begun && head_size(c) > 0) return c;
   }
   return NULL;
@@ -59,7 +59,7 @@ static srv_connection *find_judged(const srv_loop *l) {
  * heads. It logs before it answers: this function answers first and shuts the socket down. */
 void srv_intake_complaint(srv_loop *l) {
   srv_connection *c = find_judged(l);
-  if (c == NULL) return;
+  if (!c) return;
   srv_framing framing = c->framing;
   judge_fields(c, &framing);
   if (framing.status != 0) {
@@ -78,7 +78,7 @@ void srv_intake_refuse(srv_connection *c) {
   const char *reason = MHD_get_reason_phrase_for((unsigned)c->exchange.status);
   size_t size = 0;
   char *text = c->owner->http->tls ? NULL : srv_exchange_print(&c->exchange, reason, &size);
-  bool is_sent = text != NULL && srv_raw_send(c->fd, text, size);
+  bool is_sent = text && srv_raw_send(c->fd, text, size);
   free(text);
   shutdown(c->fd, is_sent ? SHUT_WR : SHUT_RDWR);
   c->is_unread = true;
@@ -99,7 +99,7 @@ static bool is_blank(char c) {
 /* Room for a value of `size` bytes and its terminator, until the request ends; NULL without memory. */
 static char *keep_value(srv_connection *c, size_t size) {
   srv_trimmed *copy = malloc(sizeof *copy + size + 1);
-  if (copy == NULL) return NULL;
+  if (!copy) return NULL;
   copy->next = c->trimmed;
   c->trimmed = copy;
   copy->text[size] = '\0';
@@ -107,7 +107,7 @@ static char *keep_value(srv_connection *c, size_t size) {
 }
 
 static void forget_trimmed(srv_connection *c) {
-  while (c->trimmed != NULL) {
+  while (c->trimmed) {
     srv_trimmed *next = c->trimmed->next;
     free(c->trimmed);
     c->trimmed = next;
@@ -128,14 +128,14 @@ static enum MHD_Result take_line(void *context, enum MHD_ValueKind kind, const c
   (void)kind;
   sought *s = context;
   if (name_size != s->name_size || strncasecmp(name, s->name, name_size) != 0) return MHD_YES;
-  if (value == NULL) value = "";
+  if (!value) value = "";
   bool is_trimmed = size == 0 || !is_blank(value[size - 1]);
   while (size > 0 && is_blank(value[size - 1])) size--;
-  size_t before = s->value != NULL ? s->size + strlen(", ") : 0;
+  size_t before = s->value ? s->size + strlen(", ") : 0;
   char *joined = before > 0 || !is_trimmed ? keep_value(s->connection, before + size) : NULL;
-  if (joined != NULL && before > 0) memcpy(mempcpy(joined, s->value, s->size), ", ", strlen(", "));
-  if (joined != NULL) memcpy(joined + before, value, size);
-  s->value = joined != NULL ? joined : value;
+  if (joined && before > 0) memcpy(mempcpy(joined, s->value, s->size), ", ", strlen(", "));
+  if (joined) memcpy(joined + before, value, size);
+  s->value = joined ? joined : value;
   s->size = before + size;
   return MHD_YES;
 }
@@ -154,8 +154,8 @@ static const char *find_header(void *context, const char *name) {
 void *srv_intake_begin(void *context, const char *target, struct MHD_Connection *mhd) {
   (void)context;
   const union MHD_ConnectionInfo *info = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
-  srv_connection *c = info != NULL ? info->socket_context : NULL;
-  if (c == NULL || c->watch.phase == SRV_PHASE_LINGER) return c;
+  srv_connection *c = info ? info->socket_context : NULL;
+  if (!c || c->watch.phase == SRV_PHASE_LINGER) return c;
   if (!srv_exchange_begin(&c->exchange, c->owner->http->server, target)) return NULL;
   srv_enter(c, SRV_PHASE_HEAD);
   c->exchange.is_reserve = c->is_reserve;
@@ -199,7 +199,7 @@ static enum MHD_Result take_forwarded(void *context, enum MHD_ValueKind kind, co
   (void)kind;
   forwarded *f = context;
   enum { MOST = sizeof f->values / sizeof *f->values };
-  if (strcasecmp(name, "X-Forwarded-For") != 0 || value == NULL) return MHD_YES;
+  if (strcasecmp(name, "X-Forwarded-For") != 0 || !value) return MHD_YES;
   if (f->count == MOST) memmove(f->values, f->values + 1, --f->count * sizeof *f->values);
   f->values[f->count++] = value;
   return MHD_YES;
@@ -270,7 +270,7 @@ enum MHD_Result srv_intake_take(void *context, struct MHD_Connection *mhd, const
   (void)context;
   (void)url; /* decoded and cut at %00; the exchange has the raw target */
   srv_connection *c = *request;
-  if (c == NULL || c->watch.phase == SRV_PHASE_LINGER) return MHD_NO;
+  if (!c || c->watch.phase == SRV_PHASE_LINGER) return MHD_NO;
   c->mhd = mhd;
   if (!c->exchange.opened) return open_request(c, method, version);
   return *size > 0 ? take_body(c, data, size) : finish_request(c);
@@ -281,7 +281,7 @@ void srv_intake_end(void *context, struct MHD_Connection *mhd, void **request,
   (void)context;
   (void)mhd;
   srv_connection *c = *request;
-  if (c == NULL) return;
+  if (!c) return;
   bool is_refused = c->watch.phase == SRV_PHASE_LINGER;
   /* In these phases only the library itself can have answered. */
   if (c->watch.phase == SRV_PHASE_HEAD || c->watch.phase == SRV_PHASE_BODY) c->is_unread = true;

@@ -16,7 +16,7 @@ void srv_hand_back(void *owner) {
   srv_connection *c = owner;
   srv_loop *l = c->owner;
   pthread_mutex_lock(&l->lock);
-  if (l->done == NULL) srv_wake(l); /* under the lock: once the thread sees c, it may end and free l */
+  if (!l->done) srv_wake(l); /* under the lock: once the thread sees c, it may end and free l */
   c->next_done = l->done;
   l->done = c;
   pthread_mutex_unlock(&l->lock);

@@ -14,7 +14,7 @@ static const unsigned ALL_RIGHTS = API_MAY_READ | API_MAY_WRITE | API_MAY_DELETE
 static const char BLANKS[] = " \t\r\n";
 
 static bool is_key(const char *word) {
-  return word[strcspn(word, BLANKS)] == '\0' && strchr(word, ',') == NULL;
+  return word[strcspn(word, BLANKS)] == '\0' && !strchr(word, ',');
 }
 
 /* Reads "read,write,delete" or some of these; cuts the word in place. */
@@ -22,7 +22,7 @@ static bool read_rights(char *word, unsigned *out) {
   static const char *const NAMES[] = {"read", "write", "delete"};
   char *rest = NULL;
   unsigned rights = 0;
-  for (char *name = strtok_r(word, ",", &rest); name != NULL; name = strtok_r(NULL, ",", &rest)) {
+  for (char *name = strtok_r(word, ",", &rest); name; name = strtok_r(NULL, ",", &rest)) {
     unsigned i = 0;
     while (i < 3 && strcmp(name, NAMES[i]) != 0) i++;
     if (i == 3) return false;
@@ -45,9 +45,9 @@ static bool read_line(char *line, api_key *key) {
   char *rest = NULL;
   *key = (api_key){.text = strtok_r(line, BLANKS, &rest), .rights = ALL_RIGHTS};
   char *first = strtok_r(NULL, BLANKS, &rest), *second = strtok_r(NULL, BLANKS, &rest);
-  if (!is_key(key->text) || strtok_r(NULL, BLANKS, &rest) != NULL) return false;
-  if (second != NULL && !srv_parse_rate(second, &key->rate)) return false;
-  return first == NULL || read_word(first, second == NULL, key);
+  if (!is_key(key->text) || strtok_r(NULL, BLANKS, &rest)) return false;
+  if (second && !srv_parse_rate(second, &key->rate)) return false;
+  return !first || read_word(first, !second, key);
 }
 
 /* Parses one trimmed item of a list into a key; false when it is malformed. */
@@ -69,9 +69,9 @@ static size_t count_items(const char *text, char separator) {
 static size_t read_items(srv_key_list *list, bool is_file, read_item *read) {
   char separator = is_file ? '\n' : ',';
   size_t number = 0;
-  for (char *at = list->text, *next; at != NULL; at = next) {
+  for (char *at = list->text, *next; at; at = next) {
     next = strchr(at, separator);
-    if (next != NULL) *next++ = '\0';
+    if (next) *next++ = '\0';
     number++;
     char *item = srv_trim(at);
     if (*item == '\0' || (is_file && *item == '#')) continue;
@@ -87,9 +87,9 @@ static bool read_list(const char *flag, const char *setting, read_item *read, co
   bool is_file = setting[0] == '@';
   if (setting[0] == '\0') return true;
   list->text = srv_config_text(flag, setting, FILE_MAX, error);
-  if (list->text == NULL) return false;
+  if (!list->text) return false;
   list->keys = calloc(count_items(list->text, is_file ? '\n' : ','), sizeof *list->keys);
-  if (list->keys == NULL) return srv_fail(error, "out of memory");
+  if (!list->keys) return srv_fail(error, "out of memory");
   size_t bad = read_items(list, is_file, read);
   if (bad > 0)
     srv_fail(error, "--%s: %s %zu %s", flag, is_file ? "line" : "item", bad, complaint);

@@ -51,7 +51,7 @@ static bool parse_inet6(const char *host, in_port_t port, srv_address *out) {
 /* Resolves a host name, IPv4 first. Digits and dots are no name. */
 static bool resolve(const char *host, in_port_t port, srv_address *out) {
   static const int FAMILIES[] = {AF_INET, AF_INET6};
-  if (host[strspn(host, "0123456789.")] == '\0' || strchr(host, ':') != NULL) return false;
+  if (host[strspn(host, "0123456789.")] == '\0' || strchr(host, ':')) return false;
   for (size_t i = 0; i < 2; i++) {
     const struct addrinfo wanted = {.ai_family = FAMILIES[i], .ai_socktype = SOCK_STREAM};
     struct addrinfo *found = NULL;
@@ -77,12 +77,11 @@ bool srv_address_parse(const char *text, srv_address *out, srv_error *error) {
   bool bracketed = text[0] == '[';
   const char *start = bracketed ? text + 1 : text;
   const char *colon = strrchr(text, ':');
-  size_t size = colon != NULL ? (size_t)(colon - start) : 0;
+  size_t size = colon ? (size_t)(colon - start) : 0;
   bool closed = !bracketed || (size > 0 && start[size - 1] == ']');
   if (bracketed && size > 0) size--;
   in_port_t port;
-  bool parsed =
-      colon != NULL && colon > start && closed && size < sizeof host && parse_port(colon + 1, &port);
+  bool parsed = colon && colon > start && closed && size < sizeof host && parse_port(colon + 1, &port);
   if (parsed) {
     memcpy(host, start, size);
     host[size] = '\0';

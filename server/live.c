@@ -80,7 +80,7 @@ struct srv_live {
 /* ---- frames ---------------------------------------------------------------------------------- */
 
 static void release_frame(frame *f) {
-  if (f == NULL || --f->references > 0) return;
+  if (!f || --f->references > 0) return;
   f->channel->frames -= f->bytes.size;
   free((void *)(uintptr_t)f->bytes.data);
   free(f);
@@ -93,7 +93,7 @@ static frame *hold_frame(frame *f) {
 
 static frame *find_frame(const channel *c, uint64_t number) {
   frame *f = c->depth > 0 ? c->kept[number % c->depth] : NULL;
-  return f != NULL && f->number == number ? f : NULL;
+  return f && f->number == number ? f : NULL;
 }
 
 /* Takes ownership of the frame. */
@@ -126,7 +126,7 @@ static bool hold_for_frames(srv_live *live, channel *c, uint64_t frames) {
 /* NULL without memory. others: bytes of the channel's other frames. */
 static frame *create_frame(srv_live *live, channel *c, uint64_t number, uint64_t others) {
   frame *f = malloc(sizeof *f);
-  if (f == NULL) return NULL;
+  if (!f) return NULL;
   *f = (frame){.references = 1, .channel = c, .number = number};
   if (!c->source.frame(c->source.context, number, &f->bytes)) {
     free(f);
@@ -144,7 +144,7 @@ static void print_frame(srv_live *live, channel *c, uint64_t number) {
   pthread_mutex_unlock(&live->lock);
   frame *f = create_frame(live, c, number, others);
   pthread_mutex_lock(&live->lock);
-  if (f == NULL) return; /* without memory the frame is skipped, like one that is too late */
+  if (!f) return; /* without memory the frame is skipped, like one that is too late */
   live->printed++;
   c->frames += f->bytes.size;
   keep_frame(c, f);
@@ -185,7 +185,7 @@ static uint64_t frame_at(const channel *c, uint64_t step, int64_t lag) {
 
 static int64_t least_lag(const channel *c) {
   int64_t least = INT64_MAX;
-  for (const srv_listener *l = c->listeners; l != NULL; l = l->next)
+  for (const srv_listener *l = c->listeners; l; l = l->next)
     if (l->lag < least) least = l->lag;
   return least;
 }
@@ -207,11 +207,11 @@ static bool is_complete(const srv_listener *l) {
  * is offered as soon as it is kept, even if a later frame is due. */
 static void offer(srv_live *live, srv_listener *l, uint64_t number, uint64_t now) {
   if (is_complete(l)) return;
-  if (l->pending != NULL && l->pending->number == l->first) return;
-  if (!l->has_shown && (number < l->first || find_frame(l->channel, l->first) != NULL)) number = l->first;
+  if (l->pending && l->pending->number == l->first) return;
+  if (!l->has_shown && (number < l->first || find_frame(l->channel, l->first))) number = l->first;
   frame *f = l->has_shown && l->shown == number ? NULL : find_frame(l->channel, number);
-  if (f != NULL) {
-    if (l->pending != NULL) live->skipped++;
+  if (f) {
+    if (l->pending) live->skipped++;
     release_frame(l->pending);
     l->pending = hold_frame(f);
     l->has_shown = true;
@@ -233,7 +233,7 @@ static void play(srv_live *live, channel *c, uint64_t now) {
   uint64_t front = c->depth == 0 ? c->base : frame_at(c, step, least_lag(c));
   if (has_begun(c, now) && (c->depth == 0 || front > c->newest)) print_frame(live, c, front);
   c->due_ns = has_begun(c, now) ? step_ns(c, step + 1) : c->start_ns;
-  for (srv_listener *l = c->listeners; l != NULL; l = l->next) {
+  for (srv_listener *l = c->listeners; l; l = l->next) {
     offer(live, l, frame_at(c, step, l->lag), now);
     uint64_t pulse = l->offered_ns + live->pulse_ns;
     if (!is_complete(l) && pulse < c->due_ns) c->due_ns = pulse;
@@ -251,11 +251,11 @@ static void destroy_channel(srv_live *live, channel *c) {
 /* Plays the channels that are due and frees those without listeners. Returns when the next channel is due. */
 static uint64_t run_channels(srv_live *live) {
   uint64_t next = UINT64_MAX;
-  for (channel **place = &live->channels; *place != NULL;) {
+  for (channel **place = &live->channels; *place;) {
     channel *c = *place;
     uint64_t now = srv_now_ns();
-    if (c->listeners != NULL && c->due_ns <= now) play(live, c, now);
-    if (c->listeners == NULL) {
+    if (c->listeners && c->due_ns <= now) play(live, c, now);
+    if (!c->listeners) {
       *place = c->next;
       pthread_mutex_unlock(&live->lock); /* freeing may take long and wake other requests */
       destroy_channel(live, c);
@@ -291,13 +291,13 @@ static void *run(void *context) {
  * smaller lag is impossible. A source that joins takes the least lag, as does every listener before the first
  * frame is printed. */
 static bool can_share(const channel *c, const api_live *source, uint64_t now, int64_t *lag) {
-  if (c->listeners == NULL || strcmp(c->source.key, source->key) != 0) return false;
+  if (!c->listeners || strcmp(c->source.key, source->key) != 0) return false;
   int64_t least = least_lag(c);
   bool is_begun = c->depth > 0 || source->first != c->base;
   *lag =
       source->joins || !is_begun ? least : (int64_t)(c->base + nearest_step(c, now)) - (int64_t)source->first;
   if (*lag == least) return true;
-  return *lag > least && *lag - least < (int64_t)c->depth && find_frame(c, source->first) != NULL;
+  return *lag > least && *lag - least < (int64_t)c->depth && find_frame(c, source->first);
 }
 
 /* Makes the frame that is due now step 0 of the grid, or frame 0 when the start is in the future. */
@@ -316,7 +316,7 @@ static void begin_at_start(channel *c, uint64_t now) {
  * NULL without memory. */
 static channel *create_channel(srv_live *live, api_live *source, uint64_t now, uint64_t *held) {
   channel *c = calloc(1, sizeof *c);
-  if (c == NULL) return NULL;
+  if (!c) return NULL;
   c->held = *held;
   *held = 0;
   c->source = *source;
@@ -325,13 +325,13 @@ static channel *create_channel(srv_live *live, api_live *source, uint64_t now, u
   c->base = c->source.first;
   if (c->source.has_start) begin_at_start(c, now);
   channel **place = &live->channels; /* append: find_channel prefers the oldest */
-  while (*place != NULL) place = &(*place)->next;
+  while (*place) place = &(*place)->next;
   *place = c;
   return c;
 }
 
 static channel *find_channel(const srv_live *live, const api_live *source, uint64_t now, int64_t *lag) {
-  for (channel *c = live->channels; c != NULL; c = c->next)
+  for (channel *c = live->channels; c; c = c->next)
     if (can_share(c, source, now, lag)) return c;
   *lag = 0;
   return NULL;
@@ -340,7 +340,7 @@ static channel *find_channel(const srv_live *live, const api_live *source, uint6
 static void link_listener(channel *c, srv_listener *l) {
   l->channel = c;
   l->next = c->listeners;
-  if (l->next != NULL) l->next->previous = l;
+  if (l->next) l->next->previous = l;
   c->listeners = l;
   c->due_ns = 0; /* the listener's first frame is due now */
 }
@@ -368,8 +368,8 @@ static bool try_join(srv_live *live, srv_listener *l, api_live *source, uint64_t
   *may_create = !live->ending && live->listeners < live->max_listeners;
   uint64_t now = srv_now_ns();
   channel *c = *may_create ? find_channel(live, source, now, &l->lag) : NULL;
-  if (c == NULL && *may_create && *held > 0) c = create_channel(live, source, now, held);
-  if (c != NULL) enter(live, l, c, first, joins, now);
+  if (!c && *may_create && *held > 0) c = create_channel(live, source, now, held);
+  if (c) enter(live, l, c, first, joins, now);
   pthread_mutex_unlock(&live->lock);
   return c != NULL;
 }
@@ -379,7 +379,7 @@ srv_listener *srv_live_join(srv_live *live, api_live *source, void (*ready)(void
   srv_listener *l = calloc(1, sizeof *l);
   uint64_t held = 0;
   bool has_joined = false, may_create = false;
-  if (l != NULL) {
+  if (l) {
     l->ready = ready;
     l->owner = owner;
     has_joined = try_join(live, l, source, &held, &may_create);
@@ -389,9 +389,9 @@ srv_listener *srv_live_join(srv_live *live, api_live *source, void (*ready)(void
     held = least_memory(source);
     has_joined = try_join(live, l, source, &held, &may_create);
   }
-  *lacks_memory = !has_joined && (l == NULL || may_create);
+  *lacks_memory = !has_joined && (!l || may_create);
   if (held > 0) api_service_let_go(live->service, API_HELD_LIVE, held); /* another made a channel to share */
-  if (source->destroy != NULL) source->destroy(source->context);
+  if (source->destroy) source->destroy(source->context);
   *source = (api_live){0};
   if (has_joined) return l;
   free(l);
@@ -399,19 +399,19 @@ srv_listener *srv_live_join(srv_live *live, api_live *source, void (*ready)(void
 }
 
 void srv_listener_leave(srv_listener *l) {
-  if (l == NULL) return;
+  if (!l) return;
   srv_live *live = l->live;
   pthread_mutex_lock(&live->lock);
-  if (l->previous != NULL) {
+  if (l->previous) {
     l->previous->next = l->next;
   } else {
     l->channel->listeners = l->next;
   }
-  if (l->next != NULL) l->next->previous = l->previous;
+  if (l->next) l->next->previous = l->previous;
   release_frame(l->pending);
   release_frame(l->current);
   live->listeners--;
-  if (l->channel->listeners == NULL) pthread_cond_signal(&live->wake);
+  if (!l->channel->listeners) pthread_cond_signal(&live->wake);
   pthread_mutex_unlock(&live->lock);
   free(l);
 }
@@ -432,7 +432,7 @@ static int take_next(srv_listener *l) {
   if (!l->opened) {
     l->opened = true;
     send_text(l, source->opening);
-  } else if (l->pending != NULL) {
+  } else if (l->pending) {
     l->current = l->pending;
     l->pending = NULL;
     l->bytes = l->current->bytes;
@@ -479,7 +479,7 @@ int64_t srv_listener_read(srv_listener *l, uint8_t *out, size_t capacity) {
 
 srv_live *srv_live_create(api_service *service, size_t max_listeners, uint64_t pulse_ns) {
   srv_live *live = calloc(1, sizeof *live);
-  if (live == NULL) return NULL;
+  if (!live) return NULL;
   live->service = service;
   live->max_listeners = max_listeners;
   live->pulse_ns = pulse_ns;
@@ -495,11 +495,11 @@ srv_live *srv_live_create(api_service *service, size_t max_listeners, uint64_t p
 }
 
 void srv_live_end(srv_live *live) {
-  if (live == NULL) return;
+  if (!live) return;
   pthread_mutex_lock(&live->lock);
   live->ending = true;
-  for (channel *c = live->channels; c != NULL; c = c->next) {
-    for (srv_listener *l = c->listeners; l != NULL; l = l->next) {
+  for (channel *c = live->channels; c; c = c->next) {
+    for (srv_listener *l = c->listeners; l; l = l->next) {
       l->cut = true;
       wake_listener(l);
     }
@@ -508,13 +508,13 @@ void srv_live_end(srv_live *live) {
 }
 
 void srv_live_destroy(srv_live *live) {
-  if (live == NULL) return;
+  if (!live) return;
   pthread_mutex_lock(&live->lock);
   live->stopping = true;
   pthread_cond_signal(&live->wake);
   pthread_mutex_unlock(&live->lock);
   pthread_join(live->thread, NULL);
-  while (live->channels != NULL) {
+  while (live->channels) {
     channel *c = live->channels;
     live->channels = c->next;
     destroy_channel(live, c);
@@ -526,11 +526,11 @@ void srv_live_destroy(srv_live *live) {
 
 srv_live_load srv_live_look(srv_live *live) {
   srv_live_load load = {0};
-  if (live == NULL) return load;
+  if (!live) return load;
   pthread_mutex_lock(&live->lock);
   load = (srv_live_load){
       .listeners = live->listeners, .printed = live->printed, .sent = live->sent, .skipped = live->skipped};
-  for (const channel *c = live->channels; c != NULL; c = c->next) load.channels++;
+  for (const channel *c = live->channels; c; c = c->next) load.channels++;
   pthread_mutex_unlock(&live->lock);
   return load;
 }

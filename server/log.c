@@ -185,7 +185,7 @@ static void report_hidden(kind *k) {
 
 static kind *find_kind(const char *format) {
   size_t i = 0;
-  while (i < KINDS_MAX && kinds[i].format != NULL && kinds[i].format != format) i++;
+  while (i < KINDS_MAX && kinds[i].format && kinds[i].format != format) i++;
   return i < KINDS_MAX ? &kinds[i] : NULL;
 }
 
@@ -202,10 +202,10 @@ static bool admit(srv_log_level level, const char *format, const char *message) 
   pthread_mutex_lock(&kinds_lock);
   uint64_t now_ms = srv_now_ms(); /* with the lock held: at least the settled_ms of each kind */
   kind *k = find_kind(format);
-  if (k != NULL && k->format == NULL) *k = (kind){.format = format, .level = level, .settled_ms = now_ms};
-  if (k != NULL) settle(k, now_ms);
-  bool is_admitted = k == NULL || k->written < SRV_LOG_BURST;
-  if (k != NULL && is_admitted) {
+  if (k && !k->format) *k = (kind){.format = format, .level = level, .settled_ms = now_ms};
+  if (k) settle(k, now_ms);
+  bool is_admitted = !k || k->written < SRV_LOG_BURST;
+  if (k && is_admitted) {
     report_hidden(k);
     k->written++;
   } else if (!is_admitted) {
@@ -219,7 +219,7 @@ static bool admit(srv_log_level level, const char *format, const char *message) 
 static void report_hidden_older(uint64_t age_ms) {
   pthread_mutex_lock(&kinds_lock);
   uint64_t now_ms = srv_now_ms();
-  for (size_t i = 0; i < KINDS_MAX && kinds[i].format != NULL; i++)
+  for (size_t i = 0; i < KINDS_MAX && kinds[i].format; i++)
     if (now_ms - kinds[i].settled_ms >= age_ms) report_hidden(&kinds[i]);
   pthread_mutex_unlock(&kinds_lock);
 }

@@ -60,7 +60,7 @@ static bool read_line(const char *folder, const char *name, char text[LINE_SIZE]
   char path[PATH_MAX];
   int size = snprintf(path, sizeof path, "%s/%s", folder, name);
   FILE *file = size > 0 && size < (int)sizeof path ? fopen(path, "re") : NULL;
-  if (file == NULL) return false;
+  if (!file) return false;
   bool is_read = fgets(text, LINE_SIZE, file) != NULL;
   fclose(file);
   return is_read;
@@ -105,7 +105,7 @@ static uint64_t least_limit(const char *root, const char *hierarchy, char *group
         size > 0 && size < (int)sizeof folder ? limit_of(folder, hierarchy[0] != '\0') : UINT64_MAX;
     if (limit < least) least = limit;
     char *slash = strrchr(group, '/');
-    if (slash == NULL) return least;
+    if (!slash) return least;
     *slash = '\0';
   }
 }
@@ -113,7 +113,7 @@ static uint64_t least_limit(const char *root, const char *hierarchy, char *group
 /* Whether a comma-separated list names the controller. */
 static bool has_controller(const char *list, const char *name) {
   size_t length = strlen(name);
-  for (const char *at = list; (at = strstr(at, name)) != NULL; at += length) {
+  for (const char *at = list; (at = strstr(at, name)); at += length) {
     bool begins = at == list || at[-1] == ',';
     if (begins && (at[length] == ',' || at[length] == '\0')) return true;
   }
@@ -125,14 +125,14 @@ static uint64_t limit_of_groups(const char *root, const char *hierarchy, group_l
   char path[PATH_MAX], line[PATH_MAX];
   snprintf(path, sizeof path, "%s/proc/self/cgroup", root);
   FILE *file = fopen(path, "re");
-  if (file == NULL) return UINT64_MAX;
+  if (!file) return UINT64_MAX;
   uint64_t least = UINT64_MAX;
   /* Lines are NUMBER:CONTROLLERS:GROUP; in version 2 CONTROLLERS is empty. */
-  while (fgets(line, sizeof line, file) != NULL) {
+  while (fgets(line, sizeof line, file)) {
     line[strcspn(line, "\n")] = '\0';
     char *controllers = strchr(line, ':');
-    char *group = controllers != NULL ? strchr(controllers + 1, ':') : NULL;
-    if (group == NULL) continue;
+    char *group = controllers ? strchr(controllers + 1, ':') : NULL;
+    if (!group) continue;
     *controllers++ = *group++ = '\0';
     uint64_t limit = UINT64_MAX;
     if (*controllers == '\0')

@@ -111,7 +111,7 @@ static bool listen_everywhere(process *p) {
 
 static api_store store_api(process *p) {
 #ifdef TWEEND_S3
-  if (p->bucket != NULL) return srv_store_s3_api(p->bucket);
+  if (p->bucket) return srv_store_s3_api(p->bucket);
 #endif
   return srv_store_fs_api(p->folder);
 }
@@ -149,12 +149,12 @@ static const char *folder_flag(const srv_config *config) {
 
 static bool open_store(process *p) {
   p->folder = srv_store_fs_open(folder_flag(&p->config), folder_of(&p->config), &p->error);
-  if (p->folder == NULL) return false;
+  if (!p->folder) return false;
   srv_store_fs_limit(p->folder, p->config.store_limit, p->config.min_free);
 #ifdef TWEEND_S3
   if (srv_config_is_s3(&p->config)) p->bucket = srv_store_s3_open(&p->config, p->folder, &p->error);
 #endif
-  return !srv_config_is_s3(&p->config) || p->bucket != NULL;
+  return !srv_config_is_s3(&p->config) || p->bucket;
 }
 
 static void close_store(process *p) {
@@ -186,13 +186,13 @@ static bool prepare(process *p) {
   p->server.spool.limit = p->config.spool_limit;
   p->server.spool.min_free = p->config.min_free;
   p->server.metrics = srv_metrics_create();
-  if (p->server.metrics == NULL) return false;
+  if (!p->server.metrics) return false;
   p->server.folder = p->folder;
   p->server.bucket = p->bucket;
   p->server.rates = srv_rates_create();
   p->server.peers = srv_peers_create(p->config.max_connections_per_address);
   p->server.work = srv_work_create((size_t)p->config.threads, (size_t)p->config.queue, long_jobs(&p->config));
-  if (p->server.work == NULL)
+  if (!p->server.work)
     return srv_fail(&p->error, "--threads: cannot start %llu compute threads: %s",
                     (unsigned long long)p->config.threads, strerror(errno));
   srv_keyring keyring;
@@ -200,11 +200,11 @@ static bool prepare(process *p) {
   api_settings service_settings = settings(p, &keyring.list);
   p->server.service = api_service_create(&service_settings);
   srv_keyring_deinit(&keyring);
-  if (p->server.service == NULL) return false;
+  if (!p->server.service) return false;
   p->server.live = srv_live_create(p->server.service, (size_t)p->config.max_listeners, SRV_LIVE_PULSE_NS);
-  if (p->server.live == NULL)
+  if (!p->server.live)
     return srv_fail(&p->error, "cannot start the thread of live streams: %s", strerror(errno));
-  return p->server.rates != NULL && p->server.peers != NULL;
+  return p->server.rates && p->server.peers;
 }
 
 static bool store_samples(process *p) {
@@ -241,9 +241,9 @@ static bool serve(process *p) {
   print_places(&p->listeners, has_tls(p), places, sizeof places);
   print_places(&p->admin_listeners, false, admin_places, sizeof admin_places);
   if (has_admin_listener) p->admin = serve_on(p, &p->admin_listeners, SRV_HTTP_ADMIN);
-  if (has_admin_listener && p->admin == NULL) return false;
+  if (has_admin_listener && !p->admin) return false;
   p->http = serve_on(p, &p->listeners, has_tls(p) ? SRV_HTTP_TLS : SRV_HTTP_PLAIN);
-  if (p->http == NULL) return false;
+  if (!p->http) return false;
   if (has_admin_listener) srv_log(SRV_LOG_INFO, "listening for probes and metrics on %s", admin_places);
   printf("tweend %s listening on %s\n", TWEEND_VERSION, places);
   fflush(stdout);
@@ -258,7 +258,7 @@ static void notify_watchdog(process *p) {
   uint64_t now_ms = srv_now_ms();
   if (p->systemd.watchdog_ms == 0 || now_ms - p->notified_ms < p->systemd.watchdog_ms / 4) return;
   p->notified_ms = now_ms;
-  bool turns = srv_http_turns(p->http) && (p->admin == NULL || srv_http_turns(p->admin));
+  bool turns = srv_http_turns(p->http) && (!p->admin || srv_http_turns(p->admin));
   if (turns)
     srv_systemd_notify(&p->systemd, "WATCHDOG=1");
   else
@@ -310,7 +310,7 @@ static bool sleep_or_signal(process *p) {
 
 /* Whether no request is in flight and all clients have received their answers. */
 static bool is_drained(const process *p) {
-  return srv_http_is_drained(p->http) && (p->admin == NULL || srv_http_is_drained(p->admin));
+  return srv_http_is_drained(p->http) && (!p->admin || srv_http_is_drained(p->admin));
 }
 
 /* Waits --drain-delay, so that load balancers see that /readyz fails, then for the requests in flight, until
@@ -324,7 +324,7 @@ static void drain(process *p) {
   atomic_store(&p->server.draining, true);
   srv_live_end(p->server.live);
   srv_http_drain(p->http);
-  if (p->admin != NULL) srv_http_drain(p->admin);
+  if (p->admin) srv_http_drain(p->admin);
   uint64_t end_ms = srv_now_ms() + p->config.drain_timeout;
   while (!is_drained(p) && srv_now_ms() < end_ms)
     if (sleep_or_signal(p)) return;
@@ -333,8 +333,8 @@ static void drain(process *p) {
 /* False when compute threads still work on requests: then nothing may be freed. */
 static bool stop(process *p) {
   atomic_store(&p->server.stopping, true);
-  if (p->http != NULL && !srv_http_stop(p->http)) return false;
-  if (p->admin != NULL && !srv_http_stop(p->admin)) return false;
+  if (p->http && !srv_http_stop(p->http)) return false;
+  if (p->admin && !srv_http_stop(p->admin)) return false;
   srv_live_destroy(p->server.live);
   srv_work_destroy(p->server.work);
   api_service_destroy(p->server.service);
@@ -413,7 +413,7 @@ static bool check_addresses(process *p) {
       p->systemd.admin_sockets.count > 0 || !has_admin(p) ? NULL : &p->admin_address};
   for (size_t i = 0; i < 2; i++) {
     bool is_used = false;
-    if (addresses[i] == NULL) continue;
+    if (!addresses[i]) continue;
     if (!srv_address_check(addresses[i], &is_used, &p->error)) return false;
     char place[PLACE_SIZE];
     srv_address_print(addresses[i], false, place, sizeof place);

@@ -61,14 +61,14 @@ struct srv_metrics {
 
 srv_metrics *srv_metrics_create(void) {
   srv_metrics *metrics = calloc(1, sizeof *metrics);
-  if (metrics == NULL) return NULL;
+  if (!metrics) return NULL;
   pthread_mutex_init(&metrics->lock, NULL);
   metrics->started_s = time(NULL);
   return metrics;
 }
 
 void srv_metrics_destroy(srv_metrics *metrics) {
-  if (metrics == NULL) return;
+  if (!metrics) return;
   pthread_mutex_destroy(&metrics->lock);
   free(metrics);
 }
@@ -189,7 +189,7 @@ static api_store_status probe(void *context) {
 /* Not counted: it stores nothing. */
 static api_store_status room(void *context, uint64_t size) {
   srv_metrics *metrics = context;
-  return metrics->store.room != NULL ? metrics->store.room(metrics->store.context, size) : API_STORE_OK;
+  return metrics->store.room ? metrics->store.room(metrics->store.context, size) : API_STORE_OK;
 }
 
 api_store srv_metrics_of_store(srv_metrics *metrics, const api_store *store) {
@@ -282,7 +282,7 @@ static void print_store(FILE *out, srv_metrics *metrics, const srv_config *confi
   for (size_t i = 0; i < STORE_COUNT; i++)
     print_labelled(out, SECONDS, "operation", OPERATIONS[i],
                    (double)atomic_load(&metrics->operations[i].ns) / 1e9);
-  if (gauges->bucket != NULL) print_bucket(out, gauges->bucket);
+  if (gauges->bucket) print_bucket(out, gauges->bucket);
   if (config->store_limit == 0) return;
   print_number(out, "tweend_store_bytes", "Bytes of stored models, as last counted.", gauges->store_bytes);
   print_number(out, "tweend_store_limit_bytes", "--store-limit.", config->store_limit);
@@ -341,10 +341,10 @@ static void print_histogram(FILE *out, const histogram *h) {
 static uint64_t resident_bytes(void) {
   char text[128] = "";
   FILE *file = fopen("/proc/self/statm", "re");
-  if (file == NULL) return 0;
+  if (!file) return 0;
   char *line = fgets(text, sizeof text, file);
   fclose(file);
-  if (line == NULL) return 0;
+  if (!line) return 0;
   char *second = text + strcspn(text, " ");
   return strtoull(second, NULL, 10) * (uint64_t)sysconf(_SC_PAGESIZE);
 }
@@ -359,9 +359,9 @@ static double processor_seconds(void) {
 /* Counts the entries of a folder except "." and ".."; 0 when it cannot be listed. */
 static uint64_t count_entries(const char *folder) {
   DIR *listing = opendir(folder);
-  if (listing == NULL) return 0;
+  if (!listing) return 0;
   uint64_t count = 0;
-  for (struct dirent *entry = readdir(listing); entry != NULL; entry = readdir(listing)) count++;
+  for (struct dirent *entry = readdir(listing); entry; entry = readdir(listing)) count++;
   closedir(listing);
   return count < 2 ? 0 : count - 2;
 }
@@ -434,7 +434,7 @@ char *srv_metrics_print(srv_metrics *metrics, const srv_config *config, const sr
                         size_t *size) {
   char *text = NULL;
   FILE *out = open_memstream(&text, size);
-  if (out == NULL) return NULL;
+  if (!out) return NULL;
   print_family(out, "tweend_build_info", "The version as a label.");
   fputs("tweend_build_info{version=\"" TWEEND_VERSION "\"} 1\n", out);
   pthread_mutex_lock(&metrics->lock);

@@ -20,16 +20,16 @@ struct srv_peers {
 
 srv_peers *srv_peers_create(uint64_t most) {
   srv_peers *peers = calloc(1, sizeof *peers);
-  if (peers == NULL) return NULL;
+  if (!peers) return NULL;
   pthread_mutex_init(&peers->lock, NULL);
   peers->most = most;
   return peers;
 }
 
 void srv_peers_destroy(srv_peers *peers) {
-  if (peers == NULL) return;
+  if (!peers) return;
   for (size_t i = 0; i < CHAINS; i++) {
-    while (peers->chains[i] != NULL) {
+    while (peers->chains[i]) {
       peer *next = peers->chains[i]->next;
       free(peers->chains[i]);
       peers->chains[i] = next;
@@ -46,7 +46,7 @@ static peer **find(srv_peers *peers, const srv_client *group) {
   for (size_t i = 0; i < sizeof group->address; i++)
     hash = (hash ^ group->address[i]) * UINT64_C(0x100000001b3);
   peer **link = &peers->chains[hash % CHAINS];
-  while (*link != NULL && memcmp(&(*link)->group, group, sizeof *group) != 0) link = &(*link)->next;
+  while (*link && memcmp(&(*link)->group, group, sizeof *group) != 0) link = &(*link)->next;
   return link;
 }
 
@@ -54,8 +54,8 @@ bool srv_peers_enter(srv_peers *peers, const srv_client *group) {
   if (peers->most == 0) return true;
   pthread_mutex_lock(&peers->lock);
   peer **link = find(peers, group);
-  if (*link == NULL && (*link = calloc(1, sizeof **link)) != NULL) (*link)->group = *group;
-  bool enters = *link != NULL && (*link)->connections < peers->most;
+  if (!*link && (*link = calloc(1, sizeof **link))) (*link)->group = *group;
+  bool enters = *link && (*link)->connections < peers->most;
   if (enters) (*link)->connections++;
   pthread_mutex_unlock(&peers->lock);
   return enters;
@@ -65,7 +65,7 @@ void srv_peers_leave(srv_peers *peers, const srv_client *group) {
   if (peers->most == 0) return;
   pthread_mutex_lock(&peers->lock);
   peer **link = find(peers, group), *found = *link;
-  if (found != NULL && --found->connections == 0) {
+  if (found && --found->connections == 0) {
     *link = found->next;
     free(found);
   }

@@ -25,14 +25,14 @@ struct srv_rates {
 
 srv_rates *srv_rates_create(void) {
   srv_rates *rates = calloc(1, sizeof *rates);
-  if (rates == NULL) return NULL;
+  if (!rates) return NULL;
   pthread_mutex_init(&rates->lock, NULL);
   if (getrandom(&rates->seed, sizeof rates->seed, GRND_NONBLOCK) < 0) rates->seed = (uintptr_t)rates;
   return rates;
 }
 
 void srv_rates_destroy(srv_rates *rates) {
-  if (rates == NULL) return;
+  if (!rates) return;
   pthread_mutex_destroy(&rates->lock);
   free(rates);
 }

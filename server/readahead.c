@@ -41,11 +41,11 @@ static const uint64_t RING_SIZE = (uint64_t)SRV_READAHEAD_BLOCKS * SRV_BLOCK_SIZ
 static void take_ring(srv_readahead *ahead) {
   if (!api_service_try_hold(ahead->service, API_HELD_BLOCK, RING_SIZE)) return;
   ahead->ring = malloc(RING_SIZE);
-  if (ahead->ring == NULL) api_service_let_go(ahead->service, API_HELD_BLOCK, RING_SIZE);
+  if (!ahead->ring) api_service_let_go(ahead->service, API_HELD_BLOCK, RING_SIZE);
 }
 
 static void give_ring_back(srv_readahead *ahead) {
-  if (ahead->ring == NULL) return;
+  if (!ahead->ring) return;
   free(ahead->ring);
   ahead->ring = NULL;
   api_service_let_go(ahead->service, API_HELD_BLOCK, RING_SIZE);
@@ -94,8 +94,8 @@ static void fill_ring(srv_job *job) {
 /* Starts a compute thread, or frees an empty ring. Called with the lock held and `going` false. */
 static void start_or_free_ring(srv_readahead *ahead, bool quick) {
   if (quick && !ahead->ended && ahead->filled <= SRV_READAHEAD_BLOCKS / 2) {
-    if (ahead->ring == NULL) take_ring(ahead);
-    ahead->going = ahead->ring != NULL && srv_work_spare(ahead->work, &ahead->job);
+    if (!ahead->ring) take_ring(ahead);
+    ahead->going = ahead->ring && srv_work_spare(ahead->work, &ahead->job);
   }
   if (!ahead->going && ahead->filled == 0) give_ring_back(ahead);
 }
@@ -105,7 +105,7 @@ static void start_or_free_ring(srv_readahead *ahead, bool quick) {
 srv_readahead *srv_readahead_create(srv_work *work, api_service *service, const api_answer *answer,
                                     void (*ready)(void *owner), void *owner) {
   srv_readahead *ahead = malloc(sizeof *ahead);
-  if (ahead == NULL) return NULL;
+  if (!ahead) return NULL;
   *ahead = (srv_readahead){.job = {.run = fill_ring},
                            .work = work,
                            .service = service,
@@ -164,7 +164,7 @@ int64_t srv_readahead_read(srv_readahead *ahead, uint8_t *out, size_t capacity) 
 }
 
 void srv_readahead_leave(srv_readahead *ahead) {
-  if (ahead == NULL) return;
+  if (!ahead) return;
   pthread_mutex_lock(&ahead->lock);
   ahead->left = true;
   bool going = ahead->going;

@@ -23,7 +23,7 @@ static bool copy(const char *text, char *out, size_t out_size) {
 /* Reads one line "name = value"; false when the value is too long. */
 static bool read_assignment(char *line, srv_s3_credentials *out) {
   char *equals = strchr(line, '=');
-  if (equals == NULL) return true;
+  if (!equals) return true;
   *equals = '\0';
   const char *name = srv_trim(line), *value = srv_trim(equals + 1);
   if (strcmp(name, "aws_access_key_id") == 0) return copy(value, out->key, sizeof out->key);
@@ -35,7 +35,7 @@ static bool read_assignment(char *line, srv_s3_credentials *out) {
 static bool read_profile(char *text, const char *profile, srv_s3_credentials *out) {
   bool is_in = true;
   char *rest = NULL;
-  for (char *line = strtok_r(text, "\n", &rest); line != NULL; line = strtok_r(NULL, "\n", &rest)) {
+  for (char *line = strtok_r(text, "\n", &rest); line; line = strtok_r(NULL, "\n", &rest)) {
     line = srv_trim(line);
     size_t size = strlen(line);
     if (line[0] == '#' || line[0] == ';') continue;
@@ -51,7 +51,7 @@ static bool read_profile(char *text, const char *profile, srv_s3_credentials *ou
 
 static bool read_file(const char *path, const char *profile, srv_s3_credentials *out, srv_error *error) {
   char *text = srv_read_text(path, FILE_MAX);
-  if (text == NULL) return srv_fail(error, "cannot read credentials of '%s': %s", path, strerror(errno));
+  if (!text) return srv_fail(error, "cannot read credentials of '%s': %s", path, strerror(errno));
   size_t size = strlen(text); /* before read_profile cuts the text into pieces */
   bool is_read = read_profile(text, profile, out) && out->key[0] != '\0' && out->secret[0] != '\0';
   explicit_bzero(text, size);
@@ -63,7 +63,7 @@ static bool read_file(const char *path, const char *profile, srv_s3_credentials 
 
 const char *srv_s3_variable(const char *name) {
   const char *text = getenv(name);
-  return text != NULL ? text : "";
+  return text ? text : "";
 }
 
 bool srv_s3_credentials_read(const char *file, srv_s3_credentials *out, srv_error *error) {

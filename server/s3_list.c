@@ -80,7 +80,7 @@ static bool collect(void *context, uint64_t offset, const uint8_t *data, size_t 
   if (d->size + size > d->capacity) {
     size_t capacity = 2 * (d->size + size);
     char *longer = realloc(d->data, capacity);
-    if (longer == NULL) return false;
+    if (!longer) return false;
     d->data = longer;
     d->capacity = capacity;
   }
@@ -92,7 +92,7 @@ static bool collect(void *context, uint64_t offset, const uint8_t *data, size_t 
 /* Parses a page; false when the text is not one. */
 static bool read_page(page *p, const document *d) {
   XML_Parser parser = XML_ParserCreate(NULL);
-  if (parser == NULL) return false;
+  if (!parser) return false;
   XML_SetUserData(parser, p);
   XML_SetElementHandler(parser, begin_element, end_element);
   XML_SetCharacterDataHandler(parser, take_text);
@@ -108,7 +108,7 @@ static bool add_argument(char query[QUERY_SIZE], const char *name, const char *p
   snprintf(whole, sizeof whole, "%s%s", prefix, value);
   char *encoded = curl_easy_escape(NULL, whole, 0);
   size_t size = strlen(query);
-  int added = encoded == NULL
+  int added = !encoded
                   ? -1
                   : snprintf(query + size, QUERY_SIZE - size, "%s%s=%s", size > 0 ? "&" : "", name, encoded);
   curl_free(encoded);

@@ -122,11 +122,11 @@ srv_s3 *srv_s3_open(const srv_config *config, srv_error *error) {
   srv_s3 *s3 = calloc(1, sizeof *s3);
   srv_s3_credentials credentials;
   srv_fail(error, "out of memory");
-  if (s3 == NULL) return NULL;
+  if (!s3) return NULL;
   pthread_mutex_init(&s3->lock, NULL);
   s3->credentials = strdup(config->s3_credentials);
   s3->ca_file = srv_s3_variable("AWS_CA_BUNDLE");
-  bool is_usable = s3->credentials != NULL && curl_global_init(CURL_GLOBAL_DEFAULT) == CURLE_OK &&
+  bool is_usable = s3->credentials && curl_global_init(CURL_GLOBAL_DEFAULT) == CURLE_OK &&
                    read_place(s3, config, error) &&
                    srv_s3_credentials_read(s3->credentials, &credentials, error);
   explicit_bzero(&credentials, sizeof credentials);
@@ -136,7 +136,7 @@ srv_s3 *srv_s3_open(const srv_config *config, srv_error *error) {
 }
 
 void srv_s3_close(srv_s3 *s3) {
-  if (s3 == NULL) return;
+  if (!s3) return;
   for (size_t i = 0; i < s3->kept_count; i++) curl_easy_cleanup(s3->kept[i]);
   pthread_mutex_destroy(&s3->lock);
   free(s3->credentials);
@@ -158,7 +158,7 @@ static CURL *take_handle(srv_s3 *s3) {
   pthread_mutex_lock(&s3->lock);
   CURL *handle = s3->kept_count > 0 ? s3->kept[--s3->kept_count] : NULL;
   pthread_mutex_unlock(&s3->lock);
-  return handle != NULL ? handle : curl_easy_init();
+  return handle ? handle : curl_easy_init();
 }
 
 static void give_back(srv_s3 *s3, CURL *handle) {
@@ -216,7 +216,7 @@ static size_t take_body(char *data, size_t one, size_t size, void *context) {
   }
   size_t skipped = t->skips < size ? (size_t)t->skips : size, rest = size - skipped;
   t->skips -= skipped;
-  if (rest == 0 || t->request->take == NULL) return size;
+  if (rest == 0 || !t->request->take) return size;
   if (!t->request->take(t->request->context, t->taken, (const uint8_t *)data + skipped, rest)) {
     t->is_refused = true;
     return 0;
@@ -249,20 +249,20 @@ static size_t take_head(char *data, size_t one, size_t size, void *context) {
   line[size] = '\0';
   if (strncmp(line, "HTTP/", 5) == 0) {
     const char *status = strchr(line, ' ');
-    answer->status = status != NULL ? (int)strtol(status, NULL, 10) : 0;
+    answer->status = status ? (int)strtol(status, NULL, 10) : 0;
     if (answer->status == 200) t->skips = t->taken; /* the whole object came, not only its rest */
     free(answer->summary);
     answer->summary = NULL;
     return size;
   }
   if (!is_success(answer->status)) return size;
-  if (value_of(line, "Content-Length", value, sizeof value) != NULL && answer->status == 200)
+  if (value_of(line, "Content-Length", value, sizeof value) && answer->status == 200)
     answer->size = strtoull(value, NULL, 10);
-  if (value_of(line, "ETag", value, sizeof value) != NULL && strlen(value) < sizeof answer->etag)
+  if (value_of(line, "ETag", value, sizeof value) && strlen(value) < sizeof answer->etag)
     memcpy(answer->etag, value, strlen(value) + 1);
-  if (value_of(line, "x-amz-meta-summary", value, sizeof value) != NULL && answer->summary == NULL) {
+  if (value_of(line, "x-amz-meta-summary", value, sizeof value) && !answer->summary) {
     char *text = curl_easy_unescape(NULL, value, 0, NULL);
-    answer->summary = text != NULL ? strdup(text) : NULL;
+    answer->summary = text ? strdup(text) : NULL;
     curl_free(text);
   }
   return size;
@@ -274,7 +274,7 @@ static void copy_element(const char *text, const char *name, char *out, size_t o
   snprintf(opening, sizeof opening, "<%s>", name);
   const char *begin = strstr(text, opening);
   out[0] = '\0';
-  if (begin == NULL) return;
+  if (!begin) return;
   begin += strlen(opening);
   snprintf(out, out_size, "%.*s", (int)strcspn(begin, "<"), begin);
 }
@@ -303,7 +303,7 @@ static void add_header(headers *h, const char *name, const char *value) {
   char line[SRV_S3_TOKEN_SIZE + 64];
   snprintf(line, sizeof line, "%s: %s", name, value);
   struct curl_slist *longer = curl_slist_append(h->list, line);
-  if (longer == NULL)
+  if (!longer)
     h->has_failed = true;
   else
     h->list = longer;
@@ -322,8 +322,8 @@ static void print_hash(api_bytes bytes, char out[2 * SHA256_DIGEST_SIZE + 1]) {
 /* Adds the summary percent-encoded, since metadata must be ASCII. Leaves it out when it is too long. */
 static void add_summary(headers *h, const char *summary) {
   char *text = curl_easy_escape(NULL, summary, 0);
-  h->has_failed |= text == NULL;
-  if (text != NULL && strlen(text) <= SUMMARY_MAX) add_header(h, "x-amz-meta-summary", text);
+  h->has_failed |= !text;
+  if (text && strlen(text) <= SUMMARY_MAX) add_header(h, "x-amz-meta-summary", text);
   curl_free(text);
 }
 
@@ -335,7 +335,7 @@ static headers make_headers(const transfer *t, const srv_s3_credentials *credent
   if (credentials->token[0] != '\0') add_header(&h, "x-amz-security-token", credentials->token);
   if (request->method == SRV_S3_PUT) add_header(&h, "Content-Type", "application/octet-stream");
   if (request->method == SRV_S3_PUT && request->is_new) add_header(&h, "If-None-Match", "*");
-  if (request->method == SRV_S3_PUT && request->summary != NULL) add_summary(&h, request->summary);
+  if (request->method == SRV_S3_PUT && request->summary) add_summary(&h, request->summary);
   if (t->taken > 0) {
     char range[48];
     snprintf(range, sizeof range, "bytes=%" PRIu64 "-", t->taken);
@@ -350,9 +350,8 @@ static void set_options(CURL *handle, const srv_s3 *s3, transfer *t, const srv_s
   static const char *const METHODS[] = {"HEAD", "GET", "PUT", "DELETE"};
   const srv_s3_request *request = t->request;
   char url[URL_SIZE];
-  snprintf(url, sizeof url, "%s/%s%s%s%s", s3->base, request->key != NULL ? s3->prefix : "",
-           request->key != NULL ? request->key : "", request->query != NULL ? "?" : "",
-           request->query != NULL ? request->query : "");
+  snprintf(url, sizeof url, "%s/%s%s%s%s", s3->base, request->key ? s3->prefix : "",
+           request->key ? request->key : "", request->query ? "?" : "", request->query ? request->query : "");
   curl_easy_setopt(handle, CURLOPT_URL, url);
   curl_easy_setopt(handle, CURLOPT_CUSTOMREQUEST, METHODS[request->method]);
   curl_easy_setopt(handle, CURLOPT_NOBODY, request->method == SRV_S3_HEAD ? 1L : 0L);
@@ -399,7 +398,7 @@ static void try_once(srv_s3 *s3, transfer *t, const char *content_hash, uint64_t
   t->error[0] = '\0';
   answer->status = 0;
   if (t->taken == 0) answer->etag[0] = '\0';
-  if (handle != NULL && !h.has_failed) {
+  if (handle && !h.has_failed) {
     set_options(handle, s3, t, &credentials, left_ms, detail);
     curl_easy_setopt(handle, CURLOPT_HTTPHEADER, h.list);
     code = curl_easy_perform(handle);
@@ -407,7 +406,7 @@ static void try_once(srv_s3 *s3, transfer *t, const char *content_hash, uint64_t
   explicit_bzero(&credentials, sizeof credentials);
   if (code != CURLE_OK || !is_success(answer->status)) explain(t, code, detail);
   curl_slist_free_all(h.list);
-  if (handle != NULL) give_back(s3, handle);
+  if (handle) give_back(s3, handle);
 }
 
 /* ---- all tries -------------------------------------------------------------------------------- */
@@ -433,7 +432,7 @@ void srv_s3_send(srv_s3 *s3, const srv_s3_request *request, srv_s3_answer *answe
     try_once(s3, &t, content_hash, end_ms - now_ms);
     if (!may_pass(answer->status) || t.is_refused || tries == TRIES) return;
     uint64_t pause_ms = random_below(wait_ms);
-    bool stops = request->stops != NULL && atomic_load(request->stops);
+    bool stops = request->stops && atomic_load(request->stops);
     if (stops || srv_now_ms() + pause_ms >= end_ms) return;
     const struct timespec pause = {(time_t)(pause_ms / 1000), (long)(pause_ms % 1000) * 1000000};
     nanosleep(&pause, NULL);
@@ -442,6 +441,6 @@ void srv_s3_send(srv_s3 *s3, const srv_s3_request *request, srv_s3_answer *answe
     atomic_fetch_add(&s3->retries, 1);
     /* Start from the beginning for a listing, and for an object without an ETag, which cannot be told from a
      * later one. */
-    if (request->key == NULL || answer->etag[0] == '\0') t.taken = 0;
+    if (!request->key || answer->etag[0] == '\0') t.taken = 0;
   }
 }

@@ -231,8 +231,8 @@ static api_store_status probe(void *context) {
 /* Removes temporary files of killed uploads. Younger files may belong to another process. */
 static void remove_leftovers(const srv_store_fs *store, time_t now) {
   DIR *listing = opendir(store->temporary);
-  if (listing == NULL) return;
-  for (struct dirent *entry = readdir(listing); entry != NULL; entry = readdir(listing)) {
+  if (!listing) return;
+  for (struct dirent *entry = readdir(listing); entry; entry = readdir(listing)) {
     struct stat facts;
     bool old = fstatat(dirfd(listing), entry->d_name, &facts, AT_SYMLINK_NOFOLLOW) == 0 &&
                S_ISREG(facts.st_mode) && facts.st_mtime < now - LEFTOVER_AGE_S;
@@ -288,7 +288,7 @@ srv_store_fs *srv_store_fs_open(const char *flag, const char *root, srv_error *e
   if (!fits(flag, root, error)) return NULL;
   srv_store_fs *store = calloc(1, sizeof *store);
   srv_verdicts *verdicts = srv_verdicts_create();
-  if (store == NULL || verdicts == NULL) {
+  if (!store || !verdicts) {
     srv_fail(error, "%s: out of memory", flag);
     free(store);
     srv_verdicts_destroy(verdicts);
@@ -318,8 +318,8 @@ bool srv_store_fs_check(const char *flag, const char *root, srv_error *error) {
   while (access(nearest.text, F_OK) != 0 && errno == ENOENT) {
     char *end = strrchr(nearest.text, '/');
     if (end == nearest.text) end++;
-    if (end == NULL) strcpy(nearest.text, ".");
-    if (end == NULL || *end == '\0') break;
+    if (!end) strcpy(nearest.text, ".");
+    if (!end || *end == '\0') break;
     *end = '\0';
   }
   struct stat facts;
@@ -329,7 +329,7 @@ bool srv_store_fs_check(const char *flag, const char *root, srv_error *error) {
 }
 
 void srv_store_fs_close(srv_store_fs *store) {
-  if (store != NULL && stop_probes(store)) destroy(store);
+  if (store && stop_probes(store)) destroy(store);
 }
 
 void srv_store_fs_limit(srv_store_fs *store, uint64_t bytes, uint64_t min_free) {
@@ -405,7 +405,7 @@ static found find_object(const char *name, api_bytes bytes) {
 static char *read_summary(const srv_store_fs *store, const char *id) {
   path name = summary_path(store, id);
   char *text = srv_read_text(name.text, SUMMARY_MAX);
-  if (text != NULL && text[0] != '\0') return text;
+  if (text && text[0] != '\0') return text;
   free(text);
   return NULL;
 }
@@ -421,7 +421,7 @@ static void put_summary(const srv_store_fs *store, const char *id, const char *s
   path folder = prefix_path(store, "summaries", id), name = summary_path(store, id);
   char *known = read_summary(store, id);
   api_bytes text = {(const uint8_t *)summary, strlen(summary)};
-  if (known == NULL && (!make_folder(store, folder.text) || place(store, name.text, text, true) != PLACED))
+  if (!known && (!make_folder(store, folder.text) || place(store, name.text, text, true) != PLACED))
     srv_log(SRV_LOG_WARN, "store: cannot write the summary of model %s: %s", id, strerror(errno));
   free(known);
 }
@@ -553,7 +553,7 @@ static void close_object(api_blob *blob) {
 static api_store_status open_file(srv_store_fs *store, int fd, const char *id, api_blob *out) {
   object *o = malloc(sizeof *o);
   bool whole;
-  if (o != NULL && fstat(fd, &o->facts) == 0 && judge(store, fd, id, &o->facts, &whole)) {
+  if (o && fstat(fd, &o->facts) == 0 && judge(store, fd, id, &o->facts, &whole)) {
     if (whole) {
       o->fd = fd;
       memcpy(o->id, id, sizeof o->id);
@@ -622,8 +622,8 @@ static api_store_status collect(const srv_store_fs *store, unsigned prefix, cons
   snprintf(digits, sizeof digits, "%02x", prefix);
   path folder = prefix_path(store, "objects", digits);
   DIR *listing = opendir(folder.text);
-  if (listing == NULL) return errno == ENOENT ? API_STORE_OK : unavailable("cannot list");
-  for (struct dirent *entry = readdir(listing); entry != NULL; entry = readdir(listing)) {
+  if (!listing) return errno == ENOENT ? API_STORE_OK : unavailable("cannot list");
+  for (struct dirent *entry = readdir(listing); entry; entry = readdir(listing)) {
     if (srv_store_is_id(entry->d_name) && strcmp(entry->d_name, after) > 0) page_insert(p, entry->d_name);
   }
   closedir(listing);
@@ -667,7 +667,7 @@ static api_store_status list(void *context, const char *after, size_t limit, api
   if (after[0] != '\0' && !srv_store_is_id(after)) return API_STORE_UNAVAILABLE;
   if (limit == 0 || limit >= SIZE_MAX / API_ID_TEXT) return API_STORE_UNAVAILABLE;
   page p = {.ids = calloc(limit + 1, API_ID_TEXT), .capacity = limit + 1};
-  if (p.ids == NULL) return API_STORE_UNAVAILABLE;
+  if (!p.ids) return API_STORE_UNAVAILABLE;
   char last[API_ID_TEXT];
   snprintf(last, sizeof last, "%s", after);
   api_store_status status;

@@ -224,7 +224,7 @@ static api_store_status receive(srv_store_s3 *store, const char *id, arrival *a)
 /* Reads the object, checks its hash and keeps a copy. */
 static api_store_status fetch(srv_store_s3 *store, const char *id, api_blob *out) {
   arrival *a = calloc(1, sizeof *a);
-  if (a == NULL) return fail_locally(id);
+  if (!a) return fail_locally(id);
   a->spool.folder = store->temporary;
   api_store_status status = receive(store, id, a);
   api_blob blob = {.size = a->bytes.size, .owner = a, .read = read_arrival, .close = close_arrival};
@@ -424,7 +424,7 @@ static bool take_key(void *context, const char *key, uint64_t size) {
   listing *l = context;
   const char *id = strrchr(key, '/');
   char expected[KEY_SIZE];
-  if (id == NULL || !srv_store_is_id(id + 1)) return true;
+  if (!id || !srv_store_is_id(id + 1)) return true;
   print_key(id + 1, expected);
   if (strcmp(expected, key) != 0) return true;
   l->more = l->count == l->limit;
@@ -482,7 +482,7 @@ static api_store_status probe(void *context) {
 srv_store_s3 *srv_store_s3_open(const srv_config *config, srv_store_fs *folder, srv_error *error) {
   srv_store_s3 *store = calloc(1, sizeof *store);
   srv_fail(error, "out of memory");
-  if (store == NULL) return NULL;
+  if (!store) return NULL;
   pthread_mutex_init(&store->lock, NULL);
   srv_timed_init(&store->wake);
   store->place = strdup(config->data);
@@ -490,10 +490,10 @@ srv_store_s3 *srv_store_s3_open(const srv_config *config, srv_store_fs *folder, 
   store->cache = srv_disk_cache_create(folder, config->cache_dir, config->cache_size);
   store->temporary = srv_store_fs_temporary(folder);
   store->timeout_ms = config->s3_timeout;
-  bool has_memory = store->place != NULL && store->verdicts != NULL && store->cache != NULL;
+  bool has_memory = store->place && store->verdicts && store->cache;
   store->s3 = has_memory ? srv_s3_open(config, error) : NULL;
   srv_s3_answer answer = {0};
-  if (store->s3 == NULL) {
+  if (!store->s3) {
     srv_store_s3_close(store);
     return NULL;
   }
@@ -511,7 +511,7 @@ srv_store_s3 *srv_store_s3_open(const srv_config *config, srv_store_fs *folder, 
 
 bool srv_store_s3_check(const srv_config *config, srv_error *error) {
   srv_s3 *s3 = srv_s3_open(config, error);
-  if (s3 == NULL) return false;
+  if (!s3) return false;
   srv_s3_answer answer;
   bool is_reached = try_bucket(s3, &answer);
   if (!is_reached) srv_fail(error, "--data: '%s' cannot be used: %s", config->data, answer.reason.text);
@@ -520,7 +520,7 @@ bool srv_store_s3_check(const srv_config *config, srv_error *error) {
 }
 
 void srv_store_s3_close(srv_store_s3 *store) {
-  if (store == NULL) return;
+  if (!store) return;
   pthread_mutex_lock(&store->lock);
   store->is_closing = true;
   pthread_cond_signal(&store->wake);

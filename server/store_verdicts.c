@@ -32,12 +32,12 @@ bool srv_store_is_hash(struct sha256_ctx *hash, const char *id) {
 
 srv_verdicts *srv_verdicts_create(void) {
   srv_verdicts *table = calloc(1, sizeof *table);
-  if (table != NULL) pthread_mutex_init(&table->lock, NULL);
+  if (table) pthread_mutex_init(&table->lock, NULL);
   return table;
 }
 
 void srv_verdicts_destroy(srv_verdicts *table) {
-  if (table == NULL) return;
+  if (!table) return;
   pthread_mutex_destroy(&table->lock);
   free(table);
 }

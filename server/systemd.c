@@ -27,7 +27,7 @@ static bool read_number(const char *text, uint64_t most, uint64_t *out) {
 static const char *find_own(char *(*environment)(const char *name), const char *name, const char *pid_name) {
   const char *value = environment(name), *pid = environment(pid_name);
   uint64_t number;
-  bool is_own = pid != NULL && read_number(pid, UINT64_MAX, &number) && number == (uint64_t)getpid();
+  bool is_own = pid && read_number(pid, UINT64_MAX, &number) && number == (uint64_t)getpid();
   return is_own ? value : NULL;
 }
 
@@ -54,10 +54,10 @@ static bool read_sockets(srv_systemd *out, char *(*environment)(const char *name
   const char *value = find_own(environment, "LISTEN_FDS", "LISTEN_PID"),
              *names = environment("LISTEN_FDNAMES");
   uint64_t count = 0;
-  if (value == NULL) return true;
+  if (!value) return true;
   if (!read_number(value, SRV_LISTENERS_MAX, &count))
     return srv_fail(error, "LISTEN_FDS: '%s' is not a number of sockets up to 16", value);
-  if (names == NULL) names = "";
+  if (!names) names = "";
   for (int fd = FIRST_PASSED; fd < FIRST_PASSED + (int)count; fd++) {
     if (!is_listening(fd))
       return srv_fail(
@@ -90,11 +90,10 @@ static bool read_notified(srv_systemd *out, const char *value, srv_error *error)
 }
 
 static bool read_watchdog(srv_systemd *out, char *(*environment)(const char *name), srv_error *error) {
-  const char *value = environment("WATCHDOG_PID") == NULL
-                          ? environment("WATCHDOG_USEC")
-                          : find_own(environment, "WATCHDOG_USEC", "WATCHDOG_PID");
+  const char *value = !environment("WATCHDOG_PID") ? environment("WATCHDOG_USEC")
+                                                   : find_own(environment, "WATCHDOG_USEC", "WATCHDOG_PID");
   uint64_t us = 0;
-  if (value == NULL) return true;
+  if (!value) return true;
   if (!read_number(value, UINT64_MAX, &us) || us < 1000)
     return srv_fail(error, "WATCHDOG_USEC: '%s' is not a number of microseconds from 1000 on", value);
   out->watchdog_ms = us / 1000;
@@ -105,7 +104,7 @@ bool srv_systemd_read(srv_systemd *out, char *(*environment)(const char *name), 
   const char *notified = environment("NOTIFY_SOCKET");
   *out = (srv_systemd){.is_notified = false};
   return read_sockets(out, environment, error) && read_watchdog(out, environment, error) &&
-         (notified == NULL || read_notified(out, notified, error));
+         (!notified || read_notified(out, notified, error));
 }
 
 void srv_systemd_notify(const srv_systemd *systemd, const char *state) {

@@ -24,7 +24,7 @@ static pair *_Atomic newest;
 
 static void destroy_pair(pair *p) {
   for (unsigned i = 0; i < p->chain_size; i++) gnutls_pcert_deinit(&p->chain[i]);
-  if (p->key != NULL) gnutls_privkey_deinit(p->key);
+  if (p->key) gnutls_privkey_deinit(p->key);
   free(p->certificate_text);
   free(p->key_text);
   free(p);
@@ -33,7 +33,7 @@ static void destroy_pair(pair *p) {
 /* NULL with one line in error. */
 static char *read_pem(const char *flag, const char *path, srv_error *error) {
   char *text = srv_read_text(path, PEM_MAX);
-  if (text == NULL) srv_fail(error, "%s: cannot read '%s': %s", flag, path, strerror(errno));
+  if (!text) srv_fail(error, "%s: cannot read '%s': %s", flag, path, strerror(errno));
   return text;
 }
 
@@ -67,16 +67,16 @@ static int parse_pair(pair *p) {
 
 static bool is_known(const pair *p) {
   const pair *known = atomic_load(&newest);
-  return known != NULL && strcmp(known->certificate_text, p->certificate_text) == 0 &&
+  return known && strcmp(known->certificate_text, p->certificate_text) == 0 &&
          strcmp(known->key_text, p->key_text) == 0;
 }
 
 bool srv_tls_read(const char *certificate_path, const char *key_path, srv_error *error) {
   srv_fail(error, "out of memory");
   pair *p = calloc(1, sizeof *p);
-  if (p == NULL) return false;
+  if (!p) return false;
   p->certificate_text = read_pem("--tls-cert", certificate_path, error);
-  p->key_text = p->certificate_text != NULL ? read_pem("--tls-key", key_path, error) : NULL;
+  p->key_text = p->certificate_text ? read_pem("--tls-key", key_path, error) : NULL;
   bool is_read = p->key_text != NULL;
   if (is_read && !is_known(p)) {
     int status = parse_pair(p);
@@ -101,7 +101,7 @@ int srv_tls_choose(gnutls_session_t session, const gnutls_datum_t *authorities, 
   (void)algorithms;
   (void)algorithm_count;
   pair *p = atomic_load(&newest);
-  if (p == NULL) return -1;
+  if (!p) return -1;
   *chain = p->chain;
   *chain_size = p->chain_size;
   *key = p->key;
@@ -109,7 +109,7 @@ int srv_tls_choose(gnutls_session_t session, const gnutls_datum_t *authorities, 
 }
 
 void srv_tls_forget(void) {
-  for (pair *p = atomic_exchange(&newest, NULL); p != NULL;) {
+  for (pair *p = atomic_exchange(&newest, NULL); p;) {
     pair *older = p->older;
     destroy_pair(p);
     p = older;

@@ -58,10 +58,10 @@ struct srv_worker {
 /* ---- threads; under the lock ----------------------------------------------------------------- */
 
 static srv_job *take(srv_work *work) {
-  job_list *list = work->resumed.first != NULL ? &work->resumed : &work->queued;
+  job_list *list = work->resumed.first ? &work->resumed : &work->queued;
   srv_job *job = list->first;
   list->first = job->next;
-  if (list->first == NULL) list->last = NULL;
+  if (!list->first) list->last = NULL;
   work->waiting--;
   work->admitted -= job->is_admitted;
   return job;
@@ -69,7 +69,7 @@ static srv_job *take(srv_work *work) {
 
 static void put(srv_work *work, job_list *list, srv_job *job) {
   job->next = NULL;
-  *(list->last == NULL ? &list->first : &list->last->next) = job;
+  *(!list->last ? &list->first : &list->last->next) = job;
   list->last = job;
   work->waiting++;
   pthread_cond_signal(&work->wake);
@@ -115,8 +115,8 @@ static bool await_turn(srv_work *work) {
   for (;;) {
     uint64_t next_ns = UINT64_MAX;
     bool has_job = work->waiting > 0, has_turn = has_job && taken_turns(work, &next_ns) < work->turns;
-    if (has_turn || (work->loops != NULL && work->running < work->turns)) return true;
-    if (work->stopping && !has_job && work->loops == NULL) return false;
+    if (has_turn || (work->loops && work->running < work->turns)) return true;
+    if (work->stopping && !has_job && !work->loops) return false;
     if (has_job && next_ns != UINT64_MAX)
       srv_timed_wait(&work->wake, &work->lock, next_ns);
     else
@@ -158,14 +158,14 @@ srv_work *srv_work_create(size_t threads, size_t queue_max, size_t long_max) {
       long_max > SIZE_MAX / 2 / sizeof(srv_worker))
     return NULL;
   srv_work *work = calloc(1, sizeof *work);
-  if (work == NULL) return NULL;
+  if (!work) return NULL;
   pthread_mutex_init(&work->lock, NULL);
   srv_timed_init(&work->wake);
   work->turns = threads;
   work->queue_max = queue_max;
   work->long_max = long_max;
   work->workers = calloc(threads + long_max, sizeof *work->workers);
-  for (size_t i = 0; work->workers != NULL && i < threads + long_max; i++) {
+  for (size_t i = 0; work->workers && i < threads + long_max; i++) {
     srv_worker *worker = &work->workers[i];
     worker->work = work;
     pthread_mutex_lock(&work->lock);
@@ -177,14 +177,14 @@ srv_work *srv_work_create(size_t threads, size_t queue_max, size_t long_max) {
     errno = reason;
     return NULL;
   }
-  if (work->workers != NULL) return work;
+  if (work->workers) return work;
   srv_work_destroy(work);
   errno = ENOMEM;
   return NULL;
 }
 
 void srv_work_destroy(srv_work *work) {
-  if (work == NULL) return;
+  if (!work) return;
   pthread_mutex_lock(&work->lock);
   work->stopping = true;
   pthread_cond_broadcast(&work->wake);
