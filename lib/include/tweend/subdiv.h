@@ -231,8 +231,8 @@ typedef struct tw_point_columns {
 } tw_point_columns;
 
 /* Makes the reader read rows of TW_DOMAIN_VERTICES that are not split: one for each row of TW_DOMAIN_POINTS,
- * in their order, with the position and these columns alone. Where faces have different values or normals at a
- * point, the row has those of one of them. */
+ * in their order, with the position and these columns alone. Where faces have different values or normals at
+ * a point, the row has those of one of them. */
 void tw_surface_reader_turn_to_unsplit(tw_surface_reader *reader, const tw_surface *surface,
                                        const tw_point_columns *columns);
 /* The columns of the rows that the reader reads now. */
