@@ -399,6 +399,46 @@ export interface Model {
   levels?: number;
   warnings: string[];
 }
+/** Faces that edges connect. Lengths are in `unit`. */
+export interface Shell {
+  /** Every edge is of two faces, which run along it in opposite directions. */
+  closed: boolean;
+  /** Closed, and its faces show inwards. */
+  inverted: boolean;
+  faces: number;
+  triangles: number;
+  /** Edges of one face. */
+  open_edges: number;
+  /** Edges of more than two faces. */
+  crowded_edges: number;
+  /** Edges of two faces, one of which is wound the wrong way round. */
+  flipped_edges: number;
+  area: number;
+  /** Null unless the shell is closed; below 0 if it is inverted. */
+  volume: number | null;
+}
+/** With `shells=true`: all shells in world space, each mesh once for each node that shows it, as `surface.stl` has
+ * them. */
+export interface Solid {
+  /**
+   * By `unit` and `scale`, else metres.
+   */
+  unit: "mm" | "cm" | "m" | "um" | "in" | "ft";
+  shells: number;
+  closed: number;
+  inverted: number;
+  triangles: number;
+  /** Edges of one face. */
+  open_edges: number;
+  /** Edges of more than two faces. */
+  crowded_edges: number;
+  /** Edges of two faces, one of which is wound the wrong way round. */
+  flipped_edges: number;
+  /** Of all triangles. */
+  area: number;
+  /** Of the closed shells. */
+  volume: number;
+}
 export interface SurfaceCounts {
   level: number;
   /** Number of merged points, without the splits that glTF needs. */
@@ -415,6 +455,7 @@ export interface SurfaceCounts {
     stl?: number;
     ply?: number;
   };
+  solid?: Solid;
   meshes: {
     name: string | null;
     level: number;
@@ -424,6 +465,10 @@ export interface SurfaceCounts {
     faces: number;
     /** Size of a GLB with this mesh only, without materials. */
     bytes: number;
+    /** With `shells=true`. */
+    shell_count?: number;
+    /** With `shells=true`: the mesh's first shells, in its own space. */
+    shells?: Shell[];
   }[];
 }
 /** One entry for each node, in the order of `nodes`. */
@@ -1284,6 +1329,13 @@ export interface SurfaceOptions {
    * @default 1
    */
   scale?: number;
+  /**
+   * `true`: `surface.json` tells of printability: of each shell (a set of faces that edges connect) whether it is
+   * closed, its volume and area, those of the triangles as `surface.stl` has them, and open edges. That takes a
+   * pass over all triangles. Other forms refuse it; STL and PLY warn of shells that are not closed or inside out.
+   * @default false
+   */
+  shells?: boolean;
   /**
    * `false` leaves out what is modelled onto the levels of the meshes. It is of the scheme that it was modelled by,
    * never of `bilinear`, and not for `boundary=open` where a mesh has a border, whose points that takes away: 422

@@ -29,7 +29,7 @@ static const char *const surface_parameters[] = {
     "triangles", "weld",     "quads",    "limit",     "normals",     "clip",     "at",
     "from",      "to",       "fps",      "tolerance", "tolerance_m", "skin",     "meshes",
     "encoding",  "polygons", "details",  "download",  "influences",  "retarget", "map",
-    "unit",      "scale",    NULL};
+    "unit",      "scale",    "shells",   NULL};
 static const char *const tracks_parameters[] = {"clip", "feet", "retarget", "map", NULL};
 static const char *const pose_parameters[] = {
     "clip", "at",    "from",          "to",   "fps",      "space",    "as",  "order",

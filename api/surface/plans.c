@@ -158,6 +158,8 @@ tw_status api_plan_admit(api_call *call, const api_plan_meshes *meshes, const ap
 
 /* ---- building ---------------------------------------------------------------------------------- */
 
+enum { SHELLS_UNKNOWN, SHELLS_BEING_WRITTEN, SHELLS_KNOWN };
+
 static void destroy_plan(void *value) {
   api_plan *plan = value;
   for (uint32_t i = 0; i < plan->count; i++)
@@ -165,12 +167,13 @@ static void destroy_plan(void *value) {
   tw_patch_classes_destroy(plan->classes);
   free(plan->surfaces);
   free(plan->borrows);
+  tw_free(plan->solids);
   api_entry_release(plan->source);
   free(plan);
 }
 
 static size_t plan_size(const api_plan *plan) {
-  size_t size = sizeof *plan + plan->count * sizeof(void *);
+  size_t size = sizeof *plan + plan->count * (sizeof(void *) + sizeof *plan->solids);
   for (uint32_t i = 0; i < plan->count; i++)
     if (!plan->borrows || !plan->borrows[i]) size += tw_surface_size(plan->surfaces[i]);
   if (plan->classes) size += tw_patch_classes_size(plan->classes);
@@ -208,7 +211,9 @@ static tw_status create_surfaces(const plan_source *source, api_plan *plan) {
   tw_error *error = &source->call->fault.error;
   plan->surfaces = tw_alloc_zero(all->count, sizeof(tw_surface *));
   plan->classes = tw_patch_classes_create();
-  if (!plan->surfaces || !plan->classes) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  plan->solids = tw_alloc_zero(all->count, sizeof *plan->solids);
+  if (!plan->surfaces || !plan->classes || !plan->solids)
+    return tw_fail(error, TW_NO_MEMORY, "out of memory");
   tw_arena *scratch = tw_arena_create(); /* holds the creases until their surface is made */
   if (!scratch) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   tw_status status = TW_OK;
@@ -226,6 +231,7 @@ static api_plan *create_plan(const plan_source *source) {
     return NULL;
   }
   atomic_init(&plan->is_warm, false);
+  atomic_init(&plan->shells_known, SHELLS_UNKNOWN);
   if (create_surfaces(source, plan) != TW_OK) {
     destroy_plan(plan);
     return NULL;
@@ -299,7 +305,8 @@ static tw_status move_surfaces(const api_plan *source, const api_plan_moves *mov
                                const tw_parallel_for *parallel, api_plan *plan) {
   plan->surfaces = tw_alloc_zero(moves->count, sizeof(tw_surface *));
   plan->borrows = tw_alloc_zero(moves->count, sizeof *plan->borrows);
-  if (!plan->surfaces || !plan->borrows) return TW_NO_MEMORY;
+  plan->solids = tw_alloc_zero(moves->count, sizeof *plan->solids);
+  if (!plan->surfaces || !plan->borrows || !plan->solids) return TW_NO_MEMORY;
   for (; plan->count < moves->count; plan->count++) {
     uint32_t i = plan->count;
     tw_surface *surface = source->surfaces[moves->of[i]];
@@ -326,6 +333,7 @@ static api_outcome move_plan(api_call *call, api_entry *source, const api_plan_m
   plan->total = still->total;
   plan->hard_edges = still->hard_edges;
   atomic_init(&plan->is_warm, false);
+  atomic_init(&plan->shells_known, SHELLS_UNKNOWN);
   tw_status status = move_surfaces(still, moves, &call->service->parallel, plan);
   if (status != TW_OK) {
     destroy_plan(plan);
@@ -359,5 +367,32 @@ tw_status api_plan_warm(api_plan *plan, const tw_parallel_for *parallel, tw_erro
     }
   }
   atomic_store(&plan->is_warm, true);
+  return TW_OK;
+}
+
+bool api_plan_knows_shells(const api_plan *plan) {
+  return atomic_load(&plan->shells_known) == SHELLS_KNOWN;
+}
+
+tw_status api_plan_shells(api_plan *plan, const tw_parallel_for *parallel, tw_solid *solids,
+                          tw_error *error) {
+  size_t size = plan->count * sizeof *solids;
+  bool is_known = api_plan_knows_shells(plan);
+  if (plan->count > 0) memset(solids, 0, size);
+  if (is_known && plan->count > 0) memcpy(solids, plan->solids, size);
+  for (uint32_t i = 0; i < plan->count && !is_known; i++) {
+    tw_shell *shells;
+    uint32_t count;
+    tw_status status = tw_shells_measure(plan->surfaces[i], parallel, &shells, &count, error);
+    if (status != TW_OK) return status;
+    for (uint32_t k = 0; k < count; k++) tw_solid_add(&solids[i], &shells[k]);
+    tw_free(shells);
+  }
+  /* Two threads may both have measured the same shells; one of them stores its result. */
+  int expected = SHELLS_UNKNOWN;
+  if (!is_known && atomic_compare_exchange_strong(&plan->shells_known, &expected, SHELLS_BEING_WRITTEN)) {
+    if (plan->count > 0) memcpy(plan->solids, solids, size);
+    atomic_store(&plan->shells_known, SHELLS_KNOWN);
+  }
   return TW_OK;
 }

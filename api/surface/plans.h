@@ -7,6 +7,7 @@
 #include "cache.h"
 #include "call.h"
 #include "tweend/format.h"
+#include "tweend/shells.h"
 #include "upload.h"
 
 /* The parameters of the surface itself. -1: not given, so the file's own tags apply. */
@@ -43,16 +44,18 @@ typedef struct api_plan_moves {
   const float *const *positions; /* [count] positions of all points; NULL: unchanged */
 } api_plan_moves;
 
-/* Immutable but for is_warm. */
+/* Immutable but for is_warm, shells_known and solids. */
 typedef struct api_plan {
   uint32_t count;
   tw_surface **surfaces;     /* [count], one for each mesh */
   tw_patch_classes *classes; /* shared by the surfaces; NULL with a source */
   tw_surface_counts total;
-  uint64_t hard_edges; /* how many edges TW_CREASES_FILE found */
-  atomic_bool is_warm; /* the bounds are known, so that reading starts without a pass over all points */
-  api_entry *source;   /* the plan that this one moves, or NULL */
-  bool *borrows;       /* [count] whether the surface belongs to the source; NULL: none does */
+  uint64_t hard_edges;     /* how many edges TW_CREASES_FILE found */
+  atomic_bool is_warm;     /* the bounds are known, so that reading starts without a pass over all points */
+  atomic_int shells_known; /* 2: solids are */
+  tw_solid *solids;        /* [count] the shells of each surface */
+  api_entry *source;       /* the plan that this one moves, or NULL */
+  bool *borrows;           /* [count] whether the surface belongs to the source; NULL: none does */
 } api_plan;
 
 /* About the most bytes that making a surface of a level takes, for admission: what it really takes is
@@ -81,6 +84,13 @@ api_outcome api_plan_take(api_call *call, const api_plan_meshes *meshes, const a
 
 /* Computes the bounds of all surfaces, unless they are known. */
 tw_status api_plan_warm(api_plan *plan, const tw_parallel_for *parallel, tw_error *error);
+
+/* Measures the shells of all surfaces, unless they are known: a pass over all triangles. solids:
+ * [plan->count]. TW_NO_MEMORY, TW_CANCELLED. */
+tw_status api_plan_shells(api_plan *plan, const tw_parallel_for *parallel, tw_solid *solids, tw_error *error);
+
+/* Whether the shells are known. */
+bool api_plan_knows_shells(const api_plan *plan);
 
 /* Prints all values of the query, for keys and entity tags. */
 void api_surface_query_print(const api_surface_query *query, tw_text *text);

@@ -1,39 +1,18 @@
 /* Surfaces: counts, glTF, OBJ, STL and PLY of a model at rest, posed or animated. */
 #include "file_name.h"
-#include "flat_answer.h"
 #include "handlers.h"
 #include "models.h"
 #include "obj_losses.h"
 #include "packs.h"
-#include "plans.h"
+#include "printability.h"
 #include "service.h"
-#include "surface_scene.h"
+#include "surface_request.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* In the order of the route's offers. */
-typedef enum surface_form { FORM_GLB, FORM_GLTF, FORM_OBJ, FORM_JSON, FORM_STL, FORM_PLY } surface_form;
-
-/* A request: its parameters, and all that its answer holds. Lives in the answer's arena. */
-typedef struct surface_request {
-  surface_form form;
-  api_surface_query surface;
-  api_surface_scene scene;
-  tw_polygons polygons;
-  tw_encoding encoding;
-  api_flat_query flat_query;
-  api_entry *model, *plan, *packs; /* references; packs may be NULL */
-  tw_gltf_stream *gltf;
-  tw_obj_stream *obj;
-  tw_flat_stream *flat;
-  uint64_t size, position, end; /* of the whole answer; place and end of what is read of it */
-  api_service *service;
-  uint64_t faces; /* counted so far, see count_faces */
-} surface_request;
-
-static void release(surface_request *request) {
+static void release(api_surface_request *request) {
   tw_gltf_stream_destroy(request->gltf);
   tw_obj_stream_destroy(request->obj);
   tw_flat_stream_destroy(request->flat);
@@ -43,152 +22,26 @@ static void release(surface_request *request) {
   api_entry_release(request->model);
 }
 
-static bool is_flat(const surface_request *request) {
-  return request->form == FORM_STL || request->form == FORM_PLY;
-}
-
-static bool is_gltf(const surface_request *request) {
-  return request->form == FORM_GLB || request->form == FORM_GLTF;
-}
-
-/* ---- parameters --------------------------------------------------------------------------------- */
-
-/* Reads weld: a word, or a distance. */
-static tw_status read_weld(const api_query *query, api_reading *out, tw_error *error) {
-  const char *text = api_query_get(query, "weld");
-  double distance;
-  if (!text || strcmp(text, "auto") == 0) return TW_OK;
-  if (strcmp(text, "none") == 0 || strcmp(text, "exact") == 0) {
-    out->weld = *text == 'n' ? TW_WELD_NONE : TW_WELD_EXACT;
-    return TW_OK;
-  }
-  if (!api_number_read(text, strlen(text), &distance) || distance < 1e-9 ||
-      distance > (double)TW_COORDINATE_MAX)
-    return tw_fail(error, TW_SYNTAX, "weld=%.60s: expected auto, exact, none or a distance from 1e-9 to 1e18",
-                   text);
-  out->weld = TW_WELD_DISTANCE;
-  out->distance = distance;
-  return TW_OK;
-}
-
-/* Reads creases: a word, or angle:DEGREES. */
-static tw_status read_creases(const api_query *query, api_surface_query *out, tw_error *error) {
-  static const char *const words[] = {"tags", "normals", "angle", "auto", "none", "file", NULL};
-  static const char angle[] = "angle:";
-  const char *text = api_query_get(query, "creases");
-  int creases = TW_CREASES_FILE;
-  if (text && strncmp(text, angle, strlen(angle)) == 0) {
-    const char *degrees = text + strlen(angle);
-    bool is_read = api_number_read(degrees, strlen(degrees), &out->crease_degrees);
-    if (!is_read || out->crease_degrees < 0 || out->crease_degrees > 180)
-      return tw_fail(error, TW_SYNTAX, "creases=%.60s: angle:DEGREES has a number from 0 to 180", text);
-    creases = TW_CREASES_ANGLE;
-  } else if (text && strcmp(text, "angle") == 0) {
-    return tw_fail(error, TW_SYNTAX, "creases=angle needs degrees, as in creases=angle:30");
-  } else {
-    tw_status status = api_query_choice(query, "creases", words, &creases, error);
-    if (status != TW_OK) return status;
-  }
-  out->creases = (tw_creases)creases;
-  return TW_OK;
-}
-
-/* Reads crease_sharpness: a number, or "infinite". */
-static tw_status read_crease_sharpness(const api_query *query, api_surface_query *out, tw_error *error) {
-  const char *text = api_query_get(query, "crease_sharpness");
-  double sharpness = (double)TW_SHARPNESS_INFINITE;
-  bool is_number = text && strcmp(text, "infinite") != 0;
-  tw_status status = is_number ? api_query_number(query, "crease_sharpness", &sharpness, error) : TW_OK;
-  if (status != TW_OK) return status;
-  if (sharpness < 0 || sharpness > (double)TW_SHARPNESS_INFINITE)
-    return tw_fail(error, TW_SYNTAX, "crease_sharpness must be from 0 to 10, or infinite, which is 10");
-  bool is_used = out->creases != TW_CREASES_TAGS && out->creases != TW_CREASES_NONE;
-  out->crease_sharpness = is_used ? (float)sharpness : 0;
-  return TW_OK;
-}
-
-static tw_status read_surface(const api_query *query, api_surface_query *out, tw_error *error) {
-  static const char *const uvs[] = {"corners-only", "none", "corners-plus1", "corners-plus2", "boundaries",
-                                    "all",          NULL};
-  static const char *const creasings[] = {"uniform", "chaikin", NULL};
-  static const char *const triangles[] = {"catmull-clark", "smooth", NULL};
-  static const char *const normals[] = {"auto", "limit", "none", NULL};
-  static const char *const influences[] = {"all", "4", NULL};
-  int normal = 0, influence = 0;
-  tw_status status = api_surface_query_begin(query, out, error);
-  out->level = 1;
-  if (status == TW_OK) status = api_query_count(query, "level", &out->level, error);
-  if (status == TW_OK) status = api_query_choice(query, "uv", uvs, &out->uv, error);
-  if (status == TW_OK) status = api_query_choice(query, "creasing", creasings, &out->creasing, error);
-  if (status == TW_OK) status = api_query_choice(query, "triangles", triangles, &out->triangles, error);
-  if (status == TW_OK) status = api_quads_read(query, &out->reading.quads, error);
-  if (status == TW_OK) status = api_query_choice(query, "normals", normals, &normal, error);
-  if (status == TW_OK) status = api_query_flag(query, "limit", &out->limit, error);
-  if (status == TW_OK) status = api_query_flag(query, "details", &out->details, error);
-  if (status == TW_OK) status = read_weld(query, &out->reading, error);
-  if (status == TW_OK) status = read_creases(query, out, error);
-  if (status == TW_OK) status = read_crease_sharpness(query, out, error);
-  if (status == TW_OK) status = api_query_choice(query, "influences", influences, &influence, error);
-  out->influences = influence == 1 ? 4 : 0;
-  out->normals = normal != 2;
-  out->own_normals = normal == 0 && out->level == 0 && !out->limit;
-  return status;
-}
-
-/* Reads the call's parameters; NULL: the fault says why. */
-static surface_request *read_request(api_call *call) {
-  static const char *const encodings[] = {"float", "quantized", "meshopt", NULL};
-  static const char *const polygons[] = {"triangles", "ngon", NULL};
-  const api_query *query = &call->query;
-  tw_error *error = &call->fault.error;
-  surface_request *request = tw_arena_alloc(call->arena, 1, sizeof *request);
-  if (!request) {
-    api_fail_without_memory(call);
-    return NULL;
-  }
-  int encoding = 0, polygon = 0;
-  tw_status status = read_surface(query, &request->surface, error);
-  if (status == TW_OK) status = api_query_choice(query, "encoding", encodings, &encoding, error);
-  if (status == TW_OK) status = api_query_choice(query, "polygons", polygons, &polygon, error);
-  if (status != TW_OK) {
-    api_fail(call);
-    return NULL;
-  }
-  request->form = (surface_form)(call->offer - call->route->offers);
-  /* Level 0 in a form that can express all of a cage reads back as the cage. */
-  bool is_obj = request->form == FORM_OBJ, is_of_gltf = is_gltf(request) || request->form == FORM_JSON;
-  bool is_cage_of_gltf = is_of_gltf && polygon == TW_POLYGONS_NGON && encoding == TW_ENCODING_FLOAT;
-  request->surface.tagged =
-      (is_obj || is_cage_of_gltf) && request->surface.level == 0 && !request->surface.limit;
-  request->surface.with_holes = request->surface.tagged && is_cage_of_gltf;
-  static const char *const flat_names[] = {[FORM_OBJ] = "OBJ", [FORM_STL] = "STL", [FORM_PLY] = "PLY"};
-  static const char *const flat_units[] = {[FORM_JSON] = "m", [FORM_STL] = "mm", [FORM_PLY] = "m"};
-  if (api_scene_read(call, flat_names[request->form], &request->scene.query) != API_DONE) return NULL;
-  if (api_flat_read(call, flat_units[request->form], &request->flat_query) != API_DONE) return NULL;
-  request->polygons = (tw_polygons)polygon;
-  request->encoding = is_of_gltf ? (tw_encoding)encoding : TW_ENCODING_FLOAT;
-  return request;
-}
-
-static void print_polygons(const surface_request *request, tw_text *text) {
+static void print_polygons(const api_surface_request *request, tw_text *text) {
   tw_text_add(text, request->polygons == TW_POLYGONS_NGON ? "&polygons=ngon" : "&polygons=triangles");
 }
 
 /* All parameters with defaults, as text; NULL without memory. */
-static const char *canonical(api_call *call, const surface_request *request) {
+static const char *canonical(api_call *call, const api_surface_request *request) {
   tw_text text = {0};
   api_surface_query_print(&request->surface, &text);
   print_polygons(request, &text);
   api_encoding_print(request->encoding, &text);
   api_scene_print(&request->scene, &text);
-  if (is_flat(request) || request->form == FORM_JSON) api_flat_print(&request->flat_query, &text);
+  if (api_is_flat(request) || request->form == FORM_JSON) api_flat_print(&request->flat_query, &text);
+  if (request->with_shells) tw_text_add(&text, "&shells");
   return api_text_keep(&text, call->arena);
 }
 
 /* ---- packs --------------------------------------------------------------------------------------- */
 
 /* What packs depend on besides the model and the encoding, as text; NULL without memory. */
-static const char *packs_key(api_call *call, const surface_request *request) {
+static const char *packs_key(api_call *call, const api_surface_request *request) {
   tw_text text = {0};
   api_surface_query_print(&request->surface, &text);
   print_polygons(request, &text);
@@ -197,7 +50,7 @@ static const char *packs_key(api_call *call, const surface_request *request) {
 }
 
 /* Puts the packs into the scene. */
-static void set_packs(surface_request *request) {
+static void set_packs(api_surface_request *request) {
   const api_packs *packs = api_entry_value(request->packs);
   request->scene.content.packs = (const tw_packs *const *)packs->list;
 }
@@ -205,7 +58,7 @@ static void set_packs(surface_request *request) {
 /* A body needs measured packs, as does the size of a compressed answer; for the size of a quantized one
  * unmeasured packs suffice. HEAD of a compressed answer uses them if they are cached, and is answered without
  * a size else. */
-static api_outcome take_packs(api_call *call, surface_request *request, bool is_stored) {
+static api_outcome take_packs(api_call *call, api_surface_request *request, bool is_stored) {
   if (request->encoding == TW_ENCODING_FLOAT || request->scene.content.model->mesh_count == 0)
     return API_DONE;
   bool is_compressed = request->encoding == TW_ENCODING_MESHOPT,
@@ -227,102 +80,9 @@ static api_outcome take_packs(api_call *call, surface_request *request, bool is_
 
 /* Whether the answer's size can be told: that of a compressed answer only by its packs, which HEAD may
  * lack. */
-static bool knows_size(const surface_request *request) {
+static bool knows_size(const api_surface_request *request) {
   return request->encoding != TW_ENCODING_MESHOPT || request->scene.content.packs ||
          request->scene.content.model->mesh_count == 0;
-}
-
-/* ---- counts -------------------------------------------------------------------------------------- */
-
-static void print_counts(tw_text *text, uint64_t level, const tw_surface_counts *counts, uint64_t bytes) {
-  tw_member_count(text, "level", level);
-  tw_member_count(text, "vertices", counts->vertices);
-  tw_member_count(text, "edges", counts->edges);
-  tw_member_count(text, "faces", counts->faces);
-  tw_member_count(text, "bytes", bytes);
-}
-
-/* The size of a GLB of one mesh of the scene without materials. */
-static tw_status predict_mesh(const surface_request *request, uint32_t mesh, uint64_t *size,
-                              tw_error *error) {
-  const tw_scene *all = &request->scene.content;
-  tw_node node = {.parent = TW_NO_INDEX, .skin = TW_NO_INDEX, .rest = TW_TRS_IDENTITY};
-  uint32_t order = 0;
-  tw_model model = {.format = TW_FORMAT_JSON,
-                    .mesh_count = 1,
-                    .meshes = &all->model->meshes[mesh],
-                    .group_count = all->model->group_count,
-                    .group_names = all->model->group_names,
-                    .node_count = 1,
-                    .nodes = &node,
-                    .node_order = &order};
-  tw_scene scene = {.model = &model,
-                    .surfaces = all->surfaces + mesh,
-                    .polygons = request->polygons,
-                    .packs = all->packs ? all->packs + mesh : NULL,
-                    .is_without_details = all->is_without_details};
-  return tw_gltf_stream_predict(&scene, TW_FORMAT_GLB, size, error);
-}
-
-static tw_flat_options flat_options(const surface_request *request, tw_format format) {
-  return (tw_flat_options){format, api_flat_scale(&request->flat_query), request->flat_query.unit->name};
-}
-
-/* Whether holes of the model are faces of the surface. */
-static bool shows_holes(const surface_request *request) {
-  const tw_model *model = request->scene.content.model;
-  uint32_t mesh = 0;
-  while (mesh < model->mesh_count && model->meshes[mesh].hole_count == 0) mesh++;
-  return request->surface.with_holes && mesh < model->mesh_count;
-}
-
-/* Prints the sizes of the forms whose size is known. Holes that a cage as glTF has as faces are in no other
- * form. */
-static tw_status print_forms(api_call *call, const surface_request *request, uint64_t glb, tw_text *text) {
-  const tw_scene *scene = &request->scene.content;
-  uint64_t size = 0;
-  tw_member_open(text, "forms", "{");
-  tw_member_count(text, "glb", glb);
-  tw_status status = TW_OK;
-  if (request->encoding == TW_ENCODING_FLOAT) {
-    status = tw_gltf_stream_predict(scene, TW_FORMAT_GLTF, &size, &call->fault.error);
-    if (status == TW_OK) tw_member_count(text, "gltf", size);
-  }
-  static const tw_format flat[] = {TW_FORMAT_STL, TW_FORMAT_PLY};
-  for (size_t i = 0; i < sizeof flat / sizeof *flat && !shows_holes(request); i++) {
-    const tw_flat_options options = flat_options(request, flat[i]);
-    status = tw_flat_stream_predict(scene, &options, &size, &call->fault.error);
-    if (status == TW_OK) tw_member_count(text, tw_format_names[flat[i]], size);
-    if (status != TW_OK && status != TW_LIMIT) break;
-  }
-  tw_text_add(text, "}");
-  return status == TW_LIMIT ? TW_OK : status;
-}
-
-static api_outcome reply_counts(api_call *call, const surface_request *request, uint64_t bytes) {
-  const api_plan *plan = api_entry_value(request->plan);
-  tw_text text = {0};
-  tw_text_add(&text, "{");
-  print_counts(&text, request->surface.level, &plan->total, bytes);
-  if (print_forms(call, request, bytes, &text) != TW_OK) {
-    tw_text_deinit(&text);
-    return api_fail(call);
-  }
-  tw_member_open(&text, "meshes", "[");
-  for (uint32_t i = 0; i < plan->count; i++) {
-    uint64_t size;
-    if (predict_mesh(request, i, &size, &call->fault.error) != TW_OK) {
-      tw_text_deinit(&text);
-      return api_fail(call);
-    }
-    tw_text_element(&text);
-    tw_text_add(&text, "{");
-    tw_member_string(&text, "name", request->scene.content.model->meshes[i].name);
-    print_counts(&text, request->surface.level, tw_surface_get_counts(plan->surfaces[i]), size);
-    tw_text_add(&text, "}");
-  }
-  tw_text_add(&text, "]}\n");
-  return api_reply(call, &text);
 }
 
 /* ---- bytes --------------------------------------------------------------------------------------- */
@@ -355,7 +115,7 @@ static uint64_t obj_tags_bound(const tw_surface *surface) {
 /* A bound on the size of an OBJ, which is known only at its end: 17 characters a number, 25 of a point far
  * from the origin, 9 of a colour, and 11 an index, of which a corner has three. Stops soon after the limit.
  */
-static tw_status obj_size_bound(api_call *call, const surface_request *request, uint64_t *size) {
+static tw_status obj_size_bound(api_call *call, const api_surface_request *request, uint64_t *size) {
   const api_plan *plan = api_entry_value(request->plan);
   const tw_model *model = request->scene.content.model;
   uint64_t limit = call->service->limits.max_output;
@@ -378,7 +138,7 @@ static tw_status obj_size_bound(api_call *call, const surface_request *request, 
 }
 
 /* Checks the size of the answer; status TW_LIMIT, with its error filled: the size cannot be counted. */
-static api_outcome check_size(api_call *call, const surface_request *request, tw_status status,
+static api_outcome check_size(api_call *call, const api_surface_request *request, tw_status status,
                               uint64_t size) {
   uint64_t limit = call->service->limits.max_output;
   if (status != TW_OK && status != TW_LIMIT) return api_fail(call);
@@ -395,22 +155,22 @@ static api_outcome check_size(api_call *call, const surface_request *request, tw
   return API_FAILED;
 }
 
-static tw_flat_options flat_options_of(const surface_request *request) {
-  return flat_options(request, request->form == FORM_STL ? TW_FORMAT_STL : TW_FORMAT_PLY);
+static tw_flat_options flat_options_of(const api_surface_request *request) {
+  return api_surface_flat_options(request, request->form == FORM_STL ? TW_FORMAT_STL : TW_FORMAT_PLY);
 }
 
 /* The sizes in JSON are those of a GLB. */
-static tw_format container_of(const surface_request *request) {
+static tw_format container_of(const api_surface_request *request) {
   return request->form == FORM_GLTF ? TW_FORMAT_GLTF : TW_FORMAT_GLB;
 }
 
-static api_outcome predict(api_call *call, const surface_request *request, uint64_t *size) {
+static api_outcome predict(api_call *call, const api_surface_request *request, uint64_t *size) {
   tw_status status = TW_OK;
   *size = API_SIZE_UNKNOWN;
   if (!knows_size(request)) return API_DONE;
   if (request->form == FORM_OBJ) {
     status = obj_size_bound(call, request, size);
-  } else if (is_flat(request)) {
+  } else if (api_is_flat(request)) {
     const tw_flat_options options = flat_options_of(request);
     status = tw_flat_stream_predict(&request->scene.content, &options, size, &call->fault.error);
   } else
@@ -419,14 +179,14 @@ static api_outcome predict(api_call *call, const surface_request *request, uint6
 }
 
 /* The number of faces before the position, as if all took equally many bytes. */
-static uint64_t faces_before(const surface_request *request) {
+static uint64_t faces_before(const api_surface_request *request) {
   const api_plan *plan = api_entry_value(request->plan);
   double share = request->size > 0 ? (double)request->position / (double)request->size : 0;
   return (uint64_t)((double)plan->total.faces * share);
 }
 
 /* Adds the faces read since the last call to the service's count. */
-static void count_faces(surface_request *request) {
+static void count_faces(api_surface_request *request) {
   uint64_t before = request->faces;
   request->faces = faces_before(request);
   atomic_fetch_add(&request->service->faces, request->faces - before);
@@ -434,7 +194,7 @@ static void count_faces(surface_request *request) {
 
 /* Without a stream this answers HEAD, for which nothing is computed. */
 static int64_t read_gltf(void *context, uint8_t *out, size_t capacity) {
-  surface_request *request = context;
+  api_surface_request *request = context;
   if (!request->gltf) return -1;
   if (capacity > request->end - request->position) capacity = (size_t)(request->end - request->position);
   if (capacity == 0) return 0;
@@ -445,7 +205,7 @@ static int64_t read_gltf(void *context, uint8_t *out, size_t capacity) {
 }
 
 static int64_t read_flat(void *context, uint8_t *out, size_t capacity) {
-  surface_request *request = context;
+  api_surface_request *request = context;
   if (capacity > request->end - request->position) capacity = (size_t)(request->end - request->position);
   size_t count = tw_flat_stream_read(request->flat, out, capacity);
   request->position += count;
@@ -455,7 +215,7 @@ static int64_t read_flat(void *context, uint8_t *out, size_t capacity) {
 
 /* The size is known only at the end: all faces are counted then. */
 static int64_t read_obj(void *context, uint8_t *out, size_t capacity) {
-  surface_request *request = context;
+  api_surface_request *request = context;
   size_t count = tw_obj_stream_read(request->obj, out, capacity);
   request->position += count;
   if (count == 0) {
@@ -472,23 +232,23 @@ static void destroy_request(void *context) {
 /* What a streamed answer holds besides its plan: the rows of a few patches, and a block of the host's. */
 enum { STREAM_COST = 768 << 10, FLAT_STREAM_COST = 1 << 20 };
 
-static void take_over(api_call *call, surface_request *request, uint64_t size,
+static void take_over(api_call *call, api_surface_request *request, uint64_t size,
                       int64_t (*read)(void *context, uint8_t *out, size_t capacity)) {
   call->answer.body = (api_body){size, request, read, destroy_request};
   request->service = call->service;
-  call->held = call->is_head ? 0 : is_flat(request) ? FLAT_STREAM_COST : STREAM_COST;
+  call->held = call->is_head ? 0 : api_is_flat(request) ? FLAT_STREAM_COST : STREAM_COST;
   if (request->packs && !call->is_head) call->held += api_packs_reading_size(api_entry_value(request->packs));
 }
 
 /* Computes the bounds, with which a glTF begins, in this call rather than in the first read. */
-static api_outcome warm(api_call *call, const surface_request *request) {
+static api_outcome warm(api_call *call, const api_surface_request *request) {
   tw_status status =
       api_plan_warm(api_entry_value(request->plan), &call->service->parallel, &call->fault.error);
   return status == TW_OK ? API_DONE : api_fail(call);
 }
 
 /* Sets what of an answer's `size` bytes is read. */
-static api_outcome choose_range(api_call *call, surface_request *request, uint64_t size) {
+static api_outcome choose_range(api_call *call, api_surface_request *request, uint64_t size) {
   api_range range = {0, size};
   bool is_get = call->route->takes == API_TAKES_NOTHING;
   if (is_get && api_range_answer(call, size, &range) != API_CONTINUE) return API_FAILED;
@@ -499,7 +259,7 @@ static api_outcome choose_range(api_call *call, surface_request *request, uint64
   return API_DONE;
 }
 
-static api_outcome reply_gltf(api_call *call, surface_request *request) {
+static api_outcome reply_gltf(api_call *call, api_surface_request *request) {
   tw_status status = tw_gltf_stream_create(&request->scene.content, container_of(request), &request->gltf,
                                            &call->fault.error);
   uint64_t size = status == TW_OK ? tw_gltf_stream_size(request->gltf) : 0;
@@ -512,7 +272,7 @@ static api_outcome reply_gltf(api_call *call, surface_request *request) {
   return API_DONE;
 }
 
-static api_outcome reply_flat(api_call *call, surface_request *request) {
+static api_outcome reply_flat(api_call *call, api_surface_request *request) {
   uint64_t size = tw_flat_stream_size(request->flat);
   api_outcome outcome = check_size(call, request, TW_OK, size);
   if (outcome == API_DONE) outcome = choose_range(call, request, size);
@@ -522,7 +282,7 @@ static api_outcome reply_flat(api_call *call, surface_request *request) {
   return API_DONE;
 }
 
-static api_outcome reply_obj(api_call *call, surface_request *request) {
+static api_outcome reply_obj(api_call *call, api_surface_request *request) {
   uint64_t bound;
   api_outcome outcome = predict(call, request, &bound);
   if (outcome != API_DONE) return outcome;
@@ -532,7 +292,7 @@ static api_outcome reply_obj(api_call *call, surface_request *request) {
   return API_DONE;
 }
 
-static api_outcome reply_head(api_call *call, surface_request *request) {
+static api_outcome reply_head(api_call *call, api_surface_request *request) {
   uint64_t size;
   api_outcome outcome = predict(call, request, &size);
   if (outcome != API_DONE) return outcome;
@@ -543,16 +303,16 @@ static api_outcome reply_head(api_call *call, surface_request *request) {
 }
 
 /* Fills the answer. Its body takes over the request; an answer without a body leaves it to the caller. */
-static api_outcome reply_surface(api_call *call, surface_request *request) {
+static api_outcome reply_surface(api_call *call, api_surface_request *request) {
   if (request->form == FORM_JSON) {
     uint64_t size;
     api_outcome outcome = predict(call, request, &size);
-    return outcome == API_DONE ? reply_counts(call, request, size) : outcome;
+    return outcome == API_DONE ? api_surface_reply_counts(call, request, size) : outcome;
   }
   call->answer.status = 200;
   api_outcome outcome = call->is_head               ? reply_head(call, request)
                         : request->form == FORM_OBJ ? reply_obj(call, request)
-                        : is_flat(request)          ? reply_flat(call, request)
+                        : api_is_flat(request)      ? reply_flat(call, request)
                                                     : reply_gltf(call, request);
   if (outcome == API_DONE) api_answer_header(&call->answer, "Content-Type", call->offer->type);
   return outcome;
@@ -561,11 +321,11 @@ static api_outcome reply_surface(api_call *call, surface_request *request) {
 /* ---- stages -------------------------------------------------------------------------------------- */
 
 /* Whether rows of a mesh hold fewer influences than its points have because the request asks for fewer. */
-static bool is_cut(const surface_request *request, const tw_mesh *mesh) {
+static bool is_cut(const api_surface_request *request, const tw_mesh *mesh) {
   return tw_mesh_influences(mesh, request->surface.influences) < tw_mesh_influences(mesh, 0);
 }
 
-static bool cuts_influences(const surface_request *request) {
+static bool cuts_influences(const api_surface_request *request) {
   const tw_model *model = request->scene.content.model;
   for (uint32_t i = 0; i < model->mesh_count; i++)
     if (is_cut(request, &model->meshes[i])) return true;
@@ -573,15 +333,16 @@ static bool cuts_influences(const surface_request *request) {
 }
 
 /* Whether a light call may answer: no pass over all points or keys, and little JSON to print. */
-static bool is_light(const api_call *call, const surface_request *request) {
+static bool is_light(const api_call *call, const api_surface_request *request) {
   enum { LIGHT_PARTS = 64, LIGHT_CORNERS = 1 << 18 };
   const api_plan *plan = api_entry_value(request->plan);
   const tw_model *model = request->scene.content.model;
-  bool needs_no_pass = atomic_load(&plan->is_warm) || !is_gltf(request) || call->is_head ||
+  bool needs_no_pass = atomic_load(&plan->is_warm) || !api_is_gltf(request) || call->is_head ||
                        request->encoding != TW_ENCODING_FLOAT;
   uint64_t corners = 0;
   for (uint32_t i = 0; i < model->mesh_count; i++) corners += model->meshes[i].corner_count;
-  if (!is_gltf(request) && corners > LIGHT_CORNERS) return false; /* flat forms look at all corners */
+  if (!api_is_gltf(request) && corners > LIGHT_CORNERS) return false; /* flat forms look at all corners */
+  if ((api_is_flat(request) || request->with_shells) && !api_shells_are_light(plan)) return false;
   return needs_no_pass && request->scene.choices.count == 0 && !cuts_influences(request) &&
          model->mesh_count + (uint64_t)model->node_count <= LIGHT_PARTS;
 }
@@ -596,7 +357,7 @@ static bool lacks_faces(const tw_model *model) {
 }
 
 /* Fills in the scene and takes the plan of its surfaces. */
-static api_outcome prepare(api_call *call, surface_request *request, bool is_stored) {
+static api_outcome prepare(api_call *call, api_surface_request *request, bool is_stored) {
   const tw_model *model = api_entry_value(request->model);
   api_surface_scene *scene = &request->scene;
   if (lacks_faces(model)) return api_fail_with(call, 422, "the model has no faces: it has no surface");
@@ -616,14 +377,14 @@ static api_outcome prepare(api_call *call, surface_request *request, bool is_sto
   return API_DONE;
 }
 
-static api_outcome validate(api_call *call, const surface_request *request) {
+static api_outcome validate(api_call *call, const api_surface_request *request) {
   const char *text = canonical(call, request);
   char representation[20];
   snprintf(representation, sizeof representation, "surface.%s", call->offer->extension);
   return text ? api_validate(call, representation, text) : api_fail_without_memory(call);
 }
 
-static api_outcome warn_of_hard_edges(api_call *call, const surface_request *request) {
+static api_outcome warn_of_hard_edges(api_call *call, const api_surface_request *request) {
   const api_plan *plan = api_entry_value(request->plan);
   if (plan->hard_edges == 0) return API_DONE;
   const char *sentence = api_hard_warning(call, plan->hard_edges);
@@ -634,10 +395,10 @@ static api_outcome warn_of_hard_edges(api_call *call, const surface_request *req
 
 /* Warns of n-gons that no fan shows as they are. A cage, which is read again, keeps them; other answers split
  * them. */
-static api_outcome warn_of_polygons(api_call *call, const surface_request *request) {
+static api_outcome warn_of_polygons(api_call *call, const api_surface_request *request) {
   const tw_scene *scene = &request->scene.content;
   uint64_t count = 0;
-  bool has_polygons = request->form == FORM_OBJ || is_flat(request);
+  bool has_polygons = request->form == FORM_OBJ || api_is_flat(request);
   if (has_polygons || request->polygons != TW_POLYGONS_NGON) return API_DONE;
   for (uint32_t i = 0; i < scene->model->mesh_count; i++) {
     const tw_face_cut *cuts = tw_surface_get_cuts(scene->surfaces[i]);
@@ -671,11 +432,11 @@ static uint64_t count_richer_points(const tw_mesh *mesh, uint32_t most) {
 }
 
 /* Tells what influences=4 takes away. */
-static api_outcome warn_of_influences(api_call *call, const surface_request *request) {
+static api_outcome warn_of_influences(api_call *call, const api_surface_request *request) {
   const tw_model *model = request->scene.content.model;
   uint32_t most = request->surface.influences;
   uint64_t points = 0;
-  if (request->form == FORM_OBJ || is_flat(request)) return API_DONE;
+  if (request->form == FORM_OBJ || api_is_flat(request)) return API_DONE;
   for (uint32_t i = 0; i < model->mesh_count; i++)
     if (is_cut(request, &model->meshes[i])) points += count_richer_points(&model->meshes[i], most);
   if (points == 0) return API_DONE;
@@ -690,8 +451,8 @@ static api_outcome warn_of_influences(api_call *call, const surface_request *req
 }
 
 /* Opens the stream of a flat answer, which knows whether all is moved, and warns of that, of the unit and of
- * what is lost. */
-static api_outcome open_flat(api_call *call, surface_request *request) {
+ * what is lost, and before these of shells that cannot be printed. */
+static api_outcome open_flat(api_call *call, api_surface_request *request) {
   const api_plan *plan = api_entry_value(request->plan);
   const tw_flat_options options = flat_options_of(request);
   const tw_scene *scene = &request->scene.content;
@@ -700,13 +461,14 @@ static api_outcome open_flat(api_call *call, surface_request *request) {
   if (status != TW_OK) return check_size(call, request, status, 0);
   api_outcome outcome =
       tw_flat_stream_origin(request->flat, origin) ? api_flat_warn_of_move(call, origin) : API_DONE;
+  if (outcome == API_DONE) outcome = api_warn_of_shells(call, request);
   if (outcome == API_DONE)
     outcome = api_flat_warn_of_losses(call, scene, options.format, plan->hard_edges > 0);
   return outcome == API_DONE ? api_flat_warn_of_unit(call, &request->flat_query) : outcome;
 }
 
 /* From the model to the answer. The caller releases the request unless the answer's body took it over. */
-static api_outcome answer_surface(api_call *call, surface_request *request, bool is_stored) {
+static api_outcome answer_surface(api_call *call, api_surface_request *request, bool is_stored) {
   /* Both ways to ask for the same have one key. */
   request->surface.reading.quads = tw_quads_of(request->surface.reading.quads,
                                                ((const tw_model *)api_entry_value(request->model))->format);
@@ -721,13 +483,13 @@ static api_outcome answer_surface(api_call *call, surface_request *request, bool
   outcome = take_packs(call, request, is_stored);
   if (outcome != API_DONE) return outcome;
   const tw_model *model = api_entry_value(request->model);
-  if (request->form != FORM_OBJ && !is_flat(request))
+  if (request->form != FORM_OBJ && !api_is_flat(request))
     outcome = api_scene_animate(call, model, &request->scene);
   if (outcome == API_DONE) outcome = warn_of_hard_edges(call, request);
   if (outcome == API_DONE) outcome = warn_of_polygons(call, request);
   if (outcome == API_DONE) outcome = warn_of_influences(call, request);
   if (outcome == API_DONE && request->form == FORM_OBJ) outcome = api_obj_losses_warn(call, model);
-  if (outcome == API_DONE && is_flat(request)) outcome = open_flat(call, request);
+  if (outcome == API_DONE && api_is_flat(request)) outcome = open_flat(call, request);
   /* The description lists the model's: the header, which shows one, shows the answer's own. */
   api_call_warn(call, model->warnings, model->warning_count);
   api_scene_warn(call, &request->scene);
@@ -736,7 +498,7 @@ static api_outcome answer_surface(api_call *call, surface_request *request, bool
   return outcome == API_DONE ? reply_surface(call, request) : outcome;
 }
 
-static api_outcome answer_and_release(api_call *call, surface_request *request, bool is_stored) {
+static api_outcome answer_and_release(api_call *call, api_surface_request *request, bool is_stored) {
   api_outcome outcome = answer_surface(call, request, is_stored);
   bool is_taken_over = outcome == API_DONE && call->answer.body.read;
   if (!is_taken_over) release(request);
@@ -744,7 +506,7 @@ static api_outcome answer_and_release(api_call *call, surface_request *request, 
 }
 
 api_outcome api_get_surface(api_call *call) {
-  surface_request *request = read_request(call);
+  api_surface_request *request = api_surface_request_read(call);
   if (!request) return API_FAILED;
   api_outcome outcome = api_model_take(call, call->id, &request->surface.reading, &request->model);
   return outcome == API_DONE ? answer_and_release(call, request, true) : outcome;
@@ -752,7 +514,7 @@ api_outcome api_get_surface(api_call *call) {
 
 api_outcome api_post_surface(api_call *call) {
   if (call->effort != API_HEAVY) return API_NEEDS_THREAD;
-  surface_request *request = read_request(call);
+  api_surface_request *request = api_surface_request_read(call);
   if (!request) return API_FAILED;
   api_outcome outcome = api_model_of_body(call, &request->surface.reading, &request->model);
   return outcome == API_DONE ? answer_and_release(call, request, false) : outcome;

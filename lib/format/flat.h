@@ -9,6 +9,7 @@
 
 /* A node that shows a mesh with faces. */
 typedef struct tw_flat_part {
+  const tw_surface *surface;
   uint32_t node, mesh;
   double matrix[12];  /* three rows of four: from the mesh to the answer's coordinates */
   double cofactor[9]; /* of the linear part, columns first: turns normals */
@@ -30,10 +31,6 @@ typedef struct tw_flat_scene {
  * must be deinited. */
 bool tw_flat_place(const tw_scene *scene, double scale, tw_flat_scene *out);
 void tw_flat_deinit(tw_flat_scene *flat);
-
-static inline const tw_surface *tw_flat_surface(const tw_flat_scene *flat, const tw_flat_part *part) {
-  return flat->scene.surfaces[part->mesh];
-}
 
 /* All faces of a surface, whatever their material. */
 tw_surface_group tw_flat_faces(const tw_surface *surface);
@@ -65,10 +62,15 @@ typedef struct tw_flat_tools {
 /* TW_FLAT_ROW: the most floats of a row: position, normal, texture coordinates, colour. */
 enum { TW_FLAT_FACES = 4096, TW_FLAT_POINTS = 1024, TW_FLAT_ROW = 12 };
 
+/* Makes the tools that tw_flat_read_triangles needs, for any of the surfaces; the others stay zeroed. False
+ * without memory; then too they must be deinited. */
+bool tw_flat_tools_init(tw_flat_tools *tools, const tw_surface *const *surfaces, uint32_t count);
+void tw_flat_tools_deinit(tw_flat_tools *tools); /* zeroed ones are fine */
+
 /* Reads triangles from `first` on, at most `most` and TW_FLAT_FACES: their corners as places of points in
  * tools->points, which then holds the moved points. Returns how many. */
-uint32_t tw_flat_read_triangles(tw_flat_tools *tools, const tw_flat_scene *flat, const tw_flat_part *part,
-                                uint64_t first, uint64_t most);
+uint32_t tw_flat_read_triangles(tw_flat_tools *tools, const tw_flat_part *part, uint64_t first,
+                                uint64_t most);
 
 /* ---- the formats ------------------------------------------------------------------------------------- */
 
@@ -77,8 +79,8 @@ enum { TW_STL_HEAD = 84, TW_STL_FACET = 50 };
 /* out: [TW_STL_HEAD]. */
 void tw_stl_put_head(const tw_flat_scene *flat, const char *unit, uint64_t triangles, uint8_t *out);
 /* Writes facets from `first` on, at most `most`; returns how many. out: [TW_FLAT_FACES][TW_STL_FACET]. */
-uint32_t tw_stl_put_facets(tw_flat_tools *tools, const tw_flat_scene *flat, const tw_flat_part *part,
-                           uint64_t first, uint64_t most, uint8_t *out);
+uint32_t tw_stl_put_facets(tw_flat_tools *tools, const tw_flat_part *part, uint64_t first, uint64_t most,
+                           uint8_t *out);
 
 /* What a PLY has for each vertex and each face. */
 typedef struct tw_ply_layout {
@@ -101,7 +103,7 @@ uint32_t tw_ply_put_vertices(tw_flat_tools *tools, const tw_flat_scene *flat, co
                              const tw_ply_layout *layout, uint64_t first, uint64_t most, uint8_t *out);
 /* As tw_stl_put_facets. out: room for TW_FLAT_FACES triangles, or for polygons of corner_capacity corners in
  * all. */
-uint32_t tw_ply_put_faces(tw_flat_tools *tools, const tw_flat_scene *flat, const tw_flat_part *part,
-                          const tw_ply_layout *layout, uint64_t first, uint64_t most, uint8_t *out);
+uint32_t tw_ply_put_faces(tw_flat_tools *tools, const tw_flat_part *part, const tw_ply_layout *layout,
+                          uint64_t first, uint64_t most, uint8_t *out);
 
 #endif

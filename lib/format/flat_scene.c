@@ -55,7 +55,8 @@ bool tw_flat_place(const tw_scene *scene, double scale, tw_flat_scene *out) {
   uint32_t count = 0;
   for (uint32_t i = 0; i < model->node_count; i++) {
     if (!is_shown(scene, i)) continue;
-    out->parts[count++] = (tw_flat_part){.node = i, .mesh = model->nodes[i].mesh};
+    uint32_t mesh = model->nodes[i].mesh;
+    out->parts[count++] = (tw_flat_part){.surface = scene->surfaces[mesh], .node = i, .mesh = mesh};
     const float *m = world + (size_t)i * 16;
     if (out->is_moved || !tw_shows_far(m, &model->meshes[model->nodes[i].mesh])) continue;
     out->is_moved = true;
@@ -66,7 +67,7 @@ bool tw_flat_place(const tw_scene *scene, double scale, tw_flat_scene *out) {
     tw_flat_part *part = &out->parts[p];
     place_part(out, world + (size_t)part->node * 16, scale, part);
     part->first_point = points;
-    points += tw_surface_row_count(tw_flat_surface(out, part), TW_DOMAIN_POINTS);
+    points += tw_surface_row_count(part->surface, TW_DOMAIN_POINTS);
   }
   tw_free(world);
   return true;
@@ -95,14 +96,41 @@ void tw_flat_turn(const tw_flat_part *part, const float normal[3], float out[3])
     out[row] = length > 0 ? (float)(turned[row] / length) + 0.0f : normal[row];
 }
 
+bool tw_flat_tools_init(tw_flat_tools *tools, const tw_surface *const *surfaces, uint32_t count) {
+  *tools = (tw_flat_tools){.corner_capacity = (size_t)4 * TW_FLAT_FACES};
+  for (uint32_t i = 0; i < count; i++) {
+    size_t largest = tw_surface_largest_face(surfaces[i]);
+    if (largest > tools->corner_capacity) tools->corner_capacity = largest;
+  }
+  tools->reader = tw_surface_reader_create_shared(surfaces, count, 0);
+  tools->corners[0] = tw_alloc(tools->corner_capacity, sizeof(uint32_t));
+  tools->places[0] = tw_alloc(tools->corner_capacity, sizeof(uint32_t));
+  return tw_row_pages_init(&tools->points, TW_DOMAIN_POINTS) && tools->reader && tools->corners[0] &&
+         tools->places[0] &&
+         tw_triangulator_init(&tools->triangles, surfaces, count, TW_POLYGONS_TRIANGLES, tools->reader);
+}
+
+void tw_flat_tools_deinit(tw_flat_tools *tools) {
+  tw_triangulator_deinit(&tools->triangles);
+  tw_surface_reader_destroy(tools->reader);
+  tw_row_pages_deinit(&tools->points);
+  tw_row_pages_deinit(&tools->uvs);
+  for (int i = 0; i < 2; i++) {
+    tw_free(tools->corners[i]);
+    tw_free(tools->places[i]);
+  }
+  tw_free(tools->sizes);
+  tw_free(tools->rows);
+}
+
 static void move_pages(tw_row_pages *pages, const tw_flat_part *part) {
   float *point = pages->values;
   for (uint32_t i = 0; i < pages->count * TW_PAGE_ROWS; i++, point += 3) tw_flat_move(part, point, point);
 }
 
-uint32_t tw_flat_read_triangles(tw_flat_tools *tools, const tw_flat_scene *flat, const tw_flat_part *part,
-                                uint64_t first, uint64_t most) {
-  const tw_surface *surface = tw_flat_surface(flat, part);
+uint32_t tw_flat_read_triangles(tw_flat_tools *tools, const tw_flat_part *part, uint64_t first,
+                                uint64_t most) {
+  const tw_surface *surface = part->surface;
   const tw_surface_group faces = tw_flat_faces(surface);
   uint32_t wanted = (uint32_t)tw_least(most, TW_FLAT_FACES), count = 0, *place = tools->places[0];
   const uint32_t *row = tools->corners[0];

@@ -35,12 +35,12 @@ static uint64_t bytes_before(const tw_flat_stream *stream, const segment *s, uin
   if (s->kind == SEGMENT_FACETS) return element * TW_STL_FACET;
   if (s->kind == SEGMENT_VERTICES) return element * ply->vertex_size;
   if (!ply->is_ngon) return element * (ply->face_size + 3 * (uint64_t)ply->per_edge);
-  const tw_surface *surface = tw_flat_surface(&stream->flat, &stream->flat.parts[s->part]);
+  const tw_surface *surface = stream->flat.parts[s->part].surface;
   return element * ply->face_size + tw_surface_corners_before(surface, element) * ply->per_edge;
 }
 
 static uint64_t count_elements(const tw_flat_stream *stream, segment_kind kind, uint32_t part) {
-  const tw_surface *surface = tw_flat_surface(&stream->flat, &stream->flat.parts[part]);
+  const tw_surface *surface = stream->flat.parts[part].surface;
   const tw_surface_group faces = tw_flat_faces(surface);
   if (kind == SEGMENT_VERTICES) return tw_surface_row_count(surface, TW_DOMAIN_POINTS);
   return kind == SEGMENT_FACES && stream->ply.is_ngon ? faces.face_count : tw_count_triangles(&faces);
@@ -102,32 +102,23 @@ static tw_status lay_out(tw_flat_stream *stream, const tw_scene *scene, const tw
 static bool allocate(tw_flat_stream *stream) {
   tw_flat_tools *tools = &stream->tools;
   const tw_scene *scene = &stream->flat.scene;
-  uint32_t meshes = scene->model->mesh_count;
-  bool is_ply = stream->format == TW_FORMAT_PLY;
-  tools->corner_capacity = (size_t)4 * TW_FLAT_FACES;
-  for (uint32_t i = 0; i < meshes; i++) {
-    size_t largest = tw_surface_largest_face(scene->surfaces[i]);
-    if (largest > tools->corner_capacity) tools->corner_capacity = largest;
+  const tw_ply_layout *ply = &stream->ply;
+  if (!tw_flat_tools_init(tools, scene->surfaces, scene->model->mesh_count)) return false;
+  size_t corners = tools->corner_capacity, facets = (size_t)TW_FLAT_FACES * TW_STL_FACET;
+  if (stream->format == TW_FORMAT_STL) {
+    stream->block = tw_alloc(facets, 1);
+    return stream->block;
   }
-  size_t corners = tools->corner_capacity, facets = (size_t)TW_FLAT_FACES * TW_STL_FACET,
-         vertices = (size_t)TW_FLAT_POINTS * stream->ply.vertex_size,
-         faces = (size_t)TW_FLAT_FACES * stream->ply.face_size + corners * stream->ply.per_edge,
-         block = vertices > faces ? vertices : faces;
-  tools->reader = tw_surface_reader_create_shared(scene->surfaces, meshes, 0);
-  tools->corners[0] = tw_alloc(corners, sizeof(uint32_t));
-  tools->corners[1] = tw_alloc(stream->ply.has_wedges ? corners : 0, sizeof(uint32_t));
-  tools->places[0] = tw_alloc(corners, sizeof(uint32_t));
-  tools->places[1] = tw_alloc(stream->ply.has_wedges ? corners : 0, sizeof(uint32_t));
+  size_t vertices = (size_t)TW_FLAT_POINTS * ply->vertex_size,
+         faces = (size_t)TW_FLAT_FACES * ply->face_size + corners * ply->per_edge;
+  if (ply->has_colors) tw_ply_find_levels(tools);
+  tools->corners[1] = tw_alloc(ply->has_wedges ? corners : 0, sizeof(uint32_t));
+  tools->places[1] = tw_alloc(ply->has_wedges ? corners : 0, sizeof(uint32_t));
   tools->sizes = tw_alloc(TW_FLAT_FACES, sizeof(uint32_t));
-  tools->rows = tw_alloc(is_ply ? TW_FLAT_POINTS : 0, TW_FLAT_ROW * sizeof(float));
-  if (stream->ply.has_colors) tw_ply_find_levels(tools);
-  stream->block = tw_alloc(is_ply ? block : facets, 1);
-  bool has_pages = (is_ply || tw_row_pages_init(&tools->points, TW_DOMAIN_POINTS)) &&
-                   (!stream->ply.has_wedges || tw_row_pages_init(&tools->uvs, TW_DOMAIN_UVS));
-  return has_pages && tools->reader && tools->corners[0] && tools->corners[1] && tools->places[0] &&
-         tools->places[1] && tools->sizes && tools->rows && stream->block &&
-         tw_triangulator_init(&tools->triangles, scene->surfaces, meshes, TW_POLYGONS_TRIANGLES,
-                              tools->reader);
+  tools->rows = tw_alloc(TW_FLAT_POINTS, TW_FLAT_ROW * sizeof(float));
+  stream->block = tw_alloc(vertices > faces ? vertices : faces, 1);
+  return tools->corners[1] && tools->places[1] && tools->sizes && tools->rows && stream->block &&
+         (!ply->has_wedges || tw_row_pages_init(&tools->uvs, TW_DOMAIN_UVS));
 }
 
 tw_status tw_flat_stream_create(const tw_scene *scene, const tw_flat_options *options, tw_flat_stream **out,
@@ -145,17 +136,7 @@ tw_status tw_flat_stream_create(const tw_scene *scene, const tw_flat_options *op
 
 void tw_flat_stream_destroy(tw_flat_stream *stream) {
   if (!stream) return;
-  tw_flat_tools *tools = &stream->tools;
-  tw_triangulator_deinit(&tools->triangles);
-  tw_surface_reader_destroy(tools->reader);
-  tw_row_pages_deinit(&tools->points);
-  tw_row_pages_deinit(&tools->uvs);
-  for (int i = 0; i < 2; i++) {
-    tw_free(tools->corners[i]);
-    tw_free(tools->places[i]);
-  }
-  tw_free(tools->sizes);
-  tw_free(tools->rows);
+  tw_flat_tools_deinit(&stream->tools);
   tw_free(stream->block);
   tw_free(stream->segments);
   tw_text_deinit(&stream->head);
@@ -216,14 +197,12 @@ static void fill_block(tw_flat_stream *stream) {
   const tw_flat_part *part = &flat->parts[s->part];
   uint64_t first = find_element(stream, s, stream->position - s->offset), most = s->count - first, count = 0;
   switch (s->kind) {
-  case SEGMENT_FACETS:
-    count = tw_stl_put_facets(&stream->tools, flat, part, first, most, stream->block);
-    break;
+  case SEGMENT_FACETS: count = tw_stl_put_facets(&stream->tools, part, first, most, stream->block); break;
   case SEGMENT_VERTICES:
     count = tw_ply_put_vertices(&stream->tools, flat, part, &stream->ply, first, most, stream->block);
     break;
   case SEGMENT_FACES:
-    count = tw_ply_put_faces(&stream->tools, flat, part, &stream->ply, first, most, stream->block);
+    count = tw_ply_put_faces(&stream->tools, part, &stream->ply, first, most, stream->block);
     break;
   }
   stream->block_begin = s->offset + bytes_before(stream, s, first);

@@ -19,7 +19,7 @@ static bool has_seams(const tw_surface *surface) {
 /* The attribute that is the colour of a part; UINT32_MAX: it has none. */
 static uint32_t color_of(const tw_flat_scene *flat, const tw_flat_part *part) {
   const tw_mesh *mesh = &flat->scene.model->meshes[part->mesh];
-  const tw_surface_layout *layout = tw_surface_get_layout(tw_flat_surface(flat, part));
+  const tw_surface_layout *layout = tw_surface_get_layout(part->surface);
   for (uint32_t i = 0; i < mesh->attribute_count && i < layout->attribute_count; i++)
     if (mesh->attributes[i].is_color) return i;
   return UINT32_MAX;
@@ -32,7 +32,7 @@ tw_ply_layout tw_ply_lay_out(const tw_flat_scene *flat) {
   size_t largest = 3;
   for (uint32_t i = 0; i < flat->part_count; i++) {
     const tw_flat_part *part = &flat->parts[i];
-    const tw_surface *surface = tw_flat_surface(flat, part);
+    const tw_surface *surface = part->surface;
     out.has_normals |= tw_surface_get_layout(surface)->normal != UINT32_MAX;
     out.has_colors |= color_of(flat, part) != UINT32_MAX;
     bool has_uvs = tw_surface_row_count(surface, TW_DOMAIN_UVS) > 0;
@@ -56,7 +56,7 @@ tw_ply_layout tw_ply_lay_out(const tw_flat_scene *flat) {
 static uint64_t count_faces(const tw_flat_scene *flat, bool is_ngon) {
   uint64_t count = 0;
   for (uint32_t i = 0; i < flat->part_count; i++) {
-    const tw_surface_group faces = tw_flat_faces(tw_flat_surface(flat, &flat->parts[i]));
+    const tw_surface_group faces = tw_flat_faces(flat->parts[i].surface);
     count += is_ngon ? faces.face_count : tw_count_triangles(&faces);
   }
   return count;
@@ -65,7 +65,7 @@ static uint64_t count_faces(const tw_flat_scene *flat, bool is_ngon) {
 bool tw_ply_put_head(const tw_flat_scene *flat, const tw_ply_layout *layout, const char *unit, tw_text *out) {
   uint64_t points = 0;
   for (uint32_t i = 0; i < flat->part_count; i++)
-    points += tw_surface_row_count(tw_flat_surface(flat, &flat->parts[i]), TW_DOMAIN_POINTS);
+    points += tw_surface_row_count(flat->parts[i].surface, TW_DOMAIN_POINTS);
   tw_text_add(out, "ply\nformat binary_little_endian 1.0\ncomment tweend ");
   tw_text_add(out, tw_version());
   tw_text_add(out, "\ncomment unit ");
@@ -144,7 +144,7 @@ static void put_vertex(const tw_flat_tools *tools, const tw_flat_part *part, con
 
 uint32_t tw_ply_put_vertices(tw_flat_tools *tools, const tw_flat_scene *flat, const tw_flat_part *part,
                              const tw_ply_layout *layout, uint64_t first, uint64_t most, uint8_t *out) {
-  const tw_surface *surface = tw_flat_surface(flat, part);
+  const tw_surface *surface = part->surface;
   const tw_point_columns wanted = {tw_surface_get_layout(surface)->normal != UINT32_MAX,
                                    layout->has_uvs && tw_surface_row_count(surface, TW_DOMAIN_UVS) > 0,
                                    color_of(flat, part)};
@@ -255,9 +255,9 @@ static void put_great_face(tw_flat_tools *tools, const tw_flat_part *part, const
   }
 }
 
-uint32_t tw_ply_put_faces(tw_flat_tools *tools, const tw_flat_scene *flat, const tw_flat_part *part,
-                          const tw_ply_layout *layout, uint64_t first, uint64_t most, uint8_t *out) {
-  const tw_surface *surface = tw_flat_surface(flat, part);
+uint32_t tw_ply_put_faces(tw_flat_tools *tools, const tw_flat_part *part, const tw_ply_layout *layout,
+                          uint64_t first, uint64_t most, uint8_t *out) {
+  const tw_surface *surface = part->surface;
   bool has_uvs = layout->has_wedges && tw_surface_row_count(surface, TW_DOMAIN_UVS) > 0;
   uint32_t count = read_corners(tools, surface, layout, TW_DOMAIN_POINTS, first, most, tools->corners[0]);
   if (!layout->is_ngon && !layout->has_wedges) {

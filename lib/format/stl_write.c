@@ -32,9 +32,9 @@ static void normal_of(const float *a, const float *b, const float *c, float out[
   for (int i = 0; i < 3; i++) out[i] = (float)(n[i] * shrink) + 0.0f;
 }
 
-uint32_t tw_stl_put_facets(tw_flat_tools *tools, const tw_flat_scene *flat, const tw_flat_part *part,
-                           uint64_t first, uint64_t most, uint8_t *out) {
-  uint32_t count = tw_flat_read_triangles(tools, flat, part, first, most);
+uint32_t tw_stl_put_facets(tw_flat_tools *tools, const tw_flat_part *part, uint64_t first, uint64_t most,
+                           uint8_t *out) {
+  uint32_t count = tw_flat_read_triangles(tools, part, first, most);
   const uint32_t *places = tools->places[0], second = part->is_mirrored ? 2 : 1;
   const float *values = tools->points.values;
   for (uint32_t i = 0; i < count; i++, places += 3, out += TW_STL_FACET) {

@@ -125,6 +125,9 @@ const models = {
 async function readByPrograms(model, level, triangles) {
   const stl = (await ask(model, `stl?level=${level}&unit=m`)).bytes, ply = (await ask(model, `ply?level=${level}`)).bytes;
   const { facets, open, shells, volume, bounds, mended } = admesh(stl);
+  const { solid } = JSON.parse((await ask(model, `json?level=${level}&shells=true`)).bytes);
+  assert.deepEqual([solid.shells, solid.closed, solid.inverted, solid.triangles], [1, 1, 0, facets]);
+  near(solid.volume, volume, 1e-4, 'volume of surface.json');
   assert.deepEqual({ facets, open, shells, mended }, { facets: triangles.length, open: 0, shells: 1, mended: [] });
   near(volume, volumeOf(triangles), 1e-4, 'volume by admesh');
   const size = Math.max(...boundsOf(triangles).map(Math.abs));
@@ -234,6 +237,57 @@ test('a PLY has the normals of the surface, its colours, and texture coordinates
   }
 });
 
+// ---- shells -----------------------------------------------------------------------------------------------
+
+/** An OBJ of cubes, each of 2 x 2 x 2 at x; faces that `keep` refuses are left out, those that `turn` names turned round. */
+function cubes(...parts) {
+  let text = '', count = 0;
+  const quads = [[1, 4, 3, 2], [5, 6, 7, 8], [1, 2, 6, 5], [2, 3, 7, 6], [3, 4, 8, 7], [4, 1, 5, 8]];
+  for (const { x, without = [], turned = [] } of parts) {
+    for (const [a, b, c] of [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]]) text += `v ${a + x} ${b} ${c}\n`;
+    quads.forEach((quad, i) => {
+      if (without.includes(i)) return;
+      text += `f ${(turned.includes(i) ? quad.toReversed() : quad).map((corner) => corner + count).join(' ')}\n`;
+    });
+    count += 8;
+  }
+  return Buffer.from(text);
+}
+
+const all = [0, 1, 2, 3, 4, 5];
+const prints = {
+  'two cubes': { bytes: cubes({ x: 0 }, { x: 5 }), solid: { shells: 2, closed: 2, inverted: 0 }, warns: /^1; the model's metres/ },
+  'a box without a side': { bytes: cubes({ x: 0, without: [1] }, { x: 5 }), solid: { shells: 2, closed: 1, inverted: 0, open: 4 }, warns: /1 shell is not closed, (4|8|16|32) open edges/ },
+  'a cube inside out': { bytes: cubes({ x: 0 }, { x: 5, turned: all }), solid: { shells: 2, closed: 2, inverted: 1 }, warns: /1 shell is inside out/ },
+  'a cube with a face turned round': { bytes: cubes({ x: 0, turned: [2] }), solid: { shells: 1, closed: 0, inverted: 0, flipped: 4 }, warns: /1 shell is not closed, \d+ edges are of two faces of opposite sides/ },
+  'a fin on a cube': { bytes: Buffer.concat([cubes({ x: 0 }), Buffer.from('v 1 3 -1\nv 1 3 1\nf 3 9 10 7\n')]), solid: { shells: 1, closed: 0, inverted: 0, open: 3, crowded: 1 }, warns: /1 shell is not closed, \d+ open edges, \d+ edges? ha(s|ve) more than two faces/ },
+};
+
+for (const [name, { bytes, solid, warns }] of Object.entries(prints))
+  test(`${name}: surface.json tells its shells as admesh does`, async () => {
+    const model = await daemon.upload(bytes);
+    for (const level of [0, 1, 2, 3]) {
+      const more = level > 0 ? '&creases=none' : '';
+      const told = JSON.parse((await ask(model, `json?level=${level}&shells=true&unit=mm${more}`)).bytes);
+      const { shells, closed, inverted, triangles, open_edges, crowded_edges, flipped_edges, volume, area } = told.solid;
+      const edges = 2 ** level;
+      assert.deepEqual({ shells, closed, inverted }, { shells: solid.shells, closed: solid.closed, inverted: solid.inverted });
+      assert.deepEqual([open_edges, crowded_edges, flipped_edges], [solid.open, solid.crowded, solid.flipped].map((count = 0) => count * edges));
+      assert.equal(told.meshes[0].shells.length, shells);
+      const sum = told.meshes[0].shells.reduce((sum, shell) => sum + (shell.volume ?? 0), 0);
+      assert.ok(Math.abs(sum - volume) < 1e-6 * area ** 1.5, 'volume of the mesh');
+      const { bytes: stl, warning } = await ask(model, `stl?level=${level}${more}`);
+      assert.match(warning, warns);
+      const facets = trianglesOf(new STLLoader().parse(buffer(stl)));
+      near(areaOf(facets), area, 1e-5, 'area');
+      assert.equal(facets.length, triangles);
+      const judge = admesh(stl);
+      if (!solid.crowded) assert.equal(judge.open, open_edges, 'every open edge is of one facet');
+      if (!solid.crowded) assert.equal(judge.shells, shells);
+      if (closed === shells && !inverted) near(judge.volume, volume, 1e-4, 'volume by admesh');
+    }
+  });
+
 test('STL comes in millimetres unless it is told, and says so', async () => {
   const model = await daemon.upload(sample('cube.obj'));
   for (const [query, factor, told] of [['', 1000, /millimetres/], ['?unit=mm', 1000, null], ['?unit=in', 1 / 0.0254, null], ['?unit=m&scale=3', 3, null], ['?scale=0.001', 1, /millimetres/]]) {
@@ -245,7 +299,7 @@ test('STL comes in millimetres unless it is told, and says so', async () => {
   }
   const { warning } = await ask(model, 'ply?level=0');
   assert.equal(warning, '');
-  for (const wrong of ['stl?unit=furlong', 'stl?scale=0', 'stl?scale=-1', 'stl?clip=all', 'stl?meshes=none', 'glb?unit=mm', 'obj?scale=2'])
+  for (const wrong of ['stl?unit=furlong', 'stl?scale=0', 'stl?scale=-1', 'stl?clip=all', 'stl?meshes=none', 'glb?unit=mm', 'obj?scale=2', 'stl?shells=true', 'json?shells=1'])
     assert.equal((await fetch(`${model}/surface.${wrong}`)).status, 400, wrong);
 });
 
@@ -261,7 +315,9 @@ test('Accept chooses, and answers have the name of the model', async () => {
 
 test('what STL and PLY have no place for is told', async () => {
   const octopus = await daemon.upload(sample('octopus.obj')), tank = await daemon.upload(sample('tank.json'));
-  assert.match((await ask(octopus, 'stl?unit=m')).warning, /surface\.stl is without: texture coordinates, colours/);
+  const told = Buffer.from(models.cube.bytes.toString().replace(/^(v .*)$/gm, '$1 1 0.5 0').replace(/^f.*$/gm, (face) => face.replace(/ (\d+)\S*/g, ' $1/1')).replace(/^f/m, 'vt 0.5 0.5\nf'));
+  assert.match((await ask(await daemon.upload(told), 'stl?unit=m')).warning, /surface\.stl is without: texture coordinates, colours/);
+  assert.match((await ask(octopus, 'stl?unit=m')).warning, /^2; 1 shell is not closed, 32 open edges/);
   assert.match((await ask(tank, 'stl?unit=m&clip=none')).warning, /surface\.stl is without: the nodes, which are one mesh/);
   const hard = await daemon.upload(models['creased box'].bytes);
   assert.match((await ask(hard, 'ply')).warning, /surface\.ply is without: all but one normal of a point/);

@@ -1,0 +1,99 @@
+/* surface.json: what an answer would have, without computing it. */
+#include "printability.h"
+
+static void print_counts(tw_text *text, uint64_t level, const tw_surface_counts *counts, uint64_t bytes) {
+  tw_member_count(text, "level", level);
+  tw_member_count(text, "vertices", counts->vertices);
+  tw_member_count(text, "edges", counts->edges);
+  tw_member_count(text, "faces", counts->faces);
+  tw_member_count(text, "bytes", bytes);
+}
+
+/* The size of a GLB of one mesh of the scene without materials. */
+static tw_status predict_mesh(const api_surface_request *request, uint32_t mesh, uint64_t *size,
+                              tw_error *error) {
+  const tw_scene *all = &request->scene.content;
+  tw_node node = {.parent = TW_NO_INDEX, .skin = TW_NO_INDEX, .rest = TW_TRS_IDENTITY};
+  uint32_t order = 0;
+  tw_model model = {.format = TW_FORMAT_JSON,
+                    .mesh_count = 1,
+                    .meshes = &all->model->meshes[mesh],
+                    .group_count = all->model->group_count,
+                    .group_names = all->model->group_names,
+                    .node_count = 1,
+                    .nodes = &node,
+                    .node_order = &order};
+  tw_scene scene = {.model = &model,
+                    .surfaces = all->surfaces + mesh,
+                    .polygons = request->polygons,
+                    .packs = all->packs ? all->packs + mesh : NULL,
+                    .is_without_details = all->is_without_details};
+  return tw_gltf_stream_predict(&scene, TW_FORMAT_GLB, size, error);
+}
+
+tw_flat_options api_surface_flat_options(const api_surface_request *request, tw_format format) {
+  return (tw_flat_options){format, api_flat_scale(&request->flat_query), request->flat_query.unit->name};
+}
+
+/* Whether holes of the model are faces of the surface. */
+static bool shows_holes(const api_surface_request *request) {
+  const tw_model *model = request->scene.content.model;
+  uint32_t mesh = 0;
+  while (mesh < model->mesh_count && model->meshes[mesh].hole_count == 0) mesh++;
+  return request->surface.with_holes && mesh < model->mesh_count;
+}
+
+/* Prints the sizes of the forms whose size is known. Holes that a cage as glTF has as faces are in no other
+ * form. */
+static tw_status print_forms(api_call *call, const api_surface_request *request, uint64_t glb,
+                             tw_text *text) {
+  const tw_scene *scene = &request->scene.content;
+  uint64_t size = 0;
+  tw_member_open(text, "forms", "{");
+  tw_member_count(text, "glb", glb);
+  tw_status status = TW_OK;
+  if (request->encoding == TW_ENCODING_FLOAT) {
+    status = tw_gltf_stream_predict(scene, TW_FORMAT_GLTF, &size, &call->fault.error);
+    if (status == TW_OK) tw_member_count(text, "gltf", size);
+  }
+  static const tw_format flat[] = {TW_FORMAT_STL, TW_FORMAT_PLY};
+  for (size_t i = 0; i < sizeof flat / sizeof *flat && !shows_holes(request); i++) {
+    const tw_flat_options options = api_surface_flat_options(request, flat[i]);
+    status = tw_flat_stream_predict(scene, &options, &size, &call->fault.error);
+    if (status == TW_OK) tw_member_count(text, tw_format_names[flat[i]], size);
+    if (status != TW_OK && status != TW_LIMIT) break;
+  }
+  tw_text_add(text, "}");
+  return status == TW_LIMIT ? TW_OK : status;
+}
+
+/* Prints a mesh's element of "meshes". */
+static tw_status print_mesh(api_call *call, const api_surface_request *request, uint32_t mesh,
+                            tw_text *text) {
+  const tw_surface *surface = api_plan_of(request)->surfaces[mesh];
+  uint64_t size;
+  tw_status status = predict_mesh(request, mesh, &size, &call->fault.error);
+  if (status != TW_OK) return status;
+  tw_text_element(text);
+  tw_text_add(text, "{");
+  tw_member_string(text, "name", request->scene.content.model->meshes[mesh].name);
+  print_counts(text, request->surface.level, tw_surface_get_counts(surface), size);
+  if (request->with_shells) status = api_print_shells(call, request, mesh, text);
+  tw_text_add(text, "}");
+  return status;
+}
+
+api_outcome api_surface_reply_counts(api_call *call, const api_surface_request *request, uint64_t bytes) {
+  const api_plan *plan = api_plan_of(request);
+  tw_text text = {0};
+  tw_text_add(&text, "{");
+  print_counts(&text, request->surface.level, &plan->total, bytes);
+  tw_status status = print_forms(call, request, bytes, &text);
+  if (status == TW_OK && request->with_shells) status = api_print_solid(call, request, &text);
+  tw_member_open(&text, "meshes", "[");
+  for (uint32_t i = 0; i < plan->count && status == TW_OK; i++) status = print_mesh(call, request, i, &text);
+  tw_text_add(&text, "]}\n");
+  if (status == TW_OK) return api_reply(call, &text);
+  tw_text_deinit(&text);
+  return api_fail(call);
+}

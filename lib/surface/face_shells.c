@@ -1,0 +1,197 @@
+/* Shells are found on the base, from which the answer's faces come without new connections: an edge of the
+ * base becomes 2^n edges of the answer with the same faces on its sides, and edges between children of one
+ * face have two. */
+#include "face_shells.h"
+
+#include "surface.h"
+#include "union_find.h"
+
+enum { STEPS_A_CORNER = 4, CORNERS_AT_ONCE = 4096 };
+
+/* ---- the base --------------------------------------------------------------------------------------- */
+
+/* The faces that the answer's come from: of a topology, or of the first of the shallow levels. */
+typedef struct base {
+  const tw_surface *surface;
+  const tw_topology *topology;
+  const tw_shallow_level *level; /* NULL: the topology counts */
+  uint32_t face_count, edge_count, corner_count;
+} base;
+
+static bool is_loop(const tw_surface *s) {
+  return s->loop_above.face_count > 0;
+}
+
+static base base_of(const tw_surface *s) {
+  base b = {.surface = s, .topology = is_loop(s) ? &s->loop_above : &s->fields[0].base};
+  if (s->levels) b.level = &s->levels[0].at[0];
+  b.face_count = b.level ? b.level->face_count : b.topology->face_count;
+  b.edge_count = b.level ? b.level->edge_count : b.topology->edge_count;
+  b.corner_count = b.level ? b.level->corner_count : b.topology->corner_count;
+  return b;
+}
+
+static uint32_t face_of_corner(const base *b, uint32_t corner) {
+  return b->level ? tw_shallow_corner_face(b->level, b->level->face_size, corner)
+                  : tw_corner_face(b->topology, corner);
+}
+
+/* *against: the corner runs against the edge. */
+static uint32_t edge_of_corner(const base *b, uint32_t corner, bool *against) {
+  if (b->level) {
+    *against = b->level->corner_half[corner] & 1;
+    return b->level->corner_half[corner] >> 1;
+  }
+  uint32_t edge = b->topology->corner_edge[corner];
+  *against = b->topology->edge_vertices[edge][0] != b->topology->corner_vertex[corner];
+  return edge;
+}
+
+/* The visible cage face, among those in order, to which a face of the answer belongs. corners_shift: faces of
+ * the answer a corner of the cage, as a power of 2. */
+static uint32_t find_place(const tw_surface *s, uint64_t face, uint32_t corners_shift) {
+  uint32_t low = 0, high = s->face_count;
+  while (high - low > 1) {
+    uint32_t middle = low + (high - low) / 2;
+    if (s->corners_before[middle] << corners_shift <= face)
+      low = middle;
+    else
+      high = middle;
+  }
+  return low;
+}
+
+/* The face of the shallow levels' base that a face of the answer comes from. */
+static uint32_t shallow_face(const base *b, uint64_t face) {
+  const tw_surface *s = b->surface;
+  uint32_t below = s->levels[0].level, shift = 2 * (s->options.level - 1);
+  uint64_t own = face; /* in the level's own order */
+  if (s->face_first) {
+    uint32_t place = find_place(s, face, shift);
+    own = ((uint64_t)s->face_first[place] << shift) + (face - (s->corners_before[place] << shift));
+  }
+  bool is_cage = below == s->options.level;
+  return is_cage ? face_of_corner(b, (uint32_t)(own >> shift)) : (uint32_t)(own >> 2 * below);
+}
+
+static uint32_t base_face(const base *b, uint64_t face) {
+  const tw_surface *s = b->surface;
+  if (s->options.level == 0) return face_of_corner(b, s->cage_step * s->face_first[face]);
+  if (s->levels) return shallow_face(b, face);
+  if (is_loop(s)) return tw_base_quad(s, (uint32_t)face) / 4;
+  return tw_base_quad(s, (uint32_t)(face / ((uint64_t)s->side * s->side)));
+}
+
+/* Marks the faces of the base that the answer shows. shown: [face_count] zeroed. */
+static void mark_shown(const base *b, uint8_t *shown) {
+  const tw_surface *s = b->surface;
+  if (s->options.level == 0) {
+    for (uint32_t f = 0; f < s->face_count; f++)
+      for (uint64_t c = 0; c < s->corners_before[f + 1] - s->corners_before[f]; c++)
+        shown[face_of_corner(b, s->cage_step * (s->face_first[f] + (uint32_t)c))] = 1;
+  } else if (s->levels || is_loop(s) || !s->quads) {
+    memset(shown, 1, b->face_count);
+  } else {
+    for (uint32_t q = 0; q < s->quad_count; q++) shown[s->quads[q]] = 1;
+  }
+}
+
+/* ---- shells ------------------------------------------------------------------------------------------ */
+
+/* What the faces at an edge are: the first one, and how many run along it in either direction, as far as 3.
+ */
+typedef struct edge_faces {
+  uint32_t first;
+  uint8_t along, against;
+} edge_faces;
+
+/* Joins the faces at each edge. sets: [face_count]. False where the result is no longer wanted. */
+static bool join_faces(const base *b, const uint8_t *shown, edge_faces *edges, uint32_t *sets) {
+  tw_union_find_init(sets, b->face_count);
+  for (uint32_t c = 0; c < b->corner_count; c++) {
+    if (c % CORNERS_AT_ONCE == 0 && !tw_work(CORNERS_AT_ONCE * STEPS_A_CORNER)) return false;
+    uint32_t face = face_of_corner(b, c);
+    if (!shown[face]) continue;
+    bool is_against;
+    edge_faces *edge = &edges[edge_of_corner(b, c, &is_against)];
+    uint8_t *count = is_against ? &edge->against : &edge->along;
+    if (edge->along + edge->against == 0) edge->first = face;
+    if (*count < 3) ++*count;
+    tw_union_find_join(sets, face, edge->first);
+  }
+  return true;
+}
+
+/* Numbers the sets: in place of its root each face gets the number of its shell. Roots come first. */
+static uint32_t number_shells(const base *b, const uint8_t *shown, uint32_t *sets) {
+  uint32_t count = 0;
+  for (uint32_t f = 0; f < b->face_count; f++)
+    if (!shown[f])
+      sets[f] = UINT32_MAX;
+    else
+      sets[f] = sets[f] == f ? count++ : sets[sets[f]];
+  return count;
+}
+
+/* Flattens the sets so that each face's parent is its root. */
+static void find_roots(uint32_t face_count, uint32_t *sets) {
+  for (uint32_t f = 0; f < face_count; f++) sets[f] = tw_union_find_root(sets, f);
+}
+
+/* Edges of the answer for one of the base's. At level 0 the base may be level 1, with two for one. */
+static uint64_t scale_count(const tw_surface *s, uint64_t count) {
+  uint32_t level = s->options.level, base_level = s->base_level;
+  return level >= base_level ? count << (level - base_level) : count >> (base_level - level);
+}
+
+static void count_edges(const base *b, const edge_faces *edges, tw_face_shells *out) {
+  for (uint32_t e = 0; e < b->edge_count; e++) {
+    uint32_t count = edges[e].along + edges[e].against;
+    if (count == 0) continue;
+    tw_shell_edges *shell = &out->edges[out->of[edges[e].first]];
+    shell->open += count == 1;
+    shell->crowded += count > 2;
+    shell->flipped += count == 2 && edges[e].along != 1;
+  }
+  for (uint32_t i = 0; i < out->count; i++) {
+    tw_shell_edges *shell = &out->edges[i];
+    *shell =
+        (tw_shell_edges){scale_count(out->surface, shell->open), scale_count(out->surface, shell->crowded),
+                         scale_count(out->surface, shell->flipped)};
+  }
+}
+
+static tw_status find(const base *b, uint8_t *shown, edge_faces *edges, tw_face_shells *out) {
+  out->of = tw_alloc(b->face_count, sizeof *out->of);
+  if (!shown || !edges || !out->of) return TW_NO_MEMORY;
+  mark_shown(b, shown);
+  if (!join_faces(b, shown, edges, out->of)) return TW_CANCELLED;
+  find_roots(b->face_count, out->of);
+  out->count = number_shells(b, shown, out->of);
+  out->edges = tw_alloc_zero(out->count, sizeof *out->edges);
+  if (!out->edges) return TW_NO_MEMORY;
+  count_edges(b, edges, out);
+  return TW_OK;
+}
+
+tw_status tw_face_shells_find(const tw_surface *surface, tw_face_shells *out, tw_error *error) {
+  const base b = base_of(surface);
+  *out = (tw_face_shells){.surface = surface};
+  uint8_t *shown = tw_alloc_zero(b.face_count, 1);
+  edge_faces *edges = tw_alloc_zero(b.edge_count, sizeof *edges);
+  tw_status status = find(&b, shown, edges, out);
+  tw_free(shown);
+  tw_free(edges);
+  if (status == TW_CANCELLED) return tw_fail(error, status, "the shells are not wanted any more");
+  return status == TW_OK ? status : tw_fail(error, status, "out of memory");
+}
+
+void tw_face_shells_deinit(tw_face_shells *shells) {
+  tw_free(shells->of);
+  tw_free(shells->edges);
+}
+
+uint32_t tw_face_shell(const tw_face_shells *shells, uint64_t face) {
+  const base b = base_of(shells->surface);
+  return shells->of[base_face(&b, face)];
+}
