@@ -584,8 +584,8 @@ static tw_status read_weight_keys(void *context, const api_value *object) {
   api_value values[2];
   uint32_t count = 0;
   tw_status status = api_json_members(object, members, values);
-  if (status == TW_OK) status = api_json_count(&values[0], UINT32_MAX, &layer->weight_count);
-  if (status == TW_OK) status = api_json_count(&values[1], UINT32_MAX, &count);
+  if (status == TW_OK) status = api_json_count(&values[0], TW_LAYER_KEYS_MAX, &layer->weight_count);
+  if (status == TW_OK) status = api_json_count(&values[1], TW_LAYER_KEYS_MAX, &count);
   if (status != TW_OK) return status;
   if (layer->weight_count == 0) return api_json_fail(object, TW_SYNTAX, "a keyed weight needs times");
   if (count != layer->weight_count)

@@ -588,16 +588,16 @@ static double count_pieces(const tw_track *track, uint32_t key) {
   return turns ? fmax(1, ceil(tw_track_travel(track, key) / PIECE)) : 1;
 }
 
-bool tw_clip_bends(const tw_clip *clip, uint32_t index, tw_bend_take *take, void *context) {
-  if (clip->kind) return clip->kind->bends(clip, index, take, context);
+bool tw_clip_bends(const tw_clip *clip, uint32_t index, const tw_bend_sink *sink) {
+  if (clip->kind) return clip->kind->bends(clip, index, sink);
   const tw_track *track = &clip->tracks[index];
   const float *times = track->timeline->times;
   for (uint32_t key = 0; key < track->timeline->key_count; key++) {
     double time = (double)times[key], pieces = count_pieces(track, key),
            seconds = tw_track_seconds(track, key);
-    if (track->holds && key > 0 && !take(context, (double)nextafterf(times[key], -1))) return false;
+    if (track->holds && key > 0 && !bend_put(sink, (double)nextafterf(times[key], -1), 1)) return false;
     for (double piece = 0; piece < pieces; piece++)
-      if (!take(context, time + seconds * piece / pieces)) return false;
+      if (!bend_put(sink, time + seconds * piece / pieces, 1)) return false;
   }
   return true;
 }

@@ -14,7 +14,19 @@ typedef struct posed_arc {
 /* Poses are evaluated whole, or by blocks of so many nodes. */
 enum { TW_POSE_BLOCK = 64 };
 
-typedef bool tw_bend_take(void *context, double time);
+/* Receives times; both it and who tells them stop where it returns false. */
+typedef struct tw_bend_sink {
+  bool (*take)(void *context, double time);
+  void *context;
+  uint64_t *left; /* steps that may still be taken, by clips below one another together */
+} tw_bend_sink;
+
+/* Puts a time that took some steps to find. */
+static inline bool bend_put(const tw_bend_sink *sink, double time, uint64_t steps) {
+  if (*sink->left < steps) return false;
+  *sink->left -= steps;
+  return sink->take(sink->context, time);
+}
 
 /* How clips made of other clips are evaluated. */
 typedef struct tw_clip_kind {
@@ -22,7 +34,7 @@ typedef struct tw_clip_kind {
                tw_trs *locals); /* as tw_clip_pose_nodes */
   void (*sample)(const tw_clip *clip, uint32_t track, const float *times, size_t time_count,
                  float *out); /* as tw_clip_sample */
-  bool (*bends)(const tw_clip *clip, uint32_t track, tw_bend_take *take, void *context);
+  bool (*bends)(const tw_clip *clip, uint32_t track, const tw_bend_sink *sink);
 } tw_clip_kind;
 
 struct tw_clip {
@@ -49,10 +61,10 @@ struct tw_clip {
 void tw_clip_pose_nodes(const tw_clip *clip, const tw_node *nodes, uint32_t first, uint32_t count, float time,
                         tw_trs *locals);
 
-/* Calls take(context, time) for times of the clip, in any order, between which the track's path is smooth and
- * turns by less than half a turn; where it jumps, for a time just before, too. Stops where take returns
- * false. Of a plain clip: its keys, and times between keys that are far apart. False where it was stopped. */
-bool tw_clip_bends(const tw_clip *clip, uint32_t track, tw_bend_take *take, void *context);
+/* Tells times of the clip, in any order, between which the track's path is smooth and turns by less than half
+ * a turn; where it jumps, a time just before, too. Of a plain clip: its keys, and times between keys that are
+ * far apart. False where it was stopped. */
+bool tw_clip_bends(const tw_clip *clip, uint32_t track, const tw_bend_sink *sink);
 
 /* Wraps samples of a track as a LINEAR or STEP track. Makes the signs of rotations continuous, in `values`.
  * The result points to times and values. */

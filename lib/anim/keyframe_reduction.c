@@ -23,6 +23,7 @@ enum {
   PARTS_MEASURED = 4,    /* of each grid step */
   REFINEMENTS = 24,
   CHORDS_REFINED = 256, /* chords of keys at given times whose error is found exactly, not to a sixteenth */
+  STEPS_A_BEND = 64,    /* that finding one may take */
   CHORDS_A_STEP = 1024  /* between two questions whether the result is still wanted */
 };
 
@@ -385,10 +386,17 @@ static tw_status deliver(const reduction *r, tw_arena *arena, tw_track_keys *out
   return TW_OK;
 }
 
-static uint32_t grid_most(uint32_t max_keys, uint64_t places) {
+/* Of a clip that is made of others a place takes as many steps as there are clips to ask. */
+static uint32_t grid_most(const tw_clip *clip, uint32_t max_keys, uint64_t places) {
   uint64_t most = (uint64_t)max_keys * GRID_PLACES;
+  places /= clip->cost;
   if (places < most) most = places;
   return most < UINT32_MAX ? (uint32_t)most : UINT32_MAX;
+}
+
+static void spend(const tw_clip *clip, uint64_t count, uint64_t *places) {
+  uint64_t steps = count * clip->cost;
+  *places -= steps < *places ? steps : *places;
 }
 
 static uint64_t count_keys(const tw_clip *clip) {
@@ -448,15 +456,17 @@ static void step_evenly(bends *list) {
 static tw_status find_bends(reduction *r, uint32_t most, bool may_skip, tw_error *error) {
   const tw_track *track = &r->clip->tracks[r->index];
   bends list = {.most = most, .end = r->clip->duration, .is_doubled = track->holds};
+  uint64_t left = (uint64_t)STEPS_A_BEND * most;
+  const tw_bend_sink sink = {take_bend, &list, &left};
   bool is_whole = add_bend(&list, 0) && (r->index > 0 || add_bend(&list, list.end)) &&
-                  tw_clip_bends(r->clip, r->index, take_bend, &list);
+                  tw_clip_bends(r->clip, r->index, &sink);
   r->own_times = list.times;
-  if (!is_whole && !list.is_full) {
+  if (!is_whole && !list.is_full && left > STEPS_A_BEND) {
     tw_status status = tw_work_status(error);
     return status != TW_OK ? status : tw_fail(error, TW_NO_MEMORY, "no memory for the bends of a track");
   }
   if (!is_whole && !may_skip) return tw_fail(error, TW_LIMIT, "the clip bends more than %u times", most);
-  if (!is_whole) step_evenly(&list);
+  if (!is_whole && list.count > 1) step_evenly(&list);
   qsort(list.times, list.count, sizeof *list.times, compare_floats);
   uint32_t count = 1;
   for (uint32_t i = 1; i < list.count; i++)
@@ -483,7 +493,8 @@ static tw_status reduction_init(reduction *r, const tw_clip *clip, uint32_t inde
                    .ends = tw_alloc(track->width, 2 * sizeof *r->ends)};
   if (!r->sample || !r->ends) return tw_fail(error, TW_NO_MEMORY, "no memory for the keys of a track");
   if (track->kind == TRACK_MADE)
-    return find_bends(r, grid_most < CLIP_PLACES ? grid_most : CLIP_PLACES, may_skip, error);
+    return find_bends(r, grid_most < CLIP_PLACES / clip->cost ? grid_most : CLIP_PLACES / clip->cost,
+                      may_skip, error);
   r->times = track->timeline->times;
   r->time_count = track->timeline->key_count;
   return TW_OK;
@@ -494,7 +505,7 @@ static tw_status reduce_track(const tw_clip *clip, uint32_t index, tw_tolerance 
                               uint64_t *places, tw_arena *arena, tw_track_keys *out, double *reached,
                               tw_error *error) {
   reduction r;
-  tw_status status = reduction_init(&r, clip, index, grid_most(max_keys, *places), false, error);
+  tw_status status = reduction_init(&r, clip, index, grid_most(clip, max_keys, *places), false, error);
   r.keys = (samples){.most = max_keys, .name = "keys"};
   if (status == TW_OK) {
     r.tolerance = effective_tolerance(&r, tolerance);
@@ -503,7 +514,7 @@ static tw_status reduce_track(const tw_clip *clip, uint32_t index, tw_tolerance 
   if (status == TW_OK) status = choose_keys(&r, error);
   if (status == TW_OK) status = deliver(&r, arena, out, error);
   *reached = fmax(*reached, r.reached);
-  *places -= r.grid.count < *places ? r.grid.count : *places;
+  spend(clip, r.grid.count, places);
   reduction_deinit(&r);
   return status;
 }
@@ -584,7 +595,7 @@ static tw_status copy_steps(const tw_clip *clip, uint32_t index, tw_arena *arena
 static tw_status find_steps(const tw_clip *clip, uint32_t index, uint32_t max_keys, uint64_t *places,
                             tw_arena *arena, tw_track_keys *out, tw_error *error) {
   reduction r;
-  tw_status status = reduction_init(&r, clip, index, grid_most(max_keys, *places), false, error);
+  tw_status status = reduction_init(&r, clip, index, grid_most(clip, max_keys, *places), false, error);
   r.keys = (samples){.most = max_keys, .name = "keys"};
   size_t size = r.width * sizeof *r.sample;
   for (uint32_t i = 0; i < r.time_count && status == TW_OK; i++) {
@@ -595,7 +606,7 @@ static tw_status find_steps(const tw_clip *clip, uint32_t index, uint32_t max_ke
     status = append(&r, &r.keys, r.times[i], error);
   }
   if (status == TW_OK) status = deliver(&r, arena, out, error);
-  *places -= r.time_count < *places ? r.time_count : *places;
+  spend(clip, r.time_count, places);
   reduction_deinit(&r);
   return status;
 }

@@ -35,6 +35,7 @@ tw_status tw_layer_check(const tw_layer *layer, tw_error *error) {
   if (!(layer->reference >= 0 && layer->reference <= TIME_MAX))
     return refuse(error, "reference", "reference is a time of 0 to 1e6 seconds");
   if (layer->weight_count == 0) return refuse(error, "weight", "a weight needs a key");
+  if (layer->weight_count > TW_LAYER_KEYS_MAX) return refuse(error, "weight", "a weight has too many keys");
   for (uint32_t i = 0; i < layer->weight_count; i++) {
     tw_status status = check_weight(layer, i, error);
     if (status != TW_OK) return status;
@@ -49,21 +50,42 @@ tw_status tw_layer_check(const tw_layer *layer, tw_error *error) {
 
 /* ---- weights ------------------------------------------------------------------------------------------- */
 
+/* The weight between a key and the next one. */
+static double weight_after(const tw_layer *layer, uint32_t key, double time) {
+  double from = (double)layer->weights[key], to = (double)layer->weights[key + 1];
+  double start = (double)layer->weight_times[key], end = (double)layer->weight_times[key + 1];
+  return from + (to - from) * (time - start) / (end - start);
+}
+
+/* The weight outside of the keys, and of a layer with one: true where that is all. */
+static bool is_constant_at(const tw_layer *layer, double time, double *weight) {
+  uint32_t last = layer->weight_count - 1;
+  bool is_before = last == 0 || time <= (double)layer->weight_times[0];
+  if (!is_before && time < (double)layer->weight_times[last]) return false;
+  *weight = (double)layer->weights[is_before ? 0 : last];
+  return true;
+}
+
 double tw_layer_weight(const tw_layer *layer, double time) {
+  double weight;
+  if (is_constant_at(layer, time, &weight)) return weight;
   uint32_t low = 0, high = layer->weight_count - 1; /* the last key at or before the time is in between */
-  if (high == 0) return (double)layer->weights[0];
-  const float *times = layer->weight_times;
-  if (time <= (double)times[0]) return (double)layer->weights[0];
-  if (time >= (double)times[high]) return (double)layer->weights[high];
   while (high - low > 1) {
     uint32_t middle = low + (high - low) / 2;
-    if ((double)times[middle] <= time)
+    if ((double)layer->weight_times[middle] <= time)
       low = middle;
     else
       high = middle;
   }
-  double from = (double)layer->weights[low], to = (double)layer->weights[high];
-  return from + (to - from) * (time - (double)times[low]) / ((double)times[high] - (double)times[low]);
+  return weight_after(layer, low, time);
+}
+
+/* The same at times that do not fall. *key: 0 at first; the last key at or before the time before. */
+static double next_weight(const tw_layer *layer, double time, uint32_t *key) {
+  double weight;
+  if (is_constant_at(layer, time, &weight)) return weight;
+  while ((double)layer->weight_times[*key + 1] <= time) ++*key;
+  return weight_after(layer, *key, time);
 }
 
 /* Whether the layer ever plays. */
@@ -123,13 +145,15 @@ static bool has_synced_base(const mix_time *mix) {
   return has_base;
 }
 
-/* Sums weights, and rates by their weights. Additive layers may have weights below 0. */
-static void sum_rates(const mix_time *mix, bool has_base, double time, double *weight, double *rate) {
+/* Sums weights, and rates by their weights, at times that do not fall. Additive layers may have weights below
+ * 0. keys: [layers], as in next_weight. */
+static void sum_rates(const mix_time *mix, bool has_base, double time, uint32_t *keys, double *weight,
+                      double *rate) {
   *weight = *rate = 0;
   for (uint32_t i = 0; i < mix->layer_count; i++) {
     if (!leads(mix, i, has_base)) continue;
     const tw_layer *layer = &mix->layers[i];
-    double w = layer->mode == TW_LAYER_OVERRIDE ? 1 : fabs(tw_layer_weight(layer, time));
+    double w = layer->mode == TW_LAYER_OVERRIDE ? 1 : fabs(next_weight(layer, time, &keys[i]));
     *weight += w;
     *rate += w * layer->speed / mix->durations[i];
   }
@@ -171,15 +195,16 @@ static uint64_t list_bends(const mix_time *mix, bool has_base, double *times) {
   return count;
 }
 
-static void fill_knots(mix_time *mix, bool has_base, const double *times, uint32_t count) {
-  double mean = mean_rate(mix, has_base), phase = 0;
+static bool fill_knots(mix_time *mix, bool has_base, const double *times, uint32_t count) {
+  double mean = mean_rate(mix, has_base), phase = 0, weight, rate;
+  uint32_t keys[TW_LAYERS_MAX] = {0};
+  sum_rates(mix, has_base, times[0], keys, &weight, &rate);
   for (uint32_t i = 0; i < count; i++) {
     phase_knot *knot = &mix->knots[i];
-    *knot = (phase_knot){.time = times[i], .phase = phase};
-    sum_rates(mix, has_base, times[i], &knot->weight, &knot->rate);
+    *knot = (phase_knot){.time = times[i], .phase = phase, .weight = weight, .rate = rate};
     if (i + 1 < count) {
-      double seconds = times[i + 1] - times[i], weight, rate;
-      sum_rates(mix, has_base, times[i + 1], &weight, &rate);
+      double seconds = times[i + 1] - times[i];
+      sum_rates(mix, has_base, times[i + 1], keys, &weight, &rate);
       knot->weight_slope = (weight - knot->weight) / seconds;
       knot->rate_slope = (rate - knot->rate) / seconds;
     }
@@ -188,7 +213,9 @@ static void fill_knots(mix_time *mix, bool has_base, const double *times, uint32
       knot->rate = mean;
     }
     if (i + 1 < count) phase += phase_gained(knot, times[i + 1] - times[i]);
+    if (!tw_work(4 * (uint64_t)mix->layer_count)) return false;
   }
+  return true;
 }
 
 static bool make_knots(mix_time *mix, tw_arena *arena) {
@@ -206,9 +233,9 @@ static bool make_knots(mix_time *mix, tw_arena *arena) {
     if (times[i] > times[count - 1]) times[count++] = times[i];
   mix->knots = tw_arena_alloc(arena, count, sizeof *mix->knots);
   mix->knot_count = mix->knots ? count : 0;
-  if (mix->knots) fill_knots(mix, has_base, times, count);
+  bool is_filled = mix->knots && fill_knots(mix, has_base, times, count);
   tw_free(times);
-  return mix->knots != NULL;
+  return is_filled;
 }
 
 /* ---- local times --------------------------------------------------------------------------------------- */
@@ -242,25 +269,37 @@ layer_state tw_layer_at(const mix_time *mix, uint32_t index, double time, double
 }
 
 double tw_mix_time_of_phase(const mix_time *mix, double phase) {
-  double low = 0, high = mix->duration;
-  if (mix->knot_count == 0 || tw_mix_phase(mix, high) <= phase) return high;
-  for (int i = 0; i < 100 && low < high; i++) {
+  uint32_t low_knot = 0, high_knot = mix->knot_count;
+  if (high_knot == 0 || tw_mix_phase(mix, mix->duration) <= phase) return mix->duration;
+  while (high_knot - low_knot > 1) {
+    uint32_t middle = low_knot + (high_knot - low_knot) / 2;
+    if (mix->knots[middle].phase < phase)
+      low_knot = middle;
+    else
+      high_knot = middle;
+  }
+  const phase_knot *knot = &mix->knots[low_knot];
+  double end = high_knot < mix->knot_count ? mix->knots[high_knot].time : mix->duration;
+  double gained = phase - knot->phase, low = 0, high = fmax(end - knot->time, 0);
+  if (knot->weight_slope == 0 && knot->rate_slope == 0 && knot->rate > 0)
+    return knot->time + fmin(fmax(gained * knot->weight / knot->rate, 0), high);
+  for (int i = 0; i < 60 && high - low > 1e-12 * (1 + end); i++) {
     double middle = low + (high - low) / 2;
-    if (middle <= low || middle >= high) break;
-    if (tw_mix_phase(mix, middle) < phase)
+    if (phase_gained(knot, middle) < gained)
       low = middle;
     else
       high = middle;
   }
-  return high;
+  return knot->time + high;
 }
 
 /* ---- from a clip's times back -------------------------------------------------------------------------- */
 
 /* The times at which a looping layer has played `rounds` rounds and a whole number of others. step: of that
  * number. */
-static bool take_rounds(const mix_time *mix, uint32_t index, double rounds, double step, tw_bend_take *take,
-                        void *context) {
+static bool take_rounds(const mix_time *mix, uint32_t index, double rounds, double step,
+                        const tw_bend_sink *sink) {
+  enum { SYNCED_STEPS = 32 }; /* the phase is searched for */
   const tw_layer *layer = &mix->layers[index];
   double duration = mix->durations[index], first = layer->offset / duration, last;
   if (layer->is_synced)
@@ -271,55 +310,54 @@ static bool take_rounds(const mix_time *mix, uint32_t index, double rounds, doub
   for (double k = ceil((low - rounds) / step - ROUND_SLACK); rounds + k * step <= high + ROUND_SLACK; k++) {
     double way = rounds + k * step - first;
     double time = layer->is_synced ? tw_mix_time_of_phase(mix, way) : way * duration / layer->speed;
-    if (!take(context, time)) return false;
+    if (!bend_put(sink, time, layer->is_synced ? SYNCED_STEPS : 1)) return false;
     if (low + k * step == low + (k + 1) * step) break; /* rounds beyond what doubles count */
   }
   return true;
 }
 
-bool tw_layer_times(const mix_time *mix, uint32_t index, double local, tw_bend_take *take, void *context) {
+bool tw_layer_times(const mix_time *mix, uint32_t index, double local, const tw_bend_sink *sink) {
   const tw_layer *layer = &mix->layers[index];
   double duration = mix->durations[index];
   if (!layer->is_synced && layer->speed == 0) return true;
   if (!layer->is_synced && layer->loop == TW_CLAMP)
-    return take(context, (local - layer->offset) / layer->speed);
+    return bend_put(sink, (local - layer->offset) / layer->speed, 1);
   if (!(duration > 0)) return true;
-  if (layer->is_synced || layer->loop == TW_REPEAT)
-    return take_rounds(mix, index, local / duration, 1, take, context);
-  return take_rounds(mix, index, local / duration, 2, take, context) &&
-         take_rounds(mix, index, -local / duration, 2, take, context);
+  if (layer->is_synced || layer->loop == TW_REPEAT) return take_rounds(mix, index, local / duration, 1, sink);
+  return take_rounds(mix, index, local / duration, 2, sink) &&
+         take_rounds(mix, index, -local / duration, 2, sink);
 }
 
-/* A time and those just beside it. */
-static bool take_break(double time, double after, tw_bend_take *take, void *context) {
-  return take(context, (double)nextafterf((float)time, -1)) && take(context, time) &&
-         take(context, fmax(time + after, (double)nextafterf((float)time, INFINITY)));
+/* A time and those just beside it. after: seconds. */
+static bool take_break(double time, double after, const tw_bend_sink *sink) {
+  return bend_put(sink, (double)nextafterf((float)time, -1), 1) && bend_put(sink, time, 1) &&
+         bend_put(sink, fmax(time + after, (double)nextafterf((float)time, INFINITY)), 1);
 }
 
 /* What take_wrap needs. */
 typedef struct wrap {
-  tw_bend_take *take;
-  void *context;
+  const tw_bend_sink *sink;
   double slack; /* seconds for which the end of a round still shows the clip's end */
 } wrap;
 
 static bool take_wrap(void *context, double time) {
   const wrap *w = context;
-  return take_break(time, w->slack, w->take, w->context);
+  return take_break(time, w->slack, w->sink);
 }
 
-bool tw_layer_bends(const mix_time *mix, uint32_t index, tw_bend_take *take, void *context) {
+bool tw_layer_bends(const mix_time *mix, uint32_t index, const tw_bend_sink *sink) {
   const tw_layer *layer = &mix->layers[index];
   double duration = mix->durations[index];
   for (uint32_t i = 0; layer->weight_count > 1 && i < layer->weight_count; i++)
-    if (!take_break((double)layer->weight_times[i], 0, take, context)) return false;
+    if (!take_break((double)layer->weight_times[i], 0, sink)) return false;
   for (uint32_t i = 0; layer->is_synced && i < mix->knot_count; i++)
-    if (!take(context, mix->knots[i].time)) return false;
+    if (!bend_put(sink, mix->knots[i].time, 1)) return false;
   bool wraps = layer->is_synced || (layer->loop == TW_REPEAT && layer->speed != 0);
   if (!wraps || !(duration > 0)) return true;
   double pace = fmax(fabs(layer->speed), 1e-3);
-  wrap w = {take, context, 2 * ROUND_SLACK * duration / pace};
-  return take_rounds(mix, index, 0, 1, take_wrap, &w);
+  wrap w = {sink, 2 * ROUND_SLACK * duration / pace};
+  const tw_bend_sink wraps_sink = {take_wrap, &w, sink->left};
+  return take_rounds(mix, index, 0, 1, &wraps_sink);
 }
 
 /* ---- the duration -------------------------------------------------------------------------------------- */

@@ -46,11 +46,11 @@ double tw_layer_weight(const tw_layer *layer, double time);
 /* The state of a layer at a clamped time whose phase is given. */
 layer_state tw_layer_at(const mix_time *mix, uint32_t layer, double time, double phase);
 
-/* Calls take(context, time) for all times, in any order, at which a layer shows a time of its clip, and for
- * those at which its weight, its pace or its clip's end bend or break what it shows: there for times just
- * beside, too. False where take returned false. */
-bool tw_layer_times(const mix_time *mix, uint32_t layer, double local, tw_bend_take *take, void *context);
-bool tw_layer_bends(const mix_time *mix, uint32_t layer, tw_bend_take *take, void *context);
+/* Tells all times, in any order, at which a layer shows a time of its clip; and those at which its weight,
+ * its pace or its clip's end bend or break what it shows: there times just beside, too. False where it was
+ * stopped. */
+bool tw_layer_times(const mix_time *mix, uint32_t layer, double local, const tw_bend_sink *sink);
+bool tw_layer_bends(const mix_time *mix, uint32_t layer, const tw_bend_sink *sink);
 
 /* The clamped time at which the phase is given, the first one; the duration where it is never reached. */
 double tw_mix_time_of_phase(const mix_time *mix, double phase);

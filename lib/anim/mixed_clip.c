@@ -374,21 +374,21 @@ static void mixed_sample(const tw_clip *clip, uint32_t track, const float *times
 typedef struct layer_bends {
   const mix_time *mix;
   uint32_t layer;
-  tw_bend_take *take;
-  void *context;
+  const tw_bend_sink *sink;
 } layer_bends;
 
 static bool take_of_layer(void *context, double time) {
   const layer_bends *bends = context;
-  return tw_layer_times(bends->mix, bends->layer, time, bends->take, bends->context);
+  return tw_layer_times(bends->mix, bends->layer, time, bends->sink);
 }
 
-static bool mixed_bends(const tw_clip *clip, uint32_t track, tw_bend_take *take, void *context) {
+static bool mixed_bends(const tw_clip *clip, uint32_t track, const tw_bend_sink *sink) {
   const mixing *mix = mixing_of(clip);
   for (const track_part *part = mix->parts[track]; part < mix->parts[track + 1]; part++) {
-    layer_bends bends = {&mix->time, part->layer, take, context};
-    if (!tw_layer_bends(&mix->time, part->layer, take, context)) return false;
-    if (!tw_clip_bends(clip->parts[part->layer], part->track, take_of_layer, &bends)) return false;
+    layer_bends bends = {&mix->time, part->layer, sink};
+    const tw_bend_sink below = {take_of_layer, &bends, sink->left};
+    if (!tw_layer_bends(&mix->time, part->layer, sink)) return false;
+    if (!tw_clip_bends(clip->parts[part->layer], part->track, &below)) return false;
   }
   return true;
 }

@@ -20,7 +20,9 @@ static const char model[] =
     "\"nodes\":[{\"name\":\"a\",\"mesh\":\"m\"},{\"name\":\"b\",\"parent\":\"a\"}],"
     "\"clips\":[{\"name\":\"c\",\"tracks\":[{\"node\":\"a\",\"path\":\"rotation\",\"times\":[0,1],"
     "\"quaternions\":[[0,0,0,1],[0,0,1,0]]},{\"node\":\"b\",\"path\":\"translation\",\"times\":[0],"
-    "\"values\":[[1,2,3]]}]}]}";
+    "\"values\":[[1,2,3]]}]},"
+    "{\"name\":\"x\",\"layers\":[{\"clip\":\"c\",\"weight\":{\"times\":[0,1],\"values\":[1,0]}},"
+    "{\"clip\":\"c\",\"mode\":\"additive\",\"loop\":\"repeat\",\"speed\":3}]}]}";
 
 static loopback *start(char id[API_ID_TEXT]) {
   api_settings settings = loopback_settings();

@@ -12,7 +12,8 @@ enum {
   TW_LAYERS_MAX = 64,       /* layers of one mixed clip */
   TW_LAYER_DEPTH_MAX = 8,   /* mixed clips below one another */
   TW_LAYER_CLIPS_MAX = 256, /* plain clips that a mixed one plays in the end */
-  TW_LAYER_NODES_MAX = 4096
+  TW_LAYER_NODES_MAX = 4096,
+  TW_LAYER_KEYS_MAX = 65536 /* of a weight */
 };
 
 typedef enum tw_layer_mode {
