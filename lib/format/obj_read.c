@@ -380,6 +380,7 @@ static tw_status lose_parts(tw_obj_reader *reader, const tw_model *model) {
 static tw_status close_seams(const tw_obj_reader *reader, tw_model *model) {
   uint32_t dropped = 0;
   tw_welded all = {0};
+  tw_losses losses = {0};
   if (reader->tags.any) return TW_OK;
   for (uint32_t i = 0; i < model->mesh_count; i++) {
     tw_merged merged;
@@ -387,8 +388,10 @@ static tw_status close_seams(const tw_obj_reader *reader, tw_model *model) {
     tw_status status = tw_mesh_close_seams(&model->meshes[i], model->arena, &merged, &welded, reader->error);
     if (status != TW_OK) return status;
     dropped += merged.faces;
+    tw_lose_doubled_corners(&losses, merged.shortened);
     tw_add_welded(&all, &welded);
   }
+  tw_losses_tell(&losses, model);
   if (dropped > 0) tw_model_warn(model, TW_WELD_DROPPED_WARNING, (unsigned long long)dropped);
   tw_warn_of_welding(model, &all);
   return TW_OK;

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "weld.h"
+#include "merge_points.h"
 
 float tw_linear_from_srgb(float value) {
   float c = fminf(fmaxf(value, 0), 1);
@@ -19,7 +19,7 @@ float tw_srgb_from_linear(float value) {
 
 uint64_t tw_polygons_size(uint64_t vertex_count, uint64_t corner_count, uint64_t face_count,
                           uint32_t corner_values) {
-  uint64_t vertex = (size_t)(2 * (3 + 4 + 2 + 3)) * sizeof(float) + 2 * sizeof(uint32_t);
+  uint64_t vertex = (size_t)(2 * (3 + 4 + 2 + 3)) * sizeof(float) + 3 * sizeof(uint32_t);
   uint64_t values = corner_values > 0 ? (3 * corner_values + 8) * sizeof(float) : 0; /* as read, keys, kept */
   return vertex * vertex_count + (4 * sizeof(uint32_t) + values) * corner_count +
          sizeof(uint32_t) * face_count + tw_weld_size((uint32_t)vertex_count, (uint32_t)corner_count);
@@ -85,21 +85,24 @@ static void drop_degenerate(tw_polygons_read *read, tw_losses *losses) {
   read->corner_count = kept;
 }
 
-/* Removes the faces left out, and corners at the point of the corner before them. points: [vertex_count]. */
-static void drop_marked(tw_polygons_read *read, const uint32_t *points, const uint8_t *left_out) {
-  uint32_t faces = 0, kept = 0;
+/* Removes the faces left out, and corners at the point of the corner before them. points: [vertex_count].
+ * Returns how many faces stay with fewer corners. */
+static uint32_t drop_marked(tw_polygons_read *read, const uint32_t *points, const uint8_t *left_out) {
+  uint32_t faces = 0, kept = 0, shortened = 0;
   for (uint32_t f = 0, first = 0; f < read->face_count; f++) {
-    uint32_t end = read->face_offsets[f + 1], before = points[read->corners[end - 1]];
+    uint32_t end = read->face_offsets[f + 1], start = kept, before = points[read->corners[end - 1]];
     for (uint32_t c = first; c < end && !left_out[f]; c++) {
       uint32_t vertex = read->corners[c];
       if (points[vertex] != before) move_corner(read, c, kept++);
       before = points[vertex];
     }
     if (!left_out[f]) read->face_offsets[++faces] = kept;
+    shortened += !left_out[f] && kept - start < end - first;
     first = end;
   }
   read->face_count = faces;
   read->corner_count = kept;
+  return shortened;
 }
 
 /* Makes the values of corners of what vertices have. points: [vertex_count] the point of each vertex, of
@@ -250,7 +253,7 @@ static tw_soup view_soup(const tw_polygons_read *read) {
 
 /* As tw_weld_points, and drops the faces that it leaves out; with TW_WELD_NONE every vertex is a point. */
 static tw_status number_points(tw_polygons_read *read, tw_weld weld, uint32_t *points, tw_welded *out,
-                               tw_error *error) {
+                               tw_losses *losses, tw_error *error) {
   *out = (tw_welded){.point_count = read->vertex_count};
   for (uint32_t v = 0; v < read->vertex_count; v++) points[v] = v;
   if (weld == TW_WELD_NONE) return TW_OK;
@@ -258,7 +261,7 @@ static tw_status number_points(tw_polygons_read *read, tw_weld weld, uint32_t *p
   const tw_soup soup = view_soup(read);
   tw_status status = left_out ? tw_weld_points(&soup, points, left_out, out, error)
                               : tw_fail(error, TW_NO_MEMORY, "out of memory");
-  if (status == TW_OK) drop_marked(read, points, left_out);
+  if (status == TW_OK) tw_lose_doubled_corners(losses, drop_marked(read, points, left_out));
   tw_free(left_out);
   return status;
 }
@@ -315,27 +318,56 @@ tw_status tw_polygons_enter_frame(tw_polygons_read *read, tw_read_exact *read_ex
   return TW_OK;
 }
 
+/* Marks the vertices that faces have. had_face: [vertex_count], zeroed. */
+static void mark_faces(const tw_polygons_read *read, uint32_t *had_face) {
+  for (uint32_t c = 0; c < read->corner_count; c++) had_face[read->corners[c]] = 1;
+}
+
+/* Turns marks of vertices into marks of their points, in place: points are numbered by their first vertex. */
+static void mark_points(uint32_t *had_face, const uint32_t *points, uint32_t vertex_count) {
+  for (uint32_t v = 0, next = 0; v < vertex_count; v++) {
+    uint32_t had = had_face[v];
+    if (points[v] == next)
+      had_face[next++] = had;
+    else
+      had_face[points[v]] |= had;
+  }
+}
+
+/* points, had_face: [vertex_count] scratch, had_face zeroed. */
+static tw_status make_mesh(tw_polygons_read *read, tw_weld weld, tw_model *model, tw_losses *losses,
+                           uint32_t *points, uint32_t *had_face, tw_error *error) {
+  uint32_t faces = read->face_count;
+  tw_welded welded = {0};
+  mark_faces(read, had_face);
+  drop_degenerate(read, losses);
+  tw_status status = number_points(read, weld, points, &welded, losses, error);
+  if (status != TW_OK) return status;
+  model->mesh_count = 1;
+  tw_mesh_init(model->meshes);
+  memcpy(model->meshes->origin, read->origin, sizeof read->origin);
+  model->meshes->welded_points = read->vertex_count - welded.point_count;
+  tw_lose(losses, collapsed_faces, NULL, welded.collapsed, 0);
+  tw_warn_of_welding(model, &welded);
+  const tw_soup soup = view_soup(read);
+  status = fill_mesh(read, &soup, points, welded.point_count, model, error);
+  if (status != TW_OK || read->face_count == faces) return status;
+  mark_points(had_face, points, read->vertex_count);
+  tw_mesh_drop_points(model->meshes, had_face);
+  return TW_OK;
+}
+
 tw_status tw_model_of_polygons(tw_polygons_read *read, tw_weld weld, tw_model *model, tw_losses *losses,
                                tw_error *error) {
   tw_status status =
       tw_lose_unused_points(losses, read->vertex_count, read->corners, read->corner_count, error);
   if (status != TW_OK) return status;
-  drop_degenerate(read, losses);
   uint32_t *points = tw_alloc(read->vertex_count, sizeof *points);
-  tw_welded welded = {0};
+  uint32_t *had_face = tw_alloc_zero(read->vertex_count, sizeof *had_face);
   model->meshes = tw_arena_alloc(model->arena, 1, sizeof *model->meshes);
-  status = points && model->meshes ? number_points(read, weld, points, &welded, error)
-                                   : tw_fail(error, TW_NO_MEMORY, "out of memory");
-  if (status == TW_OK) {
-    model->mesh_count = 1;
-    tw_mesh_init(model->meshes);
-    memcpy(model->meshes->origin, read->origin, sizeof read->origin);
-    model->meshes->welded_points = read->vertex_count - welded.point_count;
-    tw_lose(losses, collapsed_faces, NULL, welded.collapsed, 0);
-    tw_warn_of_welding(model, &welded);
-    const tw_soup soup = view_soup(read);
-    status = fill_mesh(read, &soup, points, welded.point_count, model, error);
-  }
+  status = points && had_face && model->meshes ? make_mesh(read, weld, model, losses, points, had_face, error)
+                                               : tw_fail(error, TW_NO_MEMORY, "out of memory");
   tw_free(points);
+  tw_free(had_face);
   return status;
 }

@@ -29,8 +29,9 @@ typedef struct tw_polygons_read {
 
 /* Makes the only mesh of the model. Drops corners that are at the place of the corner before them, and faces
  * left with fewer than three different places; then welds vertices as tw_weld_points does, unless `weld` is
- * TW_WELD_NONE. Notes or warns of what is left out and stays open. Where vertices or corners at one point
- * have different colours, the mesh has colours of corners. TW_NO_MEMORY. */
+ * TW_WELD_NONE. Points that only faces left out had go with them. Notes or warns of what is left out and
+ * stays open. Where vertices or corners at one point have different colours, the mesh has colours of corners.
+ * TW_NO_MEMORY. */
 tw_status tw_model_of_polygons(tw_polygons_read *read, tw_weld weld, tw_model *model, tw_losses *losses,
                                tw_error *error);
 

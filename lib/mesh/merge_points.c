@@ -77,8 +77,9 @@ typedef struct merger {
   const uint32_t *point_of; /* [point_count before] new index of each point */
   uint32_t point_count;     /* after the merge */
   const uint8_t *left_out;  /* [face_count before] faces to drop; NULL: none */
-  uint32_t *seen;           /* [point_count after] 1 + the last face that has the point */
+  uint32_t *seen;           /* [point_count after] 1 + the last face that has or had the point; 0: none */
   uint32_t *face_of;        /* [face_count before] new index of each face, UINT32_MAX when it is dropped */
+  uint32_t shortened;       /* faces that stay with fewer corners */
   tw_arena *arena;
   tw_mesh made; /* the mesh with attributes that are right once points are merged */
   uint32_t channel_count;
@@ -125,22 +126,49 @@ static tw_status merger_init(merger *m, tw_error *error) {
 
 /* ---- points ----------------------------------------------------------------------------------- */
 
+/* Which of the mesh's points remain. point_of: [point_count] the new index of each point; a row is that of
+ * the first point with its index. */
+typedef struct point_order {
+  const uint32_t *point_of;
+  uint32_t point_count;
+} point_order;
+
 /* Keeps each remaining point's row, in order. rows: [point_count] rows of `size` bytes, or NULL. */
-static void keep_rows(const merger *m, const void *rows, size_t size) {
+static void keep_rows(point_order order, const void *rows, size_t size) {
   uint32_t next = 0;
-  for (uint32_t p = 0; rows && p < m->mesh->point_count; p++)
-    if (m->point_of[p] == next) memmove((char *)rows + size * next++, (const char *)rows + size * p, size);
+  for (uint32_t p = 0; rows && p < order.point_count; p++)
+    if (order.point_of[p] == next) memmove((char *)rows + size * next++, (const char *)rows + size * p, size);
 }
 
-static void keep_points(const merger *m) {
-  const tw_mesh *mesh = m->mesh;
-  keep_rows(m, mesh->positions, 3 * sizeof(float));
+static void keep_points(const tw_mesh *mesh, const uint32_t *point_of) {
+  const point_order order = {point_of, mesh->point_count};
+  keep_rows(order, mesh->positions, 3 * sizeof(float));
   for (uint32_t i = 0; i < mesh->attribute_count; i++)
     if (!mesh->attributes[i].corners)
-      keep_rows(m, mesh->attributes[i].values, mesh->attributes[i].width * sizeof(float));
-  keep_rows(m, mesh->skin.joints, mesh->skin.width * sizeof(uint16_t));
-  keep_rows(m, mesh->skin.weights, mesh->skin.width * sizeof(float));
-  for (uint32_t t = 0; t < mesh->morph_count; t++) keep_rows(m, mesh->morphs[t], 3 * sizeof(float));
+      keep_rows(order, mesh->attributes[i].values, mesh->attributes[i].width * sizeof(float));
+  keep_rows(order, mesh->skin.joints, mesh->skin.width * sizeof(uint16_t));
+  keep_rows(order, mesh->skin.weights, mesh->skin.width * sizeof(float));
+  for (uint32_t t = 0; t < mesh->morph_count; t++) keep_rows(order, mesh->morphs[t], 3 * sizeof(float));
+}
+
+static void renumber(const uint32_t *values, size_t count, const uint32_t *number) {
+  for (size_t i = 0; i < count; i++) ((uint32_t *)values)[i] = number[values[i]];
+}
+
+void tw_mesh_drop_points(tw_mesh *mesh, uint32_t *had_face) {
+  enum { STAYS, GOES };
+  uint32_t *number = had_face, kept = 0;
+  for (uint32_t p = 0; p < mesh->point_count; p++) number[p] = had_face[p] ? GOES : STAYS;
+  for (uint32_t c = 0; c < mesh->corner_count; c++) number[mesh->corners[c]] = STAYS;
+  for (size_t i = 0; i < 2 * (size_t)mesh->crease_count; i++) number[mesh->crease_edges[i]] = STAYS;
+  for (uint32_t i = 0; i < mesh->sharp_point_count; i++) number[mesh->sharp_points[i]] = STAYS;
+  for (uint32_t p = 0; p < mesh->point_count; p++) number[p] = number[p] == STAYS ? kept++ : UINT32_MAX;
+  if (kept == mesh->point_count) return;
+  keep_points(mesh, number);
+  renumber(mesh->corners, mesh->corner_count, number);
+  renumber(mesh->crease_edges, 2 * (size_t)mesh->crease_count, number);
+  renumber(mesh->sharp_points, mesh->sharp_point_count, number);
+  mesh->point_count = kept;
 }
 
 /* ---- faces ------------------------------------------------------------------------------------ */
@@ -157,7 +185,7 @@ static void copy_corner(const merger *m, uint32_t from, uint32_t to) {
 
 /* Moves a face's corners to `start`, dropping each whose point equals the corner's before it. Returns where
  * they end, or `start` for a face left with fewer than three different points. */
-static uint32_t keep_corners(const merger *m, uint32_t face, uint32_t begin, uint32_t end, uint32_t start) {
+static uint32_t keep_corners(merger *m, uint32_t face, uint32_t begin, uint32_t end, uint32_t start) {
   const uint32_t *corners = m->mesh->corners;
   uint32_t kept = start, different = 0, before = m->point_of[corners[end - 1]];
   for (uint32_t c = begin; c < end; c++) {
@@ -169,7 +197,12 @@ static uint32_t keep_corners(const merger *m, uint32_t face, uint32_t begin, uin
     }
     before = point;
   }
+  m->shortened += different >= 3 && kept - start < end - begin;
   return different < 3 ? start : kept;
+}
+
+static void see_face(const merger *m, uint32_t face, uint32_t begin, uint32_t end) {
+  for (uint32_t c = begin; c < end; c++) m->seen[m->point_of[m->mesh->corners[c]]] = face + 1;
 }
 
 static void copy_face(tw_mesh *mesh, uint32_t from, uint32_t to) {
@@ -179,12 +212,13 @@ static void copy_face(tw_mesh *mesh, uint32_t from, uint32_t to) {
   if (mesh->tangent_uvs) ((uint8_t *)mesh->tangent_uvs)[to] = mesh->tangent_uvs[from];
 }
 
-static void keep_faces(const merger *m) {
+static void keep_faces(merger *m) {
   tw_mesh *mesh = m->mesh;
   uint32_t *offsets = (uint32_t *)mesh->face_offsets, faces = 0, corners = 0;
   for (uint32_t f = 0, begin = 0; f < mesh->face_count; f++) {
     uint32_t end = offsets[f + 1];
     bool is_left_out = m->left_out && m->left_out[f];
+    if (is_left_out) see_face(m, f, begin, end);
     uint32_t stop = is_left_out ? corners : keep_corners(m, f, begin, end, corners);
     m->face_of[f] = stop > corners ? faces : UINT32_MAX;
     if (stop > corners) {
@@ -231,10 +265,11 @@ static tw_status merge(tw_mesh *mesh, const uint32_t *point_of, uint32_t count, 
     mesh->attributes = m.made.attributes;
     keep_faces(&m);
     keep_tags(&m);
-    keep_points(&m);
-    *out = (tw_merged){mesh->point_count - count, faces - mesh->face_count};
+    keep_points(mesh, point_of);
+    *out = (tw_merged){mesh->point_count - count, faces - mesh->face_count, m.shortened};
     mesh->welded_points += out->points;
     mesh->point_count = count;
+    if (out->faces > 0) tw_mesh_drop_points(mesh, m.seen);
   }
   merger_deinit(&m);
   return status;

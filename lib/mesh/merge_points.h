@@ -13,8 +13,9 @@ extern "C" {
 
 /* What a merge removed. */
 typedef struct tw_merged {
-  uint32_t points; /* merged into another point */
-  uint32_t faces;  /* dropped: fewer than three different points were left */
+  uint32_t points;    /* merged into another point */
+  uint32_t faces;     /* dropped: fewer than three different points were left */
+  uint32_t shortened; /* faces that stay without corners whose points became one with the corner's before */
 } tw_merged;
 
 /* Gives attributes of points values of corners where they differ at points that become one. point_of:
@@ -26,10 +27,16 @@ tw_status tw_mesh_part_attributes(tw_mesh *mesh, const uint32_t *point_of, uint3
 /* Joins border edges of a checked mesh as tw_weld_points does, and drops the faces that it leaves out.
  * Nothing else may refer to the mesh yet, and it must have no tags on edges, points or faces. Attributes that
  * differ at points which become one get values of corners, whose arrays live in the arena; equal texture
- * coordinates become one value. out->faces counts the collapsed ones alone; warning about what `welded` tells
- * is the caller's task. O(n log n) at worst. TW_NO_MEMORY: the mesh is unchanged. */
+ * coordinates become one value. Points that only faces left out had go with them. out->faces counts the
+ * collapsed ones alone; warning about what `welded` tells is the caller's task. O(n log n) at worst.
+ * TW_NO_MEMORY: the mesh is unchanged. */
 tw_status tw_mesh_close_seams(tw_mesh *mesh, tw_arena *arena, tw_merged *out, tw_welded *welded,
                               tw_error *error);
+
+/* Removes the points that have lost their faces. had_face: [point_count] not 0 for each point that had a
+ * face; receives the new index of each point, UINT32_MAX for those removed. Points with tags stay. The mesh's
+ * arrays are written to. O(points + corners). */
+void tw_mesh_drop_points(tw_mesh *mesh, uint32_t *had_face);
 
 /* Merges points within a distance of each other as tw_weld_within does; 0 merges points at the same place.
  * Tags follow their points and faces. */

@@ -110,8 +110,54 @@ for (const [name, told] of [['tetra_dup.stl', /listed twice/], ['sliver.stl', /f
   test(`${name} is closed`, async () => {
     const { meshes: [mesh], warnings } = await describe(name);
     assert.deepEqual([mesh.vertices, mesh.edges, mesh.faces, mesh.boundary_edges, mesh.components], [4, 6, 4, 0, 1]);
+    assert.equal(mesh.unused_points, 0);
     assert.match(warnings[0], told);
   });
+
+// A square of two triangles, one of them twice, between triangles without an area; each with points of its own, whose
+// place in the file is their colour.
+const DOUBLED = [[[9, 9, 0], [9, 9, 0], [8, 9, 0]], [[0, 0, 0], [1, 0, 0], [1, 1, 0]], [[1, 0, 0], [1, 1, 0], [0, 0, 0]], [[0, 0, 0], [1, 1, 0], [0, 1, 0]], [[7, 7, 7], [7, 7, 7], [7, 7, 7]]].flat();
+const doubledColor = (i) => [i / 20, 0, 1 - i / 20];
+const doubledFiles = {
+  OBJ: () => DOUBLED.map((p, i) => `v ${p.join(' ')} ${doubledColor(i).join(' ')}\n`).join('') + [1, 4, 7, 10, 13].map((i) => `f ${i} ${i + 1} ${i + 2}\n`).join(''),
+  PLY: () =>
+    `ply\nformat ascii 1.0\nelement vertex 15\nproperty float x\nproperty float y\nproperty float z\nproperty float red\nproperty float green\nproperty float blue\nelement face 5\nproperty list uchar int vertex_indices\nend_header\n` +
+    DOUBLED.map((p, i) => `${[...p, ...doubledColor(i)].join(' ')}\n`).join('') + [0, 3, 6, 9, 12].map((i) => `3 ${i} ${i + 1} ${i + 2}\n`).join(''),
+  glTF: () => {
+    const bytes = Buffer.from(new Float32Array([...DOUBLED.flat(), ...DOUBLED.flatMap((_, i) => doubledColor(i)), ...DOUBLED.flatMap((_, i) => [0, 0, i])]).buffer);
+    const accessor = (k) => ({ bufferView: k, componentType: 5126, count: 15, type: 'VEC3', min: [0, 0, 0], max: [9, 9, 14] });
+    return JSON.stringify({
+      asset: { version: '2.0' }, scene: 0, scenes: [{ nodes: [0] }], nodes: [{ mesh: 0 }],
+      meshes: [{ primitives: [{ attributes: { POSITION: 0, COLOR_0: 1 } }] }],
+      accessors: [0, 1].map(accessor), bufferViews: [0, 1].map((k) => ({ buffer: 0, byteOffset: 180 * k, byteLength: 180 })),
+      buffers: [{ byteLength: bytes.length, uri: `data:application/octet-stream;base64,${bytes.toString('base64')}` }],
+    });
+  },
+};
+
+for (const [format, file] of Object.entries(doubledFiles))
+  test(`faces left out leave no points behind: ${format}`, async () => {
+    const model = await daemon.upload(file());
+    const { meshes: [mesh], warnings } = await (await fetch(model)).json();
+    assert.deepEqual([mesh.vertices, mesh.unused_points, mesh.faces, mesh.boundary_edges], [4, 0, 2, 4]);
+    assert.match(warnings.join(), /1 faces are left out: they are listed twice/);
+    const glb = Buffer.from(await (await fetch(`${model}/surface.glb?level=0&quads=ngon`)).arrayBuffer());
+    const { scene } = await load(glb);
+    const geometry = scene.getObjectByProperty('isMesh', true).geometry;
+    // The faces that stay are those with the vertices 3 to 5 and 9 to 11.
+    const linear = (c) => (format === 'glTF' ? c : c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4);
+    const wanted = [3, 4, 5, 9, 10, 11].map((i) => [...DOUBLED[i], ...doubledColor(i).map(linear)]);
+    const found = triangles(geometry, 'position').flatMap((corners, t) => corners.map((p, k) => [...p, ...triangles(geometry, 'color')[t][k].slice(0, 3)]));
+    const key = (row) => row.map((x) => x.toFixed(3)).join();
+    assert.deepEqual(found.map(key).sort(), wanted.map(key).sort());
+  });
+
+test('a corner that welding makes double is told', async () => {
+  const body = 'v 0 0 0\nv 1 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4 5\n';
+  const { meshes: [mesh], warnings } = await (await fetch(await daemon.upload(body))).json();
+  assert.deepEqual([mesh.vertices, mesh.unused_points, mesh.face_sizes], [4, 0, { 4: 1 }]);
+  assert.deepEqual(warnings, ['1 faces name a point twice in a row: they keep it once']);
+});
 
 for (const level of [0, 1])
   test(`colours and labels keep to their side of a seam at level ${level}`, async () => {

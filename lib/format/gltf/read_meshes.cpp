@@ -12,6 +12,7 @@
 #include <map>
 #include <numeric>
 
+#include "merge_points.h"
 #include "quad_pairing.h"
 #include "soup_mesh.h"
 
@@ -67,6 +68,7 @@ public:
     }
     write_morph_weights();
     write_faces();
+    if (dropped_ && !tags_.are_there()) drop_points();
     if (tags_.are_there()) write_tags();
     // A file that marks its polygons means its triangles as triangles.
     bool told = std::any_of(lists_.begin(), lists_.end(), [](const FaceList &list) { return list.polygons; });
@@ -95,6 +97,7 @@ private:
   Vector<uint32_t> point_;        // of each vertex
   Vector<uint32_t> first_vertex_; // of each point
   Vector<uint8_t> left_out_;      // 1 for each face that welding leaves out
+  bool dropped_ = false;          // whether faces were dropped after their vertices were numbered
   Vector<int32_t> materials_;     // of the faces while points are welded; empty where all have the same
   CageTags tags_;
 
@@ -484,6 +487,13 @@ private:
       }
     }
     tw_lose_doubled_corners(&document_.outline.losses, doubled);
+    dropped_ = face_count_ < face;
+  }
+
+  // Drops the points that only faces left out had: each vertex is at a corner of the file.
+  void drop_points() {
+    Vector<uint32_t> had_face(document_.budget, mesh_.point_count, 1);
+    tw_mesh_drop_points(&mesh_, had_face.data());
   }
 
   // ---- tags ------------------------------------------------------------------------------------
