@@ -1,6 +1,7 @@
 /* The file's normals and tangents, and its morph targets' displacements of normals, for the surface of level
  * 0, which is the file's mesh itself. */
 #include <math.h>
+#include <string.h>
 
 #include "surface.h"
 #include "weld.h"
@@ -18,6 +19,17 @@ static void make_unit(float *v) {
       sqrt((double)v[0] * (double)v[0] + (double)v[1] * (double)v[1] + (double)v[2] * (double)v[2]);
   if (fabs(length - 1) < 1e-6) return;
   for (int i = 0; i < 3; i++) v[i] = length > 0 && isfinite(length) ? (float)((double)v[i] / length) : 0;
+}
+
+bool tw_has_all_normals(const tw_mesh *mesh, const tw_surface_options *options) {
+  if (!tw_has_own_normals(mesh, options)) return false;
+  for (uint32_t c = 0; c < mesh->corner_count; c++) {
+    float normal[3];
+    memcpy(normal, mesh->normals.values + 3 * (size_t)mesh->normals.corners[c], sizeof normal);
+    make_unit(normal);
+    if (normal[0] == 0 && normal[1] == 0 && normal[2] == 0) return false;
+  }
+  return true;
 }
 
 /* Reads unit normals and, where width is 7, tangents. row: [mesh corners][width]. */

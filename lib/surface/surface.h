@@ -89,6 +89,7 @@ struct tw_surface {
   tw_patch_classes *classes; /* the surface's own cache, where options.classes is NULL */
 
   uint32_t base_level; /* generic steps from the cage to the base */
+  bool is_unmasked;    /* all values at rows are the cage's; the base has polygons of any size */
   /* [base faces] the number that each has where no border is cut off; NULL: its own. Only where there are
    * whole numbers. */
   uint32_t *origins;
@@ -236,6 +237,8 @@ tw_status tw_surface_order(tw_surface *surface, const tw_face_order *from);
 
 /* Whether a surface with these options has the mesh's own normals, at the corners of level 0. */
 bool tw_has_own_normals(const tw_mesh *mesh, const tw_surface_options *options);
+/* Whether they are normals of all corners: none is 0 0 0. */
+bool tw_has_all_normals(const tw_mesh *mesh, const tw_surface_options *options);
 typedef struct tw_own_normals {
   bool tangents, morphs; /* inputs: the answer has tangents; targets displace normals */
   uint32_t width;

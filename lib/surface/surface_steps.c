@@ -13,6 +13,14 @@ static bool fits(const tw_surface_builder *b) {
   return true;
 }
 
+/* Whether no row needs a mask: all values are the cage's own, normals too. Masks are for quads and triangles
+ * alone, and a step to quads takes a multiple of the cage. */
+static bool needs_no_masks(const tw_surface_builder *b) {
+  const tw_surface_options *options = &b->surface->options;
+  return options->level == 0 && !options->limit && !options->movable && b->surface->details.count == 0 &&
+         !tw_builder_has_tangents(b) && (!options->normals || tw_has_all_normals(b->mesh, options));
+}
+
 static tw_status start(tw_surface_builder *b, tw_error *error) {
   uint32_t level = b->surface->options.level;
   /* Patches are for all that can be large, unless they have declined. */
@@ -21,7 +29,8 @@ static tw_status start(tw_surface_builder *b, tw_error *error) {
                    "the mesh is too irregular for level %u: it has great poles, or thousands of "
                    "different sharpness values",
                    level);
-  b->levels = level > 0 ? level : tw_builder_cage_is_base(b) ? 0 : 1;
+  b->surface->is_unmasked = needs_no_masks(b);
+  b->levels = level > 0 ? level : tw_builder_cage_is_base(b) || b->surface->is_unmasked ? 0 : 1;
   return TW_OK;
 }
 
@@ -29,6 +38,7 @@ static tw_status start(tw_surface_builder *b, tw_error *error) {
  * for each value at the limit, and one on the surface of each target that displaces normals. */
 static tw_status make(tw_surface_builder *b, tw_error *error) {
   tw_surface *s = b->surface;
+  if (s->is_unmasked) return TW_OK;
   for (uint32_t f = 0; f < s->field_count; f++) tw_builder_need_masks(s, &s->fields[f].base);
   uint32_t masks = (s->options.normals || s->options.limit ? 1u : 0u) + (s->tangent_frames ? 2u : 0u);
   if (s->options.limit) masks += b->mesh->uv_set_count + tw_smooth_set_count(s) + 1;
@@ -94,6 +104,7 @@ static void evaluate(tw_surface_reader *r, const tw_values *values, uint32_t cor
 
 /* Split vertices have the same point to the last bit: all corners of a vertex have its weights. */
 static void points(tw_surface_reader *r, const tw_block *block, float *out, float *normals, uint32_t stride) {
+  if (r->surface->is_unmasked) normals = NULL; /* the mesh's own follow */
   for (size_t k = 0; k < block->count; k++, out += stride)
     evaluate(r, &r->surface->positions, block->corners[k], out, normals ? normals + k * stride : NULL);
 }

@@ -122,6 +122,37 @@ TEST(faces_of_all_sizes_have_their_corners_normals) {
   free(c);
 }
 
+static int64_t peak_of(const tw_mesh *mesh, const tw_surface_options *options) {
+  tw_meter meter;
+  tw_surface *surface;
+  tw_meter_init(&meter, &(tw_meter_host){0}, UINT64_MAX);
+  tw_meter *before = tw_meter_use(&meter);
+  assert_int_equal(tw_surface_create(mesh, options, &surface, NULL), TW_OK);
+  tw_surface_destroy(surface);
+  tw_meter_use(before);
+  return atomic_load(&meter.peak);
+}
+
+/* Limit normals come from the first level, which has several times as many faces. */
+TEST(a_level_0_of_own_normals_needs_no_further_level) {
+  enum { SIDE = 100 };
+  static const float up[3] = {0, 0, 1};
+  static uint32_t corners[6 * SIDE * SIDE];
+  cage *c = new_cage_for((SIDE + 1) * (SIDE + 1), 2 * SIDE * SIDE);
+  for (int i = 0; i < (SIDE + 1) * (SIDE + 1); i++)
+    add_point(c, (float)(i % (SIDE + 1)), (float)(i / (SIDE + 1)), 0);
+  for (uint32_t i = 0; i < SIDE * SIDE; i++) {
+    uint32_t a = i / SIDE * (SIDE + 1) + i % SIDE;
+    add_quad(c, (const uint32_t[4]){a, a + 1, a + SIDE + 2, a + SIDE + 1}, true);
+  }
+  c->mesh.normals = (tw_corner_normals){.value_count = 1, .values = up, .corners = corners};
+  const tw_surface_options limit = {.normals = true}, bare = {.normals = false};
+  int64_t most = peak_of(&c->mesh, &limit);
+  assert_true(2 * peak_of(&c->mesh, &own) < most);
+  assert_true(3 * peak_of(&c->mesh, &bare) < most);
+  free(c);
+}
+
 TEST(tangents_come_out_as_they_went_in) {
   static const float uvs[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
   static const uint32_t all[4] = {0, 1, 2, 3};
