@@ -1313,8 +1313,9 @@ export interface SurfaceOptions {
   /**
    * `ngon`: in PLY the polygons themselves; in glTF triangles in the fan order of FB_ngon_encoding, which the
    * answer declares. The fan of a concave polygon starts at a corner from which it is right. A polygon without such
-   * a corner stays one fan at level 0 in floats, which reads back as the cage, and is split elsewhere; a warning
-   * tells how many there are. `triangles` cuts every polygon by its shape.
+   * a corner is split into triangles, and a warning tells how many there are; at level 0 in floats `extras.tweend`
+   * says which triangles are one polygon, and an upload joins them again. `triangles` cuts every polygon by its
+   * shape.
    * @default triangles
    */
   polygons?: "triangles" | "ngon";

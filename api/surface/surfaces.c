@@ -393,8 +393,8 @@ static api_outcome warn_of_hard_edges(api_call *call, const api_surface_request 
   return API_DONE;
 }
 
-/* Warns of n-gons that no fan shows as they are. A cage, which is read again, keeps them; other answers split
- * them. */
+/* Warns of n-gons that no fan shows as they are: they are split. A cage says so in its tags, so that they are
+ * whole when it is read again. */
 static api_outcome warn_of_polygons(api_call *call, const api_surface_request *request) {
   const tw_scene *scene = &request->scene.content;
   uint64_t count = 0;
@@ -410,8 +410,7 @@ static api_outcome warn_of_polygons(api_call *call, const api_surface_request *r
   tw_text_add(&text, count > 1 ? " concave polygons are no fans" : " concave polygon is no fan");
   tw_text_add(&text,
               request->surface.tagged
-                  ? " from any corner: programs that do not join the triangles of n-gons show a wrong shape, "
-                    "polygons=triangles the right one"
+                  ? " from any corner: split into triangles, which are joined when the file is uploaded"
                   : " from any corner: split into triangles");
   const char *sentence = api_text_keep(&text, call->arena);
   if (!sentence) return api_fail_without_memory(call);

@@ -14,9 +14,17 @@ typedef struct cage_reader {
   uint32_t *corners; /* [2][most] of a face, as vertices; then as points */
   size_t most;       /* corners of a face */
   uint32_t *points;  /* [vertices] the point of each */
-  uint32_t *firsts;  /* [faces] the vertex at each face's corner 0 */
-  uint32_t *starts;  /* [faces] the corner at which each face's fan of triangles starts */
+  uint32_t *firsts;  /* [faces] the vertex that each face's first triangle begins with */
+  uint32_t *lasts;   /* [faces] the vertex that each face's last triangle begins with */
+  uint32_t *starts;  /* [faces] the corner at which each face's fan of triangles starts; then 0 for SPLIT */
+  /* The faces that are no fan: their triangles are polygons of their own. */
+  uint32_t split_count, split_corner_count;
+  uint32_t *split_triangles; /* [split_count] the number of each one's first triangle */
+  uint32_t *split_sizes;     /* [split_count] */
+  uint32_t *split_corners;   /* [split_corner_count] vertices, one face after the other */
 } cage_reader;
+
+#define SPLIT UINT32_MAX
 
 static size_t read_cage_face(const cage_reader *cage, uint64_t face) {
   return tw_surface_read_faces(cage->reader, TW_DOMAIN_VERTICES, face, 1, NULL, cage->corners);
@@ -29,7 +37,7 @@ static void read_points_of_vertices(const cage_reader *cage) {
     size_t size = read_cage_face(cage, f);
     tw_surface_read_faces(cage->reader, TW_DOMAIN_POINTS, f, 1, NULL, cage->corners + cage->most);
     for (size_t c = 0; c < size; c++) cage->points[cage->corners[c]] = points[c];
-    cage->firsts[f] = cage->corners[0];
+    cage->firsts[f] = cage->lasts[f] = cage->corners[0];
   }
 }
 
@@ -40,26 +48,63 @@ static const tw_face_cut *cut_of(const tw_surface *surface, uint64_t face, uint3
   return *cut < tw_surface_cut_count(surface) && cuts[*cut].face == face ? &cuts[*cut] : NULL;
 }
 
-/* Finds where the fans of the faces start, as tw_triangulator_read does. */
+/* How a face is written whatever its neighbours are. */
+static void start_alone(const cage_reader *cage, uint64_t face, const tw_face_cut *cut) {
+  if (!cut) return;
+  read_cage_face(cage, face);
+  bool is_fan = cut->fan_count > 0;
+  uint32_t first = is_fan ? cut->fans[0] : cut->triangles[0][0];
+  cage->starts[face] = is_fan ? first : SPLIT;
+  cage->firsts[face] = cage->corners[first];
+  cage->lasts[face] = cage->corners[is_fan ? first : cut->triangles[cut->size - 3][0]];
+}
+
+/* Finds where the fans of the faces start, and which faces are split, as tw_triangulator_read does. */
 static void find_starts(const cage_reader *cage) {
   for (uint32_t i = 0; i < tw_surface_group_count(cage->surface);) {
     const tw_surface_group faces = tw_take_material(cage->surface, &i);
     uint32_t at = 0;
-    for (uint64_t k = 0; k < faces.face_count; k += 2) {
-      const tw_face_cut *cut = cut_of(cage->surface, faces.first_face + k, &at);
-      if (!cut || cut->fan_count == 0) continue;
-      read_cage_face(cage, faces.first_face + k);
-      cage->starts[faces.first_face + k] = cut->fans[0];
-      cage->firsts[faces.first_face + k] = cage->corners[cut->fans[0]];
-    }
+    for (uint64_t k = 0; k < faces.face_count; k += 2)
+      start_alone(cage, faces.first_face + k, cut_of(cage->surface, faces.first_face + k, &at));
     at = 0;
     for (uint64_t k = 1; k < faces.face_count; k += 2) {
-      const uint32_t *first = cage->firsts + faces.first_face + k;
-      uint32_t size = (uint32_t)read_cage_face(cage, faces.first_face + k);
-      tw_fan_start(cage->corners, size, cut_of(cage->surface, faces.first_face + k, &at), first - 1,
-                   k + 1 < faces.face_count ? first + 1 : NULL, &cage->starts[faces.first_face + k]);
+      uint64_t face = faces.first_face + k;
+      uint32_t size = (uint32_t)read_cage_face(cage, face), *start = &cage->starts[face];
+      const uint32_t *next = k + 1 < faces.face_count ? &cage->firsts[face + 1] : NULL;
+      if (!tw_fan_start(cage->corners, size, cut_of(cage->surface, face, &at), &cage->lasts[face - 1], next,
+                        start))
+        *start = SPLIT;
     }
   }
+}
+
+static uint32_t size_of(const tw_surface *surface, uint64_t face) {
+  return (uint32_t)(tw_surface_corners_before(surface, face + 1) - tw_surface_corners_before(surface, face));
+}
+
+/* Lists the faces that are split. False without memory. */
+static bool list_splits(cage_reader *cage, uint64_t faces, tw_arena *arena) {
+  uint32_t corners = 0;
+  for (uint64_t f = 0; f < faces; f++) {
+    if (cage->starts[f] != SPLIT) continue;
+    cage->split_count++;
+    cage->split_corner_count += size_of(cage->surface, f);
+  }
+  if (cage->split_count == 0) return true;
+  cage->split_triangles = tw_arena_alloc_raw(arena, cage->split_count, sizeof *cage->split_triangles);
+  cage->split_sizes = tw_arena_alloc_raw(arena, cage->split_count, sizeof *cage->split_sizes);
+  cage->split_corners = tw_arena_alloc_raw(arena, cage->split_corner_count, sizeof *cage->split_corners);
+  if (!cage->split_triangles || !cage->split_sizes || !cage->split_corners) return false;
+  for (uint64_t f = 0, i = 0; f < faces; f++) {
+    if (cage->starts[f] != SPLIT) continue;
+    cage->starts[f] = 0;
+    uint32_t size = (uint32_t)read_cage_face(cage, f);
+    memcpy(cage->split_corners + corners, cage->corners, size * sizeof *cage->corners);
+    corners += size;
+    cage->split_triangles[i] = (uint32_t)(tw_surface_corners_before(cage->surface, f) - 2 * f);
+    cage->split_sizes[i++] = size;
+  }
+  return true;
 }
 
 /* Reads the surface into arrays in the arena. False without memory. */
@@ -72,11 +117,14 @@ static bool read_cage(cage_reader *cage, const tw_surface *surface, tw_arena *ar
                         .most = most,
                         .points = tw_arena_alloc(arena, (size_t)vertices, sizeof *cage->points),
                         .firsts = tw_arena_alloc_raw(arena, faces, sizeof *cage->firsts),
+                        .lasts = tw_arena_alloc_raw(arena, faces, sizeof *cage->lasts),
                         .starts = tw_arena_alloc(arena, faces, sizeof *cage->starts)};
-  bool has_memory = cage->reader && cage->corners && cage->points && cage->firsts && cage->starts;
+  bool has_memory =
+      cage->reader && cage->corners && cage->points && cage->firsts && cage->lasts && cage->starts;
   if (has_memory) {
     read_points_of_vertices(cage);
     find_starts(cage);
+    has_memory = list_splits(cage, faces, arena);
   }
   tw_surface_reader_destroy(cage->reader);
   tw_free(cage->corners);
@@ -180,6 +228,15 @@ static void put_holes(tag_writer *w, const tw_gltf_mesh *mesh) {
   tw_text_add(&w->text, "]");
 }
 
+static void put_polygons(tag_writer *w, const cage_reader *cage) {
+  if (cage->split_count == 0) return;
+  tw_member_open(&w->text, "polygons", "{");
+  put_indices(w, "triangles", cage->split_triangles, cage->split_count);
+  put_indices(w, "sizes", cage->split_sizes, cage->split_count);
+  put_indices(w, "corners", cage->split_corners, cage->split_corner_count);
+  tw_text_add(&w->text, "}");
+}
+
 static void put_details(tag_writer *w, const tw_mesh *mesh) {
   if (mesh->detail_count == 0) return;
   tw_member_open(&w->text, "details", "[");
@@ -223,6 +280,7 @@ static bool put_tags(tag_writer *w, const tw_scene *scene, uint32_t index) {
   put_indices(w, "points", cage.points, tw_surface_row_count(w->surface, TW_DOMAIN_VERTICES));
   if (!is_ascending(tags->faces, faces)) put_indices(w, "faces", tags->faces, faces);
   if (!is_all_zero(cage.starts, faces)) put_indices(w, "starts", cage.starts, faces);
+  put_polygons(w, &cage);
   put_sharpness(w, "creases", "edges", tags->crease_edges, 2, tags->crease_sharpness, tags->crease_count);
   put_sharpness(w, "corners", "vertices", tags->sharp_points, 1, tags->point_sharpness,
                 tags->sharp_point_count);

@@ -188,7 +188,6 @@ typedef struct face_source {
   const tw_surface_group *group;
   const tw_face_cut *cuts, *cuts_end; /* those of the faces to come */
   bool ngons;
-  bool keeps_faces; /* a cage that is read again: a face stays one fan, whatever its shape */
 } face_source;
 
 static const tw_face_cut *cut_of(const face_source *source, uint64_t face) {
@@ -198,10 +197,10 @@ static const tw_face_cut *cut_of(const face_source *source, uint64_t face) {
 }
 
 /* The shape of a face that does not depend on its neighbours. */
-static face_shape own_shape(const face_source *source, const tw_face_cut *cut) {
+static face_shape own_shape(const tw_face_cut *cut) {
   if (!cut) return (face_shape){0, NULL};
   if (cut->fan_count > 0) return (face_shape){cut->fans[0], NULL};
-  return (face_shape){0, source->keeps_faces ? NULL : cut};
+  return (face_shape){0, cut};
 }
 
 static uint32_t first_vertex(const face_shape *shape, const uint32_t *corners) {
@@ -220,10 +219,9 @@ static bool is_second(const face_source *source, uint64_t face) {
 static face_shape shape_of(const face_source *source, uint64_t face, const uint32_t *corners, uint32_t size,
                            const uint32_t *previous, const uint32_t *next) {
   const tw_face_cut *cut = cut_of(source, face);
-  if (!is_second(source, face)) return own_shape(source, cut);
+  if (!is_second(source, face)) return own_shape(cut);
   face_shape shape = {0, NULL};
-  if (!tw_fan_start(corners, size, cut, previous, next, &shape.start) && !source->keeps_faces)
-    shape.cut = cut;
+  if (!tw_fan_start(corners, size, cut, previous, next, &shape.start)) shape.cut = cut;
   return shape;
 }
 
@@ -234,7 +232,7 @@ static size_t write_run(const tw_triangulator *t, face_source *source, face_run 
   const uint32_t *sizes = t->sizes + run.lead, *corners = t->corners, *previous = NULL;
   uint32_t before = 0, after = 0;
   if (run.lead) {
-    face_shape shape = own_shape(source, cut_of(source, run.face - 1));
+    face_shape shape = own_shape(cut_of(source, run.face - 1));
     before = last_vertex(&shape, corners);
     previous = &before;
     corners += t->sizes[0];
@@ -257,7 +255,7 @@ static size_t write_run(const tw_triangulator *t, face_source *source, face_run 
     const uint32_t *next = NULL;
     bool is_between = is_second(source, face);
     if (is_between && (face + 1 < run.stop || run.has_next)) {
-      face_shape shape = own_shape(source, cut_of(source, face + 1));
+      face_shape shape = own_shape(cut_of(source, face + 1));
       after = first_vertex(&shape, corners + size);
       next = &after;
     }
@@ -288,7 +286,6 @@ void tw_triangulator_read(tw_triangulator *triangles, const tw_surface *surface,
     source.cuts = cuts + first_cut(surface, face > faces->first_face ? face - 1 : face);
     source.cuts_end = cuts + tw_surface_cut_count(surface);
   }
-  source.keeps_faces = source.ngons && tw_surface_get_tags(surface);
   while (count > 0) {
     face_run run = read_run(triangles, surface, faces, face, (from + (uint64_t)count + 1) / 2);
     size_t done = write_run(triangles, &source, run, from, count, out);

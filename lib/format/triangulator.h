@@ -38,8 +38,8 @@ bool tw_fan_start(const uint32_t *corners, uint32_t size, const tw_face_cut *cut
 
 /* Triangles [first, first + count) of `faces`, which are all of one material, as rows of the domain.
  * Each face is a fan, or cut as its tw_face_cut says. TW_POLYGONS_NGON: neighbouring faces do not start from
- * the same vertex, and each triangle of a face that is no fan is a polygon of its own; but of surfaces that
- * were made `tagged` every face stays one fan. Turns the reader to `surface`. out: [count][3]. */
+ * the same vertex, and triangles of a face that is no fan are polygons of their own. Turns the reader to
+ * `surface`. out: [count][3]. */
 void tw_triangulator_read(tw_triangulator *triangles, const tw_surface *surface,
                           const tw_surface_group *faces, uint64_t first, size_t count, uint32_t *out);
 

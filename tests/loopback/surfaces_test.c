@@ -822,7 +822,7 @@ TEST_WITH(polygons_without_a_fan_are_told, setup, teardown) {
                   "v 0 0 0\nv 6 0 0\nv 5 4 0\nv 4 1 0\nv 3 4 0\nv 2 1 0\nv 1 4 0\nf 1 2 3 4 5 6 7\n", id);
   const struct {
     const char *rest, *says;
-  } cases[] = {{"surface.glb?level=0&polygons=ngon", "show%20a%20wrong%20shape"},
+  } cases[] = {{"surface.glb?level=0&polygons=ngon", "joined%20when%20the%20file"},
                {"surface.glb?level=0&polygons=ngon&encoding=quantized", "split%20into%20triangles"},
                {"surface.glb?level=0", NULL},
                {"surface.glb?level=1&polygons=ngon", NULL}};

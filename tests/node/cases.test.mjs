@@ -5,6 +5,8 @@ import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 
+import { Vector3 } from 'three';
+
 import { Daemon, root } from './daemon.mjs';
 import { load } from './player.mjs';
 
@@ -196,6 +198,45 @@ test('a concave polygon has its area', async () => {
   const areas = triangles(scene.children[0].geometry, 'position').map(([a, b, c]) => ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])) / 2);
   assert.ok(areas.every((area) => area > 0));
   near([areas.reduce((sum, area) => sum + area)], [1]);
+});
+
+// Letters have no corner from which a fan is right. Between them squares, and wings, which have one, of two
+// materials: neighbours in FB_ngon_encoding may not begin with the same vertex.
+const LETTER = [[0, 0], [3, 0], [3, 1], [1, 1], [1, 2], [3, 2], [3, 3], [1, 3], [1, 4], [3, 4], [3, 5], [0, 5]];
+const WING = [[0, 0], [6, 0], [3, 1], [5, 4], [2, 2.2], [2, 6], [0.3, 2]];
+const SQUARE = [[0, 0], [2, 0], [2, 2], [0, 2]];
+const row = [LETTER, SQUARE, LETTER, LETTER, WING, WING, SQUARE, LETTER, SQUARE, WING];
+const letters = row.map((shape, k) => shape.map(([x, y]) => `v ${x + 10 * k} ${y} ${k / 10}\n`).join('') + `usemtl m${k % 3 ? 1 : 0}\nf ${shape.map((_, i) => i - shape.length).join(' ')}\n`).join('');
+const areaOf = (shape) => shape.reduce((sum, [x, y], i) => sum + x * shape.at(i - 1)[1] - shape.at(i - 1)[0] * y, 0) / -2;
+
+for (const query of ['', '&encoding=quantized', '&encoding=meshopt', '&limit=true&scheme=bilinear'])
+  test(`polygons without a fan keep their area as n-gons${query}`, async () => {
+    const response = await fetch(`${await daemon.upload(letters)}/surface.glb?level=0&polygons=ngon${query}`);
+    const warning = warningOf(response);
+    const { scene } = await load(Buffer.from(await response.arrayBuffer()));
+    const corners = [];
+    scene.updateMatrixWorld(true);
+    scene.traverse((object) => object.isMesh && corners.push(...triangles(object.geometry, 'position').map((three) => three.map((p) => new Vector3(...p).applyMatrix4(object.matrixWorld).toArray()))));
+    assert.match(warning, /4 concave polygons are no fans from any corner: split into triangles/);
+    const areas = corners.map(([a, b, c]) => ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])) / 2);
+    assert.ok(areas.every((area) => area > -0.05));
+    near([areas.reduce((sum, area) => sum + area)], [row.reduce((sum, shape) => sum + areaOf(shape), 0)], 0.05);
+  });
+
+test('polygons that were split are whole when they are read again', async () => {
+  const model = await daemon.upload(letters);
+  const text = async (at, query) => (await fetch(`${at}/surface.${query}`)).text();
+  const bytes = Buffer.from(await (await fetch(`${model}/surface.glb?level=0&polygons=ngon`)).arrayBuffer());
+  const again = await daemon.upload(bytes);
+  for (const query of ['obj?level=0', 'obj?level=2', 'gltf?level=1', 'gltf?level=0&polygons=ngon']) assert.equal(await text(again, query), await text(model, query), query);
+  // Tags that do not fit are left out.
+  for (const [from, to] of [['"sizes":', '"SIZES":'], ['"corners":', '"CORNERS":']]) {
+    const broken = Buffer.from(bytes);
+    const at = broken.indexOf(from, broken.indexOf('"polygons":{"triangles"'));
+    broken.write(to, at);
+    const { warnings } = await (await fetch(await daemon.upload(broken))).json();
+    assert.match(warnings.join(), /extras\.tweend of mesh 0 are left out/);
+  }
 });
 
 test('points that no face has are a clear error', async () => {

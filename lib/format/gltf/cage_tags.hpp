@@ -21,7 +21,7 @@ class CageTags {
 public:
   CageTags(Document &document, Accessors &accessors, size_t mesh)
       : document_(document), accessors_(accessors), index_(mesh), mesh_(document.model->meshes[mesh]),
-        holes_(document.budget) {}
+        holes_(document.budget), polygons_(document.budget) {}
 
   // Opens the accessors that the extras name. positions: of all vertices, nullptr if primitives have
   // different ones. Another program may have kept the extras and changed the accessors: tags that do not fit
@@ -34,6 +34,7 @@ public:
       faces_ = open_tag(extras, "faces", false);
       starts_ = open_tag(extras, "starts", false);
       groups_ = open_tag(tw_json_member(extras, "groups"), "faces", false);
+      open_polygons(tw_json_member(extras, "polygons"));
       crease_edges_ = open_tag(creases, "edges", false);
       crease_sharpness_ = open_tag(creases, "sharpness", true);
       corner_vertices_ = open_tag(corners, "vertices", false);
@@ -47,6 +48,17 @@ public:
   }
 
   bool are_there() const { return points_ != nullptr; }
+
+  // The polygons that are no fan from any corner, by their triangles: each of these is a face of its own in
+  // the file.
+  size_t polygon_count() const { return are_there() ? polygons_.size() : 0; }
+  // The number of a polygon's first triangle in the mesh, and how many corners it has.
+  size_t first_triangle(size_t polygon) const { return polygons_[polygon].triangle; }
+  size_t polygon_size(size_t polygon) const { return polygons_[polygon].size; }
+  // The place in the file of the vertex at a corner.
+  uint32_t polygon_corner(size_t polygon, size_t corner) const {
+    return polygon_corners_->read_index(static_cast<uint32_t>(polygons_[polygon].first_corner + corner));
+  }
   const Vector<Hole> &holes() const { return holes_; }
 
   // Sets each vertex's point and returns how many points there are. Every point must have a face. elements:
@@ -100,6 +112,11 @@ private:
                  *corner_sharpness_ = nullptr;
   std::vector<std::pair<uint32_t, const Elements *>> details_; // a level, its offsets
   Vector<Hole> holes_;
+  struct Polygon {
+    size_t triangle, size, first_corner;
+  };
+  Vector<Polygon> polygons_; // by ascending triangles
+  const Elements *polygon_corners_ = nullptr;
   uint32_t point_count_ = 0; // set by read_points
 
   std::string place_of(const char *name) const { return text("/meshes/", index_, "/extras/tweend/", name); }
@@ -113,6 +130,30 @@ private:
     if (elements.component_type() != wanted)
       refuse(TW_INVALID, place_of(name), name, " are of another component type");
     return &elements;
+  }
+
+  // Checks that polygons follow each other and have as many corners as there are.
+  void open_polygons(const char *polygons) {
+    if (!polygons) return;
+    const Elements *triangles = open_tag(polygons, "triangles", false),
+                   *sizes = open_tag(polygons, "sizes", false);
+    polygon_corners_ = open_tag(polygons, "corners", false);
+    std::string pointer = place_of("polygons");
+    if (!triangles || !sizes || !polygon_corners_ || triangles->count() != sizes->count())
+      refuse(TW_INVALID, pointer, "there are not as many sizes as first triangles");
+    document_.spend_values(2 * uint64_t{sizes->count()} + polygon_corners_->count(), pointer,
+                           "the polygons of cages");
+    size_t corners = 0, end = 0;
+    for (uint32_t i = 0; i < sizes->count(); i++) {
+      size_t first = triangles->read_index(i), size = sizes->read_index(i);
+      work(1);
+      if (size < 4 || first < end || size > polygon_corners_->count() - corners)
+        refuse(TW_INVALID, pointer, "polygon ", i, " is out of order or too large");
+      polygons_.push_back({first, size, corners});
+      corners += size;
+      end = first + size - 2;
+    }
+    if (corners != polygon_corners_->count()) refuse(TW_INVALID, pointer, "a corner is in no polygon");
   }
 
   // Checks that every vertex has a point, every point a vertex, and the vertices of a point one place.

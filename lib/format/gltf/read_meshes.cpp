@@ -325,13 +325,45 @@ private:
     corner_count_ += 3;
   }
 
+  // Makes a polygon of the cage's tags in the place of its triangles, whose corners end at `end`; false, and
+  // nothing is made, where it has another vertex than these.
+  bool join_polygon(size_t polygon, size_t start, size_t end) {
+    Vector<std::pair<uint32_t, uint32_t>> vertices(document_.budget); // by their places in the file
+    for (size_t c = start; c < end; c++) vertices.emplace_back(elements_[corners_[c]], corners_[c]);
+    std::sort(vertices.begin(), vertices.end());
+    Vector<uint32_t> corners(document_.budget);
+    for (size_t k = 0; k < tags_.polygon_size(polygon); k++) {
+      uint32_t element = tags_.polygon_corner(polygon, k);
+      auto found = std::lower_bound(vertices.begin(), vertices.end(), std::make_pair(element, 0u));
+      if (found == vertices.end() || found->first != element) return false;
+      corners.push_back(found->second);
+    }
+    std::copy(corners.begin(), corners.end(), corners_ + corner_count_);
+    corner_count_ += corners.size();
+    return true;
+  }
+
   // Makes faces in the place of the triangles: faces never have more corners.
   void build_faces() {
+    size_t polygon = 0, none = std::numeric_limits<size_t>::max();
+    auto next_polygon = [&]() {
+      return polygon < tags_.polygon_count() ? 3 * tags_.first_triangle(polygon) : none;
+    };
     corner_count_ = 0;
     offsets_[0] = 0;
     for (FaceList &list : lists_)
       for (size_t start = list.first_corner, end; start < list.corner_end; start = end) {
-        end = list.polygons ? fan_end(start, list.corner_end) : start + 3;
+        while (next_polygon() < start) polygon++;
+        if (next_polygon() == start) {
+          end = start + 3 * (tags_.polygon_size(polygon) - 2);
+          work(end - start);
+          if (end <= list.corner_end && join_polygon(polygon, start, end)) {
+            end_face(list);
+            continue;
+          }
+          polygon++;
+        }
+        end = list.polygons ? fan_end(start, std::min(list.corner_end, next_polygon())) : start + 3;
         work(end - start);
         keep_triangle(start);
         for (size_t k = start + 3; k < end; k += 3) corners_[corner_count_++] = corners_[k + 2];
