@@ -8,7 +8,6 @@
 #include <string.h>
 
 #include "clip.h"
-#include "losses.h"
 #include "merge_points.h"
 #include "mix_check.h"
 #include "tweend/base.h"
@@ -615,17 +614,16 @@ tw_status tw_model_end(tw_model *model, tw_status status, tw_model **out, tw_err
 }
 
 tw_status tw_model_weld(tw_model *model, double distance, tw_error *error) {
-  uint64_t dropped = 0;
-  tw_losses losses = {0};
+  uint64_t dropped = 0, shortened = 0;
   for (uint32_t i = 0; i < model->mesh_count; i++) {
     tw_merged merged;
     tw_status status = tw_mesh_merge_within(&model->meshes[i], distance, model->arena, &merged, error);
     if (status == TW_OK) status = check_details(model, i, error);
     if (status != TW_OK) return status;
     dropped += merged.faces;
-    tw_lose_doubled_corners(&losses, merged.shortened);
+    shortened += merged.shortened;
   }
   if (dropped > 0) tw_model_warn(model, TW_WELD_DROPPED_WARNING, (unsigned long long)dropped);
-  tw_losses_tell(&losses, model);
+  if (shortened > 0) tw_model_warn(model, TW_WELD_SHORTENED_WARNING, (unsigned long long)shortened);
   return TW_OK;
 }

@@ -11,6 +11,9 @@ extern "C" {
 /* The warning to give when tw_merged.faces is not 0. */
 #define TW_WELD_DROPPED_WARNING "%llu faces are left out: welding brings their corners together"
 
+/* And when tw_merged.shortened is not 0. */
+#define TW_WELD_SHORTENED_WARNING "%llu faces name a point twice in a row: they keep it once"
+
 /* What a merge removed. */
 typedef struct tw_merged {
   uint32_t points;    /* merged into another point */
