@@ -24,6 +24,7 @@ static const double SIGN_ROOM = 1e-6; /* near a half turn neither sign counts as
 static const double LOCKED = 1e-7;    /* cosines that differ by less count as equal */
 
 enum { STEPS_LEAST = 4, PEAK_ROUNDS = 3, GOLDEN_ROUNDS = 40 };
+enum { KEY_WORK = 200, STEP_WORK = 200 }; /* steps of tw_work, about */
 
 /* The sine of the order's middle angle. */
 static double sine_middle(const double q[4], tw_euler_order order) {
@@ -210,7 +211,7 @@ static void look_between(const segment *s, const place at[3], tw_track_report *r
 }
 
 /* Follows a segment with two places for each step. Where a step may hide whole turns, speed is measured over
- * a short window at its start. */
+ * a short window at its start. Ends early where the result is no longer wanted. */
 static double follow_steps(const segment *s, uint32_t steps_most, tw_track_report *report) {
   double guess = tw_track_travel(s->track, s->key), travelled = 0, beside[4];
   double steps = fmin(fmax(STEPS_LEAST, ceil(guess / STEP_ANGLE)), steps_most);
@@ -218,7 +219,7 @@ static double follow_steps(const segment *s, uint32_t steps_most, tw_track_repor
   double part = 1.0 / count, window = guess * part > STEP_ANGLE ? STEP_ANGLE / guess : part;
   place at[3];
   look(s, 0, &at[1], report);
-  for (uint32_t i = 1; i <= count; i++) {
+  for (uint32_t i = 1; i <= count && tw_work(STEP_WORK); i++) {
     look(s, i == count ? 1 : i * part, &at[2], report);
     const double *next = at[2].q;
     if (window < part) {
@@ -261,11 +262,11 @@ static void note_step(const tw_track *track, uint32_t key, double travelled, tw_
 
 /* Fills in what the path shows, into a zeroed report: angles, speed, half turns, long steps, each order's
  * cosine and its time, and the stray where has_stray is set. A segment is followed in at most steps_most (at
- * least 1) steps. */
+ * least 1) steps. Ends early where the result is no longer wanted. */
 static void follow_track(const tw_track *track, uint32_t steps_most, tw_track_report *report) {
   uint32_t last = track->timeline->key_count - 1;
   for (int order = 0; order < TW_EULER_ORDERS; order++) report->gimbals[order].cos_middle = INFINITY;
-  for (uint32_t key = 0; key <= last; key++) {
+  for (uint32_t key = 0; key <= last && tw_work(KEY_WORK); key++) {
     segment s = {.track = track,
                  .key = key,
                  .start = (double)track->timeline->times[key],
@@ -389,5 +390,5 @@ tw_status tw_track_inspect(const tw_track_keys *keys, uint32_t steps_most, tw_tr
   if (status != TW_OK) return status;
   inspect(keys, clip, steps_most, out);
   tw_clip_destroy(clip);
-  return TW_OK;
+  return tw_work_status(error);
 }

@@ -18,8 +18,17 @@ void tw_text_clear(tw_text *text) {
   text->size = 0;
 }
 
-/* Room for `more` bytes after the end; NULL without memory. */
+/* Charges the work of printing that many bytes. A text that is no longer wanted fails, so the loops that print
+ * into it do little from then on. */
+static void charge(tw_text *text, size_t bytes) {
+  enum { BYTES_A_STEP = 8 };
+  if (!tw_work(1 + bytes / BYTES_A_STEP)) text->failed = true;
+}
+
+/* Room for `more` bytes after the end, charged as work; NULL without memory, or where the text is no longer
+ * wanted. */
 static char *reserve(tw_text *text, size_t more) {
+  charge(text, more);
   if (text->failed) return NULL;
   if (text->capacity - text->size >= more) return text->data + text->size;
   if (more > SIZE_MAX / 2 - text->size) {

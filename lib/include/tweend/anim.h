@@ -354,7 +354,8 @@ enum { TW_TRACK_STEPS = 512 };
 /* Inspects one rotation track. keys: as for tw_clip_create, whose errors are returned with pointers from
  * "/tracks/0". Slerp, nlerp and turns about one axis are evaluated exactly. Other paths are followed in steps
  * of at most 5 degrees, as long as no segment takes more than steps_most steps (at least 1), and are refined
- * where they may come nearest to lock: cos_middle is then exact to about 1e-7. O(keys * steps). */
+ * where they may come nearest to lock: cos_middle is then exact to about 1e-7. O(keys * steps).
+ * TW_CANCELLED. */
 tw_status tw_track_inspect(const tw_track_keys *keys, uint32_t steps_most, tw_track_report *out,
                            tw_error *error);
 

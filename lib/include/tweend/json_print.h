@@ -11,12 +11,12 @@
 extern "C" {
 #endif
 
-/* A growing buffer. Zeroed it is empty; deinit frees it. */
+/* A growing buffer. Zeroed it is empty; deinit frees it. Printing is charged as work (tw_work). */
 typedef struct tw_text {
   char *data;
   size_t size, capacity;
   char last;   /* the last byte printed, also after the buffer was emptied */
-  bool failed; /* out of memory: what follows is dropped */
+  bool failed; /* out of memory, or no longer wanted (tw_work): what follows is dropped */
 } tw_text;
 
 void tw_text_deinit(tw_text *text);
