@@ -28,7 +28,7 @@ static void charge(tw_text *text, size_t bytes) {
 /* Room for `more` bytes after the end, charged as work; NULL without memory, or where the text is no longer
  * wanted. */
 static char *reserve(tw_text *text, size_t more) {
-  charge(text, more);
+  if (!text->failed) charge(text, more);
   if (text->failed) return NULL;
   if (text->capacity - text->size >= more) return text->data + text->size;
   if (more > SIZE_MAX / 2 - text->size) {
@@ -102,7 +102,7 @@ static void escape(tw_text *text, unsigned char byte) {
 void tw_text_quoted(tw_text *text, const char *value, size_t length) {
   tw_text_bytes(text, "\"", 1);
   size_t plain = 0; /* start of the run that is printed unchanged */
-  for (size_t i = 0; i < length;) {
+  for (size_t i = 0; i < length && !text->failed;) {
     unsigned char byte = (unsigned char)value[i];
     size_t width = byte < 0x80 ? 1 : tw_utf8_length(value + i, length - i);
     bool as_it_is = byte >= 0x80 ? width > 0 : byte >= 0x20 && byte != '"' && byte != '\\' && byte != 0x7F;

@@ -5,23 +5,12 @@
 
 #include "bvh.h"
 #include "soup_mesh.h"
+#include "tweend/json_text.h"
 #include "word.h"
 
 static size_t skip_space(const uint8_t *bytes, size_t size, size_t at) {
   while (at < size && (bytes[at] == ' ' || bytes[at] == '\t' || bytes[at] == '\n' || bytes[at] == '\r')) at++;
   return at;
-}
-
-/* The offset just past the string that opens at `at`; size if it never closes. */
-static size_t skip_string(const uint8_t *bytes, size_t size, size_t at) {
-  for (size_t from = at + 1; from < size;) {
-    const uint8_t *quote = memchr(bytes + from, '"', size - from), *before = quote;
-    if (!quote) break;
-    while (before > bytes + from && before[-1] == '\\') before--;
-    from = (size_t)(quote - bytes) + 1;
-    if ((quote - before) % 2 == 0) return from;
-  }
-  return size;
 }
 
 /* Whether a quoted member of the top level is one that glTF has and tweend JSON has not. Some writers leave
@@ -41,7 +30,7 @@ static bool has_gltf_key(const uint8_t *bytes, size_t size, size_t at) {
     uint8_t c = bytes[at];
     if (c == '"') {
       size_t start = at;
-      at = skip_string(bytes, size, at);
+      at += tw_json_string_size((const char *)bytes + at, size - at);
       if (depth != 1 || !is_gltf_key(bytes + start, at - start)) continue;
       size_t next = skip_space(bytes, size, at);
       if (next < size && bytes[next] == ':') return true;

@@ -312,7 +312,7 @@ static void put_part(tw_gltf_writer *writer, const char *kept, const char *name)
 static void put_loose_channels(tw_gltf_writer *writer, const char *loose, const char *name,
                                uint32_t sampler) {
   tw_json_item item;
-  for (bool more = tw_json_first(loose, &item); more; more = tw_json_next(tw_json_skip(item.value), &item)) {
+  for (bool more = tw_json_first(loose, &item); more; more = tw_gltf_next_item(writer, &item)) {
     tw_gltf_open_object(writer);
     if (strcmp(name, "channel") == 0) tw_member_count(writer->text, "sampler", sampler++);
     put_part(writer, item.value, name);

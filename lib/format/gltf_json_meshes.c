@@ -143,8 +143,7 @@ static void put_primitives(tw_gltf_writer *writer, uint32_t index) {
 /* Primitives of points and lines as the file has them; without their targets if the mesh was baked. */
 static void put_loose(tw_gltf_writer *writer, const tw_mesh *mesh) {
   tw_json_item item;
-  for (bool more = tw_json_first(mesh->loose, &item); more;
-       more = tw_json_next(tw_json_skip(item.value), &item)) {
+  for (bool more = tw_json_first(mesh->loose, &item); more; more = tw_gltf_next_item(writer, &item)) {
     tw_gltf_open_object(writer);
     tw_gltf_put_kept(writer, item.value, mesh->morph_count > 0 ? NULL : "targets");
     tw_gltf_close_object(writer);

@@ -30,19 +30,23 @@ void tw_gltf_note_extension(tw_gltf_writer *writer, const char *text, size_t siz
   writer->used[writer->used_count++] = extension;
 }
 
+bool tw_gltf_next_item(tw_gltf_writer *writer, tw_json_item *item) {
+  if (!tw_work(1)) writer->text->failed = true;
+  return !writer->text->failed && tw_json_next(tw_json_skip(item->value), item);
+}
+
 /* Notes the extensions of an object or array and of all that is in it. Extras are skipped: they are the
  * application's own. */
 static void note_extensions(tw_gltf_writer *writer, const char *container) {
   tw_json_item item;
-  for (bool more = tw_json_first(container, &item); more;
-       more = tw_json_next(tw_json_skip(item.value), &item)) {
+  for (bool more = tw_json_first(container, &item); more; more = tw_gltf_next_item(writer, &item)) {
     bool is_object = *item.value == '{';
     if (!is_object && *item.value != '[') continue;
     if (tw_json_key_is(&item, "extras")) continue;
     if (is_object && tw_json_key_is(&item, "extensions")) {
       tw_json_item extension;
       for (bool next = tw_json_first(item.value, &extension); next;
-           next = tw_json_next(tw_json_skip(extension.value), &extension))
+           next = tw_gltf_next_item(writer, &extension))
         tw_gltf_note_extension(writer, extension.key, extension.key_size);
     }
     note_extensions(writer, item.value);
@@ -121,7 +125,7 @@ static bool is_among(const tw_json_item *item, const char *names) {
 void tw_gltf_put_members(tw_gltf_writer *writer, const char *object, const char *except) {
   tw_json_item item;
   if (!object) return;
-  for (bool more = tw_json_first(object, &item); more; more = tw_json_next(tw_json_skip(item.value), &item)) {
+  for (bool more = tw_json_first(object, &item); more; more = tw_gltf_next_item(writer, &item)) {
     if (is_among(&item, except)) continue;
     tw_text_element(writer->text);
     tw_text_bytes(writer->text, item.key - 1, (size_t)(tw_json_skip(item.value) - item.key) + 1);

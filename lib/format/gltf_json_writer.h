@@ -35,6 +35,10 @@ static inline void tw_gltf_put_name(tw_gltf_writer *writer, const char *name) {
   if (name) tw_member_string(writer->text, "name", name);
 }
 
+/* As tw_json_next behind the item's value. False also where the answer is no longer wanted (tw_work) or has
+ * failed. */
+bool tw_gltf_next_item(tw_gltf_writer *writer, tw_json_item *item);
+
 /* Prints the members of an object behind those that are already there. object: NULL prints nothing. except:
  * members to leave out, a blank between two; or NULL. */
 void tw_gltf_put_members(tw_gltf_writer *writer, const char *object, const char *except);

@@ -93,14 +93,15 @@ static uint32_t find_weights(const char *written) {
 }
 
 /* KHR_animation_pointer may name the weights of a node, which must then keep its mesh: its positions stay
- * floats. channels: a JSON value. */
+ * floats. channels: a JSON value. Ends early where the result is no longer wanted. */
 static void mark_pointed(const tw_model *model, const char *channels, tw_grid *grids) {
   tw_json_item item;
   uint32_t node = *channels == '"' ? find_weights(channels) : TW_NO_INDEX;
   uint32_t mesh = node < model->node_count ? model->nodes[node].mesh : TW_NO_INDEX;
   if (mesh != TW_NO_INDEX) grids[mesh].is_float = true;
   if (*channels != '{' && *channels != '[') return;
-  for (bool more = tw_json_first(channels, &item); more; more = tw_json_next(tw_json_skip(item.value), &item))
+  for (bool more = tw_json_first(channels, &item); more && tw_work(1);
+       more = tw_json_next(tw_json_skip(item.value), &item))
     mark_pointed(model, item.value, grids);
 }
 
@@ -150,7 +151,8 @@ tw_status tw_grids_choose(const tw_model *model, const tw_surface *const *surfac
   tw_status status = TW_NO_MEMORY;
   if (sets && first && extents) {
     find_sets(model, sets, first, grids);
-    status = choose(model, surfaces, parallel, sets, extents, grids);
+    status = tw_work_status(NULL);
+    if (status == TW_OK) status = choose(model, surfaces, parallel, sets, extents, grids);
   }
   tw_free(sets);
   tw_free(first);

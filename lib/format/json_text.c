@@ -278,14 +278,26 @@ static const char *past_blanks(const char *at) {
   return at;
 }
 
+size_t tw_json_string_size(const char *string, size_t most) {
+  enum { PIECE = 256 }; /* looked at byte by byte behind an escaped quote, since more of them may follow */
+  for (size_t at = 1; at < most;) {
+    const char *quote = memchr(string + at, '"', most - at), *before = quote;
+    if (!quote) break;
+    while (before > string + at && before[-1] == '\\') before--;
+    bool is_escaped = (quote - before) % 2 != 0;
+    at = (size_t)(quote - string) + 1;
+    if (!is_escaped) return at;
+    for (size_t end = at + PIECE; at < end && at < most; at++) {
+      if (string[at] == '"') return at + 1;
+      if (string[at] == '\\') at++;
+    }
+  }
+  return most;
+}
+
 /* The string's length is unknown, but memchr stops at the first match (C11, 7.24.5.1), and there is one. */
 static const char *past_string(const char *at) {
-  for (const char *from = at + 1;;) {
-    const char *quote = memchr(from, '"', SIZE_MAX / 4), *before = quote;
-    while (before > from && before[-1] == '\\') before--;
-    if ((quote - before) % 2 == 0) return quote + 1;
-    from = quote + 1; /* that quote was escaped */
-  }
+  return at + tw_json_string_size(at, SIZE_MAX / 4);
 }
 
 const char *tw_json_root(const char *text, size_t size) {

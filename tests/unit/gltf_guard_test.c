@@ -48,6 +48,19 @@ TEST(lying_glb_lengths_are_refused) {
   }
 }
 
+/* The end of such a value cannot be found in the text alone, so it must not be looked for. The text ends the
+ * allocation. */
+TEST(json_that_is_no_object_is_refused) {
+  static const char *const texts[] = {"5", "1e3", "true", "null", "\"glTF\"", "[]", "[{}]"};
+  tw_error error;
+  for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
+    assert_int_equal(read_bytes(texts[i], strlen(texts[i]), &error), TW_SYNTAX);
+    glb_file file = glb_build(texts[i], NULL, 0);
+    assert_int_equal(read_bytes(file.bytes, file.size, &error), TW_SYNTAX);
+    free(file.bytes);
+  }
+}
+
 TEST(a_glb_cut_anywhere_is_refused) {
   static const uint8_t bin[8] = {0};
   glb_file file = glb_build("{" ASSET ",'buffers':[{'byteLength':8}]" READ_BYTE "}", bin, 8);

@@ -4,7 +4,9 @@
 #include <string.h>
 
 #include "test.h"
+#include "tweend/anim.h"
 #include "tweend/format.h"
+#include "tweend/json_print.h"
 #include "tweend/model.h"
 
 enum { FACES = 100000 };
@@ -136,6 +138,79 @@ TEST(reading_ply_ends_when_it_is_not_wanted) {
   }
   assert_ends(read_ply, (const uint8_t *)bytes, size);
   free(bytes);
+}
+
+/* Prints a name of quotes, each of which is escaped, as often as there are faces. */
+static tw_status print_names(const uint8_t *bytes, size_t size, tw_model **out) {
+  tw_text text = {0};
+  for (int i = 0; i < FACES; i++) tw_text_quoted(&text, (const char *)bytes, size);
+  bool has_failed = text.failed;
+  tw_text_deinit(&text);
+  if (has_failed) return TW_CANCELLED;
+  *out = tw_model_create();
+  return TW_OK;
+}
+
+TEST(printing_ends_when_it_is_not_wanted) {
+  uint8_t name[200];
+  memset(name, '"', sizeof name);
+  assert_ends(print_names, name, sizeof name);
+}
+
+/* Follows a track whose angles turn much from key to key. bytes: not read. */
+static tw_status follow_track(const uint8_t *bytes, size_t size, tw_model **out) {
+  enum { KEYS = 300 };
+  float times[KEYS];
+  double angles[3 * KEYS];
+  tw_track_report report;
+  (void)bytes, (void)size;
+  for (int i = 0; i < KEYS; i++) times[i] = (float)i;
+  for (int i = 0; i < 3 * KEYS; i++) angles[i] = i * 7919 % 1009;
+  const tw_track_keys keys = {.path = TW_ROTATION,
+                              .form = TW_KEY_EULER,
+                              .interpolation = TW_EULER,
+                              .width = 3,
+                              .key_count = KEYS,
+                              .times = times,
+                              .angles = angles};
+  tw_status status = tw_track_inspect(&keys, TW_TRACK_STEPS, &report, NULL);
+  if (status == TW_OK) *out = tw_model_create();
+  return status;
+}
+
+TEST(following_a_track_ends_when_it_is_not_wanted) {
+  assert_ends(follow_track, NULL, 0);
+}
+
+/* Writes a glTF without surfaces. */
+static tw_status write_gltf(const uint8_t *bytes, size_t size, tw_model **out) {
+  const tw_scene scene = {.model = (const tw_model *)(const void *)bytes};
+  tw_gltf_stream *stream;
+  (void)size;
+  tw_status status = tw_gltf_stream_create(&scene, TW_FORMAT_GLTF, &stream, NULL);
+  if (status != TW_OK) return status;
+  tw_gltf_stream_destroy(stream);
+  *out = tw_model_create();
+  return TW_OK;
+}
+
+/* What a file keeps for answers is walked once for each level that it is nested. */
+TEST(writing_nested_text_ends_when_it_is_not_wanted) {
+  enum { DEPTH = 40, ITEM = 4 };
+  char *text = malloc(200 + 2 * DEPTH + (size_t)ITEM * FACES), *end = text;
+  end += sprintf(end, "{\"asset\":{\"version\":\"2.0\"},\"materials\":[{\"x\":");
+  for (int i = 0; i < DEPTH; i++) *end++ = '[';
+  for (int i = 0; i < FACES; i++) end = (char *)memcpy(end, "[0],", ITEM) + ITEM;
+  end--;
+  for (int i = 0; i < DEPTH; i++) *end++ = ']';
+  end += sprintf(end, "}]}");
+  tw_model *model;
+  assert_int_equal(
+      tw_gltf_read((const uint8_t *)text, (size_t)(end - text), TW_QUADS_NGON, TW_WELD_AUTO, 0, &model, NULL),
+      TW_OK);
+  assert_ends(write_gltf, (const uint8_t *)model, 0);
+  tw_model_destroy(model);
+  free(text);
 }
 
 /* From its first false on, tw_work is false: loops inside loops end, too. */

@@ -174,7 +174,6 @@ public:
         accessor_views_(budget), indices_(budget), read_views_(budget) {}
 
   void run(const char *root) {
-    if (*root != '{') refuse(TW_SYNTAX, "", "a glTF document is a JSON object");
     std::string names;
     for (const Part &part : parts) names += part.name, names += ' ';
     check_object({"", 0}, root, names);
@@ -527,6 +526,7 @@ void make_outline(const Bytes &file, Document &document) {
   tw_status status = tw_json_check(container.json.data(), container.json.size(), &rules, &error);
   if (status != TW_OK) refuse(status, error.pointer, error.detail);
   const char *root = tw_json_root(container.json.data(), container.json.size());
+  if (*root != '{') refuse(TW_SYNTAX, "", "a glTF document is a JSON object"); // else its end is unknown
   Vector<char> dense(document.budget);
   drop_blanks(root, dense);
   if (!dense.empty()) root = dense.data();

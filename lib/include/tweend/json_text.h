@@ -22,9 +22,14 @@ typedef struct tw_json_rules {
  * values), with the pointer of the value at fault, and line and column in the detail. O(size). */
 tw_status tw_json_check(const char *text, size_t size, const tw_json_rules *rules, tw_error *error);
 
+/* Bytes of the string that opens here, quotes included; `most`, of which all are read then, where it does not
+ * close before. Takes any text. */
+size_t tw_json_string_size(const char *string, size_t most);
+
 /* ---- walking: everything below takes text that tw_json_check has passed, and no other ---- */
 
-/* The document's value, behind blanks and a byte order mark. */
+/* The document's value, behind blanks and a byte order mark. Only an object or array may be walked: no other
+ * value shows where it ends. */
 const char *tw_json_root(const char *text, size_t size);
 
 /* Just past the value that begins here. */
