@@ -18,8 +18,8 @@ void tw_text_clear(tw_text *text) {
   text->size = 0;
 }
 
-/* Charges the work of printing that many bytes. A text that is no longer wanted fails, so the loops that print
- * into it do little from then on. */
+/* Charges the work of printing that many bytes. A text that is no longer wanted fails, so the loops that
+ * print into it do little from then on. */
 static void charge(tw_text *text, size_t bytes) {
   enum { BYTES_A_STEP = 8 };
   if (!tw_work(1 + bytes / BYTES_A_STEP)) text->failed = true;
