@@ -492,9 +492,10 @@ static tw_status reduction_init(reduction *r, const tw_clip *clip, uint32_t inde
                    .sample = tw_alloc(track->width, sizeof *r->sample),
                    .ends = tw_alloc(track->width, 2 * sizeof *r->ends)};
   if (!r->sample || !r->ends) return tw_fail(error, TW_NO_MEMORY, "no memory for the keys of a track");
-  if (track->kind == TRACK_MADE)
-    return find_bends(r, grid_most < CLIP_PLACES / clip->cost ? grid_most : CLIP_PLACES / clip->cost,
-                      may_skip, error);
+  if (track->kind == TRACK_MADE) {
+    uint32_t most = CLIP_PLACES / clip->cost / (may_skip ? STEPS_LEAST * PARTS_MEASURED : 1);
+    return find_bends(r, grid_most < most ? grid_most : most, may_skip, error);
+  }
   r->times = track->timeline->times;
   r->time_count = track->timeline->key_count;
   return TW_OK;
