@@ -101,7 +101,7 @@ static tw_status read_exact(tw_obj_reader *reader, obj_bytes file, uint32_t mesh
   reader->exact = tw_alloc((size_t)reader->all.points, 3 * sizeof *reader->exact);
   if (!reader->exact) return tw_obj_fail_memory(reader);
   tw_obj_read_exact(file.bytes, file.size, reader->exact);
-  return TW_OK;
+  return tw_work_status(reader->error);
 }
 
 /* Decides between one mesh and one for each object. Tags number the points and faces of the whole file, so a
@@ -433,6 +433,9 @@ tw_status tw_obj_read_points(const uint8_t *bytes, size_t size, const double at[
   if (status == TW_OK && !exact) status = TW_NO_MEMORY;
   if (status == TW_OK) {
     tw_obj_read_exact(bytes, size, exact);
+    status = tw_work_status(error);
+  }
+  if (status == TW_OK) {
     tw_points_enter_frame(exact, points, at, positions);
     *out = positions;
     *count = (uint32_t)points;

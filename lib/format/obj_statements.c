@@ -593,6 +593,7 @@ tw_status tw_obj_read_statements(tw_obj_reader *reader, const uint8_t *bytes, si
   file = start;
   for (; status == TW_OK && tw_obj_next_statement(&file, &word); tw_obj_end_statement(&file))
     status = tw_work(STEPS) ? read_statement(reader, word, &file) : tw_work_status(reader->error);
+  if (status == TW_OK) status = tw_work_status(reader->error);
   if (status != TW_OK) return status;
   if (reader->all.points == 0)
     return tw_fail_line(reader->error, TW_SYNTAX, file.line,

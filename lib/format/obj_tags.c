@@ -34,8 +34,11 @@ static bool read_counts(tw_obj_text *text, obj_tag *tag) {
   return true;
 }
 
+enum { NUMBER_STEPS = 4 }; /* of tw_work */
+
 static tw_status read_tag_int(const obj_tag *tag, tw_obj_text *text, uint32_t *out) {
   int64_t value;
+  if (!tw_work(NUMBER_STEPS)) return tw_work_status(tag->error);
   tw_obj_skip_blanks(text);
   if (!tw_obj_read_integer(text, &value)) return bad_tag(tag, "an integer of the tag is missing");
   if (value < 0 || value >= UINT32_MAX) return bad_tag(tag, "an integer of the tag is out of range");
@@ -45,6 +48,7 @@ static tw_status read_tag_int(const obj_tag *tag, tw_obj_text *text, uint32_t *o
 
 static tw_status read_tag_float(const obj_tag *tag, tw_obj_text *text, float *out) {
   double value;
+  if (!tw_work(NUMBER_STEPS)) return tw_work_status(tag->error);
   if (!tw_obj_read_number(text, &value) || !isfinite((float)value))
     return bad_tag(tag, "a number of the tag is missing or malformed");
   *out = (float)value;

@@ -97,17 +97,20 @@ static bool begins_colors(const tw_obj_text *text) {
 }
 
 bool tw_obj_next_statement(tw_obj_text *file, tw_word *word) {
-  for (;;) {
+  enum { LINE_STEPS = 4 };
+  while (tw_work(LINE_STEPS)) {
     tw_obj_skip_blanks(file);
     if (file->at == file->end) return false;
     if (*file->at == '#' && !begins_colors(file)) file->at = find_line_end(file->at, file->end);
     if (file->at == file->end) return false;
-    if (!tw_obj_is_line_end(*file->at)) break;
+    if (!tw_obj_is_line_end(*file->at)) {
+      *word = tw_obj_read_word(file);
+      return true;
+    }
     file->at += line_end_length(file->at, file->end);
     file->line++;
   }
-  *word = tw_obj_read_word(file);
-  return true;
+  return false;
 }
 
 /* A backslash at the end of a comment does not continue the line: it may belong to a path. */

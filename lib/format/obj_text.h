@@ -31,7 +31,8 @@ static inline bool tw_obj_is_blank(uint8_t c) {
 /* ZBrush writes the colours of points as comments. */
 #define TW_OBJ_COLORS "#MRGB"
 
-/* Reads the first word of the next statement and moves behind it. False at the end of the file. */
+/* Reads the first word of the next statement and moves behind it. False at the end of the file, and where the
+ * result is no longer wanted (tw_work). */
 bool tw_obj_next_statement(tw_obj_text *file, tw_word *word);
 
 /* Moves to the line end that ends the statement, over all lines that continue it. Works from anywhere in the

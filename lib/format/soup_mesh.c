@@ -312,10 +312,11 @@ tw_status tw_polygons_enter_frame(tw_polygons_read *read, tw_read_exact *read_ex
   for (size_t i = 0; !read_exact && i < 3 * (size_t)read->vertex_count; i++)
     exact[i] = (double)read->positions[i];
   if (read_exact) read_exact(file, exact);
-  if (tw_points_find_frame(exact, read->corners, read->corner_count, read->origin))
+  tw_status status = tw_work_status(error); /* else not all of them are read */
+  if (status == TW_OK && tw_points_find_frame(exact, read->corners, read->corner_count, read->origin))
     tw_points_enter_frame(exact, read->vertex_count, read->origin, read->positions);
   tw_free(exact);
-  return TW_OK;
+  return status;
 }
 
 /* Marks the vertices that faces have. had_face: [vertex_count], zeroed. */

@@ -269,6 +269,8 @@ static void begin_solid(stl_text *text, stl_solids *solids) {
     solids->names += name.length > 0;
 }
 
+enum { WORD_STEPS = 4 }; /* of tw_work */
+
 static tw_status read_text(stl_text text, tw_polygons_read *out, stl_solids *solids, tw_losses *losses,
                            tw_error *error) {
   tw_status status = TW_OK;
@@ -278,6 +280,7 @@ static tw_status read_text(stl_text text, tw_polygons_read *out, stl_solids *sol
   while (status == TW_OK) {
     tw_word word = next_word(&text);
     if (word.length == 0) break;
+    if (!tw_work(WORD_STEPS)) return tw_work_status(error);
     if (word_is(word, "vertex") && in_loop) {
       status = read_point(&text, out->positions + 3 * (size_t)out->vertex_count++, error);
     } else if (word_is(word, "endloop") && in_loop) {
@@ -310,7 +313,7 @@ static tw_status read_text(stl_text text, tw_polygons_read *out, stl_solids *sol
 /* Implements tw_read_exact. file: the stl_text, which read_text has read without an error. */
 static void read_exact(void *file, double *out) {
   stl_text text = *(stl_text *)file;
-  for (tw_word word = next_word(&text); word.length > 0; word = next_word(&text)) {
+  for (tw_word word = next_word(&text); word.length > 0 && tw_work(WORD_STEPS); word = next_word(&text)) {
     if (word_is(word, "solid") || word_is(word, "endsolid")) read_name(&text);
     for (int i = 0; word_is(word, "vertex") && i < 3; i++) tw_word_number(next_word(&text), out++);
   }

@@ -113,6 +113,31 @@ TEST(reading_obj_and_welding_end_when_they_are_not_wanted) {
   free(text);
 }
 
+/* A little text, and much of another that is short. */
+static char *print_much(const char *before, const char *piece, size_t count, const char *after) {
+  char *text = malloc(strlen(before) + strlen(piece) * count + strlen(after) + 1);
+  char *end = stpcpy(text, before);
+  for (size_t i = 0; i < count; i++) end = stpcpy(end, piece);
+  strcpy(end, after);
+  return text;
+}
+
+TEST(reading_text_without_faces_ends_when_it_is_not_wanted) {
+  const char triangle[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  char *comments = print_much(triangle, "#\n", 10 * FACES, ""), tag[120];
+  snprintf(tag, sizeof tag, "%st corner %d/1/0", triangle, 5 * FACES);
+  char *indices = print_much(tag, " 0", 5 * FACES, " 1.0\n");
+  char *facets = print_much(
+      "solid\n", "facet normal 0 0 1 outer loop vertex 0 0 0 vertex 1 0 0 vertex 0 1 0 endloop endfacet\n",
+      FACES, "endsolid\n");
+  assert_ends(read_obj, (const uint8_t *)comments, strlen(comments));
+  assert_ends(read_obj, (const uint8_t *)indices, strlen(indices));
+  assert_ends(read_stl, (const uint8_t *)facets, strlen(facets));
+  free(comments);
+  free(indices);
+  free(facets);
+}
+
 static tw_status read_ply(const uint8_t *bytes, size_t size, tw_model **out) {
   return tw_ply_read(bytes, size, TW_WELD_AUTO, out, NULL);
 }
