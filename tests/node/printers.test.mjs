@@ -247,7 +247,7 @@ function cubes(...parts) {
     for (const [a, b, c] of [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]]) text += `v ${a + x} ${b} ${c}\n`;
     quads.forEach((quad, i) => {
       if (without.includes(i)) return;
-      text += `f ${(turned.includes(i) ? quad.toReversed() : quad).map((corner) => corner + count).join(' ')}\n`;
+      text += `f ${(turned.includes(i) ? [...quad].reverse() : quad).map((corner) => corner + count).join(' ')}\n`;
     });
     count += 8;
   }
