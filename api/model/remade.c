@@ -194,7 +194,7 @@ static tw_status begin_scene(const api_remade *remade, cage_scene *scene, tw_err
   return status;
 }
 
-/* Writes the GLB, [*size], for tw_free; NULL: the fault says why. */
+/* Writes the model as GLB. Returns its *size bytes, which tw_free frees; NULL: the fault says why. */
 static uint8_t *write_glb(api_remade *remade, const cage_scene *scene, size_t *size) {
   api_call *call = remade->call;
   const tw_scene content = {.model = &scene->model,

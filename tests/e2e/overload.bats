@@ -318,6 +318,9 @@ spooled() {
       send_slowly "$round-$i" "${way[@]}"
     done
     upload "$samples/cube.obj" # short bodies stay in memory
+    while kill -0 "${senders[@]}" 2>/dev/null; do
+      (($(curl --silent "$url/metrics" | awk '/^tweend_spool_bytes / { print $2 }') <= 8 << 20))
+    done
     wait "${senders[@]}"
     cat code-"$round"-* | sort | uniq -c
     stored=$(cat code-"$round"-* | grep -cx 201)

@@ -110,7 +110,8 @@ TEST(tips_whose_rows_would_take_long_are_refused) {
 
 /* ---- memory --------------------------------------------------------------------------------- */
 
-/* Makes the surface where it may hold `limit` bytes. Returns the most that it held. */
+/* Makes a surface under a meter that allows `limit` bytes, and expects `expected`. Returns the most bytes
+ * that were held at a time. */
 static uint64_t make_within(const tw_mesh *mesh, uint32_t level, uint64_t limit, tw_status expected) {
   const tw_surface_options options = {.level = level, .normals = true};
   const tw_meter_host host = {NULL, NULL, NULL};
