@@ -8,9 +8,6 @@
 /* The most values of any kind in one document. */
 enum { API_JSON_VALUES_MAX = 10000000 };
 
-/* Whether a clip's name says that it is another model's: "{model id}/{name}". */
-bool api_clip_is_borrowed(const char *name, size_t length);
-
 /* Reads a document of tweend JSON. *out: a finished model. Errors have a pointer: TW_SYNTAX for text that is
  * no such document, TW_INVALID for one that makes no usable model, TW_LIMIT for too many parts, or for shapes
  * and edits that make too many faces. */

@@ -485,3 +485,10 @@ tw_status api_json_index_offsets(const api_value *array, uint32_t *offsets) {
   }
   return TW_OK;
 }
+
+void *api_json_allocate(const api_json *json, size_t count, size_t size, tw_status *status) {
+  if (*status != TW_OK || count == 0) return NULL;
+  void *memory = tw_arena_alloc_raw(json->arena, count, size);
+  if (!memory) *status = api_json_no_memory(json);
+  return memory;
+}

@@ -105,4 +105,7 @@ tw_status api_json_double_rows(const api_value *array, uint32_t width, double *o
 tw_status api_json_index_offsets(const api_value *array, uint32_t *offsets);
 tw_status api_json_index_rows(const api_value *array, uint32_t *out);
 
+/* [count] elements in the arena. NULL for no elements, or without memory, which sets *status. */
+void *api_json_allocate(const api_json *json, size_t count, size_t size, tw_status *status);
+
 #endif

@@ -2,7 +2,7 @@
  * several merged into one; mixed ones. */
 #include "clips.h"
 
-#include "json_in.h"
+#include "clips_in.h"
 #include "mixed_clips.h"
 #include "models.h"
 #include "service.h"

@@ -1,0 +1,84 @@
+/* The names of a document's elements: gathered, and found again. */
+#include "names_in.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "near_names.h"
+#include "tweend/model.h"
+
+static int compare_names(const void *a, const void *b) {
+  const api_names_entry *left = a, *right = b;
+  int order = strcmp(left->text, right->text);
+  if (order != 0) return order;
+  return left->index < right->index ? -1 : left->index > right->index;
+}
+
+/* Any other mistake in the element is reported by the element's own reader. */
+static tw_status collect_name(void *context, const api_value *object) {
+  api_names *out = context;
+  const char *text = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(object->item, "name"));
+  if (!text || !text[0]) return TW_OK;
+  const char *copy = tw_arena_text(out->arena, text, strlen(text));
+  if (!copy) return api_json_no_memory(object->json);
+  out->texts[object->at.index] = copy;
+  out->sorted_count++;
+  return TW_OK;
+}
+
+tw_status api_names_read(const api_value *array, uint32_t count, const char *kind, tw_arena *arena,
+                         api_names *out) {
+  *out = (api_names){.kind = kind, .arena = arena, .count = count};
+  out->texts = tw_arena_alloc(arena, count, sizeof *out->texts);
+  if (!out->texts) return api_json_no_memory(array->json);
+  tw_status status = api_json_each(array, collect_name, out);
+  if (status != TW_OK) return status;
+  out->sorted = tw_arena_alloc(arena, out->sorted_count, sizeof *out->sorted);
+  if (!out->sorted) return api_json_no_memory(array->json);
+  uint32_t next = 0;
+  for (uint32_t i = 0; i < count; i++)
+    if (out->texts[i]) out->sorted[next++] = (api_names_entry){out->texts[i], i};
+  if (next > 0) qsort(out->sorted, next, sizeof *out->sorted, compare_names);
+  return TW_OK;
+}
+
+/* The element without a name that is called kind_index; TW_NO_INDEX for none. */
+static uint32_t find_unnamed(const api_names *all, const char *text) {
+  char made_up[32];
+  size_t length = strlen(all->kind);
+  if (strncmp(text, all->kind, length) != 0 || text[length] != '_') return TW_NO_INDEX;
+  unsigned long index = strtoul(text + length + 1, NULL, 10);
+  if (index >= all->count || all->texts[index]) return TW_NO_INDEX;
+  snprintf(made_up, sizeof made_up, "%s_%lu", all->kind, index);
+  return strcmp(made_up, text) == 0 ? (uint32_t)index : TW_NO_INDEX;
+}
+
+static tw_status fail_absent(const api_value *value, const api_names *all, const char *text) {
+  api_near near = {.name = text, .length = strlen(text)};
+  for (uint32_t i = 0; i < all->sorted_count; i++) api_near_consider(&near, all->sorted[i].text);
+  return api_json_fail(value, TW_INVALID, "no %s is called \"%.60s\"%s", all->kind, text,
+                       api_near_print(&near, "; ").text);
+}
+
+tw_status api_name_find(const api_value *value, const api_names *all, uint32_t *out) {
+  if (!value->item) return TW_OK;
+  const char *text = cJSON_GetStringValue(value->item);
+  if (!text) return api_json_fail(value, TW_SYNTAX, "the name of a %s is expected", all->kind);
+  uint32_t low = 0, high = all->sorted_count;
+  while (low < high) {
+    uint32_t middle = low + (high - low) / 2;
+    if (strcmp(all->sorted[middle].text, text) < 0)
+      low = middle + 1;
+    else
+      high = middle;
+  }
+  uint32_t unnamed = find_unnamed(all, text), end = low;
+  while (end < all->sorted_count && end < low + 2 && strcmp(all->sorted[end].text, text) == 0) end++;
+  uint32_t found = end - low + (unnamed != TW_NO_INDEX);
+  if (found == 0) return fail_absent(value, all, text);
+  if (found > 1)
+    return api_json_fail(value, TW_INVALID, "more than one %s is called \"%.60s\"", all->kind, text);
+  *out = unnamed != TW_NO_INDEX ? unnamed : all->sorted[low].index;
+  return TW_OK;
+}
