@@ -3,7 +3,6 @@
 
 #include "json_in.h"
 
-#include <stdio.h>
 #include <string.h>
 
 /* ---- binding ------------------------------------------------------------------------------------ */
@@ -17,10 +16,9 @@ typedef struct binding {
 /* Puts a layer's place before a fault's sentence. id: of the clip's model, "" for the request's. */
 static void name_layer(api_fault *fault, const tw_model *model, uint32_t clip, const char *id,
                        uint32_t layer) {
-  char name[24], sentence[sizeof fault->error.detail];
-  memcpy(sentence, fault->error.detail, sizeof sentence);
-  snprintf(fault->error.detail, sizeof fault->error.detail, "clip \"%.60s\"%s%s, layer %u: %s",
-           tw_model_clip_name(model, clip, name), id[0] ? " of model " : "", id, layer, sentence);
+  char name[24];
+  tw_error_before(&fault->error, "clip \"%.60s\"%s%s, layer %u: ", tw_model_clip_name(model, clip, name),
+                  id[0] ? " of model " : "", id, layer);
 }
 
 /* The same, and a pointer where the request's model has the layer. */

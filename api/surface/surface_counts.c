@@ -43,28 +43,31 @@ static bool shows_holes(const api_surface_request *request) {
   return request->surface.with_holes && mesh < model->mesh_count;
 }
 
-/* Prints the sizes of the forms whose size is known. Holes that a cage as glTF has as faces are in no other
- * form. */
+/* Whether the size of a form is known before it is streamed. Holes that a cage as glTF has as faces are in no
+ * flat form. */
+static bool is_foreseen(const api_surface_request *request, tw_format format) {
+  return format == TW_FORMAT_GLTF ? request->encoding == TW_ENCODING_FLOAT : !shows_holes(request);
+}
+
+/* Prints the sizes of the forms whose size is known, and that can be had. */
 static tw_status print_forms(api_call *call, const api_surface_request *request, uint64_t glb,
                              tw_text *text) {
+  static const tw_format others[] = {TW_FORMAT_GLTF, TW_FORMAT_STL, TW_FORMAT_PLY};
   const tw_scene *scene = &request->scene.content;
-  uint64_t size = 0;
   tw_member_open(text, "forms", "{");
   tw_member_count(text, "glb", glb);
-  tw_status status = TW_OK;
-  if (request->encoding == TW_ENCODING_FLOAT) {
-    status = tw_gltf_stream_predict(scene, TW_FORMAT_GLTF, &size, &call->fault.error);
-    if (status == TW_OK) tw_member_count(text, "gltf", size);
-  }
-  static const tw_format flat[] = {TW_FORMAT_STL, TW_FORMAT_PLY};
-  for (size_t i = 0; i < sizeof flat / sizeof *flat && !shows_holes(request); i++) {
-    const tw_flat_options options = api_surface_flat_options(request, flat[i]);
-    status = tw_flat_stream_predict(scene, &options, &size, &call->fault.error);
-    if (status == TW_OK) tw_member_count(text, tw_format_names[flat[i]], size);
-    if (status != TW_OK && status != TW_LIMIT) break;
+  for (size_t i = 0; i < sizeof others / sizeof *others; i++) {
+    if (!is_foreseen(request, others[i])) continue;
+    const tw_flat_options options = api_surface_flat_options(request, others[i]);
+    uint64_t size = 0;
+    tw_status status = others[i] == TW_FORMAT_GLTF
+                           ? tw_gltf_stream_predict(scene, TW_FORMAT_GLTF, &size, &call->fault.error)
+                           : tw_flat_stream_predict(scene, &options, &size, &call->fault.error);
+    if (status == TW_OK) tw_member_count(text, tw_format_names[others[i]], size);
+    if (status != TW_OK && status != TW_LIMIT) return status;
   }
   tw_text_add(text, "}");
-  return status == TW_LIMIT ? TW_OK : status;
+  return TW_OK;
 }
 
 /* Prints a mesh's element of "meshes". */

@@ -56,3 +56,19 @@ tw_status tw_error_at(tw_error *error, const char *format, ...) {
   }
   return error->status;
 }
+
+void tw_error_before(tw_error *error, const char *format, ...) {
+  if (!error) return;
+  char place[sizeof error->detail];
+  va_list arguments;
+  va_start(arguments, format);
+  int length = vsnprintf(place, sizeof place, format, arguments);
+  va_end(arguments);
+  size_t place_size = strnlen(place, sizeof place), room = sizeof error->detail - 1 - place_size;
+  if (length < 0) return;
+  bool is_cut = strlen(error->detail) > room || (size_t)length > place_size;
+  memmove(error->detail + place_size, error->detail, room);
+  memcpy(error->detail, place, place_size);
+  error->detail[sizeof error->detail - 1] = '\0';
+  if (is_cut) trim_partial_character(error->detail);
+}

@@ -17,6 +17,27 @@ TEST(error_detail_is_cut_between_characters) {
   assert_int_equal((length - 1) % 2, 0);
 }
 
+TEST(a_place_goes_before_the_sentence_which_is_cut_between_characters) {
+  tw_error error;
+  tw_fail(&error, TW_INVALID, "it is broken");
+  tw_error_at(&error, "/clips/%d", 3);
+  tw_error_before(&error, "layer %d: ", 2);
+  assert_string_equal(error.detail, "layer 2: it is broken");
+  assert_string_equal(error.pointer, "/clips/3");
+  char text[1000];
+  for (size_t i = 0; i + 2 < sizeof text; i += 2) memcpy(text + i, "\xC3\xA4", 2);
+  text[998] = '\0';
+  for (int places = 0; places < 4; places++) {
+    tw_fail(&error, TW_INVALID, "%s", text);
+    for (int i = 0; i < places; i++) tw_error_before(&error, "x");
+    size_t length = strlen(error.detail);
+    assert_true(length < sizeof error.detail && length + 2 >= sizeof error.detail);
+    assert_int_equal((length - (size_t)places) % 2, 0);
+  }
+  tw_error_before(&error, "%s", text);
+  assert_int_equal(strlen(error.detail) % 2, 0);
+}
+
 TEST(arena_refuses_an_overflowing_product) {
   tw_arena *arena = tw_arena_create();
   assert_null(tw_arena_alloc(arena, SIZE_MAX / 2, 8));

@@ -49,6 +49,9 @@ tw_status tw_fail_line(tw_error *error, tw_status status, uint64_t line, const c
  * Too long a pointer is cut at a '/'. NULL error: returns TW_INVALID. */
 tw_status tw_error_at(tw_error *error, const char *format, ...) TW_PRINTF(2, 3);
 
+/* Puts text before the sentence of an error that is already filled. NULL accepted. */
+void tw_error_before(tw_error *error, const char *format, ...) TW_PRINTF(2, 3);
+
 /* ---- arena: many allocations, one free ----------------------------------------------------------------- */
 
 /* Grows in blocks; not thread-safe. Memory is aligned for any type. */
