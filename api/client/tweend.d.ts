@@ -119,6 +119,8 @@ export interface PoseHeader {
   stride: number;
   node_stride: number;
   layout: { name: PosePart; offset: number; byte_offset: number; components: number }[];
+  /** With `root_motion`: of a row's last numbers. */
+  root?: { name: 'rotation' | 'translation'; offset: number; byte_offset: number; components: number }[];
 }
 
 export type PosePart = 'rotation' | 'translation' | 'scale' | 'matrix' | 'euler' | 'axis_angle';
@@ -139,6 +141,8 @@ export class PoseTable {
   row(pose: number): Float32Array;
   /** A node's rotation, translation … in a row, as a view. node: its name, or its index in header.nodes. */
   part(pose: number, node: string | number, name: PosePart): Float32Array;
+  /** What `root_motion` took out of a pose, as a view. */
+  root(pose: number, name: 'rotation' | 'translation'): Float32Array;
 }
 
 // ---- players ----
@@ -175,7 +179,7 @@ export interface PlayerSettings {
   playing?: boolean;
 }
 
-export interface PlayOptions extends PlayerSettings, Pick<PoseOptions, 'clip' | 'nodes' | 'interpolation' | 'retarget' | 'map'>, Abortable {
+export interface PlayOptions extends PlayerSettings, Pick<PoseOptions, 'clip' | 'nodes' | 'interpolation' | 'retarget' | 'map' | 'in_place' | 'root_axes'>, Abortable {
   /** Poses fetched per second of the clip, default 60; the player interpolates between them by slerp and linearly. */
   fps?: number;
 }
@@ -471,6 +475,12 @@ export interface SurfaceCounts {
     shells?: Shell[];
   }[];
 }
+/** A motion of the whole figure in the world since time 0: in front of all transforms, first the rotation (x y z
+ * w), then the translation. */
+export interface RootMotion {
+  translation: number[];
+  rotation: number[];
+}
 /** One entry for each node, in the order of `nodes`. */
 export interface Pose {
   /** Seconds, as asked for. */
@@ -489,6 +499,8 @@ export interface Pose {
   };
   translation?: number[][];
   scale?: number[][];
+  /** With `root_motion`: what was taken out of the pose. */
+  root?: RootMotion;
 }
 export interface Poses {
   /** Several names, separated by commas, if several clips play together. null: no clip, the rest pose. */
@@ -650,6 +662,16 @@ export interface Tracks {
     times: number[];
   }[];
   report: ClipReport;
+  /** With `root_motion` or `in_place`: what of it has come together at the end of the clip. All else of the answer
+   * is of the clip without it. */
+  root_motion?: {
+    /** Whose motion was taken out. */
+    node: string;
+    /** As in `root_axes`. */
+    axes: string;
+    translation: number[];
+    rotation: number[];
+  };
   retarget?: Retarget;
 }
 /** How a clip was carried over; with `retarget=auto` of a borrowed clip only. */
@@ -1252,6 +1274,25 @@ export interface SurfaceOptions {
   map?: string | {
     [key: string]: string | null;
   };
+  /** The name of a node whose motion moves the whole figure, or `auto`: the topmost node that the clip translates,
+   * else turns, and of several the one with most nodes below. The part of its motion in the world that `root_axes`
+   * names, counted from time 0, is taken out of the poses, and told beside them: as `root` of each pose, and in
+   * glTF as tracks of the skeleton's topmost node, above which stands a new node `root` where the motion is its
+   * own. The motion in front of the poses gives the clip back. A clip that moves no node has none: a warning. 404
+   * for an unknown node; 422 for a turn below nodes with unequal scales. */
+  root_motion?: string;
+  /**
+   * With `root_motion` or `in_place=true`: which parts of the motion are taken, separated by commas: translation
+   * along the world's `x`, `y` and `z`, and `yaw`, the turn about y.
+   * @default x,z,yaw
+   */
+  root_axes?: string;
+  /**
+   * Drops the root motion in place of telling it: the figure stays where it is at time 0. Without `root_motion` it
+   * means `auto`. In `.csv` and `.bvh`, which have no place for `root`, root motion goes with this only.
+   * @default false
+   */
+  in_place?: boolean;
   /**
    * First of evenly spaced times in seconds; needs `fps`.
    * @default 0
@@ -1375,6 +1416,25 @@ export interface PoseOptions {
   map?: string | {
     [key: string]: string | null;
   };
+  /** The name of a node whose motion moves the whole figure, or `auto`: the topmost node that the clip translates,
+   * else turns, and of several the one with most nodes below. The part of its motion in the world that `root_axes`
+   * names, counted from time 0, is taken out of the poses, and told beside them: as `root` of each pose, and in
+   * glTF as tracks of the skeleton's topmost node, above which stands a new node `root` where the motion is its
+   * own. The motion in front of the poses gives the clip back. A clip that moves no node has none: a warning. 404
+   * for an unknown node; 422 for a turn below nodes with unequal scales. */
+  root_motion?: string;
+  /**
+   * With `root_motion` or `in_place=true`: which parts of the motion are taken, separated by commas: translation
+   * along the world's `x`, `y` and `z`, and `yaw`, the turn about y.
+   * @default x,z,yaw
+   */
+  root_axes?: string;
+  /**
+   * Drops the root motion in place of telling it: the figure stays where it is at time 0. Without `root_motion` it
+   * means `auto`. In `.csv` and `.bvh`, which have no place for `root`, root motion goes with this only.
+   * @default false
+   */
+  in_place?: boolean;
   /** Times in seconds, separated by commas, in any order. Without `at` and `fps`: 0. */
   at?: string | number | number[];
   /**
@@ -1459,6 +1519,25 @@ export interface LiveOptions {
   map?: string | {
     [key: string]: string | null;
   };
+  /** The name of a node whose motion moves the whole figure, or `auto`: the topmost node that the clip translates,
+   * else turns, and of several the one with most nodes below. The part of its motion in the world that `root_axes`
+   * names, counted from time 0, is taken out of the poses, and told beside them: as `root` of each pose, and in
+   * glTF as tracks of the skeleton's topmost node, above which stands a new node `root` where the motion is its
+   * own. The motion in front of the poses gives the clip back. A clip that moves no node has none: a warning. 404
+   * for an unknown node; 422 for a turn below nodes with unequal scales. */
+  root_motion?: string;
+  /**
+   * With `root_motion` or `in_place=true`: which parts of the motion are taken, separated by commas: translation
+   * along the world's `x`, `y` and `z`, and `yaw`, the turn about y.
+   * @default x,z,yaw
+   */
+  root_axes?: string;
+  /**
+   * Drops the root motion in place of telling it: the figure stays where it is at time 0. Without `root_motion` it
+   * means `auto`. In `.csv` and `.bvh`, which have no place for `root`, root motion goes with this only.
+   * @default false
+   */
+  in_place?: boolean;
   /**
    * Frames a second.
    * @default 30
@@ -1542,4 +1621,23 @@ export interface TracksOptions {
   map?: string | {
     [key: string]: string | null;
   };
+  /** The name of a node whose motion moves the whole figure, or `auto`: the topmost node that the clip translates,
+   * else turns, and of several the one with most nodes below. The part of its motion in the world that `root_axes`
+   * names, counted from time 0, is taken out of the poses, and told beside them: as `root` of each pose, and in
+   * glTF as tracks of the skeleton's topmost node, above which stands a new node `root` where the motion is its
+   * own. The motion in front of the poses gives the clip back. A clip that moves no node has none: a warning. 404
+   * for an unknown node; 422 for a turn below nodes with unequal scales. */
+  root_motion?: string;
+  /**
+   * With `root_motion` or `in_place=true`: which parts of the motion are taken, separated by commas: translation
+   * along the world's `x`, `y` and `z`, and `yaw`, the turn about y.
+   * @default x,z,yaw
+   */
+  root_axes?: string;
+  /**
+   * Drops the root motion in place of telling it: the figure stays where it is at time 0. Without `root_motion` it
+   * means `auto`. In `.csv` and `.bvh`, which have no place for `root`, root motion goes with this only.
+   * @default false
+   */
+  in_place?: boolean;
 }

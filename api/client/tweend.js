@@ -228,8 +228,9 @@ export class Tweend {
 
   // ---- players ----
 
-  async play(model, objects, { clip, nodes, interpolation, retarget, map, fps = 60, signal, ...settings } = {}) {
-    const which = { clip, nodes, interpolation, retarget, map };
+  async play(model, objects, options = {}) {
+    const { clip, nodes, interpolation, retarget, map, in_place, root_axes, fps = 60, signal, ...settings } = options;
+    const which = { clip, nodes, interpolation, retarget, map, in_place, root_axes };
     const { duration } = await this.pose(model, { ...which, at: 0 }, { signal });
     // Rounds the steps up so that the last one is the clip's end.
     const times = duration > 0 ? { from: 0, to: duration, fps: Math.ceil(duration * fps) / duration } : { at: 0 };
@@ -342,6 +343,11 @@ export class PoseTable {
     const index = typeof node === 'number' ? node : nodes.indexOf(node);
     const start = pose * stride + index * node_stride + offset;
     return this.rows.subarray(start, start + components);
+  }
+
+  root(pose, name) {
+    const { offset, components } = this.header.root.find((part) => part.name === name);
+    return this.row(pose).subarray(offset, offset + components);
   }
 }
 

@@ -25,20 +25,24 @@ static const char *const edits_parameters[] = {"quads", "name", NULL};
 static const char *const detail_parameters[] = {"mesh", "level", "quads", "name", NULL};
 
 static const char *const surface_parameters[] = {
-    "level",     "scheme",   "boundary", "uv",        "creasing",    "creases",  "crease_sharpness",
-    "triangles", "weld",     "quads",    "limit",     "normals",     "clip",     "at",
-    "from",      "to",       "fps",      "tolerance", "tolerance_m", "skin",     "meshes",
-    "encoding",  "polygons", "details",  "download",  "influences",  "retarget", "map",
-    "unit",      "scale",    "shells",   NULL};
-static const char *const tracks_parameters[] = {"clip", "feet", "retarget", "map", NULL};
-static const char *const pose_parameters[] = {
-    "clip", "at",    "from",          "to",   "fps",      "space",    "as",  "order",
-    "unit", "nodes", "interpolation", "loop", "skinning", "retarget", "map", NULL};
-static const char *const bvh_parameters[] = {"clip",          "from", "to",       "fps", "order", "nodes",
-                                             "interpolation", "loop", "retarget", "map", NULL};
-static const char *const live_parameters[] = {
-    "clip",  "speed", "fps",   "from",          "start",    "loop",     "space", "as",
-    "order", "unit",  "nodes", "interpolation", "skinning", "retarget", "map",   NULL};
+    "level",       "scheme",    "boundary", "uv",        "creasing",    "creases",  "crease_sharpness",
+    "triangles",   "weld",      "quads",    "limit",     "normals",     "clip",     "at",
+    "from",        "to",        "fps",      "tolerance", "tolerance_m", "skin",     "meshes",
+    "encoding",    "polygons",  "details",  "download",  "influences",  "retarget", "map",
+    "root_motion", "root_axes", "in_place", "unit",      "scale",       "shells",   NULL};
+static const char *const tracks_parameters[] = {"clip",        "feet",      "retarget", "map",
+                                                "root_motion", "root_axes", "in_place", NULL};
+static const char *const pose_parameters[] = {"clip",          "at",        "from",     "to",       "fps",
+                                              "space",         "as",        "order",    "unit",     "nodes",
+                                              "interpolation", "loop",      "skinning", "retarget", "map",
+                                              "root_motion",   "root_axes", "in_place", NULL};
+static const char *const bvh_parameters[] = {"clip",        "from",          "to",       "fps",      "order",
+                                             "nodes",       "interpolation", "loop",     "retarget", "map",
+                                             "root_motion", "root_axes",     "in_place", NULL};
+static const char *const live_parameters[] = {"clip",        "speed",         "fps",      "from",     "start",
+                                              "loop",        "space",         "as",       "order",    "unit",
+                                              "nodes",       "interpolation", "skinning", "retarget", "map",
+                                              "root_motion", "root_axes",     "in_place", NULL};
 
 static const api_offer json_offers[] = {{"json", "application/json", true}, {0}};
 static const api_offer page_offers[] = {{"", "text/html", true}, {0}};

@@ -112,18 +112,26 @@ static bool has_borrowed(const api_clip_choices *choices) {
   return false;
 }
 
+api_outcome api_clip_terms_read(api_call *call, api_clip_terms *out) {
+  api_outcome outcome = api_retarget_read(call, &out->retarget);
+  return outcome == API_DONE ? api_root_read(call, &out->root) : outcome;
+}
+
 api_outcome api_clips_choose(api_call *call, const tw_model *model, const char *text, uint32_t otherwise,
-                             const api_retarget *retarget, api_clip_choices *out) {
-  if (!text) {
-    *out = (api_clip_choices){.count = otherwise < model->clip_count ? otherwise : model->clip_count};
-    return API_DONE;
-  }
-  api_outcome outcome = find_chosen(call, model, text, out);
+                             const api_clip_terms *terms, api_clip_choices *out) {
+  api_outcome outcome = api_retarget_check(call, &terms->retarget);
   if (outcome != API_DONE) return outcome;
-  call->fault = (api_fault){0}; /* drops the faults of names that were only tried */
-  if (out->list) normalise_choices(out);
-  if (has_borrowed(out)) out->retarget = *retarget;
-  return API_DONE;
+  if (text) {
+    outcome = find_chosen(call, model, text, out);
+    if (outcome != API_DONE) return outcome;
+    call->fault = (api_fault){0}; /* drops the faults of names that were only tried */
+    if (out->list) normalise_choices(out);
+  } else {
+    *out = (api_clip_choices){.count = otherwise < model->clip_count ? otherwise : model->clip_count};
+  }
+  if (has_borrowed(out)) out->terms.retarget = terms->retarget;
+  out->terms.root = terms->root;
+  return api_root_find(call, model, &out->terms.root);
 }
 
 api_clip_choice api_clips_get(const api_clip_choices *choices, uint32_t i) {
@@ -131,17 +139,15 @@ api_clip_choice api_clips_get(const api_clip_choices *choices, uint32_t i) {
 }
 
 void api_clips_print(const api_clip_choices *choices, tw_text *text) {
-  if (!choices->list) {
-    tw_text_count(text, choices->count);
-    return;
-  }
-  for (uint32_t i = 0; i < choices->count; i++) {
+  if (!choices->list) tw_text_count(text, choices->count);
+  for (uint32_t i = 0; choices->list && i < choices->count; i++) {
     tw_text_add(text, choices->list[i].lender);
     tw_text_add(text, "/");
     tw_text_count(text, choices->list[i].index);
     tw_text_add(text, ",");
   }
-  api_retarget_print(&choices->retarget, text);
+  api_retarget_print(&choices->terms.retarget, text);
+  api_root_print(&choices->terms.root, text);
 }
 
 /* ---- compiling --------------------------------------------------------------------------------- */
@@ -214,7 +220,7 @@ static bool note_loose(api_notes *notes, const tw_clip_keys *keys) {
 /* The keys of each chosen clip, on the model's nodes. NULL: the fault says why. */
 static tw_clip_keys *gather_keys(const clip_source *source, api_clip *clip, api_notes *notes,
                                  api_fault *fault) {
-  const api_retarget *retarget = &source->choices->retarget;
+  const api_retarget *retarget = &source->choices->terms.retarget;
   tw_clip_keys *keys = tw_arena_alloc(clip->arena, source->choices->count, sizeof *keys);
   bool is_done = keys || api_fault_without_memory(fault);
   for (uint32_t i = 0; is_done && i < source->choices->count; i++) {
@@ -267,11 +273,11 @@ static bool fill_mixed(const clip_source *source, api_clip *clip, api_notes *not
   api_mixing mixing = {.model = source->model,
                        .force = source->force,
                        .max_keys = source->max_keys,
-                       .retarget = &source->choices->retarget,
+                       .retarget = &source->choices->terms.retarget,
                        .notes = notes};
   if (!api_mixed_compile(&mixing, source->bound, source->choices->count, &clip->compiled, fault))
     return false;
-  clip->is_mixed = true;
+  clip->is_made = true;
   clip->retarget = mixing.report;
   return true;
 }
@@ -285,6 +291,35 @@ static bool fill_plain(const clip_source *source, api_clip *clip, api_notes *not
   return compile(source, keys, &clip->compiled, &fault->error) == TW_OK || api_fault_complete(fault);
 }
 
+/* The topmost node above a node, or itself. */
+static uint32_t topmost(const tw_model *model, uint32_t node) {
+  while (model->nodes[node].parent != TW_NO_INDEX) node = model->nodes[node].parent;
+  return node;
+}
+
+/* Takes the root motion out of the compiled clip. */
+static bool take_root(const clip_source *source, api_clip *clip, api_notes *notes, api_fault *fault) {
+  const tw_model *model = source->model;
+  const api_root *root = &source->choices->terms.root;
+  clip->root_node = root->node;
+  if (root->node == TW_NO_INDEX)
+    clip->root_node = tw_clip_find_root(clip->compiled, model->nodes, model->node_order, model->node_count);
+  if (clip->root_node == TW_NO_INDEX)
+    return api_note(notes, "the clip moves no node: there is no root motion") ||
+           api_fault_without_memory(fault);
+  tw_root_job job = {model->nodes, model->node_count, clip->root_node, root->axes, TW_NO_INDEX};
+  if (root->is_carried) {
+    uint32_t top = topmost(model, job.node);
+    clip->root_is_above = top == job.node;
+    job.carrier = clip->root_is_above ? model->node_count : top;
+  }
+  if (tw_clip_take_root(clip->compiled, &job, &clip->compiled, &fault->error) != TW_OK)
+    return api_fault_complete(fault);
+  clip->is_made = clip->has_root = true;
+  clip->carried = NULL;
+  return true;
+}
+
 static bool fill_clip(const clip_source *source, api_clip *clip, api_fault *fault) {
   api_notes notes = {.arena = clip->arena};
   clip->name = join_names(source, clip->arena);
@@ -292,6 +327,7 @@ static bool fill_clip(const clip_source *source, api_clip *clip, api_fault *faul
   if (!clip->name || !clip->node_names) return api_fault_without_memory(fault);
   if (!(source->bound ? fill_mixed : fill_plain)(source, clip, &notes, fault)) return false;
   clip->duration = find_duration(source, clip->compiled);
+  if (source->choices->terms.root.is_on && !take_root(source, clip, &notes, fault)) return false;
   clip->warnings = notes.list;
   clip->warning_count = notes.count;
   return true;

@@ -3,6 +3,7 @@
 #define API_CLIPS_H
 
 #include "borrowed_clips.h"
+#include "root_request.h"
 
 /* A clip of a request, before it is compiled. */
 typedef struct api_clip_choice {
@@ -10,20 +11,29 @@ typedef struct api_clip_choice {
   uint32_t index;
 } api_clip_choice;
 
+/* How clips come to a model. A view into the call's arena. */
+typedef struct api_clip_terms {
+  api_retarget retarget; /* of borrowed clips */
+  api_root root;
+} api_clip_terms;
+
+/* Reads the parameters. 400. */
+api_outcome api_clip_terms_read(api_call *call, api_clip_terms *out);
+
 /* A view into the call's arena. */
 typedef struct api_clip_choices {
   uint32_t count;
   const api_clip_choice *list; /* [count], all different; NULL: the model's own first `count` clips */
-  api_retarget retarget;       /* of borrowed clips; zeroed where none is borrowed */
+  api_clip_terms terms;        /* retarget is zeroed where no clip is borrowed */
 } api_clip_choices;
 
 /* Finds the clips that `text` names: one name ("{model id}/{name}" borrows a clip), several names separated
  * by commas, or "none"; the name of a clip takes precedence over these meanings. NULL: the model's own first
  * `otherwise` clips, or all if there are fewer. 404 for an unknown name, 400 for a repeated one or more than
  * 256; API_NEEDS_THREAD in a light call when the search is long; a light call stalls where a lender is not
- * cached. retarget: how borrowed clips are carried over. */
+ * cached; 404 and 400 for terms that do not fit. */
 api_outcome api_clips_choose(api_call *call, const tw_model *model, const char *text, uint32_t otherwise,
-                             const api_retarget *retarget, api_clip_choices *out);
+                             const api_clip_terms *terms, api_clip_choices *out);
 
 api_clip_choice api_clips_get(const api_clip_choices *choices, uint32_t i);
 
@@ -37,7 +47,11 @@ typedef struct api_clip {
   const char *node_names;      /* of all nodes of the model, printed by api_node_names_print */
   const tw_clip_keys *carried; /* keys of a single borrowed clip, mapped to the model; else NULL */
   const char *retarget;        /* of a clip that was carried over, how: JSON; else NULL */
-  bool is_mixed;               /* of layers: it has no keys */
+  bool is_made;                /* of other clips, as mixed ones: it has no keys */
+  bool has_root;               /* tw_clip_root_at gives its root motion */
+  uint32_t root_node;          /* whose motion that is; TW_NO_INDEX: the clip moves none */
+  bool root_is_above; /* a node above root_node carries the motion, which the model lacks: its index is
+                         the model's node count */
   tw_clip *compiled;
   double duration;        /* seconds, as printed; counts tracks of borrowed clips that move nothing here */
   uint32_t warning_count; /* of nodes that a borrowed clip moves and the model lacks, and the like */

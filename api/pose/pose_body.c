@@ -91,6 +91,13 @@ size_t api_pose_width(api_pose_as as) {
   return layouts[as].width;
 }
 
+/* Numbers of a root motion: its rotation and translation. */
+enum { ROOT_WIDTH = 7 };
+
+size_t api_pose_row_width(const api_pose_request *request) {
+  return layouts[request->as].width * request->node_count + (api_pose_has_root(request) ? ROOT_WIDTH : 0);
+}
+
 /* ---- evaluating ------------------------------------------------------------------------------- */
 
 static void evaluate_locals(const api_pose_request *request, double time, tw_trs *locals) {
@@ -168,6 +175,12 @@ static void put_node(api_pose_body *body, uint32_t index, float *out) {
  * saves a third of the time of binary rows. */
 static void evaluate(api_pose_body *body, double time, float *row) {
   const api_pose_request *request = &body->request;
+  if (api_pose_has_root(request)) {
+    tw_trs root;
+    tw_clip_root_at(request->clip->compiled, tw_loop_time(time, request->clip->duration, request->loop),
+                    &root);
+    memcpy(row + api_pose_row_width(request) - ROOT_WIDTH, &root, ROOT_WIDTH * sizeof *row);
+  }
   evaluate_locals(request, time, body->locals ? body->locals : (tw_trs *)(void *)row);
   if (!body->locals) return;
   if (body->matrices) evaluate_matrices(body);
@@ -235,8 +248,18 @@ static void print_heading(const api_pose_request *request, tw_text *text) {
 static void print_layout(const api_pose_request *request, tw_text *text) {
   size_t width = api_pose_width(request->as);
   tw_member_count(text, "poses", request->times.count);
-  tw_member_count(text, "stride", width * request->node_count);
+  tw_member_count(text, "stride", api_pose_row_width(request));
   tw_member_count(text, "node_stride", width);
+  if (api_pose_has_root(request)) {
+    size_t offset = width * request->node_count;
+    tw_member_open(text, "root", "[{\"name\":\"rotation\"");
+    tw_member_count(text, "offset", offset);
+    tw_member_count(text, "byte_offset", offset * sizeof(float));
+    tw_text_add(text, ",\"components\":4},{\"name\":\"translation\"");
+    tw_member_count(text, "offset", offset + 4);
+    tw_member_count(text, "byte_offset", (offset + 4) * sizeof(float));
+    tw_text_add(text, ",\"components\":3}]");
+  }
   tw_member_open(text, "layout", "[");
   tw_text_add(text, layouts[request->as].members);
   tw_text_add(text, "]");
@@ -273,6 +296,13 @@ static void print_json_pose(const api_pose_body *body, double time, const float 
     tw_text_add(text, "]");
   }
   print_weights(body, time, text);
+  if (api_pose_has_root(request)) {
+    const float *root = row + api_pose_row_width(request) - ROOT_WIDTH;
+    tw_member_open(text, "root", "{");
+    tw_member_floats(text, "translation", root + 4, 3);
+    tw_member_floats(text, "rotation", root, 4);
+    tw_text_add(text, "}");
+  }
   tw_text_add(text, "}");
 }
 
@@ -308,7 +338,7 @@ static void print_csv_pose(const api_pose_request *request, double time, const f
 
 static void print_pose(api_pose_body *body, double time, tw_text *text) {
   const api_pose_request *request = &body->request;
-  size_t count = api_pose_width(request->as) * request->node_count;
+  size_t count = api_pose_row_width(request);
   bool is_binary = request->form == API_POSE_BIN;
   float *row = is_binary ? tw_text_room(text, count) : body->row;
   if (!row) return;
@@ -377,7 +407,7 @@ static uint64_t measure_times(const api_times *times) {
 static bool print_bin_head(api_pose_body *body) {
   const api_pose_request *request = &body->request;
   tw_text *text = &body->text;
-  uint64_t row = api_pose_width(request->as) * request->node_count * sizeof(float);
+  uint64_t row = api_pose_row_width(request) * sizeof(float);
   uint64_t rows = request->times.count * row;
   tw_text_reserve(text, HEAD_BYTES + NAME_BYTES * (size_t)request->node_count +
                             (size_t)(rows < PIECE ? rows : PIECE));
@@ -447,7 +477,7 @@ int64_t api_pose_body_read(void *context, uint8_t *out, size_t capacity) {
 
 void api_pose_body_print_all(api_pose_body *body, tw_text *text) {
   const api_pose_request *request = &body->request;
-  size_t numbers = (size_t)request->times.count * request->node_count * api_pose_width(request->as);
+  size_t numbers = (size_t)request->times.count * api_pose_row_width(request);
   size_t likely = HEAD_BYTES + NAME_BYTES * (size_t)request->node_count + numbers * API_POSE_NUMBER_BYTES;
   *text = body->text; /* the header in the binary form, else empty */
   body->text = (tw_text){0};
@@ -519,7 +549,7 @@ api_pose_body *api_pose_body_create(api_pose_request *request, api_service *serv
   body->matrices = allocate(arena, has_matrices, nodes, 16, &has_all);
   body->joints = allocate(arena, request->is_skinning, count, 16, &has_all);
   body->euler = allocate(arena, request->as == API_AS_EULER, count, 3, &has_all);
-  body->row = allocate(arena, request->form != API_POSE_BIN, count, api_pose_width(request->as), &has_all);
+  body->row = allocate(arena, request->form != API_POSE_BIN, 1, api_pose_row_width(request), &has_all);
   has_all = has_all && find_weights(body, arena);
   if (has_all && (request->form != API_POSE_BIN || print_bin_head(body))) {
     request->model_entry = request->clip_entry = NULL;

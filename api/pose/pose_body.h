@@ -8,6 +8,9 @@
 /* Numbers of one node in a pose. */
 size_t api_pose_width(api_pose_as as);
 
+/* Numbers of a pose, of which the last are the root motion where it has any. */
+size_t api_pose_row_width(const api_pose_request *request);
+
 /* About the bytes of a number in text. */
 enum { API_POSE_NUMBER_BYTES = 10 };
 

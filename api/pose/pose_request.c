@@ -62,7 +62,7 @@ api_outcome api_pose_request_read(api_call *call, api_pose_request *out) {
   out->loop = (tw_loop)loop;
   out->is_skinning = is_skinning;
   if (check_together(query, out, error) != TW_OK) return api_fail(call);
-  return api_retarget_read(call, &out->retarget);
+  return api_clip_terms_read(call, &out->terms);
 }
 
 api_outcome api_bvh_request_read(api_call *call, api_pose_request *out) {
@@ -83,7 +83,10 @@ api_outcome api_bvh_request_read(api_call *call, api_pose_request *out) {
   out->has_moved_nodes = !out->node_list;
   out->has_all_nodes = out->node_list && strcmp(out->node_list, "all") == 0;
   if (out->has_all_nodes) out->node_list = NULL;
-  return api_retarget_read(call, &out->retarget);
+  api_outcome outcome = api_clip_terms_read(call, &out->terms);
+  if (outcome == API_DONE && out->terms.root.is_on && !out->terms.root.in_place)
+    return api_fail_with(call, 400, "BVH has no place for root motion: in_place=true drops it");
+  return outcome;
 }
 
 /* ---- nodes --------------------------------------------------------------------------------------- */
@@ -166,6 +169,10 @@ static api_outcome choose_joints(api_call *call, api_pose_request *request) {
   return API_DONE;
 }
 
+bool api_pose_has_root(const api_pose_request *request) {
+  return request->clip && request->clip->has_root && !request->choices.terms.root.in_place;
+}
+
 bool api_pose_has_all_nodes(const api_pose_request *request) {
   return request->node_count == request->model->node_count && !request->is_skinning;
 }
@@ -183,9 +190,7 @@ static api_outcome complete_times(api_call *call, api_pose_request *request) {
 
 api_outcome api_pose_request_resolve(api_call *call, bool is_stored, api_pose_request *request) {
   const tw_model *model = request->model = api_entry_value(request->model_entry);
-  api_outcome outcome = api_retarget_check(call, &request->retarget);
-  if (outcome == API_DONE)
-    outcome = api_clips_choose(call, model, request->clips, 1, &request->retarget, &request->choices);
+  api_outcome outcome = api_clips_choose(call, model, request->clips, 1, &request->terms, &request->choices);
   if (outcome == API_DONE && request->choices.count > 0)
     outcome = api_clip_take(call, model, is_stored, &request->choices, request->force, &request->clip_entry);
   if (outcome != API_DONE) return outcome;

@@ -14,7 +14,7 @@ typedef struct api_pose_request {
   /* as read */
   const char *clips;     /* as in api_clips_choose; NULL: the first */
   const char *node_list; /* names of nodes; NULL: all */
-  api_retarget retarget; /* as in api_clips_choose */
+  api_clip_terms terms;  /* as in api_clips_choose */
   int force;             /* interpolation, as in api_clip_take */
   api_times times;
   api_pose_form form;
@@ -52,6 +52,9 @@ api_outcome api_nodes_choose(api_call *call, const tw_model *model, const char *
 
 /* Releases the entries. */
 void api_pose_request_deinit(api_pose_request *request);
+
+/* Whether each pose has the root motion beside it. */
+bool api_pose_has_root(const api_pose_request *request);
 
 /* Whether the answer has all nodes of the model, each once. */
 bool api_pose_has_all_nodes(const api_pose_request *request);

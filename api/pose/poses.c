@@ -17,7 +17,7 @@ enum { LIGHT_NUMBERS = 20000 };
 
 /* The numbers of one pose; at least 1, as the time is printed even where there are no nodes. */
 static uint64_t numbers_of_pose(const api_pose_request *request) {
-  uint64_t numbers = request->node_count * (uint64_t)api_pose_width(request->as);
+  uint64_t numbers = api_pose_row_width(request);
   return numbers ? numbers : 1;
 }
 
@@ -67,7 +67,8 @@ static uint64_t bound_bytes(const api_pose_request *request) {
 
 /* Whether the answer takes little time to evaluate and print. */
 static bool is_light(const api_pose_request *request) {
-  uint64_t transforms = request->times.count * (uint64_t)request->model->node_count;
+  uint64_t cost = request->clip ? tw_clip_cost(request->clip->compiled) : 1;
+  uint64_t transforms = request->times.count * request->model->node_count * cost;
   return transforms <= LIGHT_NUMBERS && count_numbers(request) <= LIGHT_NUMBERS &&
          bound_bytes(request) <= API_RESPONSE_MAX;
 }
@@ -160,6 +161,8 @@ static api_outcome read_request(api_call *call, api_pose_request *out) {
   api_outcome outcome = api_pose_request_read(call, out);
   if (outcome != API_DONE) return outcome;
   out->form = (api_pose_form)(call->offer - call->route->offers);
+  if (out->form == API_POSE_CSV && out->terms.root.is_on && !out->terms.root.in_place)
+    return api_fail_with(call, 400, "CSV has no place for root motion: in_place=true drops it");
   tw_status status = api_times_read(&call->query, call->service->limits.max_times, call->arena, &out->times,
                                     &call->fault.error);
   return status == TW_OK ? API_DONE : api_fail(call);
@@ -201,7 +204,7 @@ api_outcome api_post_times(api_call *call) {
   if (call->effort != API_HEAVY) return API_NEEDS_THREAD;
   api_pose_request request;
   api_outcome outcome = read_request(call, &request);
-  if (outcome == API_DONE) outcome = api_times_of_body(call, &request.times, &request.retarget);
+  if (outcome == API_DONE) outcome = api_times_of_body(call, &request.times, &request.terms.retarget);
   if (outcome == API_DONE) outcome = api_model_take(call, call->id, NULL, &request.model_entry);
   return answer_post(call, outcome, true, &request);
 }

@@ -10,6 +10,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <string.h>
 
 /* By tw_key_form; plain values of a rotation are quaternions. */
 static const char *const kind_names[] = {"quaternion", "quaternion", "euler", "axis-angle"};
@@ -101,10 +102,12 @@ static uint32_t steps_most(const tw_clip_keys *clip) {
 typedef struct tracks_source {
   const tw_model *model;
   const tw_clip_keys *clip;
-  const tw_clip *mixed; /* in place of `clip`: one without keys; or NULL */
-  uint32_t max_keys;    /* of a track of it */
+  const tw_clip *made; /* in place of `clip`: one without keys; or NULL */
+  uint32_t max_keys;   /* of a track of it */
   const char *name;
   const char *retarget; /* of a borrowed clip, as in api_clip; else NULL */
+  uint32_t root_node;   /* whose motion is taken out; TW_NO_INDEX: of none */
+  unsigned root_axes;
   const uint32_t *feet; /* [foot_count]; NULL: found by their names */
   uint32_t foot_count;
   bool has_feet;   /* the request names them */
@@ -191,6 +194,23 @@ static tw_status print_whole(tw_text *text, const tracks_source *source, tw_erro
   return status;
 }
 
+/* Prints what the root motion comes to, from the first time to the last. */
+static void print_root(tw_text *text, const tracks_source *source) {
+  tw_trs end;
+  tw_text axes = {0};
+  char axis_list[16] = "";
+  tw_clip_root_at(source->made, tw_clip_duration(source->made), &end);
+  api_root_axes_print(source->root_axes, &axes);
+  if (!axes.failed && axes.size < sizeof axis_list) memcpy(axis_list, axes.data, axes.size);
+  tw_text_deinit(&axes);
+  tw_member_open(text, "root_motion", "{");
+  member_node(text, source->model, source->root_node);
+  tw_member_string(text, "axes", axis_list);
+  tw_member_floats(text, "translation", end.translation, 3);
+  tw_member_floats(text, "rotation", end.rotation, 4);
+  tw_text_add(text, "}");
+}
+
 static tw_status print_clip(tw_text *text, const tracks_source *source, tw_error *error) {
   const tw_model *model = source->model;
   const tw_clip_keys *clip = source->clip;
@@ -214,6 +234,7 @@ static tw_status print_clip(tw_text *text, const tracks_source *source, tw_error
   }
   tw_text_add(text, "]");
   tw_status status = print_whole(text, source, error);
+  if (source->root_node != TW_NO_INDEX) print_root(text, source);
   if (source->retarget) {
     tw_text_member(text, "retarget");
     tw_text_add(text, source->retarget);
@@ -224,14 +245,14 @@ static tw_status print_clip(tw_text *text, const tracks_source *source, tw_error
 
 /* ---- the answer ---------------------------------------------------------------------------------- */
 
-/* Finds keys that follow a mixed clip, and prints those. */
-static tw_status print_mixed(tw_text *out, const tracks_source *source, tw_error *error) {
+/* Finds keys that follow a clip without keys, and prints those. */
+static tw_status print_made(tw_text *out, const tracks_source *source, tw_error *error) {
   static const tw_tolerance tolerance = {0.05 / TW_DEGREES, 1e-4};
   tw_arena *arena = tw_arena_create();
   uint64_t steps = TW_REDUCTION_STEPS;
   tw_clip_keys keys;
   tw_tolerance reached;
-  tw_status status = arena ? tw_clip_reduce(source->mixed, NULL, tolerance, source->max_keys, &steps, arena,
+  tw_status status = arena ? tw_clip_reduce(source->made, NULL, tolerance, source->max_keys, &steps, arena,
                                             &keys, &reached, error)
                            : tw_fail(error, TW_NO_MEMORY, "out of memory");
   tracks_source plain = *source;
@@ -243,7 +264,7 @@ static tw_status print_mixed(tw_text *out, const tracks_source *source, tw_error
 
 static bool print_report(void *context, tw_text *out, api_fault *fault) {
   const tracks_source *source = context;
-  return (source->mixed ? print_mixed : print_clip)(out, source, &fault->error) == TW_OK ||
+  return (source->made ? print_made : print_clip)(out, source, &fault->error) == TW_OK ||
          api_fault_complete(fault);
 }
 
@@ -252,7 +273,7 @@ static const char *print_canonical(api_call *call, const api_clip_choices *choic
                                    const tracks_source *source) {
   tw_text text = {0};
   tw_text_add(&text, "clip=");
-  if (source->retarget)
+  if (source->retarget || choices->terms.root.is_on)
     api_clips_print(choices, &text);
   else
     tw_text_count(&text, api_clips_get(choices, 0).index);
@@ -286,11 +307,11 @@ static api_outcome take_clip(api_call *call, const api_clip_choices *choices, tr
   if (choices->count == 0 && model->clip_count == 0)
     return api_fail_with(call, 404, "the model has no clips");
   api_clip_choice choice = choices->count == 1 ? api_clips_get(choices, 0) : (api_clip_choice){0};
-  if (choices->count != 1 || (choice.lender[0] && !choices->retarget.is_auto))
+  if (choices->count != 1 || (choice.lender[0] && !choices->terms.retarget.is_auto))
     return api_fail_with(call, 400,
                          "the tracks of one clip are inspected: the model's own, or with "
                          "retarget=auto another model's");
-  if (!choice.lender[0] && !api_clip_is_mixed(model, choice.index)) {
+  if (!choice.lender[0] && !api_clip_is_mixed(model, choice.index) && !choices->terms.root.is_on) {
     source->clip = &model->clips[choice.index];
     source->name = tw_model_clip_name(model, choice.index, source->buffer);
     return API_DONE;
@@ -301,10 +322,12 @@ static api_outcome take_clip(api_call *call, const api_clip_choices *choices, tr
   api_call_warn(call, clip->warnings, clip->warning_count);
   uint64_t limit = call->service->limits.max_times;
   source->clip = clip->carried;
-  source->mixed = clip->is_mixed ? clip->compiled : NULL;
+  source->made = clip->is_made ? clip->compiled : NULL;
   source->max_keys = limit < UINT32_MAX ? (uint32_t)limit : UINT32_MAX;
   source->name = clip->name;
   source->retarget = clip->retarget;
+  source->root_node = clip->has_root ? clip->root_node : TW_NO_INDEX;
+  source->root_axes = choices->terms.root.axes;
   return API_DONE;
 }
 
@@ -322,13 +345,12 @@ static api_outcome reply(api_call *call, const api_clip_choices *choices, tracks
 
 static api_outcome answer_tracks(api_call *call, const tw_model *model) {
   api_clip_choices choices;
-  api_retarget retarget;
+  api_clip_terms terms;
   api_entry *entry = NULL;
-  tracks_source source = {.model = model};
+  tracks_source source = {.model = model, .root_node = TW_NO_INDEX};
   const char *text = api_query_get(&call->query, "clip");
-  api_outcome outcome = api_retarget_read(call, &retarget);
-  if (outcome == API_DONE) outcome = api_retarget_check(call, &retarget);
-  if (outcome == API_DONE) outcome = api_clips_choose(call, model, text, 1, &retarget, &choices);
+  api_outcome outcome = api_clip_terms_read(call, &terms);
+  if (outcome == API_DONE) outcome = api_clips_choose(call, model, text, 1, &terms, &choices);
   if (outcome == API_DONE) outcome = take_clip(call, &choices, &source, &entry);
   if (outcome == API_DONE) outcome = choose_feet(call, &source);
   if (outcome == API_DONE) outcome = reply(call, &choices, &source);

@@ -76,8 +76,11 @@ api_outcome api_scene_read(api_call *call, const char *meshes_alone, api_scene_q
   if (status == TW_OK && meshes_alone) status = take_meshes_alone(out, meshes_alone, error);
   if (status == TW_OK) status = check_together(out, error);
   if (status != TW_OK) return api_fail(call);
-  api_outcome outcome = api_retarget_read(call, &out->retarget);
-  return outcome == API_DONE ? api_retarget_check(call, &out->retarget) : outcome;
+  api_outcome outcome = api_clip_terms_read(call, &out->terms);
+  /* A moment shows the motion where it is not dropped; animations carry it. */
+  if (is_moment(out) && !out->terms.root.in_place) out->terms.root.is_on = false;
+  out->terms.root.is_carried = out->terms.root.is_on && !out->terms.root.in_place;
+  return outcome;
 }
 
 static void print_tolerance(const tw_tolerance *tolerance, tw_text *text) {
@@ -116,19 +119,19 @@ static api_outcome take_moving(api_call *call, const tw_model *model, api_surfac
 }
 
 /* Whether a chosen clip has to be compiled: the model's own clips of keys are kept as they are. */
-static bool is_compiled(const tw_model *model, const api_clip_choice *choice) {
-  return choice->lender[0] || api_clip_is_mixed(model, choice->index);
+static bool is_compiled(const tw_model *model, const api_clip_choice *choice, const api_clip_terms *terms) {
+  return choice->lender[0] || api_clip_is_mixed(model, choice->index) || terms->root.is_on;
 }
 
-/* Takes the borrowed and the mixed clips. */
+/* Takes the clips that are compiled. */
 static api_outcome take_lent(api_call *call, const tw_model *model, api_surface_scene *scene) {
   const api_clip_choices *choices = &scene->choices;
   scene->lent = tw_arena_alloc(call->arena, choices->count, sizeof *scene->lent);
   if (!scene->lent) return api_fail_without_memory(call);
   for (uint32_t i = 0; i < choices->count; i++) {
     const api_clip_choice choice = api_clips_get(choices, i);
-    if (!is_compiled(model, &choice)) continue;
-    const api_clip_choices alone = {1, &choice, choices->retarget};
+    if (!is_compiled(model, &choice, &choices->terms)) continue;
+    const api_clip_choices alone = {1, &choice, choices->terms};
     api_outcome outcome = api_clip_take(call, model, scene->is_stored, &alone, -1, &scene->lent[i]);
     if (outcome != API_DONE) return outcome;
   }
@@ -139,7 +142,7 @@ api_outcome api_scene_take_clips(api_call *call, const tw_model *model, bool is_
                                  api_surface_scene *scene) {
   bool has_times = scene->query.times.is_given;
   api_outcome outcome = api_clips_choose(call, model, scene->query.clips, has_times ? 1 : UINT32_MAX,
-                                         &scene->query.retarget, &scene->choices);
+                                         &scene->query.terms, &scene->choices);
   if (outcome != API_DONE) return outcome;
   scene->is_stored = is_stored;
   if (is_baked_at_rest(&scene->query) && scene->choices.count > 0)
@@ -350,7 +353,7 @@ static bool gather_clips(api_call *call, const tw_model *model, const api_surfac
       (*out)[i] = *lent->carried;
     else
       (*out)[i].name = lent->name;
-    (*mixed)[i] = lent && lent->is_mixed ? lent->compiled : NULL;
+    (*mixed)[i] = lent && lent->is_made ? lent->compiled : NULL;
   }
   return true;
 }
@@ -459,6 +462,43 @@ static api_outcome pose_model(api_call *call, const tw_model *model, api_surface
   return pose_weights(call, model, time, scene);
 }
 
+/* ---- a node for the root motion ------------------------------------------------------------------- */
+
+/* Finds the node above which the clips' root motion needs one more; TW_NO_INDEX where it needs none. */
+static api_outcome find_raised(api_call *call, const api_surface_scene *scene, uint32_t *out) {
+  *out = TW_NO_INDEX;
+  for (uint32_t i = 0; i <= scene->choices.count; i++) {
+    api_entry *entry = i == scene->choices.count ? scene->moving : scene->lent ? scene->lent[i] : NULL;
+    const api_clip *clip = entry ? api_entry_value(entry) : NULL;
+    if (!clip || !clip->root_is_above) continue;
+    if (*out != TW_NO_INDEX && *out != clip->root_node)
+      return api_fail_with(call, 422, "the clips travel by different nodes: name one as root_motion");
+    *out = clip->root_node;
+  }
+  return API_DONE;
+}
+
+/* The model with a node above one of its roots, which carries the root motion. NULL without memory. */
+static const tw_model *raise_root(tw_arena *arena, const tw_model *model, uint32_t root) {
+  static const char *const names[] = {"root", "root_motion"};
+  tw_model *raised = api_copy_nodes(arena, model, 1);
+  if (!raised) return NULL;
+  bool is_taken = tw_model_find_node(model, names[0], strlen(names[0])) != TW_NO_INDEX;
+  uint32_t added = raised->node_count++;
+  raised->nodes[added] = (tw_node){.name = names[is_taken],
+                                   .parent = TW_NO_INDEX,
+                                   .mesh = TW_NO_INDEX,
+                                   .skin = TW_NO_INDEX,
+                                   .rest = TW_TRS_IDENTITY,
+                                   .is_hidden = model->nodes[root].is_hidden};
+  raised->nodes[root].parent = added;
+  memmove(raised->node_order + 1, raised->node_order, model->node_count * sizeof *raised->node_order);
+  raised->node_order[0] = added;
+  return raised;
+}
+
+/* ---- the answer's model ---------------------------------------------------------------------------- */
+
 static api_outcome bake_model(api_call *call, const tw_model *model, const api_surface_query *surface,
                               api_surface_scene *scene) {
   bool rests = is_baked_at_rest(&scene->query);
@@ -477,6 +517,11 @@ static api_outcome bake_model(api_call *call, const tw_model *model, const api_s
 
 api_outcome api_scene_pose(api_call *call, const tw_model *model, const api_surface_query *surface,
                            api_surface_scene *scene) {
+  uint32_t raised;
+  api_outcome found = find_raised(call, scene, &raised);
+  if (found != API_DONE) return found;
+  if (raised != TW_NO_INDEX) model = raise_root(call->arena, model, raised);
+  if (!model) return api_fail_without_memory(call);
   scene->content.model = model;
   scene->meshes = api_plan_all(model);
   if (scene->query.is_baked) return bake_model(call, model, surface, scene);

@@ -15,10 +15,10 @@ typedef struct api_reduction {
 
 /* The parameters. */
 typedef struct api_scene_query {
-  const char *clips;     /* as in api_clips_choose; NULL: all clips, or the first with times */
-  api_retarget retarget; /* as in api_clips_choose */
-  bool is_bare;          /* meshes=none */
-  bool is_baked;         /* skin=bake */
+  const char *clips;    /* as in api_clips_choose; NULL: all clips, or the first with times */
+  api_clip_terms terms; /* as in api_clips_choose */
+  bool is_bare;         /* meshes=none */
+  bool is_baked;        /* skin=bake */
   api_reduction reduction;
   api_times times;
 } api_scene_query;
@@ -30,7 +30,7 @@ typedef struct api_surface_scene {
   bool is_stored;
   /* Released by api_scene_release. */
   api_entry *moving;  /* the merged clips, if times are given; else NULL */
-  api_entry **lent;   /* [choices.count] borrowed and mixed clips; NULL for the model's own keys */
+  api_entry **lent;   /* [choices.count] clips that are compiled; NULL for the model's own keys */
   api_entry *reduced; /* the reduced tracks, or NULL */
   tw_scene content;   /* this room fills in model, pose, posed_by, weights, clips; the caller the rest */
   api_plan_meshes meshes;

@@ -407,7 +407,8 @@ static tw_clip *clip_alloc(const tw_clip_keys *keys, uint32_t node_count) {
                     .node_count = node_count,
                     .track_count = keys->track_count,
                     .duration = tw_keys_duration(keys),
-                    .cost = 1};
+                    .cost = 1,
+                    .leaves = 1};
   clip->tracks = tw_arena_alloc(arena, keys->track_count, sizeof *clip->tracks);
   clip->timelines = tw_arena_alloc(arena, keys->track_count, sizeof *clip->timelines);
   clip->others = tw_arena_alloc(arena, keys->track_count, sizeof *clip->others);
@@ -472,6 +473,10 @@ uint32_t tw_clip_find(const tw_clip *clip, uint32_t node, tw_path path) {
 
 uint32_t tw_clip_width(const tw_clip *clip, uint32_t track) {
   return clip->tracks[track].width;
+}
+
+uint32_t tw_clip_cost(const tw_clip *clip) {
+  return clip->leaves;
 }
 
 uint32_t tw_clip_track_count(const tw_clip *clip) {

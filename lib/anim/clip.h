@@ -53,7 +53,8 @@ struct tw_clip {
   void *making;               /* what the kind needs */
   uint32_t part_count, depth; /* depth: of clips made of clips, below one another; 0 for a plain clip */
   struct tw_clip **parts;     /* [part_count] the clips that it is made of, which it owns */
-  uint32_t cost;              /* plain clips that one evaluation asks; at least 1 */
+  uint32_t cost;              /* samples of plain clips that one sample takes; at least 1 */
+  uint32_t leaves;            /* plain clips that it is made of, itself if it is one */
 };
 
 /* tw_clip_pose of some nodes alone. first: a multiple of TW_POSE_BLOCK; count: as many, or what is left of

@@ -539,6 +539,7 @@ static bool build_mixed(const tw_mix_job *job, tw_clip *clip) {
     parts[l] = job->clips[l];
     if (parts[l]->depth >= clip->depth) clip->depth = parts[l]->depth + 1;
     clip->cost += parts[l]->cost;
+    clip->leaves += parts[l]->leaves;
   }
   clip->kind = &kind;
   clip->making = mix;

@@ -222,6 +222,8 @@ uint32_t tw_clip_width(const tw_clip *clip, uint32_t track); /* numbers in a sam
 uint32_t tw_clip_track_count(const tw_clip *clip);
 /* The node that a track moves; *path receives which part of it. */
 uint32_t tw_clip_target(const tw_clip *clip, uint32_t track, tw_path *path);
+/* How many clips of keys posing it asks, at least 1. */
+uint32_t tw_clip_cost(const tw_clip *clip);
 /* The track that moves a node's path; TW_NO_INDEX where there is none. O(tracks). */
 uint32_t tw_clip_find(const tw_clip *clip, uint32_t node, tw_path path);
 
