@@ -23,7 +23,8 @@ export class Daemon {
 
   async start() {
     const binary = process.env.TESTED_BINARY ?? join(root, 'build/tweend');
-    const flags = ['--listen', this.listen, '--data', join(this.folder, 'data'), '--log-level', 'warn', ...this.flags];
+    // A test that computes for long leaves its connections idle; the next request may not find them closed.
+    const flags = ['--listen', this.listen, '--data', join(this.folder, 'data'), '--log-level', 'warn', '--idle-timeout', '1h', ...this.flags];
     const [command, ...rest] = [...this.runner, binary, ...flags];
     this.process = spawn(command, rest, { stdio: ['ignore', 'pipe', 'inherit'], env: { ...process.env, ...this.env } });
     this.exit = once(this.process, 'exit');
