@@ -20,6 +20,10 @@ api_outcome api_fail_in_document(api_call *call) {
   return api_fail(call);
 }
 
+api_outcome api_outcome_of(api_call *call, tw_status status) {
+  return status == TW_OK ? API_DONE : api_fail(call);
+}
+
 api_outcome api_fail_with(api_call *call, int status, const char *format, ...) {
   char detail[sizeof call->fault.error.detail];
   va_list arguments;

@@ -46,6 +46,8 @@ typedef struct api_call {
 api_outcome api_fail(api_call *call);
 /* The same for an error in the document that the body holds. */
 api_outcome api_fail_in_document(api_call *call);
+/* Goes on, or fails where the library did. */
+api_outcome api_outcome_of(api_call *call, tw_status status);
 /* Fails with an HTTP status. */
 api_outcome api_fail_with(api_call *call, int status, const char *format, ...) TW_PRINTF(3, 4);
 api_outcome api_fail_without_memory(api_call *call);

@@ -2,7 +2,7 @@
 #ifndef API_HANDLERS_H
 #define API_HANDLERS_H
 
-#include "call.h"
+#include "rules.h"
 
 typedef enum api_takes {
   API_TAKES_NOTHING,
@@ -25,9 +25,9 @@ struct api_route {
   const char *tail;   /* what follows the id in the path of a model; else NULL */
   api_takes takes;
   api_access access;
-  bool has_extensions;           /* the path may end in "." and the extension of an offer */
-  const api_offer *offers;       /* the first is the default; ends with a NULL type */
-  const char *const *parameters; /* names of the parameters that the query may have, NULL-terminated */
+  bool has_extensions;        /* the path may end in "." and the extension of an offer */
+  const api_offer *offers;    /* the first is the default; ends with a NULL type */
+  const api_rule *parameters; /* that the query may have */
   api_outcome (*handle)(api_call *call);
 };
 

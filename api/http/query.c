@@ -55,25 +55,7 @@ static tw_status decode(const char *text, size_t length, tw_arena *arena, const 
   return TW_OK;
 }
 
-static tw_status fail_unknown(const char *name, const char *const *known, tw_error *error) {
-  char list[220];
-  tw_names_join(known, list, sizeof list);
-  if (!list[0]) return tw_fail(error, TW_SYNTAX, "unknown parameter \"%.60s\": none is known here", name);
-  return tw_fail(error, TW_SYNTAX, "unknown parameter \"%.60s\";%s known: %s", name,
-                 api_near_of(name, known).text, list);
-}
-
-/* exp and sig belong to signed URLs (signed_url.h) and are allowed on every route. */
-static bool is_known(const char *name, const char *const *known) {
-  if (!known || strcmp(name, "exp") == 0 || strcmp(name, "sig") == 0) return true;
-  for (; *known; known++)
-    if (strcmp(name, *known) == 0) return true;
-  return false;
-}
-
-static tw_status add(api_parameter *parameters, size_t *count, api_parameter fresh, const char *const *known,
-                     tw_error *error) {
-  if (!is_known(fresh.name, known)) return fail_unknown(fresh.name, known, error);
+static tw_status add(api_parameter *parameters, size_t *count, api_parameter fresh, tw_error *error) {
   for (size_t i = 0; i < *count; i++)
     if (strcmp(parameters[i].name, fresh.name) == 0)
       return tw_fail(error, TW_SYNTAX, "parameter \"%s\" is given twice", fresh.name);
@@ -82,8 +64,7 @@ static tw_status add(api_parameter *parameters, size_t *count, api_parameter fre
   return TW_OK;
 }
 
-tw_status api_query_read(const char *text, const char *const *known, tw_arena *arena, api_query *out,
-                         tw_error *error) {
+tw_status api_query_read(const char *text, tw_arena *arena, api_query *out, tw_error *error) {
   size_t room = 1; /* most queries are short */
   for (const char *c = text; *c && room < PARAMETERS_MAX; c++) room += *c == '&';
   api_parameter *parameters = tw_arena_alloc(arena, room, sizeof *parameters);
@@ -99,7 +80,7 @@ tw_status api_query_read(const char *text, const char *const *known, tw_arena *a
       tw_status status = decode(text, name_length, arena, &fresh.name, error);
       if (status == TW_OK)
         status = decode(text + value_start, length - value_start, arena, &fresh.value, error);
-      if (status == TW_OK) status = add(parameters, &count, fresh, known, error);
+      if (status == TW_OK) status = add(parameters, &count, fresh, error);
       if (status != TW_OK) return status;
     }
     text += length;

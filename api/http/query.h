@@ -1,4 +1,4 @@
-/* Query strings, read strictly: unknown, repeated or undecodable parameters are errors. */
+/* Query strings, read strictly: repeated or undecodable parameters are errors. */
 #ifndef API_QUERY_H
 #define API_QUERY_H
 
@@ -14,10 +14,9 @@ typedef struct api_query {
   const api_parameter *parameters;
 } api_query;
 
-/* text: as on the wire, without '?'. known: NULL-terminated names; NULL: any name is allowed. TW_SYNTAX: a
- * bad escape, an unknown or repeated name. A '+' is a space, as forms send it. */
-tw_status api_query_read(const char *text, const char *const *known, tw_arena *arena, api_query *out,
-                         tw_error *error);
+/* text: as on the wire, without '?'. TW_SYNTAX: a bad escape, or a repeated name. A '+' is a space, as forms
+ * send it. */
+tw_status api_query_read(const char *text, tw_arena *arena, api_query *out, tw_error *error);
 
 /* The value, or NULL when the parameter is absent. */
 const char *api_query_get(const api_query *query, const char *name);

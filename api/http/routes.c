@@ -7,42 +7,83 @@
 #include "models.h"
 #include "near_names.h"
 #include "service.h"
+#include "surface_query.h"
 
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-static const char *const no_parameters[] = {NULL};
-static const char *const name_parameters[] = {"name", NULL};
-static const char *const source_parameters[] = {"download", NULL};
-static const char *const list_parameters[] = {"limit", "after", NULL};
-
-static const char *const coarsen_parameters[] = {"mesh",  "levels", "scheme", "boundary",
-                                                 "quads", "name",   NULL};
-
-static const char *const edits_parameters[] = {"quads", "name", NULL};
-static const char *const detail_parameters[] = {"mesh", "level", "quads", "name", NULL};
-
-static const char *const surface_parameters[] = {
-    "level",       "scheme",    "boundary", "uv",        "creasing",    "creases",  "crease_sharpness",
-    "triangles",   "weld",      "quads",    "limit",     "normals",     "clip",     "at",
-    "from",        "to",        "fps",      "tolerance", "tolerance_m", "skin",     "meshes",
-    "encoding",    "polygons",  "details",  "download",  "influences",  "retarget", "map",
-    "root_motion", "root_axes", "in_place", "unit",      "scale",       "shells",   NULL};
-static const char *const tracks_parameters[] = {"clip",        "feet",      "retarget", "map",
-                                                "root_motion", "root_axes", "in_place", NULL};
-static const char *const pose_parameters[] = {"clip",          "at",        "from",     "to",       "fps",
-                                              "space",         "as",        "order",    "unit",     "nodes",
-                                              "interpolation", "loop",      "skinning", "retarget", "map",
-                                              "root_motion",   "root_axes", "in_place", NULL};
-static const char *const bvh_parameters[] = {"clip",        "from",          "to",       "fps",      "order",
-                                             "nodes",       "interpolation", "loop",     "retarget", "map",
-                                             "root_motion", "root_axes",     "in_place", NULL};
-static const char *const live_parameters[] = {"clip",        "speed",         "fps",      "from",     "start",
-                                              "loop",        "space",         "as",       "order",    "unit",
-                                              "nodes",       "interpolation", "skinning", "retarget", "map",
-                                              "root_motion", "root_axes",     "in_place", NULL};
+/* Read by the handlers. */
+static const api_rule no_parameters[] = {{0}};
+static const api_rule name_parameters[] = {{.name = "name"}, {0}};
+static const api_rule source_parameters[] = {{.name = "download"}, {0}};
+static const api_rule list_parameters[] = {{.name = "limit"}, {.name = "after"}, {0}};
+static const api_rule coarsen_parameters[] = {{.name = "mesh"},
+                                              {.name = "levels"},
+                                              {.name = "scheme"},
+                                              {.name = "boundary"},
+                                              {.name = "quads"},
+                                              {.name = "name"},
+                                              {0}};
+static const api_rule edits_parameters[] = {{.name = "quads"}, {.name = "name"}, {0}};
+static const api_rule detail_parameters[] = {
+    {.name = "mesh"}, {.name = "level"}, {.name = "quads"}, {.name = "name"}, {0}};
+static const api_rule tracks_parameters[] = {
+    {.name = "clip"},        {.name = "feet"},      {.name = "retarget"}, {.name = "map"},
+    {.name = "root_motion"}, {.name = "root_axes"}, {.name = "in_place"}, {0}};
+static const api_rule pose_parameters[] = {{.name = "clip"},
+                                           {.name = "at"},
+                                           {.name = "from"},
+                                           {.name = "to"},
+                                           {.name = "fps"},
+                                           {.name = "space"},
+                                           {.name = "as"},
+                                           {.name = "order"},
+                                           {.name = "unit"},
+                                           {.name = "nodes"},
+                                           {.name = "interpolation"},
+                                           {.name = "loop"},
+                                           {.name = "skinning"},
+                                           {.name = "retarget"},
+                                           {.name = "map"},
+                                           {.name = "root_motion"},
+                                           {.name = "root_axes"},
+                                           {.name = "in_place"},
+                                           {0}};
+static const api_rule bvh_parameters[] = {{.name = "clip"},
+                                          {.name = "from"},
+                                          {.name = "to"},
+                                          {.name = "fps"},
+                                          {.name = "order"},
+                                          {.name = "nodes"},
+                                          {.name = "interpolation"},
+                                          {.name = "loop"},
+                                          {.name = "retarget"},
+                                          {.name = "map"},
+                                          {.name = "root_motion"},
+                                          {.name = "root_axes"},
+                                          {.name = "in_place"},
+                                          {0}};
+static const api_rule live_parameters[] = {{.name = "clip"},
+                                           {.name = "speed"},
+                                           {.name = "fps"},
+                                           {.name = "from"},
+                                           {.name = "start"},
+                                           {.name = "loop"},
+                                           {.name = "space"},
+                                           {.name = "as"},
+                                           {.name = "order"},
+                                           {.name = "unit"},
+                                           {.name = "nodes"},
+                                           {.name = "interpolation"},
+                                           {.name = "skinning"},
+                                           {.name = "retarget"},
+                                           {.name = "map"},
+                                           {.name = "root_motion"},
+                                           {.name = "root_axes"},
+                                           {.name = "in_place"},
+                                           {0}};
 
 static const api_offer json_offers[] = {{"json", "application/json", true}, {0}};
 static const api_offer page_offers[] = {{"", "text/html", true}, {0}};
@@ -51,7 +92,7 @@ static const api_offer types_offers[] = {{"", "application/typescript", true}, {
 static const api_offer text_offers[] = {{"", "text/plain", true}, {0}};
 /* Any type: the handler sends the media type of the format in which the model is stored. */
 static const api_offer source_offers[] = {{"source", "*/*", false}, {0}};
-/* In the order of surface_form in surfaces.c. */
+/* In the order of api_surface_form. */
 static const api_offer surface_offers[] = {{"glb", "model/gltf-binary", false},
                                            {"gltf", "model/gltf+json", false},
                                            {"obj", "model/obj", true},
@@ -106,9 +147,9 @@ static const api_route routes[] = {
      api_post_coarsen},
     {"GET", OF_MODEL("/source"), API_TAKES_NOTHING, API_READS, false, source_offers, source_parameters,
      api_get_source},
-    {"GET", OF_MODEL("/surface"), API_TAKES_NOTHING, API_READS, true, surface_offers, surface_parameters,
+    {"GET", OF_MODEL("/surface"), API_TAKES_NOTHING, API_READS, true, surface_offers, api_surface_rules,
      api_get_surface},
-    {"POST", WHOLE("/v1/surface"), API_TAKES_MODEL, API_READS, true, surface_offers, surface_parameters,
+    {"POST", WHOLE("/v1/surface"), API_TAKES_MODEL, API_READS, true, surface_offers, api_surface_rules,
      api_post_surface},
     {"GET", OF_MODEL("/tracks"), API_TAKES_NOTHING, API_READS, false, json_offers, tracks_parameters,
      api_get_tracks},
@@ -351,8 +392,9 @@ static api_outcome admit_route(api_call *call) {
 
 /* Checks the query and the other headers. API_CONTINUE: the body may come. */
 static api_outcome admit_rest(api_call *call) {
-  if (api_query_read(call->request->query, call->route->parameters, call->arena, &call->query,
-                     &call->fault.error) != TW_OK)
+  tw_error *error = &call->fault.error;
+  if (api_query_read(call->request->query, call->arena, &call->query, error) != TW_OK ||
+      api_rules_admit(call->route->parameters, &call->query, error) != TW_OK)
     return api_fail(call);
   api_outcome outcome = choose_offer(call);
   if (outcome == API_CONTINUE) choose_coding(call);

@@ -62,8 +62,11 @@ static api_outcome read_url(api_call *call, const char *url, const char **path, 
   const api_route *route = call->find_route("GET", *path);
   if (!route) return fail_url(call, "nothing is at this path");
   const char *text = start[length] ? start + length + 1 : "";
-  if (api_query_read(text, route->parameters, call->arena, query, &call->fault.error) != TW_OK) {
-    strcpy(call->fault.error.pointer, "/url");
+  tw_error *error = &call->fault.error;
+  tw_status status = api_query_read(text, call->arena, query, error);
+  if (status == TW_OK) status = api_rules_admit(route->parameters, query, error);
+  if (status != TW_OK) {
+    strcpy(error->pointer, "/url");
     return api_fail_in_document(call);
   }
   if (api_query_get(query, "exp") || api_query_get(query, "sig"))

@@ -80,7 +80,7 @@ api_signature api_signed_url_judge(api_call *call, const api_keys *keys) {
    * checked. */
   api_fault unread = {0};
   bool is_read = strstr(request->query, "sig=") &&
-                 api_query_read(request->query, NULL, call->arena, &query, &unread.error) == TW_OK;
+                 api_query_read(request->query, call->arena, &query, &unread.error) == TW_OK;
   const char *signature = is_read ? api_query_get(&query, "sig") : NULL;
   if (!signature) return API_SIGNATURE_NONE;
   uint64_t end_s = 0;

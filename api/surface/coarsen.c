@@ -42,12 +42,13 @@ static api_outcome coarsen(api_remade *remade) {
   tw_error *error = &call->fault.error;
   api_surface_query query;
   uint32_t levels = 0;
-  tw_status status = api_surface_query_begin(&call->query, &query, error);
-  if (status == TW_OK) status = read_levels(&call->query, &levels, error);
+  if (api_surface_query_read(call, &query) != API_DONE) return API_FAILED;
+  tw_status status = read_levels(&call->query, &levels, error);
   if (status == TW_OK) status = api_remade_choose(remade, api_query_get(&call->query, "mesh"), error);
   if (status != TW_OK) return api_fail(call);
   const tw_mesh *mesh = &remade->model->meshes[remade->mesh];
   query.level = levels;
+  query.normals = API_NORMALS_NONE;
   const tw_surface_options options = api_surface_options(&query, mesh);
   tw_coarsened found;
   if (find_cage(remade, &options, &found, error) != TW_OK) return api_fail(call);

@@ -25,12 +25,6 @@ typedef struct detail_request {
 
 /* ---- the level ----------------------------------------------------------------------------------------- */
 
-static tw_status read_level(const api_query *query, uint64_t *out, tw_error *error) {
-  if (!api_query_get(query, "level"))
-    return tw_fail(error, TW_SYNTAX, "level is missing: the level whose points the body has");
-  return api_query_count(query, "level", out, error);
-}
-
 static bool shows(const tw_model *model, uint32_t node, uint32_t mesh) {
   return model->nodes[node].mesh == mesh && !model->nodes[node].is_hidden;
 }
@@ -77,21 +71,20 @@ static tw_status find_place(detail_request *request) {
 }
 
 /* Reads the query and counts the points, so that limits are checked before the body is read. */
-static tw_status read_query(detail_request *request) {
+static api_outcome read_query(detail_request *request) {
   api_remade *remade = request->remade;
-  const api_query *query = &remade->call->query;
-  tw_error *error = &remade->call->fault.error;
-  tw_status status = api_surface_query_begin(query, &request->query, error);
-  if (status == TW_OK) status = read_level(query, &request->query.level, error);
-  if (status == TW_OK) status = api_remade_choose(remade, api_query_get(query, "mesh"), error);
-  if (status != TW_OK) return status;
-  request->query.normals = true;
+  api_call *call = remade->call;
+  const char *mesh = api_query_get(&call->query, "mesh");
+  if (!api_query_get(&call->query, "level"))
+    return api_fail_with(call, 400, "level is missing: the level whose points the body has");
+  if (api_surface_query_read(call, &request->query) != API_DONE) return API_FAILED;
+  if (api_remade_choose(remade, mesh, &call->fault.error) != TW_OK) return api_fail(call);
   request->options = api_surface_options(&request->query, &remade->model->meshes[remade->mesh]);
   request->node = TW_NO_INDEX;
   for (uint32_t n = 0; n < remade->model->node_count && request->node == TW_NO_INDEX; n++)
     if (shows(remade->model, n, remade->mesh)) request->node = n;
-  status = find_place(request);
-  return status == TW_OK ? count_points(request, remade->mesh, &request->rows) : status;
+  tw_status status = find_place(request);
+  return api_outcome_of(call, status == TW_OK ? count_points(request, remade->mesh, &request->rows) : status);
 }
 
 /* ---- the points ---------------------------------------------------------------------------------------- */
@@ -312,7 +305,8 @@ static api_outcome sculpt(detail_request *request) {
 
 static api_outcome answer_detail(api_remade *remade) {
   detail_request request = {.remade = remade};
-  api_outcome outcome = read_query(&request) == TW_OK ? read_points(&request) : api_fail(remade->call);
+  api_outcome outcome = read_query(&request);
+  if (outcome == API_DONE) outcome = read_points(&request);
   if (outcome == API_DONE) outcome = take_points(&request);
   return outcome == API_DONE ? sculpt(&request) : outcome;
 }

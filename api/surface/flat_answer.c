@@ -23,11 +23,12 @@ api_outcome api_flat_read(api_call *call, const char *fallback, api_flat_query *
   if (status == TW_OK) status = api_query_number(query, "scale", &out->scale, error);
   if (status == TW_OK && !(out->scale >= 1e-9 && out->scale <= 1e9))
     status = tw_fail(error, TW_SYNTAX, "scale must be from 1e-9 to 1e9");
-  out->unit = &units[unit];
+  out->unit = fallback ? &units[unit] : NULL;
   return status == TW_OK ? API_DONE : api_fail(call);
 }
 
 void api_flat_print(const api_flat_query *query, tw_text *text) {
+  if (!query->unit) return;
   tw_text_add(text, "&unit=");
   tw_text_add(text, query->unit->name);
   tw_text_add(text, query->is_unit_given ? "" : "?"); /* the answer tells of a default */

@@ -12,7 +12,7 @@ typedef struct api_length_unit {
 } api_length_unit;
 
 typedef struct api_flat_query {
-  const api_length_unit *unit;
+  const api_length_unit *unit; /* NULL: the lengths are the model's */
   bool is_unit_given;
   double scale; /* of the model, besides the unit */
 } api_flat_query;

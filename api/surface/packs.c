@@ -12,13 +12,6 @@ typedef struct packs_source {
   const api_packs_query *query;
 } packs_source;
 
-void api_encoding_print(tw_encoding encoding, tw_text *text) {
-  static const char *const names[] = {"float", "quantized", "meshopt"};
-  tw_text_add(text, "&encoding=");
-  tw_text_add(text, names[encoding]);
-  if (encoding == TW_ENCODING_MESHOPT) tw_text_integer(text, tw_meshopt_version());
-}
-
 static void destroy_packs(void *value) {
   api_packs *packs = value;
   for (uint32_t i = 0; i < packs->count; i++) tw_packs_destroy(packs->list[i]);
@@ -66,13 +59,11 @@ static bool build_packs(void *context, api_built *out, api_fault *fault) {
   return true;
 }
 
-/* NULL without memory. */
-static const char *make_key(api_call *call, const api_packs_query *query, const char *surfaces) {
+/* Unmeasured packs are others. NULL without memory. */
+static const char *make_key(api_call *call, const api_packs_query *query, const char *key) {
   tw_text text = {0};
-  tw_text_add(&text, call->id);
-  tw_text_add(&text, query->is_measured ? "/packs?measured&" : "/packs?");
-  tw_text_add(&text, surfaces);
-  api_encoding_print(query->encoding, &text);
+  tw_text_add(&text, key);
+  tw_text_add(&text, query->is_measured ? "&measured" : "");
   return api_text_keep(&text, call->arena);
 }
 

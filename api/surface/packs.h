@@ -17,13 +17,9 @@ typedef struct api_packs_query {
   bool is_measured;
 } api_packs_query;
 
-/* Prints the encoding, for keys and entity tags; for meshopt with the codec's version, as another version may
- * produce other bytes. */
-void api_encoding_print(tw_encoding encoding, tw_text *text);
-
 /* Takes the packs: *out holds an api_packs. model: its meshes are those of the plan's surfaces. key:
- * identifies the surfaces, so that the packs are cached; NULL: for this request alone. Outcomes as in
- * api_call_take. */
+ * of the surfaces and the encoding, so that the packs are cached; NULL: for this request alone. Outcomes as
+ * in api_call_take. */
 api_outcome api_packs_take(api_call *call, const tw_model *model, const api_plan *plan,
                            const api_packs_query *query, const char *key, api_entry **out);
 

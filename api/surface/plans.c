@@ -11,65 +11,20 @@ static int choose(int asked, int tagged, int fallback) {
   return asked >= 0 ? asked : tagged >= 0 ? tagged : fallback;
 }
 
-tw_status api_surface_query_begin(const api_query *query, api_surface_query *out, tw_error *error) {
-  static const char *const schemes[] = {"catmull-clark", "loop", "bilinear", NULL};
-  static const char *const boundaries[] = {"edge-and-corner", "edge-only", "none", "open", NULL};
-  *out = (api_surface_query){.scheme = -1,
-                             .boundary = -1,
-                             .uv = -1,
-                             .creasing = -1,
-                             .triangles = -1,
-                             .details = true,
-                             .creases = TW_CREASES_FILE,
-                             .crease_sharpness = TW_SHARPNESS_INFINITE};
-  tw_status status = api_query_choice(query, "scheme", schemes, &out->scheme, error);
-  return status == TW_OK ? api_query_choice(query, "boundary", boundaries, &out->boundary, error) : status;
-}
-
 tw_surface_options api_surface_options(const api_surface_query *query, const tw_mesh *mesh) {
   return (tw_surface_options){
       .level = query->level < UINT32_MAX ? (uint32_t)query->level : UINT32_MAX,
-      .scheme = (tw_scheme)choose(query->scheme, TW_TAG_UNSET, TW_CATMULL_CLARK),
+      .scheme = (tw_scheme)query->scheme,
       .boundary = (tw_boundary)choose(query->boundary, mesh->tag_boundary, TW_BOUNDARY_EDGE_AND_CORNER),
       .uv = (tw_uv_rule)choose(query->uv, mesh->tag_uv, TW_UV_CORNERS_ONLY),
       .creasing = (tw_creasing)choose(query->creasing, mesh->tag_creasing, TW_CREASE_UNIFORM),
       .triangles = (tw_triangles)choose(query->triangles, mesh->tag_triangles, TW_TRIANGLES_CATMULL_CLARK),
       .limit = query->limit,
-      .normals = query->normals,
+      .normals = query->normals != API_NORMALS_NONE,
       .own_normals = query->own_normals,
       .tagged = query->tagged,
-      .influences = query->influences,
+      .influences = (uint32_t)query->influences,
   };
-}
-
-void api_surface_query_print(const api_surface_query *query, tw_text *text) {
-  const struct {
-    const char *name;
-    int64_t value;
-  } parts[] = {
-      {"level", (int64_t)query->level}, {"scheme", query->scheme < 0 ? TW_CATMULL_CLARK : query->scheme},
-      {"boundary", query->boundary},    {"uv", query->uv},
-      {"creasing", query->creasing},    {"triangles", query->triangles},
-      {"quads", query->reading.quads},  {"limit", query->limit},
-      {"normals", query->normals},      {"own", query->own_normals},
-      {"tagged", query->tagged},        {"holes", query->with_holes},
-      {"details", query->details},      {"influences", query->influences}};
-  for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
-    tw_text_add(text, i ? "&" : "");
-    tw_text_add(text, parts[i].name);
-    tw_text_add(text, "=");
-    tw_text_integer(text, parts[i].value);
-  }
-  tw_text_add(text, "&weld=");
-  tw_text_integer(text, query->reading.weld);
-  tw_text_add(text, "/");
-  tw_text_double(text, query->reading.distance);
-  tw_text_add(text, "&creases=");
-  tw_text_integer(text, query->creases);
-  tw_text_add(text, "/");
-  tw_text_double(text, query->crease_degrees);
-  tw_text_add(text, "/");
-  tw_text_double(text, (double)query->crease_sharpness);
 }
 
 /* ---- limits ------------------------------------------------------------------------------------ */
@@ -290,11 +245,8 @@ static bool build_plan(void *context, api_built *out, api_fault *fault) {
 static api_outcome take_source(api_call *call, const api_plan_meshes *meshes, bool is_stored,
                                const api_surface_query *query, api_entry **out) {
   plan_source source = {call, meshes, query};
-  tw_text text = {0};
-  tw_text_add(&text, call->id);
-  tw_text_add(&text, meshes->uses ? "/surface?skin=bake&" : "/surface?");
-  api_surface_query_print(query, &text);
-  const char *key = api_text_keep(&text, call->arena);
+  const char *head = meshes->uses ? "/surface?skin=bake" : "/surface?";
+  const char *key = api_surface_key_print(call, query, API_KEY_PLAN, head);
   if (!key) return api_fail_without_memory(call);
   return api_call_take(call, is_stored ? key : NULL, build_plan, &source, out);
 }

@@ -6,28 +6,8 @@
 
 #include "cache.h"
 #include "call.h"
-#include "tweend/format.h"
+#include "surface_query.h"
 #include "tweend/shells.h"
-#include "upload.h"
-
-/* The parameters of the surface itself. -1: not given, so the file's own tags apply. */
-typedef struct api_surface_query {
-  uint64_t level; /* as given; api_plan_check checks it */
-  int scheme, boundary, uv, creasing, triangles;
-  api_reading reading; /* how the model is read */
-  bool limit, normals;
-  bool own_normals;    /* keep the file's normals, at level 0 */
-  bool tagged;         /* keep the tags of the cage, at level 0 */
-  bool with_holes;     /* holes become faces (tw_mesh_open_holes), details are left out */
-  bool details;        /* apply the details of the mesh's levels */
-  uint32_t influences; /* the most influences of a point, 0: all of the file's */
-  tw_creases creases;
-  double crease_degrees;  /* of TW_CREASES_ANGLE, else 0 */
-  float crease_sharpness; /* of the edges that `creases` adds, else 0 */
-} api_surface_query;
-
-/* Fills in the defaults, then reads scheme and boundary. TW_SYNTAX. */
-tw_status api_surface_query_begin(const api_query *query, api_surface_query *out, tw_error *error);
 
 /* The meshes of a plan. */
 typedef struct api_plan_meshes {
@@ -91,8 +71,5 @@ tw_status api_plan_shells(api_plan *plan, const tw_parallel_for *parallel, tw_so
 
 /* Whether the shells are known. */
 bool api_plan_knows_shells(const api_plan *plan);
-
-/* Prints all values of the query, for keys and entity tags. */
-void api_surface_query_print(const api_surface_query *query, tw_text *text);
 
 #endif

@@ -79,11 +79,11 @@ static void print_edges(tw_text *text, uint64_t open, uint64_t crowded, uint64_t
 
 tw_status api_print_solid(api_call *call, const api_surface_request *request, tw_text *text) {
   tw_solid solid;
-  tw_status status = tw_scene_measure(&request->scene.content, api_flat_scale(&request->flat_query),
+  tw_status status = tw_scene_measure(&request->scene.content, api_flat_scale(&request->query.flat),
                                       &call->service->parallel, &solid, &call->fault.error);
   if (status != TW_OK) return status;
   tw_member_open(text, "solid", "{");
-  tw_member_string(text, "unit", request->flat_query.unit->name);
+  tw_member_string(text, "unit", request->query.flat.unit->name);
   tw_member_count(text, "shells", solid.shells);
   tw_member_count(text, "closed", solid.closed);
   tw_member_count(text, "inverted", solid.inverted);
@@ -97,7 +97,7 @@ tw_status api_print_solid(api_call *call, const api_surface_request *request, tw
 
 tw_status api_print_shells(api_call *call, const api_surface_request *request, uint32_t mesh, tw_text *text) {
   const api_plan *plan = api_plan_of(request);
-  double scale = api_flat_scale(&request->flat_query);
+  double scale = api_flat_scale(&request->query.flat);
   tw_shell *shells;
   uint32_t count;
   tw_status status =

@@ -25,14 +25,14 @@ static tw_status predict_mesh(const api_surface_request *request, uint32_t mesh,
                     .node_order = &order};
   tw_scene scene = {.model = &model,
                     .surfaces = all->surfaces + mesh,
-                    .polygons = request->polygons,
+                    .polygons = (tw_polygons)request->query.polygons,
                     .packs = all->packs ? all->packs + mesh : NULL,
                     .is_without_details = all->is_without_details};
   return tw_gltf_stream_predict(&scene, TW_FORMAT_GLB, size, error);
 }
 
 tw_flat_options api_surface_flat_options(const api_surface_request *request, tw_format format) {
-  return (tw_flat_options){format, api_flat_scale(&request->flat_query), request->flat_query.unit->name};
+  return (tw_flat_options){format, api_flat_scale(&request->query.flat), request->query.flat.unit->name};
 }
 
 /* Whether holes of the model are faces of the surface. */
@@ -40,13 +40,13 @@ static bool shows_holes(const api_surface_request *request) {
   const tw_model *model = request->scene.content.model;
   uint32_t mesh = 0;
   while (mesh < model->mesh_count && model->meshes[mesh].hole_count == 0) mesh++;
-  return request->surface.with_holes && mesh < model->mesh_count;
+  return request->query.with_holes && mesh < model->mesh_count;
 }
 
 /* Whether the size of a form is known before it is streamed. Holes that a cage as glTF has as faces are in no
  * flat form. */
 static bool is_foreseen(const api_surface_request *request, tw_format format) {
-  return format == TW_FORMAT_GLTF ? request->encoding == TW_ENCODING_FLOAT : !shows_holes(request);
+  return format == TW_FORMAT_GLTF ? request->query.encoding == TW_ENCODING_FLOAT : !shows_holes(request);
 }
 
 /* Prints the sizes of the forms whose size is known, and that can be had. */
@@ -80,8 +80,8 @@ static tw_status print_mesh(api_call *call, const api_surface_request *request, 
   tw_text_element(text);
   tw_text_add(text, "{");
   tw_member_string(text, "name", request->scene.content.model->meshes[mesh].name);
-  print_counts(text, request->surface.level, tw_surface_get_counts(surface), size);
-  if (request->with_shells) status = api_print_shells(call, request, mesh, text);
+  print_counts(text, request->query.level, tw_surface_get_counts(surface), size);
+  if (request->query.with_shells) status = api_print_shells(call, request, mesh, text);
   tw_text_add(text, "}");
   return status;
 }
@@ -90,9 +90,9 @@ api_outcome api_surface_reply_counts(api_call *call, const api_surface_request *
   const api_plan *plan = api_plan_of(request);
   tw_text text = {0};
   tw_text_add(&text, "{");
-  print_counts(&text, request->surface.level, &plan->total, bytes);
+  print_counts(&text, request->query.level, &plan->total, bytes);
   tw_status status = print_forms(call, request, bytes, &text);
-  if (status == TW_OK && request->with_shells) status = api_print_solid(call, request, &text);
+  if (status == TW_OK && request->query.with_shells) status = api_print_solid(call, request, &text);
   tw_member_open(&text, "meshes", "[");
   for (uint32_t i = 0; i < plan->count && status == TW_OK; i++) status = print_mesh(call, request, i, &text);
   tw_text_add(&text, "]}\n");

@@ -1,12 +1,45 @@
-/* Reads the parameters of surfaces. */
-#include "handlers.h"
-#include "surface_request.h"
+/* The table of a surface's parameters. The order of its rows is that of the keys. */
+#include "surface_query.h"
 
 #include <string.h>
 
-/* Reads weld: a word, or a distance. */
-static tw_status read_weld(const api_query *query, api_reading *out, tw_error *error) {
-  const char *text = api_query_get(query, "weld");
+#include "service.h"
+
+/* ---- values of their own kind ---------------------------------------------------------------- */
+
+static api_outcome read_quads(api_call *call, const api_rule *rule, void *out) {
+  (void)rule;
+  api_surface_query *query = out;
+  return api_outcome_of(call, api_quads_read(&call->query, &query->reading.quads, &call->fault.error));
+}
+
+static void print_quads(const void *from, const api_rule *rule, tw_text *text) {
+  api_rule_begin(rule->name, text);
+  tw_text_integer(text, ((const api_surface_query *)from)->reading.quads);
+}
+
+/* Prints what level 0 keeps, too. */
+static void print_normals(const void *from, const api_rule *rule, tw_text *text) {
+  const api_surface_query *query = from;
+  api_rule_begin(rule->name, text);
+  tw_text_integer(text, query->normals != API_NORMALS_NONE);
+  api_rule_begin("own", text);
+  tw_text_integer(text, query->own_normals);
+  api_rule_begin("tagged", text);
+  tw_text_integer(text, query->tagged);
+  api_rule_begin("holes", text);
+  tw_text_integer(text, query->with_holes);
+}
+
+static api_outcome read_influences(api_call *call, const api_rule *rule, void *out) {
+  int choice = 0;
+  tw_status status = api_query_choice(&call->query, rule->name, rule->words, &choice, &call->fault.error);
+  ((api_surface_query *)out)->influences = choice == 1 ? 4 : 0;
+  return api_outcome_of(call, status);
+}
+
+/* A word, or a distance. */
+static tw_status read_weld_text(const char *text, api_reading *out, tw_error *error) {
   double distance;
   if (!text || strcmp(text, "auto") == 0) return TW_OK;
   if (strcmp(text, "none") == 0 || strcmp(text, "exact") == 0) {
@@ -22,8 +55,21 @@ static tw_status read_weld(const api_query *query, api_reading *out, tw_error *e
   return TW_OK;
 }
 
-/* Reads creases: a word, or angle:DEGREES. */
-static tw_status read_creases(const api_query *query, api_surface_query *out, tw_error *error) {
+static api_outcome read_weld(api_call *call, const api_rule *rule, void *out) {
+  const char *text = api_query_get(&call->query, rule->name);
+  return api_outcome_of(call, read_weld_text(text, &((api_surface_query *)out)->reading, &call->fault.error));
+}
+
+static void print_weld(const void *from, const api_rule *rule, tw_text *text) {
+  const api_surface_query *query = from;
+  api_rule_begin(rule->name, text);
+  tw_text_integer(text, query->reading.weld);
+  tw_text_add(text, "/");
+  tw_text_double(text, query->reading.distance);
+}
+
+/* A word, or angle:DEGREES. */
+static tw_status read_creases_text(const api_query *query, api_surface_query *out, tw_error *error) {
   static const char *const words[] = {"tags", "normals", "angle", "auto", "none", "file", NULL};
   static const char angle[] = "angle:";
   const char *text = api_query_get(query, "creases");
@@ -44,8 +90,8 @@ static tw_status read_creases(const api_query *query, api_surface_query *out, tw
   return TW_OK;
 }
 
-/* Reads crease_sharpness: a number, or "infinite". */
-static tw_status read_crease_sharpness(const api_query *query, api_surface_query *out, tw_error *error) {
+/* A number, or "infinite". */
+static tw_status read_sharpness(const api_query *query, api_surface_query *out, tw_error *error) {
   const char *text = api_query_get(query, "crease_sharpness");
   double sharpness = (double)TW_SHARPNESS_INFINITE;
   bool is_number = text && strcmp(text, "infinite") != 0;
@@ -58,69 +104,247 @@ static tw_status read_crease_sharpness(const api_query *query, api_surface_query
   return TW_OK;
 }
 
-static tw_status read_surface(const api_query *query, api_surface_query *out, tw_error *error) {
-  static const char *const uvs[] = {"corners-only", "none", "corners-plus1", "corners-plus2", "boundaries",
-                                    "all",          NULL};
-  static const char *const creasings[] = {"uniform", "chaikin", NULL};
-  static const char *const triangles[] = {"catmull-clark", "smooth", NULL};
-  static const char *const normals[] = {"auto", "limit", "none", NULL};
-  static const char *const influences[] = {"all", "4", NULL};
-  int normal = 0, influence = 0;
-  tw_status status = api_surface_query_begin(query, out, error);
-  out->level = 1;
-  if (status == TW_OK) status = api_query_count(query, "level", &out->level, error);
-  if (status == TW_OK) status = api_query_choice(query, "uv", uvs, &out->uv, error);
-  if (status == TW_OK) status = api_query_choice(query, "creasing", creasings, &out->creasing, error);
-  if (status == TW_OK) status = api_query_choice(query, "triangles", triangles, &out->triangles, error);
-  if (status == TW_OK) status = api_quads_read(query, &out->reading.quads, error);
-  if (status == TW_OK) status = api_query_choice(query, "normals", normals, &normal, error);
-  if (status == TW_OK) status = api_query_flag(query, "limit", &out->limit, error);
-  if (status == TW_OK) status = api_query_flag(query, "details", &out->details, error);
-  if (status == TW_OK) status = read_weld(query, &out->reading, error);
-  if (status == TW_OK) status = read_creases(query, out, error);
-  if (status == TW_OK) status = read_crease_sharpness(query, out, error);
-  if (status == TW_OK) status = api_query_choice(query, "influences", influences, &influence, error);
-  out->influences = influence == 1 ? 4 : 0;
-  out->normals = normal != 2;
-  out->own_normals = normal == 0 && out->level == 0 && !out->limit;
-  return status;
+static api_outcome read_creases(api_call *call, const api_rule *rule, void *out) {
+  (void)rule;
+  tw_status status = read_creases_text(&call->query, out, &call->fault.error);
+  return api_outcome_of(call,
+                        status == TW_OK ? read_sharpness(&call->query, out, &call->fault.error) : status);
 }
 
-api_surface_request *api_surface_request_read(api_call *call) {
-  static const char *const encodings[] = {"float", "quantized", "meshopt", NULL};
-  static const char *const polygons[] = {"triangles", "ngon", NULL};
-  const api_query *query = &call->query;
-  tw_error *error = &call->fault.error;
-  api_surface_request *request = tw_arena_alloc(call->arena, 1, sizeof *request);
-  if (!request) {
-    api_fail_without_memory(call);
-    return NULL;
-  }
-  int encoding = 0, polygon = 0;
-  tw_status status = read_surface(query, &request->surface, error);
-  if (status == TW_OK) status = api_query_choice(query, "encoding", encodings, &encoding, error);
-  if (status == TW_OK) status = api_query_choice(query, "polygons", polygons, &polygon, error);
-  if (status == TW_OK) status = api_query_flag(query, "shells", &request->with_shells, error);
-  if (status != TW_OK) {
-    api_fail(call);
-    return NULL;
-  }
-  request->form = (api_surface_form)(call->offer - call->route->offers);
-  /* Level 0 in a form that can express all of a cage reads back as the cage. */
-  bool is_obj = request->form == FORM_OBJ, is_of_gltf = api_is_gltf(request) || request->form == FORM_JSON;
-  bool is_cage_of_gltf = is_of_gltf && polygon == TW_POLYGONS_NGON && encoding == TW_ENCODING_FLOAT;
-  request->surface.tagged =
-      (is_obj || is_cage_of_gltf) && request->surface.level == 0 && !request->surface.limit;
-  request->surface.with_holes = request->surface.tagged && is_cage_of_gltf;
+static void print_creases(const void *from, const api_rule *rule, tw_text *text) {
+  const api_surface_query *query = from;
+  api_rule_begin(rule->name, text);
+  tw_text_integer(text, query->creases);
+  tw_text_add(text, "/");
+  tw_text_double(text, query->crease_degrees);
+  tw_text_add(text, "/");
+  tw_text_double(text, (double)query->crease_sharpness);
+}
+
+/* For meshopt prints the codec's version, too, as another version may produce other bytes. */
+static void print_encoding(const void *from, const api_rule *rule, tw_text *text) {
+  api_rule_print_word(from, rule, text);
+  if (((const api_surface_query *)from)->encoding == TW_ENCODING_MESHOPT)
+    tw_text_integer(text, tw_meshopt_version());
+}
+
+static api_outcome read_clip(api_call *call, const api_rule *rule, void *out) {
+  api_surface_query *query = out;
+  query->clip = api_query_get(&call->query, rule->name);
+  return api_clip_terms_read(call, &query->terms);
+}
+
+static void print_clips(const void *from, const api_rule *rule, tw_text *text) {
+  (void)rule;
+  api_rule_begin("clips", text);
+  api_clips_print(&((const api_surface_query *)from)->choices, text);
+}
+
+static api_outcome read_times(api_call *call, const api_rule *rule, void *out) {
+  (void)rule;
+  return api_outcome_of(call, api_times_read(&call->query, call->service->limits.max_times, call->arena,
+                                             &((api_surface_query *)out)->times, &call->fault.error));
+}
+
+static void print_times(const void *from, const api_rule *rule, tw_text *text) {
+  (void)rule;
+  const api_times *times = &((const api_surface_query *)from)->times;
+  api_rule_begin("times", text);
+  if (times->is_given) api_times_print(times, text);
+}
+
+static tw_status read_tolerances(const api_query *query, api_reduction *out, tw_error *error) {
+  double degrees = 0.1, metres = 0.001;
+  tw_status status = api_query_number(query, "tolerance", &degrees, error);
+  if (status == TW_OK) status = api_query_number(query, "tolerance_m", &metres, error);
+  if (status != TW_OK) return status;
+  if (degrees < 0.0001 || degrees > 180)
+    return tw_fail(error, TW_SYNTAX, "tolerance must be from 0.0001 to 180 degrees");
+  if (metres < 1e-9) return tw_fail(error, TW_SYNTAX, "tolerance_m must be 1e-9 metres or more");
+  out->tolerance = (tw_tolerance){degrees / TW_DEGREES, metres};
+  out->is_wide = api_query_get(query, "tolerance") || api_query_get(query, "tolerance_m");
+  return TW_OK;
+}
+
+static api_outcome read_tolerance(api_call *call, const api_rule *rule, void *out) {
+  (void)rule;
+  return api_outcome_of(
+      call, read_tolerances(&call->query, &((api_surface_query *)out)->reduction, &call->fault.error));
+}
+
+static void print_tolerance(const void *from, const api_rule *rule, tw_text *text) {
+  const api_reduction *reduction = &((const api_surface_query *)from)->reduction;
+  if (!reduction->is_wide) return;
+  api_rule_begin(rule->name, text);
+  tw_text_double(text, reduction->tolerance.angle);
+  tw_text_add(text, "/");
+  tw_text_double(text, reduction->tolerance.distance);
+}
+
+static void print_shells(const void *from, const api_rule *rule, tw_text *text) {
+  if (!((const api_surface_query *)from)->with_shells) return;
+  tw_text_add(text, "&");
+  tw_text_add(text, rule->name);
+}
+
+/* The unit's default is the form's, see complete. */
+static void print_unit(const void *from, const api_rule *rule, tw_text *text) {
+  (void)rule;
+  api_flat_print(&((const api_surface_query *)from)->flat, text);
+}
+
+/* ---- the table ------------------------------------------------------------------------------- */
+
+#define AT(member) offsetof(api_surface_query, member)
+
+enum {
+  SURFACE = API_KEY_PLAN | API_KEY_PACKS | API_KEY_ANSWER,
+  WRITTEN = API_KEY_PACKS | API_KEY_ANSWER,
+  MOVING = API_KEY_REDUCED | API_KEY_ANSWER,
+  SHOWN = API_KEY_ANSWER
+};
+
+static const char *const schemes[] = {"catmull-clark", "loop", "bilinear", NULL};
+static const char *const boundaries[] = {"edge-and-corner", "edge-only", "none", "open", NULL};
+static const char *const uvs[] = {"corners-only", "none", "corners-plus1", "corners-plus2", "boundaries",
+                                  "all",          NULL};
+static const char *const creasings[] = {"uniform", "chaikin", NULL};
+static const char *const triangles[] = {"catmull-clark", "smooth", NULL};
+static const char *const normals[] = {"auto", "limit", "none", NULL};
+static const char *const influences[] = {"all", "4", NULL};
+static const char *const polygons[] = {"triangles", "ngon", NULL};
+static const char *const encodings[] = {"float", "quantized", "meshopt", NULL};
+static const char *const meshes[] = {"all", "none", NULL};
+static const char *const skins[] = {"keep", "bake", NULL};
+
+const api_rule api_surface_rules[] = {
+    {"level", SURFACE, AT(level), NULL, api_rule_read_count, api_rule_print_count},
+    {"scheme", SURFACE, AT(scheme), schemes, api_rule_read_choice, api_rule_print_choice},
+    {"boundary", SURFACE, AT(boundary), boundaries, api_rule_read_choice, api_rule_print_choice},
+    {"uv", SURFACE, AT(uv), uvs, api_rule_read_choice, api_rule_print_choice},
+    {"creasing", SURFACE, AT(creasing), creasings, api_rule_read_choice, api_rule_print_choice},
+    {"triangles", SURFACE, AT(triangles), triangles, api_rule_read_choice, api_rule_print_choice},
+    {"quads", SURFACE, 0, NULL, read_quads, print_quads},
+    {"limit", SURFACE, AT(limit), NULL, api_rule_read_flag, api_rule_print_flag},
+    {"normals", SURFACE, AT(normals), normals, api_rule_read_choice, print_normals},
+    {"details", SURFACE, AT(details), NULL, api_rule_read_flag, api_rule_print_flag},
+    {"influences", SURFACE, AT(influences), influences, read_influences, api_rule_print_choice},
+    {"weld", SURFACE, 0, NULL, read_weld, print_weld},
+    {"creases", SURFACE, 0, NULL, read_creases, print_creases}, /* and crease_sharpness */
+    {.name = "crease_sharpness"},
+    {"polygons", WRITTEN, AT(polygons), polygons, api_rule_read_choice, api_rule_print_word},
+    {"encoding", WRITTEN, AT(encoding), encodings, api_rule_read_choice, print_encoding},
+    {"meshes", SHOWN, AT(meshes), meshes, api_rule_read_choice, api_rule_print_word},
+    {"skin", WRITTEN, AT(skin), skins, api_rule_read_choice, api_rule_print_word},
+    {"clip", MOVING, 0, NULL, read_clip, print_clips}, /* and its terms */
+    {.name = "retarget"},
+    {.name = "map"},
+    {.name = "root_motion"},
+    {.name = "root_axes"},
+    {.name = "in_place"},
+    {"at", SHOWN, 0, NULL, read_times, print_times}, /* and from, to, fps */
+    {.name = "from"},
+    {.name = "to"},
+    {.name = "fps"},
+    {"tolerance", MOVING, 0, NULL, read_tolerance, print_tolerance}, /* and tolerance_m */
+    {.name = "tolerance_m"},
+    {"unit", SHOWN, 0, NULL, NULL, print_unit}, /* and scale */
+    {.name = "scale"},
+    {"shells", SHOWN, AT(with_shells), NULL, api_rule_read_flag, print_shells},
+    {.name = "download"}, /* read by file_name.c */
+    {0}};
+
+api_outcome api_surface_query_read(api_call *call, api_surface_query *out) {
+  *out = (api_surface_query){.level = 1,
+                             .boundary = -1,
+                             .uv = -1,
+                             .creasing = -1,
+                             .triangles = -1,
+                             .details = true,
+                             .creases = TW_CREASES_FILE,
+                             .crease_sharpness = TW_SHARPNESS_INFINITE};
+  return api_rules_read(call, api_surface_rules, out);
+}
+
+const char *api_surface_key_print(api_call *call, const api_surface_query *query, api_surface_key key,
+                                  const char *head) {
+  tw_text text = {0};
+  if (head) tw_text_add(&text, call->id);
+  if (head) tw_text_add(&text, head);
+  api_rules_print(query, api_surface_rules, key, &text);
+  return api_text_keep(&text, call->arena);
+}
+
+/* ---- what they make of each other ------------------------------------------------------------ */
+
+/* Checks the parameters for a form of meshes alone: no animations, and meshes must not be left out. Such a
+ * form has neither joints nor targets: it shows the points where these put them. */
+static tw_status take_meshes_alone(api_surface_query *query, const char *form, tw_error *error) {
+  if (query->meshes == API_MESHES_NONE)
+    return tw_fail(error, TW_SYNTAX, "meshes=none leaves nothing of an answer as %s", form);
+  bool keeps_clip = query->clip && strcmp(query->clip, "none") != 0;
+  if (!api_is_moment(query) && (keeps_clip || query->times.is_given || query->reduction.is_wide))
+    return tw_fail(error, TW_SYNTAX,
+                   "%s holds no clip: at=T shows the model at one time, .glb has animations", form);
+  query->skin = API_SKIN_BAKE;
+  if (!query->times.is_given) query->clip = "none";
+  return TW_OK;
+}
+
+/* Checks parameters that need or exclude another one. */
+static tw_status check_together(const api_surface_query *query, tw_error *error) {
+  bool has_no_clip = query->clip && strcmp(query->clip, "none") == 0, is_baked = query->skin == API_SKIN_BAKE;
+  if (is_baked && !api_is_moment(query) && !(api_is_baked_at_rest(query) && has_no_clip))
+    return tw_fail(error, TW_SYNTAX,
+                   "skin=bake goes with one time, at=T, or without times with clip=none: at rest");
+  if (is_baked && query->meshes == API_MESHES_NONE)
+    return tw_fail(error, TW_SYNTAX, "meshes=none leaves skin=bake nothing to move");
+  if (query->reduction.is_wide && query->times.is_given)
+    return tw_fail(error, TW_SYNTAX, "tolerance has no place with times, which say where the keys are");
+  return TW_OK;
+}
+
+/* Whether glTF, or surface.json, which tells of one. */
+static bool is_of_gltf(api_surface_form form) {
+  return form == FORM_GLB || form == FORM_GLTF || form == FORM_JSON;
+}
+
+/* Level 0 in a form that can express all of a cage reads back as the cage. */
+static void keep_cage(api_surface_form form, api_surface_query *query) {
+  bool is_at_rest = query->level == 0 && !query->limit;
+  bool is_cage_of_gltf =
+      is_of_gltf(form) && query->polygons == TW_POLYGONS_NGON && query->encoding == TW_ENCODING_FLOAT;
+  query->tagged = is_at_rest && (form == FORM_OBJ || is_cage_of_gltf);
+  query->with_holes = query->tagged && is_cage_of_gltf;
+  query->own_normals = is_at_rest && query->normals == API_NORMALS_AUTO;
+}
+
+/* A moment shows the root motion where that is not dropped; animations carry it. */
+static void carry_root(api_surface_query *query) {
+  api_root *root = &query->terms.root;
+  if (api_is_moment(query) && !root->in_place) root->is_on = false;
+  root->is_carried = root->is_on && !root->in_place;
+}
+
+/* Fills in what the form makes of the parameters, and checks them together. */
+static api_outcome complete(api_call *call, api_surface_form form, api_surface_query *query) {
   static const char *const flat_names[] = {[FORM_OBJ] = "OBJ", [FORM_STL] = "STL", [FORM_PLY] = "PLY"};
   static const char *const flat_units[] = {[FORM_JSON] = "m", [FORM_STL] = "mm", [FORM_PLY] = "m"};
-  if (api_scene_read(call, flat_names[request->form], &request->scene.query) != API_DONE) return NULL;
-  if (api_flat_read(call, flat_units[request->form], &request->flat_query) != API_DONE) return NULL;
-  if (request->form != FORM_JSON && request->with_shells) {
-    api_fail_with(call, 400, "shells=true goes with .json: it tells of the shells of the other forms");
-    return NULL;
-  }
-  request->polygons = (tw_polygons)polygon;
-  request->encoding = is_of_gltf ? (tw_encoding)encoding : TW_ENCODING_FLOAT;
-  return request;
+  tw_error *error = &call->fault.error;
+  keep_cage(form, query);
+  if (!is_of_gltf(form)) query->encoding = TW_ENCODING_FLOAT;
+  tw_status status = TW_OK;
+  if (flat_names[form]) status = take_meshes_alone(query, flat_names[form], error);
+  if (status == TW_OK) status = check_together(query, error);
+  if (status != TW_OK) return api_fail(call);
+  carry_root(query);
+  if (api_flat_read(call, flat_units[form], &query->flat) != API_DONE) return API_FAILED;
+  if (form != FORM_JSON && query->with_shells)
+    return api_fail_with(call, 400, "shells=true goes with .json: it tells of the shells of the other forms");
+  return API_DONE;
+}
+
+api_outcome api_surface_query_read_form(api_call *call, api_surface_form form, api_surface_query *out) {
+  api_outcome outcome = api_surface_query_read(call, out);
+  return outcome == API_DONE ? complete(call, form, out) : outcome;
 }

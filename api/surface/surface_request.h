@@ -1,30 +1,15 @@
-/* A request for a surface: its parameters, and what its answers share. */
+/* A request for a surface: what its answers share. */
 #ifndef API_SURFACE_REQUEST_H
 #define API_SURFACE_REQUEST_H
 
-#include "flat_answer.h"
 #include "plans.h"
 #include "surface_scene.h"
-
-/* In the order of the route's offers. */
-typedef enum api_surface_form {
-  FORM_GLB,
-  FORM_GLTF,
-  FORM_OBJ,
-  FORM_JSON,
-  FORM_STL,
-  FORM_PLY
-} api_surface_form;
 
 /* A request: its parameters, and all that its answer holds. Lives in the answer's arena. */
 typedef struct api_surface_request {
   api_surface_form form;
-  api_surface_query surface;
+  api_surface_query query;
   api_surface_scene scene;
-  tw_polygons polygons;
-  tw_encoding encoding;
-  api_flat_query flat_query;
-  bool with_shells;                /* surface.json tells of shells */
   api_entry *model, *plan, *packs; /* references; packs may be NULL */
   tw_gltf_stream *gltf;
   tw_obj_stream *obj;
@@ -45,9 +30,6 @@ static inline bool api_is_gltf(const api_surface_request *request) {
 static inline const api_plan *api_plan_of(const api_surface_request *request) {
   return api_entry_value(request->plan);
 }
-
-/* Reads the call's parameters, without the model; lives in the call's arena. NULL: the fault says why. */
-api_surface_request *api_surface_request_read(api_call *call);
 
 /* The options of a flat answer under the request's parameters. */
 tw_flat_options api_surface_flat_options(const api_surface_request *request, tw_format format);

@@ -8,111 +8,21 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Whether the request shows the model at one time. */
-static bool is_moment(const api_scene_query *query) {
-  return query->times.list && query->times.count == 1;
-}
-
-/* Whether the request bakes the model as it rests, of no clip. */
-static bool is_baked_at_rest(const api_scene_query *query) {
-  return query->is_baked && !query->times.is_given;
-}
-
-/* ---- parameters --------------------------------------------------------------------------------- */
-
-static tw_status read_tolerance(const api_query *query, api_scene_query *out, tw_error *error) {
-  double degrees = 0.1, metres = 0.001;
-  tw_status status = api_query_number(query, "tolerance", &degrees, error);
-  if (status == TW_OK) status = api_query_number(query, "tolerance_m", &metres, error);
-  if (status != TW_OK) return status;
-  if (degrees < 0.0001 || degrees > 180)
-    return tw_fail(error, TW_SYNTAX, "tolerance must be from 0.0001 to 180 degrees");
-  if (metres < 1e-9) return tw_fail(error, TW_SYNTAX, "tolerance_m must be 1e-9 metres or more");
-  out->reduction.tolerance = (tw_tolerance){degrees / TW_DEGREES, metres};
-  out->reduction.is_wide = api_query_get(query, "tolerance") || api_query_get(query, "tolerance_m");
-  return TW_OK;
-}
-
-/* Checks parameters that need or exclude another one. */
-static tw_status check_together(const api_scene_query *query, tw_error *error) {
-  bool has_no_clip = query->clips && strcmp(query->clips, "none") == 0;
-  if (query->is_baked && !is_moment(query) && !(is_baked_at_rest(query) && has_no_clip))
-    return tw_fail(error, TW_SYNTAX,
-                   "skin=bake goes with one time, at=T, or without times with clip=none: at rest");
-  if (query->is_baked && query->is_bare)
-    return tw_fail(error, TW_SYNTAX, "meshes=none leaves skin=bake nothing to move");
-  if (query->reduction.is_wide && query->times.is_given)
-    return tw_fail(error, TW_SYNTAX, "tolerance has no place with times, which say where the keys are");
-  return TW_OK;
-}
-
-/* Checks the parameters for a form of meshes alone: no animations, and meshes must not be left out. Such a
- * form has neither joints nor targets: it shows the points where these put them. */
-static tw_status take_meshes_alone(api_scene_query *query, const char *form, tw_error *error) {
-  if (query->is_bare) return tw_fail(error, TW_SYNTAX, "meshes=none leaves nothing of an answer as %s", form);
-  bool keeps_clip = query->clips && strcmp(query->clips, "none") != 0;
-  if (!is_moment(query) && (keeps_clip || query->times.is_given || query->reduction.is_wide))
-    return tw_fail(error, TW_SYNTAX,
-                   "%s holds no clip: at=T shows the model at one time, .glb has animations", form);
-  query->is_baked = true;
-  if (!query->times.is_given) query->clips = "none";
-  return TW_OK;
-}
-
-api_outcome api_scene_read(api_call *call, const char *meshes_alone, api_scene_query *out) {
-  static const char *const skins[] = {"keep", "bake", NULL};
-  static const char *const meshes[] = {"all", "none", NULL};
-  const api_query *query = &call->query;
-  tw_error *error = &call->fault.error;
-  int skin = 0, mesh = 0;
-  *out = (api_scene_query){.clips = api_query_get(query, "clip")};
-  tw_status status = api_query_choice(query, "skin", skins, &skin, error);
-  if (status == TW_OK) status = api_query_choice(query, "meshes", meshes, &mesh, error);
-  if (status == TW_OK)
-    status = api_times_read(query, call->service->limits.max_times, call->arena, &out->times, error);
-  if (status == TW_OK) status = read_tolerance(query, out, error);
-  out->is_baked = skin == 1;
-  out->is_bare = mesh == 1;
-  if (status == TW_OK && meshes_alone) status = take_meshes_alone(out, meshes_alone, error);
-  if (status == TW_OK) status = check_together(out, error);
-  if (status != TW_OK) return api_fail(call);
-  api_outcome outcome = api_clip_terms_read(call, &out->terms);
-  /* A moment shows the motion where it is not dropped; animations carry it. */
-  if (is_moment(out) && !out->terms.root.in_place) out->terms.root.is_on = false;
-  out->terms.root.is_carried = out->terms.root.is_on && !out->terms.root.in_place;
-  return outcome;
-}
-
-static void print_tolerance(const tw_tolerance *tolerance, tw_text *text) {
-  tw_text_add(text, "&tolerance=");
-  tw_text_double(text, tolerance->angle);
-  tw_text_add(text, "/");
-  tw_text_double(text, tolerance->distance);
-}
-
-void api_scene_print(const api_surface_scene *scene, tw_text *text) {
-  const api_scene_query *query = &scene->query;
-  tw_text_add(text, query->is_bare ? "&meshes=none" : "&meshes=all");
-  tw_text_add(text, query->is_baked ? "&skin=bake" : "&skin=keep");
-  tw_text_add(text, "&clips=");
-  api_clips_print(&scene->choices, text);
-  tw_text_add(text, "&times=");
-  if (query->times.is_given) api_times_print(&query->times, text);
-  if (query->reduction.is_wide) print_tolerance(&query->reduction.tolerance, text);
-}
-
 /* ---- the clips ----------------------------------------------------------------------------------- */
 
 /* Takes the merged clips, to be posed or baked. */
 static api_outcome take_moving(api_call *call, const tw_model *model, api_surface_scene *scene) {
-  if (model->clip_count == 0 && scene->choices.count == 0)
-    return api_fail_with(call, 404, "the model has no clips%s",
-                         scene->query.is_baked ? ": clip=none&skin=bake without times bakes it at rest" : "");
-  if (scene->choices.count == 0) return api_fail_with(call, 400, "clip=none leaves no clip to take times of");
-  api_outcome outcome = api_clip_take(call, model, scene->is_stored, &scene->choices, -1, &scene->moving);
+  if (model->clip_count == 0 && scene->query->choices.count == 0)
+    return api_fail_with(
+        call, 404, "the model has no clips%s",
+        scene->query->skin == API_SKIN_BAKE ? ": clip=none&skin=bake without times bakes it at rest" : "");
+  if (scene->query->choices.count == 0)
+    return api_fail_with(call, 400, "clip=none leaves no clip to take times of");
+  api_outcome outcome =
+      api_clip_take(call, model, scene->is_stored, &scene->query->choices, -1, &scene->moving);
   if (outcome != API_DONE) return outcome;
   const api_clip *clip = api_entry_value(scene->moving);
-  return api_times_complete(&scene->query.times, clip->duration, call->service->limits.max_times,
+  return api_times_complete(&scene->query->times, clip->duration, call->service->limits.max_times,
                             &call->fault.error) == TW_OK
              ? API_DONE
              : api_fail(call);
@@ -125,7 +35,7 @@ static bool is_compiled(const tw_model *model, const api_clip_choice *choice, co
 
 /* Takes the clips that are compiled. */
 static api_outcome take_lent(api_call *call, const tw_model *model, api_surface_scene *scene) {
-  const api_clip_choices *choices = &scene->choices;
+  const api_clip_choices *choices = &scene->query->choices;
   scene->lent = tw_arena_alloc(call->arena, choices->count, sizeof *scene->lent);
   if (!scene->lent) return api_fail_without_memory(call);
   for (uint32_t i = 0; i < choices->count; i++) {
@@ -140,12 +50,12 @@ static api_outcome take_lent(api_call *call, const tw_model *model, api_surface_
 
 api_outcome api_scene_take_clips(api_call *call, const tw_model *model, bool is_stored,
                                  api_surface_scene *scene) {
-  bool has_times = scene->query.times.is_given;
-  api_outcome outcome = api_clips_choose(call, model, scene->query.clips, has_times ? 1 : UINT32_MAX,
-                                         &scene->query.terms, &scene->choices);
+  bool has_times = scene->query->times.is_given;
+  api_outcome outcome = api_clips_choose(call, model, scene->query->clip, has_times ? 1 : UINT32_MAX,
+                                         &scene->query->terms, &scene->query->choices);
   if (outcome != API_DONE) return outcome;
   scene->is_stored = is_stored;
-  if (is_baked_at_rest(&scene->query) && scene->choices.count > 0)
+  if (api_is_baked_at_rest(scene->query) && scene->query->choices.count > 0)
     return api_fail_with(call, 400, "skin=bake goes with one time: a clip is called none");
   return has_times ? take_moving(call, model, scene) : take_lent(call, model, scene);
 }
@@ -158,11 +68,11 @@ static void warn_of(api_call *call, api_entry *entry) {
 
 void api_scene_warn(api_call *call, const api_surface_scene *scene) {
   warn_of(call, scene->moving);
-  for (uint32_t i = 0; scene->lent && i < scene->choices.count; i++) warn_of(call, scene->lent[i]);
+  for (uint32_t i = 0; scene->lent && i < scene->query->choices.count; i++) warn_of(call, scene->lent[i]);
 }
 
 void api_scene_release(api_surface_scene *scene) {
-  for (uint32_t i = 0; scene->lent && i < scene->choices.count; i++) api_entry_release(scene->lent[i]);
+  for (uint32_t i = 0; scene->lent && i < scene->query->choices.count; i++) api_entry_release(scene->lent[i]);
   api_entry_release(scene->reduced);
   api_entry_release(scene->moving);
 }
@@ -269,17 +179,6 @@ static bool build_reduced(void *context, api_built *out, api_fault *fault) {
   return true;
 }
 
-/* The cache key of the reduced tracks; NULL without memory. */
-static const char *make_reduced_key(api_call *call, const api_surface_scene *scene) {
-  const api_reduction *reduction = &scene->query.reduction;
-  tw_text text = {0};
-  tw_text_add(&text, call->id);
-  tw_text_add(&text, reduction->is_wide ? "/reduced?wide=1&clips=" : "/reduced?wide=0&clips=");
-  api_clips_print(&scene->choices, &text);
-  print_tolerance(&reduction->tolerance, &text);
-  return api_text_keep(&text, call->arena);
-}
-
 /* Takes the reduced tracks into scene->reduced. They are cached because reducing takes far longer than
  * sending. */
 static api_outcome take_reduced(api_call *call, const tw_model *model, const tw_clip_keys *clips,
@@ -287,11 +186,11 @@ static api_outcome take_reduced(api_call *call, const tw_model *model, const tw_
   uint64_t limit = call->service->limits.max_times;
   reduced_source source = {.clips = clips,
                            .mixed = mixed,
-                           .clip_count = scene->choices.count,
+                           .clip_count = scene->query->choices.count,
                            .node_count = model->node_count,
-                           .reduction = &scene->query.reduction,
+                           .reduction = &scene->query->reduction,
                            .max_keys = limit < UINT32_MAX ? (uint32_t)limit : UINT32_MAX};
-  const char *key = make_reduced_key(call, scene);
+  const char *key = api_surface_key_print(call, scene->query, API_KEY_REDUCED, "/reduced?");
   if (!key) return api_fail_without_memory(call);
   return api_call_take(call, scene->is_stored ? key : NULL, build_reduced, &source, &scene->reduced);
 }
@@ -317,7 +216,7 @@ static void tell_error(api_call *call, const tw_tolerance *reached) {
 /* Bakes the merged clips to keys at exactly the times of the request. */
 static api_outcome bake_clips(api_call *call, api_surface_scene *scene) {
   const api_clip *clip = api_entry_value(scene->moving);
-  const api_times *asked = &scene->query.times;
+  const api_times *asked = &scene->query->times;
   if (admit_baked(call, clip, asked->count) != API_DONE) return API_FAILED;
   uint32_t count = (uint32_t)asked->count;
   float *times = tw_arena_alloc(call->arena, count, sizeof *times);
@@ -341,14 +240,14 @@ static api_outcome bake_clips(api_call *call, api_surface_scene *scene) {
  * NULL. False without memory. */
 static bool gather_clips(api_call *call, const tw_model *model, const api_surface_scene *scene,
                          tw_clip_keys **out, const tw_clip ***mixed) {
-  uint32_t count = scene->choices.count;
+  uint32_t count = scene->query->choices.count;
   *out = tw_arena_alloc(call->arena, count, sizeof **out);
   *mixed = tw_arena_alloc(call->arena, count, sizeof **mixed);
   if (!*out || !*mixed) return false;
   for (uint32_t i = 0; i < count; i++) {
     const api_clip *lent = scene->lent[i] ? api_entry_value(scene->lent[i]) : NULL;
     if (!lent)
-      (*out)[i] = model->clips[api_clips_get(&scene->choices, i).index];
+      (*out)[i] = model->clips[api_clips_get(&scene->query->choices, i).index];
     else if (lent->carried)
       (*out)[i] = *lent->carried;
     else
@@ -387,8 +286,8 @@ static const tw_clip_keys *replace_tracks(tw_arena *arena, const tw_clip_keys *c
 /* Keeps the clips, with reduced tracks in place of those that glTF cannot express, and of others if asked
  * for. */
 static api_outcome keep_clips(api_call *call, const tw_model *model, api_surface_scene *scene) {
-  uint32_t count = scene->choices.count, first = 0;
-  const api_reduction *reduction = &scene->query.reduction;
+  uint32_t count = scene->query->choices.count, first = 0;
+  const api_reduction *reduction = &scene->query->reduction;
   tw_clip_keys *own;
   const tw_clip **mixed;
   if (!gather_clips(call, model, scene, &own, &mixed)) return api_fail_without_memory(call);
@@ -408,8 +307,8 @@ static api_outcome keep_clips(api_call *call, const tw_model *model, api_surface
 }
 
 api_outcome api_scene_animate(api_call *call, const tw_model *model, api_surface_scene *scene) {
-  if (scene->choices.count == 0 || is_moment(&scene->query)) return API_DONE;
-  return scene->query.times.is_given ? bake_clips(call, scene) : keep_clips(call, model, scene);
+  if (scene->query->choices.count == 0 || api_is_moment(scene->query)) return API_DONE;
+  return scene->query->times.is_given ? bake_clips(call, scene) : keep_clips(call, model, scene);
 }
 
 /* ---- the model ----------------------------------------------------------------------------------- */
@@ -455,7 +354,7 @@ static api_outcome pose_model(api_call *call, const tw_model *model, api_surface
   const api_clip *clip = api_entry_value(scene->moving);
   tw_trs *locals = tw_arena_alloc(call->arena, model->node_count, sizeof *locals);
   if (!locals) return api_fail_without_memory(call);
-  float time = (float)api_times_get(&scene->query.times, 0);
+  float time = (float)api_times_get(&scene->query->times, 0);
   tw_clip_pose(clip->compiled, model->nodes, model->node_count, time, locals);
   scene->content.pose = locals;
   scene->content.posed_by = clip->compiled;
@@ -467,8 +366,8 @@ static api_outcome pose_model(api_call *call, const tw_model *model, api_surface
 /* Finds the node above which the clips' root motion needs one more; TW_NO_INDEX where it needs none. */
 static api_outcome find_raised(api_call *call, const api_surface_scene *scene, uint32_t *out) {
   *out = TW_NO_INDEX;
-  for (uint32_t i = 0; i <= scene->choices.count; i++) {
-    api_entry *entry = i == scene->choices.count ? scene->moving : scene->lent ? scene->lent[i] : NULL;
+  for (uint32_t i = 0; i <= scene->query->choices.count; i++) {
+    api_entry *entry = i == scene->query->choices.count ? scene->moving : scene->lent ? scene->lent[i] : NULL;
     const api_clip *clip = entry ? api_entry_value(entry) : NULL;
     if (!clip || !clip->root_is_above) continue;
     if (*out != TW_NO_INDEX && *out != clip->root_node)
@@ -499,13 +398,12 @@ static const tw_model *raise_root(tw_arena *arena, const tw_model *model, uint32
 
 /* ---- the answer's model ---------------------------------------------------------------------------- */
 
-static api_outcome bake_model(api_call *call, const tw_model *model, const api_surface_query *surface,
-                              api_surface_scene *scene) {
-  bool rests = is_baked_at_rest(&scene->query);
+static api_outcome bake_model(api_call *call, const tw_model *model, api_surface_scene *scene) {
+  bool rests = api_is_baked_at_rest(scene->query);
   const tw_clip *clip = rests ? NULL : ((const api_clip *)api_entry_value(scene->moving))->compiled;
-  float time = rests ? 0 : (float)api_times_get(&scene->query.times, 0);
+  float time = rests ? 0 : (float)api_times_get(&scene->query->times, 0);
   api_baked baked;
-  api_outcome outcome = api_bake(call, model, clip, time, surface, &baked);
+  api_outcome outcome = api_bake(call, model, clip, time, scene->query, &baked);
   if (outcome != API_DONE) return outcome;
   scene->content.model = baked.model;
   scene->content.pose = baked.pose;
@@ -515,8 +413,7 @@ static api_outcome bake_model(api_call *call, const tw_model *model, const api_s
   return API_DONE;
 }
 
-api_outcome api_scene_pose(api_call *call, const tw_model *model, const api_surface_query *surface,
-                           api_surface_scene *scene) {
+api_outcome api_scene_pose(api_call *call, const tw_model *model, api_surface_scene *scene) {
   uint32_t raised;
   api_outcome found = find_raised(call, scene, &raised);
   if (found != API_DONE) return found;
@@ -524,7 +421,8 @@ api_outcome api_scene_pose(api_call *call, const tw_model *model, const api_surf
   if (!model) return api_fail_without_memory(call);
   scene->content.model = model;
   scene->meshes = api_plan_all(model);
-  if (scene->query.is_baked) return bake_model(call, model, surface, scene);
-  api_outcome outcome = is_moment(&scene->query) ? pose_model(call, model, scene) : API_DONE;
-  return outcome == API_DONE && scene->query.is_bare ? strip_meshes(call, model, scene) : outcome;
+  if (scene->query->skin == API_SKIN_BAKE) return bake_model(call, model, scene);
+  api_outcome outcome = api_is_moment(scene->query) ? pose_model(call, model, scene) : API_DONE;
+  return outcome == API_DONE && scene->query->meshes == API_MESHES_NONE ? strip_meshes(call, model, scene)
+                                                                        : outcome;
 }

@@ -22,32 +22,7 @@ static void release(api_surface_request *request) {
   api_entry_release(request->model);
 }
 
-static void print_polygons(const api_surface_request *request, tw_text *text) {
-  tw_text_add(text, request->polygons == TW_POLYGONS_NGON ? "&polygons=ngon" : "&polygons=triangles");
-}
-
-/* All parameters with defaults, as text; NULL without memory. */
-static const char *canonical(api_call *call, const api_surface_request *request) {
-  tw_text text = {0};
-  api_surface_query_print(&request->surface, &text);
-  print_polygons(request, &text);
-  api_encoding_print(request->encoding, &text);
-  api_scene_print(&request->scene, &text);
-  if (api_is_flat(request) || request->form == FORM_JSON) api_flat_print(&request->flat_query, &text);
-  if (request->with_shells) tw_text_add(&text, "&shells");
-  return api_text_keep(&text, call->arena);
-}
-
 /* ---- packs --------------------------------------------------------------------------------------- */
-
-/* What packs depend on besides the model and the encoding, as text; NULL without memory. */
-static const char *packs_key(api_call *call, const api_surface_request *request) {
-  tw_text text = {0};
-  api_surface_query_print(&request->surface, &text);
-  print_polygons(request, &text);
-  tw_text_add(&text, request->scene.query.is_baked ? "&skin=bake" : "&skin=keep");
-  return api_text_keep(&text, call->arena);
-}
 
 /* Puts the packs into the scene. */
 static void set_packs(api_surface_request *request) {
@@ -59,13 +34,13 @@ static void set_packs(api_surface_request *request) {
  * unmeasured packs suffice. HEAD of a compressed answer uses them if they are cached, and is answered without
  * a size else. */
 static api_outcome take_packs(api_call *call, api_surface_request *request, bool is_stored) {
-  if (request->encoding == TW_ENCODING_FLOAT || request->scene.content.model->mesh_count == 0)
+  if (request->query.encoding == TW_ENCODING_FLOAT || request->scene.content.model->mesh_count == 0)
     return API_DONE;
-  bool is_compressed = request->encoding == TW_ENCODING_MESHOPT,
+  bool is_compressed = request->query.encoding == TW_ENCODING_MESHOPT,
        is_size = request->form == FORM_JSON || call->is_head;
-  api_packs_query query = {request->encoding, request->polygons, true};
+  api_packs_query query = {(tw_encoding)request->query.encoding, (tw_polygons)request->query.polygons, true};
   bool is_kept = is_stored && request->scene.moves.count == 0; /* moved surfaces are the request's own */
-  const char *key = is_kept ? packs_key(call, request) : NULL;
+  const char *key = is_kept ? api_surface_key_print(call, &request->query, API_KEY_PACKS, "/packs?") : NULL;
   if (is_kept && !key) return api_fail_without_memory(call);
   if (is_size) request->packs = api_packs_peek(call, &query, key);
   query.is_measured = is_compressed || !is_size;
@@ -81,7 +56,7 @@ static api_outcome take_packs(api_call *call, api_surface_request *request, bool
 /* Whether the answer's size can be told: that of a compressed answer only by its packs, which HEAD may
  * lack. */
 static bool knows_size(const api_surface_request *request) {
-  return request->encoding != TW_ENCODING_MESHOPT || request->scene.content.packs ||
+  return request->query.encoding != TW_ENCODING_MESHOPT || request->scene.content.packs ||
          request->scene.content.model->mesh_count == 0;
 }
 
@@ -322,7 +297,7 @@ static api_outcome reply_surface(api_call *call, api_surface_request *request) {
 
 /* Whether rows of a mesh hold fewer influences than its points have because the request asks for fewer. */
 static bool is_cut(const api_surface_request *request, const tw_mesh *mesh) {
-  return tw_mesh_influences(mesh, request->surface.influences) < tw_mesh_influences(mesh, 0);
+  return tw_mesh_influences(mesh, (uint32_t)request->query.influences) < tw_mesh_influences(mesh, 0);
 }
 
 static bool cuts_influences(const api_surface_request *request) {
@@ -338,12 +313,12 @@ static bool is_light(const api_call *call, const api_surface_request *request) {
   const api_plan *plan = api_entry_value(request->plan);
   const tw_model *model = request->scene.content.model;
   bool needs_no_pass = atomic_load(&plan->is_warm) || !api_is_gltf(request) || call->is_head ||
-                       request->encoding != TW_ENCODING_FLOAT;
+                       request->query.encoding != TW_ENCODING_FLOAT;
   uint64_t corners = 0;
   for (uint32_t i = 0; i < model->mesh_count; i++) corners += model->meshes[i].corner_count;
   if (!api_is_gltf(request) && corners > LIGHT_CORNERS) return false; /* flat forms look at all corners */
-  if ((api_is_flat(request) || request->with_shells) && !api_shells_are_light(plan)) return false;
-  return needs_no_pass && request->scene.choices.count == 0 && !cuts_influences(request) &&
+  if ((api_is_flat(request) || request->query.with_shells) && !api_shells_are_light(plan)) return false;
+  return needs_no_pass && request->query.choices.count == 0 && !cuts_influences(request) &&
          model->mesh_count + (uint64_t)model->node_count <= LIGHT_PARTS;
 }
 
@@ -363,14 +338,14 @@ static api_outcome prepare(api_call *call, api_surface_request *request, bool is
   if (lacks_faces(model)) return api_fail_with(call, 422, "the model has no faces: it has no surface");
   api_outcome outcome = api_scene_take_clips(call, model, is_stored, scene);
   if (outcome != API_DONE) return outcome;
-  bool is_posed = scene->query.times.is_given || scene->query.is_baked;
+  bool is_posed = request->query.times.is_given || request->query.skin == API_SKIN_BAKE;
   if (call->effort != API_HEAVY && is_posed) return API_NEEDS_THREAD;
-  outcome = api_scene_pose(call, model, &request->surface, scene);
-  scene->content.polygons = request->polygons;
-  scene->content.is_without_details = !request->surface.details;
+  outcome = api_scene_pose(call, model, scene);
+  scene->content.polygons = (tw_polygons)request->query.polygons;
+  scene->content.is_without_details = !request->query.details;
   if (outcome != API_DONE) return outcome;
   bool is_kept = is_stored && scene->meshes.count > 0;
-  outcome = api_plan_take(call, &scene->meshes, &scene->moves, is_kept, &request->surface, &request->plan);
+  outcome = api_plan_take(call, &scene->meshes, &scene->moves, is_kept, &request->query, &request->plan);
   if (outcome != API_DONE) return outcome;
   const api_plan *plan = api_entry_value(request->plan);
   scene->content.surfaces = (const tw_surface *const *)plan->surfaces;
@@ -378,7 +353,7 @@ static api_outcome prepare(api_call *call, api_surface_request *request, bool is
 }
 
 static api_outcome validate(api_call *call, const api_surface_request *request) {
-  const char *text = canonical(call, request);
+  const char *text = api_surface_key_print(call, &request->query, API_KEY_ANSWER, NULL);
   char representation[20];
   snprintf(representation, sizeof representation, "surface.%s", call->offer->extension);
   return text ? api_validate(call, representation, text) : api_fail_without_memory(call);
@@ -399,7 +374,7 @@ static api_outcome warn_of_polygons(api_call *call, const api_surface_request *r
   const tw_scene *scene = &request->scene.content;
   uint64_t count = 0;
   bool has_polygons = request->form == FORM_OBJ || api_is_flat(request);
-  if (has_polygons || request->polygons != TW_POLYGONS_NGON) return API_DONE;
+  if (has_polygons || request->query.polygons != TW_POLYGONS_NGON) return API_DONE;
   for (uint32_t i = 0; i < scene->model->mesh_count; i++) {
     const tw_face_cut *cuts = tw_surface_get_cuts(scene->surfaces[i]);
     for (uint32_t k = 0; k < tw_surface_cut_count(scene->surfaces[i]); k++) count += cuts[k].fan_count == 0;
@@ -409,7 +384,7 @@ static api_outcome warn_of_polygons(api_call *call, const api_surface_request *r
   tw_text_count(&text, count);
   tw_text_add(&text, count > 1 ? " concave polygons are no fans" : " concave polygon is no fan");
   tw_text_add(&text,
-              request->surface.tagged
+              request->query.tagged
                   ? " from any corner: split into triangles, which are joined when the file is uploaded"
                   : " from any corner: split into triangles");
   const char *sentence = api_text_keep(&text, call->arena);
@@ -433,7 +408,7 @@ static uint64_t count_richer_points(const tw_mesh *mesh, uint32_t most) {
 /* Tells what influences=4 takes away. */
 static api_outcome warn_of_influences(api_call *call, const api_surface_request *request) {
   const tw_model *model = request->scene.content.model;
-  uint32_t most = request->surface.influences;
+  uint32_t most = (uint32_t)request->query.influences;
   uint64_t points = 0;
   if (request->form == FORM_OBJ || api_is_flat(request)) return API_DONE;
   for (uint32_t i = 0; i < model->mesh_count; i++)
@@ -463,14 +438,14 @@ static api_outcome open_flat(api_call *call, api_surface_request *request) {
   if (outcome == API_DONE) outcome = api_warn_of_shells(call, request);
   if (outcome == API_DONE)
     outcome = api_flat_warn_of_losses(call, scene, options.format, plan->hard_edges > 0);
-  return outcome == API_DONE ? api_flat_warn_of_unit(call, &request->flat_query) : outcome;
+  return outcome == API_DONE ? api_flat_warn_of_unit(call, &request->query.flat) : outcome;
 }
 
 /* From the model to the answer. The caller releases the request unless the answer's body took it over. */
 static api_outcome answer_surface(api_call *call, api_surface_request *request, bool is_stored) {
   /* Both ways to ask for the same have one key. */
-  request->surface.reading.quads = tw_quads_of(request->surface.reading.quads,
-                                               ((const tw_model *)api_entry_value(request->model))->format);
+  request->query.reading.quads =
+      tw_quads_of(request->query.reading.quads, ((const tw_model *)api_entry_value(request->model))->format);
   api_outcome outcome = prepare(call, request, is_stored);
   if (outcome == API_DONE && is_stored) {
     outcome = validate(call, request);
@@ -504,17 +479,30 @@ static api_outcome answer_and_release(api_call *call, api_surface_request *reque
   return outcome;
 }
 
+/* Reads the parameters, without the model; lives in the call's arena. NULL: the fault says why. */
+static api_surface_request *read_request(api_call *call) {
+  api_surface_request *request = tw_arena_alloc(call->arena, 1, sizeof *request);
+  if (!request) {
+    api_fail_without_memory(call);
+    return NULL;
+  }
+  request->form = (api_surface_form)(call->offer - call->route->offers);
+  request->scene.query = &request->query;
+  api_outcome outcome = api_surface_query_read_form(call, request->form, &request->query);
+  return outcome == API_DONE ? request : NULL;
+}
+
 api_outcome api_get_surface(api_call *call) {
-  api_surface_request *request = api_surface_request_read(call);
+  api_surface_request *request = read_request(call);
   if (!request) return API_FAILED;
-  api_outcome outcome = api_model_take(call, call->id, &request->surface.reading, &request->model);
+  api_outcome outcome = api_model_take(call, call->id, &request->query.reading, &request->model);
   return outcome == API_DONE ? answer_and_release(call, request, true) : outcome;
 }
 
 api_outcome api_post_surface(api_call *call) {
   if (call->effort != API_HEAVY) return API_NEEDS_THREAD;
-  api_surface_request *request = api_surface_request_read(call);
+  api_surface_request *request = read_request(call);
   if (!request) return API_FAILED;
-  api_outcome outcome = api_model_of_body(call, &request->surface.reading, &request->model);
+  api_outcome outcome = api_model_of_body(call, &request->query.reading, &request->model);
   return outcome == API_DONE ? answer_and_release(call, request, false) : outcome;
 }

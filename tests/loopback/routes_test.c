@@ -59,9 +59,9 @@ static const cJSON *find_operation(const cJSON *document, const api_route *route
   return get(find_path(document, route, form), method);
 }
 
-static bool is_listed(const char *const *names, const char *name) {
-  for (; *names; names++)
-    if (strcmp(*names, name) == 0) return true;
+static bool is_listed(const api_rule *rules, const char *name) {
+  for (; rules->name; rules++)
+    if (strcmp(rules->name, name) == 0) return true;
   return false;
 }
 
@@ -86,7 +86,7 @@ static void compare_parameters(const cJSON *document, const api_route *route, co
   size_t documented =
       check_parameters(document, get(find_path(document, route, form), "parameters"), route) +
       check_parameters(document, get(find_operation(document, route, form), "parameters"), route);
-  while (route->parameters[known]) known++;
+  while (route->parameters[known].name) known++;
   if (documented != known)
     fail_msg("%s %s: %zu parameters of %zu", route->method, route->path, documented, known);
 }

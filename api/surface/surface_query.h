@@ -1,0 +1,98 @@
+/* The parameters of a surface: the one table by which they are read, and printed for every key. */
+#ifndef API_SURFACE_QUERY_H
+#define API_SURFACE_QUERY_H
+
+#include "clips.h"
+#include "flat_answer.h"
+#include "rules.h"
+#include "times.h"
+#include "tweend/format.h"
+#include "upload.h"
+
+/* In the order of the route's offers. */
+typedef enum api_surface_form {
+  FORM_GLB,
+  FORM_GLTF,
+  FORM_OBJ,
+  FORM_JSON,
+  FORM_STL,
+  FORM_PLY
+} api_surface_form;
+
+/* Values of normals, skin and meshes. */
+enum { API_NORMALS_AUTO, API_NORMALS_LIMIT, API_NORMALS_NONE };
+enum { API_SKIN_KEEP, API_SKIN_BAKE };
+enum { API_MESHES_ALL, API_MESHES_NONE };
+
+/* Which keyframes are reduced, and how much. */
+typedef struct api_reduction {
+  bool is_wide; /* LINEAR tracks are reduced too, not only those that glTF cannot express */
+  tw_tolerance tolerance;
+} api_reduction;
+
+/* A surface's parameters, and what they make of each other. Where a number is -1, the parameter is not given,
+ * so the file's own tags apply. */
+typedef struct api_surface_query {
+  /* The surfaces. */
+  uint64_t level; /* as given; api_plan_check checks it */
+  int scheme, boundary, uv, creasing, triangles;
+  api_reading reading; /* how the model is read */
+  bool limit;
+  int normals;
+  bool details;   /* apply the details of the mesh's levels */
+  int influences; /* the most influences of a point, 0: all of the file's */
+  tw_creases creases;
+  double crease_degrees;  /* of TW_CREASES_ANGLE, else 0 */
+  float crease_sharpness; /* of the edges that `creases` adds, else 0 */
+  /* How they are written. */
+  int polygons; /* a tw_polygons */
+  int encoding; /* a tw_encoding */
+  api_flat_query flat;
+  bool with_shells; /* surface.json tells of shells */
+  /* What of the model is shown. */
+  int skin, meshes;
+  const char *clip;     /* as in api_clips_choose; NULL: all clips, or the first with times */
+  api_clip_terms terms; /* as in api_clips_choose */
+  api_times times;
+  api_reduction reduction;
+  /* Made of the above. */
+  bool own_normals;         /* keep the file's normals, at level 0 */
+  bool tagged;              /* keep the tags of the cage, at level 0 */
+  bool with_holes;          /* holes become faces (tw_mesh_open_holes), details are left out */
+  api_clip_choices choices; /* the clips, see api_scene_take_clips */
+} api_surface_query;
+
+/* For the table of routes. */
+extern const api_rule api_surface_rules[];
+
+/* Fills in the defaults and reads what the call's query has. 400. */
+api_outcome api_surface_query_read(api_call *call, api_surface_query *out);
+
+/* The same for an answer in a form: fills in what that makes of the parameters, but for the clips, and checks
+ * them together. */
+api_outcome api_surface_query_read_form(api_call *call, api_surface_form form, api_surface_query *out);
+
+/* Whether the request shows the model at one time. */
+static inline bool api_is_moment(const api_surface_query *query) {
+  return query->times.list && query->times.count == 1;
+}
+
+/* Whether the request bakes the model as it rests, of no clip. */
+static inline bool api_is_baked_at_rest(const api_surface_query *query) {
+  return query->skin == API_SKIN_BAKE && !query->times.is_given;
+}
+
+/* What is made of a request, and found by the parameters that it depends on. */
+typedef enum api_surface_key {
+  API_KEY_PLAN = 1,
+  API_KEY_PACKS = 2,
+  API_KEY_REDUCED = 4, /* reduced keyframes */
+  API_KEY_ANSWER = 8   /* without the model and the form: for entity tags */
+} api_surface_key;
+
+/* Prints the parameters with their defaults, in one order: equal texts mean equal bytes. head: what stands
+ * before them, after the model's id; NULL: neither does. NULL without memory. */
+const char *api_surface_key_print(api_call *call, const api_surface_query *query, api_surface_key key,
+                                  const char *head);
+
+#endif
