@@ -7,6 +7,7 @@
 #include "models.h"
 #include "near_names.h"
 #include "service.h"
+#include "stored.h"
 #include "surface_query.h"
 
 #include <pthread.h>

@@ -17,6 +17,11 @@ const char *api_model_name(const tw_model *model) {
   return NULL;
 }
 
+void api_model_print_listed(const tw_model *model, tw_text *out) {
+  tw_member_string(out, "name", api_model_name(model));
+  tw_member_string(out, "format", tw_format_names[model->format]);
+}
+
 /* Prints {"3":2,"4":6}: how many there are of each size. */
 static void member_histogram(tw_text *out, const char *name, uint32_t count, const uint32_t *sizes,
                              const uint32_t *numbers) {

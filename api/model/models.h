@@ -1,4 +1,4 @@
-/* Models: stored, parsed, cached, described. */
+/* Models: parsed, cached, described. */
 #ifndef API_MODELS_H
 #define API_MODELS_H
 
@@ -6,9 +6,6 @@
 #include "call.h"
 #include "tweend/format.h"
 #include "upload.h"
-
-/* Whether a text is a model's id: 32 digits of lower-case hex. */
-bool api_is_model_id(const char *text, size_t length);
 
 /* The limits on what a document may make, bounded by --max-memory. The service outlives the result. */
 api_making api_making_within(const api_service *service);
@@ -18,30 +15,23 @@ api_making api_making_within(const api_service *service);
  * stalls where the model is not cached. */
 api_outcome api_model_take(api_call *call, const char *id, const api_reading *reading, api_entry **out);
 
-/* Checks that a model is stored and whole before anything about it is answered from the cache: another daemon
- * on the same store may have deleted it. 404 where it is absent, 500 where it is damaged; where the store
- * cannot be reached, the cache still answers. API_NEEDS_LOOK in a call with API_LIGHT without a recent
- * check. */
-api_outcome api_model_look(api_call *call, const char *id);
-
 /* The model in the request's body, parsed for this request alone: *out holds a tw_model. */
 api_outcome api_model_of_body(api_call *call, const api_reading *reading, api_entry **out);
 
-/* Members that an answer adds to the description of a model. */
-typedef struct api_addition {
-  void (*print)(void *context, tw_text *out);
-  void *context;
-} api_addition;
+/* Reads the body and parses the model in it. The caller owns both after API_DONE. */
+api_outcome api_model_read_body(api_call *call, const api_reading *reading, api_upload *upload,
+                                tw_model **out);
 
-/* Parses a GLB that the request made, and holds, stores it, and answers as for an upload. name: or NULL.
- * addition: or NULL. */
-api_outcome api_model_store(api_call *call, api_bytes bytes, const char *name, const api_addition *addition);
+/* Parses a model after memory for that is granted, in addition to `held`. False: the fault says why. */
+bool api_model_read_granted(api_call *call, api_bytes bytes, uint64_t held, tw_format format,
+                            api_reading reading, tw_model **out);
 
-/* Fails with 507. */
-api_outcome api_model_fail_full(api_call *call);
+/* Caches a model that has just been stored, so that its first reader need not parse it. Takes the model
+ * over. */
+void api_model_remember(api_service *service, const char *id, tw_model *model);
 
-/* Answers as for an upload of the bytes of the call's stored model. */
-api_outcome api_model_reply_stored(api_call *call);
+/* Names the model. name: or NULL. False without memory. */
+bool api_model_set_name(tw_model *model, const char *name);
 
 /* Prints the description of a model, and adds its warnings to the answer's header. False: the call's fault
  * says why. */
@@ -49,6 +39,9 @@ bool api_describe(const tw_model *model, const char *id, uint64_t size, tw_text 
 
 /* The model's name: its own, or the first one in its meshes, nodes or clips; NULL without any. */
 const char *api_model_name(const tw_model *model);
+
+/* Prints the members that a listing shows: name and format. */
+void api_model_print_listed(const tw_model *model, tw_text *out);
 
 /* The warning of edges that TW_CREASES_FILE keeps hard, in the call's arena; NULL without memory. */
 const char *api_hard_warning(api_call *call, uint64_t edges);

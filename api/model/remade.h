@@ -4,6 +4,7 @@
 #ifndef API_REMADE_H
 #define API_REMADE_H
 
+#include "model_store.h"
 #include "models.h"
 
 typedef struct api_remade {

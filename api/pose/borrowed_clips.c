@@ -3,6 +3,7 @@
 
 #include "models.h"
 #include "near_names.h"
+#include "stored.h"
 
 #include <stdio.h>
 #include <string.h>
