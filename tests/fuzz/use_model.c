@@ -79,6 +79,20 @@ static void write_flat(const tw_scene *scene) {
   }
 }
 
+/* 3MF must not be larger than it stated. */
+static void write_3mf(const tw_scene *scene) {
+  tw_3mf_stream *stream = NULL;
+  uint8_t block[4096];
+  if (tw_3mf_stream_create(scene, &(tw_3mf_options){.scale = 1000, .unit = "millimeter"}, &stream, NULL) !=
+      TW_OK)
+    return;
+  uint64_t bound = tw_3mf_stream_bound(stream), read = 0;
+  for (int64_t count = 1; count > 0; read += (uint64_t)count)
+    if ((count = tw_3mf_stream_read(stream, block, sizeof block)) < 0) abort();
+  if (read > bound) abort();
+  tw_3mf_stream_destroy(stream);
+}
+
 static void write_packed(const tw_model *model, tw_scene *scene, tw_encoding encoding) {
   tw_grid grids[MESHES];
   tw_packs *packs[MESHES] = {NULL};
@@ -110,6 +124,7 @@ static void draw(const tw_model *model) {
                       .polygons = (tw_polygons)(model->node_count % 2)};
     write_answer(&scene);
     write_flat(&scene);
+    write_3mf(&scene);
     write_packed(model, &scene, TW_ENCODING_QUANTIZED);
     write_packed(model, &scene, TW_ENCODING_MESHOPT);
   }

@@ -270,6 +270,26 @@ bool tw_flat_stream_origin(const tw_flat_stream *stream, double origin[3]);
 tw_status tw_flat_stream_predict(const tw_scene *scene, const tw_flat_options *options, uint64_t *size,
                                  tw_error *error);
 
+/* The model part of a 3MF package, as XML: each mesh as an object, once as it is and once mirrored where
+ * nodes mirror it; an item with a transform for each node that shows a mesh; materials as base materials
+ * (sRGB). The scene's clips and polygons are ignored. The size is unknown until the end. */
+typedef struct tw_3mf_stream tw_3mf_stream;
+
+typedef struct tw_3mf_options {
+  double scale;        /* of coordinates and translations, above 0 */
+  const char *unit;    /* one of 3MF's ("millimeter"); outlives the stream */
+  const bool *is_open; /* [meshes] those that are no closed shells, whose objects are surfaces and no solids;
+                          NULL: none. Outlives the stream */
+} tw_3mf_options;
+
+/* TW_NO_MEMORY. */
+tw_status tw_3mf_stream_create(const tw_scene *scene, const tw_3mf_options *options, tw_3mf_stream **out,
+                               tw_error *error);
+void tw_3mf_stream_destroy(tw_3mf_stream *stream);         /* NULL accepted */
+uint64_t tw_3mf_stream_bound(const tw_3mf_stream *stream); /* its size is at most this */
+/* Fills `out`, and less only at the end; -1 where the work is no longer wanted (tw_work). */
+int64_t tw_3mf_stream_read(tw_3mf_stream *stream, uint8_t *out, size_t capacity);
+
 /* Which nodes of a model BVH has as joints, with their ancestors. */
 typedef enum tw_bvh_choice {
   TW_BVH_MOVED, /* those whose transform the clip moves; all if it moves none */
