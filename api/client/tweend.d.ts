@@ -5,7 +5,7 @@ export type ModelId = string | { id: string };
 /** The content of an upload. Several files (a glTF and the files that it names) are stored as one GLB. */
 export type ModelSource = string | Blob | ArrayBuffer | ArrayBufferView<ArrayBuffer> | readonly File[];
 
-export type SurfaceForm = 'glb' | 'gltf' | 'obj' | 'json' | 'stl' | 'ply';
+export type SurfaceForm = 'glb' | 'gltf' | 'obj' | 'json' | 'stl' | 'ply' | '3mf';
 export type PoseForm = 'json' | 'ndjson' | 'bin' | 'csv';
 
 /** Options passed on to `fetch`. */
@@ -1361,20 +1361,21 @@ export interface SurfaceOptions {
    */
   polygons?: "triangles" | "ngon";
   /**
-   * The unit of the coordinates of `.stl` and `.ply`, of which a metre of the model has so many; other forms are in
-   * the model's unit and refuse it. Default: millimetres for STL, metres for PLY.
+   * The unit of the coordinates of `.stl`, `.ply` and `.3mf`, of which a metre of the model has so many; other
+   * forms are in the model's unit and refuse it. Default: millimetres for STL and 3MF, metres for PLY.
    */
   unit?: "mm" | "cm" | "m" | "um" | "in" | "ft";
   /**
-   * Multiplies the coordinates of `.stl` and `.ply`, besides `unit`: `scale=0.001` for a model that was made in
-   * millimetres.
+   * Multiplies the coordinates of `.stl`, `.ply` and `.3mf`, besides `unit`: `scale=0.001` for a model that was
+   * made in millimetres.
    * @default 1
    */
   scale?: number;
   /**
    * `true`: `surface.json` tells of printability: of each shell (a set of faces that edges connect) whether it is
    * closed, its volume and area, those of the triangles as `surface.stl` has them, and open edges. That takes a
-   * pass over all triangles. Other forms refuse it; STL and PLY warn of shells that are not closed or inside out.
+   * pass over all triangles. Other forms refuse it; STL, PLY and 3MF warn of shells that are not closed or inside
+   * out.
    * @default false
    */
   shells?: boolean;

@@ -1,11 +1,14 @@
-/* STL and PLY know no unit; printers take STL's numbers for millimetres. */
+/* STL and PLY know no unit; printers take STL's numbers for millimetres. 3MF tells its unit. */
 #include "flat_answer.h"
 
 #include <string.h>
 
-static const api_length_unit units[] = {{"mm", "millimetres", 1000},  {"cm", "centimetres", 100},
-                                        {"m", "metres", 1},           {"um", "micrometres", 1e6},
-                                        {"in", "inches", 1 / 0.0254}, {"ft", "feet", 1 / 0.3048}};
+static const api_length_unit units[] = {{"mm", "millimetres", "millimeter", 1000},
+                                        {"cm", "centimetres", "centimeter", 100},
+                                        {"m", "metres", "meter", 1},
+                                        {"um", "micrometres", "micron", 1e6},
+                                        {"in", "inches", "inch", 1 / 0.0254},
+                                        {"ft", "feet", "foot", 1 / 0.3048}};
 static const char *const unit_names[] = {"mm", "cm", "m", "um", "in", "ft", NULL};
 
 api_outcome api_flat_read(api_call *call, const char *fallback, api_flat_query *out) {
@@ -16,7 +19,8 @@ api_outcome api_flat_read(api_call *call, const char *fallback, api_flat_query *
   for (size_t i = 0; !fallback && i < sizeof named / sizeof *named; i++)
     if (api_query_get(query, named[i]))
       return api_fail_with(
-          call, 400, "%s goes with .stl, .ply and .json: the lengths of this form are the model's", named[i]);
+          call, 400, "%s goes with .stl, .ply, .3mf and .json: the lengths of this form are the model's",
+          named[i]);
   while (fallback && strcmp(units[unit].name, fallback) != 0) unit++;
   *out = (api_flat_query){.is_unit_given = api_query_get(query, "unit"), .scale = 1};
   tw_status status = api_query_choice(query, "unit", unit_names, &unit, error);
@@ -73,7 +77,7 @@ api_outcome api_flat_warn_of_move(api_call *call, const double origin[3]) {
 /* How many meshes, nodes or materials have something. */
 typedef struct flat_losses {
   uint64_t instances;
-  uint32_t shown, materials, colors, corner_colors, attributes, uvs, more_uvs, loose, hard;
+  uint32_t shown, materials, textures, colors, corner_colors, attributes, uvs, more_uvs, loose, hard;
 } flat_losses;
 
 /* Whether the surface has more than one normal at some point: its rows are split, and it has infinitely sharp
@@ -107,15 +111,10 @@ static void count_mesh(const tw_mesh *mesh, const tw_surface *surface, bool is_h
   losses->hard += has_hard_normals(mesh, surface, is_hard);
 }
 
-static void add(tw_text *text, bool is_lost, const char *what) {
-  if (!is_lost) return;
-  if (text->size > 0) tw_text_add(text, ", ");
-  tw_text_add(text, what);
-}
-
-api_outcome api_flat_warn_of_losses(api_call *call, const tw_scene *scene, tw_format format, bool is_hard) {
+static flat_losses count_losses(const tw_scene *scene, bool is_hard) {
   const tw_model *model = scene->model;
-  flat_losses losses = {.materials = model->assets || model->material_colors ? model->material_count : 0};
+  flat_losses losses = {.materials = model->material_colors ? model->material_count : 0};
+  losses.textures = model->assets ? model->material_count : 0;
   for (uint32_t i = 0; i < model->mesh_count; i++)
     count_mesh(&model->meshes[i], scene->surfaces[i], is_hard, &losses);
   for (uint32_t n = 0; n < model->node_count; n++) {
@@ -123,26 +122,37 @@ api_outcome api_flat_warn_of_losses(api_call *call, const tw_scene *scene, tw_fo
     losses.shown += model->nodes[n].mesh != TW_NO_INDEX;
     losses.instances += tw_gltf_instance_count(model, n);
   }
-  bool is_stl = format == TW_FORMAT_STL;
-  tw_text list = {0}, text = {0};
-  add(&list, losses.instances > 0, "instances of EXT_mesh_gpu_instancing");
-  add(&list, losses.shown > 1, "the nodes, which are one mesh");
-  add(&list, losses.materials > 0, "materials");
-  add(&list, is_stl && losses.uvs > 0, "texture coordinates");
-  add(&list, !is_stl && losses.more_uvs > 0, "texture coordinates behind the first set");
-  add(&list, is_stl && losses.colors > 0, "colours");
-  add(&list, !is_stl && losses.corner_colors > 0, "all but one colour of a point");
-  add(&list, !is_stl && losses.hard > 0, "all but one normal of a point");
-  add(&list, losses.attributes > 0, "attributes of the application");
-  add(&list, losses.loose > 0, "points and lines");
-  if (list.size > 0) {
-    tw_text_add(&text, is_stl ? "surface.stl is without: " : "surface.ply is without: ");
-    tw_text_bytes(&text, list.data, list.size);
+  return losses;
+}
+
+api_outcome api_flat_warn_of_losses(api_call *call, const tw_scene *scene, uint32_t lacks, bool is_hard) {
+  const flat_losses losses = count_losses(scene, is_hard);
+  const struct {
+    uint32_t lack; /* by any of these */
+    bool is_there;
+    const char *what;
+  } rows[] = {{UINT32_MAX, losses.instances > 0, "instances of EXT_mesh_gpu_instancing"},
+              {API_LACKS_NODES, losses.shown > 1, "the nodes, which are one mesh"},
+              {API_LACKS_MATERIALS, losses.materials + losses.textures > 0, "materials"},
+              {API_LACKS_TEXTURES, losses.textures > 0, "all of materials but their base colours"},
+              {API_LACKS_UVS, losses.uvs > 0, "texture coordinates"},
+              {API_LACKS_MORE_UVS, losses.more_uvs > 0, "texture coordinates behind the first set"},
+              {API_LACKS_COLORS, losses.colors > 0, "colours of points"},
+              {API_LACKS_CORNER_COLORS, losses.corner_colors > 0, "all but one colour of a point"},
+              {API_LACKS_CORNER_NORMALS, losses.hard > 0, "all but one normal of a point"},
+              {UINT32_MAX, losses.attributes > 0, "attributes of the application"},
+              {UINT32_MAX, losses.loose > 0, "points and lines"}};
+  tw_text text = {0};
+  tw_text_add(&text, "surface.");
+  tw_text_add(&text, call->offer->extension);
+  tw_text_add(&text, " is without");
+  size_t begin = text.size;
+  for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+    if (!(rows[i].lack & lacks) || !rows[i].is_there) continue;
+    tw_text_add(&text, text.size > begin ? ", " : ": ");
+    tw_text_add(&text, rows[i].what);
   }
-  bool has_failed = list.failed;
-  bool is_told = list.size > 0;
-  tw_text_deinit(&list);
-  if (!has_failed && is_told) return warn(call, &text);
+  if (text.size > begin || text.failed) return warn(call, &text);
   tw_text_deinit(&text);
-  return has_failed ? api_fail_without_memory(call) : API_DONE;
+  return API_DONE;
 }

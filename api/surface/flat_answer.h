@@ -1,4 +1,4 @@
-/* Answers for printers and scanners, STL and PLY: their unit, and what they have no place for. */
+/* Answers for printers and scanners, STL, PLY and 3MF: their unit, and what they have no place for. */
 #ifndef API_FLAT_ANSWER_H
 #define API_FLAT_ANSWER_H
 
@@ -7,8 +7,8 @@
 
 /* The unit of an answer's coordinates. The model's is the metre. */
 typedef struct api_length_unit {
-  const char *name, *word; /* "mm", "millimetres" */
-  double scale;            /* how many a metre has */
+  const char *name, *word, *of_3mf; /* "mm", "millimetres", "millimeter" */
+  double scale;                     /* how many a metre has */
 } api_length_unit;
 
 typedef struct api_flat_query {
@@ -30,9 +30,22 @@ double api_flat_scale(const api_flat_query *query);
 /* Warns of a unit that nobody asked for. */
 api_outcome api_flat_warn_of_unit(api_call *call, const api_flat_query *query);
 
-/* Warns of what a scene has and the format has not. format: STL or PLY. is_hard: edges that the file does not
- * tag are sharp. */
-api_outcome api_flat_warn_of_losses(api_call *call, const tw_scene *scene, tw_format format, bool is_hard);
+/* What forms of answers have no place for, besides what none of them has. */
+enum api_lack {
+  API_LACKS_UNIT = 1,
+  API_LACKS_NODES = 2,
+  API_LACKS_MATERIALS = 4,
+  API_LACKS_TEXTURES = 8, /* and all of materials but their base colours */
+  API_LACKS_UVS = 16,
+  API_LACKS_MORE_UVS = 32, /* behind the first set */
+  API_LACKS_COLORS = 64,
+  API_LACKS_CORNER_COLORS = 128,
+  API_LACKS_CORNER_NORMALS = 256
+};
+
+/* Warns of what a scene has and the call's form has not. lacks: of enum api_lack. is_hard: edges that the
+ * file does not tag are sharp. */
+api_outcome api_flat_warn_of_losses(api_call *call, const tw_scene *scene, uint32_t lacks, bool is_hard);
 
 /* Warns that all was moved by minus the origin. */
 api_outcome api_flat_warn_of_move(api_call *call, const double origin[3]);

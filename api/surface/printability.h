@@ -5,8 +5,8 @@
 #include "surface_request.h"
 
 /* Warns of shells that are open or inside out, and of edges of more than two faces; measures the shells of
- * the plan, unless they are known. A HEAD request warns where they are known. */
-api_outcome api_warn_of_shells(api_call *call, const api_surface_request *request);
+ * the plan, unless they are known. A HEAD request warns where they are known. Sets request->solids. */
+api_outcome api_warn_of_shells(api_call *call, api_surface_request *request);
 
 /* Whether measuring is so little work that a light call may do it. */
 bool api_shells_are_light(const api_plan *plan);

@@ -304,17 +304,12 @@ static tw_status check_together(const api_surface_query *query, tw_error *error)
   return TW_OK;
 }
 
-/* Whether glTF, or surface.json, which tells of one. */
-static bool is_of_gltf(api_surface_form form) {
-  return form == FORM_GLB || form == FORM_GLTF || form == FORM_JSON;
-}
-
 /* Level 0 in a form that can express all of a cage reads back as the cage. */
-static void keep_cage(api_surface_form form, api_surface_query *query) {
+static void keep_cage(const api_surface_form *form, api_surface_query *query) {
   bool is_at_rest = query->level == 0 && !query->limit;
   bool is_cage_of_gltf =
-      is_of_gltf(form) && query->polygons == TW_POLYGONS_NGON && query->encoding == TW_ENCODING_FLOAT;
-  query->tagged = is_at_rest && (form == FORM_OBJ || is_cage_of_gltf);
+      !form->still && query->polygons == TW_POLYGONS_NGON && query->encoding == TW_ENCODING_FLOAT;
+  query->tagged = is_at_rest && (form->has_tags || is_cage_of_gltf);
   query->with_holes = query->tagged && is_cage_of_gltf;
   query->own_normals = is_at_rest && query->normals == API_NORMALS_AUTO;
 }
@@ -327,24 +322,23 @@ static void carry_root(api_surface_query *query) {
 }
 
 /* Fills in what the form makes of the parameters, and checks them together. */
-static api_outcome complete(api_call *call, api_surface_form form, api_surface_query *query) {
-  static const char *const flat_names[] = {[FORM_OBJ] = "OBJ", [FORM_STL] = "STL", [FORM_PLY] = "PLY"};
-  static const char *const flat_units[] = {[FORM_JSON] = "m", [FORM_STL] = "mm", [FORM_PLY] = "m"};
+static api_outcome complete(api_call *call, const api_surface_form *form, api_surface_query *query) {
   tw_error *error = &call->fault.error;
   keep_cage(form, query);
-  if (!is_of_gltf(form)) query->encoding = TW_ENCODING_FLOAT;
+  if (form->still) query->encoding = TW_ENCODING_FLOAT;
   tw_status status = TW_OK;
-  if (flat_names[form]) status = take_meshes_alone(query, flat_names[form], error);
+  if (form->still) status = take_meshes_alone(query, form->still, error);
   if (status == TW_OK) status = check_together(query, error);
   if (status != TW_OK) return api_fail(call);
   carry_root(query);
-  if (api_flat_read(call, flat_units[form], &query->flat) != API_DONE) return API_FAILED;
-  if (form != FORM_JSON && query->with_shells)
+  if (api_flat_read(call, form->unit, &query->flat) != API_DONE) return API_FAILED;
+  if (!form->is_counts && query->with_shells)
     return api_fail_with(call, 400, "shells=true goes with .json: it tells of the shells of the other forms");
   return API_DONE;
 }
 
-api_outcome api_surface_query_read_form(api_call *call, api_surface_form form, api_surface_query *out) {
+api_outcome api_surface_query_read_form(api_call *call, const api_surface_form *form,
+                                        api_surface_query *out) {
   api_outcome outcome = api_surface_query_read(call, out);
   return outcome == API_DONE ? complete(call, form, out) : outcome;
 }

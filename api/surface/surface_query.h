@@ -9,14 +9,23 @@
 #include "tweend/format.h"
 #include "upload.h"
 
-/* In the order of the route's offers. */
-typedef enum api_surface_form {
-  FORM_GLB,
-  FORM_GLTF,
-  FORM_OBJ,
-  FORM_JSON,
-  FORM_STL,
-  FORM_PLY
+struct api_surface_request;
+
+/* A form of the answer. */
+typedef struct api_surface_form {
+  const char *still; /* its name, where it has no clips and skins and shows one time; NULL: glTF, counts */
+  const char *unit;  /* the unit of its lengths unless another one is asked for; NULL: always the model's */
+  tw_format format;  /* in lib, which knows none for 3MF; JSON tells of a GLB */
+  uint32_t lacks;    /* enum api_lack */
+  bool is_counts;    /* surface.json */
+  bool has_tags;     /* a still form whose level 0 reads back as the cage */
+  bool is_chunked;   /* its size is known only at its end */
+  /* Warns of what is lost, and opens the stream where that is little work; may be NULL. */
+  api_outcome (*open)(api_call *call, struct api_surface_request *request);
+  /* The size, or a bound of it where that is known only at the end. */
+  tw_status (*predict)(api_call *call, const struct api_surface_request *request, uint64_t *size);
+  /* Answers; not HEAD, unless with counts. */
+  api_outcome (*reply)(api_call *call, struct api_surface_request *request);
 } api_surface_form;
 
 /* Values of normals, skin and meshes. */
@@ -70,7 +79,7 @@ api_outcome api_surface_query_read(api_call *call, api_surface_query *out);
 
 /* The same for an answer in a form: fills in what that makes of the parameters, but for the clips, and checks
  * them together. */
-api_outcome api_surface_query_read_form(api_call *call, api_surface_form form, api_surface_query *out);
+api_outcome api_surface_query_read_form(api_call *call, const api_surface_form *form, api_surface_query *out);
 
 /* Whether the request shows the model at one time. */
 static inline bool api_is_moment(const api_surface_query *query) {

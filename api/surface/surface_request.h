@@ -2,29 +2,29 @@
 #ifndef API_SURFACE_REQUEST_H
 #define API_SURFACE_REQUEST_H
 
+#include "package.h"
 #include "plans.h"
 #include "surface_scene.h"
 
 /* A request: its parameters, and all that its answer holds. Lives in the answer's arena. */
 typedef struct api_surface_request {
-  api_surface_form form;
+  const api_surface_form *form;
   api_surface_query query;
   api_surface_scene scene;
   api_entry *model, *plan, *packs; /* references; packs may be NULL */
   tw_gltf_stream *gltf;
   tw_obj_stream *obj;
   tw_flat_stream *flat;
+  api_package *package;
+  const tw_solid *solids;       /* [meshes] the shells of each mesh, of forms for printers; NULL: not known */
   uint64_t size, position, end; /* of the whole answer; place and end of what is read of it */
   api_service *service;
   uint64_t faces; /* counted so far, see count_faces */
 } api_surface_request;
 
-/* Whether the form is one of flat.h, or glTF. */
-static inline bool api_is_flat(const api_surface_request *request) {
-  return request->form == FORM_STL || request->form == FORM_PLY;
-}
-static inline bool api_is_gltf(const api_surface_request *request) {
-  return request->form == FORM_GLB || request->form == FORM_GLTF;
+/* Whether the form is for printers and scanners. */
+static inline bool api_is_printed(const api_surface_request *request) {
+  return request->form->still && request->form->unit;
 }
 
 static inline const api_plan *api_plan_of(const api_surface_request *request) {

@@ -1,4 +1,4 @@
-/* Surfaces: counts, glTF, OBJ, STL and PLY of a model at rest, posed or animated. */
+/* Surfaces: counts, glTF, OBJ, STL, PLY and 3MF of a model at rest, posed or animated. */
 #include "file_name.h"
 #include "handlers.h"
 #include "models.h"
@@ -16,6 +16,7 @@ static void release(api_surface_request *request) {
   tw_gltf_stream_destroy(request->gltf);
   tw_obj_stream_destroy(request->obj);
   tw_flat_stream_destroy(request->flat);
+  api_package_destroy(request->package);
   api_scene_release(&request->scene);
   api_entry_release(request->packs);
   api_entry_release(request->plan);
@@ -37,14 +38,14 @@ static api_outcome take_packs(api_call *call, api_surface_request *request, bool
   if (request->query.encoding == TW_ENCODING_FLOAT || request->scene.content.model->mesh_count == 0)
     return API_DONE;
   bool is_compressed = request->query.encoding == TW_ENCODING_MESHOPT,
-       is_size = request->form == FORM_JSON || call->is_head;
+       is_size = request->form->is_counts || call->is_head;
   api_packs_query query = {(tw_encoding)request->query.encoding, (tw_polygons)request->query.polygons, true};
   bool is_kept = is_stored && request->scene.moves.count == 0; /* moved surfaces are the request's own */
   const char *key = is_kept ? api_surface_key_print(call, &request->query, API_KEY_PACKS, "/packs?") : NULL;
   if (is_kept && !key) return api_fail_without_memory(call);
   if (is_size) request->packs = api_packs_peek(call, &query, key);
   query.is_measured = is_compressed || !is_size;
-  if (!request->packs && is_compressed && request->form != FORM_JSON && call->is_head) return API_DONE;
+  if (!request->packs && is_compressed && !request->form->is_counts && call->is_head) return API_DONE;
   const api_plan *plan = api_entry_value(request->plan);
   api_outcome outcome = API_DONE;
   if (!request->packs)
@@ -90,7 +91,7 @@ static uint64_t obj_tags_bound(const tw_surface *surface) {
 /* A bound on the size of an OBJ, which is known only at its end: 17 characters a number, 25 of a point far
  * from the origin, 9 of a colour, and 11 an index, of which a corner has three. Stops soon after the limit.
  */
-static tw_status obj_size_bound(api_call *call, const api_surface_request *request, uint64_t *size) {
+static tw_status predict_obj(api_call *call, const api_surface_request *request, uint64_t *size) {
   const api_plan *plan = api_entry_value(request->plan);
   const tw_model *model = request->scene.content.model;
   uint64_t limit = call->service->limits.max_output;
@@ -130,26 +131,27 @@ static api_outcome check_size(api_call *call, const api_surface_request *request
   return API_FAILED;
 }
 
-static tw_flat_options flat_options_of(const api_surface_request *request) {
-  return api_surface_flat_options(request, request->form == FORM_STL ? TW_FORMAT_STL : TW_FORMAT_PLY);
+static tw_status predict_gltf(api_call *call, const api_surface_request *request, uint64_t *size) {
+  return tw_gltf_stream_predict(&request->scene.content, request->form->format, size, &call->fault.error);
 }
 
-/* The sizes in JSON are those of a GLB. */
-static tw_format container_of(const api_surface_request *request) {
-  return request->form == FORM_GLTF ? TW_FORMAT_GLTF : TW_FORMAT_GLB;
+static tw_status predict_flat(api_call *call, const api_surface_request *request, uint64_t *size) {
+  (void)call;
+  *size = tw_flat_stream_size(request->flat);
+  return TW_OK;
 }
 
+static tw_status predict_package(api_call *call, const api_surface_request *request, uint64_t *size) {
+  (void)call;
+  *size = api_package_bound(request->package);
+  return TW_OK;
+}
+
+/* The size of the answer, or a bound where it is known only at the end; checked. */
 static api_outcome predict(api_call *call, const api_surface_request *request, uint64_t *size) {
-  tw_status status = TW_OK;
   *size = API_SIZE_UNKNOWN;
   if (!knows_size(request)) return API_DONE;
-  if (request->form == FORM_OBJ) {
-    status = obj_size_bound(call, request, size);
-  } else if (api_is_flat(request)) {
-    const tw_flat_options options = flat_options_of(request);
-    status = tw_flat_stream_predict(&request->scene.content, &options, size, &call->fault.error);
-  } else
-    status = tw_gltf_stream_predict(&request->scene.content, container_of(request), size, &call->fault.error);
+  tw_status status = request->form->predict(call, request, size);
   return check_size(call, request, status, *size);
 }
 
@@ -188,16 +190,24 @@ static int64_t read_flat(void *context, uint8_t *out, size_t capacity) {
   return (int64_t)count;
 }
 
-/* The size is known only at the end: all faces are counted then. */
-static int64_t read_obj(void *context, uint8_t *out, size_t capacity) {
-  api_surface_request *request = context;
-  size_t count = tw_obj_stream_read(request->obj, out, capacity);
-  request->position += count;
+/* Counts bytes of an answer whose size is known only at the end: all faces are counted then. */
+static int64_t take_chunk(api_surface_request *request, int64_t count) {
+  if (count > 0) request->position += (uint64_t)count;
   if (count == 0) {
     request->size = request->position;
     count_faces(request);
   }
-  return (int64_t)count;
+  return count;
+}
+
+static int64_t read_obj(void *context, uint8_t *out, size_t capacity) {
+  api_surface_request *request = context;
+  return take_chunk(request, (int64_t)tw_obj_stream_read(request->obj, out, capacity));
+}
+
+static int64_t read_package(void *context, uint8_t *out, size_t capacity) {
+  api_surface_request *request = context;
+  return take_chunk(request, api_package_read(request->package, out, capacity));
 }
 
 static void destroy_request(void *context) {
@@ -211,7 +221,8 @@ static void take_over(api_call *call, api_surface_request *request, uint64_t siz
                       int64_t (*read)(void *context, uint8_t *out, size_t capacity)) {
   call->answer.body = (api_body){size, request, read, destroy_request};
   request->service = call->service;
-  call->held = call->is_head ? 0 : api_is_flat(request) ? FLAT_STREAM_COST : STREAM_COST;
+  call->held = call->is_head ? 0 : api_is_printed(request) ? FLAT_STREAM_COST : STREAM_COST;
+  if (request->package && !call->is_head) call->held += API_PACKAGE_COST;
   if (request->packs && !call->is_head) call->held += api_packs_reading_size(api_entry_value(request->packs));
 }
 
@@ -235,7 +246,7 @@ static api_outcome choose_range(api_call *call, api_surface_request *request, ui
 }
 
 static api_outcome reply_gltf(api_call *call, api_surface_request *request) {
-  tw_status status = tw_gltf_stream_create(&request->scene.content, container_of(request), &request->gltf,
+  tw_status status = tw_gltf_stream_create(&request->scene.content, request->form->format, &request->gltf,
                                            &call->fault.error);
   uint64_t size = status == TW_OK ? tw_gltf_stream_size(request->gltf) : 0;
   api_outcome outcome = check_size(call, request, status, size);
@@ -267,28 +278,37 @@ static api_outcome reply_obj(api_call *call, api_surface_request *request) {
   return API_DONE;
 }
 
+static api_outcome reply_package(api_call *call, api_surface_request *request) {
+  uint64_t bound;
+  api_outcome outcome = predict(call, request, &bound);
+  if (outcome == API_DONE) take_over(call, request, API_SIZE_UNKNOWN, read_package);
+  return outcome;
+}
+
+static api_outcome reply_counts(api_call *call, api_surface_request *request) {
+  uint64_t size;
+  api_outcome outcome = predict(call, request, &size);
+  return outcome == API_DONE ? api_surface_reply_counts(call, request, size) : outcome;
+}
+
+/* Answers HEAD, for which nothing is computed. */
 static api_outcome reply_head(api_call *call, api_surface_request *request) {
   uint64_t size;
   api_outcome outcome = predict(call, request, &size);
   if (outcome != API_DONE) return outcome;
-  if (request->form != FORM_OBJ && call->coding == API_CODING_NONE)
+  bool is_chunked = request->form->is_chunked;
+  if (!is_chunked && call->coding == API_CODING_NONE)
     api_answer_header(&call->answer, "Accept-Ranges", "bytes");
-  take_over(call, request, request->form == FORM_OBJ ? API_SIZE_UNKNOWN : size, read_gltf);
+  take_over(call, request, is_chunked ? API_SIZE_UNKNOWN : size, read_gltf);
   return API_DONE;
 }
 
 /* Fills the answer. Its body takes over the request; an answer without a body leaves it to the caller. */
 static api_outcome reply_surface(api_call *call, api_surface_request *request) {
-  if (request->form == FORM_JSON) {
-    uint64_t size;
-    api_outcome outcome = predict(call, request, &size);
-    return outcome == API_DONE ? api_surface_reply_counts(call, request, size) : outcome;
-  }
+  const api_surface_form *form = request->form;
+  if (form->is_counts) return form->reply(call, request);
   call->answer.status = 200;
-  api_outcome outcome = call->is_head               ? reply_head(call, request)
-                        : request->form == FORM_OBJ ? reply_obj(call, request)
-                        : api_is_flat(request)      ? reply_flat(call, request)
-                                                    : reply_gltf(call, request);
+  api_outcome outcome = call->is_head ? reply_head(call, request) : form->reply(call, request);
   if (outcome == API_DONE) api_answer_header(&call->answer, "Content-Type", call->offer->type);
   return outcome;
 }
@@ -312,12 +332,13 @@ static bool is_light(const api_call *call, const api_surface_request *request) {
   enum { LIGHT_PARTS = 64, LIGHT_CORNERS = 1 << 18 };
   const api_plan *plan = api_entry_value(request->plan);
   const tw_model *model = request->scene.content.model;
-  bool needs_no_pass = atomic_load(&plan->is_warm) || !api_is_gltf(request) || call->is_head ||
+  bool is_gltf = !request->form->still && !request->form->is_counts;
+  bool needs_no_pass = atomic_load(&plan->is_warm) || !is_gltf || call->is_head ||
                        request->query.encoding != TW_ENCODING_FLOAT;
   uint64_t corners = 0;
   for (uint32_t i = 0; i < model->mesh_count; i++) corners += model->meshes[i].corner_count;
-  if (!api_is_gltf(request) && corners > LIGHT_CORNERS) return false; /* flat forms look at all corners */
-  if ((api_is_flat(request) || request->query.with_shells) && !api_shells_are_light(plan)) return false;
+  if (!is_gltf && corners > LIGHT_CORNERS) return false; /* flat forms look at all corners */
+  if ((api_is_printed(request) || request->query.with_shells) && !api_shells_are_light(plan)) return false;
   return needs_no_pass && request->query.choices.count == 0 && !cuts_influences(request) &&
          model->mesh_count + (uint64_t)model->node_count <= LIGHT_PARTS;
 }
@@ -373,8 +394,7 @@ static api_outcome warn_of_hard_edges(api_call *call, const api_surface_request 
 static api_outcome warn_of_polygons(api_call *call, const api_surface_request *request) {
   const tw_scene *scene = &request->scene.content;
   uint64_t count = 0;
-  bool has_polygons = request->form == FORM_OBJ || api_is_flat(request);
-  if (has_polygons || request->query.polygons != TW_POLYGONS_NGON) return API_DONE;
+  if (request->form->still || request->query.polygons != TW_POLYGONS_NGON) return API_DONE;
   for (uint32_t i = 0; i < scene->model->mesh_count; i++) {
     const tw_face_cut *cuts = tw_surface_get_cuts(scene->surfaces[i]);
     for (uint32_t k = 0; k < tw_surface_cut_count(scene->surfaces[i]); k++) count += cuts[k].fan_count == 0;
@@ -410,7 +430,7 @@ static api_outcome warn_of_influences(api_call *call, const api_surface_request 
   const tw_model *model = request->scene.content.model;
   uint32_t most = (uint32_t)request->query.influences;
   uint64_t points = 0;
-  if (request->form == FORM_OBJ || api_is_flat(request)) return API_DONE;
+  if (request->form->still) return API_DONE;
   for (uint32_t i = 0; i < model->mesh_count; i++)
     if (is_cut(request, &model->meshes[i])) points += count_richer_points(&model->meshes[i], most);
   if (points == 0) return API_DONE;
@@ -424,22 +444,85 @@ static api_outcome warn_of_influences(api_call *call, const api_surface_request 
   return API_DONE;
 }
 
-/* Opens the stream of a flat answer, which knows whether all is moved, and warns of that, of the unit and of
- * what is lost, and before these of shells that cannot be printed. */
+/* ---- forms --------------------------------------------------------------------------------------- */
+
+/* Warns of shells that cannot be printed, of what is lost and of the unit. */
+static api_outcome warn_of_printing(api_call *call, api_surface_request *request) {
+  uint32_t lacks = request->form->lacks;
+  bool is_hard = api_plan_of(request)->hard_edges > 0;
+  api_outcome outcome = api_warn_of_shells(call, request);
+  if (outcome == API_DONE) outcome = api_flat_warn_of_losses(call, &request->scene.content, lacks, is_hard);
+  bool has_unit = !(lacks & API_LACKS_UNIT);
+  return outcome == API_DONE && !has_unit ? api_flat_warn_of_unit(call, &request->query.flat) : outcome;
+}
+
 static api_outcome open_flat(api_call *call, api_surface_request *request) {
-  const api_plan *plan = api_entry_value(request->plan);
-  const tw_flat_options options = flat_options_of(request);
-  const tw_scene *scene = &request->scene.content;
+  const tw_flat_options options = api_surface_flat_options(request, request->form->format);
   double origin[3];
-  tw_status status = tw_flat_stream_create(scene, &options, &request->flat, &call->fault.error);
+  tw_status status =
+      tw_flat_stream_create(&request->scene.content, &options, &request->flat, &call->fault.error);
   if (status != TW_OK) return check_size(call, request, status, 0);
   api_outcome outcome =
       tw_flat_stream_origin(request->flat, origin) ? api_flat_warn_of_move(call, origin) : API_DONE;
-  if (outcome == API_DONE) outcome = api_warn_of_shells(call, request);
-  if (outcome == API_DONE)
-    outcome = api_flat_warn_of_losses(call, scene, options.format, plan->hard_edges > 0);
-  return outcome == API_DONE ? api_flat_warn_of_unit(call, &request->query.flat) : outcome;
+  return outcome == API_DONE ? warn_of_printing(call, request) : outcome;
 }
+
+static api_outcome open_package(api_call *call, api_surface_request *request) {
+  const api_flat_query *query = &request->query.flat;
+  uint32_t meshes = api_plan_of(request)->count;
+  bool *is_open = tw_arena_alloc(call->arena, meshes, sizeof *is_open);
+  if (!is_open) return api_fail_without_memory(call);
+  api_outcome outcome = warn_of_printing(call, request);
+  if (outcome != API_DONE) return outcome;
+  for (uint32_t i = 0; request->solids && i < meshes; i++)
+    is_open[i] = request->solids[i].closed < request->solids[i].shells;
+  const tw_3mf_options options = {api_flat_scale(query), query->unit->of_3mf, is_open};
+  tw_status status =
+      api_package_create(&request->scene.content, &options, &request->package, &call->fault.error);
+  return status == TW_OK ? API_DONE : check_size(call, request, status, 0);
+}
+
+static api_outcome open_obj(api_call *call, api_surface_request *request) {
+  return api_obj_losses_warn(call, api_entry_value(request->model));
+}
+
+/* In the order of the route's offers. */
+static const api_surface_form forms[] = {
+    {.format = TW_FORMAT_GLB, .predict = predict_gltf, .reply = reply_gltf},
+    {.format = TW_FORMAT_GLTF, .predict = predict_gltf, .reply = reply_gltf},
+    {.still = "OBJ",
+     .format = TW_FORMAT_OBJ,
+     .has_tags = true,
+     .is_chunked = true,
+     .open = open_obj,
+     .predict = predict_obj,
+     .reply = reply_obj},
+    {.unit = "m", .format = TW_FORMAT_GLB, .is_counts = true, .predict = predict_gltf, .reply = reply_counts},
+    {.still = "STL",
+     .unit = "mm",
+     .format = TW_FORMAT_STL,
+     .lacks = API_LACKS_UNIT | API_LACKS_NODES | API_LACKS_MATERIALS | API_LACKS_UVS | API_LACKS_COLORS,
+     .open = open_flat,
+     .predict = predict_flat,
+     .reply = reply_flat},
+    {.still = "PLY",
+     .unit = "m",
+     .format = TW_FORMAT_PLY,
+     .lacks = API_LACKS_UNIT | API_LACKS_NODES | API_LACKS_MATERIALS | API_LACKS_MORE_UVS |
+              API_LACKS_CORNER_COLORS | API_LACKS_CORNER_NORMALS,
+     .open = open_flat,
+     .predict = predict_flat,
+     .reply = reply_flat},
+    {.still = "3MF",
+     .unit = "mm",
+     .lacks = API_LACKS_TEXTURES | API_LACKS_UVS | API_LACKS_COLORS,
+     .is_chunked = true,
+     .open = open_package,
+     .predict = predict_package,
+     .reply = reply_package},
+};
+
+/* ---- requests ------------------------------------------------------------------------------------ */
 
 /* From the model to the answer. The caller releases the request unless the answer's body took it over. */
 static api_outcome answer_surface(api_call *call, api_surface_request *request, bool is_stored) {
@@ -457,13 +540,12 @@ static api_outcome answer_surface(api_call *call, api_surface_request *request, 
   outcome = take_packs(call, request, is_stored);
   if (outcome != API_DONE) return outcome;
   const tw_model *model = api_entry_value(request->model);
-  if (request->form != FORM_OBJ && !api_is_flat(request))
-    outcome = api_scene_animate(call, model, &request->scene);
+  const api_surface_form *form = request->form;
+  if (!form->still) outcome = api_scene_animate(call, model, &request->scene);
   if (outcome == API_DONE) outcome = warn_of_hard_edges(call, request);
   if (outcome == API_DONE) outcome = warn_of_polygons(call, request);
   if (outcome == API_DONE) outcome = warn_of_influences(call, request);
-  if (outcome == API_DONE && request->form == FORM_OBJ) outcome = api_obj_losses_warn(call, model);
-  if (outcome == API_DONE && api_is_flat(request)) outcome = open_flat(call, request);
+  if (outcome == API_DONE && form->open) outcome = form->open(call, request);
   /* The description lists the model's: the header, which shows one, shows the answer's own. */
   api_call_warn(call, model->warnings, model->warning_count);
   api_scene_warn(call, &request->scene);
@@ -486,7 +568,7 @@ static api_surface_request *read_request(api_call *call) {
     api_fail_without_memory(call);
     return NULL;
   }
-  request->form = (api_surface_form)(call->offer - call->route->offers);
+  request->form = &forms[call->offer - call->route->offers];
   request->scene.query = &request->query;
   api_outcome outcome = api_surface_query_read_form(call, request->form, &request->query);
   return outcome == API_DONE ? request : NULL;

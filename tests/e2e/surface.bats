@@ -77,6 +77,24 @@ obj_faces() { grep -c '^f ' "$1"; }
   [ $(($(stat -c %s glb.bin) - $(stat -c %s gltf.bin))) -lt 4 ]
 }
 
+@test "a 3MF is a zip of three parts, whose length nobody knows beforehand" {
+  get "$cube/surface.3mf?level=4"
+  expect 200
+  [ "$(header content-type)" = model/3mf ]
+  [ -z "$(header content-length)$(header accept-ranges)" ]
+  python3 -m zipfile --test answer
+  python3 -m zipfile --extract answer parts
+  [ "$(cd parts && find . -type f | sort)" = "$(printf '%s\n' ./3D/3dmodel.model './[Content_Types].xml' ./_rels/.rels)" ]
+  [ "$(grep --only-matching '<vertex ' parts/3D/3dmodel.model | wc -l)" = 1538 ]
+  [ "$(grep --only-matching '<triangle ' parts/3D/3dmodel.model | wc -l)" = 3072 ]
+  post /v1/surface.3mf?level=4 "$samples/cube.obj"
+  python3 -m zipfile --extract answer posted
+  diff -r parts posted
+  http HEAD "$cube/surface.3mf?level=9"
+  expect 200
+  [ -z "$(header content-length)" ]
+}
+
 @test "HEAD tells the size of a GLB and computes nothing" {
   get "$cube/surface.json?level=10"
   bytes=$(value .bytes)

@@ -190,6 +190,9 @@ TEST_WITH(surfaces_survive, fail_json, mend_json) {
   fail_each("GET", "/v1/models/%s/surface.glb", "level=2&encoding=quantized", NULL, model);
   fail_each("GET", "/v1/models/%s/surface.glb", "level=1&encoding=meshopt", NULL, flag);
   fail_each("GET", "/v1/models/%s/surface.glb", "level=1&polygons=ngon&creases=auto&weld=auto", NULL, flag);
+  fail_each("GET", "/v1/models/%s/surface.stl", "at=1", NULL, model);
+  fail_each("GET", "/v1/models/%s/surface.ply", "polygons=ngon", NULL, flag);
+  fail_each("GET", "/v1/models/%s/surface.3mf", "at=1", NULL, model);
   fail_each("POST", "/v1/surface.obj", "level=2", model, NULL);
   fail_each("POST", "/v1/surface.obj", "scheme=loop&level=4&normals=none", fan, NULL);
   fail_each("POST", "/v1/surface.obj", "scheme=loop&level=2&normals=none", fan, NULL);

@@ -727,6 +727,7 @@ TEST(results_over_the_limits_are_422_with_the_counts) {
   assert_predicted(ask(f, f->cube, "surface.glb?level=4"), 6 << 8, false);
   assert_predicted(ask(f, f->cube, "surface.glb?level=3"), 384, true);
   assert_predicted(ask(f, f->cube, "surface.obj?level=3"), 384, true);
+  assert_predicted(ask(f, f->cube, "surface.3mf?level=3"), 384, true);
   char target[128];
   snprintf(target, sizeof target, "/v1/models/%s/detail?level=4", f->cube);
   assert_predicted(loopback_post(f->loop, target, "model/obj", "v 0 0 0\n"), 6 << 8, false);

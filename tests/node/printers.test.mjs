@@ -1,8 +1,8 @@
-// What surface.stl and surface.ply say of a model, as three's loaders, admesh and assimp read them: the triangles, bounds,
-// volume and shells of the GLB of the same model. Equal points are equal bytes: a closed cage gives closed files.
+// What surface.stl, surface.ply and surface.3mf say of a model, as three's loaders, admesh, assimp and lib3mf read them: the
+// triangles, bounds, volume and shells of the GLB of the same model. Equal points are equal bytes: a closed cage gives closed files.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
@@ -104,6 +104,14 @@ function assimp(form, bytes) {
   const text = execFileSync('assimp', ['info', file], { encoding: 'utf8' });
   const points = ['Minimum', 'Maximum'].flatMap((name) => text.match(`${name} point\\s+\\((.*)\\)`)[1].trim().split(/\s+/).map(Number));
   return { faces: Number(text.match(/Faces:\s+(\d+)/)[1]), bounds: points };
+}
+
+/** What lib3mf, strict, says of a 3MF. */
+const judge = join(root, 'build/tests/threemf_facts'), hasLib3mf = existsSync(judge);
+function lib3mf(bytes) {
+  const file = join(folder, 'part.3mf');
+  writeFileSync(file, bytes);
+  return JSON.parse(execFileSync(judge, [file], { encoding: 'utf8' }));
 }
 
 // ---- models -----------------------------------------------------------------------------------------------
@@ -288,6 +296,59 @@ for (const [name, { bytes, solid, warns }] of Object.entries(prints))
     }
   });
 
+// ---- 3MF --------------------------------------------------------------------------------------------------
+
+for (const [name, { bytes, closed }] of Object.entries(models))
+  for (const level of [0, 1, 2, 4])
+    test(`${name}, level ${level}: lib3mf reads the triangles of the GLB`, { skip: !hasLib3mf && 'lib3mf 1 is not there' }, async () => {
+      const model = await daemon.upload(bytes);
+      const { bytes: package3mf, response } = await ask(model, `3mf?level=${level}`);
+      assert.equal(response.headers.get('Content-Type'), 'model/3mf');
+      assert.equal(response.headers.get('Content-Length'), null);
+      const { unit, warnings, items } = lib3mf(package3mf), glb = await trianglesOfGlb((await ask(model, `glb?level=${level}`)).bytes);
+      assert.deepEqual([unit, warnings], [1, 0], 'millimetres, without a warning');
+      assert.equal(items.reduce((sum, item) => sum + item.triangles, 0), glb.length);
+      const size = 1000 * Math.max(...boundsOf(glb).map(Math.abs)), volume = items.reduce((sum, item) => sum + item.volume, 0);
+      assert.ok(Math.abs(volume - 1e9 * volumeOf(glb)) < 1e-5 * size * 1e6 * areaOf(glb), `volume: ${volume}`);
+      boundsOf(glb).forEach((bound, i) => {
+        const own = (i < 3 ? Math.min : Math.max)(...items.map(({ bounds }) => bounds[i]));
+        assert.ok(Math.abs(1000 * bound - own) < 1e-5 * size, `${1000 * bound}, ${own}`);
+      });
+      for (const { type, valid, manifold } of items) {
+        assert.ok(valid);
+        assert.equal(type, manifold ? 'model' : 'surface');
+        assert.ok(!closed || manifold);
+      }
+    });
+
+test('a 3MF has an object a mesh, items by node with their transforms, and materials', { skip: !hasLib3mf && 'lib3mf 1 is not there' }, async () => {
+  const tank = await daemon.upload(sample('tank.json'));
+  const { bytes, warning } = await ask(tank, '3mf?level=1&clip=none');
+  const { items, materials } = lib3mf(bytes);
+  assert.equal(items.length, 9);
+  assert.equal(new Set(items.map(({ object }) => object)).size, 5);
+  assert.deepEqual(items.slice(0, 2).map(({ name, part }) => [name, part]), [['hull', 'hull'], ['wheel', 'wheel_front_left']]);
+  assert.deepEqual(materials.map(({ name }) => name), ['hull', 'wheel', 'turret', 'barrel', 'antenna', 'none']);
+  assert.deepEqual(materials[0].color, [124, 158, 105, 255]);
+  assert.doesNotMatch(warning, /millimetres/);
+  const inches = lib3mf((await ask(tank, '3mf?level=1&clip=none&unit=in&scale=2')).bytes);
+  assert.equal(inches.unit, 3);
+  items.forEach(({ bounds }, i) => bounds.forEach((bound, k) => near(inches.items[i].bounds[k], (bound * 2) / 25.4, 1e-5, 'inches')));
+  // The same request gives the same bytes; a name may hold anything.
+  assert.ok(bytes.equals((await ask(tank, '3mf?level=1&clip=none')).bytes));
+  const odd = await daemon.upload(shape({ kind: 'box', size: [1, 1, 1] }, { name: 'a & <b>' }, { mesh: 'a & <b>', name: 'é>' }));
+  assert.deepEqual(lib3mf((await ask(odd, '3mf')).bytes).items.map(({ name, part }) => [name, part]), [['a & <b>', 'é>']]);
+});
+
+test('mirrored and flat nodes have objects of their own', { skip: !hasLib3mf && 'lib3mf 1 is not there' }, async () => {
+  const nodes = [[1, 1, 1], [-1, 1, 1], [1, -2, 1], [1, 0, 1]].map((scale, i) => ({ name: `n${i}`, mesh: 'part', scale }));
+  const model = await daemon.upload(Buffer.from(JSON.stringify({ meshes: [{ name: 'part', shape: { kind: 'box', size: [1, 1, 1] } }], nodes })));
+  const { items } = lib3mf((await ask(model, '3mf?level=0')).bytes);
+  const objects = [...new Set(items.map(({ object }) => object))];
+  assert.deepEqual(items.map(({ object }) => objects.indexOf(object)), [0, 1, 1, 2]);
+  items.forEach(({ volume }, i) => near(volume, [1e9, 1e9, 2e9, 0][i], 1e-6, 'volume'));
+});
+
 test('STL comes in millimetres unless it is told, and says so', async () => {
   const model = await daemon.upload(sample('cube.obj'));
   for (const [query, factor, told] of [['', 1000, /millimetres/], ['?unit=mm', 1000, null], ['?unit=in', 1 / 0.0254, null], ['?unit=m&scale=3', 3, null], ['?scale=0.001', 1, /millimetres/]]) {
@@ -299,13 +360,13 @@ test('STL comes in millimetres unless it is told, and says so', async () => {
   }
   const { warning } = await ask(model, 'ply?level=0');
   assert.equal(warning, '');
-  for (const wrong of ['stl?unit=furlong', 'stl?scale=0', 'stl?scale=-1', 'stl?clip=all', 'stl?meshes=none', 'glb?unit=mm', 'obj?scale=2', 'stl?shells=true', 'json?shells=1'])
+  for (const wrong of ['stl?unit=furlong', 'stl?scale=0', 'stl?scale=-1', 'stl?clip=all', 'stl?meshes=none', 'glb?unit=mm', 'obj?scale=2', 'stl?shells=true', 'json?shells=1', '3mf?unit=km', '3mf?meshes=none'])
     assert.equal((await fetch(`${model}/surface.${wrong}`)).status, 400, wrong);
 });
 
 test('Accept chooses, and answers have the name of the model', async () => {
   const model = await daemon.upload(sample('cube.obj'));
-  for (const form of ['stl', 'ply']) {
+  for (const form of ['stl', 'ply', '3mf']) {
     const response = await fetch(`${model}/surface?level=1`, { headers: { Accept: `model/${form}` } });
     assert.equal(response.headers.get('Content-Type'), `model/${form}`);
     assert.match(response.headers.get('Content-Disposition'), new RegExp(`\\.${form}"`));
