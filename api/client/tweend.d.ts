@@ -179,7 +179,7 @@ export interface PlayerSettings {
   playing?: boolean;
 }
 
-export interface PlayOptions extends PlayerSettings, Pick<PoseOptions, 'clip' | 'nodes' | 'interpolation' | 'retarget' | 'map' | 'in_place' | 'root_axes'>, Abortable {
+export interface PlayOptions extends PlayerSettings, Pick<PoseOptions, 'clip' | 'nodes' | 'interpolation' | 'retarget' | 'map' | 'feet' | 'in_place' | 'root_axes'>, Abortable {
   /** Poses fetched per second of the clip, default 60; the player interpolates between them by slerp and linearly. */
   fps?: number;
 }
@@ -1274,6 +1274,13 @@ export interface SurfaceOptions {
   map?: string | {
     [key: string]: string | null;
   };
+  /**
+   * With `retarget=auto`, `hold`: while a foot of the clip's own figure touches the ground, this model's foot
+   * stands still, as seen from above. The leg bends and swings for it (inverse kinematics of two bones); the foot
+   * keeps its height and rotation, and comes and goes within 0.15 s. A leg that is too short reaches as far as it
+   * can; hips stay. A warning where no foot could be held.
+   */
+  feet?: "hold";
   /** The name of a node whose motion moves the whole figure, or `auto`: the topmost node that the clip translates,
    * else turns, and of several the one with most nodes below. The part of its motion in the world that `root_axes`
    * names, counted from time 0, is taken out of the poses, and told beside them: as `root` of each pose, and in
@@ -1417,6 +1424,13 @@ export interface PoseOptions {
   map?: string | {
     [key: string]: string | null;
   };
+  /**
+   * With `retarget=auto`, `hold`: while a foot of the clip's own figure touches the ground, this model's foot
+   * stands still, as seen from above. The leg bends and swings for it (inverse kinematics of two bones); the foot
+   * keeps its height and rotation, and comes and goes within 0.15 s. A leg that is too short reaches as far as it
+   * can; hips stay. A warning where no foot could be held.
+   */
+  feet?: "hold";
   /** The name of a node whose motion moves the whole figure, or `auto`: the topmost node that the clip translates,
    * else turns, and of several the one with most nodes below. The part of its motion in the world that `root_axes`
    * names, counted from time 0, is taken out of the poses, and told beside them: as `root` of each pose, and in
@@ -1520,6 +1534,13 @@ export interface LiveOptions {
   map?: string | {
     [key: string]: string | null;
   };
+  /**
+   * With `retarget=auto`, `hold`: while a foot of the clip's own figure touches the ground, this model's foot
+   * stands still, as seen from above. The leg bends and swings for it (inverse kinematics of two bones); the foot
+   * keeps its height and rotation, and comes and goes within 0.15 s. A leg that is too short reaches as far as it
+   * can; hips stay. A warning where no foot could be held.
+   */
+  feet?: "hold";
   /** The name of a node whose motion moves the whole figure, or `auto`: the topmost node that the clip translates,
    * else turns, and of several the one with most nodes below. The part of its motion in the world that `root_axes`
    * names, counted from time 0, is taken out of the poses, and told beside them: as `root` of each pose, and in
@@ -1600,8 +1621,9 @@ export interface TracksOptions {
    * clip of another stored model as it is carried over to this one. Of a mixed clip, keys are inspected that follow
    * it within 0.05 degrees and 0.0001 m. */
   clip?: string;
-  /** Names of the nodes that are feet, separated by commas; a name that several nodes have means all of them.
-   * Default: those of the humanoid map; without one, nodes with `foot` in their names, else those with `ankle`. */
+  /** With `retarget=auto`, `hold`: see `feet` of poses; what of the slide is left, the report tells. Else: Names of
+   * the nodes that are feet, separated by commas; a name that several nodes have means all of them. Default: those
+   * of the humanoid map; without one, nodes with `foot` in their names, else those with `ankle`. */
   feet?: string | string[];
   /**
    * Of borrowed clips. `none`: matched by the names of nodes, values as they are. `auto`: carried over to this

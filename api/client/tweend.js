@@ -229,8 +229,8 @@ export class Tweend {
   // ---- players ----
 
   async play(model, objects, options = {}) {
-    const { clip, nodes, interpolation, retarget, map, in_place, root_axes, fps = 60, signal, ...settings } = options;
-    const which = { clip, nodes, interpolation, retarget, map, in_place, root_axes };
+    const { clip, nodes, interpolation, retarget, map, feet, in_place, root_axes, fps = 60, signal, ...settings } = options;
+    const which = { clip, nodes, interpolation, retarget, map, feet, in_place, root_axes };
     const { duration } = await this.pose(model, { ...which, at: 0 }, { signal });
     // Rounds the steps up so that the last one is the clip's end.
     const times = duration > 0 ? { from: 0, to: duration, fps: Math.ceil(duration * fps) / duration } : { at: 0 };

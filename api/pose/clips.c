@@ -112,8 +112,8 @@ static bool has_borrowed(const api_clip_choices *choices) {
   return false;
 }
 
-api_outcome api_clip_terms_read(api_call *call, api_clip_terms *out) {
-  api_outcome outcome = api_retarget_read(call, &out->retarget);
+api_outcome api_clip_terms_read(api_call *call, bool names_feet, api_clip_terms *out) {
+  api_outcome outcome = api_retarget_read(call, names_feet, &out->retarget);
   return outcome == API_DONE ? api_root_read(call, &out->root) : outcome;
 }
 

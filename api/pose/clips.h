@@ -17,8 +17,8 @@ typedef struct api_clip_terms {
   api_root root;
 } api_clip_terms;
 
-/* Reads the parameters. 400. */
-api_outcome api_clip_terms_read(api_call *call, api_clip_terms *out);
+/* Reads the parameters. names_feet: as in api_retarget_read. 400. */
+api_outcome api_clip_terms_read(api_call *call, bool names_feet, api_clip_terms *out);
 
 /* A view into the call's arena. */
 typedef struct api_clip_choices {

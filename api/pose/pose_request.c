@@ -62,7 +62,7 @@ api_outcome api_pose_request_read(api_call *call, api_pose_request *out) {
   out->loop = (tw_loop)loop;
   out->is_skinning = is_skinning;
   if (check_together(query, out, error) != TW_OK) return api_fail(call);
-  return api_clip_terms_read(call, &out->terms);
+  return api_clip_terms_read(call, false, &out->terms);
 }
 
 api_outcome api_bvh_request_read(api_call *call, api_pose_request *out) {
@@ -83,7 +83,7 @@ api_outcome api_bvh_request_read(api_call *call, api_pose_request *out) {
   out->has_moved_nodes = !out->node_list;
   out->has_all_nodes = out->node_list && strcmp(out->node_list, "all") == 0;
   if (out->has_all_nodes) out->node_list = NULL;
-  api_outcome outcome = api_clip_terms_read(call, &out->terms);
+  api_outcome outcome = api_clip_terms_read(call, false, &out->terms);
   if (outcome == API_DONE && out->terms.root.is_on && !out->terms.root.in_place)
     return api_fail_with(call, 400, "BVH has no place for root motion: in_place=true drops it");
   return outcome;

@@ -47,7 +47,13 @@ static tw_status read_map(api_call *call, const char *text, api_retarget *out) {
                  error.pointer, error.pointer[0] ? ": " : "", error.detail);
 }
 
-api_outcome api_retarget_read(api_call *call, api_retarget *out) {
+static tw_status read_feet(const char *feet, bool names_feet, api_retarget *out, tw_error *error) {
+  out->holds_feet = feet && strcmp(feet, "hold") == 0 && (out->is_auto || !names_feet);
+  if (!feet || out->holds_feet || names_feet) return TW_OK;
+  return tw_fail(error, TW_SYNTAX, "feet=%.60s: expected hold", feet);
+}
+
+api_outcome api_retarget_read(api_call *call, bool names_feet, api_retarget *out) {
   static const char *const ways[] = {"none", "auto", NULL};
   int way = 0;
   *out = (api_retarget){0};
@@ -55,17 +61,19 @@ api_outcome api_retarget_read(api_call *call, api_retarget *out) {
   const char *map = api_query_get(&call->query, "map");
   if (status == TW_OK && map) status = read_map(call, map, out);
   out->is_auto = way == 1;
+  const char *feet = api_query_get(&call->query, "feet");
+  if (status == TW_OK) status = read_feet(feet, names_feet, out, &call->fault.error);
   return status == TW_OK ? API_DONE : api_fail(call);
 }
 
 api_outcome api_retarget_check(api_call *call, const api_retarget *retarget) {
-  if (!retarget->has_map || retarget->is_auto) return API_DONE;
-  return api_fail_with(call, 400, "map goes with retarget=auto");
+  if (retarget->is_auto || (!retarget->has_map && !retarget->holds_feet)) return API_DONE;
+  return api_fail_with(call, 400, "%s goes with retarget=auto", retarget->has_map ? "map" : "feet=hold");
 }
 
 void api_retarget_print(const api_retarget *retarget, tw_text *text) {
   if (!retarget->is_auto) return;
-  tw_text_add(text, "&retarget=[");
+  tw_text_add(text, retarget->holds_feet ? "&feet=hold&retarget=[" : "&retarget=[");
   for (uint32_t i = 0; i < retarget->pair_count; i++) {
     tw_text_element(text);
     tw_text_string(text, retarget->pairs[i].source);
@@ -167,8 +175,8 @@ static bool warn(api_carried *out, tw_text *text, tw_arena *arena) {
   return out->warnings[out->warning_count++] != NULL;
 }
 
-static bool warn_of_losses(const tw_model *lender, const tw_retargeted *found, tw_arena *arena,
-                           api_carried *out) {
+static bool warn_of_losses(const tw_model *lender, const tw_retargeted *found, bool holds_feet,
+                           tw_arena *arena, api_carried *out) {
   char buffer[24];
   bool is_warned = true;
   if (found->without_target_count > 0) {
@@ -187,6 +195,12 @@ static bool warn_of_losses(const tw_model *lender, const tw_retargeted *found, t
                        "the model");
     is_warned = warn(out, &text, arena) && is_warned;
   }
+  if (holds_feet && found->held_count == 0) {
+    tw_text text = {0};
+    tw_text_add(&text, "feet=hold held none: no leg has matched bones down to the foot, or no foot of the "
+                       "clip touches the ground");
+    is_warned = warn(out, &text, arena) && is_warned;
+  }
   return is_warned;
 }
 
@@ -199,12 +213,14 @@ bool api_clip_retarget(const tw_model *lender, const tw_clip_keys *keys, const t
                          .map_count = retarget->pair_count,
                          .map = map,
                          .tolerance = tolerance,
-                         .max_keys = max_keys < UINT32_MAX ? (uint32_t)max_keys : UINT32_MAX};
+                         .max_keys = max_keys < UINT32_MAX ? (uint32_t)max_keys : UINT32_MAX,
+                         .holds_feet = retarget->holds_feet};
   if (!map || !make_skeleton(lender, arena, &job.source) || !make_skeleton(model, arena, &job.target))
     return api_fault_without_memory(fault);
   tw_retargeted found;
   if (!find_pairs(lender, model, retarget, map, &fault->error)) return api_fault_complete(fault);
   if (tw_retarget_run(&job, arena, &found, &fault->error) != TW_OK) return api_fault_complete(fault);
   *out = (api_carried){.keys = found.keys, .report = print_report(lender, model, &found, arena)};
-  return (out->report && warn_of_losses(lender, &found, arena, out)) || api_fault_without_memory(fault);
+  return (out->report && warn_of_losses(lender, &found, retarget->holds_feet, arena, out)) ||
+         api_fault_without_memory(fault);
 }

@@ -15,18 +15,20 @@ typedef struct api_map_pair {
 /* A view into the call's arena. */
 typedef struct api_retarget {
   bool is_auto; /* false: clips are borrowed by the names of nodes, as they are */
+  bool holds_feet;
   bool has_map;
   uint32_t pair_count;
   const api_map_pair *pairs; /* [pair_count] */
 } api_retarget;
 
-/* Reads `retarget` and `map` from the query. 400. */
-api_outcome api_retarget_read(api_call *call, api_retarget *out);
+/* Reads `retarget`, `map` and `feet=hold` from the query. names_feet: other values of `feet` are the names of
+ * nodes, and not read here. 400. */
+api_outcome api_retarget_read(api_call *call, bool names_feet, api_retarget *out);
 
 /* Reads {"source node": "target node" or null} into an api_retarget. */
 tw_status api_map_read(void *retarget, const api_value *object);
 
-/* API_FAILED with 400 for a map without retarget=auto. */
+/* API_FAILED with 400 for a map or feet=hold without retarget=auto. */
 api_outcome api_retarget_check(api_call *call, const api_retarget *retarget);
 
 /* Prints the parameters for keys and entity tags; nothing for clips that stay as they are. */
@@ -37,7 +39,7 @@ typedef struct api_carried {
   tw_clip_keys keys;  /* without a name */
   const char *report; /* the JSON of `retarget` in the answer to /tracks */
   uint32_t warning_count;
-  const char *warnings[2]; /* [warning_count] */
+  const char *warnings[3]; /* [warning_count] */
 } api_carried;
 
 /* Carries keys of the lender over. max_keys: of a track. False: the fault says why: 422 for a map that names

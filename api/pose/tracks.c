@@ -286,9 +286,9 @@ static const char *print_canonical(api_call *call, const api_clip_choices *choic
 }
 
 /* The feet that are asked for; else those of the humanoid map. */
-static api_outcome choose_feet(api_call *call, tracks_source *source) {
+static api_outcome choose_feet(api_call *call, const api_clip_terms *terms, tracks_source *source) {
   const tw_model *model = source->model;
-  const char *feet = api_query_get(&call->query, "feet");
+  const char *feet = terms->retarget.holds_feet ? NULL : api_query_get(&call->query, "feet");
   source->has_feet = feet;
   if (feet) return api_nodes_choose(call, model, feet, &source->feet, &source->foot_count);
   if (!model->humanoid || model->humanoid[TW_BONE_FOOT] == TW_NO_INDEX ||
@@ -349,10 +349,10 @@ static api_outcome answer_tracks(api_call *call, const tw_model *model) {
   api_entry *entry = NULL;
   tracks_source source = {.model = model, .root_node = TW_NO_INDEX};
   const char *text = api_query_get(&call->query, "clip");
-  api_outcome outcome = api_clip_terms_read(call, &terms);
+  api_outcome outcome = api_clip_terms_read(call, true, &terms);
   if (outcome == API_DONE) outcome = api_clips_choose(call, model, text, 1, &terms, &choices);
   if (outcome == API_DONE) outcome = take_clip(call, &choices, &source, &entry);
-  if (outcome == API_DONE) outcome = choose_feet(call, &source);
+  if (outcome == API_DONE) outcome = choose_feet(call, &terms, &source);
   if (outcome == API_DONE) outcome = reply(call, &choices, &source);
   api_entry_release(entry);
   return outcome;

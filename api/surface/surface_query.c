@@ -131,7 +131,7 @@ static void print_encoding(const void *from, const api_rule *rule, tw_text *text
 static api_outcome read_clip(api_call *call, const api_rule *rule, void *out) {
   api_surface_query *query = out;
   query->clip = api_query_get(&call->query, rule->name);
-  return api_clip_terms_read(call, &query->terms);
+  return api_clip_terms_read(call, false, &query->terms);
 }
 
 static void print_clips(const void *from, const api_rule *rule, tw_text *text) {
@@ -239,6 +239,7 @@ const api_rule api_surface_rules[] = {
     {"clip", MOVING, 0, NULL, read_clip, print_clips}, /* and its terms */
     {.name = "retarget"},
     {.name = "map"},
+    {.name = "feet"},
     {.name = "root_motion"},
     {.name = "root_axes"},
     {.name = "in_place"},

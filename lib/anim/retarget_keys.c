@@ -14,6 +14,7 @@
 #include <string.h>
 
 #include "clip.h"
+#include "foot_hold.h"
 #include "retarget_fit.h"
 #include "vector3.h"
 
@@ -1120,7 +1121,8 @@ static tw_status carry(carrying *c, tw_retargeted *out, tw_error *error) {
   out->keys = (tw_clip_keys){.track_count = c->out_count, .tracks = c->out};
   out->scale = c->fit.scale;
   out->lost_count = c->lost_count;
-  return status;
+  if (status != TW_OK || !c->job->holds_feet) return status;
+  return tw_feet_hold(c->job, &match, c->arena, &out->keys, &out->held_count, error);
 }
 
 tw_status tw_retarget_run(const tw_retarget_job *job, tw_arena *arena, tw_retargeted *out, tw_error *error) {

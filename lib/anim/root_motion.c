@@ -5,120 +5,26 @@
 #include <math.h>
 #include <string.h>
 
-#include "clip.h"
 #include "vector3.h"
-
-/* ---- affine transforms -----------------------------------------------------------------------------------
- */
-
-/* Columns of the linear part, then the translation. */
-typedef struct affine {
-  double axes[3][3], at[3];
-} affine;
-
-static const affine AFFINE_IDENTITY = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
-
-static void affine_turn(const affine *m, const double v[3], double out[3]) {
-  for (int i = 0; i < 3; i++) out[i] = m->axes[0][i] * v[0] + m->axes[1][i] * v[1] + m->axes[2][i] * v[2];
-}
-
-static void affine_move(const affine *m, const double p[3], double out[3]) {
-  affine_turn(m, p, out);
-  for (int i = 0; i < 3; i++) out[i] += m->at[i];
-}
-
-static affine affine_product(const affine *a, const affine *b) {
-  affine out;
-  for (int i = 0; i < 3; i++) affine_turn(a, b->axes[i], out.axes[i]);
-  affine_move(a, b->at, out.at);
-  return out;
-}
-
-static affine affine_of_matrix(const float m[16]) {
-  affine out;
-  for (int column = 0; column < 3; column++)
-    for (int row = 0; row < 3; row++) out.axes[column][row] = (double)m[4 * column + row];
-  for (int row = 0; row < 3; row++) out.at[row] = (double)m[12 + row];
-  return out;
-}
-
-static affine affine_of(const tw_trs *trs) {
-  double q[4], s;
-  affine out;
-  quat_widen(trs->rotation, q);
-  s = 2 / quat_dot(q, q);
-  double xx = q[0] * q[0] * s, yy = q[1] * q[1] * s, zz = q[2] * q[2] * s, xy = q[0] * q[1] * s,
-         xz = q[0] * q[2] * s, yz = q[1] * q[2] * s, wx = q[3] * q[0] * s, wy = q[3] * q[1] * s,
-         wz = q[3] * q[2] * s;
-  const double axes[3][3] = {{1 - (yy + zz), xy + wz, xz - wy},
-                             {xy - wz, 1 - (xx + zz), yz + wx},
-                             {xz + wy, yz - wx, 1 - (xx + yy)}};
-  for (int column = 0; column < 3; column++)
-    for (int row = 0; row < 3; row++) out.axes[column][row] = axes[column][row] * (double)trs->scale[column];
-  for (int row = 0; row < 3; row++) out.at[row] = (double)trs->translation[row];
-  return out;
-}
-
-/* Solves m x = v for the linear part. Without an inverse x is 0. */
-static void affine_solve(const affine *m, const double v[3], double x[3]) {
-  double across[3], det = tw_determinant3(m->axes[0], m->axes[1], m->axes[2]);
-  for (int i = 0; i < 3; i++) {
-    tw_cross3(m->axes[(i + 1) % 3], m->axes[(i + 2) % 3], across);
-    x[i] = det != 0 ? tw_dot3(across, v) / det : 0;
-  }
-}
+#include "way.h"
 
 /* ---- the clip --------------------------------------------------------------------------------------------
  */
-
-/* A node on the way from the top to the one whose motion is taken. */
-typedef struct way_node {
-  uint32_t tracks[3]; /* by path, of the clip; TW_NO_INDEX: as at rest */
-  tw_trs rest;
-  affine before; /* of nodes above it that stand still */
-} way_node;
 
 typedef enum root_part { PART_SAME, PART_NODE, PART_CARRIER } root_part;
 
 typedef struct rooting {
   uint32_t node, carrier; /* carrier: as in the job */
   unsigned axes;
-  uint32_t way_count;
-  way_node *way;        /* [way_count] nodes above that move */
-  affine still;         /* of those that stand still, between the last one that moves and the node */
-  way_node own, top;    /* the node, and the carrier where it is a node of the clip */
-  affine start_inverse; /* the inverse of W(0)'s linear part */
-  double start[3];      /* w(0) */
-  root_part *parts;     /* [tracks] */
+  tw_way way;
+  tw_way_node top;         /* the carrier, where it is a node of the clip */
+  tw_affine start_inverse; /* the inverse of W(0)'s linear part */
+  double start[3];         /* w(0) */
+  root_part *parts;        /* [tracks] */
 } rooting;
 
 static const rooting *rooting_of(const tw_clip *clip) {
   return clip->making;
-}
-
-static tw_trs trs_at(const tw_clip *inner, const way_node *node, float time) {
-  tw_trs out = node->rest;
-  float *const places[] = {out.translation, out.rotation, out.scale};
-  static const size_t widths[] = {3, 4, 3};
-  for (int path = 0; path < 3; path++) {
-    float sample[4];
-    if (node->tracks[path] == TW_NO_INDEX) continue;
-    tw_clip_sample(inner, node->tracks[path], &time, 1, sample);
-    memcpy(places[path], sample, widths[path] * sizeof *sample);
-  }
-  return out;
-}
-
-/* The world transform of the node's parent. */
-static affine parent_at(const tw_clip *inner, const rooting *r, float time) {
-  affine world = AFFINE_IDENTITY;
-  for (uint32_t i = 0; i < r->way_count; i++) {
-    tw_trs trs = trs_at(inner, &r->way[i], time);
-    affine own = affine_of(&trs);
-    world = affine_product(&world, &r->way[i].before);
-    world = affine_product(&world, &own);
-  }
-  return affine_product(&world, &r->still);
 }
 
 /* R(t): cosine and sine of half the turn about y, and the shift. */
@@ -153,11 +59,11 @@ static void find_twist(double axes[3][3], double half[2]) {
   }
 }
 
-static root_state state_of(const rooting *r, const affine *world) {
+static root_state state_of(const rooting *r, const tw_affine *world) {
   root_state state = {{1, 0}, {0, 0, 0}};
   if (r->axes & TW_ROOT_YAW) {
     double half[2];
-    affine turn = affine_product(world, &r->start_inverse);
+    tw_affine turn = tw_affine_product(world, &r->start_inverse);
     find_twist(turn.axes, half);
     double length = hypot(half[0], half[1]), size = tw_length3(turn.axes[0]);
     bool turns =
@@ -174,15 +80,15 @@ static root_state state_of(const rooting *r, const affine *world) {
 /* What a time has. */
 typedef struct root_moment {
   root_state root;
-  affine parent;
+  tw_affine parent;
   tw_trs local; /* of the node, before anything is taken */
 } root_moment;
 
 static root_moment moment_at(const tw_clip *clip, float time) {
   const rooting *r = rooting_of(clip);
-  root_moment moment = {.parent = parent_at(clip->parts[0], r, time),
-                        .local = trs_at(clip->parts[0], &r->own, time)};
-  affine own = affine_of(&moment.local), world = affine_product(&moment.parent, &own);
+  root_moment moment = {.parent = tw_way_parent_at(clip->parts[0], &r->way, time),
+                        .local = tw_way_local_at(clip->parts[0], &r->way.own, time)};
+  tw_affine own = tw_affine_of(&moment.local), world = tw_affine_product(&moment.parent, &own);
   moment.root = state_of(r, &world);
   return moment;
 }
@@ -192,23 +98,18 @@ static void take_out(const root_moment *moment, tw_trs *out) {
   double local[3], world[3], back[3];
   *out = moment->local;
   for (int i = 0; i < 3; i++) local[i] = (double)moment->local.translation[i];
-  affine_move(&moment->parent, local, world);
+  tw_affine_move(&moment->parent, local, world);
   for (int i = 0; i < 3; i++) world[i] -= moment->root.shift[i];
   turn_about_y(moment->root.half, -1, world, back);
   for (int i = 0; i < 3; i++) back[i] -= moment->parent.at[i];
-  affine_solve(&moment->parent, back, local);
+  tw_affine_solve(&moment->parent, back, local);
   for (int i = 0; i < 3; i++) out->translation[i] = (float)local[i];
   if (moment->root.half[1] == 0) return;
-  /* The turn about the world's y is one about that axis in the parent; mirrored parents turn it round. */
-  const affine *p = &moment->parent;
-  static const double up[3] = {0, 1, 0};
-  double axis[3], q[4], result[4];
-  affine_solve(p, up, axis);
-  tw_unit3(axis);
-  double sine = -moment->root.half[1] * (tw_determinant3(p->axes[0], p->axes[1], p->axes[2]) < 0 ? -1 : 1);
-  const double turn[4] = {axis[0] * sine, axis[1] * sine, axis[2] * sine, moment->root.half[0]};
+  const double turn[4] = {0, -moment->root.half[1], 0, moment->root.half[0]};
+  double inside[4], q[4], result[4];
+  tw_affine_turn_inside(&moment->parent, turn, inside);
   quat_widen(moment->local.rotation, q);
-  quat_multiply(turn, q, result);
+  quat_multiply(inside, q, result);
   tw_normalize(result, 4);
   quat_narrow(result, out->rotation);
 }
@@ -234,7 +135,7 @@ static tw_trs part_at(const tw_clip *clip, root_part part, float time) {
     take_out(&moment, &out);
     return out;
   }
-  if (r->carrier < clip->parts[0]->node_count) out = trs_at(clip->parts[0], &r->top, time);
+  if (r->carrier < clip->parts[0]->node_count) out = tw_way_local_at(clip->parts[0], &r->top, time);
   put_in_front(&moment.root, &out);
   return out;
 }
@@ -265,19 +166,11 @@ static void rooted_sample(const tw_clip *clip, uint32_t index, const float *time
   }
 }
 
-static bool put_bends(const tw_clip *inner, const way_node *node, const tw_bend_sink *sink) {
-  for (int path = 0; path < 3; path++)
-    if (node->tracks[path] != TW_NO_INDEX && !tw_clip_bends(inner, node->tracks[path], sink)) return false;
-  return true;
-}
-
 static bool rooted_bends(const tw_clip *clip, uint32_t track, const tw_bend_sink *sink) {
   const rooting *r = rooting_of(clip);
   const tw_clip *inner = clip->parts[0];
   if (r->parts[track] == PART_SAME) return tw_clip_bends(inner, track, sink);
-  for (uint32_t i = 0; i < r->way_count; i++)
-    if (!put_bends(inner, &r->way[i], sink)) return false;
-  return put_bends(inner, &r->own, sink);
+  return tw_way_bends(inner, &r->way, sink);
 }
 
 void tw_clip_root_at(const tw_clip *clip, float time, tw_trs *out) {
@@ -289,62 +182,8 @@ void tw_clip_root_at(const tw_clip *clip, float time, tw_trs *out) {
 /* ---- making ----------------------------------------------------------------------------------------------
  */
 
-/* The tracks of a node's translation, rotation and scale. */
-typedef struct node_tracks {
-  uint32_t tracks[3];
-} node_tracks;
-
-/* Those of each node. NULL without memory. */
-static node_tracks *list_tracks(const tw_clip *clip, tw_arena *arena) {
-  node_tracks *all = tw_arena_alloc_raw(arena, clip->node_count, sizeof *all);
-  if (all) memset(all, 0xFF, clip->node_count * sizeof *all);
-  for (uint32_t i = 0; all && i < clip->track_count; i++)
-    if (clip->tracks[i].path != TW_WEIGHTS) all[clip->tracks[i].node].tracks[clip->tracks[i].path] = i;
-  return all;
-}
-
-static way_node way_node_of(const node_tracks *all, const tw_node *nodes, uint32_t node) {
-  way_node out = {.rest = nodes[node].rest, .before = AFFINE_IDENTITY};
-  memcpy(out.tracks, all[node].tracks, sizeof out.tracks);
-  return out;
-}
-
-static bool is_still(const way_node *node) {
-  return node->tracks[0] == TW_NO_INDEX && node->tracks[1] == TW_NO_INDEX && node->tracks[2] == TW_NO_INDEX;
-}
-
-/* Finds the nodes above that move, and what those give together that do not. */
-static bool find_way(const node_tracks *all, const tw_root_job *job, rooting *r, tw_arena *arena) {
-  uint32_t depth = 0;
-  for (uint32_t n = job->nodes[job->node].parent; n != TW_NO_INDEX; n = job->nodes[n].parent) depth++;
-  uint32_t *above = tw_arena_alloc_raw(arena, depth, sizeof *above), place = depth;
-  for (uint32_t n = job->nodes[job->node].parent; above && n != TW_NO_INDEX; n = job->nodes[n].parent)
-    above[--place] = n;
-  uint32_t moved = 0;
-  for (uint32_t i = 0; above && i < depth; i++) {
-    way_node way = way_node_of(all, job->nodes, above[i]);
-    moved += !is_still(&way);
-  }
-  r->way = above ? tw_arena_alloc(arena, moved, sizeof *r->way) : NULL;
-  if (!r->way) return false;
-  r->still = AFFINE_IDENTITY;
-  for (uint32_t i = 0; i < depth; i++) {
-    const tw_node *node = &job->nodes[above[i]];
-    way_node way = way_node_of(all, job->nodes, above[i]);
-    if (is_still(&way)) {
-      affine own = node->has_matrix ? affine_of_matrix(node->matrix) : affine_of(&node->rest);
-      r->still = affine_product(&r->still, &own);
-      continue;
-    }
-    way.before = r->still;
-    r->way[r->way_count++] = way;
-    r->still = AFFINE_IDENTITY;
-  }
-  return true;
-}
-
 /* Whether a linear part turns and scales evenly. */
-static bool is_even(const affine *m) {
+static bool is_even(const tw_affine *m) {
   static const double ROOM = 1e-4;
   double size = tw_length3(m->axes[0]);
   for (int i = 0; i < 3; i++) {
@@ -355,15 +194,15 @@ static bool is_even(const affine *m) {
 }
 
 static void start(const tw_clip *clip, rooting *r) {
-  affine parent = parent_at(clip, r, 0);
-  tw_trs local = trs_at(clip, &r->own, 0);
-  affine own = affine_of(&local), world = affine_product(&parent, &own);
+  tw_affine parent = tw_way_parent_at(clip, &r->way, 0);
+  tw_trs local = tw_way_local_at(clip, &r->way.own, 0);
+  tw_affine own = tw_affine_of(&local), world = tw_affine_product(&parent, &own);
   memcpy(r->start, world.at, sizeof r->start);
-  r->start_inverse = AFFINE_IDENTITY;
+  r->start_inverse = TW_AFFINE_IDENTITY;
   for (int i = 0; i < 3; i++) {
     double column[3] = {0, 0, 0};
     column[i] = 1;
-    affine_solve(&world, column, r->start_inverse.axes[i]);
+    tw_affine_solve(&world, column, r->start_inverse.axes[i]);
   }
 }
 
@@ -382,8 +221,8 @@ static void put_track(tw_clip *clip, rooting *r, uint32_t node, tw_path path, ro
 /* Whether all tracks that a node's way has are STEP. */
 static bool way_holds(const tw_clip *inner, const rooting *r) {
   bool holds = true;
-  for (uint32_t i = 0; i <= r->way_count; i++) {
-    const way_node *node = i < r->way_count ? &r->way[i] : &r->own;
+  for (uint32_t i = 0; i <= r->way.count; i++) {
+    const tw_way_node *node = i < r->way.count ? &r->way.nodes[i] : &r->way.own;
     for (int path = 0; path < 3; path++)
       holds = holds && (node->tracks[path] == TW_NO_INDEX || inner->tracks[node->tracks[path]].holds);
   }
@@ -422,10 +261,9 @@ static bool build(tw_clip *inner, const tw_root_job *job, tw_clip *clip, rooting
   r->node = job->node;
   r->carrier = job->carrier;
   r->axes = job->axes;
-  node_tracks *all = list_tracks(inner, clip->arena);
-  if (!clip->parts || !all || !find_way(all, job, r, clip->arena)) return false;
-  r->own = way_node_of(all, job->nodes, job->node);
-  if (job->carrier < job->node_count) r->top = way_node_of(all, job->nodes, job->carrier);
+  tw_node_tracks *all = tw_way_list_tracks(inner, clip->arena);
+  if (!clip->parts || !all || !tw_way_find(all, job->nodes, job->node, clip->arena, &r->way)) return false;
+  if (job->carrier < job->node_count) r->top = tw_way_node_of(all, job->nodes, job->carrier);
   if (!build_tracks(inner, job, clip, r)) return false;
   start(inner, r);
   clip->parts[0] = inner;
@@ -434,7 +272,7 @@ static bool build(tw_clip *inner, const tw_root_job *job, tw_clip *clip, rooting
   clip->duration = inner->duration;
   clip->depth = inner->depth;
   clip->leaves = inner->leaves;
-  clip->cost = inner->cost * (3 * (r->way_count + 1) + 1);
+  clip->cost = inner->cost * (3 * (r->way.count + 1) + 1);
   return true;
 }
 
@@ -447,7 +285,7 @@ tw_status tw_clip_take_root(tw_clip *clip, const tw_root_job *job, tw_clip **out
     tw_arena_destroy(arena);
     return tw_fail(error, TW_NO_MEMORY, "no memory for root motion");
   }
-  affine parent = parent_at(clip, r, 0);
+  tw_affine parent = tw_way_parent_at(clip, &r->way, 0);
   if ((job->axes & TW_ROOT_YAW) && !is_even(&parent)) {
     tw_arena_destroy(arena);
     return tw_fail(error, TW_UNSUPPORTED,

@@ -55,7 +55,7 @@ export async function generate() {
     const queried = whole.filter((parameter) => parameter.in === 'query');
     const typeOf = ({ name, schema }) => {
       if (OBJECTS[name]) return { oneOf: [schema, OBJECTS[name]] };
-      return LISTS[name] ? { oneOf: [schema, LISTS[name], { type: 'array', items: LISTS[name] }] } : schema;
+      return LISTS[name] && !schema.enum ? { oneOf: [schema, LISTS[name], { type: 'array', items: LISTS[name] }] } : schema;
     };
     const properties = queried.map((parameter) => [parameter.name, { ...typeOf(parameter), description: parameter.description }]);
     schemas[name] = { type: 'object', properties: Object.fromEntries(properties) };

@@ -76,11 +76,12 @@ function turnOf(random, most) {
 
 const IDENTITY = new Quaternion();
 
-/** Where the joints rest: arms `down` radians below the T-pose, the whole turned about y, in `scale`. */
-function placesOf({ down = 0, turned = 0, scale = 1 }) {
+/** Where the joints rest: arms `down` radians below the T-pose, knees so much higher, the whole turned about y, in `scale`. */
+function placesOf({ down = 0, knees = 0, turned = 0, scale = 1 }) {
   return Object.fromEntries(
     Object.entries(JOINTS).map(([bone, [, place]]) => {
       const at = new Vector3(...place);
+      if (bone.endsWith('LowerLeg')) at.y += knees;
       const side = ['left', 'right'].find((word) => bone.startsWith(word));
       const shoulder = side && new Vector3(...JOINTS[`${side}UpperArm`][1]);
       if (side && !/Leg|Foot|Toes|Shoulder/.test(bone))
@@ -109,7 +110,7 @@ const HUMANOIDS = {
 
 /**
  * A figure as the text of a glTF. names: of NAMES; extension: a humanoid map's; seed: of rest rotations; without: bones that it
- * lacks; down, turned, scale: as in placesOf; clip: {seed, keys, seconds, most}, turns of all joints and a walk of the hips.
+ * lacks; down, knees, turned, scale: as in placesOf; clip: {seed, keys, seconds, most}, turns of all joints and a walk of the hips.
  */
 export function biped({ names = 'vrm', extension, seed = 0, without = [], clip, ...shape } = {}) {
   const random = numbersOf(seed);

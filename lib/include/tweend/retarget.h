@@ -88,6 +88,7 @@ typedef struct tw_retarget_job {
    * about axes, products of several tracks. The distance is in parts of the target's size. */
   tw_tolerance tolerance;
   uint32_t max_keys; /* of a track */
+  bool holds_feet;   /* feet stay where the source's feet touch the ground, see anim/foot_hold.h */
 } tw_retarget_job;
 
 /* Lives in the arena. */
@@ -103,6 +104,7 @@ typedef struct tw_retargeted {
   /* Source bones that the clip moves and no bone of the target follows, ascending. */
   uint32_t *without_target;
   uint32_t *without_source; /* bones of the target that keep their rest pose, ascending */
+  uint32_t held_count;      /* feet that are held; of 2 */
   uint32_t lost_count;      /* translations and scales of matched bones that are not carried over */
 } tw_retargeted;
 

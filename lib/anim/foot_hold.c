@@ -1,0 +1,416 @@
+/* Inverse kinematics of two bones: the knee bends until the foot is as far from the hip as its new place is,
+ * then the whole leg swings there. */
+#include "foot_hold.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "tweend/clip_report.h"
+#include "vector3.h"
+#include "way.h"
+
+enum { UPPER, LOWER, FOOT, JOINTS };
+enum { SIDES = 2 };
+
+static const double BLEND = 0.15;     /* seconds in which a foot comes to its place, and leaves it */
+static const double STRETCH = 0.9995; /* of a leg's length: straighter knees would snap */
+static const double HINGE = 0.05;     /* how much the knee's own axis counts where it is nearly straight */
+
+/* A time in which the foot stands. Places and offsets are x and z. */
+typedef struct touch {
+  double from, to, place[2];
+  double coming[2], leaving[2]; /* from where the clip has the foot, at `from` and `to` */
+  double before, after;         /* seconds of blending */
+} touch;
+
+typedef struct leg {
+  uint32_t nodes[JOINTS];
+  tw_way way;         /* to the upper leg */
+  uint32_t below;     /* nodes below it, to the foot */
+  tw_way_node *chain; /* [below] */
+  uint32_t lower;     /* of the chain */
+  double hinge[3];    /* about which the knee bends, in the upper leg's frame */
+  uint32_t touch_count;
+  touch *touches; /* [touch_count] by time */
+} leg;
+
+typedef struct holding {
+  const tw_clip *clip; /* of the target, without this */
+  uint32_t leg_count;
+  leg legs[SIDES];
+} holding;
+
+/* The joints of a leg in the world, and the frames that they are in. */
+typedef struct leg_pose {
+  tw_affine frames[JOINTS], joints[JOINTS];
+} leg_pose;
+
+static leg_pose pose_at(const tw_clip *clip, const leg *leg, float time) {
+  leg_pose out;
+  tw_trs local = tw_way_local_at(clip, &leg->way.own, time);
+  tw_affine own = tw_affine_of(&local);
+  out.frames[UPPER] = tw_way_parent_at(clip, &leg->way, time);
+  out.joints[UPPER] = tw_affine_product(&out.frames[UPPER], &own);
+  tw_affine world = out.joints[UPPER];
+  for (uint32_t i = 0; i < leg->below; i++) {
+    local = tw_way_local_at(clip, &leg->chain[i], time);
+    own = tw_affine_of(&local);
+    int joint = i == leg->lower ? LOWER : FOOT; /* the last one stays */
+    out.frames[joint] = world;
+    world = tw_affine_product(&world, &own);
+    out.joints[joint] = world;
+  }
+  return out;
+}
+
+/* ---- where the foot should be ------------------------------------------------------------------------- */
+
+/* 0 to 1, with a slope of 0 at both. */
+static double ease(double t) {
+  t = t < 0 ? 0 : t > 1 ? 1 : t;
+  return t * t * (3 - 2 * t);
+}
+
+/* How far the foot is moved. at: where the clip has it. */
+static void offset_at(const leg *leg, double time, const double at[3], double out[2]) {
+  uint32_t next = 0, end = leg->touch_count; /* the first touch that begins later */
+  while (next < end) {
+    uint32_t middle = next + (end - next) / 2;
+    if (leg->touches[middle].from <= time)
+      next = middle + 1;
+    else
+      end = middle;
+  }
+  out[0] = out[1] = 0;
+  if (next > 0) {
+    const touch *last = &leg->touches[next - 1];
+    bool stands = time <= last->to;
+    double part = stands ? 1 : last->after > 0 ? 1 - ease((time - last->to) / last->after) : 0;
+    for (int i = 0; i < 2; i++) out[i] += part * (stands ? last->place[i] - at[2 * i] : last->leaving[i]);
+    if (stands) return;
+  }
+  if (next == leg->touch_count) return;
+  const touch *coming = &leg->touches[next];
+  double part = coming->before > 0 ? 1 - ease((coming->from - time) / coming->before) : 0;
+  for (int i = 0; i < 2; i++) out[i] += part * coming->coming[i];
+}
+
+/* ---- bending and swinging -------------------------------------------------------------------------------
+ */
+
+static void rotate(const double q[4], double v[3]) {
+  double across[3], twice[3];
+  tw_cross3(q, v, across);
+  for (int i = 0; i < 3; i++) across[i] += q[3] * v[i];
+  tw_cross3(q, across, twice);
+  for (int i = 0; i < 3; i++) v[i] += 2 * twice[i];
+}
+
+static void turn_about(const double axis[3], double angle, double out[4]) {
+  for (int i = 0; i < 3; i++) out[i] = axis[i] * sin(angle / 2);
+  out[3] = cos(angle / 2);
+}
+
+/* The shortest turn from one direction to another. */
+static void turn_towards(const double from[3], const double to[3], double out[4]) {
+  tw_cross3(from, to, out);
+  out[3] = tw_dot3(from, to) + tw_length3(from) * tw_length3(to);
+  if (!(tw_normalize(out, 4) > 0)) memcpy(out, (const double[4]){0, 0, 0, 1}, 4 * sizeof *out);
+}
+
+/* The unit axis about which the knee bends from the thigh (knee to hip) to the shin (knee to foot): that of
+ * the pose and a little of its own, as a straight leg has none. */
+static bool find_axis(const leg_pose *pose, const leg *leg, const double thigh[3], const double shin[3],
+                      double out[3]) {
+  double hinge[3], along[3] = {thigh[0], thigh[1], thigh[2]};
+  double share = HINGE * tw_length3(thigh) * tw_length3(shin);
+  for (int i = 0; i < 3; i++)
+    hinge[i] = tw_dot3((const double[3]){pose->joints[UPPER].axes[0][i], pose->joints[UPPER].axes[1][i],
+                                         pose->joints[UPPER].axes[2][i]},
+                       leg->hinge);
+  tw_unit3(hinge);
+  tw_unit3(along);
+  tw_cross3(thigh, shin, out);
+  for (int i = 0; i < 3; i++) out[i] += share * hinge[i];
+  double part = tw_dot3(out, along);
+  for (int i = 0; i < 3; i++) out[i] -= part * along[i];
+  return tw_unit3(out) > 0;
+}
+
+/* The turns of the upper leg, then of the lower leg, in the world, that bring the foot to `goal`. */
+static void reach(const leg_pose *pose, const leg *leg, const double goal[3], double swing[4],
+                  double bend[4]) {
+  double thigh[3], shin[3], axis[3], foot[3], way[3];
+  const double *hip = pose->joints[UPPER].at, *knee = pose->joints[LOWER].at, *ankle = pose->joints[FOOT].at;
+  for (int i = 0; i < 3; i++) {
+    thigh[i] = hip[i] - knee[i];
+    shin[i] = ankle[i] - knee[i];
+    foot[i] = ankle[i] - hip[i];
+    way[i] = goal[i] - hip[i];
+  }
+  turn_about((const double[3]){0, 0, 0}, 0, bend);
+  if (find_axis(pose, leg, thigh, shin, axis)) {
+    double across[3], flat[3], part = tw_dot3(shin, axis), a = tw_length3(thigh), b = tw_length3(shin);
+    for (int i = 0; i < 3; i++) flat[i] = shin[i] - part * axis[i];
+    tw_cross3(thigh, flat, across);
+    double now = atan2(tw_dot3(across, axis), tw_dot3(thigh, flat));
+    double most = fmax(tw_length3(foot), STRETCH * (a + b)), far = fmin(tw_length3(way), most);
+    double cosine = (a * a + b * b - far * far) / (2 * a * tw_length3(flat));
+    turn_about(axis, acos(fmin(fmax(cosine, -1), 1)) - now, bend);
+    rotate(bend, shin);
+    for (int i = 0; i < 3; i++) foot[i] = shin[i] - thigh[i];
+  }
+  turn_towards(foot, way, swing);
+}
+
+/* The rotation of a joint of the leg, as its track has it. */
+static void joint_at(const holding *h, const leg *leg, int joint, float time, float out[4]) {
+  const leg_pose pose = pose_at(h->clip, leg, time);
+  const tw_way_node *node = joint == UPPER   ? &leg->way.own
+                            : joint == LOWER ? &leg->chain[leg->lower]
+                                             : &leg->chain[leg->below - 1];
+  tw_trs local = tw_way_local_at(h->clip, node, time);
+  double goal[3], offset[2], swing[4], bend[4], turn[4], inside[4], q[4], result[4];
+  memcpy(goal, pose.joints[FOOT].at, sizeof goal);
+  offset_at(leg, (double)time, goal, offset);
+  memcpy(out, local.rotation, sizeof local.rotation);
+  if (offset[0] == 0 && offset[1] == 0) return;
+  goal[0] += offset[0];
+  goal[2] += offset[1];
+  reach(&pose, leg, goal, swing, bend);
+  if (joint == UPPER) memcpy(turn, swing, sizeof turn);
+  if (joint == LOWER) memcpy(turn, bend, sizeof turn); /* the swing turns its frame as well */
+  if (joint == FOOT) {                                 /* stays as it is in the world */
+    quat_multiply(swing, bend, turn);
+    for (int i = 0; i < 3; i++) turn[i] = -turn[i];
+  }
+  tw_affine_turn_inside(&pose.frames[joint], turn, inside);
+  quat_widen(local.rotation, q);
+  quat_multiply(inside, q, result);
+  tw_normalize(result, 4);
+  quat_narrow(result, out);
+}
+
+/* ---- the legs --------------------------------------------------------------------------------------------
+ */
+
+/* The nodes of a leg, by their bones. False where the target lacks one, or they are not below each other. */
+static bool find_leg(const tw_retarget_job *job, const tw_bone_match *match, uint32_t side, leg *out) {
+  static const uint32_t bones[JOINTS] = {TW_BONE_UPPER_LEG, TW_BONE_LOWER_LEG, TW_BONE_FOOT};
+  for (int joint = 0; joint < JOINTS; joint++) out->nodes[joint] = TW_NO_INDEX;
+  for (uint32_t n = 0; n < job->target.node_count; n++)
+    for (int joint = 0; joint < JOINTS; joint++)
+      if (match->role[n] == bones[joint] + side && match->source_of[n] != TW_NO_INDEX) out->nodes[joint] = n;
+  if (out->nodes[FOOT] == TW_NO_INDEX || out->nodes[UPPER] == TW_NO_INDEX) return false;
+  uint32_t node = out->nodes[FOOT], lower = 0;
+  out->below = 0;
+  while (node != TW_NO_INDEX && node != out->nodes[UPPER]) {
+    out->below++;
+    if (node == out->nodes[LOWER]) lower = out->below;
+    node = job->target.nodes[node].parent;
+  }
+  out->lower = out->below - lower;
+  return node != TW_NO_INDEX && lower > 1;
+}
+
+static bool find_ways(const tw_retarget_job *job, const tw_node_tracks *tracks, tw_arena *arena, leg *leg) {
+  const tw_node *nodes = job->target.nodes;
+  leg->chain = tw_arena_alloc(arena, leg->below, sizeof *leg->chain);
+  if (!leg->chain || !tw_way_find(tracks, nodes, leg->nodes[UPPER], arena, &leg->way)) return false;
+  uint32_t node = leg->nodes[FOOT];
+  for (uint32_t i = leg->below; i-- > 0; node = nodes[node].parent)
+    leg->chain[i] = tw_way_node_of(tracks, nodes, node);
+  return true;
+}
+
+/* Finds the knee's own axis where it is bent most. */
+static void find_hinge(const tw_clip *clip, leg *leg) {
+  enum { LOOKS = 64 };
+  double most = 0;
+  for (int i = 0; i < LOOKS; i++) {
+    leg_pose pose = pose_at(clip, leg, tw_clip_duration(clip) * (float)i / LOOKS);
+    double thigh[3], shin[3], axis[3];
+    for (int k = 0; k < 3; k++) {
+      thigh[k] = pose.joints[UPPER].at[k] - pose.joints[LOWER].at[k];
+      shin[k] = pose.joints[FOOT].at[k] - pose.joints[LOWER].at[k];
+    }
+    tw_cross3(thigh, shin, axis);
+    double bent = tw_length3(axis);
+    if (bent <= most) continue;
+    most = bent;
+    tw_affine_solve(&pose.joints[UPPER], axis, leg->hinge);
+    tw_unit3(leg->hinge);
+  }
+}
+
+/* ---- contacts
+ * ---------------------------------------------------------------------------------------------- */
+
+/* Places the foot in the middle of where the clip has it meanwhile. */
+static void place_touch(const tw_clip *clip, const leg *leg, touch *out) {
+  enum { LOOKS = 8 };
+  double sum[2] = {0, 0}, ends[2][2];
+  for (int i = 0; i <= LOOKS; i++) {
+    const leg_pose pose = pose_at(clip, leg, (float)(out->from + (out->to - out->from) * i / LOOKS));
+    for (int k = 0; k < 2; k++) {
+      sum[k] += pose.joints[FOOT].at[2 * k];
+      if (i % LOOKS == 0) ends[i / LOOKS][k] = pose.joints[FOOT].at[2 * k];
+    }
+  }
+  for (int k = 0; k < 2; k++) {
+    out->place[k] = sum[k] / (LOOKS + 1);
+    out->coming[k] = out->place[k] - ends[0][k];
+    out->leaving[k] = out->place[k] - ends[1][k];
+  }
+}
+
+/* Takes the contacts of a foot of the source. */
+static bool take_touches(const tw_clip_report *report, uint32_t foot, tw_arena *arena, leg *leg) {
+  uint32_t count = 0;
+  for (uint32_t i = 0; i < report->contact_count; i++) count += report->contacts[i].node == foot;
+  leg->touches = tw_arena_alloc(arena, count, sizeof *leg->touches);
+  for (uint32_t i = 0; leg->touches && i < report->contact_count; i++)
+    if (report->contacts[i].node == foot)
+      leg->touches[leg->touch_count++] =
+          (touch){.from = report->contacts[i].from, .to = report->contacts[i].to};
+  return leg->touches;
+}
+
+static tw_status place_touches(const tw_clip *clip, leg *leg) {
+  for (uint32_t i = 0; i < leg->touch_count; i++) {
+    touch *t = &leg->touches[i];
+    place_touch(clip, leg, t);
+    double since = i > 0 ? (t->from - leg->touches[i - 1].to) / 2 : t->from;
+    t->before = fmin(BLEND, since);
+    t->after = i + 1 < leg->touch_count ? fmin(BLEND, (leg->touches[i + 1].from - t->to) / 2) : BLEND;
+    if (!tw_work(500 * (uint64_t)(leg->way.count + leg->below))) return TW_CANCELLED;
+  }
+  return TW_OK;
+}
+
+/* ---- the clip
+ * ----------------------------------------------------------------------------------------------- */
+
+static void held_sample(const tw_clip *clip, uint32_t track, const float *times, size_t time_count,
+                        float *out) {
+  const holding *h = clip->making;
+  for (size_t i = 0; i < time_count; i++)
+    joint_at(h, &h->legs[track / JOINTS], (int)(track % JOINTS), times[i], out + 4 * i);
+}
+
+static bool held_bends(const tw_clip *clip, uint32_t track, const tw_bend_sink *sink) {
+  const holding *h = clip->making;
+  const leg *leg = &h->legs[track / JOINTS];
+  if (!tw_way_bends(h->clip, &leg->way, sink)) return false;
+  for (uint32_t i = 0; i < leg->below; i++)
+    if (!tw_way_node_bends(h->clip, &leg->chain[i], sink)) return false;
+  for (uint32_t i = 0; i < leg->touch_count; i++) {
+    const touch *t = &leg->touches[i];
+    const double times[] = {t->from - t->before, t->from, t->to, t->to + t->after};
+    for (int k = 0; k < 4; k++)
+      if (times[k] < (double)clip->duration && !bend_put(sink, times[k], 1)) return false;
+  }
+  return true;
+}
+
+/* The rotations of the legs alone, as a clip that is sampled and reduced. It lives in the arena. */
+static tw_clip *make_clip(holding *h, tw_arena *arena) {
+  static const tw_clip_kind kind = {.sample = held_sample, .bends = held_bends};
+  tw_clip *clip = tw_arena_alloc(arena, 1, sizeof *clip);
+  tw_track *tracks = tw_arena_alloc(arena, SIDES * JOINTS, sizeof *tracks);
+  if (!clip || !tracks) return NULL;
+  *clip = (tw_clip){.node_count = h->clip->node_count,
+                    .tracks = tracks,
+                    .duration = h->clip->duration,
+                    .kind = &kind,
+                    .making = h,
+                    .leaves = 1};
+  for (uint32_t l = 0; l < h->leg_count; l++) {
+    for (int joint = 0; joint < JOINTS; joint++)
+      tracks[clip->track_count++] =
+          (tw_track){.kind = TRACK_MADE, .node = h->legs[l].nodes[joint], .path = TW_ROTATION, .width = 4};
+    clip->cost += 4 * (h->legs[l].way.count + h->legs[l].below + 1);
+  }
+  return clip;
+}
+
+/* Puts tracks in the place of those that move the same. */
+static bool replace_tracks(const tw_clip_keys *held, tw_arena *arena, tw_clip_keys *keys) {
+  tw_track_keys *tracks =
+      tw_arena_alloc_raw(arena, (size_t)keys->track_count + held->track_count, sizeof *tracks);
+  if (!tracks) return false;
+  if (keys->track_count > 0) memcpy(tracks, keys->tracks, keys->track_count * sizeof *tracks);
+  for (uint32_t i = 0; i < held->track_count; i++) {
+    uint32_t at = 0;
+    while (at < keys->track_count &&
+           (tracks[at].node != held->tracks[i].node || tracks[at].path != TW_ROTATION))
+      at++;
+    if (at == keys->track_count) keys->track_count++;
+    tracks[at] = held->tracks[i];
+  }
+  keys->tracks = tracks;
+  return true;
+}
+
+static tw_status hold(const tw_retarget_job *job, holding *h, tw_arena *arena, tw_arena *scratch,
+                      tw_clip_keys *keys, tw_error *error) {
+  const tw_node_tracks *tracks = tw_way_list_tracks(h->clip, scratch);
+  bool has_room = tracks;
+  tw_status status = TW_OK;
+  for (uint32_t l = 0; l < h->leg_count && has_room && status == TW_OK; l++) {
+    has_room = find_ways(job, tracks, scratch, &h->legs[l]);
+    if (!has_room) break;
+    find_hinge(h->clip, &h->legs[l]);
+    status = place_touches(h->clip, &h->legs[l]);
+  }
+  if (status != TW_OK) return tw_fail(error, status, "the clip is not wanted any more");
+  tw_clip *clip = has_room ? make_clip(h, scratch) : NULL;
+  uint64_t steps = TW_REDUCTION_STEPS;
+  tw_clip_keys held;
+  tw_tolerance reached;
+  if (!clip) return tw_fail(error, TW_NO_MEMORY, "no memory to hold feet");
+  status = tw_clip_reduce(clip, NULL, job->tolerance, job->max_keys, &steps, arena, &held, &reached, error);
+  if (status != TW_OK) return status;
+  return replace_tracks(&held, arena, keys) ? TW_OK : tw_fail(error, TW_NO_MEMORY, "no memory to hold feet");
+}
+
+/* Finds the legs, and when the source's feet touch the ground. */
+static tw_status find_contacts(const tw_retarget_job *job, const tw_bone_match *match, tw_arena *scratch,
+                               holding *h, tw_error *error) {
+  const tw_skeleton *source = &job->source;
+  uint32_t feet[SIDES];
+  for (uint32_t side = 0; side < SIDES; side++) {
+    leg *leg = &h->legs[h->leg_count];
+    if (!find_leg(job, match, side, leg)) continue;
+    feet[h->leg_count++] = match->source_of[leg->nodes[FOOT]];
+  }
+  if (h->leg_count == 0) return TW_OK;
+  tw_clip_report report;
+  tw_status status = tw_clip_inspect(job->keys, source->nodes, source->order, source->node_count, feet,
+                                     h->leg_count, scratch, &report, error);
+  uint32_t count = 0;
+  for (uint32_t l = 0; l < h->leg_count && status == TW_OK; l++) {
+    leg *leg = &h->legs[l];
+    if (!take_touches(&report, feet[l], scratch, leg)) status = tw_fail(error, TW_NO_MEMORY, "out of memory");
+    if (leg->touch_count > 0) h->legs[count++] = *leg;
+  }
+  h->leg_count = count;
+  return status;
+}
+
+tw_status tw_feet_hold(const tw_retarget_job *job, const tw_bone_match *match, tw_arena *arena,
+                       tw_clip_keys *keys, uint32_t *held, tw_error *error) {
+  tw_arena *scratch = tw_arena_create();
+  if (!scratch) return tw_fail(error, TW_NO_MEMORY, "no memory to hold feet");
+  holding h = {0};
+  tw_clip *clip = NULL;
+  tw_status status = find_contacts(job, match, scratch, &h, error);
+  if (status == TW_OK && h.leg_count > 0)
+    status = tw_clip_create(keys, job->target.node_count, -1, &clip, error);
+  h.clip = clip;
+  if (status == TW_OK && clip) status = hold(job, &h, arena, scratch, keys, error);
+  *held = h.leg_count;
+  tw_clip_destroy(clip);
+  tw_arena_destroy(scratch);
+  return status;
+}
