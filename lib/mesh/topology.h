@@ -49,6 +49,10 @@ typedef struct tw_topology {
    * Stored apart from the edges because a part cut out of a mesh lacks some of them. */
   float *semi_sum;
   uint32_t *semi_count;
+
+  /* Limit masks (limit.h) are Catmull and Clark's over faces of any size, else over quads; of triangles they
+   * are Loop's. Only without semi-sharp edges and vertices. */
+  bool polygonal;
 } tw_topology;
 
 /* Builds edges, siblings and fans of faces over `vertex_count` vertices. The sharpness arrays are NULL

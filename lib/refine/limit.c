@@ -3,6 +3,7 @@
 
 #include <assert.h>
 #include <math.h>
+#include <string.h>
 
 #include "crease.h"
 #include "loop.h"
@@ -10,10 +11,11 @@
 static const double pi = 3.14159265358979323846;
 
 /* A mask while it is computed. Entry 0 is the vertex itself; then come its ring and, among quads, the far
- * corners of its fan. */
+ * corners of its fan. Among polygons the ring and the fan stand for the edge points and face points of the
+ * quads below, until polygon_step; the corners of faces that are not in the ring come between them. */
 typedef struct neighbours {
   const tw_topology *t;
-  uint32_t vertex, ring_count, fan_count;
+  uint32_t vertex, ring_count, further_count, fan_count;
   tw_limit_entry *entries;
 } neighbours;
 
@@ -22,7 +24,7 @@ static inline tw_limit_entry *ring_entry(const neighbours *n, uint32_t i) {
 }
 
 static inline tw_limit_entry *fan_entry(const neighbours *n, uint32_t i) {
-  return &n->entries[1 + n->ring_count + i % n->fan_count];
+  return &n->entries[1 + n->ring_count + n->further_count + i % n->fan_count];
 }
 
 static inline float ring_sharpness(const neighbours *n, uint32_t i) {
@@ -88,7 +90,8 @@ static tw_edge_decay *decay_room(const neighbours *m) {
   return (tw_edge_decay *)(void *)(m->entries + 1 + m->ring_count + m->fan_count);
 }
 
-static bool decays(const tw_topology *t) {
+bool tw_limit_decays(const tw_topology *topology) {
+  const tw_topology *t = topology;
   for (uint32_t v = 0; v < t->vertex_count; v++)
     if (tw_is_semi_sharp(t->vertex_sharpness[v])) return true;
   for (uint32_t e = 0; e < t->edge_count; e++)
@@ -96,31 +99,48 @@ static bool decays(const tw_topology *t) {
   return false;
 }
 
-uint32_t tw_limit_greatest_capacity(const tw_topology *t) {
-  uint32_t greatest = 0, edge = !t->smooth && decays(t) ? 1 + DECAY_ENTRIES : 1;
+/* The corners of polygons at a vertex that are neither the vertex nor in its ring. */
+static uint32_t count_further(const tw_topology *t, uint32_t vertex) {
+  uint32_t count = 0;
+  if (!t->polygonal || t->face_size == 3) return 0;
+  for (uint32_t i = t->fan_offsets[vertex]; i < t->fan_offsets[vertex + 1]; i++)
+    count += tw_face_size(t, tw_corner_face(t, t->fan_corners[i])) - 3;
+  return count;
+}
+
+uint32_t tw_limit_greatest_capacity(const tw_topology *topology) {
+  const tw_topology *t = topology;
+  uint32_t greatest = 0, edge = !t->smooth && tw_limit_decays(t) ? 1 + DECAY_ENTRIES : 1;
   for (uint32_t v = 0; v < t->vertex_count; v++) {
-    uint32_t capacity =
-        1 + edge * (t->ring_offsets[v + 1] - t->ring_offsets[v]) + t->fan_offsets[v + 1] - t->fan_offsets[v];
+    uint32_t capacity = 1 + edge * (t->ring_offsets[v + 1] - t->ring_offsets[v]) + t->fan_offsets[v + 1] -
+                        t->fan_offsets[v] + count_further(t, v);
     if (capacity > greatest) greatest = capacity;
   }
   return greatest;
 }
 
-/* ---- tangents after decay ----------------------------------------------------------------------- */
+/* ---- masks through steps ------------------------------------------------------------------------ */
 
 /* Tangents at a vertex with semi-sharp edges, or that is semi-sharp itself, are those of the vertex after all
  * sharpness has decayed, so that both sides of a crease that rounds off in the end have the same normal. A
  * step maps the vertex and its neighbours to the vertex and its neighbours one level down; its transpose
- * takes mask weights from there back to here. */
+ * takes mask weights from there back to here. The masks of polygons are brought back from the quads below in
+ * the same way. */
 
-static void add(tw_limit_entry *entry, float weight, float tangent1, float tangent2) {
-  entry->tangent1 += weight * tangent1;
-  entry->tangent2 += weight * tangent2;
+static void add(tw_limit_entry *entry, float weight, const tw_limit_entry *from) {
+  entry->position += weight * from->position;
+  entry->tangent1 += weight * from->tangent1;
+  entry->tangent2 += weight * from->tangent2;
 }
 
 static void scale(tw_limit_entry *entry, float weight) {
+  entry->position *= weight;
   entry->tangent1 *= weight;
   entry->tangent2 *= weight;
+}
+
+static bool is_empty(const tw_limit_entry *entry) {
+  return entry->position == 0 && entry->tangent1 == 0 && entry->tangent2 == 0;
 }
 
 /* Scales entry 0 (the vertex one level down) to the weight that stays at the vertex itself, and returns its
@@ -133,10 +153,9 @@ static tw_limit_entry take_vertex(const neighbours *m, const tw_vertex_blend *bl
 
 static void give_to_ring(const neighbours *m, const tw_vertex_blend *blend, float smooth,
                          const tw_limit_entry *v) {
-  for (uint32_t i = 0; i < m->ring_count; i++)
-    add(ring_entry(m, i), blend->smooth * smooth, v->tangent1, v->tangent2);
+  for (uint32_t i = 0; i < m->ring_count; i++) add(ring_entry(m, i), blend->smooth * smooth, v);
   for (int i = 0; blend->crease > 0 && i < 2; i++)
-    add(ring_entry(m, blend->ends[i]), 0.125f * blend->crease, v->tangent1, v->tangent2);
+    add(ring_entry(m, blend->ends[i]), 0.125f * blend->crease, v);
 }
 
 static float ring_share(const neighbours *m, const tw_vertex_decay *decay, uint32_t i, uint32_t steps) {
@@ -151,25 +170,22 @@ static void quad_step(const neighbours *m, const tw_vertex_decay *decay, uint32_
   tw_limit_entry v = take_vertex(m, &blend, (n - 2) / n);
   for (uint32_t i = 0; i < m->fan_count; i++) {
     tw_limit_entry *face = fan_entry(m, i);
-    add(face, blend.smooth / (n * n), v.tangent1, v.tangent2);
-    for (uint32_t side = i; side < i + 2; side++) {
-      const tw_limit_entry *edge = ring_entry(m, side);
-      float smooth = 1 - ring_share(m, decay, side, steps);
-      add(face, 0.25f * smooth, edge->tangent1, edge->tangent2);
-    }
+    add(face, blend.smooth / (n * n), &v);
+    for (uint32_t side = i; side < i + 2; side++)
+      add(face, 0.25f * (1 - ring_share(m, decay, side, steps)), ring_entry(m, side));
   }
   for (uint32_t i = 0; i < m->ring_count; i++) {
     tw_limit_entry *edge = ring_entry(m, i);
     scale(edge, 0.25f + 0.25f * ring_share(m, decay, i, steps));
-    add(&m->entries[0], 1, edge->tangent1, edge->tangent2);
+    add(&m->entries[0], 1, edge);
   }
   give_to_ring(m, &blend, 1 / (n * n), &v);
   for (uint32_t i = 0; i < m->fan_count; i++) {
     tw_limit_entry *face = fan_entry(m, i);
     scale(face, 0.25f);
-    add(&m->entries[0], 1, face->tangent1, face->tangent2);
-    add(ring_entry(m, i), 1, face->tangent1, face->tangent2);
-    add(ring_entry(m, i + 1), 1, face->tangent1, face->tangent2);
+    add(&m->entries[0], 1, face);
+    add(ring_entry(m, i), 1, face);
+    add(ring_entry(m, i + 1), 1, face);
   }
 }
 
@@ -188,12 +204,90 @@ static void triangle_step(const neighbours *m, const tw_vertex_decay *decay, uin
     float crease_before = ring_share(m, decay, i + count - 1, steps);
     float crease_after = ring_share(m, decay, i + 1, steps);
     scale(edge, 0.375f + 0.125f * crease);
-    add(&m->entries[0], 1, edge->tangent1, edge->tangent2);
-    add(edge, 0.125f * (1 - crease_before), before.tangent1, before.tangent2);
-    add(edge, 0.125f * (1 - crease_after), after.tangent1, after.tangent2);
+    add(&m->entries[0], 1, edge);
+    add(edge, 0.125f * (1 - crease_before), &before);
+    add(edge, 0.125f * (1 - crease_after), &after);
     before = own;
   }
   give_to_ring(m, &blend, weight, &v);
+}
+
+static uint32_t ring_place(const neighbours *m, uint32_t edge) {
+  const uint32_t *ring = m->t->ring_edges + m->t->ring_offsets[m->vertex];
+  uint32_t place = 0;
+  while (place + 1 < m->ring_count && ring[place] != edge) place++;
+  return place;
+}
+
+static uint32_t fan_corner(const neighbours *m, uint32_t i) {
+  return m->t->fan_corners[m->t->fan_offsets[m->vertex] + i];
+}
+
+/* The places in the ring of the two sides of a face. */
+static void find_sides(const neighbours *m, uint32_t face, uint32_t sides[2]) {
+  const tw_topology *t = m->t;
+  uint32_t corner = fan_corner(m, face);
+  bool ordered = !(t->vertex_flags[m->vertex] & TW_VERTEX_NONMANIFOLD);
+  sides[0] = ordered ? face : ring_place(m, t->corner_edge[corner]);
+  sides[1] = ordered ? face + 1 : ring_place(m, t->corner_edge[tw_corner_previous(t, corner)]);
+}
+
+/* The share of the crease mask in a point of the ring, where nothing is semi-sharp. */
+static float settled_share(const neighbours *m, uint32_t i) {
+  return tw_is_infinite(ring_sharpness(m, i)) ? 1 : 0;
+}
+
+/* Gives the faces at a point of the ring their parts of its weights. */
+static void give_edge_to_faces(const neighbours *m, uint32_t place) {
+  const tw_topology *t = m->t;
+  uint32_t edge = t->ring_edges[t->ring_offsets[m->vertex] + place];
+  const tw_limit_entry *weights = ring_entry(m, place);
+  if (settled_share(m, place) == 1 || is_empty(weights)) return;
+  if (!(t->vertex_flags[m->vertex] & TW_VERTEX_NONMANIFOLD)) {
+    add(fan_entry(m, place), 0.25f, weights);
+    add(fan_entry(m, place + m->fan_count - 1), 0.25f, weights);
+    return;
+  }
+  for (uint32_t i = 0; i < m->fan_count; i++) {
+    uint32_t corner = fan_corner(m, i);
+    if (t->corner_edge[corner] == edge || t->corner_edge[tw_corner_previous(t, corner)] == edge)
+      add(fan_entry(m, i), 0.25f, weights);
+  }
+}
+
+/* Gives the corners of each face their parts of the face's weights. */
+static void give_faces(const neighbours *m) {
+  tw_limit_entry *further = &m->entries[1 + m->ring_count];
+  for (uint32_t i = 0; i < m->fan_count; i++) {
+    const tw_limit_entry *face = fan_entry(m, i);
+    uint32_t size = tw_face_size(m->t, tw_corner_face(m->t, fan_corner(m, i))), sides[2];
+    float weight = 1 / (float)size;
+    if (!is_empty(face)) {
+      find_sides(m, i, sides);
+      add(&m->entries[0], weight, face);
+      for (int k = 0; k < 2; k++) add(ring_entry(m, sides[k]), weight, face);
+      for (uint32_t k = 0; k + 3 < size; k++) add(&further[k], weight, face);
+    }
+    further += size - 3;
+  }
+}
+
+/* A step from polygons to quads in which nothing decays. */
+static void polygon_step(const neighbours *m) {
+  const tw_rules plain = {0};
+  float n = (float)m->fan_count;
+  tw_vertex_blend blend = tw_blend_at(m->t, &plain, m->vertex);
+  tw_limit_entry v = take_vertex(m, &blend, (n - 2) / n);
+  for (uint32_t i = 0; blend.smooth > 0 && i < m->fan_count; i++)
+    add(fan_entry(m, i), blend.smooth / (n * n), &v);
+  for (uint32_t i = 0; i < m->ring_count; i++) {
+    tw_limit_entry *edge = ring_entry(m, i);
+    give_edge_to_faces(m, i);
+    scale(edge, 0.25f + 0.25f * settled_share(m, i));
+    add(&m->entries[0], 1, edge);
+  }
+  give_to_ring(m, &blend, 1 / (n * n), &v);
+  give_faces(m);
 }
 
 static void settle_tangents(const neighbours *m) {
@@ -213,27 +307,46 @@ static void settle_tangents(const neighbours *m) {
 
 /* Whether the mesh is of Loop's scheme, which makes triangles; the other schemes make quads. */
 static bool is_loop(const tw_topology *t) {
-  return t->face_size == 3;
+  return t->face_size == 3 && !t->polygonal;
 }
 
 static neighbours neighbours_of(const tw_topology *t, uint32_t vertex, tw_limit_entry *entries) {
-  return (neighbours){t, vertex, t->ring_offsets[vertex + 1] - t->ring_offsets[vertex],
-                      t->fan_offsets[vertex + 1] - t->fan_offsets[vertex], entries};
+  return (neighbours){.t = t,
+                      .vertex = vertex,
+                      .ring_count = t->ring_offsets[vertex + 1] - t->ring_offsets[vertex],
+                      .further_count = count_further(t, vertex),
+                      .fan_count = t->fan_offsets[vertex + 1] - t->fan_offsets[vertex],
+                      .entries = entries};
 }
 
-static neighbours start_mask(const tw_topology *t, uint32_t vertex, tw_limit_entry *entries) {
-  uint32_t ring = t->ring_offsets[vertex], fan = t->fan_offsets[vertex];
-  neighbours m = neighbours_of(t, vertex, entries);
-  entries[0] = (tw_limit_entry){vertex, 0, 0, 0};
-  for (uint32_t i = 0; i < m.ring_count; i++) {
-    const uint32_t *ends = t->edge_vertices[t->ring_edges[ring + i]];
-    *ring_entry(&m, i) = (tw_limit_entry){ends[ends[0] == vertex], 0, 0, 0};
+/* Sets the vertices of polygons that are not in the ring. */
+static void name_further(const neighbours *m) {
+  const tw_topology *t = m->t;
+  tw_limit_entry *entry = &m->entries[1 + m->ring_count];
+  for (uint32_t i = 0; i < m->fan_count; i++) {
+    uint32_t corner = tw_corner_next(t, fan_corner(m, i)), size = tw_face_size(t, tw_corner_face(t, corner));
+    for (uint32_t k = 3; k < size; k++) {
+      corner = tw_corner_next(t, corner);
+      (entry++)->vertex = t->corner_vertex[corner];
+    }
   }
-  for (uint32_t i = 0; i < m.fan_count && !is_loop(t); i++) {
-    uint32_t opposite = tw_quad_next(tw_quad_next(t->fan_corners[fan + i]));
-    *fan_entry(&m, i) = (tw_limit_entry){t->corner_vertex[opposite], 0, 0, 0};
-  }
-  return m;
+}
+
+/* Sets the vertices of the entries, but no weights. */
+static void name_entries(const neighbours *m) {
+  const tw_topology *t = m->t;
+  const uint32_t *ring = t->ring_edges + t->ring_offsets[m->vertex];
+  m->entries[0].vertex = m->vertex;
+  for (uint32_t i = 0; i < m->ring_count; i++) ring_entry(m, i)->vertex = tw_far_end(t, ring[i], m->vertex);
+  if (m->further_count > 0) name_further(m);
+  for (uint32_t i = 0; i < m->fan_count && !is_loop(t) && !t->polygonal; i++)
+    fan_entry(m, i)->vertex = t->corner_vertex[tw_quad_next(tw_quad_next(fan_corner(m, i)))];
+}
+
+/* The number of entries of a finished mask. */
+static uint32_t mask_count(const neighbours *m) {
+  bool has_fan = !is_loop(m->t) && !m->t->polygonal;
+  return 1 + m->ring_count + m->further_count + (has_fan ? m->fan_count : 0);
 }
 
 static void position_smooth(const neighbours *m) {
@@ -332,13 +445,6 @@ static uint32_t fan_place(const neighbours *m, uint32_t corner) {
   return place;
 }
 
-static uint32_t ring_place(const neighbours *m, uint32_t edge) {
-  const uint32_t *ring = m->t->ring_edges + m->t->ring_offsets[m->vertex];
-  uint32_t place = 0;
-  while (place + 1 < m->ring_count && ring[place] != edge) place++;
-  return place;
-}
-
 static void tangents_of_face(const neighbours *m, uint32_t corner) {
   tangents_along(m, ring_place(m, m->t->corner_edge[corner]),
                  ring_place(m, m->t->corner_edge[tw_corner_previous(m->t, corner)]));
@@ -354,10 +460,7 @@ static tw_vertex_rule with_mask(const neighbours *m, tw_vertex_rule rule) {
   return is_smooth(rule) && m->fan_count == 2 && !is_loop(m->t) ? TW_RULE_CORNER : rule;
 }
 
-/* The rules that the position and the tangents follow; ends as in tw_vertex_rule_at. */
-static tw_vertex_rule position_rule(const neighbours *m, bool linear, uint32_t ends[2]) {
-  return linear ? TW_RULE_CORNER : with_mask(m, tw_vertex_rule_at(m->t, m->vertex, ends));
-}
+/* The rule that the tangents follow; ends as in tw_vertex_rule_at. */
 static tw_vertex_rule tangent_rule(const neighbours *m, bool linear, uint32_t ends[2]) {
   return linear ? TW_RULE_CORNER : with_mask(m, tw_settled_rule_at(m->t, m->vertex, ends));
 }
@@ -375,9 +478,9 @@ static sector crease_side(const neighbours *m, uint32_t corner, const uint32_t e
   return s.bounded ? s : (sector){ends[0], ends[1] - ends[0], false};
 }
 
-static void fill_position(const neighbours *m, bool linear) {
+static void fill_position(const neighbours *m) {
   uint32_t ends[2] = {0, 0};
-  tw_vertex_rule rule = position_rule(m, linear, ends);
+  tw_vertex_rule rule = with_mask(m, tw_vertex_rule_at(m->t, m->vertex, ends));
   if (rule == TW_RULE_CORNER)
     m->entries[0].position = 1;
   else if (rule == TW_RULE_CREASE)
@@ -386,10 +489,10 @@ static void fill_position(const neighbours *m, bool linear) {
     position_smooth(m);
 }
 
-static void fill_tangents(const neighbours *m, bool linear, uint32_t corner) {
+static void fill_tangents(const neighbours *m, uint32_t corner) {
   uint32_t ends[2] = {0, 0};
-  tw_vertex_rule rule = tangent_rule(m, linear, ends);
-  if (has_face_tangents(m, linear, rule)) {
+  tw_vertex_rule rule = tangent_rule(m, false, ends);
+  if (has_face_tangents(m, false, rule)) {
     tangents_of_face(m, corner);
   } else if (rule == TW_RULE_CORNER) {
     sector s = find_sector(m, fan_place(m, corner));
@@ -405,11 +508,24 @@ static void fill_tangents(const neighbours *m, bool linear, uint32_t corner) {
   }
 }
 
+/* The mask of a linear mesh: the vertex, and the tangents of the corner's own face. */
+static uint32_t linear_mask(const tw_topology *t, uint32_t corner, tw_limit_entry *entries) {
+  uint32_t next = tw_corner_next(t, corner), before = tw_corner_previous(t, corner);
+  entries[0] = (tw_limit_entry){t->corner_vertex[corner], 1, -1, -1};
+  entries[1] = (tw_limit_entry){t->corner_vertex[next], 0, 1, 0};
+  entries[2] = (tw_limit_entry){t->corner_vertex[before], 0, 0, 1};
+  return 3;
+}
+
 uint32_t tw_limit_mask(const tw_topology *topology, bool linear, uint32_t corner, tw_limit_entry *entries) {
-  neighbours m = start_mask(topology, topology->corner_vertex[corner], entries);
-  fill_position(&m, linear);
-  fill_tangents(&m, linear, corner);
-  return 1 + m.ring_count + (is_loop(topology) ? 0 : m.fan_count);
+  if (linear) return linear_mask(topology, corner, entries);
+  neighbours m = neighbours_of(topology, topology->corner_vertex[corner], entries);
+  memset(entries, 0, (1 + (size_t)m.ring_count + m.further_count + m.fan_count) * sizeof *entries);
+  name_entries(&m);
+  fill_tangents(&m, corner); /* first: its steps carry all weights */
+  fill_position(&m);
+  if (topology->polygonal) polygon_step(&m);
+  return mask_count(&m);
 }
 
 uint32_t tw_limit_corner(const tw_topology *topology, bool linear, uint32_t corner) {
@@ -423,13 +539,46 @@ uint32_t tw_limit_corner(const tw_topology *topology, bool linear, uint32_t corn
   return fan[s.first];
 }
 
+/* Whether the weights depend on the valence alone, which has a wheel. In a mesh of faces of several sizes
+ * wheels are of quads. */
+static bool is_wheel(const neighbours *m, bool linear) {
+  const tw_topology *t = m->t;
+  uint32_t n = m->fan_count;
+  if (linear || t->vertex_flags[m->vertex] || n < 3 || n > TW_WHEEL_MAX) return false;
+  for (uint32_t i = 0; t->face_size == 0 && i < n; i++)
+    if (tw_face_size(t, tw_corner_face(t, fan_corner(m, i))) != 4) return false;
+  if (t->smooth) return true;
+  if (t->vertex_sharpness[m->vertex] > 0) return false;
+  for (uint32_t i = 0; i < n; i++)
+    if (ring_sharpness(m, i) > 0) return false;
+  return true;
+}
+
+/* Computes a mask or takes its weights from a wheel. */
+static uint32_t make_mask(tw_last_mask *last, const tw_topology *topology, bool linear, uint32_t corner) {
+  neighbours m = neighbours_of(topology, topology->corner_vertex[corner], last->entries);
+  if (!is_wheel(&m, linear)) return tw_limit_mask(topology, linear, corner, last->entries);
+  uint32_t *count = &last->wheel_counts[m.fan_count];
+  tw_limit_entry *wheel = last->wheels[m.fan_count];
+  if (*count > 0) {
+    memcpy(last->entries, wheel, *count * sizeof *wheel);
+    name_entries(&m);
+    return *count;
+  }
+  *count = tw_limit_mask(topology, linear, corner, last->entries);
+  memcpy(wheel, last->entries, *count * sizeof *wheel);
+  return *count;
+}
+
 uint32_t tw_limit_mask_after(tw_last_mask *last, const tw_topology *topology, bool linear, uint32_t corner) {
   const uint32_t *vertex = topology->corner_vertex;
-  if (last->topology == topology && vertex[last->corner] == vertex[corner] &&
-      (last->corner == corner ||
-       tw_limit_corner(topology, linear, last->corner) == tw_limit_corner(topology, linear, corner)))
+  if (last->topology != topology)
+    memset(last->wheel_counts, 0, sizeof last->wheel_counts);
+  else if (last->corner == corner ||
+           (!linear && vertex[last->corner] == vertex[corner] &&
+            tw_limit_corner(topology, false, last->corner) == tw_limit_corner(topology, false, corner)))
     return last->count;
-  last->count = tw_limit_mask(topology, linear, corner, last->entries);
+  last->count = make_mask(last, topology, linear, corner);
   last->topology = topology;
   last->corner = corner;
   return last->count;

@@ -1,5 +1,5 @@
-/* Limit masks: the limit position and tangents of a vertex of a Catmull-Clark mesh of quads, or of a Loop
- * mesh of triangles.
+/* Limit masks: the limit position and tangents of a vertex of a Catmull-Clark mesh, or of a Loop mesh of
+ * triangles. Masks of polygons are those of the quads one step below, which is folded into them.
  *
  * Masks: Loop 1987; Halstead, Kass and DeRose 1993 (interior), Biermann, Levin and Zorin 2000 (borders and
  * creases), in the form OpenSubdiv uses. For the position, sharpness that has not yet decayed counts as if it
@@ -14,11 +14,14 @@ typedef struct tw_limit_entry {
   float position, tangent1, tangent2;
 } tw_limit_entry;
 
+/* Whether an edge or a vertex is semi-sharp. O(edges). */
+bool tw_limit_decays(const tw_topology *topology);
+
 /* Steps until all semi-sharp edges of the vertex, and the vertex itself, have decayed. */
 uint32_t tw_limit_steps(const tw_topology *topology, uint32_t vertex);
 
-/* Entries of room that tw_limit_mask needs for any vertex: those of the mask and, where sharpness decays,
- * some to compute it. The room is allocated memory. O(edges). */
+/* Entries of room that tw_limit_mask needs for any vertex: those of the mask and, where sharpness decays or
+ * faces are polygons, some to compute it. The room is allocated memory. O(corners). */
 uint32_t tw_limit_greatest_capacity(const tw_topology *topology);
 
 /* Computes the masks of the vertex at `corner`. tangent1 x tangent2 points outward. Where infinitely sharp
@@ -30,11 +33,16 @@ uint32_t tw_limit_mask(const tw_topology *topology, bool linear, uint32_t corner
  * one sector or side of a crease, or all. O(faces of the vertex). */
 uint32_t tw_limit_corner(const tw_topology *topology, bool linear, uint32_t corner);
 
-/* The mask that was computed last, for rows of one vertex that follow each other. */
+enum { TW_WHEEL_MAX = 8 };
+
+/* The mask that was computed last, for rows of one vertex that follow each other; and masks at smooth
+ * vertices among triangles or quads, whose weights depend on the valence alone. */
 typedef struct tw_last_mask {
   tw_limit_entry *entries;     /* room for the greatest mask */
   const tw_topology *topology; /* NULL: none yet */
   uint32_t corner, count;
+  uint32_t wheel_counts[TW_WHEEL_MAX + 1]; /* by valence; 0: not computed yet */
+  tw_limit_entry wheels[TW_WHEEL_MAX + 1][1 + 2 * TW_WHEEL_MAX];
 } tw_last_mask;
 
 /* Computes the mask at a corner, unless the last one is the same. Returns the number of entries. */

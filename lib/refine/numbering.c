@@ -85,6 +85,7 @@ typedef struct vertex_numberer {
   tw_numbering *out;
   uint32_t *place;           /* [base corners] index of each corner in the fan of its vertex */
   uint32_t *sector;          /* [greatest fan] union-find over the corners of one fan */
+  uint32_t *row;             /* [greatest fan] the row of the sector with this root */
   struct fan_entry *entries; /* [greatest fan] */
 } vertex_numberer;
 
@@ -98,6 +99,10 @@ typedef struct fan_entry {
 static bool edge_splits(const vertex_numberer *n, uint32_t edge) {
   return n->splits->normals &&
          (edge < n->splits->sharp_below || tw_is_infinite(n->base->edge_sharpness[edge]));
+}
+
+static bool is_visible(const vertex_numberer *n, uint32_t corner) {
+  return !n->visible || n->visible[tw_corner_face(n->base, corner)];
 }
 
 static uint32_t tangent_frame(const vertex_numberer *n, uint32_t corner) {
@@ -119,7 +124,7 @@ static void number_edge(vertex_numberer *n, uint32_t edge) {
   bool crowded = n->splits->channel_count > 0 && (n->base->edge_flags[edge] & TW_EDGE_NONMANIFOLD);
   bool split = crowded || edge_splits(n, edge);
   do {
-    if (!n->visible || n->visible[tw_corner_face(n->base, corner)]) {
+    if (is_visible(n, corner)) {
       uint32_t row = begun;
       if (split) row = out->edge_count;
       while (row < out->edge_count && !same_edges(n, corner, out->edge_base[row])) row++;
@@ -166,7 +171,7 @@ static void number_whole(vertex_numberer *n, uint32_t vertex) {
   uint32_t row = n->out->corner_count, first = base->fan_offsets[vertex], end = base->fan_offsets[vertex + 1];
   for (uint32_t i = first; i < end; i++) {
     uint32_t corner = base->fan_corners[i];
-    if (n->visible && !n->visible[tw_corner_face(base, corner)]) continue;
+    if (!is_visible(n, corner)) continue;
     if (n->out->corner_count == row) n->out->corner_base[n->out->corner_count++] = corner;
     n->out->corner_row[corner] = row;
   }
@@ -207,6 +212,28 @@ static void part_classes(const tw_topology *channel, fan_entry *entries, uint32_
   }
 }
 
+/* Gives each sector with visible faces a row, in the order of their roots. */
+static void number_sectors(vertex_numberer *n, uint32_t vertex) {
+  const tw_topology *base = n->base;
+  tw_numbering *out = n->out;
+  const uint32_t *fan = base->fan_corners + base->fan_offsets[vertex];
+  uint32_t count = base->fan_offsets[vertex + 1] - base->fan_offsets[vertex], *row_of = n->row;
+  for (uint32_t i = 0; i < count; i++) row_of[i] = UINT32_MAX;
+  for (uint32_t i = 0; i < count; i++)
+    if (is_visible(n, fan[i])) row_of[tw_union_find_root(n->sector, i)] = 0;
+  for (uint32_t i = 0; i < count; i++) {
+    if (row_of[i] == UINT32_MAX) continue;
+    row_of[i] = out->corner_count;
+    out->corner_base[out->corner_count++] = UINT32_MAX;
+  }
+  for (uint32_t i = 0; i < count; i++) {
+    if (!is_visible(n, fan[i])) continue;
+    uint32_t row = row_of[tw_union_find_root(n->sector, i)];
+    out->corner_row[fan[i]] = row;
+    if (fan[i] < out->corner_base[row]) out->corner_base[row] = fan[i];
+  }
+}
+
 static void number_vertex(vertex_numberer *n, uint32_t vertex) {
   const tw_topology *base = n->base;
   tw_numbering *out = n->out;
@@ -214,12 +241,15 @@ static void number_vertex(vertex_numberer *n, uint32_t vertex) {
   uint32_t count = base->fan_offsets[vertex + 1] - base->fan_offsets[vertex], used = 0;
   bool one_sector = is_one_sector(n, vertex);
   const uint32_t *normals = n->splits->own_normals;
-  if (one_sector && n->splits->channel_count == 0 && !n->splits->tangent_frames && !normals) {
-    number_whole(n, vertex);
+  if (n->splits->channel_count == 0 && !n->splits->tangent_frames && !normals) {
+    if (one_sector)
+      number_whole(n, vertex);
+    else
+      number_sectors(n, vertex);
     return;
   }
   for (uint32_t i = 0; i < count; i++) {
-    if (n->visible && !n->visible[tw_corner_face(base, fan[i])]) continue;
+    if (!is_visible(n, fan[i])) continue;
     fan_entry *entry = &n->entries[used++];
     memset(entry, 0, sizeof *entry);
     entry->corner = fan[i];
@@ -249,8 +279,9 @@ static tw_status number_corners(vertex_numberer *n, const uint8_t *chosen) {
   }
   n->place = tw_alloc(base->corner_count, sizeof *n->place);
   n->sector = tw_alloc(greatest, sizeof *n->sector);
+  n->row = tw_alloc(greatest, sizeof *n->row);
   n->entries = tw_alloc(greatest, sizeof *n->entries);
-  bool complete = n->place && n->sector && n->entries;
+  bool complete = n->place && n->sector && n->row && n->entries;
   for (uint32_t v = 0; complete && v < base->vertex_count; v++) {
     if (chosen && !chosen[v]) continue;
     uint32_t first = base->fan_offsets[v];
@@ -259,6 +290,7 @@ static tw_status number_corners(vertex_numberer *n, const uint8_t *chosen) {
   }
   tw_free(n->place);
   tw_free(n->sector);
+  tw_free(n->row);
   tw_free(n->entries);
   return complete ? TW_OK : TW_NO_MEMORY;
 }

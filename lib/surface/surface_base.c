@@ -99,6 +99,7 @@ static tw_status start_channels(tw_surface_builder *b, uint32_t **values_of) {
     if (status == TW_OK && s->rules.chaikin) status = tw_topology_copy_semi(t, &b->cage.topology, arena);
     if (status == TW_OK) status = tw_parallel_for_status(b->parallel);
     if (status != TW_OK) return status;
+    t->polygonal = b->cage.topology.polygonal;
   }
   return TW_OK;
 }

@@ -13,8 +13,7 @@ static bool fits(const tw_surface_builder *b) {
   return true;
 }
 
-/* Whether no row needs a mask: all values are the cage's own, normals too. Masks are for quads and triangles
- * alone, and a step to quads takes a multiple of the cage. */
+/* Whether no row needs a mask: all values are the cage's own, normals too. */
 static bool needs_no_masks(const tw_surface_builder *b) {
   const tw_surface_options *options = &b->surface->options;
   return options->level == 0 && !options->limit && !options->movable && b->surface->details.count == 0 &&
@@ -30,7 +29,11 @@ static tw_status start(tw_surface_builder *b, tw_error *error) {
                    "different sharpness values",
                    level);
   b->surface->is_unmasked = needs_no_masks(b);
-  b->levels = level > 0 ? level : tw_builder_cage_is_base(b) || b->surface->is_unmasked ? 0 : 1;
+  b->levels = level;
+  if (level > 0 || b->surface->is_unmasked || tw_builder_cage_is_base(b)) return TW_OK;
+  bool folds = !b->surface->rules.smooth_triangles && !tw_limit_decays(&b->cage.topology);
+  b->levels = folds ? 0 : 1;
+  b->cage.topology.polygonal = folds;
   return TW_OK;
 }
 
@@ -49,9 +52,44 @@ static tw_status make(tw_surface_builder *b, tw_error *error) {
 
 /* ---- values --------------------------------------------------------------------------------- */
 
-static double base_value(const tw_values *values, uint32_t vertex, uint32_t component) {
-  size_t place = (size_t)vertex * values->width + component;
+static inline double base_value(const tw_values *values, uint32_t vertex, uint32_t width,
+                                uint32_t component) {
+  size_t place = (size_t)vertex * width + component;
   return values->exact ? values->exact[place] : (double)values->base[place];
+}
+
+/* What a mask gives: the limit, relative to the vertex's own value, and two tangents. */
+typedef struct mask_sums {
+  double limit[4], tangents[2][4];
+} mask_sums;
+
+/* Masks sum to 1 (position) and 0 (tangents): differences from the vertex itself keep large terms from
+ * cancelling. */
+static inline __attribute__((always_inline)) void sum_mask(const tw_limit_entry *entries, uint32_t count,
+                                                           const tw_values *values, uint32_t vertex,
+                                                           uint32_t width, mask_sums *out) {
+  double own[4];
+  for (uint32_t c = 0; c < width; c++) own[c] = base_value(values, vertex, width, c);
+  *out = (mask_sums){{0}, {{0}, {0}}};
+  for (const tw_limit_entry *e = entries; e < entries + count; e++)
+    for (uint32_t c = 0; c < width; c++) {
+      double offset = base_value(values, e->vertex, width, c) - own[c];
+      out->limit[c] += (double)e->position * offset;
+      out->tangents[0][c] += (double)e->tangent1 * offset;
+      out->tangents[1][c] += (double)e->tangent2 * offset;
+    }
+}
+
+/* The vertices of a quad, or of a triangle with its last corner twice: the corner's face or, where that is
+ * larger, the corner and those beside it. */
+static void quad_of_face(const tw_topology *base, uint32_t corner, uint32_t out[4]) {
+  uint32_t face = tw_corner_face(base, corner), size = tw_face_size(base, face),
+           before = tw_corner_previous(base, corner),
+           at[4] = {corner, tw_corner_next(base, corner), before, before};
+  for (uint32_t k = 0; k < 4; k++) {
+    if (size <= 4) at[k] = tw_face_begin(base, face) + (k < size ? k : size - 1);
+    out[k] = base->corner_vertex[at[k]];
+  }
 }
 
 static void apply_limit_mask(tw_surface_reader *r, const tw_values *values, uint32_t corner, float *out,
@@ -61,28 +99,20 @@ static void apply_limit_mask(tw_surface_reader *r, const tw_values *values, uint
   const tw_topology *base = &field->base;
   uint32_t vertex = base->corner_vertex[corner], width = values->width;
   uint32_t count = tw_limit_mask_after(&r->mask, base, field->linear, corner);
-  double limit[4] = {0}, tangents[2][4] = {{0}, {0}};
-  for (const tw_limit_entry *e = r->mask.entries; e < r->mask.entries + count; e++)
-    for (uint32_t c = 0; c < width; c++) {
-      /* Masks sum to 1 (position) and 0 (tangents): differences from the vertex itself keep large terms from
-       * cancelling. */
-      double offset = base_value(values, e->vertex, c) - base_value(values, vertex, c);
-      limit[c] += (double)e->position * offset;
-      tangents[0][c] += (double)e->tangent1 * offset;
-      tangents[1][c] += (double)e->tangent2 * offset;
-    }
+  mask_sums sums;
+  if (width == 3) /* points; a known width lets the compiler unroll */
+    sum_mask(r->mask.entries, count, values, vertex, 3, &sums);
+  else
+    sum_mask(r->mask.entries, count, values, vertex, width, &sums);
   for (uint32_t c = 0; out && s->options.limit && c < width; c++)
-    out[c] = (float)(base_value(values, vertex, c) + limit[c]);
+    out[c] = (float)(base_value(values, vertex, width, c) + sums.limit[c]);
   if (!normal) return;
   tw_point along[2] = {{0}, {0}}, quad[4];
+  uint32_t vertices[4];
   for (int k = 0; k < 2; k++)
-    for (int c = 0; c < 3; c++) along[k][c] = (float)tangents[k][c];
-  /* A triangle serves as a quad with its last corner twice. */
-  uint32_t begin = tw_face_begin(base, tw_corner_face(base, corner));
-  for (uint32_t k = 0; k < 4; k++) {
-    uint32_t place = k < base->face_size ? k : base->face_size - 1;
-    quad[k] = tw_load_values(values->base + (size_t)base->corner_vertex[begin + place] * width, width);
-  }
+    for (int c = 0; c < 3; c++) along[k][c] = (float)sums.tangents[k][c];
+  quad_of_face(base, corner, vertices);
+  for (int k = 0; k < 4; k++) quad[k] = tw_load_values(values->base + (size_t)vertices[k] * width, width);
   tw_put_normal(along[0], along[1], quad, normal);
 }
 
