@@ -1,5 +1,5 @@
-/* Flat answers: the meshes of a scene in world space, as STL and PLY hold them, without hierarchy. The bytes
- * are elements of known sizes in segments, so that any of them can be computed alone. */
+/* Flat answers: the meshes of a scene in world space, without hierarchy, as STL and PLY hold them, or points
+ * alone. The bytes are elements of known sizes in segments, so that any of them can be computed alone. */
 #ifndef TWEEND_FLAT_H
 #define TWEEND_FLAT_H
 
@@ -54,13 +54,13 @@ typedef struct tw_flat_tools {
   uint32_t *corners[2];     /* [corner_capacity] of points and of UVs, as rows */
   uint32_t *places[2];      /* [corner_capacity] as places in the pages */
   uint32_t *sizes;          /* [TW_FLAT_FACES] */
-  float *rows;              /* [TW_FLAT_POINTS][TW_FLAT_ROW] */
+  float *rows;              /* [TW_FLAT_ROWS][TW_FLAT_ROW] */
   float levels[256];        /* the least linear colour of each byte of sRGB */
   size_t corner_capacity;
 } tw_flat_tools;
 
 /* TW_FLAT_ROW: the most floats of a row: position, normal, texture coordinates, colour. */
-enum { TW_FLAT_FACES = 4096, TW_FLAT_POINTS = 1024, TW_FLAT_ROW = 12 };
+enum { TW_FLAT_FACES = 4096, TW_FLAT_ROWS = 1024, TW_FLAT_ROW = 12 };
 
 /* Makes the tools that tw_flat_read_triangles needs, for any of the surfaces; the others stay zeroed. False
  * without memory; then too they must be deinited. */
@@ -82,10 +82,12 @@ void tw_stl_put_head(const tw_flat_scene *flat, const char *unit, uint64_t trian
 uint32_t tw_stl_put_facets(tw_flat_tools *tools, const tw_flat_part *part, uint64_t first, uint64_t most,
                            uint8_t *out);
 
-/* What a PLY has for each vertex and each face. */
+/* What a PLY has for each vertex and each face. Points are the vertices of a PLY without faces and colours.
+ */
 typedef struct tw_ply_layout {
   bool has_normals, has_colors;
   bool has_uvs, has_wedges;     /* texture coordinates of vertices, or of corners */
+  bool is_v_down;               /* of vertices */
   bool is_ngon;                 /* faces are polygons, not triangles */
   bool has_long_lists;          /* counts take 4 bytes */
   bool has_large_indices;       /* "uint", as "int" would not hold them */
@@ -94,11 +96,14 @@ typedef struct tw_ply_layout {
 } tw_ply_layout;
 
 tw_ply_layout tw_ply_lay_out(const tw_flat_scene *flat);
+tw_ply_layout tw_points_lay_out(bool has_normals, bool has_uvs);
+/* False without memory. */
+bool tw_points_put_head(const tw_flat_scene *flat, const tw_ply_layout *layout, tw_text *out);
 /* False without memory. */
 bool tw_ply_put_head(const tw_flat_scene *flat, const tw_ply_layout *layout, const char *unit, tw_text *out);
 /* Fills tools->levels. */
 void tw_ply_find_levels(tw_flat_tools *tools);
-/* As tw_stl_put_facets. out: [TW_FLAT_POINTS][vertex_size]. */
+/* As tw_stl_put_facets. out: [TW_FLAT_ROWS][vertex_size]. */
 uint32_t tw_ply_put_vertices(tw_flat_tools *tools, const tw_flat_scene *flat, const tw_flat_part *part,
                              const tw_ply_layout *layout, uint64_t first, uint64_t most, uint8_t *out);
 /* As tw_stl_put_facets. out: room for TW_FLAT_FACES triangles, or for polygons of corner_capacity corners in

@@ -1,5 +1,5 @@
-/* STL and PLY, computed as they are read: a head, then segments of elements. The place of an element follows
- * from its number, so reading can begin anywhere. */
+/* STL, PLY and points, computed as they are read: a head, then segments of elements. The place of an element
+ * follows from its number, so reading can begin anywhere. */
 #include "flat.h"
 
 #include <stdlib.h>
@@ -15,7 +15,7 @@ typedef struct segment {
 
 struct tw_flat_stream {
   tw_flat_scene flat;
-  tw_format format;
+  tw_flat_form form;
   const char *unit;
   tw_ply_layout ply;
   tw_text head;
@@ -78,21 +78,34 @@ static tw_status lay_out_ply(tw_flat_stream *stream, tw_error *error) {
   return TW_OK;
 }
 
+static tw_status lay_out_points(tw_flat_stream *stream, const tw_flat_options *options) {
+  stream->ply = tw_points_lay_out(options->has_normals, options->has_uvs);
+  return tw_points_put_head(&stream->flat, &stream->ply, &stream->head) ? TW_OK : TW_NO_MEMORY;
+}
+
+static tw_status lay_out_head(tw_flat_stream *stream, const tw_flat_options *options, tw_error *error) {
+  switch (options->form) {
+  case TW_FLAT_STL: return lay_out_stl(stream, error);
+  case TW_FLAT_PLY: return lay_out_ply(stream, error);
+  case TW_FLAT_POINTS: return lay_out_points(stream, options);
+  }
+  return TW_INVALID;
+}
+
 /* Everything but what computes elements. */
 static tw_status lay_out(tw_flat_stream *stream, const tw_scene *scene, const tw_flat_options *options,
                          tw_error *error) {
-  bool is_stl = options->format == TW_FORMAT_STL;
-  stream->format = options->format;
+  stream->form = options->form;
   stream->unit = options->unit;
   if (!tw_flat_place(scene, options->scale, &stream->flat)) return TW_NO_MEMORY;
   stream->segments = tw_alloc(2 * (size_t)stream->flat.part_count + 1, sizeof *stream->segments);
   if (!stream->segments) return TW_NO_MEMORY;
-  tw_status status = is_stl ? lay_out_stl(stream, error) : lay_out_ply(stream, error);
+  tw_status status = lay_out_head(stream, options, error);
   if (status != TW_OK || stream->head.failed) return status != TW_OK ? status : TW_NO_MEMORY;
   uint64_t offset = stream->head.size;
-  if (is_stl) add_segments(stream, SEGMENT_FACETS, &offset);
-  if (!is_stl) add_segments(stream, SEGMENT_VERTICES, &offset);
-  if (!is_stl) add_segments(stream, SEGMENT_FACES, &offset);
+  if (stream->form == TW_FLAT_STL) add_segments(stream, SEGMENT_FACETS, &offset);
+  if (stream->form != TW_FLAT_STL) add_segments(stream, SEGMENT_VERTICES, &offset);
+  if (stream->form == TW_FLAT_PLY) add_segments(stream, SEGMENT_FACES, &offset);
   stream->segments[stream->segment_count].offset = offset;
   return TW_OK;
 }
@@ -105,17 +118,17 @@ static bool allocate(tw_flat_stream *stream) {
   const tw_ply_layout *ply = &stream->ply;
   if (!tw_flat_tools_init(tools, scene->surfaces, scene->model->mesh_count)) return false;
   size_t corners = tools->corner_capacity, facets = (size_t)TW_FLAT_FACES * TW_STL_FACET;
-  if (stream->format == TW_FORMAT_STL) {
+  if (stream->form == TW_FLAT_STL) {
     stream->block = tw_alloc(facets, 1);
     return stream->block;
   }
-  size_t vertices = (size_t)TW_FLAT_POINTS * ply->vertex_size,
+  size_t vertices = (size_t)TW_FLAT_ROWS * ply->vertex_size,
          faces = (size_t)TW_FLAT_FACES * ply->face_size + corners * ply->per_edge;
   if (ply->has_colors) tw_ply_find_levels(tools);
   tools->corners[1] = tw_alloc(ply->has_wedges ? corners : 0, sizeof(uint32_t));
   tools->places[1] = tw_alloc(ply->has_wedges ? corners : 0, sizeof(uint32_t));
   tools->sizes = tw_alloc(TW_FLAT_FACES, sizeof(uint32_t));
-  tools->rows = tw_alloc(TW_FLAT_POINTS, TW_FLAT_ROW * sizeof(float));
+  tools->rows = tw_alloc(TW_FLAT_ROWS, TW_FLAT_ROW * sizeof(float));
   stream->block = tw_alloc(vertices > faces ? vertices : faces, 1);
   return tools->corners[1] && tools->places[1] && tools->sizes && tools->rows && stream->block &&
          (!ply->has_wedges || tw_row_pages_init(&tools->uvs, TW_DOMAIN_UVS));

@@ -129,8 +129,9 @@ static void put_vertex(const tw_flat_tools *tools, const tw_flat_part *part, con
     count += 3;
   }
   if (layout->has_uvs) { /* rows have v down */
-    if (columns->uv_count > 0) values[count] = row[columns->uvs[0]];
-    if (columns->uv_count > 0) values[count + 1] = 1 - row[columns->uvs[0] + 1];
+    const float *uv = columns->uv_count > 0 ? row + columns->uvs[0] : NULL;
+    if (uv) values[count] = uv[0];
+    if (uv) values[count + 1] = layout->is_v_down ? uv[1] : 1 - uv[1];
     count += 2;
   }
   memcpy(out, values, count * sizeof *values);
@@ -145,12 +146,13 @@ static void put_vertex(const tw_flat_tools *tools, const tw_flat_part *part, con
 uint32_t tw_ply_put_vertices(tw_flat_tools *tools, const tw_flat_scene *flat, const tw_flat_part *part,
                              const tw_ply_layout *layout, uint64_t first, uint64_t most, uint8_t *out) {
   const tw_surface *surface = part->surface;
-  const tw_point_columns wanted = {tw_surface_get_layout(surface)->normal != UINT32_MAX,
+  const tw_point_columns wanted = {layout->has_normals &&
+                                       tw_surface_get_layout(surface)->normal != UINT32_MAX,
                                    layout->has_uvs && tw_surface_row_count(surface, TW_DOMAIN_UVS) > 0,
-                                   color_of(flat, part)};
+                                   layout->has_colors ? color_of(flat, part) : UINT32_MAX};
   tw_surface_reader_turn_to_unsplit(tools->reader, surface, &wanted);
   const tw_surface_layout *columns = tw_surface_reader_layout(tools->reader);
-  uint32_t count = (uint32_t)tw_least(most, TW_FLAT_POINTS);
+  uint32_t count = (uint32_t)tw_least(most, TW_FLAT_ROWS);
   tw_surface_read_rows(tools->reader, TW_DOMAIN_VERTICES, first, count, tools->rows);
   for (uint32_t i = 0; i < count; i++, out += layout->vertex_size)
     put_vertex(tools, part, layout, columns, tools->rows + (size_t)i * columns->stride, out);

@@ -67,7 +67,8 @@ static void write_answer(const tw_scene *scene) {
 
 /* STL and PLY: each must have the size that it stated. */
 static void write_flat(const tw_scene *scene) {
-  static const tw_flat_options forms[] = {{TW_FORMAT_STL, 1000, "mm"}, {TW_FORMAT_PLY, 1, "m"}};
+  static const tw_flat_options forms[] = {{.form = TW_FLAT_STL, .scale = 1000, .unit = "mm"},
+                                          {.form = TW_FLAT_PLY, .scale = 1, .unit = "m"}};
   for (int i = 0; i < 2; i++) {
     tw_flat_stream *stream = NULL;
     uint8_t block[4096];

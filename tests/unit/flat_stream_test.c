@@ -1,10 +1,14 @@
-/* STL and PLY answers. */
+/* STL and PLY answers, and points. */
 #include <math.h>
 
 #include "scene_fixture.h"
 #include "wrapped_memory.h"
 
-static const tw_flat_options forms[] = {{TW_FORMAT_STL, 1000, "mm"}, {TW_FORMAT_PLY, 1, "m"}};
+enum { FORMS = 3 };
+static const tw_flat_options forms[FORMS] = {
+    {.form = TW_FLAT_STL, .scale = 1000, .unit = "mm"},
+    {.form = TW_FLAT_PLY, .scale = 1, .unit = "m"},
+    {.form = TW_FLAT_POINTS, .scale = 1, .has_normals = true, .has_uvs = true}};
 
 static tw_flat_stream *open_flat(const tw_scene *scene, const tw_flat_options *options) {
   tw_flat_stream *stream = NULL;
@@ -44,13 +48,13 @@ TEST(model_without_meshes_is_an_empty_file) {
 TEST(same_bytes_in_blocks_of_any_size_and_from_any_offset) {
   static const size_t blocks[] = {1, 7, 4096, 65537};
   for (uint32_t level = 0; level < 4; level += 3)
-    for (int i = 0; i < 4; i++) {
-      const tw_flat_options *options = &forms[i % 2];
+    for (int i = 0; i < 2 * FORMS; i++) {
+      const tw_flat_options *options = &forms[i % FORMS];
       fixture f;
       size_t size, again;
       fixture_init(&f, patchwork_text);
       fixture_refine(&f, level, true);
-      if (i > 1) f.scene.polygons = TW_POLYGONS_NGON;
+      if (i >= FORMS) f.scene.polygons = TW_POLYGONS_NGON;
       uint8_t *whole = write_flat(&f.scene, options, 1 << 20, &size), part[300];
       for (size_t b = 0; b < sizeof blocks / sizeof *blocks; b++) {
         uint8_t *parts = write_flat(&f.scene, options, blocks[b], &again);
@@ -77,7 +81,7 @@ TEST(facets_have_the_points_of_the_surface_bit_for_bit) {
   fixture_init(&f, cube_text);
   fixture_refine(&f, 3, true);
   size_t size;
-  const tw_flat_options metres = {TW_FORMAT_STL, 1, "m"};
+  const tw_flat_options metres = {.form = TW_FLAT_STL, .scale = 1, .unit = "m"};
   uint8_t *bytes = write_flat(&f.scene, &metres, 1 << 20, &size);
   const tw_surface *surface = f.scene.surfaces[0];
   uint32_t faces = (uint32_t)tw_surface_get_counts(surface)->faces,
@@ -101,6 +105,41 @@ TEST(facets_have_the_points_of_the_surface_bit_for_bit) {
   free(rows);
   free(bytes);
   fixture_deinit(&f);
+}
+
+TEST(points_are_rows_of_the_surface) {
+  for (uint32_t level = 0; level < 4; level++) {
+    fixture f;
+    fixture_init(&f, patchwork_text);
+    fixture_refine(&f, level, true);
+    const tw_surface *surface = f.scene.surfaces[0];
+    uint32_t points = (uint32_t)tw_surface_row_count(surface, TW_DOMAIN_POINTS), length;
+    tw_surface_reader *reader = tw_surface_reader_create(surface);
+    float *rows = malloc(points * 8 * sizeof *rows), *own = malloc(points * 8 * sizeof *own);
+    assert_true(reader && rows && own);
+    tw_surface_read_rows(reader, TW_DOMAIN_POINTS, 0, points, rows);
+    tw_surface_reader_turn_to_unsplit(reader, surface, &(tw_point_columns){true, true, UINT32_MAX});
+    tw_surface_read_rows(reader, TW_DOMAIN_VERTICES, 0, points, own);
+    for (int i = 0; i < 2; i++) {
+      const tw_flat_options options = {.form = TW_FLAT_POINTS, .scale = 1, .has_normals = i, .has_uvs = i};
+      size_t size, row = i ? 8 : 3;
+      uint8_t *bytes = write_flat(&f.scene, &options, 1000, &size);
+      memcpy(&length, bytes + 8, sizeof length);
+      assert_memory_equal(bytes, "TWSB\1\0\0\0", 8);
+      assert_int_equal(size, 12 + length + points * row * sizeof(float));
+      for (uint32_t p = 0; p < points; p++) {
+        float got[8];
+        memcpy(got, bytes + 12 + length + p * row * sizeof *got, row * sizeof *got);
+        for (uint32_t c = 0; c < 3; c++) assert_true(got[c] == rows[3 * p + c]);
+        for (size_t c = 3; c < row; c++) assert_true(fabsf(got[c] - own[8 * p + c]) < 1e-6f);
+      }
+      free(bytes);
+    }
+    tw_surface_reader_destroy(reader);
+    free(own);
+    free(rows);
+    fixture_deinit(&f);
+  }
 }
 
 /* Whether a row of 8 floats has the same point, and else the same values up to rounding: a normal may be
@@ -146,7 +185,7 @@ TEST(without_memory_there_is_no_stream) {
   fixture f;
   fixture_init(&f, patchwork_text);
   fixture_refine(&f, 2, true);
-  for (int i = 0; i < 2; i++) {
+  for (int i = 0; i < FORMS; i++) {
     tw_status status = TW_NO_MEMORY;
     for (size_t failures = 0; status != TW_OK; failures++) {
       tw_flat_stream *stream = NULL;

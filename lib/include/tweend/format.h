@@ -239,18 +239,27 @@ tw_status tw_obj_stream_create(const tw_scene *scene, tw_obj_stream **out, tw_er
 void tw_obj_stream_destroy(tw_obj_stream *stream); /* NULL accepted */
 size_t tw_obj_stream_read(tw_obj_stream *stream, uint8_t *out, size_t capacity);
 
-/* A flat answer, as printers and scanners read it: the meshes of a scene in the world space of its pose. */
+/* A flat answer: the meshes of a scene in the world space of its pose, as printers and scanners read them, or
+ * the points of one mesh. */
+typedef enum tw_flat_form { TW_FLAT_STL, TW_FLAT_PLY, TW_FLAT_POINTS } tw_flat_form;
+
 typedef struct tw_flat_options {
-  tw_format format; /* TW_FORMAT_STL or TW_FORMAT_PLY */
-  double scale;     /* of coordinates, above 0 */
-  const char *unit; /* their unit, as the head names it; outlives the stream */
+  tw_flat_form form;
+  double scale;              /* of coordinates, above 0 */
+  const char *unit;          /* their unit, as the head of STL and PLY names it; outlives the stream */
+  bool has_normals, has_uvs; /* points have these, too; their surface must */
 } tw_flat_options;
 
 /* Binary STL or PLY: every mesh once for each node that shows it. The clips of the scene are ignored, as are
  * the polygons of STL, which has triangles alone. Every point of a surface is the same bytes wherever it
  * occurs, and once in PLY. PLY has normals and colours (sRGB) of points, one each, and texture coordinates
  * where they have seams of corners (`texcoord`). Where a node shows its mesh so far from the origin that
- * floats would change its shape, all is moved, as the head tells. */
+ * floats would change its shape, all is moved, as the head tells.
+ *
+ * TW_FLAT_POINTS, of a scene of one mesh and one node: "TWSB", uint32 1, uint32 length of the JSON that
+ * follows, padded with spaces to a multiple of 4; then float32 rows in the order of TW_DOMAIN_POINTS, each a
+ * position and, if wanted, a normal and the texture coordinates of the first set (v down). Where faces have
+ * different ones at a point, it has those of one of them. All little-endian. */
 typedef struct tw_flat_stream tw_flat_stream;
 
 /* TW_LIMIT: over 2^32 - 1 triangles in STL, or points in PLY. TW_NO_MEMORY. */
