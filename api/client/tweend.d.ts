@@ -5,7 +5,12 @@ export type ModelId = string | { id: string };
 /** The content of an upload. Several files (a glTF and the files that it names) are stored as one GLB. */
 export type ModelSource = string | Blob | ArrayBuffer | ArrayBufferView<ArrayBuffer> | readonly File[];
 
-export type SurfaceForm = 'glb' | 'gltf' | 'obj' | 'json' | 'stl' | 'ply' | '3mf';
+/** Points of a mesh that moved: which they are in the order of `points()`, and x y z of each in the mesh's space. */
+export interface MovedPoints {
+  indices: Iterable<number>;
+  positions: Iterable<number>;
+}
+export type SurfaceForm = 'glb' | 'gltf' | 'obj' | 'json' | 'stl' | 'ply' | '3mf' | 'bin';
 export type PoseForm = 'json' | 'ndjson' | 'bin' | 'csv';
 
 /** Options passed on to `fetch`. */
@@ -61,8 +66,11 @@ export class Tweend {
   describe(model: ModelId, init?: Abortable): Promise<Model>;
   /** Makes a new model by editing a mesh of this one. `mesh` may be left out if the model has one mesh. */
   edit(model: ModelId, edits: Edit[], options?: { mesh?: string; name?: string } & Pick<SurfaceOptions, "quads"> & Abortable): Promise<Model>;
-  /** Makes a new model whose surface at `level` has these points: x y z each, in the order of `points()`. */
-  sculpt(model: ModelId, points: Iterable<number>, options: { level: number; mesh?: string; name?: string } & Pick<SurfaceOptions, "quads"> & Abortable): Promise<Model>;
+  /**
+   * Makes a new model whose surface at `level` has these points of a mesh: x y z each, in the mesh's space and in the order of
+   * `points()`; or those that moved, with their indices.
+   */
+  sculpt(model: ModelId, points: Iterable<number> | MovedPoints, options: { level: number; mesh?: string; name?: string } & Pick<SurfaceOptions, "quads"> & Abortable): Promise<Model>;
   /** Makes a new model by replacing a refined mesh by its cage; what the cage's surface lacks becomes detail. */
   coarsen(
     model: ModelId,
@@ -75,7 +83,7 @@ export class Tweend {
 
   surfaceUrl(model: ModelId, options?: SurfaceOptions, form?: SurfaceForm): string;
   surface(model: ModelId, options?: SurfaceOptions, form?: SurfaceForm, init?: Abortable): Promise<Response>;
-  /** The points of a surface, x y z each, in the order of its OBJ. */
+  /** The points of a mesh of a surface in its own space, x y z each, and behind them what `with` asks for. `mesh` may be left out if the model has one mesh. */
   points(model: ModelId, options?: SurfaceOptions, init?: Abortable): Promise<Float32Array>;
   surfaceCounts(model: ModelId, options?: SurfaceOptions, init?: Abortable): Promise<SurfaceCounts>;
 
@@ -1386,6 +1394,15 @@ export interface SurfaceOptions {
    * @default false
    */
   shells?: boolean;
+  /** Of `.bin`: name of the mesh whose points are wanted; a mesh without a name is `mesh_` and its index. Optional
+   * if there is only one mesh. Other forms refuse it. */
+  mesh?: string;
+  /**
+   * Of `.bin`: what rows have behind the position. Texture coordinates are those of the first set, v down. Other
+   * forms refuse it.
+   * @default positions
+   */
+  with?: "positions" | "normals" | "uvs" | "normals,uvs";
   /**
    * `false` leaves out what is modelled onto the levels of the meshes. It is of the scheme that it was modelled by,
    * never of `bilinear`, and not for `boundary=open` where a mesh has a border, whose points that takes away: 422

@@ -56,6 +56,23 @@ function bodyOf(source, type) {
   return { body: source, type: type ?? 'application/octet-stream' };
 }
 
+// Binary answers begin with four letters, a version and the length of the JSON before their rows of floats.
+const PREFIX = 12, POSES = 0x54575042, POINTS = 0x54575342;
+
+function lengthOfHead(prefix, letters, name) {
+  if (prefix.getUint32(0) !== letters || prefix.getUint32(4, true) !== 1) throw new TypeError(`the answer is no ${name} of version 1`);
+  return prefix.getUint32(8, true);
+}
+
+/** Points in the form of surface.bin. */
+function pointsBody(rows) {
+  const json = JSON.stringify({ points: rows.length / 3, stride: 3 });
+  const head = new TextEncoder().encode(json.padEnd(Math.ceil(json.length / 4) * 4));
+  const prefix = new DataView(new ArrayBuffer(PREFIX));
+  [POINTS, 1, head.length].forEach((value, i) => prefix.setUint32(4 * i, value, i > 0));
+  return new Blob([prefix, head, rows]);
+}
+
 /** Like fetch, but reports the progress of sending. */
 function sendWithProgress(url, { method, headers, body, signal }, onProgress) {
   return new Promise((resolve, reject) => {
@@ -145,8 +162,11 @@ export class Tweend {
   }
 
   sculpt(model, points, { level, mesh, quads, name, ...init } = {}) {
-    const positions = Array.from(points);
-    return this.#post(`v1/models/${idOf(model)}/detail${queryOf({ level, mesh, quads, name })}`, { positions }, init);
+    const path = `v1/models/${idOf(model)}/detail${queryOf({ level, mesh, quads, name })}`;
+    const list = (values) => Array.from(values);
+    if (points.indices) return this.#post(path, { space: 'mesh', indices: list(points.indices), positions: list(points.positions) }, init);
+    const headers = { 'Content-Type': 'application/octet-stream' };
+    return this.#json(path, { ...init, method: 'POST', headers, body: pointsBody(Float32Array.from(points)) });
   }
 
   coarsen(model, { mesh, levels, scheme, boundary, quads, name, ...init } = {}) {
@@ -181,8 +201,8 @@ export class Tweend {
   }
 
   async points(model, options, init) {
-    const obj = await (await this.surface(model, options, 'obj', init)).text();
-    return Float32Array.from([...obj.matchAll(/^v (\S+) (\S+) (\S+)/gm)].flatMap(([, ...point]) => point.map(Number)));
+    const bytes = await (await this.surface(model, options, 'bin', init)).arrayBuffer();
+    return new Float32Array(bytes, PREFIX + lengthOfHead(new DataView(bytes), POINTS, 'surface.bin'));
   }
 
   surfaceCounts(model, options, init) {
@@ -295,9 +315,8 @@ export class PoseStream {
 
   static async open(stream) {
     const bytes = new Bytes(stream);
-    const prefix = new DataView((await bytes.fill(new Uint8Array(12))).buffer);
-    if (prefix.getUint32(0) !== 0x54575042 || prefix.getUint32(4, true) !== 1) throw new TypeError('the answer is no pose.bin of version 1');
-    const header = await bytes.fill(new Uint8Array(prefix.getUint32(8, true)));
+    const prefix = new DataView((await bytes.fill(new Uint8Array(PREFIX))).buffer);
+    const header = await bytes.fill(new Uint8Array(lengthOfHead(prefix, POSES, 'pose.bin')));
     return new PoseStream(JSON.parse(new TextDecoder().decode(header)), bytes);
   }
 

@@ -74,11 +74,15 @@ static const api_offer text_offers[] = {{"", "text/plain", true}, {0}};
 /* Any type: the handler sends the media type of the format in which the model is stored. */
 static const api_offer source_offers[] = {{"source", "*/*", false}, {0}};
 /* In the order of `forms` in surfaces.c. */
-static const api_offer surface_offers[] = {
-    {"glb", "model/gltf-binary", false}, {"gltf", "model/gltf+json", false},
-    {"obj", "model/obj", true},          {"json", "application/json", true},
-    {"stl", "model/stl", false},         {"ply", "model/ply", false},
-    {"3mf", "model/3mf", false},         {0}};
+static const api_offer surface_offers[] = {{"glb", "model/gltf-binary", false},
+                                           {"gltf", "model/gltf+json", false},
+                                           {"obj", "model/obj", true},
+                                           {"json", "application/json", true},
+                                           {"stl", "model/stl", false},
+                                           {"ply", "model/ply", false},
+                                           {"3mf", "model/3mf", false},
+                                           {"bin", "application/octet-stream", false},
+                                           {0}};
 /* In the order of api_pose_form. */
 static const api_offer pose_offers[] = {{"json", "application/json", true},
                                         {"ndjson", "application/x-ndjson", true},

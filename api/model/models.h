@@ -40,6 +40,9 @@ bool api_describe(const tw_model *model, const char *id, uint64_t size, tw_text 
 /* The model's name: its own, or the first one in its meshes, nodes or clips; NULL without any. */
 const char *api_model_name(const tw_model *model);
 
+/* Finds the mesh of that name, or mesh_N by its index; NULL: the only one. TW_INVALID. */
+tw_status api_mesh_find(const tw_model *model, const char *name, uint32_t *out, tw_error *error);
+
 /* Prints the members that a listing shows: name and format. */
 void api_model_print_listed(const tw_model *model, tw_text *out);
 

@@ -8,6 +8,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -20,7 +21,9 @@ typedef struct detail_request {
   double at[3];
   float *positions; /* [count][3], as sent, relative to `at` */
   uint32_t count;
-  uint64_t rows; /* points of the mesh at that level */
+  bool is_own_space;       /* they are in the mesh's space, as surface.bin has them, not in an OBJ's */
+  const uint32_t *indices; /* [count] which points of the mesh they are; NULL: all, in order */
+  uint64_t rows;           /* points of the mesh at that level */
 } detail_request;
 
 /* ---- the level ----------------------------------------------------------------------------------------- */
@@ -104,27 +107,114 @@ static tw_status read_far(detail_request *request, const api_value *positions, b
   return status;
 }
 
-/* Reads positions: triples, or one flat list of numbers. */
-static tw_status read_document(void *context, const api_value *root) {
-  static const char *const names[] = {"positions", NULL};
-  detail_request *request = context;
-  api_value positions;
+/* Reads the points that the positions are of. */
+static tw_status read_indices(detail_request *request, const api_value *list) {
   uint32_t count = 0;
-  tw_status status = api_json_members(root, names, &positions);
-  if (status == TW_OK && !positions.item)
-    status = api_json_fail(root, TW_SYNTAX, "positions are missing: a list");
-  if (status == TW_OK) status = api_json_count(&positions, UINT32_MAX, &count);
+  tw_status status = api_json_count(list, UINT32_MAX, &count);
   if (status != TW_OK) return status;
-  bool is_flat = api_json_holds_numbers(&positions);
+  if (count != request->count)
+    return api_json_fail(list, TW_INVALID, "%u indices, and %u positions", count, request->count);
+  uint32_t *indices = tw_arena_alloc_raw(list->json->arena, count, sizeof *indices);
+  if (!indices) return api_json_no_memory(list->json);
+  request->indices = indices;
+  status = api_json_index_list(list, indices);
+  for (uint32_t i = 0; status == TW_OK && i < count; i++) {
+    if (indices[i] < request->rows) continue;
+    tw_fail(list->json->error, TW_INVALID, "the mesh has %llu points at this level",
+            (unsigned long long)request->rows);
+    tw_error_at(list->json->error, "/%u", i);
+    status = api_json_fail_within(list, TW_INVALID);
+  }
+  return status;
+}
+
+/* Reads positions: triples, or one flat list of numbers; of all points, or of those of the indices. */
+static tw_status read_document(void *context, const api_value *root) {
+  enum { POSITIONS, INDICES, SPACE, MEMBERS };
+  static const char *const names[] = {"positions", "indices", "space", NULL};
+  static const char *const spaces[] = {"world", "mesh", NULL};
+  detail_request *request = context;
+  api_value members[MEMBERS], *positions = &members[POSITIONS];
+  uint32_t count = 0;
+  tw_status status = api_json_members(root, names, members);
+  if (status == TW_OK && !positions->item)
+    status = api_json_fail(root, TW_SYNTAX, "positions are missing: a list");
+  if (status == TW_OK) status = api_json_count(positions, UINT32_MAX, &count);
+  if (status != TW_OK) return status;
+  bool is_flat = api_json_holds_numbers(positions);
   if (is_flat && count % 3 != 0)
-    return api_json_fail(&positions, TW_INVALID, "%u numbers are no points of three each", count);
+    return api_json_fail(positions, TW_INVALID, "%u numbers are no points of three each", count);
   request->count = is_flat ? count / 3 : count;
   request->positions = tw_arena_alloc(root->json->arena, request->count, 3 * sizeof *request->positions);
   if (!request->positions) return api_json_no_memory(root->json);
-  if (is_far(request)) return read_far(request, &positions, is_flat);
-  return is_flat ? api_json_float_list(&positions, request->positions)
-                 : api_json_float_rows(&positions, 3, 3, request->positions);
+  int space = 0;
+  if (members[INDICES].item) status = read_indices(request, &members[INDICES]);
+  if (status == TW_OK && members[SPACE].item) status = api_json_choice(&members[SPACE], spaces, &space);
+  if (status != TW_OK) return status;
+  request->is_own_space = space == 1;
+  if (is_far(request) && !request->is_own_space) return read_far(request, positions, is_flat);
+  return is_flat ? api_json_float_list(positions, request->positions)
+                 : api_json_float_rows(positions, 3, 3, request->positions);
 }
+
+/* ---- the form of surface.bin --------------------------------------------------------------------------- */
+
+enum { BIN_PREFIX = 12, BIN_STRIDE_MIN = 3, BIN_STRIDE_MAX = 64 };
+static const char bin_magic[4] = "TWSB";
+
+typedef struct bin_head {
+  uint32_t points, stride;
+} bin_head;
+
+static bool is_bin(const api_call *call, api_bytes bytes) {
+  api_upload_type type = api_upload_type_of(api_call_header(call, "Content-Type"));
+  bool may_be = type == API_TYPE_BYTES || type == API_TYPE_MULTIPART;
+  return may_be && bytes.size >= BIN_PREFIX && memcmp(bytes.data, bin_magic, sizeof bin_magic) == 0;
+}
+
+/* Implements api_json_reader. */
+static tw_status read_bin_head(void *context, const api_value *root) {
+  enum { POINTS, STRIDE, MESH, LEVEL, LAYOUT, MEMBERS };
+  static const char *const names[] = {"points", "stride", "mesh", "level", "layout", NULL};
+  bin_head *head = context;
+  api_value members[MEMBERS];
+  tw_status status = api_json_members(root, names, members);
+  if (status == TW_OK && (!members[POINTS].item || !members[STRIDE].item))
+    status = api_json_fail(root, TW_SYNTAX, "points and stride are expected");
+  if (status == TW_OK) status = api_json_index(&members[POINTS], &head->points);
+  if (status == TW_OK) status = api_json_index(&members[STRIDE], &head->stride);
+  bool fits = head->stride >= BIN_STRIDE_MIN && head->stride <= BIN_STRIDE_MAX;
+  return status == TW_OK && !fits ? api_json_fail(&members[STRIDE], TW_INVALID, "from 3 to 64 is expected")
+                                  : status;
+}
+
+/* Reads rows whose first three floats are a position in the mesh's space. */
+static api_outcome read_bin(detail_request *request, api_bytes bytes) {
+  enum { HEAD_VALUES = 1000 };
+  api_call *call = request->remade->call;
+  bin_head head;
+  uint32_t version, length;
+  memcpy(&version, bytes.data + 4, sizeof version);
+  memcpy(&length, bytes.data + 8, sizeof length);
+  if (version != 1) return api_fail_with(call, 400, "version %u of TWSB is not known", version);
+  if (length > bytes.size - BIN_PREFIX) return api_fail_with(call, 400, "the body ends within its head");
+  const api_bytes text = {bytes.data + BIN_PREFIX, length};
+  api_outcome outcome = api_json_read(call, text, HEAD_VALUES, read_bin_head, &head);
+  if (outcome != API_DONE) return outcome;
+  size_t row = head.stride * sizeof(float), rest = bytes.size - BIN_PREFIX - length;
+  if (rest / row != head.points || rest % row != 0)
+    return api_fail_with(call, 400, "%u points of %zu bytes are told, and %zu bytes are there", head.points,
+                         row, rest);
+  request->positions = tw_arena_alloc_raw(call->arena, head.points, 3 * sizeof *request->positions);
+  if (!request->positions) return api_fail_without_memory(call);
+  for (size_t p = 0; p < head.points; p++)
+    memcpy(request->positions + 3 * p, text.data + length + p * row, 3 * sizeof *request->positions);
+  request->count = head.points;
+  request->is_own_space = true;
+  return API_DONE;
+}
+
+/* ---- any form ------------------------------------------------------------------------------------------ */
 
 static api_outcome read_obj(detail_request *request, api_bytes bytes) {
   api_call *call = request->remade->call;
@@ -133,22 +223,27 @@ static api_outcome read_obj(detail_request *request, api_bytes bytes) {
   return status == TW_OK ? API_DONE : api_fail(call);
 }
 
+static api_outcome read_model(detail_request *request, api_bytes bytes) {
+  api_call *call = request->remade->call;
+  tw_format format = TW_FORMAT_OBJ;
+  api_outcome outcome = api_upload_format(call, bytes, &format);
+  if (outcome != API_DONE) return outcome;
+  if (format != TW_FORMAT_OBJ && format != TW_FORMAT_JSON)
+    return api_fail_with(call, 415, "points come as OBJ, as JSON with positions, or as surface.bin has them");
+  if (!api_grant(call, tw_reading_size(format, bytes.size))) return API_FAILED;
+  return format == TW_FORMAT_OBJ ? read_obj(request, bytes)
+                                 : api_json_read(call, bytes, API_JSON_VALUES_MAX, read_document, request);
+}
+
 static api_outcome read_points(detail_request *request) {
   api_call *call = request->remade->call;
   api_upload upload = {0};
-  tw_format format = TW_FORMAT_OBJ;
   api_outcome outcome = api_upload_read(call, &upload);
   if (outcome != API_DONE) return outcome;
-  outcome = api_upload_format(call, upload.bytes, &format);
-  bool fits = format == TW_FORMAT_OBJ || format == TW_FORMAT_JSON;
-  if (outcome == API_DONE && !fits)
-    outcome = api_fail_with(call, 415, "points come as OBJ, or as JSON with positions");
-  if (outcome == API_DONE && !api_grant(call, tw_reading_size(format, upload.bytes.size)))
-    outcome = API_FAILED;
-  if (outcome == API_DONE)
-    outcome = format == TW_FORMAT_OBJ
-                  ? read_obj(request, upload.bytes)
-                  : api_json_read(call, upload.bytes, API_JSON_VALUES_MAX, read_document, request);
+  if (!is_bin(call, upload.bytes))
+    outcome = read_model(request, upload.bytes);
+  else
+    outcome = api_grant(call, upload.bytes.size) ? read_bin(request, upload.bytes) : API_FAILED;
   api_upload_deinit(&upload);
   return outcome;
 }
@@ -176,9 +271,10 @@ static tw_status count_obj(const detail_request *request, uint64_t *all, uint64_
 static api_outcome take_points(detail_request *request) {
   api_call *call = request->remade->call;
   uint64_t all = 0, first = 0;
-  if (request->count == request->rows) return API_DONE;
-  if (request->node != TW_NO_INDEX && count_obj(request, &all, &first) != TW_OK) return api_fail(call);
-  if (request->node == TW_NO_INDEX || request->count != all)
+  bool may_be_whole = request->node != TW_NO_INDEX && !request->is_own_space;
+  if (request->indices || request->count == request->rows) return API_DONE;
+  if (may_be_whole && count_obj(request, &all, &first) != TW_OK) return api_fail(call);
+  if (!may_be_whole || request->count != all)
     return api_fail_with(call, 422, "the body has %u points, and level %u of the mesh has %llu",
                          request->count, request->options.level, (unsigned long long)request->rows);
   request->positions += 3 * first;
@@ -187,7 +283,6 @@ static api_outcome take_points(detail_request *request) {
 
 /* The space of an OBJ, whose points are transformed by the node that shows the mesh. */
 typedef struct world_space {
-  float *positions;
   float matrix[16];
   double cofactors[9], determinant; /* of the matrix; the rows of cofactors / determinant are the inverse */
   /* A point that is no farther from where it was has not moved: joints round, as do numbers far from 0. */
@@ -243,25 +338,42 @@ static api_outcome find_matrix(const detail_request *request, world_space *space
                    "GLB has them");
 }
 
+/* now: the point as it is; point: as sent, becomes one of the mesh. */
+static void leave_world_at(const world_space *world, const float now[3], float point[3]) {
+  float shown[3] = {now[0], now[1], now[2]};
+  double from[3];
+  tw_matrix_move(world->matrix, shown);
+  bool has_moved = false;
+  for (size_t c = 0; c < 3; c++) {
+    double room = world->room * fmax(1, fabs((double)shown[c])) + world->far_room[c];
+    has_moved |= !(fabs((double)shown[c] - (double)point[c]) <= room);
+  }
+  for (size_t c = 0; c < 3; c++) from[c] = (double)point[c] - (double)world->matrix[12 + c];
+  for (size_t c = 0; c < 3; c++) {
+    const double *row = &world->cofactors[3 * c];
+    point[c] = has_moved
+                   ? (float)((row[0] * from[0] + row[1] * from[1] + row[2] * from[2]) / world->determinant)
+                   : now[c];
+  }
+}
+
+/* The points that are given, and those that the level gets. */
+typedef struct placed_points {
+  const detail_request *request;
+  const world_space *world; /* NULL: they are in the mesh's space */
+  float *positions;         /* [rows][3]; those of the request where it has all points */
+} placed_points;
+
 /* Implements tw_points_back: unmoved points become what they were, bit for bit. */
-static void leave_world(void *context, const float *now, uint32_t rows) {
-  const world_space *world = context;
-  for (uint32_t p = 0; p < rows; p++, now += 3) {
-    float *point = world->positions + 3 * (size_t)p, shown[3] = {now[0], now[1], now[2]};
-    double from[3];
-    tw_matrix_move(world->matrix, shown);
-    bool has_moved = false;
-    for (size_t c = 0; c < 3; c++) {
-      double room = world->room * fmax(1, fabs((double)shown[c])) + world->far_room[c];
-      has_moved |= !(fabs((double)shown[c] - (double)point[c]) <= room);
-    }
-    for (size_t c = 0; c < 3; c++) from[c] = (double)point[c] - (double)world->matrix[12 + c];
-    for (size_t c = 0; c < 3; c++) {
-      const double *row = &world->cofactors[3 * c];
-      point[c] = has_moved
-                     ? (float)((row[0] * from[0] + row[1] * from[1] + row[2] * from[2]) / world->determinant)
-                     : now[c];
-    }
+static void place_points(void *context, const float *now, uint32_t rows) {
+  const placed_points *placed = context;
+  const detail_request *request = placed->request;
+  if (request->indices) memcpy(placed->positions, now, 3 * (size_t)rows * sizeof *now);
+  for (size_t i = 0; i < request->count; i++) {
+    size_t row = request->indices ? request->indices[i] : i;
+    float *point = placed->positions + 3 * row;
+    if (request->indices) memcpy(point, request->positions + 3 * i, 3 * sizeof *point);
+    if (placed->world) leave_world_at(placed->world, now + 3 * row, point);
   }
 }
 
@@ -269,13 +381,12 @@ static void leave_world(void *context, const float *now, uint32_t rows) {
 static api_outcome find_space(const detail_request *request, world_space *out, bool *is_mesh_space) {
   static const float identity[16] = {[0] = 1, [5] = 1, [10] = 1, [15] = 1};
   api_call *call = request->remade->call;
-  *is_mesh_space = request->node == TW_NO_INDEX;
+  *is_mesh_space = request->node == TW_NO_INDEX || request->is_own_space;
   if (*is_mesh_space) return API_DONE;
   out->room = 0;
   api_outcome outcome = find_matrix(request, out);
   if (outcome != API_DONE) return outcome;
   *is_mesh_space = memcmp(out->matrix, identity, sizeof identity) == 0 && !is_far(request);
-  out->positions = request->positions;
   out->determinant = tw_matrix_cofactors(out->matrix, out->cofactors);
   if (!isfinite(out->determinant) || out->determinant == 0)
     return api_fail_with(call, 422,
@@ -285,6 +396,27 @@ static api_outcome find_space(const detail_request *request, world_space *out, b
 
 /* ---- the answer ---------------------------------------------------------------------------------------- */
 
+/* Where the points have indices, the place of an error is that of the point in the list. */
+static void find_in_list(const detail_request *request, tw_error *error) {
+  unsigned long row;
+  char *rest;
+  uint32_t i = request->count;
+  row = strtoul(error->pointer + strlen("/positions/"), &rest, 10);
+  while (i > 0 && request->indices[i - 1] != row) i--;
+  if (i == 0) return;
+  char coordinate[8];
+  snprintf(coordinate, sizeof coordinate, "%.7s", rest);
+  tw_error_at(error, "/positions/%u%s", i - 1, coordinate);
+}
+
+static api_outcome fail_at_point(const detail_request *request) {
+  api_call *call = request->remade->call;
+  tw_error *error = &call->fault.error;
+  if (strncmp(error->pointer, "/positions/", strlen("/positions/")) != 0) return api_fail(call);
+  if (request->indices) find_in_list(request, error);
+  return api_fail_in_document(call);
+}
+
 static api_outcome sculpt(detail_request *request) {
   api_remade *remade = request->remade;
   api_call *call = remade->call;
@@ -293,12 +425,14 @@ static api_outcome sculpt(detail_request *request) {
   bool is_mesh_space;
   api_outcome outcome = find_space(request, &world, &is_mesh_space);
   if (outcome != API_DONE) return outcome;
-  const tw_points_back back = {leave_world, &world};
-  if (tw_mesh_sculpt(mesh, &request->options, request->positions, is_mesh_space ? NULL : &back,
-                     &call->service->parallel, call->arena, &remade->cage, &call->fault.error) != TW_OK) {
-    bool is_point = strncmp(call->fault.error.pointer, "/positions/", strlen("/positions/")) == 0;
-    return is_point ? api_fail_in_document(call) : api_fail(call);
-  }
+  placed_points placed = {request, is_mesh_space ? NULL : &world, request->positions};
+  if (request->indices)
+    placed.positions = tw_arena_alloc_raw(call->arena, request->rows, 3 * sizeof *placed.positions);
+  if (!placed.positions) return api_fail_without_memory(call);
+  const tw_points_back back = {place_points, &placed};
+  if (tw_mesh_sculpt(mesh, &request->options, placed.positions, &back, &call->service->parallel, call->arena,
+                     &remade->cage, &call->fault.error) != TW_OK)
+    return fail_at_point(request);
   bool has_changed = remade->cage.positions != mesh->positions || remade->cage.details != mesh->details;
   return has_changed ? api_remade_store(remade, NULL) : api_model_reply_stored(call);
 }

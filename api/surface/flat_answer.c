@@ -77,7 +77,7 @@ api_outcome api_flat_warn_of_move(api_call *call, const double origin[3]) {
 /* How many meshes, nodes or materials have something. */
 typedef struct flat_losses {
   uint64_t instances;
-  uint32_t shown, materials, textures, colors, corner_colors, attributes, uvs, more_uvs, loose, hard;
+  uint32_t shown, materials, textures, colors, corner_colors, attributes, uvs, more_uvs, seams, loose, hard;
 } flat_losses;
 
 /* Whether the surface has more than one normal at some point: its rows are split, and it has infinitely sharp
@@ -106,6 +106,8 @@ static void count_mesh(const tw_mesh *mesh, const tw_surface *surface, bool is_h
   losses->corner_colors += has_corner_colors;
   losses->attributes += has_attributes;
   losses->uvs += mesh->uv_set_count > 0;
+  losses->seams +=
+      tw_surface_row_count(surface, TW_DOMAIN_UVS) > tw_surface_row_count(surface, TW_DOMAIN_POINTS);
   losses->more_uvs += mesh->uv_set_count > 1;
   losses->loose += mesh->loose != NULL;
   losses->hard += has_hard_normals(mesh, surface, is_hard);
@@ -128,10 +130,10 @@ static flat_losses count_losses(const tw_scene *scene, bool is_hard) {
 api_outcome api_flat_warn_of_losses(api_call *call, const tw_scene *scene, uint32_t lacks, bool is_hard) {
   const flat_losses losses = count_losses(scene, is_hard);
   const struct {
-    uint32_t lack; /* by any of these */
+    uint32_t lack;
     bool is_there;
     const char *what;
-  } rows[] = {{UINT32_MAX, losses.instances > 0, "instances of EXT_mesh_gpu_instancing"},
+  } rows[] = {{API_LACKS_SCENE, losses.instances > 0, "instances of EXT_mesh_gpu_instancing"},
               {API_LACKS_NODES, losses.shown > 1, "the nodes, which are one mesh"},
               {API_LACKS_MATERIALS, losses.materials + losses.textures > 0, "materials"},
               {API_LACKS_TEXTURES, losses.textures > 0, "all of materials but their base colours"},
@@ -140,8 +142,9 @@ api_outcome api_flat_warn_of_losses(api_call *call, const tw_scene *scene, uint3
               {API_LACKS_COLORS, losses.colors > 0, "colours of points"},
               {API_LACKS_CORNER_COLORS, losses.corner_colors > 0, "all but one colour of a point"},
               {API_LACKS_CORNER_NORMALS, losses.hard > 0, "all but one normal of a point"},
-              {UINT32_MAX, losses.attributes > 0, "attributes of the application"},
-              {UINT32_MAX, losses.loose > 0, "points and lines"}};
+              {API_LACKS_CORNER_UVS, losses.seams > 0, "all but one texture coordinate of a point"},
+              {API_LACKS_SCENE, losses.attributes > 0, "attributes of the application"},
+              {API_LACKS_SCENE, losses.loose > 0, "points and lines"}};
   tw_text text = {0};
   tw_text_add(&text, "surface.");
   tw_text_add(&text, call->offer->extension);

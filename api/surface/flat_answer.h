@@ -30,7 +30,7 @@ double api_flat_scale(const api_flat_query *query);
 /* Warns of a unit that nobody asked for. */
 api_outcome api_flat_warn_of_unit(api_call *call, const api_flat_query *query);
 
-/* What forms of answers have no place for, besides what none of them has. */
+/* What forms of answers have no place for. */
 enum api_lack {
   API_LACKS_UNIT = 1,
   API_LACKS_NODES = 2,
@@ -40,7 +40,9 @@ enum api_lack {
   API_LACKS_MORE_UVS = 32, /* behind the first set */
   API_LACKS_COLORS = 64,
   API_LACKS_CORNER_COLORS = 128,
-  API_LACKS_CORNER_NORMALS = 256
+  API_LACKS_CORNER_NORMALS = 256,
+  API_LACKS_CORNER_UVS = 512,
+  API_LACKS_SCENE = 1024 /* instances, attributes, points and lines */
 };
 
 /* Warns of what a scene has and the call's form has not. lacks: of enum api_lack. is_hard: edges that the

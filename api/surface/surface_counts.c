@@ -9,30 +9,36 @@ static void print_counts(tw_text *text, uint64_t level, const tw_surface_counts 
   tw_member_count(text, "bytes", bytes);
 }
 
-/* The size of a GLB of one mesh of the scene without materials. */
-static tw_status predict_mesh(const api_surface_request *request, uint32_t mesh, uint64_t *size,
-                              tw_error *error) {
+const tw_scene *api_scene_of_mesh(const api_surface_request *request, uint32_t mesh, tw_arena *arena) {
+  typedef struct lone_mesh {
+    tw_scene scene;
+    tw_model model;
+    tw_node node;
+    uint32_t order;
+  } lone_mesh;
   const tw_scene *all = &request->scene.content;
-  tw_node node = {.parent = TW_NO_INDEX, .skin = TW_NO_INDEX, .rest = TW_TRS_IDENTITY};
-  uint32_t order = 0;
-  tw_model model = {.format = TW_FORMAT_JSON,
-                    .mesh_count = 1,
-                    .meshes = &all->model->meshes[mesh],
-                    .group_count = all->model->group_count,
-                    .group_names = all->model->group_names,
-                    .node_count = 1,
-                    .nodes = &node,
-                    .node_order = &order};
-  tw_scene scene = {.model = &model,
-                    .surfaces = all->surfaces + mesh,
-                    .polygons = (tw_polygons)request->query.polygons,
-                    .packs = all->packs ? all->packs + mesh : NULL,
-                    .is_without_details = all->is_without_details};
-  return tw_gltf_stream_predict(&scene, TW_FORMAT_GLB, size, error);
+  lone_mesh *lone = tw_arena_alloc(arena, 1, sizeof *lone);
+  if (!lone) return NULL;
+  lone->node = (tw_node){.parent = TW_NO_INDEX, .skin = TW_NO_INDEX, .rest = TW_TRS_IDENTITY};
+  lone->model = (tw_model){.format = TW_FORMAT_JSON,
+                           .mesh_count = 1,
+                           .meshes = &all->model->meshes[mesh],
+                           .group_count = all->model->group_count,
+                           .group_names = all->model->group_names,
+                           .node_count = 1,
+                           .nodes = &lone->node,
+                           .node_order = &lone->order};
+  lone->scene = (tw_scene){.model = &lone->model,
+                           .surfaces = all->surfaces + mesh,
+                           .polygons = (tw_polygons)request->query.polygons,
+                           .packs = all->packs ? all->packs + mesh : NULL,
+                           .is_without_details = all->is_without_details};
+  return &lone->scene;
 }
 
-tw_flat_options api_surface_flat_options(const api_surface_request *request, tw_format format) {
-  return (tw_flat_options){format, api_flat_scale(&request->query.flat), request->query.flat.unit->name};
+tw_flat_options api_surface_flat_options(const api_surface_request *request, tw_flat_form form) {
+  const api_flat_query *flat = &request->query.flat;
+  return (tw_flat_options){.form = form, .scale = api_flat_scale(flat), .unit = flat->unit->name};
 }
 
 /* Whether holes of the model are faces of the surface. */
@@ -43,31 +49,28 @@ static bool shows_holes(const api_surface_request *request) {
   return request->query.with_holes && mesh < model->mesh_count;
 }
 
-/* Whether the size of a form is known before it is streamed. Holes that a cage as glTF has as faces are in no
- * flat form. */
-static bool is_foreseen(const api_surface_request *request, tw_format format) {
-  return format == TW_FORMAT_GLTF ? request->query.encoding == TW_ENCODING_FLOAT : !shows_holes(request);
-}
-
-/* Prints the sizes of the forms whose size is known, and that can be had. */
+/* Prints the sizes of the forms whose size is known, and that can be had. Holes that a cage as glTF has as
+ * faces are in no flat form. */
 static tw_status print_forms(api_call *call, const api_surface_request *request, uint64_t glb,
                              tw_text *text) {
-  static const tw_format others[] = {TW_FORMAT_GLTF, TW_FORMAT_STL, TW_FORMAT_PLY};
+  static const char *const flat[] = {[TW_FLAT_STL] = "stl", [TW_FLAT_PLY] = "ply"};
   const tw_scene *scene = &request->scene.content;
+  uint64_t size = 0;
+  tw_status status = TW_OK;
   tw_member_open(text, "forms", "{");
   tw_member_count(text, "glb", glb);
-  for (size_t i = 0; i < sizeof others / sizeof *others; i++) {
-    if (!is_foreseen(request, others[i])) continue;
-    const tw_flat_options options = api_surface_flat_options(request, others[i]);
-    uint64_t size = 0;
-    tw_status status = others[i] == TW_FORMAT_GLTF
-                           ? tw_gltf_stream_predict(scene, TW_FORMAT_GLTF, &size, &call->fault.error)
-                           : tw_flat_stream_predict(scene, &options, &size, &call->fault.error);
-    if (status == TW_OK) tw_member_count(text, tw_format_names[others[i]], size);
+  if (request->query.encoding == TW_ENCODING_FLOAT) {
+    status = tw_gltf_stream_predict(scene, TW_FORMAT_GLTF, &size, &call->fault.error);
+    if (status == TW_OK) tw_member_count(text, "gltf", size);
+  }
+  for (int form = TW_FLAT_STL; form <= TW_FLAT_PLY && !shows_holes(request); form++) {
     if (status != TW_OK && status != TW_LIMIT) return status;
+    const tw_flat_options options = api_surface_flat_options(request, (tw_flat_form)form);
+    status = tw_flat_stream_predict(scene, &options, &size, &call->fault.error);
+    if (status == TW_OK) tw_member_count(text, flat[form], size);
   }
   tw_text_add(text, "}");
-  return TW_OK;
+  return status == TW_LIMIT ? TW_OK : status;
 }
 
 /* Prints a mesh's element of "meshes". */
@@ -75,7 +78,9 @@ static tw_status print_mesh(api_call *call, const api_surface_request *request, 
                             tw_text *text) {
   const tw_surface *surface = api_plan_of(request)->surfaces[mesh];
   uint64_t size;
-  tw_status status = predict_mesh(request, mesh, &size, &call->fault.error);
+  const tw_scene *alone = api_scene_of_mesh(request, mesh, call->arena);
+  if (!alone) return tw_fail(&call->fault.error, TW_NO_MEMORY, "out of memory");
+  tw_status status = tw_gltf_stream_predict(alone, TW_FORMAT_GLB, &size, &call->fault.error);
   if (status != TW_OK) return status;
   tw_text_element(text);
   tw_text_add(text, "{");

@@ -187,6 +187,18 @@ static void print_shells(const void *from, const api_rule *rule, tw_text *text) 
   tw_text_add(text, rule->name);
 }
 
+static api_outcome read_mesh(api_call *call, const api_rule *rule, void *out) {
+  ((api_surface_query *)out)->mesh = api_query_get(&call->query, rule->name);
+  return API_DONE;
+}
+
+static void print_mesh(const void *from, const api_rule *rule, tw_text *text) {
+  const api_surface_query *query = from;
+  if (!query->mesh) return;
+  api_rule_begin(rule->name, text);
+  tw_text_string(text, query->mesh);
+}
+
 /* The unit's default is the form's, see complete. */
 static void print_unit(const void *from, const api_rule *rule, tw_text *text) {
   (void)rule;
@@ -214,6 +226,8 @@ static const char *const normals[] = {"auto", "limit", "none", NULL};
 static const char *const influences[] = {"all", "4", NULL};
 static const char *const polygons[] = {"triangles", "ngon", NULL};
 static const char *const encodings[] = {"float", "quantized", "meshopt", NULL};
+/* Their numbers are the bits of API_WITH_*. */
+static const char *const withs[] = {"positions", "normals", "uvs", "normals,uvs", NULL};
 static const char *const meshes[] = {"all", "none", NULL};
 static const char *const skins[] = {"keep", "bake", NULL};
 
@@ -252,6 +266,8 @@ const api_rule api_surface_rules[] = {
     {"unit", SHOWN, 0, NULL, NULL, print_unit}, /* and scale */
     {.name = "scale"},
     {"shells", SHOWN, AT(with_shells), NULL, api_rule_read_flag, print_shells},
+    {"mesh", SHOWN, 0, NULL, read_mesh, print_mesh},
+    {"with", SHOWN, AT(with), withs, api_rule_read_choice, api_rule_print_word},
     {.name = "download"}, /* read by file_name.c */
     {0}};
 
@@ -292,6 +308,19 @@ static tw_status take_meshes_alone(api_surface_query *query, const char *form, t
   return TW_OK;
 }
 
+/* Checks the parameters for the points of one mesh, which nothing poses. */
+static tw_status take_points_alone(api_surface_query *query, tw_error *error) {
+  bool keeps_clip = query->clip && strcmp(query->clip, "none") != 0;
+  bool is_posed = query->times.is_given || keeps_clip || query->skin == API_SKIN_BAKE;
+  if (is_posed || query->reduction.is_wide || query->meshes == API_MESHES_NONE)
+    return tw_fail(error, TW_SYNTAX,
+                   ".bin has the points of a mesh by itself: no clip, time, skin=bake or meshes=none");
+  if ((query->with & API_WITH_NORMALS) && query->normals == API_NORMALS_NONE)
+    return tw_fail(error, TW_SYNTAX, "with=normals contradicts normals=none");
+  query->clip = "none";
+  return TW_OK;
+}
+
 /* Checks parameters that need or exclude another one. */
 static tw_status check_together(const api_surface_query *query, tw_error *error) {
   bool has_no_clip = query->clip && strcmp(query->clip, "none") == 0, is_baked = query->skin == API_SKIN_BAKE;
@@ -309,7 +338,7 @@ static tw_status check_together(const api_surface_query *query, tw_error *error)
 static void keep_cage(const api_surface_form *form, api_surface_query *query) {
   bool is_at_rest = query->level == 0 && !query->limit;
   bool is_cage_of_gltf =
-      !form->still && query->polygons == TW_POLYGONS_NGON && query->encoding == TW_ENCODING_FLOAT;
+      form->is_gltf && query->polygons == TW_POLYGONS_NGON && query->encoding == TW_ENCODING_FLOAT;
   query->tagged = is_at_rest && (form->has_tags || is_cage_of_gltf);
   query->with_holes = query->tagged && is_cage_of_gltf;
   query->own_normals = is_at_rest && query->normals == API_NORMALS_AUTO;
@@ -326,15 +355,18 @@ static void carry_root(api_surface_query *query) {
 static api_outcome complete(api_call *call, const api_surface_form *form, api_surface_query *query) {
   tw_error *error = &call->fault.error;
   keep_cage(form, query);
-  if (form->still) query->encoding = TW_ENCODING_FLOAT;
+  if (!form->is_gltf) query->encoding = TW_ENCODING_FLOAT;
   tw_status status = TW_OK;
   if (form->still) status = take_meshes_alone(query, form->still, error);
+  if (form->is_points) status = take_points_alone(query, error);
   if (status == TW_OK) status = check_together(query, error);
   if (status != TW_OK) return api_fail(call);
   carry_root(query);
   if (api_flat_read(call, form->unit, &query->flat) != API_DONE) return API_FAILED;
   if (!form->is_counts && query->with_shells)
     return api_fail_with(call, 400, "shells=true goes with .json: it tells of the shells of the other forms");
+  if (!form->is_points && (query->mesh || query->with))
+    return api_fail_with(call, 400, "mesh and with go with .bin, the points of one mesh");
   return API_DONE;
 }
 

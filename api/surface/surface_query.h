@@ -13,11 +13,14 @@ struct api_surface_request;
 
 /* A form of the answer. */
 typedef struct api_surface_form {
-  const char *still; /* its name, where it has no clips and skins and shows one time; NULL: glTF, counts */
+  bool is_gltf;      /* holds clips, skins and encodings; surface.json tells of one that does */
+  const char *still; /* the name of a form that shows the whole model at one time; else NULL */
   const char *unit;  /* the unit of its lengths unless another one is asked for; NULL: always the model's */
-  tw_format format;  /* in lib, which knows none for 3MF; JSON tells of a GLB */
+  tw_format format;  /* of glTF; JSON tells of a GLB */
+  tw_flat_form flat; /* of STL, PLY and points */
   uint32_t lacks;    /* enum api_lack */
   bool is_counts;    /* surface.json */
+  bool is_points;    /* surface.bin */
   bool has_tags;     /* a still form whose level 0 reads back as the cage */
   bool is_chunked;   /* its size is known only at its end */
   /* Warns of what is lost, and opens the stream where that is little work; may be NULL. */
@@ -32,6 +35,9 @@ typedef struct api_surface_form {
 enum { API_NORMALS_AUTO, API_NORMALS_LIMIT, API_NORMALS_NONE };
 enum { API_SKIN_KEEP, API_SKIN_BAKE };
 enum { API_MESHES_ALL, API_MESHES_NONE };
+
+/* Bits of `with`. */
+enum { API_WITH_NORMALS = 1, API_WITH_UVS = 2 };
 
 /* Which keyframes are reduced, and how much. */
 typedef struct api_reduction {
@@ -58,6 +64,8 @@ typedef struct api_surface_query {
   int encoding; /* a tw_encoding */
   api_flat_query flat;
   bool with_shells; /* surface.json tells of shells */
+  const char *mesh; /* whose points surface.bin has; NULL: of the only one */
+  int with;         /* what it has besides: API_WITH_* */
   /* What of the model is shown. */
   int skin, meshes;
   const char *clip;     /* as in api_clips_choose; NULL: all clips, or the first with times */

@@ -32,7 +32,11 @@ static inline const api_plan *api_plan_of(const api_surface_request *request) {
 }
 
 /* The options of a flat answer under the request's parameters. */
-tw_flat_options api_surface_flat_options(const api_surface_request *request, tw_format format);
+tw_flat_options api_surface_flat_options(const api_surface_request *request, tw_flat_form form);
+
+/* One mesh of the scene by itself, at a node without a name, without materials. Lives in the arena; NULL
+ * without memory. */
+const tw_scene *api_scene_of_mesh(const api_surface_request *request, uint32_t mesh, tw_arena *arena);
 
 /* ---- counts ---- */
 

@@ -1,4 +1,4 @@
-/* Surfaces: counts, glTF, OBJ, STL, PLY and 3MF of a model at rest, posed or animated. */
+/* Surfaces: counts, glTF, OBJ, STL, PLY and 3MF of a model at rest, posed or animated; points of a mesh. */
 #include "file_name.h"
 #include "handlers.h"
 #include "models.h"
@@ -221,7 +221,7 @@ static void take_over(api_call *call, api_surface_request *request, uint64_t siz
                       int64_t (*read)(void *context, uint8_t *out, size_t capacity)) {
   call->answer.body = (api_body){size, request, read, destroy_request};
   request->service = call->service;
-  call->held = call->is_head ? 0 : api_is_printed(request) ? FLAT_STREAM_COST : STREAM_COST;
+  call->held = call->is_head ? 0 : request->flat || request->package ? FLAT_STREAM_COST : STREAM_COST;
   if (request->package && !call->is_head) call->held += API_PACKAGE_COST;
   if (request->packs && !call->is_head) call->held += api_packs_reading_size(api_entry_value(request->packs));
 }
@@ -332,7 +332,7 @@ static bool is_light(const api_call *call, const api_surface_request *request) {
   enum { LIGHT_PARTS = 64, LIGHT_CORNERS = 1 << 18 };
   const api_plan *plan = api_entry_value(request->plan);
   const tw_model *model = request->scene.content.model;
-  bool is_gltf = !request->form->still && !request->form->is_counts;
+  bool is_gltf = request->form->is_gltf && !request->form->is_counts;
   bool needs_no_pass = atomic_load(&plan->is_warm) || !is_gltf || call->is_head ||
                        request->query.encoding != TW_ENCODING_FLOAT;
   uint64_t corners = 0;
@@ -394,7 +394,7 @@ static api_outcome warn_of_hard_edges(api_call *call, const api_surface_request 
 static api_outcome warn_of_polygons(api_call *call, const api_surface_request *request) {
   const tw_scene *scene = &request->scene.content;
   uint64_t count = 0;
-  if (request->form->still || request->query.polygons != TW_POLYGONS_NGON) return API_DONE;
+  if (!request->form->is_gltf || request->query.polygons != TW_POLYGONS_NGON) return API_DONE;
   for (uint32_t i = 0; i < scene->model->mesh_count; i++) {
     const tw_face_cut *cuts = tw_surface_get_cuts(scene->surfaces[i]);
     for (uint32_t k = 0; k < tw_surface_cut_count(scene->surfaces[i]); k++) count += cuts[k].fan_count == 0;
@@ -430,7 +430,7 @@ static api_outcome warn_of_influences(api_call *call, const api_surface_request 
   const tw_model *model = request->scene.content.model;
   uint32_t most = (uint32_t)request->query.influences;
   uint64_t points = 0;
-  if (request->form->still) return API_DONE;
+  if (!request->form->is_gltf) return API_DONE;
   for (uint32_t i = 0; i < model->mesh_count; i++)
     if (is_cut(request, &model->meshes[i])) points += count_richer_points(&model->meshes[i], most);
   if (points == 0) return API_DONE;
@@ -457,7 +457,7 @@ static api_outcome warn_of_printing(api_call *call, api_surface_request *request
 }
 
 static api_outcome open_flat(api_call *call, api_surface_request *request) {
-  const tw_flat_options options = api_surface_flat_options(request, request->form->format);
+  const tw_flat_options options = api_surface_flat_options(request, request->form->flat);
   double origin[3];
   tw_status status =
       tw_flat_stream_create(&request->scene.content, &options, &request->flat, &call->fault.error);
@@ -482,44 +482,71 @@ static api_outcome open_package(api_call *call, api_surface_request *request) {
   return status == TW_OK ? API_DONE : check_size(call, request, status, 0);
 }
 
+/* Warns where points have one of several normals or texture coordinates. */
+static api_outcome open_points(api_call *call, api_surface_request *request) {
+  uint32_t mesh, lacks = 0;
+  const tw_model *model = request->scene.content.model;
+  tw_error *error = &call->fault.error;
+  if (api_mesh_find(model, request->query.mesh, &mesh, error) != TW_OK) return api_fail(call);
+  const tw_flat_options options = {.form = TW_FLAT_POINTS,
+                                   .scale = 1,
+                                   .has_normals = request->query.with & API_WITH_NORMALS,
+                                   .has_uvs = request->query.with & API_WITH_UVS};
+  if (options.has_normals) lacks |= API_LACKS_CORNER_NORMALS;
+  if (options.has_uvs) lacks |= API_LACKS_CORNER_UVS;
+  if (options.has_uvs && model->meshes[mesh].uv_set_count == 0)
+    return api_fail_with(call, 422, "with=uvs: the mesh has no texture coordinates");
+  const tw_scene *alone = api_scene_of_mesh(request, mesh, call->arena);
+  if (!alone) return api_fail_without_memory(call);
+  tw_status status = tw_flat_stream_create(alone, &options, &request->flat, error);
+  if (status != TW_OK) return check_size(call, request, status, 0);
+  return api_flat_warn_of_losses(call, alone, lacks, api_plan_of(request)->hard_edges > 0);
+}
+
 static api_outcome open_obj(api_call *call, api_surface_request *request) {
   return api_obj_losses_warn(call, api_entry_value(request->model));
 }
 
 /* In the order of the route's offers. */
 static const api_surface_form forms[] = {
-    {.format = TW_FORMAT_GLB, .predict = predict_gltf, .reply = reply_gltf},
-    {.format = TW_FORMAT_GLTF, .predict = predict_gltf, .reply = reply_gltf},
+    {.is_gltf = true, .format = TW_FORMAT_GLB, .predict = predict_gltf, .reply = reply_gltf},
+    {.is_gltf = true, .format = TW_FORMAT_GLTF, .predict = predict_gltf, .reply = reply_gltf},
     {.still = "OBJ",
-     .format = TW_FORMAT_OBJ,
      .has_tags = true,
      .is_chunked = true,
      .open = open_obj,
      .predict = predict_obj,
      .reply = reply_obj},
-    {.unit = "m", .format = TW_FORMAT_GLB, .is_counts = true, .predict = predict_gltf, .reply = reply_counts},
+    {.is_gltf = true,
+     .unit = "m",
+     .format = TW_FORMAT_GLB,
+     .is_counts = true,
+     .predict = predict_gltf,
+     .reply = reply_counts},
     {.still = "STL",
      .unit = "mm",
-     .format = TW_FORMAT_STL,
-     .lacks = API_LACKS_UNIT | API_LACKS_NODES | API_LACKS_MATERIALS | API_LACKS_UVS | API_LACKS_COLORS,
+     .flat = TW_FLAT_STL,
+     .lacks = API_LACKS_SCENE | API_LACKS_UNIT | API_LACKS_NODES | API_LACKS_MATERIALS | API_LACKS_UVS |
+              API_LACKS_COLORS,
      .open = open_flat,
      .predict = predict_flat,
      .reply = reply_flat},
     {.still = "PLY",
      .unit = "m",
-     .format = TW_FORMAT_PLY,
-     .lacks = API_LACKS_UNIT | API_LACKS_NODES | API_LACKS_MATERIALS | API_LACKS_MORE_UVS |
+     .flat = TW_FLAT_PLY,
+     .lacks = API_LACKS_SCENE | API_LACKS_UNIT | API_LACKS_NODES | API_LACKS_MATERIALS | API_LACKS_MORE_UVS |
               API_LACKS_CORNER_COLORS | API_LACKS_CORNER_NORMALS,
      .open = open_flat,
      .predict = predict_flat,
      .reply = reply_flat},
     {.still = "3MF",
      .unit = "mm",
-     .lacks = API_LACKS_TEXTURES | API_LACKS_UVS | API_LACKS_COLORS,
+     .lacks = API_LACKS_SCENE | API_LACKS_TEXTURES | API_LACKS_UVS | API_LACKS_COLORS,
      .is_chunked = true,
      .open = open_package,
      .predict = predict_package,
      .reply = reply_package},
+    {.is_points = true, .open = open_points, .predict = predict_flat, .reply = reply_flat},
 };
 
 /* ---- requests ------------------------------------------------------------------------------------ */
@@ -541,7 +568,7 @@ static api_outcome answer_surface(api_call *call, api_surface_request *request, 
   if (outcome != API_DONE) return outcome;
   const tw_model *model = api_entry_value(request->model);
   const api_surface_form *form = request->form;
-  if (!form->still) outcome = api_scene_animate(call, model, &request->scene);
+  if (form->is_gltf) outcome = api_scene_animate(call, model, &request->scene);
   if (outcome == API_DONE) outcome = warn_of_hard_edges(call, request);
   if (outcome == API_DONE) outcome = warn_of_polygons(call, request);
   if (outcome == API_DONE) outcome = warn_of_influences(call, request);

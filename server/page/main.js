@@ -302,7 +302,7 @@ async function openSurface() {
     signal.throwIfAborted();
     shown = Object.fromEntries(SURFACE.map((name) => [name, state(name)]));
     viewport.setModel(parsed, options);
-    sculpt.open(model, parsed, counts);
+    sculpt.open(model, parsed, counts.level);
     surface.tell(answer);
     animation.pose();
     rotation.makeGhosts();

@@ -28,14 +28,12 @@ function makeMarker() {
   return marker;
 }
 
-/** Moves points of an OBJ by a stroke. rest: the transform from the space of its brush to the OBJ's. */
-function moved(points, rest, { brush, by }) {
-  const back = rest.clone().invert();
-  const there = by.clone().applyMatrix3(new Matrix3().setFromMatrix4(rest));
+/** Moves points of a mesh by a stroke in its space. */
+function moved(points, { brush, by }) {
   const place = new Vector3();
   for (let i = 0; i < points.length; i += 3) {
-    const pull = brush.at(place.fromArray(points, i).applyMatrix4(back));
-    if (pull) place.fromArray(points, i).addScaledVector(there, pull.part).toArray(points, i);
+    const pull = brush.at(place.fromArray(points, i));
+    if (pull) place.fromArray(points, i).addScaledVector(by, pull.part).toArray(points, i);
   }
   return points;
 }
@@ -118,27 +116,27 @@ export class SculptPanel {
     this.show();
   }
 
-  /** Takes over the surface that the viewport now shows. counts: of that surface. */
-  open(model, { scene, bearers }, { level, meshes }) {
+  /** Takes over the surface of a level that the viewport now shows. */
+  open(model, { scene, bearers }, level) {
     Object.assign(this, { model, level, stroke: null });
-    let end = 0; // offset of a bearer's points in the OBJ
-    this.bearers = bearers.map(([object, mesh, rest]) => {
+    this.bearers = bearers.map(([object, mesh]) => {
       const parts = [];
       object.traverse((part) => part.userData.own && !part.isSkinnedMesh && parts.push(part));
-      return { object, mesh, rest, parts, start: end, end: (end += 3 * meshes[mesh].vertices) };
+      return { object, mesh, parts };
     });
     this.size = new Box3().setFromObject(scene, true).getSize(new Vector3()).length() / 2;
-    this.points = null;
+    this.points = new Map(); // of meshes, as they come
     this.point.value = '';
     this.showRadius();
     this.pick(this.wanted.index, this.wanted.place);
     this.show();
   }
 
-  /** The points of a bearer in the order of the OBJ; loaded when first needed. */
-  async pointsOf({ start, end }) {
-    this.points ??= withKey(() => tweend.points(this.model, { level: this.level, normals: 'none', quads: state('quads') }));
-    return (await this.points).slice(start, end);
+  /** The points of a bearer's mesh; loaded when first needed. */
+  async pointsOf({ mesh }) {
+    const options = { level: this.level, mesh: meshName(this.model, mesh), normals: 'none', quads: state('quads') };
+    if (!this.points.has(mesh)) this.points.set(mesh, withKey(() => tweend.points(this.model, options)));
+    return (await this.points.get(mesh)).slice();
   }
 
   // ---- the point ----
@@ -195,7 +193,7 @@ export class SculptPanel {
     return normal.clone().applyMatrix3(new Matrix3().getNormalMatrix(this.bearers[index].object.matrixWorld)).normalize();
   }
 
-  /** Picks a point by its index in the mesh's OBJ, which numberOf(points) returns. */
+  /** Picks a point by its index in the mesh, which numberOf(points) returns. */
   pickNumber(numberOf) {
     this.picking = this.picking.then(() => this.#pickNumber(numberOf)); // keys may come faster than points
     return this.picking;
@@ -210,7 +208,7 @@ export class SculptPanel {
       if (this.bearers[index] !== bearer) return;
       const count = points.length / 3;
       const number = ((Math.round(numberOf(points)) % count) + count) % count || 0;
-      this.pick(index, new Vector3().fromArray(points, 3 * number).applyMatrix4(bearer.rest.clone().invert()));
+      this.pick(index, new Vector3().fromArray(points, 3 * number));
       this.point.value = number;
     } catch (error) {
       fail('The points cannot be loaded', error);
@@ -221,7 +219,7 @@ export class SculptPanel {
   #numberIn(points) {
     if (this.point.value !== '') return Number(this.point.value); // tells apart points at the same place
     if (!this.picked) return -1;
-    const place = this.picked.centre.clone().applyMatrix4(this.bearers[this.picked.index].rest);
+    const place = this.picked.centre;
     const at = new Vector3();
     let [nearest, number] = [Infinity, -1];
     for (let i = 0; i < points.length / 3; i++) {
@@ -330,8 +328,7 @@ export class SculptPanel {
     const task = busy(`Level ${level}: keeping the stroke`, controller);
     const isDone = await this.requests.run(async () => {
       const { mesh } = this.bearers[picked.index];
-      const first = this.bearers.find((bearer) => bearer.mesh === mesh); // the bearer whose points are sent
-      const points = moved(await this.pointsOf(first), first.rest, stroke);
+      const points = moved(await this.pointsOf(this.bearers[picked.index]), stroke);
       const made = await tweend.sculpt(model, points, { level, mesh: meshName(model, mesh), name: `${stemOf(model)}, sculpted`, quads: state('quads'), signal: controller.signal });
       await this.models.load();
       if (this.stroke !== stroke) return; // another model was opened meanwhile

@@ -25,9 +25,8 @@ const loader = new GLTFLoader().setMeshoptDecoder(MeshoptDecoder);
  *  surroundings. Nor does that of an OBJ, which has only a name and is no metal. */
 const saysLook = (material) => material !== undefined && !/^\{"pbrMetallicRoughness":\{"metallicFactor":0\}\}$/.test(JSON.stringify({ ...material, name: undefined }));
 
-/** Parses a GLB into {scene, nodes: objects by the file's node names, bearers: [object, index of its mesh, its world
- *  matrix at rest] for the nodes with a mesh, in the file's order, weights: clips of morph targets by name, parser: the
- *  loader's}. */
+/** Parses a GLB into {scene, nodes: objects by the file's node names, bearers: [object, index of its mesh] for the nodes with
+ *  a mesh, in the file's order, weights: clips of morph targets by name, parser: the loader's}. */
 export async function parse(buffer) {
   const gltf = await loader.parseAsync(buffer, '');
   const nodes = new Map();
@@ -39,7 +38,7 @@ export async function parse(buffer) {
     const name = gltf.parser.json.nodes[index].name ?? `node_${index}`;
     if (!nodes.has(name)) nodes.set(name, object);
     const { mesh } = gltf.parser.json.nodes[index];
-    if (mesh !== undefined) bearers[index] = [object, mesh, object.matrixWorld.clone()];
+    if (mesh !== undefined) bearers[index] = [object, mesh];
   });
   gltf.scene.traverse((object) => {
     if (object.isLight) object.layers.disableAll(); // the file's lights are in candela: with the viewport's own lights they would overexpose everything

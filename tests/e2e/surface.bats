@@ -95,6 +95,24 @@ obj_faces() { grep -c '^f ' "$1"; }
   [ -z "$(header content-length)" ]
 }
 
+@test "points of a mesh are as many bytes as the head tells, also in parts" {
+  get "$cube/surface.bin?level=3"
+  expect 200
+  cp answer whole
+  [ "$(header content-length)" = "$(stat -c %s whole)" ]
+  length=$(od -An -tu4 -j8 -N4 whole)
+  tail -c +13 whole | head -c $((length)) | jq --exit-status '.points == 386 and .stride == 3 and .level == 3'
+  [ "$(stat -c %s whole)" = $((12 + length + 12 * 386)) ]
+  http HEAD "$cube/surface.bin?level=3"
+  [ "$(header content-length)" = "$(stat -c %s whole)" ]
+  http GET "$cube/surface.bin?level=3" --range 100-999
+  expect 206
+  cmp answer <(tail -c +101 whole | head -c 900)
+  http POST "$cube/detail?level=3" --data-binary @whole --header 'Content-Type: application/octet-stream'
+  expect 200
+  holds '.id == "'"${cube##*/}"'"'
+}
+
 @test "HEAD tells the size of a GLB and computes nothing" {
   get "$cube/surface.json?level=10"
   bytes=$(value .bytes)

@@ -193,6 +193,7 @@ TEST_WITH(surfaces_survive, fail_json, mend_json) {
   fail_each("GET", "/v1/models/%s/surface.stl", "at=1", NULL, model);
   fail_each("GET", "/v1/models/%s/surface.ply", "polygons=ngon", NULL, flag);
   fail_each("GET", "/v1/models/%s/surface.3mf", "at=1", NULL, model);
+  fail_each("GET", "/v1/models/%s/surface.bin", "with=normals,uvs", NULL, model);
   fail_each("POST", "/v1/surface.obj", "level=2", model, NULL);
   fail_each("POST", "/v1/surface.obj", "scheme=loop&level=4&normals=none", fan, NULL);
   fail_each("POST", "/v1/surface.obj", "scheme=loop&level=2&normals=none", fan, NULL);
@@ -216,6 +217,7 @@ TEST_WITH(editing_survives, fail_json, mend_json) {
   fail_each("POST", "/v1/models/%s/detail", "level=1",
             "{'positions':[[0,0,0],[1,0,0],[1,1,0],[0,1,0],[0,0,1],[1,0,1],[1,1,1],[0,1,1],[0.5,0.5,2]]}",
             model);
+  fail_each("POST", "/v1/models/%s/detail", "level=1", "{'indices':[0],'positions':[0,0.1,0]}", model);
   fail_each("POST", "/v1/models/%s/detail", "level=0", "{'positions':[0,0,0,1,0,0,1,1,0,0,1,0]}", model);
   fail_each("POST", "/v1/models/%s/coarsen", "", "", dented);
   fail_each("GET", "/v1/models/%s/surface.glb", "level=0&polygons=ngon", NULL, model);
