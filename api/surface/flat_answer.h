@@ -32,17 +32,16 @@ api_outcome api_flat_warn_of_unit(api_call *call, const api_flat_query *query);
 
 /* What forms of answers have no place for. */
 enum api_lack {
-  API_LACKS_UNIT = 1,
-  API_LACKS_NODES = 2,
-  API_LACKS_MATERIALS = 4,
-  API_LACKS_TEXTURES = 8, /* and all of materials but their base colours */
-  API_LACKS_UVS = 16,
-  API_LACKS_MORE_UVS = 32, /* behind the first set */
-  API_LACKS_COLORS = 64,
-  API_LACKS_CORNER_COLORS = 128,
-  API_LACKS_CORNER_NORMALS = 256,
-  API_LACKS_CORNER_UVS = 512,
-  API_LACKS_SCENE = 1024 /* instances, attributes, points and lines */
+  API_LACKS_NODES = 1,
+  API_LACKS_MATERIALS = 2,
+  API_LACKS_TEXTURES = 4, /* and all of materials but their base colours */
+  API_LACKS_UVS = 8,
+  API_LACKS_MORE_UVS = 16, /* behind the first set */
+  API_LACKS_COLORS = 32,
+  API_LACKS_CORNER_COLORS = 64,
+  API_LACKS_CORNER_NORMALS = 128,
+  API_LACKS_CORNER_UVS = 256,
+  API_LACKS_SCENE = 512 /* instances, attributes, points and lines */
 };
 
 /* Warns of what a scene has and the call's form has not. lacks: of enum api_lack. is_hard: edges that the

@@ -194,6 +194,10 @@ void api_package_destroy(api_package *package) {
   tw_free(package);
 }
 
+bool api_package_origin(const api_package *package, double origin[3]) {
+  return tw_3mf_stream_origin(package->model, origin);
+}
+
 /* Gives the next piece of the model part to the packer. */
 static bool fill_piece(api_package *package) {
   entry *model = &package->entries[MODEL];

@@ -14,7 +14,8 @@ tw_status api_package_create(const tw_scene *scene, const tw_3mf_options *option
                              tw_error *error);
 void api_package_destroy(api_package *package); /* NULL accepted */
 
-uint64_t api_package_bound(const api_package *package); /* its size is at most this */
+uint64_t api_package_bound(const api_package *package);                /* its size is at most this */
+bool api_package_origin(const api_package *package, double origin[3]); /* as tw_flat_stream_origin */
 
 /* Reads the next bytes, at least one unless `capacity` is 0, and returns how many; 0 at the end, -1 without
  * memory or where the work is no longer wanted. */

@@ -446,14 +446,9 @@ static api_outcome warn_of_influences(api_call *call, const api_surface_request 
 
 /* ---- forms --------------------------------------------------------------------------------------- */
 
-/* Warns of shells that cannot be printed, of what is lost and of the unit. */
-static api_outcome warn_of_printing(api_call *call, api_surface_request *request) {
-  uint32_t lacks = request->form->lacks;
+static api_outcome warn_of_losses(api_call *call, const api_surface_request *request) {
   bool is_hard = api_plan_of(request)->hard_edges > 0;
-  api_outcome outcome = api_warn_of_shells(call, request);
-  if (outcome == API_DONE) outcome = api_flat_warn_of_losses(call, &request->scene.content, lacks, is_hard);
-  bool has_unit = !(lacks & API_LACKS_UNIT);
-  return outcome == API_DONE && !has_unit ? api_flat_warn_of_unit(call, &request->query.flat) : outcome;
+  return api_flat_warn_of_losses(call, &request->scene.content, request->form->lacks, is_hard);
 }
 
 static api_outcome open_flat(api_call *call, api_surface_request *request) {
@@ -464,7 +459,9 @@ static api_outcome open_flat(api_call *call, api_surface_request *request) {
   if (status != TW_OK) return check_size(call, request, status, 0);
   api_outcome outcome =
       tw_flat_stream_origin(request->flat, origin) ? api_flat_warn_of_move(call, origin) : API_DONE;
-  return outcome == API_DONE ? warn_of_printing(call, request) : outcome;
+  if (outcome == API_DONE) outcome = api_warn_of_shells(call, request);
+  if (outcome == API_DONE) outcome = warn_of_losses(call, request);
+  return outcome == API_DONE ? api_flat_warn_of_unit(call, &request->query.flat) : outcome;
 }
 
 static api_outcome open_package(api_call *call, api_surface_request *request) {
@@ -472,14 +469,17 @@ static api_outcome open_package(api_call *call, api_surface_request *request) {
   uint32_t meshes = api_plan_of(request)->count;
   bool *is_open = tw_arena_alloc(call->arena, meshes, sizeof *is_open);
   if (!is_open) return api_fail_without_memory(call);
-  api_outcome outcome = warn_of_printing(call, request);
+  api_outcome outcome = api_warn_of_shells(call, request);
   if (outcome != API_DONE) return outcome;
   for (uint32_t i = 0; request->solids && i < meshes; i++)
     is_open[i] = request->solids[i].closed < request->solids[i].shells;
   const tw_3mf_options options = {api_flat_scale(query), query->unit->of_3mf, is_open};
+  double origin[3];
   tw_status status =
       api_package_create(&request->scene.content, &options, &request->package, &call->fault.error);
-  return status == TW_OK ? API_DONE : check_size(call, request, status, 0);
+  if (status != TW_OK) return check_size(call, request, status, 0);
+  if (api_package_origin(request->package, origin)) outcome = api_flat_warn_of_move(call, origin);
+  return outcome == API_DONE ? warn_of_losses(call, request) : outcome;
 }
 
 /* Warns where points have one of several normals or texture coordinates. */
@@ -526,15 +526,14 @@ static const api_surface_form forms[] = {
     {.still = "STL",
      .unit = "mm",
      .flat = TW_FLAT_STL,
-     .lacks = API_LACKS_SCENE | API_LACKS_UNIT | API_LACKS_NODES | API_LACKS_MATERIALS | API_LACKS_UVS |
-              API_LACKS_COLORS,
+     .lacks = API_LACKS_SCENE | API_LACKS_NODES | API_LACKS_MATERIALS | API_LACKS_UVS | API_LACKS_COLORS,
      .open = open_flat,
      .predict = predict_flat,
      .reply = reply_flat},
     {.still = "PLY",
      .unit = "m",
      .flat = TW_FLAT_PLY,
-     .lacks = API_LACKS_SCENE | API_LACKS_UNIT | API_LACKS_NODES | API_LACKS_MATERIALS | API_LACKS_MORE_UVS |
+     .lacks = API_LACKS_SCENE | API_LACKS_NODES | API_LACKS_MATERIALS | API_LACKS_MORE_UVS |
               API_LACKS_CORNER_COLORS | API_LACKS_CORNER_NORMALS,
      .open = open_flat,
      .predict = predict_flat,

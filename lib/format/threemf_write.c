@@ -279,7 +279,6 @@ static void put_transform(tw_3mf_stream *stream, const tw_flat_part *part, objec
   for (int column = 0; column < 4; column++)
     for (int row = 0; row < 3; row++) {
       double value = part->matrix[4 * row + column];
-      if (column == 3) value += stream->options.scale * stream->flat.origin[row];
       if (column < 3) value /= stream->options.scale;
       if (column < 3 && kind == OBJECT_FLAT) value = row == column;
       if (column == 0 && kind == OBJECT_MIRRORED) value = -value;
@@ -392,6 +391,11 @@ tw_status tw_3mf_stream_create(const tw_scene *scene, const tw_3mf_options *opti
   }
   tw_3mf_stream_destroy(stream);
   return tw_fail(error, status, "no memory for a 3MF stream");
+}
+
+bool tw_3mf_stream_origin(const tw_3mf_stream *stream, double origin[3]) {
+  memcpy(origin, stream->flat.origin, sizeof stream->flat.origin);
+  return stream->flat.is_moved;
 }
 
 uint64_t tw_3mf_stream_bound(const tw_3mf_stream *stream) {

@@ -400,6 +400,15 @@ test('a model far from the origin keeps its shape, and its place is told', async
   }
 });
 
+test('a 3MF of a model far from the origin is moved as a whole', { skip: !hasLib3mf && 'lib3mf 1 is not there' }, async () => {
+  const nodes = [4e6, 4e6 + 3].map((x, i) => ({ name: `n${i}`, mesh: 'part', translation: [x, 0, -5e6] }));
+  const model = await daemon.upload(JSON.stringify({ meshes: [{ name: 'part', shape: { kind: 'box', size: [1, 1, 1] } }], nodes }));
+  const { bytes, warning } = await ask(model, '3mf?level=0&unit=m');
+  assert.match(warning, /moved by -4e\+06, 0, 5e\+06 of the model/);
+  const { items } = lib3mf(bytes);
+  items.forEach(({ bounds }, i) => bounds.forEach((bound, k) => near(bound, [-0.5 + 3 * i, -0.5, -0.5, 0.5 + 3 * i, 0.5, 0.5][k], 1e-6, `bound ${k}`)));
+});
+
 test('skinned and posed models are at their joints', async () => {
   const model = await daemon.upload(sample('tank.json'));
   const glb = await trianglesOfGlb((await ask(model, 'glb?level=1&clip=drive&at=1.7')).bytes);

@@ -281,7 +281,8 @@ tw_status tw_flat_stream_predict(const tw_scene *scene, const tw_flat_options *o
 
 /* The model part of a 3MF package, as XML: each mesh as an object, once as it is and once mirrored where
  * nodes mirror it; an item with a transform for each node that shows a mesh; materials as base materials
- * (sRGB). The scene's clips and polygons are ignored. The size is unknown until the end. */
+ * (sRGB). The scene's clips and polygons are ignored. All is moved where a flat answer would be: readers hold
+ * transforms as floats. The size is unknown until the end. */
 typedef struct tw_3mf_stream tw_3mf_stream;
 
 typedef struct tw_3mf_options {
@@ -294,8 +295,9 @@ typedef struct tw_3mf_options {
 /* TW_NO_MEMORY. */
 tw_status tw_3mf_stream_create(const tw_scene *scene, const tw_3mf_options *options, tw_3mf_stream **out,
                                tw_error *error);
-void tw_3mf_stream_destroy(tw_3mf_stream *stream);         /* NULL accepted */
-uint64_t tw_3mf_stream_bound(const tw_3mf_stream *stream); /* its size is at most this */
+void tw_3mf_stream_destroy(tw_3mf_stream *stream);                        /* NULL accepted */
+uint64_t tw_3mf_stream_bound(const tw_3mf_stream *stream);                /* its size is at most this */
+bool tw_3mf_stream_origin(const tw_3mf_stream *stream, double origin[3]); /* as tw_flat_stream_origin */
 /* Fills `out`, and less only at the end; -1 where the work is no longer wanted (tw_work). */
 int64_t tw_3mf_stream_read(tw_3mf_stream *stream, uint8_t *out, size_t capacity);
 
