@@ -37,7 +37,7 @@ void tw_row_pages_clear(tw_row_pages *pages) {
   if (pages->slots) memset(pages->slots, 0, SLOTS * sizeof *pages->slots);
 }
 
-/* The table is seeded by its address, as that of gltf_packs.c: senders choose rows, and cannot make pages
+/* The table is seeded by its address, as that of vertex_set.c: senders choose rows, and cannot make pages
  * share slots. */
 uint32_t tw_row_pages_find(tw_row_pages *pages, uint32_t number) {
   uint32_t seed = (uint32_t)((uint64_t)(uintptr_t)pages->slots * 0x9E3779B97F4A7C15u >> 32) | 1;

@@ -4,7 +4,7 @@
 #ifndef TWEEND_GLTF_H
 #define TWEEND_GLTF_H
 
-#include "gltf_packs.h"
+#include "pack_reader.h"
 #include "tweend/json_print.h"
 
 #ifdef __cplusplus

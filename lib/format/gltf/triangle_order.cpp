@@ -3,7 +3,7 @@
 
 #include <new>
 
-#include "gltf_packs.h"
+#include "pack_reader.h"
 
 bool tw_order_triangles(uint32_t *indices, size_t count, uint32_t vertex_count) {
   try {

@@ -1,20 +1,18 @@
-/* Cuts the faces of a surface into packs, and computes the bytes of packs: quantized, and compressed by
- * meshoptimizer. */
-#ifndef TWEEND_GLTF_PACKS_H
-#define TWEEND_GLTF_PACKS_H
+/* Packs of triangles for quantized and compressed answers: what they are, and the parts in which their bytes
+ * come. */
+#ifndef TWEEND_PACK_LAYOUT_H
+#define TWEEND_PACK_LAYOUT_H
 
 #include "triangulator.h"
 #include "tweend/format.h"
 #include "vertex_format.h"
+#include "vertex_set.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-enum {
-  TW_PACK_VERTICES_MAX = 65534, /* index 65535 is reserved for primitive restart */
-  TW_PACK_TRIANGLES_MAX = 1 << 17
-};
+enum { TW_PACK_TRIANGLES_MAX = 1 << 17 };
 
 /* The faces of a material; packs do not reach over runs. */
 typedef struct tw_pack_run {
@@ -60,6 +58,12 @@ typedef struct tw_pack_part {
   uint32_t count, stride; /* elements, bytes of one */
 } tw_pack_part;
 
+/* Chooses the fields of vertices and targets. False without memory. */
+bool tw_packs_choose_fields(tw_packs *packs, const tw_mesh *mesh, const tw_surface_layout *layout);
+
+/* Bytes of one target in an element. */
+uint32_t tw_packs_target_size(const tw_packs *packs);
+
 tw_pack_part tw_packs_part(const tw_packs *packs, uint32_t pack, uint32_t part);
 
 /* Bytes of a part as it is sent. With meshopt only of measured packs. */
@@ -71,23 +75,6 @@ const tw_pack_bounds *tw_packs_bounds(const tw_packs *packs, uint32_t pack, int 
 
 /* The fields, [target_step], of a target of a part; without their columns. */
 void tw_packs_target_fields(const tw_packs *packs, uint32_t target_of_part, tw_vertex_field fields[2]);
-
-/* Computes the bytes of parts; belongs to one stream. */
-typedef struct tw_pack_reader tw_pack_reader;
-
-/* For any of the packs of a scene and their surfaces. NULL without memory. */
-tw_pack_reader *tw_pack_reader_create(const tw_packs *const *packs, const tw_surface *const *surfaces,
-                                      uint32_t count);
-void tw_pack_reader_destroy(tw_pack_reader *reader); /* NULL accepted */
-
-/* Reorders triangles so that they compress well. indices: [count], below vertex_count. False without
- * memory. */
-bool tw_order_triangles(uint32_t *indices, size_t count, uint32_t vertex_count);
-
-/* The bytes of a part as they are sent, [tw_packs_part_size], valid until the next call. Calls for parts of
- * the same pack in turn are cheap. surface: the surface of the packs. NULL without memory. */
-const uint8_t *tw_pack_read(tw_pack_reader *reader, const tw_packs *packs, const tw_surface *surface,
-                            uint32_t pack, uint32_t part);
 
 #ifdef __cplusplus
 }
