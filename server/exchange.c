@@ -9,7 +9,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/random.h>
 #include <time.h>
 
 /* The body of a refused request is read and discarded up to this size, which keeps the connection usable. */
@@ -37,51 +36,6 @@ char *srv_server_metrics(void *context, size_t *size) {
   }
 #endif
   return srv_metrics_print(server->metrics, server->config, &gauges, size);
-}
-
-/* ---- identity -------------------------------------------------------------------------------- */
-
-static bool is_valid_id(const char *id) {
-  size_t size = strspn(id, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789._-");
-  return size > 0 && size < SRV_REQUEST_ID_SIZE && id[size] == '\0';
-}
-
-static const char DIGITS[] = "0123456789abcdef";
-
-/* VERSION-TRACE-PARENT-FLAGS in lower-case hex (W3C Trace Context, version 00). */
-static bool is_valid_trace(const char *text) {
-  static const size_t ENDS[] = {2, 35, 52, 55};
-  size_t at = 0;
-  for (size_t i = 0; i < sizeof ENDS / sizeof *ENDS; i++) {
-    at += strspn(text + at, DIGITS);
-    if (at != ENDS[i] || text[at++] != (i < 3 ? '-' : '\0')) return false;
-  }
-  return true;
-}
-
-/* Prints in hex, with at least `least` digits; returns the end. */
-static char *print_hex(char *out, uint64_t value, unsigned least) {
-  unsigned digits = least;
-  while (digits < 16 && value >> 4 * digits > 0) digits++;
-  while (digits-- > 0) *out++ = DIGITS[value >> 4 * digits & 15];
-  return out;
-}
-
-/* The serial number makes the id unique within this process, the random prefix among processes. */
-static void make_id(char out[SRV_REQUEST_ID_SIZE]) {
-  static atomic_uint_fast64_t serial;
-  static atomic_uint process;
-  unsigned prefix = atomic_load_explicit(&process, memory_order_relaxed);
-  if (prefix == 0) {
-    unsigned fresh = 0;
-    if (getrandom(&fresh, sizeof fresh, GRND_NONBLOCK) != (ssize_t)sizeof fresh)
-      fresh = (unsigned)srv_now_ns();
-    fresh |= 1;
-    prefix = atomic_compare_exchange_strong(&process, &prefix, fresh) ? fresh : prefix;
-  }
-  char *end = print_hex(out, prefix, 8);
-  *end++ = '-';
-  *print_hex(end, atomic_fetch_add(&serial, 1), 1) = '\0';
 }
 
 /* ---- stages ---------------------------------------------------------------------------------- */
@@ -112,7 +66,7 @@ bool srv_exchange_begin(srv_exchange *exchange, srv_server *server, const char *
   exchange->target = strdup(target);
   if (!exchange->target) return false;
   split_target(exchange);
-  make_id(exchange->id);
+  srv_request_id_make(exchange->id);
   exchange->request.id = exchange->id;
   exchange->request.method = exchange->method;
   exchange->request.keys = api_service_keys(server->service);
@@ -288,9 +242,10 @@ srv_exchange_step srv_exchange_open(srv_exchange *exchange, const char *method, 
   exchange->request.context = context;
   if (!exchange->request.host) exchange->request.host = header(context, "Host");
   const char *trace = header(context, "traceparent");
-  if (trace && is_valid_trace(trace)) copy_cut(exchange->traceparent, sizeof exchange->traceparent, trace);
+  if (trace && srv_traceparent_is_valid(trace))
+    copy_cut(exchange->traceparent, sizeof exchange->traceparent, trace);
   const char *id = header(context, "X-Request-Id");
-  if (id && is_valid_id(id)) copy_cut(exchange->id, sizeof exchange->id, id);
+  if (id && srv_request_id_is_valid(id)) copy_cut(exchange->id, sizeof exchange->id, id);
   srv_body_init(&exchange->body, exchange->server->config->max_upload, &exchange->server->spool);
   if (!refused(exchange, framing)) return SRV_EXCHANGE_MORE;
   bool droppable = !framing->chunked && !framing->continues && framing->length <= DROP_MAX;

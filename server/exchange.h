@@ -13,6 +13,7 @@
 #include "metrics.h"
 #include "peers.h"
 #include "rate.h"
+#include "request_id.h"
 #include "store_s3.h"
 #include "work.h"
 
@@ -39,13 +40,7 @@ typedef struct srv_server {
   atomic_size_t unsent;       /* while draining: clients that have not received all */
 } srv_server;
 
-enum {
-  SRV_REQUEST_ID_SIZE = 65,
-  SRV_METHOD_SIZE = 24,
-  SRV_TIMING_SIZE = 100,
-  SRV_RATES_SIZE = 128,
-  SRV_TRACE_SIZE = 56
-};
+enum { SRV_METHOD_SIZE = 24, SRV_TIMING_SIZE = 100, SRV_RATES_SIZE = 128, SRV_TRACE_SIZE = 56 };
 
 typedef struct srv_exchange {
   srv_job job; /* first: the pool passes it to run and look */

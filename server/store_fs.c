@@ -20,6 +20,9 @@
 #include "disk.h"
 #include "log.h"
 #include "machine.h"
+#include "store_fs_layout.h"
+#include "store_fs_list.h"
+#include "store_prober.h"
 #include "store_quota.h"
 #include "store_verdicts.h"
 
@@ -27,7 +30,6 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <nettle/sha2.h>
-#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -36,70 +38,20 @@
 #include <unistd.h>
 
 enum {
-  ROOT_MAX = PATH_MAX - 128, /* leaves room for the names below the root */
-  SUMMARY_MAX = 1 << 20,
   PIECE = 64 << 10,
   LEFTOVER_AGE_S = 3600 /* longer than any upload writes, even on hosts with inexact clocks */
 };
 
-/* The prober tries the folder every PROBE_NS, until no probe has been asked for during QUIET_NS. A try that
- * takes longer than HANG_NS counts as failed. */
-static const uint64_t PROBE_NS = 1000000000, QUIET_NS = 60000000000, HANG_NS = 5000000000;
-
 struct srv_store_fs {
-  char root[ROOT_MAX];
+  char root[SRV_STORE_ROOT_MAX];
   char temporary[PATH_MAX];
   dev_t device;      /* file system of the root */
   mode_t group_mode; /* the group's rights on the root, given to everything below it */
   srv_store_quota quota;
   uint64_t min_free; /* see srv_store_fs_limit */
   srv_verdicts *verdicts;
-  pthread_t prober;           /* valid with is_probed */
-  pthread_mutex_t probe_lock; /* guards the members below */
-  pthread_cond_t probe_wake;
-  uint64_t asked_ns, trying_ns; /* time of the last probe call; start of the present try, 0: none */
-  bool is_usable;               /* result of the last try */
-  bool is_probed;               /* the prober was started */
-  bool is_closing;
+  srv_prober prober;
 };
-
-static api_store_status unavailable(const char *what) {
-  bool is_full = errno == ENOSPC || errno == EDQUOT;
-  srv_log(SRV_LOG_ERROR, "store: %s: %s", what, strerror(errno));
-  return is_full ? API_STORE_FULL : API_STORE_UNAVAILABLE;
-}
-
-/* ---- paths ----------------------------------------------------------------------------------- */
-
-/* A path below the root: always fits, see ROOT_MAX. */
-typedef struct path {
-  char text[PATH_MAX];
-} path;
-
-static path folder_path(const srv_store_fs *store, const char *name) {
-  path p;
-  snprintf(p.text, sizeof p.text, "%s/%s", store->root, name);
-  return p;
-}
-
-/* objects/ab or summaries/ab */
-static path prefix_path(const srv_store_fs *store, const char *kind, const char *id) {
-  path p;
-  snprintf(p.text, sizeof p.text, "%s/%s/%.2s", store->root, kind, id);
-  return p;
-}
-
-static path object_path(const srv_store_fs *store, const char *id) {
-  path p;
-  snprintf(p.text, sizeof p.text, "%s/objects/%.2s/%s", store->root, id, id);
-  return p;
-}
-
-static path summary_path(const srv_store_fs *store, const char *id) {
-  path p;
-  snprintf(p.text, sizeof p.text, "%s/summaries/%.2s/%s", store->root, id, id + 2);
-  return p;
-}
 
 /* ---- folders --------------------------------------------------------------------------------- */
 
@@ -125,7 +77,7 @@ static bool make_folders(const srv_store_fs *store) {
   bool made = false;
   if (stat(store->root, &root) != 0) return false;
   for (size_t i = 0; i < sizeof NAMES / sizeof *NAMES; i++) {
-    path folder = folder_path(store, NAMES[i]);
+    srv_path folder = srv_store_folder_path(store->root, NAMES[i]);
     if (access(folder.text, F_OK) == 0) continue;
     if (root.st_dev != store->device || !make_folder(store, folder.text)) return false;
     made = true;
@@ -138,7 +90,7 @@ static bool make_folders(const srv_store_fs *store) {
 static bool try_folder(const srv_store_fs *store, time_t *now) {
   char temporary[PATH_MAX];
   struct stat facts;
-  path objects = folder_path(store, "objects/.");
+  srv_path objects = srv_store_folder_path(store->root, "objects/.");
   if (!make_folders(store) || access(objects.text, R_OK | W_OK | X_OK) != 0) return false;
   int fd = srv_create_temporary(store->temporary, temporary);
   if (fd < 0) return false;
@@ -151,79 +103,14 @@ static bool try_folder(const srv_store_fs *store, time_t *now) {
   return written;
 }
 
-/* The status after ENOENT: absent if objects/ exists, else unavailable. */
-static api_store_status not_found(const srv_store_fs *store) {
-  path objects = folder_path(store, "objects/.");
-  return access(objects.text, F_OK) == 0 ? API_STORE_ABSENT : unavailable("cannot find the folder of models");
-}
-
-/* ---- probing --------------------------------------------------------------------------------- */
-
-/* Tries the folder once. Called with the lock held; releases it meanwhile. */
-static void try_once(srv_store_fs *store) {
+static bool is_usable(void *store) {
   time_t now;
-  store->trying_ns = srv_now_ns();
-  pthread_mutex_unlock(&store->probe_lock);
-  bool is_usable = try_folder(store, &now);
-  int reason = errno;
-  pthread_mutex_lock(&store->probe_lock);
-  if (store->is_usable && !is_usable)
-    srv_log(SRV_LOG_ERROR, "store: cannot use folder '%s': %s", store->root, strerror(reason));
-  if (!store->is_usable && is_usable)
-    srv_log(SRV_LOG_INFO, "store: folder '%s' can be used again", store->root);
-  store->is_usable = is_usable;
-  store->trying_ns = 0;
-}
-
-/* The prober's thread. It is separate so that a file system that hangs blocks no other thread. */
-static void *run_probes(void *context) {
-  srv_store_fs *store = context;
-  pthread_mutex_lock(&store->probe_lock);
-  while (!store->is_closing) {
-    uint64_t now_ns = srv_now_ns();
-    if (store->asked_ns == 0 || now_ns - store->asked_ns > QUIET_NS) {
-      pthread_cond_wait(&store->probe_wake, &store->probe_lock);
-    } else {
-      try_once(store);
-      if (!store->is_closing) srv_timed_wait(&store->probe_wake, &store->probe_lock, now_ns + PROBE_NS);
-    }
-  }
-  pthread_mutex_unlock(&store->probe_lock);
-  return NULL;
-}
-
-static void init_probes(srv_store_fs *store) {
-  pthread_mutex_init(&store->probe_lock, NULL);
-  srv_timed_init(&store->probe_wake);
-  store->is_usable = true;
-}
-
-/* Stops the prober. False when its try hangs: the thread then goes on using the store. */
-static bool stop_probes(srv_store_fs *store) {
-  pthread_mutex_lock(&store->probe_lock);
-  store->is_closing = true;
-  pthread_cond_signal(&store->probe_wake);
-  pthread_mutex_unlock(&store->probe_lock);
-  if (store->is_probed && !srv_join_soon(store->prober)) return false;
-  pthread_mutex_destroy(&store->probe_lock);
-  pthread_cond_destroy(&store->probe_wake);
-  return true;
+  return try_folder(store, &now);
 }
 
 static api_store_status probe(void *context) {
   srv_store_fs *store = context;
-  pthread_mutex_lock(&store->probe_lock);
-  uint64_t now_ns = srv_now_ns();
-  bool rested = now_ns - store->asked_ns > QUIET_NS;
-  if (rested) pthread_cond_signal(&store->probe_wake);
-  store->asked_ns = now_ns;
-  int reason = store->is_probed ? 0 : pthread_create(&store->prober, NULL, run_probes, store);
-  if (reason != 0) srv_log(SRV_LOG_ERROR, "store: no thread to try the folder: %s", strerror(reason));
-  store->is_probed = reason == 0;
-  bool hangs = store->trying_ns != 0 && now_ns - store->trying_ns > HANG_NS;
-  bool is_usable = store->is_probed && store->is_usable && !hangs;
-  pthread_mutex_unlock(&store->probe_lock);
-  return is_usable ? API_STORE_OK : API_STORE_UNAVAILABLE;
+  return srv_prober_ask(&store->prober) ? API_STORE_OK : API_STORE_UNAVAILABLE;
 }
 
 /* ---- opening --------------------------------------------------------------------------------- */
@@ -245,15 +132,15 @@ static void remove_leftovers(const srv_store_fs *store, time_t now) {
 
 /* Creates the folder and its missing parents. False with errno. */
 static bool make_path(const char *folder) {
-  path made;
+  srv_path made;
   snprintf(made.text, sizeof made.text, "%s", folder);
   for (char *end = made.text + 1;; end++) {
     end += strcspn(end, "/");
     char separator = *end;
     *end = '\0';
     if (mkdir(made.text, 0700) == 0) {
-      path parent;
-      snprintf(parent.text, sizeof parent.text, "%.*s/..", ROOT_MAX, made.text);
+      srv_path parent;
+      snprintf(parent.text, sizeof parent.text, "%.*s/..", SRV_STORE_ROOT_MAX, made.text);
       if (!sync_folder(parent.text)) return false;
     } else if (errno != EEXIST && access(made.text, F_OK) != 0) {
       return false;
@@ -280,8 +167,8 @@ static void destroy(srv_store_fs *store) {
 }
 
 static bool fits(const char *flag, const char *root, srv_error *error) {
-  if (strlen(root) < ROOT_MAX) return true;
-  return srv_fail(error, "%s: the path is longer than %d bytes", flag, ROOT_MAX - 1);
+  if (strlen(root) < SRV_STORE_ROOT_MAX) return true;
+  return srv_fail(error, "%s: the path is longer than %d bytes", flag, SRV_STORE_ROOT_MAX - 1);
 }
 
 srv_store_fs *srv_store_fs_open(const char *flag, const char *root, srv_error *error) {
@@ -296,9 +183,9 @@ srv_store_fs *srv_store_fs_open(const char *flag, const char *root, srv_error *e
   }
   store->verdicts = verdicts;
   strcpy(store->root, root);
-  path temporary = folder_path(store, "tmp");
+  srv_path temporary = srv_store_folder_path(store->root, "tmp");
   memcpy(store->temporary, temporary.text, sizeof store->temporary);
-  path objects = folder_path(store, "objects");
+  srv_path objects = srv_store_folder_path(store->root, "objects");
   srv_store_quota_init(&store->quota, objects.text);
   time_t now;
   if (!prepare_root(store) || !try_folder(store, &now)) {
@@ -307,12 +194,13 @@ srv_store_fs *srv_store_fs_open(const char *flag, const char *root, srv_error *e
     return NULL;
   }
   remove_leftovers(store, now);
-  init_probes(store);
+  store->prober = (srv_prober){.folder = store->root, .attempt = is_usable, .context = store};
+  srv_prober_init(&store->prober);
   return store;
 }
 
 bool srv_store_fs_check(const char *flag, const char *root, srv_error *error) {
-  path nearest;
+  srv_path nearest;
   if (!fits(flag, root, error)) return false;
   snprintf(nearest.text, sizeof nearest.text, "%s", root);
   while (access(nearest.text, F_OK) != 0 && errno == ENOENT) {
@@ -329,7 +217,7 @@ bool srv_store_fs_check(const char *flag, const char *root, srv_error *error) {
 }
 
 void srv_store_fs_close(srv_store_fs *store) {
-  if (store && stop_probes(store)) destroy(store);
+  if (store && srv_prober_stop(&store->prober)) destroy(store);
 }
 
 void srv_store_fs_limit(srv_store_fs *store, uint64_t bytes, uint64_t min_free) {
@@ -401,25 +289,17 @@ static found find_object(const char *name, api_bytes bytes) {
   return whole ? WHOLE_BEFORE : DAMAGED_BEFORE;
 }
 
-/* The summary; NULL when it is lost or empty, as a power failure may leave it. */
-static char *read_summary(const srv_store_fs *store, const char *id) {
-  path name = summary_path(store, id);
-  char *text = srv_read_text(name.text, SUMMARY_MAX);
-  if (text && text[0] != '\0') return text;
-  free(text);
-  return NULL;
-}
-
 static char *summary_of(void *context, const char *id) {
   const srv_store_fs *store = context;
-  path name = object_path(store, id);
-  return srv_store_is_id(id) && access(name.text, F_OK) == 0 ? read_summary(store, id) : NULL;
+  srv_path name = srv_store_object_path(store->root, id);
+  return srv_store_is_id(id) && access(name.text, F_OK) == 0 ? srv_store_read_summary(store->root, id) : NULL;
 }
 
 /* Writes the summary if there is none. A failure is only logged: the model is stored without it. */
 static void put_summary(const srv_store_fs *store, const char *id, const char *summary) {
-  path folder = prefix_path(store, "summaries", id), name = summary_path(store, id);
-  char *known = read_summary(store, id);
+  srv_path folder = srv_store_prefix_path(store->root, "summaries", id),
+           name = srv_store_summary_path(store->root, id);
+  char *known = srv_store_read_summary(store->root, id);
   api_bytes text = {(const uint8_t *)summary, strlen(summary)};
   if (!known && (!make_folder(store, folder.text) || place(store, name.text, text, true) != PLACED))
     srv_log(SRV_LOG_WARN, "store: cannot write the summary of model %s: %s", id, strerror(errno));
@@ -436,19 +316,21 @@ static api_store_status put(void *context, const char *id, api_bytes bytes, cons
                             bool *existed) {
   srv_store_fs *store = context;
   if (!srv_store_is_id(id)) return API_STORE_UNAVAILABLE;
-  path objects = folder_path(store, "objects"), folder = prefix_path(store, "objects", id);
-  path name = object_path(store, id);
-  if (!make_folders(store) || !make_folder(store, folder.text)) return unavailable("cannot make a folder");
+  srv_path objects = srv_store_folder_path(store->root, "objects"),
+           folder = srv_store_prefix_path(store->root, "objects", id);
+  srv_path name = srv_store_object_path(store->root, id);
+  if (!make_folders(store) || !make_folder(store, folder.text))
+    return srv_store_unavailable("cannot make a folder");
   found before = find_object(name.text, bytes);
-  if (before == FIND_FAILED) return unavailable("cannot open a model");
+  if (before == FIND_FAILED) return srv_store_unavailable("cannot open a model");
   if (before == NOTHING && room(store, bytes.size) == API_STORE_FULL) return API_STORE_FULL;
   if (before == NOTHING && !srv_store_quota_take(&store->quota, bytes.size)) return API_STORE_FULL;
   placed outcome =
       before == WHOLE_BEFORE ? PLACED_BEFORE : place(store, name.text, bytes, before == DAMAGED_BEFORE);
   if (before == NOTHING) srv_store_quota_settle(&store->quota, bytes.size, outcome == PLACED);
-  if (outcome == PLACE_FAILED) return unavailable("cannot write a model");
+  if (outcome == PLACE_FAILED) return srv_store_unavailable("cannot write a model");
   /* Sync files that other processes made as well: they may be killed before they do. */
-  if (!sync_folder(folder.text) || !sync_folder(objects.text)) return unavailable("cannot sync");
+  if (!sync_folder(folder.text) || !sync_folder(objects.text)) return srv_store_unavailable("cannot sync");
   if (before == DAMAGED_BEFORE) {
     srv_log(SRV_LOG_WARN, "store: the damaged file of model %s is replaced by a whole one", id);
     srv_store_quota_count(&store->quota); /* whether the last count saw the damaged size is unknown */
@@ -464,16 +346,18 @@ static api_store_status put(void *context, const char *id, api_bytes bytes, cons
 static api_store_status drop(void *context, const char *id) {
   srv_store_fs *store = context;
   if (!srv_store_is_id(id)) return API_STORE_ABSENT;
-  path folder = prefix_path(store, "objects", id), object = object_path(store, id);
-  path summary = summary_path(store, id);
+  srv_path folder = srv_store_prefix_path(store->root, "objects", id),
+           object = srv_store_object_path(store->root, id);
+  srv_path summary = srv_store_summary_path(store->root, id);
   struct stat facts = {0};
   bool is_sized = stat(object.text, &facts) == 0;
   if (unlink(object.text) != 0)
-    return errno == ENOENT ? not_found(store) : unavailable("cannot remove a model");
+    return errno == ENOENT ? srv_store_not_found(store->root)
+                           : srv_store_unavailable("cannot remove a model");
   if (is_sized) srv_store_quota_give_back(&store->quota, (uint64_t)facts.st_size);
   unlink(summary.text);
   srv_verdicts_forget(store->verdicts, id);
-  return sync_folder(folder.text) ? API_STORE_OK : unavailable("cannot sync");
+  return sync_folder(folder.text) ? API_STORE_OK : srv_store_unavailable("cannot sync");
 }
 
 /* ---- judging files --------------------------------------------------------------------------- */
@@ -567,19 +451,19 @@ static api_store_status open_file(srv_store_fs *store, int fd, const char *id, a
     return API_STORE_DAMAGED;
   }
   free(o);
-  return unavailable("cannot read a model");
+  return srv_store_unavailable("cannot read a model");
 }
 
 static api_store_status open_object(void *context, const char *id, api_blob *out) {
   srv_store_fs *store = context;
   if (!srv_store_is_id(id)) return API_STORE_ABSENT;
-  path name = object_path(store, id);
+  srv_path name = srv_store_object_path(store->root, id);
   int fd = open(name.text, O_RDONLY | O_CLOEXEC);
   if (fd < 0 && errno == ENOENT) {
     srv_verdicts_forget(store->verdicts, id);
-    return not_found(store);
+    return srv_store_not_found(store->root);
   }
-  if (fd < 0) return unavailable("cannot open a model");
+  if (fd < 0) return srv_store_unavailable("cannot open a model");
   api_store_status status = open_file(store, fd, id, out);
   if (status != API_STORE_OK) close(fd);
   return status;
@@ -598,89 +482,11 @@ static api_store_status look(void *context, const char *id, bool may_wait) {
   return status;
 }
 
-/* ---- listing --------------------------------------------------------------------------------- */
-
-/* The smallest ids so far, ascending. Memory depends on the page, not on the store. */
-typedef struct page {
-  char (*ids)[API_ID_TEXT];
-  size_t count, capacity;
-} page;
-
-static void page_insert(page *p, const char *id) {
-  size_t at = p->count;
-  while (at > 0 && strcmp(p->ids[at - 1], id) > 0) at--;
-  if (at == p->capacity) return;
-  size_t kept = p->count < p->capacity ? p->count : p->capacity - 1;
-  memmove(p->ids + at + 1, p->ids + at, (kept - at) * sizeof *p->ids);
-  memcpy(p->ids[at], id, sizeof *p->ids);
-  p->count = kept + 1;
-}
-
-/* Adds the ids of one prefix folder that follow `after`. */
-static api_store_status collect(const srv_store_fs *store, unsigned prefix, const char *after, page *p) {
-  char digits[3];
-  snprintf(digits, sizeof digits, "%02x", prefix);
-  path folder = prefix_path(store, "objects", digits);
-  DIR *listing = opendir(folder.text);
-  if (!listing) return errno == ENOENT ? API_STORE_OK : unavailable("cannot list");
-  for (struct dirent *entry = readdir(listing); entry; entry = readdir(listing)) {
-    if (srv_store_is_id(entry->d_name) && strcmp(entry->d_name, after) > 0) page_insert(p, entry->d_name);
-  }
-  closedir(listing);
-  return API_STORE_OK;
-}
-
-static unsigned first_prefix(const char *after) {
-  char folder[3] = {0};
-  if (after[0] == '\0') return 0;
-  memcpy(folder, after, 2);
-  return (unsigned)strtoul(folder, NULL, 16);
-}
-
-/* Collects the ids of a page, one more than its limit, which tells whether others follow. */
-static api_store_status list_ids(const srv_store_fs *store, const char *after, page *p) {
-  api_store_status status = API_STORE_OK;
-  for (unsigned prefix = first_prefix(after);
-       prefix <= 0xff && p->count < p->capacity && status == API_STORE_OK; prefix++) {
-    status = collect(store, prefix, after, p);
-  }
-  if (status != API_STORE_OK || p->count > 0) return status;
-  return not_found(store) == API_STORE_ABSENT ? API_STORE_OK : API_STORE_UNAVAILABLE;
-}
-
-static size_t describe(const srv_store_fs *store, const page *p, size_t limit, api_listed *out) {
-  size_t count = 0;
-  for (size_t i = 0; i < p->count && i < limit; i++) {
-    path name = object_path(store, p->ids[i]);
-    struct stat facts;
-    if (stat(name.text, &facts) != 0) continue; /* removed meanwhile */
-    out[count] = (api_listed){.size = (uint64_t)facts.st_size, .summary = read_summary(store, p->ids[i])};
-    memcpy(out[count].id, p->ids[i], API_ID_TEXT);
-    count++;
-  }
-  return count;
-}
+/* ---- the store ------------------------------------------------------------------------------- */
 
 static api_store_status list(void *context, const char *after, size_t limit, api_listed *out, size_t *count,
                              bool *more) {
-  srv_store_fs *store = context;
-  if (after[0] != '\0' && !srv_store_is_id(after)) return API_STORE_UNAVAILABLE;
-  if (limit == 0 || limit >= SIZE_MAX / API_ID_TEXT) return API_STORE_UNAVAILABLE;
-  page p = {.ids = calloc(limit + 1, API_ID_TEXT), .capacity = limit + 1};
-  if (!p.ids) return API_STORE_UNAVAILABLE;
-  char last[API_ID_TEXT];
-  snprintf(last, sizeof last, "%s", after);
-  api_store_status status;
-  do { /* another round when all models of the page were removed meanwhile: an empty page ends the list */
-    p.count = 0;
-    status = list_ids(store, last, &p);
-    if (status != API_STORE_OK) break;
-    *more = p.count > limit;
-    *count = describe(store, &p, limit, out);
-    if (*more) memcpy(last, p.ids[limit - 1], sizeof last);
-  } while (*more && *count == 0);
-  free(p.ids);
-  return status;
+  return srv_store_fs_list(((const srv_store_fs *)context)->root, after, limit, out, count, more);
 }
 
 api_store srv_store_fs_api(srv_store_fs *store) {
