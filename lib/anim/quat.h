@@ -27,6 +27,12 @@ static inline void quat_multiply(const double a[4], const double b[4], double ou
   out[3] = w;
 }
 
+/* The inverse of a unit quaternion. */
+static inline void quat_conjugate(const double q[4], double out[4]) {
+  for (int i = 0; i < 3; i++) out[i] = -q[i];
+  out[3] = q[3];
+}
+
 static inline void quat_widen(const float q[4], double out[4]) {
   for (int i = 0; i < 4; i++) out[i] = (double)q[i];
 }

@@ -23,15 +23,10 @@ typedef struct fitting {
   bool *is_source_matched; /* [nodes of the source] */
 } fitting;
 
-static void conjugate(const double q[4], double out[4]) {
-  for (int i = 0; i < 3; i++) out[i] = -q[i];
-  out[3] = q[3];
-}
-
 /* out = a^-1 b. */
 static void multiply_inverse(const double a[4], const double b[4], double out[4]) {
   double inverse[4];
-  conjugate(a, inverse);
+  quat_conjugate(a, inverse);
   quat_multiply(inverse, b, out);
 }
 
@@ -331,7 +326,7 @@ static void find_scale(fitting *f, const double up[3]) {
   fit->scale = lengths[0] > 0 && lengths[1] > 0 ? lengths[1] / lengths[0] : 1;
   if (fit->hips == TW_NO_INDEX) return;
   double source[3] = {0}, target[3] = {0}, back[4], target_up[3];
-  conjugate(fit->turned, back);
+  quat_conjugate(fit->turned, back);
   tw_rotation_turn(back, up, target_up);
   find_hips_rest(f, 0, up, source);
   find_hips_rest(f, 1, target_up, target);
@@ -397,7 +392,7 @@ static void align(const fitting *f, tw_fitted_bone *bone, const next_joints *nex
     memcpy(bone->alignment, fit->bones[bone->above].alignment, sizeof bone->alignment);
   if (!find_directions(fit, bone, next, source, target)) return;
   if (!is_known && next->count > 1) return;
-  conjugate(fit->turned, back);
+  quat_conjugate(fit->turned, back);
   tw_rotation_turn(back, source, source);
   tw_rotation_turn(bone->alignment, target, target);
   if (!goes_with_limb && tw_angle3(target, source) <= SOFT_ROOM) return;
@@ -414,7 +409,7 @@ static void find_twist(const tw_fit *fit, tw_fitted_bone *bone, const next_joint
     bone->between_count = 0;
     return;
   }
-  conjugate(fit->target.rotation[bone->target], back);
+  quat_conjugate(fit->target.rotation[bone->target], back);
   tw_rotation_turn(back, bone->direction, bone->direction);
 }
 

@@ -1,0 +1,126 @@
+/* A clip that is carried over to another skeleton: what the steps of retarget_keys.c share. */
+#ifndef TWEEND_RETARGET_CARRYING_H
+#define TWEEND_RETARGET_CARRYING_H
+
+#include "clip.h"
+#include "retarget_fit.h"
+
+/* A step of a path through the source: a constant turn, then the joint's rotation. */
+typedef struct tw_path_step {
+  double gap[4];
+  uint32_t track;
+  bool is_inverse; /* its inverse: the path goes up */
+} tw_path_step;
+
+typedef struct tw_turn_path {
+  tw_path_step *steps; /* [count] */
+  uint32_t count;
+  double end[4]; /* a constant turn behind the last step */
+} tw_turn_path;
+
+/* Where a bone points that takes in the source's bones below it: from its joint to the next. */
+typedef struct tw_aim {
+  const uint32_t *nodes; /* [count] the bones that are taken in, from the upper one down */
+  uint32_t count;
+  double next[3];   /* the next joint, in the last bone's frame */
+  double rest[3];   /* the direction to it at rest, in the frame of the target's bone */
+  double offset[4]; /* C of the bone */
+} tw_aim;
+
+/* A rotation of the target as a function of time. */
+typedef struct tw_bone_turn {
+  const tw_aim *own, *above; /* or NULL */
+  double hang[4];            /* K^-1 */
+  double before[4], after[4];
+  tw_turn_path path;
+  tw_share share;
+  uint32_t part, parts; /* the share: which of how many; parts 1: the whole */
+  double rest[4], direction[3];
+  double left[4], right[4]; /* of part > 0: around the share */
+} tw_bone_turn;
+
+typedef struct tw_carrying {
+  const tw_retarget_job *job;
+  const tw_bone_match *match;
+  tw_fit fit;
+  tw_arena *arena; /* of the result */
+  tw_arena *scratch;
+  tw_track_keys *tracks; /* [tracks of the source] with quaternions */
+  uint32_t *track_of[3]; /* by path, [nodes of the source] or TW_NO_INDEX */
+  tw_clip *clip;         /* of `tracks` */
+  uint32_t *depths[2];   /* [nodes of the source, of the target] nodes from the root to each */
+  const tw_aim **aims;   /* [bones of the fit] or NULL */
+  tw_bone_turn **turns;  /* [nodes of the target] or NULL */
+  tw_track_keys *out;
+  uint32_t out_count;
+  uint32_t lost_count;
+} tw_carrying;
+
+tw_status tw_carrying_no_memory(tw_error *error);
+
+/* ---- the source's tracks: retarget_tracks.c -------------------------------------------------- */
+
+/* Takes the source's tracks, rotations as quaternions, and compiles them. */
+tw_status tw_tracks_take(tw_carrying *c, tw_error *error);
+
+/* The local transform of a node of the source at a time. */
+tw_trs tw_carrying_source_at(const tw_carrying *c, uint32_t node, float time);
+
+/* Whether a track moves a node of the source. */
+bool tw_carrying_moves(const tw_carrying *c, uint32_t node);
+
+/* ---- turns: retarget_turns.c ----------------------------------------------------------------- */
+
+/* The rotation of a node at rest. */
+void tw_rest_turn(const tw_skeleton *skeleton, uint32_t node, double out[4]);
+
+/* Makes the turns of all matched bones, and of those that share them. */
+tw_status tw_turns_make(tw_carrying *c, tw_error *error);
+
+/* joints: the rotation of each step's joint. lead: a turn before all others. */
+void tw_turn_evaluate(const tw_bone_turn *turn, const float (*joints)[4], const double lead[4],
+                      double out[4]);
+
+/* Evaluates at one time. room: [steps][4]. */
+void tw_turn_at(const tw_carrying *c, const tw_bone_turn *turn, float time, float (*room)[4], double out[4]);
+
+/* ---- keys of the result: retarget_samples.c -------------------------------------------------- */
+
+/* Something of the target as a function of time: a rotation or a place. */
+typedef struct tw_signal {
+  const tw_carrying *carrying;
+  const uint32_t *tracks; /* [track_count] of the source, that it depends on */
+  uint32_t track_count;
+  tw_path path;
+  void (*at)(const struct tw_signal *signal, float time, double out[4]);
+  const void *context; /* of `at` */
+  float (*room)[4];    /* for a turn, see tw_turn_at */
+} tw_signal;
+
+/* Samples it at the key times of its tracks, and between them as often as the tolerance takes, as a track of
+ * the target's node. */
+tw_status tw_signal_carry(tw_carrying *c, const tw_signal *signal, uint32_t node, tw_error *error);
+
+typedef struct tw_key_sample {
+  double value[4];
+  float time;
+  bool is_settled; /* the way to the next sample is within the tolerance */
+} tw_key_sample;
+
+/* Adds samples as a track. */
+tw_status tw_samples_carry(tw_carrying *c, const tw_key_sample *samples, uint32_t count, tw_path path,
+                           bool is_step, uint32_t node, tw_error *error);
+
+/* What becomes of a value, or of a tangent. */
+typedef void tw_map_value(const void *context, const double *value, bool is_tangent, double *out);
+
+/* Adds a copy of a track's keys for another node. */
+tw_status tw_keys_carry(tw_carrying *c, const tw_track_keys *track, uint32_t node, tw_map_value *map,
+                        const void *context, tw_error *error);
+
+/* ---- places: retarget_places.c --------------------------------------------------------------- */
+
+/* Carries the translation of hips, and of matched nodes above them, over by their places in the world. */
+tw_status tw_places_carry(tw_carrying *c, tw_error *error);
+
+#endif
