@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "clip.h"
+#include "order.h"
 
 static const double FRAMES_A_SECOND = 60;
 static const double FRAMES_OF_NODES = 1 << 22; /* frames times nodes */
@@ -373,11 +374,6 @@ static tw_status find_noise(inspection *in, const samples *s, uint32_t track) {
   return tw_work(200 * (uint64_t)count) ? TW_OK : TW_CANCELLED;
 }
 
-static int compare_doubles(const void *a, const void *b) {
-  double left = *(const double *)a, right = *(const double *)b;
-  return (left > right) - (left < right);
-}
-
 /* How far a key is from the slerp of its neighbours. */
 static double leap_of(const samples *s, uint32_t key) {
   const float *times = s->track->times;
@@ -409,7 +405,7 @@ static tw_status find_pops(inspection *in, const samples *s) {
   if (!leaps || !sorted) return TW_NO_MEMORY;
   for (uint32_t key = 1; key + 1 < count; key++) leaps[key] = leap_of(s, key);
   memcpy(sorted, leaps + 1, (count - 2) * sizeof *sorted);
-  qsort(sorted, count - 2, sizeof *sorted, compare_doubles);
+  qsort(sorted, count - 2, sizeof *sorted, tw_order_doubles);
   double median = sorted[(count - 2) / 2];
   tw_clip_report *report = in->report;
   for (uint32_t key = 1; key + 1 < count; key++)

@@ -12,6 +12,7 @@
 #include <string.h>
 
 #include "clip.h"
+#include "order.h"
 #include "parallel_for.h"
 
 enum {
@@ -440,11 +441,6 @@ static bool take_bend(void *context, double time) {
   return add_bend(list, at) && (!list->is_doubled || add_bend(list, nextafterf(at, INFINITY)));
 }
 
-static int compare_floats(const void *a, const void *b) {
-  float left = *(const float *)a, right = *(const float *)b;
-  return (left > right) - (left < right);
-}
-
 /* Replaces bends that are too many by as many equal steps. */
 static void step_evenly(bends *list) {
   for (uint32_t i = 0; i < list->count; i++)
@@ -467,7 +463,7 @@ static tw_status find_bends(reduction *r, uint32_t most, bool may_skip, tw_error
   }
   if (!is_whole && !may_skip) return tw_fail(error, TW_LIMIT, "the clip bends more than %u times", most);
   if (!is_whole && list.count > 1) step_evenly(&list);
-  qsort(list.times, list.count, sizeof *list.times, compare_floats);
+  qsort(list.times, list.count, sizeof *list.times, tw_order_floats);
   uint32_t count = 1;
   for (uint32_t i = 1; i < list.count; i++)
     if (list.times[i] > list.times[count - 1] && list.times[i] <= list.end)

@@ -1,5 +1,6 @@
 /* The layers of a mixed clip over time. */
 #include "mix_time.h"
+#include "order.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -170,11 +171,6 @@ static double mean_rate(const mix_time *mix, bool has_base) {
   return count > 0 ? sum / count : 0;
 }
 
-static int compare_times(const void *a, const void *b) {
-  double left = *(const double *)a, right = *(const double *)b;
-  return (left > right) - (left < right);
-}
-
 /* Where weights have the value 0 between two keys of an additive layer, the sums bend: such times count as
  * keys. Fills times, or only counts where it is NULL. */
 static uint64_t list_bends(const mix_time *mix, bool has_base, double *times) {
@@ -227,7 +223,7 @@ static bool make_knots(mix_time *mix, tw_arena *arena) {
   if (!times) return false;
   times[0] = 0;
   list_bends(mix, has_base, times + 1);
-  qsort(times, (size_t)all, sizeof *times, compare_times);
+  qsort(times, (size_t)all, sizeof *times, tw_order_doubles);
   uint32_t count = 1;
   for (uint64_t i = 1; i < all; i++)
     if (times[i] > times[count - 1]) times[count++] = times[i];

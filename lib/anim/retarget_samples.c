@@ -4,13 +4,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "order.h"
 #include "retarget_carrying.h"
 #include "vector3.h"
-
-static int compare_floats(const void *a, const void *b) {
-  float left = *(const float *)a, right = *(const float *)b;
-  return (left > right) - (left < right);
-}
 
 static bool all_step(const tw_signal *signal) {
   for (uint32_t i = 0; i < signal->track_count; i++)
@@ -39,7 +35,7 @@ static float *gather_times(const tw_signal *signal, bool is_step, uint32_t *out_
       times[used++] = track->times[key];
     }
   }
-  qsort(times, used, sizeof *times, compare_floats);
+  qsort(times, used, sizeof *times, tw_order_floats);
   for (uint32_t i = 0; i < used; i++)
     if (kept == 0 || times[i] > times[kept - 1]) times[kept++] = times[i];
   *out_count = kept;

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "editor.h"
+#include "order.h"
 
 typedef struct finder {
   const tw_editor *editor;
@@ -14,13 +15,8 @@ typedef struct finder {
   double *values; /* scratch, [the largest number of neighbours] */
 } finder;
 
-static int compare_values(const void *left, const void *right) {
-  double a = *(const double *)left, b = *(const double *)right;
-  return a < b ? -1 : a > b;
-}
-
 static double median(double *values, uint32_t count) {
-  qsort(values, count, sizeof *values, compare_values);
+  qsort(values, count, sizeof *values, tw_order_doubles);
   return (values[(count - 1) / 2] + values[count / 2]) / 2;
 }
 

@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "array.h"
 #include "bvh.h"
 #include "obj_text.h"
 #include "quat.h"
@@ -46,7 +47,8 @@ typedef struct bvh_file {
   uint64_t line; /* of `at`, from 1 */
   bvh_joint *joints;
   bvh_channel *channels;
-  uint32_t joint_count, joint_room, channel_count, channel_room;
+  uint32_t joint_count, channel_count;
+  size_t joint_room, channel_room;
   uint32_t open;      /* the joint whose block is open, or TW_NO_INDEX */
   uint32_t end_names; /* end sites that have a name of their own */
   double claimed;     /* what Frames: says */
@@ -149,15 +151,6 @@ static tw_status fail_float(bvh_file *file) {
 /* ---- the hierarchy
  * ----------------------------------------------------------------------------------------- */
 
-/* Makes room for one more element of an array that doubles. Returns it, NULL without memory. */
-static void *widen(void *array, uint32_t count, uint32_t *room, size_t size) {
-  if (count < *room) return array;
-  uint32_t wider = *room ? 2 * *room : 32;
-  void *grown = tw_resize(array, wider * size);
-  if (grown) *room = wider;
-  return grown;
-}
-
 /* Adds a joint and opens its block. */
 static tw_status open_joint(bvh_file *file, tw_word name, bool is_end) {
   bvh_joint *parent = file->open == TW_NO_INDEX ? NULL : &file->joints[file->open];
@@ -177,7 +170,7 @@ static tw_status open_joint(bvh_file *file, tw_word name, bool is_end) {
   if (parent) parent->has_child = true;
   if (parent && is_end) parent->has_end = true;
   file->end_names += is_end && name.length > 0;
-  bvh_joint *joints = widen(file->joints, file->joint_count, &file->joint_room, sizeof *joints);
+  bvh_joint *joints = tw_array_grow(file->joints, file->joint_count, sizeof *joints, &file->joint_room);
   if (!joints) return tw_fail(file->error, TW_NO_MEMORY, "out of memory");
   file->joints = joints;
   if (is_end) name = is_named ? file->joints[file->open].name : (tw_word){name.text, 0};
@@ -220,7 +213,8 @@ static tw_status add_channel(bvh_file *file, tw_word word) {
       return tw_fail_line(file->error, channel.kind == BVH_ROTATION ? TW_UNSUPPORTED : TW_INVALID, file->line,
                           "a joint has two channels %s", tw_obj_quote_word(word).text);
   joint->axes[channel.kind][(*count)++] = channel.axis;
-  bvh_channel *channels = widen(file->channels, file->channel_count, &file->channel_room, sizeof *channels);
+  bvh_channel *channels =
+      tw_array_grow(file->channels, file->channel_count, sizeof *channels, &file->channel_room);
   if (!channels) return tw_fail(file->error, TW_NO_MEMORY, "out of memory");
   channels[file->channel_count++] = channel;
   file->channels = channels;

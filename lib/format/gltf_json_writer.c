@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "array.h"
+
 static const char QUANTIZATION[] = "KHR_mesh_quantization";
 
 /* ---- extensions ---------------------------------------------------------------------------------------- */
@@ -17,16 +19,12 @@ static int compare_names(const void *left, const void *right) {
 void tw_gltf_note_extension(tw_gltf_writer *writer, const char *text, size_t size) {
   const tw_gltf_extension extension = {.name = {text, size}};
   if (writer->used_count > 0 && compare_names(&writer->used[writer->used_count - 1], &extension) == 0) return;
-  if (writer->used_count == writer->used_capacity) {
-    size_t capacity = 2 * writer->used_capacity + 16;
-    tw_gltf_extension *used = tw_resize(writer->used, capacity * sizeof *used);
-    if (!used) {
-      writer->text->failed = true;
-      return;
-    }
-    writer->used = used;
-    writer->used_capacity = capacity;
+  tw_gltf_extension *used = tw_array_grow(writer->used, writer->used_count, sizeof *used, &writer->used_room);
+  if (!used) {
+    writer->text->failed = true;
+    return;
   }
+  writer->used = used;
   writer->used[writer->used_count++] = extension;
 }
 

@@ -19,7 +19,7 @@ typedef struct tw_gltf_writer {
   tw_text *text;
   /* The extensions that occur in what is written, some more than once; from malloc. */
   tw_gltf_extension *used;
-  size_t used_count, used_capacity;
+  size_t used_count, used_room;
 } tw_gltf_writer;
 
 static inline void tw_gltf_open_object(tw_gltf_writer *writer) {

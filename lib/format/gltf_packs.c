@@ -2,6 +2,7 @@
 #include <float.h>
 #include <stdlib.h>
 
+#include "array.h"
 #include "pack_reader.h"
 #include "parallel_for.h"
 
@@ -44,13 +45,9 @@ static tw_pack next_pack(cutter *c, const tw_surface *surface, const tw_surface_
 }
 
 static bool add_pack(tw_packs *packs, tw_pack pack) {
-  if (packs->pack_count == packs->pack_capacity) {
-    uint32_t capacity = 2 * packs->pack_capacity + 4;
-    tw_pack *grown = tw_resize(packs->packs, capacity * sizeof *grown);
-    if (!grown) return false;
-    packs->packs = grown;
-    packs->pack_capacity = capacity;
-  }
+  tw_pack *grown = tw_array_grow(packs->packs, packs->pack_count, sizeof *grown, &packs->pack_room);
+  if (!grown) return false;
+  packs->packs = grown;
   packs->packs[packs->pack_count++] = pack;
   if (pack.vertex_count > packs->vertices_max) packs->vertices_max = pack.vertex_count;
   if (pack.triangle_count > packs->triangles_max) packs->triangles_max = pack.triangle_count;
@@ -191,5 +188,5 @@ void tw_packs_destroy(tw_packs *packs) {
 }
 
 size_t tw_packs_size(const tw_packs *packs) {
-  return sizeof *packs + tw_arena_size(packs->arena) + packs->pack_capacity * sizeof *packs->packs;
+  return sizeof *packs + tw_arena_size(packs->arena) + packs->pack_room * sizeof *packs->packs;
 }

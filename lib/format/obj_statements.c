@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "array.h"
 #include "sorted.h"
 #include "soup_mesh.h"
 #include "tweend/format.h"
@@ -354,11 +355,9 @@ static bool has_three_points(const uint32_t *corners, uint64_t count) {
 /* Drops the newest face and keeps its number in the file, because `hole` tags count dropped faces too. */
 static tw_status drop_face(tw_obj_reader *reader, uint64_t first_corner) {
   uint64_t count = reader->dropped_count;
-  if ((count & (count - 1)) == 0) { /* full: the capacity is a power of two */
-    uint32_t *grown = tw_resize(reader->dropped, (size_t)(count ? 2 * count : 1) * sizeof *grown);
-    if (!grown) return tw_obj_fail_memory(reader);
-    reader->dropped = grown;
-  }
+  uint32_t *dropped = tw_array_grow(reader->dropped, count, sizeof *dropped, &reader->dropped_room);
+  if (!dropped) return tw_obj_fail_memory(reader);
+  reader->dropped = dropped;
   reader->dropped[reader->dropped_count++] = (uint32_t)(reader->read.faces + count);
   reader->read.corners = first_corner;
   tw_lose(&reader->losses, "faces with fewer than three different points are left out", NULL, 1, 0);

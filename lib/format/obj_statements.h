@@ -52,7 +52,7 @@ typedef struct tw_obj_reader {
 
   float *uvs;        /* [2], from malloc */
   uint32_t *dropped; /* [dropped_count], ascending: faces of the file; from malloc */
-  size_t dropped_count;
+  size_t dropped_count, dropped_room;
   tw_obj_object *objects; /* from malloc, [TW_OBJ_OBJECTS_MAX + 1 or fewer], by ascending first_face */
   size_t object_count;
   tw_word first_group; /* the names behind the first `g` */

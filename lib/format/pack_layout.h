@@ -43,7 +43,8 @@ struct tw_packs {
   tw_vertex_field target[2]; /* of the first target of a part */
   uint32_t run_count;
   tw_pack_run *runs; /* [run_count] */
-  uint32_t pack_count, pack_capacity;
+  uint32_t pack_count;
+  size_t pack_room;
   tw_pack *packs;                       /* [pack_count], from malloc */
   uint32_t vertices_max, triangles_max; /* of a pack */
   /* Once measured: */

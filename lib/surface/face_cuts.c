@@ -2,6 +2,7 @@
  * faces are triangles or convex, so cuts are few. */
 #include <stdlib.h>
 
+#include "array.h"
 #include "ear_clipping.h"
 #include "surface_reader.h"
 
@@ -11,7 +12,7 @@ typedef struct face_cutter {
   float *rows;       /* [points][3] */
   const float **at;  /* [largest face] */
   uint32_t *corners; /* [largest face] rows of the face's corners */
-  uint32_t cut_room;
+  size_t cut_room;
   uint64_t triangle_room;
 } face_cutter;
 
@@ -28,13 +29,9 @@ static uint32_t find_fans(const tw_ear_clipper *clipper, uint32_t size, uint32_t
 
 static bool has_room(face_cutter *k, uint32_t triangles) {
   tw_surface *s = k->surface;
-  if (s->cut_count == k->cut_room) {
-    uint32_t room = 2 * k->cut_room + 16;
-    tw_face_cut *grown = tw_resize(s->cuts, room * sizeof *grown);
-    if (!grown) return false;
-    s->cuts = grown;
-    k->cut_room = room;
-  }
+  tw_face_cut *cuts = tw_array_grow(s->cuts, s->cut_count, sizeof *cuts, &k->cut_room);
+  if (!cuts) return false;
+  s->cuts = cuts;
   if (s->cut_triangle_count + triangles > k->triangle_room) {
     uint64_t room = 2 * k->triangle_room + triangles;
     void *grown = tw_resize(s->cut_triangles, (size_t)room * sizeof *s->cut_triangles);
