@@ -37,7 +37,7 @@ static const char *key_text(const api_request *request) {
 }
 
 /* The configured key with this text, NULL for none. */
-static const api_kept_key *find_key(const api_keys *keys, const char *text) {
+static const api_service_key *find_key(const api_keys *keys, const char *text) {
   uint8_t digest[API_KEY_DIGEST];
   api_key_digest(text, digest);
   size_t found = keys->count; /* every key is compared, so that the time reveals nothing */
@@ -49,7 +49,7 @@ static const api_kept_key *find_key(const api_keys *keys, const char *text) {
 api_rate api_key_rate(const api_service *service, const api_request *request, uint8_t id[16]) {
   const api_keys *keys = keys_of(service, request);
   const char *text = keys->has_rates ? key_text(request) : NULL;
-  const api_kept_key *key = text ? find_key(keys, text) : NULL;
+  const api_service_key *key = text ? find_key(keys, text) : NULL;
   if (!key) return (api_rate){0};
   memcpy(id, key->digest, 16);
   return key->rate;
@@ -70,7 +70,7 @@ static const char *name_right(unsigned right) {
   return right == API_MAY_READ ? "read" : right == API_MAY_WRITE ? "write" : "delete";
 }
 
-static bool refuse_key(api_call *call, const char *text, const api_kept_key *key, unsigned right) {
+static bool refuse_key(api_call *call, const char *text, const api_service_key *key, unsigned right) {
   if (key) {
     api_fail_with(call, 403, "the API key has not the right to %s", name_right(right));
   } else if (text) {
@@ -86,7 +86,7 @@ static bool allows_bearer(api_call *call) {
   const api_keys *keys = keys_of(call->service, call->request);
   unsigned right = right_for(call->route->access);
   const char *text = key_text(call->request);
-  const api_kept_key *key = text ? find_key(keys, text) : NULL;
+  const api_service_key *key = text ? find_key(keys, text) : NULL;
   if (key && (key->rights & right)) return true;
   switch (right == API_MAY_READ ? api_signed_url_judge(call, keys) : API_SIGNATURE_NONE) {
   case API_SIGNATURE_GOOD: return true;

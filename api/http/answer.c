@@ -15,7 +15,7 @@ void api_answer_deinit(api_answer *answer) {
   *answer = (api_answer){0};
 }
 
-const char *api_text_keep(tw_text *text, tw_arena *arena) {
+const char *api_text_move(tw_text *text, tw_arena *arena) {
   const char *kept = text->failed ? NULL : tw_arena_text(arena, text->data, text->size);
   tw_text_deinit(text);
   return kept;

@@ -7,7 +7,7 @@
 #include "tweend/json_print.h"
 
 /* Moves the text into the arena, terminated, and empties it; NULL without memory. */
-const char *api_text_keep(tw_text *text, tw_arena *arena);
+const char *api_text_move(tw_text *text, tw_arena *arena);
 
 /* Adds a header; the value must live as long as the answer. */
 void api_answer_header(api_answer *answer, const char *name, const char *value);

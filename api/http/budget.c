@@ -222,7 +222,7 @@ bool api_budget_grant(api_budget *budget, api_ticket *ticket, uint64_t bytes) {
   return is_granted;
 }
 
-bool api_budget_keep(api_budget *budget, api_ticket *ticket, uint64_t bytes) {
+bool api_budget_retain(api_budget *budget, api_ticket *ticket, uint64_t bytes) {
   if (!api_budget_grant(budget, ticket, bytes)) return false;
   pthread_mutex_lock(&budget->lock);
   set_grant(budget, ticket, bytes < ticket->granted ? bytes : ticket->granted, true);

@@ -39,7 +39,7 @@ uint64_t api_budget_granted(api_budget *budget);
 bool api_budget_grant(api_budget *budget, api_ticket *ticket, uint64_t bytes);
 /* The same for the memory of a finished answer. A client may take very long to read it, so answers do not
  * keep another request from being alone unless more than an eighth of the budget is in use. */
-bool api_budget_keep(api_budget *budget, api_ticket *ticket, uint64_t bytes);
+bool api_budget_retain(api_budget *budget, api_ticket *ticket, uint64_t bytes);
 
 typedef enum api_wait {
   API_WAIT_BEGUN,   /* the ticket is woken once, with `bytes` granted; do not touch it until then */

@@ -110,7 +110,7 @@ api_outcome api_file_name_suggest(api_call *call, const char *name, const char *
   add_extended(&text, stem, length);
   tw_text_add(&text, ".");
   tw_text_add(&text, extension);
-  const char *value = api_text_keep(&text, call->arena);
+  const char *value = api_text_move(&text, call->arena);
   if (!value) return api_fail_without_memory(call);
   api_answer_header(&call->answer, "Content-Disposition", value);
   return API_DONE;

@@ -517,11 +517,11 @@ static api_outcome run_metered(api_call *call) {
 /* Sets the grant to what the finished answer holds; an answer that does not fit makes the request wait like
  * any other stall. Up to UNCOUNTED bytes, about what a connection takes, do not count, so that probes never
  * wait. */
-static api_outcome keep_grant(api_call *call, api_outcome outcome) {
+static api_outcome retain_grant(api_call *call, api_outcome outcome) {
   enum { UNCOUNTED = 32 << 10 };
   uint64_t held = outcome == API_DONE ? tw_arena_size(call->arena) + call->held + call->answer.bytes.size : 0;
   if (held <= UNCOUNTED) held = 0;
-  if (api_budget_keep(call->service->budget, call->request->ticket, held)) return outcome;
+  if (api_budget_retain(call->service->budget, call->request->ticket, held)) return outcome;
   call->fault = (api_fault){.stall = API_STALL_MEMORY, .needed = held};
   return API_FAILED;
 }
@@ -600,7 +600,7 @@ api_progress api_handle(api_service *service, const api_request *request, api_ef
       api_answer_deinit(&call.answer);
       return outcome == API_NEEDS_LOOK ? API_LOOK_ON_THREAD : API_AGAIN_ON_THREAD;
     }
-    if (!is_stalled(&call, outcome)) outcome = keep_grant(&call, outcome);
+    if (!is_stalled(&call, outcome)) outcome = retain_grant(&call, outcome);
     if (!is_stalled(&call, outcome) || is_hopeless(&call)) {
       api_cache_end(service->cache, request->ticket);
       finish(&call, outcome, answer);

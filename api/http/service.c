@@ -39,10 +39,10 @@ static api_keys *create_keys(const api_keyring *keyring) {
   if (!set) return NULL;
   set->count = count;
   set->url_count = url_count;
-  set->keys = (api_kept_key *)(set->url_keys + url_count);
+  set->keys = (api_service_key *)(set->url_keys + url_count);
   for (size_t i = 0; i < count; i++) {
     const api_key *key = &keyring->keys[i];
-    set->keys[i] = (api_kept_key){.rights = key->rights, .rate = key->rate};
+    set->keys[i] = (api_service_key){.rights = key->rights, .rate = key->rate};
     set->has_rates |= key->rate.count > 0;
     api_key_digest(key->text, set->keys[i].digest);
   }

@@ -10,18 +10,18 @@
 
 enum { API_KEY_DIGEST = 32, API_ASKED = 4096 };
 
-typedef struct api_kept_key {
+typedef struct api_service_key {
   uint8_t digest[API_KEY_DIGEST]; /* SHA-256 of the key; equal lengths for comparing */
   unsigned rights;
   api_rate rate;
-} api_kept_key;
+} api_service_key;
 
 struct api_keys {
   struct api_keys *older;         /* the keys before these, which requests may still use */
   uint8_t digest[API_KEY_DIGEST]; /* of the keyring */
   size_t count, url_count;
   bool has_rates;                    /* whether a key has a rate */
-  api_kept_key *keys;                /* [count], in the memory behind url_keys */
+  api_service_key *keys;             /* [count], in the memory behind url_keys */
   struct hmac_sha256_ctx url_keys[]; /* [url_count], copied for each message */
 };
 

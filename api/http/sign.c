@@ -78,7 +78,7 @@ static api_outcome read_url(api_call *call, const char *url, const char **path, 
 static bool add_end(api_call *call, uint64_t end_s, api_query *query) {
   tw_text text = {0};
   tw_text_count(&text, end_s);
-  const char *value = api_text_keep(&text, call->arena);
+  const char *value = api_text_move(&text, call->arena);
   api_parameter *more = tw_arena_alloc(call->arena, query->count + 1, sizeof *more);
   if (!value || !more) return false;
   if (query->count) memcpy(more, query->parameters, query->count * sizeof *more);

@@ -286,7 +286,7 @@ const char *api_hard_warning(api_call *call, uint64_t edges) {
   tw_text_count(&text, edges);
   tw_text_add(&text, edges > 1 ? " edges are kept hard as the file shows them: creases=tags rounds them"
                                : " edge is kept hard as the file shows it: creases=tags rounds it");
-  return api_text_keep(&text, call->arena);
+  return api_text_move(&text, call->arena);
 }
 
 static void add_fault_warnings(tw_text *out, const tw_model *model, const mesh_faults *faults,

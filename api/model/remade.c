@@ -54,7 +54,7 @@ static bool warn_of_mixed(api_call *call, const char *name, const tw_tolerance *
              reached->angle * TW_DEGREES, reached->distance);
     tw_text_add(&text, error);
   }
-  const char *kept = api_text_keep(&text, call->arena);
+  const char *kept = api_text_move(&text, call->arena);
   if (kept) api_call_warn(call, &kept, 1);
   return kept != NULL;
 }

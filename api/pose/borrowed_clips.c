@@ -69,7 +69,7 @@ bool api_note_missing(api_notes *notes, const char *node) {
   tw_text text = {0};
   tw_text_add(&text, "the clip moves a node that the model does not have: ");
   tw_text_add(&text, node);
-  const char *kept = api_text_keep(&text, notes->arena);
+  const char *kept = api_text_move(&text, notes->arena);
   return kept && api_note(notes, kept);
 }
 
@@ -91,7 +91,7 @@ static const void *copy_array(tw_arena *arena, const void *array, size_t count, 
 static bool copy_track(tw_arena *arena, const tw_track_keys *from, uint32_t node, tw_track_keys *to) {
   *to = *from;
   to->node = node;
-  to->kept = NULL; /* it may refer to other parts of the lender's file */
+  to->preserved = NULL; /* it may refer to other parts of the lender's file */
   size_t parts = from->interpolation == TW_CUBICSPLINE ? 3 : 1;
   to->times = copy_array(arena, from->times, from->key_count, sizeof *from->times);
   to->values = copy_array(arena, from->values, from->key_count, parts * from->width * sizeof *from->values);

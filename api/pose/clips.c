@@ -195,7 +195,7 @@ void api_node_names_print(const tw_model *model, const uint32_t *nodes, uint32_t
 static const char *keep_node_names(const tw_model *model, tw_arena *arena) {
   tw_text text = {0};
   api_node_names_print(model, NULL, model->node_count, &text);
-  return api_text_keep(&text, arena);
+  return api_text_move(&text, arena);
 }
 
 /* Joins the names of all clips by commas. NULL without memory. */
@@ -207,7 +207,7 @@ static const char *join_names(const clip_source *source, tw_arena *arena) {
     tw_text_add(&text,
                 tw_model_clip_name(lender_of(source, i), api_clips_get(source->choices, i).index, buffer));
   }
-  return api_text_keep(&text, arena);
+  return api_text_move(&text, arena);
 }
 
 /* Warns of what a clip animates besides nodes. False without memory. */
@@ -353,7 +353,7 @@ static const char *make_key(api_call *call, const api_clip_choices *choices, int
   tw_text_count(&text, (uint64_t)force + 1);
   tw_text_add(&text, "&clips=");
   api_clips_print(choices, &text);
-  return api_text_keep(&text, call->arena);
+  return api_text_move(&text, call->arena);
 }
 
 /* Takes the models of borrowed clips again by id. The indices found before still hold, as an id means the

@@ -143,7 +143,7 @@ static const char *make_key(api_call *call, const live_request *request) {
     tw_text_add(&text, "&");
     tw_text_double(&text, numbers[i]);
   }
-  return api_text_keep(&text, call->arena);
+  return api_text_move(&text, call->arena);
 }
 
 static double duration_of(const api_pose_request *pose) {

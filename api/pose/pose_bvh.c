@@ -106,7 +106,7 @@ static const char *print_canonical(api_call *call, const api_pose_request *reque
   tw_text_add(&text, request->has_all_nodes ? "&all" : request->has_moved_nodes ? "&moved" : "&listed");
   tw_text_add(&text, "&at=");
   api_times_print(&request->times, &text);
-  return api_text_keep(&text, call->arena);
+  return api_text_move(&text, call->arena);
 }
 
 static api_outcome answer(api_call *call, bool is_stored, api_pose_request *request) {

@@ -81,7 +81,7 @@ static const char *print_canonical(api_call *call, const api_pose_request *reque
   api_pose_request_print(request, &text);
   tw_text_add(&text, "&at=");
   api_times_print(&request->times, &text);
-  return api_text_keep(&text, call->arena);
+  return api_text_move(&text, call->arena);
 }
 
 /* The cache key of the answer; NULL without memory. */

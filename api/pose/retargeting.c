@@ -166,12 +166,12 @@ static const char *print_report(const tw_model *lender, const tw_model *model, c
   member_names(&text, "without_target", lender, found->without_target, found->without_target_count);
   member_names(&text, "without_source", model, found->without_source, found->without_source_count);
   tw_text_add(&text, "}");
-  return api_text_keep(&text, arena);
+  return api_text_move(&text, arena);
 }
 
 /* Adds a warning. False without memory. */
 static bool warn(api_carried *out, tw_text *text, tw_arena *arena) {
-  out->warnings[out->warning_count] = api_text_keep(text, arena);
+  out->warnings[out->warning_count] = api_text_move(text, arena);
   return out->warnings[out->warning_count++] != NULL;
 }
 

@@ -282,7 +282,7 @@ static const char *print_canonical(api_call *call, const api_clip_choices *choic
     tw_text_count(&text, source->feet[i]);
     tw_text_add(&text, ",");
   }
-  return api_text_keep(&text, call->arena);
+  return api_text_move(&text, call->arena);
 }
 
 /* The feet that are asked for; else those of the humanoid map. */
@@ -338,7 +338,7 @@ static api_outcome reply(api_call *call, const api_clip_choices *choices, tracks
   tw_text_add(&key, call->id);
   tw_text_add(&key, "/tracks?");
   tw_text_add(&key, canonical);
-  const char *kept = api_text_keep(&key, call->arena);
+  const char *kept = api_text_move(&key, call->arena);
   if (!kept) return api_fail_without_memory(call);
   return api_response_reply(call, kept, "tracks.json", canonical, print_report, source);
 }

@@ -46,7 +46,7 @@ double api_flat_scale(const api_flat_query *query) {
 
 /* Adds the text as a warning, and frees it. */
 static api_outcome warn(api_call *call, tw_text *text) {
-  const char *sentence = api_text_keep(text, call->arena);
+  const char *sentence = api_text_move(text, call->arena);
   if (!sentence) return api_fail_without_memory(call);
   api_call_warn(call, &sentence, 1);
   return API_DONE;

@@ -64,7 +64,7 @@ static const char *make_key(api_call *call, const api_packs_query *query, const 
   tw_text text = {0};
   tw_text_add(&text, key);
   tw_text_add(&text, query->is_measured ? "&measured" : "");
-  return api_text_keep(&text, call->arena);
+  return api_text_move(&text, call->arena);
 }
 
 api_outcome api_packs_take(api_call *call, const tw_model *model, const api_plan *plan,

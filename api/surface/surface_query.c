@@ -289,7 +289,7 @@ const char *api_surface_key_print(api_call *call, const api_surface_query *query
   if (head) tw_text_add(&text, call->id);
   if (head) tw_text_add(&text, head);
   api_rules_print(query, api_surface_rules, key, &text);
-  return api_text_keep(&text, call->arena);
+  return api_text_move(&text, call->arena);
 }
 
 /* ---- what they make of each other ------------------------------------------------------------ */

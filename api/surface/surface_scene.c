@@ -276,7 +276,7 @@ static const tw_clip_keys *replace_tracks(tw_arena *arena, const tw_clip_keys *c
     for (uint32_t j = 0; j < clips[i].track_count; j++) {
       const tw_track_keys *was = &clips[i].tracks[j];
       tracks[j] = is_reduced(was, reduction) ? *fewer++ : *was;
-      tracks[j].kept = was->kept;
+      tracks[j].preserved = was->preserved;
     }
     out[i].tracks = tracks;
   }
@@ -324,7 +324,7 @@ static api_outcome strip_meshes(api_call *call, const tw_model *model, api_surfa
     tw_node *node = &bare->nodes[i];
     node->mesh = node->skin = TW_NO_INDEX;
     node->weights = NULL;
-    node->kept = NULL; /* it may refer to cameras, lights and the like */
+    node->preserved = NULL; /* it may refer to cameras, lights and the like */
   }
   scene->content.model = bare;
   scene->meshes = api_plan_all(bare);

@@ -40,9 +40,9 @@ static api_outcome take_packs(api_call *call, api_surface_request *request, bool
   bool is_compressed = request->query.encoding == TW_ENCODING_MESHOPT,
        is_size = request->form->is_counts || call->is_head;
   api_packs_query query = {(tw_encoding)request->query.encoding, (tw_polygons)request->query.polygons, true};
-  bool is_kept = is_stored && request->scene.moves.count == 0; /* moved surfaces are the request's own */
-  const char *key = is_kept ? api_surface_key_print(call, &request->query, API_KEY_PACKS, "/packs?") : NULL;
-  if (is_kept && !key) return api_fail_without_memory(call);
+  bool is_cached = is_stored && request->scene.moves.count == 0; /* moved surfaces are the request's own */
+  const char *key = is_cached ? api_surface_key_print(call, &request->query, API_KEY_PACKS, "/packs?") : NULL;
+  if (is_cached && !key) return api_fail_without_memory(call);
   if (is_size) request->packs = api_packs_peek(call, &query, key);
   query.is_measured = is_compressed || !is_size;
   if (!request->packs && is_compressed && !request->form->is_counts && call->is_head) return API_DONE;
@@ -365,8 +365,8 @@ static api_outcome prepare(api_call *call, api_surface_request *request, bool is
   scene->content.polygons = (tw_polygons)request->query.polygons;
   scene->content.is_without_details = !request->query.details;
   if (outcome != API_DONE) return outcome;
-  bool is_kept = is_stored && scene->meshes.count > 0;
-  outcome = api_plan_take(call, &scene->meshes, &scene->moves, is_kept, &request->query, &request->plan);
+  bool is_cached = is_stored && scene->meshes.count > 0;
+  outcome = api_plan_take(call, &scene->meshes, &scene->moves, is_cached, &request->query, &request->plan);
   if (outcome != API_DONE) return outcome;
   const api_plan *plan = api_entry_value(request->plan);
   scene->content.surfaces = (const tw_surface *const *)plan->surfaces;
@@ -407,7 +407,7 @@ static api_outcome warn_of_polygons(api_call *call, const api_surface_request *r
               request->query.tagged
                   ? " from any corner: split into triangles, which are joined when the file is uploaded"
                   : " from any corner: split into triangles");
-  const char *sentence = api_text_keep(&text, call->arena);
+  const char *sentence = api_text_move(&text, call->arena);
   if (!sentence) return api_fail_without_memory(call);
   api_call_warn(call, &sentence, 1);
   return API_DONE;
@@ -438,7 +438,7 @@ static api_outcome warn_of_influences(api_call *call, const api_surface_request 
   tw_text_add(&text, "influences=4 keeps the four heaviest joints of a point: ");
   tw_text_count(&text, points);
   tw_text_add(&text, points > 1 ? " points of the file follow more" : " point of the file follows more");
-  const char *sentence = api_text_keep(&text, call->arena);
+  const char *sentence = api_text_move(&text, call->arena);
   if (!sentence) return api_fail_without_memory(call);
   api_call_warn(call, &sentence, 1);
   return API_DONE;

@@ -170,7 +170,7 @@ tw_status tw_keys_carry(tw_carrying *c, const tw_track_keys *track, uint32_t nod
   out.node = node;
   out.times = times;
   out.values = values;
-  out.kept = NULL;
+  out.preserved = NULL;
   c->out[c->out_count++] = out;
   return TW_OK;
 }

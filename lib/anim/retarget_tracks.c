@@ -82,7 +82,7 @@ tw_status tw_tracks_take(tw_carrying *c, tw_error *error) {
       status = express(c, track, &steps, &c->tracks[i], error);
     else if (track->angles && !make_quaternions(track, c->arena, &c->tracks[i]))
       status = tw_carrying_no_memory(error);
-    c->tracks[i].kept = NULL; /* it may refer to other parts of the source's file */
+    c->tracks[i].preserved = NULL; /* it may refer to other parts of the source's file */
   }
   const tw_clip_keys all = {.track_count = keys->track_count, .tracks = c->tracks};
   return status == TW_OK ? tw_clip_create(&all, c->job->source.node_count, -1, &c->clip, error) : status;

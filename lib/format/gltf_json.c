@@ -1,5 +1,5 @@
-/* Prints the JSON of a glTF answer: in each object the members that the plan knows, then those that were kept
- * of the file. */
+/* Prints the JSON of a glTF answer: in each object the members that the plan knows, then those that were
+ * preserved of the file. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -207,7 +207,7 @@ static void put_node(tw_gltf_writer *writer, node_facts facts, uint32_t index) {
   if (node->mesh != TW_NO_INDEX && holder == TW_NO_INDEX) put_mesh_of(writer, index);
   put_transform(writer, index, facts.animated);
   put_children(writer, facts.first_child, index, holder);
-  tw_gltf_put_kept(writer, node->kept, NULL);
+  tw_gltf_put_preserved(writer, node->preserved, NULL);
   tw_gltf_close_object(writer);
 }
 
@@ -263,7 +263,7 @@ static void put_scene(tw_gltf_writer *writer, uint32_t index) {
     if (has_more) put_roots(writer, file_nodes);
     tw_text_add(writer->text, "]");
   }
-  tw_gltf_put_kept(writer, scene->kept, NULL);
+  tw_gltf_put_preserved(writer, scene->preserved, NULL);
   tw_gltf_close_object(writer);
 }
 
@@ -296,15 +296,15 @@ static void put_skins(tw_gltf_writer *writer) {
     tw_gltf_put_indices(writer, "joints", skin->joints, skin->joint_count);
     tw_member_count(writer->text, "inverseBindMatrices", writer->plan->skin_matrices[i]);
     if (skin->skeleton != TW_NO_INDEX) tw_member_count(writer->text, "skeleton", skin->skeleton);
-    tw_gltf_put_kept(writer, skin->kept, NULL);
+    tw_gltf_put_preserved(writer, skin->preserved, NULL);
     tw_gltf_close_object(writer);
   }
   tw_text_add(writer->text, "]");
 }
 
-/* The members of one part (channel, target or sampler) of a kept track. */
-static void put_part(tw_gltf_writer *writer, const char *kept, const char *name) {
-  tw_gltf_put_kept(writer, tw_json_member(kept, name), NULL);
+/* The members of one part (channel, target or sampler) of a preserved track. */
+static void put_part(tw_gltf_writer *writer, const char *preserved, const char *name) {
+  tw_gltf_put_preserved(writer, tw_json_member(preserved, name), NULL);
 }
 
 /* The channels, or samplers, as `name` says, that animate something else than nodes; they follow those of
@@ -326,9 +326,9 @@ static void put_channel(tw_gltf_writer *writer, const tw_gltf_channel *channel, 
   tw_member_open(writer->text, "target", "{");
   tw_member_count(writer->text, "node", channel->node);
   tw_member_string(writer->text, "path", tw_path_names[channel->path]);
-  put_part(writer, channel->kept, "target");
+  put_part(writer, channel->preserved, "target");
   tw_gltf_close_object(writer);
-  put_part(writer, channel->kept, "channel");
+  put_part(writer, channel->preserved, "channel");
   tw_gltf_close_object(writer);
 }
 
@@ -338,7 +338,7 @@ static void put_sampler(tw_gltf_writer *writer, const tw_gltf_channel *channel) 
   tw_member_count(writer->text, "input", channel->input);
   tw_member_string(writer->text, "interpolation", interpolations[channel->interpolation]);
   tw_member_count(writer->text, "output", channel->output);
-  put_part(writer, channel->kept, "sampler");
+  put_part(writer, channel->preserved, "sampler");
   tw_gltf_close_object(writer);
 }
 
@@ -356,7 +356,7 @@ static void put_animation(tw_gltf_writer *writer, const tw_gltf_animation *anima
   for (uint32_t i = 0; i < animation->channel_count; i++) put_sampler(writer, &channels[i]);
   if (loose) put_loose_channels(writer, loose, "sampler", 0);
   tw_text_add(writer->text, "]");
-  tw_gltf_put_kept(writer, clip->kept, NULL);
+  tw_gltf_put_preserved(writer, clip->preserved, NULL);
   tw_gltf_close_object(writer);
 }
 
@@ -380,7 +380,7 @@ static void put_images(tw_gltf_writer *writer) {
       tw_member_count(writer->text, "bufferView", writer->plan->image_views[i]);
       if (image->mime_type) tw_member_open(writer->text, "mimeType", image->mime_type);
     }
-    tw_gltf_put_kept(writer, image->kept, NULL);
+    tw_gltf_put_preserved(writer, image->preserved, NULL);
     tw_gltf_close_object(writer);
   }
   tw_text_add(writer->text, "]");
@@ -420,7 +420,7 @@ static void put_asset(tw_gltf_writer *writer) {
   tw_text_add(writer->text, ",\"generator\":\"tweend ");
   tw_text_add(writer->text, tw_version());
   tw_text_add(writer->text, "\"");
-  tw_gltf_put_kept(writer, writer->assets->asset, NULL);
+  tw_gltf_put_preserved(writer, writer->assets->asset, NULL);
   tw_gltf_close_object(writer);
 }
 
@@ -428,7 +428,7 @@ static void put_asset(tw_gltf_writer *writer) {
 
 uint64_t tw_gltf_instance_count(const tw_model *model, uint32_t node) {
   static const char *const path[] = {"extensions", "EXT_mesh_gpu_instancing", "attributes"};
-  const char *value = model->nodes[node].kept;
+  const char *value = model->nodes[node].preserved;
   tw_json_item attribute;
   double element;
   if (!model->assets || model->nodes[node].mesh == TW_NO_INDEX) return 0;
@@ -462,7 +462,7 @@ void tw_gltf_put_json(tw_text *text, tw_gltf_plan *plan, const tw_scene *scene) 
   tw_gltf_put_objects(&writer, "cameras", &assets->cameras);
   put_accessors(&writer);
   put_views(&writer);
-  tw_gltf_put_kept(&writer, assets->root, NULL);
+  tw_gltf_put_preserved(&writer, assets->root, NULL);
   tw_gltf_put_extensions(&writer);
   tw_text_add(text, "}");
   tw_free(writer.used);

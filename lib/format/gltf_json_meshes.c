@@ -38,9 +38,9 @@ static bool is_in_groups(const tw_surface *surface, const tw_gltf_primitive *pri
 }
 
 /* The extras of a primitive: {"groups": [{"names": [...], "start": n, "count": n}, ...]}, ranges of its
- * indices, in order, then the members of kept extras. Faces in no group are in no range; without any range
- * nothing is put. extras: NULL without any. next_group: the surface's group in which the primitive begins;
- * moves past the groups that end in the primitive. */
+ * indices, in order, then the members of preserved extras. Faces in no group are in no range; without any
+ * range nothing is put. extras: NULL without any. next_group: the surface's group in which the primitive
+ * begins; moves past the groups that end in the primitive. */
 static void put_group_ranges(tw_gltf_writer *writer, const tw_surface *surface,
                              const tw_gltf_primitive *primitive, const char *extras, uint32_t *next_group) {
   uint64_t begin = primitive->first_triangle, end = begin + primitive->triangle_count, stop = begin;
@@ -86,9 +86,9 @@ static void put_targets(tw_gltf_writer *writer, uint32_t count, uint32_t first, 
   tw_text_add(writer->text, "]");
 }
 
-/* The extensions of a kept object, with FB_ngon_encoding added. */
-static void put_ngon_extension(tw_gltf_writer *writer, const char *kept) {
-  const char *extensions = tw_json_member(kept, "extensions");
+/* The extensions of a preserved object, with FB_ngon_encoding added. */
+static void put_ngon_extension(tw_gltf_writer *writer, const char *preserved) {
+  const char *extensions = tw_json_member(preserved, "extensions");
   tw_member_open(writer->text, "extensions", "{");
   tw_member_open(writer->text, NGON, "{}");
   tw_gltf_note_extension(writer, NGON, sizeof NGON - 1);
@@ -96,10 +96,10 @@ static void put_ngon_extension(tw_gltf_writer *writer, const char *kept) {
   tw_text_add(writer->text, "}");
 }
 
-/* The kept object of the primitives of these faces, or NULL. */
-static const char *kept_of(const tw_model *model, int32_t face_material) {
+/* The preserved object of the primitives of these faces, or NULL. */
+static const char *preserved_of(const tw_model *model, int32_t face_material) {
   uint32_t slot = (uint32_t)face_material - model->material_count;
-  return face_material >= 0 && slot < model->slot_count ? model->slots[slot].kept : NULL;
+  return face_material >= 0 && slot < model->slot_count ? model->slots[slot].preserved : NULL;
 }
 
 /* next_group: as of put_group_ranges. */
@@ -120,13 +120,13 @@ static void put_primitive(tw_gltf_writer *writer, const tw_gltf_mesh *mesh,
   const int32_t material = tw_model_material(model, primitive->faces.material);
   if (material >= 0) tw_member_count(writer->text, "material", (uint64_t)material);
   put_targets(writer, mesh->target_count, primitive->first_target, mesh->target_step);
-  const char *kept = kept_of(model, primitive->faces.material);
+  const char *preserved = preserved_of(model, primitive->faces.material);
   bool bears_ngons = writer->scene->polygons == TW_POLYGONS_NGON,
        bears_groups = writer->plan->names_groups && is_in_groups(surface, primitive, *next_group);
-  if (bears_ngons) put_ngon_extension(writer, kept);
-  tw_gltf_put_kept(writer, kept, added[bears_ngons][bears_groups]);
+  if (bears_ngons) put_ngon_extension(writer, preserved);
+  tw_gltf_put_preserved(writer, preserved, added[bears_ngons][bears_groups]);
   if (writer->plan->names_groups)
-    put_group_ranges(writer, surface, primitive, tw_json_member(kept, "extras"), next_group);
+    put_group_ranges(writer, surface, primitive, tw_json_member(preserved, "extras"), next_group);
 }
 
 static void put_primitives(tw_gltf_writer *writer, uint32_t index) {
@@ -145,7 +145,7 @@ static void put_loose(tw_gltf_writer *writer, const tw_mesh *mesh) {
   tw_json_item item;
   for (bool more = tw_json_first(mesh->loose, &item); more; more = tw_gltf_next_item(writer, &item)) {
     tw_gltf_open_object(writer);
-    tw_gltf_put_kept(writer, item.value, mesh->morph_count > 0 ? NULL : "targets");
+    tw_gltf_put_preserved(writer, item.value, mesh->morph_count > 0 ? NULL : "targets");
     tw_gltf_close_object(writer);
   }
 }
@@ -160,15 +160,15 @@ static void put_nothing(tw_gltf_writer *writer, const tw_gltf_mesh *mesh) {
   tw_gltf_close_object(writer);
 }
 
-/* Adds tags to the extras of a kept object. Extras that are no object have no room for them and are
+/* Adds tags to the extras of a preserved object. Extras that are no object have no room for them and are
  * dropped. */
-static void put_kept_and_tags(tw_gltf_writer *writer, const char *tags, const tw_mesh *source) {
-  const char *extras = tw_json_member(source->kept, "extras");
+static void put_preserved_and_tags(tw_gltf_writer *writer, const char *tags, const tw_mesh *source) {
+  const char *extras = tw_json_member(source->preserved, "extras");
   tw_member_open(writer->text, "extras", "{");
   tw_member_open(writer->text, "tweend", tags);
   if (extras && *extras == '{') tw_gltf_put_members(writer, extras, NULL);
   tw_gltf_close_object(writer);
-  tw_gltf_put_kept(writer, source->kept, "extras");
+  tw_gltf_put_preserved(writer, source->preserved, "extras");
 }
 
 void tw_gltf_put_meshes(tw_gltf_writer *writer) {
@@ -190,9 +190,9 @@ void tw_gltf_put_meshes(tw_gltf_writer *writer) {
     if (mesh->target_count && source->morph_weights)
       tw_member_floats(writer->text, "weights", source->morph_weights, mesh->target_count);
     if (mesh->tags)
-      put_kept_and_tags(writer, mesh->tags, source);
+      put_preserved_and_tags(writer, mesh->tags, source);
     else
-      tw_gltf_put_kept(writer, source->kept, NULL);
+      tw_gltf_put_preserved(writer, source->preserved, NULL);
     tw_gltf_close_object(writer);
   }
   tw_text_add(writer->text, "]");

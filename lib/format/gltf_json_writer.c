@@ -1,4 +1,4 @@
-/* Members that were kept of the file, and the extensions that occur in an answer. */
+/* Members that were preserved of the file, and the extensions that occur in an answer. */
 #include "gltf_json_writer.h"
 
 #include <stdlib.h>
@@ -130,9 +130,9 @@ void tw_gltf_put_members(tw_gltf_writer *writer, const char *object, const char 
   }
 }
 
-void tw_gltf_put_kept(tw_gltf_writer *writer, const char *kept, const char *except) {
-  tw_gltf_put_members(writer, kept, except);
-  if (kept) note_extensions(writer, kept);
+void tw_gltf_put_preserved(tw_gltf_writer *writer, const char *preserved, const char *except) {
+  tw_gltf_put_members(writer, preserved, except);
+  if (preserved) note_extensions(writer, preserved);
 }
 
 void tw_gltf_put_indices(tw_gltf_writer *writer, const char *member, const uint32_t *indices, size_t count) {
@@ -149,7 +149,7 @@ void tw_gltf_put_objects(tw_gltf_writer *writer, const char *member, const tw_gl
   tw_member_open(writer->text, member, "[");
   for (uint32_t i = 0; i < objects->count; i++) {
     tw_gltf_open_object(writer);
-    tw_gltf_put_kept(writer, objects->items[i], NULL);
+    tw_gltf_put_preserved(writer, objects->items[i], NULL);
     tw_gltf_close_object(writer);
   }
   tw_text_add(writer->text, "]");

@@ -1,5 +1,5 @@
-/* Prints parts of a glTF answer's JSON that all objects have: members that were kept of the file, and the
- * list of extensions that occur. Without memory functions set text->failed and go on. */
+/* Prints parts of a glTF answer's JSON that all objects have: members that were preserved of the file, and
+ * the list of extensions that occur. Without memory functions set text->failed and go on. */
 #ifndef TWEEND_GLTF_JSON_WRITER_H
 #define TWEEND_GLTF_JSON_WRITER_H
 
@@ -43,10 +43,10 @@ bool tw_gltf_next_item(tw_gltf_writer *writer, tw_json_item *item);
  * members to leave out, a blank between two; or NULL. */
 void tw_gltf_put_members(tw_gltf_writer *writer, const char *object, const char *except);
 
-/* As tw_gltf_put_members, for an object that was kept of the file; also notes all extensions in it. */
-void tw_gltf_put_kept(tw_gltf_writer *writer, const char *kept, const char *except);
+/* As tw_gltf_put_members, for an object that was preserved of the file; also notes all extensions in it. */
+void tw_gltf_put_preserved(tw_gltf_writer *writer, const char *preserved, const char *except);
 
-/* An array of kept objects; nothing if it is empty. */
+/* An array of preserved objects; nothing if it is empty. */
 void tw_gltf_put_objects(tw_gltf_writer *writer, const char *member, const tw_gltf_objects *objects);
 
 /* An array of indices. */

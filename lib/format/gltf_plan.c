@@ -1,6 +1,6 @@
-/* Plans a glTF answer: accessors that were kept of the file, images, then for each mesh its vertices and its
- * triangles by material, then inverse bind matrices, then animations. Sizes come from counts alone; no point
- * is computed. */
+/* Plans a glTF answer: accessors that were preserved of the file, images, then for each mesh its vertices and
+ * its triangles by material, then inverse bind matrices, then animations. Sizes come from counts alone; no
+ * point is computed. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -14,8 +14,8 @@ enum {
 
 /* ---- adding -------------------------------------------------------------------------------------------- */
 
-/* Adds the accessors that the assets kept of the file. They come first, because kept text names them by
- * number. */
+/* Adds the accessors that the assets preserved of the file. They come first, because preserved text names
+ * them by number. */
 static void add_elements(tw_gltf_plan *plan, const tw_gltf_assets *assets) {
   for (uint32_t i = 0; i < assets->element_count; i++) {
     const tw_gltf_elements *elements = &assets->elements[i];
@@ -417,7 +417,7 @@ static tw_status add_channels(tw_gltf_plan *plan, const tw_scene *scene, const t
                           .interpolation = keys.interpolation,
                           .input = input,
                           .output = add_values(plan, &keys),
-                          .kept = track->kept};
+                          .preserved = track->preserved};
   }
   return TW_OK;
 }

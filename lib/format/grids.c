@@ -72,7 +72,8 @@ static bool is_skinned(const tw_model *model, const tw_node *node) {
 }
 
 static bool is_instanced(const tw_node *node) {
-  return node->mesh != TW_NO_INDEX && node->kept && strstr(node->kept, "\"EXT_mesh_gpu_instancing\"");
+  return node->mesh != TW_NO_INDEX && node->preserved &&
+         strstr(node->preserved, "\"EXT_mesh_gpu_instancing\"");
 }
 
 static bool bears_loose(const tw_model *model, const tw_mesh *mesh) {

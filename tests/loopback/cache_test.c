@@ -364,17 +364,17 @@ TEST(who_reads_a_small_answer_keeps_nobody_from_being_alone) {
   api_ticket reader = {0}, computing = {0};
   loopback_ticket *large = loopback_ticket_create();
   assert_true(api_budget_grant(budget, &reader, 300000));
-  assert_true(api_budget_keep(budget, &reader, 100000));
+  assert_true(api_budget_retain(budget, &reader, 100000));
   assert_int_equal(reader.granted, 100000);
   assert_true(api_budget_grant(budget, &computing, 20000));
   assert_int_equal(api_budget_wait(budget, &large->ticket, 50000000), API_WAIT_BEGUN);
   assert_int_equal(large->ticket.granted, 0);
-  assert_true(api_budget_keep(budget, &computing, 26000)); /* more than an eighth */
+  assert_true(api_budget_retain(budget, &computing, 26000)); /* more than an eighth */
   assert_int_equal(large->ticket.granted, 0);
-  assert_true(api_budget_keep(budget, &computing, 25000));
+  assert_true(api_budget_retain(budget, &computing, 25000));
   loopback_ticket_await(large);
   assert_int_equal(large->ticket.granted, 1000000 - 100000 - 25000); /* all that is left */
-  assert_false(api_budget_keep(budget, &computing, 200000));
+  assert_false(api_budget_retain(budget, &computing, 200000));
   api_budget_grant(budget, &large->ticket, 0);
   api_budget_grant(budget, &computing, 0);
   api_budget_grant(budget, &reader, 0);
@@ -478,13 +478,13 @@ TEST(who_waits_for_readers_alone_holds_up_nobody) {
   assert_int_equal(api_budget_wait(budget, &behind->ticket, 5000000), API_WAIT_BEGUN);
   assert_int_equal(api_budget_wait(budget, &last->ticket, 2000000), API_WAIT_BEGUN);
   assert_int_equal(behind->ticket.granted, 0);
-  assert_true(api_budget_keep(budget, &reader, 9000000));
+  assert_true(api_budget_retain(budget, &reader, 9000000));
   loopback_ticket_await(behind);
   assert_int_equal(behind->ticket.granted, 5000000);
   assert_int_equal(last->ticket.granted, 0); /* the first one may fit when this is over */
-  assert_true(api_budget_keep(budget, &behind->ticket, 3000000));
+  assert_true(api_budget_retain(budget, &behind->ticket, 3000000));
   loopback_ticket_await(last);
-  assert_true(api_budget_keep(budget, &last->ticket, 1000000));
+  assert_true(api_budget_retain(budget, &last->ticket, 1000000));
   assert_true(api_budget_grant(budget, &fresh, 1500000)); /* one that comes now, too */
   api_budget_grant(budget, &fresh, 0);
   assert_true(api_budget_cancel(budget, &large));

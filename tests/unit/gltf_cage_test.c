@@ -89,8 +89,8 @@ TEST(tags_that_fit_make_the_cage) {
   assert_int_equal(mesh->tag_boundary, 1);
   assert_int_equal(mesh->tag_creasing, 1);
   assert_int_equal(mesh->tag_uv, TW_TAG_UNSET);
-  assert_null(strstr(mesh->kept, "tweend")); /* said anew */
-  assert_non_null(strstr(mesh->kept, "\"mine\""));
+  assert_null(strstr(mesh->preserved, "tweend")); /* said anew */
+  assert_non_null(strstr(mesh->preserved, "\"mine\""));
   tw_model_destroy(model);
 }
 

@@ -407,7 +407,7 @@ TEST(what_shows_a_mesh_decides_its_grid) {
   choose_grids(&f, grids);
   assert_false(grids[0].is_float);
   assert_true(grids[0].scale == 1 && grids[0].origin[0] == 0);
-  f.model->nodes[1].kept = "{\"extensions\":{\"EXT_mesh_gpu_instancing\":{\"attributes\":{}}}}";
+  f.model->nodes[1].preserved = "{\"extensions\":{\"EXT_mesh_gpu_instancing\":{\"attributes\":{}}}}";
   choose_grids(&f, grids);
   assert_true(grids[0].is_float);
   fixture_deinit(&f);
@@ -430,7 +430,7 @@ TEST(meshes_of_one_skin_share_a_grid) {
     assert_true(grids[i].scale == 5 && grids[i].origin[0] == 4);
     assert_false(grids[i].is_float);
   }
-  f.model->nodes[1].kept = "{\"extensions\":{\"EXT_mesh_gpu_instancing\":{\"attributes\":{}}}}";
+  f.model->nodes[1].preserved = "{\"extensions\":{\"EXT_mesh_gpu_instancing\":{\"attributes\":{}}}}";
   choose_grids(&f, grids);
   assert_true(grids[0].is_float && grids[1].is_float);
   fixture_deinit(&f);

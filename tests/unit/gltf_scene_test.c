@@ -145,8 +145,8 @@ TEST(what_is_left_out_is_said) {
   assert_int_equal(model->warning_count, 2);
   assert_string_equal(model->warnings[0],
                       "the extension A at /nodes/1 is left out: its data is in buffers, as at 1 more places");
-  assert_string_equal(model->nodes[1].kept, "{\"extensions\":{\"B\":{\"accessor\":\"x\"}}}");
-  assert_string_equal(model->nodes[2].kept, "{\"extras\":{\"bufferView\":0}}");
+  assert_string_equal(model->nodes[1].preserved, "{\"extensions\":{\"B\":{\"accessor\":\"x\"}}}");
+  assert_string_equal(model->nodes[2].preserved, "{\"extras\":{\"bufferView\":0}}");
   tw_model_destroy(model);
 }
 

@@ -365,7 +365,7 @@ TEST(gltf_primitives_keep_their_extras_beside_groups) {
       fixture f;
       fixture_init(&f, quads_text);
       const tw_mesh *mesh = &f.model->meshes[0];
-      tw_material_slot slots[1] = {{.material = -1, .kept = kept[i]}};
+      tw_material_slot slots[1] = {{.material = -1, .preserved = kept[i]}};
       int32_t *materials = fixture_alloc(&f, mesh->face_count, sizeof *materials);
       for (uint32_t face = 0; face < mesh->face_count; face++)
         materials[face] = (int32_t)f.model->material_count;

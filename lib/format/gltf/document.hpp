@@ -392,7 +392,7 @@ private:
 
 // The text of a primitive; nullptr where there is none.
 struct PrimitiveText {
-  const char *kept;       // members that are not read, see gltf.h
+  const char *preserved;  // members that are not read, see gltf.h
   const char *attributes; // in the document's text
   bool bears_ngons;       // FB_ngon_encoding
 };
@@ -407,8 +407,8 @@ struct PointedChannel {
   uint32_t node;
   tw_path path;
   int sampler;
-  std::string place; // the channel's JSON pointer
-  const char *kept;  // of the channel and the sampler, or nullptr
+  std::string place;     // the channel's JSON pointer
+  const char *preserved; // of the channel and the sampler, or nullptr
 };
 
 // Where a track of a clip comes from in the document.

@@ -33,14 +33,14 @@ typedef struct tw_gltf_elements {
 } tw_gltf_elements;
 
 typedef struct tw_gltf_image {
-  const char *kept;      /* whole, or if `bytes` is set without bufferView, uri and mimeType */
+  const char *preserved; /* whole, or if `bytes` is set without bufferView, uri and mimeType */
   const char *mime_type; /* of the bytes, as a quoted JSON string; NULL where unknown */
   const uint8_t *bytes;  /* [size] the encoded file (PNG, JPEG, KTX2, ...), NULL: outside the file */
   size_t size;
 } tw_gltf_image;
 
 typedef struct tw_gltf_scene {
-  const char *kept; /* without nodes; NULL: nothing */
+  const char *preserved; /* without nodes; NULL: nothing */
   uint32_t node_count;
   const uint32_t *nodes; /* [node_count] */
 } tw_gltf_scene;
@@ -161,7 +161,7 @@ typedef struct tw_gltf_channel {
   uint32_t node, input, output;
   tw_path path;
   tw_interpolation interpolation; /* STEP, LINEAR, CUBICSPLINE */
-  const char *kept;               /* the track's */
+  const char *preserved;          /* the track's */
 } tw_gltf_channel;
 
 typedef struct tw_gltf_animation {

@@ -1,5 +1,5 @@
 // Materials, textures and images: checks their references, copies the bytes of images, and reads on which
-// texture coordinates normal maps lie. All else of them is kept as text (keep.cpp).
+// texture coordinates normal maps lie. All else of them is kept as text (preserve.cpp).
 #include "gltf/document.hpp"
 
 #include <algorithm>

@@ -160,13 +160,13 @@ private:
 
   // The value of face_materials for a primitive: its material or, if it has kept text, a slot of the two.
   int32_t slot(int32_t material, size_t i) {
-    const char *kept = texts_.primitives[i].kept;
-    if (!kept) return material;
+    const char *preserved = texts_.primitives[i].preserved;
+    if (!preserved) return material;
     Vector<tw_material_slot> &slots = document_.slots;
-    auto [found, fresh] = document_.slot_numbers.try_emplace({material, kept}, slots.size());
+    auto [found, fresh] = document_.slot_numbers.try_emplace({material, preserved}, slots.size());
     if (fresh) {
       document_.budget.take(SLOT_SIZE);
-      slots.push_back({material, kept});
+      slots.push_back({material, preserved});
     }
     return static_cast<int32_t>(document_.model->material_count + found->second);
   }

@@ -119,7 +119,7 @@ const uint32_t *read_roots(Document &document, size_t index) {
 }
 
 const char *scene_name(Document &document, const tw_gltf_scene &scene) {
-  const char *name = tw_json_member(scene.kept, "name");
+  const char *name = tw_json_member(scene.preserved, "name");
   return name && *name == '"' ? copy_name(document, unescape(string_of(name))) : nullptr;
 }
 
@@ -212,7 +212,7 @@ public:
     tw_track_keys *tracks = allocate_zero<tw_track_keys>(document_, count);
     for (size_t i = 0; i < source.channels.size(); i++) {
       read_channel(source, text("/animations/", index), i, document_.track_places[index][i], tracks[i]);
-      tracks[i].kept = document_.channel_texts[index][i];
+      tracks[i].preserved = document_.channel_texts[index][i];
     }
     for (size_t i = 0; i < pointed.size(); i++)
       read_pointed(source, text("/animations/", index), pointed[i], tracks[source.channels.size() + i]);
@@ -258,7 +258,7 @@ private:
   void read_pointed(const tinygltf::Animation &source, const std::string &animation,
                     const PointedChannel &channel, tw_track_keys &track) {
     track.node = channel.node;
-    track.kept = channel.kept;
+    track.preserved = channel.preserved;
     read_keys(source, animation, channel.path, channel.sampler, track);
   }
 

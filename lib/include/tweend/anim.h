@@ -107,8 +107,8 @@ typedef struct tw_node {
   tw_trs rest;
   float matrix[16];
   const double *place; /* [3] the exact translation, which `rest` rounds to floats; NULL but for far meshes */
-  const float *weights; /* of the mesh's morph targets; NULL: the mesh's own weights */
-  const char *kept;     /* as tw_mesh.kept */
+  const float *weights;  /* of the mesh's morph targets; NULL: the mesh's own weights */
+  const char *preserved; /* as tw_mesh.preserved */
 } tw_node;
 
 /* What the exact translation has along an axis beyond that in `rest`. */
@@ -122,7 +122,7 @@ typedef struct tw_skin {
   const uint32_t *joints;    /* [joint_count] nodes */
   const float *inverse_bind; /* [joint_count][16] */
   uint32_t skeleton;         /* node or TW_NO_INDEX */
-  const char *kept;          /* as tw_mesh.kept */
+  const char *preserved;     /* as tw_mesh.preserved */
 } tw_skin;
 
 /* Fills order[node_count] with the nodes, breadth first: the roots ascending, then the children of each node
@@ -147,8 +147,8 @@ typedef struct tw_track_keys {
   const float *values;      /* [key_count][width]; cubicspline: [key_count][3][width] in-tangent, value,
                                out-tangent. NULL for TW_KEY_EULER and TW_KEY_AXIS_ANGLE */
   const double *angles;     /* TW_KEY_EULER [key_count][3], TW_KEY_AXIS_ANGLE [key_count][4]; else NULL */
-  /* {"channel": {}, "target": {}, "sampler": {}} or some of these, each as tw_mesh.kept; or NULL */
-  const char *kept;
+  /* {"channel": {}, "target": {}, "sampler": {}} or some of these, each as tw_mesh.preserved; or NULL */
+  const char *preserved;
 } tw_track_keys;
 
 typedef struct tw_clip_keys {
@@ -157,8 +157,8 @@ typedef struct tw_clip_keys {
   const tw_track_keys *tracks;
   uint32_t layer_count;               /* of a mixed clip, which has no tracks; else 0 */
   const struct tw_clip_layer *layers; /* [layer_count], see tweend/mix.h */
-  float mixed_duration; /* seconds of a mixed clip; negative where clips of other models tell it */
-  const char *kept;     /* as tw_mesh.kept */
+  float mixed_duration;  /* seconds of a mixed clip; negative where clips of other models tell it */
+  const char *preserved; /* as tw_mesh.preserved */
   /* A JSON array of {"channel": {}, "sampler": {}} that animate something other than nodes; or NULL. Their
    * accessors are indices into the model's assets. */
   const char *loose;

@@ -147,7 +147,7 @@ typedef struct tw_mesh {
 
   /* A JSON object without blanks: everything else that a glTF file gives for the mesh (extras, extensions,
    * unknown members), to be repeated in answers. NULL: nothing. */
-  const char *kept;
+  const char *preserved;
   /* A JSON array of a glTF file's point and line primitives, which pass through unchanged; or NULL. Their
    * accessors are indices into the model's assets. */
   const char *loose;

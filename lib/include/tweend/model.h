@@ -53,8 +53,8 @@ const tw_gltf_assets *tw_gltf_assets_bare(tw_arena *arena, const tw_gltf_assets 
 /* A material together with what the glTF primitives of its faces held beyond what is read. Primitives that
  * held the same share a slot. */
 typedef struct tw_material_slot {
-  int32_t material; /* or -1 */
-  const char *kept; /* JSON text, see tw_mesh */
+  int32_t material;      /* or -1 */
+  const char *preserved; /* JSON text, see tw_mesh */
 } tw_material_slot;
 
 /* Built once by a reader, then immutable and shared. All arrays live in `arena`. */

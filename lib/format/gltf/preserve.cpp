@@ -1,6 +1,6 @@
 // Keeps for answers what a document holds beyond what is read: extras, extensions, unknown members, and
-// materials and the like as a whole. It is kept as text without blanks, for each object apart. Extensions
-// whose data is in buffers are left out: answers have other buffers.
+// materials and the like as a whole. It is preserved as text without blanks, for each object apart.
+// Extensions whose data is in buffers are left out: answers have other buffers.
 #include "gltf/document.hpp"
 
 #include <algorithm>
@@ -55,18 +55,18 @@ bool has_indices(const char *value, uint64_t count) {
 enum Use { VERTICES, VERTICES_AS_FLOATS, INDICES, TIMES, PLAIN };
 
 // Copies accessors for answers, each once for each use.
-class ElementKeeper {
+class ElementPreserver {
 public:
-  ElementKeeper(Document &document, Accessors &accessors)
-      : document_(document), accessors_(accessors), kept_(document.budget) {}
+  ElementPreserver(Document &document, Accessors &accessors)
+      : document_(document), accessors_(accessors), preserved_(document.budget) {}
 
   // Keeps an accessor for a use; returns its number in an answer.
   uint32_t keep(int accessor, Use use, const std::string &pointer) {
-    auto [found, fresh] = numbers_.try_emplace({accessor, use}, static_cast<uint32_t>(kept_.size()));
+    auto [found, fresh] = numbers_.try_emplace({accessor, use}, static_cast<uint32_t>(preserved_.size()));
     if (!fresh) return found->second;
     document_.budget.take(entry_size);
     const Elements &elements = accessors_.open_any(accessor, pointer);
-    kept_.push_back(copy(accessor, elements, use));
+    preserved_.push_back(copy(accessor, elements, use));
     return found->second;
   }
 
@@ -75,10 +75,10 @@ public:
   }
 
   void finish(tw_gltf_assets &assets) {
-    tw_gltf_elements *copies = allocate<tw_gltf_elements>(document_, kept_.size());
-    std::copy(kept_.begin(), kept_.end(), copies);
+    tw_gltf_elements *copies = allocate<tw_gltf_elements>(document_, preserved_.size());
+    std::copy(preserved_.begin(), preserved_.end(), copies);
     assets.elements = copies;
-    assets.element_count = static_cast<uint32_t>(kept_.size());
+    assets.element_count = static_cast<uint32_t>(preserved_.size());
   }
 
 private:
@@ -86,7 +86,7 @@ private:
 
   Document &document_;
   Accessors &accessors_;
-  Vector<tw_gltf_elements> kept_;
+  Vector<tw_gltf_elements> preserved_;
   std::map<std::pair<int, Use>, uint32_t> numbers_;
 
   tw_gltf_elements copy(int accessor, const Elements &elements, Use use) {
@@ -130,9 +130,9 @@ private:
   }
 };
 
-class Keeper : Text {
+class Preserver : Text {
 public:
-  Keeper(Document &document, Accessors &accessors)
+  Preserver(Document &document, Accessors &accessors)
       : Text(document.budget), document_(document), elements_(document, accessors) {}
 
   void run(tw_gltf_assets &assets) {
@@ -172,10 +172,10 @@ private:
   };
 
   Document &document_;
-  ElementKeeper elements_;
+  ElementPreserver elements_;
   std::string place_; // pointer to the object that text_ is made of
   std::vector<Dropped> dropped_;
-  std::string_view unkept_; // member of extras that is left out, because it is read and written anew
+  std::string_view left_out_; // member of extras that is left out, because it is read and written anew
   uint32_t materials_ = 0;
   size_t unplaced_ = 0; // accessors, buffer views and buffers with extras or extensions, which are left out
 
@@ -225,12 +225,12 @@ private:
   }
 
   void put_extras(const char *extras) {
-    if (unkept_.empty() || *extras != '{' || !tw_json_member(extras, unkept_.data())) {
+    if (left_out_.empty() || *extras != '{' || !tw_json_member(extras, left_out_.data())) {
       put_key("extras");
       return put_value(extras, true);
     }
     put_some(
-        "extras", extras, [&](const Items &item) { return item.key() == unkept_; },
+        "extras", extras, [&](const Items &item) { return item.key() == left_out_; },
         [&](const Items &item) { put_value(item.value(), true); });
   }
 
@@ -367,7 +367,7 @@ private:
   void parts(const char *member, const Parsed &parsed, Part *&out, uint32_t &count, std::string_view known) {
     each(room(member, parsed, out, count), [&](size_t i, const char *value) {
       place_ = text("/", member, "/", i);
-      out[i].kept = object(value, known);
+      out[i].preserved = object(value, known);
       out[i].name = copy_name_of(document_, value);
     });
   }
@@ -385,7 +385,7 @@ private:
       bool is_taken = next < inside.size() && inside[next].index == i;
       next += is_taken;
       collect(value, is_taken ? "bufferView uri mimeType" : "");
-      assets.images[i].kept = copy();
+      assets.images[i].preserved = copy();
     });
   }
 
@@ -395,7 +395,7 @@ private:
     assets.scenes = allocate_zero<tw_gltf_scene>(document_, assets.scene_count);
     each(array, [&](size_t i, const char *value) {
       place_ = text("/scenes/", i);
-      assets.scenes[i].kept = object(value, scene_members);
+      assets.scenes[i].preserved = object(value, scene_members);
     });
   }
 
@@ -417,24 +417,24 @@ private:
       check_parsed(count_of(tw_json_member(mesh, "primitives")), parsed[index].primitives,
                    place_ + "/primitives");
       tw_mesh_init(&model.meshes[index]);
-      unkept_ = "tweend";
-      model.meshes[index].kept = object(mesh, mesh_members);
+      left_out_ = "tweend";
+      model.meshes[index].preserved = object(mesh, mesh_members);
       model.meshes[index].name = copy_name_of(document_, mesh);
       const char *tags = mesh_tags(mesh);
       MeshText texts = {tags, Vector<PrimitiveText>(document_.budget)};
-      unkept_ = tags && tw_json_member(tags, "groups") ? "groups" : ""; // which the tags hold, too
+      left_out_ = tags && tw_json_member(tags, "groups") ? "groups" : ""; // which the tags hold, too
       each(tw_json_member(mesh, "primitives"), [&](size_t i, const char *primitive) {
         place_ = text("/meshes/", index, "/primitives/", i);
         const char *extensions = tw_json_member(primitive, "extensions");
-        const char *kept = object(primitive, primitive_members);
-        texts.primitives.push_back({kept, tw_json_member(primitive, "attributes"),
+        const char *preserved = object(primitive, primitive_members);
+        texts.primitives.push_back({preserved, tw_json_member(primitive, "attributes"),
                                     tw_json_member(extensions, "FB_ngon_encoding") != nullptr});
         int mode = parsed[index].primitives[i].mode;
         bool is_drawn = parsed[index].primitives[i].attributes.count("POSITION") > 0;
         if (is_drawn && mode >= TINYGLTF_MODE_POINTS && mode < TINYGLTF_MODE_TRIANGLES)
-          append(loose, loose_primitive(parsed[index].primitives[i], kept));
+          append(loose, loose_primitive(parsed[index].primitives[i], preserved));
       });
-      unkept_ = "";
+      left_out_ = "";
       document_.mesh_texts.push_back(std::move(texts));
       model.meshes[index].loose = close(loose);
     });
@@ -460,8 +460,8 @@ private:
     return copy();
   }
 
-  // Puts a primitive of points or lines into text_. kept: its members that are not read, or nullptr.
-  const Vector<char> &loose_primitive(const tinygltf::Primitive &primitive, const char *kept) {
+  // Puts a primitive of points or lines into text_. preserved: its members that are not read, or nullptr.
+  const Vector<char> &loose_primitive(const tinygltf::Primitive &primitive, const char *preserved) {
     check_loose(primitive);
     text_.clear();
     put("{\"attributes\":");
@@ -475,9 +475,9 @@ private:
       put_attributes(primitive.targets[i], text("/targets/", i));
     }
     if (!primitive.targets.empty()) put("]");
-    if (kept) {
+    if (preserved) {
       put(",");
-      put(kept + 1);
+      put(preserved + 1);
     } else {
       put("}");
     }
@@ -532,7 +532,7 @@ private:
     const std::vector<tinygltf::Animation> &all = document_.source.animations;
     each(room("animations", all, model.clips, model.clip_count), [&](size_t index, const char *animation) {
       place_ = text("/animations/", index);
-      model.clips[index].kept = object(animation, animation_members);
+      model.clips[index].preserved = object(animation, animation_members);
       model.clips[index].name = copy_name_of(document_, animation);
       const char *samplers = tw_json_member(animation, "samplers");
       const tinygltf::Animation &parsed = all[index];
@@ -554,7 +554,7 @@ private:
         std::optional<PointedChannel> points = points_at_node(channel, parsed.samplers.size(), moved);
         const char *own = track(channel, sampler_texts, !points);
         if (points) {
-          points->kept = own;
+          points->preserved = own;
           const tinygltf::AnimationSampler &keys = parsed.samplers[static_cast<size_t>(points->sampler)];
           pointed_places.push_back({static_cast<uint32_t>(i), keys.input, keys.output});
           pointed.push_back(*std::move(points));
@@ -590,8 +590,8 @@ private:
   }
 
   // The node and path that a channel moves by KHR_animation_pointer ("/nodes/3/rotation"); none for other
-  // pointers. What another channel moves already stays with it: a warning says so, and the pointer is kept as
-  // those to other things are.
+  // pointers. What another channel moves already stays with it: a warning says so, and the pointer is
+  // preserved as those to other things are.
   std::optional<PointedChannel> points_at_node(const char *channel, size_t sampler_count,
                                                std::set<std::pair<uint32_t, tw_path>> &moved) {
     const char *target = tw_json_member(channel, "target");
@@ -636,8 +636,8 @@ private:
     return {};
   }
 
-  // Puts a channel that animates something else than a node into text_, with its sampler. own: what is kept
-  // of both, or nullptr.
+  // Puts a channel that animates something else than a node into text_, with its sampler. own: what is
+  // preserved of both, or nullptr.
   const Vector<char> &loose_channel(const tinygltf::Animation &parsed, const char *channel, const char *own) {
     const char *target = tw_json_member(channel, "target");
     int sampler = index_of(tw_json_member(channel, "sampler"));
@@ -662,7 +662,7 @@ private:
     return text_;
   }
 
-  // Puts the members of a kept object behind other members.
+  // Puts the members of a preserved object behind other members.
   void put_inside(const char *object) {
     if (!object) return;
     std::string_view whole = value_text(object);
@@ -671,7 +671,7 @@ private:
   }
 
   // Keeps the members of channel, target (unless it becomes another) and sampler as one object; a sampler
-  // that several channels name is kept with each.
+  // that several channels name is preserved with each.
   const char *track(const char *channel, const Vector<const char *> &samplers, bool keeps_target) {
     const char *own = object(channel, channel_members), *target = tw_json_member(channel, "target");
     const char *of_target = target && keeps_target ? object(target, target_members) : nullptr;
@@ -693,7 +693,7 @@ private:
     put(part);
   }
 
-  // ---- what is not kept
+  // ---- what is not preserved
 
   void count_unplaced(const char *member) {
     each(tw_json_member(document_.outline.root, member), [&](size_t, const char *value) {
@@ -723,7 +723,7 @@ private:
 
 void keep_parts(Document &document, Accessors &accessors) {
   tw_gltf_assets *assets = allocate_zero<tw_gltf_assets>(document, 1);
-  Keeper(document, accessors).run(*assets);
+  Preserver(document, accessors).run(*assets);
   document.assets = assets;
   document.model->assets = assets;
 }
