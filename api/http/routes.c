@@ -30,41 +30,21 @@ static const api_rule coarsen_parameters[] = {{.name = "mesh"},
 static const api_rule edits_parameters[] = {{.name = "quads"}, {.name = "name"}, {0}};
 static const api_rule detail_parameters[] = {
     {.name = "mesh"}, {.name = "level"}, {.name = "quads"}, {.name = "name"}, {0}};
-static const api_rule tracks_parameters[] = {
-    {.name = "clip"},        {.name = "feet"},      {.name = "retarget"}, {.name = "map"},
-    {.name = "root_motion"}, {.name = "root_axes"}, {.name = "in_place"}, {0}};
-static const api_rule pose_parameters[] = {{.name = "clip"},
-                                           {.name = "at"},
-                                           {.name = "from"},
-                                           {.name = "to"},
-                                           {.name = "fps"},
-                                           {.name = "space"},
-                                           {.name = "as"},
-                                           {.name = "order"},
-                                           {.name = "unit"},
-                                           {.name = "nodes"},
-                                           {.name = "interpolation"},
-                                           {.name = "loop"},
-                                           {.name = "skinning"},
-                                           {.name = "retarget"},
-                                           {.name = "map"},
-                                           {.name = "feet"},
-                                           {.name = "root_motion"},
-                                           {.name = "root_axes"},
-                                           {.name = "in_place"},
-                                           {0}};
+static const api_rule tracks_parameters[] = {{.name = "clip"}, {.more = api_clip_term_rules}};
+static const api_rule evaluation_parameters[] = {
+    {.name = "space"}, {.name = "as"},       {.name = "order"},
+    {.name = "unit"},  {.name = "nodes"},    {.name = "interpolation"},
+    {.name = "loop"},  {.name = "skinning"}, {.more = api_clip_term_rules}};
+static const api_rule pose_parameters[] = {{.name = "clip"}, {.name = "at"},
+                                           {.name = "from"}, {.name = "to"},
+                                           {.name = "fps"},  {.more = evaluation_parameters}};
 static const api_rule bvh_parameters[] = {
-    {.name = "clip"},          {.name = "from"},     {.name = "to"},
-    {.name = "fps"},           {.name = "order"},    {.name = "nodes"},
-    {.name = "interpolation"}, {.name = "loop"},     {.name = "retarget"},
-    {.name = "map"},           {.name = "feet"},     {.name = "root_motion"},
-    {.name = "root_axes"},     {.name = "in_place"}, {0}};
-static const api_rule live_parameters[] = {
-    {.name = "clip"},        {.name = "speed"},     {.name = "fps"},      {.name = "from"},
-    {.name = "start"},       {.name = "loop"},      {.name = "space"},    {.name = "as"},
-    {.name = "order"},       {.name = "unit"},      {.name = "nodes"},    {.name = "interpolation"},
-    {.name = "skinning"},    {.name = "retarget"},  {.name = "map"},      {.name = "feet"},
-    {.name = "root_motion"}, {.name = "root_axes"}, {.name = "in_place"}, {0}};
+    {.name = "clip"},          {.name = "from"},  {.name = "to"},
+    {.name = "fps"},           {.name = "order"}, {.name = "nodes"},
+    {.name = "interpolation"}, {.name = "loop"},  {.more = api_clip_term_rules}};
+static const api_rule live_parameters[] = {{.name = "clip"},  {.name = "speed"},
+                                           {.name = "fps"},   {.name = "from"},
+                                           {.name = "start"}, {.more = evaluation_parameters}};
 
 static const api_offer json_offers[] = {{"json", "application/json", true}, {0}};
 static const api_offer page_offers[] = {{"", "text/html", true}, {0}};

@@ -10,7 +10,9 @@ static tw_status fail_unknown(const char *name, const api_rule *known, tw_error 
   enum { NAMES_MAX = 63 };
   const char *names[NAMES_MAX + 1] = {NULL};
   char list[220];
-  for (size_t i = 0; i < NAMES_MAX && known[i].name; i++) names[i] = known[i].name;
+  size_t count = 0;
+  for (const api_rule *rule = api_rule_first(known); rule && count < NAMES_MAX; rule = api_rule_next(rule))
+    names[count++] = rule->name;
   tw_names_join(names, list, sizeof list);
   if (!list[0]) return tw_fail(error, TW_SYNTAX, "unknown parameter \"%.60s\": none is known here", name);
   return tw_fail(error, TW_SYNTAX, "unknown parameter \"%.60s\";%s known: %s", name,
@@ -20,8 +22,8 @@ static tw_status fail_unknown(const char *name, const api_rule *known, tw_error 
 /* exp and sig belong to signed URLs (signed_url.h) and are allowed on every route. */
 static bool is_known(const char *name, const api_rule *known) {
   if (strcmp(name, "exp") == 0 || strcmp(name, "sig") == 0) return true;
-  for (; known->name; known++)
-    if (strcmp(name, known->name) == 0) return true;
+  for (const api_rule *rule = api_rule_first(known); rule; rule = api_rule_next(rule))
+    if (strcmp(name, rule->name) == 0) return true;
   return false;
 }
 
@@ -34,13 +36,13 @@ tw_status api_rules_admit(const api_rule *rules, const api_query *query, tw_erro
 
 api_outcome api_rules_read(api_call *call, const api_rule *rules, void *out) {
   api_outcome outcome = API_DONE;
-  for (const api_rule *rule = rules; rule->name && outcome == API_DONE; rule++)
+  for (const api_rule *rule = api_rule_first(rules); rule && outcome == API_DONE; rule = api_rule_next(rule))
     if (rule->read) outcome = rule->read(call, rule, out);
   return outcome;
 }
 
 void api_rules_print(const void *from, const api_rule *rules, unsigned keys, tw_text *text) {
-  for (const api_rule *rule = rules; rule->name; rule++)
+  for (const api_rule *rule = api_rule_first(rules); rule; rule = api_rule_next(rule))
     if (rule->print && (rule->keys & keys)) rule->print(from, rule, text);
 }
 
@@ -66,7 +68,7 @@ api_outcome api_rule_read_flag(api_call *call, const api_rule *rule, void *out) 
 
 api_outcome api_rule_read_choice(api_call *call, const api_rule *rule, void *out) {
   return api_outcome_of(
-      call, api_query_choice(&call->query, rule->name, rule->words, member(out, rule), &call->fault.error));
+      call, api_query_choice(&call->query, rule->name, rule->more, member(out, rule), &call->fault.error));
 }
 
 void api_rule_begin(const char *name, tw_text *text) {
@@ -92,5 +94,5 @@ void api_rule_print_choice(const void *from, const api_rule *rule, tw_text *text
 
 void api_rule_print_word(const void *from, const api_rule *rule, tw_text *text) {
   api_rule_begin(rule->name, text);
-  tw_text_add(text, rule->words[*(const int *)value(from, rule)]);
+  tw_text_add(text, ((const char *const *)rule->more)[*(const int *)value(from, rule)]);
 }

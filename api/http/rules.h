@@ -10,13 +10,25 @@ typedef struct api_rule api_rule;
 /* A row of a table, which ends with a row without a name. */
 struct api_rule {
   const char *name;
-  unsigned keys;            /* bits: the keys that it is printed in, see api_rules_print */
-  size_t offset;            /* of its member in the handler's struct */
-  const char *const *words; /* the values of a choice, NULL-terminated; else NULL */
+  unsigned keys; /* bits: the keys that it is printed in, see api_rules_print */
+  size_t offset; /* of its member in the handler's struct */
+  /* Of a choice, its values: const char *const *, NULL-terminated. Of the row that ends a table, where it
+   * goes on: const api_rule *. Or NULL. */
+  const void *more;
   /* Reads it if the query has it; NULL: another row does, or the handler. */
   api_outcome (*read)(api_call *call, const api_rule *rule, void *out);
   void (*print)(const void *from, const api_rule *rule, tw_text *text); /* NULL: another row does */
 };
+
+/* The row itself; where the table ends, the first of those that follow, or NULL. */
+static inline const api_rule *api_rule_first(const api_rule *rules) {
+  while (!rules->name && rules->more) rules = rules->more;
+  return rules->name ? rules : NULL;
+}
+
+static inline const api_rule *api_rule_next(const api_rule *rule) {
+  return api_rule_first(rule + 1);
+}
 
 /* TW_SYNTAX for a parameter that the table has not, with those that it has. exp and sig, which belong to
  * signed URLs, are in all. */

@@ -112,6 +112,14 @@ static bool has_borrowed(const api_clip_choices *choices) {
   return false;
 }
 
+const api_rule api_clip_term_rules[] = {{.name = "retarget"},
+                                        {.name = "map"},
+                                        {.name = "feet"},
+                                        {.name = "root_motion"},
+                                        {.name = "root_axes"},
+                                        {.name = "in_place"},
+                                        {0}};
+
 api_outcome api_clip_terms_read(api_call *call, bool names_feet, api_clip_terms *out) {
   api_outcome outcome = api_retarget_read(call, names_feet, &out->retarget);
   return outcome == API_DONE ? api_root_read(call, &out->root) : outcome;

@@ -4,6 +4,7 @@
 
 #include "borrowed_clips.h"
 #include "root_request.h"
+#include "rules.h"
 
 /* A clip of a request, before it is compiled. */
 typedef struct api_clip_choice {
@@ -17,7 +18,10 @@ typedef struct api_clip_terms {
   api_root root;
 } api_clip_terms;
 
-/* Reads the parameters. names_feet: as in api_retarget_read. 400. */
+/* The names of the parameters, behind those of all routes that take clips. */
+extern const api_rule api_clip_term_rules[];
+
+/* Reads them. names_feet: as in api_retarget_read. 400. */
 api_outcome api_clip_terms_read(api_call *call, bool names_feet, api_clip_terms *out);
 
 /* A view into the call's arena. */

@@ -33,7 +33,7 @@ static void print_normals(const void *from, const api_rule *rule, tw_text *text)
 
 static api_outcome read_influences(api_call *call, const api_rule *rule, void *out) {
   int choice = 0;
-  tw_status status = api_query_choice(&call->query, rule->name, rule->words, &choice, &call->fault.error);
+  tw_status status = api_query_choice(&call->query, rule->name, rule->more, &choice, &call->fault.error);
   ((api_surface_query *)out)->influences = choice == 1 ? 4 : 0;
   return api_outcome_of(call, status);
 }
@@ -251,13 +251,7 @@ const api_rule api_surface_rules[] = {
     {"meshes", SHOWN, AT(meshes), meshes, api_rule_read_choice, api_rule_print_word},
     {"skin", WRITTEN, AT(skin), skins, api_rule_read_choice, api_rule_print_word},
     {"clip", MOVING, 0, NULL, read_clip, print_clips}, /* and its terms */
-    {.name = "retarget"},
-    {.name = "map"},
-    {.name = "feet"},
-    {.name = "root_motion"},
-    {.name = "root_axes"},
-    {.name = "in_place"},
-    {"at", SHOWN, 0, NULL, read_times, print_times}, /* and from, to, fps */
+    {"at", SHOWN, 0, NULL, read_times, print_times},   /* and from, to, fps */
     {.name = "from"},
     {.name = "to"},
     {.name = "fps"},
@@ -269,7 +263,7 @@ const api_rule api_surface_rules[] = {
     {"mesh", SHOWN, 0, NULL, read_mesh, print_mesh},
     {"with", SHOWN, AT(with), withs, api_rule_read_choice, api_rule_print_word},
     {.name = "download"}, /* read by file_name.c */
-    {0}};
+    {.more = api_clip_term_rules}};
 
 api_outcome api_surface_query_read(api_call *call, api_surface_query *out) {
   *out = (api_surface_query){.level = 1,

@@ -46,10 +46,10 @@ TEST_WITH(names_that_are_not_there_list_those_that_are_near, start, one_model_st
 
 TEST_WITH(unknown_parameters_and_values_name_the_nearest, start, one_model_stop) {
   ask(*state, "/v1/models/%s/tracks?clp=aim", 400,
-      "unknown parameter \"clp\"; did you mean clip? known: clip, feet, retarget, map, root_motion, "
+      "unknown parameter \"clp\"; did you mean clip? known: clip, retarget, map, feet, root_motion, "
       "root_axes, in_place");
   ask(*state, "/v1/models/%s/tracks?frobnicate=1", 400,
-      "unknown parameter \"frobnicate\"; known: clip, feet, retarget, map, root_motion, root_axes, in_place");
+      "unknown parameter \"frobnicate\"; known: clip, retarget, map, feet, root_motion, root_axes, in_place");
   ask(*state, "/v1/models/%s/surface?scheme=catmul-clark", 400,
       "scheme=catmul-clark: did you mean catmull-clark? expected one of catmull-clark, loop, bilinear");
   ask(*state, "/v1/models/%s/surface?scheme=butterfly", 400,

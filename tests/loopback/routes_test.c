@@ -60,8 +60,8 @@ static const cJSON *find_operation(const cJSON *document, const api_route *route
 }
 
 static bool is_listed(const api_rule *rules, const char *name) {
-  for (; rules->name; rules++)
-    if (strcmp(rules->name, name) == 0) return true;
+  for (const api_rule *rule = api_rule_first(rules); rule; rule = api_rule_next(rule))
+    if (strcmp(rule->name, name) == 0) return true;
   return false;
 }
 
@@ -86,7 +86,7 @@ static void compare_parameters(const cJSON *document, const api_route *route, co
   size_t documented =
       check_parameters(document, get(find_path(document, route, form), "parameters"), route) +
       check_parameters(document, get(find_operation(document, route, form), "parameters"), route);
-  while (route->parameters[known].name) known++;
+  for (const api_rule *rule = api_rule_first(route->parameters); rule; rule = api_rule_next(rule)) known++;
   if (documented != known)
     fail_msg("%s %s: %zu parameters of %zu", route->method, route->path, documented, known);
 }
