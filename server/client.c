@@ -12,17 +12,17 @@ struct srv_network {
 
 enum { BITS = 128, BITS_OF_V4 = 96 /* of the prefix before an IPv4 address */ };
 
-static const uint8_t V4_PREFIX[12] = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xff, 0xff};
+static const uint8_t v4_prefix[12] = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xff, 0xff};
 
 static bool is_v4(const srv_client *client) {
-  return memcmp(client->address, V4_PREFIX, sizeof V4_PREFIX) == 0;
+  return memcmp(client->address, v4_prefix, sizeof v4_prefix) == 0;
 }
 
 srv_client srv_client_of(const srv_address *peer) {
   srv_client client = {{0}};
   if (peer->family == AF_INET) {
-    memcpy(client.address, V4_PREFIX, sizeof V4_PREFIX);
-    memcpy(client.address + sizeof V4_PREFIX, &peer->v4.sin_addr, 4);
+    memcpy(client.address, v4_prefix, sizeof v4_prefix);
+    memcpy(client.address + sizeof v4_prefix, &peer->v4.sin_addr, 4);
   } else if (peer->family == AF_INET6) {
     memcpy(client.address, &peer->v6.sin6_addr, sizeof client.address);
   }
@@ -37,7 +37,7 @@ srv_client srv_client_group(const srv_client *client) {
 
 void srv_client_print(const srv_client *client, char out[SRV_CLIENT_TEXT]) {
   bool short_form = is_v4(client);
-  inet_ntop(short_form ? AF_INET : AF_INET6, client->address + (short_form ? sizeof V4_PREFIX : 0), out,
+  inet_ntop(short_form ? AF_INET : AF_INET6, client->address + (short_form ? sizeof v4_prefix : 0), out,
             SRV_CLIENT_TEXT);
 }
 

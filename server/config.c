@@ -40,7 +40,7 @@ enum { FLAG_SIZE = 64, LEVEL_FILE_MAX = 64 };
 #define ANY       UINT64_MAX
 #define GIBIBYTE  (UINT64_C(1) << 30)
 
-static const setting SETTINGS[] = {
+static const setting known_settings[] = {
     {"listen", KIND_TEXT, AT(listen), "127.0.0.1:8080", 0, 0, NULL, "ADDRESS",
      "the address to serve: ADDRESS:PORT, [::]:PORT, NAME:PORT or unix:PATH; port 0 takes a free port"},
     {"admin-listen", KIND_TEXT, AT(admin_listen), "", 0, 0, NULL, "ADDRESS",
@@ -140,7 +140,7 @@ static const setting SETTINGS[] = {
     {"healthcheck", KIND_SWITCH, AT(healthcheck), "false", 0, 0, NULL, NULL,
      "ask the running daemon for /readyz; exit with 0 or 1"},
 };
-static const size_t SETTING_COUNT = sizeof SETTINGS / sizeof *SETTINGS;
+static const size_t SETTING_COUNT = sizeof known_settings / sizeof *known_settings;
 
 /* ---- quantities ------------------------------------------------------------------------------ */
 
@@ -149,7 +149,7 @@ typedef struct unit {
   uint64_t factor;
 } unit;
 
-static const unit SIZE_UNITS[] = {
+static const unit size_units[] = {
     {"", 1},
     {"B", 1},
     {"KiB", UINT64_C(1) << 10},
@@ -161,8 +161,8 @@ static const unit SIZE_UNITS[] = {
     {"GB", 1000000000},
     {"TB", UINT64_C(1000000000000)},
 };
-static const unit COUNT_UNITS[] = {{"", 1}, {"k", 1000}, {"M", 1000000}, {"G", 1000000000}};
-static const unit DURATION_UNITS[] = {{"ms", 1}, {"s", 1000}, {"m", 60000}, {"h", 3600000}};
+static const unit count_units[] = {{"", 1}, {"k", 1000}, {"M", 1000000}, {"G", 1000000000}};
+static const unit duration_units[] = {{"ms", 1}, {"s", 1000}, {"m", 60000}, {"h", 3600000}};
 
 /* Returns the text after the digits, NULL when there are none or the number overflows. */
 static const char *read_digits(const char *text, uint64_t *out) {
@@ -192,11 +192,11 @@ static bool read_quantity(const char *text, const unit *units, size_t unit_count
 }
 
 bool srv_parse_size(const char *text, uint64_t *out) {
-  return read_quantity(text, SIZE_UNITS, sizeof SIZE_UNITS / sizeof *SIZE_UNITS, out);
+  return read_quantity(text, size_units, sizeof size_units / sizeof *size_units, out);
 }
 
 bool srv_parse_count(const char *text, uint64_t *out) {
-  return read_quantity(text, COUNT_UNITS, sizeof COUNT_UNITS / sizeof *COUNT_UNITS, out);
+  return read_quantity(text, count_units, sizeof count_units / sizeof *count_units, out);
 }
 
 bool srv_parse_duration(const char *text, uint64_t *out) {
@@ -204,18 +204,19 @@ bool srv_parse_duration(const char *text, uint64_t *out) {
     *out = 0;
     return true;
   }
-  return read_quantity(text, DURATION_UNITS, sizeof DURATION_UNITS / sizeof *DURATION_UNITS, out);
+  return read_quantity(text, duration_units, sizeof duration_units / sizeof *duration_units, out);
 }
 
 bool srv_parse_rate(const char *text, api_rate *out) {
-  static const char UNITS[] = "smh";
-  static const uint32_t SECONDS[] = {1, 60, 3600};
+  static const char unit_letters[] = "smh";
+  static const uint32_t seconds[] = {1, 60, 3600};
   uint64_t number;
   const char *unit = read_digits(text, &number);
   if (!unit || number == 0 || number > SRV_RATE_MAX) return false;
-  const char *found = unit[0] == '/' && unit[1] != '\0' && unit[2] == '\0' ? strchr(UNITS, unit[1]) : NULL;
+  const char *found =
+      unit[0] == '/' && unit[1] != '\0' && unit[2] == '\0' ? strchr(unit_letters, unit[1]) : NULL;
   if (!found) return false;
-  *out = (api_rate){(uint32_t)number, SECONDS[found - UNITS]};
+  *out = (api_rate){(uint32_t)number, seconds[found - unit_letters]};
   return true;
 }
 
@@ -235,9 +236,9 @@ typedef struct section {
   const char *title, *text; /* lines of at most 100 characters */
 } section;
 
-static const char PURPOSE[] = "subdivision surfaces and rotation tracks over HTTP";
+static const char purpose[] = "subdivision surfaces and rotation tracks over HTTP";
 
-static const section SECTIONS[] = {
+static const section sections[] = {
     {"Signals",
      "SIGHUP reads the files of --api-keys, --url-keys, --log-level, --tls-cert and --tls-key again. "
      "SIGTERM,\n"
@@ -253,15 +254,15 @@ static const section SECTIONS[] = {
      "0 after a requested end; 1 when the daemon cannot start, or when --check or --healthcheck fail; 2 for\n"
      "a wrong flag or value."},
 };
-enum { SECTION_COUNT = sizeof SECTIONS / sizeof *SECTIONS };
+enum { SECTION_COUNT = sizeof sections / sizeof *sections };
 
 /* Flags that print something and exit; they are no settings. */
-static const section PRINTING[] = {
+static const section printing[] = {
     {"-h, --help", "this text"},
     {"--man", "the same as a manual page"},
     {"--version", "the version"},
 };
-enum { PRINTING_COUNT = sizeof PRINTING / sizeof *PRINTING };
+enum { PRINTING_COUNT = sizeof printing / sizeof *printing };
 
 static bool tells_fallback(const setting *s) {
   return s->fallback && s->fallback[0] != '\0' && s->kind != KIND_SWITCH;
@@ -272,9 +273,9 @@ static void print_help(FILE *out) {
           "Usage: tweend [flags]\n\n"
           "tweend: %s. The variable beside a flag is an\n"
           "environment variable with the same meaning; flags win.\n\n",
-          PURPOSE);
+          purpose);
   for (size_t i = 0; i < SETTING_COUNT; i++) {
-    const setting *s = &SETTINGS[i];
+    const setting *s = &known_settings[i];
     char variable[FLAG_SIZE];
     variable_name(s->flag, variable);
     fprintf(out, "  --%s%s%s  (%s)\n      %s", s->flag, s->argument ? " " : "",
@@ -283,8 +284,8 @@ static void print_help(FILE *out) {
     fputc('\n', out);
   }
   for (size_t i = 0; i < PRINTING_COUNT; i++)
-    fprintf(out, "  %s\n      %s\n", PRINTING[i].title, PRINTING[i].text);
-  for (size_t i = 0; i < SECTION_COUNT; i++) fprintf(out, "\n%s:\n%s\n", SECTIONS[i].title, SECTIONS[i].text);
+    fprintf(out, "  %s\n      %s\n", printing[i].title, printing[i].text);
+  for (size_t i = 0; i < SECTION_COUNT; i++) fprintf(out, "\n%s:\n%s\n", sections[i].title, sections[i].text);
 }
 
 /* Escapes what roff would interpret. */
@@ -303,10 +304,10 @@ static void print_roff(FILE *out, const char *text) {
 
 static void print_manual(FILE *out) {
   fputs(".TH TWEEND 1 \"\" \"tweend " TWEEND_VERSION "\"\n.SH NAME\ntweend \\- ", out);
-  fprintf(out, "%s\n.SH SYNOPSIS\n.B tweend\n.RI [ flags ]\n.SH OPTIONS\n", PURPOSE);
+  fprintf(out, "%s\n.SH SYNOPSIS\n.B tweend\n.RI [ flags ]\n.SH OPTIONS\n", purpose);
   fputs("The variable beside a flag is an environment variable with the same meaning; flags win.\n", out);
   for (size_t i = 0; i < SETTING_COUNT; i++) {
-    const setting *s = &SETTINGS[i];
+    const setting *s = &known_settings[i];
     char variable[FLAG_SIZE];
     variable_name(s->flag, variable);
     fputs(".TP\n\\fB\\-\\-", out);
@@ -320,12 +321,12 @@ static void print_manual(FILE *out) {
   }
   for (size_t i = 0; i < PRINTING_COUNT; i++) {
     fputs(".TP\n.B ", out);
-    print_roff(out, PRINTING[i].title);
-    fprintf(out, "\n%s\n", PRINTING[i].text);
+    print_roff(out, printing[i].title);
+    fprintf(out, "\n%s\n", printing[i].text);
   }
   for (size_t i = 0; i < SECTION_COUNT; i++) {
-    fprintf(out, ".SH %s\n", SECTIONS[i].title);
-    print_roff(out, SECTIONS[i].text);
+    fprintf(out, ".SH %s\n", sections[i].title);
+    print_roff(out, sections[i].text);
     fputc('\n', out);
   }
 }
@@ -411,33 +412,35 @@ static bool fail_value(const setting *s, const char *source, const char *text, s
 static bool read_environment(srv_config *config, char *(*environment)(const char *name), srv_error *error) {
   for (size_t i = 0; i < SETTING_COUNT; i++) {
     char variable[FLAG_SIZE];
-    variable_name(SETTINGS[i].flag, variable);
+    variable_name(known_settings[i].flag, variable);
     const char *text = environment(variable);
-    if (text && !assign(config, &SETTINGS[i], text)) return fail_value(&SETTINGS[i], variable, text, error);
+    if (text && !assign(config, &known_settings[i], text))
+      return fail_value(&known_settings[i], variable, text, error);
   }
   return true;
 }
 
 static const setting *find_setting(const char *name, size_t size) {
   for (size_t i = 0; i < SETTING_COUNT; i++) {
-    if (strlen(SETTINGS[i].flag) == size && memcmp(SETTINGS[i].flag, name, size) == 0) return &SETTINGS[i];
+    if (strlen(known_settings[i].flag) == size && memcmp(known_settings[i].flag, name, size) == 0)
+      return &known_settings[i];
   }
   return NULL;
 }
 
 static const char *nearest(const char *name, size_t size) {
-  const setting *best = &SETTINGS[0];
+  const setting *best = &known_settings[0];
   for (size_t i = 1; i < SETTING_COUNT; i++)
-    if (api_name_distance(name, size, SETTINGS[i].flag) < api_name_distance(name, size, best->flag))
-      best = &SETTINGS[i];
+    if (api_name_distance(name, size, known_settings[i].flag) < api_name_distance(name, size, best->flag))
+      best = &known_settings[i];
   return best->flag;
 }
 
 void srv_config_warn(char *const *environment) {
-  static const char PREFIX[] = "TWEEND_";
+  static const char prefix[] = "TWEEND_";
   for (; *environment; environment++) {
-    if (strncmp(*environment, PREFIX, sizeof PREFIX - 1) != 0) continue;
-    const char *name = *environment + sizeof PREFIX - 1;
+    if (strncmp(*environment, prefix, sizeof prefix - 1) != 0) continue;
+    const char *name = *environment + sizeof prefix - 1;
     size_t size = strcspn(name, "=");
     char flag[FLAG_SIZE] = "", variable[FLAG_SIZE];
     for (size_t i = 0; i < size && i < FLAG_SIZE - 1; i++)
@@ -448,7 +451,7 @@ void srv_config_warn(char *const *environment) {
     variable_name(s ? s->flag : nearest(flag, strlen(flag)), variable);
     if (!s || strncmp(variable, *environment, strlen(variable)) != 0)
       srv_log(SRV_LOG_WARN, "the variable %.*s is no setting; the nearest is %s",
-              (int)(size + sizeof PREFIX - 1), *environment, variable);
+              (int)(size + sizeof prefix - 1), *environment, variable);
   }
 }
 
@@ -480,7 +483,8 @@ static bool read_flag(srv_config *config, int argc, char *const *argv, int *at, 
 
 static bool set_defaults(srv_config *config) {
   for (size_t i = 0; i < SETTING_COUNT; i++) {
-    if (SETTINGS[i].fallback && !assign(config, &SETTINGS[i], SETTINGS[i].fallback)) return false;
+    if (known_settings[i].fallback && !assign(config, &known_settings[i], known_settings[i].fallback))
+      return false;
   }
   /* Defaults that depend on the machine. check_together sets the queue once the number of threads is
    * known. */
@@ -507,13 +511,13 @@ char *srv_config_text(const char *flag, const char *setting, size_t size_max, sr
 }
 
 bool srv_config_log_level(const srv_config *config, srv_log_level *out, srv_error *error) {
-  static const char LEVELS[] = "error|warn|info|debug";
+  static const char levels[] = "error|warn|info|debug";
   char *text = srv_config_text("log-level", config->log_level, LEVEL_FILE_MAX, error);
   if (!text) return false;
   const char *word = srv_trim(text);
   uint64_t level = 0;
   bool is_level =
-      parse_choice(LEVELS, word, &level) || srv_fail(error, "--log-level: '%s' is not %s", word, LEVELS);
+      parse_choice(levels, word, &level) || srv_fail(error, "--log-level: '%s' is not %s", word, levels);
   if (is_level) *out = (srv_log_level)level;
   free(text);
   return is_level;
@@ -532,11 +536,11 @@ static bool is_origin(const char *text, size_t size) {
   return host > text && before < size && !memchr(text + before, '/', size - before);
 }
 
-static const char BETWEEN[] = ", \t"; /* the items of a list */
+static const char separators[] = ", \t"; /* the items of a list */
 
 static bool check_origins(const char *list, srv_error *error) {
-  for (list += strspn(list, BETWEEN); *list != '\0'; list += strspn(list, BETWEEN)) {
-    size_t size = strcspn(list, BETWEEN);
+  for (list += strspn(list, separators); *list != '\0'; list += strspn(list, separators)) {
+    size_t size = strcspn(list, separators);
     if (!(size == 1 && *list == '*') && !is_origin(list, size))
       return srv_fail(error, "--cors-origins: '%.*s' is not * or an origin such as https://example.org",
                       (int)size, list);
@@ -547,14 +551,15 @@ static bool check_origins(const char *list, srv_error *error) {
 
 /* Whether the text can be compared with the host of a request: no scheme, no port, no path. */
 static bool is_host(const char *text, size_t size) {
-  static const char NAME[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789.-_";
+  static const char name_characters[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789.-_";
   bool is_address = size > 2 && text[0] == '[' && text[size - 1] == ']';
-  return is_address ? strspn(text + 1, "0123456789abcdefABCDEF:.") == size - 2 : strspn(text, NAME) >= size;
+  return is_address ? strspn(text + 1, "0123456789abcdefABCDEF:.") == size - 2
+                    : strspn(text, name_characters) >= size;
 }
 
 static bool check_hosts(const char *list, srv_error *error) {
-  for (list += strspn(list, BETWEEN); *list != '\0'; list += strspn(list, BETWEEN)) {
-    size_t size = strcspn(list, BETWEEN);
+  for (list += strspn(list, separators); *list != '\0'; list += strspn(list, separators)) {
+    size_t size = strcspn(list, separators);
     if (!(size == 1 && *list == '*') && !is_host(list, size))
       return srv_fail(error,
                       "--hosts: '%.*s' is not * or a host such as tweend.example or [fd00::1], without port",
@@ -614,6 +619,7 @@ srv_config_status srv_config_read(srv_config *config, int argc, char *const *arg
 
 void srv_config_deinit(srv_config *config) {
   for (size_t i = 0; i < SETTING_COUNT; i++)
-    if (SETTINGS[i].kind == KIND_TEXT) free(*(char **)(void *)((char *)config + SETTINGS[i].offset));
+    if (known_settings[i].kind == KIND_TEXT)
+      free(*(char **)(void *)((char *)config + known_settings[i].offset));
   *config = (srv_config){0};
 }

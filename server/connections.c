@@ -20,9 +20,9 @@ static const size_t UNSENT_LEAST = 64 << 10;
 
 /* Answers a connection that is refused with 503. Not over TLS, where an answer would need a handshake. */
 static void turn_away(const srv_loop *l, int fd, unsigned reason) {
-  static const char BUSY[] = "HTTP/1.1 503 Service Unavailable\r\nConnection: close\r\nRetry-After: 1\r\n"
+  static const char busy[] = "HTTP/1.1 503 Service Unavailable\r\nConnection: close\r\nRetry-After: 1\r\n"
                              "Content-Length: 0\r\n\r\n";
-  if (!l->http->tls) srv_raw_send(fd, BUSY, sizeof BUSY - 1); /* the send buffer of a fresh socket has room */
+  if (!l->http->tls) srv_raw_send(fd, busy, sizeof busy - 1); /* the send buffer of a fresh socket has room */
   shutdown(fd, SHUT_WR);
   srv_metrics_refusal(l->http->server->metrics, reason);
 }

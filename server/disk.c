@@ -59,10 +59,10 @@ char *srv_read_text(const char *path, size_t size_max) {
 }
 
 char *srv_trim(char *text) {
-  static const char BLANKS[] = " \t\r\n";
-  text += strspn(text, BLANKS);
+  static const char blanks[] = " \t\r\n";
+  text += strspn(text, blanks);
   size_t size = strlen(text);
-  while (size > 0 && strchr(BLANKS, text[size - 1])) size--;
+  while (size > 0 && strchr(blanks, text[size - 1])) size--;
   text[size] = '\0';
   return text;
 }

@@ -421,16 +421,16 @@ void srv_exchange_timing(const srv_exchange *exchange, char out[SRV_TIMING_SIZE]
 
 bool srv_exchange_rates(const srv_exchange *exchange, char policy[SRV_RATES_SIZE],
                         char left[SRV_RATES_SIZE]) {
-  static const char *const NAMES[] = {"address", "key"};
+  static const char *const names[] = {"address", "key"};
   int policy_size = 0, left_size = 0;
   for (size_t i = 0; i < 2; i++) {
     const srv_allowance *a = &exchange->allowances[i];
     if (a->rate.count == 0) continue;
     const char *comma = policy_size > 0 ? ", " : "";
     policy_size += snprintf(policy + policy_size, SRV_RATES_SIZE - (size_t)policy_size, "%s\"%s\";q=%u;w=%u",
-                            comma, NAMES[i], a->rate.count, a->rate.period_s);
+                            comma, names[i], a->rate.count, a->rate.period_s);
     left_size += snprintf(left + left_size, SRV_RATES_SIZE - (size_t)left_size, "%s\"%s\";r=%u;t=%u", comma,
-                          NAMES[i], a->left, a->reset_s);
+                          names[i], a->left, a->reset_s);
   }
   return policy_size > 0;
 }

@@ -107,10 +107,12 @@ static void take_cookies(srv_framing *framing, const char *value, size_t size) {
 /* HOST[:PORT] of RFC 9110, 7.2: a name of RFC 3986 (percent-encodings are left aside: no name has any), or an
  * address in brackets. */
 static bool is_host(const char *value, size_t size) {
-  static const char NAME[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-._~!$&'()*+,;=";
+  static const char name_characters[] =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-._~!$&'()*+,;=";
   bool is_address = size > 0 && value[0] == '[';
   size_t at = is_address;
-  while (at < size && value[at] != '\0' && strchr(is_address ? "0123456789abcdefABCDEF:." : NAME, value[at]))
+  while (at < size && value[at] != '\0' &&
+         strchr(is_address ? "0123456789abcdefABCDEF:." : name_characters, value[at]))
     at++;
   if (at == (size_t)is_address || (is_address && (at == size || value[at++] != ']'))) return false;
   if (at == size) return true;

@@ -9,11 +9,11 @@
 
 enum { TIMEOUT_MS = 3000, STATUS_LINE_SIZE = 13 }; /* "HTTP/1.1 200 " */
 
-static const char REQUEST[] = "GET /readyz HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n";
+static const char probe[] = "GET /readyz HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n";
 
 /* Sends the request and reads the start of the answer. */
 static bool ask_plain(int fd, char *status_line) {
-  if (send(fd, REQUEST, sizeof REQUEST - 1, MSG_NOSIGNAL) != (ssize_t)(sizeof REQUEST - 1)) return false;
+  if (send(fd, probe, sizeof probe - 1, MSG_NOSIGNAL) != (ssize_t)(sizeof probe - 1)) return false;
   return recv(fd, status_line, STATUS_LINE_SIZE, MSG_WAITALL) == STATUS_LINE_SIZE;
 }
 
@@ -25,7 +25,7 @@ static bool exchange_tls(gnutls_session_t session, int fd, char *status_line) {
     done = gnutls_handshake(session);
   } while (done < 0 && gnutls_error_is_fatal(done) == 0);
   if (done < 0) return false;
-  if (gnutls_record_send(session, REQUEST, sizeof REQUEST - 1) != (ssize_t)(sizeof REQUEST - 1)) return false;
+  if (gnutls_record_send(session, probe, sizeof probe - 1) != (ssize_t)(sizeof probe - 1)) return false;
   size_t size = 0;
   while (size < STATUS_LINE_SIZE) {
     ssize_t got = gnutls_record_recv(session, status_line + size, STATUS_LINE_SIZE - size);

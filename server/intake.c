@@ -174,7 +174,7 @@ void *srv_intake_begin(void *context, const char *target, struct MHD_Connection 
  * a closed socket responds with a reset. Over TLS, whose end has a message of its own, and with HTTP/1.0
  * nothing can be sent. */
 static bool is_client_connected(srv_exchange *exchange) {
-  static const char INTERIM[] = "HTTP/1.1 100 Continue\r\n\r\n";
+  static const char interim_head[] = "HTTP/1.1 100 Continue\r\n\r\n";
   static const uint64_t PATIENCE_NS = 500000000;
   srv_connection *c = (srv_connection *)(void *)exchange;
   srv_raw_state state = srv_raw_state_of(c->fd);
@@ -184,7 +184,7 @@ static bool is_client_connected(srv_exchange *exchange) {
   bool is_due = now_ns > ended_ns && now_ns - ended_ns >= PATIENCE_NS;
   /* Again after the same time, as the client may leave later; and only where all of it fits. */
   if (is_due && atomic_compare_exchange_strong(&c->half_ns, &ended_ns, now_ns) && srv_raw_unsent(c->fd) == 0)
-    return srv_raw_send(c->fd, INTERIM, sizeof INTERIM - 1);
+    return srv_raw_send(c->fd, interim_head, sizeof interim_head - 1);
   return true;
 }
 

@@ -11,20 +11,20 @@
 enum { FILE_MAX = 1 << 20 };
 
 static const unsigned ALL_RIGHTS = API_MAY_READ | API_MAY_WRITE | API_MAY_DELETE;
-static const char BLANKS[] = " \t\r\n";
+static const char blanks[] = " \t\r\n";
 
 static bool is_key(const char *word) {
-  return word[strcspn(word, BLANKS)] == '\0' && !strchr(word, ',');
+  return word[strcspn(word, blanks)] == '\0' && !strchr(word, ',');
 }
 
 /* Reads "read,write,delete" or some of these; cuts the word in place. */
 static bool read_rights(char *word, unsigned *out) {
-  static const char *const NAMES[] = {"read", "write", "delete"};
+  static const char *const names[] = {"read", "write", "delete"};
   char *rest = NULL;
   unsigned rights = 0;
   for (char *name = strtok_r(word, ",", &rest); name; name = strtok_r(NULL, ",", &rest)) {
     unsigned i = 0;
-    while (i < 3 && strcmp(name, NAMES[i]) != 0) i++;
+    while (i < 3 && strcmp(name, names[i]) != 0) i++;
     if (i == 3) return false;
     rights |= 1u << i;
   }
@@ -43,9 +43,9 @@ static bool read_word(char *word, bool is_last, api_key *key) {
 /* Reads KEY, then rights, a rate, or both in this order. */
 static bool read_line(char *line, api_key *key) {
   char *rest = NULL;
-  *key = (api_key){.text = strtok_r(line, BLANKS, &rest), .rights = ALL_RIGHTS};
-  char *first = strtok_r(NULL, BLANKS, &rest), *second = strtok_r(NULL, BLANKS, &rest);
-  if (!is_key(key->text) || strtok_r(NULL, BLANKS, &rest)) return false;
+  *key = (api_key){.text = strtok_r(line, blanks, &rest), .rights = ALL_RIGHTS};
+  char *first = strtok_r(NULL, blanks, &rest), *second = strtok_r(NULL, blanks, &rest);
+  if (!is_key(key->text) || strtok_r(NULL, blanks, &rest)) return false;
   if (second && !srv_parse_rate(second, &key->rate)) return false;
   return !first || read_word(first, !second, key);
 }

@@ -50,10 +50,10 @@ static bool parse_inet6(const char *host, in_port_t port, srv_address *out) {
 
 /* Resolves a host name, IPv4 first. Digits and dots are no name. */
 static bool resolve(const char *host, in_port_t port, srv_address *out) {
-  static const int FAMILIES[] = {AF_INET, AF_INET6};
+  static const int families[] = {AF_INET, AF_INET6};
   if (host[strspn(host, "0123456789.")] == '\0' || strchr(host, ':')) return false;
   for (size_t i = 0; i < 2; i++) {
-    const struct addrinfo wanted = {.ai_family = FAMILIES[i], .ai_socktype = SOCK_STREAM};
+    const struct addrinfo wanted = {.ai_family = families[i], .ai_socktype = SOCK_STREAM};
     struct addrinfo *found = NULL;
     if (getaddrinfo(host, NULL, &wanted, &found) != 0) continue;
     memcpy(&out->any, found->ai_addr, found->ai_addrlen);

@@ -29,7 +29,7 @@ typedef struct line {
 static _Atomic srv_log_level threshold = SRV_LOG_WARN;
 static bool as_json = false;
 
-static const char *const LEVEL_NAMES[] = {"error", "warn", "info", "debug"};
+static const char *const level_names[] = {"error", "warn", "info", "debug"};
 
 void srv_log_set_level(srv_log_level level) {
   atomic_store(&threshold, level);
@@ -94,7 +94,7 @@ static void begin(line *l, srv_log_level level) {
   strftime(second, sizeof second, "%Y-%m-%dT%H:%M:%S", gmtime_r(&now.tv_sec, &utc));
   l->size = 0;
   append(l, as_json ? "{\"time\":\"%s.%03ldZ\",\"level\":\"%s\"" : "%s.%03ldZ %-5s ", second,
-         now.tv_nsec / 1000000, LEVEL_NAMES[level]);
+         now.tv_nsec / 1000000, level_names[level]);
 }
 
 /* ---- standard error -------------------------------------------------------------------------- */
@@ -257,9 +257,9 @@ static int next_character(const char **at) {
 
 /* Whether the argument's name is "sig", in any case, percent-encoded or not. */
 static bool is_signature(const char *argument) {
-  static const char NAME[] = "sig=";
-  for (size_t i = 0; NAME[i] != '\0'; i++)
-    if (tolower(next_character(&argument)) != NAME[i]) return false;
+  static const char parameter[] = "sig=";
+  for (size_t i = 0; parameter[i] != '\0'; i++)
+    if (tolower(next_character(&argument)) != parameter[i]) return false;
   return true;
 }
 

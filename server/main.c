@@ -49,10 +49,11 @@ static bool is_ending_signal(int number) {
  * them, when it waits for one, and none ends the process by default. Left unblocked: faults, which belong to
  * the thread that caused them; the signals of job control; and those that are ignored by default. */
 static void block_signals(sigset_t *taken) {
-  static const int OTHERS[] = {SIGSEGV, SIGBUS,  SIGFPE,  SIGILL,  SIGABRT, SIGTRAP, SIGSYS,  SIGPIPE,
-                               SIGTSTP, SIGTTIN, SIGTTOU, SIGCONT, SIGCHLD, SIGURG,  SIGWINCH};
+  static const int other_signals[] = {SIGSEGV, SIGBUS,  SIGFPE,  SIGILL,  SIGABRT, SIGTRAP, SIGSYS,  SIGPIPE,
+                                      SIGTSTP, SIGTTIN, SIGTTOU, SIGCONT, SIGCHLD, SIGURG,  SIGWINCH};
   sigfillset(taken);
-  for (size_t i = 0; i < sizeof OTHERS / sizeof *OTHERS; i++) sigdelset(taken, OTHERS[i]);
+  for (size_t i = 0; i < sizeof other_signals / sizeof *other_signals; i++)
+    sigdelset(taken, other_signals[i]);
   pthread_sigmask(SIG_BLOCK, taken, NULL);
   signal(SIGPIPE, SIG_IGN);
 }

@@ -17,7 +17,7 @@
 
 enum { COUNTERS_MAX = 256, ROUTES_MAX = 32, BUCKET_COUNT = 10 };
 
-static const double BUCKETS_S[BUCKET_COUNT] = {0.0005, 0.001, 0.005, 0.01, 0.05, 0.1, 0.5, 1, 5, 30};
+static const double buckets_s[BUCKET_COUNT] = {0.0005, 0.001, 0.005, 0.01, 0.05, 0.1, 0.5, 1, 5, 30};
 
 typedef struct counter {
   const char *route;
@@ -102,7 +102,7 @@ static void count_duration(srv_metrics *metrics, const char *route, double secon
     *h = (histogram){.route = route};
   }
   size_t bucket = 0;
-  while (bucket < BUCKET_COUNT && seconds > BUCKETS_S[bucket]) bucket++;
+  while (bucket < BUCKET_COUNT && seconds > buckets_s[bucket]) bucket++;
   if (bucket < BUCKET_COUNT) h->buckets[bucket]++;
   h->requests++;
   h->sum_s += seconds;
@@ -224,7 +224,7 @@ static void print_labelled(FILE *out, const char *name, const char *label, const
   fprintf(out, "%s{%s=\"%s\"} %.15g\n", name, label, value, number);
 }
 
-static const char *const REFUSALS[SRV_REFUSAL_COUNT] = {
+static const char *const refusal_names[SRV_REFUSAL_COUNT] = {
     [API_REFUSAL_ACCESS] = "access",
     [API_REFUSAL_BODY] = "body",
     [API_REFUSAL_MEMORY] = "memory",
@@ -246,13 +246,13 @@ static const char *const REFUSALS[SRV_REFUSAL_COUNT] = {
 };
 
 static void print_refusals(FILE *out, srv_metrics *metrics) {
-  static const char NAME[] = "tweend_refusals_total";
-  print_family(out, NAME, "Requests and connections that were turned away, by reason.");
+  static const char metric[] = "tweend_refusals_total";
+  print_family(out, metric, "Requests and connections that were turned away, by reason.");
   for (size_t i = API_REFUSAL_NONE + 1; i < SRV_REFUSAL_COUNT; i++)
-    print_labelled(out, NAME, "reason", REFUSALS[i], (double)atomic_load(&metrics->refusals[i]));
+    print_labelled(out, metric, "reason", refusal_names[i], (double)atomic_load(&metrics->refusals[i]));
 }
 
-static const char *const OPERATIONS[STORE_COUNT] = {
+static const char *const operation_names[STORE_COUNT] = {
     [STORE_PUT] = "put",       [STORE_OPEN] = "open",       [STORE_LOOK] = "look",
     [STORE_REMOVE] = "remove", [STORE_SUMMARY] = "summary", [STORE_LIST] = "list",
 };
@@ -268,19 +268,19 @@ static void print_bucket(FILE *out, const srv_store_s3_load *bucket) {
 }
 
 static void print_store(FILE *out, srv_metrics *metrics, const srv_config *config, const srv_gauges *gauges) {
-  static const char COUNT[] = "tweend_store_operations_total", ERRORS[] = "tweend_store_errors_total",
-                    SECONDS[] = "tweend_store_seconds_total";
-  print_family(out, COUNT, "Operations of the store.");
+  static const char total_metric[] = "tweend_store_operations_total",
+                    error_metric[] = "tweend_store_errors_total", seconds[] = "tweend_store_seconds_total";
+  print_family(out, total_metric, "Operations of the store.");
   for (size_t i = 0; i < STORE_COUNT; i++)
-    print_labelled(out, COUNT, "operation", OPERATIONS[i],
+    print_labelled(out, total_metric, "operation", operation_names[i],
                    (double)atomic_load(&metrics->operations[i].count));
-  print_family(out, ERRORS, "Those that failed: not reached, full, or damaged.");
+  print_family(out, error_metric, "Those that failed: not reached, full, or damaged.");
   for (size_t i = 0; i < STORE_COUNT; i++)
-    print_labelled(out, ERRORS, "operation", OPERATIONS[i],
+    print_labelled(out, error_metric, "operation", operation_names[i],
                    (double)atomic_load(&metrics->operations[i].failed));
-  print_family(out, SECONDS, "What they took.");
+  print_family(out, seconds, "What they took.");
   for (size_t i = 0; i < STORE_COUNT; i++)
-    print_labelled(out, SECONDS, "operation", OPERATIONS[i],
+    print_labelled(out, seconds, "operation", operation_names[i],
                    (double)atomic_load(&metrics->operations[i].ns) / 1e9);
   if (gauges->bucket) print_bucket(out, gauges->bucket);
   if (config->store_limit == 0) return;
@@ -288,7 +288,7 @@ static void print_store(FILE *out, srv_metrics *metrics, const srv_config *confi
   print_number(out, "tweend_store_limit_bytes", "--store-limit.", config->store_limit);
 }
 
-static const char *const CACHED[API_CACHED_COUNT] = {
+static const char *const cached_names[API_CACHED_COUNT] = {
     [API_CACHED_MODEL] = "model",
     [API_CACHED_PLAN] = "plan",
     [API_CACHED_CLIP] = "clip",
@@ -296,45 +296,46 @@ static const char *const CACHED[API_CACHED_COUNT] = {
 };
 
 static void print_cache(FILE *out, const api_usage *usage) {
-  static const char HITS[] = "tweend_cache_hits_total", MISSES[] = "tweend_cache_misses_total",
-                    EVICTIONS[] = "tweend_cache_evictions_total";
-  print_family(out, HITS, "Values that were there when a request looked for them.");
+  static const char hit_metric[] = "tweend_cache_hits_total", miss_metric[] = "tweend_cache_misses_total",
+                    evictions[] = "tweend_cache_evictions_total";
+  print_family(out, hit_metric, "Values that were there when a request looked for them.");
   for (size_t i = 0; i < API_CACHED_COUNT; i++)
-    print_labelled(out, HITS, "kind", CACHED[i], (double)usage->cached[i].hits);
-  print_family(out, MISSES, "Values that had to be made.");
+    print_labelled(out, hit_metric, "kind", cached_names[i], (double)usage->cached[i].hits);
+  print_family(out, miss_metric, "Values that had to be made.");
   for (size_t i = 0; i < API_CACHED_COUNT; i++)
-    print_labelled(out, MISSES, "kind", CACHED[i], (double)usage->cached[i].misses);
-  print_family(out, EVICTIONS, "Values that went to make room.");
+    print_labelled(out, miss_metric, "kind", cached_names[i], (double)usage->cached[i].misses);
+  print_family(out, evictions, "Values that went to make room.");
   for (size_t i = 0; i < API_CACHED_COUNT; i++)
-    print_labelled(out, EVICTIONS, "kind", CACHED[i], (double)usage->cached[i].evictions);
+    print_labelled(out, evictions, "kind", cached_names[i], (double)usage->cached[i].evictions);
 }
 
 static void print_memory(FILE *out, const srv_config *config, const api_usage *usage) {
-  static const char NAME[] = "tweend_memory_bytes";
-  static const char *const HELD[API_HELD_COUNT] = {[API_HELD_CONNECTION] = "connection",
-                                                   [API_HELD_BODY] = "body",
-                                                   [API_HELD_BLOCK] = "block",
-                                                   [API_HELD_LIVE] = "live"};
-  print_family(out, NAME, "What counts against --max-memory.");
+  static const char metric[] = "tweend_memory_bytes";
+  static const char *const holder_names[API_HELD_COUNT] = {[API_HELD_CONNECTION] = "connection",
+                                                           [API_HELD_BODY] = "body",
+                                                           [API_HELD_BLOCK] = "block",
+                                                           [API_HELD_LIVE] = "live"};
+  print_family(out, metric, "What counts against --max-memory.");
   for (size_t i = 0; i < API_CACHED_COUNT; i++)
-    print_labelled(out, NAME, "kind", CACHED[i], (double)usage->cached[i].bytes);
+    print_labelled(out, metric, "kind", cached_names[i], (double)usage->cached[i].bytes);
   for (size_t i = 0; i < API_HELD_COUNT; i++)
-    print_labelled(out, NAME, "kind", HELD[i], (double)usage->held[i]);
-  print_labelled(out, NAME, "kind", "request", (double)usage->granted);
+    print_labelled(out, metric, "kind", holder_names[i], (double)usage->held[i]);
+  print_labelled(out, metric, "kind", "request", (double)usage->granted);
   print_number(out, "tweend_memory_limit_bytes", "--max-memory.", config->max_memory);
 }
 
-static const char DURATIONS[] = "tweend_http_request_duration_seconds";
+static const char duration_metric[] = "tweend_http_request_duration_seconds";
 
 static void print_histogram(FILE *out, const histogram *h) {
   uint64_t below = 0;
   for (size_t i = 0; i < BUCKET_COUNT; i++) {
     below += h->buckets[i];
-    fprintf(out, "%s_bucket{route=\"%s\",le=\"%g\"} %" PRIu64 "\n", DURATIONS, h->route, BUCKETS_S[i], below);
+    fprintf(out, "%s_bucket{route=\"%s\",le=\"%g\"} %" PRIu64 "\n", duration_metric, h->route, buckets_s[i],
+            below);
   }
-  fprintf(out, "%s_bucket{route=\"%s\",le=\"+Inf\"} %" PRIu64 "\n", DURATIONS, h->route, h->requests);
-  fprintf(out, "%s_sum{route=\"%s\"} %.9g\n", DURATIONS, h->route, h->sum_s);
-  fprintf(out, "%s_count{route=\"%s\"} %" PRIu64 "\n", DURATIONS, h->route, h->requests);
+  fprintf(out, "%s_bucket{route=\"%s\",le=\"+Inf\"} %" PRIu64 "\n", duration_metric, h->route, h->requests);
+  fprintf(out, "%s_sum{route=\"%s\"} %.9g\n", duration_metric, h->route, h->sum_s);
+  fprintf(out, "%s_count{route=\"%s\"} %" PRIu64 "\n", duration_metric, h->route, h->requests);
 }
 
 /* The second number in /proc/self/statm is the count of resident pages. */
@@ -390,8 +391,8 @@ static void print_requests(FILE *out, const srv_metrics *metrics) {
     fprintf(out, "tweend_http_requests_total{route=\"%s\",status=\"%d\"} %" PRIu64 "\n", c->route, c->status,
             c->requests);
   }
-  fprintf(out, "# HELP %s From the request line to the answer's end.\n# TYPE %s histogram\n", DURATIONS,
-          DURATIONS);
+  fprintf(out, "# HELP %s From the request line to the answer's end.\n# TYPE %s histogram\n", duration_metric,
+          duration_metric);
   for (size_t i = 0; i < metrics->histogram_count; i++) print_histogram(out, &metrics->histograms[i]);
   print_number(out, "tweend_http_aborted_total", "Requests whose answer was not delivered completely.",
                metrics->aborted);

@@ -12,14 +12,14 @@ bool srv_request_id_is_valid(const char *id) {
   return size > 0 && size < SRV_REQUEST_ID_SIZE && id[size] == '\0';
 }
 
-static const char DIGITS[] = "0123456789abcdef";
+static const char hex_digits[] = "0123456789abcdef";
 
 bool srv_traceparent_is_valid(const char *text) {
-  static const size_t ENDS[] = {2, 35, 52, 55};
+  static const size_t ends[] = {2, 35, 52, 55};
   size_t at = 0;
-  for (size_t i = 0; i < sizeof ENDS / sizeof *ENDS; i++) {
-    at += strspn(text + at, DIGITS);
-    if (at != ENDS[i] || text[at++] != (i < 3 ? '-' : '\0')) return false;
+  for (size_t i = 0; i < sizeof ends / sizeof *ends; i++) {
+    at += strspn(text + at, hex_digits);
+    if (at != ends[i] || text[at++] != (i < 3 ? '-' : '\0')) return false;
   }
   return true;
 }
@@ -28,7 +28,7 @@ bool srv_traceparent_is_valid(const char *text) {
 static char *print_hex(char *out, uint64_t value, unsigned least) {
   unsigned digits = least;
   while (digits < 16 && value >> 4 * digits > 0) digits++;
-  while (digits-- > 0) *out++ = DIGITS[value >> 4 * digits & 15];
+  while (digits-- > 0) *out++ = hex_digits[value >> 4 * digits & 15];
   return out;
 }
 

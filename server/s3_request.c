@@ -49,11 +49,12 @@ struct srv_s3 {
 
 /* ---- the place -------------------------------------------------------------------------------- */
 
-static const char UNRESERVED[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-._~";
+static const char unreserved_characters[] =
+    "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-._~";
 
 static bool is_name(const char *text, size_t size) {
   bool is_dots = (size == 1 && text[0] == '.') || (size == 2 && memcmp(text, "..", 2) == 0);
-  return size > 0 && !is_dots && strspn(text, UNRESERVED) >= size;
+  return size > 0 && !is_dots && strspn(text, unreserved_characters) >= size;
 }
 
 /* Reads "models/today/" from "/models/today/"; false when the text is not a path of names. */
@@ -347,13 +348,13 @@ static headers make_headers(const transfer *t, const srv_s3_credentials *credent
 
 static void set_options(CURL *handle, const srv_s3 *s3, transfer *t, const srv_s3_credentials *credentials,
                         uint64_t left_ms, char *detail) {
-  static const char *const METHODS[] = {"HEAD", "GET", "PUT", "DELETE"};
+  static const char *const methods[] = {"HEAD", "GET", "PUT", "DELETE"};
   const srv_s3_request *request = t->request;
   char url[URL_SIZE];
   snprintf(url, sizeof url, "%s/%s%s%s%s", s3->base, request->key ? s3->prefix : "",
            request->key ? request->key : "", request->query ? "?" : "", request->query ? request->query : "");
   curl_easy_setopt(handle, CURLOPT_URL, url);
-  curl_easy_setopt(handle, CURLOPT_CUSTOMREQUEST, METHODS[request->method]);
+  curl_easy_setopt(handle, CURLOPT_CUSTOMREQUEST, methods[request->method]);
   curl_easy_setopt(handle, CURLOPT_NOBODY, request->method == SRV_S3_HEAD ? 1L : 0L);
   if (request->method == SRV_S3_PUT) {
     curl_easy_setopt(handle, CURLOPT_UPLOAD, 1L);

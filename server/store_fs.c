@@ -72,12 +72,12 @@ static bool make_folder(const srv_store_fs *store, const char *folder) {
 /* Creates the missing subfolders of the root, but only on the file system that the root was first on: where a
  * volume was unmounted, models would be stored in the folder that it covered. */
 static bool make_folders(const srv_store_fs *store) {
-  static const char *const NAMES[] = {"objects", "summaries", "tmp"};
+  static const char *const folders[] = {"objects", "summaries", "tmp"};
   struct stat root;
   bool made = false;
   if (stat(store->root, &root) != 0) return false;
-  for (size_t i = 0; i < sizeof NAMES / sizeof *NAMES; i++) {
-    srv_path folder = srv_store_folder_path(store->root, NAMES[i]);
+  for (size_t i = 0; i < sizeof folders / sizeof *folders; i++) {
+    srv_path folder = srv_store_folder_path(store->root, folders[i]);
     if (access(folder.text, F_OK) == 0) continue;
     if (root.st_dev != store->device || !make_folder(store, folder.text)) return false;
     made = true;
