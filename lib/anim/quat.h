@@ -11,6 +11,8 @@ typedef struct tw_arc {
   double angle; /* in [0, pi]; half the angle of the rotation */
 } tw_arc;
 
+static const double TW_QUAT_IDENTITY[4] = {0, 0, 0, 1};
+
 static inline double quat_dot(const double a[4], const double b[4]) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
 }

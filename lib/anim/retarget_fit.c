@@ -7,7 +7,6 @@
 #include "quat.h"
 #include "vector3.h"
 
-static const double IDENTITY[4] = {0, 0, 0, 1};
 static const double SOFT_ROOM = 30 / TW_DEGREES; /* that trunk, feet and heads keep of their own rest pose */
 static const double AXIS_ROOM = 30 / TW_DEGREES; /* within which a figure faces along an axis of its world */
 
@@ -41,7 +40,7 @@ static void swing_between(const double from[3], const double to[3], double out[4
     double across[3] = {fabs(a[0]) < 0.5 ? 1 : 0, fabs(a[0]) < 0.5 ? 0 : 1, 0};
     tw_cross3(a, across, axis);
     tw_unit3(axis);
-    memcpy(out, IDENTITY, sizeof IDENTITY);
+    memcpy(out, TW_QUAT_IDENTITY, sizeof TW_QUAT_IDENTITY);
     if (cosine < 0) tw_quat_axis_angle(axis, 3.14159265358979323846, out);
     return;
   }
@@ -236,7 +235,7 @@ static void find_turn(fitting *f, double up[3]) {
                                   TW_BONE_SPINE};
   const double *left[2], *right[2], *low[2], *high[2];
   double source[3][3], target[3][3];
-  memcpy(f->fit->turned, IDENTITY, sizeof IDENTITY);
+  memcpy(f->fit->turned, TW_QUAT_IDENTITY, sizeof TW_QUAT_IDENTITY);
   memcpy(up, (double[]){0, 1, 0}, 3 * sizeof *up);
   bool has_sides = false, has_top = false;
   for (size_t i = 0; !has_sides && i < sizeof sides / sizeof *sides; i++)
@@ -385,7 +384,7 @@ static void align(const fitting *f, tw_fitted_bone *bone, const next_joints *nex
   uint32_t role = f->match->role[bone->target];
   bool is_known = role != TW_BONES, goes_with_limb = !is_known || is_limb(role);
   double source[3], target[3], swing[4], back[4];
-  memcpy(bone->alignment, IDENTITY, sizeof IDENTITY);
+  memcpy(bone->alignment, TW_QUAT_IDENTITY, sizeof TW_QUAT_IDENTITY);
   if (f->match->has_map && is_known) return;
   if (bone->is_carrier && fit->hips != TW_NO_INDEX) return;
   if (goes_with_limb && bone->above != TW_NO_INDEX)

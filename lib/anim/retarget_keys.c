@@ -16,7 +16,6 @@
 #include "retarget_carrying.h"
 #include "vector3.h"
 
-static const double IDENTITY[4] = {0, 0, 0, 1};
 static const double STILL = 1e-6; /* radians within which a bone stays at rest without a key */
 static const double LIKE = 1e-3;  /* radians and parts within which two bones rest alike */
 
@@ -76,7 +75,7 @@ static tw_status sample_turn(tw_carrying *c, const tw_bone_turn *turn, uint32_t 
 static tw_status hold_turn(tw_carrying *c, const tw_bone_turn *turn, uint32_t node, tw_error *error) {
   tw_key_sample held = {.time = 0};
   double rest[4];
-  tw_turn_evaluate(turn, NULL, IDENTITY, held.value);
+  tw_turn_evaluate(turn, NULL, TW_QUAT_IDENTITY, held.value);
   tw_rest_turn(&c->job->target, node, rest);
   if (tw_angle_between(held.value, rest) < STILL) return TW_OK;
   return tw_samples_carry(c, &held, 1, TW_ROTATION, false, node, error);
@@ -123,7 +122,7 @@ static bool rests_alike(const tw_carrying *c, const tw_fitted_bone *bone) {
   quat_widen(target->rest.rotation, b);
   double room = 10 * LIKE * (tw_length3(to) + tw_length3(from));
   return tw_length3(way) <= room && tw_angle_between(a, b) <= LIKE &&
-         tw_angle_between(above->offset, IDENTITY) <= LIKE;
+         tw_angle_between(above->offset, TW_QUAT_IDENTITY) <= LIKE;
 }
 
 /* From the source's rest to the target's: a scaled difference, or a ratio. */
@@ -159,7 +158,8 @@ static tw_status carry_alike(tw_carrying *c, const tw_fitted_bone *bone, tw_path
   const float *source = path == TW_SCALE ? from->scale : from->translation;
   const float *target = path == TW_SCALE ? to->scale : to->translation;
   if (track == TW_NO_INDEX || (path == TW_TRANSLATION && bone->is_carrier)) return TW_OK;
-  bool is_alike = bone->is_carrier ? tw_angle_between(bone->offset, IDENTITY) <= LIKE : rests_alike(c, bone);
+  bool is_alike =
+      bone->is_carrier ? tw_angle_between(bone->offset, TW_QUAT_IDENTITY) <= LIKE : rests_alike(c, bone);
   if (!is_alike) {
     c->lost_count += !stays(c, &c->tracks[track], source);
     return TW_OK;
@@ -194,7 +194,7 @@ static tw_status tell_bones(const tw_carrying *c, tw_retargeted *out, tw_error *
         (tw_matched_bone){.source = fit->bones[bone].source,
                           .target = node,
                           .by = (tw_match)c->match->by[node],
-                          .aligned = tw_angle_between(fit->bones[bone].alignment, IDENTITY)};
+                          .aligned = tw_angle_between(fit->bones[bone].alignment, TW_QUAT_IDENTITY)};
   }
   return TW_OK;
 }

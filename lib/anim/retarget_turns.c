@@ -5,8 +5,6 @@
 #include "retarget_carrying.h"
 #include "vector3.h"
 
-static const double IDENTITY[4] = {0, 0, 0, 1};
-
 void tw_rest_turn(const tw_skeleton *skeleton, uint32_t node, double out[4]) {
   quat_widen(skeleton->nodes[node].rest.rotation, out);
   tw_normalize(out, 4);
@@ -20,7 +18,7 @@ static void add_step(const tw_carrying *c, tw_turn_path *path, uint32_t node, bo
     memcpy(step->gap, path->end, sizeof step->gap);
     step->track = track;
     step->is_inverse = is_inverse;
-    memcpy(path->end, IDENTITY, sizeof IDENTITY);
+    memcpy(path->end, TW_QUAT_IDENTITY, sizeof TW_QUAT_IDENTITY);
     return;
   }
   double rest[4];
@@ -60,7 +58,7 @@ static bool find_path(const tw_carrying *c, uint32_t from, uint32_t to, tw_turn_
   *out = (tw_turn_path){.steps = tw_arena_alloc(c->scratch, steps, sizeof *out->steps)};
   uint32_t *way = tw_arena_alloc_raw(c->scratch, count, sizeof *way);
   if (!out->steps || !way) return false;
-  memcpy(out->end, IDENTITY, sizeof IDENTITY);
+  memcpy(out->end, TW_QUAT_IDENTITY, sizeof TW_QUAT_IDENTITY);
   for (uint32_t node = from; node != up; node = source->nodes[node].parent) add_step(c, out, node, true);
   uint32_t listed = 0;
   for (uint32_t node = to; node != down; node = source->nodes[node].parent) way[listed++] = node;
@@ -136,7 +134,7 @@ static void swing_at(const tw_carrying *c, const tw_aim *aim, float time, double
   quat_multiply(all, aim->offset, all); /* from the bone's frame to that of its source's joint */
   quat_conjugate(all, q);
   tw_rotation_turn(q, way, way);
-  memcpy(out, IDENTITY, sizeof IDENTITY);
+  memcpy(out, TW_QUAT_IDENTITY, sizeof TW_QUAT_IDENTITY);
   if (tw_unit3(way) == 0) return;
   tw_cross3(aim->rest, way, axis);
   double sine = tw_unit3(axis);
@@ -154,7 +152,7 @@ static tw_bone_turn *make_turn(tw_carrying *c, uint32_t index) {
   double frame[4], inverse[4]; /* the parent's world at rest, or behind C_above where there is a bone above */
   if (!out) return NULL;
   if (parent == TW_NO_INDEX)
-    memcpy(frame, IDENTITY, sizeof frame);
+    memcpy(frame, TW_QUAT_IDENTITY, sizeof frame);
   else
     memcpy(frame, fit->target.rotation[parent], sizeof frame);
   if (bone->above != TW_NO_INDEX) {
@@ -183,7 +181,7 @@ static tw_bone_turn *make_turn(tw_carrying *c, uint32_t index) {
 /* Makes the turns of the bones that share this one's. */
 static bool make_shares(tw_carrying *c, const tw_fitted_bone *bone, const tw_bone_turn *whole) {
   double chain[4];
-  memcpy(chain, IDENTITY, sizeof chain);
+  memcpy(chain, TW_QUAT_IDENTITY, sizeof chain);
   for (uint32_t i = 0; i < bone->between_count; i++) {
     uint32_t node = c->fit.between[bone->first_between + i];
     tw_bone_turn *part = tw_arena_alloc(c->scratch, 1, sizeof *part);
@@ -277,7 +275,7 @@ void tw_turn_at(const tw_carrying *c, const tw_bone_turn *turn, float time, floa
   double lead[4], swing[4], back[4];
   for (uint32_t i = 0; i < turn->path.count; i++)
     tw_clip_sample(c->clip, turn->path.steps[i].track, &time, 1, room[i]);
-  memcpy(lead, IDENTITY, sizeof lead);
+  memcpy(lead, TW_QUAT_IDENTITY, sizeof lead);
   if (turn->above) { /* hangs on a bone that swings: K^-1 swing^-1 K */
     swing_at(c, turn->above, time, swing);
     quat_conjugate(swing, swing);
