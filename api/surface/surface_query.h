@@ -4,6 +4,7 @@
 
 #include "clips.h"
 #include "flat_answer.h"
+#include "reduced_clips.h"
 #include "rules.h"
 #include "times.h"
 #include "tweend/format.h"
@@ -38,12 +39,6 @@ enum { API_MESHES_ALL, API_MESHES_NONE };
 
 /* Bits of `with`. */
 enum { API_WITH_NORMALS = 1, API_WITH_UVS = 2 };
-
-/* Which keyframes are reduced, and how much. */
-typedef struct api_reduction {
-  bool is_wide; /* LINEAR tracks are reduced too, not only those that glTF cannot express */
-  tw_tolerance tolerance;
-} api_reduction;
 
 /* A surface's parameters, and what they make of each other. Where a number is -1, the parameter is not given,
  * so the file's own tags apply. */

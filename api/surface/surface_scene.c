@@ -2,10 +2,9 @@
 #include "surface_scene.h"
 
 #include "baked.h"
+#include "reduced_clips.h"
 #include "service.h"
 
-#include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* ---- the clips ----------------------------------------------------------------------------------- */
@@ -77,124 +76,6 @@ void api_scene_release(api_surface_scene *scene) {
   api_entry_release(scene->moving);
 }
 
-/* ---- keyframe reduction -------------------------------------------------------------------------- */
-
-/* Immutable. */
-typedef struct reduced_clips {
-  tw_arena *arena;              /* holds the members below and the struct itself */
-  const tw_track_keys **tracks; /* [clips of the source] for tracks that is_reduced; or NULL. Of mixed clips
-                                   all tracks */
-  uint32_t *track_counts;       /* [clips of the source] */
-  tw_tolerance reached;         /* the largest remaining error */
-} reduced_clips;
-
-typedef struct reduced_source {
-  const tw_clip_keys *clips;   /* [clip_count] */
-  const tw_clip *const *mixed; /* [clip_count] clips without keys, else NULL */
-  uint32_t clip_count, node_count;
-  const api_reduction *reduction;
-  uint32_t max_keys; /* limit on the keys of a track */
-} reduced_source;
-
-static bool is_reduced(const tw_track_keys *track, const api_reduction *reduction) {
-  return !tw_keys_fit_gltf(track) || (reduction->is_wide && track->interpolation == TW_LINEAR);
-}
-
-static uint32_t count_reduced(const tw_clip_keys *clip, const api_reduction *reduction) {
-  uint32_t count = 0;
-  for (uint32_t i = 0; i < clip->track_count; i++) count += is_reduced(&clip->tracks[i], reduction);
-  return count;
-}
-
-static void destroy_reduced(void *value) {
-  tw_arena_destroy(((reduced_clips *)value)->arena); /* holds the struct itself */
-}
-
-/* mixed: a clip without keys, or NULL. */
-static tw_status reduce_tracks(const reduced_source *source, const tw_clip *mixed, const tw_clip_keys *chosen,
-                               uint64_t *steps, tw_arena *arena, tw_clip_keys *out, tw_tolerance *reached,
-                               tw_error *error) {
-  tw_status (*convert)(const tw_clip *, const tw_clip_keys *, tw_tolerance, uint32_t, uint64_t *, tw_arena *,
-                       tw_clip_keys *, tw_tolerance *, tw_error *) =
-      source->reduction->is_wide ? tw_clip_reduce : tw_clip_express;
-  tw_clip *clip = NULL;
-  if (mixed)
-    return convert(mixed, NULL, source->reduction->tolerance, source->max_keys, steps, arena, out, reached,
-                   error);
-  tw_status status = tw_clip_create(chosen, source->node_count, -1, &clip, error);
-  if (status == TW_OK)
-    status = convert(clip, chosen, source->reduction->tolerance, source->max_keys, steps, arena, out, reached,
-                     error);
-  tw_clip_destroy(clip);
-  return status;
-}
-
-/* Reduces the tracks of a clip that need it, as a clip of their own. */
-static tw_status reduce_clip(const reduced_source *source, uint32_t index, uint64_t *steps,
-                             reduced_clips *reduced, tw_error *error) {
-  const tw_clip_keys *clip = &source->clips[index];
-  const tw_clip *mixed = source->mixed[index];
-  uint32_t count = count_reduced(clip, source->reduction), filled = 0;
-  if (count == 0 && !mixed) return TW_OK;
-  tw_track_keys *chosen = tw_alloc(count, sizeof *chosen);
-  if (!chosen) return tw_fail(error, TW_NO_MEMORY, "out of memory");
-  for (uint32_t i = 0; i < clip->track_count; i++)
-    if (is_reduced(&clip->tracks[i], source->reduction)) chosen[filled++] = clip->tracks[i];
-  tw_clip_keys keys = {.track_count = count, .tracks = chosen}, out = {0};
-  tw_tolerance reached;
-  tw_status status = reduce_tracks(source, mixed, &keys, steps, reduced->arena, &out, &reached, error);
-  tw_free(chosen);
-  if (status != TW_OK) return status;
-  reduced->tracks[index] = out.tracks;
-  reduced->track_counts[index] = out.track_count;
-  reduced->reached.angle = fmax(reduced->reached.angle, reached.angle);
-  reduced->reached.distance = fmax(reduced->reached.distance, reached.distance);
-  return TW_OK;
-}
-
-static tw_status reduce_clips(const reduced_source *source, reduced_clips *reduced, tw_error *error) {
-  reduced->tracks = tw_arena_alloc(reduced->arena, source->clip_count, sizeof *reduced->tracks);
-  reduced->track_counts = tw_arena_alloc(reduced->arena, source->clip_count, sizeof *reduced->track_counts);
-  if (!reduced->tracks || !reduced->track_counts) return tw_fail(error, TW_NO_MEMORY, "out of memory");
-  tw_status status = TW_OK;
-  uint64_t steps = TW_REDUCTION_STEPS;
-  for (uint32_t i = 0; i < source->clip_count && status == TW_OK; i++)
-    status = reduce_clip(source, i, &steps, reduced, error);
-  return status;
-}
-
-static bool build_reduced(void *context, api_built *out, api_fault *fault) {
-  tw_arena *arena = tw_arena_create();
-  reduced_clips *reduced = arena ? tw_arena_alloc(arena, 1, sizeof *reduced) : NULL;
-  if (!reduced) {
-    tw_arena_destroy(arena);
-    return api_fault_without_memory(fault);
-  }
-  reduced->arena = arena;
-  if (reduce_clips(context, reduced, &fault->error) != TW_OK) {
-    destroy_reduced(reduced);
-    return api_fault_complete(fault);
-  }
-  *out = (api_built){reduced, tw_arena_size(arena), destroy_reduced, API_CACHED_CLIP};
-  return true;
-}
-
-/* Takes the reduced tracks into scene->reduced. They are cached because reducing takes far longer than
- * sending. */
-static api_outcome take_reduced(api_call *call, const tw_model *model, const tw_clip_keys *clips,
-                                const tw_clip *const *mixed, api_surface_scene *scene) {
-  uint64_t limit = call->service->limits.max_times;
-  reduced_source source = {.clips = clips,
-                           .mixed = mixed,
-                           .clip_count = scene->query->choices.count,
-                           .node_count = model->node_count,
-                           .reduction = &scene->query->reduction,
-                           .max_keys = limit < UINT32_MAX ? (uint32_t)limit : UINT32_MAX};
-  const char *key = api_surface_key_print(call, scene->query, API_KEY_REDUCED, "/reduced?");
-  if (!key) return api_fail_without_memory(call);
-  return api_call_take(call, scene->is_stored ? key : NULL, build_reduced, &source, &scene->reduced);
-}
-
 /* ---- the answer's clips -------------------------------------------------------------------------- */
 
 /* Limits baked keys, which are held in memory, to the size of an upload. */
@@ -257,53 +138,29 @@ static bool gather_clips(api_call *call, const tw_model *model, const api_surfac
   return true;
 }
 
-/* A copy of the clips with the reduced tracks. NULL without memory. */
-static const tw_clip_keys *replace_tracks(tw_arena *arena, const tw_clip_keys *clips,
-                                          const tw_clip *const *mixed, uint32_t count,
-                                          const api_reduction *reduction, const reduced_clips *reduced) {
-  tw_clip_keys *out = tw_arena_alloc(arena, count, sizeof *out);
-  for (uint32_t i = 0; out && i < count; i++) {
-    const tw_track_keys *fewer = reduced->tracks[i];
-    out[i] = clips[i];
-    if (!fewer) continue;
-    if (mixed[i]) {
-      out[i].tracks = fewer;
-      out[i].track_count = reduced->track_counts[i];
-      continue;
-    }
-    tw_track_keys *tracks = tw_arena_alloc(arena, clips[i].track_count, sizeof *tracks);
-    if (!tracks) return NULL;
-    for (uint32_t j = 0; j < clips[i].track_count; j++) {
-      const tw_track_keys *was = &clips[i].tracks[j];
-      tracks[j] = is_reduced(was, reduction) ? *fewer++ : *was;
-      tracks[j].preserved = was->preserved;
-    }
-    out[i].tracks = tracks;
-  }
-  return out;
-}
-
 /* Keeps the clips, with reduced tracks in place of those that glTF cannot express, and of others if asked
  * for. */
 static api_outcome keep_clips(api_call *call, const tw_model *model, api_surface_scene *scene) {
-  uint32_t count = scene->query->choices.count, first = 0;
-  const api_reduction *reduction = &scene->query->reduction;
-  tw_clip_keys *own;
+  uint64_t limit = call->service->limits.max_times;
+  tw_clip_keys *clips;
   const tw_clip **mixed;
-  if (!gather_clips(call, model, scene, &own, &mixed)) return api_fail_without_memory(call);
-  const tw_clip_keys *clips = own;
-  while (first < count && !mixed[first] && count_reduced(&clips[first], reduction) == 0) first++;
-  if (first < count) {
-    api_outcome outcome = take_reduced(call, model, clips, mixed, scene);
-    if (outcome != API_DONE) return outcome;
-    const reduced_clips *reduced = api_entry_value(scene->reduced);
-    clips = replace_tracks(call->arena, clips, mixed, count, reduction, reduced);
-    if (!clips) return api_fail_without_memory(call);
-    tell_error(call, &reduced->reached);
-  }
+  if (!gather_clips(call, model, scene, &clips, &mixed)) return api_fail_without_memory(call);
+  const api_clips_to_reduce source = {.clips = clips,
+                                      .mixed = mixed,
+                                      .clip_count = scene->query->choices.count,
+                                      .node_count = model->node_count,
+                                      .reduction = &scene->query->reduction,
+                                      .max_keys = limit < UINT32_MAX ? (uint32_t)limit : UINT32_MAX};
   scene->content.clips = clips;
-  scene->content.clip_count = count;
-  return API_DONE;
+  scene->content.clip_count = source.clip_count;
+  if (!api_clips_need_reduction(&source)) return API_DONE;
+  const char *key = api_surface_key_print(call, scene->query, API_KEY_REDUCED, "/reduced?");
+  if (!key) return api_fail_without_memory(call);
+  tw_tolerance reached;
+  api_outcome outcome = api_clips_reduce(call, scene->is_stored ? key : NULL, &source, &scene->reduced,
+                                         &scene->content.clips, &reached);
+  if (outcome == API_DONE) tell_error(call, &reached);
+  return outcome;
 }
 
 api_outcome api_scene_animate(api_call *call, const tw_model *model, api_surface_scene *scene) {
