@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "hash.h"
+
 const char *const tw_path_names[] = {"translation", "rotation", "scale", "weights"};
 const char *const tw_interpolation_names[] = {"step", "linear", "cubicspline", "nlerp", "squad", "euler"};
 
@@ -308,13 +310,13 @@ tw_status tw_clip_merge(const tw_clip_keys *clips, uint32_t clip_count, uint32_t
 enum { RECENT_TIMELINES = 64 };
 
 static uint64_t hash_times(const float *times, uint32_t count) {
-  uint64_t hash = 1469598103934665603u;
+  uint64_t hash = TW_HASH_BEGIN;
   for (uint32_t i = 0; i < count; i++) {
     uint32_t bits;
     memcpy(&bits, &times[i], sizeof bits);
-    hash = (hash ^ bits) * 1099511628211u;
+    hash = tw_hash_add(hash, bits);
   }
-  return hash ^ hash >> 32;
+  return tw_hash_end(hash);
 }
 
 static tw_status build_timelines(tw_clip *clip, const tw_clip_keys *keys, tw_error *error) {

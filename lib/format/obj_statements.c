@@ -8,21 +8,22 @@
 #include <string.h>
 
 #include "array.h"
+#include "hash.h"
 #include "sorted.h"
 #include "soup_mesh.h"
 #include "tweend/format.h"
 
 /* ---- names -------------------------------------------------------------------------------------- */
 
-/* FNV-1a over the words of a name, a blank behind each. */
+/* Over the words of a name, a blank behind each. */
 static uint64_t hash_name(tw_word name) {
-  uint64_t value = 14695981039346656037u;
+  uint64_t hash = TW_HASH_BEGIN;
   tw_obj_text text = tw_obj_text_of(name);
   for (tw_word word = tw_obj_read_word(&text); word.length > 0; word = tw_obj_read_word(&text)) {
-    for (size_t i = 0; i < word.length; i++) value = (value ^ (uint8_t)word.text[i]) * 1099511628211u;
-    value = (value ^ ' ') * 1099511628211u;
+    for (size_t i = 0; i < word.length; i++) hash = tw_hash_add(hash, (uint8_t)word.text[i]);
+    hash = tw_hash_add(hash, ' ');
   }
-  return value ^ value >> 32;
+  return tw_hash_end(hash);
 }
 
 /* Whether two names have the same words; what separates the words does not matter. */
