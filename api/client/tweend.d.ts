@@ -85,6 +85,8 @@ export class Tweend {
   surface(model: ModelId, options?: SurfaceOptions, form?: SurfaceForm, init?: Abortable): Promise<Response>;
   /** The points of a mesh of a surface in its own space, x y z each, and behind them what `with` asks for. `mesh` may be left out if the model has one mesh. */
   points(model: ModelId, options?: SurfaceOptions, init?: Abortable): Promise<Float32Array>;
+  /** Counts and bytes of all levels; the last one may be over a limit. */
+  levels(model: ModelId, options?: Omit<SurfaceOptions, "level">, init?: Abortable): Promise<Levels["levels"]>;
   surfaceCounts(model: ModelId, options?: SurfaceOptions, init?: Abortable): Promise<SurfaceCounts>;
 
   poseUrl(model: ModelId, options?: PoseOptions, form?: PoseForm): string;
@@ -481,6 +483,19 @@ export interface SurfaceCounts {
     shell_count?: number;
     /** With `shells=true`: the mesh's first shells, in its own space. */
     shells?: Shell[];
+  }[];
+}
+export interface Levels {
+  levels: {
+    level: number;
+    /** Number of merged points, without the splits that glTF needs. */
+    vertices: number;
+    edges: number;
+    faces: number;
+    /** Of the GLB under the same options, exactly; null where it is not known. */
+    bytes: number | null;
+    /** Of the last level, where it is over a limit: which. */
+    refused?: string;
   }[];
 }
 /** A motion of the whole figure in the world since time 0: in front of all transforms, first the rotation (x y z

@@ -205,6 +205,10 @@ export class Tweend {
     return new Float32Array(bytes, PREFIX + lengthOfHead(new DataView(bytes), POINTS, 'surface.bin'));
   }
 
+  async levels(model, options, init) {
+    return (await this.#json(this.url(`v1/models/${idOf(model)}/levels.json${queryOf(options)}`), init)).levels;
+  }
+
   surfaceCounts(model, options, init) {
     return this.#json(this.surfaceUrl(model, options, 'json'), init);
   }

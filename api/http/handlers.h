@@ -58,6 +58,7 @@ api_outcome api_get_tracks(api_call *call);
 
 api_outcome api_get_surface(api_call *call);
 api_outcome api_post_surface(api_call *call);
+api_outcome api_get_levels(api_call *call);
 api_outcome api_post_coarsen(api_call *call);
 api_outcome api_post_detail(api_call *call);
 

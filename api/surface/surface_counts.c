@@ -1,12 +1,16 @@
 /* surface.json: what an answer would have, without computing it. */
 #include "printability.h"
 
-static void print_counts(tw_text *text, uint64_t level, const tw_surface_counts *counts, uint64_t bytes) {
+void api_surface_print_counts(tw_text *text, uint64_t level, const tw_surface_counts *counts,
+                              uint64_t bytes) {
   tw_member_count(text, "level", level);
   tw_member_count(text, "vertices", counts->vertices);
   tw_member_count(text, "edges", counts->edges);
   tw_member_count(text, "faces", counts->faces);
-  tw_member_count(text, "bytes", bytes);
+  if (bytes == API_SIZE_UNKNOWN)
+    tw_text_add(text, ",\"bytes\":null");
+  else
+    tw_member_count(text, "bytes", bytes);
 }
 
 const tw_scene *api_scene_of_mesh(const api_surface_request *request, uint32_t mesh, tw_arena *arena) {
@@ -85,7 +89,7 @@ static tw_status print_mesh(api_call *call, const api_surface_request *request, 
   tw_text_element(text);
   tw_text_add(text, "{");
   tw_member_string(text, "name", request->scene.content.model->meshes[mesh].name);
-  print_counts(text, request->query.level, tw_surface_get_counts(surface), size);
+  api_surface_print_counts(text, request->query.level, tw_surface_get_counts(surface), size);
   if (request->query.with_shells) status = api_print_shells(call, request, mesh, text);
   tw_text_add(text, "}");
   return status;
@@ -95,7 +99,7 @@ api_outcome api_surface_reply_counts(api_call *call, const api_surface_request *
   const api_plan *plan = api_plan_of(request);
   tw_text text = {0};
   tw_text_add(&text, "{");
-  print_counts(&text, request->query.level, &plan->total, bytes);
+  api_surface_print_counts(&text, request->query.level, &plan->total, bytes);
   tw_status status = print_forms(call, request, bytes, &text);
   if (status == TW_OK && request->query.with_shells) status = api_print_solid(call, request, &text);
   tw_member_open(&text, "meshes", "[");

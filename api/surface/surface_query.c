@@ -199,7 +199,7 @@ static void print_mesh(const void *from, const api_rule *rule, tw_text *text) {
   tw_text_string(text, query->mesh);
 }
 
-/* The unit's default is the form's, see complete. */
+/* The unit's default is the form's, see api_surface_query_complete. */
 static void print_unit(const void *from, const api_rule *rule, tw_text *text) {
   (void)rule;
   api_flat_print(&((const api_surface_query *)from)->flat, text);
@@ -345,8 +345,8 @@ static void carry_root(api_surface_query *query) {
   root->is_carried = root->is_on && !root->in_place;
 }
 
-/* Fills in what the form makes of the parameters, and checks them together. */
-static api_outcome complete(api_call *call, const api_surface_form *form, api_surface_query *query) {
+api_outcome api_surface_query_complete(api_call *call, const api_surface_form *form,
+                                       api_surface_query *query) {
   tw_error *error = &call->fault.error;
   keep_cage(form, query);
   if (!form->is_gltf) query->encoding = TW_ENCODING_FLOAT;
@@ -362,10 +362,4 @@ static api_outcome complete(api_call *call, const api_surface_form *form, api_su
   if (!form->is_points && (query->mesh || query->with))
     return api_fail_with(call, 400, "mesh and with go with .bin, the points of one mesh");
   return API_DONE;
-}
-
-api_outcome api_surface_query_read_form(api_call *call, const api_surface_form *form,
-                                        api_surface_query *out) {
-  api_outcome outcome = api_surface_query_read(call, out);
-  return outcome == API_DONE ? complete(call, form, out) : outcome;
 }

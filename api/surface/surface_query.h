@@ -74,15 +74,16 @@ typedef struct api_surface_query {
   api_clip_choices choices; /* the clips, see api_scene_take_clips */
 } api_surface_query;
 
-/* For the table of routes. */
+/* For the table of routes. The first one is the level. */
 extern const api_rule api_surface_rules[];
 
 /* Fills in the defaults and reads what the call's query has. 400. */
 api_outcome api_surface_query_read(api_call *call, api_surface_query *out);
 
-/* The same for an answer in a form: fills in what that makes of the parameters, but for the clips, and checks
- * them together. */
-api_outcome api_surface_query_read_form(api_call *call, const api_surface_form *form, api_surface_query *out);
+/* Fills in what the form of the answer makes of parameters that were read, but for the clips, and checks them
+ * together. 400. */
+api_outcome api_surface_query_complete(api_call *call, const api_surface_form *form,
+                                       api_surface_query *query);
 
 /* Whether the request shows the model at one time. */
 static inline bool api_is_moment(const api_surface_query *query) {

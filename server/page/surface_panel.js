@@ -4,9 +4,6 @@ import { bytes, choice, count, make } from './dom.js';
 import { change, state, SURFACE, surfaceOptions, watch } from './state.js';
 
 const LEVELS = 10;
-// Limits above those of a daemon with default settings. A level has four times the faces of the one before.
-const FACES_MOST = 80e6;
-const BYTES_MOST = 2 ** 32;
 const CHOICES = [
   ['scheme', 'Scheme', [['catmull-clark', 'Catmull-Clark'], ['loop', 'Loop (triangles)'], ['bilinear', 'Bilinear']]],
   ['boundary', 'Boundary', [['edge-and-corner', 'Edge and corner'], ['edge-only', 'Edge only'], ['none', 'None'], ['open', 'Open']]],
@@ -82,25 +79,11 @@ export class SurfacePanel {
     this.clear();
     if (!state('model')) return;
     const { signal } = (this.controller = new AbortController());
-    for (let level = 0; level <= LEVELS; level++) {
-      const last = this.levels.at(-1);
-      if (last && (last.faces > FACES_MOST / 4 || last.bytes > BYTES_MOST / 4)) break;
-      try {
-        // The size of what is compressed takes as long as compressing it.
-        const options = { ...surfaceOptions(), level }, isCompressed = options.encoding === 'meshopt';
-        const url = tweend.surfaceUrl(state('model'), isCompressed ? { ...options, encoding: 'quantized' } : options, 'json');
-        const counts = await (await withKey(() => tweend.request(url, { signal }))).json();
-        this.levels.push({ level, ...counts, ...(isCompressed && { bytes: null }) });
-      } catch (error) {
-        if (signal.aborted) return;
-        const over = error.problem?.predicted;
-        if (!over) {
-          if (this.levels.length === 0) this.refusal = error.detail ?? error.message;
-          break;
-        }
-        this.levels.push({ level, vertices: over.vertices, faces: over.faces, bytes: null, refused: error.detail });
-        break;
-      }
+    try {
+      this.levels = await withKey(() => tweend.levels(state('model'), { ...surfaceOptions(), level: undefined }, { signal }));
+    } catch (error) {
+      if (signal.aborted) return;
+      this.refusal = error.detail ?? error.message;
     }
     const deepest = Math.max(...this.levels.filter(({ refused }) => !refused).map(({ level }) => level), 0);
     if (this.levels.length > 0) for (const { slider } of this.sliders) slider.max = deepest;

@@ -152,7 +152,7 @@ visits('what is shown is downloaded by one click', { hash: '#tab=edit&level=1&en
 
 visits('a daemon that went away is told of, and what failed is tried again', { hash: '#tab=surface' }, async (visit) => {
   await visit.level(2);
-  await visit.page.getByRole('button', { name: 'Show level 1' }).waitFor();
+  await visit.page.getByRole('button', { name: 'Show level 1', exact: true }).waitFor();
   await visit.page.route('**/v1/**', (route) => route.abort('connectionrefused')); // as long as it is away
   await visit.page.getByRole('button', { name: 'Show level 3' }).click();
   const notice = visit.page.locator('.notice', { hasText: 'Level 3 cannot be shown' });

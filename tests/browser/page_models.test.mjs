@@ -102,12 +102,12 @@ visits('a long download is announced and can be declined', { hash: '#tab=surface
 
 visits('what is surely small is loaded while its counts are asked for', { hash: '#tab=surface' }, async (visit) => {
   await visit.level(2);
-  await visit.page.getByRole('button', { name: 'Show level 1' }).waitFor(); // the table has asked for its counts by then
+  await visit.page.getByRole('button', { name: 'Show level 1', exact: true }).waitFor(); // the table has asked for its counts by then
   let release;
   const held = new Promise((resolve) => (release = resolve));
   await visit.page.route('**/surface.json?level=1', (route) => held.then(() => route.continue()));
   const loaded = visit.page.waitForResponse((response) => response.url().endsWith('surface.glb?level=1'));
-  await visit.page.getByRole('button', { name: 'Show level 1' }).click();
+  await visit.page.getByRole('button', { name: 'Show level 1', exact: true }).click();
   await loaded;
   assert.match(await visit.text('#facts'), /^Level 2/);
   release();

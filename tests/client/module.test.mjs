@@ -242,6 +242,26 @@ test('a level that is sculpted has its points, and comes back as a cage', async 
   for (const model of [box, made, refined, cage]) await tweend.remove(model);
 });
 
+test('points that moved are sent alone, in the space of a mesh that a node moves; all levels are counted at once', async () => {
+  const pair = await tweend.upload(JSON.stringify({
+    meshes: [{ name: 'a', shape: { kind: 'box' } }, { name: 'b', shape: { kind: 'box' } }],
+    nodes: [{ mesh: 'a', translation: [9, 0, 0] }, { mesh: 'b' }],
+  }));
+  const points = await tweend.points(pair, { level: 1, mesh: 'a' });
+  points[7] += 0.5;
+  const made = await tweend.sculpt(pair, { indices: [2], positions: points.subarray(6, 9) }, { level: 1, mesh: 'a' });
+  assert.equal((await tweend.sculpt(pair, points, { level: 1, mesh: 'a' })).id, made.id);
+  const now = await tweend.points(made, { level: 1, mesh: 'a' });
+  assert.ok(now.every((x, i) => Math.abs(x - points[i]) < 1e-6));
+  const rows = await tweend.points(pair, { level: 1, mesh: 'a', with: 'normals' });
+  assert.equal(rows.length, 2 * points.length);
+  await assert.rejects(tweend.points(pair, { level: 1 }), { status: 422, message: /name one of them/ });
+  const levels = await tweend.levels(pair);
+  const { level, vertices, edges, faces, bytes } = await tweend.surfaceCounts(pair, { level: 3 });
+  assert.deepEqual(levels[3], { level, vertices, edges, faces, bytes });
+  for (const model of [pair, made]) await tweend.remove(model);
+});
+
 test('edits make a model, of one mesh by its name', async () => {
   const box = await tweend.upload('{"meshes": [{"name": "a", "shape": {"kind": "box"}}, {"name": "b", "shape": {"kind": "grid"}}]}');
   const made = await tweend.edit(box, [{ edit: 'extrude', faces: [0], distance: 1, name: 'top' }], { mesh: 'a', name: 'tower', quads: 'auto' });

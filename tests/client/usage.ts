@@ -7,6 +7,7 @@ export async function surfaces(file: File): Promise<number> {
   const model = await tweend.upload(file, { onProgress: (sent, total) => console.log(sent / total) });
   const options: SurfaceOptions = { level: 2, scheme: 'loop', crease_sharpness: 'infinite', weld: 0.001, limit: true };
   const faces: number = (await tweend.surfaceCounts(model, options)).faces;
+  const sizes: (number | null)[] = (await tweend.levels(model, { encoding: 'quantized' })).map(({ bytes }) => bytes);
   const url: string = tweend.surfaceUrl(model.id, options, 'obj');
   await tweend.sign(url, 60);
   // @ts-expect-error: no such scheme

@@ -190,6 +190,7 @@ TEST_WITH(surfaces_survive, fail_json, mend_json) {
   fail_each("GET", "/v1/models/%s/surface.glb", "level=2&encoding=quantized", NULL, model);
   fail_each("GET", "/v1/models/%s/surface.glb", "level=1&encoding=meshopt", NULL, flag);
   fail_each("GET", "/v1/models/%s/surface.glb", "level=1&polygons=ngon&creases=auto&weld=auto", NULL, flag);
+  fail_each("GET", "/v1/models/%s/levels.json", "clip=c", NULL, model);
   fail_each("GET", "/v1/models/%s/surface.stl", "at=1", NULL, model);
   fail_each("GET", "/v1/models/%s/surface.ply", "polygons=ngon", NULL, flag);
   fail_each("GET", "/v1/models/%s/surface.3mf", "at=1", NULL, model);

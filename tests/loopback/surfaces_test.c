@@ -742,6 +742,48 @@ TEST(results_over_the_limits_are_422_with_the_counts) {
   free(f);
 }
 
+/* Each level as surface.json has it; the last one is over the limit. */
+TEST(all_levels_are_told_at_once) {
+  api_settings settings = loopback_settings();
+  settings.limits.max_faces = 5000;
+  fixture *f = start(&settings);
+  static const char *const options[] = {"", "clip=drive&from=0&to=1&fps=3", "encoding=quantized",
+                                        "clip=none&limit=true"};
+  for (size_t i = 0; i < sizeof options / sizeof *options; i++) {
+    char rest[80];
+    snprintf(rest, sizeof rest, "levels.json?%s", options[i]);
+    reply r = ask_ok(f, f->tank, rest);
+    cJSON *tree = cJSON_Parse(r.body), *level = json_member(tree, "levels")->child;
+    for (int n = 0; n < 3; n++, level = level->next) {
+      snprintf(rest, sizeof rest, "surface.json?level=%d&%s", n, options[i]);
+      reply alone = ask_ok(f, f->tank, rest);
+      cJSON *wanted = cJSON_Parse(alone.body);
+      cJSON_DeleteItemFromObject(wanted, "forms");
+      cJSON_DeleteItemFromObject(wanted, "meshes");
+      assert_true(cJSON_Compare(level, wanted, true));
+      cJSON_Delete(wanted);
+      reply_free(&alone);
+    }
+    assert_true(cJSON_IsNull(json_member(level, "bytes")));
+    assert_int_equal(json_member(level, "faces")->valueint, 14080);
+    assert_non_null(strstr(json_member(level, "refused")->valuestring, "limit of 5000"));
+    assert_null(level->next);
+    cJSON_Delete(tree);
+    char header[80];
+    snprintf(header, sizeof header, "If-None-Match: %s\n", reply_header(&r, "ETag"));
+    snprintf(rest, sizeof rest, "levels.json?%s", options[i]);
+    reply again = ask_with(f, f->tank, rest, header);
+    assert_int_equal(again.status, 304);
+    reply_free(&again);
+    reply_free(&r);
+  }
+  assert_problem(ask(f, f->tank, "levels.json?level=1"), 400, NULL, "level");
+  assert_problem(ask(f, f->tank, "levels.json?mesh=hull"), 400, NULL, ".bin");
+  assert_problem(ask(f, f->tank, "levels.json?at=1&clip=nothing"), 404, NULL, NULL);
+  loopback_stop(f->loop);
+  free(f);
+}
+
 TEST(counts_beyond_32_bits_are_told_exactly) {
   api_settings settings = loopback_settings();
   settings.limits.max_level = 16;
