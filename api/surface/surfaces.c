@@ -672,7 +672,7 @@ static api_outcome validate_levels(api_call *call, const api_surface_query *quer
     tw_text_add(&text, "/");
     tw_text_count(&text, values[i]);
   }
-  const char *key = api_text_keep(&text, call->arena);
+  const char *key = api_text_move(&text, call->arena);
   return key ? api_validate(call, "levels.json", key) : api_fail_without_memory(call);
 }
 
