@@ -83,8 +83,8 @@ static void put_normal(const double tangents[2][3], const double *own, const dou
   tw_put_normal(along[0], along[1], quad, normal);
 }
 
-/* At a regular vertex; r: its ring. */
-static void put_regular_normal(const double *own, const double *const r[6], float *normal) {
+void tw_loop_regular_normal(const double *own, const double *const ring[6], float *normal) {
+  const double *const *r = ring;
   double along[2][3];
   for (int c = 0; c < 3; c++) {
     along[0][c] = r[0][c] - r[3][c] + 0.5 * (r[1][c] - r[2][c] + (r[5][c] - r[4][c]));
@@ -139,7 +139,7 @@ static void vertex_normal(const level *l, uint32_t vertex, float *normal) {
     return;
   }
   for (int i = 0; i < 6; i++) neighbours[i] = middle(l, ring[i]);
-  put_regular_normal(point(l, vertex), neighbours, normal);
+  tw_loop_regular_normal(point(l, vertex), neighbours, normal);
 }
 
 static void middle_normal(const level *l, uint32_t edge, float *normal) {
@@ -152,7 +152,7 @@ static void middle_normal(const level *l, uint32_t edge, float *normal) {
   if (t->edge_flags[edge] & TW_EDGE_BORDER)
     put_border_normal(middle(l, edge), ring, normal);
   else
-    put_regular_normal(middle(l, edge), ring, normal);
+    tw_loop_regular_normal(middle(l, edge), ring, normal);
 }
 
 void tw_loop_rows_normals(const tw_topology *above, const double *points, uint32_t first, uint32_t count,

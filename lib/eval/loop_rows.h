@@ -19,6 +19,9 @@ tw_topology tw_loop_rows_counts(const tw_topology *above);
 void tw_loop_rows_normals(const tw_topology *above, const double *points, uint32_t first, uint32_t count,
                           tw_limit_entry *mask, float *out, uint32_t stride);
 
+/* The unit normal at a smooth vertex of valence 6 from its neighbours, counter-clockwise. */
+void tw_loop_regular_normal(const double *own, const double *const ring[6], float *normal);
+
 /* Corners of triangles [first, first + count). out: [count][3]. */
 void tw_loop_rows_triangles(const tw_topology *above, uint32_t first, uint32_t count, uint32_t *out);
 

@@ -31,7 +31,7 @@ typedef struct tw_patch_place {
 /* Rows that are assembled at once. All but the first two are the evaluator's own. */
 typedef struct tw_block {
   uint32_t first, count; /* rows, as many as a piece has at most; `first` is set for rows of corners alone */
-  /* Of patches: where the rows are, and the place that represents their points. */
+  /* Of patches and triangles: where the rows are, and the place that represents their points. */
   tw_patch_place own, shared;
   const uint32_t *corners; /* of steps: [count] the corner of the base that represents each row */
   /* Of shallow levels: the rows' vertices in each field, and the listed rows among them. */
@@ -83,6 +83,7 @@ struct tw_evaluator {
   void (*vertices_of_points)(const tw_surface *s, const tw_topology *level, uint32_t *out);
 };
 
-extern const tw_evaluator tw_shallow_evaluator, tw_patch_evaluator, tw_loop_evaluator, tw_steps_evaluator;
+extern const tw_evaluator tw_shallow_evaluator, tw_patch_evaluator, tw_triangle_evaluator, tw_loop_evaluator,
+    tw_steps_evaluator;
 
 #endif

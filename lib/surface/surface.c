@@ -1,6 +1,8 @@
 /* A surface as a whole: what it frees, how large it is, what it tells of itself. */
 #include "surface.h"
 
+#include "loop_lattice.h"
+
 float *tw_surface_round_positions(const double *positions, size_t vertices) {
   float *rounded = tw_alloc(vertices, 3 * sizeof *rounded);
   for (size_t i = 0; rounded && i < 3 * vertices; i++) rounded[i] = (float)positions[i];
@@ -24,6 +26,7 @@ static void free_positions(tw_surface *surface) {
   if (positions->cage != positions->base) tw_free(positions->cage);
   tw_free(positions->base);
   tw_free(positions->exact);
+  tw_free(positions->kept);
   tw_values_free_points(positions);
   tw_free(surface->cuts);
   tw_free(surface->cut_triangles);
@@ -58,6 +61,9 @@ static size_t positions_size(const tw_surface *surface) {
   if (positions->exact) size += 3 * (size_t)surface->fields[0].base.vertex_count * sizeof *positions->exact;
   if (positions->cage && positions->cage != positions->base)
     size += 3 * (size_t)surface->cage_vertex_count * sizeof *positions->cage;
+  if (positions->kept)
+    size += surface->kept_face_count * (size_t)tw_lattice_points(surface->side) *
+            (surface->options.normals ? 6 : 3) * sizeof *positions->kept;
   size += surface->cut_count * sizeof *surface->cuts +
           (size_t)surface->cut_triangle_count * sizeof *surface->cut_triangles;
   return size;

@@ -47,21 +47,43 @@ static void take_rows(pass *p, uint64_t first, uint64_t count) {
   }
 }
 
-/* Widens the bounds by all rows at a quad. They are read as the answer has them, so that bounds are exact. */
-static void take_quad(pass *p, uint32_t visible, uint32_t quad) {
+/* Widens the bounds by all rows at a face of the base. They are read as the answer has them, so that bounds
+ * are exact. */
+static void take_face(pass *p, uint32_t visible, uint32_t face) {
   const tw_surface *s = p->s;
   const tw_numbering *n = &s->points;
-  uint64_t line = s->side - 1, edges_begin = n->corner_count;
-  for (uint32_t k = 0; k < 4; k++) {
-    take_rows(p, tw_row_of_corner(n, 4 * quad + k), 1);
-    take_rows(p, edges_begin + (tw_row_of_edge(n, 4 * quad + k) >> 1) * line, line);
+  uint64_t line = s->side - 1, edges_begin = n->corner_count, inside = tw_rows_inside_face(s);
+  uint32_t size = s->fields[0].base.face_size;
+  for (uint32_t k = 0; k < size; k++) {
+    take_rows(p, tw_row_of_corner(n, size * face + k), 1);
+    take_rows(p, edges_begin + (tw_row_of_edge(n, size * face + k) >> 1) * line, line);
   }
-  take_rows(p, edges_begin + n->edge_count * line + visible * line * line, line * line);
+  take_rows(p, edges_begin + n->edge_count * line + visible * inside, inside);
 }
 
-static void control_box(const tw_surface *s, uint32_t quad, float box[2][3]) {
+/* The box of the points around a triangle, from which Loop's scheme makes all points of it. */
+static void triangle_box(const tw_surface *s, uint32_t face, float box[2][3]) {
+  const tw_topology *t = &s->fields[0].base;
+  for (uint32_t k = 0; k < 3; k++) {
+    uint32_t vertex = t->corner_vertex[3 * face + k];
+    for (uint32_t i = t->ring_offsets[vertex]; i < t->ring_offsets[vertex + 1]; i++)
+      for (uint32_t end = 0; end < 2; end++)
+        for (size_t c = 0; c < 3; c++) {
+          float value = (float)s->positions.exact[3 * (size_t)t->edge_vertices[t->ring_edges[i]][end] + c];
+          bool first = k == 0 && i == t->ring_offsets[vertex] && end == 0;
+          if (first || value < box[0][c]) box[0][c] = value;
+          if (first || value > box[1][c]) box[1][c] = value;
+        }
+  }
+}
+
+static void control_box(const tw_surface *s, uint32_t face, float box[2][3]) {
   uint32_t count;
-  const uint32_t *controls = tw_patch_controls(&s->fields[0].patches, quad, &count);
+  if (s->fields[0].base.face_size == 3) {
+    triangle_box(s, face, box);
+    return;
+  }
+  const uint32_t *controls = tw_patch_controls(&s->fields[0].patches, face, &count);
   for (uint32_t i = 0; i < count; i++)
     for (int c = 0; c < 3; c++) {
       float value = s->positions.base[3 * (size_t)controls[i] + (size_t)c];
@@ -121,14 +143,14 @@ static void close_pass(pass *p) {
 static void take_farthest(pass *p) {
   uint32_t farthest[6] = {0};
   find_farthest(p->s, farthest);
-  for (int i = 0; i < 6; i++) take_quad(p, farthest[i], tw_base_quad(p->s, farthest[i]));
+  for (int i = 0; i < 6; i++) take_face(p, farthest[i], tw_base_quad(p->s, farthest[i]));
 }
 
 static void take_patches(pass *p, uint32_t first, uint32_t end) {
   for (uint32_t v = first; v < end; v++) {
     float box[2][3] = {{0}};
     control_box(p->s, tw_base_quad(p->s, v), box);
-    if (!lies_within(p, (const float(*)[3])box)) take_quad(p, v, tw_base_quad(p->s, v));
+    if (!lies_within(p, (const float(*)[3])box)) take_face(p, v, tw_base_quad(p->s, v));
   }
 }
 

@@ -18,7 +18,8 @@ static uint64_t least_steps_size(const tw_surface_builder *b) {
   enum { CORNER = 4 * 4, EDGE = 8 + 8 + 4 + 4 + 1, VERTEX = 3 * 4 + 1 }; /* the arrays of tw_topology */
   const tw_surface_counts *c = &b->surface->counts;
   uint64_t last = CORNER * c->corners + EDGE * c->edges + VERTEX * c->vertices;
-  return b->surface->field_count * (b->surface->evaluator->levels_below > 0 ? last / 4 : last);
+  uint32_t below = b->surface->evaluator->levels_below + b->surface->depth;
+  return b->surface->field_count * (last >> 2 * below);
 }
 
 /* Whether generic steps make all of a level that can be large. Up to the deepest detail the level has points
@@ -53,12 +54,10 @@ typedef struct preference {
 
 /* In order: the first one that fits is used; where it declines, the next one that fits. */
 static const preference preferences[] = {
-    {&tw_shallow_evaluator, false, false},
-    {&tw_loop_evaluator, false, false},
-    {&tw_patch_evaluator, false, false},
+    {&tw_shallow_evaluator, false, false}, {&tw_triangle_evaluator, false, false},
+    {&tw_loop_evaluator, false, false},    {&tw_patch_evaluator, false, false},
     {&tw_patch_evaluator, true, false}, /* the shared cache may be full */
-    {&tw_shallow_evaluator, false, true},
-    {&tw_steps_evaluator, false, false}};
+    {&tw_shallow_evaluator, false, true},  {&tw_steps_evaluator, false, false}};
 
 static bool fits(const tw_surface_builder *b, const preference *p) {
   if (p->own_classes && !b->surface->options.classes) return false;

@@ -187,7 +187,7 @@ static void read_lines(tw_surface_reader *r, tw_domain domain, uint32_t visible,
 static void read(tw_surface_reader *r, tw_domain domain, const tw_piece *piece, float *out) {
   const tw_surface *s = r->surface;
   uint32_t last_line = s->side - 1;
-  size_t size = tw_rows_inside_quad(s) * tw_row_width(s, domain);
+  size_t size = tw_rows_inside_face(s) * tw_row_width(s, domain);
   switch (piece->kind) {
   case TW_PIECE_CORNERS: read_items(r, domain, false, piece, out); return;
   case TW_PIECE_EDGES: read_items(r, domain, true, piece, out); return;

@@ -15,7 +15,7 @@ uint64_t tw_surface_row_count(const tw_surface *surface, tw_domain domain) {
     return domain == TW_DOMAIN_UVS ? s->cage_uv_points : s->cage_vertices;
   }
   const tw_numbering *n = tw_numbering_of(s, domain);
-  return n->corner_count + n->edge_count * tw_rows_inside_edge(s) + s->quad_count * tw_rows_inside_quad(s);
+  return n->corner_count + n->edge_count * tw_rows_inside_edge(s) + s->quad_count * tw_rows_inside_face(s);
 }
 
 /* ---- pieces --------------------------------------------------------------------------------- */
@@ -43,7 +43,7 @@ static tw_piece piece_at(const tw_surface *s, tw_domain domain, uint64_t row, si
   if (in_edges < n->edge_count * edge_rows)
     return whole_items(TW_PIECE_EDGES, row - in_edges % edge_rows, in_edges / edge_rows, edge_rows,
                        n->edge_count, in_edges % edge_rows == 0 ? wanted : 0);
-  uint64_t quads_begin = corners + n->edge_count * edge_rows, quad_rows = tw_rows_inside_quad(s);
+  uint64_t quads_begin = corners + n->edge_count * edge_rows, quad_rows = tw_rows_inside_face(s);
   uint64_t in_quads = row - quads_begin;
   if (quad_rows <= PIECE_ROWS)
     return whole_items(TW_PIECE_QUADS, row - in_quads % quad_rows, in_quads / quad_rows, quad_rows,

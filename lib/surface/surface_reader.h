@@ -90,8 +90,10 @@ static inline uint64_t tw_rows_inside_edge(const tw_surface *s) {
   return s->side - 1;
 }
 
-static inline uint64_t tw_rows_inside_quad(const tw_surface *s) {
-  return (uint64_t)(s->side - 1) * (s->side - 1);
+/* Of a face of the base: a quad or a triangle. */
+static inline uint64_t tw_rows_inside_face(const tw_surface *s) {
+  uint64_t inside = s->side - 1;
+  return s->fields[0].base.face_size == 3 ? inside * (inside - 1) / 2 : inside * inside;
 }
 
 /* As tw_surface_reader_turn, for rows of the position alone or, where `target` is 0 or more, of the position

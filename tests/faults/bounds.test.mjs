@@ -105,6 +105,44 @@ test('an open border that takes more than --max-memory is refused before it is m
   assert.ok(processor(daemon) < 1, `${processor(daemon)} s`);
 });
 
+/** A torus of triangles, 16 x 8 squares cut in two, as OBJ. */
+function torus() {
+  const [columns, rows] = [16, 8];
+  const number = (i, j) => 1 + (i % columns) * rows + (j % rows);
+  const point = (_, k) => {
+    const [a, b] = [(2 * Math.PI * Math.floor(k / rows)) / columns, (2 * Math.PI * (k % rows)) / rows];
+    const far = 2 + 0.7 * Math.cos(b);
+    return `v ${far * Math.cos(a)} ${far * Math.sin(a)} ${0.7 * Math.sin(b)}\n`;
+  };
+  const square = (_, k) => {
+    const [i, j] = [Math.floor(k / rows), k % rows];
+    const [a, b, c, d] = [number(i, j), number(i + 1, j), number(i + 1, j + 1), number(i, j + 1)];
+    return `f ${a} ${b} ${c}\nf ${a} ${c} ${d}\n`;
+  };
+  const list = (make) => Array.from({ length: columns * rows }, make).join('');
+  return list(point) + list(square);
+}
+
+/** The length of an answer that is read and forgotten. */
+async function length(address) {
+  const answer = await fetch(address);
+  assert.equal(answer.status, 200);
+  let bytes = 0;
+  for await (const piece of answer.body) bytes += piece.length;
+  return bytes;
+}
+
+test('a Loop torus and a grid with its border at level 8 stream from little memory', async (t) => {
+  const daemon = await startDaemon('--max-memory', '64MiB');
+  const deep = { [await daemon.upload(torus())]: 'scheme=loop&level=8', [await daemon.upload(grid(16))]: 'level=8' };
+  for (const [model, query] of Object.entries(deep)) {
+    const before = peak(daemon);
+    assert.ok((await length(`${model}/surface.glb?${query}`)) > 3e8);
+    t.diagnostic(`${query}: ${peak(daemon)} bytes, ${before} before`);
+    assert.ok(peak(daemon) < BESIDE, `${peak(daemon)} bytes`);
+  }
+});
+
 /** Processor time that it has used, in seconds. */
 function processor(daemon) {
   const [, fields] = readFileSync(`/proc/${daemon.process.pid}/stat`, 'utf8').split(') ');

@@ -68,10 +68,10 @@ typedef struct tw_surface_options {
   /* Shared by the surfaces of a scene, or NULL: the surface makes its own. It outlives the surfaces. While a
    * surface is being made with it, nothing else may use it or a surface that shares it. */
   tw_patch_classes *classes;
-  /* Where generic steps refine the whole answer, they take memory in proportion to it: by Loop's scheme, with
-   * an open border, with semi-sharp creases and UVs under Chaikin's rule, and where a cage is too irregular
-   * for patches. Steps that are sure to take more than this are not begun: TW_LIMIT. NULL: no limit. It need
-   * not outlive the call. */
+  /* Where generic steps refine the whole answer, they take memory in proportion to it: by Loop's scheme up to
+   * level 4 or with more than points and normals, with an open border, with semi-sharp creases and UVs under
+   * Chaikin's rule, and where a cage is too irregular for patches. Steps that are sure to take more than this
+   * are not begun: TW_LIMIT. NULL: no limit. It need not outlive the call. */
   const tw_memory_limit *memory_limit;
 } tw_surface_options;
 
@@ -111,7 +111,7 @@ tw_status tw_surface_create_by(const tw_mesh *mesh, const tw_surface_options *op
  * positions: [point_count][3] of the mesh that the plan was made from, each at most TW_COORDINATE_MAX.
  * O(points of the cage) where the cage is all quads, and of its first level or two where it is not. Where
  * patches would not pay (up to 3 levels below the cage or the deepest detail), by Loop's scheme and with open
- * borders: O(points of the answer). Any thread, many at once on one plan. parallel: as in
+ * borders: up to O(points of the answer). Any thread, many at once on one plan. parallel: as in
  * tw_surface_create_by. TW_NO_MEMORY, TW_CANCELLED. */
 tw_status tw_surface_with_positions_by(const tw_surface *plan, const float *positions,
                                        const tw_parallel_for *parallel, tw_surface **out);
