@@ -463,7 +463,8 @@ static tw_status find_bends(reduction *r, uint32_t most, bool may_skip, tw_error
   }
   if (!is_whole && !may_skip) return tw_fail(error, TW_LIMIT, "the clip bends more than %u times", most);
   if (!is_whole && list.count > 1) step_evenly(&list);
-  qsort(list.times, list.count, sizeof *list.times, tw_order_floats);
+  tw_status sorted = tw_sort(list.times, list.count, sizeof *list.times, tw_order_floats);
+  if (sorted != TW_OK) return tw_fail(error, sorted, "the bends of a track cannot be sorted");
   uint32_t count = 1;
   for (uint32_t i = 1; i < list.count; i++)
     if (list.times[i] > list.times[count - 1] && list.times[i] <= list.end)

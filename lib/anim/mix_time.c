@@ -223,11 +223,11 @@ static bool make_knots(mix_time *mix, tw_arena *arena) {
   if (!times) return false;
   times[0] = 0;
   list_bends(mix, has_base, times + 1);
-  qsort(times, (size_t)all, sizeof *times, tw_order_doubles);
+  bool is_sorted = tw_sort(times, (size_t)all, sizeof *times, tw_order_doubles) == TW_OK;
   uint32_t count = 1;
-  for (uint64_t i = 1; i < all; i++)
+  for (uint64_t i = 1; i < all && is_sorted; i++)
     if (times[i] > times[count - 1]) times[count++] = times[i];
-  mix->knots = tw_arena_alloc(arena, count, sizeof *mix->knots);
+  mix->knots = is_sorted ? tw_arena_alloc(arena, count, sizeof *mix->knots) : NULL;
   mix->knot_count = mix->knots ? count : 0;
   bool is_filled = mix->knots && fill_knots(mix, has_base, times, count);
   tw_free(times);

@@ -15,16 +15,15 @@ static bool all_step(const tw_signal *signal) {
 }
 
 /* The key times of all tracks, each once; just before each jump too. */
-static float *gather_times(const tw_signal *signal, bool is_step, uint32_t *out_count, tw_error *error) {
+static tw_status gather_times(const tw_signal *signal, bool is_step, float **out, uint32_t *out_count,
+                              tw_error *error) {
   const tw_carrying *c = signal->carrying;
   uint64_t count = 0;
   for (uint32_t i = 0; i < signal->track_count; i++)
     count += 2 * (uint64_t)c->tracks[signal->tracks[i]].key_count;
   float *times = count < UINT32_MAX ? tw_alloc((size_t)count, sizeof *times) : NULL;
-  if (!times) {
-    tw_carrying_no_memory(error);
-    return NULL;
-  }
+  *out = times;
+  if (!times) return tw_carrying_no_memory(error);
   uint32_t used = 0, kept = 0;
   for (uint32_t i = 0; i < signal->track_count; i++) {
     const tw_track_keys *track = &c->tracks[signal->tracks[i]];
@@ -35,11 +34,12 @@ static float *gather_times(const tw_signal *signal, bool is_step, uint32_t *out_
       times[used++] = track->times[key];
     }
   }
-  qsort(times, used, sizeof *times, tw_order_floats);
+  tw_status status = tw_sort(times, used, sizeof *times, tw_order_floats);
+  if (status != TW_OK) return tw_fail(error, status, "the key times of a bone cannot be sorted");
   for (uint32_t i = 0; i < used; i++)
     if (kept == 0 || times[i] > times[kept - 1]) times[kept++] = times[i];
   *out_count = kept;
-  return times;
+  return TW_OK;
 }
 
 enum { LOOKS = 64 }; /* samples after which the work looks whether it is still wanted */
@@ -135,11 +135,11 @@ tw_status tw_samples_carry(tw_carrying *c, const tw_key_sample *samples, uint32_
 
 tw_status tw_signal_carry(tw_carrying *c, const tw_signal *signal, uint32_t node, tw_error *error) {
   bool is_step = all_step(signal);
-  uint32_t count;
-  float *times = gather_times(signal, is_step, &count, error);
-  if (!times) return TW_NO_MEMORY;
-  tw_key_sample *samples = tw_alloc_zero(count, sizeof *samples);
-  tw_status status = samples ? TW_OK : tw_carrying_no_memory(error);
+  uint32_t count = 0;
+  float *times;
+  tw_status status = gather_times(signal, is_step, &times, &count, error);
+  tw_key_sample *samples = status == TW_OK ? tw_alloc_zero(count, sizeof *samples) : NULL;
+  if (status == TW_OK && !samples) status = tw_carrying_no_memory(error);
   for (uint32_t i = 0; i < count && status == TW_OK; i++) {
     samples[i].time = times[i];
     signal->at(signal, times[i], samples[i].value);

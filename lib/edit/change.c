@@ -583,20 +583,20 @@ static bool carry_list(const maker *m, const heirs *h, uint32_t **items, uint32_
   for (uint32_t i = 0; i < *count; i++)
     for (uint32_t k = h->offsets[(*items)[i]]; k < h->offsets[(*items)[i] + 1]; k++)
       out[next++] = h->items[k];
-  qsort(out, next, sizeof *out, tw_compare_uint32);
+  if (tw_sort(out, next, sizeof *out, tw_compare_uint32) != TW_OK) return false;
   *items = out;
   *count = next;
   return true;
 }
 
-/* Sorts pairs of points and drops repeated ones. Returns how many stay. */
-static uint32_t sort_pairs(uint32_t (*pairs)[2], uint32_t count) {
-  uint32_t kept = 0;
-  qsort(pairs, count, sizeof *pairs, compare_pairs);
+/* Sorts pairs of points and drops repeated ones. kept: how many stay. */
+static bool sort_pairs(uint32_t (*pairs)[2], uint32_t count, uint32_t *kept) {
+  if (tw_sort(pairs, count, sizeof *pairs, compare_pairs) != TW_OK) return false;
+  *kept = 0;
   for (uint32_t i = 0; i < count; i++)
     if (i == 0 || memcmp(pairs[i], pairs[i - 1], sizeof *pairs) != 0)
-      memmove(pairs[kept++], pairs[i], sizeof *pairs);
-  return kept;
+      memmove(pairs[(*kept)++], pairs[i], sizeof *pairs);
+  return true;
 }
 
 static void put_pair(const tw_change *c, uint32_t corner, uint32_t behind, uint32_t out[2]) {
@@ -623,9 +623,8 @@ static bool carry_edges(const maker *m, const heirs *h, const uint32_t *next, tw
   }
   tw_free(edges);
   if (!pairs) return false;
-  named->edge_count = sort_pairs(pairs, count);
   named->edges = pairs;
-  return true;
+  return sort_pairs(pairs, count, &named->edge_count);
 }
 
 static bool carry_named(const maker *m, tw_named *named, uint32_t named_count) {
@@ -662,8 +661,7 @@ static bool name_made(const maker *m, tw_named *named) {
   for (uint32_t f = 0; f < c->face_count; f++)
     for (uint32_t i = c->face_offsets[f]; i < c->face_offsets[f + 1]; i++)
       if (c->corner_flags[i] & TW_CHANGE_MADE) put_pair(c, i, corner_behind(c, f, i), named->edges[count++]);
-  named->edge_count = sort_pairs(named->edges, count);
-  return true;
+  return sort_pairs(named->edges, count, &named->edge_count);
 }
 
 /* ---- all of it ----------------------------------------------------------------------------------------- */

@@ -211,7 +211,8 @@ tw_status tw_edit_quads(tw_editor *editor) {
     if (edge != UINT32_MAX && mesh->crease_sharpness[i] > 0) is_kept[edge] = 1;
   }
   uint32_t count = find_candidates(editor, selected, is_kept, candidates);
-  qsort(candidates, count, sizeof *candidates, compare_candidates);
+  status = tw_sort(candidates, count, sizeof *candidates, compare_candidates);
+  if (status != TW_OK) return status == TW_NO_MEMORY ? tw_editor_no_memory(editor) : tw_editor_go_on(editor);
   memset(pair_of, 0xFF, t->face_count * sizeof *pair_of);
   for (uint32_t i = 0; i < count; i++) {
     const candidate *c = &candidates[i];

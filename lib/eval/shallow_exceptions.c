@@ -548,7 +548,8 @@ static tw_status store_rows(const exceptions *l, row_list *list) {
   bool normals = l->inputs->normals;
   if (list->rows.failed || list->channels.failed) return TW_NO_MEMORY;
   out->count = (uint32_t)count;
-  if (count > 0) qsort(list->rows.items, count, sizeof(row), compare_rows);
+  tw_status status = tw_sort(list->rows.items, count, sizeof(row), compare_rows);
+  if (status != TW_OK) return status;
   out->rows = tw_arena_alloc_raw(l->arena, count, sizeof *out->rows);
   out->points = tw_arena_alloc_raw(l->arena, count, sizeof *out->points);
   out->first_entry = tw_arena_alloc_raw(l->arena, normals ? count : 0, sizeof *out->first_entry);

@@ -146,16 +146,16 @@ static int compare_borders(const void *left, const void *right) {
 
 /* Counts border edges that lie on each other. places: [point_count] the first point at each point's position.
  * borders: [facts->boundary_edges] scratch. */
-static void match_borders(const tw_topology *t, const uint32_t *places, border *borders,
-                          tw_mesh_stats *facts) {
+static tw_status match_borders(const tw_topology *t, const uint32_t *places, border *borders,
+                               tw_mesh_stats *facts) {
   uint32_t count = 0;
   for (uint32_t e = 0; e < t->edge_count; e++) {
     uint32_t from = places[tw_edge_start(t, e)], to = places[tw_edge_stop(t, e)];
     if ((t->edge_flags[e] & TW_EDGE_BORDER) && from != to)
       borders[count++] = from < to ? (border){from, to, e, false} : (border){to, from, e, true};
   }
-  qsort(borders, count, sizeof *borders, compare_borders);
-  for (uint32_t i = 0, end; i < count; i = end) {
+  tw_status status = tw_sort(borders, count, sizeof *borders, compare_borders);
+  for (uint32_t i = 0, end; i < count && status == TW_OK; i = end) {
     end = i + 1;
     while (end < count && borders[end].low == borders[i].low && borders[end].high == borders[i].high) end++;
     if (end - i > 1) facts->seam_edges += end - i;
@@ -163,6 +163,7 @@ static void match_borders(const tw_topology *t, const uint32_t *places, border *
     facts->reversed_borders++;
     list_reversed(t, borders[i].edge, facts);
   }
+  return status;
 }
 
 static tw_status describe_seams(const tw_mesh *mesh, const tw_topology *t, tw_mesh_stats *facts) {
@@ -175,7 +176,7 @@ static tw_status describe_seams(const tw_mesh *mesh, const tw_topology *t, tw_me
   tw_status status = places && borders
                          ? tw_find_equal_rows(mesh->positions, 3, mesh->point_count, places, NULL)
                          : TW_NO_MEMORY;
-  if (status == TW_OK) match_borders(t, places, borders, facts);
+  if (status == TW_OK) status = match_borders(t, places, borders, facts);
   tw_free(places);
   tw_free(borders);
   return status;
@@ -186,7 +187,8 @@ static tw_status describe_seams(const tw_mesh *mesh, const tw_topology *t, tw_me
 /* Sorts values and counts equal ones into fresh arrays, which the caller owns on failure too. */
 static tw_status tally(uint32_t *values, uint32_t count, uint32_t **keys, uint32_t **counts,
                        uint32_t *key_count) {
-  qsort(values, count, sizeof *values, tw_compare_uint32);
+  tw_status status = tw_sort(values, count, sizeof *values, tw_compare_uint32);
+  if (status != TW_OK) return status;
   uint32_t distinct = 0;
   for (uint32_t i = 0; i < count; i++) distinct += i == 0 || values[i] != values[i - 1];
   *keys = tw_alloc(distinct, sizeof **keys);

@@ -221,17 +221,15 @@ static int compare_candidates(const void *left, const void *right) {
   return a->other < b->other ? -1 : a->other > b->other;
 }
 
-static uint32_t collect_edges(const pairing *p, free_edge *edges) {
+static tw_status collect_edges(const pairing *p, free_edge *edges, uint32_t *count) {
   const tw_mesh *mesh = p->mesh;
-  uint32_t count = 0;
   for (uint32_t f = 0; f < mesh->face_count; f++)
     for (uint32_t i = 0; i < 3 && face_size(mesh, f) == 3 && p->partner[f] == UINT32_MAX; i++) {
       const uint32_t *corners = mesh->corners + mesh->face_offsets[f];
       uint32_t a = corners[i], b = corners[(i + 1) % 3];
-      edges[count++] = a < b ? (free_edge){a, b, f} : (free_edge){b, a, f};
+      edges[(*count)++] = a < b ? (free_edge){a, b, f} : (free_edge){b, a, f};
     }
-  qsort(edges, count, sizeof *edges, compare_edges);
-  return count;
+  return tw_sort(edges, *count, sizeof *edges, compare_edges);
 }
 
 /* If more than one face in LEFT_AT_MOST is an unpaired triangle, these were not halves of quads. */
@@ -240,14 +238,14 @@ enum { LEFT_AT_MOST = 4 };
 /* Pairs left-over triangles that look like a split rectangle, the best first. */
 static tw_status pair_others(pairing *p) {
   enum { LEAST = 2 }; /* least quality: 1 / LEAST */
-  uint32_t free_count = 0, count = 0;
+  uint32_t free_count = 0, edge_count = 0, count = 0;
   for (uint32_t f = 0; f < p->mesh->face_count; f++)
     free_count += p->partner[f] == UINT32_MAX && face_size(p->mesh, f) == 3;
   if (free_count > p->mesh->face_count / LEFT_AT_MOST) return TW_OK;
   free_edge *edges = tw_alloc(free_count, 3 * sizeof *edges);
   candidate *candidates = tw_alloc(free_count, 3 * sizeof *candidates);
-  uint32_t edge_count = edges && candidates ? collect_edges(p, edges) : 0;
-  for (uint32_t i = 1; i < edge_count; i++) {
+  tw_status status = edges && candidates ? collect_edges(p, edges, &edge_count) : TW_NO_MEMORY;
+  for (uint32_t i = 1; i < edge_count && status == TW_OK; i++) {
     const free_edge *a = &edges[i - 1], *b = &edges[i];
     junction j;
     if (a->low != b->low || a->high != b->high || !find_junction(p->mesh, a->face, b->face, &j)) continue;
@@ -255,9 +253,8 @@ static tw_status pair_others(pairing *p) {
     if (s.is_split && LEAST * s.quality > 1)
       candidates[count++] = (candidate){a->face, b->face, (float)s.quality};
   }
-  bool is_done = edges && candidates;
-  if (count > 0) qsort(candidates, count, sizeof *candidates, compare_candidates);
-  for (uint32_t i = 0; i < count; i++) {
+  if (status == TW_OK) status = tw_sort(candidates, count, sizeof *candidates, compare_candidates);
+  for (uint32_t i = 0; i < count && status == TW_OK; i++) {
     const candidate *c = &candidates[i];
     if (p->partner[c->face] != UINT32_MAX || p->partner[c->other] != UINT32_MAX) continue;
     p->partner[c->face] = c->other;
@@ -265,7 +262,7 @@ static tw_status pair_others(pairing *p) {
   }
   tw_free(edges);
   tw_free(candidates);
-  return is_done ? TW_OK : TW_NO_MEMORY;
+  return status;
 }
 
 /* Where angles alone tell hard edges, a pair has none. */

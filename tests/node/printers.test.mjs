@@ -139,9 +139,10 @@ async function readByPrograms(model, level, triangles) {
   assert.deepEqual({ facets, open, shells, mended }, { facets: triangles.length, open: 0, shells: 1, mended: [] });
   near(volume, volumeOf(triangles), 1e-4, 'volume by admesh');
   const size = Math.max(...boundsOf(triangles).map(Math.abs));
-  const all = [bounds, assimp('stl', stl).bounds, assimp('ply', ply).bounds];
-  for (const read of all) boundsOf(triangles).forEach((bound, i) => assert.ok(Math.abs(bound - read[i]) < 1e-5 * size, `${bound}, ${read[i]}`));
-  assert.deepEqual([assimp('stl', stl).faces, assimp('ply', ply).faces], [triangles.length, triangles.length]);
+  const read = [assimp('stl', stl), assimp('ply', ply)];
+  for (const found of [bounds, ...read.map((one) => one.bounds)])
+    boundsOf(triangles).forEach((bound, i) => assert.ok(Math.abs(bound - found[i]) < 1e-5 * size, `${bound}, ${found[i]}`));
+  assert.deepEqual(read.map(({ faces }) => faces), [triangles.length, triangles.length]);
 }
 
 for (const [name, { bytes, closed }] of Object.entries(models))
@@ -155,12 +156,13 @@ for (const [name, { bytes, closed }] of Object.entries(models))
       assert.deepEqual(shellsOf(ply), shells);
       if (closed) assert.deepEqual([shells.shells, shells.open], [1, 0]);
       if (closed) await readByPrograms(model, level, glb);
+      const [bounds, area, volume] = [boundsOf(glb), areaOf(glb), volumeOf(glb)];
+      const size = Math.max(...bounds.map(Math.abs));
       for (const [form, triangles] of Object.entries({ stl, ply })) {
         assert.equal(triangles.length, glb.length, form);
-        const size = Math.max(...boundsOf(glb).map(Math.abs));
-        boundsOf(triangles).forEach((bound, i) => assert.ok(Math.abs(bound - boundsOf(glb)[i]) < 1e-6 * size, form));
-        near(areaOf(triangles), areaOf(glb), 1e-5, `${form}: area`);
-        assert.ok(Math.abs(volumeOf(triangles) - volumeOf(glb)) < 1e-5 * size * areaOf(glb), `${form}: volume`);
+        boundsOf(triangles).forEach((bound, i) => assert.ok(Math.abs(bound - bounds[i]) < 1e-6 * size, form));
+        near(areaOf(triangles), area, 1e-5, `${form}: area`);
+        assert.ok(Math.abs(volumeOf(triangles) - volume) < 1e-5 * size * area, `${form}: volume`);
       }
     });
 

@@ -38,6 +38,53 @@ TEST(a_place_goes_before_the_sentence_which_is_cut_between_characters) {
   assert_int_equal(strlen(error.detail) % 2, 0);
 }
 
+typedef struct sorted_item {
+  uint32_t key, place;
+  uint8_t odd[3];
+} sorted_item;
+
+static int compare_items(const void *left, const void *right) {
+  const sorted_item *a = left, *b = right;
+  return a->key < b->key ? -1 : a->key > b->key;
+}
+
+/* Counts how often it is asked, and is over at the third time. */
+static bool is_over_soon(void *owner) {
+  return ++*(int *)owner > 2;
+}
+
+TEST(sorting_keeps_equal_items_in_order_and_ends_with_its_work) {
+  static const size_t counts[] = {0, 1, 2, 15, 16, 17, 33, 1000, 4096, 5001};
+  static sorted_item items[5001];
+  uint32_t seed = 1;
+  for (size_t c = 0; c < sizeof counts / sizeof *counts; c++)
+    for (uint32_t keys = 1; keys <= 1u << 30; keys = keys < 1u << 30 ? keys << 10 : UINT32_MAX) {
+      for (uint32_t i = 0; i < counts[c]; i++) {
+        seed = seed * 1664525 + 1013904223;
+        items[i] = (sorted_item){(seed >> 1) % keys, i, {(uint8_t)i, 0, 0}};
+      }
+      assert_int_equal(tw_sort(items, counts[c], sizeof *items, compare_items), TW_OK);
+      for (size_t i = 1; i < counts[c]; i++) {
+        const sorted_item *a = &items[i - 1], *b = &items[i];
+        assert_true(a->key < b->key || (a->key == b->key && a->place < b->place));
+        assert_int_equal(b->odd[0], (uint8_t)b->place);
+      }
+    }
+  for (uint32_t i = 0; i < 5001; i++) items[i] = (sorted_item){5001 - i, i, {0}};
+  tw_meter meter;
+  int asked = 0;
+  tw_meter_init(&meter, &(tw_meter_host){.owner = &asked, .is_over = is_over_soon}, UINT64_MAX);
+  tw_meter *before = tw_meter_use(&meter);
+  tw_status over = tw_sort(items, 5001, sizeof *items, compare_items);
+  tw_meter_use(before);
+  assert_int_equal(over, TW_CANCELLED);
+  tw_meter_init(&meter, &(tw_meter_host){0}, 5001);
+  before = tw_meter_use(&meter);
+  tw_status poor = tw_sort(items, 5001, sizeof *items, compare_items);
+  tw_meter_use(before);
+  assert_int_equal(poor, TW_NO_MEMORY);
+}
+
 TEST(arena_refuses_an_overflowing_product) {
   tw_arena *arena = tw_arena_create();
   assert_null(tw_arena_alloc(arena, SIZE_MAX / 2, 8));

@@ -106,6 +106,10 @@ bool tw_work(uint64_t steps);
 /* TW_CANCELLED where tw_work returned false, else TW_OK. */
 tw_status tw_work_status(tw_error *error);
 
+/* qsort as work: its memory is charged, and it ends where the work is over; what is left in `items` then is
+ * of no use. Items that compare equal keep their order. TW_NO_MEMORY, TW_CANCELLED. O(count log count). */
+tw_status tw_sort(void *items, size_t count, size_t size, int (*compare)(const void *, const void *));
+
 #ifndef __cplusplus
 /* Whose work it is. Both functions may be called on any thread of the work, also at the same time. */
 typedef struct tw_meter_host {
