@@ -95,6 +95,17 @@ obj_faces() { grep -c '^f ' "$1"; }
   [ -z "$(header content-length)" ]
 }
 
+@test "all levels are counted in one answer, the last one over a limit" {
+  get "$cube/levels.json"
+  expect 200
+  cp answer levels
+  for level in 0 3 9; do
+    get "$cube/surface.json?level=$level"
+    diff <(jq -cS "{level, vertices, edges, faces, bytes}" answer) <(jq -cS ".levels[$level]" levels)
+  done
+  jq --exit-status '.levels[:-1] | all(has("refused") | not)' levels
+}
+
 @test "points of a mesh are as many bytes as the head tells, also in parts" {
   get "$cube/surface.bin?level=3"
   expect 200
@@ -103,6 +114,8 @@ obj_faces() { grep -c '^f ' "$1"; }
   length=$(od -An -tu4 -j8 -N4 whole)
   tail -c +13 whole | head -c $((length)) | jq --exit-status '.points == 386 and .stride == 3 and .level == 3'
   [ "$(stat -c %s whole)" = $((12 + length + 12 * 386)) ]
+  post '/v1/surface.bin?level=3' "$samples/cube.obj"
+  cmp answer whole
   http HEAD "$cube/surface.bin?level=3"
   [ "$(header content-length)" = "$(stat -c %s whole)" ]
   http GET "$cube/surface.bin?level=3" --range 100-999
