@@ -106,6 +106,13 @@ void api_call_warn(api_call *call, const char *const *sentences, uint32_t count)
   call->warning_count += count;
 }
 
+api_outcome api_call_warn_text(api_call *call, tw_text *text) {
+  const char *sentence = api_text_move(text, call->arena);
+  if (!sentence) return api_fail_without_memory(call);
+  api_call_warn(call, &sentence, 1);
+  return API_DONE;
+}
+
 /* ---- plain replies ----------------------------------------------------------------------------- */
 
 api_outcome api_reply(api_call *call, tw_text *text) {

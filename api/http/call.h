@@ -74,6 +74,8 @@ api_outcome api_reply(api_call *call, tw_text *text);
 
 /* Adds [count] sentences to the answer's X-Tweend-Warning, which tells their number and the first of them. */
 void api_call_warn(api_call *call, const char *const *sentences, uint32_t count);
+/* Adds the text as one sentence, and frees it. */
+api_outcome api_call_warn_text(api_call *call, tw_text *text);
 
 /* ---- answers about immutable models ---- */
 

@@ -137,9 +137,7 @@ static api_outcome warn_of_unused(api_call *call, const api_form *form) {
     tw_text text = {0};
     tw_text_add(&text, "the glTF does not name the file ");
     tw_text_bytes(&text, file->name, strlen(file->name));
-    const char *sentence = api_text_move(&text, call->arena);
-    if (!sentence) return api_fail_without_memory(call);
-    api_call_warn(call, &sentence, 1);
+    if (api_call_warn_text(call, &text) != API_DONE) return API_FAILED;
   }
   return API_DONE;
 }

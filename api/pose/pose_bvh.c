@@ -13,7 +13,7 @@ static api_outcome read_request(api_call *call, api_pose_request *out) {
   if (outcome != API_DONE) return outcome;
   tw_status status = api_times_read_steps(&call->query, USUAL_FPS, call->service->limits.max_times,
                                           &out->times, &call->fault.error);
-  return status == TW_OK ? API_DONE : api_fail(call);
+  return api_outcome_of(call, status);
 }
 
 /* ---- the answer --------------------------------------------------------------------------------- */

@@ -185,7 +185,7 @@ static api_outcome complete_times(api_call *call, api_pose_request *request) {
   double duration = request->clip ? request->clip->duration : 0;
   if (!times->is_given) *times = (api_times){.is_given = true, .count = 1, .list = &start};
   tw_status status = api_times_complete(times, duration, call->service->limits.max_times, &call->fault.error);
-  return status == TW_OK ? API_DONE : api_fail(call);
+  return api_outcome_of(call, status);
 }
 
 api_outcome api_pose_request_resolve(api_call *call, bool is_stored, api_pose_request *request) {

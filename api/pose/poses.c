@@ -165,7 +165,7 @@ static api_outcome read_request(api_call *call, api_pose_request *out) {
     return api_fail_with(call, 400, "CSV has no place for root motion: in_place=true drops it");
   tw_status status = api_times_read(&call->query, call->service->limits.max_times, call->arena, &out->times,
                                     &call->fault.error);
-  return status == TW_OK ? API_DONE : api_fail(call);
+  return api_outcome_of(call, status);
 }
 
 /* A GET depends on the URL alone: it has an entity tag and may be cached. */

@@ -63,7 +63,7 @@ api_outcome api_retarget_read(api_call *call, bool names_feet, api_retarget *out
   out->is_auto = way == 1;
   const char *feet = api_query_get(&call->query, "feet");
   if (status == TW_OK) status = read_feet(feet, names_feet, out, &call->fault.error);
-  return status == TW_OK ? API_DONE : api_fail(call);
+  return api_outcome_of(call, status);
 }
 
 api_outcome api_retarget_check(api_call *call, const api_retarget *retarget) {

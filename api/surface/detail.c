@@ -220,7 +220,7 @@ static api_outcome read_obj(detail_request *request, api_bytes bytes) {
   api_call *call = request->remade->call;
   tw_status status = tw_obj_read_points(bytes.data, bytes.size, request->at, call->arena, &request->positions,
                                         &request->count, &call->fault.error);
-  return status == TW_OK ? API_DONE : api_fail(call);
+  return api_outcome_of(call, status);
 }
 
 static api_outcome read_model(detail_request *request, api_bytes bytes) {

@@ -28,7 +28,7 @@ api_outcome api_flat_read(api_call *call, const char *fallback, api_flat_query *
   if (status == TW_OK && !(out->scale >= 1e-9 && out->scale <= 1e9))
     status = tw_fail(error, TW_SYNTAX, "scale must be from 1e-9 to 1e9");
   out->unit = fallback ? &units[unit] : NULL;
-  return status == TW_OK ? API_DONE : api_fail(call);
+  return api_outcome_of(call, status);
 }
 
 void api_flat_print(const api_flat_query *query, tw_text *text) {
@@ -44,21 +44,13 @@ double api_flat_scale(const api_flat_query *query) {
   return query->scale * query->unit->scale;
 }
 
-/* Adds the text as a warning, and frees it. */
-static api_outcome warn(api_call *call, tw_text *text) {
-  const char *sentence = api_text_move(text, call->arena);
-  if (!sentence) return api_fail_without_memory(call);
-  api_call_warn(call, &sentence, 1);
-  return API_DONE;
-}
-
 api_outcome api_flat_warn_of_unit(api_call *call, const api_flat_query *query) {
   if (query->is_unit_given || query->unit->scale == 1) return API_DONE;
   tw_text text = {0};
   tw_text_add(&text, "the model's metres became ");
   tw_text_add(&text, query->unit->word);
   tw_text_add(&text, ": unit=m keeps them, scale= fits a model of another unit");
-  return warn(call, &text);
+  return api_call_warn_text(call, &text);
 }
 
 api_outcome api_flat_warn_of_move(api_call *call, const double origin[3]) {
@@ -69,7 +61,7 @@ api_outcome api_flat_warn_of_move(api_call *call, const double origin[3]) {
     tw_text_double(&text, -origin[c]);
   }
   tw_text_add(&text, " of the model: floats so far from the origin would change its shape");
-  return warn(call, &text);
+  return api_call_warn_text(call, &text);
 }
 
 /* ---- losses ------------------------------------------------------------------------------------------ */
@@ -155,7 +147,7 @@ api_outcome api_flat_warn_of_losses(api_call *call, const tw_scene *scene, uint3
     tw_text_add(&text, text.size > begin ? ", " : ": ");
     tw_text_add(&text, rows[i].what);
   }
-  if (text.size > begin || text.failed) return warn(call, &text);
+  if (text.size > begin || text.failed) return api_call_warn_text(call, &text);
   tw_text_deinit(&text);
   return API_DONE;
 }

@@ -83,8 +83,5 @@ api_outcome api_obj_losses_warn(api_call *call, const tw_model *model) {
   list(&text, losses.loose, "points and lines", NULL);
   list(&text, materials, "all of ", " materials but their names");
   if (text.size == 0) return API_DONE;
-  const char *sentence = api_text_move(&text, call->arena);
-  if (!sentence) return api_fail_without_memory(call);
-  api_call_warn(call, &sentence, 1);
-  return API_DONE;
+  return api_call_warn_text(call, &text);
 }

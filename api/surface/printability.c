@@ -59,10 +59,7 @@ api_outcome api_warn_of_shells(api_call *call, api_surface_request *request) {
   list(&text, all.flipped_edges, " edge is of two faces of opposite sides",
        " edges are of two faces of opposite sides");
   if (text.size == 0) return API_DONE;
-  const char *sentence = api_text_move(&text, call->arena);
-  if (!sentence) return api_fail_without_memory(call);
-  api_call_warn(call, &sentence, 1);
-  return API_DONE;
+  return api_call_warn_text(call, &text);
 }
 
 /* ---- surface.json ------------------------------------------------------------------------------------ */

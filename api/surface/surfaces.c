@@ -230,7 +230,7 @@ static void take_over(api_call *call, api_surface_request *request, uint64_t siz
 static api_outcome warm(api_call *call, const api_surface_request *request) {
   tw_status status =
       api_plan_warm(api_entry_value(request->plan), &call->service->parallel, &call->fault.error);
-  return status == TW_OK ? API_DONE : api_fail(call);
+  return api_outcome_of(call, status);
 }
 
 /* Sets what of an answer's `size` bytes is read. */
@@ -407,10 +407,7 @@ static api_outcome warn_of_polygons(api_call *call, const api_surface_request *r
               request->query.tagged
                   ? " from any corner: split into triangles, which are joined when the file is uploaded"
                   : " from any corner: split into triangles");
-  const char *sentence = api_text_move(&text, call->arena);
-  if (!sentence) return api_fail_without_memory(call);
-  api_call_warn(call, &sentence, 1);
-  return API_DONE;
+  return api_call_warn_text(call, &text);
 }
 
 /* The points of a mesh that follow more joints than `most`. */
@@ -438,10 +435,7 @@ static api_outcome warn_of_influences(api_call *call, const api_surface_request 
   tw_text_add(&text, "influences=4 keeps the four heaviest joints of a point: ");
   tw_text_count(&text, points);
   tw_text_add(&text, points > 1 ? " points of the file follow more" : " point of the file follows more");
-  const char *sentence = api_text_move(&text, call->arena);
-  if (!sentence) return api_fail_without_memory(call);
-  api_call_warn(call, &sentence, 1);
-  return API_DONE;
+  return api_call_warn_text(call, &text);
 }
 
 /* ---- forms --------------------------------------------------------------------------------------- */
