@@ -230,7 +230,7 @@ static void variable_name(const char *flag, char name[FLAG_SIZE]) {
   }
 }
 
-/* ---- --help and the manual page --------------------------------------------------------------- */
+/* ---- --help and the manual page -------------------------------------------------------------- */
 
 typedef struct section {
   const char *title, *text; /* lines of at most 100 characters */
@@ -498,7 +498,7 @@ static bool set_defaults(srv_config *config) {
   return true;
 }
 
-/* ---- settings that may name a file ------------------------------------------------------------ */
+/* ---- settings that may name a file ----------------------------------------------------------- */
 
 char *srv_config_text(const char *flag, const char *setting, size_t size_max, srv_error *error) {
   bool is_file = setting[0] == '@';

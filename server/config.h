@@ -69,7 +69,7 @@ char *srv_config_text(const char *flag, const char *setting, size_t size_max, sr
 /* The log level, read from the file again when the setting is "@FILE". False with one line in error. */
 bool srv_config_log_level(const srv_config *config, srv_log_level *out, srv_error *error);
 
-/* ---- quantities as written in flags: 256MiB, 80M, 500ms ---------------------------------------- */
+/* ---- quantities as written in flags: 256MiB, 80M, 500ms -------------------------------------- */
 
 /* Each function parses the whole text, or returns false and leaves *out alone. Rejected: signs, spaces,
  * fractions and values over 64 bits. */

@@ -153,7 +153,7 @@ void srv_connections_end(srv_loop *l) {
   while (l->lingering) end_lingering(l, &l->lingering);
 }
 
-/* ---- start and end ---------------------------------------------------------------------------- */
+/* ---- start and end --------------------------------------------------------------------------- */
 
 /* The peer's address as accepted: the socket no longer knows it once the client has reset the connection. */
 static srv_address peer_of(struct MHD_Connection *mhd) {

@@ -397,7 +397,7 @@ srv_exchange_step srv_exchange_finish(srv_exchange *exchange) {
   return SRV_EXCHANGE_NOW;
 }
 
-/* ---- output and end --------------------------------------------------------------------------- */
+/* ---- output and end -------------------------------------------------------------------------- */
 
 /* Prints milliseconds with three decimals; returns the end. Not by snprintf, which takes seven times as long:
  * every answer has three of these. */

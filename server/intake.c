@@ -9,7 +9,7 @@
 #include <strings.h>
 #include <sys/socket.h>
 
-/* ---- heads that the library accepts too easily ------------------------------------------------ */
+/* ---- heads that the library accepts too easily ----------------------------------------------- */
 
 /* Before 1.0 the library silently cuts a line off at a zero byte, and adds the further lines of a folded
  * field to the field's name. But it reports the size of the whole head: srv_framing_whole adds up the lines
@@ -72,7 +72,7 @@ void srv_intake_complaint(srv_loop *l) {
   srv_intake_refuse(c);
 }
 
-/* ---- refusals sent without the library -------------------------------------------------------- */
+/* ---- refusals sent without the library ------------------------------------------------------- */
 
 void srv_intake_refuse(srv_connection *c) {
   const char *reason = MHD_get_reason_phrase_for((unsigned)c->exchange.status);

@@ -82,7 +82,7 @@ struct srv_http {
   srv_loop loops[];
 };
 
-/* ---- io_loop.c ---------------------------------------------------------------------------------- */
+/* ---- io_loop.c ------------------------------------------------------------------------------- */
 
 /* Wakes the loop's thread. Any thread. */
 void srv_wake(srv_loop *loop);
@@ -99,12 +99,12 @@ void srv_set_unsent(srv_loop *loop, size_t *unsent, size_t now_unsent);
  * everything. */
 void srv_note_unsent(srv_connection *connection);
 
-/* ---- deliver.c ---------------------------------------------------------------------------------- */
+/* ---- deliver.c ------------------------------------------------------------------------------- */
 
 /* Hands the exchange's answer over to the library. MHD_NO: the connection has to be closed. */
 enum MHD_Result srv_deliver(srv_connection *connection);
 
-/* ---- connections.c ------------------------------------------------------------------------------ */
+/* ---- connections.c --------------------------------------------------------------------------- */
 
 /* Starts watching the listening sockets. */
 void srv_connections_listen(srv_loop *loop);
@@ -125,7 +125,7 @@ void srv_connections_sweep(srv_loop *loop);
 /* Closes all lingering sockets. */
 void srv_connections_end(srv_loop *loop);
 
-/* ---- intake.c: callbacks of the library for a request --------------------------------------------- */
+/* ---- intake.c: callbacks of the library for a request ---------------------------------------- */
 
 /* Called with the raw target, before the library splits its arguments. Returns the connection, or NULL
  * without memory. */

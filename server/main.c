@@ -266,7 +266,7 @@ static void notify_watchdog(process *p) {
     srv_log(SRV_LOG_ERROR, "a socket thread does not go on: the watchdog is not told that all is well");
 }
 
-/* ---- reloading settings ----------------------------------------------------------------------- */
+/* ---- reloading settings ---------------------------------------------------------------------- */
 
 /* Requests in flight keep the keys that were in force when they arrived. */
 static bool reload_keys(process *p, srv_error *error) {
@@ -296,7 +296,7 @@ static void reload(process *p) {
   srv_systemd_notify(&p->systemd, "READY=1");
 }
 
-/* ---- shutdown --------------------------------------------------------------------------------- */
+/* ---- shutdown -------------------------------------------------------------------------------- */
 
 /* Sleeps 10 ms. True when a further ending signal arrives meanwhile. */
 static bool sleep_or_signal(process *p) {

@@ -47,7 +47,7 @@ struct srv_s3 {
   atomic_uint_fast64_t retries;
 };
 
-/* ---- the place -------------------------------------------------------------------------------- */
+/* ---- the place ------------------------------------------------------------------------------- */
 
 static const char unreserved_characters[] =
     "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-._~";
@@ -152,7 +152,7 @@ uint64_t srv_s3_retries(const srv_s3 *s3) {
   return atomic_load(&s3->retries);
 }
 
-/* ---- handles ---------------------------------------------------------------------------------- */
+/* ---- handles --------------------------------------------------------------------------------- */
 
 /* Takes the handle that was used last: its connection is the most likely to be still open. */
 static CURL *take_handle(srv_s3 *s3) {
@@ -171,7 +171,7 @@ static void give_back(srv_s3 *s3, CURL *handle) {
   if (!is_kept) curl_easy_cleanup(handle);
 }
 
-/* ---- one try ---------------------------------------------------------------------------------- */
+/* ---- one try --------------------------------------------------------------------------------- */
 
 typedef struct transfer {
   const srv_s3_request *request;
@@ -410,7 +410,7 @@ static void try_once(srv_s3 *s3, transfer *t, const char *content_hash, uint64_t
   if (handle) give_back(s3, handle);
 }
 
-/* ---- all tries -------------------------------------------------------------------------------- */
+/* ---- all tries ------------------------------------------------------------------------------- */
 
 /* Whether a later try may succeed. 409: another daemon is storing the same object. */
 static bool may_pass(int status) {

@@ -53,7 +53,7 @@ static void print_key(const char *id, char key[KEY_SIZE]) {
   snprintf(key, KEY_SIZE, "objects/%.2s/%s", id, id);
 }
 
-/* ---- outages ---------------------------------------------------------------------------------- */
+/* ---- outages --------------------------------------------------------------------------------- */
 
 /* A `take` that ends a listing at its first key. */
 static bool is_enough(void *context, const char *key, uint64_t size) {
@@ -146,7 +146,7 @@ static void forget(srv_store_s3 *store, const char *id) {
   srv_disk_cache_forget(store->cache, id);
 }
 
-/* ---- reading an object whole ------------------------------------------------------------------ */
+/* ---- reading an object whole ----------------------------------------------------------------- */
 
 /* An object that is being received: stored like a request body, and hashed piece by piece. It owns the bytes
  * of a blob and may outlive the store. */
@@ -243,7 +243,7 @@ static api_store_status judge_bytes(srv_store_s3 *store, const char *id) {
   return status;
 }
 
-/* ---- looking and opening ---------------------------------------------------------------------- */
+/* ---- looking and opening --------------------------------------------------------------------- */
 
 /* Asks the bucket for the object's ETag. An object that was judged under another ETag is read and judged
  * again: models and plans made from the earlier bytes may be in memory. */
@@ -307,7 +307,7 @@ static char *summary_of(void *context, const char *id) {
   return status == API_STORE_UNAVAILABLE ? srv_disk_cache_summary(store->cache, id) : answer.summary;
 }
 
-/* ---- storing and removing --------------------------------------------------------------------- */
+/* ---- storing and removing -------------------------------------------------------------------- */
 
 /* Whether an ETag is the MD5 of the bytes, in quotes, as it is for objects stored in one piece and without
  * encryption. */
@@ -408,7 +408,7 @@ static api_store_status drop(void *context, const char *id) {
   return status;
 }
 
-/* ---- listing ---------------------------------------------------------------------------------- */
+/* ---- listing --------------------------------------------------------------------------------- */
 
 /* A page of the listing whose summaries are being read. */
 typedef struct listing {
@@ -477,7 +477,7 @@ static api_store_status probe(void *context) {
   return atomic_load(&store->was_reached) ? API_STORE_OK : API_STORE_UNAVAILABLE;
 }
 
-/* ---- opening and closing the store ------------------------------------------------------------ */
+/* ---- opening and closing the store ----------------------------------------------------------- */
 
 srv_store_s3 *srv_store_s3_open(const srv_config *config, srv_store_fs *folder, srv_error *error) {
   srv_store_s3 *store = calloc(1, sizeof *store);

@@ -55,7 +55,7 @@ uint64_t api_budget_granted(api_budget *budget) {
   return atomic_load(&budget->granted);
 }
 
-/* ---- grants; under the lock -------------------------------------------------------------------- */
+/* ---- grants; under the lock ------------------------------------------------------------------ */
 
 /* By how many bytes raising a grant to `bytes` exceeds the limit. The last sixteenth is for small grants. */
 static uint64_t shortage(const api_budget *budget, const api_ticket *ticket, uint64_t bytes) {
@@ -145,7 +145,7 @@ static bool raise_grant(api_budget *budget, api_ticket *ticket, uint64_t bytes) 
   return true;
 }
 
-/* ---- waiting ------------------------------------------------------------------------------------ */
+/* ---- waiting --------------------------------------------------------------------------------- */
 
 /* Grants memory to waiting tickets and wakes them, as long as any fits. Freeing entries calls this function
  * again, so only one thread at a time runs the loop; others set is_poked, and the loop looks again. */

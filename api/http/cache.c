@@ -59,7 +59,7 @@ api_cache *api_cache_create(uint64_t idle_max, api_budget *budget) {
   return NULL;
 }
 
-/* ---- the table; under the lock ------------------------------------------------------------------ */
+/* ---- the table; under the lock --------------------------------------------------------------- */
 
 /* Eight bytes at a time, multiplied and folded. Keys chosen to collide fill one bucket, which
  * evict_from_full_bucket keeps short. */
@@ -193,7 +193,7 @@ static api_entry *add(api_cache *cache, const char *key, uint32_t hash, api_entr
   return entry;
 }
 
-/* ---- outside the lock ---------------------------------------------------------------------------- */
+/* ---- outside the lock ------------------------------------------------------------------------ */
 
 /* Counts a value as the cache's; until now it was charged to the work that made it. */
 static void add_bytes(api_cache *cache, const api_built *built) {
@@ -239,7 +239,7 @@ void api_cache_destroy(api_cache *cache) {
   free(cache);
 }
 
-/* ---- promises and waiting ------------------------------------------------------------------------ */
+/* ---- promises and waiting -------------------------------------------------------------------- */
 
 /* Under the lock: makes the entry READY or FAILED. Returns the tickets that waited, for the caller to
  * wake. */
@@ -332,7 +332,7 @@ void api_cache_end(api_cache *cache, api_ticket *ticket) {
   ticket->awaited = NULL;
 }
 
-/* ---- taking ---------------------------------------------------------------------------------------- */
+/* ---- taking ---------------------------------------------------------------------------------- */
 
 api_entry *api_cache_peek(api_cache *cache, const char *key) {
   uint32_t hash = api_cache_hash(key);

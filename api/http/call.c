@@ -73,7 +73,7 @@ const char *api_call_header(const api_call *call, const char *name) {
   return call->request->header(call->request->context, name);
 }
 
-/* ---- warnings ---------------------------------------------------------------------------------- */
+/* ---- warnings -------------------------------------------------------------------------------- */
 
 enum { WARNING_SIZE = 388 }; /* 400 together with the count in front */
 
@@ -113,7 +113,7 @@ api_outcome api_call_warn_text(api_call *call, tw_text *text) {
   return API_DONE;
 }
 
-/* ---- plain replies ----------------------------------------------------------------------------- */
+/* ---- plain replies --------------------------------------------------------------------------- */
 
 api_outcome api_reply(api_call *call, tw_text *text) {
   api_answer_text(&call->answer, 200, call->offer->type, text);
@@ -128,7 +128,7 @@ void api_hex(const uint8_t *bytes, size_t count, char *out) {
   }
 }
 
-/* ---- validators -------------------------------------------------------------------------------- */
+/* ---- validators ------------------------------------------------------------------------------ */
 
 /* The tag depends on the coding: coded bytes differ. */
 static const char *coded_etag(api_call *call, const char *id, const char *representation, api_coding coding,
@@ -211,7 +211,7 @@ api_outcome api_validate_file(api_call *call, const char *hash) {
   return validate(call, "file", hash, "no-cache");
 }
 
-/* ---- ranges ------------------------------------------------------------------------------------ */
+/* ---- ranges ---------------------------------------------------------------------------------- */
 
 typedef enum range_kind {
   RANGE_ALL,          /* no range, or one to be ignored */

@@ -77,7 +77,7 @@ void api_call_warn(api_call *call, const char *const *sentences, uint32_t count)
 /* Adds the text as one sentence, and frees it. */
 api_outcome api_call_warn_text(api_call *call, tw_text *text);
 
-/* ---- answers about immutable models ---- */
+/* ---- answers about immutable models ---------------------------------------------------------- */
 
 /* The entity tag, quoted, of a representation ("pose.json") of a model. canonical: all parameters, with
  * defaults filled in. NULL without memory. */

@@ -72,7 +72,7 @@ static coded coder_run(coder *c, ZSTD_inBuffer *input, ZSTD_outBuffer *output, f
   return result == Z_STREAM_END ? CODED_ALL : result == Z_STREAM_ERROR ? CODED_FAILED : CODED_MORE;
 }
 
-/* ---- texts ------------------------------------------------------------------------------------- */
+/* ---- texts ----------------------------------------------------------------------------------- */
 
 /* Encodes the text in place. False without memory, or if it would become longer: the text is sent as it
  * is. */
@@ -95,7 +95,7 @@ static bool encode_text(api_call *call) {
   return true;
 }
 
-/* ---- bodies ------------------------------------------------------------------------------------ */
+/* ---- bodies ---------------------------------------------------------------------------------- */
 
 typedef struct coded_body {
   coder coder;
@@ -165,7 +165,7 @@ api_outcome api_encode(api_call *call) {
   return API_DONE;
 }
 
-/* ---- decoding ---------------------------------------------------------------------------------- */
+/* ---- decoding -------------------------------------------------------------------------------- */
 
 /* The limit on the decoded size keeps a small bomb small. The buffer grows by a half, so that it takes at
  * most two and a half times the decoded size, and is cut to size at the end. */

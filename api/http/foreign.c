@@ -51,7 +51,7 @@ static bool holds(api_bytes bytes, const char *text) {
   return false;
 }
 
-/* ---- compressed files ---------------------------------------------------------------------------------- */
+/* ---- compressed files ------------------------------------------------------------------------ */
 
 /* A .blend file may be compressed; other gzip and zstd files only lack a Content-Encoding header. name NULL:
  * not compressed. */
@@ -68,7 +68,7 @@ static api_foreign recognise_compressed(api_bytes bytes) {
   return (api_foreign){"ZIP", "send the model that is in it"};
 }
 
-/* ---- XML and HTML -------------------------------------------------------------------------------------- */
+/* ---- XML and HTML ---------------------------------------------------------------------------- */
 
 static api_foreign recognise_markup(api_bytes bytes) {
   size_t at = begins(bytes, 0, "\xEF\xBB\xBF") ? 3 : 0;
@@ -80,7 +80,7 @@ static api_foreign recognise_markup(api_bytes bytes) {
   return (api_foreign){"XML", NULL};
 }
 
-/* ---- files damaged in transit ------------------------------------------------------------------------- */
+/* ---- files damaged in transit ---------------------------------------------------------------- */
 
 /* An OBJ whose line ends were dropped has points right behind the word or number before them. */
 static bool is_stripped_obj(api_bytes bytes) {
@@ -140,7 +140,7 @@ api_foreign api_foreign_known(api_bytes bytes) {
   return (api_foreign){0};
 }
 
-/* ---- anything else ------------------------------------------------------------------------------------- */
+/* ---- anything else --------------------------------------------------------------------------- */
 
 /* Whether the line begins with a keyword of OBJ. */
 static bool is_obj_line(const uint8_t *line, size_t size) {

@@ -9,7 +9,7 @@ const char api_upload_types[] = "model/gltf-binary, model/gltf+json, model/obj, 
                                 "multipart/form-data";
 const char api_codings[] = "gzip, zstd";
 
-/* ---- pieces of header values ---------------------------------------------------------------------- */
+/* ---- pieces of header values ----------------------------------------------------------------- */
 
 static bool is_blank(char c) {
   return c == ' ' || c == '\t';
@@ -52,7 +52,7 @@ bool api_span_starts(api_span s, const char *text) {
   return s.length >= strlen(text) && strncasecmp(s.text, text, strlen(text)) == 0;
 }
 
-/* ---- accepted and declared types -------------------------------------------------------------------- */
+/* ---- accepted and declared types ------------------------------------------------------------- */
 
 /* The q of a media range's parameters in thousandths; 1000 without one, 0 when it is malformed. */
 static int read_quality(api_span parameters) {

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- building ---------------------------------------------------------------------------------- */
+/* ---- building -------------------------------------------------------------------------------- */
 
 /* A cached answer. */
 typedef struct response {
@@ -55,7 +55,7 @@ static api_outcome take(api_call *call, const char *key, api_print print, void *
   return api_call_take(call, key, build_response, &source, out);
 }
 
-/* ---- sending ------------------------------------------------------------------------------------ */
+/* ---- sending --------------------------------------------------------------------------------- */
 
 /* The most that the host reads at once. */
 enum { HOST_BLOCK = 256 << 10 };
@@ -108,7 +108,7 @@ api_outcome api_response_reply(api_call *call, const char *key, const char *repr
   return outcome;
 }
 
-/* ---- answers asked for repeatedly ---------------------------------------------------------------- */
+/* ---- answers asked for repeatedly ------------------------------------------------------------ */
 
 /* Whether the last request in this hash's slot had the same hash. Keeps one-off requests out of the cache. */
 static bool was_asked_before(api_service *service, uint32_t hash) {

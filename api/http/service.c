@@ -142,7 +142,7 @@ void api_service_drain(api_service *service) {
   atomic_store(&service->is_draining, true);
 }
 
-/* ---- memory and waiting -------------------------------------------------------------------------- */
+/* ---- memory and waiting ---------------------------------------------------------------------- */
 
 void api_service_hold(api_service *service, api_held what, uint64_t bytes) {
   atomic_fetch_add(&service->held[what], bytes);

@@ -12,7 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- forms (multipart/form-data, RFC 7578) ---------------------------------------------------------- */
+/* ---- forms (multipart/form-data, RFC 7578) --------------------------------------------------- */
 
 /* Limits on the header of a part, in bytes, and on the parts. No browser sends more. */
 enum { PART_HEAD_MAX = 16384, FORM_PARTS_MAX = 4096 };
@@ -98,7 +98,7 @@ tw_status api_form_read(api_bytes body, const char *boundary, tw_arena *arena, a
   return out->count > 0 ? TW_OK : fail_form(error, "has no file: a part with a filename is expected");
 }
 
-/* ---- the body --------------------------------------------------------------------------------------- */
+/* ---- the body -------------------------------------------------------------------------------- */
 
 /* The most values in the JSON of a glTF file: tinygltf takes a kilobyte or more for some of them. */
 enum { JSON_VALUES_MAX = 500000 };

@@ -17,7 +17,7 @@ typedef struct api_bytes {
   size_t size;
 } api_bytes;
 
-/* ---- what the host supplies ---------------------------------------------------------------- */
+/* ---- what the host supplies ------------------------------------------------------------------ */
 
 typedef enum api_store_status {
   API_STORE_OK,
@@ -143,7 +143,7 @@ typedef struct api_settings {
       *hosts; /* served on loopback listeners besides the machine's own, without ports; else as above */
 } api_settings;
 
-/* ---- service: settings and caches, shared by all threads ------------------------------------ */
+/* ---- service: settings and caches, shared by all threads ------------------------------------- */
 
 typedef struct api_service api_service;
 api_service *api_service_create(const api_settings *settings); /* copies the settings; NULL without memory */

@@ -5,7 +5,7 @@
 
 #include "tweend/json_print.h"
 
-/* ---- selections ---------------------------------------------------------------------------------------- */
+/* ---- selections ------------------------------------------------------------------------------ */
 
 enum { LIST_MAX = 65536 }; /* the most edits in a list */
 
@@ -146,7 +146,7 @@ static tw_status read_selection(const api_value *value, tw_edit_element of, tw_s
   return status;
 }
 
-/* ---- members ------------------------------------------------------------------------------------------- */
+/* ---- members --------------------------------------------------------------------------------- */
 
 enum {
   EDIT,
@@ -219,7 +219,7 @@ static tw_status read_vector(const api_value *value, bool *has, double *out) {
   return api_json_doubles(value, 3, out);
 }
 
-/* ---- kinds --------------------------------------------------------------------------------------------- */
+/* ---- kinds ----------------------------------------------------------------------------------- */
 
 static tw_status read_extrude(const api_value *values, tw_edit *edit) {
   tw_status status = read_vector(&values[BY], &edit->extrude.has_by, edit->extrude.by);
@@ -429,7 +429,7 @@ static tw_status read_edits(const api_value *array, tw_edit **out, uint32_t *cou
   return api_json_each(array, read_edit, *out);
 }
 
-/* ---- applying ------------------------------------------------------------------------------------------ */
+/* ---- applying -------------------------------------------------------------------------------- */
 
 /* Bytes that edits hold for each point and corner; the least room, in points and corners, of the first
  * attempt; and how many edits may each process a mesh that fills the room. */

@@ -337,7 +337,7 @@ tw_status api_json_index(const api_value *value, uint32_t *out) {
   return cJSON_IsNumber(value->item) ? to_index(value, value->item->valuedouble, out) : fail_number(value);
 }
 
-/* ---- arrays of numbers ------------------------------------------------------------------------ */
+/* ---- arrays of numbers ----------------------------------------------------------------------- */
 
 /* Receives the numbers of an array in turn: one of the three pointers, by kind. */
 typedef enum number_kind { FLOATS, DOUBLES, INDICES } number_kind;

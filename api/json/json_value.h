@@ -89,7 +89,7 @@ tw_status api_json_doubles(const api_value *value, uint32_t width, double *out);
 /* Whether an array begins with a number, rather than a row of numbers. */
 bool api_json_holds_numbers(const api_value *array);
 
-/* ---- arrays of numbers; call api_json_count first ----------------------------------------------- */
+/* ---- arrays of numbers; call api_json_count first -------------------------------------------- */
 
 /* out: [elements]. */
 tw_status api_json_float_list(const api_value *array, float *out);

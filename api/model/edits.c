@@ -13,7 +13,7 @@ typedef struct edits_request {
   uint32_t made_count;
 } edits_request;
 
-/* ---- the request --------------------------------------------------------------------------------------- */
+/* ---- the request ----------------------------------------------------------------------------- */
 
 /* Finds the mesh that the document names. */
 static tw_status find_mesh(const api_value *value, edits_request *request) {
@@ -74,7 +74,7 @@ static tw_status read_document(void *context, const api_value *root) {
   return check_faces(&remade->cage, &values[EDITS]);
 }
 
-/* ---- the answer ---------------------------------------------------------------------------------------- */
+/* ---- the answer ------------------------------------------------------------------------------ */
 
 static void print_list(tw_text *out, const char *name, const uint32_t *list, uint32_t count,
                        const uint32_t *numbers) {

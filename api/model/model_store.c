@@ -154,7 +154,7 @@ int api_seed(api_service *service, const char *name, const uint8_t *bytes, size_
   return !is_stored ? call.fault.status : existed ? 200 : 201;
 }
 
-/* ---- one model ---------------------------------------------------------------------------------- */
+/* ---- one model ------------------------------------------------------------------------------- */
 
 /* fault: the call's. */
 static bool print_description(void *context, tw_text *out, api_fault *fault) {

@@ -37,8 +37,7 @@ tw_status api_remade_choose(api_remade *remade, const char *name, tw_error *erro
   return status == TW_OK ? take_source(remade, error) : status;
 }
 
-/* ---- mixed clips ----------------------------------------------------------------------------------------
- */
+/* ---- mixed clips ----------------------------------------------------------------------------- */
 
 /* Warns that a mixed clip is stored as keys, or, with a reason, not at all. False without memory. */
 static bool warn_of_mixed(api_call *call, const char *name, const tw_tolerance *reached, const char *reason) {
@@ -105,7 +104,7 @@ static api_outcome find_clips(api_remade *remade) {
   return API_DONE;
 }
 
-/* ---- the new model's bytes ----------------------------------------------------------------------------- */
+/* ---- the new model's bytes ------------------------------------------------------------------- */
 
 /* The scene that is written: all meshes at level 0. */
 typedef struct cage_scene {

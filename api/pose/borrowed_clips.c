@@ -8,7 +8,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* ---- finding ------------------------------------------------------------------------------------ */
+/* ---- finding --------------------------------------------------------------------------------- */
 
 api_outcome api_clip_fail_absent(api_call *call, const tw_model *model, const char *name, size_t length) {
   char buffer[24];
@@ -44,7 +44,7 @@ api_outcome api_clip_find_lent(api_call *call, const char *name, size_t length, 
   return API_CONTINUE;
 }
 
-/* ---- notes -------------------------------------------------------------------------------------- */
+/* ---- notes ----------------------------------------------------------------------------------- */
 
 bool api_note(api_notes *notes, const char *sentence) {
   enum { NOTES_MOST = 256 };
@@ -73,7 +73,7 @@ bool api_note_missing(api_notes *notes, const char *node) {
   return kept && api_note(notes, kept);
 }
 
-/* ---- by name ------------------------------------------------------------------------------------ */
+/* ---- by name --------------------------------------------------------------------------------- */
 
 bool api_track_fits(const tw_model *model, const tw_track_keys *track, uint32_t node) {
   uint32_t mesh = model->nodes[node].mesh;
@@ -131,7 +131,7 @@ bool api_clip_rename(const tw_model *lender, const tw_clip_keys *keys, const tw_
   return copy_name(notes->arena, keys->name, out);
 }
 
-/* ---- carried over -------------------------------------------------------------------------------- */
+/* ---- carried over ---------------------------------------------------------------------------- */
 
 /* Adds the morph weights. False without memory. */
 static bool add_weights(const tw_model *lender, const tw_clip_keys *keys, const tw_model *model,

@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- choosing ---------------------------------------------------------------------------------- */
+/* ---- choosing -------------------------------------------------------------------------------- */
 
 enum {
   COMMAS_IN_A_NAME = 8,
@@ -158,7 +158,7 @@ void api_clips_print(const api_clip_choices *choices, tw_text *text) {
   api_root_print(&choices->terms.root, text);
 }
 
-/* ---- compiling --------------------------------------------------------------------------------- */
+/* ---- compiling ------------------------------------------------------------------------------- */
 
 static void destroy_clip(void *value) {
   api_clip *clip = value;

@@ -37,7 +37,7 @@ typedef struct live_poses {
   tw_loop loop;
 } live_poses;
 
-/* ---- parameters --------------------------------------------------------------------------------- */
+/* ---- parameters ------------------------------------------------------------------------------ */
 
 /* Reads the frame that the client saw last. */
 static api_outcome read_last_id(api_call *call, live_request *request) {
@@ -75,7 +75,7 @@ static api_outcome read_request(api_call *call, live_request *out) {
   return read_last_id(call, out);
 }
 
-/* ---- frames ------------------------------------------------------------------------------------- */
+/* ---- frames ---------------------------------------------------------------------------------- */
 
 /* Folds a time onto the clip, in double precision: after hours a float would stutter. */
 static double fold(const live_poses *live, double time) {
@@ -130,7 +130,7 @@ static void destroy_live(void *context) {
   tw_arena_destroy(live->arena); /* holds the struct itself */
 }
 
-/* ---- the answer ---------------------------------------------------------------------------------- */
+/* ---- the answer ------------------------------------------------------------------------------ */
 
 /* Everything that determines the frames, as text; NULL without memory. */
 static const char *make_key(api_call *call, const live_request *request) {

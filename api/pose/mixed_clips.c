@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-/* ---- binding ------------------------------------------------------------------------------------ */
+/* ---- binding --------------------------------------------------------------------------------- */
 
 /* How many clips have been bound, of which no more than TW_LAYER_CLIPS_MAX may be. */
 typedef struct binding {
@@ -80,7 +80,7 @@ void api_mixed_release(api_bound *bound) {
   bound->entry = NULL;
 }
 
-/* ---- putting nodes on the model's ---------------------------------------------------------------- */
+/* ---- putting nodes on the model's ------------------------------------------------------------ */
 
 /* In place of a node: the model has none of that name, or a layer leaves it alone. */
 static const uint32_t NODE_MISSING = TW_NO_INDEX, NODE_LEFT = TW_NO_INDEX - 1;
@@ -136,7 +136,7 @@ static void chain_map(uint32_t *map, uint32_t count, const uint32_t *next) {
     if (map[i] != NODE_MISSING) map[i] = next[map[i]];
 }
 
-/* ---- compiling ---------------------------------------------------------------------------------- */
+/* ---- compiling ------------------------------------------------------------------------------- */
 
 /* Compiles keys of a model. map: for each of its nodes that of c->model. */
 static bool compile_keys(const compiling *c, const tw_model *model, const tw_clip_keys *source,
@@ -275,7 +275,7 @@ static bool compile_mixed(const compiling *c, const api_bound *bound, const uint
   return mix(c, layers, made, count, is_made, out);
 }
 
-/* ---- the clips of a request ---------------------------------------------------------------------- */
+/* ---- the clips of a request ------------------------------------------------------------------ */
 
 /* Compiles a clip that the request names. */
 static bool compile_chosen(const compiling *c, api_mixing *mixing, const api_bound *bound, made_clip *out) {

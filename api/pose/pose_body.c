@@ -98,7 +98,7 @@ size_t api_pose_row_width(const api_pose_request *request) {
   return layouts[request->as].width * request->node_count + (api_pose_has_root(request) ? ROOT_WIDTH : 0);
 }
 
-/* ---- evaluating ------------------------------------------------------------------------------- */
+/* ---- evaluating ------------------------------------------------------------------------------ */
 
 static void evaluate_locals(const api_pose_request *request, double time, tw_trs *locals) {
   const tw_model *model = request->model;
@@ -189,7 +189,7 @@ static void evaluate(api_pose_body *body, double time, float *row) {
   body->has_euler = true;
 }
 
-/* ---- the answer's header ----------------------------------------------------------------------- */
+/* ---- the answer's header --------------------------------------------------------------------- */
 
 static void print_node_names(const api_pose_request *request, tw_text *text) {
   tw_text_member(text, "nodes");
@@ -265,7 +265,7 @@ static void print_layout(const api_pose_request *request, tw_text *text) {
   tw_text_add(text, "]");
 }
 
-/* ---- poses ------------------------------------------------------------------------------------- */
+/* ---- poses ----------------------------------------------------------------------------------- */
 
 /* Prints the morph weights by node, where the clip moves any. */
 static void print_weights(const api_pose_body *body, double time, tw_text *text) {
@@ -366,7 +366,7 @@ void api_pose_body_print_at(api_pose_body *body, double time, tw_text *text) {
   count_poses(body, 1);
 }
 
-/* ---- phases ------------------------------------------------------------------------------------ */
+/* ---- phases ---------------------------------------------------------------------------------- */
 
 /* Writes little-endian on every machine. */
 static void put_u32(uint32_t value, char out[4]) {
@@ -485,7 +485,7 @@ void api_pose_body_print_all(api_pose_body *body, tw_text *text) {
   while (body->phase != PHASE_END && !text->failed) print_piece(body, text);
 }
 
-/* ---- making and freeing ------------------------------------------------------------------------- */
+/* ---- making and freeing ---------------------------------------------------------------------- */
 
 /* A row of local transforms is an array of tw_trs. */
 _Static_assert(offsetof(tw_trs, rotation) == 0 && offsetof(tw_trs, translation) == 4 * sizeof(float) &&

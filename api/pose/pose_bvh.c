@@ -5,7 +5,7 @@
 #include "service.h"
 #include "tweend/format.h"
 
-/* ---- parameters --------------------------------------------------------------------------------- */
+/* ---- parameters ------------------------------------------------------------------------------ */
 
 static api_outcome read_request(api_call *call, api_pose_request *out) {
   enum { USUAL_FPS = 30 };
@@ -16,7 +16,7 @@ static api_outcome read_request(api_call *call, api_pose_request *out) {
   return api_outcome_of(call, status);
 }
 
-/* ---- the answer --------------------------------------------------------------------------------- */
+/* ---- the answer ------------------------------------------------------------------------------ */
 
 typedef struct bvh_body {
   tw_bvh_stream *stream;

@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-/* ---- parameters --------------------------------------------------------------------------------- */
+/* ---- parameters ------------------------------------------------------------------------------ */
 
 static const char *const interpolations[] = {"step",  "linear", "cubicspline", "slerp",
                                              "nlerp", "squad",  "euler",       NULL};
@@ -89,7 +89,7 @@ api_outcome api_bvh_request_read(api_call *call, api_pose_request *out) {
   return outcome;
 }
 
-/* ---- nodes --------------------------------------------------------------------------------------- */
+/* ---- nodes ----------------------------------------------------------------------------------- */
 
 /* Finds the node that the list begins with, and the length of its name. A name may itself contain commas,
  * which the list does not escape: the shortest name that exists counts. */
@@ -177,7 +177,7 @@ bool api_pose_has_all_nodes(const api_pose_request *request) {
   return request->node_count == request->model->node_count && !request->is_skinning;
 }
 
-/* ---- resolving ----------------------------------------------------------------------------------- */
+/* ---- resolving ------------------------------------------------------------------------------- */
 
 static api_outcome complete_times(api_call *call, api_pose_request *request) {
   static const double start = 0;
@@ -208,7 +208,7 @@ void api_pose_request_deinit(api_pose_request *request) {
   request->clip_entry = request->model_entry = NULL;
 }
 
-/* ---- the canonical text --------------------------------------------------------------------------- */
+/* ---- the canonical text ---------------------------------------------------------------------- */
 
 void api_pose_request_print(const api_pose_request *request, tw_text *text) {
   const uint32_t values[] = {(uint32_t)(request->force + 1),

@@ -13,7 +13,7 @@
 /* The most numbers, evaluated or printed, of a light call. */
 enum { LIGHT_NUMBERS = 20000 };
 
-/* ---- sizes --------------------------------------------------------------------------------------- */
+/* ---- sizes ----------------------------------------------------------------------------------- */
 
 /* The numbers of one pose; at least 1, as the time is printed even where there are no nodes. */
 static uint64_t numbers_of_pose(const api_pose_request *request) {
@@ -73,7 +73,7 @@ static bool is_light(const api_pose_request *request) {
          bound_bytes(request) <= API_RESPONSE_MAX;
 }
 
-/* ---- the canonical request ------------------------------------------------------------------------ */
+/* ---- the canonical request ------------------------------------------------------------------- */
 
 /* All parameters with defaults, and the times, as text; NULL without memory. */
 static const char *print_canonical(api_call *call, const api_pose_request *request) {
@@ -92,7 +92,7 @@ static const char *make_key(api_call *call, const char *representation, const ch
   return key;
 }
 
-/* ---- the answer ---------------------------------------------------------------------------------- */
+/* ---- the answer ------------------------------------------------------------------------------ */
 
 /* Prints all poses at once: their length is then known, and the answer holds no entries. */
 static bool print_poses(api_call *call, api_pose_request *request, tw_text *out, api_fault *fault) {
@@ -155,7 +155,7 @@ static api_outcome prepare(api_call *call, bool is_stored, api_pose_request *req
   return outcome == API_DONE ? check_size(call, request) : outcome;
 }
 
-/* ---- requests ------------------------------------------------------------------------------------ */
+/* ---- requests -------------------------------------------------------------------------------- */
 
 static api_outcome read_request(api_call *call, api_pose_request *out) {
   api_outcome outcome = api_pose_request_read(call, out);

@@ -8,7 +8,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* ---- parameters ----------------------------------------------------------------------------- */
+/* ---- parameters ------------------------------------------------------------------------------ */
 
 tw_status api_map_read(void *context, const api_value *object) {
   api_retarget *out = context;
@@ -83,7 +83,7 @@ void api_retarget_print(const api_retarget *retarget, tw_text *text) {
   tw_text_add(text, "]");
 }
 
-/* ---- the job -------------------------------------------------------------------------------- */
+/* ---- the job --------------------------------------------------------------------------------- */
 
 /* Marks the joints of skins and the bones of the humanoid map. *out stays NULL where the model has neither:
  * then any node is a bone. False without memory. */
@@ -132,7 +132,7 @@ static bool find_pairs(const tw_model *lender, const tw_model *model, const api_
   return true;
 }
 
-/* ---- what is told --------------------------------------------------------------------------- */
+/* ---- what is told ---------------------------------------------------------------------------- */
 
 static void member_names(tw_text *text, const char *name, const tw_model *model, const uint32_t *nodes,
                          uint32_t count) {

@@ -32,7 +32,7 @@ typedef struct rotations_request {
   double *slerp;          /* [slerp_count] */
 } rotations_request;
 
-/* ---- the request -------------------------------------------------------------------------------- */
+/* ---- the request ----------------------------------------------------------------------------- */
 
 /* [count] elements, at least one. NULL without memory, which sets *status. */
 static void *allocate(const api_json *json, uint32_t count, size_t size, tw_status *status) {
@@ -168,7 +168,7 @@ static tw_status read_document(void *context, const api_value *root) {
   return status == TW_OK ? read_slerp(&values[SLERP], out) : status;
 }
 
-/* ---- the answer --------------------------------------------------------------------------------- */
+/* ---- the answer ------------------------------------------------------------------------------ */
 
 static uint64_t count_numbers(const rotations_request *request) {
   uint64_t width = tw_rotation_widths[request->as];

@@ -97,7 +97,7 @@ static uint32_t steps_most(const tw_clip_keys *clip) {
   return steps < STEPS_LEAST ? STEPS_LEAST : steps > TW_TRACK_STEPS ? TW_TRACK_STEPS : (uint32_t)steps;
 }
 
-/* ---- the clip as a whole ------------------------------------------------------------------------- */
+/* ---- the clip as a whole --------------------------------------------------------------------- */
 
 typedef struct tracks_source {
   const tw_model *model;
@@ -243,7 +243,7 @@ static tw_status print_clip(tw_text *text, const tracks_source *source, tw_error
   return status;
 }
 
-/* ---- the answer ---------------------------------------------------------------------------------- */
+/* ---- the answer ------------------------------------------------------------------------------ */
 
 /* Finds keys that follow a clip without keys, and prints those. */
 static tw_status print_made(tw_text *out, const tracks_source *source, tw_error *error) {

@@ -21,7 +21,7 @@ tw_model *api_copy_nodes(tw_arena *arena, const tw_model *model, uint32_t more) 
   return copy;
 }
 
-/* ---- what moves --------------------------------------------------------------------------------- */
+/* ---- what moves ------------------------------------------------------------------------------ */
 
 static bool is_skinned(const tw_model *model, const tw_node *node) {
   return node->skin != TW_NO_INDEX && model->meshes[node->mesh].skin.joints;
@@ -101,7 +101,7 @@ static void fill_layout(const tw_model *model, plan_layout *layout) {
   }
 }
 
-/* ---- deformation -------------------------------------------------------------------------------- */
+/* ---- deformation ----------------------------------------------------------------------------- */
 
 /* What deforming needs besides the model. */
 typedef struct deformer {
@@ -149,7 +149,7 @@ static tw_status deform_mesh(tw_arena *arena, const tw_model *model, const defor
                         joint_count, *out, error);
 }
 
-/* ---- the scene ---------------------------------------------------------------------------------- */
+/* ---- the scene ------------------------------------------------------------------------------- */
 
 /* The meshes of the answer: the still ones of the plan, then one for each moved node. */
 typedef struct answer_meshes {

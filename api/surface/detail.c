@@ -26,7 +26,7 @@ typedef struct detail_request {
   uint64_t rows;           /* points of the mesh at that level */
 } detail_request;
 
-/* ---- the level ----------------------------------------------------------------------------------------- */
+/* ---- the level ------------------------------------------------------------------------------- */
 
 static bool shows(const tw_model *model, uint32_t node, uint32_t mesh) {
   return model->nodes[node].mesh == mesh && !model->nodes[node].is_hidden;
@@ -90,7 +90,7 @@ static api_outcome read_query(detail_request *request) {
   return api_outcome_of(call, status == TW_OK ? count_points(request, remade->mesh, &request->rows) : status);
 }
 
-/* ---- the points ---------------------------------------------------------------------------------------- */
+/* ---- the points ------------------------------------------------------------------------------ */
 
 static bool is_far(const detail_request *request) {
   return request->at[0] != 0 || request->at[1] != 0 || request->at[2] != 0;
@@ -157,7 +157,7 @@ static tw_status read_document(void *context, const api_value *root) {
                  : api_json_float_rows(positions, 3, 3, request->positions);
 }
 
-/* ---- the form of surface.bin --------------------------------------------------------------------------- */
+/* ---- the form of surface.bin ----------------------------------------------------------------- */
 
 enum { BIN_PREFIX = 12, BIN_STRIDE_MIN = 3, BIN_STRIDE_MAX = 64 };
 static const char bin_magic[4] = "TWSB";
@@ -214,7 +214,7 @@ static api_outcome read_bin(detail_request *request, api_bytes bytes) {
   return API_DONE;
 }
 
-/* ---- any form ------------------------------------------------------------------------------------------ */
+/* ---- any form -------------------------------------------------------------------------------- */
 
 static api_outcome read_obj(detail_request *request, api_bytes bytes) {
   api_call *call = request->remade->call;
@@ -394,7 +394,7 @@ static api_outcome find_space(const detail_request *request, world_space *out, b
   return API_DONE;
 }
 
-/* ---- the answer ---------------------------------------------------------------------------------------- */
+/* ---- the answer ------------------------------------------------------------------------------ */
 
 /* Where the points have indices, the place of an error is that of the point in the list. */
 static void find_in_list(const detail_request *request, tw_error *error) {

@@ -64,7 +64,7 @@ api_outcome api_flat_warn_of_move(api_call *call, const double origin[3]) {
   return api_call_warn_text(call, &text);
 }
 
-/* ---- losses ------------------------------------------------------------------------------------------ */
+/* ---- losses ---------------------------------------------------------------------------------- */
 
 /* How many meshes, nodes or materials have something. */
 typedef struct flat_losses {

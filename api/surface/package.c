@@ -56,7 +56,7 @@ struct api_package {
   uint8_t piece[PIECE];
 };
 
-/* ---- memory ------------------------------------------------------------------------------------------ */
+/* ---- memory ---------------------------------------------------------------------------------- */
 
 static voidpf take(voidpf context, uInt count, uInt size) {
   (void)context;
@@ -68,7 +68,7 @@ static void give_back(voidpf context, voidpf memory) {
   tw_free(memory);
 }
 
-/* ---- heads ------------------------------------------------------------------------------------------- */
+/* ---- heads ----------------------------------------------------------------------------------- */
 
 static void put_u16(tw_text *text, uint32_t value) {
   const char bytes[2] = {(char)(value & 0xFF), (char)(value >> 8 & 0xFF)};
@@ -145,7 +145,7 @@ static void put_end(api_package *package) {
   put_u16(text, 0); /* no comment */
 }
 
-/* ---- package ----------------------------------------------------------------------------------------- */
+/* ---- package --------------------------------------------------------------------------------- */
 
 static tw_status start(api_package *package, const tw_scene *scene, const tw_3mf_options *options,
                        tw_error *error) {

@@ -27,7 +27,7 @@ tw_surface_options api_surface_options(const api_surface_query *query, const tw_
   };
 }
 
-/* ---- limits ------------------------------------------------------------------------------------ */
+/* ---- limits ---------------------------------------------------------------------------------- */
 
 typedef struct plan_source {
   api_call *call;
@@ -111,7 +111,7 @@ tw_status api_plan_admit(api_call *call, const api_plan_meshes *meshes, const ap
   return is_surely_within(&source) ? TW_OK : count_and_check(&source);
 }
 
-/* ---- building ---------------------------------------------------------------------------------- */
+/* ---- building -------------------------------------------------------------------------------- */
 
 enum { SHELLS_UNKNOWN, SHELLS_BEING_WRITTEN, SHELLS_KNOWN };
 
@@ -251,7 +251,7 @@ static api_outcome take_source(api_call *call, const api_plan_meshes *meshes, bo
   return api_call_take(call, is_stored ? key : NULL, build_plan, &source, out);
 }
 
-/* ---- moving ------------------------------------------------------------------------------------ */
+/* ---- moving ---------------------------------------------------------------------------------- */
 
 static tw_status move_surfaces(const api_plan *source, const api_plan_moves *moves,
                                const tw_parallel_for *parallel, api_plan *plan) {

@@ -11,7 +11,7 @@ bool api_shells_are_light(const api_plan *plan) {
   return api_plan_knows_shells(plan) || plan->total.faces <= LIGHT_FACES;
 }
 
-/* ---- warnings ---------------------------------------------------------------------------------------- */
+/* ---- warnings -------------------------------------------------------------------------------- */
 
 /* Adds "2 open edges" to a list. */
 static void list(tw_text *text, uint64_t count, const char *one, const char *many) {
@@ -62,7 +62,7 @@ api_outcome api_warn_of_shells(api_call *call, api_surface_request *request) {
   return api_call_warn_text(call, &text);
 }
 
-/* ---- surface.json ------------------------------------------------------------------------------------ */
+/* ---- surface.json ---------------------------------------------------------------------------- */
 
 static void print_number(tw_text *text, const char *name, double value) {
   tw_text_member(text, name);

@@ -7,7 +7,7 @@
 
 #include <string.h>
 
-/* ---- the clips ----------------------------------------------------------------------------------- */
+/* ---- the clips ------------------------------------------------------------------------------- */
 
 /* Takes the merged clips, to be posed or baked. */
 static api_outcome take_moving(api_call *call, const tw_model *model, api_surface_scene *scene) {
@@ -76,7 +76,7 @@ void api_scene_release(api_surface_scene *scene) {
   api_entry_release(scene->moving);
 }
 
-/* ---- the answer's clips -------------------------------------------------------------------------- */
+/* ---- the answer's clips ---------------------------------------------------------------------- */
 
 /* Limits baked keys, which are held in memory, to the size of an upload. */
 static api_outcome admit_baked(api_call *call, const api_clip *clip, uint64_t times) {
@@ -168,7 +168,7 @@ api_outcome api_scene_animate(api_call *call, const tw_model *model, api_surface
   return scene->query->times.is_given ? bake_clips(call, scene) : keep_clips(call, model, scene);
 }
 
-/* ---- the model ----------------------------------------------------------------------------------- */
+/* ---- the model ------------------------------------------------------------------------------- */
 
 /* Leaves only the node tree. */
 static api_outcome strip_meshes(api_call *call, const tw_model *model, api_surface_scene *scene) {
@@ -218,7 +218,7 @@ static api_outcome pose_model(api_call *call, const tw_model *model, api_surface
   return pose_weights(call, model, time, scene);
 }
 
-/* ---- a node for the root motion ------------------------------------------------------------------- */
+/* ---- a node for the root motion -------------------------------------------------------------- */
 
 /* Finds the node above which the clips' root motion needs one more; TW_NO_INDEX where it needs none. */
 static api_outcome find_raised(api_call *call, const api_surface_scene *scene, uint32_t *out) {
@@ -253,7 +253,7 @@ static const tw_model *raise_root(tw_arena *arena, const tw_model *model, uint32
   return raised;
 }
 
-/* ---- the answer's model ---------------------------------------------------------------------------- */
+/* ---- the answer's model ---------------------------------------------------------------------- */
 
 static api_outcome bake_model(api_call *call, const tw_model *model, api_surface_scene *scene) {
   bool rests = api_is_baked_at_rest(scene->query);

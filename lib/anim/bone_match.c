@@ -60,7 +60,7 @@ static void match_roles(matching *m, tw_match by) {
       join(m, m->source_bones[i], m->target_bones[i], by);
 }
 
-/* ---- equal names ---------------------------------------------------------------------------- */
+/* ---- equal names ----------------------------------------------------------------------------- */
 
 typedef struct named {
   const char *name;
@@ -121,7 +121,7 @@ static bool match_names(matching *m) {
   return true;
 }
 
-/* ---- roles ---------------------------------------------------------------------------------- */
+/* ---- roles ----------------------------------------------------------------------------------- */
 
 /* Joints of skins and bones of the humanoid map; without these all nodes. */
 static bool *find_bones(tw_arena *arena, const tw_skeleton *skeleton) {
@@ -153,7 +153,7 @@ static void note_roles(const matching *m) {
   }
 }
 
-/* ---- enough bones --------------------------------------------------------------------------- */
+/* ---- enough bones ---------------------------------------------------------------------------- */
 
 /* Adds names to a sentence as far as they fit. */
 static void add_names(char *text, size_t size, const char *before, const tw_skeleton *skeleton,

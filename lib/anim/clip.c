@@ -10,7 +10,7 @@
 const char *const tw_path_names[] = {"translation", "rotation", "scale", "weights"};
 const char *const tw_interpolation_names[] = {"step", "linear", "cubicspline", "nlerp", "squad", "euler"};
 
-/* ---- checking: error pointers are relative to the clip ------------------------------------------------- */
+/* ---- checking: error pointers are relative to the clip --------------------------------------- */
 
 /* Larger angles have no precision left. */
 static const double ANGLE_MAX = 1e9;
@@ -193,7 +193,7 @@ bool tw_keys_fit_gltf(const tw_track_keys *track) {
   return true;
 }
 
-/* ---- keys at one time ---------------------------------------------------------------------------------- */
+/* ---- keys at one time ------------------------------------------------------------------------ */
 
 static uint32_t count_duplicates(const tw_track_keys *track) {
   uint32_t count = 0;
@@ -263,7 +263,7 @@ tw_status tw_clip_separate(tw_clip_keys *clip, tw_arena *arena, tw_error *error)
   return TW_OK;
 }
 
-/* ---- merging ------------------------------------------------------------------------------------------- */
+/* ---- merging --------------------------------------------------------------------------------- */
 
 enum { PATHS = TW_WEIGHTS + 1 };
 
@@ -302,7 +302,7 @@ tw_status tw_clip_merge(const tw_clip_keys *clips, uint32_t clip_count, uint32_t
   return TW_OK;
 }
 
-/* ---- compiling ----------------------------------------------------------------------------------------- */
+/* ---- compiling ------------------------------------------------------------------------------- */
 
 /* Exporters give the joints of a skeleton the same key times, so tracks with equal times share one timeline
  * and one search. A small table holds the last timeline of each hash. A timeline evicted from it is no longer
@@ -490,7 +490,7 @@ uint32_t tw_clip_target(const tw_clip *clip, uint32_t track, tw_path *path) {
   return clip->tracks[track].node;
 }
 
-/* ---- evaluating ---------------------------------------------------------------------------------------- */
+/* ---- evaluating ------------------------------------------------------------------------------ */
 
 float tw_loop_time(double t, double duration, tw_loop loop) {
   if (duration <= 0) return 0;
@@ -586,7 +586,7 @@ void tw_clip_pose(const tw_clip *clip, const tw_node *nodes, uint32_t node_count
   tw_clip_pose_nodes(clip, nodes, 0, node_count, time, locals);
 }
 
-/* ---- bends --------------------------------------------------------------------------------------------- */
+/* ---- bends ----------------------------------------------------------------------------------- */
 
 /* Pieces of a segment of a rotation track that turn by less than half a turn each. */
 static double count_pieces(const tw_track *track, uint32_t key) {

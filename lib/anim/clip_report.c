@@ -58,7 +58,7 @@ static double distance_between(const float a[3], const float b[3]) {
   return length_of(d);
 }
 
-/* ---- which nodes move ---------------------------------------------------------------------------------- */
+/* ---- which nodes move ------------------------------------------------------------------------ */
 
 /* Whether samples differ from the first by more than rounding. */
 static bool is_moving(tw_path path, uint32_t width, const float *samples, uint32_t count) {
@@ -108,7 +108,7 @@ static tw_status note_moves(inspection *in) {
   return report->still ? TW_OK : TW_NO_MEMORY;
 }
 
-/* ---- the seam ------------------------------------------------------------------------------------------ */
+/* ---- the seam -------------------------------------------------------------------------------- */
 
 /* Angular velocities of all nodes over a frame from `time` on. */
 static void find_speeds(const inspection *in, double time, double step, double (*out)[3], tw_trs *scratch) {
@@ -156,7 +156,7 @@ static tw_status inspect_seam(inspection *in) {
   return tw_work(20 * (uint64_t)in->node_count) ? TW_OK : TW_CANCELLED;
 }
 
-/* ---- frames: the root and the feet --------------------------------------------------------------------- */
+/* ---- frames: the root and the feet ----------------------------------------------------------- */
 
 static uint32_t find_root(const inspection *in) {
   for (uint32_t i = 0; i < in->node_count; i++)
@@ -240,7 +240,7 @@ static void judge_travel(const inspection *in, uint32_t root) {
   travel->speed = in->duration > 0 ? path / in->duration : 0;
 }
 
-/* ---- contacts ------------------------------------------------------------------------------------------ */
+/* ---- contacts -------------------------------------------------------------------------------- */
 
 static const float *place_of(const inspection *in, uint32_t foot, uint32_t frame) {
   return in->places + 3 * ((size_t)frame * in->foot_count + foot);
@@ -306,7 +306,7 @@ static tw_status inspect_frames(inspection *in) {
   return find_contacts(in, height);
 }
 
-/* ---- tracks: noise and pops ---------------------------------------------------------------------------- */
+/* ---- tracks: noise and pops ------------------------------------------------------------------ */
 
 /* A track's keys as samples. */
 typedef struct samples {
@@ -433,7 +433,7 @@ static tw_status inspect_tracks(inspection *in) {
   return status;
 }
 
-/* ---- the whole ----------------------------------------------------------------------------------------- */
+/* ---- the whole ------------------------------------------------------------------------------- */
 
 static void find_frames(inspection *in) {
   float first = INFINITY, last = tw_clip_duration(in->clip);

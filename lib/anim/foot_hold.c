@@ -63,7 +63,7 @@ static leg_pose pose_at(const tw_clip *clip, const leg *leg, float time) {
   return out;
 }
 
-/* ---- where the foot should be ------------------------------------------------------------------------- */
+/* ---- where the foot should be ---------------------------------------------------------------- */
 
 /* 0 to 1, with a slope of 0 at both. */
 static double ease(double t) {
@@ -95,8 +95,7 @@ static void offset_at(const leg *leg, double time, const double at[3], double ou
   for (int i = 0; i < 2; i++) out[i] += part * coming->coming[i];
 }
 
-/* ---- bending and swinging -------------------------------------------------------------------------------
- */
+/* ---- bending and swinging -------------------------------------------------------------------- */
 
 static void rotate(const double q[4], double v[3]) {
   double across[3], twice[3];
@@ -191,8 +190,7 @@ static void joint_at(const holding *h, const leg *leg, int joint, float time, fl
   quat_narrow(result, out);
 }
 
-/* ---- the legs --------------------------------------------------------------------------------------------
- */
+/* ---- the legs -------------------------------------------------------------------------------- */
 
 /* The nodes of a leg, by their bones. False where the target lacks one, or they are not below each other. */
 static bool find_leg(const tw_retarget_job *job, const tw_bone_match *match, uint32_t side, leg *out) {
@@ -243,8 +241,7 @@ static void find_hinge(const tw_clip *clip, leg *leg) {
   }
 }
 
-/* ---- contacts
- * ---------------------------------------------------------------------------------------------- */
+/* ---- contacts -------------------------------------------------------------------------------- */
 
 /* Places the foot in the middle of where the clip has it meanwhile. */
 static void place_touch(const tw_clip *clip, const leg *leg, touch *out) {
@@ -288,8 +285,7 @@ static tw_status place_touches(const tw_clip *clip, leg *leg) {
   return TW_OK;
 }
 
-/* ---- the clip
- * ----------------------------------------------------------------------------------------------- */
+/* ---- the clip -------------------------------------------------------------------------------- */
 
 static void held_sample(const tw_clip *clip, uint32_t track, const float *times, size_t time_count,
                         float *out) {

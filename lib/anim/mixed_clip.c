@@ -29,7 +29,7 @@ static const mixing *mixing_of(const tw_clip *clip) {
   return clip->making;
 }
 
-/* ---- blending ------------------------------------------------------------------------------------------ */
+/* ---- blending -------------------------------------------------------------------------------- */
 
 typedef float four __attribute__((vector_size(16)));
 
@@ -150,7 +150,7 @@ static inline float share_of(double weight, double *total) {
   return (float)(weight / *total);
 }
 
-/* ---- posing -------------------------------------------------------------------------------------------- */
+/* ---- posing ---------------------------------------------------------------------------------- */
 
 /* A block of nodes while layers are blended. */
 typedef struct pose_block {
@@ -272,7 +272,7 @@ static void mixed_pose(const tw_clip *clip, const tw_node *nodes, uint32_t first
   }
 }
 
-/* ---- sampling ------------------------------------------------------------------------------------------ */
+/* ---- sampling -------------------------------------------------------------------------------- */
 
 /* Times of a track while layers are blended. */
 typedef struct sample_block {
@@ -369,7 +369,7 @@ static void mixed_sample(const tw_clip *clip, uint32_t track, const float *times
   }
 }
 
-/* ---- bends --------------------------------------------------------------------------------------------- */
+/* ---- bends ----------------------------------------------------------------------------------- */
 
 typedef struct layer_bends {
   const mix_time *mix;
@@ -393,7 +393,7 @@ static bool mixed_bends(const tw_clip *clip, uint32_t track, const tw_bend_sink 
   return true;
 }
 
-/* ---- mixing -------------------------------------------------------------------------------------------- */
+/* ---- mixing ---------------------------------------------------------------------------------- */
 
 /* A track of a layer, and what it moves. */
 typedef struct moved_part {

@@ -96,7 +96,7 @@ void tw_quat_to_axis_angle(const float q[4], float out[4]) {
   quat_narrow(turn, out);
 }
 
-/* ---- transforms ---------------------------------------------------------------------------------------- */
+/* ---- transforms ------------------------------------------------------------------------------ */
 
 /* Two axes with a cosine above this are sheared: ten times what products of single precision rotations
  * leave. */

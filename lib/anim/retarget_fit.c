@@ -48,7 +48,7 @@ static void swing_between(const double from[3], const double to[3], double out[4
   tw_quat_axis_angle(axis, atan2(sine, cosine), out);
 }
 
-/* ---- rest poses ---------------------------------------------------------------------------------------- */
+/* ---- rest poses ------------------------------------------------------------------------------ */
 
 static tw_status find_rest(const tw_skeleton *skeleton, tw_arena *arena, tw_rest *out, tw_error *error) {
   uint32_t count = skeleton->node_count;
@@ -75,7 +75,7 @@ static tw_status find_rest(const tw_skeleton *skeleton, tw_arena *arena, tw_rest
   return TW_OK;
 }
 
-/* ---- bones and those between --------------------------------------------------------------------------- */
+/* ---- bones and those between ----------------------------------------------------------------- */
 
 /* Counts for each node the children below which, or which themselves, are matched. */
 static tw_status find_ways(const tw_skeleton *skeleton, const bool *is_matched, tw_arena *arena,
@@ -173,7 +173,7 @@ static tw_status find_bones(fitting *f, tw_error *error) {
   return TW_OK;
 }
 
-/* ---- the figure as a whole ----------------------------------------------------------------------------- */
+/* ---- the figure as a whole ------------------------------------------------------------------- */
 
 /* The nodes of a bone of VRM's on both sides; false where it is not matched. */
 static bool find_role(const fitting *f, uint32_t role, uint32_t *source, uint32_t *target) {
@@ -339,7 +339,7 @@ static void find_size(tw_fit *fit) {
                                          fit->target.place[fit->bones[i].target]));
 }
 
-/* ---- alignments ---------------------------------------------------------------------------------------- */
+/* ---- alignments ------------------------------------------------------------------------------ */
 
 /* Whether a bone's direction is the source's, rather than its own. */
 static bool is_limb(uint32_t role) {

@@ -8,8 +8,7 @@
 #include "vector3.h"
 #include "way.h"
 
-/* ---- the clip --------------------------------------------------------------------------------------------
- */
+/* ---- the clip -------------------------------------------------------------------------------- */
 
 typedef enum root_part { PART_SAME, PART_NODE, PART_CARRIER } root_part;
 
@@ -179,8 +178,7 @@ void tw_clip_root_at(const tw_clip *clip, float time, tw_trs *out) {
   put_in_front(&moment.root, out);
 }
 
-/* ---- making ----------------------------------------------------------------------------------------------
- */
+/* ---- making ---------------------------------------------------------------------------------- */
 
 /* Whether a linear part turns and scales evenly. */
 static bool is_even(const tw_affine *m) {
@@ -297,8 +295,7 @@ tw_status tw_clip_take_root(tw_clip *clip, const tw_root_job *job, tw_clip **out
   return TW_OK;
 }
 
-/* ---- the usual node --------------------------------------------------------------------------------------
- */
+/* ---- the usual node -------------------------------------------------------------------------- */
 
 /* below: [node_count] nodes of each subtree. */
 static uint32_t choose_root(const tw_clip *clip, const tw_node *nodes, const uint32_t *order,

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- timelines ----------------------------------------------------------------------------------------- */
+/* ---- timelines ------------------------------------------------------------------------------- */
 
 enum { BUCKETS_MAX = 1 << 24 };
 
@@ -64,7 +64,7 @@ void tw_timeline_find(const tw_timeline *timeline, const float *restrict times, 
   for (size_t i = 0; i < count; i++) keys[i] = timeline_find_in(&line, clamped[i], keys[i]);
 }
 
-/* ---- building segments --------------------------------------------------------------------------------- */
+/* ---- building segments ----------------------------------------------------------------------- */
 
 /* Rotation keys, prepared for building segments; each array has [key_count]. */
 typedef struct rotation_keys {
@@ -283,7 +283,7 @@ static void build_turns(const building *b, turn_segment *out) {
   }
 }
 
-/* ---- tracks ------------------------------------------------------------------------------------------- */
+/* ---- tracks ---------------------------------------------------------------------------------- */
 
 static track_kind kind_of(const tw_track_keys *keys, tw_interpolation interpolation, bool forced) {
   if (keys->path != TW_ROTATION) {
@@ -382,7 +382,7 @@ tw_status tw_track_build(tw_track *track, tw_arena *arena, const tw_track_keys *
   return status == TW_NO_MEMORY ? tw_fail(error, status, "no memory for a track") : status;
 }
 
-/* ---- sampling ------------------------------------------------------------------------------------------ */
+/* ---- sampling -------------------------------------------------------------------------------- */
 
 double tw_track_seconds(const tw_track *track, uint32_t key) {
   const tw_timeline *timeline = track->timeline;
@@ -533,7 +533,7 @@ static sampler sampler_of(track_kind kind) {
   return rotation_at;
 }
 
-/* ---- arcs in bulk -------------------------------------------------------------------------------------- */
+/* ---- arcs in bulk ---------------------------------------------------------------------------- */
 
 typedef float four __attribute__((vector_size(16)));
 
@@ -583,7 +583,7 @@ void tw_track_sample(const tw_track *track, const float *times, const uint32_t *
     sample(track, keys[i], segment_part(track, times[i], keys[i]), out);
 }
 
-/* ---- half turns and longer ones between keys ----------------------------------------------------------- */
+/* ---- half turns and longer ones between keys ------------------------------------------------- */
 
 static const double PI = 3.14159265358979323846;
 static const double HALF_TURN_COSINE = 1e-6; /* of half the angle; rounding error is a tenth of this */

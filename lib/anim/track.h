@@ -4,7 +4,7 @@
 
 #include "quat.h"
 
-/* ---- timelines --------------------------------------------------------------------------------------- */
+/* ---- timelines ------------------------------------------------------------------------------- */
 
 /* The first key in this bucket or a later one, and the times of that key and the two after it: most searches
  * then read one place in memory. */
@@ -56,7 +56,7 @@ static inline uint32_t timeline_find_in(const tw_timeline *timeline, float clamp
 void tw_timeline_find(const tw_timeline *timeline, const float *times, size_t count, float *clamped,
                       uint32_t *keys);
 
-/* ---- tracks ------------------------------------------------------------------------------------------ */
+/* ---- tracks ---------------------------------------------------------------------------------- */
 
 /* How a track is evaluated, which decides the type of its segments. */
 typedef enum track_kind {

@@ -62,7 +62,7 @@ static void note_speed(const segment *s, double speed, double u, tw_track_report
   report->peak_time = s->start + u * s->seconds;
 }
 
-/* ---- even turns about one axis ------------------------------------------------------------------------- */
+/* ---- even turns about one axis --------------------------------------------------------------- */
 
 /* Whether the segment turns about one fixed axis. *whole: the angle it turns through. */
 static bool is_even_turn(const segment *s, double *whole) {
@@ -118,7 +118,7 @@ static double follow_even_turn(const segment *s, double whole, tw_track_report *
   return whole;
 }
 
-/* ---- other paths, step by step ------------------------------------------------------------------------- */
+/* ---- other paths, step by step --------------------------------------------------------------- */
 
 typedef struct place {
   double u, q[4], sines[TW_EULER_ORDERS], stray;
@@ -235,7 +235,7 @@ static double follow_steps(const segment *s, uint32_t steps_most, tw_track_repor
   return travelled;
 }
 
-/* ---- whole tracks -------------------------------------------------------------------------------------- */
+/* ---- whole tracks ---------------------------------------------------------------------------- */
 
 static double follow_segment(segment *s, uint32_t steps_most, tw_track_report *report) {
   double here[4], next[4], whole;
@@ -278,7 +278,7 @@ static void follow_track(const tw_track *track, uint32_t steps_most, tw_track_re
   }
 }
 
-/* ---- reading the keys ---------------------------------------------------------------------------------- */
+/* ---- reading the keys ------------------------------------------------------------------------ */
 
 static void read_quaternions(const tw_track_keys *keys, tw_track_report *report) {
   bool cubic = keys->interpolation == TW_CUBICSPLINE;
@@ -312,7 +312,7 @@ static void choose_order(tw_track_report *report) {
   }
 }
 
-/* ---- sentences ----------------------------------------------------------------------------------------- */
+/* ---- sentences ------------------------------------------------------------------------------- */
 
 /* Never overflows: there are as many places as kinds of warnings. */
 static char *next_warning(tw_track_report *report) {

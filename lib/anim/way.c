@@ -6,7 +6,7 @@
 
 #include "vector3.h"
 
-/* ---- affine transforms ------------------------------------------------------------------------------- */
+/* ---- affine transforms ----------------------------------------------------------------------- */
 
 const tw_affine TW_AFFINE_IDENTITY = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
 
@@ -71,7 +71,7 @@ void tw_affine_turn_inside(const tw_affine *m, const double q[4], double out[4])
   out[3] = w;
 }
 
-/* ---- the way ------------------------------------------------------------------------------------------ */
+/* ---- the way --------------------------------------------------------------------------------- */
 
 tw_node_tracks *tw_way_list_tracks(const tw_clip *clip, tw_arena *arena) {
   tw_node_tracks *all = tw_arena_alloc_raw(arena, clip->node_count, sizeof *all);
@@ -121,7 +121,7 @@ bool tw_way_find(const tw_node_tracks *all, const tw_node *nodes, uint32_t node,
   return true;
 }
 
-/* ---- evaluating ---------------------------------------------------------------------------------------- */
+/* ---- evaluating ------------------------------------------------------------------------------ */
 
 tw_trs tw_way_local_at(const tw_clip *clip, const tw_way_node *node, float time) {
   tw_trs out = node->rest;

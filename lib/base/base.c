@@ -8,7 +8,7 @@ const char *tw_version(void) {
   return TWEEND_VERSION;
 }
 
-/* ---- arena --------------------------------------------------------------------------------------------- */
+/* ---- arena ----------------------------------------------------------------------------------- */
 
 /* Blocks double in size from ARENA_FIRST to ARENA_BLOCK, so that small arenas stay small. Their memory is
  * cleared as it is handed out, not as it is allocated: most of a small arena is never used, and calloc
@@ -106,7 +106,7 @@ size_t tw_arena_size(const tw_arena *arena) {
   return arena->size;
 }
 
-/* ---- UTF-8 (RFC 3629, section 4) ----------------------------------------------------------------------- */
+/* ---- UTF-8 (RFC 3629, section 4) ------------------------------------------------------------- */
 
 size_t tw_utf8_length(const char *text, size_t length) {
   const unsigned char *bytes = (const unsigned char *)text;

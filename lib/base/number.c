@@ -43,7 +43,7 @@ typedef struct batch {
   uint64_t pieces[2 * BATCH];
 } batch;
 
-/* ---- digits -------------------------------------------------------------------------------------------- */
+/* ---- digits ---------------------------------------------------------------------------------- */
 
 /* The bits of a float's exponent, and what to subtract from them to get half a unit of the last place. */
 enum { EXPONENT = 0x7F800000, TO_HALF_ULP = 24 << 23 };
@@ -166,7 +166,7 @@ INLINE void find_pieces(batch *b, size_t count, bool avx2) {
   find_pieces_baseline(b, count);
 }
 
-/* ---- text ---------------------------------------------------------------------------------------------- */
+/* ---- text ------------------------------------------------------------------------------------ */
 
 enum { TEXT_MOST = 14 }; /* without the comma */
 
@@ -300,7 +300,7 @@ INLINE char *print_vectors(char *out, const tw_vectors *all, bool avx2) {
   return print_width(out, all, all->width, avx2);
 }
 
-/* ---- variants ------------------------------------------------------------------------------------------ */
+/* ---- variants -------------------------------------------------------------------------------- */
 
 static char *print_vectors_baseline(char *out, const tw_vectors *vectors) {
   return print_vectors(out, vectors, false);

@@ -104,7 +104,7 @@ static tw_status begin_change(cutter *k) {
   return tw_change_init(&k->change, k->editor, &size);
 }
 
-/* ---- points -------------------------------------------------------------------------------------------- */
+/* ---- points ---------------------------------------------------------------------------------- */
 
 /* The fraction at which cut i of an edge lies, from edge_vertices[edge][0]. */
 static double fraction(const cutter *k, uint32_t edge, uint32_t i) {
@@ -202,7 +202,7 @@ static void fill_inside(cutter *k, uint32_t face) {
   }
 }
 
-/* ---- faces --------------------------------------------------------------------------------------------- */
+/* ---- faces ----------------------------------------------------------------------------------- */
 
 /* Adds a corner. edge: the old edge that the edge after the corner is part of; UINT32_MAX: it crosses the
  * face. */
@@ -343,7 +343,7 @@ static tw_status cut(cutter *k) {
   return tw_editor_apply(k->editor, &k->change);
 }
 
-/* ---- the edits ----------------------------------------------------------------------------------------- */
+/* ---- the edits ------------------------------------------------------------------------------- */
 
 static tw_status check_cuts(const tw_editor *e, uint32_t cuts) {
   if (cuts >= 1 && cuts <= TW_EDIT_CUTS_MAX) return TW_OK;

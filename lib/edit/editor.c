@@ -39,7 +39,7 @@ tw_status tw_editor_need_topology(tw_editor *editor) {
   return TW_OK;
 }
 
-/* ---- positions ----------------------------------------------------------------------------------------- */
+/* ---- positions ------------------------------------------------------------------------------- */
 
 void tw_mesh_drop_normals(tw_mesh *mesh) {
   memset(&mesh->normals, 0, sizeof mesh->normals);
@@ -68,7 +68,7 @@ tw_status tw_editor_place(tw_editor *editor, uint32_t point, const double at[3])
   return TW_OK;
 }
 
-/* ---- names --------------------------------------------------------------------------------------------- */
+/* ---- names ----------------------------------------------------------------------------------- */
 
 uint32_t *tw_list_flagged(tw_arena *arena, const uint8_t *flags, uint8_t mask, uint32_t count,
                           uint32_t *listed) {
@@ -104,7 +104,7 @@ tw_status tw_editor_name_own(tw_editor *editor, tw_named **named) {
   return (*named)->arena ? TW_OK : tw_editor_no_memory(editor);
 }
 
-/* ---- what the editor holds ----------------------------------------------------------------------------- */
+/* ---- what the editor holds ------------------------------------------------------------------- */
 
 tw_status tw_editor_clear_scratch(tw_editor *editor) {
   tw_arena_destroy(editor->scratch);

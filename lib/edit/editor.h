@@ -57,7 +57,7 @@ tw_status tw_editor_go_on(const tw_editor *editor);
 /* Builds the topology if there is none yet. O(corners). TW_NO_MEMORY. */
 tw_status tw_editor_need_topology(tw_editor *editor);
 
-/* ---- the change ---------------------------------------------------------------------------------------- */
+/* ---- the change ------------------------------------------------------------------------------ */
 
 enum {
   TW_CHANGE_NEW = 1, /* a face that is not part of its parent and only gets its material and groups */
@@ -153,7 +153,7 @@ static inline float *tw_editor_positions(tw_editor *editor) {
 /* Stores a position. TW_INVALID beyond TW_COORDINATE_MAX. */
 tw_status tw_editor_place(tw_editor *editor, uint32_t point, const double at[3]);
 
-/* ---- selections ---------------------------------------------------------------------------------------- */
+/* ---- selections ------------------------------------------------------------------------------ */
 
 /* *flags: [faces, edges of the topology, or points], in the scratch: not 0 where selected; NULL when nothing
  * is and the edit is optional. TW_SELECT_NOTHING selects all. Builds the topology. TW_INVALID with the
@@ -174,7 +174,7 @@ tw_status tw_editor_find_edge(tw_editor *editor, const uint32_t ends[2], const c
  * 2 where it is opposite. flags: [edge_count], zeroed. O(ring). */
 void tw_find_ring(const tw_topology *topology, uint32_t edge, uint8_t *flags);
 
-/* ---- the edits, a function for each -------------------------------------------------------------------- */
+/* ---- the edits, a function for each ---------------------------------------------------------- */
 
 tw_status tw_edit_transform(tw_editor *editor); /* move, rotate, scale */
 tw_status tw_edit_crease(tw_editor *editor);
@@ -196,7 +196,7 @@ tw_status tw_edit_drop_pieces(tw_editor *editor);
 tw_status tw_edit_despike(tw_editor *editor);
 tw_status tw_edit_smooth(tw_editor *editor);
 
-/* ---- geometry ------------------------------------------------------------------------------------------ */
+/* ---- geometry -------------------------------------------------------------------------------- */
 
 static inline const float *tw_editor_point(const tw_editor *editor, uint32_t point) {
   return editor->mesh.positions + 3 * (size_t)point;

@@ -72,7 +72,7 @@ static tw_status begin(parting *p) {
   return TW_OK;
 }
 
-/* ---- what hangs together ------------------------------------------------------------------------------- */
+/* ---- what hangs together --------------------------------------------------------------------- */
 
 static void join_at_edge(parting *p, uint32_t edge) {
   const tw_topology *t = p->t;
@@ -117,7 +117,7 @@ static bool is_new_fan(parting *p, uint32_t corner) {
   return is_selected(p, corner) && fan_of(p, corner) == corner && !keeps_point(p, corner);
 }
 
-/* ---- where points go ----------------------------------------------------------------------------------- */
+/* ---- where points go ------------------------------------------------------------------------- */
 
 static void add_pull(pull *to, const double *direction, double weight) {
   for (int i = 0; i < 3; i++) to->sum[i] += weight * direction[i];
@@ -173,7 +173,7 @@ static void find_shift(const parting *p, uint32_t fan, double out[3]) {
   for (int i = 0; i < 3; i++) out[i] *= distance;
 }
 
-/* ---- texture coordinates ------------------------------------------------------------------------------- */
+/* ---- texture coordinates --------------------------------------------------------------------- */
 
 /* Beyond this many side lengths a face's values mean nothing. */
 #define EXTRAPOLATION_MAX 1e6
@@ -211,7 +211,7 @@ static uint32_t extrapolate_point(parting *p, uint32_t corner, uint32_t parent) 
   return t->vertex_count + tw_change_mix(&p->change, terms, count);
 }
 
-/* ---- the change ---------------------------------------------------------------------------------------- */
+/* ---- the change ------------------------------------------------------------------------------ */
 
 static tw_status begin_change(parting *p) {
   const tw_topology *t = p->t;

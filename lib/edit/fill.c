@@ -92,7 +92,7 @@ static tw_status find_holes(filler *h) {
                         "the border is no loop of at least three edges and at most max_edges");
 }
 
-/* ---- patches ------------------------------------------------------------------------------------------- */
+/* ---- patches --------------------------------------------------------------------------------- */
 
 static void drop_patches(filler *h) {
   for (uint32_t i = 0; h->patches && i < h->hole_count; i++) tw_patch_deinit(&h->patches[i]);
@@ -222,7 +222,7 @@ static tw_status place_points(const filler *h, uint32_t next) {
   return status;
 }
 
-/* ---- the edit ------------------------------------------------------------------------------------------ */
+/* ---- the edit -------------------------------------------------------------------------------- */
 
 static void put_face(const filler *h, tw_change *change, uint32_t hole) {
   for (uint32_t i = h->holes[hole]; i < h->holes[hole + 1]; i++) put_side(h, change, i, true);

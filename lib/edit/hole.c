@@ -24,7 +24,7 @@ typedef struct covering {
   uint16_t *splits; /* [n * n] third corner of the triangle on these two places */
 } covering;
 
-/* ---- edges between holes ------------------------------------------------------------------------------- */
+/* ---- edges between holes --------------------------------------------------------------------- */
 
 tw_status tw_patch_edges_init(tw_patch_edges *edges, const tw_editor *editor, uint32_t count) {
   uint64_t room = 16;
@@ -62,7 +62,7 @@ void tw_patch_finish(const tw_patch *patch) {
   }
 }
 
-/* ---- triangles ----------------------------------------------------------------------------------------- */
+/* ---- triangles ------------------------------------------------------------------------------- */
 
 /* What an edit may do of one kind of work, `done` by those before it. */
 static uint64_t left(uint64_t most, uint64_t done) {

@@ -13,7 +13,7 @@ enum {
 };
 static const double DENSITY = 1.4142135623730951;
 
-/* ---- what is round the hole ---------------------------------------------------------------------------- */
+/* ---- what is round the hole ------------------------------------------------------------------ */
 
 tw_status tw_rings_find(tw_rings *rings, const tw_editor *editor) {
   const tw_topology *t = editor->topology;
@@ -37,7 +37,7 @@ tw_status tw_rings_find(tw_rings *rings, const tw_editor *editor) {
   return TW_OK;
 }
 
-/* ---- the patch ----------------------------------------------------------------------------------------- */
+/* ---- the patch ------------------------------------------------------------------------------- */
 
 void tw_patch_deinit(tw_patch *patch) {
   tw_free(patch->triangles);
@@ -134,7 +134,7 @@ static void put_triangle(tw_patch *p, uint32_t triangle, const uint32_t corners[
   p->is_fresh[triangle] = 1;
 }
 
-/* ---- splits -------------------------------------------------------------------------------------------- */
+/* ---- splits ---------------------------------------------------------------------------------- */
 
 static int compare_terms(const void *left, const void *right) {
   const tw_term *a = left, *b = right;
@@ -196,7 +196,7 @@ static void split(tw_patch *p, uint32_t t, const double centre[3], double scale)
   p->point_count++;
 }
 
-/* ---- swaps --------------------------------------------------------------------------------------------- */
+/* ---- swaps ----------------------------------------------------------------------------------- */
 
 /* The angle at a point between two others. */
 static double angle(const tw_patch *p, uint32_t at, uint32_t a, uint32_t b) {

@@ -93,7 +93,7 @@ static tw_status finish(remover *r, const uint8_t *doomed, const uint8_t *made, 
   return tw_editor_apply(r->editor, &r->change);
 }
 
-/* ---- delete -------------------------------------------------------------------------------------------- */
+/* ---- delete ---------------------------------------------------------------------------------- */
 
 tw_status tw_edit_delete(tw_editor *editor) {
   remover r = {.editor = editor};
@@ -133,7 +133,7 @@ tw_status tw_edit_drop_pieces(tw_editor *editor) {
   return finish(&r, doomed, NULL, UINT32_MAX, NULL, 0, NULL);
 }
 
-/* ---- merge --------------------------------------------------------------------------------------------- */
+/* ---- merge ----------------------------------------------------------------------------------- */
 
 /* Merges each listed point into the first one within the distance. */
 static tw_status join_near(remover *r, const uint32_t *list, uint32_t count, double distance) {

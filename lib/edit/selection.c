@@ -28,7 +28,7 @@ static tw_status refuse(const picker *p, const char *place, const char *detail) 
   return tw_editor_fail(p->editor, TW_INVALID, at, "%s", detail);
 }
 
-/* ---- lists --------------------------------------------------------------------------------------------- */
+/* ---- lists ----------------------------------------------------------------------------------- */
 
 tw_status tw_editor_find_edge(tw_editor *editor, const uint32_t ends[2], const char *place, uint32_t *edge) {
   tw_status status = tw_editor_need_topology(editor);
@@ -66,7 +66,7 @@ static tw_status pick_list(picker *p) {
   return TW_OK;
 }
 
-/* ---- groups and materials ------------------------------------------------------------------------------ */
+/* ---- groups and materials -------------------------------------------------------------------- */
 
 /* Whether a set of groups, written as names with blanks between, contains a name. */
 static bool set_has(const char *set, const char *name) {
@@ -119,7 +119,7 @@ static tw_status pick_material(picker *p) {
   return TW_OK;
 }
 
-/* ---- by where things are ------------------------------------------------------------------------------- */
+/* ---- by where things are --------------------------------------------------------------------- */
 
 static bool is_angle(double degrees) {
   return degrees >= 0 && degrees <= 180;
@@ -185,7 +185,7 @@ static tw_status pick_sharper(picker *p) {
   return TW_OK;
 }
 
-/* ---- what hangs together ------------------------------------------------------------------------------- */
+/* ---- what hangs together --------------------------------------------------------------------- */
 
 /* The edge that continues an edge straight across one of its ends, or UINT32_MAX. */
 static uint32_t straight_on(const tw_topology *t, uint32_t edge, uint32_t vertex) {
@@ -248,7 +248,7 @@ static tw_status pick_from_edge(picker *p) {
   return TW_OK;
 }
 
-/* ---- any selection ------------------------------------------------------------------------------------- */
+/* ---- any selection --------------------------------------------------------------------------- */
 
 static tw_status pick_made(picker *p) {
   const tw_editor *e = p->editor;
@@ -339,7 +339,7 @@ tw_status tw_editor_select_points(tw_editor *editor, uint8_t **flags, uint8_t **
   return TW_OK;
 }
 
-/* ---- names of selections ------------------------------------------------------------------------------- */
+/* ---- names of selections --------------------------------------------------------------------- */
 
 tw_status tw_editor_name_selected(tw_editor *editor, const uint8_t *selected, const uint8_t *points) {
   const tw_topology *t = editor->topology;

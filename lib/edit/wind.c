@@ -27,7 +27,7 @@ tw_status tw_edit_flip(tw_editor *editor) {
   return status != TW_OK || !selected ? status : turn(editor, selected, selected);
 }
 
-/* ---- orient -------------------------------------------------------------------------------------------- */
+/* ---- orient ---------------------------------------------------------------------------------- */
 
 /* Faces connected across edges of two faces. */
 typedef struct piece {

@@ -86,7 +86,7 @@ tw_spline *tw_spline_tables_create(uint32_t depth) {
   return tables;
 }
 
-/* ---- rows ----------------------------------------------------------------------------------- */
+/* ---- rows ------------------------------------------------------------------------------------ */
 
 /* The weighted sum of four points, `apart` elements from each other, with the weights in column `at` of the
  * table. Summed from both ends, so that a mirrored patch gives mirrored points to the last bit. */

@@ -21,7 +21,7 @@ typedef struct tw_spline {
 tw_spline *tw_spline_tables_create(uint32_t depth);
 size_t tw_spline_tables_size(uint32_t depth);
 
-/* ---- rows of points ----------------------------------------------------------------------------- */
+/* ---- rows of points -------------------------------------------------------------------------- */
 
 /* A rectangle of a patch's grid, bounds included. */
 typedef struct tw_patch_rect {

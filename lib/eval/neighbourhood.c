@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- regular quads -------------------------------------------------------------------------- */
+/* ---- regular quads --------------------------------------------------------------------------- */
 
 static bool side_is_sharp(const tw_topology *t, uint32_t corner) {
   return tw_is_infinite(t->edge_sharpness[t->corner_edge[corner]]);
@@ -83,7 +83,7 @@ bool tw_patch_regular(const tw_topology *topology, uint32_t corner, uint32_t poi
   return true;
 }
 
-/* ---- collecting a neighbourhood ------------------------------------------------------------- */
+/* ---- collecting a neighbourhood -------------------------------------------------------------- */
 
 enum { POINTS_MAX = 1024 /* points, and faces, of one neighbourhood: a vertex of about 500 faces */ };
 

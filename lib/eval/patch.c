@@ -10,7 +10,7 @@
 #include "patch_class.h"
 #include "stencil.h"
 
-/* ---- planning ------------------------------------------------------------------------------- */
+/* ---- planning -------------------------------------------------------------------------------- */
 
 /* The control points of all patches so far. Most patches take 16. */
 typedef struct control_list {
@@ -125,7 +125,7 @@ void tw_patches_deinit(tw_patches *patches) {
   memset(patches, 0, sizeof *patches);
 }
 
-/* ---- what is known of a patch --------------------------------------------------------------- */
+/* ---- what is known of a patch ---------------------------------------------------------------- */
 
 const uint32_t *tw_patch_controls(const tw_patches *patches, uint32_t quad, uint32_t *count) {
   const tw_patch *patch = &patches->patches[quad];
@@ -133,7 +133,7 @@ const uint32_t *tw_patch_controls(const tw_patches *patches, uint32_t quad, uint
   return patches->controls + patch->first_control;
 }
 
-/* ---- evaluation --------------------------------------------------------------------------------- */
+/* ---- evaluation ------------------------------------------------------------------------------ */
 
 enum { WIDTH_MAX = 4 };
 
@@ -154,7 +154,7 @@ static size_t place_of(const target *to, uint32_t i, uint32_t j) {
   return (to->job->backwards ? width * height - 1 - place : place) * to->job->stride;
 }
 
-/* ---- splines -------------------------------------------------------------------------------- */
+/* ---- splines --------------------------------------------------------------------------------- */
 
 /* Evaluates a spline. points: relative to `origin`. */
 static void evaluate_spline(const target *to, const tw_point points[16], tw_point origin, uint32_t depth,
@@ -210,7 +210,7 @@ static void evaluate_part(const target *to, const tw_patch_part *part, const dou
   evaluate_spline(to, relative, origin, depth, rect);
 }
 
-/* ---- corners -------------------------------------------------------------------------------- */
+/* ---- corners --------------------------------------------------------------------------------- */
 
 /* Derivatives along the sides of a quad at its corner k, from the tangents of the corner's masks. */
 static void corner_derivatives(const tw_patch_class *class, const double (*points)[WIDTH_MAX], uint32_t k,
@@ -267,7 +267,7 @@ static void evaluate_corners(const target *to, const tw_patch_class *class, cons
   }
 }
 
-/* ---- refining ------------------------------------------------------------------------------- */
+/* ---- refining -------------------------------------------------------------------------------- */
 
 static void refine_class(const tw_patch_class *class, const double (*points)[WIDTH_MAX],
                          double (*out)[WIDTH_MAX]) {
@@ -293,7 +293,7 @@ static bool quarter(tw_patch_rect rect, uint32_t half, bool right, bool upper, t
   return true;
 }
 
-/* ---- stencils ------------------------------------------------------------------------------- */
+/* ---- stencils -------------------------------------------------------------------------------- */
 
 /* Whether the stencil can give what the job wants. */
 static bool has_stencil(const target *to, const tw_stencil *stencil) {
@@ -301,7 +301,7 @@ static bool has_stencil(const target *to, const tw_stencil *stencil) {
   return stencil && !to->split && !job->derivatives && (!job->normals || stencil->tangents);
 }
 
-/* ---- splitting ------------------------------------------------------------------------------ */
+/* ---- splitting ------------------------------------------------------------------------------- */
 
 /* Splits a patch and evaluates its quarters. Recursion is at most TW_LEVEL_MAX deep, as depth falls by one a
  * call. scratch: memory for the rows of this depth and those below. In double: deep down, points lie so close
@@ -336,7 +336,7 @@ static void evaluate_class(target to, const tw_patch_class *class, const double 
   }
 }
 
-/* ---- one patch ------------------------------------------------------------------------------ */
+/* ---- one patch ------------------------------------------------------------------------------- */
 
 /* Evaluates an irregular patch with points relative to its first control point. A row's weights sum to 1 up
  * to float rounding only; far from 0 that error would be larger than the differences between points of a
@@ -411,7 +411,7 @@ void tw_patch_evaluate(const tw_patches *patches, uint32_t quad, const tw_patch_
   }
 }
 
-/* ---- places --------------------------------------------------------------------------------- */
+/* ---- places ---------------------------------------------------------------------------------- */
 
 tw_patch_rect tw_patch_corner(uint32_t side, uint32_t k) {
   uint32_t i = k == 1 || k == 2 ? side : 0, j = k >= 2 ? side : 0;

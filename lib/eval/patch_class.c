@@ -54,7 +54,7 @@ uint32_t tw_patch_classes_scratch(const tw_patch_classes *classes) {
   return (classes->refined_max + classes->point_max) * (classes->depth_max + 1);
 }
 
-/* ---- making a class ------------------------------------------------------------------------- */
+/* ---- making a class -------------------------------------------------------------------------- */
 
 /* Makes a topology of the neighbourhood. Its outer rim looks like a border, but no point at the rim is
  * computed. */
@@ -218,7 +218,7 @@ static tw_status deepen(tw_patch_classes *classes, tw_patch_class *class, uint32
   return TW_OK;
 }
 
-/* ---- the table of classes ------------------------------------------------------------------- */
+/* ---- the table of classes -------------------------------------------------------------------- */
 
 /* The start of the chain for a hash. */
 static tw_patch_class **bucket_of(const tw_patch_classes *classes, uint32_t hash) {

@@ -37,7 +37,7 @@ typedef struct stencil_inputs {
   bool limit, normals;
 } stencil_inputs;
 
-/* ---- weights -------------------------------------------------------------------------------- */
+/* ---- weights --------------------------------------------------------------------------------- */
 
 /* A patch of the class whose stencil is being made, and its arrays. */
 typedef struct basis {
@@ -142,7 +142,7 @@ static tw_status make_stencil(tw_patch_class *class, const stencil_inputs *input
   return status;
 }
 
-/* ---- of all patches ------------------------------------------------------------------------- */
+/* ---- of all patches -------------------------------------------------------------------------- */
 
 static size_t bytes_of(const tw_patch_class *class, const stencil_inputs *inputs) {
   return (inputs->normals ? 3 : 1) * sizeof(float) * control_count_of(class) * strides[inputs->depth];

@@ -10,7 +10,7 @@
 
 #define INLINE static inline __attribute__((always_inline))
 
-/* ---- numbers at later levels ------------------------------------------------------------------ */
+/* ---- numbers at later levels ----------------------------------------------------------------- */
 
 /* The part of an edge, `steps` levels down, that lies at the vertex of one of its halves. half: 2 x edge, + 1
  * for the half at the edge's second end. */
@@ -22,7 +22,7 @@ INLINE uint32_t face_after(uint32_t corner, uint32_t steps) {
   return corner << 2 * (steps - 1);
 }
 
-/* ---- a pass over vertices ------------------------------------------------------------------- */
+/* ---- a pass over vertices -------------------------------------------------------------------- */
 
 /* What is computed from a vertex and the ring around it. The ring is that of the next level for POINT, of the
  * vertex's own level for LIMIT and NORMAL. */
@@ -124,7 +124,7 @@ INLINE void end_ring(const pass *p, operation op, uint32_t v, ring *r) {
   }
 }
 
-/* ---- vertices that are older than the step ------------------------------------------------------ */
+/* ---- vertices that are older than the step --------------------------------------------------- */
 
 /* Computes the vertices [begin, end) of a class. first_level: the first level with vertices of the class.
  * size: the face_size of the level whose tables the loop reads. */
@@ -187,7 +187,7 @@ INLINE void middles(const pass *p, uint32_t size, operation op, uint32_t first_l
   }
 }
 
-/* ---- edge points that the step makes: limits and normals ---------------------------------------- */
+/* ---- edge points that the step makes: limits and normals ------------------------------------- */
 
 INLINE void new_edges(const pass *p, uint32_t size, operation op, uint32_t first_level, uint32_t begin,
                       uint32_t end) {
@@ -206,7 +206,7 @@ INLINE void new_edges(const pass *p, uint32_t size, operation op, uint32_t first
   }
 }
 
-/* ---- face points, older or made by the step ----------------------------------------------- */
+/* ---- face points, older or made by the step -------------------------------------------------- */
 
 INLINE void round_faces(const pass *p, uint32_t size, operation op, uint32_t first_level, uint32_t begin,
                         uint32_t end, bool is_new) {
@@ -245,7 +245,7 @@ INLINE void new_faces(const pass *p, uint32_t size, operation op, uint32_t first
   round_faces(p, size, op, first_level, begin, end, true);
 }
 
-/* ---- choice of the loop ----------------------------------------------------------------------------- */
+/* ---- choice of the loop ---------------------------------------------------------------------- */
 
 INLINE void by_operation(class_loop *loop, const pass *p, uint32_t size, uint32_t first_level, uint32_t begin,
                          uint32_t end) {
@@ -304,7 +304,7 @@ static void run_vertices(const pass *p, uint32_t first, uint32_t end) {
   run_part(p, NEW_FACES, p->step + 1, at[p->step].face_count, &base, first, end);
 }
 
-/* ---- new points of a step ------------------------------------------------------------------- */
+/* ---- new points of a step -------------------------------------------------------------------- */
 
 /* Computes points of the faces or edges [begin, end) of level `l`, whose tables are read. */
 typedef void point_loop(const pass *p, const tw_shallow_level *l, uint32_t size, uint32_t begin,
@@ -365,7 +365,7 @@ static void run_any(void *context, uint32_t part, uint32_t begin, uint32_t end) 
   run_vertices(context, begin, end);
 }
 
-/* ---- a step --------------------------------------------------------------------------------- */
+/* ---- a step ---------------------------------------------------------------------------------- */
 
 static void apply_masks(const tw_shallow_masks *masks, uint32_t vertex_count, const tw_point *above,
                         tw_point *points) {
@@ -433,7 +433,7 @@ void tw_shallow_limit(const tw_shallow *levels, const tw_point *points, const tw
   }
 }
 
-/* ---- reading -------------------------------------------------------------------------------- */
+/* ---- reading --------------------------------------------------------------------------------- */
 
 void tw_shallow_normals(const tw_shallow *levels, const tw_shallow_positions *points, uint32_t first,
                         uint32_t count, uint32_t stride, float *out) {

@@ -10,7 +10,7 @@
 
 static const double pi = 3.14159265358979323846;
 
-/* ---- numbers ---------------------------------------------------------------------------------- */
+/* ---- numbers --------------------------------------------------------------------------------- */
 
 /* The UV set's edge at the points' `edge` of `level`, which lies on no seam. The numbers of edges inside
  * faces come after those of parts of cage edges, in the same order in both. */
@@ -86,7 +86,7 @@ void tw_shallow_faces(const tw_shallow *levels, uint32_t first, uint32_t count, 
     faces_by_size(l, 0, first, first + count, out);
 }
 
-/* ---- the plan ------------------------------------------------------------------------------- */
+/* ---- the plan -------------------------------------------------------------------------------- */
 
 enum { VALENCE_MAX = 4096 };
 

@@ -57,7 +57,7 @@ typedef struct bvh_file {
   tw_error *error;
 } bvh_file;
 
-/* ---- text ----------------------------------------------------------------------------------- */
+/* ---- text ------------------------------------------------------------------------------------ */
 
 /* Control characters are blanks too: files may end with a zero byte or Ctrl-Z. */
 static inline bool is_blank(char c) {
@@ -148,8 +148,7 @@ static tw_status fail_float(bvh_file *file) {
   return tw_fail_line(file->error, TW_INVALID, file->line, "a number is no finite 32-bit float");
 }
 
-/* ---- the hierarchy
- * ----------------------------------------------------------------------------------------- */
+/* ---- the hierarchy --------------------------------------------------------------------------- */
 
 /* Adds a joint and opens its block. */
 static tw_status open_joint(bvh_file *file, tw_word name, bool is_end) {
@@ -280,8 +279,7 @@ static tw_status read_hierarchy(bvh_file *file) {
   return status;
 }
 
-/* ---- the head of the motion
- * -------------------------------------------------------------------------------- */
+/* ---- the head of the motion ------------------------------------------------------------------ */
 
 /* Reads a word of the head; colons are blanks there. */
 static tw_word next_head_word(bvh_file *file) {
@@ -322,8 +320,7 @@ static tw_status read_head(bvh_file *file) {
   return status;
 }
 
-/* ---- frames
- * -------------------------------------------------------------------------------------------------- */
+/* ---- frames ---------------------------------------------------------------------------------- */
 
 /* Where the numbers of a channel go: one a frame, three apart. Both NULL: nowhere. */
 typedef struct bvh_place {
@@ -533,8 +530,7 @@ static tw_status read_motion(bvh_file *file, size_t size, tw_model *model) {
   return TW_OK;
 }
 
-/* ---- the model
- * ------------------------------------------------------------------------------------------------ */
+/* ---- the model ------------------------------------------------------------------------------- */
 
 /* The name of a joint's node; that of an end site is its parent's with _end. */
 static tw_status name_node(bvh_file *file, const bvh_joint *joint, tw_arena *arena, const char **out) {

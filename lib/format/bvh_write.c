@@ -49,8 +49,7 @@ struct tw_bvh_stream {
   size_t read;
 };
 
-/* ---- which nodes are joints
- * ---------------------------------------------------------------------------------- */
+/* ---- which nodes are joints ------------------------------------------------------------------ */
 
 /* Whether the node is an end site as reading BVH makes them: an only child, still and bare, named after its
  * parent. */
@@ -171,8 +170,7 @@ static tw_status find_joints(tw_bvh_stream *s, tw_arena *scratch, tw_error *erro
   return TW_OK;
 }
 
-/* ---- transforms
- * ------------------------------------------------------------------------------------------------ */
+/* ---- transforms ------------------------------------------------------------------------------ */
 
 /* Whether the scale of a transform is one positive number, but for rounding. */
 static bool is_uniform(const float scale[3]) {
@@ -280,8 +278,7 @@ static void choose_channels(tw_bvh_stream *s) {
   place_joints(s);
 }
 
-/* ---- orders
- * ------------------------------------------------------------------------------------------------------ */
+/* ---- orders ---------------------------------------------------------------------------------- */
 
 /* Of each node the order of its track of Euler angles; XYZ where it has none. */
 static void find_own_orders(const tw_clip *clip, uint32_t node_count, uint8_t *orders) {
@@ -329,8 +326,7 @@ static tw_status choose_orders(tw_bvh_stream *s, tw_arena *scratch, tw_error *er
   return TW_OK;
 }
 
-/* ---- losses
- * ------------------------------------------------------------------------------------------------------ */
+/* ---- losses ---------------------------------------------------------------------------------- */
 
 static void warn(tw_bvh_stream *s, uint32_t count, const char *what) {
   tw_error sentence;
@@ -366,8 +362,7 @@ static void find_losses(tw_bvh_stream *s) {
   warn(s, names, "names are changed: BVH has no blanks and braces in names, and readers want each once");
 }
 
-/* ---- printing
- * ---------------------------------------------------------------------------------------------------- */
+/* ---- printing -------------------------------------------------------------------------------- */
 
 static void print_indent(tw_text *text, uint32_t depth) {
   static const char tabs[TABS_MOST + 1] = "\t\t\t\t\t\t\t\t\t\t\t\t\t\t\t\t\t\t\t\t\t\t\t\t\t\t\t\t\t\t\t\t";
@@ -493,8 +488,7 @@ static void print_frame(tw_bvh_stream *s, tw_text *text) {
   if (!text->failed) text->data[text->size - 1] = '\n'; /* in place of the last blank */
 }
 
-/* ---- the stream
- * -------------------------------------------------------------------------------------------------- */
+/* ---- the stream ------------------------------------------------------------------------------ */
 
 static tw_status prepare(tw_bvh_stream *s, tw_error *error) {
   tw_arena *scratch = tw_arena_create();

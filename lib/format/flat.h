@@ -72,7 +72,7 @@ void tw_flat_tools_deinit(tw_flat_tools *tools); /* zeroed ones are fine */
 uint32_t tw_flat_read_triangles(tw_flat_tools *tools, const tw_flat_part *part, uint64_t first,
                                 uint64_t most);
 
-/* ---- the formats ------------------------------------------------------------------------------------- */
+/* ---- the formats ----------------------------------------------------------------------------- */
 
 enum { TW_STL_HEAD = 84, TW_STL_FACET = 50 };
 

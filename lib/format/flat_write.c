@@ -27,7 +27,7 @@ struct tw_flat_stream {
   uint64_t block_begin, block_end;
 };
 
-/* ---- sizes ----------------------------------------------------------------------------------------- */
+/* ---- sizes ----------------------------------------------------------------------------------- */
 
 /* Bytes of the elements of a segment before this one. */
 static uint64_t bytes_before(const tw_flat_stream *stream, const segment *s, uint64_t element) {
@@ -110,7 +110,7 @@ static tw_status lay_out(tw_flat_stream *stream, const tw_scene *scene, const tw
   return TW_OK;
 }
 
-/* ---- create and destroy ---------------------------------------------------------------------------- */
+/* ---- create and destroy ---------------------------------------------------------------------- */
 
 static bool allocate(tw_flat_stream *stream) {
   tw_flat_tools *tools = &stream->tools;
@@ -175,7 +175,7 @@ tw_status tw_flat_stream_predict(const tw_scene *scene, const tw_flat_options *o
   return status == TW_NO_MEMORY ? tw_fail(error, status, "out of memory") : status;
 }
 
-/* ---- reading --------------------------------------------------------------------------------------- */
+/* ---- reading --------------------------------------------------------------------------------- */
 
 /* The segment that holds a byte behind the head. */
 static const segment *find_segment(const tw_flat_stream *stream, uint64_t offset) {

@@ -6,7 +6,7 @@
 #include "gltf/gltf.h"
 #include "sorted.h"
 
-/* ---- reading the surface ------------------------------------------------------------------------------ */
+/* ---- reading the surface --------------------------------------------------------------------- */
 
 typedef struct cage_reader {
   const tw_surface *surface;
@@ -143,7 +143,7 @@ static bool is_all_zero(const uint32_t *values, uint64_t count) {
   return true;
 }
 
-/* ---- text ---------------------------------------------------------------------------------------------- */
+/* ---- text ------------------------------------------------------------------------------------ */
 
 /* Prints the tags of one mesh. */
 typedef struct tag_writer {
@@ -301,7 +301,7 @@ bool tw_gltf_add_cage_tags(tw_gltf_plan *plan, const tw_scene *scene, uint32_t i
   return text;
 }
 
-/* ---- holes ---------------------------------------------------------------------------------- */
+/* ---- holes ----------------------------------------------------------------------------------- */
 
 tw_status tw_mesh_open_holes(const tw_mesh *mesh, tw_arena *arena, tw_mesh *out) {
   *out = *mesh;

@@ -6,7 +6,7 @@
 #include "gltf_json_writer.h"
 #include "tweend/json_text.h"
 
-/* ---- views and accessors ------------------------------------------------------------------------------- */
+/* ---- views and accessors --------------------------------------------------------------------- */
 
 /* The extension that says where the compressed bytes of a view are. */
 static void put_compression(tw_gltf_writer *writer, const tw_gltf_view *view) {
@@ -92,7 +92,7 @@ static void put_accessors(tw_gltf_writer *writer) {
   tw_text_add(writer->text, "]");
 }
 
-/* ---- nodes --------------------------------------------------------------------------------------------- */
+/* ---- nodes ----------------------------------------------------------------------------------- */
 
 /* What the JSON needs to know of each node beside the node itself. */
 typedef struct node_facts {
@@ -235,7 +235,7 @@ static void put_nodes(tw_gltf_writer *writer) {
   tw_free(facts);
 }
 
-/* ---- scenes -------------------------------------------------------------------------------------------- */
+/* ---- scenes ---------------------------------------------------------------------------------- */
 
 /* Prints the visible roots from node `first` on. */
 static void put_roots(tw_gltf_writer *writer, uint32_t first) {
@@ -283,7 +283,7 @@ static void put_scenes(tw_gltf_writer *writer) {
   tw_text_add(writer->text, "]");
 }
 
-/* ---- skins and animations ------------------------------------------------------------------------------ */
+/* ---- skins and animations -------------------------------------------------------------------- */
 
 static void put_skins(tw_gltf_writer *writer) {
   const tw_model *model = writer->scene->model;
@@ -368,7 +368,7 @@ static void put_animations(tw_gltf_writer *writer) {
   tw_text_add(writer->text, "]");
 }
 
-/* ---- assets -------------------------------------------------------------------------------------------- */
+/* ---- assets ---------------------------------------------------------------------------------- */
 
 static void put_images(tw_gltf_writer *writer) {
   if (writer->assets->image_count == 0) return;
@@ -424,7 +424,7 @@ static void put_asset(tw_gltf_writer *writer) {
   tw_gltf_close_object(writer);
 }
 
-/* ---- the whole ----------------------------------------------------------------------------------------- */
+/* ---- the whole ------------------------------------------------------------------------------- */
 
 uint64_t tw_gltf_instance_count(const tw_model *model, uint32_t node) {
   static const char *const path[] = {"extensions", "EXT_mesh_gpu_instancing", "attributes"};

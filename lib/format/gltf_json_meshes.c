@@ -71,7 +71,7 @@ static void put_group_ranges(tw_gltf_writer *writer, const tw_surface *surface,
   tw_gltf_close_object(writer);
 }
 
-/* ---- meshes -------------------------------------------------------------------------------------------- */
+/* ---- meshes ---------------------------------------------------------------------------------- */
 
 /* step: accessors a target. */
 static void put_targets(tw_gltf_writer *writer, uint32_t count, uint32_t first, uint32_t step) {

@@ -8,7 +8,7 @@
 
 static const char QUANTIZATION[] = "KHR_mesh_quantization";
 
-/* ---- extensions ---------------------------------------------------------------------------------------- */
+/* ---- extensions ------------------------------------------------------------------------------ */
 
 static int compare_names(const void *left, const void *right) {
   const tw_word *a = &((const tw_gltf_extension *)left)->name, *b = &((const tw_gltf_extension *)right)->name;
@@ -109,7 +109,7 @@ void tw_gltf_put_extensions(tw_gltf_writer *writer) {
   put_extension_names(writer, "extensionsRequired", &writer->assets->extensions_required, true);
 }
 
-/* ---- parts of objects ---------------------------------------------------------------------------------- */
+/* ---- parts of objects ------------------------------------------------------------------------ */
 
 /* names: a blank between two; NULL: none. */
 static bool is_among(const tw_json_item *item, const char *names) {

@@ -12,7 +12,7 @@ enum {
   ADDED_KEYS_MAX = 1 << 20
 };
 
-/* ---- adding -------------------------------------------------------------------------------------------- */
+/* ---- adding ---------------------------------------------------------------------------------- */
 
 /* Adds the accessors that the assets preserved of the file. They come first, because preserved text names
  * them by number. */
@@ -37,7 +37,7 @@ static void add_elements(tw_gltf_plan *plan, const tw_gltf_assets *assets) {
   }
 }
 
-/* ---- vertices ------------------------------------------------------------------------------------------ */
+/* ---- vertices -------------------------------------------------------------------------------- */
 
 static uint32_t add_rows(tw_gltf_plan *plan, uint32_t mesh, const tw_surface *surface, tw_gltf_view view) {
   view.element_size = view.stride = tw_vertex_size(view.fields, view.field_count);
@@ -122,7 +122,7 @@ static bool add_vertices(tw_gltf_plan *plan, uint32_t index, const tw_mesh *sour
   return together == layout->morph_count || add_target_views(plan, index, surface, accessor);
 }
 
-/* ---- primitives ---------------------------------------------------------------------------------------- */
+/* ---- primitives ------------------------------------------------------------------------------ */
 
 /* Whether all faces are holes: holes are the last groups of a surface. */
 static bool is_all_holes(const tw_surface *surface) {
@@ -177,7 +177,7 @@ static void add_triangles(tw_gltf_plan *plan, uint32_t index, const tw_surface *
   }
 }
 
-/* ---- packs --------------------------------------------------------------------------------------------- */
+/* ---- packs ----------------------------------------------------------------------------------- */
 
 static uint32_t add_part(tw_gltf_plan *plan, uint32_t mesh, const tw_packs *packs, uint32_t pack,
                          uint32_t part) {
@@ -241,7 +241,7 @@ static void add_packs(tw_gltf_plan *plan, uint32_t index, const tw_packs *packs)
   for (uint32_t pack = 0; pack < packs->pack_count; pack++) add_pack(plan, index, packs, pack);
 }
 
-/* ---- meshes -------------------------------------------------------------------------------------------- */
+/* ---- meshes ---------------------------------------------------------------------------------- */
 
 /* The accessor of all meshes without faces: glTF has no mesh without a primitive, and no primitive without
  * points, so they get one triangle of no size. */
@@ -289,7 +289,7 @@ static tw_status add_meshes(tw_gltf_plan *plan, const tw_scene *scene, tw_error 
   return TW_OK;
 }
 
-/* ---- images, skins, animation -------------------------------------------------------------------------- */
+/* ---- images, skins, animation ---------------------------------------------------------------- */
 
 static void add_images(tw_gltf_plan *plan, const tw_model *model) {
   const tw_gltf_assets *assets = tw_gltf_assets_of(model);
@@ -437,7 +437,7 @@ static tw_status add_animations(tw_gltf_plan *plan, const tw_scene *scene, tw_er
   return TW_OK;
 }
 
-/* ---- groups -------------------------------------------------------------------------------------------- */
+/* ---- groups ---------------------------------------------------------------------------------- */
 
 /* Whether the groups of all meshes together are few and short enough for the JSON. Each mesh of a cage names
  * its groups once more in extras.tweend, which at most doubles their text. */
@@ -455,7 +455,7 @@ static bool names_groups(const tw_scene *scene) {
   return true;
 }
 
-/* ---- the whole ----------------------------------------------------------------------------------------- */
+/* ---- the whole ------------------------------------------------------------------------------- */
 
 static uint64_t count_tracks(const tw_scene *scene) {
   uint64_t count = 0;

@@ -36,7 +36,7 @@ struct tw_gltf_stream {
   uint8_t group_bytes[GROUPS_A_PASS * 3];
 };
 
-/* ---- rows ---------------------------------------------------------------------------------------------- */
+/* ---- rows ------------------------------------------------------------------------------------ */
 
 static void fill_rows(tw_gltf_stream *stream, const tw_gltf_view *view, uint64_t first, size_t count,
                       uint8_t *out) {
@@ -57,7 +57,7 @@ static void fill_rows(tw_gltf_stream *stream, const tw_gltf_view *view, uint64_t
   }
 }
 
-/* ---- triangles ----------------------------------------------------------------------------------------- */
+/* ---- triangles ------------------------------------------------------------------------------- */
 
 static void fill_triangles(tw_gltf_stream *stream, const tw_gltf_view *view, uint64_t first, size_t count,
                            uint8_t *out) {
@@ -76,7 +76,7 @@ static void fill_triangles(tw_gltf_stream *stream, const tw_gltf_view *view, uin
   }
 }
 
-/* ---- any view ------------------------------------------------------------------------------------------ */
+/* ---- any view -------------------------------------------------------------------------------- */
 
 static bool fill_pack(tw_gltf_stream *stream, const tw_gltf_view *view, uint64_t first, size_t count,
                       uint8_t *out) {
@@ -99,7 +99,7 @@ static bool fill(tw_gltf_stream *stream, const tw_gltf_view *view, uint64_t firs
   return false;
 }
 
-/* ---- text around the data ------------------------------------------------------------------- */
+/* ---- text around the data -------------------------------------------------------------------- */
 
 static uint8_t *put_u32(uint8_t *out, uint64_t value) {
   for (int shift = 0; shift < 32; shift += 8) *out++ = (uint8_t)(value >> shift);
@@ -200,7 +200,7 @@ static size_t read_text(tw_gltf_stream *stream, const tw_text *text, uint64_t of
   return size;
 }
 
-/* ---- data ---------------------------------------------------------------------------------------------- */
+/* ---- data ------------------------------------------------------------------------------------ */
 
 /* The last view that begins at or before an offset. */
 static const tw_gltf_view *find_view(const tw_gltf_plan *plan, uint64_t offset) {
@@ -281,7 +281,7 @@ static size_t read_base64(tw_gltf_stream *stream, uint64_t offset, uint8_t *out,
   return taken;
 }
 
-/* ---- the stream ---------------------------------------------------------------------------------------- */
+/* ---- the stream ------------------------------------------------------------------------------ */
 
 static tw_status no_memory(tw_error *error) {
   return tw_fail(error, TW_NO_MEMORY, "no memory for a glTF stream");

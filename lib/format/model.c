@@ -59,7 +59,7 @@ void tw_model_warn(tw_model *model, const char *format, ...) {
   if (kept) model->warnings[model->warning_count++] = kept;
 }
 
-/* ---- names ---------------------------------------------------------------------------------- */
+/* ---- names ----------------------------------------------------------------------------------- */
 
 const char *tw_model_node_name(const tw_model *model, uint32_t node, char buffer[24]) {
   if (model->nodes[node].name) return model->nodes[node].name;
@@ -161,7 +161,7 @@ uint32_t tw_model_find_clip(const tw_model *model, const char *name, size_t leng
   return made_up_index("clip_", name, length, model->clip_count);
 }
 
-/* ---- checks --------------------------------------------------------------------------------- */
+/* ---- checks ---------------------------------------------------------------------------------- */
 
 static tw_status fail_at(tw_error *error, const char *array, uint32_t index, const char *rest,
                          const char *detail) {
@@ -277,7 +277,7 @@ static tw_status add_mesh_nodes(tw_model *model, tw_error *error) {
   return TW_OK;
 }
 
-/* ---- meshes far from the origin --------------------------------------------------------------------- */
+/* ---- meshes far from the origin -------------------------------------------------------------- */
 
 static bool has_origin(const tw_mesh *mesh) {
   return mesh->origin[0] != 0 || mesh->origin[1] != 0 || mesh->origin[2] != 0;

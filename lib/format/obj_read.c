@@ -14,7 +14,7 @@ typedef struct obj_bytes {
   size_t size;
 } obj_bytes;
 
-/* ---- which point belongs to which mesh ------------------------------------------------------ */
+/* ---- which point belongs to which mesh ------------------------------------------------------- */
 
 static uint64_t face_end(const tw_obj_reader *reader, uint64_t face) {
   return face + 1 < reader->all.faces ? reader->face_offsets[face + 1] : reader->all.corners;
@@ -134,7 +134,7 @@ static tw_status split_points(tw_obj_reader *reader, obj_bytes file, uint32_t *m
   return status;
 }
 
-/* ---- into the model ------------------------------------------------------------------------- */
+/* ---- into the model -------------------------------------------------------------------------- */
 
 static tw_status copy_name(const tw_obj_reader *reader, tw_word word, const char **out) {
   if (word.length == 0) return TW_OK;

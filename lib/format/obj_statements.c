@@ -13,7 +13,7 @@
 #include "soup_mesh.h"
 #include "tweend/format.h"
 
-/* ---- names -------------------------------------------------------------------------------------- */
+/* ---- names ----------------------------------------------------------------------------------- */
 
 /* Over the words of a name, a blank behind each. */
 static uint64_t hash_name(tw_word name) {
@@ -98,7 +98,7 @@ static void names_deinit(tw_obj_names *table) {
   tw_free(table->slots);
 }
 
-/* ---- the reader ------------------------------------------------------------------------------------- */
+/* ---- the reader ------------------------------------------------------------------------------ */
 
 void tw_obj_reader_deinit(tw_obj_reader *reader) {
   tw_free(reader->exact);
@@ -113,7 +113,7 @@ tw_status tw_obj_fail_memory(const tw_obj_reader *reader) {
   return tw_fail(reader->error, TW_NO_MEMORY, "out of memory");
 }
 
-/* ---- v, vt, vn ---------------------------------------------------------------------------------- */
+/* ---- v, vt, vn ------------------------------------------------------------------------------- */
 
 /* Reads up to `most` numbers of this statement; *count: how many. A number too large for a float becomes
  * infinity. */
@@ -226,7 +226,7 @@ static void read_normal(tw_obj_reader *reader, tw_obj_text *text) {
   leave_rest(reader, text, "normals have numbers that are left out");
 }
 
-/* ---- f -------------------------------------------------------------------------------------------- */
+/* ---- f --------------------------------------------------------------------------------------- */
 
 /* Reads an OBJ index, which counts from 1, or back from the newest element if negative, as an index from 0.
  * so_far: elements before this statement. all: elements of the file; some are named before they are
@@ -403,7 +403,7 @@ static tw_status read_face(tw_obj_reader *reader, tw_obj_text *text) {
   return status;
 }
 
-/* ---- o, g, usemtl and the rest ----------------------------------------------------------------------- */
+/* ---- o, g, usemtl and the rest --------------------------------------------------------------- */
 
 /* An object without faces is replaced by the next one. */
 static void begin_object(tw_obj_reader *reader, tw_obj_text *text) {
@@ -495,7 +495,7 @@ static tw_status skip_statement(tw_obj_reader *reader, const tw_obj_text *text, 
   return TW_OK;
 }
 
-/* ---- two passes ---------------------------------------------------------------------------------------- */
+/* ---- two passes ------------------------------------------------------------------------------ */
 
 /* Older files write fo. */
 static bool is_face(tw_word word) {

@@ -42,8 +42,7 @@ void tw_obj_end_statement(tw_obj_text *file);
 /* The statement's text from `at` on, for readers that do not stop at comments, or need its end. */
 tw_obj_text tw_obj_statement(const tw_obj_text *file);
 
-/* ---- words and numbers. `text`: a file, a statement or a name; nothing here leaves the statement
- * -------- */
+/* ---- words and numbers. `text`: a file, a statement or a name; nothing here leaves the statement  */
 
 /* At a backslash that continues the line: moves to the next line, and over its blanks and continuations.
  * Otherwise stays. */

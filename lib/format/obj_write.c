@@ -59,7 +59,7 @@ struct tw_obj_stream {
   size_t text_capacity, text_size, text_taken;
 };
 
-/* ---- text ---------------------------------------------------------------------------------------------- */
+/* ---- text ------------------------------------------------------------------------------------ */
 
 static char *end_of(tw_obj_stream *stream) {
   return stream->text + stream->text_size;
@@ -113,7 +113,7 @@ static void put_tag_values(tw_obj_stream *stream, const uint64_t *numbers, int c
   stream->text_size = (size_t)(out - stream->text);
 }
 
-/* ---- nodes --------------------------------------------------------------------------------------------- */
+/* ---- nodes ----------------------------------------------------------------------------------- */
 
 static const tw_node *shown_node(const tw_obj_stream *stream) {
   return &stream->scene.model->nodes[stream->node];
@@ -142,7 +142,7 @@ static uint64_t listed_rows(const tw_surface *surface, tw_domain domain) {
   return tw_surface_row_count(surface, domain);
 }
 
-/* ---- transforms ---------------------------------------------------------------------------------------- */
+/* ---- transforms ------------------------------------------------------------------------------ */
 
 /* Transforms a normal by the cofactors of a matrix. It stays as it is if the transform is flat and leaves no
  * direction. */
@@ -158,7 +158,7 @@ static void transform_normal(const double cofactor[9], double sign, const float 
   for (int row = 0; row < 3; row++) out[row] = length > 0 ? (float)(turned[row] / length) : normal[row];
 }
 
-/* ---- pieces -------------------------------------------------------------------------------------------- */
+/* ---- pieces ---------------------------------------------------------------------------------- */
 
 /* The name of a node or, where it has none, of its mesh; NULL where neither has one. */
 static const char *own_name(const tw_model *model, uint32_t node) {
@@ -364,7 +364,7 @@ static void put_faces(tw_obj_stream *stream) {
   stream->next += count;
 }
 
-/* ---- tags ---------------------------------------------------------------------------------------------- */
+/* ---- tags ------------------------------------------------------------------------------------ */
 
 static const tw_surface_tags *shown_tags(const tw_obj_stream *stream) {
   static const tw_surface_tags none;
@@ -416,7 +416,7 @@ static void put_rules(tw_obj_stream *stream, const tw_surface_options *options) 
   if (options->triangles == TW_TRIANGLES_SMOOTH) put_text(stream, "t smoothtriangles 0/0/1 smooth\n");
 }
 
-/* ---- order --------------------------------------------------------------------------------------------- */
+/* ---- order ----------------------------------------------------------------------------------- */
 
 static uint64_t part_count(const tw_obj_stream *stream) {
   const tw_surface *surface = shown_surface(stream);

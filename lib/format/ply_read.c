@@ -11,7 +11,7 @@
 #include "tweend/format.h"
 #include "word.h"
 
-/* ---- text --------------------------------------------------------------------------------------- */
+/* ---- text ------------------------------------------------------------------------------------ */
 
 /* Whether the character is a blank within a line. */
 static bool is_blank(char c) {
@@ -26,7 +26,7 @@ static tw_word next_word(tw_word *line) {
   return word;
 }
 
-/* ---- header ------------------------------------------------------------------------------------- */
+/* ---- header ---------------------------------------------------------------------------------- */
 
 typedef enum ply_type { PLY_I8, PLY_U8, PLY_I16, PLY_U16, PLY_I32, PLY_U32, PLY_F32, PLY_F64 } ply_type;
 static const size_t type_sizes[] = {1, 1, 2, 2, 4, 4, 4, 8};
@@ -282,7 +282,7 @@ static void settle_uses(ply_file *file) {
   if (vertices->uses[PLY_RED]) take_uses(file, faces, PLY_RED, PLY_ALPHA);
 }
 
-/* ---- values ------------------------------------------------------------------------------------- */
+/* ---- values ---------------------------------------------------------------------------------- */
 
 static tw_status read_text_value(ply_file *file, double *out) {
   while (file->at < file->end && (is_blank((char)*file->at) || *file->at == '\n' || *file->at == '\r'))
@@ -344,7 +344,7 @@ static uint64_t least_size(const ply_file *file, const ply_element *element) {
   return size;
 }
 
-/* ---- elements ----------------------------------------------------------------------------------- */
+/* ---- elements -------------------------------------------------------------------------------- */
 
 /* What the rows of all elements become. */
 typedef struct ply_counts {
@@ -516,7 +516,7 @@ static tw_status read_rows(ply_file *file, tw_polygons_read *out, ply_counts *co
   return TW_OK;
 }
 
-/* ---- the file ----------------------------------------------------------------------------------- */
+/* ---- the file -------------------------------------------------------------------------------- */
 
 /* Allocates *out, [count][width], if the element has all properties from `first` to `last`. False without
  * memory. */

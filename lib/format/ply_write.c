@@ -8,7 +8,7 @@
 
 #include "soup_mesh.h"
 
-/* ---- layout ---------------------------------------------------------------------------------------- */
+/* ---- layout ---------------------------------------------------------------------------------- */
 
 /* Whether texture coordinates differ between faces at some point. Every point has as many of them as differ
  * there, one where none do. */
@@ -98,7 +98,7 @@ bool tw_ply_put_head(const tw_flat_scene *flat, const tw_ply_layout *layout, con
   return !out->failed;
 }
 
-/* ---- vertices -------------------------------------------------------------------------------------- */
+/* ---- vertices -------------------------------------------------------------------------------- */
 
 void tw_ply_find_levels(tw_flat_tools *tools) {
   for (int byte = 0; byte < 256; byte++)
@@ -159,7 +159,7 @@ uint32_t tw_ply_put_vertices(tw_flat_tools *tools, const tw_flat_scene *flat, co
   return count;
 }
 
-/* ---- faces ----------------------------------------------------------------------------------------- */
+/* ---- faces ----------------------------------------------------------------------------------- */
 
 static uint8_t *put_length(const tw_ply_layout *layout, uint32_t length, uint8_t *out) {
   uint8_t byte = (uint8_t)length;

@@ -29,7 +29,7 @@ typedef struct measure {
   chunk chunks[CHUNKS_MAX];
 } measure;
 
-/* ---- chunks ------------------------------------------------------------------------------------------ */
+/* ---- chunks ---------------------------------------------------------------------------------- */
 
 /* The first of a face's triangles. */
 static uint64_t begin_of_face(const tw_surface *surface, uint64_t face) {
@@ -92,7 +92,7 @@ static void measure_chunks(void *context, uint32_t part, uint32_t begin, uint32_
   for (uint32_t i = begin; i < end; i++) measure_chunk(m, m->first + (uint64_t)i * CHUNK, &m->chunks[i]);
 }
 
-/* ---- all --------------------------------------------------------------------------------------------- */
+/* ---- all ------------------------------------------------------------------------------------- */
 
 static bool open_chunk(const tw_surface *surface, chunk *c) {
   c->runs = tw_alloc(CHUNK, sizeof *c->runs);

@@ -15,7 +15,7 @@ enum {
   FACET = 50   /* bytes: a normal, three points, two more */
 };
 
-/* ---- binary ------------------------------------------------------------------------------------- */
+/* ---- binary ---------------------------------------------------------------------------------- */
 
 /* How a binary file is laid out. */
 typedef struct stl_layout {
@@ -174,7 +174,7 @@ static tw_status read_binary(const uint8_t *bytes, size_t size, tw_polygons_read
   return TW_OK;
 }
 
-/* ---- text --------------------------------------------------------------------------------------- */
+/* ---- text ------------------------------------------------------------------------------------ */
 
 typedef struct stl_text {
   const char *at, *end;
@@ -319,7 +319,7 @@ static void read_exact(void *file, double *out) {
   }
 }
 
-/* ---- both --------------------------------------------------------------------------------------- */
+/* ---- both ------------------------------------------------------------------------------------ */
 
 bool tw_is_stl(const uint8_t *bytes, size_t size) {
   if (is_binary(bytes, size)) return true;

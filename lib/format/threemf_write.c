@@ -58,7 +58,7 @@ struct tw_3mf_stream {
   size_t text_taken;
 };
 
-/* ---- text ------------------------------------------------------------------------------------------- */
+/* ---- text ------------------------------------------------------------------------------------ */
 
 /* Escapes what XML 1.0 has a meaning for; control characters, which it has no place for, become blanks. */
 static void put_escaped(tw_text *text, const char *value) {
@@ -95,7 +95,7 @@ static void put_count(tw_text *text, const char *name, uint64_t value) {
   tw_text_add(text, "\"");
 }
 
-/* ---- materials --------------------------------------------------------------------------------------- */
+/* ---- materials ------------------------------------------------------------------------------- */
 
 /* The base colour of a material, linear, and its alpha, each from 0 to 1. */
 static void find_base_color(const tw_model *model, uint32_t material, float out[4]) {
@@ -161,7 +161,7 @@ static void put_head(tw_3mf_stream *stream) {
   stream->next = 0;
 }
 
-/* ---- objects ----------------------------------------------------------------------------------------- */
+/* ---- objects --------------------------------------------------------------------------------- */
 
 /* The base of a group's faces: a material, or that of faces without one. */
 static uint32_t base_of(const tw_model *model, const tw_surface_group *faces) {
@@ -270,7 +270,7 @@ static void put_triangles(tw_3mf_stream *stream) {
     put_close(stream);
 }
 
-/* ---- items ------------------------------------------------------------------------------------------- */
+/* ---- items ----------------------------------------------------------------------------------- */
 
 /* The transform of an item: three rows of the linear part as it acts on row vectors, then the translation. */
 static void put_transform(tw_3mf_stream *stream, const tw_flat_part *part, object_kind kind) {
@@ -306,7 +306,7 @@ static void put_items(tw_3mf_stream *stream) {
   stream->stage = STAGE_END;
 }
 
-/* ---- create and destroy ------------------------------------------------------------------------------ */
+/* ---- create and destroy ---------------------------------------------------------------------- */
 
 static object_kind kind_of(const tw_flat_part *part) {
   const double *m = part->matrix, *c = part->cofactor;
@@ -421,7 +421,7 @@ void tw_3mf_stream_destroy(tw_3mf_stream *stream) {
   tw_free(stream);
 }
 
-/* ---- reading ----------------------------------------------------------------------------------------- */
+/* ---- reading --------------------------------------------------------------------------------- */
 
 static void make_piece(tw_3mf_stream *stream) {
   tw_text_clear(&stream->text);

@@ -43,7 +43,7 @@ static void finder_deinit(finder *f) {
   tw_free(f->says);
 }
 
-/* ---- angles --------------------------------------------------------------------------------- */
+/* ---- angles ---------------------------------------------------------------------------------- */
 
 /* Whether the angle between two vectors exceeds `most`, tested as sin(angle - most) > 0, which does not hold
  * for opposite vectors where `most` is 0 degrees. False where one of the vectors is 0. */
@@ -82,7 +82,7 @@ static tw_status find_face_normals(finder *f) {
   return TW_OK;
 }
 
-/* ---- normals of the file -------------------------------------------------------------------- */
+/* ---- normals of the file --------------------------------------------------------------------- */
 
 /* False where the file gives no normal at this corner. */
 static bool find_corner_normal(const tw_mesh *mesh, uint32_t corner, double out[3]) {
@@ -171,7 +171,7 @@ bool tw_mesh_tells_hard_edges(const tw_mesh *mesh) {
   return !has_tags(mesh) && (mesh->normals.corners || mesh->face_smoothing || mesh->angles_tell);
 }
 
-/* ---- edges ---------------------------------------------------------------------------------- */
+/* ---- edges ----------------------------------------------------------------------------------- */
 
 /* Computes only what is_hard reads for these creases. */
 static tw_status prepare(finder *f, tw_creases creases) {
@@ -215,7 +215,7 @@ tw_status tw_hard_edges_count(const tw_mesh *mesh, const tw_topology *topology, 
   return status;
 }
 
-/* ---- a mesh with other creases -------------------------------------------------------------- */
+/* ---- a mesh with other creases --------------------------------------------------------------- */
 
 /* Marks the hard edges that the file does not tag itself. is_found: [edge_count]. Returns how many are
  * marked. */
@@ -259,7 +259,7 @@ static tw_status add_creases(const finder *f, const uint8_t *is_found, uint32_t 
   return TW_OK;
 }
 
-/* ---- corners -------------------------------------------------------------------------------- */
+/* ---- corners --------------------------------------------------------------------------------- */
 
 /* The sharp edges at a point: their number, and the first two. */
 typedef struct sharp_edges {
@@ -361,7 +361,7 @@ static tw_status find_corners(const finder *f, const uint8_t *is_found, float sh
   return status;
 }
 
-/* ---- both ----------------------------------------------------------------------------------- */
+/* ---- both ------------------------------------------------------------------------------------ */
 
 /* What is asked for. */
 typedef struct asked {

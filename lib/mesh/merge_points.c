@@ -12,7 +12,7 @@ static tw_status no_memory(tw_error *error) {
   return tw_fail(error, TW_NO_MEMORY, "out of memory");
 }
 
-/* ---- attributes ------------------------------------------------------------------------------- */
+/* ---- attributes ------------------------------------------------------------------------------ */
 
 /* Gives an attribute of points values of corners. number: [point_count] scratch; others as in
  * tw_mesh_part_attributes. */
@@ -69,7 +69,7 @@ tw_status tw_mesh_part_attributes(tw_mesh *mesh, const uint32_t *point_of, uint3
   return status;
 }
 
-/* ---- a merge ---------------------------------------------------------------------------------- */
+/* ---- a merge --------------------------------------------------------------------------------- */
 
 /* A merge under way. */
 typedef struct merger {
@@ -124,7 +124,7 @@ static tw_status merger_init(merger *m, tw_error *error) {
   return status == TW_OK ? find_equal(m, parted, error) : status;
 }
 
-/* ---- points ----------------------------------------------------------------------------------- */
+/* ---- points ---------------------------------------------------------------------------------- */
 
 /* Which of the mesh's points remain. point_of: [point_count] the new index of each point; a row is that of
  * the first point with its index. */
@@ -171,7 +171,7 @@ void tw_mesh_drop_points(tw_mesh *mesh, uint32_t *had_face) {
   mesh->point_count = kept;
 }
 
-/* ---- faces ------------------------------------------------------------------------------------ */
+/* ---- faces ----------------------------------------------------------------------------------- */
 
 static void copy_corner(const merger *m, uint32_t from, uint32_t to) {
   tw_mesh *mesh = m->mesh;
@@ -231,7 +231,7 @@ static void keep_faces(merger *m) {
   mesh->corner_count = corners;
 }
 
-/* ---- tags ------------------------------------------------------------------------------------- */
+/* ---- tags ------------------------------------------------------------------------------------ */
 
 static void keep_tags(const merger *m) {
   tw_mesh *mesh = m->mesh;

@@ -86,7 +86,7 @@ tw_status tw_mesh_take_faces(tw_mesh *to, const tw_mesh *from, const uint32_t *p
   return has_all ? TW_OK : TW_NO_MEMORY;
 }
 
-/* ---- check ---------------------------------------------------------------------------------- */
+/* ---- check ----------------------------------------------------------------------------------- */
 
 static tw_status check_finite(const float *values, uint64_t rows, uint32_t width, const char *what,
                               tw_error *error) {
@@ -257,7 +257,7 @@ uint32_t tw_mesh_influences(const tw_mesh *mesh, uint32_t most) {
   return most > 0 && width > most ? most : width;
 }
 
-/* ---- deforming: morph targets first, then joints, as glTF 2.0 orders them ------------------------ */
+/* ---- deforming: morph targets first, then joints, as glTF 2.0 orders them -------------------- */
 
 static void morph_point(const tw_mesh *mesh, const float *weights, uint32_t point, double out[3]) {
   for (size_t c = 0; c < 3; c++) {

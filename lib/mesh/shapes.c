@@ -28,7 +28,7 @@ void tw_shape_init(tw_shape *shape, tw_shape_kind kind) {
                       .caps = TW_CAPS_NGON};
 }
 
-/* ---- counts ---------------------------------------------------------------------------------------- */
+/* ---- counts ---------------------------------------------------------------------------------- */
 
 static const uint64_t MOST = UINT64_C(1) << 62;
 
@@ -169,7 +169,7 @@ tw_status tw_shape_count(const tw_shape *shape, tw_shape_counts *out, tw_error *
   return TW_OK;
 }
 
-/* ---- making ---------------------------------------------------------------------------------------- */
+/* ---- making ---------------------------------------------------------------------------------- */
 
 /* The mesh being built. Points are numbered in the order they are made, until sort_points renumbers them. */
 typedef struct builder {
@@ -224,7 +224,7 @@ static double along(float length, uint32_t i, uint32_t n) {
   return (double)length * (2.0 * i - n) / (2.0 * n);
 }
 
-/* ---- grids and boxes ---- */
+/* ---- grids and boxes ------------------------------------------------------------------------- */
 
 static void make_grid(builder *b) {
   const tw_shape *shape = b->shape;
@@ -316,7 +316,7 @@ static void make_box(builder *b) {
   for (int i = 0; i < 6; i++) add_box_side(b, segments, &sides[i]);
 }
 
-/* ---- bands about the y axis ---- */
+/* ---- bands about the y axis ------------------------------------------------------------------ */
 
 /* The points once round the axis, counter-clockwise seen from above; or a pole. */
 typedef struct ring {
@@ -434,7 +434,7 @@ static void make_torus(builder *b) {
   }
 }
 
-/* ---- icosphere ---- */
+/* ---- icosphere ------------------------------------------------------------------------------- */
 
 enum { ICO_POINTS = 12, ICO_EDGES = 30, ICO_FACES = 20 };
 
@@ -586,7 +586,7 @@ static tw_status make_icosphere(builder *b) {
   return TW_OK;
 }
 
-/* ---- order ---- */
+/* ---- order ----------------------------------------------------------------------------------- */
 
 static int compare_points(const void *a, const void *b) {
   const sorted_point *p = a, *q = b;
@@ -626,7 +626,7 @@ static tw_status sort_points(builder *b, float *positions) {
   return is_done ? TW_OK : TW_NO_MEMORY;
 }
 
-/* ---- all ---- */
+/* ---- all ------------------------------------------------------------------------------------- */
 
 static tw_status make_elements(builder *b) {
   switch (b->shape->kind) {

@@ -271,7 +271,7 @@ tw_status tw_topology_soften(tw_topology *topology, tw_arena *arena) {
   return topology->edge_sharpness && topology->vertex_sharpness ? TW_OK : TW_NO_MEMORY;
 }
 
-/* ---- cutting -------------------------------------------------------------------------------- */
+/* ---- cutting --------------------------------------------------------------------------------- */
 
 /* Renumbers the vertices of some corners, in the order of their old numbers. names: [full->vertex_count],
  * zeros before; afterwards 1 + the new number of each vertex that is used. *old: [*count] the old numbers. */
@@ -315,7 +315,7 @@ tw_status tw_topology_cut(const tw_topology *full, uint32_t face_count, const ui
   return status;
 }
 
-/* ---- sharpness ------------------------------------------------------------------------------ */
+/* ---- sharpness ------------------------------------------------------------------------------- */
 
 /* Whether a vertex lies on a plain non-manifold crease: exactly two non-manifold edges, no border, and more
  * faces than edges. */

@@ -489,7 +489,7 @@ tw_status tw_weld_points(const tw_soup *soup, uint32_t *point_of_vertex, uint8_t
   return status;
 }
 
-/* ---- values of corners --------------------------------------------------------------------- */
+/* ---- values of corners ----------------------------------------------------------------------- */
 
 /* first: [vertex_count] receives for each vertex the first vertex of its point. */
 static tw_status find_first_vertices(const uint32_t *point_of_vertex, uint32_t vertex_count,
@@ -534,7 +534,7 @@ bool tw_values_part(const uint32_t *point_of_vertex, uint32_t vertex_count, cons
   return false;
 }
 
-/* ---- points near each other -------------------------------------------------------------------- */
+/* ---- points near each other ------------------------------------------------------------------ */
 
 /* Points sorted by the cells of a grid whose cells are as wide as the distance. */
 typedef struct near_grid {

@@ -7,7 +7,7 @@
 #include "refine.h"
 #include "sorted.h"
 
-/* ---- the cage ------------------------------------------------------------------------------- */
+/* ---- the cage -------------------------------------------------------------------------------- */
 
 /* Renumbers vertices so that points which no face uses are not in the topology. */
 static tw_status compact(const tw_mesh *mesh, tw_cage *c, const uint32_t **corners, uint32_t *vertex_count) {
@@ -154,7 +154,7 @@ tw_status tw_cage_read(const tw_mesh *mesh, const tw_surface_options *options, t
   return options->creasing == TW_CREASE_CHAIKIN ? tw_topology_sum_semi(&c->topology, arena) : TW_OK;
 }
 
-/* ---- counts --------------------------------------------------------------------------------- */
+/* ---- counts ---------------------------------------------------------------------------------- */
 
 /* The counts of the next level. */
 static tw_surface_counts next_counts(tw_surface_counts c, bool loop) {

@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-/* ---- topology ------------------------------------------------------------------------------- */
+/* ---- topology -------------------------------------------------------------------------------- */
 
 /* Writes the corners, edges and inner siblings of the child quads of one face. */
 static void split_face(const tw_topology *p, uint32_t face, tw_topology *child) {
@@ -96,7 +96,7 @@ tw_status tw_catmull_clark_topology(const tw_topology *parent, const tw_rules *r
   return status == TW_OK ? tw_child_make(&step, rules, arena, parallel) : status;
 }
 
-/* ---- masks -------------------------------------------------------------------------------------- */
+/* ---- masks ----------------------------------------------------------------------------------- */
 
 static uint32_t face_mask(const tw_topology *p, uint32_t face, tw_share *shares) {
   uint32_t begin = tw_face_begin(p, face), size = tw_face_size(p, face);

@@ -59,7 +59,7 @@ static void split_edges(void *context, uint32_t part, uint32_t begin, uint32_t e
   for (uint32_t e = begin; e < end; e++) split_edge(s->parent, e, s->child);
 }
 
-/* ---- fans ----------------------------------------------------------------------------------- */
+/* ---- fans ------------------------------------------------------------------------------------ */
 
 /* Flags of the vertex in the middle of an edge. */
 static uint8_t middle_flags(uint8_t edge_flags) {
@@ -133,7 +133,7 @@ static void link_middles(void *context, uint32_t part, uint32_t begin, uint32_t 
   }
 }
 
-/* ---- the step ------------------------------------------------------------------------------- */
+/* ---- the step -------------------------------------------------------------------------------- */
 
 tw_status tw_child_make(const tw_child_step *step, const tw_rules *rules, tw_arena *arena,
                         const tw_parallel_for *parallel) {

@@ -65,7 +65,7 @@ float tw_crease_share(const tw_topology *p, const tw_rules *rules, uint32_t edge
   return stays ? 1 : sharpness;
 }
 
-/* ---- steps to come -------------------------------------------------------------------------- */
+/* ---- steps to come --------------------------------------------------------------------------- */
 
 /* In which steps both halves of an edge's part at the vertex stay sharp: the half at the vertex, which is the
  * next part, and the far half. In the first step all edges at the far vertex count; in later steps the vertex
@@ -118,7 +118,7 @@ float tw_crease_share_after(const tw_vertex_decay *decay, uint32_t place, uint32
   return edge->stays >> steps & 1 ? 1 : edge->sharpness[steps];
 }
 
-/* ---- vertices ------------------------------------------------------------------------------- */
+/* ---- vertices -------------------------------------------------------------------------------- */
 
 static void add_rule(tw_vertex_blend *blend, tw_vertex_rule rule, const uint32_t ends[2], float share) {
   if (rule == TW_RULE_CORNER) {

@@ -31,7 +31,7 @@ static inline float ring_sharpness(const neighbours *n, uint32_t i) {
   return n->t->edge_sharpness[n->t->ring_edges[n->t->ring_offsets[n->vertex] + i % n->ring_count]];
 }
 
-/* ---- Loop's masks ------------------------------------------------------------------------------- */
+/* ---- Loop's masks ---------------------------------------------------------------------------- */
 
 static void loop_limit_smooth(const neighbours *n) {
   float ring = (float)(1 / (n->ring_count + 3 / (8 * tw_loop_weight(n->ring_count))));
@@ -69,7 +69,7 @@ static void loop_tangents_across(const neighbours *n, uint32_t first, uint32_t f
     ring_entry(n, first + i)->tangent2 += (float)(2 * sin(i * step) / faces);
 }
 
-/* ---- capacity ----------------------------------------------------------------------------------- */
+/* ---- capacity -------------------------------------------------------------------------------- */
 
 uint32_t tw_limit_steps(const tw_topology *t, uint32_t vertex) {
   if (t->smooth) return 0;
@@ -119,7 +119,7 @@ uint32_t tw_limit_greatest_capacity(const tw_topology *topology) {
   return greatest;
 }
 
-/* ---- masks through steps ------------------------------------------------------------------------ */
+/* ---- masks through steps --------------------------------------------------------------------- */
 
 /* Tangents at a vertex with semi-sharp edges, or that is semi-sharp itself, are those of the vertex after all
  * sharpness has decayed, so that both sides of a crease that rounds off in the end have the same normal. A
@@ -303,7 +303,7 @@ static void settle_tangents(const neighbours *m) {
   }
 }
 
-/* ---- masks ---------------------------------------------------------------------------------------- */
+/* ---- masks ----------------------------------------------------------------------------------- */
 
 /* Whether the mesh is of Loop's scheme, which makes triangles; the other schemes make quads. */
 static bool is_loop(const tw_topology *t) {

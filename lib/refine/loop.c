@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-/* ---- topology ------------------------------------------------------------------------------- */
+/* ---- topology -------------------------------------------------------------------------------- */
 
 /* The corner of the middle child at the middle of corner c's edge. */
 static uint32_t middle_corner(uint32_t c) {
@@ -95,7 +95,7 @@ tw_status tw_loop_topology(const tw_topology *parent, const tw_rules *rules, tw_
   return status == TW_OK ? tw_child_make(&step, rules, arena, parallel) : status;
 }
 
-/* ---- masks -------------------------------------------------------------------------------------- */
+/* ---- masks ----------------------------------------------------------------------------------- */
 
 double tw_loop_weight(uint32_t valence) {
   static const double turn = 2 * 3.14159265358979323846;

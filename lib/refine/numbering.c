@@ -76,7 +76,7 @@ tw_status tw_number_vertices_as(const tw_topology *base, const uint32_t *vertice
   return TW_OK;
 }
 
-/* ---- vertices ------------------------------------------------------------------------------- */
+/* ---- vertices -------------------------------------------------------------------------------- */
 
 typedef struct vertex_numberer {
   const tw_topology *base;
@@ -313,7 +313,7 @@ tw_status tw_number_corners(const tw_topology *base, const tw_splits *splits, co
   return number_corners(&n, chosen);
 }
 
-/* ---- what reading costs --------------------------------------------------------------------- */
+/* ---- what reading costs ---------------------------------------------------------------------- */
 
 /* The time for a mask at a vertex, in faces that are added up. The two sides of a crease have masks of their
  * own: rows of both can come in turn, and computing a mask takes as much again for each step of decay. */

@@ -78,7 +78,7 @@ static uint64_t count_inner(const tw_topology *t, const uint8_t *visible) {
   return count;
 }
 
-/* ---- counting of quads --------------------------------------------------------------------------- */
+/* ---- counting of quads ----------------------------------------------------------------------- */
 
 /* Counts of quads by how many of their corners are inner vertices, and of edges by how many of their ends
  * are. A quad whose inner corners are just two opposite ones does not occur: every quad of a refined mesh has
@@ -151,7 +151,7 @@ tw_surface_counts tw_open_count(const tw_topology *cage, const uint8_t *visible,
   return (tw_surface_counts){vertices, count_edges(&kinds), faces, 4 * faces};
 }
 
-/* ---- counting of triangles ---------------------------------------------------------------------- */
+/* ---- counting of triangles ------------------------------------------------------------------- */
 
 /* Counts of what an open border leaves of a Loop mesh, level by level.
  *

@@ -80,7 +80,7 @@ bool tw_coarse_parts(const tw_topology *t, uint32_t face, uint8_t part, uint8_t 
   return is_refined;
 }
 
-/* ---- parents -------------------------------------------------------------------------------- */
+/* ---- parents --------------------------------------------------------------------------------- */
 
 static void add_quads(const tw_topology *t, const uint8_t *parts, uint32_t face, uint8_t *seen,
                       tw_coarse_faces *out) {

@@ -43,7 +43,7 @@ typedef struct parents {
   float *creases;       /* [edges] the tagged sharpness of each; 0 on borders */
 } parents;
 
-/* ---- the parents' connectivity -------------------------------------------------------------- */
+/* ---- the parents' connectivity --------------------------------------------------------------- */
 
 /* Numbers the parents' vertices in the order of the child's. corners: [faces.corner_count] receives the
  * vertex at each corner. */

@@ -44,7 +44,7 @@ static tw_status read_masks(inverse_job *s, const tw_rules *rules, tw_arena *are
   return TW_OK;
 }
 
-/* ---- the matrix and its transpose -------------------------------------------------------------------- */
+/* ---- the matrix and its transpose ------------------------------------------------------------ */
 
 static void apply_rows(const inverse_job *s, uint32_t first, uint32_t end, const double *in, double *out) {
   for (uint32_t row = first; row < end; row++) {
@@ -81,7 +81,7 @@ static void transpose(const inverse_job *s, double *in, double *out) {
   transpose_rows(s, s->faces, s->rows, in, out);
 }
 
-/* ---- conjugate gradients ------------------------------------------------------------------------------- */
+/* ---- conjugate gradients --------------------------------------------------------------------- */
 
 static double square(const double *values, size_t count) {
   double sum = 0;

@@ -8,7 +8,7 @@
 
 enum { STEPS_A_CORNER = 4, CORNERS_AT_ONCE = 4096 };
 
-/* ---- the base --------------------------------------------------------------------------------------- */
+/* ---- the base -------------------------------------------------------------------------------- */
 
 /* The faces that the answer's come from: of a topology, or of the first of the shallow levels. */
 typedef struct base {
@@ -96,7 +96,7 @@ static void mark_shown(const base *b, uint8_t *shown) {
   }
 }
 
-/* ---- shells ------------------------------------------------------------------------------------------ */
+/* ---- shells ---------------------------------------------------------------------------------- */
 
 /* What the faces at an edge are: the first one, and how many run along it in either direction, as far as 3.
  */

@@ -95,7 +95,7 @@ void tw_patch_faces(const tw_surface *s, tw_domain domain, uint64_t first, size_
   }
 }
 
-/* ---- points --------------------------------------------------------------------------------- */
+/* ---- points ---------------------------------------------------------------------------------- */
 
 /* The face of a quad's refined mesh at a cell of the quad's grid, as generic steps number it, counted from
  * the quad's first face. turn: the face's first corner, among the cell's corners counted from the one with

@@ -11,7 +11,7 @@
 /* About float's precision at 1. */
 static const float negligible = 1e-7f;
 
-/* ---- sums ----------------------------------------------------------------------------------- */
+/* ---- sums ------------------------------------------------------------------------------------ */
 
 static void joint_sum_deinit(tw_joint_sum *sum) {
   tw_free(sum->joints);
@@ -50,7 +50,7 @@ static void joint_sum_add(tw_joint_sum *sum, const tw_influences *influences, ui
     add_joint(sum, influences->joints[i], share * influences->weights[i]);
 }
 
-/* ---- the heaviest of a row ----------------------------------------------------------------------- */
+/* ---- the heaviest of a row ------------------------------------------------------------------- */
 
 static void clear_rows(const tw_skin_columns *out, size_t count) {
   for (size_t i = 0; i < count; i++) {
@@ -86,7 +86,7 @@ static void finish(const tw_skin_columns *out, size_t row) {
   for (uint32_t i = 0; sum > 0 && i < out->width; i++) weights[i] = (float)((double)weights[i] / sum);
 }
 
-/* ---- building ------------------------------------------------------------------------------- */
+/* ---- building -------------------------------------------------------------------------------- */
 
 void tw_influences_deinit(tw_influences *influences) {
   tw_free(influences->offsets);
@@ -202,7 +202,7 @@ tw_status tw_influences_init(tw_influences *influences, const tw_mesh *mesh, con
   return status;
 }
 
-/* ---- refining ------------------------------------------------------------------------------- */
+/* ---- refining -------------------------------------------------------------------------------- */
 
 typedef struct influence_step {
   const tw_topology *parent;
@@ -300,7 +300,7 @@ tw_status tw_influences_keep(tw_influences *influences, const uint32_t *vertices
   return TW_OK;
 }
 
-/* ---- rows of patches and of vertices ---------------------------------------------------------- */
+/* ---- rows of patches and of vertices --------------------------------------------------------- */
 
 enum { TOGETHER = 4 }; /* joints whose weights are evaluated as one value */
 
@@ -383,7 +383,7 @@ void tw_skin_mask_row(const tw_influences *influences, const tw_limit_entry *mas
   finish(&out, 0);
 }
 
-/* ---- rows of a level that is kept whole ------------------------------------------------------- */
+/* ---- rows of a level that is kept whole ------------------------------------------------------ */
 
 enum { WORD = 64, WORDS_MAX = TW_SKIN_LEVEL_JOINTS_MAX / WORD, LANES = 4 };
 

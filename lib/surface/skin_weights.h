@@ -35,7 +35,7 @@ tw_status tw_influences_refine(tw_influences *influences, const tw_topology *par
 /* Replaces the influences by those of the vertices listed, no more than there are. TW_NO_MEMORY. */
 tw_status tw_influences_keep(tw_influences *influences, const uint32_t *vertices, uint32_t count);
 
-/* ---- rows of patches and of vertices ---------------------------------------------------------- */
+/* ---- rows of patches and of vertices --------------------------------------------------------- */
 
 /* A weighted sum of influences. */
 typedef struct tw_joint_sum {
@@ -80,7 +80,7 @@ void tw_skin_patch_rows(const tw_skin_patch *patch, tw_skin_scratch *scratch, tw
 void tw_skin_mask_row(const tw_influences *influences, const tw_limit_entry *mask, uint32_t count,
                       tw_skin_scratch *scratch, tw_skin_columns out);
 
-/* ---- rows of a level that is kept whole ------------------------------------------------------- */
+/* ---- rows of a level that is kept whole ------------------------------------------------------ */
 
 enum { TW_SKIN_LEVEL_JOINTS_MAX = 512 };
 

@@ -4,7 +4,7 @@
 
 #include "surface_reader.h"
 
-/* ---- a block -------------------------------------------------------------------------------- */
+/* ---- a block --------------------------------------------------------------------------------- */
 
 /* The row of TW_DOMAIN_VERTICES that shows row `row` of level 0: the same, but where rows are of points. */
 static uint32_t split_row(const tw_surface_reader *r, uint32_t row) {
@@ -65,7 +65,7 @@ void tw_assemble_rows(tw_surface_reader *reader, tw_domain domain, const tw_bloc
   tw_assemble_attributes(reader, domain, block, out);
 }
 
-/* ---- a piece -------------------------------------------------------------------------------- */
+/* ---- a piece --------------------------------------------------------------------------------- */
 
 /* Clamps the colours of `count` rows. All four numbers at once: a colour has four. */
 static void clamp_colors(float *color, uint32_t count, uint32_t stride) {

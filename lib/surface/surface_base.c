@@ -133,7 +133,7 @@ static tw_status start_base(tw_surface_builder *b) {
   return status == TW_OK ? start_sources(b) : status;
 }
 
-/* ---- a step --------------------------------------------------------------------------------- */
+/* ---- a step ---------------------------------------------------------------------------------- */
 
 /* Changes one set of values that are mixed; context is the function's own. */
 typedef tw_status value_change(tw_surface_builder *b, const void *context, tw_values *values);
@@ -251,7 +251,7 @@ static tw_status make_level(tw_surface_builder *b, uint32_t level) {
   return status == TW_OK ? tw_parallel_for_status(b->parallel) : status;
 }
 
-/* ---- the base ------------------------------------------------------------------------------- */
+/* ---- the base -------------------------------------------------------------------------------- */
 
 /* Rounds a set's values at the base to float. context: unused. */
 static tw_status round_set(tw_surface_builder *b, const void *context, tw_values *values) {

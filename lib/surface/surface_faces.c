@@ -42,7 +42,7 @@ size_t tw_surface_read_faces(tw_surface_reader *reader, tw_domain domain, uint64
   return corners_a_face(s) * count;
 }
 
-/* ---- points --------------------------------------------------------------------------------- */
+/* ---- points ---------------------------------------------------------------------------------- */
 
 void tw_surface_vertices_of_points(const tw_surface *surface, const tw_topology *level, uint32_t *out) {
   if (surface->evaluator->vertices_of_points) {

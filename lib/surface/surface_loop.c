@@ -4,7 +4,7 @@
 #include "surface_plan.h"
 #include "surface_reader.h"
 
-/* ---- the plan ------------------------------------------------------------------------------- */
+/* ---- the plan -------------------------------------------------------------------------------- */
 
 /* Whether rows hold refined points only, or points and normals. */
 static bool is_bare(const tw_surface_builder *b) {
@@ -48,7 +48,7 @@ static tw_status place(tw_surface *s, double **base, const tw_parallel_for *para
   return all ? tw_refine_values(&s->loop_above, &s->rules, 3, *base, parallel, all) : TW_NO_MEMORY;
 }
 
-/* ---- rows ----------------------------------------------------------------------------------- */
+/* ---- rows ------------------------------------------------------------------------------------ */
 
 static void read(tw_surface_reader *r, tw_domain domain, const tw_piece *piece, float *out) {
   const tw_block block = {.first = piece->item, .count = piece->items};

@@ -41,7 +41,7 @@ uint32_t tw_ordered_groups(const tw_mesh *mesh, const uint8_t *visible) {
   return count;
 }
 
-/* ---- groups --------------------------------------------------------------------------------- */
+/* ---- groups ---------------------------------------------------------------------------------- */
 
 /* How many faces and corners of the answer one ordered face makes. */
 typedef struct face_yield {
@@ -89,7 +89,7 @@ static tw_status make_one_group(tw_surface *s, const tw_mesh *mesh) {
   return TW_OK;
 }
 
-/* ---- faces ---------------------------------------------------------------------------------- */
+/* ---- faces ----------------------------------------------------------------------------------- */
 
 /* Lists the visible faces of the cage in their order. */
 static tw_status list_faces(tw_surface *s, const tw_face_order *from, const ordered_face *order,

@@ -8,7 +8,7 @@
 #include "limit.h"
 #include "sorted.h"
 
-/* ---- what outlives the mesh ----------------------------------------------------------------- */
+/* ---- what outlives the mesh ------------------------------------------------------------------ */
 
 /* Whether the surface needs the cage's topology once it is made: as its base or, where it is movable, to
  * refine other positions to the base. levels: generic steps to the base. */
@@ -89,7 +89,7 @@ static tw_status keep_tags(tw_surface_builder *b) {
   return complete ? TW_OK : TW_NO_MEMORY;
 }
 
-/* ---- from the base to rows ------------------------------------------------------------------ */
+/* ---- from the base to rows ------------------------------------------------------------------- */
 
 /* Makes a surface without its positions. *preference: the first evaluator to try, by its place in the table;
  * where the one chosen declined, receives the place after it. */
@@ -132,7 +132,7 @@ static tw_status plan_rows(tw_surface_builder *b) {
   return status == TW_OK ? tw_parallel_for_status(b->parallel) : status;
 }
 
-/* ---- the plan ------------------------------------------------------------------------------- */
+/* ---- the plan -------------------------------------------------------------------------------- */
 
 static tw_status plan(tw_surface_builder *b, tw_error *error) {
   tw_surface *s = b->surface;
@@ -219,7 +219,7 @@ static tw_status make_plan(const tw_mesh *mesh, const tw_surface_options *option
   return status;
 }
 
-/* ---- surfaces ------------------------------------------------------------------------------- */
+/* ---- surfaces -------------------------------------------------------------------------------- */
 
 static tw_status create(const tw_mesh *mesh, const tw_surface_options *options,
                         const tw_parallel_for *parallel, uint32_t *preference, tw_surface **out,

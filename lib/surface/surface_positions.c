@@ -7,7 +7,7 @@
 #include "evaluator.h"
 #include "refine.h"
 
-/* ---- steps ---------------------------------------------------------------------------------- */
+/* ---- steps ----------------------------------------------------------------------------------- */
 
 /* Adds the detail of a level. */
 static tw_status add_details(const tw_surface *s, uint32_t level, const tw_parallel_for *parallel,
@@ -57,7 +57,7 @@ tw_status tw_surface_place(tw_surface *surface, const float *positions, const tw
   return status == TW_OK ? tw_surface_cut_faces(s, parallel) : status;
 }
 
-/* ---- other positions ------------------------------------------------------------------------ */
+/* ---- other positions ------------------------------------------------------------------------- */
 
 tw_status tw_surface_with_positions_by(const tw_surface *plan, const float *positions,
                                        const tw_parallel_for *parallel, tw_surface **out) {

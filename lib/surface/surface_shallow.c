@@ -9,7 +9,7 @@
 #include "surface_plan.h"
 #include "surface_reader.h"
 
-/* ---- values --------------------------------------------------------------------------------- */
+/* ---- values ---------------------------------------------------------------------------------- */
 
 /* The middle of the points along each axis on which they are farther from 0 than the extent of all; else
  * 0. */
@@ -64,7 +64,7 @@ static tw_status fill(const tw_surface *surface, const tw_parallel_for *parallel
   return TW_OK;
 }
 
-/* ---- what is worth it ----------------------------------------------------------------------- */
+/* ---- what is worth it ------------------------------------------------------------------------ */
 
 enum { LEVELS_BYTES_MAX = 128 << 20 };
 
@@ -108,7 +108,7 @@ static tw_status start(tw_surface_builder *b, tw_error *error) {
   return TW_OK;
 }
 
-/* ---- the plan ------------------------------------------------------------------------------- */
+/* ---- the plan -------------------------------------------------------------------------------- */
 
 /* Fills all values except positions. The values of the base are not needed any more then. */
 static tw_status fill_all(tw_surface_builder *b) {
@@ -189,7 +189,7 @@ static tw_status place(tw_surface *s, double **base, const tw_parallel_for *para
   return status;
 }
 
-/* ---- columns -------------------------------------------------------------------------------- */
+/* ---- columns --------------------------------------------------------------------------------- */
 
 static void copy_positions(const tw_values *positions, uint32_t first, uint32_t count, uint32_t stride,
                            float *out) {
@@ -266,7 +266,7 @@ static void influences(tw_surface_reader *r, const tw_block *block, float *row) 
     memcpy(row + l->joints, r->surface->skin_rows + width * block->vertices[0][k], width * sizeof *row);
 }
 
-/* ---- rows and faces ------------------------------------------------------------------------- */
+/* ---- rows and faces -------------------------------------------------------------------------- */
 
 /* Finds the vertices of a block's rows in each field that they have columns of, and the listed rows. */
 static void find_vertices(const tw_surface *s, tw_domain domain, tw_block *block) {

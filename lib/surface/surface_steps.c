@@ -6,7 +6,7 @@
 #include "surface_plan.h"
 #include "surface_reader.h"
 
-/* ---- the plan ------------------------------------------------------------------------------- */
+/* ---- the plan -------------------------------------------------------------------------------- */
 
 static bool fits(const tw_surface_builder *b) {
   (void)b;
@@ -50,7 +50,7 @@ static tw_status make(tw_surface_builder *b, tw_error *error) {
   return is_quick ? TW_OK : tw_builder_fail_fans(error);
 }
 
-/* ---- values --------------------------------------------------------------------------------- */
+/* ---- values ---------------------------------------------------------------------------------- */
 
 static inline double base_value(const tw_values *values, uint32_t vertex, uint32_t width,
                                 uint32_t component) {
@@ -130,7 +130,7 @@ static void evaluate(tw_surface_reader *r, const tw_values *values, uint32_t cor
   if (normal || s->options.limit) apply_limit_mask(r, values, corner, out, normal);
 }
 
-/* ---- columns -------------------------------------------------------------------------------- */
+/* ---- columns --------------------------------------------------------------------------------- */
 
 /* Split vertices have the same point to the last bit: all corners of a vertex have its weights. */
 static void points(tw_surface_reader *r, const tw_block *block, float *out, float *normals, uint32_t stride) {
@@ -174,7 +174,7 @@ static void influences(tw_surface_reader *r, const tw_block *block, float *row) 
   }
 }
 
-/* ---- rows and faces ------------------------------------------------------------------------- */
+/* ---- rows and faces -------------------------------------------------------------------------- */
 
 /* Where attributes need masks, they are assembled row by row, so that those of a row share its mask. */
 static void read_block(tw_surface_reader *r, tw_domain domain, const tw_block *block, float *out) {

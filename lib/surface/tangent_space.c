@@ -6,7 +6,7 @@
 
 #include "vector3.h"
 
-/* ---- derivatives ---------------------------------------------------------------------------- */
+/* ---- derivatives ----------------------------------------------------------------------------- */
 
 void tw_patch_slopes(const tw_slope_source *source, uint32_t quad, tw_patch_rect rect, bool backwards,
                      double *scratch, float *out) {
@@ -39,7 +39,7 @@ void tw_corner_slopes(const tw_slope_source *source, uint32_t corner, tw_last_ma
   }
 }
 
-/* ---- tangents ------------------------------------------------------------------------------- */
+/* ---- tangents -------------------------------------------------------------------------------- */
 
 bool tw_uv_is_mirrored(const tw_topology *uv, const float *values, uint32_t face) {
   uint32_t begin = tw_face_begin(uv, face), size = tw_face_size(uv, face);

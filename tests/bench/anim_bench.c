@@ -15,7 +15,7 @@ static void fail(void) {
   exit(1);
 }
 
-/* ---- the scene ------------------------------------------------------------------------------------ */
+/* ---- the scene ------------------------------------------------------------------------------- */
 
 /* Rotation tracks of `joint_count` joints with irregular keys over ten seconds. */
 typedef struct scene {
@@ -72,7 +72,7 @@ static void scene_deinit(scene *s) {
   free(s->order);
 }
 
-/* ---- the plain implementation: bisection, acos, sin ------------------------------------------------- */
+/* ---- the plain implementation: bisection, acos, sin ------------------------------------------ */
 
 static void plain_slerp(const float *a, const float *b, float u, float *out) {
   float cosine = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3], sign = cosine < 0 ? -1 : 1;
@@ -107,7 +107,7 @@ static void plain_pose(const scene *s, float time, tw_trs *locals) {
   }
 }
 
-/* ---- measuring ---------------------------------------------------------------------------------------- */
+/* ---- measuring ------------------------------------------------------------------------------- */
 
 /* A way to sample `count` times. Results go to memory that is reused, as in a server. */
 typedef void (*sampling)(const scene *s, const float *times, uint32_t count, tw_trs *locals);

@@ -25,7 +25,7 @@ static void fail(const char *what) {
   exit(1);
 }
 
-/* ---- the daemon -------------------------------------------------------------------------------------- */
+/* ---- the daemon ------------------------------------------------------------------------------ */
 
 typedef struct daemon_process {
   pid_t process;
@@ -76,7 +76,7 @@ static double cpu_seconds(pid_t process) {
   return (double)spent.tv_sec + (double)spent.tv_nsec * 1e-9;
 }
 
-/* ---- the model --------------------------------------------------------------------------------------- */
+/* ---- the model ------------------------------------------------------------------------------- */
 
 /* Uploads the model; id receives its id. */
 static void upload(uint16_t port, const char *model, size_t size, char id[33]) {
@@ -97,7 +97,7 @@ static void upload(uint16_t port, const char *model, size_t size, char id[33]) {
   if (!found || sscanf(found, "\"id\":\"%32[0-9a-f]\"", id) != 1) fail(answer);
 }
 
-/* ---- measuring ---------------------------------------------------------------------------------------- */
+/* ---- measuring ------------------------------------------------------------------------------- */
 
 typedef struct pose_target {
   const char *id, *form;

@@ -14,7 +14,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size);
 
 enum { BREAKS = 3, HEAD = 20, CHUNK = 8 };
 
-/* ---- the cage ------------------------------------------------------------------------------------------ */
+/* ---- the cage -------------------------------------------------------------------------------- */
 
 /* Moves some vertices of level 1 off the surface, which gives the mesh details. */
 static void sculpt(source *s, tw_mesh *mesh, tw_arena *arena) {
@@ -82,7 +82,7 @@ static uint8_t *take_cage(source *s, size_t *size) {
   return out;
 }
 
-/* ---- breaking ------------------------------------------------------------------------------------------ */
+/* ---- breaking -------------------------------------------------------------------------------- */
 
 static uint32_t get_u32(const uint8_t *at) {
   return (uint32_t)at[0] | (uint32_t)at[1] << 8 | (uint32_t)at[2] << 16 | (uint32_t)at[3] << 24;

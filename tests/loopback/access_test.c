@@ -294,7 +294,7 @@ TEST_WITH(with_keys_the_key_decides_for_every_origin, start_with_keys, loopback_
   reply_free(&r);
 }
 
-/* ---- a loopback listener ----------------------------------------------------------------------- */
+/* ---- a loopback listener --------------------------------------------------------------------- */
 
 static loopback *start_local(const char *origins, const char *hosts, const api_keyring *keyring) {
   api_settings settings = loopback_settings();

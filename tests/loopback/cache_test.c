@@ -189,7 +189,7 @@ TEST(a_value_of_ones_own_is_freed_when_it_is_released) {
   close_cache(cache);
 }
 
-/* ---- promises --------------------------------------------------------------------------------- */
+/* ---- promises -------------------------------------------------------------------------------- */
 
 TEST(what_is_larger_than_the_idle_budget_pushes_out_nothing) {
   workshop small = {.size = 100}, large = {.size = 100000};
@@ -317,7 +317,7 @@ TEST(a_build_without_memory_stays_promised_while_it_waits) {
   close_budget(budget);
 }
 
-/* ---- the budget -------------------------------------------------------------------------------- */
+/* ---- the budget ------------------------------------------------------------------------------ */
 
 static uint64_t relieve(void *cache, uint64_t bytes) {
   return api_cache_relieve(cache, bytes);
@@ -559,7 +559,7 @@ TEST(no_one_waits_for_ever_beside_others_who_wait) {
   close_budget(budget);
 }
 
-/* ---- threads ---------------------------------------------------------------------------------- */
+/* ---- threads --------------------------------------------------------------------------------- */
 
 enum { THREADS = 8, ROUNDS = 2000, KEYS = 20 };
 

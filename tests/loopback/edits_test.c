@@ -43,7 +43,7 @@ static void assert_count(const cJSON *object, const char *name, int count) {
     fail_msg("%s: %d", name, json_member(object, name)->valueint);
 }
 
-/* ---- cages as GLB -------------------------------------------------------------------------------------- */
+/* ---- cages as GLB ---------------------------------------------------------------------------- */
 
 #define GRID                                                                                                 \
   "v 0 0 0\nv 1 0 .5\nv 2 0 0\nv 3 0 .1\nv 4 0 0\nv 0 1 .3\nv 1 1 0\nv 2 1 1\n"                              \
@@ -172,7 +172,7 @@ TEST_WITH(only_a_cage_of_floats_bears_tags, loopback_setup, loopback_teardown) {
   }
 }
 
-/* ---- edits --------------------------------------------------------------------------------------------- */
+/* ---- edits ----------------------------------------------------------------------------------- */
 
 static const char box[] =
     "{'meshes':[{'name':'hull','shape':{'kind':'box','size':[2,1,4],'segments':[2,1,3]}}]}";
@@ -381,7 +381,7 @@ TEST_WITH(scans_are_made_clean, loopback_setup, loopback_teardown) {
   }
 }
 
-/* ---- refusals ------------------------------------------------------------------------------------------ */
+/* ---- refusals -------------------------------------------------------------------------------- */
 
 TEST_WITH(refusals_bear_the_place_and_store_nothing, loopback_setup, loopback_teardown) {
   static const struct {

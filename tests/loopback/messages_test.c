@@ -29,7 +29,7 @@ static void ask(const one_model *one, const char *format, int status, const char
   reply_free(&r);
 }
 
-/* ---- names --------------------------------------------------------------------------------------------- */
+/* ---- names ----------------------------------------------------------------------------------- */
 
 TEST_WITH(names_that_are_not_there_list_those_that_are_near, start, one_model_stop) {
   ask(*state, "/v1/models/%s/pose?clip=Drvie", 404,
@@ -103,7 +103,7 @@ TEST(long_names_are_near_nothing) {
   assert_string_not_equal(api_near_of(name, longs).text, "");
 }
 
-/* ---- numbers ------------------------------------------------------------------------------------------- */
+/* ---- numbers --------------------------------------------------------------------------------- */
 
 TEST_WITH(numbers_are_told_as_they_came, start, one_model_stop) {
   ask(*state, "/v1/models/%s/surface.json?level=99999999999", 422,
@@ -138,7 +138,7 @@ TEST_WITH(shapes_beyond_all_numbers_say_so, loopback_setup, loopback_teardown) {
       "would have over 4611686018427387904 points and over 4611686018427387904 faces; shapes may have ");
 }
 
-/* ---- parameters that the form has no use for ----------------------------------------------------------- */
+/* ---- parameters that the form has no use for ------------------------------------------------- */
 
 TEST_WITH(obj_holds_no_clip, loopback_setup, loopback_teardown) {
   char *tank = loopback_file("server/samples/tank.json", NULL), id[API_ID_TEXT], target[128];
@@ -170,7 +170,7 @@ TEST_WITH(obj_holds_no_clip, loopback_setup, loopback_teardown) {
   assert_problem(loopback_get(*state, target), 400, NULL, "meshes=none leaves nothing of an answer as OBJ");
 }
 
-/* ---- paths --------------------------------------------------------------------------------------------- */
+/* ---- paths ----------------------------------------------------------------------------------- */
 
 TEST_WITH(paths_that_nearly_exist_name_the_one_that_does, start, one_model_stop) {
   static const char nothing[] = "nothing is at this path";
@@ -200,7 +200,7 @@ TEST_WITH(paths_that_nearly_exist_name_the_one_that_does, start, one_model_stop)
       "nothing is at this path: a model's id is 32 hex digits, in lower case");
 }
 
-/* ---- OBJ ----------------------------------------------------------------------------------------------- */
+/* ---- OBJ ------------------------------------------------------------------------------------- */
 
 TEST_WITH(a_malformed_number_is_quoted_with_line_and_column, loopback_setup, loopback_teardown) {
   reply r = loopback_post(*state, "/v1/models", "model/obj", "v 0 0 0\nv 1 0 1.0f\n");
@@ -223,7 +223,7 @@ TEST_WITH(a_line_without_a_column_stands_before_the_sentence, loopback_setup, lo
   reply_free(&r);
 }
 
-/* ---- formats that are not read ------------------------------------------------------------------------- */
+/* ---- formats that are not read --------------------------------------------------------------- */
 
 #define BYTES(text) text, sizeof(text) - 1
 

@@ -13,7 +13,7 @@ static const char triangle[] = "o three\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 /* sha256 of the text above, by sha256sum. */
 static const char triangle_id[] = "3cd3dec2128c83a94ef9f007c577d21f";
 
-/* ---- uploads ----------------------------------------------------------------------------------- */
+/* ---- uploads --------------------------------------------------------------------------------- */
 
 TEST_WITH(an_upload_is_described_by_201_and_again_by_200, loopback_setup, loopback_teardown) {
   reply first = loopback_post(*state, "/v1/models", "model/obj", triangle);
@@ -235,7 +235,7 @@ TEST_WITH(broken_forms_are_400, loopback_setup, loopback_teardown) {
   assert_int_equal(loopback_store_count(*state), 0);
 }
 
-/* ---- a glTF and the files that it names ---------------------------------------------------------- */
+/* ---- a glTF and the files that it names ------------------------------------------------------ */
 
 static const char scattered[] =
     "{'asset':{'version':'2.0'},'scene':0,'scenes':[{'nodes':[0]}],'nodes':[{'mesh':0}],"
@@ -433,7 +433,7 @@ TEST_WITH(a_plain_gltf_must_not_name_files, loopback_setup, loopback_teardown) {
   cJSON_Delete(tree);
 }
 
-/* ---- lists -------------------------------------------------------------------------------------- */
+/* ---- lists ----------------------------------------------------------------------------------- */
 
 /* Uploads `count` models that differ. */
 static void upload_many(loopback *loop, int count) {
@@ -502,7 +502,7 @@ TEST_WITH(bad_paging_is_400, loopback_setup, loopback_teardown) {
   }
 }
 
-/* ---- sources, validators ------------------------------------------------------------------------ */
+/* ---- sources, validators --------------------------------------------------------------------- */
 
 static void assert_source(loopback *loop, const char *id, const char *type, const char *extension) {
   char path[80], file[80];
@@ -651,7 +651,7 @@ TEST_WITH(head_has_the_headers_of_get, loopback_setup, loopback_teardown) {
   reply_free(&get);
 }
 
-/* ---- deleting, absence, the store --------------------------------------------------------------- */
+/* ---- deleting, absence, the store ------------------------------------------------------------ */
 
 TEST_WITH(deleting_forgets_the_model_at_once, loopback_setup, loopback_teardown) {
   char id[API_ID_TEXT], path[64];
@@ -931,7 +931,7 @@ TEST_WITH(seeding_is_storing, loopback_setup, loopback_teardown) {
   assert_int_equal(loopback_store_count(loop), 1);
 }
 
-/* ---- keys --------------------------------------------------------------------------------------- */
+/* ---- keys ------------------------------------------------------------------------------------ */
 
 static int start_with_keys(void **state) {
   static const api_key keys[] = {{"alpha", ALL_RIGHTS, {0}}, {"beta", ALL_RIGHTS, {0}}};
@@ -962,7 +962,7 @@ TEST_WITH(models_ask_for_a_key_where_keys_are_configured, start_with_keys, loopb
   reply_free(&r);
 }
 
-/* ---- names -------------------------------------------------------------------------------------- */
+/* ---- names ----------------------------------------------------------------------------------- */
 
 static void assert_named(loopback *loop, const char *target, const char *headers, const char *body,
                          const char *name) {

@@ -334,7 +334,7 @@ TEST(own_clips_survive_their_model_in_the_cache) {
   loopback_stop(loop);
 }
 
-/* ---- bodies of times ------------------------------------------------------------------------------ */
+/* ---- bodies of times ------------------------------------------------------------------------- */
 
 static reply post_times(const one_model *f, const char *query, const char *body) {
   char target[128];
@@ -447,7 +447,7 @@ TEST(times_of_a_model_without_nodes_count) {
   loopback_stop(f.loop);
 }
 
-/* ---- forms ------------------------------------------------------------------------------------------ */
+/* ---- forms ----------------------------------------------------------------------------------- */
 
 TEST_WITH(lines_are_the_poses_of_the_json, setup, one_model_stop) {
   cJSON *answer = ask_json(*state, "pose.json?from=0&to=1&fps=20");
@@ -562,7 +562,7 @@ TEST_WITH(a_large_answer_is_streamed_and_the_same, setup, one_model_stop) {
   reply_free(&r);
 }
 
-/* ---- validators ---------------------------------------------------------------------------------- */
+/* ---- validators ------------------------------------------------------------------------------ */
 
 TEST_WITH(equal_questions_have_one_tag, setup, one_model_stop) {
   static const struct {
@@ -634,7 +634,7 @@ TEST(long_lists_of_names_in_large_models_are_not_searched_lightly) {
   loopback_stop(f.loop);
 }
 
-/* ---- skins --------------------------------------------------------------------------------------- */
+/* ---- skins ----------------------------------------------------------------------------------- */
 
 /* Two joints whose inverse bind matrices are the identity, as glTF with its buffer inside. */
 static const char skinned[] =
@@ -654,7 +654,7 @@ TEST_WITH(joint_matrices_are_world_times_inverse_bind, setup, one_model_stop) {
   reply_free(&r);
 }
 
-/* ---- tracks --------------------------------------------------------------------------------------- */
+/* ---- tracks ---------------------------------------------------------------------------------- */
 
 TEST_WITH(tracks_are_reported, setup, one_model_stop) {
   one_model *f = *state;

@@ -35,7 +35,7 @@ static const char *pick_word(chain *c, const char *words, char out[WORD]) {
   return out;
 }
 
-/* ---- models -------------------------------------------------------------------------------------------- */
+/* ---- models ---------------------------------------------------------------------------------- */
 
 /* Lists of `width` numbers from -2 to 2, of so few different ones at times that rows are the same. */
 static void put_rows(chain *c, tw_text *out, const char *name, uint32_t count, uint32_t width) {
@@ -102,7 +102,7 @@ static const char nodes[] =
     "'times':[0,1],'eulers':[[0,0,0],[1,4,2]],'interpolation':'euler'},"
     "{'node':'a','path':'translation','times':[0.5],'values':[[1,2,3]]}]}]}";
 
-/* ---- requests ------------------------------------------------------------------------------------------ */
+/* ---- requests -------------------------------------------------------------------------------- */
 
 /* Whatever is asked for, it is not the daemon's fault. What is made is the model under way from here on. */
 static reply ask(chain *c, const char *target, const char *type, const void *body, size_t size) {

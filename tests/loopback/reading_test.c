@@ -33,7 +33,7 @@ enum { MEGABYTE = 1 << 15 };
 enum { MEGABYTE = 1 << 20 };
 #endif
 
-/* ---- counting ---------------------------------------------------------------------------------------- */
+/* ---- counting -------------------------------------------------------------------------------- */
 
 static size_t held, peak; /* bytes */
 
@@ -82,7 +82,7 @@ void free(void *memory) {
 }
 #endif
 
-/* ---- documents ---------------------------------------------------------------------------------------- */
+/* ---- documents ------------------------------------------------------------------------------- */
 
 /* Text that stands once, or as often as it takes to fill its part of the document. %u is the number of the
  * repetition, from 0, or of the elements in the BIN chunk where it stands once; %p is one more, %u*7 seven
@@ -174,7 +174,7 @@ static text build(const document *d, size_t size) {
 
 #define ASSET "'asset':{'version':'2.0'}"
 
-/* ---- reading ------------------------------------------------------------------------------------------ */
+/* ---- reading --------------------------------------------------------------------------------- */
 
 /* Of this process's work: other processes may be at work too. */
 static double seconds(void) {
@@ -248,7 +248,7 @@ static outcome read_coded(api_coding coding, const text *t, api_upload_type type
   return out;
 }
 
-/* ---- BIN chunks ----------------------------------------------------------------------------- */
+/* ---- BIN chunks ------------------------------------------------------------------------------ */
 
 static size_t put_floats(uint8_t *out, size_t at, const float *values, size_t count) {
   memcpy(out + at, values, count * sizeof *values);
@@ -324,7 +324,7 @@ static size_t write_zeros(uint8_t *out, size_t count) {
 }
 static const chunk zeros = {write_zeros, 1};
 
-/* ---- tweend JSON ---------------------------------------------------------------------------- */
+/* ---- tweend JSON ----------------------------------------------------------------------------- */
 
 #define MESH   "{'meshes':[{"
 #define TRACK  "{'nodes':[{'name':'a'}],'clips':[{'tracks':[{'node':'a','path':'rotation',"
@@ -400,7 +400,7 @@ static const document tweend_documents[] = {
                 {"]}]}", 0}}},
 };
 
-/* ---- OBJ ------------------------------------------------------------------------------------ */
+/* ---- OBJ ------------------------------------------------------------------------------------- */
 
 #define OBJ_POINTS "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
 
@@ -442,7 +442,7 @@ static const document obj_documents[] = {
     {"lines that go on", READ, 32, .pieces = {{OBJ_POINTS "f 1 2 3 ", 0}, {"\\\n", 1}, {"\n", 0}}},
 };
 
-/* ---- STL ------------------------------------------------------------------------------------ */
+/* ---- STL ------------------------------------------------------------------------------------- */
 
 #define STL_LOOP "solid a\nfacet normal 0 0 1\nouter loop\n"
 
@@ -454,7 +454,7 @@ static const document stl_documents[] = {
                 {"endloop\nendfacet\nendsolid a\n", 0}}},
 };
 
-/* ---- glTF ----------------------------------------------------------------------------------- */
+/* ---- glTF ------------------------------------------------------------------------------------ */
 
 #define ONE_VIEW "'buffers':[{'byteLength':%u*12}],'bufferViews':[{'buffer':0,'byteLength':%u*12}],"
 
@@ -656,7 +656,7 @@ static const document gltf_documents[] = {
       {"{'attributes':{'POSITION':0}}]}]}", 0}}},
 };
 
-/* ---- tests ---------------------------------------------------------------------------------- */
+/* ---- tests ----------------------------------------------------------------------------------- */
 
 /* slowest: seconds that it may take. */
 static bool judge(const document *d, api_upload_type type, api_coding coding, size_t size, verdict expected,
@@ -725,7 +725,7 @@ TEST(gltf_is_read_in_little_memory_and_time) {
   check_documents(API_TYPE_GLTF, gltf_documents, sizeof gltf_documents / sizeof *gltf_documents);
 }
 
-/* ---- what bodies come in -------------------------------------------------------------------- */
+/* ---- what bodies come in --------------------------------------------------------------------- */
 
 static text repeat(const void *part, size_t size, size_t megabytes) {
   text out = {0};

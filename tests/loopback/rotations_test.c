@@ -39,7 +39,7 @@ static void assert_near(const cJSON *array, int count, const double *expected) {
     if (fabs(values[i] - expected[i]) > 2e-6) fail_msg("[%d] is %g, expected %g", i, values[i], expected[i]);
 }
 
-/* ---- the formulas: matrices m[row][column] ----------------------------------------------------------- */
+/* ---- the formulas: matrices m[row][column] --------------------------------------------------- */
 
 typedef struct matrix {
   double m[3][3];
@@ -96,7 +96,7 @@ static void assert_same(matrix a, matrix b, const char *what) {
         fail_msg("%s: row %d, column %d is %g, expected %g", what, i, j, a.m[i][j], b.m[i][j]);
 }
 
-/* ---- forms ------------------------------------------------------------------------------------------- */
+/* ---- forms ----------------------------------------------------------------------------------- */
 
 static const char *const forms[] = {"quaternion", "axis-angle", "euler", "matrix"};
 static const char *const members[] = {"quaternion", "axis_angle", "euler", "matrix"};
@@ -234,7 +234,7 @@ TEST_WITH(lock_is_told_by_order, loopback_setup, loopback_teardown) {
   cJSON_Delete(answer);
 }
 
-/* ---- product and slerp --------------------------------------------------------------------------------- */
+/* ---- product and slerp ----------------------------------------------------------------------- */
 
 TEST_WITH(the_first_matrix_is_leftmost, loopback_setup, loopback_teardown) {
   /* Rx(90) Rz(90): z is turned first. (1, 0, 0) goes to y by Rz, from there to z by Rx. */
@@ -271,7 +271,7 @@ TEST_WITH(slerp_of_one_rotation_stays, loopback_setup, loopback_teardown) {
   cJSON_Delete(answer);
 }
 
-/* ---- matrices ------------------------------------------------------------------------------------------ */
+/* ---- matrices -------------------------------------------------------------------------------- */
 
 TEST_WITH(matrices_of_four_columns_and_of_three_decimals_are_read, loopback_setup, loopback_teardown) {
   cJSON *answer = convert(*state, "{'rotations':[{'matrix':[0,1,0,0,-1,0,0,0,0,0,1,0,0,0,0,1]},"
@@ -315,7 +315,7 @@ TEST_WITH(quaternions_of_matrices_have_no_negative_w, loopback_setup, loopback_t
   }
 }
 
-/* ---- refusals ------------------------------------------------------------------------------------------ */
+/* ---- refusals -------------------------------------------------------------------------------- */
 
 TEST_WITH(what_is_no_rotation_is_422_with_its_place, loopback_setup, loopback_teardown) {
   const char *const bad[][3] = {

@@ -205,7 +205,7 @@ TEST_WITH(parameters_that_do_not_fit_are_400, setup, teardown) {
   }
 }
 
-/* ---- which clips ------------------------------------------------------------------------------------ */
+/* ---- which clips ----------------------------------------------------------------------------- */
 
 /* The names of the answer's animations, each with a bar behind it. */
 static void assert_animations(const fixture *f, const char *id, const char *rest, const char *wanted) {

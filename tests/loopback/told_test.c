@@ -67,7 +67,7 @@ static void assert_all_told(loopback *loop, const char *type, const char *plain,
   }
 }
 
-/* ---- OBJ: appendix B1 of Wavefront's manual, and what tools added --------------------------- */
+/* ---- OBJ: appendix B1 of Wavefront's manual, and what tools added ---------------------------- */
 
 #define FOLD "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 3 4\n"
 
@@ -127,7 +127,7 @@ TEST_WITH(obj_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
   }
 }
 
-/* ---- PLY: Turk's format, with the elements and properties that tools agree on --------------- */
+/* ---- PLY: Turk's format, with the elements and properties that tools agree on ---------------- */
 
 #define PLY_HEAD   "ply\nformat ascii 1.0\n"
 #define PLY_XYZ(n) "element vertex " n "\nproperty float x\nproperty float y\nproperty float z\n"
@@ -185,7 +185,7 @@ TEST_WITH(ply_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
   assert_all_told(*state, "model/ply", plain, rows, sizeof rows / sizeof *rows);
 }
 
-/* ---- STL ------------------------------------------------------------------------------------ */
+/* ---- STL ------------------------------------------------------------------------------------- */
 
 TEST_WITH(text_of_stl_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
 #define FACET(normal)                                                                                        \
@@ -245,7 +245,7 @@ TEST_WITH(binary_stl_loses_nothing_in_silence, loopback_setup, loopback_teardown
   }
 }
 
-/* ---- tweend JSON: a member is read or refused ----------------------------------------------- */
+/* ---- tweend JSON: a member is read or refused ------------------------------------------------ */
 
 TEST_WITH(tweend_json_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
 #define MESH "'positions':[[0,0,0],[1,0,0],[0,1,0],[0,0,1]],'faces':[[0,1,2],[0,2,3]]"
@@ -284,7 +284,7 @@ TEST_WITH(tweend_json_loses_nothing_in_silence, loopback_setup, loopback_teardow
                  400, "/meshes/0", "unknown member");
 }
 
-/* ---- glTF 2.0: the properties of its schemas, in their order -------------------------------- */
+/* ---- glTF 2.0: the properties of its schemas, in their order --------------------------------- */
 
 /* A document; a member that is NULL adds nothing. All begin with a comma. */
 typedef struct gltf_row {

@@ -239,7 +239,7 @@ TEST_WITH(rates_have_a_count_and_a_time, set_up, tear_down) {
   for (size_t i = 0; i < sizeof BAD / sizeof *BAD; i++) assert_bad(f, "--rate-limit", BAD[i], "--rate-limit");
 }
 
-/* ---- without memory ------------------------------------------------------------------------------ */
+/* ---- without memory -------------------------------------------------------------------------- */
 
 static _Thread_local size_t copies_left = SIZE_MAX; /* calls of strdup until one fails; SIZE_MAX: none does */
 

@@ -92,7 +92,7 @@ TEST_WITH(without_a_queue_idle_threads_still_work, reset, NULL) {
   assert_int_equal(atomic_load(&done), 1);
 }
 
-/* ---- spare cores and shared work --------------------------------------------------------------- */
+/* ---- spare cores and shared work ------------------------------------------------------------- */
 
 TEST_WITH(spare_work_is_refused_where_no_core_is_idle, reset, NULL) {
   srv_work *work = srv_work_create(2, 4, 0);

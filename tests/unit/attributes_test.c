@@ -5,7 +5,7 @@
 #include "surface_rows.h"
 #include "test.h"
 
-/* ---- colours -------------------------------------------------------------------------------- */
+/* ---- colours --------------------------------------------------------------------------------- */
 
 TEST(colours_never_leave_their_range) {
   fixture f;
@@ -93,7 +93,7 @@ TEST(attributes_follow_the_points_as_they_are) {
   fixture_deinit(&f);
 }
 
-/* ---- morph targets -------------------------------------------------------------------------- */
+/* ---- morph targets --------------------------------------------------------------------------- */
 
 /* Subdivision is linear: the surface of the moved cage is the surface moved by the displacements. */
 TEST(displacements_move_the_surface_as_they_move_the_cage) {
@@ -271,7 +271,7 @@ TEST(bounds_of_displacements_are_exact) {
   fixture_deinit(&f);
 }
 
-/* ---- materials ------------------------------------------------------------------------------ */
+/* ---- materials ------------------------------------------------------------------------------- */
 
 static void groups_hold_the_faces_of_each_material(tw_mesh *mesh) {
   for (uint32_t level = 0; level <= 3; level++) {

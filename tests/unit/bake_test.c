@@ -118,7 +118,7 @@ TEST(baked_keys_are_the_samples_at_exactly_those_times) {
   tw_clip_destroy(baked);
 }
 
-/* ---- the error of keys at given times ------------------------------------------------------- */
+/* ---- the error of keys at given times -------------------------------------------------------- */
 
 /* Bakes one track at times; checks that the error that is told is the one that is found. */
 static void assert_told(const tw_track_keys *track, const float *times, uint32_t count) {
@@ -214,7 +214,7 @@ TEST(measuring_keys_asks_whether_the_result_is_wanted) {
   tw_clip_destroy(clip);
 }
 
-/* ---- reduction ------------------------------------------------------------------------------ */
+/* ---- reduction ------------------------------------------------------------------------------- */
 
 /* Checks that every player turns the same way between keys: no two are near 180 degrees apart. */
 static void assert_short_steps(const tw_track_keys *track) {

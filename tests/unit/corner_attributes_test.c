@@ -17,7 +17,7 @@ static uint32_t below(uint32_t limit) {
   return (uint32_t)(((uint64_t)state * limit) >> 32);
 }
 
-/* ---- random meshes -------------------------------------------------------------------------- */
+/* ---- random meshes --------------------------------------------------------------------------- */
 
 enum {
   SIDE = 4,
@@ -123,7 +123,7 @@ static void add_uvs(patch *p) {
   }
 }
 
-/* ---- the reference -------------------------------------------------------------------------- */
+/* ---- the reference --------------------------------------------------------------------------- */
 
 /* The value of an attribute at a corner. */
 static const float *at_corner(const tw_mesh *mesh, uint32_t attribute, uint32_t corner) {
@@ -202,7 +202,7 @@ TEST(values_of_corners_are_means_of_their_face_by_every_way) {
   free(p);
 }
 
-/* ---- rows ----------------------------------------------------------------------------------- */
+/* ---- rows ------------------------------------------------------------------------------------ */
 
 static bool same_values(const tw_mesh *mesh, uint32_t a, uint32_t b) {
   if (mesh->corners[a] != mesh->corners[b]) return false;
@@ -261,7 +261,7 @@ TEST(values_of_corners_without_seams_are_refined_as_those_of_points) {
   free(p);
 }
 
-/* ---- welding -------------------------------------------------------------------------------- */
+/* ---- welding --------------------------------------------------------------------------------- */
 
 /* Faces with vertices of their own, as an exporter writes them, or some of them shared. */
 typedef struct soup {
@@ -396,7 +396,7 @@ TEST(random_colours_stay_where_points_are_merged) {
   free(s);
 }
 
-/* ---- the way back --------------------------------------------------------------------------- */
+/* ---- the way back ---------------------------------------------------------------------------- */
 
 /* A level as a mesh: every row of its vertex buffer is a value of corners. */
 typedef struct fine_mesh {
@@ -477,7 +477,7 @@ TEST(coarsened_meshes_have_the_values_of_their_corners_again) {
   free(p);
 }
 
-/* ---- edits ---------------------------------------------------------------------------------- */
+/* ---- edits ----------------------------------------------------------------------------------- */
 
 /* Points at one place keep their colours when an edit merges them; a face that is extruded keeps its colours
  * on its walls, which its map leads beyond its edges. */

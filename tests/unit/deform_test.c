@@ -24,7 +24,7 @@ static void matrices_of(const fixture *f, tw_trs hip, tw_trs knee, float out[2][
   tw_skin_matrices(&model->skins[0], world[0], out[0]);
 }
 
-/* ---- bad input ------------------------------------------------------------------------------ */
+/* ---- bad input ------------------------------------------------------------------------------- */
 
 TEST(points_beyond_all_bounds_are_named) {
   fixture f;
@@ -44,7 +44,7 @@ TEST(points_beyond_all_bounds_are_named) {
   fixture_deinit(&f);
 }
 
-/* ---- closed forms --------------------------------------------------------------------------- */
+/* ---- closed forms ---------------------------------------------------------------------------- */
 
 TEST(mesh_without_joints_and_targets_stays) {
   fixture f;

@@ -20,7 +20,7 @@ static const float prism_points[6][3] = {{0, 0, 0}, {1, 0, 0}, {0, 0, -1}, {0, 1
 static const uint32_t prism_corners[18] = {0, 2, 1, 3, 4, 5, 0, 1, 4, 3, 1, 2, 5, 4, 2, 0, 3, 5};
 static const uint32_t prism_offsets[6] = {0, 3, 6, 10, 14, 18};
 
-/* ---- refused ------------------------------------------------------------------------------------------- */
+/* ---- refused --------------------------------------------------------------------------------- */
 
 TEST(loop_cuts_that_cannot_be_are_refused) {
   tw_mesh mesh = cube();
@@ -54,7 +54,7 @@ TEST(results_over_the_limits_are_refused_before_they_are_made) {
   edit_refused(&mesh, &edit, 1, TW_LIMIT, "/0");
 }
 
-/* ---- counts -------------------------------------------------------------------------------------------- */
+/* ---- counts ---------------------------------------------------------------------------------- */
 
 TEST(a_loop_round_a_cube) {
   for (uint32_t cuts = 1; cuts <= 5; cuts++) {
@@ -205,7 +205,7 @@ TEST(two_edges_of_a_face_cut_it_across) {
   edited_deinit(&e);
 }
 
-/* ---- what goes along ----------------------------------------------------------------------------------- */
+/* ---- what goes along ------------------------------------------------------------------------- */
 
 TEST(parts_of_creases_holes_and_names_are_such) {
   tw_mesh mesh = cube();

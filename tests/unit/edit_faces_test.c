@@ -4,7 +4,7 @@
 static const tw_selection all_faces = {.of = TW_EDIT_FACES, .by = TW_SELECT_ALL};
 static const tw_selection all_vertices = {.of = TW_EDIT_VERTICES, .by = TW_SELECT_ALL};
 
-/* ---- delete -------------------------------------------------------------------------------------------- */
+/* ---- delete ---------------------------------------------------------------------------------- */
 
 static tw_edit delete (tw_selection selection) {
   return (tw_edit){.kind = TW_EDIT_DELETE, .selection = selection, .name = "gone"};
@@ -57,7 +57,7 @@ TEST(edges_and_vertices_take_their_faces_along) {
   edited_deinit(&e);
 }
 
-/* ---- merge --------------------------------------------------------------------------------------------- */
+/* ---- merge ----------------------------------------------------------------------------------- */
 
 static tw_edit merge(tw_selection vertices, double distance) {
   return (tw_edit){.kind = TW_EDIT_MERGE, .selection = vertices, .name = "one", .merge.distance = distance};
@@ -126,7 +126,7 @@ TEST(all_of_one_point_leave_nothing) {
   edited_deinit(&e);
 }
 
-/* ---- fill ---------------------------------------------------------------------------------------------- */
+/* ---- fill ------------------------------------------------------------------------------------ */
 
 TEST(deleted_faces_are_filled_again) {
   dressed d;
@@ -180,7 +180,7 @@ TEST(borders_that_meet_in_a_point_are_two) {
   edited_deinit(&e);
 }
 
-/* ---- mirror -------------------------------------------------------------------------------------------- */
+/* ---- mirror ---------------------------------------------------------------------------------- */
 
 TEST(half_a_box_becomes_whole) {
   dressed d;
@@ -215,7 +215,7 @@ TEST(an_image_without_a_weld_stands_alone) {
   edit_refused(&mesh, &edit_, 1, TW_INVALID, "/0/weld");
 }
 
-/* ---- flip and orient ----------------------------------------------------------------------------------- */
+/* ---- flip and orient ------------------------------------------------------------------------- */
 
 TEST(a_flipped_mesh_is_inside_out) {
   dressed d;
@@ -254,7 +254,7 @@ TEST(open_pieces_face_as_most_of_their_faces_did) {
   edited_deinit(&e);
 }
 
-/* ---- triangulate and quads ----------------------------------------------------------------------------- */
+/* ---- triangulate and quads ------------------------------------------------------------------- */
 
 TEST(quads_are_cut_along_the_shorter_diagonal) {
   dressed d;

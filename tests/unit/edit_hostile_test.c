@@ -277,7 +277,7 @@ TEST(spheres_stay_spheres) {
   assert_true(done > 10000);
 }
 
-/* ---- bad selections ------------------------------------------------------------------------------------ */
+/* ---- bad selections -------------------------------------------------------------------------- */
 
 /* Of each kind one that a cube, or a cube without a face, can have done to all that it is applied to. */
 static tw_edit sound_edit(tw_edit_kind kind) {

@@ -3,7 +3,7 @@
 #include "tweend/shape.h"
 #include "wrapped_memory.h"
 
-/* ---- fixtures ------------------------------------------------------------------------------------------ */
+/* ---- fixtures -------------------------------------------------------------------------------- */
 
 static uint32_t seed;
 
@@ -46,7 +46,7 @@ static double off_ball(const tw_mesh *mesh) {
   return sqrt(sum / mesh->point_count);
 }
 
-/* ---- smooth -------------------------------------------------------------------------------------------- */
+/* ---- smooth ---------------------------------------------------------------------------------- */
 
 TEST(iterations_are_bounded) {
   const tw_mesh mesh = cube();
@@ -120,7 +120,7 @@ TEST(what_is_not_selected_is_not_smoothed) {
   edited_deinit(&out);
 }
 
-/* ---- despike ------------------------------------------------------------------------------------------- */
+/* ---- despike --------------------------------------------------------------------------------- */
 
 TEST(factors_are_above_0) {
   const tw_mesh mesh = cube();
@@ -169,7 +169,7 @@ TEST(cubes_and_balls_have_no_spikes) {
   tw_arena_destroy(s.arena);
 }
 
-/* ---- drop_pieces --------------------------------------------------------------------------------------- */
+/* ---- drop_pieces ----------------------------------------------------------------------------- */
 
 /* A cube; a triangle and a quad with a point in common; a triangle. */
 TEST(small_pieces_go_with_their_points) {
@@ -197,7 +197,7 @@ TEST(small_pieces_go_with_their_points) {
   }
 }
 
-/* ---- fill ---------------------------------------------------------------------------------------------- */
+/* ---- fill ------------------------------------------------------------------------------------ */
 
 /* A cap of a cylinder is a polygon that lies flat: any cover has its area, and as many triangles. */
 TEST(caps_of_a_tube_are_covered) {

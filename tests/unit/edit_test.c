@@ -6,7 +6,7 @@ static const tw_selection all_faces = {.of = TW_EDIT_FACES, .by = TW_SELECT_ALL}
 static const tw_selection all_edges = {.of = TW_EDIT_EDGES, .by = TW_SELECT_ALL};
 static const tw_selection all_vertices = {.of = TW_EDIT_VERTICES, .by = TW_SELECT_ALL};
 
-/* ---- refused ------------------------------------------------------------------------------------------- */
+/* ---- refused --------------------------------------------------------------------------------- */
 
 #define FACES(how, ...)                                                                                      \
   { .of = TW_EDIT_FACES, .by = how, __VA_ARGS__ }
@@ -187,7 +187,7 @@ TEST(filling_a_great_hole_asks_on_its_way) {
   tw_arena_destroy(arena);
 }
 
-/* ---- selections ---------------------------------------------------------------------------------------- */
+/* ---- selections ------------------------------------------------------------------------------ */
 
 /* What a name then means of a selection's. */
 TEST(selections_of_a_cube) {
@@ -248,7 +248,7 @@ TEST(groups_and_materials_are_found_by_their_names) {
   }
 }
 
-/* ---- moved points -------------------------------------------------------------------------------------- */
+/* ---- moved points ---------------------------------------------------------------------------- */
 
 TEST(a_quarter_turn_takes_x_to_y) {
   tw_mesh mesh = cube();
@@ -292,7 +292,7 @@ TEST(moved_points_have_no_normals_of_before) {
   edited_deinit(&e);
 }
 
-/* ---- tags ---------------------------------------------------------------------------------------------- */
+/* ---- tags ------------------------------------------------------------------------------------ */
 
 TEST(tags_replace_those_of_before) {
   tw_mesh mesh = cube();

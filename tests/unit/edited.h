@@ -123,7 +123,7 @@ static inline double area_of(const tw_mesh *mesh) {
   return area;
 }
 
-/* ---- every kind of mesh data, as linear functions of the points' positions --------------------------- */
+/* ---- every kind of mesh data, as linear functions of the points' positions ------------------- */
 
 enum { DRESSED_POINTS = 64, DRESSED_CORNERS = 256 };
 

@@ -5,7 +5,7 @@
 #include "built_cage.h"
 #include "cube.h"
 
-/* ---- splines -------------------------------------------------------------------------------- */
+/* ---- splines --------------------------------------------------------------------------------- */
 
 static float cubic(float x, float y) {
   return 0.02f * x * x * x + 0.1f * x * x * y;
@@ -49,7 +49,7 @@ TEST(a_regular_grid_is_the_bicubic_b_spline_at_every_level) {
   free(c);
 }
 
-/* ---- maps ----------------------------------------------------------------------- */
+/* ---- maps ------------------------------------------------------------------------------------ */
 
 static float ridge(float x, float y) {
   return 0.25f * fabsf(x - 3) + 0.125f * fabsf(y - 3);
@@ -94,7 +94,7 @@ TEST(affine_maps_commute_with_subdivision) {
   }
 }
 
-/* ---- normals -------------------------------------------------------------------------------- */
+/* ---- normals --------------------------------------------------------------------------------- */
 
 /* Triangles are cut so that each side mirrors the other. */
 static cage *symmetric_roof(bool triangles) {

@@ -46,7 +46,7 @@ static uint32_t random_below(uint32_t *state, uint32_t count) {
   return (*state >> 8) % count;
 }
 
-/* ---- reading -------------------------------------------------------------------------------------- */
+/* ---- reading --------------------------------------------------------------------------------- */
 
 static char *print_obj(const loose *of) {
   char *text = malloc(of->count * 200 + 1), *at = text;
@@ -153,7 +153,7 @@ static void assert_closed(const loose *of, uint32_t vertices, uint32_t faces, co
   assert_closed_but(of, vertices, faces, 0, warnings);
 }
 
-/* ---- tests ---------------------------------------------------------------------------------------- */
+/* ---- tests ----------------------------------------------------------------------------------- */
 
 TEST(a_tetrahedron_with_a_facet_twice_is_closed) {
   static const float at[4][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};

@@ -108,7 +108,7 @@ TEST(tips_whose_rows_would_take_long_are_refused) {
   free_cones(&c);
 }
 
-/* ---- memory --------------------------------------------------------------------------------- */
+/* ---- memory ---------------------------------------------------------------------------------- */
 
 /* Makes a surface under a meter that allows `limit` bytes, and expects `expected`. Returns the most bytes
  * that were held at a time. */
@@ -151,7 +151,7 @@ TEST(a_cage_of_many_exceptions_is_made_of_patches) {
   free_cones(&c);
 }
 
-/* ---- cancelling ----------------------------------------------------------------------------- */
+/* ---- cancelling ------------------------------------------------------------------------------ */
 
 static void run(void *owner, uint32_t count, void (*part)(void *context, uint32_t index), void *context) {
   (void)owner;

@@ -22,7 +22,7 @@ static tw_status read_text(const char *json, tw_error *error) {
   return status;
 }
 
-/* ---- GLB ------------------------------------------------------------------------------------ */
+/* ---- GLB ------------------------------------------------------------------------------------- */
 
 TEST(lying_glb_lengths_are_refused) {
   static const uint8_t bin[4] = {1, 2, 3, 4};
@@ -87,7 +87,7 @@ TEST(more_chunks_may_follow_when_they_fit) {
   free(file.bytes);
 }
 
-/* ---- JSON ----------------------------------------------------------------------------------- */
+/* ---- JSON ------------------------------------------------------------------------------------ */
 
 TEST(malformed_json_is_a_syntax_error) {
   static const char *const texts[] = {
@@ -330,7 +330,7 @@ TEST(a_slash_in_a_data_uri_may_be_escaped) {
                    TW_OK);
 }
 
-/* ---- extensions and versions ------------------------------------------------------------------ */
+/* ---- extensions and versions ----------------------------------------------------------------- */
 
 TEST(required_extensions_are_refused_by_name) {
   static const char *const names[] = {"KHR_draco_mesh_compression", "EXT_structural_metadata", "X_unknown"};
@@ -374,7 +374,7 @@ TEST(only_version_2_is_read) {
   assert_int_equal(read_text("{'asset':{'version':'2.1','minVersion':'2.0'}}", &error), TW_OK);
 }
 
-/* ---- what is written wrong, and plain ------------------------------------------------------------ */
+/* ---- what is written wrong, and plain -------------------------------------------------------- */
 
 #define TRIANGLE                                                                                             \
   "'accessors':[{'bufferView':0,'componentType':5126,'count':3,'type':'VEC3'}],'meshes':[{'primitives':[{'"  \

@@ -78,7 +78,7 @@ static void assert_says(const answer *a, const char *path, const char *expected)
   free(wanted);
 }
 
-/* ---- random documents ---------------------------------------------------------------------------------- */
+/* ---- random documents ------------------------------------------------------------------------ */
 
 enum { SAYINGS_MAX = 4096, EXTENSIONS = 12 };
 
@@ -337,7 +337,7 @@ TEST(every_saying_of_a_random_document_is_found_again) {
   free(d);
 }
 
-/* ---- by hand ------------------------------------------------------------------------------------------- */
+/* ---- by hand --------------------------------------------------------------------------------- */
 
 TEST(kept_text_has_no_blanks_and_strings_keep_theirs) {
   answer a = answer_with(",\n 'copyright' : 'two  words' , 'generator':'other'", "");

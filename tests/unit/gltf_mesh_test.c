@@ -48,7 +48,7 @@ static tw_model *read_square(const char *accessors, const char *primitives) {
   return glb_read(square_json(accessors, primitives), &square, sizeof square);
 }
 
-/* ---- bad documents ---------------------------------------------------------------------------- */
+/* ---- bad documents --------------------------------------------------------------------------- */
 
 TEST(accessors_that_lie_are_refused) {
   static const struct {
@@ -213,7 +213,7 @@ TEST(a_small_file_cannot_become_a_large_model) {
   free(bin);
 }
 
-/* ---- accessors ---------------------------------------------------------------------------------- */
+/* ---- accessors ------------------------------------------------------------------------------- */
 
 TEST(a_square_is_read_as_it_is) {
   tw_model *model = read_square(POSITIONS "," INDICES, PRIMITIVE);
@@ -304,7 +304,7 @@ TEST(json_files_hold_their_buffer_as_a_data_uri) {
   tw_model_destroy(model);
 }
 
-/* ---- modes -------------------------------------------------------------------------------------- */
+/* ---- modes ----------------------------------------------------------------------------------- */
 
 TEST(strips_and_fans_become_triangles) {
   square_bin bin = square;
@@ -341,7 +341,7 @@ TEST(points_and_lines_are_no_faces) {
   tw_model_destroy(model);
 }
 
-/* ---- attributes --------------------------------------------------------------------------------- */
+/* ---- attributes ------------------------------------------------------------------------------ */
 
 TEST(primitives_of_a_mesh_become_one_with_materials) {
   const char *json = square_json_with(
@@ -649,7 +649,7 @@ TEST(morph_weights_must_fit_the_targets) {
   }
 }
 
-/* ---- surfaces ----------------------------------------------------------------------------------- */
+/* ---- surfaces -------------------------------------------------------------------------------- */
 
 /* A cube as a renderer wants it: 24 vertices, each face with its own four and its own texture. */
 typedef struct cube_bin {

@@ -4,7 +4,7 @@
 #include "test.h"
 #include "written_glb.h"
 
-/* ---- materials ---------------------------------------------------------------------------------- */
+/* ---- materials ------------------------------------------------------------------------------- */
 
 static const char materials_text[] =
     "{\"asset\":{\"version\":\"2.0\",\"copyright\":\"nobody\"},"
@@ -44,7 +44,7 @@ TEST(materials_and_images_go_through) {
   fixture_deinit(&f);
 }
 
-/* ---- nodes, skins, clips ------------------------------------------------------------------------ */
+/* ---- nodes, skins, clips --------------------------------------------------------------------- */
 
 TEST(nodes_keep_names_order_and_transforms) {
   fixture f;

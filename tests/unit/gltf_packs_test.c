@@ -42,7 +42,7 @@ static double value_at(const glb *file, int accessor, uint64_t index, int compon
   }
 }
 
-/* ---- scenes -------------------------------------------------------------------------------------------- */
+/* ---- scenes ---------------------------------------------------------------------------------- */
 
 /* Packs of all meshes of a scene. */
 typedef struct packed {
@@ -107,7 +107,7 @@ static void sheet(fixture *f) {
   fixture_refine(f, 1, true);
 }
 
-/* ---- tests --------------------------------------------------------------------------------------------- */
+/* ---- tests ----------------------------------------------------------------------------------- */
 
 static int primitive_count(const glb *file, int mesh) {
   return cJSON_GetArraySize(cJSON_GetObjectItem(at(file, "meshes", mesh), "primitives"));

@@ -62,7 +62,7 @@ static tw_model *read_good(const char *rest) {
   return glb_read(with_data(rest), &bin, sizeof bin);
 }
 
-/* ---- nodes ---------------------------------------------------------------------------------------- */
+/* ---- nodes ----------------------------------------------------------------------------------- */
 
 TEST(bad_hierarchies_are_refused) {
   static const struct {
@@ -150,7 +150,7 @@ TEST(what_is_left_out_is_said) {
   tw_model_destroy(model);
 }
 
-/* ---- skins ---------------------------------------------------------------------------------------- */
+/* ---- skins ----------------------------------------------------------------------------------- */
 
 TEST(bad_skins_are_refused) {
   static const struct {
@@ -199,7 +199,7 @@ TEST(skins_keep_joints_and_matrices) {
   tw_model_destroy(model);
 }
 
-/* ---- clips ---------------------------------------------------------------------------------------- */
+/* ---- clips ----------------------------------------------------------------------------------- */
 
 TEST(bad_animations_are_refused) {
   static const struct {
@@ -370,7 +370,7 @@ TEST(samplers_cannot_be_named_without_end) {
   free(bin);
 }
 
-/* ---- assets --------------------------------------------------------------------------------------- */
+/* ---- assets ---------------------------------------------------------------------------------- */
 
 TEST(bad_texture_references_are_refused) {
   static const struct {

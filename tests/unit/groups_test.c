@@ -26,7 +26,7 @@ static const char triangles_text[] = "o plate\n" GRID "g arm\nf 1 2 7\nf 1 7 6\n
                                      "g leg\nf 6 7 12\nf 6 12 11\nf 7 8 13\nf 7 13 12\n"
                                      "g arm\nf 8 9 14\nf 8 14 13\nf 9 10 15\nf 9 15 14\n";
 
-/* ---- reading -------------------------------------------------------------------------------- */
+/* ---- reading --------------------------------------------------------------------------------- */
 
 TEST(faces_have_the_set_of_names_before_them) {
   tw_model *model = read_obj(quads_text);
@@ -112,7 +112,7 @@ TEST(a_group_that_does_not_exist_is_refused) {
   tw_model_destroy(model);
 }
 
-/* ---- surfaces ------------------------------------------------------------------------------- */
+/* ---- surfaces -------------------------------------------------------------------------------- */
 
 static bool lies_in(const tw_mesh *mesh, uint32_t face, const float point[2]) {
   uint32_t begin = mesh->face_offsets[face], size = mesh->face_offsets[face + 1] - begin;
@@ -200,7 +200,7 @@ TEST(children_are_in_the_groups_of_their_parents) {
   tw_model_destroy(triangles);
 }
 
-/* ---- OBJ ------------------------------------------------------------------------------------ */
+/* ---- OBJ ------------------------------------------------------------------------------------- */
 
 static char *write_obj(const tw_scene *scene) {
   tw_obj_stream *stream = NULL;
@@ -264,7 +264,7 @@ TEST(groups_end_where_another_node_has_none) {
   fixture_deinit(&f);
 }
 
-/* ---- glTF ----------------------------------------------------------------------------------- */
+/* ---- glTF ------------------------------------------------------------------------------------ */
 
 /* The JSON of the scene's glTF file. */
 static cJSON *write_gltf(const tw_scene *scene) {

@@ -9,7 +9,7 @@
 #include "surface_rows.h"
 #include "tweend/format.h"
 
-/* ---- models as text --------------------------------------------------------------------------- */
+/* ---- models as text -------------------------------------------------------------------------- */
 
 enum { TEXT_MAX = 1 << 16 };
 
@@ -102,7 +102,7 @@ static void assert_counts(const char *obj, uint32_t by_normals, uint32_t by_30_d
   tw_model_destroy(model);
 }
 
-/* ---- what is found ---------------------------------------------------------------------------- */
+/* ---- what is found --------------------------------------------------------------------------- */
 
 TEST(edges_of_a_flat_shaded_box_are_hard) {
   assert_counts(flat_cube, 12, 12, 12);
@@ -235,7 +235,7 @@ TEST(normals_of_ply_are_those_of_its_vertices) {
   tw_model_destroy(model);
 }
 
-/* ---- what is made of it ----------------------------------------------------------------------- */
+/* ---- what is made of it ---------------------------------------------------------------------- */
 
 typedef struct creased {
   tw_arena *arena;
@@ -360,7 +360,7 @@ TEST(balls_become_round_by_auto) {
   assert_true(faceted[1] > 0.999999f); /* all corners of the cage stick out */
 }
 
-/* ---- what a file shows ------------------------------------------------------------------------ */
+/* ---- what a file shows ----------------------------------------------------------------------- */
 
 static void assert_found(const tw_mesh *mesh, tw_creases creases, uint32_t edges, uint32_t corners) {
   creased c = crease(mesh, creases, 0, TW_SHARPNESS_INFINITE);

@@ -3,7 +3,7 @@
 #include "refined_mesh.h"
 #include "triangulator.h"
 
-/* ---- faces that come to a vertex twice ------------------------------------------------------ */
+/* ---- faces that come to a vertex twice ------------------------------------------------------- */
 
 /* Two quads, each of which has a vertex twice: alone, and joined to a quad that has not. */
 static const float points[6][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 1}, {2, 0, 1}, {2, 1, 0}};

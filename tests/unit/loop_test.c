@@ -4,7 +4,7 @@
 #include "built_cage.h"
 #include "wrapped_memory.h"
 
-/* ---- cages ---------------------------------------------------------------------------------- */
+/* ---- cages ----------------------------------------------------------------------------------- */
 
 static cage *icosahedron(void) {
   static const float g = 1.618034f;
@@ -28,7 +28,7 @@ static tw_surface_options loop_at(uint32_t level) {
   return (tw_surface_options){.level = level, .scheme = TW_LOOP};
 }
 
-/* ---- bad input ------------------------------------------------------------------------------ */
+/* ---- bad input ------------------------------------------------------------------------------- */
 
 TEST(over_sixteen_million_triangles_are_refused) {
   cage *c = icosahedron();
@@ -70,7 +70,7 @@ TEST(mesh_without_faces_gives_an_empty_surface) {
   free(c);
 }
 
-/* ---- closed forms --------------------------------------------------------------------------- */
+/* ---- closed forms ---------------------------------------------------------------------------- */
 
 TEST(icosahedron_has_10_times_4_to_the_level_and_2_points) {
   cage *c = icosahedron();
@@ -152,7 +152,7 @@ TEST(limit_of_a_regular_grid_is_the_box_spline_with_its_normals) {
   free(c);
 }
 
-/* ---- invariants ----------------------------------------------------------------------------- */
+/* ---- invariants ------------------------------------------------------------------------------ */
 
 /* Float alone would leave rounding of a thousandth in these normals. */
 TEST(normals_stay_exact_far_from_the_origin) {

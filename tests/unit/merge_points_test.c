@@ -126,7 +126,7 @@ TEST(what_points_and_faces_bear_follows_them) {
   tw_model_destroy(model);
 }
 
-/* ---- within a distance ---------------------------------------------------------------------------- */
+/* ---- within a distance ----------------------------------------------------------------------- */
 
 TEST(points_at_the_same_place_become_one_exactly) {
   /* Two triangles that touch in a point, and a point that no face uses there. */

@@ -53,7 +53,7 @@ static void assert_counts(const char *what, const char *obj, const counts *wante
   "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n"                     \
   "f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n"
 
-/* ---- shapes ----------------------------------------------------------------------------------- */
+/* ---- shapes ---------------------------------------------------------------------------------- */
 
 TEST(a_mesh_of_nothing_is_described) {
   static const uint32_t offsets[1] = {0};
@@ -135,7 +135,7 @@ TEST(the_pole_of_a_fan_has_four_edges) {
   end(&d);
 }
 
-/* ---- where it is not a surface ---------------------------------------------------------------- */
+/* ---- where it is not a surface --------------------------------------------------------------- */
 
 TEST(places_that_are_not_manifold_are_listed) {
   static const struct {
@@ -170,7 +170,7 @@ TEST(the_first_64_places_are_listed) {
   end(&d);
 }
 
-/* ---- tags and groups -------------------------------------------------------------------------- */
+/* ---- tags and groups ------------------------------------------------------------------------- */
 
 TEST(tags_count_where_they_are_in_force) {
   described d =

@@ -105,7 +105,7 @@ static void end(mixture *m) {
   free(m);
 }
 
-/* ---- the formulas -------------------------------------------------------------------------------------- */
+/* ---- the formulas ---------------------------------------------------------------------------- */
 
 static double weight_at(const tw_layer *layer, double t) {
   if (layer->weight_count == 1 || t <= (double)layer->weight_times[0]) return (double)layer->weights[0];
@@ -224,7 +224,7 @@ static void assert_samples_are_poses(const mixture *m) {
   }
 }
 
-/* ---- tests --------------------------------------------------------------------------------------------- */
+/* ---- tests ----------------------------------------------------------------------------------- */
 
 static void assert_layer_refused(tw_layer layer, const char *pointer) {
   mixture *m = begin();
@@ -407,8 +407,7 @@ TEST(mixed_clips_are_mixed_again_up_to_a_depth) {
   end(m);
 }
 
-/* ---- keys of mixed clips --------------------------------------------------------------------------------
- */
+/* ---- keys of mixed clips --------------------------------------------------------------------- */
 
 /* Reduces the mixed clip to keys, and returns them compiled. */
 static tw_clip *reduced_of(const mixture *m, double degrees, double metres, tw_arena *arena,

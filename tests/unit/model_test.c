@@ -159,7 +159,7 @@ TEST(an_empty_model_is_a_model) {
   tw_model_destroy(NULL);
 }
 
-/* ---- names ------------------------------------------------------------------------------------ */
+/* ---- names ----------------------------------------------------------------------------------- */
 
 TEST(nameless_nodes_and_clips_are_found_by_number) {
   fixture f;
@@ -202,7 +202,7 @@ TEST(warnings_end_with_a_word_that_there_are_more) {
   tw_model_destroy(model);
 }
 
-/* ---- formats ---------------------------------------------------------------------------------- */
+/* ---- formats --------------------------------------------------------------------------------- */
 
 TEST(bytes_tell_their_format) {
   static const struct {

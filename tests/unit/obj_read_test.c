@@ -43,7 +43,7 @@ static void assert_refused(const char *text, tw_status expected, uint64_t line) 
 #define TRIANGLE "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
 #define SQUARE   "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
 
-/* ---- bad files ------------------------------------------------------------------------------ */
+/* ---- bad files ------------------------------------------------------------------------------- */
 
 TEST(bad_files_are_refused_at_their_line) {
   static const struct {
@@ -182,7 +182,7 @@ TEST(a_file_cut_anywhere_is_read_or_refused) {
   }
 }
 
-/* ---- numbers and lines ---------------------------------------------------------------------- */
+/* ---- numbers and lines ----------------------------------------------------------------------- */
 
 TEST(numbers_of_every_form_are_read) {
   tw_model *model = read_good("v 1.5 -.25 +3\nv 1e2 1.25E-2 -7.\nv 0.1 123456789012345678 1e-60\nf 1 2 3\n");
@@ -227,7 +227,7 @@ TEST(line_ends_comments_and_continuations_make_no_difference) {
   }
 }
 
-/* ---- faces ---------------------------------------------------------------------------------- */
+/* ---- faces ----------------------------------------------------------------------------------- */
 
 TEST(faces_of_every_size_and_form_are_kept) {
   tw_model *model =
@@ -367,7 +367,7 @@ TEST(colours_in_comments_of_zbrush_are_those_of_the_points_in_turn) {
   tw_model_destroy(model);
 }
 
-/* ---- dialects ----------------------------------------------------------------------------------- */
+/* ---- dialects -------------------------------------------------------------------------------- */
 
 TEST(a_file_as_3ds_max_writes_it_is_read) {
   tw_model *model =
@@ -569,7 +569,7 @@ TEST(tagged_files_stay_one_mesh) {
   tw_model_destroy(model);
 }
 
-/* ---- tags ----------------------------------------------------------------------------------- */
+/* ---- tags ------------------------------------------------------------------------------------ */
 
 TEST(tags_reach_the_mesh) {
   tw_model *model =

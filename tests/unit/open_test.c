@@ -3,7 +3,7 @@
 
 #include <stdio.h>
 
-/* ---- counts --------------------------------------------------------------------------------- */
+/* ---- counts ---------------------------------------------------------------------------------- */
 
 static int compare_pairs(const void *left, const void *right) {
   return memcmp(left, right, sizeof(uint32_t[2]));
@@ -104,7 +104,7 @@ TEST(open_border_leaves_nothing_of_a_lone_triangle_fan) {
   free(c);
 }
 
-/* ---- closed forms --------------------------------------------------------------------------- */
+/* ---- closed forms ---------------------------------------------------------------------------- */
 
 static void assert_counts(const cage *c, uint32_t level, uint64_t vertices, uint64_t edges, uint64_t faces) {
   tw_surface_options options = {.level = level, .boundary = TW_BOUNDARY_OPEN, .normals = true};
@@ -171,7 +171,7 @@ TEST(open_mesh_of_holes_alone_is_empty) {
   free(c);
 }
 
-/* ---- holes ---------------------------------------------------------------------------------- */
+/* ---- holes ----------------------------------------------------------------------------------- */
 
 enum { SCATTERS = 8 };
 
@@ -295,7 +295,7 @@ TEST(open_counts_hold_where_a_triangle_is_there_twice) {
   }
 }
 
-/* ---- random cages --------------------------------------------------------------------------- */
+/* ---- random cages ---------------------------------------------------------------------------- */
 
 enum { RANDOM_CAGES = 150 };
 
@@ -381,7 +381,7 @@ TEST(open_counts_tell_more_than_32_bits) {
   free(c);
 }
 
-/* ---- memory --------------------------------------------------------------------------------- */
+/* ---- memory ---------------------------------------------------------------------------------- */
 
 /* What is foretold is never more than what is held, and not so little that it refuses nothing. */
 TEST(steps_that_take_more_memory_than_there_is_are_not_begun) {

@@ -10,7 +10,7 @@
 #include "parallel_for.h"
 #include "wrapped_memory.h"
 
-/* ---- ways to run parts --------------------------------------------------------------------------------- */
+/* ---- ways to run parts ----------------------------------------------------------------------- */
 
 static void run_backwards(void *owner, uint32_t count, void (*part)(void *context, uint32_t index),
                           void *context) {
@@ -43,7 +43,7 @@ static void run_on_threads(void *owner, uint32_t count, void (*part)(void *conte
   for (int i = 0; i < OTHERS; i++) pthread_join(others[i], NULL);
 }
 
-/* ---- cages ---------------------------------------------------------------------------------- */
+/* ---- cages ----------------------------------------------------------------------------------- */
 
 typedef enum kind { TRIANGLES, MIXED } kind;
 
@@ -94,7 +94,7 @@ static void map(cage *c) {
   c->mesh.uv_sets[0] = (tw_uv_set){c->mesh.point_count, uvs[0], c->corners};
 }
 
-/* ---- comparing ------------------------------------------------------------------------------ */
+/* ---- comparing ------------------------------------------------------------------------------- */
 
 typedef struct content {
   float *rows;
@@ -190,7 +190,7 @@ static void check_all(uint32_t side, kind kind, tw_surface_options options) {
   assert_true(parts > 25);
 }
 
-/* ---- tests ---------------------------------------------------------------------------------- */
+/* ---- tests ----------------------------------------------------------------------------------- */
 
 TEST(loop_surfaces_are_the_same) {
   check_all(24, TRIANGLES, (tw_surface_options){.level = 3, .scheme = TW_LOOP});
@@ -223,7 +223,7 @@ TEST(points_refined_in_double_are_the_same) {
   free(c);
 }
 
-/* ---- giving up ------------------------------------------------------------------------------ */
+/* ---- giving up ------------------------------------------------------------------------------- */
 
 typedef struct patience {
   uint32_t left; /* questions whose answer is to go on */

@@ -7,7 +7,7 @@
 
 static const double HEIGHT = 1.75;
 
-/* ---- carrying over and posing --------------------------------------------------------------- */
+/* ---- carrying over and posing ---------------------------------------------------------------- */
 
 static tw_skeleton skeleton_of(const biped *b) {
   return (tw_skeleton){.nodes = b->nodes, .order = b->order, .node_count = b->count};
@@ -107,7 +107,7 @@ static double worst_of(biped_options from, biped_options to, double most) {
   return worst / HEIGHT;
 }
 
-/* ---- names ---------------------------------------------------------------------------------- */
+/* ---- names ----------------------------------------------------------------------------------- */
 
 static const char *const mixamo[BIPED_JOINTS] = {
     "mixamorig:Hips",           "mixamorig:Spine",         "mixamorig:Spine1",
@@ -238,7 +238,7 @@ TEST(every_family_of_names_matches_every_other_as_a_whole) {
     }
 }
 
-/* ---- invariants ----------------------------------------------------------------------------- */
+/* ---- invariants ------------------------------------------------------------------------------ */
 
 TEST(on_itself_a_clip_stays_as_it_is) {
   static biped b;
@@ -332,7 +332,7 @@ TEST(a_figure_that_faces_another_way_moves_as_it_faces) {
     assert_true(worst_of((biped_options){0}, (biped_options){.turned = quarter * 1.5707963267949}, 1) < 1e-5);
 }
 
-/* ---- tracks --------------------------------------------------------------------------------- */
+/* ---- tracks ---------------------------------------------------------------------------------- */
 
 TEST(keys_of_one_joint_are_carried_over_one_by_one) {
   static biped source, target;
@@ -441,7 +441,7 @@ TEST(hips_that_rest_at_the_origin_are_as_high_as_the_legs_are_long) {
   tw_arena_destroy(arena);
 }
 
-/* ---- refusals ------------------------------------------------------------------------------- */
+/* ---- refusals -------------------------------------------------------------------------------- */
 
 TEST(strangers_are_refused_with_names) {
   static biped source, target;

@@ -106,7 +106,7 @@ static void assert_shape(const tw_shape *shape, uint64_t points, uint64_t faces,
   tw_arena_destroy(m.arena);
 }
 
-/* ---- parameters --------------------------------------------------------------------------------- */
+/* ---- parameters ------------------------------------------------------------------------------ */
 
 typedef struct bad_shape {
   tw_shape_kind kind;
@@ -166,7 +166,7 @@ TEST(a_shape_over_32_bits_is_counted_and_not_made) {
   }
 }
 
-/* ---- closed forms ------------------------------------------------------------------------------- */
+/* ---- closed forms ---------------------------------------------------------------------------- */
 
 static const uint32_t parts[][3] = {{1, 1, 1}, {2, 1, 3}, {3, 4, 5}, {7, 2, 1}, {1, 9, 2}};
 enum { PARTS = sizeof parts / sizeof *parts };
@@ -222,7 +222,7 @@ TEST(cylinders_cones_and_tori_have_their_counts) {
     }
 }
 
-/* ---- places ------------------------------------------------------------------------------------- */
+/* ---- places ---------------------------------------------------------------------------------- */
 
 TEST(points_of_spheres_lie_on_them) {
   static const tw_shape_kind kinds[] = {TW_SHAPE_QUAD_SPHERE, TW_SHAPE_UV_SPHERE, TW_SHAPE_ICOSPHERE,

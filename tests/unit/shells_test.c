@@ -6,7 +6,7 @@
 #include "tweend/shells.h"
 #include "wrapped_memory.h"
 
-/* ---- a search over all faces ------------------------------------------------------------------------- */
+/* ---- a search over all faces ----------------------------------------------------------------- */
 
 typedef struct side { /* of a face: an edge of the answer, in one direction */
   uint32_t low, high, face;
@@ -103,7 +103,7 @@ static found search(const tw_surface *surface) {
   return out;
 }
 
-/* ---- comparison -------------------------------------------------------------------------------------- */
+/* ---- comparison ------------------------------------------------------------------------------ */
 
 static bool is_near(double a, double b) {
   return fabs(a - b) <= 1e-5 * (1 + fabs(a) + fabs(b));

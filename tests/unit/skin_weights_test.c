@@ -9,7 +9,7 @@
 #include "cube.h"
 #include "evaluator.h"
 
-/* ---- meshes --------------------------------------------------------------------------------- */
+/* ---- meshes ---------------------------------------------------------------------------------- */
 
 enum { SIDE = 5, POINTS = SIDE * SIDE };
 
@@ -106,7 +106,7 @@ static const tw_surface_options many_options[] = {
 };
 enum { MANY_OPTIONS = sizeof many_options / sizeof *many_options };
 
-/* ---- weights -------------------------------------------------------------------------------- */
+/* ---- weights --------------------------------------------------------------------------------- */
 
 TEST(mesh_on_one_joint_stays_on_it) {
   skinned *c = new_skinned(true, false);

@@ -170,7 +170,7 @@ TEST(a_facet_that_is_listed_twice_goes_with_a_warning) {
   tw_model_destroy(model);
 }
 
-/* ---- attribute bytes --------------------------------------------------------------------------------- */
+/* ---- attribute bytes ------------------------------------------------------------------------- */
 
 /* Two facets that share an edge, with these attributes and as many bytes behind each as `payload` says.
  * Returns the size. */

@@ -15,7 +15,7 @@ static void assert_counts(const tw_mesh *mesh, tw_surface_options options, uint6
   assert_int_equal(counts.faces, f);
 }
 
-/* ---- bad input ------------------------------------------------------------------------------ */
+/* ---- bad input ------------------------------------------------------------------------------- */
 
 TEST(loop_refuses_a_quad_and_names_the_face) {
   tw_mesh mesh = cube();
@@ -69,7 +69,7 @@ TEST(a_mesh_without_faces_gives_an_empty_surface) {
   }
 }
 
-/* ---- closed forms --------------------------------------------------------------------------- */
+/* ---- closed forms ---------------------------------------------------------------------------- */
 
 TEST(cube_has_26_then_98_vertices) {
   tw_mesh mesh = cube();
@@ -87,7 +87,7 @@ TEST(cube_corner_moves_to_five_ninths) {
   free_rows(&r);
 }
 
-/* ---- invariants ----------------------------------------------------------------------------- */
+/* ---- invariants ------------------------------------------------------------------------------ */
 
 static float saddle(float x, float y) {
   return 0.2f * (x - 3) * (y - 2);

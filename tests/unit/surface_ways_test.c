@@ -11,7 +11,7 @@
 #include "test.h"
 #include "torus_cage.h"
 
-/* ---- cages ---------------------------------------------------------------------------------- */
+/* ---- cages ----------------------------------------------------------------------------------- */
 
 /* Triangles with a border, a crease across it and a point that no face uses. */
 static const char fan_text[] = "o fan\nv 9 9 9\n"
@@ -56,7 +56,7 @@ static float *displaced(const tw_mesh *mesh, float phase) {
   return out;
 }
 
-/* ---- comparing ------------------------------------------------------------------------------ */
+/* ---- comparing ------------------------------------------------------------------------------- */
 
 /* All rows of a domain, or all faces, in blocks of one to 97. */
 static void *read_blocks(const tw_surface *s, tw_domain domain, bool faces, size_t count, size_t width) {
@@ -123,7 +123,7 @@ static void assert_same(const tw_surface *a, const tw_surface *b) {
   }
 }
 
-/* ---- ways ----------------------------------------------------------------------------------- */
+/* ---- ways ------------------------------------------------------------------------------------ */
 
 /* Does the parts of a loop last to first. */
 static void run_backwards(void *owner, uint32_t count, void (*part)(void *context, uint32_t index),
@@ -217,7 +217,7 @@ static void check_cage(const char *obj, bool loop) {
   fixture_deinit(&f);
 }
 
-/* ---- tests ---------------------------------------------------------------------------------- */
+/* ---- tests ----------------------------------------------------------------------------------- */
 
 TEST(quads_are_the_same) {
   check_cage(cube_text, false);

@@ -9,7 +9,7 @@
 #include "test.h"
 #include "tweend/subdiv.h"
 
-/* ---- meshes --------------------------------------------------------------------------------- */
+/* ---- meshes ---------------------------------------------------------------------------------- */
 
 enum { POINTS_MAX = 200, CORNERS_MAX = 800 };
 
@@ -114,7 +114,7 @@ static sheet *folded(void) {
   return s;
 }
 
-/* ---- reading -------------------------------------------------------------------------------- */
+/* ---- reading --------------------------------------------------------------------------------- */
 
 static rows read_sheet(const sheet *s, tw_surface_options options) {
   options.normals = true;
@@ -133,7 +133,7 @@ static void assert_frame(const rows *r, size_t i) {
   assert_true(tangent[3] == 1 || tangent[3] == -1);
 }
 
-/* ---- one tangent ---------------------------------------------------------------------------- */
+/* ---- one tangent ----------------------------------------------------------------------------- */
 
 TEST(tangent_of_a_map_that_stands_still_is_along_the_face) {
   static const float normal[3] = {0, 0, 1}, points[8] = {2, 0, 1, 0, 0, 3, 0, 0}, none[8] = {0};
@@ -180,7 +180,7 @@ TEST(tangent_along_the_normal_gives_way) {
   }
 }
 
-/* ---- surfaces ------------------------------------------------------------------------------- */
+/* ---- surfaces -------------------------------------------------------------------------------- */
 
 TEST(tangents_come_only_where_they_are_asked_for) {
   sheet *s = tube(6, 4);

@@ -6,7 +6,7 @@
 #include "test.h"
 #include "topology.h"
 
-/* ---- meshes --------------------------------------------------------------------------------- */
+/* ---- meshes ---------------------------------------------------------------------------------- */
 
 enum { FACES_MAX = 256, CORNERS_MAX = 1024, POLE = 100 };
 
@@ -55,7 +55,7 @@ static soup torus(uint32_t side, uint32_t sizes, uint32_t missing, uint32_t turn
   return s;
 }
 
-/* ---- definitions ---------------------------------------------------------------------------- */
+/* ---- definitions ----------------------------------------------------------------------------- */
 
 static uint32_t next_of(const soup *s, uint32_t face, uint32_t corner) {
   return corner + 1 < s->offsets[face + 1] ? corner + 1 : s->offsets[face];
@@ -181,7 +181,7 @@ static void check(const soup *s) {
   tw_arena_destroy(arena);
 }
 
-/* ---- tests ---------------------------------------------------------------------------------- */
+/* ---- tests ----------------------------------------------------------------------------------- */
 
 TEST(closed_meshes_have_closed_fans) {
   for (uint32_t seed = 0; seed < 4; seed++)

@@ -50,7 +50,7 @@ static tw_track_keys track_keys(const random_track *track, tw_interpolation inte
   return quaternion_keys(interpolation, track->times, values, track->key_count);
 }
 
-/* ---- the reference: rotation of segment i at u --------------------------------------------- */
+/* ---- the reference: rotation of segment i at u ----------------------------------------------- */
 
 typedef ref_matrix (*reference)(const random_track *track, uint32_t i, double u);
 
@@ -201,7 +201,7 @@ TEST(axis_angle_agrees_with_the_reference) {
   assert_agrees(TW_LINEAR, TW_KEY_AXIS_ANGLE, reference_axis_angle);
 }
 
-/* ---- properties ----------------------------------------------------------------------------- */
+/* ---- properties ------------------------------------------------------------------------------ */
 
 TEST(slerp_travels_at_constant_speed_and_never_over_half_a_turn) {
   uint64_t seed = 23;
@@ -281,7 +281,7 @@ TEST(squad_keeps_its_speed_through_unequally_spaced_keys) {
   tw_clip_destroy(clip);
 }
 
-/* ---- the textbook's cases --------------------------------------------------------------------- */
+/* ---- the textbook's cases -------------------------------------------------------------------- */
 
 static void between(const tw_track_keys *keys, int force, float time, float out[4]) {
   tw_clip *clip = clip_of(keys, 1, force);

@@ -155,7 +155,7 @@ TEST(a_million_vertices_in_one_place_take_no_longer) {
   free(out);
 }
 
-/* ---- texture coordinates ----------------------------------------------------------------------- */
+/* ---- texture coordinates --------------------------------------------------------------------- */
 
 /* Two squares side by side, split along their common edge; its texture is continuous or not. */
 static uint32_t weld_square_uvs(float shift) {
@@ -185,7 +185,7 @@ TEST(an_edge_that_differs_at_one_end_is_a_seam) {
   assert_int_equal(weld_square_uvs(0.5f), 8);
 }
 
-/* ---- pairs ------------------------------------------------------------------------------------- */
+/* ---- pairs ----------------------------------------------------------------------------------- */
 
 static tw_mesh triangle_mesh(const float (*points)[3], uint32_t point_count, const uint32_t *corners,
                              uint32_t face_count, uint32_t *offsets) {
@@ -268,7 +268,7 @@ TEST(materials_and_seams_keep_triangles_apart) {
   assert_int_equal(pair(mesh, NULL), 2);
 }
 
-/* ---- what moves apart --------------------------------------------------------------------------- */
+/* ---- what moves apart ------------------------------------------------------------------------ */
 
 /* Strips of quads along x, four vertices each, at places of a coarse grid, so that many coincide. */
 enum { STRIPS = 60, KINDS = 3 };

@@ -70,7 +70,7 @@ struct tw_gltf_assets {
   tw_gltf_objects extensions_used, extensions_required;
 };
 
-/* ---- an answer ------------------------------------------------------------------------------ */
+/* ---- an answer ------------------------------------------------------------------------------- */
 
 #define TW_GLTF_MESHOPT "EXT_meshopt_compression"
 
@@ -191,7 +191,7 @@ typedef struct tw_gltf_plan {
   bool names_groups; /* primitives tell which of their faces are in which groups */
 } tw_gltf_plan;
 
-/* ---- gltf_accessors.c: the plan notes where there is no room; check_parts fails then ---- */
+/* ---- gltf_accessors.c: the plan notes where there is no room; check_parts fails then --------- */
 
 uint32_t tw_gltf_add_view(tw_gltf_plan *plan, tw_gltf_view view);
 uint32_t tw_gltf_add_accessor(tw_gltf_plan *plan, tw_gltf_accessor accessor);

@@ -31,7 +31,7 @@ extern const char *const tw_path_names[]; /* as in glTF */
 /* The form in which a rotation track's keys are written. */
 typedef enum tw_key_form { TW_KEY_VALUES, TW_KEY_QUATERNION, TW_KEY_EULER, TW_KEY_AXIS_ANGLE } tw_key_form;
 
-/* ---- rotation algebra --------------------------------------------------------------------- */
+/* ---- rotation algebra ------------------------------------------------------------------------ */
 
 #define TW_DEGREES 57.295779513082320877 /* in a radian */
 
@@ -43,7 +43,7 @@ void tw_quat_to_euler(const float q[4], tw_euler_order order, float out[3]);
  * minus itself) and whole turns count, and at gimbal lock every split of the outer angles. */
 void tw_quat_to_euler_near(const float q[4], tw_euler_order order, const float previous[3], float out[3]);
 
-/* ---- rotations in any form, in double precision --------------------------------------------- */
+/* ---- rotations in any form, in double precision ---------------------------------------------- */
 
 /* The forms of a rotation: quaternion x y z w; axis x y z and angle; the angles about x, y, z; a 3 x 3
  * matrix. */
@@ -75,7 +75,7 @@ void tw_rotation_turn(const double q[4], const double v[3], double out[3]);
 /* |cos| of the order's middle angle: 1 is farthest from gimbal lock, 0 is lock. */
 double tw_rotation_cos_middle(const double q[4], tw_euler_order order);
 
-/* ---- transforms ------------------------------------------------------------------------------- */
+/* ---- transforms ------------------------------------------------------------------------------ */
 
 /* Ten floats without padding, so that an array of tw_trs is also an array of floats. */
 typedef struct tw_trs {
@@ -93,7 +93,7 @@ bool tw_trs_from_matrix(const float m[16], tw_trs *out);
 void tw_matrix_multiply(const float a[16], const float b[16], float out[16]); /* out may be a or b */
 void tw_matrix_move(const float m[16], float point[3]); /* point = m * point, m affine */
 
-/* ---- hierarchy ---------------------------------------------------------------------------- */
+/* ---- hierarchy ------------------------------------------------------------------------------- */
 
 #define TW_NO_INDEX UINT32_MAX
 
@@ -130,7 +130,7 @@ typedef struct tw_skin {
  * TW_NO_MEMORY. O(nodes), no recursion. */
 tw_status tw_nodes_order(const tw_node *nodes, uint32_t node_count, uint32_t *order, tw_error *error);
 
-/* ---- clips -------------------------------------------------------------------------------- */
+/* ---- clips ----------------------------------------------------------------------------------- */
 
 /* One track as its source wrote it; a view. */
 typedef struct tw_track_keys {
@@ -247,7 +247,7 @@ double tw_matrix_cofactors(const float matrix[16], double out[9]);
 /* Joint matrices, world * inverse bind. out: [joint_count][16]. */
 void tw_skin_matrices(const tw_skin *skin, const float *world, float *out);
 
-/* ---- baking and reduction ----------------------------------------------------------------------- */
+/* ---- baking and reduction -------------------------------------------------------------------- */
 
 /* Whether glTF can hold the keys and moves them as the track does: STEP tracks; LINEAR ones but for turns
  * about an axis; cubic splines, of rotations those whose keys are of unit length within 0.005. (Rounding to
@@ -304,7 +304,7 @@ tw_status tw_clip_express(const tw_clip *clip, const tw_clip_keys *keys, tw_tole
                           uint32_t max_keys, uint64_t *steps, tw_arena *arena, tw_clip_keys *out,
                           tw_tolerance *reached, tw_error *error);
 
-/* ---- diagnostics -------------------------------------------------------------------------------- */
+/* ---- diagnostics ----------------------------------------------------------------------------- */
 
 /* Diagnoses a rotation track: how far and how fast it turns, which keys are doubtful, and how near it comes
  * to gimbal lock in each Euler order. Angles in radians, times in seconds. */

@@ -106,7 +106,7 @@ tw_status tw_gltf_bundle(const uint8_t *bytes, size_t size, tw_named_file *files
                          uint64_t json_values, uint64_t max_size, uint8_t **out, size_t *out_size,
                          tw_error *error);
 
-/* ---- answers, computed as they are read -------------------------------------------------------------- */
+/* ---- answers, computed as they are read ------------------------------------------------------ */
 
 typedef enum tw_polygons { TW_POLYGONS_TRIANGLES, TW_POLYGONS_NGON } tw_polygons;
 

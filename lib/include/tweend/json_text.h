@@ -26,7 +26,7 @@ tw_status tw_json_check(const char *text, size_t size, const tw_json_rules *rule
  * close before. Takes any text. */
 size_t tw_json_string_size(const char *string, size_t most);
 
-/* ---- walking: everything below takes text that tw_json_check has passed, and no other ---- */
+/* ---- walking: everything below takes text that tw_json_check has passed, and no other -------- */
 
 /* The document's value, behind blanks and a byte order mark. Only an object or array may be walked: no other
  * value shows where it ends. */

@@ -186,7 +186,7 @@ uint32_t tw_mesh_influences(const tw_mesh *mesh, uint32_t most);
 tw_status tw_mesh_take_faces(tw_mesh *to, const tw_mesh *from, const uint32_t *parents, uint32_t count,
                              tw_arena *arena);
 
-/* ---- far from the origin --------------------------------------------------------------------------- */
+/* ---- far from the origin --------------------------------------------------------------------- */
 
 /* Whether the points of these corners may be far, as tw_points_find_frame finds. positions: rounded to float.
  * O(corners). */
