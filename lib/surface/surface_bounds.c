@@ -61,35 +61,49 @@ static void take_face(pass *p, uint32_t visible, uint32_t face) {
   take_rows(p, edges_begin + n->edge_count * line + visible * inside, inside);
 }
 
+/* Two corners of a box, which widens by points. */
+typedef struct point_box {
+  tw_point low, high;
+} point_box;
+
+static inline void widen_box(point_box *box, tw_point point) {
+  typedef int32_t lanes __attribute__((vector_size(16)));
+  const lanes low = point<box->low, high = point> box->high;
+  box->low = (tw_point)(((lanes)point & low) | ((lanes)box->low & ~low));
+  box->high = (tw_point)(((lanes)point & high) | ((lanes)box->high & ~high));
+}
+
 /* The box of the points around a triangle, from which Loop's scheme makes all points of it. */
-static void triangle_box(const tw_surface *s, uint32_t face, float box[2][3]) {
+static point_box triangle_box(const tw_surface *s, uint32_t face) {
   const tw_topology *t = &s->fields[0].base;
+  point_box box = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
   for (uint32_t k = 0; k < 3; k++) {
     uint32_t vertex = t->corner_vertex[3 * face + k];
     for (uint32_t i = t->ring_offsets[vertex]; i < t->ring_offsets[vertex + 1]; i++)
-      for (uint32_t end = 0; end < 2; end++)
-        for (size_t c = 0; c < 3; c++) {
-          float value = (float)s->positions.exact[3 * (size_t)t->edge_vertices[t->ring_edges[i]][end] + c];
-          bool first = k == 0 && i == t->ring_offsets[vertex] && end == 0;
-          if (first || value < box[0][c]) box[0][c] = value;
-          if (first || value > box[1][c]) box[1][c] = value;
-        }
+      for (uint32_t end = 0; end < 2; end++) {
+        const double *at = s->positions.exact + 3 * (size_t)t->edge_vertices[t->ring_edges[i]][end];
+        widen_box(&box, (tw_point){(float)at[0], (float)at[1], (float)at[2]});
+      }
   }
+  return box;
+}
+
+static point_box patch_box(const tw_surface *s, uint32_t quad) {
+  uint32_t count;
+  const uint32_t *controls = tw_patch_controls(&s->fields[0].patches, quad, &count);
+  const float *points = s->positions.base;
+  point_box box = {tw_load_values(points + 3 * (size_t)controls[0], 3), {0}};
+  box.high = box.low;
+  for (uint32_t i = 1; i < count; i++) widen_box(&box, tw_load_values(points + 3 * (size_t)controls[i], 3));
+  return box;
 }
 
 static void control_box(const tw_surface *s, uint32_t face, float box[2][3]) {
-  uint32_t count;
-  if (s->fields[0].base.face_size == 3) {
-    triangle_box(s, face, box);
-    return;
+  const point_box found = s->fields[0].base.face_size == 3 ? triangle_box(s, face) : patch_box(s, face);
+  for (int c = 0; c < 3; c++) {
+    box[0][c] = found.low[c];
+    box[1][c] = found.high[c];
   }
-  const uint32_t *controls = tw_patch_controls(&s->fields[0].patches, face, &count);
-  for (uint32_t i = 0; i < count; i++)
-    for (int c = 0; c < 3; c++) {
-      float value = s->positions.base[3 * (size_t)controls[i] + (size_t)c];
-      if (i == 0 || value < box[0][c]) box[0][c] = value;
-      if (i == 0 || value > box[1][c]) box[1][c] = value;
-    }
 }
 
 /* Whether no point in the box can widen the bounds, even with the rounding on the way to a point. */
