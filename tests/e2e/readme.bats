@@ -49,7 +49,7 @@ run_session() {
 
 @test "its table of paths is what openapi.json describes" {
   get /openapi.json
-  value '.paths | keys[]' | sed -E 's/(surface|pose)\.[a-z]+$/\1/' | sort -u >described
+  value '.paths | keys[]' | sed -E 's/(surface|pose)\.[a-z0-9]+$/\1/' | sort -u >described
   sed -n '/^## API/,/^## /p' "$root/README.md" | grep '^| `' | cut -d'|' -f2 | grep -oE '/[^`?]*' | sort -u >readme
   diff described readme
 }
