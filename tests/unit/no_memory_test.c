@@ -69,27 +69,37 @@ TEST(bvh_reading_survives_every_failure) {
   fail_each(tw_bvh_read, (const uint8_t *)text, sizeof text - 1);
 }
 
-TEST(carrying_a_clip_over_survives_every_failure) {
-  static biped source, target;
-  biped_make(&source, (biped_options){.has_twists = true});
-  biped_make(&target, (biped_options){.spines = 1, .seed = 2});
-  biped_animate(&source, 1, 3);
-  const tw_retarget_job job = {.source = {source.nodes, source.order, source.count, NULL, NULL},
-                               .target = {target.nodes, target.order, target.count, NULL, NULL},
-                               .keys = &source.clip,
-                               .tolerance = {1e-3, 1e-3},
-                               .max_keys = 1000};
+static void carry_with_failures(const tw_retarget_job *job, uint32_t bones, uint32_t feet) {
   tw_status status = TW_NO_MEMORY;
   for (size_t failures = 0; status != TW_OK; failures++) {
     tw_arena *arena = tw_arena_create();
     tw_retargeted out = {0};
     test_memory.left = failures;
-    status = tw_retarget_run(&job, arena, &out, NULL);
+    status = tw_retarget_run(job, arena, &out, NULL);
     test_memory.left = SIZE_MAX;
-    assert_int_equal(out.bone_count, status == TW_OK ? target.count : 0);
+    assert_int_equal(out.bone_count, status == TW_OK ? bones : 0);
+    assert_int_equal(out.held_count, status == TW_OK ? feet : 0);
     assert_true(status == TW_OK ? failures > 10 : status == TW_NO_MEMORY);
     tw_arena_destroy(arena);
   }
+}
+
+TEST(carrying_a_clip_over_survives_every_failure) {
+  enum { HEAD = 5 };
+  static biped source, target;
+  biped_make(&source, (biped_options){.has_twists = true});
+  biped_make(&target, (biped_options){.spines = 1, .seed = 2});
+  biped_animate(&source, 1, 3);
+  tw_retarget_job job = {.source = {source.nodes, source.order, source.count, NULL, NULL},
+                         .target = {target.nodes, target.order, target.count, NULL, NULL},
+                         .keys = &source.clip,
+                         .tolerance = {1e-3, 1e-3},
+                         .max_keys = 1000};
+  carry_with_failures(&job, target.count, 0);
+  const tw_clip_keys nod = {.track_count = 1, .tracks = &source.tracks[source.at[HEAD]]};
+  job.keys = &nod; /* meanwhile both feet stand */
+  job.holds_feet = true;
+  carry_with_failures(&job, target.count, 2);
 }
 
 TEST(finding_hard_edges_survives_every_failure) {
