@@ -47,7 +47,7 @@ tw_surface_options options_of(tw_scheme scheme, uint32_t level, int boundary, in
 bool is_due(uint32_t level, size_t combination) {
   if (level <= (sanitized ? 1 : 2)) return true;
   const size_t one_in = level == 3 || sanitized ? 5 : 11;
-  return (combination + tests) % one_in == 0;
+  return (combination + static_cast<size_t>(tests)) % one_in == 0;
 }
 
 void compare_hand_made(uint32_t levels) {
