@@ -278,6 +278,7 @@ static api_outcome take_points(detail_request *request) {
     return api_fail_with(call, 422, "the body has %u points, and level %u of the mesh has %llu",
                          request->count, request->options.level, (unsigned long long)request->rows);
   request->positions += 3 * first;
+  request->count = (uint32_t)request->rows;
   return API_DONE;
 }
 
