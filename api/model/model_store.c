@@ -46,7 +46,7 @@ static api_outcome store_model(api_call *call, api_bytes bytes, const char *id, 
 
 static const char description[] = "description.json";
 
-/* The headers of an answer about a stored model. */
+/* Header fields of an answer that describes a stored model. */
 typedef struct model_head {
   const char *location, *etag;
 } model_head;

@@ -192,7 +192,7 @@ static tw_status read_bin_head(void *context, const api_value *root) {
 static api_outcome read_bin(detail_request *request, api_bytes bytes) {
   enum { HEAD_VALUES = 1000 };
   api_call *call = request->remade->call;
-  bin_head head;
+  bin_head head = {0};
   uint32_t version, length;
   memcpy(&version, bytes.data + 4, sizeof version);
   memcpy(&length, bytes.data + 8, sizeof length);

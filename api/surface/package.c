@@ -80,7 +80,7 @@ static void put_u32(tw_text *text, uint32_t value) {
   put_u16(text, value >> 16);
 }
 
-/* What local heads and the central directory have in common. */
+/* Puts the fields that the local header of an entry and its header in the central directory share. */
 static void put_facts(tw_text *text, const entry *e, bool knows_sizes) {
   put_u16(text, VERSION);
   put_u16(text, e->text ? IS_UTF8 : IS_UTF8 | SIZES_FOLLOW);

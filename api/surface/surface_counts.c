@@ -53,8 +53,7 @@ static bool shows_holes(const api_surface_request *request) {
   return request->query.with_holes && mesh < model->mesh_count;
 }
 
-/* Prints the sizes of the forms whose size is known, and that can be had. Holes that a cage as glTF has as
- * faces are in no flat form. */
+/* Prints the size of each form that has a size before it is streamed, and whose size is within the limits. */
 static tw_status print_forms(api_call *call, const api_surface_request *request, uint64_t glb,
                              tw_text *text) {
   static const char *const flat[] = {[TW_FLAT_STL] = "stl", [TW_FLAT_PLY] = "ply"};

@@ -136,7 +136,8 @@ static void put_base(tw_3mf_stream *stream, uint32_t material) {
   tw_text_add(&stream->text, "/>");
 }
 
-/* Materials, of which a piece has some. Behind them stands that of faces without one. */
+/* Puts the next base materials: the model's, then a white one for faces without a material. The first piece
+ * also has the head of the document. */
 static void put_head(tw_3mf_stream *stream) {
   enum { BASES_A_PIECE = 64 };
   const tw_model *model = stream->flat.scene.model;

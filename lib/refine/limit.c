@@ -212,11 +212,15 @@ static void triangle_step(const neighbours *m, const tw_vertex_decay *decay, uin
   give_to_ring(m, &blend, weight, &v);
 }
 
-static uint32_t ring_place(const neighbours *m, uint32_t edge) {
-  const uint32_t *ring = m->t->ring_edges + m->t->ring_offsets[m->vertex];
+/* The place of an item that is in the list. */
+static uint32_t place_in(const uint32_t *list, uint32_t count, uint32_t item) {
   uint32_t place = 0;
-  while (place + 1 < m->ring_count && ring[place] != edge) place++;
+  while (place + 1 < count && list[place] != item) place++;
   return place;
+}
+
+static uint32_t ring_place(const neighbours *m, uint32_t edge) {
+  return place_in(m->t->ring_edges + m->t->ring_offsets[m->vertex], m->ring_count, edge);
 }
 
 static uint32_t fan_corner(const neighbours *m, uint32_t i) {
@@ -439,10 +443,7 @@ static sector find_sector(const neighbours *m, uint32_t place) {
 }
 
 static uint32_t fan_place(const neighbours *m, uint32_t corner) {
-  const uint32_t *fan = m->t->fan_corners + m->t->fan_offsets[m->vertex];
-  uint32_t place = 0;
-  while (place + 1 < m->fan_count && fan[place] != corner) place++;
-  return place;
+  return place_in(m->t->fan_corners + m->t->fan_offsets[m->vertex], m->fan_count, corner);
 }
 
 static void tangents_of_face(const neighbours *m, uint32_t corner) {
