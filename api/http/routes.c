@@ -53,7 +53,7 @@ static const api_offer types_offers[] = {{"", "application/typescript", true}, {
 static const api_offer text_offers[] = {{"", "text/plain", true}, {0}};
 /* Any type: the handler sends the media type of the format in which the model is stored. */
 static const api_offer source_offers[] = {{"source", "*/*", false}, {0}};
-/* In the order of `forms` in surfaces.c. */
+/* In the order of `forms` in surface_forms.c. */
 static const api_offer surface_offers[] = {{"glb", "model/gltf-binary", false},
                                            {"gltf", "model/gltf+json", false},
                                            {"obj", "model/obj", true},

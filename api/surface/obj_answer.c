@@ -1,9 +1,12 @@
-/* OBJ has points with a colour each, one set of texture coordinates, and names of materials. */
-#include "obj_losses.h"
+/* Answers as OBJ, which has points with a colour each, one set of texture coordinates, and names of
+ * materials. */
+#include "obj_answer.h"
 
 #include <string.h>
 
-#include "tweend/format.h"
+#include "service.h"
+
+/* ---- losses ---- */
 
 /* What the meshes and nodes of a model have, and an OBJ has no place for. */
 typedef struct obj_losses {
@@ -64,7 +67,7 @@ static void list(tw_text *text, uint64_t count, const char *before, const char *
   tw_text_add(text, behind);
 }
 
-api_outcome api_obj_losses_warn(api_call *call, const tw_model *model) {
+api_outcome api_obj_warn_of_losses(api_call *call, const tw_model *model) {
   obj_losses losses = {0};
   bool is_counted = true;
   for (uint32_t i = 0; i < model->mesh_count && is_counted; i++)
@@ -84,4 +87,55 @@ api_outcome api_obj_losses_warn(api_call *call, const tw_model *model) {
   list(&text, materials, "all of ", " materials but their names");
   if (text.size == 0) return API_DONE;
   return api_call_warn_text(call, &text);
+}
+
+/* ---- bytes ---- */
+
+static uint64_t line_size(const char *name) {
+  enum { KEYWORD = 32 }; /* bytes; includes a made-up name */
+  return KEYWORD + (name ? strlen(name) : 0);
+}
+
+/* A bound on the names of materials and groups, which repeat with each group of the surface. Stops soon after
+ * `limit`. */
+static uint64_t obj_names_bound(const tw_model *model, const tw_surface *surface, uint64_t limit) {
+  uint64_t size = 0;
+  for (uint32_t g = 0; g < tw_surface_group_count(surface) && size <= limit; g++) {
+    const tw_surface_group *group = tw_surface_get_group(surface, g);
+    int32_t material = tw_model_material(model, group->material);
+    size += line_size(material < 0 ? NULL : model->material_names[material]);
+    size += line_size(group->names == TW_NO_INDEX ? NULL : model->group_names[group->names]);
+  }
+  return size;
+}
+
+/* A bound on the tags: each has three numbers of at most 17 characters. */
+static uint64_t obj_tags_bound(const tw_surface *surface) {
+  enum { TAG = 72 };
+  const tw_surface_tags *tags = tw_surface_get_tags(surface);
+  return tags ? TAG * ((uint64_t)tags->crease_count + tags->sharp_point_count) : 0;
+}
+
+/* A bound on the size of an OBJ, which is known only at its end: 17 characters a number, 25 of a point far
+ * from the origin, 9 of a colour, and 11 an index, of which a corner has three. Stops soon after the limit.
+ */
+tw_status api_obj_bound(api_call *call, const tw_scene *scene, uint64_t *size) {
+  const tw_model *model = scene->model;
+  uint64_t limit = call->service->limits.max_output;
+  uint64_t *of_mesh = tw_arena_alloc(call->arena, model->mesh_count, sizeof *of_mesh);
+  if (!of_mesh) return tw_fail(&call->fault.error, TW_NO_MEMORY, "out of memory");
+  for (uint32_t i = 0; i < model->mesh_count; i++) {
+    const tw_surface *surface = scene->surfaces[i];
+    uint64_t rows = tw_surface_row_count(surface, TW_DOMAIN_VERTICES);
+    of_mesh[i] = rows * (3 * 25 + 3 * 9 + 5 * 17) + tw_surface_get_counts(surface)->corners * 3 * 11 +
+                 obj_names_bound(model, surface, limit) + obj_tags_bound(surface);
+  }
+  *size = 0;
+  for (uint32_t n = 0; n < model->node_count && *size <= limit; n++) {
+    const tw_node *node = &model->nodes[n];
+    if (node->mesh == TW_NO_INDEX || node->is_hidden) continue;
+    const char *name = model->meshes[node->mesh].name;
+    *size += line_size(name ? name : node->name) + of_mesh[node->mesh];
+  }
+  return TW_OK;
 }

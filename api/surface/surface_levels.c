@@ -1,0 +1,108 @@
+/* levels.json: counts and bytes of all levels of a model. */
+#include "file_name.h"
+#include "handlers.h"
+#include "models.h"
+#include "service.h"
+#include "surface_forms.h"
+#include "surfaces.h"
+
+/* Makes the plan of a level, and finds the size of its GLB. first: the request of the first level, whose
+ * clips the others have. */
+static api_outcome measure_level(api_call *call, const api_surface_request *first,
+                                 api_surface_request *request, uint64_t *size) {
+  tw_scene *scene = &request->scene.content;
+  api_outcome outcome = api_surface_query_complete(call, request->form, &request->query);
+  if (outcome == API_DONE) outcome = api_surface_prepare(call, request, true);
+  if (outcome == API_DONE && request->query.encoding == TW_ENCODING_QUANTIZED)
+    outcome = api_surface_take_packs(call, request, true);
+  if (outcome == API_DONE && request == first)
+    outcome = api_scene_animate(call, api_entry_value(request->model), &request->scene);
+  scene->clips = first->scene.content.clips;
+  scene->clip_count = first->scene.content.clip_count;
+  return outcome == API_DONE ? api_surface_predict(call, request, size) : outcome;
+}
+
+/* Prints a level; one that is over a limit with the reason, and *is_last. The call's fault is then taken
+ * back. */
+static api_outcome print_level(api_call *call, const api_surface_request *first, api_surface_request *request,
+                               tw_text *text, bool *is_last) {
+  uint64_t size = 0, bytes;
+  api_outcome outcome = measure_level(call, first, request, &size);
+  const api_fault *fault = &call->fault;
+  bool is_over = outcome == API_FAILED && fault->stall == API_STALL_NONE && fault->is_predicted;
+  if (outcome != API_DONE && !is_over) return outcome;
+  const tw_surface_counts *counts = is_over ? &fault->predicted : &api_plan_of(request)->total;
+  bytes = !is_over ? size : fault->predicted_bytes > 0 ? fault->predicted_bytes : API_SIZE_UNKNOWN;
+  tw_text_element(text);
+  tw_text_add(text, "{");
+  api_surface_print_counts(text, request->query.level, counts, bytes);
+  if (is_over) tw_member_string(text, "refused", fault->error.detail);
+  tw_text_add(text, "}");
+  if (is_over) call->fault = (api_fault){0};
+  *is_last = is_over;
+  return API_DONE;
+}
+
+/* The limits decide which levels there are. */
+static api_outcome validate_levels(api_call *call, const api_surface_query *query) {
+  const api_limits *limits = &call->service->limits;
+  const char *parameters = api_surface_key_print(call, query, API_KEY_ANSWER, NULL);
+  if (!parameters) return api_fail_without_memory(call);
+  tw_text text = {0};
+  tw_text_add(&text, parameters);
+  const uint64_t values[] = {limits->max_level, limits->max_faces, limits->max_output};
+  for (size_t i = 0; i < sizeof values / sizeof *values; i++) {
+    tw_text_add(&text, "/");
+    tw_text_count(&text, values[i]);
+  }
+  const char *key = api_text_move(&text, call->arena);
+  return key ? api_validate(call, "levels.json", key) : api_fail_without_memory(call);
+}
+
+/* The model is the caller's. */
+static void release_level(api_surface_request *request) {
+  request->model = NULL;
+  api_surface_release(request);
+}
+
+static api_outcome print_levels(api_call *call, const api_surface_query *query, api_entry *model,
+                                tw_text *text) {
+  api_surface_request *first = NULL;
+  api_outcome outcome = API_DONE;
+  bool is_last = false;
+  for (uint32_t level = 0; level <= call->service->limits.max_level && !is_last; level++) {
+    api_surface_request *request = api_surface_begin(call, api_surface_form_at(API_FORM_COUNTS));
+    if (!request) outcome = api_fail_without_memory(call);
+    if (!request) break;
+    if (!first) first = request;
+    request->query = *query;
+    request->query.level = level;
+    request->model = model;
+    outcome = print_level(call, first, request, text, &is_last);
+    is_last |= outcome != API_DONE;
+    if (request != first) release_level(request);
+  }
+  if (first) release_level(first);
+  return outcome;
+}
+
+api_outcome api_get_levels(api_call *call) {
+  if (call->effort != API_HEAVY) return API_NEEDS_THREAD;
+  api_surface_query query;
+  api_entry *model = NULL;
+  if (api_surface_query_read(call, &query) != API_DONE) return API_FAILED;
+  api_outcome outcome = api_model_take(call, call->id, &query.reading, &model);
+  if (outcome != API_DONE) return outcome;
+  query.reading.quads = tw_quads_of(query.reading.quads, ((const tw_model *)api_entry_value(model))->format);
+  outcome = validate_levels(call, &query);
+  tw_text text = {0};
+  tw_text_add(&text, "{\"levels\":[");
+  if (outcome == API_CONTINUE) outcome = print_levels(call, &query, model, &text);
+  if (outcome == API_DONE)
+    outcome = api_file_name_suggest(call, api_model_name(api_entry_value(model)), "json");
+  api_entry_release(model);
+  tw_text_add(&text, "]}\n");
+  if (outcome == API_DONE && call->answer.status == 0) return api_reply(call, &text);
+  tw_text_deinit(&text);
+  return outcome;
+}
