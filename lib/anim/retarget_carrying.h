@@ -41,7 +41,7 @@ typedef struct tw_bone_turn {
 
 typedef struct tw_carrying {
   const tw_retarget_job *job;
-  const tw_bone_match *match;
+  tw_bone_match match;
   tw_fit fit;
   tw_arena *arena; /* of the result */
   tw_arena *scratch;

@@ -193,7 +193,7 @@ static tw_status tell_bones(const tw_carrying *c, tw_retargeted *out, tw_error *
     out->bones[out->bone_count++] =
         (tw_matched_bone){.source = fit->bones[bone].source,
                           .target = node,
-                          .by = (tw_match)c->match->by[node],
+                          .by = (tw_match)c->match.by[node],
                           .aligned = tw_angle_between(fit->bones[bone].alignment, TW_QUAT_IDENTITY)};
   }
   return TW_OK;
@@ -210,17 +210,15 @@ static tw_status tell_unmatched(const tw_carrying *c, tw_retargeted *out, tw_err
     if (tw_carrying_moves(c, i) && !has_target[i] && !c->fit.is_taken_in[i])
       out->without_target[out->without_target_count++] = i;
   for (uint32_t i = 0; i < target->node_count; i++)
-    if (c->match->is_target_bone[i] && !c->turns[i]) out->without_source[out->without_source_count++] = i;
+    if (c->match.is_target_bone[i] && !c->turns[i]) out->without_source[out->without_source_count++] = i;
   return TW_OK;
 }
 
 /* ---- the job --------------------------------------------------------------------------------- */
 
 static tw_status carry(tw_carrying *c, tw_retargeted *out, tw_error *error) {
-  tw_bone_match match;
-  tw_status status = tw_bones_match(c->job, c->scratch, &match, error);
-  c->match = &match;
-  if (status == TW_OK) status = tw_retarget_fit(c->job, &match, c->scratch, &c->fit, error);
+  tw_status status = tw_bones_match(c->job, c->scratch, &c->match, error);
+  if (status == TW_OK) status = tw_retarget_fit(c->job, &c->match, c->scratch, &c->fit, error);
   if (status == TW_OK) status = tw_tracks_take(c, error);
   if (status == TW_OK) status = tw_turns_make(c, error);
   if (status != TW_OK) return status;
@@ -235,7 +233,7 @@ static tw_status carry(tw_carrying *c, tw_retargeted *out, tw_error *error) {
   out->scale = c->fit.scale;
   out->lost_count = c->lost_count;
   if (status != TW_OK || !c->job->holds_feet) return status;
-  return tw_feet_hold(c->job, &match, c->arena, &out->keys, &out->held_count, error);
+  return tw_feet_hold(c->job, &c->match, c->arena, &out->keys, &out->held_count, error);
 }
 
 tw_status tw_retarget_run(const tw_retarget_job *job, tw_arena *arena, tw_retargeted *out, tw_error *error) {

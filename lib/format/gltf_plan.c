@@ -1,6 +1,7 @@
 /* Plans a glTF answer: accessors that were preserved of the file, images, then for each mesh its vertices and
  * its triangles by material, then inverse bind matrices, then animations. Sizes come from counts alone; no
  * point is computed. */
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -107,6 +108,7 @@ static bool add_vertices(tw_gltf_plan *plan, uint32_t index, const tw_mesh *sour
   mesh->target_step = layout->morph_width / 3;
   uint32_t size = tw_vertex_size(fields, mesh->field_count), step = mesh->target_step;
   uint32_t together = layout->morph_count;
+  assert(size <= TW_VERTEX_STRIDE_MAX); /* see tw_mesh_influences */
   if (step * together > (TW_VERTEX_STRIDE_MAX - size) / 12) together = 0;
   lay_displacements(fields + mesh->field_count, layout->morphs, size, step * together);
   tw_gltf_accessor accessor = {

@@ -197,6 +197,7 @@ static uint32_t keep_corners(merger *m, uint32_t face, uint32_t begin, uint32_t 
     }
     before = point;
   }
+  m->seen[before] = face + 1; /* the only one of a face whose corners are one point */
   m->shortened += different >= 3 && kept - start < end - begin;
   return different < 3 ? start : kept;
 }

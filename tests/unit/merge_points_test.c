@@ -1,4 +1,5 @@
 /* Points that become one: seams of OBJ files, points at the same place, points near each other. */
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -207,6 +208,22 @@ TEST(near_points_are_those_that_a_search_finds) {
     assert_int_equal(count, next);
     assert_true(count < COUNT || distance < 0.2);
     assert_memory_equal(found, expected, sizeof found);
+  }
+}
+
+/* Faces of which one point, and of which two are left. */
+TEST(points_of_collapsed_faces_go_with_them) {
+  static const char *const faces[] = {"f 4 5 6\n", "f 4 5 7\n", "f 4 5 6\nf 4 5 7\n"};
+  for (size_t i = 0; i < sizeof faces / sizeof *faces; i++) {
+    char text[256];
+    snprintf(text, sizeof text, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nv 5 5 5\nv 5 5 5\nv 5 5 5\nv 6 6 6\n%s",
+             faces[i]);
+    tw_model *model = read_obj(text);
+    assert_int_equal(model->meshes->face_count, 1);
+    /* Points that no face of the file names stay. */
+    assert_int_equal(model->meshes->point_count, i < 2 ? 4 : 3);
+    assert_true(model->warning_count > 0);
+    tw_model_destroy(model);
   }
 }
 
