@@ -1,5 +1,6 @@
-/* What a reader leaves out of a file, or changes. A reader passes over a part of a file only together with a
- * call of tw_lose, and ends with tw_losses_tell, so that nothing is lost without a warning. */
+/* What a reader leaves out of a file, or changes, counted by kind. A reader that passes over a part of a file
+ * calls tw_lose, and ends with tw_losses_tell; or it warns by tw_model_warn where it says more than how many.
+ * So nothing is lost without a warning. */
 #ifndef TWEEND_LOSSES_H
 #define TWEEND_LOSSES_H
 

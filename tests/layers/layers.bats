@@ -30,6 +30,22 @@ plant() {
   [ "$status" -eq 0 ]
 }
 
+# What READMEs name: `function` or `member`, `file` without its extension, and room/file.c.
+@test "the READMEs of lib, api and server name what there is" {
+  cd "$root"
+  sources() { find lib api server tests CMakeLists.txt -path '*/node_modules' -prune -o -type f "$@"; }
+  { sources -regex '.*[.]\(c\|h\|cpp\|hpp\|js\|mjs\|txt\|cmake\)' -print0 | xargs -0 grep -ohE '[A-Za-z_][A-Za-z0-9_]*'
+    sources -print | sed 's#.*/##; s/[.].*//'; } | sort -u >"$BATS_TEST_TMPDIR/names"
+  sources -print >"$BATS_TEST_TMPDIR/files"
+  for room in lib api server; do
+    grep -ohE '`[A-Za-z][A-Za-z0-9_]*`' "$room/README.md" | tr -d '`' | sort -u | comm -23 - "$BATS_TEST_TMPDIR/names"
+    grep -oE '(^|[ (`])[a-z0-9_/]+[.](c|h|cpp|mjs|js)\b' "$room/README.md" | tr -d ' (`' | sort -u |
+      while read -r file; do grep -qE "(^|/)$file\$" "$BATS_TEST_TMPDIR/files" || echo "$file"; done
+  done >"$BATS_TEST_TMPDIR/missing"
+  cat "$BATS_TEST_TMPDIR/missing"
+  [ ! -s "$BATS_TEST_TMPDIR/missing" ]
+}
+
 @test "lib must not include a socket header" { plant lib/base/base.c '#include <sys/socket.h>'; }
 @test "lib must not include pthread.h" { plant lib/base/base.c '#  include <pthread.h>'; }
 @test "lib must not include cJSON" { plant lib/mesh/planted.c '#include <cjson/cJSON.h>'; }
