@@ -185,8 +185,8 @@ static void copy_cut(char *out, size_t capacity, const char *text) {
 
 /* Takes a token from the bucket of an address or a key. True when the bucket is empty; the request is refused
  * then. */
-static bool is_over(srv_exchange *exchange, size_t which, const uint8_t id[16], api_rate rate,
-                    const char *detail) {
+static bool refuse_over(srv_exchange *exchange, size_t which, const uint8_t id[16], api_rate rate,
+                        const char *detail) {
   if (rate.count == 0) return false;
   srv_allowance *allowance = &exchange->allowances[which];
   *allowance = srv_rates_take(exchange->server->rates, id, rate, exchange->started_ns);
@@ -196,15 +196,16 @@ static bool is_over(srv_exchange *exchange, size_t which, const uint8_t id[16], 
   return true;
 }
 
-static bool is_over_rate(srv_exchange *exchange) {
+/* Refuses the request where its address or its key has had too many. True when it was refused. */
+static bool refuse_over_rate(srv_exchange *exchange) {
   srv_server *server = exchange->server;
   srv_client group = srv_client_group(&exchange->client);
-  if (is_over(exchange, 0, group.address, server->config->rate_limit,
-              "the address has had as many requests as it may"))
+  if (refuse_over(exchange, 0, group.address, server->config->rate_limit,
+                  "the address has had as many requests as it may"))
     return true;
   uint8_t id[16];
   api_rate rate = api_key_rate(server->service, &exchange->request, id);
-  return is_over(exchange, 1, id, rate, "the API key has had as many requests as its rate allows");
+  return refuse_over(exchange, 1, id, rate, "the API key has had as many requests as its rate allows");
 }
 
 /* Refuses the request where its headers alone allow that. True when it was refused. */
@@ -218,7 +219,7 @@ static bool refused(srv_exchange *exchange, const srv_framing *framing) {
                         "there are as many connections as the daemon takes", RETRY_S);
   } else if (atomic_load(&exchange->server->draining) && !is_served_while_draining(exchange)) {
     srv_exchange_refuse(exchange, SRV_REFUSAL_DRAIN, 503, "the server is shutting down", DRAIN_RETRY_S);
-  } else if (!is_free_of_rates(exchange) && is_over_rate(exchange)) {
+  } else if (!is_free_of_rates(exchange) && refuse_over_rate(exchange)) {
     return true;
   } else if (framing->has_length && framing->length > config->max_upload) {
     refuse_long_body(exchange);

@@ -107,20 +107,6 @@ static void print_facts(tw_text *out, const tw_mesh *mesh, const tw_mesh_stats *
   tw_text_add(out, "}");
 }
 
-/* Prints names that are separated by blanks as an array. */
-static void print_words(tw_text *out, const char *names) {
-  tw_text_add(out, "[");
-  while (*names) {
-    size_t length = strcspn(names, " ");
-    if (length > 0) {
-      tw_text_element(out);
-      tw_text_quoted(out, names, length);
-    }
-    names += length + (names[length] == ' ');
-  }
-  tw_text_add(out, "]");
-}
-
 static void member_groups(tw_text *out, const tw_model *model, const tw_mesh_stats *facts) {
   enum { LISTED_MAX = 64 };
   tw_member_count(out, "group_count", facts->group_count);
@@ -128,8 +114,7 @@ static void member_groups(tw_text *out, const tw_model *model, const tw_mesh_sta
   for (uint32_t i = 0; i < facts->group_count && i < LISTED_MAX; i++) {
     tw_text_element(out);
     tw_text_add(out, "{");
-    tw_text_member(out, "names");
-    print_words(out, model->group_names[facts->groups[i]]);
+    tw_member_words(out, "names", model->group_names[facts->groups[i]]);
     tw_member_count(out, "faces", facts->group_faces[i]);
     tw_text_add(out, "}");
   }

@@ -97,19 +97,6 @@ static void offset_at(const leg *leg, double time, const double at[3], double ou
 
 /* ---- bending and swinging -------------------------------------------------------------------- */
 
-static void rotate(const double q[4], double v[3]) {
-  double across[3], twice[3];
-  tw_cross3(q, v, across);
-  for (int i = 0; i < 3; i++) across[i] += q[3] * v[i];
-  tw_cross3(q, across, twice);
-  for (int i = 0; i < 3; i++) v[i] += 2 * twice[i];
-}
-
-static void turn_about(const double axis[3], double angle, double out[4]) {
-  for (int i = 0; i < 3; i++) out[i] = axis[i] * sin(angle / 2);
-  out[3] = cos(angle / 2);
-}
-
 /* The shortest turn from one direction to another. */
 static void turn_towards(const double from[3], const double to[3], double out[4]) {
   tw_cross3(from, to, out);
@@ -147,7 +134,7 @@ static void reach(const leg_pose *pose, const leg *leg, const double goal[3], do
     foot[i] = ankle[i] - hip[i];
     way[i] = goal[i] - hip[i];
   }
-  turn_about((const double[3]){0, 0, 0}, 0, bend);
+  memcpy(bend, (const double[4]){0, 0, 0, 1}, 4 * sizeof *bend);
   if (find_axis(pose, leg, thigh, shin, axis)) {
     double across[3], flat[3], part = tw_dot3(shin, axis), a = tw_length3(thigh), b = tw_length3(shin);
     for (int i = 0; i < 3; i++) flat[i] = shin[i] - part * axis[i];
@@ -155,8 +142,8 @@ static void reach(const leg_pose *pose, const leg *leg, const double goal[3], do
     double now = atan2(tw_dot3(across, axis), tw_dot3(thigh, flat));
     double most = fmax(tw_length3(foot), STRETCH * (a + b)), far = fmin(tw_length3(way), most);
     double cosine = (a * a + b * b - far * far) / (2 * a * tw_length3(flat));
-    turn_about(axis, acos(fmin(fmax(cosine, -1), 1)) - now, bend);
-    rotate(bend, shin);
+    tw_quat_axis_angle(axis, acos(fmin(fmax(cosine, -1), 1)) - now, bend);
+    tw_rotation_turn(bend, shin, shin);
     for (int i = 0; i < 3; i++) foot[i] = shin[i] - thigh[i];
   }
   turn_towards(foot, way, swing);

@@ -30,7 +30,7 @@ typedef struct tw_aim {
 /* A rotation of the target as a function of time. */
 typedef struct tw_bone_turn {
   const tw_aim *own, *above; /* or NULL */
-  double hang[4];            /* K^-1 */
+  double hang[4];            /* K^-1, see retarget_keys.c */
   double before[4], after[4];
   tw_turn_path path;
   tw_share share;

@@ -30,10 +30,10 @@ typedef struct tw_fitted_bone {
 typedef struct tw_fit {
   tw_rest source, target;
   uint32_t bone_count;
-  tw_fitted_bone *bones; /* [bone_count] in the order of the target's nodes_order: parents first */
+  tw_fitted_bone *bones; /* [bone_count] in the order of the target's hierarchy: parents first */
   uint32_t *bone_of;     /* [nodes of the target] or TW_NO_INDEX */
   uint32_t *between;
-  bool *is_taken_in;     /* [nodes of the source] by a product */
+  bool *is_taken_in;     /* [nodes of the source] a bone of the target does what it and others do together */
   double turned[4];      /* B: from the target's world to the source's, where figures face otherwise */
   double scale;          /* of distances */
   double size;           /* of the target: from its first bone to the farthest one */

@@ -3,6 +3,9 @@
  *
  *   local = K^-1 C_above^-1 (q_1 ... q_n) C
  *
+ * where K are the rest rotations of the target's nodes between the two bones, and C is how a bone of the
+ * target lies on the source's (offset, retarget_fit.h).
+ *
  * A bone that takes in the source's bones below it is also turned so that it points to where the next joint
  * is, not to where it would be at the end of a straight limb.
  *

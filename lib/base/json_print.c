@@ -228,3 +228,16 @@ void tw_member_open(tw_text *text, const char *name, const char *bracket) {
   tw_text_member(text, name);
   tw_text_add(text, bracket);
 }
+
+void tw_member_words(tw_text *text, const char *name, const char *words) {
+  tw_member_open(text, name, "[");
+  for (const char *word = words; *word;) {
+    size_t length = strcspn(word, " ");
+    if (length > 0) {
+      tw_text_element(text);
+      tw_text_quoted(text, word, length);
+    }
+    word += length + (word[length] == ' ');
+  }
+  tw_text_add(text, "]");
+}

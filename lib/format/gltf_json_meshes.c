@@ -8,19 +8,6 @@ static const char NGON[] = "FB_ngon_encoding";
 /* ---- groups of faces, which glTF does not have. Cutting primitives at them would cost a draw call each, so
  * extras list them as ranges of indices, as three.js does (BufferGeometry.addGroup). */
 
-static void put_words(tw_gltf_writer *writer, const char *names) {
-  tw_member_open(writer->text, "names", "[");
-  for (const char *word = names; *word;) {
-    size_t length = strcspn(word, " ");
-    if (length > 0) {
-      tw_text_element(writer->text);
-      tw_text_quoted(writer->text, word, length);
-    }
-    word += length + (word[length] == ' ');
-  }
-  tw_text_add(writer->text, "]");
-}
-
 /* How many triangles lie between the beginnings of two groups. */
 static uint64_t triangles_between(const tw_surface_group *from, const tw_surface_group *to) {
   return to->first_corner - from->first_corner - 2 * (to->first_face - from->first_face);
@@ -58,7 +45,7 @@ static void put_group_ranges(tw_gltf_writer *writer, const tw_surface *surface,
       any = true;
       if (start < begin) start = begin;
       tw_gltf_open_object(writer);
-      put_words(writer, writer->scene->model->group_names[group->names]);
+      tw_member_words(writer->text, "names", writer->scene->model->group_names[group->names]);
       tw_member_count(writer->text, "start", 3 * (start - begin));
       tw_member_count(writer->text, "count", 3 * ((goes_on ? end : stop) - start));
       tw_gltf_close_object(writer);

@@ -378,13 +378,6 @@ tw_status tw_pair_triangles(tw_mesh *mesh, tw_arena *arena, tw_error *error) {
   return status;
 }
 
-tw_status tw_mesh_count_quads(const tw_mesh *mesh, uint32_t *out, tw_error *error) {
-  pairing p = {.mesh = mesh};
-  tw_status status = choose_pairs(&p, out);
-  pairing_deinit(&p);
-  return status == TW_OK ? TW_OK : tw_fail(error, status, "out of memory");
-}
-
 size_t tw_pair_size(const tw_mesh *mesh) {
   size_t faces = mesh->face_count, corners = mesh->corner_count;
   size_t choosing =

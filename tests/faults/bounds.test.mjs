@@ -50,7 +50,7 @@ test('live streams of many poses hold no more than their part of --max-memory', 
   assert.equal(taken.length + refused.length, streams.length);
   assert.ok(taken.length > 10 && refused.length > 10, `${taken.length} streams`);
   assert.ok(refused.every(({ retry }) => Number(retry) > 0));
-  while ((await figure(daemon, 'tweend_live_frames_printed_total')) < 3 * taken.length) continue;
+  while ((await figure(daemon, 'tweend_live_frames_printed_total')) < 3 * taken.length) await pause(20);
   const held = await figure(daemon, 'tweend_memory_bytes{kind="live"}');
   assert.ok(held > LIMIT / 4 && held <= LIMIT / 2, `${held} bytes`);
   assert.ok(peak(daemon) < LIMIT + BESIDE, `${peak(daemon)} bytes`);
@@ -59,7 +59,7 @@ test('live streams of many poses hold no more than their part of --max-memory', 
   const joined = await listen(live(streams.indexOf(taken[0])));
   assert.equal(joined.status, 200);
   for (const { end } of [...streams, joined]) end();
-  while ((await figure(daemon, 'tweend_memory_bytes{kind="live"}')) > 0) continue;
+  while ((await figure(daemon, 'tweend_memory_bytes{kind="live"}')) > 0) await pause(20);
   const again = await listen(live(0));
   assert.equal(again.status, 200);
   again.end();

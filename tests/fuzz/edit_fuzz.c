@@ -2,6 +2,7 @@
 #include <stdlib.h>
 
 #include "mesh_of_bytes.h"
+#include "quad_pairing.h"
 #include "tweend/coarsen.h"
 #include "tweend/edit.h"
 #include "tweend/format.h"
@@ -100,14 +101,13 @@ static void check_ascending(const uint32_t *indices, uint32_t count, uint32_t be
 /* Asserts that an edited mesh passes the functions that take any mesh. */
 static void check_mesh(const tw_mesh *mesh, tw_arena *arena) {
   tw_mesh_stats stats;
-  tw_mesh creased;
+  tw_mesh creased, paired = *mesh;
   tw_coarsened found;
-  uint32_t quads;
   const tw_surface_options options = {.level = 2};
   demand(tw_mesh_check(mesh, NULL, NULL) == TW_OK);
   demand(tw_mesh_describe(mesh, &stats, NULL) == TW_OK);
   tw_mesh_stats_deinit(&stats);
-  demand(tw_mesh_count_quads(mesh, &quads, NULL) == TW_OK && quads <= mesh->face_count / 2);
+  demand(tw_pair_triangles(&paired, arena, NULL) == TW_OK && tw_mesh_check(&paired, NULL, NULL) == TW_OK);
   demand(tw_mesh_with_creases(mesh, TW_CREASES_AUTO, 30, 2, true, arena, &creased, NULL) == TW_OK);
   demand(tw_mesh_check(&creased, NULL, NULL) == TW_OK);
   if (tw_mesh_coarsen(mesh, &options, NULL, arena, &found, NULL) == TW_OK)

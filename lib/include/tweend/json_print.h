@@ -37,12 +37,14 @@ void tw_text_element(tw_text *text);
 /* Prints the comma and `"name":`; the name is not escaped. */
 void tw_text_member(tw_text *text, const char *name);
 
-/* A member with its value; tw_member_open: with "[" or "{". */
+/* A member with its value; tw_member_open: with "[" or "{"; tw_member_words: an array of words that blanks
+ * separate. */
 void tw_member_string(tw_text *text, const char *name, const char *value);
 void tw_member_count(tw_text *text, const char *name, uint64_t value);
 void tw_member_float(tw_text *text, const char *name, float value);
 void tw_member_floats(tw_text *text, const char *name, const float *values, size_t count);
 void tw_member_open(tw_text *text, const char *name, const char *bracket);
+void tw_member_words(tw_text *text, const char *name, const char *words);
 
 /* Names, NULL-terminated, as "a, b, c" into out, terminated; cut off where there is no room for more. */
 void tw_names_join(const char *const *names, char *out, size_t capacity);

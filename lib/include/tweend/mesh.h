@@ -266,10 +266,6 @@ typedef struct tw_hard_edge_counts {
   uint32_t by_normals, by_30_degrees, by_auto, by_file;
 } tw_hard_edge_counts;
 
-/* Counts the pairs of triangles that TW_QUADS_AUTO (format.h) would join into quads in a checked mesh. O(n
- * log n). TW_NO_MEMORY. */
-tw_status tw_mesh_count_quads(const tw_mesh *mesh, uint32_t *out, tw_error *error);
-
 /* A description of a mesh for a person. */
 typedef struct tw_mesh_stats {
   uint32_t vertices; /* points that a face uses */
