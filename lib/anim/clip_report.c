@@ -1,6 +1,7 @@
 /* Judges a clip as a whole. Rotations are compared as rotation vectors: the direction is the axis, the length
  * the angle. */
 #include "tweend/clip_report.h"
+#include "angle.h"
 
 #include <ctype.h>
 #include <math.h>
@@ -224,7 +225,6 @@ static double yaw_of(const float matrix[16]) {
 }
 
 static void judge_travel(const inspection *in, uint32_t root) {
-  static const double PI = 3.14159265358979323846;
   tw_clip_travel *travel = &in->report->root;
   const float *poses = in->root_poses;
   double path = 0, yaw = yaw_of(poses);
@@ -232,7 +232,7 @@ static void judge_travel(const inspection *in, uint32_t root) {
     const float *pose = poses + 16 * (size_t)f;
     path += distance_between(pose - 16 + 12, pose + 12);
     double next = yaw_of(pose);
-    travel->turn += remainder(next - yaw, 2 * PI);
+    travel->turn += remainder(next - yaw, 2 * TW_PI);
     yaw = next;
   }
   travel->node = root;

@@ -5,6 +5,7 @@
  *   qw - qj = (cos b/2 - sin b/2) cos (a-c)/2    qi - qk = (cos b/2 - sin b/2) sin (a-c)/2
  * so two arctangents give the sum and the difference of the outer angles. They stay exact up to gimbal lock,
  * where one of the pairs vanishes. An odd order is an even one with the innermost axis reversed. */
+#include "angle.h"
 #include "quat.h"
 
 #include <math.h>
@@ -14,16 +15,14 @@ const char *const tw_euler_order_names[TW_EULER_ORDERS + 1] = {"XYZ", "XZY", "YX
 const unsigned char tw_euler_axes[TW_EULER_ORDERS][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2},
                                                          {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
 
-static const double PI = 3.14159265358979323846;
-
 /* A pair of a length below this is rounding error of single precision: the middle angle is within half a
  * microradian of 90 degrees. */
 static const double LOCK = 3e-7;
 
 /* Wraps an angle into (-pi, pi]. */
 static double wrap(double angle) {
-  double turned = angle - 2 * PI * ceil((angle - PI) / (2 * PI));
-  return turned > -PI ? turned : PI;
+  double turned = angle - 2 * TW_PI * ceil((angle - TW_PI) / (2 * TW_PI));
+  return turned > -TW_PI ? turned : TW_PI;
 }
 
 void tw_quat_euler(const double angles[3], tw_euler_order order, double out[4]) {
@@ -48,13 +47,13 @@ static euler_parts split(const double q[4], tw_euler_order order) {
   const unsigned char *axes = tw_euler_axes[order];
   double i = q[axes[0]], j = q[axes[1]], k = euler_sign(order) * q[axes[2]], w = q[3];
   double plus = hypot(w + j, i + k), minus = hypot(w - j, i - k);
-  euler_parts parts = {.middle = 2 * atan2(plus, minus) - PI / 2,
+  euler_parts parts = {.middle = 2 * atan2(plus, minus) - TW_PI / 2,
                        .half_sum = atan2(i + k, w + j),
                        .half_difference = atan2(i - k, w - j),
                        .sum_known = plus > LOCK,
                        .difference_known = minus > LOCK};
-  if (!parts.difference_known) parts.middle = PI / 2;
-  if (!parts.sum_known) parts.middle = -PI / 2;
+  if (!parts.difference_known) parts.middle = TW_PI / 2;
+  if (!parts.sum_known) parts.middle = -TW_PI / 2;
   return parts;
 }
 
@@ -86,7 +85,7 @@ double tw_euler_cos_middle(const double q[4], tw_euler_order order) {
 static double approach(const double previous[3], double angles[3]) {
   double distance = 0;
   for (int i = 0; i < 3; i++) {
-    angles[i] += 2 * PI * nearbyint((previous[i] - angles[i]) / (2 * PI));
+    angles[i] += 2 * TW_PI * nearbyint((previous[i] - angles[i]) / (2 * TW_PI));
     distance += (angles[i] - previous[i]) * (angles[i] - previous[i]);
   }
   return distance;
@@ -101,9 +100,9 @@ void tw_euler_near(const double q[4], tw_euler_order order, const double previou
   if (!parts.sum_known) parts.half_sum = (outer + inner) / 2;
   double twin[3] = {0, 0, 0};
   join(&parts, order, out);
-  twin[axes[0]] = out[axes[0]] + PI;
-  twin[axes[1]] = PI - out[axes[1]];
-  twin[axes[2]] = out[axes[2]] + PI;
+  twin[axes[0]] = out[axes[0]] + TW_PI;
+  twin[axes[1]] = TW_PI - out[axes[1]];
+  twin[axes[2]] = out[axes[2]] + TW_PI;
   if (approach(previous, twin) < approach(previous, out))
     for (int i = 0; i < 3; i++) out[i] = twin[i];
 }

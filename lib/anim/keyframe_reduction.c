@@ -11,6 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "angle.h"
 #include "clip.h"
 #include "order.h"
 #include "parallel_for.h"
@@ -28,8 +29,7 @@ enum {
   CHORDS_A_STEP = 1024  /* between two questions whether the result is still wanted */
 };
 
-static const double PI = 3.14159265358979323846;
-static const double STEP_ANGLE = 3.14159265358979323846 / 18;
+static const double STEP_ANGLE = TW_PI / 18;
 static const double CHORD_ANGLE = 2.7;     /* the most between two keys: 154.7 degrees */
 static const double HALF_TURN_ROOM = 1e-6; /* of half the angle; below it rounding decides the way */
 static const double GRID_MARGIN = 16;      /* chords of the grid stray by less than tolerance / GRID_MARGIN */
@@ -312,7 +312,7 @@ static double measure_to(const reduction *r, float end, uint32_t place) {
   size_t last = r->keys.count - 1;
   tw_clip_sample(r->clip, r->index, &end, 1, r->ends);
   chord chord = chord_between(r, r->keys.times[last], r->keys.values + last * r->width, end, r->ends);
-  return is_short(&chord) ? measure(r, &chord, end, place, 0) : PI;
+  return is_short(&chord) ? measure(r, &chord, end, place, 0) : TW_PI;
 }
 
 /* Adds the key at grid place `to`, after the one at `from`. Where the chord to it strays too far, first adds
@@ -528,7 +528,7 @@ static double measure_step(const reduction *r, const tw_track_keys *keys, uint32
   if (is_linear(&r->clip->tracks[r->index]) && !bends) return 0;
   const float *from = keys->values + (size_t)key * r->width;
   chord chord = chord_between(r, start, from, end, from + r->width);
-  if (r->rotation && chord.arc.angle > PI / 2 - HALF_TURN_ROOM) return PI;
+  if (r->rotation && chord.arc.angle > TW_PI / 2 - HALF_TURN_ROOM) return TW_PI;
   return measure(r, &chord, end, place, least);
 }
 

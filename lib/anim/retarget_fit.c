@@ -4,6 +4,7 @@
 
 #include <string.h>
 
+#include "angle.h"
 #include "quat.h"
 #include "vector3.h"
 
@@ -41,7 +42,7 @@ static void swing_between(const double from[3], const double to[3], double out[4
     tw_cross3(a, across, axis);
     tw_unit3(axis);
     memcpy(out, TW_QUAT_IDENTITY, sizeof TW_QUAT_IDENTITY);
-    if (cosine < 0) tw_quat_axis_angle(axis, 3.14159265358979323846, out);
+    if (cosine < 0) tw_quat_axis_angle(axis, TW_PI, out);
     return;
   }
   tw_unit3(axis);

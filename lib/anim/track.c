@@ -1,6 +1,7 @@
 /* Tracks: timelines, segments built from keys, and the formula of each interpolation. */
 #include "track.h"
 
+#include "angle.h"
 #include "sine.h"
 
 #include <float.h>
@@ -585,12 +586,11 @@ void tw_track_sample(const tw_track *track, const float *times, const uint32_t *
 
 /* ---- half turns and longer ones between keys ------------------------------------------------- */
 
-static const double PI = 3.14159265358979323846;
 static const double HALF_TURN_COSINE = 1e-6; /* of half the angle; rounding error is a tenth of this */
 static const double ANGLE_ROOM = 1e-6;       /* relative to 180 degrees: keys may be in degrees or floats */
 
 static tw_turn judge_angle(double change) {
-  double turns = fabs(change) / PI - 1;
+  double turns = fabs(change) / TW_PI - 1;
   return turns < -ANGLE_ROOM ? TURN_SHORT : turns > ANGLE_ROOM ? TURN_LONG : TURN_HALF;
 }
 

@@ -10,10 +10,10 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "angle.h"
 #include "clip.h"
 
-static const double PI = 3.14159265358979323846;
-static const double STEP_ANGLE = 3.14159265358979323846 / 36;
+static const double STEP_ANGLE = TW_PI / 36;
 static const double SAMPLE_ANGLE = 1; /* largest angle between the samples that give A, B and C */
 static const double STILL = 1e-4;     /* a smaller turn is nearest to lock at an end, within 1e-9 */
 static const double SINE_ROOM = 1e-5; /* error of a parabola over one step */
@@ -92,8 +92,8 @@ static double part_at(const segment *s, double whole, double angle) {
  * peaks at `peak`. */
 static void look_at_peak(const segment *s, double whole, int order, double at, double peak,
                          tw_track_report *report) {
-  double angle = fmod(at, 2 * PI), q[4];
-  if (angle < 0) angle += 2 * PI;
+  double angle = fmod(at, 2 * TW_PI), q[4];
+  if (angle < 0) angle += 2 * TW_PI;
   if (angle > whole || !is_nearer(fabs(peak) + 1e-9, report->gimbals[order].cos_middle)) return;
   double u = part_at(s, whole, angle);
   rotation_at(s, u, q);
@@ -113,7 +113,7 @@ static double follow_even_turn(const segment *s, double whole, tw_track_report *
     double c = (sines[2] - sines[0]) / (2 * sin(reach)), swing = hypot(b, c), a = sines[1] - b;
     double highest = reach + atan2(c, b);
     look_at_peak(s, whole, order, highest, a + swing, report);
-    look_at_peak(s, whole, order, highest + PI, a - swing, report);
+    look_at_peak(s, whole, order, highest + TW_PI, a - swing, report);
   }
   return whole;
 }
@@ -254,7 +254,7 @@ static void note_step(const tw_track *track, uint32_t key, double travelled, tw_
     report->largest_key = key;
   }
   if (track->holds) return;
-  if (travelled > PI * (1 + 1e-6))
+  if (travelled > TW_PI * (1 + 1e-6))
     report->long_steps++;
   else if (tw_track_turn(track, key) == TURN_HALF)
     report->half_turns++;
@@ -296,7 +296,7 @@ static void read_eulers(const tw_track_keys *keys, tw_track_report *report) {
   for (uint32_t key = 1; key < keys->key_count; key++) {
     const double *before = keys->angles + 3 * (size_t)(key - 1), *angles = before + 3;
     bool wraps = false;
-    for (int i = 0; i < 3; i++) wraps = wraps || fabs(angles[i] - before[i]) > PI;
+    for (int i = 0; i < 3; i++) wraps = wraps || fabs(angles[i] - before[i]) > TW_PI;
     report->euler_wraps += wraps;
   }
 }
@@ -320,7 +320,7 @@ static char *next_warning(tw_track_report *report) {
 }
 
 static double degrees(double radians) {
-  return radians * 180 / PI;
+  return radians * 180 / TW_PI;
 }
 
 /* Adds a sentence that begins with a count: "1 key", "2 keys"; none for 0. */
@@ -355,7 +355,7 @@ static void warn_of_all(const tw_track_keys *keys, tw_track_report *report) {
              "at %.6g s order %s is %.3g degrees from gimbal lock; order %s stays %.3g degrees away",
              own->time, tw_euler_order_names[report->order], degrees(asin(own->cos_middle)),
              tw_euler_order_names[report->best_order], degrees(asin(best->cos_middle)));
-  if (report->has_stray && report->stray_angle > PI / 180)
+  if (report->has_stray && report->stray_angle > TW_PI / 180)
     snprintf(next_warning(report), TW_TRACK_WARNING_SIZE,
              "at %.6g s interpolating each angle on its own is %.6g degrees away from slerp",
              report->stray_time, degrees(report->stray_angle));

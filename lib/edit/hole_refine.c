@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "angle.h"
 #include "hole.h"
 
 enum {
@@ -234,7 +235,7 @@ static bool swap(tw_patch *p, const tw_editor *editor, uint32_t t, uint32_t k) {
   uint32_t m = corner_to(p, u, t);
   uint32_t a = p->triangles[t][k], b = p->triangles[t][(k + 1) % 3], c = p->triangles[t][(k + 2) % 3];
   uint32_t d = p->triangles[u][(m + 2) % 3];
-  if (c == d || !(angle(p, c, a, b) + angle(p, d, a, b) > 3.14159265358979323846 + 1e-9)) return false;
+  if (c == d || !(angle(p, c, a, b) + angle(p, d, a, b) > TW_PI + 1e-9)) return false;
   if (has_edge(p, editor, t, c, d)) {
     p->is_fresh[t] = 1; /* until that edge is swapped */
     return false;

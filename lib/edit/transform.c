@@ -2,6 +2,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "angle.h"
 #include "editor.h"
 
 /* A linear map by its rows, the point that it keeps fixed, and a translation that follows. */
@@ -48,7 +49,7 @@ static tw_status find_motion(const tw_editor *e, const uint8_t *points, motion *
     double axis[3];
     memcpy(axis, edit->rotate.axis, sizeof axis);
     if (tw_unit3(axis) == 0) return tw_editor_fail(e, TW_INVALID, "/axis", "the axis has no length");
-    turn_about(axis, edit->rotate.degrees * (3.14159265358979323846 / 180), out->rows);
+    turn_about(axis, edit->rotate.degrees * TW_DEGREE, out->rows);
   } else {
     for (int i = 0; i < 3; i++) out->rows[i][i] = edit->scale.by[i];
   }

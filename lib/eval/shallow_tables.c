@@ -1,5 +1,6 @@
 /* The connectivity of levels: tables of all levels but the last, each made from the one above, and numbers
  * that follow from the tables. */
+#include "angle.h"
 #include "shallow_levels.h"
 
 #include <math.h>
@@ -7,8 +8,6 @@
 #include <string.h>
 
 #define INLINE static inline __attribute__((always_inline))
-
-static const double pi = 3.14159265358979323846;
 
 /* ---- numbers --------------------------------------------------------------------------------- */
 
@@ -252,7 +251,7 @@ static tw_status make_tables(const tw_shallow_inputs *inputs, uint32_t field, tw
 /* Writes the tangent weights of valence n. They are exactly 0 at a quarter turn: cos() leaves a residue
  * there, which coincident points would not cancel and which would pass for a tangent. */
 static void fill_weights(uint32_t n, float *out) {
-  double step = 2 * pi / n, cosine = cos(step);
+  double step = 2 * TW_PI / n, cosine = cos(step);
   double lambda = (5 + cosine + cos(step / 2) * sqrt(2 * (9 + cosine))) / 16, face = 1 / (4 * lambda - 1);
   for (uint32_t i = 0; i < n; i++) {
     bool quarter = 4 * i == n || 4 * i == 3 * n;

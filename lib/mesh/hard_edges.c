@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "angle.h"
 #include "union_find.h"
 #include "vector3.h"
 
@@ -18,7 +19,7 @@ typedef struct turn {
 static const turn half_degree = {0.99996192306417131, 0.0087265354983739347};
 
 static turn turn_from_degrees(double degrees) {
-  double radians = degrees * (3.14159265358979323846 / 180);
+  double radians = degrees * TW_DEGREE;
   return (turn){cos(radians), sin(radians)};
 }
 

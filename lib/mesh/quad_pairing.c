@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "angle.h"
 #include "hard_edges.h"
 #include "vector3.h"
 
@@ -267,7 +268,7 @@ static tw_status pair_others(pairing *p) {
 
 /* Where angles alone tell hard edges, a pair has none. */
 static double least_flatness(const tw_mesh *mesh) {
-  return mesh->angles_tell ? cos(TW_HARD_DEGREES * (3.14159265358979323846 / 180)) : -0.5;
+  return mesh->angles_tell ? cos(TW_HARD_DEGREES * TW_DEGREE) : -0.5;
 }
 
 /* *count: the number of pairs chosen. */

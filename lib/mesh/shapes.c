@@ -1,5 +1,6 @@
 /* Makes shapes in closed form. Points are computed in double, symmetric ones from the same numbers so that
  * they mirror each other exactly, and then sorted. */
+#include "angle.h"
 #include "tweend/shape.h"
 
 #include <assert.h>
@@ -10,8 +11,6 @@
 
 const char *const tw_shape_names[TW_SHAPES + 1] = {
     "grid", "box", "quad_sphere", "uv_sphere", "icosphere", "ellipsoid", "cylinder", "cone", "torus", NULL};
-
-static const double PI = 3.14159265358979323846;
 
 void tw_shape_init(tw_shape *shape, tw_shape_kind kind) {
   bool is_flat_sided = kind == TW_SHAPE_GRID || kind == TW_SHAPE_BOX;
@@ -208,7 +207,7 @@ static void end_face(builder *b) {
 static void turn(uint32_t k, uint32_t n, double *cosine, double *sine) {
   uint64_t quarters = 4 * (uint64_t)k / n, rest = 4 * (uint64_t)k % n;
   bool is_upper = 2 * rest > n, is_middle = 2 * rest == n;
-  double angle = PI / 2 * (double)(is_upper ? n - rest : rest) / n;
+  double angle = TW_PI / 2 * (double)(is_upper ? n - rest : rest) / n;
   double c = is_middle ? sqrt(0.5) : cos(angle), s = is_middle ? c : sin(angle);
   double x = is_upper ? s : c, y = is_upper ? c : s;
   switch (quarters % 4) {
@@ -265,7 +264,7 @@ static void add_box_point(builder *b, const uint32_t segments[3], const uint32_t
     uint32_t count = segments[axis];
     double t = (2.0 * n[axis] - count) / count; /* from -1 to 1 */
     p[axis] = !is_round     ? along(shape->size[axis], n[axis], count)
-              : fabs(t) < 1 ? copysign(tan(PI / 4 * fabs(t)), t)
+              : fabs(t) < 1 ? copysign(tan(TW_PI / 4 * fabs(t)), t)
                             : t;
     square += p[axis] * p[axis];
   }
@@ -527,7 +526,7 @@ static bool is_pole(const double *p) {
 
 /* The angle from -x towards +z, as a fraction of a turn. */
 static double turned(const double *p) {
-  double u = atan2(p[2], -p[0]) / (2 * PI);
+  double u = atan2(p[2], -p[0]) / (2 * TW_PI);
   return u < 0 ? u + 1 : u;
 }
 
@@ -566,7 +565,7 @@ static tw_status make_icosphere(builder *b) {
   for (uint32_t i = 0; i < b->point_count; i++) {
     const double *p = b->points[i];
     wrapped[i] = UINT32_MAX;
-    add_uv(b, turned(p), 0.5 + atan2(p[1], sqrt(p[0] * p[0] + p[2] * p[2])) / PI);
+    add_uv(b, turned(p), 0.5 + atan2(p[1], sqrt(p[0] * p[0] + p[2] * p[2])) / TW_PI);
   }
   for (uint32_t f = 0; f < ICO_FACES; f++)
     for (uint32_t i = 0; i < n; i++)

@@ -5,10 +5,9 @@
 #include <math.h>
 #include <string.h>
 
+#include "angle.h"
 #include "crease.h"
 #include "loop.h"
-
-static const double pi = 3.14159265358979323846;
 
 /* A mask while it is computed. Entry 0 is the vertex itself; then come its ring and, among quads, the far
  * corners of its fan. Among polygons the ring and the fan stand for the edge points and face points of the
@@ -43,7 +42,7 @@ static void loop_limit_smooth(const neighbours *n) {
 static void loop_tangents_smooth(const neighbours *n) {
   static const float regular[6] = {1, 0.5f, -0.5f, -1, -0.5f, 0.5f};
   uint32_t count = n->ring_count;
-  double step = 2 * pi / count;
+  double step = 2 * TW_PI / count;
   for (uint32_t i = 0; i < count; i++) {
     float weight = count == 6 ? regular[i] : (float)cos(i * step);
     ring_entry(n, i)->tangent1 = weight;
@@ -54,7 +53,7 @@ static void loop_tangents_smooth(const neighbours *n) {
 /* The tangent across a crease. It has the scale of the tangent along the crease: where the faces share the
  * half turn equally, both have the same length. */
 static void loop_tangents_across(const neighbours *n, uint32_t first, uint32_t faces) {
-  double step = pi / faces, inner = 2 * sin(step) / faces, ends = -1 / (faces * tan(step / 2)), own = 0;
+  double step = TW_PI / faces, inner = 2 * sin(step) / faces, ends = -1 / (faces * tan(step / 2)), own = 0;
   if (faces == 2) { /* along the edge between the two faces */
     ends = 0;
     own = -1;
@@ -385,7 +384,7 @@ static void tangents_smooth(const neighbours *m) {
     return;
   }
   uint32_t n = m->fan_count;
-  double step = 2 * pi / n, cosine = cos(step);
+  double step = 2 * TW_PI / n, cosine = cos(step);
   double lambda = (5 + cosine + cos(step / 2) * sqrt(2 * (9 + cosine))) / 16;
   double face = 1 / (4 * lambda - 1);
   for (uint32_t i = 0; i < n; i++) {
@@ -410,7 +409,7 @@ static void tangents_crease(const neighbours *m, uint32_t first, uint32_t faces)
     loop_tangents_across(m, first, faces);
     return;
   }
-  double step = pi / faces, cosine = cos(step), sine = sin(step);
+  double step = TW_PI / faces, cosine = cos(step), sine = sin(step);
   double scale = 1 / (faces * (3 + cosine)), r = (cosine + 1) / sine;
   m->entries[0].tangent2 = (float)(scale * 4 * r * (cosine - 1));
   ring_entry(m, first)->tangent2 -= (float)(scale * r * (1 + 2 * cosine));
@@ -587,7 +586,7 @@ uint32_t tw_limit_mask_after(tw_last_mask *last, const tw_topology *topology, bo
 
 /* The frame for the tangents of tangents_smooth, which lie along edges 0 and 1 of the ring. */
 static void frame_smooth(const neighbours *m, uint32_t place, float frame[2][2]) {
-  double step = 2 * pi / m->fan_count;
+  double step = 2 * TW_PI / m->fan_count;
   for (uint32_t i = 0; i < 2; i++) {
     frame[i][0] = (float)(sin((1 - (double)(place + i)) * step) / sin(step));
     frame[i][1] = (float)(sin((place + i) * step) / sin(step));
@@ -601,14 +600,14 @@ static bool frame_crease(const neighbours *m, uint32_t place, sector s, float fr
   uint32_t n = m->fan_count, index = (place + n - s.first) % n, faces = s.faces;
   double begin = 0;
   if (index >= faces) {
-    begin = pi;
+    begin = TW_PI;
     index -= faces;
     faces = n - faces;
   }
   if (faces == 1) return false;
   for (uint32_t i = 0; i < 2; i++) {
-    frame[i][0] = (float)cos(begin + (index + i) * pi / faces);
-    frame[i][1] = (float)sin(begin + (index + i) * pi / faces);
+    frame[i][0] = (float)cos(begin + (index + i) * TW_PI / faces);
+    frame[i][1] = (float)sin(begin + (index + i) * TW_PI / faces);
   }
   return true;
 }

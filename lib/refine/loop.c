@@ -1,6 +1,8 @@
 /* Loop's subdivision step: the connectivity of the child, and masks. */
 #include "loop.h"
 
+#include "angle.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -98,7 +100,7 @@ tw_status tw_loop_topology(const tw_topology *parent, const tw_rules *rules, tw_
 /* ---- masks ----------------------------------------------------------------------------------- */
 
 double tw_loop_weight(uint32_t valence) {
-  static const double turn = 2 * 3.14159265358979323846;
+  static const double turn = 2 * TW_PI;
   if (valence == 6) return 0.0625;
   double towards = 0.375 + 0.25 * cos(turn / valence);
   return (0.625 - towards * towards) / valence;

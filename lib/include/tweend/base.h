@@ -20,7 +20,7 @@ typedef enum tw_status {
   TW_UNSUPPORTED, /* well-formed, and needs something that tweend does not do */
   TW_LIMIT,       /* over a configured or built-in limit */
   TW_NO_MEMORY,
-  TW_CANCELLED /* is_cancelled of tw_parallel_for returned true */
+  TW_CANCELLED /* the result is no longer wanted: tw_work said so, or is_cancelled of tw_parallel_for */
 } tw_status;
 
 /* Where a failure happened and why. Every function that takes one accepts NULL. */
