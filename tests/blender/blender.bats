@@ -1,4 +1,5 @@
-# What Blender exports comes back into Blender, surfaces are those of its own modifier, edits those of its operators.
+# What Blender exports comes back into Blender, surfaces are those of its own modifier, edits those of its operators, BVH
+# moves there as here.
 
 # shellcheck disable=SC2154 # the helper sets them
 load ../e2e/helper
@@ -99,4 +100,10 @@ look() {
 @test "shapes and edits are those that Blender's operators make" {
   in_blender edits.py "$BATS_TEST_TMPDIR"
   node "$root/tests/blender/edits.mjs" "$url" edits.json
+}
+
+@test "joints of BVH files are where poses have them: read by Blender, written for it, and exported by it" {
+  node "$root/tests/blender/bvh.mjs" make "$url"
+  in_blender bvh.py "$BATS_TEST_TMPDIR"
+  node "$root/tests/blender/bvh.mjs" compare "$url"
 }

@@ -46,12 +46,13 @@ function numbersOf(seed) {
 const ROTATIONS = ['Zrotation', 'Yrotation', 'Xrotation'];
 const POSITIONS = ['Xposition', 'Yposition', 'Zposition'];
 
-/** Channels of a joint. mixed: any order and number, positions on any joint, as the random numbers have it. */
+/** Channels of a joint. mixed: any order and number, or 'orders' for three of a kind; positions on any joint, as the random numbers
+ *  have it. */
 function channelsOf(index, mixed, random) {
   if (!mixed) return index === 0 ? [...POSITIONS, ...ROTATIONS] : [...ROTATIONS];
   const shuffled = (list) => list.map((word) => [random(), word]).sort(([a], [b]) => a - b).map(([, word]) => word);
-  const rotations = shuffled(ROTATIONS).slice(0, random() < 0.2 ? 1 + Math.floor(random() * 2) : 3);
-  const positions = index === 0 || random() < 0.2 ? shuffled(POSITIONS).slice(0, random() < 0.3 ? 1 : 3) : [];
+  const rotations = shuffled(ROTATIONS).slice(0, mixed !== 'orders' && random() < 0.2 ? 1 + Math.floor(random() * 2) : 3);
+  const positions = index === 0 || random() < 0.2 ? shuffled(POSITIONS).slice(0, mixed !== 'orders' && random() < 0.3 ? 1 : 3) : [];
   return random() < 0.5 ? [...positions, ...rotations] : [...rotations, ...positions];
 }
 
