@@ -207,6 +207,10 @@ api_outcome api_validate(api_call *call, const char *representation, const char 
   return validate(call, representation, canonical, "public, max-age=31536000, immutable");
 }
 
+api_outcome api_validate_partial(api_call *call, const char *representation, const char *canonical) {
+  return validate(call, representation, canonical, "no-cache");
+}
+
 api_outcome api_validate_file(api_call *call, const char *hash) {
   return validate(call, "file", hash, "no-cache");
 }

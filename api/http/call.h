@@ -87,6 +87,10 @@ const char *api_etag(api_call *call, const char *id, const char *representation,
  * answer is 304, API_FAILED for 412, API_CONTINUE to go on. */
 api_outcome api_validate(api_call *call, const char *representation, const char *canonical);
 
+/* The same for an answer that lacks what other models would give it, if they were stored: clients revalidate
+ * it each time. canonical: as the answer is. */
+api_outcome api_validate_partial(api_call *call, const char *representation, const char *canonical);
+
 /* The same for a file embedded in the daemon, whose bytes `hash` identifies; clients revalidate it each
  * time. */
 api_outcome api_validate_file(api_call *call, const char *hash);

@@ -2,6 +2,7 @@
 
 #include "clips.h"
 #include "file_name.h"
+#include "mixed_clips.h"
 #include "service.h"
 #include "upload.h"
 
@@ -39,23 +40,16 @@ tw_status api_remade_choose(api_remade *remade, const char *name, tw_error *erro
 
 /* ---- mixed clips ----------------------------------------------------------------------------- */
 
-/* Warns that a mixed clip is stored as keys, or, with a reason, not at all. False without memory. */
-static bool warn_of_mixed(api_call *call, const char *name, const tw_tolerance *reached, const char *reason) {
+/* Warns that a mixed clip is stored as keys. API_FAILED without memory. */
+static api_outcome warn_of_keys(api_call *call, const char *name, const tw_tolerance *reached) {
+  char error[96];
   tw_text text = {0};
   tw_text_add(&text, "the mixed clip ");
   tw_text_add(&text, name);
-  if (reason) {
-    tw_text_add(&text, " is left out: ");
-    tw_text_add(&text, reason);
-  } else {
-    char error[96];
-    snprintf(error, sizeof error, " is stored as keys, within %.3g degrees and %.3g m; its layers are not",
-             reached->angle * TW_DEGREES, reached->distance);
-    tw_text_add(&text, error);
-  }
-  const char *kept = api_text_move(&text, call->arena);
-  if (kept) api_call_warn(call, &kept, 1);
-  return kept != NULL;
+  snprintf(error, sizeof error, " is stored as keys, within %.3g degrees and %.3g m; its layers are not",
+           reached->angle * TW_DEGREES, reached->distance);
+  tw_text_add(&text, error);
+  return api_call_warn_text(call, &text);
 }
 
 /* Finds the keys of a mixed clip. API_CONTINUE: its layers' clips are not there. */
@@ -68,12 +62,7 @@ static api_outcome find_mixed_keys(api_remade *remade, uint32_t index, tw_clip_k
   const char *name = tw_model_clip_name(remade->model, index, buffer);
   api_entry *entry = NULL;
   api_outcome outcome = api_clip_take(call, remade->model, true, &alone, -1, &entry);
-  if (outcome == API_FAILED && call->fault.stall == API_STALL_NONE && call->fault.status == 404) {
-    char reason[sizeof call->fault.error.detail];
-    memcpy(reason, call->fault.error.detail, sizeof reason);
-    call->fault = (api_fault){0};
-    return warn_of_mixed(call, name, NULL, reason) ? API_CONTINUE : api_fail_without_memory(call);
-  }
+  if (outcome == API_FAILED) return api_mixed_leave_out(call, remade->model, index);
   if (outcome != API_DONE) return outcome;
   const api_clip *clip = api_entry_value(entry);
   uint64_t steps = TW_REDUCTION_STEPS, limit = call->service->limits.max_times;
@@ -85,7 +74,7 @@ static api_outcome find_mixed_keys(api_remade *remade, uint32_t index, tw_clip_k
   api_entry_release(entry);
   out->name = remade->model->clips[index].name;
   if (status != TW_OK) return api_fail(call);
-  return warn_of_mixed(call, name, &reached, NULL) ? API_DONE : api_fail_without_memory(call);
+  return warn_of_keys(call, name, &reached);
 }
 
 /* The clips that the new model's file holds: mixed ones as keys. */

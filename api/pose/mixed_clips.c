@@ -80,6 +80,18 @@ void api_mixed_release(api_bound *bound) {
   bound->entry = NULL;
 }
 
+api_outcome api_mixed_leave_out(api_call *call, const tw_model *model, uint32_t index) {
+  if (call->fault.stall != API_STALL_NONE || call->fault.status != 404) return API_FAILED;
+  char name[24];
+  tw_text text = {0};
+  tw_text_add(&text, "the mixed clip ");
+  tw_text_add(&text, tw_model_clip_name(model, index, name));
+  tw_text_add(&text, " is left out: ");
+  tw_text_add(&text, call->fault.error.detail);
+  call->fault = (api_fault){0};
+  return api_call_warn_text(call, &text) == API_DONE ? API_CONTINUE : API_FAILED;
+}
+
 /* ---- putting nodes on the model's ------------------------------------------------------------ */
 
 /* In place of a node: the model has none of that name, or a layer leaves it alone. */

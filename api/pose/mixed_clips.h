@@ -23,6 +23,11 @@ api_outcome api_mixed_bind(api_call *call, const tw_model *model, const char *id
                            api_bound *out);
 void api_mixed_release(api_bound *bound);
 
+/* After a mixed clip of the model could not be taken: where that is because a model or clip of its layers is
+ * not there, takes the fault back, warns that the clip is left out, and returns API_CONTINUE. Else
+ * API_FAILED. */
+api_outcome api_mixed_leave_out(api_call *call, const tw_model *model, uint32_t index);
+
 /* What clips are mixed for. */
 typedef struct api_mixing {
   const tw_model *model;        /* whose nodes they move */

@@ -175,17 +175,28 @@ static bool warn(api_carried *out, tw_text *text, tw_arena *arena) {
   return out->warnings[out->warning_count++] != NULL;
 }
 
+/* The first names, and how many more there are. */
+static void add_names(tw_text *text, const tw_model *model, const uint32_t *nodes, uint32_t count) {
+  enum { NAMES_SHOWN = 4 };
+  char buffer[24];
+  uint32_t shown = count <= NAMES_SHOWN + 1 ? count : NAMES_SHOWN;
+  for (uint32_t i = 0; i < shown; i++) {
+    if (i > 0) tw_text_add(text, ", ");
+    tw_text_add(text, tw_model_node_name(model, nodes[i], buffer));
+  }
+  if (shown == count) return;
+  tw_text_add(text, " and ");
+  tw_text_count(text, count - shown);
+  tw_text_add(text, " more, which /tracks names (retarget.without_target)");
+}
+
 static bool warn_of_losses(const tw_model *lender, const tw_retargeted *found, bool holds_feet,
                            tw_arena *arena, api_carried *out) {
-  char buffer[24];
   bool is_warned = true;
   if (found->without_target_count > 0) {
     tw_text text = {0};
     tw_text_add(&text, "the clip moves bones that have no counterpart in the model: ");
-    for (uint32_t i = 0; i < found->without_target_count; i++) {
-      if (i > 0) tw_text_add(&text, ", ");
-      tw_text_add(&text, tw_model_node_name(lender, found->without_target[i], buffer));
-    }
+    add_names(&text, lender, found->without_target, found->without_target_count);
     is_warned = warn(out, &text, arena);
   }
   if (found->lost_count > 0) {

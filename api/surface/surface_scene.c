@@ -2,6 +2,7 @@
 #include "surface_scene.h"
 
 #include "baked.h"
+#include "mixed_clips.h"
 #include "reduced_clips.h"
 #include "service.h"
 
@@ -32,18 +33,34 @@ static bool is_compiled(const tw_model *model, const api_clip_choice *choice, co
   return choice->lender[0] || api_clip_is_mixed(model, choice->index) || terms->root.is_on;
 }
 
-/* Takes the clips that are compiled. */
+/* Takes a clip where it is compiled. API_CONTINUE: it is mixed of clips that are not there, and the request
+ * does not ask for it by name. */
+static api_outcome take_one(api_call *call, const tw_model *model, const api_surface_scene *scene,
+                            const api_clip_choice *choice, api_entry **out) {
+  const api_clip_choices alone = {1, choice, scene->query->choices.terms};
+  if (!is_compiled(model, choice, &alone.terms)) return API_DONE;
+  api_outcome outcome = api_clip_take(call, model, scene->is_stored, &alone, -1, out);
+  bool may_lack = !scene->query->clip && api_clip_is_mixed(model, choice->index);
+  return outcome == API_FAILED && may_lack ? api_mixed_leave_out(call, model, choice->index) : outcome;
+}
+
+/* Takes the clips that are compiled. Leaves out those that are not asked for and cannot be had. */
 static api_outcome take_lent(api_call *call, const tw_model *model, api_surface_scene *scene) {
-  const api_clip_choices *choices = &scene->query->choices;
+  api_clip_choices *choices = &scene->query->choices;
+  api_clip_choice *taken = tw_arena_alloc(call->arena, choices->count, sizeof *taken);
   scene->lent = tw_arena_alloc(call->arena, choices->count, sizeof *scene->lent);
-  if (!scene->lent) return api_fail_without_memory(call);
+  if (!taken || !scene->lent) return api_fail_without_memory(call);
+  uint32_t count = 0;
   for (uint32_t i = 0; i < choices->count; i++) {
-    const api_clip_choice choice = api_clips_get(choices, i);
-    if (!is_compiled(model, &choice, &choices->terms)) continue;
-    const api_clip_choices alone = {1, &choice, choices->terms};
-    api_outcome outcome = api_clip_take(call, model, scene->is_stored, &alone, -1, &scene->lent[i]);
-    if (outcome != API_DONE) return outcome;
+    taken[count] = api_clips_get(choices, i);
+    api_outcome outcome = take_one(call, model, scene, &taken[count], &scene->lent[count]);
+    if (outcome != API_DONE && outcome != API_CONTINUE) return outcome;
+    count += outcome == API_DONE;
   }
+  scene->lacks_clips = count < choices->count;
+  if (!scene->lacks_clips) return API_DONE;
+  choices->count = count;
+  choices->list = taken;
   return API_DONE;
 }
 

@@ -12,6 +12,7 @@ typedef struct api_surface_scene {
   api_entry *moving;  /* the merged clips, if times are given; else NULL */
   api_entry **lent;   /* [query->choices.count] clips that are compiled; NULL for the model's own keys */
   api_entry *reduced; /* the reduced tracks, or NULL */
+  bool lacks_clips;   /* mixed clips of the model are left out, as other models are not there */
   tw_scene content;   /* this room fills in model, pose, posed_by, weights, clips; the caller the rest */
   api_plan_meshes meshes;
   api_plan_moves moves;

@@ -104,7 +104,8 @@ static api_outcome validate(api_call *call, const api_surface_request *request) 
   const char *text = api_surface_key_print(call, &request->query, API_KEY_ANSWER, NULL);
   char representation[20];
   snprintf(representation, sizeof representation, "surface.%s", call->offer->extension);
-  return text ? api_validate(call, representation, text) : api_fail_without_memory(call);
+  if (!text) return api_fail_without_memory(call);
+  return (request->scene.lacks_clips ? api_validate_partial : api_validate)(call, representation, text);
 }
 
 static api_outcome warn_of_hard_edges(api_call *call, const api_surface_request *request) {

@@ -101,6 +101,28 @@ clips="{\"name\":\"walk\",\"tracks\":[$(turn hips 90),$(turn spine 40)]},{\"name
     jq -e '.status == 404 and (.detail | contains("no clip is called \"trot\"") and contains("walk"))'
 }
 
+@test "a file of all clips lacks those whose lender is gone, and has them again when it is back" {
+  local lent
+  lent="{\"name\":\"lent\",\"tracks\":[$(turn hips 52)]}"
+  lender=$(model "$lent")
+  id=$(model "$clips,{\"name\":\"stroll\",\"layers\":[{\"clip\":\"$lender/lent\"}]},{\"name\":\"jog\",\"layers\":[{\"clip\":\"run\"}]}")
+  ask() { curl --silent --dump-header headers "$url/v1/models/$id/surface.gltf?level=0$1"; }
+  header() { sed -n "s/^$1: //Ip" headers | tr -d '\r'; }
+  [[ $(ask '' | jq -c '[.animations[].name]') == '["walk","run","nod","stroll","jog"]' ]]
+  whole=$(header ETag)
+  [[ $(header Cache-Control) == *immutable ]]
+  curl --silent --fail -X DELETE "$url/v1/models/$lender"
+  [[ $(ask '' | jq -c '[.animations[].name]') == '["walk","run","nod","jog"]' ]]
+  [[ $(header ETag) != "$whole" && $(header Cache-Control) == no-cache ]]
+  [[ $(header X-Tweend-Warning) == *the%20mixed%20clip%20stroll%20is%20left%20out* ]]
+  part=$(header ETag)
+  [[ $(curl --silent -H "If-None-Match: $part" -o /dev/null -w '%{http_code}' "$url/v1/models/$id/surface.gltf?level=0") == 304 ]]
+  [[ $(ask '&clip=stroll' | jq .status) == 404 ]]
+  [[ $(ask '&clip=walk,stroll' | jq .status) == 404 ]]
+  [[ $(model "$lent") == "$lender" ]]
+  [[ $(ask '' | jq '.animations | length') == 5 && $(header ETag) == "$whole" ]]
+}
+
 @test "what cannot be mixed is refused by its place" {
   local mixed='{"name":"m","layers":'
   [[ $(refused "$clips,${mixed}[{\"clip\":\"wlak\"}]}") == '422 /clips/3/layers/0/clip no clip is called "wlak"'*walk* ]] || true

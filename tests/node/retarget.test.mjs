@@ -213,3 +213,17 @@ test('a map in the query or the body decides, and a pair that nothing takes is t
   assert.notDeepEqual(bodies[0].poses, bodies[2].poses);
   assert.match(bodies[0].warnings[0], /no counterpart in the model: head$/);
 });
+
+test('a warning names the first bones without counterpart and counts the others', async () => {
+  const model = await daemon.upload(biped({ names: 'mixamo' }));
+  const lender = await daemon.upload(biped({ names: 'unreal', clip: { seed: 2 } }));
+  const clip = `clip=${idOf(lender)}/moves&retarget=auto`;
+  const sentence = 'the clip moves bones that have no counterpart in the model: ';
+  for (const [left, told] of [[5, (names) => names.join(', ')], [9, (names) => `${names.slice(0, 4).join(', ')} and 5 more, which /tracks names (retarget.without_target)`]]) {
+    const map = encodeURIComponent(JSON.stringify(Object.fromEntries(BONES.slice(10, 10 + left).map((bone) => [NAMES.unreal[bone], null]))));
+    const { retarget } = await json(`${model}/tracks?${clip}&map=${map}`);
+    assert.equal(retarget.without_target.length, left);
+    const { warnings } = await json(`${model}/pose.json?${clip}&map=${map}&at=0`);
+    assert.deepEqual(warnings, [sentence + told(retarget.without_target)]);
+  }
+});
