@@ -135,7 +135,7 @@ static tw_status pick_facing(picker *p) {
   for (uint32_t f = 0; f < p->count; f++) {
     tw_mesh_face_normal(&p->editor->mesh, f, normal);
     p->flags[f] = tw_dot3(normal, normal) > 0 &&
-                  tw_angle3(normal, direction) <= p->selection->degrees * TW_DEGREE + SLACK;
+                  tw_angle3(normal, direction) <= p->selection->degrees * TW_RADIANS + SLACK;
   }
   return TW_OK;
 }
@@ -179,7 +179,7 @@ static tw_status pick_sharper(picker *p) {
     const double *a = normals[tw_corner_face(t, t->edge_corner[e])];
     const double *b = normals[tw_corner_face(t, t->sibling[t->edge_corner[e]])];
     bool has_angle = tw_dot3(a, a) > 0 && tw_dot3(b, b) > 0;
-    p->flags[e] = has_angle && tw_angle3(a, b) > p->selection->degrees * TW_DEGREE + SLACK;
+    p->flags[e] = has_angle && tw_angle3(a, b) > p->selection->degrees * TW_RADIANS + SLACK;
   }
   return TW_OK;
 }

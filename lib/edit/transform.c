@@ -49,7 +49,7 @@ static tw_status find_motion(const tw_editor *e, const uint8_t *points, motion *
     double axis[3];
     memcpy(axis, edit->rotate.axis, sizeof axis);
     if (tw_unit3(axis) == 0) return tw_editor_fail(e, TW_INVALID, "/axis", "the axis has no length");
-    turn_about(axis, edit->rotate.degrees * TW_DEGREE, out->rows);
+    turn_about(axis, edit->rotate.degrees * TW_RADIANS, out->rows);
   } else {
     for (int i = 0; i < 3; i++) out->rows[i][i] = edit->scale.by[i];
   }

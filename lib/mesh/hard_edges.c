@@ -19,7 +19,7 @@ typedef struct turn {
 static const turn half_degree = {0.99996192306417131, 0.0087265354983739347};
 
 static turn turn_from_degrees(double degrees) {
-  double radians = degrees * TW_DEGREE;
+  double radians = degrees * TW_RADIANS;
   return (turn){cos(radians), sin(radians)};
 }
 

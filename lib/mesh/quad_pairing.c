@@ -268,7 +268,7 @@ static tw_status pair_others(pairing *p) {
 
 /* Where angles alone tell hard edges, a pair has none. */
 static double least_flatness(const tw_mesh *mesh) {
-  return mesh->angles_tell ? cos(TW_HARD_DEGREES * TW_DEGREE) : -0.5;
+  return mesh->angles_tell ? cos(TW_HARD_DEGREES * TW_RADIANS) : -0.5;
 }
 
 /* *count: the number of pairs chosen. */
