@@ -278,6 +278,20 @@ typedef struct node_reader {
   tw_model *model;
 } node_reader;
 
+/* Keeps the exact translation of a node where floats round it. */
+static tw_status keep_place(const api_value *translation, tw_node *node) {
+  double exact[3] = {0};
+  tw_status status = api_json_doubles(translation, 3, exact);
+  bool is_rounded = false;
+  for (int c = 0; c < 3; c++) is_rounded |= exact[c] != (double)node->rest.translation[c];
+  if (status != TW_OK || !is_rounded) return status;
+  double *place = tw_arena_alloc(translation->json->arena, 3, sizeof *place);
+  if (!place) return api_json_no_memory(translation->json);
+  memcpy(place, exact, sizeof exact);
+  node->place = place;
+  return TW_OK;
+}
+
 static tw_status read_node(void *context, const api_value *object) {
   enum { NAME, PARENT, MESH, TRANSLATION, ROTATION, SCALE, MEMBERS };
   static const char *const members[] = {"name", "parent", "mesh", "translation", "rotation", "scale", NULL};
@@ -290,6 +304,7 @@ static tw_status read_node(void *context, const api_value *object) {
   if (status == TW_OK) status = api_name_find(&values[PARENT], reader->nodes, &node->parent);
   if (status == TW_OK) status = api_name_find(&values[MESH], reader->meshes, &node->mesh);
   if (status == TW_OK) status = api_json_floats(&values[TRANSLATION], 3, node->rest.translation);
+  if (status == TW_OK) status = keep_place(&values[TRANSLATION], node);
   if (status == TW_OK) status = api_json_floats(&values[ROTATION], 4, node->rest.rotation);
   if (status == TW_OK) status = api_json_floats(&values[SCALE], 3, node->rest.scale);
   return status;

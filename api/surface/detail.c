@@ -16,10 +16,10 @@ typedef struct detail_request {
   api_remade *remade;
   api_surface_query query;
   tw_surface_options options;
-  uint32_t node; /* the first node that shows the mesh, or TW_NO_INDEX */
-  /* Where the node shows the mesh, if that is far from the origin, else 0. */
-  double at[3];
-  float *positions; /* [count][3], as sent, relative to `at` */
+  uint32_t node;      /* the first node that shows the mesh, or TW_NO_INDEX */
+  tw_placement place; /* of `node`, unless it is none or joints move its mesh */
+  double at[3];       /* the origin of that place if it is far, else 0 */
+  float *positions;   /* [count][3], as sent, relative to `at` */
   uint32_t count;
   bool is_own_space;       /* they are in the mesh's space, as surface.bin has them, not in an OBJ's */
   const uint32_t *indices; /* [count] which points of the mesh they are; NULL: all, in order */
@@ -60,16 +60,14 @@ static bool is_skinned(const tw_model *model, const tw_node *node) {
   return node->skin != TW_NO_INDEX && model->meshes[node->mesh].skin.joints;
 }
 
-/* Finds `at`. */
+/* Finds `place` and `at`. */
 static tw_status find_place(detail_request *request) {
   const tw_model *model = request->remade->model;
   const tw_node *node = request->node == TW_NO_INDEX ? NULL : &model->nodes[request->node];
   if (!node || is_skinned(model, node)) return TW_OK;
-  float(*world)[16] = place_nodes(request);
-  if (!world) return tw_fail(&request->remade->call->fault.error, TW_NO_MEMORY, "out of memory");
-  const float *matrix = world[request->node];
-  if (tw_shows_far(matrix, &model->meshes[node->mesh]))
-    for (int c = 0; c < 3; c++) request->at[c] = (double)matrix[12 + c] + tw_node_fine(node, c);
+  if (!tw_node_first_place(model, request->node, &request->place))
+    return tw_fail(&request->remade->call->fault.error, TW_NO_MEMORY, "out of memory");
+  if (request->place.is_far) memcpy(request->at, request->place.origin, sizeof request->at);
   return TW_OK;
 }
 
@@ -262,7 +260,7 @@ static tw_status count_obj(const detail_request *request, uint64_t *all, uint64_
     tw_status status = points[mesh] ? TW_OK : count_points(request, mesh, &points[mesh]);
     if (status != TW_OK) return status;
     if (n == request->node) *first = *all;
-    *all += points[mesh];
+    *all += points[mesh] * tw_node_times_shown(model, n);
   }
   return TW_OK;
 }
@@ -315,9 +313,7 @@ static api_outcome find_matrix(const detail_request *request, world_space *space
   const tw_model *model = request->remade->model;
   const tw_node *node = &model->nodes[request->node];
   tw_arena *arena = call->arena;
-  float(*world)[16] = place_nodes(request);
-  if (!world) return api_fail_without_memory(call);
-  memcpy(space->matrix, world[request->node], sizeof *world);
+  memcpy(space->matrix, request->place.world, sizeof space->matrix);
   for (int c = 0; c < 3; c++) {
     space->far_room[c] = 4 * DBL_EPSILON * fabs(request->at[c]);
     if (is_far(request)) space->matrix[12 + c] = 0;
@@ -326,6 +322,8 @@ static api_outcome find_matrix(const detail_request *request, world_space *space
     return api_fail_with(call, 422,
                          "morph targets move the mesh at rest: send its own points, as a GLB has them");
   if (!is_skinned(model, node)) return API_DONE;
+  float(*world)[16] = place_nodes(request);
+  if (!world) return api_fail_without_memory(call);
   const tw_skin *skin = &model->skins[node->skin];
   float(*joints)[16] = tw_arena_alloc(arena, skin->joint_count, sizeof *joints);
   if (!joints) return api_fail_without_memory(call);

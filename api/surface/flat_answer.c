@@ -3,6 +3,8 @@
 
 #include <string.h>
 
+#include "baked.h"
+
 static const api_length_unit units[] = {{"mm", "millimetres", "millimeter", 1000},
                                         {"cm", "centimetres", "centimeter", 100},
                                         {"m", "metres", "meter", 1},
@@ -68,8 +70,8 @@ api_outcome api_flat_warn_of_move(api_call *call, const double origin[3]) {
 
 /* How many meshes, nodes or materials have something. */
 typedef struct flat_losses {
-  uint64_t instances;
-  uint32_t shown, materials, textures, colors, corner_colors, attributes, uvs, more_uvs, seams, loose, hard;
+  uint64_t instances, shown;
+  uint32_t materials, textures, colors, corner_colors, attributes, uvs, more_uvs, seams, loose, hard;
 } flat_losses;
 
 /* Whether the surface has more than one normal at some point: its rows are split, and it has infinitely sharp
@@ -112,9 +114,8 @@ static flat_losses count_losses(const tw_scene *scene, bool is_hard) {
   for (uint32_t i = 0; i < model->mesh_count; i++)
     count_mesh(&model->meshes[i], scene->surfaces[i], is_hard, &losses);
   for (uint32_t n = 0; n < model->node_count; n++) {
-    if (model->nodes[n].is_hidden) continue;
-    losses.shown += model->nodes[n].mesh != TW_NO_INDEX;
-    losses.instances += tw_gltf_instance_count(model, n);
+    losses.shown += tw_node_times_shown(model, n);
+    losses.instances += api_lost_instances(model, n);
   }
   return losses;
 }

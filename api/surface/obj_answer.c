@@ -4,14 +4,15 @@
 
 #include <string.h>
 
+#include "baked.h"
 #include "service.h"
 
 /* ---- losses ---- */
 
 /* What the meshes and nodes of a model have, and an OBJ has no place for. */
 typedef struct obj_losses {
-  uint64_t parted_points; /* at which faces have different colours */
-  uint64_t instances;
+  uint64_t parted_points;                     /* at which faces have different colours */
+  uint64_t instances;                         /* of nodes whose mesh their joints have taken elsewhere */
   uint32_t clear, attributes, uv_sets, loose; /* meshes that have alpha, ... */
 } obj_losses;
 
@@ -73,8 +74,7 @@ api_outcome api_obj_warn_of_losses(api_call *call, const tw_model *model) {
   for (uint32_t i = 0; i < model->mesh_count && is_counted; i++)
     is_counted = count_losses(&model->meshes[i], &losses);
   if (!is_counted) return api_fail_without_memory(call);
-  for (uint32_t n = 0; n < model->node_count; n++)
-    if (!model->nodes[n].is_hidden) losses.instances += tw_gltf_instance_count(model, n);
+  for (uint32_t n = 0; n < model->node_count; n++) losses.instances += api_lost_instances(model, n);
   uint32_t materials = model->assets || model->material_colors ? model->material_count : 0;
   tw_text text = {0};
   list(&text, losses.instances, "the ", " instances of EXT_mesh_gpu_instancing");
@@ -132,10 +132,13 @@ tw_status api_obj_bound(api_call *call, const tw_scene *scene, uint64_t *size) {
   }
   *size = 0;
   for (uint32_t n = 0; n < model->node_count && *size <= limit; n++) {
+    enum { SUFFIX = 16 };
     const tw_node *node = &model->nodes[n];
-    if (node->mesh == TW_NO_INDEX || node->is_hidden) continue;
-    const char *name = model->meshes[node->mesh].name;
-    *size += line_size(name ? name : node->name) + of_mesh[node->mesh];
+    uint64_t times = tw_node_times_shown(model, n);
+    if (times == 0) continue;
+    uint64_t names = line_size(node->name) + line_size(model->meshes[node->mesh].name);
+    uint64_t each = names + SUFFIX + of_mesh[node->mesh];
+    *size = each > (UINT64_MAX - *size) / times ? UINT64_MAX : *size + each * times;
   }
   return TW_OK;
 }

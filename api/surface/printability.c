@@ -21,23 +21,25 @@ static void list(tw_text *text, uint64_t count, const char *one, const char *man
   tw_text_add(text, count > 1 ? many : one);
 }
 
-static void add_times(uint64_t *sum, uint64_t count) {
-  *sum = count > UINT64_MAX - *sum ? UINT64_MAX : *sum + count;
+static void add_times(uint64_t *sum, uint64_t count, uint64_t times) {
+  uint64_t most = UINT64_MAX - *sum;
+  *sum = times > 0 && count > most / times ? UINT64_MAX : *sum + count * times;
 }
 
-/* Adds up the shells of the nodes that show meshes. solids: [meshes]. */
+/* Adds up the shells of the nodes, and instances of nodes, that show meshes. solids: [meshes]. */
 static tw_solid sum_nodes(const tw_model *model, const tw_solid *solids) {
   tw_solid all = {0};
   for (uint32_t n = 0; n < model->node_count; n++) {
     const tw_node *node = &model->nodes[n];
-    if (node->mesh == TW_NO_INDEX || node->is_hidden) continue;
+    uint64_t times = tw_node_times_shown(model, n);
+    if (times == 0) continue;
     const tw_solid *own = &solids[node->mesh];
-    add_times(&all.shells, own->shells);
-    add_times(&all.closed, own->closed);
-    add_times(&all.inverted, own->inverted);
-    add_times(&all.open_edges, own->open_edges);
-    add_times(&all.crowded_edges, own->crowded_edges);
-    add_times(&all.flipped_edges, own->flipped_edges);
+    add_times(&all.shells, own->shells, times);
+    add_times(&all.closed, own->closed, times);
+    add_times(&all.inverted, own->inverted, times);
+    add_times(&all.open_edges, own->open_edges, times);
+    add_times(&all.crowded_edges, own->crowded_edges, times);
+    add_times(&all.flipped_edges, own->flipped_edges, times);
   }
   return all;
 }

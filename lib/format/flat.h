@@ -7,7 +7,7 @@
 #include "triangulator.h"
 #include "tweend/json_print.h"
 
-/* A node that shows a mesh with faces. */
+/* A mesh with faces where a node, or an instance of one, shows it. */
 typedef struct tw_flat_part {
   const tw_surface *surface;
   uint32_t node, mesh;
@@ -27,7 +27,7 @@ typedef struct tw_flat_scene {
   double origin[3];
 } tw_flat_scene;
 
-/* Places the nodes of a scene. scale: of coordinates in the answer's unit. False without memory; then too it
+/* Places what a scene shows. scale: of coordinates in the answer's unit. False without memory; then too it
  * must be deinited. */
 bool tw_flat_place(const tw_scene *scene, double scale, tw_flat_scene *out);
 void tw_flat_deinit(tw_flat_scene *flat);

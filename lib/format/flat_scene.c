@@ -1,76 +1,48 @@
-/* Places the nodes of flat answers, and reads their triangles with points. */
+/* Moves the meshes of flat answers to their places, and reads their triangles with points. */
 #include "flat.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "tweend/anim.h"
+#include "placement.h"
 
-/* The world matrices at the scene's pose; NULL without memory. */
-static float *find_world(const tw_scene *scene) {
-  const tw_model *model = scene->model;
-  float *world = tw_alloc(model->node_count, 16 * sizeof *world);
-  tw_trs *locals = tw_alloc(model->node_count, sizeof *locals);
-  if (!world || !locals) {
-    tw_free(world);
-    tw_free(locals);
-    return NULL;
-  }
-  for (uint32_t i = 0; i < model->node_count; i++)
-    locals[i] = scene->pose ? scene->pose[i] : model->nodes[i].rest;
-  tw_pose_locals(scene->posed_by, model->nodes, model->node_count, locals, world);
-  tw_pose_world(model->nodes, model->node_order, model->node_count, world, world);
-  tw_free(locals);
-  return world;
-}
-
-static bool is_shown(const tw_scene *scene, uint32_t node) {
-  const tw_node *n = &scene->model->nodes[node];
-  return n->mesh != TW_NO_INDEX && !n->is_hidden &&
-         tw_surface_get_counts(scene->surfaces[n->mesh])->faces > 0;
-}
-
-static void place_part(tw_flat_scene *flat, const float *world, double scale, tw_flat_part *part) {
-  const tw_node *node = &flat->scene.model->nodes[part->node];
-  part->is_mirrored = tw_matrix_cofactors(world, part->cofactor) < 0;
+/* Far parts, and all that moves with them, are placed by their exact translations. */
+static void place_part(const tw_flat_scene *flat, const tw_placement *place, double scale,
+                       tw_flat_part *part) {
+  part->is_mirrored = tw_matrix_cofactors(place->world, part->cofactor) < 0;
   for (int row = 0; row < 3; row++) {
     for (int column = 0; column < 3; column++)
-      part->matrix[4 * row + column] = scale * (double)world[4 * column + row];
-    part->matrix[4 * row + 3] =
-        scale * ((double)world[12 + row] + tw_node_fine(node, row) - flat->origin[row]);
+      part->matrix[4 * row + column] = scale * (double)place->world[4 * column + row];
+    double at = flat->is_moved ? place->origin[row] : (double)place->world[12 + row];
+    part->matrix[4 * row + 3] = scale * (at - flat->origin[row]);
+  }
+}
+
+static void place_parts(const tw_placements *places, double scale, tw_flat_scene *out) {
+  for (uint32_t i = 0; i < places->count && !out->is_moved; i++) {
+    out->is_moved = places->items[i].is_far;
+    if (out->is_moved) memcpy(out->origin, places->items[i].origin, sizeof out->origin);
+  }
+  for (uint64_t points = 0; out->part_count < places->count; out->part_count++) {
+    const tw_placement *place = &places->items[out->part_count];
+    const tw_surface *surface = out->scene.surfaces[place->mesh];
+    tw_flat_part *part = &out->parts[out->part_count];
+    *part =
+        (tw_flat_part){.surface = surface, .node = place->node, .mesh = place->mesh, .first_point = points};
+    place_part(out, place, scale, part);
+    points += tw_surface_row_count(surface, TW_DOMAIN_POINTS);
   }
 }
 
 bool tw_flat_place(const tw_scene *scene, double scale, tw_flat_scene *out) {
-  const tw_model *model = scene->model;
+  tw_placements places;
   *out = (tw_flat_scene){.scene = *scene};
-  for (uint32_t i = 0; i < model->node_count; i++) out->part_count += is_shown(scene, i);
-  float *world = find_world(scene);
-  out->parts = tw_alloc(out->part_count, sizeof *out->parts);
-  if (!world || !out->parts) {
-    tw_free(world);
-    return false;
-  }
-  uint32_t count = 0;
-  for (uint32_t i = 0; i < model->node_count; i++) {
-    if (!is_shown(scene, i)) continue;
-    uint32_t mesh = model->nodes[i].mesh;
-    out->parts[count++] = (tw_flat_part){.surface = scene->surfaces[mesh], .node = i, .mesh = mesh};
-    const float *m = world + (size_t)i * 16;
-    if (out->is_moved || !tw_shows_far(m, &model->meshes[model->nodes[i].mesh])) continue;
-    out->is_moved = true;
-    for (int c = 0; c < 3; c++) out->origin[c] = (double)m[12 + c] + tw_node_fine(&model->nodes[i], c);
-  }
-  uint64_t points = 0;
-  for (uint32_t p = 0; p < count; p++) {
-    tw_flat_part *part = &out->parts[p];
-    place_part(out, world + (size_t)part->node * 16, scale, part);
-    part->first_point = points;
-    points += tw_surface_row_count(part->surface, TW_DOMAIN_POINTS);
-  }
-  tw_free(world);
-  return true;
+  bool is_placed = tw_placements_find(scene, &places);
+  if (is_placed) out->parts = tw_alloc(places.count, sizeof *out->parts);
+  if (out->parts) place_parts(&places, scale, out);
+  tw_placements_deinit(&places);
+  return out->parts;
 }
 
 void tw_flat_deinit(tw_flat_scene *flat) {

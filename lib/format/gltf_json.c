@@ -125,13 +125,28 @@ static void put_floats_unless(tw_gltf_writer *writer, const char *member, const 
   }
 }
 
-/* Prints the exact translation of a node that carries a far mesh, as it is in a pose. */
+/* Prints the elements of an exact translation, as it is in a pose. */
 static void put_place(tw_gltf_writer *writer, const tw_node *node, const float *translation) {
-  tw_member_open(writer->text, "translation", "[");
   for (int c = 0; c < 3; c++) {
     tw_text_element(writer->text);
     tw_text_double(writer->text, (double)translation[c] + tw_node_fine(node, c));
   }
+}
+
+static void put_matrix(tw_gltf_writer *writer, const tw_node *node) {
+  enum { PLACE = 12 };
+  if (!node->place) {
+    tw_member_floats(writer->text, "matrix", node->matrix, 16);
+    return;
+  }
+  tw_member_open(writer->text, "matrix", "[");
+  for (int i = 0; i < PLACE; i++) {
+    tw_text_element(writer->text);
+    tw_text_float(writer->text, node->matrix[i]);
+  }
+  put_place(writer, node, node->matrix + PLACE);
+  tw_text_element(writer->text);
+  tw_text_float(writer->text, node->matrix[15]);
   tw_text_add(writer->text, "]");
 }
 
@@ -140,14 +155,17 @@ static void put_transform(tw_gltf_writer *writer, uint32_t index, bool animated)
   const tw_node *node = &scene->model->nodes[index];
   bool moved = animated || (scene->posed_by && tw_clip_moves(scene->posed_by, index));
   if (node->has_matrix && !moved) {
-    tw_member_floats(writer->text, "matrix", node->matrix, 16);
+    put_matrix(writer, node);
     return;
   }
   const tw_trs *local = scene->pose ? &scene->pose[index] : &node->rest, usual = TW_TRS_IDENTITY;
-  if (node->place)
+  if (node->place) {
+    tw_member_open(writer->text, "translation", "[");
     put_place(writer, node, local->translation);
-  else
+    tw_text_add(writer->text, "]");
+  } else {
     put_floats_unless(writer, "translation", local->translation, 3, usual.translation);
+  }
   put_floats_unless(writer, "rotation", local->rotation, 4, usual.rotation);
   put_floats_unless(writer, "scale", local->scale, 3, usual.scale);
 }
@@ -425,20 +443,6 @@ static void put_asset(tw_gltf_writer *writer) {
 }
 
 /* ---- the whole ------------------------------------------------------------------------------- */
-
-uint64_t tw_gltf_instance_count(const tw_model *model, uint32_t node) {
-  static const char *const path[] = {"extensions", "EXT_mesh_gpu_instancing", "attributes"};
-  const char *value = model->nodes[node].preserved;
-  tw_json_item attribute;
-  double element;
-  if (!model->assets || model->nodes[node].mesh == TW_NO_INDEX) return 0;
-  for (size_t i = 0; i < sizeof path / sizeof *path; i++) value = tw_json_member(value, path[i]);
-  if (!value || *value != '{' || !tw_json_first(value, &attribute)) return 0;
-  if (!tw_json_is_number(attribute.value)) return 0;
-  tw_json_number(attribute.value, &element);
-  bool is_known = element >= 0 && element < (double)model->assets->element_count;
-  return is_known ? model->assets->elements[(uint32_t)element].count : 0;
-}
 
 const tw_gltf_assets *tw_gltf_assets_bare(tw_arena *arena, const tw_gltf_assets *assets) {
   tw_gltf_assets *bare = assets ? tw_arena_alloc(arena, 1, sizeof *bare) : NULL;

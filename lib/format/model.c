@@ -296,10 +296,39 @@ static bool only_translates(const tw_node *node) {
          memcmp(node->rest.scale, usual.scale, sizeof usual.scale) == 0;
 }
 
+/* The extent of the smallest mesh that has one; infinite where none has. */
+static double smallest_extent(const tw_model *model) {
+  double least = INFINITY;
+  for (uint32_t i = 0; i < model->mesh_count; i++) {
+    double extent = tw_mesh_extent(&model->meshes[i]);
+    if (extent > 0 && extent < least) least = extent;
+  }
+  return least;
+}
+
+/* Forgets the exact translations of nodes where floats keep each mesh in its place, and of those that clips
+ * move. */
+static void forget_places(tw_model *model) {
+  uint32_t first = 0;
+  for (uint32_t i = 0; i < model->clip_count; i++)
+    for (uint32_t k = 0; k < model->clips[i].track_count; k++) {
+      const tw_track_keys *track = &model->clips[i].tracks[k];
+      if (track->path == TW_TRANSLATION && track->node < model->node_count)
+        model->nodes[track->node].place = NULL;
+    }
+  while (first < model->node_count && !model->nodes[first].place) first++;
+  if (first == model->node_count) return;
+  double extent = smallest_extent(model);
+  for (uint32_t i = first; i < model->node_count; i++) {
+    tw_node *node = &model->nodes[i];
+    if (node->place && !tw_rounding_shows(node->place, extent)) node->place = NULL;
+  }
+}
+
 /* place: [3] lives as long as the node. */
 static void move_node(tw_node *node, const double by[3], double *place) {
   for (int c = 0; c < 3; c++) {
-    place[c] = (double)node->rest.translation[c] + by[c];
+    place[c] = (double)node->rest.translation[c] + tw_node_fine(node, c) + by[c];
     node->rest.translation[c] = (float)place[c];
   }
   node->place = place;
@@ -389,6 +418,7 @@ static tw_status check_nodes(tw_model *model, tw_error *error) {
     tw_status status = add_mesh_nodes(model, error);
     if (status != TW_OK) return status;
   }
+  forget_places(model);
   tw_status placed = place_far_meshes(model, error);
   if (placed != TW_OK) return placed;
   for (uint32_t i = 0; i < model->node_count; i++) {

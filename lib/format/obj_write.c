@@ -1,4 +1,4 @@
-/* OBJ text, made as it is read: for each node with a mesh its name, points with their colours, UVs, normals,
+/* OBJ text, made as it is read: for each place of a mesh its name, points with their colours, UVs, normals,
  * faces by material and groups, and the subdivision tags of a level 0 as obj_read.c reads them. Text is made
  * in pieces; what the caller has no room for waits for the next call. */
 #include <float.h>
@@ -8,8 +8,8 @@
 #include <string.h>
 
 #include "number.h"
+#include "placement.h"
 #include "soup_mesh.h"
-#include "tweend/format.h"
 
 enum {
   FLOATS_SCRATCH = 16 * 1024,
@@ -17,7 +17,7 @@ enum {
   FACES_A_PIECE = 256,
   POINT_WIDTH = 6, /* coordinates, then a colour */
   ROW_TEXT = 4 + POINT_WIDTH * (TW_NUMBER_TEXT + 1),
-  COUNT_TEXT = 20, /* digits of any count: rows of all nodes may sum to more than 32 bits hold */
+  COUNT_TEXT = 20, /* digits of any count: rows of all objects may sum to more than 32 bits hold */
   CORNER_TEXT = 3 + 3 * COUNT_TEXT, /* a space, three numbers, two slashes */
   TAGS_A_PIECE = 256,
   TAG_TEXT =
@@ -34,20 +34,18 @@ typedef enum part { PART_NAME, PART_POINTS, PART_UVS, PART_NORMALS, PART_FACES, 
 
 struct tw_obj_stream {
   tw_scene scene;
-  tw_surface_reader *reader; /* turned to the surface that `node` shows */
-  float *world;              /* [node_count][16] */
-  bool *is_far;              /* [node_count] shows a mesh where floats would change its shape */
-  uint32_t
-      *namesakes; /* [node_count] what an object's name gets as suffix so that it is the only one; 0: none */
+  tw_surface_reader *reader; /* turned to the surface of `object` */
+  tw_placements places;      /* an object each */
+  uint32_t *namesakes;       /* [objects] the suffix that makes an object's name the only one; 0: none */
 
-  /* Position: in `part` of `node`, at row, face or tag `next`. */
-  uint32_t node;
+  /* Position: in `part` of `object`, at row, face or tag `next`. */
+  uint32_t object;
   part part;
   uint64_t next;
   uint32_t group;
   int32_t material;       /* the last one written, -1 before the first */
   uint32_t names;         /* the last set of groups written, TW_NO_INDEX before the first */
-  uint64_t base[DOMAINS]; /* rows of earlier nodes */
+  uint64_t base[DOMAINS]; /* rows of earlier objects */
 
   float floats[FLOATS_SCRATCH];
   char printed[ROWS_A_PIECE * POINT_WIDTH * (TW_FLOAT_TEXT + 1)];
@@ -113,23 +111,23 @@ static void put_tag_values(tw_obj_stream *stream, const uint64_t *numbers, int c
   stream->text_size = (size_t)(out - stream->text);
 }
 
-/* ---- nodes ----------------------------------------------------------------------------------- */
+/* ---- objects --------------------------------------------------------------------------------- */
 
-static const tw_node *shown_node(const tw_obj_stream *stream) {
-  return &stream->scene.model->nodes[stream->node];
+static const tw_placement *shown_place(const tw_obj_stream *stream) {
+  return &stream->places.items[stream->object];
 }
 
 static const tw_surface *shown_surface(const tw_obj_stream *stream) {
-  return stream->scene.surfaces[shown_node(stream)->mesh];
+  return stream->scene.surfaces[shown_place(stream)->mesh];
 }
 
 static bool has_normals(const tw_surface *surface) {
   return tw_surface_get_layout(surface)->normal != UINT32_MAX;
 }
 
-/* The attribute that is the colour of what the node shows; UINT32_MAX for none. */
+/* The attribute that is the colour of what is shown; UINT32_MAX for none. */
 static uint32_t shown_color(const tw_obj_stream *stream) {
-  const tw_mesh *mesh = &stream->scene.model->meshes[shown_node(stream)->mesh];
+  const tw_mesh *mesh = &stream->scene.model->meshes[shown_place(stream)->mesh];
   uint32_t count = tw_surface_get_layout(shown_surface(stream))->attribute_count;
   for (uint32_t i = 0; i < mesh->attribute_count && i < count; i++)
     if (mesh->attributes[i].is_color) return i;
@@ -169,13 +167,13 @@ static const char *own_name(const tw_model *model, uint32_t node) {
 static void put_object_name(tw_obj_stream *stream) {
   const tw_model *model = stream->scene.model;
   char buffer[NAME_TEXT];
-  const char *name = own_name(model, stream->node);
-  put_name(stream, "o ", name ? name : tw_model_node_name(model, stream->node, buffer));
-  if (stream->namesakes[stream->node] == 0) return;
+  uint32_t node = shown_place(stream)->node, suffix = stream->namesakes[stream->object];
+  const char *name = own_name(model, node);
+  put_name(stream, "o ", name ? name : tw_model_node_name(model, node, buffer));
+  if (suffix == 0) return;
   stream->text_size--; /* the end of the line */
   *end_of(stream) = '_';
-  stream->text_size =
-      (size_t)(tw_print_count(end_of(stream) + 1, stream->namesakes[stream->node]) - stream->text);
+  stream->text_size = (size_t)(tw_print_count(end_of(stream) + 1, suffix) - stream->text);
   put_text(stream, "\n");
 }
 
@@ -241,15 +239,12 @@ static size_t read_points(tw_obj_stream *stream, size_t *width) {
   return count;
 }
 
-/* The points of a node that shows them far from the origin. */
+/* Points that lie far from the origin. */
 static void put_far_points(tw_obj_stream *stream) {
   float linear[16];
-  double at[3];
-  memcpy(linear, stream->world + (size_t)stream->node * 16, sizeof linear);
-  for (int c = 0; c < 3; c++) {
-    at[c] = (double)linear[12 + c] + tw_node_fine(shown_node(stream), c);
-    linear[12 + c] = 0;
-  }
+  const double *at = shown_place(stream)->origin;
+  memcpy(linear, shown_place(stream)->world, sizeof linear);
+  memset(linear + 12, 0, 3 * sizeof *linear);
   size_t width, count = read_points(stream, &width);
   for (size_t i = 0; i < count; i++) {
     float *point = stream->floats + width * i;
@@ -269,11 +264,11 @@ static void put_far_points(tw_obj_stream *stream) {
 }
 
 static void put_points(tw_obj_stream *stream) {
-  if (stream->is_far[stream->node]) {
+  if (shown_place(stream)->is_far) {
     put_far_points(stream);
     return;
   }
-  const float *world = stream->world + (size_t)stream->node * 16;
+  const float *world = shown_place(stream)->world;
   size_t width, count = read_points(stream, &width);
   for (size_t i = 0; i < count; i++) tw_matrix_move(world, stream->floats + width * i);
   put_rows(stream, "v", stream->floats, width, count);
@@ -287,7 +282,7 @@ static void put_uvs(tw_obj_stream *stream) {
 static void put_normals(tw_obj_stream *stream) {
   const tw_surface_layout *layout = tw_surface_get_layout(shown_surface(stream));
   double cofactor[9];
-  double sign = tw_matrix_cofactors(stream->world + (size_t)stream->node * 16, cofactor) < 0 ? -1 : 1;
+  double sign = tw_matrix_cofactors(shown_place(stream)->world, cofactor) < 0 ? -1 : 1;
   size_t count = read_piece(stream, TW_DOMAIN_VERTICES, TW_DOMAIN_VERTICES, layout->stride);
   /* Normals move to the front of the rows: a row is read before they reach it. */
   for (size_t i = 0; i < count; i++) {
@@ -349,7 +344,7 @@ static void put_faces(tw_obj_stream *stream) {
   put_material(stream, group->material);
   put_groups(stream, group->names);
   double ignored[9];
-  bool mirrored = tw_matrix_cofactors(stream->world + (size_t)stream->node * 16, ignored) < 0;
+  bool mirrored = tw_matrix_cofactors(shown_place(stream)->world, ignored) < 0;
   size_t count = read_face_piece(stream, group), first = 0;
   for (size_t face = 0; face < count; face++) {
     put_text(stream, "f");
@@ -444,9 +439,9 @@ static void put_part(tw_obj_stream *stream) {
   }
 }
 
-static void leave_node(tw_obj_stream *stream) {
+static void leave_object(tw_obj_stream *stream) {
   for (int i = 0; i < DOMAINS; i++) stream->base[i] += listed_rows(shown_surface(stream), domains[i]);
-  stream->node++;
+  stream->object++;
   stream->part = PART_NAME;
   stream->group = 0;
 }
@@ -454,18 +449,13 @@ static void leave_node(tw_obj_stream *stream) {
 /* Makes the next piece of text, which may be empty; false at the end. */
 static bool put_piece(tw_obj_stream *stream) {
   stream->text_size = stream->text_taken = 0;
-  if (stream->node == stream->scene.model->node_count) return false;
-  uint32_t mesh = shown_node(stream)->is_hidden ? TW_NO_INDEX : shown_node(stream)->mesh;
-  if (mesh == TW_NO_INDEX || tw_surface_get_counts(stream->scene.surfaces[mesh])->faces == 0) {
-    stream->node++;
-    return true;
-  }
-  tw_surface_reader_turn(stream->reader, stream->scene.surfaces[mesh], 0, 0);
+  if (stream->object == stream->places.count) return false;
+  tw_surface_reader_turn(stream->reader, shown_surface(stream), 0, 0);
   if (stream->next < part_count(stream) || stream->part == PART_NAME) put_part(stream);
   if (stream->next < part_count(stream)) return true;
   stream->next = 0;
   stream->part++;
-  if (stream->part == PART_END) leave_node(stream);
+  if (stream->part == PART_END) leave_object(stream);
   return true;
 }
 
@@ -502,73 +492,52 @@ static size_t largest_piece(const tw_model *model, size_t corner_capacity) {
   return largest > tags ? largest : tags;
 }
 
-static bool place_nodes(tw_obj_stream *stream) {
-  const tw_model *model = stream->scene.model;
-  stream->world = tw_alloc(model->node_count, 16 * sizeof *stream->world);
-  tw_trs *locals = tw_alloc(model->node_count, sizeof *locals);
-  bool placed = stream->world && locals;
-  for (uint32_t i = 0; placed && i < model->node_count; i++)
-    locals[i] = stream->scene.pose ? stream->scene.pose[i] : model->nodes[i].rest;
-  if (placed) {
-    tw_pose_locals(stream->scene.posed_by, model->nodes, model->node_count, locals, stream->world);
-    tw_pose_world(model->nodes, model->node_order, model->node_count, stream->world, stream->world);
-  }
-  tw_free(locals);
-  return placed;
-}
-
-/* Finds the nodes that show their meshes so far from the origin that floats would change the shape. */
-static bool find_far_nodes(tw_obj_stream *stream) {
-  const tw_model *model = stream->scene.model;
-  stream->is_far = tw_alloc_zero(model->node_count, sizeof *stream->is_far);
-  for (uint32_t i = 0; stream->is_far && i < model->node_count; i++)
-    if (model->nodes[i].mesh != TW_NO_INDEX)
-      stream->is_far[i] = tw_shows_far(stream->world + (size_t)i * 16, &model->meshes[model->nodes[i].mesh]);
-  return stream->is_far;
-}
-
-/* A node that shows a mesh, and its own name; "" for none: names made of numbers differ. */
-typedef struct named_node {
+/* An object and its own name; "" for none: names made of numbers differ. */
+typedef struct named_object {
   const char *name;
-  uint32_t node;
-} named_node;
+  uint32_t object;
+} named_object;
 
 static int compare_named(const void *left, const void *right) {
-  const named_node *a = left, *b = right;
+  const named_object *a = left, *b = right;
   int order = strcmp(a->name, b->name);
-  return order ? order : a->node < b->node ? -1 : a->node > b->node;
+  return order ? order : a->object < b->object ? -1 : a->object > b->object;
 }
 
-static int compare_names(const void *name, const void *node) {
-  return strcmp(name, ((const named_node *)node)->name);
+static int compare_names(const void *name, const void *object) {
+  return strcmp(name, ((const named_object *)object)->name);
 }
 
-/* Whether a node's own name is this one with a suffix. whole: room for that name. */
-static bool is_taken(const named_node *all, uint32_t count, const char *name, uint32_t suffix, char *whole,
+/* Whether an object's own name is this one with a suffix. whole: room for that name. */
+static bool is_taken(const named_object *all, uint32_t count, const char *name, uint32_t suffix, char *whole,
                      size_t size) {
   snprintf(whole, size, "%s_%u", name, suffix);
   return bsearch(whole, all, count, sizeof *all, compare_names);
 }
 
-/* Finds the suffixes of nodes that have the name of an earlier one. */
+/* Finds the suffixes of objects that have the name of an earlier one. */
 static bool tell_apart(tw_obj_stream *stream) {
-  const tw_model *model = stream->scene.model;
-  named_node *all = tw_alloc(model->node_count, sizeof *all);
-  stream->namesakes = tw_alloc_zero(model->node_count, sizeof *stream->namesakes);
+  const tw_placements *places = &stream->places;
+  named_object *all = tw_alloc(places->count, sizeof *all);
+  stream->namesakes = tw_alloc_zero(places->count, sizeof *stream->namesakes);
   size_t size = stream->text_capacity;
   char *whole = tw_alloc(size, 1);
-  uint32_t count = 0, suffix = 1;
-  for (uint32_t i = 0; all && i < model->node_count; i++)
-    if (model->nodes[i].mesh != TW_NO_INDEX)
-      all[count++] = (named_node){own_name(model, i) ? own_name(model, i) : "", i};
+  uint32_t suffix = 1;
   bool has_memory = all && whole && stream->namesakes;
-  if (has_memory) qsort(all, count, sizeof *all, compare_named);
-  for (uint32_t i = 1; has_memory && i < count; i++) {
+  for (uint32_t i = 0; has_memory && i < places->count; i++) {
+    const char *name = own_name(stream->scene.model, places->items[i].node);
+    bool is_instance = i > 0 && places->items[i].node == places->items[i - 1].node;
+    all[i] = (named_object){name ? name : "", i};
+    suffix = is_instance ? suffix + 1 : 1;
+    if (!name && is_instance) stream->namesakes[i] = suffix;
+  }
+  has_memory = has_memory && tw_sort(all, places->count, sizeof *all, compare_named) == TW_OK;
+  for (uint32_t i = 1; has_memory && i < places->count; i++) {
     bool is_namesake = *all[i].name && strcmp(all[i].name, all[i - 1].name) == 0;
     suffix = is_namesake ? suffix + 1 : 1;
     if (!is_namesake) continue;
-    while (is_taken(all, count, all[i].name, suffix, whole, size)) suffix++;
-    stream->namesakes[all[i].node] = suffix;
+    while (is_taken(all, places->count, all[i].name, suffix, whole, size)) suffix++;
+    stream->namesakes[all[i].object] = suffix;
   }
   tw_free(all);
   tw_free(whole);
@@ -589,7 +558,7 @@ static bool allocate(tw_obj_stream *stream) {
   stream->text_capacity = largest_piece(model, stream->corner_capacity);
   stream->text = tw_alloc(stream->text_capacity, 1);
   stream->reader = tw_surface_reader_create_shared(stream->scene.surfaces, model->mesh_count, 0);
-  return stream->text && stream->reader && place_nodes(stream) && find_far_nodes(stream) &&
+  return stream->text && stream->reader && tw_placements_find(&stream->scene, &stream->places) &&
          tell_apart(stream);
 }
 
@@ -616,8 +585,7 @@ void tw_obj_stream_destroy(tw_obj_stream *stream) {
   if (!stream) return;
   tw_surface_reader_destroy(stream->reader);
   for (int i = 0; i < DOMAINS; i++) tw_free(stream->corners[i]);
-  tw_free(stream->world);
-  tw_free(stream->is_far);
+  tw_placements_deinit(&stream->places);
   tw_free(stream->namesakes);
   tw_free(stream->text);
   tw_free(stream);

@@ -85,3 +85,18 @@ bool tw_shows_far(const float world[16], const tw_mesh *mesh) {
   double extent = extent_of(&b);
   return extent > 0 && loss_of(&b) > loss_max * extent;
 }
+
+double tw_mesh_extent(const tw_mesh *mesh) {
+  bounds b = {{0}, {0}};
+  for (uint32_t i = 0; i < mesh->corner_count; i++) {
+    const float *at = mesh->positions + 3 * (size_t)mesh->corners[i];
+    widen(&b, (const double[3]){(double)at[0], (double)at[1], (double)at[2]}, i == 0);
+  }
+  return extent_of(&b);
+}
+
+bool tw_rounding_shows(const double place[3], double extent) {
+  double most = 0;
+  for (int c = 0; c < 3; c++) most = fmax(most, fabs(place[c] - (double)(float)place[c]));
+  return most > loss_max * extent;
+}

@@ -1,10 +1,15 @@
-/* Finds the faces of level 0 that are no fan from their first corner, and cuts them by their shape. Most
- * faces are triangles or convex, so cuts are few. */
+/* Finds the faces that are no fan from their first corner, and cuts them by their shape. Most faces are
+ * triangles or convex, so cuts are few. Below level 0 only cages with concave faces are looked at, whose
+ * quads may be concave too. */
 #include <stdlib.h>
 
 #include "array.h"
 #include "ear_clipping.h"
 #include "surface_reader.h"
+#include "vector3.h"
+
+/* At a time. */
+enum { FACES_READ = 1024 };
 
 typedef struct face_cutter {
   tw_surface *surface;
@@ -61,9 +66,11 @@ static void turn_apart(const uint32_t *corners, uint32_t (*triangles)[3], uint32
   }
 }
 
-static tw_status cut_face(face_cutter *k, uint64_t face, uint32_t size, const tw_parallel_for *parallel) {
+/* corners: [size] rows. */
+static tw_status cut_face(face_cutter *k, uint64_t face, const uint32_t *corners, uint32_t size,
+                          const tw_parallel_for *parallel) {
   tw_surface *s = k->surface;
-  for (uint32_t i = 0; i < size; i++) k->at[i] = k->rows + 3 * (size_t)k->corners[i];
+  for (uint32_t i = 0; i < size; i++) k->at[i] = k->rows + 3 * (size_t)corners[i];
   tw_ear_clipper_take(&k->clipper, k->at, size);
   uint64_t looks = size;
   if (tw_ear_clipper_is_fan(&k->clipper, 0, &looks)) return TW_OK;
@@ -73,29 +80,53 @@ static tw_status cut_face(face_cutter *k, uint64_t face, uint32_t size, const tw
   cut.fan_count = find_fans(&k->clipper, size, cut.fans);
   if (cut.fan_count > 0) {
     put_fan(cut.fans[0], size, triangles);
+  } else if (s->options.level > 0) { /* its sides cross: no triangles are it */
+    return TW_OK;
   } else {
-    tw_status status = tw_ear_clipper_cut(&k->clipper, k->corners, parallel, triangles, &count);
+    tw_status status = tw_ear_clipper_cut(&k->clipper, corners, parallel, triangles, &count);
     if (status != TW_OK || count == 0) return status;
-    turn_apart(k->corners, triangles, count);
+    turn_apart(corners, triangles, count);
   }
   s->cuts[s->cut_count++] = cut;
   s->cut_triangle_count += count;
   return TW_OK;
 }
 
-static tw_status cut_faces(face_cutter *k, tw_surface_reader *reader, const tw_parallel_for *parallel) {
+/* Cuts the polygons of level 0. */
+static tw_status cut_polygons(face_cutter *k, tw_surface_reader *reader, const tw_parallel_for *parallel) {
   enum { FACES_AT_ONCE = 4096 };
-  tw_surface *s = k->surface;
-  tw_surface_read_rows(reader, TW_DOMAIN_POINTS, 0, (size_t)tw_surface_row_count(s, TW_DOMAIN_POINTS),
-                       k->rows);
+  const tw_surface *s = k->surface;
   tw_status status = TW_OK;
   for (uint32_t f = 0; f < s->face_count && status == TW_OK; f++) {
     uint32_t size;
     if (f % FACES_AT_ONCE == 0) status = tw_parallel_for_status(parallel);
     if (status != TW_OK || s->corners_before[f + 1] - s->corners_before[f] == 3) continue;
     tw_surface_read_faces(reader, TW_DOMAIN_POINTS, f, 1, &size, k->corners);
-    status = cut_face(k, f, size, parallel);
+    status = cut_face(k, f, k->corners, size, parallel);
   }
+  return status;
+}
+
+/* Cuts the quads of a level below. */
+static tw_status cut_quads(face_cutter *k, tw_surface_reader *reader, const tw_parallel_for *parallel) {
+  const uint64_t all = k->surface->counts.faces;
+  tw_status status = TW_OK;
+  for (uint64_t first = 0; first < all && status == TW_OK; first += FACES_READ) {
+    size_t count = all - first < FACES_READ ? (size_t)(all - first) : FACES_READ;
+    status = tw_parallel_for_status(parallel);
+    if (status == TW_OK) tw_surface_read_faces(reader, TW_DOMAIN_POINTS, first, count, NULL, k->corners);
+    for (size_t i = 0; i < count && status == TW_OK; i++)
+      status = cut_face(k, first + i, k->corners + 4 * i, 4, parallel);
+  }
+  return status;
+}
+
+static tw_status cut_faces(face_cutter *k, tw_surface_reader *reader, const tw_parallel_for *parallel) {
+  tw_surface *s = k->surface;
+  tw_surface_read_rows(reader, TW_DOMAIN_POINTS, 0, (size_t)tw_surface_row_count(s, TW_DOMAIN_POINTS),
+                       k->rows);
+  tw_status status =
+      s->options.level > 0 ? cut_quads(k, reader, parallel) : cut_polygons(k, reader, parallel);
   uint64_t first = 0;
   for (uint32_t i = 0; i < s->cut_count; i++) { /* the array has stopped moving */
     s->cuts[i].triangles = (const uint32_t(*)[3])s->cut_triangles + first;
@@ -104,11 +135,47 @@ static tw_status cut_faces(face_cutter *k, tw_surface_reader *reader, const tw_p
   return status;
 }
 
+/* Whether the face turns back at a corner, seen along its normal. points: [vertices][3]. */
+static bool is_concave(const uint32_t *corners, uint32_t size, const double *points) {
+  const double *origin = points + 3 * (size_t)corners[0];
+  double normal[3] = {0, 0, 0}, cross[3], a[3], b[3];
+  for (uint32_t i = 1; i + 1 < size; i++) {
+    for (int c = 0; c < 3; c++) {
+      a[c] = points[3 * (size_t)corners[i] + (size_t)c] - origin[c];
+      b[c] = points[3 * (size_t)corners[i + 1] + (size_t)c] - origin[c];
+    }
+    tw_cross3(a, b, cross);
+    for (int c = 0; c < 3; c++) normal[c] += cross[c];
+  }
+  double least = -1e-6 * (normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
+  for (uint32_t i = 0; i < size; i++) {
+    const double *at = points + 3 * (size_t)corners[i],
+                 *before = points + 3 * (size_t)corners[i > 0 ? i - 1 : size - 1],
+                 *after = points + 3 * (size_t)corners[i + 1 < size ? i + 1 : 0];
+    for (int c = 0; c < 3; c++) {
+      a[c] = at[c] - before[c];
+      b[c] = after[c] - at[c];
+    }
+    tw_cross3(a, b, cross);
+    if (cross[0] * normal[0] + cross[1] * normal[1] + cross[2] * normal[2] < least) return true;
+  }
+  return false;
+}
+
+bool tw_cage_is_concave(const tw_topology *cage, const double *points) {
+  for (uint32_t f = 0; f < cage->face_count; f++) {
+    uint32_t size = tw_face_size(cage, f);
+    if (size > 3 && is_concave(cage->corners + tw_face_begin(cage, f), size, points)) return true;
+  }
+  return false;
+}
+
 tw_status tw_surface_cut_faces(tw_surface *surface, const tw_parallel_for *parallel) {
+  enum { FACES_MOST = 1 << 18 };
   tw_surface *s = surface;
-  if (s->options.level > 0) return TW_OK;
   uint32_t most = (uint32_t)tw_surface_largest_face(s);
-  if (most == 3) return TW_OK;
+  bool is_level = s->options.level > 0;
+  if (most == 3 || (is_level && s->counts.faces > FACES_MOST)) return TW_OK;
   tw_arena *arena = tw_arena_create();
   tw_surface_reader *reader = tw_surface_reader_create(s);
   if (!arena || !reader) {
@@ -120,7 +187,7 @@ tw_status tw_surface_cut_faces(tw_surface *surface, const tw_parallel_for *paral
   face_cutter k = {.surface = s,
                    .rows = tw_arena_alloc_raw(arena, rows, 3 * sizeof(float)),
                    .at = tw_arena_alloc_raw(arena, most, sizeof *k.at),
-                   .corners = tw_arena_alloc_raw(arena, most, sizeof *k.corners)};
+                   .corners = tw_arena_alloc_raw(arena, is_level ? 4 * FACES_READ : most, sizeof *k.corners)};
   bool has_memory = k.rows && k.at && k.corners && tw_ear_clipper_init(&k.clipper, arena, most);
   tw_status status = has_memory ? cut_faces(&k, reader, parallel) : TW_NO_MEMORY;
   tw_surface_reader_destroy(reader);

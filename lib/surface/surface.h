@@ -142,7 +142,7 @@ struct tw_surface {
   uint32_t *face_first;                                /* [face_count] first cage corner */
   uint64_t *corners_before;                            /* [face_count + 1] */
   uint32_t cage_points, cage_uv_points, cage_vertices; /* rows of each domain at level 0 */
-  /* At level 0: the faces that are no fan from their first corner, ascending. */
+  /* The faces that are no fan from their first corner, ascending; see tw_surface_get_cuts. */
   tw_face_cut *cuts;
   uint32_t cut_count;
   uint32_t (*cut_triangles)[3]; /* of all cuts */
@@ -179,8 +179,13 @@ tw_status tw_surface_keep_base(tw_surface *s, double **base, const tw_parallel_f
  * TW_CANCELLED. */
 tw_status tw_surface_place(tw_surface *surface, const float *positions, const tw_parallel_for *parallel);
 
-/* Finds how the faces of level 0 are cut into triangles, once the surface has positions. O(corners), but for
- * faces that are no fan from their first corner: see tw_ear_clipper_cut. TW_NO_MEMORY, TW_CANCELLED. */
+/* Whether a cage has a concave face, so that quads of its levels may be concave. points: [vertices][3].
+ * O(corners). */
+bool tw_cage_is_concave(const tw_topology *cage, const double *points);
+
+/* Finds how faces are cut into triangles, once the surface has positions: those of level 0, or the quads of a
+ * level of at most 262,144, which are not worth it beyond. O(corners), but for polygons that are no fan from
+ * their first corner: see tw_ear_clipper_cut. TW_NO_MEMORY, TW_CANCELLED. */
 tw_status tw_surface_cut_faces(tw_surface *surface, const tw_parallel_for *parallel);
 
 static inline void tw_values_free_points(tw_values *values) {

@@ -46,6 +46,8 @@ tw_status tw_surface_place(tw_surface *surface, const float *positions, const tw
   s->positions.width = 3;
   double *at = gather_cage(s, positions);
   tw_status status = at ? add_details(s, 0, parallel, at) : TW_NO_MEMORY;
+  bool may_be_cut =
+      status == TW_OK && (s->options.level == 0 || tw_cage_is_concave(&s->steps[0].topology, at));
   if (status == TW_OK && s->options.level == 0) {
     s->positions.cage = tw_surface_round_positions(at, s->cage_vertex_count);
     if (!s->positions.cage) status = TW_NO_MEMORY;
@@ -54,7 +56,7 @@ tw_status tw_surface_place(tw_surface *surface, const float *positions, const tw
     status = make_level(s, level, parallel, &at);
   if (status == TW_OK) status = s->evaluator->place(s, &at, parallel);
   tw_free(at);
-  return status == TW_OK ? tw_surface_cut_faces(s, parallel) : status;
+  return status == TW_OK && may_be_cut ? tw_surface_cut_faces(s, parallel) : status;
 }
 
 /* ---- other positions ------------------------------------------------------------------------- */

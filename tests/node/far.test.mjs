@@ -221,6 +221,53 @@ test('nodes of tweend JSON that turn, scale, move or have children get a child t
   assertSamePlaces(await pointsOf(model, 'obj?level=0&at=1'), shifted(positions, [5, 0, 0]), 1e-6, 'posed');
 });
 
+/** A cuboid near its own origin, below two nodes of a glTF that carry it far. */
+function chainOf(links) {
+  const points = new Float32Array(TRIANGLES.flatMap((corners) => corners.flatMap((i) => shapeOf(1)[i])));
+  const document = {
+    asset: { version: '2.0' }, buffers: [{ byteLength: points.byteLength, uri: `data:application/octet-stream;base64,${Buffer.from(points.buffer).toString('base64')}` }],
+    bufferViews: [{ buffer: 0, byteLength: points.byteLength }],
+    accessors: [{ bufferView: 0, componentType: 5126, count: points.length / 3, type: 'VEC3', min: [0, 0, 0], max: [1, 1, 1] }],
+    meshes: [{ primitives: [{ attributes: { POSITION: 0 } }] }], nodes: [], scenes: [{ nodes: [] }], scene: 0,
+  };
+  for (const [above, below] of links) {
+    document.scenes[0].nodes.push(document.nodes.length);
+    document.nodes.push({ ...above, children: [document.nodes.length + 1] }, { ...below, mesh: 0 });
+  }
+  return JSON.stringify(document);
+}
+
+test('nodes of glTF and tweend JSON that carry meshes far keep the distances between these', async () => {
+  const turned = new Quaternion().setFromAxisAngle(new Vector3(1, 0, 0), -Math.PI / 2).toArray();
+  const at = () => [500000 + random() * 100, 5412000 + random() * 100, random() * 100];
+  const matrix = (t) => ({ matrix: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, ...t, 1] });
+  const kinds = {
+    'the upper node': () => [{ translation: at() }, { translation: [random(), random(), random()] }],
+    'the lower node': () => [{ rotation: turned }, { translation: at() }],
+    'a matrix': () => [matrix(at()), { rotation: turned }],
+    'both, scaled': () => [{ translation: at(), scale: [2, 2, 2] }, matrix(at())],
+  };
+  for (const [kind, link] of Object.entries(kinds)) {
+    const source = chainOf([link(), link(), link()]);
+    const wanted = await worldOf(source); // of the file, by three in double
+    const { model } = await upload(source);
+    const glb = await ask(model, 'glb?level=0');
+    assertSamePlaces(await worldOf(glb), wanted, 2e-6, `${kind}, GLB`);
+    assertSamePlaces(await pointsOf(model, 'obj?level=0'), wanted, 2e-6, `${kind}, OBJ`);
+    const again = await upload(glb);
+    assertSamePlaces(await pointsOf(again.model, 'obj?level=0'), wanted, 2e-6, `${kind}, OBJ of the GLB`);
+    const answer = await fetch(`${model}/surface.stl?level=0&unit=m`);
+    const stl = Buffer.from(await answer.arrayBuffer());
+    const corners = Array.from({ length: stl.readUInt32LE(80) * 3 }, (_, i) => [0, 1, 2].map((c) => stl.readFloatLE(84 + 50 * Math.floor(i / 3) + 12 + 12 * (i % 3) + 4 * c)));
+    const first = wanted.reduce((a, b) => a.map((x, c) => Math.min(x, b[c]))), low = corners.reduce((a, b) => a.map((x, c) => Math.min(x, b[c])));
+    assertSamePlaces(shifted(corners, first.map((x, c) => x - low[c])), wanted, 2e-5, `${kind}, STL`);
+  }
+  const places = [at(), at()];
+  const nodes = places.map((translation) => ({ mesh: 'hull', translation }));
+  const { model } = await upload(JSON.stringify({ meshes: [{ name: 'hull', positions: shapeOf(1), faces: FACES }], nodes }));
+  assertSamePlaces(await pointsOf(model, 'obj?level=0'), places.flatMap((place) => shifted(shapeOf(1), place)), 2e-6, 'JSON');
+});
+
 test('details and edits of a far mesh are made in its frame', async () => {
   const offset = [465000.25, 5428000.5, 120];
   const { model } = await upload(writers.obj(shifted(shapeOf(1), offset)));

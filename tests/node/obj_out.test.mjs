@@ -1,5 +1,5 @@
 // What surface.obj says of a model, as three's OBJLoader reads it: the colours of the GLB of the same model (sRGB in
-// OBJ, linear in glTF), a mesh as closed as the GLB's points are, instances and further losses in a warning, skinned
+// OBJ, linear in glTF), a mesh as closed as the GLB's points are, losses in a warning, skinned
 // meshes at their joints, default weights of morph targets, and names that occur once.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
@@ -171,7 +171,7 @@ test('points of a surface.obj with colours are taken as details', async () => {
 
 // ---- what else an OBJ shows -----------------------------------------------------------------------------
 
-test('instances, alpha, further texture coordinates, attributes and materials are told', async () => {
+test('alpha, further texture coordinates, attributes and materials are told', async () => {
   const model = await daemon.upload(document((root, add) => {
     const attributes = {
       POSITION: positions(add, TRIANGLE),
@@ -182,12 +182,9 @@ test('instances, alpha, further texture coordinates, attributes and materials ar
     };
     root.materials = [{ name: 'paint', pbrMetallicRoughness: { baseColorFactor: [1, 0, 0, 1] } }];
     root.meshes = [{ primitives: [{ attributes, material: 0 }] }];
-    root.extensionsUsed = ['EXT_mesh_gpu_instancing'];
-    const TRANSLATION = add(new Float32Array(3 * 7).map((_, i) => i), 'VEC3');
-    root.nodes = [{ mesh: 0, extensions: { EXT_mesh_gpu_instancing: { attributes: { TRANSLATION } } } }];
   }));
   const { warning } = await ask(model, 'obj?level=1');
-  assert.match(warning, /^1; surface\.obj is without the 7 instances of EXT_mesh_gpu_instancing, alpha, attributes of the application, texture coordinates behind the first set, all of 1 materials but their names$/);
+  assert.match(warning, /^1; surface\.obj is without alpha, attributes of the application, texture coordinates behind the first set, all of 1 materials but their names$/);
   assert.doesNotMatch((await ask(model, 'glb?level=1')).warning, /without/);
 });
 

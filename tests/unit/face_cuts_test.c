@@ -185,3 +185,100 @@ TEST(pieces_of_an_answer_are_those_of_the_whole) {
     free(text);
   }
 }
+
+/* ---- quads of levels ------------------------------------------------------------------------- */
+
+typedef struct quad {
+  double at[4][2];
+} quad;
+
+static double turn(const double *a, const double *b, const double *c) {
+  return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+}
+
+/* Whether sides a b and c d have an inner point in common. */
+static bool cross_each_other(const double *a, const double *b, const double *c, const double *d) {
+  return turn(a, b, c) * turn(a, b, d) <= 0 && turn(c, d, a) * turn(c, d, b) <= 0;
+}
+
+static bool is_simple(const quad *q) {
+  return !cross_each_other(q->at[0], q->at[1], q->at[2], q->at[3]) &&
+         !cross_each_other(q->at[1], q->at[2], q->at[3], q->at[0]);
+}
+
+/* Whether a diagonal between the first and the third corner lies outside. */
+static bool needs_other_diagonal(const quad *q) {
+  return turn(q->at[0], q->at[1], q->at[2]) * turn(q->at[0], q->at[2], q->at[3]) < 0;
+}
+
+/* What was compared: quads whose sides do not cross, and those of them that are no fan from their first
+ * corner. */
+typedef struct compared_quads {
+  uint32_t all, turned;
+} compared_quads;
+
+/* Compares the two triangles of each quad in a GLB with the quad, which the surface's faces tell. */
+static void compare_quads(const fixture *f, compared_quads *compared) {
+  glb file = write_glb(&f->scene);
+  const cJSON *faces = primitive(&file, 0, 0);
+  int indices = (int)number(faces, "indices", UINT32_MAX);
+  int positions = (int)number(cJSON_GetObjectItem(faces, "attributes"), "POSITION", UINT32_MAX);
+  const tw_surface_counts *counts = tw_surface_get_counts(f->surfaces[0]);
+  tw_surface_reader *reader = tw_surface_reader_create(f->surfaces[0]);
+  uint32_t *corners = malloc(counts->corners * sizeof *corners);
+  assert_true(reader && corners);
+  assert_int_equal(counts->corners, 4 * counts->faces);
+  tw_surface_read_faces(reader, TW_DOMAIN_VERTICES, 0, (size_t)counts->faces, NULL, corners);
+  for (uint32_t i = 0; i < counts->faces; i++) {
+    quad q;
+    double areas = 0;
+    for (uint32_t k = 0; k < 4; k++) {
+      float at[3];
+      read_floats(&file, positions, corners[4 * i + k], 3, at);
+      for (int c = 0; c < 2; c++) q.at[k][c] = (double)at[c];
+    }
+    double area = fabs(turn(q.at[0], q.at[1], q.at[2]) + turn(q.at[0], q.at[2], q.at[3])) / 2;
+    for (uint32_t t = 0; t < 2; t++) {
+      uint32_t triangle[3];
+      for (uint32_t k = 0; k < 3; k++) triangle[k] = read_index(&file, indices, 6 * i + 3 * t + k);
+      areas += area_of(&file, positions, triangle);
+    }
+    if (!is_simple(&q) || area < 1e-3) continue;
+    assert_true(fabs(areas - area) < 1e-4 * area);
+    compared->all++;
+    compared->turned += needs_other_diagonal(&q);
+  }
+  free(corners);
+  tw_surface_reader_destroy(reader);
+  free_glb(&file);
+}
+
+TEST(concave_quads_of_levels_are_cut_by_their_shape) {
+  static polygon p;
+  compared_quads compared = {0};
+  uint64_t seed = 73;
+  for (int n = 0; n < 60; n++) {
+    fixture f;
+    random_polygon(&p, 4 + (uint32_t)(ref_random(&seed) * 12), &seed);
+    char *text = obj_of(&p, 1, as_it_is);
+    fixture_init(&f, text);
+    fixture_refine_by(&f, &(tw_surface_options){.level = 1 + (uint32_t)n % 3,
+                                                .scheme = n % 2 ? TW_BILINEAR : TW_CATMULL_CLARK,
+                                                .limit = n % 5 == 0});
+    for (int form = 0; form < 2; form++) {
+      f.scene.polygons = (tw_polygons)form;
+      compare_quads(&f, &compared);
+    }
+    fixture_deinit(&f);
+    free(text);
+  }
+  assert_true(compared.all > 5000 && compared.turned > 200);
+}
+
+TEST(levels_of_convex_faces_are_fans) {
+  fixture f;
+  fixture_init(&f, cube_text);
+  fixture_refine(&f, 2, false);
+  assert_int_equal(tw_surface_cut_count(f.surfaces[0]), 0);
+  fixture_deinit(&f);
+}

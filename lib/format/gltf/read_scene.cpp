@@ -29,6 +29,16 @@ void copy_numbers(const std::vector<double> &numbers, size_t count, float *out, 
   for (size_t i = 0; i < count; i++) out[i] = static_cast<float>(numbers[i]);
 }
 
+// Keeps the exact translation of a node, which begins at `first` of its numbers, where floats round it.
+void keep_place(Document &document, const std::vector<double> &numbers, size_t first, tw_node &node) {
+  const double *exact = numbers.data() + first;
+  auto is_rounded = [](double number) { return static_cast<double>(static_cast<float>(number)) != number; };
+  if (numbers.empty() || std::none_of(exact, exact + 3, is_rounded)) return;
+  double *place = allocate<double>(document, 3);
+  std::copy(exact, exact + 3, place);
+  node.place = place;
+}
+
 void read_node(Document &document, size_t index) {
   const tinygltf::Node &source = document.source.nodes[index];
   tw_node &node = document.model->nodes[index];
@@ -42,6 +52,10 @@ void read_node(Document &document, size_t index) {
   copy_numbers(source.scale, 3, node.rest.scale, pointer + "/scale");
   copy_numbers(source.matrix, 16, node.matrix, pointer + "/matrix");
   node.has_matrix = !source.matrix.empty();
+  if (node.has_matrix)
+    keep_place(document, source.matrix, 12, node);
+  else
+    keep_place(document, source.translation, 0, node);
 }
 
 void read_children(Document &document, size_t index) {

@@ -106,7 +106,8 @@ typedef struct tw_node {
   bool is_hidden;      /* outside the displayed scene: part of the hierarchy, but not drawn */
   tw_trs rest;
   float matrix[16];
-  const double *place; /* [3] the exact translation, which `rest` rounds to floats; NULL but for far meshes */
+  const double *place;   /* [3] the exact translation, which `rest` and `matrix` round to floats; NULL where
+                            that   moves nothing that can be seen */
   const float *weights;  /* of the mesh's morph targets; NULL: the mesh's own weights */
   const char *preserved; /* as tw_mesh.preserved */
 } tw_node;

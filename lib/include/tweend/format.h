@@ -224,16 +224,30 @@ void tw_gltf_stream_seek(tw_gltf_stream *stream, uint64_t offset);
  * fixed width for the bounds. Compressed packs must be measured. Errors as tw_gltf_stream_create. */
 tw_status tw_gltf_stream_predict(const tw_scene *scene, tw_format container, uint64_t *size, tw_error *error);
 
-/* How many places EXT_mesh_gpu_instancing gives the mesh of a node; 0 where it has none. O(what is kept of
- * the node). */
+/* How many places EXT_mesh_gpu_instancing gives the mesh of a node; 0 where it says nothing: the node shows
+ * its mesh once, where it is itself. O(what is kept of the node). */
 uint64_t tw_gltf_instance_count(const tw_model *model, uint32_t node);
+/* How often flat answers and OBJ show the mesh of a node: 0 where it has none or is hidden. */
+uint64_t tw_node_times_shown(const tw_model *model, uint32_t node);
 
-/* OBJ text: positions, UVs, normals and faces of every mesh, once for each node that shows it, in the world
- * space of the scene's pose (OBJ has no hierarchy), under the name of the node or else the mesh, with a
- * number behind a name that is taken, and the tags of surfaces that were made `tagged`, as tw_obj_read reads
- * them. Colours stand behind the points, as sRGB of six decimals; where faces of a point have different
- * colours, that of one of them. The size is unknown until the end. The scene's clips and `polygons` are
- * ignored: faces stay polygons. Instances of a node are not shown. */
+/* Where flat answers and OBJ show a mesh. */
+typedef struct tw_placement {
+  uint32_t node, mesh;
+  float world[16];
+  double origin[3]; /* the translation of `world` before it was rounded */
+  bool is_far;      /* floats would change the shape of the mesh there */
+} tw_placement;
+
+/* The first place of a node's mesh at rest; the node shows it at least once, and no joints move it. False
+ * without memory. O(nodes + corners). */
+bool tw_node_first_place(const tw_model *model, uint32_t node, tw_placement *out);
+
+/* OBJ text: positions, UVs, normals and faces of every mesh, once for each node or instance of a node that
+ * shows it, in the world space of the scene's pose (OBJ has no hierarchy), under the name of the node or else
+ * the mesh, with a number behind a name that is taken, and the tags of surfaces that were made `tagged`, as
+ * tw_obj_read reads them. Colours stand behind the points, as sRGB of six decimals; where faces of a point
+ * have different colours, that of one of them. The size is unknown until the end. The scene's clips and
+ * `polygons` are ignored: faces stay polygons. */
 typedef struct tw_obj_stream tw_obj_stream;
 tw_status tw_obj_stream_create(const tw_scene *scene, tw_obj_stream **out, tw_error *error);
 void tw_obj_stream_destroy(tw_obj_stream *stream); /* NULL accepted */
@@ -250,11 +264,11 @@ typedef struct tw_flat_options {
   bool has_normals, has_uvs; /* points have these, too; their surface must */
 } tw_flat_options;
 
-/* Binary STL or PLY: every mesh once for each node that shows it. The clips of the scene are ignored, as are
- * the polygons of STL, which has triangles alone. Every point of a surface is the same bytes wherever it
- * occurs, and once in PLY. PLY has normals and colours (sRGB) of points, one each, and texture coordinates
- * where they have seams of corners (`texcoord`). Where a node shows its mesh so far from the origin that
- * floats would change its shape, all is moved, as the head tells.
+/* Binary STL or PLY: every mesh once for each node or instance of a node that shows it. The clips of the
+ * scene are ignored, as are the polygons of STL, which has triangles alone. Every point of a surface is the
+ * same bytes wherever it occurs, and once in PLY. PLY has normals and colours (sRGB) of points, one each, and
+ * texture coordinates where they have seams of corners (`texcoord`). Where a node shows its mesh so far from
+ * the origin that floats would change its shape, all is moved, as the head tells.
  *
  * TW_FLAT_POINTS, of a scene of one mesh and one node: "TWSB", uint32 1, uint32 length of the JSON that
  * follows, padded with spaces to a multiple of 4; then float32 rows in the order of TW_DOMAIN_POINTS, each a
@@ -280,9 +294,9 @@ tw_status tw_flat_stream_predict(const tw_scene *scene, const tw_flat_options *o
                                  tw_error *error);
 
 /* The model part of a 3MF package, as XML: each mesh as an object, once as it is and once mirrored where
- * nodes mirror it; an item with a transform for each node that shows a mesh; materials as base materials
- * (sRGB). The scene's clips and polygons are ignored. All is moved where a flat answer would be: readers hold
- * transforms as floats. The size is unknown until the end. */
+ * nodes mirror it; an item with a transform for each node or instance of a node that shows a mesh; materials
+ * as base materials (sRGB). The scene's clips and polygons are ignored. All is moved where a flat answer
+ * would be: readers hold transforms as floats. The size is unknown until the end. */
 typedef struct tw_3mf_stream tw_3mf_stream;
 
 typedef struct tw_3mf_options {

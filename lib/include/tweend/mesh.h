@@ -207,6 +207,11 @@ void tw_points_enter_frame(const double *exact, size_t point_count, const double
  * world: the node's matrix. O(corners). */
 bool tw_shows_far(const float world[16], const tw_mesh *mesh);
 
+/* The largest extent of the points that faces use, along an axis. O(corners). */
+double tw_mesh_extent(const tw_mesh *mesh);
+/* Whether rounding a place to floats moves a mesh of that extent by more than 1e-6 of it. */
+bool tw_rounding_shows(const double place[3], double extent);
+
 /* Checks a mesh from an untrusted source: indices in range, coordinates finite and at most TW_COORDINATE_MAX,
  * faces of at least three corners, no point at two corners of a face in a row, sharpness 0 or more, fewer
  * than UINT32_MAX faces. face_offsets themselves are trusted.

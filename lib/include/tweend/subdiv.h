@@ -252,9 +252,10 @@ size_t tw_surface_read_faces(tw_surface_reader *reader, tw_domain domain, uint64
 /* Number of corners of the faces before this one. Cut into triangles, those faces make 2 fewer triangles each
  * than they have corners. */
 uint64_t tw_surface_corners_before(const tw_surface *surface, uint64_t face);
-/* How a face of level 0 is cut into triangles that, seen along its normal, lie side by side as the face does.
- * A face without a cut is the fan from its first corner, as all faces of higher levels are. The shape is that
- * of the rows of TW_DOMAIN_POINTS. */
+/* How a face is cut into triangles that, seen along its normal, lie side by side as the face does. A face
+ * without a cut is the fan from its first corner: convex ones, those whose sides cross, and at levels 1 and
+ * deeper all faces of cages without a concave one and of levels with over 262,144 faces. The shape is that of
+ * the rows of TW_DOMAIN_POINTS. */
 typedef struct tw_face_cut {
   uint64_t face;
   uint32_t size;

@@ -1,0 +1,85 @@
+/* Reads the attributes of EXT_mesh_gpu_instancing: TRANSLATION and SCALE are floats, ROTATION is floats or
+ * normalized integers with a sign. Attributes of applications place nothing. */
+#include "instances.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "tweend/format.h"
+#include "tweend/json_text.h"
+
+enum { BYTE = 5120, SHORT = 5122 };
+
+/* The elements that an attribute names, of the type that it must have; NULL where it is another. */
+static const tw_gltf_elements *find_attribute(const tw_model *model, const char *attributes, const char *name,
+                                              const char *type, bool may_be_small) {
+  const char *value = tw_json_member(attributes, name);
+  double number;
+  if (!value || !tw_json_is_number(value)) return NULL;
+  tw_json_number(value, &number);
+  if (!(number >= 0 && number < (double)model->assets->element_count)) return NULL;
+  const tw_gltf_elements *elements = &model->assets->elements[(uint32_t)number];
+  bool is_small = elements->normalized && (elements->component == BYTE || elements->component == SHORT);
+  bool is_known = elements->component == TW_GLTF_FLOAT || (may_be_small && is_small);
+  return is_known && strcmp(elements->type, type) == 0 ? elements : NULL;
+}
+
+static void take_count(const tw_gltf_elements *elements, uint32_t *count) {
+  if (elements && elements->count < *count) *count = elements->count;
+}
+
+bool tw_instances_find(const tw_model *model, uint32_t node, tw_instances *out) {
+  static const char *const path[] = {"extensions", "EXT_mesh_gpu_instancing", "attributes"};
+  const char *value = model->nodes[node].preserved;
+  if (!model->assets) return false;
+  for (size_t i = 0; i < sizeof path / sizeof *path; i++) value = tw_json_member(value, path[i]);
+  if (!value || *value != '{') return false;
+  *out = (tw_instances){.count = UINT32_MAX,
+                        .translation = find_attribute(model, value, "TRANSLATION", "VEC3", false),
+                        .rotation = find_attribute(model, value, "ROTATION", "VEC4", true),
+                        .scale = find_attribute(model, value, "SCALE", "VEC3", false)};
+  take_count(out->translation, &out->count);
+  take_count(out->rotation, &out->count);
+  take_count(out->scale, &out->count);
+  return out->count < UINT32_MAX;
+}
+
+uint64_t tw_gltf_instance_count(const tw_model *model, uint32_t node) {
+  tw_instances instances;
+  return tw_instances_find(model, node, &instances) ? instances.count : 0;
+}
+
+uint64_t tw_node_times_shown(const tw_model *model, uint32_t node) {
+  if (model->nodes[node].mesh == TW_NO_INDEX || model->nodes[node].is_hidden) return 0;
+  tw_instances instances;
+  return tw_instances_find(model, node, &instances) ? instances.count : 1;
+}
+
+/* width: at most 4. */
+static void read_element(const tw_gltf_elements *elements, uint32_t index, uint32_t width, float *out) {
+  const uint8_t *from = elements->bytes + (size_t)index * elements->stride;
+  int8_t bytes[4];
+  int16_t shorts[4];
+  switch (elements->component) {
+  case BYTE:
+    memcpy(bytes, from, width);
+    for (uint32_t i = 0; i < width; i++) out[i] = fmaxf((float)bytes[i] / INT8_MAX, -1);
+    return;
+  case SHORT:
+    memcpy(shorts, from, width * sizeof *shorts);
+    for (uint32_t i = 0; i < width; i++) out[i] = fmaxf((float)shorts[i] / INT16_MAX, -1);
+    return;
+  default: memcpy(out, from, width * sizeof *out);
+  }
+}
+
+void tw_instances_read(const tw_instances *instances, uint32_t index, tw_trs *out) {
+  *out = TW_TRS_IDENTITY;
+  if (instances->translation) read_element(instances->translation, index, 3, out->translation);
+  if (instances->scale) read_element(instances->scale, index, 3, out->scale);
+  if (!instances->rotation) return;
+  float q[4], square = 0;
+  read_element(instances->rotation, index, 4, q);
+  for (int i = 0; i < 4; i++) square += q[i] * q[i];
+  for (int i = 0; i < 4 && square > 0; i++) out->rotation[i] = q[i] / sqrtf(square);
+}

@@ -1,0 +1,17 @@
+/* Where a scene shows its meshes in world space: once for each node, or once for each instance of a node. */
+#ifndef TWEEND_PLACEMENT_H
+#define TWEEND_PLACEMENT_H
+
+#include "tweend/format.h"
+
+typedef struct tw_placements {
+  uint32_t count;
+  tw_placement *items; /* [count] by node; nodes that are hidden or show no faces have none */
+} tw_placements;
+
+/* Places what a scene shows at its pose. False without memory, or at the end of the work; then too it must be
+ * deinited. */
+bool tw_placements_find(const tw_scene *scene, tw_placements *out);
+void tw_placements_deinit(tw_placements *placements); /* zeroed ones are fine */
+
+#endif
