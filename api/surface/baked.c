@@ -199,11 +199,6 @@ static void attach_mesh(tw_model *baked, uint32_t index, uint32_t mesh, bool is_
   locals[added] = TW_TRS_IDENTITY;
 }
 
-uint64_t api_lost_instances(const tw_model *baked, uint32_t node) {
-  const tw_node *n = &baked->nodes[node];
-  return n->mesh == TW_NO_INDEX && !n->is_hidden ? tw_gltf_instance_count(baked, node) : 0;
-}
-
 static tw_status place_meshes(tw_arena *arena, const tw_model *model, const deformer *d,
                               const plan_layout *layout, tw_model *baked, answer_meshes *out,
                               tw_error *error) {

@@ -21,10 +21,6 @@ typedef struct api_baked {
 api_outcome api_bake(api_call *call, const tw_model *model, const tw_clip *clip, float time,
                      const api_surface_query *query, api_baked *out);
 
-/* Of a baked model: the instances of a node that answers leave out, as its joints have put its mesh
- * elsewhere. */
-uint64_t api_lost_instances(const tw_model *baked, uint32_t node);
-
 /* A copy of the model with its own array of nodes, with room for `more`. NULL without memory. */
 tw_model *api_copy_nodes(tw_arena *arena, const tw_model *model, uint32_t more);
 

@@ -3,8 +3,6 @@
 
 #include <string.h>
 
-#include "baked.h"
-
 static const api_length_unit units[] = {{"mm", "millimetres", "millimeter", 1000},
                                         {"cm", "centimetres", "centimeter", 100},
                                         {"m", "metres", "meter", 1},
@@ -115,7 +113,7 @@ static flat_losses count_losses(const tw_scene *scene, bool is_hard) {
     count_mesh(&model->meshes[i], scene->surfaces[i], is_hard, &losses);
   for (uint32_t n = 0; n < model->node_count; n++) {
     losses.shown += tw_node_times_shown(model, n);
-    losses.instances += api_lost_instances(model, n);
+    losses.instances += tw_node_lost_instances(model, n);
   }
   return losses;
 }

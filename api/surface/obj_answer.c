@@ -4,7 +4,6 @@
 
 #include <string.h>
 
-#include "baked.h"
 #include "service.h"
 
 /* ---- losses ---- */
@@ -74,7 +73,7 @@ api_outcome api_obj_warn_of_losses(api_call *call, const tw_model *model) {
   for (uint32_t i = 0; i < model->mesh_count && is_counted; i++)
     is_counted = count_losses(&model->meshes[i], &losses);
   if (!is_counted) return api_fail_without_memory(call);
-  for (uint32_t n = 0; n < model->node_count; n++) losses.instances += api_lost_instances(model, n);
+  for (uint32_t n = 0; n < model->node_count; n++) losses.instances += tw_node_lost_instances(model, n);
   uint32_t materials = model->assets || model->material_colors ? model->material_count : 0;
   tw_text text = {0};
   list(&text, losses.instances, "the ", " instances of EXT_mesh_gpu_instancing");

@@ -44,15 +44,16 @@ bool tw_instances_find(const tw_model *model, uint32_t node, tw_instances *out) 
   return out->count < UINT32_MAX;
 }
 
-uint64_t tw_gltf_instance_count(const tw_model *model, uint32_t node) {
-  tw_instances instances;
-  return tw_instances_find(model, node, &instances) ? instances.count : 0;
-}
-
 uint64_t tw_node_times_shown(const tw_model *model, uint32_t node) {
   if (model->nodes[node].mesh == TW_NO_INDEX || model->nodes[node].is_hidden) return 0;
   tw_instances instances;
   return tw_instances_find(model, node, &instances) ? instances.count : 1;
+}
+
+uint64_t tw_node_lost_instances(const tw_model *model, uint32_t node) {
+  tw_instances instances;
+  bool is_bare = model->nodes[node].mesh == TW_NO_INDEX && !model->nodes[node].is_hidden;
+  return is_bare && tw_instances_find(model, node, &instances) ? instances.count : 0;
 }
 
 /* width: at most 4. */

@@ -532,6 +532,7 @@ static bool tell_apart(tw_obj_stream *stream) {
     if (!name && is_instance) stream->namesakes[i] = suffix;
   }
   has_memory = has_memory && tw_sort(all, places->count, sizeof *all, compare_named) == TW_OK;
+  suffix = 1;
   for (uint32_t i = 1; has_memory && i < places->count; i++) {
     bool is_namesake = *all[i].name && strcmp(all[i].name, all[i - 1].name) == 0;
     suffix = is_namesake ? suffix + 1 : 1;

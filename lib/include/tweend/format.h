@@ -224,11 +224,11 @@ void tw_gltf_stream_seek(tw_gltf_stream *stream, uint64_t offset);
  * fixed width for the bounds. Compressed packs must be measured. Errors as tw_gltf_stream_create. */
 tw_status tw_gltf_stream_predict(const tw_scene *scene, tw_format container, uint64_t *size, tw_error *error);
 
-/* How many places EXT_mesh_gpu_instancing gives the mesh of a node; 0 where it says nothing: the node shows
- * its mesh once, where it is itself. O(what is kept of the node). */
-uint64_t tw_gltf_instance_count(const tw_model *model, uint32_t node);
 /* How often flat answers and OBJ show the mesh of a node: 0 where it has none or is hidden. */
 uint64_t tw_node_times_shown(const tw_model *model, uint32_t node);
+/* The places that EXT_mesh_gpu_instancing gives to a node without a mesh: baking leaves nodes of skinned
+ * meshes so. Answers show none of them. */
+uint64_t tw_node_lost_instances(const tw_model *model, uint32_t node);
 
 /* Where flat answers and OBJ show a mesh. */
 typedef struct tw_placement {
