@@ -51,9 +51,10 @@ uint64_t tw_node_times_shown(const tw_model *model, uint32_t node) {
 }
 
 uint64_t tw_node_lost_instances(const tw_model *model, uint32_t node) {
+  const tw_node *n = &model->nodes[node];
   tw_instances instances;
-  bool is_bare = model->nodes[node].mesh == TW_NO_INDEX && !model->nodes[node].is_hidden;
-  return is_bare && tw_instances_find(model, node, &instances) ? instances.count : 0;
+  bool is_lost = n->mesh == TW_NO_INDEX || (n->skin != TW_NO_INDEX && model->meshes[n->mesh].skin.joints);
+  return is_lost && !n->is_hidden && tw_instances_find(model, node, &instances) ? instances.count : 0;
 }
 
 /* width: at most 4. */

@@ -226,8 +226,8 @@ tw_status tw_gltf_stream_predict(const tw_scene *scene, tw_format container, uin
 
 /* How often flat answers and OBJ show the mesh of a node: 0 where it has none or is hidden. */
 uint64_t tw_node_times_shown(const tw_model *model, uint32_t node);
-/* The places that EXT_mesh_gpu_instancing gives to a node without a mesh: baking leaves nodes of skinned
- * meshes so. Answers show none of them. */
+/* The places that EXT_mesh_gpu_instancing gives to a node whose mesh is where joints put it, or that baking
+ * has left without one: OBJ and flat answers show none of them. */
 uint64_t tw_node_lost_instances(const tw_model *model, uint32_t node);
 
 /* Where flat answers and OBJ show a mesh. */
