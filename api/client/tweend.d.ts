@@ -1269,12 +1269,13 @@ export interface SurfaceOptions {
    * @default auto
    */
   normals?: "auto" | "limit" | "none";
-  /** Which clips the answer keeps as glTF animations. Default: all clips of the model, at their indices; else those
-   * named, separated by commas (at most 256), in that order. `{model id}/{name}` borrows a clip of another stored
-   * model, matching nodes by name; `none` keeps no clip. A value that equals a clip's whole name, even with commas
-   * or `none`, means that clip. With times, the clips (default: the first) play together; if two clips move the
-   * same path of a node, the later one in the list wins. One time poses the model; several bake one animation with
-   * keys at exactly these times, whose bytes are limited like an upload's. */
+  /** Which clips the answer keeps as glTF animations. Default: all clips of the model, at their indices, but for
+   * mixed ones with layers of models that are not stored, which a warning names and for which such an answer is
+   * `no-cache`; else those named, separated by commas (at most 256), in that order. `{model id}/{name}` borrows a
+   * clip of another stored model, matching nodes by name; `none` keeps no clip. A value that equals a clip's whole
+   * name, even with commas or `none`, means that clip. With times, the clips (default: the first) play together; if
+   * two clips move the same path of a node, the later one in the list wins. One time poses the model; several bake
+   * one animation with keys at exactly these times, whose bytes are limited like an upload's. */
   clip?: string;
   /** Times in seconds, separated by commas. */
   at?: string | number | number[];
@@ -1285,9 +1286,9 @@ export interface SurfaceOptions {
    * Unity, VRoid, Biped, SMPL, DAZ, Character Creator). Rotations go over relative to each rest pose; limbs that
    * rest otherwise are aligned from joint to joint, so that the hand points where the source's points; bones in
    * between share the motion, or are taken into it; hips move by the ratio of leg lengths, and between humanoid
-   * maps by that of hip heights. Bones that the clip moves and that have no counterpart are a warning, by name. 422
-   * where fewer than half of the bones match, of those that the clip moves or of the model's where these are fewer,
-   * and without a skeleton. Own clips stay as they are.
+   * maps by that of hip heights. Bones that the clip moves and that have no counterpart are a warning with the
+   * first of their names. 422 where fewer than half of the bones match, of those that the clip moves or of the
+   * model's where these are fewer, and without a skeleton. Own clips stay as they are.
    * @default none
    */
   retarget?: "none" | "auto";
@@ -1300,8 +1301,9 @@ export interface SurfaceOptions {
   /**
    * With `retarget=auto`, `hold`: while a foot of the clip's own figure touches the ground, this model's foot
    * stands still, as seen from above. The leg bends and swings for it (inverse kinematics of two bones); the foot
-   * keeps its height and rotation, and comes and goes within 0.15 s. A leg that is too short reaches as far as it
-   * can; hips stay. A warning where no foot could be held.
+   * keeps its height and rotation, and comes and goes within 0.15 s. Where a leg is too short for it, the hips go
+   * down softly within 0.3 s, with all that is above them, by up to a tenth of the leg's length. A warning where no
+   * foot could be held.
    */
   feet?: "hold";
   /** The name of a node whose motion moves the whole figure, or `auto`: the topmost node that the clip translates,
@@ -1444,9 +1446,9 @@ export interface PoseOptions {
    * Unity, VRoid, Biped, SMPL, DAZ, Character Creator). Rotations go over relative to each rest pose; limbs that
    * rest otherwise are aligned from joint to joint, so that the hand points where the source's points; bones in
    * between share the motion, or are taken into it; hips move by the ratio of leg lengths, and between humanoid
-   * maps by that of hip heights. Bones that the clip moves and that have no counterpart are a warning, by name. 422
-   * where fewer than half of the bones match, of those that the clip moves or of the model's where these are fewer,
-   * and without a skeleton. Own clips stay as they are.
+   * maps by that of hip heights. Bones that the clip moves and that have no counterpart are a warning with the
+   * first of their names. 422 where fewer than half of the bones match, of those that the clip moves or of the
+   * model's where these are fewer, and without a skeleton. Own clips stay as they are.
    * @default none
    */
   retarget?: "none" | "auto";
@@ -1459,8 +1461,9 @@ export interface PoseOptions {
   /**
    * With `retarget=auto`, `hold`: while a foot of the clip's own figure touches the ground, this model's foot
    * stands still, as seen from above. The leg bends and swings for it (inverse kinematics of two bones); the foot
-   * keeps its height and rotation, and comes and goes within 0.15 s. A leg that is too short reaches as far as it
-   * can; hips stay. A warning where no foot could be held.
+   * keeps its height and rotation, and comes and goes within 0.15 s. Where a leg is too short for it, the hips go
+   * down softly within 0.3 s, with all that is above them, by up to a tenth of the leg's length. A warning where no
+   * foot could be held.
    */
   feet?: "hold";
   /** The name of a node whose motion moves the whole figure, or `auto`: the topmost node that the clip translates,
@@ -1554,9 +1557,9 @@ export interface LiveOptions {
    * Unity, VRoid, Biped, SMPL, DAZ, Character Creator). Rotations go over relative to each rest pose; limbs that
    * rest otherwise are aligned from joint to joint, so that the hand points where the source's points; bones in
    * between share the motion, or are taken into it; hips move by the ratio of leg lengths, and between humanoid
-   * maps by that of hip heights. Bones that the clip moves and that have no counterpart are a warning, by name. 422
-   * where fewer than half of the bones match, of those that the clip moves or of the model's where these are fewer,
-   * and without a skeleton. Own clips stay as they are.
+   * maps by that of hip heights. Bones that the clip moves and that have no counterpart are a warning with the
+   * first of their names. 422 where fewer than half of the bones match, of those that the clip moves or of the
+   * model's where these are fewer, and without a skeleton. Own clips stay as they are.
    * @default none
    */
   retarget?: "none" | "auto";
@@ -1569,8 +1572,9 @@ export interface LiveOptions {
   /**
    * With `retarget=auto`, `hold`: while a foot of the clip's own figure touches the ground, this model's foot
    * stands still, as seen from above. The leg bends and swings for it (inverse kinematics of two bones); the foot
-   * keeps its height and rotation, and comes and goes within 0.15 s. A leg that is too short reaches as far as it
-   * can; hips stay. A warning where no foot could be held.
+   * keeps its height and rotation, and comes and goes within 0.15 s. Where a leg is too short for it, the hips go
+   * down softly within 0.3 s, with all that is above them, by up to a tenth of the leg's length. A warning where no
+   * foot could be held.
    */
   feet?: "hold";
   /** The name of a node whose motion moves the whole figure, or `auto`: the topmost node that the clip translates,
@@ -1664,9 +1668,9 @@ export interface TracksOptions {
    * Unity, VRoid, Biped, SMPL, DAZ, Character Creator). Rotations go over relative to each rest pose; limbs that
    * rest otherwise are aligned from joint to joint, so that the hand points where the source's points; bones in
    * between share the motion, or are taken into it; hips move by the ratio of leg lengths, and between humanoid
-   * maps by that of hip heights. Bones that the clip moves and that have no counterpart are a warning, by name. 422
-   * where fewer than half of the bones match, of those that the clip moves or of the model's where these are fewer,
-   * and without a skeleton. Own clips stay as they are.
+   * maps by that of hip heights. Bones that the clip moves and that have no counterpart are a warning with the
+   * first of their names. 422 where fewer than half of the bones match, of those that the clip moves or of the
+   * model's where these are fewer, and without a skeleton. Own clips stay as they are.
    * @default none
    */
   retarget?: "none" | "auto";

@@ -1,5 +1,5 @@
 /* Inverse kinematics of two bones: the knee bends until the foot is as far from the hip as its new place is,
- * then the whole leg swings there. */
+ * then the whole leg swings there. Where a leg would be too short, the hips are lowered first. */
 #include "foot_hold.h"
 
 #include <math.h>
@@ -15,6 +15,7 @@ enum { SIDES = 2 };
 static const double BLEND = 0.15;     /* seconds in which a foot comes to its place, and leaves it */
 static const double STRETCH = 0.9995; /* of a leg's length: straighter knees would snap */
 static const double HINGE = 0.05;     /* how much the knee's own axis counts where it is nearly straight */
+static const double LOWERED = 0.1;    /* of a leg's length: the most that hips go down */
 
 /* A time in which the foot stands. Places and offsets are x and z. */
 typedef struct touch {
@@ -38,6 +39,11 @@ typedef struct holding {
   const tw_clip *clip; /* of the target, without this */
   uint32_t leg_count;
   leg legs[SIDES];
+  uint32_t hips; /* the node that is lowered, above all legs; or TW_NO_INDEX */
+  tw_way hips_way;
+  uint32_t lowered_count;
+  float *lowered; /* [lowered_count] how far, every so many seconds */
+  double lowered_step;
 } holding;
 
 /* The joints of a leg in the world, and the frames that they are in. */
@@ -71,9 +77,10 @@ static double ease(double t) {
   return t * t * (3 - 2 * t);
 }
 
-/* How far the foot is moved. at: where the clip has it. */
-static void offset_at(const leg *leg, double time, const double at[3], double out[2]) {
+/* How far the foot is moved. at: where the clip has it. Returns how much it is held, 0 to 1. */
+static double offset_at(const leg *leg, double time, const double at[3], double out[2]) {
   uint32_t next = 0, end = leg->touch_count; /* the first touch that begins later */
+  double held = 0;
   while (next < end) {
     uint32_t middle = next + (end - next) / 2;
     if (leg->touches[middle].from <= time)
@@ -85,14 +92,105 @@ static void offset_at(const leg *leg, double time, const double at[3], double ou
   if (next > 0) {
     const touch *last = &leg->touches[next - 1];
     bool stands = time <= last->to;
-    double part = stands ? 1 : last->after > 0 ? 1 - ease((time - last->to) / last->after) : 0;
-    for (int i = 0; i < 2; i++) out[i] += part * (stands ? last->place[i] - at[2 * i] : last->leaving[i]);
-    if (stands) return;
+    held = stands ? 1 : last->after > 0 ? 1 - ease((time - last->to) / last->after) : 0;
+    for (int i = 0; i < 2; i++) out[i] += held * (stands ? last->place[i] - at[2 * i] : last->leaving[i]);
+    if (stands) return held;
   }
-  if (next == leg->touch_count) return;
+  if (next == leg->touch_count) return held;
   const touch *coming = &leg->touches[next];
   double part = coming->before > 0 ? 1 - ease((coming->from - time) / coming->before) : 0;
   for (int i = 0; i < 2; i++) out[i] += part * coming->coming[i];
+  return fmax(held, part);
+}
+
+/* ---- lowering the hips ----------------------------------------------------------------------- */
+
+static double distance(const double a[3], const double b[3]) {
+  const double way[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+  return tw_length3(way);
+}
+
+/* How far the hips have to go down until the leg reaches `goal`, up to LOWERED. */
+static double find_need(const leg_pose *pose, const double goal[3]) {
+  const double *hip = pose->joints[UPPER].at, *knee = pose->joints[LOWER].at, *ankle = pose->joints[FOOT].at;
+  double length = distance(hip, knee) + distance(knee, ankle);
+  double most = fmax(distance(hip, ankle), STRETCH * length);
+  double aside = hypot(goal[0] - hip[0], goal[2] - hip[2]);
+  double need = hip[1] - goal[1] - sqrt(fmax(most * most - aside * aside, 0));
+  return fmin(fmax(need, 0), LOWERED * length);
+}
+
+/* The larger need of the legs whose feet are held. */
+static double need_at(const holding *h, float time) {
+  double most = 0;
+  for (uint32_t l = 0; l < h->leg_count; l++) {
+    const leg_pose pose = pose_at(h->clip, &h->legs[l], time);
+    double goal[3], offset[2];
+    memcpy(goal, pose.joints[FOOT].at, sizeof goal);
+    if (!offset_at(&h->legs[l], (double)time, goal, offset)) continue;
+    goal[0] += offset[0];
+    goal[2] += offset[1];
+    most = fmax(most, find_need(&pose, goal));
+  }
+  return most;
+}
+
+/* The most, or the mean, of the values up to `reach` away on either side; the first and the last go on beyond
+ * the ends. */
+static void spread(const float *values, uint32_t count, uint32_t reach, bool is_mean, float *out) {
+  for (uint32_t i = 0; i < count; i++) {
+    float most = values[i];
+    double sum = 0;
+    for (uint32_t k = 0; k <= 2 * reach; k++) {
+      uint32_t at = i + k < reach ? 0 : i + k - reach;
+      float value = values[at < count ? at : count - 1];
+      sum += (double)value;
+      if (value > most) most = value;
+    }
+    out[i] = is_mean ? (float)(sum / (2 * reach + 1)) : most;
+  }
+}
+
+/* Finds how far the hips are lowered at all times: nowhere less than the legs need, since the running maximum
+ * of the need is averaged over as long a time as it is taken. */
+static tw_status find_lowering(holding *h, tw_arena *arena, tw_error *error) {
+  enum { RATE = 60, SAMPLES_MOST = 1 << 20, LEG_COST = 200 };
+  double duration = (double)tw_clip_duration(h->clip);
+  h->lowered_step = fmax(1.0 / RATE, duration / SAMPLES_MOST);
+  h->lowered_count = (uint32_t)(duration / h->lowered_step) + 2;
+  h->lowered = tw_arena_alloc_raw(arena, h->lowered_count, sizeof *h->lowered);
+  float *other = tw_arena_alloc_raw(arena, h->lowered_count, sizeof *other);
+  if (!h->lowered || !other) return tw_fail(error, TW_NO_MEMORY, "no memory to hold feet");
+  uint64_t cost = 0;
+  for (uint32_t l = 0; l < h->leg_count; l++)
+    cost += LEG_COST * (uint64_t)(h->legs[l].way.count + h->legs[l].below + 1);
+  for (uint32_t i = 0; i < h->lowered_count; i++) {
+    h->lowered[i] = (float)need_at(h, (float)(i * h->lowered_step));
+    if (!tw_work(cost)) return tw_work_status(error);
+  }
+  uint32_t reach = (uint32_t)(BLEND / h->lowered_step);
+  spread(h->lowered, h->lowered_count, reach, false, other);
+  spread(other, h->lowered_count, reach / 2, true, h->lowered);
+  spread(h->lowered, h->lowered_count, reach - reach / 2, true, other);
+  h->lowered = other;
+  return TW_OK;
+}
+
+static double lowering_at(const holding *h, float time) {
+  if (h->hips == TW_NO_INDEX) return 0;
+  double at = fmin(fmax((double)time / h->lowered_step, 0), h->lowered_count - 1.0);
+  uint32_t i = (uint32_t)fmin(floor(at), h->lowered_count - 2.0);
+  double part = at - i;
+  return (1 - part) * (double)h->lowered[i] + part * (double)h->lowered[i + 1];
+}
+
+/* The place of the hips in their parent. */
+static void hips_at(const holding *h, float time, float out[3]) {
+  tw_trs local = tw_way_local_at(h->clip, &h->hips_way.own, time);
+  const tw_affine parent = tw_way_parent_at(h->clip, &h->hips_way, time);
+  double way[3];
+  tw_affine_solve(&parent, (const double[3]){0, -lowering_at(h, time), 0}, way);
+  for (int i = 0; i < 3; i++) out[i] = (float)((double)local.translation[i] + way[i]);
 }
 
 /* ---- bending and swinging -------------------------------------------------------------------- */
@@ -151,7 +249,7 @@ static void reach(const leg_pose *pose, const leg *leg, const double goal[3], do
 
 /* The rotation of a joint of the leg, as its track has it. */
 static void joint_at(const holding *h, const leg *leg, int joint, float time, float out[4]) {
-  const leg_pose pose = pose_at(h->clip, leg, time);
+  leg_pose pose = pose_at(h->clip, leg, time);
   const tw_way_node *node = joint == UPPER   ? &leg->way.own
                             : joint == LOWER ? &leg->chain[leg->lower]
                                              : &leg->chain[leg->below - 1];
@@ -160,7 +258,9 @@ static void joint_at(const holding *h, const leg *leg, int joint, float time, fl
   memcpy(goal, pose.joints[FOOT].at, sizeof goal);
   offset_at(leg, (double)time, goal, offset);
   memcpy(out, local.rotation, sizeof local.rotation);
-  if (offset[0] == 0 && offset[1] == 0) return;
+  double lowered = lowering_at(h, time);
+  if (offset[0] == 0 && offset[1] == 0 && lowered == 0) return;
+  for (int i = 0; i < JOINTS; i++) pose.joints[i].at[1] -= lowered;
   goal[0] += offset[0];
   goal[2] += offset[1];
   reach(&pose, leg, goal, swing, bend);
@@ -260,14 +360,14 @@ static bool take_touches(const tw_clip_report *report, uint32_t foot, tw_arena *
   return leg->touches;
 }
 
-static tw_status place_touches(const tw_clip *clip, leg *leg) {
+static tw_status place_touches(const tw_clip *clip, leg *leg, tw_error *error) {
   for (uint32_t i = 0; i < leg->touch_count; i++) {
     touch *t = &leg->touches[i];
     place_touch(clip, leg, t);
     double since = i > 0 ? (t->from - leg->touches[i - 1].to) / 2 : t->from;
     t->before = fmin(BLEND, since);
     t->after = i + 1 < leg->touch_count ? fmin(BLEND, (leg->touches[i + 1].from - t->to) / 2) : BLEND;
-    if (!tw_work(500 * (uint64_t)(leg->way.count + leg->below))) return TW_CANCELLED;
+    if (!tw_work(500 * (uint64_t)(leg->way.count + leg->below))) return tw_work_status(error);
   }
   return TW_OK;
 }
@@ -278,12 +378,13 @@ static void held_sample(const tw_clip *clip, uint32_t track, const float *times,
                         float *out) {
   const holding *h = clip->making;
   for (size_t i = 0; i < time_count; i++)
-    joint_at(h, &h->legs[track / JOINTS], (int)(track % JOINTS), times[i], out + 4 * i);
+    if (track == h->leg_count * JOINTS)
+      hips_at(h, times[i], out + 3 * i);
+    else
+      joint_at(h, &h->legs[track / JOINTS], (int)(track % JOINTS), times[i], out + 4 * i);
 }
 
-static bool held_bends(const tw_clip *clip, uint32_t track, const tw_bend_sink *sink) {
-  const holding *h = clip->making;
-  const leg *leg = &h->legs[track / JOINTS];
+static bool leg_bends(const holding *h, const leg *leg, const tw_bend_sink *sink) {
   if (!tw_way_bends(h->clip, &leg->way, sink)) return false;
   for (uint32_t i = 0; i < leg->below; i++)
     if (!tw_way_node_bends(h->clip, &leg->chain[i], sink)) return false;
@@ -291,16 +392,28 @@ static bool held_bends(const tw_clip *clip, uint32_t track, const tw_bend_sink *
     const touch *t = &leg->touches[i];
     const double times[] = {t->from - t->before, t->from, t->to, t->to + t->after};
     for (int k = 0; k < 4; k++)
-      if (times[k] < (double)clip->duration && !bend_put(sink, times[k], 1)) return false;
+      if (times[k] < (double)h->clip->duration && !bend_put(sink, times[k], 1)) return false;
   }
   return true;
 }
 
-/* The rotations of the legs alone, as a clip that is sampled and reduced. It lives in the arena. */
+static bool held_bends(const tw_clip *clip, uint32_t track, const tw_bend_sink *sink) {
+  const holding *h = clip->making;
+  bool is_hips = track == h->leg_count * JOINTS;
+  for (uint32_t l = 0; l < h->leg_count; l++)
+    if ((is_hips || track / JOINTS == l) && !leg_bends(h, &h->legs[l], sink)) return false;
+  double duration = (double)clip->duration, step = fmax(BLEND, h->lowered_step);
+  for (double time = step; h->hips != TW_NO_INDEX && time < duration; time += step)
+    if (!bend_put(sink, time, 1)) return false;
+  return true;
+}
+
+/* The rotations of the legs, and the place of the hips, alone, as a clip that is sampled and reduced. It
+ * lives in the arena. */
 static tw_clip *make_clip(holding *h, tw_arena *arena) {
   static const tw_clip_kind kind = {.sample = held_sample, .bends = held_bends};
   tw_clip *clip = tw_arena_alloc(arena, 1, sizeof *clip);
-  tw_track *tracks = tw_arena_alloc(arena, SIDES * JOINTS, sizeof *tracks);
+  tw_track *tracks = tw_arena_alloc(arena, SIDES * JOINTS + 1, sizeof *tracks);
   if (!clip || !tracks) return NULL;
   *clip = (tw_clip){.node_count = h->clip->node_count,
                     .tracks = tracks,
@@ -314,6 +427,9 @@ static tw_clip *make_clip(holding *h, tw_arena *arena) {
           (tw_track){.kind = TRACK_MADE, .node = h->legs[l].nodes[joint], .path = TW_ROTATION, .width = 4};
     clip->cost += 4 * (h->legs[l].way.count + h->legs[l].below + 1);
   }
+  if (h->hips != TW_NO_INDEX)
+    tracks[clip->track_count++] =
+        (tw_track){.kind = TRACK_MADE, .node = h->hips, .path = TW_TRANSLATION, .width = 3};
   return clip;
 }
 
@@ -326,7 +442,7 @@ static bool replace_tracks(const tw_clip_keys *held, tw_arena *arena, tw_clip_ke
   for (uint32_t i = 0; i < held->track_count; i++) {
     uint32_t at = 0;
     while (at < keys->track_count &&
-           (tracks[at].node != held->tracks[i].node || tracks[at].path != TW_ROTATION))
+           (tracks[at].node != held->tracks[i].node || tracks[at].path != held->tracks[i].path))
       at++;
     if (at == keys->track_count) keys->track_count++;
     tracks[at] = held->tracks[i];
@@ -335,31 +451,49 @@ static bool replace_tracks(const tw_clip_keys *held, tw_arena *arena, tw_clip_ke
   return true;
 }
 
-static tw_status hold(const tw_retarget_job *job, holding *h, tw_arena *arena, tw_arena *scratch,
-                      tw_clip_keys *keys, tw_error *error) {
+/* Finds the hips, where they are above all legs. False without memory. */
+static bool find_hips(const tw_retarget_job *job, const tw_bone_match *match, const tw_node_tracks *tracks,
+                      tw_arena *arena, holding *h) {
+  uint32_t count = 0;
+  h->hips = TW_NO_INDEX;
+  for (uint32_t n = 0; n < job->target.node_count; n++)
+    if (match->role[n] == TW_BONE_HIPS && match->source_of[n] != TW_NO_INDEX) h->hips = n;
+  for (uint32_t l = 0; l < h->leg_count; l++) {
+    uint32_t node = h->legs[l].nodes[UPPER];
+    while (node != TW_NO_INDEX && node != h->hips) node = job->target.nodes[node].parent;
+    count += node != TW_NO_INDEX;
+  }
+  if (count < h->leg_count) h->hips = TW_NO_INDEX;
+  return h->hips == TW_NO_INDEX || tw_way_find(tracks, job->target.nodes, h->hips, arena, &h->hips_way);
+}
+
+static tw_status hold(const tw_retarget_job *job, const tw_bone_match *match, double size, holding *h,
+                      tw_arena *arena, tw_arena *scratch, tw_clip_keys *keys, tw_error *error) {
   const tw_node_tracks *tracks = tw_way_list_tracks(h->clip, scratch);
-  bool has_room = tracks;
+  bool has_room = tracks && find_hips(job, match, tracks, scratch, h);
   tw_status status = TW_OK;
   for (uint32_t l = 0; l < h->leg_count && has_room && status == TW_OK; l++) {
     has_room = find_ways(job, tracks, scratch, &h->legs[l]);
     if (!has_room) break;
     find_hinge(h->clip, &h->legs[l]);
-    status = place_touches(h->clip, &h->legs[l]);
+    status = place_touches(h->clip, &h->legs[l], error);
   }
-  if (status != TW_OK) return tw_fail(error, status, "the clip is not wanted any more");
+  if (status == TW_OK && has_room && h->hips != TW_NO_INDEX) status = find_lowering(h, scratch, error);
+  if (status != TW_OK) return status;
   tw_clip *clip = has_room ? make_clip(h, scratch) : NULL;
   uint64_t steps = TW_REDUCTION_STEPS;
+  const tw_tolerance tolerance = {job->tolerance.angle, job->tolerance.distance * size};
   tw_clip_keys held;
   tw_tolerance reached;
   if (!clip) return tw_fail(error, TW_NO_MEMORY, "no memory to hold feet");
-  status = tw_clip_reduce(clip, NULL, job->tolerance, job->max_keys, &steps, arena, &held, &reached, error);
+  status = tw_clip_reduce(clip, NULL, tolerance, job->max_keys, &steps, arena, &held, &reached, error);
   if (status != TW_OK) return status;
   return replace_tracks(&held, arena, keys) ? TW_OK : tw_fail(error, TW_NO_MEMORY, "no memory to hold feet");
 }
 
-/* Finds the legs, and when the source's feet touch the ground. */
+/* Finds the legs, and when the source's feet touch the ground. held: the feet that do. */
 static tw_status find_contacts(const tw_retarget_job *job, const tw_bone_match *match, tw_arena *scratch,
-                               holding *h, tw_error *error) {
+                               holding *h, uint32_t *held, tw_error *error) {
   const tw_skeleton *source = &job->source;
   uint32_t feet[SIDES];
   for (uint32_t side = 0; side < SIDES; side++) {
@@ -367,32 +501,29 @@ static tw_status find_contacts(const tw_retarget_job *job, const tw_bone_match *
     if (!find_leg(job, match, side, leg)) continue;
     feet[h->leg_count++] = match->source_of[leg->nodes[FOOT]];
   }
+  *held = 0;
   if (h->leg_count == 0) return TW_OK;
   tw_clip_report report;
   tw_status status = tw_clip_inspect(job->keys, source->nodes, source->order, source->node_count, feet,
                                      h->leg_count, scratch, &report, error);
-  uint32_t count = 0;
   for (uint32_t l = 0; l < h->leg_count && status == TW_OK; l++) {
     leg *leg = &h->legs[l];
     if (!take_touches(&report, feet[l], scratch, leg)) status = tw_fail(error, TW_NO_MEMORY, "out of memory");
-    if (leg->touch_count > 0) h->legs[count++] = *leg;
+    *held += leg->touch_count > 0;
   }
-  h->leg_count = count;
   return status;
 }
 
-tw_status tw_feet_hold(const tw_retarget_job *job, const tw_bone_match *match, tw_arena *arena,
+tw_status tw_feet_hold(const tw_retarget_job *job, const tw_bone_match *match, double size, tw_arena *arena,
                        tw_clip_keys *keys, uint32_t *held, tw_error *error) {
   tw_arena *scratch = tw_arena_create();
   if (!scratch) return tw_fail(error, TW_NO_MEMORY, "no memory to hold feet");
   holding h = {0};
   tw_clip *clip = NULL;
-  tw_status status = find_contacts(job, match, scratch, &h, error);
-  if (status == TW_OK && h.leg_count > 0)
-    status = tw_clip_create(keys, job->target.node_count, -1, &clip, error);
+  tw_status status = find_contacts(job, match, scratch, &h, held, error);
+  if (status == TW_OK && *held > 0) status = tw_clip_create(keys, job->target.node_count, -1, &clip, error);
   h.clip = clip;
-  if (status == TW_OK && clip) status = hold(job, &h, arena, scratch, keys, error);
-  *held = h.leg_count;
+  if (status == TW_OK && clip) status = hold(job, match, size, &h, arena, scratch, keys, error);
   tw_clip_destroy(clip);
   tw_arena_destroy(scratch);
   return status;

@@ -106,8 +106,8 @@ clips="{\"name\":\"walk\",\"tracks\":[$(turn hips 90),$(turn spine 40)]},{\"name
   lent="{\"name\":\"lent\",\"tracks\":[$(turn hips 52)]}"
   lender=$(model "$lent")
   id=$(model "$clips,{\"name\":\"stroll\",\"layers\":[{\"clip\":\"$lender/lent\"}]},{\"name\":\"jog\",\"layers\":[{\"clip\":\"run\"}]}")
-  ask() { curl --silent --dump-header headers "$url/v1/models/$id/surface.gltf?level=0$1"; }
-  header() { sed -n "s/^$1: //Ip" headers | tr -d '\r'; }
+  ask() { curl --silent --dump-header "$BATS_TEST_TMPDIR/headers" "$url/v1/models/$id/surface.gltf?level=0$1"; }
+  header() { sed -n "s/^$1: //Ip" "$BATS_TEST_TMPDIR/headers" | tr -d '\r'; }
   [[ $(ask '' | jq -c '[.animations[].name]') == '["walk","run","nod","stroll","jog"]' ]]
   whole=$(header ETag)
   [[ $(header Cache-Control) == *immutable ]]
