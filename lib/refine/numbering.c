@@ -96,9 +96,16 @@ typedef struct fan_entry {
   uint32_t channels[FIRST_CHANNELS], class, further, frame, normal, sector, corner;
 } fan_entry;
 
+static bool has_two_sources(const vertex_numberer *n, uint32_t edge) {
+  const tw_topology *t = n->base;
+  const uint32_t *sources = n->splits->sources;
+  uint32_t one = t->edge_corner[edge], other = t->sibling[one];
+  return sources && sources[tw_corner_face(t, one)] != sources[tw_corner_face(t, other)];
+}
+
 static bool edge_splits(const vertex_numberer *n, uint32_t edge) {
-  return n->splits->normals &&
-         (edge < n->splits->sharp_below || tw_is_infinite(n->base->edge_sharpness[edge]));
+  return n->splits->normals && (edge < n->splits->sharp_below ||
+                                tw_is_infinite(n->base->edge_sharpness[edge]) || has_two_sources(n, edge));
 }
 
 static bool is_visible(const vertex_numberer *n, uint32_t corner) {

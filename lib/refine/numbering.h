@@ -51,8 +51,10 @@ typedef struct tw_splits {
   uint32_t channel_count;
   const tw_topology *channels[TW_CHANNELS_MAX]; /* splits where values of corners differ */
   bool normals;                                 /* splits at infinitely sharp edges */
-  /* Edges of the base below this index count as sharp (bilinear surfaces). */
+  /* Edges of the base below this index count as sharp (bilinear surfaces), and with `sources`, [faces of the
+   * base], those between faces of different sources (where an open border has cut the base). */
   uint32_t sharp_below;
+  const uint32_t *sources;
   const uint8_t *tangent_frames; /* [faces of the base], or NULL: splits where tangent frames differ */
   const uint32_t *own_normals;   /* [corners of the base], or NULL: splits where values differ */
 } tw_splits;

@@ -22,13 +22,28 @@ static bool has_parents(const tw_topology *parent, const tw_topology *child, uin
   return !along_border(parent, first) && !along_border(parent, first + 1) && !along_border(parent, first + 2);
 }
 
-uint32_t tw_open_faces(const tw_topology *parent, const tw_topology *child, tw_arena *arena,
-                       uint32_t **faces) {
+static bool is_near(const tw_topology *parent, const tw_topology *child, const uint8_t *near, uint32_t face) {
+  const uint32_t *vertices = parent->corner_vertex;
+  if (!is_loop(child)) return near[vertices[face]];
+  uint32_t first = face / 4 * 3;
+  if (face % 4 < 3) return near[vertices[first + face % 4]];
+  return near[vertices[first]] || near[vertices[first + 1]] || near[vertices[first + 2]];
+}
+
+uint32_t tw_open_faces(const tw_topology *parent, const tw_topology *child, const uint8_t *near,
+                       tw_arena *arena, uint32_t **faces) {
   *faces = tw_arena_alloc(arena, child->face_count, sizeof **faces);
   uint32_t count = 0;
   for (uint32_t f = 0; *faces && f < child->face_count; f++)
-    if (has_parents(parent, child, f)) (*faces)[count++] = f;
+    if (has_parents(parent, child, f) && (!near || is_near(parent, child, near, f))) (*faces)[count++] = f;
   return count;
+}
+
+bool tw_open_is_rim(const tw_topology *topology, uint32_t face) {
+  uint32_t begin = tw_face_begin(topology, face), end = begin + tw_face_size(topology, face);
+  for (uint32_t c = begin; c < end; c++)
+    if (on_border(topology, c)) return true;
+  return false;
 }
 
 tw_status tw_open_cut(const tw_topology *full, const uint32_t *faces, uint32_t face_count, tw_arena *arena,

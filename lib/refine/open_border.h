@@ -7,10 +7,14 @@
 #include "tweend/subdiv.h"
 
 /* Lists the child's faces whose parents all exist: those at an inner vertex of the parent and, of Loop's
- * middle triangles, those of a parent face with no edge on the border. *faces: [returned count], in the
- * arena; NULL without memory. */
-uint32_t tw_open_faces(const tw_topology *parent, const tw_topology *child, tw_arena *arena,
-                       uint32_t **faces);
+ * middle triangles, those of a parent face with no edge on the border. near: NULL, or [parent->vertex_count]
+ * flags: of these faces those alone at a vertex that is marked and, of middle triangles, of a parent face
+ * with such a vertex. *faces: [returned count], in the arena; NULL without memory. */
+uint32_t tw_open_faces(const tw_topology *parent, const tw_topology *child, const uint8_t *near,
+                       tw_arena *arena, uint32_t **faces);
+
+/* Whether a face is at the border: it has a vertex there. */
+bool tw_open_is_rim(const tw_topology *topology, uint32_t face);
 
 /* Makes a topology of some faces of `full`, whose faces all have one size. Sharpness is copied; new borders
  * are sharp. *vertices: [out->vertex_count], the vertex of `full` that each one was. TW_NO_MEMORY. */

@@ -79,8 +79,11 @@ struct tw_evaluator {
 
   /* The vertices of faces [first, first + count). The level is 1 or more, so all faces have the same size. */
   void (*faces)(const tw_surface *s, tw_domain domain, uint64_t first, size_t count, uint32_t *out);
-  /* As tw_surface_vertices_of_points. NULL: points and vertices have the same numbers. */
-  void (*vertices_of_points)(const tw_surface *s, const tw_topology *level, uint32_t *out);
+  /* The row of a corner of a face that steps make of a visible face of the base. child: the face's number
+   * among those that come of that face, as generic steps number them. NULL: points and vertices have the same
+   * numbers. */
+  uint32_t (*row_of_child)(const tw_surface *s, const tw_numbering *n, uint32_t visible, uint32_t child,
+                           uint32_t corner);
 };
 
 extern const tw_evaluator tw_shallow_evaluator, tw_patch_evaluator, tw_triangle_evaluator, tw_loop_evaluator,

@@ -3,6 +3,7 @@
  * face have two. */
 #include "face_shells.h"
 
+#include "open_border.h"
 #include "surface.h"
 #include "union_find.h"
 
@@ -16,6 +17,7 @@ typedef struct base {
   const tw_topology *topology;
   const tw_shallow_level *level; /* NULL: the topology counts */
   uint32_t face_count, edge_count, corner_count;
+  const tw_topology *rim; /* of the rim of an open border, whose faces and edges come after these; or NULL */
 } base;
 
 static bool is_loop(const tw_surface *s) {
@@ -28,7 +30,16 @@ static base base_of(const tw_surface *s) {
   b.face_count = b.level ? b.level->face_count : b.topology->face_count;
   b.edge_count = b.level ? b.level->edge_count : b.topology->edge_count;
   b.corner_count = b.level ? b.level->corner_count : b.topology->corner_count;
+  if (s->rim) b.rim = &s->rim->fields[0].base;
   return b;
+}
+
+/* Faces and edges with those of the rim. */
+static uint32_t all_faces(const base *b) {
+  return b->face_count + (b->rim ? b->rim->face_count : 0);
+}
+static uint32_t all_edges(const base *b) {
+  return b->edge_count + (b->rim ? b->rim->edge_count : 0);
 }
 
 static uint32_t face_of_corner(const base *b, uint32_t corner) {
@@ -79,10 +90,12 @@ static uint32_t base_face(const base *b, uint64_t face) {
   if (s->options.level == 0) return face_of_corner(b, s->cage_step * s->face_first[face]);
   if (s->levels) return shallow_face(b, face);
   if (is_loop(s)) return tw_base_quad(s, (uint32_t)face) / 4;
-  return tw_base_quad(s, (uint32_t)(face / ((uint64_t)s->side * s->side)));
+  const tw_face_place at = tw_surface_face_place(s, face);
+  if (at.part != s) return b->face_count + tw_base_quad(at.part, (uint32_t)at.place);
+  return tw_base_quad(s, (uint32_t)(at.place / ((uint64_t)s->side * s->side)));
 }
 
-/* Marks the faces of the base that the answer shows. shown: [face_count] zeroed. */
+/* Marks the faces of the base and of the rim that the answer shows. shown: [all_faces] zeroed. */
 static void mark_shown(const base *b, uint8_t *shown) {
   const tw_surface *s = b->surface;
   if (s->options.level == 0) {
@@ -94,6 +107,7 @@ static void mark_shown(const base *b, uint8_t *shown) {
   } else {
     for (uint32_t q = 0; q < s->quad_count; q++) shown[s->quads[q]] = 1;
   }
+  for (uint32_t q = 0; s->rim && q < s->rim->quad_count; q++) shown[b->face_count + s->rim->quads[q]] = 1;
 }
 
 /* ---- shells ---------------------------------------------------------------------------------- */
@@ -105,27 +119,61 @@ typedef struct edge_faces {
   uint8_t along, against;
 } edge_faces;
 
-/* Joins the faces at each edge. sets: [face_count]. False where the result is no longer wanted. */
+static void add_face(edge_faces *edge, bool is_against, uint32_t face, uint32_t *sets) {
+  uint8_t *count = is_against ? &edge->against : &edge->along;
+  if (edge->along + edge->against == 0) edge->first = face;
+  if (*count < 3) ++*count;
+  tw_union_find_join(sets, face, edge->first);
+}
+
+/* Whether a face of the rim lies at an edge of the rim's mesh, or of the base where its faces are inner ones.
+ */
+static bool is_at_rim(const base *b, const tw_topology *t, uint32_t edge) {
+  uint32_t first = t->edge_corner[edge], corner = first;
+  do {
+    uint32_t face = tw_corner_face(t, corner);
+    if (t == b->rim ? b->surface->rim->inner_faces[face] == UINT32_MAX : tw_open_is_rim(t, face)) return true;
+    corner = t->sibling[corner];
+  } while (corner != first);
+  return false;
+}
+
+/* Joins the faces at each edge that has one of the rim. */
+static void join_rim(const base *b, const uint8_t *shown, edge_faces *edges, uint32_t *sets) {
+  const tw_topology *t = b->rim;
+  for (uint32_t e = 0; e < t->edge_count; e++) {
+    if (!is_at_rim(b, t, e)) continue;
+    uint32_t first = t->edge_corner[e], corner = first;
+    do {
+      uint32_t own = tw_corner_face(t, corner), inner = b->surface->rim->inner_faces[own],
+               face = inner == UINT32_MAX ? b->face_count + own : inner;
+      bool is_against = t->edge_vertices[e][0] != t->corner_vertex[corner];
+      if (shown[face]) add_face(&edges[b->edge_count + e], is_against, face, sets);
+      corner = t->sibling[corner];
+    } while (corner != first);
+  }
+}
+
+/* Joins the faces at each edge. sets: [all_faces]. False where the result is no longer wanted. */
 static bool join_faces(const base *b, const uint8_t *shown, edge_faces *edges, uint32_t *sets) {
-  tw_union_find_init(sets, b->face_count);
+  tw_union_find_init(sets, all_faces(b));
   for (uint32_t c = 0; c < b->corner_count; c++) {
     if (c % CORNERS_AT_ONCE == 0 && !tw_work(CORNERS_AT_ONCE * STEPS_A_CORNER)) return false;
     uint32_t face = face_of_corner(b, c);
     if (!shown[face]) continue;
     bool is_against;
-    edge_faces *edge = &edges[edge_of_corner(b, c, &is_against)];
-    uint8_t *count = is_against ? &edge->against : &edge->along;
-    if (edge->along + edge->against == 0) edge->first = face;
-    if (*count < 3) ++*count;
-    tw_union_find_join(sets, face, edge->first);
+    uint32_t edge = edge_of_corner(b, c, &is_against);
+    if (!b->rim || !is_at_rim(b, b->topology, edge)) add_face(&edges[edge], is_against, face, sets);
   }
-  return true;
+  if (!b->rim) return true;
+  join_rim(b, shown, edges, sets);
+  return tw_work((uint64_t)b->rim->corner_count * STEPS_A_CORNER);
 }
 
 /* Numbers the sets: in place of its root each face gets the number of its shell. Roots come first. */
 static uint32_t number_shells(const base *b, const uint8_t *shown, uint32_t *sets) {
   uint32_t count = 0;
-  for (uint32_t f = 0; f < b->face_count; f++)
+  for (uint32_t f = 0; f < all_faces(b); f++)
     if (!shown[f])
       sets[f] = UINT32_MAX;
     else
@@ -144,29 +192,32 @@ static uint64_t scale_count(const tw_surface *s, uint64_t count) {
   return level >= base_level ? count << (level - base_level) : count >> (base_level - level);
 }
 
+static void count_edge(const edge_faces *edge, tw_face_shells *out) {
+  uint32_t count = edge->along + edge->against;
+  if (count == 0) return;
+  tw_shell_edges *shell = &out->edges[out->of[edge->first]];
+  shell->open += count == 1;
+  shell->crowded += count > 2;
+  shell->flipped += count == 2 && edge->along != 1;
+}
+
 static void count_edges(const base *b, const edge_faces *edges, tw_face_shells *out) {
-  for (uint32_t e = 0; e < b->edge_count; e++) {
-    uint32_t count = edges[e].along + edges[e].against;
-    if (count == 0) continue;
-    tw_shell_edges *shell = &out->edges[out->of[edges[e].first]];
-    shell->open += count == 1;
-    shell->crowded += count > 2;
-    shell->flipped += count == 2 && edges[e].along != 1;
-  }
+  for (uint32_t e = 0; e < b->edge_count; e++) count_edge(&edges[e], out);
   for (uint32_t i = 0; i < out->count; i++) {
     tw_shell_edges *shell = &out->edges[i];
     *shell =
         (tw_shell_edges){scale_count(out->surface, shell->open), scale_count(out->surface, shell->crowded),
                          scale_count(out->surface, shell->flipped)};
   }
+  for (uint32_t e = b->edge_count; e < all_edges(b); e++) count_edge(&edges[e], out);
 }
 
 static tw_status find(const base *b, uint8_t *shown, edge_faces *edges, tw_face_shells *out) {
-  out->of = tw_alloc(b->face_count, sizeof *out->of);
+  out->of = tw_alloc(all_faces(b), sizeof *out->of);
   if (!shown || !edges || !out->of) return TW_NO_MEMORY;
   mark_shown(b, shown);
   if (!join_faces(b, shown, edges, out->of)) return TW_CANCELLED;
-  find_roots(b->face_count, out->of);
+  find_roots(all_faces(b), out->of);
   out->count = number_shells(b, shown, out->of);
   out->edges = tw_alloc_zero(out->count, sizeof *out->edges);
   if (!out->edges) return TW_NO_MEMORY;
@@ -177,8 +228,8 @@ static tw_status find(const base *b, uint8_t *shown, edge_faces *edges, tw_face_
 tw_status tw_face_shells_find(const tw_surface *surface, tw_face_shells *out, tw_error *error) {
   const base b = base_of(surface);
   *out = (tw_face_shells){.surface = surface};
-  uint8_t *shown = tw_alloc_zero(b.face_count, 1);
-  edge_faces *edges = tw_alloc_zero(b.edge_count, sizeof *edges);
+  uint8_t *shown = tw_alloc_zero(all_faces(&b), 1);
+  edge_faces *edges = tw_alloc_zero(all_edges(&b), sizeof *edges);
   tw_status status = find(&b, shown, edges, out);
   tw_free(shown);
   tw_free(edges);

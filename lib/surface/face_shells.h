@@ -12,7 +12,8 @@ typedef struct tw_shell_edges {
 typedef struct tw_face_shells {
   const tw_surface *surface;
   uint32_t count;
-  uint32_t *of;          /* [faces of the surface's base] the shell of each, UINT32_MAX for faces left out */
+  /* [faces of the surface's base, then of its rim's] the shell of each, UINT32_MAX for faces left out. */
+  uint32_t *of;
   tw_shell_edges *edges; /* [count] */
 } tw_face_shells;
 

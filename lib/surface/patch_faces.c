@@ -95,37 +95,26 @@ void tw_patch_faces(const tw_surface *s, tw_domain domain, uint64_t first, size_
   }
 }
 
-/* ---- points ---------------------------------------------------------------------------------- */
+/* ---- children -------------------------------------------------------------------------------- */
 
-/* The face of a quad's refined mesh at a cell of the quad's grid, as generic steps number it, counted from
- * the quad's first face. turn: the face's first corner, among the cell's corners counted from the one with
- * the least i and j. */
-typedef struct cell_face {
-  uint32_t face, turn;
-} cell_face;
-
-/* A child of a face has its first corner at the face's corner. */
-static cell_face face_of_cell(uint32_t depth, uint32_t i, uint32_t j) {
-  cell_face at = {0, 0};
-  while (depth-- > 0) {
-    uint32_t right = i >> depth & 1, high = j >> depth & 1, corner = high ? 3 - right : right;
-    at = (cell_face){4 * at.face + ((corner - at.turn) & 3), corner};
-  }
-  return at;
+/* The row of point (i, j) of a quad's grid. */
+static uint32_t row_at(const quad_rows *q, uint32_t side, uint32_t i, uint32_t j) {
+  const line_rows line = rows_of_line(q, side, j);
+  if (i == 0) return line.left;
+  return i == side ? line.right : line.between.first + (i - 1) * line.between.step;
 }
 
-static void vertices_of_quad(const tw_surface *s, const tw_topology *level, uint32_t visible, uint32_t *out) {
-  uint32_t cells = s->side * s->side, first = tw_base_quad(s, visible) * cells;
-  quad_rows quad = rows_of_quad(s, &s->points, visible);
-  for (uint32_t cell = 0; cell < cells; cell++) {
-    uint32_t rows[4];
-    emit_quad(&quad, s->side, cell, cell + 1, rows);
-    cell_face at = face_of_cell(s->depth, cell % s->side, cell / s->side);
-    for (uint32_t k = 0; k < 4; k++)
-      out[rows[k]] = level->corner_vertex[4 * (first + at.face) + ((k - at.turn) & 3)];
+/* A child of a face has its first corner at the face's corner. turn: the first corner of the face, among the
+ * corners of its cell of the grid, which are counted from the one with the least i and j. */
+uint32_t tw_patch_row_of_child(const tw_surface *s, const tw_numbering *n, uint32_t visible, uint32_t child,
+                               uint32_t corner) {
+  uint32_t i = 0, j = 0, turn = 0;
+  for (uint32_t level = s->depth; level-- > 0;) {
+    turn = ((child >> 2 * level) + turn) & 3;
+    i = 2 * i + (turn == 1 || turn == 2);
+    j = 2 * j + (turn >= 2);
   }
-}
-
-void tw_patch_vertices_of_points(const tw_surface *s, const tw_topology *level, uint32_t *out) {
-  for (uint32_t q = 0; q < s->quad_count; q++) vertices_of_quad(s, level, q, out);
+  const quad_rows quad = rows_of_quad(s, n, visible);
+  uint32_t at = (corner + turn) & 3;
+  return row_at(&quad, s->side, i + (at == 1 || at == 2), j + (at >= 2));
 }

@@ -47,6 +47,7 @@ static void free_plan(tw_surface *s) {
 
 void tw_surface_destroy(tw_surface *surface) {
   if (!surface) return;
+  tw_surface_destroy(surface->rim);
   free_positions(surface);
   tw_free(surface->bounds_ready);
   tw_free(surface->bounds);
@@ -84,7 +85,8 @@ static size_t plan_size(const tw_surface *s) {
 size_t tw_surface_size(const tw_surface *surface) {
   size_t bounds =
       tw_surface_bounds_count(surface) * (sizeof *surface->bounds_ready + sizeof *surface->bounds);
-  return sizeof *surface + positions_size(surface) + bounds + (surface->plan ? 0 : plan_size(surface));
+  return sizeof *surface + positions_size(surface) + bounds + (surface->plan ? 0 : plan_size(surface)) +
+         (surface->rim ? tw_surface_size(surface->rim) : 0);
 }
 
 const tw_surface_counts *tw_surface_get_counts(const tw_surface *surface) {

@@ -128,6 +128,14 @@ struct tw_surface {
   /* [morph_count][cage_vertices][3]; NULL also where no target displaces normals. */
   float *own_morph_normals;
 
+  /* Of the inner part of an answer that shrinks from an open border: the rim, whose rows come after this
+   * part's own, and whose faces after those of each group. Its groups are as many as the answer's, with what
+   * the rim has of each. NULL: there is but this part. */
+  tw_surface *rim;
+  /* Of a rim: [base faces] the face of the inner part's base that each comes of; UINT32_MAX: none, it is a
+   * face of the rim. */
+  uint32_t *inner_faces;
+
   uint32_t quad_count; /* visible quads of the base */
   uint32_t *quads;     /* [quad_count] base quads in group order; NULL: as in the base */
   uint32_t group_count;
@@ -239,7 +247,8 @@ typedef struct tw_face_order {
   /* [base faces] face of the mesh of each. NULL: all faces are visible and, unless shallow levels read them
    * by `face_first`, in the order of the groups. */
   const uint32_t *sources;
-  uint32_t levels; /* levels from the mesh to the base */
+  uint32_t levels;     /* levels from the mesh to the base */
+  const uint8_t *part; /* [base faces] flags of those that there are; NULL: all. Only with sources */
 } tw_face_order;
 
 /* Sets the groups of a surface that has its base, and its quads or faces in their order. With an open border
@@ -264,6 +273,14 @@ tw_status tw_own_normals_read(const tw_surface *surface, const tw_mesh *mesh, tw
  * TW_NO_MEMORY. */
 tw_status tw_own_normals_keep(tw_surface *surface, const tw_mesh *mesh, const tw_own_normals *own,
                               uint32_t rows);
+
+/* Where a face of a level of 1 or more is: in which part of the answer, at which place, and how many faces of
+ * the answer from this one on are of that part. O(groups). */
+typedef struct tw_face_place {
+  const tw_surface *part;
+  uint64_t place, run;
+} tw_face_place;
+tw_face_place tw_surface_face_place(const tw_surface *surface, uint64_t face);
 
 /* Finds the vertex of each row of TW_DOMAIN_POINTS, as the surface's level numbers it when it is refined by
  * generic steps. level: the topology of that level. Not for open borders that shrink the mesh. out:

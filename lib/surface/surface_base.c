@@ -207,10 +207,13 @@ static tw_status cut_origins(tw_surface_builder *b, const uint32_t *faces, uint3
   return TW_OK;
 }
 
-/* Cuts a level back to the faces whose parents all exist. */
+/* Cuts a level back to the faces whose parents all exist, and of the rim's levels to the rim and what touches
+ * it. */
 static tw_status cut_border(tw_surface_builder *b, const tw_topology *parent, uint32_t level) {
   uint32_t *faces, *kept[TW_FIELDS_MAX] = {NULL};
-  uint32_t face_count = tw_open_faces(parent, &b->topologies[0], b->arena, &faces);
+  const uint8_t *near = b->origins ? tw_rim_vertices(b, parent) : NULL;
+  if (b->origins && !near) return TW_NO_MEMORY;
+  uint32_t face_count = tw_open_faces(parent, &b->topologies[0], near, b->arena, &faces);
   tw_status status = faces ? TW_OK : TW_NO_MEMORY;
   for (uint32_t f = 0; f < b->surface->field_count && status == TW_OK; f++) {
     tw_topology full = b->topologies[f];
@@ -222,6 +225,7 @@ static tw_status cut_border(tw_surface_builder *b, const tw_topology *parent, ui
     status = tw_influences_keep(&b->surface->influences, kept[0], b->topologies[0].vertex_count);
   for (uint32_t q = 0; !b->whole && q < face_count && status == TW_OK; q++)
     b->source[q] = b->source[faces[q]];
+  if (status == TW_OK && b->origins) status = tw_rim_cut(b, faces, face_count);
   return status == TW_OK ? cut_origins(b, faces, face_count) : status;
 }
 
@@ -268,7 +272,10 @@ static tw_status round_set(tw_surface_builder *b, const void *context, tw_values
 tw_status tw_builder_base(tw_surface_builder *b) {
   tw_status status = start_base(b);
   b->surface->base_level = b->levels;
-  for (uint32_t level = 1; level <= b->levels && status == TW_OK; level++) status = make_level(b, level);
+  for (uint32_t level = 1; level <= b->levels && status == TW_OK; level++) {
+    if (b->inner && level == b->inner->levels + 1) status = tw_rim_begin(b);
+    if (status == TW_OK) status = make_level(b, level);
+  }
   return status == TW_OK ? change_values(b, round_set, NULL) : status;
 }
 

@@ -203,7 +203,7 @@ static tw_status gather(shared_pass *shared) {
 
 static tw_status run_pass(shared_pass *shared, const tw_parallel_for *parallel, float bounds[2][3]) {
   pass *all = &shared->start;
-  uint32_t rows = (uint32_t)tw_surface_row_count(all->s, all->domain), quads = all->s->quad_count,
+  uint32_t rows = (uint32_t)tw_own_row_count(all->s, all->domain), quads = all->s->quad_count,
            count = all->convex ? quads : rows, rows_each = all->convex ? rows / quads : 1,
            most = 1 + AT_ONCE_ROWS / rows_each;
   if (all->convex) {
@@ -235,6 +235,12 @@ static tw_status compute(const tw_surface *s, int morph, const tw_parallel_for *
   shared->start.convex =
       morph < 0 && s->depth > 0 && s->options.creasing != TW_CREASE_CHAIKIN && s->quad_count > 0;
   tw_status status = run_pass(shared, parallel, bounds);
+  if (s->rim) {
+    shared->start.s = s->rim;
+    shared->start.convex = false;
+    shared->first = 0;
+    if (status == TW_OK) status = run_pass(shared, parallel, bounds);
+  }
   tw_free(shared);
   return status;
 }

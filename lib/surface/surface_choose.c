@@ -6,9 +6,11 @@
 /* Whether the answer has all faces in the order of the cage. An open border removes faces; then only a single
  * group is sure to keep its order. */
 static bool is_whole(const tw_surface_builder *b) {
-  if (b->mesh->tangent_uvs) return false; /* the source of each face must be known */
+  bool shrinks = tw_builder_shrinks(b);
+  /* The source of each face must be known. */
+  if (b->mesh->tangent_uvs || (shrinks && b->surface->rules.linear)) return false;
   uint32_t groups = tw_ordered_groups(b->mesh, b->cage.visible);
-  return groups == 1 || (groups > 1 && !tw_cage_shrinks(&b->cage, &b->surface->options));
+  return groups == 1 || (groups > 1 && !shrinks);
 }
 
 /* ---- memory --------------------------------------------------------------------------------- */
@@ -60,6 +62,7 @@ static const preference preferences[] = {
     {&tw_shallow_evaluator, false, true},  {&tw_steps_evaluator, false, false}};
 
 static bool fits(const tw_surface_builder *b, const preference *p) {
+  if (b->inner) return p->evaluator == &tw_steps_evaluator;
   if (p->own_classes && !b->surface->options.classes) return false;
   /* Long lists are for what short ones, and then patches, were too small for. */
   if (p->long_lists && !tw_patch_evaluator.fits(b)) return false;
@@ -77,7 +80,9 @@ tw_status tw_builder_choose(tw_surface_builder *b, tw_error *error) {
   tw_status status = s->evaluator->start(b, error);
   s->side = 1u << s->depth;
   s->cage_step = b->levels == 0 ? 1 : 4;
-  if (status == TW_OK) status = check_steps(b, error);
+  b->has_rim = s->depth > 0 && tw_builder_shrinks(b);
+  if (b->has_rim || b->inner) b->whole = false; /* which faces belong to a part has to be known */
+  if (status == TW_OK && !b->inner) status = check_steps(b, error);
   if (status != TW_OK) return status;
   s->steps = tw_arena_alloc(s->arena, (size_t)b->levels + 1, sizeof *s->steps);
   return s->steps ? TW_OK : TW_NO_MEMORY;

@@ -33,21 +33,46 @@ static size_t read_cage_faces(const tw_surface *s, const tw_numbering *n, uint64
   return written;
 }
 
+tw_face_place tw_surface_face_place(const tw_surface *surface, uint64_t face) {
+  const tw_surface *s = surface, *rim = s->rim;
+  if (!rim) return (tw_face_place){s, face, UINT64_MAX};
+  uint32_t g = 0;
+  while (face - s->groups[g].first_face >= s->groups[g].face_count) g++;
+  uint64_t of_rim = rim->groups[g].face_count, before = rim->groups[g].first_face,
+           own = s->groups[g].face_count - of_rim, at = face - s->groups[g].first_face;
+  if (at < own) return (tw_face_place){s, face - before, own - at};
+  return (tw_face_place){rim, before + (at - own), of_rim - (at - own)};
+}
+
 size_t tw_surface_read_faces(tw_surface_reader *reader, tw_domain domain, uint64_t first, size_t count,
                              uint32_t *sizes, uint32_t *out) {
   const tw_surface *s = reader->surface;
   if (s->options.level == 0) return read_cage_faces(s, tw_numbering_of(s, domain), first, count, sizes, out);
   for (size_t i = 0; sizes && i < count; i++) sizes[i] = corners_a_face(s);
-  s->evaluator->faces(s, domain, first, count, out);
+  uint32_t *to = out;
+  for (size_t left = count, taken; left > 0; left -= taken, first += taken) {
+    const tw_face_place at = tw_surface_face_place(s, first);
+    taken = at.run < left ? (size_t)at.run : left;
+    at.part->evaluator->faces(at.part, domain, at.place, taken, to);
+    to += corners_a_face(s) * taken;
+  }
   return corners_a_face(s) * count;
 }
 
 /* ---- points ---------------------------------------------------------------------------------- */
 
 void tw_surface_vertices_of_points(const tw_surface *surface, const tw_topology *level, uint32_t *out) {
-  if (surface->evaluator->vertices_of_points) {
-    surface->evaluator->vertices_of_points(surface, level, out);
+  const tw_surface *s = surface;
+  if (!s->evaluator->row_of_child) {
+    for (uint32_t row = 0; row < s->points.corner_count; row++) out[row] = row;
     return;
   }
-  for (uint32_t row = 0; row < surface->points.corner_count; row++) out[row] = row;
+  for (uint32_t row = 0; s->options.level == 0 && row < s->cage_points; row++)
+    out[row] = s->fields[0].base.corner_vertex[tw_corner_of_row(&s->points, row)];
+  uint32_t children = s->side * s->side, size = level->face_size;
+  for (uint32_t f = 0; f < s->quad_count; f++)
+    for (uint32_t child = 0; child < children; child++)
+      for (uint32_t k = 0; k < size; k++)
+        out[s->evaluator->row_of_child(s, &s->points, f, child, k)] =
+            level->corner_vertex[size * (tw_base_quad(s, f) * children + child) + k];
 }

@@ -131,7 +131,8 @@ static uint32_t order_faces(const tw_face_order *from, const uint32_t *sources, 
   uint32_t count = 0;
   for (uint32_t f = 0; f < face_count; f++) {
     uint32_t source = sources ? sources[f] : f;
-    if (from->visible[source]) order[count++] = ordered_as(from->mesh, source, f);
+    if (from->visible[source] && (!sources || !from->part || from->part[f]))
+      order[count++] = ordered_as(from->mesh, source, f);
   }
   sort_ordered(order, count);
   return count;

@@ -28,7 +28,7 @@ static uint32_t steps_to_base(const tw_surface_builder *b, bool cage_is_base) {
 }
 
 static bool fits(const tw_surface_builder *b) {
-  if (tw_builder_needs_steps(b)) return false;
+  if (b->surface->rules.loop || (tw_builder_shrinks(b) && !tw_rim_is_worth_it(b))) return false;
   uint32_t level = b->surface->options.level;
   bool cage_is_base = tw_builder_cage_is_base(b), few = !cage_is_base && level <= 1;
   if (b->cage.refined_faces <= TW_GENERIC_FACES_MAX && (few || crosses_seams(b))) return false;
@@ -212,4 +212,4 @@ const tw_evaluator tw_patch_evaluator = {.fits = fits,
                                          .slopes = slopes,
                                          .influences = influences,
                                          .faces = tw_patch_faces,
-                                         .vertices_of_points = tw_patch_vertices_of_points};
+                                         .row_of_child = tw_patch_row_of_child};

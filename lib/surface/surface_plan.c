@@ -55,6 +55,7 @@ static tw_status keep_sources(tw_surface_builder *b) {
 
 /* Frees what only computing the positions needed. */
 static void forget_sources(tw_surface *s) {
+  if (s->rim) forget_sources(s->rim);
   if (!needs_cage(s, s->step_count)) {
     tw_arena_destroy(s->points_arena);
     s->points_arena = NULL;
@@ -91,10 +92,17 @@ static tw_status keep_tags(tw_surface_builder *b) {
 
 /* ---- from the base to rows ------------------------------------------------------------------- */
 
+/* What a surface is made of. inner: NULL, or the builder of the part whose rim is made. */
+typedef struct surface_source {
+  const tw_mesh *mesh;
+  const tw_surface_options *options;
+  const tw_parallel_for *parallel;
+  const tw_surface_builder *inner;
+} surface_source;
+
 /* Makes a surface without its positions. *preference: the first evaluator to try, by its place in the table;
  * where the one chosen declined, receives the place after it. */
-static tw_status make_plan(const tw_mesh *mesh, const tw_surface_options *options,
-                           const tw_parallel_for *parallel, uint32_t *preference, tw_surface **out,
+static tw_status make_plan(const surface_source *from, uint32_t *preference, tw_surface **out,
                            tw_error *error);
 
 /* Orders points as they are without the details of this level and of deeper ones, so that positions which a
@@ -107,7 +115,8 @@ static tw_status order_points(tw_surface_builder *b) {
   options.classes = NULL;
   options.movable = false;
   uint32_t preference = 0;
-  tw_status status = make_plan(&mesh, &options, b->parallel, &preference, &before, NULL);
+  const surface_source from = {&mesh, &options, b->parallel, NULL};
+  tw_status status = make_plan(&from, &preference, &before, NULL);
   if (status == TW_NO_MEMORY || status == TW_CANCELLED) return status;
   /* There is no such surface, so nobody has its rows: keep the numbers of the level. */
   if (status != TW_OK) return TW_OK;
@@ -123,8 +132,10 @@ static tw_status plan_rows(tw_surface_builder *b) {
   tw_surface *s = b->surface;
   if (s->evaluator->take_base) s->evaluator->take_base(b);
   for (uint32_t f = 0; f < s->field_count; f++) s->fields[f].base = b->topologies[f];
-  const tw_face_order order = {b->mesh, b->cage.visible, b->source, b->levels + s->evaluator->levels_below};
-  tw_status status = tw_surface_order(s, &order);
+  tw_status status = b->has_rim || b->inner ? tw_rim_part(b) : TW_OK;
+  const tw_face_order order = {b->mesh, b->cage.visible, b->source, b->levels + s->evaluator->levels_below,
+                               b->part};
+  if (status == TW_OK) status = tw_surface_order(s, &order);
   if (status == TW_OK) status = tw_parallel_for_status(b->parallel);
   bool has_details = s->options.level > 0 && s->options.level <= tw_deepest_detail(&s->details);
   if (status == TW_OK && has_details) status = order_points(b);
@@ -133,6 +144,15 @@ static tw_status plan_rows(tw_surface_builder *b) {
 }
 
 /* ---- the plan -------------------------------------------------------------------------------- */
+
+static tw_status make_rim(const tw_surface_builder *b, tw_error *error) {
+  tw_surface *s = b->surface;
+  if (!b->has_rim) return TW_OK;
+  uint32_t preference = 0;
+  const surface_source from = {b->mesh, &s->options, b->parallel, b};
+  tw_status status = make_plan(&from, &preference, &s->rim, error);
+  return status == TW_OK ? tw_rim_join_groups(s) : status;
+}
 
 static tw_status plan(tw_surface_builder *b, tw_error *error) {
   tw_surface *s = b->surface;
@@ -147,6 +167,7 @@ static tw_status plan(tw_surface_builder *b, tw_error *error) {
   if (status == TW_OK) status = tw_builder_base(b);
   if (status == TW_OK && s->evaluator->reads_base) status = plan_rows(b);
   if (status == TW_OK) status = s->evaluator->make(b, error);
+  if (status == TW_OK) status = make_rim(b, error);
   if (status == TW_OK) status = keep_tags(b);
   if (status == TW_OK) status = tw_surface_start_bounds(s);
   if (status != TW_OK) return status;
@@ -187,14 +208,16 @@ static bool choose_fields(tw_surface_builder *b) {
   return true;
 }
 
-static tw_status make_plan(const tw_mesh *mesh, const tw_surface_options *options,
-                           const tw_parallel_for *parallel, uint32_t *preference, tw_surface **out,
+static tw_status make_plan(const surface_source *from, uint32_t *preference, tw_surface **out,
                            tw_error *error) {
+  const tw_mesh *mesh = from->mesh;
+  const tw_surface_options *options = from->options;
   tw_surface *s = tw_alloc_zero(1, sizeof *s);
   if (!s) return TW_NO_MEMORY;
   tw_surface_builder b = {.mesh = mesh,
                           .surface = s,
-                          .parallel = parallel,
+                          .parallel = from->parallel,
+                          .inner = from->inner,
                           .arena = tw_arena_create(),
                           .points_arena = tw_arena_create(),
                           .preference = *preference,
@@ -225,7 +248,8 @@ static tw_status create(const tw_mesh *mesh, const tw_surface_options *options,
                         const tw_parallel_for *parallel, uint32_t *preference, tw_surface **out,
                         tw_error *error) {
   tw_surface *s;
-  tw_status status = make_plan(mesh, options, parallel, preference, &s, error);
+  const surface_source from = {mesh, options, parallel, NULL};
+  tw_status status = make_plan(&from, preference, &s, error);
   if (status != TW_OK) return status;
   status = tw_surface_place(s, mesh->positions, parallel);
   if (status == TW_OK && s->layout.morph_width == 6 && !s->own_normals)

@@ -31,6 +31,11 @@ typedef struct tw_surface_builder {
   uint32_t point_order_count;
   /* [faces of the last level] cage face of each; NULL where `whole`. */
   uint32_t *source;
+  /* Of an open border whose answer is made in two parts (surface_rim.c): */
+  bool has_rim;                           /* this is the inner part */
+  const struct tw_surface_builder *inner; /* of the rim's builder: the inner part's; else NULL */
+  uint8_t *part;     /* [faces of the base] flags of those that the part shows; NULL: all can be shown */
+  uint64_t *origins; /* [faces of the last level] of the rim: tw_rim_cut */
 } tw_surface_builder;
 
 static inline tw_rules tw_builder_rules(const tw_surface_builder *b, uint32_t field) {
@@ -48,9 +53,9 @@ static inline bool tw_builder_has_tangents(const tw_surface_builder *b) {
  * faces for generic steps. TW_NO_MEMORY. */
 tw_status tw_builder_choose(tw_surface_builder *b, tw_error *error);
 
-/* Whether an open border shrinks the answer, or Loop's scheme makes it: both take generic steps. */
-static inline bool tw_builder_needs_steps(const tw_surface_builder *b) {
-  return b->surface->rules.loop || tw_cage_shrinks(&b->cage, &b->surface->options);
+/* Whether the border is open and shrinks the answer. */
+static inline bool tw_builder_shrinks(const tw_surface_builder *b) {
+  return tw_cage_shrinks(&b->cage, &b->surface->options);
 }
 
 /* Whether the cage can be the base: it has triangles for Loop's scheme, else quads of four different vertices
@@ -60,6 +65,32 @@ bool tw_builder_cage_is_base(const tw_surface_builder *b);
 /* Makes the base: the topologies, and all values at its vertices except positions. TW_NO_MEMORY,
  * TW_CANCELLED. */
 tw_status tw_builder_base(tw_surface_builder *b);
+
+/* ---- the rim of an open border: surface_rim.c ------------------------------------------------- */
+
+/* Whether an answer that shrinks from an open border is so large that it is made in two parts. */
+bool tw_rim_is_worth_it(const tw_surface_builder *b);
+
+/* Marks the faces of the base that the part shows. TW_NO_MEMORY. */
+tw_status tw_rim_part(tw_surface_builder *b);
+
+/* Of the rim's builder, when it has made a level: */
+
+/* Finds which faces are the rim's, at the level that is the inner part's base. TW_NO_MEMORY. */
+tw_status tw_rim_begin(tw_surface_builder *b);
+
+/* Flags of the vertices of the rim's faces at a level: [vertex_count], in b->arena; NULL without memory. */
+uint8_t *tw_rim_vertices(const tw_surface_builder *b, const tw_topology *level);
+
+/* Gives the faces of the next level their origins. faces: [face_count] those that are left, in the numbers of
+ * all children. TW_NO_MEMORY. */
+tw_status tw_rim_cut(tw_surface_builder *b, const uint32_t *faces, uint32_t face_count);
+
+/* Numbers the rim's rows after those of the inner part, which have the rows where both meet. TW_NO_MEMORY. */
+tw_status tw_rim_number(tw_surface_builder *b);
+
+/* Makes the groups of the answer of those of its two parts. TW_NO_MEMORY. */
+tw_status tw_rim_join_groups(tw_surface *s);
 
 /* Numbers the rows of a surface that has its base and the order of its faces. TW_NO_MEMORY, TW_CANCELLED. */
 tw_status tw_builder_number(tw_surface_builder *b);

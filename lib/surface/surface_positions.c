@@ -56,25 +56,40 @@ tw_status tw_surface_place(tw_surface *surface, const float *positions, const tw
     status = make_level(s, level, parallel, &at);
   if (status == TW_OK) status = s->evaluator->place(s, &at, parallel);
   tw_free(at);
-  return status == TW_OK && may_be_cut ? tw_surface_cut_faces(s, parallel) : status;
+  if (status == TW_OK && may_be_cut) status = tw_surface_cut_faces(s, parallel);
+  return status == TW_OK && s->rim ? tw_surface_place(s->rim, positions, parallel) : status;
 }
 
 /* ---- other positions ------------------------------------------------------------------------- */
 
-tw_status tw_surface_with_positions_by(const tw_surface *plan, const float *positions,
-                                       const tw_parallel_for *parallel, tw_surface **out) {
-  assert(plan->options.movable);
+/* Makes one part of a surface with other positions. */
+static tw_status move(const tw_surface *plan, const float *positions, const tw_parallel_for *parallel,
+                      tw_surface **out) {
   tw_surface *s = tw_alloc(1, sizeof *s);
   if (!s) return TW_NO_MEMORY;
   *s = *plan;
   if (!plan->plan) s->plan = plan;
   s->positions = (tw_values){0};
+  s->rim = NULL;
   s->cuts = NULL;
   s->cut_triangles = NULL;
   s->cut_count = 0;
   s->cut_triangle_count = 0;
   tw_status status = tw_surface_start_bounds(s);
   if (status == TW_OK) status = tw_surface_place(s, positions, parallel);
+  if (status == TW_OK)
+    *out = s;
+  else
+    tw_surface_destroy(s);
+  return status;
+}
+
+tw_status tw_surface_with_positions_by(const tw_surface *plan, const float *positions,
+                                       const tw_parallel_for *parallel, tw_surface **out) {
+  assert(plan->options.movable);
+  tw_surface *s = NULL;
+  tw_status status = move(plan, positions, parallel, &s);
+  if (status == TW_OK && plan->rim) status = move(plan->rim, positions, parallel, &s->rim);
   if (status == TW_OK)
     *out = s;
   else
@@ -92,11 +107,11 @@ tw_status tw_surface_morph(tw_surface *surface, const tw_mesh *mesh, const tw_pa
       float moved = mesh->positions[i] + mesh->morphs[m][i];
       positions[i] = fmaxf(-TW_COORDINATE_MAX, fminf(moved, TW_COORDINATE_MAX));
     }
-    status = tw_surface_with_positions_by(surface, positions, parallel, &surface->morphed[m]);
+    status = move(surface, positions, parallel, &surface->morphed[m]);
     if (status != TW_OK) break;
     tw_surface_bare_rows(surface->morphed[m], true);
     status = tw_parallel_for_status(parallel);
   }
   tw_free(positions);
-  return status;
+  return status == TW_OK && surface->rim ? tw_surface_morph(surface->rim, mesh, parallel) : status;
 }

@@ -7,8 +7,7 @@
 
 enum { PIECE_ROWS = 2048, MOVED_WIDTH = 6 };
 
-uint64_t tw_surface_row_count(const tw_surface *surface, tw_domain domain) {
-  const tw_surface *s = surface;
+uint64_t tw_own_row_count(const tw_surface *s, tw_domain domain) {
   if (domain == TW_DOMAIN_UVS && s->uvs[0].width == 0) return 0; /* no UV sets */
   if (s->options.level == 0) {
     if (domain == TW_DOMAIN_POINTS) return s->cage_points;
@@ -16,6 +15,11 @@ uint64_t tw_surface_row_count(const tw_surface *surface, tw_domain domain) {
   }
   const tw_numbering *n = tw_numbering_of(s, domain);
   return n->corner_count + n->edge_count * tw_rows_inside_edge(s) + s->quad_count * tw_rows_inside_face(s);
+}
+
+uint64_t tw_surface_row_count(const tw_surface *surface, tw_domain domain) {
+  uint64_t own = tw_own_row_count(surface, domain);
+  return surface->rim ? own + tw_own_row_count(surface->rim, domain) : own;
 }
 
 /* ---- pieces --------------------------------------------------------------------------------- */
@@ -37,7 +41,7 @@ static tw_piece whole_items(tw_piece_kind kind, uint64_t first, uint64_t item, u
  * piece it is in. */
 static tw_piece piece_at(const tw_surface *s, tw_domain domain, uint64_t row, size_t wanted) {
   const tw_numbering *n = tw_numbering_of(s, domain);
-  uint64_t corners = s->options.level == 0 ? tw_surface_row_count(s, domain) : n->corner_count;
+  uint64_t corners = s->options.level == 0 ? tw_own_row_count(s, domain) : n->corner_count;
   if (row < corners) return whole_items(TW_PIECE_CORNERS, row, row, 1, corners, wanted);
   uint64_t edge_rows = tw_rows_inside_edge(s), in_edges = row - corners;
   if (in_edges < n->edge_count * edge_rows)
@@ -94,8 +98,8 @@ static const float *keep_piece(tw_surface_reader *r, tw_domain domain, const tw_
   return r->piece;
 }
 
-void tw_surface_read_rows(tw_surface_reader *reader, tw_domain domain, uint64_t first, size_t count,
-                          float *out) {
+/* Reads rows of reader->surface, but for its rim. */
+static void read_rows(tw_surface_reader *reader, tw_domain domain, uint64_t first, size_t count, float *out) {
   const tw_surface *s = reader->surface;
   uint32_t width = tw_row_width(s, domain);
   while (count > 0) {
@@ -111,6 +115,34 @@ void tw_surface_read_rows(tw_surface_reader *reader, tw_domain domain, uint64_t 
     first += take;
     count -= take;
   }
+}
+
+/* Of rows of the rim that are split from rows of the inner part, takes the points from there, so that they
+ * are the same to the last bit. */
+static void share_points(tw_surface_reader *reader, uint64_t first, size_t count, float *out) {
+  const tw_surface *s = reader->surface, *rim = s->rim;
+  uint64_t own = tw_own_row_count(s, TW_DOMAIN_POINTS);
+  for (size_t i = 0; i < count; i++, out += s->layout.stride) {
+    uint32_t corner = tw_corner_of_row(&rim->vertices, (uint32_t)(first + i)),
+             row = tw_row_of_corner(&rim->points, corner);
+    if (row < own) read_rows(reader, TW_DOMAIN_POINTS, row, 1, out);
+  }
+}
+
+void tw_surface_read_rows(tw_surface_reader *reader, tw_domain domain, uint64_t first, size_t count,
+                          float *out) {
+  const tw_surface *s = reader->surface;
+  uint64_t own = tw_own_row_count(s, domain), end = first + count;
+  if (first < own) read_rows(reader, domain, first, end <= own ? count : (size_t)(own - first), out);
+  if (end <= own) return;
+  size_t skipped = first < own ? (size_t)(own - first) : 0;
+  first += skipped - own;
+  count -= skipped;
+  out += skipped * tw_row_width(s, domain);
+  reader->surface = s->rim;
+  read_rows(reader, domain, first, count, out);
+  reader->surface = s;
+  if (domain == TW_DOMAIN_VERTICES) share_points(reader, first, count, out);
 }
 
 /* ---- reader --------------------------------------------------------------------------------- */
@@ -136,6 +168,7 @@ static uint32_t stride_with(const tw_surface_layout *layout, uint32_t targets) {
 }
 
 static void need(reader_needs *n, const tw_surface *s, uint32_t displacements_max) {
+  if (s->rim) need(n, s->rim, displacements_max);
   uint32_t rows = piece_capacity(s), all = s->layout.morph_count;
   /* A target has one displacement (width 3) or two (6). */
   uint32_t most = displacements_max * 3 / s->layout.morph_width;
@@ -226,6 +259,15 @@ static void begin(tw_surface_reader *reader, const tw_surface *surface) {
   reader->mask.topology = NULL;
 }
 
+/* Makes the reader read a copy, from which columns can be taken away. */
+static void take_copy(tw_surface_reader *reader, const tw_surface *surface) {
+  reader->narrowed = *surface;
+  reader->surface = &reader->narrowed;
+  if (!surface->rim) return;
+  reader->narrowed_rim = *surface->rim;
+  reader->narrowed.rim = &reader->narrowed_rim;
+}
+
 /* Makes the reader read this surface, or a narrowed copy where not all columns are wanted. */
 static void turn(tw_surface_reader *reader, const tw_surface *surface, uint32_t first_target,
                  uint32_t target_count, bool points_alone) {
@@ -237,9 +279,9 @@ static void turn(tw_surface_reader *reader, const tw_surface *surface, uint32_t 
   reader->target_count = target_count;
   reader->points_alone = points_alone;
   if (target_count < surface->layout.morph_count || points_alone) {
-    reader->narrowed = *surface;
-    reader->surface = &reader->narrowed;
+    take_copy(reader, surface);
     narrow(&reader->narrowed, first_target, target_count, points_alone);
+    if (surface->rim) narrow(&reader->narrowed_rim, first_target, target_count, points_alone);
   }
 }
 
@@ -259,31 +301,35 @@ static bool has_columns(const tw_surface_reader *reader, const tw_point_columns 
          own->attribute == columns->attribute;
 }
 
+/* Takes all columns but some away from a copy of a surface, whose rows are its points'. */
+static void take_points(tw_surface *s, const tw_point_columns *columns) {
+  tw_surface_bare_rows(s, columns->normal);
+  if (!columns->normal) s->own_normals = NULL;
+  s->morphed = NULL;
+  if (columns->uv) {
+    s->layout.uv_count = 1;
+    s->layout.uvs[0] = s->layout.stride;
+    s->layout.stride += 2;
+  }
+  if (columns->attribute != UINT32_MAX) {
+    s->smooth += columns->attribute;
+    s->layout.attribute_count = 1;
+    s->layout.attributes[0] = s->layout.stride;
+    s->layout.stride += s->smooth->width;
+  }
+  s->vertices = s->points;
+  s->cage_vertices = s->cage_points;
+}
+
 void tw_surface_reader_turn_to_unsplit(tw_surface_reader *reader, const tw_surface *surface,
                                        const tw_point_columns *columns) {
   if (reader->whole == surface && has_columns(reader, columns)) return;
   begin(reader, surface);
   reader->is_unsplit = true;
   reader->columns = *columns;
-  tw_surface *points = &reader->narrowed;
-  *points = *surface;
-  reader->surface = points;
-  tw_surface_bare_rows(points, columns->normal);
-  if (!columns->normal) points->own_normals = NULL;
-  points->morphed = NULL;
-  if (columns->uv) {
-    points->layout.uv_count = 1;
-    points->layout.uvs[0] = points->layout.stride;
-    points->layout.stride += 2;
-  }
-  if (columns->attribute != UINT32_MAX) {
-    points->smooth += columns->attribute;
-    points->layout.attribute_count = 1;
-    points->layout.attributes[0] = points->layout.stride;
-    points->layout.stride += points->smooth->width;
-  }
-  points->vertices = points->points;
-  points->cage_vertices = points->cage_points;
+  take_copy(reader, surface);
+  take_points(&reader->narrowed, columns);
+  if (surface->rim) take_points(&reader->narrowed_rim, columns);
 }
 
 tw_surface_reader *tw_surface_reader_create(const tw_surface *surface) {

@@ -10,7 +10,7 @@
 struct tw_surface_reader {
   /* What rows are computed from: `whole`, or &narrowed where not all of its columns are wanted. */
   const tw_surface *surface;
-  tw_surface narrowed;
+  tw_surface narrowed, narrowed_rim;
   const tw_surface *whole; /* the surface that the caller chose */
   uint32_t first_target, target_count;
   bool points_alone;
@@ -86,6 +86,9 @@ static inline tw_slope_source tw_slopes_of(const tw_surface *s, const tw_values 
   return (tw_slope_source){&field->base, &field->patches, field->linear, values->base, values->width};
 }
 
+/* Rows of a domain but for those of the rim. */
+uint64_t tw_own_row_count(const tw_surface *s, tw_domain domain);
+
 static inline uint64_t tw_rows_inside_edge(const tw_surface *s) {
   return s->side - 1;
 }
@@ -109,8 +112,9 @@ void tw_assemble_rows(tw_surface_reader *reader, tw_domain domain, const tw_bloc
 /* Computes the rows of a piece, but for what targets displace normals by. */
 void tw_read_piece(tw_surface_reader *reader, tw_domain domain, const tw_piece *piece, float *out);
 
-/* As tw_evaluator.faces of the quads of patches, and as its vertices_of_points. */
+/* As tw_evaluator.faces of the quads of patches, and as its row_of_child. */
 void tw_patch_faces(const tw_surface *s, tw_domain domain, uint64_t first, size_t count, uint32_t *out);
-void tw_patch_vertices_of_points(const tw_surface *s, const tw_topology *level, uint32_t *out);
+uint32_t tw_patch_row_of_child(const tw_surface *s, const tw_numbering *n, uint32_t visible, uint32_t child,
+                               uint32_t corner);
 
 #endif

@@ -26,9 +26,12 @@ static tw_status split_vertices(tw_surface_builder *b, const uint8_t *visible) {
   tw_own_normals own = {.tangents = tw_builder_has_tangents(b), .morphs = b->morph_normals};
   tw_splits splits = {.channel_count = s->field_count - 1, .normals = s->options.normals};
   for (uint32_t i = 0; i < splits.channel_count; i++) splits.channels[i] = &s->fields[1 + i].base;
-  /* On a bilinear surface every edge of the cage is sharp; its parts have the lowest numbers at each
-   * level. */
-  splits.sharp_below = s->rules.linear ? b->cage.topology.edge_count << b->levels : 0;
+  /* On a bilinear surface every edge of the cage is sharp; its parts have the lowest numbers at each level,
+   * unless the levels are cut. */
+  if (s->rules.linear && tw_builder_shrinks(b))
+    splits.sources = b->source;
+  else if (s->rules.linear)
+    splits.sharp_below = b->cage.topology.edge_count << b->levels;
   tw_status status = tw_builder_find_frames(b);
   if (status == TW_OK) status = tw_parallel_for_status(b->parallel);
   splits.tangent_frames = s->tangent_frames;
@@ -50,7 +53,8 @@ tw_status tw_builder_number(tw_surface_builder *b) {
   if (!b->whole) {
     visible = tw_alloc(base->face_count, 1);
     if (!visible) return TW_NO_MEMORY;
-    for (uint32_t q = 0; q < base->face_count; q++) visible[q] = b->cage.visible[b->source[q]];
+    for (uint32_t q = 0; q < base->face_count; q++)
+      visible[q] = b->cage.visible[b->source[q]] && (!b->has_rim || b->part[q]);
   }
   tw_status status = tw_number_field(base, visible, s->arena, &s->points);
   if (status == TW_OK && b->point_order)
@@ -65,7 +69,7 @@ tw_status tw_builder_number(tw_surface_builder *b) {
   if (status == TW_OK && needs_splits(b)) status = split_vertices(b, visible);
   s->cage_vertices = rows_of_cage(&s->vertices, base, b->cage_vertices[0]);
   tw_free(visible);
-  return status;
+  return status == TW_OK && b->inner ? tw_rim_number(b) : status;
 }
 
 void tw_builder_lay_out(tw_surface_builder *b) {

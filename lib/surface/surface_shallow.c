@@ -172,7 +172,7 @@ static tw_status plan(tw_surface_builder *b, bool *is_large) {
   s->vertices = (tw_numbering){.corner_count = s->level_rows.row_count};
   if (b->mesh->uv_set_count > 0)
     s->uv_points = (tw_numbering){.corner_count = tw_shallow_points(&s->levels[1])};
-  const tw_face_order order = {b->mesh, b->cage.visible, NULL, s->options.level};
+  const tw_face_order order = {b->mesh, b->cage.visible, NULL, s->options.level, NULL};
   return tw_surface_order(s, &order);
 }
 

@@ -210,11 +210,10 @@ static void faces(const tw_surface *s, tw_domain domain, uint64_t first, size_t 
   }
 }
 
-static void vertices_of_points(const tw_surface *s, const tw_topology *level, uint32_t *out) {
-  (void)level;
-  uint32_t rows = (uint32_t)tw_surface_row_count(s, TW_DOMAIN_POINTS);
-  for (uint32_t row = 0; row < rows; row++)
-    out[row] = s->fields[0].base.corner_vertex[tw_corner_of_row(&s->points, row)];
+/* The base is the level itself. */
+static uint32_t row_of_child(const tw_surface *s, const tw_numbering *n, uint32_t visible, uint32_t child,
+                             uint32_t corner) {
+  return tw_row_of_corner(n, s->fields[0].base.face_size * (tw_base_quad(s, visible) + child) + corner);
 }
 
 const tw_evaluator tw_steps_evaluator = {.fits = fits,
@@ -228,4 +227,4 @@ const tw_evaluator tw_steps_evaluator = {.fits = fits,
                                          .slopes = slopes,
                                          .influences = influences,
                                          .faces = faces,
-                                         .vertices_of_points = vertices_of_points};
+                                         .row_of_child = row_of_child};

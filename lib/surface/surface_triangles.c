@@ -127,20 +127,20 @@ static void read(tw_surface_reader *r, tw_domain domain, const tw_piece *piece, 
 /* ---- faces ---------------------------------------------------------------------------------- */
 
 /* The row of a point inside an edge: `along` counts from the corner on. */
-static uint32_t row_in_edge(const tw_surface *s, uint32_t corner, uint32_t along) {
-  uint32_t edge = tw_row_of_edge(&s->points, corner), inside = s->side - 1;
-  uint32_t first = s->points.corner_count + (edge >> 1) * inside;
+static uint32_t row_in_edge(const tw_surface *s, const tw_numbering *n, uint32_t corner, uint32_t along) {
+  uint32_t edge = tw_row_of_edge(n, corner), inside = s->side - 1;
+  uint32_t first = n->corner_count + (edge >> 1) * inside;
   return first + (edge & 1 ? inside - along : along - 1);
 }
 
-static uint32_t row_of_point(const tw_surface *s, uint32_t visible, uint32_t i, uint32_t j) {
+static uint32_t row_of_point(const tw_surface *s, const tw_numbering *n, uint32_t visible, uint32_t i,
+                             uint32_t j) {
   uint32_t side = s->side, k = side - i - j, corner = 3 * tw_base_quad(s, visible);
-  const tw_numbering *n = &s->points;
   if (i == side || j == side || k == side)
     return tw_row_of_corner(n, corner + (i == side ? 1 : j == side ? 2 : 0));
-  if (j == 0) return row_in_edge(s, corner, i);
-  if (k == 0) return row_in_edge(s, corner + 1, j);
-  if (i == 0) return row_in_edge(s, corner + 2, k);
+  if (j == 0) return row_in_edge(s, n, corner, i);
+  if (k == 0) return row_in_edge(s, n, corner + 1, j);
+  if (i == 0) return row_in_edge(s, n, corner + 2, k);
   uint32_t first = n->corner_count + n->edge_count * (side - 1) + visible * (uint32_t)tw_rows_inside_face(s);
   return first + (j - 1) * (side - 1) - j * (j - 1) / 2 + i - 1;
 }
@@ -156,25 +156,21 @@ static void corners_of_face(uint32_t side, uint32_t face, uint32_t corners[3][2]
 }
 
 static void faces(const tw_surface *s, tw_domain domain, uint64_t first, size_t count, uint32_t *out) {
+  const tw_numbering *n = tw_numbering_of(s, domain);
   uint64_t each = (uint64_t)s->side * s->side;
-  (void)domain;
   for (uint64_t face = first; face < first + count; face++) {
     uint32_t corners[3][2];
     corners_of_face(s->side, (uint32_t)(face % each), corners);
     for (int k = 0; k < 3; k++)
-      *out++ = row_of_point(s, (uint32_t)(face / each), corners[k][0], corners[k][1]);
+      *out++ = row_of_point(s, n, (uint32_t)(face / each), corners[k][0], corners[k][1]);
   }
 }
 
-static void vertices_of_points(const tw_surface *s, const tw_topology *level, uint32_t *out) {
-  uint32_t each = s->side * s->side;
-  for (uint32_t f = 0; f < s->quad_count; f++)
-    for (uint32_t child = 0; child < each; child++) {
-      uint32_t corners[3][2], first = 3 * (tw_base_quad(s, f) * each + child);
-      tw_lattice_child(s->depth, child, corners);
-      for (uint32_t k = 0; k < 3; k++)
-        out[row_of_point(s, f, corners[k][0], corners[k][1])] = level->corner_vertex[first + k];
-    }
+static uint32_t row_of_child(const tw_surface *s, const tw_numbering *n, uint32_t visible, uint32_t child,
+                             uint32_t corner) {
+  uint32_t corners[3][2];
+  tw_lattice_child(s->depth, child, corners);
+  return row_of_point(s, n, visible, corners[corner][0], corners[corner][1]);
 }
 
 /* Rows have no other columns. */
@@ -186,4 +182,4 @@ const tw_evaluator tw_triangle_evaluator = {.fits = fits,
                                             .read = read,
                                             .points = points,
                                             .faces = faces,
-                                            .vertices_of_points = vertices_of_points};
+                                            .row_of_child = row_of_child};

@@ -104,6 +104,10 @@ TEST(open_border_leaves_nothing_of_a_lone_triangle_fan) {
   free(c);
 }
 
+static float bumps(float x, float y) {
+  return 0.3f * (float)(((int)x * 5 + (int)y * 3) % 7);
+}
+
 /* ---- closed forms ---------------------------------------------------------------------------- */
 
 static void assert_counts(const cage *c, uint32_t level, uint64_t vertices, uint64_t edges, uint64_t faces) {
@@ -130,6 +134,21 @@ TEST(open_grid_of_16_points_has_25_then_49) {
     /* The plane stays where it was, and shrinks towards its middle face. */
     assert_float_equal(min[0], 1 - 1 / (float)(1u << level), 1e-5);
     assert_float_equal(max[1], 2 + 1 / (float)(1u << level), 1e-5);
+    free_rows(&r);
+  }
+  free(c);
+}
+
+/* Bilinear surfaces have a normal for each face of the cage: vertices are split at its edges alone. */
+TEST(open_bilinear_surfaces_are_split_at_edges_of_the_cage) {
+  cage *c = grid(6, 6, false, bumps);
+  for (uint32_t level = 1; level <= 4; level++) {
+    uint32_t line = (1u << level) + 1, inner = 3 * 3, beside = 4 * 3, corners = 4;
+    rows r = read_rows(&c->mesh, (tw_surface_options){.level = level,
+                                                      .scheme = TW_BILINEAR,
+                                                      .boundary = TW_BOUNDARY_OPEN,
+                                                      .normals = true});
+    assert_int_equal(r.count, inner * line * line + beside * 2 * line + corners * 4);
     free_rows(&r);
   }
   free(c);
@@ -194,10 +213,6 @@ TEST(open_counts_hold_with_holes_anywhere) {
         assert_true(assert_open_counts(c, triangles ? TW_LOOP : TW_CATMULL_CLARK, level) > 0);
       free(c);
     }
-}
-
-static float bumps(float x, float y) {
-  return 0.3f * (float)(((int)x * 5 + (int)y * 3) % 7);
 }
 
 /* The holes as a material of their own, which comes last: the faces before it are the answer with holes. */
