@@ -144,10 +144,9 @@ TEST(open_bilinear_surfaces_are_split_at_edges_of_the_cage) {
   cage *c = grid(6, 6, false, bumps);
   for (uint32_t level = 1; level <= 4; level++) {
     uint32_t line = (1u << level) + 1, inner = 3 * 3, beside = 4 * 3, corners = 4;
-    rows r = read_rows(&c->mesh, (tw_surface_options){.level = level,
-                                                      .scheme = TW_BILINEAR,
-                                                      .boundary = TW_BOUNDARY_OPEN,
-                                                      .normals = true});
+    rows r = read_rows(
+        &c->mesh, (tw_surface_options){
+                      .level = level, .scheme = TW_BILINEAR, .boundary = TW_BOUNDARY_OPEN, .normals = true});
     assert_int_equal(r.count, inner * line * line + beside * 2 * line + corners * 4);
     free_rows(&r);
   }

@@ -5,6 +5,7 @@
 
 #include "built_cage.h"
 #include "face_shells.h"
+#include "wrapped_memory.h"
 
 enum { COLUMNS = 14, ROWS = 12, LEVEL = 6, UNIT = 16 << LEVEL /* of UVs, in steps of the level */ };
 
@@ -264,4 +265,42 @@ TEST(open_bilinear_answers_in_two_parts_have_the_rows_of_generic_steps) {
   sheet *s = new_sheet();
   compare_with_steps(s, (tw_surface_options){.level = LEVEL, .scheme = TW_BILINEAR, .normals = true});
   free_sheet(s);
+}
+
+TEST(open_answers_in_two_parts_survive_failing_allocations) {
+  cage *c = grid(4, 4, false, waves);
+  const tw_surface_options options = {
+      .level = 9, .boundary = TW_BOUNDARY_OPEN, .normals = true, .movable = true};
+  tw_surface *surface = NULL;
+  tw_status status = TW_NO_MEMORY;
+  uint32_t failures = 0;
+  for (uint32_t left = 0; status != TW_OK; failures++, left += 1 + left / 8) {
+    size_t held = test_memory.held;
+    test_memory.left = left;
+    status = tw_surface_create(&c->mesh, &options, &surface, NULL);
+    test_memory.left = SIZE_MAX;
+    assert_true(status == TW_OK || status == TW_NO_MEMORY);
+    if (status != TW_OK) assert_int_equal(test_memory.held, held);
+  }
+  assert_true(failures > 20);
+  tw_surface_destroy(surface);
+  free(c);
+}
+
+/* A plan moved to other positions is the surface over these. */
+TEST(open_answers_in_two_parts_move) {
+  cage *c = grid(4, 4, false, waves);
+  const tw_surface_options options = {
+      .level = 9, .boundary = TW_BOUNDARY_OPEN, .normals = true, .movable = true};
+  rows still = read_rows(&c->mesh, options);
+  for (uint32_t i = 0; i < c->mesh.point_count; i++) c->points[i][2] += 0.1f * (float)(i * i % 5);
+  rows moved = read_rows(&c->mesh, options), by_plan = still;
+  assert_int_equal(tw_surface_with_positions_by(still.surface, c->points[0], NULL, &by_plan.surface), TW_OK);
+  by_plan.values = all_rows(by_plan.surface, TW_DOMAIN_VERTICES);
+  assert_memory_equal(by_plan.values, moved.values, moved.count * moved.layout->stride * sizeof(float));
+  assert_exact_bounds(&by_plan);
+  free_rows(&by_plan);
+  free_rows(&moved);
+  free_rows(&still);
+  free(c);
 }
