@@ -135,6 +135,7 @@ static api_settings settings(process *p, const api_keyring *keyring) {
                         .page = srv_page,
                         .docs = srv_docs,
                         .example = srv_example,
+                        .viewer = srv_viewer,
                         .cors_origins = config->cors_origins,
                         .hosts = config->hosts};
 }

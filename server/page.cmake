@@ -1,8 +1,8 @@
-# Writes a C file that holds the page, the API reference and the example, and OUTPUT.whole when the first two could be built:
+# Writes a C file that holds the page, the API reference, the example and the viewer, and OUTPUT.whole when all could be built:
 #   cmake -DSOURCE=server/page -DFOLDER=build/page -DOUTPUT=page.c -P page.cmake
 # FOLDER receives the packages, so that nothing is written beside the sources. They are installed again only when the
-# lock file changes. Without npm, or when the packages cannot be fetched, both say what is missing; since
-# OUTPUT.whole is missing then, the next build tries again.
+# lock file changes. Without npm, or when the packages cannot be fetched, the first two say what is missing and there is no viewer;
+# since OUTPUT.whole is missing then, the next build tries again.
 find_program(NPM npm)
 find_program(NODE node)
 set(missing "")
@@ -27,9 +27,13 @@ else()
   endif()
 endif()
 
-# embed(NAME HTML POLICY): adds the file to the C file, as the api_page srv_NAME.
+# embed(NAME FILE [POLICY]): adds the file to the C file, as the api_page srv_NAME.
 set(code "#include \"page.h\"\n")
-function(embed name html policy)
+function(embed name html)
+  set(policy NULL)
+  if(ARGC GREATER 2)
+    set(policy "\"${ARGV2}\"")
+  endif()
   set(packed "${FOLDER}/${name}.gz")
   execute_process(COMMAND gzip -9 -n -c "${html}" OUTPUT_FILE "${packed}" COMMAND_ERROR_IS_FATAL ANY)
   file(SHA256 "${html}" hash)
@@ -37,7 +41,7 @@ function(embed name html policy)
   string(REGEX REPLACE "(................................)" "\\1\n" hex "${hex}")
   string(REGEX REPLACE "([0-9a-f][0-9a-f])" "0x\\1," bytes "${hex}")
   string(APPEND code "static const unsigned char ${name}[] = {\n${bytes}\n};\n"
-    "const api_page srv_${name} = {{${name}, sizeof ${name}}, \"${hash}\", \"${policy}\"};\n")
+    "const api_page srv_${name} = {{${name}, sizeof ${name}}, \"${hash}\", ${policy}};\n")
   set(code "${code}" PARENT_SCOPE)
 endfunction()
 
@@ -48,12 +52,14 @@ if(missing)
   foreach(name page docs)
     embed(${name} "${html}" "default-src 'none'; img-src data:; frame-ancestors 'self'")
   endforeach()
+  string(APPEND code "const api_page srv_viewer = {0};\n")
 else()
   execute_process(COMMAND "${NODE}" "${SOURCE}/build.mjs" "${FOLDER}" COMMAND_ERROR_IS_FATAL ANY)
   foreach(name page docs)
     file(READ "${FOLDER}/${name}.policy" policy)
     embed(${name} "${FOLDER}/${name}.html" "${policy}")
   endforeach()
+  embed(viewer "${FOLDER}/viewer.js")
   file(WRITE "${OUTPUT}.whole" "")
 endif()
 # The example loads three.js from where its import map says.

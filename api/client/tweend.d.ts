@@ -13,9 +13,11 @@ export interface MovedPoints {
 export type SurfaceForm = 'glb' | 'gltf' | 'obj' | 'json' | 'stl' | 'ply' | '3mf' | 'bin';
 export type PoseForm = 'json' | 'ndjson' | 'bin' | 'csv';
 
-/** Options passed on to `fetch`. */
+/** Options of requests. */
 export interface Abortable {
   signal?: AbortSignal;
+  /** In place of the client's `retries`. */
+  retries?: number;
 }
 
 export interface UploadOptions extends Abortable {
@@ -23,7 +25,7 @@ export interface UploadOptions extends Abortable {
   name?: string;
   /** Media type; default: detected from the bytes. */
   type?: string;
-  /** Called with the bytes sent so far and in all. Only in browsers, and not if the client was created with a `fetch`. */
+  /** Called with the bytes sent so far and in all; in browsers not if the client was created with a `fetch`. */
   onProgress?(sent: number, total: number): void;
 }
 
@@ -41,22 +43,31 @@ export class TweendError extends Error {
   /** The line in the OBJ that was sent, from 1. */
   readonly line?: number;
   readonly requestId?: string;
-  /** Seconds to wait before a retry. */
+  /** Seconds to wait before a retry, which the client's own retries did not wait for any more. */
   readonly retryAfter?: number;
   /** The whole problem document. */
   readonly problem: Partial<Problem>;
 }
 
 export class Tweend {
-  /** base: URL of the daemon, including a path prefix; default: where this module was loaded from. */
-  constructor(base?: string | URL, options?: { key?: string; fetch?: typeof fetch });
+  /**
+   * base: URL of the daemon, including a path prefix. Default: the daemon that served this module; throws if none did, as in
+   * a bundle or from npm. If another server answers there, requests reject with a TypeError that says so.
+   */
+  constructor(base?: string | URL, options?: { key?: string; fetch?: typeof fetch; retries?: number });
   /** Ends with a slash. */
   readonly base: string;
   /** An API key, sent with each request. */
   key?: string;
 
+  /**
+   * How often the daemon is asked again where it puts off (429, 503; for GET also 408, 502, 504), default 3: after `Retry-After`,
+   * of which over 30 s are not waited for, else after 0.25 s and twice as long each time. All that it does may be asked twice.
+   */
+  retries: number;
+
   /** Fetches a path below `base`, or a URL. Throws a TweendError for an error answer. */
-  request(path: string, init?: RequestInit): Promise<Response>;
+  request(path: string, init?: RequestInit & { retries?: number }): Promise<Response>;
   /** The URL of a path below `base`. */
   url(path: string): string;
   /** Signs the URL of a GET, so that it needs no key for `seconds`. If this client has no key, returns the absolute URL unsigned. */
@@ -76,6 +87,12 @@ export class Tweend {
     model: ModelId,
     options?: { mesh?: string; levels?: number | "max"; name?: string } & Pick<SurfaceOptions, "scheme" | "boundary" | "quads"> & Abortable,
   ): Promise<Model>;
+  /**
+   * Stores a clip that is mixed of others for this model's skeleton, and resolves with its name, which `clip` takes wherever
+   * this model is asked: `{model id}/mix`. A layer's `clip` is one of this model, or `{model id}/NAME`, with `retarget: 'auto'`
+   * if that model's skeleton is another.
+   */
+  mix(model: ModelId, layers: readonly Layer[], options?: { name?: string } & Abortable): Promise<string>;
   /** All models, by id, fetched page by page; `limit`: models per page. */
   list(options?: ListOptions & Abortable): AsyncGenerator<Listed, void, undefined>;
   remove(model: ModelId, init?: Abortable): Promise<void>;
@@ -83,6 +100,8 @@ export class Tweend {
 
   surfaceUrl(model: ModelId, options?: SurfaceOptions, form?: SurfaceForm): string;
   surface(model: ModelId, options?: SurfaceOptions, form?: SurfaceForm, init?: Abortable): Promise<Response>;
+  /** The surface of a file that is not stored. */
+  surfaceOf(source: ModelSource, options?: SurfaceOptions, form?: SurfaceForm, init?: Abortable): Promise<Response>;
   /** The points of a mesh of a surface in its own space, x y z each, and behind them what `with` asks for. `mesh` may be left out if the model has one mesh. */
   points(model: ModelId, options?: SurfaceOptions, init?: Abortable): Promise<Float32Array>;
   /** Counts and bytes of all levels; the last one may be over a limit. */
@@ -189,7 +208,10 @@ export interface PlayerSettings {
   playing?: boolean;
 }
 
-export interface PlayOptions extends PlayerSettings, Pick<PoseOptions, 'clip' | 'nodes' | 'interpolation' | 'retarget' | 'map' | 'feet' | 'in_place' | 'root_axes'>, Abortable {
+export interface PlayOptions
+  extends PlayerSettings,
+    Pick<PoseOptions, 'clip' | 'nodes' | 'interpolation' | 'retarget' | 'map' | 'feet' | 'root_motion' | 'root_axes' | 'in_place'>,
+    Abortable {
   /** Poses fetched per second of the clip, default 60; the player interpolates between them by slerp and linearly. */
   fps?: number;
 }
@@ -207,6 +229,8 @@ export class Player {
   speed: number;
   loop: 'clamp' | 'repeat' | 'pingpong';
   playing: boolean;
+  /** With `root_motion`: the motion of the whole figure since time 0 of the clip, as `update` found it. */
+  readonly root?: RootMotion;
   /** Moves the objects; call for each rendered frame. now: milliseconds, as requestAnimationFrame passes. Returns `time`. */
   update(now?: number): number;
 }
@@ -226,6 +250,8 @@ export class LivePlayer {
   /** Whether the stream comes: false while it waits for the daemon to answer again. */
   readonly connected: boolean;
   delay: number;
+  /** As of Player. */
+  readonly root?: RootMotion;
   /** The server's current Unix time in milliseconds. */
   readonly serverTime: number;
   /** Resolves when the stream ends or is closed; rejects when it cannot continue. */

@@ -14,15 +14,48 @@ export class TweendError extends Error {
     this.errors = problem.errors ?? [];
     this.line = problem.line;
     this.requestId = problem.instance ?? response.headers.get('X-Request-Id') ?? undefined;
-    const seconds = Number(response.headers.get('Retry-After') ?? NaN);
-    this.retryAfter = Number.isFinite(seconds) ? seconds : undefined;
+    this.retryAfter = secondsToWait(response.headers);
   }
+}
+
+/** What Retry-After says, a number or a date, in seconds from now. */
+function secondsToWait(headers) {
+  const text = headers.get('Retry-After') ?? '';
+  const seconds = /^\d+$/.test(text) ? Number(text) : Math.max(0, (Date.parse(text) - Date.now()) / 1000);
+  return Number.isNaN(seconds) ? undefined : seconds;
+}
+
+/** Statuses after which a retry may succeed. With the first two nothing was done yet; others may come after the request was. */
+const REFUSED = [429, 503];
+const PASSING = [...REFUSED, 408, 502, 504];
+const LONGEST_WAIT = 30; // seconds
+
+/** The milliseconds to wait before a request is sent once more; undefined if that is not to be. tried: how often it was. */
+function pauseAfter({ status, headers }, method, tried) {
+  if (!(/^(GET|HEAD)$/i.test(method) ? PASSING : REFUSED).includes(status)) return undefined;
+  const seconds = secondsToWait(headers) ?? 2 ** tried * (0.25 + Math.random() / 4);
+  return seconds <= LONGEST_WAIT ? seconds * 1000 : undefined;
 }
 
 async function checked(response) {
   if (response.ok) return response;
   const problem = await response.json().catch(() => ({})); // a proxy's error is not JSON
   throw new TweendError(response, problem);
+}
+
+/** Throws for an answer that no daemon gives: other servers have no such path, or answer all paths with their page. */
+function assertDaemon({ status, headers }, base) {
+  const type = headers.get('Content-Type') ?? '';
+  if (type.startsWith('text/html') && [200, 404, 405, 501].includes(status))
+    throw new TypeError(`${base} is no tweend daemon: it answers with a web page. Give the daemon's URL, as in new Tweend('http://127.0.0.1:8080')`);
+}
+
+/** The daemon that served this module, alone or within its viewer. */
+function guessBase() {
+  const { url } = import.meta; // apart from new URL, where bundlers would take it for the address of a file
+  if (!/^https?:.*\/(tweend|viewer)\.js$/.test(url) || url.includes('/node_modules/'))
+    throw new TypeError("this module does not come from a daemon: give the daemon's URL, as in new Tweend('http://127.0.0.1:8080')");
+  return new URL('.', url);
 }
 
 function idOf(model) {
@@ -73,6 +106,28 @@ function pointsBody(rows) {
   return new Blob([prefix, head, rows]);
 }
 
+const PIECE = 1 << 16; // bytes
+
+/** Makes requests for fetch whose body is a stream, and reports how much was taken from it. Browsers cannot send these. */
+async function streamed({ headers, body, ...init }, onProgress) {
+  const copy = new Response(body); // a form gets its media type
+  const type = copy.headers.get('Content-Type');
+  const blob = body instanceof Blob ? body : await copy.blob();
+  return () => {
+    let sent = 0;
+    const stream = new ReadableStream({
+      async pull(out) {
+        const piece = new Uint8Array(await blob.slice(sent, sent + PIECE).arrayBuffer());
+        out.enqueue(piece);
+        onProgress((sent += piece.length), blob.size);
+        if (sent === blob.size) out.close();
+      },
+    });
+    const given = { ...(type && { 'Content-Type': type }), 'Content-Length': String(blob.size), ...headers };
+    return { ...init, headers: given, body: stream, duplex: 'half' };
+  };
+}
+
 /** Like fetch, but reports the progress of sending. */
 function sendWithProgress(url, { method, headers, body, signal }, onProgress) {
   return new Promise((resolve, reject) => {
@@ -95,13 +150,26 @@ function sendWithProgress(url, { method, headers, body, signal }, onProgress) {
   });
 }
 
+/** A clip of another model. */
+const BORROWED = /^[0-9a-f]{32}\//;
+
+/** The options that say which poses there are, whatever their times and form. */
+const POSED = ['clip', 'nodes', 'interpolation', 'retarget', 'map', 'feet', 'root_motion', 'root_axes', 'in_place'];
+
+function split(options, names) {
+  const entries = Object.entries(options);
+  const part = (isNamed) => Object.fromEntries(entries.filter(([name]) => names.includes(name) === isNamed));
+  return [part(true), part(false)];
+}
+
 export class Tweend {
   #fetch;
 
-  constructor(base, { key, fetch } = {}) {
-    const url = base === undefined ? new URL('.', import.meta.url) : new URL(base, globalThis.document?.baseURI);
+  constructor(base, { key, fetch, retries = 3 } = {}) {
+    const url = base === undefined ? guessBase() : new URL(base, globalThis.document?.baseURI);
     this.base = url.origin + url.pathname.replace(/\/*$/, '/');
     this.key = key;
+    this.retries = retries;
     this.#fetch = fetch;
   }
 
@@ -120,9 +188,26 @@ export class Tweend {
     return this.#fetch ? this.#fetch(url, init) : fetch(url, init);
   }
 
-  async request(path, { headers, ...init } = {}) {
+  /** Sends what `send` sends until the daemon does not put it off any more. */
+  async #insist(url, send, { method = 'GET', signal, retries = this.retries }) {
+    for (let tried = 0; ; tried++) {
+      const response = await send();
+      const wait = tried < retries && url.startsWith(this.base) ? pauseAfter(response, method, tried) : undefined;
+      if (wait === undefined) {
+        if (url.startsWith(`${this.base}v1/`)) assertDaemon(response, this.base);
+        return checked(response);
+      }
+      await response.body?.cancel();
+      await pause(wait, signal);
+      signal?.throwIfAborted();
+    }
+  }
+
+  async request(path, { headers, retries, ...init } = {}) {
     const url = this.url(path);
-    return checked(await this.#send(url, { ...init, headers: this.#headers(url, headers) }));
+    const isOnce = init.body instanceof ReadableStream;
+    const send = () => this.#send(url, { ...init, headers: this.#headers(url, headers) });
+    return this.#insist(url, send, { ...init, retries: isOnce ? 0 : retries });
   }
 
   async #json(path, init) {
@@ -144,13 +229,28 @@ export class Tweend {
 
   // ---- models ----
 
-  async upload(source, { name, type, onProgress, signal } = {}) {
+  async upload(source, { name, type, onProgress, ...options } = {}) {
     const { body, type: contentType } = bodyOf(source, type);
     const url = this.url(`v1/models${queryOf({ name: name ?? (source.name || undefined) })}`);
     const headers = this.#headers(url, contentType && { 'Content-Type': contentType });
-    const init = { method: 'POST', headers, body, signal };
-    const reports = onProgress && !this.#fetch && globalThis.XMLHttpRequest;
-    return (await checked(await (reports ? sendWithProgress(url, init, onProgress) : this.#send(url, init)))).json();
+    const init = { method: 'POST', headers, body, signal: options.signal };
+    let send = () => this.#send(url, init);
+    if (onProgress && globalThis.XMLHttpRequest) {
+      if (!this.#fetch) send = () => sendWithProgress(url, init, onProgress);
+    } else if (onProgress) {
+      const next = await streamed(init, onProgress);
+      send = () => this.#send(url, next());
+    }
+    return (await this.#insist(url, send, { method: 'POST', ...options })).json();
+  }
+
+  async mix(model, layers, { name = 'mix', ...options } = {}) {
+    const { id, nodes } = await this.describe(model, options);
+    const document = {
+      nodes: nodes.map(({ name, parent, rest: { matrix, ...rest } }) => ({ name, ...(parent !== null && { parent }), ...rest })),
+      clips: [{ name, layers: layers.map(({ clip, ...layer }) => ({ clip: BORROWED.test(clip) ? clip : `${id}/${clip}`, ...layer })) }],
+    };
+    return `${idOf(await this.upload(JSON.stringify(document), { name, ...options }))}/${name}`;
   }
 
   describe(model, init) {
@@ -198,6 +298,12 @@ export class Tweend {
 
   surface(model, options, form, init) {
     return this.request(this.surfaceUrl(model, options, form), init);
+  }
+
+  async surfaceOf(source, options, form = 'glb', init) {
+    const { body, type } = bodyOf(source);
+    const headers = type && { 'Content-Type': type };
+    return this.request(`v1/surface.${form}${queryOf(options)}`, { ...init, method: 'POST', headers, body });
   }
 
   async points(model, options, init) {
@@ -253,8 +359,7 @@ export class Tweend {
   // ---- players ----
 
   async play(model, objects, options = {}) {
-    const { clip, nodes, interpolation, retarget, map, feet, in_place, root_axes, fps = 60, signal, ...settings } = options;
-    const which = { clip, nodes, interpolation, retarget, map, feet, in_place, root_axes };
+    const [which, { fps = 60, signal, ...settings }] = split(options, POSED);
     const { duration } = await this.pose(model, { ...which, at: 0 }, { signal });
     // Rounds the steps up so that the last one is the clip's end.
     const times = duration > 0 ? { from: 0, to: duration, fps: Math.ceil(duration * fps) / duration } : { at: 0 };
@@ -446,6 +551,12 @@ function apply(objects, a, b, t) {
   });
 }
 
+/** The motion of the whole figure at t between two rows that end with it: rotation and translation. */
+function rootOf(a, b, t) {
+  const at = a.length - TRANSLATION - 3;
+  return { rotation: slerp(a, b, at + ROTATION, t), translation: lerp(a, b, at + TRANSLATION, t) };
+}
+
 // ---- players -------------------------------------------------------------------------------------
 
 /** Plays a table of poses on the local clock. */
@@ -506,6 +617,7 @@ export class Player {
     const span = times[to] - times[from];
     const t = span > 0 ? Math.min(Math.max((time - times[from]) / span, 0), 1) : 0;
     apply(this.#objects, table.row(from), table.row(to), t);
+    if (table.header.root) this.root = rootOf(table.row(from), table.row(to), t);
     return time;
   }
 }
@@ -551,16 +663,14 @@ function pause(ms, signal) {
   return new Promise((resolve) => {
     const stop = () => {
       clearTimeout(timer);
-      signal.removeEventListener('abort', stop);
+      signal?.removeEventListener('abort', stop);
       resolve();
     };
     const timer = setTimeout(stop, ms);
-    signal.addEventListener('abort', stop);
+    signal?.addEventListener('abort', stop);
+    if (signal?.aborted) stop();
   });
 }
-
-/** Statuses after which a retry may succeed. */
-const PASSING = [408, 429, 502, 503, 504];
 
 // A browser opens six connections to an origin over HTTP/1, of which each live stream takes one: the next request waits.
 const MANY_STREAMS = 4;
@@ -621,8 +731,8 @@ export class LivePlayer {
   async #run(tweend, model, objects, options, begun) {
     const { signal } = this.#abort;
     try {
-      const { clip, nodes, interpolation } = options;
-      const pose = await tweend.pose(model, { clip, nodes, interpolation, at: 0 }, { signal });
+      const [which] = split(options, POSED);
+      const pose = await tweend.pose(model, { ...which, at: 0 }, { signal });
       this.#objects = find(objects, pose.nodes);
       this.missing = pose.nodes.filter((_, i) => !this.#objects[i]);
       while (!this.ended) {
@@ -642,7 +752,7 @@ export class LivePlayer {
     try {
       const headers = { Accept: 'text/event-stream' };
       if (this.#last !== undefined) headers['Last-Event-ID'] = String(this.#last);
-      const response = await tweend.request(url, { headers, cache: 'no-store', signal: this.#abort.signal });
+      const response = await tweend.request(url, { headers, cache: 'no-store', retries: 0, signal: this.#abort.signal });
       this.ended = response.status === 204;
       if (this.ended) return 0;
       uncount = countStream(url, response);
@@ -665,13 +775,14 @@ export class LivePlayer {
 
   #take(number, data, begun) {
     const local = performance.now();
-    const { now, t, rotation, translation, scale } = JSON.parse(data);
-    const row = new Float32Array(rotation.length * WIDTH);
+    const { now, t, rotation, translation, scale, root } = JSON.parse(data);
+    const row = new Float32Array(rotation.length * WIDTH + (root ? 7 : 0));
     rotation.forEach((value, node) => {
       row.set(value, node * WIDTH + ROTATION);
       row.set(translation[node], node * WIDTH + TRANSLATION);
       row.set(scale[node], node * WIDTH + SCALE);
     });
+    if (root) row.set([...root.rotation, ...root.translation], row.length - 7);
     this.#offset.tell(local - now, local);
     this.#origin.tell(this.#start ?? now - number * this.#step, local);
     this.#last = number;
@@ -698,6 +809,7 @@ export class LivePlayer {
     const leaps = Math.abs(b.time - a.time) * 1000 > 1.5 * span * Math.abs(this.speed); // the clip has started over
     const t = span > 0 && !leaps ? Math.min(Math.max((now - this.#due(a)) / span, 0), 1) : 0;
     apply(this.#objects, a.row, b.row, t);
+    if (a.row.length % WIDTH) this.root = rootOf(a.row, b.row, t);
     this.time = a.time + t * (b.time - a.time);
     return this.time;
   }

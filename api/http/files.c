@@ -1,4 +1,4 @@
-/* The API description, the module for web clients with its types, and the pages. A file changes with the
+/* The API description, the module for web clients with its types, its viewer, and the pages. A file changes with the
  * daemon's version, so clients revalidate it each time. */
 #include "files.h"
 
@@ -49,10 +49,10 @@ static bool copy_page(const api_page *page, bool is_stored, tw_text *out) {
 }
 
 static api_outcome reply_page(api_call *call, const api_page *page) {
-  if (page->gzip.size == 0) return api_fail_with(call, 404, "this daemon has no page");
+  if (page->gzip.size == 0) return api_fail_with(call, 404, "this daemon has no page here: it was built without npm");
   bool is_stored = sends_stored(call);
   if (is_stored) call->coding = API_CODING_GZIP;
-  api_answer_header(&call->answer, "Content-Security-Policy", page->policy);
+  if (page->policy) api_answer_header(&call->answer, "Content-Security-Policy", page->policy);
   api_outcome outcome = api_validate_file(call, page->hash);
   if (outcome != API_CONTINUE) return outcome;
   tw_text text = {0};
@@ -74,4 +74,8 @@ api_outcome api_get_docs(api_call *call) {
 
 api_outcome api_get_example(api_call *call) {
   return reply_page(call, &call->service->example);
+}
+
+api_outcome api_get_viewer(api_call *call) {
+  return reply_page(call, &call->service->viewer);
 }

@@ -46,6 +46,7 @@ api_outcome api_get_page(api_call *call);
 api_outcome api_get_docs(api_call *call);
 api_outcome api_get_example(api_call *call);
 api_outcome api_get_client_types(api_call *call);
+api_outcome api_get_viewer(api_call *call);
 
 api_outcome api_post_model(api_call *call);
 api_outcome api_list_models(api_call *call);

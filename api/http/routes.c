@@ -95,6 +95,8 @@ static const api_route routes[] = {
      api_get_client},
     {"GET", WHOLE("/tweend.d.ts"), API_TAKES_NOTHING, API_OPEN, false, types_offers, no_parameters,
      api_get_client_types},
+    {"GET", WHOLE("/viewer.js"), API_TAKES_NOTHING, API_OPEN, false, script_offers, no_parameters,
+     api_get_viewer},
     {"POST", WHOLE("/v1/models"), API_TAKES_MODEL, API_WRITES, false, json_offers, name_parameters,
      api_post_model},
     {"GET", WHOLE("/v1/models"), API_TAKES_NOTHING, API_READS_ALL, false, json_offers, list_parameters,

@@ -110,6 +110,7 @@ api_service *api_service_create(const api_settings *settings) {
   service->metrics = settings->metrics;
   service->page = settings->page;
   service->docs = settings->docs;
+  service->viewer = settings->viewer;
   service->example = settings->example;
   const api_parallel_for *parallel = &settings->parallel;
   service->parallel = (tw_parallel_for){parallel->owner, parallel->run ? parallel->run : run_serially,

@@ -34,7 +34,7 @@ struct api_service {
   tw_arena *arena;        /* holds the copied settings */
   api_keys *_Atomic keys; /* in force; NULL only without memory */
   api_metrics metrics;
-  api_page page, docs, example;
+  api_page page, docs, example, viewer;
   const char *cors_origins, *hosts;
   atomic_bool is_draining;
   api_budget *budget;

@@ -122,11 +122,11 @@ typedef struct api_metrics {
   char *(*print)(void *owner, size_t *size); /* malloc'ed; NULL without memory */
 } api_metrics;
 
-/* A page for browsers: HTML, compressed by gzip. Outlives the service. */
+/* A page for browsers, or a script of one: compressed by gzip. Outlives the service. */
 typedef struct api_page {
   api_bytes gzip;     /* size 0: there is no page */
   const char *hash;   /* differs whenever the bytes differ */
-  const char *policy; /* its Content-Security-Policy */
+  const char *policy; /* its Content-Security-Policy; NULL: it is a script */
 } api_page;
 
 typedef struct api_settings {
@@ -138,6 +138,7 @@ typedef struct api_settings {
   api_page page;            /* at "/" */
   api_page docs;            /* the API reference, at "/docs" */
   api_page example;         /* at "/example.html" */
+  api_page viewer;          /* the custom element for other pages, at "/viewer.js" */
   const char *cors_origins; /* a comma-separated list, "*" in it for all, "" for none */
   const char
       *hosts; /* served on loopback listeners besides the machine's own, without ports; else as above */

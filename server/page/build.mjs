@@ -1,5 +1,6 @@
-// Bundles the page and the API reference, each into one HTML file, and writes their Content-Security-Policies:
-//   node build.mjs FOLDER    FOLDER: has the packages in node_modules; receives page.html, page.policy, docs.html and docs.policy
+// Bundles the page and the API reference, each into one HTML file, writes their Content-Security-Policies, and bundles the viewer:
+//   node build.mjs FOLDER    FOLDER: has the packages in node_modules; receives page.html, page.policy, docs.html, docs.policy
+//                            and viewer.js
 import { createHash } from 'node:crypto';
 import { readFileSync, writeFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
@@ -56,3 +57,5 @@ write('docs', {
   style: bundle('docs.css', { target: 'es2022' }),
   policy: { images: 'blob: data:', requests: "'self'" }, // icons of the style sheet
 });
+
+writeFileSync(join(folder, 'viewer.js'), bundle('viewer.js', { format: 'esm', target: 'es2022', legalComments: 'eof' }));

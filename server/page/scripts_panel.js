@@ -1,11 +1,13 @@
-// Shows the requests for what is shown, as curl and JavaScript, and offers downloads in every format.
+// Shows the requests for what is shown, as curl, JavaScript and Python, and offers downloads in every format.
 import { download, tweend, withKey } from './client.js';
 import { ask, byId, bytes, make } from './dom.js';
 import { busy, fail } from './notices.js';
+import { scriptsOf } from './scripts.js';
 import { state, surfaceOptions, watch } from './state.js';
 
+export { quote } from './scripts.js';
+
 const LARGE = 100e6;
-export const quote = (text) => `'${text.replaceAll("'", `'\\''`)}'`;
 
 /** Asks the user before loading more than LARGE bytes. */
 export async function confirmLarge(size, what) {
@@ -48,15 +50,13 @@ export class ScriptsPanel {
     if (id) Object.assign(this.whole, { href: tweend.surfaceUrl(id, { ...surfaceOptions(), download: 1 }), download: `${id.slice(0, 8)}.glb`, title: `Level ${state('level')} as GLB` });
   }
 
-  /** The requests as [title, URL, file name, JavaScript]. */
+  /** The requests as [title, URL, what scriptsOf takes besides]. */
   requests() {
     const id = state('model');
     const options = surfaceOptions();
-    const call = (method, ...values) => `await tweend.${method}(${[`'${id}'`, ...values].join(', ')})`;
-    const given = JSON.stringify(options);
     const list = [
-      ['This surface', tweend.surfaceUrl(id, options), `${id.slice(0, 8)}.glb`, `const glb = await (${call('surface', given)}).arrayBuffer();`],
-      ['Its counts', tweend.surfaceUrl(id, options, 'json'), '-', `const counts = ${call('surfaceCounts', given)};`],
+      ['This surface', tweend.surfaceUrl(id, options), { file: `${id.slice(0, 8)}.glb` }],
+      ['Its counts', tweend.surfaceUrl(id, options, 'json'), {}],
     ];
     const { clip } = this.animation;
     if (clip) {
@@ -64,10 +64,10 @@ export class ScriptsPanel {
       const all = { clip: clip.name, from: 0, to: clip.duration, fps: 60 };
       const live = { clip: clip.name, loop: state('loop'), speed: Number(state('speed')), fps: 30 };
       list.push(
-        ['This pose', tweend.poseUrl(id, pose), '-', `const pose = ${call('pose', JSON.stringify(pose))};`],
-        ['The clip at 60 a second', tweend.poseUrl(id, all, 'bin'), 'poses.bin', `const poses = ${call('poseTable', JSON.stringify(all))};`],
-        ['The live stream', tweend.liveUrl(id, live), '-', '// gltf: the surface as GLTFLoader of three.js loads it\n' +
-          `const player = ${call('live', 'gltf.scene', JSON.stringify(live))};\nplayer.update(); // before each frame`]);
+        ['This pose', tweend.poseUrl(id, pose), {}],
+        ['The clip at 60 a second', tweend.poseUrl(id, all, 'bin'), { file: 'poses.bin' }],
+        ['The live stream', tweend.liveUrl(id, live), { isStream: true, module: '// gltf: the surface as GLTFLoader of three.js loads it\n' +
+          `const player = await tweend.live('${id}', gltf.scene, ${JSON.stringify(live)});\nplayer.update(); // before each frame` }]);
     }
     return list;
   }
@@ -77,12 +77,12 @@ export class ScriptsPanel {
       this.content.replaceChildren(make('p', { className: 'dim' }, 'Choose a model: its requests are shown here.'));
       return;
     }
-    const base = tweend.base;
-    const key = tweend.key ? ', { key }' : '';
-    const entries = this.requests().map(([title, url, file, code]) => {
-      const curl = `curl ${tweend.key ? '-H "Authorization: Bearer $KEY" ' : ''}${file === '-' ? '' : `-o ${file} `}${quote(url)}`;
-      const script = `const { Tweend } = await import('${base}tweend.js');\nconst tweend = new Tweend('${base}'${key});\n${code}`;
-      return make('section', {}, make('h3', {}, title), codeLine('curl', curl), codeLine('JavaScript', script));
+    const hasKey = Boolean(tweend.key);
+    const opening = `const { Tweend } = await import('${tweend.base}tweend.js');\nconst tweend = new Tweend(undefined${hasKey ? ', { key }' : ''});\n`;
+    const entries = this.requests().map(([title, url, { module, ...options }]) => {
+      const codes = Object.entries(scriptsOf(url, { ...options, hasKey }));
+      if (module) codes.push(['On a page', opening + module]);
+      return make('section', {}, make('h3', {}, title), ...codes.map(([label, code]) => codeLine(label, code)));
     });
     this.content.replaceChildren(
       make('p', { className: 'dim' }, 'The address of this page holds its state: whoever opens it sees the same.'),

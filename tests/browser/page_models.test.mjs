@@ -1,7 +1,7 @@
 // The page at /: uploads, long work, downloads, keys, and the lines for scripts.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { createServer, request as ask } from 'node:http';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
@@ -159,17 +159,23 @@ async function otherPage(visit) {
 visits('scripts give the bytes that are shown', { hash: '#tab=scripts&level=1&limit=true' }, async (visit) => {
   await visit.level(1);
   const surface = visit.page.locator('section', { hasText: 'This surface' });
-  const [curl, script] = await surface.locator('pre').allInnerTexts();
+  const [curl, script, python] = await surface.locator('pre').allInnerTexts();
   const folder = mkdtempSync(join(tmpdir(), 'tweend-curl-'));
   try {
     execFileSync('bash', ['-c', `${curl} --silent`], { cwd: folder });
     const [, file] = curl.match(/-o (\S+)/);
     const bytes = readFileSync(join(folder, file));
     assert.equal(bytes.subarray(0, 4).toString(), 'glTF');
+    for (const [command, name, code] of [[process.execPath, 'script.mjs', script], ['python3', 'script.py', python]]) {
+      rmSync(join(folder, file));
+      writeFileSync(join(folder, name), code);
+      execFileSync(command, [name], { cwd: folder });
+      assert.ok(bytes.equals(readFileSync(join(folder, file))), name);
+    }
     const other = await otherPage(visit);
-    const base64 = await other.evaluate(async (line) => {
-      const bytes = await new (async () => {}).constructor(`${line} return glb;`)();
-      return btoa(String.fromCharCode(...new Uint8Array(bytes)));
+    const base64 = await other.evaluate(async (code) => {
+      const bytes = await new (async () => {}).constructor(`${code}\nreturn bytes;`)();
+      return btoa(String.fromCharCode(...bytes));
     }, script);
     assert.ok(bytes.equals(Buffer.from(base64, 'base64')));
     await other.close();
@@ -184,21 +190,30 @@ visits('scripts give the bytes that are shown', { hash: '#tab=scripts&level=1&li
   assert.match(await visit.text('section:has(h3:text-is("This pose")) pre'), /at=1\.5/);
 });
 
-visits('the JavaScript of every request runs', { hash: '#tab=scripts&level=1&t=1.5' }, async (visit) => {
+visits('the scripts of every request run, on a page and by Node.js and Python, and are short', { hash: '#tab=scripts&level=1&t=1.5' }, async (visit) => {
   await visit.level(1);
-  await visit.page.locator('pre[aria-label=JavaScript]', { hasText: '"at":1.5' }).waitFor(); // the clip's come with it
-  const scripts = await visit.page.locator('pre[aria-label=JavaScript]').allInnerTexts();
+  await visit.page.locator('pre[aria-label=JavaScript]', { hasText: 'at=1.5' }).waitFor(); // the clip's come with it
+  const codes = (label) => visit.page.locator(`pre[aria-label="${label}"]`).allInnerTexts();
+  const [scripts, pythons, [onPage]] = await Promise.all(['JavaScript', 'Python', 'On a page'].map(codes));
+  assert.deepEqual([scripts.length, pythons.length], [5, 5]);
+  assert.ok([...scripts, ...pythons, onPage].every((code) => code.split('\n').length < 12));
   const other = await otherPage(visit);
-  const found = await other.evaluate(async (texts) => {
+  const found = await other.evaluate(async ([texts, onPage]) => {
     const hull = { quaternion: [], position: [], scale: [] };
-    const names = ['glb', 'counts', 'pose', 'poses', 'player'];
-    const run = (name, i) => new (async () => {}).constructor('gltf', `${texts[i]}\nreturn ${name};`)({ scene: { hull } });
-    const [glb, counts, pose, poses, player] = await Promise.all(names.map(run));
+    const run = (code, name) => new (async () => {}).constructor('gltf', `${code}\nreturn ${name};`)({ scene: { hull } });
+    const names = ['bytes', 'found', 'found', 'bytes'];
+    const [glb, counts, pose, poses, player] = await Promise.all([...names.map((name, i) => run(texts[i], name)), run(onPage, 'player')]);
     player.close();
-    return { scripts: texts.length, size: glb.byteLength, bytes: counts.bytes, at: pose.times, poses: poses.header.poses, turned: hull.quaternion.length };
-  }, scripts);
-  assert.equal(found.size, found.bytes);
-  assert.deepEqual({ ...found, size: 0, bytes: 0 }, { scripts: 5, size: 0, bytes: 0, at: [1.5], poses: 241, turned: 4 });
+    return { size: glb.byteLength, bytes: counts.bytes, at: pose.times, poses: poses.byteLength > 1000, turned: hull.quaternion.length };
+  }, [scripts, onPage]);
+  assert.deepEqual({ ...found, size: 0 }, { size: 0, bytes: found.size, at: [1.5], poses: true, turned: 4 });
+  const printed = (command, args, code) => JSON.parse(execFileSync(command, args, { input: code, encoding: 'utf8' }));
+  assert.deepEqual(printed('python3', ['-'], pythons[2]).times, [1.5]);
+  const json = scripts[2].replace('console.log(found)', 'console.log(JSON.stringify(found))');
+  assert.deepEqual(printed(process.execPath, ['--input-type=module'], json), printed('python3', ['-'], pythons[2]));
+  const events = (command, args, code) => execFileSync(command, args, { input: code.replace('loop=repeat', 'loop=clamp').replace('&speed=1', '&speed=20'), encoding: 'utf8' });
+  assert.match(events('python3', ['-'], pythons[4]), /^data: \{"t":.*^event: end/ms);
+  assert.match(events(process.execPath, ['--input-type=module'], scripts[4]), /^data: \{"t":.*^event: end/ms);
 });
 
 /** What a click downloads; clicked again where the list was drawn anew under the pointer. */

@@ -1,13 +1,16 @@
 // The client module in node, against the daemon with keys.
 import assert from 'node:assert/strict';
 import { File } from 'node:buffer'; // a global from Node 20 on
-import { readFileSync } from 'node:fs';
-import { join } from 'node:path';
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { createServer } from 'node:http';
+import { tmpdir } from 'node:os';
+import { dirname, join } from 'node:path';
 import { Readable } from 'node:stream';
 import { after, before, test } from 'node:test';
 import { setTimeout as pause } from 'node:timers/promises';
 import { runInNewContext } from 'node:vm';
 
+import { biped } from '../node/biped.mjs';
 import { Daemon, root } from '../node/daemon.mjs';
 import { Player, PoseTable, Tweend, TweendError } from '../../api/client/tweend.js';
 
@@ -75,13 +78,135 @@ test('a page learns why a daemon on a loopback address refuses it', async () => 
 test('what a proxy answers is an error too', async () => {
   const headers = { 'Retry-After': '7', 'X-Request-Id': 'abc' };
   const fetch = async () => new Response('<h1>no</h1>', { status: 502, statusText: 'Bad Gateway', headers });
-  await assert.rejects(new Tweend('http://a.example', { fetch }).describe('x'), {
+  await assert.rejects(new Tweend('http://a.example', { fetch, retries: 0 }).describe('x'), {
     message: '502 Bad Gateway',
     status: 502,
     retryAfter: 7,
     requestId: 'abc',
     errors: [],
   });
+});
+
+test('who guesses the daemon where there is none is told', async () => {
+  assert.throws(() => new Tweend(), { name: 'TypeError', message: /give the daemon's URL/ }); // loaded from a file
+  let status;
+  const server = createServer((_, response) => response.writeHead(status, { 'Content-Type': 'text/html; charset=utf-8' }).end('<title>a page'));
+  await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
+  const wrong = new Tweend(`http://127.0.0.1:${server.address().port}`);
+  for (status of [200, 404, 405]) {
+    for (const ask of [() => wrong.describe('x'), () => wrong.surface('x'), () => wrong.upload(tankFile), () => wrong.list().next()])
+      await assert.rejects(ask(), { name: 'TypeError', message: `${wrong.base} is no tweend daemon: it answers with a web page. Give the daemon's URL, as in new Tweend('http://127.0.0.1:8080')` });
+  }
+  server.close();
+  assert.ok((await tweend.request('docs')).ok, 'pages of the daemon are no mistake');
+});
+
+// ---- retries ----
+
+/** A client of a daemon that gives these answers, each a status with a Retry-After, and then 200; `asked` holds the requests. */
+function putOff(answers, options) {
+  const asked = [];
+  const fetch = async (url, { method = 'GET', body }) => {
+    const [status, after] = answers[asked.length] ?? [200];
+    asked.push([method, body instanceof ReadableStream ? await new Response(body).text() : body]);
+    const headers = after === undefined ? {} : { 'Retry-After': after };
+    return status === 200 ? Response.json({ id: 'x' }) : new Response('{}', { status, headers });
+  };
+  return { asked, client: new Tweend('http://a.example', { fetch, ...options }) };
+}
+
+test('a request that is put off is sent again, whatever it does', async () => {
+  const past = new Date(Date.now() - 5000).toUTCString();
+  const { asked, client } = putOff([[503, '0'], [429, past], [503, '0']]);
+  const told = [];
+  assert.equal((await client.upload('v 0 0 0', { onProgress: (sent) => told.push(sent) })).id, 'x');
+  assert.deepEqual(asked, Array(4).fill(['POST', 'v 0 0 0']));
+  assert.deepEqual(told, [7, 7, 7, 7]);
+
+  const soon = putOff([[503, new Date(Date.now() + 2500).toUTCString()]]);
+  const began = performance.now();
+  await soon.client.remove('x');
+  assert.ok(performance.now() - began > 1000);
+  assert.equal(soon.asked.length, 2);
+
+  const unsaid = putOff([[502], [504]]); // by a proxy that starts
+  assert.ok(await unsaid.client.describe('x'));
+  assert.equal(unsaid.asked.length, 3);
+});
+
+test('what may have been done is not sent again, nor what cannot be; and patience has an end', async () => {
+  const count = async (answers, ask, options) => {
+    const { asked, client } = putOff(answers, options);
+    await assert.rejects(ask(client), { name: 'TweendError', status: answers[0][0] });
+    return asked.length;
+  };
+  const always = (...answer) => Array(20).fill(answer);
+  assert.equal(await count(always(502, '0'), (client) => client.remove('x')), 1);
+  assert.equal(await count(always(504, '0'), (client) => client.upload('v 0 0 0')), 1);
+  assert.equal(await count(always(500, '0'), (client) => client.describe('x')), 1);
+  assert.equal(await count(always(503, '0'), (client) => client.describe('x')), 4);
+  assert.equal(await count(always(503, '0'), (client) => client.describe('x', { retries: 1 })), 2);
+  assert.equal(await count(always(503, '0'), (client) => client.upload('v', { retries: 0 })), 1);
+  assert.equal(await count(always(503, '0'), (client) => client.describe('x'), { retries: 0 }), 1);
+  assert.equal(await count(always(503, '31'), (client) => client.describe('x')), 1);
+  assert.equal(await count(always(503, '0'), (client) => client.request('https://b.example/v1/models')), 1);
+  const body = () => new Blob(['v']).stream();
+  assert.equal(await count(always(503, '0'), (client) => client.request('v1/models', { method: 'POST', body: body(), duplex: 'half' })), 1);
+});
+
+test('who waits for a retry may leave', async () => {
+  const { asked, client } = putOff([[503, '20']]);
+  const controller = new AbortController();
+  const began = performance.now();
+  setTimeout(() => controller.abort(new Error('enough')), 100);
+  await assert.rejects(client.describe('x', { signal: controller.signal }), { message: 'enough' });
+  assert.ok(performance.now() - began < 5000);
+  assert.equal(asked.length, 1);
+});
+
+test('a client over its rate waits for the daemon', async () => {
+  const keys = join(mkdtempSync(join(tmpdir(), 'tweend-keys-')), 'keys');
+  writeFileSync(keys, 'snail read,write 2/s\n');
+  const slow = new Daemon(['--api-keys', `@${keys}`]);
+  await slow.start();
+  try {
+    const client = new Tweend(slow.url, { key: 'snail' });
+    const { id } = await client.upload(tankFile);
+    const all = await Promise.all(Array.from({ length: 5 }, () => client.describe(id)));
+    assert.ok(all.every((model) => model.id === id));
+    await assert.rejects(Promise.all(Array.from({ length: 9 }, () => client.describe(id, { retries: 0 }))), { status: 429 });
+  } finally {
+    await slow.remove();
+    rmSync(dirname(keys), { recursive: true });
+  }
+});
+
+// ---- models ----
+
+test('an upload tells its progress, and is refused or called off on its way', async () => {
+  const text = `${' '.repeat(3 << 20)}\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n`;
+  const sources = [text, new TextEncoder().encode(text), new Blob([text]), [new File([text], 'a.obj')]];
+  const ids = new Set();
+  for (const source of sources) {
+    const told = [];
+    ids.add((await tweend.upload(source, { onProgress: (...of) => told.push(of) })).id);
+    assert.ok(told.length > 10);
+    told.slice(1).forEach(([sent], i) => assert.ok(sent > told[i][0]));
+    assert.equal(...told.at(-1));
+    assert.ok(told.at(-1)[1] >= text.length);
+  }
+  assert.equal(ids.size, 1);
+  await tweend.remove([...ids][0]);
+  const controller = new AbortController();
+  const signal = controller.signal;
+  await assert.rejects(tweend.upload(text, { signal, onProgress: () => controller.abort(new Error('enough')) }), { message: 'enough' });
+  const small = new Daemon(['--max-upload', '1MiB']);
+  await small.start();
+  try {
+    await assert.rejects(new Tweend(small.url).upload(text, { onProgress() {} }), { name: 'TweendError', status: 413 });
+  } finally {
+    await small.remove();
+  }
 });
 
 test('the key goes to the daemon alone, and below a prefix all goes there', async () => {
@@ -108,7 +233,7 @@ test('a model goes up, is listed, and goes away', async () => {
   const told = [];
   const cube = await tweend.upload(readFileSync(join(root, 'server/samples/cube.obj'), 'utf8'), { name: 'a cube, ½', onProgress: (...of) => told.push(of) });
   assert.equal(cube.name, 'a cube, ½');
-  assert.deepEqual(told, []); // node tells nothing
+  assert.deepEqual(told.at(-1), [cube.bytes, cube.bytes]);
   assert.deepEqual(await tweend.describe(cube), await tweend.describe(cube.id));
   const ids = [];
   for await (const { id } of tweend.list({ limit: 1 })) ids.push(id);
@@ -281,6 +406,51 @@ test('more times than a URL holds go in a body', async () => {
   assert.deepEqual(table.header.times, (await tweend.pose(tank, { clip: 'drive', nodes: 'turret', at })).times);
   assert.equal(table.header.times.length, 3000);
   assert.deepEqual(table.header.times.map(Math.fround), at);
+});
+
+test('a file that is not stored has a surface', async () => {
+  const stored = await (await tweend.surface(tank, { level: 1 })).arrayBuffer();
+  assert.deepEqual(await (await tweend.surfaceOf(tankFile, { level: 1 })).arrayBuffer(), stored);
+  assert.equal((await (await tweend.surfaceOf(new Blob([tankFile]), {}, 'json')).json()).level, 1);
+  await assert.rejects(tweend.surfaceOf('v 0 0 0\nv 1 x 0\n'), { status: 400, line: 2 });
+  await assert.rejects(tweend.surfaceOf({}), TypeError);
+});
+
+test('clips are mixed for a model, of its own and of others', async () => {
+  const hero = await tweend.upload(biped({ names: 'mixamo', clip: { seed: 2 } }));
+  const lender = await tweend.upload(biped({ names: 'unreal', clip: { seed: 4 } }));
+  const poseOf = async (clip, options) => (await tweend.pose(hero, { clip, at: [0, 0.7, 1.5], ...options })).poses;
+  const own = await tweend.mix(hero, [{ clip: 'moves' }]);
+  assert.match(own, /^[0-9a-f]{32}\/mix$/);
+  assert.deepEqual(await poseOf(own), await poseOf('moves'));
+  const other = `${lender.id}/moves`;
+  const carried = await tweend.mix(hero, [{ clip: other, retarget: 'auto' }], { name: 'as another' });
+  const expected = await poseOf(other, { retarget: 'auto' });
+  (await poseOf(carried)).forEach(({ rotation }, i) => rotation.forEach((value, node) => assertNear(value, expected[i].rotation[node], 1e-5)));
+  const both = await tweend.mix(hero, [{ clip: 'moves', weight: 0.5 }, { clip: other, retarget: 'auto', weight: { times: [0, 1.5], values: [0, 1] } }]);
+  assert.deepEqual((await poseOf(both))[0], (await poseOf('moves'))[0]);
+  assert.notDeepEqual((await poseOf(both))[2], (await poseOf('moves'))[2]);
+  const player = await tweend.play(hero, [], { clip: both });
+  assert.equal(player.duration, 2);
+  await assert.rejects(tweend.mix(hero, [{ clip: `${lender.id}/dances` }]).then((clip) => tweend.pose(hero, { clip, at: 0 })), { status: 404 });
+});
+
+test('the way of a whole figure is taken out of what moves', async () => {
+  const hero = await tweend.upload(biped({ names: 'mixamo', clip: { seed: 2 } }));
+  const lender = await tweend.upload(biped({ names: 'unreal', clip: { seed: 4 } }));
+  const options = { clip: `${lender.id}/moves`, retarget: 'auto', root_motion: 'auto' };
+  const player = await tweend.play(hero, [], options);
+  player.time = 1.5;
+  player.update();
+  const [{ root: moved }] = (await tweend.pose(hero, { ...options, at: 1.5 })).poses;
+  assert.notDeepEqual(moved.translation, [0, 0, 0]);
+  for (const part of ['rotation', 'translation']) assertNear(player.root[part], moved[part], 1e-3);
+  assert.equal((await tweend.play(hero, [], { clip: 'moves' })).root, undefined);
+
+  const live = await tweend.live(hero, [], { ...options, fps: 50, delay: 0, loop: 'clamp' });
+  await until(live, () => live.ended);
+  const [{ root: end }] = (await tweend.pose(hero, { ...options, at: live.time })).poses;
+  for (const part of ['rotation', 'translation']) assertNear(live.root[part], end[part], 2e-2);
 });
 
 test('tracks and rotations are there', async () => {

@@ -23,6 +23,7 @@ static api_settings with_page(void) {
   settings.page = (api_page){{stored, size}, "0123", "default-src 'none'"};
   settings.docs = (api_page){{stored, size}, "4567", "default-src 'self'"};
   settings.example = (api_page){{stored, size}, "89ab", "default-src data:"};
+  settings.viewer = (api_page){{stored, size}, "cdef", NULL};
   return settings;
 }
 
@@ -39,6 +40,7 @@ static reply ask_page(loopback *loop, const char *headers) {
 TEST_WITH(a_daemon_without_a_page_answers_404, loopback_setup, loopback_teardown) {
   assert_problem(loopback_get(*state, "/"), 404, NULL, "page");
   assert_problem(loopback_get(*state, "/docs"), 404, NULL, "page");
+  assert_problem(loopback_get(*state, "/viewer.js"), 404, NULL, "built without npm");
 }
 
 TEST_WITH(each_page_has_its_policy_and_tag, setup, loopback_teardown) {
@@ -54,6 +56,17 @@ TEST_WITH(each_page_has_its_policy_and_tag, setup, loopback_teardown) {
     for (size_t k = 0; k < i; k++) assert_string_not_equal(tags[i], tags[k]);
     reply_free(&r);
   }
+}
+
+TEST_WITH(the_viewer_is_a_script_for_pages_of_all_origins, setup, loopback_teardown) {
+  reply r = loopback_ask(*state, "GET", "/viewer.js",
+                         "Accept-Encoding: gzip\nOrigin: https://elsewhere.example\n", NULL, 0);
+  assert_int_equal(r.status, 200);
+  assert_string_equal(reply_header(&r, "Content-Type"), "text/javascript");
+  assert_string_equal(reply_header(&r, "Access-Control-Allow-Origin"), "*");
+  assert_null(reply_header(&r, "Content-Security-Policy"));
+  assert_memory_equal(r.body, stored, r.size);
+  reply_free(&r);
 }
 
 TEST_WITH(clients_of_gzip_get_the_stored_bytes, setup, loopback_teardown) {
@@ -109,8 +122,11 @@ TEST(the_page_is_open_where_keys_are_on) {
   api_settings settings = with_page();
   settings.keyring = (api_keyring){.keys = keys, .count = 1};
   loopback *loop = loopback_start(&settings);
-  reply r = ask_page(loop, NULL);
-  assert_int_equal(r.status, 200);
-  reply_free(&r);
+  static const char *const pages[] = {"/", "/docs", "/example.html", "/viewer.js"};
+  for (size_t i = 0; i < sizeof pages / sizeof *pages; i++) {
+    reply r = loopback_get(loop, pages[i]);
+    assert_int_equal(r.status, 200);
+    reply_free(&r);
+  }
   loopback_stop(loop);
 }

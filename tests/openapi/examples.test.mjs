@@ -17,7 +17,7 @@ const usual = { Authorization: 'Bearer reader' };
 const rare = ['411', '413', '429', '500', '503', '507', 'default'];
 
 // What is there only where the build found npm.
-const isOptional = ({ path }) => ['/', '/docs', '/example.html'].includes(path);
+const isOptional = ({ path }) => ['/', '/docs', '/example.html', '/viewer.js'].includes(path);
 
 // No sample is a refinement of another cage, or has a point alone: edits.bats and detail.bats find some.
 const isRefused = ({ path }) => /\/(coarsen|detail)$/.test(path);
