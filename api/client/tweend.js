@@ -248,7 +248,7 @@ export class Tweend {
     const { id, nodes } = await this.describe(model, options);
     const document = {
       nodes: nodes.map(({ name, parent, rest: { matrix, ...rest } }) => ({ name, ...(parent !== null && { parent }), ...rest })),
-      clips: [{ name, layers: layers.map(({ clip, ...layer }) => ({ clip: BORROWED.test(clip) ? clip : `${id}/${clip}`, ...layer })) }],
+      clips: [{ name, layers: layers.map(({ clip, ...layer }) => ({ clip: clip === undefined || BORROWED.test(clip) ? clip : `${id}/${clip}`, ...layer })) }],
     };
     return `${idOf(await this.upload(JSON.stringify(document), { name, ...options }))}/${name}`;
   }

@@ -1,5 +1,5 @@
 // What users of the types write; what may not compile says so.
-import { LivePlayer, Player, Tweend, TweendError, type Edit, type PoseOptions, type SurfaceOptions } from '../../api/client/tweend.js';
+import { LivePlayer, Player, Tweend, TweendError, type Edit, type Layer, type PoseOptions, type SurfaceOptions } from '../../api/client/tweend.js';
 
 const tweend = new Tweend('https://models.example/', { key: 'k' });
 
@@ -50,6 +50,28 @@ export async function borrowed(id: string, lender: string): Promise<string[]> {
   await tweend.pose(id, { retarget: 'auto', map: { hips: 3 } });
   const { retarget } = await tweend.tracks(id, { clip, retarget: 'auto' });
   return retarget?.bones.map(({ source, target, by, aligned }) => `${source} ${target} ${by} ${aligned.toFixed()}`) ?? [];
+}
+
+export async function mixed(id: string, lender: string): Promise<string> {
+  const layers: Layer[] = [
+    { clip: 'walk', weight: { times: [0, 1], values: [1, 0] }, sync: true },
+    { clip: `${lender}/run`, retarget: 'auto', weight: 0.5, nodes: ['spine'] },
+  ];
+  // @ts-expect-error: no such mode
+  await tweend.mix(id, [{ clip: 'walk', mode: 'multiply' }]);
+  const clip = await tweend.mix(id, layers, { name: 'stroll', retries: 0 });
+  const player = await tweend.play(id, [], { clip, root_motion: 'auto', root_axes: 'x,z' });
+  const [x = 0] = player.root?.translation ?? [];
+  const live = await tweend.live(id, [], { clip, retarget: 'auto', map: { hip: 'pelvis' }, feet: 'hold', root_motion: 'auto' });
+  return tweend.surfaceUrl(id, { clip, retarget: 'auto', map: { hip: null }, feet: 'hold', in_place: true, at: [x, live.root?.rotation[3] ?? 1] });
+}
+
+export async function unstored(file: File, client = new Tweend('/below/', { retries: 5 })): Promise<number> {
+  client.retries = 2;
+  const answer = await client.surfaceOf([file], { level: 1 }, 'stl', { signal: AbortSignal.timeout(1000), retries: 1 });
+  // @ts-expect-error: an upload is no document
+  await client.surfaceOf({ meshes: [] });
+  return (await answer.arrayBuffer()).byteLength;
 }
 
 class Vector3 {

@@ -1,7 +1,7 @@
 // A page that shows a model which it uploads.
 import { defineViewer } from 'tweend/viewer';
 
-import { box } from './model.ts';
+import { box } from './model';
 
 defineViewer();
 const viewer = document.querySelector('tweend-viewer');

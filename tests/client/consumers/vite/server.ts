@@ -2,7 +2,7 @@
 import { Tweend } from 'tweend';
 import { TweendViewer } from 'tweend/viewer';
 
-import { box } from './model.ts';
+import { box } from './model';
 
 export async function run(url: string): Promise<object> {
   let guessed = '';
