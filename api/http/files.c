@@ -1,5 +1,5 @@
-/* The API description, the module for web clients with its types, its viewer, and the pages. A file changes with the
- * daemon's version, so clients revalidate it each time. */
+/* The API description, the module for web clients with its types, its viewer, and the pages. A file changes
+ * with the daemon's version, so clients revalidate it each time. */
 #include "files.h"
 
 #include "codings.h"
@@ -49,7 +49,8 @@ static bool copy_page(const api_page *page, bool is_stored, tw_text *out) {
 }
 
 static api_outcome reply_page(api_call *call, const api_page *page) {
-  if (page->gzip.size == 0) return api_fail_with(call, 404, "this daemon has no page here: it was built without npm");
+  if (page->gzip.size == 0)
+    return api_fail_with(call, 404, "this daemon has no page here: it was built without npm");
   bool is_stored = sends_stored(call);
   if (is_stored) call->coding = API_CODING_GZIP;
   if (page->policy) api_answer_header(&call->answer, "Content-Security-Policy", page->policy);
