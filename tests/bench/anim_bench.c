@@ -1,5 +1,6 @@
 /* Nanoseconds per joint and time: sampling clips in order, at random and in bulk, compared with a plain
- * binary search and libm slerp; local to world matrices. usage: anim_bench [JSON] */
+ * binary search and libm slerp; mixed clips, compared with their layers; local to world matrices. usage:
+ * anim_bench [JSON] */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -7,6 +8,7 @@
 
 #include "report.h"
 #include "tweend/anim.h"
+#include "tweend/mix.h"
 
 enum { ORDERED_TIMES = 512, RANDOM_TIMES = 512, BULK_TIMES = 10000 };
 
@@ -26,6 +28,7 @@ typedef struct scene {
   tw_node *nodes;
   uint32_t *order;
   tw_clip *clip;
+  const tw_clip *layers[2]; /* of a mixed clip */
 } scene;
 
 static void scene_init(scene *s, uint32_t joint_count, uint32_t key_count, bool shared_times) {
@@ -175,6 +178,58 @@ static void bench_sampling(bench_report *report, uint32_t joint_count, uint32_t 
   scene_deinit(&s);
 }
 
+static void by_poses_of_layers(const scene *s, const float *times, uint32_t count, tw_trs *locals) {
+  for (int l = 0; l < 2; l++)
+    for (uint32_t i = 0; i < count; i++)
+      tw_clip_pose(s->layers[l], s->nodes, s->joint_count, times[i], locals);
+}
+
+static void by_tracks_of_layers(const scene *s, const float *times, uint32_t count, tw_trs *locals) {
+  for (int l = 0; l < 2; l++)
+    for (uint32_t joint = 0; joint < s->joint_count; joint++)
+      tw_clip_sample(s->layers[l], joint, times, count, (float *)locals);
+}
+
+/* Two clips mixed, beside what their layers cost alone. They are made twice: a mixed clip owns its layers. */
+static void bench_mix(bench_report *report, const char *what, uint32_t joint_count, const tw_layer *layers) {
+  scene parts[4];
+  for (int i = 0; i < 4; i++) scene_init(&parts[i], joint_count, 100, false);
+  scene s = parts[0];
+  for (int l = 0; l < 2; l++) s.layers[l] = parts[l].clip;
+  tw_clip *clips[] = {parts[2].clip, parts[3].clip};
+  static const float durations[] = {10, 10};
+  const tw_mix_job job = {2, layers, clips, durations, s.nodes, joint_count, NULL};
+  if (tw_clip_mix(&job, &s.clip, NULL) != TW_OK) fail();
+  parts[2].clip = parts[3].clip = NULL;
+  float *times = bench_alloc(BULK_TIMES, sizeof *times);
+  tw_trs *locals = bench_alloc(BULK_TIMES, sizeof *locals);
+  bench_scene(report, "%u joints, %s", joint_count, what);
+  fill_times(times, RANDOM_TIMES, false);
+  bench_row(report, "at random", "ns", measure(&s, by_pose, times, RANDOM_TIMES, locals), "layers",
+            measure(&s, by_poses_of_layers, times, RANDOM_TIMES, locals), false);
+  fill_times(times, BULK_TIMES, true);
+  bench_row(report, "10,000 times", "ns", measure(&s, by_track, times, BULK_TIMES, locals), "layers",
+            measure(&s, by_tracks_of_layers, times, BULK_TIMES, locals), false);
+  tw_clip_destroy(s.clip);
+  for (int i = 0; i < 4; i++) scene_deinit(&parts[i]);
+  free(times);
+  free(locals);
+}
+
+static void bench_mixes(bench_report *report, uint32_t joint_count) {
+  static const float weights[] = {0.3f, 0.7f}, fade_times[] = {0, 10}, fades[2][2] = {{1, 0}, {0, 1}};
+  tw_layer layers[2];
+  for (int i = 0; i < 2; i++) layers[i] = (tw_layer){.speed = 1, .weight_count = 1, .weights = &weights[i]};
+  bench_mix(report, "two layers blended", joint_count, layers);
+  for (int i = 0; i < 2; i++)
+    layers[i] = (tw_layer){
+        .speed = 1, .is_synced = true, .weight_count = 2, .weight_times = fade_times, .weights = fades[i]};
+  bench_mix(report, "one layer that fades into another in one phase", joint_count, layers);
+  layers[0] = (tw_layer){.speed = 1, .weight_count = 1, .weights = &weights[0]};
+  layers[1] = (tw_layer){.mode = TW_LAYER_ADDITIVE, .speed = 1, .weight_count = 1, .weights = &weights[1]};
+  bench_mix(report, "one layer added to another", joint_count, layers);
+}
+
 /* Local transforms to world matrices. */
 static void bench_worlds(bench_report *report, uint32_t joint_count) {
   enum { POSES = 16, ROUNDS = 64 };
@@ -210,6 +265,7 @@ int main(int argc, char **argv) {
   for (int i = 0; i < 3; i++)
     for (int j = 0; j < 2; j++) bench_sampling(&report, joints[i], keys[j], false);
   bench_sampling(&report, 1000, 1000, true);
+  for (int i = 0; i < 3; i++) bench_mixes(&report, joints[i]);
   for (int i = 0; i < 3; i++) bench_worlds(&report, joints[i]);
   bench_close(&report);
   return 0;
