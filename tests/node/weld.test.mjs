@@ -31,20 +31,20 @@ const choose = (columns, rows, kinds) => {
 /** A sheet: for each quad its corners, each with all that a vertex may say. */
 function makeSheet() {
   const columns = 1 + below(5), rows = 1 + below(5);
-  const part = choose(columns, rows, 1 + below(3)), paint = choose(columns, rows, 1 + below(4)), map = choose(columns, rows, 1 + below(3)), label = choose(columns, rows, 1 + below(3));
+  const part = choose(columns, rows, 1 + below(3)), shape = choose(columns, rows, 1 + below(3)), paint = choose(columns, rows, 1 + below(4)), map = choose(columns, rows, 1 + below(3)), label = choose(columns, rows, 1 + below(3));
   const primitive = choose(columns, rows, 1 + below(3));
   const bend = random();
   const quads = [];
   for (let y = 0; y < rows; y++)
     for (let x = 0; x < columns; x++) {
-      const p = part(x, y), c = paint(x, y), m = map(x, y);
+      const p = part(x, y), s = shape(x, y), c = paint(x, y), m = map(x, y);
       const corners = [[x, y], [x + 1, y], [x + 1, y + 1], [x, y + 1]].map(([u, v]) => ({
         position: [u, v, 0],
         color: [c % 2, ((u * 7 + v * 3 + c) % 5) / 4, (c >> 1) % 2, 1 - c / 8],
         uv: [[u / 8 + m, v / 8], [v / 4, u / 4 - m]],
         label: label(x, y),
         weights: Array.from({ length: JOINTS }, (_, j) => (j === p ? 0.5 : j === (p + 1) % JOINTS ? 0.25 : ((u + 2 * v + j) % 4 === 0 ? 0.25 : 0) )),
-        morphs: [[0, 0, p + u * bend], [p * 2, 0, 1]],
+        morphs: [[0, 0, s + u * bend], [s * 2, 0, 1]],
       }));
       for (const corner of corners) {
         const sum = corner.weights.reduce((a, b) => a + b);
