@@ -9,6 +9,7 @@ namespace Sdc = OpenSubdiv::Sdc;
 
 long compared_normals[Oracle::KindCount];
 int misread_sets = 0;
+long compared_uvs = 0, compared_colors = 0;
 
 namespace {
 
@@ -325,6 +326,7 @@ std::string Comparison::compare(tw_surface *surface, tw_surface_reader *reader, 
       for (size_t set : comparable_sets) {
         int value = level.GetFaceFVarValues(walk.cells[cell].face, static_cast<int>(set))[corner];
         const double *uv = oracle_.uvs[set][static_cast<size_t>(value)].v;
+        compared_uvs += 2;
         worst_uv = std::max({worst_uv, std::abs(static_cast<double>(row[layout->uvs[set]]) - uv[0]),
                              std::abs(1 - static_cast<double>(row[layout->uvs[set] + 1]) - uv[1])});
       }
@@ -332,6 +334,7 @@ std::string Comparison::compare(tw_surface *surface, tw_surface_reader *reader, 
         int value = level.GetFaceFVarValues(walk.cells[cell].face, static_cast<int>(set))[corner];
         const double *uv = oracle_.uvs[set][static_cast<size_t>(value)].v;
         const float *own = row + layout->attributes[PointAttributes::COUNT + set];
+        compared_colors += 4;
         for (size_t c = 0; c < 4; c++)
           worst_color = std::max(worst_color, std::abs(static_cast<double>(own[c]) - uv[c == 1 || c == 2]));
       }

@@ -27,6 +27,8 @@
 // How many normals of each kind were compared so far, and how many UV sets were left out.
 extern long compared_normals[Oracle::KindCount];
 extern int misread_sets;
+// Numbers at corners: of UV sets, and of attributes with values of corners.
+extern long compared_uvs, compared_colors;
 
 std::string text_of(const tw_surface_options &options);
 
