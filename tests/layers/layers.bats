@@ -30,6 +30,7 @@ plant() {
   [ "$status" -eq 0 ]
 }
 
+# shellcheck disable=SC2016 # backticks of Markdown
 # What READMEs name: `function` or `member`, `file` without its extension, and room/file.c.
 @test "the READMEs of lib, api and server name what there is" {
   cd "$root"
