@@ -66,6 +66,8 @@ picture_is_drawn() {
 @test "its picture is drawn from the daemon's answers" { picture_is_drawn picture.mjs picture.svg; }
 @test "its picture of the hull is drawn from the daemon's answers" { picture_is_drawn picture_hull.mjs hull.svg; }
 
+@test "its picture of a walk is drawn from the daemon's answers" { picture_is_drawn picture_walk.mjs walk.svg; }
+
 @test "every file that it and its further pages link is there" {
   for page in README.md api/GUIDE.md server/FLAGS.md server/PACKAGES.md; do
     grep -oE '\]\([^)#]+' "$root/$page" | sed 's/^](//' | grep -v '^http' | while read -r file; do
