@@ -33,9 +33,18 @@ typedef struct tw_lattice_rect {
   int32_t i0, i1, j0, j1;
 } tw_lattice_rect;
 
+/* Values at the vertices of a topology: [vertex_count][width] as doubles, or where these are NULL as floats.
+ */
+typedef struct tw_lattice_source {
+  const tw_topology *topology;
+  const double *exact;
+  const float *rounded;
+  uint32_t width; /* 1 to 4 */
+} tw_lattice_source;
+
 typedef struct tw_lattice {
-  const double *points; /* (i, j) at 3 * ((j + 1) * stride + i + 1) */
-  uint32_t stride;
+  const double *values; /* (i, j) at width * ((j + 1) * stride + i + 1) */
+  uint32_t stride, width;
 } tw_lattice;
 
 /* Doubles of scratch that tw_lattice_refine needs. */
@@ -43,25 +52,36 @@ size_t tw_lattice_scratch(uint32_t depth);
 
 /* Refines the triangle of a corner, which becomes point (0, 0), by `depth` steps, 1 or more: all points of
  * `rect` and those beside them, also where they lie outside of the triangle. The face is regular. */
-tw_lattice tw_lattice_refine(const tw_topology *topology, const double *positions, uint32_t corner,
-                             uint32_t depth, tw_lattice_rect rect, double *scratch);
+tw_lattice tw_lattice_refine(const tw_lattice_source *source, uint32_t corner, uint32_t depth,
+                             tw_lattice_rect rect, double *scratch);
 
-/* Writes point (i, j), and the unit normal of the limit surface there. normal: NULL where not wanted. */
-void tw_lattice_row(const tw_lattice *lattice, uint32_t i, uint32_t j, float *point, float *normal);
+/* Writes the value at (i, j). limit: of the limit surface. */
+void tw_lattice_value(const tw_lattice *lattice, uint32_t i, uint32_t j, bool limit, float *out);
+
+/* Writes the unit normal of the limit surface at (i, j) of a lattice of points. */
+void tw_lattice_normal(const tw_lattice *lattice, uint32_t i, uint32_t j, float *out);
+
+/* As tw_lattice_value, of values that are linear over each face. */
+void tw_lattice_linear(const tw_lattice_source *source, uint32_t corner, uint32_t side, uint32_t i,
+                       uint32_t j, float *out);
 
 /* ---- other triangles ------------------------------------------------------------------------ */
 
 /* Takes generic steps for some faces, and writes the rows of their lattices, which begin at each face's first
- * corner: points and, where `width` is 6, normals. Works on a few faces at a time. rules: of the cage. out:
- * [count] [tw_lattice_points][width]. TW_NO_MEMORY, TW_CANCELLED. */
+ * corner: values, at the limit where that is wanted, and then the normals of points where these are. Works on
+ * a few faces at a time. rules: of the cage. out: [count][tw_lattice_points][tw_lattice_width]. TW_NO_MEMORY,
+ * TW_CANCELLED. */
 typedef struct tw_lattice_job {
-  const tw_topology *topology;
+  tw_lattice_source source;
   const tw_rules *rules;
-  const double *positions;
   const uint32_t *faces; /* [count] */
-  uint32_t count, depth, width;
+  uint32_t count, depth;
+  bool limit, normals;
   const tw_parallel_for *parallel;
 } tw_lattice_job;
+static inline uint32_t tw_lattice_width(const tw_lattice_job *job) {
+  return job->source.width + (job->normals ? 3 : 0);
+}
 tw_status tw_lattice_steps(const tw_lattice_job *job, float *out);
 
 #endif

@@ -63,7 +63,7 @@ static size_t positions_size(const tw_surface *surface) {
   if (positions->cage && positions->cage != positions->base)
     size += 3 * (size_t)surface->cage_vertex_count * sizeof *positions->cage;
   if (positions->kept)
-    size += surface->kept_face_count * (size_t)tw_lattice_points(surface->side) *
+    size += surface->fields[0].kept_face_count * (size_t)tw_lattice_points(surface->side) *
             (surface->options.normals ? 6 : 3) * sizeof *positions->kept;
   size += surface->cut_count * sizeof *surface->cuts +
           (size_t)surface->cut_triangle_count * sizeof *surface->cut_triangles;

@@ -26,6 +26,8 @@ typedef struct tw_field {
   tw_topology base;   /* at the base level */
   tw_patches patches; /* with patches, else zeroed */
   bool linear;
+  /* Of Loop's triangles: the faces whose values are kept, ascending. */
+  uint32_t *kept_faces, kept_face_count;
 } tw_field;
 
 /* Values at the vertices of a field. */
@@ -41,8 +43,8 @@ typedef struct tw_values {
   /* Unrounded values, or NULL. Once the surface is made, of positions alone: those of the base where normals
    * are computed by limit masks or rows from triangles, and of Loop's rows those of the answer's level. */
   double *exact;
-  /* Of positions of a Loop mesh whose triangles are computed when they are read, else NULL: the rows of those
-   * that are not, [kept_face_count][tw_lattice_points][3, or 6 with normals]. */
+  /* Of Loop's triangles, else NULL: at all points of the field's kept faces, [kept_face_count]
+   * [tw_lattice_points][width, of positions 3 more with normals]. */
   float *kept;
   /* Of shallow levels, else NULL: all values of the last level. points: as rows hold them. refined: as
    * normals and tangents are computed from them; a second array only where rows hold limits and such
@@ -85,9 +87,6 @@ struct tw_surface {
   tw_shallow_rows level_rows;
 
   tw_topology loop_above; /* of Loop's rows: the topology of the level above them */
-  /* Of a Loop mesh whose triangles are computed when they are read: those of the base that are not,
-   * ascending. */
-  uint32_t *kept_faces, kept_face_count;
 
   uint32_t depth; /* levels between the base and the answer */
   uint32_t side;  /* cells along a patch: 1 << depth */

@@ -307,6 +307,14 @@ bool tw_builder_cage_is_base(const tw_surface_builder *b) {
   return true;
 }
 
+bool tw_builder_crosses_seams(const tw_surface_builder *b) {
+  const tw_mesh *mesh = b->mesh;
+  if (b->surface->options.creasing != TW_CREASE_CHAIKIN || b->channel_count == 0) return false;
+  for (uint32_t i = 0; i < mesh->crease_count; i++)
+    if (tw_is_semi_sharp(mesh->crease_sharpness[i])) return true;
+  return false;
+}
+
 void tw_builder_need_masks(tw_surface *s, const tw_topology *t) {
   uint32_t capacity = tw_limit_greatest_capacity(t);
   if (capacity > s->mask_capacity) s->mask_capacity = capacity;

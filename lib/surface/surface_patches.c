@@ -8,16 +8,6 @@
 
 /* ---- the plan ------------------------------------------------------------------------------- */
 
-/* Whether patches cannot compute values of corners: Chaikin's rule depends on sharpness across UV seams,
- * which a patch does not see. */
-static bool crosses_seams(const tw_surface_builder *b) {
-  const tw_mesh *mesh = b->mesh;
-  if (b->surface->options.creasing != TW_CREASE_CHAIKIN || b->channel_count == 0) return false;
-  for (uint32_t i = 0; i < mesh->crease_count; i++)
-    if (tw_is_semi_sharp(mesh->crease_sharpness[i])) return true;
-  return false;
-}
-
 /* Generic steps from the cage to quads. */
 static uint32_t steps_to_base(const tw_surface_builder *b, bool cage_is_base) {
   uint32_t level = b->surface->options.level, deepest = tw_deepest_detail(&b->surface->details),
@@ -31,7 +21,7 @@ static bool fits(const tw_surface_builder *b) {
   if (b->surface->rules.loop || (tw_builder_shrinks(b) && !tw_rim_is_worth_it(b))) return false;
   uint32_t level = b->surface->options.level;
   bool cage_is_base = tw_builder_cage_is_base(b), few = !cage_is_base && level <= 1;
-  if (b->cage.refined_faces <= TW_GENERIC_FACES_MAX && (few || crosses_seams(b))) return false;
+  if (b->cage.refined_faces <= TW_GENERIC_FACES_MAX && (few || tw_builder_crosses_seams(b))) return false;
   return level > steps_to_base(b, cage_is_base);
 }
 
@@ -147,16 +137,6 @@ static tw_patch_place place_at(const tw_surface *s, bool edges, uint32_t corner,
   return at;
 }
 
-/* The corner that represents the points of a corner or edge: all split vertices take their points from there,
- * so that these are the same to the last bit. *against: that corner's edge runs against this one. */
-static uint32_t shared_corner(const tw_surface *s, bool edges, uint32_t corner, bool *against) {
-  *against = false;
-  if (!edges) return tw_shared_corner(s, corner);
-  uint32_t edge = tw_row_of_edge(&s->points, corner);
-  *against = edge & 1;
-  return tw_corner_of_edge(&s->points, edge / 2);
-}
-
 static void read_items(tw_surface_reader *r, tw_domain domain, bool edges, const tw_piece *piece,
                        float *out) {
   const tw_surface *s = r->surface;
@@ -167,7 +147,7 @@ static void read_items(tw_surface_reader *r, tw_domain domain, bool edges, const
   for (uint32_t i = 0; i < piece->items; i++, out += step) {
     uint32_t corner = corner_of(n, edges, piece->item + i), shared = corner;
     tw_block block = {.first = piece->item + i, .count = rows, .own = place_at(s, edges, corner, false)};
-    if (split) shared = shared_corner(s, edges, corner, &against);
+    if (split) shared = tw_shared_corner(s, edges, corner, &against);
     block.shared = shared != corner || against ? place_at(s, edges, shared, against) : block.own;
     tw_assemble_rows(r, domain, &block, out);
   }

@@ -62,6 +62,10 @@ static inline bool tw_builder_shrinks(const tw_surface_builder *b) {
  * each. A quad with a vertex twice is refined once, which makes quads of four vertices. */
 bool tw_builder_cage_is_base(const tw_surface_builder *b);
 
+/* Whether values of corners depend on sharpness across seams, by Chaikin's rule: patches and triangles do not
+ * see it. */
+bool tw_builder_crosses_seams(const tw_surface_builder *b);
+
 /* Makes the base: the topologies, and all values at its vertices except positions. TW_NO_MEMORY,
  * TW_CANCELLED. */
 tw_status tw_builder_base(tw_surface_builder *b);

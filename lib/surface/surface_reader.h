@@ -76,9 +76,16 @@ static inline bool tw_is_split(const tw_surface *s, tw_domain domain) {
          (s->vertices.same_as != s->points.same_as || s->vertices.corner_row != s->points.corner_row);
 }
 
-/* The corner that represents the point of a corner: all rows of a point are computed from it. */
-static inline uint32_t tw_shared_corner(const tw_surface *s, uint32_t corner) {
-  return tw_corner_of_row(&s->points, tw_row_of_corner(&s->points, corner));
+/* The corner that represents the points of a corner, or with `edges` of the edge that begins there: all split
+ * vertices take their points from there, so that these are the same to the last bit. *against: that corner's
+ * edge runs against this one. */
+static inline uint32_t tw_shared_corner(const tw_surface *s, bool edges, uint32_t corner, bool *against) {
+  const tw_numbering *n = &s->points;
+  *against = false;
+  if (!edges) return tw_corner_of_row(n, tw_row_of_corner(n, corner));
+  uint32_t edge = tw_row_of_edge(n, corner);
+  *against = edge & 1;
+  return tw_corner_of_edge(n, edge / 2);
 }
 
 static inline tw_slope_source tw_slopes_of(const tw_surface *s, const tw_values *values) {

@@ -1,7 +1,6 @@
-/* Rows of Loop's scheme that hold points and normals alone, at levels that would take much memory: the base
- * is a level some steps above, and its triangles are computed when they are read (loop_lattice.h). Triangles
- * at creases, borders and irregular vertices are kept: their part of the answer shrinks with each level of
- * the base.
+/* Rows of Loop's scheme at levels that would take much memory: the base is a level some steps above, and its
+ * triangles are computed when they are read (loop_lattice.h). Of triangles at creases, borders, seams and
+ * irregular vertices the values are kept: their part of the answer shrinks with each level of the base.
  *
  * Rows are at corners, along the insides of edges, over the insides of triangles, there by j, then i. */
 #include <string.h>
@@ -18,15 +17,23 @@ enum { FACES_MIN = 1 << 20, BASE_FACES_MAX = 1 << 16, BASE_MIN = 2, DEPTH_MIN = 
 
 /* ---- the plan ------------------------------------------------------------------------------- */
 
+static uint32_t least_base(const tw_surface_builder *b) {
+  uint32_t deepest = tw_deepest_detail(&b->surface->details);
+  return deepest > BASE_MIN ? deepest : BASE_MIN;
+}
+
+/* Tangents, joints and whole numbers are for generic steps. */
 static bool fits(const tw_surface_builder *b) {
-  return b->surface->counts.faces > FACES_MIN && b->surface->options.level >= BASE_MIN + DEPTH_MIN &&
-         tw_loop_evaluator.fits(b);
+  const tw_surface *s = b->surface;
+  if (s->options.scheme != TW_LOOP || s->counts.faces <= FACES_MIN || b->inner) return false;
+  if (tw_builder_has_tangents(b) || b->mesh->skin.joints || b->has_whole) return false;
+  return s->options.level >= least_base(b) + DEPTH_MIN && !tw_builder_crosses_seams(b);
 }
 
 /* The deepest level that is small. */
 static tw_status start(tw_surface_builder *b, tw_error *error) {
-  uint32_t level = b->surface->options.level,
-           base = level > TW_LATTICE_DEPTH_MAX + BASE_MIN ? level - TW_LATTICE_DEPTH_MAX : BASE_MIN;
+  uint32_t level = b->surface->options.level, least = least_base(b),
+           base = level > TW_LATTICE_DEPTH_MAX + least ? level - TW_LATTICE_DEPTH_MAX : least;
   uint64_t faces = (uint64_t)b->cage.topology.face_count << 2 * (base + 1);
   (void)error;
   for (; base + DEPTH_MIN < level && faces <= BASE_FACES_MAX; faces *= 4) base++;
@@ -35,38 +42,65 @@ static tw_status start(tw_surface_builder *b, tw_error *error) {
   return TW_OK;
 }
 
-/* Lists the faces that are not regular. */
-static tw_status make(tw_surface_builder *b, tw_error *error) {
-  tw_surface *s = b->surface;
-  const tw_topology *t = &s->fields[0].base;
-  (void)error;
-  s->kept_faces = tw_arena_alloc_raw(s->arena, t->face_count, sizeof *s->kept_faces);
-  if (!s->kept_faces) return TW_NO_MEMORY;
-  for (uint32_t f = 0; f < t->face_count; f++)
-    if (!tw_lattice_is_regular(t, f)) s->kept_faces[s->kept_face_count++] = f;
-  s->scratch_points = (uint32_t)(tw_lattice_scratch(s->depth) / 4 + 1);
+/* Lists the faces whose values are kept: those that are not regular, among those that are shown. */
+static tw_status list_kept(const tw_surface_builder *b, tw_field *field) {
+  const tw_topology *t = &field->base;
+  field->kept_faces = tw_arena_alloc_raw(b->surface->arena, t->face_count, sizeof *field->kept_faces);
+  if (!field->kept_faces) return TW_NO_MEMORY;
+  for (uint32_t f = 0; f < t->face_count && !field->linear; f++)
+    if ((!b->part || b->part[f]) && !tw_lattice_is_regular(t, f))
+      field->kept_faces[field->kept_face_count++] = f;
   return TW_OK;
 }
 
-static uint32_t kept_width(const tw_surface *s) {
-  return s->options.normals ? 6 : 3;
+static tw_lattice_source source_of(const tw_surface *s, const tw_values *values) {
+  return (tw_lattice_source){&s->fields[values->field].base, values->exact, values->base, values->width};
+}
+
+static tw_lattice_job job_for(const tw_surface *s, const tw_values *values, const tw_rules *rules,
+                              const tw_parallel_for *parallel) {
+  const tw_field *field = &s->fields[values->field];
+  return (tw_lattice_job){.source = source_of(s, values),
+                          .rules = rules,
+                          .faces = field->kept_faces,
+                          .count = field->kept_face_count,
+                          .depth = s->depth,
+                          .limit = s->options.limit,
+                          .normals = s->options.normals && values == &s->positions,
+                          .parallel = parallel};
+}
+
+static size_t kept_size(const tw_surface *s, const tw_lattice_job *job) {
+  return tw_lattice_points(s->side) * (size_t)tw_lattice_width(job) * sizeof(float);
+}
+
+/* Keeps values that are not positions. */
+static tw_status keep(tw_surface_builder *b, tw_values *values) {
+  tw_surface *s = b->surface;
+  const tw_rules rules = tw_builder_rules(b, values->field);
+  const tw_lattice_job job = job_for(s, values, &rules, b->parallel);
+  values->kept = tw_arena_alloc_raw(s->arena, job.count, kept_size(s, &job));
+  return values->kept ? tw_lattice_steps(&job, values->kept) : TW_NO_MEMORY;
+}
+
+static tw_status make(tw_surface_builder *b, tw_error *error) {
+  tw_surface *s = b->surface;
+  tw_status status = TW_OK;
+  (void)error;
+  for (uint32_t f = 0; f < s->field_count && status == TW_OK; f++) status = list_kept(b, &s->fields[f]);
+  for (uint32_t i = 0; i < b->mesh->uv_set_count && status == TW_OK; i++) status = keep(b, &s->uvs[i]);
+  for (uint32_t i = 0; i < tw_smooth_set_count(s) && status == TW_OK; i++) status = keep(b, &s->smooth[i]);
+  s->scratch_points = (uint32_t)(tw_lattice_scratch(s->depth) / 4 + 1);
+  return status;
 }
 
 static tw_status place(tw_surface *s, double **base, const tw_parallel_for *parallel) {
-  const tw_lattice_job job = {.topology = &s->fields[0].base,
-                              .rules = &s->rules,
-                              .positions = *base,
-                              .faces = s->kept_faces,
-                              .count = s->kept_face_count,
-                              .depth = s->depth,
-                              .width = kept_width(s),
-                              .parallel = parallel};
-  s->positions.kept = tw_alloc(s->kept_face_count, tw_lattice_points(s->side) * job.width * sizeof(float));
-  if (!s->positions.kept) return TW_NO_MEMORY;
-  tw_status status = tw_lattice_steps(&job, s->positions.kept);
-  s->positions.exact = *base;
+  tw_values *positions = &s->positions;
+  positions->exact = *base;
   *base = NULL;
-  return status;
+  const tw_lattice_job job = job_for(s, positions, &s->rules, parallel);
+  positions->kept = tw_alloc(job.count, kept_size(s, &job));
+  return positions->kept ? tw_lattice_steps(&job, positions->kept) : TW_NO_MEMORY;
 }
 
 /* ---- rows ----------------------------------------------------------------------------------- */
@@ -78,48 +112,105 @@ static uint32_t place_from(uint32_t side, uint32_t turn, uint32_t i, uint32_t j)
                    : tw_lattice_place(side, turn == 1 ? k : j, turn == 1 ? i : k);
 }
 
-/* own.quad: the corner that the lattice begins with. own.rect: its points, as far as i + j is less than the
- * side. */
-static void points(tw_surface_reader *r, const tw_block *block, float *out, float *normals, uint32_t stride) {
+/* Where values come from: a lattice, or rows that are kept. */
+typedef struct triangle {
+  tw_lattice_source source;
+  const float *kept; /* [tw_lattice_points][width], or NULL */
+  tw_lattice lattice;
+  uint32_t corner, side, width;
+  bool is_linear, limit;
+} triangle;
+
+static triangle begin_triangle(const tw_surface_reader *r, const tw_values *values,
+                               const tw_patch_place *at) {
   const tw_surface *s = r->surface;
-  const tw_patch_rect rect = block->own.rect;
-  uint32_t corner = block->own.quad, side = s->side, width = kept_width(s),
-           kept = tw_lower_bound(s->kept_faces, s->kept_face_count, corner / 3);
-  bool is_kept = kept < s->kept_face_count && s->kept_faces[kept] == corner / 3;
-  const float *rows = s->positions.kept + (size_t)kept * tw_lattice_points(side) * width;
-  const tw_lattice_rect wanted = {(int32_t)rect.i0, (int32_t)rect.i1, (int32_t)rect.j0, (int32_t)rect.j1};
-  tw_lattice lattice = {NULL, 0};
-  if (!is_kept)
-    lattice = tw_lattice_refine(&s->fields[0].base, s->positions.exact, corner, s->depth, wanted, r->scratch);
+  const tw_field *field = &s->fields[values->field];
+  const tw_rules *rules = &s->rules;
+  const tw_lattice_job job = job_for(s, values, rules, NULL);
+  triangle t = {.source = job.source,
+                .corner = at->quad,
+                .side = s->side,
+                .width = tw_lattice_width(&job),
+                .is_linear = field->linear,
+                .limit = s->options.limit};
+  const tw_lattice_rect wanted = {(int32_t)at->rect.i0, (int32_t)at->rect.i1, (int32_t)at->rect.j0,
+                                  (int32_t)at->rect.j1};
+  uint32_t kept = tw_lower_bound(field->kept_faces, field->kept_face_count, at->quad / 3);
+  if (kept < field->kept_face_count && field->kept_faces[kept] == at->quad / 3)
+    t.kept = values->kept + (size_t)kept * tw_lattice_points(s->side) * t.width;
+  else if (!t.is_linear)
+    t.lattice = tw_lattice_refine(&t.source, at->quad, s->depth, wanted, r->scratch);
+  return t;
+}
+
+/* Writes the value and the normal at a point. out, normal: NULL where not wanted. */
+static void put_row(const triangle *t, uint32_t i, uint32_t j, float *out, float *normal) {
+  if (t->kept) {
+    const float *row = t->kept + (size_t)place_from(t->side, t->corner % 3, i, j) * t->width;
+    if (out) memcpy(out, row, t->source.width * sizeof *out);
+    if (normal) memcpy(normal, row + 3, 3 * sizeof *normal);
+  } else if (t->is_linear) {
+    tw_lattice_linear(&t->source, t->corner, t->side, i, j, out);
+  } else {
+    if (out) tw_lattice_value(&t->lattice, i, j, t->limit, out);
+    if (normal) tw_lattice_normal(&t->lattice, i, j, normal);
+  }
+}
+
+/* at->quad: the corner that the lattice begins with. at->rect: its points, as far as i + j is less than the
+ * side. */
+static void evaluate(const tw_surface_reader *r, const tw_values *values, const tw_patch_place *at,
+                     float *out, float *normals, uint32_t stride) {
+  const tw_patch_rect rect = at->rect;
+  const triangle t = begin_triangle(r, values, at);
   for (uint32_t j = rect.j0; j <= rect.j1; j++)
-    for (uint32_t i = rect.i0; i <= rect.i1 && i + j < side; i++, out += stride) {
-      if (!is_kept) {
-        tw_lattice_row(&lattice, i, j, out, normals);
-      } else {
-        const float *row = rows + (size_t)place_from(side, corner % 3, i, j) * width;
-        memcpy(out, row, 3 * sizeof *out);
-        if (normals) memcpy(normals, row + 3, 3 * sizeof *out);
-      }
+    for (uint32_t i = rect.i0; i <= rect.i1 && i + j < t.side; i++) {
+      put_row(&t, at->backwards ? rect.i0 + rect.i1 - i : i, j, out, normals);
+      if (out) out += stride;
       if (normals) normals += stride;
     }
 }
 
-/* The lattice of a corner, an edge or a triangle, and the part of it that has rows there. */
-static tw_patch_place place_of(const tw_surface *s, const tw_numbering *n, tw_piece_kind kind,
-                               uint32_t item) {
+/* Points come from the place that represents them, normals from the rows' own place. */
+static void points(tw_surface_reader *r, const tw_block *block, float *out, float *normals, uint32_t stride) {
+  const tw_patch_place *own = &block->own, *shared = &block->shared;
+  bool apart = own->quad != shared->quad || own->backwards != shared->backwards;
+  evaluate(r, &r->surface->positions, shared, out, apart ? NULL : normals, stride);
+  if (apart && normals) evaluate(r, &r->surface->positions, own, NULL, normals, stride);
+}
+
+/* Values of points are shared by the rows of a point. */
+static void values(tw_surface_reader *r, const tw_values *values, const tw_block *block, float *out,
+                   uint32_t stride) {
+  evaluate(r, values, values->field > 0 ? &block->own : &block->shared, out, NULL, stride);
+}
+
+/* The lattice of a corner, of the edge that begins there or of a triangle, and the part of it that has rows
+ * there. */
+static tw_patch_place place_of(const tw_surface *s, tw_piece_kind kind, uint32_t corner, bool backwards) {
   uint32_t last = s->side - 1;
-  if (kind == TW_PIECE_CORNERS) return (tw_patch_place){tw_corner_of_row(n, item), {0, 0, 0, 0}, false};
-  if (kind == TW_PIECE_EDGES) return (tw_patch_place){tw_corner_of_edge(n, item), {1, last, 0, 0}, false};
-  return (tw_patch_place){3 * tw_base_quad(s, item), {1, last, 1, last}, false};
+  if (kind == TW_PIECE_CORNERS) return (tw_patch_place){corner, {0, 0, 0, 0}, false};
+  if (kind == TW_PIECE_EDGES) return (tw_patch_place){corner, {1, last, 0, 0}, backwards};
+  return (tw_patch_place){corner, {1, last, 1, last}, false};
+}
+
+static uint32_t corner_of(const tw_surface *s, const tw_numbering *n, tw_piece_kind kind, uint32_t item) {
+  if (kind == TW_PIECE_CORNERS) return tw_corner_of_row(n, item);
+  return kind == TW_PIECE_EDGES ? tw_corner_of_edge(n, item) : 3 * tw_base_quad(s, item);
 }
 
 static void read(tw_surface_reader *r, tw_domain domain, const tw_piece *piece, float *out) {
   const tw_surface *s = r->surface;
   uint32_t rows = piece->count / piece->items;
   size_t size = (size_t)rows * tw_row_width(s, domain);
+  bool splits = tw_is_split(s, domain) && piece->kind <= TW_PIECE_EDGES, against = false;
   for (uint32_t i = 0; i < piece->items; i++, out += size) {
-    const tw_patch_place at = place_of(s, tw_numbering_of(s, domain), piece->kind, piece->item + i);
-    const tw_block block = {.first = piece->item + i, .count = rows, .own = at, .shared = at};
+    uint32_t corner = corner_of(s, tw_numbering_of(s, domain), piece->kind, piece->item + i), shared = corner;
+    if (splits) shared = tw_shared_corner(s, piece->kind == TW_PIECE_EDGES, corner, &against);
+    const tw_block block = {.first = piece->item + i,
+                            .count = rows,
+                            .own = place_of(s, piece->kind, corner, false),
+                            .shared = place_of(s, piece->kind, shared, against)};
     tw_assemble_rows(r, domain, &block, out);
   }
 }
@@ -173,7 +264,7 @@ static uint32_t row_of_child(const tw_surface *s, const tw_numbering *n, uint32_
   return row_of_point(s, n, visible, corners[corner][0], corners[corner][1]);
 }
 
-/* Rows have no other columns. */
+/* Rows have no tangents, joints or weights. */
 const tw_evaluator tw_triangle_evaluator = {.fits = fits,
                                             .start = start,
                                             .make = make,
@@ -181,5 +272,6 @@ const tw_evaluator tw_triangle_evaluator = {.fits = fits,
                                             .reads_base = true,
                                             .read = read,
                                             .points = points,
+                                            .values = values,
                                             .faces = faces,
                                             .row_of_child = row_of_child};

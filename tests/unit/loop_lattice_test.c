@@ -36,13 +36,13 @@ static void compare_face(const tw_lattice_job *job, double *scratch) {
   assert_int_equal(tw_lattice_steps(job, rows), TW_OK);
   const tw_lattice_rect all = {0, (int32_t)side, 0, (int32_t)side};
   for (uint32_t turn = 0; turn < 3; turn++) {
-    tw_lattice l =
-        tw_lattice_refine(job->topology, job->positions, 3 * face + turn, job->depth, all, scratch);
+    tw_lattice l = tw_lattice_refine(&job->source, 3 * face + turn, job->depth, all, scratch);
     for (uint32_t j = 0; j <= side; j++)
       for (uint32_t i = 0; i + j <= side; i++) {
         uint32_t at[3] = {side - i - j, i, j};
         float row[6];
-        tw_lattice_row(&l, i, j, row, row + 3);
+        tw_lattice_value(&l, i, j, job->limit, row);
+        tw_lattice_normal(&l, i, j, row + 3);
         const float *step = rows + 6 * tw_lattice_place(side, at[(4 - turn) % 3], at[(5 - turn) % 3]);
         for (int c = 0; c < 6; c++) assert_float_equal(row[c], step[c], c < 3 ? 1e-6f : 1e-5f);
       }
@@ -62,14 +62,16 @@ TEST(regular_triangles_are_those_of_generic_steps_at_all_depths) {
     assert_non_null(scratch);
     for (uint32_t face = 0; face < 3; face++) {
       assert_true(tw_lattice_is_regular(&read.topology, face));
-      const tw_lattice_job job = {.topology = &read.topology,
-                                  .rules = &rules,
-                                  .positions = positions,
-                                  .faces = &face,
-                                  .count = 1,
-                                  .depth = depth,
-                                  .width = 6};
-      compare_face(&job, scratch);
+      for (int limit = 0; limit < 2; limit++) {
+        const tw_lattice_job job = {.source = {&read.topology, positions, NULL, 3},
+                                    .rules = &rules,
+                                    .faces = &face,
+                                    .count = 1,
+                                    .depth = depth,
+                                    .limit = limit,
+                                    .normals = true};
+        compare_face(&job, scratch);
+      }
     }
     free(scratch);
   }
@@ -87,7 +89,7 @@ TEST(generic_steps_survive_each_failing_allocation) {
   double *positions = positions_of(&c->mesh, &read);
   const uint32_t faces[2] = {0, 5};
   float rows[2 * 15 * 6];
-  const tw_lattice_job job = {&read.topology, &rules, positions, faces, 2, 2, 6, NULL};
+  const tw_lattice_job job = {{&read.topology, positions, NULL, 3}, &rules, faces, 2, 2, true, true, NULL};
   tw_status status = TW_NO_MEMORY;
   uint32_t failures = 0;
   for (; status != TW_OK; failures++) {

@@ -69,9 +69,10 @@ typedef struct tw_surface_options {
    * surface is being made with it, nothing else may use it or a surface that shares it. */
   tw_patch_classes *classes;
   /* Where generic steps refine the whole answer, they take memory in proportion to it: by Loop's scheme up to
-   * level 4 or with more than points and normals, with an open border up to some 10^5 faces, with semi-sharp
-   * creases and UVs under Chaikin's rule, and where a cage is too irregular for patches. Steps that are sure
-   * to take more than this are not begun: TW_LIMIT. NULL: no limit. It need not outlive the call. */
+   * level 4 or some 10^6 faces or with tangents, joints or whole numbers, with an open border up to some 10^5
+   * faces, with semi-sharp creases and UVs under Chaikin's rule, and where a cage is too irregular for
+   * patches. Steps that are sure to take more than this are not begun: TW_LIMIT. NULL: no limit. It need not
+   * outlive the call. */
   const tw_memory_limit *memory_limit;
 } tw_surface_options;
 
