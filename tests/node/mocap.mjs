@@ -85,11 +85,12 @@ function valueOf(joint, index, channel, seconds, wraps, random) {
 
 /**
  * A file and what it holds. frames: how many; style: lineEnd, indent, blankLines, trailing, endNames, brace ('line' or
- * 'same'), frameTime (as it is written), claimed (what Frames: says), odd (names), mixed (channels), wraps, seed.
+ * 'same'), frameTime (as it is written), claimed (what Frames: says), odd (names), mixed (channels), wraps, seed, say (what
+ * a channel of a joint says at a time).
  */
 export function mocap(frames, style = {}) {
   const { lineEnd = '\n', indent = '\t', blankLines = false, trailing = false, endNames = false, brace = 'line' } = style;
-  const { frameTime = '.0083333', claimed = frames, wraps = false, seed = 1 } = style;
+  const { frameTime = '.0083333', claimed = frames, wraps = false, seed = 1, say } = style;
   const joints = jointsOf(style);
   const random = numbersOf(seed + 1);
   const lines = ['HIERARCHY'];
@@ -110,7 +111,7 @@ export function mocap(frames, style = {}) {
   write(0, 0);
   const values = Array.from({ length: frames }, (_, frame) =>
     joints.flatMap((joint, index) =>
-      joint.channels.map((channel) => Number(valueOf(joint, index, channel, frame / 120, wraps, random).toFixed(4))),
+      joint.channels.map((channel) => Number((say ? say(joint.name, channel, frame / 120) : valueOf(joint, index, channel, frame / 120, wraps, random)).toFixed(4))),
     ),
   );
   lines.push('MOTION', `Frames: ${claimed}`, `Frame Time: ${frameTime}`, ...values.map((row) => row.join(' ')));
