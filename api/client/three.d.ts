@@ -3,7 +3,7 @@ import type { FileLoader, LoadingManager } from 'three';
 import { Loader } from 'three';
 import type { GLTF, GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 
-import type { SurfaceOptions, Tweend } from './tweend.js';
+import type { ModelId, SurfaceOptions, Tweend } from './tweend.js';
 
 /** Loads what tweend reads (OBJ, STL, PLY, BVH, glTF, GLB, tweend JSON) as its surface, with the result of GLTFLoader. */
 export class TweendLoader extends Loader<GLTF> {
@@ -18,6 +18,8 @@ export class TweendLoader extends Loader<GLTF> {
   setSurface(options: SurfaceOptions): this;
   /** url: of a file, which the daemon does not store; or the id of a stored model. */
   load(url: string, onLoad: (gltf: GLTF) => void, onProgress?: (event: ProgressEvent) => void, onError?: (error: unknown) => void): void;
+  /** Loads a stored model; the manager is told nothing. */
+  modelAsync(model: ModelId): Promise<GLTF>;
   /** bytes: a file's content, or its text. */
   parse(bytes: ArrayBuffer | string, path: string, onLoad: (gltf: GLTF) => void, onError?: (error: unknown) => void): void;
   parseAsync(bytes: ArrayBuffer | string, path?: string): Promise<GLTF>;

@@ -67,6 +67,10 @@ export class TweendLoader extends Loader {
       });
   }
 
+  async modelAsync(model) {
+    return this.gltf.parseAsync(await this.#glb(model), '');
+  }
+
   async parseAsync(bytes) {
     return this.gltf.parseAsync(await this.#glb(undefined, bytes), '');
   }

@@ -1,7 +1,8 @@
 // <tweend-viewer>: a custom element that shows a model's surface and plays its clips, drawn by three.js. The daemon serves it
 // at /viewer.js with all that it needs.
 import {
-  AnimationMixer, Box3, DataTexture, DirectionalLight, EquirectangularReflectionMapping, FloatType, PerspectiveCamera, PMREMGenerator, Scene, Sphere, WebGLRenderer,
+  AnimationMixer, Box3, DataTexture, DirectionalLight, EquirectangularReflectionMapping, FloatType, HemisphereLight, PerspectiveCamera, PMREMGenerator, Scene,
+  Sphere, WebGLRenderer,
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 
@@ -19,7 +20,25 @@ const STYLE = `
 const SHOWN = ['model', 'src', 'base', 'level', 'clip', 'options'];
 const STEP = 0.15; // radians that an arrow key turns
 
-/** A small sky, bright on one side, which metals reflect: cheap to filter also without a graphics card. */
+const DULL = 0.5; // the most that a material is a metal where there is no sky to reflect: it would be black
+
+/** Whether pictures are computed without a graphics card. */
+function isSoftware(renderer) {
+  const context = renderer.getContext();
+  const names = context.getExtension('WEBGL_debug_renderer_info');
+  return names !== null && /swiftshader|llvmpipe|software/i.test(context.getParameter(names.UNMASKED_RENDERER_WEBGL));
+}
+
+/** Lights the scene by a sky; in software, which would filter it for seconds, by a lamp. */
+function light(scene, renderer) {
+  if (isSoftware(renderer)) return scene.add(new HemisphereLight(0xffffff, 0x77726d, 1.5));
+  const [sky, generator] = [makeSky(), new PMREMGenerator(renderer)];
+  scene.environment = generator.fromEquirectangular(sky).texture;
+  sky.dispose();
+  generator.dispose();
+}
+
+/** A small sky, bright on one side, which metals reflect. */
 function makeSky() {
   const [width, height] = [64, 32];
   const pixels = new Float32Array(4 * width * height);
@@ -106,7 +125,7 @@ export class TweendViewer extends (globalThis.HTMLElement ?? Object) {
     for (const observer of observers) observer.disconnect();
     renderer.setAnimationLoop(null);
     controls.dispose();
-    scene.environment.dispose();
+    scene.environment?.dispose();
     renderer.dispose();
     renderer.forceContextLoss(); // a page has few of them
     renderer.domElement.remove();
@@ -130,10 +149,7 @@ export class TweendViewer extends (globalThis.HTMLElement ?? Object) {
     const renderer = new WebGLRenderer({ antialias: true, alpha: true });
     this.shadowRoot.replaceChildren(renderer.domElement, this.#words);
     const scene = new Scene();
-    const [sky, generator] = [makeSky(), new PMREMGenerator(renderer)];
-    scene.environment = generator.fromEquirectangular(sky).texture;
-    sky.dispose();
-    generator.dispose();
+    light(scene, renderer);
     const camera = new PerspectiveCamera(35);
     camera.position.set(0.45, 0.3, 0.84);
     const sun = new DirectionalLight(0xffffff, 1.5);
@@ -225,7 +241,7 @@ export class TweendViewer extends (globalThis.HTMLElement ?? Object) {
     try {
       const surface = { encoding: 'quantized', level, clip, ...Object.fromEntries(new URLSearchParams(options)) };
       this.#loader = new TweendLoader().setClient(this.client).setSurface(surface);
-      const gltf = await this.#loader.loadAsync(model ?? src);
+      const gltf = await (model ? this.#loader.modelAsync(model) : this.#loader.loadAsync(src));
       if (asked !== this.#loading) return dispose(gltf.scene);
       this.#show(gltf);
       this.dispatchEvent(new Event('load'));
@@ -259,6 +275,7 @@ export class TweendViewer extends (globalThis.HTMLElement ?? Object) {
     gltf.scene.traverse((object) => {
       if (object.isLight) object.visible = false; // in candela, they would outshine the sky
       if (object.isSkinnedMesh) object.frustumCulled = false; // its bounds are those of the rest pose
+      if (object.material && !this.#stage.scene.environment) object.material.metalness = Math.min(object.material.metalness ?? 0, DULL);
     });
     this.#stage.scene.add(gltf.scene);
     if (this.hasAttribute('clip') && gltf.animations.length > 0) {

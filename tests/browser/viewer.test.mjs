@@ -32,7 +32,7 @@ before(async () => {
   page = await browser.newPage();
   page.setDefaultTimeout(PATIENCE_MS);
   page.on('pageerror', (error) => errors.push(String(error)));
-  page.on('console', (message) => ['error', 'warning'].includes(message.type()) && !/GPU stall|422/.test(message.text()) && errors.push(message.text()));
+  page.on('console', (message) => ['error', 'warning'].includes(message.type()) && !/GPU stall|404|422/.test(message.text()) && errors.push(message.text()));
   await page.goto(`http://127.0.0.1:${server.address().port}`);
   await page.evaluate(() => {
     /** Adds a viewer, or changes one, and waits until it has loaded or failed. */
@@ -112,10 +112,11 @@ test('what cannot be shown is said, and the next is shown all the same', async (
   const said = await page.evaluate(async () => {
     const { viewer, event } = await show({ model: null, src: 'cube.obj', options: 'level=99' }, window.cube);
     const words = viewer.shadowRoot.querySelector('p').textContent;
-    const again = await show({ options: '' }, viewer);
-    return { type: event.type, status: event.error.status, words, again: again.event.type, after: viewer.shadowRoot.querySelector('p').textContent };
+    const nowhere = await show({ model: 'nothing', options: '' }, viewer);
+    const again = await show({ model: null }, viewer);
+    return { nowhere: nowhere.event.error.status,  type: event.type, status: event.error.status, words, again: again.event.type, after: viewer.shadowRoot.querySelector('p').textContent };
   });
-  assert.deepEqual({ ...said, words: '' }, { type: 'error', status: 422, words: '', again: 'load', after: '' });
+  assert.deepEqual({ ...said, words: '' }, { nowhere: 404, type: 'error', status: 422, words: '', again: 'load', after: '' });
   assert.match(said.words, /level/);
 });
 

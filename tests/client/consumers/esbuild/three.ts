@@ -21,6 +21,7 @@ export async function run(url: string, obj: string): Promise<object> {
   const parsed = await loader.parseAsync(obj);
   const { id } = await tweend.upload(obj);
   const stored = await loader.loadAsync(id);
+  if (facesOf((await loader.modelAsync({ id })).scene) !== facesOf(stored.scene)) throw new Error('the same model has other faces');
   const file = await loader.loadAsync(tweend.sourceUrl(id));
   const missing: unknown = await loader.loadAsync('0'.repeat(32)).catch((error: Error) => error.name);
   const broken: unknown = await loader.parseAsync('v 0 0 x').catch((error: Error) => error.name);
