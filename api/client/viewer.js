@@ -46,7 +46,7 @@ function makeSky() {
     for (let x = 0; x < width; x++) {
       const up = (2 * y) / (height - 1) - 1;
       const side = Math.cos((2 * Math.PI * (x - 40)) / width);
-      const light = up < 0 ? 0.35 + 0.25 * up : 0.75 + 0.5 * up + 3 * Math.exp(-12 * ((up - 0.55) ** 2 + (1 - side) ** 2));
+      const light = up < 0 ? 0.3 + 0.2 * up : 0.45 + 0.25 * up + 2 * Math.exp(-12 * ((up - 0.55) ** 2 + (1 - side) ** 2));
       pixels.set([light, light, light * (up < 0 ? 0.96 : 1.03), 1], 4 * (y * width + x));
     }
   }
@@ -152,7 +152,7 @@ export class TweendViewer extends (globalThis.HTMLElement ?? Object) {
     light(scene, renderer);
     const camera = new PerspectiveCamera(35);
     camera.position.set(0.45, 0.3, 0.84);
-    const sun = new DirectionalLight(0xffffff, 1.5);
+    const sun = new DirectionalLight(0xffffff, 1.2);
     sun.position.set(-0.5, 1, 0.8);
     camera.add(sun);
     scene.add(camera);
