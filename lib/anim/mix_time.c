@@ -107,6 +107,8 @@ static double last_weight_time(const tw_layer *layer) {
  * K = (1 - L) / z. */
 static double phase_gained(const phase_knot *knot, double x) {
   if (knot->weight == 0) return knot->weight_slope == 0 ? 0 : knot->rate_slope / knot->weight_slope * x;
+  if (knot->weight_slope == 0)
+    return x * (knot->rate / knot->weight + knot->rate_slope * x / knot->weight * (1.0 / 2));
   double z = knot->weight_slope * x / knot->weight, l, k;
   if (z < -1 + 1e-12) z = -1 + 1e-12; /* the weights fade to 0, and the rate's sum with them */
   if (fabs(z) < 1e-3) {
@@ -262,6 +264,22 @@ layer_state tw_layer_at(const mix_time *mix, uint32_t index, double time, double
   else
     local = duration > 0 ? part_of_round(phase + layer->offset / duration) * duration : 0;
   return (layer_state){(float)local, tw_layer_weight(layer, time)};
+}
+
+void tw_layer_states(const mix_time *mix, uint32_t index, const double *times, const double *phases,
+                     uint32_t count, float *locals, double *weights) {
+  const tw_layer *layer = &mix->layers[index];
+  double duration = mix->durations[index],
+         start = layer->is_synced && duration > 0 ? layer->offset / duration : 0;
+  for (uint32_t i = 0; i < count; i++)
+    if (!layer->is_synced && layer->loop == TW_CLAMP)
+      locals[i] = (float)(layer->offset + layer->speed * times[i]);
+    else if (!layer->is_synced)
+      locals[i] = (float)looped(layer->offset + layer->speed * times[i], duration, layer->loop);
+    else
+      locals[i] = duration > 0 ? (float)(part_of_round(phases[i] + start) * duration) : 0;
+  for (uint32_t i = 0; i < count; i++)
+    weights[i] = layer->weight_count == 1 ? (double)layer->weights[0] : tw_layer_weight(layer, times[i]);
 }
 
 double tw_mix_time_of_phase(const mix_time *mix, double phase) {

@@ -46,6 +46,11 @@ double tw_layer_weight(const tw_layer *layer, double time);
 /* The state of a layer at a clamped time whose phase is given. */
 layer_state tw_layer_at(const mix_time *mix, uint32_t layer, double time, double phase);
 
+/* The same at many times. phases: [count]; not read where no layer is synchronised. locals: [count] times of
+ * the layer's clip. */
+void tw_layer_states(const mix_time *mix, uint32_t layer, const double *times, const double *phases,
+                     uint32_t count, float *locals, double *weights);
+
 /* Tells all times, in any order, at which a layer shows a time of its clip; and those at which its weight,
  * its pace or its clip's end bend or break what it shows: there times just beside, too. False where it was
  * stopped. */

@@ -285,6 +285,8 @@ typedef struct sample_block {
 
 static void blend_part(sample_block *block, const double *weights, const float *samples, bool overrides) {
   uint32_t width = block->width;
+  double last_weight = 0, last_total = 0; /* most times have the weights of the time before */
+  float share = 1;
   for (uint32_t i = 0; i < block->count; i++) {
     float *mean = block->out + (size_t)i * width;
     const float *sample = samples + (size_t)i * width;
@@ -295,7 +297,11 @@ static void blend_part(sample_block *block, const double *weights, const float *
       block->is_mean[i] = false;
       continue;
     }
-    float share = share_of(weights[i], &block->totals[i]);
+    if (weights[i] != last_weight || block->totals[i] != last_total) {
+      double total = last_total = block->totals[i];
+      share = share_of(last_weight = weights[i], &total);
+    }
+    block->totals[i] += weights[i];
     if (block->path == TW_ROTATION)
       blend_rotation(mean, sample, share);
     else
@@ -324,16 +330,28 @@ static void sample_part(const tw_clip *clip, const track_part *part, sample_bloc
   float local[TW_POSE_BLOCK], samples[SAMPLES];
   double weights[TW_POSE_BLOCK];
   bool overrides = mixing_of(clip)->time.layers[part->layer].mode == TW_LAYER_OVERRIDE;
-  for (uint32_t i = 0; i < block->count; i++) {
-    layer_state state = tw_layer_at(&mixing_of(clip)->time, part->layer, block->times[i], block->phases[i]);
-    local[i] = state.time;
-    weights[i] = state.weight;
-  }
+  tw_layer_states(&mixing_of(clip)->time, part->layer, block->times, block->phases, block->count, local,
+                  weights);
   tw_clip_sample(clip->parts[part->layer], part->track, local, block->count, samples);
   if (part->reference)
     add_part(block, weights, samples, part->reference);
   else
     blend_part(block, weights, samples, overrides);
+}
+
+/* Means of rotations become of unit length: in loops of their own, so that roots and divisions overlap. */
+static void end_samples(sample_block *block) {
+  float scales[TW_POSE_BLOCK];
+  for (uint32_t i = 0; i < block->count; i++) {
+    four value = load_four(block->out + 4 * (size_t)i);
+    scales[i] = sum_of(value * value);
+  }
+  for (uint32_t i = 0; i < block->count; i++) scales[i] = 1 / sqrtf(scales[i]);
+  for (uint32_t i = 0; i < block->count; i++) {
+    if (!block->is_mean[i]) continue;
+    four value = load_four(block->out + 4 * (size_t)i) * scales[i];
+    memcpy(block->out + 4 * (size_t)i, &value, sizeof value);
+  }
 }
 
 static void sample_mixed(const tw_clip *clip, uint32_t track, sample_block *block) {
@@ -345,8 +363,7 @@ static void sample_mixed(const tw_clip *clip, uint32_t track, sample_block *bloc
            block->width * sizeof *block->out);
   for (const track_part *part = begin; part < end; part++)
     if (!part->reference) sample_part(clip, part, block);
-  for (uint32_t i = 0; block->path == TW_ROTATION && i < block->count; i++)
-    if (block->is_mean[i]) unit_rotation(block->out + 4 * (size_t)i);
+  if (block->path == TW_ROTATION) end_samples(block);
   for (const track_part *part = begin; part < end; part++)
     if (part->reference) sample_part(clip, part, block);
 }
@@ -363,7 +380,7 @@ static void mixed_sample(const tw_clip *clip, uint32_t track, const float *times
                           .out = out + done * width};
     for (uint32_t i = 0; i < block.count; i++) {
       block.times[i] = mix_clamp(mix, times[done + i]);
-      block.phases[i] = tw_mix_phase(mix, block.times[i]);
+      if (mix->knot_count > 0) block.phases[i] = tw_mix_phase(mix, block.times[i]);
     }
     sample_mixed(clip, track, &block);
   }
