@@ -127,7 +127,7 @@ static double need_at(const holding *h, float time) {
     const leg_pose pose = pose_at(h->clip, &h->legs[l], time);
     double goal[3], offset[2];
     memcpy(goal, pose.joints[FOOT].at, sizeof goal);
-    if (!offset_at(&h->legs[l], (double)time, goal, offset)) continue;
+    if (offset_at(&h->legs[l], (double)time, goal, offset) == 0) continue;
     goal[0] += offset[0];
     goal[2] += offset[1];
     most = fmax(most, find_need(&pose, goal));
