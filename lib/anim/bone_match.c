@@ -3,7 +3,6 @@
 #include "retarget_match.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 const char *const tw_match_names[] = {"map", "humanoid", "name", "usual"};
@@ -80,8 +79,7 @@ static named *list_names(const matching *m, uint32_t *count) {
   *count = 0;
   for (uint32_t i = 0; list && i < source->node_count; i++)
     if (source->nodes[i].name) list[(*count)++] = (named){source->nodes[i].name, i};
-  if (list) qsort(list, *count, sizeof *list, compare_named);
-  return list;
+  return list && tw_sort(list, *count, sizeof *list, compare_named) == TW_OK ? list : NULL;
 }
 
 static uint32_t find_name(const named *list, uint32_t count, const char *name) {

@@ -2,7 +2,6 @@
 #include "clip.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "hash.h"
@@ -156,12 +155,12 @@ static tw_status find_repeated(const tw_clip_keys *keys, uint32_t *track, tw_err
   if (!all) return tw_fail(error, TW_NO_MEMORY, "no memory to check a clip");
   for (uint32_t i = 0; i < keys->track_count; i++)
     all[i] = (moved){(uint64_t)keys->tracks[i].node << 2 | (uint64_t)keys->tracks[i].path, i};
-  qsort(all, keys->track_count, sizeof *all, compare_moved);
+  tw_status status = tw_sort(all, keys->track_count, sizeof *all, compare_moved);
   *track = keys->track_count;
-  for (uint32_t i = 1; i < keys->track_count; i++)
+  for (uint32_t i = 1; status == TW_OK && i < keys->track_count; i++)
     if (all[i].what == all[i - 1].what && all[i].track < *track) *track = all[i].track;
   tw_free(all);
-  return TW_OK;
+  return status == TW_OK ? TW_OK : tw_fail(error, status, "the tracks of a clip cannot be sorted");
 }
 
 tw_status tw_clip_check(const tw_clip_keys *keys, uint32_t node_count, int force, bool may_repeat,

@@ -5,7 +5,6 @@
 
 #include <ctype.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "clip.h"
@@ -17,7 +16,7 @@ static const double STILL_ANGLE = 1e-5, STILL_SHARE = 1e-6;
 static const double TOUCH_HEIGHT = 0.03, TOUCH_SPEED = 0.25; /* of the figure's height; of that a second */
 static const double POP_ANGLE = 5 / TW_DEGREES, POP_SECONDS = 0.1, POP_MEDIANS = 8;
 
-enum { TOUCH_FRAMES = 3, FIT_KEYS = 7 };
+enum { TOUCH_FRAMES = 3, FIT_KEYS = 7, NOISE_STEPS = 200, LEAP_STEPS = 100 };
 
 typedef struct inspection {
   const tw_clip_keys *keys;
@@ -61,8 +60,9 @@ static double distance_between(const float a[3], const float b[3]) {
 
 /* ---- which nodes move ------------------------------------------------------------------------ */
 
-/* Whether samples differ from the first by more than rounding. */
+/* Whether samples differ from the first by more than rounding. True too where the work is over. */
 static bool is_moving(tw_path path, uint32_t width, const float *samples, uint32_t count) {
+  enum { STEPS = 20 };
   double largest = 0, apart = 0;
   for (size_t i = 0; i < (size_t)count * width; i++) {
     largest = fmax(largest, fabs((double)samples[i]));
@@ -73,7 +73,7 @@ static bool is_moving(tw_path path, uint32_t width, const float *samples, uint32
   quat_widen(samples, first);
   for (uint32_t i = 1; i < count; i++) {
     quat_widen(samples + 4 * (size_t)i, other);
-    if (tw_angle_between(first, other) > STILL_ANGLE) return true;
+    if (tw_angle_between(first, other) > STILL_ANGLE || !tw_work(STEPS)) return true;
   }
   return false;
 }
@@ -90,18 +90,33 @@ static float *look_at_times(const tw_track_keys *track, tw_arena *arena, uint32_
   return times;
 }
 
-static tw_status note_moves(inspection *in) {
-  for (uint32_t t = 0; t < in->keys->track_count; t++) {
-    const tw_track_keys *track = &in->keys->tracks[t];
-    if (track->path == TW_WEIGHTS || in->moves[track->node]) continue;
-    uint32_t count, width = tw_clip_width(in->clip, t);
-    float *times = look_at_times(track, in->scratch, &count);
-    float *samples = times ? tw_arena_alloc_raw(in->scratch, count, width * sizeof *samples) : NULL;
-    if (!samples) return TW_NO_MEMORY;
-    tw_clip_sample(in->clip, t, times, count, samples);
-    in->moves[track->node] = is_moving(track->path, width, samples, count);
-    if (!tw_work(count * (uint64_t)width)) return TW_CANCELLED;
+static tw_status note_move(inspection *in, uint32_t t, tw_arena *scratch) {
+  const tw_track_keys *track = &in->keys->tracks[t];
+  if (track->path == TW_WEIGHTS || in->moves[track->node]) return TW_OK;
+  uint32_t count, width = tw_clip_width(in->clip, t);
+  float *times = look_at_times(track, scratch, &count);
+  float *samples = times ? tw_arena_alloc_raw(scratch, count, width * sizeof *samples) : NULL;
+  if (!samples) return TW_NO_MEMORY;
+  tw_clip_sample(in->clip, t, times, count, samples);
+  in->moves[track->node] = is_moving(track->path, width, samples, count);
+  return tw_work(count * (uint64_t)width) ? TW_OK : TW_CANCELLED;
+}
+
+/* Calls a function for each track, with memory that it has for itself. */
+static tw_status for_tracks(inspection *in,
+                            tw_status (*judge)(inspection *in, uint32_t track, tw_arena *scratch)) {
+  tw_status status = TW_OK;
+  for (uint32_t t = 0; t < in->keys->track_count && status == TW_OK; t++) {
+    tw_arena *scratch = tw_arena_create();
+    status = scratch ? judge(in, t, scratch) : TW_NO_MEMORY;
+    tw_arena_destroy(scratch);
   }
+  return status;
+}
+
+static tw_status note_moves(inspection *in) {
+  tw_status status = for_tracks(in, note_move);
+  if (status != TW_OK) return status;
   tw_clip_report *report = in->report;
   report->still = tw_arena_alloc_raw(in->arena, in->node_count, sizeof *report->still);
   for (uint32_t n = 0; report->still && n < in->node_count; n++)
@@ -362,16 +377,18 @@ static double leave(const samples *s, uint32_t first, double *off, double *sum) 
   return square;
 }
 
-static tw_status find_noise(inspection *in, const samples *s, uint32_t track) {
+static tw_status find_noise(inspection *in, const samples *s, uint32_t track, tw_arena *arena) {
   uint32_t count = s->track->key_count;
   if (count < FIT_KEYS || s->track->interpolation == TW_STEP) return TW_OK;
-  double *scratch = tw_arena_alloc_raw(in->scratch, 2 * (size_t)s->width, sizeof *scratch), square = 0;
+  double *scratch = tw_arena_alloc_raw(arena, 2 * (size_t)s->width, sizeof *scratch), square = 0;
   if (!scratch) return TW_NO_MEMORY;
-  for (uint32_t first = 0; first + FIT_KEYS <= count; first++)
+  for (uint32_t first = 0; first + FIT_KEYS <= count; first++) {
     square += leave(s, first, scratch, scratch + s->width);
+    if (!tw_work(NOISE_STEPS + FIT_KEYS * (uint64_t)s->width)) return TW_CANCELLED;
+  }
   in->report->noise[in->report->noise_count++] =
       (tw_track_noise){track, sqrt(square / (count - FIT_KEYS + 1))};
-  return tw_work(200 * (uint64_t)count) ? TW_OK : TW_CANCELLED;
+  return TW_OK;
 }
 
 /* How far a key is from the slerp of its neighbours. */
@@ -397,21 +414,36 @@ static bool is_pop(const samples *s, const double *leaps, uint32_t key, double m
   return is_short && is_peak && leaps[key] > POP_ANGLE && leaps[key] > POP_MEDIANS * median;
 }
 
-static tw_status find_pops(inspection *in, const samples *s) {
+static tw_status find_pops(inspection *in, const samples *s, tw_arena *scratch) {
   uint32_t count = s->track->key_count;
   if (count < 5 || s->track->path != TW_ROTATION || s->track->interpolation == TW_STEP) return TW_OK;
-  double *leaps = tw_arena_alloc_raw(in->scratch, count, sizeof *leaps);
-  double *sorted = tw_arena_alloc_raw(in->scratch, count, sizeof *sorted);
+  double *leaps = tw_arena_alloc_raw(scratch, count, sizeof *leaps);
+  double *sorted = tw_arena_alloc_raw(scratch, count, sizeof *sorted);
   if (!leaps || !sorted) return TW_NO_MEMORY;
-  for (uint32_t key = 1; key + 1 < count; key++) leaps[key] = leap_of(s, key);
+  for (uint32_t key = 1; key + 1 < count; key++) {
+    leaps[key] = leap_of(s, key);
+    if (!tw_work(LEAP_STEPS)) return TW_CANCELLED;
+  }
   memcpy(sorted, leaps + 1, (count - 2) * sizeof *sorted);
-  qsort(sorted, count - 2, sizeof *sorted, tw_order_doubles);
+  tw_status status = tw_sort(sorted, count - 2, sizeof *sorted, tw_order_doubles);
+  if (status != TW_OK) return status;
   double median = sorted[(count - 2) / 2];
   tw_clip_report *report = in->report;
   for (uint32_t key = 1; key + 1 < count; key++)
     if (is_pop(s, leaps, key, median))
       report->pops[report->pop_count++] = (tw_pop){s->track->node, (double)s->track->times[key], leaps[key]};
-  return tw_work(100 * (uint64_t)count) ? TW_OK : TW_CANCELLED;
+  return TW_OK;
+}
+
+static tw_status inspect_track(inspection *in, uint32_t t, tw_arena *scratch) {
+  const tw_track_keys *track = &in->keys->tracks[t];
+  samples s = {track, tw_clip_width(in->clip, t), NULL};
+  float *values = tw_arena_alloc_raw(scratch, track->key_count, s.width * sizeof *values);
+  if (!values) return TW_NO_MEMORY;
+  tw_clip_sample(in->clip, t, track->times, track->key_count, values);
+  s.values = values;
+  tw_status status = find_noise(in, &s, t, scratch);
+  return status == TW_OK ? find_pops(in, &s, scratch) : status;
 }
 
 static tw_status inspect_tracks(inspection *in) {
@@ -419,18 +451,7 @@ static tw_status inspect_tracks(inspection *in) {
   for (uint32_t t = 0; t < in->keys->track_count; t++) keys += in->keys->tracks[t].key_count;
   in->report->noise = tw_arena_alloc_raw(in->arena, in->keys->track_count, sizeof *in->report->noise);
   in->report->pops = tw_arena_alloc_raw(in->arena, (size_t)keys / 2, sizeof *in->report->pops);
-  tw_status status = in->report->noise && in->report->pops ? TW_OK : TW_NO_MEMORY;
-  for (uint32_t t = 0; t < in->keys->track_count && status == TW_OK; t++) {
-    const tw_track_keys *track = &in->keys->tracks[t];
-    samples s = {track, tw_clip_width(in->clip, t), NULL};
-    float *values = tw_arena_alloc_raw(in->scratch, track->key_count, s.width * sizeof *values);
-    if (!values) return TW_NO_MEMORY;
-    tw_clip_sample(in->clip, t, track->times, track->key_count, values);
-    s.values = values;
-    status = find_noise(in, &s, t);
-    if (status == TW_OK) status = find_pops(in, &s);
-  }
-  return status;
+  return in->report->noise && in->report->pops ? for_tracks(in, inspect_track) : TW_NO_MEMORY;
 }
 
 /* ---- the whole ------------------------------------------------------------------------------- */

@@ -1,7 +1,6 @@
 /* Mixed clips. They are evaluated by blocks of nodes or times, so that what their layers give stays in the
  * cache and on the stack. */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "clip.h"
@@ -456,8 +455,9 @@ static moved_part *list_parts(const tw_mix_job *job, uint32_t *count) {
       if (track->width > SAMPLES) continue; /* of weights on a node without a mesh: they move nothing */
       parts[(*count)++] = (moved_part){(uint64_t)track->node << 2 | (uint64_t)track->path, l, t};
     }
-  if (parts) qsort(parts, *count, sizeof *parts, compare_parts);
-  return parts;
+  if (parts && tw_sort(parts, *count, sizeof *parts, compare_parts) == TW_OK) return parts;
+  tw_free(parts);
+  return NULL;
 }
 
 /* The track that a mixed clip has of what `parts` move. holds: where one STEP track alone moves it, whose

@@ -95,6 +95,7 @@ typedef struct tw_signal {
   void (*at)(const struct tw_signal *signal, float time, double out[4]);
   const void *context; /* of `at` */
   float (*room)[4];    /* for a turn, see tw_turn_at */
+  uint64_t nodes;      /* that `at` looks at */
 } tw_signal;
 
 /* Samples it at the key times of its tracks, and between them as often as the tolerance takes, as a track of

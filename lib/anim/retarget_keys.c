@@ -70,7 +70,8 @@ static tw_status sample_turn(tw_carrying *c, const tw_bone_turn *turn, uint32_t 
                             .path = TW_ROTATION,
                             .at = signal_rotation,
                             .context = turn,
-                            .room = room};
+                            .room = room,
+                            .nodes = count};
   return tw_signal_carry(c, &signal, node, error);
 }
 

@@ -185,11 +185,11 @@ static bool is_fixed_above(const tw_carrying *c, const place *place) {
 
 static tw_status make_place(tw_carrying *c, uint32_t bone, place **places, uint64_t *depths, place **out,
                             tw_error *error) {
-  enum { DEPTHS_MOST = 1 << 12 };
+  enum { DEPTHS_MOST = 1 << 12 }; /* a sample looks at all nodes above */
   const tw_fit *fit = &c->fit;
   const tw_node *nodes = c->job->target.nodes;
   uint32_t target = fit->bones[bone].target, depth = c->depths[1][target] - 1, steps = 1;
-  *depths += depth;
+  *depths += (uint64_t)depth + c->depths[0][fit->bones[bone].source] - 1;
   if (*depths > DEPTHS_MOST)
     return tw_fail(error, TW_LIMIT, "too many nodes above the hips match to carry a clip over");
   place *made = *out = tw_arena_alloc(c->scratch, 1, sizeof *made);
@@ -239,7 +239,8 @@ tw_status tw_places_carry(tw_carrying *c, tw_error *error) {
                               .track_count = count,
                               .path = TW_TRANSLATION,
                               .at = signal_place,
-                              .context = place};
+                              .context = place,
+                              .nodes = depths + count};
     status = is_plain ? carry_translation(c, place, tracks[0], error)
                       : tw_signal_carry(c, &signal, fit->bones[i].target, error);
   }

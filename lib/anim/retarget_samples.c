@@ -42,7 +42,11 @@ static tw_status gather_times(const tw_signal *signal, bool is_step, float **out
   return TW_OK;
 }
 
-enum { LOOKS = 64 }; /* samples after which the work looks whether it is still wanted */
+/* Counts the work of so many samples. */
+static tw_status sampling(const tw_signal *signal, uint32_t count, tw_error *error) {
+  enum { STEPS_A_NODE = 10 };
+  return tw_work(STEPS_A_NODE * count * (signal->nodes + 1)) ? TW_OK : tw_work_status(error);
+}
 
 static double error_between(const tw_signal *signal, const tw_key_sample *from, const tw_key_sample *to,
                             double u) {
@@ -70,13 +74,14 @@ static bool is_near(const tw_signal *signal, const tw_key_sample *from, const tw
 
 /* Halves the steps that stray. */
 static tw_status halve(const tw_signal *signal, tw_key_sample **samples, uint32_t *count, tw_error *error) {
+  enum { SAMPLES = 4 }; /* of a step that is halved: three probes, and the middle */
   tw_key_sample *finer = tw_alloc(2 * (size_t)*count, sizeof *finer);
   uint32_t used = 0;
   tw_status status = finer ? TW_OK : tw_carrying_no_memory(error);
   for (uint32_t i = 0; i < *count && status == TW_OK; i++) {
-    if (i % LOOKS == 0) status = tw_work_status(error);
     tw_key_sample *from = &(*samples)[i];
     bool is_last = i + 1 == *count;
+    status = sampling(signal, from->is_settled ? 0 : SAMPLES, error);
     from->is_settled = from->is_settled || is_last || is_near(signal, from, from + 1);
     finer[used++] = *from;
     if (from->is_settled) continue;
@@ -143,7 +148,7 @@ tw_status tw_signal_carry(tw_carrying *c, const tw_signal *signal, uint32_t node
   for (uint32_t i = 0; i < count && status == TW_OK; i++) {
     samples[i].time = times[i];
     signal->at(signal, times[i], samples[i].value);
-    if (i % LOOKS == 0) status = tw_work_status(error);
+    status = sampling(signal, 1, error);
   }
   tw_free(times);
   if (status == TW_OK && !is_step) status = refine(signal, &samples, &count, error);
@@ -154,11 +159,13 @@ tw_status tw_signal_carry(tw_carrying *c, const tw_signal *signal, uint32_t node
 
 tw_status tw_keys_carry(tw_carrying *c, const tw_track_keys *track, uint32_t node, tw_map_value *map,
                         const void *context, tw_error *error) {
+  enum { STEPS_A_ROW = 5 };
   bool is_cubic = track->interpolation == TW_CUBICSPLINE;
   size_t rows = (size_t)track->key_count * (is_cubic ? 3 : 1), width = track->width;
   float *values = tw_arena_alloc_raw(c->arena, rows, width * sizeof *values);
   float *times = tw_arena_alloc_raw(c->arena, track->key_count, sizeof *times);
   if (!values || !times) return tw_carrying_no_memory(error);
+  if (!tw_work(STEPS_A_ROW * rows)) return tw_work_status(error);
   memcpy(times, track->times, track->key_count * sizeof *times);
   for (size_t row = 0; row < rows; row++) {
     double value[4] = {0}, mapped[4] = {0};

@@ -365,9 +365,9 @@ static void write_mean(const tw_channel *set, const tw_term *terms, uint32_t cou
   for (uint32_t k = 0; k < set->width; k++) out[k] = within_limits(sum[k]);
 }
 
-static void join_values(const maker *m, const tw_channel *set, values *v) {
+static bool join_values(const maker *m, const tw_channel *set, values *v) {
   const tw_change *c = m->change;
-  qsort(v->means, v->mean_count, sizeof *v->means, compare_means);
+  if (tw_sort(v->means, v->mean_count, sizeof *v->means, compare_means) != TW_OK) return false;
   for (uint32_t i = 0; i < v->mean_count; i++) {
     const mean *a = &v->means[i], *b = i > 0 ? a - 1 : NULL;
     if (!b || a->point != b->point || a->first != b->first || a->last != b->last) {
@@ -379,6 +379,7 @@ static void join_values(const maker *m, const tw_channel *set, values *v) {
     }
     v->of_corner[a->corner] = set->value_count + v->new_count - 1;
   }
+  return true;
 }
 
 /* Writes the old values that corners still use, in their order, then the new ones. */
@@ -407,11 +408,8 @@ static bool number_values(const maker *m, const tw_channel *from, values *v, tw_
 
 static bool make_channel(const maker *m, const tw_channel *from, bool is_map, tw_channel *to) {
   values v = {0};
-  bool has_room = find_values(m, from, is_map, &v);
-  if (has_room) {
-    join_values(m, from, &v);
-    has_room = number_values(m, from, &v, to);
-  }
+  bool has_room =
+      find_values(m, from, is_map, &v) && join_values(m, from, &v) && number_values(m, from, &v, to);
   values_deinit(&v);
   return has_room;
 }
@@ -459,7 +457,7 @@ static uint32_t list_creases(const tw_change *c, const float *sharpness, crease 
 
 static bool store_creases(const maker *m, crease *creases, uint32_t count) {
   uint32_t kept = 0;
-  qsort(creases, count, sizeof *creases, compare_creases);
+  if (tw_sort(creases, count, sizeof *creases, compare_creases) != TW_OK) return false;
   for (uint32_t i = 0; i < count; i++)
     if (i == 0 || memcmp(creases[i].ends, creases[i - 1].ends, sizeof creases->ends) != 0)
       creases[kept++] = creases[i];

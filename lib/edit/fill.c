@@ -1,6 +1,5 @@
 /* Closes holes, each by a face that runs along the border against the faces there, or by a patch of
  * triangles. */
-#include <stdlib.h>
 
 #include "editor.h"
 #include "hole.h"
@@ -154,9 +153,9 @@ static tw_status make_patches(filler *h) {
   if (!points || !order || !h->patches) return tw_editor_no_memory(e);
   for (uint32_t i = 0; i < h->corner_count; i++) points[i] = start_of(h, h->corners[i]);
   for (uint32_t i = 0; i < h->hole_count; i++) order[i] = (hole_size){h->holes[i + 1] - h->holes[i], i};
-  qsort(order, h->hole_count, sizeof *order, compare_sizes);
   tw_patch_edges edges;
-  tw_status status = tw_patch_edges_init(&edges, e, h->corner_count);
+  tw_status status = tw_sort(order, h->hole_count, sizeof *order, compare_sizes);
+  if (status == TW_OK) status = tw_patch_edges_init(&edges, e, h->corner_count);
   if (status == TW_OK && is_fair) status = tw_rings_find(&rings, e);
   for (uint32_t i = 0; i < h->hole_count && status == TW_OK; i++) {
     tw_patch *p = &h->patches[order[i].hole];

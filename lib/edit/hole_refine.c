@@ -92,14 +92,14 @@ static bool join_triangles(tw_patch *p) {
     edges[i] = (half_edge){{a < b ? a : b, a < b ? b : a}, i / 3, i % 3};
     p->beyond[i / 3][i % 3] = UINT32_MAX;
   }
-  if (edges) qsort(edges, count, sizeof *edges, compare_half_edges);
-  for (uint32_t i = 1; edges && i < count; i++) {
+  bool is_sorted = edges && tw_sort(edges, count, sizeof *edges, compare_half_edges) == TW_OK;
+  for (uint32_t i = 1; is_sorted && i < count; i++) {
     if (compare_half_edges(&edges[i - 1], &edges[i]) != 0) continue;
     p->beyond[edges[i].triangle][edges[i].corner] = edges[i - 1].triangle;
     p->beyond[edges[i - 1].triangle][edges[i - 1].corner] = edges[i].triangle;
   }
   tw_free(edges);
-  return edges != NULL;
+  return is_sorted;
 }
 
 static bool begin(tw_patch *p, const tw_editor *editor, const tw_rings *rings) {

@@ -16,7 +16,7 @@
 enum {
   TABS_MOST = 32, /* of indentation: a chain of joints must not take the square of its length */
   PIECE = 32 * 1024,
-  FRAMES_A_STEP = 16, /* between two questions whether the result is still wanted */
+  PIECE_TRANSFORMS = 1 << 16, /* about as many as a read computes */
   WARNINGS = 3
 };
 
@@ -258,6 +258,12 @@ static void compute_frame(tw_bvh_stream *s, uint64_t frame) {
   place_joints(s);
 }
 
+/* Transforms that a frame takes. */
+static uint64_t transforms_of(const tw_bvh_stream *s) {
+  const tw_bvh_options *o = &s->options;
+  return o->model->node_count * (uint64_t)(o->clip ? tw_clip_cost(o->clip) : 1);
+}
+
 /* Puts the model at rest, and finds which joints need position channels: the root, those that a track moves,
  * and those below a stretch that would change the lengths of bones. */
 static void choose_channels(tw_bvh_stream *s) {
@@ -298,15 +304,16 @@ static tw_euler_order best_order(const double worst[TW_EULER_ORDERS], tw_euler_o
 }
 
 static tw_status find_orders(tw_bvh_stream *s, tw_arena *scratch, tw_error *error) {
+  enum { STEPS_A_TRANSFORM = 4 };
   double(*worst)[TW_EULER_ORDERS] = tw_arena_alloc_raw(scratch, s->joint_count, sizeof *worst);
   uint8_t *own = tw_arena_alloc_raw(scratch, s->options.model->node_count, sizeof *own);
   if (!worst || !own) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   find_own_orders(s->options.clip, s->options.model->node_count, own);
   for (uint32_t i = 0; i < s->joint_count; i++)
     for (int order = 0; order < TW_EULER_ORDERS; order++) worst[i][order] = 1;
+  uint64_t steps = STEPS_A_TRANSFORM * transforms_of(s) + (uint64_t)s->joint_count * TW_EULER_ORDERS;
   for (uint64_t frame = 0; frame < s->options.frame_count; frame++) {
-    if (frame % FRAMES_A_STEP == 0 && !tw_work((uint64_t)FRAMES_A_STEP * s->joint_count * TW_EULER_ORDERS))
-      return tw_work_status(error);
+    if (!tw_work(steps)) return tw_work_status(error);
     compute_frame(s, frame);
     for (uint32_t i = 0; i < s->joint_count; i++)
       for (int order = 0; order < TW_EULER_ORDERS; order++)
@@ -539,7 +546,10 @@ int64_t tw_bvh_stream_read(tw_bvh_stream *s, uint8_t *out, size_t capacity) {
     tw_text_clear(&s->text);
     s->read = 0;
     if (!s->has_head) print_head(s, &s->text);
-    while (s->next < s->options.frame_count && s->text.size < PIECE && !s->text.failed)
+    uint64_t each = transforms_of(s), work = 0;
+    for (; s->next < s->options.frame_count && s->text.size < PIECE && work < PIECE_TRANSFORMS &&
+           !s->text.failed;
+         work += each)
       print_frame(s, &s->text);
     if (s->text.failed) return -1;
   }

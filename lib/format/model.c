@@ -4,7 +4,6 @@
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "clip.h"
@@ -97,9 +96,10 @@ static tw_status sort_names(tw_model *model, tw_error *error) {
   }
   for (uint32_t i = 0; i < model->node_count; i++)
     if (model->nodes[i].name) sorted[next++] = (named_node){model->nodes[i].name, i};
-  qsort(sorted, count, sizeof *sorted, compare_named_nodes);
-  for (uint32_t i = 0; i < count; i++) nodes[i] = sorted[i].index;
+  tw_status status = tw_sort(sorted, count, sizeof *sorted, compare_named_nodes);
+  for (uint32_t i = 0; status == TW_OK && i < count; i++) nodes[i] = sorted[i].index;
   tw_free(sorted);
+  if (status != TW_OK) return tw_fail(error, status, "the names of the nodes cannot be sorted");
   model->named_node_count = count;
   model->named_nodes = nodes;
   return TW_OK;
@@ -593,13 +593,13 @@ static tw_status warn_of_namesakes(tw_model *model, tw_error *error) {
   if (!sorted) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   for (uint32_t i = 0; i < model->clip_count; i++)
     if (model->clips[i].name) sorted[count++] = &model->clips[i];
-  qsort(sorted, count, sizeof *sorted, compare_clip_names);
-  for (uint32_t i = 1; i < count; i++)
+  tw_status status = tw_sort(sorted, count, sizeof *sorted, compare_clip_names);
+  for (uint32_t i = 1; status == TW_OK && i < count; i++)
     if (strcmp(sorted[i]->name, sorted[i - 1]->name) == 0)
       tw_model_warn(model, "another clip is called %.100s, too: clip_%u asks for this one", sorted[i]->name,
                     (uint32_t)(sorted[i] - model->clips));
   tw_free(sorted);
-  return TW_OK;
+  return status == TW_OK ? TW_OK : tw_fail(error, status, "the names of the clips cannot be sorted");
 }
 
 static tw_status check_clips(tw_model *model, tw_error *error) {

@@ -3,7 +3,6 @@
 #include "ear_clipping.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "vector3.h"
@@ -74,13 +73,13 @@ static tw_status sort_corners(tw_ear_clipper *k) {
   sorted_corner *sorted = tw_alloc(k->size, sizeof *sorted);
   if (!sorted) return TW_NO_MEMORY;
   for (uint32_t i = 0; i < k->size; i++) sorted[i] = (sorted_corner){k->corners[i].at[0], i};
-  qsort(sorted, k->size, sizeof *sorted, compare_corners);
-  for (uint32_t i = 0; i < k->size; i++) {
+  tw_status status = tw_sort(sorted, k->size, sizeof *sorted, compare_corners);
+  for (uint32_t i = 0; status == TW_OK && i < k->size; i++) {
     k->order[i] = sorted[i].corner;
     k->corners[sorted[i].corner].place = i;
   }
   tw_free(sorted);
-  return TW_OK;
+  return status;
 }
 
 static bool is_reflex(const tw_ear_clipper *k, uint32_t i) {
@@ -122,7 +121,7 @@ static bool is_ear(const tw_ear_clipper *k, uint32_t corner, ear_budget *budget)
 
 /* The next corner to cut off, from `at` on: an ear, or else the first candidate. UINT32_MAX where there is no
  * candidate: in a polygon that has a point twice, a corner whose two neighbours are one point is none and is
- * skipped. */
+ * skipped. Also where the work is over: one ear may take all looks at the corners. */
 static uint32_t find_ear(const tw_ear_clipper *k, const uint32_t *names, uint32_t at, uint32_t left,
                          ear_budget *budget) {
   uint32_t any = UINT32_MAX;
@@ -130,9 +129,13 @@ static uint32_t find_ear(const tw_ear_clipper *k, const uint32_t *names, uint32_
     if (budget->tests > 0) --budget->tests;
     if (names[k->corners[at].previous] == names[k->corners[at].next]) {
       --budget->skips;
+      if (!tw_work(1)) return UINT32_MAX;
       continue;
     }
-    if (budget->tests == 0 || is_ear(k, at, budget)) return at;
+    uint64_t before = budget->tests;
+    bool is_found = before == 0 || is_ear(k, at, budget);
+    if (!tw_work(1 + before - budget->tests)) return UINT32_MAX;
+    if (is_found) return at;
     if (any == UINT32_MAX) any = at;
   }
   return any;
@@ -152,7 +155,7 @@ tw_status tw_ear_clipper_cut(tw_ear_clipper *clipper, const uint32_t *names, con
     status = done % EARS_AT_ONCE == 0 ? tw_parallel_for_status(parallel) : TW_OK;
     if (status != TW_OK) return status;
     at = find_ear(clipper, names, at, left, &budget);
-    if (at == UINT32_MAX) return TW_OK;
+    if (at == UINT32_MAX) return tw_work_status(NULL);
     uint32_t a = corners[at].previous, b = corners[at].next;
     const uint32_t triangle[3] = {a, at, b};
     memcpy(out[done++], triangle, sizeof triangle);

@@ -5,7 +5,6 @@
 
 #include <assert.h>
 #include <math.h>
-#include <stdlib.h>
 
 #include "vector3.h"
 
@@ -601,6 +600,7 @@ static tw_status sort_points(builder *b, float *positions) {
   double extent[3] = {0}, scale[3];
   sorted_point *sorted = tw_alloc(b->point_count, sizeof *sorted);
   uint32_t *rank = tw_alloc(b->point_count, sizeof *rank);
+  tw_status status = TW_NO_MEMORY;
   if (sorted && rank) {
     for (uint32_t i = 0; i < b->point_count; i++)
       for (int axis = 0; axis < 3; axis++) extent[axis] = fmax(extent[axis], fabs(b->points[i][axis]));
@@ -611,7 +611,9 @@ static tw_status sort_points(builder *b, float *positions) {
       sorted[i] = (sorted_point){(int32_t)lrint(p[1] * scale[1]), (int32_t)lrint(p[2] * scale[2]),
                                  (int32_t)lrint(p[0] * scale[0]), i};
     }
-    qsort(sorted, b->point_count, sizeof *sorted, compare_points);
+    status = tw_sort(sorted, b->point_count, sizeof *sorted, compare_points);
+  }
+  if (status == TW_OK) {
     for (uint32_t i = 0; i < b->point_count; i++) {
       rank[sorted[i].number] = i;
       for (int axis = 0; axis < 3; axis++)
@@ -619,10 +621,9 @@ static tw_status sort_points(builder *b, float *positions) {
     }
     for (uint32_t c = 0; c < b->corner_count; c++) b->corners[c] = rank[b->corners[c]];
   }
-  bool is_done = sorted && rank;
   tw_free(sorted);
   tw_free(rank);
-  return is_done ? TW_OK : TW_NO_MEMORY;
+  return status;
 }
 
 /* ---- all ------------------------------------------------------------------------------------- */

@@ -3,7 +3,6 @@
 #include "tweend/coarsen.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "cage.h"
@@ -59,7 +58,8 @@ static tw_status number_vertices(coarsening *s, parents *p, tw_arena *arena, uin
     s->number_of[vertex] = 0; /* marks it as seen; numbers follow once all are sorted */
     p->vertices[(*count)++] = vertex;
   }
-  qsort(p->vertices, *count, sizeof *p->vertices, tw_compare_uint32);
+  tw_status status = tw_sort(p->vertices, *count, sizeof *p->vertices, tw_compare_uint32);
+  if (status != TW_OK) return status;
   for (uint32_t v = 0; v < *count; v++) s->number_of[p->vertices[v]] = v;
   for (uint32_t c = 0; c < p->faces.corner_count; c++)
     corners[c] = s->number_of[t->corner_vertex[p->faces.origins[c]]];

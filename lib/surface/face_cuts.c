@@ -27,8 +27,11 @@ static uint32_t find_fans(const tw_ear_clipper *clipper, uint32_t size, uint32_t
   enum { LOOKS = 256 };
   uint32_t count = 0;
   uint64_t looks = LOOKS * (uint64_t)size;
-  for (uint32_t i = 0; i < size && count < 3 && looks > 0; i++)
+  for (uint32_t i = 0; i < size && count < 3 && looks > 0; i++) {
+    uint64_t before = looks;
     if (tw_ear_clipper_is_fan(clipper, i, &looks)) fans[count++] = i;
+    if (!tw_work(1 + before - looks)) break;
+  }
   return count;
 }
 
@@ -89,7 +92,7 @@ static tw_status cut_face(face_cutter *k, uint64_t face, const uint32_t *corners
   }
   s->cuts[s->cut_count++] = cut;
   s->cut_triangle_count += count;
-  return TW_OK;
+  return tw_work_status(NULL);
 }
 
 /* Cuts the polygons of level 0. */

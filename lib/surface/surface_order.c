@@ -1,5 +1,4 @@
 /* The order of an answer's faces: by material, then by set of named groups, then as in the cage. */
-#include <stdlib.h>
 
 #include "surface.h"
 
@@ -115,27 +114,17 @@ static tw_status list_quads(tw_surface *s, const ordered_face *order, uint32_t c
   return TW_OK;
 }
 
-/* Sorts the faces, unless they are in order, as in many files. */
-static void sort_ordered(ordered_face *order, uint32_t count) {
-  for (uint32_t i = 1; i < count; i++)
-    if (compare_groups(&order[i - 1], &order[i]) > 0) {
-      qsort(order, count, sizeof *order, compare_ordered);
-      return;
-    }
-}
-
 /* Collects the visible faces and orders them. sources: the cage's face of each; NULL: the faces are the
  * cage's own. */
-static uint32_t order_faces(const tw_face_order *from, const uint32_t *sources, uint32_t face_count,
-                            ordered_face *order) {
-  uint32_t count = 0;
+static tw_status order_faces(const tw_face_order *from, const uint32_t *sources, uint32_t face_count,
+                             ordered_face *order, uint32_t *count) {
+  *count = 0;
   for (uint32_t f = 0; f < face_count; f++) {
     uint32_t source = sources ? sources[f] : f;
     if (from->visible[source] && (!sources || !from->part || from->part[f]))
-      order[count++] = ordered_as(from->mesh, source, f);
+      order[(*count)++] = ordered_as(from->mesh, source, f);
   }
-  sort_ordered(order, count);
-  return count;
+  return tw_sort(order, *count, sizeof *order, compare_ordered);
 }
 
 tw_status tw_surface_order(tw_surface *surface, const tw_face_order *from) {
@@ -147,8 +136,9 @@ tw_status tw_surface_order(tw_surface *surface, const tw_face_order *from) {
   uint32_t all = sources ? s->fields[0].base.face_count : from->mesh->face_count;
   ordered_face *order = tw_alloc(all, sizeof *order);
   if (!order) return TW_NO_MEMORY;
-  uint32_t count = order_faces(from, sources, all, order);
-  tw_status status = make_groups(s, from, order, count);
+  uint32_t count;
+  tw_status status = order_faces(from, sources, all, order, &count);
+  if (status == TW_OK) status = make_groups(s, from, order, count);
   if (status == TW_OK && !sources) status = list_faces(s, from, order, count);
   if (status == TW_OK && sources) status = list_quads(s, order, count);
   tw_free(order);

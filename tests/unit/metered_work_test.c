@@ -3,11 +3,15 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "biped.h"
+#include "ear_clipping.h"
 #include "test.h"
 #include "tweend/anim.h"
+#include "tweend/clip_report.h"
 #include "tweend/format.h"
 #include "tweend/json_print.h"
 #include "tweend/model.h"
+#include "tweend/shape.h"
 
 enum { FACES = 100000 };
 
@@ -205,6 +209,123 @@ static tw_status follow_track(const uint8_t *bytes, size_t size, tw_model **out)
 
 TEST(following_a_track_ends_when_it_is_not_wanted) {
   assert_ends(follow_track, NULL, 0);
+}
+
+/* Takes the arena along: what was made in it is not looked at. */
+static tw_status ended(tw_status status, tw_arena *arena, tw_model **out) {
+  tw_arena_destroy(arena);
+  if (status == TW_OK) *out = tw_model_create();
+  return status;
+}
+
+/* Judges a clip with one long track. */
+static tw_status judge_clip(const uint8_t *bytes, size_t size, tw_model **out) {
+  enum { KEYS = 50000 };
+  static float times[KEYS], values[KEYS][4];
+  tw_clip_report report;
+  const tw_node node = {
+      .parent = TW_NO_INDEX, .mesh = TW_NO_INDEX, .skin = TW_NO_INDEX, .rest = TW_TRS_IDENTITY};
+  const uint32_t order = 0;
+  (void)bytes, (void)size;
+  for (int i = 0; i < KEYS; i++) {
+    times[i] = (float)i / 60;
+    values[i][2] = sinf((float)i / 100);
+    values[i][3] = cosf((float)i / 100);
+  }
+  const tw_track_keys track = {.path = TW_ROTATION,
+                               .interpolation = TW_LINEAR,
+                               .form = TW_KEY_QUATERNION,
+                               .width = 4,
+                               .key_count = KEYS,
+                               .times = times,
+                               .values = values[0]};
+  const tw_clip_keys keys = {.track_count = 1, .tracks = &track};
+  tw_arena *arena = tw_arena_create();
+  if (!arena) return TW_NO_MEMORY;
+  return ended(tw_clip_inspect(&keys, &node, &order, 1, NULL, 0, arena, &report, NULL), arena, out);
+}
+
+TEST(judging_a_clip_ends_when_it_is_not_wanted) {
+  assert_ends(judge_clip, NULL, 0);
+}
+
+/* Carries long tracks over to a skeleton with fewer bones, whose turns are products of several. */
+static tw_status carry_clip(const uint8_t *bytes, size_t size, tw_model **out) {
+  enum { KEYS = 5000 };
+  static biped source, target;
+  static float times[KEYS], values[BIPED_MOST][KEYS][4];
+  tw_retargeted carried;
+  (void)bytes, (void)size;
+  biped_make(&source, (biped_options){.spines = 3});
+  biped_make(&target, (biped_options){.spines = 1});
+  biped_animate(&source, 1, 5);
+  for (uint32_t t = 0; t < source.clip.track_count; t++) {
+    tw_track_keys *track = &source.tracks[t];
+    if (track->path != TW_ROTATION) continue;
+    for (int i = 0; i < KEYS; i++) {
+      times[i] = (float)i / 60;
+      memcpy(values[track->node][i], track->values, 4 * sizeof(float));
+    }
+    track->key_count = KEYS;
+    track->times = times;
+    track->values = values[track->node][0];
+  }
+  const tw_retarget_job job = {
+      .source = {.nodes = source.nodes, .order = source.order, .node_count = source.count},
+      .target = {.nodes = target.nodes, .order = target.order, .node_count = target.count},
+      .keys = &source.clip,
+      .tolerance = {1e-3, 1e-3},
+      .max_keys = 10 * KEYS};
+  tw_arena *arena = tw_arena_create();
+  if (!arena) return TW_NO_MEMORY;
+  return ended(tw_retarget_run(&job, arena, &carried, NULL), arena, out);
+}
+
+TEST(carrying_a_clip_over_ends_when_it_is_not_wanted) {
+  assert_ends(carry_clip, NULL, 0);
+}
+
+/* Cuts a wound-up strip, beside each ear of which are hundreds of corners. */
+static tw_status clip_ears(const uint8_t *bytes, size_t size, tw_model **out) {
+  enum { CORNERS = 20000, SIDE = CORNERS / 2 };
+  static float at[CORNERS][3];
+  static const float *points[CORNERS];
+  static uint32_t names[CORNERS], triangles[CORNERS][3];
+  uint32_t count;
+  (void)bytes, (void)size;
+  for (int i = 0; i < CORNERS; i++) {
+    int along = i < SIDE ? i : CORNERS - 1 - i;
+    float angle = 0.05f * (float)along, far = (1 + 1e-3f * (float)along) * (i < SIDE ? 1 : 0.999f);
+    at[i][0] = far * cosf(angle);
+    at[i][1] = far * sinf(angle);
+    points[i] = at[i];
+    names[i] = (uint32_t)i;
+  }
+  tw_ear_clipper clipper;
+  tw_arena *arena = tw_arena_create();
+  bool has_memory = arena && tw_ear_clipper_init(&clipper, arena, CORNERS);
+  if (!has_memory) return ended(TW_NO_MEMORY, arena, out);
+  tw_ear_clipper_take(&clipper, points, CORNERS);
+  return ended(tw_ear_clipper_cut(&clipper, names, NULL, triangles, &count), arena, out);
+}
+
+TEST(cutting_a_polygon_ends_when_it_is_not_wanted) {
+  assert_ends(clip_ears, NULL, 0);
+}
+
+static tw_status make_shape(const uint8_t *bytes, size_t size, tw_model **out) {
+  tw_shape shape;
+  tw_mesh mesh;
+  (void)bytes, (void)size;
+  tw_shape_init(&shape, TW_SHAPE_QUAD_SPHERE);
+  shape.segments[0] = 60;
+  tw_arena *arena = tw_arena_create();
+  if (!arena) return TW_NO_MEMORY;
+  return ended(tw_shape_make(&shape, arena, &mesh, NULL), arena, out);
+}
+
+TEST(sorting_the_points_of_a_shape_ends_when_it_is_not_wanted) {
+  assert_ends(make_shape, NULL, 0);
 }
 
 /* Writes a glTF without surfaces. */
