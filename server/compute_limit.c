@@ -33,7 +33,7 @@ bool srv_compute_limit(api_body *body, uint64_t left_ns) {
   limited_body *limited = malloc(sizeof *limited);
   if (!limited) return false;
   *limited = (limited_body){*body, left_ns};
-  *body = (api_body){body->size, limited, read_limited, destroy_limited};
+  *body = (api_body){body->size, limited, read_limited, destroy_limited, body->is_slow};
   return true;
 }
 

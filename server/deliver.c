@@ -1,5 +1,6 @@
 /* Hands answers to libmicrohttpd ("the library"), each as one response. */
 #include "io_loop.h"
+#include "raw_socket.h"
 #include "readahead.h"
 
 #include <stdlib.h>
@@ -154,12 +155,21 @@ static srv_listener *join_stream(srv_connection *c) {
   return listener;
 }
 
-/* Creates a readahead for a body of more blocks than its ring has. NULL for others, and without memory. */
+/* Whether the client may still read the answer, which has begun. Implements srv_reader. */
+static bool is_read(void *connection) {
+  const srv_connection *c = connection;
+  return srv_raw_state_of(c->fd) != SRV_RAW_GONE;
+}
+
+/* Creates a readahead for a slow body, or one of more blocks than its ring has. NULL for others, and without
+ * memory. */
 static srv_readahead *create_readahead(srv_connection *c, const api_answer *answer) {
-  bool is_large = answer->body.read && answer->body.size > (uint64_t)SRV_READAHEAD_BLOCKS * SRV_BLOCK_SIZE;
+  const srv_reader reader = {c, srv_hand_back, is_read};
+  const api_body *body = &answer->body;
+  bool is_large =
+      body->read && (body->is_slow || body->size > (uint64_t)SRV_READAHEAD_BLOCKS * SRV_BLOCK_SIZE);
   if (!is_large || strcmp(c->exchange.method, "HEAD") == 0) return NULL;
-  return srv_readahead_create(c->exchange.server->work, c->exchange.server->service, answer, srv_hand_back,
-                              c);
+  return srv_readahead_create(c->exchange.server->work, c->exchange.server->service, answer, &reader);
 }
 
 static bool is_sized(const api_answer *answer) {

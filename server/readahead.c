@@ -16,8 +16,7 @@ struct srv_readahead {
   srv_work *work;
   api_service *service; /* its memory budget counts the ring */
   api_answer answer;
-  void (*ready)(void *owner);
-  void *owner;
+  srv_reader reader;
   uint64_t asked_ms; /* when the last block was read */
 
   pthread_mutex_t lock;
@@ -30,25 +29,39 @@ struct srv_readahead {
   unsigned filled; /* number of filled blocks from `first` on */
   size_t taken;    /* bytes of block `first` that were read */
   size_t sizes[SRV_READAHEAD_BLOCKS];
-  uint8_t *ring; /* [SRV_READAHEAD_BLOCKS][SRV_BLOCK_SIZE], NULL while unused */
+  uint8_t *ring; /* [block_count][SRV_BLOCK_SIZE], NULL while unused */
 };
 
 /* ---- rings ----------------------------------------------------------------------------------- */
 
-static const uint64_t RING_SIZE = (uint64_t)SRV_READAHEAD_BLOCKS * SRV_BLOCK_SIZE;
+static bool is_slow(const srv_readahead *ahead) {
+  return ahead->answer.body.is_slow;
+}
+
+/* One block is the most of a slow body: who reads it has that much of the budget already. */
+static unsigned block_count(const srv_readahead *ahead) {
+  return is_slow(ahead) ? 1 : SRV_READAHEAD_BLOCKS;
+}
+
+/* Bytes of the ring that the budget has to give. */
+static uint64_t ring_cost(const srv_readahead *ahead) {
+  return is_slow(ahead) ? 0 : (uint64_t)SRV_READAHEAD_BLOCKS * SRV_BLOCK_SIZE;
+}
 
 /* Allocates the ring; it stays NULL when the budget or the memory has no room. */
 static void take_ring(srv_readahead *ahead) {
-  if (!api_service_try_hold(ahead->service, API_HELD_BLOCK, RING_SIZE)) return;
-  ahead->ring = malloc(RING_SIZE);
-  if (!ahead->ring) api_service_let_go(ahead->service, API_HELD_BLOCK, RING_SIZE);
+  uint64_t cost = ring_cost(ahead);
+  if (cost > 0 && !api_service_try_hold(ahead->service, API_HELD_BLOCK, cost)) return;
+  ahead->ring = malloc((size_t)block_count(ahead) * SRV_BLOCK_SIZE);
+  if (!ahead->ring && cost > 0) api_service_let_go(ahead->service, API_HELD_BLOCK, cost);
 }
 
 static void give_ring_back(srv_readahead *ahead) {
+  uint64_t cost = ring_cost(ahead);
   if (!ahead->ring) return;
   free(ahead->ring);
   ahead->ring = NULL;
-  api_service_let_go(ahead->service, API_HELD_BLOCK, RING_SIZE);
+  if (cost > 0) api_service_let_go(ahead->service, API_HELD_BLOCK, cost);
 }
 
 static void destroy(srv_readahead *ahead) {
@@ -60,12 +73,18 @@ static void destroy(srv_readahead *ahead) {
 
 /* ---- going ahead ----------------------------------------------------------------------------- */
 
+/* Reads the next block, unless nobody wants it any more. */
+static int64_t read_wanted(srv_readahead *ahead, uint8_t *block) {
+  if (is_slow(ahead) && !ahead->reader.is_wanted(ahead->reader.owner)) return -1;
+  return ahead->answer.body.read(ahead->answer.body.context, block, SRV_BLOCK_SIZE);
+}
+
 /* Computes one block into the ring. Called with the lock held; releases it while computing. */
 static void fill_block(srv_readahead *ahead) {
-  unsigned place = (ahead->first + ahead->filled) % SRV_READAHEAD_BLOCKS;
+  unsigned place = (ahead->first + ahead->filled) % block_count(ahead);
   pthread_mutex_unlock(&ahead->lock);
   uint8_t *block = ahead->ring + (size_t)place * SRV_BLOCK_SIZE;
-  int64_t size = ahead->answer.body.read(ahead->answer.body.context, block, SRV_BLOCK_SIZE);
+  int64_t size = read_wanted(ahead, block);
   pthread_mutex_lock(&ahead->lock);
   if (size > 0) {
     ahead->sizes[place] = (size_t)size;
@@ -76,7 +95,7 @@ static void fill_block(srv_readahead *ahead) {
   }
   if (ahead->waits) {
     ahead->waits = false;
-    ahead->ready(ahead->owner);
+    ahead->reader.ready(ahead->reader.owner);
   }
 }
 
@@ -84,7 +103,7 @@ static void fill_block(srv_readahead *ahead) {
 static void fill_ring(srv_job *job) {
   srv_readahead *ahead = (srv_readahead *)(void *)job;
   pthread_mutex_lock(&ahead->lock);
-  while (!ahead->left && !ahead->ended && ahead->filled < SRV_READAHEAD_BLOCKS) fill_block(ahead);
+  while (!ahead->left && !ahead->ended && ahead->filled < block_count(ahead)) fill_block(ahead);
   ahead->going = false;
   bool left = ahead->left;
   pthread_mutex_unlock(&ahead->lock);
@@ -93,7 +112,7 @@ static void fill_ring(srv_job *job) {
 
 /* Starts a compute thread, or frees an empty ring. Called with the lock held and `going` false. */
 static void start_or_free_ring(srv_readahead *ahead, bool quick) {
-  if (quick && !ahead->ended && ahead->filled <= SRV_READAHEAD_BLOCKS / 2) {
+  if (quick && !ahead->ended && ahead->filled <= block_count(ahead) / 2) {
     if (!ahead->ring) take_ring(ahead);
     ahead->going = ahead->ring && srv_work_spare(ahead->work, &ahead->job);
   }
@@ -103,15 +122,11 @@ static void start_or_free_ring(srv_readahead *ahead, bool quick) {
 /* ---- reading --------------------------------------------------------------------------------- */
 
 srv_readahead *srv_readahead_create(srv_work *work, api_service *service, const api_answer *answer,
-                                    void (*ready)(void *owner), void *owner) {
+                                    const srv_reader *reader) {
   srv_readahead *ahead = malloc(sizeof *ahead);
   if (!ahead) return NULL;
-  *ahead = (srv_readahead){.job = {.run = fill_ring},
-                           .work = work,
-                           .service = service,
-                           .answer = *answer,
-                           .ready = ready,
-                           .owner = owner};
+  *ahead = (srv_readahead){
+      .job = {.run = fill_ring}, .work = work, .service = service, .answer = *answer, .reader = *reader};
   pthread_mutex_init(&ahead->lock, NULL);
   return ahead;
 }
@@ -127,7 +142,7 @@ static size_t read_ring(srv_readahead *ahead, uint8_t *out, size_t capacity) {
   ahead->taken += size;
   if (size < left) return size;
   ahead->taken = 0;
-  ahead->first = (place + 1) % SRV_READAHEAD_BLOCKS;
+  ahead->first = (place + 1) % block_count(ahead);
   ahead->filled--;
   return size;
 }
@@ -143,6 +158,19 @@ static int64_t read_body(srv_readahead *ahead, uint8_t *out, size_t capacity) {
   return size;
 }
 
+/* Lets a compute thread read a slow body. Called with the lock held and `going` false. */
+static int64_t send_for_block(srv_readahead *ahead) {
+  if (!ahead->ring) take_ring(ahead);
+  if (!ahead->ring) {
+    ahead->ended = true;
+    ahead->last = -1;
+    return ahead->last;
+  }
+  ahead->going = ahead->waits = true;
+  srv_work_give_way(ahead->work, &ahead->job);
+  return SRV_READAHEAD_LATER;
+}
+
 int64_t srv_readahead_read(srv_readahead *ahead, uint8_t *out, size_t capacity) {
   uint64_t now = srv_now_ms();
   bool quick = ahead->asked_ms != 0 && now - ahead->asked_ms <= QUICK_MS;
@@ -155,6 +183,8 @@ int64_t srv_readahead_read(srv_readahead *ahead, uint8_t *out, size_t capacity) 
     size = ahead->last;
   } else if (ahead->going) {
     ahead->waits = true;
+  } else if (is_slow(ahead)) {
+    size = send_for_block(ahead);
   } else {
     size = read_body(ahead, out, capacity);
   }

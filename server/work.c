@@ -1,5 +1,5 @@
-/* A pool with one lock, two lists of jobs and one of loops. Jobs take milliseconds, and parts not much less,
- * so the lock is never contended enough to matter.
+/* A pool with one lock, three lists of jobs and one of loops. Jobs take milliseconds, and parts not much
+ * less, so the lock is never contended enough to matter.
  *
  * A job that takes long gives up its turn: another thread then runs what waits, so that long jobs never keep
  * short ones waiting. How many jobs may take long at once is limited. */
@@ -36,6 +36,7 @@ struct srv_work {
   pthread_mutex_t lock;
   pthread_cond_t wake;
   job_list resumed, queued; /* resumed jobs go first */
+  job_list yielding;        /* from srv_work_give_way; do not count as waiting */
   loop *loops;
   size_t queue_max, waiting, running;
   size_t admitted;       /* waiting jobs from srv_work_submit */
@@ -57,22 +58,31 @@ struct srv_worker {
 
 /* ---- threads; under the lock ----------------------------------------------------------------- */
 
-static srv_job *take(srv_work *work) {
-  job_list *list = work->resumed.first ? &work->resumed : &work->queued;
+static srv_job *take_first(job_list *list) {
   srv_job *job = list->first;
   list->first = job->next;
   if (!list->first) list->last = NULL;
+  return job;
+}
+
+static srv_job *take(srv_work *work) {
+  if (work->waiting == 0) return take_first(&work->yielding);
+  srv_job *job = take_first(work->resumed.first ? &work->resumed : &work->queued);
   work->waiting--;
   work->admitted -= job->is_admitted;
   return job;
 }
 
-static void put(srv_work *work, job_list *list, srv_job *job) {
+static void put_last(srv_work *work, job_list *list, srv_job *job) {
   job->next = NULL;
   *(!list->last ? &list->first : &list->last->next) = job;
   list->last = job;
-  work->waiting++;
   pthread_cond_signal(&work->wake);
+}
+
+static void put(srv_work *work, job_list *list, srv_job *job) {
+  work->waiting++;
+  put_last(work, list, job);
 }
 
 static void unlist(srv_work *work, const loop *l) {
@@ -115,8 +125,9 @@ static bool await_turn(srv_work *work) {
   for (;;) {
     uint64_t next_ns = UINT64_MAX;
     bool has_job = work->waiting > 0, has_turn = has_job && taken_turns(work, &next_ns) < work->turns;
-    if (has_turn || (work->loops && work->running < work->turns)) return true;
-    if (work->stopping && !has_job && !work->loops) return false;
+    bool has_rest = work->loops || (!has_job && work->yielding.first);
+    if (has_turn || (has_rest && work->running < work->turns)) return true;
+    if (work->stopping && !has_job && !has_rest) return false;
     if (has_job && next_ns != UINT64_MAX)
       srv_timed_wait(&work->wake, &work->lock, next_ns);
     else
@@ -130,7 +141,7 @@ static void *run_worker(void *context) {
   pthread_mutex_lock(&work->lock);
   while (await_turn(work)) {
     work->running++;
-    if (work->waiting > 0) {
+    if (work->waiting > 0 || !work->loops) {
       srv_job *job = take(work);
       worker->has_job = true;
       worker->began_ns = srv_now_ns();
@@ -144,7 +155,7 @@ static void *run_worker(void *context) {
       help(work, work->loops);
     }
     work->running--;
-    if (work->waiting > 0 || work->stopping) pthread_cond_signal(&work->wake);
+    if (work->waiting > 0 || work->yielding.first || work->stopping) pthread_cond_signal(&work->wake);
   }
   pthread_cond_signal(&work->wake); /* the next one ends too */
   pthread_mutex_unlock(&work->lock);
@@ -217,9 +228,16 @@ void srv_work_resume(srv_work *work, srv_job *job) {
   pthread_mutex_unlock(&work->lock);
 }
 
+void srv_work_give_way(srv_work *work, srv_job *job) {
+  pthread_mutex_lock(&work->lock);
+  job->is_admitted = false;
+  put_last(work, &work->yielding, job);
+  pthread_mutex_unlock(&work->lock);
+}
+
 bool srv_work_spare(srv_work *work, srv_job *job) {
   pthread_mutex_lock(&work->lock);
-  size_t busy = work->running + work->waiting + atomic_load(&work->outside);
+  size_t busy = work->running + work->waiting + (work->yielding.first != NULL) + atomic_load(&work->outside);
   bool accepted = !work->stopping && busy < work->turns;
   job->is_admitted = false;
   /* Listed as resumed: the idle thread takes this job before any other that arrives while it wakes up. */

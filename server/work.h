@@ -30,8 +30,12 @@ bool srv_work_submit(srv_work *work, srv_job *job);
  * submitted jobs, after those that were resumed earlier. Any thread. */
 void srv_work_resume(srv_work *work, srv_job *job);
 
-/* The same for work that pays off only on an idle core; false when there is none. The pool has a thread a
- * core; busy threads outside the pool count too. */
+/* Queues a job that gives way to all others: it runs when no other waits. At most `threads` of these run at
+ * once, however long they take. Any thread. */
+void srv_work_give_way(srv_work *work, srv_job *job);
+
+/* As srv_work_resume for work that pays off only on an idle core; false when there is none. The pool has a
+ * thread a core; busy threads outside the pool count too. */
 bool srv_work_spare(srv_work *work, srv_job *job);
 
 /* Tells the pool that a thread outside it begins or ends work. */

@@ -149,7 +149,7 @@ static bool encode_body(api_call *call) {
   body->inner = call->answer.body;
   body->is_last = body->is_done = body->is_flushing = false;
   body->input = (ZSTD_inBuffer){body->piece, 0, 0};
-  call->answer.body = (api_body){API_SIZE_UNKNOWN, body, read_coded, destroy_coded};
+  call->answer.body = (api_body){API_SIZE_UNKNOWN, body, read_coded, destroy_coded, body->inner.is_slow};
   call->held += call->is_head ? 0 : STATE_COST;
   return true;
 }

@@ -92,7 +92,7 @@ static api_outcome send_entry(api_call *call, api_entry *entry) {
   call->first_warning = kept->first_warning;
   call->answer.status = 200;
   api_answer_header(&call->answer, "Content-Type", call->offer->type);
-  call->answer.body = (api_body){size, body, read_response, release_response};
+  call->answer.body = (api_body){size, body, read_response, release_response, false};
   call->held = call->is_head ? 0 : size < HOST_BLOCK ? size : HOST_BLOCK;
   return API_DONE;
 }

@@ -259,6 +259,7 @@ typedef struct api_body {
   /* The next bytes, at most capacity. 0: the end; -1: the answer must be cut off. */
   int64_t (*read)(void *context, uint8_t *out, size_t capacity);
   void (*destroy)(void *context);
+  bool is_slow; /* a read may take longer than an I/O thread may work for one connection */
 } api_body;
 
 enum { API_LIVE_STAMP = 40 }; /* bytes of a stamp, at most */

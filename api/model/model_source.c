@@ -56,7 +56,7 @@ static api_outcome reply_source(api_call *call, source_body *body) {
   if (outcome != API_DONE) return outcome;
   body->at = range.first;
   body->end = range.first + range.count;
-  call->answer.body = (api_body){range.count, body, read_source, destroy_source};
+  call->answer.body = (api_body){range.count, body, read_source, destroy_source, false};
   return API_DONE;
 }
 

@@ -176,7 +176,7 @@ static live_poses *create_live(live_request *request, api_service *service, cons
 }
 
 static api_outcome check_size(api_call *call, const api_pose_request *pose) {
-  uint64_t numbers = api_pose_row_width(pose), cost = pose->clip ? tw_clip_cost(pose->clip->compiled) : 1;
+  uint64_t numbers = api_pose_numbers(pose), cost = pose->clip ? tw_clip_cost(pose->clip->compiled) : 1;
   if (pose->model->node_count * cost > FRAME_NODES && cost > 1 && pose->model->node_count <= FRAME_NODES)
     return api_fail_with(call, 422,
                          "a pose takes %llu clips of %u nodes, over the limit of %d for live poses",
@@ -225,7 +225,7 @@ static api_outcome reply_live(api_call *call, live_request *request) {
       .closing = "event: end\ndata: {}\n\n",
       .context = live,
       .size = tw_arena_size(live->arena),
-      .frame_size = frame_size(api_pose_row_width(&request->pose)),
+      .frame_size = frame_size(api_pose_numbers(&request->pose)),
       .frame = print_frame,
       .stamp = print_stamp,
       .destroy = destroy_live,

@@ -6,8 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Text is printed in steps of about this many bytes. */
-enum { PIECE = 32 * 1024 };
+/* Text is printed in steps of about this many bytes, poses in steps of about as many transforms. */
+enum { PIECE = 32 * 1024, PIECE_TRANSFORMS = 1 << 16 };
 
 /* About the bytes of an answer beside its numbers: once, and for each node. */
 enum { HEAD_BYTES = 500, NAME_BYTES = 16 };
@@ -96,6 +96,11 @@ enum { ROOT_WIDTH = 7 };
 
 size_t api_pose_row_width(const api_pose_request *request) {
   return layouts[request->as].width * request->node_count + (api_pose_has_root(request) ? ROOT_WIDTH : 0);
+}
+
+uint64_t api_pose_numbers(const api_pose_request *request) {
+  uint64_t numbers = api_pose_row_width(request) + request->weights;
+  return numbers ? numbers : 1;
 }
 
 /* ---- evaluating ------------------------------------------------------------------------------ */
@@ -437,11 +442,24 @@ static void close_poses(api_pose_body *body, tw_text *text) {
   body->phase = PHASE_END;
 }
 
+/* Prints poses up to `end` of the text, fewer where they take much work. Fails where they are not wanted any
+ * more. */
+static void print_poses(api_pose_body *body, size_t end, tw_text *text) {
+  enum { STEPS = 4 };
+  const api_times *times = &body->request.times;
+  uint64_t first = body->next, each = api_pose_transforms(&body->request), work = 0;
+  for (; body->next < times->count && text->size < end && work < PIECE_TRANSFORMS && !text->failed;
+       body->next++, work += each) {
+    print_pose(body, api_times_get(times, body->next), text);
+    if (!tw_work(STEPS * each)) text->failed = true;
+  }
+  count_poses(body, body->next - first);
+}
+
 /* Prints about a piece, or up to the end of the phase. */
 static void print_piece(api_pose_body *body, tw_text *text) {
   const api_times *times = &body->request.times;
   size_t end = text->size + PIECE;
-  uint64_t first = body->next;
   switch (body->phase) {
   case PHASE_HEAD: print_head(body, text); break;
   case PHASE_TIMES:
@@ -452,9 +470,7 @@ static void print_piece(api_pose_body *body, tw_text *text) {
     if (body->next == times->count) close_times(body, text);
     break;
   case PHASE_POSES:
-    for (; body->next < times->count && text->size < end && !text->failed; body->next++)
-      print_pose(body, api_times_get(times, body->next), text);
-    count_poses(body, body->next - first);
+    print_poses(body, end, text);
     if (body->next == times->count) close_poses(body, text);
     break;
   case PHASE_END: break;
@@ -477,7 +493,7 @@ int64_t api_pose_body_read(void *context, uint8_t *out, size_t capacity) {
 
 void api_pose_body_print_all(api_pose_body *body, tw_text *text) {
   const api_pose_request *request = &body->request;
-  size_t numbers = (size_t)request->times.count * api_pose_row_width(request);
+  size_t numbers = (size_t)(request->times.count * api_pose_numbers(request));
   size_t likely = HEAD_BYTES + NAME_BYTES * (size_t)request->node_count + numbers * API_POSE_NUMBER_BYTES;
   *text = body->text; /* the header in the binary form, else empty */
   body->text = (tw_text){0};
@@ -500,29 +516,17 @@ static void *allocate(tw_arena *arena, bool is_needed, uint32_t count, size_t wi
   return memory;
 }
 
-static int compare_nodes(const void *a, const void *b) {
-  uint32_t left = *(const uint32_t *)a, right = *(const uint32_t *)b;
-  return (left > right) - (left < right);
-}
-
-/* Whether the answer has a node; its nodes ascend. */
-static bool has_node(const api_pose_request *request, uint32_t node) {
-  return bsearch(&node, request->nodes, request->node_count, sizeof node, compare_nodes);
-}
-
 /* Finds the tracks of morph weights that JSON answers tell. False without memory. */
 static bool find_weights(api_pose_body *body, tw_arena *arena) {
   const api_pose_request *request = &body->request;
   const tw_clip *clip = request->clip ? request->clip->compiled : NULL;
-  bool is_json = request->form == API_POSE_JSON || request->form == API_POSE_NDJSON;
-  if (!clip || !is_json || request->is_skinning) return true;
+  if (!clip || request->weights == 0) return true;
   uint32_t tracks = tw_clip_track_count(clip), widest = 0;
   for (uint32_t pass = 0; pass < 2; pass++) { /* counts, then lists */
     uint32_t count = 0;
     for (uint32_t i = 0; i < tracks; i++) {
-      tw_path path;
-      uint32_t node = tw_clip_target(clip, i, &path), width = tw_clip_width(clip, i);
-      if (path != TW_WEIGHTS || !has_node(request, node)) continue;
+      uint32_t width = tw_clip_width(clip, i);
+      if (!api_pose_tells_weights(request, i)) continue;
       if (pass == 1) body->weights[count] = i;
       count++;
       if (width > widest) widest = width;

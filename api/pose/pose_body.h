@@ -8,11 +8,11 @@
 /* Numbers of one node in a pose. */
 size_t api_pose_width(api_pose_as as);
 
-/* Numbers of a pose, of which the last are the root motion where it has any. */
+/* Numbers of a pose, of which the last are the root motion where it has any; without morph weights. */
 size_t api_pose_row_width(const api_pose_request *request);
 
-/* About the bytes of a number in text. */
-enum { API_POSE_NUMBER_BYTES = 10 };
+/* Numbers that a pose prints, at least 1, as the time is printed even where there are no nodes. */
+uint64_t api_pose_numbers(const api_pose_request *request);
 
 typedef struct api_pose_body api_pose_body;
 

@@ -93,7 +93,8 @@ static api_outcome reply(api_call *call, api_pose_request *request) {
   request->model_entry = request->clip_entry = NULL;
   call->answer.status = 200;
   api_answer_header(&call->answer, "Content-Type", call->offer->type);
-  call->answer.body = (api_body){API_SIZE_UNKNOWN, body, read_body, destroy_body};
+  bool is_slow = api_pose_transforms(&body->request) > API_POSE_LIGHT;
+  call->answer.body = (api_body){API_SIZE_UNKNOWN, body, read_body, destroy_body, is_slow};
   call->held = call->is_head ? 0 : cost;
   return API_DONE;
 }

@@ -4,6 +4,7 @@
 #include "near_names.h"
 #include "service.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 /* ---- parameters ------------------------------------------------------------------------------ */
@@ -188,6 +189,51 @@ static api_outcome complete_times(api_call *call, api_pose_request *request) {
   return api_outcome_of(call, status);
 }
 
+static int compare_nodes(const void *a, const void *b) {
+  uint32_t left = *(const uint32_t *)a, right = *(const uint32_t *)b;
+  return (left > right) - (left < right);
+}
+
+bool api_pose_tells_weights(const api_pose_request *request, uint32_t track) {
+  tw_path path;
+  uint32_t node = tw_clip_target(request->clip->compiled, track, &path);
+  bool is_json = request->form == API_POSE_JSON || request->form == API_POSE_NDJSON;
+  return is_json && path == TW_WEIGHTS && !request->is_skinning &&
+         bsearch(&node, request->nodes, request->node_count, sizeof node, compare_nodes);
+}
+
+static uint64_t count_weights(const api_pose_request *request) {
+  const tw_clip *clip = request->clip ? request->clip->compiled : NULL;
+  uint64_t count = 0;
+  for (uint32_t i = 0; clip && i < tw_clip_track_count(clip); i++) {
+    if (!api_pose_tells_weights(request, i)) continue;
+    char buffer[24];
+    tw_path path;
+    const char *name = tw_model_node_name(request->model, tw_clip_target(clip, i, &path), buffer);
+    count += tw_clip_width(clip, i) + strlen(name) / API_POSE_NUMBER_BYTES + 1;
+  }
+  return count;
+}
+
+uint64_t api_pose_transforms(const api_pose_request *request) {
+  uint64_t cost = request->clip ? tw_clip_cost(request->clip->compiled) : 1;
+  return (request->model->node_count + request->weights) * cost;
+}
+
+/* A pose is evaluated in one go. */
+static api_outcome check_work(api_call *call, const api_pose_request *request) {
+  enum { MOST = 1 << 25 }; /* half a second */
+  uint64_t transforms = api_pose_transforms(request);
+  if (transforms <= MOST) return API_DONE;
+  return api_fail_with(call, 422, "a pose of %u nodes takes %llu transforms, over the limit of %d",
+                       request->model->node_count, (unsigned long long)transforms, MOST);
+}
+
+static api_outcome choose_nodes(api_call *call, api_pose_request *request) {
+  if (request->is_skinning) return choose_joints(call, request);
+  return api_nodes_choose(call, request->model, request->node_list, &request->nodes, &request->node_count);
+}
+
 api_outcome api_pose_request_resolve(api_call *call, bool is_stored, api_pose_request *request) {
   const tw_model *model = request->model = api_entry_value(request->model_entry);
   api_outcome outcome = api_clips_choose(call, model, request->clips, 1, &request->terms, &request->choices);
@@ -196,10 +242,10 @@ api_outcome api_pose_request_resolve(api_call *call, bool is_stored, api_pose_re
   if (outcome != API_DONE) return outcome;
   if (request->clip_entry) request->clip = api_entry_value(request->clip_entry);
   outcome = complete_times(call, request);
+  if (outcome == API_DONE) outcome = choose_nodes(call, request);
   if (outcome != API_DONE) return outcome;
-  return request->is_skinning ? choose_joints(call, request)
-                              : api_nodes_choose(call, request->model, request->node_list, &request->nodes,
-                                                 &request->node_count);
+  request->weights = count_weights(request);
+  return check_work(call, request);
 }
 
 void api_pose_request_deinit(api_pose_request *request) {

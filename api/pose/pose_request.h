@@ -32,6 +32,7 @@ typedef struct api_pose_request {
   const api_clip *clip; /* NULL: the rest pose */
   uint32_t node_count;
   const uint32_t *nodes; /* [node_count], in the call's arena; ascending unless is_skinning */
+  uint64_t weights;      /* morph weights that JSON tells of a pose, and for names about as many numbers */
 } api_pose_request;
 
 /* Reads all parameters but times and form; zeroes the rest. */
@@ -41,8 +42,8 @@ api_outcome api_pose_request_read(api_call *call, api_pose_request *out);
 api_outcome api_bvh_request_read(api_call *call, api_pose_request *out);
 
 /* Finds clip and nodes in the model of model_entry, and completes the times; without any, the only time is 0.
- * is_stored as in api_clip_take. 404, 422; API_NEEDS_THREAD in a light call when the search for nodes is
- * long; a light call stalls where the clip is not cached. */
+ * is_stored as in api_clip_take. 404; 422, also for poses that take too much work each; API_NEEDS_THREAD in a
+ * light call when the search for nodes is long; a light call stalls where the clip is not cached. */
 api_outcome api_pose_request_resolve(api_call *call, bool is_stored, api_pose_request *request);
 
 /* Chooses the nodes of a list of names separated by commas, or all (NULL), in the file's order. *out:
@@ -52,6 +53,19 @@ api_outcome api_nodes_choose(api_call *call, const tw_model *model, const char *
 
 /* Releases the entries. */
 void api_pose_request_deinit(api_pose_request *request);
+
+/* About the bytes of a number in text. */
+enum { API_POSE_NUMBER_BYTES = 10 };
+
+/* Transforms that a pose takes, with morph weights: of all nodes of the model, in each clip that a mixed one
+ * plays. */
+uint64_t api_pose_transforms(const api_pose_request *request);
+
+/* Numbers, evaluated or printed, that take an I/O thread as long as it may work for one connection. */
+enum { API_POSE_LIGHT = 20000 };
+
+/* Whether JSON tells the morph weights that a track of the clip moves. */
+bool api_pose_tells_weights(const api_pose_request *request, uint32_t track);
 
 /* Whether each pose has the root motion beside it. */
 bool api_pose_has_root(const api_pose_request *request);

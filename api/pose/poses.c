@@ -10,19 +10,10 @@
 #include <stdio.h>
 #include <string.h>
 
-/* The most numbers, evaluated or printed, of a light call. */
-enum { LIGHT_NUMBERS = 20000 };
-
 /* ---- sizes ----------------------------------------------------------------------------------- */
 
-/* The numbers of one pose; at least 1, as the time is printed even where there are no nodes. */
-static uint64_t numbers_of_pose(const api_pose_request *request) {
-  uint64_t numbers = api_pose_row_width(request);
-  return numbers ? numbers : 1;
-}
-
 static uint64_t count_numbers(const api_pose_request *request) {
-  uint64_t per_pose = numbers_of_pose(request), times = request->times.count;
+  uint64_t per_pose = api_pose_numbers(request), times = request->times.count;
   return times && per_pose > UINT64_MAX / times ? UINT64_MAX : per_pose * times;
 }
 
@@ -54,7 +45,7 @@ static api_outcome check_size(api_call *call, const api_pose_request *request) {
 /* A bound on the bytes of one pose: its numbers, and its time twice. In CSV each line repeats the time and
  * the node's name, whose quotes are doubled. */
 static uint64_t bound_pose(const api_pose_request *request) {
-  uint64_t numbers = numbers_of_pose(request);
+  uint64_t numbers = api_pose_numbers(request);
   if (request->form == API_POSE_BIN) return numbers * sizeof(float);
   uint64_t size = numbers * TW_FLOAT_TEXT + 2 * TW_NUMBER_TEXT;
   if (request->form != API_POSE_CSV) return size;
@@ -67,9 +58,8 @@ static uint64_t bound_bytes(const api_pose_request *request) {
 
 /* Whether the answer takes little time to evaluate and print. */
 static bool is_light(const api_pose_request *request) {
-  uint64_t cost = request->clip ? tw_clip_cost(request->clip->compiled) : 1;
-  uint64_t transforms = request->times.count * request->model->node_count * cost;
-  return transforms <= LIGHT_NUMBERS && count_numbers(request) <= LIGHT_NUMBERS &&
+  uint64_t transforms = request->times.count * api_pose_transforms(request);
+  return transforms <= API_POSE_LIGHT && count_numbers(request) <= API_POSE_LIGHT &&
          bound_bytes(request) <= API_RESPONSE_MAX;
 }
 
@@ -123,12 +113,14 @@ static uint64_t streaming_cost(const api_pose_request *request) {
 
 static api_outcome reply_streamed(api_call *call, api_pose_request *request) {
   uint64_t cost = streaming_cost(request);
+  bool is_slow = api_pose_transforms(request) + api_pose_numbers(request) > API_POSE_LIGHT;
   if (!api_grant(call, cost)) return API_FAILED;
   api_pose_body *body = api_pose_body_create(request, call->service, call->arena);
   if (!body) return api_fail_without_memory(call);
   call->answer.status = 200;
   api_answer_header(&call->answer, "Content-Type", call->offer->type);
-  call->answer.body = (api_body){api_pose_body_size(body), body, api_pose_body_read, api_pose_body_destroy};
+  call->answer.body =
+      (api_body){api_pose_body_size(body), body, api_pose_body_read, api_pose_body_destroy, is_slow};
   call->held = call->is_head ? 0 : cost;
   return API_DONE;
 }

@@ -139,7 +139,7 @@ enum { STREAM_COST = 768 << 10, FLAT_STREAM_COST = 1 << 20 };
 
 static void take_over(api_call *call, api_surface_request *request, uint64_t size,
                       int64_t (*read)(void *context, uint8_t *out, size_t capacity)) {
-  call->answer.body = (api_body){size, request, read, destroy_request};
+  call->answer.body = (api_body){size, request, read, destroy_request, false};
   request->service = call->service;
   call->held = call->is_head ? 0 : request->flat || request->package ? FLAT_STREAM_COST : STREAM_COST;
   if (request->package && !call->is_head) call->held += API_PACKAGE_COST;

@@ -432,6 +432,59 @@ TEST(names_in_lines_count) {
   loopback_stop(f.loop);
 }
 
+TEST(morph_weights_count) {
+  enum { TARGETS = 100 };
+  api_settings settings = loopback_settings();
+  settings.limits.max_output = 11500; /* ten poses of ten floats, 100 weights and a name */
+  one_model f = {.loop = loopback_start(&settings)};
+  char text[5000], *end = text;
+  end = stpcpy(end, "{'asset':{'version':'2.0'},'accessors':["
+                    "{'componentType':5126,'count':3,'type':'VEC3','min':[0,0,0],'max':[0,0,0]},"
+                    "{'componentType':5126,'count':1,'type':'SCALAR','min':[0],'max':[0]},"
+                    "{'componentType':5126,'count':100,'type':'SCALAR'}],"
+                    "'nodes':[{'mesh':0}],'animations':[{'samplers':[{'input':1,'output':2}],"
+                    "'channels':[{'sampler':0,'target':{'node':0,'path':'weights'}}]}],"
+                    "'meshes':[{'primitives':[{'mode':0,'attributes':{'POSITION':0},'targets':[");
+  for (int i = 0; i < TARGETS; i++) end = stpcpy(end, i ? ",{'POSITION':0}" : "{'POSITION':0}");
+  strcpy(end, "]}]}]}");
+  loopback_upload(f.loop, "model/gltf+json", text, f.id);
+  reply r = ask(&f, "pose.json?from=0&to=9&fps=1");
+  assert_int_equal(r.status, 200);
+  reply_free(&r);
+  assert_problem(ask(&f, "pose.json?from=0&to=10&fps=1"), 422, NULL, "11 poses");
+  r = ask(&f, "pose.bin?from=0&to=100&fps=1"); /* which has no weights */
+  assert_int_equal(r.status, 200);
+  reply_free(&r);
+  loopback_stop(f.loop);
+}
+
+/* Each pose takes all nodes, however few are asked for. */
+TEST(poses_of_large_models_are_slow_to_read_and_too_large_ones_are_422) {
+  enum { NODES = 140000, LAYERS = 64, DEPTH = 4 };
+  const api_settings settings = loopback_settings();
+  one_model f = {.loop = loopback_start(&settings)};
+  char *text = malloc(NODES * 3 + LAYERS * 20 * DEPTH + 1000), *end = stpcpy(text, "{'nodes':[{}");
+  for (int i = 1; i < NODES; i++) end = stpcpy(end, ",{}");
+  end = stpcpy(end, "],'clips':[{'name':'c','tracks':[]},{'name':'m','layers':[{'clip':'c'}]}");
+  for (int i = 0; i < DEPTH; i++) {
+    end += sprintf(end, ",{'name':'%d','layers':[", i);
+    for (int k = 0; k < LAYERS; k++) end = stpcpy(end, k ? ",{'clip':'m'}" : "{'clip':'m'}");
+    end = stpcpy(end, "]}");
+  }
+  end = stpcpy(end, ",{'name':'all','layers':[");
+  for (int i = 0; i < DEPTH; i++) end += sprintf(end, "%s{'clip':'%d'}", i ? "," : "", i);
+  strcpy(end, "]}]}");
+  loopback_upload(f.loop, "application/json", text, f.id);
+  free(text);
+  reply r = post_times(&f, "?clip=c&nodes=node_7", "{'times':[0,1,2]}");
+  assert_int_equal(r.status, 200);
+  assert_true(r.answer.body.is_slow);
+  reply_free(&r);
+  assert_problem(post_times(&f, "?clip=all&nodes=node_7", "{'times':[0]}"), 422, NULL, "transforms");
+  assert_problem(ask(&f, "pose.bvh?clip=all&nodes=node_7"), 422, NULL, "transforms");
+  loopback_stop(f.loop);
+}
+
 TEST(times_of_a_model_without_nodes_count) {
   api_settings settings = loopback_settings();
   settings.limits.max_times = 100000;
@@ -545,6 +598,7 @@ TEST_WITH(a_large_answer_is_streamed_and_the_same, setup, one_model_stop) {
   one_model *f = *state;
   reply r = ask(f, "pose.json?from=0&to=1&fps=5000&nodes=base");
   assert_non_null(r.answer.body.read);
+  assert_false(r.answer.body.is_slow);
   cJSON *answer = cJSON_Parse(r.body);
   assert_int_equal(cJSON_GetArraySize(json_member(answer, "poses")), 5001);
   assert_int_equal(cJSON_GetArraySize(json_member(answer, "times")), 5001);

@@ -20,7 +20,7 @@ static void count_destroyed(void *context) {
 }
 
 static int count_reads(uint64_t left_ns, int most) {
-  api_body body = {7, NULL, read_slowly, count_destroyed};
+  api_body body = {7, NULL, read_slowly, count_destroyed, false};
   uint8_t byte;
   reads = destroyed = 0;
   assert_true(srv_compute_limit(&body, left_ns));
@@ -38,7 +38,7 @@ TEST(a_body_ends_with_an_error_between_two_blocks_once_its_time_is_over) {
 }
 
 TEST(the_time_between_reads_is_not_counted) {
-  api_body body = {7, NULL, read_slowly, count_destroyed};
+  api_body body = {7, NULL, read_slowly, count_destroyed, false};
   uint8_t byte;
   assert_true(srv_compute_limit(&body, UINT64_C(1000000000)));
   for (int i = 0; i < 2; i++) {

@@ -47,7 +47,7 @@ typedef struct fixture {
   srv_work *work;
   counter body;
   srv_readahead *ahead;
-  atomic_bool ready;
+  atomic_bool ready, unwanted;
   uint8_t *out;
 } fixture;
 
@@ -57,6 +57,10 @@ static void pause_ms(long ms) {
 
 static void be_ready(void *owner) {
   atomic_store(&((fixture *)owner)->ready, true);
+}
+
+static bool is_wanted(void *owner) {
+  return !atomic_load(&((fixture *)owner)->unwanted);
 }
 
 static int set_up(void **state) {
@@ -77,13 +81,21 @@ static int tear_down(void **state) {
   return 0;
 }
 
-static void open_body(fixture *f, uint64_t size, int64_t last) {
+static void open_any_body(fixture *f, uint64_t size, int64_t last, bool is_slow) {
   f->body.end = size;
   f->body.last = last;
-  api_answer answer = {
-      .body = {.size = size, .context = &f->body, .read = count_on, .destroy = count_destroyed}};
-  f->ahead = srv_readahead_create(f->work, NULL, &answer, be_ready, f);
+  api_answer answer = {.body = {.size = size,
+                                .context = &f->body,
+                                .read = count_on,
+                                .destroy = count_destroyed,
+                                .is_slow = is_slow}};
+  const srv_reader reader = {f, be_ready, is_wanted};
+  f->ahead = srv_readahead_create(f->work, NULL, &answer, &reader);
   assert_non_null(f->ahead);
+}
+
+static void open_body(fixture *f, uint64_t size, int64_t last) {
+  open_any_body(f, size, last, false);
 }
 
 /* As the daemon reads: when there is nothing it comes back once it is told to. */
@@ -236,5 +248,33 @@ TEST_WITH(a_reader_for_whom_memory_lacks_computes, set_up, tear_down) {
   assert_int_equal(atomic_load(&f->body.reads_elsewhere), 0);
   fake_api_fill_memory(false);
   read_until_ahead(f, &position);
+  leave(f);
+}
+
+TEST_WITH(slow_bodies_are_read_by_compute_threads_alone, set_up, tear_down) {
+  fixture *f = *state;
+  for (int last = 0; last >= -1; last--) {
+    uint64_t position = 0, size = 9 * PIECE + 77;
+    f->body.position = 0;
+    atomic_store(&destroyed, 0);
+    open_any_body(f, size, last, true);
+    fake_api_fill_memory(true); /* the block is not asked for */
+    while (position < size) {
+      read_right(f, 100000, &position);
+      assert_in_range(f->body.position, position, position + 2 * PIECE);
+    }
+    assert_int_equal(read_some(f, PIECE), last);
+    fake_api_fill_memory(false);
+    assert_int_equal(atomic_load(&f->body.reads), atomic_load(&f->body.reads_elsewhere));
+    leave(f);
+  }
+}
+
+TEST_WITH(a_slow_body_that_nobody_wants_is_not_read, set_up, tear_down) {
+  fixture *f = *state;
+  open_any_body(f, 100 * PIECE, 0, true);
+  atomic_store(&f->unwanted, true);
+  assert_int_equal(read_some(f, PIECE), -1);
+  assert_int_equal(atomic_load(&f->body.reads), 0);
   leave(f);
 }

@@ -81,6 +81,42 @@ TEST_WITH(who_goes_on_takes_no_place_and_goes_first_in_turn, reset, NULL) {
   assert_ptr_equal(order[3], &admitted);
 }
 
+TEST_WITH(who_gives_way_goes_last, reset, NULL) {
+  srv_work *work = srv_work_create(1, 2, 0);
+  srv_job busy = {.run = run_at_gate}, admitted = {.run = note_turn}, resumed = {.run = note_turn};
+  srv_job yielding[2] = {{.run = note_turn}, {.run = note_turn}}, spare = {.run = note_turn};
+  order_size = 0;
+  pthread_mutex_lock(&gate);
+  assert_true(srv_work_submit(work, &busy));
+  wait_until_begun(1);
+  for (size_t i = 0; i < 2; i++) srv_work_give_way(work, &yielding[i]);
+  assert_false(srv_work_spare(work, &spare));
+  assert_true(srv_work_submit(work, &admitted));
+  srv_work_resume(work, &resumed);
+  pthread_mutex_unlock(&gate);
+  srv_work_destroy(work);
+  assert_int_equal(order_size, 4);
+  assert_ptr_equal(order[0], &resumed);
+  assert_ptr_equal(order[1], &admitted);
+  for (size_t i = 0; i < 2; i++) assert_ptr_equal(order[2 + i], &yielding[i]);
+}
+
+TEST_WITH(who_gives_way_takes_no_turn_of_a_long_job, reset, NULL) {
+  srv_work *work = srv_work_create(1, 2, 4);
+  srv_job busy = {.run = run_at_gate}, yielding = {.run = run_at_gate}, admitted = {.run = run_at_gate};
+  pthread_mutex_lock(&gate);
+  srv_work_give_way(work, &busy);
+  wait_until_begun(1);
+  srv_work_give_way(work, &yielding);
+  assert_true(srv_work_submit(work, &admitted));
+  wait_until_begun(2); /* once the first has taken long */
+  nanosleep(&(struct timespec){.tv_nsec = 100000000}, NULL);
+  assert_int_equal(atomic_load(&begun), 2);
+  pthread_mutex_unlock(&gate);
+  srv_work_destroy(work);
+  assert_int_equal(atomic_load(&done), 3);
+}
+
 TEST_WITH(without_a_queue_idle_threads_still_work, reset, NULL) {
   srv_work *work = srv_work_create(1, 0, 0);
   srv_job jobs[2] = {{.run = run_at_gate}, {.run = run_at_gate}};
