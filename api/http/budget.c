@@ -6,14 +6,15 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 
-/* Requests of up to this size may use the last sixteenth of the budget too, so that they are served while
- * large requests fill the rest. */
-static const uint64_t SMALL = 1 << 20;
+/* Requests of up to a size, for a limit of at least 128 MiB the greater one, may use the last sixteenth of
+ * the budget too, so that they are served while large requests fill the rest: to read a document of some
+ * kilobytes takes up to some megabytes. */
+static const uint64_t SMALL_LEAST = 1 << 20, SMALL_MOST = 4 << 20;
 
 struct api_budget {
   pthread_mutex_t lock;
-  uint64_t limit;
-  atomic_uint_fast64_t used, granted; /* granted is part of used */
+  uint64_t limit, small, small_granted; /* small_granted: of the tickets whose grants are small */
+  atomic_uint_fast64_t used, granted;   /* granted is part of used */
   atomic_size_t waiting;
   size_t waiting_max, computing; /* computing: tickets with a grant whose answer is not finished */
   api_ticket *first, *last;      /* the queue of waiting tickets */
@@ -31,6 +32,8 @@ api_budget *api_budget_create(uint64_t limit, size_t waiting_max) {
     return NULL;
   }
   budget->limit = limit;
+  budget->small = limit / 32 < SMALL_LEAST ? SMALL_LEAST : limit / 32 > SMALL_MOST ? SMALL_MOST : limit / 32;
+  if (budget->small > limit / 16) budget->small = limit / 16;
   budget->waiting_max = waiting_max;
   return budget;
 }
@@ -47,6 +50,10 @@ void api_budget_relieved_by(api_budget *budget, uint64_t (*relieve)(void *contex
   budget->relieve_context = context;
 }
 
+uint64_t api_budget_most(uint64_t limit) {
+  return limit - limit / 16;
+}
+
 uint64_t api_budget_used(api_budget *budget) {
   return atomic_load(&budget->used);
 }
@@ -57,9 +64,22 @@ uint64_t api_budget_granted(api_budget *budget) {
 
 /* ---- grants; under the lock ------------------------------------------------------------------ */
 
-/* By how many bytes raising a grant to `bytes` exceeds the limit. The last sixteenth is for small grants. */
+/* Whether a grant is one of a few small ones. They are made whatever others hold: a request counts twice
+ * while a model that it has read is in the cache too. */
+static bool is_small_enough(const api_budget *budget, const api_ticket *ticket, uint64_t bytes) {
+  uint64_t own = ticket->granted <= budget->small ? ticket->granted : 0;
+  return bytes <= budget->small && budget->small_granted - own + bytes <= budget->limit / 32;
+}
+
+/* What grants of that size may fill: the last sixteenth is for small ones. */
+static uint64_t limit_for(const api_budget *budget, uint64_t bytes) {
+  return bytes <= budget->small ? budget->limit : api_budget_most(budget->limit);
+}
+
+/* By how many bytes raising a grant to `bytes` exceeds the limit. */
 static uint64_t shortage(const api_budget *budget, const api_ticket *ticket, uint64_t bytes) {
-  uint64_t limit = bytes <= SMALL ? budget->limit : budget->limit - budget->limit / 16;
+  uint64_t limit = limit_for(budget, bytes);
+  if (is_small_enough(budget, ticket, bytes)) return 0;
   uint64_t used = atomic_load(&budget->used), more = bytes - ticket->granted;
   if (used >= limit) return used - limit + more;
   return more > limit - used ? more - (limit - used) : 0;
@@ -70,7 +90,7 @@ static bool computes(const api_ticket *ticket) {
 }
 
 /* Whether no other request computes, and the answers being read, which may take very long, hold nothing or
- * leave at least seven eighths of the budget. Such a request may have all that is left. */
+ * leave at least seven eighths of the budget. Such a request may have all that is left for its size. */
 static bool is_alone(const api_budget *budget, const api_ticket *ticket) {
   uint64_t others = atomic_load(&budget->granted) - ticket->granted,
            used = atomic_load(&budget->used) - ticket->granted;
@@ -81,6 +101,8 @@ static void set_grant(api_budget *budget, api_ticket *ticket, uint64_t bytes, bo
   bool did_compute = computes(ticket);
   ticket->is_answered = is_answered;
   budget->computing += (size_t)(bytes > 0 && !is_answered) - (size_t)did_compute;
+  if (ticket->granted <= budget->small) budget->small_granted -= ticket->granted;
+  if (bytes <= budget->small) budget->small_granted += bytes;
   atomic_fetch_add(&budget->used, bytes - ticket->granted);
   atomic_fetch_add(&budget->granted, bytes - ticket->granted);
   ticket->granted = bytes;
@@ -88,8 +110,9 @@ static void set_grant(api_budget *budget, api_ticket *ticket, uint64_t bytes, bo
 
 /* Sets the grant to `bytes`, or, for a request that is alone, to as many of them as are left. */
 static void set_fitting(api_budget *budget, api_ticket *ticket, uint64_t bytes) {
-  uint64_t others = atomic_load(&budget->used) - ticket->granted,
-           left = budget->limit > others ? budget->limit - others : 0;
+  uint64_t others = atomic_load(&budget->used) - ticket->granted, limit = limit_for(budget, bytes),
+           left = limit > others ? limit - others : 0;
+  if (is_small_enough(budget, ticket, bytes)) left = bytes;
   if (bytes > left) bytes = left > ticket->granted ? left : ticket->granted;
   set_grant(budget, ticket, bytes, false);
 }
@@ -121,23 +144,23 @@ static bool relieve(api_budget *budget, uint64_t bytes) {
 }
 
 /* The waiting ticket to grant next, NULL where none fits. A ticket behind the first may pass it if it needs
- * no more than SMALL, or if nobody computes: then the first waits for clients to read their answers, which
- * may take very long. */
+ * no more than what is small, or if nobody computes: then the first waits for clients to read their answers,
+ * which may take very long. */
 static api_ticket *find_next(const api_budget *budget) {
   for (api_ticket *ticket = budget->first; ticket; ticket = ticket->next) {
-    bool has_turn = ticket == budget->first || ticket->needed <= SMALL || budget->computing == 0;
+    bool has_turn = ticket == budget->first || ticket->needed <= budget->small || budget->computing == 0;
     if (has_turn && (shortage(budget, ticket, ticket->needed) == 0 || is_alone(budget, ticket)))
       return ticket;
   }
   return NULL;
 }
 
-/* Raises the grant if it fits. A grant that grows over SMALL queues behind waiting tickets, unless these wait
- * only for clients to read. */
+/* Raises the grant if it fits. A grant that grows beyond small queues behind waiting tickets, unless these
+ * wait only for clients to read. */
 static bool raise_grant(api_budget *budget, api_ticket *ticket, uint64_t bytes) {
   uint64_t missing;
   bool others_wait = budget->first && (budget->computing > 0 || find_next(budget));
-  if (others_wait && bytes > SMALL && ticket->granted <= SMALL) return false;
+  if (others_wait && bytes > budget->small && ticket->granted <= budget->small) return false;
   while ((missing = shortage(budget, ticket, bytes)) > 0)
     if (!relieve(budget, missing)) break;
   if (missing > 0 && !is_alone(budget, ticket)) return false;
@@ -190,7 +213,7 @@ void api_budget_subtract(api_budget *budget, uint64_t bytes) {
 
 bool api_budget_try_add(api_budget *budget, uint64_t bytes) {
   pthread_mutex_lock(&budget->lock);
-  uint64_t limit = budget->limit - budget->limit / 16; /* the last sixteenth is for small requests */
+  uint64_t limit = api_budget_most(budget->limit);
   bool fits = !budget->first && atomic_load(&budget->used) + bytes <= limit;
   if (fits) atomic_fetch_add(&budget->used, bytes);
   pthread_mutex_unlock(&budget->lock);
@@ -198,9 +221,9 @@ bool api_budget_try_add(api_budget *budget, uint64_t bytes) {
 }
 
 bool api_budget_add_evicting(api_budget *budget, uint64_t bytes) {
-  uint64_t limit = budget->limit - budget->limit / 16;
+  uint64_t limit = api_budget_most(budget->limit);
   pthread_mutex_lock(&budget->lock);
-  bool has_turn = !budget->first || bytes <= SMALL;
+  bool has_turn = !budget->first || bytes <= budget->small;
   while (has_turn && atomic_load(&budget->used) + bytes > limit)
     if (!relieve(budget, atomic_load(&budget->used) + bytes - limit)) break;
   bool fits = has_turn && atomic_load(&budget->used) + bytes <= limit;

@@ -5,7 +5,8 @@
  * bound before it reads an upload, makes a surface or prints poses, and by its meter (lib/base/meter.c),
  * which asks for more when the grant is used up. A request whose grant does not fit waits, and begins anew. A
  * grant makes room by evicting idle cache entries. If no other request that computes has a grant, a request
- * is granted as much of what it asks for as is left. */
+ * is granted as much of what it asks for as is left, but for a sixteenth, so that small requests are always
+ * served beside it. */
 #ifndef API_BUDGET_H
 #define API_BUDGET_H
 
@@ -30,6 +31,8 @@ bool api_budget_try_add(api_budget *budget, uint64_t bytes);
 /* The same for memory that is needed: evicts idle cache entries. Waiting tickets go before it, unless it is
  * as small as what may pass them. */
 bool api_budget_add_evicting(api_budget *budget, uint64_t bytes);
+/* The most that all but small requests may hold of a limit. */
+uint64_t api_budget_most(uint64_t limit);
 uint64_t api_budget_used(api_budget *budget);
 /* The part of it that is granted to tickets. */
 uint64_t api_budget_granted(api_budget *budget);

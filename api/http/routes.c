@@ -514,14 +514,15 @@ static api_outcome retain_grant(api_call *call, api_outcome outcome) {
 static bool is_hopeless(api_call *call) {
   api_fault *fault = &call->fault;
   uint64_t limit = call->service->limits.max_memory, waited_for = call->request->ticket->needed;
+  uint64_t most = api_budget_most(limit);
   if (fault->stall != API_STALL_MEMORY || !fault->is_measured) return false;
-  if (fault->needed <= limit && fault->needed > waited_for) return false;
-  bool had_all = waited_for >= limit || call->request->ticket->granted >= limit - limit / 16;
-  if (fault->needed > limit && !had_all && fault->needed / 2 <= limit) {
+  if (fault->needed <= most && fault->needed > waited_for) return false;
+  bool had_all = waited_for >= limit || call->request->ticket->granted >= api_budget_most(most);
+  if (fault->needed > most && !had_all && fault->needed / 2 <= limit) {
     fault->needed = limit; /* one attempt with all that there is */
     return false;
   }
-  bool is_too_much = fault->needed > limit;
+  bool is_too_much = fault->needed > most;
   *fault = (api_fault){0};
   if (is_too_much)
     api_fail_with(call, 422, "this takes more memory than the limit of %llu bytes (--max-memory)",

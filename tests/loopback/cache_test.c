@@ -347,12 +347,14 @@ TEST(a_grant_makes_room_of_idle_entries_alone) {
   close_budget(budget);
 }
 
-TEST(a_request_that_is_alone_is_granted_anything) {
-  api_budget *budget = api_budget_create(1000000, 2);
+TEST(a_request_that_is_alone_is_granted_anything_but_the_room_of_small_ones) {
+  api_budget *budget = api_budget_create(1600000, 2);
   api_ticket first = {0}, second = {0};
   assert_true(api_budget_grant(budget, &first, 50000000));
   assert_true(api_budget_grant(budget, &first, 70000000));
-  assert_false(api_budget_grant(budget, &second, 1));
+  assert_int_equal(first.granted, 1500000);
+  assert_false(api_budget_grant(budget, &second, 100001));
+  assert_true(api_budget_grant(budget, &second, 100000));
   assert_true(api_budget_grant(budget, &first, 0));
   assert_true(api_budget_grant(budget, &second, 2000000));
   api_budget_grant(budget, &second, 0);
@@ -373,7 +375,7 @@ TEST(who_reads_a_small_answer_keeps_nobody_from_being_alone) {
   assert_int_equal(large->ticket.granted, 0);
   assert_true(api_budget_retain(budget, &computing, 25000));
   loopback_ticket_await(large);
-  assert_int_equal(large->ticket.granted, 1000000 - 100000 - 25000); /* all that is left */
+  assert_int_equal(large->ticket.granted, 937500 - 100000 - 25000); /* all that is left but a sixteenth */
   assert_false(api_budget_retain(budget, &computing, 200000));
   api_budget_grant(budget, &large->ticket, 0);
   api_budget_grant(budget, &computing, 0);
@@ -386,8 +388,8 @@ TEST(small_requests_find_room_where_large_ones_do_not) {
   api_budget *budget = api_budget_create(160000000, 2);
   api_ticket large = {0}, next = {0}, small = {0};
   assert_true(api_budget_grant(budget, &large, 149000000));
-  assert_false(api_budget_grant(budget, &next, 2000000));
-  assert_true(api_budget_grant(budget, &small, 1000000));
+  assert_false(api_budget_grant(budget, &next, 5000000));
+  assert_true(api_budget_grant(budget, &small, 4000000));
   api_budget_grant(budget, &large, 0);
   api_budget_grant(budget, &small, 0);
   close_budget(budget);

@@ -879,6 +879,7 @@ TEST_WITH(the_source_has_the_type_of_its_format_however_it_begins, loopback_setu
 
 /* All is read to tell the format where no summary does. */
 TEST_WITH(a_source_without_summary_waits_for_the_memory_to_read_it, loopback_setup, loopback_teardown) {
+  enum { SMALL = 16 }; /* requests that take what large ones leave */
   loopback *loop = *state;
   const api_progress expected[] = {API_ANSWERED, API_WAITS};
   char id[API_ID_TEXT], path[64], *text = malloc(2 * API_UNGRANTED);
@@ -890,7 +891,9 @@ TEST_WITH(a_source_without_summary_waits_for_the_memory_to_read_it, loopback_set
   for (size_t i = 0; i < 2; i++) {
     if (i == 1) loopback_store_forget_summaries(loop);
     loopback_ticket *owner = loopback_ticket_create(), *asker = loopback_ticket_create();
+    api_ticket small[SMALL] = {0};
     assert_true(api_budget_grant(loop->service->budget, &owner->ticket, loop->settings.limits.max_memory));
+    for (int k = 0; k < SMALL; k++) api_budget_grant(loop->service->budget, &small[k], 4 << 20);
     const api_request request = {.method = "GET",
                                  .path = path,
                                  .query = "",
@@ -899,6 +902,7 @@ TEST_WITH(a_source_without_summary_waits_for_the_memory_to_read_it, loopback_set
                                  .ticket = &asker->ticket};
     api_answer answer = {0};
     assert_int_equal(api_handle(loop->service, &request, API_HEAVY, &answer), expected[i]);
+    for (int k = 0; k < SMALL; k++) api_budget_grant(loop->service->budget, &small[k], 0);
     api_budget_grant(loop->service->budget, &owner->ticket, 0);
     if (expected[i] == API_WAITS) {
       loopback_ticket_await(asker);

@@ -187,6 +187,25 @@ TEST(no_more_memory_is_taken_than_is_granted) {
   free(points);
 }
 
+TEST(small_models_are_answered_beside_one_that_takes_all_memory) {
+  static const char triangle[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  api_settings settings = loopback_settings();
+  settings.limits.max_waiting = 0;
+  loopback *loop = loopback_start(&settings);
+  api_budget *budget = loop->service->budget;
+  api_ticket holder = {0};
+  assert_true(api_budget_grant(budget, &holder, settings.limits.max_memory));
+  assert_true(holder.granted > settings.limits.max_memory / 10 * 9);
+  static const char *const targets[] = {"/v1/surface.glb?level=1", "/v1/surface.stl", "/v1/models"};
+  for (size_t i = 0; i < sizeof targets / sizeof *targets; i++) {
+    reply r = loopback_post(loop, targets[i], "text/plain", triangle);
+    if (r.status != 200 && r.status != 201) fail_msg("%s: %d %s", targets[i], r.status, r.body);
+    reply_free(&r);
+  }
+  api_budget_grant(budget, &holder, 0);
+  loopback_stop(loop);
+}
+
 TEST(probes_are_answered_whatever_memory_others_hold) {
   api_settings settings = loopback_settings();
   settings.limits.max_waiting = 0;
