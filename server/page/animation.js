@@ -1,10 +1,25 @@
-// Plays a clip in the viewport: from poses on the page's clock, or from the daemon's live stream.
+// Plays a clip in the viewport: from poses on the page's clock, blended with those of another where one is chosen, or from
+// the daemon's live stream.
 import { tweend, withKey } from './client.js';
+import { optionsOf } from './clips.js';
 import { fail } from './notices.js';
 import { note, state, watch } from './state.js';
 
 const FPS = 60;
 const POSES_SIZE = 32e6; // bytes of poses that are loaded at once; longer clips get fewer poses a second
+
+/** A node's transform where a player puts it, to be blended. */
+const slot = () => ({ position: [0, 0, 0], quaternion: [0, 0, 0, 1], scale: [1, 1, 1] });
+
+const mixed = (a, b, part) => a.map((value, i) => value + (b[i] - value) * part);
+
+/** The normalised sum of two quaternions on one hemisphere, as the daemon blends layers. */
+function mixedTurn(a, b, part) {
+  const sign = a.reduce((dot, value, i) => dot + value * b[i], 0) < 0 ? -1 : 1;
+  const sum = a.map((value, i) => value * (1 - part) + sign * b[i] * part);
+  const length = Math.hypot(...sum) || 1;
+  return sum.map((value) => value / length);
+}
 
 export class Animation {
   /** onTime(seconds) is called after each pose. */
@@ -14,10 +29,11 @@ export class Animation {
     this.playing = false;
     this.live = false;
     watch((names) => {
-      if (this.player && names.has('speed')) this.player.speed = Number(state('speed'));
+      if (this.player && (names.has('speed') || names.has('weight'))) this.#setSpeed();
       if (this.player && names.has('loop')) this.player.loop = state('loop');
       if (this.player && names.has('t') && !this.live) this.seek(Number(state('t')));
       if (this.live && (names.has('speed') || names.has('loop'))) this.follow();
+      if (names.has('weight') && this.other) this.pose();
     });
   }
 
@@ -26,8 +42,29 @@ export class Animation {
     return this.player?.connected ?? true;
   }
 
+  /** The part of the second clip. */
+  get weight() {
+    return this.other ? Math.min(Math.max(Number(state('weight')) || 0, 0), 1) : 0;
+  }
+
+  /** Seconds. Blended clips play in one phase, which rises by the weighted mean of theirs. */
   get duration() {
-    return this.clip?.duration ?? 0;
+    const first = this.player?.duration || this.clip?.duration || 0;
+    const second = this.other?.duration || first;
+    return first > 0 ? 1 / ((1 - this.weight) / first + this.weight / second) : 0;
+  }
+
+  /** The seconds of the first clip for a second of the whole. */
+  get #pace() {
+    return this.duration > 0 ? this.player.duration / this.duration : 1;
+  }
+
+  get time() {
+    return this.shown;
+  }
+
+  #setSpeed() {
+    this.player.speed = Number(state('speed')) * (this.live ? 1 : this.#pace);
   }
 
   /** Setters for a node's transform, which act on its objects in the surface and in the cage. */
@@ -36,20 +73,29 @@ export class Animation {
     return { position: part('position'), quaternion: part('quaternion'), scale: part('scale') };
   }
 
-  /** Loads the poses of a clip of a model. clip: null for none. */
-  async open(model, clip) {
+  /** Loads the poses of a clip of a model, and of one to blend it with. clip: null for none. */
+  async open(model, clip, other = null) {
     this.close();
     this.clip = clip;
     this.model = model;
     if (!clip) return;
     const { signal } = (this.controller = new AbortController());
-    const fps = Math.max(2, Math.min(FPS, POSES_SIZE / 40 / model.nodes.length / Math.max(clip.duration, 0.1)));
+    const load = (which, objects) => {
+      const fps = Math.max(2, Math.min(FPS, POSES_SIZE / 40 / model.nodes.length / Math.max(which.duration ?? 10, 0.1)));
+      return withKey(() => tweend.play(model, objects, { ...optionsOf(which), fps, signal, playing: false, speed: Number(state('speed')), loop: state('loop') }));
+    };
     try {
-      const player = await withKey(() => tweend.play(model, (name) => this.#target(name), {
-        clip: clip.name, fps, signal, playing: false, speed: Number(state('speed')), loop: state('loop'), time: Number(state('t')),
-      }));
+      if (!other) this.player = await load(clip, (name) => this.#target(name));
+      else {
+        const slots = new Map(model.nodes.map(({ name }) => [name, [slot(), slot()]]));
+        const players = await Promise.all([clip, other].map((which, k) => load(which, (name) => slots.get(name)?.[k])));
+        if (signal.aborted) return;
+        [this.player, this.other] = players;
+        this.slots = [...slots].map(([name, pair]) => [this.#target(name), pair]);
+        this.#setSpeed();
+      }
       if (signal.aborted) return;
-      this.player = player;
+      this.player.time = Number(state('t')) * this.#pace;
       this.pose();
     } catch (error) {
       if (!signal.aborted) fail('The clip cannot be played', error);
@@ -60,7 +106,20 @@ export class Animation {
     this.controller?.abort();
     this.pause();
     this.unfollow();
-    this.player = this.clip = null;
+    this.player = this.other = this.clip = null;
+    this.shown = undefined;
+  }
+
+  /** Puts the blended pose into the viewport. */
+  #blend() {
+    const { other, weight } = this;
+    other.time = this.player.duration > 0 ? (this.player.time / this.player.duration) * other.duration : 0;
+    other.update();
+    for (const [target, [a, b]] of this.slots) {
+      target.position.set(...mixed(a.position, b.position, weight));
+      target.quaternion.set(...mixedTurn(a.quaternion, b.quaternion, weight));
+      target.scale.set(...mixed(a.scale, b.scale, weight));
+    }
   }
 
   /** Applies the present pose to the viewport. */
@@ -68,10 +127,11 @@ export class Animation {
     if (!this.player) return;
     const time = this.player.update();
     if (time === undefined) return;
-    this.time = time;
-    this.viewport.morph(this.clip.name, time);
+    if (this.other && !this.live) this.#blend();
+    this.shown = this.live ? time : time / this.#pace;
+    if (!this.clip.isBorrowed) this.viewport.morph(this.clip.name, time);
     this.viewport.invalidate();
-    this.onTime(time);
+    this.onTime(this.shown);
   }
 
   #run() {
@@ -81,7 +141,7 @@ export class Animation {
       this.isRunning = this.playing || this.live;
       if (!this.isRunning) return;
       this.pose();
-      const ends = this.playing && state('loop') === 'clamp' && this.time >= this.duration && Number(state('speed')) > 0;
+      const ends = this.playing && state('loop') === 'clamp' && this.shown >= this.duration && Number(state('speed')) > 0;
       if (ends) this.pause();
       requestAnimationFrame(step);
     };
@@ -90,26 +150,26 @@ export class Animation {
 
   play() {
     if (!this.player || this.live) return;
-    if (state('loop') === 'clamp' && this.player.time >= this.duration * (1 - 1e-6)) this.player.time = 0;
+    if (state('loop') === 'clamp' && this.player.time >= this.player.duration * (1 - 1e-6)) this.player.time = 0;
     this.player.update(); // skip the time of the pause
     this.player.playing = this.playing = true;
-    this.onTime(this.player.time);
+    this.onTime(this.shown);
     this.#run();
   }
 
   pause() {
     if (!this.playing) return;
     this.player.playing = this.playing = false;
-    this.onTime(this.player.time);
-    note('t', Math.round(this.player.time * 1000) / 1000);
+    this.onTime(this.shown);
+    note('t', Math.round(this.shown * 1000) / 1000);
   }
 
   seek(time) {
     if (!this.player || this.live) return;
     // Stay just before the end, which a repeating player takes for the beginning.
-    this.player.time = Math.min(Math.max(time, 0), this.duration * (1 - 1e-6));
+    this.player.time = Math.min(Math.max(time, 0), this.duration * (1 - 1e-6)) * this.#pace;
     this.pose();
-    if (!this.playing) note('t', Math.round(this.player.time * 1000) / 1000);
+    if (!this.playing) note('t', Math.round(this.shown * 1000) / 1000);
   }
 
   /** Shows the daemon's live stream, which all viewers see alike. */
@@ -121,7 +181,7 @@ export class Animation {
     const { signal } = (this.following = new AbortController()); // aborting it closes the stream
     try {
       const stream = await withKey(() => tweend.live(this.model, (name) => this.#target(name),
-        { clip: this.clip.name, loop: state('loop'), speed: Number(state('speed')), fps: 30, signal }));
+        { ...optionsOf(this.clip), loop: state('loop'), speed: Number(state('speed')), fps: 30, signal }));
       if (signal.aborted) return;
       this.player = stream;
       this.#run();

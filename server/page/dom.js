@@ -22,6 +22,11 @@ export function draw(tag, attributes = {}, ...children) {
   return element;
 }
 
+/** A picture of 16 x 16 by the lines of a path; isFilled: by its area. */
+export const icon = (path, { isFilled = false } = {}) =>
+  draw('svg', { viewBox: '0 0 16 16', width: 16, height: 16, 'aria-hidden': 'true' }, draw('path', { d: path, ...(isFilled
+    ? { fill: 'currentColor' } : { fill: 'none', stroke: 'currentColor', 'stroke-width': 1.4, 'stroke-linecap': 'round', 'stroke-linejoin': 'round' }) }));
+
 export const byId = (id) => document.getElementById(id);
 
 const grouped = new Intl.NumberFormat('en');
@@ -46,6 +51,34 @@ export function choice(label, options, value, onchange) {
   const select = make('select', { onchange: () => onchange(select.value) },
     ...options.map(([key, text]) => make('option', { value: key, selected: key === value }, text)));
   return make('label', { className: 'field' }, make('span', {}, label), select);
+}
+
+/** A button that opens a menu: entries as [text, function]. */
+export function menu(button, label, entries) {
+  const items = entries.map(([text, act]) => make('button', { type: 'button', role: 'menuitem', tabIndex: -1, onclick: () => {
+    list.hidePopover();
+    button.focus();
+    act();
+  } }, text));
+  const list = make('div', { className: 'menu', role: 'menu', 'aria-label': label, popover: 'auto' }, ...items);
+  list.addEventListener('toggle', ({ newState }) => {
+    button.setAttribute('aria-expanded', newState === 'open');
+    if (newState !== 'open') return;
+    const { left, bottom } = button.getBoundingClientRect();
+    Object.assign(list.style, { left: `${Math.max(8, Math.min(left, innerWidth - list.offsetWidth - 8))}px`, top: `${Math.max(8, Math.min(bottom + 4, innerHeight - list.offsetHeight - 8))}px` });
+    items[0].focus();
+  });
+  list.addEventListener('keydown', (event) => {
+    const at = items.indexOf(document.activeElement);
+    const next = { ArrowDown: at + 1, ArrowUp: at - 1, Home: 0, End: -1 }[event.key];
+    if (next === undefined) return;
+    event.preventDefault();
+    items.at(next % items.length).focus();
+  });
+  for (const [name, value] of [['aria-haspopup', 'menu'], ['aria-expanded', 'false']]) button.setAttribute(name, value);
+  button.popoverTargetElement = list;
+  button.after(list);
+  return list;
 }
 
 /** Asks in a dialog; resolves with the result of read() when it is confirmed, else with null. */

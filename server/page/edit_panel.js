@@ -1,72 +1,40 @@
-// The panel for modelling: shapes to start from, the selection, edits as buttons, and their list as text. A model in
-// tweend JSON contains its list of edits; for any other, the URL holds the original model and the list.
+// The panel for modelling: the shape, the selection, edits as buttons, and their list as text. A model in tweend JSON
+// contains its list of edits; for any other, the URL holds the original model and the list.
 import { download, tweend } from './client.js';
-import { choice, make, plural } from './dom.js';
+import { make, plural } from './dom.js';
+import { EditTools } from './edit_tools.js';
+import { fieldsOf } from './fields.js';
 import { meshName, stemOf } from './models.js';
 import { fail, OneAtATime } from './notices.js';
-import { isSame, Picker, readCages } from './picker.js';
+import { Picker, readCages } from './picker.js';
 import { codeLine, quote } from './scripts_panel.js';
-import { CHOICES, CLEANING, editOf, EDITS, printEdits, SHAPES } from './shapes.js';
+import { KINDS, Selection } from './selection.js';
+import { CLEANING, editOf, EDITS, isScan, printEdits, SHAPES, wordsOf } from './shapes.js';
 import { change, isStep, openOther, state, watch } from './state.js';
 
 const DOCUMENT_MOST = 1e6; // bytes of the largest model whose text is edited
-const KINDS = [['faces', 'Faces'], ['edges', 'Edges'], ['vertices', 'Points']];
-const wordsOf = (name) => (name[0].toUpperCase() + name.slice(1)).replaceAll('_', ' ');
-
-const hasDecimalComma = (0.5).toLocaleString().includes(',');
-
-/** The numbers of a text: between blanks, semicolons or commas; a comma within a number is a decimal point where the
- *  browser's language writes it so. NaN stands for what is no number. */
-function numbersOf(text) {
-  const isBlankSeparated = /[\s;]/.test(text.trim());
-  const words = text.split(hasDecimalComma && (isBlankSeparated || text.split(',').length === 2) ? /[\s;]+/ : /[\s;,]+/);
-  return words.map((word) => word.replace(/,$/, '')).filter(Boolean).map((word) => Number(hasDecimalComma ? word.replace(',', '.') : word));
-}
-
-/** Creates input fields for parameters, typed by their initial values. use() is called for Enter in one. read() returns
- *  the present values; null, with a mark on the field, where one is no number. */
-export function fieldsOf(parameters, about, use = () => {}) {
-  const fields = Object.entries(parameters).map(([name, value]) => {
-    const label = `${about}: ${name}`;
-    if (CHOICES[name]) {
-      const select = make('select', { 'aria-label': label }, ...CHOICES[name].map((text) => make('option', { value: text, selected: text === value }, text)));
-      return { name, read: () => select.value, label: make('label', { className: 'parameter' }, make('span', { 'aria-hidden': 'true' }, name), select) };
-    }
-    const input = make('input', { type: 'text', 'aria-label': label, value: [value].flat().join(', '), autocomplete: 'off',
-      oninput: () => tell(''), onkeydown: (event) => event.key === 'Enter' && use() });
-    const tell = (fault) => {
-      input.setCustomValidity(fault);
-      input.setAttribute('aria-invalid', fault !== '');
-    };
-    const wanted = [value].flat().length;
-    const read = () => {
-      const numbers = numbersOf(input.value);
-      const isGood = numbers.length === wanted && numbers.every(Number.isFinite);
-      tell(isGood ? '' : wanted === 1 ? 'A number is expected.' : `${wanted} numbers are expected.`);
-      if (!isGood) input.reportValidity();
-      return isGood ? (Array.isArray(value) ? numbers : numbers[0]) : undefined;
-    };
-    return { name, read, label: make('label', { className: 'parameter' }, make('span', { 'aria-hidden': 'true' }, name), input) };
-  });
-  const read = () => {
-    const values = fields.map(({ name, read: readField }) => [name, readField()]);
-    return values.some(([, value]) => value === undefined) ? null : Object.fromEntries(values);
-  };
-  return { labels: fields.map(({ label }) => label), read };
-}
+const SELECTING = [['all', 'All'], ['none', 'None'], ['invert', 'Invert'], ['grow', 'Grow'], ['shrink', 'Shrink'], ['linked', 'Linked'], ['loop', 'Loop'], ['ring', 'Ring']];
 
 export class EditPanel {
   /** models: the list that new models are added to. beside: shows the original. steps: of the lineage. */
   constructor(panel, { viewport, models, beside, steps }) {
-    Object.assign(this, { viewport, models, beside, steps, selection: [], edits: [] });
+    Object.assign(this, { viewport, models, beside, steps, edits: [] });
     this.onEdits = () => {}; // called when the list of edits has changed
     this.requests = new OneAtATime();
     this.picker = new Picker(viewport, (...picked) => this.pick(...picked));
-    this.shape = make('div', { className: 'parameters' });
+    this.selection = new Selection(this.picker, () => this.object, () => this.showSelection());
+    this.tools = new EditTools({ viewport, picker: this.picker, selection: this.selection, panel: this });
+    this.shape = make('div');
     this.kinds = KINDS.map(([kind, text]) => make('button', { type: 'button', className: 'chip', onclick: () => this.choose(kind) }, text));
+    this.changes = SELECTING.map(([name, text]) => {
+      const button = make('button', { type: 'button', className: 'small', onclick: () => this.selection.change(name) }, text);
+      button.dataset.name = name;
+      return button;
+    });
     this.chosen = make('input', { type: 'text', 'aria-label': 'Selection', autocomplete: 'off', spellcheck: false, onchange: () => this.type() });
     this.said = make('p', { className: 'dim selected', role: 'status' });
     this.buttons = make('div', { className: 'edits' });
+    this.whole = make('div', { className: 'edits' }, ...EDITS.filter(({ of }) => of.length === 0).map((form) => this.row(form)));
     this.text = make('textarea', { rows: 7, 'aria-label': 'Edits', spellcheck: false });
     this.use = make('button', { type: 'button', className: 'primary', onclick: () => this.applyText() }, 'Apply');
     this.curl = make('div');
@@ -77,24 +45,23 @@ export class EditPanel {
     });
     this.besides = make('input', { type: 'checkbox', onchange: () => this.showBeside() });
     this.cleaned = make('p', { className: 'dim cleaned', role: 'status' });
-    this.body = make('div', {},
-      make('h3', {}, 'Scan'),
-      make('div', { className: 'row' },
-        make('button', { type: 'button', className: 'primary', onclick: () => this.cleanUp() }, 'Clean up'),
-        make('label', { className: 'check' }, this.besides, make('span', {}, 'Beside the original'))),
+    this.scan = make('details', { className: 'group' }, make('summary', {}, 'Clean up a scan'),
+      make('button', { type: 'button', className: 'primary', onclick: () => this.cleanUp() }, 'Clean up'),
       make('details', {}, make('summary', {}, 'Steps of a clean-up'), ...this.cleaning.map(({ row }) => row)),
-      this.cleaned, beside.table,
-      make('h3', {}, 'Select'),
+      this.cleaned);
+    this.body = make('div', {},
+      this.shape, this.scan,
+      make('label', { className: 'check' }, this.besides, make('span', {}, 'Beside the original')), beside.table,
+      make('h3', {}, 'Selection'),
       make('div', { className: 'row', role: 'group', 'aria-label': 'What is selected' }, ...this.kinds),
-      this.chosen, this.said, this.buttons,
+      make('div', { className: 'changes', role: 'group', 'aria-label': 'Change the selection' }, ...this.changes),
+      this.said, this.chosen, this.buttons,
+      make('details', { className: 'group' }, make('summary', {}, 'Edits of the whole mesh'), this.whole),
       make('h3', {}, 'Edits so far'), this.text,
       make('div', { className: 'row' }, this.use),
       this.curl);
-    panel.append(
-      make('h2', {}, 'Edit'),
-      choice('New', Object.keys(SHAPES).map((kind) => [kind, wordsOf(kind)]), 'box', (kind) => this.showShape(kind)),
-      this.shape, this.body);
-    this.showShape('box');
+    this.hint = make('p', { className: 'dim' }, 'Begin with a shape from the + menu on the picture, or open a model.');
+    panel.append(make('h2', {}, 'Edit'), this.hint, this.body);
     this.choose('faces');
     viewport.canvas.addEventListener('keydown', (event) => this.key(event));
     watch((names) => {
@@ -106,22 +73,49 @@ export class EditPanel {
     this.close();
   }
 
-  showShape(kind) {
-    const fields = fieldsOf(SHAPES[kind], wordsOf(kind), () => begin());
-    const begin = () => {
-      const values = fields.read();
-      if (values) this.begin({ kind, ...values });
-    };
-    this.shape.replaceChildren(...fields.labels, make('button', { type: 'button', className: 'primary', onclick: begin }, 'Make'));
+  /** The shapes to start from, as [text, function]. */
+  get shapes() {
+    return Object.keys(SHAPES).map((kind) => [wordsOf(kind), () => this.begin({ kind, ...SHAPES[kind] })]);
   }
 
   /** Creates a model of one shape. */
   begin(shape) {
     return this.requests.run(async () => {
-      const model = await this.upload({ meshes: [{ name: shape.kind, shape }] }, shape.kind);
-      this.selection = [];
+      const model = await this.upload({ meshes: [{ name: shape.kind, shape }] }, wordsOf(shape.kind).toLowerCase());
+      this.selection.value = [];
+      this.models.lineages.add(model.id);
       await this.models.load();
       openOther(model.id);
+      change({ tab: 'edit' });
+    });
+  }
+
+  /** Shows the parameters of the shape that the mesh is made of. */
+  showShape() {
+    const shape = this.document?.meshes[this.mesh].shape;
+    const isKnown = shape && SHAPES[shape.kind];
+    this.shape.hidden = !isKnown;
+    if (!isKnown) return;
+    const values = Object.fromEntries(Object.entries(SHAPES[shape.kind]).map(([name, value]) => [name, shape[name] ?? value]));
+    const text = wordsOf(shape.kind);
+    const use = () => {
+      const read = fields.read();
+      if (read) this.reshape({ kind: shape.kind, ...read });
+    };
+    const fields = fieldsOf(values, text, use);
+    const focused = this.shape.contains(document.activeElement) && document.activeElement.getAttribute('aria-label');
+    this.shape.replaceChildren(make('h3', {}, text),
+      make('div', { className: 'parameters' }, ...fields.labels, make('button', { type: 'button', 'aria-label': `Change the ${text.toLowerCase()}`, onclick: use }, 'Change')));
+    if (focused) [...this.shape.querySelectorAll('input, select, button')].find((field) => field.getAttribute('aria-label') === focused)?.focus();
+  }
+
+  /** Changes the shape below the edits. */
+  reshape(shape) {
+    return this.requests.run(async () => {
+      const meshes = this.document.meshes.map((mesh, i) => (i === this.mesh ? { ...mesh, shape } : mesh));
+      const made = await this.upload({ ...this.document, meshes }, this.model.name);
+      this.steps.go({ model: made.id });
+      this.models.load();
     });
   }
 
@@ -132,11 +126,13 @@ export class EditPanel {
   // ---- the model ----
 
   close() {
-    if (!this.requests.isRunning) this.selection = []; // the selection was of another model
+    if (!this.requests.isRunning && !isStep()) this.selection.value = []; // the selection was of another model
     this.picker.close();
     this.model = null;
+    this.tools.show();
     this.cleaned.textContent = '';
     this.body.hidden = !isStep(); // a step keeps the focus and what is scrolled to
+    this.hint.hidden = !this.body.hidden;
   }
 
   /** Shows the edits of a model, once it is loaded and the panel is visible. */
@@ -144,6 +140,8 @@ export class EditPanel {
     this.model = model;
     this.picker.isOn = Boolean(model) && state('tab') === 'edit';
     this.picker.clear();
+    this.picker.hover(null);
+    this.tools.show();
     if (!this.picker.isOn || model.meshes.length === 0) return;
     const isText = model.format === 'tweend' && model.bytes < DOCUMENT_MOST;
     try {
@@ -158,6 +156,7 @@ export class EditPanel {
     this.showSteps();
     this.showEdits();
     this.body.hidden = false;
+    this.hint.hidden = true;
     await this.openCage();
   }
 
@@ -170,6 +169,7 @@ export class EditPanel {
     this.edits = (this.document ? this.document.meshes[this.mesh].edits : this.kept) ?? [];
     this.text.value = printEdits(this.edits);
     this.onEdits();
+    this.showShape();
     this.showSides();
     const [path, body] = this.document ? ['v1/models', this.documentWith(this.edits)]
       : [`v1/models/${this.source}/edits`, { mesh: meshName(this.model, this.mesh), edits: this.edits }];
@@ -185,49 +185,46 @@ export class EditPanel {
     if (this.model !== model || this.viewport.cage !== cage) return;
     this.picker.close();
     this.picker.setCages(cages, cage.bearers);
-    this.select(this.selection);
+    this.selection.set(this.selection.value);
+    this.tools.show();
   }
 
   // ---- selecting ----
 
   choose(kind) {
-    this.kind = this.picker.kind = kind;
+    this.selection.choose(kind);
     KINDS.forEach(([name], i) => this.kinds[i].setAttribute('aria-pressed', name === kind));
-    const offered = EDITS.filter(({ of }) => of.includes(kind) || of.length === 0);
+    for (const button of this.changes) button.hidden = kind !== 'edges' && ['loop', 'ring'].includes(button.dataset.name);
+    const offered = EDITS.filter(({ of }) => of.includes(kind));
     const isPlain = ({ parameters }) => Object.keys(parameters).length === 0;
     this.buttons.replaceChildren(...offered.filter((form) => !isPlain(form)).map((form) => this.row(form)),
       make('div', { className: 'parameters' }, ...offered.filter(isPlain).map((form) => this.row(form))));
-    this.select([]);
   }
 
   /** The index of the picker's object that shows the mesh; -1 when there is none. */
   get object() {
-    return !this.model ? -1 : this.picker.objects.findIndex(({ mesh }) => mesh === this.mesh);
+    return !this.model ? -1 : this.picker.objects.findIndex(({ index }) => index === this.mesh);
   }
 
-  select(selection) {
-    const list = this.object < 0 ? [] : this.picker.resolve(this.object, selection);
-    this.selection = this.object >= 0 && Array.isArray(selection) ? list : selection;
-    this.chosen.value = JSON.stringify(this.selection);
-    this.picker.draw(this.object, list);
-    const words = KINDS.find(([kind]) => kind === this.kind)[1].toLowerCase();
-    const name = this.model?.meshes.length > 1 ? ` of ${this.model.meshes[this.mesh].name ?? `mesh ${this.mesh}`}` : '';
-    if (!list) return this.say(`The daemon finds these ${words}${name}.`);
-    this.say(list.length > 0 ? `${plural(list.length, words.slice(0, -1))}${name}` : `Click ${words} in the viewport, with Shift more of them; N and P step through them.`);
+  showSelection() {
+    if (!this.chosen) return; // while it is built
+    this.chosen.value = JSON.stringify(this.selection.value);
+    this.say(this.selection.say(this.model?.meshes.length > 1 ? this.model.meshes[this.mesh].name ?? `mesh ${this.mesh}` : ''));
+    this.tools.place();
   }
 
   say(text) {
     this.said.textContent = text;
   }
 
-  pick(object, element, more) {
-    if (element === null) return more || this.select([]);
-    const { mesh } = this.picker.objects[object];
-    const isOther = mesh !== this.mesh;
-    if (isOther) this.turnTo(mesh);
-    if (!more || isOther || !Array.isArray(this.selection)) return this.select([element]);
-    const others = this.selection.filter((known) => !isSame(known, element));
-    this.select(others.length < this.selection.length ? others : [...others, element]);
+  /** Shift adds, as a tap does, which has no Shift; Alt takes the loop of an edge, with Ctrl its ring. */
+  pick(object, element, { shiftKey, altKey, ctrlKey, pointerType }) {
+    const more = shiftKey || pointerType === 'touch';
+    if (element === null) return more || this.selection.set([]);
+    const { index } = this.picker.objects[object];
+    const isOther = index !== this.mesh;
+    if (isOther) this.turnTo(index);
+    return this.selection.pick(element, { more: more && !isOther, by: altKey ? (ctrlKey ? 'ring' : 'loop') : undefined });
   }
 
   /** Switches to another mesh. A list in the URL belongs to one mesh, so the next one starts with the model as it
@@ -243,9 +240,9 @@ export class EditPanel {
   type() {
     const text = this.chosen.value.trim();
     try {
-      this.select(text ? JSON.parse(text) : []);
+      this.selection.set(text ? JSON.parse(text) : []);
     } catch {
-      this.select(text);
+      this.selection.set(text);
     }
   }
 
@@ -254,10 +251,7 @@ export class EditPanel {
     const by = { n: 1, p: -1 }[event.key.toLowerCase()];
     if (!by || !this.picker.isOn || this.object < 0 || event.ctrlKey || event.metaKey || event.altKey) return;
     event.preventDefault();
-    const all = this.picker.resolve(this.object, 'all');
-    const last = Array.isArray(this.selection) ? all.findIndex((element) => this.selection.length > 0 && isSame(element, this.selection.at(-1))) : -1;
-    const next = all.at((last < 0 ? (by > 0 ? 0 : -1) : last + by) % all.length);
-    this.select(event.shiftKey && Array.isArray(this.selection) ? [...this.selection.filter((known) => !isSame(known, next)), next] : [next]);
+    this.selection.step(by, event.shiftKey);
   }
 
   // ---- edits ----
@@ -274,10 +268,22 @@ export class EditPanel {
   }
 
   edit(form, parameters) {
-    const isNone = Array.isArray(this.selection) && this.selection.length === 0;
-    if (form.of.length > 0 && isNone) return this.say(`Select ${this.kind} first.`);
-    if (form.edit === 'loop_cut' && !Array.isArray(this.selection)) return this.say('A loop cut is of one edge.');
-    return this.apply([...this.edits, editOf(form, parameters, this.kind, this.selection)], form);
+    const { kind, value, isEmpty } = this.selection;
+    if (form.of.length > 0 && isEmpty) return this.say(`Select ${wordsOf(kind).toLowerCase()} first.`);
+    if (form.edit === 'loop_cut' && !Array.isArray(value)) return this.say('A loop cut is of one edge.');
+    return this.apply([...this.edits, editOf(form, parameters, kind, value)], form);
+  }
+
+  deleteSelected() {
+    return this.edit(EDITS.find(({ edit }) => edit === 'delete'), {});
+  }
+
+  /** Applies an edit that a hand made; its preview stays until the daemon has answered. */
+  async applyByHand(edit) {
+    const { kind, value } = this.selection;
+    const whole = edit.edge ? edit : { edit: edit.edit, [kind]: value, ...edit };
+    const isDone = await this.apply([...this.edits, whole], EDITS.find((form) => form.edit === edit.edit));
+    if (!isDone) this.picker.show(this.object, null);
   }
 
   applyText() {
@@ -322,10 +328,10 @@ export class EditPanel {
     const made = edits.length === 0 ? { id: await this.original() }
       : isKept ? await tweend.edit(source, edits, { mesh: meshName(this.model, this.mesh), name })
         : await this.upload(this.documentWith(edits), name);
-    if (!stays) this.selection = [];
-    await this.models.load();
+    if (!stays) this.selection.value = [];
     this.steps.go({ model: made.id, from: isKept ? source : '', edits: isKept ? JSON.stringify(edits) : '',
       quads: isKept ? 'auto' : state('quads'), beside: edits.length > 0 ? state('beside') : '', ...shown });
+    this.models.load();
     return made;
   }
 
@@ -347,8 +353,9 @@ export class EditPanel {
   showSteps() {
     const { faces, bounds: { min, max } } = this.model.meshes[this.mesh];
     const size = Math.hypot(...max.map((value, i) => value - min[i]));
+    this.scan.open = isScan(this.model, this.mesh);
     for (const step of this.cleaning) {
-      const { labels, read } = fieldsOf(step.form.parameters({ faces, size }), `Clean up, ${step.form.edit}`);
+      const { labels, read } = fieldsOf(step.form.parameters({ faces, size }), `Clean up, ${wordsOf(step.form.edit).toLowerCase()}`);
       step.read = read;
       step.values.replaceChildren(...labels);
     }

@@ -3,14 +3,20 @@ import { Animation } from './animation.js';
 import { Beside } from './beside.js';
 import { Cage, creaseColour, creasesOf, FEW, MANY } from './cage.js';
 import { download, tweend, withKey } from './client.js';
-import { byId, bytes, count, fixed, make, plural } from './dom.js';
+import { ClipPanel } from './clip_panel.js';
+import { borrowed, clipsOf, isCharacter, isMotion } from './clips.js';
+import { byId, bytes, count, fixed, make, menu, plural } from './dom.js';
 import { EditPanel } from './edit_panel.js';
+import { showKeys } from './keys.js';
+import { Look } from './look.js';
 import { Models } from './models.js';
 import { busy, fail } from './notices.js';
+import { Outliner } from './outliner.js';
 import { RotationPanel } from './rotation_panel.js';
 import { confirmLarge, ScriptsPanel } from './scripts_panel.js';
 import { SculptPanel } from './sculpt_panel.js';
-import { change, firstOf, isStep, note, openOther, shows, state, SURFACE, surfaceOptions, toggle, watch } from './state.js';
+import { Splitter } from './splitter.js';
+import { change, firstOf, isStep, note, openOther, setUsual, shows, state, SURFACE, surfaceOptions, toggle, watch } from './state.js';
 import { Steps } from './steps.js';
 import { SurfacePanel } from './surface_panel.js';
 import { Timeline } from './timeline.js';
@@ -20,9 +26,11 @@ const CAGE_MOST = 200000; // edges of the largest cage that is drawn without ask
 const SMALL = 100000; // edges of the largest level that is loaded without asking for its size first: some megabytes
 const FIRST_MOST = 200000; // faces of the level that a model opens with
 const COUNTS_AFTER = 1000; // ms
+const THUMBNAIL = { width: 112, height: 84, type: 'image/webp' };
+const CAGE_USUAL = 2000; // edges of the largest cage that is shown unasked
 const CAGE = ['creases', 'details', 'quads']; // the state that determines the cage
 const OVERLAYS = [['surface', 'Surface'], ['cage', 'Cage'], ['points', 'Points'], ['wireframe', 'Wireframe'], ['normals', 'Normals'],
-  ['skeleton', 'Skeleton'], ['uv', 'UV'], ['follow', 'Follow']];
+  ['skeleton', 'Skeleton'], ['uv', 'UV'], ['trail', 'Trail'], ['floor', 'Floor'], ['follow', 'Follow']];
 const TABS = [['models', 'Models'], ['surface', 'Surface'], ['edit', 'Edit'], ['sculpt', 'Sculpt'], ['animation', 'Rotation'], ['scripts', 'Scripts']];
 
 // ---- tabs ----
@@ -68,6 +76,8 @@ const timeline = new Timeline(animation);
 const models = new Models(panels.models);
 const steps = new Steps(viewport);
 const surface = new SurfacePanel(panels.surface);
+const clipPanel = new ClipPanel(panels.animation, { animation, timeline, models });
+const outliner = new Outliner(panels.surface);
 const rotation = new RotationPanel(panels.animation, { viewport, animation, timeline });
 const beside = new Beside({ viewport, loadCage, onShow: () => {
   animation.pose();
@@ -89,6 +99,8 @@ function showTheme() {
   viewport.setTheme(theme);
 }
 dark.addEventListener('change', showTheme);
+byId('help').addEventListener('click', showKeys);
+new Splitter();
 byId('theme').addEventListener('click', () => change({ theme: document.documentElement.dataset.theme === 'dark' ? 'light' : 'dark' }));
 
 let model = null; // description of the shown model
@@ -97,6 +109,7 @@ let loadingCage = null;
 let isLargeWanted = false; // the user asked for the model's large cage
 let shown = null; // the state of the shown surface
 let framed = null; // id of the model that the camera was moved to
+let parts = null; // the parsed surface
 
 // ---- the camera ----
 
@@ -134,6 +147,7 @@ function showSteps() {
   if (isHere) (undo.disabled ? redo : undo).focus(); // what is disabled has no focus
 }
 steps.onChange = edit.onEdits = showSteps;
+steps.onStep = (from, made) => models.lineages.add(made, from);
 showSteps();
 
 const chips = OVERLAYS.map(([name, text]) => {
@@ -141,10 +155,41 @@ const chips = OVERLAYS.map(([name, text]) => {
   chip.dataset.name = name;
   return chip;
 });
-byId('shown').append(undo, redo, ...chips, make('button', { type: 'button', className: 'chip', id: 'frame', title: 'F', onclick: () => frameAnew() }, 'Frame'));
+const look = new Look(viewport, () => models.nameOf(model ?? {}));
+const plus = make('button', { type: 'button', className: 'chip', 'aria-label': 'New shape', title: 'New shape' }, '+');
+byId('shown').append(plus, undo, redo, ...chips, make('button', { type: 'button', className: 'chip', id: 'frame', title: 'F', onclick: () => frameAnew() }, 'Frame'), look.button);
+for (const button of [plus, byId('empty-shape')]) menu(button, 'Shapes', edit.shapes);
+
+/** What there is of the model to be shown. */
+function isThere(name) {
+  if (!model) return true;
+  const { meshes, nodes, clips } = model;
+  const some = (test) => meshes.some(test);
+  switch (name) {
+    case 'uv': return some((mesh) => mesh.uv_sets > 0);
+    case 'points': return some((mesh) => mesh.extraordinary_vertices > 0);
+    case 'skeleton': return nodes.length > 1;
+    case 'trail': case 'follow': return clips.length > 0 || borrowed().length > 0;
+    default: return meshes.length > 0;
+  }
+}
+
+/** Chooses what flatters: no cage over triangles, textures and many edges, unless it is edited. */
+function chooseUsual() {
+  const meshes = model?.meshes ?? [];
+  const isAllTriangles = meshes.length > 0 && meshes.every(({ faces, face_sizes: sizes, paired_quads: pairs }) => faces > 0 && sizes[3] === faces && !pairs);
+  const isDense = meshes.reduce((sum, mesh) => sum + mesh.edges, 0) > CAGE_USUAL;
+  const isPlain = !isDense && !isAllTriangles && !parts?.materials.some(({ isTextured }) => isTextured);
+  const wantsCage = meshes.length > 0 && (isPlain || (state('tab') === 'edit' && !isDense));
+  setUsual(['surface', 'floor', 'follow', ...(wantsCage ? ['cage', 'points'] : [])]);
+}
 
 function showOverlays() {
-  for (const chip of chips) chip.setAttribute('aria-pressed', shows(chip.dataset.name));
+  chooseUsual();
+  for (const chip of chips) {
+    chip.setAttribute('aria-pressed', shows(chip.dataset.name));
+    chip.hidden = !isThere(chip.dataset.name);
+  }
   const follows = viewport.shown.has('follow');
   viewport.show(new Set(OVERLAYS.map(([name]) => name).filter(shows)));
   if (state('view') && model && follows !== shows('follow')) viewport.onView(); // a view is relative to what it follows
@@ -227,7 +272,7 @@ async function openModel() {
   loading?.abort();
   loadingCage?.abort();
   animation.close();
-  model = shown = framed = null;
+  model = shown = framed = parts = null;
   isLargeWanted = false;
   rotation.clearGhosts();
   if (!isStep()) clear();
@@ -251,6 +296,7 @@ async function openModel() {
     if (state('model') !== id) return;
     if (state('level') === firstOf(['level']).level) change({ level: firstLevel(described) });
     model = described;
+    showOverlays();
     models.tell(model);
   } catch (error) {
     if (state('model') !== id || loading !== controller) return;
@@ -260,14 +306,16 @@ async function openModel() {
   } finally {
     task.done();
   }
-  byId('subject').textContent = model.name || id;
-  document.title = `${model.name || id} – tweend`;
+  byId('subject').textContent = models.nameOf(model);
+  document.title = `${models.nameOf(model)} – tweend`;
   const opened = Promise.all([openSurface(), openCage(model), openClip()]); // started first: a browser has six connections
   edit.open(model);
   await Promise.race([opened, new Promise((resolve) => setTimeout(resolve, COUNTS_AFTER))]);
   if (state('model') === id) surface.count(); // the picture has priority
   await opened;
-  if (model?.id === id) frame(); // again, since the cage may be larger, or the pose another
+  if (model?.id !== id) return;
+  frame(); // again, since the cage may be larger, or the pose another
+  if (!models.lineages.pictures[id] && shown) viewport.picture(THUMBNAIL).then((url) => models.keepPicture(id, url));
 }
 
 /** After a level that was refused, cancelled or broken: the picture that is there, else the control mesh, else a word. */
@@ -301,7 +349,10 @@ async function openSurface() {
     const parsed = await parse(await answer.blob.arrayBuffer());
     signal.throwIfAborted();
     shown = Object.fromEntries(SURFACE.map((name) => [name, state(name)]));
+    parts = parsed;
     viewport.setModel(parsed, options);
+    showOverlays();
+    outliner.open(model, parsed.materials);
     sculpt.open(model, parsed, counts.level);
     surface.tell(answer);
     animation.pose();
@@ -360,18 +411,32 @@ async function openCage(described) {
   }
 }
 
-function openClip() {
-  const clip = model.clips.find(({ name }) => name === state('clip')) ?? model.clips[0] ?? null;
-  const opened = animation.open(model, clip);
-  timeline.open(model, clip);
+async function openClip() {
+  const shownModel = model;
+  const clips = await clipsOf(model);
+  if (model !== shownModel) return;
+  const named = (name) => clips.find(({ value }) => value === name) ?? null;
+  const clip = named(state('clip')) ?? clips[0] ?? null;
+  const opened = animation.open(model, clip, clip && named(state('blend')));
+  timeline.open(model, clip, clips);
   rotation.open();
-  return opened;
+  clipPanel.open(clips);
+  await opened;
+  clipPanel.show();
 }
+
+/** A dropped file of nothing but clips plays on the character that is shown. */
+models.onDrop = async (dropped) => {
+  if (!model || !isMotion(dropped) || !isCharacter(model)) return false;
+  change({ borrowed: [...new Set([...borrowed(), dropped.id])].join(','), clip: `${dropped.id}/${dropped.clips[0].name}`, t: 0, tab: 'animation' });
+  return true;
+};
 
 watch((names) => {
   if (names.has('tab')) {
     showTab();
     showSteps();
+    showOverlays();
   }
   if (names.has('theme')) showTheme();
   if (names.has('show')) showOverlays();
@@ -379,18 +444,19 @@ watch((names) => {
   else if (SURFACE.some((name) => names.has(name))) openSurface();
   if (CAGE.some((name) => names.has(name)) && !names.has('model') && model) openCage(model);
   if (names.has('view') && model && !names.has('model')) frame();
-  if (names.has('clip') && !names.has('model') && model) openClip();
+  if (['clip', 'blend', 'borrowed'].some((name) => names.has(name)) && !names.has('model') && model) openClip();
 });
 
 addEventListener('keydown', (event) => {
-  const isTyping = event.target.matches('input:not([type=range], [type=checkbox]), textarea') || event.target.closest('dialog');
+  const isTyping = event.target.matches('input:not([type=range], [type=checkbox]), textarea') || event.target.closest('dialog, [role=menu]');
   if ((event.ctrlKey || event.metaKey) && !event.altKey && event.key.toLowerCase() === 'z' && !isTyping) {
     event.preventDefault();
     goThroughSteps(!event.shiftKey);
     return;
   }
-  if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest('input, select, textarea, dialog')) return;
+  if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest('input, select, textarea, dialog, [role=menu]')) return;
   if (event.key === 'f' || event.key === 'F') frameAnew();
+  else if (event.key === '?') showKeys();
   else if (event.key === ' ' && !event.target.closest('button, a, [role=tab]')) timeline.toggle();
   else return;
   event.preventDefault();

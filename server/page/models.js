@@ -1,12 +1,17 @@
-// The list of models, and uploads: by a file dialog, or by dropping files anywhere.
+// The list of models: one entry for each work, with its versions.
+import { html, nothing, render } from 'lit-html';
+import { repeat } from 'lit-html/directives/repeat.js';
+
 import { tweend, withKey } from './client.js';
-import { ask, byId, bytes, make } from './dom.js';
-import { explain, fail } from './notices.js';
-import { change, openOther, state, watch } from './state.js';
+import { ask, byId, bytes, make, plural } from './dom.js';
+import { Lineages } from './lineages.js';
+import { fail } from './notices.js';
+import { openOther, state, watch } from './state.js';
+import { Uploads } from './uploads.js';
 
 const PAGE = 100;
-const ASIDES = /\.(mtl|png|jpe?g|webp|tga|bmp|tiff?)$/i; // files that an OBJ refers to
-const SUFFIXES = '.glb,.gltf,.bin,.png,.jpg,.jpeg,.webp,.obj,.stl,.ply,.bvh,.json';
+const UNDO_MS = 10000;
+const SEARCH_FROM = 8; // entries from which on a field to search in them is shown
 
 /** The name by which requests find a mesh; undefined when the model has only one. */
 export const meshName = ({ meshes }, mesh) => (meshes.length > 1 ? meshes[mesh].name ?? `mesh_${mesh}` : undefined);
@@ -14,106 +19,37 @@ export const meshName = ({ meshes }, mesh) => (meshes.length > 1 ? meshes[mesh].
 /** The name of a model without the suffix for its edits. */
 export const stemOf = ({ name }) => (name ?? '').replace(/, (\d+ edits?|sculpted)$/, '');
 
+/** When a version was made, in words. */
+function when(at) {
+  const date = new Date(at);
+  const isToday = date.toDateString() === new Date().toDateString();
+  return date.toLocaleString([], isToday ? { timeStyle: 'short' } : { dateStyle: 'medium' });
+}
+
 export class Models {
   constructor(panel) {
-    this.input = make('input', { type: 'file', multiple: true, accept: SUFFIXES, className: 'hidden', tabIndex: -1, 'aria-label': 'Files to upload' });
-    this.input.addEventListener('change', () => {
-      this.upload([...this.input.files]);
-      this.input.value = '';
+    this.lineages = new Lineages(tweend.base);
+    this.listed = [];
+    this.onDrop = async () => false; // whether a stored model goes onto the shown one, in place of being opened
+    this.uploads = new Uploads(async (model) => {
+      this.lineages.add(model.id);
+      await this.load();
+      return this.onDrop(model);
     });
-    const choose = make('button', { type: 'button', className: 'primary', onclick: () => this.input.click() }, 'Upload');
-    this.progress = make('div', { className: 'uploads' });
     this.warnings = make('div', { role: 'status' });
+    this.search = make('input', { type: 'search', placeholder: 'Search', 'aria-label': 'Search models', hidden: true, oninput: () => this.show() });
     this.list = make('ul', { className: 'models' });
+    this.gone = make('div', { className: 'gone', role: 'status' });
     this.more = make('button', { type: 'button', className: 'quiet wide', hidden: true, onclick: () => this.load(true) }, 'More');
     panel.append(
-      make('div', { className: 'row' }, make('h2', {}, 'Models'), make('span', { className: 'space' }), choose, this.input),
-      make('p', { className: 'dim' }, 'Drop files anywhere: GLB, glTF with its files, OBJ, STL, PLY, BVH, tweend JSON.'),
-      this.progress, this.warnings, this.list, this.more);
-    byId('empty-choose').addEventListener('click', () => this.input.click());
-    this.catchDrops();
+      make('div', { className: 'row' }, make('h2', {}, 'Models'), make('span', { className: 'space' }), this.uploads.button, this.uploads.input),
+      make('p', { className: 'dim' }, 'Drop files anywhere: GLB, glTF with its files, OBJ, STL, PLY, BVH, VRM, tweend JSON.'),
+      this.uploads.progress, this.warnings, this.search, this.gone, this.list, this.more);
+    addEventListener('pagehide', () => this.finishRemoval());
     watch((names) => {
       if (names.has('model')) this.warnings.replaceChildren();
-      if (names.has('model') || names.has('tab')) this.mark();
+      if (names.has('model') || names.has('tab')) this.show();
     });
-  }
-
-  catchDrops() {
-    const drop = byId('drop');
-    const hasFiles = (event) => [...(event.dataTransfer?.types ?? [])].includes('Files');
-    let depth = 0;
-    addEventListener('dragenter', (event) => {
-      if (!hasFiles(event)) return;
-      depth++;
-      drop.hidden = false;
-    });
-    addEventListener('dragleave', (event) => {
-      if (hasFiles(event) && --depth <= 0) drop.hidden = true;
-    });
-    addEventListener('dragover', (event) => hasFiles(event) && event.preventDefault());
-    addEventListener('drop', (event) => {
-      if (!hasFiles(event)) return;
-      event.preventDefault();
-      depth = 0;
-      drop.hidden = true;
-      this.upload([...event.dataTransfer.files]);
-    });
-  }
-
-  /** Uploads files: together as one model when one of several is a glTF, or when all but one GLB are no models, else
-   *  as one model each. Leaves out the material files of an OBJ. */
-  upload(files) {
-    const asides = files.some(({ name }) => /\.obj$/i.test(name)) ? files.filter(({ name }) => ASIDES.test(name)) : [];
-    if (asides.length > 0) {
-      const names = asides.map(({ name }) => name).join(', ');
-      this.note('problem', `Left out: ${names}`, make('p', {}, 'Of an OBJ the names of its materials are kept, not their colours and textures. Export GLB to keep those.'));
-      return this.upload(files.filter((file) => !asides.includes(file)));
-    }
-    const models = files.filter(({ name }) => /\.(glb|gltf|obj|stl|ply|json)$/i.test(name));
-    const main = files.find(({ name }) => /\.gltf$/i.test(name)) ?? (models.length === 1 && /\.glb$/i.test(models[0].name) ? models[0] : null);
-    if (main && files.length > 1) return this.send(files, main.name);
-    return files.reduce((before, file) => before.then(() => this.send(file, file.name)), Promise.resolve());
-  }
-
-  async send(source, name) {
-    const controller = new AbortController();
-    const bar = make('progress', { max: 1, value: 0, 'aria-label': `Upload of ${name}` });
-    const said = make('span', { className: 'dim' }, 'sending');
-    const cancel = make('button', { type: 'button', className: 'small', onclick: () => controller.abort() }, 'Cancel');
-    const row = make('div', { className: 'upload' }, make('span', { className: 'name' }, name), said, cancel, bar);
-    this.progress.append(row);
-    change({ tab: 'models' });
-    const onProgress = (loaded, total) => {
-      bar.value = total ? loaded / total : 0;
-      said.textContent = loaded < total ? `${bytes(loaded)} of ${bytes(total)}` : 'reading';
-    };
-    try {
-      const model = await withKey(() => tweend.upload(source, { name, onProgress, signal: controller.signal }));
-      row.remove();
-      await this.load();
-      openOther(model.id);
-    } catch (error) {
-      row.remove();
-      if (error.name === 'AbortError') return;
-      this.note('problem', `${name} was refused`, ...explain(error), ...(await this.place(source, error)));
-    }
-  }
-
-  /** Shows a note above the list until it is closed. */
-  note(className, title, ...content) {
-    const note = make('div', { className, role: 'alert' }, make('h3', {}, title), ...content);
-    note.prepend(make('button', { type: 'button', className: 'close', 'aria-label': 'Close', onclick: () => note.remove() }, '×'));
-    this.progress.append(note);
-  }
-
-  /** The lines of a text file around the one that the error names. */
-  async place(source, { line }) {
-    if (!line || !(source instanceof Blob) || source.size > 32e6) return [];
-    const lines = (await source.text()).split('\n');
-    const rows = [];
-    for (let i = Math.max(1, line - 2); i <= Math.min(lines.length, line + 2); i++)
-      rows.push(make('div', { className: i === line ? 'here' : '' }, make('i', {}, String(i)), (lines[i - 1] ?? '').slice(0, 120) || ' '));
-    return [make('pre', { tabIndex: 0, 'aria-label': `Lines round line ${line}` }, ...rows)];
   }
 
   async load(more = false) {
@@ -128,48 +64,95 @@ export class Models {
         return found;
       });
       this.last = models.at(-1)?.id; // the daemon lists in the order of ids
-      this.known = (more ? [...this.known, ...models] : models).sort((a, b) => (a.name ?? '').localeCompare(b.name ?? ''));
+      this.listed = more ? [...this.listed, ...models] : models;
       this.more.hidden = models.length < PAGE;
       this.show();
     } catch (error) {
-      this.known ??= [];
       fail('The models cannot be listed', error, () => this.load(more));
     }
-    byId('empty').hidden = this.known.length > 0 || state('model') !== '';
+    byId('empty').hidden = this.listed.length > 0 || state('model') !== '';
+  }
+
+  get works() {
+    const ids = this.removal?.ids ?? [];
+    return this.lineages.group(this.listed.filter(({ id }) => !ids.includes(id)), this.more.hidden);
   }
 
   show() {
-    const { scrollTop } = this.list;
-    this.list.replaceChildren(...this.known.map((model) => this.row(model)));
-    this.list.scrollTop = scrollTop;
-    this.mark();
+    const { works } = this;
+    const wanted = this.search.value.trim().toLowerCase();
+    this.search.hidden = works.length < SEARCH_FROM && !wanted;
+    render(repeat(works.filter(({ name }) => name.toLowerCase().includes(wanted)), ({ versions }) => versions[0].id, (work) => this.#entry(work)), this.list);
+    const [row, list] = [this.list.querySelector('[aria-current]'), this.list].map((element) => element?.getBoundingClientRect());
+    if (row && state('model') !== this.scrolledTo && (row.top < list.top || row.bottom > list.bottom)) // scroll only the list
+      this.list.scrollTop += (row.top + row.bottom - list.top - list.bottom) / 2;
+    this.scrolledTo = state('model');
   }
 
-  row({ id, name, format, bytes: size }) {
-    const open = make('button', { type: 'button', className: 'model', onclick: () => openOther(id) },
-      make('span', { className: 'name' }, name || id.slice(0, 8)), make('span', { className: 'dim' }, `${format} · ${bytes(size)}`));
-    open.dataset.id = id;
-    const remove = make('button', { type: 'button', className: 'close', 'aria-label': `Delete ${name || id}`, onclick: () => this.remove(id, name || id) }, '×');
-    return make('li', {}, open, remove);
+  #entry({ id, name, format, bytes: size, at, picture, versions }) {
+    const isShown = versions.some((version) => version.id === state('model'));
+    const facts = [format, size === undefined ? null : bytes(size), at && when(at)].filter(Boolean).join(' · ');
+    const version = (one, i) => html`<li><button type="button" class="version" aria-current=${one.id === state('model') ? 'true' : nothing}
+      @click=${() => openOther(one.id)}>${i + 1}. ${one.name ?? one.id.slice(0, 8)}<span class="dim">${one.at ? when(one.at) : ''}</span></button></li>`;
+    return html`<li>
+      <div class="row">
+        <button type="button" class="model" data-id=${id} aria-current=${isShown ? 'true' : nothing} @click=${() => isShown || openOther(id)}>
+          ${picture ? html`<img class="thumbnail" src=${picture} alt="" width="56" height="42">` : html`<span class="thumbnail" aria-hidden="true">${format}</span>`}
+          <span class="about"><span class="name">${name}</span><span class="dim">${facts}</span></span>
+        </button>
+        <button type="button" class="close" aria-label="Rename ${name}" title="Rename" @click=${() => this.rename(id, name)}>✎</button>
+        <button type="button" class="close" aria-label="Delete ${name}" title="Delete" @click=${() => this.remove(versions, name)}>×</button>
+      </div>
+      ${versions.length > 1 ? html`<details class="versions"><summary>${plural(versions.length, 'version')}</summary><ol>${versions.map(version).reverse()}</ol></details>` : nothing}
+    </li>`;
   }
 
-  async remove(id, name) {
-    const at = this.known.findIndex((model) => model.id === id);
-    const about = make('p', {}, 'The daemon forgets it, and addresses that show it find nothing.');
-    if (!(await ask({ title: `Delete ${name}?`, content: [about], confirm: 'Delete' }))) return;
-    const focusNear = () => this.list.querySelectorAll('.model')[Math.min(at, this.known.length - 1)]?.focus();
-    this.known = this.known.filter((model) => model.id !== id);
+  async rename(id, name) {
+    const input = make('input', { type: 'text', value: name, 'aria-label': 'Name' });
+    const about = make('p', {}, 'The name is kept in this browser; the daemon keeps the one that the model came with.');
+    const given = await ask({ title: `Rename ${name}`, content: [about, input], confirm: 'Rename', read: () => input.value.trim() });
+    if (given === null) return;
+    this.lineages.rename(id, given);
     this.show();
-    focusNear();
-    if (state('model') === id) openOther(this.first()); // leave it first: requests for it would fail
-    try {
-      await withKey(() => tweend.remove(id));
-    } catch (error) {
-      fail(`${name} cannot be deleted`, error);
+  }
+
+  /** Takes a work from the list; the daemon forgets it when the time to undo is over. */
+  remove(versions, name) {
+    this.finishRemoval();
+    const at = this.works.findIndex((work) => work.versions[0].id === versions[0].id);
+    const ids = versions.map(({ id }) => id);
+    const isShown = ids.includes(state('model'));
+    const shown = state('model');
+    this.removal = { ids, name, timer: setTimeout(() => this.finishRemoval(), UNDO_MS) };
+    this.gone.replaceChildren(`${name} is deleted. `, make('button', { type: 'button', className: 'small', onclick: () => {
+      clearTimeout(this.removal?.timer);
+      this.removal = null;
+      this.gone.replaceChildren();
+      this.show();
+      if (isShown) openOther(shown);
+    } }, 'Undo'));
+    if (isShown) openOther(this.first()); // leave it first: requests for it would fail
+    this.show();
+    const buttons = this.list.querySelectorAll('.model');
+    buttons[Math.min(at, buttons.length - 1)]?.focus();
+  }
+
+  /** Deletes what was removed, now. */
+  async finishRemoval() {
+    if (!this.removal) return;
+    const { ids, name, timer } = this.removal;
+    clearTimeout(timer);
+    this.removal = null;
+    this.listed = this.listed.filter(({ id }) => !ids.includes(id));
+    this.lineages.forget(ids);
+    this.gone.replaceChildren();
+    for (const id of ids) {
+      try {
+        await withKey(() => tweend.remove(id, { keepalive: true }));
+      } catch (error) {
+        if (error.status !== 404) fail(`${name} cannot be deleted`, error); // a version may have gone before
+      }
     }
-    const isHere = this.list.contains(document.activeElement);
-    await this.load();
-    if (isHere) focusNear();
   }
 
   /** Shows the warnings of the shown model: more than two behind their number. */
@@ -179,19 +162,20 @@ export class Models {
     this.warnings.replaceChildren(...(lines.length > 2 ? [many()] : lines));
   }
 
-  mark() {
-    for (const button of this.list.querySelectorAll('.model')) {
-      if (button.dataset.id === state('model')) {
-        button.setAttribute('aria-current', 'true');
-        const [row, list] = [button, this.list].map((element) => element.getBoundingClientRect()); // scroll only the list
-        if (row.top < list.top || row.bottom > list.bottom) this.list.scrollTop += (row.top + row.bottom - list.top - list.bottom) / 2;
-      }
-      else button.removeAttribute('aria-current');
-    }
+  /** Keeps a picture of the shown model. */
+  keepPicture(id, url) {
+    this.lineages.setPicture(id, url);
+    this.show();
+  }
+
+  /** The name of a model in the list. */
+  nameOf({ id, name }) {
+    return this.lineages.of(id)?.name ?? name ?? id;
   }
 
   /** The id of the model to show first: the animated sample, else the first model. */
   first() {
-    return (this.known?.find(({ name }) => name === 'tank.json') ?? this.known?.[0])?.id ?? '';
+    const { works } = this;
+    return (works.find(({ name }) => name === 'tank.json') ?? works[0])?.id ?? '';
   }
 }

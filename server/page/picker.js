@@ -1,25 +1,28 @@
-// Picks faces, edges and points of the control cage in the viewport. Their indices are those that edits use.
+// Picks faces, edges and points of the control cage in the viewport, by a click or a box, and highlights them. Their
+// indices are those that edits use.
 import {
-  BufferGeometry, DoubleSide, Float32BufferAttribute, Mesh, MeshBasicMaterial, Points, PointsMaterial, Raycaster, Vector2, Vector3,
+  BufferGeometry, DoubleSide, Float32BufferAttribute, Group, Mesh, MeshBasicMaterial, Points, PointsMaterial, Raycaster, Vector2, Vector3,
 } from 'three';
 import { LineMaterial } from 'three/addons/lines/LineMaterial.js';
 import { LineSegments2 } from 'three/addons/lines/LineSegments2.js';
 import { LineSegmentsGeometry } from 'three/addons/lines/LineSegmentsGeometry.js';
 
+import { CageMesh } from './cage_mesh.js';
 import { polygonsOf } from './polygons.js';
 
-const COLOUR = 0xf08a00;
+const COLOURS = { selected: 0xf08a00, hovered: 0x2f7de1 };
 const STILL = 5;  // pixels that the pointer may move during a click
 const REACH = 7;  // pixels beside the cage at which a click still hits it
 const AROUND = [[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]];
 const MESSAGE = { depthTest: false, transparent: true };
+const HOVERED_MOST = 60000; // triangles of the largest cage whose elements are highlighted under the pointer
 
-/** The meshes of a GLB of level 0 with polygons=ngon, as edits see them: [{points: [Vector3], faces: [[point]]}]. */
+/** The meshes of a GLB of level 0 with polygons=ngon, as edits see them: [CageMesh]. */
 export function readCages(parser) {
   const array = async (accessor) => (accessor === undefined ? null : (await parser.getDependency('accessor', accessor)).array);
   return Promise.all((parser.json.meshes ?? []).map(async ({ primitives: all, extras }) => {
     const primitives = all.filter(({ mode = 4 }) => mode === 4); // triangles only: an uploaded file may have lines and points too
-    if (primitives.length === 0) return { points: [], faces: [] };
+    if (primitives.length === 0) return new CageMesh({ points: [], faces: [] });
     const pointOf = await array(extras?.tweend?.points); // the point of each vertex: UVs split points
     const faceAt = await array(extras?.tweend?.faces); // the face of each polygon: primitives group faces by material, and holes come last
     const position = await parser.getDependency('accessor', primitives[0].attributes.POSITION); // shared by all primitives
@@ -28,66 +31,147 @@ export function readCages(parser) {
     for (const { indices } of [...primitives, ...(extras?.tweend?.holes ?? [])]) {
       for (const polygon of polygonsOf(await array(indices))) {
         const face = polygon.map((vertex) => pointOf?.[vertex] ?? vertex);
-        face.forEach((point, i) => (points[point] ??= new Vector3().fromBufferAttribute(position, polygon[i])));
+        face.forEach((point, i) => (points[point] ??= [0, 1, 2].map((k) => position.getComponent(polygon[i], k))));
         faces[faceAt?.[count] ?? count] = face;
         count++;
       }
     }
-    return { points: Array.from(points, (point) => point ?? new Vector3()), faces }; // an uploaded file may have points without faces
+    return new CageMesh({ points: Array.from(points, (point) => point ?? [0, 0, 0]), faces }); // an uploaded file may have points without faces
   }));
 }
 
-const edgesOf = (face) => face.map((a, i) => [a, face[(i + 1) % face.length]]);
-const sameEdge = ([a, b], [c, d]) => (a === c && b === d) || (a === d && b === c);
+const fanOf = (corners) => corners.slice(2).flatMap((c, at) => [corners[0], corners[at + 1], c]);
 
-/** Whether two entries of a selection are the same element. */
-export const isSame = (a, b) => (Array.isArray(a) ? sameEdge(a, b) : a === b);
+/** A geometry of points, with an index of triangles where one is given. */
+export function geometryOf(points, index) {
+  const geometry = new BufferGeometry().setAttribute('position', new Float32BufferAttribute(points.flat(), 3));
+  return index ? geometry.setIndex(index) : geometry;
+}
+
+/** Highlights elements of a cage in one colour. */
+class Highlight {
+  constructor(colour, { opacity, width, size }) {
+    this.fill = new MeshBasicMaterial({ color: colour, opacity, side: DoubleSide, ...MESSAGE });
+    this.line = new LineMaterial({ color: colour, linewidth: width, ...MESSAGE });
+    this.dot = new PointsMaterial({ color: colour, size, sizeAttenuation: false, ...MESSAGE });
+  }
+
+  draw({ mesh, object }, kind, list) {
+    this.clear();
+    if (list.length === 0) return;
+    const { points, faces } = mesh;
+    const drawn = {
+      faces: () => new Mesh(geometryOf(points, list.flatMap((face) => fanOf(faces[face]))), this.fill),
+      edges: () => new LineSegments2(new LineSegmentsGeometry().setPositions(list.flatMap(([a, b]) => [...points[a], ...points[b]])), this.line),
+      vertices: () => new Points(geometryOf(list.map((point) => points[point])), this.dot),
+    }[kind]();
+    this.drawn = Object.assign(drawn, { renderOrder: 4 });
+    object.add(drawn);
+  }
+
+  clear() {
+    this.drawn?.removeFromParent();
+    this.drawn?.geometry.dispose();
+    this.drawn = null;
+  }
+}
+
+/** Draws what an edit will make: all edges of the changed faces, and their sides. */
+class Preview {
+  constructor() {
+    this.fill = new MeshBasicMaterial({ color: COLOURS.selected, opacity: 0.3, side: DoubleSide, ...MESSAGE });
+    this.line = new LineMaterial({ color: COLOURS.selected, linewidth: 2, ...MESSAGE });
+  }
+
+  draw({ object }, { points, faces, changed }) {
+    this.clear();
+    const edges = changed.flatMap((face) => faces[face].flatMap((a, at) => [...points[a], ...points[faces[face][(at + 1) % faces[face].length]]]));
+    this.drawn = new Group().add(new Mesh(geometryOf(points, changed.flatMap((face) => fanOf(faces[face]))), this.fill),
+      new LineSegments2(new LineSegmentsGeometry().setPositions(edges), this.line));
+    for (const part of this.drawn.children) part.renderOrder = 5;
+    object.add(this.drawn);
+  }
+
+  clear() {
+    this.drawn?.removeFromParent();
+    for (const part of this.drawn?.children ?? []) part.geometry.dispose();
+    this.drawn = null;
+  }
+}
 
 export class Picker {
-  /** onPick(object, element, more) is called for a click or tap on the cage. element: null when it hits nothing. more:
-   *  with Shift, or by touch, which has no Shift. */
+  /** onPick(object, element, event) is called for a click or tap on the cage. element: null when it hits nothing. */
   constructor(viewport, onPick) {
-    Object.assign(this, { viewport, onPick, objects: [], kind: 'faces', isOn: false });
-    this.fill = new MeshBasicMaterial({ color: COLOUR, opacity: 0.45, side: DoubleSide, ...MESSAGE });
-    this.line = new LineMaterial({ color: COLOUR, linewidth: 4, ...MESSAGE });
-    this.dot = new PointsMaterial({ color: COLOUR, size: 9, sizeAttenuation: false, ...MESSAGE });
+    Object.assign(this, { viewport, onPick, objects: [], kind: 'faces', isOn: false, isBusy: () => false });
+    this.selected = new Highlight(COLOURS.selected, { opacity: 0.45, width: 4, size: 9 });
+    this.hovered = new Highlight(COLOURS.hovered, { opacity: 0.25, width: 3, size: 8 });
+    this.preview = new Preview();
     const { canvas } = viewport;
-    canvas.addEventListener('pointerdown', ({ clientX, clientY }) => (this.down = [clientX, clientY]));
+    canvas.addEventListener('pointerdown', ({ clientX, clientY }) => (this.down = this.isBusy() ? null : [clientX, clientY]));
     canvas.addEventListener('pointerup', (event) => this.#click(event));
+    canvas.addEventListener('pointermove', (event) => this.#hover(event));
+    canvas.addEventListener('pointerleave', () => this.hover(null));
   }
 
   /** cages: from readCages; bearers: [object, index of its cage] for the objects that show them. */
   setCages(cages, bearers) {
     this.viewport.canvas.dataset.pickable = '';
-    this.objects = bearers.map(([object, mesh]) => {
-      const { points, faces } = cages[mesh];
+    this.objects = bearers.map(([object, index]) => {
+      const mesh = cages[index];
       const faceOf = []; // the face of each triangle
-      const index = faces.flatMap((face, k) => face.slice(2).flatMap((c, at) => {
-        faceOf.push(k);
-        return [face[0], face[at + 1], c];
-      }));
-      const geometry = new BufferGeometry().setFromPoints(points).setIndex(index);
-      return { points, faces, faceOf, object, mesh, solid: new Mesh(geometry, this.fill) };
+      const triangles = mesh.faces.flatMap((corners, face) => {
+        const fan = fanOf(corners);
+        for (let i = 0; i < fan.length; i += 3) faceOf.push(face);
+        return fan;
+      });
+      return { mesh, faceOf, object, index, solid: new Mesh(geometryOf(mesh.points, triangles), this.selected.fill) };
     });
   }
 
+  // ---- by the pointer ----
+
   #click(event) {
-    if (!this.isOn || event.button !== 0 || !this.down) return;
-    const { clientX: x, clientY: y, shiftKey, pointerType } = event;
+    if (!this.isOn || event.button !== 0 || !this.down || this.isBusy()) return;
+    const { clientX: x, clientY: y } = event;
     if (Math.hypot(x - this.down[0], y - this.down[1]) > STILL || this.viewport.isBeside(x)) return;
-    const box = this.viewport.canvas.getBoundingClientRect();
-    for (const [dx, dy] of AROUND) {
-      const at = new Vector2(((x + dx * REACH - box.left) / box.width) * 2 - 1, 1 - ((y + dy * REACH - box.top) / box.height) * 2);
-      const found = this.#hit(at);
-      if (found) return this.onPick(found.object, this.#element(found), shiftKey || pointerType === 'touch');
-    }
-    this.onPick(0, null, shiftKey);
+    const found = this.at(event);
+    this.onPick(found?.object ?? 0, found?.element ?? null, event);
   }
 
-  /** The nearest face at a place of the picture, in coordinates from -1 to 1. */
-  #hit(at) {
+  /** The element at a place of the window, or near it: {object, element}; null where there is none. */
+  at({ clientX: x, clientY: y }) {
+    for (const [dx, dy] of AROUND) {
+      const found = this.#hit({ clientX: x + dx * REACH, clientY: y + dy * REACH });
+      if (found) return { object: found.object, element: this.#element(found) };
+    }
+    return null;
+  }
+
+  #hover(event) {
+    if (!this.isOn || event.pointerType === 'touch' || event.buttons !== 0 || this.isDue) return;
+    this.isDue = true;
+    requestAnimationFrame(() => {
+      this.isDue = false;
+      const isMany = this.objects.reduce((sum, { faceOf }) => sum + faceOf.length, 0) > HOVERED_MOST;
+      if (this.isOn) this.hover(isMany || this.isBusy() || this.viewport.isBeside(event.clientX) ? null : this.at(event));
+    });
+  }
+
+  /** Highlights what is under the pointer: {object, element}, or null. */
+  hover(found) {
+    if (!found && !this.under) return;
+    if (found && this.under && found.object === this.under.object && String(found.element) === String(this.under.element)) return;
+    this.under = found;
+    if (found) this.hovered.draw(this.objects[found.object], this.kind, [found.element]);
+    else this.hovered.clear();
+    this.viewport.invalidate();
+  }
+
+  /** The nearest face at a place of the window. */
+  #hit({ clientX, clientY }) {
+    const box = this.viewport.canvas.getBoundingClientRect();
     const ray = new Raycaster();
-    ray.setFromCamera(at, this.viewport.camera);
+    ray.setFromCamera(new Vector2(((clientX - box.left) / box.width) * 2 - 1, 1 - ((clientY - box.top) / box.height) * 2), this.viewport.camera);
     const hits = this.objects.flatMap(({ solid, object, faceOf }, i) => {
       solid.matrixWorld.copy(object.matrixWorld);
       return ray.intersectObject(solid).map(({ distance, point, faceIndex }) => ({ object: i, distance, point, face: faceOf[faceIndex] }));
@@ -96,70 +180,63 @@ export class Picker {
   }
 
   #element({ object: i, face, point }) {
-    const { points, faces, object } = this.objects[i];
-    const corners = faces[face];
+    const { mesh, object } = this.objects[i];
+    const corners = mesh.faces[face];
+    const at = (index) => new Vector3(...mesh.points[index]);
     const place = object.worldToLocal(point.clone());
     const nearest = (list, distance) => list.reduce((best, entry) => (distance(entry) < distance(best) ? entry : best));
     if (this.kind === 'faces') return face;
-    if (this.kind === 'vertices') return nearest(corners, (i) => points[i].distanceTo(place));
+    if (this.kind === 'vertices') return nearest(corners, (index) => at(index).distanceTo(place));
     const away = ([a, b]) => {
-      const along = points[b].clone().sub(points[a]);
-      const part = place.clone().sub(points[a]).dot(along) / Math.max(along.lengthSq(), 1e-30);
-      return points[a].clone().addScaledVector(along, Math.min(Math.max(part, 0), 1)).distanceTo(place);
+      const along = at(b).sub(at(a));
+      const part = place.clone().sub(at(a)).dot(along) / Math.max(along.lengthSq(), 1e-30);
+      return at(a).addScaledVector(along, Math.min(Math.max(part, 0), 1)).distanceTo(place);
     };
-    return nearest(edgesOf(corners), away);
+    return nearest(corners.map((_, k) => mesh.edgeOf(face, k)), away);
   }
 
-  /** The elements of a selection as a list; null when only the daemon can tell. */
-  resolve(object, selection) {
-    const { points, faces } = this.objects[object];
-    const all = { faces: () => faces.map((_, i) => i), vertices: () => points.map((_, i) => i), edges: () => this.edges(object) };
-    if (Array.isArray(selection)) return selection.filter((element) => this.#exists(object, element));
-    return selection === 'all' ? all[this.kind]() : null;
+  /** The elements of an object that a box of the window holds by their middles, on faces towards the camera. */
+  inBox(i, [left, top, right, bottom]) {
+    const { mesh, object } = this.objects[i];
+    const box = this.viewport.canvas.getBoundingClientRect();
+    const eye = object.worldToLocal(this.viewport.camera.position.clone());
+    const isInside = (point) => {
+      const { x, y, z } = object.localToWorld(point).project(this.viewport.camera);
+      const [at, over] = [box.left + ((x + 1) / 2) * box.width, box.top + ((1 - y) / 2) * box.height];
+      return z < 1 && at >= left && at <= right && over >= top && over <= bottom;
+    };
+    const isSeen = mesh.faces.map((corners, face) => eye.clone().sub(new Vector3(...mesh.points[corners[0]])).dot(new Vector3(...mesh.normalOf(face))) > 0);
+    const facesOf = { faces: (face) => [face], edges: (edge) => mesh.sidesOf(edge).map(({ face }) => face), vertices: (point) => mesh.facesAt(point) }[this.kind];
+    return mesh.all(this.kind).filter((element) => facesOf(element).some((face) => isSeen[face]) && isInside(new Vector3(...mesh.centreOf(this.kind, [element]))));
   }
 
-  #exists(object, element) {
-    const { points, faces } = this.objects[object];
-    if (this.kind === 'edges') return Array.isArray(element) && element.length === 2 && element.every((i) => i in points);
-    return element in (this.kind === 'faces' ? faces : points);
-  }
-
-  edges(object) {
-    const known = new Map();
-    for (const edge of this.objects[object].faces.flatMap(edgesOf)) known.set(String([...edge].sort((a, b) => a - b)), edge);
-    return [...known.values()];
-  }
+  // ---- what is seen ----
 
   /** Highlights elements of an object. */
   draw(i, list) {
     this.clear();
-    const { points, faces, object } = this.objects[i] ?? {};
-    if (object && list?.length > 0) {
-      if (this.kind === 'faces') {
-        const index = list.flatMap((face) => faces[face].slice(2).flatMap((c, at) => [faces[face][0], faces[face][at + 1], c]));
-        this.drawn = new Mesh(new BufferGeometry().setFromPoints(points).setIndex(index), this.fill);
-      } else if (this.kind === 'edges') {
-        this.drawn = new LineSegments2(new LineSegmentsGeometry().setPositions(list.flatMap(([a, b]) => [...points[a], ...points[b]])), this.line);
-      } else {
-        const places = new Float32BufferAttribute(list.flatMap((i) => [...points[i]]), 3);
-        this.drawn = new Points(new BufferGeometry().setAttribute('position', places), this.dot);
-      }
-      this.drawn.renderOrder = 4;
-      object.add(this.drawn);
-    }
+    if (this.objects[i] && list) this.selected.draw(this.objects[i], this.kind, list);
+    this.viewport.invalidate();
+  }
+
+  /** Shows what an edit will make of an object; null: nothing. */
+  show(i, preview) {
+    if (preview) this.preview.draw(this.objects[i], preview);
+    else this.preview.clear();
+    if (this.selected.drawn) this.selected.drawn.visible = !preview;
     this.viewport.invalidate();
   }
 
   clear() {
-    this.drawn?.removeFromParent();
-    this.drawn?.geometry.dispose();
-    this.drawn = null;
+    this.selected.clear();
+    this.preview.clear();
     this.viewport.invalidate();
   }
 
   /** Disables picking until the next cage. */
   close() {
     this.clear();
+    this.hover(null);
     delete this.viewport.canvas.dataset.pickable;
     for (const { solid } of this.objects) solid.geometry.dispose();
     this.objects = [];

@@ -1,5 +1,6 @@
 // Shows the requests for what is shown, as curl, JavaScript and Python, and offers downloads in every format.
 import { download, tweend, withKey } from './client.js';
+import { optionsOf } from './clips.js';
 import { ask, byId, bytes, make } from './dom.js';
 import { busy, fail } from './notices.js';
 import { scriptsOf } from './scripts.js';
@@ -47,22 +48,28 @@ export class ScriptsPanel {
   offer() {
     const id = state('model');
     this.whole.hidden = !id;
-    if (id) Object.assign(this.whole, { href: tweend.surfaceUrl(id, { ...surfaceOptions(), download: 1 }), download: `${id.slice(0, 8)}.glb`, title: `Level ${state('level')} as GLB` });
+    if (id) Object.assign(this.whole, { href: tweend.surfaceUrl(id, { ...surfaceOptions(), ...this.clipped, download: 1 }), download: `${id.slice(0, 8)}.glb`, title: `Level ${state('level')} as GLB` });
+  }
+
+  /** What names the clip in the request of a surface, where it is not one of the model's own. */
+  get clipped() {
+    const { clip } = this.animation;
+    return clip?.isBorrowed ? optionsOf(clip) : {};
   }
 
   /** The requests as [title, URL, what scriptsOf takes besides]. */
   requests() {
     const id = state('model');
-    const options = surfaceOptions();
+    const options = { ...surfaceOptions(), ...this.clipped };
     const list = [
       ['This surface', tweend.surfaceUrl(id, options), { file: `${id.slice(0, 8)}.glb` }],
       ['Its counts', tweend.surfaceUrl(id, options, 'json'), {}],
     ];
     const { clip } = this.animation;
     if (clip) {
-      const pose = { clip: clip.name, at: Math.round((this.animation.time ?? 0) * 1000) / 1000 };
-      const all = { clip: clip.name, from: 0, to: clip.duration, fps: 60 };
-      const live = { clip: clip.name, loop: state('loop'), speed: Number(state('speed')), fps: 30 };
+      const pose = { ...optionsOf(clip), at: Math.round((this.animation.time ?? 0) * 1000) / 1000 };
+      const all = { ...optionsOf(clip), from: 0, to: clip.duration ?? this.animation.duration, fps: 60 };
+      const live = { ...optionsOf(clip), loop: state('loop'), speed: Number(state('speed')), fps: 30 };
       list.push(
         ['This pose', tweend.poseUrl(id, pose), {}],
         ['The clip at 60 a second', tweend.poseUrl(id, all, 'bin'), { file: 'poses.bin' }],
@@ -84,6 +91,9 @@ export class ScriptsPanel {
       if (module) codes.push(['On a page', opening + module]);
       return make('section', {}, make('h3', {}, title), ...codes.map(([label, code]) => codeLine(label, code)));
     });
+    const embedded = `<script type="module" src="https://cdn.jsdelivr.net/npm/@google/model-viewer@4/dist/model-viewer.min.js"></script>\n` +
+      `<model-viewer camera-controls auto-rotate shadow-intensity="1" style="width: 100%; height: 480px"\n  src="${tweend.surfaceUrl(state('model'), { ...surfaceOptions(), ...this.clipped })}"></model-viewer>`;
+    entries.push(make('section', {}, make('h3', {}, 'On a web page'), codeLine('HTML', embedded)));
     this.content.replaceChildren(
       make('p', { className: 'dim' }, 'The address of this page holds its state: whoever opens it sees the same.'),
       make('h3', {}, 'Downloads'), this.downloads(), ...entries);
@@ -91,14 +101,14 @@ export class ScriptsPanel {
 
   downloads() {
     const id = state('model');
-    const options = surfaceOptions();
+    const options = { ...surfaceOptions(), ...this.clipped };
     const surface = (form, kind) => [`${form} ${kind ?? ''}`.trim(),
       tweend.surfaceUrl(id, { ...options, ...(kind === 'ngon' ? { encoding: 'float', polygons: kind } : { encoding: kind }), download: 1 }, form),
       `${id.slice(0, 8)}.${form}`];
     const list = [surface('glb', 'float'), surface('glb', 'quantized'), surface('glb', 'meshopt'), surface('glb', 'ngon'), surface('gltf', 'float'), surface('obj'),
       ['source', tweend.sourceUrl(id, { download: 1 }), `${id.slice(0, 8)}`]];
     const { clip } = this.animation;
-    const span = clip && { clip: clip.name, from: 0, to: clip.duration, fps: 60 };
+    const span = clip && { ...optionsOf(clip), from: 0, to: clip.duration ?? this.animation.duration, fps: 60 };
     for (const form of clip ? ['json', 'ndjson', 'bin', 'csv'] : []) list.push([`pose ${form}`, tweend.poseUrl(id, span, form), `poses.${form}`]);
     return make('ul', { className: 'downloads' }, ...list.map(([label, url, name]) => {
       const anchor = make('a', { href: url, download: name, onclick: (event) => this.save(event, url, name, label) }, label);

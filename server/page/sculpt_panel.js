@@ -1,18 +1,27 @@
-// The panel for sculpting: dragging a point of the surface moves the points around it softly. The daemon stores the
-// move as details of the shown level; all other levels follow.
+// The panel for sculpting: strokes of a brush move points of the surface. The daemon stores them as details of the shown
+// level; all other levels follow. A stroke may begin while those before it are being stored.
 import {
   Box3, BufferGeometry, Float32BufferAttribute, Group, LineBasicMaterial, LineLoop, Matrix3, Plane, Points, PointsMaterial, Raycaster, Vector2, Vector3,
 } from 'three';
 
-import { Brush, Grip } from './brush.js';
+import { Brush, BRUSHES, grab } from './brush.js';
 import { tweend, withKey } from './client.js';
 import { choice, fixed, make } from './dom.js';
-import { fieldsOf } from './edit_panel.js';
+import { fieldsOf } from './fields.js';
 import { meshName, stemOf } from './models.js';
-import { busy, fail, OneAtATime } from './notices.js';
+import { busy, fail } from './notices.js';
+import { SculptMesh } from './sculpt_mesh.js';
 import { change, firstOf, isStep, state, watch } from './state.js';
 
 const RULES = ['scheme', 'boundary', 'creases', 'limit', 'encoding', 'details']; // points can be sent only while these have their default values
+const TOOLS = [['grab', 'Grab'], ['draw', 'Draw'], ['smooth', 'Smooth'], ['inflate', 'Inflate'], ['flatten', 'Flatten'], ['crease', 'Crease']];
+const HINTS = {
+  grab: 'Drag a point; with Shift it goes along its normal.', draw: 'Drag to raise the surface; with Ctrl to lower it.',
+  smooth: 'Drag over bumps.', inflate: 'Drag to blow up what is under the brush; with Ctrl to shrink it.',
+  flatten: 'Drag to make a plane.', crease: 'Drag along a fold; with Ctrl along a ridge.',
+};
+const SPACING = 0.25; // of the radius, between two dabs of a stroke
+const MIRRORS = { x: [-1, 1, 1], y: [1, -1, 1], z: [1, 1, -1] };
 const COLOUR = 0xf08a00;
 const MESSAGE = { color: COLOUR, depthTest: false, transparent: true };
 const ROUND = Array.from({ length: 64 }, (_, i) => [Math.cos((i * Math.PI) / 32), Math.sin((i * Math.PI) / 32), 0]);
@@ -28,28 +37,30 @@ function makeMarker() {
   return marker;
 }
 
-/** Moves points of a mesh by a stroke in its space. */
-function moved(points, { brush, by }) {
-  const place = new Vector3();
-  for (let i = 0; i < points.length; i += 3) {
-    const pull = brush.at(place.fromArray(points, i));
-    if (pull) place.fromArray(points, i).addScaledVector(by, pull.part).toArray(points, i);
-  }
-  return points;
-}
-
 export class SculptPanel {
   /** models: the list that new models are added to. steps: of the lineage. levelSlider: an element. */
   constructor(panel, { viewport, models, steps, levelSlider }) {
     Object.assign(this, { viewport, models, steps, bearers: [], picked: null, wanted: { index: -1 }, stroke: null, size: 0, picking: Promise.resolve() });
-    this.requests = new OneAtATime();
+    this.queue = []; // strokes that wait to be stored
+    this.stored = []; // steps that are stored, but not shown yet
     this.marker = makeMarker();
     viewport.own.add(this.marker);
     viewport.onFrame.push(() => this.#mark());
 
+    this.tools = TOOLS.map(([name, text]) => {
+      const button = make('button', { type: 'button', className: 'chip', onclick: () => this.use(name) }, text);
+      button.dataset.name = name;
+      return button;
+    });
+    this.hint = make('p', { className: 'dim' });
     this.reach = make('input', { type: 'range', min: 1, max: 100, value: 25, 'aria-label': 'Radius', oninput: () => this.showRadius() });
     this.length = make('output', { className: 'value' });
+    this.strength = make('input', { type: 'range', min: 1, max: 100, value: 50, 'aria-label': 'Strength', oninput: () => (this.force.textContent = `${this.strength.value} %`) });
+    this.force = make('output', { className: 'value' }, '50 %');
+    this.forces = make('div', { className: 'slider' }, make('span', {}, 'Strength'), this.strength, this.force);
     this.along = 'plane';
+    this.ways = choice('A drag moves', [['plane', 'In the plane of the picture'], ['normal', 'Along the normal (or with Shift)']], 'plane', (along) => (this.along = along));
+    this.mirror = '';
     this.point = make('input', { type: 'text', inputMode: 'numeric', 'aria-label': 'Point', autocomplete: 'off', onchange: () => this.pickNumber(() => Number(this.point.value)) });
     this.said = make('p', { className: 'dim', role: 'status' });
     this.details = make('input', { type: 'checkbox', onchange: () => change({ details: this.details.checked }) });
@@ -64,8 +75,10 @@ export class SculptPanel {
     this.rules = make('p', { className: 'warning' }, 'Only a surface by the usual rules, with its details, can be sculpted. ',
       make('button', { type: 'button', className: 'small', onclick: () => change(firstOf(RULES)) }, 'Show it so'));
     this.body = make('div', {},
-      make('div', { className: 'slider' }, make('span', {}, 'Radius'), this.reach, this.length),
-      choice('A drag moves', [['plane', 'In the plane of the picture'], ['normal', 'Along the normal (or with Shift)']], 'plane', (along) => (this.along = along)),
+      make('div', { className: 'row brushes', role: 'group', 'aria-label': 'Brush' }, ...this.tools), this.hint,
+      make('div', { className: 'slider' }, make('span', {}, 'Radius'), this.reach, this.length), this.forces,
+      make('div', { className: 'fields one' }, this.ways,
+        choice('Symmetry', [['', 'None'], ['x', 'Left and right (X)'], ['y', 'Up and down (Y)'], ['z', 'Front and back (Z)']], '', (axis) => (this.mirror = axis))),
       make('h3', {}, 'Point'), this.point, this.said,
       make('div', { className: 'edits' },
         row('Move', 'Stroke', { by: [0, 0.1, 0] }, ({ by }) => new Vector3(...by)),
@@ -82,12 +95,23 @@ export class SculptPanel {
     canvas.addEventListener('pointermove', (event) => this.#drag(event));
     canvas.addEventListener('pointerup', () => this.#up());
     canvas.addEventListener('pointercancel', () => this.#drop());
+    canvas.addEventListener('pointerleave', () => this.#hover(null));
+    canvas.addEventListener('wheel', (event) => this.#wheel(event), { capture: true, passive: false });
     canvas.addEventListener('keydown', (event) => this.#key(event));
     watch((names) => {
       if (names.has('model')) this.close();
       if (names.has('tab') || RULES.some((name) => names.has(name))) this.show();
     });
+    this.use('grab');
     this.show();
+  }
+
+  use(tool) {
+    this.tool = tool;
+    for (const button of this.tools) button.setAttribute('aria-pressed', button.dataset.name === tool);
+    this.hint.textContent = HINTS[tool];
+    this.forces.hidden = tool === 'grab';
+    this.ways.hidden = tool !== 'grab';
   }
 
   // ---- the surface ----
@@ -106,11 +130,13 @@ export class SculptPanel {
     this.rules.hidden = this.isUsual;
     this.body.hidden = !this.isUsual;
     this.viewport.canvas.toggleAttribute('data-sculpts', this.isOn);
+    for (const bearer of this.isOn ? this.bearers : []) this.meshOf(bearer).catch(() => {}); // errors reach the stroke that needs it
     this.viewport.invalidate();
   }
 
   close() {
-    this.stroke = null;
+    this.stroke = this.hovered = null;
+    [this.queue, this.stored] = [[], []];
     if (!isStep()) Object.assign(this, { picked: null, wanted: { index: -1 } });
     this.bearers = [];
     this.show();
@@ -118,14 +144,15 @@ export class SculptPanel {
 
   /** Takes over the surface of a level that the viewport now shows. */
   open(model, { scene, bearers }, level) {
-    Object.assign(this, { model, level, stroke: null });
+    Object.assign(this, { model, level, stroke: null, hovered: null });
     this.bearers = bearers.map(([object, mesh]) => {
       const parts = [];
       object.traverse((part) => part.userData.own && !part.isSkinnedMesh && parts.push(part));
       return { object, mesh, parts };
     });
     this.size = new Box3().setFromObject(scene, true).getSize(new Vector3()).length() / 2;
-    this.points = new Map(); // of meshes, as they come
+    this.meshes = new Map(); // SculptMesh by index, as they come
+    this.loaded = new Map(); // those that are there
     this.point.value = '';
     this.showRadius();
     this.pick(this.wanted.index, this.wanted.place);
@@ -133,10 +160,17 @@ export class SculptPanel {
   }
 
   /** The points of a bearer's mesh; loaded when first needed. */
-  async pointsOf({ mesh }) {
-    const options = { level: this.level, mesh: meshName(this.model, mesh), normals: 'none', quads: state('quads') };
-    if (!this.points.has(mesh)) this.points.set(mesh, withKey(() => tweend.points(this.model, options)));
-    return (await this.points.get(mesh)).slice();
+  meshOf({ mesh }) {
+    const { meshes, loaded, bearers } = this;
+    const load = async () => {
+      const options = { level: this.level, mesh: meshName(this.model, mesh), normals: 'none', quads: state('quads') };
+      const points = await withKey(() => tweend.points(this.model, options));
+      const geometries = bearers.filter((bearer) => bearer.mesh === mesh).flatMap(({ parts }) => parts.map(({ geometry }) => geometry));
+      loaded.set(mesh, new SculptMesh(points, geometries));
+      return loaded.get(mesh);
+    };
+    if (!meshes.has(mesh)) meshes.set(mesh, load());
+    return meshes.get(mesh);
   }
 
   // ---- the point ----
@@ -180,9 +214,10 @@ export class SculptPanel {
   }
 
   #mark() {
-    this.marker.visible = this.isOn && this.picked !== null;
+    const place = this.stroke?.dabbed ?? this.hovered ?? (this.picked && this.bearers[this.picked.index] ? this.#at() : null);
+    this.marker.visible = this.isOn && place !== null;
     if (!this.marker.visible) return;
-    this.marker.position.copy(this.#at());
+    this.marker.position.copy(place);
     this.marker.quaternion.copy(this.viewport.camera.quaternion);
     this.marker.scale.setScalar(this.radius);
   }
@@ -193,7 +228,7 @@ export class SculptPanel {
     return normal.clone().applyMatrix3(new Matrix3().getNormalMatrix(this.bearers[index].object.matrixWorld)).normalize();
   }
 
-  /** Picks a point by its index in the mesh, which numberOf(points) returns. */
+  /** Picks a point by its index in the mesh, which numberOf(mesh) returns. */
   pickNumber(numberOf) {
     this.picking = this.picking.then(() => this.#pickNumber(numberOf)); // keys may come faster than points
     return this.picking;
@@ -204,11 +239,11 @@ export class SculptPanel {
     if (!this.isOn) return;
     try {
       const bearer = this.bearers[index];
-      const points = await this.pointsOf(bearer);
+      const mesh = await this.meshOf(bearer);
       if (this.bearers[index] !== bearer) return;
-      const count = points.length / 3;
-      const number = ((Math.round(numberOf(points)) % count) + count) % count || 0;
-      this.pick(index, new Vector3().fromArray(points, 3 * number));
+      const count = mesh.points.length / 3;
+      const number = ((Math.round(numberOf(mesh)) % count) + count) % count || 0;
+      this.pick(index, mesh.at(number, new Vector3()));
       this.point.value = number;
     } catch (error) {
       fail('The points cannot be loaded', error);
@@ -216,26 +251,34 @@ export class SculptPanel {
   }
 
   /** The index of the picked point; -1 without one. */
-  #numberIn(points) {
+  #numberIn(mesh) {
     if (this.point.value !== '') return Number(this.point.value); // tells apart points at the same place
-    if (!this.picked) return -1;
-    const place = this.picked.centre;
-    const at = new Vector3();
-    let [nearest, number] = [Infinity, -1];
-    for (let i = 0; i < points.length / 3; i++) {
-      const distance = at.fromArray(points, 3 * i).distanceToSquared(place);
-      if (distance < nearest) [nearest, number] = [distance, i];
-    }
-    return number;
+    return this.picked ? mesh.nearest(this.picked.centre) : -1;
   }
 
-  /** N and P pick the next and the previous point. */
+  /** N and P pick the next and the previous point; brackets change the radius. */
   #key(event) {
     if (event.key === 'Escape') return this.#drop();
+    if (!this.isOn || event.ctrlKey || event.metaKey || event.altKey) return undefined;
+    if (event.key === '[' || event.key === ']') return this.#widen(event.key === ']' ? 1 : -1);
     const by = { n: 1, p: -1 }[event.key];
-    if (!by || !this.isOn || event.ctrlKey || event.metaKey || event.altKey) return undefined;
+    if (!by) return undefined;
     event.preventDefault();
-    return this.pickNumber((points) => this.#numberIn(points) + by);
+    return this.pickNumber((mesh) => this.#numberIn(mesh) + by);
+  }
+
+  /** The wheel changes the radius with Shift, and during a stroke. */
+  #wheel(event) {
+    const by = event.deltaY || event.deltaX;
+    if (!this.isOn || !by || (!event.shiftKey && !this.stroke)) return;
+    event.preventDefault();
+    event.stopImmediatePropagation();
+    this.#widen(by < 0 ? 1 : -1);
+  }
+
+  #widen(by) {
+    this.reach.value = Math.round(Number(this.reach.value) * 1.12 ** by + by / 2);
+    this.showRadius();
   }
 
   // ---- strokes ----
@@ -248,20 +291,37 @@ export class SculptPanel {
     return caster;
   }
 
-  #down(event) {
-    if (this.stroke?.drag) return this.#drop(); // a second finger: the two move the camera
+  /** The nearest place of the surface under the pointer: {index: of the bearer, point, face}. */
+  #hit(event, caster = this.#aim(event)) {
+    const hits = this.bearers.flatMap(({ parts }, index) => caster.intersectObjects(parts, false).map((hit) => ({ ...hit, index })));
+    return hits.sort((a, b) => a.distance - b.distance)[0];
+  }
+
+  #hover(event) {
+    const next = event && this.tool !== 'grab' ? this.#hit(event)?.point ?? null : null;
+    if (next === this.hovered) return;
+    this.hovered = next;
+    this.viewport.invalidate();
+  }
+
+  async #down(event) {
+    if (this.held?.isDown) return this.#drop(); // a second finger: the two move the camera
     if (!this.isOn || event.button !== 0 || this.viewport.isBeside(event.clientX)) return undefined;
     const caster = this.#aim(event);
-    const hits = this.bearers.flatMap(({ parts }, index) => caster.intersectObjects(parts, false).map((hit) => ({ ...hit, index })));
-    if (hits.length === 0) return undefined;
+    const hit = this.#hit(event, caster);
+    if (!hit) return undefined;
     this.#holdCamera(true);
-    if (this.requests.isRunning) return undefined;
-    const { index, point } = hits.sort((a, b) => a.distance - b.distance)[0];
+    const bearer = this.bearers[hit.index];
     this.point.value = '';
-    this.pick(index, this.bearers[index].object.worldToLocal(point.clone()));
-    this.#begin();
+    this.pick(hit.index, bearer.object.worldToLocal(hit.point.clone()));
+    const held = (this.held = { isDown: true });
+    const mesh = this.loaded.get(bearer.mesh) ?? (await this.meshOf(bearer).catch((error) => fail('The points cannot be loaded', error)));
+    if (!mesh || !held.isDown || this.bearers[hit.index] !== bearer) return undefined;
+    this.#begin(mesh);
     const plane = new Plane().setFromNormalAndCoplanarPoint(this.viewport.camera.getWorldDirection(new Vector3()), this.#at());
     this.stroke.drag = { plane, from: caster.ray.intersectPlane(plane, new Vector3()) };
+    if (this.tool !== 'grab') this.#dab(event, hit);
+    if (held.last) this.#drag(held.last); // the pointer has gone on meanwhile
     return undefined;
   }
 
@@ -269,25 +329,73 @@ export class SculptPanel {
   #holdCamera(isHeld) {
     this.viewport.controls.enableRotate = !isHeld;
     this.viewport.controls.enablePan = !isHeld;
+    if (!isHeld && this.held) this.held.isDown = false;
   }
 
-  #begin() {
-    const { object, parts } = this.bearers[this.picked.index];
-    const brush = new Brush(this.picked.centre, object.matrixWorld, this.radius);
-    this.stroke = { brush, by: new Vector3(), grips: parts.map(({ geometry }) => new Grip(geometry, brush)) };
-    this.pointsOf(this.bearers[this.picked.index]).catch(() => {}); // errors reach the call that needs the points
+  /** The brush at a place of an object, and its mirror image. */
+  #brushes(centre, { matrixWorld }) {
+    const images = [[1, 1, 1], ...(this.mirror ? [MIRRORS[this.mirror]] : [])];
+    return images.map((signs) => ({ brush: new Brush(centre.clone().multiply(new Vector3(...signs)), matrixWorld, this.radius), signs: new Vector3(...signs) }));
   }
 
-  /** Moves the points under the brush by a world vector. */
-  #move(by) {
+  #begin(mesh) {
     const { object } = this.bearers[this.picked.index];
+    const held = this.#brushes(this.picked.centre, object).map(({ brush, signs }) => {
+      const [indices, weights] = brush.under(mesh.points);
+      return { indices, weights, signs };
+    });
+    this.stroke = { mesh, index: this.picked.index, by: new Vector3(), held, from: mesh.points.slice(), moved: new Set() };
+  }
+
+  /** Moves the points that were under the brush by a world vector. */
+  #move(by) {
+    const { mesh, held, from, moved } = this.stroke;
+    const { object } = this.bearers[this.stroke.index];
     this.stroke.by = by.clone().applyMatrix3(new Matrix3().setFromMatrix4(object.matrixWorld).invert());
-    for (const grip of this.stroke.grips) grip.move(this.stroke.by);
+    const [own, image] = held;
+    grab(mesh, own, from, this.stroke.by);
+    if (image) {
+      const both = new Map(own.indices.map((point, k) => [point, k]));
+      const mirrored = this.stroke.by.clone().multiply(image.signs);
+      const sum = mesh.points.slice(); // where both reach, their moves add up
+      grab(mesh, image, from, mirrored);
+      for (const point of image.indices)
+        for (let i = 3 * point; both.has(point) && i < 3 * point + 3; i++) mesh.points[i] += sum[i] - from[i];
+    }
+    for (const { indices } of held) for (const point of indices) moved.add(point);
+    mesh.show(moved);
+    this.viewport.invalidate();
+  }
+
+  /** Puts one dab of the brush where the pointer is, stronger with the pressure of a pen. */
+  #dab(event, hit) {
+    const { mesh, moved } = this.stroke;
+    const { object } = this.bearers[this.stroke.index];
+    const centre = object.worldToLocal(hit.point.clone());
+    const pressure = event.pointerType === 'pen' ? event.pressure : 1;
+    const strength = (Number(this.strength.value) / 100) * pressure * (event.ctrlKey ? -1 : 1);
+    const tool = event.shiftKey ? 'smooth' : this.tool;
+    for (const { brush, signs } of this.#brushes(centre, object)) {
+      const normal = mesh.normalAt(mesh.nearest(brush.centre));
+      const at = normal.lengthSq() > 0 ? normal : hit.face.normal.clone().multiply(signs);
+      for (const point of BRUSHES[tool](mesh, brush, strength, at)) moved.add(point);
+    }
+    mesh.show(moved);
+    this.stroke.dabbed = hit.point.clone();
     this.viewport.invalidate();
   }
 
   #drag(event) {
-    if (!this.stroke?.drag) return;
+    if (!this.stroke?.drag) {
+      if (this.held?.isDown) this.held.last = event;
+      else if (this.isOn && event.buttons === 0 && event.pointerType !== 'touch') this.#hover(event);
+      return;
+    }
+    if (this.tool !== 'grab') {
+      const hit = this.#hit(event);
+      if (hit?.index === this.stroke.index && hit.point.distanceTo(this.stroke.dabbed) > SPACING * this.radius) this.#dab(event, hit);
+      return;
+    }
     const { plane, from } = this.stroke.drag;
     const by = this.#aim(event).ray.intersectPlane(plane, new Vector3())?.sub(from);
     if (!by) return;
@@ -298,45 +406,77 @@ export class SculptPanel {
   #up() {
     this.#holdCamera(false);
     if (!this.stroke?.drag) return undefined;
-    return this.stroke.by.lengthSq() > 0 ? this.#finish() : this.#drop();
+    const isMoved = this.tool === 'grab' ? this.stroke.by.lengthSq() > 0 : this.stroke.moved.size > 0;
+    return isMoved ? this.#finish() : this.#drop();
   }
 
   /** Cancels the stroke: moves the points back. */
   #drop() {
     this.#holdCamera(false);
-    if (!this.stroke || this.requests.isRunning) return;
-    for (const grip of this.stroke.grips) grip.move(new Vector3());
+    if (!this.stroke) return;
+    const { mesh, from, moved } = this.stroke;
+    mesh.restore(from, moved);
     this.stroke = null;
     this.viewport.invalidate();
+    this.#showStored();
   }
 
   /** Makes a stroke by numbers. vector(): how far the picked point moves. */
   async moveBy(vector) {
     await this.picking; // a number that was just typed, while its points are still coming
-    if (this.requests.isRunning) return undefined;
     if (!this.picked) return this.say('Pick a point first.');
-    this.#begin();
+    const { index } = this.picked;
+    const mesh = await this.meshOf(this.bearers[index]);
+    if (this.picked?.index !== index) return undefined;
+    this.#begin(mesh);
     this.#move(vector());
     return this.#finish();
   }
 
-  /** Sends the points as the stroke left them, and shows the model that the daemon makes. */
-  async #finish() {
-    const { stroke, picked, model, level } = this;
-    stroke.drag = null;
+  // ---- storing ----
+
+  /** Puts the stroke into the queue. */
+  #finish() {
+    const { mesh, index, moved, by } = this.stroke;
+    const indices = [...moved];
+    const positions = indices.flatMap((point) => [...mesh.points.subarray(3 * point, 3 * point + 3)]);
+    this.queue.push({ mesh, indices, positions, of: this.bearers[index].mesh });
+    this.picked?.centre.add(by);
+    this.wanted = this.picked ? { index, place: this.picked.centre } : this.wanted;
+    this.stroke = null;
+    this.#mark();
+    return this.queue.length === 1 ? this.#store() : undefined;
+  }
+
+  /** Stores the strokes of the queue, one after the other, each as a model made from the one before. */
+  async #store() {
+    const { queue, level, model } = this;
     const controller = new AbortController();
     const task = busy(`Level ${level}: keeping the stroke`, controller);
-    const isDone = await this.requests.run(async () => {
-      const { mesh } = this.bearers[picked.index];
-      const points = moved(await this.pointsOf(this.bearers[picked.index]), stroke);
-      const made = await tweend.sculpt(model, points, { level, mesh: meshName(model, mesh), name: `${stemOf(model)}, sculpted`, quads: state('quads'), signal: controller.signal });
-      await this.models.load();
-      if (this.stroke !== stroke) return; // another model was opened meanwhile
-      this.stroke = null;
-      this.wanted = { index: picked.index, place: picked.centre.add(stroke.by) };
-      this.steps.go({ model: made.id, from: '', edits: '', quads: 'auto' }); // the new model has its polygons
-    });
-    task.done();
-    if (!isDone) this.#drop();
+    try {
+      for (; queue.length > 0; queue.shift()) {
+        const [{ mesh, of, indices, positions }] = queue;
+        const options = { level, mesh: meshName(model, of), name: `${stemOf(model)}, sculpted`, quads: this.stored.length > 0 ? undefined : state('quads'), signal: controller.signal };
+        const made = await withKey(() => tweend.sculpt(this.stored.at(-1)?.model ?? model, { indices, positions }, options));
+        if (this.queue !== queue) return; // another model was opened meanwhile
+        indices.forEach((point, k) => mesh.stored.set(positions.slice(3 * k, 3 * k + 3), 3 * point));
+        this.stored.push({ model: made.id, from: '', edits: '', quads: 'auto' }); // the new model has its polygons
+      }
+    } catch (error) {
+      if (this.queue !== queue) return;
+      fail('The stroke cannot be kept', error);
+      this.#drop(); // what is in the hand was built on it
+      for (const { mesh, indices } of queue.splice(0)) mesh.restore(mesh.stored, indices);
+    } finally {
+      task.done();
+    }
+    this.#showStored();
+  }
+
+  /** Shows the newest model, unless the hand is at the next stroke. */
+  #showStored() {
+    if (this.stroke || this.queue.length > 0 || this.stored.length === 0) return;
+    this.steps.go(...this.stored.splice(0));
+    this.models.load();
   }
 }

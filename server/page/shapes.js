@@ -13,6 +13,17 @@ export const SHAPES = {
   torus: { radius: 1, tube: 0.4, segments: 12, sides: 6 },
 };
 
+/** What people call shapes, edits and their parameters, where the API's names do not say it. */
+const WORDS = {
+  quad_sphere: 'Sphere', uv_sphere: 'Globe', corner: 'Sharp corner', merge: 'Merge points', flip: 'Flip faces', hole: 'Make a hole',
+  weld: 'Weld points', despike: 'Remove spikes', drop_pieces: 'Drop small pieces', fill: 'Fill holes', orient: 'Turn faces outward', quads: 'Make quads',
+  max_edges: 'edges at most', caps: 'ends',
+};
+
+/** A name of the API in a person's words. */
+export const wordsOf = (name) => WORDS[name] ?? (name[0].toUpperCase() + name.slice(1)).replaceAll('_', ' ');
+export const parameterWords = (name) => (WORDS[name] ?? name).replaceAll('_', ' ');
+
 const ANY = ['faces', 'edges', 'vertices'];
 
 /** of: the kinds of selection that an edit takes; empty: it applies to the whole mesh. stays: the selected elements
@@ -53,6 +64,14 @@ export const CLEANING = [
   { edit: 'orient', parameters: () => ({}) },
   { edit: 'smooth', parameters: () => ({ iterations: 10 }) },
 ];
+
+const SCAN_LEAST = 1000; // faces
+/** Whether a mesh looks like a scan: many faces, no tags, and damage that scans have or nothing but triangles. */
+export function isScan({ format, meshes }, mesh) {
+  const { faces, face_sizes: sizes, creases, components, boundary_loops: borders, reversed_edges: reversed, skinned } = meshes[mesh];
+  const isDamaged = components > 1 || borders > 1 || reversed > 0;
+  return format !== 'tweend' && !skinned && creases === 0 && faces >= SCAN_LEAST && (isDamaged || sizes[3] === faces);
+}
 
 export const CHOICES = { caps: ['ngon', 'fan', 'none'], axis: ['x', 'y', 'z'] };
 

@@ -12,8 +12,11 @@ const DEFAULTS = {
   limit: 'false',
   details: 'true',
   encoding: 'float',
-  show: 'surface,cage,points,follow',
+  show: '', // what the page finds fit
   clip: '',
+  borrowed: '', // ids of models whose clips are offered too
+  blend: '', // the clip that is blended in
+  weight: '0.5', // of that
   t: '0',
   speed: '1',
   loop: 'repeat',
@@ -21,6 +24,10 @@ const DEFAULTS = {
   order: 'XYZ',
   ghosts: 'off',
   theme: '',
+  light: 'studio',
+  exposure: '0',
+  turntable: 'false',
+  panel: '', // its width; 0: hidden
   view: '',
   mesh: '0',
   from: '',
@@ -82,7 +89,7 @@ export function step(next) {
 /** Shows another model with default settings for its parts; adds an entry to the browser's history. */
 export function openOther(model) {
   if (values.model && model !== values.model) history.pushState(null, '', location.href);
-  change({ model, ...firstOf(['clip', 't', 'node', 'view', 'mesh', 'from', 'edits', 'beside', ...SURFACE]) });
+  change({ model, ...firstOf(['clip', 'borrowed', 'blend', 'weight', 't', 'node', 'view', 'mesh', 'from', 'edits', 'beside', ...SURFACE]) });
 }
 
 /** Writes a value to the URL without notifying listeners: the time while a clip plays. */
@@ -98,11 +105,21 @@ export function watch(listener) {
 
 addEventListener('hashchange', () => tell(read()));
 
-export const shows = (name) => values.show.split(',').includes(name);
+let usual = new Set(['surface', 'cage', 'points', 'floor', 'follow']); // what is shown where the address does not say
+
+/** Says what is fit to be shown of the model. */
+export function setUsual(names) {
+  usual = new Set(names);
+}
+
+/** The names of what is shown. */
+const shown = () => (values.show ? new Set(values.show.split(',')) : usual);
+
+export const shows = (name) => shown().has(name);
 
 export function toggle(name) {
-  const names = values.show.split(',').filter(Boolean);
-  change({ show: (shows(name) ? names.filter((n) => n !== name) : [...names, name]).join(',') });
+  const names = [...shown()];
+  change({ show: (shows(name) ? names.filter((n) => n !== name) : [...names, name]).join(',') || 'nothing' });
 }
 
 /** The parameters of a surface request that differ from the API's defaults, and the level. */

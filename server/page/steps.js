@@ -11,6 +11,7 @@ export class Steps {
   constructor(viewport) {
     this.viewport = viewport;
     this.onChange = () => {};
+    this.onStep = () => {}; // called with a model and the one that a new step made from it
     watch((names) => {
       if (!names.has('model') || isStep()) return;
       [this.#past, this.#future] = [[], []]; // another lineage
@@ -26,11 +27,16 @@ export class Steps {
     return this.#future.length > 0;
   }
 
-  /** Changes the state to that of a new step. */
-  go(next) {
-    this.#past.push(this.#now());
+  /** Changes the state to that of new steps, and shows the last of them. */
+  go(...steps) {
+    let now = this.#now();
+    for (const next of steps) {
+      this.onStep(now.model, next.model);
+      this.#past.push(now);
+      now = { ...now, ...next };
+    }
     this.#future = [];
-    this.#show(next);
+    this.#show(now);
   }
 
   undo() {

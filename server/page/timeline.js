@@ -1,17 +1,19 @@
 // The player's bar under the viewport: play, scrub, keys, clip, speed, loop, live.
 import { tweend, withKey } from './client.js';
-import { byId, draw, make, seconds } from './dom.js';
+import { optionsOf, titleOf } from './clips.js';
+import { byId, draw, icon, make, seconds } from './dom.js';
 import { fail } from './notices.js';
 import { change, state, watch } from './state.js';
 
 const KEYS_MOST = 2000;
+const SEAM = 2; // degrees between the last pose and the first from which on a seam is seen
 const ICONS = { play: 'M4 2.5v11l9.5-5.5z', pause: 'M4 2.5h3v11H4zM9 2.5h3v11H9z' };
-const icon = (name) => draw('svg', { viewBox: '0 0 16 16', width: 14, height: 14, 'aria-hidden': 'true' }, draw('path', { d: ICONS[name], fill: 'currentColor' }));
+const iconOf = (name) => icon(ICONS[name], { isFilled: true });
 
 export class Timeline {
   constructor(animation) {
     this.animation = animation;
-    this.play = make('button', { type: 'button', className: 'play', 'aria-label': 'Play', onclick: () => this.toggle() }, icon('play'));
+    this.play = make('button', { type: 'button', className: 'play', 'aria-label': 'Play', onclick: () => this.toggle() }, iconOf('play'));
     this.range = make('input', { type: 'range', min: 0, step: 'any', 'aria-label': 'Time' });
     this.range.addEventListener('input', () => animation.seek(Number(this.range.value)));
     this.range.addEventListener('keydown', (event) => {
@@ -22,7 +24,7 @@ export class Timeline {
     });
     this.ticks = draw('svg', { class: 'ticks', preserveAspectRatio: 'none', viewBox: '0 0 1000 20', 'aria-hidden': 'true' });
     this.clock = make('output', { className: 'clock' });
-    this.clips = make('select', { 'aria-label': 'Clip', onchange: () => change({ clip: this.clips.value, t: 0 }) });
+    this.clips = make('select', { 'aria-label': 'Clip', onchange: () => change({ clip: this.clips.value, blend: '', t: 0 }) });
     const list = (label, options, name) => make('select', { 'aria-label': label, onchange: (event) => change({ [name]: event.target.value }) },
       ...options.map(([value, text]) => make('option', { value, selected: state(name) === value }, text)));
     this.speed = list('Speed', [['0.25', '¼ ×'], ['0.5', '½ ×'], ['1', '1 ×'], ['2', '2 ×'], ['4', '4 ×']], 'speed');
@@ -49,42 +51,49 @@ export class Timeline {
     this.show();
   }
 
-  /** Shows the clips of a model; the bar is hidden where it has none. */
-  open(model, clip) {
+  /** Shows the clips that a model can play; the bar is hidden where there are none. */
+  open(model, clip, clips) {
     byId('timeline').hidden = !clip;
-    this.tracks = null;
+    this.tracks = this.report = null;
     this.mark();
     if (!clip) return;
-    this.clips.replaceChildren(...model.clips.map(({ name }) => make('option', { value: name, selected: name === clip.name }, name)));
-    this.range.max = clip.duration;
+    this.clips.replaceChildren(...clips.map((entry) => make('option', { value: entry.value, selected: entry.value === clip.value }, titleOf(entry))));
     this.show();
     this.fetchTracks(model, clip);
   }
 
   async fetchTracks(model, clip) {
-    this.tracksOf = withKey(() => tweend.tracks(model, { clip: clip.name })).catch((error) => {
+    this.tracksOf = withKey(() => tweend.tracks(model, optionsOf(clip))).catch((error) => {
       fail('The keys of the clip cannot be read', error);
       return { tracks: [], other_tracks: [] };
     });
-    const { tracks, other_tracks: others } = await this.tracksOf;
+    const { tracks, other_tracks: others, report } = await this.tracksOf;
     if (this.animation.clip !== clip) return;
     this.tracks = [...tracks, ...others];
+    this.report = report;
     this.mark();
   }
 
-  /** Draws the keys, with those of the selected node highlighted. */
+  /** Draws the keys, with those of the selected node highlighted; below them when feet touch the ground, a row for each
+   *  foot; and at both ends a mark where the clip does not loop. */
   mark() {
-    const { duration } = this.animation;
+    const duration = this.animation.clip?.duration ?? this.animation.duration;
     const x = (time) => (duration > 0 ? (time / duration) * 1000 : 0);
     const line = (time, own) => draw('line', { x1: x(time), x2: x(time), y1: own ? 0 : 5, y2: own ? 20 : 15, class: own ? 'own' : '' });
     const times = (tracks) => [...new Set(tracks.flatMap((track) => track.times))].slice(0, KEYS_MOST);
     const tracks = this.tracks ?? [];
-    this.ticks.replaceChildren(...times(tracks).map((time) => line(time, false)),
+    const { contacts = [], loop } = this.report ?? {};
+    const feet = [...new Set(contacts.map(({ node }) => node))];
+    const touch = ({ node, from, to }) => draw('rect', { x: x(from), y: 19 + 3 * feet.indexOf(node), width: Math.max(x(to) - x(from), 2), height: 2, class: `contact c${feet.indexOf(node) % 4}` });
+    const seam = loop && loop.angle > SEAM ? [0, 996].map((at) => draw('rect', { x: at, y: 0, width: 4, height: 20, class: 'seam' })) : [];
+    this.range.title = [seam.length > 0 ? `At the ends the pose leaps by ${Math.round(loop.angle)}°` : '', feet.length > 0 ? `Bars: ${feet.join(', ')} on the ground` : ''].filter(Boolean).join('. ');
+    this.ticks.replaceChildren(...seam, ...contacts.map(touch), ...times(tracks).map((time) => line(time, false)),
       ...times(tracks.filter(({ node }) => node === state('node'))).map((time) => line(time, true)));
   }
 
   show(time = this.animation.time ?? 0) {
     const { playing, live, duration } = this.animation;
+    this.range.max = duration;
     this.range.value = time;
     this.range.setAttribute('aria-valuetext', `${time.toFixed(2)} of ${seconds(duration)}`);
     this.clock.textContent = `${time.toFixed(2)} / ${seconds(duration)}`;
@@ -95,6 +104,6 @@ export class Timeline {
     if (this.shownPlaying === playing) return;
     this.shownPlaying = playing;
     this.play.setAttribute('aria-label', playing ? 'Pause' : 'Play');
-    this.play.replaceChildren(icon(playing ? 'pause' : 'play'));
+    this.play.replaceChildren(iconOf(playing ? 'pause' : 'play'));
   }
 }

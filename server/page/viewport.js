@@ -1,18 +1,30 @@
 // The viewport: camera, lights, the model's surface and its overlays. Draws only when something has changed.
 import {
   AmbientLight, AnimationClip, AnimationMixer, BoxGeometry, Box3, Color, DirectionalLight, DoubleSide, Group, HemisphereLight, Mesh, MeshBasicMaterial, BackSide,
-  MeshLambertMaterial, PerspectiveCamera, PMREMGenerator, Scene, Vector3, WebGLRenderer,
+  MeshLambertMaterial, PerspectiveCamera, PMREMGenerator, Raycaster, Scene, Vector2, Vector3, WebGLRenderer,
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 import { MeshoptDecoder } from 'three/addons/libs/meshopt_decoder.module.js';
 
+import { Floor } from './floor.js';
 import { checkered, Normals, Skeleton, Wireframe } from './overlays.js';
 
 const THEMES = {
   light: { background: 0xeef0f3, surface: 0xb9c0ca, sky: 0xffffff, ground: 0xa9a49c },
   dark: { background: 0x15181d, surface: 0x8d96a3, sky: 0xdfe6f2, ground: 0x2c2a28 },
 };
+
+/** Lights to choose from: the strength of the sky and its ground's colour, the sun's colour, strength and place, and the
+ *  strength of the light from behind. The sky's colour is the theme's where none stands here. */
+const LIGHTS = {
+  studio: { sky: 1.6, sun: [0xffffff, 2.2, [-1, 2, 1.5]], rim: 0.5 },
+  sun: { sky: 0.9, colour: 0xbcd8ff, ground: 0x8a7a5c, sun: [0xfff1d6, 3.6, [1.5, 2, 1]], rim: 0.2 },
+  overcast: { sky: 2.8, colour: 0xf2f5fa, ground: 0x9a9a98, sun: [0xffffff, 0.5, [0, 2, 0.3]], rim: 0.2 },
+  evening: { sky: 0.7, colour: 0x7f8fc9, ground: 0x40303a, sun: [0xffa35c, 3.4, [-2, 0.6, 1]], rim: 1.2 },
+  rim: { sky: 0.25, sun: [0xffffff, 0.5, [-1, 2, 1.5]], rim: 5 },
+};
+const TURN_SPEED = 1.5; // of OrbitControls: a round in 40 s
 
 const PLACES_MOST = 2000; // points of a mesh that framing considers
 const MARGIN = 0.78; // part of the picture that a framed model fills
@@ -26,7 +38,7 @@ const loader = new GLTFLoader().setMeshoptDecoder(MeshoptDecoder);
 const saysLook = (material) => material !== undefined && !/^\{"pbrMetallicRoughness":\{"metallicFactor":0\}\}$/.test(JSON.stringify({ ...material, name: undefined }));
 
 /** Parses a GLB into {scene, nodes: objects by the file's node names, bearers: [object, index of its mesh] for the nodes with
- *  a mesh, in the file's order, weights: clips of morph targets by name, parser: the loader's}. */
+ *  a mesh, in the file's order, weights: clips of morph targets by name, materials: their looks, parser: the loader's}. */
 export async function parse(buffer) {
   const gltf = await loader.parseAsync(buffer, '');
   const nodes = new Map();
@@ -53,7 +65,9 @@ export async function parse(buffer) {
     const own = tracks.filter((track) => track.name.endsWith('.morphTargetInfluences'));
     if (own.length > 0) weights.set(name, new AnimationClip(name, duration, own));
   }
-  return { scene: gltf.scene, nodes, bearers: bearers.filter(Boolean), weights, parser: gltf.parser };
+  const materials = (gltf.parser.json.materials ?? []).map(({ name, pbrMetallicRoughness: { baseColorFactor: factor, baseColorTexture: texture } = {} }) =>
+    ({ name, colour: new Color(...(factor ?? [1, 1, 1])).getStyle(), isTextured: texture !== undefined }));
+  return { scene: gltf.scene, nodes, bearers: bearers.filter(Boolean), weights, materials, parser: gltf.parser };
 }
 
 function dispose(root) {
@@ -65,6 +79,14 @@ function dispose(root) {
       material.dispose();
     }
   });
+}
+
+/** The joint that moves the hit point of a skinned mesh most. */
+function jointOf({ object, face }) {
+  if (!object.isSkinnedMesh) return null;
+  const { skinIndex, skinWeight } = object.geometry.attributes;
+  const strongest = [0, 1, 2, 3].reduce((best, k) => (skinWeight.getComponent(face.a, k) > skinWeight.getComponent(face.a, best) ? k : best), 0);
+  return object.skeleton.bones[skinIndex.getComponent(face.a, strongest)] ?? null;
 }
 
 export class Viewport {
@@ -82,9 +104,13 @@ export class Viewport {
     this.hemisphere = new HemisphereLight(0xffffff, 0x888888, 1.6);
     this.sun = new DirectionalLight(0xffffff, 2.2);
     this.sun.position.set(-1, 2, 1.5);
-    const rim = new DirectionalLight(0xffffff, 0.5);
-    rim.position.set(2, 1, -2);
-    this.scene.add(this.hemisphere, new AmbientLight(0xffffff, 0.15), this.sun, rim);
+    this.rim = new DirectionalLight(0xffffff, 0.5);
+    this.rim.position.set(2, 1, -2);
+    this.ambient = new AmbientLight(0xffffff, 0.15);
+    this.light = 'studio';
+    this.exposure = 1;
+    this.floor = new Floor();
+    this.scene.add(this.hemisphere, this.ambient, this.sun, this.rim, this.floor.object);
     this.model = null;
     this.cage = null;
     this.beside = null;
@@ -97,6 +123,7 @@ export class Viewport {
     this.shown = new Set();
     this.offset = new Vector3(); // how far the camera has followed the model
     this.onFrame = [];
+    this.afterFrame = []; // called once, with the canvas as it was just drawn
     this.onView = () => {}; // called when the user has moved the camera
     canvas.addEventListener('keydown', (event) => this.key(event));
     canvas.addEventListener('webglcontextrestored', () => {
@@ -151,8 +178,24 @@ export class Viewport {
       this.scene.updateMatrixWorld();
       this.#follow();
       this.skeleton?.update();
+      if (this.model) this.floor.draw(this.#solids);
       if (this.renderer) this.#render();
+      for (const use of this.afterFrame.splice(0)) use(this.canvas);
       this.canvas.dataset.frames = Number(this.canvas.dataset.frames ?? 0) + 1;
+    });
+  }
+
+  /** Resolves with what the next frame shows, as a data URL: all of it, or its middle in a given size. */
+  picture({ width, height, type = 'image/png' } = {}) {
+    return new Promise((resolve) => {
+      this.afterFrame.push((canvas) => {
+        const drawn = Object.assign(document.createElement('canvas'), { width: width ?? canvas.width, height: height ?? canvas.height });
+        const scale = Math.max(drawn.width / canvas.width, drawn.height / canvas.height);
+        const [w, h] = [canvas.width * scale, canvas.height * scale];
+        drawn.getContext('2d').drawImage(canvas, (drawn.width - w) / 2, (drawn.height - h) / 2, w, h);
+        resolve(drawn.toDataURL(type, 0.8));
+      });
+      this.invalidate();
     });
   }
 
@@ -199,14 +242,49 @@ export class Viewport {
     this.theme = theme;
     this.themeName = name;
     this.scene.background = new Color(theme.background);
-    this.hemisphere.color.set(theme.sky);
-    this.hemisphere.groundColor.set(theme.ground);
+    this.floor.setTheme(name);
+    this.setLight(this.light, this.exposure);
     for (const { plain, wireframe } of this.#models) {
       plain.color.set(theme.surface);
       wireframe.setTheme(name);
     }
     for (const cage of this.#cages) cage.setTheme(name);
     this.invalidate();
+  }
+
+  /** name: of LIGHTS; exposure: a factor of all light. */
+  setLight(name, exposure) {
+    Object.assign(this, { light: name, exposure });
+    const { sky, colour, ground, sun: [sun, strength, place], rim } = LIGHTS[name];
+    this.hemisphere.color.set(colour ?? this.theme?.sky ?? 0xffffff);
+    this.hemisphere.groundColor.set(ground ?? this.theme?.ground ?? 0x888888);
+    this.sun.color.set(sun);
+    this.sun.position.set(...place);
+    for (const [light, intensity] of [[this.hemisphere, sky], [this.sun, strength], [this.rim, rim], [this.ambient, 0.15]]) light.intensity = intensity * exposure;
+    this.scene.environmentIntensity = 0.6 * exposure * (sky / LIGHTS.studio.sky);
+    this.invalidate();
+  }
+
+  /** Turns the camera round the model, until it is called with false. */
+  turn(isTurning) {
+    if (this.controls.autoRotate === isTurning) return;
+    Object.assign(this.controls, { autoRotate: isTurning, autoRotateSpeed: TURN_SPEED });
+    let last = performance.now();
+    const step = (now) => {
+      if (!this.controls.autoRotate) return;
+      this.controls.update((now - last) / 1000);
+      last = now;
+      this.invalidate();
+      requestAnimationFrame(step);
+    };
+    if (isTurning) requestAnimationFrame(step);
+  }
+
+  /** What throws a shadow. */
+  get #solids() {
+    const meshes = [];
+    this.model.scene.traverse((object) => object.isMesh && object.userData.own && meshes.push(object));
+    return meshes;
   }
 
   get #models() {
@@ -259,6 +337,7 @@ export class Viewport {
   }
 
   clearModel() {
+    this.floor.object.visible = false;
     if (!this.model) return;
     this.normals.dispose();
     this.skeleton.object.removeFromParent();
@@ -310,7 +389,6 @@ export class Viewport {
     room.add(new Mesh(box, [side(0x909aa8), side(0x909aa8), side(0xffffff), side(0x55524e), side(0xb4bcc8), side(0x7e8794)]));
     const generator = new PMREMGenerator(this.renderer);
     this.scene.environment = generator.fromScene(room, 0.04).texture;
-    this.scene.environmentIntensity = 0.6;
     generator.dispose();
   }
 
@@ -326,6 +404,8 @@ export class Viewport {
       });
       wireframe.show(names.has('wireframe'));
     }
+    this.floor.object.visible = names.has('floor') && names.has('surface') && Boolean(this.model) && !this.isBare;
+    this.floor.drawn = 0;
     this.normals?.show(names.has('normals'));
     if (this.skeleton) this.skeleton.object.visible = names.has('skeleton') || this.isBare;
     for (const cage of this.#cages) cage.show(names.has('cage'), names.has('points'));
@@ -356,6 +436,7 @@ export class Viewport {
   frame() {
     const places = this.#places();
     const box = new Box3().setFromPoints(places);
+    this.floor.place(box);
     const centre = box.getCenter(new Vector3());
     const radius = Math.max(box.getSize(new Vector3()).length() / 2, 1e-6);
     const direction = this.camera.position.clone().sub(this.controls.target).normalize();
@@ -435,6 +516,20 @@ export class Viewport {
     if (clip) mixer.clipAction(clip).play();
     if (clip) mixer.setTime(Math.min(time, clip.duration * (1 - 1e-6))); // the end would wrap to the beginning
     this.cage?.morph(this.model.nodes);
+  }
+
+  /** The names of the nodes at a place of the window, from the innermost outwards; of a skin, those of the strongest joint. */
+  nodesAt({ clientX, clientY }) {
+    if (!this.model) return [];
+    const box = this.canvas.getBoundingClientRect();
+    const ray = new Raycaster();
+    ray.setFromCamera(new Vector2(((clientX - box.left) / box.width) * 2 - 1, 1 - ((clientY - box.top) / box.height) * 2), this.camera);
+    const hit = ray.intersectObject(this.model.scene).find(({ object }) => object.isMesh && object.userData.own);
+    if (!hit) return [];
+    const names = new Map([...this.model.nodes].map(([name, object]) => [object, name]));
+    const found = [];
+    for (let object = jointOf(hit) ?? hit.object; object; object = object.parent) if (names.has(object)) found.push(names.get(object));
+    return found;
   }
 
   /** The objects that have a node's transform, in surfaces and cages. */

@@ -72,9 +72,18 @@ export class Modeller {
     await this.ready();
   }
 
+  /** Makes a shape by the menu. */
+  shape(name) {
+    return this.opens(async () => {
+      await this.page.getByRole('button', { name: 'New shape' }).click();
+      await this.page.getByRole('menuitem', { name, exact: true }).click();
+    });
+  }
+
   async box(size) {
+    await this.shape('Box');
     await this.page.getByLabel('Box: size').fill(size);
-    await this.press('Make');
+    await this.opens(() => this.page.getByLabel('Box: size').press('Enter'));
     await this.look();
   }
 }

@@ -97,7 +97,7 @@ visits('the picture is not empty between two steps', { hash }, async (visit) => 
   let letGo;
   const held = new Promise((resolve) => (letGo = resolve));
   await visit.page.route('**/surface.glb**', (route) => held.then(() => route.continue()).catch(() => {})); // some are called off
-  await visit.page.getByRole('button', { name: 'Inset' }).click();
+  await visit.page.getByRole('button', { name: 'Inset', exact: true }).click();
   await visit.wait(() => document.getElementById('subject').textContent === 'box, 1 edit');
   await visit.drawn();
   assert.ok(covered(await visit.pixels()) > 0.05);
@@ -115,10 +115,10 @@ visits('the list of edits is changed as text, and taken back', { hash, refused: 
   await modeller.press('Apply');
   assert.deepEqual((await described(modeller.id)).bounds.max, [1, 2.5, 1]);
   await page.getByRole('textbox', { name: 'Edits' }).fill('[{"edit": "extrude", "faces": [99], "distance": 2}]');
-  await page.getByRole('button', { name: 'Apply' }).click();
+  await page.getByRole('button', { name: 'Apply', exact: true }).click();
   await page.getByText('/meshes/0/edits/0/faces/0').waitFor();
   await page.getByRole('textbox', { name: 'Edits' }).fill('[');
-  await page.getByRole('button', { name: 'Apply' }).click();
+  await page.getByRole('button', { name: 'Apply', exact: true }).click();
   await page.getByText('The list is no JSON').waitFor();
   await modeller.press('Undo');
   assert.equal(modeller.id, plain);
@@ -129,11 +129,8 @@ visits('edits are made by keyboard alone', { hash }, async (visit) => {
   const modeller = new Modeller(visit);
   const { page } = modeller;
   await modeller.opens(async () => {
-    await page.getByRole('combobox', { name: 'New' }).focus();
-    await page.keyboard.type('Grid');
-    await page.getByLabel('Grid: segments').focus();
-    await page.keyboard.press('Tab');
-    await page.keyboard.press('Enter');
+    await page.getByRole('button', { name: 'New shape' }).focus();
+    for (const key of ['Enter', 'ArrowDown', 'Enter']) await page.keyboard.press(key);
   });
   assert.equal((await described(modeller.id)).faces, 16);
   await page.locator('#view').focus();
@@ -146,18 +143,17 @@ visits('edits are made by keyboard alone', { hash }, async (visit) => {
   assert.equal(await modeller.selection, 'all');
   assert.equal(await visit.text('#panel-edit .selected'), '16 faces');
   await modeller.opens(async () => {
-    await page.getByRole('button', { name: 'Subdivide' }).focus();
+    await page.getByRole('button', { name: 'Subdivide', exact: true }).focus();
     await page.keyboard.press('Enter');
   });
   assert.equal((await described(modeller.id)).faces, 64);
 });
 
-for (const [kind, faces] of [['Quad sphere', 24], ['Uv sphere', 128], ['Icosphere', 80], ['Ellipsoid', 24], ['Cylinder', 10], ['Cone', 9], ['Torus', 72]])
+for (const [kind, faces] of [['Sphere', 24], ['Globe', 128], ['Icosphere', 80], ['Ellipsoid', 24], ['Cylinder', 10], ['Cone', 9], ['Torus', 72]])
   visits(`to start from: ${kind.toLowerCase()}`, { hash }, async (visit) => {
     await visit.level(2);
     const modeller = new Modeller(visit);
-    await visit.page.getByRole('combobox', { name: 'New' }).selectOption({ label: kind });
-    await modeller.press('Make');
+    await modeller.shape(kind);
     assert.equal((await described(modeller.id)).faces, faces);
     assert.ok(covered(await visit.pixels()) > 0.05);
   });

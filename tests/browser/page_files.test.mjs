@@ -129,15 +129,20 @@ visits('models are deleted, and the browser goes back to the one before', {}, as
   await shows(visit, 'cube.obj');
   await page.goBack();
   await shows(visit, 'spare.obj');
-  await page.getByRole('button', { name: 'Delete spare.obj' }).click();
-  await page.getByRole('dialog').getByRole('button', { name: 'Cancel' }).click();
-  assert.equal(await page.getByRole('button', { name: 'Delete spare.obj' }).count(), 1);
-  await page.getByRole('button', { name: 'Delete spare.obj' }).click();
-  await page.getByRole('dialog').getByRole('button', { name: 'Delete' }).click();
+  const stored = async () => (await (await fetch(`${daemon.url}/v1/models`)).json()).models.some(({ name }) => name === 'spare.obj');
+  const remove = page.getByRole('button', { name: 'Delete spare.obj' });
+  await remove.click();
   await shows(visit, 'tank.json');
-  assert.equal(await page.getByRole('button', { name: 'Delete spare.obj' }).count(), 0);
-  const { models } = await (await fetch(`${daemon.url}/v1/models`)).json();
-  assert.ok(!models.some(({ name }) => name === 'spare.obj'));
+  assert.equal(await remove.count(), 0);
+  await page.locator('.gone').getByRole('button', { name: 'Undo' }).click();
+  await shows(visit, 'spare.obj');
+  assert.ok(await stored());
+  await remove.click();
+  await shows(visit, 'tank.json');
+  assert.ok(await stored(), 'there is time to undo');
+  for (let waited = 0; waited < 300 && (await stored()); waited++) await page.waitForTimeout(100);
+  assert.equal(await stored(), false);
+  assert.equal(await remove.count(), 0);
 });
 
 visits('what is shown is downloaded by one click', { hash: '#tab=edit&level=1&encoding=quantized' }, async (visit) => {

@@ -4,6 +4,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
 import { Daemon } from '../node/daemon.mjs';
+import { Modeller } from './modeller.mjs';
 import { covered, difference, drop, open, PYRAMID, Visit } from './page_driver.mjs';
 
 const site = open();
@@ -119,6 +120,8 @@ visits('numbers are taken as the browser’s language writes them, by Enter, and
     const { meshes: [{ bounds: { min, max } }] } = await (await fetch(`${daemon.url}/v1/models/${idOf(visit)}`)).json();
     return max.map((value, i) => value - min[i]);
   };
+  const modeller = new Modeller(visit);
+  await modeller.shape('Box');
   const before = idOf(visit);
   const field = page.getByLabel('Box: size');
   for (const wrong of ['much', '1 2', '']) {
@@ -228,7 +231,7 @@ visits('edits, undo and deletes keep the focus and what is scrolled to', { hash:
     await visit.wait(() => 'pickable' in document.querySelector('canvas').dataset);
   };
   const place = () => page.evaluate(() => [document.activeElement.getAttribute('aria-label') ?? document.activeElement.textContent, document.getElementById('panel').scrollTop]);
-  await opens(() => page.getByLabel('Box: size').press('Enter'));
+  await new Modeller(visit).shape('Box');
   await page.getByLabel('Selection').fill('"all"');
   await page.getByLabel('Selection').press('Enter');
   const field = page.getByLabel('Move: by');
@@ -244,7 +247,6 @@ visits('edits, undo and deletes keep the focus and what is scrolled to', { hash:
   const names = () => page.locator('.model .name').allInnerTexts();
   const all = await names();
   await page.getByRole('button', { name: 'Delete cube.obj' }).click();
-  await page.getByRole('button', { name: 'Delete', exact: true }).click();
   await visit.wait((count) => document.querySelectorAll('.model').length === count, all.length - 1);
   await page.waitForLoadState('networkidle');
   assert.ok(await page.evaluate(() => document.activeElement.matches('.model')), 'the focus is on a model');

@@ -113,8 +113,8 @@ visits('steps of a clean-up can be left out', { hash, ...PHONE }, async (visit) 
   const modeller = await openScan(visit);
   const { page } = modeller;
   await page.getByText('Steps of a clean-up').click();
-  for (const step of ['Weld', 'Despike', 'Orient', 'Smooth']) await page.getByRole('checkbox', { name: step, exact: true }).uncheck();
-  await page.getByLabel('Clean up, fill: max_edges').fill('20');
+  for (const step of ['Weld points', 'Remove spikes', 'Turn faces outward', 'Smooth']) await page.getByRole('checkbox', { name: step, exact: true }).uncheck();
+  await page.getByLabel('Clean up, fill holes: edges at most').fill('20');
   await modeller.press('Clean up');
   assert.deepEqual((await modeller.edits).map(({ edit }) => edit), ['drop_pieces', 'fill']);
   const { components, boundary_loops, bounds } = await described(modeller.id);

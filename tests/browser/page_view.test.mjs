@@ -18,7 +18,7 @@ test('its bytes are few, its tag is strong, its policy allows no inline code', a
   assert.doesNotMatch(policy, /unsafe-inline|unsafe-eval(?<!wasm-unsafe-eval)|https?:/);
   const size = Number(answer.headers.get('Content-Length'));
   console.log(`# the page has ${size} bytes`);
-  assert.ok(size < 250000, `${size} bytes`);
+  assert.ok(size < 300000, `${size} bytes`);
   const html = await answer.text();
   assert.doesNotMatch(html.replace(/<script[^]*?<\/script>/g, ''), /(?:href|src)=["']?(?:https?:)?\/\//);
 });

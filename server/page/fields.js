@@ -1,0 +1,46 @@
+// Input fields for the parameters of shapes, edits and strokes: numbers as people write them.
+import { make } from './dom.js';
+import { CHOICES, parameterWords } from './shapes.js';
+
+const hasDecimalComma = (0.5).toLocaleString().includes(',');
+
+/** The numbers of a text: between blanks, semicolons or commas; a comma within a number is a decimal point where the
+ *  browser's language writes it so. NaN stands for what is no number. */
+function numbersOf(text) {
+  const isBlankSeparated = /[\s;]/.test(text.trim());
+  const words = text.split(hasDecimalComma && (isBlankSeparated || text.split(',').length === 2) ? /[\s;]+/ : /[\s;,]+/);
+  return words.map((word) => word.replace(/,$/, '')).filter(Boolean).map((word) => Number(hasDecimalComma ? word.replace(',', '.') : word));
+}
+
+/** Creates input fields for parameters, typed by their initial values. use() is called for Enter in one. read() returns
+ *  the present values; null, with a mark on the field, where one is no number. */
+export function fieldsOf(parameters, about, use = () => {}) {
+  const fields = Object.entries(parameters).map(([name, value]) => {
+    const words = parameterWords(name);
+    const label = `${about}: ${words}`;
+    if (CHOICES[name]) {
+      const select = make('select', { 'aria-label': label }, ...CHOICES[name].map((text) => make('option', { value: text, selected: text === value }, text)));
+      return { name, read: () => select.value, label: make('label', { className: 'parameter' }, make('span', { 'aria-hidden': 'true' }, words), select) };
+    }
+    const input = make('input', { type: 'text', 'aria-label': label, value: [value].flat().join(', '), autocomplete: 'off',
+      oninput: () => tell(''), onkeydown: (event) => event.key === 'Enter' && use() });
+    const tell = (fault) => {
+      input.setCustomValidity(fault);
+      input.setAttribute('aria-invalid', fault !== '');
+    };
+    const wanted = [value].flat().length;
+    const read = () => {
+      const numbers = numbersOf(input.value);
+      const isGood = numbers.length === wanted && numbers.every(Number.isFinite);
+      tell(isGood ? '' : wanted === 1 ? 'A number is expected.' : `${wanted} numbers are expected.`);
+      if (!isGood) input.reportValidity();
+      return isGood ? (Array.isArray(value) ? numbers : numbers[0]) : undefined;
+    };
+    return { name, read, label: make('label', { className: 'parameter' }, make('span', { 'aria-hidden': 'true' }, words), input) };
+  });
+  const read = () => {
+    const values = fields.map(({ name, read: readField }) => [name, readField()]);
+    return values.some(([, value]) => value === undefined) ? null : Object.fromEntries(values);
+  };
+  return { labels: fields.map(({ label }) => label), read };
+}
