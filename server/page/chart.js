@@ -5,6 +5,7 @@ import uPlot from 'uplot';
 import { make } from './dom.js';
 
 const HEIGHT = 128; // pixels
+const DEGREES = [0.1, 0.5, 1, 5, 10, 15, 30, 45, 90, 180, 360, 720, 1440]; // between the lines of a grid
 const STILL = 3;    // pixels that the pointer may move during a click
 
 const variable = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
@@ -23,14 +24,15 @@ export class Chart {
     this.now = make('div', { className: 'now' });
     const axis = { stroke: variable('--dim'), font: '11px system-ui, sans-serif', grid: { stroke: variable('--line'), width: 1 }, ticks: { stroke: variable('--line'), size: 4 } };
     this.plot = new uPlot({
-      width: 300, height: HEIGHT, legend: { show: false }, padding: [6, 4, 0, 0],
+      width: 300, height: HEIGHT, legend: { show: false }, padding: [6, 14, 0, 0],
       scales: { x: { time: false }, y: { range } },
       axes: [{ ...axis, size: 26, values: (plot, splits) => splits.map((t) => `${t} s`) },
-        { ...axis, size: 46, values: (plot, splits) => splits.map((value) => `${value}${unit}`) }],
+        { ...axis, size: 46, ...(unit === '°' && { incrs: DEGREES }), values: (plot, splits) => splits.map((value) => `${value}${unit}`) }],
       cursor: { sync: { key: 'rotation', setSeries: false, scales: ['x', null] }, y: false, points: { size: 6 } },
       series: [{}, ...names.map((name, k) => ({ label: name, stroke: variable(`--c${k}`), width: 1.6, points: { show: false } }))],
       hooks: { setCursor: [({ cursor: { idx } }) => this.#tell(idx)], setScale: [() => this.tick(this.time)] },
     }, [[], ...names.map(() => [])], this.box);
+    this.box.plot = this.plot; // which README's pictures of the page are drawn from
     this.plot.over.append(this.now);
     let from = 0;
     this.plot.over.addEventListener('pointerdown', ({ clientX }) => (from = clientX));

@@ -100,7 +100,7 @@ export class Gesture {
   get amount() {
     const number = Number(this.typed);
     if (this.typed !== '' && Number.isFinite(number)) return number;
-    if (!this.frame.start) return this.name === 'scale' || this.name === 'loop_cut' ? 1 : 0;
+    if (!this.frame.start && !this.kind.isOfEdge) return this.name === 'scale' ? 1 : 0;
     return this.kind.amount({ ...this.frame, count: this.count }, this.axis);
   }
 

@@ -1,10 +1,11 @@
 // The page: creates its parts, and loads the model that the state names.
 import { Animation } from './animation.js';
 import { Beside } from './beside.js';
+import { borrowed, clipsOf } from './borrowed_clips.js';
 import { Cage, creaseColour, creasesOf, FEW, MANY } from './cage.js';
 import { download, tweend, withKey } from './client.js';
 import { ClipPanel } from './clip_panel.js';
-import { borrowed, clipsOf, isCharacter, isMotion } from './clips.js';
+import { isCharacter, isMotion } from './clips.js';
 import { byId, bytes, count, fixed, make, menu, plural } from './dom.js';
 import { EditPanel } from './edit_panel.js';
 import { showKeys } from './keys.js';

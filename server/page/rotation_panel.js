@@ -146,7 +146,7 @@ export class RotationPanel {
     this.lockNow = make('output', { className: 'value' });
     const offersBetter = track.best_order !== order && (track.orders[track.best_order] ?? 0) > (track.orders[order] ?? 0) + 0.01;
     this.content.replaceChildren(
-      make('div', { className: 'fields' },
+      make('div', { className: 'fields one' },
         choice('Node, nearest to lock first', nodes, track.node, (node) => change({ node })),
         choice('Euler order', ORDERS.map((name) => [name, `${name}, ${fromLock(track.orders[name] ?? 1)} from lock`]), order, (next) => change({ order: next }))),
       make('h3', {}, 'Distance from gimbal lock', this.lockNow), this.band.svg,

@@ -4,6 +4,7 @@ import { bytes, choice, count, make } from './dom.js';
 import { change, state, SURFACE, surfaceOptions, watch } from './state.js';
 
 const LEVELS = 10;
+const COUNTED = ['surface', 'sculpt', 'scripts']; // tabs that tell of other levels than the shown one
 const CHOICES = [
   ['scheme', 'Scheme', [['catmull-clark', 'Catmull-Clark'], ['loop', 'Loop (triangles)'], ['bilinear', 'Bilinear']]],
   ['boundary', 'Boundary', [['edge-and-corner', 'Edge and corner'], ['edge-only', 'Edge only'], ['none', 'None'], ['open', 'Open']]],
@@ -34,7 +35,7 @@ export class SurfacePanel {
       if (names.has('model')) this.clear();
       const asked = SURFACE.some((name) => name !== 'level' && names.has(name));
       if (asked || names.has('level')) this.render();
-      if (asked) this.count();
+      if (asked || (names.has('tab') && this.isDue)) this.count();
     });
     this.render();
   }
@@ -74,10 +75,11 @@ export class SurfacePanel {
     this.fill();
   }
 
-  /** Requests the counts of all levels that the daemon would make. */
+  /** Requests the counts of all levels that the daemon would make, when they are seen. */
   async count() {
     this.clear();
-    if (!state('model')) return;
+    this.isDue = !COUNTED.includes(state('tab'));
+    if (!state('model') || this.isDue) return;
     const { signal } = (this.controller = new AbortController());
     try {
       this.levels = await withKey(() => tweend.levels(state('model'), { ...surfaceOptions(), level: undefined }, { signal }));

@@ -42,7 +42,11 @@ export class Modeller {
   }
 
   async look() {
-    await this.page.evaluate((view) => (location.hash += `&view=${view}`), VIEW);
+    await this.page.evaluate((view) => {
+      const given = new URLSearchParams(location.hash.slice(1));
+      given.set('view', view);
+      location.hash = given;
+    }, VIEW);
     await this.visit.drawn();
   }
 

@@ -1,6 +1,8 @@
 // The page at /: clips that play, keys on the timeline, rotations as curves.
 import assert from 'node:assert/strict';
 
+import { biped } from '../node/biped.mjs';
+import { mocap } from '../node/mocap.mjs';
 import { difference, drop, open } from './page_driver.mjs';
 
 const site = open();
@@ -118,4 +120,76 @@ visits('gimbal lock appears, and the best order takes it away', { hash: '#tab=an
   await visit.page.getByRole('combobox', { name: 'Ghosts' }).selectOption('both');
   await visit.drawn();
   assert.ok(difference(without, await visit.pixels()) > 0.0005, 'ghosts are seen');
+});
+
+visits('a BVH that is dropped beside a character plays on it, is judged, blended and kept', { hash: '#show=surface,skeleton' }, async (visit) => {
+  const { page } = visit;
+  await visit.level(2);
+  await drop(visit, { 'figure.gltf': biped({ names: 'mixamo', clip: { seed: 3, keys: 8, seconds: 2, most: 0.4 } }) });
+  await visit.wait(() => document.getElementById('subject').textContent === 'figure.gltf');
+  await visit.wait(() => document.querySelectorAll('.ticks line').length > 0);
+  await visit.drawn();
+  const still = await visit.pixels();
+  const character = new URLSearchParams(new URL(page.url()).hash.slice(1)).get('model');
+  await drop(visit, { 'walk.bvh': mocap(90, { frameTime: '.0333333' }).text });
+  await visit.wait(() => /clip=[0-9a-f]{32}/.test(location.hash));
+  assert.ok(page.url().includes(character), 'the character stays');
+  await page.locator('.sentences li').first().waitFor();
+  await visit.seek(1.2);
+  assert.ok(difference(still, await visit.pixels()) > 0.005, 'it moves');
+  assert.match(await page.getByLabel('Clip', { exact: true }).first().evaluate((select) => select.selectedOptions[0].text), /^motion \(walk\.bvh\)$/);
+  assert.match(await page.locator('.sentences').innerText(), /loop|seam/i);
+  await page.getByText('Carried over to this skeleton').click();
+  await page.getByText(/\d+ bones follow/).waitFor();
+  await visit.picture('borrowed clip');
+
+  await page.getByLabel('Blend with').selectOption({ index: 1 });
+  const slider = page.getByRole('slider', { name: 'Blend' });
+  await slider.waitFor();
+  await visit.wait(() => document.querySelector('.clock').textContent.startsWith('1.'));
+  const pictures = [];
+  for (const weight of ['0', '0.5', '1']) {
+    await slider.evaluate((range, value) => {
+      range.value = value;
+      range.dispatchEvent(new Event('input'));
+    }, weight);
+    await visit.seek(0.8);
+    pictures.push(await visit.pixels());
+  }
+  assert.ok(difference(pictures[0], pictures[2]) > 0.003, 'the two clips differ');
+  assert.ok(difference(pictures[0], pictures[1]) > 0.001 && difference(pictures[1], pictures[2]) > 0.001, 'the middle is neither');
+  const saved = page.waitForEvent('download');
+  await page.getByRole('button', { name: 'Save GLB' }).click();
+  assert.match((await saved).suggestedFilename(), /^figure, blend\.glb$/);
+  await page.getByRole('button', { name: 'Keep as a model' }).click();
+  await visit.wait((id) => !location.hash.includes(`model=${id}`) && document.getElementById('facts').textContent.startsWith('Level'), character);
+  const kept = new URLSearchParams(new URL(page.url()).hash.slice(1)).get('model');
+  const { clips, meshes } = await (await fetch(`${daemon.url}/v1/models/${kept}`)).json();
+  assert.deepEqual([clips.length, clips[0].name, meshes.length], [1, 'blend', 1]);
+});
+
+visits('curves have axes, seek at a click, and the picture chooses the node', { hash: '#tab=animation&show=surface' }, async (visit) => {
+  const { page } = visit;
+  await visit.level(2);
+  await visit.wait(() => document.querySelectorAll('.chart .u-over').length === 3);
+  const nodes = await page.getByLabel('Node, nearest').locator('option').allInnerTexts();
+  const distances = nodes.map((text) => parseFloat(text.match(/([\d.]+)° from lock/)[1]));
+  assert.deepEqual(distances, [...distances].sort((a, b) => a - b), 'the nearest to lock come first');
+  const chart = await page.locator('.chart .u-over').first().boundingBox();
+  await page.mouse.click(chart.x + chart.width / 2, chart.y + 20);
+  await visit.wait(() => document.querySelector('.clock').textContent.startsWith('2.0'));
+  const first = await page.getByLabel('Node, nearest').inputValue();
+  const { x, y, width, height } = await page.locator('#view').boundingBox();
+  const without = await visit.pixels();
+  for (const [dx, dy] of [[0.5, 0.55], [0.45, 0.45], [0.55, 0.5], [0.4, 0.6]]) {
+    await page.mouse.click(x + width * dx, y + height * dy);
+    if (await visit.page.evaluate(() => location.hash.includes('node='))) break;
+  }
+  assert.match(page.url(), /node=/);
+  assert.notEqual(new URLSearchParams(new URL(page.url()).hash.slice(1)).get('node'), first);
+  await visit.shows('trail', true);
+  await page.waitForTimeout(500);
+  await visit.drawn();
+  assert.ok(difference(without, await visit.pixels()) > 0.0002, 'its way is seen');
+  await visit.picture('curves');
 });

@@ -272,6 +272,63 @@ visits('one finger sculpts, two move the camera', { hash, ...PHONE }, async (vis
   assert.ok(apart(await pointsOf(sculptor.id, 3), before) > 0.05);
 });
 
+for (const [brush, isRight] of [
+  ['Draw', ({ up }) => up > 0.02], ['Inflate', ({ up }) => up > 0.02], ['Smooth', ({ apart: far }) => far > 0.001], ['Flatten', ({ apart: far }) => far > 0.001], ['Crease', ({ up }) => up < -0.02],
+])
+  visits(`a stroke of the brush ${brush.toLowerCase()}, mirrored`, { hash }, async (visit) => {
+    const sculptor = await Sculptor.begin(visit);
+    const { page } = sculptor;
+    const before = await pointsOf(sculptor.id, 3);
+    await page.getByRole('button', { name: brush, exact: true }).click();
+    await page.getByLabel('Symmetry').selectOption('x');
+    await sculptor.slide('Strength', 100);
+    await sculptor.drag(before[nearest(before, new Vector3(0.45, 0.7, 0.3))], [30, 10]);
+    const after = await pointsOf(sculptor.id, 3);
+    const moves = after.map((point, i) => point.clone().sub(before[i]));
+    const most = moves.reduce((best, move) => (move.length() > best.length() ? move : best), new Vector3());
+    assert.ok(isRight({ up: most.y, apart: most.length() }), `${most.toArray()}`);
+    const mirrored = after.map(({ x, y, z }) => new Vector3(-x, y, z));
+    for (const point of after) assert.ok(mirrored.some((other) => other.distanceTo(point) < 1e-4), 'both sides are alike');
+  });
+
+visits('strokes go on while one is stored, and each can be undone', { hash }, async (visit) => {
+  const sculptor = await Sculptor.begin(visit);
+  const { page } = sculptor;
+  const source = sculptor.id;
+  const before = await pointsOf(source, 3);
+  let release;
+  const held = new Promise((resolve) => (release = resolve));
+  await page.route('**/detail?**', (route) => held.then(() => route.continue()));
+  const places = [new Vector3(0.5, 0.3, 0.6), new Vector3(-0.3, 0.7, 0.3), new Vector3(0.1, -0.2, 0.7)];
+  for (const place of places) {
+    await sculptor.hold(before[nearest(before, place)], [0, -25]);
+    await page.mouse.up();
+  }
+  assert.equal(sculptor.id, source);
+  await sculptor.opens(async () => release());
+  const third = sculptor.id;
+  const after = await pointsOf(third, 3);
+  for (const place of places) assert.ok(after[nearest(before, place)].distanceTo(before[nearest(before, place)]) > 0.05);
+  for (let i = 0; i < 3; i++) await sculptor.opens(() => page.getByRole('button', { name: 'Undo' }).click());
+  assert.equal(sculptor.id, source);
+});
+
+visits('the wheel with Shift, and brackets, change the radius', { hash }, async (visit) => {
+  const sculptor = await Sculptor.begin(visit);
+  const { page } = sculptor;
+  const radius = async () => Number(await page.getByRole('slider', { name: 'Radius' }).inputValue());
+  const first = await radius();
+  await page.locator('#view').hover();
+  await page.keyboard.down('Shift');
+  await page.mouse.wheel(0, -100);
+  await page.keyboard.up('Shift');
+  await visit.wait((least) => Number(document.querySelector('[aria-label=Radius]').value) > least, first);
+  await page.locator('#view').focus();
+  for (let i = 0; i < 3; i++) await page.keyboard.press('[');
+  assert.ok((await radius()) < first);
+  assert.doesNotMatch(page.url(), /view=(?!4%2C3%2C6)/, 'the camera stays');
+});
+
 visits('other rules are refused, and left by a click', { hash: '#tab=sculpt&level=1&scheme=bilinear' }, async (visit) => {
   await visit.level(1);
   await visit.page.getByRole('button', { name: 'Show it so' }).click();

@@ -109,12 +109,39 @@ export function drawPage() {
       preserveAspectRatio: svg.getAttribute('preserveAspectRatio') ?? '' }, shapes.join(''));
   }
 
+  /** A chart of curves, as uPlot has it: grid, labels, curves. */
+  function drawPlot(plot, { left, top }) {
+    const at = (value, scale) => plot.valToPos(value, scale, true) / devicePixelRatio;
+    const area = Object.fromEntries(Object.entries(plot.bbox).map(([name, value]) => [name, value / devicePixelRatio]));
+    const shapes = [];
+    const text = (x, y, anchor, content) => tag('text', { x, y, 'font-size': 11, 'text-anchor': anchor, fill: variable('--dim') }, content);
+    const [across, up] = plot.axes;
+    up._splits.forEach((value, i) => {
+      const y = at(value, 'y');
+      shapes.push(tag('path', { d: `M${short(area.left)} ${short(y)}h${short(area.width)}`, stroke: variable('--line') }), text(area.left - 8, y + 4, 'end', up._values[i]));
+    });
+    across._splits.forEach((value, i) => {
+      const x = at(value, 'x');
+      shapes.push(tag('path', { d: `M${short(x)} ${short(area.top)}v${short(area.height)}`, stroke: variable('--line') }), text(x, area.top + area.height + 16, 'middle', across._values[i]));
+    });
+    const [times, ...columns] = plot.data;
+    columns.forEach((values, k) => {
+      const path = values.map((value, i) => (value === null ? '' : `${i === 0 || values[i - 1] === null ? 'M' : 'L'}${short(at(times[i], 'x'))} ${short(at(value, 'y'))}`)).join('');
+      shapes.push(tag('path', { d: path, fill: 'none', stroke: variable(`--c${k}`), 'stroke-width': 1.6 }));
+    });
+    put('svg', { x: left, y: top, width: plot.width, height: plot.height }, shapes.join(''));
+  }
+
   function drawElement(element) {
     const box = element.getBoundingClientRect();
     const style = getComputedStyle(element);
     if (!element.checkVisibility({ opacityProperty: true }) || box.bottom <= 0 || box.top >= innerHeight) return;
-    if (element.tagName === 'CANVAS') {
+    if (element.id === 'view') {
       parts.push('CANVAS');
+      return;
+    }
+    if (element.tagName === 'CANVAS') {
+      drawPlot(element.closest('.chart').plot, box);
       return;
     }
     if (element.type !== 'range') drawBox(box, style);
@@ -137,6 +164,6 @@ export function drawPage() {
   while (texts.nextNode()) texts.currentNode.data = texts.currentNode.data.replace(/\d+\.\d ms$/, '0.2 ms');
 
   drawElement(document.body);
-  const { left, top, width, height } = document.querySelector('canvas').getBoundingClientRect();
+  const { left, top, width, height } = document.getElementById('view').getBoundingClientRect();
   return { parts, canvas: { left, top, width, height }, family: getComputedStyle(document.body).fontFamily.replaceAll('"', "'") };
 }

@@ -1,0 +1,174 @@
+// The page at /: modelling by hand, with handles, keys and boxes on the picture.
+import assert from 'node:assert/strict';
+
+import { Modeller } from './modeller.mjs';
+import { difference, open, PHONE } from './page_driver.mjs';
+
+const site = open();
+const { daemon, visits } = site;
+const hash = '#tab=edit';
+const described = async (id) => (await (await fetch(`${daemon.url}/v1/models/${id}`)).json()).meshes[0];
+
+class Hand extends Modeller {
+  static async begin(visit, size = '2, 2, 2') {
+    await visit.level(2);
+    const hand = new Hand(visit);
+    await hand.box(size);
+    return hand;
+  }
+
+  async pointAt(place, by = [0, 0]) {
+    const { x, y } = await this.page.locator('#view').boundingBox();
+    const at = await this.at(place);
+    await this.page.mouse.move(x + at.x + by[0], y + at.y + by[1], { steps: 3 });
+  }
+
+  kind(name) {
+    return this.page.getByRole('button', { name, exact: true }).click();
+  }
+
+  get said() {
+    return this.visit.text('#panel-edit .selected');
+  }
+
+  async press(...keys) {
+    for (const key of keys) await this.page.keyboard.press(key);
+    await this.visit.drawn();
+  }
+}
+
+visits('extrude, inset and a cut by keys, with a typed amount, by the mouse, and cancelled', { hash }, async (visit) => {
+  const hand = await Hand.begin(visit);
+  const { page } = hand;
+  const plain = hand.id;
+  await hand.click([0, 1, 0]);
+  await hand.press('e', '0', '.', '5');
+  assert.equal(await visit.text('.gesture [role=status]'), 'Extrude 0.5');
+  const before = await visit.pixels();
+  await hand.press('Backspace', '1');
+  assert.ok(difference(before, await visit.pixels()) > 0.002, 'the preview follows what is typed');
+  await hand.press('Escape');
+  assert.equal(hand.id, plain);
+  await hand.press('e', '0', '.', '5');
+  await hand.opens(() => page.keyboard.press('Enter'));
+  assert.deepEqual((await hand.edits).at(-1), { edit: 'extrude', faces: [2], distance: 0.5 });
+  assert.deepEqual((await described(hand.id)).bounds.max, [1, 1.5, 1]);
+
+  // By the mouse: towards the middle of the face, and a click.
+  await page.locator('#view').focus();
+  await hand.pointAt([0.9, 1.5, 0.9]);
+  await hand.press('i');
+  await hand.pointAt([0.4, 1.5, 0.4]);
+  await hand.opens(async () => {
+    await page.mouse.down();
+    await page.mouse.up();
+  });
+  const inset = (await hand.edits).at(-1);
+  assert.equal(inset.edit, 'inset');
+  assert.ok(inset.amount > 0.1 && inset.amount < 0.9, `${inset.amount}`);
+
+  await hand.kind('Edges');
+  await page.locator('#view').focus();
+  await hand.press('Control+r');
+  await hand.pointAt([1, 0, 1]);
+  await page.mouse.wheel(0, -100);
+  await visit.drawn();
+  assert.equal(await visit.text('.gesture [role=status]'), 'Loop cut 2');
+  const { faces } = await described(hand.id);
+  await hand.opens(() => page.keyboard.press('Enter'));
+  assert.equal((await hand.edits).at(-1).cuts, 2);
+  assert.ok((await described(hand.id)).faces >= faces + 8);
+  await hand.opens(() => page.keyboard.press('Control+z'));
+  assert.equal((await described(hand.id)).faces, faces);
+  await hand.opens(() => page.keyboard.press('Control+Shift+z'));
+  await visit.picture('hands');
+});
+
+visits('handles move a selection, and what is under the pointer is seen', { hash }, async (visit) => {
+  const hand = await Hand.begin(visit);
+  const { page } = hand;
+  const still = await visit.pixels();
+  await hand.pointAt([0, 1, 0]);
+  await visit.drawn();
+  const hovered = await visit.pixels();
+  assert.ok(difference(still, hovered) > 0.01, 'the face under the pointer');
+  await hand.click([0, 1, 0]);
+  assert.equal(await hand.said, '1 face');
+  await page.getByRole('button', { name: 'Move by handles' }).click();
+  await hand.pointAt([0, 1, 0], [200, 200]);
+  await visit.drawn();
+  const handles = await visit.pixels();
+  await visit.picture('handles');
+  assert.ok(difference(hovered, handles) > 0.002, 'the handles are there');
+  const view = page.url().match(/view=[^&]*/)[0];
+  await hand.pointAt([0, 1.55, 0]);
+  await visit.drawn();
+  await page.mouse.down();
+  await hand.pointAt([0, 2.05, 0]);
+  await visit.drawn();
+  await hand.opens(() => page.mouse.up());
+  const { edit, by, faces } = (await hand.edits).at(-1);
+  assert.deepEqual([edit, faces], ['move', [2]]);
+  assert.ok(Math.abs(by[1] - 0.5) < 0.1 && by[0] === 0 && by[2] === 0, `${by}`);
+  assert.ok(page.url().includes(view), 'the camera stays');
+  assert.equal(await hand.said, '1 face');
+});
+
+visits('loops, rings, growth, all and none, and a box', { hash }, async (visit) => {
+  await visit.level(2);
+  const hand = new Hand(visit);
+  const { page } = hand;
+  await hand.shape('Grid');
+  await page.getByLabel('Grid: size').fill('4, 4');
+  await hand.opens(() => page.getByLabel('Grid: size').press('Enter'));
+  await hand.look();
+  await hand.kind('Edges');
+  await hand.click([0.5, 0, 0], ['Alt']);
+  assert.equal(await hand.said, '4 edges');
+  await hand.click([0.5, 0, 0], ['Alt', 'Control']);
+  assert.equal(await hand.said, '5 edges');
+  await page.locator('#view').focus();
+  await hand.press('3');
+  await hand.click([0.5, 0, 0.5]);
+  assert.equal(await hand.said, '1 face');
+  await page.getByRole('button', { name: 'Grow' }).click();
+  assert.equal(await hand.said, '9 faces');
+  await page.getByRole('button', { name: 'Shrink' }).click();
+  await page.locator('#view').focus();
+  await hand.press('a');
+  assert.equal(await hand.said, '16 faces');
+  await hand.press('Alt+a');
+  assert.match(await hand.said, /^Click faces/);
+  await hand.press('b');
+  await hand.pointAt([-2.2, 0, -2.2], [0, -30]);
+  await page.mouse.down();
+  await hand.pointAt([2.2, 0, 2.2], [0, 30]);
+  await visit.drawn();
+  assert.ok(await page.locator('.box').isVisible());
+  await page.mouse.up();
+  const some = parseInt(await hand.said, 10);
+  assert.ok(some >= 4 && some <= 16, `${some} faces`);
+  await page.getByLabel('Selection').fill('{"facing": [0, 1, 0], "within": 10}');
+  await page.keyboard.press('Enter');
+  assert.equal(await hand.said, '16 faces', 'a rule is shown as what it selects');
+});
+
+visits('a finger moves what is selected', { hash, ...PHONE }, async (visit) => {
+  const hand = await Hand.begin(visit);
+  const { page } = hand;
+  await page.evaluate(() => scrollTo(0, 0));
+  await hand.click([0, 1, 0], [], 'tap');
+  await page.getByRole('button', { name: 'Extrude (E)' }).tap();
+  const { x, y } = await page.locator('#view').boundingBox();
+  const at = await hand.at([0, 1, 0]);
+  const session = await page.context().newCDPSession(page);
+  const touch = (type, ...touchPoints) => session.send('Input.dispatchTouchEvent', { type, touchPoints });
+  await touch('touchStart', { x: x + at.x, y: y + at.y });
+  await touch('touchMove', { x: x + at.x, y: y + at.y - 20 });
+  await touch('touchMove', { x: x + at.x, y: y + at.y - 40 });
+  await visit.picture('finger');
+  await hand.opens(() => touch('touchEnd'));
+  const { edit, distance } = (await hand.edits).at(-1);
+  assert.equal(edit, 'extrude');
+  assert.ok(distance > 0.1, `${distance}`);
+});

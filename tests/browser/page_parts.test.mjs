@@ -1,0 +1,94 @@
+// Parts of the page that need no browser: amounts of gestures, works and their versions, sentences about a clip.
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+
+import { sentencesOf } from '../../server/page/clip_words.js';
+import { blendOf } from '../../server/page/clips.js';
+import { Gesture } from '../../server/page/gestures.js';
+import { Lineages } from '../../server/page/lineages.js';
+
+/** A camera that looks along -z: 100 pixels are one unit. */
+const frame = (start) => ({
+  centre: [200, 200], start, scale: 0.01, normal: [0, 1, 0], view: [0, 0, 1],
+  along: ([x, y]) => [100 * x, -100 * y], inPlane: ([dx, dy]) => [dx / 100, -dy / 100, 0],
+});
+const made = (name, start, place, ...keys) => {
+  const gesture = new Gesture(name, frame(start));
+  if (place) gesture.moveTo(place);
+  for (const key of keys) assert.ok(gesture.type(key), key);
+  return gesture.edit;
+};
+
+test('the hand’s way is an amount', () => {
+  assert.deepEqual(made('extrude', [300, 300], [320, 250]), { edit: 'extrude', distance: 0.5 });
+  assert.deepEqual(made('inset', [300, 200], [270, 200]), { edit: 'inset', amount: 0.3 });
+  assert.equal(made('inset', [300, 200], [330, 200]), null, 'outwards is nothing');
+  assert.deepEqual(made('move', [0, 0], [50, -20]), { edit: 'move', by: [0.5, 0.2, 0] });
+  assert.deepEqual(made('move', [0, 0], [50, -20], 'y'), { edit: 'move', by: [0, 0.2, 0] });
+  assert.deepEqual(made('scale', [300, 200], [350, 200]), { edit: 'scale', by: 1.5 });
+  assert.deepEqual(made('scale', [300, 200], [350, 200], 'z'), { edit: 'scale', by: [1, 1, 1.5] });
+  assert.deepEqual(made('rotate', [300, 200], [200, 100]), { edit: 'rotate', axis: [0, 0, 1], degrees: 90 });
+  assert.deepEqual(made('rotate', [300, 200], [200, 100], 'z'), { edit: 'rotate', axis: 'z', degrees: 90 });
+  assert.equal(made('extrude', [300, 300], [300, 300]), null);
+});
+
+test('typed digits count before the way; arrows go on', () => {
+  assert.deepEqual(made('extrude', [0, 0], [0, 90], '-', '0', '.', '2', '5'), { edit: 'extrude', distance: -0.25 });
+  assert.deepEqual(made('move', null, null, '2'), { edit: 'move', by: [2, 0, 0] });
+  assert.deepEqual(made('move', null, null, 'z', '1', ',', '5'), { edit: 'move', by: [0, 0, 1.5] });
+  assert.deepEqual(made('extrude', [0, 0], [0, 90], '1', '2', 'Backspace'), { edit: 'extrude', distance: 1 });
+  assert.deepEqual(made('loop_cut', null, null), { edit: 'loop_cut', cuts: 1 });
+  assert.deepEqual(made('loop_cut', null, null, 'ArrowUp', 'ArrowUp'), { edit: 'loop_cut', cuts: 3 });
+  assert.deepEqual(made('extrude', null, null, 'ArrowUp', 'ArrowUp'), { edit: 'extrude', distance: 0.24 });
+  assert.equal(new Gesture('extrude', frame([0, 0])).type('q'), false);
+});
+
+const listed = (...ids) => ids.map((id) => ({ id, name: `${id}.obj`, format: 'obj', bytes: 1 }));
+class Storage extends Map {
+  getItem(key) { return this.get(key) ?? null; }
+  setItem(key, value) { this.set(key, value); }
+}
+
+test('edits of a model are its versions, and one entry of the list', () => {
+  const storage = new Storage();
+  const lineages = new Lineages('http://a/', storage);
+  lineages.add('b', 'a', 1000);
+  lineages.add('c', 'b', 2000);
+  lineages.add('c', 'x', 3000); // is known
+  const [work, other] = lineages.group(listed('a', 'b', 'c', 'd'), true);
+  assert.deepEqual([work.id, work.name, work.versions.map(({ id }) => id)], ['c', 'a.obj', ['a', 'b', 'c']]);
+  assert.deepEqual([other.id, other.versions.length], ['d', 1]);
+  lineages.rename('b', 'mine');
+  lineages.setPicture('c', 'data:,');
+  const again = new Lineages('http://a/', storage);
+  assert.deepEqual([again.group(listed('c'), false)[0].name, again.group(listed('c'), false)[0].picture, again.group(listed('c'), false)[0].versions.length], ['mine', 'data:,', 3]);
+  assert.equal(again.group(listed('a', 'b'), true)[0].id, 'b', 'what has gone is no version');
+  assert.equal(new Lineages('http://b/', storage).works.length, 0, 'another daemon');
+  again.forget(['a', 'b', 'c']);
+  assert.equal(again.works.length, 0);
+  storage.setItem = () => { throw new Error('full'); };
+  again.add('f', 'e');
+  assert.equal(again.of('e').versions.length, 2);
+});
+
+const report = (more) => ({ loop: { angle: 0, distance: 0, node: null, speed: 0 }, root: { node: null, distance: 0, speed: 0, turn: 0 }, still: [], contacts: [], noise: [], pops: [], ...more });
+const said = (more) => sentencesOf(report(more), 5).map(({ mark, text }) => `${mark}: ${text}`);
+
+test('a clip is judged in sentences', () => {
+  assert.deepEqual(said(), ['good: Loops without a seam.', ': Stays in its place.']);
+  assert.equal(said({ loop: { angle: 40.2, distance: 0.3, node: 'hips', speed: 1 } })[0], 'bad: Does not loop: between its end and its start hips leaps by 40° and 0.30 m.');
+  assert.equal(said({ root: { node: 'hips', distance: 1.5, speed: 0.75, turn: -90 } })[1], ': hips goes 1.50 m at 0.75 m/s and turns by -90°.');
+  const contacts = [{ node: 'left', from: 0.1, to: 0.4, slide: 0.002 }, { node: 'right', from: 0.5, to: 0.9, slide: 0.05 }];
+  assert.ok(said({ contacts }).includes('bad: Feet touch the ground 2 times; right slides by 5.0 cm.'));
+  assert.ok(said({ contacts: contacts.slice(0, 1) }).includes('good: Feet touch the ground 1 time; none slides.'));
+  assert.ok(said({ pops: [{ node: 'hand', time: 0.5, angle: 31 }] }).includes('bad: One key of hand leaps by 31°.'));
+  assert.ok(said({ noise: [{ node: 'hand', path: 'rotation', rms: 0.4 }] }).includes('bad: Jitters: hand by 0.4°.'));
+  assert.ok(said({ still: ['a'] }).includes(': 1 node never moves: a.'));
+});
+
+test('a blend is a document of the model’s nodes, whose layers have the weights', () => {
+  const model = { id: 'm', nodes: [{ name: 'hips', parent: null, rest: { translation: [0, 1, 0], rotation: [0, 0, 0, 1], scale: [1, 1, 1] } }, { name: 'leg', parent: 'hips', rest: { translation: [0, 0, 0], rotation: [0, 0, 0, 1], scale: [1, 1, 1] } }] };
+  const { nodes, clips: [{ layers }] } = blendOf(model, [{ value: 'walk' }, { value: 'other/run', isBorrowed: true }], 0.25);
+  assert.deepEqual(nodes.map(({ name, parent }) => [name, parent]), [['hips', undefined], ['leg', 'hips']]);
+  assert.deepEqual(layers, [{ clip: 'm/walk', weight: 0.75, sync: true }, { clip: 'other/run', weight: 0.25, sync: true, retarget: 'auto' }]);
+});
