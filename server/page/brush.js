@@ -16,6 +16,13 @@ export class Brush {
     this.reach = radius / Math.cbrt(Math.abs(toWorld.determinant()) || 1); // the radius in the object's space
   }
 
+  /** The gradient of the weight at a place under the brush. */
+  slopeAt(place) {
+    const away = place.clone().sub(this.centre);
+    const pulled = away.clone().applyMatrix3(this.metric);
+    return pulled.multiplyScalar((-4 * (1 - away.dot(pulled) / this.radius ** 2)) / this.radius ** 2);
+  }
+
   /** [indices, weights] of the points under the brush; the weight is (1 - s)², where s is the square of the distance in
    *  radii. */
   under(points) {
@@ -34,18 +41,22 @@ export class Brush {
   }
 }
 
-/** One dab: moves the points under a brush. mesh: a SculptMesh; strength: from 0 to 1, below 0 the other way round.
- *  Returns the indices of the points that moved. */
+/** One dab: where it takes the points under a brush, {indices, by: how far each goes}. */
 function dab(mesh, brush, move) {
   const [indices, weights] = brush.under(mesh.points);
-  const next = new Float32Array(3 * indices.length);
-  const place = new Vector3();
-  indices.forEach((index, k) => move(mesh.at(index, place), index, weights[k]).toArray(next, 3 * k)); // all from the places before
-  indices.forEach((index, k) => mesh.points.set(next.subarray(3 * k, 3 * k + 3), 3 * index));
-  return indices;
+  const [before, after] = [new Vector3(), new Vector3()];
+  const by = indices.map((index, k) => move(after.copy(mesh.at(index, before)), index, weights[k]).clone().sub(before));
+  return { indices, by };
 }
 
-/** normal: of the surface at the brush's centre. */
+/** Moves points as dabs say that were computed from the same places. Returns their indices. */
+export function apply(mesh, dabs) {
+  const place = new Vector3();
+  for (const { indices, by } of dabs) indices.forEach((index, k) => mesh.at(index, place).add(by[k]).toArray(mesh.points, 3 * index));
+  return dabs.flatMap(({ indices }) => indices);
+}
+
+/** mesh: a SculptMesh; strength: from 0 to 1, below 0 the other way round; normal: of the surface at the brush's centre. */
 export const BRUSHES = {
   draw: (mesh, brush, strength, normal) =>
     dab(mesh, brush, (place, index, weight) => place.addScaledVector(normal, weight * strength * STEP * brush.reach)),
@@ -67,6 +78,10 @@ export const BRUSHES = {
       return place.addScaledVector(inward, weight * Math.abs(strength) * PINCH).addScaledVector(normal, -weight * strength * STEP * brush.reach);
     }),
 };
+
+/** How a normal turns where a brush moves its points by a vector: the move is the matrix 1 + by ⊗ slope, and normals
+ *  transform by its cofactors. */
+export const turnedBy = (by, slope, normal) => normal.multiplyScalar(1 + slope.dot(by)).addScaledVector(slope, -by.dot(normal)).normalize();
 
 /** Moves the points that a brush held at the beginning of a stroke by a vector, from their places then. */
 export function grab(mesh, { indices, weights }, from, by) {

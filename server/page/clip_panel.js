@@ -12,7 +12,7 @@ export class ClipPanel {
   /** models: the list that new models are added to. */
   constructor(panel, { animation, timeline, models }) {
     Object.assign(this, { animation, timeline, models });
-    this.content = make('section', { 'aria-label': 'Clip' });
+    this.content = make('section', { className: 'clip', 'aria-label': 'Played clip' });
     panel.append(this.content);
     watch((names) => {
       if (names.has('tab')) this.open();

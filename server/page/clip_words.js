@@ -22,7 +22,7 @@ export function sentencesOf({ loop, root, still, contacts, noise, pops }, nodes)
   const jitter = noise.filter(({ path, rms }) => path === 'rotation' && rms > NOISY).sort((a, b) => b.rms - a.rms);
   if (jitter.length > 0) say('bad', `Jitters: ${jitter.slice(0, 3).map(({ node, rms }) => `${node} by ${degrees(rms)}`).join(', ')}.`);
   for (const { node, time, angle } of [...pops].sort((a, b) => b.angle - a.angle).slice(0, MOST)) say('bad', `One key of ${node} leaps by ${degrees(angle)}.`, time);
-  if (still.length > 0 && still.length < nodes) say('', `${plural(still.length, 'node')} never ${still.length === 1 ? 'moves' : 'move'}: ${still.slice(0, 3).join(', ')}${still.length > 3 ? ' …' : ''}.`);
+  if (still.length > 0 && still.length < nodes) say('', `${plural(still.length, 'node')} never ${still.length === 1 ? 'moves' : 'move'}: ${still.slice(0, 3).join(', ')}${still.length > 3 ? ' …' : '.'}`);
   return list;
 }
 

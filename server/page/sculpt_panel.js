@@ -4,7 +4,7 @@ import {
   Box3, BufferGeometry, Float32BufferAttribute, Group, LineBasicMaterial, LineLoop, Matrix3, Plane, Points, PointsMaterial, Raycaster, Vector2, Vector3,
 } from 'three';
 
-import { Brush, BRUSHES, grab } from './brush.js';
+import { apply, Brush, BRUSHES, grab, turnedBy } from './brush.js';
 import { tweend, withKey } from './client.js';
 import { choice, fixed, make } from './dom.js';
 import { fieldsOf } from './fields.js';
@@ -163,7 +163,7 @@ export class SculptPanel {
   meshOf({ mesh }) {
     const { meshes, loaded, bearers } = this;
     const load = async () => {
-      const options = { level: this.level, mesh: meshName(this.model, mesh), normals: 'none', quads: state('quads') };
+      const options = { level: this.level, mesh: meshName(this.model, mesh), quads: state('quads') };
       const points = await withKey(() => tweend.points(this.model, options));
       const geometries = bearers.filter((bearer) => bearer.mesh === mesh).flatMap(({ parts }) => parts.map(({ geometry }) => geometry));
       loaded.set(mesh, new SculptMesh(points, geometries));
@@ -342,8 +342,10 @@ export class SculptPanel {
     const { object } = this.bearers[this.picked.index];
     const held = this.#brushes(this.picked.centre, object).map(({ brush, signs }) => {
       const [indices, weights] = brush.under(mesh.points);
-      return { indices, weights, signs };
+      const slopes = new Map(indices.map((point) => [point, brush.slopeAt(mesh.at(point, new Vector3()))]));
+      return { indices, weights, slopes, signs };
     });
+    mesh.hold();
     this.stroke = { mesh, index: this.picked.index, by: new Vector3(), held, from: mesh.points.slice(), moved: new Set() };
   }
 
@@ -363,7 +365,9 @@ export class SculptPanel {
         for (let i = 3 * point; both.has(point) && i < 3 * point + 3; i++) mesh.points[i] += sum[i] - from[i];
     }
     for (const { indices } of held) for (const point of indices) moved.add(point);
-    mesh.show(moved);
+    const turn = (point, normal) => held.reduce((turned, { slopes, signs }) =>
+      (slopes.has(point) ? turnedBy(this.stroke.by.clone().multiply(signs), slopes.get(point), turned) : turned), normal);
+    mesh.show(moved, turn);
     this.viewport.invalidate();
   }
 
@@ -375,11 +379,10 @@ export class SculptPanel {
     const pressure = event.pointerType === 'pen' ? event.pressure : 1;
     const strength = (Number(this.strength.value) / 100) * pressure * (event.ctrlKey ? -1 : 1);
     const tool = event.shiftKey ? 'smooth' : this.tool;
-    for (const { brush, signs } of this.#brushes(centre, object)) {
-      const normal = mesh.normalAt(mesh.nearest(brush.centre));
-      const at = normal.lengthSq() > 0 ? normal : hit.face.normal.clone().multiply(signs);
-      for (const point of BRUSHES[tool](mesh, brush, strength, at)) moved.add(point);
-    }
+    const normal = mesh.normalAt(mesh.nearest(centre));
+    const facing = normal.lengthSq() > 0 ? normal : hit.face.normal;
+    const dabs = this.#brushes(centre, object).map(({ brush, signs }) => BRUSHES[tool](mesh, brush, strength, facing.clone().multiply(signs)));
+    for (const point of apply(mesh, dabs)) moved.add(point);
     mesh.show(moved);
     this.stroke.dabbed = hit.point.clone();
     this.viewport.invalidate();
@@ -440,8 +443,8 @@ export class SculptPanel {
     const { mesh, index, moved, by } = this.stroke;
     const indices = [...moved];
     const positions = indices.flatMap((point) => [...mesh.points.subarray(3 * point, 3 * point + 3)]);
-    this.queue.push({ mesh, indices, positions, of: this.bearers[index].mesh });
-    this.picked?.centre.add(by);
+    this.queue.push({ mesh, indices, positions, of: this.bearers[index].mesh, index, picked: this.picked });
+    if (this.picked) this.picked = { ...this.picked, centre: this.picked.centre.clone().add(by) };
     this.wanted = this.picked ? { index, place: this.picked.centre } : this.wanted;
     this.stroke = null;
     this.#mark();
@@ -466,7 +469,9 @@ export class SculptPanel {
       if (this.queue !== queue) return;
       fail('The stroke cannot be kept', error);
       this.#drop(); // what is in the hand was built on it
+      const [{ index, picked }] = queue;
       for (const { mesh, indices } of queue.splice(0)) mesh.restore(mesh.stored, indices);
+      if (picked) this.pick(index, picked.centre);
     } finally {
       task.done();
     }

@@ -412,7 +412,7 @@ export class Viewport {
     this.invalidate();
   }
 
-  /** World positions of the model: some thousands of its points, or its joints when it has none. */
+  /** World positions of the model: some thousands of its points, and its joints where they are seen. */
   #places() {
     const places = [];
     const roots = [...this.#models.map(({ scene }) => scene), ...this.#cages.map(({ object }) => object)];
@@ -428,7 +428,8 @@ export class Viewport {
         }
       });
     }
-    if (this.isBare && this.skeleton?.bones.length > 0) return this.skeleton.joints.map(({ matrixWorld }) => new Vector3().setFromMatrixPosition(matrixWorld));
+    if (this.skeleton?.bones.length > 0 && (this.isBare || this.shown.has('skeleton')))
+      for (const { matrixWorld } of this.skeleton.joints) places.push(new Vector3().setFromMatrixPosition(matrixWorld));
     return places.length > 0 ? places : [new Vector3(-1, -1, -1), new Vector3(1, 1, 1)];
   }
 

@@ -122,7 +122,7 @@ visits('gimbal lock appears, and the best order takes it away', { hash: '#tab=an
   assert.ok(difference(without, await visit.pixels()) > 0.0005, 'ghosts are seen');
 });
 
-visits('a BVH that is dropped beside a character plays on it, is judged, blended and kept', { hash: '#show=surface,skeleton' }, async (visit) => {
+visits('a BVH that is dropped beside a character plays on it, is judged, blended and kept', { hash: '#show=surface,skeleton,follow' }, async (visit) => {
   const { page } = visit;
   await visit.level(2);
   await drop(visit, { 'figure.gltf': biped({ names: 'mixamo', clip: { seed: 3, keys: 8, seconds: 2, most: 0.4 } }) });

@@ -242,7 +242,7 @@ visits('on a phone', { ...PHONE }, async (visit) => {
   await visit.wait(() => parseFloat(document.querySelector('.clock').textContent) > 0.2);
 });
 
-visits('by keyboard alone', {}, async (visit) => {
+visits('by keyboard alone', { hash: '#show=surface,cage,points,follow' }, async (visit) => {
   await visit.level(2);
   const { keyboard } = visit.page;
   const focused = () => visit.page.evaluate(() => document.activeElement.getAttribute('aria-label') ?? document.activeElement.textContent);
