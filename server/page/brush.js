@@ -81,7 +81,10 @@ export const BRUSHES = {
 
 /** How a normal turns where a brush moves its points by a vector: the move is the matrix 1 + by ⊗ slope, and normals
  *  transform by its cofactors. */
-export const turnedBy = (by, slope, normal) => normal.multiplyScalar(1 + slope.dot(by)).addScaledVector(slope, -by.dot(normal)).normalize();
+export function turnedBy(by, slope, normal) {
+  const along = by.dot(normal);
+  return normal.multiplyScalar(1 + slope.dot(by)).addScaledVector(slope, -along).normalize();
+}
 
 /** Moves the points that a brush held at the beginning of a stroke by a vector, from their places then. */
 export function grab(mesh, { indices, weights }, from, by) {

@@ -42,7 +42,7 @@ export class ClipPanel {
     const others = (this.clips ?? []).filter(({ value }) => value !== clip.value);
     const choices = [['', 'Nothing'], ...others.map((entry) => [entry.value, titleOf(entry)])];
     return render(html`
-      <h3>${titleOf(clip)}</h3>
+      <h2>${titleOf(clip)}</h2>
       ${report ? html`<ul class="sentences">${sentencesOf(report, model.nodes.length).map(sentence)}</ul>` : nothing}
       ${retarget ? html`<details><summary>Carried over to this skeleton</summary>${carriedOver(retarget).map((text) => html`<p class="dim">${text}</p>`)}</details>` : nothing}
       ${others.length > 0 ? html`<label class="field"><span>Blend with</span>

@@ -54,7 +54,7 @@ export class EditPanel {
       make('label', { className: 'check' }, this.besides, make('span', {}, 'Beside the original')), beside.table,
       make('h3', {}, 'Selection'),
       make('div', { className: 'row', role: 'group', 'aria-label': 'What is selected' }, ...this.kinds),
-      make('div', { className: 'changes', role: 'group', 'aria-label': 'Change the selection' }, ...this.changes),
+      make('div', { className: 'changes', role: 'group', 'aria-label': 'Select more or others' }, ...this.changes),
       this.said, this.chosen, this.buttons,
       make('details', { className: 'group' }, make('summary', {}, 'Edits of the whole mesh'), this.whole),
       make('h3', {}, 'Edits so far'), this.text,

@@ -23,9 +23,8 @@ export class Floor {
     const size = box.getSize(new Vector3());
     const side = Math.max(size.x, size.z, size.y / 2, 1e-6) * WIDE;
     box.getCenter(this.object.position);
-    this.object.position.y = box.min.y - size.y * 0.002;
+    this.object.position.y = box.min.y - side * 0.004; // below what is flat
     this.object.scale.setScalar(side);
-    this.height = Math.max(size.y, side / 10);
     this.drawn = 0;
   }
 
