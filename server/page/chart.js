@@ -4,7 +4,7 @@ import uPlot from 'uplot';
 
 import { make } from './dom.js';
 
-const HEIGHT = 128; // pixels
+const HEIGHT = 144; // pixels
 const DEGREES = [0.1, 0.5, 1, 5, 10, 15, 30, 45, 90, 180, 360, 720, 1440]; // between the lines of a grid
 const STILL = 3;    // pixels that the pointer may move during a click
 
@@ -27,7 +27,7 @@ export class Chart {
       width: 300, height: HEIGHT, legend: { show: false }, padding: [6, 14, 0, 0],
       scales: { x: { time: false }, y: { range } },
       axes: [{ ...axis, size: 26, values: (plot, splits) => splits.map((t) => `${t} s`) },
-        { ...axis, size: 46, ...(unit === '°' && { incrs: DEGREES }), values: (plot, splits) => splits.map((value) => `${value}${unit}`) }],
+        { ...axis, size: 46, space: 22, ...(unit === '°' && { incrs: DEGREES }), values: (plot, splits) => splits.map((value) => `${value}${unit}`) }],
       cursor: { sync: { key: 'rotation', setSeries: false, scales: ['x', null] }, y: false, points: { size: 6 } },
       series: [{}, ...names.map((name, k) => ({ label: name, stroke: variable(`--c${k}`), width: 1.6, points: { show: false } }))],
       hooks: { setCursor: [({ cursor: { idx } }) => this.#tell(idx)], setScale: [() => this.tick(this.time)] },
@@ -37,7 +37,7 @@ export class Chart {
     let from = 0;
     this.plot.over.addEventListener('pointerdown', ({ clientX }) => (from = clientX));
     this.plot.over.addEventListener('click', ({ clientX }) => {
-      if (Math.abs(clientX - from) <= STILL) onSeek(this.plot.posToVal(this.plot.cursor.left, 'x'));
+      if (Math.abs(clientX - from) <= STILL) onSeek(this.plot.posToVal(clientX - this.plot.over.getBoundingClientRect().left, 'x'));
     });
     this.watcher = new ResizeObserver(([{ contentRect: { width } }]) => width > 0 && this.plot.setSize({ width, height: HEIGHT }));
     this.watcher.observe(this.box);

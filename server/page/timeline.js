@@ -85,7 +85,7 @@ export class Timeline {
     const { contacts = [], loop } = this.report ?? {};
     const feet = [...new Set(contacts.map(({ node }) => node))];
     const touch = ({ node, from, to }) => draw('rect', { x: x(from), y: 19 + 3 * feet.indexOf(node), width: Math.max(x(to) - x(from), 2), height: 2, class: `contact c${feet.indexOf(node) % 4}` });
-    const seam = loop && loop.angle > SEAM ? [0, 996].map((at) => draw('rect', { x: at, y: 0, width: 4, height: 20, class: 'seam' })) : [];
+    const seam = loop && loop.angle > SEAM ? [0, 997].map((at) => draw('rect', { x: at, y: 0, width: 3, height: 20, class: 'seam' })) : [];
     this.range.title = [seam.length > 0 ? `At the ends the pose leaps by ${Math.round(loop.angle)}°` : '', feet.length > 0 ? `Bars: ${feet.join(', ')} on the ground` : ''].filter(Boolean).join('. ');
     this.ticks.replaceChildren(...seam, ...contacts.map(touch), ...times(tracks).map((time) => line(time, false)),
       ...times(tracks.filter(({ node }) => node === state('node'))).map((time) => line(time, true)));
