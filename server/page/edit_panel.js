@@ -47,10 +47,9 @@ export class EditPanel {
     this.cleaned = make('p', { className: 'dim cleaned', role: 'status' });
     this.scan = make('details', { className: 'group' }, make('summary', {}, 'Clean up a scan'),
       make('button', { type: 'button', className: 'primary', onclick: () => this.cleanUp() }, 'Clean up'),
-      make('details', {}, make('summary', {}, 'Steps of a clean-up'), ...this.cleaning.map(({ row }) => row)),
-      this.cleaned);
+      make('details', {}, make('summary', {}, 'Steps of a clean-up'), ...this.cleaning.map(({ row }) => row)));
     this.body = make('div', {},
-      this.shape, this.scan,
+      this.shape, this.scan, this.cleaned,
       make('label', { className: 'check' }, this.besides, make('span', {}, 'Beside the original')), beside.table,
       make('h3', {}, 'Selection'),
       make('div', { className: 'row', role: 'group', 'aria-label': 'What is selected' }, ...this.kinds),

@@ -168,7 +168,7 @@ visits('a BVH that is dropped beside a character plays on it, is judged, blended
   assert.deepEqual([clips.length, clips[0].name, meshes.length], [1, 'blend', 1]);
 });
 
-visits('curves have axes, seek at a click, and the picture chooses the node', { hash: '#tab=animation&show=surface' }, async (visit) => {
+visits('curves have axes, seek at a click, and the picture chooses the node', { hash: '#tab=animation&show=surface,follow' }, async (visit) => {
   const { page } = visit;
   await visit.level(2);
   await visit.wait(() => document.querySelectorAll('.chart .u-over').length === 3);
