@@ -57,6 +57,15 @@ export class ScriptsPanel {
     return clip?.isBorrowed ? optionsOf(clip) : {};
   }
 
+  /** What shows the surface on another page. */
+  get snippet() {
+    const { level, ...options } = surfaceOptions();
+    const { clip, ...more } = this.clipped;
+    const given = Object.entries({ model: state('model'), level, clip, options: new URLSearchParams({ ...options, ...more }) })
+      .filter(([, value]) => String(value ?? '') !== '').map(([name, value]) => `${name}="${String(value).replaceAll('&', '&amp;').replaceAll('"', '&quot;')}"`);
+    return `<script type="module" src="${tweend.base}viewer.js"></script>\n<tweend-viewer ${given.join(' ')} auto-rotate></tweend-viewer>`;
+  }
+
   /** The requests as [title, URL, what scriptsOf takes besides]. */
   requests() {
     const id = state('model');
@@ -91,9 +100,7 @@ export class ScriptsPanel {
       if (module) codes.push(['On a page', opening + module]);
       return make('section', {}, make('h3', {}, title), ...codes.map(([label, code]) => codeLine(label, code)));
     });
-    const embedded = `<script type="module" src="https://cdn.jsdelivr.net/npm/@google/model-viewer@4/dist/model-viewer.min.js"></script>\n` +
-      `<model-viewer camera-controls auto-rotate shadow-intensity="1" style="width: 100%; height: 480px"\n  src="${tweend.surfaceUrl(state('model'), { ...surfaceOptions(), ...this.clipped })}"></model-viewer>`;
-    entries.push(make('section', {}, make('h3', {}, 'On a web page'), codeLine('HTML', embedded)));
+    entries.push(make('section', {}, make('h3', {}, 'On a web page'), codeLine('HTML', this.snippet)));
     this.content.replaceChildren(
       make('p', { className: 'dim' }, 'The address of this page holds its state: whoever opens it sees the same.'),
       make('h3', {}, 'Downloads'), this.downloads(), ...entries);
