@@ -10,7 +10,7 @@ import { DENSITY, drawView } from './picture_view.mjs';
 
 const PICTURES = [
   { name: 'surface', title: 'The page, light: the surface of a tank under its control cage, and the counts of each level', hash: '#tab=surface', options: DESKTOP },
-  { name: 'rotation', title: 'The page, dark: the curves of a rotation, and how near it comes to gimbal lock', hash: '#tab=animation', options: TABLET },
+  { name: 'rotation', title: 'The page, dark: what a clip is like, and how near a rotation comes to gimbal lock', hash: '#tab=animation', options: TABLET },
 ];
 const VIEW = [4.278, 3.755, 6.189, 0, 1.188, 0.2]; // where the camera stands, what it looks at: all of the tank is seen
 const folder = process.argv[2] ?? join(root, 'server/page/pictures');
