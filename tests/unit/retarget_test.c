@@ -286,6 +286,35 @@ TEST(fewer_and_more_spine_bones_move_hands_and_feet_to_about_the_same_places) {
   }
 }
 
+/* The most that a hand, foot, the hips or the head is turned otherwise than in the source: figures that rest
+ * alike. Elements of rotation matrices. */
+static double worst_turn(biped_options from, biped_options to) {
+  static biped source, target;
+  double worst = 0;
+  tw_arena *arena = tw_arena_create();
+  biped_make(&source, from);
+  biped_make(&target, to);
+  biped_animate(&source, 1.5, 4);
+  tw_retarget_job job = job_of(&source, &target);
+  tw_retargeted out = run_good(&job, arena);
+  for (size_t t = 0; t < TIMES; t++) {
+    posed a = pose_at(&source, &source.clip, some_times[t]), b = pose_at(&target, &out.keys, some_times[t]);
+    for (size_t i = 0; i < ENDS; i++)
+      for (int k = 0; k < 11; k++)
+        worst = fmax(worst,
+                     fabs((double)a.world[source.at[ends[i]]][k] - (double)b.world[target.at[ends[i]]][k]));
+  }
+  tw_arena_destroy(arena);
+  return worst;
+}
+
+TEST(shares_of_bones_in_between_add_up_to_the_whole) {
+  for (uint32_t spines = 1; spines < 3; spines++)
+    assert_true(worst_turn((biped_options){.spines = spines}, (biped_options){0}) < 1e-3);
+  assert_true(worst_turn((biped_options){0}, (biped_options){.has_twists = true}) < 1e-3);
+  assert_true(worst_turn((biped_options){.has_twists = true}, (biped_options){.spines = 2}) < 1e-3);
+}
+
 TEST(there_and_back_is_the_identity) {
   static biped a, b;
   static const biped_options others[] = {
