@@ -262,6 +262,24 @@ TEST(a_layer_that_cannot_be_played_is_refused_by_its_place) {
   assert_layer_refused(layer, "/layers/1/reference");
 }
 
+/* Tracks of a clip that others have too are the same, bit for bit, at many times at once. */
+static void assert_sampled_alike(const tw_clip *clip, const tw_clip *alone) {
+  enum { COUNT = 150 };
+  float times[COUNT], found[COUNT * 4], wanted[COUNT * 4];
+  uint32_t compared = 0;
+  for (int i = 0; i < COUNT; i++) times[i] = (float)i * tw_clip_duration(alone) / COUNT;
+  for (uint32_t i = 0; i < tw_clip_track_count(alone); i++) {
+    tw_path path;
+    uint32_t node = tw_clip_target(alone, i, &path), width = tw_clip_width(alone, i);
+    if (width > 4) continue;
+    tw_clip_sample(alone, i, times, COUNT, wanted);
+    tw_clip_sample(clip, tw_clip_find(clip, node, path), times, COUNT, found);
+    assert_memory_equal(found, wanted, COUNT * width * sizeof *found);
+    compared++;
+  }
+  assert_true(compared > 0);
+}
+
 TEST(weights_of_0_and_1_leave_clips_untouched_to_the_last_bit) {
   srand(1);
   static const float faded[2] = {0, 0}, times[2] = {0, 1};
@@ -284,6 +302,7 @@ TEST(weights_of_0_and_1_leave_clips_untouched_to_the_last_bit) {
       tw_clip_pose(m->moves[1]->clip, m->nodes, NODES, time, alone);
       assert_memory_equal(poses, alone, sizeof poses);
     }
+    assert_sampled_alike(m->clip, m->moves[1]->clip);
     end(m);
   }
 }
