@@ -29,6 +29,14 @@ static inline void tw_store_values(tw_point values, uint32_t width, float *row) 
     memcpy(row, &values, sizeof values);
 }
 
+/* Widens a box, its low and its high corner, by a point. */
+static inline void tw_box_widen(tw_point box[2], tw_point point) {
+  typedef int32_t lanes __attribute__((vector_size(16)));
+  const lanes low = point<box[0], high = point> box[1];
+  box[0] = (tw_point)(((lanes)point & low) | ((lanes)box[0] & ~low));
+  box[1] = (tw_point)(((lanes)point & high) | ((lanes)box[1] & ~high));
+}
+
 /* Loads `width` floats, 1 to 4; the others become 0. */
 static inline tw_point tw_load_values(const float *row, uint32_t width) {
   if (width == 3) return (tw_point){row[0], row[1], row[2], 0}; /* the usual width; in registers */

@@ -75,9 +75,15 @@ struct tw_evaluator {
   /* Joints and weights. row: the first row. */
   void (*influences)(tw_surface_reader *r, const tw_block *block, float *row);
 
+  /* Widens a box (its low and its high corner) by points of which all points of a visible face of the base
+   * are convex combinations, so that bounds need not read most rows; with a depth alone. NULL: none are
+   * known. */
+  void (*widen_box)(const tw_surface *s, uint32_t face, tw_point box[2]);
+
   /* ---- reading faces ---- */
 
-  /* The vertices of faces [first, first + count). The level is 1 or more, so all faces have the same size. */
+  /* The vertices of faces [first, first + count). The level is 1 or more, so all faces have the same size.
+   * Each keeps its winding, and begins with any corner. */
   void (*faces)(const tw_surface *s, tw_domain domain, uint64_t first, size_t count, uint32_t *out);
   /* The row of a corner of a face that steps make of a visible face of the base. child: the face's number
    * among those that come of that face, as generic steps number them. NULL: points and vertices have the same

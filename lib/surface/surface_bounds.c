@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "evaluator.h"
 #include "parallel_for.h"
 #include "surface_reader.h"
 
@@ -61,48 +62,12 @@ static void take_face(pass *p, uint32_t visible, uint32_t face) {
   take_rows(p, edges_begin + n->edge_count * line + visible * inside, inside);
 }
 
-/* Two corners of a box, which widens by points. */
-typedef struct point_box {
-  tw_point low, high;
-} point_box;
-
-static inline void widen_box(point_box *box, tw_point point) {
-  typedef int32_t lanes __attribute__((vector_size(16)));
-  const lanes low = point<box->low, high = point> box->high;
-  box->low = (tw_point)(((lanes)point & low) | ((lanes)box->low & ~low));
-  box->high = (tw_point)(((lanes)point & high) | ((lanes)box->high & ~high));
-}
-
-/* The box of the points around a triangle, from which Loop's scheme makes all points of it. */
-static point_box triangle_box(const tw_surface *s, uint32_t face) {
-  const tw_topology *t = &s->fields[0].base;
-  point_box box = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
-  for (uint32_t k = 0; k < 3; k++) {
-    uint32_t vertex = t->corner_vertex[3 * face + k];
-    for (uint32_t i = t->ring_offsets[vertex]; i < t->ring_offsets[vertex + 1]; i++)
-      for (uint32_t end = 0; end < 2; end++) {
-        const double *at = s->positions.exact + 3 * (size_t)t->edge_vertices[t->ring_edges[i]][end];
-        widen_box(&box, (tw_point){(float)at[0], (float)at[1], (float)at[2]});
-      }
-  }
-  return box;
-}
-
-static point_box patch_box(const tw_surface *s, uint32_t quad) {
-  uint32_t count;
-  const uint32_t *controls = tw_patch_controls(&s->fields[0].patches, quad, &count);
-  const float *points = s->positions.base;
-  point_box box = {tw_load_values(points + 3 * (size_t)controls[0], 3), {0}};
-  box.high = box.low;
-  for (uint32_t i = 1; i < count; i++) widen_box(&box, tw_load_values(points + 3 * (size_t)controls[i], 3));
-  return box;
-}
-
 static void control_box(const tw_surface *s, uint32_t face, float box[2][3]) {
-  const point_box found = s->fields[0].base.face_size == 3 ? triangle_box(s, face) : patch_box(s, face);
+  tw_point corners[2] = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+  s->evaluator->widen_box(s, face, corners);
   for (int c = 0; c < 3; c++) {
-    box[0][c] = found.low[c];
-    box[1][c] = found.high[c];
+    box[0][c] = corners[0][c];
+    box[1][c] = corners[1][c];
   }
 }
 
@@ -232,8 +197,8 @@ static tw_status compute(const tw_surface *s, int morph, const tw_parallel_for *
   shared_pass *shared = tw_alloc_zero(1, sizeof *shared);
   if (!shared) return TW_NO_MEMORY;
   shared->start = (pass){.s = s, .domain = morph < 0 ? TW_DOMAIN_POINTS : TW_DOMAIN_VERTICES, .morph = morph};
-  shared->start.convex =
-      morph < 0 && s->depth > 0 && s->options.creasing != TW_CREASE_CHAIKIN && s->quad_count > 0;
+  shared->start.convex = morph < 0 && s->evaluator->widen_box && s->depth > 0 &&
+                         s->options.creasing != TW_CREASE_CHAIKIN && s->quad_count > 0;
   tw_status status = run_pass(shared, parallel, bounds);
   if (s->rim) {
     shared->start.s = s->rim;

@@ -181,6 +181,13 @@ static void read(tw_surface_reader *r, tw_domain domain, const tw_piece *piece, 
   }
 }
 
+static void widen_box(const tw_surface *s, uint32_t face, tw_point box[2]) {
+  uint32_t count;
+  const uint32_t *controls = tw_patch_controls(&s->fields[0].patches, face, &count);
+  const float *at = s->positions.base;
+  for (uint32_t i = 0; i < count; i++) tw_box_widen(box, tw_load_values(at + 3 * (size_t)controls[i], 3));
+}
+
 const tw_evaluator tw_patch_evaluator = {.fits = fits,
                                          .start = start,
                                          .make = make,
@@ -191,5 +198,6 @@ const tw_evaluator tw_patch_evaluator = {.fits = fits,
                                          .values = values,
                                          .slopes = slopes,
                                          .influences = influences,
+                                         .widen_box = widen_box,
                                          .faces = tw_patch_faces,
                                          .row_of_child = tw_patch_row_of_child};

@@ -264,6 +264,19 @@ static uint32_t row_of_child(const tw_surface *s, const tw_numbering *n, uint32_
   return row_of_point(s, n, visible, corners[corner][0], corners[corner][1]);
 }
 
+/* By the points around the triangle, from which Loop's scheme makes all points of it. */
+static void widen_box(const tw_surface *s, uint32_t face, tw_point box[2]) {
+  const tw_topology *t = &s->fields[0].base;
+  for (uint32_t k = 0; k < 3; k++) {
+    uint32_t vertex = t->corner_vertex[3 * face + k];
+    for (uint32_t i = t->ring_offsets[vertex]; i < t->ring_offsets[vertex + 1]; i++)
+      for (uint32_t end = 0; end < 2; end++) {
+        const double *at = s->positions.exact + 3 * (size_t)t->edge_vertices[t->ring_edges[i]][end];
+        tw_box_widen(box, (tw_point){(float)at[0], (float)at[1], (float)at[2]});
+      }
+  }
+}
+
 /* Rows have no tangents, joints or weights. */
 const tw_evaluator tw_triangle_evaluator = {.fits = fits,
                                             .start = start,
@@ -273,5 +286,6 @@ const tw_evaluator tw_triangle_evaluator = {.fits = fits,
                                             .read = read,
                                             .points = points,
                                             .values = values,
+                                            .widen_box = widen_box,
                                             .faces = faces,
                                             .row_of_child = row_of_child};
