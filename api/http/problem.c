@@ -41,7 +41,11 @@ bool api_fault_without_grant(api_fault *fault) {
     return api_fault_complete(fault);
   }
   if (missing == 0 || fault->stall != API_STALL_NONE || fault->error.status != TW_NO_MEMORY) return false;
-  *fault = (api_fault){.stall = API_STALL_MEMORY, .needed = missing + missing / 2, .is_measured = true};
+  *fault = (api_fault){.stall = API_STALL_MEMORY,
+                       .needed = missing + missing / 2,
+                       .is_measured = true,
+                       .is_predicted = fault->is_predicted,
+                       .predicted = fault->predicted};
   return false;
 }
 

@@ -16,7 +16,7 @@ typedef enum api_stall {
 
 /* Why a request fails or stalls. A value; owns only the reference `awaited`. */
 typedef struct api_fault {
-  api_stall stall;           /* unless NONE, only `awaited` and `needed` are meaningful */
+  api_stall stall;           /* unless NONE, `awaited`, `needed` and what is predicted are meaningful */
   struct api_entry *awaited; /* a reference, see api_cache_wait */
   uint64_t needed;
   bool is_measured; /* the request took its grant and needed more; else `needed` is a bound */

@@ -523,7 +523,7 @@ static bool is_hopeless(api_call *call) {
     return false;
   }
   bool is_too_much = fault->needed > most;
-  *fault = (api_fault){0};
+  *fault = (api_fault){.is_predicted = is_too_much && fault->is_predicted, .predicted = fault->predicted};
   if (is_too_much)
     api_fail_with(call, 422, "this takes more memory than the limit of %llu bytes (--max-memory)",
                   (unsigned long long)limit);

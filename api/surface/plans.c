@@ -205,7 +205,8 @@ static api_plan *count_and_create(const plan_source *source) {
   tw_status status = count_all(source, &total, &fault->error);
   status = api_plan_check(source->call, source->query->level, &total, status);
   api_plan *plan = status == TW_OK ? create_plan(source) : NULL;
-  fault->is_predicted |= !plan && fault->error.status == TW_LIMIT && total.faces > 0;
+  bool is_too_large = fault->error.status == TW_LIMIT || fault->error.status == TW_NO_MEMORY;
+  fault->is_predicted |= !plan && is_too_large && total.faces > 0;
   if (!plan && fault->stall == API_STALL_NONE) api_fault_complete(fault);
   return plan;
 }
