@@ -205,7 +205,7 @@ visits('the cage and its points follow morph targets, which rest in another clip
   await visit.seek(0.4);
   const grown = await width();
   assert.ok(grown > 1.3 * small, `${small} pixels wide, then ${grown}`);
-  await visit.page.getByLabel('Clip').selectOption('stay');
+  await visit.page.getByLabel('Clip', { exact: true }).selectOption('stay');
   await visit.wait(() => location.hash.includes('clip=stay'));
   await visit.seek(0.1);
   assert.ok(Math.abs((await width()) - small) < 4);

@@ -54,7 +54,7 @@ visits('the clip is scrubbed and played, and goes on live', { hash: `#show=surfa
   const listeners = async () => (await (await fetch(`${daemon.url}/metrics`)).text()).match(/^tweend_live_listeners (\d+)$/m)[1];
   for (let waited = 0; waited < 100 && (await listeners()) !== '0'; waited++) await visit.page.waitForTimeout(100);
   assert.equal(await listeners(), '0');
-  await visit.page.getByLabel('Clip').selectOption('aim');
+  await visit.page.getByLabel('Clip', { exact: true }).selectOption('aim');
   await visit.wait(() => location.hash.includes('clip=aim'));
 });
 
@@ -81,7 +81,7 @@ visits('a clip moves morph targets as well as nodes', { hash: '#show=surface' },
   await visit.wait(() => document.getElementById('facts').textContent.startsWith('Level 2'));
   await visit.drawn();
   for (const clip of ['lift', 'turn']) {
-    await visit.page.getByLabel('Clip').selectOption(clip);
+    await visit.page.getByLabel('Clip', { exact: true }).selectOption(clip);
     await visit.wait(() => document.querySelector('.clock').textContent === '0.00 / 1.00 s');
     await visit.drawn();
     const still = await visit.pixels();
