@@ -48,8 +48,9 @@ static void split_target(srv_exchange *exchange) {
     char *host = strstr(path, "//") + 2;
     size_t size = strcspn(host, "/?");
     path = host + size;
-    exchange->request.host = memmove(host - 1, host, size);
-    host[size - 1] = '\0';
+    char *moved = memmove(host - 1, host, size);
+    moved[size] = '\0'; /* the host may be empty */
+    exchange->request.host = moved;
   }
   char *query = strchr(path, '?');
   if (query) *query++ = '\0';
