@@ -11,10 +11,11 @@
 /* ---- what outlives the mesh ------------------------------------------------------------------ */
 
 /* Whether the surface needs the cage's topology once it is made: as its base or, where it is movable, to
- * refine other positions to the base. levels: generic steps to the base. */
+ * refine other positions to the base and to see whether these make faces concave. levels: generic steps to
+ * the base. */
 static bool needs_cage(const tw_surface *s, uint32_t levels) {
-  if (levels == 0) return s->evaluator->reads_base;
-  return s->options.movable;
+  if (s->options.movable && (levels > 0 || s->options.level > 0)) return true;
+  return levels == 0 && s->evaluator->reads_base;
 }
 
 /* Copies the cage's faces, which are the mesh's arrays until then. */
