@@ -138,7 +138,7 @@ static void assert_turns(api_coding coding, size_t capacity) {
   api_call *call = calloc(1, sizeof *call);
   uint8_t *coded = malloc(1 << 20), *decoded;
   call->coding = coding;
-  call->answer = (api_answer){.status = 200, .body = {LONG, &given, read_zeros, NULL}};
+  call->answer = (api_answer){.status = 200, .body = {.size = LONG, .context = &given, .read = read_zeros}};
   assert_int_equal(api_encode(call), API_DONE);
   api_body *body = &call->answer.body;
   for (int64_t got; (got = body->read(body->context, coded + size, capacity)) != 0; size += (size_t)got) {

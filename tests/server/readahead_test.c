@@ -15,7 +15,8 @@ enum { THREADS = 2, PIECE = SRV_BLOCK_SIZE };
 
 /* A body that counts. Where the gate is closed its reads on other threads than the test's wait. */
 typedef struct counter {
-  uint64_t position, end;
+  _Atomic uint64_t position;
+  uint64_t end;
   int64_t last;
   atomic_size_t reads, reads_elsewhere;
   pthread_t reader;
@@ -32,9 +33,11 @@ static int64_t count_on(void *context, uint8_t *out, size_t capacity) {
     pthread_mutex_lock(&gate);
     pthread_mutex_unlock(&gate);
   }
-  if (c->position == c->end) return c->last;
+  uint64_t position = atomic_load(&c->position);
+  if (position == c->end) return c->last;
   size_t size = 0;
-  for (; size < capacity && c->position < c->end; size++) out[size] = (uint8_t)(c->position++ % 251);
+  for (; size < capacity && position < c->end; size++) out[size] = (uint8_t)(position++ % 251);
+  atomic_store(&c->position, position);
   return (int64_t)size;
 }
 
