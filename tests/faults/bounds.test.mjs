@@ -139,6 +139,51 @@ test('a Loop torus and a grid with its border at level 8 stream from little memo
   }
 });
 
+/** A field of 120 x 120 squares cut in two, as OBJ: rows are smooth, and hard where they meet. */
+function furrows() {
+  const cells = 120;
+  const points = repeat((cells + 1) ** 2, (k) => [`v ${k % (cells + 1)} ${Math.floor(k / (cells + 1))} ${Math.sin(k)}\n`]);
+  const square = (a, b, c, d) => [`f ${a} ${b} ${c}\nf ${a} ${c} ${d}\n`];
+  const row = (j) => [`s ${1 + (j % 2)}\n`, ...repeat(cells, (i) => square(...[[0, 0], [1, 0], [1, 1], [0, 1]].map(([x, y]) => 1 + (j + y) * (cells + 1) + i + x)))];
+  return [...points, ...repeat(cells, row)].join('');
+}
+
+test('a surface with hard edges all over takes less memory than its bytes', async (t) => {
+  const daemon = await startDaemon();
+  const model = await daemon.upload(furrows());
+  const bytes = await length(`${model}/surface.glb?level=4&quads=off`);
+  t.diagnostic(`${peak(daemon)} bytes for ${bytes}`);
+  assert.ok(bytes > 2e8);
+  assert.ok(peak(daemon) < bytes / 2, `${peak(daemon)} bytes`);
+});
+
+/** A glTF of a grid of cells x cells squares, two triangles each, with that many morph targets. */
+function morphing(targets, cells) {
+  const count = (cells + 1) ** 2;
+  const points = Float32Array.from({ length: 3 * (count + targets) }, (_, i) => [Math.floor(i / 3) % (cells + 1), Math.floor(i / 3 / (cells + 1)), Math.sin(i)][i % 3]);
+  const corner = (k, [x, y]) => (Math.floor(k / cells) + y) * (cells + 1) + (k % cells) + x;
+  const indices = Uint32Array.from(repeat(cells * cells, (k) => [[0, 0], [1, 0], [1, 1], [0, 0], [1, 1], [0, 1]].map((step) => corner(k, step))));
+  const uri = `data:application/octet-stream;base64,${Buffer.concat([points, indices].map(({ buffer }) => Buffer.from(buffer))).toString('base64')}`;
+  const floats = (first, more) => ({ bufferView: 0, byteOffset: 12 * first, componentType: 5126, count, type: 'VEC3', ...more });
+  return JSON.stringify({
+    asset: { version: '2.0' }, scenes: [{ nodes: [0] }], nodes: [{ mesh: 0 }],
+    meshes: [{ primitives: [{ attributes: { POSITION: 0 }, indices: 1, targets: repeat(targets, (i) => [{ POSITION: 2 + i }]) }] }],
+    buffers: [{ uri, byteLength: points.byteLength + indices.byteLength }],
+    bufferViews: [{ buffer: 0, byteLength: points.byteLength }, { buffer: 0, byteOffset: points.byteLength, byteLength: indices.byteLength }],
+    accessors: [floats(0, { min: [0, 0, -1], max: [cells, cells, 1] }), { bufferView: 1, componentType: 5125, count: indices.length, type: 'SCALAR' },
+      ...repeat(targets, (i) => [floats(1 + i)])],
+  });
+}
+
+test('many morph targets take memory and processor time in proportion to their bytes', async (t) => {
+  const daemon = await startDaemon();
+  const model = await daemon.upload(morphing(82, 40));
+  const bytes = await length(`${model}/surface.glb?level=2`);
+  t.diagnostic(`${peak(daemon)} bytes and ${processor(daemon)} s for ${bytes}`);
+  assert.ok(peak(daemon) < BESIDE + bytes, `${peak(daemon)} bytes`);
+  assert.ok(processor(daemon) < (0.1 * bytes) / MIB, `${processor(daemon)} s`);
+});
+
 /** Processor time that it has used, in seconds. */
 function processor(daemon) {
   const [, fields] = readFileSync(`/proc/${daemon.process.pid}/stat`, 'utf8').split(') ');
