@@ -29,7 +29,8 @@ static api_outcome print_level(api_call *call, const api_surface_request *first,
   uint64_t size = 0, bytes;
   api_outcome outcome = measure_level(call, first, request, &size);
   const api_fault *fault = &call->fault;
-  bool is_over = outcome == API_FAILED && fault->stall == API_STALL_NONE && fault->is_predicted;
+  bool is_over = outcome == API_FAILED && fault->stall == API_STALL_NONE && fault->is_predicted &&
+                 fault->status == 422; /* a lack of memory tells counts too */
   if (outcome != API_DONE && !is_over) return outcome;
   const tw_surface_counts *counts = is_over ? &fault->predicted : &api_plan_of(request)->total;
   bytes = !is_over ? size : fault->predicted_bytes > 0 ? fault->predicted_bytes : API_SIZE_UNKNOWN;

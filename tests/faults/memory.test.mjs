@@ -15,10 +15,19 @@ poor.env = { LD_PRELOAD: preload };
 before(() => Promise.all([well.start(), poor.start()]));
 after(() => Promise.all([well.remove(), poor.remove()]));
 
+/** What a name of `stored` holds. Mixed: the tank with a clip that is mixed of its own. */
+function contents(name) {
+  if (name !== 'mixed') return sample(name);
+  const tank = JSON.parse(sample('tank.json'));
+  const [one, other] = tank.clips;
+  tank.clips.push({ name: 'both', layers: [{ clip: one.name, weight: 0.7 }, { clip: other.name, weight: { times: [0, 1], values: [0, 1] }, sync: true }] });
+  return JSON.stringify(tank);
+}
+
 const sample = (name) => readFileSync(join(root, 'server/samples', name));
 const kinds = [
   'surface.glb?level=2', 'surface.obj?level=1', 'surface.json?level=3', 'surface.glb?level=0&polygons=ngon', 'surface.glb?level=2&encoding=meshopt',
-  'surface.gltf?level=1&creases=auto', 'surface.glb?level=1&quads=auto',
+  'surface.gltf?level=1&creases=auto', 'surface.glb?level=1&quads=auto', 'surface.stl?level=1', 'surface.ply?level=1&polygons=ngon', 'surface.3mf?level=1',
 ];
 // [name of a stored model, path, body]; without a name the path is the daemon's.
 const stored = [
@@ -26,13 +35,16 @@ const stored = [
   ['tank.json', '/pose.bin?clip=drive&from=0&to=2&fps=30'], ['tank.json', '/surface.glb?clip=drive&at=0.7&level=1'],
   ['octopus.obj', '/surface.obj?level=1&boundary=open'], ['octopus.obj', '/edits', { edits: [{ edit: 'smooth', vertices: 'all', iterations: 2 }, { edit: 'mirror', axis: 'x' }] }],
   ['octopus.obj', '/edits', { edits: [{ edit: 'extrude', faces: [1], distance: 0.1 }] }], ['octopus.obj', '/coarsen?levels=1', {}],
+  ['octopus.obj', '/levels.json'], ['octopus.obj', '/surface.bin?level=1&normals=limit'],
+  ['mixed', '/pose.json?clip=both&from=0&to=1&fps=10'], ['mixed', '/surface.glb?meshes=none&clip=both'], ['mixed', '/tracks?clip=both'],
+  ['tank.json', (ids) => `/pose.json?clip=${ids.get('mixed')}/both&at=0.5&retarget=auto`],
   ['', '/v1/rotations', { rotations: [{ quaternion: [0, 0, 0, 1] }, { matrix: [1, 0, 0, 0, 1, 0, 0, 0, 1] }] }], ['', '/v1/models'],
 ];
 const hash = async (answer) => createHash('sha256').update(Buffer.from(await answer.arrayBuffer())).digest('hex');
 const post = (daemon, path, type, body) => fetch(daemon.url + path, { method: 'POST', headers: { 'Content-Type': type }, body });
 const convert = (kind, file) => (daemon) => post(daemon, `/v1/${kind}`, 'application/octet-stream', file);
 const askStored = ([name, tail, body]) => (daemon) => {
-  const path = name ? `/v1/models/${daemon.ids.get(name)}${tail}` : tail;
+  const path = name ? `/v1/models/${daemon.ids.get(name)}${typeof tail === 'string' ? tail : tail(daemon.ids)}` : tail;
   return body ? post(daemon, path, 'application/json', JSON.stringify(body)) : fetch(daemon.url + path);
 };
 
@@ -41,9 +53,9 @@ test('where allocations fail, no answer is wrong and the daemon goes on', async 
   const files = [sample('cube.obj'), sample('octopus.obj'), sample('tank.json'), Buffer.from(await cube.arrayBuffer())];
   for (const daemon of [well, poor]) {
     daemon.ids = new Map();
-    for (const name of ['tank.json', 'octopus.obj'])
+    for (const name of ['tank.json', 'octopus.obj', 'mixed'])
       while (!daemon.ids.has(name)) {
-        const model = await daemon.upload(sample(name)).catch(() => null); // refused for want of memory
+        const model = await daemon.upload(contents(name)).catch(() => null); // refused for want of memory
         if (model) daemon.ids.set(name, model.split('/').pop());
       }
   }
