@@ -48,7 +48,7 @@ static tw_status apply_map(matching *m, tw_error *error) {
     if (has_target)
       join(m, pair.source, pair.target, TW_MATCH_MAP);
     else
-      m->is_taken[pair.source] = true;
+      m->is_taken[pair.source] = m->match->is_left[pair.source] = true;
   }
   return TW_OK;
 }
@@ -220,6 +220,7 @@ tw_status tw_bones_match(const tw_retarget_job *job, tw_arena *arena, tw_bone_ma
                          .role = tw_arena_alloc(arena, targets, sizeof *out->role),
                          .is_source_bone = find_bones(arena, &job->source),
                          .is_target_bone = find_bones(arena, &job->target),
+                         .is_left = tw_arena_alloc(arena, job->source.node_count, sizeof *out->is_left),
                          .has_map = job->source.humanoid && job->target.humanoid};
   matching m = {.job = job,
                 .arena = arena,
@@ -230,8 +231,8 @@ tw_status tw_bones_match(const tw_retarget_job *job, tw_arena *arena, tw_bone_ma
     m.source_role = find_roles(arena, &job->source, out->is_source_bone, m.source_bones);
   if (out->is_target_bone)
     m.target_role = find_roles(arena, &job->target, out->is_target_bone, m.target_bones);
-  if (!out->source_of || !out->by || !out->role || !m.is_moved || !m.is_taken || !m.source_role ||
-      !m.target_role)
+  if (!out->source_of || !out->by || !out->role || !out->is_left || !m.is_moved || !m.is_taken ||
+      !m.source_role || !m.target_role)
     return tw_fail(error, TW_NO_MEMORY, "no memory to match bones");
   for (uint32_t i = 0; i < targets; i++) out->source_of[i] = TW_NO_INDEX;
   for (uint32_t i = 0; i < job->keys->track_count; i++)

@@ -60,7 +60,7 @@ tw_status tw_carrying_no_memory(tw_error *error);
 
 /* ---- the source's tracks: retarget_tracks.c -------------------------------------------------- */
 
-/* Takes the source's tracks, rotations as quaternions, and compiles them. */
+/* Takes the source's tracks, rotations as quaternions, and compiles them. What the map leaves out rests. */
 tw_status tw_tracks_take(tw_carrying *c, tw_error *error);
 
 /* The local transform of a node of the source at a time. */

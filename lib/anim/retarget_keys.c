@@ -206,12 +206,18 @@ static tw_status tell_bones(const tw_carrying *c, tw_retargeted *out, tw_error *
 static tw_status tell_unmatched(const tw_carrying *c, tw_retargeted *out, tw_error *error) {
   const tw_skeleton *source = &c->job->source, *target = &c->job->target;
   bool *has_target = tw_arena_alloc(c->scratch, source->node_count, sizeof *has_target);
+  bool *is_lost = tw_arena_alloc(c->scratch, source->node_count, sizeof *is_lost);
   out->without_target = tw_arena_alloc_raw(c->arena, source->node_count, sizeof(uint32_t));
   out->without_source = tw_arena_alloc_raw(c->arena, target->node_count, sizeof(uint32_t));
-  if (!has_target || !out->without_target || !out->without_source) return tw_carrying_no_memory(error);
+  if (!has_target || !is_lost || !out->without_target || !out->without_source)
+    return tw_carrying_no_memory(error);
   for (uint32_t i = 0; i < c->fit.bone_count; i++) has_target[c->fit.bones[i].source] = true;
+  for (uint32_t i = 0; i < c->job->keys->track_count; i++) { /* what rests by the map moves in the clip */
+    const tw_track_keys *track = &c->job->keys->tracks[i];
+    if (track->path != TW_WEIGHTS && c->match.is_left[track->node]) is_lost[track->node] = true;
+  }
   for (uint32_t i = 0; i < source->node_count; i++)
-    if (tw_carrying_moves(c, i) && !has_target[i] && !c->fit.is_taken_in[i])
+    if (is_lost[i] || (tw_carrying_moves(c, i) && !has_target[i] && !c->fit.is_taken_in[i]))
       out->without_target[out->without_target_count++] = i;
   for (uint32_t i = 0; i < target->node_count; i++)
     if (c->match.is_target_bone[i] && !c->turns[i]) out->without_source[out->without_source_count++] = i;

@@ -16,6 +16,7 @@ typedef struct tw_bone_match {
   uint8_t *role;       /* [nodes of the target] tw_bone by map or name, of the target or else the source;
                           TW_BONES: unknown */
   bool *is_source_bone, *is_target_bone; /* [nodes] */
+  bool *is_left;                         /* [nodes of the source] by the map, without a target */
   bool has_map;                          /* both skeletons have humanoid maps */
 } tw_bone_match;
 

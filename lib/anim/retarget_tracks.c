@@ -77,7 +77,8 @@ tw_status tw_tracks_take(tw_carrying *c, tw_error *error) {
   for (uint32_t i = 0; i < keys->track_count && status == TW_OK; i++) {
     const tw_track_keys *track = &keys->tracks[i];
     c->tracks[i] = *track;
-    if (track->path != TW_WEIGHTS) c->track_of[track->path][track->node] = i;
+    if (track->path != TW_WEIGHTS && !c->match.is_left[track->node])
+      c->track_of[track->path][track->node] = i;
     if (moves_angles(track))
       status = express(c, track, &steps, &c->tracks[i], error);
     else if (track->angles && !make_quaternions(track, c->arena, &c->tracks[i]))

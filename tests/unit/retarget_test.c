@@ -537,6 +537,35 @@ TEST(a_map_may_leave_a_bone_out) {
   tw_arena_destroy(arena);
 }
 
+/* Whichever bone it is: the others move as if the clip did not move that one. */
+TEST(a_bone_that_the_map_leaves_out_moves_nothing) {
+  static biped source, resting, target;
+  biped_make(&source, (biped_options){.seed = 2});
+  biped_make(&resting, (biped_options){.seed = 2});
+  biped_make(&target, (biped_options){.names = mixamo, .seed = 3});
+  biped_animate(&source, 1, 5);
+  for (uint32_t left = 0; left < BIPED_JOINTS; left++) {
+    resting.clip = (tw_clip_keys){.tracks = resting.tracks};
+    for (uint32_t i = 0; i < source.clip.track_count; i++)
+      if (source.tracks[i].node != left) resting.tracks[resting.clip.track_count++] = source.tracks[i];
+    const tw_bone_pair map = {left, TW_NO_INDEX};
+    tw_retarget_job job = job_of(&source, &target), still = job_of(&resting, &target);
+    job.map = still.map = &map;
+    job.map_count = still.map_count = 1;
+    tw_arena *arena = tw_arena_create();
+    tw_retargeted out = run_good(&job, arena), expected = run_good(&still, arena);
+    for (size_t t = 0; t < TIMES; t++) {
+      posed got = pose_at(&target, &out.keys, some_times[t]);
+      posed wanted = pose_at(&target, &expected.keys, some_times[t]);
+      assert_memory_equal(got.world, wanted.world, target.count * sizeof *got.world);
+    }
+    assert_int_equal(out.without_target_count, 1);
+    assert_int_equal(out.without_target[0], left);
+    assert_int_equal(expected.without_target_count, 0);
+    tw_arena_destroy(arena);
+  }
+}
+
 TEST(a_name_that_means_two_bones_does_not_match_itself) {
   static biped source, target;
   biped_make(&source, (biped_options){.names = anatomy});

@@ -70,7 +70,7 @@ typedef struct tw_skeleton {
 } tw_skeleton;
 
 typedef struct tw_bone_pair {
-  uint32_t source, target; /* nodes; a target of TW_NO_INDEX in a map leaves the source without one */
+  uint32_t source, target; /* nodes; a target of TW_NO_INDEX in a map: the source counts as at rest */
 } tw_bone_pair;
 
 typedef struct tw_matched_bone {
