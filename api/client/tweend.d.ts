@@ -104,8 +104,8 @@ export class Tweend {
   surfaceOf(source: ModelSource, options?: SurfaceOptions, form?: SurfaceForm, init?: Abortable): Promise<Response>;
   /** The points of a mesh of a surface in its own space, x y z each, and behind them what `with` asks for. `mesh` may be left out if the model has one mesh. */
   points(model: ModelId, options?: SurfaceOptions, init?: Abortable): Promise<Float32Array>;
-  /** Counts and bytes of all levels; the last one may be over a limit. */
-  levels(model: ModelId, options?: Omit<SurfaceOptions, "level">, init?: Abortable): Promise<Levels["levels"]>;
+  /** Counts, bytes and errors of all levels; the last one may be over a limit. */
+  levels(model: ModelId, options?: Omit<SurfaceOptions, "level" | "error" | "faces">, init?: Abortable): Promise<Levels["levels"]>;
   surfaceCounts(model: ModelId, options?: SurfaceOptions, init?: Abortable): Promise<SurfaceCounts>;
 
   poseUrl(model: ModelId, options?: PoseOptions, form?: PoseForm): string;
@@ -480,7 +480,11 @@ export interface Solid {
   volume: number;
 }
 export interface SurfaceCounts {
+  /** Where meshes have different ones: the highest. */
   level: number;
+  /** With `level=auto`: how far the triangles are from the limit surface at most, in the unit of the model; null
+   * where that is not known. */
+  error?: number | null;
   /** Number of merged points, without the splits that glTF needs. */
   vertices: number;
   edges: number;
@@ -494,11 +498,15 @@ export interface SurfaceCounts {
     gltf?: number;
     stl?: number;
     ply?: number;
+    /** With positions alone; if the model has one mesh. */
+    bin?: number;
   };
   solid?: Solid;
   meshes: {
     name: string | null;
     level: number;
+    /** With `level=auto`: of this mesh. */
+    error?: number | null;
     /** Number of merged points, without the splits that glTF needs. */
     vertices: number;
     edges: number;
@@ -520,6 +528,9 @@ export interface Levels {
     faces: number;
     /** Of the GLB under the same options, exactly; null where it is not known. */
     bytes: number | null;
+    /** How far the triangles of all meshes are from their limit surfaces at most, in the unit of the model, as
+     * `level=auto` finds it; null where that is not known. Absent with `boundary=open`. */
+    error?: number | null;
     /** Of the last level, where it is over a limit: which. */
     refused?: string;
   }[];
@@ -1209,10 +1220,23 @@ export interface SourceOptions {
 }
 export interface SurfaceOptions {
   /**
-   * Number of subdivision steps, up to the configured limit (10); 0 is the cage.
+   * Number of subdivision steps, up to the configured limit (10); 0 is the cage. `auto`: for each mesh the least
+   * level that `error` allows, or the highest that `faces` does; with both the lower of the two; with neither as
+   * with `error=0.1%&faces=200000`. `X-Tweend-Level` and `surface.json` tell what was chosen, `X-Tweend-Error` how
+   * near it is. Not with `boundary=open` of a mesh with a border, whose levels shrink.
    * @default 1
    */
-  level?: number;
+  level?: number | "auto";
+  /** Of `level=auto`: how far the answer's triangles may be from the limit surface, and it from them, anywhere: a
+   * distance in the unit of the model (before `unit` and `scale`), or a share of the model's size as `0.1%`. The
+   * size is the diagonal of the box around the cages as nodes place them. A mesh that nodes scale is measured as
+   * large as its largest; a skinned one, or one with morph targets, that `skin=bake` does not pose, at rest. The
+   * distance is a bound that is proved: the true one is usually 1 to 4 times smaller. It does not count what
+   * `encoding` rounds. Where `--max-level` does not reach it, and `faces` is not given, the answer is 422. */
+  error?: number | string;
+  /** Of `level=auto`: the most faces that the answer may have. If the cage itself has more, the answer is level 0.
+   * A warning tells of an `error` that it does not allow. */
+  faces?: number;
   /**
    * Subdivision scheme; `loop` needs triangles.
    * @default catmull-clark

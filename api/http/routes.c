@@ -116,7 +116,7 @@ static const api_route routes[] = {
      api_get_surface},
     {"POST", WHOLE("/v1/surface"), API_TAKES_MODEL, API_READS, true, surface_offers, api_surface_rules,
      api_post_surface},
-    {"GET", OF_MODEL("/levels.json"), API_TAKES_NOTHING, API_READS, false, json_offers, api_surface_rules + 1,
+    {"GET", OF_MODEL("/levels.json"), API_TAKES_NOTHING, API_READS, false, json_offers, api_surface_rules + API_LEVEL_RULES,
      api_get_levels},
     {"GET", OF_MODEL("/tracks"), API_TAKES_NOTHING, API_READS, false, json_offers, tracks_parameters,
      api_get_tracks},

@@ -49,7 +49,7 @@ static api_outcome coarsen(api_remade *remade) {
   const tw_mesh *mesh = &remade->model->meshes[remade->mesh];
   query.level = levels;
   query.normals = API_NORMALS_NONE;
-  const tw_surface_options options = api_surface_options(&query, mesh);
+  const tw_surface_options options = api_surface_options(&query, 0, mesh);
   tw_coarsened found;
   if (find_cage(remade, &options, &found, error) != TW_OK) return api_fail(call);
   if (mesh->detail_count > 0) {

@@ -36,7 +36,7 @@ static bool shows(const tw_model *model, uint32_t node, uint32_t mesh) {
 static tw_status count_points(const detail_request *request, uint32_t mesh, uint64_t *out) {
   api_call *call = request->remade->call;
   const tw_mesh *of = &request->remade->model->meshes[mesh];
-  const tw_surface_options options = api_surface_options(&request->query, of);
+  const tw_surface_options options = api_surface_options(&request->query, 0, of);
   tw_surface_counts counts = {0};
   tw_status status = tw_surface_count(of, &options, &counts, &call->fault.error);
   *out = counts.vertices;
@@ -79,8 +79,9 @@ static api_outcome read_query(detail_request *request) {
   if (!api_query_get(&call->query, "level"))
     return api_fail_with(call, 400, "level is missing: the level whose points the body has");
   if (api_surface_query_read(call, &request->query) != API_DONE) return API_FAILED;
+  if (api_surface_query_fix_level(call, &request->query) != API_DONE) return API_FAILED;
   if (api_remade_choose(remade, mesh, &call->fault.error) != TW_OK) return api_fail(call);
-  request->options = api_surface_options(&request->query, &remade->model->meshes[remade->mesh]);
+  request->options = api_surface_options(&request->query, 0, &remade->model->meshes[remade->mesh]);
   request->node = TW_NO_INDEX;
   for (uint32_t n = 0; n < remade->model->node_count && request->node == TW_NO_INDEX; n++)
     if (shows(remade->model, n, remade->mesh)) request->node = n;

@@ -11,9 +11,14 @@ static int choose(int asked, int tagged, int fallback) {
   return asked >= 0 ? asked : tagged >= 0 ? tagged : fallback;
 }
 
-tw_surface_options api_surface_options(const api_surface_query *query, const tw_mesh *mesh) {
+static uint64_t level_of(const api_surface_query *query, uint32_t index) {
+  return query->auto_level.levels ? query->auto_level.levels[index] : query->level;
+}
+
+tw_surface_options api_surface_options(const api_surface_query *query, uint32_t index, const tw_mesh *mesh) {
+  uint64_t level = level_of(query, index);
   return (tw_surface_options){
-      .level = query->level < UINT32_MAX ? (uint32_t)query->level : UINT32_MAX,
+      .level = level < UINT32_MAX ? (uint32_t)level : UINT32_MAX,
       .scheme = (tw_scheme)query->scheme,
       .boundary = (tw_boundary)choose(query->boundary, mesh->tag_boundary, TW_BOUNDARY_EDGE_AND_CORNER),
       .uv = (tw_uv_rule)choose(query->uv, mesh->tag_uv, TW_UV_CORNERS_ONLY),
@@ -53,14 +58,12 @@ api_plan_meshes api_plan_all(const tw_model *model) {
       .count = model->mesh_count, .meshes = model->meshes, .still_count = model->mesh_count};
 }
 
-/* Counts all meshes exactly. TW_LIMIT if a count of a mesh is over 32 bits; the counts are complete all the
- * same. */
 static tw_status count_all(const plan_source *source, tw_surface_counts *total, tw_error *error) {
   tw_status result = TW_OK;
   *total = (tw_surface_counts){0};
   const api_plan_meshes *all = source->meshes;
   for (uint32_t i = 0; i < all->count; i++) {
-    tw_surface_options options = api_surface_options(source->query, &all->meshes[i]);
+    tw_surface_options options = api_surface_options(source->query, i, &all->meshes[i]);
     tw_surface_counts counts = {0};
     tw_status status = tw_surface_count(&all->meshes[i], &options, &counts, error);
     if (status != TW_OK && status != TW_LIMIT) return status;
@@ -78,8 +81,9 @@ static bool is_surely_within(const plan_source *source) {
   const api_plan_meshes *all = source->meshes;
   uint64_t most = 0;
   for (uint32_t i = 0; i < all->count; i++) {
-    uint64_t first = (uint64_t)all->meshes[i].corner_count + all->meshes[i].face_count;
-    add_times(&most, first << 2 * (level > 0 ? level - 1 : 0), all->uses ? all->uses[i] : 1);
+    uint64_t first = (uint64_t)all->meshes[i].corner_count + all->meshes[i].face_count,
+             own = level_of(source->query, i);
+    add_times(&most, first << 2 * (own > 0 ? own - 1 : 0), all->uses ? all->uses[i] : 1);
   }
   return most <= source->call->service->limits.max_faces;
 }
@@ -104,6 +108,12 @@ static tw_status count_and_check(const plan_source *source) {
   tw_surface_counts total;
   tw_status status = count_all(source, &total, &source->call->fault.error);
   return api_plan_check(source->call, source->query->level, &total, status);
+}
+
+tw_status api_plan_count(api_call *call, const api_plan_meshes *meshes, const api_surface_query *query,
+                         tw_surface_counts *total) {
+  const plan_source source = {call, meshes, query};
+  return count_all(&source, total, &call->fault.error);
 }
 
 tw_status api_plan_admit(api_call *call, const api_plan_meshes *meshes, const api_surface_query *query) {
@@ -135,24 +145,28 @@ static size_t plan_size(const api_plan *plan) {
   return size;
 }
 
-static tw_status create_surface(const plan_source *source, api_plan *plan, tw_arena *scratch,
-                                tw_error *error) {
-  const api_surface_query *query = source->query;
-  const tw_mesh *cage = &source->meshes->meshes[plan->count];
-  tw_mesh mesh;
+tw_status api_plan_cage(const api_surface_query *query, const tw_mesh *mesh, tw_arena *scratch, tw_mesh *out,
+                        uint64_t *hard, tw_error *error) {
   tw_status status = tw_mesh_with_creases(
-      cage, query->creases, query->crease_degrees, query->crease_sharpness,
-      api_surface_options(query, cage).boundary == TW_BOUNDARY_EDGE_AND_CORNER, scratch, &mesh, error);
-  if (status == TW_OK && query->creases == TW_CREASES_FILE)
-    plan->hard_edges += mesh.crease_count - cage->crease_count;
+      mesh, query->creases, query->crease_degrees, query->crease_sharpness,
+      api_surface_options(query, 0, mesh).boundary == TW_BOUNDARY_EDGE_AND_CORNER, scratch, out, error);
+  if (status == TW_OK && query->creases == TW_CREASES_FILE) *hard += out->crease_count - mesh->crease_count;
   if (status == TW_OK && query->with_holes) {
-    const tw_mesh closed = mesh;
-    if (tw_mesh_open_holes(&closed, scratch, &mesh) != TW_OK)
+    const tw_mesh closed = *out;
+    if (tw_mesh_open_holes(&closed, scratch, out) != TW_OK)
       status = tw_fail(error, TW_NO_MEMORY, "out of memory");
   }
+  if (status == TW_OK && (!query->details || query->with_holes)) out->detail_count = 0;
+  return status;
+}
+
+static tw_status create_surface(const plan_source *source, api_plan *plan, tw_arena *scratch,
+                                tw_error *error) {
+  tw_mesh mesh;
+  tw_status status = api_plan_cage(source->query, &source->meshes->meshes[plan->count], scratch, &mesh,
+                                   &plan->hard_edges, error);
   if (status != TW_OK) return status;
-  if (!query->details || query->with_holes) mesh.detail_count = 0;
-  tw_surface_options options = api_surface_options(query, &mesh);
+  tw_surface_options options = api_surface_options(source->query, plan->count, &mesh);
   options.movable = plan->count >= source->meshes->still_count;
   options.classes = plan->classes;
   const tw_memory_limit limit = {source->call->service->limits.max_memory, "--max-memory"};
@@ -227,7 +241,7 @@ uint64_t api_surface_bound(const tw_mesh *mesh, uint64_t level) {
 static uint64_t bound_plan(const plan_source *source) {
   uint64_t bytes = 0;
   for (uint32_t i = 0; i < source->meshes->count; i++)
-    bytes += api_surface_bound(&source->meshes->meshes[i], source->query->level);
+    bytes += api_surface_bound(&source->meshes->meshes[i], level_of(source->query, i));
   return bytes;
 }
 

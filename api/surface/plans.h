@@ -53,8 +53,19 @@ tw_status api_plan_check(api_call *call, uint64_t level, const tw_surface_counts
  * it is within the limits. */
 tw_status api_plan_admit(api_call *call, const api_plan_meshes *meshes, const api_surface_query *query);
 
-/* The options of a mesh: the request's, else the mesh's tags, else the defaults. */
-tw_surface_options api_surface_options(const api_surface_query *query, const tw_mesh *mesh);
+/* Counts a surface of the query exactly, all meshes together. TW_LIMIT if a count of a mesh is over 32 bits;
+ * the counts are complete all the same. */
+tw_status api_plan_count(api_call *call, const api_plan_meshes *meshes, const api_surface_query *query,
+                         tw_surface_counts *total);
+
+/* The options of a mesh of a plan: the request's, else the mesh's tags, else the defaults. index: the mesh's
+ * place in the plan, by which it may have a level of its own. */
+tw_surface_options api_surface_options(const api_surface_query *query, uint32_t index, const tw_mesh *mesh);
+
+/* Makes a view of a mesh with the creases and details that the query wants. *hard: how many edges
+ * TW_CREASES_FILE found are added to it. The arena holds new creases. Errors as tw_mesh_with_creases. */
+tw_status api_plan_cage(const api_surface_query *query, const tw_mesh *mesh, tw_arena *scratch, tw_mesh *out,
+                        uint64_t *hard, tw_error *error);
 
 /* Takes a plan: *out holds an api_plan. is_stored as in api_clip_take: the plan of a stored model is cached,
  * one for all positions; the moved surfaces are the request's own. 422 with the counts over a limit;

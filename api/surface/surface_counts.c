@@ -1,6 +1,8 @@
 /* surface.json: what an answer would have, without computing it. */
 #include "printability.h"
 
+#include <math.h>
+
 void api_surface_print_counts(tw_text *text, uint64_t level, const tw_surface_counts *counts,
                               uint64_t bytes) {
   tw_member_count(text, "level", level);
@@ -11,6 +13,14 @@ void api_surface_print_counts(tw_text *text, uint64_t level, const tw_surface_co
     tw_text_add(text, ",\"bytes\":null");
   else
     tw_member_count(text, "bytes", bytes);
+}
+
+void api_surface_print_error(tw_text *text, double error) {
+  tw_text_add(text, ",\"error\":");
+  if (isfinite(error))
+    tw_text_double(text, error);
+  else
+    tw_text_add(text, "null");
 }
 
 const tw_scene *api_scene_of_mesh(const api_surface_request *request, uint32_t mesh, tw_arena *arena) {
@@ -53,6 +63,18 @@ static bool shows_holes(const api_surface_request *request) {
   return request->query.with_holes && mesh < model->mesh_count;
 }
 
+/* Prints the size of surface.bin with the positions of a mesh. */
+static tw_status print_points(api_call *call, const api_surface_request *request, uint32_t mesh,
+                              tw_text *text) {
+  const tw_flat_options options = {.form = TW_FLAT_POINTS, .scale = 1};
+  const tw_scene *alone = api_scene_of_mesh(request, mesh, call->arena);
+  uint64_t size;
+  if (!alone) return tw_fail(&call->fault.error, TW_NO_MEMORY, "out of memory");
+  tw_status status = tw_flat_stream_predict(alone, &options, &size, &call->fault.error);
+  if (status == TW_OK) tw_member_count(text, "bin", size);
+  return status == TW_LIMIT ? TW_OK : status;
+}
+
 /* Prints the size of each form that has a size before it is streamed, and whose size is within the limits. */
 static tw_status print_forms(api_call *call, const api_surface_request *request, uint64_t glb,
                              tw_text *text) {
@@ -72,14 +94,17 @@ static tw_status print_forms(api_call *call, const api_surface_request *request,
     status = tw_flat_stream_predict(scene, &options, &size, &call->fault.error);
     if (status == TW_OK) tw_member_count(text, flat[form], size);
   }
+  if (status == TW_LIMIT) status = TW_OK;
+  if (status == TW_OK && scene->model->mesh_count == 1) status = print_points(call, request, 0, text);
   tw_text_add(text, "}");
-  return status == TW_LIMIT ? TW_OK : status;
+  return status;
 }
 
 /* Prints a mesh's element of "meshes". */
 static tw_status print_mesh(api_call *call, const api_surface_request *request, uint32_t mesh,
                             tw_text *text) {
   const tw_surface *surface = api_plan_of(request)->surfaces[mesh];
+  const api_auto_level *chosen = &request->query.auto_level;
   uint64_t size;
   const tw_scene *alone = api_scene_of_mesh(request, mesh, call->arena);
   if (!alone) return tw_fail(&call->fault.error, TW_NO_MEMORY, "out of memory");
@@ -88,7 +113,9 @@ static tw_status print_mesh(api_call *call, const api_surface_request *request, 
   tw_text_element(text);
   tw_text_add(text, "{");
   tw_member_string(text, "name", request->scene.content.model->meshes[mesh].name);
-  api_surface_print_counts(text, request->query.level, tw_surface_get_counts(surface), size);
+  api_surface_print_counts(text, tw_surface_get_options(surface)->level, tw_surface_get_counts(surface),
+                           size);
+  if (chosen->errors) api_surface_print_error(text, chosen->errors[mesh]);
   if (request->query.with_shells) status = api_print_shells(call, request, mesh, text);
   tw_text_add(text, "}");
   return status;
@@ -99,6 +126,7 @@ api_outcome api_surface_reply_counts(api_call *call, const api_surface_request *
   tw_text text = {0};
   tw_text_add(&text, "{");
   api_surface_print_counts(&text, request->query.level, &plan->total, bytes);
+  if (request->query.auto_level.errors) api_surface_print_error(&text, request->query.auto_level.reached);
   tw_status status = print_forms(call, request, bytes, &text);
   if (status == TW_OK && request->query.with_shells) status = api_print_solid(call, request, &text);
   tw_member_open(&text, "meshes", "[");

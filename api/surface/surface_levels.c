@@ -1,4 +1,5 @@
-/* levels.json: counts and bytes of all levels of a model. */
+/* levels.json: counts, bytes and errors of all levels of a model. */
+#include "auto_level.h"
 #include "file_name.h"
 #include "handlers.h"
 #include "models.h"
@@ -22,25 +23,45 @@ static api_outcome measure_level(api_call *call, const api_surface_request *firs
   return outcome == API_DONE ? api_surface_predict(call, request, size) : outcome;
 }
 
-/* Prints a level; one that is over a limit with the reason, and *is_last. The call's fault is then taken
+/* The levels that are printed. */
+typedef struct level_list {
+  const api_surface_query *query;
+  api_surface_request *first;
+  api_level_errors errors; /* of as many levels as there may be; none where levels shrink */
+  bool is_last;
+} level_list;
+
+/* Finds the errors of all levels, once a request has the scene that all of them have. */
+static api_outcome take_errors(api_call *call, level_list *list) {
+  const double enough = 1e-5; /* of the model's size */
+  if (list->errors.levels > 0 || list->query->boundary == TW_BOUNDARY_OPEN) return API_DONE;
+  return api_level_errors_take(call, &list->first->scene, call->service->limits.max_level + 1, enough,
+                               &list->errors);
+}
+
+/* Prints a level; one that is over a limit with the reason, and list->is_last. The call's fault is then taken
  * back. */
-static api_outcome print_level(api_call *call, const api_surface_request *first, api_surface_request *request,
-                               tw_text *text, bool *is_last) {
+static api_outcome print_level(api_call *call, level_list *list, api_surface_request *request,
+                               tw_text *text) {
   uint64_t size = 0, bytes;
-  api_outcome outcome = measure_level(call, first, request, &size);
+  api_outcome outcome = measure_level(call, list->first, request, &size);
   const api_fault *fault = &call->fault;
   bool is_over = outcome == API_FAILED && fault->stall == API_STALL_NONE && fault->is_predicted &&
                  fault->status == 422; /* a lack of memory tells counts too */
   if (outcome != API_DONE && !is_over) return outcome;
   const tw_surface_counts *counts = is_over ? &fault->predicted : &api_plan_of(request)->total;
   bytes = !is_over ? size : fault->predicted_bytes > 0 ? fault->predicted_bytes : API_SIZE_UNKNOWN;
+  if (!is_over) outcome = take_errors(call, list);
+  if (outcome != API_DONE && !is_over) return outcome;
   tw_text_element(text);
   tw_text_add(text, "{");
   api_surface_print_counts(text, request->query.level, counts, bytes);
+  if (list->errors.levels > 0)
+    api_surface_print_error(text, api_level_error_of(&list->errors, (uint32_t)request->query.level));
   if (is_over) tw_member_string(text, "refused", fault->error.detail);
   tw_text_add(text, "}");
   if (is_over) call->fault = (api_fault){0};
-  *is_last = is_over;
+  list->is_last = is_over;
   return API_DONE;
 }
 
@@ -68,22 +89,21 @@ static void release_level(api_surface_request *request) {
 
 static api_outcome print_levels(api_call *call, const api_surface_query *query, api_entry *model,
                                 tw_text *text) {
-  api_surface_request *first = NULL;
+  level_list list = {.query = query};
   api_outcome outcome = API_DONE;
-  bool is_last = false;
-  for (uint32_t level = 0; level <= call->service->limits.max_level && !is_last; level++) {
+  for (uint32_t level = 0; level <= call->service->limits.max_level && !list.is_last; level++) {
     api_surface_request *request = api_surface_begin(call, api_surface_form_at(API_FORM_COUNTS));
     if (!request) outcome = api_fail_without_memory(call);
     if (!request) break;
-    if (!first) first = request;
+    if (!list.first) list.first = request;
     request->query = *query;
     request->query.level = level;
     request->model = model;
-    outcome = print_level(call, first, request, text, &is_last);
-    is_last |= outcome != API_DONE;
-    if (request != first) release_level(request);
+    outcome = print_level(call, &list, request, text);
+    list.is_last |= outcome != API_DONE;
+    if (request != list.first) release_level(request);
   }
-  if (first) release_level(first);
+  if (list.first) release_level(list.first);
   return outcome;
 }
 

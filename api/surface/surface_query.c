@@ -7,6 +7,68 @@
 
 /* ---- values of their own kind ---------------------------------------------------------------- */
 
+static api_outcome read_level(api_call *call, const api_rule *rule, void *out) {
+  const char *text = api_query_get(&call->query, rule->name);
+  api_surface_query *query = out;
+  query->auto_level.is_on = text && strcmp(text, "auto") == 0;
+  if (!query->auto_level.is_on) return api_rule_read_count(call, rule, out);
+  query->level = 0;
+  return API_DONE;
+}
+
+/* Where meshes have levels of their own, prints all of them. */
+static void print_level(const void *from, const api_rule *rule, tw_text *text) {
+  const api_surface_query *query = from;
+  const api_auto_level *chosen = &query->auto_level;
+  bool differ = false;
+  for (uint32_t i = 0; i < chosen->level_count; i++) differ |= chosen->levels[i] != query->level;
+  api_rule_begin(rule->name, text);
+  if (!differ) tw_text_count(text, query->level);
+  for (uint32_t i = 0; i < chosen->level_count && differ; i++) {
+    if (i > 0) tw_text_add(text, ",");
+    tw_text_count(text, chosen->levels[i]);
+  }
+}
+
+/* A distance, or a share of the model's size as "0.1%". */
+static tw_status read_error_text(const char *text, api_auto_level *out, tw_error *error) {
+  size_t length = text ? strlen(text) : 0;
+  if (!text) return TW_OK;
+  out->is_share = length > 0 && text[length - 1] == '%';
+  if (!api_number_read(text, length - out->is_share, &out->error) || out->error < 1e-12 ||
+      out->error > (double)TW_COORDINATE_MAX)
+    return tw_fail(error, TW_SYNTAX, "error=%.60s: expected a distance over 1e-12, or a share as 0.1%%",
+                   text);
+  if (out->is_share) out->error /= 100;
+  return TW_OK;
+}
+
+static api_outcome read_error(api_call *call, const api_rule *rule, void *out) {
+  const char *text = api_query_get(&call->query, rule->name);
+  return api_outcome_of(call,
+                        read_error_text(text, &((api_surface_query *)out)->auto_level, &call->fault.error));
+}
+
+static api_outcome read_faces(api_call *call, const api_rule *rule, void *out) {
+  api_auto_level *asked = &((api_surface_query *)out)->auto_level;
+  tw_status status = api_query_count(&call->query, rule->name, &asked->faces, &call->fault.error);
+  if (status == TW_OK && api_query_get(&call->query, rule->name) && asked->faces == 0)
+    return api_fail_with(call, 400, "faces must be 1 or more");
+  if (status == TW_OK && !asked->is_on && (asked->error > 0 || asked->faces > 0))
+    return api_fail_with(call, 400, "error and faces go with level=auto");
+  return api_outcome_of(call, status);
+}
+
+/* Prints what was asked for: answers tell of it. */
+static void print_auto(const void *from, const api_rule *rule, tw_text *text) {
+  const api_auto_level *asked = &((const api_surface_query *)from)->auto_level;
+  if (!asked->is_on) return;
+  api_rule_begin(rule->name, text);
+  tw_text_double(text, asked->error);
+  tw_text_add(text, asked->is_share ? "%/" : "/");
+  tw_text_count(text, asked->faces);
+}
+
 static api_outcome read_quads(api_call *call, const api_rule *rule, void *out) {
   (void)rule;
   api_surface_query *query = out;
@@ -211,6 +273,7 @@ static void print_unit(const void *from, const api_rule *rule, tw_text *text) {
 
 enum {
   SURFACE = API_KEY_PLAN | API_KEY_PACKS | API_KEY_ANSWER,
+  SHAPE = SURFACE | API_KEY_ERRORS,
   WRITTEN = API_KEY_PACKS | API_KEY_ANSWER,
   MOVING = API_KEY_REDUCED | API_KEY_ANSWER,
   SHOWN = API_KEY_ANSWER
@@ -232,19 +295,21 @@ static const char *const meshes[] = {"all", "none", NULL};
 static const char *const skins[] = {"keep", "bake", NULL};
 
 const api_rule api_surface_rules[] = {
-    {"level", SURFACE, AT(level), NULL, api_rule_read_count, api_rule_print_count},
-    {"scheme", SURFACE, AT(scheme), schemes, api_rule_read_choice, api_rule_print_choice},
-    {"boundary", SURFACE, AT(boundary), boundaries, api_rule_read_choice, api_rule_print_choice},
-    {"uv", SURFACE, AT(uv), uvs, api_rule_read_choice, api_rule_print_choice},
-    {"creasing", SURFACE, AT(creasing), creasings, api_rule_read_choice, api_rule_print_choice},
-    {"triangles", SURFACE, AT(triangles), triangles, api_rule_read_choice, api_rule_print_choice},
-    {"quads", SURFACE, 0, NULL, read_quads, print_quads},
-    {"limit", SURFACE, AT(limit), NULL, api_rule_read_flag, api_rule_print_flag},
+    {"level", SURFACE, AT(level), NULL, read_level, print_level},
+    {"error", SHOWN, 0, NULL, read_error, print_auto}, /* and faces */
+    {.name = "faces", .read = read_faces},
+    {"scheme", SHAPE, AT(scheme), schemes, api_rule_read_choice, api_rule_print_choice},
+    {"boundary", SHAPE, AT(boundary), boundaries, api_rule_read_choice, api_rule_print_choice},
+    {"uv", SHAPE, AT(uv), uvs, api_rule_read_choice, api_rule_print_choice},
+    {"creasing", SHAPE, AT(creasing), creasings, api_rule_read_choice, api_rule_print_choice},
+    {"triangles", SHAPE, AT(triangles), triangles, api_rule_read_choice, api_rule_print_choice},
+    {"quads", SHAPE, 0, NULL, read_quads, print_quads},
+    {"limit", SHAPE, AT(limit), NULL, api_rule_read_flag, api_rule_print_flag},
     {"normals", SURFACE, AT(normals), normals, api_rule_read_choice, print_normals},
-    {"details", SURFACE, AT(details), NULL, api_rule_read_flag, api_rule_print_flag},
+    {"details", SHAPE, AT(details), NULL, api_rule_read_flag, api_rule_print_flag},
     {"influences", SURFACE, AT(influences), influences, read_influences, api_rule_print_choice},
-    {"weld", SURFACE, 0, NULL, read_weld, print_weld},
-    {"creases", SURFACE, 0, NULL, read_creases, print_creases}, /* and crease_sharpness */
+    {"weld", SHAPE, 0, NULL, read_weld, print_weld},
+    {"creases", SHAPE, 0, NULL, read_creases, print_creases}, /* and crease_sharpness */
     {.name = "crease_sharpness"},
     {"polygons", WRITTEN, AT(polygons), polygons, api_rule_read_choice, api_rule_print_word},
     {"encoding", WRITTEN, AT(encoding), encodings, api_rule_read_choice, print_encoding},
@@ -328,14 +393,26 @@ static tw_status check_together(const api_surface_query *query, tw_error *error)
   return TW_OK;
 }
 
+/* Whether a mesh has level 0. */
+static bool shows_cage(const api_surface_query *query) {
+  bool has = query->level == 0;
+  for (uint32_t i = 0; i < query->auto_level.level_count; i++) has |= query->auto_level.levels[i] == 0;
+  return has;
+}
+
 /* Level 0 in a form that can express all of a cage reads back as the cage. */
-static void keep_cage(const api_surface_form *form, api_surface_query *query) {
+void api_surface_query_keep_cage(const api_surface_form *form, api_surface_query *query) {
   bool is_at_rest = query->level == 0 && !query->limit;
   bool is_cage_of_gltf =
       form->is_gltf && query->polygons == TW_POLYGONS_NGON && query->encoding == TW_ENCODING_FLOAT;
   query->tagged = is_at_rest && (form->has_tags || is_cage_of_gltf);
   query->with_holes = query->tagged && is_cage_of_gltf;
-  query->own_normals = is_at_rest && query->normals == API_NORMALS_AUTO;
+  query->own_normals = !query->limit && query->normals == API_NORMALS_AUTO && shows_cage(query);
+}
+
+api_outcome api_surface_query_fix_level(api_call *call, const api_surface_query *query) {
+  if (!query->auto_level.is_on) return API_DONE;
+  return api_fail_with(call, 400, "level=auto goes with answers of surfaces: here the level is a number");
 }
 
 /* A moment shows the root motion where that is not dropped; animations carry it. */
@@ -348,7 +425,7 @@ static void carry_root(api_surface_query *query) {
 api_outcome api_surface_query_complete(api_call *call, const api_surface_form *form,
                                        api_surface_query *query) {
   tw_error *error = &call->fault.error;
-  keep_cage(form, query);
+  api_surface_query_keep_cage(form, query);
   if (!form->is_gltf) query->encoding = TW_ENCODING_FLOAT;
   tw_status status = TW_OK;
   if (form->still) status = take_meshes_alone(query, form->still, error);

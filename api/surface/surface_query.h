@@ -40,11 +40,26 @@ enum { API_MESHES_ALL, API_MESHES_NONE };
 /* Bits of `with`. */
 enum { API_WITH_NORMALS = 1, API_WITH_UVS = 2 };
 
+/* level=auto. */
+typedef struct api_auto_level {
+  bool is_on;
+  bool is_share;  /* `error` is a share of the model's size */
+  double error;   /* the most that the triangles may be from the limit surface; 0: not given */
+  uint64_t faces; /* the most of the answer; 0: not given */
+  /* What was chosen (auto_level.c): */
+  uint32_t level_count;
+  const uint32_t
+      *levels;          /* [level_count] of each mesh of the plan; NULL: none yet, or all have query->level */
+  const double *errors; /* [meshes of the scene] in the model's unit, at most; INFINITY: not known */
+  double reached;       /* the greatest of them */
+} api_auto_level;
+
 /* A surface's parameters, and what they make of each other. Where a number is -1, the parameter is not given,
  * so the file's own tags apply. */
 typedef struct api_surface_query {
   /* The surfaces. */
-  uint64_t level; /* as given; api_plan_check checks it */
+  uint64_t level; /* as given, or the highest that was chosen; api_plan_check checks it */
+  api_auto_level auto_level;
   int scheme, boundary, uv, creasing, triangles;
   api_reading reading; /* how the model is read */
   bool limit;
@@ -74,7 +89,8 @@ typedef struct api_surface_query {
   api_clip_choices choices; /* the clips, see api_scene_take_clips */
 } api_surface_query;
 
-/* For the table of routes. The first one is the level. */
+/* For the table of routes. The first API_LEVEL_RULES are those of the level. */
+enum { API_LEVEL_RULES = 3 };
 extern const api_rule api_surface_rules[];
 
 /* Fills in the defaults and reads what the call's query has. 400. */
@@ -84,6 +100,12 @@ api_outcome api_surface_query_read(api_call *call, api_surface_query *out);
  * together. 400. */
 api_outcome api_surface_query_complete(api_call *call, const api_surface_form *form,
                                        api_surface_query *query);
+
+/* Fills in what level 0 keeps; again once a level is chosen. */
+void api_surface_query_keep_cage(const api_surface_form *form, api_surface_query *query);
+
+/* Fails with 400 for level=auto, which goes with answers alone. */
+api_outcome api_surface_query_fix_level(api_call *call, const api_surface_query *query);
 
 /* Whether the request shows the model at one time. */
 static inline bool api_is_moment(const api_surface_query *query) {
@@ -100,7 +122,8 @@ typedef enum api_surface_key {
   API_KEY_PLAN = 1,
   API_KEY_PACKS = 2,
   API_KEY_REDUCED = 4, /* reduced keyframes */
-  API_KEY_ANSWER = 8   /* without the model and the form: for entity tags */
+  API_KEY_ANSWER = 8,  /* without the model and the form: for entity tags */
+  API_KEY_ERRORS = 16  /* of levels */
 } api_surface_key;
 
 /* Prints the parameters with their defaults, in one order: equal texts mean equal bytes. head: what stands

@@ -43,6 +43,9 @@ const tw_scene *api_scene_of_mesh(const api_surface_request *request, uint32_t m
 /* Prints the members of a level, or of a mesh there. bytes: of a GLB; API_SIZE_UNKNOWN is null. */
 void api_surface_print_counts(tw_text *text, uint64_t level, const tw_surface_counts *counts, uint64_t bytes);
 
+/* Prints how far the triangles may be from the limit surface; null where that is not known. */
+void api_surface_print_error(tw_text *text, double error);
+
 /* Answers surface.json. bytes: of the GLB. */
 api_outcome api_surface_reply_counts(api_call *call, const api_surface_request *request, uint64_t bytes);
 

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "auto_level.h"
 #include "file_name.h"
 #include "handlers.h"
 #include "models.h"
@@ -91,6 +92,10 @@ api_outcome api_surface_prepare(api_call *call, api_surface_request *request, bo
   outcome = api_scene_pose(call, model, scene);
   scene->content.polygons = (tw_polygons)request->query.polygons;
   scene->content.is_without_details = !request->query.details;
+  if (outcome == API_DONE && request->query.auto_level.is_on) {
+    outcome = api_level_choose(call, scene);
+    api_surface_query_keep_cage(request->form, &request->query);
+  }
   if (outcome != API_DONE) return outcome;
   bool is_cached = is_stored && scene->meshes.count > 0;
   outcome = api_plan_take(call, &scene->meshes, &scene->moves, is_cached, &request->query, &request->plan);

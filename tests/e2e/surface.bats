@@ -265,3 +265,31 @@ obj_faces() { grep -c '^f ' "$1"; }
   post "/v1/surface.gltf?level=1" bare.gltf
   holds '.textures | map(type) == ["object"]'
 }
+
+@test "level=auto tells the level that an error needs, HEAD too" {
+  get "$cube/surface.stl?level=auto&error=0.02"
+  expect 200
+  [ "$(header x-tweend-level)" = 3 ]
+  [[ "$(header x-tweend-error)" == surface=0.0* ]]
+  etag=$(header etag)
+  cp answer auto.stl
+  get "$cube/surface.stl?level=3"
+  cmp answer auto.stl
+  http HEAD "$cube/surface.stl?level=auto&error=0.02"
+  expect 200
+  [ "$(header x-tweend-level)" = 3 ]
+  [ "$(header etag)" = "$etag" ]
+  get "$cube/surface.stl?level=auto&error=1%25"
+  expect 200
+  get "$cube/surface.json?level=auto&faces=400"
+  expect 200
+  jq --exit-status '.faces == 384 and .level == 3 and .error > 0 and .forms.bin > 0' answer
+  get "$cube/levels.json"
+  jq --exit-status '[.levels[].error] | . == (sort | reverse) and (.[0] > 0.8)' answer
+  get "$cube/surface.glb?level=auto&error=1e-9"
+  expect 422
+  get "$cube/surface.glb?level=2&error=1"
+  expect 400
+  get "$cube/surface.glb?level=auto&error=none"
+  expect 400
+}

@@ -1,0 +1,272 @@
+/* level=auto: which levels are chosen, what tells of them, and what is refused. */
+#include "loopback.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct fixture {
+  loopback *loop;
+  char cube[API_ID_TEXT], tank[API_ID_TEXT], pair[API_ID_TEXT];
+} fixture;
+
+/* A cube of side 2, and a small one that a node makes ten times larger. */
+static const char pair[] =
+    "{\"meshes\":[{\"name\":\"large\",\"shape\":{\"kind\":\"box\",\"size\":[2,2,2]}},"
+    "{\"name\":\"small\",\"shape\":{\"kind\":\"box\",\"size\":[0.02,0.02,0.02]}}],"
+    "\"nodes\":[{\"mesh\":\"large\"},{\"mesh\":\"small\",\"scale\":[10,1,1],\"translation\":[0,3,0]}]}";
+
+static fixture *start(const api_settings *settings) {
+  fixture *f = calloc(1, sizeof *f);
+  f->loop = loopback_start(settings);
+  char *text = loopback_file("server/samples/cube.obj", NULL);
+  loopback_upload(f->loop, "model/obj", text, f->cube);
+  free(text);
+  text = loopback_file("server/samples/tank.json", NULL);
+  loopback_upload(f->loop, "application/json", text, f->tank);
+  free(text);
+  loopback_upload(f->loop, "application/json", pair, f->pair);
+  return f;
+}
+
+static int setup(void **state) {
+  api_settings settings = loopback_settings();
+  *state = start(&settings);
+  return 0;
+}
+
+static int teardown(void **state) {
+  fixture *f = *state;
+  loopback_stop(f->loop);
+  free(f);
+  return 0;
+}
+
+static reply ask(const fixture *f, const char *method, const char *id, const char *rest) {
+  char target[300];
+  snprintf(target, sizeof target, "/v1/models/%s/%s", id, rest);
+  return loopback_ask(f->loop, method, target, NULL, NULL, 0);
+}
+
+static reply ask_ok(const fixture *f, const char *id, const char *rest) {
+  reply r = ask(f, "GET", id, rest);
+  if (r.status != 200) fail_msg("%s: %d %s", rest, r.status, r.body);
+  return r;
+}
+
+static cJSON *ask_json(const fixture *f, const char *id, const char *rest) {
+  reply r = ask_ok(f, id, rest);
+  cJSON *tree = cJSON_Parse(r.body);
+  assert_non_null(tree);
+  reply_free(&r);
+  return tree;
+}
+
+static double number_in(const cJSON *of, const char *name) {
+  const cJSON *value = json_member(of, name);
+  assert_true(cJSON_IsNumber(value));
+  return value->valuedouble;
+}
+
+/* The error that a header tells. */
+static double told_error(const reply *r) {
+  const char *text = reply_header(r, "X-Tweend-Error");
+  double error = 0;
+  assert_non_null(text);
+  assert_int_equal(sscanf(text, "surface=%lf", &error), 1);
+  return error;
+}
+
+/* The least level of levels.json within the error. */
+static int least_level(const fixture *f, const char *id, double error) {
+  cJSON *tree = ask_json(f, id, "levels.json?clip=none");
+  int level = 0;
+  const cJSON *of = json_member(tree, "levels")->child;
+  while (of && number_in(of, "error") > error) {
+    of = of->next;
+    level++;
+  }
+  cJSON_Delete(tree);
+  return level;
+}
+
+TEST_WITH(each_error_gets_its_least_level_in_every_form, setup, teardown) {
+  const fixture *f = *state;
+  static const char *const forms[] = {"glb", "gltf", "obj", "stl", "ply", "3mf", "bin"};
+  static const double errors[] = {0.5, 0.1, 0.02, 0.004, 0.001};
+  int before = -1;
+  for (size_t i = 0; i < sizeof errors / sizeof *errors; i++) {
+    char rest[120], level[16];
+    int least = least_level(f, f->cube, errors[i]);
+    assert_true(least > before);
+    before = least;
+    snprintf(level, sizeof level, "%d", least);
+    for (size_t k = 0; k < sizeof forms / sizeof *forms; k++) {
+      snprintf(rest, sizeof rest, "surface.%s?level=auto&error=%g", forms[k], errors[i]);
+      reply head = ask(f, "HEAD", f->cube, rest), r = ask_ok(f, f->cube, rest);
+      assert_int_equal(head.status, 200);
+      assert_string_equal(reply_header(&r, "X-Tweend-Level"), level);
+      assert_string_equal(reply_header(&head, "X-Tweend-Level"), level);
+      assert_string_equal(reply_header(&head, "ETag"), reply_header(&r, "ETag"));
+      assert_true(told_error(&r) <= errors[i] && told_error(&head) == told_error(&r));
+      snprintf(rest, sizeof rest, "surface.%s?level=%d", forms[k], least);
+      reply fixed = ask_ok(f, f->cube, rest);
+      assert_int_equal(fixed.size, r.size);
+      assert_memory_equal(fixed.body, r.body, r.size);
+      assert_null(reply_header(&fixed, "X-Tweend-Level"));
+      reply_free(&fixed);
+      reply_free(&head);
+      reply_free(&r);
+    }
+  }
+}
+
+/* The diagonal of the cube is 2 times the root of 3. */
+TEST_WITH(shares_are_of_the_diagonal_of_the_scene, setup, teardown) {
+  const fixture *f = *state;
+  char rest[120];
+  snprintf(rest, sizeof rest, "surface.json?level=auto&error=%.17g", 0.01 * sqrt(12));
+  cJSON *a = ask_json(f, f->cube, rest), *b = ask_json(f, f->cube, "surface.json?level=auto&error=1%25");
+  assert_true(number_in(a, "level") == number_in(b, "level") && number_in(b, "error") <= 0.01 * sqrt(12));
+  assert_int_equal(number_in(b, "level"), least_level(f, f->cube, 0.01 * sqrt(12)));
+  cJSON_Delete(a);
+  cJSON_Delete(b);
+}
+
+/* The small cube is a tenth as large as the large one, as its node shows it: it needs fewer levels. */
+TEST_WITH(each_mesh_has_its_level, setup, teardown) {
+  const fixture *f = *state;
+  reply r = ask_ok(f, f->pair, "surface.json?level=auto&error=0.01");
+  cJSON *tree = cJSON_Parse(r.body);
+  const cJSON *large = json_member(tree, "meshes")->child, *small = large->next;
+  char level[16];
+  assert_true(number_in(large, "level") > number_in(small, "level"));
+  assert_true(number_in(tree, "level") == number_in(large, "level"));
+  assert_true(number_in(large, "error") <= 0.01 && number_in(small, "error") <= 0.01);
+  assert_true(number_in(tree, "error") == fmax(number_in(large, "error"), number_in(small, "error")));
+  snprintf(level, sizeof level, "%d-%d", (int)number_in(small, "level"), (int)number_in(large, "level"));
+  assert_string_equal(reply_header(&r, "X-Tweend-Level"), level);
+  assert_true(number_in(tree, "faces") == number_in(large, "faces") + number_in(small, "faces"));
+  cJSON_Delete(tree);
+  reply_free(&r);
+  static const char *const forms[] = {"glb?level=auto&error=0.01&polygons=ngon",
+                                      "glb?level=auto&error=0.01&encoding=meshopt",
+                                      "stl?level=auto&error=0.01", "obj?level=auto&error=0.4"};
+  for (size_t i = 0; i < sizeof forms / sizeof *forms; i++) {
+    char rest[120];
+    snprintf(rest, sizeof rest, "surface.%s", forms[i]);
+    r = ask_ok(f, f->pair, rest);
+    assert_true(r.size > 1000);
+    reply_free(&r);
+  }
+}
+
+TEST_WITH(faces_cap_the_level, setup, teardown) {
+  const fixture *f = *state;
+  cJSON *tree = ask_json(f, f->cube, "surface.json?level=auto&faces=400");
+  assert_int_equal(number_in(tree, "faces"), 384);
+  cJSON_Delete(tree);
+  tree = ask_json(f, f->cube, "surface.json?level=auto&faces=384");
+  assert_int_equal(number_in(tree, "faces"), 384);
+  cJSON_Delete(tree);
+  tree = ask_json(f, f->cube, "surface.json?level=auto&faces=383");
+  assert_int_equal(number_in(tree, "faces"), 96);
+  cJSON_Delete(tree);
+  reply r = ask_ok(f, f->cube, "surface.glb?level=auto&faces=2");
+  assert_string_equal(reply_header(&r, "X-Tweend-Level"), "0");
+  reply_free(&r);
+  /* With both, the lower level; where that is by faces, a warning tells of the error. */
+  r = ask_ok(f, f->cube, "surface.glb?level=auto&faces=400&error=0.5");
+  assert_string_equal(reply_header(&r, "X-Tweend-Level"), "1");
+  assert_null(reply_header(&r, "X-Tweend-Warning"));
+  reply_free(&r);
+  r = ask_ok(f, f->cube, "surface.glb?level=auto&faces=400&error=0.0001");
+  assert_string_equal(reply_header(&r, "X-Tweend-Level"), "3");
+  assert_true(told_error(&r) > 0.0001);
+  assert_non_null(strstr(reply_header(&r, "X-Tweend-Warning"), "needs%20more%20faces"));
+  reply_free(&r);
+  r = ask_ok(f, f->cube, "surface.glb?level=auto");
+  assert_true(told_error(&r) <= 0.001 * sqrt(12));
+  reply_free(&r);
+}
+
+/* What was asked for is in the tag, as JSON and warnings tell of it; what was chosen too. */
+TEST_WITH(tags_and_caches_hold_what_was_chosen, setup, teardown) {
+  const fixture *f = *state;
+  reply a = ask_ok(f, f->cube, "surface.glb?level=auto&error=0.1"),
+        b = ask_ok(f, f->cube, "surface.glb?level=auto&error=0.02");
+  assert_string_not_equal(reply_header(&a, "ETag"), reply_header(&b, "ETag"));
+  char target[200], header[120];
+  snprintf(target, sizeof target, "/v1/models/%s/surface.glb?level=auto&error=0.1", f->cube);
+  snprintf(header, sizeof header, "If-None-Match: %s\n", reply_header(&a, "ETag"));
+  reply again = loopback_ask(f->loop, "GET", target, header, NULL, 0);
+  assert_int_equal(again.status, 304);
+  reply_free(&again);
+  reply_free(&a);
+  reply_free(&b);
+}
+
+TEST_WITH(posed_and_baked_models_have_levels_too, setup, teardown) {
+  const fixture *f = *state;
+  static const char *const queries[] = {"surface.glb?level=auto&error=1%25&clip=drive&at=1",
+                                        "surface.stl?level=auto&error=1%25&clip=drive&at=1",
+                                        "surface.glb?level=auto&error=1%25&skin=bake&clip=none",
+                                        "surface.glb?level=auto&error=1%25&meshes=none",
+                                        "surface.glb?level=auto&error=1%25&limit=true",
+                                        "surface.glb?level=auto&error=1%25&scheme=bilinear"};
+  for (size_t i = 0; i < sizeof queries / sizeof *queries; i++) {
+    reply r = ask_ok(f, f->tank, queries[i]);
+    assert_non_null(reply_header(&r, "X-Tweend-Level"));
+    reply_free(&r);
+  }
+  char *text = loopback_file("server/samples/cube.obj", NULL);
+  reply posted = loopback_post(f->loop, "/v1/surface.stl?level=auto&error=0.02", "model/obj", text),
+        stored = ask_ok(f, f->cube, "surface.stl?level=auto&error=0.02");
+  assert_int_equal(posted.status, 200);
+  assert_string_equal(reply_header(&posted, "X-Tweend-Level"), reply_header(&stored, "X-Tweend-Level"));
+  assert_int_equal(posted.size, stored.size);
+  reply_free(&posted);
+  reply_free(&stored);
+  free(text);
+}
+
+TEST_WITH(what_cannot_be_kept_is_refused, setup, teardown) {
+  const fixture *f = *state;
+  static const char *const bad[] = {
+      "level=auto&error=0",       "level=auto&error=-1", "level=auto&error=x", "level=auto&error=%25",
+      "level=auto&error=1%25%25", "level=auto&faces=0",  "level=auto&faces=x", "level=Auto",
+      "level=2&error=1",          "faces=100",           "error=1%25"};
+  for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+    char rest[120];
+    snprintf(rest, sizeof rest, "surface.glb?%s", bad[i]);
+    assert_problem(ask(f, "GET", f->cube, rest), 400, NULL, NULL);
+  }
+  assert_problem(ask(f, "GET", f->cube, "surface.glb?level=auto&error=1e-9"), 422, NULL, "level=auto");
+  char target[200];
+  snprintf(target, sizeof target, "/v1/models/%s/detail?level=auto", f->cube);
+  assert_problem(loopback_post(f->loop, target, "model/obj", "v 0 0 0\n"), 400, NULL, "level=auto");
+  char open[API_ID_TEXT];
+  loopback_upload(f->loop, "model/obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n", open);
+  assert_problem(ask(f, "GET", open, "surface.glb?level=auto&boundary=open"), 422, NULL, "boundary=open");
+  reply r = ask_ok(f, f->cube, "surface.glb?level=auto&boundary=open");
+  reply_free(&r);
+}
+
+TEST(limits_hold_for_chosen_levels) {
+  api_settings settings = loopback_settings();
+  settings.limits.max_level = 3;
+  settings.limits.max_faces = 100;
+  fixture *f = start(&settings);
+  assert_problem(ask(f, "GET", f->cube, "surface.glb?level=auto&error=0.0001"), 422, NULL, "level 3");
+  assert_problem(ask(f, "GET", f->cube, "surface.glb?level=auto&error=0.02"), 422, NULL, "limit of 100");
+  reply r = ask_ok(f, f->cube, "surface.glb?level=auto&faces=1000");
+  assert_string_equal(reply_header(&r, "X-Tweend-Level"), "2");
+  reply_free(&r);
+  r = ask_ok(f, f->cube, "surface.glb?level=auto");
+  assert_string_equal(reply_header(&r, "X-Tweend-Level"), "2");
+  assert_non_null(reply_header(&r, "X-Tweend-Warning"));
+  reply_free(&r);
+  loopback_stop(f->loop);
+  free(f);
+}

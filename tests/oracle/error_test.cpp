@@ -1,0 +1,256 @@
+// The bounds of level=auto hold against OpenSubdiv's limit surface, and are not far from the distances that
+// are found. TAP.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "oracle.hpp"
+
+namespace {
+
+struct point {
+  double v[3];
+};
+
+point operator-(const point &a, const point &b) {
+  return {{a.v[0] - b.v[0], a.v[1] - b.v[1], a.v[2] - b.v[2]}};
+}
+point along(const point &a, const point &b, double s) {
+  return {{a.v[0] + s * (b.v[0] - a.v[0]), a.v[1] + s * (b.v[1] - a.v[1]), a.v[2] + s * (b.v[2] - a.v[2])}};
+}
+double dot(const point &a, const point &b) {
+  return a.v[0] * b.v[0] + a.v[1] * b.v[1] + a.v[2] * b.v[2];
+}
+
+double to_segment(const point &p, const point &a, const point &b) {
+  point side = b - a;
+  double square = dot(side, side), s = square > 0 ? dot(p - a, side) / square : 0;
+  point to = p - along(a, b, std::clamp(s, 0.0, 1.0));
+  return std::sqrt(dot(to, to));
+}
+
+using triangle = std::array<point, 3>;
+
+double to_triangle(const point &p, const triangle &t) {
+  point a = t[1] - t[0], b = t[2] - t[0], to = p - t[0];
+  double aa = dot(a, a), ab = dot(a, b), bb = dot(b, b), pa = dot(to, a), pb = dot(to, b),
+         area = aa * bb - ab * ab;
+  if (area > 1e-14 * aa * bb) {
+    double u = (bb * pa - ab * pb) / area, v = (aa * pb - ab * pa) / area;
+    if (u >= 0 && v >= 0 && u + v <= 1) {
+      point foot = along(along(t[0], t[1], u), t[2], 0);
+      for (int c = 0; c < 3; c++) foot.v[c] = t[0].v[c] + u * a.v[c] + v * b.v[c];
+      to = p - foot;
+      return std::sqrt(dot(to, to));
+    }
+  }
+  return std::min({to_segment(p, t[0], t[1]), to_segment(p, t[1], t[2]), to_segment(p, t[2], t[0])});
+}
+
+// Triangles in cells of a grid.
+class triangle_grid {
+public:
+  explicit triangle_grid(std::vector<triangle> all) : triangles(std::move(all)) {
+    for (const triangle &t : triangles)
+      for (int i = 0; i < 3; i++) {
+        point side = t[static_cast<size_t>(i)] - t[static_cast<size_t>((i + 1) % 3)];
+        cell += std::sqrt(dot(side, side)) / (3.0 * static_cast<double>(triangles.size()));
+      }
+    cell = cell > 0 ? 2 * cell : 1;
+    for (size_t i = 0; i < triangles.size(); i++) {
+      std::array<int, 3> low, high;
+      for (size_t c = 0; c < 3; c++) {
+        low[c] = place(std::min({triangles[i][0].v[c], triangles[i][1].v[c], triangles[i][2].v[c]}));
+        high[c] = place(std::max({triangles[i][0].v[c], triangles[i][1].v[c], triangles[i][2].v[c]}));
+      }
+      for (int x = low[0]; x <= high[0]; x++)
+        for (int y = low[1]; y <= high[1]; y++)
+          for (int z = low[2]; z <= high[2]; z++) cells[{x, y, z}].push_back(i);
+    }
+  }
+
+  double distance(const point &p) const {
+    double best = INFINITY;
+    std::array<int, 3> at = {place(p.v[0]), place(p.v[1]), place(p.v[2])};
+    for (int r = 0; r < 64 && best > (r - 1) * cell; r++)
+      for (int x = -r; x <= r; x++)
+        for (int y = -r; y <= r; y++)
+          for (int z = -r; z <= r; z++) {
+            if (std::max({std::abs(x), std::abs(y), std::abs(z)}) != r) continue;
+            auto found = cells.find({at[0] + x, at[1] + y, at[2] + z});
+            if (found == cells.end()) continue;
+            for (size_t i : found->second) best = std::min(best, to_triangle(p, triangles[i]));
+          }
+    return best;
+  }
+
+  const std::vector<triangle> triangles;
+
+private:
+  int place(double x) const { return static_cast<int>(std::floor(x / cell)); }
+  double cell = 0;
+  std::map<std::array<int, 3>, std::vector<size_t>> cells;
+};
+
+// The triangles of a level as answers have them. diagonal: which one cuts quads.
+std::vector<triangle> triangles_of(const tw_surface *surface, uint32_t diagonal) {
+  std::vector<float> rows(3 * tw_surface_row_count(surface, TW_DOMAIN_POINTS));
+  tw_surface_reader *reader = tw_surface_reader_create(surface);
+  tw_surface_read_rows(reader, TW_DOMAIN_POINTS, 0, rows.size() / 3, rows.data());
+  std::vector<uint32_t> sizes(1), corners(tw_surface_largest_face(surface));
+  std::vector<triangle> out;
+  for (uint64_t f = 0; f < tw_surface_get_counts(surface)->faces; f++) {
+    size_t count = tw_surface_read_faces(reader, TW_DOMAIN_POINTS, f, 1, sizes.data(), corners.data());
+    auto at = [&](size_t i) {
+      const float *row = rows.data() + 3 * corners[(i + diagonal) % count];
+      return point{{static_cast<double>(row[0]), static_cast<double>(row[1]), static_cast<double>(row[2])}};
+    };
+    for (size_t i = 2; i < count; i++) out.push_back({at(0), at(i - 1), at(i)});
+  }
+  tw_surface_reader_destroy(reader);
+  return out;
+}
+
+struct tally {
+  int cages = 0, compared = 0, chosen = 0, near = 0;
+  double loosest = 0;
+  std::string failure;
+};
+
+// The limit surface as OpenSubdiv has it some levels deeper: triangles of its limit points, without hidden
+// faces.
+std::vector<triangle> limit_of(const Cage &cage, tw_surface_options options) {
+  options.level = 4;
+  options.limit = true;
+  options.normals = false;
+  const Oracle oracle(cage, options);
+  const auto &level = oracle.level();
+  std::vector<triangle> out;
+  for (int f = 0; f < level.GetNumFaces(); f++) {
+    if (level.IsFaceHole(f)) continue;
+    auto corners = level.GetFaceVertices(f);
+    auto at = [&](int i) {
+      point p;
+      std::memcpy(p.v, oracle.points[static_cast<size_t>(corners[i])].v, sizeof p.v);
+      return p;
+    };
+    for (int i = 2; i < corners.size(); i++) out.push_back({at(0), at(i - 1), at(i)});
+  }
+  return out;
+}
+
+// Points of triangles: their corners, and some inside.
+std::vector<point> points_of(const std::vector<triangle> &triangles, size_t most, std::mt19937 &random) {
+  std::uniform_real_distribution<double> share(0, 1);
+  std::vector<point> out;
+  size_t step = std::max<size_t>(1, triangles.size() / most);
+  for (size_t i = 0; i < triangles.size(); i += step) {
+    const triangle &t = triangles[i];
+    out.insert(out.end(), t.begin(), t.end());
+    out.push_back(along(t[0], t[1], 0.5));
+    out.push_back(along(t[1], t[2], 0.5));
+    out.push_back(along(along(t[0], t[1], share(random)), t[2], share(random)));
+  }
+  return out;
+}
+
+void compare(const Cage &cage, tw_surface_options options, std::mt19937 &random, double planted, tally &all) {
+  enum { LEVELS = 3 };
+  CageView view(cage);
+  double bounds[LEVELS + 1], fine[5];
+  tw_error error{};
+  const tw_error_wish wish = {LEVELS, 0}, deep = {4, 0};
+  tw_surface_options limits = options;
+  limits.limit = true;
+  if (tw_surface_errors(&view.mesh, &options, &wish, nullptr, bounds, &error) != TW_OK ||
+      tw_surface_errors(&view.mesh, &limits, &deep, nullptr, fine, &error) != TW_OK) {
+    all.failure = cage.name + ": " + error.detail;
+    return;
+  }
+  const triangle_grid limit(limit_of(cage, options));
+  if (limit.triangles.empty()) return;
+  all.cages++;
+  const std::vector<point> of_limit = points_of(limit.triangles, 2000, random);
+  double found[LEVELS + 1];
+  for (uint32_t level = 0; level <= LEVELS; level++) {
+    options.level = level;
+    tw_surface *surface;
+    if (tw_surface_create(&view.mesh, &options, &surface, &error) != TW_OK) return;
+    found[level] = 0;
+    for (uint32_t diagonal = 0; diagonal < (level > 0 ? 2u : 1u); diagonal++) {
+      const triangle_grid answer(triangles_of(surface, diagonal));
+      for (const point &p : of_limit) found[level] = std::max(found[level], answer.distance(p));
+      for (const point &p : points_of(answer.triangles, 1000, random))
+        found[level] = std::max(found[level], limit.distance(p));
+    }
+    tw_surface_destroy(surface);
+    // OpenSubdiv's points are joined by triangles, which are as far from the surface as level 4 is.
+    double bound = planted * bounds[level] + fine[4] + 1e-6;
+    all.compared++;
+    if (found[level] > bound && all.failure.empty()) {
+      char text[200];
+      std::snprintf(text, sizeof text, "%s, level %u: found %.6g, bound %.6g", cage.name.c_str(), level,
+                    found[level], bound);
+      all.failure = text;
+    }
+    if (level > 0 && found[level] > 1e-3) all.loosest = std::max(all.loosest, bounds[level] / found[level]);
+  }
+  // Which level an error needs, by the bounds and by what was found.
+  for (double share : {1.0, 0.5, 0.2, 0.1, 0.05}) {
+    double wanted = share * found[0];
+    uint32_t by_bound = 0, least = 0;
+    while (by_bound < LEVELS && bounds[by_bound] > wanted) by_bound++;
+    while (least < LEVELS && found[least] > wanted) least++;
+    if (least == LEVELS || !(wanted > 1e-3)) continue;
+    all.chosen++;
+    all.near += by_bound <= least + 1;
+  }
+}
+
+int tests = 0, failures = 0;
+
+void report(const std::string &name, const tally &all) {
+  std::string failure = all.failure;
+  if (failure.empty() && all.near * 100 < all.chosen * 95)
+    failure = "too many levels are over the least by two";
+  std::printf("%sok %d - %s\n", failure.empty() ? "" : "not ", ++tests, name.c_str());
+  std::printf("# %d cages, %d levels, %d of %d choices the least level or one above, loosest bound %.2f\n",
+              all.cages, all.compared, all.near, all.chosen, all.loosest);
+  if (!failure.empty()) std::printf("# %s\n", failure.c_str());
+  failures += !failure.empty();
+}
+
+} // namespace
+
+int main() {
+  enum { RANDOM = 60 };
+  std::mt19937 random(20261127);
+  for (int limit = 0; limit < 2; limit++) {
+    tw_surface_options options{};
+    options.limit = limit;
+    tally by_hand, by_chance, triangles;
+    for (const Cage &cage : hand_made()) compare(cage, options, random, 1, by_hand);
+    for (int i = 0; i < RANDOM; i++) {
+      options.boundary = static_cast<tw_boundary>(i % 2);
+      options.creasing = static_cast<tw_creasing>(i / 2 % 2);
+      compare(random_cage(random), options, random, 1, by_chance);
+    }
+    options.scheme = TW_LOOP;
+    for (const Cage &cage : hand_made_triangles()) compare(cage, options, random, 1, triangles);
+    std::string suffix = limit ? ", limit points" : "";
+    report("no level is farther from the limit than its bound" + suffix, by_hand);
+    report("nor are random cages" + suffix, by_chance);
+    report("nor is Loop's scheme" + suffix, triangles);
+  }
+  tally planted;
+  compare(cube(), {}, random, 0.5, planted);
+  std::printf("%sok %d - half of a bound is found to be too little\n", planted.failure.empty() ? "not " : "",
+              ++tests);
+  failures += planted.failure.empty();
+  std::printf("1..%d\n", tests);
+  return failures > 0;
+}

@@ -1,0 +1,138 @@
+/* Bounds of the distance between the triangles of each level and the limit surface.
+ * tests/oracle/error_test.cpp compares them with OpenSubdiv's. */
+#include <math.h>
+
+#include "cube.h"
+#include "test.h"
+#include "torus_cage.h"
+
+enum { LEVELS = 9 };
+
+static void find_errors(const tw_mesh *mesh, const tw_surface_options *options, double out[LEVELS]) {
+  const tw_error_wish wish = {LEVELS - 1, 0};
+  tw_error error;
+  if (tw_surface_errors(mesh, options, &wish, NULL, out, &error) != TW_OK) fail_msg("%s", error.detail);
+}
+
+static float flat(float x, float y) {
+  return 0 * x * y;
+}
+
+static float bowl(float x, float y) {
+  return x * x + y * y;
+}
+
+/* Coordinates up to 8 round to floats by 5e-7 at most. */
+TEST(flat_grids_are_their_own_limit) {
+  for (int bilinear = 0; bilinear < 2; bilinear++) {
+    const tw_scheme scheme = bilinear ? TW_BILINEAR : TW_CATMULL_CLARK;
+    cage *c = grid(8, 8, false, flat);
+    double errors[LEVELS];
+    find_errors(&c->mesh, &(tw_surface_options){.scheme = scheme}, errors);
+    for (int level = 0; level < LEVELS; level++)
+      if (!(errors[level] < 1e-5)) fail_msg("scheme %d, level %d: %g", (int)scheme, level, errors[level]);
+    free(c);
+  }
+}
+
+/* A point of a grid of squares is lifted by a sixth of its two second differences, 2 each along the edges. */
+TEST(a_bowl_is_as_far_as_its_second_differences_say) {
+  cage *c = grid(8, 8, false, bowl);
+  double errors[LEVELS], step = (double)c->points[1][0] - (double)c->points[0][0];
+  find_errors(&c->mesh, &(tw_surface_options){0}, errors);
+  for (int level = 0; level < 4; level++) {
+    double exact = 2 * step * step * 2 / 6 / pow(4, level);
+    assert_true(errors[level] >= exact * 0.5); /* along slopes the way to the surface is shorter */
+    assert_true(errors[level] <= exact * 2.5);
+  }
+  free(c);
+}
+
+TEST(each_level_is_nearer_and_deep_ones_four_times) {
+  static const tw_surface_options options[] = {
+      {0}, {.limit = true}, {.boundary = TW_BOUNDARY_EDGE_ONLY}, {.creasing = TW_CREASE_CHAIKIN}};
+  for (size_t i = 0; i < sizeof options / sizeof *options; i++) {
+    const tw_mesh mesh = cube();
+    double errors[LEVELS];
+    find_errors(&mesh, &options[i], errors);
+    for (int level = 1; level < LEVELS; level++) assert_true(errors[level] < errors[level - 1] / 1.5);
+    assert_true(errors[7] < errors[6] / 3 && errors[6] < errors[5] / 3);
+  }
+}
+
+/* The corners of a cube of side 2 are 0.8660 away from the limit. */
+TEST(a_cube_is_bounded_closely) {
+  const tw_mesh mesh = cube();
+  double errors[LEVELS];
+  find_errors(&mesh, &(tw_surface_options){0}, errors);
+  assert_true(errors[0] >= 0.8660 && errors[0] < 1.1);
+}
+
+TEST(infinitely_sharp_cubes_are_flat) {
+  static const uint32_t edges[12][2] = {{0, 1}, {1, 2}, {2, 3}, {3, 0}, {4, 5}, {5, 6},
+                                        {6, 7}, {7, 4}, {0, 4}, {1, 5}, {2, 6}, {3, 7}};
+  static const float sharpness[12] = {10, 10, 10, 10, 10, 10, 10, 10, 10, 10, 10, 10};
+  tw_mesh mesh = cube();
+  double errors[LEVELS];
+  mesh.crease_count = 12;
+  mesh.crease_edges = edges[0];
+  mesh.crease_sharpness = sharpness;
+  find_errors(&mesh, &(tw_surface_options){0}, errors);
+  for (int level = 0; level < LEVELS; level++) assert_true(errors[level] < 1e-5);
+}
+
+TEST(semi_sharp_edges_are_told_until_they_have_decayed) {
+  cage *c = torus(TORUS_QUADS, NO_GAPS, false);
+  double soft[LEVELS], sharp[LEVELS];
+  find_errors(&c->mesh, &(tw_surface_options){0}, soft);
+  crease_some(c, 2.5f);
+  find_errors(&c->mesh, &(tw_surface_options){0}, sharp);
+  for (int level = 0; level < LEVELS; level++) assert_true(isfinite(sharp[level]) && sharp[level] > 0);
+  assert_true(sharp[8] < sharp[3] / 20 && soft[8] < soft[3] / 200);
+  free(c);
+}
+
+TEST(every_kind_of_cage_has_finite_bounds) {
+  for (int faces = TORUS_TRIANGLES; faces <= TORUS_QUADS; faces++)
+    for (int gaps = NO_GAPS; gaps <= GAPS_THAT_TOUCH; gaps++)
+      for (int fin = 0; fin < 2; fin++) {
+        cage *c = torus((torus_faces)faces, (torus_gaps)gaps, fin == 1);
+        double errors[LEVELS];
+        find_errors(&c->mesh, &(tw_surface_options){.limit = faces == TORUS_MIXED}, errors);
+        for (int level = 0; level < LEVELS; level++) {
+          assert_true(isfinite(errors[level]));
+          assert_true(level == 0 || errors[level] <= errors[level - 1] + 1e-9);
+        }
+        free(c);
+      }
+}
+
+/* What is enough saves levels, not honesty. */
+TEST(errors_above_what_is_enough_are_the_same) {
+  const tw_mesh mesh = cube();
+  double all[LEVELS], some[LEVELS];
+  find_errors(&mesh, &(tw_surface_options){0}, all);
+  const tw_error_wish wish = {LEVELS - 1, all[3]};
+  assert_int_equal(tw_surface_errors(&mesh, &(tw_surface_options){0}, &wish, NULL, some, NULL), TW_OK);
+  for (int level = 0; level < 3; level++)
+    assert_true(some[level] >= all[level] && some[level] < all[level] * 1.2);
+  for (int level = 3; level < LEVELS; level++) assert_true(some[level] >= all[level]);
+  assert_true(some[4] <= all[3]);
+}
+
+TEST(what_has_no_bound_is_refused) {
+  const tw_error_wish wish = {3, 0};
+  tw_error error;
+  double errors[4];
+  cage *c = grid(4, 4, false, flat);
+  const tw_surface_options open = {.boundary = TW_BOUNDARY_OPEN}, loop = {.scheme = TW_LOOP};
+  assert_int_equal(tw_surface_errors(&c->mesh, &open, &wish, NULL, errors, &error), TW_UNSUPPORTED);
+  assert_int_equal(tw_surface_errors(&c->mesh, &loop, &wish, NULL, errors, &error), TW_INVALID);
+  const tw_mesh closed = cube();
+  assert_int_equal(tw_surface_errors(&closed, &open, &wish, NULL, errors, &error), TW_OK);
+  /* Level 0 has the faces at the border that deeper levels leave out. */
+  const tw_surface_options none = {.boundary = TW_BOUNDARY_NONE};
+  assert_int_equal(tw_surface_errors(&c->mesh, &none, &wish, NULL, errors, &error), TW_OK);
+  assert_true(isinf(errors[0]) && errors[1] < 1e-5);
+  free(c);
+}
