@@ -2,7 +2,6 @@
 #include "auto_level.h"
 
 #include <math.h>
-#include <stdio.h>
 
 #include "service.h"
 #include "tweend/anim.h"
@@ -348,12 +347,12 @@ static api_outcome check_reached(api_call *call, const api_surface_query *query,
         call, 422,
         "level=auto: level %u, the highest, stays within %.4g of the limit surface, not within %.4g",
         w->level, reached, w->error);
-  char sentence[160];
-  snprintf(sentence, sizeof sentence,
-           "level=auto: within %.4g of the limit surface, not within %.4g, which needs more faces", reached,
-           w->error);
   tw_text text = {0};
-  tw_text_add(&text, sentence);
+  tw_text_add(&text, "level=auto: within ");
+  tw_text_float(&text, (float)reached);
+  tw_text_add(&text, " of the limit surface, not within ");
+  tw_text_float(&text, (float)w->error);
+  tw_text_add(&text, ", which needs more faces");
   return api_call_warn_text(call, &text);
 }
 

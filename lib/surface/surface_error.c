@@ -1,31 +1,32 @@
 /* How far the triangles of each level are from the limit surface: bounds that are proved, from the cage and a
  * few levels.
  *
- * Two steps lead there. Both are of surfaces over one set of faces, so that a point of the one has a partner
+ * Two steps lead there. Both compare surfaces over one set of faces, so that a point of the one has a partner
  * on the other, and both directions of the Hausdorff distance are bounded at once.
  *
- * 1. Faces around which nothing is irregular, sharp creases and borders included, are patches of 16 control
+ * 1. Faces around which nothing is irregular, at sharp creases and borders too, are patches of 16 control
  * points. There second differences shrink by four with each step, and the surface differs from the bilinear
  * quads of control points by ((1 - u)^3 + u^3) / 6 of those along u, and as much of those along v; from quads
- * of limit points by u (1 - u) / 2 of them (Filip, Magedson and Markot 1986, "Surface algorithms using bounds
- * on derivatives"; Lutterkort and Peters 2001). Triangles differ from the bilinear quad by the mixed
- * difference times min(u (1 - v), v (1 - u)). So such a face is measured once, for its own level and all
- * deeper ones.
- * 2. Other faces are compared with their children, level by level: both are triangles, and where the
- * children's diagonals meet in the face point, each of them lies over one triangle of the parent. The
- * difference is then greatest at vertices. Distances add up, and around irregular points, where they shrink
- * more slowly and no second difference tells how, the steps themselves are taken, on the few faces around
- * them.
+ * of limit points by at most u (1 - u) / 2 of them (Filip, Magedson and Markot 1986, "Surface algorithms
+ * using bounds on derivatives"; Lutterkort and Peters 2001, "Optimized refinable enclosures"). Triangles
+ * differ from the bilinear quad by the mixed difference times at most min(u (1 - v), v (1 - u)). So such a
+ * face is measured once, for its own level and all deeper ones.
+ * 2. Other faces are compared with their children, level by level. Both are triangles, and where the
+ * children's diagonals meet in the face point, each of them lies over one triangle of the parent, whichever
+ * way that is cut. The difference is then greatest at vertices. Distances add up; around irregular points,
+ * where they shrink more slowly and no second difference tells how, the steps themselves are taken, on the
+ * few faces around them.
  *
- * After the last step, what is left follows from the convex hull of the points around a face, in which all
- * deeper levels and the limit lie, as masks have no negative weights.
+ * After the last step, what is left follows from the convex hull of the control points around a face, in
+ * which all deeper levels and the limit lie, as masks have no negative weights.
  *
- * Partners differ most in directions along the surface, where points only slide. Split into a part along the
- * face's normal and one across it, a difference d + s counts as |d| + tau |s|: seen along the normal, the
- * triangles around the face are a graph whose slope is at most tau, so the point under the partner is that
- * near. This holds while the slide is short beside the faces. At rims (borders, infinitely sharp edges, faces
- * that are left out) nothing may slide, and the whole difference counts; as it does where no normal serves.
- */
+ * A point's partner is the one with its parameters, or one that is nearer. Along an edge or a diagonal it is
+ * the nearest of that edge. Elsewhere points slide along the surface more than they leave it, so a difference
+ * is split into a part d along the face's normal and a slide s across it, and counts as |d| + tau |s|: seen
+ * along the normal, the faces that the slide can reach are a graph whose slope is at most tau, so that
+ * something lies that near under the point. This holds while slides are short beside the faces. At rims
+ * (borders, infinitely sharp edges, faces that are left out) nothing may slide, and the whole difference
+ * counts; as it does where no normal serves. */
 #include <math.h>
 #include <string.h>
 

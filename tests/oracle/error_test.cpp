@@ -4,8 +4,8 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
-#include <map>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "oracle.hpp"
@@ -69,7 +69,7 @@ public:
       }
       for (int x = low[0]; x <= high[0]; x++)
         for (int y = low[1]; y <= high[1]; y++)
-          for (int z = low[2]; z <= high[2]; z++) cells[{x, y, z}].push_back(i);
+          for (int z = low[2]; z <= high[2]; z++) cells[key(x, y, z)].push_back(i);
     }
   }
 
@@ -81,7 +81,7 @@ public:
         for (int y = -r; y <= r; y++)
           for (int z = -r; z <= r; z++) {
             if (std::max({std::abs(x), std::abs(y), std::abs(z)}) != r) continue;
-            auto found = cells.find({at[0] + x, at[1] + y, at[2] + z});
+            auto found = cells.find(key(at[0] + x, at[1] + y, at[2] + z));
             if (found == cells.end()) continue;
             for (size_t i : found->second) best = std::min(best, to_triangle(p, triangles[i]));
           }
@@ -93,7 +93,8 @@ public:
 private:
   int place(double x) const { return static_cast<int>(std::floor(x / cell)); }
   double cell = 0;
-  std::map<std::array<int, 3>, std::vector<size_t>> cells;
+  static int64_t key(int x, int y, int z) { return (int64_t{x} << 42) + (int64_t{y} << 21) + z; }
+  std::unordered_map<int64_t, std::vector<size_t>> cells;
 };
 
 // The triangles of a level as answers have them. diagonal: which one cuts quads.
@@ -174,7 +175,7 @@ void compare(const Cage &cage, tw_surface_options options, std::mt19937 &random,
   const triangle_grid limit(limit_of(cage, options));
   if (limit.triangles.empty()) return;
   all.cages++;
-  const std::vector<point> of_limit = points_of(limit.triangles, 2000, random);
+  const std::vector<point> of_limit = points_of(limit.triangles, 500, random);
   double found[LEVELS + 1];
   for (uint32_t level = 0; level <= LEVELS; level++) {
     options.level = level;
@@ -184,7 +185,7 @@ void compare(const Cage &cage, tw_surface_options options, std::mt19937 &random,
     for (uint32_t diagonal = 0; diagonal < (level > 0 ? 2u : 1u); diagonal++) {
       const triangle_grid answer(triangles_of(surface, diagonal));
       for (const point &p : of_limit) found[level] = std::max(found[level], answer.distance(p));
-      for (const point &p : points_of(answer.triangles, 1000, random))
+      for (const point &p : points_of(answer.triangles, 250, random))
         found[level] = std::max(found[level], limit.distance(p));
     }
     tw_surface_destroy(surface);
@@ -227,7 +228,7 @@ void report(const std::string &name, const tally &all) {
 } // namespace
 
 int main() {
-  enum { RANDOM = 60 };
+  enum { RANDOM = 24 };
   std::mt19937 random(20261127);
   for (int limit = 0; limit < 2; limit++) {
     tw_surface_options options{};
