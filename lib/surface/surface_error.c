@@ -312,12 +312,12 @@ static bool fill(const corner_net *n) {
   return !is_corner && sharp == 2 && left != right && fill_crease(n, left);
 }
 
-/* Finds the net of a quad; false where its surface is no single patch. */
+/* Finds the net of a quad among quads; false where its surface is no single patch. */
 static bool find_net(const part *p, uint32_t face, net *out) {
   static const int places[4][2] = {{1, 1}, {2, 1}, {2, 2}, {1, 2}}; /* u, v */
   const tw_topology *t = &p->topology;
   const double *own[4];
-  if (tw_face_size(t, face) != 4) return false;
+  if (t->face_size != 4) return false;
   uint32_t begin = tw_face_begin(t, face);
   for (int i = 0; i < 4; i++) {
     own[i] = at(p->control, t->corner_vertex[begin + (uint32_t)i]);
