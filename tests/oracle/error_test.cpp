@@ -164,7 +164,7 @@ void compare(const Cage &cage, tw_surface_options options, std::mt19937 &random,
   CageView view(cage);
   double bounds[LEVELS + 1], fine[5];
   tw_error error{};
-  const tw_error_wish wish = {LEVELS, 0}, deep = {4, 0};
+  const tw_error_wish wish = {LEVELS, 0.004}, deep = {4, 0.004};
   tw_surface_options limits = options;
   limits.limit = true;
   if (tw_surface_errors(&view.mesh, &options, &wish, nullptr, bounds, &error) != TW_OK ||
@@ -175,7 +175,7 @@ void compare(const Cage &cage, tw_surface_options options, std::mt19937 &random,
   const triangle_grid limit(limit_of(cage, options));
   if (limit.triangles.empty()) return;
   all.cages++;
-  const std::vector<point> of_limit = points_of(limit.triangles, 500, random);
+  const std::vector<point> of_limit = points_of(limit.triangles, 200, random);
   double found[LEVELS + 1];
   for (uint32_t level = 0; level <= LEVELS; level++) {
     options.level = level;
@@ -185,7 +185,7 @@ void compare(const Cage &cage, tw_surface_options options, std::mt19937 &random,
     for (uint32_t diagonal = 0; diagonal < (level > 0 ? 2u : 1u); diagonal++) {
       const triangle_grid answer(triangles_of(surface, diagonal));
       for (const point &p : of_limit) found[level] = std::max(found[level], answer.distance(p));
-      for (const point &p : points_of(answer.triangles, 250, random))
+      for (const point &p : points_of(answer.triangles, 100, random))
         found[level] = std::max(found[level], limit.distance(p));
     }
     tw_surface_destroy(surface);
@@ -198,7 +198,7 @@ void compare(const Cage &cage, tw_surface_options options, std::mt19937 &random,
                     found[level], bound);
       all.failure = text;
     }
-    if (level > 0 && found[level] > 1e-3) all.loosest = std::max(all.loosest, bounds[level] / found[level]);
+    if (level > 0 && found[level] > 0.01) all.loosest = std::max(all.loosest, bounds[level] / found[level]);
   }
   // Which level an error needs, by the bounds and by what was found.
   for (double share : {1.0, 0.5, 0.2, 0.1, 0.05}) {
@@ -206,7 +206,7 @@ void compare(const Cage &cage, tw_surface_options options, std::mt19937 &random,
     uint32_t by_bound = 0, least = 0;
     while (by_bound < LEVELS && bounds[by_bound] > wanted) by_bound++;
     while (least < LEVELS && found[least] > wanted) least++;
-    if (least == LEVELS || !(wanted > 1e-3)) continue;
+    if (least == LEVELS || !(wanted > 0.01)) continue;
     all.chosen++;
     all.near += by_bound <= least + 1;
   }
@@ -228,7 +228,7 @@ void report(const std::string &name, const tally &all) {
 } // namespace
 
 int main() {
-  enum { RANDOM = 24 };
+  enum { RANDOM = 12 };
   std::mt19937 random(20261127);
   for (int limit = 0; limit < 2; limit++) {
     tw_surface_options options{};
