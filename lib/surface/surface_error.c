@@ -36,7 +36,7 @@
 #include "vector3.h"
 
 enum {
-  FACES_MAX = 1 << 19,  /* of a level that is made, from the second on */
+  FACES_MAX = 1 << 17,  /* of a level that is made, from the second on */
   FURTHER_LEVELS = 3,   /* made below the last one asked for, so that what is left is small beside it */
   AROUND_MAX = 64,      /* faces at a vertex that are looked at one by one */
   FACES_AT_ONCE = 1024, /* between two charges of work */
