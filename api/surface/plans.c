@@ -58,6 +58,8 @@ api_plan_meshes api_plan_all(const tw_model *model) {
       .count = model->mesh_count, .meshes = model->meshes, .still_count = model->mesh_count};
 }
 
+/* Counts all meshes exactly. TW_LIMIT if a count of a mesh is over 32 bits; the counts are complete all the
+ * same. */
 static tw_status count_all(const plan_source *source, tw_surface_counts *total, tw_error *error) {
   tw_status result = TW_OK;
   *total = (tw_surface_counts){0};
