@@ -94,6 +94,25 @@ static tw_status show_skinned(showing *s, uint32_t mesh, const tw_skin *skin, co
   return TW_OK;
 }
 
+/* Instances place a mesh, or its node alone. */
+static tw_status show_places(showing *s, uint32_t node, const float world[16]) {
+  enum { PLACES_AT_ONCE = 64, PLACE_WORK = 256 };
+  const tw_model *model = s->scene->model;
+  uint32_t mesh = model->nodes[node].mesh;
+  uint64_t count = tw_node_times_shown(model, node);
+  for (uint64_t first = 0; first < count; first += PLACES_AT_ONCE) {
+    float places[PLACES_AT_ONCE][16];
+    uint32_t some = count - first < PLACES_AT_ONCE ? (uint32_t)(count - first) : PLACES_AT_ONCE;
+    if (!tw_work(some * PLACE_WORK)) return TW_CANCELLED;
+    tw_node_places(model, node, world, (uint32_t)first, some, places);
+    for (uint32_t i = 0; i < some; i++) {
+      widen_placed(&s->all, &s->boxes[mesh], places[i]);
+      s->scales[mesh] = fmax(s->scales[mesh], greatest_scale(places[i]));
+    }
+  }
+  return TW_OK;
+}
+
 static tw_status show_nodes(showing *s, tw_arena *arena) {
   const tw_model *model = s->scene->model;
   float *world = tw_arena_alloc(arena, model->node_count, 16 * sizeof *world);
@@ -112,8 +131,8 @@ static tw_status show_nodes(showing *s, tw_arena *arena) {
       if (status != TW_OK) return status;
       continue;
     }
-    widen_placed(&s->all, &s->boxes[node->mesh], matrix);
-    s->scales[node->mesh] = fmax(s->scales[node->mesh], greatest_scale(matrix));
+    tw_status status = show_places(s, i, matrix);
+    if (status != TW_OK) return status;
   }
   return TW_OK;
 }
@@ -132,6 +151,16 @@ static tw_status find_showing(const tw_scene *scene, tw_arena *arena, showing *o
     if (diagonal(&out->all) == 0) out->all = out->boxes[i];
   }
   return status;
+}
+
+static api_outcome show(api_call *call, const tw_scene *scene, showing *out) {
+  enum { LIGHT_PLACES = 4096 };
+  uint64_t places = scene->model->node_count;
+  for (uint32_t i = 0; i < scene->model->node_count; i++) places += tw_node_times_shown(scene->model, i);
+  if (call->effort != API_HEAVY && places > LIGHT_PLACES) return API_NEEDS_THREAD;
+  tw_status status = find_showing(scene, call->arena, out);
+  if (status == TW_NO_MEMORY) return api_fail_without_memory(call);
+  return api_outcome_of(call, status == TW_CANCELLED ? tw_work_status(&call->fault.error) : status);
 }
 
 /* ---- errors ------------------------------------------------------------------------------------ */
@@ -236,7 +265,8 @@ static api_outcome take_errors(errors_source *source, api_level_errors *out) {
 api_outcome api_level_errors_take(api_call *call, const api_surface_scene *scene, uint32_t levels,
                                   double enough, api_level_errors *out) {
   showing shown;
-  if (find_showing(&scene->content, call->arena, &shown) != TW_OK) return api_fail_without_memory(call);
+  api_outcome outcome = show(call, &scene->content, &shown);
+  if (outcome != API_DONE) return outcome;
   errors_source source = {call, scene, &shown, levels, enough * diagonal(&shown.all)};
   return take_errors(&source, out);
 }
@@ -360,8 +390,8 @@ api_outcome api_level_choose(api_call *call, api_surface_scene *scene) {
   showing shown;
   wish w;
   api_level_errors errors;
-  if (find_showing(&scene->content, call->arena, &shown) != TW_OK) return api_fail_without_memory(call);
-  api_outcome outcome = make_wish(call, scene, diagonal(&shown.all), &w);
+  api_outcome outcome = show(call, &scene->content, &shown);
+  if (outcome == API_DONE) outcome = make_wish(call, scene, diagonal(&shown.all), &w);
   if (outcome != API_DONE) return outcome;
   errors_source source = {call, scene, &shown, w.level + 1, isinf(w.error) ? 0 : w.error};
   outcome = take_errors(&source, &errors);

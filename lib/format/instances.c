@@ -85,3 +85,19 @@ void tw_instances_read(const tw_instances *instances, uint32_t index, tw_trs *ou
   for (int i = 0; i < 4; i++) square += q[i] * q[i];
   for (int i = 0; i < 4 && square > 0; i++) out->rotation[i] = q[i] / sqrtf(square);
 }
+
+void tw_node_places(const tw_model *model, uint32_t node, const float world[16], uint32_t first,
+                    uint32_t count, float (*out)[16]) {
+  tw_instances instances;
+  if (!tw_instances_find(model, node, &instances)) {
+    for (uint32_t i = 0; i < count; i++) memcpy(out[i], world, sizeof out[i]);
+    return;
+  }
+  for (uint32_t i = 0; i < count; i++) {
+    tw_trs local;
+    float matrix[16];
+    tw_instances_read(&instances, first + i, &local);
+    tw_trs_to_matrix(&local, matrix);
+    tw_matrix_multiply(world, matrix, out[i]);
+  }
+}

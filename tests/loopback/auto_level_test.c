@@ -162,6 +162,45 @@ TEST_WITH(each_mesh_has_its_level, setup, teardown) {
   }
 }
 
+/* The cube as glTF, drawn at its size and ten times as long. */
+static void upload_instances(const fixture *f, char id[API_ID_TEXT]) {
+  static const char extension[] = "{\"EXT_mesh_gpu_instancing\":{\"attributes\":{\"SCALE\":%d}}}",
+                    buffer[] = "{\"byteLength\":24,\"uri\":\"data:application/octet-stream;base64,"
+                               "AACAPwAAgD8AAIA/AAAgQQAAgD8AAIA/\"}";
+  char text[200];
+  cJSON *tree = ask_json(f, f->cube, "surface.gltf?level=0"),
+        *accessors = cJSON_GetObjectItem(tree, "accessors"),
+        *views = cJSON_GetObjectItem(tree, "bufferViews"), *buffers = cJSON_GetObjectItem(tree, "buffers");
+  snprintf(text, sizeof text, extension, cJSON_GetArraySize(accessors));
+  cJSON_AddItemToObject(cJSON_GetObjectItem(tree, "nodes")->child, "extensions", cJSON_Parse(text));
+  snprintf(text, sizeof text, "{\"bufferView\":%d,\"componentType\":5126,\"count\":2,\"type\":\"VEC3\"}",
+           cJSON_GetArraySize(views));
+  cJSON_AddItemToArray(accessors, cJSON_Parse(text));
+  snprintf(text, sizeof text, "{\"buffer\":%d,\"byteLength\":24}", cJSON_GetArraySize(buffers));
+  cJSON_AddItemToArray(views, cJSON_Parse(text));
+  cJSON_AddItemToArray(buffers, cJSON_Parse(buffer));
+  cJSON_AddItemToObject(tree, "extensionsUsed", cJSON_Parse("[\"EXT_mesh_gpu_instancing\"]"));
+  char *printed = cJSON_PrintUnformatted(tree);
+  loopback_upload(f->loop, "model/gltf+json", printed, id);
+  free(printed);
+  cJSON_Delete(tree);
+}
+
+TEST_WITH(instances_scale_the_error, setup, teardown) {
+  const fixture *f = *state;
+  char id[API_ID_TEXT];
+  upload_instances(f, id);
+  cJSON *one = ask_json(f, f->cube, "surface.json?level=auto&faces=100"),
+        *many = ask_json(f, id, "surface.json?level=auto&faces=100");
+  assert_true(fabs(number_in(many, "error") - 10 * number_in(one, "error")) < 1e-6);
+  cJSON_Delete(one);
+  cJSON_Delete(many);
+  /* The diagonal is of all instances: 20 by 2 by 2. */
+  reply r = ask_ok(f, id, "surface.glb?level=auto&error=1%25");
+  assert_true(told_error(&r) <= 0.01 * sqrt(408) && told_error(&r) > 0.01 * sqrt(12));
+  reply_free(&r);
+}
+
 TEST_WITH(faces_cap_the_level, setup, teardown) {
   const fixture *f = *state;
   cJSON *tree = ask_json(f, f->cube, "surface.json?level=auto&faces=400");

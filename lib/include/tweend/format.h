@@ -230,6 +230,11 @@ uint64_t tw_node_times_shown(const tw_model *model, uint32_t node);
  * has left without one: OBJ and flat answers show none of them. */
 uint64_t tw_node_lost_instances(const tw_model *model, uint32_t node);
 
+/* Writes the matrices of places at which a node shows its mesh, from `first` on, of tw_node_times_shown: of
+ * instances, or the node's own. world: the node's. */
+void tw_node_places(const tw_model *model, uint32_t node, const float world[16], uint32_t first,
+                    uint32_t count, float (*out)[16]);
+
 /* Where flat answers and OBJ show a mesh. */
 typedef struct tw_placement {
   uint32_t node, mesh;
