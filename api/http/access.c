@@ -243,7 +243,8 @@ void api_access_headers(api_call *call) {
   api_answer_header(
       &call->answer, "Access-Control-Expose-Headers",
       "Accept-Ranges, Content-Disposition, Content-Length, Content-Range, ETag, Link, Location, "
-      "RateLimit, RateLimit-Policy, Retry-After, Server-Timing, X-Request-Id, X-Tweend-Error, X-Tweend-Level, "
+      "RateLimit, RateLimit-Policy, Retry-After, Server-Timing, X-Request-Id, X-Tweend-Error, "
+      "X-Tweend-Level, "
       "X-Tweend-Warning");
 }
 
