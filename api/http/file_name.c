@@ -68,9 +68,10 @@ const char *api_file_name_title(const char *name, tw_arena *arena) {
 
 /* ---- writing --------------------------------------------------------------------------------- */
 
-/* The length of the name without the extension of an upload format. */
+/* The length of the name without the extension of a file that is uploaded or answered. */
 static size_t stem_length(const char *name) {
-  static const char *const extensions[] = {".glb", ".gltf", ".obj", ".stl", ".ply", ".json"};
+  static const char *const extensions[] = {".glb", ".gltf", ".vrm", ".vrma", ".obj",
+                                           ".stl", ".ply",  ".3mf", ".json", ".bvh"};
   size_t length = strlen(name);
   for (size_t i = 0; i < sizeof extensions / sizeof *extensions; i++) {
     size_t tail = strlen(extensions[i]);

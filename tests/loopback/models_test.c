@@ -1045,6 +1045,21 @@ TEST_WITH(answers_suggest_the_name_as_a_file, loopback_setup, loopback_teardown)
   assert_problem(loopback_get(*state, target), 400, NULL, "download");
 }
 
+TEST_WITH(suggested_names_have_one_extension, loopback_setup, loopback_teardown) {
+  static const char *const names[] = {"a.bvh", "a.BVH", "a.vrm", "a.vrma", "a.3mf", "a.glb", "a.json"};
+  for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+    char target[64], text[128], id[API_ID_TEXT];
+    snprintf(target, sizeof target, "/v1/models?name=%s", names[i]);
+    snprintf(text, sizeof text, "HIERARCHY ROOT r%zu { OFFSET 0 0 0 }", i);
+    reply r = loopback_post(*state, target, "model/x-bvh", text);
+    assert_int_equal(r.status, 201);
+    memcpy(id, strrchr(reply_header(&r, "Location"), '/') + 1, API_ID_TEXT);
+    reply_free(&r);
+    assert_suggested(*state, id, "source", "inline; filename=\"a.bvh\"; filename*=UTF-8''a.bvh");
+    assert_suggested(*state, id, "surface.glb", "inline; filename=\"a.glb\"; filename*=UTF-8''a.glb");
+  }
+}
+
 /* The name of a mesh may be long, and stands in the header twice. */
 TEST_WITH(a_suggested_name_is_cut_at_a_character, loopback_setup, loopback_teardown) {
   enum { LETTERS = 500, KEPT = 127 };
