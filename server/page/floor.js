@@ -11,7 +11,7 @@ const AGAIN_MS = 120;    // a moving model's shadow is drawn so often
 export class Floor {
   constructor() {
     this.canvas = Object.assign(document.createElement('canvas'), { width: SIZE, height: SIZE });
-    this.context = this.canvas.getContext('2d');
+    this.context = this.canvas.getContext('2d', { willReadFrequently: true }); // drawn by the processor: as a texture, the path takes software seconds
     this.texture = new CanvasTexture(this.canvas);
     this.object = new Mesh(new PlaneGeometry(1, 1).rotateX(-Math.PI / 2), new MeshBasicMaterial({ map: this.texture, transparent: true, depthWrite: false }));
     this.object.visible = false;
