@@ -1,17 +1,17 @@
 // A floor under the model with the soft shadow of what stands on it. The shadow is the model's outline from above, drawn
 // small and blurred: it costs no shadow map, which software would take long for.
-import { CanvasTexture, Mesh, MeshBasicMaterial, PlaneGeometry, Vector3 } from 'three';
+import { CanvasTexture, Matrix4, Mesh, MeshBasicMaterial, PlaneGeometry, Vector3 } from 'three';
 
 const SIZE = 128;        // pixels of the drawing
 const BLUR = 6;
 const WIDE = 1.7;        // times the model's largest extent
-const TRIANGLES_MOST = 6000;
+const TRIANGLES_MOST = 1500;
 const AGAIN_MS = 120;    // a moving model's shadow is drawn so often
 
 export class Floor {
   constructor() {
     this.canvas = Object.assign(document.createElement('canvas'), { width: SIZE, height: SIZE });
-    this.context = this.canvas.getContext('2d', { willReadFrequently: true }); // drawn by the processor: as a texture, the path takes software seconds
+    this.context = this.canvas.getContext('2d', { willReadFrequently: true }); // by the processor: WebGL in software takes seconds for the path
     this.texture = new CanvasTexture(this.canvas);
     this.object = new Mesh(new PlaneGeometry(1, 1).rotateX(-Math.PI / 2), new MeshBasicMaterial({ map: this.texture, transparent: true, depthWrite: false }));
     this.object.visible = false;
@@ -48,25 +48,24 @@ export class Floor {
   /** Adds every so many triangles of a mesh to the path, all turned the same way; larger where some are left out. */
   #add(mesh, step) {
     const { index, attributes: { position } } = mesh.geometry;
-    const { x: centreX, z: centreZ } = this.object.position;
+    const { x, z } = this.object.position;
     const scale = SIZE / this.object.scale.x;
+    const toPixels = new Matrix4().makeTranslation(SIZE / 2, 0, SIZE / 2).scale(new Vector3(scale, scale, scale))
+      .multiply(new Matrix4().makeTranslation(-x, 0, -z)).multiply(mesh.matrixWorld);
     const grown = Math.sqrt(step);
-    const place = new Vector3();
-    const at = (vertex) => {
-      mesh.getVertexPosition(vertex, place).applyMatrix4(mesh.matrixWorld);
-      return [SIZE / 2 + (place.x - centreX) * scale, SIZE / 2 + (place.z - centreZ) * scale];
-    };
+    const corners = [new Vector3(), new Vector3(), new Vector3()];
+    const [a, b, c] = corners;
+    const middle = new Vector3();
     const { count } = index ?? position;
     for (let i = 0; i + 2 < count; i += 3 * step) {
-      const corners = [0, 1, 2].map((k) => at(index ? index.getX(i + k) : i + k));
-      const [a, b, c] = corners;
-      const middle = [0, 1].map((k) => (a[k] + b[k] + c[k]) / 3);
-      const isTurned = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) < 0;
-      (isTurned ? [a, c, b] : corners).forEach((corner, k) => {
-        const [x, y] = corner.map((value, axis) => middle[axis] + (value - middle[axis]) * grown);
-        if (k === 0) this.context.moveTo(x, y);
-        else this.context.lineTo(x, y);
-      });
+      corners.forEach((corner, k) => mesh.getVertexPosition(index ? index.getX(i + k) : i + k, corner).applyMatrix4(toPixels));
+      middle.copy(a).add(b).add(c).divideScalar(3);
+      for (const corner of corners) corner.lerpVectors(middle, corner, grown);
+      const isTurned = (b.x - a.x) * (c.z - a.z) - (b.z - a.z) * (c.x - a.x) < 0;
+      const [second, third] = isTurned ? [c, b] : [b, c];
+      this.context.moveTo(a.x, a.z);
+      this.context.lineTo(second.x, second.z);
+      this.context.lineTo(third.x, third.z);
       this.context.closePath();
     }
   }

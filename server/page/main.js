@@ -27,6 +27,7 @@ const CAGE_MOST = 200000; // edges of the largest cage that is drawn without ask
 const SMALL = 100000; // edges of the largest level that is loaded without asking for its size first: some megabytes
 const FIRST_MOST = 200000; // faces of the level that a model opens with
 const COUNTS_AFTER = 1000; // ms
+const THUMBNAIL_AFTER = 2000; // ms: reading it waits for the first picture, and for what compiles its shaders
 const THUMBNAIL = { width: 112, height: 84, type: 'image/webp' };
 const CAGE_USUAL = 2000; // edges of the largest cage that is shown unasked
 const CAGE = ['creases', 'details', 'quads']; // the state that determines the cage
@@ -316,7 +317,12 @@ async function openModel() {
   await opened;
   if (model?.id !== id) return;
   frame(); // again, since the cage may be larger, or the pose another
-  if (!models.lineages.pictures[id] && shown) viewport.picture(THUMBNAIL).then((url) => models.keepPicture(id, url));
+  setTimeout(() => keepThumbnail(id), THUMBNAIL_AFTER);
+}
+
+async function keepThumbnail(id) {
+  if (model?.id !== id || !shown || models.lineages.pictures[id]) return;
+  models.keepPicture(id, await viewport.picture(THUMBNAIL));
 }
 
 /** After a level that was refused, cancelled or broken: the picture that is there, else the control mesh, else a word. */

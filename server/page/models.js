@@ -83,10 +83,14 @@ export class Models {
     const wanted = this.search.value.trim().toLowerCase();
     this.search.hidden = works.length < SEARCH_FROM && !wanted;
     render(repeat(works.filter(({ name }) => name.toLowerCase().includes(wanted)), ({ versions }) => versions[0].id, (work) => this.#entry(work)), this.list);
-    const [row, list] = [this.list.querySelector('[aria-current]'), this.list].map((element) => element?.getBoundingClientRect());
-    if (row && state('model') !== this.scrolledTo && (row.top < list.top || row.bottom > list.bottom)) // scroll only the list
-      this.list.scrollTop += (row.top + row.bottom - list.top - list.bottom) / 2;
+    if (state('model') !== this.scrolledTo) this.#scrollToShown();
     this.scrolledTo = state('model');
+  }
+
+  /** Scrolls the list, and nothing round it, to the shown model. */
+  #scrollToShown() {
+    const [row, list] = [this.list.querySelector('[aria-current]'), this.list].map((element) => element?.getBoundingClientRect());
+    if (row && (row.top < list.top || row.bottom > list.bottom)) this.list.scrollTop += (row.top + row.bottom - list.top - list.bottom) / 2;
   }
 
   #entry({ id, name, format, bytes: size, at, picture, versions }) {

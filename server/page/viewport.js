@@ -192,7 +192,7 @@ export class Viewport {
         const drawn = Object.assign(document.createElement('canvas'), { width: width ?? canvas.width, height: height ?? canvas.height });
         const scale = Math.max(drawn.width / canvas.width, drawn.height / canvas.height);
         const [w, h] = [canvas.width * scale, canvas.height * scale];
-        drawn.getContext('2d').drawImage(canvas, (drawn.width - w) / 2, (drawn.height - h) / 2, w, h);
+        drawn.getContext('2d', { willReadFrequently: true }).drawImage(canvas, (drawn.width - w) / 2, (drawn.height - h) / 2, w, h);
         resolve(drawn.toDataURL(type, 0.8));
       });
       this.invalidate();
