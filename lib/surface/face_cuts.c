@@ -178,7 +178,8 @@ tw_status tw_surface_cut_faces(tw_surface *surface, const tw_parallel_for *paral
   tw_surface *s = surface;
   uint32_t most = (uint32_t)tw_surface_largest_face(s);
   bool is_level = s->options.level > 0;
-  if (most == 3 || (is_level && s->counts.faces > FACES_MOST)) return TW_OK;
+  s->has_uncut = most > 3 && is_level && s->counts.faces > FACES_MOST;
+  if (most == 3 || s->has_uncut) return TW_OK;
   tw_arena *arena = tw_arena_create();
   tw_surface_reader *reader = tw_surface_reader_create(s);
   if (!arena || !reader) {
@@ -198,6 +199,9 @@ tw_status tw_surface_cut_faces(tw_surface *surface, const tw_parallel_for *paral
   return status;
 }
 
+bool tw_surface_has_uncut(const tw_surface *surface) {
+  return surface->has_uncut || (surface->rim && surface->rim->has_uncut);
+}
 uint32_t tw_surface_cut_count(const tw_surface *surface) {
   return surface->cut_count;
 }

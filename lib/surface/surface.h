@@ -154,6 +154,7 @@ struct tw_surface {
   uint32_t cut_count;
   uint32_t (*cut_triangles)[3]; /* of all cuts */
   uint64_t cut_triangle_count;
+  bool has_uncut; /* concave faces in the cage, and too many of the level to look for concave quads */
   /* Of a level 0 that was made `tagged`, else NULL. */
   tw_surface_tags *tags;
 

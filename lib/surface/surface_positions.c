@@ -74,6 +74,7 @@ static tw_status move(const tw_surface *plan, const float *positions, const tw_p
   s->cuts = NULL;
   s->cut_triangles = NULL;
   s->cut_count = 0;
+  s->has_uncut = false;
   s->cut_triangle_count = 0;
   tw_status status = tw_surface_start_bounds(s);
   if (status == TW_OK) status = tw_surface_place(s, positions, parallel);

@@ -281,6 +281,8 @@ typedef struct tw_face_cut {
   const uint32_t (*triangles)[3]; /* [size - 2] corners of the face: the fan from fans[0] if there is one */
 } tw_face_cut;
 
+/* Whether it has so many faces that concave ones below the cage's concave faces are left as fans. */
+bool tw_surface_has_uncut(const tw_surface *surface);
 uint32_t tw_surface_cut_count(const tw_surface *surface);
 /* The cuts in ascending order of faces: [cut_count]. */
 const tw_face_cut *tw_surface_get_cuts(const tw_surface *surface);
