@@ -40,7 +40,6 @@ static tw_status append_controls(control_list *list, const uint32_t *points, uin
 typedef struct plan {
   tw_patches *patches;
   tw_patch_classes *classes;
-  bool linear; /* a quad is then the B-spline of its corners, reflected at each side */
   const tw_parallel_for *parallel;
   tw_collector *collector;
   control_list controls;
@@ -63,13 +62,10 @@ static tw_status plan_patch(plan *p, uint32_t quad) {
   patch->first_control = p->controls.count;
   uint32_t buffer[16], count = 16;
   const uint32_t *points = buffer;
-  if (p->linear) {
-    static const uint8_t corners[16] = {0, 0, 0, 0, 0, 0, 1, 0, 0, 3, 2, 0, 0, 0, 0, 0};
-    for (uint32_t i = 0; i < 16; i++) buffer[i] = base->corner_vertex[4 * (size_t)quad + corners[i]];
-    patch->reflected = 15;
-    return append_controls(&p->controls, buffer, count);
-  }
-  if (!tw_patch_regular(base, 4 * quad, buffer, &patch->reflected)) {
+  if (p->patches->linear) {
+    points = base->corner_vertex + 4 * (size_t)quad;
+    count = 4;
+  } else if (!tw_patch_regular(base, 4 * quad, buffer, &patch->reflected)) {
     tw_status status = classify(p, quad, &patch->class, &points);
     if (status != TW_OK) return status;
     count = patch->class->point_count;
@@ -81,11 +77,11 @@ static tw_status plan_patch(plan *p, uint32_t quad) {
 static tw_status start_plan(plan *p, const tw_rules *rules) {
   tw_patches *all = p->patches;
   const tw_topology *base = all->base;
-  p->linear = rules->linear;
+  all->linear = rules->linear;
   all->splines = tw_spline_tables_create(all->depth);
   all->patches = tw_alloc_zero(base->face_count, sizeof *all->patches);
   p->collector = tw_collector_create(base, rules->chaikin);
-  uint64_t capacity = (uint64_t)base->face_count * 16 + 16;
+  uint64_t capacity = (uint64_t)base->face_count * (all->linear ? 4 : 16) + 16;
   p->controls.capacity = capacity > UINT32_MAX ? UINT32_MAX : (uint32_t)capacity;
   p->controls.points = tw_alloc(p->controls.capacity, sizeof *p->controls.points);
   if (!all->splines || !all->patches || !p->collector || !p->controls.points) return TW_NO_MEMORY;
@@ -129,7 +125,7 @@ void tw_patches_deinit(tw_patches *patches) {
 
 const uint32_t *tw_patch_controls(const tw_patches *patches, uint32_t quad, uint32_t *count) {
   const tw_patch *patch = &patches->patches[quad];
-  *count = patch->class ? patch->class->point_count : 16;
+  *count = patch->class ? patch->class->point_count : patches->linear ? 4 : 16;
   return patches->controls + patch->first_control;
 }
 
@@ -367,6 +363,31 @@ static void evaluate_regular(const target *to, const tw_patches *patches, const 
   evaluate_spline(to, points, (tw_point){0}, patches->depth, rect);
 }
 
+/* Evaluates the quad of four corners. Weights are exact, and summed so that a mirrored quad gives mirrored
+ * points to the last bit. */
+static void evaluate_linear(const target *to, const tw_patches *patches, const tw_patch *patch,
+                            tw_patch_rect rect) {
+  const tw_patch_job *job = to->job;
+  const uint32_t *controls = patches->controls + patch->first_control;
+  tw_point quad[4];
+  for (int k = 0; k < 4; k++)
+    quad[k] = tw_load_values(job->in + (size_t)controls[k] * job->width, job->width);
+  const tw_point sides[4] = {quad[1] - quad[0], quad[2] - quad[3], quad[3] - quad[0], quad[2] - quad[1]};
+  const float step = 1.0f / (float)(1u << patches->depth);
+  for (uint32_t j = rect.j0; j <= rect.j1; j++)
+    for (uint32_t i = rect.i0; i <= rect.i1; i++) {
+      size_t place = place_of(to, i, j);
+      float u = step * (float)i, v = step * (float)j;
+      if (job->values)
+        tw_store_values(((1 - u) * (1 - v) * quad[0] + u * v * quad[2]) +
+                            (u * (1 - v) * quad[1] + (1 - u) * v * quad[3]),
+                        job->width, job->values + place);
+      const tw_point tangents[2] = {(1 - v) * sides[0] + v * sides[1], (1 - u) * sides[2] + u * sides[3]};
+      if (job->normals) tw_put_normal(tangents[0], tangents[1], quad, job->normals + place);
+      if (job->derivatives) memcpy(job->derivatives + place, tangents, sizeof tangents);
+    }
+}
+
 /* Evaluates an irregular patch by its class's stencil. rect: a corner, the inside of a side, or whole lines
  * of the inside: points that are consecutive in a stencil. Normals for which the stencil is not precise
  * enough are computed again by splitting. */
@@ -401,7 +422,9 @@ void tw_patch_evaluate(const tw_patches *patches, uint32_t quad, const tw_patch_
                        tw_patch_rect rect) {
   const tw_patch *patch = &patches->patches[quad];
   target to = {.job = job, .splines = patches->splines, .whole = rect};
-  if (patch->class) {
+  if (patches->linear) {
+    evaluate_linear(&to, patches, patch, rect);
+  } else if (patch->class) {
     if (patch->summed && has_stencil(&to, patch->class->stencils[job->limit][patches->depth]))
       evaluate_by_stencil(&to, patches, patch, rect);
     else

@@ -18,7 +18,8 @@
 
 typedef struct tw_patch {
   tw_patch_class *class;  /* NULL: regular */
-  uint32_t first_control; /* index in tw_patches.controls of its 16 points, or of its class's points */
+  uint32_t first_control; /* index in tw_patches.controls of its 16 points, of its class's points, or of the
+                           * four corners of a linear one */
   uint8_t reflected;      /* of a regular patch: bit s is set where the row beyond side s is a reflection */
   bool summed;            /* its points are summed by the stencil that its class has for the depth */
 } tw_patch;
@@ -26,6 +27,7 @@ typedef struct tw_patch {
 typedef struct tw_patches {
   const tw_topology *base; /* all quads, each of four different vertices; outlives the patches */
   uint32_t depth;
+  bool linear;             /* patches are bilinear, whatever is around their quads */
   tw_patch *patches;       /* [base->face_count] */
   uint32_t *controls;      /* control points of all patches, as vertices of base */
   tw_spline *splines;      /* [depth + 1] */

@@ -84,12 +84,12 @@ identical() {
 @test "a full queue answers 503 at once, with the time to come again" {
   needs_process
   (
-    start_daemon --threads 1 --queue 1
+    start_daemon --threads 1 --queue 1 --compute-timeout 10m
     trap stop_daemon EXIT
     grid 500 >large.obj
     clients=()
     for i in $(seq 24); do
-      curl --silent --output /dev/null --max-time 120 --write-out '%{http_code}\n' --dump-header "head-$i" \
+      curl --silent --output /dev/null --max-time 600 --write-out '%{http_code}\n' --dump-header "head-$i" \
         --header 'Expect:' --data-binary @large.obj "$url/v1/surface.json" 3>&- >"code-$i" &
       clients+=($!)
     done
