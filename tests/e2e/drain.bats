@@ -4,7 +4,7 @@ load helper
 setup() {
   needs_process
   cd "$BATS_TEST_TMPDIR" || return
-  start_daemon
+  start_daemon --drain-timeout 2m
 }
 teardown() { [[ -z ${daemon-} ]] || stop_daemon; }
 
