@@ -53,16 +53,15 @@ static const api_offer types_offers[] = {{"", "application/typescript", true}, {
 static const api_offer text_offers[] = {{"", "text/plain", true}, {0}};
 /* Any type: the handler sends the media type of the format in which the model is stored. */
 static const api_offer source_offers[] = {{"source", "*/*", false}, {0}};
-/* In the order of `forms` in surface_forms.c. */
-static const api_offer surface_offers[] = {{"glb", "model/gltf-binary", false},
-                                           {"gltf", "model/gltf+json", false},
-                                           {"obj", "model/obj", true},
-                                           {"json", "application/json", true},
-                                           {"stl", "model/stl", false},
-                                           {"ply", "model/ply", false},
-                                           {"3mf", "model/3mf", false},
-                                           {"bin", "application/octet-stream", false},
-                                           {0}};
+static const api_offer surface_offers[] = {[API_SURFACE_GLB] = {"glb", "model/gltf-binary", false},
+                                           [API_SURFACE_GLTF] = {"gltf", "model/gltf+json", false},
+                                           [API_SURFACE_OBJ] = {"obj", "model/obj", true},
+                                           [API_SURFACE_COUNTS] = {"json", "application/json", true},
+                                           [API_SURFACE_STL] = {"stl", "model/stl", false},
+                                           [API_SURFACE_PLY] = {"ply", "model/ply", false},
+                                           [API_SURFACE_3MF] = {"3mf", "model/3mf", false},
+                                           [API_SURFACE_POINTS] = {"bin", "application/octet-stream", false},
+                                           [API_SURFACE_FORMS] = {0}};
 /* In the order of api_pose_form. */
 static const api_offer pose_offers[] = {{"json", "application/json", true},
                                         {"ndjson", "application/x-ndjson", true},
@@ -116,8 +115,8 @@ static const api_route routes[] = {
      api_get_surface},
     {"POST", WHOLE("/v1/surface"), API_TAKES_MODEL, API_READS, true, surface_offers, api_surface_rules,
      api_post_surface},
-    {"GET", OF_MODEL("/levels.json"), API_TAKES_NOTHING, API_READS, false, json_offers,
-     api_surface_rules + API_LEVEL_RULES, api_get_levels},
+    {"GET", OF_MODEL("/levels.json"), API_TAKES_NOTHING, API_READS, false, json_offers, api_levels_rules,
+     api_get_levels},
     {"GET", OF_MODEL("/tracks"), API_TAKES_NOTHING, API_READS, false, json_offers, tracks_parameters,
      api_get_tracks},
     {"POST", OF_MODEL("/pose"), API_TAKES_JSON, API_READS, true, pose_offers, pose_parameters,

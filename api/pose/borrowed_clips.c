@@ -29,8 +29,8 @@ api_outcome api_clip_fail_absent(api_call *call, const tw_model *model, const ch
                        model->clip_count ? "there are: " : "the model has no clips", list);
 }
 
-api_outcome api_clip_find_lent(api_call *call, const char *name, size_t length, api_lent *out) {
-  *out = (api_lent){0};
+api_outcome api_clip_find_borrowed(api_call *call, const char *name, size_t length, api_borrowed *out) {
+  *out = (api_borrowed){0};
   memcpy(out->lender, name, API_ID_TEXT - 1);
   name += API_ID_TEXT;
   length -= API_ID_TEXT;

@@ -11,15 +11,15 @@
 api_outcome api_clip_fail_absent(api_call *call, const tw_model *model, const char *name, size_t length);
 
 /* A clip of another stored model. */
-typedef struct api_lent {
+typedef struct api_borrowed {
   char lender[API_ID_TEXT];
   api_entry *entry; /* a reference to the model; to be released where it is not NULL */
   uint32_t index;
-} api_lent;
+} api_borrowed;
 
 /* Finds the clip of a name that api_clip_is_borrowed. API_FAILED without such a model; API_CONTINUE without
  * such a clip, with the fault of 404; a light call stalls where the model is not cached. */
-api_outcome api_clip_find_lent(api_call *call, const char *name, size_t length, api_lent *out);
+api_outcome api_clip_find_borrowed(api_call *call, const char *name, size_t length, api_borrowed *out);
 
 /* Sentences about a clip, each once; zeroed but for the arena. */
 typedef struct api_notes {

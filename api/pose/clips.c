@@ -20,11 +20,11 @@ enum {
 
 /* Finds a clip of another stored model. */
 static api_outcome find_borrowed(api_call *call, const char *name, size_t length, api_clip_choice *out) {
-  api_lent lent;
-  api_outcome outcome = api_clip_find_lent(call, name, length, &lent);
-  memcpy(out->lender, lent.lender, sizeof out->lender);
-  out->index = lent.index;
-  api_entry_release(lent.entry);
+  api_borrowed borrowed;
+  api_outcome outcome = api_clip_find_borrowed(call, name, length, &borrowed);
+  memcpy(out->lender, borrowed.lender, sizeof out->lender);
+  out->index = borrowed.index;
+  api_entry_release(borrowed.entry);
   return outcome;
 }
 
@@ -180,8 +180,8 @@ typedef struct clip_source {
   uint64_t max_keys; /* of a track that is carried over */
   const tw_model *model;
   const api_clip_choices *choices;
-  api_entry *const *lenders; /* [choices->count] models; NULL for the model's own clip */
-  const api_bound *bound;    /* [choices->count] where one of them is mixed, else NULL */
+  api_entry *const *lenders;   /* [choices->count] models; NULL for the model's own clip */
+  const api_bound_clip *bound; /* [choices->count] where one of them is mixed, else NULL */
   int force;
 } clip_source;
 
@@ -380,7 +380,7 @@ bool api_clip_is_mixed(const tw_model *model, uint32_t index) {
 
 /* Binds all clips where one of them is mixed. *out: NULL where none is. */
 static api_outcome bind_mixed(api_call *call, const tw_model *model, const api_clip_choices *choices,
-                              api_entry *const *lenders, api_bound **out) {
+                              api_entry *const *lenders, api_bound_clip **out) {
   bool is_any = false;
   *out = NULL;
   for (uint32_t i = 0; i < choices->count; i++)
@@ -405,7 +405,7 @@ api_outcome api_clip_take(api_call *call, const tw_model *model, bool is_stored,
   const char *key = make_key(call, choices, force);
   api_entry **lenders = tw_arena_alloc(call->arena, choices->count, sizeof *lenders);
   if (!key || !lenders) return api_fail_without_memory(call);
-  api_bound *bound = NULL;
+  api_bound_clip *bound = NULL;
   api_outcome outcome = take_lenders(call, choices, lenders);
   if (outcome == API_DONE) outcome = bind_mixed(call, model, choices, lenders, &bound);
   clip_source source = {.model = model,

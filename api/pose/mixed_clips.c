@@ -22,7 +22,7 @@ static void name_layer(api_fault *fault, const tw_model *model, uint32_t clip, c
 }
 
 /* The same, and a pointer where the request's model has the layer. */
-static api_outcome fail_in_layer(api_call *call, const api_bound *clip, const char *id, uint32_t layer) {
+static api_outcome fail_in_layer(api_call *call, const api_bound_clip *clip, const char *id, uint32_t layer) {
   api_fault *fault = &call->fault;
   if (fault->stall != API_STALL_NONE || fault->status == 503) return API_FAILED;
   name_layer(fault, clip->model, clip->index, id, layer);
@@ -33,25 +33,26 @@ static api_outcome fail_in_layer(api_call *call, const api_bound *clip, const ch
   return API_FAILED;
 }
 
-static api_outcome bind_clip(binding *b, const char *id, uint32_t depth, api_bound *clip);
+static api_outcome bind_clip(binding *b, const char *id, uint32_t depth, api_bound_clip *clip);
 
-static api_outcome bind_layer(binding *b, const char *id, uint32_t depth, api_bound *clip, uint32_t index) {
+static api_outcome bind_layer(binding *b, const char *id, uint32_t depth, api_bound_clip *clip,
+                              uint32_t index) {
   const tw_clip_layer *layer = &clip->model->clips[clip->index].layers[index];
-  api_bound *out = &clip->layers[index];
-  *out = (api_bound){.model = clip->model, .index = layer->own};
+  api_bound_clip *out = &clip->layers[index];
+  *out = (api_bound_clip){.model = clip->model, .index = layer->own};
   if (layer->own != TW_NO_INDEX) return bind_clip(b, id, depth + 1, out);
-  api_lent lent;
-  api_outcome outcome = api_clip_find_lent(b->call, layer->clip, strlen(layer->clip), &lent);
-  out->entry = lent.entry;
+  api_borrowed borrowed;
+  api_outcome outcome = api_clip_find_borrowed(b->call, layer->clip, strlen(layer->clip), &borrowed);
+  out->entry = borrowed.entry;
   if (outcome == API_CONTINUE || outcome == API_FAILED) return fail_in_layer(b->call, clip, id, index);
   if (outcome != API_DONE) return outcome;
-  out->model = api_entry_value(lent.entry);
-  out->index = lent.index;
-  return bind_clip(b, lent.lender, depth + 1, out);
+  out->model = api_entry_value(borrowed.entry);
+  out->index = borrowed.index;
+  return bind_clip(b, borrowed.lender, depth + 1, out);
 }
 
 /* Recurses no deeper than TW_LAYER_DEPTH_MAX. */
-static api_outcome bind_clip(binding *b, const char *id, uint32_t depth, api_bound *clip) {
+static api_outcome bind_clip(binding *b, const char *id, uint32_t depth, api_bound_clip *clip) {
   uint32_t count = clip->model->clips[clip->index].layer_count;
   if (count == 0 && ++b->clip_count > TW_LAYER_CLIPS_MAX)
     return api_fail_with(b->call, 422, "the clip is mixed of more than %d clips", TW_LAYER_CLIPS_MAX);
@@ -68,13 +69,13 @@ static api_outcome bind_clip(binding *b, const char *id, uint32_t depth, api_bou
 }
 
 api_outcome api_mixed_bind(api_call *call, const tw_model *model, const char *id, uint32_t index,
-                           api_bound *out) {
+                           api_bound_clip *out) {
   binding b = {call, 0};
-  *out = (api_bound){.model = model, .index = index};
+  *out = (api_bound_clip){.model = model, .index = index};
   return bind_clip(&b, id, 0, out);
 }
 
-void api_mixed_release(api_bound *bound) {
+void api_mixed_release(api_bound_clip *bound) {
   for (uint32_t i = 0; i < bound->layer_count; i++) api_mixed_release(&bound->layers[i]);
   api_entry_release(bound->entry);
   bound->entry = NULL;
@@ -170,10 +171,11 @@ static bool compile_keys(const compiling *c, const tw_model *model, const tw_cli
          api_fault_complete(c->fault);
 }
 
-static bool compile_mixed(const compiling *c, const api_bound *bound, const uint32_t *map, made_clip *out);
+static bool compile_mixed(const compiling *c, const api_bound_clip *bound, const uint32_t *map,
+                          made_clip *out);
 
 /* The keys of a clip on its own model: for a mixed one, those that follow it. They live in the scratch. */
-static bool find_keys(const compiling *c, const api_bound *bound, tw_clip_keys *out) {
+static bool find_keys(const compiling *c, const api_bound_clip *bound, tw_clip_keys *out) {
   static const tw_tolerance tolerance = {0.02 / TW_DEGREES, 1e-5};
   *out = bound->model->clips[bound->index];
   if (bound->layer_count == 0) return true;
@@ -196,7 +198,7 @@ static bool find_keys(const compiling *c, const api_bound *bound, tw_clip_keys *
 }
 
 /* Compiles a clip that is carried over to the skeleton of `onto`, then put on c->model's nodes by `map`. */
-static bool compile_carried(const compiling *c, const api_bound *bound, const tw_model *onto,
+static bool compile_carried(const compiling *c, const api_bound_clip *bound, const tw_model *onto,
                             const api_retarget *retarget, const uint32_t *map, const char **report,
                             made_clip *out) {
   tw_clip_keys own, carried;
@@ -213,7 +215,8 @@ static bool compile_carried(const compiling *c, const api_bound *bound, const tw
 }
 
 /* map: for each node of the clip's model, that of c->model. */
-static bool compile_any(const compiling *c, const api_bound *bound, const uint32_t *map, made_clip *out) {
+static bool compile_any(const compiling *c, const api_bound_clip *bound, const uint32_t *map,
+                        made_clip *out) {
   const tw_clip_keys *keys = &bound->model->clips[bound->index];
   if (bound->layer_count > 0) return compile_mixed(c, bound, map, out);
   out->duration = tw_keys_duration(keys);
@@ -221,11 +224,11 @@ static bool compile_any(const compiling *c, const api_bound *bound, const uint32
 }
 
 /* Compiles the clip of a layer. map: for each node of the mixed clip's model, that of c->model. */
-static bool compile_layer(const compiling *c, const api_bound *bound, uint32_t index, const uint32_t *map,
-                          made_clip *out) {
+static bool compile_layer(const compiling *c, const api_bound_clip *bound, uint32_t index,
+                          const uint32_t *map, made_clip *out) {
   static const api_retarget automatic = {.is_auto = true};
   const tw_clip_layer *layer = &bound->model->clips[bound->index].layers[index];
-  const api_bound *below = &bound->layers[index];
+  const api_bound_clip *below = &bound->layers[index];
   if (layer->node_count > 0) map = mask_map(c, bound->model, layer, map);
   if (!map) return fail_without_memory(c);
   if (below->entry && layer->is_retargeted) {
@@ -274,7 +277,8 @@ static bool mix(const compiling *c, const tw_layer *layers, const made_clip *mad
   return is_made;
 }
 
-static bool compile_mixed(const compiling *c, const api_bound *bound, const uint32_t *map, made_clip *out) {
+static bool compile_mixed(const compiling *c, const api_bound_clip *bound, const uint32_t *map,
+                          made_clip *out) {
   const tw_clip_layer *sources = bound->model->clips[bound->index].layers;
   tw_layer layers[TW_LAYERS_MAX] = {0};
   made_clip made[TW_LAYERS_MAX] = {0};
@@ -290,7 +294,8 @@ static bool compile_mixed(const compiling *c, const api_bound *bound, const uint
 /* ---- the clips of a request ------------------------------------------------------------------ */
 
 /* Compiles a clip that the request names. */
-static bool compile_chosen(const compiling *c, api_mixing *mixing, const api_bound *bound, made_clip *out) {
+static bool compile_chosen(const compiling *c, api_mixing *mixing, const api_bound_clip *bound,
+                           made_clip *out) {
   bool is_carried = bound->model != c->model && mixing->retarget->is_auto;
   uint32_t *map = map_by_name(c, is_carried ? c->model : bound->model, c->model);
   if (!map) return fail_without_memory(c);
@@ -304,7 +309,7 @@ static bool compile_chosen(const compiling *c, api_mixing *mixing, const api_bou
   return fail_without_memory(c);
 }
 
-static bool compile_list(const compiling *c, api_mixing *mixing, const api_bound *bound, uint32_t count,
+static bool compile_list(const compiling *c, api_mixing *mixing, const api_bound_clip *bound, uint32_t count,
                          made_clip *out) {
   static const float whole = 1;
   tw_layer layers[TW_LAYERS_MAX] = {0};
@@ -318,7 +323,7 @@ static bool compile_list(const compiling *c, api_mixing *mixing, const api_bound
   return mix(c, layers, made, done, is_made, out);
 }
 
-bool api_mixed_compile(api_mixing *mixing, const api_bound *bound, uint32_t count, tw_clip **out,
+bool api_mixed_compile(api_mixing *mixing, const api_bound_clip *bound, uint32_t count, tw_clip **out,
                        api_fault *fault) {
   compiling c = {.model = mixing->model,
                  .force = mixing->force,

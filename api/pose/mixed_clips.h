@@ -7,21 +7,21 @@
 #include "tweend/mix.h"
 
 /* A clip and, where it is mixed, those of its layers. Names are found in the model that holds the clip. */
-typedef struct api_bound {
+typedef struct api_bound_clip {
   const tw_model *model; /* holds the clip */
   uint32_t index;
-  api_entry *entry;         /* a reference to `model`; NULL: the one above holds it */
-  uint32_t layer_count;     /* 0: a plain clip */
-  struct api_bound *layers; /* [layer_count], in the call's arena */
-} api_bound;
+  api_entry *entry;              /* a reference to `model`; NULL: the one above holds it */
+  uint32_t layer_count;          /* 0: a plain clip */
+  struct api_bound_clip *layers; /* [layer_count], in the call's arena */
+} api_bound_clip;
 
 /* Finds the clips of the layers of a clip, and takes the models that they are borrowed from. id: of `model`,
  * "" for that of the request. 404 with the layer's place where a model or clip is not there, 422 where more
  * than TW_LAYER_CLIPS_MAX clips lie below or deeper than TW_LAYER_DEPTH_MAX; a light call stalls where a
  * model is not cached. Release *out in any case. */
 api_outcome api_mixed_bind(api_call *call, const tw_model *model, const char *id, uint32_t index,
-                           api_bound *out);
-void api_mixed_release(api_bound *bound);
+                           api_bound_clip *out);
+void api_mixed_release(api_bound_clip *bound);
 
 /* After a mixed clip of the model could not be taken: where that is because a model or clip of its layers is
  * not there, takes the fault back, warns that the clip is left out, and returns API_CONTINUE. Else
@@ -39,7 +39,7 @@ typedef struct api_mixing {
 } api_mixing;
 
 /* Compiles one clip, or several of which each overrides those before it. False: the fault says why. */
-bool api_mixed_compile(api_mixing *mixing, const api_bound *bound, uint32_t count, tw_clip **out,
+bool api_mixed_compile(api_mixing *mixing, const api_bound_clip *bound, uint32_t count, tw_clip **out,
                        api_fault *fault);
 
 #endif

@@ -23,12 +23,9 @@ tw_model *api_copy_nodes(tw_arena *arena, const tw_model *model, uint32_t more) 
 
 /* ---- what moves ------------------------------------------------------------------------------ */
 
-static bool is_skinned(const tw_model *model, const tw_node *node) {
-  return node->skin != TW_NO_INDEX && model->meshes[node->mesh].skin.joints;
-}
-
 static bool is_moved(const tw_model *model, const tw_node *node) {
-  return node->mesh != TW_NO_INDEX && (is_skinned(model, node) || model->meshes[node->mesh].morph_count);
+  return node->mesh != TW_NO_INDEX &&
+         (tw_node_is_skinned(model, node) || model->meshes[node->mesh].morph_count);
 }
 
 /* The moved meshes, once for each node that shows them, and their points. */
@@ -141,7 +138,7 @@ static tw_status deform_mesh(tw_arena *arena, const tw_model *model, const defor
   *out = tw_arena_alloc(arena, mesh->point_count, 3 * sizeof **out);
   if (!*out) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   if (has_weights) tw_clip_sample(d->clip, track, &d->time, 1, d->weights);
-  if (is_skinned(model, node)) {
+  if (tw_node_is_skinned(model, node)) {
     tw_skin_matrices(&model->skins[node->skin], d->matrices, d->joints);
     joint_count = model->skins[node->skin].joint_count;
   }
@@ -213,7 +210,7 @@ static tw_status place_meshes(tw_arena *arena, const tw_model *model, const defo
     tw_status status = deform_mesh(arena, model, d, i, &positions, error);
     if (status != TW_OK) return status;
     uint32_t mesh = add_moved(out, layout, layout->moving[node->mesh], positions);
-    attach_mesh(baked, i, mesh, is_skinned(model, node), d->locals);
+    attach_mesh(baked, i, mesh, tw_node_is_skinned(model, node), d->locals);
   }
   return TW_OK;
 }

@@ -56,15 +56,11 @@ static float (*place_nodes(const detail_request *request))[16] {
   return world;
 }
 
-static bool is_skinned(const tw_model *model, const tw_node *node) {
-  return node->skin != TW_NO_INDEX && model->meshes[node->mesh].skin.joints;
-}
-
 /* Finds `place` and `at`. */
 static tw_status find_place(detail_request *request) {
   const tw_model *model = request->remade->model;
   const tw_node *node = request->node == TW_NO_INDEX ? NULL : &model->nodes[request->node];
-  if (!node || is_skinned(model, node)) return TW_OK;
+  if (!node || tw_node_is_skinned(model, node)) return TW_OK;
   if (!tw_node_first_place(model, request->node, &request->place))
     return tw_fail(&request->remade->call->fault.error, TW_NO_MEMORY, "out of memory");
   if (request->place.is_far) memcpy(request->at, request->place.origin, sizeof request->at);
@@ -322,7 +318,7 @@ static api_outcome find_matrix(const detail_request *request, world_space *space
   if (has_weights(model, node))
     return api_fail_with(call, 422,
                          "morph targets move the mesh at rest: send its own points, as a GLB has them");
-  if (!is_skinned(model, node)) return API_DONE;
+  if (!tw_node_is_skinned(model, node)) return API_DONE;
   float(*world)[16] = place_nodes(request);
   if (!world) return api_fail_without_memory(call);
   const tw_skin *skin = &model->skins[node->skin];

@@ -125,8 +125,6 @@ tw_status api_plan_admit(api_call *call, const api_plan_meshes *meshes, const ap
 
 /* ---- building -------------------------------------------------------------------------------- */
 
-enum { SHELLS_UNKNOWN, SHELLS_BEING_WRITTEN, SHELLS_KNOWN };
-
 static void destroy_plan(void *value) {
   api_plan *plan = value;
   for (uint32_t i = 0; i < plan->count; i++)
@@ -202,7 +200,7 @@ static api_plan *create_plan(const plan_source *source) {
     return NULL;
   }
   atomic_init(&plan->is_warm, false);
-  atomic_init(&plan->shells_known, SHELLS_UNKNOWN);
+  atomic_init(&plan->shells, API_SHELLS_UNKNOWN);
   if (create_surfaces(source, plan) != TW_OK) {
     destroy_plan(plan);
     return NULL;
@@ -302,7 +300,7 @@ static api_outcome move_plan(api_call *call, api_entry *source, const api_plan_m
   plan->total = still->total;
   plan->hard_edges = still->hard_edges;
   atomic_init(&plan->is_warm, false);
-  atomic_init(&plan->shells_known, SHELLS_UNKNOWN);
+  atomic_init(&plan->shells, API_SHELLS_UNKNOWN);
   tw_status status = move_surfaces(still, moves, &call->service->parallel, plan);
   if (status != TW_OK) {
     destroy_plan(plan);
@@ -340,7 +338,7 @@ tw_status api_plan_warm(api_plan *plan, const tw_parallel_for *parallel, tw_erro
 }
 
 bool api_plan_knows_shells(const api_plan *plan) {
-  return atomic_load(&plan->shells_known) == SHELLS_KNOWN;
+  return atomic_load(&plan->shells) == API_SHELLS_KNOWN;
 }
 
 tw_status api_plan_shells(api_plan *plan, const tw_parallel_for *parallel, tw_solid *solids,
@@ -358,10 +356,10 @@ tw_status api_plan_shells(api_plan *plan, const tw_parallel_for *parallel, tw_so
     tw_free(shells);
   }
   /* Two threads may both have measured the same shells; one of them stores its result. */
-  int expected = SHELLS_UNKNOWN;
-  if (!is_known && atomic_compare_exchange_strong(&plan->shells_known, &expected, SHELLS_BEING_WRITTEN)) {
+  int expected = API_SHELLS_UNKNOWN;
+  if (!is_known && atomic_compare_exchange_strong(&plan->shells, &expected, API_SHELLS_BEING_WRITTEN)) {
     if (plan->count > 0) memcpy(plan->solids, solids, size);
-    atomic_store(&plan->shells_known, SHELLS_KNOWN);
+    atomic_store(&plan->shells, API_SHELLS_KNOWN);
   }
   return TW_OK;
 }

@@ -24,18 +24,21 @@ typedef struct api_plan_moves {
   const float *const *positions; /* [count] positions of all points; NULL: unchanged */
 } api_plan_moves;
 
-/* Immutable but for is_warm, shells_known and solids. */
+/* Whether `solids` of a plan are written; whoever begins to write them ends. */
+enum { API_SHELLS_UNKNOWN, API_SHELLS_BEING_WRITTEN, API_SHELLS_KNOWN };
+
+/* Immutable but for is_warm, shells and solids. */
 typedef struct api_plan {
   uint32_t count;
   tw_surface **surfaces;     /* [count], one for each mesh */
   tw_patch_classes *classes; /* shared by the surfaces; NULL with a source */
   tw_surface_counts total;
-  uint64_t hard_edges;     /* how many edges TW_CREASES_FILE found */
-  atomic_bool is_warm;     /* the bounds are known, so that reading starts without a pass over all points */
-  atomic_int shells_known; /* 2: solids are */
-  tw_solid *solids;        /* [count] the shells of each surface */
-  api_entry *source;       /* the plan that this one moves, or NULL */
-  bool *borrows;           /* [count] whether the surface belongs to the source; NULL: none does */
+  uint64_t hard_edges; /* how many edges TW_CREASES_FILE found */
+  atomic_bool is_warm; /* the bounds are known, so that reading starts without a pass over all points */
+  atomic_int shells;   /* API_SHELLS_... */
+  tw_solid *solids;    /* [count] the shells of each surface */
+  api_entry *source;   /* the plan that this one moves, or NULL */
+  bool *borrows;       /* [count] whether the surface belongs to the source; NULL: none does */
 } api_plan;
 
 /* About the most bytes that making a surface of a level takes, for admission: what it really takes is

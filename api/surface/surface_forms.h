@@ -4,8 +4,6 @@
 
 #include "surface_request.h"
 
-enum { API_FORM_COUNTS = 3 }; /* the place of surface.json among the route's offers */
-
 /* The form at a place of the route's offers. */
 const api_surface_form *api_surface_form_at(size_t offer);
 

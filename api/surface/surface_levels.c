@@ -92,7 +92,7 @@ static api_outcome print_levels(api_call *call, const api_surface_query *query, 
   level_list list = {.query = query};
   api_outcome outcome = API_DONE;
   for (uint32_t level = 0; level <= call->service->limits.max_level && !list.is_last; level++) {
-    api_surface_request *request = api_surface_begin(call, api_surface_form_at(API_FORM_COUNTS));
+    api_surface_request *request = api_surface_begin(call, api_surface_form_at(API_SURFACE_COUNTS));
     if (!request) outcome = api_fail_without_memory(call);
     if (!request) break;
     if (!list.first) list.first = request;

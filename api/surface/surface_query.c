@@ -294,10 +294,7 @@ static const char *const withs[] = {"positions", "normals", "uvs", "normals,uvs"
 static const char *const meshes[] = {"all", "none", NULL};
 static const char *const skins[] = {"keep", "bake", NULL};
 
-const api_rule api_surface_rules[] = {
-    {"level", SURFACE, AT(level), NULL, read_level, print_level},
-    {"error", SHOWN, 0, NULL, read_error, print_auto}, /* and faces */
-    {.name = "faces", .read = read_faces},
+const api_rule api_levels_rules[] = {
     {"scheme", SHAPE, AT(scheme), schemes, api_rule_read_choice, api_rule_print_choice},
     {"boundary", SHAPE, AT(boundary), boundaries, api_rule_read_choice, api_rule_print_choice},
     {"uv", SHAPE, AT(uv), uvs, api_rule_read_choice, api_rule_print_choice},
@@ -329,6 +326,11 @@ const api_rule api_surface_rules[] = {
     {"with", SHOWN, AT(with), withs, api_rule_read_choice, api_rule_print_word},
     {.name = "download"}, /* read by file_name.c */
     {.more = api_clip_term_rules}};
+
+const api_rule api_surface_rules[] = {{"level", SURFACE, AT(level), NULL, read_level, print_level},
+                                      {"error", SHOWN, 0, NULL, read_error, print_auto}, /* and faces */
+                                      {.name = "faces", .read = read_faces},
+                                      {.more = api_levels_rules}};
 
 api_outcome api_surface_query_read(api_call *call, api_surface_query *out) {
   *out = (api_surface_query){.level = 1,

@@ -89,9 +89,21 @@ typedef struct api_surface_query {
   api_clip_choices choices; /* the clips, see api_scene_take_clips */
 } api_surface_query;
 
-/* For the table of routes. The first API_LEVEL_RULES are those of the level. */
-enum { API_LEVEL_RULES = 3 };
-extern const api_rule api_surface_rules[];
+/* For the table of routes. Those of levels.json are all but those of the level. */
+extern const api_rule api_surface_rules[], api_levels_rules[];
+
+/* The forms of a surface's answer: places of the route's offers, and of the table of surface_forms.c. */
+enum {
+  API_SURFACE_GLB,
+  API_SURFACE_GLTF,
+  API_SURFACE_OBJ,
+  API_SURFACE_COUNTS, /* surface.json */
+  API_SURFACE_STL,
+  API_SURFACE_PLY,
+  API_SURFACE_3MF,
+  API_SURFACE_POINTS, /* surface.bin */
+  API_SURFACE_FORMS
+};
 
 /* Fills in the defaults and reads what the call's query has. 400. */
 api_outcome api_surface_query_read(api_call *call, api_surface_query *out);

@@ -45,15 +45,15 @@ static api_outcome take_one(api_call *call, const tw_model *model, const api_sur
 }
 
 /* Takes the clips that are compiled. Leaves out those that are not asked for and cannot be had. */
-static api_outcome take_lent(api_call *call, const tw_model *model, api_surface_scene *scene) {
+static api_outcome take_compiled(api_call *call, const tw_model *model, api_surface_scene *scene) {
   api_clip_choices *choices = &scene->query->choices;
   api_clip_choice *taken = tw_arena_alloc(call->arena, choices->count, sizeof *taken);
-  scene->lent = tw_arena_alloc(call->arena, choices->count, sizeof *scene->lent);
-  if (!taken || !scene->lent) return api_fail_without_memory(call);
+  scene->compiled = tw_arena_alloc(call->arena, choices->count, sizeof *scene->compiled);
+  if (!taken || !scene->compiled) return api_fail_without_memory(call);
   uint32_t count = 0;
   for (uint32_t i = 0; i < choices->count; i++) {
     taken[count] = api_clips_get(choices, i);
-    api_outcome outcome = take_one(call, model, scene, &taken[count], &scene->lent[count]);
+    api_outcome outcome = take_one(call, model, scene, &taken[count], &scene->compiled[count]);
     if (outcome != API_DONE && outcome != API_CONTINUE) return outcome;
     count += outcome == API_DONE;
   }
@@ -73,7 +73,7 @@ api_outcome api_scene_take_clips(api_call *call, const tw_model *model, bool is_
   scene->is_stored = is_stored;
   if (api_is_baked_at_rest(scene->query) && scene->query->choices.count > 0)
     return api_fail_with(call, 400, "skin=bake goes with one time: a clip is called none");
-  return has_times ? take_moving(call, model, scene) : take_lent(call, model, scene);
+  return has_times ? take_moving(call, model, scene) : take_compiled(call, model, scene);
 }
 
 static void warn_of(api_call *call, api_entry *entry) {
@@ -84,11 +84,13 @@ static void warn_of(api_call *call, api_entry *entry) {
 
 void api_scene_warn(api_call *call, const api_surface_scene *scene) {
   warn_of(call, scene->moving);
-  for (uint32_t i = 0; scene->lent && i < scene->query->choices.count; i++) warn_of(call, scene->lent[i]);
+  for (uint32_t i = 0; scene->compiled && i < scene->query->choices.count; i++)
+    warn_of(call, scene->compiled[i]);
 }
 
 void api_scene_release(api_surface_scene *scene) {
-  for (uint32_t i = 0; scene->lent && i < scene->query->choices.count; i++) api_entry_release(scene->lent[i]);
+  for (uint32_t i = 0; scene->compiled && i < scene->query->choices.count; i++)
+    api_entry_release(scene->compiled[i]);
   api_entry_release(scene->reduced);
   api_entry_release(scene->moving);
 }
@@ -143,14 +145,14 @@ static bool gather_clips(api_call *call, const tw_model *model, const api_surfac
   *mixed = tw_arena_alloc(call->arena, count, sizeof **mixed);
   if (!*out || !*mixed) return false;
   for (uint32_t i = 0; i < count; i++) {
-    const api_clip *lent = scene->lent[i] ? api_entry_value(scene->lent[i]) : NULL;
-    if (!lent)
+    const api_clip *clip = scene->compiled[i] ? api_entry_value(scene->compiled[i]) : NULL;
+    if (!clip)
       (*out)[i] = model->clips[api_clips_get(&scene->query->choices, i).index];
-    else if (lent->carried)
-      (*out)[i] = *lent->carried;
+    else if (clip->carried)
+      (*out)[i] = *clip->carried;
     else
-      (*out)[i].name = lent->name;
-    (*mixed)[i] = lent && lent->is_made ? lent->compiled : NULL;
+      (*out)[i].name = clip->name;
+    (*mixed)[i] = clip && clip->is_made ? clip->compiled : NULL;
   }
   return true;
 }
@@ -241,7 +243,9 @@ static api_outcome pose_model(api_call *call, const tw_model *model, api_surface
 static api_outcome find_raised(api_call *call, const api_surface_scene *scene, uint32_t *out) {
   *out = TW_NO_INDEX;
   for (uint32_t i = 0; i <= scene->query->choices.count; i++) {
-    api_entry *entry = i == scene->query->choices.count ? scene->moving : scene->lent ? scene->lent[i] : NULL;
+    api_entry *entry = i == scene->query->choices.count ? scene->moving
+                       : scene->compiled                ? scene->compiled[i]
+                                                        : NULL;
     const api_clip *clip = entry ? api_entry_value(entry) : NULL;
     if (!clip || !clip->root_is_above) continue;
     if (*out != TW_NO_INDEX && *out != clip->root_node)

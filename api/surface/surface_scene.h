@@ -9,11 +9,11 @@ typedef struct api_surface_scene {
   api_surface_query *query;
   bool is_stored;
   /* Released by api_scene_release. */
-  api_entry *moving;  /* the merged clips, if times are given; else NULL */
-  api_entry **lent;   /* [query->choices.count] clips that are compiled; NULL for the model's own keys */
-  api_entry *reduced; /* the reduced tracks, or NULL */
-  bool lacks_clips;   /* mixed clips of the model are left out, as other models are not there */
-  tw_scene content;   /* this room fills in model, pose, posed_by, weights, clips; the caller the rest */
+  api_entry *moving;    /* the merged clips, if times are given; else NULL */
+  api_entry **compiled; /* [query->choices.count] clips that are compiled; NULL for the model's own keys */
+  api_entry *reduced;   /* the reduced tracks, or NULL */
+  bool lacks_clips;     /* mixed clips of the model are left out, as other models are not there */
+  tw_scene content;     /* this room fills in model, pose, posed_by, weights, clips; the caller the rest */
   api_plan_meshes meshes;
   api_plan_moves moves;
   tw_clip_keys baked; /* the keys of `moving` at the times of the request */

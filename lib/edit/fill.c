@@ -15,7 +15,7 @@ typedef struct filler {
   uint32_t *corners;  /* [corner_count] of all holes, as in the walk */
   uint32_t *holes;    /* [hole_count + 1] first corner of each */
   uint32_t hole_count, corner_count;
-  tw_patch *patches; /* [hole_count] malloc'ed; NULL: each hole gets a face */
+  tw_hole_patch *patches; /* [hole_count] malloc'ed; NULL: each hole gets a face */
 } filler;
 
 static bool is_border(const tw_topology *t, uint32_t corner) {
@@ -94,7 +94,7 @@ static tw_status find_holes(filler *h) {
 /* ---- patches --------------------------------------------------------------------------------- */
 
 static void drop_patches(filler *h) {
-  for (uint32_t i = 0; h->patches && i < h->hole_count; i++) tw_patch_deinit(&h->patches[i]);
+  for (uint32_t i = 0; h->patches && i < h->hole_count; i++) tw_hole_patch_deinit(&h->patches[i]);
   tw_free(h->patches);
 }
 
@@ -116,18 +116,18 @@ static void count_work(tw_editor *e, const tw_hole_work *budget, const tw_hole_w
 }
 
 /* Makes the patch of a hole, whose loop is set. room: for points of its own. */
-static tw_status make_patch(tw_patch *p, const tw_editor *e, const tw_rings *rings, uint64_t *room,
+static tw_status make_patch(tw_hole_patch *p, const tw_editor *e, const tw_rings *rings, uint64_t *room,
                             tw_hole_work *left) {
   tw_status status = tw_editor_go_on(e);
-  if (status == TW_OK) status = tw_patch_triangulate(p, e, left);
+  if (status == TW_OK) status = tw_hole_patch_triangulate(p, e, left);
   if (status == TW_OK && rings) {
-    status = tw_patch_refine(p, e, rings, *room, left->points);
+    status = tw_hole_patch_refine(p, e, rings, *room, left->points);
     if (status != TW_OK) return status;
     *room -= p->point_count - p->loop_count;
     left->points -= p->point_count - p->loop_count;
-    status = tw_patch_fair(p, e, rings, left);
+    status = tw_hole_patch_fair(p, e, rings, left);
   }
-  if (status == TW_OK) tw_patch_finish(p);
+  if (status == TW_OK) tw_hole_patch_finish(p);
   return status;
 }
 
@@ -158,7 +158,7 @@ static tw_status make_patches(filler *h) {
   if (status == TW_OK) status = tw_patch_edges_init(&edges, e, h->corner_count);
   if (status == TW_OK && is_fair) status = tw_rings_find(&rings, e);
   for (uint32_t i = 0; i < h->hole_count && status == TW_OK; i++) {
-    tw_patch *p = &h->patches[order[i].hole];
+    tw_hole_patch *p = &h->patches[order[i].hole];
     p->loop = points + h->holes[order[i].hole];
     p->edges = &edges;
     p->loop_count = order[i].size;
@@ -190,7 +190,7 @@ static uint32_t put_mix(const filler *h, tw_change *change, uint32_t hole, uint3
 }
 
 static void put_patch(const filler *h, tw_change *change, uint32_t hole) {
-  const tw_patch *p = &h->patches[hole];
+  const tw_hole_patch *p = &h->patches[hole];
   uint32_t first_point = change->point_count, first = h->holes[hole];
   for (uint32_t i = p->loop_count; i < p->point_count; i++) {
     uint32_t mix = put_mix(h, change, hole, i, false);
@@ -233,7 +233,7 @@ static tw_status close_holes(filler *h) {
   tw_change change;
   tw_change_size size = {.points = t->vertex_count, .faces = t->face_count, .corners = t->corner_count};
   for (uint32_t i = 0; i < h->hole_count; i++) {
-    const tw_patch *p = h->patches ? &h->patches[i] : NULL;
+    const tw_hole_patch *p = h->patches ? &h->patches[i] : NULL;
     uint64_t own = p ? p->point_count - p->loop_count : 0;
     size.points += own;
     size.faces += p ? p->triangle_count : 1;

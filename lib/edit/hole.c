@@ -17,7 +17,7 @@ enum {
 
 typedef struct covering {
   const tw_editor *editor;
-  tw_patch *patch;
+  tw_hole_patch *patch;
   tw_hole_work *budget;
   double penalty;   /* added to the area for an edge that the mesh has already */
   double *areas;    /* [n * n] least area between two places, at [first * n + last] */
@@ -44,14 +44,14 @@ static uint32_t *find_pair(const tw_patch_edges *edges, uint32_t a, uint32_t b) 
   }
 }
 
-bool tw_patch_is_taken(const tw_patch *patch, const tw_editor *editor, uint32_t a, uint32_t b) {
+bool tw_hole_patch_is_taken(const tw_hole_patch *patch, const tw_editor *editor, uint32_t a, uint32_t b) {
   const uint32_t *pair = find_pair(patch->edges, patch->loop[a], patch->loop[b]);
   return pair[0] != pair[1] ||
          tw_topology_find_edge(editor->topology, patch->loop[a], patch->loop[b]) != UINT32_MAX;
 }
 
 /* Adds fewer pairs than the loop has points, as inner edges do not cross: the set never fills up. */
-void tw_patch_finish(const tw_patch *patch) {
+void tw_hole_patch_finish(const tw_hole_patch *patch) {
   for (uint32_t i = 0; i < 3 * patch->triangle_count; i++) {
     uint32_t a = patch->triangles[i / 3][i % 3], b = patch->triangles[i / 3][(i + 1) % 3];
     if (a >= patch->loop_count || b >= patch->loop_count || (a + 1) % patch->loop_count == b) continue;
@@ -100,7 +100,7 @@ static double area(const covering *c, uint32_t a, uint32_t b, uint32_t d) {
 }
 
 static bool is_taken(const covering *c, uint32_t a, uint32_t b) {
-  return tw_patch_is_taken(c->patch, c->editor, a, b);
+  return tw_hole_patch_is_taken(c->patch, c->editor, a, b);
 }
 
 /* Finds the best third corner for the places from first to last of a loop. */
@@ -171,7 +171,7 @@ static tw_status cover(covering *c, const uint32_t *loop, uint32_t n) {
   return status;
 }
 
-tw_status tw_patch_triangulate(tw_patch *patch, const tw_editor *editor, tw_hole_work *budget) {
+tw_status tw_hole_patch_triangulate(tw_hole_patch *patch, const tw_editor *editor, tw_hole_work *budget) {
   covering c = {.editor = editor, .patch = patch, .budget = budget};
   uint32_t count = patch->loop_count;
   size_t most = count < EXACT ? count : EXACT;

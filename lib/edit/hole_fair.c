@@ -16,7 +16,7 @@ enum {
 typedef double vector[3];
 
 typedef struct fairing {
-  const tw_patch *patch;
+  const tw_hole_patch *patch;
   const tw_rings *rings;
   uint32_t (*edges)[2]; /* [edge_count] of the patch, except the loop's */
   uint32_t edge_count, steps_max;
@@ -51,7 +51,7 @@ static void fairing_deinit(fairing *f) {
 }
 
 static void find_edges(fairing *f) {
-  const tw_patch *p = f->patch;
+  const tw_hole_patch *p = f->patch;
   for (uint32_t t = 0; t < p->triangle_count; t++)
     for (uint32_t k = 0; k < 3; k++) {
       if (p->beyond[t][k] == UINT32_MAX || p->beyond[t][k] < t) continue;
@@ -62,7 +62,7 @@ static void find_edges(fairing *f) {
 
 /* The patch's Laplacians, to which the mesh's neighbours of the loop contribute. */
 static void find_residuals(fairing *f) {
-  const tw_patch *p = f->patch;
+  const tw_hole_patch *p = f->patch;
   for (uint32_t i = 0; i < p->point_count; i++) {
     bool is_loop = i < p->loop_count;
     f->shares[i] = is_loop ? f->rings->counts[p->loop[i]] : 0;
@@ -127,8 +127,8 @@ static tw_status solve(fairing *f, const tw_editor *editor) {
   return status;
 }
 
-tw_status tw_patch_fair(tw_patch *patch, const tw_editor *editor, const tw_rings *rings,
-                        tw_hole_work *budget) {
+tw_status tw_hole_patch_fair(tw_hole_patch *patch, const tw_editor *editor, const tw_rings *rings,
+                             tw_hole_work *budget) {
   if (patch->point_count == patch->loop_count) return TW_OK;
   uint64_t more = budget->steps / patch->point_count;
   if (more > STEPS_MOST - STEPS_LEAST) more = STEPS_MOST - STEPS_LEAST;

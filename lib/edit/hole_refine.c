@@ -40,7 +40,7 @@ tw_status tw_rings_find(tw_rings *rings, const tw_editor *editor) {
 
 /* ---- the patch ------------------------------------------------------------------------------- */
 
-void tw_patch_deinit(tw_patch *patch) {
+void tw_hole_patch_deinit(tw_hole_patch *patch) {
   tw_free(patch->triangles);
   tw_free(patch->beyond);
   tw_free(patch->is_fresh);
@@ -56,7 +56,7 @@ static void *resize(void *array, uint64_t count, size_t size, bool *has_room) {
   return larger ? larger : array;
 }
 
-static bool make_room(tw_patch *p, uint32_t points) {
+static bool make_room(tw_hole_patch *p, uint32_t points) {
   if (points <= p->room) return true;
   uint64_t room = points + (uint64_t)points / 2;
   bool has_room = room < UINT32_MAX / 2;
@@ -84,7 +84,7 @@ static int compare_half_edges(const void *left, const void *right) {
 
 /* Finds the triangle across each side: two sides between the same two places face each other, a single one is
  * the loop's. */
-static bool join_triangles(tw_patch *p) {
+static bool join_triangles(tw_hole_patch *p) {
   uint32_t count = 3 * p->triangle_count;
   half_edge *edges = tw_alloc(count, sizeof *edges);
   for (uint32_t i = 0; edges && i < count; i++) {
@@ -102,7 +102,7 @@ static bool join_triangles(tw_patch *p) {
   return is_sorted;
 }
 
-static bool begin(tw_patch *p, const tw_editor *editor, const tw_rings *rings) {
+static bool begin(tw_hole_patch *p, const tw_editor *editor, const tw_rings *rings) {
   if (!make_room(p, p->loop_count)) return false;
   for (uint32_t i = 0; i < p->loop_count; i++) {
     for (int k = 0; k < 3; k++) p->points[i][k] = (double)tw_editor_point(editor, p->loop[i])[k];
@@ -115,18 +115,18 @@ static bool begin(tw_patch *p, const tw_editor *editor, const tw_rings *rings) {
 }
 
 /* The corner of a triangle whose side leads to another triangle. */
-static uint32_t corner_to(const tw_patch *p, uint32_t triangle, uint32_t other) {
+static uint32_t corner_to(const tw_hole_patch *p, uint32_t triangle, uint32_t other) {
   uint32_t k = 0;
   while (k < 2 && p->beyond[triangle][k] != other) k++;
   return k;
 }
 
-static void put_beyond(tw_patch *p, uint32_t triangle, uint32_t from, uint32_t to) {
+static void put_beyond(tw_hole_patch *p, uint32_t triangle, uint32_t from, uint32_t to) {
   if (triangle != UINT32_MAX) p->beyond[triangle][corner_to(p, triangle, from)] = to;
 }
 
 /* Writes a triangle. Those beside it are fresh, too: their sides have another triangle across. */
-static void put_triangle(tw_patch *p, uint32_t triangle, const uint32_t corners[3],
+static void put_triangle(tw_hole_patch *p, uint32_t triangle, const uint32_t corners[3],
                          const uint32_t beyond[3]) {
   for (int k = 0; k < 3; k++)
     if (beyond[k] != UINT32_MAX) p->is_fresh[beyond[k]] = 1;
@@ -144,7 +144,7 @@ static int compare_terms(const void *left, const void *right) {
 }
 
 /* The mean of three means, reduced to its heaviest terms and normalised. */
-static void mean_of_terms(const tw_patch *p, const uint32_t corners[3], tw_term *out) {
+static void mean_of_terms(const tw_hole_patch *p, const uint32_t corners[3], tw_term *out) {
   tw_term all[3 * TW_PATCH_TERMS];
   uint32_t count = 0;
   for (uint32_t i = 0; i < 3 * TW_PATCH_TERMS; i++) {
@@ -168,7 +168,7 @@ static double distance(const double *a, const double *b) {
 }
 
 /* Whether a triangle is too large. centre, scale: the triangle's centre, and the wanted edge length there. */
-static bool is_large(const tw_patch *p, uint32_t triangle, double centre[3], double *scale) {
+static bool is_large(const tw_hole_patch *p, uint32_t triangle, double centre[3], double *scale) {
   const uint32_t *corners = p->triangles[triangle];
   for (int i = 0; i < 3; i++)
     centre[i] = (p->points[corners[0]][i] + p->points[corners[1]][i] + p->points[corners[2]][i]) / 3;
@@ -181,7 +181,7 @@ static bool is_large(const tw_patch *p, uint32_t triangle, double centre[3], dou
 }
 
 /* Splits a triangle at a new point. There must be room. */
-static void split(tw_patch *p, uint32_t t, const double centre[3], double scale) {
+static void split(tw_hole_patch *p, uint32_t t, const double centre[3], double scale) {
   uint32_t a = p->triangles[t][0], b = p->triangles[t][1], c = p->triangles[t][2];
   uint32_t ab = p->beyond[t][0], bc = p->beyond[t][1], ca = p->beyond[t][2];
   uint32_t u = p->triangle_count, v = u + 1, point = p->point_count;
@@ -200,7 +200,7 @@ static void split(tw_patch *p, uint32_t t, const double centre[3], double scale)
 /* ---- swaps ----------------------------------------------------------------------------------- */
 
 /* The angle at a point between two others. */
-static double angle(const tw_patch *p, uint32_t at, uint32_t a, uint32_t b) {
+static double angle(const tw_hole_patch *p, uint32_t at, uint32_t a, uint32_t b) {
   double first[3], second[3];
   for (int i = 0; i < 3; i++) {
     first[i] = p->points[a][i] - p->points[at][i];
@@ -211,8 +211,8 @@ static double angle(const tw_patch *p, uint32_t at, uint32_t a, uint32_t b) {
 
 /* Whether two places share an edge, in the mesh or in the patch. Searches the triangles round place `a` from
  * triangle t on, both ways. True also where the result is no longer wanted. */
-static bool has_edge(const tw_patch *p, const tw_editor *editor, uint32_t t, uint32_t a, uint32_t b) {
-  if (a < p->loop_count && b < p->loop_count && tw_patch_is_taken(p, editor, a, b)) return true;
+static bool has_edge(const tw_hole_patch *p, const tw_editor *editor, uint32_t t, uint32_t a, uint32_t b) {
+  if (a < p->loop_count && b < p->loop_count && tw_hole_patch_is_taken(p, editor, a, b)) return true;
   for (uint32_t way = 0; way < 2; way++) {
     uint32_t at = t;
     do {
@@ -229,7 +229,7 @@ static bool has_edge(const tw_patch *p, const tw_editor *editor, uint32_t t, uin
 
 /* Swaps the side after corner k for the other diagonal of its two triangles, where the Delaunay condition
  * asks for it. */
-static bool swap(tw_patch *p, const tw_editor *editor, uint32_t t, uint32_t k) {
+static bool swap(tw_hole_patch *p, const tw_editor *editor, uint32_t t, uint32_t k) {
   uint32_t u = p->beyond[t][k];
   if (u == UINT32_MAX || u < t) return false;
   uint32_t m = corner_to(p, u, t);
@@ -251,7 +251,7 @@ static bool swap(tw_patch *p, const tw_editor *editor, uint32_t t, uint32_t k) {
 
 /* Looks at the sides of fresh triangles only, those of others stay as they are. Ends early where the result
  * is no longer wanted. */
-static void relax(tw_patch *p, const tw_editor *editor) {
+static void relax(tw_hole_patch *p, const tw_editor *editor) {
   enum { STEPS = 64 }; /* of a triangle: twelve angles */
   bool is_done = false;
   for (int sweep = 0; sweep < SWEEPS && !is_done; sweep++) {
@@ -267,7 +267,7 @@ static void relax(tw_patch *p, const tw_editor *editor) {
 
 /* About as many points as the patch needs at least: the edges of its triangles become as long as the lengths
  * wanted at the loop, at most twice as long. */
-static double count_points(const tw_patch *p) {
+static double count_points(const tw_hole_patch *p) {
   double count = 0;
   for (uint32_t t = 0; t < p->triangle_count; t++) {
     const uint32_t *corners = p->triangles[t];
@@ -296,7 +296,7 @@ static tw_status check_points(const tw_editor *editor, double count, uint64_t ro
 }
 
 /* Splits what is too large among the first `count` triangles. */
-static tw_status split_large(tw_patch *p, const tw_editor *editor, uint32_t count, uint64_t room,
+static tw_status split_large(tw_hole_patch *p, const tw_editor *editor, uint32_t count, uint64_t room,
                              uint64_t own_max) {
   for (uint32_t t = 0; t < count; t++) {
     double centre[3], scale;
@@ -309,8 +309,8 @@ static tw_status split_large(tw_patch *p, const tw_editor *editor, uint32_t coun
   return TW_OK;
 }
 
-tw_status tw_patch_refine(tw_patch *patch, const tw_editor *editor, const tw_rings *rings, uint64_t room,
-                          uint64_t own_max) {
+tw_status tw_hole_patch_refine(tw_hole_patch *patch, const tw_editor *editor, const tw_rings *rings,
+                               uint64_t room, uint64_t own_max) {
   if (!begin(patch, editor, rings)) return tw_editor_no_memory(editor);
   tw_status status = check_points(editor, count_points(patch), room, own_max);
   if (status == TW_OK) relax(patch, editor);

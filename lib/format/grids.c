@@ -67,10 +67,6 @@ static tw_grid grid_of(const extent *r) {
   return grid;
 }
 
-static bool is_skinned(const tw_model *model, const tw_node *node) {
-  return node->skin != TW_NO_INDEX && node->mesh != TW_NO_INDEX && model->meshes[node->mesh].skin.joints;
-}
-
 static bool is_instanced(const tw_node *node) {
   return node->mesh != TW_NO_INDEX && node->preserved &&
          strstr(node->preserved, "\"EXT_mesh_gpu_instancing\"");
@@ -116,7 +112,7 @@ static void find_sets(const tw_model *model, uint32_t *sets, uint32_t *first, tw
   for (uint32_t i = 0; i < model->node_count; i++) {
     const tw_node *node = &model->nodes[i];
     if (is_instanced(node)) grids[node->mesh].is_float = true;
-    if (!is_skinned(model, node)) continue;
+    if (!tw_node_is_skinned(model, node)) continue;
     if (first[node->skin] == TW_NO_INDEX) first[node->skin] = node->mesh;
     tw_union_find_join(sets, first[node->skin], node->mesh);
   }

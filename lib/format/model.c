@@ -196,7 +196,7 @@ static bool all_finite(const float *values, size_t count) {
 }
 
 /* Leaves out details that do not fit the mesh, with a warning: another program may have changed the cage. */
-static tw_status check_details(tw_model *model, uint32_t index, tw_error *error) {
+static tw_status drop_unfit_details(tw_model *model, uint32_t index, tw_error *error) {
   tw_mesh *mesh = &model->meshes[index];
   tw_status status = tw_mesh_check_details(mesh, error);
   if (status == TW_OK || status == TW_NO_MEMORY) return status;
@@ -205,7 +205,8 @@ static tw_status check_details(tw_model *model, uint32_t index, tw_error *error)
   return TW_OK;
 }
 
-static tw_status check_meshes(tw_model *model, tw_error *error) {
+/* Checks the meshes, and drops details that do not fit. */
+static tw_status finish_meshes(tw_model *model, tw_error *error) {
   for (uint32_t i = 0; i < model->mesh_count; i++) {
     tw_mesh *mesh = &model->meshes[i];
     tw_status status = check_name(&mesh->name, "meshes", i, error);
@@ -215,7 +216,7 @@ static tw_status check_meshes(tw_model *model, tw_error *error) {
       prefix_pointer(error, "meshes", i);
       return status;
     }
-    status = check_details(model, i, error);
+    status = drop_unfit_details(model, i, error);
     if (status != TW_OK) return status;
     for (uint32_t face = 0; mesh->face_materials && face < mesh->face_count; face++) {
       int32_t material = mesh->face_materials[face];
@@ -413,7 +414,9 @@ static tw_status place_far_meshes(tw_model *model, tw_error *error) {
   return TW_OK;
 }
 
-static tw_status check_nodes(tw_model *model, tw_error *error) {
+/* Gives each mesh a node where there are none, moves far meshes by their nodes, and checks and sorts all
+ * nodes. */
+static tw_status finish_nodes(tw_model *model, tw_error *error) {
   if (model->node_count == 0 && model->mesh_count > 0) {
     tw_status status = add_mesh_nodes(model, error);
     if (status != TW_OK) return status;
@@ -622,8 +625,8 @@ static tw_status check_clips(tw_model *model, tw_error *error) {
 }
 
 tw_status tw_model_finish(tw_model *model, tw_error *error) {
-  tw_status status = check_meshes(model, error);
-  if (status == TW_OK) status = check_nodes(model, error);
+  tw_status status = finish_meshes(model, error);
+  if (status == TW_OK) status = finish_nodes(model, error);
   if (status == TW_OK) status = sort_names(model, error);
   if (status == TW_OK) status = check_skins(model, error);
   if (status == TW_OK) status = check_skinned_nodes(model, error);
@@ -648,7 +651,7 @@ tw_status tw_model_weld(tw_model *model, double distance, tw_error *error) {
   for (uint32_t i = 0; i < model->mesh_count; i++) {
     tw_merged merged;
     tw_status status = tw_mesh_merge_within(&model->meshes[i], distance, model->arena, &merged, error);
-    if (status == TW_OK) status = check_details(model, i, error);
+    if (status == TW_OK) status = drop_unfit_details(model, i, error);
     if (status != TW_OK) return status;
     dropped += merged.faces;
     shortened += merged.shortened;

@@ -9,7 +9,7 @@
 /* The row of TW_DOMAIN_VERTICES that shows row `row` of level 0: the same, but where rows are of points. */
 static uint32_t split_row(const tw_surface_reader *r, uint32_t row) {
   if (!r->is_unsplit) return row;
-  return tw_row_of_corner(&r->whole->vertices, tw_corner_of_row(&r->whole->points, row));
+  return tw_row_of_corner(&r->chosen->vertices, tw_corner_of_row(&r->chosen->points, row));
 }
 
 /* Replaces a column by the mesh's own vectors, except where these are 0 0 0. own: [rows of TW_DOMAIN_VERTICES

@@ -114,7 +114,7 @@ static tw_status start_uvs(tw_surface_builder *b, uint32_t *const *values_of) {
 }
 
 static tw_status start_sources(tw_surface_builder *b) {
-  if (b->whole) return TW_OK;
+  if (b->keeps_all_faces) return TW_OK;
   b->source = tw_arena_alloc(b->arena, b->mesh->face_count, sizeof *b->source);
   if (!b->source) return TW_NO_MEMORY;
   for (uint32_t f = 0; f < b->mesh->face_count; f++) b->source[f] = f;
@@ -184,7 +184,7 @@ static tw_status refine_field(tw_surface_builder *b, const tw_topology *parents,
 }
 
 static tw_status refine_sources(tw_surface_builder *b, const tw_topology *parent) {
-  if (b->whole) return TW_OK;
+  if (b->keeps_all_faces) return TW_OK;
   uint32_t count = b->topologies[0].face_count, *source = tw_arena_alloc_raw(b->arena, count, sizeof *source);
   if (!source) return TW_NO_MEMORY;
   for (uint32_t q = 0; q < count; q++)
@@ -198,7 +198,7 @@ static tw_status refine_sources(tw_surface_builder *b, const tw_topology *parent
 static tw_status cut_origins(tw_surface_builder *b, const uint32_t *faces, uint32_t face_count) {
   tw_surface *s = b->surface;
   enum { CHILDREN = 4 }; /* of a face that is itself a child */
-  if (!b->has_whole) return TW_OK;
+  if (!b->has_whole_numbers) return TW_OK;
   uint32_t *origins = tw_arena_alloc_raw(s->arena, face_count, sizeof *origins);
   if (!origins) return TW_NO_MEMORY;
   for (uint32_t q = 0; q < face_count; q++)
@@ -223,7 +223,7 @@ static tw_status cut_border(tw_surface_builder *b, const tw_topology *parent, ui
   if (status == TW_OK) status = change_values(b, cut_set, kept);
   if (status == TW_OK && b->mesh->skin.joints)
     status = tw_influences_keep(&b->surface->influences, kept[0], b->topologies[0].vertex_count);
-  for (uint32_t q = 0; !b->whole && q < face_count && status == TW_OK; q++)
+  for (uint32_t q = 0; !b->keeps_all_faces && q < face_count && status == TW_OK; q++)
     b->source[q] = b->source[faces[q]];
   if (status == TW_OK && b->origins) status = tw_rim_cut(b, faces, face_count);
   return status == TW_OK ? cut_origins(b, faces, face_count) : status;

@@ -5,7 +5,7 @@
 
 /* Whether the answer has all faces in the order of the cage. An open border removes faces; then only a single
  * group is sure to keep its order. */
-static bool is_whole(const tw_surface_builder *b) {
+static bool keeps_all_faces(const tw_surface_builder *b) {
   bool shrinks = tw_builder_shrinks(b);
   /* The source of each face must be known. */
   if (b->mesh->tangent_uvs || (shrinks && b->surface->rules.linear)) return false;
@@ -71,7 +71,7 @@ static bool fits(const tw_surface_builder *b, const preference *p) {
 
 tw_status tw_builder_choose(tw_surface_builder *b, tw_error *error) {
   tw_surface *s = b->surface;
-  b->whole = is_whole(b);
+  b->keeps_all_faces = keeps_all_faces(b);
   while (!fits(b, &preferences[b->preference])) b->preference++; /* generic steps always fit */
   const preference *chosen = &preferences[b->preference];
   if (chosen->own_classes) s->options.classes = NULL;
@@ -81,7 +81,7 @@ tw_status tw_builder_choose(tw_surface_builder *b, tw_error *error) {
   s->side = 1u << s->depth;
   s->cage_step = b->levels == 0 ? 1 : 4;
   b->has_rim = s->depth > 0 && tw_builder_shrinks(b);
-  if (b->has_rim || b->inner) b->whole = false; /* which faces belong to a part has to be known */
+  if (b->has_rim || b->inner) b->keeps_all_faces = false; /* which faces belong to a part has to be known */
   if (status == TW_OK && !b->inner) status = check_steps(b, error);
   if (status != TW_OK) return status;
   s->steps = tw_arena_alloc(s->arena, (size_t)b->levels + 1, sizeof *s->steps);

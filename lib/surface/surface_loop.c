@@ -12,7 +12,7 @@ static bool is_bare(const tw_surface_builder *b) {
   const tw_surface *s = b->surface;
   bool points_only =
       m->uv_set_count == 0 && tw_smooth_set_count(s) == 0 && !m->skin.joints && s->details.count == 0;
-  return points_only && s->options.level > 0 && b->whole && !s->options.limit &&
+  return points_only && s->options.level > 0 && b->keeps_all_faces && !s->options.limit &&
          !tw_cage_shrinks(&b->cage, &s->options);
 }
 

@@ -200,7 +200,7 @@ static bool choose_fields(tw_surface_builder *b) {
   for (uint32_t i = 0; i < b->channel_count; i++)
     b->channel_fields[i] = i < mesh->uv_set_count ? s->field_count++ : field_of_channel(b, i);
   for (uint32_t i = 0; i < mesh->attribute_count; i++)
-    b->has_whole |= mesh->attributes[i].numbers != TW_NUMBERS_REAL;
+    b->has_whole_numbers |= mesh->attributes[i].numbers != TW_NUMBERS_REAL;
   s->fields = tw_arena_alloc(s->arena, s->field_count, sizeof *s->fields);
   if (!s->fields) return false;
   s->fields[0].linear = s->rules.linear;

@@ -14,22 +14,22 @@ typedef struct tw_surface_builder {
   /* Holds the cage and the points' topologies between it and the base; becomes the surface's. */
   tw_arena *points_arena;
   tw_cage cage;
-  uint32_t levels;     /* generic steps from the cage to the base */
-  bool whole;          /* the answer has all faces in the order of the cage */
-  bool morph_normals;  /* the answer has targets that displace normals */
-  uint32_t preference; /* the first entry of the table of evaluators to try; then the one that was chosen */
-  bool long_lists;     /* of shallow levels: lists of exceptions may be long */
-  bool declined;       /* the evaluator returned TW_LIMIT; the next one can be tried */
+  uint32_t levels;      /* generic steps from the cage to the base */
+  bool keeps_all_faces; /* the answer has all faces in the order of the cage */
+  bool morph_normals;   /* the answer has targets that displace normals */
+  uint32_t preference;  /* the first entry of the table of evaluators to try; then the one that was chosen */
+  bool long_lists;      /* of shallow levels: lists of exceptions may be long */
+  bool declined;        /* the evaluator returned TW_LIMIT; the next one can be tried */
   tw_topology topologies[TW_FIELDS_MAX]; /* of each field, at the level that was made last */
   uint32_t cage_vertices[TW_FIELDS_MAX]; /* vertex count of each field at the cage */
   uint32_t channel_count;
   tw_channel channels[TW_CHANNELS_MAX];     /* of the mesh: UV sets, then attributes */
   uint32_t channel_fields[TW_CHANNELS_MAX]; /* the field of each; several can share one */
-  bool has_whole;                           /* an attribute of whole numbers */
+  bool has_whole_numbers;                   /* an attribute of whole numbers */
   uint32_t *point_order; /* [point_order_count] vertices of the base in the order of the points; NULL: as they
                             are */
   uint32_t point_order_count;
-  /* [faces of the last level] cage face of each; NULL where `whole`. */
+  /* [faces of the last level] cage face of each; NULL where it keeps_all_faces. */
   uint32_t *source;
   /* Of an open border whose answer is made in two parts (surface_rim.c): */
   bool has_rim;                           /* this is the inner part */

@@ -252,7 +252,7 @@ const tw_surface_layout *tw_surface_reader_layout(const tw_surface_reader *reade
 
 /* Makes the reader read all columns of this surface. Empties the caches. */
 static void begin(tw_surface_reader *reader, const tw_surface *surface) {
-  reader->whole = reader->surface = surface;
+  reader->chosen = reader->surface = surface;
   reader->is_unsplit = false;
   reader->piece_capacity = piece_capacity(surface);
   reader->piece_count = 0;
@@ -271,7 +271,7 @@ static void take_copy(tw_surface_reader *reader, const tw_surface *surface) {
 /* Makes the reader read this surface, or a narrowed copy where not all columns are wanted. */
 static void turn(tw_surface_reader *reader, const tw_surface *surface, uint32_t first_target,
                  uint32_t target_count, bool points_alone) {
-  if (reader->whole == surface && !reader->is_unsplit && reader->first_target == first_target &&
+  if (reader->chosen == surface && !reader->is_unsplit && reader->first_target == first_target &&
       reader->target_count == target_count && reader->points_alone == points_alone)
     return;
   begin(reader, surface);
@@ -323,7 +323,7 @@ static void take_points(tw_surface *s, const tw_point_columns *columns) {
 
 void tw_surface_reader_turn_to_unsplit(tw_surface_reader *reader, const tw_surface *surface,
                                        const tw_point_columns *columns) {
-  if (reader->whole == surface && has_columns(reader, columns)) return;
+  if (reader->chosen == surface && has_columns(reader, columns)) return;
   begin(reader, surface);
   reader->is_unsplit = true;
   reader->columns = *columns;

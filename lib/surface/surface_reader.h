@@ -8,10 +8,10 @@
 #include "tangent_space.h"
 
 struct tw_surface_reader {
-  /* What rows are computed from: `whole`, or &narrowed where not all of its columns are wanted. */
+  /* What rows are computed from: `chosen`, or &narrowed where not all of its columns are wanted. */
   const tw_surface *surface;
   tw_surface narrowed, narrowed_rim;
-  const tw_surface *whole; /* the surface that the caller chose */
+  const tw_surface *chosen; /* the surface that the caller chose */
   uint32_t first_target, target_count;
   bool points_alone;
   bool is_unsplit; /* rows are of points, with `columns` */

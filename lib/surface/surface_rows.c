@@ -50,7 +50,7 @@ tw_status tw_builder_number(tw_surface_builder *b) {
   tw_surface *s = b->surface;
   const tw_topology *base = &s->fields[0].base;
   uint8_t *visible = NULL;
-  if (!b->whole) {
+  if (!b->keeps_all_faces) {
     visible = tw_alloc(base->face_count, 1);
     if (!visible) return TW_NO_MEMORY;
     for (uint32_t q = 0; q < base->face_count; q++)

@@ -25,8 +25,8 @@ static tw_status start(tw_surface_builder *b, tw_error *error) {
   /* Patches are for all that can be large, unless they have declined. */
   if (b->cage.refined_faces > TW_GENERIC_FACES_MAX && tw_patch_evaluator.fits(b))
     return tw_fail(error, TW_LIMIT,
-                   "the mesh is too irregular for level %u: it has great poles, or thousands of "
-                   "different sharpness values",
+                   "the mesh is too irregular for level %u: very many faces meet in one of its points, or it "
+                   "has thousands of different sharpness values",
                    level);
   b->surface->is_unmasked = needs_no_masks(b);
   b->levels = level;

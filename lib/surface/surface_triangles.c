@@ -26,7 +26,7 @@ static uint32_t least_base(const tw_surface_builder *b) {
 static bool fits(const tw_surface_builder *b) {
   const tw_surface *s = b->surface;
   if (s->options.scheme != TW_LOOP || s->counts.faces <= FACES_MIN || b->inner) return false;
-  if (tw_builder_has_tangents(b) || b->mesh->skin.joints || b->has_whole) return false;
+  if (tw_builder_has_tangents(b) || b->mesh->skin.joints || b->has_whole_numbers) return false;
   return s->options.level >= least_base(b) + DEPTH_MIN && !tw_builder_crosses_seams(b);
 }
 

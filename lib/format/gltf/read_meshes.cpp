@@ -592,12 +592,12 @@ private:
 
   void write_attributes() {
     tw_attribute *attributes = allocate<tw_attribute>(document_, opened_.smooth.size());
-    uint32_t count = 0, columns_left = TW_ATTRIBUTE_COLUMNS_MAX - 4; // 4 are reserved for a colour
+    uint32_t count = 0, columns_left = TW_ATTRIBUTE_COLUMNS_MAX - color_columns;
     for (size_t i = 0; i < opened_.smooth.size(); i++) {
       const auto &[name, width, numbers] = opened_.smooth[i];
       bool is_color = opened_.smooth[i].is_color();
       if (!is_color && width > columns_left) {
-        document_.note(name + too_many_attributes);
+        document_.note(name + too_many_attributes());
         continue;
       }
       if (!is_color) columns_left -= width;

@@ -35,7 +35,14 @@ struct SmoothAttribute {
   bool is_color() const { return name[0] != '_'; }
 };
 
-constexpr char too_many_attributes[] = " is left out: a mesh keeps 15 such, of 32 components in all";
+// Columns that are kept free for a colour.
+constexpr int color_columns = 4;
+
+// What is said of an attribute that finds no room.
+inline std::string too_many_attributes() {
+  return text(" is left out: a mesh keeps ", TW_ATTRIBUTES_MAX - 1, " such, of ",
+              TW_ATTRIBUTE_COLUMNS_MAX - color_columns, " components in all");
+}
 
 class VertexSources {
 public:
@@ -160,7 +167,7 @@ private:
       if (accessors_.type_name(attributes.at(name))[0] == 'M')
         document_.note(name + " is left out");
       else if (std::optional<size_t> number = smooth_number(name, *elements); !number)
-        document_.note(name + too_many_attributes);
+        document_.note(name + too_many_attributes());
       else
         put_at(source.attributes, *number, elements);
     }
@@ -203,13 +210,22 @@ private:
     return number;
   }
 
+  // Whether a name is PREFIX0, PREFIX1 and so on, below a count of at most ten.
+  static bool is_numbered(std::string_view name, std::string_view prefix, size_t count) {
+    return name.size() == prefix.size() + 1 && name.substr(0, prefix.size()) == prefix &&
+           name.back() >= '0' && static_cast<size_t>(name.back() - '0') < count;
+  }
+  static_assert(TW_UV_SETS_MAX <= 10 && joint_sets <= 10);
+
+  static bool is_read(const std::string &name) {
+    return has_word("POSITION NORMAL TANGENT COLOR_0", name) ||
+           is_numbered(name, "TEXCOORD_", TW_UV_SETS_MAX) || is_numbered(name, "JOINTS_", joint_sets) ||
+           is_numbered(name, "WEIGHTS_", joint_sets);
+  }
+
   void note_unread(const tinygltf::Primitive &primitive) {
-    static constexpr char read[] =
-        "POSITION NORMAL TANGENT TEXCOORD_0 TEXCOORD_1 TEXCOORD_2 TEXCOORD_3 COLOR_0 "
-        "JOINTS_0 JOINTS_1 JOINTS_2 JOINTS_3 JOINTS_4 JOINTS_5 JOINTS_6 JOINTS_7 "
-        "WEIGHTS_0 WEIGHTS_1 WEIGHTS_2 WEIGHTS_3 WEIGHTS_4 WEIGHTS_5 WEIGHTS_6 WEIGHTS_7";
     for (const auto &[name, accessor] : primitive.attributes)
-      if (!has_word(read, name) && !is_custom(name)) document_.note(name + " is left out");
+      if (!is_read(name) && !is_custom(name)) document_.note(name + " is left out");
     for (const Attributes &target : primitive.targets)
       for (const auto &[name, accessor] : target)
         if (name != "POSITION" && name != "NORMAL") document_.note(name + " of morph targets is left out");

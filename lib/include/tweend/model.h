@@ -94,6 +94,11 @@ void tw_model_destroy(tw_model *model); /* NULL accepted */
  * memory the warning is lost. */
 void tw_model_warn(tw_model *model, const char *format, ...) TW_PRINTF(2, 3);
 
+/* Whether a node shows a mesh whose points follow joints. */
+static inline bool tw_node_is_skinned(const tw_model *model, const tw_node *node) {
+  return node->skin != TW_NO_INDEX && node->mesh != TW_NO_INDEX && model->meshes[node->mesh].skin.joints;
+}
+
 /* Completes and checks a model, as every reader must: meshes by tw_mesh_check, node indices, names, the
  * hierarchy (fills node_order and named_nodes), skins, and each clip as tw_clip_create does. A model with
  * meshes but no node gets one node a mesh. Where keys of a track have one time, the value jumps there: the
