@@ -2,6 +2,7 @@
  * objects share no points: then each object is a mesh of its own. */
 #include "obj_statements.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -177,6 +178,34 @@ typedef struct obj_part {
   uint32_t first_point, point_stop;
   uint32_t *uv_marks, *uv_numbers; /* [all.uvs] scratch; NULL for a single mesh */
 } obj_part;
+
+/* Takes all colours from sRGB to linear. Where they are whole numbers up to 255, some over 1, that is full
+ * intensity. */
+static tw_status make_linear(tw_obj_reader *reader) {
+  enum { POINTS_A_STEP = 4096 };
+  uint64_t beyond = 0, colored = 0;
+  bool are_bytes = true;
+  for (uint64_t i = 0; reader->colors && i < reader->all.points; i++) {
+    const float *color = reader->colors + 4 * i;
+    if (color[3] < 1) continue;
+    colored++;
+    beyond += !(tw_is_color(color[0]) && tw_is_color(color[1]) && tw_is_color(color[2]));
+    for (int c = 0; c < 3; c++)
+      are_bytes = are_bytes && color[c] >= 0 && color[c] <= 255 && color[c] == floorf(color[c]);
+  }
+  if (colored == 0) return TW_OK;
+  are_bytes = are_bytes && beyond > 0;
+  for (uint64_t i = 0; i < reader->all.points; i++) {
+    for (uint64_t c = 4 * i; c < 4 * i + 3; c++)
+      reader->colors[c] = tw_linear_from_srgb(are_bytes ? reader->colors[c] / 255 : reader->colors[c]);
+    if (i % POINTS_A_STEP == POINTS_A_STEP - 1 && !tw_work(POINTS_A_STEP))
+      return tw_work_status(reader->error);
+  }
+  tw_lose(&reader->losses, "colours of points are divided by 255", "all are whole numbers, some over 1",
+          are_bytes ? colored : 0, 0);
+  tw_lose(&reader->losses, "colours are brought into 0 to 1", NULL, are_bytes ? 0 : beyond, 0);
+  return TW_OK;
+}
 
 /* Points without a colour are white in a mesh where others have one. Returns whether one has. colors:
  * [count][4], alpha 0 where a point has none. */
@@ -404,6 +433,7 @@ static tw_status build_model(tw_obj_reader *reader, obj_bytes file, tw_model *mo
   if (status == TW_OK)
     status = copy_names(reader, &reader->group_names, copy_words, &model->group_count, &model->group_names);
   if (status == TW_OK) status = split_points(reader, file, &mesh_count, &ends);
+  if (status == TW_OK) status = make_linear(reader);
   if (status == TW_OK) status = build_meshes(reader, mesh_count, ends, model);
   tw_free(ends);
   return status;

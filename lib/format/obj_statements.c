@@ -127,8 +127,8 @@ static tw_status read_numbers(tw_obj_text *text, float *out, size_t most, size_t
   return TW_OK;
 }
 
-/* Stores the colour of a point, given as sRGB. Points without a colour have alpha 0 until their mesh is
- * made. */
+/* Stores the colour of a point as it is written, in sRGB. Points without a colour have alpha 0 until their
+ * mesh is made. */
 static tw_status set_color(tw_obj_reader *reader, uint64_t point, const float *rgb) {
   if (!reader->colors) {
     size_t count = (size_t)reader->all.points * 4;
@@ -136,7 +136,7 @@ static tw_status set_color(tw_obj_reader *reader, uint64_t point, const float *r
     if (!reader->colors) return tw_obj_fail_memory(reader);
   }
   reader->colors[4 * point + 3] = 1;
-  for (size_t c = 0; c < 3; c++) reader->colors[4 * point + c] = tw_linear_from_srgb(rgb[c]);
+  memcpy(reader->colors + 4 * point, rgb, 3 * sizeof *rgb);
   return TW_OK;
 }
 

@@ -365,8 +365,9 @@ static float intensity(ply_type type, double value) {
   return (float)(value / (type == PLY_U16 || type == PLY_I16 ? 65535 : 255));
 }
 
-static float color_of(const ply_property *property, double value) {
+static float color_of(ply_file *file, const ply_property *property, double value) {
   float share = intensity(property->type, value);
+  tw_lose(&file->losses, "numbers of colours are brought into 0 to 1", NULL, !tw_is_color(share), 0);
   return property->use == PLY_ALPHA ? fminf(fmaxf(share, 0), 1) : tw_linear_from_srgb(share);
 }
 
@@ -380,7 +381,7 @@ static tw_status take_number(ply_file *file, const ply_property *property, doubl
   if (use <= PLY_Z)
     out->positions[3 * row + use] = single;
   else if (use <= PLY_ALPHA)
-    out->colors[4 * row + use - PLY_RED] = color_of(property, value);
+    out->colors[4 * row + use - PLY_RED] = color_of(file, property, value);
   else if (use <= PLY_V)
     out->uvs[2 * row + use - PLY_U] = single;
   else
@@ -441,7 +442,7 @@ static tw_status take_value(ply_file *file, const ply_element *element, const pl
     if (status != TW_OK) return status;
     out->corners[out->corner_count++] = (uint32_t)value;
   } else {
-    file->row.color[property->use - PLY_RED] = color_of(property, value);
+    file->row.color[property->use - PLY_RED] = color_of(file, property, value);
   }
   return TW_OK;
 }

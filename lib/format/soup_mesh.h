@@ -65,6 +65,11 @@ uint64_t tw_polygons_size(uint64_t vertex_count, uint64_t corner_count, uint64_t
 /* Colours in mesh files are sRGB (as Blender, MeshLab and three.js write and read them), those of meshes
  * linear: IEC 61966-2-1. */
 float tw_linear_from_srgb(float value);
+
+/* Whether a number of a colour is within 0 to 1, but for rounding. */
+static inline bool tw_is_color(float value) {
+  return value >= -0.001f && value <= 1.001f;
+}
 float tw_srgb_from_linear(float value);
 
 /* Whether bytes are STL or PLY, by their beginning; binary STL by its size. */

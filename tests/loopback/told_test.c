@@ -76,6 +76,8 @@ TEST_WITH(obj_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
       {"v w", "@v 5 5 5 2\nf 1 2 5\n", WARNING, "weights of points"},
       {"v r g b", "v 0 0 0 1 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", GLTF, "COLOR_0"},
       {"v r g b a", "v 0 0 0 1 0 0 0.5\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", WARNING, "alphas of colours"},
+      {"v r g b in bytes", "v 0 0 0 255 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", WARNING, "divided by 255"},
+      {"v r g b beyond 1", "v 0 0 0 2.5 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", WARNING, "brought into 0 to 1"},
       {"v with more", "v 0 0 0 1 0 0 1 9\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", WARNING, "behind their colour"},
       {"#MRGB", "@#MRGB ffff0000ff00ff00ff0000ffffffffff\n", GLTF, "COLOR_0"},
       {"a point of no face", "v 9 9 9\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 2 3 4\n", WARNING,

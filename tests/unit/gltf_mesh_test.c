@@ -531,12 +531,13 @@ TEST(attributes_of_an_application_are_read_in_the_order_of_the_document) {
 TEST(attributes_beyond_those_that_fit_are_warned_of) {
   const char *accessors =
       POSITIONS "," INDICES ",{'bufferView':1,'componentType':5121,'count':4,'type':'VEC4'},"
-                "{'bufferView':1,'componentType':5121,'count':4,'type':'SCALAR'}";
+                "{'bufferView':1,'componentType':5121,'count':4,'type':'SCALAR'},"
+                "{'bufferView':1,'componentType':5121,'normalized':true,'count':4,'type':'VEC4'}";
   for (int width = 1; width <= 4; width += 3) {
     char primitive[1024] = "{'attributes':{";
     for (int i = 0; i < 20; i++)
       snprintf(primitive + strlen(primitive), 32, "'_%c':%d,", 'a' + i, width == 4 ? 2 : 3);
-    strcat(primitive, "'COLOR_0':2,'POSITION':0},'indices':1}");
+    strcat(primitive, "'COLOR_0':4,'POSITION':0},'indices':1}");
     tw_model *model = read_square(accessors, primitive);
     const tw_mesh *mesh = &model->meshes[0];
     uint32_t kept = width == 4 ? 8 : 15;
@@ -848,6 +849,24 @@ TEST(colours_that_differ_at_a_joined_point_are_those_of_corners) {
     assert_int_equal(color->value_count, differ ? 6 : 0);
     assert_true((color->corners != NULL) == differ);
     for (uint32_t c = 0; differ && c < 6; c++) assert_true(color->values[4 * color->corners[c]] == (c >= 3));
+    tw_model_destroy(model);
+  }
+}
+
+TEST(colours_beyond_one_are_told) {
+  struct {
+    float positions[3][3], colors[3][3];
+  } bin = {{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}}, {{1, 0, 0.5f}}};
+  const char *json = "{" ASSET ",'buffers':[{'byteLength':72}],'bufferViews':[{'buffer':0,'byteLength':72}],"
+                     "'accessors':[{'bufferView':0,'componentType':5126,'count':3,'type':'VEC3'},"
+                     "{'bufferView':0,'byteOffset':36,'componentType':5126,'count':3,'type':'VEC3'}],"
+                     "'meshes':[{'primitives':[{'attributes':{'POSITION':0,'COLOR_0':1}}]}]}";
+  static const float numbers[] = {1.0001f, 2, -0.5f};
+  for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) {
+    bin.colors[1][1] = numbers[i];
+    tw_model *model = glb_read(json, &bin, sizeof bin);
+    assert_int_equal(model->warning_count, i > 0);
+    if (i > 0) assert_non_null(strstr(model->warnings[0], "COLOR_0 is brought into 0 to 1"));
     tw_model_destroy(model);
   }
 }

@@ -337,6 +337,28 @@ TEST(colours_become_linear_and_points_without_one_white) {
   tw_model_destroy(model);
 }
 
+/* Some tools write bytes. Other numbers beyond 1 are no colours, and a last digit more is none's fault. */
+TEST(colours_beyond_one_are_bytes_or_told) {
+  static const struct {
+    const char *text, *warning;
+    float green; /* of the second point */
+  } cases[] = {
+      {"v 0 0 0 255 0 0\nv 1 0 0 255 128 0\nv 0 1 0 0 0 1\nf 1 2 3\n",
+       "3 colours of points are divided by 255: all are whole numbers, some over 1", 0.2158605f},
+      {"v 0 0 0 255 0 0\nv 1 0 0 255 .5 0\nv 0 1 0 0 0 1\nf 1 2 3\n", "2 colours are brought into 0 to 1",
+       0.2140411f},
+      {"v 0 0 0 1 0 0\nv 1 0 0 1 300 0\nv 0 1 0 -1 0 1\nf 1 2 3\n", "2 colours are brought into 0 to 1", 1},
+      {"v 0 0 0 1 0 0\nv 1 0 0 1 1.0001 0\nv 0 1 0 0 0 1\nf 1 2 3\n", NULL, 1},
+      {"v 0 0 0 1 0 0\nv 1 0 0 1 1 0\nv 0 1 0 0 0 1\nf 1 2 3\n", NULL, 1}};
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    tw_model *model = read_good(cases[i].text);
+    assert_float_equal(model->meshes[0].attributes[0].values[5], cases[i].green, 1e-6);
+    assert_int_equal(model->warning_count, cases[i].warning != NULL);
+    if (cases[i].warning) assert_string_equal(model->warnings[0], cases[i].warning);
+    tw_model_destroy(model);
+  }
+}
+
 TEST(an_object_without_colours_does_not_take_those_of_another) {
   tw_model *model = read_good("o red\nv 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 0 1 0 1 0 0\nf 1 2 3\n"
                               "o plain\nv 0 0 1\nv 1 0 1\nv 0 1 1\nf 4 5 6\n");

@@ -292,6 +292,16 @@ TEST(colours_of_faces_are_read) {
   tw_model_destroy(model);
 }
 
+TEST(colours_beyond_one_are_told) {
+  tw_model *model =
+      read_text(PLACES("3") "property float red\nproperty float green\nproperty float blue\n"
+                            "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+                            "0 0 0 2 0 0\n1 0 0 0 -1 1\n0 1 0 1 1 1\n3 0 1 2\n");
+  assert_int_equal(model->warning_count, 1);
+  assert_string_equal(model->warnings[0], "2 numbers of colours are brought into 0 to 1");
+  tw_model_destroy(model);
+}
+
 /* Strips turn each second triangle round; -1 begins another strip, and triangles without area join two. All
  * of a flat grid look up. */
 TEST(strips_become_triangles) {

@@ -615,21 +615,23 @@ private:
     const SmoothAttribute &attribute = opened_.smooth[i];
     Vector<float> values(document_.budget, size_t{attribute.width} * elements_.size(),
                          attribute.is_color() ? 1.0f : 0.0f);
-    bool has_all = true, is_usable = true;
+    bool has_all = true, is_usable = true, is_within = true;
     for (uint32_t v = 0; v < elements_.size(); v++) {
       const VertexSource &source = source_of(v);
       const Elements *elements = i < source.attributes.size() ? source.attributes[i] : nullptr;
       float *value = &values[size_t{attribute.width} * v];
       has_all &= elements != nullptr;
-      if (elements && attribute.is_color())
+      if (elements && attribute.is_color()) {
         read_vertex(elements, v, value);
-      else if (elements)
+        is_within &= std::all_of(value, value + attribute.width, tw_is_color);
+      } else if (elements)
         is_usable &= read_usable(*elements, elements_[v], value);
     }
     if (!has_all)
       document_.note(attribute.name + (attribute.is_color()
                                            ? " is white and opaque where a primitive lacks it"
                                            : " is 0 where a primitive lacks it"));
+    if (!is_within) document_.note(attribute.name + " is brought into 0 to 1 where it is beyond");
     if (!is_usable) document_.note(attribute.name + " is 0 where it is no number up to 1e18");
     return values;
   }
