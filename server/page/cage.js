@@ -1,6 +1,6 @@
 // Draws the control cage: the edges of its polygons, creases coloured by sharpness, extraordinary points.
 import {
-  BufferAttribute, BufferGeometry, CanvasTexture, Color, Float32BufferAttribute, LineBasicMaterial, Points, PointsMaterial, Vector3,
+  BufferAttribute, BufferGeometry, CanvasTexture, Color, Float32BufferAttribute, LineBasicMaterial, LinearFilter, Points, PointsMaterial, Vector3,
 } from 'three';
 import { LineMaterial } from 'three/addons/lines/LineMaterial.js';
 import { LineSegments2 } from 'three/addons/lines/LineSegments2.js';
@@ -100,12 +100,12 @@ function fadeWhereDense(material, bias) {
 let dot = null;
 function round() {
   if (dot) return dot;
-  const canvas = Object.assign(document.createElement('canvas'), { width: 32, height: 32 });
-  const context = canvas.getContext('2d');
+  const canvas = Object.assign(document.createElement('canvas'), { width: 16, height: 16 });
+  const context = canvas.getContext('2d', { willReadFrequently: true }); // drawn by the processor, at once
   context.fillStyle = '#fff';
-  context.arc(16, 16, 14, 0, 7);
+  context.arc(8, 8, 7, 0, 7);
   context.fill();
-  dot = new CanvasTexture(canvas);
+  dot = Object.assign(new CanvasTexture(canvas), { minFilter: LinearFilter, generateMipmaps: false });
   return dot;
 }
 

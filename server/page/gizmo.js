@@ -8,35 +8,42 @@ const round = (value) => Number(value.toPrecision(6));
 export class Gizmo {
   /** onMove(edit) is called while a handle is dragged, onEnd(edit) when it is let go; edit: null where nothing moved. */
   constructor(viewport, { onMove, onEnd }) {
-    this.viewport = viewport;
+    Object.assign(this, { viewport, onMove, onEnd });
     this.mode = null;
+    this.controls = null; // made when first placed: the handles have some dozens of geometries
     this.pivot = new Object3D();
-    this.controls = new TransformControls(viewport.camera, viewport.canvas);
-    this.controls.setSpace('local');
-    this.controls.setSize(0.9);
-    this.controls.addEventListener('change', () => viewport.invalidate());
-    this.controls.addEventListener('dragging-changed', ({ value }) => {
+  }
+
+  #make() {
+    const { viewport } = this;
+    const controls = new TransformControls(viewport.camera, viewport.canvas);
+    controls.setSpace('local');
+    controls.setSize(0.9);
+    controls.addEventListener('change', () => viewport.invalidate());
+    controls.addEventListener('dragging-changed', ({ value }) => {
       viewport.controls.enabled = !value;
       if (value) return;
       const edit = this.#edit();
       this.#rest();
-      onEnd(edit);
+      this.onEnd(edit);
     });
-    this.controls.addEventListener('objectChange', () => onMove(this.#edit()));
-    viewport.own.add(this.controls.getHelper());
+    controls.addEventListener('objectChange', () => this.onMove(this.#edit()));
+    viewport.own.add(controls.getHelper());
+    return controls;
   }
 
   /** Whether the pointer is on a handle. */
   get isHeld() {
-    return this.controls.object !== undefined && (this.controls.dragging || this.controls.axis !== null);
+    return this.controls?.object !== undefined && (this.controls.dragging || this.controls.axis !== null);
   }
 
   /** Puts the handles onto a place in an object's space; mode: null for none. */
   place(mode, object, centre) {
     this.mode = mode;
-    this.controls.detach();
+    this.controls?.detach();
     this.pivot.removeFromParent();
     if (!mode || !object || !centre) return this.viewport.invalidate();
+    this.controls ??= this.#make();
     this.centre = centre;
     object.add(this.pivot);
     this.#rest();

@@ -24,6 +24,7 @@ export class Splitter {
       event.preventDefault();
       this.#set(aside.clientWidth + by);
     });
+    new ResizeObserver(() => this.line.setAttribute('aria-valuenow', aside.clientWidth || LEAST)).observe(aside);
     watch((names) => names.has('panel') && this.show());
     this.show();
   }
@@ -39,7 +40,6 @@ export class Splitter {
     document.documentElement.classList.toggle('panel-hidden', isHidden);
     if (Number(width) > 0) document.documentElement.style.setProperty('--panel', `${Math.min(Math.max(Number(width), LEAST), MOST)}px`);
     else document.documentElement.style.removeProperty('--panel');
-    this.line.setAttribute('aria-valuenow', document.querySelector('aside').clientWidth || LEAST);
     this.button.textContent = isHidden ? 'Show panel' : 'Hide panel';
     this.button.setAttribute('aria-expanded', !isHidden);
   }
