@@ -1,6 +1,6 @@
 // A floor under the model with the soft shadow of what stands on it. The shadow is the model's outline from above, drawn
 // small and blurred: it costs no shadow map, which software would take long for.
-import { CanvasTexture, Matrix4, Mesh, MeshBasicMaterial, PlaneGeometry, Vector3 } from 'three';
+import { CanvasTexture, LinearFilter, Matrix4, Mesh, MeshBasicMaterial, PlaneGeometry, Vector3 } from 'three';
 
 const SIZE = 128;        // pixels of the drawing
 const BLUR = 6;
@@ -12,7 +12,7 @@ export class Floor {
   constructor() {
     this.canvas = Object.assign(document.createElement('canvas'), { width: SIZE, height: SIZE });
     this.context = this.canvas.getContext('2d', { willReadFrequently: true }); // by the processor: WebGL in software takes seconds for the path
-    this.texture = new CanvasTexture(this.canvas);
+    this.texture = Object.assign(new CanvasTexture(this.canvas), { minFilter: LinearFilter, generateMipmaps: false }); // it is blurred anyway
     this.object = new Mesh(new PlaneGeometry(1, 1).rotateX(-Math.PI / 2), new MeshBasicMaterial({ map: this.texture, transparent: true, depthWrite: false }));
     this.object.visible = false;
     this.drawn = 0;
@@ -28,9 +28,9 @@ export class Floor {
     this.drawn = 0;
   }
 
-  /** Draws the shadow of meshes; seldom, while they move. */
+  /** Draws the shadow of meshes; seldom, while they move. Returns whether it did. */
   draw(meshes, now = performance.now()) {
-    if (!this.object.visible || now - this.drawn < AGAIN_MS) return;
+    if (!this.object.visible || now - this.drawn < AGAIN_MS) return false;
     this.drawn = now;
     const { context } = this;
     context.clearRect(0, 0, SIZE, SIZE);
@@ -43,6 +43,7 @@ export class Floor {
     context.fill();
     context.filter = 'none';
     this.texture.needsUpdate = true;
+    return true;
   }
 
   /** Adds every so many triangles of a mesh to the path, all turned the same way; larger where some are left out. */

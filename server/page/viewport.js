@@ -99,7 +99,7 @@ export class Viewport {
     this.camera = new PerspectiveCamera(35, 1, 0.01, 100);
     this.camera.position.set(1, 0.6, 1.4);
     this.controls = new OrbitControls(this.camera, canvas);
-    this.controls.addEventListener('change', () => this.invalidate());
+    this.controls.addEventListener('change', () => this.#drawSoon());
     this.controls.addEventListener('end', () => this.onView());
     this.hemisphere = new HemisphereLight(0xffffff, 0x888888, 1.6);
     this.sun = new DirectionalLight(0xffffff, 2.2);
@@ -168,7 +168,13 @@ export class Viewport {
     this.invalidate();
   }
 
+  /** Says that something else is to be seen. */
   invalidate() {
+    this.isShadowOld = true;
+    this.#drawSoon();
+  }
+
+  #drawSoon() {
     if (this.isDue) return;
     this.isDue = true;
     requestAnimationFrame(() => {
@@ -178,7 +184,7 @@ export class Viewport {
       this.scene.updateMatrixWorld();
       this.#follow();
       this.skeleton?.update();
-      if (this.model) this.floor.draw(this.#solids);
+      if (this.model && this.isShadowOld && this.floor.draw(this.#solids)) this.isShadowOld = false; // the camera moves no shadow
       if (this.renderer) this.#render();
       for (const use of this.afterFrame.splice(0)) use(this.canvas);
       this.canvas.dataset.frames = Number(this.canvas.dataset.frames ?? 0) + 1;
@@ -274,7 +280,7 @@ export class Viewport {
       if (!this.controls.autoRotate) return;
       this.controls.update((now - last) / 1000);
       last = now;
-      this.invalidate();
+      this.#drawSoon();
       requestAnimationFrame(step);
     };
     if (isTurning) requestAnimationFrame(step);
