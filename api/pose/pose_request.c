@@ -194,12 +194,27 @@ static int compare_nodes(const void *a, const void *b) {
   return (left > right) - (left < right);
 }
 
-bool api_pose_tells_weights(const api_pose_request *request, uint32_t track) {
+/* Whether a track moves morph weights of the answer's nodes. */
+static bool moves_weights(const api_pose_request *request, uint32_t track) {
   tw_path path;
   uint32_t node = tw_clip_target(request->clip->compiled, track, &path);
-  bool is_json = request->form == API_POSE_JSON || request->form == API_POSE_NDJSON;
-  return is_json && path == TW_WEIGHTS && !request->is_skinning &&
+  return path == TW_WEIGHTS && !request->is_skinning &&
          bsearch(&node, request->nodes, request->node_count, sizeof node, compare_nodes);
+}
+
+bool api_pose_tells_weights(const api_pose_request *request, uint32_t track) {
+  bool is_json = request->form == API_POSE_JSON || request->form == API_POSE_NDJSON;
+  return is_json && moves_weights(request, track);
+}
+
+void api_pose_warn_of_weights(api_call *call, const api_pose_request *request) {
+  static const char *const sentence =
+      "the clip moves morph weights, which stand in JSON alone: this form has no place for them";
+  bool is_lost = false;
+  if (!request->clip) return;
+  for (uint32_t i = 0; i < tw_clip_track_count(request->clip->compiled) && !is_lost; i++)
+    is_lost = moves_weights(request, i);
+  if (is_lost) api_call_warn(call, &sentence, 1);
 }
 
 static uint64_t count_weights(const api_pose_request *request) {

@@ -67,6 +67,9 @@ enum { API_POSE_LIGHT = 20000 };
 /* Whether JSON tells the morph weights that a track of the clip moves. */
 bool api_pose_tells_weights(const api_pose_request *request, uint32_t track);
 
+/* Warns, in a form without morph weights, where the clip moves those of the answer's nodes. */
+void api_pose_warn_of_weights(api_call *call, const api_pose_request *request);
+
 /* Whether each pose has the root motion beside it. */
 bool api_pose_has_root(const api_pose_request *request);
 

@@ -771,7 +771,7 @@ TEST_WITH(keys_of_scales_and_morph_weights_are_told, setup, one_model_stop) {
   /* A triangle with one morph target: three points, three offsets, times 0 and 2, weights 0 and 1. */
   loopback_upload(
       f->loop, "model/gltf+json",
-      "{'asset':{'version':'2.0'},'scenes':[{'nodes':[0]}],'nodes':[{'name':'face','mesh':0}],"
+      "{'asset':{'version':'2.0'},'scenes':[{'nodes':[0]}],'nodes':[{'name':'face','mesh':0},{'name':'ear'}],"
       "'meshes':[{'primitives':[{'attributes':{'POSITION':0},'targets':[{'POSITION':0}]}]}],"
       "'buffers':[{'byteLength':68,'uri':'data:application/octet-stream;base64,"
       "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAEAAAIA/AACAPwAAgD8AAIA/AACAPwAAgD8='}],"
@@ -801,6 +801,18 @@ TEST_WITH(keys_of_scales_and_morph_weights_are_told, setup, one_model_stop) {
   reply r = ask(f, "pose.bin?at=1");
   assert_null(strstr((const char *)r.body + 12, "weights"));
   reply_free(&r);
+  static const struct {
+    const char *rest;
+    bool is_told;
+  } forms[] = {{"pose.bin?at=1", true},   {"pose.csv?at=1", true},     {"pose.bvh?nodes=all", true},
+               {"pose.json?at=1", false}, {"pose.ndjson?at=1", false}, {"pose.csv?at=1&nodes=ear", false}};
+  for (size_t i = 0; i < sizeof forms / sizeof *forms; i++) {
+    r = ask(f, forms[i].rest);
+    assert_int_equal(r.status, 200);
+    const char *warning = reply_header(&r, "X-Tweend-Warning");
+    assert_int_equal(warning && strstr(warning, "morph%20weights"), forms[i].is_told);
+    reply_free(&r);
+  }
 }
 
 TEST_WITH(a_speed_that_fits_no_float_is_a_number_all_the_same, setup, one_model_stop) {
