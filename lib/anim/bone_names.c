@@ -39,20 +39,22 @@ uint32_t tw_bone_find(const char *name, size_t length) {
 /* ---- usual names ----------------------------------------------------------------------------------------
  * A name is cut into its side, its stem (lower-case letters without side, prefix and digits) and its digits:
  * "mixamorig:LeftHandIndex1" is left, "handindex", "1". One table says what a stem means. Sources:
- *   Mixamo                    what its FBX downloads are called, "mixamorig:", "mixamorig9:" or, where a
- *                             program drops colons, "mixamorig"; Ready Player Me: the same without a prefix
- *                             (docs.readyplayer.me, "Full-body avatars")
- *   CMU, Bandai, LAFAN1, ...  BVH conversions of mocap.cs.cmu.edu ("LeftUpLeg", "LHipJoint", "LowerBack");
- *                             its ASF files ("lfemur", "upperback"); families of joints that are called after
- *                             anatomy ("LeftHip", "LeftKnee", "LeftCollar", "LeftElbow", "Chest2")
- *   Rigify, Blender           Blender's manual, "Rigify": spine to spine.006, "thigh.L", "f_index.01.L";
- *                             "DEF-" in front of deforming bones
- *   Unreal's mannequin        "pelvis", "spine_01", "thigh_l", "calf_l", "ball_l" (Epic's documentation of
- * the skeleton); MakeHuman's game_engine rig is called likewise MakeHuman's default rig   default.mhskel:
- * "root", "spine05" to "spine01", "upperleg01.L", "finger2-1.L" Unity's humanoid          HumanBodyBones:
- * "LeftUpperLeg", "Left Index Proximal"; VRM's and VRoid's "J_Bip_L_UpperLeg" others                    3ds
- * Max's Biped ("Bip01 L Thigh", "Finger0"), SMPL ("L_Hip", "L_Collar"), DAZ ("lShldr", "lThighBend"),
- * Character Creator ("CC_Base_L_Thigh")
+ * - Mixamo: what its FBX downloads are called, "mixamorig:", "mixamorig9:" or, where a program drops colons,
+ *   "mixamorig"; Ready Player Me: the same without a prefix (docs.readyplayer.me, "Full-body avatars")
+ * - CMU, Bandai, LAFAN1 and others: BVH conversions of mocap.cs.cmu.edu ("LeftUpLeg", "LHipJoint",
+ *   "LowerBack"); its ASF files ("lfemur", "upperback"); families of joints that are called after anatomy
+ *   ("LeftHip", "LeftKnee", "LeftCollar", "LeftElbow", "Chest2")
+ * - Rigify, Blender: Blender's manual, "Rigify": spine to spine.006, "thigh.L", "f_index.01.L"; "DEF-" in
+ *   front of deforming bones
+ * - Unreal's mannequin: "pelvis", "spine_01", "thigh_l", "calf_l", "ball_l" (Epic's documentation of the
+ *   skeleton); MakeHuman's game_engine rig is called likewise
+ * - MakeHuman's default rig: default.mhskel: "root", "spine05" to "spine01", "upperleg01.L", "finger2-1.L"
+ * - Unity's humanoid: HumanBodyBones: "LeftUpperLeg", "Left Index Proximal"; VRM's and VRoid's
+ *   "J_Bip_L_UpperLeg"
+ * - OptiTrack's Motive: "Hip", "Ab", "LUArm", "LFArm"; Kinect: JointType of Microsoft's SDK: "SpineBase",
+ *   "ElbowLeft"
+ * - 3ds Max's Biped ("Bip01 L Thigh", "Finger0"), SMPL ("L_Hip", "L_Collar"), DAZ ("lShldr", "lThighBend"),
+ *   Character Creator ("CC_Base_L_Thigh")
  */
 
 typedef enum kind {
@@ -99,12 +101,16 @@ static const stem_row stems[] = {
     {"hips", KIND_HIP},
     {"hip", KIND_HIP},
     {"pelvis", KIND_HIPS},
+    {"spinebase", KIND_HIPS},
     {"root", KIND_ROOT},
     {"spine", KIND_SPINE},
+    {"spinemid", KIND_SPINE},
+    {"spineshoulder", KIND_SPINE},
     {"chest", KIND_SPINE},
     {"upperchest", KIND_SPINE},
     {"chestupper", KIND_SPINE},
     {"chestlower", KIND_SPINE},
+    {"ab", KIND_SPINE},
     {"abdomen", KIND_SPINE},
     {"abdomenupper", KIND_SPINE},
     {"abdomenlower", KIND_SPINE},
@@ -146,12 +152,14 @@ static const stem_row stems[] = {
     {"arm", KIND_UPPER_ARM},
     {"upperarm", KIND_UPPER_ARM},
     {"uparm", KIND_UPPER_ARM},
+    {"uarm", KIND_UPPER_ARM},
     {"shldr", KIND_UPPER_ARM},
     {"shldrbend", KIND_UPPER_ARM},
     {"humerus", KIND_UPPER_ARM},
     {"elbow", KIND_ELBOW},
     {"forearm", KIND_LOWER_ARM},
     {"forearmbend", KIND_LOWER_ARM},
+    {"farm", KIND_LOWER_ARM},
     {"lowerarm", KIND_LOWER_ARM},
     {"radius", KIND_LOWER_ARM},
     {"wrist", KIND_WRIST},

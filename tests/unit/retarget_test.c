@@ -208,9 +208,24 @@ static const char *const creator[BIPED_JOINTS] = {
     "CC_Base_L_Upperarm", "CC_Base_L_Forearm", "CC_Base_L_Hand",  "CC_Base_L_Index1",  "CC_Base_R_Clavicle",
     "CC_Base_R_Upperarm", "CC_Base_R_Forearm", "CC_Base_R_Hand",  "CC_Base_R_Index1"};
 
-static const char *const *const families[] = {NULL,    mixamo,    numbered, cmu,       asf,
-                                              anatomy, rigify,    unreal,   makehuman, unity,
-                                              vroid,   max_biped, smpl,     daz,       creator};
+/* The upper chest is no bone of theirs. */
+static const char *const motive[BIPED_JOINTS] = {
+    "Skeleton1:Hip",    "Skeleton1:Ab",     "Skeleton1:Chest", "upperChest",        "Skeleton1:Neck",
+    "Skeleton1:Head",   "Skeleton1:LThigh", "Skeleton1:LShin", "Skeleton1:LFoot",   "Skeleton1:LToe",
+    "Skeleton1:RThigh", "Skeleton1:RShin",  "Skeleton1:RFoot", "Skeleton1:RToe",    "Skeleton1:LShoulder",
+    "Skeleton1:LUArm",  "Skeleton1:LFArm",  "Skeleton1:LHand", "Skeleton1:LIndex1", "Skeleton1:RShoulder",
+    "Skeleton1:RUArm",  "Skeleton1:RFArm",  "Skeleton1:RHand", "Skeleton1:RIndex1"};
+
+/* Nor are collar bones and fingers. */
+static const char *const kinect[BIPED_JOINTS] = {
+    "SpineBase",  "SpineMid",    "SpineShoulder", "upperChest",   "Neck",       "Head",
+    "HipLeft",    "KneeLeft",    "AnkleLeft",     "FootLeft",     "HipRight",   "KneeRight",
+    "AnkleRight", "FootRight",   "LeftCollar",    "ShoulderLeft", "ElbowLeft",  "WristLeft",
+    "LeftIndex1", "RightCollar", "ShoulderRight", "ElbowRight",   "WristRight", "RightIndex1"};
+
+static const char *const *const families[] = {NULL,   mixamo, numbered,  cmu,    asf,   anatomy,
+                                              rigify, unreal, makehuman, unity,  vroid, max_biped,
+                                              smpl,   daz,    creator,   motive, kinect};
 enum { FAMILIES = sizeof families / sizeof *families };
 
 TEST(every_family_of_names_matches_every_other_as_a_whole) {
