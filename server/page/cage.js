@@ -47,23 +47,6 @@ function pick(mesh, vertices) {
   return geometry;
 }
 
-/** For each place the nearest vertex, which differs only by rounding. */
-function nearest(position, places) {
-  const at = new Vector3();
-  const size = Math.max(...places.map((place) => place.length()), 1e-30) / 5000;
-  const cells = new Map();
-  const cell = (...coordinates) => coordinates.map((value) => Math.round(value / size)).join();
-  for (let i = 0; i < position.count; i++) {
-    const key = cell(...at.fromBufferAttribute(position, i));
-    if (!cells.has(key)) cells.set(key, []);
-    cells.get(key).push(i);
-  }
-  const sides = [-0.1 * size, 0.1 * size]; // also finds places near the border of two cells
-  const found = ({ x, y, z }) => sides.flatMap((a) => sides.flatMap((b) => sides.flatMap((c) => cells.get(cell(x + a, y + b, z + c)) ?? [])));
-  const away = (place, i) => at.fromBufferAttribute(position, i).distanceToSquared(place);
-  return places.map((place) => found(place).reduce((best, i) => (away(place, i) < away(place, best) ? i : best), 0));
-}
-
 /** For each vertex a measure of the distance between its lines: the geometric mean of its shortest and its mean edge.
  *  edges: pairs of vertices. */
 function spacingOf(position, edges) {
@@ -109,17 +92,16 @@ function round() {
   return dot;
 }
 
-/** Where the vertices of a skinned mesh are shown at present, in world space. */
-function shownBy(mesh) {
-  const { count } = mesh.geometry.attributes.position;
-  const shown = new Float32BufferAttribute(3 * count, 3);
-  for (let i = 0, at = new Vector3(); i < count; i++) shown.setXYZ(i, ...mesh.getVertexPosition(i, at).applyMatrix4(mesh.matrixWorld));
-  return shown;
+/** The first mesh of a node: all of its primitives share their vertices. */
+function meshOf(node) {
+  let mesh = null;
+  node.traverse((object) => (mesh ??= object.isMesh ? object : null));
+  return mesh;
 }
 
 export class Cage {
-  /** model: the parsed GLB of level 0 with polygons=ngon. bearers: those of its bearers that have faces. creases: for
-   *  each of these, its list from creasesOf. */
+  /** model: the parsed GLB of level 0 with polygons=ngon. bearers: those of its bearers that have faces. creases: what
+   *  creasesOf finds in it. */
   constructor({ scene, nodes, parser }, bearers, creases) {
     Object.assign(this, { object: scene, parser, bearers });
     this.nodes = nodes;
@@ -140,7 +122,7 @@ export class Cage {
     scene.traverse((object) => object.isMesh && meshes.push(object));
     for (const mesh of meshes) this.add(mesh);
     scene.updateMatrixWorld(true);
-    creases.forEach((list, i) => list.length > 0 && this.parts.cage.push(this.creases(bearers[i][0], list)));
+    for (const [node, index] of bearers) if (creases[index].length > 0) this.parts.cage.push(this.creases(meshOf(node), creases[index]));
     const marks = this.parts.points.reduce((sum, { geometry }) => sum + geometry.attributes.position.count, 0);
     this.dots.size = marks > 10000 ? 2 : marks > 2000 ? 3 : marks > 300 ? 5 : 9;
   }
@@ -180,27 +162,23 @@ export class Cage {
   }
 
   /** Adds wide lines. A skinned mesh gets thin ones, as wide lines cannot be skinned. */
-  creases(parent, list) {
-    const toLocal = parent.matrixWorld.clone().invert();
-    const world = list.flatMap(({ a, b }) => [a, b]).map((place) => new Vector3(...place));
+  creases(mesh, list) {
     const colours = list.flatMap(({ sharpness }) => {
       const colour = creaseColour(sharpness).toArray();
       return [...colour, ...colour];
     });
     for (const { sharpness } of list) this.sharpnesses.add(sharpness);
-    const skinned = parent.isSkinnedMesh ? parent : parent.children.find(({ isSkinnedMesh }) => isSkinnedMesh);
-    if (skinned) {
-      const geometry = pick(skinned, nearest(shownBy(skinned), world)); // creases come from an OBJ, which shows the skin
-      geometry.setAttribute('color', new Float32BufferAttribute(colours, 3));
-      return Object.assign(linesOn(skinned, geometry, this.thin), { renderOrder: 1 });
+    const ends = pick(mesh, list.flatMap(({ edge }) => edge));
+    if (mesh.isSkinnedMesh) {
+      ends.setAttribute('color', new Float32BufferAttribute(colours, 3));
+      return Object.assign(linesOn(mesh, ends, this.thin), { renderOrder: 1 });
     }
-    const places = world.map((place) => place.applyMatrix4(toLocal));
     const geometry = new LineSegmentsGeometry();
-    geometry.setPositions(places.flatMap((place) => [...place]));
+    geometry.setPositions(ends.attributes.position.array);
     geometry.setColors(colours);
     const lines = new LineSegments2(geometry, this.sharp);
     lines.renderOrder = 1;
-    parent.add(lines);
+    mesh.add(lines);
     return lines;
   }
 
@@ -235,17 +213,16 @@ export class Cage {
   }
 }
 
-/** The creases in an OBJ of level 0: for each object, which is a node with faces, [{a, b, sharpness}] with a and b as
- *  world positions at rest. */
-export function creasesOf(text) {
-  const points = [];
-  const objects = [];
-  for (const line of text.split('\n')) {
-    const [word, ...values] = line.split(' ');
-    if (word === 'o') objects.push([]);
-    else if (word === 'v') points.push(values.map(Number));
-    else if (word === 't' && values[0] === 'crease')
-      objects.at(-1).push({ a: points[values[2]], b: points[values[3]], sharpness: Number(values[4]) });
-  }
-  return objects;
+/** The creases of each mesh of a GLB of level 0 with polygons=ngon: [{edge: two vertices, sharpness}]. */
+export function creasesOf(parser) {
+  const array = async (accessor) => (await parser.getDependency('accessor', accessor)).array;
+  return Promise.all((parser.json.meshes ?? []).map(async ({ extras }) => {
+    const { points, creases } = extras?.tweend ?? {};
+    if (!creases) return [];
+    const [ends, sharpness] = await Promise.all([array(creases.edges), array(creases.sharpness)]);
+    const vertexOf = new Map(); // by point: UVs split points
+    if (points !== undefined) (await array(points)).forEach((point, vertex) => vertexOf.set(point, vertex));
+    const vertex = (point) => vertexOf.get(point) ?? point;
+    return [...sharpness].map((value, i) => ({ edge: [vertex(ends[2 * i]), vertex(ends[2 * i + 1])], sharpness: value }));
+  }));
 }

@@ -384,18 +384,11 @@ async function openSurface() {
 /** Loads the cage of a model; null when it has none, or one too large to draw unasked. */
 async function loadCage(described, signal) {
   if (edgesOf(described) === 0 || isTooLarge(described)) return null;
-  const creases = state('creases');
-  const some = (number) => described.meshes.some((mesh) => number(mesh) > 0);
-  const creased = creases === 'tags' ? some((mesh) => mesh.creases)
-    : creases === 'file' ? some((mesh) => mesh.creases + (mesh.hard_edges?.file ?? 0)) : creases !== 'none';
-  const cage = { level: 0, normals: 'none', details: surfaceOptions().details, quads: surfaceOptions().quads };
-  const [glb, obj] = await Promise.all([
-    download(tweend.surfaceUrl(described, { ...cage, polygons: 'ngon', clip: 'none' }), { signal }),
-    creased ? download(tweend.surfaceUrl(described, { ...cage, creases }, 'obj'), { signal }).then(({ blob }) => blob.text()) : '',
-  ]);
-  const parsed = await parse(await glb.blob.arrayBuffer());
+  const { details, quads, creases } = surfaceOptions();
+  const { blob } = await download(tweend.surfaceUrl(described, { level: 0, normals: 'none', polygons: 'ngon', clip: 'none', details, quads, creases }), { signal });
+  const parsed = await parse(await blob.arrayBuffer());
   const faced = parsed.bearers.filter(([, mesh]) => described.meshes[mesh].faces > 0);
-  return new Cage(parsed, faced, creasesOf(obj));
+  return new Cage(parsed, faced, await creasesOf(parsed.parser));
 }
 
 async function openCage(described) {
