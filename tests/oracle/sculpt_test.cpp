@@ -344,7 +344,7 @@ void check(const Fact &fact, tw_scheme scheme, int count) {
 } // namespace
 
 int main() {
-  const int count = std::getenv("TESTED_SANITIZED") ? 10 : 80;
+  const int count = std::getenv("TESTED_SANITIZED") ? 10 : 50;
   for (const Fact &fact : facts)
     for (tw_scheme scheme : {TW_CATMULL_CLARK, TW_LOOP}) check(fact, scheme, count);
   std::printf("1..%d\n", tests);

@@ -2,6 +2,7 @@
  * scheme: they have the rows and faces of generic steps. Under Chaikin's rule a semi-sharp crease and UVs
  * need generic steps. On the border the crease changes nothing else. */
 #include <math.h>
+#include <stdlib.h>
 
 #include "built_cage.h"
 #include "face_shells.h"
@@ -292,6 +293,12 @@ static void compare_with_steps(sheet *s, tw_surface_options options) {
   free_rows(&steps);
 }
 
+/* A sanitizer makes these ten times slower. One test of quads and one of triangles take the same ways through
+ * the library as the others. */
+static void need_no_sanitizer(void) {
+  if (getenv("TESTED_SANITIZED")) skip();
+}
+
 TEST(open_answers_in_two_parts_have_the_rows_of_generic_steps) {
   sheet *s = new_sheet(14, 12, false);
   compare_with_steps(s, (tw_surface_options){
@@ -300,6 +307,7 @@ TEST(open_answers_in_two_parts_have_the_rows_of_generic_steps) {
 }
 
 TEST(open_limits_in_two_parts_are_those_of_generic_steps) {
+  need_no_sanitizer();
   sheet *s = new_sheet(14, 12, false);
   s->c->mesh.has_tangents = false;
   compare_with_steps(
@@ -309,6 +317,7 @@ TEST(open_limits_in_two_parts_are_those_of_generic_steps) {
 }
 
 TEST(open_bilinear_answers_in_two_parts_have_the_rows_of_generic_steps) {
+  need_no_sanitizer();
   sheet *s = new_sheet(14, 12, false);
   compare_with_steps(s, (tw_surface_options){.level = LEVEL,
                                              .boundary = TW_BOUNDARY_OPEN,
@@ -362,6 +371,7 @@ static void compare_triangles(tw_surface_options options, bool detailed) {
 }
 
 TEST(loop_rows_of_all_columns_are_those_of_generic_steps) {
+  need_no_sanitizer();
   compare_triangles((tw_surface_options){.boundary = TW_BOUNDARY_EDGE_ONLY, .uv = TW_UV_CORNERS_PLUS1}, true);
 }
 
