@@ -1568,7 +1568,7 @@ export interface PoseOptions {
    */
   unit?: "radians" | "degrees";
   /** Names of nodes, separated by commas; default all. The answer keeps the file's order. A name shared by several
-   * nodes selects all of them. */
+   * nodes selects all of them. A value that equals a node's whole name, even with commas, means that node. */
   nodes?: string | string[];
   /**
    * Interpolation of every rotation track; default: as stored. `linear` and `slerp` are the same. Keys are
@@ -1686,7 +1686,7 @@ export interface LiveOptions {
    */
   unit?: "radians" | "degrees";
   /** Names of nodes, separated by commas; default all. The answer keeps the file's order. A name shared by several
-   * nodes selects all of them. */
+   * nodes selects all of them. A value that equals a node's whole name, even with commas, means that node. */
   nodes?: string | string[];
   /**
    * Interpolation of every rotation track; default: as stored. `linear` and `slerp` are the same. Keys are

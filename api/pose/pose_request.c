@@ -116,19 +116,24 @@ static api_outcome fail_absent(api_call *call, const tw_model *model, const char
                        api_near_print(&near, "; ").text);
 }
 
+static void choose(const tw_model *model, uint32_t node, bool *chosen) {
+  const uint32_t *namesakes = NULL;
+  uint32_t count = chosen[node] ? 0 : tw_model_namesakes(model, node, &namesakes);
+  for (uint32_t i = 0; i < count; i++) chosen[namesakes[i]] = true;
+  chosen[node] = true; /* a node without a name has no namesakes */
+}
+
+/* Chooses the one node that the whole list names, or several. */
 static api_outcome choose_listed(api_call *call, const tw_model *model, const char *list, bool *chosen) {
+  size_t length = strlen(list);
+  uint32_t node = tw_model_find_node(model, list, length);
   for (;;) {
-    size_t length;
-    uint32_t node = find_listed(model, list, &length);
-    if (node == TW_NO_INDEX) {
-      return fail_absent(call, model, list, strcspn(list, ","));
-    }
-    const uint32_t *namesakes = NULL;
-    uint32_t count = chosen[node] ? 0 : tw_model_namesakes(model, node, &namesakes);
-    for (uint32_t i = 0; i < count; i++) chosen[namesakes[i]] = true;
-    chosen[node] = true; /* a node without a name has no namesakes */
+    if (node == TW_NO_INDEX) node = find_listed(model, list, &length);
+    if (node == TW_NO_INDEX) return fail_absent(call, model, list, strcspn(list, ","));
+    choose(model, node, chosen);
     if (list[length] == '\0') return API_DONE;
     list += length + 1;
+    node = TW_NO_INDEX;
   }
 }
 

@@ -815,6 +815,26 @@ TEST_WITH(keys_of_scales_and_morph_weights_are_told, setup, one_model_stop) {
   }
 }
 
+TEST_WITH(a_list_that_is_the_name_of_a_node_means_that_node, setup, one_model_stop) {
+  one_model *f = *state;
+  loopback_upload(f->loop, "application/json", "{'nodes':[{'name':'a,b'},{'name':'a'},{'name':'b'}]}", f->id);
+  static const struct {
+    const char *rest, *nodes;
+  } cases[] = {{"pose?nodes=a,b", "['a,b']"},
+               {"pose?nodes=b,a", "['a','b']"},
+               {"pose?nodes=a", "['a']"},
+               {"pose?nodes=a,b,a", "['a','b']"}};
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    cJSON *answer = ask_json(f, cases[i].rest);
+    char *nodes = cJSON_PrintUnformatted(json_member(answer, "nodes"));
+    for (char *c = nodes; *c; c++)
+      if (*c == '"') *c = '\'';
+    assert_string_equal(nodes, cases[i].nodes);
+    free(nodes);
+    cJSON_Delete(answer);
+  }
+}
+
 TEST_WITH(a_speed_that_fits_no_float_is_a_number_all_the_same, setup, one_model_stop) {
   one_model *f = *state;
   loopback_upload(
