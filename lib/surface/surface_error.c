@@ -47,9 +47,10 @@ enum {
 static const double least_cosine = 0.3;
 
 typedef enum face_state {
-  FACE_HIDDEN, /* left out of the answer */
-  FACE_AROUND, /* measured, or outside: only there for the faces beside it */
-  FACE_OPEN,   /* from here on open; a regular face that varies too much may be left to its children, */
+  FACE_HIDDEN,   /* left out of the answer */
+  FACE_AROUND,   /* measured, or outside: only there for the faces beside it */
+  FACE_GIVEN_UP, /* there for these too: what was left of it was little */
+  FACE_OPEN,     /* from here on open; a regular face that varies too much may be left to its children, */
   FACE_LAST = FACE_OPEN + 2 /* and to theirs, but no further */
 } face_state;
 
@@ -61,8 +62,21 @@ typedef struct part {
   const double *shown; /* as answers have them */
   uint8_t *states;     /* [faces] */
   uint8_t *is_rim;     /* [vertices] */
+  uint32_t *made;      /* [faces] the face of the level as it was made; NULL: the same, as nothing is cut */
+  double *errors;      /* [faces of the level as it was made] of level_errors */
   uint32_t level, open_count;
 } part;
+
+/* A level as it was made, and what is left of it when the next one is. */
+typedef struct level_errors {
+  uint32_t face_count, vertex_count, face_size;
+  uint32_t *corners; /* [face_count][face_size]; NULL at the cage */
+  double *errors; /* [face_count] the distance of a face from the limit; of open ones it is summed up last */
+  uint32_t left_count; /* faces that are left; 0 at the last level */
+  uint32_t *made;      /* [left_count] as in part */
+  uint32_t *children;  /* [left_count + 1] the first child of each */
+  double *steps;       /* [left_count] of open faces from their children; below 0: of others */
+} level_errors;
 
 /* What all levels share. */
 typedef struct measuring {
@@ -77,6 +91,10 @@ typedef struct measuring {
 typedef struct offset {
   double normal, slide, whole; /* along the face's normal, across it, and its length */
 } offset;
+
+static inline uint32_t as_made(const part *p, uint32_t face) {
+  return p->made ? p->made[face] : face;
+}
 
 static inline const double *at(const double *points, uint32_t vertex) {
   return points + 3 * (size_t)vertex;
@@ -751,13 +769,14 @@ typedef struct pass {
   const double *next;       /* of steps */
   const double *radii;      /* of the rest */
   double *rests;            /* [faces] of open ones */
+  double *steps;            /* [faces] of open ones */
   measure_of_face *of_face; /* [faces] of open ones */
   tw_share *shares[TW_PARALLEL_FOR_PARTS_MAX];
   double most[TW_PARALLEL_FOR_PARTS_MAX];
 } pass;
 
 static double measure_face(pass *s, uint32_t index, uint32_t face) {
-  if (s->kind == PASS_STEP) return step_error(s->m, s->p, s->next, face);
+  if (s->kind == PASS_STEP) return s->steps[face] = step_error(s->m, s->p, s->next, face);
   if (s->kind == PASS_REST) return s->rests[face] = rest_of(s->m, s->p, s->radii, face, s->shares[index]);
   s->of_face[face] = measure_settled(s->m, s->p, face);
   return s->of_face[face].usual < INFINITY ? s->of_face[face].usual : 0;
@@ -806,6 +825,7 @@ static tw_status settle(const measuring *m, part *p, double others, double *most
       continue;
     }
     *most = fmax(*most, s.of_face[f].error);
+    p->errors[f] = s.of_face[f].error;
     p->states[f] = FACE_AROUND;
     p->open_count--;
   }
@@ -830,8 +850,9 @@ static tw_status find_rests(const measuring *m, part *p, double **rests, double 
 static void give_up(part *p, const double *rests, double limit, double *given_up) {
   for (uint32_t f = 0; f < p->topology.face_count; f++) {
     if (p->states[f] < FACE_OPEN || (isfinite(limit) && !(rests[f] <= limit))) continue;
-    p->states[f] = FACE_AROUND;
+    p->states[f] = FACE_GIVEN_UP;
     p->open_count--;
+    p->errors[as_made(p, f)] = rests[f];
     *given_up = fmax(*given_up, rests[f]);
   }
 }
@@ -952,15 +973,19 @@ static tw_status take_part(const part *from, const uint32_t *corners, const uint
   uint32_t size = from->topology.face_size, count = out->topology.vertex_count;
   double *shown = NULL;
   out->states = tw_arena_alloc_raw(out->arena, out->topology.face_count, 1);
+  out->made = tw_arena_alloc_raw(out->arena, out->topology.face_count, sizeof *out->made);
   out->control = tw_arena_gather(out->arena, from->control, vertices, count, 3 * sizeof *out->control);
   out->is_rim = tw_arena_gather(out->arena, from->is_rim, vertices, count, 1);
   if (from->shown != from->control)
     shown = tw_arena_gather(out->arena, from->shown, vertices, count, 3 * sizeof *shown);
   out->shown = shown ? shown : out->control;
-  if (!out->states || !out->control || !out->is_rim || (from->shown != from->control && !shown))
+  if (!out->states || !out->made || !out->control || !out->is_rim || (from->shown != from->control && !shown))
     return TW_NO_MEMORY;
-  for (uint32_t f = 0; f < out->topology.face_count; f++)
-    out->states[f] = from->states[corners[size * f] / size];
+  for (uint32_t f = 0; f < out->topology.face_count; f++) {
+    uint32_t face = corners[size * f] / size;
+    out->states[f] = from->states[face];
+    out->made[f] = as_made(from, face);
+  }
   return TW_OK;
 }
 
@@ -973,7 +998,8 @@ static tw_status cut(const measuring *m, part *p) {
   uint32_t count, *vertices, *corners = list_corners(p, &count);
   if (!corners) return TW_NO_MEMORY;
   if (count > t->corner_count / 4 * 3) return TW_OK;
-  part out = {.arena = tw_arena_create(), .level = p->level, .open_count = p->open_count};
+  part out = {
+      .arena = tw_arena_create(), .errors = p->errors, .level = p->level, .open_count = p->open_count};
   tw_status status = out.arena ? TW_OK : TW_NO_MEMORY;
   if (status == TW_OK)
     status =
@@ -991,9 +1017,11 @@ enum { LEVELS_MAX = TW_LEVEL_MAX + FURTHER_LEVELS };
 
 /* What each level was found to be. */
 typedef struct findings {
+  tw_arena *arena;
+  level_errors levels[LEVELS_MAX + 1];
   double settled[LEVELS_MAX + 1]; /* the distance of measured faces from the limit */
-  double steps[LEVELS_MAX + 1];   /* of open ones from their children */
-  double rest;                    /* of open ones at the last level from the limit */
+  double rests[LEVELS_MAX + 1];   /* of those given up, on this level or before */
+  double step;                    /* of open faces at the level before the last from their children */
   uint32_t last;
 } findings;
 
@@ -1014,27 +1042,68 @@ static tw_status narrow(const measuring *m, part *p, const tw_error_wish *wish, 
     return p->level > 0 ? cut(m, p) : TW_OK;
   tw_status status = find_rests(m, p, &rests, &most);
   if (status != TW_OK) return status;
-  give_up(p, rests, is_last ? INFINITY : is_narrowed ? wish->enough / SMALL_PART : 0, &found->rest);
+  double *given_up = &found->rests[p->level];
+  give_up(p, rests, is_last ? INFINITY : is_narrowed ? wish->enough / SMALL_PART : 0, given_up);
   for (int attempt = 0; attempt < 2 && p->open_count > 0; attempt++) {
     if (p->level > 0) status = cut(m, p);
     if (status != TW_OK || !is_too_large(m, p)) return status;
     status = find_rests(m, p, &rests, &most);
     if (status != TW_OK) return status;
-    give_up(p, rests, attempt == 0 && is_narrowed ? most / SMALL_PART : INFINITY, &found->rest);
+    give_up(p, rests, attempt == 0 && is_narrowed ? most / SMALL_PART : INFINITY, given_up);
+  }
+  return TW_OK;
+}
+
+/* Begins to keep what is known of a level that was just made. */
+static tw_status keep_made(findings *found, part *p) {
+  const tw_topology *t = &p->topology;
+  level_errors *kept = &found->levels[p->level];
+  kept->face_count = t->face_count;
+  kept->vertex_count = t->vertex_count;
+  kept->face_size = t->face_size;
+  kept->errors = p->errors = tw_arena_alloc(found->arena, t->face_count, sizeof *p->errors);
+  if (!p->errors) return TW_NO_MEMORY;
+  if (p->level == 0) return TW_OK;
+  kept->corners = tw_arena_alloc_raw(found->arena, t->corner_count, sizeof *kept->corners);
+  if (!kept->corners) return TW_NO_MEMORY;
+  memcpy(kept->corners, t->corner_vertex, t->corner_count * sizeof *kept->corners);
+  return TW_OK;
+}
+
+/* Keeps what is left of a level whose children are made. The children of a measured face differ by a quarter
+ * of what it does, those of one given up by no more than it. */
+static tw_status keep_left(const measuring *m, findings *found, const part *p, const part *child) {
+  const tw_topology *t = &p->topology;
+  level_errors *kept = &found->levels[p->level];
+  kept->left_count = t->face_count;
+  kept->made = tw_arena_alloc_raw(found->arena, t->face_count, sizeof *kept->made);
+  kept->children = tw_arena_alloc_raw(found->arena, (size_t)t->face_count + 1, sizeof *kept->children);
+  kept->steps = tw_arena_alloc_raw(found->arena, t->face_count, sizeof *kept->steps);
+  if (!kept->made || !kept->children || !kept->steps) return TW_NO_MEMORY;
+  for (uint32_t f = 0; f < t->face_count; f++) {
+    double share = p->states[f] == FACE_AROUND ? 0.25 : p->states[f] == FACE_GIVEN_UP ? 1 : 0;
+    kept->made[f] = as_made(p, f);
+    kept->steps[f] = -1;
+    kept->children[f] = m->rules.loop ? 4 * f : tw_face_begin(t, f);
+    kept->children[f + 1] = m->rules.loop ? 4 * f + 4 : kept->children[f] + tw_face_size(t, f);
+    for (uint32_t c = kept->children[f]; c < kept->children[f + 1]; c++)
+      child->errors[c] = share * p->errors[kept->made[f]];
   }
   return TW_OK;
 }
 
 /* Compares a level with the next, which replaces it. */
-static tw_status step(const measuring *m, part *p, double *most) {
+static tw_status step(const measuring *m, part *p, findings *found) {
   part child;
   tw_status status = refine(m, p, &child);
+  if (status == TW_OK) status = keep_made(found, &child);
+  if (status == TW_OK) status = keep_left(m, found, p, &child);
   if (status == TW_OK && !p->shown) {
     p->shown = copy_points(p, child.shown); /* vertices keep their numbers and limits */
     if (!p->shown) status = TW_NO_MEMORY;
   }
-  pass s = {.m = m, .p = p, .kind = PASS_STEP, .next = child.shown};
-  if (status == TW_OK) status = run(&s, most);
+  pass s = {.m = m, .p = p, .kind = PASS_STEP, .next = child.shown, .steps = found->levels[p->level].steps};
+  if (status == TW_OK) status = run(&s, &found->step);
   tw_arena_destroy(p->arena);
   *p = child;
   return status;
@@ -1045,28 +1114,55 @@ static tw_status measure(const measuring *m, part *p, const tw_error_wish *wish,
   uint32_t deepest = tw_deepest_detail(&m->details);
   for (;; out->last++) {
     bool can_settle = p->shown && p->level >= deepest;
-    double others = fmax(settled, out->last > 0 ? out->steps[out->last - 1] : 0) / 4;
-    tw_status status = can_settle ? settle(m, p, others, &most) : TW_OK;
+    tw_status status = can_settle ? settle(m, p, fmax(settled, out->step) / 4, &most) : TW_OK;
     if (status != TW_OK) return status;
     settled = fmax(settled / 4, can_settle ? most : 0);
     out->settled[out->last] = settled;
+    out->rests[out->last] = out->last > 0 ? out->rests[out->last - 1] : 0;
     if (p->open_count > 0) status = p->shown ? narrow(m, p, wish, out) : TW_OK;
     if (p->open_count == 0 || status != TW_OK) return status;
-    status = step(m, p, &out->steps[out->last]);
+    status = step(m, p, out);
     if (status != TW_OK) return status;
   }
 }
 
-/* Adds up the distances. Levels below the last one lie in the hulls that the rest was found by. */
-static void sum_up(const findings *found, uint32_t level_max, double rounding, double *out) {
-  double below = fmax(found->settled[found->last], found->rest);
-  for (uint32_t level = found->last; level <= level_max; level++)
-    out[level] =
-        rounding + fmax(ldexp(found->settled[found->last], -2 * (int)(level - found->last)), found->rest);
-  for (uint32_t level = found->last; level-- > 0;) {
-    below = fmax(found->settled[level], found->steps[level] + below);
-    if (level <= level_max) out[level] = below + rounding;
+/* The distance of each open face of a level: that from its children, and the greatest that these and the ones
+ * beside them have, as points may slide there. *most: the greatest. */
+static tw_status sum_up_level(tw_arena *scratch, const level_errors *level, const level_errors *below,
+                              double *most) {
+  uint32_t size = below->face_size;
+  double *at_vertices = tw_arena_alloc(scratch, below->vertex_count, sizeof *at_vertices);
+  if (!at_vertices) return TW_NO_MEMORY;
+  for (uint32_t f = 0; f < below->face_count; f++) {
+    if (f % FACES_AT_ONCE == 0 && !tw_work(FACES_AT_ONCE)) return TW_CANCELLED;
+    for (uint32_t i = 0; i < size; i++) {
+      double *greatest = &at_vertices[below->corners[size * f + i]];
+      *greatest = fmax(*greatest, below->errors[f]);
+    }
   }
+  for (uint32_t f = 0; f < level->left_count; f++) {
+    double greatest = 0;
+    if (level->steps[f] < 0) continue;
+    for (uint32_t c = size * level->children[f]; c < size * level->children[f + 1]; c++)
+      greatest = fmax(greatest, at_vertices[below->corners[c]]);
+    level->errors[level->made[f]] = level->steps[f] + greatest;
+    *most = fmax(*most, level->steps[f] + greatest);
+  }
+  return TW_OK;
+}
+
+/* Adds up the distances. Levels below the last one lie in the hulls that the rest was found by. */
+static tw_status sum_up(const findings *found, uint32_t level_max, double rounding, double *out) {
+  for (uint32_t level = found->last; level <= level_max; level++)
+    out[level] = rounding + fmax(ldexp(found->settled[found->last], -2 * (int)(level - found->last)),
+                                 found->rests[found->last]);
+  for (uint32_t level = found->last; level-- > 0;) {
+    double most = fmax(found->settled[level], found->rests[level]);
+    tw_status status = sum_up_level(found->arena, &found->levels[level], &found->levels[level + 1], &most);
+    if (status != TW_OK) return status;
+    if (level <= level_max) out[level] = most + rounding;
+  }
+  return TW_OK;
 }
 
 static bool has_border(const tw_topology *t) {
@@ -1097,14 +1193,16 @@ tw_status tw_surface_errors(const tw_mesh *mesh, const tw_surface_options *optio
   tw_status status = tw_cage_check_options(mesh, options, error);
   if (status != TW_OK) return status;
   part p = {0};
-  findings found = {.last = 0};
-  status = start(&m, &p);
+  findings found = {.arena = tw_arena_create()};
+  status = found.arena ? start(&m, &p) : TW_NO_MEMORY;
+  if (status == TW_OK) status = keep_made(&found, &p);
   bool is_odd = status == TW_OK && is_odd_cage(&m, &p);
   if (status == TW_OK && options->boundary == TW_BOUNDARY_OPEN && has_border(&p.topology))
     status = tw_fail(error, TW_UNSUPPORTED, "with boundary=open each level is smaller than the one before");
   if (status == TW_OK) status = measure(&m, &p, wish, &found);
   tw_arena_destroy(p.arena);
-  if (status == TW_OK) sum_up(&found, wish->level_max, m.size / PARTS_OF_SIZE, out);
+  if (status == TW_OK) status = sum_up(&found, wish->level_max, m.size / PARTS_OF_SIZE, out);
+  tw_arena_destroy(found.arena);
   if (status == TW_OK && is_odd) out[0] = INFINITY;
   if (status == TW_CANCELLED) return tw_fail(error, status, "the distances are not wanted any more");
   return status == TW_NO_MEMORY ? tw_fail(error, status, "out of memory") : status;
