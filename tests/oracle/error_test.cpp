@@ -204,9 +204,12 @@ void compare(const Cage &cage, tw_surface_options options, std::mt19937 &random,
   for (double share : {1.0, 0.5, 0.2, 0.1, 0.05}) {
     double wanted = share * found[0];
     uint32_t by_bound = 0, least = 0;
-    while (by_bound < LEVELS && bounds[by_bound] > wanted) by_bound++;
-    while (least < LEVELS && found[least] > wanted) least++;
-    if (least == LEVELS || !(wanted > 0.01)) continue;
+    while (least <= LEVELS && found[least] > wanted) least++;
+    if (least > LEVELS || !(wanted > 0.01)) continue;
+    const tw_error_wish own = {LEVELS + 2, wanted};
+    double chosen_by[LEVELS + 3];
+    if (tw_surface_errors(&view.mesh, &options, &own, nullptr, chosen_by, &error) != TW_OK) return;
+    while (by_bound < LEVELS + 2 && chosen_by[by_bound] > wanted) by_bound++;
     all.chosen++;
     all.near += by_bound <= least + 1;
   }
@@ -214,11 +217,10 @@ void compare(const Cage &cage, tw_surface_options options, std::mt19937 &random,
 
 int tests = 0, failures = 0;
 
-// The share of choices, in percent, that must be the least level or one above. Bounds of irregular cages with
-// long slides, and of limit points at semi-sharp creases, are up to ten times the distance that is found.
-constexpr int least_near = 60;
-
-void report(const std::string &name, const tally &all) {
+// least_near: the share of choices, in percent, that must be the least level or one above. Where a cage folds
+// back on itself, touches itself or has fins, points may not slide, and bounds are up to ten times what is
+// found; limit points are so near the surface that the sum over levels is two to three times that.
+void report(const std::string &name, const tally &all, int least_near) {
   std::string failure = all.failure;
   if (failure.empty() && all.near * 100 < all.chosen * least_near)
     failure = "too many levels are over the least by two";
@@ -247,9 +249,9 @@ int main() {
     options.scheme = TW_LOOP;
     for (const Cage &cage : hand_made_triangles()) compare(cage, options, random, 1, triangles);
     std::string suffix = limit ? ", limit points" : "";
-    report("no level is farther from the limit than its bound" + suffix, by_hand);
-    report("nor are random cages" + suffix, by_chance);
-    report("nor is Loop's scheme" + suffix, triangles);
+    report("no level is farther from the limit than its bound" + suffix, by_hand, limit ? 80 : 90);
+    report("nor are random cages" + suffix, by_chance, limit ? 70 : 85);
+    report("nor is Loop's scheme" + suffix, triangles, limit ? 90 : 95);
   }
   tally planted;
   compare(cube(), {}, random, 0.5, planted);
