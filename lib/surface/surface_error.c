@@ -37,6 +37,7 @@
 
 enum {
   FACES_MAX = 1 << 17,  /* of a level that is made, from the second on */
+  SMALL_PART = 8,       /* of what is enough: faces with less than that are not refined */
   FURTHER_LEVELS = 3,   /* made below the last one asked for, so that what is left is small beside it */
   AROUND_MAX = 64,      /* faces at a vertex that are looked at one by one */
   FACES_AT_ONCE = 1024, /* between two charges of work */
@@ -804,7 +805,7 @@ static tw_status run(pass *s, double *most) {
 /* Measures the faces whose deeper levels follow from them: these are not open any more, unless their children
  * would tell more of what is the greatest. others: a distance of other faces. *most: the greatest of those
  * settled. */
-static tw_status settle(const measuring *m, part *p, double others, double *most) {
+static tw_status settle(const measuring *m, part *p, const tw_error_wish *wish, double others, double *most) {
   const double loose = 1.25;
   uint32_t faces = p->topology.face_count;
   pass s = {.m = m,
@@ -815,7 +816,7 @@ static tw_status settle(const measuring *m, part *p, double others, double *most
   if (!s.of_face) return TW_NO_MEMORY;
   tw_status status = run(&s, &usual);
   if (status != TW_OK) return status;
-  double allowed = loose * fmax(usual, others);
+  double allowed = fmax(loose * fmax(usual, others), wish->enough / SMALL_PART);
   *most = 0;
   for (uint32_t f = 0; f < faces; f++) {
     if (p->states[f] < FACE_OPEN || s.of_face[f].error < 0) continue;
@@ -1034,7 +1035,6 @@ static bool is_too_large(const measuring *m, const part *p) {
 /* Leaves the faces from which deeper levels are made: those of which more is left than a small part of what
  * is enough and, where these are too many, of the most that is left of any. None at the last level. */
 static tw_status narrow(const measuring *m, part *p, const tw_error_wish *wish, findings *found) {
-  enum { SMALL_PART = 8 };
   double *rests, most;
   bool is_last = p->level == wish->level_max + FURTHER_LEVELS,
        is_narrowed = p->level >= tw_deepest_detail(&m->details);
@@ -1114,7 +1114,7 @@ static tw_status measure(const measuring *m, part *p, const tw_error_wish *wish,
   uint32_t deepest = tw_deepest_detail(&m->details);
   for (;; out->last++) {
     bool can_settle = p->shown && p->level >= deepest;
-    tw_status status = can_settle ? settle(m, p, fmax(settled, out->step) / 4, &most) : TW_OK;
+    tw_status status = can_settle ? settle(m, p, wish, fmax(settled, out->step) / 4, &most) : TW_OK;
     if (status != TW_OK) return status;
     settled = fmax(settled / 4, can_settle ? most : 0);
     out->settled[out->last] = settled;

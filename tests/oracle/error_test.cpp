@@ -250,8 +250,8 @@ int main() {
     for (const Cage &cage : hand_made_triangles()) compare(cage, options, random, 1, triangles);
     std::string suffix = limit ? ", limit points" : "";
     report("no level is farther from the limit than its bound" + suffix, by_hand, limit ? 80 : 90);
-    report("nor are random cages" + suffix, by_chance, limit ? 70 : 85);
-    report("nor is Loop's scheme" + suffix, triangles, limit ? 90 : 95);
+    report("nor are random cages" + suffix, by_chance, limit ? 65 : 75);
+    report("nor is Loop's scheme" + suffix, triangles, limit ? 85 : 95);
   }
   tally planted;
   compare(cube(), {}, random, 0.5, planted);
