@@ -130,7 +130,9 @@ visits('edits are made by keyboard alone', { hash }, async (visit) => {
   const { page } = modeller;
   await modeller.opens(async () => {
     await page.getByRole('button', { name: 'New shape' }).focus();
-    for (const key of ['Enter', 'ArrowDown', 'Enter']) await page.keyboard.press(key);
+    await page.keyboard.press('Enter');
+    await visit.wait(() => document.activeElement.role === 'menuitem');
+    for (const key of ['ArrowDown', 'Enter']) await page.keyboard.press(key);
   });
   assert.equal((await described(modeller.id)).faces, 16);
   await page.locator('#view').focus();
