@@ -647,7 +647,7 @@ tw_status tw_model_end(tw_model *model, tw_status status, tw_model **out, tw_err
 }
 
 tw_status tw_model_weld(tw_model *model, double distance, tw_error *error) {
-  uint64_t dropped = 0, shortened = 0;
+  uint64_t dropped = 0, shortened = 0, bent = 0;
   for (uint32_t i = 0; i < model->mesh_count; i++) {
     tw_merged merged;
     tw_status status = tw_mesh_merge_within(&model->meshes[i], distance, model->arena, &merged, error);
@@ -655,7 +655,9 @@ tw_status tw_model_weld(tw_model *model, double distance, tw_error *error) {
     if (status != TW_OK) return status;
     dropped += merged.faces;
     shortened += merged.shortened;
+    bent += merged.bent;
   }
+  if (bent > 0) tw_model_warn(model, TW_WELD_BENT_WARNING, (unsigned long long)bent);
   if (dropped > 0) tw_model_warn(model, TW_WELD_DROPPED_WARNING, (unsigned long long)dropped);
   if (shortened > 0) tw_model_warn(model, TW_WELD_SHORTENED_WARNING, (unsigned long long)shortened);
   return TW_OK;

@@ -267,7 +267,8 @@ static tw_status merge(tw_mesh *mesh, const uint32_t *point_of, uint32_t count, 
     keep_faces(&m);
     keep_tags(&m);
     keep_points(mesh, point_of);
-    *out = (tw_merged){mesh->point_count - count, faces - mesh->face_count, m.shortened};
+    *out = (tw_merged){
+        .points = mesh->point_count - count, .faces = faces - mesh->face_count, .shortened = m.shortened};
     mesh->welded_points += out->points;
     mesh->point_count = count;
     if (out->faces > 0) tw_mesh_drop_points(mesh, m.seen);
@@ -321,13 +322,27 @@ tw_status tw_mesh_close_seams(tw_mesh *mesh, tw_arena *arena, tw_merged *out, tw
   return status;
 }
 
+/* Counts the points that move otherwise than the first point with their new index, whose joints and
+ * displacements stay. first: [point_count] scratch. */
+static uint32_t count_bent(const tw_mesh *mesh, const uint32_t *point_of, uint32_t *first) {
+  uint32_t bent = 0;
+  if (!mesh->skin.joints && mesh->morph_count == 0) return 0;
+  for (uint32_t p = mesh->point_count; p-- > 0;) first[point_of[p]] = p;
+  for (uint32_t p = 0; p < mesh->point_count; p++) bent += compare_points(mesh, p, first[point_of[p]]) != 0;
+  return bent;
+}
+
 tw_status tw_mesh_merge_within(tw_mesh *mesh, double distance, tw_arena *arena, tw_merged *out,
                                tw_error *error) {
-  uint32_t *point_of = tw_alloc(mesh->point_count, sizeof *point_of), count = 0;
+  uint32_t *point_of = tw_alloc(mesh->point_count, 2 * sizeof *point_of), count = 0, bent = 0;
   tw_status status =
       point_of ? tw_weld_within(mesh->positions, mesh->point_count, distance, point_of, &count, error)
                : no_memory(error);
-  if (status == TW_OK) status = merge(mesh, point_of, count, NULL, arena, out, error);
+  if (status == TW_OK) {
+    bent = count_bent(mesh, point_of, point_of + mesh->point_count);
+    status = merge(mesh, point_of, count, NULL, arena, out, error);
+  }
+  if (status == TW_OK) out->bent = bent;
   tw_free(point_of);
   return status;
 }

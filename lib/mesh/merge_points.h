@@ -14,11 +14,16 @@ extern "C" {
 /* And when tw_merged.shortened is not 0. */
 #define TW_WELD_SHORTENED_WARNING "%llu faces name a point twice in a row: they keep it once"
 
+/* And when tw_merged.bent is not 0. */
+#define TW_WELD_BENT_WARNING                                                                                 \
+  "%llu points become one with a point of other joints or morph targets, and follow these"
+
 /* What a merge removed. */
 typedef struct tw_merged {
   uint32_t points;    /* merged into another point */
   uint32_t faces;     /* dropped: fewer than three different points were left */
   uint32_t shortened; /* faces that stay without corners whose points became one with the corner's before */
+  uint32_t bent; /* of tw_mesh_merge_within: points that moved otherwise than the point which they became */
 } tw_merged;
 
 /* Gives attributes of points values of corners where they differ at points that become one. point_of:

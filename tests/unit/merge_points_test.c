@@ -270,5 +270,38 @@ TEST(merged_points_keep_all_their_joints) {
       assert_int_equal(mesh.skin.joints[8 * p + k], 10 * from[p] + k);
       assert_true(mesh.skin.weights[8 * p + k] == (float)(k + 1) / 36);
     }
+  assert_int_equal(merged.bent, 1);
   tw_arena_destroy(arena);
+}
+
+/* The first point and the fourth are at one place. */
+TEST(points_that_move_otherwise_are_counted_where_they_become_one) {
+  for (int differ = 0; differ < 2; differ++)
+    for (int is_skinned = 0; is_skinned < 2; is_skinned++) {
+      float positions[5][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 0}, {1, 1, 0}}, moves[5][3] = {{0}},
+            weights[5][4] = {{1}, {1}, {1}, {1}, {1}};
+      uint16_t joints[5][4] = {{0}};
+      uint32_t offsets[3] = {0, 3, 6}, corners[6] = {0, 1, 2, 3, 4, 2};
+      if (differ) moves[3][1] = 1, joints[3][0] = 2;
+      float *const morphs[] = {moves[0]};
+      tw_mesh mesh;
+      tw_merged merged;
+      tw_mesh_init(&mesh);
+      mesh.point_count = 5;
+      mesh.positions = positions[0];
+      mesh.face_count = 2;
+      mesh.corner_count = 6;
+      mesh.face_offsets = offsets;
+      mesh.corners = corners;
+      if (is_skinned)
+        mesh.skin = (tw_skin_weights){4, joints[0], weights[0]};
+      else
+        mesh.morphs = (const float *const *)morphs, mesh.morph_count = 1;
+      tw_arena *arena = tw_arena_create();
+      assert_non_null(arena);
+      assert_int_equal(tw_mesh_merge_within(&mesh, 0, arena, &merged, NULL), TW_OK);
+      assert_int_equal(merged.points, 1);
+      assert_int_equal(merged.bent, differ);
+      tw_arena_destroy(arena);
+    }
 }
