@@ -361,7 +361,7 @@ static tw_status drop_face(tw_obj_reader *reader, uint64_t first_corner) {
   reader->dropped = dropped;
   reader->dropped[reader->dropped_count++] = (uint32_t)(reader->read.faces + count);
   reader->read.corners = first_corner;
-  tw_lose(&reader->losses, "faces with fewer than three different points are left out", NULL, 1, 0);
+  tw_lose(&reader->losses, TW_COLLAPSED_FACES, NULL, 1, 0);
   return TW_OK;
 }
 

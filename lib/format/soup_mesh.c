@@ -61,8 +61,6 @@ static void move_corner(tw_polygons_read *read, uint32_t from, uint32_t to) {
     memcpy(read->corner_colors + 4 * (size_t)to, read->corner_colors + 4 * (size_t)from, 4 * sizeof(float));
 }
 
-static const char collapsed_faces[] = "faces with fewer than three different points are left out";
-
 /* Drops corners and faces in place, as welding could not see across an edge without length. */
 static void drop_degenerate(tw_polygons_read *read, tw_losses *losses) {
   uint32_t faces = 0, kept = 0, *corners = read->corners, doubled = 0;
@@ -78,7 +76,7 @@ static void drop_degenerate(tw_polygons_read *read, tw_losses *losses) {
     doubled += is_face && kept - start < end - first;
     first = end;
   }
-  tw_lose(losses, collapsed_faces, NULL, read->face_count - faces, 0);
+  tw_lose(losses, TW_COLLAPSED_FACES, NULL, read->face_count - faces, 0);
   tw_lose_doubled_corners(losses, doubled);
   read->face_offsets[faces] = kept;
   read->face_count = faces;
@@ -348,7 +346,7 @@ static tw_status make_mesh(tw_polygons_read *read, tw_weld weld, tw_model *model
   tw_mesh_init(model->meshes);
   memcpy(model->meshes->origin, read->origin, sizeof read->origin);
   model->meshes->welded_points = read->vertex_count - welded.point_count;
-  tw_lose(losses, collapsed_faces, NULL, welded.collapsed, 0);
+  tw_lose(losses, TW_COLLAPSED_FACES, NULL, welded.collapsed, 0);
   tw_warn_of_welding(model, &welded);
   const tw_soup soup = view_soup(read);
   status = fill_mesh(read, &soup, points, welded.point_count, model, error);

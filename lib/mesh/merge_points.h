@@ -9,7 +9,7 @@ extern "C" {
 #endif
 
 /* The warning to give when tw_merged.faces is not 0. */
-#define TW_WELD_DROPPED_WARNING "%llu faces are left out: welding brings their corners together"
+#define TW_WELD_DROPPED_WARNING "%llu " TW_COLLAPSED_FACES ": welding brings their corners together"
 
 /* And when tw_merged.shortened is not 0. */
 #define TW_WELD_SHORTENED_WARNING "%llu faces name a point twice in a row: they keep it once"

@@ -22,7 +22,8 @@ typedef struct tw_welded {
   uint32_t open_edges;     /* edges that are not joined as more than two run along the same positions */
 } tw_welded;
 
-/* The warnings to give where a count is not 0. */
+/* The warnings to give where a count is not 0. Behind the count of collapsed faces, whatever made them so: */
+#define TW_COLLAPSED_FACES "faces with fewer than three different points are left out"
 #define TW_REVERSED_WARNING                                                                                  \
   "%u edges are between faces that are wound the other way round: the surface is open there"
 #define TW_DOUBLED_WARNING "%u faces are left out: they are listed twice"

@@ -921,7 +921,7 @@ void read_meshes(Document &document, Accessors &accessors) {
   document.model->group_names = names;
   document.model->group_count = static_cast<uint32_t>(document.group_names.size());
   if (document.degenerate_faces > 0)
-    tw_model_warn(document.model, "%zu degenerate faces are left out", document.degenerate_faces);
+    tw_model_warn(document.model, "%zu " TW_COLLAPSED_FACES, document.degenerate_faces);
   for (const std::string &fate : document.attribute_warnings)
     tw_model_warn(document.model, "the attribute %s", fate.c_str());
   tw_warn_of_welding(document.model, &document.welded);
