@@ -12,6 +12,7 @@ import { showKeys } from './keys.js';
 import { Look } from './look.js';
 import { Models } from './models.js';
 import { busy, fail } from './notices.js';
+import { edgesOf, firstLevel, Opening } from './opening.js';
 import { Outliner } from './outliner.js';
 import { RotationPanel } from './rotation_panel.js';
 import { confirmLarge, ScriptsPanel } from './scripts_panel.js';
@@ -24,8 +25,6 @@ import { Timeline } from './timeline.js';
 import { parse, Viewport } from './viewport.js';
 
 const CAGE_MOST = 200000; // edges of the largest cage that is drawn without asking: larger ones take seconds
-const SMALL = 100000; // edges of the largest level that is loaded without asking for its size first: some megabytes
-const FIRST_MOST = 200000; // faces of the level that a model opens with
 const COUNTS_AFTER = 1000; // ms
 const THUMBNAIL_AFTER = 2000; // ms: reading it waits for the first picture, and for what compiles its shaders
 const THUMBNAIL = { width: 112, height: 84, type: 'image/webp' };
@@ -105,6 +104,12 @@ byId('help').addEventListener('click', showKeys);
 new Splitter();
 byId('theme').addEventListener('click', () => change({ theme: document.documentElement.dataset.theme === 'dark' ? 'light' : 'dark' }));
 
+const opening = new Opening({
+  count: (described, options, init) => withKey(() => tweend.surfaceCounts(described, options, init)),
+  load: (described, options, init) => download(tweend.surfaceUrl(described, options), init),
+  parse,
+  confirm: (size, level) => confirmLarge(size, `Level ${level}`),
+});
 let model = null; // description of the shown model
 let loading = null; // controller of the surface's download
 let loadingCage = null;
@@ -198,8 +203,6 @@ function showOverlays() {
   showLegend();
 }
 
-const edgesOf = (described) => described.meshes.reduce((sum, mesh) => sum + mesh.edges, 0);
-
 const isTooLarge = (described) => edgesOf(described) > CAGE_MOST && !isLargeWanted;
 
 function drawLarge() {
@@ -262,13 +265,6 @@ function sayUnknown() {
   sayBlank('The model cannot be opened', again, ...(other && other !== state('model') ? [['Another model', () => openOther(other)]] : []));
 }
 
-/** The default level, or the highest below it that a browser draws at once. */
-function firstLevel(described) {
-  let level = Number(firstOf(['level']).level);
-  while (level > 0 && 2 * edgesOf(described) * 4 ** (level - 1) > FIRST_MOST) level--; // as many quads as corners, then four of each
-  return level;
-}
-
 async function openModel() {
   const id = state('model');
   loading?.abort();
@@ -296,7 +292,7 @@ async function openModel() {
   try {
     const described = await withKey(() => tweend.describe(id, { signal: controller.signal }));
     if (state('model') !== id) return;
-    if (state('level') === firstOf(['level']).level) change({ level: firstLevel(described) });
+    if (state('level') === firstOf(['level']).level) change({ level: firstLevel(described, Number(state('level'))) });
     model = described;
     showOverlays();
     models.tell(model);
@@ -341,20 +337,9 @@ async function openSurface() {
   const options = surfaceOptions();
   const task = busy(`Level ${options.level}`, controller);
   try {
-    const counted = options.encoding === 'meshopt' ? { ...options, encoding: 'float' } : options; // no compressing for a size
-    const asked = withKey(() => tweend.surfaceCounts(model, counted, { signal }));
-    const onProgress = (loaded, total) => task.say(`Level ${options.level}: ${bytes(loaded)}${total ? ` of ${bytes(total)}` : ''}`);
-    const load = () => download(tweend.surfaceUrl(model, options), { signal, onProgress });
-    const isSmall = edgesOf(model) * 4 ** options.level < SMALL;
-    const [counts, early] = await Promise.all([asked, isSmall ? load() : null]);
-    if (!early) {
-      if (!(await confirmLarge(counts.bytes, `Level ${options.level}`))) controller.abort();
-      signal.throwIfAborted();
-    }
-    const answer = early ?? (await load());
-    task.say(`Level ${options.level}: drawing`);
-    const parsed = await parse(await answer.blob.arrayBuffer());
-    signal.throwIfAborted();
+    const { counts, answer, parsed } = await opening.surface(model, options, { signal,
+      onProgress: (loaded, total) => task.say(`Level ${options.level}: ${bytes(loaded)}${total ? ` of ${bytes(total)}` : ''}`),
+      onLoaded: () => task.say(`Level ${options.level}: drawing`) });
     shown = Object.fromEntries(SURFACE.map((name) => [name, state(name)]));
     parts = parsed;
     viewport.setModel(parsed, options);
@@ -384,9 +369,7 @@ async function openSurface() {
 /** Loads the cage of a model; null when it has none, or one too large to draw unasked. */
 async function loadCage(described, signal) {
   if (edgesOf(described) === 0 || isTooLarge(described)) return null;
-  const { details, quads, creases } = surfaceOptions();
-  const { blob } = await download(tweend.surfaceUrl(described, { level: 0, normals: 'none', polygons: 'ngon', clip: 'none', details, quads, creases }), { signal });
-  const parsed = await parse(await blob.arrayBuffer());
+  const parsed = await opening.cage(described, surfaceOptions(), { signal });
   const faced = parsed.bearers.filter(([, mesh]) => described.meshes[mesh].faces > 0);
   return new Cage(parsed, faced, await creasesOf(parsed.parser));
 }

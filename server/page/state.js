@@ -1,8 +1,7 @@
 // The state of the page, kept in the URL's fragment, so that a person who is sent the URL sees the same.
 
-const DEFAULTS = {
-  tab: 'models',
-  model: '',
+/** What determines the surface of a model: the parameters of its request. */
+const OF_SURFACE = {
   level: '2',
   scheme: 'catmull-clark',
   boundary: 'edge-and-corner',
@@ -12,15 +11,31 @@ const DEFAULTS = {
   limit: 'false',
   details: 'true',
   encoding: 'float',
-  show: '', // what the page finds fit
+};
+
+/** What else concerns the shown model only. */
+const OF_MODEL = {
   clip: '',
   borrowed: '', // ids of models whose clips are offered too
   blend: '', // the clip that is blended in
   weight: '0.5', // of that
   t: '0',
+  node: '',
+  view: '',
+  mesh: '0',
+  from: '',
+  edits: '',
+  beside: '',
+};
+
+const DEFAULTS = {
+  tab: 'models',
+  model: '',
+  ...OF_SURFACE,
+  show: '', // what the page finds fit
+  ...OF_MODEL,
   speed: '1',
   loop: 'repeat',
-  node: '',
   order: 'XYZ',
   ghosts: 'off',
   theme: '',
@@ -28,16 +43,11 @@ const DEFAULTS = {
   exposure: '0',
   turntable: 'false',
   panel: '', // its width; 0: hidden
-  view: '',
-  mesh: '0',
-  from: '',
-  edits: '',
-  beside: '',
   split: '50',
 };
 
 /** The names that determine the surface of a model. */
-export const SURFACE = ['level', 'scheme', 'boundary', 'uv', 'creases', 'quads', 'limit', 'details', 'encoding'];
+export const SURFACE = Object.keys(OF_SURFACE);
 
 const listeners = new Set();
 let values = read();
@@ -89,7 +99,7 @@ export function step(next) {
 /** Shows another model with default settings for its parts; adds an entry to the browser's history. */
 export function openOther(model) {
   if (values.model && model !== values.model) history.pushState(null, '', location.href);
-  change({ model, ...firstOf(['clip', 'borrowed', 'blend', 'weight', 't', 'node', 'view', 'mesh', 'from', 'edits', 'beside', ...SURFACE]) });
+  change({ model, ...OF_MODEL, ...OF_SURFACE });
 }
 
 /** Writes a value to the URL without notifying listeners: the time while a clip plays. */
@@ -124,10 +134,6 @@ export function toggle(name) {
 
 /** The parameters of a surface request that differ from the API's defaults, and the level. */
 export function surfaceOptions() {
-  const options = { level: Number(values.level) };
-  for (const name of ['scheme', 'boundary', 'uv', 'creases', 'quads', 'encoding'])
-    if (values[name] !== DEFAULTS[name]) options[name] = values[name];
-  if (values.limit === 'true') options.limit = true;
-  if (values.details === 'false') options.details = false;
-  return options;
+  const differing = SURFACE.filter((name) => name !== 'level' && values[name] !== DEFAULTS[name]);
+  return { level: Number(values.level), ...Object.fromEntries(differing.map((name) => [name, values[name]])) };
 }

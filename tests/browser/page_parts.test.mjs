@@ -1,4 +1,5 @@
-// Parts of the page that need no browser: amounts of gestures, works and their versions, sentences about a clip.
+// Parts of the page that need no browser: amounts of gestures, works and their versions, sentences about a clip, what
+// opening a model asks.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
@@ -6,6 +7,7 @@ import { sentencesOf } from '../../server/page/clip_words.js';
 import { blendOf } from '../../server/page/clips.js';
 import { Gesture } from '../../server/page/gestures.js';
 import { Lineages } from '../../server/page/lineages.js';
+import { firstLevel, Opening } from '../../server/page/opening.js';
 
 /** A camera that looks along -z: 100 pixels are one unit. */
 const frame = (start) => ({
@@ -91,4 +93,53 @@ test('a blend is a document of the model’s nodes, whose layers have the weight
   const { nodes, clips: [{ layers }] } = blendOf(model, [{ value: 'walk' }, { value: 'other/run', isBorrowed: true }], 0.25);
   assert.deepEqual(nodes.map(({ name, parent }) => [name, parent]), [['hips', undefined], ['leg', 'hips']]);
   assert.deepEqual(layers, [{ clip: 'm/walk', weight: 0.75, sync: true }, { clip: 'other/run', weight: 0.25, sync: true, retarget: 'auto' }]);
+});
+
+/** An opening whose daemon notes what it is asked. fits: whether a level may be as large as it is. */
+function opened({ fits = true } = {}) {
+  const asked = [];
+  const opening = new Opening({
+    count: async (model, options) => (asked.push(['count', options]), { bytes: 7 }),
+    load: async (model, options) => (asked.push(['load', options]), { blob: new Blob(['glb']) }),
+    parse: async (bytes) => `parsed ${new TextDecoder().decode(bytes)}`,
+    confirm: async (size) => (asked.push(['confirm', size]), fits),
+  });
+  return { opening, asked };
+}
+const withEdges = (edges) => ({ meshes: [{ edges: edges - 1 }, { edges: 1 }] });
+const { signal } = new AbortController();
+
+test('a model opens with the default level, or the highest under 200,000 faces', () => {
+  assert.equal(firstLevel(withEdges(12), 2), 2);
+  assert.equal(firstLevel(withEdges(25000), 2), 2);
+  assert.equal(firstLevel(withEdges(25001), 2), 1);
+  assert.equal(firstLevel(withEdges(100001), 2), 0);
+  assert.equal(firstLevel({ meshes: [] }, 2), 2);
+});
+
+test('a small level is loaded while it is counted, a large one when its size is wanted', async () => {
+  const small = opened();
+  const { counts, parsed } = await small.opening.surface(withEdges(12), { level: 2 }, { signal });
+  assert.deepEqual([counts.bytes, parsed], [7, 'parsed glb']);
+  assert.deepEqual(small.asked, [['count', { level: 2 }], ['load', { level: 2 }]]);
+  const large = opened();
+  await large.opening.surface(withEdges(6250), { level: 2 }, { signal });
+  assert.deepEqual(large.asked.map(([what]) => what), ['count', 'confirm', 'load']);
+  const refused = opened({ fits: false });
+  await assert.rejects(refused.opening.surface(withEdges(6250), { level: 2 }, { signal }), { name: 'AbortError' });
+  assert.deepEqual(refused.asked.map(([what]) => what), ['count', 'confirm']);
+});
+
+test('the size of what is compressed is asked without compressing; an opening that was left shows nothing', async () => {
+  const { opening, asked } = opened();
+  await opening.surface(withEdges(12), { level: 1, encoding: 'meshopt' }, { signal });
+  assert.deepEqual(asked.map(([, { encoding }]) => encoding), ['float', 'meshopt']);
+  const controller = new AbortController();
+  await assert.rejects(opening.surface(withEdges(12), { level: 1 }, { signal: controller.signal, onLoaded: () => controller.abort() }), { name: 'AbortError' });
+});
+
+test('a cage is level 0 in polygons, by the rules of its surface that concern it', async () => {
+  const { opening, asked } = opened();
+  assert.equal(await opening.cage(withEdges(12), { level: 3, creases: 'auto', encoding: 'meshopt' }, { signal }), 'parsed glb');
+  assert.deepEqual(asked, [['load', { level: 0, normals: 'none', polygons: 'ngon', clip: 'none', details: undefined, quads: undefined, creases: 'auto' }]]);
 });
