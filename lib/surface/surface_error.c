@@ -802,9 +802,38 @@ static tw_status run(pass *s, double *most) {
   return status == TW_OK ? tw_work_status(NULL) : status;
 }
 
+static bool is_too_large(const measuring *m, const part *p) {
+  uint64_t children = m->rules.loop ? 4 * (uint64_t)p->topology.face_count : p->topology.corner_count;
+  bool must = p->level == 0 || p->level < tw_deepest_detail(&m->details);
+  return children > (must ? TW_GENERIC_FACES_MAX : FACES_MAX);
+}
+
+/* Whether a face's children would tell more. */
+static bool tells_more(const part *p, uint32_t face, const measure_of_face *own, double allowed) {
+  bool is_measured = p->states[face] >= FACE_OPEN && own->error >= 0;
+  return is_measured && p->states[face] < FACE_LAST && own->error > allowed && own->usual < INFINITY;
+}
+
+/* Raises what is allowed until the faces whose children would tell more have room beside the irregular ones.
+ */
+static double leave_room(const part *p, const measure_of_face *of_face, double allowed) {
+  enum { PLACES = 24 }; /* of a face: its children, and those beside it that are made for these */
+  for (;;) {
+    uint64_t count = 0;
+    double least = INFINITY;
+    for (uint32_t f = 0; f < p->topology.face_count; f++) {
+      if (!tells_more(p, f, &of_face[f], allowed)) continue;
+      count++;
+      least = fmin(least, of_face[f].error);
+    }
+    if (count * PLACES <= FACES_MAX) return allowed;
+    allowed = 1.5 * least;
+  }
+}
+
 /* Measures the faces whose deeper levels follow from them: these are not open any more, unless their children
- * would tell more of what is the greatest. others: a distance of other faces. *most: the greatest of those
- * settled. */
+ * would tell more of what is the greatest and have room. others: a distance of other faces. *most: the
+ * greatest of those settled. */
 static tw_status settle(const measuring *m, part *p, const tw_error_wish *wish, double others, double *most) {
   const double loose = 1.25;
   uint32_t faces = p->topology.face_count;
@@ -817,12 +846,13 @@ static tw_status settle(const measuring *m, part *p, const tw_error_wish *wish, 
   tw_status status = run(&s, &usual);
   if (status != TW_OK) return status;
   double allowed = fmax(loose * fmax(usual, others), wish->enough / SMALL_PART);
+  if (is_too_large(m, p)) allowed = leave_room(p, s.of_face, allowed);
   *most = 0;
   for (uint32_t f = 0; f < faces; f++) {
     if (p->states[f] < FACE_OPEN || s.of_face[f].error < 0) continue;
-    bool is_left = s.of_face[f].error > allowed && s.of_face[f].usual < INFINITY && p->states[f] < FACE_LAST;
-    if (is_left) {
+    if (tells_more(p, f, &s.of_face[f], allowed)) {
       p->states[f]++;
+      p->errors[f] = s.of_face[f].error; /* which holds where it is given up */
       continue;
     }
     *most = fmax(*most, s.of_face[f].error);
@@ -846,15 +876,19 @@ static tw_status find_rests(const measuring *m, part *p, double **rests, double 
   return s.radii && s.rests ? run(&s, most) : TW_NO_MEMORY;
 }
 
-/* Gives up open faces of which at most so much is left, so that no deeper level of them is made. *given_up:
- * the most that was left of one. */
-static void give_up(part *p, const double *rests, double limit, double *given_up) {
+/* Gives up open faces of which at most so much is left, so that no deeper level of them is made. A measured
+ * one may be nearer by its own measure, which shrinks with each level. *given_up: the most that was left of
+ * one; *settled: of measured ones. */
+static void give_up(part *p, const double *rests, double limit, double *given_up, double *settled) {
   for (uint32_t f = 0; f < p->topology.face_count; f++) {
     if (p->states[f] < FACE_OPEN || (isfinite(limit) && !(rests[f] <= limit))) continue;
-    p->states[f] = FACE_GIVEN_UP;
+    double *error = &p->errors[as_made(p, f)];
+    bool is_measured = *error > 0 && *error <= rests[f];
+    p->states[f] = is_measured ? FACE_AROUND : FACE_GIVEN_UP;
     p->open_count--;
-    p->errors[as_made(p, f)] = rests[f];
-    *given_up = fmax(*given_up, rests[f]);
+    if (!is_measured) *error = rests[f];
+    double *most = is_measured ? settled : given_up;
+    *most = fmax(*most, *error);
   }
 }
 
@@ -1026,12 +1060,6 @@ typedef struct findings {
   uint32_t last;
 } findings;
 
-static bool is_too_large(const measuring *m, const part *p) {
-  uint64_t children = m->rules.loop ? 4 * (uint64_t)p->topology.face_count : p->topology.corner_count;
-  bool must = p->level == 0 || p->level < tw_deepest_detail(&m->details);
-  return children > (must ? TW_GENERIC_FACES_MAX : FACES_MAX);
-}
-
 /* Leaves the faces from which deeper levels are made: those of which more is left than a small part of what
  * is enough and, where these are too many, of the most that is left of any. None at the last level. */
 static tw_status narrow(const measuring *m, part *p, const tw_error_wish *wish, findings *found) {
@@ -1042,14 +1070,14 @@ static tw_status narrow(const measuring *m, part *p, const tw_error_wish *wish, 
     return p->level > 0 ? cut(m, p) : TW_OK;
   tw_status status = find_rests(m, p, &rests, &most);
   if (status != TW_OK) return status;
-  double *given_up = &found->rests[p->level];
-  give_up(p, rests, is_last ? INFINITY : is_narrowed ? wish->enough / SMALL_PART : 0, given_up);
+  double *given_up = &found->rests[p->level], *settled = &found->settled[p->level];
+  give_up(p, rests, is_last ? INFINITY : is_narrowed ? wish->enough / SMALL_PART : 0, given_up, settled);
   for (int attempt = 0; attempt < 2 && p->open_count > 0; attempt++) {
     if (p->level > 0) status = cut(m, p);
     if (status != TW_OK || !is_too_large(m, p)) return status;
     status = find_rests(m, p, &rests, &most);
     if (status != TW_OK) return status;
-    give_up(p, rests, attempt == 0 && is_narrowed ? most / SMALL_PART : INFINITY, given_up);
+    give_up(p, rests, attempt == 0 && is_narrowed ? most / SMALL_PART : INFINITY, given_up, settled);
   }
   return TW_OK;
 }
@@ -1121,6 +1149,7 @@ static tw_status measure(const measuring *m, part *p, const tw_error_wish *wish,
     out->rests[out->last] = out->last > 0 ? out->rests[out->last - 1] : 0;
     if (p->open_count > 0) status = p->shown ? narrow(m, p, wish, out) : TW_OK;
     if (p->open_count == 0 || status != TW_OK) return status;
+    settled = out->settled[out->last];
     status = step(m, p, out);
     if (status != TW_OK) return status;
   }
