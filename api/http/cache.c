@@ -195,21 +195,11 @@ static api_entry *add(api_cache *cache, const char *key, uint32_t hash, api_entr
 
 /* ---- outside the lock ------------------------------------------------------------------------ */
 
-/* Takes what a value has of a grant out of it, down to a byte, since who has none does not compute. */
-static void lower_grant(api_cache *cache, api_ticket *ticket, uint64_t size) {
-  tw_meter *meter = tw_meter_current();
-  uint64_t before = ticket->granted, least = before > 0, rest = before > size ? before - size : least;
-  api_budget_grant(cache->budget, ticket, rest);
-  if (meter) atomic_fetch_sub(&meter->limit, before - rest);
-}
-
-/* Counts a value as the cache's; until now it was charged to the work that made it. ticket: of that work;
- * NULL where the work is done. */
-static void add_bytes(api_cache *cache, const api_built *built, api_ticket *ticket) {
+/* Counts a value as the cache's; until now it was charged to the work that made it. */
+static void add_bytes(api_cache *cache, const api_built *built) {
   tw_meter_give_back(built->size);
   atomic_fetch_add(&tally_of(cache, built)->bytes, built->size);
   api_budget_add(cache->budget, built->size);
-  if (ticket) lower_grant(cache, ticket, built->size);
 }
 
 static uint64_t destroy_chain(api_cache *cache, api_entry *entry) {
@@ -364,7 +354,7 @@ static api_entry *build_entry(api_cache *cache, api_entry *entry, api_ticket *ti
   built.size += sizeof *entry + strlen(entry->key);
   if (is_built) {
     atomic_fetch_add(&tally_of(cache, &built)->misses, 1);
-    add_bytes(cache, &built, ticket);
+    add_bytes(cache, &built);
   }
   api_ticket *woken = NULL;
   api_entry *chain = NULL;
@@ -450,7 +440,7 @@ void api_cache_put(api_cache *cache, const char *key, const api_built *built) {
     entry->built = *built;
     entry->built.size += sizeof *entry + strlen(key);
     entry->state = READY;
-    add_bytes(cache, &entry->built, NULL);
+    add_bytes(cache, &entry->built);
     drop(cache, entry, &chain);
   }
   pthread_mutex_unlock(&cache->lock);
@@ -458,7 +448,7 @@ void api_cache_put(api_cache *cache, const char *key, const api_built *built) {
   destroy_chain(cache, chain);
 }
 
-api_entry *api_cache_own(api_cache *cache, const api_built *built, api_ticket *ticket) {
+api_entry *api_cache_own(api_cache *cache, const api_built *built) {
   api_entry *entry = calloc(1, sizeof *entry + 1);
   if (!entry) {
     built->destroy(built->value);
@@ -468,7 +458,7 @@ api_entry *api_cache_own(api_cache *cache, const api_built *built, api_ticket *t
   entry->references = 1;
   entry->state = READY;
   entry->built = *built;
-  add_bytes(cache, built, ticket);
+  add_bytes(cache, built);
   return entry;
 }
 

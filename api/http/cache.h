@@ -49,9 +49,9 @@ bool api_cache_cancel(api_cache *cache, api_ticket *ticket);
 /* Ends the ticket's promises, and releases the entry that it waited for. */
 void api_cache_end(api_cache *cache, api_ticket *ticket);
 
-/* An entry outside the cache, for a value of one request alone, whose ticket it is. Destroys the value and
- * returns NULL without memory. */
-api_entry *api_cache_own(api_cache *cache, const api_built *built, api_ticket *ticket);
+/* An entry outside the cache, for a value of one request alone. Destroys the value and returns NULL without
+ * memory. */
+api_entry *api_cache_own(api_cache *cache, const api_built *built);
 
 void *api_entry_value(const api_entry *entry);
 void api_entry_release(api_entry *entry); /* NULL accepted */

@@ -43,7 +43,7 @@ api_outcome api_fail_without_memory(api_call *call) {
 static api_outcome build_own(api_call *call, api_build build, void *context, api_entry **out) {
   api_built built;
   if (!build(context, &built, &call->fault)) return API_FAILED;
-  *out = api_cache_own(call->service->cache, &built, call->request->ticket);
+  *out = api_cache_own(call->service->cache, &built);
   return *out ? API_DONE : api_fail_without_memory(call);
 }
 

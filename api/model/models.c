@@ -118,6 +118,6 @@ api_outcome api_model_of_body(api_call *call, const api_reading *reading, api_en
   if (outcome != API_DONE) return outcome;
   api_upload_deinit(&upload);
   api_built built = built_model(model);
-  *out = api_cache_own(call->service->cache, &built, call->request->ticket);
+  *out = api_cache_own(call->service->cache, &built);
   return *out ? API_DONE : api_fail_without_memory(call);
 }

@@ -309,7 +309,7 @@ static api_outcome move_plan(api_call *call, api_entry *source, const api_plan_m
     return api_fail(call);
   }
   const api_built built = {plan, plan_size(plan), destroy_plan, API_CACHED_PLAN};
-  *out = api_cache_own(call->service->cache, &built, call->request->ticket);
+  *out = api_cache_own(call->service->cache, &built);
   return *out ? API_DONE : api_fail_without_memory(call);
 }
 

@@ -181,32 +181,11 @@ TEST(a_value_of_ones_own_is_freed_when_it_is_released) {
   api_fault fault;
   assert_true(build_piece(&shop, &built, &fault));
   api_cache *cache = open_cache(1000);
-  api_entry *entry = api_cache_own(cache, &built, NULL);
+  api_entry *entry = api_cache_own(cache, &built);
   assert_int_equal(api_budget_used(usual), 1);
   assert_int_equal(shop.destroyed, 0);
   api_entry_release(entry);
   assert_int_equal(shop.destroyed, 1);
-  close_cache(cache);
-}
-
-TEST(what_is_built_counts_once) {
-  workshop shop = {.size = 600};
-  api_built built;
-  api_fault fault;
-  api_ticket ticket = {0};
-  assert_true(build_piece(&shop, &built, &fault));
-  api_cache *cache = open_cache(1000);
-  assert_true(api_budget_grant(usual, &ticket, 1000));
-  api_entry *entry = api_cache_own(cache, &built, &ticket);
-  assert_int_equal(ticket.granted, 400);
-  assert_int_equal(api_budget_used(usual), 1000);
-  api_entry_release(entry);
-  assert_true(api_budget_grant(usual, &ticket, 300)); /* less than a value */
-  assert_true(build_piece(&shop, &built, &fault));
-  entry = api_cache_own(cache, &built, &ticket);
-  assert_int_equal(ticket.granted, 1); /* it still computes */
-  api_entry_release(entry);
-  api_budget_grant(usual, &ticket, 0);
   close_cache(cache);
 }
 
