@@ -453,9 +453,10 @@ static offset limit_deviation(const bend bends[KINDS], bool spread, const double
                   interpolation_error(u.whole, v.whole, diagonal.whole)};
 }
 
-/* The same of the greatest second differences, whatever their directions: less where these vary much. The
- * mixed one has the weight 1/4 in the middle of a face; of control points, those along u and v then have a
- * quarter of theirs. */
+/* The difference between the surface and its triangles, bounded by the lengths of the greatest second
+ * differences alone. This bound is the smaller one where their directions vary much. The mixed difference has
+ * the weight 1/4 in the middle of a face; of control points, those along u and v then have a quarter of
+ * theirs. */
 static double plain_deviation(bool limit, double u, double v, double mixed) {
   if (limit) return (u + v) / 8 + mixed / 4;
   return (u + v) / 6 + (fmax(0, mixed - u) + fmax(0, mixed - v)) / 8;
@@ -504,8 +505,8 @@ static directions find_directions(const net *n, const double normal[3]) {
   return out;
 }
 
-/* The greatest slope of a patch, seen along the normal; *shrinks: the least that a step of 1 in u and v moves
- * its points across the normal. Infinite where that may be no graph. */
+/* The greatest slope of a patch, seen along the normal; infinite where that may be no graph. *least_step: the
+ * least that a step of 1 in u and v moves its points across the normal. */
 static double patch_slope(const net *n, const double normal[3], double *least_step) {
   const directions d = find_directions(n, normal);
   double across[3];
