@@ -93,7 +93,7 @@ public:
 private:
   int place(double x) const { return static_cast<int>(std::floor(x / cell)); }
   double cell = 0;
-  static int64_t key(int x, int y, int z) { return (int64_t{x} << 42) + (int64_t{y} << 21) + z; }
+  static int64_t key(int x, int y, int z) { return x * (int64_t{1} << 42) + y * (int64_t{1} << 21) + z; }
   std::unordered_map<int64_t, std::vector<size_t>> cells;
 };
 
@@ -234,24 +234,35 @@ void report(const std::string &name, const tally &all, int least_near) {
 } // namespace
 
 int main() {
-  enum { RANDOM = 8 };
+  // A sanitizer makes these twenty times slower; of a share of the cages it says nothing how loose bounds
+  // are.
+  const bool sanitized = std::getenv("TESTED_SANITIZED") != nullptr;
+  const size_t step = sanitized ? 4 : 1;
+  const int chance = sanitized ? 2 : 8;
+  auto each = [&](const std::vector<Cage> &cages, const tw_surface_options &options, std::mt19937 &random,
+                  tally &all) {
+    for (size_t i = 0; i < cages.size(); i += step) compare(cages[i], options, random, 1, all);
+  };
   std::mt19937 random(20261127);
   for (int limit = 0; limit < 2; limit++) {
     tw_surface_options options{};
     options.limit = limit;
     tally by_hand, by_chance, triangles;
-    for (const Cage &cage : hand_made()) compare(cage, options, random, 1, by_hand);
-    for (int i = 0; i < RANDOM; i++) {
+    each(hand_made(), options, random, by_hand);
+    for (int i = 0; i < chance; i++) {
       options.boundary = static_cast<tw_boundary>(i % 2);
       options.creasing = static_cast<tw_creasing>(i / 2 % 2);
       compare(random_cage(random), options, random, 1, by_chance);
     }
     options.scheme = TW_LOOP;
-    for (const Cage &cage : hand_made_triangles()) compare(cage, options, random, 1, triangles);
+    each(hand_made_triangles(), options, random, triangles);
     std::string suffix = limit ? ", limit points" : "";
-    report("no level is farther from the limit than its bound" + suffix, by_hand, limit ? 80 : 90);
-    report("nor are random cages" + suffix, by_chance, limit ? 65 : 75);
-    report("nor is Loop's scheme" + suffix, triangles, limit ? 85 : 95);
+    report("no level is farther from the limit than its bound" + suffix, by_hand,
+           sanitized ? 0
+           : limit   ? 80
+                     : 90);
+    report("nor are random cages" + suffix, by_chance, sanitized ? 0 : limit ? 65 : 75);
+    report("nor is Loop's scheme" + suffix, triangles, sanitized ? 0 : limit ? 85 : 95);
   }
   tally planted;
   compare(cube(), {}, random, 0.5, planted);
