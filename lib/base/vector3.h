@@ -11,6 +11,9 @@ static inline void tw_cross3(const double *a, const double *b, double *out) {
 static inline double tw_dot3(const double *a, const double *b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
+static inline void tw_difference3(const double *a, const double *b, double *out) {
+  for (int i = 0; i < 3; i++) out[i] = a[i] - b[i];
+}
 static inline double tw_determinant3(const double *a, const double *b, const double *c) {
   double across[3];
   tw_cross3(b, c, across);

@@ -1,0 +1,117 @@
+/* What is around a face of a level, as the bounds of surface_error.c need it. */
+#include "surface_error.h"
+
+#include <string.h>
+
+void tw_error_normal(const tw_error_part *p, uint32_t face, double normal[3]) {
+  const tw_topology *t = &p->topology;
+  uint32_t begin = tw_face_begin(t, face), size = tw_face_size(t, face);
+  memset(normal, 0, 3 * sizeof *normal);
+  const double *first = tw_point_at(p->shown, t->corner_vertex[begin]);
+  for (uint32_t i = 1; i + 1 < size; i++) {
+    double a[3], b[3], area[3];
+    tw_difference3(tw_point_at(p->shown, t->corner_vertex[begin + i]), first, a);
+    tw_difference3(tw_point_at(p->shown, t->corner_vertex[begin + i + 1]), first, b);
+    tw_cross3(a, b, area);
+    for (int c = 0; c < 3; c++) normal[c] += area[c];
+  }
+  tw_unit3(normal);
+}
+
+/* The cosine between a normal and that of the triangle at a corner; 1 where the triangle has no area. */
+static double corner_cosine(const tw_error_part *p, uint32_t corner, const double normal[3]) {
+  const tw_topology *t = &p->topology;
+  double a[3], b[3], area[3];
+  const double *own = tw_point_at(p->shown, t->corner_vertex[corner]);
+  tw_difference3(tw_point_at(p->shown, t->corner_vertex[tw_corner_next(t, corner)]), own, a);
+  tw_difference3(tw_point_at(p->shown, t->corner_vertex[tw_corner_previous(t, corner)]), own, b);
+  tw_cross3(a, b, area);
+  return tw_unit3(area) > 0 ? tw_dot3(area, normal) : 1;
+}
+
+double tw_error_face_cosine(const tw_error_part *p, uint32_t face, const double normal[3]) {
+  const tw_topology *t = &p->topology;
+  uint32_t begin = tw_face_begin(t, face), size = tw_face_size(t, face);
+  double least = 1;
+  for (uint32_t i = 0; i < size; i++) least = fmin(least, corner_cosine(p, begin + i, normal));
+  return least;
+}
+
+uint32_t tw_error_turn_left(const tw_topology *t, uint32_t corner) {
+  uint32_t previous = tw_corner_previous(t, corner);
+  return tw_is_infinite(t->edge_sharpness[t->corner_edge[previous]]) ? UINT32_MAX : t->sibling[previous];
+}
+
+uint32_t tw_error_turn_right(const tw_topology *t, uint32_t corner) {
+  if (tw_is_infinite(t->edge_sharpness[t->corner_edge[corner]])) return UINT32_MAX;
+  return tw_corner_next(t, t->sibling[corner]);
+}
+
+uint32_t tw_error_list_around(const tw_topology *t, uint32_t corner, uint32_t out[TW_AROUND_MAX]) {
+  uint32_t count = 0, turned = corner;
+  do {
+    if (count == TW_AROUND_MAX) return 0;
+    out[count++] = turned;
+    turned = tw_error_turn_left(t, turned);
+  } while (turned != UINT32_MAX && turned != corner);
+  if (turned == corner) return count;
+  for (turned = tw_error_turn_right(t, corner); turned != UINT32_MAX;
+       turned = tw_error_turn_right(t, turned)) {
+    if (count == TW_AROUND_MAX) return 0;
+    out[count++] = turned;
+  }
+  return count;
+}
+
+double tw_error_slope(double cosine) {
+  return cosine < TW_LEAST_COSINE ? INFINITY : sqrt(fmax(0, 1 - cosine * cosine)) / cosine;
+}
+
+double tw_error_vertex_cosine(const tw_error_part *p, uint32_t corner, const double normal[3]) {
+  uint32_t around[TW_AROUND_MAX], count = tw_error_list_around(&p->topology, corner, around);
+  double least = count > 0 ? 1 : 0;
+  for (uint32_t k = 0; k < count && least >= TW_LEAST_COSINE; k++)
+    least = fmin(least, tw_error_face_cosine(p, tw_corner_face(&p->topology, around[k]), normal));
+  return least;
+}
+
+double tw_error_slope_around(const tw_error_part *p, uint32_t face, const double normal[3]) {
+  uint32_t begin = tw_face_begin(&p->topology, face), size = tw_face_size(&p->topology, face);
+  double least = tw_dot3(normal, normal) > 0 ? 1 : 0;
+  for (uint32_t i = 0; i < size && least >= TW_LEAST_COSINE; i++)
+    least = fmin(least, tw_error_vertex_cosine(p, begin + i, normal));
+  return tw_error_slope(least);
+}
+
+double tw_error_reach(const tw_error_part *p, uint32_t face) {
+  const tw_topology *t = &p->topology;
+  uint32_t begin = tw_face_begin(t, face), size = tw_face_size(t, face);
+  double sum = 0;
+  for (uint32_t i = 0; i < size; i++) {
+    double edge[3];
+    uint32_t next = tw_corner_next(t, begin + i);
+    tw_difference3(tw_point_at(p->shown, t->corner_vertex[next]),
+                   tw_point_at(p->shown, t->corner_vertex[begin + i]), edge);
+    sum += tw_length3(edge);
+  }
+  return sum / (2 * size);
+}
+
+bool tw_error_is_rim(const tw_error_part *p, uint32_t edge) {
+  const tw_topology *t = &p->topology;
+  if (tw_is_infinite(t->edge_sharpness[edge])) return true;
+  uint32_t corner = t->edge_corner[edge], other = t->sibling[corner];
+  return (p->states[tw_corner_face(t, corner)] == TW_FACE_HIDDEN) !=
+         (p->states[tw_corner_face(t, other)] == TW_FACE_HIDDEN);
+}
+
+tw_status tw_error_find_rims(tw_error_part *p) {
+  const tw_topology *t = &p->topology;
+  p->is_rim = tw_arena_alloc(p->arena, t->vertex_count, 1);
+  if (!p->is_rim) return TW_NO_MEMORY;
+  for (uint32_t v = 0; v < t->vertex_count; v++)
+    p->is_rim[v] = tw_is_infinite(t->vertex_sharpness[v]) || (t->vertex_flags[v] & TW_VERTEX_NONMANIFOLD);
+  for (uint32_t e = 0; e < t->edge_count; e++)
+    if (tw_error_is_rim(p, e)) p->is_rim[t->edge_vertices[e][0]] = p->is_rim[t->edge_vertices[e][1]] = 1;
+  return TW_OK;
+}

@@ -1,0 +1,342 @@
+/* Regular faces: one measure holds for a face's own level and for all deeper ones (surface_error.c, 1). */
+#include <string.h>
+
+#include "surface_error.h"
+
+/* The control points of a patch: [v][u], the face's own corners in the middle. */
+typedef struct net {
+  double points[4][4][3];
+} net;
+
+static bool is_plain(const tw_topology *t, uint32_t vertex) {
+  if (t->vertex_sharpness[vertex] > 0) return false;
+  for (uint32_t i = t->ring_offsets[vertex]; i < t->ring_offsets[vertex + 1]; i++)
+    if (t->edge_sharpness[t->ring_edges[i]] > 0) return false;
+  return t->vertex_flags[vertex] == 0;
+}
+
+/* Counts the infinitely sharp edges of a vertex; UINT32_MAX where one is semi-sharp. */
+static uint32_t count_sharp(const tw_topology *t, uint32_t vertex) {
+  uint32_t count = 0;
+  if (tw_is_semi_sharp(t->vertex_sharpness[vertex])) return UINT32_MAX;
+  for (uint32_t i = t->ring_offsets[vertex]; i < t->ring_offsets[vertex + 1]; i++) {
+    float sharpness = t->edge_sharpness[t->ring_edges[i]];
+    if (tw_is_semi_sharp(sharpness)) return UINT32_MAX;
+    count += sharpness > 0;
+  }
+  return count;
+}
+
+/* The points of the net at a corner: `out` receives those beyond the corner against the next one, against the
+ * previous one, and against the opposite one. */
+typedef struct corner_net {
+  const tw_error_part *p;
+  uint32_t corner;
+  const double *own, *next, *previous, *opposite;
+  double *against_next, *against_previous, *against_opposite;
+} corner_net;
+
+static void extrapolate(const double *from, const double *to, double *out) {
+  for (int c = 0; c < 3; c++) out[c] = 2 * to[c] - from[c];
+}
+
+static bool fill_plain(const corner_net *n) {
+  const tw_topology *t = &n->p->topology;
+  uint32_t first = t->sibling[tw_quad_previous(n->corner)], second = t->sibling[tw_quad_previous(first)],
+           third = t->sibling[tw_quad_previous(second)];
+  if (t->sibling[tw_quad_previous(third)] != n->corner || second == n->corner) return false;
+  uint32_t next = tw_quad_next(second);
+  const double *control = n->p->control;
+  memcpy(n->against_next, tw_point_at(control, t->corner_vertex[next]), sizeof(double[3]));
+  memcpy(n->against_previous, tw_point_at(control, t->corner_vertex[tw_quad_previous(second)]),
+         sizeof(double[3]));
+  memcpy(n->against_opposite, tw_point_at(control, t->corner_vertex[tw_quad_next(next)]), sizeof(double[3]));
+  return true;
+}
+
+/* At a crease of two faces a side, the net goes on beyond it without second differences: the crease rule is
+ * that of a cubic spline. is_left: the face's edge to the previous corner is the crease. */
+static bool fill_crease(const corner_net *n, bool is_left) {
+  const tw_topology *t = &n->p->topology;
+  const double *control = n->p->control;
+  uint32_t other = is_left ? tw_error_turn_right(t, n->corner) : tw_error_turn_left(t, n->corner);
+  if (other == UINT32_MAX ||
+      (is_left ? tw_error_turn_right(t, other) : tw_error_turn_left(t, other)) != UINT32_MAX)
+    return false;
+  uint32_t end = is_left ? tw_quad_next(other) : tw_quad_previous(other);
+  const double *far = tw_point_at(control, t->corner_vertex[end]),
+               *across = tw_point_at(control, t->corner_vertex[tw_quad_next(tw_quad_next(other))]);
+  memcpy(is_left ? n->against_previous : n->against_next, far, sizeof(double[3]));
+  extrapolate(is_left ? n->next : n->previous, n->own, is_left ? n->against_next : n->against_previous);
+  extrapolate(across, far, n->against_opposite);
+  return true;
+}
+
+static bool fill_corner(const corner_net *n) {
+  extrapolate(n->next, n->own, n->against_next);
+  extrapolate(n->previous, n->own, n->against_previous);
+  for (int c = 0; c < 3; c++)
+    n->against_opposite[c] = 4 * n->own[c] - 2 * n->next[c] - 2 * n->previous[c] + n->opposite[c];
+  return true;
+}
+
+static bool fill(const corner_net *n) {
+  const tw_topology *t = &n->p->topology;
+  uint32_t vertex = t->corner_vertex[n->corner];
+  if (is_plain(t, vertex)) return fill_plain(n);
+  uint32_t sharp = count_sharp(t, vertex);
+  if (sharp == UINT32_MAX || (t->vertex_flags[vertex] & TW_VERTEX_NONMANIFOLD)) return false;
+  bool right = tw_is_infinite(t->edge_sharpness[t->corner_edge[n->corner]]),
+       left = tw_is_infinite(t->edge_sharpness[t->corner_edge[tw_quad_previous(n->corner)]]),
+       is_corner = t->vertex_sharpness[vertex] > 0 || sharp > 2;
+  if (left && right) return is_corner && fill_corner(n);
+  return !is_corner && sharp == 2 && left != right && fill_crease(n, left);
+}
+
+/* Finds the net of a quad among quads; false where its surface is no single patch. */
+static bool find_net(const tw_error_part *p, uint32_t face, net *out) {
+  static const int places[4][2] = {{1, 1}, {2, 1}, {2, 2}, {1, 2}}; /* u, v */
+  const tw_topology *t = &p->topology;
+  const double *own[4];
+  if (t->face_size != 4) return false;
+  uint32_t begin = tw_face_begin(t, face);
+  for (int i = 0; i < 4; i++) {
+    own[i] = tw_point_at(p->control, t->corner_vertex[begin + (uint32_t)i]);
+    memcpy(out->points[places[i][1]][places[i][0]], own[i], sizeof(double[3]));
+  }
+  for (int i = 0; i < 4; i++) {
+    const int *here = places[i], *next = places[(i + 1) % 4], *previous = places[(i + 3) % 4];
+    int nu = next[0] - here[0], nv = next[1] - here[1], pu = previous[0] - here[0],
+        pv = previous[1] - here[1];
+    const corner_net n = {.p = p,
+                          .corner = begin + (uint32_t)i,
+                          .own = own[i],
+                          .next = own[(i + 1) % 4],
+                          .previous = own[(i + 3) % 4],
+                          .opposite = own[(i + 2) % 4],
+                          .against_next = out->points[here[1] - nv][here[0] - nu],
+                          .against_previous = out->points[here[1] - pv][here[0] - pu],
+                          .against_opposite = out->points[here[1] - nv - pv][here[0] - nu - pu]};
+    if (!fill(&n)) return false;
+  }
+  return true;
+}
+
+/* One kind of second differences of a net: their mean, how far others are from it, and the greatest. */
+typedef struct bend {
+  double mean[3];
+  tw_offset spread, greatest;
+} bend;
+
+enum { ALONG_U, ALONG_V, MIXED, KINDS };
+
+/* Difference `i` of a kind: [8] along u or v, [9] mixed. */
+static void find_difference(const net *n, int kind, int i, double out[3]) {
+  int line = i / 2, place = 1 + i % 2, u = i % 3, v = i / 3;
+  for (int c = 0; c < 3; c++)
+    if (kind == ALONG_U)
+      out[c] = n->points[line][place - 1][c] - 2 * n->points[line][place][c] + n->points[line][place + 1][c];
+    else if (kind == ALONG_V)
+      out[c] = n->points[place - 1][line][c] - 2 * n->points[place][line][c] + n->points[place + 1][line][c];
+    else
+      out[c] =
+          n->points[v][u][c] - n->points[v][u + 1][c] - n->points[v + 1][u][c] + n->points[v + 1][u + 1][c];
+}
+
+static void widen(tw_offset *most, const tw_offset *more) {
+  most->normal = fmax(most->normal, more->normal);
+  most->slide = fmax(most->slide, more->slide);
+  most->whole = fmax(most->whole, more->whole);
+}
+
+static bend find_bend(const net *n, int kind, const double normal[3]) {
+  int count = kind == MIXED ? 9 : 8;
+  bend out = {0};
+  double d[3];
+  for (int i = 0; i < count; i++) {
+    find_difference(n, kind, i, d);
+    tw_offset o = tw_offset_split(d, normal);
+    widen(&out.greatest, &o);
+    for (int c = 0; c < 3; c++) out.mean[c] += d[c] / count;
+  }
+  for (int i = 0; i < count; i++) {
+    find_difference(n, kind, i, d);
+    tw_difference3(d, out.mean, d);
+    tw_offset o = tw_offset_split(d, normal);
+    widen(&out.spread, &o);
+  }
+  return out;
+}
+
+/* a u + b v + c m of the means, which is near that of all points of the patch. */
+static tw_offset mix(const bend bends[KINDS], double a, double b, double c, const double normal[3]) {
+  double sum[3];
+  for (int i = 0; i < 3; i++)
+    sum[i] = a * bends[ALONG_U].mean[i] + b * bends[ALONG_V].mean[i] + c * bends[MIXED].mean[i];
+  return tw_offset_split(sum, normal);
+}
+
+static tw_offset add_spreads(const bend bends[KINDS], double a, double b, double c, tw_offset to) {
+  const tw_offset *u = &bends[ALONG_U].spread, *v = &bends[ALONG_V].spread, *m = &bends[MIXED].spread;
+  return (tw_offset){to.normal + a * u->normal + b * v->normal + c * m->normal,
+                     to.slide + a * u->slide + b * v->slide + c * m->slide,
+                     to.whole + a * u->whole + b * v->whole + c * m->whole};
+}
+
+/* The difference between the surface and triangles of its control points. It is convex in u (1 - u), v (1 -
+ * v) and the mixed difference's weight, so it is greatest where these are. */
+static tw_offset control_deviation(const bend bends[KINDS], const double normal[3]) {
+  static const double ends[][3] = {
+      {1. / 6, 1. / 6, 0},       {1. / 24, 1. / 6, 0},      {1. / 6, 1. / 24, 0},      {1. / 24, 1. / 24, 0},
+      {1. / 24, 1. / 6, 1. / 8}, {1. / 6, 1. / 24, 1. / 8}, {1. / 24, 1. / 24, 1. / 4}};
+  tw_offset most = {0};
+  for (size_t i = 0; i < sizeof ends / sizeof *ends; i++)
+    for (int sign = -1; sign < 2; sign += 2) {
+      tw_offset o = mix(bends, ends[i][0], ends[i][1], sign * ends[i][2], normal);
+      widen(&most, &o);
+    }
+  return most;
+}
+
+/* The greatest l1 l2 a + l2 l3 b + l3 l1 c of weights of sum 1, halved: the square of a circumradius. */
+static double interpolation_error(double a, double b, double c) {
+  double most = fmax(a, fmax(b, c)), area = 2 * (a * b + b * c + c * a) - (a * a + b * b + c * c);
+  if (2 * most >= a + b + c || !(area > 0)) return most / 8;
+  return fmax(most / 8, a * b * c / area / 2);
+}
+
+/* The difference between the surface and triangles of its own points: along each side of a triangle it bends
+ * by the second differences in that direction. */
+static tw_offset limit_deviation(const bend bends[KINDS], bool spread, const double normal[3]) {
+  tw_offset u = mix(bends, 1, 0, 0, normal), v = mix(bends, 0, 1, 0, normal),
+            diagonal = mix(bends, 1, 1, 2, normal), other = mix(bends, 1, 1, -2, normal);
+  widen(&diagonal, &other);
+  if (spread) {
+    u = add_spreads(bends, 1, 0, 0, u);
+    v = add_spreads(bends, 0, 1, 0, v);
+    diagonal = add_spreads(bends, 1, 1, 2, diagonal);
+  }
+  return (tw_offset){interpolation_error(u.normal, v.normal, diagonal.normal),
+                     interpolation_error(u.slide, v.slide, diagonal.slide),
+                     interpolation_error(u.whole, v.whole, diagonal.whole)};
+}
+
+/* The difference between the surface and its triangles, bounded by the lengths of the greatest second
+ * differences alone. This bound is the smaller one where their directions vary much. The mixed difference has
+ * the weight 1/4 in the middle of a face; of control points, those along u and v then have a quarter of
+ * theirs. */
+static double plain_deviation(bool limit, double u, double v, double mixed) {
+  if (limit) return (u + v) / 8 + mixed / 4;
+  return (u + v) / 6 + (fmax(0, mixed - u) + fmax(0, mixed - v)) / 8;
+}
+
+/* The greatest difference. *usual: along the normal, if second differences were their means everywhere. */
+static tw_offset deviation(const net *n, bool limit, const double normal[3], double *usual) {
+  bend bends[KINDS];
+  for (int kind = 0; kind < KINDS; kind++) bends[kind] = find_bend(n, kind, normal);
+  tw_offset by_means = limit ? limit_deviation(bends, false, normal) : control_deviation(bends, normal);
+  *usual = by_means.normal;
+  by_means =
+      limit ? limit_deviation(bends, true, normal) : add_spreads(bends, 1. / 6, 1. / 6, 1. / 4, by_means);
+  const tw_offset *u = &bends[ALONG_U].greatest, *v = &bends[ALONG_V].greatest, *m = &bends[MIXED].greatest;
+  return (tw_offset){fmin(by_means.normal, plain_deviation(limit, u->normal, v->normal, m->normal)),
+                     fmin(by_means.slide, plain_deviation(limit, u->slide, v->slide, m->slide)),
+                     fmin(by_means.whole, plain_deviation(limit, u->whole, v->whole, m->whole))};
+}
+
+/* A patch's directions along u and v, in the plane across the normal: their means, how far others are from
+ * these, and their greatest heights. */
+typedef struct directions {
+  double mean[2][3], spread[2], height[2];
+} directions;
+
+static const double *net_step(const net *n, int axis, int line, int i) {
+  return axis == 0 ? n->points[line][i] : n->points[i][line];
+}
+
+static directions find_directions(const net *n, const double normal[3]) {
+  directions out = {0};
+  for (int pass = 0; pass < 2; pass++)
+    for (int axis = 0; axis < 2; axis++)
+      for (int line = 0; line < 4; line++)
+        for (int i = 0; i < 3; i++) {
+          double d[3], height;
+          tw_difference3(net_step(n, axis, line, i + 1), net_step(n, axis, line, i), d);
+          height = tw_dot3(d, normal);
+          for (int c = 0; c < 3; c++) d[c] -= height * normal[c];
+          out.height[axis] = fmax(out.height[axis], fabs(height));
+          for (int c = 0; c < 3 && pass == 0; c++) out.mean[axis][c] += d[c] / 12;
+          if (pass == 0) continue;
+          tw_difference3(d, out.mean[axis], d);
+          out.spread[axis] = fmax(out.spread[axis], tw_length3(d));
+        }
+  return out;
+}
+
+/* The greatest slope of a patch, seen along the normal; infinite where that may be no graph. *least_step: the
+ * least that a step of 1 in u and v moves its points across the normal. */
+static double patch_slope(const net *n, const double normal[3], double *least_step) {
+  const directions d = find_directions(n, normal);
+  double across[3];
+  tw_cross3(d.mean[0], d.mean[1], across);
+  double sum = tw_dot3(d.mean[0], d.mean[0]) + tw_dot3(d.mean[1], d.mean[1]), area = tw_length3(across);
+  double least = sqrt(fmax(0, (sum - sqrt(fmax(0, sum * sum - 4 * area * area))) / 2));
+  *least_step = least - hypot(d.spread[0], d.spread[1]);
+  return *least_step > 0.2 * least ? hypot(d.height[0], d.height[1]) / *least_step : INFINITY;
+}
+
+static void second_difference(const double *a, const double *b, const double *c, double out[3]) {
+  for (int i = 0; i < 3; i++) out[i] = a[i] - 2 * b[i] + c[i];
+}
+
+/* The difference at rims, where nothing slides: that of the curves along them. */
+static double rim_deviation(const tw_error_part *p, uint32_t face, const net *n, bool limit) {
+  const tw_topology *t = &p->topology;
+  double most = 0, d[3];
+  for (int side = 0; side < 4; side++) {
+    if (!tw_error_is_rim(p, t->corner_edge[tw_face_begin(t, face) + (uint32_t)side])) continue;
+    int axis = side % 2, line = side == 0 || side == 3 ? 1 : 2;
+    for (int i = 1; i < 3; i++) {
+      second_difference(net_step(n, axis, line, i - 1), net_step(n, axis, line, i),
+                        net_step(n, axis, line, i + 1), d);
+      most = fmax(most, tw_length3(d));
+    }
+  }
+  return limit ? most / 8 : most / 6;
+}
+
+static tw_face_measure measure_patch(const tw_error_part *p, uint32_t face, const net *n, bool limit) {
+  tw_face_measure out;
+  double normal[3], step = 0;
+  tw_error_normal(p, face, normal);
+  const tw_offset most = deviation(n, limit, normal, &out.usual);
+  double slope = tw_dot3(normal, normal) > 0 ? patch_slope(n, normal, &step) : INFINITY;
+  if (isfinite(slope) && most.slide <= step / 2) slope = fmax(slope, tw_error_slope_around(p, face, normal));
+  out.error = most.whole;
+  if (isfinite(slope) && most.slide <= step / 2)
+    out.error = fmin(most.whole, fmax(most.normal + slope * most.slide, rim_deviation(p, face, n, limit)));
+  return out;
+}
+
+/* A bilinear patch differs from its triangles by a quarter of the mixed difference, and its children's mixed
+ * differences are a quarter of its own. Its edges stay, so nothing slides into other faces. */
+static double bilinear_error(const tw_error_part *p, uint32_t face) {
+  const uint32_t *quad = p->topology.corner_vertex + tw_face_begin(&p->topology, face);
+  double mixed[3], normal[3];
+  for (int c = 0; c < 3; c++)
+    mixed[c] = tw_point_at(p->shown, quad[0])[c] - tw_point_at(p->shown, quad[1])[c] +
+               tw_point_at(p->shown, quad[2])[c] - tw_point_at(p->shown, quad[3])[c];
+  tw_error_normal(p, face, normal);
+  tw_offset m = tw_offset_split(mixed, normal);
+  double cosine = tw_dot3(normal, normal) > 0 ? tw_error_face_cosine(p, face, normal) : 0;
+  if (cosine < TW_LEAST_COSINE) return m.whole / 4;
+  return fmin(m.whole, m.normal + m.slide * sqrt(fmax(0, 1 - cosine * cosine)) / cosine) / 4;
+}
+
+tw_face_measure tw_error_of_patch(const tw_measuring *m, const tw_error_part *p, uint32_t face) {
+  net n;
+  if (m->rules.linear && tw_face_size(&p->topology, face) == 4)
+    return (tw_face_measure){bilinear_error(p, face), INFINITY};
+  if (m->rules.loop || m->rules.linear || !find_net(p, face, &n)) return (tw_face_measure){-1, 0};
+  return measure_patch(p, face, &n, m->options->limit);
+}

@@ -1,0 +1,117 @@
+/* How far levels are from the limit surface: what the files of surface_error.c share. */
+#ifndef TWEEND_SURFACE_ERROR_H
+#define TWEEND_SURFACE_ERROR_H
+
+#include "limit.h"
+#include "refine.h"
+#include "surface.h"
+#include "vector3.h"
+
+enum { TW_AROUND_MAX = 64 }; /* faces at a vertex that are looked at one by one */
+
+/* The least cosine between the normals around a face and its own, for which slides are taken. */
+#define TW_LEAST_COSINE 0.3
+
+typedef enum tw_error_state {
+  TW_FACE_HIDDEN,   /* left out of the answer */
+  TW_FACE_AROUND,   /* measured, or outside: only there for the faces beside it */
+  TW_FACE_GIVEN_UP, /* there for these too: what was left of it was little */
+  TW_FACE_OPEN,     /* from here on open; a regular face that varies too much may be left to its children, */
+  TW_FACE_LAST = TW_FACE_OPEN + 2 /* and to theirs, but no further */
+} tw_error_state;
+
+/* A level, or the part of it around open faces. */
+typedef struct tw_error_part {
+  tw_arena *arena;
+  tw_topology topology;
+  double *control;     /* [vertices][3] */
+  const double *shown; /* as answers have them */
+  uint8_t *states;     /* [faces] of tw_error_state */
+  uint8_t *is_rim;     /* [vertices] */
+  uint32_t *made;      /* [faces] the face of the level as it was made; NULL: the same, as nothing is cut */
+  double *errors;      /* [faces of the level as it was made] the distance of each from the limit */
+  uint32_t level, open_count;
+} tw_error_part;
+
+/* What all levels share. */
+typedef struct tw_measuring {
+  const tw_mesh *mesh;
+  const tw_surface_options *options;
+  const tw_parallel_for *parallel;
+  tw_rules rules;
+  tw_detail_list details;
+  double size; /* the greatest coordinate */
+} tw_measuring;
+
+typedef struct tw_offset {
+  double normal, slide, whole; /* along the face's normal, across it, and its length */
+} tw_offset;
+
+/* What is known of a face whose deeper levels follow from it. */
+typedef struct tw_face_measure {
+  double error; /* its distance from the limit; below 0: of a face that is open still */
+  double usual; /* about what it would be if nothing varied: where `error` is much more, its children tell
+                   more */
+} tw_face_measure;
+
+static inline const double *tw_point_at(const double *points, uint32_t vertex) {
+  return points + 3 * (size_t)vertex;
+}
+
+/* Splits a vector. normal: 0 0 0 where there is none. */
+static inline tw_offset tw_offset_split(const double vector[3], const double normal[3]) {
+  double along = tw_dot3(vector, normal), across[3];
+  for (int c = 0; c < 3; c++) across[c] = vector[c] - along * normal[c];
+  return (tw_offset){fabs(along), tw_length3(across), tw_length3(vector)};
+}
+
+/* ---- faces and what is around them: error_faces.c --------------------------------------------- */
+
+/* Area vectors summed (Newell), made unit. */
+void tw_error_normal(const tw_error_part *p, uint32_t face, double normal[3]);
+
+/* The least cosine between a normal and those of a face's corners, and of the faces at a corner's vertex that
+ * are on the corner's side of sharp edges. */
+double tw_error_face_cosine(const tw_error_part *p, uint32_t face, const double normal[3]);
+double tw_error_vertex_cosine(const tw_error_part *p, uint32_t corner, const double normal[3]);
+
+/* The slope of a face by that cosine, and the greatest of the faces around a face, seen along its normal;
+ * infinite where that is no graph. */
+double tw_error_slope(double cosine);
+double tw_error_slope_around(const tw_error_part *p, uint32_t face, const double normal[3]);
+
+/* The corner at the same vertex, in the face across the edge to the previous corner, or across that to the
+ * next; UINT32_MAX at a rim of the limit surface. */
+uint32_t tw_error_turn_left(const tw_topology *t, uint32_t corner);
+uint32_t tw_error_turn_right(const tw_topology *t, uint32_t corner);
+
+/* Lists the corners of a vertex on one side of sharp edges, `corner` first. Returns how many; 0 where there
+ * are over TW_AROUND_MAX. */
+uint32_t tw_error_list_around(const tw_topology *t, uint32_t corner, uint32_t out[TW_AROUND_MAX]);
+
+/* Half of the mean length of a face's edges: as far as its points may slide. */
+double tw_error_reach(const tw_error_part *p, uint32_t face);
+
+/* Whether nothing slides across an edge; and marks the vertices of such edges. */
+bool tw_error_is_rim(const tw_error_part *p, uint32_t edge);
+tw_status tw_error_find_rims(tw_error_part *p);
+
+/* ---- regular faces: error_patch.c --------------------------------------------------------------- */
+
+tw_face_measure tw_error_of_patch(const tw_measuring *m, const tw_error_part *p, uint32_t face);
+
+/* ---- other faces: error_steps.c ----------------------------------------------------------------- */
+
+/* The distance between a face and its children. next: the points shown on the next level. */
+double tw_error_of_step(const tw_measuring *m, const tw_error_part *p, const double *next, uint32_t face);
+
+/* The greatest distance from each vertex to a point of its faces, in the part's arena. NULL without memory.
+ */
+double *tw_error_find_radii(const tw_error_part *p);
+
+/* The distance of a face, and of all that is made of it, from the limit surface. shares: room for
+ * tw_refine_mask_capacity. */
+double tw_error_of_rest(const tw_measuring *m, const tw_error_part *p, const double *radii, uint32_t face,
+                        tw_share *shares);
+
+#endif
