@@ -2,34 +2,24 @@
  * (surface_error.c, 2). */
 #include "surface_error.h"
 
-/* The differences between a face and its children. */
-typedef struct face_step {
-  const tw_error_part *p;
-  const double *next; /* the points shown on the next level, in the numbers of children */
-  uint32_t face;
-  double normal[3];
-  double slide;     /* the longest way that a point slides */
-  double seen, all; /* the greatest difference, with slides; if nothing may slide */
-  double cut;       /* on top of these: by how the face is cut into triangles */
-} face_step;
-
-/* cosine: between the normal and those of the faces that the point may slide to; below 0: it is at a rim. */
-static void take(face_step *s, const double *to, const double *from, double cosine) {
+void tw_error_gap_take(tw_error_gap *g, const double *to, const double *from, double cosine) {
   double moved[3];
   tw_difference3(to, from, moved);
-  tw_offset o = tw_offset_split(moved, s->normal);
-  s->all = fmax(s->all, o.whole);
+  tw_offset o = tw_offset_split(moved, g->normal);
+  g->all = fmax(g->all, o.whole);
   if (cosine < 0) {
-    s->seen = fmax(s->seen, o.whole);
+    g->seen = fmax(g->seen, o.whole);
     return;
   }
-  s->slide = fmax(s->slide, o.slide);
-  s->seen = fmax(s->seen, o.slide > 0 ? o.normal + tw_error_slope(cosine) * o.slide : o.normal);
+  g->slide = fmax(g->slide, o.slide);
+  g->seen = fmax(g->seen, o.slide > 0 ? o.normal + tw_error_slope(cosine) * o.slide : o.normal);
 }
 
-/* The point of an edge that is nearest to another one. Points of edges and diagonals have partners there: so
- * they may slide along these, as they do around irregular points, at no cost. */
-static void nearest_on(const double *a, const double *b, const double *to, double out[3]) {
+double tw_error_gap_size(const tw_error_gap *g, double own, double reach) {
+  return own >= TW_LEAST_COSINE && g->slide <= reach ? fmin(g->all, g->seen) : g->all;
+}
+
+void tw_error_nearest_on(const double *a, const double *b, const double *to, double out[3]) {
   double side[3], from[3];
   tw_difference3(b, a, side);
   tw_difference3(to, a, from);
@@ -39,68 +29,76 @@ static void nearest_on(const double *a, const double *b, const double *to, doubl
 }
 
 /* A polygon of five or more corners is cut into triangles in some way that is not looked at: any of them is
- * within the heights of the corners, where the polygon is convex. */
-static void take_polygon(face_step *s, uint32_t begin, uint32_t size, const double centre[3]) {
-  const tw_error_part *p = s->p;
+ * within the heights of the corners, where the polygon is convex. Returns how much this adds. */
+static double cut_of_polygon(const tw_error_part *p, uint32_t face, const double normal[3], double own,
+                             const double centre[3]) {
+  const uint32_t *corners = p->topology.corner_vertex + tw_face_begin(&p->topology, face);
   double low = 0, high = 0, widest = 0, to[3];
-  for (uint32_t i = 0; i < size; i++) {
-    tw_difference3(tw_point_at(p->shown, p->topology.corner_vertex[begin + i]), centre, to);
-    double height = tw_dot3(to, s->normal);
+  for (uint32_t i = 0; i < tw_face_size(&p->topology, face); i++) {
+    tw_difference3(tw_point_at(p->shown, corners[i]), centre, to);
+    double height = tw_dot3(to, normal);
     low = fmin(low, height);
     high = fmax(high, height);
     widest = fmax(widest, tw_length3(to));
   }
-  bool is_convex =
-      tw_dot3(s->normal, s->normal) > 0 && tw_error_face_cosine(p, s->face, s->normal) >= TW_LEAST_COSINE;
-  s->cut = is_convex ? high - low : 2 * widest;
+  return own >= TW_LEAST_COSINE ? high - low : 2 * widest;
 }
 
 /* The face point, beside the places that it comes from on the triangles of the face: with either diagonal. */
-static void take_face_point(face_step *s, const double *point, double own) {
-  const tw_error_part *p = s->p;
-  const tw_topology *t = &p->topology;
-  uint32_t begin = tw_face_begin(t, s->face), size = tw_face_size(t, s->face);
+static double take_face_point(tw_error_gap *g, const tw_error_part *p, uint32_t face, const double *point,
+                              double own) {
+  const uint32_t *corners = p->topology.corner_vertex + tw_face_begin(&p->topology, face);
+  uint32_t size = tw_face_size(&p->topology, face);
   double from[3] = {0, 0, 0};
-  if (size == 4) {
-    for (uint32_t i = 0; i < 2; i++) {
-      nearest_on(tw_point_at(p->shown, t->corner_vertex[begin + i]),
-                 tw_point_at(p->shown, t->corner_vertex[begin + i + 2]), point, from);
-      take(s, point, from, own);
-    }
-    return;
+  for (uint32_t i = 0; i < 2 && size == 4; i++) {
+    tw_error_nearest_on(tw_point_at(p->shown, corners[i]), tw_point_at(p->shown, corners[i + 2]), point,
+                        from);
+    tw_error_gap_take(g, point, from, own);
   }
+  if (size == 4) return 0;
   for (uint32_t i = 0; i < size; i++)
-    for (int c = 0; c < 3; c++) from[c] += tw_point_at(p->shown, t->corner_vertex[begin + i])[c] / size;
-  take(s, point, from, own);
-  if (size > 4) take_polygon(s, begin, size, from);
+    for (int c = 0; c < 3; c++) from[c] += tw_point_at(p->shown, corners[i])[c] / size;
+  tw_error_gap_take(g, point, from, own);
+  return size > 4 ? cut_of_polygon(p, face, g->normal, own, from) : 0;
 }
 
 /* The cosine for the middle of an edge: its two faces. */
-static double edge_cosine(const face_step *s, uint32_t corner, double own) {
-  const tw_topology *t = &s->p->topology;
-  if (tw_error_is_rim(s->p, t->corner_edge[corner])) return -1;
-  return fmin(own, tw_error_face_cosine(s->p, tw_corner_face(t, t->sibling[corner]), s->normal));
+static double edge_cosine(const tw_error_part *p, uint32_t corner, const double normal[3], double own) {
+  const tw_topology *t = &p->topology;
+  if (tw_error_is_rim(p, t->corner_edge[corner])) return -1;
+  return fmin(own, tw_error_face_cosine(p, tw_corner_face(t, t->sibling[corner]), normal));
 }
 
-double tw_error_of_step(const tw_measuring *m, const tw_error_part *p, const double *next, uint32_t face) {
+static float rounded_down(double cosine) {
+  return (float)cosine - 1e-6f;
+}
+
+double tw_error_of_step(const tw_measuring *m, const tw_error_part *p, const double *next, uint32_t face,
+                        tw_error_frame *frame) {
   const tw_topology *t = &p->topology;
   uint32_t begin = tw_face_begin(t, face), size = tw_face_size(t, face);
-  face_step s = {.p = p, .next = next, .face = face};
-  tw_error_normal(p, face, s.normal);
-  double own = tw_dot3(s.normal, s.normal) > 0 ? tw_error_face_cosine(p, face, s.normal) : 0;
+  tw_error_gap g = {.seen = 0};
+  tw_error_normal(p, face, g.normal);
+  double own = tw_dot3(g.normal, g.normal) > 0 ? tw_error_face_cosine(p, face, g.normal) : 0,
+         reach = tw_error_reach(p, face), cut = 0, foot[3];
   for (uint32_t i = 0; i < size; i++) {
     uint32_t vertex = t->corner_vertex[begin + i], edge = t->corner_edge[begin + i];
     const double *point = tw_point_at(next, t->vertex_count + edge);
-    double foot[3];
-    take(&s, tw_point_at(next, vertex), tw_point_at(p->shown, vertex),
-         p->is_rim[vertex] ? -1 : tw_error_vertex_cosine(p, begin + i, s.normal));
-    nearest_on(tw_point_at(p->shown, t->edge_vertices[edge][0]),
-               tw_point_at(p->shown, t->edge_vertices[edge][1]), point, foot);
-    take(&s, point, foot, edge_cosine(&s, begin + i, own));
+    double at_vertex = p->is_rim[vertex] ? -1 : tw_error_vertex_cosine(p, begin + i, g.normal),
+           at_edge = edge_cosine(p, begin + i, g.normal, own);
+    tw_error_gap_take(&g, tw_point_at(next, vertex), tw_point_at(p->shown, vertex), at_vertex);
+    tw_error_nearest_on(tw_point_at(p->shown, t->edge_vertices[edge][0]),
+                        tw_point_at(p->shown, t->edge_vertices[edge][1]), point, foot);
+    tw_error_gap_take(&g, point, foot, at_edge);
+    if (size > 4) continue;
+    frame->corners[i] = rounded_down(at_vertex);
+    frame->edges[i] = rounded_down(at_edge);
   }
-  if (!m->rules.loop) take_face_point(&s, tw_point_at(next, t->vertex_count + t->edge_count + face), own);
-  bool may_slide = own >= TW_LEAST_COSINE && s.slide <= tw_error_reach(p, face);
-  return (may_slide ? fmin(s.all, s.seen) : s.all) + s.cut;
+  frame->own = rounded_down(own);
+  frame->reach = (float)(reach * (1 - 1e-6));
+  if (!m->rules.loop)
+    cut = take_face_point(&g, p, face, tw_point_at(next, t->vertex_count + t->edge_count + face), own);
+  return tw_error_gap_size(&g, own, reach) + cut;
 }
 
 /* ---- what is left ---------------------------------------------------------------------------- */

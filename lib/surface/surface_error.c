@@ -13,9 +13,9 @@
  * face is measured once, for its own level and all deeper ones.
  * 2. Other faces are compared with their children, level by level. Both are triangles, and where the
  * children's diagonals meet in the face point, each of them lies over one triangle of the parent, whichever
- * way that is cut. The difference is then greatest at vertices. Distances add up; around irregular points,
- * where they shrink more slowly and no second difference tells how, the steps themselves are taken, on the
- * few faces around them.
+ * way that is cut. The difference is then greatest at vertices. Around irregular points, where distances
+ * shrink more slowly and no second difference tells how, the levels themselves are made, on the few faces
+ * around them, and a face is compared with what comes of it up to three levels deeper (error_sums.c).
  *
  * After the last step, what is left follows from the convex hull of the control points around a face, in
  * which all deeper levels and the limit lie, as masks have no negative weights.
@@ -35,21 +35,10 @@
 enum {
   FACES_MAX = 1 << 17,  /* of a level that is made, from the second on */
   SMALL_PART = 8,       /* of what is enough: faces with less than that are not refined */
-  FURTHER_LEVELS = 3,   /* made below the last one asked for, so that what is left is small beside it */
+  FURTHER_LEVELS = 6,   /* made below the last one asked for, so that what is left is small beside it */
   FACES_AT_ONCE = 1024, /* between two charges of work */
   FACE_WORK = 256
 };
-
-/* A level as it was made, and what is left of it when the next one is. */
-typedef struct level_errors {
-  uint32_t face_count, vertex_count, face_size;
-  uint32_t *corners; /* [face_count][face_size]; NULL at the cage */
-  double *errors; /* [face_count] the distance of a face from the limit; of open ones it is summed up last */
-  uint32_t left_count; /* faces that are left; 0 at the last level */
-  uint32_t *made;      /* [left_count] as in tw_error_part */
-  uint32_t *children;  /* [left_count + 1] the first child of each */
-  double *steps;       /* [left_count] of open faces from their children; below 0: of others */
-} level_errors;
 
 static inline uint32_t as_made(const tw_error_part *p, uint32_t face) {
   return p->made ? p->made[face] : face;
@@ -66,13 +55,15 @@ typedef struct pass {
   const double *radii;      /* of the rest */
   double *rests;            /* [faces] of open ones */
   double *steps;            /* [faces] of open ones */
+  tw_error_frame *frames;   /* [faces] of open ones */
   tw_face_measure *of_face; /* [faces] of open ones */
   tw_share *shares[TW_PARALLEL_FOR_PARTS_MAX];
   double most[TW_PARALLEL_FOR_PARTS_MAX];
 } pass;
 
 static double measure_face(pass *s, uint32_t index, uint32_t face) {
-  if (s->kind == PASS_STEP) return s->steps[face] = tw_error_of_step(s->m, s->p, s->next, face);
+  if (s->kind == PASS_STEP)
+    return s->steps[face] = tw_error_of_step(s->m, s->p, s->next, face, &s->frames[face]);
   if (s->kind == PASS_REST)
     return s->rests[face] = tw_error_of_rest(s->m, s->p, s->radii, face, s->shares[index]);
   s->of_face[face] = tw_error_of_patch(s->m, s->p, face);
@@ -351,7 +342,7 @@ enum { LEVELS_MAX = TW_LEVEL_MAX + FURTHER_LEVELS };
 /* What each level was found to be. */
 typedef struct findings {
   tw_arena *arena;
-  level_errors levels[LEVELS_MAX + 1];
+  tw_level_errors levels[LEVELS_MAX + 1];
   double settled[LEVELS_MAX + 1]; /* the distance of measured faces from the limit */
   double rests[LEVELS_MAX + 1];   /* of those given up, on this level or before */
   double step;                    /* of open faces at the level before the last from their children */
@@ -380,20 +371,29 @@ static tw_status narrow(const tw_measuring *m, tw_error_part *p, const tw_error_
   return TW_OK;
 }
 
+static tw_status keep_points(findings *found, const tw_error_part *p) {
+  tw_level_errors *kept = &found->levels[p->level];
+  if (!p->shown) return TW_OK; /* the next level tells them */
+  kept->points = tw_arena_alloc_raw(found->arena, kept->vertex_count, sizeof(double[3]));
+  if (!kept->points) return TW_NO_MEMORY;
+  memcpy(kept->points, p->shown, kept->vertex_count * sizeof(double[3]));
+  return TW_OK;
+}
+
 /* Begins to keep what is known of a level that was just made. */
 static tw_status keep_made(findings *found, tw_error_part *p) {
   const tw_topology *t = &p->topology;
-  level_errors *kept = &found->levels[p->level];
+  tw_level_errors *kept = &found->levels[p->level];
   kept->face_count = t->face_count;
   kept->vertex_count = t->vertex_count;
-  kept->face_size = t->face_size;
   kept->errors = p->errors = tw_arena_alloc(found->arena, t->face_count, sizeof *p->errors);
-  if (!p->errors) return TW_NO_MEMORY;
-  if (p->level == 0) return TW_OK;
+  kept->begins = tw_arena_alloc_raw(found->arena, (size_t)t->face_count + 1, sizeof *kept->begins);
   kept->corners = tw_arena_alloc_raw(found->arena, t->corner_count, sizeof *kept->corners);
-  if (!kept->corners) return TW_NO_MEMORY;
+  if (!p->errors || !kept->begins || !kept->corners) return TW_NO_MEMORY;
+  for (uint32_t f = 0; f < t->face_count; f++) kept->begins[f] = tw_face_begin(t, f);
+  kept->begins[t->face_count] = t->corner_count;
   memcpy(kept->corners, t->corner_vertex, t->corner_count * sizeof *kept->corners);
-  return TW_OK;
+  return keep_points(found, p);
 }
 
 /* Keeps what is left of a level whose children are made. The children of a measured face differ by a quarter
@@ -401,12 +401,13 @@ static tw_status keep_made(findings *found, tw_error_part *p) {
 static tw_status keep_left(const tw_measuring *m, findings *found, const tw_error_part *p,
                            const tw_error_part *child) {
   const tw_topology *t = &p->topology;
-  level_errors *kept = &found->levels[p->level];
+  tw_level_errors *kept = &found->levels[p->level];
   kept->left_count = t->face_count;
   kept->made = tw_arena_alloc_raw(found->arena, t->face_count, sizeof *kept->made);
   kept->children = tw_arena_alloc_raw(found->arena, (size_t)t->face_count + 1, sizeof *kept->children);
   kept->steps = tw_arena_alloc_raw(found->arena, t->face_count, sizeof *kept->steps);
-  if (!kept->made || !kept->children || !kept->steps) return TW_NO_MEMORY;
+  kept->frames = tw_arena_alloc_raw(found->arena, t->face_count, sizeof *kept->frames);
+  if (!kept->made || !kept->children || !kept->steps || !kept->frames) return TW_NO_MEMORY;
   for (uint32_t f = 0; f < t->face_count; f++) {
     double share = p->states[f] == TW_FACE_AROUND ? 0.25 : p->states[f] == TW_FACE_GIVEN_UP ? 1 : 0;
     kept->made[f] = as_made(p, f);
@@ -427,9 +428,11 @@ static tw_status step(const tw_measuring *m, tw_error_part *p, findings *found) 
   if (status == TW_OK) status = keep_left(m, found, p, &child);
   if (status == TW_OK && !p->shown) {
     p->shown = copy_points(p, child.shown); /* vertices keep their numbers and limits */
-    if (!p->shown) status = TW_NO_MEMORY;
+    status = p->shown ? keep_points(found, p) : TW_NO_MEMORY;
   }
-  pass s = {.m = m, .p = p, .kind = PASS_STEP, .next = child.shown, .steps = found->levels[p->level].steps};
+  tw_level_errors *kept = &found->levels[p->level];
+  pass s = {
+      .m = m, .p = p, .kind = PASS_STEP, .next = child.shown, .steps = kept->steps, .frames = kept->frames};
   if (status == TW_OK) status = run(&s, &found->step);
   tw_arena_destroy(p->arena);
   *p = child;
@@ -454,39 +457,14 @@ static tw_status measure(const tw_measuring *m, tw_error_part *p, const tw_error
   }
 }
 
-/* The distance of each open face of a level: that from its children, and the greatest that these and the ones
- * beside them have, as points may slide there. *most: the greatest. */
-static tw_status sum_up_level(tw_arena *scratch, const level_errors *level, const level_errors *below,
-                              double *most) {
-  uint32_t size = below->face_size;
-  double *at_vertices = tw_arena_alloc(scratch, below->vertex_count, sizeof *at_vertices);
-  if (!at_vertices) return TW_NO_MEMORY;
-  for (uint32_t f = 0; f < below->face_count; f++) {
-    if (f % FACES_AT_ONCE == 0 && !tw_work(FACES_AT_ONCE)) return TW_CANCELLED;
-    for (uint32_t i = 0; i < size; i++) {
-      double *greatest = &at_vertices[below->corners[size * f + i]];
-      *greatest = fmax(*greatest, below->errors[f]);
-    }
-  }
-  for (uint32_t f = 0; f < level->left_count; f++) {
-    double greatest = 0;
-    if (level->steps[f] < 0) continue;
-    for (uint32_t c = size * level->children[f]; c < size * level->children[f + 1]; c++)
-      greatest = fmax(greatest, at_vertices[below->corners[c]]);
-    level->errors[level->made[f]] = level->steps[f] + greatest;
-    *most = fmax(*most, level->steps[f] + greatest);
-  }
-  return TW_OK;
-}
-
 /* Adds up the distances. Levels below the last one lie in the hulls that the rest was found by. */
-static tw_status sum_up(const findings *found, uint32_t level_max, double rounding, double *out) {
+static tw_status sum_up(findings *found, bool loop, uint32_t level_max, double rounding, double *out) {
   for (uint32_t level = found->last; level <= level_max; level++)
     out[level] = rounding + fmax(ldexp(found->settled[found->last], -2 * (int)(level - found->last)),
                                  found->rests[found->last]);
   for (uint32_t level = found->last; level-- > 0;) {
     double most = fmax(found->settled[level], found->rests[level]);
-    tw_status status = sum_up_level(found->arena, &found->levels[level], &found->levels[level + 1], &most);
+    tw_status status = tw_error_sum_up(found->arena, &found->levels[level], found->last - level, loop, &most);
     if (status != TW_OK) return status;
     if (level <= level_max) out[level] = most + rounding;
   }
@@ -529,7 +507,7 @@ tw_status tw_surface_errors(const tw_mesh *mesh, const tw_surface_options *optio
     status = tw_fail(error, TW_UNSUPPORTED, "with boundary=open each level is smaller than the one before");
   if (status == TW_OK) status = measure(&m, &p, wish, &found);
   tw_arena_destroy(p.arena);
-  if (status == TW_OK) status = sum_up(&found, wish->level_max, m.size / PARTS_OF_SIZE, out);
+  if (status == TW_OK) status = sum_up(&found, m.rules.loop, wish->level_max, m.size / PARTS_OF_SIZE, out);
   tw_arena_destroy(found.arena);
   if (status == TW_OK && is_odd) out[0] = INFINITY;
   if (status == TW_CANCELLED) return tw_fail(error, status, "the distances are not wanted any more");

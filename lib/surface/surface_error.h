@@ -43,6 +43,27 @@ typedef struct tw_measuring {
   double size; /* the greatest coordinate */
 } tw_measuring;
 
+/* What tells how a face's points may slide: cosines between its normal and those of the faces around (below 0
+ * at rims), rounded down, and as far as they may. */
+typedef struct tw_error_frame {
+  float corners[4], edges[4], own, reach;
+} tw_error_frame;
+
+/* A level as it was made, and what is left of it when the next one is. */
+typedef struct tw_level_errors {
+  uint32_t face_count, vertex_count;
+  uint32_t *corners; /* of all faces, in the order of their corners */
+  uint32_t *begins;  /* [face_count + 1] the first corner of each face */
+  double *points;    /* [vertex_count][3] as answers have them */
+  double *errors; /* [face_count] the distance of a face from the limit; of open ones it is summed up last */
+  uint32_t left_count;    /* faces that are left; 0 at the last level */
+  uint32_t *made;         /* [left_count] as in tw_error_part; ascending */
+  uint32_t *children;     /* [left_count + 1] the first child of each */
+  double *steps;          /* [left_count] of open faces from their children; below 0: of others */
+  tw_error_frame *frames; /* [left_count] of open faces of three or four corners */
+  double *around;         /* [vertex_count] the greatest error of a vertex's faces; of levels summed up */
+} tw_level_errors;
+
 typedef struct tw_offset {
   double normal, slide, whole; /* along the face's normal, across it, and its length */
 } tw_offset;
@@ -102,8 +123,28 @@ tw_face_measure tw_error_of_patch(const tw_measuring *m, const tw_error_part *p,
 
 /* ---- other faces: error_steps.c ----------------------------------------------------------------- */
 
-/* The distance between a face and its children. next: the points shown on the next level. */
-double tw_error_of_step(const tw_measuring *m, const tw_error_part *p, const double *next, uint32_t face);
+/* The differences between a face and what comes of it. */
+typedef struct tw_error_gap {
+  double normal[3]; /* the face's */
+  double slide;     /* the longest way that a point slides */
+  double seen, all; /* the greatest difference, with slides; if nothing may slide */
+} tw_error_gap;
+
+/* Takes a point and its partner into account. cosine: between the normal and those of the faces that the
+ * point may slide to; below 0: it is at a rim. */
+void tw_error_gap_take(tw_error_gap *g, const double *to, const double *from, double cosine);
+
+/* The greatest difference. own: the cosine of the face's own corners. reach: tw_error_reach. */
+double tw_error_gap_size(const tw_error_gap *g, double own, double reach);
+
+/* The point of an edge that is nearest to another one. Points of edges and diagonals have partners there: so
+ * they may slide along these, as they do around irregular points, at no cost. */
+void tw_error_nearest_on(const double *a, const double *b, const double *to, double out[3]);
+
+/* The distance between a face and its children. next: the points shown on the next level. frame: of faces of
+ * three or four corners. */
+double tw_error_of_step(const tw_measuring *m, const tw_error_part *p, const double *next, uint32_t face,
+                        tw_error_frame *frame);
 
 /* The greatest distance from each vertex to a point of its faces, in the part's arena. NULL without memory.
  */
@@ -113,5 +154,12 @@ double *tw_error_find_radii(const tw_error_part *p);
  * tw_refine_mask_capacity. */
 double tw_error_of_rest(const tw_measuring *m, const tw_error_part *p, const double *radii, uint32_t face,
                         tw_share *shares);
+
+/* ---- sums over levels: error_sums.c ------------------------------------------------------------- */
+
+/* The distance of each open face of levels[0] from the limit, from those of the levels after it, which are
+ * summed up. depth: how many these are. *most: raised to the greatest. scratch: for what is kept. */
+tw_status tw_error_sum_up(tw_arena *scratch, tw_level_errors *levels, uint32_t depth, bool loop,
+                          double *most);
 
 #endif
