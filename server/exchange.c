@@ -140,8 +140,9 @@ static bool is_served_while_draining(const srv_exchange *exchange) {
 
 static void refuse_long_body(srv_exchange *exchange) {
   char detail[96];
-  snprintf(detail, sizeof detail, "the body is longer than the limit of %llu bytes",
-           (unsigned long long)exchange->server->config->max_upload);
+  snprintf(detail, sizeof detail, "the body is longer than the limit of %llu %s",
+           (unsigned long long)exchange->server->config->max_upload,
+           srv_plural(exchange->server->config->max_upload, "byte", "bytes"));
   srv_exchange_refuse(exchange, API_REFUSAL_BODY, 413, detail, 0);
 }
 

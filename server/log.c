@@ -3,6 +3,7 @@
  * well-formed. */
 #include "log.h"
 
+#include "fail.h"
 #include "machine.h"
 
 #include <ctype.h>
@@ -141,8 +142,8 @@ static void finish(line *l) {
   lost = is_written ? 0 : lost + 1;
   pthread_mutex_unlock(&output_lock);
   if (told == 0) return;
-  snprintf(message, sizeof message, "standard error was not read: %llu lines are left out",
-           (unsigned long long)told);
+  snprintf(message, sizeof message, "standard error was not read: %llu %s left out", (unsigned long long)told,
+           srv_plural(told, "line is", "lines are"));
   write_message(SRV_LOG_WARN, message);
 }
 

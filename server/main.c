@@ -195,8 +195,9 @@ static bool prepare(process *p) {
   p->server.peers = srv_peers_create(p->config.max_connections_per_address);
   p->server.work = srv_work_create((size_t)p->config.threads, (size_t)p->config.queue, long_jobs(&p->config));
   if (!p->server.work)
-    return srv_fail(&p->error, "--threads: cannot start %llu compute threads: %s",
-                    (unsigned long long)p->config.threads, strerror(errno));
+    return srv_fail(&p->error, "--threads: cannot start %llu compute %s: %s",
+                    (unsigned long long)p->config.threads, srv_plural(p->config.threads, "thread", "threads"),
+                    strerror(errno));
   srv_keyring keyring;
   if (!srv_keyring_read(&p->config, &keyring, &p->error)) return false;
   api_settings service_settings = settings(p, &keyring.list);
@@ -398,8 +399,12 @@ static int run(process *p) {
   if (!p->listeners.is_passed) srv_address_unlink(&p->address);
   if (has_admin(p) && !p->admin_listeners.is_passed) srv_address_unlink(&p->admin_address);
   size_t left = atomic_load(&p->server.in_flight), unsent = atomic_load(&p->server.unsent);
-  if (left > 0) srv_log(SRV_LOG_WARN, "%zu requests in flight are cut off", left);
-  if (unsent > 0) srv_log(SRV_LOG_WARN, "%zu clients have not taken all of their answers", unsent);
+  if (left > 0)
+    srv_log(SRV_LOG_WARN, "%zu %s in flight %s cut off", left, srv_plural(left, "request", "requests"),
+            srv_plural(left, "is", "are"));
+  if (unsent > 0)
+    srv_log(SRV_LOG_WARN, "%zu %s answers", unsent,
+            srv_plural(unsent, "client has not taken all of its", "clients have not taken all of their"));
   bool freed = stop(p);
   srv_log_tell_all_hidden();
   srv_log(SRV_LOG_INFO, "stopped");

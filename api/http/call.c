@@ -306,7 +306,8 @@ api_outcome api_range_answer(api_call *call, uint64_t size, api_range *range) {
     int length = snprintf(total, sizeof total, "bytes */%llu", (unsigned long long)size);
     const char *value = tw_arena_text(call->arena, total, (size_t)length);
     if (value) call->fault.header = (api_header){"Content-Range", value};
-    return api_fail_with(call, 416, "the representation has %llu bytes", (unsigned long long)size);
+    return api_fail_with(call, 416, "the representation has %llu %s", (unsigned long long)size,
+                         tw_plural(size, "byte", "bytes"));
   }
   }
   call->answer.status = 206;

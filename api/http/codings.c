@@ -204,8 +204,8 @@ static tw_status fail_parts(tw_error *error, const char *coding) {
 }
 
 static tw_status fail_limit(tw_error *error, uint64_t limit) {
-  return tw_fail(error, TW_LIMIT, "the decoded body is over the limit of %llu bytes",
-                 (unsigned long long)limit);
+  return tw_fail(error, TW_LIMIT, "the decoded body is over the limit of %llu %s", (unsigned long long)limit,
+                 tw_plural(limit, "byte", "bytes"));
 }
 
 /* Inflates the members of a gzip file, one after the other, until the input ends. */

@@ -264,7 +264,8 @@ static api_outcome check_length(api_call *call) {
   uint64_t size = 0;
   for (size_t i = 0; i < digits && size <= limit; i++) size = size * 10 + (uint64_t)(length[i] - '0');
   if (size > limit)
-    return api_fail_with(call, 413, "the body is over the limit of %llu bytes", (unsigned long long)limit);
+    return api_fail_with(call, 413, "the body is over the limit of %llu %s", (unsigned long long)limit,
+                         tw_plural(limit, "byte", "bytes"));
   return API_CONTINUE;
 }
 
@@ -524,8 +525,8 @@ static bool is_hopeless(api_call *call) {
   bool is_too_much = fault->needed > most;
   *fault = (api_fault){.is_predicted = is_too_much && fault->is_predicted, .predicted = fault->predicted};
   if (is_too_much)
-    api_fail_with(call, 422, "this takes more memory than the limit of %llu bytes (--max-memory)",
-                  (unsigned long long)limit);
+    api_fail_with(call, 422, "this takes more memory than the limit of %llu %s (--max-memory)",
+                  (unsigned long long)limit, tw_plural(limit, "byte", "bytes"));
   else
     api_fail_with(call, 503, "the memory for this is in use by other requests");
   fault->refusal = API_REFUSAL_MEMORY;

@@ -208,8 +208,9 @@ api_outcome api_upload_read(api_call *call, api_upload *out) {
   api_coding coding = api_coding_of(api_call_header(call, "Content-Encoding"));
   api_upload upload = {.bytes = call->request->body};
   if (upload.bytes.size > call->service->limits.max_upload)
-    return api_fail_with(call, 413, "the body is over the limit of %llu bytes",
-                         (unsigned long long)call->service->limits.max_upload);
+    return api_fail_with(call, 413, "the body is over the limit of %llu %s",
+                         (unsigned long long)call->service->limits.max_upload,
+                         tw_plural(call->service->limits.max_upload, "byte", "bytes"));
   api_outcome outcome = coding == API_CODING_NONE ? API_DONE : decode_body(call, coding, &upload);
   if (outcome == API_DONE && api_upload_type_of(content_type) == API_TYPE_MULTIPART)
     outcome = read_form(call, content_type, &upload);

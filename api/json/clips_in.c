@@ -82,7 +82,8 @@ static tw_status check_rows(const api_value *object, const api_value *array, con
   if (!array->item) return api_json_fail(object, TW_SYNTAX, "the track has no %s", array->at.name);
   tw_status status = api_json_count(array, UINT32_MAX, &count);
   if (status != TW_OK || count == track->key_count) return status;
-  return api_json_fail(array, TW_INVALID, "%u keys for %u times", count, track->key_count);
+  return api_json_fail(array, TW_INVALID, "%u %s for %u %s", count, tw_plural(count, "key", "keys"),
+                       track->key_count, tw_plural(track->key_count, "time", "times"));
 }
 
 /* Reads values, or quaternions; with tangents interleaved as in glTF: in-tangent, value, out-tangent. */
@@ -220,7 +221,9 @@ static tw_status read_weight_keys(void *context, const api_value *object) {
   if (status != TW_OK) return status;
   if (layer->weight_count == 0) return api_json_fail(object, TW_SYNTAX, "a keyed weight needs times");
   if (count != layer->weight_count)
-    return api_json_fail(&values[1], TW_INVALID, "%u values for %u times", count, layer->weight_count);
+    return api_json_fail(&values[1], TW_INVALID, "%u %s for %u %s", count,
+                         tw_plural(count, "value", "values"), layer->weight_count,
+                         tw_plural(layer->weight_count, "time", "times"));
   float *times = api_json_allocate(object->json, count, sizeof *times, &status);
   float *weights = api_json_allocate(object->json, count, sizeof *weights, &status);
   if (status == TW_OK) status = api_json_float_list(&values[0], times);

@@ -246,8 +246,9 @@ static tw_status read_loop_cut(const api_value *values, tw_edit *edit) {
   if (status == TW_OK) status = api_json_index(&values[CUTS], &edit->loop_cut.cuts);
   if (status != TW_OK || !values[AT].item) return status;
   if (at_count != edit->loop_cut.cuts)
-    return api_json_fail(&values[AT], TW_INVALID, "there are %u places for %u cuts", at_count,
-                         edit->loop_cut.cuts);
+    return api_json_fail(&values[AT], TW_INVALID, "there %s %u %s for %u %s",
+                         tw_plural(at_count, "is", "are"), at_count, tw_plural(at_count, "place", "places"),
+                         edit->loop_cut.cuts, tw_plural(edit->loop_cut.cuts, "cut", "cuts"));
   double *at = tw_arena_alloc(values[AT].json->arena, at_count, sizeof *at);
   if (!at) return api_json_no_memory(values[AT].json);
   edit->loop_cut.at = at;

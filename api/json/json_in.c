@@ -55,8 +55,9 @@ static tw_status read_face_uvs(const api_value *array, const tw_mesh *mesh, uint
   tw_status status = read_polygons(array, &face_count, &offsets, corners);
   if (status != TW_OK) return status;
   if (face_count != mesh->face_count)
-    return api_json_fail(array, TW_INVALID, "%u faces have UVs, and there are %u", face_count,
-                         mesh->face_count);
+    return api_json_fail(array, TW_INVALID, "%u %s UVs, and there %s %u", face_count,
+                         tw_plural(face_count, "face has", "faces have"),
+                         tw_plural(mesh->face_count, "is", "are"), mesh->face_count);
   for (uint32_t i = 0; i < face_count; i++) {
     if (offsets[i + 1] == mesh->face_offsets[i + 1]) continue;
     const api_value face = {array->json, NULL, {&array->at, NULL, i}};

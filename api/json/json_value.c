@@ -379,8 +379,8 @@ static tw_status read_list(const api_value *array, const char *text, number_sink
 static tw_status fail_row(const api_value *row, const char *text, uint32_t width) {
   uint64_t count = tw_json_count(text);
   if (count != width)
-    return api_json_fail(row, TW_SYNTAX, "%u numbers are expected, not %llu", width,
-                         (unsigned long long)count);
+    return api_json_fail(row, TW_SYNTAX, "%u %s expected, not %llu", width,
+                         tw_plural(width, "number is", "numbers are"), (unsigned long long)count);
   double numbers[4];
   number_sink sink = {.kind = DOUBLES, .doubles = numbers};
   return read_list(row, text, &sink, &text);

@@ -25,7 +25,8 @@ static tw_status read_axes(const api_value *values, tw_shape *shape) {
   tw_status status = api_json_floats(&values[SIZE], width, size);
   if (status == TW_OK) status = api_json_count(&values[SEGMENTS], UINT32_MAX, &count);
   if (status == TW_OK && values[SEGMENTS].item && count != width)
-    status = api_json_fail(&values[SEGMENTS], TW_SYNTAX, "%u numbers are expected, not %u", width, count);
+    status = api_json_fail(&values[SEGMENTS], TW_SYNTAX, "%u %s expected, not %u", width,
+                           tw_plural(width, "number is", "numbers are"), count);
   if (status == TW_OK) status = api_json_index_list(&values[SEGMENTS], parts);
   for (uint32_t i = 0; i < width; i++) {
     uint32_t axis = is_grid ? 2 * i : i;

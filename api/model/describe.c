@@ -279,14 +279,15 @@ static void add_fault_warnings(tw_text *out, const tw_model *model, const mesh_f
   char text[160];
   const char *const warning = text;
   if (faults->reversed_edges > 0) {
-    snprintf(text, sizeof text, "%llu edges are creases: their two faces are wound against each other",
-             (unsigned long long)faults->reversed_edges);
+    snprintf(text, sizeof text, "%llu %s two faces are wound against each other",
+             (unsigned long long)faults->reversed_edges,
+             tw_plural(faults->reversed_edges, "edge is a crease: its", "edges are creases: their"));
     add_warnings(out, &warning, 1, call);
   }
   if (faults->seam_edges > 0 && !model->warns_of_seams) {
-    snprintf(text, sizeof text,
-             "%llu edges lie on one another and stay open seams: the file keeps their points apart",
-             (unsigned long long)faults->seam_edges);
+    snprintf(text, sizeof text, "%llu %s points apart", (unsigned long long)faults->seam_edges,
+             tw_plural(faults->seam_edges, "edge lies on another and stays an open seam: the file keeps its",
+                       "edges lie on one another and stay open seams: the file keeps their"));
     add_warnings(out, &warning, 1, call);
   }
   if (faults->hard_edges > 0) {
@@ -294,9 +295,10 @@ static void add_fault_warnings(tw_text *out, const tw_model *model, const mesh_f
     if (hard) add_warnings(out, &hard, 1, call);
   }
   if (faults->lost_creases > 0) {
-    snprintf(text, sizeof text, "%llu creases are left out: no edge joins points %u and %u of mesh %u%s",
-             (unsigned long long)faults->lost_creases, faults->points[0], faults->points[1], faults->mesh,
-             faults->lost_creases > 1 ? ", for the first" : "");
+    snprintf(text, sizeof text, "%llu %s left out: no edge joins points %u and %u of mesh %u%s",
+             (unsigned long long)faults->lost_creases,
+             tw_plural(faults->lost_creases, "crease is", "creases are"), faults->points[0],
+             faults->points[1], faults->mesh, faults->lost_creases > 1 ? ", for the first" : "");
     add_warnings(out, &warning, 1, call);
   }
 }

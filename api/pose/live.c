@@ -178,9 +178,9 @@ static live_poses *create_live(live_request *request, api_service *service, cons
 static api_outcome check_size(api_call *call, const api_pose_request *pose) {
   uint64_t numbers = api_pose_numbers(pose), cost = pose->clip ? tw_clip_cost(pose->clip->compiled) : 1;
   if (pose->model->node_count * cost > FRAME_NODES && cost > 1 && pose->model->node_count <= FRAME_NODES)
-    return api_fail_with(call, 422,
-                         "a pose takes %llu clips of %u nodes, over the limit of %d for live poses",
-                         (unsigned long long)cost, pose->model->node_count, FRAME_NODES);
+    return api_fail_with(call, 422, "a pose takes %llu clips of %u %s, over the limit of %d for live poses",
+                         (unsigned long long)cost, pose->model->node_count,
+                         tw_plural(pose->model->node_count, "node", "nodes"), FRAME_NODES);
   if (pose->model->node_count > FRAME_NODES)
     return api_fail_with(call, 422, "the model has %u nodes, over the limit of %d for live poses",
                          pose->model->node_count, FRAME_NODES);

@@ -245,8 +245,9 @@ static api_outcome check_work(api_call *call, const api_pose_request *request) {
   enum { MOST = 1 << 25 }; /* half a second */
   uint64_t transforms = api_pose_transforms(request);
   if (transforms <= MOST) return API_DONE;
-  return api_fail_with(call, 422, "a pose of %u nodes takes %llu transforms, over the limit of %d",
-                       request->model->node_count, (unsigned long long)transforms, MOST);
+  return api_fail_with(call, 422, "a pose of %u %s takes %llu transforms, over the limit of %d",
+                       request->model->node_count, tw_plural(request->model->node_count, "node", "nodes"),
+                       (unsigned long long)transforms, MOST);
 }
 
 static api_outcome choose_nodes(api_call *call, api_pose_request *request) {

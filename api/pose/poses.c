@@ -33,12 +33,15 @@ static api_outcome check_size(api_call *call, const api_pose_request *request) {
            times = request->times.count;
   uint64_t each = request->form == API_POSE_BIN ? sizeof(float) : API_POSE_NUMBER_BYTES;
   if (numbers > limit / each)
-    return api_fail_with(call, 422, "%llu poses of %u nodes make %llu numbers, more than %llu bytes hold",
-                         (unsigned long long)times, request->node_count, (unsigned long long)numbers,
-                         (unsigned long long)limit);
+    return api_fail_with(call, 422, "%llu %s of %u %s %s %llu numbers, more than %llu bytes hold",
+                         (unsigned long long)times, tw_plural(times, "pose", "poses"), request->node_count,
+                         tw_plural(request->node_count, "node", "nodes"), tw_plural(times, "makes", "make"),
+                         (unsigned long long)numbers, (unsigned long long)limit);
   if (names > 0 && times > (limit - numbers * each) / names)
-    return api_fail_with(call, 422, "%llu poses with %llu bytes of names each are more than %llu bytes hold",
-                         (unsigned long long)times, (unsigned long long)names, (unsigned long long)limit);
+    return api_fail_with(call, 422, "%llu %s with %llu %s of names each %s more than %llu bytes hold",
+                         (unsigned long long)times, tw_plural(times, "pose", "poses"),
+                         (unsigned long long)names, tw_plural(names, "byte", "bytes"),
+                         tw_plural(times, "is", "are"), (unsigned long long)limit);
   return API_DONE;
 }
 

@@ -202,8 +202,13 @@ static bool warn_of_losses(const tw_model *lender, const tw_retargeted *found, b
   if (found->lost_count > 0) {
     tw_text text = {0};
     tw_text_count(&text, found->lost_count);
-    tw_text_add(&text, " translations and scales of bones are not carried over: the bones rest otherwise in "
-                       "the model");
+    tw_text_add(
+        &text,
+        tw_plural(
+            found->lost_count,
+            " translation or scale of a bone is not carried over: the bone rests otherwise in the model",
+            " translations and scales of bones are not carried over: the bones rest otherwise in "
+            "the model"));
     is_warned = warn(out, &text, arena) && is_warned;
   }
   if (holds_feet && found->held_count == 0) {

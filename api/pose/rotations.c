@@ -119,8 +119,10 @@ static tw_status read_points(const api_value *array, rotations_request *out) {
   out->has_points = array->item;
   tw_status status = api_json_count(array, TURNED_POINTS_MOST, &out->point_count);
   if (status == TW_OK && (uint64_t)out->point_count * out->count > TURNED_POINTS_MOST)
-    return api_json_fail(array, TW_LIMIT, "%u points turned by %u rotations are over the limit of %d",
-                         out->point_count, out->count, TURNED_POINTS_MOST);
+    return api_json_fail(array, TW_LIMIT, "%u %s turned by %u %s %s over the limit of %d", out->point_count,
+                         tw_plural(out->point_count, "point", "points"), out->count,
+                         tw_plural(out->count, "rotation", "rotations"),
+                         tw_plural(out->point_count, "is", "are"), TURNED_POINTS_MOST);
   out->points = allocate(array->json, out->point_count, sizeof *out->points, &status);
   if (status == TW_OK) status = api_json_double_rows(array, 3, &out->points[0][0]);
   for (uint32_t i = 0; status == TW_OK && i < out->point_count; i++) {

@@ -108,7 +108,8 @@ static tw_status read_indices(detail_request *request, const api_value *list) {
   tw_status status = api_json_count(list, UINT32_MAX, &count);
   if (status != TW_OK) return status;
   if (count != request->count)
-    return api_json_fail(list, TW_INVALID, "%u indices, and %u positions", count, request->count);
+    return api_json_fail(list, TW_INVALID, "%u %s, and %u %s", count, tw_plural(count, "index", "indices"),
+                         request->count, tw_plural(request->count, "position", "positions"));
   uint32_t *indices = tw_arena_alloc_raw(list->json->arena, count, sizeof *indices);
   if (!indices) return api_json_no_memory(list->json);
   request->indices = indices;
@@ -138,7 +139,8 @@ static tw_status read_document(void *context, const api_value *root) {
   if (status != TW_OK) return status;
   bool is_flat = api_json_holds_numbers(positions);
   if (is_flat && count % 3 != 0)
-    return api_json_fail(positions, TW_INVALID, "%u numbers are no points of three each", count);
+    return api_json_fail(positions, TW_INVALID, "%u %s of three each", count,
+                         tw_plural(count, "number is no point", "numbers are no points"));
   request->count = is_flat ? count / 3 : count;
   request->positions = tw_arena_alloc(root->json->arena, request->count, 3 * sizeof *request->positions);
   if (!request->positions) return api_json_no_memory(root->json);
@@ -198,8 +200,9 @@ static api_outcome read_bin(detail_request *request, api_bytes bytes) {
   if (outcome != API_DONE) return outcome;
   size_t row = head.stride * sizeof(float), rest = bytes.size - BIN_PREFIX - length;
   if (rest / row != head.points || rest % row != 0)
-    return api_fail_with(call, 400, "%u points of %zu bytes are told, and %zu bytes are there", head.points,
-                         row, rest);
+    return api_fail_with(call, 400, "%u %s of %zu bytes %s told, and %zu %s there", head.points,
+                         tw_plural(head.points, "point", "points"), row, tw_plural(head.points, "is", "are"),
+                         rest, tw_plural(rest, "byte is", "bytes are"));
   request->positions = tw_arena_alloc_raw(call->arena, head.points, 3 * sizeof *request->positions);
   if (!request->positions) return api_fail_without_memory(call);
   for (size_t p = 0; p < head.points; p++)
@@ -270,8 +273,9 @@ static api_outcome take_points(detail_request *request) {
   if (request->indices || request->count == request->rows) return API_DONE;
   if (may_be_whole && count_obj(request, &all, &first) != TW_OK) return api_fail(call);
   if (!may_be_whole || request->count != all)
-    return api_fail_with(call, 422, "the body has %u points, and level %u of the mesh has %llu",
-                         request->count, request->options.level, (unsigned long long)request->rows);
+    return api_fail_with(call, 422, "the body has %u %s, and level %u of the mesh has %llu", request->count,
+                         tw_plural(request->count, "point", "points"), request->options.level,
+                         (unsigned long long)request->rows);
   request->positions += 3 * first;
   request->count = (uint32_t)request->rows;
   return API_DONE;

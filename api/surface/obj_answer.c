@@ -76,14 +76,18 @@ api_outcome api_obj_warn_of_losses(api_call *call, const tw_model *model) {
   for (uint32_t n = 0; n < model->node_count; n++) losses.instances += tw_node_lost_instances(model, n);
   uint32_t materials = model->assets || model->material_colors ? model->material_count : 0;
   tw_text text = {0};
-  list(&text, losses.instances, "the ", " instances of EXT_mesh_gpu_instancing");
+  list(&text, losses.instances, "the ",
+       tw_plural(losses.instances, " instance of EXT_mesh_gpu_instancing",
+                 " instances of EXT_mesh_gpu_instancing"));
   list(&text, losses.parted_points, "the further colours of ",
-       " control points where faces differ (it has one a point)");
+       tw_plural(losses.parted_points, " control point where faces differ (it has one a point)",
+                 " control points where faces differ (it has one a point)"));
   list(&text, losses.clear, "alpha", NULL);
   list(&text, losses.attributes, "attributes of the application", NULL);
   list(&text, losses.uv_sets, "texture coordinates behind the first set", NULL);
   list(&text, losses.loose, "points and lines", NULL);
-  list(&text, materials, "all of ", " materials but their names");
+  list(&text, materials, "all of ",
+       tw_plural(materials, " material but its name", " materials but their names"));
   if (text.size == 0) return API_DONE;
   return api_call_warn_text(call, &text);
 }

@@ -103,8 +103,10 @@ static api_outcome admit_baked(api_call *call, const api_clip *clip, uint64_t ti
   uint64_t numbers = 0, limit = call->service->limits.max_upload / sizeof(float);
   for (uint32_t i = 0; i < track_count; i++) numbers += tw_clip_width(clip->compiled, i);
   if (times >= UINT32_MAX || (numbers > 0 && times > limit / numbers))
-    return api_fail_with(call, 422, "%llu keys of %llu numbers are over the limit of %llu numbers in all",
-                         (unsigned long long)times, (unsigned long long)numbers, (unsigned long long)limit);
+    return api_fail_with(call, 422, "%llu %s of %llu %s %s over the limit of %llu numbers in all",
+                         (unsigned long long)times, tw_plural(times, "key", "keys"),
+                         (unsigned long long)numbers, tw_plural(numbers, "number", "numbers"),
+                         tw_plural(times, "is", "are"), (unsigned long long)limit);
   return API_DONE;
 }
 

@@ -107,8 +107,8 @@ static tw_status check_shape(const tw_track_keys *track, uint32_t index, uint32_
   bool angular = track->form == TW_KEY_EULER || track->form == TW_KEY_AXIS_ANGLE;
   uint32_t width = expected_width(track);
   if (track->node >= node_count) {
-    tw_fail(error, TW_INVALID, "track %u moves node %u, but there are %u nodes", index, track->node,
-            node_count);
+    tw_fail(error, TW_INVALID, "track %u moves node %u, but there %s %u %s", index, track->node,
+            tw_plural(node_count, "is", "are"), node_count, tw_plural(node_count, "node", "nodes"));
     return refuse(error, index, "node");
   }
   if (track->key_count == 0) {
@@ -120,8 +120,8 @@ static tw_status check_shape(const tw_track_keys *track, uint32_t index, uint32_
     return refuse(error, index, values_word(track->form));
   }
   if (track->width == 0 || (width != 0 && track->width != width)) {
-    tw_fail(error, TW_INVALID, "a %s track cannot have keys of %u numbers", tw_path_names[track->path],
-            track->width);
+    tw_fail(error, TW_INVALID, "a %s track cannot have keys of %u %s", tw_path_names[track->path],
+            track->width, tw_plural(track->width, "number", "numbers"));
     return refuse(error, index, values_word(track->form));
   }
   if (!has_interpolation(track)) {

@@ -66,7 +66,8 @@ tw_status tw_euler_keys(const tw_track_keys *track, double tolerance, uint32_t m
     most = fmax(most, stray);
   }
   if (added > max_added || added > UINT32_MAX / 2 - track->key_count)
-    return tw_fail(error, TW_LIMIT, "a track needs more than %u keys besides its own", max_added);
+    return tw_fail(error, TW_LIMIT, "a track needs more than %u %s besides its own", max_added,
+                   tw_plural(max_added, "key", "keys"));
   size_t count = track->key_count + (size_t)added;
   key_list list = {.times = added > 0 ? tw_arena_alloc_raw(arena, count, sizeof *list.times) : NULL,
                    .rotations = tw_arena_alloc_raw(arena, count, sizeof *list.rotations)};

@@ -13,8 +13,8 @@ static uint32_t node_on_cycle(const tw_node *nodes, uint32_t node_count, uint32_
 static tw_status check_parents(const tw_node *nodes, uint32_t node_count, tw_error *error) {
   for (uint32_t i = 0; i < node_count; i++)
     if (nodes[i].parent != TW_NO_INDEX && nodes[i].parent >= node_count) {
-      tw_fail(error, TW_INVALID, "node %u has parent %u, but there are %u nodes", i, nodes[i].parent,
-              node_count);
+      tw_fail(error, TW_INVALID, "node %u has parent %u, but there %s %u %s", i, nodes[i].parent,
+              tw_plural(node_count, "is", "are"), node_count, tw_plural(node_count, "node", "nodes"));
       return tw_error_at(error, "/nodes/%u/parent", i);
     }
   return TW_OK;

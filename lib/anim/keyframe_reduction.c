@@ -461,7 +461,8 @@ static tw_status find_bends(reduction *r, uint32_t most, bool may_skip, tw_error
     tw_status status = tw_work_status(error);
     return status != TW_OK ? status : tw_fail(error, TW_NO_MEMORY, "no memory for the bends of a track");
   }
-  if (!is_whole && !may_skip) return tw_fail(error, TW_LIMIT, "the clip bends more than %u times", most);
+  if (!is_whole && !may_skip)
+    return tw_fail(error, TW_LIMIT, "the clip bends more than %u %s", most, tw_plural(most, "time", "times"));
   if (!is_whole && list.count > 1) step_evenly(&list);
   tw_status sorted = tw_sort(list.times, list.count, sizeof *list.times, tw_order_floats);
   if (sorted != TW_OK) return tw_fail(error, sorted, "the bends of a track cannot be sorted");

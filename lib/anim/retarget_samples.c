@@ -106,8 +106,9 @@ static tw_status refine(const tw_signal *signal, tw_key_sample **samples, uint32
     tw_status status = halve(signal, samples, count, error);
     if (status != TW_OK || *count == before) return status;
     if (*count > signal->carrying->job->max_keys)
-      return tw_fail(error, TW_LIMIT, "a track that is carried over needs more than %u keys",
-                     signal->carrying->job->max_keys);
+      return tw_fail(error, TW_LIMIT, "a track that is carried over needs more than %u %s",
+                     signal->carrying->job->max_keys,
+                     tw_plural(signal->carrying->job->max_keys, "key", "keys"));
   }
   return TW_OK;
 }

@@ -326,8 +326,8 @@ static double degrees(double radians) {
 /* Adds a sentence that begins with a count: "1 key", "2 keys"; none for 0. */
 static void warn_of_count(tw_track_report *report, uint32_t count, const char *thing, const char *rest) {
   if (count > 0)
-    snprintf(next_warning(report), TW_TRACK_WARNING_SIZE, "%u %s%s %s", count, thing, count > 1 ? "s" : "",
-             rest);
+    snprintf(next_warning(report), TW_TRACK_WARNING_SIZE, "%u %s%s %s", count, thing,
+             tw_plural(count, "", "s"), rest);
 }
 
 static void warn_of_all(const tw_track_keys *keys, tw_track_report *report) {
@@ -345,8 +345,8 @@ static void warn_of_all(const tw_track_keys *keys, tw_track_report *report) {
                 "of exactly 180 degrees: quaternions turn either way as far, which one is arbitrary");
   if (report->long_steps)
     snprintf(next_warning(report), TW_TRACK_WARNING_SIZE,
-             "%u step%s of more than 180 degrees, the largest %.6g: %s would cut them short",
-             report->long_steps, report->long_steps > 1 ? "s" : "", degrees(report->largest_step),
+             "%u %s of more than 180 degrees, the largest %.6g: %s would cut them short", report->long_steps,
+             tw_plural(report->long_steps, "step", "steps"), degrees(report->largest_step),
              is_spline ? "LINEAR keys" : "quaternions");
   warn_of_count(report, report->euler_wraps, "step",
                 "in which an Euler angle changes by more than 180 degrees");

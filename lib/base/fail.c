@@ -5,6 +5,10 @@
 #include <stdio.h>
 #include <string.h>
 
+const char *tw_plural(uint64_t count, const char *one, const char *many) {
+  return count == 1 ? one : many;
+}
+
 /* Removes the incomplete UTF-8 sequence that truncation may have left at the end of text. */
 static void trim_partial_character(char *text) {
   size_t length = strlen(text);

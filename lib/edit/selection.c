@@ -20,6 +20,11 @@ static const char *element_name(const picker *p) {
   return tw_edit_element_names[p->selection->of];
 }
 
+static const char *element_noun(const picker *p) {
+  static const char *const ones[] = {"face", "edge", "vertex"};
+  return tw_plural(p->count, ones[p->selection->of], element_name(p));
+}
+
 /* place: the pointer below the selection's ("/group"). */
 static tw_status refuse(const picker *p, const char *place, const char *detail) {
   char at[64];
@@ -36,8 +41,9 @@ tw_status tw_editor_find_edge(tw_editor *editor, const uint32_t ends[2], const c
     if (ends[i] >= editor->mesh.point_count) {
       char at[64];
       snprintf(at, sizeof at, "%s/%d", place, i);
-      return tw_editor_fail(editor, TW_INVALID, at, "index %u is out of range: there are %u points", ends[i],
-                            editor->mesh.point_count);
+      return tw_editor_fail(editor, TW_INVALID, at, "index %u is out of range: there %s %u %s", ends[i],
+                            tw_plural(editor->mesh.point_count, "is", "are"), editor->mesh.point_count,
+                            tw_plural(editor->mesh.point_count, "point", "points"));
     }
   *edge = tw_topology_find_edge(editor->topology, ends[0], ends[1]);
   if (*edge != UINT32_MAX) return TW_OK;
@@ -58,8 +64,8 @@ static tw_status pick_list(picker *p) {
       index = s->indices[i];
     }
     if (index >= p->count)
-      return tw_editor_fail(p->editor, TW_INVALID, place, "index %u is out of range: there are %u %s", index,
-                            p->count, element_name(p));
+      return tw_editor_fail(p->editor, TW_INVALID, place, "index %u is out of range: there %s %u %s", index,
+                            tw_plural(p->count, "is", "are"), p->count, element_noun(p));
     p->flags[index] = 1;
   }
   return TW_OK;

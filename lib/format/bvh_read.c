@@ -436,8 +436,9 @@ static tw_status check_size(bvh_file *file, const bvh_motion *motion, size_t fil
   uint64_t most = tw_reading_size(TW_FORMAT_BVH, file_size) - file_size;
   if (motion->frame_count == 0 || each <= most / motion->frame_count) return TW_OK;
   return tw_fail(file->error, TW_LIMIT,
-                 "the keys of %u frames take %llu bytes each, too much for a file of %llu bytes",
-                 motion->frame_count, (unsigned long long)each, (unsigned long long)file_size);
+                 "the keys of %u %s take %llu bytes each, too much for a file of %llu bytes",
+                 motion->frame_count, tw_plural(motion->frame_count, "frame", "frames"),
+                 (unsigned long long)each, (unsigned long long)file_size);
 }
 
 static tw_status make_room(bvh_file *file, tw_arena *arena, bvh_motion *motion) {
@@ -489,8 +490,8 @@ static tw_status end_frame(bvh_file *file, uint32_t frame) {
   skip_in_line(file);
   if (file->at == file->end || is_line_end(*file->at)) return TW_OK;
   return tw_fail_line(file->error, TW_SYNTAX, file->line,
-                      "frame %u does not end with this line: a frame has %u numbers", frame,
-                      file->channel_count);
+                      "frame %u does not end with this line: a frame has %u %s", frame, file->channel_count,
+                      tw_plural(file->channel_count, "number", "numbers"));
 }
 
 static tw_status read_frames(bvh_file *file, const bvh_motion *motion) {
@@ -519,8 +520,8 @@ static tw_status read_motion(bvh_file *file, size_t size, tw_model *model) {
   if (motion.frame_count != file->claimed)
     tw_model_warn(model, "Frames: says %.0f, and there are %u", file->claimed, motion.frame_count);
   if (motion.rest > 0)
-    tw_model_warn(model, "the last frame is left out: it has %llu of %u numbers",
-                  (unsigned long long)motion.rest, file->channel_count);
+    tw_model_warn(model, "the last frame is left out: it has %llu of %u %s", (unsigned long long)motion.rest,
+                  file->channel_count, tw_plural(file->channel_count, "number", "numbers"));
   if (motion.frame_count == 0 || motion.track_count == 0) return TW_OK;
   model->clips = tw_arena_alloc(model->arena, 1, sizeof *model->clips);
   if (!model->clips) return tw_fail(file->error, TW_NO_MEMORY, "out of memory");
@@ -564,10 +565,11 @@ static tw_status make_nodes(bvh_file *file, tw_model *model) {
 static void warn_of_losses(const bvh_file *file, tw_model *model) {
   uint32_t scales = 0;
   for (uint32_t i = 0; i < file->channel_count; i++) scales += file->channels[i].kind == BVH_SCALE;
-  if (scales > 0) tw_model_warn(model, "%u channels of scale are left out", scales);
+  tw_model_warn_count(model, scales, "channel of scale is left out", "channels of scale are left out");
   if (file->end_names > 0)
-    tw_model_warn(model, "the names of %u end sites are left out: they are named after their joints",
-                  file->end_names);
+    tw_model_warn(model, "the %s of %u %s", tw_plural(file->end_names, "name", "names"), file->end_names,
+                  tw_plural(file->end_names, "end site is left out: it is named after its joint",
+                            "end sites are left out: they are named after their joints"));
   if (!file->has_motion) tw_model_warn(model, "there is no MOTION, and so no clip");
 }
 

@@ -335,10 +335,10 @@ static tw_status choose_orders(tw_bvh_stream *s, tw_arena *scratch, tw_error *er
 
 /* ---- losses ---------------------------------------------------------------------------------- */
 
-static void warn(tw_bvh_stream *s, uint32_t count, const char *what) {
+static void warn(tw_bvh_stream *s, uint32_t count, const char *one, const char *many) {
   tw_error sentence;
   if (count == 0) return;
-  tw_fail(&sentence, TW_OK, "%u %s", count, what);
+  tw_fail(&sentence, TW_OK, "%u %s", count, tw_plural(count, one, many));
   const char *kept = tw_arena_text(s->arena, sentence.detail, strlen(sentence.detail));
   if (kept) s->warnings[s->warning_count++] = kept;
 }
@@ -364,9 +364,12 @@ static void find_losses(tw_bvh_stream *s) {
     tw_clip_target(o->clip, i, &path);
     weights += path == TW_WEIGHTS;
   }
-  warn(s, uneven, "joints are scaled unevenly or by the clip: BVH has their places alone");
-  warn(s, weights, "tracks of morph weights are left out: BVH has none");
-  warn(s, names, "names are changed: BVH has no blanks and braces in names, and readers want each once");
+  warn(s, uneven, "joint is scaled unevenly or by the clip: BVH has its place alone",
+       "joints are scaled unevenly or by the clip: BVH has their places alone");
+  warn(s, weights, "track of morph weights is left out: BVH has none",
+       "tracks of morph weights are left out: BVH has none");
+  warn(s, names, "name is changed: BVH has no blanks and braces in names, and readers want each once",
+       "names are changed: BVH has no blanks and braces in names, and readers want each once");
 }
 
 /* ---- printing -------------------------------------------------------------------------------- */

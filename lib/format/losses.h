@@ -10,10 +10,11 @@
 extern "C" {
 #endif
 
-/* Things of one kind. what, why: texts that outlive the losses. */
+/* Things of one kind. one, many: texts that outlive the losses, sentences behind the count, with a reason
+ * behind a colon or without: "weight of a point is left out: it belongs to a curve", "weights of points are
+ * left out: they belong to curves". */
 typedef struct tw_loss {
-  const char *what; /* a sentence behind the count: "weights of points are left out" */
-  const char *why;  /* behind a colon; NULL: nothing to add */
+  const char *one, *many;
   uint64_t count, line;
 } tw_loss;
 
@@ -24,14 +25,14 @@ typedef struct tw_losses {
   tw_loss items[TW_LOSSES_MAX]; /* by their first occurrence */
 } tw_losses;
 
-/* Notes `count` lost things; 0: none. line: of the first of them; 0: not known. Losses with the same `what`
- * are one. O(kinds). */
-void tw_lose(tw_losses *losses, const char *what, const char *why, uint64_t count, uint64_t line);
+/* Notes `count` lost things; 0: none. line: of the first of them; 0: not known. Losses with the same
+ * `many` before its reason are one, told with the first reason. O(kinds). */
+void tw_lose(tw_losses *losses, const char *one, const char *many, uint64_t count, uint64_t line);
 
 /* Notes that corners which repeat the one before them were merged, in `faces` faces. */
 void tw_lose_doubled_corners(tw_losses *losses, uint64_t faces);
 
-/* Warns of each kind: COUNT WHAT[, the first in line LINE][: WHY]. */
+/* Warns of each kind: COUNT SENTENCE[, the first in line LINE][: REASON]. */
 void tw_losses_tell(const tw_losses *losses, tw_model *model);
 
 #ifdef __cplusplus

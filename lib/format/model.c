@@ -58,6 +58,10 @@ void tw_model_warn(tw_model *model, const char *format, ...) {
   if (kept) model->warnings[model->warning_count++] = kept;
 }
 
+void tw_model_warn_count(tw_model *model, uint64_t count, const char *one, const char *many) {
+  if (count > 0) tw_model_warn(model, "%llu %s", (unsigned long long)count, tw_plural(count, one, many));
+}
+
 /* ---- names ----------------------------------------------------------------------------------- */
 
 const char *tw_model_node_name(const tw_model *model, uint32_t node, char buffer[24]) {
@@ -382,7 +386,9 @@ static void warn_of_origins(tw_model *model) {
   if (count == 0) return;
   const double *at = model->meshes[first].origin;
   char more[48] = "";
-  if (count > 1) snprintf(more, sizeof more, ", and %u more meshes likewise", count - 1);
+  if (count > 1)
+    snprintf(more, sizeof more, ", and %u more %s likewise", count - 1,
+             tw_plural(count - 1, "mesh", "meshes"));
   tw_model_warn(
       model,
       "mesh %u lies so far from the origin that floats would lose its shape: its points are relative "
@@ -544,7 +550,7 @@ static tw_status warn_of_turns(tw_model *model, uint32_t index, tw_error *error)
     tw_status status = count_turns(track, &count, &says_angles, error);
     if (status != TW_OK) return status;
     if (count == 0) continue;
-    tw_model_warn(model, "%u step%s of %s: clip \"%s\", node \"%s\"", count, count > 1 ? "s" : "",
+    tw_model_warn(model, "%u %s of %s: clip \"%s\", node \"%s\"", count, tw_plural(count, "step", "steps"),
                   says_angles ? "180 degrees or more, which quaternions would turn another way"
                               : "exactly 180 degrees, whose way is arbitrary",
                   tw_model_clip_name(model, index, clip_name),
@@ -575,11 +581,11 @@ static void warn_of_duplicates(tw_model *model, uint32_t index) {
   for (uint32_t i = 0; i < clip->track_count; i++) {
     const tw_track_keys *track = &clip->tracks[i];
     if (track->duplicate_times > 0)
-      tw_model_warn(model,
-                    "%u key%s at the time of the one before, where the %s jump%s: clip \"%s\", node \"%s\"",
-                    track->duplicate_times, track->duplicate_times > 1 ? "s" : "", tw_path_names[track->path],
-                    track->path == TW_WEIGHTS ? "" : "s", tw_model_clip_name(model, index, clip_name),
-                    tw_model_node_name(model, track->node, node_name));
+      tw_model_warn(
+          model, "%u %s at the time of the one before, where the %s jump%s: clip \"%s\", node \"%s\"",
+          track->duplicate_times, tw_plural(track->duplicate_times, "key", "keys"),
+          tw_path_names[track->path], track->path == TW_WEIGHTS ? "" : "s",
+          tw_model_clip_name(model, index, clip_name), tw_model_node_name(model, track->node, node_name));
   }
 }
 
@@ -657,8 +663,11 @@ tw_status tw_model_weld(tw_model *model, double distance, tw_error *error) {
     shortened += merged.shortened;
     bent += merged.bent;
   }
-  if (bent > 0) tw_model_warn(model, TW_WELD_BENT_WARNING, (unsigned long long)bent);
-  if (dropped > 0) tw_model_warn(model, TW_WELD_DROPPED_WARNING, (unsigned long long)dropped);
-  if (shortened > 0) tw_model_warn(model, TW_WELD_SHORTENED_WARNING, (unsigned long long)shortened);
+  tw_model_warn_count(model, bent,
+                      "point becomes one with a point of other joints or morph targets, and follows this",
+                      "points become one with a point of other joints or morph targets, and follow these");
+  tw_model_warn_count(model, dropped, TW_WELD_DROPPED_FACE, TW_WELD_DROPPED_FACES);
+  tw_model_warn_count(model, shortened, "face names a point twice in a row: it keeps it once",
+                      "faces name a point twice in a row: they keep it once");
   return TW_OK;
 }

@@ -201,9 +201,11 @@ static tw_status make_linear(tw_obj_reader *reader) {
     if (i % POINTS_A_STEP == POINTS_A_STEP - 1 && !tw_work(POINTS_A_STEP))
       return tw_work_status(reader->error);
   }
-  tw_lose(&reader->losses, "colours of points are divided by 255", "all are whole numbers, some over 1",
-          are_bytes ? colored : 0, 0);
-  tw_lose(&reader->losses, "colours are brought into 0 to 1", NULL, are_bytes ? 0 : beyond, 0);
+  tw_lose(&reader->losses, "colour of a point is divided by 255: all are whole numbers, some over 1",
+          "colours of points are divided by 255: all are whole numbers, some over 1", are_bytes ? colored : 0,
+          0);
+  tw_lose(&reader->losses, "colour is brought into 0 to 1", "colours are brought into 0 to 1",
+          are_bytes ? 0 : beyond, 0);
   return TW_OK;
 }
 
@@ -215,7 +217,8 @@ static bool complete_colors(float *colors, uint32_t count, tw_losses *losses) {
   if (bare == count) return false;
   for (size_t i = 0; i < 4 * (size_t)count && bare > 0; i += 4)
     for (size_t c = 0; c < 4 && colors[i + 3] < 1; c++) colors[i + c] = 1;
-  tw_lose(losses, "points have no colour", "they are white beside those that have one", bare, 0);
+  tw_lose(losses, "point has no colour: it is white beside those that have one",
+          "points have no colour: they are white beside those that have one", bare, 0);
   return true;
 }
 
@@ -286,7 +289,8 @@ static tw_status add_uvs(const obj_part *part, tw_mesh *mesh) {
   float *values = tw_arena_alloc_raw(reader->arena, (size_t)count + (missing > 0), 2 * sizeof *values);
   if (!values) return tw_obj_fail_memory(reader);
   copy_uvs(part, count, values);
-  tw_lose(&reader->losses, "face corners have no texture coordinate and get 0 0", NULL, missing, 0);
+  tw_lose(&reader->losses, "face corner has no texture coordinate and gets 0 0",
+          "face corners have no texture coordinate and get 0 0", missing, 0);
   mesh->uv_set_count = 1;
   mesh->uv_sets[0] = (tw_uv_set){count + (missing > 0), values, corners};
   return TW_OK;
@@ -371,18 +375,20 @@ static tw_status build_meshes(tw_obj_reader *reader, uint32_t count, const uint3
 
 static void warn(const tw_obj_reader *reader, tw_model *model) {
   if (reader->names_library && model->material_count > 0)
-    tw_model_warn(model,
-                  "of %u materials the names alone are kept: their colours and textures stand in other files",
-                  model->material_count);
+    tw_model_warn(model, "of %u %s stand in other files", model->material_count,
+                  tw_plural(model->material_count,
+                            "material the name alone is kept: its colours and textures",
+                            "materials the names alone are kept: their colours and textures"));
   if (reader->names_library && model->material_count == 0)
     tw_model_warn(model, "the libraries of materials that the file names are left out: no face uses one");
   if (reader->unknown_statements > 0)
-    tw_model_warn(model, "%llu statements are left out, the first in line %llu: \"%s\" is none that is known",
-                  (unsigned long long)reader->unknown_statements, (unsigned long long)reader->first_unknown,
-                  tw_obj_quote_word(reader->unknown_word).text);
-  if (reader->tags.ignored > 0)
-    tw_model_warn(model, "%llu subdivision tags are left out: their names are not known",
-                  (unsigned long long)reader->tags.ignored);
+    tw_model_warn(
+        model, "%llu %s in line %llu: \"%s\" is none that is known",
+        (unsigned long long)reader->unknown_statements,
+        tw_plural(reader->unknown_statements, "statement is left out,", "statements are left out, the first"),
+        (unsigned long long)reader->first_unknown, tw_obj_quote_word(reader->unknown_word).text);
+  tw_model_warn_count(model, reader->tags.ignored, "subdivision tag is left out: its name is not known",
+                      "subdivision tags are left out: their names are not known");
   tw_losses_tell(&reader->losses, model);
 }
 
@@ -391,12 +397,12 @@ static tw_status lose_parts(tw_obj_reader *reader, const tw_model *model) {
   uint64_t objects = reader->object_count;
   bool is_last_empty = objects > 0 && reader->objects[objects - 1].first_face == reader->all.faces;
   if (is_last_empty && reader->all.faces > 0) {
-    tw_lose(&reader->losses, "objects without faces are left out", NULL, 1, 0);
+    tw_lose(&reader->losses, "object without faces is left out", "objects without faces are left out", 1, 0);
     objects--;
   }
   if (model->mesh_count == 1 && objects > 1)
-    tw_lose(&reader->losses, "objects are one mesh with the first one", "they share points or tags",
-            objects - 1, 0);
+    tw_lose(&reader->losses, "object is one mesh with the first one: they share points or tags",
+            "objects are one mesh with the first one: they share points or tags", objects - 1, 0);
   tw_status status = TW_OK;
   for (uint32_t i = 0; i < model->mesh_count && status == TW_OK; i++)
     status = tw_lose_unused_points(&reader->losses, model->meshes[i].point_count, model->meshes[i].corners,
@@ -421,7 +427,7 @@ static tw_status close_seams(const tw_obj_reader *reader, tw_model *model) {
     tw_add_welded(&all, &welded);
   }
   tw_losses_tell(&losses, model);
-  if (dropped > 0) tw_model_warn(model, TW_WELD_DROPPED_WARNING, (unsigned long long)dropped);
+  tw_model_warn_count(model, dropped, TW_WELD_DROPPED_FACE, TW_WELD_DROPPED_FACES);
   tw_warn_of_welding(model, &all);
   return TW_OK;
 }

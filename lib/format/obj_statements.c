@@ -140,9 +140,9 @@ static tw_status set_color(tw_obj_reader *reader, uint64_t point, const float *r
   return TW_OK;
 }
 
-/* Passes over what is left of a statement. what: as of tw_lose, if something is. */
-static void leave_rest(tw_obj_reader *reader, tw_obj_text *text, const char *what) {
-  if (!tw_obj_statement_ends(text)) tw_lose(&reader->losses, what, NULL, 1, text->line);
+/* Passes over what is left of a statement. one, many: as of tw_lose, if something is. */
+static void leave_rest(tw_obj_reader *reader, tw_obj_text *text, const char *one, const char *many) {
+  if (!tw_obj_statement_ends(text)) tw_lose(&reader->losses, one, many, 1, text->line);
 }
 
 /* v x y z, v x y z w, v x y z r g b or v x y z r g b a. The weight w, which belongs to curves, and alpha are
@@ -161,9 +161,13 @@ static tw_status read_point(tw_obj_reader *reader, tw_obj_text *text) {
       return tw_fail_line(reader->error, TW_INVALID, line, "a number is no finite 32-bit float");
   memcpy(reader->positions + 3 * point, values, 3 * sizeof(float));
   bool has_weight = count == 4 && values[3] != 1, has_alpha = count == 7 && values[6] != 1;
-  tw_lose(&reader->losses, "weights of points are left out", "they belong to curves", has_weight, line);
-  tw_lose(&reader->losses, "alphas of colours are left out", NULL, has_alpha, line);
-  if (count == 7) leave_rest(reader, text, "points have numbers behind their colour, which are left out");
+  tw_lose(&reader->losses, "weight of a point is left out: it belongs to a curve",
+          "weights of points are left out: they belong to curves", has_weight, line);
+  tw_lose(&reader->losses, "alpha of a colour is left out", "alphas of colours are left out", has_alpha,
+          line);
+  if (count == 7)
+    leave_rest(reader, text, "point has numbers behind its colour, which are left out",
+               "points have numbers behind their colour, which are left out");
   return count >= 6 ? set_color(reader, point, values + 3) : TW_OK;
 }
 
@@ -201,10 +205,13 @@ static tw_status read_uv(tw_obj_reader *reader, tw_obj_text *text) {
   if (status != TW_OK) return status;
   if (count == 0) return tw_fail_line(reader->error, TW_SYNTAX, line, "a texture coordinate needs a number");
   bool is_usable = fabsf(values[0]) <= TW_COORDINATE_MAX && fabsf(values[1]) <= TW_COORDINATE_MAX;
-  tw_lose(&reader->losses, "texture coordinates are 0 0", "they are no numbers up to 1e18", !is_usable, line);
-  tw_lose(&reader->losses, "third texture coordinates are left out", "pictures have two", values[2] != 0,
-          line);
-  if (count == 3) leave_rest(reader, text, "texture coordinates have numbers that are left out");
+  tw_lose(&reader->losses, "texture coordinate is 0 0: it has no numbers up to 1e18",
+          "texture coordinates are 0 0: they are no numbers up to 1e18", !is_usable, line);
+  tw_lose(&reader->losses, "third texture coordinate is left out: pictures have two",
+          "third texture coordinates are left out: pictures have two", values[2] != 0, line);
+  if (count == 3)
+    leave_rest(reader, text, "texture coordinate has numbers that are left out",
+               "texture coordinates have numbers that are left out");
   memcpy(reader->uvs + 2 * uv, is_usable ? values : (const float[2]){0, 0}, 2 * sizeof(float));
   return TW_OK;
 }
@@ -220,10 +227,11 @@ static void read_normal(tw_obj_reader *reader, tw_obj_text *text) {
     out[i] = is_read ? (float)value : NAN;
     if (isfinite(out[i])) continue;
     memset(out, 0, 3 * sizeof *out);
-    tw_lose(&reader->losses, "normals are left out", "they are not three finite numbers", 1, line);
+    tw_lose(&reader->losses, "normal is left out: it is not three finite numbers",
+            "normals are left out: they are not three finite numbers", 1, line);
     return;
   }
-  leave_rest(reader, text, "normals have numbers that are left out");
+  leave_rest(reader, text, "normal has numbers that are left out", "normals have numbers that are left out");
 }
 
 /* ---- f --------------------------------------------------------------------------------------- */
@@ -231,17 +239,17 @@ static void read_normal(tw_obj_reader *reader, tw_obj_text *text) {
 /* Reads an OBJ index, which counts from 1, or back from the newest element if negative, as an index from 0.
  * so_far: elements before this statement. all: elements of the file; some are named before they are
  * defined. */
-static tw_status read_index(tw_obj_text *text, uint64_t so_far, uint64_t all, const char *what, uint32_t *out,
-                            tw_error *error) {
+static tw_status read_index(tw_obj_text *text, uint64_t so_far, uint64_t all, const char *one,
+                            const char *many, uint32_t *out, tw_error *error) {
   int64_t index;
   if (!tw_obj_read_integer(text, &index)) return tw_obj_fail_word(text, "corner of a face", error);
   if (index == 0) return tw_fail_line(error, TW_INVALID, text->line, "index 0: they start from 1");
   if (index < 0 && (uint64_t)-index > so_far)
-    return tw_fail_line(error, TW_INVALID, text->line, "index %lld is out of range: there are %llu so far",
-                        (long long)index, (unsigned long long)so_far);
+    return tw_fail_line(error, TW_INVALID, text->line, "index %lld is out of range: there %s %llu so far",
+                        (long long)index, tw_plural(so_far, "is", "are"), (unsigned long long)so_far);
   if (index > 0 && (uint64_t)index > all)
     return tw_fail_line(error, TW_INVALID, text->line, "index %lld is out of range: the file has %llu %s",
-                        (long long)index, (unsigned long long)all, what);
+                        (long long)index, (unsigned long long)all, tw_plural(all, one, many));
   *out = (uint32_t)(index > 0 ? (uint64_t)index - 1 : so_far - (uint64_t)-index);
   return TW_OK;
 }
@@ -249,11 +257,12 @@ static tw_status read_index(tw_obj_text *text, uint64_t so_far, uint64_t all, co
 /* The same of a texture coordinate or normal. Of a file that has none at all the index means nothing: it is
  * read, counted and left out. */
 static tw_status read_value_index(tw_obj_reader *reader, tw_obj_text *text, uint64_t so_far, uint64_t all,
-                                  const char *what, const char *loss, uint32_t *out) {
+                                  const char *one, const char *many, const char *loss, const char *losses,
+                                  uint32_t *out) {
   int64_t ignored;
-  if (all > 0) return read_index(text, so_far, all, what, out, reader->error);
+  if (all > 0) return read_index(text, so_far, all, one, many, out, reader->error);
   if (!tw_obj_read_integer(text, &ignored)) return tw_obj_fail_word(text, "corner of a face", reader->error);
-  tw_lose(&reader->losses, loss, "left out", 1, 0);
+  tw_lose(&reader->losses, loss, losses, 1, 0);
   return TW_OK;
 }
 
@@ -272,14 +281,17 @@ static tw_status read_corner(tw_obj_reader *reader, tw_obj_text *text, obj_corne
   const tw_obj_counts *read = &reader->read, *all = &reader->all;
   tw_error *error = reader->error;
   out->uv = out->normal = TW_OBJ_NO_VALUE;
-  tw_status status = read_index(text, read->points, all->points, "points", &out->point, error);
+  tw_status status = read_index(text, read->points, all->points, "point", "points", &out->point, error);
   if (status == TW_OK && tw_obj_take_slash(text)) {
     if (text->at < text->end && *text->at != '/' && !ends_corner(text))
-      status = read_value_index(reader, text, read->uvs, all->uvs, "texture coordinates",
-                                "face corners name a texture coordinate, but the file has no vt", &out->uv);
+      status = read_value_index(
+          reader, text, read->uvs, all->uvs, "texture coordinate", "texture coordinates",
+          "face corner names a texture coordinate, but the file has no vt: left out",
+          "face corners name a texture coordinate, but the file has no vt: left out", &out->uv);
     if (status == TW_OK && tw_obj_take_slash(text) && !ends_corner(text)) /* some write p// and p/t/ */
-      status = read_value_index(reader, text, read->normals, all->normals, "normals",
-                                "face corners name a normal, but the file has no vn", &out->normal);
+      status = read_value_index(reader, text, read->normals, all->normals, "normal", "normals",
+                                "face corner names a normal, but the file has no vn: left out",
+                                "face corners name a normal, but the file has no vn: left out", &out->normal);
   }
   if (status != TW_OK || ends_corner(text)) return status;
   return tw_obj_fail_word(text, "corner of a face", error);
@@ -323,8 +335,9 @@ static tw_status number_groups(tw_obj_reader *reader) {
   if (reader->group_words.length == 0) return TW_OK;
   tw_status status = number_name(&reader->group_names, reader->group_words, TW_OBJ_GROUPS_MAX, &reader->group,
                                  reader->error);
-  tw_lose(&reader->losses, "sets of groups are left out", "262144 are kept",
-          status == TW_OK && reader->group == TW_OBJ_NO_NAME, 0);
+  tw_lose(&reader->losses, "set of groups is left out: 262144 are kept",
+          "sets of groups are left out: 262144 are kept", status == TW_OK && reader->group == TW_OBJ_NO_NAME,
+          0);
   reader->group_words.length = 0;
   return status;
 }
@@ -361,7 +374,7 @@ static tw_status drop_face(tw_obj_reader *reader, uint64_t first_corner) {
   reader->dropped = dropped;
   reader->dropped[reader->dropped_count++] = (uint32_t)(reader->read.faces + count);
   reader->read.corners = first_corner;
-  tw_lose(&reader->losses, TW_COLLAPSED_FACES, NULL, 1, 0);
+  tw_lose(&reader->losses, TW_COLLAPSED_FACE, TW_COLLAPSED_FACES, 1, 0);
   return TW_OK;
 }
 
@@ -411,7 +424,8 @@ static void begin_object(tw_obj_reader *reader, tw_obj_text *text) {
   tw_obj_object object = {tw_obj_read_line(text), (uint32_t)reader->read.faces};
   tw_obj_object *last = reader->object_count ? &reader->objects[reader->object_count - 1] : NULL;
   if (last && last->first_face == object.first_face) {
-    tw_lose(&reader->losses, "objects without faces are left out", NULL, 1, line);
+    tw_lose(&reader->losses, "object without faces is left out", "objects without faces are left out", 1,
+            line);
     *last = object;
   } else if (reader->object_count <= TW_OBJ_OBJECTS_MAX) {
     reader->objects[reader->object_count++] = object;
@@ -426,8 +440,9 @@ static void begin_groups(tw_obj_reader *reader, tw_obj_text *text) {
     names.length = (size_t)(word.text + word.length - names.text);
   if (reader->first_group.length == 0) reader->first_group = names;
   reader->group = TW_OBJ_NO_NAME;
-  tw_lose(&reader->losses, "sets of groups are left out", "their names have over 1024 bytes",
-          names.length > TEXT_MAX, text->line);
+  tw_lose(&reader->losses, "set of groups is left out: its names have over 1024 bytes",
+          "sets of groups are left out: their names have over 1024 bytes", names.length > TEXT_MAX,
+          text->line);
   if (names.length > TEXT_MAX || tw_word_is(names, "default")) names.length = 0;
   reader->group_words = names;
 }
@@ -451,34 +466,37 @@ static void begin_smoothing(tw_obj_reader *reader, tw_obj_text *text) {
   if (tw_word_is(tw_obj_read_word(text), "off")) return;
   tw_obj_skip_blanks(&rest);
   bool is_group = tw_obj_read_integer(&rest, &group) && group >= 0 && group < UINT32_MAX;
-  tw_lose(&reader->losses, "smoothing groups are left out", "they are no numbers", !is_group, text->line);
+  tw_lose(&reader->losses, "smoothing group is left out: it is no number",
+          "smoothing groups are left out: they are no numbers", !is_group, text->line);
   reader->smoothing_group = is_group ? (uint32_t)group : TW_OBJ_NO_VALUE;
 }
 
 /* Statements of the format that have nothing to do with a surface of polygons: what is lost with them. */
-static const char *find_loss(tw_word word, const char **why) {
-  static const char form[] = "statements of free-form curves and surfaces are left out",
-                    display[] = "statements about display and files are left out";
+static tw_loss find_loss(tw_word word) {
   static const struct {
-    const char *words, *what, *why;
-  } kinds[] = {{" l p curv curv2 surf ", "lines, points or curves are left out", "only faces have a surface"},
+    const char *words;
+    tw_loss loss;
+  } kinds[] = {{" l p curv curv2 surf ",
+                {.one = "line, point or curve is left out: only faces have a surface",
+                 .many = "lines, points or curves are left out: only faces have a surface"}},
                {" vp bmat bsp bzp cdc cdp con cstype deg end hole mg parm res scrv sp step trim ctech stech ",
-                form, NULL},
-               {" bevel c_interp d_interp lod shadow_obj trace_obj usemap maplib call csh ", display, NULL}};
+                {.one = "statement of free-form curves and surfaces is left out",
+                 .many = "statements of free-form curves and surfaces are left out"}},
+               {" bevel c_interp d_interp lod shadow_obj trace_obj usemap maplib call csh ",
+                {.one = "statement about display and files is left out",
+                 .many = "statements about display and files are left out"}}};
   for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
     for (const char *at = kinds[i].words; at[1]; at += strcspn(at + 1, " ") + 1)
-      if (strcspn(at + 1, " ") == word.length && memcmp(at + 1, word.text, word.length) == 0) {
-        *why = kinds[i].why;
-        return kinds[i].what;
-      }
-  return NULL;
+      if (strcspn(at + 1, " ") == word.length && memcmp(at + 1, word.text, word.length) == 0)
+        return kinds[i].loss;
+  return (tw_loss){0};
 }
 
 /* Passes over a statement that shapes no surface, and notes it. A first word with other characters than those
  * of a statement shows that this is no OBJ file: TW_SYNTAX. */
 static tw_status skip_statement(tw_obj_reader *reader, const tw_obj_text *text, tw_word word) {
-  const char *why = NULL, *what = find_loss(word, &why);
-  if (what) tw_lose(&reader->losses, what, why, 1, text->line);
+  tw_loss loss = find_loss(word);
+  if (loss.many) tw_lose(&reader->losses, loss.one, loss.many, 1, text->line);
   bool is_library = tw_word_is(word, "mtllib");
   reader->names_library |= is_library;
   for (size_t i = 0; i < word.length; i++) {
@@ -488,7 +506,7 @@ static tw_status skip_statement(tw_obj_reader *reader, const tw_obj_text *text, 
       return tw_fail_line(reader->error, TW_SYNTAX, text->line, "\"%s\" begins no statement of an OBJ file",
                           tw_obj_quote_word(word).text);
   }
-  if (what || is_library) return TW_OK;
+  if (loss.many || is_library) return TW_OK;
   if (reader->unknown_statements++ > 0) return TW_OK;
   reader->first_unknown = text->line;
   reader->unknown_word = word;

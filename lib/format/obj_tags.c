@@ -66,8 +66,8 @@ static tw_status skip_tag_rest(const obj_tag *tag, tw_obj_text *text, uint64_t f
 
 /* Reads the ints of a tag as indices below `count` into out[first] and the elements after it. out: NULL only
  * if no int follows, and then nothing is stored. */
-static tw_status read_tag_indices(const obj_tag *tag, tw_obj_text *text, uint64_t count, const char *what,
-                                  uint64_t first, uint32_t *out) {
+static tw_status read_tag_indices(const obj_tag *tag, tw_obj_text *text, uint64_t count, const char *one,
+                                  const char *many, uint64_t first, uint32_t *out) {
   tw_status status = TW_OK;
   for (uint64_t i = 0; i < tag->int_count && status == TW_OK; i++) {
     uint32_t index = 0;
@@ -75,7 +75,7 @@ static tw_status read_tag_indices(const obj_tag *tag, tw_obj_text *text, uint64_
     if (status == TW_OK && index >= count)
       status =
           tw_fail_line(tag->error, TW_INVALID, tag->line, "index %u is out of range: the file has %llu %s",
-                       index, (unsigned long long)count, what);
+                       index, (unsigned long long)count, tw_plural(count, one, many));
     if (status == TW_OK) out[first + i] = index;
   }
   return status;
@@ -104,7 +104,7 @@ static tw_status read_crease_tag(tw_obj_tags *tags, const obj_tag *tag, tw_obj_t
   if (tag->float_count != 1 && tag->float_count != count && tag->float_count != tag->int_count)
     return bad_tag(tag, "a crease needs one sharpness, or one a pair");
   uint32_t *points = tags->crease_points;
-  tw_status status = read_tag_indices(tag, text, tags->point_count, "points", first, points);
+  tw_status status = read_tag_indices(tag, text, tags->point_count, "point", "points", first, points);
   for (uint64_t i = 0; i < count && status == TW_OK; i++)
     if (points[first + 2 * i] == points[first + 2 * i + 1])
       status = bad_tag(tag, "a crease needs two different points");
@@ -117,14 +117,16 @@ static tw_status read_corner_tag(tw_obj_tags *tags, const obj_tag *tag, tw_obj_t
   uint64_t first = tags->read.sharp_points;
   if (tag->float_count != 1 && tag->float_count != tag->int_count)
     return bad_tag(tag, "a corner needs one sharpness, or one a point");
-  tw_status status = read_tag_indices(tag, text, tags->point_count, "points", first, tags->sharp_points);
+  tw_status status =
+      read_tag_indices(tag, text, tags->point_count, "point", "points", first, tags->sharp_points);
   tags->read.sharp_points += tag->int_count;
   if (status != TW_OK) return status;
   return read_sharpness(tag, text, 1, tag->int_count, first, tags->point_sharpness);
 }
 
 static tw_status read_hole_tag(tw_obj_tags *tags, const obj_tag *tag, tw_obj_text *text) {
-  tw_status status = read_tag_indices(tag, text, tags->face_count, "faces", tags->read.holes, tags->holes);
+  tw_status status =
+      read_tag_indices(tag, text, tags->face_count, "face", "faces", tags->read.holes, tags->holes);
   tags->read.holes += tag->int_count;
   return status == TW_OK ? skip_tag_rest(tag, text, tag->float_count) : status;
 }

@@ -211,8 +211,12 @@ static tw_status set_format(ply_file *file, tw_word line) {
 static void skip_line(ply_file *file, tw_word word, tw_word line) {
   bool is_comment = tw_word_is(word, "comment") && !tw_word_begins(next_word(&line), "texturefile");
   if (tw_word_is(word, "ply") || word.length == 0 || is_comment) return;
-  tw_lose(&file->losses, "lines of the header are left out",
-          tw_word_is(word, "comment") ? "pictures are other files" : NULL, 1, file->line);
+  if (tw_word_is(word, "comment"))
+    tw_lose(&file->losses, "line of the header is left out: pictures are other files",
+            "lines of the header are left out: pictures are other files", 1, file->line);
+  else
+    tw_lose(&file->losses, "line of the header is left out", "lines of the header are left out", 1,
+            file->line);
 }
 
 /* Reads the header up to the line behind end_header. */
@@ -367,7 +371,8 @@ static float intensity(ply_type type, double value) {
 
 static float color_of(ply_file *file, const ply_property *property, double value) {
   float share = intensity(property->type, value);
-  tw_lose(&file->losses, "numbers of colours are brought into 0 to 1", NULL, !tw_is_color(share), 0);
+  tw_lose(&file->losses, "number of a colour is brought into 0 to 1",
+          "numbers of colours are brought into 0 to 1", !tw_is_color(share), 0);
   return property->use == PLY_ALPHA ? fminf(fmaxf(share, 0), 1) : tw_linear_from_srgb(share);
 }
 
@@ -391,8 +396,9 @@ static tw_status take_number(ply_file *file, const ply_property *property, doubl
 
 static tw_status check_corner(const ply_file *file, double vertex, const tw_polygons_read *out) {
   if (vertex >= 0 && vertex < out->vertex_count && vertex == floor(vertex)) return TW_OK;
-  return tw_fail(file->error, TW_INVALID, "face %u: an index is not one of the %u vertices", out->face_count,
-                 out->vertex_count);
+  return tw_fail(file->error, TW_INVALID, "face %u: an index is not %s %u %s", out->face_count,
+                 tw_plural(out->vertex_count, "that of the", "one of the"), out->vertex_count,
+                 tw_plural(out->vertex_count, "vertex", "vertices"));
 }
 
 static void end_face(tw_polygons_read *out) {
@@ -428,7 +434,8 @@ static void take_wedge(ply_file *file, double value, uint64_t capacity, tw_polyg
   uint64_t place = 2 * (uint64_t)file->row.first_corner + file->row.wedge_values++;
   bool is_usable = fabs(value) <= (double)TW_COORDINATE_MAX;
   if (place < 2 * capacity) out->corner_uvs[place] = is_usable ? (float)value : 0;
-  tw_lose(&file->losses, "texture coordinates are 0", "they are no numbers up to 1e18", !is_usable, 0);
+  tw_lose(&file->losses, "texture coordinate is 0: it is no number up to 1e18",
+          "texture coordinates are 0: they are no numbers up to 1e18", !is_usable, 0);
 }
 
 static tw_status take_value(ply_file *file, const ply_element *element, const ply_property *property,
@@ -453,7 +460,8 @@ static void end_corners(ply_file *file, const ply_element *element, tw_polygons_
   size_t first = row->first_corner, count = out->corner_count - first;
   if (out->corner_uvs && (element->kind == PLY_STRIPS || row->wedge_values != 2 * count)) {
     memset(out->corner_uvs + 2 * first, 0, 2 * count * sizeof(float));
-    tw_lose(&file->losses, "faces have texture coordinates 0 0", "they have not two numbers a corner", 1, 0);
+    tw_lose(&file->losses, "face has texture coordinates 0 0: it has not two numbers a corner",
+            "faces have texture coordinates 0 0: they have not two numbers a corner", 1, 0);
   }
   for (size_t c = first; out->corner_colors && c < out->corner_count; c++)
     memcpy(out->corner_colors + 4 * c, row->color, sizeof row->color);
@@ -470,7 +478,8 @@ static void end_row(ply_file *file, const ply_element *element, size_t row, tw_p
   float *normal = out->normals ? out->normals + 3 * row : NULL;
   if (normal && !(isfinite(normal[0]) && isfinite(normal[1]) && isfinite(normal[2]))) {
     normal[0] = normal[1] = normal[2] = 0; /* none */
-    tw_lose(&file->losses, "normals are left out", "they are not three finite numbers", 1, 0);
+    tw_lose(&file->losses, "normal is left out: it is not three finite numbers",
+            "normals are left out: they are not three finite numbers", 1, 0);
   }
 }
 
@@ -498,9 +507,8 @@ static tw_status read_row(ply_file *file, const ply_element *element, size_t row
 static tw_status check_rows(const ply_file *file, const ply_element *element) {
   uint64_t size = least_size(file, element), left = (uint64_t)(file->end - file->at) + 1;
   if (size == 0 || element->count <= left / size) return TW_OK;
-  return tw_fail(file->error, TW_SYNTAX,
-                 "the file is cut off: it is too short for the %llu rows of an element",
-                 (unsigned long long)element->count);
+  return tw_fail(file->error, TW_SYNTAX, "the file is cut off: it is too short for the %llu %s of an element",
+                 (unsigned long long)element->count, tw_plural(element->count, "row", "rows"));
 }
 
 /* Reads all rows of all elements. out: NULL to count what they become, else *counts says it. */
@@ -599,7 +607,8 @@ static void warn_of_unread(const ply_file *file, tw_model *model) {
 static void lose_rest(ply_file *file) {
   const uint8_t *at = file->at;
   while (file->is_text && at < file->end && (is_blank((char)*at) || *at == '\n' || *at == '\r')) at++;
-  tw_lose(&file->losses, "bytes behind the last element are left out", NULL, (uint64_t)(file->end - at), 0);
+  tw_lose(&file->losses, "byte behind the last element is left out",
+          "bytes behind the last element are left out", (uint64_t)(file->end - at), 0);
 }
 
 bool tw_is_ply(const uint8_t *bytes, size_t size) {

@@ -76,7 +76,7 @@ static void drop_degenerate(tw_polygons_read *read, tw_losses *losses) {
     doubled += is_face && kept - start < end - first;
     first = end;
   }
-  tw_lose(losses, TW_COLLAPSED_FACES, NULL, read->face_count - faces, 0);
+  tw_lose(losses, TW_COLLAPSED_FACE, TW_COLLAPSED_FACES, read->face_count - faces, 0);
   tw_lose_doubled_corners(losses, doubled);
   read->face_offsets[faces] = kept;
   read->face_count = faces;
@@ -265,19 +265,28 @@ static tw_status number_points(tw_polygons_read *read, tw_weld weld, uint32_t *p
 }
 
 void tw_warn_of_welding(tw_model *model, const tw_welded *welded) {
-  if (welded->doubled > 0) tw_model_warn(model, TW_DOUBLED_WARNING, welded->doubled);
-  if (welded->slivers > 0) tw_model_warn(model, TW_SLIVER_WARNING, welded->slivers);
-  if (welded->reversed_edges > 0) tw_model_warn(model, TW_REVERSED_WARNING, welded->reversed_edges);
-  if (welded->open_edges > 0) tw_model_warn(model, TW_OPEN_WARNING, welded->open_edges);
+  tw_model_warn_count(model, welded->doubled, "face is left out: it is listed twice",
+                      "faces are left out: they are listed twice");
+  tw_model_warn_count(model, welded->slivers,
+                      "sliver is left out: it lies between two faces that belong together, flatter than a "
+                      "millionth of the mesh",
+                      "slivers are left out: they lie between two faces that belong together, flatter than a "
+                      "millionth of the mesh");
+  tw_model_warn_count(
+      model, welded->reversed_edges,
+      "edge is between faces that are wound the other way round: the surface is open there",
+      "edges are between faces that are wound the other way round: the surface is open there");
+  tw_model_warn_count(model, welded->open_edges,
+                      "edge lies on another and stays an open seam: more than two faces meet there",
+                      "edges lie on one another and stay open seams: more than two faces meet there");
   model->warns_of_seams |= welded->open_edges > 0;
 }
 
 void tw_warn_of_quads(tw_model *model) {
   uint64_t quads = 0;
   for (uint32_t i = 0; i < model->mesh_count; i++) quads += model->meshes[i].joined_quads;
-  if (quads > 0)
-    tw_model_warn(model, "%llu pairs of triangles are joined into quads: quads=ngon keeps the triangles",
-                  (unsigned long long)quads);
+  tw_model_warn_count(model, quads, "pair of triangles is joined into a quad: quads=ngon keeps the triangles",
+                      "pairs of triangles are joined into quads: quads=ngon keeps the triangles");
 }
 
 void tw_add_welded(tw_welded *total, const tw_welded *more) {
@@ -298,7 +307,8 @@ tw_status tw_lose_unused_points(tw_losses *losses, uint32_t point_count, const u
     is_used[corners[c]] = true;
   }
   tw_free(is_used);
-  tw_lose(losses, "points are in no face", "answers leave them out", unused, 0);
+  tw_lose(losses, "point is in no face: answers leave it out",
+          "points are in no face: answers leave them out", unused, 0);
   return TW_OK;
 }
 
@@ -346,7 +356,7 @@ static tw_status make_mesh(tw_polygons_read *read, tw_weld weld, tw_model *model
   tw_mesh_init(model->meshes);
   memcpy(model->meshes->origin, read->origin, sizeof read->origin);
   model->meshes->welded_points = read->vertex_count - welded.point_count;
-  tw_lose(losses, TW_COLLAPSED_FACES, NULL, welded.collapsed, 0);
+  tw_lose(losses, TW_COLLAPSED_FACE, TW_COLLAPSED_FACES, welded.collapsed, 0);
   tw_warn_of_welding(model, &welded);
   const tw_soup soup = view_soup(read);
   status = fill_mesh(read, &soup, points, welded.point_count, model, error);

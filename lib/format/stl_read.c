@@ -118,7 +118,8 @@ static bool points_back(const float normal[3], const float p[9]) {
 }
 
 static void lose_normal(tw_losses *losses, uint64_t line) {
-  tw_lose(losses, "normals of facets point against the order of their corners", "the order counts", 1, line);
+  tw_lose(losses, "normal of a facet points against the order of its corners: the order counts",
+          "normals of facets point against the order of their corners: the order counts", 1, line);
 }
 
 /* Notes what the header, the attribute bytes and the bytes behind the facets hold beyond colours. */
@@ -127,11 +128,13 @@ static void lose_bytes(const uint8_t *bytes, size_t size, const stl_layout *layo
   uint64_t more = size - layout->end;
   for (size_t i = 0; i + 10 <= HEADER - 4 && colors->form == STL_MAGICS; i++)
     if (memcmp(bytes + i, "MATERIAL=", 9) == 0)
-      tw_lose(losses, "materials of the header are left out", "its colour is kept", 1, 0);
+      tw_lose(losses, "material of the header is left out: its colour is kept",
+              "materials of the header are left out: its colour is kept", 1, 0);
   if (are_facets(bytes + layout->end, more))
-    tw_lose(losses, "facets are left out", "they stand behind those that the file counts", more / FACET, 0);
+    tw_lose(losses, "facet is left out: it stands behind those that the file counts",
+            "facets are left out: they stand behind those that the file counts", more / FACET, 0);
   else
-    tw_lose(losses, "bytes behind the facets are left out", NULL, more, 0);
+    tw_lose(losses, "byte behind the facets is left out", "bytes behind the facets are left out", more, 0);
 }
 
 /* Reads facet f at `at`; returns where the next one begins. */
@@ -165,7 +168,8 @@ static tw_status read_binary(const uint8_t *bytes, size_t size, tw_polygons_read
     for (size_t k = 0; k < 3 && out->corner_colors; k++)
       facet_color(&colors, attribute, out->corner_colors + 12 * (size_t)f + 4 * k);
     if (colors.form == STL_PLAIN)
-      tw_lose(losses, "facets have attributes that are left out", NULL, attribute != 0, 0);
+      tw_lose(losses, "facet has attributes that are left out", "facets have attributes that are left out",
+              attribute != 0, 0);
     at += FACET + (layout.has_payload ? attribute : 0);
   }
   lose_bytes(bytes, size, &layout, &colors, losses);
@@ -258,7 +262,7 @@ static void skip_word(tw_word word, uint64_t line, tw_losses *losses) {
   static const char *const frames[] = {"facet", "outer", "endfacet"};
   for (size_t i = 0; i < sizeof frames / sizeof *frames; i++)
     if (word_is(word, frames[i])) return;
-  tw_lose(losses, "words are left out", "STL has none such", 1, line);
+  tw_lose(losses, "word is left out: STL has none such", "words are left out: STL has none such", 1, line);
 }
 
 static void begin_solid(stl_text *text, stl_solids *solids) {
@@ -387,7 +391,8 @@ tw_status tw_stl_read(const uint8_t *bytes, size_t size, tw_quads quads, tw_weld
     model->meshes[0].name = tw_arena_name(model->arena, solids.name.text, solids.name.length);
     if (!model->meshes[0].name) status = tw_fail(error, TW_NO_MEMORY, "out of memory");
   }
-  tw_lose(&losses, "names of solids are left out", "all solids are one mesh", solids.names, 0);
+  tw_lose(&losses, "name of a solid is left out: all solids are one mesh",
+          "names of solids are left out: all solids are one mesh", solids.names, 0);
   if (status == TW_OK) tw_losses_tell(&losses, model);
   tw_free(read.positions);
   tw_free(read.corner_colors);

@@ -8,15 +8,9 @@
 extern "C" {
 #endif
 
-/* The warning to give when tw_merged.faces is not 0. */
-#define TW_WELD_DROPPED_WARNING "%llu " TW_COLLAPSED_FACES ": welding brings their corners together"
-
-/* And when tw_merged.shortened is not 0. */
-#define TW_WELD_SHORTENED_WARNING "%llu faces name a point twice in a row: they keep it once"
-
-/* And when tw_merged.bent is not 0. */
-#define TW_WELD_BENT_WARNING                                                                                 \
-  "%llu points become one with a point of other joints or morph targets, and follow these"
+/* Behind tw_merged.faces in a warning. */
+#define TW_WELD_DROPPED_FACE  TW_COLLAPSED_FACE ": welding brings its corners together"
+#define TW_WELD_DROPPED_FACES TW_COLLAPSED_FACES ": welding brings their corners together"
 
 /* What a merge removed. */
 typedef struct tw_merged {

@@ -100,9 +100,11 @@ static tw_status check_finite(const float *values, uint64_t rows, uint32_t width
   return TW_OK;
 }
 
-static tw_status check_index(uint32_t index, uint32_t count, const char *of, tw_error *error) {
+static tw_status check_index(uint32_t index, uint32_t count, const char *one, const char *many,
+                             tw_error *error) {
   if (index < count) return TW_OK;
-  return tw_fail(error, TW_INVALID, "index %u is out of range: there are %u %s", index, count, of);
+  return tw_fail(error, TW_INVALID, "index %u is out of range: there %s %u %s", index,
+                 tw_plural(count, "is", "are"), count, tw_plural(count, one, many));
 }
 
 /* A face may use a point twice, but not at two corners in a row. */
@@ -117,7 +119,7 @@ static tw_status check_face(const tw_mesh *mesh, uint32_t face, tw_error *error)
     uint32_t point = mesh->corners[c];
     bool again =
         (c > begin && point == mesh->corners[c - 1]) || (c + 1 == end && point == mesh->corners[begin]);
-    tw_status status = check_index(point, mesh->point_count, "points", error);
+    tw_status status = check_index(point, mesh->point_count, "point", "points", error);
     if (status == TW_OK && again)
       status = tw_fail(error, TW_INVALID, "point %u occurs twice in a row", point);
     if (status != TW_OK) {
@@ -144,7 +146,7 @@ static tw_status check_uvs(const tw_mesh *mesh, tw_error *error, uint32_t *bad_f
     tw_status status = check_finite(set->values, set->value_count, 2, "uvs", error);
     if (status != TW_OK) return status;
     for (uint32_t c = 0; c < mesh->corner_count; c++) {
-      status = check_index(set->corners[c], set->value_count, "uvs", error);
+      status = check_index(set->corners[c], set->value_count, "uv", "uvs", error);
       if (status == TW_OK) continue;
       *bad_face = tw_run_of(mesh->face_offsets, mesh->face_count, c);
       return tw_error_at(error, "/face_uvs/%u/%u", *bad_face, c - mesh->face_offsets[*bad_face]);
@@ -156,7 +158,7 @@ static tw_status check_uvs(const tw_mesh *mesh, tw_error *error, uint32_t *bad_f
 static tw_status check_normals(const tw_mesh *mesh, tw_error *error) {
   const tw_corner_normals *normals = &mesh->normals;
   for (uint32_t c = 0; normals->corners && c < mesh->corner_count; c++) {
-    tw_status status = check_index(normals->corners[c], normals->value_count, "normals", error);
+    tw_status status = check_index(normals->corners[c], normals->value_count, "normal", "normals", error);
     if (status != TW_OK) return tw_error_at(error, "/face_normals/%u", c);
     const float *value = normals->values + 3 * (size_t)normals->corners[c];
     if (isfinite(value[0]) && isfinite(value[1]) && isfinite(value[2])) continue;
@@ -168,7 +170,8 @@ static tw_status check_normals(const tw_mesh *mesh, tw_error *error) {
 
 static tw_status check_tangent_uvs(const tw_mesh *mesh, tw_error *error) {
   for (uint32_t f = 0; mesh->tangent_uvs && f < mesh->face_count; f++) {
-    tw_status status = check_index(mesh->tangent_uvs[f], mesh->uv_set_count, "sets of UVs", error);
+    tw_status status =
+        check_index(mesh->tangent_uvs[f], mesh->uv_set_count, "set of UVs", "sets of UVs", error);
     if (status != TW_OK) return tw_error_at(error, "/tangent_uvs/%u", f);
   }
   return TW_OK;
@@ -183,20 +186,20 @@ static tw_status check_sharpness(float sharpness, const char *what, uint32_t ind
 static tw_status check_tags(const tw_mesh *mesh, tw_error *error) {
   for (uint32_t i = 0; i < mesh->crease_count; i++) {
     const uint32_t *ends = mesh->crease_edges + 2 * (size_t)i;
-    tw_status status = check_index(ends[0], mesh->point_count, "points", error);
-    if (status == TW_OK) status = check_index(ends[1], mesh->point_count, "points", error);
+    tw_status status = check_index(ends[0], mesh->point_count, "point", "points", error);
+    if (status == TW_OK) status = check_index(ends[1], mesh->point_count, "point", "points", error);
     if (status != TW_OK) return tw_error_at(error, "/creases/%u/edge", i);
     status = check_sharpness(mesh->crease_sharpness[i], "creases", i, error);
     if (status != TW_OK) return status;
   }
   for (uint32_t i = 0; i < mesh->sharp_point_count; i++) {
-    tw_status status = check_index(mesh->sharp_points[i], mesh->point_count, "points", error);
+    tw_status status = check_index(mesh->sharp_points[i], mesh->point_count, "point", "points", error);
     if (status != TW_OK) return tw_error_at(error, "/corners/%u/vertex", i);
     status = check_sharpness(mesh->point_sharpness[i], "corners", i, error);
     if (status != TW_OK) return status;
   }
   for (uint32_t i = 0; i < mesh->hole_count; i++) {
-    tw_status status = check_index(mesh->holes[i], mesh->face_count, "faces", error);
+    tw_status status = check_index(mesh->holes[i], mesh->face_count, "face", "faces", error);
     if (status != TW_OK) return tw_error_at(error, "/holes/%u", i);
   }
   return TW_OK;
@@ -223,7 +226,7 @@ static tw_status check_point_data(const tw_mesh *mesh, tw_error *error) {
     uint32_t count = attribute->corners ? attribute->value_count : mesh->point_count;
     status = check_finite(attribute->values, count, attribute->width, name, error);
     for (uint32_t c = 0; attribute->corners && c < mesh->corner_count && status == TW_OK; c++)
-      status = check_index(attribute->corners[c], attribute->value_count, name, error);
+      status = check_index(attribute->corners[c], attribute->value_count, name, name, error);
   }
   if (status == TW_OK && mesh->skin.joints)
     status = check_finite(mesh->skin.weights, mesh->point_count, mesh->skin.width, "weights", error);

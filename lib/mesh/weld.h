@@ -22,15 +22,9 @@ typedef struct tw_welded {
   uint32_t open_edges;     /* edges that are not joined as more than two run along the same positions */
 } tw_welded;
 
-/* The warnings to give where a count is not 0. Behind the count of collapsed faces, whatever made them so: */
+/* Behind the count of collapsed faces, whatever made them so. */
+#define TW_COLLAPSED_FACE  "face with fewer than three different points is left out"
 #define TW_COLLAPSED_FACES "faces with fewer than three different points are left out"
-#define TW_REVERSED_WARNING                                                                                  \
-  "%u edges are between faces that are wound the other way round: the surface is open there"
-#define TW_DOUBLED_WARNING "%u faces are left out: they are listed twice"
-#define TW_SLIVER_WARNING                                                                                    \
-  "%u slivers are left out: they lie between two faces that belong together, flatter than a millionth of "   \
-  "the mesh"
-#define TW_OPEN_WARNING "%u edges lie on one another and stay open seams: more than two faces meet there"
 
 /* Finds which vertices are one point. Two edges between the same two positions that run in opposite
  * directions are one edge, and their ends one point each, unless a third edge runs there. So seams close, and

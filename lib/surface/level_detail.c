@@ -41,8 +41,9 @@ tw_status tw_details_check(const tw_detail_list *list, const tw_cage *cage, cons
         vertices == d->vertex_count
             ? check_level(cage, options, d->level, error)
             : tw_fail(error, TW_INVALID,
-                      "what is modelled onto level %u is of %u points, where this scheme makes %llu",
-                      d->level, d->vertex_count, (unsigned long long)vertices);
+                      "what is modelled onto level %u is of %u %s, where this scheme makes %llu", d->level,
+                      d->vertex_count, tw_plural(d->vertex_count, "point", "points"),
+                      (unsigned long long)vertices);
     if (status == TW_OK) continue;
     tw_error_at(error, "/details/%u", i);
     return status;

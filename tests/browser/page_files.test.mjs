@@ -106,7 +106,7 @@ visits('what the daemon has to say of a model stands above the list', {}, async 
   await visit.level(2);
   await drop(visit, { 'lines.obj': `${PYRAMID}l 1 2\n` });
   await shows(visit, 'lines.obj');
-  await visit.page.getByText('1 lines, points or curves are left out').waitFor();
+  await visit.page.getByText('1 line, point or curve is left out').waitFor();
   await visit.page.getByRole('button', { name: /^cube\.obj/ }).click();
   await shows(visit, 'cube.obj');
   assert.equal(await visit.page.locator('#panel-models .warning').count(), 0);

@@ -84,7 +84,7 @@ TEST_WITH(stl_is_of_quads_by_default_which_is_told, loopback_setup, loopback_tea
   assert_non_null(strstr(r.body, "\"faces\":1,"));
   assert_non_null(strstr(r.body, "\"paired_quads\":1,"));
   assert_non_null(
-      strstr(r.body, "1 pairs of triangles are joined into quads: quads=ngon keeps the triangles"));
+      strstr(r.body, "1 pair of triangles is joined into a quad: quads=ngon keeps the triangles"));
   reply_free(&r);
   static const struct {
     const char *one, *other;

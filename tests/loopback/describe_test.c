@@ -103,11 +103,11 @@ TEST_WITH(neighbours_wound_against_each_other_are_named, loopback_setup, loopbac
                     apart[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 4 5 6\n";
   reply r = loopback_post(*state, "/v1/models", "model/obj", shared);
   assert_says(&r, "'seam_edges':0,'reversed_edges':1,'reversed':[[1,2]],");
-  assert_says(&r, "'warnings':['1 edges are creases: their two faces");
+  assert_says(&r, "'warnings':['1 edge is a crease: its two");
   reply_free(&r);
   r = loopback_post(*state, "/v1/models", "model/obj", apart);
   assert_says(&r, "'seam_edges':2,'reversed_edges':1,'reversed':[[1,2]],");
-  assert_says(&r, "'warnings':['1 edges are between faces");
+  assert_says(&r, "'warnings':['1 edge is between faces");
   reply_free(&r);
 }
 
@@ -152,7 +152,7 @@ static void read_warning(loopback *loop, const char *method, const char *path, c
 TEST_WITH(every_answer_that_describes_a_model_says_the_first_warning, loopback_setup, loopback_teardown) {
   static const char odd[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 -1 0\nf 1 2 3\nf 1 2 4\nf 1 1 2\n",
                     plain[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
-                    said[] = "2; 1%20faces%20with%20fewer%20than%20three";
+                    said[] = "2; 1%20face%20with%20fewer%20than%20three";
   char warning[401], id[API_ID_TEXT], path[64], edits[80], headers[128];
   read_warning(*state, "POST", "/v1/models", odd, 201, warning);
   assert_memory_equal(warning, said, strlen(said));
@@ -166,7 +166,7 @@ TEST_WITH(every_answer_that_describes_a_model_says_the_first_warning, loopback_s
   }
   snprintf(edits, sizeof edits, "%s/edits", path);
   read_warning(*state, "POST", edits, "{\"edits\":[{\"edit\":\"flip\",\"faces\":\"all\"}]}", 201, warning);
-  assert_non_null(strstr(warning, "1; 1%20edges%20are%20creases"));
+  assert_non_null(strstr(warning, "1; 1%20edge%20is%20a%20crease"));
   reply r = loopback_get(*state, path);
   snprintf(headers, sizeof headers, "If-None-Match: %s\n", reply_header(&r, "ETag"));
   reply_free(&r);
@@ -189,7 +189,7 @@ TEST_WITH(creases_of_no_edge_are_counted_in_a_warning, loopback_setup, loopback_
        "{'edge':[1,3],'sharpness':0},{'edge':[0,4],'sharpness':1}]}]}",
        "'warnings':['2 creases are left out: no edge joins points 3 and 1 of mesh 1, for the first']"},
       {"model/obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nt crease 2/1/0 0 2 3\n",
-       "'warnings':['1 creases are left out: no edge joins points 0 and 2 of mesh 0']"},
+       "'warnings':['1 crease is left out: no edge joins points 0 and 2 of mesh 0']"},
       {"model/obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nt crease 2/1/0 0 3 3\n", "'warnings':[]"},
   };
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {

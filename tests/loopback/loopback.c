@@ -412,6 +412,24 @@ static void loopback_handle(loopback *loop, const api_request *request, api_answ
   }
 }
 
+/* Asserts that no noun behind a count of 1 is a plural ("1 faces") in the members of a body that begin so, up
+ * to their end. Verbs follow numbers of things: "mesh 1 has". */
+static void assert_counts_agree(const char *body, const char *member) {
+  static const char letters[] = "abcdefghijklmnopqrstuvwxyz", verbs[] = " is was has lies moves does occurs ";
+  for (const char *at = strstr(body, member); at; at = strstr(at, member)) {
+    const char *end = strpbrk(at, "]}");
+    if (!end) return;
+    for (; at < end; at++) {
+      if (strncmp(at, "1 ", 2) != 0 || !strchr(" \"'(", at[-1])) continue;
+      size_t length = strspn(at + 2, letters);
+      char word[32];
+      snprintf(word, sizeof word, " %.*s ", (int)length, at + 2);
+      if (length > 1 && at[1 + length] == 's' && !strstr(verbs, word))
+        fail_msg("a count of 1 before a plural: %.100s", at);
+    }
+  }
+}
+
 reply loopback_ask(loopback *loop, const char *method, const char *target, const char *headers,
                    const void *body, size_t size) {
   header_list list;
@@ -433,6 +451,9 @@ reply loopback_ask(loopback *loop, const char *method, const char *target, const
   free(path);
   r.status = r.answer.status;
   if (strcmp(method, "HEAD") != 0) read_body(&r);
+  const char *type = reply_header(&r, "Content-Type");
+  bool is_problem = type && strstr(type, "problem+json"), is_json = type && strstr(type, "json");
+  if (r.body && is_json) assert_counts_agree(r.body, is_problem ? "\"detail\":" : "\"warnings\":[");
   return r;
 }
 

@@ -217,7 +217,7 @@ TEST_WITH(a_line_without_a_column_stands_before_the_sentence, loopback_setup, lo
   reply r = loopback_post(*state, "/v1/models", "model/obj", "v 0 0 0\nf 1 1 9\n");
   cJSON *json = cJSON_Parse(r.body);
   assert_string_equal(json_member(json, "detail")->valuestring,
-                      "line 2: index 9 is out of range: the file has 1 points");
+                      "line 2: index 9 is out of range: the file has 1 point");
   assert_null(cJSON_GetObjectItem(json, "column"));
   cJSON_Delete(json);
   reply_free(&r);

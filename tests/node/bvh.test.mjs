@@ -336,7 +336,7 @@ test('names without blanks, each once', async () => {
   const track = { node: 'hand', path: 'translation', times: [0], values: [[1, 2, 3]] };
   const { text, warning } = await bvhOf(`${await daemon.upload(JSON.stringify({ nodes, clips: [{ tracks: [track] }] }))}/pose.bvh`);
   assert.deepEqual(parseBvh(text).names, ['left_arm', 'hand']);
-  assert.match(warning, /1 names are changed/);
+  assert.match(warning, /1 name is changed/);
 });
 
 test('a figure of glTF is written as it moves', async () => {

@@ -142,7 +142,7 @@ for (const [format, file] of Object.entries(doubledFiles))
     const model = await daemon.upload(file());
     const { meshes: [mesh], warnings } = await (await fetch(model)).json();
     assert.deepEqual([mesh.vertices, mesh.unused_points, mesh.faces, mesh.boundary_edges], [4, 0, 2, 4]);
-    assert.match(warnings.join(), /1 faces are left out: they are listed twice/);
+    assert.match(warnings.join(), /1 face is left out: it is listed twice/);
     const glb = Buffer.from(await (await fetch(`${model}/surface.glb?level=0&quads=ngon`)).arrayBuffer());
     const { scene } = await load(glb);
     const geometry = scene.getObjectByProperty('isMesh', true).geometry;
@@ -158,7 +158,7 @@ test('a corner that welding makes double is told', async () => {
   const body = 'v 0 0 0\nv 1 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4 5\n';
   const { meshes: [mesh], warnings } = await (await fetch(await daemon.upload(body))).json();
   assert.deepEqual([mesh.vertices, mesh.unused_points, mesh.face_sizes], [4, 0, { 4: 1 }]);
-  assert.deepEqual(warnings, ['1 faces name a point twice in a row: they keep it once']);
+  assert.deepEqual(warnings, ['1 face names a point twice in a row: it keeps it once']);
 });
 
 for (const level of [0, 1])

@@ -185,7 +185,7 @@ test('alpha, further texture coordinates, attributes and materials are told', as
     root.nodes = [{ mesh: 0 }];
   }));
   const { warning } = await ask(model, 'obj?level=1');
-  assert.match(warning, /^1; surface\.obj is without alpha, attributes of the application, texture coordinates behind the first set, all of 1 materials but their names$/);
+  assert.match(warning, /^1; surface\.obj is without alpha, attributes of the application, texture coordinates behind the first set, all of 1 material but its name$/);
   assert.doesNotMatch((await ask(model, 'glb?level=1')).warning, /without/);
 });
 

@@ -164,7 +164,7 @@ TEST(a_tetrahedron_with_a_facet_twice_is_closed) {
   add(&of, at[0], at[3], at[2]);
   add(&of, at[1], at[2], at[3]);
   add(&of, at[2], at[3], at[1]);
-  assert_closed(&of, 4, 4, (const char *const[]){"1 faces are left out: they are listed twice", NULL});
+  assert_closed(&of, 4, 4, (const char *const[]){"1 face is left out: it is listed twice", NULL});
 }
 
 TEST(a_facet_collapsed_at_a_coordinate_of_almost_0_goes) {
@@ -194,7 +194,7 @@ TEST(a_sliver_between_the_two_sides_of_a_seam_goes) {
   of.count = 0;
   add_torus(&of);
   add_sliver(&of, 17, 1);
-  assert_closed(&of, POINTS, TRIANGLES, (const char *const[]){"1 slivers are left out", NULL});
+  assert_closed(&of, POINTS, TRIANGLES, (const char *const[]){"1 sliver is left out", NULL});
 }
 
 /* A sliver that fills the gap between one edge and two shorter ones is needed. */
@@ -238,8 +238,12 @@ TEST(faults_at_random_places_of_a_closed_surface_go) {
       memcpy(of.at[k], kept, sizeof kept);
     }
     char twice[60], sliver[60];
-    snprintf(twice, sizeof twice, "%u faces are left out: they are listed twice", doubles);
-    snprintf(sliver, sizeof sliver, "%u slivers are left out", slivers);
+    snprintf(twice, sizeof twice,
+             doubles == 1 ? "%u face is left out: it is listed twice"
+                          : "%u faces are left out: they are listed twice",
+             doubles);
+    snprintf(sliver, sizeof sliver, slivers == 1 ? "%u sliver is left out" : "%u slivers are left out",
+             slivers);
     const char *const both[] = {twice, sliver, NULL}, *const one[] = {doubles ? twice : sliver, NULL};
     assert_closed(&of, POINTS, TRIANGLES, doubles && slivers ? both : one);
   }
@@ -308,7 +312,7 @@ TEST(a_face_twice_over_the_same_points_goes_unless_its_material_differs) {
   snprintf(text, sizeof text, "%sf 3 4 2\n", points);
   tw_model *model = read_obj(text);
   assert_int_equal(model->meshes->face_count, 4);
-  assert_true(warns(model, "1 faces are left out: they are listed twice"));
+  assert_true(warns(model, "1 face is left out: it is listed twice"));
   tw_model_destroy(model);
   snprintf(text, sizeof text, "%susemtl decal\nf 3 4 2\n", points);
   model = read_obj(text);

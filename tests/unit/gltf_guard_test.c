@@ -406,7 +406,7 @@ TEST(what_is_plain_is_read_with_a_warning) {
        "9 integers are written"},
       {"{'buffers':[{'byteLength':36,'uri':'" URI "'}],'bufferViews':[{'buffer':0,'byteLength':36}]," TRIANGLE
        "}",
-       "asset is missing"},
+       "1 asset is missing: the document is read as glTF 2.0"},
       {"{" ASSET ",'buffers':[{'byteLength':36,'uri':'data:;base64," BASE64 "'}],'bufferViews':[{'buffer':0,"
        "'byteLength':36}]," TRIANGLE "}",
        "another type"},
@@ -417,13 +417,13 @@ TEST(what_is_plain_is_read_with_a_warning) {
       {"{" ASSET ",'buffers':[{'byteLength':36,'uri':'" URI
        "'},{'byteLength':9,'uri':'absent.bin'}],'bufferViews':[{'buffer':0,"
        "'byteLength':36}]," TRIANGLE "}",
-       "1 buffers are left out"},
+       "1 buffer is left out"},
       {"{" ASSET ",'buffers':[{'byteLength':36,'uri':'" URI "'},{'byteLength':0}],'bufferViews':[{'buffer':0,"
        "'byteLength':36}]," TRIANGLE "}",
-       "1 buffers are left out"},
+       "1 buffer is left out"},
       {"{" ASSET ",'buffers':[{'byteLength':36,'uri':'" URI "'}],'bufferViews':[{'buffer':0,'byteLength':36},"
        "{'buffer':0,'byteOffset':36,'byteLength':0}]," TRIANGLE "}",
-       "buffer views have no bytes"}};
+       "1 buffer view has no bytes"}};
   for (size_t i = 0; i < sizeof documents / sizeof *documents; i++) {
     char *text = quoted(documents[i][0]);
     assert_int_equal(tw_format_sniff((const uint8_t *)text, strlen(text)), TW_FORMAT_GLTF);

@@ -784,7 +784,7 @@ TEST(an_ngon_may_come_to_a_point_twice) {
   assert_memory_equal(mesh->face_offsets, offsets, sizeof offsets);
   assert_memory_equal(mesh->corners, corners, sizeof corners);
   assert_int_equal(model->warning_count, 1);
-  assert_string_equal(model->warnings[0], "1 faces name a point twice in a row: they keep it once");
+  assert_string_equal(model->warnings[0], "1 face names a point twice in a row: it keeps it once");
   tw_model_destroy(model);
 }
 

@@ -181,7 +181,7 @@ TEST(a_normal_that_is_none_says_nothing) {
   assert_counts(obj, 0, 1, 0);
   tw_model *model = read_obj(obj);
   assert_int_equal(model->warning_count, 1);
-  assert_non_null(strstr(model->warnings[0], "1 normals are left out"));
+  assert_non_null(strstr(model->warnings[0], "1 normal is left out"));
   tw_model_destroy(model);
 }
 

@@ -79,7 +79,7 @@ TEST(faces_wound_against_each_other_stay_apart_with_a_warning) {
   assert_int_equal(stats.listed_reversed_edges, 1);
   assert_memory_equal(stats.reversed_edge_points[0], ((uint32_t[2]){1, 2}), 8);
   assert_int_equal(model->warning_count, 1);
-  assert_non_null(strstr(model->warnings[0], "1 edges are between faces that are wound the other way"));
+  assert_non_null(strstr(model->warnings[0], "1 edge is between faces that are wound the other way"));
   tw_mesh_stats_deinit(&stats);
   tw_model_destroy(model);
 }
@@ -98,7 +98,7 @@ TEST(a_face_as_thin_as_a_line_goes_with_a_warning) {
   tw_model *model = read_obj("v 1 0 0\nv 0 1e-30 0\nv 0 0 0\nf 1 2 3\n");
   assert_int_equal(model->meshes->face_count, 0);
   assert_int_equal(model->warning_count, 1);
-  assert_non_null(strstr(model->warnings[0], "1 faces with fewer than three different points are left out"));
+  assert_non_null(strstr(model->warnings[0], "1 face with fewer than three different points is left out"));
   tw_model_destroy(model);
 }
 
@@ -171,9 +171,9 @@ TEST(faces_that_close_up_go_and_tags_follow) {
   assert_int_equal(m->hole_count, 1);
   assert_memory_equal(m->holes, &hole, sizeof hole);
   assert_non_null(strstr(model->warnings[model->warning_count - 2],
-                         "1 faces with fewer than three different points are left out: welding"));
+                         "1 face with fewer than three different points is left out: welding"));
   assert_string_equal(model->warnings[model->warning_count - 1],
-                      "1 faces name a point twice in a row: they keep it once");
+                      "1 face names a point twice in a row: it keeps it once");
   assert_int_equal(tw_mesh_check(m, NULL, NULL), TW_OK);
   tw_model_destroy(model);
 }

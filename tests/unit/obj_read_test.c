@@ -161,9 +161,8 @@ TEST(bad_tags_are_refused_at_their_line) {
 TEST(materials_in_other_files_are_warned_of) {
   tw_model *model = read_good("mtllib a.mtl\n" SQUARE "usemtl red\nf 1 2 3 4\n");
   assert_int_equal(model->warning_count, 1);
-  assert_string_equal(
-      model->warnings[0],
-      "of 1 materials the names alone are kept: their colours and textures stand in other files");
+  assert_string_equal(model->warnings[0],
+                      "of 1 material the name alone is kept: its colours and textures stand in other files");
   tw_model_destroy(model);
   model = read_good("mtllib a.mtl\n" SQUARE "f 1 2 3 4\n");
   assert_int_equal(model->warning_count, 1);
@@ -377,8 +376,7 @@ TEST(colours_in_comments_of_zbrush_are_those_of_the_points_in_turn) {
   static const float expected[16] = {1, 0, 0, 1, 0, 0.2158605f, 1, 1, 0, 0, 0, 1, 1, 1, 1, 1};
   for (int i = 0; i < 16; i++) assert_float_equal(colors[i], expected[i], 1e-6);
   assert_int_equal(model->warning_count, 1);
-  assert_string_equal(model->warnings[0],
-                      "1 points have no colour: they are white beside those that have one");
+  assert_string_equal(model->warnings[0], "1 point has no colour: it is white beside those that have one");
   tw_model_destroy(model);
   model = read_good(SQUARE "#MRGBffff0000\n#MRGB\n#MRGB xyzxyzxyz\nf 1 2 3 4 #MRGB ffff0000\n");
   assert_int_equal(model->meshes[0].attribute_count, 0);
@@ -641,7 +639,7 @@ TEST(corners_at_the_same_point_go_and_so_do_faces_without_three) {
   assert_int_equal(mesh->holes[1], 1);
   assert_int_equal(model->warning_count, 3); /* and corners without a texture coordinate */
   assert_non_null(strstr(model->warnings[0], "3 faces with fewer than three"));
-  assert_string_equal(model->warnings[1], "1 faces name a point twice in a row: they keep it once");
+  assert_string_equal(model->warnings[1], "1 face names a point twice in a row: it keeps it once");
   tw_model_destroy(model);
 }
 
@@ -685,7 +683,7 @@ TEST(corners_that_get_0_0_for_a_texture_coordinate_are_counted) {
       read_good("o a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\nf 1/1 3 3 2/1\nf 1 1 2\n"
                 "o b\nv 0 0 1\nv 1 0 1\nv 0 1 1\nf 4 5 6\n");
   assert_int_equal(model->warning_count, 3); /* a doubled corner, a face of two points */
-  assert_string_equal(model->warnings[2], "1 face corners have no texture coordinate and get 0 0");
+  assert_string_equal(model->warnings[2], "1 face corner has no texture coordinate and gets 0 0");
   tw_model_destroy(model);
 }
 

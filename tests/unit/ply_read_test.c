@@ -272,7 +272,7 @@ TEST(faces_with_other_numbers_of_texture_coordinates_have_0_0) {
     assert_float_equal(set->values[2 * (size_t)set->corners[4]], 1, 0);
     assert_int_equal(model->warning_count, 1);
     assert_string_equal(model->warnings[0],
-                        "1 faces have texture coordinates 0 0: they have not two numbers a corner");
+                        "1 face has texture coordinates 0 0: it has not two numbers a corner");
     tw_model_destroy(model);
   }
 }

@@ -134,7 +134,7 @@ TEST(facets_of_fewer_than_three_points_go_with_a_warning) {
                               "outer loop vertex 1 0 0 vertex 0 0 0 vertex 0 0 0 endloop");
   assert_int_equal(model->meshes[0].face_count, 1);
   assert_int_equal(model->warning_count, 1);
-  assert_non_null(strstr(model->warnings[0], "1 faces"));
+  assert_non_null(strstr(model->warnings[0], "1 face"));
   tw_model_destroy(model);
 }
 
@@ -230,7 +230,7 @@ TEST(facets_have_colours_as_magics_writes_them) {
   tw_model_destroy(model);
   model = read_facets("COLOR=\xFF\xFF\xFF\xFF,MATERIAL=abcdefghijkl", 31, 31, 0, 0);
   assert_int_equal(model->warning_count, 1);
-  assert_non_null(strstr(model->warnings[0], "materials of the header"));
+  assert_non_null(strstr(model->warnings[0], "1 material of the header"));
   tw_model_destroy(model);
 }
 
@@ -246,7 +246,7 @@ TEST(attributes_that_are_no_colours_are_told) {
   model = read_facets("", 7, 0, 0, 3);
   assert_memory_equal(model->meshes[0].positions + 9, second, sizeof second);
   assert_int_equal(model->warning_count, 2);
-  assert_string_equal(model->warnings[0], "1 facets have attributes that are left out");
+  assert_string_equal(model->warnings[0], "1 facet has attributes that are left out");
   assert_string_equal(model->warnings[1], "3 bytes behind the facets are left out");
   tw_model_destroy(model);
 }
@@ -293,8 +293,9 @@ TEST(normals_against_the_corners_and_words_that_stl_has_not_are_told) {
       read_text("solid\nfacet normal 0 0 -1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
                 "endloop\nendfacet\ncolor 1 0 0\nendsolid\n");
   assert_int_equal(model->warning_count, 2);
-  assert_string_equal(model->warnings[0], "1 normals of facets point against the order of their corners, the "
-                                          "first in line 7: the order counts");
+  assert_string_equal(model->warnings[0],
+                      "1 normal of a facet points against the order of its corners, in line 7: "
+                      "the order counts");
   assert_string_equal(model->warnings[1], "4 words are left out, the first in line 9: STL has none such");
   tw_model_destroy(model);
 }

@@ -125,7 +125,8 @@ private:
     put(assumed_asset);
     put("}");
     tree_ += tree_object + 2 * tree_member + tree_string;
-    out_.lose("asset is missing", "the document is read as glTF 2.0");
+    out_.lose("asset is missing: the document is read as glTF 2.0",
+              "assets are missing: the document is read as glTF 2.0");
   }
 
   void check(std::string_view array, uint64_t index) const {

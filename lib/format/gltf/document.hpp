@@ -264,9 +264,7 @@ struct Outline {
   tw_losses losses = {};                  // of the whole document
 
   // Notes that something is passed over, as tw_lose does.
-  void lose(const char *what, const char *why = nullptr, uint64_t count = 1) {
-    tw_lose(&losses, what, why, count, 0);
-  }
+  void lose(const char *one, const char *many, uint64_t count = 1) { tw_lose(&losses, one, many, count, 0); }
 };
 
 // Members that are read, a blank between two. tinygltf sees no others; all others are kept for answers.

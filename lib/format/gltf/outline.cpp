@@ -46,7 +46,8 @@ Chunk read_chunk(const uint8_t *bytes, uint64_t length, uint64_t offset, Outline
   chunk.end = offset + chunk_header_size + chunk.size;
   uint64_t aligned = (chunk.end + 3) / 4 * 4;
   if (chunk.size % 4 != 0)
-    outline.lose("chunks of the GLB have a length that is no multiple of 4", "they are read");
+    outline.lose("chunk of the GLB has a length that is no multiple of 4: it is read",
+                 "chunks of the GLB have a length that is no multiple of 4: they are read");
   if (aligned <= length && !begins_chunk(bytes, length, chunk.end)) chunk.end = aligned;
   return chunk;
 }
@@ -56,11 +57,12 @@ Chunk read_chunk(const uint8_t *bytes, uint64_t length, uint64_t offset, Outline
 void skip_chunks(const uint8_t *bytes, uint64_t length, uint64_t offset, Outline &outline) {
   while (offset < length) {
     if (length - offset < 4) {
-      outline.lose("bytes behind the GLB are left out", nullptr, length - offset);
+      outline.lose("byte behind the GLB is left out", "bytes behind the GLB are left out", length - offset);
       return;
     }
     offset = read_chunk(bytes, length, offset, outline).end;
-    outline.lose("chunks of the GLB are left out", "only the first ones, JSON and BIN, are read");
+    outline.lose("chunk of the GLB is left out: only the first ones, JSON and BIN, are read",
+                 "chunks of the GLB are left out: only the first ones, JSON and BIN, are read");
   }
 }
 
@@ -70,7 +72,7 @@ Container open_binary(const Bytes &file, Outline &outline) {
   if (version != 2) refuse(TW_UNSUPPORTED, "", "GLB version ", version, ": only version 2 can be read");
   if (length > file.size || length < header_size + chunk_header_size)
     refuse_container(text("the GLB says that it has ", length, " bytes, and has ", file.size));
-  outline.lose("bytes behind the GLB are left out", nullptr, file.size - length);
+  outline.lose("byte behind the GLB is left out", "bytes behind the GLB are left out", file.size - length);
   Chunk json = read_chunk(file.data, length, header_size, outline);
   if (json.type != chunk_json) refuse_container("the first GLB chunk is not JSON");
   Container container = {true, {reinterpret_cast<const char *>(json.data), json.size}, {nullptr, 0}, {}, 0};
@@ -426,7 +428,8 @@ private:
 
   void skip_buffer() {
     out_.buffers.push_back({nullptr, 0});
-    out_.lose("buffers are left out", "nothing that is read lies in them");
+    out_.lose("buffer is left out: nothing that is read lies in it",
+              "buffers are left out: nothing that is read lies in them");
   }
 
   void open_buffer(size_t i) {
@@ -449,7 +452,8 @@ private:
   Bytes decode(std::string_view uri, Place place) {
     size_t head = data_head(uri, true);
     if (head > 0 && data_head(uri) == 0)
-      out_.lose("data URIs of buffers have another type than those of glTF", "they are read");
+      out_.lose("data URI of a buffer has another type than those of glTF: it is read",
+                "data URIs of buffers have another type than those of glTF: they are read");
     if (head == 0) {
       std::string name = unescape(uri);
       if (name.compare(0, 5, "data:") == 0)
@@ -486,7 +490,9 @@ private:
     if (view.buffer >= buffers_.size())
       refuse(TW_INVALID, place.pointer("buffer"), "there is no such buffer");
     uint64_t size = buffers_[view.buffer].length;
-    if (view.length == 0) out_.lose("buffer views have no bytes", "nothing can be read of them");
+    if (view.length == 0)
+      out_.lose("buffer view has no bytes: nothing can be read of it",
+                "buffer views have no bytes: nothing can be read of them");
     if (view.offset > size || view.length > size - view.offset)
       refuse(TW_INVALID, place.pointer("byteLength"), "the buffer view goes past the ", size,
              " bytes of its buffer");
@@ -530,7 +536,8 @@ void make_outline(const Bytes &file, Document &document) {
   Vector<char> dense(document.budget);
   drop_blanks(root, dense);
   if (!dense.empty()) root = dense.data();
-  outline.lose("integers are written with a fraction of 0", "they are read",
+  outline.lose("integer is written with a fraction of 0: it is read",
+               "integers are written with a fraction of 0: they are read",
                write_integers(root, document.budget, outline.whole));
   if (outline.whole.empty()) outline.whole = std::move(dense);
   if (!outline.whole.empty()) root = outline.whole.data();

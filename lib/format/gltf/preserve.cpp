@@ -570,7 +570,8 @@ private:
       document_.track_places.push_back(std::move(places));
       named.erase(-1);
       if (named.size() < parsed.samplers.size())
-        document_.outline.lose("samplers of animations are left out", "no channel names them",
+        document_.outline.lose("sampler of an animation is left out: no channel names it",
+                               "samplers of animations are left out: no channel names them",
                                parsed.samplers.size() - named.size());
       document_.channel_texts.push_back(std::move(tracks));
       document_.pointed_channels.push_back(std::move(pointed));
@@ -713,9 +714,9 @@ private:
     count_unplaced("bufferViews");
     count_unplaced("buffers");
     if (unplaced_ > 0)
-      tw_model_warn(document_.model,
-                    "names, extras and extensions of %zu accessors, buffer views and buffers are left out",
-                    unplaced_);
+      tw_model_warn(
+          document_.model, "names, extras and extensions of %zu %s are left out", unplaced_,
+          tw_plural(unplaced_, "accessor, buffer view or buffer", "accessors, buffer views and buffers"));
   }
 };
 

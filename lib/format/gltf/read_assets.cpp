@@ -22,8 +22,8 @@ struct Way {
 void check_index(const char *value, uint64_t count, const Way &way) {
   std::optional<uint64_t> index = whole_number(value);
   if (!index || *index >= count)
-    refuse(TW_INVALID, way.pointer(), "index ", value_text(value).substr(0, 32),
-           " is out of range: there are ", count);
+    refuse(TW_INVALID, way.pointer(), "index ", value_text(value).substr(0, 32), " is out of range: there ",
+           tw_plural(count, "is", "are"), " ", count);
 }
 
 bool is_texture(std::string_view key) {
@@ -102,9 +102,9 @@ void take_bytes(Document &document, const ImageOutline &outline, tw_gltf_image &
 }
 
 void take_images(Document &document) {
-  if (document.outline.link_count > 0)
-    tw_model_warn(document.model, "%u images are addresses on the web, and not in the model",
-                  document.outline.link_count);
+  tw_model_warn_count(document.model, document.outline.link_count,
+                      "image is an address on the web, and not in the model",
+                      "images are addresses on the web, and not in the model");
   for (const ImageOutline &outline : document.outline.images) {
     tw_gltf_image &image = document.assets->images[outline.index];
     document.budget.place = text("/images/", outline.index);

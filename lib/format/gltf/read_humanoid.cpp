@@ -46,8 +46,10 @@ public:
   // nullptr where the map has no bone.
   const uint32_t *finish() {
     if (unknown_ > 0)
-      tw_model_warn(document_.model, "%s: %zu bones are left out: VRM knows no such names, the first is %s",
-                    place_.c_str(), unknown_, first_unknown_.c_str());
+      tw_model_warn(document_.model, "%s: %zu %s %s", place_.c_str(), unknown_,
+                    tw_plural(unknown_, "bone is left out: VRM knows no such name,",
+                              "bones are left out: VRM knows no such names, the first is"),
+                    first_unknown_.c_str());
     return count_ > 0 ? bones_ : nullptr;
   }
 

@@ -114,7 +114,8 @@ private:
       if (primitive.mode < TINYGLTF_MODE_POINTS || primitive.mode > TINYGLTF_MODE_TRIANGLE_FAN)
         refuse(TW_INVALID, text(pointer_, i, "/mode"), "mode ", primitive.mode, " is out of range");
       if (is_left_out(i)) {
-        document_.outline.lose("primitives without POSITION are left out");
+        document_.outline.lose("primitive without POSITION is left out",
+                               "primitives without POSITION are left out");
         continue;
       }
       if (primitive.mode < TINYGLTF_MODE_TRIANGLES) continue; // passes through
@@ -122,8 +123,9 @@ private:
       lists_.push_back({opened_.find(i), slot(material(primitive.material, i), i), polygons || marked, false,
                         primitive.mode, primitive.indices, text(pointer_, i), 0, 0, 0});
       if (!seen.insert(lists_.back().material).second)
-        document_.outline.lose("primitives become one with others of their mesh",
-                               "they have the same material");
+        document_.outline.lose(
+            "primitive becomes one with another of its mesh: they have the same material",
+            "primitives become one with others of their mesh: they have the same material");
     }
   }
 
@@ -232,7 +234,8 @@ private:
       uint32_t found = indices ? indices->read_index(k) : k;
       if (found >= element_count)
         refuse(TW_INVALID, text("/accessors/", accessor), "index ", found, " at ", k,
-               " is out of range: there are ", element_count, " vertices");
+               " is out of range: there ", tw_plural(element_count, "is", "are"), " ", element_count,
+               tw_plural(element_count, " vertex", " vertices"));
       return found;
     };
     // Reads the elements one after the other: an error names the first that is wrong.
@@ -862,7 +865,8 @@ private:
       if (source.normal && source.tangent)
         bad += !source.tangent->read_finite(elements_[v], rows + 4 * size_t{v});
     }
-    document_.outline.lose("normals and tangents are left out", "they are not finite", bad);
+    document_.outline.lose("normal or tangent is left out: it is not finite",
+                           "normals and tangents are left out: they are not finite", bad);
     uint32_t *corners = allocate<uint32_t>(document_, corner_count_);
     std::copy(corners_, corners_ + corner_count_, corners);
     mesh_.normals = {static_cast<uint32_t>(count), values, rows, corners};
@@ -920,15 +924,14 @@ void read_meshes(Document &document, Accessors &accessors) {
   std::copy(document.group_names.begin(), document.group_names.end(), names);
   document.model->group_names = names;
   document.model->group_count = static_cast<uint32_t>(document.group_names.size());
-  if (document.degenerate_faces > 0)
-    tw_model_warn(document.model, "%zu " TW_COLLAPSED_FACES, document.degenerate_faces);
+  tw_model_warn_count(document.model, document.degenerate_faces, TW_COLLAPSED_FACE, TW_COLLAPSED_FACES);
   for (const std::string &fate : document.attribute_warnings)
     tw_model_warn(document.model, "the attribute %s", fate.c_str());
   tw_warn_of_welding(document.model, &document.welded);
   tw_warn_of_quads(document.model);
-  if (document.partly_textured > 0)
-    tw_model_warn(document.model, "%zu sets of texture coordinates are 0 0 where a primitive lacks them",
-                  document.partly_textured);
+  tw_model_warn_count(document.model, document.partly_textured,
+                      "set of texture coordinates is 0 0 where a primitive lacks it",
+                      "sets of texture coordinates are 0 0 where a primitive lacks them");
 }
 
 } // namespace gltf

@@ -12,7 +12,8 @@ namespace {
 uint32_t optional_index(int index, size_t count, const std::string &pointer) {
   if (index == -1) return TW_NO_INDEX;
   if (index < 0 || static_cast<size_t>(index) >= count)
-    refuse(TW_INVALID, pointer, "index ", index, " is out of range: there are ", count);
+    refuse(TW_INVALID, pointer, "index ", index, " is out of range: there ", tw_plural(count, "is", "are"),
+           " ", count);
   return static_cast<uint32_t>(index);
 }
 
@@ -96,7 +97,8 @@ void tell_unshown_meshes(Document &document) {
   }
   bool has_nodes = document.model->node_count > 0; // else each mesh gets one
   auto unshown = std::count(is_shown.begin(), is_shown.end(), false);
-  document.outline.lose("meshes are in no node of the shown scene", "OBJ answers leave them out",
+  document.outline.lose("mesh is in no node of the shown scene: OBJ answers leave it out",
+                        "meshes are in no node of the shown scene: OBJ answers leave them out",
                         has_nodes ? static_cast<uint64_t>(unshown) : 0);
 }
 
@@ -178,8 +180,9 @@ void read_weights(Document &document) {
     node.weights = out;
   }
   if (unfit > 0)
-    tw_model_warn(document.model, "morph weights of %zu nodes are left out: their meshes have other targets",
-                  unfit);
+    tw_model_warn(
+        document.model, "morph weights of %zu %s other targets", unfit,
+        tw_plural(unfit, "node are left out: its mesh has", "nodes are left out: their meshes have"));
 }
 
 const float *identity_matrices(Document &document, size_t count) {
@@ -194,7 +197,8 @@ const float *read_inverse_binds(Document &document, Accessors &accessors, int ac
   if (accessor == -1) return identity_matrices(document, count);
   const Elements &elements = accessors.open(accessor, TINYGLTF_TYPE_MAT4, pointer);
   if (elements.count() > count)
-    document.outline.lose("inverse bind matrices are left out", "their skins have fewer joints",
+    document.outline.lose("inverse bind matrix is left out: its skin has fewer joints",
+                          "inverse bind matrices are left out: their skins have fewer joints",
                           elements.count() - count);
   if (elements.component_type() != TINYGLTF_COMPONENT_TYPE_FLOAT)
     refuse(TW_INVALID, text("/accessors/", accessor, "/componentType"), "inverse bind matrices are floats");

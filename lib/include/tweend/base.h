@@ -38,6 +38,9 @@ typedef struct tw_error {
 #define TW_PRINTF(text, rest)
 #endif
 
+/* What stands behind a count: `one` behind 1, else `many`, noun and verb: "face is", "faces are". */
+const char *tw_plural(uint64_t count, const char *one, const char *many);
+
 /* Fills `error` (NULL allowed) with status and detail, clears its place, returns `status`. */
 tw_status tw_fail(tw_error *error, tw_status status, const char *format, ...) TW_PRINTF(3, 4);
 

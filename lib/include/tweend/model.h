@@ -93,6 +93,8 @@ void tw_model_destroy(tw_model *model); /* NULL accepted */
 /* Adds a sentence to the warnings. At most 64 are kept; the last one then says that there are more. Without
  * memory the warning is lost. */
 void tw_model_warn(tw_model *model, const char *format, ...) TW_PRINTF(2, 3);
+/* Warns COUNT ONE, or COUNT MANY where the count is not 1; of none: nothing. */
+void tw_model_warn_count(tw_model *model, uint64_t count, const char *one, const char *many);
 
 /* Whether a node shows a mesh whose points follow joints. */
 static inline bool tw_node_is_skinned(const tw_model *model, const tw_node *node) {
