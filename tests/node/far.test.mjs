@@ -179,7 +179,7 @@ test('objects of one OBJ have a frame each, and one that is near has none', asyn
   const { model, description } = await upload(text);
   assert.equal(description.nodes.length, 3);
   assert.deepEqual(description.nodes[1].rest.translation, [0, 0, 0]);
-  assert.match(description.warnings.join(), /mesh 0 lies so far .* and 1 more meshes likewise/);
+  assert.match(description.warnings.join(), /mesh 0 lies so far .* and 1 more mesh likewise/);
   assertSamePlaces(await pointsOf(model, 'obj?level=0'), all.flat(), 1e-6, 'level 0');
 });
 
