@@ -3,22 +3,26 @@
 
 #include <string.h>
 
-void tw_error_normal(const tw_error_part *p, uint32_t face, double normal[3]) {
-  const tw_topology *t = &p->topology;
-  uint32_t begin = tw_face_begin(t, face), size = tw_face_size(t, face);
+void tw_corners_normal(const double *points, const uint32_t *corners, uint32_t size, double normal[3]) {
+  const double *first = tw_point_at(points, corners[0]);
   memset(normal, 0, 3 * sizeof *normal);
-  const double *first = tw_point_at(p->shown, t->corner_vertex[begin]);
   for (uint32_t i = 1; i + 1 < size; i++) {
     double a[3], b[3], area[3];
-    tw_difference3(tw_point_at(p->shown, t->corner_vertex[begin + i]), first, a);
-    tw_difference3(tw_point_at(p->shown, t->corner_vertex[begin + i + 1]), first, b);
+    tw_difference3(tw_point_at(points, corners[i]), first, a);
+    tw_difference3(tw_point_at(points, corners[i + 1]), first, b);
     tw_cross3(a, b, area);
     for (int c = 0; c < 3; c++) normal[c] += area[c];
   }
   tw_unit3(normal);
 }
 
-/* The cosine between a normal and that of the triangle at a corner; 1 where the triangle has no area. */
+void tw_error_normal(const tw_error_part *p, uint32_t face, double normal[3]) {
+  const tw_topology *t = &p->topology;
+  tw_corners_normal(p->shown, t->corner_vertex + tw_face_begin(t, face), tw_face_size(t, face), normal);
+}
+
+/* The cosine between a given normal and the normal of the triangle that a corner and its two neighbours span;
+ * 1 where that triangle has no area. */
 static double corner_cosine(const tw_error_part *p, uint32_t corner, const double normal[3]) {
   const tw_topology *t = &p->topology;
   double a[3], b[3], area[3];

@@ -289,7 +289,7 @@ static void second_difference(const double *a, const double *b, const double *c,
   for (int i = 0; i < 3; i++) out[i] = a[i] - 2 * b[i] + c[i];
 }
 
-/* The difference at rims, where nothing slides: that of the curves along them. */
+/* The difference between a rim (where nothing slides) and its limit curve, along the sides that are rims. */
 static double rim_deviation(const tw_error_part *p, uint32_t face, const net *n, bool limit) {
   const tw_topology *t = &p->topology;
   double most = 0, d[3];

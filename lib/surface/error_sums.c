@@ -1,10 +1,11 @@
-/* Distances added up over levels. A face is compared with what comes of it some levels deeper, and only there
- * is the distance of that from the limit added: a sum over all levels in between would count each of their
- * steps in full, though they are not greatest at one place.
+/* Distances added up over levels. A face is compared with its descendants some levels deeper, and only the
+ * distance between those and the limit is added. A sum over all levels in between would count each of their
+ * steps in full, though these are not greatest at one place.
  *
- * What comes of a face lies over its triangles. To a triangle the distance is a convex function, so of a
- * triangle over it the corners are the farthest; and as what lies over the whole face covers it, with edges
- * over edges, the face is as near to it. */
+ * Each triangle of a descendant lies over one triangle of the face. The distance from the face's triangle is
+ * a convex function, so a descendant's triangle is farthest at its corners. That bounds the way from
+ * descendants to the face; the way back has the same bound, as descendants cover the face, edges over edges.
+ */
 #include "surface_error.h"
 
 enum {
@@ -126,7 +127,7 @@ static double piece_error(const compared *c, const piece *own) {
   return tw_error_gap_size(&g, (double)c->frame->own, (double)c->frame->reach) + beside;
 }
 
-/* The place of a face that is left when the next level is made; UINT32_MAX for others. */
+/* The index in l->made of a face from which the next level was made; UINT32_MAX for other faces. */
 static uint32_t find_left(const tw_level_errors *l, uint32_t face) {
   uint32_t low = 0, high = l->left_count;
   while (low < high) {
@@ -183,14 +184,7 @@ static compared start(const tw_level_errors *levels, uint32_t depth, bool loop, 
       for (uint32_t j = 0; j < 3; j++)
         if (c.size == 3 || quad_triangles[k][j] == i) whole->places[i] |= (uint8_t)(IN_TRIANGLE << k);
   }
-  for (uint32_t i = 1; i + 1 < c.size; i++) {
-    double a[3], b[3], area[3];
-    tw_difference3(c.corners[i], c.corners[0], a);
-    tw_difference3(c.corners[i + 1], c.corners[0], b);
-    tw_cross3(a, b, area);
-    for (int k = 0; k < 3; k++) c.normal[k] += area[k];
-  }
-  tw_unit3(c.normal);
+  tw_corners_normal(levels->points, levels->corners + begin, c.size, c.normal);
   return c;
 }
 

@@ -9,7 +9,8 @@
 
 enum { TW_AROUND_MAX = 64 }; /* faces at a vertex that are looked at one by one */
 
-/* The least cosine between the normals around a face and its own, for which slides are taken. */
+/* Points may slide along the surface where each face around a face has a normal whose cosine with the face's
+ * own is at least this; elsewhere their whole differences count. */
 #define TW_LEAST_COSINE 0.3
 
 typedef enum tw_error_state {
@@ -43,8 +44,9 @@ typedef struct tw_measuring {
   double size; /* the greatest coordinate */
 } tw_measuring;
 
-/* What tells how a face's points may slide: cosines between its normal and those of the faces around (below 0
- * at rims), rounded down, and as far as they may. */
+/* How a face's points may slide. corners, edges: the least cosine between the face's normal and those of the
+ * faces at each corner and across each edge, below 0 at rims; own: of the triangles at its own corners; all
+ * rounded down. reach: the longest slide (tw_error_reach). */
 typedef struct tw_error_frame {
   float corners[4], edges[4], own, reach;
 } tw_error_frame;
@@ -88,7 +90,8 @@ static inline tw_offset tw_offset_split(const double vector[3], const double nor
 
 /* ---- faces and what is around them: error_faces.c --------------------------------------------- */
 
-/* Area vectors summed (Newell), made unit. */
+/* The unit normal of a polygon: area vectors summed (Newell). 0 0 0 where they cancel. */
+void tw_corners_normal(const double *points, const uint32_t *corners, uint32_t size, double normal[3]);
 void tw_error_normal(const tw_error_part *p, uint32_t face, double normal[3]);
 
 /* The least cosine between a normal and those of a face's corners, and of the faces at a corner's vertex that
@@ -96,8 +99,8 @@ void tw_error_normal(const tw_error_part *p, uint32_t face, double normal[3]);
 double tw_error_face_cosine(const tw_error_part *p, uint32_t face, const double normal[3]);
 double tw_error_vertex_cosine(const tw_error_part *p, uint32_t corner, const double normal[3]);
 
-/* The slope of a face by that cosine, and the greatest of the faces around a face, seen along its normal;
- * infinite where that is no graph. */
+/* The slope of a face whose normal has this cosine with the direction of view; and the greatest slope of the
+ * faces around a face, seen along its normal. Infinite below TW_LEAST_COSINE. */
 double tw_error_slope(double cosine);
 double tw_error_slope_around(const tw_error_part *p, uint32_t face, const double normal[3]);
 

@@ -234,8 +234,8 @@ void report(const std::string &name, const tally &all, int least_near) {
 } // namespace
 
 int main() {
-  // A sanitizer makes these twenty times slower; of a share of the cages it says nothing how loose bounds
-  // are.
+  // Under a sanitizer this is twenty times slower, so that only some cages are compared. How loose bounds are
+  // is judged on all cages alone.
   const bool sanitized = std::getenv("TESTED_SANITIZED") != nullptr;
   const size_t step = sanitized ? 8 : 1;
   const int chance = sanitized ? 1 : 8;
