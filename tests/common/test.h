@@ -6,6 +6,7 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdlib.h>
 
 #include <cmocka.h>
 
@@ -17,6 +18,12 @@ typedef struct test_entry {
 
 /* Registers a test; called before main. entry: lives as long as the program. */
 void test_enter(test_entry *entry);
+
+/* Of many like cases each of which to run: a sanitizer makes a case ten times slower, and sees enough in a
+ * fifth. */
+static inline uint32_t test_stride(void) {
+  return getenv("TESTED_SANITIZED") ? 5 : 1;
+}
 
 /* TEST(cube_has_8_vertices) { ... } defines a test; TEST_WITH adds cmocka fixtures, which pass it `state`.
  * The tests of a file run in the order of their definition. */

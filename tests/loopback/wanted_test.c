@@ -19,15 +19,16 @@ enum { NODES = 40000, TRACKS = 8000 };
 
 /* Names are of quotes, each of which is escaped. */
 static char *make_document(void) {
-  char name[201], *text = malloc((size_t)NODES * (2 * sizeof name + 40) + (size_t)TRACKS * 300), *end = text;
+  const uint32_t nodes = NODES / test_stride(), tracks = TRACKS / test_stride();
+  char name[201], *text = malloc((size_t)nodes * (2 * sizeof name + 40) + (size_t)tracks * 300), *end = text;
   for (size_t i = 0; i < sizeof name - 1; i++) name[i] = i % 2 ? '"' : '\\';
   name[sizeof name - 1] = '\0';
   end += sprintf(end, "{\"nodes\":[");
-  for (int i = 0; i < NODES; i++) end += sprintf(end, "%s{\"name\":\"%d%s\"}", i ? "," : "", i, name);
+  for (uint32_t i = 0; i < nodes; i++) end += sprintf(end, "%s{\"name\":\"%u%s\"}", i ? "," : "", i, name);
   end += sprintf(end, "],\"clips\":[{\"name\":\"c\",\"tracks\":[");
-  for (int i = 0; i < TRACKS; i++)
+  for (uint32_t i = 0; i < tracks; i++)
     end += sprintf(end,
-                   "%s{\"node\":\"%d%s\",\"path\":\"rotation\",\"interpolation\":\"euler\",\"times\":[0,1],"
+                   "%s{\"node\":\"%u%s\",\"path\":\"rotation\",\"interpolation\":\"euler\",\"times\":[0,1],"
                    "\"eulers\":[[0,0,0],[1,2,3]]}",
                    i ? "," : "", i, name);
   strcpy(end, "]}]}");

@@ -59,8 +59,10 @@ static void takes_points(const tw_mesh *cage, tw_scheme scheme, const uint32_t *
 
 TEST(a_level_has_the_points_that_it_was_given) {
   static const uint32_t up[] = {0, 1, 2, 3, 4}, down[] = {4, 2, 1, 0}, twice[] = {3, 3};
+  uint32_t number = 0;
   for (int kind = TORUS_TRIANGLES; kind <= TORUS_QUADS; kind++)
     for (int gaps = NO_GAPS; gaps <= GAPS_THAT_TOUCH; gaps++) {
+      if (number++ % test_stride() != 0) continue;
       cage *c = torus((torus_faces)kind, (torus_gaps)gaps, gaps == NO_GAPS);
       takes_points(&c->mesh, TW_CATMULL_CLARK, up, 5);
       takes_points(&c->mesh, TW_CATMULL_CLARK, down, 4);

@@ -70,13 +70,14 @@ static void check_below_details(tw_mesh *mesh, uint32_t depth) {
 
 /* An edge of n triangles: in the middle of it a vertex of 2 n quads. */
 TEST(an_edge_of_thousands_of_faces_below_a_level_with_details) {
-  enum { FACES = 3000 };
-  float *positions = calloc(FACES + 2, 3 * sizeof *positions);
-  uint32_t *corners = malloc(3 * FACES * sizeof *corners), *faces = malloc((FACES + 1) * sizeof *faces);
+  const uint32_t face_count = 3000 / test_stride();
+  float *positions = calloc(face_count + 2, 3 * sizeof *positions);
+  uint32_t *corners = malloc(3 * face_count * sizeof *corners),
+           *faces = malloc((face_count + 1) * sizeof *faces);
   assert_true(positions && corners && faces);
   positions[3] = 1;
   faces[0] = 0;
-  for (uint32_t f = 0; f < FACES; f++) {
+  for (uint32_t f = 0; f < face_count; f++) {
     const uint32_t face[3] = {f % 2, 1 - f % 2, 2 + f};
     positions[3 * (f + 2) + 1] = cosf((float)f);
     positions[3 * (f + 2) + 2] = sinf((float)f);
@@ -85,10 +86,10 @@ TEST(an_edge_of_thousands_of_faces_below_a_level_with_details) {
   }
   tw_mesh mesh;
   tw_mesh_init(&mesh);
-  mesh.point_count = FACES + 2;
+  mesh.point_count = face_count + 2;
   mesh.positions = positions;
-  mesh.face_count = FACES;
-  mesh.corner_count = 3 * FACES;
+  mesh.face_count = face_count;
+  mesh.corner_count = 3 * face_count;
   mesh.face_offsets = faces;
   mesh.corners = corners;
   check_below_details(&mesh, 2);

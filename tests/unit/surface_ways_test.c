@@ -190,9 +190,7 @@ static tw_surface_options options_of(uint32_t bits) {
 static void check_all_options(const tw_mesh *mesh, bool loop) {
   tw_patch_classes *classes = tw_patch_classes_create();
   assert_non_null(classes);
-  /* A sanitizer makes each case ten times slower, and sees enough in fewer. */
-  uint32_t step = getenv("TESTED_SANITIZED") ? 5 : 1;
-  for (uint32_t bits = 0; bits < 16; bits += step)
+  for (uint32_t bits = 0; bits < 16; bits += test_stride())
     for (tw_boundary boundary = TW_BOUNDARY_EDGE_AND_CORNER; boundary <= TW_BOUNDARY_OPEN; boundary++)
       for (uint32_t level = 0; level <= 3; level++) {
         tw_surface_options options = options_of(bits);
