@@ -10,7 +10,9 @@ import { launch, PATIENCE_MS } from './chromium.mjs';
 const pictures = join(dirname(process.env.TESTED_BINARY ?? join(root, 'build/tweend')), 'screenshots');
 mkdirSync(pictures, { recursive: true });
 
-const USUAL = { viewport: { width: 1120, height: 640 }, reducedMotion: 'reduce' }; // software draws each pixel
+// Software draws each pixel: a quarter of them is enough, but for tests that compare what is a pixel wide.
+const USUAL = { viewport: { width: 1120, height: 640 }, deviceScaleFactor: 0.5, reducedMotion: 'reduce' };
+export const ALL_PIXELS = { deviceScaleFactor: 1 };
 export const DESKTOP = { viewport: { width: 1280, height: 800 } };
 export const TABLET = { viewport: { width: 900, height: 700 }, colorScheme: 'dark' };
 export const PHONE = { viewport: { width: 390, height: 844 }, deviceScaleFactor: 2, hasTouch: true, isMobile: true };

@@ -1,7 +1,7 @@
 // The page at /: files as exporters write them, and a list of models that is tidied up.
 import assert from 'node:assert/strict';
 
-import { covered, difference, drop, open, PYRAMID } from './page_driver.mjs';
+import { ALL_PIXELS, covered, difference, drop, open, PYRAMID } from './page_driver.mjs';
 
 const site = open();
 const { daemon, visits } = site;
@@ -181,7 +181,7 @@ visits('of a clip alone the joints are shown', {}, async (visit) => {
   assert.ok(seen > 0.001, `${seen} of the picture is covered`);
 });
 
-visits('the cage and its points follow morph targets, which rest in another clip', { hash: '#show=cage,points' }, async (visit) => {
+visits('the cage and its points follow morph targets, which rest in another clip', { ...ALL_PIXELS, hash: '#show=cage,points' }, async (visit) => {
   await visit.level(2);
   const channels = (path, node) => ({ channels: [{ sampler: 0, target: { node, path } }], samplers: [{ input: 2, output: path === 'weights' ? 2 : 3 }] });
   const document = JSON.parse(split({ animations: [{ name: 'grow', ...channels('weights', 0) }, { name: 'stay', ...channels('translation', 1) }] }));

@@ -5,7 +5,7 @@ import { test } from 'node:test';
 
 import { Daemon } from '../node/daemon.mjs';
 import { Modeller } from './modeller.mjs';
-import { covered, difference, drop, open, PYRAMID, Visit } from './page_driver.mjs';
+import { ALL_PIXELS, covered, difference, drop, open, PYRAMID, Visit } from './page_driver.mjs';
 
 const site = open();
 const { daemon, visits } = site;
@@ -141,7 +141,7 @@ visits('numbers are taken as the browser’s language writes them, by Enter, and
   }
 });
 
-visits('a graphics context that was lost comes back', { hash: '#show=surface' }, async (visit) => {
+visits('a graphics context that was lost comes back', { ...ALL_PIXELS, hash: '#show=surface' }, async (visit) => {
   await visit.level(2);
   const before = await visit.pixels();
   await visit.page.evaluate(async () => {

@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 
 import { Modeller } from './modeller.mjs';
-import { covered, difference, open, PHONE, Visit } from './page_driver.mjs';
+import { ALL_PIXELS, covered, difference, open, PHONE, Visit } from './page_driver.mjs';
 
 const site = open();
 const { daemon, visits } = site;
@@ -54,7 +54,7 @@ async function openScan(visit) {
 
 const sideBySide = (visit) => visit.page.getByRole('slider', { name: 'Line between' }).waitFor();
 
-visits('a scan is made clean by one click, and seen beside itself', { hash }, async (visit) => {
+visits('a scan is made clean by one click, and seen beside itself', { ...ALL_PIXELS, hash }, async (visit) => {
   const modeller = await openScan(visit);
   const { page } = modeller;
   const source = modeller.id;

@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { PerspectiveCamera, Vector3 } from 'three';
 
 import { Modeller, VIEW } from './modeller.mjs';
-import { difference, open, PHONE } from './page_driver.mjs';
+import { ALL_PIXELS, difference, open, PHONE } from './page_driver.mjs';
 
 const site = open();
 const { daemon, visits } = site;
@@ -83,7 +83,7 @@ class Sculptor extends Modeller {
   }
 }
 
-visits('a point of a level is dragged, and the other levels remember it', { hash }, async (visit) => {
+visits('a point of a level is dragged, and the other levels remember it', { ...ALL_PIXELS, hash }, async (visit) => {
   const sculptor = await Sculptor.begin(visit);
   const { page } = sculptor;
   const source = sculptor.id;

@@ -5,7 +5,7 @@ import { createRequire } from 'node:module';
 import { test } from 'node:test';
 
 import { launch } from './chromium.mjs';
-import { covered, DESKTOP, difference, drop, open, PHONE, TABLET, Visit } from './page_driver.mjs';
+import { ALL_PIXELS, covered, DESKTOP, difference, drop, open, PHONE, TABLET, Visit } from './page_driver.mjs';
 
 const axe = createRequire(import.meta.url).resolve('axe-core/axe.min.js');
 const site = open();
@@ -67,7 +67,7 @@ visits('a dense cage does not hide its surface, and is seen from nearby', {}, as
   assert.ok(far < 0.02 && near > 0.05, `${far} of the picture is changed by the cage, ${near} from nearby`);
 });
 
-visits('creases of a glTF are found, and stay on its edges', { hash: '#show=cage&tab=surface' }, async (visit) => {
+visits('creases of a glTF are found, and stay on its edges', { ...ALL_PIXELS, hash: '#show=cage&tab=surface' }, async (visit) => {
   await visit.level(2);
   // The sample cube as glTF, its node turned and moved; then the same under a joint that bends it.
   const cube = await (await fetch(`${daemon.url}/v1/models/${await site.model('cube.obj')}/surface.gltf?level=0&polygons=ngon&normals=none`)).json();

@@ -237,7 +237,7 @@ int main() {
   // Under a sanitizer this is twenty times slower, so that only some cages are compared. How loose bounds are
   // is judged on all cages alone.
   const bool sanitized = std::getenv("TESTED_SANITIZED") != nullptr;
-  const size_t step = sanitized ? 8 : 1;
+  const size_t step = sanitized ? 20 : 1;
   const int chance = sanitized ? 1 : 8;
   auto each = [&](const std::vector<Cage> &cages, const tw_surface_options &options, std::mt19937 &random,
                   tally &all) {
