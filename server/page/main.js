@@ -354,7 +354,7 @@ async function openSurface() {
     blank.hidden = true;
     byId('facts').textContent = `Level ${options.level} · ${plural(counts.vertices, 'point')} · ${plural(counts.faces, 'face')} · ${bytes(answer.size)} · ${answer.ms.toFixed(1)} ms`;
     const { x, y, z } = viewport.controls.target;
-    byId('view').setAttribute('aria-label', `${model.name || 'A model'}, level ${options.level}: ${count(counts.faces)} faces round ${[x, y, z].map((v) => fixed(v, 1)).join(', ')}. ` +
+    byId('view').setAttribute('aria-label', `${model.name || 'A model'}, level ${options.level}: ${plural(counts.faces, 'face')} round ${[x, y, z].map((v) => fixed(v, 1)).join(', ')}. ` +
       'Arrow keys orbit, with Shift they pan, plus and minus zoom, F frames, space plays.');
     byId('view').dataset.level = options.level;
   } catch (error) {

@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
-import { sentencesOf } from '../../server/page/clip_words.js';
+import { carriedOver, sentencesOf } from '../../server/page/clip_words.js';
 import { blendOf } from '../../server/page/clips.js';
 import { Gesture } from '../../server/page/gestures.js';
 import { Lineages } from '../../server/page/lineages.js';
@@ -86,6 +86,13 @@ test('a clip is judged in sentences', () => {
   assert.ok(said({ pops: [{ node: 'hand', time: 0.5, angle: 31 }] }).includes('bad: One key of hand leaps by 31°.'));
   assert.ok(said({ noise: [{ node: 'hand', path: 'rotation', rms: 0.4 }] }).includes('bad: Jitters: hand by 0.4°.'));
   assert.ok(said({ still: ['a'] }).includes(': 1 node never moves: a.'));
+  assert.ok(said({ still: ['a', 'b'] }).includes(': 2 nodes never move: a, b.'));
+});
+
+test('how a clip was carried over agrees in number', () => {
+  const words = (follow, rest) => carriedOver({ bones: Array(follow), scale: 1, without_target: [], without_source: Array(rest) });
+  assert.deepEqual(words(1, 1), ['1 bone follows, ways are 1.00 times as long.', '1 bone keeps the rest pose.']);
+  assert.deepEqual(words(20, 2), ['20 bones follow, ways are 1.00 times as long.', '2 bones keep the rest pose.']);
 });
 
 test('a blend is a document of the model’s nodes, whose layers have the weights', () => {
