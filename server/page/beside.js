@@ -48,6 +48,7 @@ export class Beside {
     const controller = (this.loading = new AbortController());
     const { signal } = controller;
     const options = surfaceOptions();
+    if (options.level === 'auto') return; // the model beside it chooses one
     const task = busy('The original', controller);
     try {
       const described = await withKey(() => tweend.describe(id, { signal }));

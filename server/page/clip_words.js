@@ -22,14 +22,14 @@ export function sentencesOf({ loop, root, still, contacts, noise, pops }, nodes)
   const jitter = noise.filter(({ path, rms }) => path === 'rotation' && rms > NOISY).sort((a, b) => b.rms - a.rms);
   if (jitter.length > 0) say('bad', `Jitters: ${jitter.slice(0, 3).map(({ node, rms }) => `${node} by ${degrees(rms)}`).join(', ')}.`);
   for (const { node, time, angle } of [...pops].sort((a, b) => b.angle - a.angle).slice(0, MOST)) say('bad', `One key of ${node} leaps by ${degrees(angle)}.`, time);
-  if (still.length > 0 && still.length < nodes) say('', `${plural(still.length, 'node')} never ${still.length === 1 ? 'moves' : 'move'}: ${still.slice(0, 3).join(', ')}${still.length > 3 ? ' …' : '.'}`);
+  if (still.length > 0 && still.length < nodes) say('', `${plural(still.length, 'node never moves', 'nodes never move')}: ${still.slice(0, 3).join(', ')}${still.length > 3 ? ' …' : '.'}`);
   return list;
 }
 
 /** How a borrowed clip was carried over, in sentences. */
 export function carriedOver({ bones, scale, without_target: lost, without_source: resting }) {
-  const list = [`${plural(bones.length, 'bone')} follow, ways are ${fixed(scale, 2)} times as long.`];
+  const list = [`${plural(bones.length, 'bone follows', 'bones follow')}, ways are ${fixed(scale, 2)} times as long.`];
   if (lost.length > 0) list.push(`Nothing here follows ${lost.slice(0, 3).join(', ')}${lost.length > 3 ? ` and ${lost.length - 3} more` : ''}.`);
-  if (resting.length > 0) list.push(`${plural(resting.length, 'bone')} keep${resting.length === 1 ? 's' : ''} the rest pose.`);
+  if (resting.length > 0) list.push(`${plural(resting.length, 'bone keeps', 'bones keep')} the rest pose.`);
   return list;
 }

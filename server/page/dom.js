@@ -44,7 +44,8 @@ export function bytes(n) {
 export const fixed = (n, digits) => n.toFixed(digits).replace(/^-(0\.?0*)$/, '$1');
 
 export const seconds = (t) => `${t.toFixed(2)} s`;
-export const plural = (n, word) => `${count(n)} ${word}${n === 1 ? '' : 's'}`;
+/** How many there are of something; the words for several where an "s" does not make them. */
+export const plural = (n, one, several = `${one}s`) => `${count(n)} ${n === 1 ? one : several}`;
 
 /** A labelled select: options as [value, text]. */
 export function choice(label, options, value, onchange) {

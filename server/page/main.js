@@ -12,13 +12,13 @@ import { showKeys } from './keys.js';
 import { Look } from './look.js';
 import { Models } from './models.js';
 import { busy, fail } from './notices.js';
-import { edgesOf, firstLevel, Opening } from './opening.js';
+import { edgesOf, Opening } from './opening.js';
 import { Outliner } from './outliner.js';
 import { RotationPanel } from './rotation_panel.js';
 import { confirmLarge, ScriptsPanel } from './scripts_panel.js';
 import { SculptPanel } from './sculpt_panel.js';
 import { Splitter } from './splitter.js';
-import { change, firstOf, isStep, note, openOther, setUsual, shows, state, SURFACE, surfaceOptions, toggle, watch } from './state.js';
+import { change, isStep, note, openOther, setUsual, shows, state, SURFACE, surfaceOptions, toggle, watch } from './state.js';
 import { Steps } from './steps.js';
 import { SurfacePanel } from './surface_panel.js';
 import { Timeline } from './timeline.js';
@@ -292,7 +292,11 @@ async function openModel() {
   try {
     const described = await withKey(() => tweend.describe(id, { signal: controller.signal }));
     if (state('model') !== id) return;
-    if (state('level') === firstOf(['level']).level) change({ level: firstLevel(described, Number(state('level'))) });
+    if (state('level') === 'auto') {
+      const level = await opening.level(described, surfaceOptions(), { signal: controller.signal });
+      if (state('model') !== id) return;
+      if (state('level') === 'auto') change({ level });
+    }
     model = described;
     showOverlays();
     models.tell(model);
@@ -354,7 +358,7 @@ async function openSurface() {
     blank.hidden = true;
     byId('facts').textContent = `Level ${options.level} · ${plural(counts.vertices, 'point')} · ${plural(counts.faces, 'face')} · ${bytes(answer.size)} · ${answer.ms.toFixed(1)} ms`;
     const { x, y, z } = viewport.controls.target;
-    byId('view').setAttribute('aria-label', `${model.name || 'A model'}, level ${options.level}: ${count(counts.faces)} faces round ${[x, y, z].map((v) => fixed(v, 1)).join(', ')}. ` +
+    byId('view').setAttribute('aria-label', `${model.name || 'A model'}, level ${options.level}: ${plural(counts.faces, 'face')} round ${[x, y, z].map((v) => fixed(v, 1)).join(', ')}. ` +
       'Arrow keys orbit, with Shift they pan, plus and minus zoom, F frames, space plays.');
     byId('view').dataset.level = options.level;
   } catch (error) {
@@ -423,7 +427,7 @@ watch((names) => {
   }
   if (names.has('theme')) showTheme();
   if (names.has('show')) showOverlays();
-  if (names.has('model')) openModel();
+  if (names.has('model') || (names.has('level') && state('level') === 'auto')) openModel();
   else if (SURFACE.some((name) => names.has(name))) openSurface();
   if (CAGE.some((name) => names.has(name)) && !names.has('model') && model) openCage(model);
   if (names.has('view') && model && !names.has('model')) frame();

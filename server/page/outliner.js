@@ -31,7 +31,7 @@ export class Outliner {
         <span class="dim">${node.mesh === null ? '' : meshText(node.mesh)}</span></button>`;
       return html`<li>${own}${below.length > 0 ? html`<ul>${below.map(branch)}</ul>` : nothing}</li>`;
     };
-    const facts = [plural(nodes.length, 'node'), `${count(meshes.length)} mesh${meshes.length === 1 ? '' : 'es'}`, plural(materials.length, 'material'),
+    const facts = [plural(nodes.length, 'node'), plural(meshes.length, 'mesh', 'meshes'), plural(materials.length, 'material'),
       skins.length > 0 && plural(skins.length, 'skin'), clips.length > 0 && plural(clips.length, 'clip')].filter(Boolean).join(', ');
     return render(html`<details class="group outliner"><summary>Parts: ${facts}</summary>
       <ul class="tree">${(children.get(null) ?? []).map(branch)}</ul>

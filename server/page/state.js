@@ -2,7 +2,7 @@
 
 /** What determines the surface of a model: the parameters of its request. */
 const OF_SURFACE = {
-  level: '2',
+  level: 'auto', // until a model is opened, which chooses one
   scheme: 'catmull-clark',
   boundary: 'edge-and-corner',
   uv: 'corners-only',
@@ -135,5 +135,5 @@ export function toggle(name) {
 /** The parameters of a surface request that differ from the API's defaults, and the level. */
 export function surfaceOptions() {
   const differing = SURFACE.filter((name) => name !== 'level' && values[name] !== DEFAULTS[name]);
-  return { level: Number(values.level), ...Object.fromEntries(differing.map((name) => [name, values[name]])) };
+  return { level: values.level === 'auto' ? 'auto' : Number(values.level), ...Object.fromEntries(differing.map((name) => [name, values[name]])) };
 }

@@ -42,15 +42,23 @@ export class SurfacePanel {
 
   /** Creates a slider for the level; all sliders show the same value. */
   levelSlider() {
-    const output = make('output', { className: 'value' }, state('level'));
-    const slider = make('input', { type: 'range', min: 0, max: LEVELS, step: 1, value: state('level'), 'aria-label': 'Level',
+    const output = make('output', { className: 'value' });
+    const slider = make('input', { type: 'range', min: 0, max: LEVELS, step: 1, 'aria-label': 'Level',
       oninput: () => (output.textContent = slider.value), onchange: () => change({ level: slider.value }) });
     this.sliders.push({ slider, output });
+    this.#showLevel();
     return make('div', { className: 'slider' }, make('span', {}, 'Level'), slider, output);
   }
 
+  #showLevel() {
+    for (const { slider, output } of this.sliders) {
+      output.textContent = state('level');
+      slider.value = state('level') === 'auto' ? 0 : state('level');
+    }
+  }
+
   render() {
-    for (const { slider, output } of this.sliders) slider.value = output.textContent = state('level');
+    this.#showLevel();
     this.limit.checked = state('limit') === 'true';
     const focused = document.activeElement?.closest?.('.fields label')?.firstChild?.textContent;
     this.fields.replaceChildren(...CHOICES.map(([name, label, options]) => choice(label, options, state(name), (value) => change({ [name]: value }))));

@@ -17,9 +17,17 @@ export const DESKTOP = { viewport: { width: 1280, height: 800 } };
 export const TABLET = { viewport: { width: 900, height: 700 }, colorScheme: 'dark' };
 export const PHONE = { viewport: { width: 390, height: 844 }, deviceScaleFactor: 2, hasTouch: true, isMobile: true };
 
+/** Within the page: answers what asks for the level to open a model with. */
+function answerLevel2() {
+  const { fetch } = window;
+  window.fetch = (url, init) => (/[?&]level=auto/.test(url) ? Promise.resolve(Response.json({ level: 2 })) : fetch(url, init));
+}
+
 export class Visit {
-  /** refused: statuses that the visit provokes, which Chromium logs as errors. */
-  static async begin(browser, url, { hash = '', refused = [], ...options } = {}) {
+  /** refused: statuses that the visit provokes, which Chromium logs as errors. choosesLevel: whether models open with
+   *  the level that the daemon chooses. Else they do so with level 2, whose counts and pictures are easy to tell, and
+   *  which is drawn sooner. */
+  static async begin(browser, url, { hash = '', refused = [], choosesLevel = false, ...options } = {}) {
     const context = await browser.newContext({ ...USUAL, ...options });
     context.setDefaultTimeout(PATIENCE_MS);
     const visit = new Visit();
@@ -35,6 +43,7 @@ export class Visit {
       const own = request.url().startsWith(visit.origin) || /^(data|blob):/.test(request.url());
       if (!own) visit.faults.push(`asks ${request.url()}`);
     });
+    if (!choosesLevel) await visit.page.addInitScript(answerLevel2);
     await visit.page.goto(url + hash);
     return visit;
   }

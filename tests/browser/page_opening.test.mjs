@@ -56,6 +56,41 @@ visits('an address with a time, a view and Follow shows the same picture each ti
   await other.end();
 });
 
+visits('a model opens with the least level whose error is not seen, which the slider and the address tell', { hash: '#tab=surface', choosesLevel: true }, async (visit) => {
+  const { page } = visit;
+  const slider = page.getByRole('slider', { name: 'Level' });
+  const opens = async (name, level) => {
+    await visit.wait((wanted) => document.getElementById('subject').textContent === wanted, name);
+    const told = await (await fetch(`${daemon.url}/v1/models/${idOf(visit)}/surface.json?level=auto&error=0.1%25&faces=50000`)).json();
+    assert.equal(told.level, level, name);
+    await visit.level(level);
+    await visit.tab('Surface'); // which a drop leaves
+    assert.equal(await slider.inputValue(), String(level));
+    assert.match(page.url(), new RegExp(`level=${level}(&|$)`));
+    assert.match(await visit.text('#facts'), new RegExp(`^Level ${level} `));
+  };
+  await opens('tank.json', 3); // level 4 has 56,320 faces
+  const address = page.url();
+  await drop(visit, { 'square.obj': grid(1) }); // its sides are straight, its corners sharp
+  await opens('square.obj', 0);
+  assert.match(await page.locator('#view').getAttribute('aria-label'), /level 0: 1 face round/);
+  await drop(visit, { 'pyramid.obj': PYRAMID });
+  await opens('pyramid.obj', 5);
+  await page.getByRole('button', { name: 'Show level 1', exact: true }).click();
+  await visit.level(1);
+  await page.evaluate(() => (location.hash = location.hash.replace('&level=1', ''))); // an address that names no level
+  await opens('pyramid.obj', 5);
+  // Others who are sent the address ask nothing else than what it names.
+  const other = await Visit.begin(site.browser, `${daemon.url}/version`, { choosesLevel: true });
+  const asked = [];
+  other.page.on('request', (request) => asked.push(request.url()));
+  await other.page.goto(address);
+  await other.level(3);
+  assert.ok(asked.some((url) => url.endsWith('surface.glb?level=3')));
+  assert.deepEqual(asked.filter((url) => url.includes('auto')), []);
+  await other.end();
+});
+
 visits('the level of one model is not that of the next, and a large one opens at less', { hash: '#tab=surface' }, async (visit) => {
   await visit.level(2);
   await drop(visit, { 'pyramid.obj': PYRAMID });
@@ -77,9 +112,9 @@ visits('a level that is refused leaves the picture, the slider and the address o
   await visit.level(2);
   await drop(visit, { 'scan.obj': grid(60) });
   await visit.wait(() => document.getElementById('facts').textContent.includes(' 57,600 faces'));
-  await page.evaluate(() => (location.hash += '&level=15'));
+  await page.evaluate(() => (location.hash = location.hash.replace('level=2', 'level=15')));
   await page.locator('.notice', { hasText: 'Level 15 cannot be shown' }).waitFor();
-  await visit.wait(() => document.querySelector('[aria-label=Level]').value === '2' && !location.hash.includes('level'));
+  await visit.wait(() => document.querySelector('[aria-label=Level]').value === '2' && /level=2(&|$)/.test(location.hash));
   assert.match(await visit.text('#facts'), /^Level 2/);
   assert.ok(covered(await visit.pixels()) > 0.05);
   // One that opens so falls back to its control mesh.

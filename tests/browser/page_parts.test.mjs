@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
-import { sentencesOf } from '../../server/page/clip_words.js';
+import { carriedOver, sentencesOf } from '../../server/page/clip_words.js';
 import { blendOf } from '../../server/page/clips.js';
 import { Gesture } from '../../server/page/gestures.js';
 import { Lineages } from '../../server/page/lineages.js';
@@ -86,6 +86,13 @@ test('a clip is judged in sentences', () => {
   assert.ok(said({ pops: [{ node: 'hand', time: 0.5, angle: 31 }] }).includes('bad: One key of hand leaps by 31°.'));
   assert.ok(said({ noise: [{ node: 'hand', path: 'rotation', rms: 0.4 }] }).includes('bad: Jitters: hand by 0.4°.'));
   assert.ok(said({ still: ['a'] }).includes(': 1 node never moves: a.'));
+  assert.ok(said({ still: ['a', 'b'] }).includes(': 2 nodes never move: a, b.'));
+});
+
+test('how a clip was carried over agrees in number', () => {
+  const words = (follow, rest) => carriedOver({ bones: Array(follow), scale: 1, without_target: [], without_source: Array(rest) });
+  assert.deepEqual(words(1, 1), ['1 bone follows, ways are 1.00 times as long.', '1 bone keeps the rest pose.']);
+  assert.deepEqual(words(20, 2), ['20 bones follow, ways are 1.00 times as long.', '2 bones keep the rest pose.']);
 });
 
 test('a blend is a document of the model’s nodes, whose layers have the weights', () => {
@@ -95,11 +102,16 @@ test('a blend is a document of the model’s nodes, whose layers have the weight
   assert.deepEqual(layers, [{ clip: 'm/walk', weight: 0.75, sync: true }, { clip: 'other/run', weight: 0.25, sync: true, retarget: 'auto' }]);
 });
 
-/** An opening whose daemon notes what it is asked. fits: whether a level may be as large as it is. */
-function opened({ fits = true } = {}) {
+/** An opening whose daemon notes what it is asked. fits: whether a level may be as large as it is. counts: the answer,
+ *  or what is thrown. */
+function opened({ fits = true, counts = { bytes: 7 } } = {}) {
   const asked = [];
   const opening = new Opening({
-    count: async (model, options) => (asked.push(['count', options]), { bytes: 7 }),
+    count: async (model, options) => {
+      asked.push(['count', options]);
+      if (counts instanceof Error) throw counts;
+      return counts;
+    },
     load: async (model, options) => (asked.push(['load', options]), { blob: new Blob(['glb']) }),
     parse: async (bytes) => `parsed ${new TextDecoder().decode(bytes)}`,
     confirm: async (size) => (asked.push(['confirm', size]), fits),
@@ -109,12 +121,23 @@ function opened({ fits = true } = {}) {
 const withEdges = (edges) => ({ meshes: [{ edges: edges - 1 }, { edges: 1 }] });
 const { signal } = new AbortController();
 
-test('a model opens with the default level, or the highest under 200,000 faces', () => {
-  assert.equal(firstLevel(withEdges(12), 2), 2);
-  assert.equal(firstLevel(withEdges(25000), 2), 2);
-  assert.equal(firstLevel(withEdges(25001), 2), 1);
-  assert.equal(firstLevel(withEdges(100001), 2), 0);
-  assert.equal(firstLevel({ meshes: [] }, 2), 2);
+test('a small model opens with the level whose error is not seen, of at most 50,000 faces', async () => {
+  const { opening, asked } = opened({ counts: { level: 4 } });
+  assert.equal(await opening.level(withEdges(2000), { level: 'auto', limit: 'true', encoding: 'meshopt' }, { signal }), 4);
+  assert.deepEqual(asked, [['count', { level: 'auto', error: '0.1%', faces: 50000, limit: 'true', encoding: 'float' }]]);
+});
+
+test('a model whose errors take long, or are not told, opens with level 2, or the highest under 200,000 faces', async () => {
+  assert.deepEqual([12, 25000, 25001, 100001].map((edges) => firstLevel(withEdges(edges))), [2, 2, 1, 0]);
+  assert.equal(firstLevel({ meshes: [] }), 2);
+  for (const model of [{ meshes: [] }, withEdges(2001)]) {
+    const { opening, asked } = opened({ counts: { level: 4 } });
+    assert.equal(await opening.level(model, {}, { signal }), 2);
+    assert.deepEqual(asked, [], 'nothing is asked');
+  }
+  const refused = (status) => opened({ counts: Object.assign(new Error(), { status }) }).opening.level(withEdges(12), {}, { signal });
+  assert.equal(await refused(422), 2);
+  await assert.rejects(refused(), Error, 'without an answer there is no level');
 });
 
 test('a small level is loaded while it is counted, a large one when its size is wanted', async () => {
