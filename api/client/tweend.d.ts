@@ -1703,9 +1703,9 @@ export interface LiveOptions {
   skinning?: boolean;
 }
 export interface TracksOptions {
-  /** The name of one of the model's own clips, default the first; with `retarget=auto` also `{model id}/{name}`, a
-   * clip of another stored model as it is carried over to this one. Of a mixed clip, keys are inspected that follow
-   * it within 0.05 degrees and 0.0001 m. */
+  /** The name of one of the model's own clips, default the first, or `{model id}/{name}`, a clip of another stored
+   * model as `pose` plays it here: by node name, or carried over with `retarget=auto`. Of a mixed clip, keys are
+   * inspected that follow it within 0.05 degrees and 0.0001 m. */
   clip?: string;
   /** With `retarget=auto`, `hold`: see `feet` of poses; what of the slide is left, the report tells. Else: Names of
    * the nodes that are feet, separated by commas; a name that several nodes have means all of them. Default: those

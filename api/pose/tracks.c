@@ -273,7 +273,7 @@ static const char *print_canonical(api_call *call, const api_clip_choices *choic
                                    const tracks_source *source) {
   tw_text text = {0};
   tw_text_add(&text, "clip=");
-  if (source->retarget || choices->terms.root.is_on)
+  if ((choices->list && choices->list[0].lender[0]) || choices->terms.root.is_on)
     api_clips_print(choices, &text);
   else
     tw_text_count(&text, api_clips_get(choices, 0).index);
@@ -299,18 +299,14 @@ static api_outcome choose_feet(api_call *call, const api_clip_terms *terms, trac
   return API_DONE;
 }
 
-/* Finds the clip: the model's own; or, compiled, which *entry then holds, a mixed one or one that is carried
- * over. */
+/* Finds the clip: the model's own; or, compiled, which *entry then holds, a mixed or borrowed one. */
 static api_outcome take_clip(api_call *call, const api_clip_choices *choices, tracks_source *source,
                              api_entry **entry) {
   const tw_model *model = source->model;
   if (choices->count == 0 && model->clip_count == 0)
     return api_fail_with(call, 404, "the model has no clips");
-  api_clip_choice choice = choices->count == 1 ? api_clips_get(choices, 0) : (api_clip_choice){0};
-  if (choices->count != 1 || (choice.lender[0] && !choices->terms.retarget.is_auto))
-    return api_fail_with(call, 400,
-                         "the tracks of one clip are inspected: the model's own, or with "
-                         "retarget=auto another model's");
+  if (choices->count != 1) return api_fail_with(call, 400, "the tracks of one clip are inspected");
+  api_clip_choice choice = api_clips_get(choices, 0);
   if (!choice.lender[0] && !api_clip_is_mixed(model, choice.index) && !choices->terms.root.is_on) {
     source->clip = &model->clips[choice.index];
     source->name = tw_model_clip_name(model, choice.index, source->buffer);

@@ -16,13 +16,12 @@
 #include "word.h"
 
 enum {
-  END_SUFFIX = 4,                       /* bytes of "_end" */
-  NAME_MOST = TW_NAME_MAX - END_SUFFIX, /* so that the end site has a name as well */
-  NUMBER_MOST = 1024,                   /* characters of a number; printf needs 317 for the largest double */
-  FRAMES_MOST = 1 << 23,                /* up to here the times of frames differ in single precision */
-  NUMBERS_A_STEP = 8192,                /* between two calls of tw_work */
-  CLAIM_ROOM = 1000,                    /* frames that a file may lack, however short it is */
-  BYTES_A_NUMBER = 2                    /* the fewest that a number of a frame takes: a digit and a blank */
+  END_SUFFIX = 4,        /* bytes of "_end" */
+  NUMBER_MOST = 1024,    /* characters of a number; printf needs 317 for the largest double */
+  FRAMES_MOST = 1 << 23, /* up to here the times of frames differ in single precision */
+  NUMBERS_A_STEP = 8192, /* between two calls of tw_work */
+  CLAIM_ROOM = 1000,     /* frames that a file may lack, however short it is */
+  BYTES_A_NUMBER = 2     /* the fewest that a number of a frame takes: a digit and a blank */
 };
 
 typedef enum bvh_kind { BVH_POSITION, BVH_ROTATION, BVH_SCALE, BVH_KINDS } bvh_kind;
@@ -156,9 +155,9 @@ static tw_status open_joint(bvh_file *file, tw_word name, bool is_end) {
   if (is_end && !parent) return tw_fail_line(file->error, TW_SYNTAX, file->line, "an End Site has no joint");
   if (parent && parent->is_end)
     return tw_fail_line(file->error, TW_SYNTAX, file->line, "a joint stands in an End Site");
-  if (name.length > NAME_MOST)
+  if (name.length > TW_NAME_MAX)
     return tw_fail_line(file->error, TW_INVALID, file->line, "the name of a joint has at most %d bytes",
-                        NAME_MOST);
+                        TW_NAME_MAX);
   if (file->joint_count == TW_NODES_MAX)
     return tw_fail_line(file->error, TW_LIMIT, file->line, "there are more than %d joints", TW_NODES_MAX);
   uint64_t line = file->line;
@@ -533,16 +532,22 @@ static tw_status read_motion(bvh_file *file, size_t size, tw_model *model) {
 
 /* ---- the model ------------------------------------------------------------------------------- */
 
-/* The name of a joint's node; that of an end site is its parent's with _end. */
+/* The name of a joint's node; that of an end site is its parent's with _end, or none where that is too long.
+ */
 static tw_status name_node(bvh_file *file, const bvh_joint *joint, tw_arena *arena, const char **out) {
   *out = NULL;
   if (joint->name.length == 0) return TW_OK;
-  char text[NAME_MOST + END_SUFFIX];
+  char text[TW_NAME_MAX + END_SUFFIX];
   size_t length = joint->name.length;
   memcpy(text, joint->name.text, length);
   if (joint->is_end) memcpy(text + length, "_end", END_SUFFIX);
   *out = tw_arena_name(arena, text, length + (joint->is_end ? END_SUFFIX : 0));
-  return *out ? TW_OK : tw_fail(file->error, TW_NO_MEMORY, "out of memory");
+  if (!*out) return tw_fail(file->error, TW_NO_MEMORY, "out of memory");
+  if (strlen(*out) <= TW_NAME_MAX) return TW_OK;
+  *out = NULL;
+  if (joint->is_end) return TW_OK;
+  return tw_fail(file->error, TW_INVALID, "the name of a joint has at most %d bytes, as UTF-8 as well",
+                 TW_NAME_MAX);
 }
 
 static tw_status make_nodes(bvh_file *file, tw_model *model) {

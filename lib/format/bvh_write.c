@@ -14,7 +14,8 @@
 #include "tweend/json_print.h"
 
 enum {
-  TABS_MOST = 32, /* of indentation: a chain of joints must not take the square of its length */
+  NUMBER_SUFFIX = 11, /* most bytes of "_" and a node's index */
+  TABS_MOST = 32,     /* of indentation: a chain of joints must not take the square of its length */
   PIECE = 32 * 1024,
   PIECE_TRANSFORMS = 1 << 16, /* about as many as a read computes */
   WARNINGS = 3
@@ -385,9 +386,16 @@ static void print_name(const tw_bvh_stream *s, uint32_t node, tw_text *text) {
     tw_text_add(text, "root");
     return;
   }
-  for (const char *c = tw_model_node_name(s->options.model, node, buffer); *c; c++)
+  const char *name = tw_model_node_name(s->options.model, node, buffer);
+  bool is_told_apart = is_namesake(s->options.model, node);
+  size_t length = strlen(name);
+  if (is_told_apart && length > TW_NAME_MAX - NUMBER_SUFFIX) {
+    length = TW_NAME_MAX - NUMBER_SUFFIX;
+    while (((unsigned char)name[length] & 0xC0) == 0x80) length--; /* within a character of UTF-8 */
+  }
+  for (const char *c = name; c < name + length; c++)
     tw_text_bytes(text, *c == ' ' || *c == '{' || *c == '}' ? "_" : c, 1);
-  if (!is_namesake(s->options.model, node)) return;
+  if (!is_told_apart) return;
   tw_text_add(text, "_");
   tw_text_count(text, node);
 }

@@ -129,7 +129,7 @@ export class Animation {
     if (time === undefined) return;
     if (this.other && !this.live) this.#blend();
     this.shown = this.live ? time : time / this.#pace;
-    if (!this.clip.isBorrowed) this.viewport.morph(this.clip.name, time);
+    this.viewport.morph(this.clip.index, time);
     this.viewport.invalidate();
     this.onTime(this.shown);
   }

@@ -1,6 +1,7 @@
 // The clips that a model can play: its own, and those of other models that were dropped on it, which the daemon carries
 // over to its skeleton.
 import { tweend, withKey } from './client.js';
+import { namedApart } from './clips.js';
 import { state } from './state.js';
 
 const BORROWED = /^([0-9a-f]{32})\/(.*)$/s;
@@ -16,14 +17,14 @@ function describe(id) {
 /** The ids of the models whose clips are offered beside the shown model's own. */
 export const borrowed = () => state('borrowed').split(',').filter(Boolean);
 
-/** [{value: as `clip` of a request, name, duration, isBorrowed, from: name of the file}] */
+/** [{value: as `clip` of a request, name, duration, isBorrowed, index: of the model's own, from: name of the file}] */
 export async function clipsOf(model) {
-  const own = model.clips.map(({ name, duration }) => ({ value: name, name, duration, isBorrowed: false }));
+  const own = namedApart(model.clips).map(({ value, name, duration }, index) => ({ value, name, duration, index, isBorrowed: false }));
   const ids = new Set([...borrowed(), ...[state('clip'), state('blend')].map((clip) => BORROWED.exec(clip)?.[1]).filter(Boolean)]);
   ids.delete(model.id);
   const others = await Promise.all([...ids].map(async (id) => {
     const { clips, name: from } = await describe(id).catch(() => (described.delete(id), { clips: [] }));
-    return clips.map(({ name, duration }) => ({ value: `${id}/${name}`, name, duration, isBorrowed: true, from: from ?? id.slice(0, 8) }));
+    return namedApart(clips).map(({ value, name, duration }) => ({ value: `${id}/${value}`, name, duration, isBorrowed: true, from: from ?? id.slice(0, 8) }));
   }));
   return [...own, ...others.flat()];
 }

@@ -3,6 +3,13 @@
 /** How requests name a clip: {clip} of the model's own, {clip, retarget} of another model. */
 export const optionsOf = ({ value, isBorrowed }) => ({ clip: value, ...(isBorrowed && { retarget: 'auto' }) });
 
+/** Clips with {value: how a request asks for it}: its name, or clip_N where an earlier one has that name; name: as people
+ *  tell them apart. */
+export const namedApart = (clips) => clips.map((clip, index) => {
+  const isSecond = clips.findIndex(({ name }) => name === clip.name) < index;
+  return { ...clip, ...(isSecond ? { value: `clip_${index}`, name: `${clip.name} (${index + 1})` } : { value: clip.name }) };
+});
+
 /** Whether a model can wear clips of others: it has a skeleton and something that is seen. */
 export const isCharacter = ({ meshes, skins, humanoid, nodes }) => meshes.length > 0 && (skins.length > 0 || Boolean(humanoid)) && nodes.length > 1;
 

@@ -38,7 +38,7 @@ const loader = new GLTFLoader().setMeshoptDecoder(MeshoptDecoder);
 const saysLook = (material) => material !== undefined && !/^\{"pbrMetallicRoughness":\{"metallicFactor":0\}\}$/.test(JSON.stringify({ ...material, name: undefined }));
 
 /** Parses a GLB into {scene, nodes: objects by the file's node names, bearers: [object, index of its mesh] for the nodes with
- *  a mesh, in the file's order, weights: clips of morph targets by name, materials: their looks, parser: the loader's}. */
+ *  a mesh, in the file's order, weights: clips of morph targets by index, materials: their looks, parser: the loader's}. */
 export async function parse(buffer) {
   const gltf = await loader.parseAsync(buffer, '');
   const nodes = new Map();
@@ -61,10 +61,10 @@ export async function parse(buffer) {
     if (object.isSkinnedMesh) object.frustumCulled = false; // its bounds are valid only at rest
   });
   const weights = new Map();
-  for (const { name, duration, tracks } of gltf.animations) {
+  gltf.animations.forEach(({ name, duration, tracks }, index) => { // several may have one name
     const own = tracks.filter((track) => track.name.endsWith('.morphTargetInfluences'));
-    if (own.length > 0) weights.set(name, new AnimationClip(name, duration, own));
-  }
+    if (own.length > 0) weights.set(index, new AnimationClip(name, duration, own));
+  });
   const materials = (gltf.parser.json.materials ?? []).map(({ name, pbrMetallicRoughness: { baseColorFactor: factor, baseColorTexture: texture } = {} }) =>
     ({ name, colour: new Color(...(factor ?? [1, 1, 1])).getStyle(), isTextured: texture !== undefined }));
   return { scene: gltf.scene, nodes, bearers: bearers.filter(Boolean), weights, materials, parser: gltf.parser };
@@ -513,13 +513,14 @@ export class Viewport {
     this.invalidate();
   }
 
-  /** Sets the weights of morph targets to those of a clip at a time, which poses do not contain. */
-  morph(name, time) {
-    const clip = this.model?.weights.get(name);
-    if (!clip && !this.model?.morphed) return;
+  /** Sets the weights of morph targets to those of a clip at a time, which poses do not contain; to those at rest
+   *  without an index. */
+  morph(index, time) {
+    const clip = this.model?.weights.get(index);
+    if (!clip && this.model?.morphed === undefined) return;
     const { mixer } = this.model;
-    if (this.model.morphed !== name) mixer.stopAllAction(); // back to the weights at rest
-    this.model.morphed = clip ? name : '';
+    if (this.model.morphed !== index) mixer.stopAllAction(); // back to the weights at rest
+    this.model.morphed = clip ? index : undefined;
     if (clip) mixer.clipAction(clip).play();
     if (clip) mixer.setTime(Math.min(time, clip.duration * (1 - 1e-6))); // the end would wrap to the beginning
     this.cage?.morph(this.model.nodes);

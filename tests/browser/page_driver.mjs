@@ -169,7 +169,7 @@ export const PYRAMID = 'v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nv 0 1.5 0\nf 1 2
 export const drop = (visit, files) =>
   visit.page.evaluate((given) => {
     const dataTransfer = new DataTransfer();
-    for (const [name, text] of Object.entries(given)) dataTransfer.items.add(new File([text], name));
+    for (const [name, content] of Object.entries(given)) dataTransfer.items.add(new File([typeof content === 'string' ? content : new Uint8Array(content)], name));
     for (const type of ['dragenter', 'dragover', 'drop'])
       document.body.dispatchEvent(new DragEvent(type, { dataTransfer, bubbles: true, cancelable: true }));
   }, files);

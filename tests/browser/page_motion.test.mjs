@@ -168,6 +168,61 @@ visits('a BVH that is dropped beside a character plays on it, is judged, blended
   assert.deepEqual([clips.length, clips[0].name, meshes.length], [1, 'blend', 1]);
 });
 
+/** The bytes of a GLB of the text of a glTF, as a list. */
+function glbOf(text) {
+  const json = Buffer.from(text.padEnd(Math.ceil(text.length / 4) * 4));
+  const head = Buffer.alloc(20);
+  [0x46546c67, 2, 20 + json.length, json.length, 0x4e4f534a].forEach((word, i) => head.writeUInt32LE(word, 4 * i));
+  return [...head, ...json];
+}
+
+visits('a VRMA that is dropped beside a VRM plays on it', { hash: '#show=surface,skeleton,follow' }, async (visit) => {
+  const { page } = visit;
+  await visit.level(2);
+  await drop(visit, { 'figure.vrm': glbOf(biped({ extension: 'VRMC_vrm' })) });
+  await visit.wait(() => document.getElementById('subject').textContent === 'figure.vrm');
+  await drop(visit, { 'nod.vrma': glbOf(biped({ names: 'vroid', extension: 'VRMC_vrm_animation', clip: { seed: 4, keys: 8, seconds: 2, most: 0.5 } })) });
+  await visit.wait(() => /clip=[0-9a-f]{32}/.test(location.hash));
+  assert.equal(await visit.text('#subject'), 'figure.vrm');
+  await page.locator('.sentences li').first().waitFor();
+  assert.equal(await page.getByLabel('Clip', { exact: true }).first().evaluate((select) => select.selectedOptions[0].text), 'moves (nod.vrma)');
+  await visit.seek(0.2);
+  const still = await visit.pixels();
+  await visit.seek(1.2);
+  assert.ok(difference(still, await visit.pixels()) > 0.005, 'it moves');
+});
+
+visits('feet on the ground and the seam stand on the timeline; of two clips with one name both play', {}, async (visit) => {
+  const { page } = visit;
+  await visit.level(2);
+  // Each foot stands for half of a second, then swings; the hips go 1 m/s and end turned by 30 degrees.
+  const times = Array.from({ length: 121 }, (_, i) => i / 60);
+  const foot = (side) => times.map((time) => {
+    const at = time + (side > 0 ? 0 : 0.5);
+    const swing = Math.max(0, 2 * (at % 1) - 1);
+    return [0.1 * side, 0.3 * Math.sin(Math.PI * swing) ** 2, Math.floor(at) + swing * swing * (3 - 2 * swing) - (side > 0 ? 0 : 0.5)];
+  });
+  const track = (node, path, values) => ({ node, path, times, ...values });
+  const clips = [
+    { name: 'step', tracks: [track('LeftFoot', 'translation', { values: foot(1) }), track('RightFoot', 'translation', { values: foot(-1) }),
+      track('hips', 'translation', { values: times.map((time) => [0, 1, time]) }),
+      track('hips', 'rotation', { unit: 'degrees', eulers: times.map((time) => [0, 15 * time, 0]) })] },
+    { name: 'step', tracks: [{ node: 'hips', path: 'translation', times: [0, 1], values: [[0, 1, 0], [0, 2, 0]] }] },
+  ];
+  await drop(visit, { 'steps.json': JSON.stringify({ nodes: [{ name: 'hips', translation: [0, 1, 0] }, { name: 'LeftFoot' }, { name: 'RightFoot' }], clips }) });
+  await visit.wait(() => document.querySelectorAll('.ticks .contact').length === 4);
+  const numbers = (selector, name) => page.locator(selector).evaluateAll((all, of) => all.map((rect) => Math.round(rect.getAttribute(of))).sort((a, b) => a - b), name);
+  assert.deepEqual(await numbers('.ticks .contact', 'x'), [0, 250, 500, 750]);
+  assert.deepEqual(await numbers('.ticks .contact', 'width'), [250, 250, 250, 250]);
+  assert.deepEqual(await numbers('.ticks .seam', 'x'), [0, 997]);
+  const select = page.getByLabel('Clip', { exact: true }).first();
+  assert.deepEqual(await select.locator('option').allInnerTexts(), ['step', 'step (2)']);
+  await select.selectOption('step (2)');
+  await visit.wait(() => document.querySelector('.clock').textContent === '0.00 / 1.00 s');
+  await visit.wait(() => document.querySelectorAll('.ticks line').length === 2);
+  assert.equal(await page.locator('.ticks .seam').count(), 0);
+});
+
 visits('curves have axes, seek at a click, and the picture chooses the node', { hash: '#tab=animation&show=surface,follow' }, async (visit) => {
   const { page } = visit;
   await visit.level(2);

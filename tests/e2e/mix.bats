@@ -208,6 +208,10 @@ channels() {
   curl --silent --fail "$url/v1/models/$id/tracks?clip=stroll" | jq -e '.clip == "stroll" and
     ([.tracks[] | {node, degrees: (.total_degrees | round)}] ==
       [{"node":"hips","degrees":90},{"node":"spine","degrees":50},{"node":"head","degrees":20}]) and .report.root.node == "hips"'
+  # Another model borrows it with the same keys, and the same report.
+  other=$(model "$clips")
+  curl --silent --fail "$url/v1/models/$other/tracks?clip=$id/stroll" | jq -e --argjson own "$(curl --silent "$url/v1/models/$id/tracks?clip=stroll")" \
+    '.tracks == $own.tracks and .report == $own.report'
 }
 
 @test "a layer is carried over to the skeleton, and so is a mixed clip" {

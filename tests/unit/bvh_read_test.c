@@ -93,11 +93,18 @@ static void assert_long_is_refused(const char *text, const char *part, size_t co
   free(all);
 }
 
+#define LATIN_60  LATIN_6 LATIN_6 LATIN_6 LATIN_6 LATIN_6 LATIN_6 LATIN_6 LATIN_6 LATIN_6 LATIN_6
+#define LATIN_6   "\xE4\xE4\xE4\xE4\xE4\xE4"
+#define LATIN_600 LATIN_60 LATIN_60 LATIN_60 LATIN_60 LATIN_60 LATIN_60 LATIN_60 LATIN_60 LATIN_60 LATIN_60
+
 TEST(hostile_files_end_with_an_error) {
   assert_long_is_refused("HIERARCHY ", "JOINT a\n{", 9000000, TW_LIMIT); /* a million joints in a chain */
   assert_long_is_refused(HEAD "1 2 ", "1", 1 << 20, TW_SYNTAX);
   assert_long_is_refused(HEAD "1 2 0.", "0", 1 << 20, TW_SYNTAX);
   assert_long_is_refused("HIERARCHY\nROOT ", "n", 1 << 20, TW_INVALID);
+  assert_refused("HIERARCHY\nROOT " LATIN_600
+                 "\n{\nCHANNELS 1 Xrotation\n}\nMOTION\nFrames: 1\nFrame Time: 1\n0\n",
+                 TW_INVALID, 0);
   assert_long_is_refused("HIERARCHY\nROOT a {", "CHANNELS 1 Xrotation ", 1 << 20, TW_SYNTAX);
   assert_long_is_refused("HIERARCHY\nROOT a { CHANNELS 1 Xrotation } MOTION Frames: 9 Frame Time: 1\n", "0\n",
                          17 << 20, TW_LIMIT);

@@ -74,6 +74,37 @@ TEST(text_comes_back_as_it_was) {
   tw_model_destroy(model);
 }
 
+/* A name in Latin-1 takes two bytes of UTF-8 a letter; twins get a number behind their name. */
+TEST(longest_names_are_read_again) {
+  enum { LONGEST = TW_NAME_MAX };
+  static const char head[] = "HIERARCHY\nROOT a\n{\nCHANNELS 1 Xrotation\nJOINT ",
+                    site[] = "\n{\nEnd Site\n{\n}\n}\nJOINT ",
+                    tail[] = "\n{\n}\n}\nMOTION\nFrames: 1\nFrame Time: 1\n0\n";
+  char text[2 * LONGEST + sizeof head + sizeof site + sizeof tail], *at;
+  for (int is_latin1 = 0; is_latin1 < 2; is_latin1++) {
+    size_t length = is_latin1 ? LONGEST / 2 : LONGEST;
+    at = stpcpy(text, head);
+    for (int twin = 0; twin < 2; twin++) {
+      memset(at, is_latin1 ? 0xE4 : 'n', length);
+      at = stpcpy(at + length, twin ? tail : site);
+    }
+    tw_model *model = read_text(text);
+    assert_int_equal(strlen(model->nodes[1].name), LONGEST);
+    assert_null(model->nodes[2].name); /* the end site's would be longer */
+    tw_clip *clip = compile(model);
+    char *written = write_text(
+        &(tw_bvh_options){.model = model, .clip = clip, .choice = TW_BVH_ALL, .fps = 1, .frame_count = 1},
+        1000);
+    tw_model *back = read_text(written);
+    assert_string_equal(back->nodes[1].name, model->nodes[1].name);
+    assert_true(strlen(back->nodes[3].name) <= LONGEST);
+    tw_model_destroy(back);
+    free(written);
+    tw_clip_destroy(clip);
+    tw_model_destroy(model);
+  }
+}
+
 TEST(orders_are_those_farthest_from_lock) {
   /* The middle angle of ZXY is that about x, of YZX that about z: the knee is 1 degree from lock in the
    * first. */
