@@ -487,3 +487,25 @@ TEST_WITH(gltf_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
     assert_told(*state, "model/gltf+json", &rows[i].row, text, strlen(text), plain, strlen(plain));
   }
 }
+
+/* Points that follow a joint: their node keeps its skin, and skin=bake says that it moves faces alone. */
+TEST_WITH(points_and_lines_keep_their_skin, loopback_setup, loopback_teardown) {
+  char *text = quoted(
+      "{'asset':{'version':'2.0'},'accessors':[{'componentType':5126,'count':4,'type':'VEC3','min':[0,0,0],"
+      "'max':[0,0,0]},{'componentType':5121,'count':4,'type':'VEC4'},{'componentType':5126,'count':4,'type':"
+      "'VEC4'}],'meshes':[{'primitives':[{'mode':0,'attributes':{'POSITION':0,'JOINTS_0':1,'WEIGHTS_0':2}}]}]"
+      ","
+      "'nodes':[{'mesh':0,'skin':0},{}],'skins':[{'joints':[1]}]}");
+  reply r = loopback_ask(*state, "POST", "/v1/surface.gltf?level=0", "Content-Type: model/gltf+json\n", text,
+                         strlen(text));
+  assert_int_equal(r.status, 200);
+  assert_true(says(r.body, "'mesh':0,'skin':0"));
+  assert_null(reply_header(&r, "X-Tweend-Warning"));
+  reply_free(&r);
+  r = loopback_ask(*state, "POST", "/v1/surface.gltf?level=0&skin=bake&clip=none",
+                   "Content-Type: model/gltf+json\n", text, strlen(text));
+  assert_int_equal(r.status, 200);
+  assert_non_null(strstr(reply_header(&r, "X-Tweend-Warning"), "points%20and%20lines%20rest"));
+  reply_free(&r);
+  free(text);
+}
