@@ -10,10 +10,10 @@
 
 enum { BYTE = 5120, SHORT = 5122 };
 
-/* The elements that an attribute names, of the type that it must have; NULL where it is another. */
-static const tw_gltf_elements *find_attribute(const tw_model *model, const char *attributes, const char *name,
-                                              const char *type, bool may_be_small) {
-  const char *value = tw_json_member(attributes, name);
+/* The elements with the number `value`, of the type that they must have; NULL where it is another, or none.
+ */
+static const tw_gltf_elements *open_attribute(const tw_model *model, const char *value, const char *type,
+                                              bool may_be_small) {
   double number;
   if (!value || !tw_json_is_number(value)) return NULL;
   tw_json_number(value, &number);
@@ -24,20 +24,44 @@ static const tw_gltf_elements *find_attribute(const tw_model *model, const char 
   return is_known && strcmp(elements->type, type) == 0 ? elements : NULL;
 }
 
+/* What a node says of instances; NULL where it says nothing. */
+static const char *find_extension(const tw_model *model, uint32_t node) {
+  const char *extensions = tw_json_member(model->nodes[node].preserved, "extensions");
+  return model->assets ? tw_json_member(extensions, "EXT_mesh_gpu_instancing") : NULL;
+}
+
+bool tw_instances_are_fit(const tw_model *model, uint32_t node) {
+  const char *extension = find_extension(model, node), *attributes = tw_json_member(extension, "attributes");
+  uint32_t count = UINT32_MAX;
+  tw_json_item item;
+  if (!extension) return true;
+  if (!attributes || *attributes != '{') return false;
+  for (bool more = tw_json_first(attributes, &item); more;
+       more = tw_json_next(tw_json_skip(item.value), &item)) {
+    if (item.key_size > 0 && item.key[0] == '_') continue;
+    bool is_rotation = tw_json_key_is(&item, "ROTATION");
+    if (!is_rotation && !tw_json_key_is(&item, "TRANSLATION") && !tw_json_key_is(&item, "SCALE"))
+      return false;
+    const tw_gltf_elements *elements =
+        open_attribute(model, item.value, is_rotation ? "VEC4" : "VEC3", is_rotation);
+    if (!elements || (count < UINT32_MAX && elements->count != count)) return false;
+    count = elements->count;
+  }
+  return true;
+}
+
 static void take_count(const tw_gltf_elements *elements, uint32_t *count) {
   if (elements && elements->count < *count) *count = elements->count;
 }
 
 bool tw_instances_find(const tw_model *model, uint32_t node, tw_instances *out) {
-  static const char *const path[] = {"extensions", "EXT_mesh_gpu_instancing", "attributes"};
-  const char *value = model->nodes[node].preserved;
-  if (!model->assets) return false;
-  for (size_t i = 0; i < sizeof path / sizeof *path; i++) value = tw_json_member(value, path[i]);
+  const char *value = tw_json_member(find_extension(model, node), "attributes");
   if (!value || *value != '{') return false;
   *out = (tw_instances){.count = UINT32_MAX,
-                        .translation = find_attribute(model, value, "TRANSLATION", "VEC3", false),
-                        .rotation = find_attribute(model, value, "ROTATION", "VEC4", true),
-                        .scale = find_attribute(model, value, "SCALE", "VEC3", false)};
+                        .translation =
+                            open_attribute(model, tw_json_member(value, "TRANSLATION"), "VEC3", false),
+                        .rotation = open_attribute(model, tw_json_member(value, "ROTATION"), "VEC4", true),
+                        .scale = open_attribute(model, tw_json_member(value, "SCALE"), "VEC3", false)};
   take_count(out->translation, &out->count);
   take_count(out->rotation, &out->count);
   take_count(out->scale, &out->count);

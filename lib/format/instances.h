@@ -4,6 +4,10 @@
 
 #include "gltf/gltf.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* A view of the model. Attributes are NULL where the node has none of them. */
 typedef struct tw_instances {
   uint32_t count;
@@ -13,7 +17,14 @@ typedef struct tw_instances {
 /* False for a node that shows its mesh once, where it is itself. O(what is kept of the node). */
 bool tw_instances_find(const tw_model *model, uint32_t node, tw_instances *out);
 
+/* Whether what the node says of instances is as the extension's specification has it; true for a node that
+ * says nothing. */
+bool tw_instances_are_fit(const tw_model *model, uint32_t node);
+
 /* Where an instance is, relative to its node. */
 void tw_instances_read(const tw_instances *instances, uint32_t index, tw_trs *out);
 
+#ifdef __cplusplus
+}
+#endif
 #endif

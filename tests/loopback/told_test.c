@@ -430,7 +430,55 @@ TEST_WITH(gltf_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
       {{"scene.name", NULL, GLTF, "'name':'s'"}, .rest = ",'scenes':[{'nodes':[0],'name':'s'}]"},
       {{"skin", NULL, GLTF, "'skeleton':1"}, .rest = ",'skins':[{'joints':[1],'skeleton':1}]"},
       {{"texture", NULL, GLTF, "'textures':[{'name':'t'}]"}, .rest = ",'textures':[{'name':'t'}]"},
-      {{"a member that glTF has not", NULL, GLTF, "'more':1"}, .node = ",'more':1"}};
+      {{"a member that glTF has not", NULL, GLTF, "'more':1"}, .node = ",'more':1"},
+      {{"an index that is text", NULL, WARNING, "/nodes/0/skin: left out, as this is not of the type"},
+       .node = ",'skin':'0'"},
+      {{"an index below 0", NULL, WARNING, "/nodes/0/skin: left out, as"}, .node = ",'skin':-1"},
+      {{"an index with a fraction", NULL, WARNING, "/scene: left out, as"}, .rest = ",'scene':0.5"},
+      {{"indices that are none", NULL, WARNING, "/nodes/0/children: left out, as"},
+       .node = ",'children':[1,'a']"},
+      {{"a number in place of three", NULL, WARNING, "/nodes/0/scale: left out, as"}, .node = ",'scale':5"},
+      {{"weights that are text", NULL, WARNING, "/meshes/0/weights: left out, as"},
+       .mesh = ",'weights':['a']"},
+      {{"a word that is a number", NULL, WARNING, "/animations/0/samplers/0/interpolation: left out, as"},
+       .sampler = ",'interpolation':5"},
+      {{"a target whose accessor is text", NULL, WARNING, "/meshes/0/primitives/0/targets: left out, as"},
+       .primitive = ",'targets':[{'POSITION':'0'}]"},
+      {{"a name that is a number", NULL, WARNING, "/nodes/0/name: left out, as"}, .node = ",'name':5"},
+      {{"extensions of a node that are none", NULL, WARNING, "/nodes/0/extensions: left out, as"},
+       .node = ",'extensions':[]"},
+      {{"extensions of a material that are none", NULL, WARNING, "/materials/1/extensions: left out, as"},
+       .rest = ",'materials':[{},{'extensions':5}]"},
+      {{"extensionsUsed that are none", NULL, WARNING, "/extensionsUsed: left out, as"},
+       .rest = ",'extensionsUsed':[5]"},
+      {{"two members of another type", NULL, WARNING, "gives it, as at 1 more place"},
+       .node = ",'skin':'0','scale':5"},
+      {{"VRMC_vrm that is no object", NULL, WARNING, "/extensions/VRMC_vrm: this is not as"},
+       .rest = ",'extensions':{'VRMC_vrm':5}"},
+      {{"VRMC_vrm without bones", NULL, WARNING, "/extensions/VRMC_vrm: this is not as"},
+       .rest = ",'extensions':{'VRMC_vrm':{'specVersion':'1.0'}}"},
+      {{"VRM whose map is none", NULL, WARNING, "/extensions/VRM: this is not as"},
+       .rest = ",'extensions':{'VRM':{'humanoid':5}}"},
+      {{"EXT_mesh_gpu_instancing without attributes", NULL, WARNING,
+        "/nodes/0/extensions/EXT_mesh_gpu_instancing: this is not as"},
+       .node = ",'extensions':{'EXT_mesh_gpu_instancing':{}}"},
+      {{"EXT_mesh_gpu_instancing of another type", NULL, WARNING,
+        "/nodes/0/extensions/EXT_mesh_gpu_instancing: this is not as"},
+       .node = ",'extensions':{'EXT_mesh_gpu_instancing':{'attributes':{'TRANSLATION':5}}}"},
+      {{"EXT_mesh_gpu_instancing of other counts", NULL, WARNING,
+        "/nodes/0/extensions/EXT_mesh_gpu_instancing: this is not as"},
+       .node = ",'extensions':{'EXT_mesh_gpu_instancing':{'attributes':{'TRANSLATION':3,'SCALE':0}}}"},
+      {{"FB_ngon_encoding that is no object", NULL, WARNING,
+        "/meshes/0/primitives/0/extensions/FB_ngon_encoding: this is not as"},
+       .primitive = ",'extensions':{'FB_ngon_encoding':5}"},
+      {{"KHR_animation_pointer without a pointer", NULL, WARNING,
+        "/animations/0/channels/1/target/extensions/KHR_animation_pointer: this is not as"},
+       .channel = "},{'sampler':0,'target':{'path':'pointer','extensions':{'KHR_animation_pointer':{}}}"},
+      {{"KHR_animation_pointer to no node", NULL, WARNING, "KHR_animation_pointer/pointer: this is not as"},
+       .channel = "},{'sampler':0,'target':{'path':'pointer','extensions':{'KHR_animation_pointer':{"
+                  "'pointer':'/nodes/9/rotation'}}}"},
+      {{"extras.tweend that is no object", NULL, WARNING, "/meshes/0/extras/tweend: left out"},
+       .mesh = ",'extras':{'tweend':5}"}};
   static const gltf_row nothing = {0};
   char text[4096], plain[4096];
   write_gltf(plain, &nothing);
@@ -438,4 +486,26 @@ TEST_WITH(gltf_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
     write_gltf(text, &rows[i]);
     assert_told(*state, "model/gltf+json", &rows[i].row, text, strlen(text), plain, strlen(plain));
   }
+}
+
+/* Points that follow a joint: their node keeps its skin, and skin=bake says that it moves faces alone. */
+TEST_WITH(points_and_lines_keep_their_skin, loopback_setup, loopback_teardown) {
+  char *text = quoted(
+      "{'asset':{'version':'2.0'},'accessors':[{'componentType':5126,'count':4,'type':'VEC3','min':[0,0,0],"
+      "'max':[0,0,0]},{'componentType':5121,'count':4,'type':'VEC4'},{'componentType':5126,'count':4,'type':"
+      "'VEC4'}],'meshes':[{'primitives':[{'mode':0,'attributes':{'POSITION':0,'JOINTS_0':1,'WEIGHTS_0':2}}]}]"
+      ","
+      "'nodes':[{'mesh':0,'skin':0},{}],'skins':[{'joints':[1]}]}");
+  reply r = loopback_ask(*state, "POST", "/v1/surface.gltf?level=0", "Content-Type: model/gltf+json\n", text,
+                         strlen(text));
+  assert_int_equal(r.status, 200);
+  assert_true(says(r.body, "'mesh':0,'skin':0"));
+  assert_null(reply_header(&r, "X-Tweend-Warning"));
+  reply_free(&r);
+  r = loopback_ask(*state, "POST", "/v1/surface.gltf?level=0&skin=bake&clip=none",
+                   "Content-Type: model/gltf+json\n", text, strlen(text));
+  assert_int_equal(r.status, 200);
+  assert_non_null(strstr(reply_header(&r, "X-Tweend-Warning"), "points%20and%20lines%20rest"));
+  reply_free(&r);
+  free(text);
 }

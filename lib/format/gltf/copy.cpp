@@ -3,6 +3,7 @@
 #include "gltf/document.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace gltf {
 
@@ -39,6 +40,40 @@ bool parser_keeps_room() {
   return keeps;
 }
 
+template <typename Predicate> bool are_all(const char *container, char opening, Predicate is_fit) {
+  if (*container != opening) return false;
+  for (Items i(container); i.more(); i.next())
+    if (!is_fit(i.value())) return false;
+  return true;
+}
+
+bool is_integer(const char *value) {
+  double number;
+  if (!tw_json_is_number(value)) return false;
+  tw_json_number(value, &number);
+  return number == std::floor(number);
+}
+
+// Not so -1, which the parser takes as if the member were not there. Integers that are out of range
+// are refused where they are read, with their place.
+bool is_index(const char *value) {
+  return is_integer(value) && value_text(value) != "-1";
+}
+
+// Whether the value of a member that is read has the type that glTF's schemas give it. The members of
+// attributes are checked by the parser, those of targets here: it would pass over them.
+bool has_its_type(std::string_view name, const char *value) {
+  if (has_word("matrix translation rotation scale weights", name))
+    return are_all(value, '[', [](const char *number) { return tw_json_is_number(number); });
+  if (has_word("children joints nodes", name)) return are_all(value, '[', is_integer);
+  if (name == "targets")
+    return are_all(value, '[', [](const char *target) { return are_all(target, '{', is_integer); });
+  if (has_word("name version minVersion type interpolation path", name)) return *value == '"';
+  if (has_word("attributes sparse extensions", name)) return *value == '{';
+  if (name == "normalized") return *value == 't' || *value == 'f';
+  return is_index(value);
+}
+
 // What is read of an object, or of each object of an array; all else is left out.
 struct Schema {
   std::string_view key;      // of the member that holds it
@@ -55,6 +90,14 @@ struct Schema {
   }
   // An escaped key may be any member: kept for tinygltf.
   bool has(std::string_view name) const { return is_escaped(name) || has_word(members, name) || part(name); }
+
+  // Whether a member's value can be read: part() is an array or an object, and all else has its type. What
+  // is not read has any type, but for extensions, which are kept only as an object.
+  bool can_read(std::string_view name, const char *value) const {
+    if (is_escaped(name)) return true;
+    if (const Schema *inner = part(name)) return *value == (inner->size ? '[' : '{');
+    return (!has_word(members, name) && name != "extensions") || has_its_type(name, value);
+  }
 };
 
 const Schema &root_schema() {
@@ -101,7 +144,7 @@ public:
     for (Items i(root); i.more(); i.next())
       if (root_schema().has(i.key())) size += i.key().size() + 4 + value_text(i.value()).size();
     text_.reserve(size);
-    copy(root, &root_schema());
+    copy(root, &root_schema(), nullptr);
     if (*root == '{' && !tw_json_member(root, "asset")) add_asset();
     out_.json = std::move(text_);
     out_.tree_size = tree_ + growth_ + 6 * longest_;
@@ -151,10 +194,24 @@ private:
     longest_ = std::max(longest_, size);
   }
 
-  // schema: nullptr for what is copied as it is.
-  void copy(const char *value, const Schema *schema) {
-    if (*value == '{') return copy_object(value, schema);
-    if (*value == '[') return copy_array(value, schema);
+  // An object of the schemas in the document.
+  struct Place {
+    const Place *above;
+    std::string_view key;
+    uint64_t index; // in the array that the key names; no_index: the key names the object
+  };
+  static constexpr uint64_t no_index = UINT64_MAX;
+
+  static std::string pointer(const Place *place) {
+    if (!place) return "";
+    std::string key = text(pointer(place->above), "/", place->key);
+    return place->index == no_index ? key : text(key, "/", place->index);
+  }
+
+  // schema: nullptr for what is copied as it is. place: of the value; nullptr for the root.
+  void copy(const char *value, const Schema *schema, const Place *place) {
+    if (*value == '{') return copy_object(value, schema, place);
+    if (*value == '[') return copy_array(value, schema, place);
     put(value_text(value));
     if (*value != '"') return;
     tree_ += tree_string;
@@ -163,29 +220,37 @@ private:
 
   // Names are left out: copy_name_of reads them. They may be most of the text, and the parser cannot be
   // ended.
-  void copy_object(const char *value, const Schema *schema) {
+  void copy_object(const char *value, const Schema *schema, const Place *place) {
     tree_ += tree_object;
     if (!schema) model_ += object_cost;
     put("{");
     for (Items i(value); i.more(); i.next()) {
+      if (schema && !schema->can_read(i.key(), i.value())) {
+        out_.misfit(not_its_type, [&] { return text(pointer(place), "/", i.key()); });
+        continue;
+      }
       if (schema && (!schema->has(i.key()) || i.key() == "name")) continue;
       if (!schema) model_ += member_cost;
       tree_ += tree_member;
       count_text(i.key().size(), 1);
       put_key(i.key());
-      copy(i.value(), schema ? schema->part(i.key()) : nullptr);
+      const Place member = {place, i.key(), no_index};
+      copy(i.value(), schema ? schema->part(i.key()) : nullptr, &member);
     }
     put("}");
   }
 
-  void copy_array(const char *value, const Schema *schema) {
+  void copy_array(const char *value, const Schema *schema, const Place *place) {
     bool is_root_array = schema && schema->reserve;
     uint64_t count = 0;
+    Place element = place ? *place : Place{nullptr, "", no_index};
+    element.index = no_index;
     put("[");
     for (Items i(value); i.more(); i.next()) {
+      element.index++;
       if (schema && schema->is_read && !schema->is_read(i.value())) continue;
       put_comma();
-      copy(i.value(), schema);
+      copy(i.value(), schema, &element);
       if (is_root_array) { // its array is reserved for exactly these
         if (parser_keeps_room()) model_ += schema->size;
         check(schema->key, count);

@@ -3,6 +3,7 @@
 #ifndef TWEEND_GLTF_DOCUMENT_HPP
 #define TWEEND_GLTF_DOCUMENT_HPP
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <new>
@@ -244,6 +245,18 @@ struct DecodedView {
   size_t view, buffer;
 };
 
+// The fate of members and extensions that are not as their specification says.
+constexpr char not_its_type[] = "left out, as this is not of the type that glTF gives it",
+               unfit_extension[] =
+                   "this is not as the extension's specification says: it is read as far as it is";
+
+// What is passed over because it is not as its specification says, by kind.
+struct Misfit {
+  const char *what;  // a string literal: the sentence behind the place
+  std::string place; // JSON pointer to the first
+  size_t count;
+};
+
 // What the checks before tinygltf find in a file.
 struct Outline {
   explicit Outline(Budget &budget)
@@ -265,6 +278,19 @@ struct Outline {
 
   // Notes that something is passed over, as tw_lose does.
   void lose(const char *one, const char *many, uint64_t count = 1) { tw_lose(&losses, one, many, count, 0); }
+
+  std::vector<Misfit> misfits; // by their first occurrence
+
+  // Notes something that is not as its specification says. place: a function that makes its JSON pointer,
+  // which is called for the first of a kind alone.
+  template <typename Place> void misfit(const char *what, Place place) {
+    auto found = std::find_if(misfits.begin(), misfits.end(),
+                              [&](const Misfit &kind) { return std::string_view(kind.what) == what; });
+    if (found == misfits.end())
+      misfits.push_back({what, place(), 1});
+    else
+      found->count++;
+  }
 };
 
 // Members that are read, a blank between two. tinygltf sees no others; all others are kept for answers.

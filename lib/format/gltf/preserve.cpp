@@ -333,18 +333,28 @@ private:
     out.items = allocate<const char *>(document_, out.count);
     each(array, [&](size_t i, const char *value) {
       place_ = text("/", member, "/", i);
+      check_extensions(value);
       collect(value, "");
       out.items[i] = copy();
     });
     return out;
   }
 
+  // Tells of extensions that collect leaves out, of objects that the parser does not read.
+  void check_extensions(const char *value) {
+    const char *extensions = *value == '{' ? tw_json_member(value, "extensions") : nullptr;
+    if (extensions && *extensions != '{')
+      document_.outline.misfit(not_its_type, [&] { return place_ + "/extensions"; });
+  }
+
   tw_gltf_objects names(const char *member) {
     const char *array = tw_json_member(document_.outline.root, member);
     tw_gltf_objects out = {0, nullptr};
     out.items = allocate<const char *>(document_, count_of(array));
+    auto misfit = [&] { document_.outline.misfit(not_its_type, [&] { return text("/", member); }); };
+    if (array && *array != '[') misfit();
     each(array, [&](size_t, const char *value) {
-      if (*value != '"') return;
+      if (*value != '"') return misfit();
       std::string_view name = string_of(value);
       text_.assign(name.begin(), name.end());
       out.items[out.count++] = copy();
@@ -382,6 +392,7 @@ private:
     assets.images = allocate_zero<tw_gltf_image>(document_, assets.image_count);
     each(array, [&](size_t i, const char *value) {
       place_ = text("/images/", i);
+      check_extensions(value);
       bool is_taken = next < inside.size() && inside[next].index == i;
       next += is_taken;
       collect(value, is_taken ? "bufferView uri mimeType" : "");
@@ -427,8 +438,8 @@ private:
         place_ = text("/meshes/", index, "/primitives/", i);
         const char *extensions = tw_json_member(primitive, "extensions");
         const char *preserved = object(primitive, primitive_members);
-        texts.primitives.push_back({preserved, tw_json_member(primitive, "attributes"),
-                                    tw_json_member(extensions, "FB_ngon_encoding") != nullptr});
+        texts.primitives.push_back(
+            {preserved, tw_json_member(primitive, "attributes"), bears_ngons(extensions)});
         int mode = parsed[index].primitives[i].mode;
         bool is_drawn = parsed[index].primitives[i].attributes.count("POSITION") > 0;
         if (is_drawn && mode >= TINYGLTF_MODE_POINTS && mode < TINYGLTF_MODE_TRIANGLES)
@@ -440,10 +451,23 @@ private:
     });
   }
 
-  static const char *mesh_tags(const char *mesh) {
+  bool bears_ngons(const char *extensions) {
+    const char *extension = tw_json_member(extensions, "FB_ngon_encoding");
+    if (!extension || *extension == '{') return extension;
+    tell_unfit("/extensions/FB_ngon_encoding");
+    return false;
+  }
+
+  const char *mesh_tags(const char *mesh) {
     const char *extras = tw_json_member(mesh, "extras"),
                *tags = extras && *extras == '{' ? tw_json_member(extras, "tweend") : nullptr;
-    return tags && *tags == '{' ? tags : nullptr;
+    if (!tags || *tags == '{') return tags;
+    document_.outline.misfit("left out, as this is no object", [&] { return place_ + "/extras/tweend"; });
+    return nullptr;
+  }
+
+  void tell_unfit(const char *extension) {
+    document_.outline.misfit(unfit_extension, [&] { return place_ + extension; });
   }
 
   // Appends an element to the text of an array.
@@ -597,11 +621,18 @@ private:
                                                std::set<std::pair<uint32_t, tw_path>> &moved) {
     const char *target = tw_json_member(channel, "target");
     const char *extension = tw_json_member(tw_json_member(target, "extensions"), "KHR_animation_pointer");
-    const char *pointer = tw_json_member(extension, "pointer");
+    const char *pointer = tw_json_member(extension, "pointer"), *path_text = tw_json_member(target, "path");
     int sampler = index_of(tw_json_member(channel, "sampler"));
-    if (!pointer || *pointer != '"' || is_track(channel) || sampler < 0) return {};
-    if (static_cast<size_t>(sampler) >= sampler_count) return {};
-    std::optional<std::pair<uint32_t, tw_path>> part = node_part(unescape(string_of(pointer)));
+    if (is_track(channel)) return {};
+    if (!pointer || *pointer != '"') {
+      if (extension || (path_text && value_text(path_text) == "\"pointer\""))
+        tell_unfit("/target/extensions/KHR_animation_pointer");
+      return {};
+    }
+    if (sampler < 0 || static_cast<size_t>(sampler) >= sampler_count) return {};
+    std::string meant = unescape(string_of(pointer));
+    if (!may_lead(meant)) tell_unfit("/target/extensions/KHR_animation_pointer/pointer");
+    std::optional<std::pair<uint32_t, tw_path>> part = node_part(meant);
     if (!part) return {};
     auto [node, path] = *part;
     if (path == TW_WEIGHTS && !has_targets(node)) return {};
@@ -620,6 +651,18 @@ private:
     const std::vector<tinygltf::Primitive> &primitives =
         document_.source.meshes[static_cast<size_t>(mesh)].primitives;
     return !primitives.empty() && !primitives[0].targets.empty();
+  }
+
+  // Whether a pointer is one, and, where it leads to a node, to one that is there.
+  bool may_lead(std::string_view pointer) const {
+    constexpr std::string_view head = "/nodes/";
+    if (pointer.substr(0, head.size()) != head) return !pointer.empty() && pointer[0] == '/';
+    pointer.remove_prefix(head.size());
+    std::string digits(pointer.substr(0, pointer.find('/')));
+    uint32_t node;
+    auto [rest, error] = std::from_chars(digits.data(), digits.data() + digits.size(), node);
+    return error == std::errc() && rest == digits.data() + digits.size() &&
+           node < document_.source.nodes.size();
   }
 
   // Reads "/nodes/3/rotation".

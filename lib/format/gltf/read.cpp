@@ -60,6 +60,15 @@ void parse(Document &document) {
   outline.json.shrink_to_fit();
 }
 
+void tell_misfits(const std::vector<Misfit> &misfits, tw_model *model) {
+  for (const Misfit &kind : misfits)
+    tw_model_warn(model, "%s: %s%s", printable(kind.place).c_str(), kind.what,
+                  kind.count == 1 ? ""
+                                  : text(", as at ", kind.count - 1, " more ",
+                                         tw_plural(kind.count - 1, "place", "places"))
+                                        .c_str());
+}
+
 void read(const Bytes &file, Document &document) {
   make_outline(file, document);
   parse(document);
@@ -77,6 +86,7 @@ void read(const Bytes &file, Document &document) {
   read_skins(document, accessors);
   read_clips(document, accessors);
   tw_losses_tell(&document.outline.losses, document.model);
+  tell_misfits(document.outline.misfits, document.model);
 }
 
 tw_status read_or_report(const Bytes &file, Document &document, tw_error *error) {

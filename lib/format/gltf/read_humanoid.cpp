@@ -90,13 +90,29 @@ private:
 
 } // namespace
 
+namespace {
+
+// Whether a member may be without a value that is read: the extensions of animations and of VRM 0.x need no
+// humanoid map, VRM 1.0 does.
+bool may_lack_bones(const char *extension, std::string_view name) {
+  const char *humanoid = tw_json_member(extension, "humanoid");
+  return *extension == '{' && !humanoid && name != "VRMC_vrm";
+}
+
+} // namespace
+
 void read_humanoid(Document &document) {
   static constexpr const char *names[] = {"VRMC_vrm", "VRM", "VRMC_vrm_animation"};
   const char *extensions = tw_json_member(document.outline.root, "extensions");
   for (const char *name : names) {
-    const char *humanoid = tw_json_member(tw_json_member(extensions, name), "humanoid");
-    const char *bones = tw_json_member(humanoid, "humanBones");
-    if (!bones) continue;
+    const char *extension = tw_json_member(extensions, name);
+    if (!extension) continue;
+    const char *bones = tw_json_member(tw_json_member(extension, "humanoid"), "humanBones");
+    if (!bones) {
+      if (!may_lack_bones(extension, name))
+        document.outline.misfit(unfit_extension, [&] { return text("/extensions/", name); });
+      continue;
+    }
     document.budget.place = text("/extensions/", name, map_member);
     HumanoidReader reader(document, document.budget.place);
     if (name == std::string_view("VRM"))

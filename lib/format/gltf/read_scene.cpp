@@ -5,6 +5,8 @@
 #include <cmath>
 #include <map>
 
+#include "instances.h"
+
 namespace gltf {
 
 namespace {
@@ -365,6 +367,10 @@ void read_nodes(Document &document) {
   read_scenes(document);
   tell_unshown_meshes(document);
   read_weights(document);
+  for (uint32_t i = 0; i < document.model->node_count; i++)
+    if (!tw_instances_are_fit(document.model, i))
+      document.outline.misfit(unfit_extension,
+                              [&] { return text("/nodes/", i, "/extensions/EXT_mesh_gpu_instancing"); });
 }
 
 void read_skins(Document &document, Accessors &accessors) {
