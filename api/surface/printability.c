@@ -55,7 +55,8 @@ api_outcome api_warn_of_shells(api_call *call, api_surface_request *request) {
   const tw_solid all = sum_nodes(request->scene.content.model, solids);
   tw_text text = {0};
   list(&text, all.shells - all.closed, " shell is not closed", " shells are not closed");
-  list(&text, all.inverted, " shell is inside out", " shells are inside out");
+  list(&text, all.inverted, " shell is inside out, or bounds a cavity",
+       " shells are inside out, or bound cavities");
   list(&text, all.open_edges, " open edge", " open edges");
   list(&text, all.crowded_edges, " edge has more than two faces", " edges have more than two faces");
   list(&text, all.flipped_edges, " edge is of two faces of opposite sides",
