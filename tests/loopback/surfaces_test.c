@@ -2,7 +2,6 @@
 #include "loopback.h"
 
 #include <math.h>
-#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -798,42 +797,6 @@ TEST(counts_beyond_32_bits_are_told_exactly) {
 }
 
 /* ---- threads --------------------------------------------------------------------------------------- */
-
-typedef struct asker {
-  fixture *f;
-  const char *rest;
-  char *body;
-  size_t size;
-} asker;
-
-static void *ask_in_thread(void *context) {
-  asker *a = context;
-  reply r = ask(a->f, a->f->tank, a->rest);
-  if (r.status != 200) abort();
-  a->body = r.body;
-  a->size = r.size;
-  r.body = NULL;
-  reply_free(&r);
-  return NULL;
-}
-
-TEST_WITH(equal_questions_at_once_have_equal_answers, setup, teardown) {
-  fixture *f = *state;
-  enum { ASKERS = 8 };
-  asker askers[ASKERS];
-  pthread_t threads[ASKERS];
-  for (int i = 0; i < ASKERS; i++) {
-    askers[i] =
-        (asker){.f = f, .rest = i % 2 ? "surface.glb?level=3&clip=drive&at=1" : "surface.glb?level=3"};
-    assert_int_equal(pthread_create(&threads[i], NULL, ask_in_thread, &askers[i]), 0);
-  }
-  for (int i = 0; i < ASKERS; i++) pthread_join(threads[i], NULL);
-  for (int i = 2; i < ASKERS; i++) {
-    assert_int_equal(askers[i].size, askers[i % 2].size);
-    assert_memory_equal(askers[i].body, askers[i % 2].body, askers[i].size);
-  }
-  for (int i = 0; i < ASKERS; i++) free(askers[i].body);
-}
 
 static void count_parts(void *owner, uint32_t count, void (*part)(void *context, uint32_t index),
                         void *context) {

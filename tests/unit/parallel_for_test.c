@@ -243,6 +243,11 @@ static void run_in_order(void *owner, uint32_t count, void (*part)(void *context
   for (uint32_t i = 0; i < count; i++) part(context, i);
 }
 
+/* For tests that start no thread. */
+static void need_no_thread_sanitizer(void) {
+  if (is_thread_sanitized()) skip();
+}
+
 /* Gives up at each step in turn; returns how many there are. */
 static uint32_t cancel_each(const tw_mesh *mesh, const tw_surface_options *options) {
   content first = make(mesh, options, NULL); /* what is allocated once is there from here on */
@@ -266,6 +271,7 @@ static uint32_t cancel_each(const tw_mesh *mesh, const tw_surface_options *optio
 }
 
 TEST(a_surface_that_is_not_wanted_any_more_is_given_up_between_two_steps) {
+  need_no_thread_sanitizer();
   static const tw_surface_options options[] = {
       {.level = 2}, {.level = 4}, {.level = 3, .scheme = TW_LOOP}, {.level = 3, .scheme = TW_BILINEAR}};
   static const uint32_t least[] = {7, 2, 4, 2};
@@ -303,6 +309,7 @@ static void count_questions(const tw_mesh *mesh, const tw_surface_options *optio
 
 /* The longest loops of a great cage: one over its quads for each field, one over all rows. */
 TEST(loops_over_many_patches_ask_on_their_way) {
+  need_no_thread_sanitizer();
   const tw_surface_options shallow = {.level = 4}, deep = {.level = 9};
   uint32_t making, bounds, more, deeper;
   cage *small = sheet(8, TRIANGLES, false), *large = sheet(80, TRIANGLES, false);
@@ -319,6 +326,7 @@ TEST(loops_over_many_patches_ask_on_their_way) {
 }
 
 TEST(bounds_that_are_not_wanted_any_more_are_given_up_and_found_later) {
+  need_no_thread_sanitizer();
   cage *c = sheet(8, TRIANGLES, false);
   tw_surface *surface;
   float min[3], max[3], wanted[2][3];
