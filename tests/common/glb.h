@@ -91,4 +91,11 @@ static inline void glb_refused(const char *json, const void *bin, size_t bin_siz
   assert_null(untouched);
 }
 
+/* Whether one of the warnings has these words. */
+static inline bool warns_of(const tw_model *model, const char *words) {
+  for (uint32_t i = 0; i < model->warning_count; i++)
+    if (strstr(model->warnings[i], words)) return true;
+  return false;
+}
+
 #endif

@@ -117,12 +117,6 @@ static tw_model *read_as(tw_format format, const loose *of) {
   return model;
 }
 
-static bool warns(const tw_model *model, const char *of) {
-  for (uint32_t i = 0; i < model->warning_count; i++)
-    if (strstr(model->warnings[i], of)) return true;
-  return false;
-}
-
 static const tw_format formats[] = {TW_FORMAT_OBJ, TW_FORMAT_STL, TW_FORMAT_PLY, TW_FORMAT_GLB};
 
 /* Reads the triangles in all formats; each has to give a closed surface of so many points and faces, and all
@@ -141,9 +135,9 @@ static void assert_closed_but(const loose *of, uint32_t vertices, uint32_t faces
     assert_int_equal(stats.components, 1);
     uint32_t expected = 0;
     for (; warnings[expected]; expected++)
-      if (!warns(model, warnings[expected]))
+      if (!warns_of(model, warnings[expected]))
         fail_msg("format %d lacks \"%s\"", formats[f], warnings[expected]);
-    assert_int_equal(model->warning_count, expected + warns(model, "lies so far from the origin"));
+    assert_int_equal(model->warning_count, expected + warns_of(model, "lies so far from the origin"));
     tw_mesh_stats_deinit(&stats);
     tw_model_destroy(model);
   }
@@ -300,7 +294,7 @@ TEST(a_seam_where_three_faces_meet_stays_open_with_a_warning) {
   for (size_t f = 0; f < sizeof formats / sizeof *formats; f++) {
     tw_model *model = read_as(formats[f], &of);
     assert_int_equal(model->meshes->point_count, 9);
-    assert_true(warns(model, "3 edges lie on one another and stay open seams"));
+    assert_true(warns_of(model, "3 edges lie on one another and stay open seams"));
     tw_model_destroy(model);
   }
 }
@@ -312,7 +306,7 @@ TEST(a_face_twice_over_the_same_points_goes_unless_its_material_differs) {
   snprintf(text, sizeof text, "%sf 3 4 2\n", points);
   tw_model *model = read_obj(text);
   assert_int_equal(model->meshes->face_count, 4);
-  assert_true(warns(model, "1 face is left out: it is listed twice"));
+  assert_true(warns_of(model, "1 face is left out: it is listed twice"));
   tw_model_destroy(model);
   snprintf(text, sizeof text, "%susemtl decal\nf 3 4 2\n", points);
   model = read_obj(text);

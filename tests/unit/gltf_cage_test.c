@@ -61,12 +61,6 @@ static tw_model *read_tagged(const char *tags) {
   return read_or_be_refused(1, tags, NULL);
 }
 
-static bool warns_of(const tw_model *model, const char *word) {
-  for (uint32_t i = 0; i < model->warning_count; i++)
-    if (strstr(model->warnings[i], word)) return true;
-  return false;
-}
-
 TEST(tags_that_fit_make_the_cage) {
   tw_model *model =
       read_tagged("{'points':2,'faces':8,'starts':8,'creases':{'edges':7,'sharpness':5},"

@@ -685,6 +685,9 @@ private:
     return usable;
   }
 
+  // How far from 1 the sum of a point's weights may be without a word: weights of bytes are rounded.
+  static constexpr double sum_tolerance = 0.01;
+
   struct Influence {
     uint16_t joint;
     float weight;
@@ -709,15 +712,16 @@ private:
   }
 
   // Writes the joints of a point, heaviest first, with weights scaled to a sum of 1. A point without weights
-  // gets joint 0 with weight 1.
-  static void write_influences(const std::array<Influence, 4 * joint_sets> &all, size_t width,
-                               uint16_t *joints, float *weights) {
+  // gets joint 0 with weight 1. Returns the sum that they had.
+  static double write_influences(const std::array<Influence, 4 * joint_sets> &all, size_t width,
+                                 uint16_t *joints, float *weights) {
     double sum = 0;
     for (size_t k = 0; k < width; k++) sum += all[k].weight;
     for (size_t k = 0; k < width; k++) {
       joints[k] = all[k].weight > 0 ? all[k].joint : 0;
       weights[k] = sum > 0 ? static_cast<float>(all[k].weight / sum) : static_cast<float>(k == 0);
     }
+    return sum;
   }
 
   // sets: of joints, the most that a primitive has.
@@ -728,8 +732,17 @@ private:
                              "joint weights");
     uint16_t *joints = allocate<uint16_t>(document_, width * mesh_.point_count);
     float *weights = allocate<float>(document_, width * mesh_.point_count);
-    for (uint32_t p = 0; p < mesh_.point_count; p++)
-      write_influences(read_influences(first_vertex_[p]), width, joints + width * p, weights + width * p);
+    uint64_t scaled = 0, without = 0;
+    for (uint32_t p = 0; p < mesh_.point_count; p++) {
+      double sum =
+          write_influences(read_influences(first_vertex_[p]), width, joints + width * p, weights + width * p);
+      without += !(sum > 0);
+      scaled += sum > 0 && std::abs(sum - 1) > sum_tolerance;
+    }
+    document_.outline.lose("point without joint weights follows the first joint",
+                           "points without joint weights follow the first joint", without);
+    document_.outline.lose("point has joint weights whose sum is not 1: they are scaled to it",
+                           "points have joint weights whose sum is not 1: they are scaled to it", scaled);
     mesh_.skin = {static_cast<uint32_t>(width), joints, weights};
   }
 
