@@ -443,7 +443,7 @@ export interface Model {
 export interface Shell {
   /** Every edge is of two faces, which run along it in opposite directions. */
   closed: boolean;
-  /** Closed, and its faces show inwards. */
+  /** Closed, and its faces show inwards, as those round a cavity do. */
   inverted: boolean;
   faces: number;
   triangles: number;
