@@ -13,7 +13,6 @@
 #include "printability.h"
 #include "service.h"
 #include "surface_forms.h"
-#include "tweend/json_text.h"
 
 /* ---- packs --------------------------------------------------------------------------------------- */
 
@@ -186,18 +185,6 @@ static api_outcome warn_of_influences(api_call *call, const api_surface_request 
   return api_call_warn_text(call, &text);
 }
 
-/* Whether joints or morph targets move points and lines of the mesh. */
-static bool has_moving_points(const tw_mesh *mesh) {
-  tw_json_item item;
-  if (!mesh->loose) return false;
-  for (bool more = tw_json_first(mesh->loose, &item); more;
-       more = tw_json_next(tw_json_skip(item.value), &item))
-    if (tw_json_member(item.value, "targets") ||
-        tw_json_member(tw_json_member(item.value, "attributes"), "JOINTS_0"))
-      return true;
-  return false;
-}
-
 /* Tells of points and lines that skin=bake leaves where they are. */
 static void warn_of_resting_points(api_call *call, const api_surface_request *request) {
   static const char *const sentence =
@@ -205,7 +192,10 @@ static void warn_of_resting_points(api_call *call, const api_surface_request *re
   const tw_model *model = api_entry_value(request->model);
   bool rests = false;
   if (!request->form->is_gltf || request->query.skin != API_SKIN_BAKE) return;
-  for (uint32_t i = 0; i < model->mesh_count; i++) rests = rests || has_moving_points(&model->meshes[i]);
+  for (uint32_t i = 0; i < model->mesh_count; i++) {
+    const tw_mesh *mesh = &model->meshes[i];
+    rests |= mesh->loose && (mesh->loose_has_joints || mesh->loose_has_targets);
+  }
   if (rests) api_call_warn(call, &sentence, 1);
 }
 

@@ -532,8 +532,7 @@ static tw_status read_motion(bvh_file *file, size_t size, tw_model *model) {
 
 /* ---- the model ------------------------------------------------------------------------------- */
 
-/* The name of a joint's node; that of an end site is its parent's with _end, or none where that is too long.
- */
+/* The name of a joint's node. An end site's is its parent's with _end, or none where that is too long. */
 static tw_status name_node(bvh_file *file, const bvh_joint *joint, tw_arena *arena, const char **out) {
   *out = NULL;
   if (joint->name.length == 0) return TW_OK;

@@ -7,7 +7,6 @@
 
 #include "gltf/gltf.h"
 #include "sorted.h"
-#include "tweend/json_text.h"
 
 enum {
   /* of all converted tracks together: two keys may stand for many turns, which take many LINEAR keys */
@@ -307,20 +306,12 @@ const tw_gltf_assets *tw_gltf_assets_of(const tw_model *model) {
   return model->assets ? model->assets : &none;
 }
 
-/* Whether a mesh's points and lines, which pass through, follow joints. */
-static bool has_loose_joints(const tw_model *model, uint32_t mesh) {
-  const char *loose = model->assets ? model->meshes[mesh].loose : NULL;
-  tw_json_item item;
-  if (!loose) return false;
-  for (bool more = tw_json_first(loose, &item); more; more = tw_json_next(tw_json_skip(item.value), &item))
-    if (tw_json_member(tw_json_member(item.value, "attributes"), "JOINTS_0")) return true;
-  return false;
-}
-
 bool tw_gltf_node_is_skinned(const tw_scene *scene, const tw_node *node) {
   if (node->skin == TW_NO_INDEX || node->mesh == TW_NO_INDEX) return false;
   const tw_surface *surface = scene->surfaces[node->mesh];
-  if (tw_surface_get_counts(surface)->faces == 0) return has_loose_joints(scene->model, node->mesh);
+  const tw_mesh *mesh = &scene->model->meshes[node->mesh];
+  if (tw_surface_get_counts(surface)->faces == 0) /* points and lines, which pass through */
+    return scene->model->assets && mesh->loose && mesh->loose_has_joints;
   return tw_surface_get_layout(surface)->joints != UINT32_MAX;
 }
 

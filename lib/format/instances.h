@@ -17,8 +17,7 @@ typedef struct tw_instances {
 /* False for a node that shows its mesh once, where it is itself. O(what is kept of the node). */
 bool tw_instances_find(const tw_model *model, uint32_t node, tw_instances *out);
 
-/* Whether what the node says of instances is as the extension's specification has it; true for a node that
- * says nothing. */
+/* Whether the node's EXT_mesh_gpu_instancing is as its specification says; true for a node without one. */
 bool tw_instances_are_fit(const tw_model *model, uint32_t node);
 
 /* Where an instance is, relative to its node. */

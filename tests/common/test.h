@@ -19,8 +19,8 @@ typedef struct test_entry {
 /* Registers a test; called before main. entry: lives as long as the program. */
 void test_enter(test_entry *entry);
 
-/* Of many like cases each of which to run: a sanitizer makes a case ten times slower, and sees enough in a
- * fifth. */
+/* The step of a loop over many like cases: 1, or 5 under a sanitizer, which makes each case ten times slower
+ * and sees enough in a fifth of them. */
 static inline uint32_t test_stride(void) {
   return getenv("TESTED_SANITIZED") ? 5 : 1;
 }

@@ -54,8 +54,8 @@ bool is_integer(const char *value) {
   return number == std::floor(number);
 }
 
-// Not so -1, which the parser takes as if the member were not there. Integers that are out of range
-// are refused where they are read, with their place.
+// -1 is none: the parser takes it as if the member were not there. Integers that are out of range are
+// refused where they are read, with their place.
 bool is_index(const char *value) {
   return is_integer(value) && value_text(value) != "-1";
 }

@@ -440,10 +440,13 @@ private:
         const char *preserved = object(primitive, primitive_members);
         texts.primitives.push_back(
             {preserved, tw_json_member(primitive, "attributes"), bears_ngons(extensions)});
-        int mode = parsed[index].primitives[i].mode;
-        bool is_drawn = parsed[index].primitives[i].attributes.count("POSITION") > 0;
-        if (is_drawn && mode >= TINYGLTF_MODE_POINTS && mode < TINYGLTF_MODE_TRIANGLES)
-          append(loose, loose_primitive(parsed[index].primitives[i], preserved));
+        const tinygltf::Primitive &own = parsed[index].primitives[i];
+        if (own.attributes.count("POSITION") == 0 || own.mode < TINYGLTF_MODE_POINTS ||
+            own.mode >= TINYGLTF_MODE_TRIANGLES)
+          return;
+        append(loose, loose_primitive(own, preserved));
+        model.meshes[index].loose_has_joints |= own.attributes.count("JOINTS_0") > 0;
+        model.meshes[index].loose_has_targets |= !own.targets.empty();
       });
       left_out_ = "";
       document_.mesh_texts.push_back(std::move(texts));

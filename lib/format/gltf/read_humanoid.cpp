@@ -88,10 +88,6 @@ private:
   }
 };
 
-} // namespace
-
-namespace {
-
 // Whether a member may be without a value that is read: the extensions of animations and of VRM 0.x need no
 // humanoid map, VRM 1.0 does.
 bool may_lack_bones(const char *extension, std::string_view name) {

@@ -151,6 +151,7 @@ typedef struct tw_mesh {
   /* A JSON array of a glTF file's point and line primitives, which pass through unchanged; or NULL. Their
    * accessors are indices into the model's assets. */
   const char *loose;
+  bool loose_has_joints, loose_has_targets; /* whether some of these primitives have them */
 
   /* The file's own subdivision options: TW_TAG_UNSET, or a value of the enums in subdiv.h. */
   int tag_boundary, tag_uv, tag_creasing, tag_triangles;
