@@ -100,7 +100,7 @@ TEST_WITH(what_is_asked_for_once_pushes_nothing_out, setup, one_model_stop) {
   ask_times(f, "pose.json?at=1", 1); /* the clip */
   uint64_t before = cached(f);
   size_t opens = loopback_store_opens(f->loop);
-  for (int i = 0; i < 300; i++) { /* of some 500,000 bytes each, in a cache of 64 MiB */
+  for (int i = 0; i < 150; i++) { /* of some 500,000 bytes each, in a cache of 64 MiB */
     char rest[64];
     snprintf(rest, sizeof rest, "pose.json?from=0&to=1&fps=%d", 6000 + i);
     ask_times(f, rest, 1);

@@ -634,6 +634,11 @@ static size_t count_lines(const char *text, const char *begin) {
   return count;
 }
 
+static int compare_x(const void *left, const void *right) {
+  const double *a = left, *b = right;
+  return (a[0] > b[0]) - (a[0] < b[0]);
+}
+
 /* Each point has one of the other text where it is, within 1e-6 of the model's size: nodes round points.
  * Several meshes come back as one: their order may differ.
  */
@@ -641,13 +646,15 @@ static void assert_same_points(const char *left, const char *right) {
   double(*a)[3], (*b)[3];
   size_t count = obj_points(left, &a);
   assert_int_equal(count, obj_points(right, &b));
-  for (size_t i = 0; i < count; i++) {
-    double nearest = INFINITY;
-    for (size_t k = 0; k < count; k++)
-      nearest = fmin(nearest,
-                     fmax(fmax(fabs(a[i][0] - b[k][0]), fabs(a[i][1] - b[k][1])), fabs(a[i][2] - b[k][2])));
-    if (nearest > 2e-6)
-      fail_msg("point %zu (%g %g %g) is %.9g from all", i, a[i][0], a[i][1], a[i][2], nearest);
+  const double rounding = 2e-6;
+  qsort(a, count, sizeof *a, compare_x);
+  qsort(b, count, sizeof *b, compare_x);
+  for (size_t i = 0, first = 0; i < count; i++) {
+    bool found = false;
+    while (first < count && b[first][0] < a[i][0] - rounding) first++;
+    for (size_t k = first; !found && k < count && b[k][0] <= a[i][0] + rounding; k++)
+      found = fabs(a[i][1] - b[k][1]) <= rounding && fabs(a[i][2] - b[k][2]) <= rounding;
+    if (!found) fail_msg("no point is at %g %g %g", a[i][0], a[i][1], a[i][2]);
   }
   free(a);
   free(b);

@@ -45,8 +45,8 @@ tw_surface_options options_of(tw_scheme scheme, uint32_t level, int boundary, in
 // Every combination of options at the first levels; where a case takes sixteen times as long, one in several,
 // others for each cage. Their number is prime to the numbers of values, so that all values come together.
 bool is_due(uint32_t level, size_t combination) {
-  if (level <= (sanitized ? 1 : 2)) return true;
-  const size_t one_in = level == 3 || sanitized ? 5 : 23;
+  if (level <= 2 && !sanitized) return true;
+  const size_t one_in = sanitized ? 11 : level == 3 ? 5 : 23;
   return (combination + static_cast<size_t>(tests)) % one_in == 0;
 }
 

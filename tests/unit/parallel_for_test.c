@@ -172,9 +172,9 @@ static uint32_t check(const cage *c, tw_surface_options options) {
 enum { FIN = 1, CREASED = 2, MAPPED = 4, LIVELY = 8 }; /* with normals, of another creasing and boundary */
 
 static void check_all(uint32_t side, kind kind, tw_surface_options options) {
-  static const int cases[] = {0, FIN, CREASED, MAPPED, LIVELY, CREASED | MAPPED | LIVELY, FIN | MAPPED};
+  static const int cases[] = {CREASED | MAPPED | LIVELY, 0, FIN, CREASED, MAPPED, LIVELY, FIN | MAPPED};
   uint32_t parts = 0;
-  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i += test_stride()) {
     cage *c = sheet(side, kind, cases[i] & FIN);
     if (cases[i] & CREASED) crease(c, side);
     if (cases[i] & MAPPED) map(c);
@@ -187,7 +187,7 @@ static void check_all(uint32_t side, kind kind, tw_surface_options options) {
     if (cases[i] & CREASED) parts += check(c, options);
     free(c);
   }
-  assert_true(parts > 25);
+  assert_true(parts > 25 / test_stride());
 }
 
 /* ---- tests ----------------------------------------------------------------------------------- */
