@@ -50,6 +50,7 @@ typedef struct bvh_file {
   size_t joint_room, channel_room;
   uint32_t open;      /* the joint whose block is open, or TW_NO_INDEX */
   uint32_t end_names; /* end sites that have a name of their own */
+  uint64_t commas;    /* numbers with a comma before their decimals */
   double claimed;     /* what Frames: says */
   double frame_time;  /* seconds */
   bool has_motion;
@@ -114,11 +115,12 @@ static tw_status fail_number(bvh_file *file, tw_word word) {
                       tw_obj_quote_word(word).text);
 }
 
-/* Reads a number that is written with a comma before its decimals. */
-static bool read_with_comma(tw_word word, double *out) {
+/* Reads a number that is written with a comma before its decimals, or behind it. */
+static bool read_with_comma(bvh_file *file, tw_word word, double *out) {
   char text[NUMBER_MOST];
   const char *comma = memchr(word.text, ',', word.length);
   if (!comma) return false;
+  file->commas += comma + 1 < word.text + word.length;
   memcpy(text, word.text, word.length);
   text[comma - word.text] = '.';
   return tw_word_number((tw_word){text, word.length}, out);
@@ -126,7 +128,7 @@ static bool read_with_comma(tw_word word, double *out) {
 
 static tw_status take_number(bvh_file *file, tw_word word, double *out) {
   bool is_number = word.length > 0 && word.length <= NUMBER_MOST &&
-                   (tw_word_number(word, out) || read_with_comma(word, out));
+                   (tw_word_number(word, out) || read_with_comma(file, word, out));
   if (!is_number) return fail_number(file, word);
   if (isfinite(*out)) return TW_OK;
   return tw_fail_line(file->error, TW_INVALID, file->line, "a number is not finite");
@@ -577,12 +579,19 @@ static void warn_of_losses(const bvh_file *file, tw_model *model) {
   if (!file->has_motion) tw_model_warn(model, "there is no MOTION, and so no clip");
 }
 
+static void warn_of_commas(const bvh_file *file, tw_model *model) {
+  if (file->commas == 0) return;
+  tw_model_warn(model, "%llu %s a comma, which is read as the decimal point",
+                (unsigned long long)file->commas, tw_plural(file->commas, "number has", "numbers have"));
+}
+
 static tw_status read_file(bvh_file *file, size_t size, tw_model *model) {
   next_word(file); /* HIERARCHY */
   tw_status status = read_hierarchy(file);
   if (status == TW_OK) status = make_nodes(file, model);
   if (status == TW_OK) warn_of_losses(file, model);
   if (status == TW_OK && file->has_motion) status = read_motion(file, size, model);
+  if (status == TW_OK) warn_of_commas(file, model);
   return status;
 }
 
