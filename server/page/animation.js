@@ -1,7 +1,7 @@
 // Plays a clip in the viewport: from poses on the page's clock, blended with those of another where one is chosen, or from
 // the daemon's live stream.
 import { tweend, withKey } from './client.js';
-import { blendWeights, optionsOf, weightsAt } from './clips.js';
+import { blendWeights, optionsOf, partOf, weightsAt } from './clips.js';
 import { fail } from './notices.js';
 import { note, state, watch } from './state.js';
 
@@ -19,6 +19,15 @@ function mixedTurn(a, b, part) {
   const sum = a.map((value, i) => value * (1 - part) + sign * b[i] * part);
   const length = Math.hypot(...sum) || 1;
   return sum.map((value) => value / length);
+}
+
+/** A path of glTF, the member that an object has of it, and how two are blended. */
+const PATHS = [['translation', 'position', mixed], ['rotation', 'quaternion', mixedTurn], ['scale', 'scale', mixed]];
+
+/** The names of the nodes that a clip moves, by path. */
+async function movedBy(model, which, signal) {
+  const { tracks, other_tracks: others } = await withKey(() => tweend.tracks(model, optionsOf(which), { signal }));
+  return Object.fromEntries(PATHS.map(([path]) => [path, new Set([...tracks, ...others].filter((track) => track.path === path).map(({ node }) => node))]));
 }
 
 const NODES_SIZE = 2000; // characters of names that a URL has room for
@@ -103,11 +112,13 @@ export class Animation {
     try {
       const slots = new Map(other ? model.nodes.map(({ name }) => [name, [slot(), slot()]]) : []);
       const objects = (k) => (name) => (other ? slots.get(name)?.[k] : this.#target(name));
-      const loaded = await Promise.all([clip, other].filter(Boolean).map((which, k) => load(which, objects(k))));
+      const clips = [clip, other].filter(Boolean);
+      const [loaded, moved] = await Promise.all([Promise.all(clips.map((which, k) => load(which, objects(k)))),
+        other && Promise.all(clips.map((which) => movedBy(model, which, signal)))]);
       if (signal.aborted) return;
       [this.player, this.other = null] = loaded.map(([player]) => player);
       this.weights = loaded.map(([, weights]) => weights);
-      this.slots = [...slots].map(([name, pair]) => [this.#target(name), pair]);
+      this.slots = [...slots].map(([name, pair]) => [this.#target(name), pair, PATHS.map(([path]) => moved.map((nodes) => nodes[path].has(name)))]);
       this.#setSpeed();
       this.player.time = Number(state('t')) * this.#pace;
       this.pose();
@@ -129,11 +140,8 @@ export class Animation {
     const { other, weight } = this;
     other.time = this.player.duration > 0 ? (this.player.time / this.player.duration) * other.duration : 0;
     other.update();
-    for (const [target, [a, b]] of this.slots) {
-      target.position.set(...mixed(a.position, b.position, weight));
-      target.quaternion.set(...mixedTurn(a.quaternion, b.quaternion, weight));
-      target.scale.set(...mixed(a.scale, b.scale, weight));
-    }
+    for (const [target, [a, b], moved] of this.slots)
+      PATHS.forEach(([, member, blend], k) => target[member].set(...blend(a[member], b[member], partOf(...moved[k], weight))));
   }
 
   /** Puts the morph weights into the viewport. */

@@ -35,8 +35,11 @@ export function weightsAt(poses, part) {
   return Object.fromEntries(Object.entries(before).map(([node, values]) => [node, mixed(values, after[node], at % 1)]));
 }
 
-/** Blends morph weights of two clips as the daemon blends layers: what one of those that play moves alone is as it moves it.
- *  part: of the second. */
+/** The part of the second clip in what a node has of a blend, as the daemon blends layers: what one of those that play moves
+ *  alone is as it moves it. first, second: whether they move it; part: of the second in the blend. */
+export const partOf = (first, second, part) => (part > 0 && part < 1 && first !== second ? Number(second) : part);
+
+/** Blends morph weights of two clips in the same way. */
 export function blendWeights(first, second, part) {
   const [a, b] = [part < 1 ? first : {}, part > 0 ? second : {}];
   return { ...a, ...b, ...Object.fromEntries(Object.keys(a).filter((node) => node in b).map((node) => [node, mixed(a[node], b[node], part)])) };

@@ -91,10 +91,11 @@ visits('a clip moves morph targets as well as nodes', { hash: '#show=surface' },
 });
 
 /** A figure that rests in its clip, as glTF, with a square beside it whose one target draws it out. weights: the clip moves
- *  the target's from 0 to 1. */
+ *  the target's from 0 to 1. A second clip slides the square. */
 function faced({ seconds, weights }) {
   const document = JSON.parse(biped({ names: 'mixamo', clip: { seed: 3, keys: 2, seconds, most: 0 } }));
-  const floats = [0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, /* target */ 0, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0, 0, /* times */ 0, seconds, /* weights */ 0, 1];
+  const floats = [0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, /* target */ 0, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0, 0, /* times */ 0, seconds, /* weights */ 0, 1,
+    /* ways */ 0.5, 0, 0, 1.5, 0, 0];
   const bytes = Buffer.concat([Buffer.from(new Float32Array(floats).buffer), Buffer.from(new Uint16Array([0, 1, 2, 0, 2, 3]).buffer)]);
   const buffer = document.buffers.push({ byteLength: bytes.length, uri: `data:application/octet-stream;base64,${bytes.toString('base64')}` }) - 1;
   const add = (byteOffset, byteLength, facts) => {
@@ -103,14 +104,16 @@ function faced({ seconds, weights }) {
   };
   const corners = (byteOffset, max) => add(byteOffset, 48, { count: 4, type: 'VEC3', min: [0, 0, 0], max });
   const primitive = { attributes: { POSITION: corners(0, [1, 1, 0]) }, targets: [{ POSITION: corners(48, [1, 0, 0]) }],
-    indices: add(112, 12, { componentType: 5123, count: 6, type: 'SCALAR' }) };
+    indices: add(136, 12, { componentType: 5123, count: 6, type: 'SCALAR' }) };
   const mesh = document.meshes.push({ name: 'face', primitives: [primitive] }) - 1;
   const node = document.nodes.push({ name: 'face', mesh, translation: [0.5, 0, 0] }) - 1;
   document.scenes[0].nodes.push(node);
+  const input = add(96, 8, { count: 2, type: 'SCALAR', min: [0], max: [seconds] });
+  document.animations.push({ name: 'slides', samplers: [{ input, output: add(112, 24, { count: 2, type: 'VEC3' }) }], channels: [{ sampler: 0, target: { node, path: 'translation' } }] });
   const [clip] = document.animations;
   clip.channels = clip.channels.filter(({ target }) => target.path === 'rotation'); // all at rest
   if (!weights) return JSON.stringify(document);
-  clip.samplers.push({ input: add(96, 8, { count: 2, type: 'SCALAR', min: [0], max: [seconds] }), output: add(104, 8, { count: 2, type: 'SCALAR' }) });
+  clip.samplers.push({ input, output: add(104, 8, { count: 2, type: 'SCALAR' }) });
   clip.channels.push({ sampler: clip.samplers.length - 1, target: { node, path: 'weights' } });
   return JSON.stringify(document);
 }
@@ -134,6 +137,11 @@ visits('borrowed and blended clips move morph targets, which rest in other clips
   assert.ok((await changes('clip=moves', '2.00')) < 0.001, 'its own clip has no weights');
   assert.ok((await changes(`borrowed=${id}&clip=moves&blend=${lent}&weight=0.5`, '2.40')) > 0.02, 'blended');
   assert.ok((await changes(`borrowed=${id}&clip=moves&blend=${lent}&weight=0`, '2.00')) < 0.001, 'without a part');
+  // Of the two clips one alone moves the square, as far whatever its part.
+  assert.ok((await changes('clip=moves&blend=slides&weight=0.9', '2.00')) > 0.02, 'it slides');
+  const wide = await visit.pixels();
+  assert.ok((await changes('clip=moves&blend=slides&weight=0.2', '2.00')) > 0.02, 'it slides, too');
+  assert.ok(difference(wide, await visit.pixels()) < 0.001, 'as far');
 });
 
 visits('a clip that stops at its end stays there', { hash: '#loop=clamp&speed=4&t=3.5' }, async (visit) => {

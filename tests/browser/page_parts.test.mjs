@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
 import { carriedOver, sentencesOf } from '../../server/page/clip_words.js';
-import { blendOf, blendWeights, weightsAt } from '../../server/page/clips.js';
+import { blendOf, blendWeights, partOf, weightsAt } from '../../server/page/clips.js';
 import { Gesture } from '../../server/page/gestures.js';
 import { Lineages } from '../../server/page/lineages.js';
 import { firstLevel, Opening } from '../../server/page/opening.js';
@@ -105,6 +105,11 @@ test('morph weights lie between those of the poses around a time, and blend as l
   assert.deepEqual(blendWeights(first, second, 0.25), { face: [0.25, 0.75], brow: [1], lid: [0.5] });
   assert.deepEqual(blendWeights(first, second, 0), first);
   assert.deepEqual(blendWeights(first, second, 1), second);
+});
+
+test('what one clip of a blend moves alone is as it moves it, while both play', () => {
+  const parts = (first, second) => [0, 0.25, 1].map((part) => partOf(first, second, part));
+  assert.deepEqual([parts(true, true), parts(true, false), parts(false, true)], [[0, 0.25, 1], [0, 0, 1], [0, 1, 1]]);
 });
 
 test('a blend is a document of the model’s nodes, whose layers have the weights', () => {
