@@ -290,6 +290,18 @@ static tw_word next_head_word(bvh_file *file) {
   return (tw_word){start, (size_t)(file->at - start)};
 }
 
+/* Reads the number of a member, which stands in the member's line: the next line may be a frame. */
+static tw_status read_head_number(bvh_file *file, const char *member, double *out) {
+  skip_in_line(file);
+  while (file->at < file->end && *file->at == ':') {
+    file->at++;
+    skip_in_line(file);
+  }
+  if (file->at == file->end || is_line_end(*file->at))
+    return tw_fail_line(file->error, TW_SYNTAX, file->line, "%s has no number", member);
+  return take_number(file, next_head_word(file), out);
+}
+
 static tw_status check_frame_time(bvh_file *file) {
   if (file->frame_time >= (double)FLT_MIN && file->frame_time * FRAMES_MOST <= (double)FLT_MAX) return TW_OK;
   if (file->frame_time == 0) return TW_OK; /* enough for a single frame */
@@ -305,12 +317,12 @@ static tw_status read_head(bvh_file *file) {
     bool is_time = word_is(word, "frametime"), is_frame = word_is(word, "frame");
     if (is_frame && !word_is(next_head_word(file), "time")) is_frame = false, word.length = 0;
     if (word_is(word, "frames") && !has_frames) {
-      status = take_number(file, next_head_word(file), &file->claimed);
+      status = read_head_number(file, "Frames:", &file->claimed);
       if (status == TW_OK && !(file->claimed >= 0 && file->claimed == floor(file->claimed)))
         status = tw_fail_line(file->error, TW_SYNTAX, file->line, "Frames is no number of frames");
       has_frames = true;
     } else if ((is_time || is_frame) && !has_time) {
-      status = take_number(file, next_head_word(file), &file->frame_time);
+      status = read_head_number(file, "Frame Time:", &file->frame_time);
       if (status == TW_OK) status = check_frame_time(file);
       has_time = true;
     } else {

@@ -58,6 +58,9 @@ TEST(what_is_out_of_place_is_refused_with_its_line) {
 TEST(broken_heads_and_numbers_are_refused_with_their_line) {
   assert_refused(ROOT "MOTION\n1 2 3\n", TW_SYNTAX, 8);
   assert_refused(ROOT "MOTION\nFrames: 1\n1 2 3\n", TW_SYNTAX, 9);
+  assert_refused(ROOT "MOTION\nFrames:\n2\nFrame Time: 1\n1 2 3\n", TW_SYNTAX, 8);
+  assert_refused(ROOT "MOTION\nFrames: 2\nFrame Time: \r\n1 2 3\n4 5 6\n", TW_SYNTAX, 9);
+  assert_refused(ROOT "MOTION\nFrames: 2\nFrame Time:", TW_SYNTAX, 9);
   assert_refused(ROOT "MOTION\nFrames: one\n", TW_SYNTAX, 8);
   assert_refused(ROOT "MOTION\nFrames: 1.5\n", TW_SYNTAX, 8);
   assert_refused(ROOT "MOTION\nFrames: -1\n", TW_SYNTAX, 8);
