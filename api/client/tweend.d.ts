@@ -117,7 +117,7 @@ export class Tweend {
   tracks(model: ModelId, options?: TracksOptions, init?: Abortable): Promise<Tracks>;
   rotations(request: RotationsRequest, init?: Abortable): Promise<Rotations>;
 
-  /** Fetches a whole clip and returns a player of it. */
+  /** Fetches a whole clip and returns a player of it. Players move nodes; morph weights are told by `pose` alone. */
   play(model: ModelId, objects: Objects, options?: PlayOptions): Promise<Player>;
   liveUrl(model: ModelId, options?: LiveOptions): string;
   /**
@@ -781,6 +781,9 @@ export interface ClipReport {
   };
   /** Nodes that the clip does not move by themselves. */
   still: string[];
+  /** Nodes whose contacts are told: those of `feet=`, of the humanoid map, or with `foot` in their names, else
+   * `ankle`. Where it is empty contacts are not looked for. */
+  feet: string[];
   /** Times of three frames or more in which a foot stands: less than 3 % of the figure's height above its lowest
    * place, slower than a quarter of that height a second. */
   contacts: {
@@ -806,6 +809,8 @@ export interface ClipReport {
     /** Degrees. */
     angle: number;
   }[];
+  /** Why contacts were not looked for. */
+  warnings: string[];
 }
 /** A cage centred on the origin, closed except for `grid` and open caps. Faces look outward; points are sorted by
  * y, then z, then x. UVs are those of three.js. `--max-faces` and `--max-memory` limit all shapes of a document

@@ -174,6 +174,18 @@ static void print_noise_and_pops(tw_text *text, const tracks_source *source, con
   tw_text_add(text, "]");
 }
 
+/* Tells where contacts are not looked for: none are then listed, whatever the clip does. */
+static void print_warnings(tw_text *text, const tw_clip_report *report) {
+  static const char no_feet[] =
+      "contacts are not looked for: the model has no humanoid map with feet, and no node with \"foot\" or "
+      "\"ankle\" in its name; feet= names them";
+  static const char no_height[] = "contacts are not looked for: all nodes rest at one height";
+  const char *warning = report->foot_count == 0 ? no_feet : report->height > 0 ? NULL : no_height;
+  tw_member_open(text, "warnings", "[");
+  if (warning) tw_text_string(text, warning);
+  tw_text_add(text, "]");
+}
+
 static tw_status print_whole(tw_text *text, const tracks_source *source, tw_error *error) {
   const tw_model *model = source->model;
   tw_arena *arena = tw_arena_create();
@@ -186,8 +198,11 @@ static tw_status print_whole(tw_text *text, const tracks_source *source, tw_erro
     print_loop_and_root(text, model, &report);
     tw_text_member(text, "still");
     api_node_names_print(model, report.still, report.still_count, text);
+    tw_text_member(text, "feet");
+    api_node_names_print(model, report.feet, report.foot_count, text);
     print_contacts(text, model, &report);
     print_noise_and_pops(text, source, &report);
+    print_warnings(text, &report);
     tw_text_add(text, "}");
   }
   tw_arena_destroy(arena);

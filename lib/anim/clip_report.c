@@ -193,7 +193,7 @@ static bool has_word(const char *name, const char *word) {
 /* Finds the feet by their names. */
 static tw_status find_feet(inspection *in) {
   static const char *const words[] = {"foot", "ankle"};
-  uint32_t *feet = tw_arena_alloc_raw(in->scratch, in->node_count, sizeof *feet);
+  uint32_t *feet = tw_arena_alloc_raw(in->arena, in->node_count, sizeof *feet);
   for (int w = 0; feet && w < 2 && in->foot_count == 0; w++)
     for (uint32_t n = 0; n < in->node_count; n++)
       if (has_word(in->nodes[n].name, words[w])) feet[in->foot_count++] = n;
@@ -293,7 +293,8 @@ static void find_contacts_of(inspection *in, uint32_t foot, double height) {
   }
 }
 
-static tw_status find_contacts(inspection *in, double height) {
+static tw_status find_contacts(inspection *in) {
+  double height = in->report->height;
   size_t most = (size_t)in->foot_count * (in->frame_count / TOUCH_FRAMES);
   in->report->contacts = tw_arena_alloc_raw(in->arena, most, sizeof *in->report->contacts);
   if (!in->report->contacts) return TW_NO_MEMORY;
@@ -305,20 +306,22 @@ static tw_status find_contacts(inspection *in, double height) {
 }
 
 static tw_status inspect_frames(inspection *in) {
+  tw_status status = in->feet ? TW_OK : find_feet(in);
+  if (status != TW_OK) return status;
+  in->report->feet = in->feet;
+  in->report->foot_count = in->foot_count;
+  in->report->height = find_height(in);
   uint32_t root = find_root(in);
   in->report->root.node = root;
   if (root == TW_NO_INDEX) return TW_OK;
-  tw_status status = in->feet ? TW_OK : find_feet(in);
-  if (status != TW_OK) return status;
   in->root_poses = tw_arena_alloc_raw(in->scratch, in->frame_count, 16 * sizeof *in->root_poses);
   in->places =
       tw_arena_alloc_raw(in->scratch, in->frame_count, 3 * (size_t)in->foot_count * sizeof *in->places);
   if (!in->root_poses || !in->places) return TW_NO_MEMORY;
-  double height = find_height(in);
   status = follow(in, root);
   if (status != TW_OK) return status;
   judge_travel(in, root);
-  return find_contacts(in, height);
+  return find_contacts(in);
 }
 
 /* ---- tracks: noise and pops ------------------------------------------------------------------ */

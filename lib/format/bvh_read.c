@@ -50,6 +50,7 @@ typedef struct bvh_file {
   size_t joint_room, channel_room;
   uint32_t open;      /* the joint whose block is open, or TW_NO_INDEX */
   uint32_t end_names; /* end sites that have a name of their own */
+  uint64_t commas;    /* numbers with a comma before their decimals */
   double claimed;     /* what Frames: says */
   double frame_time;  /* seconds */
   bool has_motion;
@@ -114,11 +115,12 @@ static tw_status fail_number(bvh_file *file, tw_word word) {
                       tw_obj_quote_word(word).text);
 }
 
-/* Reads a number that is written with a comma before its decimals. */
-static bool read_with_comma(tw_word word, double *out) {
+/* Reads a number that is written with a comma before its decimals, or behind it. */
+static bool read_with_comma(bvh_file *file, tw_word word, double *out) {
   char text[NUMBER_MOST];
   const char *comma = memchr(word.text, ',', word.length);
   if (!comma) return false;
+  file->commas += comma + 1 < word.text + word.length;
   memcpy(text, word.text, word.length);
   text[comma - word.text] = '.';
   return tw_word_number((tw_word){text, word.length}, out);
@@ -126,7 +128,7 @@ static bool read_with_comma(tw_word word, double *out) {
 
 static tw_status take_number(bvh_file *file, tw_word word, double *out) {
   bool is_number = word.length > 0 && word.length <= NUMBER_MOST &&
-                   (tw_word_number(word, out) || read_with_comma(word, out));
+                   (tw_word_number(word, out) || read_with_comma(file, word, out));
   if (!is_number) return fail_number(file, word);
   if (isfinite(*out)) return TW_OK;
   return tw_fail_line(file->error, TW_INVALID, file->line, "a number is not finite");
@@ -288,6 +290,18 @@ static tw_word next_head_word(bvh_file *file) {
   return (tw_word){start, (size_t)(file->at - start)};
 }
 
+/* Reads the number of a member, which stands in the member's line: the next line may be a frame. */
+static tw_status read_head_number(bvh_file *file, const char *member, double *out) {
+  skip_in_line(file);
+  while (file->at < file->end && *file->at == ':') {
+    file->at++;
+    skip_in_line(file);
+  }
+  if (file->at == file->end || is_line_end(*file->at))
+    return tw_fail_line(file->error, TW_SYNTAX, file->line, "%s has no number", member);
+  return take_number(file, next_head_word(file), out);
+}
+
 static tw_status check_frame_time(bvh_file *file) {
   if (file->frame_time >= (double)FLT_MIN && file->frame_time * FRAMES_MOST <= (double)FLT_MAX) return TW_OK;
   if (file->frame_time == 0) return TW_OK; /* enough for a single frame */
@@ -303,12 +317,12 @@ static tw_status read_head(bvh_file *file) {
     bool is_time = word_is(word, "frametime"), is_frame = word_is(word, "frame");
     if (is_frame && !word_is(next_head_word(file), "time")) is_frame = false, word.length = 0;
     if (word_is(word, "frames") && !has_frames) {
-      status = take_number(file, next_head_word(file), &file->claimed);
+      status = read_head_number(file, "Frames:", &file->claimed);
       if (status == TW_OK && !(file->claimed >= 0 && file->claimed == floor(file->claimed)))
         status = tw_fail_line(file->error, TW_SYNTAX, file->line, "Frames is no number of frames");
       has_frames = true;
     } else if ((is_time || is_frame) && !has_time) {
-      status = take_number(file, next_head_word(file), &file->frame_time);
+      status = read_head_number(file, "Frame Time:", &file->frame_time);
       if (status == TW_OK) status = check_frame_time(file);
       has_time = true;
     } else {
@@ -577,12 +591,19 @@ static void warn_of_losses(const bvh_file *file, tw_model *model) {
   if (!file->has_motion) tw_model_warn(model, "there is no MOTION, and so no clip");
 }
 
+static void warn_of_commas(const bvh_file *file, tw_model *model) {
+  if (file->commas == 0) return;
+  tw_model_warn(model, "%llu %s a comma, which is read as the decimal point",
+                (unsigned long long)file->commas, tw_plural(file->commas, "number has", "numbers have"));
+}
+
 static tw_status read_file(bvh_file *file, size_t size, tw_model *model) {
   next_word(file); /* HIERARCHY */
   tw_status status = read_hierarchy(file);
   if (status == TW_OK) status = make_nodes(file, model);
   if (status == TW_OK) warn_of_losses(file, model);
   if (status == TW_OK && file->has_motion) status = read_motion(file, size, model);
+  if (status == TW_OK) warn_of_commas(file, model);
   return status;
 }
 

@@ -1,7 +1,7 @@
 // Plays a clip in the viewport: from poses on the page's clock, blended with those of another where one is chosen, or from
 // the daemon's live stream.
 import { tweend, withKey } from './client.js';
-import { optionsOf } from './clips.js';
+import { blendWeights, optionsOf, partOf, weightsAt } from './clips.js';
 import { fail } from './notices.js';
 import { note, state, watch } from './state.js';
 
@@ -19,6 +19,30 @@ function mixedTurn(a, b, part) {
   const sum = a.map((value, i) => value * (1 - part) + sign * b[i] * part);
   const length = Math.hypot(...sum) || 1;
   return sum.map((value) => value / length);
+}
+
+/** A path of glTF, the member that an object has of it, and how two are blended. */
+const PATHS = [['translation', 'position', mixed], ['rotation', 'quaternion', mixedTurn], ['scale', 'scale', mixed]];
+
+/** The names of the nodes that a clip moves, by path. */
+async function movedBy(model, which, signal) {
+  const { tracks, other_tracks: others } = await withKey(() => tweend.tracks(model, optionsOf(which), { signal }));
+  return Object.fromEntries(PATHS.map(([path]) => [path, new Set([...tracks, ...others].filter((track) => track.path === path).map(({ node }) => node))]));
+}
+
+const NODES_SIZE = 2000; // characters of names that a URL has room for
+
+/** The poses of a player's clip as JSON, at as many times, with the morph weights that the player's own lack; [{}] where the
+ *  clip moves none. */
+async function weightsOf(model, which, { times }, signal) {
+  if (!model.meshes.some(({ morph_targets: targets }) => targets > 0)) return [{}];
+  const ask = (more) => withKey(() => tweend.pose(model, { ...optionsOf(which), ...more }, { signal }));
+  const { poses: first } = await ask({ at: 0 });
+  const nodes = Object.keys(first[0].weights ?? {});
+  const to = times.at(-1);
+  if (nodes.length === 0 || to === 0) return first;
+  const { poses } = await ask({ nodes: nodes.join().length < NODES_SIZE ? nodes : undefined, from: 0, to, fps: (times.length - 1) / to });
+  return poses;
 }
 
 export class Animation {
@@ -80,21 +104,22 @@ export class Animation {
     this.model = model;
     if (!clip) return;
     const { signal } = (this.controller = new AbortController());
-    const load = (which, objects) => {
+    const load = async (which, objects) => {
       const fps = Math.max(2, Math.min(FPS, POSES_SIZE / 40 / model.nodes.length / Math.max(which.duration ?? 10, 0.1)));
-      return withKey(() => tweend.play(model, objects, { ...optionsOf(which), fps, signal, playing: false, speed: Number(state('speed')), loop: state('loop') }));
+      const player = await withKey(() => tweend.play(model, objects, { ...optionsOf(which), fps, signal, playing: false, speed: Number(state('speed')), loop: state('loop') }));
+      return [player, await weightsOf(model, which, player.table.header, signal)];
     };
     try {
-      if (!other) this.player = await load(clip, (name) => this.#target(name));
-      else {
-        const slots = new Map(model.nodes.map(({ name }) => [name, [slot(), slot()]]));
-        const players = await Promise.all([clip, other].map((which, k) => load(which, (name) => slots.get(name)?.[k])));
-        if (signal.aborted) return;
-        [this.player, this.other] = players;
-        this.slots = [...slots].map(([name, pair]) => [this.#target(name), pair]);
-        this.#setSpeed();
-      }
+      const slots = new Map(other ? model.nodes.map(({ name }) => [name, [slot(), slot()]]) : []);
+      const objects = (k) => (name) => (other ? slots.get(name)?.[k] : this.#target(name));
+      const clips = [clip, other].filter(Boolean);
+      const [loaded, moved] = await Promise.all([Promise.all(clips.map((which, k) => load(which, objects(k)))),
+        other && Promise.all(clips.map((which) => movedBy(model, which, signal)))]);
       if (signal.aborted) return;
+      [this.player, this.other = null] = loaded.map(([player]) => player);
+      this.weights = loaded.map(([, weights]) => weights);
+      this.slots = [...slots].map(([name, pair]) => [this.#target(name), pair, PATHS.map(([path]) => moved.map((nodes) => nodes[path].has(name)))]);
+      this.#setSpeed();
       this.player.time = Number(state('t')) * this.#pace;
       this.pose();
     } catch (error) {
@@ -115,11 +140,17 @@ export class Animation {
     const { other, weight } = this;
     other.time = this.player.duration > 0 ? (this.player.time / this.player.duration) * other.duration : 0;
     other.update();
-    for (const [target, [a, b]] of this.slots) {
-      target.position.set(...mixed(a.position, b.position, weight));
-      target.quaternion.set(...mixedTurn(a.quaternion, b.quaternion, weight));
-      target.scale.set(...mixed(a.scale, b.scale, weight));
-    }
+    for (const [target, [a, b], moved] of this.slots)
+      PATHS.forEach(([, member, blend], k) => target[member].set(...blend(a[member], b[member], partOf(...moved[k], weight))));
+  }
+
+  /** Puts the morph weights into the viewport. */
+  #morph(time) {
+    const [first, second] = this.weights;
+    const duration = this.own?.duration ?? this.player.duration; // of the stream, the player's that it stands in for
+    const part = duration > 0 ? time / duration : 0;
+    const own = weightsAt(first, part);
+    this.viewport.morph(this.other && !this.live ? blendWeights(own, weightsAt(second, part), this.weight) : own);
   }
 
   /** Applies the present pose to the viewport. */
@@ -129,7 +160,7 @@ export class Animation {
     if (time === undefined) return;
     if (this.other && !this.live) this.#blend();
     this.shown = this.live ? time : time / this.#pace;
-    this.viewport.morph(this.clip.index, time);
+    this.#morph(time);
     this.viewport.invalidate();
     this.onTime(this.shown);
   }

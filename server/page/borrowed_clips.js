@@ -17,9 +17,9 @@ function describe(id) {
 /** The ids of the models whose clips are offered beside the shown model's own. */
 export const borrowed = () => state('borrowed').split(',').filter(Boolean);
 
-/** [{value: as `clip` of a request, name, duration, isBorrowed, index: of the model's own, from: name of the file}] */
+/** [{value: as `clip` of a request, name, duration, isBorrowed, from: name of the file}] */
 export async function clipsOf(model) {
-  const own = namedApart(model.clips).map(({ value, name, duration }, index) => ({ value, name, duration, index, isBorrowed: false }));
+  const own = namedApart(model.clips).map(({ value, name, duration }) => ({ value, name, duration, isBorrowed: false }));
   const ids = new Set([...borrowed(), ...[state('clip'), state('blend')].map((clip) => BORROWED.exec(clip)?.[1]).filter(Boolean)]);
   ids.delete(model.id);
   const others = await Promise.all([...ids].map(async (id) => {

@@ -102,9 +102,8 @@ function meshOf(node) {
 export class Cage {
   /** model: the parsed GLB of level 0 with polygons=ngon. bearers: those of its bearers that have faces. creases: what
    *  creasesOf finds in it. */
-  constructor({ scene, nodes, parser }, bearers, creases) {
-    Object.assign(this, { object: scene, parser, bearers });
-    this.nodes = nodes;
+  constructor({ scene, nodes, morphs, parser }, bearers, creases) {
+    Object.assign(this, { object: scene, nodes, morphs, parser, bearers });
     this.lines = new LineBasicMaterial({ transparent: true, opacity: 0.9, depthWrite: false });
     this.hidden = new LineBasicMaterial({ transparent: true, opacity: 0.08, depthTest: false });
     this.sharp = new LineMaterial({ linewidth: 3, vertexColors: true, depthWrite: false, polygonOffset: true, polygonOffsetFactor: -2, polygonOffsetUnits: -2 });
@@ -117,7 +116,6 @@ export class Cage {
     this.parts = { cage: [], points: [] };
     this.sharpnesses = new Set();
     this.valences = new Set();
-    this.morphed = [];
     const meshes = [];
     scene.traverse((object) => object.isMesh && meshes.push(object));
     for (const mesh of meshes) this.add(mesh);
@@ -142,7 +140,6 @@ export class Cage {
     const hidden = linesOn(mesh, geometry, this.hidden);
     hidden.renderOrder = 1;
     this.parts.cage.push(linesOn(mesh, geometry, this.lines), hidden);
-    if (mesh.morphTargetInfluences) this.morphed.push(mesh);
     if (extraordinary.length > 0) this.parts.points.push(this.points(mesh, extraordinary, spacing));
   }
 
@@ -180,17 +177,6 @@ export class Cage {
     lines.renderOrder = 1;
     mesh.add(lines);
     return lines;
-  }
-
-  /** Copies the weights of morph targets from another scene of the same nodes. */
-  morph(nodes) {
-    for (const mesh of this.morphed) {
-      const name = [...this.nodes].find(([, node]) => node === mesh || node === mesh.parent)?.[0];
-      const node = nodes.get(name);
-      const { morphTargetInfluences: weights } = [node, ...(node?.children ?? [])].find((object) => object?.morphTargetInfluences) ?? {};
-      for (const object of weights ? [mesh, ...mesh.children] : [])
-        if (object.morphTargetInfluences) weights.forEach((weight, i) => (object.morphTargetInfluences[i] = weight));
-    }
   }
 
   setTheme(name) {

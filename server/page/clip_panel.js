@@ -2,7 +2,7 @@
 import { html, nothing, render } from 'lit-html';
 
 import { download, tweend, withKey } from './client.js';
-import { blendOf, optionsOf, titleOf } from './clips.js';
+import { blendOf, isCharacter, optionsOf, titleOf } from './clips.js';
 import { carriedOver, sentencesOf } from './clip_words.js';
 import { make, seconds } from './dom.js';
 import { busy, fail } from './notices.js';
@@ -43,7 +43,7 @@ export class ClipPanel {
     const choices = [['', 'Nothing'], ...others.map((entry) => [entry.value, titleOf(entry)])];
     return render(html`
       <h2>${titleOf(clip)}</h2>
-      ${report ? html`<ul class="sentences">${sentencesOf(report, model.nodes.length).map(sentence)}</ul>` : nothing}
+      ${report ? html`<ul class="sentences">${sentencesOf(report, model.nodes.length, isCharacter(model)).map(sentence)}</ul>` : nothing}
       ${retarget ? html`<details><summary>Carried over to this skeleton</summary>${carriedOver(retarget).map((text) => html`<p class="dim">${text}</p>`)}</details>` : nothing}
       ${others.length > 0 ? html`<label class="field"><span>Blend with</span>
         <select @change=${({ target }) => change({ blend: target.value })}>${choices.map(([value, text]) => html`<option value=${value} ?selected=${value === state('blend')}>${text}</option>`)}</select></label>` : nothing}

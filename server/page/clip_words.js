@@ -9,8 +9,9 @@ const SLIDES = 0.01;   // of a contact's figure: less is no slide
 const degrees = (value) => `${fixed(value, Math.abs(value) < 10 ? 1 : 0)}°`;
 const length = (value) => (Math.abs(value) < 0.1 ? `${fixed(100 * value, 1)} cm` : `${fixed(value, 2)} m`);
 
-/** Sentences about a clip: [{mark: good, fair or bad; text; time: to seek, if any}]. report: of /tracks. */
-export function sentencesOf({ loop, root, still, contacts, noise, pops }, nodes) {
+/** Sentences about a clip: [{mark: good, fair or bad; text; time: to seek, if any}]. report: of /tracks; isFigure: it has
+ *  feet, whatever they are called. */
+export function sentencesOf({ loop, root, still, feet, contacts, noise, pops }, nodes, isFigure) {
   const list = [];
   const say = (mark, text, time) => list.push({ mark, text, time });
   if (loop.angle <= SEAMLESS && loop.distance < 0.01) say('good', 'Loops without a seam.');
@@ -19,6 +20,7 @@ export function sentencesOf({ loop, root, still, contacts, noise, pops }, nodes)
   else say('', 'Stays in its place.');
   const worst = [...contacts].sort((a, b) => b.slide - a.slide)[0];
   if (worst) say(worst.slide < SLIDES ? 'good' : 'bad', `Feet touch the ground ${plural(contacts.length, 'time')}; ${worst.slide < SLIDES ? 'none slides' : `${worst.node} slides by ${length(worst.slide)}`}.`, worst.from);
+  if (feet.length === 0 && isFigure) say('', 'Contacts with the ground are not judged: no foot is known by its name.');
   const jitter = noise.filter(({ path, rms }) => path === 'rotation' && rms > NOISY).sort((a, b) => b.rms - a.rms);
   if (jitter.length > 0) say('bad', `Jitters: ${jitter.slice(0, 3).map(({ node, rms }) => `${node} by ${degrees(rms)}`).join(', ')}.`);
   for (const { node, time, angle } of [...pops].sort((a, b) => b.angle - a.angle).slice(0, MOST)) say('bad', `One key of ${node} leaps by ${degrees(angle)}.`, time);

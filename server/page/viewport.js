@@ -1,6 +1,6 @@
 // The viewport: camera, lights, the model's surface and its overlays. Draws only when something has changed.
 import {
-  AmbientLight, AnimationClip, AnimationMixer, BoxGeometry, Box3, Color, DirectionalLight, DoubleSide, Group, HemisphereLight, Mesh, MeshBasicMaterial, BackSide,
+  AmbientLight, BoxGeometry, Box3, Color, DirectionalLight, DoubleSide, Group, HemisphereLight, Mesh, MeshBasicMaterial, BackSide,
   MeshLambertMaterial, PerspectiveCamera, PMREMGenerator, Raycaster, Scene, Vector2, Vector3, WebGLRenderer,
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
@@ -37,12 +37,24 @@ const loader = new GLTFLoader().setMeshoptDecoder(MeshoptDecoder);
  *  surroundings. Nor does that of an OBJ, which has only a name and is no metal. */
 const saysLook = (material) => material !== undefined && !/^\{"pbrMetallicRoughness":\{"metallicFactor":0\}\}$/.test(JSON.stringify({ ...material, name: undefined }));
 
+/** The names that the node of a mesh may have in poses: a nameless one may be an addition of the answer, whose mesh is the
+ *  parent's in the file. */
+function namesAbove(object, { associations, json }) {
+  const index = associations.get(object)?.nodes;
+  if (!object.parent) return [];
+  if (index === undefined) return namesAbove(object.parent, { associations, json }); // one of several primitives
+  const { name } = json.nodes[index];
+  return name === undefined ? [`node_${index}`, ...namesAbove(object.parent, { associations, json })] : [name];
+}
+
 /** Parses a GLB into {scene, nodes: objects by the file's node names, bearers: [object, index of its mesh] for the nodes with
- *  a mesh, in the file's order, weights: clips of morph targets by index, materials: their looks, parser: the loader's}. */
+ *  a mesh, in the file's order, morphs: [{names: of the node, object: a mesh with morph targets, rest: their weights}],
+ *  materials: their looks, parser: the loader's}. */
 export async function parse(buffer) {
   const gltf = await loader.parseAsync(buffer, '');
   const nodes = new Map();
   const bearers = [];
+  const morphs = [];
   gltf.scene.updateMatrixWorld(true);
   gltf.scene.traverse((object) => {
     const index = gltf.parser.associations.get(object)?.nodes;
@@ -59,15 +71,11 @@ export async function parse(buffer) {
     const primitive = gltf.parser.json.meshes[meshes]?.primitives[primitives ?? 0];
     object.userData = { isPlain: !saysLook(gltf.parser.json.materials?.[primitive?.material]) };
     if (object.isSkinnedMesh) object.frustumCulled = false; // its bounds are valid only at rest
-  });
-  const weights = new Map();
-  gltf.animations.forEach(({ name, duration, tracks }, index) => { // several may have one name
-    const own = tracks.filter((track) => track.name.endsWith('.morphTargetInfluences'));
-    if (own.length > 0) weights.set(index, new AnimationClip(name, duration, own));
+    if (object.morphTargetInfluences) morphs.push({ names: namesAbove(object, gltf.parser), object, rest: [...object.morphTargetInfluences] });
   });
   const materials = (gltf.parser.json.materials ?? []).map(({ name, pbrMetallicRoughness: { baseColorFactor: factor, baseColorTexture: texture } = {} }) =>
     ({ name, colour: new Color(...(factor ?? [1, 1, 1])).getStyle(), isTextured: texture !== undefined }));
-  return { scene: gltf.scene, nodes, bearers: bearers.filter(Boolean), weights, materials, parser: gltf.parser };
+  return { scene: gltf.scene, nodes, bearers: bearers.filter(Boolean), morphs, materials, parser: gltf.parser };
 }
 
 function dispose(root) {
@@ -302,7 +310,7 @@ export class Viewport {
   }
 
   /** Sets the materials of a parsed GLB's objects, and adds lines over them. */
-  #dress({ scene, nodes, weights }, { level, scheme }) {
+  #dress({ scene, nodes, morphs }, { level, scheme }) {
     const plain = new MeshLambertMaterial({ color: this.theme.surface, side: DoubleSide });
     let metal = false;
     scene.traverse((object) => {
@@ -320,7 +328,7 @@ export class Viewport {
     const rest = scene.children[0] ? new Vector3().setFromMatrixPosition(scene.children[0].matrixWorld) : null;
     const wireframe = new Wireframe(scene, { quads: level > 0 && scheme !== 'loop' });
     wireframe.setTheme(this.themeName);
-    return { scene, nodes, weights, plain, wireframe, rest };
+    return { scene, nodes, morphs, plain, wireframe, rest };
   }
 
   #undress({ scene, wireframe }) {
@@ -334,7 +342,7 @@ export class Viewport {
   setModel(parsed, options) {
     this.clearModel();
     const { scene, nodes } = parsed;
-    this.model = { ...this.#dress(parsed, options), mixer: new AnimationMixer(scene) };
+    this.model = this.#dress(parsed, options);
     this.normals = new Normals(scene);
     this.skeleton = new Skeleton(nodes);
     this.isBare = parsed.bearers.length === 0; // only a clip: nothing but its joints can be shown
@@ -513,17 +521,14 @@ export class Viewport {
     this.invalidate();
   }
 
-  /** Sets the weights of morph targets to those of a clip at a time, which poses do not contain; to those at rest
-   *  without an index. */
-  morph(index, time) {
-    const clip = this.model?.weights.get(index);
-    if (!clip && this.model?.morphed === undefined) return;
-    const { mixer } = this.model;
-    if (this.model.morphed !== index) mixer.stopAllAction(); // back to the weights at rest
-    this.model.morphed = clip ? index : undefined;
-    if (clip) mixer.clipAction(clip).play();
-    if (clip) mixer.setTime(Math.min(time, clip.duration * (1 - 1e-6))); // the end would wrap to the beginning
-    this.cage?.morph(this.model.nodes);
+  /** Sets the weights of morph targets, by the names of nodes; those of other nodes to what they are at rest. */
+  morph(weights) {
+    for (const { morphs } of [...this.#models, ...this.#cages])
+      for (const { names, object, rest } of morphs) {
+        const values = weights[names.find((name) => Object.hasOwn(weights, name))] ?? rest;
+        const lines = object.children.filter((child) => !child.isMesh && child.morphTargetInfluences); // of a cage
+        for (const { morphTargetInfluences: influences } of [object, ...lines]) influences.forEach((_, i) => (influences[i] = values[i] ?? 0));
+      }
   }
 
   /** The names of the nodes at a place of the window, from the innermost outwards; of a skin, those of the strongest joint. */

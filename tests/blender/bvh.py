@@ -2,10 +2,12 @@
 
 Writes for each FOLDER/NAME.bvh
   NAME.places        JSON: by joint its place in each frame, in the file's axes
-  NAME.again         what Blender's exporter makes of it
+  NAME.again.WAY     what Blender's exporter makes of it: with channels in the orders that the file has, in others, and with
+                     positions of the root alone where no other joint moves
 """
 import glob
 import json
+import re
 import sys
 
 import bpy
@@ -31,6 +33,10 @@ def places_of(rig, frames):
     return places
 
 
+def export(path, frames, order, **options):
+    bpy.ops.export_anim.bvh(filepath=path, frame_start=1, frame_end=frames, rotate_mode=order, **options)
+
+
 def main():
     for path in glob.glob(FOLDER + "/*.bvh"):
         bpy.ops.wm.read_factory_settings(use_empty=True)
@@ -42,7 +48,11 @@ def main():
         with open(name + ".places", "w", encoding="utf-8") as file:
             json.dump(places_of(rig, frames), file)
         bpy.context.view_layer.objects.active = rig
-        bpy.ops.export_anim.bvh(filepath=name + ".again", frame_start=1, frame_end=frames, rotate_mode="NATIVE")
+        for order in ("NATIVE", "XYZ", "YZX"):
+            export(name + ".again." + order, frames, order)
+        with open(path, encoding="utf-8") as file:
+            if len(re.findall("^\\s*CHANNELS 6 ", file.read(), re.MULTILINE)) == 1:
+                export(name + ".again.root", frames, "NATIVE", root_transform_only=True)
 
 
 main()

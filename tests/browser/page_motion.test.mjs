@@ -90,6 +90,60 @@ visits('a clip moves morph targets as well as nodes', { hash: '#show=surface' },
   }
 });
 
+/** A figure that rests in its clip, as glTF, with a square beside it whose one target draws it out. weights: the clip moves
+ *  the target's from 0 to 1. A second clip slides the square. */
+function faced({ seconds, weights }) {
+  const document = JSON.parse(biped({ names: 'mixamo', clip: { seed: 3, keys: 2, seconds, most: 0 } }));
+  const floats = [0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, /* target */ 0, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0, 0, /* times */ 0, seconds, /* weights */ 0, 1,
+    /* ways */ 0.5, 0, 0, 1.5, 0, 0];
+  const bytes = Buffer.concat([Buffer.from(new Float32Array(floats).buffer), Buffer.from(new Uint16Array([0, 1, 2, 0, 2, 3]).buffer)]);
+  const buffer = document.buffers.push({ byteLength: bytes.length, uri: `data:application/octet-stream;base64,${bytes.toString('base64')}` }) - 1;
+  const add = (byteOffset, byteLength, facts) => {
+    const bufferView = document.bufferViews.push({ buffer, byteOffset, byteLength }) - 1;
+    return document.accessors.push({ bufferView, componentType: 5126, ...facts }) - 1;
+  };
+  const corners = (byteOffset, max) => add(byteOffset, 48, { count: 4, type: 'VEC3', min: [0, 0, 0], max });
+  const primitive = { attributes: { POSITION: corners(0, [1, 1, 0]) }, targets: [{ POSITION: corners(48, [1, 0, 0]) }],
+    indices: add(136, 12, { componentType: 5123, count: 6, type: 'SCALAR' }) };
+  const mesh = document.meshes.push({ name: 'face', primitives: [primitive] }) - 1;
+  const node = document.nodes.push({ name: 'face', mesh, translation: [0.5, 0, 0] }) - 1;
+  document.scenes[0].nodes.push(node);
+  const input = add(96, 8, { count: 2, type: 'SCALAR', min: [0], max: [seconds] });
+  document.animations.push({ name: 'slides', samplers: [{ input, output: add(112, 24, { count: 2, type: 'VEC3' }) }], channels: [{ sampler: 0, target: { node, path: 'translation' } }] });
+  const [clip] = document.animations;
+  clip.channels = clip.channels.filter(({ target }) => target.path === 'rotation'); // all at rest
+  if (!weights) return JSON.stringify(document);
+  clip.samplers.push({ input, output: add(104, 8, { count: 2, type: 'SCALAR' }) });
+  clip.channels.push({ sampler: clip.samplers.length - 1, target: { node, path: 'weights' } });
+  return JSON.stringify(document);
+}
+
+visits('borrowed and blended clips move morph targets, which rest in other clips', { hash: '#show=surface' }, async (visit) => {
+  await visit.level(2);
+  await drop(visit, { 'figure.gltf': faced({ seconds: 2 }) });
+  await visit.wait(() => document.getElementById('subject').textContent === 'figure.gltf');
+  const { id } = await (await fetch(`${daemon.url}/v1/models`, { method: 'POST', body: faced({ seconds: 3, weights: true }), headers: { 'Content-Type': 'model/gltf+json' } })).json();
+  const lent = encodeURIComponent(`${id}/moves`);
+  /** How far the picture changes over what a part of the hash asks for. */
+  const changes = async (asked, seconds) => {
+    await visit.page.evaluate((text) => (location.hash = `${location.hash.replace(/&(clip|blend|weight|borrowed|t)=[^&]*/g, '')}&${text}`), asked);
+    await visit.wait((text) => document.querySelector('.clock').textContent.endsWith(text), ` / ${seconds} s`);
+    await visit.seek(0);
+    const first = await visit.pixels();
+    await visit.seek(parseFloat(seconds) - 0.05);
+    return difference(first, await visit.pixels());
+  };
+  assert.ok((await changes(`borrowed=${id}&clip=${lent}`, '3.00')) > 0.02, 'borrowed');
+  assert.ok((await changes('clip=moves', '2.00')) < 0.001, 'its own clip has no weights');
+  assert.ok((await changes(`borrowed=${id}&clip=moves&blend=${lent}&weight=0.5`, '2.40')) > 0.02, 'blended');
+  assert.ok((await changes(`borrowed=${id}&clip=moves&blend=${lent}&weight=0`, '2.00')) < 0.001, 'without a part');
+  // Of the two clips one alone moves the square, as far whatever its part.
+  assert.ok((await changes('clip=moves&blend=slides&weight=0.9', '2.00')) > 0.02, 'it slides');
+  const wide = await visit.pixels();
+  assert.ok((await changes('clip=moves&blend=slides&weight=0.2', '2.00')) > 0.02, 'it slides, too');
+  assert.ok(difference(wide, await visit.pixels()) < 0.001, 'as far');
+});
+
 visits('a clip that stops at its end stays there', { hash: '#loop=clamp&speed=4&t=3.5' }, async (visit) => {
   await visit.level(2);
   await visit.page.getByRole('button', { name: 'Play' }).click();

@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
 import { carriedOver, sentencesOf } from '../../server/page/clip_words.js';
-import { blendOf } from '../../server/page/clips.js';
+import { blendOf, blendWeights, partOf, weightsAt } from '../../server/page/clips.js';
 import { Gesture } from '../../server/page/gestures.js';
 import { Lineages } from '../../server/page/lineages.js';
 import { firstLevel, Opening } from '../../server/page/opening.js';
@@ -73,8 +73,8 @@ test('edits of a model are its versions, and one entry of the list', () => {
   assert.equal(again.of('e').versions.length, 2);
 });
 
-const report = (more) => ({ loop: { angle: 0, distance: 0, node: null, speed: 0 }, root: { node: null, distance: 0, speed: 0, turn: 0 }, still: [], contacts: [], noise: [], pops: [], ...more });
-const said = (more) => sentencesOf(report(more), 5).map(({ mark, text }) => `${mark}: ${text}`);
+const report = (more) => ({ loop: { angle: 0, distance: 0, node: null, speed: 0 }, root: { node: null, distance: 0, speed: 0, turn: 0 }, still: [], feet: ['left', 'right'], contacts: [], noise: [], pops: [], ...more });
+const said = (more, isFigure = true) => sentencesOf(report(more), 5, isFigure).map(({ mark, text }) => `${mark}: ${text}`);
 
 test('a clip is judged in sentences', () => {
   assert.deepEqual(said(), ['good: Loops without a seam.', ': Stays in its place.']);
@@ -83,6 +83,8 @@ test('a clip is judged in sentences', () => {
   const contacts = [{ node: 'left', from: 0.1, to: 0.4, slide: 0.002 }, { node: 'right', from: 0.5, to: 0.9, slide: 0.05 }];
   assert.ok(said({ contacts }).includes('bad: Feet touch the ground 2 times; right slides by 5.0 cm.'));
   assert.ok(said({ contacts: contacts.slice(0, 1) }).includes('good: Feet touch the ground 1 time; none slides.'));
+  assert.ok(said({ feet: [] }).includes(': Contacts with the ground are not judged: no foot is known by its name.'));
+  assert.equal(said({ feet: [] }, false).length, 2);
   assert.ok(said({ pops: [{ node: 'hand', time: 0.5, angle: 31 }] }).includes('bad: One key of hand leaps by 31°.'));
   assert.ok(said({ noise: [{ node: 'hand', path: 'rotation', rms: 0.4 }] }).includes('bad: Jitters: hand by 0.4°.'));
   assert.ok(said({ still: ['a'] }).includes(': 1 node never moves: a.'));
@@ -93,6 +95,21 @@ test('how a clip was carried over agrees in number', () => {
   const words = (follow, rest) => carriedOver({ bones: Array(follow), scale: 1, without_target: [], without_source: Array(rest) });
   assert.deepEqual(words(1, 1), ['1 bone follows, ways are 1.00 times as long.', '1 bone keeps the rest pose.']);
   assert.deepEqual(words(20, 2), ['20 bones follow, ways are 1.00 times as long.', '2 bones keep the rest pose.']);
+});
+
+test('morph weights lie between those of the poses around a time, and blend as layers do', () => {
+  const poses = [{ weights: { face: [0, 1] } }, { weights: { face: [1, 1] } }, { weights: { face: [0, 0] } }];
+  assert.deepEqual([0, 0.25, 0.5, 0.75, 1, 2, -1].map((part) => weightsAt(poses, part).face), [[0, 1], [0.5, 1], [1, 1], [0.5, 0.5], [0, 0], [0, 0], [0, 1]]);
+  assert.deepEqual(weightsAt([{}], 0.3), {});
+  const [first, second] = [{ face: [0, 1], brow: [1] }, { face: [1, 0], lid: [0.5] }];
+  assert.deepEqual(blendWeights(first, second, 0.25), { face: [0.25, 0.75], brow: [1], lid: [0.5] });
+  assert.deepEqual(blendWeights(first, second, 0), first);
+  assert.deepEqual(blendWeights(first, second, 1), second);
+});
+
+test('what one clip of a blend moves alone is as it moves it, while both play', () => {
+  const parts = (first, second) => [0, 0.25, 1].map((part) => partOf(first, second, part));
+  assert.deepEqual([parts(true, true), parts(true, false), parts(false, true)], [[0, 0.25, 1], [0, 0, 1], [0, 1, 1]]);
 });
 
 test('a blend is a document of the model’s nodes, whose layers have the weights', () => {

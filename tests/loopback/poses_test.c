@@ -759,9 +759,17 @@ TEST_WITH(the_clip_is_reported_as_a_whole, setup, one_model_stop) {
   assert_int_equal(cJSON_GetArraySize(json_member(report, "noise")), 0);
   assert_int_equal(cJSON_GetArraySize(json_member(report, "pops")), 0);
   int still = cJSON_GetArraySize(json_member(report, "still"));
+  assert_int_equal(cJSON_GetArraySize(json_member(report, "feet")), 0);
+  assert_int_equal(cJSON_GetArraySize(json_member(report, "warnings")), 1);
+  assert_non_null(strstr(json_member(report, "warnings")->child->valuestring, "feet= names them"));
   cJSON_Delete(answer);
   answer = ask_json(f, "tracks?feet=base");
-  assert_int_equal(cJSON_GetArraySize(json_member(json_member(answer, "report"), "still")), still);
+  report = json_member(answer, "report");
+  assert_int_equal(cJSON_GetArraySize(json_member(report, "still")), still);
+  assert_int_equal(cJSON_GetArraySize(json_member(report, "feet")), 1);
+  assert_string_equal(json_member(report, "feet")->child->valuestring, "base");
+  assert_int_equal(cJSON_GetArraySize(json_member(report, "warnings")), 1);
+  assert_non_null(strstr(json_member(report, "warnings")->child->valuestring, "at one height"));
   cJSON_Delete(answer);
   assert_problem(ask(f, "tracks?feet=bass"), 404, NULL, "did you mean base");
 }

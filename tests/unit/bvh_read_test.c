@@ -58,6 +58,9 @@ TEST(what_is_out_of_place_is_refused_with_its_line) {
 TEST(broken_heads_and_numbers_are_refused_with_their_line) {
   assert_refused(ROOT "MOTION\n1 2 3\n", TW_SYNTAX, 8);
   assert_refused(ROOT "MOTION\nFrames: 1\n1 2 3\n", TW_SYNTAX, 9);
+  assert_refused(ROOT "MOTION\nFrames:\n2\nFrame Time: 1\n1 2 3\n", TW_SYNTAX, 8);
+  assert_refused(ROOT "MOTION\nFrames: 2\nFrame Time: \r\n1 2 3\n4 5 6\n", TW_SYNTAX, 9);
+  assert_refused(ROOT "MOTION\nFrames: 2\nFrame Time:", TW_SYNTAX, 9);
   assert_refused(ROOT "MOTION\nFrames: one\n", TW_SYNTAX, 8);
   assert_refused(ROOT "MOTION\nFrames: 1.5\n", TW_SYNTAX, 8);
   assert_refused(ROOT "MOTION\nFrames: -1\n", TW_SYNTAX, 8);
@@ -236,6 +239,8 @@ TEST(notations_of_real_files_read_alike) {
       "HIERARCHY\nJOINT Hips{CHANNELS 3 Zrotation Yrotation Xrotation OFFSET 0 1 0 End Site{OFFSET 0 2 "
       "0}}MOTION\n"
       "FrameTime: 0.5\nFrames:2\n1 2 3\n4 5 6.5\n",
+      "HIERARCHY ROOT Hips{CHANNELS 3 Zrotation Yrotation Xrotation OFFSET 0, 1, 0 End Site{OFFSET 0, 2, "
+      "0}}MOTION\nFrames: 2\nFrame Time: 0.5\n1, 2, 3\n4, 5, 6.5\n",
   };
   for (size_t t = 0; t < sizeof texts / sizeof *texts; t++) {
     tw_model *model = read_text(texts[t]);
@@ -243,7 +248,9 @@ TEST(notations_of_real_files_read_alike) {
     assert_string_equal(model->nodes[0].name, "Hips");
     assert_string_equal(model->nodes[1].name, "Hips_end");
     assert_true(model->nodes[0].rest.translation[1] == 1 && model->nodes[1].rest.translation[1] == 2);
-    assert_int_equal(model->warning_count, 0);
+    assert_int_equal(model->warning_count, t == 3);
+    if (t == 3)
+      assert_string_equal(model->warnings[0], "3 numbers have a comma, which is read as the decimal point");
     const tw_track_keys *track = track_of(model, "Hips", TW_ROTATION);
     assert_int_equal(track->order, TW_ZYX);
     assert_int_equal(track->key_count, 2);

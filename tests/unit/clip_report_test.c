@@ -126,6 +126,9 @@ TEST_WITH(what_stands_still_has_no_root_and_no_contacts, setup, teardown) {
   assert_int_equal(report->root.node, TW_NO_INDEX);
   assert_int_equal(report->loop.node, TW_NO_INDEX);
   assert_int_equal(report->contact_count, 0);
+  assert_int_equal(report->foot_count, 2);
+  assert_int_equal(report->feet[1], RIGHT);
+  assert_near(report->height, 2, 1e-6);
   report = inspect(f, NULL, 0, NULL, 0);
   assert_int_equal(report->still_count, NODES);
 }
@@ -170,6 +173,8 @@ TEST_WITH(feet_touch_the_ground_and_slide, setup, teardown) {
   f->nodes[LEFT].name = "left_Ankle";
   f->nodes[RIGHT].name = NULL;
   assert_int_equal(inspect(f, tracks, 2, NULL, 0)->contact_count, 2); /* the ankle's */
+  f->nodes[LEFT].name = "left";
+  assert_int_equal(inspect(f, tracks, 2, NULL, 0)->foot_count, 0);
 }
 
 TEST_WITH(noise_is_what_a_parabola_leaves, setup, teardown) {

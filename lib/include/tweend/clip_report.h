@@ -47,8 +47,10 @@ typedef struct tw_pop {
 typedef struct tw_clip_report {
   tw_clip_seam loop;
   tw_clip_travel root;
-  uint32_t still_count, contact_count, noise_count, pop_count;
-  uint32_t *still; /* [still_count] nodes that the clip does not move, ascending */
+  uint32_t still_count, foot_count, contact_count, noise_count, pop_count;
+  uint32_t *still;      /* [still_count] nodes that the clip does not move, ascending */
+  const uint32_t *feet; /* [foot_count] those whose contacts are told; the caller's where it names them */
+  double height;        /* how high the nodes reach at rest; contacts are found only above 0 */
   tw_contact *contacts;
   tw_track_noise *noise;
   tw_pop *pops;
