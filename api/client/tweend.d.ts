@@ -553,7 +553,8 @@ export interface Pose {
   axis_angle?: number[][];
   /** as=matrix: column-major; replaces all others. */
   matrix?: number[][];
-  /** Morph weights by the node's name, of the nodes whose weights the clip moves; left out where it moves none. */
+  /** Morph weights by the node's name (`node_3` by its index where an earlier node has the name), of the nodes
+   * whose weights the clip moves; left out where it moves none. */
   weights?: {
     [key: string]: number[];
   };

@@ -125,6 +125,7 @@ static void member_groups(tw_text *out, const tw_model *model, const tw_mesh_sta
 typedef struct mesh_faults {
   uint64_t reversed_edges; /* between two faces of opposite winding */
   uint64_t seam_edges;     /* open, but not for their winding */
+  uint64_t folded_edges;   /* between two sides of one face */
   uint64_t lost_creases;
   uint64_t hard_edges;      /* that TW_CREASES_FILE finds */
   uint32_t mesh, points[2]; /* of the first lost crease */
@@ -132,7 +133,8 @@ typedef struct mesh_faults {
 
 static void add_faults(mesh_faults *faults, uint32_t mesh, const tw_mesh_stats *facts) {
   faults->reversed_edges += facts->reversed_edges;
-  faults->seam_edges += facts->seam_edges - 2 * (uint64_t)facts->reversed_borders;
+  faults->seam_edges += facts->seam_edges - facts->folded_edges - 2 * (uint64_t)facts->reversed_borders;
+  faults->folded_edges += facts->folded_edges;
   if (faults->lost_creases == 0) {
     faults->mesh = mesh;
     memcpy(faults->points, facts->lost_crease, sizeof faults->points);
@@ -288,6 +290,12 @@ static void add_fault_warnings(tw_text *out, const tw_model *model, const mesh_f
     snprintf(text, sizeof text, "%llu %s points apart", (unsigned long long)faults->seam_edges,
              tw_plural(faults->seam_edges, "edge lies on another and stays an open seam: the file keeps its",
                        "edges lie on one another and stay open seams: the file keeps their"));
+    add_warnings(out, &warning, 1, call);
+  }
+  if (faults->folded_edges > 0) {
+    snprintf(text, sizeof text,
+             "%llu edges have one face on both sides, which names their points twice: they stay open",
+             (unsigned long long)faults->folded_edges);
     add_warnings(out, &warning, 1, call);
   }
   if (faults->hard_edges > 0) {

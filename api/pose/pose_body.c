@@ -3,6 +3,7 @@
 
 #include "service.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -272,6 +273,15 @@ static void print_layout(const api_pose_request *request, tw_text *text) {
 
 /* ---- poses ----------------------------------------------------------------------------------- */
 
+/* The name by which weights are told: that of a node's own, or `node_3` where an earlier node has it. */
+static const char *weights_name(const tw_model *model, uint32_t node, char buffer[24]) {
+  const uint32_t *all;
+  if (tw_model_namesakes(model, node, &all) < 2 || all[0] == node)
+    return tw_model_node_name(model, node, buffer);
+  snprintf(buffer, 24, "node_%u", node);
+  return buffer;
+}
+
 /* Prints the morph weights by node, where the clip moves any. */
 static void print_weights(const api_pose_body *body, double time, tw_text *text) {
   const api_pose_request *request = &body->request;
@@ -284,7 +294,7 @@ static void print_weights(const api_pose_body *body, double time, tw_text *text)
     tw_path path;
     uint32_t track = body->weights[i];
     tw_clip_sample(clip, track, &looped, 1, body->sample);
-    tw_member_floats(text, tw_model_node_name(request->model, tw_clip_target(clip, track, &path), buffer),
+    tw_member_floats(text, weights_name(request->model, tw_clip_target(clip, track, &path), buffer),
                      body->sample, tw_clip_width(clip, track));
   }
   tw_text_add(text, "}");

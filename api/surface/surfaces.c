@@ -199,6 +199,21 @@ static void warn_of_resting_points(api_call *call, const api_surface_request *re
   if (rests) api_call_warn(call, &sentence, 1);
 }
 
+/* Tells of tracks that meshes=none leaves out with what they move. */
+static void warn_of_lost_tracks(api_call *call, const api_surface_request *request) {
+  static const char *const sentence =
+      "meshes=none keeps tracks that move nodes: those of morph weights, materials and the like are left out";
+  const tw_scene *scene = &request->scene.content;
+  bool is_lost = false;
+  if (request->query.meshes != API_MESHES_NONE) return;
+  for (uint32_t i = 0; i < scene->clip_count; i++) {
+    is_lost |= scene->clips[i].loose != NULL;
+    for (uint32_t k = 0; k < scene->clips[i].track_count; k++)
+      is_lost |= scene->clips[i].tracks[k].path == TW_WEIGHTS;
+  }
+  if (is_lost) api_call_warn(call, &sentence, 1);
+}
+
 /* ---- requests ------------------------------------------------------------------------------------ */
 
 /* From the model to the answer. The caller releases the request unless the answer's body took it over. */
@@ -224,6 +239,7 @@ static api_outcome answer_surface(api_call *call, api_surface_request *request, 
   if (outcome == API_DONE) warn_of_notches(call, request);
   if (outcome == API_DONE) outcome = warn_of_influences(call, request);
   if (outcome == API_DONE) warn_of_resting_points(call, request);
+  if (outcome == API_DONE) warn_of_lost_tracks(call, request);
   if (outcome == API_DONE && form->open) outcome = form->open(call, request);
   /* The description lists the model's: the header, which shows one, shows the answer's own. */
   api_call_warn(call, model->warnings, model->warning_count);

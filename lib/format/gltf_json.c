@@ -255,11 +255,13 @@ static void put_nodes(tw_gltf_writer *writer) {
 
 /* ---- scenes ---------------------------------------------------------------------------------- */
 
-/* Prints the visible roots from node `first` on. */
+/* Prints the roots from node `first` on, of those that the file has not only the visible ones: its own tell
+ * themselves whether they are. */
 static void put_roots(tw_gltf_writer *writer, uint32_t first) {
   const tw_model *model = writer->scene->model;
   for (uint32_t i = first; i < model->node_count; i++) {
-    if (model->nodes[i].parent != TW_NO_INDEX || model->nodes[i].is_hidden) continue;
+    bool is_own = i >= writer->assets->node_count;
+    if (model->nodes[i].parent != TW_NO_INDEX || (is_own && model->nodes[i].is_hidden)) continue;
     tw_text_element(writer->text);
     tw_text_count(writer->text, i);
   }
@@ -366,7 +368,7 @@ static void put_animation(tw_gltf_writer *writer, const tw_gltf_animation *anima
   tw_gltf_open_object(writer);
   tw_gltf_put_name(writer, clip->name);
   tw_member_open(writer->text, "channels", "[");
-  const char *loose = writer->scene->model->assets ? clip->loose : NULL;
+  const char *loose = tw_gltf_loose_of(writer->scene, clip);
   for (uint32_t i = 0; i < animation->channel_count; i++) put_channel(writer, &channels[i], i);
   if (loose) put_loose_channels(writer, loose, "channel", animation->channel_count);
   tw_text_add(writer->text, "]");

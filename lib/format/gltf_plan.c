@@ -306,6 +306,10 @@ const tw_gltf_assets *tw_gltf_assets_of(const tw_model *model) {
   return model->assets ? model->assets : &none;
 }
 
+const char *tw_gltf_loose_of(const tw_scene *scene, const tw_clip_keys *clip) {
+  return tw_gltf_assets_of(scene->model)->element_count > 0 ? clip->loose : NULL;
+}
+
 bool tw_gltf_node_is_skinned(const tw_scene *scene, const tw_node *node) {
   if (node->skin == TW_NO_INDEX || node->mesh == TW_NO_INDEX) return false;
   const tw_surface *surface = scene->surfaces[node->mesh];
@@ -435,8 +439,7 @@ static tw_status add_animations(tw_gltf_plan *plan, const tw_scene *scene, tw_er
     tw_status status = add_channels(plan, scene, &scene->clips[i], &added_keys_left, &steps_left, error);
     if (status != TW_OK) return status;
     uint32_t count = plan->channel_count - first;
-    bool has_loose = scene->model->assets && scene->clips[i].loose;
-    if (count > 0 || has_loose)
+    if (count > 0 || tw_gltf_loose_of(scene, &scene->clips[i]))
       plan->animations[plan->animation_count++] = (tw_gltf_animation){i, first, count};
   }
   return TW_OK;

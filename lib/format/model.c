@@ -17,8 +17,6 @@ const char *const tw_format_media_types[TW_FORMATS] = {
     "model/obj", "application/json", "model/gltf+json", "model/gltf-binary",
     "model/stl", "model/ply",        "model/x-bvh"};
 
-enum { WARNINGS_MAX = 64 };
-
 tw_model *tw_model_create(void) {
   tw_arena *arena = tw_arena_create();
   if (!arena) return NULL;
@@ -41,11 +39,11 @@ size_t tw_model_size(const tw_model *model) {
 }
 
 void tw_model_warn(tw_model *model, const char *format, ...) {
-  if (model->warning_count == WARNINGS_MAX) {
-    model->warnings[WARNINGS_MAX - 1] = "there are more warnings";
+  if (model->warning_count == TW_WARNINGS_MAX) {
+    model->warnings[TW_WARNINGS_MAX - 1] = "there are more warnings";
     return;
   }
-  if (!model->warnings) model->warnings = tw_arena_alloc(model->arena, WARNINGS_MAX, sizeof(char *));
+  if (!model->warnings) model->warnings = tw_arena_alloc(model->arena, TW_WARNINGS_MAX, sizeof(char *));
   if (!model->warnings) return;
   tw_error sentence; /* tw_fail cuts the detail between characters */
   char text[sizeof sentence.detail];
@@ -209,8 +207,22 @@ static tw_status drop_unfit_details(tw_model *model, uint32_t index, tw_error *e
   return TW_OK;
 }
 
+/* Adds how many points of a mesh no corner of a face is at: surfaces, and so answers, are made of faces. */
+static tw_status count_unused(const tw_mesh *mesh, uint64_t *unused, tw_error *error) {
+  bool *is_used = tw_alloc_zero(mesh->point_count, sizeof *is_used);
+  if (!is_used) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  *unused += mesh->point_count;
+  for (uint32_t c = 0; c < mesh->corner_count; c++) {
+    *unused -= !is_used[mesh->corners[c]];
+    is_used[mesh->corners[c]] = true;
+  }
+  tw_free(is_used);
+  return TW_OK;
+}
+
 /* Checks the meshes, and drops details that do not fit. */
 static tw_status finish_meshes(tw_model *model, tw_error *error) {
+  uint64_t unused = 0;
   for (uint32_t i = 0; i < model->mesh_count; i++) {
     tw_mesh *mesh = &model->meshes[i];
     tw_status status = check_name(&mesh->name, "meshes", i, error);
@@ -221,6 +233,7 @@ static tw_status finish_meshes(tw_model *model, tw_error *error) {
       return status;
     }
     status = drop_unfit_details(model, i, error);
+    if (status == TW_OK) status = count_unused(mesh, &unused, error);
     if (status != TW_OK) return status;
     for (uint32_t face = 0; mesh->face_materials && face < mesh->face_count; face++) {
       int32_t material = mesh->face_materials[face];
@@ -234,20 +247,43 @@ static tw_status finish_meshes(tw_model *model, tw_error *error) {
       return fail_at(error, "meshes", i, "/groups", "a face names a group that does not exist");
     }
   }
+  tw_model_warn_count(model, unused, "point is in no face: answers leave it out",
+                      "points are in no face: answers leave them out");
   return TW_OK;
 }
 
-/* Scales a rotation to unit length; false if it is zero or not finite. */
-static bool normalise(float q[4]) {
+/* Whether a quaternion is off unit length by more than rounding: numbers of bytes are within this. */
+static bool is_off_unit(double length) {
+  return fabs(length - 1) > 0.01;
+}
+
+/* Scales a rotation to unit length; false if it is zero or not finite. Counts in *scaled what was off. */
+static bool normalise(float q[4], uint32_t *scaled) {
   double unit[4];
   quat_widen(q, unit);
   double length = tw_normalize(unit, 4);
   if (!(length > 1e-20) || !isfinite(length)) return false;
+  *scaled += is_off_unit(length);
   quat_narrow(unit, q);
   return true;
 }
 
-static tw_status check_node(const tw_model *model, uint32_t index, tw_error *error) {
+/* Whether a matrix is a translation, a rotation and a scale, as `trs` has them, but for rounding. */
+static bool is_trs(const float matrix[16], const tw_trs *trs) {
+  float whole[16], largest = 0;
+  tw_trs_to_matrix(trs, whole);
+  for (int i = 0; i < 16; i++) largest = fmaxf(largest, i < 12 ? fabsf(matrix[i]) : 0);
+  for (int i = 0; i < 16; i++)
+    if (fabsf(matrix[i] - whole[i]) > 1e-3f * (i % 4 < 3 ? largest : 1)) return false;
+  return true;
+}
+
+/* How many nodes do not rest as their file says. */
+typedef struct node_losses {
+  uint32_t scaled, sheared;
+} node_losses;
+
+static tw_status check_node(const tw_model *model, uint32_t index, node_losses *losses, tw_error *error) {
   tw_node *node = &model->nodes[index];
   if (node->mesh != TW_NO_INDEX && node->mesh >= model->mesh_count)
     return fail_at(error, "nodes", index, "/mesh", "the node's mesh does not exist");
@@ -257,13 +293,14 @@ static tw_status check_node(const tw_model *model, uint32_t index, tw_error *err
     if (!all_finite(node->matrix, 16))
       return fail_at(error, "nodes", index, "/matrix", "the node's matrix is not finite");
     tw_trs_from_matrix(node->matrix, &node->rest);
+    losses->sheared += !is_trs(node->matrix, &node->rest);
     return TW_OK;
   }
   if (!all_finite(node->rest.translation, 3))
     return fail_at(error, "nodes", index, "/translation", "the node's translation is not finite");
   if (!all_finite(node->rest.scale, 3))
     return fail_at(error, "nodes", index, "/scale", "the node's scale is not finite");
-  if (!normalise(node->rest.rotation))
+  if (!normalise(node->rest.rotation, &losses->scaled))
     return fail_at(error, "nodes", index, "/rotation", "the node's rotation is zero or not finite");
   return TW_OK;
 }
@@ -420,6 +457,32 @@ static tw_status place_far_meshes(tw_model *model, tw_error *error) {
   return TW_OK;
 }
 
+/* Tells of meshes that no node of the shown scene shows, and of other nodes that show a mesh again: flat
+ * forms have only what is shown. */
+static tw_status warn_of_unshown(tw_model *model, tw_error *error) {
+  bool *is_shown = tw_alloc_zero(model->mesh_count, sizeof *is_shown);
+  uint64_t unshown = model->mesh_count, again = 0;
+  if (!is_shown) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  for (uint32_t i = 0; i < model->node_count; i++) {
+    const tw_node *node = &model->nodes[i];
+    if (node->mesh >= model->mesh_count || node->is_hidden) continue;
+    unshown -= !is_shown[node->mesh];
+    is_shown[node->mesh] = true;
+  }
+  for (uint32_t i = 0; i < model->node_count; i++) {
+    const tw_node *node = &model->nodes[i];
+    again += node->mesh < model->mesh_count && node->is_hidden && is_shown[node->mesh];
+  }
+  tw_free(is_shown);
+  tw_model_warn_count(model, unshown,
+                      "mesh is in no node of the shown scene: OBJ, STL, PLY and 3MF leave it out",
+                      "meshes are in no node of the shown scene: OBJ, STL, PLY and 3MF leave them out");
+  tw_model_warn_count(
+      model, again, "node that is not shown has a mesh that others show: OBJ, STL, PLY and 3MF leave it out",
+      "nodes that are not shown have meshes that others show: OBJ, STL, PLY and 3MF leave them out");
+  return TW_OK;
+}
+
 /* Gives each mesh a node where there are none, moves far meshes by their nodes, and checks and sorts all
  * nodes. */
 static tw_status finish_nodes(tw_model *model, tw_error *error) {
@@ -428,13 +491,24 @@ static tw_status finish_nodes(tw_model *model, tw_error *error) {
     if (status != TW_OK) return status;
   }
   forget_places(model);
-  tw_status placed = place_far_meshes(model, error);
-  if (placed != TW_OK) return placed;
+  tw_status prepared = place_far_meshes(model, error);
+  if (prepared == TW_OK) prepared = warn_of_unshown(model, error);
+  if (prepared != TW_OK) return prepared;
+  node_losses losses = {0};
   for (uint32_t i = 0; i < model->node_count; i++) {
     tw_status status = check_name(&model->nodes[i].name, "nodes", i, error);
-    if (status == TW_OK) status = check_node(model, i, error);
+    if (status == TW_OK) status = check_node(model, i, &losses, error);
     if (status != TW_OK) return status;
   }
+  tw_model_warn_count(
+      model, losses.sheared,
+      "node has a matrix that is more than a translation, a rotation and a scale: poses in TRS, and "
+      "clips that move it, have the nearest of these",
+      "nodes have matrices that are more than a translation, a rotation and a scale: poses in TRS, "
+      "and clips that move them, have the nearest of these");
+  tw_model_warn_count(model, losses.scaled,
+                      "node has a rotation that is not of unit length: it is scaled to it",
+                      "nodes have rotations that are not of unit length: they are scaled to it");
   model->node_order = tw_arena_alloc(model->arena, model->node_count, sizeof *model->node_order);
   if (!model->node_order) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   return tw_nodes_order(model->nodes, model->node_count, model->node_order, error);
@@ -457,8 +531,9 @@ static tw_status check_skins(tw_model *model, tw_error *error) {
   return TW_OK;
 }
 
-/* Checks that the joint numbers of a mesh exist in the skin of every node that shows it. */
-static tw_status check_skinned_nodes(const tw_model *model, tw_error *error) {
+/* Checks that the joint numbers of a mesh exist in the skin of every node that shows it, and tells of skins
+ * that move nothing: answers leave them out. */
+static tw_status check_skinned_nodes(tw_model *model, tw_error *error) {
   uint32_t *highest = tw_alloc_zero(model->mesh_count, sizeof *highest);
   if (!highest) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   for (uint32_t i = 0; i < model->mesh_count; i++) {
@@ -468,13 +543,18 @@ static tw_status check_skinned_nodes(const tw_model *model, tw_error *error) {
       if (mesh->skin.joints[j] > highest[i]) highest[i] = mesh->skin.joints[j];
   }
   tw_status status = TW_OK;
+  uint32_t idle = 0;
   for (uint32_t i = 0; i < model->node_count && status == TW_OK; i++) {
     const tw_node *node = &model->nodes[i];
-    if (node->skin == TW_NO_INDEX || node->mesh == TW_NO_INDEX) continue;
-    if (model->meshes[node->mesh].skin.joints && highest[node->mesh] >= model->skins[node->skin].joint_count)
+    if (node->skin == TW_NO_INDEX) continue;
+    const tw_mesh *mesh = node->mesh == TW_NO_INDEX ? NULL : &model->meshes[node->mesh];
+    idle += !mesh || !(mesh->skin.joints || mesh->loose_has_joints);
+    if (mesh && mesh->skin.joints && highest[node->mesh] >= model->skins[node->skin].joint_count)
       status = fail_at(error, "nodes", i, "/skin", "the mesh uses more joints than the skin has");
   }
   tw_free(highest);
+  tw_model_warn_count(model, idle, "node has a skin and shows no mesh with joints: its skin is left out",
+                      "nodes have skins and show no mesh with joints: their skins are left out");
   return status;
 }
 
@@ -559,6 +639,18 @@ static tw_status warn_of_turns(tw_model *model, uint32_t index, tw_error *error)
   return TW_OK;
 }
 
+/* Counts the quaternions of a track that are off unit length; those of splines stay as they are. */
+static uint64_t count_off_unit(const tw_track_keys *track) {
+  uint64_t count = 0;
+  bool is_scaled = track->form == TW_KEY_QUATERNION && track->interpolation != TW_CUBICSPLINE;
+  for (uint32_t i = 0; is_scaled && i < track->key_count; i++) {
+    double key[4];
+    quat_widen(track->values + 4 * (size_t)i, key);
+    count += is_off_unit(tw_length(key, 4));
+  }
+  return count;
+}
+
 /* Warns of splines of rotations whose keys glTF cannot hold as they are. */
 static void warn_of_lengths(tw_model *model, uint32_t index) {
   char clip_name[24], node_name[24];
@@ -613,6 +705,7 @@ static tw_status warn_of_namesakes(tw_model *model, tw_error *error) {
 
 static tw_status check_clips(tw_model *model, tw_error *error) {
   tw_status status = TW_OK;
+  uint64_t scaled = 0, empty = 0;
   for (uint32_t i = 0; i < model->clip_count && status == TW_OK; i++) {
     status = check_name(&model->clips[i].name, "clips", i, error);
     if (status != TW_OK) return status;
@@ -626,7 +719,14 @@ static tw_status check_clips(tw_model *model, tw_error *error) {
     warn_of_lengths(model, i);
     status = check_weight_tracks(model, i, error);
     if (status == TW_OK) status = warn_of_turns(model, i, error);
+    const tw_clip_keys *clip = &model->clips[i];
+    for (uint32_t k = 0; k < clip->track_count; k++) scaled += count_off_unit(&clip->tracks[k]);
+    empty += clip->track_count == 0 && clip->layer_count == 0 && !clip->loose;
   }
+  tw_model_warn_count(model, scaled, "rotation key is not of unit length: it is scaled to it",
+                      "rotation keys are not of unit length: they are scaled to it");
+  tw_model_warn_count(model, empty, "clip has no tracks: glTF answers leave it out",
+                      "clips have no tracks: glTF answers leave them out");
   return status;
 }
 

@@ -106,8 +106,7 @@ static tw_status read_exact(tw_obj_reader *reader, obj_bytes file, uint32_t mesh
 }
 
 /* Decides between one mesh and one for each object. Tags number the points and faces of the whole file, so a
- * file with tags stays one mesh, as does a file with faces before its first object. Only the last object may
- * have no faces here.
+ * file with tags stays one mesh. Only the last object may have no faces here.
  * *ends: one past the last point of each mesh, from malloc; NULL for a single mesh. */
 static tw_status split_points(tw_obj_reader *reader, obj_bytes file, uint32_t *mesh_count, uint32_t **ends) {
   size_t count = reader->object_count;
@@ -116,8 +115,7 @@ static tw_status split_points(tw_obj_reader *reader, obj_bytes file, uint32_t *m
   if (count > 0 && reader->objects[count - 1].first_face == reader->all.faces) count--;
   bool has_tags =
       reader->tags.read.crease_points + reader->tags.read.sharp_points + reader->tags.read.holes > 0;
-  if (count < 2 || count > TW_OBJ_OBJECTS_MAX || reader->objects[0].first_face != 0 || has_tags)
-    return read_exact(reader, file, 1);
+  if (count < 2 || count > TW_OBJ_OBJECTS_MAX || has_tags) return read_exact(reader, file, 1);
   uint32_t *places = tw_alloc((size_t)reader->all.points, sizeof *places);
   uint32_t *found = tw_alloc(count, sizeof *found);
   bool is_ready = places && found, is_split = is_ready && own_points(reader, (uint32_t)count, places);
@@ -336,12 +334,20 @@ static void add_tags(const tw_obj_tags *tags, tw_mesh *mesh) {
   mesh->holes = tags->holes;
 }
 
+/* A mesh of its own has its object's name; the only one that of the first object with a name, else that of
+ * the first groups. */
+static tw_word find_name(const obj_part *part) {
+  const tw_obj_reader *reader = part->reader;
+  if (part->count > 1) return reader->objects[part->index].name;
+  for (size_t i = 0; i < reader->object_count; i++)
+    if (reader->objects[i].name.length > 0) return reader->objects[i].name;
+  return reader->first_group;
+}
+
 static tw_status build_mesh(const obj_part *part, tw_mesh *mesh) {
   const tw_obj_reader *reader = part->reader;
   tw_mesh_init(mesh);
-  bool is_object = part->index < reader->object_count;
-  tw_status status =
-      copy_name(reader, is_object ? reader->objects[part->index].name : reader->first_group, &mesh->name);
+  tw_status status = copy_name(reader, find_name(part), &mesh->name);
   if (status == TW_OK) status = add_points(part, mesh);
   if (status != TW_OK) return status;
   add_faces(part, mesh);
@@ -392,8 +398,8 @@ static void warn(const tw_obj_reader *reader, tw_model *model) {
   tw_losses_tell(&reader->losses, model);
 }
 
-/* Notes what does not come out of the meshes: names of objects in a mesh of several, and unused points. */
-static tw_status lose_parts(tw_obj_reader *reader, const tw_model *model) {
+/* Notes the names of objects that do not come out of a mesh of several. */
+static void lose_objects(tw_obj_reader *reader, const tw_model *model) {
   uint64_t objects = reader->object_count;
   bool is_last_empty = objects > 0 && reader->objects[objects - 1].first_face == reader->all.faces;
   if (is_last_empty && reader->all.faces > 0) {
@@ -402,12 +408,8 @@ static tw_status lose_parts(tw_obj_reader *reader, const tw_model *model) {
   }
   if (model->mesh_count == 1 && objects > 1)
     tw_lose(&reader->losses, "object is one mesh with the first one: they share points or tags",
-            "objects are one mesh with the first one: they share points or tags", objects - 1, 0);
-  tw_status status = TW_OK;
-  for (uint32_t i = 0; i < model->mesh_count && status == TW_OK; i++)
-    status = tw_lose_unused_points(&reader->losses, model->meshes[i].point_count, model->meshes[i].corners,
-                                   model->meshes[i].corner_count, reader->error);
-  return status;
+            "objects are one mesh with the first one: they share points or tags, or are over 65536",
+            objects - 1, 0);
 }
 
 /* Merges points that were duplicated along seams. A file with tags is a control mesh, whose points are meant
@@ -452,7 +454,7 @@ tw_status tw_obj_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model 
   tw_obj_reader reader = {.arena = model->arena, .error = error};
   tw_status status = tw_obj_read_statements(&reader, bytes, size);
   if (status == TW_OK) status = build_model(&reader, (obj_bytes){bytes, size}, model);
-  if (status == TW_OK) status = lose_parts(&reader, model);
+  if (status == TW_OK) lose_objects(&reader, model);
   if (status == TW_OK) warn(&reader, model);
   if (status == TW_OK && weld != TW_WELD_NONE) status = close_seams(&reader, model);
   tw_obj_reader_deinit(&reader);

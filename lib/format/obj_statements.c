@@ -171,6 +171,14 @@ static tw_status read_point(tw_obj_reader *reader, tw_obj_text *text) {
   return count >= 6 ? set_color(reader, point, values + 3) : TW_OK;
 }
 
+static tw_status lose_colors(tw_obj_reader *reader, const tw_obj_text *text) {
+  tw_lose(&reader->losses,
+          "line of colours (#MRGB) is not read to its end: no colour or no point is left there",
+          "lines of colours (#MRGB) are not read to their ends: no colours or no points are left there", 1,
+          text->line);
+  return TW_OK;
+}
+
 static bool read_hex(const char *digits, uint32_t *out) {
   int high = tw_hex_digit(digits[0]), low = tw_hex_digit(digits[1]);
   *out = (uint32_t)(16 * high + low);
@@ -178,21 +186,26 @@ static bool read_hex(const char *digits, uint32_t *out) {
 }
 
 /* #MRGB MMRRGGBBMMRRGGBB...: mask and colour of the next points, in hexadecimal. A comment cannot be
- * malformed: reading stops where a colour should stand and does not. */
+ * malformed: reading stops where a colour should stand and does not. The mask, which holds back ZBrush's
+ * brushes, is left out. */
 static tw_status read_colors(tw_obj_reader *reader, tw_obj_text *text) {
   tw_word word = tw_obj_read_word(text);
-  tw_status status = TW_OK;
-  for (size_t i = 0; i + 8 <= word.length && reader->painted_points < reader->all.points; i += 8) {
+  tw_status status;
+  size_t i = 0;
+  for (; i + 8 <= word.length && reader->painted_points < reader->all.points; i += 8) {
     float rgb[3];
+    uint32_t mask;
     for (size_t c = 0; c < 3; c++) {
       uint32_t value;
-      if (!read_hex(word.text + i + 2 + 2 * c, &value)) return TW_OK;
+      if (!read_hex(word.text + i + 2 + 2 * c, &value)) return lose_colors(reader, text);
       rgb[c] = (float)value / 255;
     }
+    tw_lose(&reader->losses, "mask of a point is left out", "masks of points are left out",
+            read_hex(word.text + i, &mask) && mask != 255, text->line);
     status = set_color(reader, reader->painted_points++, rgb);
-    if (status != TW_OK) break;
+    if (status != TW_OK) return status;
   }
-  return status;
+  return i < word.length ? lose_colors(reader, text) : TW_OK;
 }
 
 /* vt u, vt u v or vt u v w. Coordinates that are not finite, as photogrammetry tools write them, or over
@@ -418,9 +431,12 @@ static tw_status read_face(tw_obj_reader *reader, tw_obj_text *text) {
 
 /* ---- o, g, usemtl and the rest --------------------------------------------------------------- */
 
-/* An object without faces is replaced by the next one. */
+/* An object without faces is replaced by the next one. Faces before the first object are one without a name.
+ */
 static void begin_object(tw_obj_reader *reader, tw_obj_text *text) {
   uint64_t line = text->line;
+  if (reader->object_count == 0 && reader->read.faces > 0)
+    reader->objects[reader->object_count++] = (tw_obj_object){0};
   tw_obj_object object = {tw_obj_read_line(text), (uint32_t)reader->read.faces};
   tw_obj_object *last = reader->object_count ? &reader->objects[reader->object_count - 1] : NULL;
   if (last && last->first_face == object.first_face) {
@@ -578,7 +594,8 @@ static tw_status make_all_room(tw_obj_reader *reader) {
   for (size_t i = 0; i < sizeof counts / sizeof *counts; i++)
     if (counts[i] >= UINT32_MAX)
       return tw_fail(reader->error, TW_LIMIT, "the file has more than 4294967294 elements of a kind");
-  uint64_t objects = all->objects < TW_OBJ_OBJECTS_MAX + 1 ? all->objects : TW_OBJ_OBJECTS_MAX + 1;
+  uint64_t objects = all->objects + 1; /* the first faces may be in none */
+  if (objects > TW_OBJ_OBJECTS_MAX + 1) objects = TW_OBJ_OBJECTS_MAX + 1;
   tw_status status = TW_OK;
   reader->positions = make_room(reader, all->points, 3 * sizeof(float), &status);
   reader->normals = make_room(reader, all->normals > 0 ? all->normals + 1 : 0, 3 * sizeof(float), &status);

@@ -297,21 +297,6 @@ void tw_add_welded(tw_welded *total, const tw_welded *more) {
   total->open_edges += more->open_edges;
 }
 
-tw_status tw_lose_unused_points(tw_losses *losses, uint32_t point_count, const uint32_t *corners,
-                                uint32_t corner_count, tw_error *error) {
-  bool *is_used = tw_alloc_zero(point_count, sizeof *is_used);
-  uint32_t unused = point_count;
-  if (!is_used) return tw_fail(error, TW_NO_MEMORY, "out of memory");
-  for (uint32_t c = 0; c < corner_count; c++) {
-    unused -= !is_used[corners[c]];
-    is_used[corners[c]] = true;
-  }
-  tw_free(is_used);
-  tw_lose(losses, "point is in no face: answers leave it out",
-          "points are in no face: answers leave them out", unused, 0);
-  return TW_OK;
-}
-
 tw_status tw_polygons_enter_frame(tw_polygons_read *read, tw_read_exact *read_exact, void *file,
                                   tw_error *error) {
   if (!tw_points_may_be_far(read->positions, read->corners, read->corner_count)) return TW_OK;
@@ -368,14 +353,12 @@ static tw_status make_mesh(tw_polygons_read *read, tw_weld weld, tw_model *model
 
 tw_status tw_model_of_polygons(tw_polygons_read *read, tw_weld weld, tw_model *model, tw_losses *losses,
                                tw_error *error) {
-  tw_status status =
-      tw_lose_unused_points(losses, read->vertex_count, read->corners, read->corner_count, error);
-  if (status != TW_OK) return status;
   uint32_t *points = tw_alloc(read->vertex_count, sizeof *points);
   uint32_t *had_face = tw_alloc_zero(read->vertex_count, sizeof *had_face);
   model->meshes = tw_arena_alloc(model->arena, 1, sizeof *model->meshes);
-  status = points && had_face && model->meshes ? make_mesh(read, weld, model, losses, points, had_face, error)
-                                               : tw_fail(error, TW_NO_MEMORY, "out of memory");
+  tw_status status = points && had_face && model->meshes
+                         ? make_mesh(read, weld, model, losses, points, had_face, error)
+                         : tw_fail(error, TW_NO_MEMORY, "out of memory");
   tw_free(points);
   tw_free(had_face);
   return status;

@@ -43,10 +43,6 @@ typedef void tw_read_exact(void *file, double *out);
 tw_status tw_polygons_enter_frame(tw_polygons_read *read, tw_read_exact *read_exact, void *file,
                                   tw_error *error);
 
-/* Notes points that no corner of a face is at: surfaces, and so answers, are made of faces. TW_NO_MEMORY. */
-tw_status tw_lose_unused_points(tw_losses *losses, uint32_t point_count, const uint32_t *corners,
-                                uint32_t corner_count, tw_error *error);
-
 /* Warns of the faces that welding left out and of the seams that it left open; not of collapsed faces, whose
  * warning differs between formats. */
 void tw_warn_of_welding(tw_model *model, const tw_welded *welded);

@@ -167,9 +167,9 @@ static tw_status read_binary(const uint8_t *bytes, size_t size, tw_polygons_read
     uint32_t attribute = tw_read_u16(bytes + at + FACET - 2);
     for (size_t k = 0; k < 3 && out->corner_colors; k++)
       facet_color(&colors, attribute, out->corner_colors + 12 * (size_t)f + 4 * k);
-    if (colors.form == STL_PLAIN)
-      tw_lose(losses, "facet has attributes that are left out", "facets have attributes that are left out",
-              attribute != 0, 0);
+    bool is_color = colors.form == STL_MAGICS || (colors.form == STL_VISCAM && (attribute & 0x8000));
+    tw_lose(losses, "facet has attributes that are left out", "facets have attributes that are left out",
+            attribute != 0 && !is_color, 0);
     at += FACET + (layout.has_payload ? attribute : 0);
   }
   lose_bytes(bytes, size, &layout, &colors, losses);
@@ -254,7 +254,7 @@ static const char no_stl[] = "this is neither text with a solid nor binary with 
 /* What STL text holds besides facets. */
 typedef struct stl_solids {
   tw_word name;   /* of the first one that has one; length 0: none */
-  uint32_t names; /* how many more solids have a name */
+  uint64_t count; /* how many begin */
 } stl_solids;
 
 /* Passes over a word that shapes nothing. */
@@ -267,10 +267,8 @@ static void skip_word(tw_word word, uint64_t line, tw_losses *losses) {
 
 static void begin_solid(stl_text *text, stl_solids *solids) {
   tw_word name = read_name(text);
-  if (solids->name.length == 0)
-    solids->name = name;
-  else
-    solids->names += name.length > 0;
+  if (solids->name.length == 0) solids->name = name;
+  solids->count++;
 }
 
 enum { WORD_STEPS = 4 }; /* of tw_work */
@@ -391,8 +389,9 @@ tw_status tw_stl_read(const uint8_t *bytes, size_t size, tw_quads quads, tw_weld
     model->meshes[0].name = tw_arena_name(model->arena, solids.name.text, solids.name.length);
     if (!model->meshes[0].name) status = tw_fail(error, TW_NO_MEMORY, "out of memory");
   }
-  tw_lose(&losses, "name of a solid is left out: all solids are one mesh",
-          "names of solids are left out: all solids are one mesh", solids.names, 0);
+  tw_lose(&losses, "solid is one mesh with the first one, and its name is left out",
+          "solids are one mesh with the first one, and their names are left out",
+          solids.count > 1 ? solids.count - 1 : 0, 0);
   if (status == TW_OK) tw_losses_tell(&losses, model);
   tw_free(read.positions);
   tw_free(read.corner_colors);

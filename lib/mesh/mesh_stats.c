@@ -144,6 +144,18 @@ static int compare_borders(const void *left, const void *right) {
   return a->edge < b->edge ? -1 : a->edge > b->edge;
 }
 
+/* Whether border edges, which are of different faces' sides or of one face twice, have the same points. */
+static bool have_same_points(const tw_topology *t, const border *first, const border *end) {
+  uint32_t ends[2], other[2];
+  copy_ends(t, first->edge, ends);
+  for (const border *b = first + 1; b < end; b++) {
+    copy_ends(t, b->edge, other);
+    bool is_turned = b->is_downward != first->is_downward;
+    if (other[is_turned] != ends[0] || other[!is_turned] != ends[1]) return false;
+  }
+  return true;
+}
+
 /* Counts border edges that lie on each other. places: [point_count] the first point at each point's position.
  * borders: [facts->boundary_edges] scratch. */
 static tw_status match_borders(const tw_topology *t, const uint32_t *places, border *borders,
@@ -159,6 +171,7 @@ static tw_status match_borders(const tw_topology *t, const uint32_t *places, bor
     end = i + 1;
     while (end < count && borders[end].low == borders[i].low && borders[end].high == borders[i].high) end++;
     if (end - i > 1) facts->seam_edges += end - i;
+    if (end - i > 1 && have_same_points(t, &borders[i], &borders[end])) facts->folded_edges += end - i;
     if (end - i != 2 || borders[i].is_downward != borders[i + 1].is_downward) continue;
     facts->reversed_borders++;
     list_reversed(t, borders[i].edge, facts);

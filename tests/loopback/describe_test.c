@@ -187,7 +187,8 @@ TEST_WITH(creases_of_no_edge_are_counted_in_a_warning, loopback_setup, loopback_
        "{'meshes':[{'shape':{'kind':'box'}},{'positions':[[0,0,0],[1,0,0],[1,1,0],[0,1,0],[2,2,2]],"
        "'faces':[[0,1,2,3]],'creases':[{'edge':[0,1],'sharpness':1},{'edge':[3,1],'sharpness':2},"
        "{'edge':[1,3],'sharpness':0},{'edge':[0,4],'sharpness':1}]}]}",
-       "'warnings':['2 creases are left out: no edge joins points 3 and 1 of mesh 1, for the first']"},
+       "'warnings':['1 point is in no face: answers leave it out',"
+       "'2 creases are left out: no edge joins points 3 and 1 of mesh 1, for the first']"},
       {"model/obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nt crease 2/1/0 0 2 3\n",
        "'warnings':['1 crease is left out: no edge joins points 0 and 2 of mesh 0']"},
       {"model/obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nt crease 2/1/0 0 3 3\n", "'warnings':[]"},

@@ -80,6 +80,10 @@ TEST_WITH(obj_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
       {"v r g b beyond 1", "v 0 0 0 2.5 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", WARNING, "brought into 0 to 1"},
       {"v with more", "v 0 0 0 1 0 0 1 9\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", WARNING, "behind its colour"},
       {"#MRGB", "@#MRGB ffff0000ff00ff00ff0000ffffffffff\n", GLTF, "COLOR_0"},
+      {"#MRGB with a mask", "@#MRGB 80ff0000ff00ff00ff0000ffffffffff\n", WARNING, "1 mask of a point"},
+      {"#MRGB of more points", "#MRGB ffff0000ff00ff00ff0000ffffffffffffffffff\n@", WARNING,
+       "colours (#MRGB) is not read to its end"},
+      {"#MRGB that is none", "@#MRGB ffff00zz\n", WARNING, "colours (#MRGB) is not read to its end"},
       {"a point of no face", "v 9 9 9\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 2 3 4\n", WARNING, "point is in no face"},
       {"vt u v", "vt 0.25 0.75\n@f 1/1 2/1 4/1\n", OBJ, "vt 0.25 0.75"},
       {"vt u v w", "vt 0.25 0.75 0.5\n@f 1/1 2/1 4/1\n", WARNING, "third texture coordinate"},
@@ -89,10 +93,14 @@ TEST_WITH(obj_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
       {"vn that is none", "vn nan 0 0\n@", WARNING, "normal is left out"},
       {"vn without v", "@f 1//1 2//1 4//1\n", WARNING, "the file has no vn"},
       {"f of two corners", "@f 1 2\n", WARNING, "fewer than three"},
+      {"f with a corner twice", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3 2 4\n", WARNING,
+       "2 edges have one face on both sides"},
       {"f with a doubled corner", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 2 3\n", WARNING, "twice in a row"},
       {"fo", "v 0 0 0\nv 1 0 0\nv 0 1 0\nfo 1 2 3\n", SHAPE, NULL},
       {"o", "o part\n@", OBJ, "o part\n"},
       {"o that shares points", "o a\n@o b\nf 2 3 4\n", WARNING, "object is one mesh"},
+      {"faces before the first o", "@v 5 0 0\nv 6 0 0\nv 5 1 0\no b\nf -1 -2 -3\n", MODEL,
+       "'name':'b','vertices':3,"},
       {"o without faces", "o a\no b\n@", WARNING, "object without faces"},
       {"g", "g left right\n@", GLTF, "['left','right']"},
       {"s", "s off\n@", HARD, NULL},
@@ -193,8 +201,8 @@ TEST_WITH(text_of_stl_loses_nothing_in_silence, loopback_setup, loopback_teardow
   "facet normal " normal "\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
   static const row rows[] = {
       {"the name of a solid", "solid part\n" FACET("0 0 1") "endsolid\n", MODEL, "'name':'part'"},
-      {"a second solid", "solid a\n" FACET("0 0 1") "endsolid\nsolid b\nendsolid\n", WARNING,
-       "name of a solid"},
+      {"a second solid", "solid\n" FACET("0 0 1") "endsolid\nsolid\nendsolid\n", WARNING,
+       "solid is one mesh with the first"},
       {"a normal against the corners", "solid\n" FACET("0 0 -1") "endsolid\n", WARNING, "against the order"},
       {"a loop of four",
        "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\n"
@@ -246,6 +254,18 @@ TEST_WITH(binary_stl_loses_nothing_in_silence, loopback_setup, loopback_teardown
   }
 }
 
+TEST_WITH(attributes_beside_colours_are_told, loopback_setup, loopback_teardown) {
+  uint8_t body[400];
+  size_t size = binary_facet(body, "", 0x801F, "", 2);
+  body[80] = 2;
+  body[84 + 50 + 48] = 7;
+  body[84 + 50 + 49] = 0;
+  const row one = {"an attribute", NULL, WARNING, "1 facet has attributes"};
+  reply r = ask(*state, "model/stl", body, size, one.where);
+  assert_true(shows(&r, NULL, &one));
+  reply_free(&r);
+}
+
 /* ---- tweend JSON: a member is read or refused ------------------------------------------------ */
 
 TEST_WITH(tweend_json_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
@@ -270,6 +290,15 @@ TEST_WITH(tweend_json_loses_nothing_in_silence, loopback_setup, loopback_teardow
        "v 0 0 7"},
       {"rotation", "{'meshes':[{'name':'m'," MESH "}],'nodes':[{'mesh':'m','rotation':[0,0,1,0]}]}", OBJ,
        "v -1 0 0"},
+      {"a point of no face", "{'meshes':[{'positions':[[0,0,0],[1,0,0],[0,1,0],[9,9,9]],'faces':[[0,1,2]]}]}",
+       WARNING, "1 point is in no face"},
+      {"a mesh of no node", "{'meshes':[{'name':'m'," MESH "},{'name':'q'," MESH "}],'nodes':[{'mesh':'m'}]}",
+       WARNING, "1 mesh is in no node"},
+      {"rotation off unit length",
+       "{'meshes':[{'name':'m'," MESH "}],'nodes':[{'mesh':'m','rotation':[0,0,0,2]}]}", WARNING,
+       "1 node has a rotation"},
+      {"a clip without tracks", "{'meshes':[{" MESH "}],'clips':[{'name':'c','tracks':[]}]}", WARNING,
+       "1 clip has no tracks"},
       {"scale", "{'meshes':[{'name':'m'," MESH "}],'nodes':[{'mesh':'m','scale':[7,1,1]}]}", OBJ, "v 7 0 0"},
       {"quaternions", CLIP("'path':'rotation','times':[0,1],'quaternions':[[0,0,0,1],[0,0,1,0]]"), MODEL,
        "'name':'c'"},
@@ -314,7 +343,10 @@ static void write_gltf(char out[4096], const gltf_row *r) {
       "'componentType':5126,'count':2,'type':'SCALAR'},{'bufferView':3,'componentType':5126,'count':2,"
       "'type':'VEC3'},{'bufferView':0,'componentType':5126,'count':4,'type':'VEC2'},{'bufferView':4,"
       "'componentType':5126,'count':4,'type':'VEC4'},{'bufferView':0,'componentType':5121,'count':4,"
-      "'type':'VEC4'},{'componentType':5121,'count':4,'type':'VEC4'}],'meshes':[{'primitives':[{'attributes':"
+      "'type':'VEC4'},{'componentType':5121,'count':4,'type':'VEC4'},{'bufferView':4,'byteOffset':72,'"
+      "componentType':"
+      "5126,'count':2,'type':'VEC4'},{'bufferView':0,'componentType':5125,'count':4,'type':'SCALAR'}],"
+      "'meshes':[{'primitives':[{'attributes':"
       "{'POSITION':0%s},'indices':1%s}]%s}],"
       "'nodes':[{'mesh':0%s},{},{}],'animations':[{'samplers':[{'input':2,'output':3%s}],'channels':[{'"
       "sampler':0,"
@@ -327,13 +359,18 @@ static void write_gltf(char out[4096], const gltf_row *r) {
 }
 
 TEST_WITH(gltf_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
+#define FIVE(name, a, b, c, d, e)                                                                            \
+  ",'" name a "':0,'" name b "':0,'" name c "':0,'" name d "':0,'" name e "':0"
+#define TEN(name) FIVE(name, "0", "1", "2", "3", "4") FIVE(name, "5", "6", "7", "8", "9")
   static const gltf_row rows[] = {
-      {{"accessor.name", NULL, WARNING, "names, extras and extensions of 1"}, .accessor = ",'name':'a'"},
-      {{"accessor.extras", NULL, WARNING, "names, extras and extensions of 1"}, .accessor = ",'extras':1"},
+      {{"accessor.name", NULL, WARNING, "unknown members of 1"}, .accessor = ",'name':'a'"},
+      {{"accessor.extras", NULL, WARNING, "unknown members of 1"}, .accessor = ",'extras':1"},
       {{"accessor.sparse", NULL, SHAPE, NULL},
        .accessor = ",'sparse':{'count':1,'indices':{'bufferView':1,'byteOffset':2,'componentType':5123},"
                    "'values':{'bufferView':3,'byteOffset':12}}"},
       {{"animation.name", NULL, GLTF, "'name':'walk'"}, .animation = ",'name':'walk'"},
+      {{"animation without channels", NULL, WARNING, "1 clip has no tracks"},
+       .animation = "},{'channels':[],'samplers':[]"},
       {{"animation.extras", NULL, GLTF, "'extras':{'a':1}"}, .animation = ",'extras':{'a':1}"},
       {{"channel.extras", NULL, GLTF, "'extras':{'c':1}"}, .channel = ",'extras':{'c':1}"},
       {{"target.extras", NULL, GLTF, "'extras':{'t':1}"}, .target = ",'extras':{'t':1}"},
@@ -342,10 +379,14 @@ TEST_WITH(gltf_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
        .sampler = "},{'input':2,'output':3"},
       {{"asset.copyright", NULL, GLTF, "'copyright':'me'"}, .asset = ",'copyright':'me'"},
       {{"asset.extras", NULL, GLTF, "'extras':{'a':1}"}, .asset = ",'extras':{'a':1}"},
-      {{"buffer.name", NULL, WARNING, "names, extras and extensions of 1"}, .buffer = ",'name':'b'"},
+      {{"buffer.name", NULL, WARNING, "unknown members of 1"}, .buffer = ",'name':'b'"},
+      {{"a member that accessors have not", NULL, WARNING, "unknown members of 1"}, .accessor = ",'more':1"},
+      {{"sparse.extras", NULL, WARNING, "unknown members of 1"},
+       .accessor = ",'sparse':{'count':1,'indices':{'bufferView':1,'byteOffset':2,'componentType':5123},"
+                   "'values':{'bufferView':3,'byteOffset':12},'extras':1}"},
       {{"buffer that nothing reads", NULL, WARNING, "nothing that is read lies in it"},
        .buffer = "},{'byteLength':5,'uri':'absent.bin'"},
-      {{"bufferView.name", NULL, WARNING, "names, extras and extensions of 1"}, .view = ",'name':'v'"},
+      {{"bufferView.name", NULL, WARNING, "unknown members of 1"}, .view = ",'name':'v'"},
       {{"camera", NULL, GLTF, "'znear':0.5"},
        .rest = ",'cameras':[{'type':'perspective','perspective':{'yfov':1,'znear':0.5}}]"},
       {{"extensionsUsed", NULL, GLTF, "'extensionsUsed':['KHR_materials_unlit']"},
@@ -379,6 +420,8 @@ TEST_WITH(gltf_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
        .primitive = "},{'attributes':{'POSITION':0},'mode':0"},
       {{"primitive.mode of strips", NULL, SHAPE, NULL}, .primitive = ",'mode':5"},
       {{"primitive.mode of fans", NULL, SHAPE, NULL}, .primitive = ",'mode':6"},
+      {{"mesh.extensions that may name accessors", NULL, WARNING, "ACME_a at /meshes/0"},
+       .mesh = ",'extensions':{'ACME_a':{'loops':[1]}}"},
       {{"primitive.extras", NULL, GLTF, "'extras':{'p':1}"}, .primitive = ",'extras':{'p':1}"},
       {{"primitive.extensions", NULL, GLTF, "'ACME_a':{'b':'c'}"},
        .primitive = ",'extensions':{'ACME_a':{'b':'c'}}"},
@@ -398,6 +441,10 @@ TEST_WITH(gltf_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
       {{"JOINTS_0", NULL, GLTF, "JOINTS_0"}, .attribute = ",'JOINTS_0':6,'WEIGHTS_0':6"},
       {{"an application's attribute", NULL, GLTF, "_HEAT"}, .attribute = ",'_HEAT':0"},
       {{"another attribute", NULL, WARNING, "HEAT is left out"}, .attribute = ",'HEAT':0"},
+      {{"a large integer of an attribute", NULL, WARNING, "_ID is rounded where it is 16777216 or more"},
+       .attribute = ",'_ID':9"},
+      {{"more kinds of attributes than warnings", NULL, WARNING, "there are more warnings"},
+       .attribute = TEN("A") TEN("B") TEN("C") TEN("D") TEN("E") TEN("F") TEN("G")},
       {{"targets", NULL, GLTF, "'targets':["}, .primitive = ",'targets':[{'POSITION':0}]"},
       {{"NORMAL of targets", NULL, GLTF, "'NORMAL':3}]"},
        .attribute = ",'NORMAL':0",
@@ -413,20 +460,57 @@ TEST_WITH(gltf_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
        .attribute = ",'JOINTS_0':7,'WEIGHTS_0':6",
        .rest = ",'skins':[{'joints':[1]}]"},
       {{"node.matrix", NULL, GLTF, "'matrix':["}, .node = "},{'matrix':[1,0,0,0,0,1,0,0,0,0,1,0,7,0,0,1]"},
+      {{"a matrix beside a translation", NULL, WARNING, "1 node has a matrix beside a translation"},
+       .node = "},{'translation':[1,0,0],'matrix':[1,0,0,0,0,1,0,0,0,0,1,0,7,0,0,1]"},
+      {{"a matrix that shears", NULL, WARNING, "1 node has a matrix that is more than"},
+       .node = "},{'matrix':[1,0,0,0,0.5,1,0,0,0,0,1,0,7,0,0,1]"},
       {{"node.rotation", NULL, GLTF, "'rotation':[0,0,1,0]"}, .node = ",'rotation':[0,0,1,0]"},
+      {{"a rotation off unit length", NULL, WARNING, "1 node has a rotation that is not of unit length"},
+       .node = ",'rotation':[0,0,2,0]"},
+      {{"a key off unit length", NULL, WARNING, "1 rotation key is not of unit length"},
+       .channel = "},{'sampler':1,'target':{'node':1,'path':'rotation'}",
+       .sampler = "},{'input':2,'output':8"},
       {{"node.scale", NULL, GLTF, "'scale':[2,2,2]"}, .node = ",'scale':[2,2,2]"},
       {{"node.translation", NULL, GLTF, "'translation':[0,0,7]"}, .node = ",'translation':[0,0,7]"},
+      {{"node.skin of a mesh without joints", NULL, WARNING,
+        "1 node has a skin and shows no mesh with joints"},
+       .node = ",'skin':0",
+       .rest = ",'skins':[{'joints':[1]}]"},
+      {{"node.skin without a mesh", NULL, WARNING, "1 node has a skin and shows no mesh with joints"},
+       .node = "},{'skin':0",
+       .rest = ",'skins':[{'joints':[1]}]"},
+      {{"node.skin of faces beside points with joints", NULL, GLTF, "'skin':0"},
+       .node = ",'skin':0",
+       .primitive = "},{'mode':0,'attributes':{'POSITION':0,'JOINTS_0':7,'WEIGHTS_0':5}",
+       .rest = ",'skins':[{'joints':[1]}]"},
+      {{"faces without joints in it", NULL, WARNING, "JOINTS_0 is joint 0 where a primitive lacks it"},
+       .node = ",'skin':0",
+       .primitive = "},{'mode':0,'attributes':{'POSITION':0,'JOINTS_0':7,'WEIGHTS_0':5}",
+       .rest = ",'skins':[{'joints':[1]}]"},
+      {{"joints that the skin has not", NULL, WARNING, "1 point names a joint that its skin has not"},
+       .node = ",'skin':0",
+       .attribute = ",'JOINTS_0':6,'WEIGHTS_0':7",
+       .rest = ",'skins':[{'joints':[1]}]"},
       {{"node.weights", NULL, GLTF, "'weights':[0.25]"},
        .node = ",'weights':[0.25]",
        .primitive = ",'targets':[{'POSITION':0}]"},
       {{"node.weights of another number", NULL, WARNING, "morph weights of 1 node"},
        .node = ",'weights':[0.25]"},
       {{"node.name", NULL, GLTF, "'name':'n'"}, .node = ",'name':'n'"},
+      {{"node.name with control characters", NULL, WARNING, "1 name has control characters"},
+       .node = ",'name':'a\\u0007b'"},
       {{"node.extensions", NULL, GLTF, "'ACME_a':{'b':1}"}, .node = ",'extensions':{'ACME_a':{'b':1}}"},
       {{"EXT_mesh_gpu_instancing", NULL, OBJ, "o node_0_2\n"},
        .node = ",'extensions':{'EXT_mesh_gpu_instancing':{'attributes':{'TRANSLATION':3}}}"},
       {{"sampler", NULL, GLTF, "'magFilter':9729"}, .rest = ",'samplers':[{'magFilter':9729}]"},
       {{"scene", NULL, GLTF, "'scene':1"}, .rest = ",'scenes':[{'nodes':[1]},{'nodes':[0]}],'scene':1"},
+      {{"a node of another scene with the same mesh", NULL, WARNING, "1 node that is not shown has a mesh"},
+       .node = "},{'mesh':0",
+       .rest = ",'scenes':[{'nodes':[0]},{'nodes':[1]}]"},
+      {{"KHR_node_visibility", NULL, WARNING, "1 node that is not shown has a mesh"},
+       .node = "},{'mesh':0,'extensions':{'KHR_node_visibility':{'visible':false}}"},
+      {{"an invisible root", NULL, GLTF, "'scenes':[{'nodes':[0,1,2,3]}]"},
+       .node = "},{'mesh':0,'extensions':{'KHR_node_visibility':{'visible':false}}"},
       {{"scene.name", NULL, GLTF, "'name':'s'"}, .rest = ",'scenes':[{'nodes':[0],'name':'s'}]"},
       {{"skin", NULL, GLTF, "'skeleton':1"}, .rest = ",'skins':[{'joints':[1],'skeleton':1}]"},
       {{"texture", NULL, GLTF, "'textures':[{'name':'t'}]"}, .rest = ",'textures':[{'name':'t'}]"},
@@ -486,6 +570,22 @@ TEST_WITH(gltf_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
     write_gltf(text, &rows[i]);
     assert_told(*state, "model/gltf+json", &rows[i].row, text, strlen(text), plain, strlen(plain));
   }
+}
+
+/* KHR_node_visibility: a node that is not visible hides all below it. */
+TEST_WITH(obj_is_without_invisible_nodes, loopback_setup, loopback_teardown) {
+  char text[4096];
+  const gltf_row hidden = {
+      .node =
+          "},{'children':[2],'extensions':{'KHR_node_visibility':{'visible':false}}},{'mesh':0,'name':'a'},{"
+          "'mesh':0,'name':'b','extensions':{'KHR_node_visibility':{'visible':true}}"};
+  write_gltf(text, &hidden);
+  reply r = loopback_ask(*state, "POST", "/v1/surface.obj?level=0", "Content-Type: model/gltf+json\n", text,
+                         strlen(text));
+  assert_int_equal(r.status, 200);
+  assert_non_null(strstr(r.body, "o b\n"));
+  assert_null(strstr(r.body, "o a\n"));
+  reply_free(&r);
 }
 
 /* Points that follow a joint: their node keeps its skin, and skin=bake says that it moves faces alone. */

@@ -134,7 +134,8 @@ TEST(nodes_outside_the_shown_scene_are_hidden) {
   assert_false(model->nodes[1].is_hidden);
   assert_false(model->nodes[2].is_hidden);
   assert_int_equal(model->nodes[0].mesh, 0);
-  assert_int_equal(model->warning_count, 0);
+  assert_int_equal(model->warning_count, 1);
+  assert_non_null(strstr(model->warnings[0], "1 node that is not shown has a mesh that others show"));
   tw_model_destroy(model);
 }
 

@@ -375,15 +375,19 @@ TEST(colours_in_comments_of_zbrush_are_those_of_the_points_in_turn) {
   const float *colors = model->meshes[0].attributes[0].values;
   static const float expected[16] = {1, 0, 0, 1, 0, 0.2158605f, 1, 1, 0, 0, 0, 1, 1, 1, 1, 1};
   for (int i = 0; i < 16; i++) assert_float_equal(colors[i], expected[i], 1e-6);
-  assert_int_equal(model->warning_count, 1);
-  assert_string_equal(model->warnings[0], "1 point has no colour: it is white beside those that have one");
+  assert_int_equal(model->warning_count, 3);
+  assert_string_equal(model->warnings[0], "1 mask of a point is left out, in line 7");
+  assert_non_null(strstr(model->warnings[1], "1 line of colours (#MRGB) is not read to its end, in line 7"));
+  assert_string_equal(model->warnings[2], "1 point has no colour: it is white beside those that have one");
   tw_model_destroy(model);
   model = read_good(SQUARE "#MRGBffff0000\n#MRGB\n#MRGB xyzxyzxyz\nf 1 2 3 4 #MRGB ffff0000\n");
   assert_int_equal(model->meshes[0].attribute_count, 0);
+  assert_int_equal(model->warning_count, 1);
   tw_model_destroy(model);
   model = read_good(TRIANGLE
                     "#MRGB ffff0000ffff0000ffff0000ffff0000\nf 1 2 3\n"); /* more than there are points */
   assert_float_equal(model->meshes[0].attributes[0].values[9], 0, 0);
+  assert_int_equal(model->warning_count, 1);
   tw_model_destroy(model);
 }
 

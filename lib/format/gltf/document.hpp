@@ -474,8 +474,7 @@ struct Document {
   std::set<std::string> attribute_warnings;
   // Notes what became of an attribute, for a warning.
   void note(const std::string &fate) {
-    constexpr size_t most = 16; // further ones are not reported
-    if (attribute_warnings.size() < most) attribute_warnings.insert(fate);
+    if (attribute_warnings.size() <= TW_WARNINGS_MAX) attribute_warnings.insert(fate); // one more: it says so
   }
 
   TrackPlaces track_places; // of all tracks that are read

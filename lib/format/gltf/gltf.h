@@ -235,6 +235,10 @@ bool tw_gltf_node_is_skinned(const tw_scene *scene, const tw_node *node);
 /* The child that holds the node's mesh; TW_NO_INDEX: the node itself does. O(log holders). */
 uint32_t tw_gltf_holder_of(const tw_gltf_plan *plan, uint32_t node);
 
+/* The channels of a clip that animate something other than nodes; NULL without any, and where the assets are
+ * bare: they name accessors of these. */
+const char *tw_gltf_loose_of(const tw_scene *scene, const tw_clip_keys *clip);
+
 /* The model's assets; empty ones if it has none. */
 const tw_gltf_assets *tw_gltf_assets_of(const tw_model *model);
 

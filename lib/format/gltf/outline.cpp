@@ -149,7 +149,8 @@ bool is_supported(std::string_view extension) {
       "KHR_mesh_quantization", "FB_ngon_encoding",        "KHR_texture_transform",
       "KHR_texture_basisu",    "EXT_texture_webp",        "EXT_texture_avif",
       "MSFT_texture_dds",      "KHR_lights_punctual",     "EXT_mesh_gpu_instancing",
-      "KHR_animation_pointer", "EXT_meshopt_compression", "KHR_meshopt_compression"};
+      "KHR_animation_pointer", "EXT_meshopt_compression", "KHR_meshopt_compression",
+      "KHR_node_visibility"};
   if (extension.substr(0, 14) == "KHR_materials_") return true;
   return std::find(std::begin(names), std::end(names), extension) != std::end(names);
 }

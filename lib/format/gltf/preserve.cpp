@@ -42,8 +42,8 @@ bool names_buffers(const char *value) {
 // Extensions of primitives whose numbers are known to be no accessors.
 constexpr char plain_extensions[] = "KHR_materials_variants KHR_gaussian_splatting";
 
-// Whether a value has numbers that may be indices below `count`: those of an unknown extension of a primitive
-// are most likely accessors, whatever their names.
+// Whether a value has numbers that may be indices below `count`: those of an unknown extension of a mesh or a
+// primitive are most likely accessors, whatever their names.
 bool has_indices(const char *value, uint64_t count) {
   if (*value != '{' && *value != '[') return whole_number(value).value_or(count) < count;
   for (Items i(value); i.more(); i.next())
@@ -156,6 +156,7 @@ public:
     const tinygltf::Model &source = document_.source;
     tw_model &model = *document_.model;
     parts("nodes", source.nodes, model.nodes, model.node_count, node_members);
+    tell_idle_transforms();
     parts("skins", source.skins, model.skins, model.skin_count, skin_members);
     check_parsed(assets.scene_count, source.scenes, "/scenes");
     meshes();
@@ -270,9 +271,9 @@ private:
     if (extension.key() == "FB_ngon_encoding") return true; // it describes this file's triangles
     const uint64_t elements =
         std::max(document_.source.accessors.size(), document_.source.bufferViews.size());
-    bool is_of_primitive = place_.find("/primitives/") != std::string::npos;
+    bool is_of_mesh = place_.compare(0, 8, "/meshes/") == 0;
     if (!has_word(buffer_extensions, extension.key()) && !names_buffers(extension.value()) &&
-        !(is_of_primitive && !has_word(plain_extensions, extension.key()) &&
+        !(is_of_mesh && !has_word(plain_extensions, extension.key()) &&
           has_indices(extension.value(), elements)))
       return false;
     std::string name(extension.key());
@@ -281,7 +282,7 @@ private:
         dropped.count++;
         return true;
       }
-    if (dropped_.size() < 64) dropped_.push_back({name, place_, 1}); // a model has at most 64 warnings
+    if (dropped_.size() <= TW_WARNINGS_MAX) dropped_.push_back({name, place_, 1}); // one more: it says so
     return true;
   }
 
@@ -379,6 +380,18 @@ private:
       place_ = text("/", member, "/", i);
       out[i].preserved = object(value, known);
       out[i].name = copy_name_of(document_, value);
+    });
+  }
+
+  // Tells of members that the parser passes over beside a matrix.
+  void tell_idle_transforms() {
+    each(tw_json_member(document_.outline.root, "nodes"), [&](size_t, const char *node) {
+      bool is_idle = tw_json_member(node, "matrix") &&
+                     (tw_json_member(node, "translation") || tw_json_member(node, "rotation") ||
+                      tw_json_member(node, "scale"));
+      document_.outline.lose(
+          "node has a matrix beside a translation, rotation or scale: the matrix counts",
+          "nodes have matrices beside translations, rotations or scales: the matrices count", is_idle);
     });
   }
 
@@ -656,30 +669,38 @@ private:
     return !primitives.empty() && !primitives[0].targets.empty();
   }
 
-  // Whether a pointer is one, and, where it leads to a node, to one that is there.
-  bool may_lead(std::string_view pointer) const {
+  // "/nodes/3/rotation": node 3, and "rotation" of it.
+  struct NodePointer {
+    uint32_t node; // TW_NO_INDEX where there is no such node
+    std::string_view member;
+  };
+
+  // Nothing for pointers to something else.
+  std::optional<NodePointer> read_node_pointer(std::string_view pointer) const {
     constexpr std::string_view head = "/nodes/";
-    if (pointer.substr(0, head.size()) != head) return !pointer.empty() && pointer[0] == '/';
+    if (pointer.substr(0, head.size()) != head) return {};
     pointer.remove_prefix(head.size());
-    std::string digits(pointer.substr(0, pointer.find('/')));
-    uint32_t node;
-    auto [rest, error] = std::from_chars(digits.data(), digits.data() + digits.size(), node);
-    return error == std::errc() && rest == digits.data() + digits.size() &&
-           node < document_.source.nodes.size();
+    std::string_view digits = pointer.substr(0, pointer.find('/'));
+    pointer.remove_prefix(std::min(digits.size() + 1, pointer.size()));
+    uint32_t node = 0;
+    auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), node);
+    bool is_there = error == std::errc() && end == digits.data() + digits.size() &&
+                    (digits.size() == 1 || digits[0] != '0') && node < document_.source.nodes.size();
+    return NodePointer{is_there ? node : TW_NO_INDEX, pointer};
   }
 
-  // Reads "/nodes/3/rotation".
+  // Whether a pointer is one, and, where it leads to a node, to one that is there.
+  bool may_lead(std::string_view pointer) const {
+    std::optional<NodePointer> to_node = read_node_pointer(pointer);
+    return to_node ? to_node->node != TW_NO_INDEX : !pointer.empty() && pointer[0] == '/';
+  }
+
+  // The node and path that a pointer leads to.
   std::optional<std::pair<uint32_t, tw_path>> node_part(std::string_view pointer) const {
-    constexpr std::string_view head = "/nodes/";
-    size_t end = pointer.rfind('/');
-    if (pointer.substr(0, head.size()) != head || end < head.size()) return {};
-    std::string_view digits = pointer.substr(head.size(), end - head.size()), name = pointer.substr(end + 1);
-    uint32_t node;
-    auto [rest, error] = std::from_chars(digits.data(), digits.data() + digits.size(), node);
-    bool is_index = error == std::errc() && rest == digits.data() + digits.size() &&
-                    (digits.size() == 1 || digits[0] != '0') && node < document_.source.nodes.size();
-    for (int path = TW_TRANSLATION; is_index && path <= TW_WEIGHTS; path++)
-      if (name == tw_path_names[path]) return {{node, static_cast<tw_path>(path)}};
+    std::optional<NodePointer> to_node = read_node_pointer(pointer);
+    if (!to_node || to_node->node == TW_NO_INDEX) return {};
+    for (int path = TW_TRANSLATION; path <= TW_WEIGHTS; path++)
+      if (to_node->member == tw_path_names[path]) return {{to_node->node, static_cast<tw_path>(path)}};
     return {};
   }
 
@@ -742,13 +763,30 @@ private:
 
   // ---- what is not preserved
 
+  // Whether an accessor, buffer view or buffer says more than where numbers are.
+  static bool says_more(const char *object) {
+    for (Items i(object); i.more(); i.next()) {
+      if (i.key() == "extensions" && !says_more_in_extensions(i.value())) continue;
+      if (!has_word("bufferView byteOffset componentType normalized count type max min sparse indices values "
+                    "buffer byteLength byteStride target uri",
+                    i.key()) ||
+          (*i.value() == '{' && says_more(i.value())))
+        return true;
+    }
+    return false;
+  }
+
+  // What is no object is a misfit, of which is told apart.
+  static bool says_more_in_extensions(const char *extensions) {
+    if (*extensions != '{') return false;
+    for (Items i(extensions); i.more(); i.next())
+      if (!has_word("EXT_meshopt_compression KHR_meshopt_compression", i.key())) return true;
+    return false;
+  }
+
   void count_unplaced(const char *member) {
-    each(tw_json_member(document_.outline.root, member), [&](size_t, const char *value) {
-      const char *extensions = tw_json_member(value, "extensions");
-      bool says_more = tw_json_member(value, "extras") || tw_json_member(value, "name") ||
-                       (extensions && *extensions == '{' && tw_json_count(extensions) > 0);
-      unplaced_ += says_more && !tw_json_member(extensions, "EXT_meshopt_compression");
-    });
+    each(tw_json_member(document_.outline.root, member),
+         [&](size_t, const char *value) { unplaced_ += says_more(value); });
   }
 
   void warn() {
@@ -761,7 +799,7 @@ private:
     count_unplaced("buffers");
     if (unplaced_ > 0)
       tw_model_warn(
-          document_.model, "names, extras and extensions of %zu %s are left out", unplaced_,
+          document_.model, "names, extras, extensions and unknown members of %zu %s are left out", unplaced_,
           tw_plural(unplaced_, "accessor, buffer view or buffer", "accessors, buffer views and buffers"));
   }
 };

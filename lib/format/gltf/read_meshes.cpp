@@ -2,6 +2,7 @@
 // surface. What the model keeps is written straight into its arena; scratch memory is taken from the budget,
 // too.
 #include "gltf/cage_tags.hpp"
+#include "gltf/influences.hpp"
 #include "gltf/vertex_sources.hpp"
 
 #include <algorithm>
@@ -21,6 +22,7 @@ namespace gltf {
 namespace {
 
 constexpr uint64_t SLOT_SIZE = 96; // bytes of an entry in the map of slots, with the allocator's own
+constexpr size_t no_skin = std::numeric_limits<size_t>::max();
 
 void check_status(tw_status status) {
   if (status != TW_OK)
@@ -41,13 +43,16 @@ struct FaceList {
 
 class MeshReader {
 public:
-  MeshReader(Document &document, Accessors &accessors, size_t index, Vector<uint32_t> &scratch)
+  // skin_joints: the fewest joints of the skins that nodes give the mesh; no_skin: none does.
+  MeshReader(Document &document, Accessors &accessors, size_t index, size_t skin_joints,
+             Vector<uint32_t> &scratch)
       : document_(document), accessors_(accessors), source_(document.source.meshes[index]),
-        texts_(document.mesh_texts[index]), index_(index), mesh_(document.model->meshes[index]),
-        pointer_(text("/meshes/", index, "/primitives/")), scratch_(scratch),
-        opened_(document, accessors, index), lists_(document.budget), elements_(document.budget),
-        positions_(document.budget), point_(document.budget), first_vertex_(document.budget),
-        left_out_(document.budget), materials_(document.budget), tags_(document, accessors, index) {}
+        texts_(document.mesh_texts[index]), index_(index), skin_joints_(skin_joints),
+        mesh_(document.model->meshes[index]), pointer_(text("/meshes/", index, "/primitives/")),
+        scratch_(scratch), opened_(document, accessors, index), lists_(document.budget),
+        elements_(document.budget), positions_(document.budget), point_(document.budget),
+        first_vertex_(document.budget), left_out_(document.budget), materials_(document.budget),
+        tags_(document, accessors, index) {}
 
   void read() {
     document_.budget.place = text("/meshes/", index_);
@@ -81,7 +86,7 @@ private:
   Accessors &accessors_;
   const tinygltf::Mesh &source_;
   const MeshText &texts_;
-  size_t index_;
+  size_t index_, skin_joints_;
   tw_mesh &mesh_;
   std::string pointer_;
   Vector<uint32_t> &scratch_; // by element: vertex + 1; all 0 between calls
@@ -412,45 +417,12 @@ private:
     return tw_compare_floats(rows[0], rows[1], 4);
   }
 
-  using Pulls = std::array<float, 8 * joint_sets>;
-
-  // The joints that move a vertex and their shares, by joint: equal for all ways to write the same. What
-  // read_influences refuses counts as 0.
-  Pulls read_pulls(uint32_t vertex) const {
-    const VertexSource &source = source_of(vertex);
-    std::array<std::pair<float, float>, 4 *joint_sets> pulls = {};
-    size_t count = 0;
-    double sum = 0;
-    for (size_t set = 0; set < joint_sets && source.joints[set]; set++) {
-      float joints[4] = {}, weights[4] = {};
-      source.joints[set]->read_finite(elements_[vertex], joints);
-      source.weights[set]->read_finite(elements_[vertex], weights);
-      for (size_t k = 0; k < 4; k++) {
-        if (!(weights[k] > 0)) continue;
-        pulls[count++] = {joints[k], weights[k]};
-        sum += static_cast<double>(weights[k]);
-      }
-    }
-    std::sort(pulls.begin(), pulls.begin() + static_cast<std::ptrdiff_t>(count));
-    Pulls out = {};
-    size_t written = 0;
-    for (size_t i = 0; i < count; i++) {
-      bool again = written > 0 && out[2 * written - 2] == pulls[i].first;
-      float share = static_cast<float>(static_cast<double>(pulls[i].second) / sum);
-      if (again)
-        out[2 * written - 1] += share;
-      else
-        out[2 * written] = pulls[i].first, out[2 * written + 1] = share, written++;
-    }
-    return out;
-  }
-
   // Orders vertices by what moves them: joints and weights, and the displacements of targets.
   int compare_motion(uint32_t a, uint32_t b) const {
     const VertexSource &first = source_of(a), &second = source_of(b);
     int order = (first.joints[0] != nullptr) - (second.joints[0] != nullptr);
     if (order == 0 && first.joints[0]) {
-      const Pulls own = read_pulls(a), other = read_pulls(b);
+      const Pulls own = read_pulls(first, elements_[a]), other = read_pulls(second, elements_[b]);
       order = tw_compare_floats(own.data(), other.data(), own.size());
     }
     for (size_t target = 0; target < first.morphs.size() && order == 0; target++)
@@ -555,7 +527,8 @@ private:
     for (uint32_t p = 0; p < mesh_.point_count; p++)
       std::memcpy(positions + 3 * size_t{p}, &positions_[3 * size_t{first_vertex_[p]}], 3 * sizeof(float));
     mesh_.positions = positions;
-    size_t sets = 0;
+    // Points and lines with joints need their node's skin, which moves the faces beside them, too.
+    size_t sets = mesh_.loose_has_joints && skin_joints_ < no_skin;
     bool all_skinned = true;
     for (const VertexSource &source : sources_) {
       while (sets < joint_sets && source.joints[sets]) sets++;
@@ -612,13 +585,15 @@ private:
     mesh_.attribute_count = count;
   }
 
+  static constexpr float exact_integers = 1 << 24; // floats hold all integers below
+
   // Rows of all vertices. Those without a colour are white, as a renderer shows them; other attributes are 0
   // there.
   Vector<float> read_attribute(size_t i) const {
     const SmoothAttribute &attribute = opened_.smooth[i];
     Vector<float> values(document_.budget, size_t{attribute.width} * elements_.size(),
                          attribute.is_color() ? 1.0f : 0.0f);
-    bool has_all = true, is_usable = true, is_within = true;
+    bool has_all = true, is_usable = true, is_within = true, is_exact = true;
     for (uint32_t v = 0; v < elements_.size(); v++) {
       const VertexSource &source = source_of(v);
       const Elements *elements = i < source.attributes.size() ? source.attributes[i] : nullptr;
@@ -627,8 +602,11 @@ private:
       if (elements && attribute.is_color()) {
         read_vertex(elements, v, value);
         is_within &= std::all_of(value, value + attribute.width, tw_is_color);
-      } else if (elements)
+      } else if (elements) {
         is_usable &= read_usable(*elements, elements_[v], value);
+        is_exact &= elements->component_type() != TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT ||
+                    std::all_of(value, value + elements->width(), [](float x) { return x < exact_integers; });
+      }
     }
     if (!has_all)
       document_.note(attribute.name + (attribute.is_color()
@@ -636,6 +614,7 @@ private:
                                            : " is 0 where a primitive lacks it"));
     if (!is_within) document_.note(attribute.name + " is brought into 0 to 1 where it is beyond");
     if (!is_usable) document_.note(attribute.name + " is 0 where it is no number up to 1e18");
+    if (!is_exact) document_.note(attribute.name + " is rounded where it is 16777216 or more, as floats are");
     return values;
   }
 
@@ -688,42 +667,6 @@ private:
   // How far from 1 the sum of a point's weights may be without a word: weights of bytes are rounded.
   static constexpr double sum_tolerance = 0.01;
 
-  struct Influence {
-    uint16_t joint;
-    float weight;
-  };
-
-  // Reads all joints of a vertex, heaviest first, with the weights as the file has them.
-  std::array<Influence, 4 * joint_sets> read_influences(uint32_t vertex) const {
-    const VertexSource &source = source_of(vertex);
-    std::array<Influence, 4 *joint_sets> all = {};
-    for (size_t set = 0; set < joint_sets && source.joints[set]; set++) {
-      float joint[4], weight[4];
-      read_vertex(source.joints[set], vertex, joint);
-      read_vertex(source.weights[set], vertex, weight);
-      for (size_t k = 0; k < 4; k++) {
-        if (weight[k] < 0) refuse(TW_INVALID, text("/meshes/", index_), "a joint weight is negative");
-        all[4 * set + k] = {static_cast<uint16_t>(joint[k]), weight[k]};
-      }
-    }
-    std::stable_sort(all.begin(), all.end(),
-                     [](const Influence &a, const Influence &b) { return a.weight > b.weight; });
-    return all;
-  }
-
-  // Writes the joints of a point, heaviest first, with weights scaled to a sum of 1. A point without weights
-  // gets joint 0 with weight 1. Returns the sum that they had.
-  static double write_influences(const std::array<Influence, 4 * joint_sets> &all, size_t width,
-                                 uint16_t *joints, float *weights) {
-    double sum = 0;
-    for (size_t k = 0; k < width; k++) sum += all[k].weight;
-    for (size_t k = 0; k < width; k++) {
-      joints[k] = all[k].weight > 0 ? all[k].joint : 0;
-      weights[k] = sum > 0 ? static_cast<float>(all[k].weight / sum) : static_cast<float>(k == 0);
-    }
-    return sum;
-  }
-
   // sets: of joints, the most that a primitive has.
   void write_skin(size_t sets) {
     size_t width = 4 * sets;
@@ -732,10 +675,14 @@ private:
                              "joint weights");
     uint16_t *joints = allocate<uint16_t>(document_, width * mesh_.point_count);
     float *weights = allocate<float>(document_, width * mesh_.point_count);
-    uint64_t scaled = 0, without = 0;
+    uint64_t scaled = 0, without = 0, stray = 0;
     for (uint32_t p = 0; p < mesh_.point_count; p++) {
-      double sum =
-          write_influences(read_influences(first_vertex_[p]), width, joints + width * p, weights + width * p);
+      const uint32_t vertex = first_vertex_[p];
+      const Influences all = read_influences(source_of(vertex), elements_[vertex], index_);
+      double sum = write_influences(all, width, joints + width * p, weights + width * p);
+      stray += std::any_of(all.begin(), all.end(), [&](const Influence &one) {
+        return one.joint >= skin_joints_ && !(one.weight > 0); // others are refused when skins are read
+      });
       without += !(sum > 0);
       scaled += sum > 0 && std::abs(sum - 1) > sum_tolerance;
     }
@@ -743,6 +690,9 @@ private:
                            "points without joint weights follow the first joint", without);
     document_.outline.lose("point has joint weights whose sum is not 1: they are scaled to it",
                            "points have joint weights whose sum is not 1: they are scaled to it", scaled);
+    document_.outline.lose("point names a joint that its skin has not: left out, as its weight is 0",
+                           "points name joints that their skins have not: left out, as their weights are 0",
+                           stray);
     mesh_.skin = {static_cast<uint32_t>(width), joints, weights};
   }
 
@@ -922,12 +872,26 @@ private:
   }
 };
 
+// For each mesh the fewest joints of the skins that nodes give it.
+Vector<size_t> count_skin_joints(Document &document) {
+  Vector<size_t> fewest(document.budget, document.model->mesh_count, no_skin);
+  const std::vector<tinygltf::Skin> &skins = document.source.skins;
+  for (const tinygltf::Node &node : document.source.nodes) {
+    if (node.mesh < 0 || static_cast<size_t>(node.mesh) >= fewest.size()) continue; // refused later on
+    if (node.skin < 0 || static_cast<size_t>(node.skin) >= skins.size()) continue;
+    size_t &least = fewest[static_cast<size_t>(node.mesh)];
+    least = std::min(least, skins[static_cast<size_t>(node.skin)].joints.size());
+  }
+  return fewest;
+}
+
 } // namespace
 
 void read_meshes(Document &document, Accessors &accessors) {
   Vector<uint32_t> scratch(document.budget);
+  const Vector<size_t> skin_joints = count_skin_joints(document);
   for (uint32_t i = 0; i < document.model->mesh_count; i++)
-    MeshReader(document, accessors, i, scratch).read();
+    MeshReader(document, accessors, i, skin_joints[i], scratch).read();
   const Vector<tw_material_slot> &slots = document.slots;
   tw_material_slot *kept = allocate<tw_material_slot>(document, slots.size());
   std::copy(slots.begin(), slots.end(), kept);

@@ -90,20 +90,6 @@ void keep_child_order(Document &document) {
   document.assets->reordered_count = static_cast<uint32_t>(kept.size());
 }
 
-// Tells of meshes that no node of the shown scene shows: OBJ has only what is shown.
-void tell_unshown_meshes(Document &document) {
-  std::vector<bool> is_shown(document.model->mesh_count);
-  for (uint32_t i = 0; i < document.model->node_count; i++) {
-    const tw_node &node = document.model->nodes[i];
-    if (node.mesh != TW_NO_INDEX && !node.is_hidden) is_shown[node.mesh] = true;
-  }
-  bool has_nodes = document.model->node_count > 0; // else each mesh gets one
-  auto unshown = std::count(is_shown.begin(), is_shown.end(), false);
-  document.outline.lose("mesh is in no node of the shown scene: OBJ answers leave it out",
-                        "meshes are in no node of the shown scene: OBJ answers leave them out",
-                        has_nodes ? static_cast<uint64_t>(unshown) : 0);
-}
-
 // Marks a node and all nodes below it. A node has at most one parent, so it is not reached from two roots of
 // the hierarchy, and no root leads into a cycle.
 void mark_below(const tinygltf::Model &source, uint32_t root, std::vector<bool> &marked) {
@@ -139,6 +125,22 @@ const uint32_t *read_roots(Document &document, size_t index) {
 const char *scene_name(Document &document, const tw_gltf_scene &scene) {
   const char *name = tw_json_member(scene.preserved, "name");
   return name && *name == '"' ? copy_name(document, unescape(string_of(name))) : nullptr;
+}
+
+// Whether KHR_node_visibility hides a node, and with it all below.
+bool is_invisible(const tw_node &node) {
+  const char *extensions = tw_json_member(node.preserved, "extensions");
+  const char *visible = tw_json_member(tw_json_member(extensions, "KHR_node_visibility"), "visible");
+  return visible && *visible == 'f';
+}
+
+void hide_invisible(Document &document) {
+  tw_model &model = *document.model;
+  std::vector<bool> hidden(model.node_count);
+  for (uint32_t i = 0; i < model.node_count; i++)
+    if (is_invisible(model.nodes[i])) mark_below(document.source, i, hidden);
+  for (uint32_t i = 0; i < model.node_count; i++)
+    if (hidden[i]) model.nodes[i].is_hidden = true;
 }
 
 void read_scenes(Document &document) {
@@ -365,7 +367,7 @@ void read_nodes(Document &document) {
   check_cycles(document);
   keep_child_order(document);
   read_scenes(document);
-  tell_unshown_meshes(document);
+  hide_invisible(document);
   read_weights(document);
   for (uint32_t i = 0; i < document.model->node_count; i++)
     if (!tw_instances_are_fit(document.model, i))

@@ -210,6 +210,8 @@ const char *copy_name(Document &document, const std::string &name) {
   document.budget.take(name.size() + 17);
   const char *copy = tw_arena_name(document.model->arena, name.data(), name.size());
   if (!copy) throw std::bad_alloc();
+  document.outline.lose("name has control characters, which become blanks",
+                        "names have control characters, which become blanks", name != copy);
   return copy;
 }
 

@@ -103,7 +103,7 @@ typedef struct tw_node {
   uint32_t parent;     /* TW_NO_INDEX for a root; need not come before the child */
   uint32_t mesh, skin; /* TW_NO_INDEX when there is none */
   bool has_matrix;     /* the local transform is `matrix`, which may shear; rest is the nearest TRS */
-  bool is_hidden;      /* outside the displayed scene: part of the hierarchy, but not drawn */
+  bool is_hidden;      /* outside the displayed scene, or invisible: part of the hierarchy, but not drawn */
   tw_trs rest;
   float matrix[16];
   const double *place;   /* [3] the exact translation, which `rest` and `matrix` round to floats; NULL where

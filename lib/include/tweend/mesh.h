@@ -290,6 +290,7 @@ typedef struct tw_mesh_stats {
   tw_hard_edge_counts hard_edges;
   /* Border edges between the same two positions as another one: open seams. */
   uint32_t seam_edges;
+  uint32_t folded_edges; /* of these, both sides of one face, which comes to their points twice */
   /* Pairs of faces that run along an edge in the same direction: one of them is wound the wrong way round.
    * reversed_borders: the faces have two border edges at the same positions, so the surface is open there;
    * reversed_edges: they share one edge, which is then a crease. */

@@ -90,8 +90,9 @@ typedef struct tw_model {
 tw_model *tw_model_create(void);        /* an empty model with its arena; NULL without memory */
 void tw_model_destroy(tw_model *model); /* NULL accepted */
 
-/* Adds a sentence to the warnings. At most 64 are kept; the last one then says that there are more. Without
+/* Adds a sentence to the warnings. So many are kept; the last one then says that there are more. Without
  * memory the warning is lost. */
+enum { TW_WARNINGS_MAX = 64 };
 void tw_model_warn(tw_model *model, const char *format, ...) TW_PRINTF(2, 3);
 /* Warns COUNT ONE, or COUNT MANY where the count is not 1; of none: nothing. */
 void tw_model_warn_count(tw_model *model, uint64_t count, const char *one, const char *many);
