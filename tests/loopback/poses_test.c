@@ -776,10 +776,12 @@ TEST_WITH(the_clip_is_reported_as_a_whole, setup, one_model_stop) {
 
 TEST_WITH(keys_of_scales_and_morph_weights_are_told, setup, one_model_stop) {
   one_model *f = *state;
-  /* A triangle with one morph target: three points, three offsets, times 0 and 2, weights 0 and 1. */
+  /* A triangle with one morph target, in two nodes of one name: three points, three offsets, times 0 and 2,
+   * weights 0 and 1. */
   loopback_upload(
       f->loop, "model/gltf+json",
-      "{'asset':{'version':'2.0'},'scenes':[{'nodes':[0]}],'nodes':[{'name':'face','mesh':0},{'name':'ear'}],"
+      "{'asset':{'version':'2.0'},'scenes':[{'nodes':[0]}],'nodes':[{'name':'face','mesh':0},{'name':'ear'},"
+      "{'name':'face','mesh':0}],"
       "'meshes':[{'primitives':[{'attributes':{'POSITION':0},'targets':[{'POSITION':0}]}]}],"
       "'buffers':[{'byteLength':68,'uri':'data:application/octet-stream;base64,"
       "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAEAAAIA/AACAPwAAgD8AAIA/AACAPwAAgD8='}],"
@@ -789,7 +791,8 @@ TEST_WITH(keys_of_scales_and_morph_weights_are_told, setup, one_model_stop) {
       "'type':'SCALAR','min':[0],'max':[2]},{'bufferView':2,'componentType':5126,'count':2,'type':'VEC3'}],"
       "'animations':[{'samplers':[{'input':1,'output':1,'interpolation':'STEP'},{'input':1,'output':2}],"
       "'channels':[{'sampler':0,'target':{'node':0,'path':'weights'}},"
-      "{'sampler':1,'target':{'node':0,'path':'scale'}}]}]}",
+      "{'sampler':1,'target':{'node':0,'path':'scale'}},{'sampler':0,'target':{'node':2,'path':'weights'}}]}]"
+      "}",
       f->id);
   cJSON *answer = ask_json(f, "tracks");
   assert_int_equal(cJSON_GetArraySize(json_member(answer, "tracks")), 0);
@@ -799,12 +802,13 @@ TEST_WITH(keys_of_scales_and_morph_weights_are_told, setup, one_model_stop) {
   assert_int_equal(json_member(weights, "keys")->valueint, 2);
   assert_true(json_member(weights, "times")->child->next->valuedouble == 2);
   assert_string_equal(json_member(weights->next, "path")->valuestring, "scale");
-  assert_null(weights->next->next);
+  assert_null(weights->next->next->next);
   cJSON_Delete(answer);
   answer = ask_json(f, "pose?at=1,2");
   const cJSON *pose = json_member(answer, "poses")->child;
   assert_true(json_member(json_member(pose, "weights"), "face")->child->valuedouble == 0); /* it steps */
   assert_true(json_member(json_member(pose->next, "weights"), "face")->child->valuedouble == 2);
+  assert_true(json_member(json_member(pose->next, "weights"), "node_2")->child->valuedouble == 2);
   cJSON_Delete(answer);
   reply r = ask(f, "pose.bin?at=1");
   assert_null(strstr((const char *)r.body + 12, "weights"));

@@ -422,6 +422,8 @@ TEST_WITH(gltf_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
       {{"primitive.mode of fans", NULL, SHAPE, NULL}, .primitive = ",'mode':6"},
       {{"mesh.extensions that may name accessors", NULL, WARNING, "ACME_a at /meshes/0"},
        .mesh = ",'extensions':{'ACME_a':{'loops':[1]}}"},
+      {{"KHR_xmp_json_ld", NULL, GLTF, "'KHR_xmp_json_ld':{'packet':0}"},
+       .mesh = ",'extensions':{'KHR_xmp_json_ld':{'packet':0}}"},
       {{"primitive.extras", NULL, GLTF, "'extras':{'p':1}"}, .primitive = ",'extras':{'p':1}"},
       {{"primitive.extensions", NULL, GLTF, "'ACME_a':{'b':'c'}"},
        .primitive = ",'extensions':{'ACME_a':{'b':'c'}}"},
@@ -586,6 +588,49 @@ TEST_WITH(obj_is_without_invisible_nodes, loopback_setup, loopback_teardown) {
   assert_non_null(strstr(r.body, "o b\n"));
   assert_null(strstr(r.body, "o a\n"));
   reply_free(&r);
+}
+
+TEST_WITH(bytes_behind_the_buffer_of_a_glb_are_told, loopback_setup, loopback_teardown) {
+  static const char json[] =
+      "{\"asset\":{\"version\":\"2.0\"},\"buffers\":[{\"byteLength\":36}],\"bufferViews\":[{\"buffer\":0,"
+      "\"byteLength\":36}],\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":"
+      "\"VEC3\"}],\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0}}]}]}";
+  static const float triangle[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  for (uint32_t more = 3; more < 6; more += 2) {
+    uint8_t glb[512] = {0};
+    uint32_t json_size = (sizeof json - 1 + 3) / 4 * 4, bin_size = sizeof triangle + (more + 3) / 4 * 4,
+             size = 28 + json_size + bin_size;
+    const uint32_t head[5] = {0x46546C67, 2, size, json_size, 0x4E4F534A}, bin[2] = {bin_size, 0x004E4942};
+    memcpy(glb, head, sizeof head);
+    memset(glb + 20, ' ', json_size);
+    memcpy(glb + 20, json, sizeof json - 1);
+    memcpy(glb + 20 + json_size, bin, sizeof bin);
+    memcpy(glb + 28 + json_size, triangle, sizeof triangle);
+    const row one = {"bytes of the BIN chunk", NULL, WARNING, "8 bytes of the BIN chunk are left out"};
+    reply r = ask(*state, "model/gltf-binary", glb, size, one.where);
+    assert_int_equal(r.status, 201);
+    assert_int_equal(shows(&r, NULL, &one), more > 3);
+    reply_free(&r);
+  }
+}
+
+/* What nodes alone cannot show is told, and names no accessor that is not there. */
+TEST_WITH(tracks_of_what_is_no_node_go_with_the_meshes, loopback_setup, loopback_teardown) {
+  char text[4096];
+  const gltf_row pointed = {
+      .channel = "},{'sampler':0,'target':{'path':'pointer','extensions':{'KHR_animation_pointer':{"
+                 "'pointer':'/materials/0/emissiveFactor'}}}",
+      .rest = ",'materials':[{}]"};
+  write_gltf(text, &pointed);
+  for (int bare = 0; bare < 2; bare++) {
+    reply r = loopback_ask(*state, "POST", bare ? "/v1/surface.gltf?meshes=none" : "/v1/surface.gltf",
+                           "Content-Type: model/gltf+json\n", text, strlen(text));
+    const char *warning = reply_header(&r, "X-Tweend-Warning");
+    assert_int_equal(r.status, 200);
+    assert_int_equal(strstr(r.body, "emissiveFactor") == NULL, bare);
+    assert_int_equal(warning && strstr(warning, "meshes%3Dnone%20keeps%20tracks"), bare);
+    reply_free(&r);
+  }
 }
 
 /* Points that follow a joint: their node keeps its skin, and skin=bake says that it moves faces alone. */

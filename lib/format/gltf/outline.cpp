@@ -470,10 +470,13 @@ private:
     return {out_.decoded.back().data(), out_.decoded.back().size()};
   }
 
-  // The bytes of a buffer in the BIN chunk, which may be padded.
-  Bytes take_bin(uint64_t index, uint64_t length, Place place) const {
+  // The bytes of a buffer in the BIN chunk, which may be padded by up to three bytes.
+  Bytes take_bin(uint64_t index, uint64_t length, Place place) {
     if (!container_.binary) refuse(TW_INVALID, place.pointer(""), "a buffer of a JSON file needs a uri");
     if (index != 0) refuse(TW_INVALID, place.pointer(""), "only the first buffer may be the BIN chunk");
+    uint64_t behind = container_.bin.size - std::min<uint64_t>(length, container_.bin.size);
+    out_.lose("byte of the BIN chunk is left out: it lies behind the buffer",
+              "bytes of the BIN chunk are left out: they lie behind the buffer", behind > 3 ? behind : 0);
     return {container_.bin.data, static_cast<size_t>(std::min<uint64_t>(length, container_.bin.size))};
   }
 

@@ -39,8 +39,8 @@ bool names_buffers(const char *value) {
   return false;
 }
 
-// Extensions of primitives whose numbers are known to be no accessors.
-constexpr char plain_extensions[] = "KHR_materials_variants KHR_gaussian_splatting";
+// Extensions of meshes and primitives whose numbers are known to be no accessors.
+constexpr char plain_extensions[] = "KHR_materials_variants KHR_gaussian_splatting KHR_xmp_json_ld";
 
 // Whether a value has numbers that may be indices below `count`: those of an unknown extension of a mesh or a
 // primitive are most likely accessors, whatever their names.
