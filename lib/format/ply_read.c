@@ -79,7 +79,7 @@ typedef struct ply_row {
 
 typedef struct ply_file {
   const uint8_t *at, *end;
-  uint64_t line; /* of `at`, from 1; of text */
+  uint64_t line; /* from 1: of the line of the header read last, then, in text, of `at` */
   bool is_text, is_big_endian;
   uint32_t element_count, property_count;
   ply_element elements[ELEMENTS_MAX];
@@ -227,7 +227,11 @@ static tw_status read_header(ply_file *file) {
   while (status == TW_OK) {
     if (!next_line(file, &line)) return fail(file, "the file ends within its header");
     tw_word word = next_word(&line);
-    if (tw_word_is(word, "end_header")) return has_format ? TW_OK : fail(file, "the header says no format");
+    if (tw_word_is(word, "end_header")) {
+      if (!has_format) return fail(file, "the header says no format");
+      file->line++; /* of the first row */
+      return TW_OK;
+    }
     if (tw_word_is(word, "format")) {
       status = set_format(file, line);
       has_format = true;
@@ -511,15 +515,26 @@ static tw_status check_rows(const ply_file *file, const ply_element *element) {
                  (unsigned long long)element->count, tw_plural(element->count, "row", "rows"));
 }
 
+/* Notes a row of text that ends within a line: the numbers behind it are those of the next row. */
+static void lose_line(ply_file *file) {
+  const uint8_t *at = file->at;
+  while (at < file->end && is_blank((char)*at)) at++;
+  tw_lose(&file->losses, "line has more numbers than its row: they are read as those of the next row",
+          "lines have more numbers than their rows: they are read as those of the next rows",
+          file->is_text && at < file->end && *at != '\n' && *at != '\r', file->line);
+}
+
 /* Reads all rows of all elements. out: NULL to count what they become, else *counts says it. */
 static tw_status read_rows(ply_file *file, tw_polygons_read *out, ply_counts *counts) {
   for (uint32_t i = 0; i < file->element_count; i++) {
     const ply_element *element = &file->elements[i];
     tw_status status = check_rows(file, element);
-    for (size_t row = 0; row < element->count && element->property_count > 0 && status == TW_OK; row++)
+    for (size_t row = 0; row < element->count && element->property_count > 0 && status == TW_OK; row++) {
       status = tw_work(ROW_STEPS)
                    ? read_row(file, element, row, element->kind == PLY_OTHERS ? NULL : out, counts)
                    : tw_work_status(file->error);
+      if (out) lose_line(file);
+    }
     if (status != TW_OK) return status;
   }
   return TW_OK;

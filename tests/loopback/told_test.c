@@ -190,6 +190,8 @@ TEST_WITH(ply_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
        WARNING, "point is in no face"},
       {"a doubled corner", PLY_HEAD PLY_XYZ("3") PLY_FACE PLY_END "0 0 0\n1 0 0\n0 1 0\n4 0 1 1 2\n", WARNING,
        "twice in a row"},
+      {"more numbers in a line", PLY_HEAD PLY_XYZ("3") PLY_FACE PLY_END "0 0 0 1\n0 0\n0 1 0\n3 0 1 2\n",
+       WARNING, "1 line has more numbers than its row, in line 10"},
       {"bytes behind", PLY_HEAD REST PLY_END ROWS "more", WARNING, "behind the last element"}};
   assert_all_told(*state, "model/ply", plain, rows, sizeof rows / sizeof *rows);
 }

@@ -80,7 +80,7 @@ TEST(a_line_of_text_is_named) {
   tw_model *model;
   tw_error error;
   assert_int_equal(read_bytes(text, strlen(text), &model, &error), TW_SYNTAX);
-  assert_int_equal(error.line, 13);
+  assert_int_equal(error.line, 14);
 }
 
 /* Two triangles over five vertices, of which two stand at the same place in two colours, and a vertex that
