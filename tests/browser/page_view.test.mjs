@@ -283,7 +283,7 @@ for (const [name, options, rules] of [['light', DESKTOP], ['dark', TABLET, ['col
     for (const tab of ['Models', 'Surface', 'Edit', 'Sculpt', 'Rotation', 'Scripts']) {
       await visit.tab(tab);
       await visit.page.waitForTimeout(500);
-      const { violations } = await visit.page.evaluate((rules) => axe.run(rules && { runOnly: rules }), rules);
+      const { violations } = await visit.page.evaluate((rules) => axe.run(rules ? { runOnly: rules } : {}), rules);
       const said = violations.map(({ id, nodes }) => `${id}: ${nodes.map(({ target, failureSummary }) => `${target} ${failureSummary}`).join('; ')}`);
       assert.deepEqual(said, [], tab);
       await visit.picture(`${tab} ${name}`);

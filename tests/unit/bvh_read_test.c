@@ -239,8 +239,9 @@ TEST(notations_of_real_files_read_alike) {
       "HIERARCHY\nJOINT Hips{CHANNELS 3 Zrotation Yrotation Xrotation OFFSET 0 1 0 End Site{OFFSET 0 2 "
       "0}}MOTION\n"
       "FrameTime: 0.5\nFrames:2\n1 2 3\n4 5 6.5\n",
-      "HIERARCHY ROOT Hips{CHANNELS 3 Zrotation Yrotation Xrotation OFFSET 0, 1, 0 End Site{OFFSET 0, 2, "
-      "0}}MOTION\nFrames: 2\nFrame Time: 0.5\n1, 2, 3\n4, 5, 6.5\n",
+      "HIERARCHY\nROOT Hips{CHANNELS 3 Zrotation Yrotation Xrotation OFFSET 0, 1, 0 End Site{OFFSET 0, 2, "
+      "0}}MOTION\n"
+      "Frames: 2\nFrame Time: 0.5\n1, 2, 3\n4, 5, 6.5\n",
   };
   for (size_t t = 0; t < sizeof texts / sizeof *texts; t++) {
     tw_model *model = read_text(texts[t]);

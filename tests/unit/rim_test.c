@@ -300,7 +300,7 @@ static void need_no_sanitizer(void) {
 }
 
 TEST(open_answers_in_two_parts_have_the_rows_of_generic_steps) {
-  sheet *s = new_sheet(10, 9, false);
+  sheet *s = new_sheet(14, 12, false);
   compare_with_steps(s, (tw_surface_options){
                             .level = LEVEL, .boundary = TW_BOUNDARY_OPEN, .uv = TW_UV_ALL, .normals = true});
   free_sheet(s);
@@ -308,7 +308,7 @@ TEST(open_answers_in_two_parts_have_the_rows_of_generic_steps) {
 
 TEST(open_limits_in_two_parts_are_those_of_generic_steps) {
   need_no_sanitizer();
-  sheet *s = new_sheet(10, 9, false);
+  sheet *s = new_sheet(14, 12, false);
   s->c->mesh.has_tangents = false;
   compare_with_steps(
       s, (tw_surface_options){
@@ -318,7 +318,7 @@ TEST(open_limits_in_two_parts_are_those_of_generic_steps) {
 
 TEST(open_bilinear_answers_in_two_parts_have_the_rows_of_generic_steps) {
   need_no_sanitizer();
-  sheet *s = new_sheet(10, 9, false);
+  sheet *s = new_sheet(14, 12, false);
   compare_with_steps(s, (tw_surface_options){.level = LEVEL,
                                              .boundary = TW_BOUNDARY_OPEN,
                                              .uv = TW_UV_ALL,
@@ -349,7 +349,7 @@ static float *add_detail(cage *c, uint32_t level) {
 static void compare_triangles(tw_surface_options options, bool detailed) {
   static float uv[2 * POINTS_MAX][2];
   static uint32_t corners[4 * FACES_MAX];
-  sheet *s = new_sheet(13, 12, true);
+  sheet *s = new_sheet(16, 15, true);
   cage *c = s->c;
   for (uint32_t i = 0; i < 2 * c->mesh.point_count; i++)
     for (int k = 0; k < 2; k++) uv[i][k] = 0.5f * s->uv[i / 2][k] + 0.05f * waves((float)i, (float)k);
