@@ -312,6 +312,10 @@ static api_outcome make_wish(api_call *call, const api_surface_scene *scene, dou
   double error = is_default ? 0.001 : asked->error;
   uint64_t faces = is_default ? DEFAULT_FACES : asked->faces;
   *out = (wish){.error = INFINITY, .level = limits->max_level, .is_held = faces > 0};
+  if (size == 0 && (asked->is_share || is_default)) {
+    out->level = 0; /* all levels are one point */
+    return API_DONE;
+  }
   if (error > 0) out->error = asked->is_share || is_default ? error * size : error;
   if (!out->is_held) return API_DONE;
   if (faces > limits->max_faces) faces = limits->max_faces;

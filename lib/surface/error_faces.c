@@ -79,11 +79,43 @@ double tw_error_vertex_cosine(const tw_error_part *p, uint32_t corner, const dou
   return least;
 }
 
+double tw_error_ring_cosine(const tw_error_part *p, uint32_t corner, const double normal[3]) {
+  const tw_topology *t = &p->topology;
+  uint32_t turned = corner, count = 0;
+  double least = 1;
+  if (t->vertex_flags[t->corner_vertex[corner]] != 0) return -1;
+  do {
+    uint32_t face = tw_corner_face(t, turned);
+    if (p->states[face] == TW_FACE_HIDDEN || ++count > TW_AROUND_MAX) return -1;
+    least = fmin(least, tw_error_face_cosine(p, face, normal));
+    turned = t->sibling[tw_corner_previous(t, turned)];
+  } while (turned != corner && least >= TW_LEAST_COSINE);
+  return least;
+}
+
 double tw_error_slope_around(const tw_error_part *p, uint32_t face, const double normal[3]) {
   uint32_t begin = tw_face_begin(&p->topology, face), size = tw_face_size(&p->topology, face);
   double least = tw_dot3(normal, normal) > 0 ? 1 : 0;
   for (uint32_t i = 0; i < size && least >= TW_LEAST_COSINE; i++)
     least = fmin(least, tw_error_vertex_cosine(p, begin + i, normal));
+  return tw_error_slope(least);
+}
+
+/* Whether faces on both sides meet in an edge that is sharp. */
+static bool is_crease(const tw_error_part *p, uint32_t edge) {
+  return tw_error_is_rim(p, edge) && !tw_error_is_end(p, edge);
+}
+
+double tw_error_slope_beyond(const tw_error_part *p, uint32_t face, const double normal[3]) {
+  const tw_topology *t = &p->topology;
+  uint32_t begin = tw_face_begin(t, face), size = tw_face_size(t, face);
+  double least = tw_dot3(normal, normal) > 0 ? 1 : 0;
+  for (uint32_t i = 0; i < size && least >= TW_LEAST_COSINE; i++) {
+    double cosine = tw_error_ring_cosine(p, begin + i, normal);
+    bool is_sharp = is_crease(p, t->corner_edge[begin + i]) ||
+                    is_crease(p, t->corner_edge[begin + (i + size - 1) % size]);
+    if (cosine >= 0 || is_sharp) least = fmin(least, cosine);
+  }
   return tw_error_slope(least);
 }
 
@@ -101,12 +133,16 @@ double tw_error_reach(const tw_error_part *p, uint32_t face) {
   return sum / (2 * size);
 }
 
-bool tw_error_is_rim(const tw_error_part *p, uint32_t edge) {
+bool tw_error_is_end(const tw_error_part *p, uint32_t edge) {
   const tw_topology *t = &p->topology;
-  if (tw_is_infinite(t->edge_sharpness[edge])) return true;
+  if (t->edge_flags[edge] != 0) return true;
   uint32_t corner = t->edge_corner[edge], other = t->sibling[corner];
   return (p->states[tw_corner_face(t, corner)] == TW_FACE_HIDDEN) !=
          (p->states[tw_corner_face(t, other)] == TW_FACE_HIDDEN);
+}
+
+bool tw_error_is_rim(const tw_error_part *p, uint32_t edge) {
+  return tw_is_infinite(p->topology.edge_sharpness[edge]) || tw_error_is_end(p, edge);
 }
 
 tw_status tw_error_find_rims(tw_error_part *p) {

@@ -289,12 +289,14 @@ static void second_difference(const double *a, const double *b, const double *c,
   for (int i = 0; i < 3; i++) out[i] = a[i] - 2 * b[i] + c[i];
 }
 
-/* The difference between a rim (where nothing slides) and its limit curve, along the sides that are rims. */
-static double rim_deviation(const tw_error_part *p, uint32_t face, const net *n, bool limit) {
+/* The difference between a rim (where nothing slides) and its limit curve, along the sides that are rims, or
+ * ends of the surface alone. */
+static double rim_deviation(const tw_error_part *p, uint32_t face, const net *n, bool limit, bool ends) {
   const tw_topology *t = &p->topology;
   double most = 0, d[3];
   for (int side = 0; side < 4; side++) {
-    if (!tw_error_is_rim(p, t->corner_edge[tw_face_begin(t, face) + (uint32_t)side])) continue;
+    uint32_t edge = t->corner_edge[tw_face_begin(t, face) + (uint32_t)side];
+    if (ends ? !tw_error_is_end(p, edge) : !tw_error_is_rim(p, edge)) continue;
     int axis = side % 2, line = side == 0 || side == 3 ? 1 : 2;
     for (int i = 1; i < 3; i++) {
       second_difference(net_step(n, axis, line, i - 1), net_step(n, axis, line, i),
@@ -305,6 +307,17 @@ static double rim_deviation(const tw_error_part *p, uint32_t face, const net *n,
   return limit ? most / 8 : most / 6;
 }
 
+/* The difference where points slide, which they do across sharp edges too if that bounds them more closely.
+ */
+static double slid_deviation(const tw_error_part *p, uint32_t face, const net *n, bool limit,
+                             const double normal[3], const tw_offset *most, double slope) {
+  double inside = most->normal + slope * most->slide, rims = rim_deviation(p, face, n, limit, false);
+  if (rims <= inside) return inside;
+  slope = fmax(slope, tw_error_slope_beyond(p, face, normal));
+  if (!isfinite(slope)) return rims;
+  return fmin(rims, fmax(most->normal + slope * most->slide, rim_deviation(p, face, n, limit, true)));
+}
+
 static tw_face_measure measure_patch(const tw_error_part *p, uint32_t face, const net *n, bool limit) {
   tw_face_measure out;
   double normal[3], step = 0;
@@ -312,15 +325,15 @@ static tw_face_measure measure_patch(const tw_error_part *p, uint32_t face, cons
   const tw_offset most = deviation(n, limit, normal, &out.usual);
   double slope = tw_dot3(normal, normal) > 0 ? patch_slope(n, normal, &step) : INFINITY;
   if (isfinite(slope) && most.slide <= step / 2) slope = fmax(slope, tw_error_slope_around(p, face, normal));
-  out.error = most.whole;
+  out.error = out.whole = most.whole;
   if (isfinite(slope) && most.slide <= step / 2)
-    out.error = fmin(most.whole, fmax(most.normal + slope * most.slide, rim_deviation(p, face, n, limit)));
+    out.error = fmin(most.whole, slid_deviation(p, face, n, limit, normal, &most, slope));
   return out;
 }
 
 /* A bilinear patch differs from its triangles by a quarter of the mixed difference, and its children's mixed
  * differences are a quarter of its own. Its edges stay, so nothing slides into other faces. */
-static double bilinear_error(const tw_error_part *p, uint32_t face) {
+static tw_face_measure measure_bilinear(const tw_error_part *p, uint32_t face) {
   const uint32_t *quad = p->topology.corner_vertex + tw_face_begin(&p->topology, face);
   double mixed[3], normal[3];
   for (int c = 0; c < 3; c++)
@@ -329,14 +342,13 @@ static double bilinear_error(const tw_error_part *p, uint32_t face) {
   tw_error_normal(p, face, normal);
   tw_offset m = tw_offset_split(mixed, normal);
   double cosine = tw_dot3(normal, normal) > 0 ? tw_error_face_cosine(p, face, normal) : 0;
-  if (cosine < TW_LEAST_COSINE) return m.whole / 4;
-  return fmin(m.whole, m.normal + m.slide * sqrt(fmax(0, 1 - cosine * cosine)) / cosine) / 4;
+  double error = m.slide > 0 ? fmin(m.whole, m.normal + m.slide * tw_error_slope(cosine)) : m.whole;
+  return (tw_face_measure){.error = error / 4, .whole = m.whole / 4, .usual = INFINITY};
 }
 
 tw_face_measure tw_error_of_patch(const tw_measuring *m, const tw_error_part *p, uint32_t face) {
   net n;
-  if (m->rules.linear && tw_face_size(&p->topology, face) == 4)
-    return (tw_face_measure){bilinear_error(p, face), INFINITY};
-  if (m->rules.loop || m->rules.linear || !find_net(p, face, &n)) return (tw_face_measure){-1, 0};
+  if (m->rules.linear && tw_face_size(&p->topology, face) == 4) return measure_bilinear(p, face);
+  if (m->rules.loop || m->rules.linear || !find_net(p, face, &n)) return (tw_face_measure){.error = -1};
   return measure_patch(p, face, &n, m->options->limit);
 }

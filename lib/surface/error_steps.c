@@ -6,17 +6,9 @@ void tw_error_gap_take(tw_error_gap *g, const double *to, const double *from, do
   double moved[3];
   tw_difference3(to, from, moved);
   tw_offset o = tw_offset_split(moved, g->normal);
-  g->all = fmax(g->all, o.whole);
-  if (cosine < 0) {
-    g->seen = fmax(g->seen, o.whole);
-    return;
-  }
-  g->slide = fmax(g->slide, o.slide);
-  g->seen = fmax(g->seen, o.slide > 0 ? o.normal + tw_error_slope(cosine) * o.slide : o.normal);
-}
-
-double tw_error_gap_size(const tw_error_gap *g, double own, double reach) {
-  return own >= TW_LEAST_COSINE && g->slide <= reach ? fmin(g->all, g->seen) : g->all;
+  if (o.slide > 0 && o.slide <= g->reach)
+    o.whole = fmin(o.whole, o.normal + tw_error_slope(cosine) * o.slide);
+  g->size = fmax(g->size, o.whole);
 }
 
 void tw_error_nearest_on(const double *a, const double *b, const double *to, double out[3]) {
@@ -65,7 +57,7 @@ static double take_face_point(tw_error_gap *g, const tw_error_part *p, uint32_t 
 /* The cosine for the middle of an edge: its two faces. */
 static double edge_cosine(const tw_error_part *p, uint32_t corner, const double normal[3], double own) {
   const tw_topology *t = &p->topology;
-  if (tw_error_is_rim(p, t->corner_edge[corner])) return -1;
+  if (tw_error_is_end(p, t->corner_edge[corner])) return -1;
   return fmin(own, tw_error_face_cosine(p, tw_corner_face(t, t->sibling[corner]), normal));
 }
 
@@ -77,14 +69,15 @@ double tw_error_of_step(const tw_measuring *m, const tw_error_part *p, const dou
                         tw_error_frame *frame) {
   const tw_topology *t = &p->topology;
   uint32_t begin = tw_face_begin(t, face), size = tw_face_size(t, face);
-  tw_error_gap g = {.seen = 0};
+  tw_error_gap g = {.size = 0};
   tw_error_normal(p, face, g.normal);
-  double own = tw_dot3(g.normal, g.normal) > 0 ? tw_error_face_cosine(p, face, g.normal) : 0,
-         reach = tw_error_reach(p, face), cut = 0, foot[3];
+  double own = tw_dot3(g.normal, g.normal) > 0 ? tw_error_face_cosine(p, face, g.normal) : 0, cut = 0,
+         foot[3];
+  g.reach = own >= TW_LEAST_COSINE ? tw_error_reach(p, face) : 0;
   for (uint32_t i = 0; i < size; i++) {
     uint32_t vertex = t->corner_vertex[begin + i], edge = t->corner_edge[begin + i];
     const double *point = tw_point_at(next, t->vertex_count + edge);
-    double at_vertex = p->is_rim[vertex] ? -1 : tw_error_vertex_cosine(p, begin + i, g.normal),
+    double at_vertex = tw_error_ring_cosine(p, begin + i, g.normal),
            at_edge = edge_cosine(p, begin + i, g.normal, own);
     tw_error_gap_take(&g, tw_point_at(next, vertex), tw_point_at(p->shown, vertex), at_vertex);
     tw_error_nearest_on(tw_point_at(p->shown, t->edge_vertices[edge][0]),
@@ -95,10 +88,10 @@ double tw_error_of_step(const tw_measuring *m, const tw_error_part *p, const dou
     frame->edges[i] = rounded_down(at_edge);
   }
   frame->own = rounded_down(own);
-  frame->reach = (float)(reach * (1 - 1e-6));
+  frame->reach = (float)(g.reach * (1 - 1e-6));
   if (!m->rules.loop)
     cut = take_face_point(&g, p, face, tw_point_at(next, t->vertex_count + t->edge_count + face), own);
-  return tw_error_gap_size(&g, own, reach) + cut;
+  return g.size + cut;
 }
 
 /* ---- what is left ---------------------------------------------------------------------------- */

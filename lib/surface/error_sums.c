@@ -74,8 +74,7 @@ static void take_inner(const compared *c, tw_error_gap *g, const uint8_t triangl
   nearest_on_triangle(c->corners[triangle[0]], c->corners[triangle[1]], c->corners[triangle[2]], point, foot);
   tw_difference3(point, foot, moved);
   tw_offset o = tw_offset_split(moved, c->normal);
-  g->all = fmax(g->all, o.whole);
-  g->seen = fmax(g->seen, fmin(o.whole, o.normal + tw_error_slope((double)c->frame->own) * o.slide));
+  g->size = fmax(g->size, fmin(o.whole, o.normal + tw_error_slope((double)c->frame->own) * o.slide));
 }
 
 static void take_on_edge(const compared *c, tw_error_gap *g, uint32_t edge, const double *point) {
@@ -114,17 +113,17 @@ static void take_corner(const compared *c, tw_error_gap *g, uint8_t place, const
 }
 
 /* The distance of a piece from the face, and its own from the limit: of that, what the pieces beside it have,
- * as points may slide there. */
+ * as points may slide there, or its own if they do not. */
 static double piece_error(const compared *c, const piece *own) {
   const tw_level_errors *l = &c->levels[own->level];
-  tw_error_gap g = {.normal = {c->normal[0], c->normal[1], c->normal[2]}};
+  tw_error_gap g = {.normal = {c->normal[0], c->normal[1], c->normal[2]}, .reach = (double)c->frame->reach};
   double beside = 0;
   for (uint32_t i = 0; i < size_of(l, own->face); i++) {
     uint32_t vertex = l->corners[l->begins[own->face] + i];
     take_corner(c, &g, own->places[i], tw_point_at(l->points, vertex));
     beside = fmax(beside, l->around[vertex]);
   }
-  return tw_error_gap_size(&g, (double)c->frame->own, (double)c->frame->reach) + beside;
+  return g.size + fmin(beside, l->wholes[own->face]);
 }
 
 /* The index in l->made of a face from which the next level was made; UINT32_MAX for other faces. */

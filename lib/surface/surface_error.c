@@ -24,9 +24,9 @@
  * the nearest of that edge. Elsewhere points slide along the surface more than they leave it, so a difference
  * is split into a part d along the face's normal and a slide s across it, and counts as |d| + tau |s|: seen
  * along the normal, the faces that the slide can reach are a graph whose slope is at most tau, so that
- * something lies that near under the point. This holds while slides are short beside the faces. At rims
- * (borders, infinitely sharp edges, faces that are left out) nothing may slide, and the whole difference
- * counts; as it does where no normal serves. */
+ * something lies that near under the point. This holds while slides are short beside the faces. Where the
+ * surface ends (borders, faces that are left out) nothing may slide, and the whole difference counts; as it
+ * does where no normal serves, as at infinitely sharp edges that are folded much. */
 #include "surface_error.h"
 
 #include <math.h>
@@ -62,8 +62,10 @@ typedef struct pass {
 } pass;
 
 static double measure_face(pass *s, uint32_t index, uint32_t face) {
-  if (s->kind == PASS_STEP)
-    return s->steps[face] = tw_error_of_step(s->m, s->p, s->next, face, &s->frames[face]);
+  if (s->kind == PASS_STEP) {
+    s->steps[face] = tw_error_of_step(s->m, s->p, s->next, face, &s->frames[face]);
+    return tw_face_size(&s->p->topology, face) > 4 ? 0 : s->steps[face]; /* the cut of polygons is loose */
+  }
   if (s->kind == PASS_REST)
     return s->rests[face] = tw_error_of_rest(s->m, s->p, s->radii, face, s->shares[index]);
   s->of_face[face] = tw_error_of_patch(s->m, s->p, face);
@@ -123,7 +125,7 @@ static double leave_room(const tw_error_part *p, const tw_face_measure *of_face,
  * greatest of those settled. */
 static tw_status settle(const tw_measuring *m, tw_error_part *p, const tw_error_wish *wish, double others,
                         double *most) {
-  const double loose = 1.25;
+  const double loose = 1.05;
   uint32_t faces = p->topology.face_count;
   pass s = {.m = m,
             .p = p,
@@ -138,6 +140,7 @@ static tw_status settle(const tw_measuring *m, tw_error_part *p, const tw_error_
   *most = 0;
   for (uint32_t f = 0; f < faces; f++) {
     if (p->states[f] < TW_FACE_OPEN || s.of_face[f].error < 0) continue;
+    p->wholes[f] = s.of_face[f].whole;
     if (tells_more(p, f, &s.of_face[f], allowed)) {
       p->states[f]++;
       p->errors[f] = s.of_face[f].error; /* which holds where it is given up */
@@ -322,8 +325,11 @@ static tw_status cut(const tw_measuring *m, tw_error_part *p) {
   uint32_t count, *vertices, *corners = list_corners(p, &count);
   if (!corners) return TW_NO_MEMORY;
   if (count > t->corner_count / 4 * 3) return TW_OK;
-  tw_error_part out = {
-      .arena = tw_arena_create(), .errors = p->errors, .level = p->level, .open_count = p->open_count};
+  tw_error_part out = {.arena = tw_arena_create(),
+                       .errors = p->errors,
+                       .wholes = p->wholes,
+                       .level = p->level,
+                       .open_count = p->open_count};
   tw_status status = out.arena ? TW_OK : TW_NO_MEMORY;
   if (status == TW_OK)
     status =
@@ -387,10 +393,14 @@ static tw_status keep_made(findings *found, tw_error_part *p) {
   kept->face_count = t->face_count;
   kept->vertex_count = t->vertex_count;
   kept->errors = p->errors = tw_arena_alloc(found->arena, t->face_count, sizeof *p->errors);
+  kept->wholes = p->wholes = tw_arena_alloc_raw(found->arena, t->face_count, sizeof *p->wholes);
   kept->begins = tw_arena_alloc_raw(found->arena, (size_t)t->face_count + 1, sizeof *kept->begins);
   kept->corners = tw_arena_alloc_raw(found->arena, t->corner_count, sizeof *kept->corners);
-  if (!p->errors || !kept->begins || !kept->corners) return TW_NO_MEMORY;
-  for (uint32_t f = 0; f < t->face_count; f++) kept->begins[f] = tw_face_begin(t, f);
+  if (!p->errors || !p->wholes || !kept->begins || !kept->corners) return TW_NO_MEMORY;
+  for (uint32_t f = 0; f < t->face_count; f++) {
+    kept->begins[f] = tw_face_begin(t, f);
+    p->wholes[f] = INFINITY;
+  }
   kept->begins[t->face_count] = t->corner_count;
   memcpy(kept->corners, t->corner_vertex, t->corner_count * sizeof *kept->corners);
   return keep_points(found, p);

@@ -31,6 +31,7 @@ typedef struct tw_error_part {
   uint8_t *is_rim;     /* [vertices] */
   uint32_t *made;      /* [faces] the face of the level as it was made; NULL: the same, as nothing is cut */
   double *errors;      /* [faces of the level as it was made] the distance of each from the limit */
+  double *wholes;      /* [the same] as tw_face_measure has them */
   uint32_t level, open_count;
 } tw_error_part;
 
@@ -45,8 +46,8 @@ typedef struct tw_measuring {
 } tw_measuring;
 
 /* How a face's points may slide. corners, edges: the least cosine between the face's normal and those of the
- * faces at each corner and across each edge, below 0 at rims; own: of the triangles at its own corners; all
- * rounded down. reach: the longest slide (tw_error_reach). */
+ * faces at each corner and across each edge, below 0 where the surface ends; own: of the triangles at its own
+ * corners; all rounded down. reach: the longest slide (tw_error_reach); 0 where nothing may slide. */
 typedef struct tw_error_frame {
   float corners[4], edges[4], own, reach;
 } tw_error_frame;
@@ -58,6 +59,7 @@ typedef struct tw_level_errors {
   uint32_t *begins;  /* [face_count + 1] the first corner of each face */
   double *points;    /* [vertex_count][3] as answers have them */
   double *errors; /* [face_count] the distance of a face from the limit; of open ones it is summed up last */
+  double *wholes; /* [face_count] as tw_face_measure has them; INFINITY: not measured */
   uint32_t left_count;    /* faces that are left; 0 at the last level */
   uint32_t *made;         /* [left_count] as in tw_error_part; ascending */
   uint32_t *children;     /* [left_count + 1] the first child of each */
@@ -73,6 +75,7 @@ typedef struct tw_offset {
 /* What is known of a face whose deeper levels follow from it. */
 typedef struct tw_face_measure {
   double error; /* its distance from the limit; below 0: of a face that is open still */
+  double whole; /* the same if nothing slides, from points of the face to those of its own limit */
   double usual; /* about what it would be if nothing varied: where `error` is much more, its children tell
                    more */
 } tw_face_measure;
@@ -99,10 +102,17 @@ void tw_error_normal(const tw_error_part *p, uint32_t face, double normal[3]);
 double tw_error_face_cosine(const tw_error_part *p, uint32_t face, const double normal[3]);
 double tw_error_vertex_cosine(const tw_error_part *p, uint32_t corner, const double normal[3]);
 
+/* The same of all faces at a corner's vertex, also beyond sharp edges. Below 0 where these are no ring of
+ * shown faces, so that the surface ends there. */
+double tw_error_ring_cosine(const tw_error_part *p, uint32_t corner, const double normal[3]);
+
 /* The slope of a face whose normal has this cosine with the direction of view; and the greatest slope of the
  * faces around a face, seen along its normal. Infinite below TW_LEAST_COSINE. */
 double tw_error_slope(double cosine);
 double tw_error_slope_around(const tw_error_part *p, uint32_t face, const double normal[3]);
+
+/* The greatest slope of the faces around a face, also beyond sharp edges. */
+double tw_error_slope_beyond(const tw_error_part *p, uint32_t face, const double normal[3]);
 
 /* The corner at the same vertex, in the face across the edge to the previous corner, or across that to the
  * next; UINT32_MAX at a rim of the limit surface. */
@@ -116,7 +126,9 @@ uint32_t tw_error_list_around(const tw_topology *t, uint32_t corner, uint32_t ou
 /* Half of the mean length of a face's edges: as far as its points may slide. */
 double tw_error_reach(const tw_error_part *p, uint32_t face);
 
-/* Whether nothing slides across an edge; and marks the vertices of such edges. */
+/* Whether the surface ends at an edge; whether it ends or is sharp there; and marks the vertices of such
+ * rims. */
+bool tw_error_is_end(const tw_error_part *p, uint32_t edge);
 bool tw_error_is_rim(const tw_error_part *p, uint32_t edge);
 tw_status tw_error_find_rims(tw_error_part *p);
 
@@ -126,19 +138,17 @@ tw_face_measure tw_error_of_patch(const tw_measuring *m, const tw_error_part *p,
 
 /* ---- other faces: error_steps.c ----------------------------------------------------------------- */
 
-/* The differences between a face and what comes of it. */
+/* The difference between a face and what comes of it. */
 typedef struct tw_error_gap {
   double normal[3]; /* the face's */
-  double slide;     /* the longest way that a point slides */
-  double seen, all; /* the greatest difference, with slides; if nothing may slide */
+  double reach;     /* the longest way that a point may slide */
+  double size;      /* the greatest difference so far */
 } tw_error_gap;
 
-/* Takes a point and its partner into account. cosine: between the normal and those of the faces that the
- * point may slide to; below 0: it is at a rim. */
+/* Takes a point and its partner into account, by the whole difference or by its part along the normal and the
+ * slide, whichever is less: points between those of either kind move by a mean of both. cosine: between the
+ * normal and those of the faces that the point may slide to; below 0: it may not. */
 void tw_error_gap_take(tw_error_gap *g, const double *to, const double *from, double cosine);
-
-/* The greatest difference. own: the cosine of the face's own corners. reach: tw_error_reach. */
-double tw_error_gap_size(const tw_error_gap *g, double own, double reach);
 
 /* The point of an edge that is nearest to another one. Points of edges and diagonals have partners there: so
  * they may slide along these, as they do around irregular points, at no cost. */

@@ -134,6 +134,27 @@ TEST_WITH(shares_are_of_the_diagonal_of_the_scene, setup, teardown) {
   cJSON_Delete(b);
 }
 
+/* A share of no size would be an error that no level reaches. */
+TEST_WITH(what_has_no_size_stays_as_it_is, setup, teardown) {
+  const fixture *f = *state;
+  static const char *const queries[] = {"level=auto", "level=auto&error=1%25",
+                                        "level=auto&error=1%25&faces=50"};
+  char id[API_ID_TEXT];
+  loopback_upload(f->loop, "application/json",
+                  "{\"meshes\":[{\"name\":\"dot\",\"positions\":[[1,2,3],[1,2,3],[1,2,3],[1,2,3]],\"faces\":["
+                  "[0,1,2,3]]}],"
+                  "\"nodes\":[{\"mesh\":\"dot\"}]}",
+                  id);
+  for (size_t i = 0; i < sizeof queries / sizeof *queries; i++) {
+    char rest[120];
+    snprintf(rest, sizeof rest, "surface.glb?%s", queries[i]);
+    reply r = ask_ok(f, id, rest);
+    assert_string_equal(reply_header(&r, "X-Tweend-Level"), "0");
+    assert_null(reply_header(&r, "X-Tweend-Warning"));
+    reply_free(&r);
+  }
+}
+
 /* The small cube is a tenth as large as the large one, as its node shows it: it needs fewer levels. */
 TEST_WITH(each_mesh_has_its_level, setup, teardown) {
   const fixture *f = *state;
