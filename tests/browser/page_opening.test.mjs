@@ -75,11 +75,11 @@ visits('a model opens with the least level whose error is not seen, which the sl
   await opens('square.obj', 0);
   assert.match(await page.locator('#view').getAttribute('aria-label'), /level 0: 1 face round/);
   await drop(visit, { 'pyramid.obj': PYRAMID });
-  await opens('pyramid.obj', 5);
+  await opens('pyramid.obj', 4);
   await page.getByRole('button', { name: 'Show level 1', exact: true }).click();
   await visit.level(1);
   await page.evaluate(() => (location.hash = location.hash.replace('&level=1', ''))); // an address that names no level
-  await opens('pyramid.obj', 5);
+  await opens('pyramid.obj', 4);
   // Others who are sent the address ask nothing else than what it names.
   const other = await Visit.begin(site.browser, `${daemon.url}/version`, { choosesLevel: true });
   const asked = [];
