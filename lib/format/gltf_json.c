@@ -255,13 +255,13 @@ static void put_nodes(tw_gltf_writer *writer) {
 
 /* ---- scenes ---------------------------------------------------------------------------------- */
 
-/* Prints the roots from node `first` on, of those that the file has not only the visible ones: its own tell
- * themselves whether they are. */
+/* Prints the roots from node `first` on. The file's own nodes say in an extension whether they are visible;
+ * of nodes that the answer adds, only the visible ones are printed. */
 static void put_roots(tw_gltf_writer *writer, uint32_t first) {
   const tw_model *model = writer->scene->model;
   for (uint32_t i = first; i < model->node_count; i++) {
-    bool is_own = i >= writer->assets->node_count;
-    if (model->nodes[i].parent != TW_NO_INDEX || (is_own && model->nodes[i].is_hidden)) continue;
+    bool is_added = i >= writer->assets->node_count;
+    if (model->nodes[i].parent != TW_NO_INDEX || (is_added && model->nodes[i].is_hidden)) continue;
     tw_text_element(writer->text);
     tw_text_count(writer->text, i);
   }

@@ -289,8 +289,8 @@ static void second_difference(const double *a, const double *b, const double *c,
   for (int i = 0; i < 3; i++) out[i] = a[i] - 2 * b[i] + c[i];
 }
 
-/* The difference between a rim (where nothing slides) and its limit curve, along the sides that are rims, or
- * ends of the surface alone. */
+/* The distance between the sides of a face that are rims, where nothing slides, and their limit curves. ends:
+ * only of sides at which the surface ends, not of sharp edges between two faces. */
 static double rim_deviation(const tw_error_part *p, uint32_t face, const net *n, bool limit, bool ends) {
   const tw_topology *t = &p->topology;
   double most = 0, d[3];
@@ -307,8 +307,8 @@ static double rim_deviation(const tw_error_part *p, uint32_t face, const net *n,
   return limit ? most / 8 : most / 6;
 }
 
-/* The difference where points slide, which they do across sharp edges too if that bounds them more closely.
- */
+/* The difference where points slide. At sharp edges between two faces they either stay, or slide as far as
+ * the faces on both sides allow: both are bounds, and the lesser one counts. */
 static double slid_deviation(const tw_error_part *p, uint32_t face, const net *n, bool limit,
                              const double normal[3], const tw_offset *most, double slope) {
   double inside = most->normal + slope * most->slide, rims = rim_deviation(p, face, n, limit, false);

@@ -41,7 +41,9 @@ async function weightsOf(model, which, { times }, signal) {
   const nodes = Object.keys(first[0].weights ?? {});
   const to = times.at(-1);
   if (nodes.length === 0 || to === 0) return first;
-  const { poses } = await ask({ nodes: nodes.join().length < NODES_SIZE ? nodes : undefined, from: 0, to, fps: (times.length - 1) / to });
+  // Weights of one of several nodes with one name stand under its index, by which no request asks.
+  const canAsk = nodes.join().length < NODES_SIZE && nodes.every((node) => model.nodes.some(({ name }) => name === node));
+  const { poses } = await ask({ nodes: canAsk ? nodes : undefined, from: 0, to, fps: (times.length - 1) / to });
   return poses;
 }
 

@@ -37,14 +37,14 @@ const loader = new GLTFLoader().setMeshoptDecoder(MeshoptDecoder);
  *  surroundings. Nor does that of an OBJ, which has only a name and is no metal. */
 const saysLook = (material) => material !== undefined && !/^\{"pbrMetallicRoughness":\{"metallicFactor":0\}\}$/.test(JSON.stringify({ ...material, name: undefined }));
 
-/** The names that the node of a mesh may have in poses: a nameless one may be an addition of the answer, whose mesh is the
- *  parent's in the file. */
+/** The names that the node of a mesh may have in poses: its index where it has no name, or one that another node has too. A
+ *  nameless one may be an addition of the answer, whose mesh is the parent's in the file. */
 function namesAbove(object, { associations, json }) {
   const index = associations.get(object)?.nodes;
   if (!object.parent) return [];
   if (index === undefined) return namesAbove(object.parent, { associations, json }); // one of several primitives
   const { name } = json.nodes[index];
-  return name === undefined ? [`node_${index}`, ...namesAbove(object.parent, { associations, json })] : [name];
+  return [`node_${index}`, ...(name === undefined ? namesAbove(object.parent, { associations, json }) : [name])];
 }
 
 /** Parses a GLB into {scene, nodes: objects by the file's node names, bearers: [object, index of its mesh] for the nodes with

@@ -776,7 +776,7 @@ private:
     return false;
   }
 
-  // What is no object is a misfit, of which is told apart.
+  // Extensions that are no object have a warning of their own (Outline::misfit).
   static bool says_more_in_extensions(const char *extensions) {
     if (*extensions != '{') return false;
     for (Items i(extensions); i.more(); i.next())
