@@ -35,7 +35,8 @@ uint32_t tw_mark_collapsed(const tw_soup *soup, const uint32_t *place, uint8_t *
 typedef struct face_order {
   const tw_soup *soup;
   const uint32_t *place;
-  const uint32_t *buckets; /* [face_count] */
+  const uint32_t *hashes; /* [face_count] */
+  uint32_t bucket_mask;
 } face_order;
 
 /* The corners of a face, from the first one at its least place on. */
@@ -71,7 +72,9 @@ static uint32_t hash_face(const face_order *order, uint32_t face) {
   return (uint32_t)hash;
 }
 
+/* By hashes first, which are at hand. */
 static int compare_faces(const face_order *order, uint32_t a, uint32_t b) {
+  if (order->hashes[a] != order->hashes[b]) return order->hashes[a] < order->hashes[b] ? -1 : 1;
   const face_round left = round_of(order, a), right = round_of(order, b);
   if (left.size != right.size) return left.size < right.size ? -1 : 1;
   for (uint32_t k = 0; k < left.size; k++) {
@@ -88,28 +91,28 @@ static bool face_less(const void *context, uint32_t a, uint32_t b) {
 }
 
 static uint32_t face_bucket(const void *context, uint32_t face) {
-  return ((const face_order *)context)->buckets[face];
+  const face_order *order = context;
+  return order->hashes[face] & order->bucket_mask;
 }
 
 tw_status tw_mark_doubled(const tw_soup *soup, const uint32_t *place, uint8_t *left_out, uint32_t *count,
                           tw_error *error) {
   uint32_t bucket_count = 1, faces = soup->face_count;
   while (bucket_count < faces && bucket_count < 1u << 31) bucket_count *= 2;
-  uint32_t *buckets = tw_alloc(faces, 2 * sizeof *buckets);
-  if (!buckets) return tw_fail(error, TW_NO_MEMORY, "out of memory");
-  uint32_t *sorted = buckets + faces;
-  const face_order order = {soup, place, buckets};
-  for (uint32_t face = 0; face < faces; face++) buckets[face] = hash_face(&order, face) & (bucket_count - 1);
+  uint32_t *hashes = tw_alloc(faces, 2 * sizeof *hashes);
+  if (!hashes) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  uint32_t *sorted = hashes + faces;
+  const face_order order = {soup, place, hashes, bucket_count - 1};
+  for (uint32_t face = 0; face < faces; face++) hashes[face] = hash_face(&order, face);
   tw_status status = tw_sort_in_buckets(face_bucket, faces, bucket_count, face_less, &order, sorted, error);
   *count = 0;
   for (uint32_t i = 1; i < faces && status == TW_OK; i++) {
     uint32_t face = sorted[i], before = sorted[i - 1];
-    bool is_doubled =
-        buckets[face] == buckets[before] && !left_out[face] && compare_faces(&order, before, face) == 0;
+    bool is_doubled = !left_out[face] && compare_faces(&order, before, face) == 0;
     left_out[face] |= is_doubled;
     *count += is_doubled;
   }
-  tw_free(buckets);
+  tw_free(hashes);
   return status;
 }
 

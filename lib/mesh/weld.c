@@ -30,14 +30,15 @@ typedef struct places {
  * in 32 bits is 1.7e-7 instead of 0; 2^-20 leaves room. */
 #define TINY 0x1p-20f
 
-/* The greatest extent of the faces along an axis: points that no face uses may lie anywhere. */
+/* The greatest extent of the faces along an axis: points that no face uses may lie anywhere. Compared by
+ * hand: fminf is a call. */
 static float greatest_extent(const tw_soup *soup) {
-  float least[3] = {0}, most[3] = {0}, out = 0;
+  float least[3] = {INFINITY, INFINITY, INFINITY}, most[3] = {-INFINITY, -INFINITY, -INFINITY}, out = 0;
   for (uint32_t c = 0; c < soup->corner_count; c++)
     for (size_t axis = 0; axis < 3; axis++) {
       float value = soup->positions[3 * (size_t)soup->corners[c] + axis];
-      least[axis] = c == 0 ? value : fminf(least[axis], value);
-      most[axis] = c == 0 ? value : fmaxf(most[axis], value);
+      least[axis] = value < least[axis] ? value : least[axis];
+      most[axis] = value > most[axis] ? value : most[axis];
     }
   for (size_t axis = 0; axis < 3; axis++) out = fmaxf(out, most[axis] - least[axis]);
   return out;
@@ -47,8 +48,10 @@ static float greatest_extent(const tw_soup *soup) {
  * a coordinate. */
 static float tiny_coordinate(const tw_soup *soup) {
   float greatest = 0;
-  for (size_t i = 0; i < 3 * (size_t)soup->vertex_count; i++)
-    greatest = fmaxf(greatest, fabsf(soup->positions[i]));
+  for (size_t i = 0; i < 3 * (size_t)soup->vertex_count; i++) {
+    float value = fabsf(soup->positions[i]);
+    greatest = value > greatest ? value : greatest;
+  }
   return fminf(greatest, greatest_extent(soup)) * TINY;
 }
 
