@@ -92,7 +92,7 @@ STOCK
   start_daemon
   get "/v1/models/$id"
   expect 200
-  diff <(jq -S . before) <(jq -S . answer)
+  diff <(jq . before) <(jq . answer)
   get "/v1/models/$id/source"
   cmp answer "$samples/octopus.obj"
   post /v1/models "$samples/octopus.obj"

@@ -45,7 +45,7 @@ post_json() { http POST "$1" --json "$2" "${@:3}"; }
   holds '.clip == "step" and (.tracks | length) == 9 and .report.root.node == "pelvis"'
   get "$giant/tracks?clip=$walker/step" # by node name, as poses have it: no node has its names
   holds '.tracks == [] and has("retarget") == false'
-  get "$walker/tracks?clip=$walker/step" # as if it were its own
+  get "/v1/models/$walker/tracks?clip=$walker/step" # as if it were its own
   holds '.clip == "step" and (.tracks | length) == 9 and .report.feet == ["LeftFoot", "RightFoot"] and .report.warnings == []'
 }
 

@@ -311,7 +311,7 @@ forgotten() {
   again
   get "/v1/models/$cube"
   expect 200
-  diff <(jq -S . before) <(jq -S . answer)
+  diff <(jq . before) <(jq . answer)
   get "/v1/models/$cube/source"
   cmp answer "$samples/octopus.obj"
   post /v1/models "$samples/octopus.obj"
