@@ -95,10 +95,12 @@ static int64_t read_stream(void *context, uint8_t *out, size_t capacity) {
   stream *s = context;
   atomic_store(&block_size, capacity);
   if (s->position >= s->breaks_at) return -1;
-  size_t size = 0;
-  for (; size < capacity && s->position < s->end && s->position < s->breaks_at; size++) {
-    out[size] = (uint8_t)(s->position++ % 251);
-  }
+  enum { PERIOD = 251 };
+  uint64_t end = s->end < s->breaks_at ? s->end : s->breaks_at, left = end - s->position;
+  size_t size = left < capacity ? (size_t)left : capacity;
+  for (size_t i = 0; i < size && i < PERIOD; i++) out[i] = (uint8_t)((s->position + i) % PERIOD);
+  for (size_t i = PERIOD; i < size; i += PERIOD) memcpy(out + i, out, size - i < PERIOD ? size - i : PERIOD);
+  s->position += size;
   return (int64_t)size;
 }
 

@@ -151,6 +151,11 @@ static bool is_thread_sanitized(void) {
   return sanitizer && strcmp(sanitizer, "thread") == 0;
 }
 
+/* Smaller sheets under the thread sanitizer, which are still shared by threads. */
+static uint32_t side_of(uint32_t side) {
+  return is_thread_sanitized() ? 3 * side / 4 : side;
+}
+
 /* Returns the number of parts that threads shared. */
 static uint32_t check(const cage *c, tw_surface_options options) {
   uint32_t parts = 0, others = 0;
@@ -193,7 +198,7 @@ static void check_all(uint32_t side, kind kind, tw_surface_options options) {
 /* ---- tests ----------------------------------------------------------------------------------- */
 
 TEST(loop_surfaces_are_the_same) {
-  check_all(24, TRIANGLES, (tw_surface_options){.level = 3, .scheme = TW_LOOP});
+  check_all(side_of(24), TRIANGLES, (tw_surface_options){.level = 3, .scheme = TW_LOOP});
 }
 
 TEST(catmull_clark_surfaces_of_mixed_cages_are_the_same) {
@@ -206,9 +211,9 @@ TEST(bilinear_surfaces_are_the_same) {
 
 /* Levels that are read straight from the cage. */
 TEST(shallow_surfaces_are_the_same) {
-  enum { SIDE = 100 };
-  cage *c = sheet(SIDE, TRIANGLES, false);
-  join(c, SIDE);
+  uint32_t side = side_of(SIDE_MAX);
+  cage *c = sheet(side, TRIANGLES, false);
+  join(c, side);
   for (uint32_t level = 1; level <= 2; level++)
     for (int normals = 0; normals < 2; normals++)
       assert_true(check(c, (tw_surface_options){.level = level, .normals = normals}) >= 4);
