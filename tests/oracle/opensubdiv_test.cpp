@@ -46,7 +46,7 @@ tw_surface_options options_of(tw_scheme scheme, uint32_t level, int boundary, in
 // others for each cage. Their number is prime to the numbers of values, so that all values come together.
 bool is_due(uint32_t level, size_t combination) {
   if (level <= 2 && !sanitized) return true;
-  const size_t one_in = sanitized ? 11 : level == 3 ? 5 : 23;
+  const size_t one_in = sanitized || level > 3 ? 23 : 5;
   return (combination + static_cast<size_t>(tests)) % one_in == 0;
 }
 
