@@ -292,6 +292,11 @@ static tw_status describe_groups(const tw_mesh *mesh, tw_mesh_stats *facts) {
   return status;
 }
 
+static void set_sharpness(float *at, float sharpness, tw_mesh_stats *facts) {
+  facts->overruled_tags += *at > 0 && *at != sharpness;
+  *at = sharpness;
+}
+
 /* Counts the tags on edges, points and faces that exist; of several tags on one element the last counts. */
 static tw_status describe_tags(const tw_mesh *mesh, tw_topology *t, const uint8_t *flags, tw_arena *arena,
                                tw_mesh_stats *facts) {
@@ -300,12 +305,12 @@ static tw_status describe_tags(const tw_mesh *mesh, tw_topology *t, const uint8_
   for (uint32_t i = 0; i < mesh->crease_count; i++) {
     const uint32_t *ends = mesh->crease_edges + 2 * (size_t)i;
     uint32_t edge = tw_topology_find_edge(t, ends[0], ends[1]);
-    if (edge != UINT32_MAX) t->edge_sharpness[edge] = mesh->crease_sharpness[i];
+    if (edge != UINT32_MAX) set_sharpness(&t->edge_sharpness[edge], mesh->crease_sharpness[i], facts);
     bool is_lost = edge == UINT32_MAX && mesh->crease_sharpness[i] > 0;
     if (is_lost && facts->lost_creases++ == 0) memcpy(facts->lost_crease, ends, 2 * sizeof *ends);
   }
   for (uint32_t i = 0; i < mesh->sharp_point_count; i++)
-    t->vertex_sharpness[mesh->sharp_points[i]] = mesh->point_sharpness[i];
+    set_sharpness(&t->vertex_sharpness[mesh->sharp_points[i]], mesh->point_sharpness[i], facts);
   for (uint32_t i = 0; i < mesh->hole_count; i++) is_hole[mesh->holes[i]] = 1;
   for (uint32_t e = 0; e < t->edge_count; e++) facts->creases += t->edge_sharpness[e] > 0;
   for (uint32_t v = 0; v < t->vertex_count; v++)

@@ -178,8 +178,9 @@ TEST_WITH(every_answer_that_describes_a_model_says_the_first_warning, loopback_s
   assert_string_equal(warning, "");
 }
 
-/* A square's diagonal is no edge; neither is one of its points and one that no face has. */
-TEST_WITH(creases_of_no_edge_are_counted_in_a_warning, loopback_setup, loopback_teardown) {
+/* A square's diagonal is no edge; neither is one of its points and one that no face has. Of several tags in
+ * one place the last counts. */
+TEST_WITH(tags_that_do_not_count_are_told, loopback_setup, loopback_teardown) {
   static const struct {
     const char *type, *text, *warnings;
   } cases[] = {
@@ -192,6 +193,12 @@ TEST_WITH(creases_of_no_edge_are_counted_in_a_warning, loopback_setup, loopback_
       {"model/obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nt crease 2/1/0 0 2 3\n",
        "'warnings':['1 crease is left out: no edge joins points 0 and 2 of mesh 0']"},
       {"model/obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nt crease 2/1/0 0 3 3\n", "'warnings':[]"},
+      {"application/json",
+       "{'meshes':[{'positions':[[0,0,0],[1,0,0],[1,1,0],[0,1,0]],'faces':[[0,1,2,3]],"
+       "'creases':[{'edge':[0,1],'sharpness':1},{'edge':[1,0],'sharpness':2},{'edge':[1,2],'sharpness':1},"
+       "{'edge':[1,2],'sharpness':1}],'corners':[{'vertex':0,'sharpness':3},{'vertex':0,'sharpness':0}]}]}",
+       "'warnings':['2 creases or corners are left out: an edge or a point has another one with another "
+       "sharpness behind it']"},
   };
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     reply r = loopback_post(*state, "/v1/models", cases[i].type, cases[i].text);

@@ -347,7 +347,8 @@ static void write_gltf(char out[4096], const gltf_row *r) {
       "'componentType':5126,'count':4,'type':'VEC4'},{'bufferView':0,'componentType':5121,'count':4,"
       "'type':'VEC4'},{'componentType':5121,'count':4,'type':'VEC4'},{'bufferView':4,'byteOffset':72,'"
       "componentType':"
-      "5126,'count':2,'type':'VEC4'},{'bufferView':0,'componentType':5125,'count':4,'type':'SCALAR'}],"
+      "5126,'count':2,'type':'VEC4'},{'bufferView':0,'componentType':5125,'count':4,'type':'SCALAR'},"
+      "{'componentType':5126,'count':1,'type':'MAT4'}],"
       "'meshes':[{'primitives':[{'attributes':"
       "{'POSITION':0%s},'indices':1%s}]%s}],"
       "'nodes':[{'mesh':0%s},{},{}],'animations':[{'samplers':[{'input':2,'output':3%s}],'channels':[{'"
@@ -495,6 +496,8 @@ TEST_WITH(gltf_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
        .node = ",'skin':0",
        .attribute = ",'JOINTS_0':6,'WEIGHTS_0':7",
        .rest = ",'skins':[{'joints':[1]}]"},
+      {{"inverse bind matrices of zeros", NULL, WARNING, "1 inverse bind matrix is no affine transform"},
+       .rest = ",'skins':[{'joints':[1],'inverseBindMatrices':10}]"},
       {{"node.weights", NULL, GLTF, "'weights':[0.25]"},
        .node = ",'weights':[0.25]",
        .primitive = ",'targets':[{'POSITION':0}]"},

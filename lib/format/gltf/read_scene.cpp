@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 
 #include "instances.h"
@@ -210,7 +211,19 @@ const float *read_inverse_binds(Document &document, Accessors &accessors, int ac
     refuse(TW_INVALID, text("/accessors/", accessor, "/count"), "the skin has ", count, " joints and only ",
            elements.count(), " inverse bind matrices");
   float *matrices = allocate<float>(document, count * 16);
-  for (size_t i = 0; i < count; i++) elements.read(static_cast<uint32_t>(i), matrices + 16 * i);
+  constexpr float rounding = 1e-5f;
+  size_t projective = 0;
+  for (size_t i = 0; i < count; i++) {
+    float *matrix = matrices + 16 * i;
+    elements.read(static_cast<uint32_t>(i), matrix);
+    const float rest[] = {matrix[3], matrix[7], matrix[11], matrix[15] - 1};
+    projective += std::any_of(std::begin(rest), std::end(rest),
+                              [](float value) { return std::fabs(value) > rounding; });
+  }
+  if (projective > 0)
+    document.outline.lose("inverse bind matrix is no affine transform: its last row is not 0 0 0 1",
+                          "inverse bind matrices are no affine transforms: their last rows are not 0 0 0 1",
+                          projective);
   return matrices;
 }
 
