@@ -185,10 +185,14 @@ static api_outcome warn_of_influences(api_call *call, const api_surface_request 
   return api_call_warn_text(call, &text);
 }
 
-/* Tells of points and lines that skin=bake leaves where they are. */
-static void warn_of_resting_points(api_call *call, const api_surface_request *request) {
-  static const char *const sentence =
+/* Tells of points and lines that skin=bake leaves where they are, and of what names meshes that it renumbers.
+ */
+static void warn_of_baking(api_call *call, const api_surface_request *request) {
+  static const char *const resting =
       "skin=bake moves faces alone: points and lines rest, without morph targets and joints";
+  static const char *const renumbered = "skin=bake gives meshes other numbers and nodes: what VRM says of "
+                                        "those of the file (expressions, views in "
+                                        "first person) fits no more";
   const tw_model *model = api_entry_value(request->model);
   bool rests = false;
   if (!request->form->is_gltf || request->query.skin != API_SKIN_BAKE) return;
@@ -196,7 +200,8 @@ static void warn_of_resting_points(api_call *call, const api_surface_request *re
     const tw_mesh *mesh = &model->meshes[i];
     rests |= mesh->loose && (mesh->loose_has_joints || mesh->loose_has_targets);
   }
-  if (rests) api_call_warn(call, &sentence, 1);
+  if (rests) api_call_warn(call, &resting, 1);
+  if (model->humanoid && model->mesh_count > 0) api_call_warn(call, &renumbered, 1);
 }
 
 /* Tells of tracks that meshes=none leaves out with what they move. */
@@ -238,7 +243,7 @@ static api_outcome answer_surface(api_call *call, api_surface_request *request, 
   if (outcome == API_DONE) outcome = warn_of_polygons(call, request);
   if (outcome == API_DONE) warn_of_notches(call, request);
   if (outcome == API_DONE) outcome = warn_of_influences(call, request);
-  if (outcome == API_DONE) warn_of_resting_points(call, request);
+  if (outcome == API_DONE) warn_of_baking(call, request);
   if (outcome == API_DONE) warn_of_lost_tracks(call, request);
   if (outcome == API_DONE && form->open) outcome = form->open(call, request);
   /* The description lists the model's: the header, which shows one, shows the answer's own. */

@@ -638,6 +638,25 @@ TEST_WITH(tracks_of_what_is_no_node_go_with_the_meshes, loopback_setup, loopback
   }
 }
 
+/* A VRM names meshes, and nodes that show them, by numbers. */
+TEST_WITH(baking_tells_that_a_vrm_means_other_meshes, loopback_setup, loopback_teardown) {
+  static const gltf_row row = {.attribute = ",'JOINTS_0':7,'WEIGHTS_0':5",
+                               .node = ",'skin':0",
+                               .rest = ",'skins':[{'joints':[1]}],'extensions':{'VRM':{'humanoid':{"
+                                       "'humanBones':[{'bone':'hips','node':1}]}}}"};
+  char text[4096];
+  write_gltf(text, &row);
+  for (int baked = 0; baked < 2; baked++) {
+    reply r =
+        loopback_ask(*state, "POST", baked ? "/v1/surface.gltf?skin=bake&at=0" : "/v1/surface.gltf?clip=none",
+                     "Content-Type: model/gltf+json\n", text, strlen(text));
+    assert_int_equal(r.status, 200);
+    const char *warning = reply_header(&r, "X-Tweend-Warning");
+    assert_int_equal(warning && strstr(warning, "what%20VRM%20says"), baked);
+    reply_free(&r);
+  }
+}
+
 /* Points that follow a joint: their node keeps its skin, and skin=bake says that it moves faces alone. */
 TEST_WITH(points_and_lines_keep_their_skin, loopback_setup, loopback_teardown) {
   char *text = quoted(
