@@ -115,10 +115,10 @@ http() {
   shift 2
   how=(--request "$method")
   [[ $method != HEAD ]] || how=(--head)
-  rm -f headers answer
+  : >headers
+  : >answer
   read -r status answer_size answer_type < <(curl --silent --show-error --max-time 120 --globoff --path-as-is "${how[@]}" \
     --dump-header headers --output answer --write-out '%{http_code} %{size_download} %{content_type}\n' "$@" "$url$path")
-  touch headers answer
   keep_glb "$path"
   keep_traffic "$method" "$path"
 }
@@ -126,17 +126,19 @@ http() {
 # Both keep what http left; each request of each test takes them, so that they start few programs.
 keep_glb() {
   [[ -n ${TESTED_GLB_DIR-} && $status == 200 && $answer_type == model/gltf-binary && $1 != */source* ]] || return 0
-  [[ $(head -c 4 answer | tr -d '\0') == glTF ]] && ((answer_size < 8000000)) || return 0
-  local file=${BATS_TEST_FILENAME##*/}
+  local file=${BATS_TEST_FILENAME##*/} magic hash
+  IFS= LC_ALL=C read -r -N 4 magic <answer || true
+  [[ $magic == glTF ]] && ((answer_size < 8000000)) || return 0
+  read -r hash _ < <(sha256sum answer)
   mkdir -p "$TESTED_GLB_DIR"
-  cp answer "$TESTED_GLB_DIR/${file%.bats}-$BATS_TEST_NUMBER-$(sha256sum answer | head -c 8).glb"
+  cp answer "$TESTED_GLB_DIR/${file%.bats}-$BATS_TEST_NUMBER-${hash::8}.glb"
 }
 
 keep_traffic() {
   [[ -n ${TESTED_TRAFFIC_DIR-} && $status != 000 ]] || return 0
   [[ -d $TESTED_TRAFFIC_DIR ]] || mkdir -p "$TESTED_TRAFFIC_DIR"
   local file=${BATS_TEST_FILENAME##*/} body=()
-  [[ $answer_type != *json* ]] || ((answer_size >= 8000000)) || grep -qi '^content-encoding:' headers || body=(answer)
+  [[ $answer_type != *json* ]] || ((answer_size >= 8000000)) || [[ -n $(header content-encoding) ]] || body=(answer)
   { printf '%s %s\n' "$1" "$2"; cat headers "${body[@]}"; } >"$TESTED_TRAFFIC_DIR/${file%.bats}-$BATS_TEST_NUMBER-$BASHPID-$EPOCHREALTIME"
 }
 
@@ -161,8 +163,13 @@ show() {
 # expect STATUS
 expect() { [[ $status == "$1" ]] || { echo "expected $1"; show; return 1; }; }
 
-# header NAME: its value.
-header() { sed -n "s/^$1: *\(.*\)\r$/\1/Ip" headers | tail -n 1; }
+# header NAME: its value, the last one's where it is there again.
+header() {
+  local text
+  IFS= read -r -d '' text <headers || true
+  shopt -s nocasematch # of this subshell
+  [[ ! $'\n'$text =~ .*$'\n'"$1: "*([^$'\r']*)$'\r' ]] || printf '%s\n' "${BASH_REMATCH[1]}"
+}
 
 # holds JQ-EXPRESSION [FILE]: is it true of the JSON answer?
 holds() {
