@@ -51,11 +51,19 @@ tw_status tw_layer_check(const tw_layer *layer, tw_error *error) {
 
 /* ---- weights ------------------------------------------------------------------------------------------- */
 
-/* The weight between a key and the next one. */
-static double weight_after(const tw_layer *layer, uint32_t key, double time) {
-  double from = (double)layer->weights[key], to = (double)layer->weights[key + 1];
+/* A weight from a key to the next one. */
+typedef struct weight_ramp {
+  double start, end, from, slope;
+} weight_ramp;
+
+static weight_ramp ramp_after(const tw_layer *layer, uint32_t key) {
   double start = (double)layer->weight_times[key], end = (double)layer->weight_times[key + 1];
-  return from + (to - from) * (time - start) / (end - start);
+  double from = (double)layer->weights[key], to = (double)layer->weights[key + 1];
+  return (weight_ramp){start, end, from, (to - from) / (end - start)};
+}
+
+static inline double ramp_at(const weight_ramp *ramp, double time) {
+  return ramp->from + ramp->slope * (time - ramp->start);
 }
 
 /* The weight outside of the keys, and of a layer with one: true where that is all. */
@@ -87,7 +95,8 @@ static double weight_near(const tw_layer *layer, double time, uint32_t *key) {
   if (is_constant_at(layer, time, &weight)) return weight;
   if (time < (double)layer->weight_times[*key] || time >= (double)layer->weight_times[*key + 1])
     *key = find_key(layer, time);
-  return weight_after(layer, *key, time);
+  weight_ramp ramp = ramp_after(layer, *key);
+  return ramp_at(&ramp, time);
 }
 
 double tw_layer_weight(const tw_layer *layer, double time) {
@@ -295,6 +304,18 @@ layer_state tw_layer_at(const mix_time *mix, uint32_t index, double time, double
   return (layer_state){(float)local, tw_layer_weight(layer, time)};
 }
 
+/* The weights at many times: quick where one follows another between the same keys. */
+static void fill_weights(const tw_layer *layer, const double *times, uint32_t count, double *weights) {
+  for (uint32_t i = 0; i < count;) {
+    bool is_constant = is_constant_at(layer, times[i], &weights[i]);
+    i += is_constant;
+    if (is_constant) continue;
+    const weight_ramp ramp = ramp_after(layer, find_key(layer, times[i]));
+    for (; i < count && times[i] >= ramp.start && times[i] < ramp.end; i++)
+      weights[i] = ramp_at(&ramp, times[i]);
+  }
+}
+
 void tw_layer_states(const mix_time *mix, uint32_t index, const double *times, const double *phases,
                      uint32_t count, float *locals, double *weights) {
   const tw_layer *layer = &mix->layers[index];
@@ -311,7 +332,7 @@ void tw_layer_states(const mix_time *mix, uint32_t index, const double *times, c
   if (layer->weight_count == 1)
     for (uint32_t i = 0; i < count; i++) weights[i] = (double)layer->weights[0];
   else
-    for (uint32_t i = 0, key = 0; i < count; i++) weights[i] = weight_near(layer, times[i], &key);
+    fill_weights(layer, times, count, weights);
 }
 
 double tw_mix_time_of_phase(const mix_time *mix, double phase) {

@@ -84,22 +84,17 @@ static void blend_init(blend *b, tw_path path, uint32_t width, float *means, siz
   memset(b->is_sum, 0, count * sizeof *b->is_sum);
 }
 
-/* The part of each value in its mean: 1 where it is the first one with a weight, 0 without weight. */
+/* Adds the layer's weights to the totals. shares: the part of each value in its mean, 1 where it is the first
+ * one with a weight, 0 without weight. */
 static void take_shares(blend *b, const layer_values *layer, float *shares) {
-  double last_weight = 0, last_total = 0; /* most have the weights of the one before */
-  float share = 0;
-  for (uint32_t i = 0; i < layer->count; i++) {
-    double weight = layer->weights[i], *total = &b->totals[place_of(layer, i)];
-    if (weight != last_weight || *total != last_total) {
-      last_weight = weight;
-      last_total = *total;
-      share = weight > 0 ? (float)(weight / (last_total + weight)) : 0;
-    }
-    shares[i] = share;
-    *total += weight;
-  }
+  double totals[TW_POSE_BLOCK];
+  for (uint32_t i = 0; i < layer->count; i++) totals[i] = b->totals[place_of(layer, i)] + layer->weights[i];
+  for (uint32_t i = 0; i < layer->count; i++)
+    shares[i] = layer->weights[i] > 0 ? (float)(layer->weights[i] / totals[i]) : 0;
+  for (uint32_t i = 0; i < layer->count; i++) b->totals[place_of(layer, i)] = totals[i];
 }
 
+/* The layer is all that there is so far, or takes the place of what there is. */
 static void take_over(blend *b, const layer_values *layer, float *shares) {
   for (uint32_t i = 0; i < layer->count; i++) {
     shares[i] = 1;
@@ -134,14 +129,16 @@ static inline void blend_vectors(blend *b, const layer_values *layer, const floa
   }
 }
 
-/* overrides: the layer takes the place of those before it. Its values may be the means already. */
+/* overrides: the layer takes the place of those before it. The values of the first one are the means already.
+ */
 static void blend_layer(blend *b, const layer_values *layer, bool overrides) {
   float shares[TW_POSE_BLOCK];
-  if (overrides)
+  bool is_first = layer->values == b->means;
+  if (overrides || is_first)
     take_over(b, layer, shares);
   else
     take_shares(b, layer, shares);
-  if (layer->values == b->means) return;
+  if (is_first) return;
   if (b->path == TW_ROTATION)
     blend_rotations(b, layer, shares);
   else if (b->width == 3)
@@ -203,13 +200,15 @@ static void raise_far(turns *all, uint32_t i) {
   all->w[i] = (float)cos(part);
 }
 
+static const float LEAST_SINE = 1e-30F; /* of a root; only 0 is less */
+
 /* Replaces each turn by slerp(1, turn, weight). */
 static void raise_turns(turns *all) {
   float ratios[TW_POSE_BLOCK], cosines[TW_POSE_BLOCK]; /* right for weights of -1 to 1 */
   for (uint32_t i = 0; i < all->count; i++) {
     float x = all->x[i], y = all->y[i], z = all->z[i], weight = all->weights[i];
-    float sine = sqrtf(x * x + y * y + z * z), part = arc_angle(sine, all->w[i]) * fabsf(weight);
-    ratios[i] = (weight < 0 ? -1.0F : 1.0F) * arc_sine(part) / (sine > 0 ? sine : 1.0F);
+    float sine = sqrtf(x * x + y * y + z * z), part = arc_angle(sine, all->w[i]) * weight;
+    ratios[i] = arc_sine(part) / (sine > LEAST_SINE ? sine : LEAST_SINE);
     cosines[i] = arc_cosine(part);
   }
   for (uint32_t i = 0; i < all->count; i++) {
