@@ -205,11 +205,13 @@ static bool parse_channel(tw_word word, bvh_channel *out) {
   return false;
 }
 
-static tw_status add_channel(bvh_file *file, tw_word word) {
+/* told: the number behind CHANNELS. */
+static tw_status add_channel(bvh_file *file, tw_word word, double told) {
   bvh_channel channel = {.joint = file->open};
   if (!parse_channel(word, &channel))
-    return tw_fail_line(file->error, TW_SYNTAX, file->line, "\"%s\" is no channel",
-                        tw_obj_quote_word(word).text);
+    return tw_fail_line(file->error, TW_SYNTAX, file->line,
+                        "\"%s\" is no channel, of which CHANNELS says %.0f", tw_obj_quote_word(word).text,
+                        told);
   bvh_joint *joint = &file->joints[file->open];
   uint8_t *count = &joint->counts[channel.kind];
   for (int i = 0; i < *count; i++)
@@ -238,7 +240,7 @@ static tw_status read_channels(bvh_file *file) {
     status = tw_fail_line(file->error, TW_SYNTAX, file->line, "CHANNELS needs their number");
   if (status == TW_OK && joint->is_end && count > 0)
     status = tw_fail_line(file->error, TW_SYNTAX, file->line, "an End Site has no channels");
-  for (double i = 0; i < count && status == TW_OK; i++) status = add_channel(file, next_word(file));
+  for (double i = 0; i < count && status == TW_OK; i++) status = add_channel(file, next_word(file), count);
   return status;
 }
 
@@ -253,6 +255,10 @@ static tw_status read_statement(bvh_file *file, tw_word word) {
   }
   bool is_brace = word_is(word, "}"), is_offset = word_is(word, "offset"),
        is_channels = word_is(word, "channels");
+  bvh_channel channel;
+  if (parse_channel(word, &channel))
+    return tw_fail_line(file->error, TW_SYNTAX, file->line, "\"%s\" is more than CHANNELS says",
+                        tw_obj_quote_word(word).text);
   if (!is_brace && !is_offset && !is_channels)
     return tw_fail_line(file->error, TW_SYNTAX, file->line, "\"%s\" is out of place",
                         tw_obj_quote_word(word).text);
@@ -586,7 +592,13 @@ static tw_status make_nodes(bvh_file *file, tw_model *model) {
 
 /* Tells what the hierarchy holds and the model does not. */
 static void warn_of_losses(const bvh_file *file, tw_model *model) {
-  uint32_t scales = 0;
+  uint32_t scales = 0, without_offset = 0;
+  for (uint32_t i = 0; i < file->joint_count; i++) {
+    const bvh_joint *joint = &file->joints[i];
+    without_offset += !joint->has_offset && joint->counts[BVH_POSITION] < 3 && joint->parent != TW_NO_INDEX;
+  }
+  tw_model_warn_count(model, without_offset, "joint has no OFFSET: it is where its parent is",
+                      "joints have no OFFSET: they are where their parents are");
   for (uint32_t i = 0; i < file->channel_count; i++) scales += file->channels[i].kind == BVH_SCALE;
   tw_model_warn_count(model, scales, "channel of scale is left out", "channels of scale are left out");
   tw_model_warn_count(model, file->offsets, "OFFSET takes the place of one before it in its joint",

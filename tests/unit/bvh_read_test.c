@@ -42,6 +42,7 @@ TEST(what_is_out_of_place_is_refused_with_its_line) {
   assert_refused("HIERARCHY\nROOT a\n{\nEnd\n{\n}\n}\n", TW_SYNTAX, 5);
   assert_refused("HIERARCHY\nROOT a\n{\nEnd Site\n{\nJOINT b\n{\n}\n}\n}\n", TW_SYNTAX, 6);
   assert_refused("HIERARCHY\nROOT a\n{\nEnd Site\n{\nCHANNELS 1 Xrotation\n}\n}\n", TW_SYNTAX, 6);
+  assert_refused("HIERARCHY\nROOT a\n{\nCHANNELS 1 Xrotation\nYrotation\n}\n", TW_SYNTAX, 5);
   assert_refused("HIERARCHY\nROOT a\n{\nEnd Site\n{\nCHANNELS 0 CHANNELS 0\n}\n}\n", TW_SYNTAX, 6);
   assert_refused("HIERARCHY\nROOT a\nOFFSET 0 0 0\n", TW_SYNTAX, 2);
   assert_refused("HIERARCHY\nROOT a\n{\nOFFSET 0 0\n}\n", TW_SYNTAX, 5);
@@ -199,7 +200,8 @@ TEST(each_joint_has_its_own_order_of_any_number_of_channels) {
     const char *o = orders[order];
     snprintf(text, sizeof text,
              "HIERARCHY\nROOT a\n{\nCHANNELS 3 %crotation %crotation %crotation\nJOINT b\n{\nOFFSET 1 2 3\n"
-             "CHANNELS 3 Yposition %crotation Xposition\nJOINT c\n{\nCHANNELS 4 %crotation %crotation "
+             "CHANNELS 3 Yposition %crotation Xposition\nJOINT c\n{\nOFFSET 0 0 0\nCHANNELS 4 %crotation "
+             "%crotation "
              "Zposition Xscale\n"
              "}\n}\n}\nMOTION\nFrames: 1\nFrame Time: 1\n1 2 3 4 5 6 7 8 9 10\n",
              o[0], o[1], o[2], o[0], o[0], o[1]);
@@ -282,7 +284,9 @@ TEST(names_hold_blanks_and_keywords) {
   assert_int_equal(model->nodes[3].parent, 1);
   assert_int_equal(model->nodes[7].parent, 6);
   assert_int_equal(model->clip_count, 0);
-  assert_int_equal(model->warning_count, 2); /* the end site's name, and no MOTION */
+  assert_int_equal(model->warning_count, 3);
+  assert_string_equal(model->warnings[0], "8 joints have no OFFSET: they are where their parents are");
+  /* and the end site's name, and no MOTION */
   tw_model_destroy(model);
 }
 
