@@ -581,8 +581,8 @@ export interface Poses {
   order?: string;
   /** With as=euler and as=axis-angle. */
   unit?: string;
-  /** Nodes of a borrowed clip that are missing in the model, and bones of one that was carried over without
-   * counterpart. */
+  /** Nodes of a borrowed clip that are missing in the model, bones of one that was carried over without
+   * counterpart, and layers of a mixed clip that move nothing or stand still. */
   warnings?: string[];
   nodes: string[];
   /** With skinning=true. */
