@@ -254,7 +254,8 @@ channels() {
 @test "layers that cannot do what they seem to ask for are told" {
   id=$(model "$clips,{\"name\":\"idle\",\"layers\":[{\"clip\":\"run\",\"nodes\":[\"head\"]},{\"clip\":\"run\",\"offset\":1},
     {\"clip\":\"run\",\"speed\":-1},{\"clip\":\"run\",\"mode\":\"additive\",\"reference\":2},{\"clip\":\"run\",\"speed\":-1,\"offset\":1},
-    {\"clip\":\"run\",\"offset\":1,\"loop\":\"repeat\"},{\"clip\":\"run\",\"speed\":0,\"offset\":1}]}")
+    {\"clip\":\"run\",\"offset\":1,\"loop\":\"repeat\"},{\"clip\":\"run\",\"speed\":0,\"offset\":1},{\"clip\":\"inner\",\"nodes\":[\"head\"]}]},
+    {\"name\":\"inner\",\"layers\":[{\"clip\":\"walk\",\"nodes\":[\"hips\"]},{\"clip\":\"nod\"}]}")
   curl --silent --fail-with-body "$url/v1/models/$id/pose.json?clip=idle&at=0" | jq -r '.warnings[]' | diff - <(
     echo 'clip "idle", layer 0 moves nothing: its clip moves none of its nodes'
     echo 'clip "idle", layer 1 stands still: from its offset on its clip is at its end'
