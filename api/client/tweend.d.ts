@@ -117,7 +117,7 @@ export class Tweend {
   tracks(model: ModelId, options?: TracksOptions, init?: Abortable): Promise<Tracks>;
   rotations(request: RotationsRequest, init?: Abortable): Promise<Rotations>;
 
-  /** Fetches a whole clip and returns a player of it. Players move nodes; morph weights are told by `pose` alone. */
+  /** Fetches a whole clip and returns a player of it. Players move nodes, and the morph targets of their meshes. */
   play(model: ModelId, objects: Objects, options?: PlayOptions): Promise<Player>;
   liveUrl(model: ModelId, options?: LiveOptions): string;
   /**
@@ -187,6 +187,9 @@ export type Movable = { position: Vector } & (
   | { rotationQuaternion: Quaternion | null; scaling: Vector }
 );
 
+/** Morph weights as `weights` of a Pose. */
+export type MorphWeights = Record<string, number[]>;
+
 /** Where a player finds objects by the names of nodes: a tree of three.js; a node, scene or container of Babylon.js; a list;
  * an object with a member for each name; or a function. Nodes without an object are skipped. */
 export type Objects =
@@ -231,6 +234,9 @@ export class Player {
   playing: boolean;
   /** With `root_motion`: the motion of the whole figure since time 0 of the clip, as `update` found it. */
   readonly root?: RootMotion;
+  /** The morph weights that `update` gave the meshes, of a player that `play` made, where the clip moves any. With `nodes`, of
+   * several nodes with one name only the first one's meshes get them. */
+  readonly weights?: MorphWeights;
   /** Moves the objects; call for each rendered frame. now: milliseconds, as requestAnimationFrame passes. Returns `time`. */
   update(now?: number): number;
 }
@@ -252,6 +258,7 @@ export class LivePlayer {
   delay: number;
   /** As of Player. */
   readonly root?: RootMotion;
+  readonly weights?: MorphWeights;
   /** The server's current Unix time in milliseconds. */
   readonly serverTime: number;
   /** Resolves when the stream ends or is closed; rejects when it cannot continue. */
@@ -574,8 +581,8 @@ export interface Poses {
   order?: string;
   /** With as=euler and as=axis-angle. */
   unit?: string;
-  /** Nodes of a borrowed clip that are missing in the model, and bones of one that was carried over without
-   * counterpart. */
+  /** Nodes of a borrowed clip that are missing in the model, bones of one that was carried over without
+   * counterpart, and layers of a mixed clip that move nothing or stand still. */
   warnings?: string[];
   nodes: string[];
   /** With skinning=true. */

@@ -360,10 +360,16 @@ export class Tweend {
 
   async play(model, objects, options = {}) {
     const [which, { fps = 60, signal, ...settings }] = split(options, POSED);
-    const { duration } = await this.pose(model, { ...which, at: 0 }, { signal });
+    const { duration, nodes, poses: [{ weights = {} }] } = await this.pose(model, { ...which, at: 0 }, { signal });
     // Rounds the steps up so that the last one is the clip's end.
     const times = duration > 0 ? { from: 0, to: duration, fps: Math.ceil(duration * fps) / duration } : { at: 0 };
-    return new Player(objects, await this.poseTable(model, { ...which, ...times }, { signal }), settings);
+    const morphed = Object.keys(weights); // binary poses lack them
+    const canAsk = morphed.every((name) => nodes.includes(name)) && morphed.join().length < 2000;
+    const [table, told] = await Promise.all([
+      this.poseTable(model, { ...which, ...times }, { signal }),
+      morphed.length > 0 && this.pose(model, { ...which, ...times, ...(canAsk && { nodes: morphed }) }, { signal }),
+    ]);
+    return new Player(objects, table, settings, told && told.poses.map(({ weights }) => weights), !which.nodes);
   }
 
   liveUrl(model, options) {
@@ -504,6 +510,32 @@ function find(objects, names) {
   return names.map((name) => named.get(name)?.shift());
 }
 
+/** The meshes of a node's object: itself, or what it has below it that is of no other node. */
+function meshesOf(object, found) {
+  if (object.morphTargetInfluences || object.morphTargetManager) return [object];
+  const below = object.getChildren?.() ?? object.children ?? [];
+  return below.filter((child) => !found.includes(child) && child.userData?.name === undefined).flatMap((child) => meshesOf(child, found));
+}
+
+/** The meshes for each name of morph weights: a node's, or node_N of all nodes where an earlier one has the name. */
+function findMeshes(objects, nodes, weights, isWhole) {
+  const objectOf = (name) => objects[nodes.includes(name) ? nodes.indexOf(name) : isWhole ? name.slice(5) : -1];
+  return Object.fromEntries(Object.keys(weights ?? {}).map((name) => [name, [objectOf(name) ?? {}].flatMap((object) => meshesOf(object, objects))]));
+}
+
+/** Sets the morph weights of meshes, t from a to b, and returns them. */
+function morph(meshes, a, b, t) {
+  return Object.fromEntries(Object.entries(a).map(([name, values]) => {
+    const now = values.map((value, i) => (1 - t) * value + t * b[name][i]);
+    for (const { morphTargetInfluences: influences, morphTargetManager: manager } of meshes[name])
+      now.forEach((value, i) => {
+        if (influences) influences[i] = value;
+        else if (i < manager.numTargets) manager.getTarget(i).influence = value; // of Babylon.js
+      });
+    return [name, now];
+  }));
+}
+
 const AXES = ['x', 'y', 'z', 'w'];
 
 /** Sets a vector or quaternion of three.js or Babylon.js, a list, or anything with x, y, z. */
@@ -562,15 +594,19 @@ function rootOf(a, b, t) {
 /** Plays a table of poses on the local clock. */
 export class Player {
   #objects;
+  #meshes;
   #last; // ms, time of the last update; undefined: time stands still until the next update
   #time; // seconds, before looping
   #playing;
+  #weights; // of each pose, of play
 
-  constructor(objects, table, { time = 0, speed = 1, loop = 'repeat', playing = true } = {}) {
+  constructor(objects, table, { time = 0, speed = 1, loop = 'repeat', playing = true } = {}, weights = undefined, isWhole = false) {
     if (table.header.as !== 'trs') throw new TypeError('a player takes poses as=trs');
     this.table = table;
     this.#objects = find(objects, table.header.nodes);
     this.missing = table.header.nodes.filter((_, i) => !this.#objects[i]);
+    this.#meshes = findMeshes(this.#objects, table.header.nodes, weights?.[0], isWhole);
+    this.#weights = weights;
     this.#time = time;
     this.speed = speed;
     this.loop = loop;
@@ -617,6 +653,7 @@ export class Player {
     const span = times[to] - times[from];
     const t = span > 0 ? Math.min(Math.max((time - times[from]) / span, 0), 1) : 0;
     apply(this.#objects, table.row(from), table.row(to), t);
+    if (this.#weights) this.weights = morph(this.#meshes, this.#weights[from], this.#weights[to], t);
     if (table.header.root) this.root = rootOf(table.row(from), table.row(to), t);
     return time;
   }
@@ -694,7 +731,8 @@ function countStream(url, { statusText }) {
 export class LivePlayer {
   #abort = new AbortController();
   #objects = [];
-  #frames = []; // {number, time, row}, ascending; shown between the first and the second
+  #meshes;
+  #frames = []; // {number, time, row, weights}, ascending; shown between the first and the second
   #step; // ms between frames
   #start; // server time of frame 0 in ms, if given
   #offset = new Least(); // local clock minus server clock
@@ -735,6 +773,7 @@ export class LivePlayer {
       const pose = await tweend.pose(model, { ...which, at: 0 }, { signal });
       this.#objects = find(objects, pose.nodes);
       this.missing = pose.nodes.filter((_, i) => !this.#objects[i]);
+      this.#meshes = findMeshes(this.#objects, pose.nodes, pose.poses?.[0].weights, !which.nodes);
       while (!this.ended) {
         const wait = await this.#connect(tweend, tweend.liveUrl(model, options), begun);
         signal.throwIfAborted(); // a pause begun now would not be told
@@ -775,7 +814,7 @@ export class LivePlayer {
 
   #take(number, data, begun) {
     const local = performance.now();
-    const { now, t, rotation, translation, scale, root } = JSON.parse(data);
+    const { now, t, rotation, translation, scale, weights, root } = JSON.parse(data);
     const row = new Float32Array(rotation.length * WIDTH + (root ? 7 : 0));
     rotation.forEach((value, node) => {
       row.set(value, node * WIDTH + ROTATION);
@@ -786,7 +825,7 @@ export class LivePlayer {
     this.#offset.tell(local - now, local);
     this.#origin.tell(this.#start ?? now - number * this.#step, local);
     this.#last = number;
-    this.#frames.push({ number, time: t, row });
+    this.#frames.push({ number, time: t, row, weights });
     this.#forget(local);
     begun();
   }
@@ -809,6 +848,7 @@ export class LivePlayer {
     const leaps = Math.abs(b.time - a.time) * 1000 > 1.5 * span * Math.abs(this.speed); // the clip has started over
     const t = span > 0 && !leaps ? Math.min(Math.max((now - this.#due(a)) / span, 0), 1) : 0;
     apply(this.#objects, a.row, b.row, t);
+    if (a.weights) this.weights = morph(this.#meshes, a.weights, b.weights, t);
     if (a.row.length % WIDTH) this.root = rootOf(a.row, b.row, t);
     this.time = a.time + t * (b.time - a.time);
     return this.time;

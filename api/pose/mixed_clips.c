@@ -223,6 +223,42 @@ static bool compile_any(const compiling *c, const api_bound_clip *bound, const u
   return compile_keys(c, bound->model, keys, map, out);
 }
 
+/* Whether a layer above leaves nodes of the model alone. */
+static bool is_masked(const tw_model *model, const uint32_t *map) {
+  uint32_t i = 0;
+  while (i < model->node_count && map[i] != NODE_LEFT) i++;
+  return i < model->node_count;
+}
+
+/* Tells of a layer that cannot do what it seems to ask for. map: of the mixed clip's nodes; made: the layer's
+ * clip. */
+static bool note_layer(const compiling *c, const api_bound_clip *bound, uint32_t index, const uint32_t *map,
+                       const made_clip *made) {
+  const tw_clip_layer *source = &bound->model->clips[bound->index].layers[index];
+  const tw_layer *layer = &source->layer;
+  bool ends = !layer->is_synced && layer->loop == TW_CLAMP && made->duration > 0;
+  const char *what = NULL;
+  if (source->node_count > 0 && tw_clip_track_count(made->clip) == 0 && !is_masked(bound->model, map))
+    what = "moves nothing: its clip moves none of its nodes";
+  else if (ends && layer->speed > 0 && layer->offset >= (double)made->duration)
+    what = "stands still: from its offset on its clip is at its end";
+  else if (ends && layer->speed < 0 && layer->offset <= 0)
+    what = "stands still: backwards from its offset its clip is at its start";
+  else if (layer->mode == TW_LAYER_ADDITIVE && layer->reference > (double)made->duration)
+    what = "has its reference behind the end of its clip: it is the last pose";
+  if (!what) return true;
+  char name[24];
+  tw_text text = {0};
+  tw_text_add(&text, "clip \"");
+  tw_text_add(&text, tw_model_clip_name(bound->model, bound->index, name));
+  tw_text_add(&text, "\", layer ");
+  tw_text_count(&text, index);
+  tw_text_add(&text, " ");
+  tw_text_add(&text, what);
+  const char *kept = api_text_move(&text, c->notes->arena);
+  return (kept && api_note(c->notes, kept)) || fail_without_memory(c);
+}
+
 /* Compiles the clip of a layer. map: for each node of the mixed clip's model, that of c->model. */
 static bool compile_layer(const compiling *c, const api_bound_clip *bound, uint32_t index,
                           const uint32_t *map, made_clip *out) {
@@ -286,7 +322,8 @@ static bool compile_mixed(const compiling *c, const api_bound_clip *bound, const
   bool is_made = true;
   for (; count < bound->layer_count && is_made; count++) {
     layers[count] = sources[count].layer;
-    is_made = compile_layer(c, bound, count, map, &made[count]);
+    is_made =
+        compile_layer(c, bound, count, map, &made[count]) && note_layer(c, bound, count, map, &made[count]);
   }
   return mix(c, layers, made, count, is_made, out);
 }

@@ -87,7 +87,6 @@ static api_outcome reply(api_call *call, api_pose_request *request) {
   const char *const *warnings;
   uint32_t count = tw_bvh_stream_warnings(body->stream, &warnings);
   if (request->clip) api_call_warn(call, request->clip->warnings, request->clip->warning_count);
-  api_pose_warn_of_weights(call, request);
   if (count) api_call_warn(call, warnings, count);
   atomic_fetch_add(&call->service->joint_times, request->times.count * request->model->node_count);
   body->request = *request;

@@ -570,12 +570,17 @@ static void pose_others(const tw_clip *clip, uint32_t first, uint32_t end, float
 
 void tw_clip_pose_nodes(const tw_clip *clip, const tw_node *nodes, uint32_t first, uint32_t count, float time,
                         tw_trs *locals) {
+  for (uint32_t i = 0; !clip->kind && i < count; i++) locals[i] = nodes[first + i].rest;
+  tw_clip_move_nodes(clip, nodes, first, count, time, locals);
+}
+
+void tw_clip_move_nodes(const tw_clip *clip, const tw_node *nodes, uint32_t first, uint32_t count, float time,
+                        tw_trs *locals) {
   if (clip->kind) {
     clip->kind->pose(clip, nodes, first, count, time, locals);
     return;
   }
   uint32_t from = first / TW_POSE_BLOCK, to = (first + count + TW_POSE_BLOCK - 1) / TW_POSE_BLOCK;
-  for (uint32_t i = 0; i < count; i++) locals[i] = nodes[first + i].rest;
   pose_arcs(clip, clip->arc_blocks[from], clip->arc_blocks[to], time, locals, first);
   pose_others(clip, clip->other_blocks[from], clip->other_blocks[to], time, locals, first);
 }

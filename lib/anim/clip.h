@@ -62,6 +62,10 @@ struct tw_clip {
 void tw_clip_pose_nodes(const tw_clip *clip, const tw_node *nodes, uint32_t first, uint32_t count, float time,
                         tw_trs *locals);
 
+/* The same, but leaves alone what no track moves, where the clip is a plain one. */
+void tw_clip_move_nodes(const tw_clip *clip, const tw_node *nodes, uint32_t first, uint32_t count, float time,
+                        tw_trs *locals);
+
 /* Tells times of the clip, in any order, between which the track's path is smooth and turns by less than half
  * a turn; where it jumps, a time just before, too. Of a plain clip: its keys, and times between keys that are
  * far apart. False where it was stopped. */

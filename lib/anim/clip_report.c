@@ -60,22 +60,30 @@ static double distance_between(const float a[3], const float b[3]) {
 
 /* ---- which nodes move ------------------------------------------------------------------------ */
 
-/* Whether samples differ from the first by more than rounding. True too where the work is over. */
-static bool is_moving(tw_path path, uint32_t width, const float *samples, uint32_t count) {
-  enum { STEPS = 20 };
-  double largest = 0, apart = 0;
-  for (size_t i = 0; i < (size_t)count * width; i++) {
-    largest = fmax(largest, fabs((double)samples[i]));
-    apart = fmax(apart, fabs((double)samples[i] - (double)samples[i % width]));
+/* What samples of a track tell of whether it moves. */
+typedef struct movement {
+  tw_path path;
+  uint32_t width;
+  const float *first; /* [width] the first sample */
+  double largest, apart;
+} movement;
+
+/* Whether the samples up to these differ from the first by more than rounding. */
+static bool is_moving(movement *m, const float *samples, uint32_t count) {
+  if (m->path == TW_ROTATION) {
+    double first[4], other[4];
+    quat_widen(m->first, first);
+    for (uint32_t i = 0; i < count; i++) {
+      quat_widen(samples + 4 * (size_t)i, other);
+      if (tw_angle_between(first, other) > STILL_ANGLE) return true;
+    }
+    return false;
   }
-  if (path != TW_ROTATION) return apart > STILL_SHARE * largest;
-  double first[4], other[4];
-  quat_widen(samples, first);
-  for (uint32_t i = 1; i < count; i++) {
-    quat_widen(samples + 4 * (size_t)i, other);
-    if (tw_angle_between(first, other) > STILL_ANGLE || !tw_work(STEPS)) return true;
+  for (size_t i = 0; i < (size_t)count * m->width; i++) {
+    m->largest = fmax(m->largest, fabs((double)samples[i]));
+    m->apart = fmax(m->apart, fabs((double)samples[i] - (double)m->first[i % m->width]));
   }
-  return false;
+  return m->apart > STILL_SHARE * m->largest;
 }
 
 /* The key times and two between each pair: a cubic between equal keys is still at one of them at most. NULL
@@ -90,16 +98,24 @@ static float *look_at_times(const tw_track_keys *track, tw_arena *arena, uint32_
   return times;
 }
 
+/* Samples a track piece by piece until it moves. */
 static tw_status note_move(inspection *in, uint32_t t, tw_arena *scratch) {
+  enum { PIECE = 64, STEPS = 20 };
   const tw_track_keys *track = &in->keys->tracks[t];
   if (track->path == TW_WEIGHTS || in->moves[track->node]) return TW_OK;
   uint32_t count, width = tw_clip_width(in->clip, t);
   float *times = look_at_times(track, scratch, &count);
-  float *samples = times ? tw_arena_alloc_raw(scratch, count, width * sizeof *samples) : NULL;
-  if (!samples) return TW_NO_MEMORY;
-  tw_clip_sample(in->clip, t, times, count, samples);
-  in->moves[track->node] = is_moving(track->path, width, samples, count);
-  return tw_work(count * (uint64_t)width) ? TW_OK : TW_CANCELLED;
+  float *samples = tw_arena_alloc_raw(scratch, PIECE + 1, width * sizeof *samples);
+  if (!times || !samples) return TW_NO_MEMORY;
+  movement m = {.path = track->path, .width = width, .first = samples + PIECE * (size_t)width};
+  tw_clip_sample(in->clip, t, times, 1, samples + PIECE * (size_t)width);
+  for (uint32_t done = 0; done < count && !in->moves[track->node]; done += PIECE) {
+    uint32_t piece = count - done < PIECE ? count - done : PIECE;
+    tw_clip_sample(in->clip, t, times + done, piece, samples);
+    in->moves[track->node] = is_moving(&m, samples, piece);
+    if (!tw_work(STEPS * (uint64_t)piece)) return TW_CANCELLED;
+  }
+  return TW_OK;
 }
 
 /* Calls a function for each track, with memory that it has for itself. */
@@ -373,6 +389,7 @@ static double leave(const samples *s, uint32_t first, double *off, double *sum) 
   fit_middle(s->track->times + first, weights);
   memset(sum, 0, numbers * sizeof *sum);
   for (uint32_t k = 0; k < FIT_KEYS; k++) {
+    if (k == FIT_KEYS / 2) continue; /* 0 */
     relate(s, first + FIT_KEYS / 2, first + k, off);
     for (uint32_t c = 0; c < numbers; c++) sum[c] += weights[k] * off[c];
   }

@@ -51,11 +51,19 @@ tw_status tw_layer_check(const tw_layer *layer, tw_error *error) {
 
 /* ---- weights ------------------------------------------------------------------------------------------- */
 
-/* The weight between a key and the next one. */
-static double weight_after(const tw_layer *layer, uint32_t key, double time) {
-  double from = (double)layer->weights[key], to = (double)layer->weights[key + 1];
+/* A weight from a key to the next one. */
+typedef struct weight_ramp {
+  double start, end, from, slope;
+} weight_ramp;
+
+static weight_ramp ramp_after(const tw_layer *layer, uint32_t key) {
   double start = (double)layer->weight_times[key], end = (double)layer->weight_times[key + 1];
-  return from + (to - from) * (time - start) / (end - start);
+  double from = (double)layer->weights[key], to = (double)layer->weights[key + 1];
+  return (weight_ramp){start, end, from, (to - from) / (end - start)};
+}
+
+static inline double ramp_at(const weight_ramp *ramp, double time) {
+  return ramp->from + ramp->slope * (time - ramp->start);
 }
 
 /* The weight outside of the keys, and of a layer with one: true where that is all. */
@@ -67,10 +75,9 @@ static bool is_constant_at(const tw_layer *layer, double time, double *weight) {
   return true;
 }
 
-double tw_layer_weight(const tw_layer *layer, double time) {
-  double weight;
-  if (is_constant_at(layer, time, &weight)) return weight;
-  uint32_t low = 0, high = layer->weight_count - 1; /* the last key at or before the time is in between */
+/* The last key at or before a time between the first key and the last. */
+static uint32_t find_key(const tw_layer *layer, double time) {
+  uint32_t low = 0, high = layer->weight_count - 1;
   while (high - low > 1) {
     uint32_t middle = low + (high - low) / 2;
     if ((double)layer->weight_times[middle] <= time)
@@ -78,15 +85,23 @@ double tw_layer_weight(const tw_layer *layer, double time) {
     else
       high = middle;
   }
-  return weight_after(layer, low, time);
+  return low;
 }
 
-/* The same at times that do not fall. *key: 0 at first; the last key at or before the time before. */
-static double next_weight(const tw_layer *layer, double time, uint32_t *key) {
+/* *key: any but the last; becomes the last one at or before a time between the keys, and makes times just
+ * behind it quick. */
+static double weight_near(const tw_layer *layer, double time, uint32_t *key) {
   double weight;
   if (is_constant_at(layer, time, &weight)) return weight;
-  while ((double)layer->weight_times[*key + 1] <= time) ++*key;
-  return weight_after(layer, *key, time);
+  if (time < (double)layer->weight_times[*key] || time >= (double)layer->weight_times[*key + 1])
+    *key = find_key(layer, time);
+  weight_ramp ramp = ramp_after(layer, *key);
+  return ramp_at(&ramp, time);
+}
+
+double tw_layer_weight(const tw_layer *layer, double time) {
+  uint32_t key = 0;
+  return weight_near(layer, time, &key);
 }
 
 /* Whether the layer ever plays. */
@@ -102,14 +117,11 @@ static double last_weight_time(const tw_layer *layer) {
 
 /* ---- the phase ----------------------------------------------------------------------------------------- */
 
-/* The integral of the rate over the x seconds behind a knot, exact for the linear sums. With z the change of
- * the weight over the weight, it is x (rate / weight L + rate_slope x / weight K), L = log(1 + z) / z,
- * K = (1 - L) / z. */
+/* The integral of the rate over the x seconds behind a knot. With z = growth x it is
+ * x (pace L + bend x K), L = log(1 + z) / z, K = (1 - L) / z. */
 static double phase_gained(const phase_knot *knot, double x) {
-  if (knot->weight == 0) return knot->weight_slope == 0 ? 0 : knot->rate_slope / knot->weight_slope * x;
-  if (knot->weight_slope == 0)
-    return x * (knot->rate / knot->weight + knot->rate_slope * x / knot->weight * (1.0 / 2));
-  double z = knot->weight_slope * x / knot->weight, l, k;
+  if (knot->growth == 0) return x * (knot->pace + knot->bend * x * (1.0 / 2));
+  double z = knot->growth * x, l, k;
   if (z < -1 + 1e-12) z = -1 + 1e-12; /* the weights fade to 0, and the rate's sum with them */
   if (fabs(z) < 1e-3) {
     l = 1 - z * (1.0 / 2 - z * (1.0 / 3 - z * (1.0 / 4 - z / 5)));
@@ -118,12 +130,12 @@ static double phase_gained(const phase_knot *knot, double x) {
     l = log1p(z) / z;
     k = (1 - l) / z;
   }
-  return x * (knot->rate / knot->weight * l + knot->rate_slope * x / knot->weight * k);
+  return x * (knot->pace * l + knot->bend * x * k);
 }
 
-double tw_mix_phase(const mix_time *mix, double time) {
+/* The last knot at or before a time. */
+static uint32_t find_knot(const mix_time *mix, double time) {
   uint32_t low = 0, high = mix->knot_count;
-  if (high == 0) return 0;
   while (high - low > 1) {
     uint32_t middle = low + (high - low) / 2;
     if (mix->knots[middle].time <= time)
@@ -131,8 +143,27 @@ double tw_mix_phase(const mix_time *mix, double time) {
     else
       high = middle;
   }
-  const phase_knot *knot = &mix->knots[low];
-  return knot->phase + phase_gained(knot, time - knot->time);
+  return low;
+}
+
+void tw_mix_phases(const mix_time *mix, const double *times, uint32_t count, double *phases) {
+  double from = INFINITY, to = INFINITY; /* the times of the knot and of the next */
+  const phase_knot *knot = NULL;
+  for (uint32_t i = 0; i < count; i++) {
+    if (mix->knot_count > 0 && !(times[i] >= from && times[i] < to)) {
+      uint32_t index = find_knot(mix, times[i]);
+      knot = &mix->knots[index];
+      from = knot->time;
+      to = index + 1 < mix->knot_count ? mix->knots[index + 1].time : INFINITY;
+    }
+    phases[i] = knot ? knot->phase + phase_gained(knot, times[i] - knot->time) : 0;
+  }
+}
+
+double tw_mix_phase(const mix_time *mix, double time) {
+  double phase;
+  tw_mix_phases(mix, &time, 1, &phase);
+  return phase;
 }
 
 /* Whether a layer sets the rate of the phase. */
@@ -148,15 +179,15 @@ static bool has_synced_base(const mix_time *mix) {
   return has_base;
 }
 
-/* Sums weights, and rates by their weights, at times that do not fall. Additive layers may have weights below
- * 0. keys: [layers], as in next_weight. */
+/* Sums weights, and rates by their weights. Additive layers may have weights below 0. keys: [layers], as in
+ * weight_near. */
 static void sum_rates(const mix_time *mix, bool has_base, double time, uint32_t *keys, double *weight,
                       double *rate) {
   *weight = *rate = 0;
   for (uint32_t i = 0; i < mix->layer_count; i++) {
     if (!leads(mix, i, has_base)) continue;
     const tw_layer *layer = &mix->layers[i];
-    double w = layer->mode == TW_LAYER_OVERRIDE ? 1 : fabs(next_weight(layer, time, &keys[i]));
+    double w = layer->mode == TW_LAYER_OVERRIDE ? 1 : fabs(weight_near(layer, time, &keys[i]));
     *weight += w;
     *rate += w * layer->speed / mix->durations[i];
   }
@@ -193,24 +224,31 @@ static uint64_t list_bends(const mix_time *mix, bool has_base, double *times) {
   return count;
 }
 
+/* Sets a knot's rate by the sums there and their slopes. mean: the rate where all weights are 0. */
+static void set_rate(phase_knot *knot, double weight, double rate, double weight_slope, double rate_slope,
+                     double mean) {
+  if (weight == 0) {
+    knot->pace = weight_slope == 0 ? mean : rate_slope / weight_slope;
+    return;
+  }
+  knot->pace = rate / weight;
+  knot->bend = rate_slope / weight;
+  knot->growth = weight_slope / weight;
+}
+
 static bool fill_knots(mix_time *mix, bool has_base, const double *times, uint32_t count) {
-  double mean = mean_rate(mix, has_base), phase = 0, weight, rate;
+  double mean = mean_rate(mix, has_base), phase = 0, weight, rate, next_weight, next_rate;
   uint32_t keys[TW_LAYERS_MAX] = {0};
   sum_rates(mix, has_base, times[0], keys, &weight, &rate);
   for (uint32_t i = 0; i < count; i++) {
     phase_knot *knot = &mix->knots[i];
-    *knot = (phase_knot){.time = times[i], .phase = phase, .weight = weight, .rate = rate};
-    if (i + 1 < count) {
-      double seconds = times[i + 1] - times[i];
-      sum_rates(mix, has_base, times[i + 1], keys, &weight, &rate);
-      knot->weight_slope = (weight - knot->weight) / seconds;
-      knot->rate_slope = (rate - knot->rate) / seconds;
-    }
-    if (knot->weight == 0 && knot->weight_slope == 0) {
-      knot->weight = 1;
-      knot->rate = mean;
-    }
-    if (i + 1 < count) phase += phase_gained(knot, times[i + 1] - times[i]);
+    *knot = (phase_knot){.time = times[i], .phase = phase};
+    double seconds = i + 1 < count ? times[i + 1] - times[i] : 1;
+    next_weight = weight, next_rate = rate;
+    if (i + 1 < count) sum_rates(mix, has_base, times[i + 1], keys, &next_weight, &next_rate);
+    set_rate(knot, weight, rate, (next_weight - weight) / seconds, (next_rate - rate) / seconds, mean);
+    if (i + 1 < count) phase += phase_gained(knot, seconds);
+    weight = next_weight, rate = next_rate;
     if (!tw_work(4 * (uint64_t)mix->layer_count)) return false;
   }
   return true;
@@ -266,20 +304,35 @@ layer_state tw_layer_at(const mix_time *mix, uint32_t index, double time, double
   return (layer_state){(float)local, tw_layer_weight(layer, time)};
 }
 
+/* The weights at many times: quick where one follows another between the same keys. */
+static void fill_weights(const tw_layer *layer, const double *times, uint32_t count, double *weights) {
+  for (uint32_t i = 0; i < count;) {
+    bool is_constant = is_constant_at(layer, times[i], &weights[i]);
+    i += is_constant;
+    if (is_constant) continue;
+    const weight_ramp ramp = ramp_after(layer, find_key(layer, times[i]));
+    for (; i < count && times[i] >= ramp.start && times[i] < ramp.end; i++)
+      weights[i] = ramp_at(&ramp, times[i]);
+  }
+}
+
 void tw_layer_states(const mix_time *mix, uint32_t index, const double *times, const double *phases,
                      uint32_t count, float *locals, double *weights) {
   const tw_layer *layer = &mix->layers[index];
-  double duration = mix->durations[index],
-         start = layer->is_synced && duration > 0 ? layer->offset / duration : 0;
-  for (uint32_t i = 0; i < count; i++)
-    if (!layer->is_synced && layer->loop == TW_CLAMP)
-      locals[i] = (float)(layer->offset + layer->speed * times[i]);
-    else if (!layer->is_synced)
-      locals[i] = (float)looped(layer->offset + layer->speed * times[i], duration, layer->loop);
-    else
+  double duration = mix->durations[index], offset = layer->offset, speed = layer->speed;
+  double start = duration > 0 ? offset / duration : 0;
+  if (layer->is_synced)
+    for (uint32_t i = 0; i < count; i++)
       locals[i] = duration > 0 ? (float)(part_of_round(phases[i] + start) * duration) : 0;
-  for (uint32_t i = 0; i < count; i++)
-    weights[i] = layer->weight_count == 1 ? (double)layer->weights[0] : tw_layer_weight(layer, times[i]);
+  else if (layer->loop == TW_CLAMP)
+    for (uint32_t i = 0; i < count; i++) locals[i] = (float)(offset + speed * times[i]);
+  else
+    for (uint32_t i = 0; i < count; i++)
+      locals[i] = (float)looped(offset + speed * times[i], duration, layer->loop);
+  if (layer->weight_count == 1)
+    for (uint32_t i = 0; i < count; i++) weights[i] = (double)layer->weights[0];
+  else
+    fill_weights(layer, times, count, weights);
 }
 
 double tw_mix_time_of_phase(const mix_time *mix, double phase) {
@@ -295,8 +348,8 @@ double tw_mix_time_of_phase(const mix_time *mix, double phase) {
   const phase_knot *knot = &mix->knots[low_knot];
   double end = high_knot < mix->knot_count ? mix->knots[high_knot].time : mix->duration;
   double gained = phase - knot->phase, low = 0, high = fmax(end - knot->time, 0);
-  if (knot->weight_slope == 0 && knot->rate_slope == 0 && knot->rate > 0)
-    return knot->time + fmin(fmax(gained * knot->weight / knot->rate, 0), high);
+  if (knot->growth == 0 && knot->bend == 0 && knot->pace > 0)
+    return knot->time + fmin(fmax(gained / knot->pace, 0), high);
   for (int i = 0; i < 60 && high - low > 1e-12 * (1 + end); i++) {
     double middle = low + (high - low) / 2;
     if (phase_gained(knot, middle) < gained)
@@ -388,10 +441,10 @@ static double length_of(const tw_layer *layer, double duration) {
 /* The first time with a whole phase from the last knot on, where weights are constant. */
 static double round_end(const mix_time *mix) {
   const phase_knot *last = &mix->knots[mix->knot_count - 1];
-  double rate = last->rate / last->weight, rounds = ceil(last->phase - ROUND_SLACK);
-  if (!(rate > 0)) return last->time;
+  double rounds = ceil(last->phase - ROUND_SLACK);
+  if (!(last->pace > 0)) return last->time;
   if (rounds < 1) rounds = 1;
-  double end = last->time + (rounds - last->phase) / rate;
+  double end = last->time + (rounds - last->phase) / last->pace;
   return end > last->time ? end : last->time;
 }
 

@@ -5,11 +5,11 @@
 #include "clip.h"
 #include "tweend/mix.h"
 
-/* From this knot to the next one the rate of the phase is (rate + rate_slope x) / (weight + weight_slope x)
- * x seconds later: sums over the layers that set it. */
+/* From this knot to the next one the rate of the phase is (pace + bend x) / (1 + growth x) x seconds later.
+ */
 typedef struct phase_knot {
   double time, phase;
-  double weight, weight_slope, rate, rate_slope;
+  double pace, bend, growth;
 } phase_knot;
 
 typedef struct mix_time {
@@ -40,14 +40,14 @@ static inline double mix_clamp(const mix_time *mix, float time) {
 
 /* Rounds that synchronised layers have played at a clamped time. */
 double tw_mix_phase(const mix_time *mix, double time);
+void tw_mix_phases(const mix_time *mix, const double *times, uint32_t count, double *phases);
 
 double tw_layer_weight(const tw_layer *layer, double time);
 
 /* The state of a layer at a clamped time whose phase is given. */
 layer_state tw_layer_at(const mix_time *mix, uint32_t layer, double time, double phase);
 
-/* The same at many times. phases: [count]; not read where no layer is synchronised. locals: [count] times of
- * the layer's clip. */
+/* The same at many times. phases: [count]. locals: [count] times of the layer's clip. */
 void tw_layer_states(const mix_time *mix, uint32_t layer, const double *times, const double *phases,
                      uint32_t count, float *locals, double *weights);
 

@@ -1,6 +1,7 @@
 /* Mixed clips. They are evaluated by blocks of nodes or times, so that what their layers give stays in the
  * cache and on the stack. */
 #include <math.h>
+#include <stddef.h>
 #include <string.h>
 
 #include "clip.h"
@@ -17,18 +18,23 @@ typedef struct track_part {
   const float *reference; /* [width] of an additive layer */
 } track_part;
 
+/* The nodes of which a layer moves a path: their places in their blocks, in the order of the nodes. */
+typedef struct moved_nodes {
+  uint8_t *places;
+  uint32_t *starts; /* [blocks + 1] the first of each block */
+} moved_nodes;
+
 typedef struct mixing {
   mix_time time;
-  const tw_trs **references; /* [layers] [nodes] of additive layers, else NULL */
-  const track_part **parts;  /* [tracks + 1] the parts of each track, by layer, up to those of the next */
-  const float **rests;       /* [tracks][width] */
+  moved_nodes (*moved)[TW_WEIGHTS]; /* [layers] of each path of transforms */
+  const tw_trs **references;        /* [layers] [nodes] of additive layers, else NULL */
+  const track_part **parts; /* [tracks + 1] the parts of each track, by layer, up to those of the next */
+  const float **rests;      /* [tracks][width] */
 } mixing;
 
 static const mixing *mixing_of(const tw_clip *clip) {
   return clip->making;
 }
-
-/* ---- blending -------------------------------------------------------------------------------- */
 
 typedef float four __attribute__((vector_size(16)));
 
@@ -42,83 +48,148 @@ static inline float sum_of(four value) {
   return (value[0] + value[2]) + (value[1] + value[3]);
 }
 
-/* Moves a mean of rotations by a share toward q or -q, whichever is on its side. The mean is not of unit
- * length. */
-static inline void blend_rotation(float *mean, const float *q, float share) {
-  four m = load_four(mean), other = load_four(q);
-  if (sum_of(m * other) < 0) other = -other;
-  m += (other - m) * share;
-  memcpy(mean, &m, sizeof m);
-}
-
-static inline void unit_rotation(float *q) {
-  four value = load_four(q);
-  value *= 1 / sqrtf(sum_of(value * value));
-  memcpy(q, &value, sizeof value);
-}
-
-static inline void blend_values(float *mean, const float *values, uint32_t width, float share) {
-  for (uint32_t i = 0; i < width; i++) mean[i] += (values[i] - mean[i]) * share;
-}
-
-static inline void add_values(float *values, const float *from, const float *reference, uint32_t width,
-                              float weight) {
-  for (uint32_t i = 0; i < width; i++) values[i] += (from[i] - reference[i]) * weight;
-}
-
-/* out = conjugate(a) b */
-static inline void difference(const float *a, const float *b, float *out) {
-  out[0] = a[3] * b[0] - a[0] * b[3] - a[1] * b[2] + a[2] * b[1];
-  out[1] = a[3] * b[1] + a[0] * b[2] - a[1] * b[3] - a[2] * b[0];
-  out[2] = a[3] * b[2] - a[0] * b[1] + a[1] * b[0] - a[2] * b[3];
-  out[3] = a[3] * b[3] + a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-/* a = a b, at unit length */
-static inline void turn_by(float *a, const float *b) {
-  float q[4] = {a[3] * b[0] + a[0] * b[3] + a[1] * b[2] - a[2] * b[1],
-                a[3] * b[1] - a[0] * b[2] + a[1] * b[3] + a[2] * b[0],
-                a[3] * b[2] + a[0] * b[1] - a[1] * b[0] + a[2] * b[3],
-                a[3] * b[3] - a[0] * b[0] - a[1] * b[1] - a[2] * b[2]};
-  unit_rotation(q);
-  memcpy(a, q, sizeof q);
-}
-
-/* Differences of rotations in an additive layer, one a node or time. */
-typedef struct turns {
+/* What a layer gives of one path, of a block of nodes or times. */
+typedef struct layer_values {
   uint32_t count;
-  uint32_t of[TW_POSE_BLOCK]; /* which rotation each turns */
-  float x[TW_POSE_BLOCK], y[TW_POSE_BLOCK], z[TW_POSE_BLOCK], w[TW_POSE_BLOCK];
-  float weights[TW_POSE_BLOCK];
-} turns;
+  const uint8_t *places; /* [count] in the block; NULL: all of it */
+  const double *weights; /* [count] */
+  const float *values;   /* by place */
+  size_t step;           /* floats from one value to the next, and from one mean to the next */
+} layer_values;
 
-static inline void add_turn(turns *all, uint32_t of, const float *reference, const float *q, float weight) {
-  float turn[4];
-  difference(reference, q, turn);
-  float sign = turn[3] < 0 ? -1 : 1;
-  uint32_t i = all->count++;
-  all->of[i] = of;
-  all->x[i] = sign * turn[0];
-  all->y[i] = sign * turn[1];
-  all->z[i] = sign * turn[2];
-  all->w[i] = sign * turn[3];
-  all->weights[i] = weight;
+static inline uint32_t place_of(const layer_values *layer, uint32_t i) {
+  return layer->places ? layer->places[i] : i;
 }
 
-/* Replaces each turn by slerp(1, turn, weight), for weights of -1 to 1. */
-static void raise_turns(turns *all) {
-  for (uint32_t i = 0; i < all->count; i++) {
-    float x = all->x[i], y = all->y[i], z = all->z[i], weight = all->weights[i];
-    float sine = sqrtf(x * x + y * y + z * z), part = arc_angle(sine, all->w[i]) * fabsf(weight);
-    float ratio = (weight < 0 ? -1.0f : 1.0f) * arc_sine(part) / (sine > 0 ? sine : 1.0f);
-    all->x[i] = x * ratio;
-    all->y[i] = y * ratio;
-    all->z[i] = z * ratio;
-    all->w[i] = arc_cosine(part);
+/* ---- blending -------------------------------------------------------------------------------- */
+
+/* The means of one path, of a block of nodes or times, while layers are blended. */
+typedef struct blend {
+  tw_path path;
+  uint32_t count, width;
+  float *means;
+  size_t step;
+  double totals[TW_POSE_BLOCK];         /* weights so far */
+  bool has_sums, is_sum[TW_POSE_BLOCK]; /* a rotation is a sum, not of unit length */
+} blend;
+
+static void blend_init(blend *b, tw_path path, uint32_t width, float *means, size_t step, uint32_t count) {
+  b->path = path;
+  b->count = count;
+  b->width = width;
+  b->means = means;
+  b->step = step;
+  b->has_sums = false;
+  memset(b->totals, 0, count * sizeof *b->totals);
+  memset(b->is_sum, 0, count * sizeof *b->is_sum);
+}
+
+/* Adds the layer's weights to the totals. shares: the part of each value in its mean, 1 where it is the first
+ * one with a weight, 0 without weight. */
+static void take_shares(blend *b, const layer_values *layer, float *shares) {
+  double totals[TW_POSE_BLOCK];
+  for (uint32_t i = 0; i < layer->count; i++) totals[i] = b->totals[place_of(layer, i)] + layer->weights[i];
+  for (uint32_t i = 0; i < layer->count; i++)
+    shares[i] = layer->weights[i] > 0 ? (float)(layer->weights[i] / totals[i]) : 0;
+  for (uint32_t i = 0; i < layer->count; i++) b->totals[place_of(layer, i)] = totals[i];
+}
+
+/* The layer is all that there is so far, or takes the place of what there is. */
+static void take_over(blend *b, const layer_values *layer, float *shares) {
+  for (uint32_t i = 0; i < layer->count; i++) {
+    shares[i] = 1;
+    b->totals[place_of(layer, i)] = layer->weights[i];
   }
 }
 
-/* The same for a weight beyond 1, which may turn round more than once. */
+/* Moves sums of rotations by shares toward q or -q, whichever is on their side. */
+static void blend_rotations(blend *b, const layer_values *layer, const float *shares) {
+  for (uint32_t i = 0; i < layer->count; i++) {
+    if (shares[i] == 0) continue;
+    uint32_t place = place_of(layer, i);
+    float *mean = b->means + b->step * place;
+    four q = load_four(layer->values + layer->step * place), sum = load_four(mean);
+    bool is_sum = shares[i] != 1;
+    float side = sum_of(sum * q) < 0 ? -1.0F : 1.0F;
+    if (is_sum) q = sum + (q * side - sum) * shares[i];
+    b->is_sum[place] = is_sum;
+    b->has_sums |= is_sum;
+    memcpy(mean, &q, sizeof q);
+  }
+}
+
+static inline void blend_vectors(blend *b, const layer_values *layer, const float *shares, uint32_t width) {
+  for (uint32_t i = 0; i < layer->count; i++) {
+    if (shares[i] == 0) continue;
+    uint32_t place = place_of(layer, i);
+    float *mean = b->means + b->step * place;
+    const float *value = layer->values + layer->step * place;
+    for (uint32_t k = 0; k < width; k++)
+      mean[k] = shares[i] == 1 ? value[k] : mean[k] + (value[k] - mean[k]) * shares[i];
+  }
+}
+
+/* overrides: the layer takes the place of those before it. The values of the first one are the means already.
+ */
+static void blend_layer(blend *b, const layer_values *layer, bool overrides) {
+  float shares[TW_POSE_BLOCK];
+  bool is_first = layer->values == b->means;
+  if (overrides || is_first)
+    take_over(b, layer, shares);
+  else
+    take_shares(b, layer, shares);
+  if (is_first) return;
+  if (b->path == TW_ROTATION)
+    blend_rotations(b, layer, shares);
+  else if (b->width == 3)
+    blend_vectors(b, layer, shares, 3);
+  else
+    blend_vectors(b, layer, shares, b->width);
+}
+
+/* Sums of rotations become of unit length: in loops of their own, so that roots and divisions are vectorised.
+ */
+static void end_sums(blend *b) {
+  float scales[TW_POSE_BLOCK];
+  if (!b->has_sums) return;
+  for (uint32_t i = 0; i < b->count; i++) {
+    four sum = load_four(b->means + b->step * i);
+    scales[i] = b->is_sum[i] ? sum_of(sum * sum) : 1;
+  }
+  for (uint32_t i = 0; i < b->count; i++) scales[i] = 1 / sqrtf(scales[i]);
+  for (uint32_t i = 0; i < b->count; i++) {
+    four sum = load_four(b->means + b->step * i) * scales[i];
+    memcpy(b->means + b->step * i, &sum, sizeof sum);
+  }
+}
+
+/* ---- adding ---------------------------------------------------------------------------------- */
+
+/* Rotations that an additive layer turns. */
+typedef struct turns {
+  uint32_t count;
+  float *of[TW_POSE_BLOCK];                                                     /* [4] */
+  float from[TW_POSE_BLOCK][4], to[TW_POSE_BLOCK][4], weights[TW_POSE_BLOCK];   /* from: the references */
+  float x[TW_POSE_BLOCK], y[TW_POSE_BLOCK], z[TW_POSE_BLOCK], w[TW_POSE_BLOCK]; /* the turns */
+} turns;
+
+/* Finds the turns, conjugate(from) to, and of each the sign that makes w positive. */
+static void find_turns(turns *all) {
+  for (uint32_t i = 0; i < all->count; i++) {
+    const float *a = all->from[i], *b = all->to[i];
+    float x = a[3] * b[0] - a[0] * b[3] - a[1] * b[2] + a[2] * b[1];
+    float y = a[3] * b[1] + a[0] * b[2] - a[1] * b[3] - a[2] * b[0];
+    float z = a[3] * b[2] - a[0] * b[1] + a[1] * b[0] - a[2] * b[3];
+    float w = a[3] * b[3] + a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    float sign = w < 0 ? -1.0F : 1.0F;
+    all->x[i] = sign * x;
+    all->y[i] = sign * y;
+    all->z[i] = sign * z;
+    all->w[i] = sign * w;
+  }
+}
+
+/* slerp(1, turn, weight) for a weight beyond 1, which may turn round more than once. */
 static void raise_far(turns *all, uint32_t i) {
   double axis[3] = {(double)all->x[i], (double)all->y[i], (double)all->z[i]};
   double sine = tw_length(axis, 3), part = atan2(sine, (double)all->w[i]) * (double)all->weights[i];
@@ -129,259 +200,247 @@ static void raise_far(turns *all, uint32_t i) {
   all->w[i] = (float)cos(part);
 }
 
-/* Applies the turns to rotations that lie `step` floats apart. */
-static void apply_turns(turns *all, float *rotations, size_t step) {
-  turns raised = *all;
-  raise_turns(&raised);
+static const float LEAST_SINE = 1e-30F; /* of a root; only 0 is less */
+
+/* Replaces each turn by slerp(1, turn, weight). */
+static void raise_turns(turns *all) {
+  float ratios[TW_POSE_BLOCK], cosines[TW_POSE_BLOCK]; /* right for weights of -1 to 1 */
   for (uint32_t i = 0; i < all->count; i++) {
-    if (fabsf(all->weights[i]) > 1) {
-      raise_far(all, i);
-      raised.x[i] = all->x[i], raised.y[i] = all->y[i], raised.z[i] = all->z[i], raised.w[i] = all->w[i];
-    }
-    const float turn[4] = {raised.x[i], raised.y[i], raised.z[i], raised.w[i]};
-    turn_by(rotations + step * all->of[i], turn);
+    float x = all->x[i], y = all->y[i], z = all->z[i], weight = all->weights[i];
+    float sine = sqrtf(x * x + y * y + z * z), part = arc_angle(sine, all->w[i]) * weight;
+    ratios[i] = arc_sine(part) / (sine > LEAST_SINE ? sine : LEAST_SINE);
+    cosines[i] = arc_cosine(part);
+  }
+  for (uint32_t i = 0; i < all->count; i++) {
+    if (fabsf(all->weights[i]) <= 1) continue;
+    raise_far(all, i);
+    ratios[i] = 1;
+    cosines[i] = all->w[i];
+  }
+  for (uint32_t i = 0; i < all->count; i++) {
+    all->x[i] *= ratios[i];
+    all->y[i] *= ratios[i];
+    all->z[i] *= ratios[i];
+    all->w[i] = cosines[i];
   }
 }
 
-/* The part of a value in the mean to which it is added. */
-static inline float share_of(double weight, double *total) {
-  *total += weight;
-  return (float)(weight / *total);
+/* Turns the rotations, at unit length. */
+static void apply_turns(turns *all) {
+  float scales[TW_POSE_BLOCK];
+  for (uint32_t i = 0; i < all->count; i++) memcpy(all->from[i], all->of[i], sizeof all->from[i]);
+  for (uint32_t i = 0; i < all->count; i++) {
+    const float *a = all->from[i];
+    float x = all->x[i], y = all->y[i], z = all->z[i], w = all->w[i], *out = all->to[i];
+    out[0] = a[3] * x + a[0] * w + a[1] * z - a[2] * y;
+    out[1] = a[3] * y - a[0] * z + a[1] * w + a[2] * x;
+    out[2] = a[3] * z + a[0] * y - a[1] * x + a[2] * w;
+    out[3] = a[3] * w - a[0] * x - a[1] * y - a[2] * z;
+    scales[i] = (out[0] * out[0] + out[2] * out[2]) + (out[1] * out[1] + out[3] * out[3]);
+  }
+  for (uint32_t i = 0; i < all->count; i++) scales[i] = 1 / sqrtf(scales[i]);
+  for (uint32_t i = 0; i < all->count; i++) {
+    four turned = load_four(all->to[i]) * scales[i];
+    memcpy(all->of[i], &turned, sizeof turned);
+  }
+}
+
+/* references: [4] by place, `step` floats apart. */
+static void add_rotations(float *rotations, const layer_values *layer, const float *references, size_t step) {
+  turns all;
+  all.count = 0;
+  for (uint32_t i = 0; i < layer->count; i++) {
+    if (layer->weights[i] == 0) continue;
+    uint32_t place = place_of(layer, i), next = all.count++;
+    all.of[next] = rotations + layer->step * place;
+    all.weights[next] = (float)layer->weights[i];
+    memcpy(all.from[next], references + step * place, sizeof all.from[next]);
+    memcpy(all.to[next], layer->values + layer->step * place, sizeof all.to[next]);
+  }
+  find_turns(&all);
+  raise_turns(&all);
+  apply_turns(&all);
+}
+
+static void add_vectors(float *vectors, uint32_t width, const layer_values *layer, const float *references,
+                        size_t step) {
+  for (uint32_t i = 0; i < layer->count; i++) {
+    if (layer->weights[i] == 0) continue;
+    uint32_t place = place_of(layer, i);
+    float weight = (float)layer->weights[i], *vector = vectors + layer->step * place;
+    const float *value = layer->values + layer->step * place, *reference = references + step * place;
+    for (uint32_t k = 0; k < width; k++) vector[k] += (value[k] - reference[k]) * weight;
+  }
 }
 
 /* ---- posing ---------------------------------------------------------------------------------- */
 
-/* A block of nodes while layers are blended. */
+enum { TRS_STEP = sizeof(tw_trs) / sizeof(float) };
+
+/* Floats of a transform before a path. */
+static inline size_t offset_of(tw_path path) {
+  return (path == TW_TRANSLATION ? offsetof(tw_trs, translation)
+          : path == TW_SCALE     ? offsetof(tw_trs, scale)
+                                 : offsetof(tw_trs, rotation)) /
+         sizeof(float);
+}
+
+/* A block of nodes. */
 typedef struct pose_block {
   const tw_node *nodes;
   uint32_t first, count;
-  tw_trs *locals;                  /* [count] */
-  double totals[TW_POSE_BLOCK][3]; /* weights so far, by path */
-  bool is_mean[TW_POSE_BLOCK];     /* the rotation is a mean, not of unit length */
+  tw_trs *locals; /* [count] */
 } pose_block;
 
-static inline float *place_in(tw_trs *trs, tw_path path) {
-  return path == TW_TRANSLATION ? trs->translation : path == TW_SCALE ? trs->scale : trs->rotation;
+/* What a layer gives of a path; its count may be 0. weights, poses: [TW_POSE_BLOCK] */
+static layer_values values_of(const mixing *mix, uint32_t layer, const pose_block *block, tw_path path,
+                              const double *weights, const tw_trs *poses) {
+  const moved_nodes *moved = &mix->moved[layer][path];
+  const uint32_t *starts = moved->starts + block->first / TW_POSE_BLOCK;
+  return (layer_values){starts[1] - starts[0], moved->places + starts[0], weights,
+                        poses->rotation + offset_of(path), TRS_STEP};
 }
 
-/* The first layer that plays: its pose is the block's. */
-static void start_block(pose_block *block, const tw_clip *clip, const layer_state *state) {
-  tw_clip_pose_nodes(clip, block->nodes, block->first, block->count, state->time, block->locals);
-  for (uint32_t i = 0; i < block->count; i++)
-    for (int path = 0; path < 3; path++)
-      block->totals[i][path] = clip->moves[block->first + i] & 1u << path ? state->weight : 0;
-}
-
-/* Gives a path what a layer that overrides, or plays alone so far, has. */
-static void take_path(pose_block *block, uint32_t i, tw_path path, tw_trs *from, double weight) {
-  memcpy(place_in(&block->locals[i], path), place_in(from, path),
-         (path == TW_ROTATION ? 4 : 3) * sizeof(float));
-  block->totals[i][path] = weight;
-  if (path == TW_ROTATION) block->is_mean[i] = false;
-}
-
-static void blend_block(pose_block *block, const tw_clip *clip, const layer_state *state, bool overrides) {
-  tw_trs poses[TW_POSE_BLOCK];
-  double last_total = 0; /* most nodes have equal totals */
-  float last_share = 1;
-  tw_clip_pose_nodes(clip, block->nodes, block->first, block->count, state->time, poses);
-  for (uint32_t i = 0; i < block->count; i++) {
-    unsigned moves = clip->moves[block->first + i] & 7u;
-    for (tw_path path = TW_TRANSLATION; moves >> path; path++) {
-      double *total = &block->totals[i][path];
-      if (!(moves & 1u << path)) continue;
-      if (*total == 0 || overrides) {
-        take_path(block, i, path, &poses[i], state->weight);
-        continue;
-      }
-      if (*total != last_total) {
-        double sum = last_total = *total;
-        last_share = share_of(state->weight, &sum);
-      }
-      *total += state->weight;
-      float *mean = place_in(&block->locals[i], path);
-      if (path == TW_ROTATION) {
-        blend_rotation(mean, poses[i].rotation, last_share);
-        block->is_mean[i] = true;
-      } else {
-        blend_values(mean, place_in(&poses[i], path), 3, last_share);
-      }
-    }
-  }
-}
-
-static void end_means(pose_block *block) {
-  for (uint32_t i = 0; i < block->count; i++)
-    if (block->is_mean[i]) unit_rotation(block->locals[i].rotation);
-}
-
-static void add_to_block(pose_block *block, const tw_clip *clip, const tw_trs *references,
-                         const layer_state *state) {
-  tw_trs poses[TW_POSE_BLOCK];
-  turns all;
-  all.count = 0;
-  float weight = (float)state->weight;
-  tw_clip_pose_nodes(clip, block->nodes, block->first, block->count, state->time, poses);
-  for (uint32_t i = 0; i < block->count; i++) {
-    unsigned moves = clip->moves[block->first + i];
-    const tw_trs *reference = &references[block->first + i];
-    if (moves & 1u << TW_TRANSLATION)
-      add_values(block->locals[i].translation, poses[i].translation, reference->translation, 3, weight);
-    if (moves & 1u << TW_SCALE)
-      add_values(block->locals[i].scale, poses[i].scale, reference->scale, 3, weight);
-    if (moves & 1u << TW_ROTATION) add_turn(&all, i, reference->rotation, poses[i].rotation, weight);
-  }
-  if (all.count) apply_turns(&all, block->locals[0].rotation, sizeof *block->locals / sizeof(float));
-}
-
-static void pose_mixed(const tw_clip *clip, pose_block *block, const layer_state *states) {
+/* The pose of the first layer that plays is the block's, with the rest transforms of what it does not move.
+ */
+static void blend_poses(const tw_clip *clip, const pose_block *block, const layer_state *states) {
   const mixing *mix = mixing_of(clip);
   bool has_started = false;
-  memset(block->is_mean, 0, sizeof block->is_mean);
+  tw_trs poses[TW_POSE_BLOCK];
+  double weights[TW_POSE_BLOCK];
+  blend blends[TW_WEIGHTS];
+  for (tw_path path = 0; path < TW_WEIGHTS; path++)
+    blend_init(&blends[path], path, path == TW_ROTATION ? 4 : 3, block->locals->rotation + offset_of(path),
+               TRS_STEP, block->count);
   for (uint32_t l = 0; l < clip->part_count; l++) {
     bool overrides = mix->time.layers[l].mode == TW_LAYER_OVERRIDE;
     if (mix->references[l] || (states[l].weight == 0 && !overrides)) continue;
     if (has_started)
-      blend_block(block, clip->parts[l], &states[l], overrides);
+      tw_clip_move_nodes(clip->parts[l], block->nodes, block->first, block->count, states[l].time, poses);
     else
-      start_block(block, clip->parts[l], &states[l]);
+      tw_clip_pose_nodes(clip->parts[l], block->nodes, block->first, block->count, states[l].time,
+                         block->locals);
+    for (uint32_t i = 0; i < block->count; i++) weights[i] = states[l].weight;
+    for (tw_path path = 0; path < TW_WEIGHTS; path++) {
+      layer_values values = values_of(mix, l, block, path, weights, has_started ? poses : block->locals);
+      if (values.count > 0) blend_layer(&blends[path], &values, overrides);
+    }
     has_started = true;
   }
   if (!has_started)
     for (uint32_t i = 0; i < block->count; i++) block->locals[i] = block->nodes[block->first + i].rest;
-  end_means(block);
-  for (uint32_t l = 0; l < clip->part_count; l++)
-    if (mix->references[l] && states[l].weight != 0)
-      add_to_block(block, clip->parts[l], mix->references[l], &states[l]);
+  end_sums(&blends[TW_ROTATION]);
+}
+
+static void add_pose(const tw_clip *clip, uint32_t layer, const pose_block *block, const layer_state *state) {
+  const mixing *mix = mixing_of(clip);
+  tw_trs poses[TW_POSE_BLOCK];
+  double weights[TW_POSE_BLOCK];
+  tw_clip_move_nodes(clip->parts[layer], block->nodes, block->first, block->count, state->time, poses);
+  for (uint32_t i = 0; i < block->count; i++) weights[i] = state->weight;
+  for (tw_path path = 0; path < TW_WEIGHTS; path++) {
+    layer_values values = values_of(mix, layer, block, path, weights, poses);
+    const float *references = mix->references[layer][block->first].rotation + offset_of(path);
+    float *locals = block->locals->rotation + offset_of(path);
+    if (path == TW_ROTATION)
+      add_rotations(locals, &values, references, TRS_STEP);
+    else
+      add_vectors(locals, 3, &values, references, TRS_STEP);
+  }
 }
 
 static void mixed_pose(const tw_clip *clip, const tw_node *nodes, uint32_t first, uint32_t count, float time,
                        tw_trs *locals) {
-  const mix_time *mix = &mixing_of(clip)->time;
+  const mixing *mix = mixing_of(clip);
   layer_state states[TW_LAYERS_MAX];
-  double clamped = mix_clamp(mix, time), phase = tw_mix_phase(mix, clamped);
-  for (uint32_t l = 0; l < clip->part_count; l++) states[l] = tw_layer_at(mix, l, clamped, phase);
+  double clamped = mix_clamp(&mix->time, time), phase = tw_mix_phase(&mix->time, clamped);
+  for (uint32_t l = 0; l < clip->part_count; l++) states[l] = tw_layer_at(&mix->time, l, clamped, phase);
   for (uint32_t done = 0; done < count; done += TW_POSE_BLOCK) {
-    pose_block block;
-    block.nodes = nodes;
-    block.first = first + done;
-    block.count = count - done < TW_POSE_BLOCK ? count - done : TW_POSE_BLOCK;
-    block.locals = locals + done;
-    pose_mixed(clip, &block, states);
+    const pose_block block = {nodes, first + done,
+                              count - done < TW_POSE_BLOCK ? count - done : TW_POSE_BLOCK, locals + done};
+    blend_poses(clip, &block, states);
+    for (uint32_t l = 0; l < clip->part_count; l++)
+      if (mix->references[l] && states[l].weight != 0) add_pose(clip, l, &block, &states[l]);
   }
 }
 
 /* ---- sampling -------------------------------------------------------------------------------- */
 
-/* Times of a track while layers are blended. */
+/* Times of a track. */
 typedef struct sample_block {
   uint32_t count, width;
   tw_path path;
-  double times[TW_POSE_BLOCK], phases[TW_POSE_BLOCK], totals[TW_POSE_BLOCK];
-  bool is_mean[TW_POSE_BLOCK];
+  double times[TW_POSE_BLOCK], phases[TW_POSE_BLOCK];
   float *out; /* [count][width] */
 } sample_block;
 
-static void blend_part(sample_block *block, const double *weights, const float *samples, bool overrides) {
-  uint32_t width = block->width;
-  double last_weight = 0, last_total = 0; /* most times have the weights of the time before */
-  float share = 1;
-  for (uint32_t i = 0; i < block->count; i++) {
-    float *mean = block->out + (size_t)i * width;
-    const float *sample = samples + (size_t)i * width;
-    if (weights[i] == 0 && !overrides) continue;
-    if (block->totals[i] == 0 || overrides) {
-      memcpy(mean, sample, width * sizeof *mean);
-      block->totals[i] = weights[i];
-      block->is_mean[i] = false;
-      continue;
-    }
-    if (weights[i] != last_weight || block->totals[i] != last_total) {
-      double total = last_total = block->totals[i];
-      share = share_of(last_weight = weights[i], &total);
-    }
-    block->totals[i] += weights[i];
-    if (block->path == TW_ROTATION)
-      blend_rotation(mean, sample, share);
-    else
-      blend_values(mean, sample, width, share);
-    block->is_mean[i] = true;
-  }
-}
-
-static void add_part(sample_block *block, const double *weights, const float *samples,
-                     const float *reference) {
-  uint32_t width = block->width;
-  turns all;
-  all.count = 0;
-  for (uint32_t i = 0; i < block->count; i++) {
-    if (weights[i] == 0) continue;
-    const float *sample = samples + (size_t)i * width;
-    if (block->path == TW_ROTATION)
-      add_turn(&all, i, reference, sample, (float)weights[i]);
-    else
-      add_values(block->out + (size_t)i * width, sample, reference, width, (float)weights[i]);
-  }
-  if (all.count) apply_turns(&all, block->out, 4);
-}
-
-static void sample_part(const tw_clip *clip, const track_part *part, sample_block *block) {
-  float local[TW_POSE_BLOCK], samples[SAMPLES];
+/* What a layer gives: its weights, then its samples where any weight counts. */
+typedef struct part_samples {
   double weights[TW_POSE_BLOCK];
-  bool overrides = mixing_of(clip)->time.layers[part->layer].mode == TW_LAYER_OVERRIDE;
-  tw_layer_states(&mixing_of(clip)->time, part->layer, block->times, block->phases, block->count, local,
-                  weights);
-  tw_clip_sample(clip->parts[part->layer], part->track, local, block->count, samples);
-  if (part->reference)
-    add_part(block, weights, samples, part->reference);
-  else
-    blend_part(block, weights, samples, overrides);
+  float locals[TW_POSE_BLOCK], values[SAMPLES];
+} part_samples;
+
+static void find_weights(const tw_clip *clip, const track_part *part, const sample_block *block,
+                         part_samples *samples) {
+  tw_layer_states(&mixing_of(clip)->time, part->layer, block->times, block->phases, block->count,
+                  samples->locals, samples->weights);
 }
 
-/* Means of rotations become of unit length: in loops of their own, so that roots and divisions overlap. */
-static void end_samples(sample_block *block) {
-  float scales[TW_POSE_BLOCK];
-  for (uint32_t i = 0; i < block->count; i++) {
-    four value = load_four(block->out + 4 * (size_t)i);
-    scales[i] = sum_of(value * value);
-  }
-  for (uint32_t i = 0; i < block->count; i++) scales[i] = 1 / sqrtf(scales[i]);
-  for (uint32_t i = 0; i < block->count; i++) {
-    if (!block->is_mean[i]) continue;
-    four value = load_four(block->out + 4 * (size_t)i) * scales[i];
-    memcpy(block->out + 4 * (size_t)i, &value, sizeof value);
-  }
-}
-
-static void sample_mixed(const tw_clip *clip, uint32_t track, sample_block *block) {
-  const track_part *begin = mixing_of(clip)->parts[track], *end = mixing_of(clip)->parts[track + 1];
-  memset(block->totals, 0, sizeof block->totals);
-  memset(block->is_mean, 0, sizeof block->is_mean);
+static void put_rests(const sample_block *block, const float *rest, const double *weights) {
   for (uint32_t i = 0; i < block->count; i++)
-    memcpy(block->out + (size_t)i * block->width, mixing_of(clip)->rests[track],
-           block->width * sizeof *block->out);
-  for (const track_part *part = begin; part < end; part++)
-    if (!part->reference) sample_part(clip, part, block);
-  if (block->path == TW_ROTATION) end_samples(block);
-  for (const track_part *part = begin; part < end; part++)
-    if (part->reference) sample_part(clip, part, block);
+    if (!weights || weights[i] == 0)
+      memcpy(block->out + (size_t)i * block->width, rest, block->width * sizeof *rest);
+}
+
+/* The samples of the first layer are the block's, but where it does not play. */
+static void blend_samples(const tw_clip *clip, uint32_t track, const sample_block *block) {
+  const mixing *mix = mixing_of(clip);
+  part_samples samples;
+  blend b;
+  bool has_started = false;
+  blend_init(&b, block->path, block->width, block->out, block->width, block->count);
+  for (const track_part *part = mix->parts[track]; part < mix->parts[track + 1]; part++) {
+    if (part->reference) continue;
+    bool overrides = mix->time.layers[part->layer].mode == TW_LAYER_OVERRIDE;
+    float *out = has_started ? samples.values : block->out;
+    find_weights(clip, part, block, &samples);
+    tw_clip_sample(clip->parts[part->layer], part->track, samples.locals, block->count, out);
+    if (!has_started && !overrides) put_rests(block, mix->rests[track], samples.weights);
+    const layer_values values = {block->count, NULL, samples.weights, out, block->width};
+    blend_layer(&b, &values, overrides);
+    has_started = true;
+  }
+  if (!has_started) put_rests(block, mix->rests[track], NULL);
+  if (block->path == TW_ROTATION) end_sums(&b);
+}
+
+static void add_samples(const tw_clip *clip, const track_part *part, const sample_block *block) {
+  part_samples samples;
+  find_weights(clip, part, block, &samples);
+  tw_clip_sample(clip->parts[part->layer], part->track, samples.locals, block->count, samples.values);
+  const layer_values values = {block->count, NULL, samples.weights, samples.values, block->width};
+  if (block->path == TW_ROTATION)
+    add_rotations(block->out, &values, part->reference, 0);
+  else
+    add_vectors(block->out, block->width, &values, part->reference, 0);
 }
 
 static void mixed_sample(const tw_clip *clip, uint32_t track, const float *times, size_t time_count,
                          float *out) {
-  const mix_time *mix = &mixing_of(clip)->time;
+  const mixing *mix = mixing_of(clip);
   uint32_t width = clip->tracks[track].width, most = SAMPLES / width;
   if (most > TW_POSE_BLOCK) most = TW_POSE_BLOCK;
   for (size_t done = 0; done < time_count; done += most) {
-    sample_block block = {.count = time_count - done < most ? (uint32_t)(time_count - done) : most,
-                          .width = width,
-                          .path = clip->tracks[track].path,
-                          .out = out + done * width};
-    for (uint32_t i = 0; i < block.count; i++) {
-      block.times[i] = mix_clamp(mix, times[done + i]);
-      if (mix->knot_count > 0) block.phases[i] = tw_mix_phase(mix, block.times[i]);
-    }
-    sample_mixed(clip, track, &block);
+    sample_block block;
+    block.count = time_count - done < most ? (uint32_t)(time_count - done) : most;
+    block.width = width;
+    block.path = clip->tracks[track].path;
+    block.out = out + done * width;
+    for (uint32_t i = 0; i < block.count; i++) block.times[i] = mix_clamp(&mix->time, times[done + i]);
+    tw_mix_phases(&mix->time, block.times, block.count, block.phases);
+    blend_samples(clip, track, &block);
+    for (const track_part *part = mix->parts[track]; part < mix->parts[track + 1]; part++)
+      if (part->reference) add_samples(clip, part, &block);
   }
 }
 
@@ -525,6 +584,30 @@ static bool build_mixed_tracks(const tw_mix_job *job, const moved_part *moved, u
   return true;
 }
 
+/* Lists the nodes of which a layer's clip moves a path. */
+static bool list_moved(const tw_clip *layer, tw_path path, tw_arena *arena, moved_nodes *out) {
+  uint32_t count = 0, block_count = layer->node_count / TW_POSE_BLOCK + 1;
+  for (uint32_t n = 0; n < layer->node_count; n++) count += layer->moves[n] >> path & 1u;
+  out->places = tw_arena_alloc_raw(arena, count, sizeof *out->places);
+  out->starts = tw_arena_alloc(arena, (size_t)block_count + 1, sizeof *out->starts);
+  if (!out->places || !out->starts) return false;
+  count = 0;
+  for (uint32_t n = 0; n < layer->node_count; n++) {
+    if (layer->moves[n] >> path & 1u) out->places[count++] = (uint8_t)(n % TW_POSE_BLOCK);
+    out->starts[n / TW_POSE_BLOCK + 1] = count;
+  }
+  return true;
+}
+
+static bool build_moved(const tw_mix_job *job, tw_arena *arena, mixing *mix) {
+  mix->moved = tw_arena_alloc(arena, job->layer_count, sizeof *mix->moved);
+  bool has_room = mix->moved != NULL;
+  for (uint32_t l = 0; has_room && l < job->layer_count; l++)
+    for (tw_path path = 0; has_room && path < TW_WEIGHTS; path++)
+      has_room = list_moved(job->clips[l], path, arena, &mix->moved[l][path]);
+  return has_room;
+}
+
 static bool build_references(const tw_mix_job *job, tw_arena *arena, mixing *mix) {
   mix->references = tw_arena_alloc(arena, job->layer_count, sizeof *mix->references);
   for (uint32_t l = 0; mix->references && l < job->layer_count; l++) {
@@ -548,8 +631,8 @@ static bool build_mixed(const tw_mix_job *job, tw_clip *clip) {
   if (!tw_mix_time_init(&mix->time, arena, job->layers, job->layer_count, job->durations)) return false;
   uint32_t count;
   moved_part *moved = list_parts(job, &count);
-  bool is_built =
-      moved && build_mixed_tracks(job, moved, count, clip, mix) && build_references(job, arena, mix);
+  bool is_built = moved && build_mixed_tracks(job, moved, count, clip, mix) && build_moved(job, arena, mix) &&
+                  build_references(job, arena, mix);
   tw_free(moved);
   if (!is_built) return false;
   for (uint32_t l = 0; l < job->layer_count; l++) {

@@ -2,7 +2,7 @@
 #ifndef TWEEND_SINE_H
 #define TWEEND_SINE_H
 
-/* Sine and cosine on [0, pi/2], within 3e-8 and 1e-9 before rounding, exact at 0. The polynomials interpolate
+/* Sine and cosine on [-pi/2, pi/2], within 3e-8 and 1e-9 before rounding, exact at 0. The polynomials interpolate
  * (sin v - v) / v^3 and (cos v - 1) / v^2 at Chebyshev points. */
 static inline float arc_sine(float v) {
   float x = v * v;

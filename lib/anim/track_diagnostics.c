@@ -36,7 +36,8 @@ typedef struct segment {
   const tw_track *track;
   uint32_t key;
   double start, seconds;
-  tw_arc slerp; /* between the same keys; only where has_stray is set */
+  double here[4], next[4]; /* the keys; next: none behind the last */
+  tw_arc slerp;            /* between them; only where has_stray is set */
 } segment;
 
 static void rotation_at(const segment *s, double u, double out[4]) {
@@ -56,6 +57,15 @@ static void note_gimbal(const segment *s, const double q[4], double u, int order
   gimbal->time = s->start + u * s->seconds;
 }
 
+/* Notes the gimbals of all orders that a place may be nearest to. */
+static void note_place(const segment *s, const double q[4], double u, double sines[TW_EULER_ORDERS],
+                       tw_track_report *report) {
+  for (int order = 0; order < TW_EULER_ORDERS; order++) {
+    sines[order] = sine_middle(q, (tw_euler_order)order);
+    if (is_nearer(sines[order], report->gimbals[order].cos_middle)) note_gimbal(s, q, u, order, report);
+  }
+}
+
 static void note_speed(const segment *s, double speed, double u, tw_track_report *report) {
   if (speed <= report->peak_velocity * s->seconds * MORE) return;
   report->peak_velocity = speed / s->seconds;
@@ -66,14 +76,9 @@ static void note_speed(const segment *s, double speed, double u, tw_track_report
 
 /* Whether the segment turns about one fixed axis. *whole: the angle it turns through. */
 static bool is_even_turn(const segment *s, double *whole) {
-  double from[4], to[4];
   switch (s->track->kind) {
   case TRACK_ARC:
-  case TRACK_NLERP:
-    rotation_at(s, 0, from);
-    tw_track_rotation(s->track, s->key + 1, 0, to);
-    *whole = tw_angle_between(from, to);
-    return true;
+  case TRACK_NLERP: *whole = tw_angle_between(s->here, s->next); return true;
   case TRACK_AXIS_ANGLE:
     *whole = fabs(s->track->segments.turns[s->key].change);
     return s->track->segments.turns[s->key].axis_angle == 0;
@@ -124,11 +129,17 @@ typedef struct place {
   double u, q[4], sines[TW_EULER_ORDERS], stray;
 } place;
 
-static double stray_at(const segment *s, double u) {
-  double path[4], straight[4];
-  rotation_at(s, u, path);
+/* path: the rotation at u. */
+static double stray_from(const segment *s, double u, const double path[4]) {
+  double straight[4];
   tw_arc_at(&s->slerp, u, straight);
   return tw_angle_between(path, straight);
+}
+
+static double stray_at(const segment *s, double u) {
+  double path[4];
+  rotation_at(s, u, path);
+  return stray_from(s, u, path);
 }
 
 static void note_stray(const segment *s, double angle, double u, tw_track_report *report) {
@@ -139,14 +150,13 @@ static void note_stray(const segment *s, double angle, double u, tw_track_report
 
 static void look(const segment *s, double u, place *out, tw_track_report *report) {
   out->u = u;
-  rotation_at(s, u, out->q);
-  for (int order = 0; order < TW_EULER_ORDERS; order++) {
-    out->sines[order] = sine_middle(out->q, (tw_euler_order)order);
-    if (is_nearer(out->sines[order], report->gimbals[order].cos_middle))
-      note_gimbal(s, out->q, u, order, report);
-  }
+  if (u == 0)
+    memcpy(out->q, s->here, sizeof out->q);
+  else
+    rotation_at(s, u, out->q);
+  note_place(s, out->q, u, out->sines, report);
   if (!report->has_stray) return;
-  out->stray = stray_at(s, u);
+  out->stray = stray_from(s, u, out->q);
   note_stray(s, out->stray, u, report);
 }
 
@@ -238,12 +248,10 @@ static double follow_steps(const segment *s, uint32_t steps_most, tw_track_repor
 /* ---- whole tracks ---------------------------------------------------------------------------- */
 
 static double follow_segment(segment *s, uint32_t steps_most, tw_track_report *report) {
-  double here[4], next[4], whole;
-  rotation_at(s, 0, here);
-  tw_track_rotation(s->track, s->key + 1, 0, next);
-  if (s->track->holds) return tw_angle_between(here, next);
+  double whole;
+  if (s->track->holds) return tw_angle_between(s->here, s->next);
   if (is_even_turn(s, &whole)) return follow_even_turn(s, whole, report);
-  if (report->has_stray) s->slerp = tw_arc_short(here, next);
+  if (report->has_stray) s->slerp = tw_arc_short(s->here, s->next);
   return follow_steps(s, steps_most, report);
 }
 
@@ -266,15 +274,18 @@ static void note_step(const tw_track *track, uint32_t key, double travelled, tw_
 static void follow_track(const tw_track *track, uint32_t steps_most, tw_track_report *report) {
   uint32_t last = track->timeline->key_count - 1;
   for (int order = 0; order < TW_EULER_ORDERS; order++) report->gimbals[order].cos_middle = INFINITY;
+  segment s = {.track = track};
+  tw_track_rotation(track, 0, 0, s.here);
   for (uint32_t key = 0; key <= last && tw_work(KEY_WORK); key++) {
-    segment s = {.track = track,
-                 .key = key,
-                 .start = (double)track->timeline->times[key],
-                 .seconds = key < last ? tw_track_seconds(track, key) : 0};
-    double q[4];
-    rotation_at(&s, 0, q);
-    for (int order = 0; order < TW_EULER_ORDERS; order++) note_gimbal(&s, q, 0, order, report);
-    if (key < last) note_step(track, key, follow_segment(&s, steps_most, report), report);
+    double sines[TW_EULER_ORDERS];
+    s.key = key;
+    s.start = (double)track->timeline->times[key];
+    s.seconds = key < last ? tw_track_seconds(track, key) : 0;
+    note_place(&s, s.here, 0, sines, report);
+    if (key == last) break;
+    tw_track_rotation(track, key + 1, 0, s.next);
+    note_step(track, key, follow_segment(&s, steps_most, report), report);
+    memcpy(s.here, s.next, sizeof s.here);
   }
 }
 

@@ -37,7 +37,7 @@ typedef struct bvh_joint {
   uint32_t parent; /* TW_NO_INDEX for a root */
   float offset[3];
   uint8_t axes[BVH_KINDS][3], counts[BVH_KINDS]; /* the axes of its channels, in their order */
-  bool is_end, has_channels, has_child, has_end;
+  bool is_end, has_offset, has_channels, has_child, has_end;
 } bvh_joint;
 
 /* A file on its way to a model. */
@@ -50,6 +50,7 @@ typedef struct bvh_file {
   size_t joint_room, channel_room;
   uint32_t open;      /* the joint whose block is open, or TW_NO_INDEX */
   uint32_t end_names; /* end sites that have a name of their own */
+  uint32_t offsets;   /* OFFSETs that take the place of one before */
   uint64_t commas;    /* numbers with a comma before their decimals */
   double claimed;     /* what Frames: says */
   double frame_time;  /* seconds */
@@ -180,12 +181,15 @@ static tw_status open_joint(bvh_file *file, tw_word name, bool is_end) {
 }
 
 static tw_status read_offset(bvh_file *file) {
+  bvh_joint *joint = &file->joints[file->open];
+  file->offsets += joint->has_offset;
+  joint->has_offset = true;
   for (int i = 0; i < 3; i++) {
     double value;
     tw_status status = take_number(file, next_word(file), &value);
     if (status != TW_OK) return status;
-    file->joints[file->open].offset[i] = (float)value;
-    if (!isfinite(file->joints[file->open].offset[i])) return fail_float(file);
+    joint->offset[i] = (float)value;
+    if (!isfinite(joint->offset[i])) return fail_float(file);
   }
   return TW_OK;
 }
@@ -201,11 +205,13 @@ static bool parse_channel(tw_word word, bvh_channel *out) {
   return false;
 }
 
-static tw_status add_channel(bvh_file *file, tw_word word) {
+/* told: the number behind CHANNELS. */
+static tw_status add_channel(bvh_file *file, tw_word word, double told) {
   bvh_channel channel = {.joint = file->open};
   if (!parse_channel(word, &channel))
-    return tw_fail_line(file->error, TW_SYNTAX, file->line, "\"%s\" is no channel",
-                        tw_obj_quote_word(word).text);
+    return tw_fail_line(file->error, TW_SYNTAX, file->line,
+                        "\"%s\" is no channel, of which CHANNELS says %.0f", tw_obj_quote_word(word).text,
+                        told);
   bvh_joint *joint = &file->joints[file->open];
   uint8_t *count = &joint->counts[channel.kind];
   for (int i = 0; i < *count; i++)
@@ -224,7 +230,6 @@ static tw_status add_channel(bvh_file *file, tw_word word) {
 static tw_status read_channels(bvh_file *file) {
   bvh_joint *joint = &file->joints[file->open];
   double count;
-  if (joint->is_end) return tw_fail_line(file->error, TW_SYNTAX, file->line, "an End Site has no channels");
   if (joint->has_channels || joint->has_child)
     return tw_fail_line(file->error, TW_SYNTAX, file->line, "%s",
                         joint->has_child ? "CHANNELS stand before the joints within"
@@ -233,7 +238,9 @@ static tw_status read_channels(bvh_file *file) {
   tw_status status = take_number(file, next_word(file), &count);
   if (status == TW_OK && !(count >= 0 && count == floor(count)))
     status = tw_fail_line(file->error, TW_SYNTAX, file->line, "CHANNELS needs their number");
-  for (double i = 0; i < count && status == TW_OK; i++) status = add_channel(file, next_word(file));
+  if (status == TW_OK && joint->is_end && count > 0)
+    status = tw_fail_line(file->error, TW_SYNTAX, file->line, "an End Site has no channels");
+  for (double i = 0; i < count && status == TW_OK; i++) status = add_channel(file, next_word(file), count);
   return status;
 }
 
@@ -248,6 +255,10 @@ static tw_status read_statement(bvh_file *file, tw_word word) {
   }
   bool is_brace = word_is(word, "}"), is_offset = word_is(word, "offset"),
        is_channels = word_is(word, "channels");
+  bvh_channel channel;
+  if (parse_channel(word, &channel))
+    return tw_fail_line(file->error, TW_SYNTAX, file->line, "\"%s\" is more than CHANNELS says",
+                        tw_obj_quote_word(word).text);
   if (!is_brace && !is_offset && !is_channels)
     return tw_fail_line(file->error, TW_SYNTAX, file->line, "\"%s\" is out of place",
                         tw_obj_quote_word(word).text);
@@ -581,9 +592,17 @@ static tw_status make_nodes(bvh_file *file, tw_model *model) {
 
 /* Tells what the hierarchy holds and the model does not. */
 static void warn_of_losses(const bvh_file *file, tw_model *model) {
-  uint32_t scales = 0;
+  uint32_t scales = 0, without_offset = 0;
+  for (uint32_t i = 0; i < file->joint_count; i++) {
+    const bvh_joint *joint = &file->joints[i];
+    without_offset += !joint->has_offset && joint->counts[BVH_POSITION] < 3 && joint->parent != TW_NO_INDEX;
+  }
+  tw_model_warn_count(model, without_offset, "joint has no OFFSET: it is where its parent is",
+                      "joints have no OFFSET: they are where their parents are");
   for (uint32_t i = 0; i < file->channel_count; i++) scales += file->channels[i].kind == BVH_SCALE;
   tw_model_warn_count(model, scales, "channel of scale is left out", "channels of scale are left out");
+  tw_model_warn_count(model, file->offsets, "OFFSET takes the place of one before it in its joint",
+                      "OFFSETs take the place of others before them in their joints");
   if (file->end_names > 0)
     tw_model_warn(model, "the %s of %u %s", tw_plural(file->end_names, "name", "names"), file->end_names,
                   tw_plural(file->end_names, "end site is left out: it is named after its joint",

@@ -362,13 +362,13 @@ static void find_losses(tw_bvh_stream *s) {
   }
   for (uint32_t i = 0; o->clip && i < tw_clip_track_count(o->clip); i++) {
     tw_path path;
-    tw_clip_target(o->clip, i, &path);
-    weights += path == TW_WEIGHTS;
+    uint32_t node = tw_clip_target(o->clip, i, &path);
+    weights += path == TW_WEIGHTS && (o->choice != TW_BVH_LISTED || o->is_listed[node]);
   }
-  warn(s, uneven, "joint is scaled unevenly or by the clip: BVH has its place alone",
-       "joints are scaled unevenly or by the clip: BVH has their places alone");
   warn(s, weights, "track of morph weights is left out: BVH has none",
        "tracks of morph weights are left out: BVH has none");
+  warn(s, uneven, "joint is scaled unevenly or by the clip: BVH has its place alone",
+       "joints are scaled unevenly or by the clip: BVH has their places alone");
   warn(s, names, "name is changed: BVH has no blanks and braces in names, and readers want each once",
        "names are changed: BVH has no blanks and braces in names, and readers want each once");
 }

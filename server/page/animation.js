@@ -1,7 +1,7 @@
 // Plays a clip in the viewport: from poses on the page's clock, blended with those of another where one is chosen, or from
 // the daemon's live stream.
 import { tweend, withKey } from './client.js';
-import { blendWeights, optionsOf, partOf, weightsAt } from './clips.js';
+import { blendWeights, optionsOf, partOf } from './clips.js';
 import { fail } from './notices.js';
 import { note, state, watch } from './state.js';
 
@@ -28,23 +28,6 @@ const PATHS = [['translation', 'position', mixed], ['rotation', 'quaternion', mi
 async function movedBy(model, which, signal) {
   const { tracks, other_tracks: others } = await withKey(() => tweend.tracks(model, optionsOf(which), { signal }));
   return Object.fromEntries(PATHS.map(([path]) => [path, new Set([...tracks, ...others].filter((track) => track.path === path).map(({ node }) => node))]));
-}
-
-const NODES_SIZE = 2000; // characters of names that a URL has room for
-
-/** The poses of a player's clip as JSON, at as many times, with the morph weights that the player's own lack; [{}] where the
- *  clip moves none. */
-async function weightsOf(model, which, { times }, signal) {
-  if (!model.meshes.some(({ morph_targets: targets }) => targets > 0)) return [{}];
-  const ask = (more) => withKey(() => tweend.pose(model, { ...optionsOf(which), ...more }, { signal }));
-  const { poses: first } = await ask({ at: 0 });
-  const nodes = Object.keys(first[0].weights ?? {});
-  const to = times.at(-1);
-  if (nodes.length === 0 || to === 0) return first;
-  // Weights of one of several nodes with one name stand under its index, by which no request asks.
-  const canAsk = nodes.join().length < NODES_SIZE && nodes.every((node) => model.nodes.some(({ name }) => name === node));
-  const { poses } = await ask({ nodes: canAsk ? nodes : undefined, from: 0, to, fps: (times.length - 1) / to });
-  return poses;
 }
 
 export class Animation {
@@ -106,10 +89,9 @@ export class Animation {
     this.model = model;
     if (!clip) return;
     const { signal } = (this.controller = new AbortController());
-    const load = async (which, objects) => {
+    const load = (which, objects) => {
       const fps = Math.max(2, Math.min(FPS, POSES_SIZE / 40 / model.nodes.length / Math.max(which.duration ?? 10, 0.1)));
-      const player = await withKey(() => tweend.play(model, objects, { ...optionsOf(which), fps, signal, playing: false, speed: Number(state('speed')), loop: state('loop') }));
-      return [player, await weightsOf(model, which, player.table.header, signal)];
+      return withKey(() => tweend.play(model, objects, { ...optionsOf(which), fps, signal, playing: false, speed: Number(state('speed')), loop: state('loop') }));
     };
     try {
       const slots = new Map(other ? model.nodes.map(({ name }) => [name, [slot(), slot()]]) : []);
@@ -118,8 +100,7 @@ export class Animation {
       const [loaded, moved] = await Promise.all([Promise.all(clips.map((which, k) => load(which, objects(k)))),
         other && Promise.all(clips.map((which) => movedBy(model, which, signal)))]);
       if (signal.aborted) return;
-      [this.player, this.other = null] = loaded.map(([player]) => player);
-      this.weights = loaded.map(([, weights]) => weights);
+      [this.player, this.other = null] = loaded;
       this.slots = [...slots].map(([name, pair]) => [this.#target(name), pair, PATHS.map(([path]) => moved.map((nodes) => nodes[path].has(name)))]);
       this.#setSpeed();
       this.player.time = Number(state('t')) * this.#pace;
@@ -147,12 +128,9 @@ export class Animation {
   }
 
   /** Puts the morph weights into the viewport. */
-  #morph(time) {
-    const [first, second] = this.weights;
-    const duration = this.own?.duration ?? this.player.duration; // of the stream, the player's that it stands in for
-    const part = duration > 0 ? time / duration : 0;
-    const own = weightsAt(first, part);
-    this.viewport.morph(this.other && !this.live ? blendWeights(own, weightsAt(second, part), this.weight) : own);
+  #morph() {
+    const { weights = {} } = this.player;
+    this.viewport.morph(this.other && !this.live ? blendWeights(weights, this.other.weights ?? {}, this.weight) : weights);
   }
 
   /** Applies the present pose to the viewport. */
@@ -162,7 +140,7 @@ export class Animation {
     if (time === undefined) return;
     if (this.other && !this.live) this.#blend();
     this.shown = this.live ? time : time / this.#pace;
-    this.#morph(time);
+    this.#morph();
     this.viewport.invalidate();
     this.onTime(this.shown);
   }

@@ -28,18 +28,11 @@ export function blendOf(model, [first, second], weight) {
 
 const mixed = (a, b, part) => a.map((value, i) => value + (b[i] - value) * part);
 
-/** Morph weights by node at a part of a clip, 0 to 1. poses: [{weights}] at even steps. */
-export function weightsAt(poses, part) {
-  const at = Math.min(Math.max(part, 0), 1) * (poses.length - 1);
-  const [{ weights: before = {} }, { weights: after = {} }] = [poses[Math.floor(at)], poses[Math.ceil(at)]];
-  return Object.fromEntries(Object.entries(before).map(([node, values]) => [node, mixed(values, after[node], at % 1)]));
-}
-
 /** The part of the second clip in what a node has of a blend, as the daemon blends layers: what one of those that play moves
  *  alone is as it moves it. first, second: whether they move it; part: of the second in the blend. */
 export const partOf = (first, second, part) => (part > 0 && part < 1 && first !== second ? Number(second) : part);
 
-/** Blends morph weights of two clips in the same way. */
+/** Blends morph weights of two clips, by node, in the same way. */
 export function blendWeights(first, second, part) {
   const [a, b] = [part < 1 ? first : {}, part > 0 ? second : {}];
   return { ...a, ...b, ...Object.fromEntries(Object.keys(a).filter((node) => node in b).map((node) => [node, mixed(a[node], b[node], part)])) };

@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
 import { carriedOver, sentencesOf } from '../../server/page/clip_words.js';
-import { blendOf, blendWeights, partOf, weightsAt } from '../../server/page/clips.js';
+import { blendOf, blendWeights, partOf } from '../../server/page/clips.js';
 import { Gesture } from '../../server/page/gestures.js';
 import { Lineages } from '../../server/page/lineages.js';
 import { firstLevel, Opening } from '../../server/page/opening.js';
@@ -97,10 +97,7 @@ test('how a clip was carried over agrees in number', () => {
   assert.deepEqual(words(20, 2), ['20 bones follow, ways are 1.00 times as long.', '2 bones keep the rest pose.']);
 });
 
-test('morph weights lie between those of the poses around a time, and blend as layers do', () => {
-  const poses = [{ weights: { face: [0, 1] } }, { weights: { face: [1, 1] } }, { weights: { face: [0, 0] } }];
-  assert.deepEqual([0, 0.25, 0.5, 0.75, 1, 2, -1].map((part) => weightsAt(poses, part).face), [[0, 1], [0.5, 1], [1, 1], [0.5, 0.5], [0, 0], [0, 0], [0, 1]]);
-  assert.deepEqual(weightsAt([{}], 0.3), {});
+test('morph weights blend as layers do', () => {
   const [first, second] = [{ face: [0, 1], brow: [1] }, { face: [1, 0], lid: [0.5] }];
   assert.deepEqual(blendWeights(first, second, 0.25), { face: [0.25, 0.75], brow: [1], lid: [0.5] });
   assert.deepEqual(blendWeights(first, second, 0), first);

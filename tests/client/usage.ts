@@ -86,6 +86,7 @@ class Vector3 {
 export async function players(id: string, scene: { traverse(visit: (object: object) => void): void }): Promise<number> {
   const player: Player = await tweend.play(id, scene, { clip: 'drive', loop: 'pingpong', speed: 0.5 });
   player.time = player.duration / 2;
+  player.speed = player.weights?.face[0] ?? 1;
   const hull = { position: new Vector3(), scale: new Vector3(), quaternion: { x: 0, y: 0, z: 0, w: 1 } };
   const live: LivePlayer = await tweend.live(id, { hull }, { fps: 60, start: Date.now(), delay: 50 });
   // @ts-expect-error: a player decides what its poses are

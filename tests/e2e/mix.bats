@@ -250,3 +250,16 @@ channels() {
   grep -i '^X-Tweend-Warning' "$BATS_TEST_TMPDIR/head" | grep -q 'slow%20is%20stored%20as%20keys'
   [[ $(yaw hips 'clip=slow&at=1' "$made") == '[30]' ]]
 }
+
+@test "layers that cannot do what they seem to ask for are told" {
+  id=$(model "$clips,{\"name\":\"idle\",\"layers\":[{\"clip\":\"run\",\"nodes\":[\"head\"]},{\"clip\":\"run\",\"offset\":1},
+    {\"clip\":\"run\",\"speed\":-1},{\"clip\":\"run\",\"mode\":\"additive\",\"reference\":2},{\"clip\":\"run\",\"speed\":-1,\"offset\":1},
+    {\"clip\":\"run\",\"offset\":1,\"loop\":\"repeat\"},{\"clip\":\"run\",\"speed\":0,\"offset\":1},{\"clip\":\"inner\",\"nodes\":[\"head\"]}]},
+    {\"name\":\"inner\",\"layers\":[{\"clip\":\"walk\",\"nodes\":[\"hips\"]},{\"clip\":\"nod\"}]}")
+  curl --silent --fail-with-body "$url/v1/models/$id/pose.json?clip=idle&at=0" | jq -r '.warnings[]' | diff - <(
+    echo 'clip "idle", layer 0 moves nothing: its clip moves none of its nodes'
+    echo 'clip "idle", layer 1 stands still: from its offset on its clip is at its end'
+    echo 'clip "idle", layer 2 stands still: backwards from its offset its clip is at its start'
+    echo 'clip "idle", layer 3 has its reference behind the end of its clip: it is the last pose'
+  )
+}

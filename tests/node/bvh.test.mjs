@@ -9,6 +9,7 @@ import { Matrix4, Quaternion, Vector3 } from 'three';
 import { BVHLoader } from 'three/addons/loaders/BVHLoader.js';
 
 import { Daemon, root } from './daemon.mjs';
+import { figure } from './figure.mjs';
 import { HEIGHT, localsAt, mocap, worldAt } from './mocap.mjs';
 import { load, nodesOf, playerOf } from './player.mjs';
 
@@ -173,6 +174,14 @@ test('BVHLoader adds the OFFSET to position channels, which stand in its place',
   assert.deepEqual(threesPlaces(text, [0])[0], [[11, 22, 33]]);
   const { poses } = await json(`${await daemon.upload(text)}/pose.json?at=0`);
   assert.deepEqual(poses[0].translation, [[10, 20, 30]]);
+});
+
+test('morph weights that BVH leaves out are told once, where they are of nodes that were asked for', async () => {
+  const model = await daemon.upload(figure());
+  const told = async (query) => (await fetch(`${model}/pose.bvh${query}`)).headers.get('X-Tweend-Warning');
+  const sentence = `1; ${encodeURIComponent('1 track of morph weights is left out: BVH has none')}`;
+  for (const query of ['', '?nodes=all', '?nodes=arm,bone_0']) assert.equal(await told(query), sentence, query);
+  assert.equal(await told('?nodes=bone_0'), null);
 });
 
 /** Frames, seconds and the numbers of a file of others, read without the daemon. */

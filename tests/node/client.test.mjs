@@ -7,6 +7,7 @@ import { after, before, test } from 'node:test';
 import { Tweend } from '../../api/client/tweend.js';
 import { biped } from './biped.mjs';
 import { Daemon, root } from './daemon.mjs';
+import { figure } from './figure.mjs';
 import { load, nodesOf } from './player.mjs';
 
 const daemon = new Daemon();
@@ -48,6 +49,57 @@ test('nodes are found whose names three.js changes', async () => {
   const nodes = names.map((name, i) => ({ name, mesh: 'mesh', translation: [i, 0, 0], ...(i && { parent: names[i - 1] }) }));
   const tracks = names.map((name, i) => ({ node: name, path: 'rotation', times: [0, 2], axis_angles: [[0, 0, 1, 0], [1, i, 0, 0.3 + i / 2]] }));
   await assertFollows(await tweend.upload(JSON.stringify({ meshes: [square], nodes, clips: [{ name: 'turn', tracks }] })));
+});
+
+test('morph targets follow, in every encoding, from poses and from the live stream', async () => {
+  const arm = await tweend.upload(figure());
+  for (const encoding of ['float', 'quantized']) {
+    const gltf = await load(Buffer.from(await (await tweend.surface(arm, { level: 1, encoding })).arrayBuffer()));
+    const meshes = [];
+    gltf.scene.traverse((object) => object.morphTargetInfluences && meshes.push(object));
+    assert.ok(meshes.length > 0);
+    const player = await tweend.play(arm, gltf.scene, { fps: 100, playing: false });
+    for (const [time, weight] of [[0, 0], [0.375, 0.375], [1, 1], [1.5, 0.625]]) {
+      player.time = time;
+      player.update();
+      assert.ok(Math.abs(player.weights.arm[0] - weight) < 1e-6, `${player.weights.arm[0]} at ${time} s is not ${weight}`);
+      for (const mesh of meshes) assert.deepEqual(mesh.morphTargetInfluences, player.weights.arm);
+    }
+    const live = await tweend.live(arm, gltf.scene, { from: 1.5, speed: 1e-3 });
+    live.update();
+    assert.ok(Math.abs(live.weights.arm[0] - 0.625) < 1e-2, `${live.weights.arm}`);
+    for (const mesh of meshes) assert.deepEqual(mesh.morphTargetInfluences, live.weights.arm);
+    live.close();
+  }
+});
+
+test('each of several nodes with one name gets its own morph weights, and meshes below a node its', async () => {
+  const file = JSON.parse(figure());
+  const [mesh] = file.meshes;
+  file.nodes = [{ name: 'other' }, { name: 'face', mesh: 0 }, { name: 'face' }, { name: 'face', mesh: 0 }];
+  file.skins = undefined;
+  file.scenes = [{ nodes: [0, 1, 2, 3] }];
+  for (const name of ['JOINTS_0', 'WEIGHTS_0']) delete mesh.primitives[0].attributes[name];
+  const [{ samplers: [, swelling] }] = file.animations;
+  const { count } = file.accessors[swelling.output];
+  const half = file.accessors.push({ ...file.accessors[swelling.output], count: count - 1 }) - 1;
+  const start = file.accessors.push({ ...file.accessors[swelling.input], count: count - 1, max: [1] }) - 1;
+  file.animations = [{
+    samplers: [swelling, { input: start, output: half }],
+    channels: [0, 1].map((sampler) => ({ sampler, target: { node: 1 + 2 * sampler, path: 'weights' } })),
+  }];
+  const model = await tweend.upload(JSON.stringify(file));
+  for (const nodes of [undefined, 'face']) { // of the second, the other nodes are needed
+    const part = () => ({ morphTargetInfluences: [7] });
+    const node = (name, ...children) => ({ name, position: [0, 0, 0], quaternion: [0, 0, 0, 1], scale: [1, 1, 1], children });
+    const [first, second] = [part(), part()];
+    const objects = [node('other', part()), node('face', first, node('face')), node('face', part()), node('face', { children: [second] })];
+    const player = await tweend.play(model, objects, { nodes, playing: false, time: 1.5 });
+    player.update();
+    assert.deepEqual(player.weights, { face: [0.625], node_3: [1] });
+    assert.deepEqual([first, second].map(({ morphTargetInfluences: [weight] }) => weight), [0.625, nodes ? 7 : 1]);
+    assert.deepEqual(objects.flatMap(({ children }) => children.map(({ morphTargetInfluences }) => morphTargetInfluences?.[0])), [7, 0.625, undefined, 7, undefined]);
+  }
 });
 
 test('a clip of another figure plays on this one, with a map of any length', async () => {

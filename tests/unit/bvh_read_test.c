@@ -42,6 +42,8 @@ TEST(what_is_out_of_place_is_refused_with_its_line) {
   assert_refused("HIERARCHY\nROOT a\n{\nEnd\n{\n}\n}\n", TW_SYNTAX, 5);
   assert_refused("HIERARCHY\nROOT a\n{\nEnd Site\n{\nJOINT b\n{\n}\n}\n}\n", TW_SYNTAX, 6);
   assert_refused("HIERARCHY\nROOT a\n{\nEnd Site\n{\nCHANNELS 1 Xrotation\n}\n}\n", TW_SYNTAX, 6);
+  assert_refused("HIERARCHY\nROOT a\n{\nCHANNELS 1 Xrotation\nYrotation\n}\n", TW_SYNTAX, 5);
+  assert_refused("HIERARCHY\nROOT a\n{\nEnd Site\n{\nCHANNELS 0 CHANNELS 0\n}\n}\n", TW_SYNTAX, 6);
   assert_refused("HIERARCHY\nROOT a\nOFFSET 0 0 0\n", TW_SYNTAX, 2);
   assert_refused("HIERARCHY\nROOT a\n{\nOFFSET 0 0\n}\n", TW_SYNTAX, 5);
   assert_refused("HIERARCHY\nROOT a\n{\nwhat 0 0\n}\n", TW_SYNTAX, 4);
@@ -198,7 +200,8 @@ TEST(each_joint_has_its_own_order_of_any_number_of_channels) {
     const char *o = orders[order];
     snprintf(text, sizeof text,
              "HIERARCHY\nROOT a\n{\nCHANNELS 3 %crotation %crotation %crotation\nJOINT b\n{\nOFFSET 1 2 3\n"
-             "CHANNELS 3 Yposition %crotation Xposition\nJOINT c\n{\nCHANNELS 4 %crotation %crotation "
+             "CHANNELS 3 Yposition %crotation Xposition\nJOINT c\n{\nOFFSET 0 0 0\nCHANNELS 4 %crotation "
+             "%crotation "
              "Zposition Xscale\n"
              "}\n}\n}\nMOTION\nFrames: 1\nFrame Time: 1\n1 2 3 4 5 6 7 8 9 10\n",
              o[0], o[1], o[2], o[0], o[0], o[1]);
@@ -242,6 +245,9 @@ TEST(notations_of_real_files_read_alike) {
       "HIERARCHY\nROOT Hips{CHANNELS 3 Zrotation Yrotation Xrotation OFFSET 0, 1, 0 End Site{OFFSET 0, 2, "
       "0}}MOTION\n"
       "Frames: 2\nFrame Time: 0.5\n1, 2, 3\n4, 5, 6.5\n",
+      "HIERARCHY\nROOT Hips{OFFSET 0 1 0 CHANNELS 3 Zrotation Yrotation Xrotation End Site{OFFSET 0 2 0 "
+      "CHANNELS 0}}MOTION\n"
+      "Frames: 2\nFrame Time: 0.5\n1 2 3\n4 5 6.5\n",
   };
   for (size_t t = 0; t < sizeof texts / sizeof *texts; t++) {
     tw_model *model = read_text(texts[t]);
@@ -278,7 +284,20 @@ TEST(names_hold_blanks_and_keywords) {
   assert_int_equal(model->nodes[3].parent, 1);
   assert_int_equal(model->nodes[7].parent, 6);
   assert_int_equal(model->clip_count, 0);
-  assert_int_equal(model->warning_count, 2); /* the end site's name, and no MOTION */
+  assert_int_equal(model->warning_count, 3);
+  assert_string_equal(model->warnings[0], "8 joints have no OFFSET: they are where their parents are");
+  /* and the end site's name, and no MOTION */
+  tw_model_destroy(model);
+}
+
+TEST(the_last_of_several_offsets_counts_and_they_are_told) {
+  tw_model *model =
+      read_text("HIERARCHY\nROOT a\n{\nOFFSET 1 2 3\nOFFSET 4 5 6\nJOINT b\n{\nOFFSET 7 8 9\n}\n"
+                "OFFSET 0 1 0\n}\nMOTION\nFrames: 0\nFrame Time: 1\n");
+  assert_true(model->nodes[0].rest.translation[0] == 0 && model->nodes[0].rest.translation[1] == 1);
+  assert_true(model->nodes[1].rest.translation[0] == 7);
+  assert_int_equal(model->warning_count, 1);
+  assert_string_equal(model->warnings[0], "2 OFFSETs take the place of others before them in their joints");
   tw_model_destroy(model);
 }
 
