@@ -144,27 +144,34 @@ static void find_difference(const net *n, int kind, int i, double out[3]) {
 }
 
 static void widen(tw_offset *most, const tw_offset *more) {
-  most->normal = fmax(most->normal, more->normal);
-  most->slide = fmax(most->slide, more->slide);
-  most->whole = fmax(most->whole, more->whole);
+  if (more->normal > most->normal) most->normal = more->normal;
+  if (more->slide > most->slide) most->slide = more->slide;
+  if (more->whole > most->whole) most->whole = more->whole;
+}
+
+/* The greatest parts of vectors, which are told by their squares until all are seen. */
+static tw_offset find_greatest(double (*vectors)[3], int count, const double normal[3]) {
+  tw_offset squares = {0};
+  for (int i = 0; i < count; i++) {
+    double along = tw_dot3(vectors[i], normal), across[3];
+    for (int c = 0; c < 3; c++) across[c] = vectors[i][c] - along * normal[c];
+    widen(&squares, &(tw_offset){along * along, tw_dot3(across, across), tw_dot3(vectors[i], vectors[i])});
+  }
+  return (tw_offset){sqrt(squares.normal), sqrt(squares.slide), sqrt(squares.whole)};
 }
 
 static bend find_bend(const net *n, int kind, const double normal[3]) {
-  int count = kind == MIXED ? 9 : 8;
+  enum { MOST = 9 };
+  int count = kind == MIXED ? MOST : MOST - 1;
+  double d[MOST][3];
   bend out = {0};
-  double d[3];
   for (int i = 0; i < count; i++) {
-    find_difference(n, kind, i, d);
-    tw_offset o = tw_offset_split(d, normal);
-    widen(&out.greatest, &o);
-    for (int c = 0; c < 3; c++) out.mean[c] += d[c] / count;
+    find_difference(n, kind, i, d[i]);
+    for (int c = 0; c < 3; c++) out.mean[c] += d[i][c] / count;
   }
-  for (int i = 0; i < count; i++) {
-    find_difference(n, kind, i, d);
-    tw_difference3(d, out.mean, d);
-    tw_offset o = tw_offset_split(d, normal);
-    widen(&out.spread, &o);
-  }
+  out.greatest = find_greatest(d, count, normal);
+  for (int i = 0; i < count; i++) tw_difference3(d[i], out.mean, d[i]);
+  out.spread = find_greatest(d, count, normal);
   return out;
 }
 

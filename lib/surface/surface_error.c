@@ -84,10 +84,12 @@ static void measure_faces(void *context, uint32_t index, uint32_t begin, uint32_
 static tw_status run(pass *s, double *most) {
   const tw_parallel_for *parallel = s->m->parallel;
   uint32_t faces = s->p->topology.face_count, parts = tw_parallel_for_parts(parallel, faces, FACES_AT_ONCE);
+  tw_status status = s->p->normals ? TW_OK : tw_error_find_normals(parallel, s->p);
+  if (status != TW_OK) return status;
   tw_parallel_for_run(parallel, faces, FACES_AT_ONCE, measure_faces, s);
   *most = 0;
   for (uint32_t i = 0; i < parts; i++) *most = fmax(*most, s->most[i]);
-  tw_status status = tw_parallel_for_status(parallel);
+  status = tw_parallel_for_status(parallel);
   return status == TW_OK ? tw_work_status(NULL) : status;
 }
 
@@ -303,10 +305,13 @@ static tw_status take_part(const tw_error_part *from, const uint32_t *corners, c
   out->made = tw_arena_alloc_raw(out->arena, out->topology.face_count, sizeof *out->made);
   out->control = tw_arena_gather(out->arena, from->control, vertices, count, 3 * sizeof *out->control);
   out->is_rim = tw_arena_gather(out->arena, from->is_rim, vertices, count, 1);
+  out->normals = tw_arena_gather(out->arena, from->normals, corners, out->topology.corner_count,
+                                 3 * sizeof *out->normals);
   if (from->shown != from->control)
     shown = tw_arena_gather(out->arena, from->shown, vertices, count, 3 * sizeof *shown);
   out->shown = shown ? shown : out->control;
-  if (!out->states || !out->made || !out->control || !out->is_rim || (from->shown != from->control && !shown))
+  if (!out->states || !out->made || !out->control || !out->is_rim || !out->normals ||
+      (from->shown != from->control && !shown))
     return TW_NO_MEMORY;
   for (uint32_t f = 0; f < out->topology.face_count; f++) {
     uint32_t face = corners[size * f] / size;
