@@ -262,21 +262,27 @@ static const double *net_step(const net *n, int axis, int line, int i) {
 }
 
 static directions find_directions(const net *n, const double normal[3]) {
+  enum { LINES = 4, STEPS = 3 };
   directions out = {0};
-  for (int pass = 0; pass < 2; pass++)
-    for (int axis = 0; axis < 2; axis++)
-      for (int line = 0; line < 4; line++)
-        for (int i = 0; i < 3; i++) {
-          double d[3], height;
-          tw_difference3(net_step(n, axis, line, i + 1), net_step(n, axis, line, i), d);
-          height = tw_dot3(d, normal);
-          for (int c = 0; c < 3; c++) d[c] -= height * normal[c];
-          out.height[axis] = fmax(out.height[axis], fabs(height));
-          for (int c = 0; c < 3 && pass == 0; c++) out.mean[axis][c] += d[c] / 12;
-          if (pass == 0) continue;
-          tw_difference3(d, out.mean[axis], d);
-          out.spread[axis] = fmax(out.spread[axis], tw_length3(d));
-        }
+  for (int axis = 0; axis < 2; axis++) {
+    double d[LINES * STEPS][3], height = 0, square = 0;
+    for (int i = 0; i < LINES * STEPS; i++) {
+      int line = i / STEPS, place = i % STEPS;
+      tw_difference3(net_step(n, axis, line, place + 1), net_step(n, axis, line, place), d[i]);
+      double along = tw_dot3(d[i], normal);
+      if (fabs(along) > height) height = fabs(along);
+      for (int c = 0; c < 3; c++) {
+        d[i][c] -= along * normal[c];
+        out.mean[axis][c] += d[i][c] / (LINES * STEPS);
+      }
+    }
+    for (int i = 0; i < LINES * STEPS; i++) {
+      tw_difference3(d[i], out.mean[axis], d[i]);
+      if (tw_dot3(d[i], d[i]) > square) square = tw_dot3(d[i], d[i]);
+    }
+    out.height[axis] = height;
+    out.spread[axis] = sqrt(square);
+  }
   return out;
 }
 
