@@ -1468,7 +1468,8 @@ export interface SurfaceOptions {
   scale?: number;
   /**
    * `true`: `surface.json` tells of printability: of each shell (a set of faces that edges connect) whether it is
-   * closed, its volume and area, those of the triangles as `surface.stl` has them, and open edges. That takes a
+   * closed, its volume and area, those of the triangles as `surface.stl` has them, and open edges, with skins and
+   * morph targets where `surface.stl` shows them: the sizes are those of `skin=bake`, without clips. That takes a
    * pass over all triangles. Other forms refuse it; STL, PLY and 3MF warn of shells that are not closed or inside
    * out.
    * @default false

@@ -178,22 +178,29 @@ static uint32_t add_moved(answer_meshes *out, const plan_layout *layout, uint32_
   return out->count++;
 }
 
-/* Attaches a moved mesh to its node. A skinned mesh, whose joints lead to the world, is attached to a new
- * root node in its place. */
-static void attach_mesh(tw_model *baked, uint32_t index, uint32_t mesh, bool is_world, tw_trs *locals) {
+/* Attaches a moved mesh to its node. */
+static void attach_mesh(tw_model *baked, uint32_t index, uint32_t mesh) {
+  baked->nodes[index].skin = TW_NO_INDEX;
+  baked->nodes[index].mesh = mesh;
+}
+
+/* Attaches a skinned mesh, whose joints lead to the world, to a new root node in place of its own. That had
+ * no part in where the points are, but where it mirrors, faces are seen from the other side
+ * (glTF 2.0, 3.7.4): then the new node mirrors too, and the points are mirrored before. */
+static void attach_skinned(tw_model *baked, uint32_t index, uint32_t mesh, bool is_mirrored, tw_trs *locals) {
   tw_node *node = &baked->nodes[index];
-  node->skin = TW_NO_INDEX;
-  node->mesh = is_world ? TW_NO_INDEX : mesh;
-  if (!is_world) return;
+  tw_trs place = TW_TRS_IDENTITY;
+  node->skin = node->mesh = TW_NO_INDEX;
+  if (is_mirrored) place.scale[0] = -1;
   uint32_t added = baked->node_count++;
   baked->nodes[added] = (tw_node){.name = node->name,
                                   .parent = TW_NO_INDEX,
                                   .mesh = mesh,
                                   .skin = TW_NO_INDEX,
-                                  .rest = TW_TRS_IDENTITY,
+                                  .rest = place,
                                   .is_hidden = node->is_hidden};
   baked->node_order[added] = added;
-  locals[added] = TW_TRS_IDENTITY;
+  locals[added] = place;
 }
 
 static tw_status place_meshes(tw_arena *arena, const tw_model *model, const deformer *d,
@@ -210,7 +217,15 @@ static tw_status place_meshes(tw_arena *arena, const tw_model *model, const defo
     tw_status status = deform_mesh(arena, model, d, i, &positions, error);
     if (status != TW_OK) return status;
     uint32_t mesh = add_moved(out, layout, layout->moving[node->mesh], positions);
-    attach_mesh(baked, i, mesh, tw_node_is_skinned(model, node), d->locals);
+    if (!tw_node_is_skinned(model, node)) {
+      attach_mesh(baked, i, mesh);
+      continue;
+    }
+    double ignored[9];
+    bool is_mirrored = tw_matrix_cofactors(d->matrices + 16 * (size_t)i, ignored) < 0;
+    for (uint32_t p = 0; is_mirrored && p < out->meshes[mesh].point_count; p++)
+      positions[3 * (size_t)p] = -positions[3 * (size_t)p];
+    attach_skinned(baked, i, mesh, is_mirrored, d->locals);
   }
   return TW_OK;
 }

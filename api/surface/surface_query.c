@@ -355,27 +355,44 @@ const char *api_surface_key_print(api_call *call, const api_surface_query *query
 
 /* ---- what they make of each other ------------------------------------------------------------ */
 
+/* The parameter that asks for motion. */
+static const char *find_moving(const api_call *call, const api_surface_query *query) {
+  static const char *const names[] = {"at", "from", "to", "fps", "tolerance", "tolerance_m"};
+  size_t i = 0;
+  if (query->clip && strcmp(query->clip, "none") != 0) return "clip";
+  while (i + 1 < sizeof names / sizeof *names && !api_query_get(&call->query, names[i])) i++;
+  return names[i];
+}
+
 /* Checks the parameters for a form of meshes alone: no animations, and meshes must not be left out. Such a
  * form has neither joints nor targets: it shows the points where these put them. */
-static tw_status take_meshes_alone(api_surface_query *query, const char *form, tw_error *error) {
+static tw_status take_meshes_alone(api_call *call, api_surface_query *query, const char *form) {
+  tw_error *error = &call->fault.error;
   if (query->meshes == API_MESHES_NONE)
     return tw_fail(error, TW_SYNTAX, "meshes=none leaves nothing of an answer as %s", form);
   bool keeps_clip = query->clip && strcmp(query->clip, "none") != 0;
   if (!api_is_moment(query) && (keeps_clip || query->times.is_given || query->reduction.is_wide))
     return tw_fail(error, TW_SYNTAX,
-                   "%s holds no clip: at=T shows the model at one time, .glb has animations", form);
+                   "%s: %s holds no clip: at=T shows the model at one time, .glb has animations",
+                   find_moving(call, query), form);
   query->skin = API_SKIN_BAKE;
   if (!query->times.is_given) query->clip = "none";
   return TW_OK;
 }
 
 /* Checks the parameters for the points of one mesh, which nothing poses. */
-static tw_status take_points_alone(api_surface_query *query, tw_error *error) {
+static tw_status take_points_alone(api_call *call, api_surface_query *query) {
+  tw_error *error = &call->fault.error;
   bool keeps_clip = query->clip && strcmp(query->clip, "none") != 0;
-  bool is_posed = query->times.is_given || keeps_clip || query->skin == API_SKIN_BAKE;
-  if (is_posed || query->reduction.is_wide || query->meshes == API_MESHES_NONE)
+  const char *wrong = query->meshes == API_MESHES_NONE ? "meshes=none"
+                      : query->skin == API_SKIN_BAKE   ? "skin=bake"
+                      : keeps_clip || query->times.is_given || query->reduction.is_wide
+                          ? find_moving(call, query)
+                          : NULL;
+  if (wrong)
     return tw_fail(error, TW_SYNTAX,
-                   ".bin has the points of a mesh by itself: no clip, time, skin=bake or meshes=none");
+                   "%s: .bin has the points of a mesh by itself: no clip, time, skin=bake or meshes=none",
+                   wrong);
   if ((query->with & API_WITH_NORMALS) && query->normals == API_NORMALS_NONE)
     return tw_fail(error, TW_SYNTAX, "with=normals contradicts normals=none");
   query->clip = "none";
@@ -430,8 +447,9 @@ api_outcome api_surface_query_complete(api_call *call, const api_surface_form *f
   api_surface_query_keep_cage(form, query);
   if (!form->is_gltf) query->encoding = TW_ENCODING_FLOAT;
   tw_status status = TW_OK;
-  if (form->still) status = take_meshes_alone(query, form->still, error);
-  if (form->is_points) status = take_points_alone(query, error);
+  if (form->still) status = take_meshes_alone(call, query, form->still);
+  if (form->is_counts && query->with_shells) status = take_meshes_alone(call, query, "shells=true");
+  if (form->is_points) status = take_points_alone(call, query);
   if (status == TW_OK) status = check_together(query, error);
   if (status != TW_OK) return api_fail(call);
   carry_root(query);

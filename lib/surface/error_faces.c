@@ -21,23 +21,40 @@ void tw_error_normal(const tw_error_part *p, uint32_t face, double normal[3]) {
   tw_corners_normal(p->shown, t->corner_vertex + tw_face_begin(t, face), tw_face_size(t, face), normal);
 }
 
-/* The cosine between a given normal and the normal of the triangle that a corner and its two neighbours span;
- * 1 where that triangle has no area. */
-static double corner_cosine(const tw_error_part *p, uint32_t corner, const double normal[3]) {
+/* Normals of the triangles that corners and their two neighbours span. */
+static void find_corner_normals(void *context, uint32_t part, uint32_t begin, uint32_t end) {
+  tw_error_part *p = context;
   const tw_topology *t = &p->topology;
-  double a[3], b[3], area[3];
-  const double *own = tw_point_at(p->shown, t->corner_vertex[corner]);
-  tw_difference3(tw_point_at(p->shown, t->corner_vertex[tw_corner_next(t, corner)]), own, a);
-  tw_difference3(tw_point_at(p->shown, t->corner_vertex[tw_corner_previous(t, corner)]), own, b);
-  tw_cross3(a, b, area);
-  return tw_unit3(area) > 0 ? tw_dot3(area, normal) : 1;
+  (void)part;
+  for (uint32_t f = begin; f < end; f++) {
+    uint32_t first = tw_face_begin(t, f), size = tw_face_size(t, f);
+    for (uint32_t i = 0; i < size; i++) {
+      const double *own = tw_point_at(p->shown, t->corner_vertex[first + i]);
+      double a[3], b[3], *normal = p->normals + 3 * (size_t)(first + i);
+      tw_difference3(tw_point_at(p->shown, t->corner_vertex[first + (i + 1) % size]), own, a);
+      tw_difference3(tw_point_at(p->shown, t->corner_vertex[first + (i + size - 1) % size]), own, b);
+      tw_cross3(a, b, normal);
+      if (!(tw_unit3(normal) > 0)) normal[0] = NAN;
+    }
+  }
+}
+
+tw_status tw_error_find_normals(const tw_parallel_for *parallel, tw_error_part *p) {
+  p->normals = tw_arena_alloc_raw(p->arena, p->topology.corner_count, 3 * sizeof *p->normals);
+  if (!p->normals) return TW_NO_MEMORY;
+  tw_parallel_for_run(parallel, p->topology.face_count, TW_PARALLEL_FOR_LEAST, find_corner_normals, p);
+  return TW_OK;
 }
 
 double tw_error_face_cosine(const tw_error_part *p, uint32_t face, const double normal[3]) {
   const tw_topology *t = &p->topology;
-  uint32_t begin = tw_face_begin(t, face), size = tw_face_size(t, face);
+  const double *own = p->normals + 3 * (size_t)tw_face_begin(t, face),
+               *end = own + 3 * (size_t)tw_face_size(t, face);
   double least = 1;
-  for (uint32_t i = 0; i < size; i++) least = fmin(least, corner_cosine(p, begin + i, normal));
+  for (; own < end; own += 3) {
+    double cosine = tw_dot3(own, normal);
+    if (cosine < least) least = cosine; /* false for NAN */
+  }
   return least;
 }
 

@@ -144,27 +144,34 @@ static void find_difference(const net *n, int kind, int i, double out[3]) {
 }
 
 static void widen(tw_offset *most, const tw_offset *more) {
-  most->normal = fmax(most->normal, more->normal);
-  most->slide = fmax(most->slide, more->slide);
-  most->whole = fmax(most->whole, more->whole);
+  if (more->normal > most->normal) most->normal = more->normal;
+  if (more->slide > most->slide) most->slide = more->slide;
+  if (more->whole > most->whole) most->whole = more->whole;
+}
+
+/* The greatest parts of vectors, which are told by their squares until all are seen. */
+static tw_offset find_greatest(double (*vectors)[3], int count, const double normal[3]) {
+  tw_offset squares = {0};
+  for (int i = 0; i < count; i++) {
+    double along = tw_dot3(vectors[i], normal), across[3];
+    for (int c = 0; c < 3; c++) across[c] = vectors[i][c] - along * normal[c];
+    widen(&squares, &(tw_offset){along * along, tw_dot3(across, across), tw_dot3(vectors[i], vectors[i])});
+  }
+  return (tw_offset){sqrt(squares.normal), sqrt(squares.slide), sqrt(squares.whole)};
 }
 
 static bend find_bend(const net *n, int kind, const double normal[3]) {
-  int count = kind == MIXED ? 9 : 8;
+  enum { MOST = 9 };
+  int count = kind == MIXED ? MOST : MOST - 1;
+  double d[MOST][3];
   bend out = {0};
-  double d[3];
   for (int i = 0; i < count; i++) {
-    find_difference(n, kind, i, d);
-    tw_offset o = tw_offset_split(d, normal);
-    widen(&out.greatest, &o);
-    for (int c = 0; c < 3; c++) out.mean[c] += d[c] / count;
+    find_difference(n, kind, i, d[i]);
+    for (int c = 0; c < 3; c++) out.mean[c] += d[i][c] / count;
   }
-  for (int i = 0; i < count; i++) {
-    find_difference(n, kind, i, d);
-    tw_difference3(d, out.mean, d);
-    tw_offset o = tw_offset_split(d, normal);
-    widen(&out.spread, &o);
-  }
+  out.greatest = find_greatest(d, count, normal);
+  for (int i = 0; i < count; i++) tw_difference3(d[i], out.mean, d[i]);
+  out.spread = find_greatest(d, count, normal);
   return out;
 }
 
@@ -255,21 +262,27 @@ static const double *net_step(const net *n, int axis, int line, int i) {
 }
 
 static directions find_directions(const net *n, const double normal[3]) {
+  enum { LINES = 4, STEPS = 3 };
   directions out = {0};
-  for (int pass = 0; pass < 2; pass++)
-    for (int axis = 0; axis < 2; axis++)
-      for (int line = 0; line < 4; line++)
-        for (int i = 0; i < 3; i++) {
-          double d[3], height;
-          tw_difference3(net_step(n, axis, line, i + 1), net_step(n, axis, line, i), d);
-          height = tw_dot3(d, normal);
-          for (int c = 0; c < 3; c++) d[c] -= height * normal[c];
-          out.height[axis] = fmax(out.height[axis], fabs(height));
-          for (int c = 0; c < 3 && pass == 0; c++) out.mean[axis][c] += d[c] / 12;
-          if (pass == 0) continue;
-          tw_difference3(d, out.mean[axis], d);
-          out.spread[axis] = fmax(out.spread[axis], tw_length3(d));
-        }
+  for (int axis = 0; axis < 2; axis++) {
+    double d[LINES * STEPS][3], height = 0, square = 0;
+    for (int i = 0; i < LINES * STEPS; i++) {
+      int line = i / STEPS, place = i % STEPS;
+      tw_difference3(net_step(n, axis, line, place + 1), net_step(n, axis, line, place), d[i]);
+      double along = tw_dot3(d[i], normal);
+      if (fabs(along) > height) height = fabs(along);
+      for (int c = 0; c < 3; c++) {
+        d[i][c] -= along * normal[c];
+        out.mean[axis][c] += d[i][c] / (LINES * STEPS);
+      }
+    }
+    for (int i = 0; i < LINES * STEPS; i++) {
+      tw_difference3(d[i], out.mean[axis], d[i]);
+      if (tw_dot3(d[i], d[i]) > square) square = tw_dot3(d[i], d[i]);
+    }
+    out.height[axis] = height;
+    out.spread[axis] = sqrt(square);
+  }
   return out;
 }
 

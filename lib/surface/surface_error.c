@@ -33,7 +33,7 @@
 #include <string.h>
 
 enum {
-  FACES_MAX = 1 << 17,  /* of a level that is made, from the second on */
+  FACES_MAX = 1 << 18,  /* of a level that is made, from the second on */
   SMALL_PART = 8,       /* of what is enough: faces with less than that are not refined */
   FURTHER_LEVELS = 6,   /* made below the last one asked for, so that what is left is small beside it */
   FACES_AT_ONCE = 1024, /* between two charges of work */
@@ -84,17 +84,22 @@ static void measure_faces(void *context, uint32_t index, uint32_t begin, uint32_
 static tw_status run(pass *s, double *most) {
   const tw_parallel_for *parallel = s->m->parallel;
   uint32_t faces = s->p->topology.face_count, parts = tw_parallel_for_parts(parallel, faces, FACES_AT_ONCE);
+  tw_status status = s->p->normals ? TW_OK : tw_error_find_normals(parallel, s->p);
+  if (status != TW_OK) return status;
   tw_parallel_for_run(parallel, faces, FACES_AT_ONCE, measure_faces, s);
   *most = 0;
   for (uint32_t i = 0; i < parts; i++) *most = fmax(*most, s->most[i]);
-  tw_status status = tw_parallel_for_status(parallel);
+  status = tw_parallel_for_status(parallel);
   return status == TW_OK ? tw_work_status(NULL) : status;
 }
 
+static uint64_t count_children(const tw_measuring *m, const tw_error_part *p) {
+  return m->rules.loop ? 4 * (uint64_t)p->topology.face_count : p->topology.corner_count;
+}
+
 static bool is_too_large(const tw_measuring *m, const tw_error_part *p) {
-  uint64_t children = m->rules.loop ? 4 * (uint64_t)p->topology.face_count : p->topology.corner_count;
   bool must = p->level == 0 || p->level < tw_deepest_detail(&m->details);
-  return children > (must ? TW_GENERIC_FACES_MAX : FACES_MAX);
+  return count_children(m, p) > (must ? TW_GENERIC_FACES_MAX : FACES_MAX);
 }
 
 /* Whether a face's children would tell more. */
@@ -172,7 +177,7 @@ static tw_status find_rests(const tw_measuring *m, tw_error_part *p, double **re
  * one; *settled: of measured ones. */
 static void give_up(tw_error_part *p, const double *rests, double limit, double *given_up, double *settled) {
   for (uint32_t f = 0; f < p->topology.face_count; f++) {
-    if (p->states[f] < TW_FACE_OPEN || (isfinite(limit) && !(rests[f] <= limit))) continue;
+    if (p->states[f] < TW_FACE_OPEN || !(rests[f] <= limit)) continue;
     double *error = &p->errors[as_made(p, f)];
     bool is_measured = *error > 0 && *error <= rests[f];
     p->states[f] = is_measured ? TW_FACE_AROUND : TW_FACE_GIVEN_UP;
@@ -303,10 +308,13 @@ static tw_status take_part(const tw_error_part *from, const uint32_t *corners, c
   out->made = tw_arena_alloc_raw(out->arena, out->topology.face_count, sizeof *out->made);
   out->control = tw_arena_gather(out->arena, from->control, vertices, count, 3 * sizeof *out->control);
   out->is_rim = tw_arena_gather(out->arena, from->is_rim, vertices, count, 1);
+  out->normals = tw_arena_gather(out->arena, from->normals, corners, out->topology.corner_count,
+                                 3 * sizeof *out->normals);
   if (from->shown != from->control)
     shown = tw_arena_gather(out->arena, from->shown, vertices, count, 3 * sizeof *shown);
   out->shown = shown ? shown : out->control;
-  if (!out->states || !out->made || !out->control || !out->is_rim || (from->shown != from->control && !shown))
+  if (!out->states || !out->made || !out->control || !out->is_rim || !out->normals ||
+      (from->shown != from->control && !shown))
     return TW_NO_MEMORY;
   for (uint32_t f = 0; f < out->topology.face_count; f++) {
     uint32_t face = corners[size * f] / size;
@@ -355,26 +363,39 @@ typedef struct findings {
   uint32_t last;
 } findings;
 
+/* The least that may be left of faces whose children have room: all others are given up. most: the most that
+ * is left of any. */
+static double find_room(const tw_measuring *m, const tw_error_part *p, const double *rests, double most) {
+  const double step = 0.9, least = most / 1000;
+  uint64_t room = (uint64_t)p->open_count * FACES_MAX / count_children(m, p) / 4 * 3, count = 0;
+  double limit = most / step;
+  while (limit > least && count <= room) {
+    limit *= step;
+    count = 0;
+    for (uint32_t f = 0; f < p->topology.face_count; f++)
+      count += p->states[f] >= TW_FACE_OPEN && rests[f] > step * limit;
+  }
+  return limit;
+}
+
 /* Leaves the faces from which deeper levels are made: those of which more is left than a small part of what
- * is enough and, where these are too many, of the most that is left of any. None at the last level. */
+ * is enough and, where these are too many, those of which most is left. None at the last level. */
 static tw_status narrow(const tw_measuring *m, tw_error_part *p, const tw_error_wish *wish, findings *found) {
-  double *rests, most;
+  enum { ATTEMPTS = 4 };
   bool is_last = p->level == wish->level_max + FURTHER_LEVELS,
        is_narrowed = p->level >= tw_deepest_detail(&m->details);
-  if (!is_last && !(wish->enough > 0 && is_narrowed) && !is_too_large(m, p))
-    return p->level > 0 ? cut(m, p) : TW_OK;
-  tw_status status = find_rests(m, p, &rests, &most);
-  if (status != TW_OK) return status;
-  double *given_up = &found->rests[p->level], *settled = &found->settled[p->level];
-  give_up(p, rests, is_last ? INFINITY : is_narrowed ? wish->enough / SMALL_PART : 0, given_up, settled);
-  for (int attempt = 0; attempt < 2 && p->open_count > 0; attempt++) {
-    if (p->level > 0) status = cut(m, p);
-    if (status != TW_OK || !is_too_large(m, p)) return status;
-    status = find_rests(m, p, &rests, &most);
+  double limit = is_last ? INFINITY : is_narrowed ? wish->enough / SMALL_PART : 0;
+  for (int attempt = 0;; attempt++) {
+    double *rests = NULL, most = 0;
+    tw_status status = TW_OK;
+    if (attempt > 0 || limit > 0) status = find_rests(m, p, &rests, &most);
     if (status != TW_OK) return status;
-    give_up(p, rests, attempt == 0 && is_narrowed ? most / SMALL_PART : INFINITY, given_up, settled);
+    if (attempt > 0)
+      limit = p->level > 0 && is_narrowed && attempt < ATTEMPTS ? find_room(m, p, rests, most) : INFINITY;
+    if (limit > 0) give_up(p, rests, limit, &found->rests[p->level], &found->settled[p->level]);
+    if (p->open_count > 0 && p->level > 0) status = cut(m, p);
+    if (p->open_count == 0 || status != TW_OK || !is_too_large(m, p)) return status;
   }
-  return TW_OK;
 }
 
 static tw_status keep_points(findings *found, const tw_error_part *p) {

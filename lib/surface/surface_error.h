@@ -29,6 +29,7 @@ typedef struct tw_error_part {
   const double *shown; /* as answers have them */
   uint8_t *states;     /* [faces] of tw_error_state */
   uint8_t *is_rim;     /* [vertices] */
+  double *normals;     /* [corners][3] tw_error_find_normals; NULL: not found yet */
   uint32_t *made;      /* [faces] the face of the level as it was made; NULL: the same, as nothing is cut */
   double *errors;      /* [faces of the level as it was made] the distance of each from the limit */
   double *wholes;      /* [the same] as tw_face_measure has them */
@@ -96,6 +97,10 @@ static inline tw_offset tw_offset_split(const double vector[3], const double nor
 /* The unit normal of a polygon: area vectors summed (Newell). 0 0 0 where they cancel. */
 void tw_corners_normal(const double *points, const uint32_t *corners, uint32_t size, double normal[3]);
 void tw_error_normal(const tw_error_part *p, uint32_t face, double normal[3]);
+
+/* Finds the unit normal of the triangle that each corner and its two neighbours span; NAN where that has no
+ * area, so that no comparison counts it. The functions below read these. */
+tw_status tw_error_find_normals(const tw_parallel_for *parallel, tw_error_part *p);
 
 /* The least cosine between a normal and those of a face's corners, and of the faces at a corner's vertex that
  * are on the corner's side of sharp edges. */

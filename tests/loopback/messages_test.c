@@ -103,6 +103,21 @@ TEST(long_names_are_near_nothing) {
   assert_string_not_equal(api_near_of(name, longs).text, "");
 }
 
+TEST_WITH(parameters_that_a_form_has_no_place_for_are_named, start, one_model_stop) {
+  static const char *const forms[] = {"stl", "ply", "3mf", "obj", "bin", "json?shells=true"};
+  static const char *const wrong[] = {"clip=drive",    "at=0,1",      "from=0", "fps=10",  "tolerance=1",
+                                      "tolerance_m=1", "meshes=none", "unit=x", "scale=0", "limit=1"};
+  const one_model *one = *state;
+  for (size_t i = 0; i < sizeof forms / sizeof *forms; i++)
+    for (size_t k = 0; k < sizeof wrong / sizeof *wrong; k++) {
+      char target[200], name[20];
+      snprintf(target, sizeof target, "/v1/models/%s/surface.%s%c%s", one->id, forms[i],
+               strchr(forms[i], '?') ? '&' : '?', wrong[k]);
+      snprintf(name, sizeof name, "%.*s", (int)strcspn(wrong[k], "="), wrong[k]);
+      assert_problem(loopback_get(one->loop, target), 400, NULL, name);
+    }
+}
+
 /* ---- numbers --------------------------------------------------------------------------------- */
 
 TEST_WITH(numbers_are_told_as_they_came, start, one_model_stop) {

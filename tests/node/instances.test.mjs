@@ -8,13 +8,11 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 
-import { Matrix4, Vector3 } from 'three';
-import { OBJLoader } from 'three/addons/loaders/OBJLoader.js';
-import { PLYLoader } from 'three/addons/loaders/PLYLoader.js';
-import { STLLoader } from 'three/addons/loaders/STLLoader.js';
+import { Vector3 } from 'three';
 
 import { Daemon, root } from './daemon.mjs';
 import { load } from './player.mjs';
+import { assertSame, drawn, read, volumeOf } from './seen.mjs';
 
 const daemon = new Daemon();
 before(() => daemon.start());
@@ -77,47 +75,6 @@ function file(count, each, { turns = Float32Array, above = {}, own = {}, lacks =
 const turn = () => unit([0, 1, 2, 3].map(() => spread(1)));
 const anywhere = () => [[spread(9), spread(9), spread(9)], turn(), [0.5 + random(), 0.5 + random(), (0.5 + random()) * (random() < 0.5 ? -1 : 1)]];
 
-// ---- what is seen -----------------------------------------------------------------------------------------
-
-/** Corners of triangles, in the order in which they face outwards. */
-function trianglesOf(geometry, matrix) {
-  const { attributes: { position }, index } = geometry;
-  const corners = Array.from({ length: index ? index.count : position.count }, (_, i) => new Vector3().fromBufferAttribute(position, index ? index.getX(i) : i).applyMatrix4(matrix));
-  const second = matrix.determinant() < 0 ? 2 : 1;
-  return Array.from({ length: corners.length / 3 }, (_, i) => [corners[3 * i], corners[3 * i + second], corners[3 * i + 3 - second]]);
-}
-
-function drawn(scene) {
-  scene.updateMatrixWorld(true);
-  const all = [];
-  scene.traverse((object) => {
-    if (!object.isMesh) return;
-    for (let i = 0; i < (object.count ?? 1); i++) {
-      const matrix = new Matrix4();
-      if (object.isInstancedMesh) object.getMatrixAt(i, matrix);
-      all.push(...trianglesOf(object.geometry, matrix.premultiply(object.matrixWorld)));
-    }
-  });
-  return all;
-}
-
-const read = {
-  obj: (bytes) => drawn(new OBJLoader().parse(bytes.toString())),
-  stl: (bytes) => trianglesOf(new STLLoader().parse(new Uint8Array(bytes).buffer), new Matrix4()),
-  ply: (bytes) => trianglesOf(new PLYLoader().parse(new Uint8Array(bytes).buffer), new Matrix4()),
-};
-
-/** Each triangle is one of the others, with corners in the same order from some corner on. */
-function assertSame(found, wanted, tolerance, why) {
-  assert.equal(found.length, wanted.length, why);
-  const left = [...wanted];
-  for (const triangle of found) {
-    const match = left.findIndex((other) => [0, 1, 2].some((k) => triangle.every((corner, i) => corner.distanceTo(other[(i + k) % 3]) <= tolerance)));
-    assert.ok(match >= 0, `${why}: ${JSON.stringify(triangle)}`);
-    left.splice(match, 1);
-  }
-}
-
 // ---- tests --------------------------------------------------------------------------------------------------
 
 const kinds = {
@@ -144,7 +101,7 @@ for (const [name, [count, how]] of Object.entries(kinds))
     }
     const { forms, solid } = JSON.parse((await ask(model, 'json?level=0&shells=true')).bytes);
     assert.deepEqual([solid.shells, solid.closed, solid.triangles], [count, count, wanted.length]);
-    const volume = wanted.reduce((sum, [a, b, c]) => sum + a.dot(b.clone().cross(c)) / 6, 0);
+    const volume = volumeOf(wanted);
     assert.ok(Math.abs(solid.volume - volume) < 1e-5 * volume, `${solid.volume}, ${volume}`);
     for (const form of ['stl', 'ply']) assert.equal(forms[form], (await ask(model, `${form}?level=0`)).bytes.length);
   });

@@ -48,6 +48,21 @@ TEST(a_bowl_is_as_far_as_its_second_differences_say) {
   free(c);
 }
 
+static float waves(float x, float y) {
+  float square = (x - 20) * (x - 20) + (y - 20) * (y - 20);
+  return 8 * expf(-square / 40) * sinf(1.7f * x) * cosf(1.3f * y);
+}
+
+/* Each triangle has an irregular point. There is no room for all levels around all of them, but there is for
+ * those that matter. */
+TEST(the_farthest_of_too_many_irregular_faces_are_followed) {
+  cage *c = grid(41, 41, true, waves);
+  double errors[LEVELS];
+  find_errors(&c->mesh, &(tw_surface_options){0}, errors);
+  if (!(errors[5] < errors[0] / 100)) fail_msg("%g at level 5, %g at level 0", errors[5], errors[0]);
+  free(c);
+}
+
 TEST(each_level_is_nearer_and_deep_ones_four_times) {
   static const tw_surface_options options[] = {
       {0}, {.limit = true}, {.boundary = TW_BOUNDARY_EDGE_ONLY}, {.creasing = TW_CREASE_CHAIKIN}};

@@ -100,7 +100,7 @@ typedef struct tw_error_wish {
  * whichever way quads and polygons are cut; proved, see surface_error.c. options->level is not used. out:
  * [wish->level_max + 1] distances in the mesh's space, rounding to float included; INFINITY where none is
  * known, at level 0 alone. Details belong to the limit surface. O(cage and two levels), and more where it is
- * irregular, in memory for at most some 130,000 faces beside the cage's first level. parallel: as in
+ * irregular, in memory for at most some 260,000 faces beside the cage's first level. parallel: as in
  * tw_surface_create_by. TW_INVALID as tw_surface_count. TW_UNSUPPORTED: a border of TW_BOUNDARY_OPEN.
  * TW_NO_MEMORY, TW_CANCELLED. */
 tw_status tw_surface_errors(const tw_mesh *mesh, const tw_surface_options *options, const tw_error_wish *wish,
