@@ -55,8 +55,9 @@ export class Visit {
     assert.deepEqual(this.faults, []);
   }
 
+  /** Until a condition holds within the page; asked now and then, since each frame costs in software. */
   wait(condition, argument) {
-    return this.page.waitForFunction(condition, argument);
+    return this.page.waitForFunction(condition, argument, { polling: 50 });
   }
 
   /** Until the surface of a level is drawn, and what lies over it. */
@@ -157,8 +158,9 @@ export function coloursOf(png) {
   return colours;
 }
 
-/** The daemon and the browser of a file of tests. */
-export function open() {
+/** The daemon and the browser of a file of tests. first: the sample that its visits begin with, where their hash names no
+ *  model; else the one that the page chooses, an animated tank. */
+export function open({ first } = {}) {
   const site = { daemon: new Daemon(['--sample']) };
   before(async () => {
     await site.daemon.start();
@@ -178,7 +180,8 @@ export function open() {
   /** A test that visits the page; options as for Visit.begin. */
   site.visits = (name, options, use) =>
     test(name, async () => {
-      const visit = await Visit.begin(site.browser, `${site.daemon.url}/`, options);
+      const hash = first ? `${options.hash || '#'}&model=${await site.model(first)}` : options.hash;
+      const visit = await Visit.begin(site.browser, `${site.daemon.url}/`, { ...options, hash });
       try {
         await use(visit);
       } catch (error) {
