@@ -27,8 +27,16 @@ else()
   endif()
 endif()
 
-# embed(NAME FILE [POLICY]): adds the file to the C file, as the api_page srv_NAME.
+# array(NAME FILE): adds the file's bytes to the C file, as the array NAME.
 set(code "#include \"page.h\"\n")
+function(array name file)
+  file(READ "${file}" hex HEX)
+  string(REGEX REPLACE "(................................)" "\\1\n" hex "${hex}")
+  string(REGEX REPLACE "([0-9a-f][0-9a-f])" "0x\\1," bytes "${hex}")
+  set(code "${code}static const unsigned char ${name}[] = {\n${bytes}\n};\n" PARENT_SCOPE)
+endfunction()
+
+# embed(NAME FILE [POLICY]): adds the file to the C file, as the api_page srv_NAME; with the brotli FILE.br where there is one.
 function(embed name html)
   set(policy NULL)
   if(ARGC GREATER 2)
@@ -37,11 +45,13 @@ function(embed name html)
   set(packed "${FOLDER}/${name}.gz")
   execute_process(COMMAND gzip -9 -n -c "${html}" OUTPUT_FILE "${packed}" COMMAND_ERROR_IS_FATAL ANY)
   file(SHA256 "${html}" hash)
-  file(READ "${packed}" hex HEX)
-  string(REGEX REPLACE "(................................)" "\\1\n" hex "${hex}")
-  string(REGEX REPLACE "([0-9a-f][0-9a-f])" "0x\\1," bytes "${hex}")
-  string(APPEND code "static const unsigned char ${name}[] = {\n${bytes}\n};\n"
-    "const api_page srv_${name} = {{${name}, sizeof ${name}}, \"${hash}\", ${policy}};\n")
+  array(${name} "${packed}")
+  set(brotli "{0}")
+  if(EXISTS "${html}.br")
+    array(${name}_brotli "${html}.br")
+    set(brotli "{${name}_brotli, sizeof ${name}_brotli}")
+  endif()
+  string(APPEND code "const api_page srv_${name} = {{${name}, sizeof ${name}}, ${brotli}, \"${hash}\", ${policy}};\n")
   set(code "${code}" PARENT_SCOPE)
 endfunction()
 

@@ -134,8 +134,10 @@ void api_hex(const uint8_t *bytes, size_t count, char *out) {
 static const char *coded_etag(api_call *call, const char *id, const char *representation, api_coding coding,
                               const char *canonical) {
   enum { DIGEST = 8 };
-  static const char *const suffixes[] = {
-      [API_CODING_NONE] = "", [API_CODING_GZIP] = "+gzip", [API_CODING_ZSTD] = "+zstd"};
+  static const char *const suffixes[] = {[API_CODING_NONE] = "",
+                                         [API_CODING_GZIP] = "+gzip",
+                                         [API_CODING_ZSTD] = "+zstd",
+                                         [API_CODING_BROTLI] = "+br"};
   struct sha256_ctx hash;
   uint8_t digest[DIGEST];
   sha256_init(&hash);

@@ -31,7 +31,7 @@ typedef struct api_call {
   bool has_one_form;    /* by the path's extension, or the route has one form: ignore Accept */
   char id[API_ID_TEXT]; /* of the model in the path; "" without one */
   const api_offer *offer;
-  api_coding coding; /* of the answer: NONE, GZIP or ZSTD */
+  api_coding coding; /* of the answer; BROTLI: of a page alone */
   api_query query;
   uint32_t warning_count;
   const char *first_warning; /* percent-encoded */

@@ -27,39 +27,34 @@ api_outcome api_get_client_types(api_call *call) {
   return reply_file(call, &api_client_types);
 }
 
-/* Whether to send a page as stored, compressed by gzip: to every client that takes gzip, even if it prefers
- * another coding, which would have to be computed. */
-static bool sends_stored(const api_call *call) {
-  return call->coding != API_CODING_NONE &&
-         api_coding_allowed(api_call_header(call, "Accept-Encoding"), "gzip");
-}
-
-/* A page's bytes: as stored, or decoded for api_encode. False without memory. */
-static bool copy_page(const api_page *page, bool is_stored, tw_text *out) {
+/* A page's plain bytes. False without memory. */
+static bool decode_page(const api_page *page, tw_text *out) {
   enum { PAGE_MOST = 16 << 20 };
   uint8_t *bytes;
   size_t size;
-  if (is_stored) {
-    tw_text_bytes(out, (const char *)page->gzip.data, page->gzip.size);
-    return true;
-  }
   if (api_decode(API_CODING_GZIP, page->gzip, PAGE_MOST, &bytes, &size, NULL) != TW_OK) return false;
   *out = (tw_text){.data = (char *)bytes, .size = size, .capacity = size};
   return true;
 }
 
+/* Sends a page as it is stored to every client that takes one of these codings, even if it prefers another,
+ * which would have to be computed; else decoded, for api_encode. */
 static api_outcome reply_page(api_call *call, const api_page *page) {
   if (page->gzip.size == 0)
     return api_fail_with(call, 404, "this daemon has no page here: it was built without npm");
-  bool is_stored = sends_stored(call);
-  if (is_stored) call->coding = API_CODING_GZIP;
+  api_coding stored = api_coding_stored(api_call_header(call, "Accept-Encoding"), page->brotli.size > 0);
+  if (stored != API_CODING_NONE) call->coding = stored;
   if (page->policy) api_answer_header(&call->answer, "Content-Security-Policy", page->policy);
   api_outcome outcome = api_validate_file(call, page->hash);
   if (outcome != API_CONTINUE) return outcome;
   tw_text text = {0};
-  if (!copy_page(page, is_stored, &text)) return api_fail_without_memory(call);
-  if (is_stored) {
-    api_answer_header(&call->answer, "Content-Encoding", "gzip");
+  if (stored == API_CODING_NONE) {
+    if (!decode_page(page, &text)) return api_fail_without_memory(call);
+  } else {
+    bool is_brotli = stored == API_CODING_BROTLI;
+    api_bytes bytes = is_brotli ? page->brotli : page->gzip;
+    tw_text_bytes(&text, (const char *)bytes.data, bytes.size);
+    api_answer_header(&call->answer, "Content-Encoding", is_brotli ? "br" : "gzip");
     call->coding = API_CODING_NONE; /* encoded already */
   }
   return api_reply(call, &text);

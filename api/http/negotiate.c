@@ -192,6 +192,11 @@ api_coding api_coding_accepted(const char *accept_encoding, bool is_text) {
   return zstd >= gzip ? API_CODING_ZSTD : API_CODING_GZIP;
 }
 
-bool api_coding_allowed(const char *accept_encoding, const char *coding) {
-  return accept_encoding && coding_quality(accept_encoding, coding) > 0;
+api_coding api_coding_stored(const char *accept_encoding, bool has_brotli) {
+  if (!accept_encoding) return API_CODING_NONE;
+  int gzip = coding_quality(accept_encoding, "gzip");
+  int brotli = has_brotli ? coding_quality(accept_encoding, "br") : -1;
+  int best = brotli > gzip ? brotli : gzip;
+  if (best <= 0 || best < coding_quality(accept_encoding, "identity")) return API_CODING_NONE;
+  return brotli >= gzip ? API_CODING_BROTLI : API_CODING_GZIP;
 }

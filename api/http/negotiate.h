@@ -38,7 +38,13 @@ api_upload_type api_upload_type_of(const char *content_type);
  * terminator into out. False when there is none. */
 bool api_multipart_boundary(const char *content_type, char out[71]);
 
-typedef enum api_coding { API_CODING_NONE, API_CODING_GZIP, API_CODING_ZSTD, API_CODING_OTHER } api_coding;
+typedef enum api_coding {
+  API_CODING_NONE,
+  API_CODING_GZIP,
+  API_CODING_ZSTD,
+  API_CODING_BROTLI, /* of stored pages alone */
+  API_CODING_OTHER
+} api_coding;
 
 /* The coding in a Content-Encoding header; NULL: absent. Several codings count as API_CODING_OTHER. */
 api_coding api_coding_of(const char *content_encoding);
@@ -47,8 +53,9 @@ api_coding api_coding_of(const char *content_encoding);
  * the client accepts that, other content only if the client refuses it unencoded. */
 api_coding api_coding_accepted(const char *accept_encoding, bool is_text);
 
-/* Whether an Accept-Encoding accepts this coding. */
-bool api_coding_allowed(const char *accept_encoding, const char *coding);
+/* Which form of a page that is stored by gzip, and maybe by brotli, an Accept-Encoding prefers: brotli of
+ * equals; API_CODING_NONE if it takes none of them, or rather the plain bytes. */
+api_coding api_coding_stored(const char *accept_encoding, bool has_brotli);
 
 /* A view, not terminated. */
 typedef struct api_span {

@@ -122,9 +122,10 @@ typedef struct api_metrics {
   char *(*print)(void *owner, size_t *size); /* malloc'ed; NULL without memory */
 } api_metrics;
 
-/* A page for browsers, or a script of one: compressed by gzip. Outlives the service. */
+/* A page for browsers, or a script of one, compressed. Outlives the service. */
 typedef struct api_page {
   api_bytes gzip;     /* size 0: there is no page */
+  api_bytes brotli;   /* size 0: gzip alone */
   const char *hash;   /* differs whenever the bytes differ */
   const char *policy; /* its Content-Security-Policy; NULL: it is a script */
 } api_page;

@@ -1,11 +1,12 @@
 // Bundles the page and the API reference, each into one HTML file, writes their Content-Security-Policies, and bundles the viewer:
 //   node build.mjs FOLDER    FOLDER: has the packages in node_modules; receives page.html, page.policy, docs.html, docs.policy
-//                            and viewer.js
+//                            and viewer.js, and what is no policy by brotli too, as FILE.br
 import { createHash } from 'node:crypto';
 import { readFileSync, writeFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { join, resolve } from 'node:path';
 import { fileURLToPath } from 'node:url';
+import { brotliCompressSync } from 'node:zlib';
 
 const folder = resolve(process.argv[2]);
 const own = (name) => fileURLToPath(new URL(name, import.meta.url));
@@ -17,6 +18,11 @@ function bundle(entry, options) {
     nodePaths: [join(folder, 'node_modules')], ...options,
   });
   return outputFiles[0].text.trim();
+}
+
+function save(name, text) {
+  writeFileSync(join(folder, name), text);
+  writeFileSync(join(folder, `${name}.br`), brotliCompressSync(text));
 }
 
 const hash = (text) => `'sha256-${createHash('sha256').update(text).digest('base64')}'`;
@@ -32,7 +38,7 @@ function write(name, { html, script, style, policy }) {
     .replace('<!--script-->', () => `<script type="module">${script}</script>`);
   const whole = ["default-src 'none'", `script-src ${hash(script)} ${policy.scripts ?? ''}`.trim(), `style-src ${hash(style)}`,
     `img-src ${policy.images}`, `connect-src ${policy.requests}`, "base-uri 'none'", "form-action 'none'", "frame-ancestors 'self'"];
-  writeFileSync(join(folder, `${name}.html`), text);
+  save(`${name}.html`, text);
   writeFileSync(join(folder, `${name}.policy`), whole.join('; '));
 }
 
@@ -58,4 +64,4 @@ write('docs', {
   policy: { images: 'blob: data:', requests: "'self'" }, // icons of the style sheet
 });
 
-writeFileSync(join(folder, 'viewer.js'), bundle('viewer.js', { format: 'esm', target: 'es2022', legalComments: 'eof' }));
+save('viewer.js', bundle('viewer.js', { format: 'esm', target: 'es2022', legalComments: 'eof' }));

@@ -25,7 +25,7 @@ import { Timeline } from './timeline.js';
 import { parse, Viewport } from './viewport.js';
 
 const CAGE_MOST = 200000; // edges of the largest cage that is drawn without asking: larger ones take seconds
-const COUNTS_AFTER = 1000; // ms
+const PATIENCE = 1000; // ms that what lies over a surface waits for its picture, and then the counts of levels for that
 const THUMBNAIL_AFTER = 2000; // ms: reading it waits for the first picture, and for what compiles its shaders
 const THUMBNAIL = { width: 112, height: 84, type: 'image/webp' };
 const CAGE_USUAL = 2000; // edges of the largest cage that is shown unasked
@@ -265,6 +265,9 @@ function sayUnknown() {
   sayBlank('The model cannot be opened', again, ...(other && other !== state('model') ? [['Another model', () => openOther(other)]] : []));
 }
 
+/** Resolves when a promise does, or after so many milliseconds. */
+const soon = (promise, ms) => Promise.race([promise, new Promise((resolve) => setTimeout(resolve, ms))]);
+
 async function openModel() {
   const id = state('model');
   loading?.abort();
@@ -278,6 +281,7 @@ async function openModel() {
   showLegend();
   byId('facts').textContent = '';
   byId('subject').textContent = '';
+  delete byId('view').dataset.opening;
   if (!id) {
     if (models.first()) change({ model: models.first() });
     else {
@@ -308,14 +312,21 @@ async function openModel() {
   } finally {
     task.done();
   }
+  byId('view').dataset.opening = '';
   byId('subject').textContent = models.nameOf(model);
   document.title = `${models.nameOf(model)} – tweend`;
-  const opened = Promise.all([openSurface(), openCage(model), openClip()]); // started first: a browser has six connections
+  const surfaceOpened = openSurface();
   edit.open(model);
-  await Promise.race([opened, new Promise((resolve) => setTimeout(resolve, COUNTS_AFTER))]);
-  if (state('model') === id) surface.count(); // the picture has priority
+  await soon(surfaceOpened.then(() => viewport.drawn()), PATIENCE); // the picture has priority
+  if (model?.id !== id) return;
+  const others = Promise.all([openCage(model), openClip()]);
+  const opened = Promise.all([surfaceOpened, others]);
+  viewport.hold(soon(others, PATIENCE));
+  await soon(opened, PATIENCE);
+  if (state('model') === id) surface.count();
   await opened;
   if (model?.id !== id) return;
+  delete byId('view').dataset.opening;
   frame(); // again, since the cage may be larger, or the pose another
   setTimeout(() => keepThumbnail(id), THUMBNAIL_AFTER);
 }

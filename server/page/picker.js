@@ -9,13 +9,13 @@ import { LineSegmentsGeometry } from 'three/addons/lines/LineSegmentsGeometry.js
 
 import { CageMesh } from './cage_mesh.js';
 import { polygonsOf } from './polygons.js';
+import { hitsOn } from './ray_hits.js';
 
 const COLOURS = { selected: 0xf08a00, hovered: 0x2f7de1 };
 const STILL = 5;  // pixels that the pointer may move during a click
 const REACH = 7;  // pixels beside the cage at which a click still hits it
 const AROUND = [[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]];
 const MESSAGE = { depthTest: false, transparent: true };
-const HOVERED_MOST = 60000; // triangles of the largest cage whose elements are highlighted under the pointer
 
 /** The meshes of a GLB of level 0 with polygons=ngon, as edits see them: [CageMesh]. */
 export function readCages(parser) {
@@ -61,7 +61,7 @@ class Highlight {
     if (list.length === 0) return;
     const { points, faces } = mesh;
     const drawn = {
-      faces: () => new Mesh(geometryOf(points, list.flatMap((face) => fanOf(faces[face]))), this.fill),
+      faces: () => new Mesh(geometryOf(list.flatMap((face) => fanOf(faces[face]).map((point) => points[point]))), this.fill),
       edges: () => new LineSegments2(new LineSegmentsGeometry().setPositions(list.flatMap(([a, b]) => [...points[a], ...points[b]])), this.line),
       vertices: () => new Points(geometryOf(list.map((point) => points[point])), this.dot),
     }[kind]();
@@ -152,8 +152,7 @@ export class Picker {
     this.isDue = true;
     requestAnimationFrame(() => {
       this.isDue = false;
-      const isMany = this.objects.reduce((sum, { faceOf }) => sum + faceOf.length, 0) > HOVERED_MOST;
-      if (this.isOn) this.hover(isMany || this.isBusy() || this.viewport.isBeside(event.clientX) ? null : this.at(event));
+      if (this.isOn) this.hover(this.isBusy() || this.viewport.isBeside(event.clientX) ? null : this.at(event));
     });
   }
 
@@ -174,7 +173,7 @@ export class Picker {
     ray.setFromCamera(new Vector2(((clientX - box.left) / box.width) * 2 - 1, 1 - ((clientY - box.top) / box.height) * 2), this.viewport.camera);
     const hits = this.objects.flatMap(({ solid, object, faceOf }, i) => {
       solid.matrixWorld.copy(object.matrixWorld);
-      return ray.intersectObject(solid).map(({ distance, point, faceIndex }) => ({ object: i, distance, point, face: faceOf[faceIndex] }));
+      return hitsOn(solid, ray).map(({ distance, point, faceIndex }) => ({ object: i, distance, point, face: faceOf[faceIndex] }));
     });
     return hits.sort((a, b) => a.distance - b.distance)[0];
   }

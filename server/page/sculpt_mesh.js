@@ -1,5 +1,5 @@
 // A mesh of a level that is sculpted: its points in the order of surface.bin, and the vertices of the picture that show
-// them.
+// them. There may be hundreds of thousands, so what is kept of each stands in arrays of numbers.
 import { Quaternion, Vector3 } from 'three';
 
 /** The values of an attribute, which may be interleaved with others, one behind the other. */
@@ -9,18 +9,74 @@ function packed(attribute) {
   return values;
 }
 
-const keyAt = (values, i) => `${values[3 * i]} ${values[3 * i + 1]} ${values[3 * i + 2]}`;
+/** Numbers 0, 1, … in groups: the group of number i is of[i], or none below 0. */
+class Groups {
+  constructor(of, count) {
+    this.starts = new Uint32Array(count + 1);
+    for (const group of of) if (group >= 0) this.starts[group + 1]++;
+    for (let group = 0; group < count; group++) this.starts[group + 1] += this.starts[group];
+    const ends = this.starts.slice();
+    this.members = new Uint32Array(this.starts[count]);
+    of.forEach((group, i) => group >= 0 && (this.members[ends[group]++] = i));
+  }
+
+  /** The numbers of a group, rising. */
+  in(group) {
+    return this.members.subarray(this.starts[group], this.starts[group + 1]);
+  }
+}
 
 const APART = 1e-4; // of the mesh's extent: points of one place differ by rounding alone
 
-/** Finds the point at a place: the one with the same bits, else the nearest of those that are close. */
-class Finder {
-  constructor(points, places) {
-    Object.assign(this, { points, places });
+/** Indices by three numbers, as chains of those with the same hash. */
+class Chains {
+  constructor(count) {
+    this.heads = new Int32Array(2 ** Math.ceil(Math.log2(count + 2))).fill(-1);
+    this.next = new Int32Array(count);
+    this.floats = new Float32Array(3);
+    this.bits = new Int32Array(this.floats.buffer);
   }
 
-  #cell(...place) {
-    return place.map((value) => Math.round(value / this.size)).join();
+  #slot(x, y, z) {
+    this.floats[0] = x + 0; // -0 is 0
+    this.floats[1] = y + 0;
+    this.floats[2] = z + 0;
+    const [a, b, c] = this.bits;
+    const sum = Math.imul(a, 0x9e3779b1) ^ Math.imul(b, 0x85ebca77) ^ Math.imul(c, 0xc2b2ae3d);
+    return (sum ^ (sum >>> 15)) & (this.heads.length - 1);
+  }
+
+  /** The first index with a hash; `next` has the others, and -1 behind the last. */
+  first(x, y, z) {
+    return this.heads[this.#slot(x, y, z)];
+  }
+
+  add(i, x, y, z) {
+    const slot = this.#slot(x, y, z);
+    this.next[i] = this.heads[slot];
+    this.heads[slot] = i;
+  }
+}
+
+/** Finds the point at a place: the one with the same bits, else the nearest of those that are close. */
+class Finder {
+  constructor(points) {
+    this.points = points;
+    this.places = new Chains(points.length / 3);
+    this.first = new Uint32Array(points.length / 3); // of the points at the same place, which move alike
+    for (let i = 0; i < this.first.length; i++) {
+      const same = this.#same(points, i);
+      this.first[i] = same < 0 ? i : same;
+      if (same < 0) this.places.add(i, points[3 * i], points[3 * i + 1], points[3 * i + 2]);
+    }
+  }
+
+  #same(values, i) {
+    const { points, places } = this;
+    const [x, y, z] = [values[3 * i], values[3 * i + 1], values[3 * i + 2]];
+    for (let at = places.first(x, y, z); at >= 0; at = places.next[at])
+      if (points[3 * at] === x && points[3 * at + 1] === y && points[3 * at + 2] === z) return at;
+    return -1;
   }
 
   /** The cells are filled when the first place has other bits. */
@@ -28,43 +84,46 @@ class Finder {
     const { points } = this;
     const [least, most] = points.reduce(([low, high], value) => [Math.min(low, value), Math.max(high, value)], [Infinity, -Infinity]);
     this.size = Math.max((most - least) * APART, 1e-30);
-    this.cells = new Map();
-    for (const i of this.places.values()) {
-      const key = this.#cell(points[3 * i], points[3 * i + 1], points[3 * i + 2]);
-      if (!this.cells.has(key)) this.cells.set(key, []);
-      this.cells.get(key).push(i);
-    }
+    this.cells = new Chains(this.first.length);
+    for (const i of this.first) if (this.first[i] === i) this.cells.add(i, ...this.#cell(...points.subarray(3 * i, 3 * i + 3)));
+  }
+
+  #cell(...place) {
+    return place.map((value) => Math.round(value / this.size));
+  }
+
+  #near(values, i) {
+    if (!this.cells) this.#fill();
+    const [x, y, z] = values.subarray(3 * i, 3 * i + 3);
+    const sides = [-0.3 * this.size, 0.3 * this.size]; // also finds points near the border of two cells
+    let [nearest, found] = [this.size, -1];
+    for (const a of sides)
+      for (const b of sides)
+        for (const c of sides)
+          for (let at = this.cells.first(...this.#cell(x + a, y + b, z + c)); at >= 0; at = this.cells.next[at]) {
+            const away = Math.hypot(this.points[3 * at] - x, this.points[3 * at + 1] - y, this.points[3 * at + 2] - z);
+            if (away < nearest) [nearest, found] = [away, at];
+          }
+    return found;
   }
 
   /** values: [x, y, z, …]; i: of the place. -1 where no point is close. */
   at(values, i) {
-    const same = this.places.get(keyAt(values, i));
-    if (same !== undefined) return same;
-    if (!this.cells) this.#fill();
-    const [x, y, z] = values.subarray(3 * i, 3 * i + 3);
-    const sides = [-0.3 * this.size, 0.3 * this.size]; // also finds points near the border of two cells
-    const found = sides.flatMap((a) => sides.flatMap((b) => sides.flatMap((c) => this.cells.get(this.#cell(x + a, y + b, z + c)) ?? [])));
-    const away = (k) => Math.hypot(this.points[3 * k] - x, this.points[3 * k + 1] - y, this.points[3 * k + 2] - z);
-    return found.length > 0 ? found.reduce((best, k) => (away(k) < away(best) ? k : best)) : -1;
+    const same = this.#same(values, i);
+    return same < 0 ? this.#near(values, i) : same;
   }
 }
 
-/** Of a geometry: which points its vertices show, its triangles at each vertex, and its places and normals before a stroke. */
+/** Of a geometry: which points its vertices show, its corners at each vertex, and its places and normals before a stroke. */
 class Shown {
   constructor(geometry, finder) {
     this.geometry = geometry;
     const { position } = geometry.attributes;
     this.index = geometry.index?.array ?? Uint32Array.from({ length: position.count }, (_, i) => i);
-    this.pointOf = new Int32Array(position.count).fill(-1);
-    this.vertices = new Map(); // by point
     this.places = packed(position);
-    for (let i = 0; i < position.count; i++) {
-      const point = finder.at(this.places, i);
-      if (point < 0) continue;
-      this.pointOf[i] = point;
-      if (!this.vertices.has(point)) this.vertices.set(point, []);
-      this.vertices.get(point).push(i);
-    }
+    this.pointOf = Int32Array.from({ length: position.count }, (_, i) => finder.at(this.places, i));
+    this.vertices = new Groups(this.pointOf, finder.first.length); // by point
+    this.corners = new Groups(this.index, position.count); // by vertex, as indices of `index`
     this.hold();
   }
 
@@ -74,23 +133,30 @@ class Shown {
     this.normals = normal && packed(normal);
   }
 
-  /** By vertex, the triangles that use it; found when they are first needed. */
-  get triangles() {
-    if (this.known) return this.known;
-    this.known = Array.from({ length: this.pointOf.length }, () => []);
-    for (let i = 0; i < this.index.length; i += 3) for (let k = 0; k < 3; k++) this.known[this.index[i + k]].push(i);
-    return this.known;
+  /** The normal that triangles give a vertex. */
+  #facing(places, vertex, out) {
+    let [nx, ny, nz] = [0, 0, 0];
+    for (const corner of this.corners.in(vertex)) {
+      const i = corner - (corner % 3);
+      const [a, b, c] = [3 * this.index[i], 3 * this.index[i + 1], 3 * this.index[i + 2]];
+      const [x, y, z] = [places[a], places[a + 1], places[a + 2]];
+      const [ux, uy, uz] = [places[b] - x, places[b + 1] - y, places[b + 2] - z];
+      const [vx, vy, vz] = [places[c] - x, places[c + 1] - y, places[c + 2] - z];
+      nx += uy * vz - uz * vy;
+      ny += uz * vx - ux * vz;
+      nz += ux * vy - uy * vx;
+    }
+    return out.set(nx, ny, nz).normalize();
   }
 
-  /** The normal that triangles give a vertex. */
-  #facing(places, vertex) {
-    const sum = new Vector3();
-    const [a, b, c] = [new Vector3(), new Vector3(), new Vector3()];
-    for (const i of this.triangles[vertex]) {
-      [a, b, c].forEach((corner, k) => corner.fromArray(places, 3 * this.index[i + k]));
-      sum.add(b.sub(a).cross(c.sub(a)));
-    }
-    return sum.normalize();
+  /** Adds the points that share a triangle with a point. */
+  addAround(point, to) {
+    for (const vertex of this.vertices.in(point))
+      for (const corner of this.corners.in(vertex))
+        for (let k = 1; k < 3; k++) {
+          const other = this.pointOf[this.index[corner - (corner % 3) + ((corner + k) % 3)]];
+          if (other >= 0) to.add(other);
+        }
   }
 
   /** Takes over the places of points, and turns normals by turn(point, normal), else as their triangles have turned since
@@ -99,16 +165,17 @@ class Shown {
     const { position, normal } = this.geometry.attributes;
     const around = new Set();
     for (const point of indices)
-      for (const vertex of this.vertices.get(point) ?? []) {
+      for (const vertex of this.vertices.in(point)) {
         const place = points.subarray(3 * point, 3 * point + 3);
         this.places.set(place, 3 * vertex);
         position.setXYZ(vertex, ...place);
         if (turn && normal) normal.setXYZ(vertex, ...turn(point, new Vector3().fromArray(this.normals, 3 * vertex)));
-        else if (normal) for (const i of this.triangles[vertex]) for (let k = 0; k < 3; k++) around.add(this.index[i + k]);
+        else if (normal) for (const corner of this.corners.in(vertex)) for (let k = 0; k < 3; k++) around.add(this.index[corner - (corner % 3) + k]);
       }
-    const [turned, old] = [new Quaternion(), new Vector3()];
+    const [turned, old, before, now] = [new Quaternion(), new Vector3(), new Vector3(), new Vector3()];
     for (const vertex of around) {
-      const [before, now] = [this.#facing(this.rest, vertex), this.#facing(this.places, vertex)];
+      this.#facing(this.rest, vertex, before);
+      this.#facing(this.places, vertex, now);
       old.fromArray(this.normals, 3 * vertex);
       if (before.lengthSq() > 0 && now.lengthSq() > 0) old.applyQuaternion(turned.setFromUnitVectors(before, now));
       normal.setXYZ(vertex, ...old);
@@ -124,13 +191,8 @@ export class SculptMesh {
   constructor(points, geometries) {
     this.points = points;
     this.stored = points.slice(); // as the daemon has them
-    const places = new Map();
-    this.first = Uint32Array.from({ length: points.length / 3 }, (_, i) => { // of the points at the same place, which move alike
-      const key = keyAt(points, i);
-      if (!places.has(key)) places.set(key, i);
-      return places.get(key);
-    });
-    const finder = new Finder(points, places);
+    const finder = new Finder(points);
+    this.first = finder.first;
     this.shown = [...new Set(geometries)].map((geometry) => new Shown(geometry, finder));
   }
 
@@ -138,28 +200,18 @@ export class SculptMesh {
     return place.fromArray(this.points, 3 * index);
   }
 
-  get #neighbours() {
-    if (this.around) return this.around;
-    this.around = Array.from({ length: this.points.length / 3 }, () => new Set());
-    for (const { index, pointOf } of this.shown)
-      for (let i = 0; i < index.length; i += 3) {
-        const corners = [0, 1, 2].map((k) => pointOf[index[i + k]]);
-        if (!corners.includes(-1)) corners.forEach((point, k) => this.around[point].add(corners[(k + 1) % 3]).add(corners[(k + 2) % 3]));
-      }
-    return this.around;
-  }
-
   /** The mean of the points around a point; its own place where there are none. */
   middleAround(index) {
     const [sum, place] = [new Vector3(), new Vector3()];
-    const around = this.#neighbours[this.first[index]];
+    const around = new Set();
+    for (const shown of this.shown) shown.addAround(this.first[index], around);
     for (const other of around) sum.add(this.at(other, place));
     return around.size > 0 ? sum.divideScalar(around.size) : this.at(index, sum);
   }
 
   normalAt(index) {
     for (const { vertices, geometry: { attributes: { normal } } } of this.shown) {
-      const vertex = vertices.get(this.first[index])?.[0];
+      const [vertex] = vertices.in(this.first[index]);
       if (vertex !== undefined && normal) return new Vector3().fromBufferAttribute(normal, vertex);
     }
     return new Vector3();

@@ -10,6 +10,7 @@ import { choice, fixed, make } from './dom.js';
 import { fieldsOf } from './fields.js';
 import { meshName, stemOf } from './models.js';
 import { busy, fail } from './notices.js';
+import { hitsOn } from './ray_hits.js';
 import { SculptMesh } from './sculpt_mesh.js';
 import { change, firstOf, isStep, state, watch } from './state.js';
 
@@ -40,7 +41,7 @@ function makeMarker() {
 export class SculptPanel {
   /** models: the list that new models are added to. steps: of the lineage. levelSlider: an element. */
   constructor(panel, { viewport, models, steps, levelSlider }) {
-    Object.assign(this, { viewport, models, steps, bearers: [], picked: null, wanted: { index: -1 }, stroke: null, size: 0, picking: Promise.resolve() });
+    Object.assign(this, { viewport, models, steps, bearers: [], picked: null, wanted: { index: -1 }, stroke: null, picking: Promise.resolve() });
     this.queue = []; // strokes that wait to be stored
     this.stored = []; // steps that are stored, but not shown yet
     this.marker = makeMarker();
@@ -130,6 +131,7 @@ export class SculptPanel {
     this.rules.hidden = this.isUsual;
     this.body.hidden = !this.isUsual;
     this.viewport.canvas.toggleAttribute('data-sculpts', this.isOn);
+    if (this.isOn) this.showRadius();
     for (const bearer of this.isOn ? this.bearers : []) this.meshOf(bearer).catch(() => {}); // errors reach the stroke that needs it
     this.viewport.invalidate();
   }
@@ -144,17 +146,15 @@ export class SculptPanel {
 
   /** Takes over the surface of a level that the viewport now shows. */
   open(model, { scene, bearers }, level) {
-    Object.assign(this, { model, level, stroke: null, hovered: null });
+    Object.assign(this, { model, level, scene, size: null, stroke: null, hovered: null });
     this.bearers = bearers.map(([object, mesh]) => {
       const parts = [];
       object.traverse((part) => part.userData.own && !part.isSkinnedMesh && parts.push(part));
       return { object, mesh, parts };
     });
-    this.size = new Box3().setFromObject(scene, true).getSize(new Vector3()).length() / 2;
     this.meshes = new Map(); // SculptMesh by index, as they come
     this.loaded = new Map(); // those that are there
     this.point.value = '';
-    this.showRadius();
     this.pick(this.wanted.index, this.wanted.place);
     this.show();
   }
@@ -176,6 +176,8 @@ export class SculptPanel {
   // ---- the point ----
 
   get radius() {
+    if (!this.scene) return 0;
+    this.size ??= new Box3().setFromObject(this.scene, true).getSize(new Vector3()).length() / 2;
     return (this.size * Number(this.reach.value)) / 100;
   }
 
@@ -293,7 +295,7 @@ export class SculptPanel {
 
   /** The nearest place of the surface under the pointer: {index: of the bearer, point, face}. */
   #hit(event, caster = this.#aim(event)) {
-    const hits = this.bearers.flatMap(({ parts }, index) => caster.intersectObjects(parts, false).map((hit) => ({ ...hit, index })));
+    const hits = this.bearers.flatMap(({ parts }, index) => parts.flatMap((part) => hitsOn(part, caster)).map((hit) => ({ ...hit, index })));
     return hits.sort((a, b) => a.distance - b.distance)[0];
   }
 
@@ -382,8 +384,9 @@ export class SculptPanel {
     const normal = mesh.normalAt(mesh.nearest(centre));
     const facing = normal.lengthSq() > 0 ? normal : hit.face.normal;
     const dabs = this.#brushes(centre, object).map(({ brush, signs }) => BRUSHES[tool](mesh, brush, strength, facing.clone().multiply(signs)));
-    for (const point of apply(mesh, dabs)) moved.add(point);
-    mesh.show(moved);
+    const dabbed = apply(mesh, dabs);
+    for (const point of dabbed) moved.add(point);
+    mesh.show(dabbed);
     this.stroke.dabbed = hit.point.clone();
     this.viewport.invalidate();
   }

@@ -179,7 +179,29 @@ export class Viewport {
   /** Says that something else is to be seen. */
   invalidate() {
     this.isShadowOld = true;
+    if (!this.held) this.#drawSoon();
+  }
+
+  #showAll() {
+    this.isFirst = false;
+    this.show(this.shown);
+  }
+
+  /** Until a promise is settled, draws only what a person moves; then all that has changed, at once. */
+  async hold(until) {
+    this.held = until;
+    await until;
+    if (this.held !== until) return;
+    this.held = null;
     this.#drawSoon();
+  }
+
+  /** Resolves when a frame was drawn. */
+  drawn() {
+    return new Promise((resolve) => {
+      this.afterFrame.push(resolve);
+      this.#drawSoon();
+    });
   }
 
   #drawSoon() {
@@ -196,6 +218,7 @@ export class Viewport {
       if (this.renderer) this.#render();
       for (const use of this.afterFrame.splice(0)) use(this.canvas);
       this.canvas.dataset.frames = Number(this.canvas.dataset.frames ?? 0) + 1;
+      if (this.model && this.isFirst) setTimeout(() => this.#showAll()); // after those who wait for this frame
     });
   }
 
@@ -338,8 +361,10 @@ export class Viewport {
     dispose(scene);
   }
 
-  /** Shows a parsed GLB. Does not move the camera. */
+  /** Shows a parsed GLB. Does not move the camera. The first picture of it is without the floor: the shadow and its program
+   *  take as long as the surface, without a graphics card. */
   setModel(parsed, options) {
+    this.isFirst = !this.model;
     this.clearModel();
     const { scene, nodes } = parsed;
     this.model = this.#dress(parsed, options);
@@ -418,7 +443,7 @@ export class Viewport {
       });
       wireframe.show(names.has('wireframe'));
     }
-    this.floor.object.visible = names.has('floor') && names.has('surface') && Boolean(this.model) && !this.isBare;
+    this.floor.object.visible = names.has('floor') && names.has('surface') && Boolean(this.model) && !this.isBare && !this.isFirst;
     this.floor.drawn = 0;
     this.normals?.show(names.has('normals'));
     if (this.skeleton) this.skeleton.object.visible = names.has('skeleton') || this.isBare;

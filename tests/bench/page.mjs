@@ -3,8 +3,8 @@
 // usage: node tests/bench/page.mjs BUILD-FOLDER
 import { readdirSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
-import { launch } from '../browser/chromium.mjs';
-import { DESKTOP, Visit } from '../browser/page_driver.mjs';
+import { IN_SOFTWARE, launch } from '../browser/chromium.mjs';
+import { ALL_PIXELS, DESKTOP, Visit } from '../browser/page_driver.mjs';
 import { Daemon } from '../node/daemon.mjs';
 
 const [build = 'build-bench'] = process.argv.slice(2);
@@ -32,10 +32,10 @@ const daemon = new Daemon(['--sample']);
 await daemon.start();
 try {
   for (let i = 0; i < TRIES; i++) {
-    const browser = await launch();
+    const browser = await launch(IN_SOFTWARE);
     try {
       const before = processorTime();
-      const visit = await Visit.begin(browser, `${daemon.url}/`, { ...DESKTOP, choosesLevel: true });
+      const visit = await Visit.begin(browser, `${daemon.url}/`, { ...DESKTOP, ...ALL_PIXELS, choosesLevel: true });
       await visit.wait(() => document.querySelector('canvas').dataset.level !== undefined);
       const took = await visit.page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve))).then(() => performance.now()));
       console.log(`first picture after ${Math.round(took)} ms, ${processorTime() - before} ms of processor time`);

@@ -8,7 +8,7 @@ import { fileURLToPath } from 'node:url';
 
 import { Daemon, root } from '../node/daemon.mjs';
 import { launch, PATIENCE_MS } from './chromium.mjs';
-import { covered, difference, Visit } from './page_driver.mjs';
+import { coloursOf, covered, difference, Visit } from './page_driver.mjs';
 
 const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
 const { paths } = JSON.parse(readFileSync(join(root, 'api/openapi.json')));
@@ -106,17 +106,7 @@ async function openExample(isOnline) {
 
 test('the example shows a model that turns', async () => {
   const { page, errors } = await openExample(true);
-  const pixels = async () => {
-    const png = (await page.screenshot()).toString('base64');
-    const values = await page.evaluate(async (base64) => {
-      const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
-      const bitmap = await createImageBitmap(new Blob([bytes], { type: 'image/png' }));
-      const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext('2d');
-      context.drawImage(bitmap, 0, 0);
-      return [...context.getImageData(0, 0, bitmap.width, bitmap.height).data];
-    }, png);
-    return Buffer.from(values);
-  };
+  const pixels = async () => coloursOf(await page.screenshot());
   await page.waitForSelector('canvas', { timeout: PATIENCE_MS });
   let seen = await pixels();
   for (const until = performance.now() + PATIENCE_MS; covered(seen) < 0.05 && performance.now() < until; ) seen = await pixels();

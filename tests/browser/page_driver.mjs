@@ -3,6 +3,7 @@ import assert from 'node:assert/strict';
 import { mkdirSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import { after, before, test } from 'node:test';
+import { inflateSync } from 'node:zlib';
 
 import { Daemon, root } from '../node/daemon.mjs';
 import { launch, PATIENCE_MS } from './chromium.mjs';
@@ -54,13 +55,17 @@ export class Visit {
     assert.deepEqual(this.faults, []);
   }
 
+  /** Until a condition holds within the page; asked now and then, since each frame costs in software. */
   wait(condition, argument) {
-    return this.page.waitForFunction(condition, argument);
+    return this.page.waitForFunction(condition, argument, { polling: 50 });
   }
 
-  /** Until the surface of a level is drawn. */
+  /** Until the surface of a level is drawn, and what lies over it. */
   async level(level) {
-    await this.wait((wanted) => document.querySelector('canvas').dataset.level === String(wanted), level);
+    await this.wait((wanted) => {
+      const { dataset } = document.querySelector('canvas');
+      return dataset.level === String(wanted) && !('opening' in dataset);
+    }, level);
     await this.drawn();
   }
 
@@ -117,21 +122,45 @@ export class Visit {
     await this.page.evaluate(() => {
       for (const over of document.querySelectorAll('#stage > :not(canvas)')) over.style.visibility = '';
     });
-    const values = await this.page.evaluate(async (base64) => {
-      const bitmap = await createImageBitmap(new Blob([Uint8Array.from(atob(base64), (c) => c.charCodeAt(0))], { type: 'image/png' }));
-      const canvas = new OffscreenCanvas(bitmap.width, bitmap.height);
-      canvas.getContext('2d').drawImage(bitmap, 0, 0);
-      const { data } = canvas.getContext('2d').getImageData(0, 0, bitmap.width, bitmap.height);
-      let text = '';
-      for (let i = 0; i < data.length; i += 30000) text += String.fromCharCode(...data.subarray(i, i + 30000));
-      return btoa(text);
-    }, png.toString('base64'));
-    return Buffer.from(values, 'base64');
+    return coloursOf(png);
   }
 }
 
-/** The daemon and the browser of a file of tests. */
-export function open() {
+/** What predicts a byte of a PNG, by its filter: from those left of it, above it, and above left. */
+const PREDICTED = [
+  () => 0,
+  (left) => left,
+  (left, above) => above,
+  (left, above) => (left + above) >> 1,
+  (left, above, corner) => {
+    const [a, b, c] = [Math.abs(above - corner), Math.abs(left - corner), Math.abs(left + above - 2 * corner)];
+    return a <= b && a <= c ? left : b <= c ? above : corner;
+  },
+];
+
+/** The colours of a PNG as Chromium writes it, of 8 bits a channel and not interlaced: [r, g, b, a, …]. */
+export function coloursOf(png) {
+  const parts = [];
+  for (let at = 8; at < png.length; at += 12 + png.readUInt32BE(at))
+    if (png.toString('latin1', at + 4, at + 8) === 'IDAT') parts.push(png.subarray(at + 8, at + 8 + png.readUInt32BE(at)));
+  const bytes = inflateSync(Buffer.concat(parts));
+  const [width, height, size] = [png.readUInt32BE(16), png.readUInt32BE(20), png[25] === 6 ? 4 : 3];
+  const colours = Buffer.alloc(4 * width * height, 255);
+  let above = Buffer.alloc(size * width);
+  for (let y = 0; y < height; y++) {
+    const from = y * (size * width + 1);
+    const predicted = PREDICTED[bytes[from]];
+    const row = bytes.subarray(from + 1, from + 1 + size * width);
+    for (let i = 0; i < row.length; i++) row[i] += i < size ? predicted(0, above[i], 0) : predicted(row[i - size], above[i], above[i - size]);
+    for (let x = 0; x < width; x++) for (let k = 0; k < size; k++) colours[4 * (y * width + x) + k] = row[size * x + k];
+    above = row;
+  }
+  return colours;
+}
+
+/** The daemon and the browser of a file of tests. first: the sample that its visits begin with, where their hash names no
+ *  model; else the one that the page chooses, an animated tank. */
+export function open({ first } = {}) {
   const site = { daemon: new Daemon(['--sample']) };
   before(async () => {
     await site.daemon.start();
@@ -151,7 +180,8 @@ export function open() {
   /** A test that visits the page; options as for Visit.begin. */
   site.visits = (name, options, use) =>
     test(name, async () => {
-      const visit = await Visit.begin(site.browser, `${site.daemon.url}/`, options);
+      const hash = first ? `${options.hash || '#'}&model=${await site.model(first)}` : options.hash;
+      const visit = await Visit.begin(site.browser, `${site.daemon.url}/`, { ...options, hash });
       try {
         await use(visit);
       } catch (error) {

@@ -6,7 +6,7 @@ import { promisify } from 'node:util';
 import { Modeller } from './modeller.mjs';
 import { covered, difference, open, PHONE, PYRAMID, Visit } from './page_driver.mjs';
 
-const site = open();
+const site = open({ first: 'cube.obj' });
 const { daemon, visits } = site;
 const hash = '#tab=edit';
 

@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { Modeller } from './modeller.mjs';
 import { difference, open, PHONE } from './page_driver.mjs';
 
-const site = open();
+const site = open({ first: 'cube.obj' });
 const { daemon, visits } = site;
 const hash = '#tab=edit';
 const described = async (id) => (await (await fetch(`${daemon.url}/v1/models/${id}`)).json()).meshes[0];

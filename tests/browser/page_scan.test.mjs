@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { Modeller } from './modeller.mjs';
 import { ALL_PIXELS, covered, difference, open, PHONE, Visit } from './page_driver.mjs';
 
-const site = open();
+const site = open({ first: 'cube.obj' });
 const { daemon, visits } = site;
 const hash = '#tab=edit&show=surface';
 

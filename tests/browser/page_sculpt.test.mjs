@@ -6,7 +6,7 @@ import { PerspectiveCamera, Vector3 } from 'three';
 import { Modeller, VIEW } from './modeller.mjs';
 import { ALL_PIXELS, difference, open, PHONE } from './page_driver.mjs';
 
-const site = open();
+const site = open({ first: 'cube.obj' });
 const { daemon, visits } = site;
 const hash = '#tab=sculpt&level=3&show=surface';
 const CUBE = 'v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n' +
@@ -36,7 +36,7 @@ function dragged(points, middle, by, percent = 25) {
 const apart = (a, b) => Math.max(...a.map((point, i) => point.distanceTo(b[i])));
 
 class Sculptor extends Modeller {
-  static async begin(visit, name = 'cube.obj', document = CUBE) {
+  static async begin(visit, name = 'block.obj', document = CUBE) {
     await visit.level(3);
     const sculptor = new Sculptor(visit);
     await sculptor.drop(name, document, 'Sculpt');

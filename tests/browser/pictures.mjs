@@ -3,7 +3,7 @@ import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 
 import { Daemon, root } from '../node/daemon.mjs';
-import { launch } from './chromium.mjs';
+import { IN_SOFTWARE, launch } from './chromium.mjs';
 import { DESKTOP, TABLET, Visit } from './page_driver.mjs';
 import { drawPage } from './picture_page.mjs';
 import { DENSITY, drawView } from './picture_view.mjs';
@@ -51,7 +51,7 @@ const daemon = new Daemon(['--sample']);
 let browser;
 try {
   await daemon.start();
-  browser = await launch();
+  browser = await launch(IN_SOFTWARE);
   const model = await daemon.upload(tank);
   mkdirSync(folder, { recursive: true });
   for (const picture of PICTURES) writeFileSync(join(folder, `${picture.name}.svg`), await draw(browser, daemon, model, picture));

@@ -19,6 +19,19 @@ setup() { cd "$BATS_TEST_TMPDIR" || return; }
   cmp answer page
 }
 
+@test "what comes by brotli unpacks to the same bytes, and is shorter" {
+  for path in / /docs /viewer.js; do
+    http GET "$path"
+    mv answer plain
+    http GET "$path" --header "Accept-Encoding: gzip, deflate, br, zstd"
+    [[ $(header content-encoding) == br && $(header vary) == *Accept-Encoding* ]]
+    node -e 'process.stdout.write(zlib.brotliDecompressSync(fs.readFileSync("answer")))' | cmp - plain
+    mv answer short
+    http GET "$path" --header "Accept-Encoding: gzip"
+    (($(wc -c <short) < $(wc -c <answer)))
+  done
+}
+
 @test "the API reference is packed, sent once, and asks nobody but the daemon" {
   http GET /docs --header "Accept-Encoding: gzip"
   expect 200

@@ -1,4 +1,4 @@
-/* The pages: stored by gzip, sent so or plain, open to everybody. */
+/* The pages: stored by gzip and brotli, sent so or plain, open to everybody. */
 #include "loopback.h"
 
 #include <stdio.h>
@@ -7,6 +7,7 @@
 
 static const char html[] = "<!doctype html><title>page</title>";
 static uint8_t stored[200];
+static const uint8_t by_brotli[] = "never decoded";
 
 /* The settings of a daemon that has the page above. */
 static api_settings with_page(void) {
@@ -20,10 +21,10 @@ static api_settings with_page(void) {
   size_t size = sizeof stored - stream.avail_out;
   deflateEnd(&stream);
   api_settings settings = loopback_settings();
-  settings.page = (api_page){{stored, size}, "0123", "default-src 'none'"};
-  settings.docs = (api_page){{stored, size}, "4567", "default-src 'self'"};
-  settings.example = (api_page){{stored, size}, "89ab", "default-src data:"};
-  settings.viewer = (api_page){{stored, size}, "cdef", NULL};
+  settings.page = (api_page){{stored, size}, {0}, "0123", "default-src 'none'"};
+  settings.docs = (api_page){{stored, size}, {by_brotli, sizeof by_brotli}, "4567", "default-src 'self'"};
+  settings.example = (api_page){{stored, size}, {0}, "89ab", "default-src data:"};
+  settings.viewer = (api_page){{stored, size}, {0}, "cdef", NULL};
   return settings;
 }
 
@@ -86,6 +87,37 @@ TEST_WITH(clients_of_gzip_get_the_stored_bytes, setup, loopback_teardown) {
     assert_memory_equal(r.body, stored, r.size);
     reply_free(&r);
   }
+}
+
+TEST_WITH(the_coding_is_the_one_that_is_preferred_of_those_that_are_stored, setup, loopback_teardown) {
+  static const struct {
+    const char *accepted, *coding;
+  } cases[] = {{"br", "br"},
+               {"gzip, deflate, br, zstd", "br"},
+               {"gzip;q=0.9, br;q=0.5", "gzip"},
+               {"br;q=0, gzip", "gzip"},
+               {"gzip;q=0, *;q=0.1", "br"},
+               {"br;q=0.5, identity", NULL},
+               {"zstd, br;q=0.2, identity;q=0.5", NULL},
+               {"br;q=0, gzip;q=0", NULL},
+               {"identity", NULL}};
+  char tags[3][80] = {"", "", ""};
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    char header[80];
+    snprintf(header, sizeof header, "Accept-Encoding: %s\n", cases[i].accepted);
+    reply r = loopback_ask(*state, "GET", "/docs", header, NULL, 0);
+    const char *coding = reply_header(&r, "Content-Encoding");
+    bool is_brotli = coding && strcmp(coding, "br") == 0;
+    if (!cases[i].coding)
+      assert_null(coding);
+    else
+      assert_string_equal(coding, cases[i].coding);
+    if (is_brotli) assert_int_equal(r.size, sizeof by_brotli);
+    if (is_brotli) assert_memory_equal(r.body, by_brotli, r.size);
+    snprintf(tags[is_brotli ? 2 : coding ? 1 : 0], sizeof *tags, "%s", reply_header(&r, "ETag"));
+    reply_free(&r);
+  }
+  for (size_t i = 0; i < 3; i++) assert_string_not_equal(tags[i], tags[(i + 1) % 3]);
 }
 
 TEST_WITH(other_clients_get_it_plain, setup, loopback_teardown) {
