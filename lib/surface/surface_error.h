@@ -97,10 +97,8 @@ static inline tw_offset tw_offset_split(const double vector[3], const double nor
 void tw_corners_normal(const double *points, const uint32_t *corners, uint32_t size, double normal[3]);
 void tw_error_normal(const tw_error_part *p, uint32_t face, double normal[3]);
 
-/* The least cosine between a normal and those of a face's corners, and of the faces at a corner's vertex that
- * are on the corner's side of sharp edges. */
+/* The least cosine between a normal and those of a face's corners. */
 double tw_error_face_cosine(const tw_error_part *p, uint32_t face, const double normal[3]);
-double tw_error_vertex_cosine(const tw_error_part *p, uint32_t corner, const double normal[3]);
 
 /* The same of all faces at a corner's vertex, also beyond sharp edges. Below 0 where these are no ring of
  * shown faces, so that the surface ends there. */

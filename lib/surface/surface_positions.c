@@ -2,7 +2,6 @@
  * same steps, so that surfaces over the same positions have the same bytes, however they were made. */
 #include <assert.h>
 #include <math.h>
-#include <stdlib.h>
 
 #include "evaluator.h"
 #include "refine.h"

@@ -1,6 +1,5 @@
 /* Reads any rows of a surface: at corners, on the insides of edges and of quads. Each request is cut into
  * pieces; a piece is computed at once. */
-#include <stdlib.h>
 #include <string.h>
 
 #include "surface_reader.h"

@@ -1,5 +1,4 @@
 /* Numbers the rows of surfaces that are read from the base, from patches or from Loop's rows. */
-#include <stdlib.h>
 
 #include "surface_plan.h"
 
