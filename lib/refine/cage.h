@@ -40,6 +40,14 @@ tw_status tw_cage_check_options(const tw_mesh *mesh, const tw_surface_options *o
 tw_status tw_cage_read(const tw_mesh *mesh, const tw_surface_options *options, tw_arena *arena,
                        tw_cage *cage);
 
+/* Gathers the positions of a cage's vertices from those of the mesh's points. point_of: as in tw_cage. out:
+ * [vertex_count][3]. */
+static inline void tw_cage_gather(const float *positions, const uint32_t *point_of, uint32_t vertex_count,
+                                  double *out) {
+  for (size_t v = 0; v < vertex_count; v++)
+    for (size_t c = 0; c < 3; c++) out[3 * v + c] = (double)positions[3 * (point_of ? point_of[v] : v) + c];
+}
+
 /* Whether the mesh shrinks from its border with every level (TW_BOUNDARY_OPEN, and the mesh has a border). */
 bool tw_cage_shrinks(const tw_cage *cage, const tw_surface_options *options);
 

@@ -88,7 +88,8 @@ double tw_error_slope(double cosine) {
   return cosine < TW_LEAST_COSINE ? INFINITY : sqrt(fmax(0, 1 - cosine * cosine)) / cosine;
 }
 
-double tw_error_vertex_cosine(const tw_error_part *p, uint32_t corner, const double normal[3]) {
+/* The least cosine of the faces at a corner's vertex that are on the corner's side of sharp edges. */
+static double vertex_cosine(const tw_error_part *p, uint32_t corner, const double normal[3]) {
   uint32_t around[TW_AROUND_MAX], count = tw_error_list_around(&p->topology, corner, around);
   double least = count > 0 ? 1 : 0;
   for (uint32_t k = 0; k < count && least >= TW_LEAST_COSINE; k++)
@@ -114,7 +115,7 @@ double tw_error_slope_around(const tw_error_part *p, uint32_t face, const double
   uint32_t begin = tw_face_begin(&p->topology, face), size = tw_face_size(&p->topology, face);
   double least = tw_dot3(normal, normal) > 0 ? 1 : 0;
   for (uint32_t i = 0; i < size && least >= TW_LEAST_COSINE; i++)
-    least = fmin(least, tw_error_vertex_cosine(p, begin + i, normal));
+    least = fmin(least, vertex_cosine(p, begin + i, normal));
   return tw_error_slope(least);
 }
 

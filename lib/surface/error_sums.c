@@ -6,6 +6,7 @@
  * a convex function, so a descendant's triangle is farthest at its corners. That bounds the way from
  * descendants to the face; the way back has the same bound, as descendants cover the face, edges over edges.
  */
+#include "sorted.h"
 #include "surface_error.h"
 
 enum {
@@ -128,15 +129,8 @@ static double piece_error(const compared *c, const piece *own) {
 
 /* The index in l->made of a face from which the next level was made; UINT32_MAX for other faces. */
 static uint32_t find_left(const tw_level_errors *l, uint32_t face) {
-  uint32_t low = 0, high = l->left_count;
-  while (low < high) {
-    uint32_t middle = low + (high - low) / 2;
-    if (l->made[middle] < face)
-      low = middle + 1;
-    else
-      high = middle;
-  }
-  return low < l->left_count && l->made[low] == face ? low : UINT32_MAX;
+  uint32_t left = tw_lower_bound(l->made, l->left_count, face);
+  return left < l->left_count && l->made[left] == face ? left : UINT32_MAX;
 }
 
 /* Child `i` of a piece, as tw_refine_topology makes it. */

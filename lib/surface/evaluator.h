@@ -65,7 +65,9 @@ struct tw_evaluator {
   /* Cuts a piece into blocks, and has each assembled (surface_reader.h). Edges, quads and lines come with a
    * depth alone. */
   void (*read)(tw_surface_reader *r, tw_domain domain, const tw_piece *piece, float *out);
-  /* The columns of a block; rows are `stride` floats apart. normals: NULL where not wanted. */
+  /* The columns of a block; rows are `stride` floats apart. normals: NULL where not wanted. `values`,
+   * `slopes` (for tangents) and `influences` are NULL where `fits` declines all surfaces that have such
+   * columns. */
   void (*points)(tw_surface_reader *r, const tw_block *block, float *out, float *normals, uint32_t stride);
   void (*values)(tw_surface_reader *r, const tw_values *values, const tw_block *block, float *out,
                  uint32_t stride);

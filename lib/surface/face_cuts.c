@@ -1,7 +1,6 @@
 /* Finds the faces that are no fan from their first corner, and cuts them by their shape. Most faces are
  * triangles or convex, so cuts are few. Below level 0 only cages with concave faces are looked at, whose
  * quads may be concave too. */
-#include <stdlib.h>
 
 #include "array.h"
 #include "ear_clipping.h"
@@ -143,24 +142,20 @@ static bool is_concave(const uint32_t *corners, uint32_t size, const double *poi
   const double *origin = points + 3 * (size_t)corners[0];
   double normal[3] = {0, 0, 0}, cross[3], a[3], b[3];
   for (uint32_t i = 1; i + 1 < size; i++) {
-    for (int c = 0; c < 3; c++) {
-      a[c] = points[3 * (size_t)corners[i] + (size_t)c] - origin[c];
-      b[c] = points[3 * (size_t)corners[i + 1] + (size_t)c] - origin[c];
-    }
+    tw_difference3(points + 3 * (size_t)corners[i], origin, a);
+    tw_difference3(points + 3 * (size_t)corners[i + 1], origin, b);
     tw_cross3(a, b, cross);
     for (int c = 0; c < 3; c++) normal[c] += cross[c];
   }
-  double least = -1e-6 * (normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
+  double least = -1e-6 * tw_dot3(normal, normal);
   for (uint32_t i = 0; i < size; i++) {
     const double *at = points + 3 * (size_t)corners[i],
                  *before = points + 3 * (size_t)corners[i > 0 ? i - 1 : size - 1],
                  *after = points + 3 * (size_t)corners[i + 1 < size ? i + 1 : 0];
-    for (int c = 0; c < 3; c++) {
-      a[c] = at[c] - before[c];
-      b[c] = after[c] - at[c];
-    }
+    tw_difference3(at, before, a);
+    tw_difference3(after, at, b);
     tw_cross3(a, b, cross);
-    if (cross[0] * normal[0] + cross[1] * normal[1] + cross[2] * normal[2] < least) return true;
+    if (tw_dot3(cross, normal) < least) return true;
   }
   return false;
 }

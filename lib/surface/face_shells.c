@@ -58,27 +58,13 @@ static uint32_t edge_of_corner(const base *b, uint32_t corner, bool *against) {
   return edge;
 }
 
-/* The visible cage face, among those in order, to which a face of the answer belongs. corners_shift: faces of
- * the answer a corner of the cage, as a power of 2. */
-static uint32_t find_place(const tw_surface *s, uint64_t face, uint32_t corners_shift) {
-  uint32_t low = 0, high = s->face_count;
-  while (high - low > 1) {
-    uint32_t middle = low + (high - low) / 2;
-    if (s->corners_before[middle] << corners_shift <= face)
-      low = middle;
-    else
-      high = middle;
-  }
-  return low;
-}
-
 /* The face of the shallow levels' base that a face of the answer comes from. */
 static uint32_t shallow_face(const base *b, uint64_t face) {
   const tw_surface *s = b->surface;
   uint32_t below = s->levels[0].level, shift = 2 * (s->options.level - 1);
   uint64_t own = face; /* in the level's own order */
   if (s->face_first) {
-    uint32_t place = find_place(s, face, shift);
+    uint32_t place = tw_surface_cage_place(s, face, shift);
     own = ((uint64_t)s->face_first[place] << shift) + (face - (s->corners_before[place] << shift));
   }
   bool is_cage = below == s->options.level;

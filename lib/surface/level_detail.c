@@ -3,7 +3,6 @@
 
 #include <math.h>
 #include <stdatomic.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "limit.h"
@@ -288,10 +287,7 @@ tw_status tw_detail_level_of(const tw_mesh *mesh, const tw_surface_options *opti
   out->topology = cage.topology;
   out->positions = tw_arena_alloc_raw(arena, cage.topology.vertex_count, 3 * sizeof *out->positions);
   if (!out->positions) return TW_NO_MEMORY;
-  for (uint32_t v = 0; v < cage.topology.vertex_count; v++)
-    for (size_t c = 0; c < 3; c++)
-      out->positions[3 * (size_t)v + c] =
-          mesh->positions[3 * (size_t)(cage.point_of ? cage.point_of[v] : v) + c];
+  tw_cage_gather(mesh->positions, cage.point_of, cage.topology.vertex_count, out->positions);
   for (uint32_t level = 1; level <= options->level; level++) {
     const tw_topology parent = out->topology;
     status = tw_refine_topology(&parent, &rules, arena, parallel, &out->topology);

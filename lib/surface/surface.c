@@ -21,13 +21,18 @@ tw_status tw_surface_keep_base(tw_surface *s, double **base, const tw_parallel_f
   return TW_OK;
 }
 
+static void free_points(tw_values *values) {
+  if (values->points != values->refined) tw_free(values->points);
+  tw_free(values->refined);
+}
+
 static void free_positions(tw_surface *surface) {
   tw_values *positions = &surface->positions;
   if (positions->cage != positions->base) tw_free(positions->cage);
   tw_free(positions->base);
   tw_free(positions->exact);
   tw_free(positions->kept);
-  tw_values_free_points(positions);
+  free_points(positions);
   tw_free(surface->cuts);
   tw_free(surface->cut_triangles);
 }
@@ -35,8 +40,8 @@ static void free_positions(tw_surface *surface) {
 static void free_plan(tw_surface *s) {
   for (uint32_t m = 0; s->morphed && m < s->morph_count; m++) tw_surface_destroy(s->morphed[m]);
   for (uint32_t f = 0; s->fields && f < s->field_count; f++) tw_patches_deinit(&s->fields[f].patches);
-  for (uint32_t i = 0; i < TW_UV_SETS_MAX; i++) tw_values_free_points(&s->uvs[i]);
-  for (uint32_t i = 0; s->smooth && i < tw_smooth_set_count(s); i++) tw_values_free_points(&s->smooth[i]);
+  for (uint32_t i = 0; i < TW_UV_SETS_MAX; i++) free_points(&s->uvs[i]);
+  for (uint32_t i = 0; s->smooth && i < tw_smooth_set_count(s); i++) free_points(&s->smooth[i]);
   tw_patch_classes_destroy(s->classes);
   tw_influences_deinit(&s->cage_influences);
   tw_influences_deinit(&s->influences);
@@ -55,9 +60,14 @@ void tw_surface_destroy(tw_surface *surface) {
   tw_free(surface);
 }
 
+static size_t points_size(const tw_surface *s, const tw_values *values) {
+  size_t size = values->refined ? tw_shallow_points(&s->levels[values->field]) * sizeof *values->points : 0;
+  return values->points != values->refined ? 2 * size : size;
+}
+
 static size_t positions_size(const tw_surface *surface) {
   const tw_values *positions = &surface->positions;
-  size_t size = tw_values_points_size(surface, positions);
+  size_t size = points_size(surface, positions);
   if (positions->base) size += 3 * (size_t)surface->fields[0].base.vertex_count * sizeof *positions->base;
   if (positions->exact) size += 3 * (size_t)surface->fields[0].base.vertex_count * sizeof *positions->exact;
   if (positions->cage && positions->cage != positions->base)
@@ -75,8 +85,8 @@ static size_t plan_size(const tw_surface *s) {
       tw_arena_size(s->arena) + tw_influences_size(&s->cage_influences) + tw_influences_size(&s->influences);
   if (s->points_arena) size += tw_arena_size(s->points_arena);
   if (s->skin_rows) size += tw_skin_level_size(&s->levels[0], s->layout.influences);
-  for (uint32_t i = 0; i < TW_UV_SETS_MAX; i++) size += tw_values_points_size(s, &s->uvs[i]);
-  for (uint32_t i = 0; i < tw_smooth_set_count(s); i++) size += tw_values_points_size(s, &s->smooth[i]);
+  for (uint32_t i = 0; i < TW_UV_SETS_MAX; i++) size += points_size(s, &s->uvs[i]);
+  for (uint32_t i = 0; i < tw_smooth_set_count(s); i++) size += points_size(s, &s->smooth[i]);
   for (uint32_t m = 0; s->morphed && m < s->morph_count; m++) size += tw_surface_size(s->morphed[m]);
   for (uint32_t f = 0; f < s->field_count; f++) size += s->fields[f].patches.size;
   return s->classes ? size + tw_patch_classes_size(s->classes) : size;

@@ -3,7 +3,6 @@
 #define TWEEND_SURFACE_H
 
 #include <stdatomic.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "level_detail.h"
@@ -196,15 +195,6 @@ bool tw_cage_is_concave(const tw_topology *cage, const double *points);
  * their first corner: see tw_ear_clipper_cut. TW_NO_MEMORY, TW_CANCELLED. */
 tw_status tw_surface_cut_faces(tw_surface *surface, const tw_parallel_for *parallel);
 
-static inline void tw_values_free_points(tw_values *values) {
-  if (values->points != values->refined) tw_free(values->points);
-  tw_free(values->refined);
-}
-static inline size_t tw_values_points_size(const tw_surface *s, const tw_values *values) {
-  size_t size = values->refined ? tw_shallow_points(&s->levels[values->field]) * sizeof *values->points : 0;
-  return values->points != values->refined ? 2 * size : size;
-}
-
 /* Number of bounds that a surface holds: its own of positions and, where it is no copy of a plan, one of each
  * target's displacements. */
 static inline size_t tw_surface_bounds_count(const tw_surface *s) {
@@ -281,6 +271,10 @@ typedef struct tw_face_place {
   uint64_t place, run;
 } tw_face_place;
 tw_face_place tw_surface_face_place(const tw_surface *surface, uint64_t face);
+
+/* The place in `face_first` of the cage's face that a face of the answer comes of, where each corner of the
+ * cage makes 1 << shift faces. O(log cage faces). */
+uint32_t tw_surface_cage_place(const tw_surface *surface, uint64_t face, uint32_t shift);
 
 /* Finds the vertex of each row of TW_DOMAIN_POINTS, as the surface's level numbers it when it is refined by
  * generic steps. level: the topology of that level. Not for open borders that shrink the mesh. out:

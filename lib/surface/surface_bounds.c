@@ -4,7 +4,6 @@
  * reach farthest, most other patches cannot widen the bounds and are skipped: the pass costs as much as the
  * cage, not as the answer, except where many patches touch the bounds (a flat side). */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "evaluator.h"

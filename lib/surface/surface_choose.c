@@ -32,6 +32,17 @@ static bool takes_steps(const tw_surface_builder *b) {
   return levels >= 2 && levels > tw_deepest_detail(&s->details);
 }
 
+/* Refuses generic steps for what is left to them by patches that have declined, where it is large. */
+static tw_status check_regularity(const tw_surface_builder *b, tw_error *error) {
+  if (b->surface->evaluator != &tw_steps_evaluator || b->cage.refined_faces <= TW_GENERIC_FACES_MAX ||
+      !tw_patch_evaluator.fits(b))
+    return TW_OK;
+  return tw_fail(error, TW_LIMIT,
+                 "the mesh is too irregular for level %u: very many faces meet in one of its points, or it "
+                 "has thousands of different sharpness values",
+                 b->surface->options.level);
+}
+
 /* Refuses steps that cannot be finished, so that they are not begun. */
 static tw_status check_steps(const tw_surface_builder *b, tw_error *error) {
   const tw_memory_limit *limit = b->surface->options.memory_limit;
@@ -77,7 +88,8 @@ tw_status tw_builder_choose(tw_surface_builder *b, tw_error *error) {
   if (chosen->own_classes) s->options.classes = NULL;
   b->long_lists = chosen->long_lists;
   s->evaluator = chosen->evaluator;
-  tw_status status = s->evaluator->start(b, error);
+  tw_status status = check_regularity(b, error);
+  if (status == TW_OK) status = s->evaluator->start(b, error);
   s->side = 1u << s->depth;
   s->cage_step = b->levels == 0 ? 1 : 4;
   b->has_rim = s->depth > 0 && tw_builder_shrinks(b);

@@ -256,12 +256,9 @@ static tw_status start(tw_measuring *m, tw_error_part *p) {
   }
   p->control = tw_arena_alloc_raw(p->arena, cage.topology.vertex_count, 3 * sizeof *p->control);
   if (!p->control) return TW_NO_MEMORY;
-  for (uint32_t v = 0; v < cage.topology.vertex_count; v++)
-    for (size_t c = 0; c < 3; c++) {
-      float x = m->mesh->positions[3 * (size_t)(cage.point_of ? cage.point_of[v] : v) + c];
-      p->control[3 * (size_t)v + c] = (double)x;
-      m->size = fmax(m->size, fabs((double)x));
-    }
+  tw_cage_gather(m->mesh->positions, cage.point_of, cage.topology.vertex_count, p->control);
+  for (size_t i = 0; i < 3 * (size_t)cage.topology.vertex_count; i++)
+    m->size = fmax(m->size, fabs(p->control[i]));
   return show(m, p);
 }
 

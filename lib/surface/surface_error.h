@@ -102,10 +102,8 @@ void tw_error_normal(const tw_error_part *p, uint32_t face, double normal[3]);
  * area, so that no comparison counts it. The functions below read these. */
 tw_status tw_error_find_normals(const tw_parallel_for *parallel, tw_error_part *p);
 
-/* The least cosine between a normal and those of a face's corners, and of the faces at a corner's vertex that
- * are on the corner's side of sharp edges. */
+/* The least cosine between a normal and those of a face's corners. */
 double tw_error_face_cosine(const tw_error_part *p, uint32_t face, const double normal[3]);
-double tw_error_vertex_cosine(const tw_error_part *p, uint32_t corner, const double normal[3]);
 
 /* The same of all faces at a corner's vertex, also beyond sharp edges. Below 0 where these are no ring of
  * shown faces, so that the surface ends there. */

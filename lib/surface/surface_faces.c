@@ -33,6 +33,18 @@ static size_t read_cage_faces(const tw_surface *s, const tw_numbering *n, uint64
   return written;
 }
 
+uint32_t tw_surface_cage_place(const tw_surface *surface, uint64_t face, uint32_t shift) {
+  uint32_t low = 0, high = surface->face_count;
+  while (high - low > 1) {
+    uint32_t middle = low + (high - low) / 2;
+    if (surface->corners_before[middle] << shift <= face)
+      low = middle;
+    else
+      high = middle;
+  }
+  return low;
+}
+
 tw_face_place tw_surface_face_place(const tw_surface *surface, uint64_t face) {
   const tw_surface *s = surface, *rim = s->rim;
   if (!rim) return (tw_face_place){s, face, UINT64_MAX};

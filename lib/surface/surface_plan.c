@@ -2,7 +2,6 @@
  * rows, and has the evaluator plan what computes the answer from the base. */
 #include "surface_plan.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 #include "limit.h"

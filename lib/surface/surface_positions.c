@@ -2,8 +2,8 @@
  * same steps, so that surfaces over the same positions have the same bytes, however they were made. */
 #include <assert.h>
 #include <math.h>
-#include <stdlib.h>
 
+#include "cage.h"
 #include "evaluator.h"
 #include "refine.h"
 
@@ -14,14 +14,6 @@ static tw_status add_details(const tw_surface *s, uint32_t level, const tw_paral
                              double *positions) {
   const tw_detail_step step = {&s->details, &s->steps[level].topology, &s->rules, level, s->options.level};
   return s->details.count > 0 ? tw_details_add(&step, parallel, positions) : TW_OK;
-}
-
-/* The positions of the cage's vertices; NULL without memory. */
-static double *gather_cage(const tw_surface *s, const float *positions) {
-  double *cage = tw_alloc(s->cage_vertex_count, 3 * sizeof *cage);
-  for (size_t v = 0; cage && v < s->cage_vertex_count; v++)
-    for (size_t c = 0; c < 3; c++) cage[3 * v + c] = positions[3 * (s->point_of ? s->point_of[v] : v) + c];
-  return cage;
 }
 
 /* Replaces the positions of a level by those of the next. */
@@ -44,7 +36,8 @@ static tw_status make_level(const tw_surface *s, uint32_t level, const tw_parall
 tw_status tw_surface_place(tw_surface *surface, const float *positions, const tw_parallel_for *parallel) {
   tw_surface *s = surface;
   s->positions.width = 3;
-  double *at = gather_cage(s, positions);
+  double *at = tw_alloc(s->cage_vertex_count, 3 * sizeof *at);
+  if (at) tw_cage_gather(positions, s->point_of, s->cage_vertex_count, at);
   tw_status status = at ? add_details(s, 0, parallel, at) : TW_NO_MEMORY;
   bool may_be_cut =
       status == TW_OK && (s->options.level == 0 || tw_cage_is_concave(&s->steps[0].topology, at));

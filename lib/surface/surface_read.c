@@ -1,11 +1,10 @@
 /* Reads any rows of a surface: at corners, on the insides of edges and of quads. Each request is cut into
  * pieces; a piece is computed at once. */
-#include <stdlib.h>
 #include <string.h>
 
 #include "surface_reader.h"
 
-enum { PIECE_ROWS = 2048, MOVED_WIDTH = 6 };
+enum { PIECE_ROWS = 2048 };
 
 uint64_t tw_own_row_count(const tw_surface *s, tw_domain domain) {
   if (domain == TW_DOMAIN_UVS && s->uvs[0].width == 0) return 0; /* no UV sets */
@@ -60,37 +59,10 @@ static tw_piece piece_at(const tw_surface *s, tw_domain domain, uint64_t row, si
   return (tw_piece){TW_PIECE_LINES, first, taken * (uint32_t)edge_rows, quad, 1, line};
 }
 
-/* Writes the displacements of normals by morph targets into rows that have all other columns. */
-static void displace_normals(tw_surface_reader *r, const tw_piece *p, float *out) {
-  const tw_surface *s = r->surface;
-  const tw_surface_layout *l = &s->layout;
-  for (uint32_t m = 0; m < l->morph_count; m++) {
-    float *row = out;
-    const float *own = s->own_morph_normals;
-    if (own) {
-      own += 3 * ((size_t)m * s->cage_vertices + (size_t)p->first);
-    } else {
-      r->surface = s->morphed[m];
-      tw_read_piece(r, TW_DOMAIN_VERTICES, p, r->moved);
-      r->surface = s;
-    }
-    for (uint32_t k = 0; k < p->count; k++, row += l->stride)
-      for (uint32_t c = 0; c < 3; c++) {
-        float *to = row + l->morphs + 6 * (size_t)m + 3 + c;
-        *to = own ? own[3 * k + c] : r->moved[MOVED_WIDTH * k + 3 + c] - row[l->normal + c];
-      }
-  }
-}
-
-static void compute_rows(tw_surface_reader *r, tw_domain domain, const tw_piece *p, float *out) {
-  tw_read_piece(r, domain, p, out);
-  if (domain == TW_DOMAIN_VERTICES && r->surface->layout.morph_width == 6) displace_normals(r, p, out);
-}
-
 /* Returns a piece in the reader's memory, and computes it unless it is there already. */
 static const float *keep_piece(tw_surface_reader *r, tw_domain domain, const tw_piece *p) {
   if (r->piece_count == 0 || r->piece_domain != domain || r->piece_first != p->first) {
-    compute_rows(r, domain, p, r->piece);
+    tw_read_piece(r, domain, p, r->piece);
     r->piece_domain = domain;
     r->piece_first = p->first;
     r->piece_count = p->count;
@@ -108,7 +80,7 @@ static void read_rows(tw_surface_reader *reader, tw_domain domain, uint64_t firs
     size_t skip = (size_t)(first - p.first), take = p.count - skip;
     if (take > count) take = count;
     if (take == p.count)
-      compute_rows(reader, domain, &p, out);
+      tw_read_piece(reader, domain, &p, out);
     else
       memcpy(out, keep_piece(reader, domain, &p) + skip * width, take * width * sizeof *out);
     out += take * width;
@@ -162,18 +134,13 @@ typedef struct reader_needs {
   size_t piece, moved;                       /* floats */
 } reader_needs;
 
-/* The stride of the layout with that many morph targets. */
-static uint32_t stride_with(const tw_surface_layout *layout, uint32_t targets) {
-  return layout->stride - layout->morph_width * layout->morph_count + layout->morph_width * targets;
-}
-
 static void need(reader_needs *n, const tw_surface *s, uint32_t displacements_max) {
   if (s->rim) need(n, s->rim, displacements_max);
   uint32_t rows = piece_capacity(s), all = s->layout.morph_count;
   /* A target has one displacement (width 3) or two (6). */
   uint32_t most = displacements_max * 3 / s->layout.morph_width;
-  uint32_t stride = stride_with(&s->layout, all < most ? all : most);
-  if (s->morphed && most > 0) n->moved = MOVED_WIDTH * (size_t)rows;
+  uint32_t stride = tw_stride_with(&s->layout, all < most ? all : most);
+  if (s->morphed && most > 0) n->moved = TW_MOVED_WIDTH * (size_t)rows;
   size_t piece = (size_t)rows * larger(stride, 4); /* at least 4 floats a row: bare points are read too */
   n->points = larger(n->points, s->scratch_points);
   n->masks = larger(n->masks, s->mask_capacity);
@@ -207,43 +174,6 @@ tw_surface_reader *tw_surface_reader_create_shared(const tw_surface *const *surf
   if (!r || allocate_reader(r, &needs)) return r;
   tw_surface_reader_destroy(r);
   return NULL;
-}
-
-void tw_surface_bare_rows(tw_surface *surface, bool normals) {
-  const uint32_t none = UINT32_MAX;
-  surface->layout = (tw_surface_layout){.stride = normals ? 6 : 3,
-                                        .normal = normals ? 3 : none,
-                                        .tangent = none,
-                                        .joints = none,
-                                        .weights = none,
-                                        .morphs = none,
-                                        .morph_width = 3};
-  surface->own_tangents = NULL;
-  surface->tangent_frames = NULL;
-  surface->skin_rows = NULL;
-}
-
-/* Takes columns away from the copy of a surface. target_count 0: all displacements. Else everything but the
- * points, the normals (also taken away with points_alone) and the displacements of the targets from
- * first_target on. */
-static void narrow(tw_surface *s, uint32_t first_target, uint32_t target_count, bool points_alone) {
-  tw_surface_layout *l = &s->layout;
-  const tw_surface_layout whole = *l;
-  if (target_count == 0) {
-    l->stride = stride_with(&whole, 0);
-    l->morph_count = 0;
-    return;
-  }
-  bool normals = whole.morph_width == 6 && !points_alone;
-  tw_surface_bare_rows(s, normals);
-  if (!normals) s->own_normals = NULL;
-  if (s->morphed) s->morphed += first_target;
-  if (s->own_morph_normals) s->own_morph_normals += 3 * (size_t)first_target * s->cage_vertices;
-  s->smooth += whole.attribute_count + first_target;
-  l->morph_count = target_count;
-  l->morph_width = normals ? 6 : 3;
-  l->morphs = l->stride;
-  l->stride += l->morph_width * target_count;
 }
 
 const tw_surface_layout *tw_surface_reader_layout(const tw_surface_reader *reader) {
@@ -280,8 +210,8 @@ static void turn(tw_surface_reader *reader, const tw_surface *surface, uint32_t 
   reader->points_alone = points_alone;
   if (target_count < surface->layout.morph_count || points_alone) {
     take_copy(reader, surface);
-    narrow(&reader->narrowed, first_target, target_count, points_alone);
-    if (surface->rim) narrow(&reader->narrowed_rim, first_target, target_count, points_alone);
+    tw_narrow_rows(&reader->narrowed, first_target, target_count, points_alone);
+    if (surface->rim) tw_narrow_rows(&reader->narrowed_rim, first_target, target_count, points_alone);
   }
 }
 
@@ -301,26 +231,6 @@ static bool has_columns(const tw_surface_reader *reader, const tw_point_columns 
          own->attribute == columns->attribute;
 }
 
-/* Takes all columns but some away from a copy of a surface, whose rows are its points'. */
-static void take_points(tw_surface *s, const tw_point_columns *columns) {
-  tw_surface_bare_rows(s, columns->normal);
-  if (!columns->normal) s->own_normals = NULL;
-  s->morphed = NULL;
-  if (columns->uv) {
-    s->layout.uv_count = 1;
-    s->layout.uvs[0] = s->layout.stride;
-    s->layout.stride += 2;
-  }
-  if (columns->attribute != UINT32_MAX) {
-    s->smooth += columns->attribute;
-    s->layout.attribute_count = 1;
-    s->layout.attributes[0] = s->layout.stride;
-    s->layout.stride += s->smooth->width;
-  }
-  s->vertices = s->points;
-  s->cage_vertices = s->cage_points;
-}
-
 void tw_surface_reader_turn_to_unsplit(tw_surface_reader *reader, const tw_surface *surface,
                                        const tw_point_columns *columns) {
   if (reader->chosen == surface && has_columns(reader, columns)) return;
@@ -328,8 +238,8 @@ void tw_surface_reader_turn_to_unsplit(tw_surface_reader *reader, const tw_surfa
   reader->is_unsplit = true;
   reader->columns = *columns;
   take_copy(reader, surface);
-  take_points(&reader->narrowed, columns);
-  if (surface->rim) take_points(&reader->narrowed_rim, columns);
+  tw_unsplit_rows(&reader->narrowed, columns);
+  if (surface->rim) tw_unsplit_rows(&reader->narrowed_rim, columns);
 }
 
 tw_surface_reader *tw_surface_reader_create(const tw_surface *surface) {

@@ -7,6 +7,8 @@
 #include "surface.h"
 #include "tangent_space.h"
 
+enum { TW_MOVED_WIDTH = 6 }; /* positions and normals */
+
 struct tw_surface_reader {
   /* What rows are computed from: `chosen`, or &narrowed where not all of its columns are wanted. */
   const tw_surface *surface;
@@ -23,7 +25,7 @@ struct tw_surface_reader {
   tw_skin_scratch skin;
   /* Cache of the last piece that was asked for in part. */
   float *piece; /* [piece_capacity][stride] */
-  float *moved; /* [piece_capacity][6]: positions and normals of the surface that a morph target makes */
+  float *moved; /* [piece_capacity][TW_MOVED_WIDTH] of the surface that a morph target makes */
   tw_domain piece_domain;
   uint64_t piece_first;
   uint32_t piece_count, piece_capacity;
@@ -40,34 +42,15 @@ static inline uint32_t tw_row_width(const tw_surface *s, tw_domain domain) {
   return domain == TW_DOMAIN_UVS ? 2 : s->layout.stride;
 }
 
-static inline bool tw_has_normals(const tw_surface *s, tw_domain domain) {
-  return domain == TW_DOMAIN_VERTICES && s->layout.normal != UINT32_MAX;
-}
-
 /* Whether rows hold more than the point and the normal. */
 static inline bool tw_has_attributes(const tw_surface *s, tw_domain domain) {
-  return domain == TW_DOMAIN_VERTICES && s->layout.stride > (tw_has_normals(s, domain) ? 6 : 3);
+  return domain == TW_DOMAIN_VERTICES && s->layout.stride > (s->layout.normal != UINT32_MAX ? 6 : 3);
 }
 
-/* Number and columns of the attributes and displacements in a row. */
-static inline uint32_t tw_smooth_count(const tw_surface_layout *l) {
-  return l->attribute_count + l->morph_count;
-}
-static inline uint32_t tw_smooth_column(const tw_surface_layout *l, uint32_t i) {
-  return i < l->attribute_count ? l->attributes[i] : l->morphs + l->morph_width * (i - l->attribute_count);
-}
-
-static inline tw_tangent_columns tw_tangent_columns_of(const tw_surface *s, float *row) {
-  return (tw_tangent_columns){row + s->layout.normal, row + s->layout.tangent, s->layout.stride};
-}
+/* The joints and weights of rows that begin at `row`. */
 static inline tw_skin_columns tw_skin_columns_of(const tw_surface *s, float *row) {
   const tw_surface_layout *l = &s->layout;
   return (tw_skin_columns){row + l->joints, row + l->weights, l->influences, l->stride};
-}
-
-/* The normal's place in a row; NULL where rows have none. */
-static inline float *tw_normal_in(const tw_surface *s, tw_domain domain, float *row) {
-  return tw_has_normals(s, domain) ? row + s->layout.normal : NULL;
 }
 
 /* Whether rows of a domain can share their point with other rows. */
@@ -116,8 +99,20 @@ void tw_assemble_points(tw_surface_reader *reader, tw_domain domain, const tw_bl
 void tw_assemble_attributes(tw_surface_reader *reader, tw_domain domain, const tw_block *block, float *out);
 void tw_assemble_rows(tw_surface_reader *reader, tw_domain domain, const tw_block *block, float *out);
 
-/* Computes the rows of a piece, but for what targets displace normals by. */
+/* Computes the rows of a piece. */
 void tw_read_piece(tw_surface_reader *reader, tw_domain domain, const tw_piece *piece, float *out);
+
+/* Takes columns away from `s`, the copy of a surface that is read. target_count 0: all displacements. Else
+ * everything but the points, the normals (also taken away with points_alone) and the displacements of the
+ * targets from first_target on. */
+void tw_narrow_rows(tw_surface *s, uint32_t first_target, uint32_t target_count, bool points_alone);
+
+/* Takes all columns but these away from `s`, the copy of a surface, whose rows are its points' from then
+ * on. */
+void tw_unsplit_rows(tw_surface *s, const tw_point_columns *columns);
+
+/* The stride of the layout with that many morph targets. */
+uint32_t tw_stride_with(const tw_surface_layout *layout, uint32_t targets);
 
 /* As tw_evaluator.faces of the quads of patches, and as its row_of_child. */
 void tw_patch_faces(const tw_surface *s, tw_domain domain, uint64_t first, size_t count, uint32_t *out);

@@ -1,6 +1,4 @@
-/* Numbers the rows of surfaces that are read from the base, from patches or from Loop's rows, and lays out
- * what a row holds. */
-#include <stdlib.h>
+/* Numbers the rows of surfaces that are read from the base, from patches or from Loop's rows. */
 
 #include "surface_plan.h"
 
@@ -70,36 +68,4 @@ tw_status tw_builder_number(tw_surface_builder *b) {
   s->cage_vertices = rows_of_cage(&s->vertices, base, b->cage_vertices[0]);
   tw_free(visible);
   return status == TW_OK && b->inner ? tw_rim_number(b) : status;
-}
-
-void tw_builder_lay_out(tw_surface_builder *b) {
-  tw_surface *s = b->surface;
-  tw_surface_layout *l = &s->layout;
-  uint32_t stride = 3;
-  l->normal = l->tangent = l->joints = l->weights = l->morphs = UINT32_MAX;
-  if (s->options.normals) {
-    l->normal = stride;
-    stride += 3;
-  }
-  if (s->tangent_frames) {
-    l->tangent = stride;
-    stride += 4;
-  }
-  l->uv_count = b->mesh->uv_set_count;
-  for (uint32_t i = 0; i < l->uv_count; i++, stride += 2) l->uvs[i] = stride;
-  l->attribute_count = s->attribute_count;
-  for (uint32_t i = 0; i < l->attribute_count; stride += s->smooth[i++].width) l->attributes[i] = stride;
-  l->influences = tw_mesh_influences(b->mesh, s->options.influences);
-  if (l->influences > 0) {
-    l->joints = stride;
-    l->weights = stride + l->influences;
-    stride += 2 * l->influences;
-  }
-  l->morph_count = s->morph_count;
-  l->morph_width = b->morph_normals ? 6 : 3;
-  if (s->morph_count > 0) {
-    l->morphs = stride;
-    stride += l->morph_width * s->morph_count;
-  }
-  l->stride = stride;
 }

@@ -2,7 +2,6 @@
  * The columns of a block are computed for all of its rows, then again for the listed exceptions.
  * fields[0].base has the level's counts only. */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "sorted.h"
@@ -312,18 +311,12 @@ static void read_run(const tw_surface *s, tw_domain domain, uint32_t first, uint
 /* The children of each corner of the cage are contiguous; the cage's faces are
  * in the order of the groups. */
 static void faces(const tw_surface *s, tw_domain domain, uint64_t first, size_t count, uint32_t *out) {
-  uint32_t shift = 2 * (s->options.level - 1), place = 0, end = s->face_count;
+  uint32_t shift = 2 * (s->options.level - 1);
   if (!s->face_first) {
     read_run(s, domain, (uint32_t)first, (uint32_t)count, out);
     return;
   }
-  while (place < end) { /* the last cage face whose children begin at `first` or before */
-    uint32_t middle = place + (end - place) / 2;
-    if (s->corners_before[middle + 1] << shift <= first)
-      place = middle + 1;
-    else
-      end = middle;
-  }
+  uint32_t place = tw_surface_cage_place(s, first, shift);
   for (uint64_t face = first, last = first + count; face < last; place++) {
     uint64_t begin = s->corners_before[place] << shift, stop = s->corners_before[place + 1] << shift;
     if (stop > last) stop = last;

@@ -22,12 +22,7 @@ static bool needs_no_masks(const tw_surface_builder *b) {
 
 static tw_status start(tw_surface_builder *b, tw_error *error) {
   uint32_t level = b->surface->options.level;
-  /* Patches are for all that can be large, unless they have declined. */
-  if (b->cage.refined_faces > TW_GENERIC_FACES_MAX && tw_patch_evaluator.fits(b))
-    return tw_fail(error, TW_LIMIT,
-                   "the mesh is too irregular for level %u: very many faces meet in one of its points, or it "
-                   "has thousands of different sharpness values",
-                   level);
+  (void)error;
   b->surface->is_unmasked = needs_no_masks(b);
   b->levels = level;
   if (level > 0 || b->surface->is_unmasked || tw_builder_cage_is_base(b)) return TW_OK;
