@@ -83,9 +83,9 @@ static inline void crease_some(cage *c, float sharpness) {
 }
 
 /* A grid of columns x rows points at height(x, y), or at height 0 for NULL. cut: triangles, six around each
- * inner point, instead of quads. */
+ * inner point, instead of quads. There is room for more. */
 static inline cage *grid(uint32_t columns, uint32_t rows, bool cut, float (*height)(float, float)) {
-  cage *c = new_cage_for(columns * rows, 2 * (columns - 1) * (rows - 1));
+  cage *c = new_cage_for(columns * rows + POINTS_MAX, 2 * columns * rows + FACES_MAX);
   for (uint32_t y = 0; y < rows; y++)
     for (uint32_t x = 0; x < columns; x++)
       add_point(c, (float)x, (float)y, height ? height((float)x, (float)y) : 0);
