@@ -165,18 +165,17 @@ static void end_sums(blend *b) {
 
 /* ---- adding ---------------------------------------------------------------------------------- */
 
-/* Rotations that an additive layer turns. */
+/* What an additive layer turns rotations by, where they are turned by slerp(1, turn, weight). */
 typedef struct turns {
-  uint32_t count;
-  float *of[TW_POSE_BLOCK];                                                     /* [4] */
-  float from[TW_POSE_BLOCK][4], to[TW_POSE_BLOCK][4], weights[TW_POSE_BLOCK];   /* from: the references */
-  float x[TW_POSE_BLOCK], y[TW_POSE_BLOCK], z[TW_POSE_BLOCK], w[TW_POSE_BLOCK]; /* the turns */
+  float x[TW_POSE_BLOCK], y[TW_POSE_BLOCK], z[TW_POSE_BLOCK], w[TW_POSE_BLOCK];
+  float ratios[TW_POSE_BLOCK], cosines[TW_POSE_BLOCK]; /* x, y and z times the ratio, and the cosine, turn */
 } turns;
 
-/* Finds the turns, conjugate(from) to, and of each the sign that makes w positive. */
-static void find_turns(turns *all) {
-  for (uint32_t i = 0; i < all->count; i++) {
-    const float *a = all->from[i], *b = all->to[i];
+/* Finds the turns, conjugate(from) to, and of each the sign that makes w positive. from, to: [count][4] */
+static void find_turns(turns *restrict all, const float *restrict from, const float *restrict to,
+                       uint32_t count) {
+  for (size_t i = 0; i < count; i++) {
+    const float *a = from + 4 * i, *b = to + 4 * i;
     float x = a[3] * b[0] - a[0] * b[3] - a[1] * b[2] + a[2] * b[1];
     float y = a[3] * b[1] + a[0] * b[2] - a[1] * b[3] - a[2] * b[0];
     float z = a[3] * b[2] - a[0] * b[1] + a[1] * b[0] - a[2] * b[3];
@@ -189,77 +188,77 @@ static void find_turns(turns *all) {
   }
 }
 
-/* slerp(1, turn, weight) for a weight beyond 1, which may turn round more than once. */
-static void raise_far(turns *all, uint32_t i) {
+/* A weight beyond 1, which may turn round more than once. */
+static void raise_far(turns *all, uint32_t i, double weight) {
   double axis[3] = {(double)all->x[i], (double)all->y[i], (double)all->z[i]};
-  double sine = tw_length(axis, 3), part = atan2(sine, (double)all->w[i]) * (double)all->weights[i];
+  double sine = tw_length(axis, 3), part = atan2(sine, (double)all->w[i]) * weight;
   double ratio = sine > 0 ? sin(part) / sine : 0;
   all->x[i] = (float)(axis[0] * ratio);
   all->y[i] = (float)(axis[1] * ratio);
   all->z[i] = (float)(axis[2] * ratio);
-  all->w[i] = (float)cos(part);
+  all->ratios[i] = 1;
+  all->cosines[i] = (float)cos(part);
 }
 
-static const float LEAST_SINE = 1e-30F; /* of a root; only 0 is less */
-
-/* Replaces each turn by slerp(1, turn, weight). */
-static void raise_turns(turns *all) {
-  float ratios[TW_POSE_BLOCK], cosines[TW_POSE_BLOCK]; /* right for weights of -1 to 1 */
-  for (uint32_t i = 0; i < all->count; i++) {
-    float x = all->x[i], y = all->y[i], z = all->z[i], weight = all->weights[i];
-    float sine = sqrtf(x * x + y * y + z * z), part = arc_angle(sine, all->w[i]) * weight;
-    ratios[i] = arc_sine(part) / (sine > LEAST_SINE ? sine : LEAST_SINE);
-    cosines[i] = arc_cosine(part);
+static void raise_turns(turns *restrict all, const double *restrict weights, uint32_t count) {
+  static const float LEAST_SINE = 1e-30F; /* of a root; only 0 is less */
+  for (uint32_t i = 0; i < count; i++) {
+    float x = all->x[i], y = all->y[i], z = all->z[i];
+    float sine = sqrtf(x * x + y * y + z * z), part = arc_angle(sine, all->w[i]) * (float)weights[i];
+    all->ratios[i] = arc_sine(part) / (sine > LEAST_SINE ? sine : LEAST_SINE);
+    all->cosines[i] = arc_cosine(part);
   }
-  for (uint32_t i = 0; i < all->count; i++) {
-    if (fabsf(all->weights[i]) <= 1) continue;
-    raise_far(all, i);
-    ratios[i] = 1;
-    cosines[i] = all->w[i];
-  }
-  for (uint32_t i = 0; i < all->count; i++) {
-    all->x[i] *= ratios[i];
-    all->y[i] *= ratios[i];
-    all->z[i] *= ratios[i];
-    all->w[i] = cosines[i];
-  }
+  for (uint32_t i = 0; i < count; i++)
+    if (fabs(weights[i]) > 1) raise_far(all, i, (double)(float)weights[i]);
 }
 
-/* Turns the rotations, at unit length. */
-static void apply_turns(turns *all) {
-  float scales[TW_POSE_BLOCK];
-  for (uint32_t i = 0; i < all->count; i++) memcpy(all->from[i], all->of[i], sizeof all->from[i]);
-  for (uint32_t i = 0; i < all->count; i++) {
-    const float *a = all->from[i];
-    float x = all->x[i], y = all->y[i], z = all->z[i], w = all->w[i], *out = all->to[i];
+/* Turns the rotations that have a weight, at unit length. rotations: [count][4] */
+static void apply_turns(const turns *restrict all, const double *restrict weights, uint32_t count,
+                        float *restrict rotations) {
+  float turned[TW_POSE_BLOCK][4], scales[TW_POSE_BLOCK];
+  for (size_t i = 0; i < count; i++) {
+    const float *a = rotations + 4 * i;
+    float x = all->x[i] * all->ratios[i], y = all->y[i] * all->ratios[i], z = all->z[i] * all->ratios[i],
+          w = all->cosines[i], *out = turned[i];
     out[0] = a[3] * x + a[0] * w + a[1] * z - a[2] * y;
     out[1] = a[3] * y - a[0] * z + a[1] * w + a[2] * x;
     out[2] = a[3] * z + a[0] * y - a[1] * x + a[2] * w;
     out[3] = a[3] * w - a[0] * x - a[1] * y - a[2] * z;
-    scales[i] = (out[0] * out[0] + out[2] * out[2]) + (out[1] * out[1] + out[3] * out[3]);
+    scales[i] = 1 / sqrtf((out[0] * out[0] + out[2] * out[2]) + (out[1] * out[1] + out[3] * out[3]));
   }
-  for (uint32_t i = 0; i < all->count; i++) scales[i] = 1 / sqrtf(scales[i]);
-  for (uint32_t i = 0; i < all->count; i++) {
-    four turned = load_four(all->to[i]) * scales[i];
-    memcpy(all->of[i], &turned, sizeof turned);
+  for (size_t i = 0; i < count; i++) {
+    four scaled = load_four(turned[i]) * scales[i];
+    if (weights[i] != 0) memcpy(rotations + 4 * i, &scaled, sizeof scaled);
   }
+}
+
+/* rotations, from, to: [count][4]; from: the references. */
+static void turn_rotations(float *rotations, const float *from, const float *to, const double *weights,
+                           uint32_t count) {
+  turns all;
+  find_turns(&all, from, to, count);
+  raise_turns(&all, weights, count);
+  apply_turns(&all, weights, count, rotations);
+}
+
+/* Copies quaternions by place that lie `step` floats apart. */
+static void gather(const layer_values *layer, const float *values, size_t step, float (*out)[4]) {
+  for (uint32_t i = 0; i < layer->count; i++) memcpy(out[i], values + step * place_of(layer, i), sizeof *out);
 }
 
 /* references: [4] by place, `step` floats apart. */
 static void add_rotations(float *rotations, const layer_values *layer, const float *references, size_t step) {
-  turns all;
-  all.count = 0;
-  for (uint32_t i = 0; i < layer->count; i++) {
-    if (layer->weights[i] == 0) continue;
-    uint32_t place = place_of(layer, i), next = all.count++;
-    all.of[next] = rotations + layer->step * place;
-    all.weights[next] = (float)layer->weights[i];
-    memcpy(all.from[next], references + step * place, sizeof all.from[next]);
-    memcpy(all.to[next], layer->values + layer->step * place, sizeof all.to[next]);
+  float from[TW_POSE_BLOCK][4], to[TW_POSE_BLOCK][4], turned[TW_POSE_BLOCK][4];
+  gather(layer, references, step, from);
+  if (!layer->places) {
+    turn_rotations(rotations, from[0], layer->values, layer->weights, layer->count);
+    return;
   }
-  find_turns(&all);
-  raise_turns(&all);
-  apply_turns(&all);
+  gather(layer, layer->values, layer->step, to);
+  gather(layer, rotations, layer->step, turned);
+  turn_rotations(turned[0], from[0], to[0], layer->weights, layer->count);
+  for (uint32_t i = 0; i < layer->count; i++)
+    memcpy(rotations + layer->step * place_of(layer, i), turned[i], sizeof *turned);
 }
 
 static void add_vectors(float *vectors, uint32_t width, const layer_values *layer, const float *references,
