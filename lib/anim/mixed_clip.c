@@ -277,7 +277,7 @@ static void add_vectors(float *vectors, uint32_t width, const layer_values *laye
 enum { TRS_STEP = sizeof(tw_trs) / sizeof(float) };
 
 /* Floats of a transform before a path. */
-static inline size_t offset_of(tw_path path) {
+static inline size_t floats_before(tw_path path) {
   return (path == TW_TRANSLATION ? offsetof(tw_trs, translation)
           : path == TW_SCALE     ? offsetof(tw_trs, scale)
                                  : offsetof(tw_trs, rotation)) /
@@ -297,7 +297,7 @@ static layer_values values_of(const mixing *mix, uint32_t layer, const pose_bloc
   const moved_nodes *moved = &mix->moved[layer][path];
   const uint32_t *starts = moved->starts + block->first / TW_POSE_BLOCK;
   return (layer_values){starts[1] - starts[0], moved->places + starts[0], weights,
-                        poses->rotation + offset_of(path), TRS_STEP};
+                        (const float *)poses + floats_before(path), TRS_STEP};
 }
 
 /* The pose of the first layer that plays is the block's, with the rest transforms of what it does not move.
@@ -309,7 +309,7 @@ static void blend_poses(const tw_clip *clip, const pose_block *block, const laye
   double weights[TW_POSE_BLOCK];
   blend blends[TW_WEIGHTS];
   for (tw_path path = 0; path < TW_WEIGHTS; path++)
-    blend_init(&blends[path], path, path == TW_ROTATION ? 4 : 3, block->locals->rotation + offset_of(path),
+    blend_init(&blends[path], path, path == TW_ROTATION ? 4 : 3, (float *)block->locals + floats_before(path),
                TRS_STEP, block->count);
   for (uint32_t l = 0; l < clip->part_count; l++) {
     bool overrides = mix->time.layers[l].mode == TW_LAYER_OVERRIDE;
@@ -339,8 +339,8 @@ static void add_pose(const tw_clip *clip, uint32_t layer, const pose_block *bloc
   for (uint32_t i = 0; i < block->count; i++) weights[i] = state->weight;
   for (tw_path path = 0; path < TW_WEIGHTS; path++) {
     layer_values values = values_of(mix, layer, block, path, weights, poses);
-    const float *references = mix->references[layer][block->first].rotation + offset_of(path);
-    float *locals = block->locals->rotation + offset_of(path);
+    const float *references = (const float *)&mix->references[layer][block->first] + floats_before(path);
+    float *locals = (float *)block->locals + floats_before(path);
     if (path == TW_ROTATION)
       add_rotations(locals, &values, references, TRS_STEP);
     else
