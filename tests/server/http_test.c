@@ -707,6 +707,7 @@ TEST_WITH(queued_request_of_a_client_that_left_is_not_computed, set_up, tear_dow
     assert_true(read_all(f, busy[i]));
     close(busy[i]);
   }
+  wait_in_flight(f, 0);
   assert_int_equal(fake_api_started(), before + 2);
 }
 
