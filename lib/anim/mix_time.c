@@ -279,28 +279,31 @@ static bool make_knots(mix_time *mix, tw_arena *arena) {
 /* What rounding may add to a whole number of rounds. */
 static const double ROUND_SLACK = 1e-6;
 
-/* The part of a round that has been played; the end of a round is 1, not 0. */
-static double part_of_round(double rounds) {
+/* The part of a round that has been played; the end of a round is 1, not 0. *last: rounds at the end of any
+ * round; becomes that of this one, which makes times in it quick. */
+static inline double part_of_round(double rounds, double *last) {
   if (rounds <= 0) return rounds - floor(rounds);
-  double part = rounds - ceil(rounds - ROUND_SLACK) + 1;
+  double early = rounds - ROUND_SLACK;
+  if (!(early > *last - 1 && early <= *last)) *last = ceil(early);
+  double part = rounds - *last + 1;
   return part < 1 ? part : 1;
 }
 
-static double looped(double time, double duration, tw_loop loop) {
+static inline double looped(double time, double duration, tw_loop loop, double *last) {
   if (loop == TW_CLAMP || (time >= 0 && time <= duration)) return time;
   if (duration <= 0) return 0;
-  if (loop == TW_REPEAT) return part_of_round(time / duration) * duration;
+  if (loop == TW_REPEAT) return part_of_round(time / duration, last) * duration;
   double phase = fmod(fabs(time), 2 * duration);
   return phase > duration ? 2 * duration - phase : phase;
 }
 
 layer_state tw_layer_at(const mix_time *mix, uint32_t index, double time, double phase) {
   const tw_layer *layer = &mix->layers[index];
-  double duration = mix->durations[index], local;
+  double duration = mix->durations[index], local, last = 1;
   if (!layer->is_synced)
-    local = looped(layer->offset + layer->speed * time, duration, layer->loop);
+    local = looped(layer->offset + layer->speed * time, duration, layer->loop, &last);
   else
-    local = duration > 0 ? part_of_round(phase + layer->offset / duration) * duration : 0;
+    local = duration > 0 ? part_of_round(phase + layer->offset / duration, &last) * duration : 0;
   return (layer_state){(float)local, tw_layer_weight(layer, time)};
 }
 
@@ -320,15 +323,15 @@ void tw_layer_states(const mix_time *mix, uint32_t index, const double *times, c
                      uint32_t count, float *locals, double *weights) {
   const tw_layer *layer = &mix->layers[index];
   double duration = mix->durations[index], offset = layer->offset, speed = layer->speed;
-  double start = duration > 0 ? offset / duration : 0;
+  double start = duration > 0 ? offset / duration : 0, last = 1;
   if (layer->is_synced)
     for (uint32_t i = 0; i < count; i++)
-      locals[i] = duration > 0 ? (float)(part_of_round(phases[i] + start) * duration) : 0;
+      locals[i] = duration > 0 ? (float)(part_of_round(phases[i] + start, &last) * duration) : 0;
   else if (layer->loop == TW_CLAMP)
     for (uint32_t i = 0; i < count; i++) locals[i] = (float)(offset + speed * times[i]);
   else
     for (uint32_t i = 0; i < count; i++)
-      locals[i] = (float)looped(offset + speed * times[i], duration, layer->loop);
+      locals[i] = (float)looped(offset + speed * times[i], duration, layer->loop, &last);
   if (layer->weight_count == 1)
     for (uint32_t i = 0; i < count; i++) weights[i] = (double)layer->weights[0];
   else
