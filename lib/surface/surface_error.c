@@ -505,13 +505,13 @@ static bool has_border(const tw_topology *t) {
   return false;
 }
 
-/* Whether level 0 cannot be told: it has faces that deeper levels leave out, or points that masks do not
- * tell. */
+/* Whether level 0 cannot be told: it has faces that deeper levels leave out, or polygons at the limit, whose
+ * points the next level tells with its details. */
 static bool is_odd_cage(const tw_measuring *m, const tw_error_part *cage) {
   const tw_topology *t = &cage->topology;
   uint32_t hidden = 0;
   for (uint32_t f = 0; f < t->face_count; f++) hidden += cage->states[f] == TW_FACE_HIDDEN;
-  return hidden > m->mesh->hole_count || (!cage->shown && (m->details.count > 0 || tw_limit_decays(t)));
+  return hidden > m->mesh->hole_count || (!cage->shown && m->details.count > 0);
 }
 
 tw_status tw_surface_errors(const tw_mesh *mesh, const tw_surface_options *options, const tw_error_wish *wish,

@@ -110,6 +110,15 @@ TEST(semi_sharp_edges_are_told_until_they_have_decayed) {
   }
 }
 
+TEST(semi_sharp_polygons_are_told_at_their_limit_points_too) {
+  cage *c = torus(TORUS_MIXED, NO_GAPS, false);
+  double errors[LEVELS];
+  crease_some(c, 2.5f);
+  find_errors(&c->mesh, &(tw_surface_options){.limit = true}, errors);
+  assert_true(isfinite(errors[0]) && errors[0] >= errors[1]);
+  free(c);
+}
+
 TEST(every_kind_of_cage_has_finite_bounds) {
   uint32_t number = 0;
   for (int faces = TORUS_TRIANGLES; faces <= TORUS_QUADS; faces++)
