@@ -5,9 +5,9 @@
 #include "clips_in.h"
 #include "mixed_clips.h"
 #include "models.h"
+#include "node_names.h"
 #include "service.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 /* ---- choosing -------------------------------------------------------------------------------- */
@@ -187,16 +187,6 @@ typedef struct clip_source {
 
 static const tw_model *lender_of(const clip_source *source, uint32_t i) {
   return source->lenders[i] ? api_entry_value(source->lenders[i]) : source->model;
-}
-
-void api_node_names_print(const tw_model *model, const uint32_t *nodes, uint32_t count, tw_text *text) {
-  char buffer[24];
-  tw_text_add(text, "[");
-  for (uint32_t i = 0; i < count; i++) {
-    tw_text_element(text);
-    tw_text_string(text, tw_model_node_name(model, nodes ? nodes[i] : i, buffer));
-  }
-  tw_text_add(text, "]");
 }
 
 /* Prints the names of all nodes once, as most answers have them. NULL without memory. */

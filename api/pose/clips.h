@@ -71,7 +71,4 @@ api_outcome api_clip_take(api_call *call, const tw_model *model, bool is_stored,
 /* Whether a clip of a model has layers in place of tracks. */
 bool api_clip_is_mixed(const tw_model *model, uint32_t index);
 
-/* Prints the names of nodes as a JSON array. nodes: [count]; NULL for the first `count` nodes. */
-void api_node_names_print(const tw_model *model, const uint32_t *nodes, uint32_t count, tw_text *text);
-
 #endif

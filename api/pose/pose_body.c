@@ -1,10 +1,10 @@
 /* Evaluates poses one by one and prints them as JSON, lines of JSON, CSV or binary rows. */
 #include "pose_body.h"
 
+#include "node_names.h"
 #include "service.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* Text is printed in steps of about this many bytes, poses in steps of about as many transforms. */

@@ -3,6 +3,7 @@
 #include "clips.h"
 #include "handlers.h"
 #include "models.h"
+#include "node_names.h"
 #include "pose_request.h"
 #include "response_cache.h"
 #include "service.h"
@@ -62,10 +63,9 @@ static void print_motion(tw_text *text, const tw_track_report *report) {
 
 /* Prints a track's keys; leaves its object open. */
 static void print_keys(tw_text *text, const tw_model *model, const tw_track_keys *keys) {
-  char buffer[24];
   tw_text_element(text);
   tw_text_add(text, "{");
-  tw_member_string(text, "node", tw_model_node_name(model, keys->node, buffer));
+  api_node_name_member(text, "node", model, keys->node);
   tw_member_string(text, "path", tw_path_names[keys->path]);
   if (keys->path == TW_ROTATION) tw_member_string(text, "kind", kind_names[keys->form]);
   tw_member_string(text, "interpolation", tw_interpolation_names[keys->interpolation]);
@@ -114,20 +114,15 @@ typedef struct tracks_source {
   char buffer[24]; /* of a name that is made */
 } tracks_source;
 
-static void member_node(tw_text *text, const tw_model *model, uint32_t node) {
-  char buffer[24];
-  tw_member_string(text, "node", node == TW_NO_INDEX ? NULL : tw_model_node_name(model, node, buffer));
-}
-
 static void print_loop_and_root(tw_text *text, const tw_model *model, const tw_clip_report *report) {
   tw_member_open(text, "loop", "{");
   member_number(text, "angle", report->loop.angle * TW_DEGREES);
   member_number(text, "distance", report->loop.distance);
-  member_node(text, model, report->loop.node);
+  api_node_name_member(text, "node", model, report->loop.node);
   member_number(text, "speed", report->loop.speed * TW_DEGREES);
   tw_text_add(text, "}");
   tw_member_open(text, "root", "{");
-  member_node(text, model, report->root.node);
+  api_node_name_member(text, "node", model, report->root.node);
   member_number(text, "distance", report->root.distance);
   member_number(text, "speed", report->root.speed);
   member_number(text, "turn", report->root.turn * TW_DEGREES);
@@ -140,7 +135,7 @@ static void print_contacts(tw_text *text, const tw_model *model, const tw_clip_r
     const tw_contact *contact = &report->contacts[i];
     tw_text_element(text);
     tw_text_add(text, "{");
-    member_node(text, model, contact->node);
+    api_node_name_member(text, "node", model, contact->node);
     member_number(text, "from", contact->from);
     member_number(text, "to", contact->to);
     member_number(text, "slide", contact->slide);
@@ -156,7 +151,7 @@ static void print_noise_and_pops(tw_text *text, const tracks_source *source, con
     const tw_track_keys *track = &source->clip->tracks[report->noise[i].track];
     tw_text_element(text);
     tw_text_add(text, "{");
-    member_node(text, model, track->node);
+    api_node_name_member(text, "node", model, track->node);
     tw_member_string(text, "path", tw_path_names[track->path]);
     member_number(text, "rms", report->noise[i].rms * (track->path == TW_ROTATION ? TW_DEGREES : 1));
     tw_text_add(text, "}");
@@ -166,7 +161,7 @@ static void print_noise_and_pops(tw_text *text, const tracks_source *source, con
   for (uint32_t i = 0; i < report->pop_count; i++) {
     tw_text_element(text);
     tw_text_add(text, "{");
-    member_node(text, model, report->pops[i].node);
+    api_node_name_member(text, "node", model, report->pops[i].node);
     member_number(text, "time", report->pops[i].time);
     member_number(text, "angle", report->pops[i].angle * TW_DEGREES);
     tw_text_add(text, "}");
@@ -219,7 +214,7 @@ static void print_root(tw_text *text, const tracks_source *source) {
   if (!axes.failed && axes.size < sizeof axis_list) memcpy(axis_list, axes.data, axes.size);
   tw_text_deinit(&axes);
   tw_member_open(text, "root_motion", "{");
-  member_node(text, source->model, source->root_node);
+  api_node_name_member(text, "node", source->model, source->root_node);
   tw_member_string(text, "axes", axis_list);
   tw_member_floats(text, "translation", end.translation, 3);
   tw_member_floats(text, "rotation", end.rotation, 4);
