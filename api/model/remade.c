@@ -65,11 +65,10 @@ static api_outcome find_mixed_keys(api_remade *remade, uint32_t index, tw_clip_k
   if (outcome == API_FAILED) return api_mixed_leave_out(call, remade->model, index);
   if (outcome != API_DONE) return outcome;
   const api_clip *clip = api_entry_value(entry);
-  uint64_t steps = TW_REDUCTION_STEPS, limit = call->service->limits.max_times;
+  uint64_t steps = TW_REDUCTION_STEPS;
   tw_tolerance reached;
-  tw_status status =
-      tw_clip_reduce(clip->compiled, NULL, tolerance, limit < UINT32_MAX ? (uint32_t)limit : UINT32_MAX,
-                     &steps, call->arena, out, &reached, &call->fault.error);
+  tw_status status = tw_clip_reduce(clip->compiled, NULL, tolerance, api_clip_keys_max(call), &steps,
+                                    call->arena, out, &reached, &call->fault.error);
   api_call_warn(call, clip->warnings, clip->warning_count);
   api_entry_release(entry);
   out->name = remade->model->clips[index].name;

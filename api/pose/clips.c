@@ -177,7 +177,7 @@ static api_clip *create_clip(void) {
 }
 
 typedef struct clip_source {
-  uint64_t max_keys; /* of a track that is carried over */
+  uint32_t max_keys; /* of a track that is carried over */
   const tw_model *model;
   const api_clip_choices *choices;
   api_entry *const *lenders;   /* [choices->count] models; NULL for the model's own clip */
@@ -364,6 +364,11 @@ static api_outcome take_lenders(api_call *call, const api_clip_choices *choices,
   return outcome;
 }
 
+uint32_t api_clip_keys_max(const api_call *call) {
+  uint64_t most = call->service->limits.max_times;
+  return most < UINT32_MAX ? (uint32_t)most : UINT32_MAX;
+}
+
 bool api_clip_is_mixed(const tw_model *model, uint32_t index) {
   return model->clips[index].layer_count > 0;
 }
@@ -403,7 +408,7 @@ api_outcome api_clip_take(api_call *call, const tw_model *model, bool is_stored,
                         .lenders = lenders,
                         .bound = bound,
                         .force = force,
-                        .max_keys = call->service->limits.max_times};
+                        .max_keys = api_clip_keys_max(call)};
   if (outcome == API_DONE) outcome = api_call_take(call, is_stored ? key : NULL, build_clip, &source, out);
   for (uint32_t i = 0; bound && i < choices->count; i++) api_mixed_release(&bound[i]);
   for (uint32_t i = 0; i < choices->count; i++) api_entry_release(lenders[i]);

@@ -68,6 +68,9 @@ typedef struct api_clip {
 api_outcome api_clip_take(api_call *call, const tw_model *model, bool is_stored,
                           const api_clip_choices *choices, int force, api_entry **out);
 
+/* The most keys of a track that is made: --max-times. */
+uint32_t api_clip_keys_max(const api_call *call);
+
 /* Whether a clip of a model has layers in place of tracks. */
 bool api_clip_is_mixed(const tw_model *model, uint32_t index);
 

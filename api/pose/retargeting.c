@@ -206,7 +206,7 @@ static bool warn_of_losses(const tw_model *lender, const tw_retargeted *found, b
 }
 
 bool api_clip_retarget(const tw_model *lender, const tw_clip_keys *keys, const tw_model *model,
-                       const api_retarget *retarget, uint64_t max_keys, tw_arena *arena, api_carried *out,
+                       const api_retarget *retarget, uint32_t max_keys, tw_arena *arena, api_carried *out,
                        api_fault *fault) {
   static const tw_tolerance tolerance = {0.05 / TW_DEGREES, 1e-4};
   tw_bone_pair *map = tw_arena_alloc(arena, retarget->pair_count, sizeof *map);
@@ -214,7 +214,7 @@ bool api_clip_retarget(const tw_model *lender, const tw_clip_keys *keys, const t
                          .map_count = retarget->pair_count,
                          .map = map,
                          .tolerance = tolerance,
-                         .max_keys = max_keys < UINT32_MAX ? (uint32_t)max_keys : UINT32_MAX,
+                         .max_keys = max_keys,
                          .holds_feet = retarget->holds_feet};
   if (!map || !make_skeleton(lender, arena, &job.source) || !make_skeleton(model, arena, &job.target))
     return api_fault_without_memory(fault);

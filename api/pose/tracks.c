@@ -6,7 +6,6 @@
 #include "node_names.h"
 #include "pose_request.h"
 #include "response_cache.h"
-#include "service.h"
 #include "tweend/clip_report.h"
 
 #include <float.h>
@@ -326,10 +325,9 @@ static api_outcome take_clip(api_call *call, const api_clip_choices *choices, tr
   if (outcome != API_DONE) return outcome;
   const api_clip *clip = api_entry_value(*entry);
   api_call_warn(call, clip->warnings, clip->warning_count);
-  uint64_t limit = call->service->limits.max_times;
   source->clip = clip->carried;
   source->made = clip->is_made ? clip->compiled : NULL;
-  source->max_keys = limit < UINT32_MAX ? (uint32_t)limit : UINT32_MAX;
+  source->max_keys = api_clip_keys_max(call);
   source->name = clip->name;
   source->retarget = clip->retarget;
   source->root_node = clip->has_root ? clip->root_node : TW_NO_INDEX;
