@@ -369,6 +369,13 @@ uint32_t api_clip_keys_max(const api_call *call) {
   return most < UINT32_MAX ? (uint32_t)most : UINT32_MAX;
 }
 
+tw_status api_clip_find_keys(const tw_clip *made, uint32_t max_keys, tw_arena *arena, tw_clip_keys *out,
+                             tw_tolerance *reached, tw_error *error) {
+  static const tw_tolerance tolerance = {0.05 / TW_DEGREES, 1e-4};
+  uint64_t steps = TW_REDUCTION_STEPS;
+  return tw_clip_reduce(made, NULL, tolerance, max_keys, &steps, arena, out, reached, error);
+}
+
 bool api_clip_is_mixed(const tw_model *model, uint32_t index) {
   return model->clips[index].layer_count > 0;
 }

@@ -256,13 +256,10 @@ static tw_status print_clip(tw_text *text, const tracks_source *source, tw_error
 
 /* Finds keys that follow a clip without keys, and prints those. */
 static tw_status print_made(tw_text *out, const tracks_source *source, tw_error *error) {
-  static const tw_tolerance tolerance = {0.05 / TW_DEGREES, 1e-4};
   tw_arena *arena = tw_arena_create();
-  uint64_t steps = TW_REDUCTION_STEPS;
   tw_clip_keys keys;
   tw_tolerance reached;
-  tw_status status = arena ? tw_clip_reduce(source->made, NULL, tolerance, source->max_keys, &steps, arena,
-                                            &keys, &reached, error)
+  tw_status status = arena ? api_clip_find_keys(source->made, source->max_keys, arena, &keys, &reached, error)
                            : tw_fail(error, TW_NO_MEMORY, "out of memory");
   tracks_source plain = *source;
   plain.clip = &keys;
