@@ -1,5 +1,6 @@
 /* Prints the description of a model: its contents and statistics. */
 #include "models.h"
+#include "node_names.h"
 #include "tweend/mix.h"
 #include "tweend/retarget.h"
 
@@ -175,11 +176,6 @@ static tw_status print_mesh(tw_text *out, const tw_model *model, uint32_t index,
   return TW_OK;
 }
 
-static void member_node_name(tw_text *out, const char *name, const tw_model *model, uint32_t node) {
-  char buffer[24];
-  tw_member_string(out, name, node == TW_NO_INDEX ? NULL : tw_model_node_name(model, node, buffer));
-}
-
 /* An index, or null. */
 static void member_index(tw_text *out, const char *name, uint32_t index) {
   tw_text_member(out, name);
@@ -193,8 +189,8 @@ static void print_node(tw_text *out, const tw_model *model, uint32_t index) {
   const tw_node *node = &model->nodes[index];
   tw_text_element(out);
   tw_text_add(out, "{");
-  member_node_name(out, "name", model, index);
-  member_node_name(out, "parent", model, node->parent);
+  api_node_name_member(out, "name", model, index);
+  api_node_name_member(out, "parent", model, node->parent);
   member_index(out, "mesh", node->mesh);
   member_index(out, "skin", node->skin);
   tw_member_open(out, "rest", "{");
@@ -210,23 +206,20 @@ static void member_humanoid(tw_text *out, const tw_model *model) {
   if (!model->humanoid) return;
   tw_member_open(out, "humanoid", "{");
   for (uint32_t i = 0; i < TW_BONES; i++)
-    if (model->humanoid[i] != TW_NO_INDEX) member_node_name(out, tw_bone_names[i], model, model->humanoid[i]);
+    if (model->humanoid[i] != TW_NO_INDEX)
+      api_node_name_member(out, tw_bone_names[i], model, model->humanoid[i]);
   tw_text_add(out, "}");
 }
 
 static void print_skin(tw_text *out, const tw_model *model, uint32_t index) {
   const tw_skin *skin = &model->skins[index];
-  char buffer[24];
   tw_text_element(out);
   tw_text_add(out, "{");
   tw_member_string(out, "name", skin->name);
-  member_node_name(out, "skeleton", model, skin->skeleton);
-  tw_member_open(out, "joints", "[");
-  for (uint32_t i = 0; i < skin->joint_count; i++) {
-    tw_text_element(out);
-    tw_text_string(out, tw_model_node_name(model, skin->joints[i], buffer));
-  }
-  tw_text_add(out, "]}");
+  api_node_name_member(out, "skeleton", model, skin->skeleton);
+  tw_text_member(out, "joints");
+  api_node_names_print(model, skin->joints, skin->joint_count, out);
+  tw_text_add(out, "}");
 }
 
 static void print_layers(tw_text *out, const tw_clip_keys *clip) {

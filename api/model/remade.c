@@ -54,7 +54,6 @@ static api_outcome warn_of_keys(api_call *call, const char *name, const tw_toler
 
 /* Finds the keys of a mixed clip. API_CONTINUE: its layers' clips are not there. */
 static api_outcome find_mixed_keys(api_remade *remade, uint32_t index, tw_clip_keys *out) {
-  static const tw_tolerance tolerance = {0.05 / TW_DEGREES, 1e-4};
   api_call *call = remade->call;
   const api_clip_choice choice = {.index = index};
   const api_clip_choices alone = {.count = 1, .list = &choice};
@@ -65,11 +64,9 @@ static api_outcome find_mixed_keys(api_remade *remade, uint32_t index, tw_clip_k
   if (outcome == API_FAILED) return api_mixed_leave_out(call, remade->model, index);
   if (outcome != API_DONE) return outcome;
   const api_clip *clip = api_entry_value(entry);
-  uint64_t steps = TW_REDUCTION_STEPS, limit = call->service->limits.max_times;
   tw_tolerance reached;
-  tw_status status =
-      tw_clip_reduce(clip->compiled, NULL, tolerance, limit < UINT32_MAX ? (uint32_t)limit : UINT32_MAX,
-                     &steps, call->arena, out, &reached, &call->fault.error);
+  tw_status status = api_clip_find_keys(clip->compiled, api_clip_keys_max(call), call->arena, out, &reached,
+                                        &call->fault.error);
   api_call_warn(call, clip->warnings, clip->warning_count);
   api_entry_release(entry);
   out->name = remade->model->clips[index].name;

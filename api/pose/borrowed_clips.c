@@ -152,7 +152,7 @@ static bool add_weights(const tw_model *lender, const tw_clip_keys *keys, const 
 }
 
 bool api_clip_carry(const tw_model *lender, const tw_clip_keys *keys, const tw_model *model,
-                    const api_retarget *retarget, uint64_t max_keys, api_notes *notes, const char **report,
+                    const api_retarget *retarget, uint32_t max_keys, api_notes *notes, const char **report,
                     tw_clip_keys *out, api_fault *fault) {
   api_carried carried;
   if (!api_clip_retarget(lender, keys, model, retarget, max_keys, notes->arena, &carried, fault))

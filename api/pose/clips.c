@@ -5,9 +5,9 @@
 #include "clips_in.h"
 #include "mixed_clips.h"
 #include "models.h"
+#include "node_names.h"
 #include "service.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 /* ---- choosing -------------------------------------------------------------------------------- */
@@ -177,7 +177,7 @@ static api_clip *create_clip(void) {
 }
 
 typedef struct clip_source {
-  uint64_t max_keys; /* of a track that is carried over */
+  uint32_t max_keys; /* of a track that is carried over */
   const tw_model *model;
   const api_clip_choices *choices;
   api_entry *const *lenders;   /* [choices->count] models; NULL for the model's own clip */
@@ -187,16 +187,6 @@ typedef struct clip_source {
 
 static const tw_model *lender_of(const clip_source *source, uint32_t i) {
   return source->lenders[i] ? api_entry_value(source->lenders[i]) : source->model;
-}
-
-void api_node_names_print(const tw_model *model, const uint32_t *nodes, uint32_t count, tw_text *text) {
-  char buffer[24];
-  tw_text_add(text, "[");
-  for (uint32_t i = 0; i < count; i++) {
-    tw_text_element(text);
-    tw_text_string(text, tw_model_node_name(model, nodes ? nodes[i] : i, buffer));
-  }
-  tw_text_add(text, "]");
 }
 
 /* Prints the names of all nodes once, as most answers have them. NULL without memory. */
@@ -374,6 +364,18 @@ static api_outcome take_lenders(api_call *call, const api_clip_choices *choices,
   return outcome;
 }
 
+uint32_t api_clip_keys_max(const api_call *call) {
+  uint64_t most = call->service->limits.max_times;
+  return most < UINT32_MAX ? (uint32_t)most : UINT32_MAX;
+}
+
+tw_status api_clip_find_keys(const tw_clip *made, uint32_t max_keys, tw_arena *arena, tw_clip_keys *out,
+                             tw_tolerance *reached, tw_error *error) {
+  static const tw_tolerance tolerance = {0.05 / TW_DEGREES, 1e-4};
+  uint64_t steps = TW_REDUCTION_STEPS;
+  return tw_clip_reduce(made, NULL, tolerance, max_keys, &steps, arena, out, reached, error);
+}
+
 bool api_clip_is_mixed(const tw_model *model, uint32_t index) {
   return model->clips[index].layer_count > 0;
 }
@@ -413,7 +415,7 @@ api_outcome api_clip_take(api_call *call, const tw_model *model, bool is_stored,
                         .lenders = lenders,
                         .bound = bound,
                         .force = force,
-                        .max_keys = call->service->limits.max_times};
+                        .max_keys = api_clip_keys_max(call)};
   if (outcome == API_DONE) outcome = api_call_take(call, is_stored ? key : NULL, build_clip, &source, out);
   for (uint32_t i = 0; bound && i < choices->count; i++) api_mixed_release(&bound[i]);
   for (uint32_t i = 0; i < choices->count; i++) api_entry_release(lenders[i]);

@@ -68,10 +68,15 @@ typedef struct api_clip {
 api_outcome api_clip_take(api_call *call, const tw_model *model, bool is_stored,
                           const api_clip_choices *choices, int force, api_entry **out);
 
+/* The most keys of a track that is made: --max-times. */
+uint32_t api_clip_keys_max(const api_call *call);
+
+/* Finds keys that follow a clip which is made of other clips, and so has none. They live in the arena.
+ * *reached: how far they are from it at most. TW_NO_MEMORY, TW_LIMIT, TW_CANCELLED. */
+tw_status api_clip_find_keys(const tw_clip *made, uint32_t max_keys, tw_arena *arena, tw_clip_keys *out,
+                             tw_tolerance *reached, tw_error *error);
+
 /* Whether a clip of a model has layers in place of tracks. */
 bool api_clip_is_mixed(const tw_model *model, uint32_t index);
-
-/* Prints the names of nodes as a JSON array. nodes: [count]; NULL for the first `count` nodes. */
-void api_node_names_print(const tw_model *model, const uint32_t *nodes, uint32_t count, tw_text *text);
 
 #endif

@@ -101,7 +101,7 @@ static const uint32_t NODE_MISSING = TW_NO_INDEX, NODE_LEFT = TW_NO_INDEX - 1;
 typedef struct compiling {
   const tw_model *model; /* whose nodes the clips move */
   int force;
-  uint64_t max_keys;
+  uint32_t max_keys;
   api_notes *notes;
   tw_arena *scratch;
   api_fault *fault;
@@ -188,10 +188,9 @@ static bool find_keys(const compiling *c, const api_bound_clip *bound, tw_clip_k
   if (!compile_mixed(&own, bound, map, &made)) return false;
   const char *name = out->name;
   uint64_t steps = TW_REDUCTION_STEPS;
-  uint32_t most = c->max_keys < UINT32_MAX ? (uint32_t)c->max_keys : UINT32_MAX;
   tw_tolerance reached;
-  tw_status status =
-      tw_clip_reduce(made.clip, NULL, tolerance, most, &steps, c->scratch, out, &reached, &c->fault->error);
+  tw_status status = tw_clip_reduce(made.clip, NULL, tolerance, c->max_keys, &steps, c->scratch, out,
+                                    &reached, &c->fault->error);
   tw_clip_destroy(made.clip);
   out->name = name;
   return status == TW_OK || api_fault_complete(c->fault);

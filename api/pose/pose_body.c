@@ -1,10 +1,10 @@
 /* Evaluates poses one by one and prints them as JSON, lines of JSON, CSV or binary rows. */
 #include "pose_body.h"
 
+#include "node_names.h"
 #include "service.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* Text is printed in steps of about this many bytes, poses in steps of about as many transforms. */
@@ -88,19 +88,21 @@ static const pose_layout layouts[] = {
      "{\"name\":\"scale\",\"offset\":7,\"byte_offset\":28,\"components\":3}"},
 };
 
-size_t api_pose_width(api_pose_as as) {
+/* Numbers of one node in a pose. */
+static size_t node_width(api_pose_as as) {
   return layouts[as].width;
 }
 
 /* Numbers of a root motion: its rotation and translation. */
 enum { ROOT_WIDTH = 7 };
 
-size_t api_pose_row_width(const api_pose_request *request) {
-  return layouts[request->as].width * request->node_count + (api_pose_has_root(request) ? ROOT_WIDTH : 0);
+/* Numbers of a pose, of which the last are the root motion where it has any; without morph weights. */
+static size_t row_width(const api_pose_request *request) {
+  return node_width(request->as) * request->node_count + (api_pose_has_root(request) ? ROOT_WIDTH : 0);
 }
 
 uint64_t api_pose_numbers(const api_pose_request *request) {
-  uint64_t numbers = api_pose_row_width(request) + request->weights;
+  uint64_t numbers = row_width(request) + request->weights;
   return numbers ? numbers : 1;
 }
 
@@ -185,12 +187,12 @@ static void evaluate(api_pose_body *body, double time, float *row) {
     tw_trs root;
     tw_clip_root_at(request->clip->compiled, tw_loop_time(time, request->clip->duration, request->loop),
                     &root);
-    memcpy(row + api_pose_row_width(request) - ROOT_WIDTH, &root, ROOT_WIDTH * sizeof *row);
+    memcpy(row + row_width(request) - ROOT_WIDTH, &root, ROOT_WIDTH * sizeof *row);
   }
   evaluate_locals(request, time, body->locals ? body->locals : (tw_trs *)(void *)row);
   if (!body->locals) return;
   if (body->matrices) evaluate_matrices(body);
-  size_t width = api_pose_width(request->as);
+  size_t width = node_width(request->as);
   for (uint32_t i = 0; i < request->node_count; i++) put_node(body, i, row + i * width);
   body->has_euler = true;
 }
@@ -252,9 +254,9 @@ static void print_heading(const api_pose_request *request, tw_text *text) {
 
 /* Prints where a node's numbers are in a row of the binary form. */
 static void print_layout(const api_pose_request *request, tw_text *text) {
-  size_t width = api_pose_width(request->as);
+  size_t width = node_width(request->as);
   tw_member_count(text, "poses", request->times.count);
-  tw_member_count(text, "stride", api_pose_row_width(request));
+  tw_member_count(text, "stride", row_width(request));
   tw_member_count(text, "node_stride", width);
   if (api_pose_has_root(request)) {
     size_t offset = width * request->node_count;
@@ -302,7 +304,7 @@ static void print_weights(const api_pose_body *body, double time, tw_text *text)
 
 static void print_json_pose(const api_pose_body *body, double time, const float *row, tw_text *text) {
   const api_pose_request *request = &body->request;
-  size_t width = api_pose_width(request->as);
+  size_t width = node_width(request->as);
   tw_text_add(text, "{\"t\":");
   tw_text_double(text, time);
   for (const pose_part *part = layouts[request->as].parts; part->name; part++) {
@@ -312,7 +314,7 @@ static void print_json_pose(const api_pose_body *body, double time, const float 
   }
   print_weights(body, time, text);
   if (api_pose_has_root(request)) {
-    const float *root = row + api_pose_row_width(request) - ROOT_WIDTH;
+    const float *root = row + row_width(request) - ROOT_WIDTH;
     tw_member_open(text, "root", "{");
     tw_member_floats(text, "translation", root + 4, 3);
     tw_member_floats(text, "rotation", root, 4);
@@ -337,7 +339,7 @@ static void print_csv_text(tw_text *text, const char *value) {
 
 static void print_csv_pose(const api_pose_request *request, double time, const float *row, tw_text *text) {
   char number[TW_NUMBER_TEXT], buffer[24];
-  size_t width = api_pose_width(request->as), digits = tw_print_double(number, time);
+  size_t width = node_width(request->as), digits = tw_print_double(number, time);
   for (uint32_t i = 0; i < request->node_count; i++) {
     tw_text_bytes(text, number, digits);
     tw_text_add(text, ",");
@@ -353,7 +355,7 @@ static void print_csv_pose(const api_pose_request *request, double time, const f
 
 static void print_pose(api_pose_body *body, double time, tw_text *text) {
   const api_pose_request *request = &body->request;
-  size_t count = api_pose_row_width(request);
+  size_t count = row_width(request);
   bool is_binary = request->form == API_POSE_BIN;
   float *row = is_binary ? tw_text_room(text, count) : body->row;
   if (!row) return;
@@ -422,7 +424,7 @@ static uint64_t measure_times(const api_times *times) {
 static bool print_bin_head(api_pose_body *body) {
   const api_pose_request *request = &body->request;
   tw_text *text = &body->text;
-  uint64_t row = api_pose_row_width(request) * sizeof(float);
+  uint64_t row = row_width(request) * sizeof(float);
   uint64_t rows = request->times.count * row;
   tw_text_reserve(text, HEAD_BYTES + NAME_BYTES * (size_t)request->node_count +
                             (size_t)(rows < PIECE ? rows : PIECE));
@@ -563,7 +565,7 @@ api_pose_body *api_pose_body_create(api_pose_request *request, api_service *serv
   body->matrices = allocate(arena, has_matrices, nodes, 16, &has_all);
   body->joints = allocate(arena, request->is_skinning, count, 16, &has_all);
   body->euler = allocate(arena, request->as == API_AS_EULER, count, 3, &has_all);
-  body->row = allocate(arena, request->form != API_POSE_BIN, 1, api_pose_row_width(request), &has_all);
+  body->row = allocate(arena, request->form != API_POSE_BIN, 1, row_width(request), &has_all);
   has_all = has_all && find_weights(body, arena);
   if (has_all && (request->form != API_POSE_BIN || print_bin_head(body))) {
     request->model_entry = request->clip_entry = NULL;

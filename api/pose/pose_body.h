@@ -5,12 +5,6 @@
 
 #include "pose_request.h"
 
-/* Numbers of one node in a pose. */
-size_t api_pose_width(api_pose_as as);
-
-/* Numbers of a pose, of which the last are the root motion where it has any; without morph weights. */
-size_t api_pose_row_width(const api_pose_request *request);
-
 /* Numbers that a pose prints, at least 1, as the time is printed even where there are no nodes. */
 uint64_t api_pose_numbers(const api_pose_request *request);
 

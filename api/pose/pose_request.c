@@ -1,7 +1,7 @@
 /* Requests for poses, up to the point where poses can be evaluated. */
 #include "pose_request.h"
 
-#include "near_names.h"
+#include "node_names.h"
 #include "service.h"
 
 #include <stdlib.h>
@@ -108,12 +108,8 @@ static uint32_t find_listed(const tw_model *model, const char *list, size_t *len
 }
 
 static api_outcome fail_absent(api_call *call, const tw_model *model, const char *name, size_t length) {
-  char buffer[24];
-  api_near near = {.name = name, .length = length};
-  for (uint32_t i = 0; i < model->node_count; i++)
-    api_near_consider(&near, tw_model_node_name(model, i, buffer));
   return api_fail_with(call, 404, "no node is called \"%.*s\"%s", length < 60 ? (int)length : 60, name,
-                       api_near_print(&near, "; ").text);
+                       api_node_names_near(model, name, length).text);
 }
 
 static void choose(const tw_model *model, uint32_t node, bool *chosen) {

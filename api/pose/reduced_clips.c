@@ -1,3 +1,4 @@
+/* Reduces or expresses the keys of clips, and keeps the result in the cache. */
 #include "reduced_clips.h"
 
 #include <math.h>

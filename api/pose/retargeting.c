@@ -2,10 +2,9 @@
 #include "retargeting.h"
 
 #include "answer.h"
-#include "near_names.h"
+#include "node_names.h"
 #include "tweend/json_print.h"
 
-#include <stdio.h>
 #include <string.h>
 
 /* ---- parameters ------------------------------------------------------------------------------ */
@@ -112,12 +111,8 @@ static bool find_mapped(const tw_model *model, const char *name, const char *who
                         tw_error *error) {
   *out = tw_model_find_node(model, name, strlen(name));
   if (*out != TW_NO_INDEX) return true;
-  char buffer[24];
-  api_near near = {.name = name, .length = strlen(name)};
-  for (uint32_t i = 0; i < model->node_count; i++)
-    api_near_consider(&near, tw_model_node_name(model, i, buffer));
   tw_fail(error, TW_INVALID, "map: no node of %s is called \"%.60s\"%s", whose, name,
-          api_near_print(&near, "; ").text);
+          api_node_names_near(model, name, strlen(name)).text);
   return false;
 }
 
@@ -134,20 +129,8 @@ static bool find_pairs(const tw_model *lender, const tw_model *model, const api_
 
 /* ---- what is told ---------------------------------------------------------------------------- */
 
-static void member_names(tw_text *text, const char *name, const tw_model *model, const uint32_t *nodes,
-                         uint32_t count) {
-  char buffer[24];
-  tw_member_open(text, name, "[");
-  for (uint32_t i = 0; i < count; i++) {
-    tw_text_element(text);
-    tw_text_string(text, tw_model_node_name(model, nodes[i], buffer));
-  }
-  tw_text_add(text, "]");
-}
-
 static const char *print_report(const tw_model *lender, const tw_model *model, const tw_retargeted *found,
                                 tw_arena *arena) {
-  char buffer[24];
   tw_text text = {0};
   tw_text_add(&text, "{");
   tw_member_open(&text, "bones", "[");
@@ -155,16 +138,18 @@ static const char *print_report(const tw_model *lender, const tw_model *model, c
     const tw_matched_bone *bone = &found->bones[i];
     tw_text_element(&text);
     tw_text_add(&text, "{");
-    tw_member_string(&text, "source", tw_model_node_name(lender, bone->source, buffer));
-    tw_member_string(&text, "target", tw_model_node_name(model, bone->target, buffer));
+    api_node_name_member(&text, "source", lender, bone->source);
+    api_node_name_member(&text, "target", model, bone->target);
     tw_member_string(&text, "by", tw_match_names[bone->by]);
     tw_member_float(&text, "aligned", (float)(bone->aligned * TW_DEGREES));
     tw_text_add(&text, "}");
   }
   tw_text_add(&text, "]");
   tw_member_float(&text, "scale", (float)found->scale);
-  member_names(&text, "without_target", lender, found->without_target, found->without_target_count);
-  member_names(&text, "without_source", model, found->without_source, found->without_source_count);
+  tw_text_member(&text, "without_target");
+  api_node_names_print(lender, found->without_target, found->without_target_count, &text);
+  tw_text_member(&text, "without_source");
+  api_node_names_print(model, found->without_source, found->without_source_count, &text);
   tw_text_add(&text, "}");
   return api_text_move(&text, arena);
 }
@@ -221,7 +206,7 @@ static bool warn_of_losses(const tw_model *lender, const tw_retargeted *found, b
 }
 
 bool api_clip_retarget(const tw_model *lender, const tw_clip_keys *keys, const tw_model *model,
-                       const api_retarget *retarget, uint64_t max_keys, tw_arena *arena, api_carried *out,
+                       const api_retarget *retarget, uint32_t max_keys, tw_arena *arena, api_carried *out,
                        api_fault *fault) {
   static const tw_tolerance tolerance = {0.05 / TW_DEGREES, 1e-4};
   tw_bone_pair *map = tw_arena_alloc(arena, retarget->pair_count, sizeof *map);
@@ -229,7 +214,7 @@ bool api_clip_retarget(const tw_model *lender, const tw_clip_keys *keys, const t
                          .map_count = retarget->pair_count,
                          .map = map,
                          .tolerance = tolerance,
-                         .max_keys = max_keys < UINT32_MAX ? (uint32_t)max_keys : UINT32_MAX,
+                         .max_keys = max_keys,
                          .holds_feet = retarget->holds_feet};
   if (!map || !make_skeleton(lender, arena, &job.source) || !make_skeleton(model, arena, &job.target))
     return api_fault_without_memory(fault);

@@ -45,7 +45,7 @@ typedef struct api_carried {
 /* Carries keys of the lender over. max_keys: of a track. False: the fault says why: 422 for a map that names
  * other nodes, and for skeletons that do not match. */
 bool api_clip_retarget(const tw_model *lender, const tw_clip_keys *keys, const tw_model *model,
-                       const api_retarget *retarget, uint64_t max_keys, tw_arena *arena, api_carried *out,
+                       const api_retarget *retarget, uint32_t max_keys, tw_arena *arena, api_carried *out,
                        api_fault *fault);
 
 #endif

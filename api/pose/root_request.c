@@ -1,7 +1,7 @@
 /* Reads which motion is taken out of clips. */
 #include "root_request.h"
 
-#include "near_names.h"
+#include "node_names.h"
 
 #include <string.h>
 
@@ -41,12 +41,8 @@ api_outcome api_root_find(api_call *call, const tw_model *model, api_root *root)
   if (!root->name) return API_DONE;
   root->node = tw_model_find_node(model, root->name, strlen(root->name));
   if (root->node != TW_NO_INDEX) return API_DONE;
-  char buffer[24];
-  api_near near = {.name = root->name, .length = strlen(root->name)};
-  for (uint32_t i = 0; i < model->node_count; i++)
-    api_near_consider(&near, tw_model_node_name(model, i, buffer));
   return api_fail_with(call, 404, "root_motion: no node is called \"%.60s\"%s", root->name,
-                       api_near_print(&near, "; ").text);
+                       api_node_names_near(model, root->name, strlen(root->name)).text);
 }
 
 void api_root_axes_print(unsigned axes, tw_text *text) {

@@ -3,9 +3,9 @@
 #include "clips.h"
 #include "handlers.h"
 #include "models.h"
+#include "node_names.h"
 #include "pose_request.h"
 #include "response_cache.h"
-#include "service.h"
 #include "tweend/clip_report.h"
 
 #include <float.h>
@@ -62,10 +62,9 @@ static void print_motion(tw_text *text, const tw_track_report *report) {
 
 /* Prints a track's keys; leaves its object open. */
 static void print_keys(tw_text *text, const tw_model *model, const tw_track_keys *keys) {
-  char buffer[24];
   tw_text_element(text);
   tw_text_add(text, "{");
-  tw_member_string(text, "node", tw_model_node_name(model, keys->node, buffer));
+  api_node_name_member(text, "node", model, keys->node);
   tw_member_string(text, "path", tw_path_names[keys->path]);
   if (keys->path == TW_ROTATION) tw_member_string(text, "kind", kind_names[keys->form]);
   tw_member_string(text, "interpolation", tw_interpolation_names[keys->interpolation]);
@@ -114,20 +113,15 @@ typedef struct tracks_source {
   char buffer[24]; /* of a name that is made */
 } tracks_source;
 
-static void member_node(tw_text *text, const tw_model *model, uint32_t node) {
-  char buffer[24];
-  tw_member_string(text, "node", node == TW_NO_INDEX ? NULL : tw_model_node_name(model, node, buffer));
-}
-
 static void print_loop_and_root(tw_text *text, const tw_model *model, const tw_clip_report *report) {
   tw_member_open(text, "loop", "{");
   member_number(text, "angle", report->loop.angle * TW_DEGREES);
   member_number(text, "distance", report->loop.distance);
-  member_node(text, model, report->loop.node);
+  api_node_name_member(text, "node", model, report->loop.node);
   member_number(text, "speed", report->loop.speed * TW_DEGREES);
   tw_text_add(text, "}");
   tw_member_open(text, "root", "{");
-  member_node(text, model, report->root.node);
+  api_node_name_member(text, "node", model, report->root.node);
   member_number(text, "distance", report->root.distance);
   member_number(text, "speed", report->root.speed);
   member_number(text, "turn", report->root.turn * TW_DEGREES);
@@ -140,7 +134,7 @@ static void print_contacts(tw_text *text, const tw_model *model, const tw_clip_r
     const tw_contact *contact = &report->contacts[i];
     tw_text_element(text);
     tw_text_add(text, "{");
-    member_node(text, model, contact->node);
+    api_node_name_member(text, "node", model, contact->node);
     member_number(text, "from", contact->from);
     member_number(text, "to", contact->to);
     member_number(text, "slide", contact->slide);
@@ -156,7 +150,7 @@ static void print_noise_and_pops(tw_text *text, const tracks_source *source, con
     const tw_track_keys *track = &source->clip->tracks[report->noise[i].track];
     tw_text_element(text);
     tw_text_add(text, "{");
-    member_node(text, model, track->node);
+    api_node_name_member(text, "node", model, track->node);
     tw_member_string(text, "path", tw_path_names[track->path]);
     member_number(text, "rms", report->noise[i].rms * (track->path == TW_ROTATION ? TW_DEGREES : 1));
     tw_text_add(text, "}");
@@ -166,7 +160,7 @@ static void print_noise_and_pops(tw_text *text, const tracks_source *source, con
   for (uint32_t i = 0; i < report->pop_count; i++) {
     tw_text_element(text);
     tw_text_add(text, "{");
-    member_node(text, model, report->pops[i].node);
+    api_node_name_member(text, "node", model, report->pops[i].node);
     member_number(text, "time", report->pops[i].time);
     member_number(text, "angle", report->pops[i].angle * TW_DEGREES);
     tw_text_add(text, "}");
@@ -219,7 +213,7 @@ static void print_root(tw_text *text, const tracks_source *source) {
   if (!axes.failed && axes.size < sizeof axis_list) memcpy(axis_list, axes.data, axes.size);
   tw_text_deinit(&axes);
   tw_member_open(text, "root_motion", "{");
-  member_node(text, source->model, source->root_node);
+  api_node_name_member(text, "node", source->model, source->root_node);
   tw_member_string(text, "axes", axis_list);
   tw_member_floats(text, "translation", end.translation, 3);
   tw_member_floats(text, "rotation", end.rotation, 4);
@@ -262,13 +256,10 @@ static tw_status print_clip(tw_text *text, const tracks_source *source, tw_error
 
 /* Finds keys that follow a clip without keys, and prints those. */
 static tw_status print_made(tw_text *out, const tracks_source *source, tw_error *error) {
-  static const tw_tolerance tolerance = {0.05 / TW_DEGREES, 1e-4};
   tw_arena *arena = tw_arena_create();
-  uint64_t steps = TW_REDUCTION_STEPS;
   tw_clip_keys keys;
   tw_tolerance reached;
-  tw_status status = arena ? tw_clip_reduce(source->made, NULL, tolerance, source->max_keys, &steps, arena,
-                                            &keys, &reached, error)
+  tw_status status = arena ? api_clip_find_keys(source->made, source->max_keys, arena, &keys, &reached, error)
                            : tw_fail(error, TW_NO_MEMORY, "out of memory");
   tracks_source plain = *source;
   plain.clip = &keys;
@@ -331,10 +322,9 @@ static api_outcome take_clip(api_call *call, const api_clip_choices *choices, tr
   if (outcome != API_DONE) return outcome;
   const api_clip *clip = api_entry_value(*entry);
   api_call_warn(call, clip->warnings, clip->warning_count);
-  uint64_t limit = call->service->limits.max_times;
   source->clip = clip->carried;
   source->made = clip->is_made ? clip->compiled : NULL;
-  source->max_keys = limit < UINT32_MAX ? (uint32_t)limit : UINT32_MAX;
+  source->max_keys = api_clip_keys_max(call);
   source->name = clip->name;
   source->retarget = clip->retarget;
   source->root_node = clip->has_root ? clip->root_node : TW_NO_INDEX;

@@ -162,7 +162,6 @@ static bool gather_clips(api_call *call, const tw_model *model, const api_surfac
 /* Keeps the clips, with reduced tracks in place of those that glTF cannot express, and of others if asked
  * for. */
 static api_outcome keep_clips(api_call *call, const tw_model *model, api_surface_scene *scene) {
-  uint64_t limit = call->service->limits.max_times;
   tw_clip_keys *clips;
   const tw_clip **mixed;
   if (!gather_clips(call, model, scene, &clips, &mixed)) return api_fail_without_memory(call);
@@ -171,7 +170,7 @@ static api_outcome keep_clips(api_call *call, const tw_model *model, api_surface
                                       .clip_count = scene->query->choices.count,
                                       .node_count = model->node_count,
                                       .reduction = &scene->query->reduction,
-                                      .max_keys = limit < UINT32_MAX ? (uint32_t)limit : UINT32_MAX};
+                                      .max_keys = api_clip_keys_max(call)};
   scene->content.clips = clips;
   scene->content.clip_count = source.clip_count;
   if (!api_clips_need_reduction(&source)) return API_DONE;

@@ -178,8 +178,7 @@ static inline uint32_t tw_smooth_set_count(const tw_surface *s) {
 float *tw_surface_round_positions(const double *positions, size_t vertices);
 
 /* Keeps the base's positions as floats and, where normals are computed by limit masks, as doubles too:
- * normals depend on small differences. As
- * tw_evaluator.place. */
+ * normals depend on small differences. As tw_evaluator.place. */
 tw_status tw_surface_keep_base(tw_surface *s, double **base, const tw_parallel_for *parallel);
 
 /* Computes the positions of a surface that has none yet. positions: [mesh point_count][3]. TW_NO_MEMORY,

@@ -308,8 +308,7 @@ static void read_run(const tw_surface *s, tw_domain domain, uint32_t first, uint
     out[rows->corners[i] - 4 * first] = rows->corner_rows[i];
 }
 
-/* The children of each corner of the cage are contiguous; the cage's faces are
- * in the order of the groups. */
+/* The children of each corner of the cage are contiguous; the cage's faces are in the order of the groups. */
 static void faces(const tw_surface *s, tw_domain domain, uint64_t first, size_t count, uint32_t *out) {
   uint32_t shift = 2 * (s->options.level - 1);
   if (!s->face_first) {
