@@ -85,7 +85,7 @@ uint32_t tw_error_list_around(const tw_topology *t, uint32_t corner, uint32_t ou
 }
 
 double tw_error_slope(double cosine) {
-  return cosine < TW_LEAST_COSINE ? INFINITY : sqrt(fmax(0, 1 - cosine * cosine)) / cosine;
+  return cosine < TW_LEAST_COSINE ? INFINITY : sqrt(tw_greater(0, 1 - cosine * cosine)) / cosine;
 }
 
 /* The least cosine of the faces at a corner's vertex that are on the corner's side of sharp edges. */
@@ -93,7 +93,7 @@ static double vertex_cosine(const tw_error_part *p, uint32_t corner, const doubl
   uint32_t around[TW_AROUND_MAX], count = tw_error_list_around(&p->topology, corner, around);
   double least = count > 0 ? 1 : 0;
   for (uint32_t k = 0; k < count && least >= TW_LEAST_COSINE; k++)
-    least = fmin(least, tw_error_face_cosine(p, tw_corner_face(&p->topology, around[k]), normal));
+    least = tw_lesser(least, tw_error_face_cosine(p, tw_corner_face(&p->topology, around[k]), normal));
   return least;
 }
 
@@ -105,7 +105,7 @@ double tw_error_ring_cosine(const tw_error_part *p, uint32_t corner, const doubl
   do {
     uint32_t face = tw_corner_face(t, turned);
     if (p->states[face] == TW_FACE_HIDDEN || ++count > TW_AROUND_MAX) return -1;
-    least = fmin(least, tw_error_face_cosine(p, face, normal));
+    least = tw_lesser(least, tw_error_face_cosine(p, face, normal));
     turned = t->sibling[tw_corner_previous(t, turned)];
   } while (turned != corner && least >= TW_LEAST_COSINE);
   return least;
@@ -115,7 +115,7 @@ double tw_error_slope_around(const tw_error_part *p, uint32_t face, const double
   uint32_t begin = tw_face_begin(&p->topology, face), size = tw_face_size(&p->topology, face);
   double least = tw_dot3(normal, normal) > 0 ? 1 : 0;
   for (uint32_t i = 0; i < size && least >= TW_LEAST_COSINE; i++)
-    least = fmin(least, vertex_cosine(p, begin + i, normal));
+    least = tw_lesser(least, vertex_cosine(p, begin + i, normal));
   return tw_error_slope(least);
 }
 
@@ -132,7 +132,7 @@ double tw_error_slope_beyond(const tw_error_part *p, uint32_t face, const double
     double cosine = tw_error_ring_cosine(p, begin + i, normal);
     bool is_sharp = is_crease(p, t->corner_edge[begin + i]) ||
                     is_crease(p, t->corner_edge[begin + (i + size - 1) % size]);
-    if (cosine >= 0 || is_sharp) least = fmin(least, cosine);
+    if (cosine >= 0 || is_sharp) least = tw_lesser(least, cosine);
   }
   return tw_error_slope(least);
 }

@@ -207,9 +207,9 @@ static tw_offset control_deviation(const bend bends[KINDS], const double normal[
 
 /* The greatest l1 l2 a + l2 l3 b + l3 l1 c of weights of sum 1, halved: the square of a circumradius. */
 static double interpolation_error(double a, double b, double c) {
-  double most = fmax(a, fmax(b, c)), area = 2 * (a * b + b * c + c * a) - (a * a + b * b + c * c);
+  double most = tw_greater(a, tw_greater(b, c)), area = 2 * (a * b + b * c + c * a) - (a * a + b * b + c * c);
   if (2 * most >= a + b + c || !(area > 0)) return most / 8;
-  return fmax(most / 8, a * b * c / area / 2);
+  return tw_greater(most / 8, a * b * c / area / 2);
 }
 
 /* The difference between the surface and triangles of its own points: along each side of a triangle it bends
@@ -234,7 +234,7 @@ static tw_offset limit_deviation(const bend bends[KINDS], bool spread, const dou
  * theirs. */
 static double plain_deviation(bool limit, double u, double v, double mixed) {
   if (limit) return (u + v) / 8 + mixed / 4;
-  return (u + v) / 6 + (fmax(0, mixed - u) + fmax(0, mixed - v)) / 8;
+  return (u + v) / 6 + (tw_greater(0, mixed - u) + tw_greater(0, mixed - v)) / 8;
 }
 
 /* The greatest difference. *usual: along the normal, if second differences were their means everywhere. */
@@ -246,9 +246,9 @@ static tw_offset deviation(const net *n, bool limit, const double normal[3], dou
   by_means =
       limit ? limit_deviation(bends, true, normal) : add_spreads(bends, 1. / 6, 1. / 6, 1. / 4, by_means);
   const tw_offset *u = &bends[ALONG_U].greatest, *v = &bends[ALONG_V].greatest, *m = &bends[MIXED].greatest;
-  return (tw_offset){fmin(by_means.normal, plain_deviation(limit, u->normal, v->normal, m->normal)),
-                     fmin(by_means.slide, plain_deviation(limit, u->slide, v->slide, m->slide)),
-                     fmin(by_means.whole, plain_deviation(limit, u->whole, v->whole, m->whole))};
+  return (tw_offset){tw_lesser(by_means.normal, plain_deviation(limit, u->normal, v->normal, m->normal)),
+                     tw_lesser(by_means.slide, plain_deviation(limit, u->slide, v->slide, m->slide)),
+                     tw_lesser(by_means.whole, plain_deviation(limit, u->whole, v->whole, m->whole))};
 }
 
 /* A patch's directions along u and v, in the plane across the normal: their means, how far others are from
@@ -293,7 +293,7 @@ static double patch_slope(const net *n, const double normal[3], double *least_st
   double across[3];
   tw_cross3(d.mean[0], d.mean[1], across);
   double sum = tw_dot3(d.mean[0], d.mean[0]) + tw_dot3(d.mean[1], d.mean[1]), area = tw_length3(across);
-  double least = sqrt(fmax(0, (sum - sqrt(fmax(0, sum * sum - 4 * area * area))) / 2));
+  double least = sqrt(tw_greater(0, (sum - sqrt(tw_greater(0, sum * sum - 4 * area * area))) / 2));
   *least_step = least - hypot(d.spread[0], d.spread[1]);
   return *least_step > 0.2 * least ? hypot(d.height[0], d.height[1]) / *least_step : INFINITY;
 }
@@ -314,7 +314,7 @@ static double rim_deviation(const tw_error_part *p, uint32_t face, const net *n,
     for (int i = 1; i < 3; i++) {
       second_difference(net_step(n, axis, line, i - 1), net_step(n, axis, line, i),
                         net_step(n, axis, line, i + 1), d);
-      most = fmax(most, tw_length3(d));
+      most = tw_greater(most, tw_length3(d));
     }
   }
   return limit ? most / 8 : most / 6;
@@ -326,9 +326,10 @@ static double slid_deviation(const tw_error_part *p, uint32_t face, const net *n
                              const double normal[3], const tw_offset *most, double slope) {
   double inside = most->normal + slope * most->slide, rims = rim_deviation(p, face, n, limit, false);
   if (rims <= inside) return inside;
-  slope = fmax(slope, tw_error_slope_beyond(p, face, normal));
+  slope = tw_greater(slope, tw_error_slope_beyond(p, face, normal));
   if (!isfinite(slope)) return rims;
-  return fmin(rims, fmax(most->normal + slope * most->slide, rim_deviation(p, face, n, limit, true)));
+  return tw_lesser(rims,
+                   tw_greater(most->normal + slope * most->slide, rim_deviation(p, face, n, limit, true)));
 }
 
 static tw_face_measure measure_patch(const tw_error_part *p, uint32_t face, const net *n, bool limit) {
@@ -337,10 +338,11 @@ static tw_face_measure measure_patch(const tw_error_part *p, uint32_t face, cons
   tw_error_normal(p, face, normal);
   const tw_offset most = deviation(n, limit, normal, &out.usual);
   double slope = tw_dot3(normal, normal) > 0 ? patch_slope(n, normal, &step) : INFINITY;
-  if (isfinite(slope) && most.slide <= step / 2) slope = fmax(slope, tw_error_slope_around(p, face, normal));
+  if (isfinite(slope) && most.slide <= step / 2)
+    slope = tw_greater(slope, tw_error_slope_around(p, face, normal));
   out.error = out.whole = most.whole;
   if (isfinite(slope) && most.slide <= step / 2)
-    out.error = fmin(most.whole, slid_deviation(p, face, n, limit, normal, &most, slope));
+    out.error = tw_lesser(most.whole, slid_deviation(p, face, n, limit, normal, &most, slope));
   return out;
 }
 
@@ -355,7 +357,7 @@ static tw_face_measure measure_bilinear(const tw_error_part *p, uint32_t face) {
   tw_error_normal(p, face, normal);
   tw_offset m = tw_offset_split(mixed, normal);
   double cosine = tw_dot3(normal, normal) > 0 ? tw_error_face_cosine(p, face, normal) : 0;
-  double error = m.slide > 0 ? fmin(m.whole, m.normal + m.slide * tw_error_slope(cosine)) : m.whole;
+  double error = m.slide > 0 ? tw_lesser(m.whole, m.normal + m.slide * tw_error_slope(cosine)) : m.whole;
   return (tw_face_measure){.error = error / 4, .whole = m.whole / 4, .usual = INFINITY};
 }
 

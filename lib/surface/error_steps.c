@@ -7,8 +7,8 @@ void tw_error_gap_take(tw_error_gap *g, const double *to, const double *from, do
   tw_difference3(to, from, moved);
   tw_offset o = tw_offset_split(moved, g->normal);
   if (o.slide > 0 && o.slide <= g->reach)
-    o.whole = fmin(o.whole, o.normal + tw_error_slope(cosine) * o.slide);
-  g->size = fmax(g->size, o.whole);
+    o.whole = tw_lesser(o.whole, o.normal + tw_error_slope(cosine) * o.slide);
+  g->size = tw_greater(g->size, o.whole);
 }
 
 void tw_error_nearest_on(const double *a, const double *b, const double *to, double out[3]) {
@@ -16,7 +16,7 @@ void tw_error_nearest_on(const double *a, const double *b, const double *to, dou
   tw_difference3(b, a, side);
   tw_difference3(to, a, from);
   double square = tw_dot3(side, side), share = square > 0 ? tw_dot3(from, side) / square : 0;
-  share = fmax(0, fmin(1, share));
+  share = tw_greater(0, tw_lesser(1, share));
   for (int c = 0; c < 3; c++) out[c] = a[c] + share * side[c];
 }
 
@@ -29,9 +29,9 @@ static double cut_of_polygon(const tw_error_part *p, uint32_t face, const double
   for (uint32_t i = 0; i < tw_face_size(&p->topology, face); i++) {
     tw_difference3(tw_point_at(p->shown, corners[i]), centre, to);
     double height = tw_dot3(to, normal);
-    low = fmin(low, height);
-    high = fmax(high, height);
-    widest = fmax(widest, tw_length3(to));
+    low = tw_lesser(low, height);
+    high = tw_greater(high, height);
+    widest = tw_greater(widest, tw_length3(to));
   }
   return own >= TW_LEAST_COSINE ? high - low : 2 * widest;
 }
@@ -58,7 +58,7 @@ static double take_face_point(tw_error_gap *g, const tw_error_part *p, uint32_t 
 static double edge_cosine(const tw_error_part *p, uint32_t corner, const double normal[3], double own) {
   const tw_topology *t = &p->topology;
   if (tw_error_is_end(p, t->corner_edge[corner])) return -1;
-  return fmin(own, tw_error_face_cosine(p, tw_corner_face(t, t->sibling[corner]), normal));
+  return tw_lesser(own, tw_error_face_cosine(p, tw_corner_face(t, t->sibling[corner]), normal));
 }
 
 static float rounded_down(double cosine) {
@@ -105,13 +105,13 @@ double *tw_error_find_radii(const tw_error_part *p) {
     for (uint32_t i = 0; i < size; i++)
       for (int c = 0; c < 3; c++) {
         double x = tw_point_at(p->control, t->corner_vertex[begin + i])[c];
-        low[c] = i == 0 ? x : fmin(low[c], x);
-        high[c] = i == 0 ? x : fmax(high[c], x);
+        low[c] = i == 0 ? x : tw_lesser(low[c], x);
+        high[c] = i == 0 ? x : tw_greater(high[c], x);
       }
     tw_difference3(high, low, to);
     for (uint32_t i = 0; i < size; i++) {
       double *radius = &radii[t->corner_vertex[begin + i]];
-      *radius = fmax(*radius, tw_length3(to));
+      *radius = tw_greater(*radius, tw_length3(to));
     }
   }
   return radii;
@@ -130,8 +130,8 @@ static double thickness(const tw_error_part *p, uint32_t face, const double norm
       for (uint32_t j = 0; j < tw_face_size(t, beside); j++) {
         tw_difference3(tw_point_at(p->control, t->corner_vertex[first + j]), origin, to);
         double height = tw_dot3(to, normal);
-        low = fmin(low, height);
-        high = fmax(high, height);
+        low = tw_lesser(low, height);
+        high = tw_greater(high, height);
       }
     }
   }
@@ -154,7 +154,7 @@ static double rest_of_rims(const tw_measuring *m, const tw_error_part *p, uint32
       tw_difference3(tw_point_at(p->control, shares[k].vertex), tw_point_at(p->control, vertex), to);
       for (int c = 0; c < 3; c++) moved[c] += (double)shares[k].weight * to[c];
     }
-    most = fmax(most, tw_length3(moved) * 4 / 3);
+    most = tw_greater(most, tw_length3(moved) * 4 / 3);
   }
   return most;
 }
@@ -164,9 +164,9 @@ double tw_error_of_rest(const tw_measuring *m, const tw_error_part *p, const dou
   const tw_topology *t = &p->topology;
   uint32_t begin = tw_face_begin(t, face), size = tw_face_size(t, face);
   double normal[3], widest = 0;
-  for (uint32_t i = 0; i < size; i++) widest = fmax(widest, 2 * radii[t->corner_vertex[begin + i]]);
+  for (uint32_t i = 0; i < size; i++) widest = tw_greater(widest, 2 * radii[t->corner_vertex[begin + i]]);
   tw_error_normal(p, face, normal);
   double slope = tw_error_slope_around(p, face, normal);
   if (!isfinite(slope)) return widest;
-  return fmin(widest, hypot(1, slope) * thickness(p, face, normal) + rest_of_rims(m, p, face, shares));
+  return tw_lesser(widest, hypot(1, slope) * thickness(p, face, normal) + rest_of_rims(m, p, face, shares));
 }

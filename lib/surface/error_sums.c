@@ -75,7 +75,8 @@ static void take_inner(const compared *c, tw_error_gap *g, const uint8_t triangl
   nearest_on_triangle(c->corners[triangle[0]], c->corners[triangle[1]], c->corners[triangle[2]], point, foot);
   tw_difference3(point, foot, moved);
   tw_offset o = tw_offset_split(moved, c->normal);
-  g->size = fmax(g->size, fmin(o.whole, o.normal + tw_error_slope((double)c->frame->own) * o.slide));
+  g->size =
+      tw_greater(g->size, tw_lesser(o.whole, o.normal + tw_error_slope((double)c->frame->own) * o.slide));
 }
 
 static void take_on_edge(const compared *c, tw_error_gap *g, uint32_t edge, const double *point) {
@@ -122,9 +123,9 @@ static double piece_error(const compared *c, const piece *own) {
   for (uint32_t i = 0; i < size_of(l, own->face); i++) {
     uint32_t vertex = l->corners[l->begins[own->face] + i];
     take_corner(c, &g, own->places[i], tw_point_at(l->points, vertex));
-    beside = fmax(beside, l->around[vertex]);
+    beside = tw_greater(beside, l->around[vertex]);
   }
-  return g.size + fmin(beside, l->wholes[own->face]);
+  return g.size + tw_lesser(beside, l->wholes[own->face]);
 }
 
 /* The index in l->made of a face from which the next level was made; UINT32_MAX for other faces. */
@@ -161,9 +162,9 @@ static double find_least(const compared *c, const piece *own, double enough) {
   uint32_t first = l->children[left], count = l->children[left + 1] - first;
   for (uint32_t i = 0; i < count && most < error; i++) {
     piece child = child_of(c, own, size, first, i);
-    most = fmax(most, find_least(c, &child, fmax(most, enough)));
+    most = tw_greater(most, find_least(c, &child, tw_greater(most, enough)));
   }
-  return fmin(error, most);
+  return tw_lesser(error, most);
 }
 
 static compared start(const tw_level_errors *levels, uint32_t depth, bool loop, uint32_t left, piece *whole) {
@@ -188,7 +189,7 @@ static void refine_error(tw_level_errors *levels, uint32_t depth, bool loop, uin
   piece whole;
   if (size_of(levels, face) > 4) return;
   const compared c = start(levels, depth, loop, left, &whole);
-  *error = fmin(*error, find_least(&c, &whole, enough));
+  *error = tw_lesser(*error, find_least(&c, &whole, enough));
 }
 
 static tw_status find_around(tw_arena *arena, tw_level_errors *l) {
@@ -198,7 +199,7 @@ static tw_status find_around(tw_arena *arena, tw_level_errors *l) {
     if (f % FACES_AT_ONCE == 0 && !tw_work(FACES_AT_ONCE)) return TW_CANCELLED;
     for (uint32_t i = l->begins[f]; i < l->begins[f + 1]; i++) {
       double *greatest = &l->around[l->corners[i]];
-      *greatest = fmax(*greatest, l->errors[f]);
+      *greatest = tw_greater(*greatest, l->errors[f]);
     }
   }
   return TW_OK;
@@ -214,7 +215,7 @@ tw_status tw_error_sum_up(tw_arena *scratch, tw_level_errors *levels, uint32_t d
     double greatest = 0;
     if (levels->steps[f] < 0) continue;
     for (uint32_t c = below->begins[levels->children[f]]; c < below->begins[levels->children[f + 1]]; c++)
-      greatest = fmax(greatest, below->around[below->corners[c]]);
+      greatest = tw_greater(greatest, below->around[below->corners[c]]);
     levels->errors[levels->made[f]] = levels->steps[f] + greatest;
     if (farthest == UINT32_MAX || levels->errors[levels->made[f]] > levels->errors[levels->made[farthest]])
       farthest = f;
@@ -222,13 +223,13 @@ tw_status tw_error_sum_up(tw_arena *scratch, tw_level_errors *levels, uint32_t d
   /* The farthest face first: it tells what of others does not matter. */
   if (farthest != UINT32_MAX) {
     refine_error(levels, depth, loop, farthest, *most);
-    *most = fmax(*most, levels->errors[levels->made[farthest]]);
+    *most = tw_greater(*most, levels->errors[levels->made[farthest]]);
   }
   for (uint32_t f = 0; f < levels->left_count; f++) {
     if (f % FACES_AT_ONCE == 0 && !tw_work(FACES_AT_ONCE)) return TW_CANCELLED;
     if (levels->steps[f] < 0 || levels->errors[levels->made[f]] <= *most) continue;
     refine_error(levels, depth, loop, f, *most);
-    *most = fmax(*most, levels->errors[levels->made[f]]);
+    *most = tw_greater(*most, levels->errors[levels->made[f]]);
   }
   return TW_OK;
 }

@@ -76,7 +76,8 @@ static void measure_faces(void *context, uint32_t index, uint32_t begin, uint32_
   pass *s = context;
   for (uint32_t f = begin; f < end; f++) {
     if ((f - begin) % FACES_AT_ONCE == 0 && !tw_work(FACES_AT_ONCE * FACE_WORK)) return;
-    if (s->p->states[f] >= TW_FACE_OPEN) s->most[index] = fmax(s->most[index], measure_face(s, index, f));
+    if (s->p->states[f] >= TW_FACE_OPEN)
+      s->most[index] = tw_greater(s->most[index], measure_face(s, index, f));
   }
 }
 
@@ -88,7 +89,7 @@ static tw_status run(pass *s, double *most) {
   if (status != TW_OK) return status;
   tw_parallel_for_run(parallel, faces, FACES_AT_ONCE, measure_faces, s);
   *most = 0;
-  for (uint32_t i = 0; i < parts; i++) *most = fmax(*most, s->most[i]);
+  for (uint32_t i = 0; i < parts; i++) *most = tw_greater(*most, s->most[i]);
   status = tw_parallel_for_status(parallel);
   return status == TW_OK ? tw_work_status(NULL) : status;
 }
@@ -118,7 +119,7 @@ static double leave_room(const tw_error_part *p, const tw_face_measure *of_face,
     for (uint32_t f = 0; f < p->topology.face_count; f++) {
       if (!tells_more(p, f, &of_face[f], allowed)) continue;
       count++;
-      least = fmin(least, of_face[f].error);
+      least = tw_lesser(least, of_face[f].error);
     }
     if (count * PLACES <= FACES_MAX) return allowed;
     allowed = 1.5 * least;
@@ -140,7 +141,7 @@ static tw_status settle(const tw_measuring *m, tw_error_part *p, const tw_error_
   if (!s.of_face) return TW_NO_MEMORY;
   tw_status status = run(&s, &usual);
   if (status != TW_OK) return status;
-  double allowed = fmax(loose * fmax(usual, others), wish->enough / SMALL_PART);
+  double allowed = tw_greater(loose * tw_greater(usual, others), wish->enough / SMALL_PART);
   if (is_too_large(m, p)) allowed = leave_room(p, s.of_face, allowed);
   *most = 0;
   for (uint32_t f = 0; f < faces; f++) {
@@ -151,7 +152,7 @@ static tw_status settle(const tw_measuring *m, tw_error_part *p, const tw_error_
       p->errors[f] = s.of_face[f].error; /* which holds where it is given up */
       continue;
     }
-    *most = fmax(*most, s.of_face[f].error);
+    *most = tw_greater(*most, s.of_face[f].error);
     p->errors[f] = s.of_face[f].error;
     p->states[f] = TW_FACE_AROUND;
     p->open_count--;
@@ -184,7 +185,7 @@ static void give_up(tw_error_part *p, const double *rests, double limit, double 
     p->open_count--;
     if (!is_measured) *error = rests[f];
     double *most = is_measured ? settled : given_up;
-    *most = fmax(*most, *error);
+    *most = tw_greater(*most, *error);
   }
 }
 
@@ -258,7 +259,7 @@ static tw_status start(tw_measuring *m, tw_error_part *p) {
   if (!p->control) return TW_NO_MEMORY;
   tw_cage_gather(m->mesh->positions, cage.point_of, cage.topology.vertex_count, p->control);
   for (size_t i = 0; i < 3 * (size_t)cage.topology.vertex_count; i++)
-    m->size = fmax(m->size, fabs(p->control[i]));
+    m->size = tw_greater(m->size, fabs(p->control[i]));
   return show(m, p);
 }
 
@@ -472,9 +473,9 @@ static tw_status measure(const tw_measuring *m, tw_error_part *p, const tw_error
   uint32_t deepest = tw_deepest_detail(&m->details);
   for (;; out->last++) {
     bool can_settle = p->shown && p->level >= deepest;
-    tw_status status = can_settle ? settle(m, p, wish, fmax(settled, out->step) / 4, &most) : TW_OK;
+    tw_status status = can_settle ? settle(m, p, wish, tw_greater(settled, out->step) / 4, &most) : TW_OK;
     if (status != TW_OK) return status;
-    settled = fmax(settled / 4, can_settle ? most : 0);
+    settled = tw_greater(settled / 4, can_settle ? most : 0);
     out->settled[out->last] = settled;
     out->rests[out->last] = out->last > 0 ? out->rests[out->last - 1] : 0;
     if (p->open_count > 0) status = p->shown ? narrow(m, p, wish, out) : TW_OK;
@@ -488,10 +489,10 @@ static tw_status measure(const tw_measuring *m, tw_error_part *p, const tw_error
 /* Adds up the distances. Levels below the last one lie in the hulls that the rest was found by. */
 static tw_status sum_up(findings *found, bool loop, uint32_t level_max, double rounding, double *out) {
   for (uint32_t level = found->last; level <= level_max; level++)
-    out[level] = rounding + fmax(ldexp(found->settled[found->last], -2 * (int)(level - found->last)),
-                                 found->rests[found->last]);
+    out[level] = rounding + tw_greater(ldexp(found->settled[found->last], -2 * (int)(level - found->last)),
+                                       found->rests[found->last]);
   for (uint32_t level = found->last; level-- > 0;) {
-    double most = fmax(found->settled[level], found->rests[level]);
+    double most = tw_greater(found->settled[level], found->rests[level]);
     tw_status status = tw_error_sum_up(found->arena, &found->levels[level], found->last - level, loop, &most);
     if (status != TW_OK) return status;
     if (level <= level_max) out[level] = most + rounding;

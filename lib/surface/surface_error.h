@@ -81,6 +81,14 @@ typedef struct tw_face_measure {
                    more */
 } tw_face_measure;
 
+/* Of numbers: unlike fmax and fmin they are no calls. */
+static inline double tw_greater(double a, double b) {
+  return a > b ? a : b;
+}
+static inline double tw_lesser(double a, double b) {
+  return a < b ? a : b;
+}
+
 static inline const double *tw_point_at(const double *points, uint32_t vertex) {
   return points + 3 * (size_t)vertex;
 }
