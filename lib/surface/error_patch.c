@@ -176,10 +176,14 @@ static bend find_bend(const net *n, int kind, const double normal[3]) {
 }
 
 /* a u + b v + c m of the means, which is near that of all points of the patch. */
+static void mix_means(const bend bends[KINDS], double a, double b, double c, double out[3]) {
+  for (int i = 0; i < 3; i++)
+    out[i] = a * bends[ALONG_U].mean[i] + b * bends[ALONG_V].mean[i] + c * bends[MIXED].mean[i];
+}
+
 static tw_offset mix(const bend bends[KINDS], double a, double b, double c, const double normal[3]) {
   double sum[3];
-  for (int i = 0; i < 3; i++)
-    sum[i] = a * bends[ALONG_U].mean[i] + b * bends[ALONG_V].mean[i] + c * bends[MIXED].mean[i];
+  mix_means(bends, a, b, c, sum);
   return tw_offset_split(sum, normal);
 }
 
@@ -193,16 +197,15 @@ static tw_offset add_spreads(const bend bends[KINDS], double a, double b, double
 /* The difference between the surface and triangles of its control points. It is convex in u (1 - u), v (1 -
  * v) and the mixed difference's weight, so it is greatest where these are. */
 static tw_offset control_deviation(const bend bends[KINDS], const double normal[3]) {
-  static const double ends[][3] = {
-      {1. / 6, 1. / 6, 0},       {1. / 24, 1. / 6, 0},      {1. / 6, 1. / 24, 0},      {1. / 24, 1. / 24, 0},
-      {1. / 24, 1. / 6, 1. / 8}, {1. / 6, 1. / 24, 1. / 8}, {1. / 24, 1. / 24, 1. / 4}};
-  tw_offset most = {0};
-  for (size_t i = 0; i < sizeof ends / sizeof *ends; i++)
-    for (int sign = -1; sign < 2; sign += 2) {
-      tw_offset o = mix(bends, ends[i][0], ends[i][1], sign * ends[i][2], normal);
-      widen(&most, &o);
-    }
-  return most;
+  static const double ends[][3] = {{1. / 6, 1. / 6, 0},        {1. / 24, 1. / 6, 0},
+                                   {1. / 6, 1. / 24, 0},       {1. / 24, 1. / 24, 0},
+                                   {1. / 24, 1. / 6, 1. / 8},  {1. / 24, 1. / 6, -1. / 8},
+                                   {1. / 6, 1. / 24, 1. / 8},  {1. / 6, 1. / 24, -1. / 8},
+                                   {1. / 24, 1. / 24, 1. / 4}, {1. / 24, 1. / 24, -1. / 4}};
+  enum { ENDS = sizeof ends / sizeof *ends };
+  double at[ENDS][3];
+  for (int i = 0; i < ENDS; i++) mix_means(bends, ends[i][0], ends[i][1], ends[i][2], at[i]);
+  return find_greatest(at, ENDS, normal);
 }
 
 /* The greatest l1 l2 a + l2 l3 b + l3 l1 c of weights of sum 1, halved: the square of a circumradius. */
