@@ -240,7 +240,9 @@ static tw_status read_channels(bvh_file *file) {
     status = tw_fail_line(file->error, TW_SYNTAX, file->line, "CHANNELS needs their number");
   if (status == TW_OK && joint->is_end && count > 0)
     status = tw_fail_line(file->error, TW_SYNTAX, file->line, "an End Site has no channels");
-  for (double i = 0; i < count && status == TW_OK; i++) status = add_channel(file, next_word(file), count);
+  uint32_t channels = status == TW_OK && count < UINT32_MAX ? (uint32_t)count : UINT32_MAX;
+  for (uint32_t i = 0; i < channels && status == TW_OK; i++)
+    status = add_channel(file, next_word(file), count);
   return status;
 }
 
@@ -376,8 +378,10 @@ static uint64_t count_words(const char *text, const char *end) {
 /* Finds how many frames there are. */
 static tw_status count_frames(bvh_file *file, bvh_motion *out) {
   skip_blanks(file);
-  uint64_t left = (uint64_t)(file->end - file->at), room = left / BYTES_A_NUMBER + 1;
-  if (file->channel_count > 0 && file->claimed > (double)(room / file->channel_count) + CLAIM_ROOM)
+  uint64_t left = (uint64_t)(file->end - file->at);
+  uint64_t room =
+      (left / BYTES_A_NUMBER + 1) / (file->channel_count > 0 ? file->channel_count : 1); /* frames */
+  if (file->channel_count > 0 && file->claimed > (double)room + CLAIM_ROOM)
     return tw_fail_line(file->error, TW_INVALID, file->line,
                         "Frames: %.0f are more than the rest of the file can hold", file->claimed);
   if (!tw_work(left / 8)) return tw_work_status(file->error);

@@ -21,7 +21,7 @@ static tw_status normalize_keys(const tw_track_keys *track, tw_arena *arena, tw_
     if (!scaled) {
       scaled = tw_arena_alloc_raw(arena, track->key_count, 4 * sizeof *scaled);
       if (!scaled) return tw_gltf_no_memory(error);
-      memcpy(scaled, track->values, track->key_count * 4 * sizeof *scaled);
+      memcpy(scaled, track->values, (size_t)track->key_count * 4 * sizeof *scaled);
     }
     quat_narrow(previous, scaled + key * 4);
   }

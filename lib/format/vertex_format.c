@@ -135,11 +135,11 @@ static void round_weights(const tw_vertex_field *field, const float *row, uint8_
     rounded[most]++;
     lost[most] -= 1;
   }
-  memcpy(out, rounded + 4 * field->set, 4);
+  memcpy(out, rounded + 4 * (size_t)field->set, 4);
 }
 
 static void write_joints(const tw_vertex_field *field, const float *row, uint8_t *out) {
-  const float *joints = row + field->column, *weights = row + field->weights + 4 * field->set;
+  const float *joints = row + field->column, *weights = row + field->weights + 4 * (size_t)field->set;
   uint16_t written[4];
   for (int i = 0; i < 4; i++) written[i] = weights[i] > 0 ? (uint16_t)joints[i] : 0;
   memcpy(out, written, sizeof written);

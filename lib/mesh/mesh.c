@@ -212,7 +212,9 @@ static void print_token(const char *name, size_t room, char *out) {
   for (; *name != '\0' && used + 2 < room; name++) {
     bool is_escaped = *name == '/' || *name == '~';
     if (is_escaped) out[used++] = '~';
-    out[used++] = !is_escaped ? *name : *name == '/' ? '1' : '0';
+    char escaped = '0';
+    if (*name == '/') escaped = '1';
+    out[used++] = is_escaped ? escaped : *name;
   }
   out[used] = '\0';
 }
