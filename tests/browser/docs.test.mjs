@@ -14,15 +14,7 @@ const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.mi
 const { paths } = JSON.parse(readFileSync(join(root, 'api/openapi.json')));
 const daemon = new Daemon();
 let browser;
-
-before(async () => {
-  await daemon.start();
-  browser = await launch();
-});
-after(async () => {
-  await browser?.close();
-  await daemon.remove();
-});
+let reference, dark; // the reference is drawn twice: each time takes seconds
 
 const open = async (hash, options) => {
   const visit = await Visit.begin(browser, `${daemon.url}/docs`, { hash, ...options });
@@ -30,14 +22,22 @@ const open = async (hash, options) => {
   return visit;
 };
 
+before(async () => {
+  await daemon.start();
+  browser = await launch();
+  reference = await open('');
+});
+after(async () => {
+  await browser?.close();
+  await daemon.remove();
+});
+
 test('the reference has every operation of openapi.json', async () => {
-  const visit = await open('');
-  const shown = await visit.page.locator('.opblock-summary').evaluateAll((all) =>
+  const shown = await reference.page.locator('.opblock-summary').evaluateAll((all) =>
     all.map((one) => `${one.querySelector('.opblock-summary-method').textContent} ${one.querySelector('[data-path]').dataset.path}`));
   const documented = Object.entries(paths).flatMap(([path, item]) =>
     ['get', 'post', 'delete'].filter((method) => item[method]).map((method) => `${method.toUpperCase()} ${path}`));
   assert.deepEqual(shown.sort(), documented.sort());
-  await visit.end();
 });
 
 test('its link leads to the layout of pose.bin, and so does its address', async () => {
@@ -48,40 +48,39 @@ test('its link leads to the layout of pose.bin, and so does its address', async 
       return top >= -1 && top < innerHeight;
     });
   };
-  const visit = await open('');
-  await visit.page.getByRole('link', { name: 'The layout of pose.bin' }).click();
-  await assertShown(visit);
-  const { hash } = new URL(visit.page.url());
-  await visit.end();
-  const again = await open(hash);
-  await assertShown(again);
-  await again.end();
-});
-
-test('requests that are tried go to the daemon', async () => {
-  const visit = await open('#/operations/getVersion');
-  const operation = visit.page.locator('#operations-operations-getVersion');
-  await operation.getByRole('button', { name: 'Try it out' }).click();
-  await operation.getByRole('button', { name: 'Execute' }).click();
-  await operation.locator('.live-responses-table', { hasText: '"name": "tweend"' }).waitFor();
-  await visit.end();
+  await reference.page.getByRole('link', { name: 'The layout of pose.bin' }).click();
+  await assertShown(reference);
+  dark = await open(new URL(reference.page.url()).hash, { colorScheme: 'dark' });
+  await assertShown(dark);
 });
 
 // What Swagger UI itself does: roles of the rows that open, headings of its own levels, fields and lists without names.
 const OF_THE_LIBRARY = ['heading-order', 'label', 'nested-interactive', 'region', 'scrollable-region-focusable', 'select-name'];
 
-for (const colorScheme of ['light', 'dark']) // in the dark colours alone are others
-  test(`axe finds nothing to mend but in the library, ${colorScheme}`, async () => {
-    const visit = await open('#/poses/getPose', { colorScheme });
+for (const [name, visitOf, rules] of [['light', () => reference, null], ['dark', () => dark, ['color-contrast']]]) // in the dark colours alone are others
+  test(`axe finds nothing to mend but in the library, ${name}`, async () => {
+    const visit = visitOf();
     await visit.page.locator('#operations-poses-getPose .response').first().waitFor();
     await visit.page.waitForTimeout(500); // colours fade in
     await visit.page.evaluate(axe);
-    const { violations } = await visit.page.evaluate((rules) => axe.run(rules ? { runOnly: rules } : {}), colorScheme === 'dark' ? ['color-contrast'] : null);
+    const { violations } = await visit.page.evaluate((only) => axe.run(only ? { runOnly: only } : {}), rules);
     const found = violations.filter(({ id }) => !OF_THE_LIBRARY.includes(id));
     assert.deepEqual(found.map(({ id, nodes }) => `${id}: ${nodes.map(({ html }) => html).join(' ')}`), []);
-    await visit.picture(`docs ${colorScheme}`);
-    await visit.end();
+    await visit.picture(`docs ${name}`);
   });
+
+test('requests that are tried go to the daemon', async () => {
+  const operation = reference.page.locator('#operations-operations-getVersion');
+  await operation.locator('.opblock-summary-control').click();
+  await operation.getByRole('button', { name: 'Try it out' }).click();
+  await operation.getByRole('button', { name: 'Execute' }).click();
+  await operation.locator('.live-responses-table', { hasText: '"name": "tweend"' }).waitFor();
+});
+
+test('the reference logs no errors, and asks nobody else', async () => {
+  await reference.end();
+  await dark.end();
+});
 
 const THREE = /^https:\/\/cdn\.jsdelivr\.net\/npm\/three@([\d.]+)\/(.*)/;
 const three = fileURLToPath(new URL('./node_modules/three/', import.meta.url));

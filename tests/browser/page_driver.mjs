@@ -126,17 +126,11 @@ export class Visit {
   }
 }
 
-/** What predicts a byte of a PNG, by its filter: from those left of it, above it, and above left. */
-const PREDICTED = [
-  () => 0,
-  (left) => left,
-  (left, above) => above,
-  (left, above) => (left + above) >> 1,
-  (left, above, corner) => {
-    const [a, b, c] = [Math.abs(above - corner), Math.abs(left - corner), Math.abs(left + above - 2 * corner)];
-    return a <= b && a <= c ? left : b <= c ? above : corner;
-  },
-];
+/** Which of three neighbours of a byte is nearest to the plane through them: the fourth filter of PNG. */
+function paeth(left, above, corner) {
+  const [a, b, c] = [Math.abs(above - corner), Math.abs(left - corner), Math.abs(left + above - 2 * corner)];
+  return a <= b && a <= c ? left : b <= c ? above : corner;
+}
 
 /** The colours of a PNG as Chromium writes it, of 8 bits a channel and not interlaced: [r, g, b, a, …]. */
 export function coloursOf(png) {
@@ -149,18 +143,23 @@ export function coloursOf(png) {
   let above = Buffer.alloc(size * width);
   for (let y = 0; y < height; y++) {
     const from = y * (size * width + 1);
-    const predicted = PREDICTED[bytes[from]];
     const row = bytes.subarray(from + 1, from + 1 + size * width);
-    for (let i = 0; i < row.length; i++) row[i] += i < size ? predicted(0, above[i], 0) : predicted(row[i - size], above[i], above[i - size]);
-    for (let x = 0; x < width; x++) for (let k = 0; k < size; k++) colours[4 * (y * width + x) + k] = row[size * x + k];
+    const filter = bytes[from];
+    for (let i = 0; filter > 0 && i < row.length; i++) {
+      const left = i < size ? 0 : row[i - size];
+      const corner = i < size ? 0 : above[i - size];
+      row[i] += filter === 1 ? left : filter === 2 ? above[i] : filter === 3 ? (left + above[i]) >> 1 : paeth(left, above[i], corner);
+    }
+    for (let x = 0, to = 4 * width * y; x < row.length; to += 4)
+      for (let k = 0; k < size; k++) colours[to + k] = row[x++];
     above = row;
   }
   return colours;
 }
 
-/** The daemon and the browser of a file of tests. first: the sample that its visits begin with, where their hash names no
- *  model; else the one that the page chooses, an animated tank. */
-export function open({ first } = {}) {
+/** The daemon and the browser of a file of tests. first: the sample that its visits begin with, "" for the one that the page
+ *  chooses, an animated tank. */
+export function open({ first = '' } = {}) {
   const site = { daemon: new Daemon(['--sample']) };
   before(async () => {
     await site.daemon.start();
@@ -177,11 +176,11 @@ export function open({ first } = {}) {
     return models.find(({ name }) => name === wanted).id;
   };
 
-  /** A test that visits the page; options as for Visit.begin. */
-  site.visits = (name, options, use) =>
+  /** A test that visits the page; options as for Visit.begin, and `first` where it differs from the file's. */
+  site.visits = (name, { first: own = first, hash = '', ...options }, use) =>
     test(name, async () => {
-      const hash = first ? `${options.hash || '#'}&model=${await site.model(first)}` : options.hash;
-      const visit = await Visit.begin(site.browser, `${site.daemon.url}/`, { ...options, hash });
+      const wanted = own ? `${hash || '#'}&model=${await site.model(own)}` : hash;
+      const visit = await Visit.begin(site.browser, `${site.daemon.url}/`, { ...options, hash: wanted });
       try {
         await use(visit);
       } catch (error) {

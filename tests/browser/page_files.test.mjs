@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 
 import { ALL_PIXELS, covered, difference, drop, open, PYRAMID } from './page_driver.mjs';
 
-const site = open();
+const site = open({ first: 'cube.obj' });
 const { daemon, visits } = site;
 
 /** A glTF of a box from -1 to 1 whose quads are split into triangles, as a plain exporter writes them, in a dark material. */
@@ -150,7 +150,7 @@ visits('what is shown is downloaded by one click', { hash: '#tab=edit&level=1&en
   const saved = visit.page.waitForEvent('download');
   await visit.page.getByRole('link', { name: 'Download' }).click();
   const download = await saved;
-  assert.equal(download.suggestedFilename(), 'tank.glb');
+  assert.equal(download.suggestedFilename(), 'cube.glb');
   assert.match(download.url(), /surface\.glb\?.*level=1/);
   assert.match(download.url(), /encoding=quantized/);
 });

@@ -8,7 +8,7 @@ import { difference, drop, open } from './page_driver.mjs';
 const site = open();
 const { daemon, visits } = site;
 
-visits('the keys of all tracks stand on the timeline, those of the chosen node before them', {}, async (visit) => {
+visits('the keys of all tracks stand on the timeline, those of the chosen node before them', { first: 'cube.obj' }, async (visit) => {
   await visit.level(2);
   const track = (node, path, times, values) => ({ node, path, times, values });
   const clips = [{ name: 'keys', tracks: [
@@ -58,7 +58,7 @@ visits('the clip is scrubbed and played, and goes on live', { hash: `#show=surfa
   await visit.wait(() => location.hash.includes('clip=aim'));
 });
 
-visits('a clip moves morph targets as well as nodes', { hash: '#show=surface' }, async (visit) => {
+visits('a clip moves morph targets as well as nodes', { first: 'cube.obj', hash: '#show=surface' }, async (visit) => {
   await visit.level(2);
   // A square whose one target draws a corner out, and whose node turns.
   const floats = [0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, /* target */ 0, 0, 0, 0, 0, 0, 2, 2, 0, 0, 0, 0, /* times */ 0, 1, /* weights */ 0, 1,
@@ -127,7 +127,7 @@ function faced({ seconds, weights }) {
   return JSON.stringify(document);
 }
 
-visits('borrowed and blended clips move morph targets, which rest in other clips', { hash: '#show=surface' }, async (visit) => {
+visits('borrowed and blended clips move morph targets, which rest in other clips', { first: 'cube.obj', hash: '#show=surface' }, async (visit) => {
   await visit.level(2);
   await drop(visit, { 'figure.gltf': faced({ seconds: 2 }) });
   await visit.wait(() => document.getElementById('subject').textContent === 'figure.gltf');
@@ -185,7 +185,7 @@ visits('gimbal lock appears, and the best order takes it away', { hash: '#tab=an
   assert.ok(difference(without, await visit.pixels()) > 0.0005, 'ghosts are seen');
 });
 
-visits('a BVH that is dropped beside a character plays on it, is judged, blended and kept', { hash: '#show=surface,skeleton,follow' }, async (visit) => {
+visits('a BVH that is dropped beside a character plays on it, is judged, blended and kept', { first: 'cube.obj', hash: '#show=surface,skeleton,follow' }, async (visit) => {
   const { page } = visit;
   await visit.level(2);
   await drop(visit, { 'figure.gltf': biped({ names: 'mixamo', clip: { seed: 3, keys: 8, seconds: 2, most: 0.4 } }) });
@@ -239,7 +239,7 @@ function glbOf(text) {
   return [...head, ...json];
 }
 
-visits('a VRMA that is dropped beside a VRM plays on it', { hash: '#show=surface,skeleton,follow' }, async (visit) => {
+visits('a VRMA that is dropped beside a VRM plays on it', { first: 'cube.obj', hash: '#show=surface,skeleton,follow' }, async (visit) => {
   const { page } = visit;
   await visit.level(2);
   await drop(visit, { 'figure.vrm': glbOf(biped({ extension: 'VRMC_vrm' })) });
@@ -255,7 +255,7 @@ visits('a VRMA that is dropped beside a VRM plays on it', { hash: '#show=surface
   assert.ok(difference(still, await visit.pixels()) > 0.005, 'it moves');
 });
 
-visits('feet on the ground and the seam stand on the timeline; of two clips with one name both play', {}, async (visit) => {
+visits('feet on the ground and the seam stand on the timeline; of two clips with one name both play', { first: 'cube.obj' }, async (visit) => {
   const { page } = visit;
   await visit.level(2);
   // Each foot stands for half of a second, then swings; the hips go 1 m/s and end turned by 30 degrees.

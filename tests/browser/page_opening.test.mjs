@@ -91,7 +91,7 @@ visits('a model opens with the least level whose error is not seen, which the sl
   await other.end();
 });
 
-visits('the level of one model is not that of the next, and a large one opens at less', { hash: '#tab=surface' }, async (visit) => {
+visits('the level of one model is not that of the next, and a large one opens at less', { first: 'cube.obj', hash: '#tab=surface' }, async (visit) => {
   await visit.level(2);
   await drop(visit, { 'pyramid.obj': PYRAMID });
   await visit.wait(() => document.getElementById('subject').textContent === 'pyramid.obj');
@@ -107,7 +107,7 @@ visits('the level of one model is not that of the next, and a large one opens at
   assert.ok(covered(await visit.pixels()) > 0.05);
 });
 
-visits('a level that is refused leaves the picture, the slider and the address of the last', { hash: '#tab=surface', refused: [422] }, async (visit) => {
+visits('a level that is refused leaves the picture, the slider and the address of the last', { first: 'cube.obj', hash: '#tab=surface', refused: [422] }, async (visit) => {
   const { page } = visit;
   await visit.level(2);
   await drop(visit, { 'scan.obj': grid(60) });
@@ -148,7 +148,7 @@ visits('a first level that is cancelled leaves the control mesh; a model that is
   assert.ok(covered(await visit.pixels()) > 0.02);
 });
 
-visits('numbers are taken as the browser’s language writes them, by Enter, and what is none is said', { hash: '#tab=edit', locale: 'de-DE' }, async (visit) => {
+visits('numbers are taken as the browser’s language writes them, by Enter, and what is none is said', { first: 'cube.obj', hash: '#tab=edit', locale: 'de-DE' }, async (visit) => {
   const { page } = visit;
   await visit.level(2);
   const sizeOf = async () => {
@@ -176,7 +176,7 @@ visits('numbers are taken as the browser’s language writes them, by Enter, and
   }
 });
 
-visits('a graphics context that was lost comes back', { ...ALL_PIXELS, hash: '#show=surface' }, async (visit) => {
+visits('a graphics context that was lost comes back', { first: 'cube.obj', ...ALL_PIXELS, hash: '#show=surface' }, async (visit) => {
   await visit.level(2);
   const before = await visit.pixels();
   await visit.page.evaluate(async () => {
@@ -216,7 +216,7 @@ test('without WebGL all but the picture works', async () => {
 });
 
 for (const [name, viewport] of [['a page magnified to 400 %', { width: 320, height: 200 }], ['a phone held sideways', { width: 844, height: 390 }]])
-  visits(`${name} has a panel that can be read`, { viewport }, async (visit) => {
+  visits(`${name} has a panel that can be read`, { first: 'cube.obj', viewport }, async (visit) => {
     await visit.level(2);
     await visit.tab('Surface');
     const slider = visit.page.getByRole('slider', { name: 'Level' }).first();

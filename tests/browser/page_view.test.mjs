@@ -48,7 +48,7 @@ function grid(n) {
   return [...points, ...faces, ''].join('\n');
 }
 
-visits('a dense cage does not hide its surface, and is seen from nearby', {}, async (visit) => {
+visits('a dense cage does not hide its surface, and is seen from nearby', { first: 'cube.obj' }, async (visit) => {
   await visit.level(2);
   const share = async () => {
     await visit.shows('cage', false);
@@ -156,7 +156,7 @@ visits('each overlay changes the picture, and goes again', {}, async (visit) => 
   }
 });
 
-visits('levels that were loaded tell the server’s milliseconds', { hash: '#tab=surface' }, async (visit) => {
+visits('levels that were loaded tell the server’s milliseconds', { first: 'cube.obj', hash: '#tab=surface' }, async (visit) => {
   await visit.level(2);
   await visit.wait(() => document.querySelector('tr[data-level="7"]'));
   await visit.page.getByRole('button', { name: 'Show level 3' }).click();
@@ -165,7 +165,7 @@ visits('levels that were loaded tell the server’s milliseconds', { hash: '#tab
   for (const [level, text] of told.entries()) assert.match(text, level === 2 || level === 3 ? /^[\d.]+ ms$/ : /^–$/, `level ${level}`);
 });
 
-visits('a large cage is drawn where somebody asks for it', { hash: '#level=0&show=cage' }, async (visit) => {
+visits('a large cage is drawn where somebody asks for it', { first: 'cube.obj', hash: '#level=0&show=cage' }, async (visit) => {
   await visit.level(0);
   await drop(visit, { 'grid.json': JSON.stringify({ meshes: [{ shape: { kind: 'grid', size: [4, 4], segments: [320, 320] } }] }) });
   const ask = visit.page.getByRole('button', { name: 'Draw it' });
@@ -183,7 +183,7 @@ visits('a large cage is drawn where somebody asks for it', { hash: '#level=0&sho
   assert.ok(seen > 0.1, `${seen} of the picture is covered`);
 });
 
-visits('a checker lies along the UVs', { hash: '#show=surface' }, async (visit) => {
+visits('a checker lies along the UVs', { first: 'cube.obj', hash: '#show=surface' }, async (visit) => {
   await visit.level(2);
   await drop(visit, { 'square.obj': 'v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n' });
   await visit.wait(() => document.getElementById('subject').textContent === 'square.obj');
