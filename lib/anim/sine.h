@@ -2,8 +2,8 @@
 #ifndef TWEEND_SINE_H
 #define TWEEND_SINE_H
 
-/* Sine and cosine on [-pi/2, pi/2], within 3e-8 and 1e-9 before rounding, exact at 0. The polynomials interpolate
- * (sin v - v) / v^3 and (cos v - 1) / v^2 at Chebyshev points. */
+/* Sine and cosine on [-pi/2, pi/2], within 3e-8 and 1e-9 before rounding, exact at 0. The polynomials
+ * interpolate (sin v - v) / v^3 and (cos v - 1) / v^2 at Chebyshev points. */
 static inline float arc_sine(float v) {
   float x = v * v;
   return v + v * x * (-0.16666666f + x * (0.008333242f + x * (-0.0001982273f + x * 2.6347257e-06f)));
