@@ -12,11 +12,16 @@ import { Bone } from '@babylonjs/core/Bones/bone.js';
 import { Skeleton } from '@babylonjs/core/Bones/skeleton.js';
 import { NullEngine } from '@babylonjs/core/Engines/nullEngine.js';
 import { Matrix, Quaternion, Vector3 } from '@babylonjs/core/Maths/math.vector.js';
+import { Mesh } from '@babylonjs/core/Meshes/mesh.js';
 import { TransformNode } from '@babylonjs/core/Meshes/transformNode.js';
+import { MorphTarget } from '@babylonjs/core/Morph/morphTarget.js';
+import { MorphTargetManager } from '@babylonjs/core/Morph/morphTargetManager.js';
 import { Scene } from '@babylonjs/core/scene.js';
 
+import { Tweend } from '../../api/client/tweend.js';
 import { BONES, HEIGHT, NAMES, biped } from './biped.mjs';
 import { Daemon, root } from './daemon.mjs';
+import { figure } from './figure.mjs';
 
 const NEAR = 1e-4; // of the height
 
@@ -170,6 +175,29 @@ test('on a figure whose arms rest lower, arms point where the source has them, a
   assert.ok(angles.tweend < 0.01, `${angles.tweend}`);
   assert.ok(Math.abs(angles.babylon - DOWN) < 0.1, `${angles.babylon}`);
   draw('babylon_arms_down', [0, 5, 10, 15].map((i) => [babylon[i].source, found[i], babylon[i].target]));
+});
+
+test('players of the module move nodes of Babylon, and the morph targets of their meshes', async () => {
+  const { scene, nodes } = stage(figure());
+  const tweend = new Tweend(daemon.url);
+  const arm = nodes.find(({ name }) => name === 'arm');
+  const mesh = new Mesh('arm_primitive0', scene, arm);
+  const target = new MorphTarget('swollen', 0, scene);
+  mesh.morphTargetManager = new MorphTargetManager(scene);
+  mesh.morphTargetManager.addTarget(target);
+  const model = await tweend.upload(figure());
+  const player = await tweend.play(model, scene, { fps: 100, playing: false });
+  for (const [time, weight] of [[0.375, 0.375], [1.5, 0.625]]) {
+    player.time = time;
+    player.update();
+    assert.ok(Math.abs(target.influence - weight) < 1e-6, `${target.influence} at ${time} s is not ${weight}`);
+    update(nodes);
+    const { nodes: names, poses: [{ matrix }] } = await tweend.pose(model, { at: time, space: 'world', as: 'matrix' });
+    names.forEach((name, i) => {
+      const found = nodes.find((node) => node.name === name).getWorldMatrix().asArray();
+      matrix[i].forEach((value, k) => assert.ok(Math.abs(found[k] - value) < 1e-4, `${name} at ${time} s: ${found} is not ${matrix[i]}`));
+    });
+  }
 });
 
 const LIMBS = [
