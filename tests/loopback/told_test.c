@@ -548,6 +548,9 @@ TEST_WITH(gltf_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
        .rest = ",'extensions':{'VRMC_vrm':5}"},
       {{"VRMC_vrm without bones", NULL, WARNING, "/extensions/VRMC_vrm: this is not as"},
        .rest = ",'extensions':{'VRMC_vrm':{'specVersion':'1.0'}}"},
+      {{"VRMC_vrm of a version to come", NULL, WARNING, "another version than VRM 1.0"},
+       .rest =
+           ",'extensions':{'VRMC_vrm':{'specVersion':'2.0','humanoid':{'humanBones':{'hips':{'node':1}}}}}"},
       {{"VRM whose map is none", NULL, WARNING, "/extensions/VRM: this is not as"},
        .rest = ",'extensions':{'VRM':{'humanoid':5}}"},
       {{"EXT_mesh_gpu_instancing without attributes", NULL, WARNING,

@@ -3,6 +3,7 @@
 #include "gltf/document.hpp"
 
 #include <algorithm>
+#include <cstring>
 
 #include "tweend/retarget.h"
 
@@ -111,10 +112,14 @@ void read_humanoid(Document &document) {
     }
     document.budget.place = text("/extensions/", name, map_member);
     HumanoidReader reader(document, document.budget.place);
+    const char *version = tw_json_member(extension, "specVersion");
     if (name == std::string_view("VRM"))
       reader.read_listed(bones);
     else
       reader.read_named(bones);
+    if (name != std::string_view("VRM") && version && std::strncmp(version, "\"1.0\"", 5) != 0)
+      document.outline.lose("humanoid map is of another version than VRM 1.0: it is read as one of 1.0",
+                            "humanoid maps are of other versions than VRM 1.0: they are read as of 1.0");
     document.model->humanoid = reader.finish();
     return;
   }
