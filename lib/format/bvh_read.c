@@ -378,10 +378,8 @@ static uint64_t count_words(const char *text, const char *end) {
 /* Finds how many frames there are. */
 static tw_status count_frames(bvh_file *file, bvh_motion *out) {
   skip_blanks(file);
-  uint64_t left = (uint64_t)(file->end - file->at);
-  uint64_t room =
-      (left / BYTES_A_NUMBER + 1) / (file->channel_count > 0 ? file->channel_count : 1); /* frames */
-  if (file->channel_count > 0 && file->claimed > (double)room + CLAIM_ROOM)
+  uint64_t left = (uint64_t)(file->end - file->at), numbers = left / BYTES_A_NUMBER + 1;
+  if ((file->claimed - CLAIM_ROOM) * (double)file->channel_count > (double)numbers)
     return tw_fail_line(file->error, TW_INVALID, file->line,
                         "Frames: %.0f are more than the rest of the file can hold", file->claimed);
   if (!tw_work(left / 8)) return tw_work_status(file->error);

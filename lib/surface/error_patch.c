@@ -149,7 +149,8 @@ static void widen(tw_offset *most, const tw_offset *more) {
   if (more->whole > most->whole) most->whole = more->whole;
 }
 
-/* The greatest parts of vectors, which are told by their squares until all are seen. */
+/* The greatest height along the normal, the greatest slide across it and the greatest length of some vectors.
+ * Compares squares, so that three roots are enough. */
 static tw_offset find_greatest(double (*vectors)[3], int count, const double normal[3]) {
   tw_offset squares = {0};
   for (int i = 0; i < count; i++) {

@@ -361,8 +361,8 @@ typedef struct findings {
   uint32_t last;
 } findings;
 
-/* The least that may be left of faces whose children have room: all others are given up. most: the most that
- * is left of any. */
+/* A limit for what is left of a face: the children of the faces with more than that have room. most: the
+ * greatest of the rests. */
 static double find_room(const tw_measuring *m, const tw_error_part *p, const double *rests, double most) {
   const double step = 0.9, least = most / 1000;
   uint64_t room = (uint64_t)p->open_count * FACES_MAX / count_children(m, p) / 4 * 3, count = 0;
@@ -506,8 +506,8 @@ static bool has_border(const tw_topology *t) {
   return false;
 }
 
-/* Whether level 0 cannot be told: it has faces that deeper levels leave out, or polygons at the limit, whose
- * points the next level tells with its details. */
+/* Whether the error of level 0 is not known: it has faces that deeper levels leave out, or polygons at the
+ * limit, whose points the next level tells with its details. */
 static bool is_odd_cage(const tw_measuring *m, const tw_error_part *cage) {
   const tw_topology *t = &cage->topology;
   uint32_t hidden = 0;

@@ -187,10 +187,11 @@ export class Viewport {
     this.show(this.shown);
   }
 
-  /** Until a promise is settled, draws only what a person moves; then all that has changed, at once. */
+  /** Until a promise is settled, draws only what a person moves; then all that has changed, at once. Whoever made the promise
+   *  tells of its error. */
   async hold(until) {
     this.held = until;
-    await until;
+    await until.catch(() => {});
     if (this.held !== until) return;
     this.held = null;
     this.#drawSoon();

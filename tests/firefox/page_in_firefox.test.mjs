@@ -47,16 +47,22 @@ const by = ({ page }, role, name) => page.locator(`::-p-aria([role="${role}"][na
 const shows = ({ wait }, name) => wait((wanted) => document.getElementById('subject').textContent === wanted, name);
 const says = ({ wait }, facts) => wait((wanted) => document.getElementById('facts').textContent.includes(wanted), facts);
 
+/** A page that shows a dropped OBJ. */
+async function openPyramid(hash) {
+  const visit = await open(hash);
+  await shows(visit, 'tank.json');
+  await drop(visit, { 'pyramid.obj': PYRAMID });
+  await shows(visit, 'pyramid.obj');
+  return visit;
+}
+
 async function end({ page, faults }) {
   await page.browserContext().close();
   assert.deepEqual(faults, []);
 }
 
 test('a dropped OBJ opens, and its levels are told', async () => {
-  const visit = await open('#tab=surface');
-  await shows(visit, 'tank.json');
-  await drop(visit, { 'pyramid.obj': PYRAMID });
-  await shows(visit, 'pyramid.obj');
+  const visit = await openPyramid('#tab=surface');
   await by(visit, 'tab', 'Surface').click();
   await by(visit, 'button', 'Show level 2').click();
   await says(visit, 'Level 2 · 66 points · 64 faces');
@@ -74,10 +80,7 @@ test('which order of a rotation avoids gimbal lock', async () => {
 });
 
 test('a list of edits is applied by keyboard, undone, and its address shows the same to others', async () => {
-  const visit = await open('#tab=edit');
-  await shows(visit, 'tank.json');
-  await drop(visit, { 'pyramid.obj': PYRAMID });
-  await shows(visit, 'pyramid.obj');
+  const visit = await openPyramid('#tab=edit');
   await by(visit, 'tab', 'Edit').click();
   await by(visit, 'textbox', 'Edits').fill('[{"edit": "extrude", "faces": [1], "distance": 0.5}]', { typingThreshold: 0 }); // at once
   await (await by(visit, 'button', 'Apply').waitHandle()).focus();
