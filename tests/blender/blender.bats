@@ -24,7 +24,7 @@ in_blender() {
 }
 
 # expected JQ-EXPRESSION: of what Blender said when the figure was made.
-expected() { jq --raw-output "$1" "$made/expected.json"; }
+expected() { gojq --raw-output "$1" "$made/expected.json"; }
 
 # look FILE: what Blender says of it, in the file answer.
 look() {
@@ -65,10 +65,10 @@ look() {
   mv answer cage.glb
   look cage.glb
   for what in objects bones shape_keys actions materials uv_maps triangles; do
-    holds ".$what == $(jq -c ".$what" before)"
+    holds ".$what == $(gojq -c ".$what" before)"
   done
   holds ".bones == $(expected '.bones | tojson') and .shape_keys == $(expected '.shape_keys | tojson')"
-  holds "[.bounds, $(jq -c .bounds before)] | [.[] | flatten] | transpose | all((.[0] - .[1] | fabs) < 1e-5)"
+  holds "[.bounds, $(gojq -c .bounds before)] | [.[] | flatten] | transpose | all((.[0] - .[1] | fabs) < 1e-5)"
   holds '.off < 1e-5'
 }
 
@@ -79,7 +79,7 @@ look() {
   mv answer surface.glb
   look surface.glb
   for what in objects bones shape_keys actions materials uv_maps; do
-    holds ".$what == $(jq -c ".$what" before)"
+    holds ".$what == $(gojq -c ".$what" before)"
   done
   holds ".triangles == 2 * $(expected '.surfaces["2"].faces')"
 }

@@ -181,7 +181,7 @@ scan() {
   volume=$name:/data
   send() { curl --silent --fail --data-binary "@$BATS_TEST_DIRNAME/../../server/samples/$1.obj" "$url/v1/models"; }
   started --user 1000620000:0
-  cube=$(send cube | jq -r .id)
+  cube=$(send cube | gojq -r .id)
   docker rm --force "$name" >/dev/null
   started --user 1000630000:0
   curl --silent --fail --output /dev/null "$url/v1/models/$cube/surface.glb"

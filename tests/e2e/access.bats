@@ -33,7 +33,7 @@ END
   post /v1/models "$samples/cube.obj" --header "$(as writer)"
   expect 201
   [[ $(header cache-control) == private* ]]
-  id=$(jq -r .id answer)
+  id=$(gojq -r .id answer)
   get "/v1/models/$id/surface.glb" --header "$(as writer)"
   problem 403 read
   get "/v1/models/$id/surface.glb" --header "X-API-Key: reader"
@@ -57,7 +57,7 @@ END
 @test "a signed URL is read without a key until its time is over" {
   start_with_rights
   post /v1/models "$samples/tank.json" --header "$(as all)"
-  id=$(jq -r .id answer)
+  id=$(gojq -r .id answer)
   path=/v1/models/$id/pose.json
   exp=$(($(date +%s) + 600))
   for key in rose old; do
@@ -153,7 +153,7 @@ start_everywhere() {
   post /v1/models "$samples/cube.obj" --header "$far"
   expect 201
   [[ $(header access-control-allow-origin) == '*' && $(header timing-allow-origin) == '*' ]]
-  id=$(jq -r .id answer)
+  id=$(gojq -r .id answer)
   get "/v1/models/$id" --header "$far"
   expect 200
   [[ $(header access-control-allow-origin) == '*' ]]

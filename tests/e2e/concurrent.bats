@@ -62,7 +62,7 @@ identical() {
   cat code-* | sort | uniq -c >codes
   [ "$(awk '$2 == 201 { print $1 }' codes)" = 1 ]
   [ "$(awk '$2 == 200 { print $1 }' codes)" = 7 ]
-  [ "$(jq -r .id same-* | sort -u | wc -l)" = 1 ]
+  [ "$(gojq -r .id same-* | sort -u | wc -l)" = 1 ]
 }
 
 @test "uploads and deletions race without a broken answer" {

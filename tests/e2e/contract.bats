@@ -92,7 +92,7 @@ STOCK
   start_daemon
   get "/v1/models/$id"
   expect 200
-  diff <(jq . before) <(jq . answer)
+  diff <(gojq . before) <(gojq . answer)
   get "/v1/models/$id/source"
   cmp answer "$samples/octopus.obj"
   post /v1/models "$samples/octopus.obj"

@@ -33,8 +33,8 @@ becomes() {
 
 @test "a full disk is 507, serves what is there, and takes models again when there is room" {
   local stored=() n refusals=0
-  for n in $(seq 40); do
-    model "$n" 300000 >model.obj
+  for n in {1..20}; do
+    model "$n" 600000 >model.obj
     post /v1/models model.obj
     if [[ $status == 201 ]]; then
       stored+=("$(value .id)")
@@ -62,7 +62,7 @@ becomes() {
     expect 204
   done
   becomes 200
-  model again 300000 >model.obj
+  model again 600000 >model.obj
   post /v1/models model.obj
   expect 201
 }

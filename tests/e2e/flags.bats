@@ -96,7 +96,7 @@ teardown() { [[ -z ${daemon-} ]] || stop_daemon; }
   get /version --header 'X-Request-Id: seen-in-the-log'
   stop_daemon
   [ "$(grep -c seen-in-the-log "$log")" = 1 ]
-  grep seen-in-the-log "$log" | jq -e '.status == 200 and (.method == "GET")'
+  grep seen-in-the-log "$log" | gojq -e '.status == 200 and (.method == "GET")'
 }
 
 @test "a log line cannot be forged by a request" {

@@ -1,4 +1,5 @@
-# What the end to end tests share: a daemon of their own for each file, requests by curl, answers by jq.
+# What the end to end tests share: a daemon of their own for each file, requests by curl, answers by gojq: it
+# starts faster than jq, sorts members, and is false of no answer at all, of which jq 1.6 says that all holds.
 #
 # TESTED_BINARY       the daemon (build/tweend)
 # TESTED_URL          a daemon that already runs: cases that need the process are skipped then
@@ -13,9 +14,6 @@ export -n TWEEND_INSTALL # of the scripts; the daemon warns of variables that ar
 
 root=$(cd "${BASH_SOURCE[0]%/*}/../.." && pwd)
 samples=$root/server/samples
-
-# Tests start it hundreds of times. It sorts members, and is false of no answer at all, of which jq 1.6 says that all holds.
-jq() { gojq "$@"; }
 
 # ---- the daemon ----------------------------------------------------------------------------------
 
@@ -108,6 +106,8 @@ needs_plain_build() { [[ -z ${TESTED_SANITIZED-} ]] || skip "says nothing under 
 
 # ---- requests ------------------------------------------------------------------------------------
 
+# Starting a program, or a subshell, takes longer than most answers: what every request does is done by builtins.
+
 # http METHOD PATH [CURL ARGUMENT...]: leaves $status, the headers in the file headers, the body in the
 # file answer. A network error is status 000.
 http() {
@@ -117,29 +117,32 @@ http() {
   [[ $method != HEAD ]] || how=(--head)
   : >headers
   : >answer
-  read -r status answer_size answer_type < <(curl --silent --show-error --max-time 120 --globoff --path-as-is "${how[@]}" \
-    --dump-header headers --output answer --write-out '%{http_code} %{size_download} %{content_type}\n' "$@" "$url$path")
+  curl --silent --show-error --max-time 120 --globoff --path-as-is "${how[@]}" --dump-header headers --output answer \
+    --write-out '%{http_code} %{size_download} %{content_type}\n' "$@" "$url$path" >outcome || true
+  read -r status answer_size answer_type <outcome
   keep_glb "$path"
   keep_traffic "$method" "$path"
 }
 
-# Both keep what http left; each request of each test takes them, so that they start few programs.
 keep_glb() {
   [[ -n ${TESTED_GLB_DIR-} && $status == 200 && $answer_type == model/gltf-binary && $1 != */source* ]] || return 0
-  local file=${BATS_TEST_FILENAME##*/} magic hash
+  local file=${BATS_TEST_FILENAME##*/} magic
   IFS= LC_ALL=C read -r -N 4 magic <answer || true
   [[ $magic == glTF ]] && ((answer_size < 8000000)) || return 0
-  read -r hash _ < <(sha256sum answer)
-  mkdir -p "$TESTED_GLB_DIR"
-  cp answer "$TESTED_GLB_DIR/${file%.bats}-$BATS_TEST_NUMBER-${hash::8}.glb"
+  [[ -d $TESTED_GLB_DIR ]] || mkdir -p "$TESTED_GLB_DIR"
+  cp answer "$TESTED_GLB_DIR/${file%.bats}-$BATS_TEST_NUMBER-$BASHPID-$EPOCHREALTIME.glb"
 }
 
 keep_traffic() {
   [[ -n ${TESTED_TRAFFIC_DIR-} && $status != 000 ]] || return 0
   [[ -d $TESTED_TRAFFIC_DIR ]] || mkdir -p "$TESTED_TRAFFIC_DIR"
-  local file=${BATS_TEST_FILENAME##*/} body=()
-  [[ $answer_type != *json* ]] || ((answer_size >= 8000000)) || [[ -n $(header content-encoding) ]] || body=(answer)
-  { printf '%s %s\n' "$1" "$2"; cat headers "${body[@]}"; } >"$TESTED_TRAFFIC_DIR/${file%.bats}-$BATS_TEST_NUMBER-$BASHPID-$EPOCHREALTIME"
+  local file=${BATS_TEST_FILENAME##*/} head body=
+  IFS= read -r -d '' head <headers || true
+  if [[ $answer_type == *json* ]] && ((answer_size < 8000000)); then
+    get_header content-encoding
+    [[ -n $REPLY ]] || IFS= read -r -d '' body <answer || true
+  fi
+  printf '%s %s\n%s%s' "$1" "$2" "$head" "$body" >"$TESTED_TRAFFIC_DIR/${file%.bats}-$BATS_TEST_NUMBER-$BASHPID-$EPOCHREALTIME"
 }
 
 get() { http GET "$@"; }
@@ -151,7 +154,7 @@ post() { http POST "$1" --data-binary "@$2" "${@:3}"; }
 upload() {
   post /v1/models "$1"
   [[ $status == 201 || $status == 200 ]] || { show; return 1; }
-  id=$(jq -r .id answer)
+  id=$(gojq -r .id answer)
 }
 
 show() {
@@ -163,28 +166,35 @@ show() {
 # expect STATUS
 expect() { [[ $status == "$1" ]] || { echo "expected $1"; show; return 1; }; }
 
-# header NAME: its value, the last one's where it is there again.
-header() {
+# get_header NAME: sets $REPLY to its value, the last one's where it is there again.
+get_header() {
   local text
+  REPLY=
   IFS= read -r -d '' text <headers || true
-  shopt -s nocasematch # of this subshell
-  [[ ! $'\n'$text =~ .*$'\n'"$1: "*([^$'\r']*)$'\r' ]] || printf '%s\n' "${BASH_REMATCH[1]}"
+  shopt -s nocasematch
+  [[ ! $'\n'$text =~ .*$'\n'"$1: "*([^$'\r']*)$'\r' ]] || REPLY=${BASH_REMATCH[1]}
+  shopt -u nocasematch
 }
+
+# header NAME: prints that value.
+header() { get_header "$1" && printf '%s\n' "$REPLY"; }
 
 # holds JQ-EXPRESSION [FILE]: is it true of the JSON answer?
 holds() {
-  jq --exit-status "$1" "${2:-answer}" >/dev/null || { echo "does not hold: $1"; jq -c . "${2:-answer}" | head -c 3000; return 1; }
+  gojq --exit-status "$1" "${2:-answer}" >/dev/null || { echo "does not hold: $1"; gojq -c . "${2:-answer}" | head -c 3000; return 1; }
 }
 
 # value JQ-EXPRESSION
-value() { jq --raw-output "$1" answer; }
+value() { gojq --raw-output "$1" answer; }
 
 # problem STATUS [PATTERN]: a problem document of the contract's form, its detail matching.
 problem() {
   local detail
   expect "$1"
-  [[ $(header content-type) == application/problem+json* ]] || { show; return 1; }
-  detail=$(jq --raw-output --argjson status "$1" --arg request "$(header x-request-id)" '
+  get_header content-type
+  [[ $REPLY == application/problem+json* ]] || { show; return 1; }
+  get_header x-request-id
+  detail=$(gojq --raw-output --argjson status "$1" --arg request "$REPLY" '
     if (.type | startswith("urn:tweend:problem:")) and (.type | endswith(":internal")) == ($status == 500)
       and (.title | type) == "string" and (.detail | type) == "string" and .status == $status
       and $request != "" and (.instance | endswith($request))

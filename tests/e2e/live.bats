@@ -54,7 +54,7 @@ await_events() {
   done
   # Frame n is sent when it is due, or later on a busy machine; the first one is under way when the stream begins.
   for file in one two; do
-    paste <(sed -n 's/^id: //p' $file) <(sed -n 's/^data: //p' $file | jq .now) >sent
+    paste <(sed -n 's/^id: //p' $file) <(sed -n 's/^data: //p' $file | gojq .now) >sent
     awk -v start="$start" 'NR > 1 { late = $2 - start - $1 * 250; if (NR == 2 || late < least) least = late }
                            END { exit !(NR >= 4 && least >= -1 && least < 100) }' sent
   done

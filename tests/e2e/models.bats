@@ -88,7 +88,7 @@ own() { { cat "$1"; echo "# $BATS_TEST_NAME"; } >own.obj; }
   get "$walk/pose?space=world&as=matrix&nodes=Left%20Knee_end&at=0"
   holds '.poses[0].matrix[0][12:15] | (.[0] | fabs) < 1e-6 and .[1] == -4 and (.[2] | fabs) < 1e-6'
   get "$walk/surface.glb"
-  glb_json answer | jq -e '(.nodes | length) == 3 and (has("meshes") | not) and ([.animations[0].channels[].target.path] == ["translation", "rotation", "rotation"])'
+  glb_json answer | gojq -e '(.nodes | length) == 3 and (has("meshes") | not) and ([.animations[0].channels[].target.path] == ["translation", "rotation", "rotation"])'
   get "$walk/pose.bvh?fps=2&order=ZXY&nodes=all"
   expect 200
   [ "$(header content-type)" = model/x-bvh ]
@@ -242,13 +242,13 @@ EOF
   http POST /v1/models -F file=@a.gltf -F file=@a.bin -F file=@a.png
   expect 201
   holds '.format == "glb" and .meshes[0].faces == 1'
-  id=$(jq -r .id answer)
+  id=$(gojq -r .id answer)
   http POST /v1/models -F file=@a.png -F file=@a.bin -F file=@a.gltf
   expect 200
-  [ "$(jq -r .id answer)" = "$id" ]
+  [ "$(gojq -r .id answer)" = "$id" ]
   get "/v1/models/$id/surface.glb?level=0"
   expect 200
-  glb_json answer | jq -e '.images[0].mimeType == "image/png" and (.images[0] | has("uri") | not)'
+  glb_json answer | gojq -e '.images[0].mimeType == "image/png" and (.images[0] | has("uri") | not)'
   http POST /v1/models -F file=@a.gltf -F file=@a.bin
   problem 422 a.png
   http POST /v1/models -F file=@a.gltf

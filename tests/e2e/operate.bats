@@ -193,7 +193,7 @@ would_not_start() {
   get /version --header 'traceparent: 00-0AF7651916CD43DD8448EB211C80319C-b7ad6b7169203331-01'
   get /version --header "traceparent: $trace-more"
   stop_daemon
-  grep '"message":"request"' "$log" | jq --slurp . >lines
+  grep '"message":"request"' "$log" | gojq --slurp . >lines
   holds '.[1] | .route == "/v1/models/{id}/surface" and .status == 200 and .bytes_out > 0' lines
   holds ".[1].traceparent == \"$trace\" and .[2].traceparent == null and .[3].traceparent == null" lines
   holds 'all(.[]; .receive_ms >= 0 and .queue_ms >= 0 and .work_ms >= 0 and .total_ms >= 0)' lines

@@ -19,14 +19,14 @@ agrees() { holds "$near $1"; }
 # ---- keys ----------------------------------------------------------------------------------------
 
 @test "at the key times the keys come back exactly" {
-  jq -c '.clips[0].tracks[] | select(.path == "rotation" and .quaternions) | {node, times, quaternions}' \
+  gojq -c '.clips[0].tracks[] | select(.path == "rotation" and .quaternions) | {node, times, quaternions}' \
     "$samples/tank.json" >tracks
   [ "$(wc -l <tracks)" -ge 4 ]
   while read -r track; do
-    node=$(jq -r .node <<<"$track") times=$(jq -r '.times | join(",")' <<<"$track")
+    node=$(gojq -r .node <<<"$track") times=$(gojq -r '.times | join(",")' <<<"$track")
     get "$tank/pose.json?clip=drive&nodes=$node&at=$times"
     expect 200
-    jq -e --argjson track "$track" "$near"'
+    gojq -e --argjson track "$track" "$near"'
       [[.poses[].rotation[0]], $track.quaternions] | transpose | all(same(.[0]; .[1]))' answer
     holds "[.poses[].t] == [$times]"
   done <tracks
@@ -50,7 +50,7 @@ agrees() { holds "$near $1"; }
   expect 200
   cp answer world
   # The hull has turned by 75 degrees and stands at (4, 0, 6.5): a child is where the hull takes its rest.
-  jq -e "$near"'
+  gojq -e "$near"'
     def hull($p): (75 * 3.14159265358979 / 180) as $a | ($a | cos) as $c | ($a | sin) as $s |
       [$c * $p[0] + $s * $p[2] + 4, $p[1], -$s * $p[0] + $c * $p[2] + 6.5];
     def place: .[12:15];
@@ -60,7 +60,7 @@ agrees() { holds "$near $1"; }
     near($m[2] | place; hull([-1.15, 0.45, -1.1])) and
     near($m[3] | place; hull([0, 1.08, -0.2]))' world
   # The barrel sits on the turret, which has turned by 20 degrees of its own.
-  jq -e "$near"'
+  gojq -e "$near"'
     (95 * 3.14159265358979 / 180) as $a | .poses[0].matrix as $m | ($m[3][12:15]) as $turret |
     near($m[4][12:15]; [$turret[0] + 0.6 * ($a | sin), $turret[1] + 0.28, $turret[2] + 0.6 * ($a | cos)])' world
 }
@@ -68,7 +68,7 @@ agrees() { holds "$near $1"; }
 # ---- times ---------------------------------------------------------------------------------------
 
 @test "more times than fit a URL go into a body" {
-  jq -n '{times: [range(2000) / 500]}' >times.json
+  gojq -n '{times: [range(2000) / 500]}' >times.json
   http POST "$tank/pose?clip=drive&nodes=hull" --data-binary @times.json --header 'Content-Type: application/json'
   expect 200
   holds '(.poses | length) == 2000 and .times[1999] == 3.998'
@@ -78,11 +78,11 @@ agrees() { holds "$near $1"; }
 
 @test "POST /v1/pose answers as the stored model would, and stores nothing" {
   get "$tank/pose.json?clip=drive&at=0.3,2.9&space=world&as=matrix"
-  jq . answer >stored
+  gojq . answer >stored
   http DELETE "$tank"
   post '/v1/pose.json?clip=drive&at=0.3,2.9&space=world&as=matrix' "$samples/tank.json"
   expect 200
-  diff <(jq . answer) stored
+  diff <(gojq . answer) stored
   get "$tank"
   problem 404
 }
@@ -90,7 +90,7 @@ agrees() { holds "$near $1"; }
 @test "one pose a line, rows of numbers, a table" {
   get "$tank/pose.ndjson?clip=drive&at=0,1,2"
   expect 200
-  jq -e -s 'map(select(has("t"))) | map(.t) == [0, 1, 2]' answer
+  gojq -e -s 'map(select(has("t"))) | map(.t) == [0, 1, 2]' answer
   get "$tank/pose.csv?clip=drive&at=0,1,2&nodes=hull"
   expect 200
   [[ $(header content-type) == text/csv* ]]
@@ -164,7 +164,7 @@ agrees() { holds "$near $1"; }
   holds '[.poses[].translation[0][0] | round] == [1, 5] and [.poses[].euler[0][2] | round] == [30, 90]'
   get "/v1/models/$id/surface.glb"
   cp answer jump.glb
-  glb_json jump.glb | jq -e '. as $g | [.animations[0].samplers[] | $g.accessors[.input] | .count, .max[0]] == [4, 2, 4, 2]'
+  glb_json jump.glb | gojq -e '. as $g | [.animations[0].samplers[] | $g.accessors[.input] | .count, .max[0]] == [4, 2, 4, 2]'
   upload jump.glb
   holds '.warnings == []'
   get "/v1/models/$id/pose?as=euler&unit=degrees&at=0.9999,1"

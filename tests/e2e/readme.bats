@@ -21,7 +21,7 @@ run_session() {
   cd session
   for file in cube.glb octopus.glb standing.glb tank.glb; do [ "$(head -c 4 "$file")" = glTF ]; done
   [ "$(grep -c '^f ' cube.obj)" = 96 ]
-  jq -e '(.poses | length) == 241' drive.json
+  gojq -e '(.poses | length) == 241' drive.json
   grep -q '1572864' ../printed
 }
 

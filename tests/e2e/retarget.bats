@@ -6,7 +6,7 @@ setup_file() {
   cd "$BATS_FILE_TMPDIR" || return
   # Two figures of ten bones by the names of two families of rigs, and a clip on the first.
   figure() { # figure NAME... : hips spine head, then upper leg, lower leg, foot, left and right, and a clip's tracks
-    jq -n --args '
+    gojq -n --args '
       $ARGS.positional as $n
       | [[0, 1, 0], [0, 0.2, 0], [0, 0.4, 0], [0.1, -0.1, 0], [0, -0.4, 0], [0, -0.4, 0], [-0.1, -0.1, 0], [0, -0.4, 0], [0, -0.4, 0]] as $t
       | [null, 0, 1, 0, 3, 4, 0, 6, 7] as $p
@@ -16,7 +16,7 @@ setup_file() {
   }
   figure Hips Spine Head LeftUpLeg LeftLeg LeftFoot RightUpLeg RightLeg RightFoot >"$BATS_FILE_TMPDIR/walker.json"
   figure pelvis spine_01 head thigh_l calf_l foot_l thigh_r calf_r foot_r |
-    jq '.nodes[].translation |= map(. * 2) | del(.clips)' >"$BATS_FILE_TMPDIR/giant.json"
+    gojq '.nodes[].translation |= map(. * 2) | del(.clips)' >"$BATS_FILE_TMPDIR/giant.json"
   upload "$BATS_FILE_TMPDIR/walker.json"
   export walker=${id##*/}
   upload "$BATS_FILE_TMPDIR/giant.json"
@@ -50,7 +50,7 @@ post_json() { http POST "$1" --json "$2" "${@:3}"; }
 }
 
 @test "a map decides, in the query and in the body" {
-  map=$(jq -rn '{LeftUpLeg: "thigh_r", RightUpLeg: "thigh_l", Head: null} | @json | @uri')
+  map=$(gojq -rn '{LeftUpLeg: "thigh_r", RightUpLeg: "thigh_l", Head: null} | @json | @uri')
   get "$giant/tracks?clip=$walker/step&retarget=auto&map=$map"
   holds '.retarget | .without_target == ["Head"] and .without_source == ["head"]
     and (.bones | map(select(.by == "map")) | map([.source, .target])) == [["RightUpLeg", "thigh_l"], ["LeftUpLeg", "thigh_r"]]'

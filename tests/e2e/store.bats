@@ -48,6 +48,12 @@ stored() { find "$data" -type f -path "*$1*"; }
 # large FILE: a model of 40 MB that is parsed in no time.
 large() { { cat "$samples/cube.obj"; head -c 40000000 /dev/zero | tr '\0' '\n'; } >"$1"; }
 
+# upload_at_once: the files to the daemons that lines "FILE URL" on standard input name; prints their status codes.
+upload_at_once() {
+  sed -E 's|(.*) (.*)|url = "\2/v1/models"\ndata-binary = "@\1"\noutput = "/dev/null"\nwrite-out = "%{http_code}\\n"\nmax-time = 60\nsilent\n|; 2,$ s/^/next\n/' |
+    curl --parallel --parallel-immediate --parallel-max 300 --config - || true
+}
+
 # becomes PATH STATUS: within some seconds.
 becomes() {
   for _ in $(seq 50); do
@@ -75,6 +81,7 @@ damaged() {
     'truncate --size=$((size - 1)) "$file"' 'truncate --size=0 "$file"' 'echo >>"$file"'; do
     # With the model in the cache, and on a daemon that has never read it.
     for start in kept afresh; do
+      [[ $start == kept || $damage == *=0* || $damage == *dd* ]] || continue
       : >log
       eval "$damage"
       if [[ $start == afresh ]]; then
@@ -161,20 +168,14 @@ remove_folder() {
     done
     urls+=("$(sed -n 's/.* listening on //p' "ready-$i")")
   done
-  for n in $(seq 12); do
+  for n in {1..12}; do
     { cat "$samples/octopus.obj"; echo "# $n"; } >"model-$n.obj"
-    clients=()
-    for i in $(seq 24); do
-      curl --silent --output /dev/null --write-out '%{http_code}\n' --data-binary "@model-$n.obj" \
-        "${urls[i % 4]}/v1/models" 3>&- >"code-$n-$i" &
-      clients+=($!)
-    done
-    wait "${clients[@]}"
+    for i in {1..24}; do echo "model-$n.obj ${urls[i % 4]}"; done | upload_at_once >>codes
     cmp "$(stored "$(sha256sum "model-$n.obj" | head -c 32)")" "model-$n.obj"
   done
-  cat code-* | sort | uniq -c
-  [ "$(cat code-* | grep -cvxE '200|201')" = 0 ]
-  [ "$(cat code-* | grep -cx 201)" = 12 ]
+  sort codes | uniq -c
+  [ "$(grep -cxE '200|201' codes)" = $((12 * 24)) ]
+  [ "$(grep -cx 201 codes)" = 12 ]
 }
 
 # patience TARGET: seconds for its answer; a stream has no end.
@@ -214,18 +215,16 @@ patience() { if [[ $1 == */live* ]]; then echo 2; else echo 60; fi; }
   kill "$reader"
 }
 
-# race_all NAME: 150 models of that name and 50 uploads of one, to all of urls at once; their codes in NAME-*.
+# race_all NAME: 150 models of that name and 50 uploads of one, to all of urls at once.
 race_all() {
-  local i clients=()
-  for i in $(seq 200); do
-    ((i > 150)) || { cat "$samples/cube.obj"; echo "# $1 $i"; } >"$1.obj-$i"
-    curl --silent --output /dev/null --max-time 60 --write-out '%{http_code}\n' \
-      --data-binary "@$1.obj-$((i > 150 ? 150 : i))" "${urls[i % ${#urls[@]}]}/v1/models" >"$1-$i" 3>&- &
-    clients+=($!)
-  done
-  wait "${clients[@]}"
-  cat "$1"-* | sort | uniq -c
-  [ "$(cat "$1"-* | grep -cvxE '200|201')" = 0 ]
+  local i cube
+  cube=$(<"$samples/cube.obj")
+  for i in {1..200}; do
+    ((i > 150)) || printf '%s\n# %s %d\n' "$cube" "$1" "$i" >"$1.obj-$i"
+    echo "$1.obj-$((i > 150 ? 150 : i)) ${urls[i % ${#urls[@]}]}"
+  done | upload_at_once >codes
+  sort codes | uniq -c
+  [ "$(grep -cxE '200|201' codes)" = 200 ]
 }
 
 # forgotten ID URL...: each says 404 within two seconds.
@@ -287,7 +286,7 @@ forgotten() {
     urls+=("$url")
   done
   daemon=""
-  for n in $(seq 24); do
+  for n in {1..6}; do
     { cat "$samples/cube.obj"; echo "# $n"; } >model.obj
     url=${urls[n % 2]}
     upload model.obj
@@ -311,7 +310,7 @@ forgotten() {
   again
   get "/v1/models/$cube"
   expect 200
-  diff <(jq . before) <(jq . answer)
+  diff <(gojq . before) <(gojq . answer)
   get "/v1/models/$cube/source"
   cmp answer "$samples/octopus.obj"
   post /v1/models "$samples/octopus.obj"
