@@ -109,7 +109,7 @@ END
   for ((tries = 0; tries < 100; tries++)); do
     get "$signed"
     [[ $status == 200 ]] || break
-    sleep 0.1
+    pause 0.1
   done
   problem 403
   get /v1/models --header "$(as reader)"
@@ -118,7 +118,7 @@ END
   kill -HUP "$daemon"
   for ((tries = 0; tries < 100; tries++)); do
     ! grep -q 'line 1 is not KEY' "$log" || break
-    sleep 0.1
+    pause 0.1
   done
   grep -q 'the API keys stay' "$log"
 }
@@ -269,7 +269,7 @@ start_everywhere() {
   daemon=$! log=$PWD/log.txt
   for ((tries = 0; tries < 100; tries++)); do
     code=$(curl --silent --output /dev/null --write-out '%{http_code}' --header 'Host: evil.example' "http://127.0.0.1:$port/version") && break
-    sleep 0.1
+    pause 0.1
   done
   [ "$code" = 421 ]
 }

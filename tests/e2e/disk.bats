@@ -26,7 +26,7 @@ becomes() {
   for _ in $(seq 100); do
     get /readyz
     [[ $status != "$1" ]] || return 0
-    sleep 0.1
+    pause 0.1
   done
   expect "$1"
 }

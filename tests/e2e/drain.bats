@@ -14,7 +14,7 @@ teardown() { [[ -z ${daemon-} ]] || stop_daemon; }
   bytes=$(value .bytes)
   curl --silent --output slow.glb --limit-rate 20M "$url/v1/models/$id/surface.glb?level=9" 3>&- &
   client=$!
-  sleep 0.7
+  pause 0.7
   kill -0 "$client"
   kill -TERM "$daemon"
   wait "$client"
@@ -52,9 +52,9 @@ unsent() {
   upload "$samples/cube.obj"
   curl --silent --output slow.glb --limit-rate 2M "$url/v1/models/$id/surface.glb?level=9" 3>&- &
   client=$!
-  sleep 0.7
+  pause 0.7
   kill -TERM "$daemon"
-  sleep 0.3
+  pause 0.3
   for path in /readyz /v1/models; do
     get "$path" --max-time 3
     [[ $status == 503 || $status == 000 ]]
@@ -84,7 +84,7 @@ unsent() {
   upload "$samples/cube.obj"
   curl --silent --output slow.glb --limit-rate 10k "$url/v1/models/$id/surface.glb?level=9" 3>&- &
   client=$!
-  sleep 0.5
+  pause 0.5
   started=$EPOCHSECONDS
   kill -TERM "$daemon"
   wait "$daemon" || true

@@ -124,7 +124,7 @@ until_it_holds() {
   local tries
   for ((tries = 0; tries < 100; tries++)); do
     if "$@"; then return 0; fi
-    sleep 0.1
+    pause 0.1
   done
   return 1
 }

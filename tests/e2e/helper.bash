@@ -32,6 +32,10 @@ start_daemon() {
     --cache-dir "$here/cache" "$@"
 }
 
+# pause SECONDS: sleep, without a process. Nothing is ever written to the pipe.
+exec {quiet}<> <(:)
+pause() { read -rt "$1" -u "$quiet" || true; }
+
 # launch COMMAND...: waits for the ready line.
 launch() {
   local here=${BATS_TEST_TMPDIR-}
@@ -40,12 +44,15 @@ launch() {
   : >"$ready"
   "$@" >"$ready" 2>>"$log" 3>&- &
   daemon=$!
-  local tries
-  for ((tries = 0; tries < 300; tries++)); do
-    url=$(sed -n 's/^tweend [^ ]* listening on \(http.*\)$/\1/p' "$ready")
+  local tries line
+  url=""
+  for ((tries = 0; tries < 600; tries++)); do
+    while IFS= read -r line; do
+      [[ ! $line =~ ^tweend\ [^\ ]*\ listening\ on\ (http.*)$ ]] || url=${BASH_REMATCH[1]}
+    done <"$ready"
     [[ -z $url ]] || break
     kill -0 "$daemon" 2>/dev/null || break
-    sleep 0.1
+    pause 0.05
   done
   export url daemon data log
   [[ -n $url ]] || { echo "the daemon printed no ready line"; cat "$log"; return 1; }

@@ -20,7 +20,7 @@ await_events() {
   local tries
   for ((tries = 0; tries < 300; tries++)); do
     [[ ! -f $1 ]] || (($(grep -c '^id: ' "$1") < $2)) || return 0
-    sleep 0.1
+    pause 0.1
   done
   return 1
 }

@@ -21,7 +21,7 @@ counts() {
   for ((tries = 0; tries < 500; tries++)); do
     counted=$(metric "$1") || { echo "$1 is missing"; return 1; }
     [ "$counted" != "$2" ] || return 0
-    sleep 0.01
+    pause 0.01
   done
   echo "$1 is $counted, not $2"
   return 1
@@ -239,7 +239,7 @@ ask() { curl --silent --output /dev/null --write-out '%{http_code}' "$served$1" 
   kill -TERM "$daemon"
   for ((tries = 0; tries < 100; tries++)); do
     [ "$(ask /v1/models)" != 503 ] || break
-    sleep 0.02
+    pause 0.02
   done
   refused drain 1
   kill $! # it would take a minute

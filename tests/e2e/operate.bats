@@ -54,7 +54,7 @@ program=${TESTED_BINARY:-$root/build/tweend}
   for ((tries = 0; tries < 50; tries++)); do
     get /version
     [[ $status != 200 ]] || break
-    sleep 0.1
+    pause 0.1
   done
   expect 200
   exec {two}>&-
@@ -87,7 +87,7 @@ program=${TESTED_BINARY:-$root/build/tweend}
   for ((tries = 0; tries < 50; tries++)); do
     get /readyz
     [[ $status != 503 ]] || break
-    sleep 0.02
+    pause 0.02
   done
   problem 503 draining
   get "/v1/models/$id/surface.glb"
@@ -299,7 +299,7 @@ busy() {
   local tries
   for ((tries = 0; tries < 200; tries++)); do
     ! curl --silent "$url/metrics" | grep -qx "tweend_compute_threads_busy $1" || return 0
-    sleep 0.05
+    pause 0.05
   done
   curl --silent "$url/metrics" | grep tweend_compute_threads_busy
   return 1

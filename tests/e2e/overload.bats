@@ -85,7 +85,7 @@ mesh_obj() {
 health_median() {
   for _ in $(seq 7); do
     curl --silent --fail --output /dev/null --write-out '%{time_total}\n' "$url/healthz" || return
-    sleep 0.1
+    pause 0.1
   done | sort -n | sed -n 4p
 }
 
@@ -107,7 +107,7 @@ loopback_bytes() { cat /sys/class/net/lo/statistics/tx_bytes; }
   done
   for ((tries = 0; tries < 300; tries++)); do
     (($(curl --silent "$url/metrics" | sed -n 's/^tweend_http_connections //p') <= 400)) || break
-    sleep 0.1
+    pause 0.1
   done
   sent=$(loopback_bytes) begin=$EPOCHREALTIME
   loaded=$(health_median)
@@ -153,11 +153,11 @@ loopback_bytes() { cat /sys/class/net/lo/statistics/tx_bytes; }
   # The load is over when the daemon has noticed that all have left.
   for ((tries = 0; tries < 600; tries++)); do
     ! curl --silent "$url/metrics" | grep -qx 'tweend_http_requests_in_flight 1' || break
-    sleep 0.1
+    pause 0.1
   done
   for ((tries = 0; tries < 100; tries++)); do
     (($(resident NOW) >= 16 + 64)) || break
-    sleep 0.1
+    pause 0.1
   done
   (($(resident NOW) < 16 + 64))
 }
@@ -300,7 +300,7 @@ spooled() {
   local tries
   for ((tries = 0; tries < 300; tries++)); do
     ! curl --silent "$url/metrics" | grep -qx "tweend_spool_bytes $1" || return 0
-    sleep 0.05
+    pause 0.05
   done
   curl --silent "$url/metrics" | grep tweend_spool
   return 1
@@ -366,7 +366,7 @@ spooled() {
     send_slowly 2 --header "$framing" --limit-rate 250k
     for ((tries = 0; tries < 200; tries++)); do
       (($(curl --silent "$url/metrics" | sed -n 's/^tweend_spool_bytes //p') <= 2 << 20)) || break
-      sleep 0.05
+      pause 0.05
     done
     ((tries < 200))
     kill "${senders[@]}"

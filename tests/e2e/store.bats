@@ -59,7 +59,7 @@ becomes() {
   for _ in $(seq 50); do
     get "$1"
     [[ $status != "$2" ]] || return 0
-    sleep 0.1
+    pause 0.1
   done
   expect "$2"
 }
@@ -164,7 +164,7 @@ remove_folder() {
   for i in 1 2 3 4; do
     for _ in $(seq 100); do
       [ ! -s "ready-$i" ] || break
-      sleep 0.1
+      pause 0.1
     done
     urls+=("$(sed -n 's/.* listening on //p' "ready-$i")")
   done
@@ -200,7 +200,7 @@ patience() { if [[ $1 == */live* ]]; then echo 2; else echo 60; fi; }
   reader=$!
   for _ in $(seq 50); do
     [ ! -s live ] || break
-    sleep 0.1
+    pause 0.1
   done
   curl --silent --fail --request DELETE "$other/v1/models/$lender"
   sleep 1.5
@@ -210,7 +210,7 @@ patience() { if [[ $1 == */live* ]]; then echo 2; else echo 60; fi; }
   done
   # The stream that had begun goes on.
   frames=$(grep -c ^id: live)
-  sleep 0.5
+  pause 0.5
   [ "$(grep -c ^id: live)" -gt "$frames" ]
   kill "$reader"
 }
@@ -233,7 +233,7 @@ forgotten() {
   for place in "${@:2}"; do
     until [[ $(curl --silent --output /dev/null --write-out '%{http_code}' "$place/v1/models/$1") == 404 ]]; do
       ((SECONDS < end)) || { echo "$place still has $1"; return 1; }
-      sleep 0.05
+      pause 0.05
     done
   done
 }
@@ -351,7 +351,7 @@ forgotten() {
   for _ in $(seq 50); do
     files >after
     diff -q before after >/dev/null && break
-    sleep 0.1
+    pause 0.1
   done
   diff before after
   get /healthz

@@ -80,7 +80,7 @@ memory() { awk -v what="$1:" '$1 == what { print $2 * 1024 }' "/proc/$daemon/sta
   for _ in $(seq 20); do
     curl --silent --output /dev/null --max-time 0.1 "$url$cube/surface.glb?level=9" || true
   done
-  sleep 0.5
+  pause 0.5
   get /healthz
   expect 200
   after=$(find "/proc/$daemon/fd" -type l | wc -l)
