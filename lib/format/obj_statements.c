@@ -420,7 +420,7 @@ static tw_status read_face(tw_obj_reader *reader, tw_obj_text *text) {
   if (status != TW_OK) return status;
   uint64_t named = reader->read.corners - first, count = named > 0 ? drop_doubled_corners(reader, first) : 0;
   if (count < 3 || !has_three_points(reader->corners + first, count)) return drop_face(reader, first);
-  tw_lose_doubled_corners(&reader->losses, count < named);
+  if (count < named) tw_lose_doubled_corners(&reader->losses, 1);
   status = number_groups(reader);
   if (status == TW_OK) status = label_face(reader, &reader->materials, reader->material);
   if (status == TW_OK) status = label_face(reader, &reader->groups, reader->group);
@@ -614,20 +614,18 @@ static tw_status make_all_room(tw_obj_reader *reader) {
 }
 
 tw_status tw_obj_read_statements(tw_obj_reader *reader, const uint8_t *bytes, size_t size) {
-  enum { STEPS = 32 };
-  const uint8_t *first = bytes + tw_byte_order_mark(bytes, size);
-  tw_obj_text file = {first, bytes + size, 1, first}, start = file;
+  tw_obj_text file = tw_obj_text_of_file(bytes, size), start = file;
   tw_word word;
   reader->material = reader->group = TW_OBJ_NO_NAME;
   reader->smoothing_group = TW_OBJ_NO_VALUE;
   reader->tags.boundary = reader->tags.uv = reader->tags.creasing = reader->tags.triangles = TW_TAG_UNSET;
-  for (; tw_work(STEPS) && tw_obj_next_statement(&file, &word); tw_obj_end_statement(&file))
+  for (; tw_obj_next_statement(&file, &word); tw_obj_end_statement(&file))
     count_statement(reader, word, &file);
   tw_status status = tw_work_status(reader->error); /* else nothing is counted whole */
   if (status == TW_OK) status = make_all_room(reader);
   file = start;
   for (; status == TW_OK && tw_obj_next_statement(&file, &word); tw_obj_end_statement(&file))
-    status = tw_work(STEPS) ? read_statement(reader, word, &file) : tw_work_status(reader->error);
+    status = read_statement(reader, word, &file);
   if (status == TW_OK) status = tw_work_status(reader->error);
   if (status != TW_OK) return status;
   if (reader->all.points == 0)
@@ -638,8 +636,7 @@ tw_status tw_obj_read_statements(tw_obj_reader *reader, const uint8_t *bytes, si
 }
 
 void tw_obj_read_exact(const uint8_t *bytes, size_t size, double *out) {
-  const uint8_t *first = bytes + tw_byte_order_mark(bytes, size);
-  tw_obj_text file = {first, bytes + size, 1, first};
+  tw_obj_text file = tw_obj_text_of_file(bytes, size);
   tw_word word;
   for (; tw_obj_next_statement(&file, &word); tw_obj_end_statement(&file))
     for (int i = 0; tw_word_is(word, "v") && i < 3; i++) tw_obj_read_number(&file, out++);
