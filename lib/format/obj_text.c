@@ -118,6 +118,10 @@ bool tw_obj_next_statement(tw_obj_text *file, tw_word *word) {
   do {
     tw_obj_skip_blanks(file);
     if (file->at == file->end) return false;
+    if (*file->at > '#') {
+      *word = tw_obj_read_word(file);
+      return true;
+    }
     if (*file->at == '#' && !begins_colors(file)) file->at = find_line_end(file->at, file->end);
     if (file->at == file->end) return false;
     if (!tw_obj_is_line_end(*file->at)) {

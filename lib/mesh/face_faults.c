@@ -10,7 +10,13 @@
 
 static bool has_three_places(const tw_soup *soup, const uint32_t *place, uint32_t face) {
   uint32_t begin = soup->face_offsets[face], end = soup->face_offsets[face + 1];
-  uint32_t first = place[soup->corners[begin]], second = first;
+  const uint32_t *corners = soup->corners + begin;
+  uint32_t first = place[corners[0]], second = first;
+  if (end - begin == 3) {
+    uint32_t third = place[corners[2]];
+    second = place[corners[1]];
+    return first != second && second != third && third != first;
+  }
   for (uint32_t c = begin + 1; c < end; c++) {
     uint32_t other = place[soup->corners[c]];
     if (other == first || other == second) continue;

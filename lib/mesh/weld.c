@@ -191,15 +191,18 @@ static uint32_t next_corner(const tw_soup *soup, uint32_t face, uint32_t corner)
 }
 
 /* Lists the sides that touch a place with several vertices; other sides have nothing to join. left_out: or
- * NULL. */
+ * NULL. *has_short: whether a side has both ends at one place. */
 static uint32_t collect_sides(const tw_soup *soup, const uint32_t *place, const bool *several,
-                              const uint8_t *left_out, side *sides) {
+                              const uint8_t *left_out, side *sides, bool *has_short) {
   uint32_t count = 0;
+  *has_short = false;
   for (uint32_t face = 0; face < soup->face_count; face++)
     for (uint32_t c = soup->face_offsets[face]; c < soup->face_offsets[face + 1]; c++) {
       uint32_t from = soup->corners[c], to = soup->corners[next_corner(soup, face, c)];
       uint32_t p = place[from], q = place[to];
-      if (p == q || (left_out && left_out[face]) || (!several[p] && !several[q])) continue;
+      if (left_out && left_out[face]) continue;
+      *has_short |= p == q;
+      if (p == q || (!several[p] && !several[q])) continue;
       sides[count++] = (side){from, to, face};
     }
   return count;
@@ -272,7 +275,6 @@ typedef struct welding {
   uint32_t count;
   uint32_t *joined;  /* [vertex_count] disjoint sets of vertices */
   uint8_t *left_out; /* [face_count] */
-  float height;      /* below it a face is a sliver */
 } welding;
 
 static const side *side_at(const welding *w, uint32_t i) {
@@ -282,13 +284,15 @@ static const side *side_at(const welding *w, uint32_t i) {
 /* Marks slivers that share an edge with more than one other side. Returns how many. */
 static uint32_t mark_slivers(const welding *w) {
   uint32_t found = 0;
+  double height = 0; /* below it a face is a sliver; 0 until a face is looked at */
   for (uint32_t i = 0, end; i < w->count && tw_work(GROUP_STEPS); i = end) {
     end = group_end(&w->list, w->order, i, w->count);
+    if (end - i > 2 && height == 0) height = (double)(TINY * greatest_extent(w->soup));
     for (uint32_t k = i; k < end && end - i > 2; k++) {
       uint32_t face = side_at(w, k)->face;
       if (w->left_out[face] != STAYS) continue;
-      bool is_sliver = tw_is_sliver(w->soup, face, (double)w->height) &&
-                       is_listed(w->soup, w->list.place, w->several, face);
+      bool is_sliver =
+          tw_is_sliver(w->soup, face, height) && is_listed(w->soup, w->list.place, w->several, face);
       w->left_out[face] = is_sliver ? SLIVER : NO_SLIVER;
       found += is_sliver;
     }
@@ -418,6 +422,7 @@ typedef struct side_arrays {
   uint32_t *order; /* [corner_count] */
   bool *several;   /* [vertex_count] */
   uint32_t count;
+  bool has_short;
 } side_arrays;
 
 static void side_arrays_deinit(side_arrays *arrays) {
@@ -432,11 +437,11 @@ static tw_status sort_sides(const tw_soup *soup, const uint32_t *place, const ui
                             side_arrays *out, tw_error *error) {
   *out = (side_arrays){tw_alloc(soup->corner_count, sizeof *out->sides),
                        tw_alloc(soup->corner_count, sizeof *out->order),
-                       tw_alloc_zero(soup->vertex_count, sizeof *out->several), 0};
+                       tw_alloc_zero(soup->vertex_count, sizeof *out->several), 0, false};
   if (!out->sides || !out->order || !out->several) return no_memory(error);
   for (uint32_t v = 0; v < soup->vertex_count; v++)
     if (place[v] != v) out->several[place[v]] = true;
-  out->count = collect_sides(soup, place, out->several, left_out, out->sides);
+  out->count = collect_sides(soup, place, out->several, left_out, out->sides, &out->has_short);
   const side_list list = {out->sides, place};
   return tw_sort_in_buckets(low_end, out->count, soup->vertex_count, side_less, &list, out->order, error);
 }
@@ -463,11 +468,10 @@ static tw_status join_points(const tw_soup *soup, const uint32_t *place, uint32_
                  .order = arrays.order,
                  .count = arrays.count,
                  .joined = joined,
-                 .left_out = left_out,
-                 .height = TINY * greatest_extent(soup)};
+                 .left_out = left_out};
     out->slivers = leave_out_slivers(&w);
     out->reversed_edges = join_pairs(&w);
-    join_short_sides(&w);
+    if (arrays.has_short) join_short_sides(&w);
     out->open_edges = count_open(&w);
     status = tw_work_status(error);
   }
