@@ -105,13 +105,13 @@ static bool begins_colors(const tw_obj_text *text) {
          tw_obj_is_blank(text->at[length]);
 }
 
-/* Charges the text up to `at`, once it is enough to take some microseconds. */
+/* Charges the lines up to `at`, once they are enough to take some microseconds. What reads a long line
+ * charges its words. */
 static bool charge(tw_obj_text *file) {
   enum { BYTES = 1 << 12, STEPS_A_BYTE = 2 };
   if (file->at - file->charged < BYTES) return true;
-  uint64_t bytes = (uint64_t)(file->at - file->charged);
   file->charged = file->at;
-  return tw_work(STEPS_A_BYTE * bytes);
+  return tw_work(STEPS_A_BYTE * BYTES);
 }
 
 bool tw_obj_next_statement(tw_obj_text *file, tw_word *word) {
