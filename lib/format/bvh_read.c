@@ -545,6 +545,8 @@ static tw_status read_motion(bvh_file *file, size_t size, tw_model *model) {
   if (status != TW_OK) return status;
   if (motion.frame_count != file->claimed)
     tw_model_warn(model, "Frames: says %.0f, and there are %u", file->claimed, motion.frame_count);
+  else if (motion.frame_count == 0)
+    tw_model_warn(model, "there are no frames, and so no clip");
   if (motion.rest > 0)
     tw_model_warn(model, "the last frame is left out: it has %llu of %u %s", (unsigned long long)motion.rest,
                   file->channel_count, tw_plural(file->channel_count, "number", "numbers"));

@@ -6,6 +6,10 @@
 
 #include "tweend/model.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* TW_INVALID at "/array/index" and the rest. */
 tw_status tw_model_fail_at(tw_error *error, const char *array, uint32_t index, const char *rest,
                            const char *detail);
@@ -30,5 +34,9 @@ tw_status tw_model_place_far_meshes(tw_model *model, tw_error *error);
 
 /* Clips, the layers of mixed ones, and clips of one name. */
 tw_status tw_model_check_clips(tw_model *model, tw_error *error);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -27,13 +27,12 @@ static tw_status drop_unfit_details(tw_model *model, uint32_t index, tw_error *e
 
 /* Adds how many points of a mesh no corner of a face is at: surfaces, and so answers, are made of faces. */
 static tw_status count_unused(const tw_mesh *mesh, uint64_t *unused, tw_error *error) {
-  bool *is_used = tw_alloc_zero(mesh->point_count, sizeof *is_used);
+  uint8_t *is_used = tw_alloc_zero(mesh->point_count, 1);
   if (!is_used) return tw_fail(error, TW_NO_MEMORY, "out of memory");
-  *unused += mesh->point_count;
-  for (uint32_t c = 0; c < mesh->corner_count; c++) {
-    *unused -= !is_used[mesh->corners[c]];
-    is_used[mesh->corners[c]] = true;
-  }
+  uint32_t used = 0;
+  for (uint32_t c = 0; c < mesh->corner_count; c++) is_used[mesh->corners[c]] = 1;
+  for (uint32_t p = 0; p < mesh->point_count; p++) used += is_used[p];
+  *unused += mesh->point_count - used;
   tw_free(is_used);
   return TW_OK;
 }

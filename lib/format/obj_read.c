@@ -434,6 +434,31 @@ static tw_status close_seams(const tw_obj_reader *reader, tw_model *model) {
   return TW_OK;
 }
 
+/* Tells of texture coordinates or normals that no corner has. corners: [all.corners], or NULL. */
+static tw_status lose_unused(tw_obj_reader *reader, const uint32_t *corners, uint64_t count, const char *one,
+                             const char *many) {
+  bool *is_used = tw_alloc_zero((size_t)count, sizeof *is_used);
+  uint64_t unused = count;
+  if (!is_used) return tw_obj_fail_memory(reader);
+  for (uint64_t c = 0; corners && c < reader->all.corners; c++) {
+    if (corners[c] == TW_OBJ_NO_VALUE) continue;
+    unused -= !is_used[corners[c]];
+    is_used[corners[c]] = true;
+  }
+  tw_free(is_used);
+  tw_lose(&reader->losses, one, many, unused, 0);
+  return TW_OK;
+}
+
+static tw_status lose_values(tw_obj_reader *reader) {
+  tw_status status =
+      lose_unused(reader, reader->corner_uvs, reader->all.uvs, "texture coordinate of no corner is left out",
+                  "texture coordinates of no corner are left out");
+  if (status != TW_OK) return status;
+  return lose_unused(reader, reader->corner_normals, reader->all.normals, "normal of no corner is left out",
+                     "normals of no corner are left out");
+}
+
 static tw_status build_model(tw_obj_reader *reader, obj_bytes file, tw_model *model) {
   uint32_t mesh_count, *ends = NULL;
   tw_status status =
@@ -442,6 +467,7 @@ static tw_status build_model(tw_obj_reader *reader, obj_bytes file, tw_model *mo
     status = copy_names(reader, &reader->group_names, copy_words, &model->group_count, &model->group_names);
   if (status == TW_OK) status = split_points(reader, file, &mesh_count, &ends);
   if (status == TW_OK) status = make_linear(reader);
+  if (status == TW_OK) status = lose_values(reader);
   if (status == TW_OK) status = build_meshes(reader, mesh_count, ends, model);
   tw_free(ends);
   return status;

@@ -107,6 +107,7 @@ void tw_obj_reader_deinit(tw_obj_reader *reader) {
   tw_free(reader->objects);
   names_deinit(&reader->material_names);
   names_deinit(&reader->group_names);
+  names_deinit(&reader->idle_groups);
 }
 
 tw_status tw_obj_fail_memory(const tw_obj_reader *reader) {
@@ -420,7 +421,7 @@ static tw_status read_face(tw_obj_reader *reader, tw_obj_text *text) {
   if (status != TW_OK) return status;
   uint64_t named = reader->read.corners - first, count = named > 0 ? drop_doubled_corners(reader, first) : 0;
   if (count < 3 || !has_three_points(reader->corners + first, count)) return drop_face(reader, first);
-  tw_lose_doubled_corners(&reader->losses, count < named);
+  if (count < named) tw_lose_doubled_corners(&reader->losses, 1);
   status = number_groups(reader);
   if (status == TW_OK) status = label_face(reader, &reader->materials, reader->material);
   if (status == TW_OK) status = label_face(reader, &reader->groups, reader->group);
@@ -448,12 +449,34 @@ static void begin_object(tw_obj_reader *reader, tw_obj_text *text) {
   }
 }
 
+/* Notes that no face has followed the groups of the newest `g`. */
+static tw_status end_groups(tw_obj_reader *reader) {
+  uint32_t number;
+  if (reader->group_words.length == 0) return TW_OK;
+  return number_name(&reader->idle_groups, reader->group_words, TW_OBJ_GROUPS_MAX, &number, reader->error);
+}
+
+/* Tells of sets of groups that no face has anywhere in the file. The first may name the mesh. */
+static tw_status lose_groups(tw_obj_reader *reader) {
+  tw_status status = end_groups(reader);
+  const tw_obj_names *idle = &reader->idle_groups, *used = &reader->group_names;
+  for (size_t i = 0; i < idle->count && status == TW_OK; i++) {
+    const uint32_t *slot = used->count > 0 ? find_slot(used, idle->names[i]) : NULL;
+    bool is_used = slot && *slot != 0,
+         is_name = reader->object_count == 0 && same_name(idle->names[i], reader->first_group);
+    tw_lose(&reader->losses, "set of groups without faces is left out",
+            "sets of groups without faces are left out", !is_used && !is_name, 0);
+  }
+  return status;
+}
+
 /* Sets the groups of the faces that follow; `default` stands for none. */
-static void begin_groups(tw_obj_reader *reader, tw_obj_text *text) {
+static tw_status begin_groups(tw_obj_reader *reader, tw_obj_text *text) {
   enum { TEXT_MAX = 1024 }; /* an answer may repeat them for each part */
   tw_word names = tw_obj_read_word(text), word = names;
   for (; word.length > 0; word = tw_obj_read_word(text))
     names.length = (size_t)(word.text + word.length - names.text);
+  tw_status status = end_groups(reader);
   if (reader->first_group.length == 0) reader->first_group = names;
   reader->group = TW_OBJ_NO_NAME;
   tw_lose(&reader->losses, "set of groups is left out: its names have over 1024 bytes",
@@ -461,6 +484,7 @@ static void begin_groups(tw_obj_reader *reader, tw_obj_text *text) {
           text->line);
   if (names.length > TEXT_MAX || tw_word_is(names, "default")) names.length = 0;
   reader->group_words = names;
+  return status;
 }
 
 static tw_status use_material(tw_obj_reader *reader, tw_obj_text *text) {
@@ -556,9 +580,8 @@ static void count_statement(tw_obj_reader *reader, tw_word word, tw_obj_text *fi
 static tw_status read_bounded(tw_obj_reader *reader, tw_word word, tw_obj_text text) {
   if (tw_word_is(word, "t")) return tw_obj_read_tag(&reader->tags, &text, reader->error);
   if (tw_word_is(word, TW_OBJ_COLORS)) return read_colors(reader, &text);
-  if (tw_word_is(word, "g"))
-    begin_groups(reader, &text);
-  else if (tw_word_is(word, "s"))
+  if (tw_word_is(word, "g")) return begin_groups(reader, &text);
+  if (tw_word_is(word, "s"))
     begin_smoothing(reader, &text);
   else
     return skip_statement(reader, &text, word);
@@ -614,32 +637,29 @@ static tw_status make_all_room(tw_obj_reader *reader) {
 }
 
 tw_status tw_obj_read_statements(tw_obj_reader *reader, const uint8_t *bytes, size_t size) {
-  enum { STEPS = 32 };
-  const uint8_t *first = bytes + tw_byte_order_mark(bytes, size);
-  tw_obj_text file = {first, bytes + size, 1, first}, start = file;
+  tw_obj_text file = tw_obj_text_of_file(bytes, size), start = file;
   tw_word word;
   reader->material = reader->group = TW_OBJ_NO_NAME;
   reader->smoothing_group = TW_OBJ_NO_VALUE;
   reader->tags.boundary = reader->tags.uv = reader->tags.creasing = reader->tags.triangles = TW_TAG_UNSET;
-  for (; tw_work(STEPS) && tw_obj_next_statement(&file, &word); tw_obj_end_statement(&file))
+  for (; tw_obj_next_statement(&file, &word); tw_obj_end_statement(&file))
     count_statement(reader, word, &file);
   tw_status status = tw_work_status(reader->error); /* else nothing is counted whole */
   if (status == TW_OK) status = make_all_room(reader);
   file = start;
   for (; status == TW_OK && tw_obj_next_statement(&file, &word); tw_obj_end_statement(&file))
-    status = tw_work(STEPS) ? read_statement(reader, word, &file) : tw_work_status(reader->error);
+    status = read_statement(reader, word, &file);
   if (status == TW_OK) status = tw_work_status(reader->error);
   if (status != TW_OK) return status;
   if (reader->all.points == 0)
     return tw_fail_line(reader->error, TW_SYNTAX, file.line,
                         "there is no point and no face: this is not an OBJ file");
   settle_faces(reader);
-  return TW_OK;
+  return lose_groups(reader);
 }
 
 void tw_obj_read_exact(const uint8_t *bytes, size_t size, double *out) {
-  const uint8_t *first = bytes + tw_byte_order_mark(bytes, size);
-  tw_obj_text file = {first, bytes + size, 1, first};
+  tw_obj_text file = tw_obj_text_of_file(bytes, size);
   tw_word word;
   for (; tw_obj_next_statement(&file, &word); tw_obj_end_statement(&file))
     for (int i = 0; tw_word_is(word, "v") && i < 3; i++) tw_obj_read_number(&file, out++);

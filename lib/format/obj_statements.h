@@ -61,6 +61,7 @@ typedef struct tw_obj_reader {
   uint32_t material, group;
   uint32_t smoothing_group; /* TW_OBJ_NO_VALUE until an `s` */
   tw_obj_names material_names, group_names;
+  tw_obj_names idle_groups; /* that no face follows where they stand */
 
   uint64_t painted_points;                    /* coloured by ZBrush's comments */
   bool names_library;                         /* the file has an `mtllib` */

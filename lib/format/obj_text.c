@@ -1,13 +1,22 @@
 /* The text of OBJ files: statements, words and numbers. */
 #include "obj_text.h"
 
+#include <string.h>
+
 /* Bytes of the line end at `at`: 2 for CRLF, else 1. */
 static size_t line_end_length(const uint8_t *at, const uint8_t *end) {
   return at[0] == '\r' && end - at > 1 && at[1] == '\n' ? 2 : 1;
 }
 
+/* Looks in pieces: a file may have one kind of line end alone, and long lines. */
 static const uint8_t *find_line_end(const uint8_t *at, const uint8_t *end) {
-  while (at < end && !tw_obj_is_line_end(*at)) at++;
+  enum { PIECE = 128 };
+  while (at < end && !tw_obj_is_line_end(*at)) {
+    size_t size = end - at < PIECE ? (size_t)(end - at) : PIECE;
+    const uint8_t *feed = memchr(at, '\n', size), *stop = feed ? feed : at + size,
+                  *ret = memchr(at, '\r', (size_t)(stop - at));
+    at = ret ? ret : stop;
+  }
   return at;
 }
 
@@ -96,11 +105,23 @@ static bool begins_colors(const tw_obj_text *text) {
          tw_obj_is_blank(text->at[length]);
 }
 
+/* Charges the lines up to `at`, once they are enough to take some microseconds. What reads a long line
+ * charges its words. */
+static bool charge(tw_obj_text *file) {
+  enum { BYTES = 1 << 12, STEPS_A_BYTE = 2 };
+  if (file->at - file->charged < BYTES) return true;
+  file->charged = file->at;
+  return tw_work(STEPS_A_BYTE * BYTES);
+}
+
 bool tw_obj_next_statement(tw_obj_text *file, tw_word *word) {
-  enum { LINE_STEPS = 4 };
-  while (tw_work(LINE_STEPS)) {
+  do {
     tw_obj_skip_blanks(file);
     if (file->at == file->end) return false;
+    if (*file->at > '#') {
+      *word = tw_obj_read_word(file);
+      return true;
+    }
     if (*file->at == '#' && !begins_colors(file)) file->at = find_line_end(file->at, file->end);
     if (file->at == file->end) return false;
     if (!tw_obj_is_line_end(*file->at)) {
@@ -109,7 +130,7 @@ bool tw_obj_next_statement(tw_obj_text *file, tw_word *word) {
     }
     file->at += line_end_length(file->at, file->end);
     file->line++;
-  }
+  } while (charge(file));
   return false;
 }
 
@@ -134,7 +155,12 @@ tw_obj_text tw_obj_statement(const tw_obj_text *file) {
 
 tw_obj_text tw_obj_text_of(tw_word word) {
   const uint8_t *start = (const uint8_t *)word.text;
-  return (tw_obj_text){start, start + word.length, 0, NULL};
+  return (tw_obj_text){.at = start, .end = start + word.length};
+}
+
+tw_obj_text tw_obj_text_of_file(const uint8_t *bytes, size_t size) {
+  const uint8_t *first = bytes + tw_byte_order_mark(bytes, size);
+  return (tw_obj_text){.at = first, .end = bytes + size, .line = 1, .first = first, .charged = first};
 }
 
 tw_word tw_obj_cut_word(tw_word *name) {
@@ -148,7 +174,7 @@ uint64_t tw_obj_count_words(tw_obj_text *text) {
   uint64_t count = 0;
   for (; !tw_obj_statement_ends(text); count++) {
     const uint8_t *at = text->at, *end = text->end;
-    while (at < end && *at != '#' && !ends_word(at, end)) at++;
+    while (at < end && ((*at > '#' && *at != '\\') || (*at != '#' && !ends_word(at, end)))) at++;
     text->at = at;
   }
   return count;

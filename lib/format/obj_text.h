@@ -15,8 +15,9 @@ tw_obj_quote tw_obj_quote_word(tw_word word);
 /* Lines end with LF, CRLF or a lone CR; a backslash just before a line end is a blank. */
 typedef struct tw_obj_text {
   const uint8_t *at, *end;
-  uint64_t line;        /* of `at`, from 1 */
-  const uint8_t *first; /* the beginning of the file; NULL for names */
+  uint64_t line;          /* of `at`, from 1 */
+  const uint8_t *first;   /* the beginning of the file; NULL for names */
+  const uint8_t *charged; /* up to here text has been charged as work; of a file only */
 } tw_obj_text;
 
 static inline bool tw_obj_is_line_end(uint8_t c) {
@@ -31,8 +32,8 @@ static inline bool tw_obj_is_blank(uint8_t c) {
 /* ZBrush writes the colours of points as comments. */
 #define TW_OBJ_COLORS "#MRGB"
 
-/* Reads the first word of the next statement and moves behind it. False at the end of the file, and where the
- * result is no longer wanted (tw_work). */
+/* Reads the first word of the next statement and moves behind it. Charges what the text takes, some lines at
+ * a time. False at the end of the file, and where the result is no longer wanted (tw_work). */
 bool tw_obj_next_statement(tw_obj_text *file, tw_word *word);
 
 /* Moves to the line end that ends the statement, over all lines that continue it. Works from anywhere in the
@@ -89,6 +90,9 @@ static inline bool tw_obj_take_slash(tw_obj_text *text) {
 tw_status tw_obj_fail_word(const tw_obj_text *text, const char *what, tw_error *error);
 
 tw_obj_text tw_obj_text_of(tw_word word);
+
+/* The text behind a byte order mark. */
+tw_obj_text tw_obj_text_of_file(const uint8_t *bytes, size_t size);
 
 /* Removes the first word from a name and returns it; length 0 if none is left. */
 tw_word tw_obj_cut_word(tw_word *name);

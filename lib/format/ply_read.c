@@ -159,11 +159,11 @@ static ply_use find_use(const ply_element *element, bool is_list, tw_word name) 
   return PLY_UNUSED;
 }
 
-static tw_status add_element(ply_file *file, tw_word line) {
-  tw_word name = next_word(&line);
+static tw_status add_element(ply_file *file, tw_word *line) {
+  tw_word name = next_word(line);
   double count;
   if (file->element_count == ELEMENTS_MAX) return fail(file, "there are more than 64 elements");
-  if (!tw_word_number(next_word(&line), &count) || !(count >= 0 && count < UINT32_MAX) ||
+  if (!tw_word_number(next_word(line), &count) || !(count >= 0 && count < UINT32_MAX) ||
       count != floor(count))
     return fail(file, "an element needs a name and a count below 2^32");
   ply_element *element = &file->elements[file->element_count++];
@@ -178,29 +178,31 @@ static tw_status add_element(ply_file *file, tw_word line) {
   return TW_OK;
 }
 
-static tw_status add_property(ply_file *file, tw_word line) {
+static tw_status add_property(ply_file *file, tw_word *line) {
   if (file->element_count == 0) return fail(file, "a property stands before the first element");
   if (file->property_count == PROPERTIES_MAX) return fail(file, "there are more than 256 properties");
   ply_element *element = &file->elements[file->element_count - 1];
   ply_property *property = &file->properties[file->property_count++];
-  tw_word word = next_word(&line);
+  tw_word word = next_word(line);
   *property = (ply_property){.is_list = tw_word_is(word, "list")};
   bool is_known = true;
   if (property->is_list) {
-    is_known = find_type(next_word(&line), &property->count_type) && property->count_type < PLY_F32;
-    word = next_word(&line);
+    is_known = find_type(next_word(line), &property->count_type) && property->count_type < PLY_F32;
+    word = next_word(line);
   }
   if (!is_known || !find_type(word, &property->type))
     return fail(file, "the type of a property is not known");
-  property->name = next_word(&line);
+  property->name = next_word(line);
   property->use = find_use(element, property->is_list, property->name);
   if (property->use != PLY_UNUSED) element->uses[property->use] = true;
   element->property_count++;
   return TW_OK;
 }
 
-static tw_status set_format(ply_file *file, tw_word line) {
-  tw_word name = next_word(&line);
+static tw_status set_format(ply_file *file, tw_word *line) {
+  tw_word name = next_word(line);
+  tw_word rest = *line;
+  if (tw_word_is(next_word(&rest), "1.0")) *line = rest; /* there has been no other version */
   file->is_text = tw_word_is(name, "ascii");
   file->is_big_endian = tw_word_is(name, "binary_big_endian");
   if (file->is_text || file->is_big_endian || tw_word_is(name, "binary_little_endian")) return TW_OK;
@@ -208,9 +210,11 @@ static tw_status set_format(ply_file *file, tw_word line) {
 }
 
 /* Passes over a line that says nothing of elements. Comments are not data, but for the names of pictures. */
-static void skip_line(ply_file *file, tw_word word, tw_word line) {
-  bool is_comment = tw_word_is(word, "comment") && !tw_word_begins(next_word(&line), "texturefile");
-  if (tw_word_is(word, "ply") || word.length == 0 || is_comment) return;
+static void skip_line(ply_file *file, tw_word word, tw_word *line) {
+  if (tw_word_is(word, "ply")) return;
+  bool is_comment = tw_word_is(word, "comment") && !tw_word_begins(next_word(line), "texturefile");
+  line->length = 0;
+  if (word.length == 0 || is_comment) return;
   if (tw_word_is(word, "comment"))
     tw_lose(&file->losses, "line of the header is left out: pictures are other files",
             "lines of the header are left out: pictures are other files", 1, file->line);
@@ -222,27 +226,27 @@ static void skip_line(ply_file *file, tw_word word, tw_word line) {
 /* Reads the header up to the line behind end_header. */
 static tw_status read_header(ply_file *file) {
   tw_word line;
-  bool has_format = false;
+  bool has_format = false, is_end = false;
   tw_status status = TW_OK;
-  while (status == TW_OK) {
+  while (status == TW_OK && !is_end) {
     if (!next_line(file, &line)) return fail(file, "the file ends within its header");
     tw_word word = next_word(&line);
-    if (tw_word_is(word, "end_header")) {
-      if (!has_format) return fail(file, "the header says no format");
-      file->line++; /* of the first row */
-      return TW_OK;
-    }
-    if (tw_word_is(word, "format")) {
-      status = set_format(file, line);
+    is_end = tw_word_is(word, "end_header");
+    if (is_end && !has_format) return fail(file, "the header says no format");
+    if (tw_word_is(word, "format") && !has_format) {
+      status = set_format(file, &line);
       has_format = true;
     } else if (tw_word_is(word, "element")) {
-      status = add_element(file, line);
+      status = add_element(file, &line);
     } else if (tw_word_is(word, "property")) {
-      status = add_property(file, line);
-    } else {
-      skip_line(file, word, line);
+      status = add_property(file, &line);
+    } else if (!is_end) {
+      skip_line(file, word, &line);
     }
+    tw_lose(&file->losses, "line of the header has words that are left out",
+            "lines of the header have words that are left out", next_word(&line).length > 0, file->line);
   }
+  file->line++; /* of the first row */
   return status;
 }
 

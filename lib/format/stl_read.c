@@ -226,17 +226,20 @@ static tw_status end_loop(tw_polygons_read *out, uint64_t line, tw_error *error)
 }
 
 /* Reads the normal of a facet, which holds for its loops; 0 0 0 for one that is no three numbers. */
-static void read_normal(stl_text *text, float out[3]) {
-  for (int i = 0; i < 3; i++) {
-    stl_text rest = *text;
-    double value;
-    if (!tw_word_number(next_word(&rest), &value) || !isfinite((float)value)) {
-      memset(out, 0, 3 * sizeof *out);
-      return;
-    }
-    out[i] = (float)value;
+static void read_normal(stl_text *text, float out[3], tw_losses *losses) {
+  stl_text rest = *text;
+  double value;
+  int count = 0;
+  bool are_finite = true;
+  for (; count < 3 && tw_word_number(next_word(&rest), &value); count++) {
+    out[count] = (float)value;
+    are_finite = are_finite && isfinite(out[count]);
     *text = rest;
   }
+  if (count == 3 && are_finite) return;
+  memset(out, 0, 3 * sizeof *out);
+  tw_lose(losses, "normal of a facet is no three finite numbers: the order of its corners counts",
+          "normals of facets are no three finite numbers: the order of their corners counts", 1, text->line);
 }
 
 /* Reads the name of a solid, which goes to the end of its line. */
@@ -249,11 +252,36 @@ static tw_word read_name(stl_text *text) {
   return (tw_word){start, (size_t)(end - start)};
 }
 
+/* Tells of the text of the header, but for the colours that are read. It may say more than who wrote the
+ * file: STL has no other place for units. */
+static void warn_of_header(const uint8_t *bytes, tw_model *model) {
+  static const struct {
+    const char *word;
+    size_t size; /* with the bytes behind it */
+  } colors[] = {{"COLOR=", 10}, {"MATERIAL=", 21}};
+  enum { TEXT = HEADER - 4 };
+  char text[TEXT + 1];
+  size_t length = 0;
+  for (size_t i = 0; i < TEXT; i++) {
+    for (size_t k = 0; k < sizeof colors / sizeof *colors; k++)
+      if (i + colors[k].size <= TEXT && memcmp(bytes + i, colors[k].word, strlen(colors[k].word)) == 0)
+        i += colors[k].size;
+    char c = i < TEXT && bytes[i] > ' ' && bytes[i] < 0x7F ? (char)bytes[i] : ' ';
+    bool is_blank = c == ' ' || (c == ',' && (length == 0 || text[length - 1] == ' '));
+    if (!is_blank) text[length++] = c;
+    if (is_blank && length > 0 && text[length - 1] != ' ') text[length++] = ' ';
+  }
+  while (length > 0 && (text[length - 1] == ' ' || text[length - 1] == ',')) length--;
+  text[length] = '\0';
+  if (length > 0) tw_model_warn(model, "the text of the header is left out: \"%s\"", text);
+}
+
 static const char no_stl[] = "this is neither text with a solid nor binary with all of its facets";
 
 /* What STL text holds besides facets. */
 typedef struct stl_solids {
   tw_word name;   /* of the first one that has one; length 0: none */
+  tw_word own;    /* of the newest one */
   uint64_t count; /* how many begin */
 } stl_solids;
 
@@ -266,9 +294,18 @@ static void skip_word(tw_word word, uint64_t line, tw_losses *losses) {
 }
 
 static void begin_solid(stl_text *text, stl_solids *solids) {
-  tw_word name = read_name(text);
-  if (solids->name.length == 0) solids->name = name;
+  solids->own = read_name(text);
+  if (solids->name.length == 0) solids->name = solids->own;
   solids->count++;
+}
+
+/* The end of a solid may repeat its name. */
+static void end_solid(stl_text *text, const stl_solids *solids, tw_losses *losses) {
+  tw_word name = read_name(text), own = solids->own;
+  bool is_same = name.length == own.length && memcmp(name.text, own.text, name.length) == 0;
+  tw_lose(losses, "name behind endsolid is left out: its solid has another",
+          "names behind endsolid are left out: their solids have others", name.length > 0 && !is_same,
+          text->line);
 }
 
 enum { WORD_STEPS = 4 }; /* of tw_work */
@@ -293,11 +330,11 @@ static tw_status read_text(stl_text text, tw_polygons_read *out, stl_solids *sol
     } else if (word_is(word, "loop") && !in_loop) {
       in_loop = true;
     } else if (word_is(word, "normal") && !in_loop) {
-      read_normal(&text, normal);
+      read_normal(&text, normal, losses);
     } else if (word_is(word, "solid")) {
       begin_solid(&text, solids);
     } else if (word_is(word, "endsolid")) {
-      read_name(&text);
+      end_solid(&text, solids, losses);
       has_end = true;
     } else if (word_is(word, "vertex") || word_is(word, "endloop") || word_is(word, "loop")) {
       status = tw_fail_line(error, TW_SYNTAX, text.line, "%.*s is out of place", (int)word.length, word.text);
@@ -393,6 +430,7 @@ tw_status tw_stl_read(const uint8_t *bytes, size_t size, tw_quads quads, tw_weld
           "solids are one mesh with the first one, and their names are left out",
           solids.count > 1 ? solids.count - 1 : 0, 0);
   if (status == TW_OK) tw_losses_tell(&losses, model);
+  if (status == TW_OK && is_binary(bytes, size)) warn_of_header(bytes, model);
   tw_free(read.positions);
   tw_free(read.corner_colors);
   return tw_model_end(model, status, out, error);

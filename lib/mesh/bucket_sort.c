@@ -41,15 +41,42 @@ void tw_sort_items(uint32_t *items, size_t count, tw_item_less *less, const void
 
 tw_status tw_sort_in_buckets(tw_item_bucket *bucket_of, uint32_t count, uint32_t bucket_count,
                              tw_item_less *less, const void *context, uint32_t *order, tw_error *error) {
-  enum { STEPS = 8 };
+  enum { STEPS = 8, BUCKETS = 256 }; /* a bucket takes; that are charged at once */
   uint32_t *starts = tw_alloc_zero((size_t)bucket_count + 1, sizeof *starts);
   if (!starts) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   for (uint32_t i = 0; i < count; i++) starts[bucket_of(context, i) + 1]++;
   for (uint32_t b = 0; b < bucket_count; b++) starts[b + 1] += starts[b];
   for (uint32_t i = 0; i < count; i++) order[starts[bucket_of(context, i)]++] = i;
   /* Each start has moved to its bucket's end. */
-  for (uint32_t b = 0, begin = 0; b < bucket_count && tw_work(STEPS); begin = starts[b++])
+  for (uint32_t b = 0, begin = 0; b < bucket_count; begin = starts[b++]) {
+    if (b % BUCKETS == 0 && !tw_work(STEPS * BUCKETS)) break;
     if (starts[b] - begin > 1) tw_sort_items(order + begin, starts[b] - begin, less, context);
+  }
   tw_free(starts);
   return tw_work_status(error);
+}
+
+tw_status tw_list_alike(const uint32_t *hashes, uint32_t count, uint32_t *items, uint32_t *item_count,
+                        tw_error *error) {
+  enum { BITS = 64, ITEMS_A_WORD = 4 };
+  typedef struct bits {
+    uint64_t once, twice;
+  } bits;
+  uint32_t words = 1, alike = 0;
+  while (words < count / ITEMS_A_WORD) words *= 2;
+  bits *seen = tw_alloc_zero(words, sizeof *seen);
+  if (!seen) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  for (uint32_t i = 0; i < count; i++) {
+    bits *word = &seen[hashes[i] / BITS & (words - 1)];
+    uint64_t bit = UINT64_C(1) << hashes[i] % BITS;
+    word->twice |= word->once & bit;
+    word->once |= bit;
+  }
+  for (uint32_t i = 0; i < count; i++) {
+    items[alike] = i;
+    alike += (uint32_t)(seen[hashes[i] / BITS & (words - 1)].twice >> hashes[i] % BITS & 1);
+  }
+  tw_free(seen);
+  *item_count = alike;
+  return TW_OK;
 }

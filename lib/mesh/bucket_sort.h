@@ -20,4 +20,10 @@ void tw_sort_items(uint32_t *items, size_t count, tw_item_less *less, const void
 tw_status tw_sort_in_buckets(tw_item_bucket *bucket_of, uint32_t count, uint32_t bucket_count,
                              tw_item_less *less, const void *context, uint32_t *order, tw_error *error);
 
+/* Lists the items whose hashes share their lowest bits with another's: those that are equal to another, and
+ * few more. Only these need sorting where equal items are sought. items: [count] receives them, ascending;
+ * *item_count: how many they are. Allocates up to 8 bytes an item while it runs. TW_NO_MEMORY. */
+tw_status tw_list_alike(const uint32_t *hashes, uint32_t count, uint32_t *items, uint32_t *item_count,
+                        tw_error *error);
+
 #endif

@@ -10,7 +10,13 @@
 
 static bool has_three_places(const tw_soup *soup, const uint32_t *place, uint32_t face) {
   uint32_t begin = soup->face_offsets[face], end = soup->face_offsets[face + 1];
-  uint32_t first = place[soup->corners[begin]], second = first;
+  const uint32_t *corners = soup->corners + begin;
+  uint32_t first = place[corners[0]], second = first;
+  if (end - begin == 3) {
+    uint32_t third = place[corners[2]];
+    second = place[corners[1]];
+    return first != second && second != third && third != first;
+  }
   for (uint32_t c = begin + 1; c < end; c++) {
     uint32_t other = place[soup->corners[c]];
     if (other == first || other == second) continue;
@@ -36,6 +42,7 @@ typedef struct face_order {
   const tw_soup *soup;
   const uint32_t *place;
   const uint32_t *hashes; /* [face_count] */
+  const uint32_t *faces;  /* those that are sorted, ascending */
   uint32_t bucket_mask;
 } face_order;
 
@@ -62,14 +69,16 @@ static int32_t material_of(const face_order *order, uint32_t face) {
   return order->soup->face_materials ? order->soup->face_materials[face] : 0;
 }
 
-static uint32_t hash_face(const face_order *order, uint32_t face) {
-  const face_round round = round_of(order, face);
-  uint64_t hash = round.size;
-  for (uint32_t k = 0; k < round.size; k++) {
-    hash = (hash ^ place_at(order, &round, k)) * 0x9E3779B97F4A7C15u;
-    hash ^= hash >> 32;
+/* The same for faces with the same places in the same direction: a sum over the sides. */
+static uint32_t hash_face(const tw_soup *soup, const uint32_t *place, uint32_t face) {
+  uint32_t begin = soup->face_offsets[face], end = soup->face_offsets[face + 1];
+  uint64_t hash = 0, from = end > begin ? place[soup->corners[end - 1]] : 0;
+  for (uint32_t c = begin; c < end; c++) {
+    uint64_t to = place[soup->corners[c]], side = (from << 32 | to) * 0x9E3779B97F4A7C15u;
+    hash += side ^ side >> 29;
+    from = to;
   }
-  return (uint32_t)hash;
+  return (uint32_t)(hash * 0x9E3779B97F4A7C15u >> 32);
 }
 
 /* By hashes first, which are at hand. */
@@ -86,33 +95,44 @@ static int compare_faces(const face_order *order, uint32_t a, uint32_t b) {
 }
 
 static bool face_less(const void *context, uint32_t a, uint32_t b) {
-  int order = compare_faces(context, a, b);
+  const face_order *faces = context;
+  int order = compare_faces(faces, faces->faces[a], faces->faces[b]);
   return order != 0 ? order < 0 : a < b;
 }
 
-static uint32_t face_bucket(const void *context, uint32_t face) {
+static uint32_t face_bucket(const void *context, uint32_t i) {
   const face_order *order = context;
-  return order->hashes[face] & order->bucket_mask;
+  return order->hashes[order->faces[i]] & order->bucket_mask;
 }
 
-tw_status tw_mark_doubled(const tw_soup *soup, const uint32_t *place, uint8_t *left_out, uint32_t *count,
-                          tw_error *error) {
-  uint32_t bucket_count = 1, faces = soup->face_count;
-  while (bucket_count < faces && bucket_count < 1u << 31) bucket_count *= 2;
-  uint32_t *hashes = tw_alloc(faces, 2 * sizeof *hashes);
-  if (!hashes) return tw_fail(error, TW_NO_MEMORY, "out of memory");
-  uint32_t *sorted = hashes + faces;
-  const face_order order = {soup, place, hashes, bucket_count - 1};
-  for (uint32_t face = 0; face < faces; face++) hashes[face] = hash_face(&order, face);
-  tw_status status = tw_sort_in_buckets(face_bucket, faces, bucket_count, face_less, &order, sorted, error);
-  *count = 0;
-  for (uint32_t i = 1; i < faces && status == TW_OK; i++) {
-    uint32_t face = sorted[i], before = sorted[i - 1];
+/* hashes, faces: [face_count] scratch. sorted: as well. */
+static tw_status mark_alike(const tw_soup *soup, const uint32_t *place, uint32_t *hashes, uint32_t *faces,
+                            uint32_t *sorted, uint8_t *left_out, uint32_t *count, tw_error *error) {
+  for (uint32_t face = 0; face < soup->face_count; face++) hashes[face] = hash_face(soup, place, face);
+  uint32_t alike, buckets;
+  tw_status status = tw_list_alike(hashes, soup->face_count, faces, &alike, error);
+  if (status != TW_OK) return status;
+  for (buckets = 1; buckets < alike && buckets < 1u << 31;) buckets *= 2;
+  const face_order order = {soup, place, hashes, faces, buckets - 1};
+  status = tw_sort_in_buckets(face_bucket, alike, buckets, face_less, &order, sorted, error);
+  for (uint32_t i = 1; i < alike && status == TW_OK; i++) {
+    uint32_t face = faces[sorted[i]], before = faces[sorted[i - 1]];
     bool is_doubled = !left_out[face] && compare_faces(&order, before, face) == 0;
     left_out[face] |= is_doubled;
     *count += is_doubled;
   }
-  tw_free(hashes);
+  return status;
+}
+
+tw_status tw_mark_doubled(const tw_soup *soup, const uint32_t *place, uint8_t *left_out, uint32_t *count,
+                          tw_error *error) {
+  size_t faces = soup->face_count;
+  uint32_t *scratch = tw_alloc(faces, 3 * sizeof *scratch);
+  *count = 0;
+  if (!scratch) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  tw_status status =
+      mark_alike(soup, place, scratch, scratch + faces, scratch + 2 * faces, left_out, count, error);
+  tw_free(scratch);
   return status;
 }
 

@@ -23,23 +23,48 @@ static double extent_of(const bounds *b) {
   return fmax(b->high[0] - b->low[0], fmax(b->high[1] - b->low[1], b->high[2] - b->low[2]));
 }
 
-/* The most by which rounding to float moves a point within the bounds. */
-static double loss_of(const bounds *b) {
-  double most = 0;
+/* The most by which rounding to float moves a coordinate up to `most`. */
+static double loss_below(double most) {
   int exponent;
-  for (int c = 0; c < 3; c++) most = fmax(most, fmax(fabs(b->low[c]), fabs(b->high[c])));
   frexp(most, &exponent); /* floats below 2^exponent are up to 2^(exponent - 24) apart */
   return ldexp(0.5, exponent - FLT_MANT_DIG);
 }
 
+/* The most by which rounding to float moves a point within the bounds. */
+static double loss_of(const bounds *b) {
+  double most = 0;
+  for (int c = 0; c < 3; c++) most = fmax(most, fmax(fabs(b->low[c]), fabs(b->high[c])));
+  return loss_below(most);
+}
+
+/* At least the magnitude of each coordinate of the corners' points: that of all points between the first and
+ * the last of them. Infinite where these are far more than the corners. */
+static double greatest_magnitude(const float *positions, const uint32_t *corners, uint32_t corner_count) {
+  uint32_t first = UINT32_MAX, last = 0;
+  float most = 0;
+  for (uint32_t i = 0; i < corner_count; i++) {
+    first = corners[i] < first ? corners[i] : first;
+    last = corners[i] > last ? corners[i] : last;
+  }
+  if (corner_count == 0 || last - first > corner_count) return INFINITY;
+  for (size_t i = 3 * (size_t)first; i < 3 * (size_t)last + 3; i++) {
+    float value = fabsf(positions[i]);
+    most = value > most ? value : most;
+  }
+  return (double)most;
+}
+
 bool tw_points_may_be_far(const float *positions, const uint32_t *corners, uint32_t corner_count) {
+  enum { CORNERS = 64 }; /* between two looks at the extent, which only grows */
   bounds b = {{0}, {0}};
+  double most = greatest_magnitude(positions, corners, corner_count),
+         loss = isfinite(most) ? 2 * loss_below(most) : INFINITY; /* 2: rounding may widen the extent */
   for (uint32_t i = 0; i < corner_count; i++) {
     const float *at = positions + 3 * (size_t)corners[i];
     widen(&b, (const double[3]){(double)at[0], (double)at[1], (double)at[2]}, i == 0);
+    if (i % CORNERS == CORNERS - 1 && loss <= loss_max * extent_of(&b)) return false;
   }
-  return corner_count > 0 &&
-         2 * loss_of(&b) > loss_max * extent_of(&b); /* 2: rounding may widen the extent */
+  return corner_count > 0 && 2 * loss_of(&b) > loss_max * extent_of(&b);
 }
 
 /* A number near the middle of an axis: a multiple of a power of two about the extent, which is a float unless

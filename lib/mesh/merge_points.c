@@ -77,9 +77,10 @@ typedef struct merger {
   const uint32_t *point_of; /* [point_count before] new index of each point */
   uint32_t point_count;     /* after the merge */
   const uint8_t *left_out;  /* [face_count before] faces to drop; NULL: none */
-  uint32_t *seen;           /* [point_count after] 1 + the last face that has or had the point; 0: none */
-  uint32_t *face_of;        /* [face_count before] new index of each face, UINT32_MAX when it is dropped */
-  uint32_t shortened;       /* faces that stay with fewer corners */
+  uint32_t *seen;     /* [point_count after] 1 + the last face that has or had the point; 0: none, but for
+                         triangles that stay whole */
+  uint32_t *face_of;  /* [face_count before] new index of each face, UINT32_MAX when it is dropped */
+  uint32_t shortened; /* faces that stay with fewer corners */
   tw_arena *arena;
   tw_mesh made; /* the mesh with attributes that are right once points are merged */
   uint32_t channel_count;
@@ -173,9 +174,10 @@ void tw_mesh_drop_points(tw_mesh *mesh, uint32_t *had_face) {
 
 /* ---- faces ----------------------------------------------------------------------------------- */
 
+/* Corners have their new points already. */
 static void copy_corner(const merger *m, uint32_t from, uint32_t to) {
   tw_mesh *mesh = m->mesh;
-  ((uint32_t *)mesh->corners)[to] = m->point_of[mesh->corners[from]];
+  ((uint32_t *)mesh->corners)[to] = mesh->corners[from];
   if (mesh->normals.corners) ((uint32_t *)mesh->normals.corners)[to] = mesh->normals.corners[from];
   for (uint32_t i = 0; i < m->channel_count; i++) {
     uint32_t *corners = (uint32_t *)m->channels[i].corners, value = corners[from];
@@ -183,13 +185,22 @@ static void copy_corner(const merger *m, uint32_t from, uint32_t to) {
   }
 }
 
+static bool is_whole_triangle(const uint32_t *corners) {
+  return corners[0] != corners[1] && corners[1] != corners[2] && corners[2] != corners[0];
+}
+
 /* Moves a face's corners to `start`, dropping each whose point equals the corner's before it. Returns where
  * they end, or `start` for a face left with fewer than three different points. */
 static uint32_t keep_corners(merger *m, uint32_t face, uint32_t begin, uint32_t end, uint32_t start) {
   const uint32_t *corners = m->mesh->corners;
-  uint32_t kept = start, different = 0, before = m->point_of[corners[end - 1]];
+  if (end - begin == 3 && is_whole_triangle(corners + begin)) {
+    if (start == begin && m->channel_count == 0) return end; /* they stay where they are */
+    for (uint32_t c = begin; c < end; c++) copy_corner(m, c, start++);
+    return start;
+  }
+  uint32_t kept = start, different = 0, before = corners[end - 1];
   for (uint32_t c = begin; c < end; c++) {
-    uint32_t point = m->point_of[corners[c]];
+    uint32_t point = corners[c];
     if (point != before) {
       different += m->seen[point] != face + 1;
       m->seen[point] = face + 1;
@@ -203,7 +214,7 @@ static uint32_t keep_corners(merger *m, uint32_t face, uint32_t begin, uint32_t 
 }
 
 static void see_face(const merger *m, uint32_t face, uint32_t begin, uint32_t end) {
-  for (uint32_t c = begin; c < end; c++) m->seen[m->point_of[m->mesh->corners[c]]] = face + 1;
+  for (uint32_t c = begin; c < end; c++) m->seen[m->mesh->corners[c]] = face + 1;
 }
 
 static void copy_face(tw_mesh *mesh, uint32_t from, uint32_t to) {
@@ -216,6 +227,7 @@ static void copy_face(tw_mesh *mesh, uint32_t from, uint32_t to) {
 static void keep_faces(merger *m) {
   tw_mesh *mesh = m->mesh;
   uint32_t *offsets = (uint32_t *)mesh->face_offsets, faces = 0, corners = 0;
+  renumber(mesh->corners, mesh->corner_count, m->point_of);
   for (uint32_t f = 0, begin = 0; f < mesh->face_count; f++) {
     uint32_t end = offsets[f + 1];
     bool is_left_out = m->left_out && m->left_out[f];

@@ -22,8 +22,7 @@ typedef struct places {
   const float *rows; /* [][width] */
   uint32_t width;
   float tiny;
-  const tw_soup *soup;     /* whose `compare` tells equal rows apart, or NULL */
-  const uint32_t *buckets; /* bucket of each row, while rows are sorted */
+  const tw_soup *soup; /* whose `compare` tells equal rows apart, or NULL */
 } places;
 
 /* What is smaller than the size of a shape by this factor is no part of the shape. The computed sine of 2 pi
@@ -45,14 +44,15 @@ static float greatest_extent(const tw_soup *soup) {
 }
 
 /* Relative to the shape where that lies far from the origin: a cube of one metre there may have one metre as
- * a coordinate. */
+ * a coordinate. 0 where no coordinate but 0 is so small, whatever the extent. */
 static float tiny_coordinate(const tw_soup *soup) {
-  float greatest = 0;
+  float greatest = 0, least = INFINITY;
   for (size_t i = 0; i < 3 * (size_t)soup->vertex_count; i++) {
     float value = fabsf(soup->positions[i]);
     greatest = value > greatest ? value : greatest;
+    least = value > 0 && value < least ? value : least;
   }
-  return fminf(greatest, greatest_extent(soup)) * TINY;
+  return least < greatest * TINY ? fminf(greatest, greatest_extent(soup)) * TINY : 0;
 }
 
 static float coordinate(const places *at, uint32_t row, size_t axis) {
@@ -64,12 +64,12 @@ static int compare_further(const places *at, uint32_t a, uint32_t b) {
   return at->soup && at->soup->compare ? at->soup->compare(at->soup->context, a, b) : 0;
 }
 
-static bool row_less(const void *context, uint32_t a, uint32_t b) {
-  for (size_t axis = 0; axis < ((const places *)context)->width; axis++) {
-    float p = coordinate(context, a, axis), q = coordinate(context, b, axis);
+static bool place_less(const places *at, uint32_t a, uint32_t b) {
+  for (size_t axis = 0; axis < at->width; axis++) {
+    float p = coordinate(at, a, axis), q = coordinate(at, b, axis);
     if (p != q) return p < q;
   }
-  int order = compare_further(context, a, b);
+  int order = compare_further(at, a, b);
   return order != 0 ? order < 0 : a < b;
 }
 
@@ -91,28 +91,57 @@ static uint32_t hash_row(const places *at, uint32_t row) {
   return (uint32_t)hash;
 }
 
-static uint32_t place_bucket(const void *context, uint32_t row) {
-  return ((const places *)context)->buckets[row];
+/* Which rows are sorted, and in which bucket each belongs. */
+typedef struct row_order {
+  places at;
+  const uint32_t *rows;   /* ascending */
+  const uint32_t *hashes; /* of all rows */
+  uint32_t bucket_mask;
+} row_order;
+
+static uint32_t row_bucket(const void *context, uint32_t i) {
+  const row_order *order = context;
+  return order->hashes[order->rows[i]] & order->bucket_mask;
+}
+
+static bool row_less(const void *context, uint32_t a, uint32_t b) {
+  const row_order *order = context;
+  return place_less(&order->at, order->rows[a], order->rows[b]);
+}
+
+/* first: [count] receives for each row the first equal row. hashes, rows, sorted: [count] scratch. */
+static tw_status join_alike(const places *at, uint32_t count, uint32_t *hashes, uint32_t *rows,
+                            uint32_t *sorted, uint32_t *first, bool *split, tw_error *error) {
+  enum { STEPS = 4, ROWS = 1024 }; /* a row takes; that are charged at once */
+  for (uint32_t i = 0; i < count; i++) {
+    if (i % ROWS == 0 && !tw_work(STEPS * ROWS)) return tw_work_status(error);
+    hashes[i] = hash_row(at, i);
+    first[i] = i;
+  }
+  uint32_t alike, buckets;
+  tw_status status = tw_list_alike(hashes, count, rows, &alike, error);
+  if (status != TW_OK) return status;
+  for (buckets = 1; buckets < alike && buckets < 1u << 31;) buckets *= 2;
+  const row_order order = {*at, rows, hashes, buckets - 1};
+  status = tw_sort_in_buckets(row_bucket, alike, buckets, row_less, &order, sorted, error);
+  for (uint32_t i = 1; i < alike && status == TW_OK; i++) {
+    if (i % ROWS == 0 && !tw_work(STEPS * ROWS)) status = tw_work_status(error);
+    uint32_t row = rows[sorted[i]], before = rows[sorted[i - 1]];
+    if (!same_row(at, row, before)) continue;
+    first[row] = first[before];
+    *split = true;
+  }
+  return status;
 }
 
 /* first: [count] receives for each row the first equal row. *split: whether any two rows are equal. */
 static tw_status find_places(places at, uint32_t count, uint32_t *first, bool *split, tw_error *error) {
-  enum { STEPS = 4 };
-  uint32_t buckets = 1;
-  while (buckets < count && buckets < 1u << 31) buckets *= 2;
-  uint32_t *order = tw_alloc(count, sizeof *order);
-  if (!order) return no_memory(error);
-  at.buckets = first;
-  for (uint32_t i = 0; i < count; i++) first[i] = hash_row(&at, i) & (buckets - 1);
-  tw_status status = tw_sort_in_buckets(place_bucket, count, buckets, row_less, &at, order, error);
+  size_t rows = count;
+  uint32_t *scratch = tw_alloc(rows, 3 * sizeof *scratch);
   *split = false;
-  for (uint32_t i = 0; i < count && status == TW_OK; i++) {
-    if (!tw_work(STEPS)) status = tw_work_status(error);
-    bool again = i > 0 && same_row(&at, order[i], order[i - 1]);
-    first[order[i]] = again ? first[order[i - 1]] : order[i];
-    *split |= again;
-  }
-  tw_free(order);
+  if (!scratch) return no_memory(error);
+  tw_status status = join_alike(&at, count, scratch, scratch + rows, scratch + 2 * rows, first, split, error);
+  tw_free(scratch);
   return status;
 }
 
@@ -162,15 +191,18 @@ static uint32_t next_corner(const tw_soup *soup, uint32_t face, uint32_t corner)
 }
 
 /* Lists the sides that touch a place with several vertices; other sides have nothing to join. left_out: or
- * NULL. */
+ * NULL. *has_short: whether a side has both ends at one place. */
 static uint32_t collect_sides(const tw_soup *soup, const uint32_t *place, const bool *several,
-                              const uint8_t *left_out, side *sides) {
+                              const uint8_t *left_out, side *sides, bool *has_short) {
   uint32_t count = 0;
+  *has_short = false;
   for (uint32_t face = 0; face < soup->face_count; face++)
     for (uint32_t c = soup->face_offsets[face]; c < soup->face_offsets[face + 1]; c++) {
       uint32_t from = soup->corners[c], to = soup->corners[next_corner(soup, face, c)];
       uint32_t p = place[from], q = place[to];
-      if (p == q || (left_out && left_out[face]) || (!several[p] && !several[q])) continue;
+      if (left_out && left_out[face]) continue;
+      *has_short |= p == q;
+      if (p == q || (!several[p] && !several[q])) continue;
       sides[count++] = (side){from, to, face};
     }
   return count;
@@ -243,7 +275,6 @@ typedef struct welding {
   uint32_t count;
   uint32_t *joined;  /* [vertex_count] disjoint sets of vertices */
   uint8_t *left_out; /* [face_count] */
-  float height;      /* below it a face is a sliver */
 } welding;
 
 static const side *side_at(const welding *w, uint32_t i) {
@@ -253,13 +284,15 @@ static const side *side_at(const welding *w, uint32_t i) {
 /* Marks slivers that share an edge with more than one other side. Returns how many. */
 static uint32_t mark_slivers(const welding *w) {
   uint32_t found = 0;
+  double height = 0; /* below it a face is a sliver; 0 until a face is looked at */
   for (uint32_t i = 0, end; i < w->count && tw_work(GROUP_STEPS); i = end) {
     end = group_end(&w->list, w->order, i, w->count);
+    if (end - i > 2 && height == 0) height = (double)(TINY * greatest_extent(w->soup));
     for (uint32_t k = i; k < end && end - i > 2; k++) {
       uint32_t face = side_at(w, k)->face;
       if (w->left_out[face] != STAYS) continue;
-      bool is_sliver = tw_is_sliver(w->soup, face, (double)w->height) &&
-                       is_listed(w->soup, w->list.place, w->several, face);
+      bool is_sliver =
+          tw_is_sliver(w->soup, face, height) && is_listed(w->soup, w->list.place, w->several, face);
       w->left_out[face] = is_sliver ? SLIVER : NO_SLIVER;
       found += is_sliver;
     }
@@ -389,6 +422,7 @@ typedef struct side_arrays {
   uint32_t *order; /* [corner_count] */
   bool *several;   /* [vertex_count] */
   uint32_t count;
+  bool has_short;
 } side_arrays;
 
 static void side_arrays_deinit(side_arrays *arrays) {
@@ -403,11 +437,11 @@ static tw_status sort_sides(const tw_soup *soup, const uint32_t *place, const ui
                             side_arrays *out, tw_error *error) {
   *out = (side_arrays){tw_alloc(soup->corner_count, sizeof *out->sides),
                        tw_alloc(soup->corner_count, sizeof *out->order),
-                       tw_alloc_zero(soup->vertex_count, sizeof *out->several), 0};
+                       tw_alloc_zero(soup->vertex_count, sizeof *out->several), 0, false};
   if (!out->sides || !out->order || !out->several) return no_memory(error);
   for (uint32_t v = 0; v < soup->vertex_count; v++)
     if (place[v] != v) out->several[place[v]] = true;
-  out->count = collect_sides(soup, place, out->several, left_out, out->sides);
+  out->count = collect_sides(soup, place, out->several, left_out, out->sides, &out->has_short);
   const side_list list = {out->sides, place};
   return tw_sort_in_buckets(low_end, out->count, soup->vertex_count, side_less, &list, out->order, error);
 }
@@ -434,11 +468,10 @@ static tw_status join_points(const tw_soup *soup, const uint32_t *place, uint32_
                  .order = arrays.order,
                  .count = arrays.count,
                  .joined = joined,
-                 .left_out = left_out,
-                 .height = TINY * greatest_extent(soup)};
+                 .left_out = left_out};
     out->slivers = leave_out_slivers(&w);
     out->reversed_edges = join_pairs(&w);
-    join_short_sides(&w);
+    if (arrays.has_short) join_short_sides(&w);
     out->open_edges = count_open(&w);
     status = tw_work_status(error);
   }
@@ -447,10 +480,10 @@ static tw_status join_points(const tw_soup *soup, const uint32_t *place, uint32_
 }
 
 size_t tw_weld_size(uint32_t vertex_count, uint32_t corner_count) {
-  /* Always: places and sets. Then either the order and buckets of vertices, or the sides, their order and
-   * their buckets. */
+  /* Always: places and sets. Then either the hashes, order and buckets of vertices, or the sides, their order
+   * and their buckets. */
   size_t vertices = vertex_count, corners = corner_count;
-  size_t finding = 12 * vertices, joining = 5 * vertices + 16 * corners;
+  size_t finding = 20 * vertices, joining = 5 * vertices + 16 * corners;
   return 8 * vertices + (finding > joining ? finding : joining) + 256;
 }
 

@@ -161,6 +161,7 @@ static bool is_concave(const uint32_t *corners, uint32_t size, const double *poi
 }
 
 bool tw_cage_is_concave(const tw_topology *cage, const double *points) {
+  if (cage->face_size == 3) return false;
   for (uint32_t f = 0; f < cage->face_count; f++) {
     uint32_t size = tw_face_size(cage, f);
     if (size > 3 && is_concave(cage->corner_vertex + tw_face_begin(cage, f), size, points)) return true;

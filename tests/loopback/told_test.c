@@ -1,6 +1,6 @@
 /* Nothing that a file may hold is lost in silence: one row for each construct of each format's specification.
  * A row is kept or converted, and then an answer shows it, or it is told in a warning; and the plain file of
- * the format shows none of that. */
+ * the format shows none of that. Or it is a mere comment, which means nothing: then nothing changes. */
 #include <math.h>
 #include <stdio.h>
 
@@ -13,13 +13,14 @@ typedef enum place {
   GLTF,    /* in surface.gltf at level 0 */
   OBJ,     /* in surface.obj at level 0 */
   SHAPE,   /* surface.gltf at level 0 is another one */
-  HARD     /* surface.obj at level 1 with creases=normals is another one */
+  HARD,    /* surface.obj at level 1 with creases=normals is another one */
+  COMMENT  /* surface.gltf at level 0 and its warnings are the same */
 } place;
 
 typedef struct row {
   const char *construct, *text;
   place where;
-  const char *shown; /* with ' in place of "; NULL for SHAPE and HARD */
+  const char *shown; /* with ' in place of "; NULL from SHAPE on */
 } row;
 
 /* The answer in which a construct at that place shows; the caller frees it. */
@@ -29,7 +30,8 @@ static reply ask(loopback *loop, const char *type, const void *body, size_t size
                                         "/v1/surface.gltf?level=0",
                                         "/v1/surface.obj?level=0",
                                         "/v1/surface.gltf?level=0",
-                                        "/v1/surface.obj?level=1&creases=normals"};
+                                        "/v1/surface.obj?level=1&creases=normals",
+                                        "/v1/surface.gltf?level=0"};
   char headers[64];
   snprintf(headers, sizeof headers, "Content-Type: %s\n", type);
   reply r = loopback_ask(loop, "POST", targets[where], headers, body, size);
@@ -39,7 +41,13 @@ static reply ask(loopback *loop, const char *type, const void *body, size_t size
 
 /* Whether the answer shows the row. plain: the answer of the plain file at the same place. */
 static bool shows(const reply *r, const reply *plain, const row *row) {
-  if (row->where >= SHAPE) return r->size != plain->size || memcmp(r->body, plain->body, r->size) != 0;
+  bool is_same = plain && r->size == plain->size && memcmp(r->body, plain->body, r->size) == 0;
+  if (row->where == COMMENT) {
+    const char *warning = reply_header(r, "X-Tweend-Warning"),
+               *other = reply_header(plain, "X-Tweend-Warning");
+    return is_same && strcmp(warning ? warning : "", other ? other : "") == 0;
+  }
+  if (row->where >= SHAPE) return !is_same;
   const char *part = row->where == WARNING ? strstr(r->body, "\"warnings\"") : r->body;
   return part && says(part, row->shown);
 }
@@ -79,6 +87,7 @@ TEST_WITH(obj_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
       {"v r g b in bytes", "v 0 0 0 255 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", WARNING, "divided by 255"},
       {"v r g b beyond 1", "v 0 0 0 2.5 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", WARNING, "brought into 0 to 1"},
       {"v with more", "v 0 0 0 1 0 0 1 9\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", WARNING, "behind its colour"},
+      {"a comment", "# by hand\n@", COMMENT, NULL},
       {"#MRGB", "@#MRGB ffff0000ff00ff00ff0000ffffffffff\n", GLTF, "COLOR_0"},
       {"#MRGB with a mask", "@#MRGB 80ff0000ff00ff00ff0000ffffffffff\n", WARNING, "1 mask of a point"},
       {"#MRGB of more points", "#MRGB ffff0000ff00ff00ff0000ffffffffffffffffff\n@", WARNING,
@@ -86,10 +95,13 @@ TEST_WITH(obj_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
       {"#MRGB that is none", "@#MRGB ffff00zz\n", WARNING, "colours (#MRGB) is not read to its end"},
       {"a point of no face", "v 9 9 9\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 2 3 4\n", WARNING, "point is in no face"},
       {"vt u v", "vt 0.25 0.75\n@f 1/1 2/1 4/1\n", OBJ, "vt 0.25 0.75"},
+      {"vt of no corner", "vt 0.25 0.75\n@", WARNING, "1 texture coordinate of no corner"},
       {"vt u v w", "vt 0.25 0.75 0.5\n@f 1/1 2/1 4/1\n", WARNING, "third texture coordinate"},
       {"vt without v", "@f 1/1 2/1 4/1\n", WARNING, "the file has no vt"},
       {"vt of some corners", "vt 0.25 0.75\n@f 1/1 2 4\n", WARNING, "get 0 0"},
       {"vn", "vn 0.6 0.8 0\n@f 1//1 2//1 4//1\n", OBJ, "vn 0.6 0.8 0"},
+      {"vn of another length", "vn 0 3 4\n@f 1//1 2//1 4//1\n", OBJ, "vn 0 0.6 0.8"},
+      {"vn of no corner", "vn 0 0 1\n@", WARNING, "1 normal of no corner"},
       {"vn that is none", "vn nan 0 0\n@", WARNING, "normal is left out"},
       {"vn without v", "@f 1//1 2//1 4//1\n", WARNING, "the file has no vn"},
       {"f of two corners", "@f 1 2\n", WARNING, "fewer than three"},
@@ -103,6 +115,8 @@ TEST_WITH(obj_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
        "'name':'b','vertices':3,"},
       {"o without faces", "o a\no b\n@", WARNING, "object without faces"},
       {"g", "g left right\n@", GLTF, "['left','right']"},
+      {"g without faces", "o a\ng idle\ng used\n@", WARNING, "1 set of groups without faces"},
+      {"g with faces further on", "o a\ng used\n# none\ng default\n@g used\nf 2 3 4\n", GLTF, "['used']"},
       {"s", "s off\n@", HARD, NULL},
       {"s of no number", "s all\n@", WARNING, "smoothing group is left out"},
       {"usemtl", "usemtl red\n@", GLTF, "'name':'red'"},
@@ -154,6 +168,10 @@ TEST_WITH(ply_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
 #define ROWS "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
 #define RGB  "property uchar red\nproperty uchar green\nproperty uchar blue\n"
   static const row rows[] = {
+      {"comment", PLY_HEAD "comment by hand\n" REST PLY_END ROWS, COMMENT, NULL},
+      {"another version", "ply\nformat ascii 2.0\n" REST PLY_END ROWS, WARNING, "words that are left out"},
+      {"a second format", PLY_HEAD "format ascii 1.0\n" REST PLY_END ROWS, WARNING, "line of the header"},
+      {"words behind a line", PLY_HEAD REST "end_header now\n" ROWS, WARNING, "words that are left out"},
       {"comment TextureFile", PLY_HEAD "comment TextureFile a.png\n" REST PLY_END ROWS, WARNING,
        "line of the header"},
       {"obj_info", PLY_HEAD "obj_info by hand\n" REST PLY_END ROWS, WARNING, "line of the header"},
@@ -206,6 +224,10 @@ TEST_WITH(text_of_stl_loses_nothing_in_silence, loopback_setup, loopback_teardow
       {"a second solid", "solid\n" FACET("0 0 1") "endsolid\nsolid\nendsolid\n", WARNING,
        "solid is one mesh with the first"},
       {"a normal against the corners", "solid\n" FACET("0 0 -1") "endsolid\n", WARNING, "against the order"},
+      {"a normal that is none", "solid\n" FACET("nan 0 0") "endsolid\n", WARNING, "no three finite numbers"},
+      {"a normal of two numbers", "solid\n" FACET("0 0") "endsolid\n", WARNING, "no three finite numbers"},
+      {"another name at its end", "solid a\n" FACET("0 0 1") "endsolid b\n", WARNING, "name behind endsolid"},
+      {"the name again at its end", "solid\n" FACET("0 0 1") "endsolid\n", COMMENT, NULL},
       {"a loop of four",
        "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\n"
        "vertex 0 1 0\nendloop\nendfacet\nendsolid\n",
@@ -237,17 +259,25 @@ TEST_WITH(binary_stl_loses_nothing_in_silence, loopback_setup, loopback_teardown
     uint16_t attribute;
     const char *behind;
     size_t facets;
-  } rows[] = {{{"VisCAM's colour", NULL, GLTF, "COLOR_0"}, "", 0x801F, "", 1},
-              {{"Magics' colour", NULL, GLTF, "COLOR_0"}, "COLOR=abcd", 0x001F, "", 1},
-              {{"Magics' material", NULL, WARNING, "material of the header"},
-               "COLOR=abcd,MATERIAL=abcdefghijkl",
-               0,
-               "",
-               1},
-              {{"another attribute", NULL, WARNING, "attributes that are left out"}, "", 7, "", 1},
-              {{"bytes of an attribute", NULL, WARNING, "attributes that are left out"}, "", 4, "abcd", 1},
-              {{"bytes behind", NULL, WARNING, "bytes behind the facets"}, "", 0, "abcd", 1},
-              {{"facets behind", NULL, WARNING, "behind those that the file counts"}, "", 0, "", 3}};
+  } rows[] = {
+      {{"VisCAM's colour", NULL, GLTF, "COLOR_0"}, "", 0x801F, "", 1},
+      {{"Magics' colour", NULL, GLTF, "COLOR_0"}, "COLOR=abcd", 0x001F, "", 1},
+      {{"Magics' material", NULL, WARNING, "material of the header"},
+       "COLOR=abcd,MATERIAL=abcdefghijkl",
+       0,
+       "",
+       1},
+      {{"text of the header", NULL, WARNING, "header is left out: \\'units: mm\\'"}, "units: mm", 0, "", 1},
+      {{"text beside a colour", NULL, WARNING, "header is left out: \\'by hand\\'"},
+       "by hand, COLOR=abcd",
+       0,
+       "",
+       1},
+      {{"blanks in the header", NULL, COMMENT, NULL}, "  \t ", 0, "", 1},
+      {{"another attribute", NULL, WARNING, "attributes that are left out"}, "", 7, "", 1},
+      {{"bytes of an attribute", NULL, WARNING, "attributes that are left out"}, "", 4, "abcd", 1},
+      {{"bytes behind", NULL, WARNING, "bytes behind the facets"}, "", 0, "abcd", 1},
+      {{"facets behind", NULL, WARNING, "behind those that the file counts"}, "", 0, "", 3}};
   uint8_t body[400], plain[400];
   size_t plain_size = binary_facet(plain, "", 0, "", 1);
   for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
@@ -266,6 +296,34 @@ TEST_WITH(attributes_beside_colours_are_told, loopback_setup, loopback_teardown)
   reply r = ask(*state, "model/stl", body, size, one.where);
   assert_true(shows(&r, NULL, &one));
   reply_free(&r);
+}
+
+/* ---- BVH ------------------------------------------------------------------------------------- */
+
+TEST_WITH(bvh_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
+#define JOINT(offset, channels, end)                                                                         \
+  "HIERARCHY\nROOT hip\n{\n" offset "CHANNELS " channels "\nEnd Site" end "\n{\nOFFSET 0 1 0\n}\n}\n"
+#define FRAMES(count) "MOTION\nFrames: " count "\nFrame Time: 0.5\n"
+  static const row rows[] = {
+      {"OFFSET", JOINT("OFFSET 0 7 0\n", "1 Zrotation", "") FRAMES("2") "0\n90\n", MODEL, "[0,7,0]"},
+      {"a second OFFSET", JOINT("OFFSET 0 1 0\nOFFSET 0 2 0\n", "1 Zrotation", "") FRAMES("2") "0\n90\n",
+       WARNING, "OFFSET takes the place"},
+      {"a channel of scale", JOINT("OFFSET 0 2 0\n", "2 Zrotation Xscale", "") FRAMES("2") "0 1\n90 1\n",
+       WARNING, "channel of scale is left out"},
+      {"the name of an End Site", JOINT("OFFSET 0 2 0\n", "1 Zrotation", " tip") FRAMES("2") "0\n90\n",
+       WARNING, "name of 1 end site"},
+      {"Frames of another number", JOINT("OFFSET 0 2 0\n", "1 Zrotation", "") FRAMES("9") "0\n90\n", WARNING,
+       "Frames: says 9"},
+      {"no frames", JOINT("OFFSET 0 2 0\n", "1 Zrotation", "") FRAMES("0"), WARNING, "there are no frames"},
+      {"no MOTION", JOINT("OFFSET 0 2 0\n", "1 Zrotation", ""), WARNING, "there is no MOTION"},
+      {"a comma", JOINT("OFFSET 0 2,5 0\n", "1 Zrotation", "") FRAMES("2") "0\n90\n", WARNING, "a comma"},
+      {"Frame Time", JOINT("OFFSET 0 2 0\n", "1 Zrotation", "") FRAMES("3") "0\n90\n0\n", MODEL,
+       "'duration':1,"},
+      {"position channels", JOINT("OFFSET 0 2 0\n", "1 Zposition", "") FRAMES("2") "0\n9\n", GLTF,
+       "'path':'translation'"}};
+  assert_all_told(*state, "application/octet-stream",
+                  JOINT("OFFSET 0 2 0\n", "1 Zrotation", "") FRAMES("2") "0\n90\n", rows,
+                  sizeof rows / sizeof *rows);
 }
 
 /* ---- tweend JSON: a member is read or refused ------------------------------------------------ */
@@ -382,6 +440,7 @@ TEST_WITH(gltf_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
        .sampler = "},{'input':2,'output':3"},
       {{"asset.copyright", NULL, GLTF, "'copyright':'me'"}, .asset = ",'copyright':'me'"},
       {{"asset.extras", NULL, GLTF, "'extras':{'a':1}"}, .asset = ",'extras':{'a':1}"},
+      {{"asset.generator", NULL, COMMENT, NULL}, .asset = ",'generator':'by hand'"},
       {{"buffer.name", NULL, WARNING, "unknown members of 1"}, .buffer = ",'name':'b'"},
       {{"a member that accessors have not", NULL, WARNING, "unknown members of 1"}, .accessor = ",'more':1"},
       {{"sparse.extras", NULL, WARNING, "unknown members of 1"},
@@ -421,6 +480,8 @@ TEST_WITH(gltf_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
        .rest = ",'materials':[{}]"},
       {{"primitive.mode of points", NULL, GLTF, "'mode':0"},
        .primitive = "},{'attributes':{'POSITION':0},'mode':0"},
+      {{"an attribute of points with a blank", NULL, WARNING, "_a b of points and lines is left out"},
+       .primitive = "},{'attributes':{'POSITION':0,'_a b':0},'mode':0"},
       {{"primitive.mode of strips", NULL, SHAPE, NULL}, .primitive = ",'mode':5"},
       {{"primitive.mode of fans", NULL, SHAPE, NULL}, .primitive = ",'mode':6"},
       {{"mesh.extensions that may name accessors", NULL, WARNING, "ACME_a at /meshes/0"},
@@ -436,6 +497,10 @@ TEST_WITH(gltf_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
       {{"TANGENT", NULL, GLTF, "TANGENT"}, .attribute = ",'NORMAL':0,'TEXCOORD_0':4,'TANGENT':5"},
       {{"TANGENT without texture coordinates", NULL, WARNING, "TANGENT is left out"},
        .attribute = ",'TANGENT':5"},
+      {{"TANGENT with another sign than 1", NULL, WARNING, "1 tangent has another fourth number"},
+       .attribute = ",'NORMAL':0,'TEXCOORD_0':4,'TANGENT':5"},
+      {{"TANGENT without NORMAL", NULL, WARNING, "TANGENT is computed anew"},
+       .attribute = ",'TEXCOORD_0':4,'TANGENT':5"},
       {{"TEXCOORD_0", NULL, GLTF, "TEXCOORD_0"}, .attribute = ",'TEXCOORD_0':4"},
       {{"TEXCOORD_1", NULL, GLTF, "TEXCOORD_1"}, .attribute = ",'TEXCOORD_0':4,'TEXCOORD_1':4"},
       {{"TEXCOORD_1 alone", NULL, GLTF, "TEXCOORD_1"}, .attribute = ",'TEXCOORD_1':4"},
@@ -535,6 +600,8 @@ TEST_WITH(gltf_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
        .sampler = ",'interpolation':5"},
       {{"a target whose accessor is text", NULL, WARNING, "/meshes/0/primitives/0/targets: left out, as"},
        .primitive = ",'targets':[{'POSITION':'0'}]"},
+      {{"a member twice", NULL, WARNING, "1 member of an object stands twice"},
+       .node = ",'name':'a','name':'b'"},
       {{"a name that is a number", NULL, WARNING, "/nodes/0/name: left out, as"}, .node = ",'name':5"},
       {{"extensions of a node that are none", NULL, WARNING, "/nodes/0/extensions: left out, as"},
        .node = ",'extensions':[]"},
@@ -579,6 +646,58 @@ TEST_WITH(gltf_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
   for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
     write_gltf(text, &rows[i]);
     assert_told(*state, "model/gltf+json", &rows[i].row, text, strlen(text), plain, strlen(plain));
+  }
+}
+
+/* What nothing names, and bytes and vertices that nothing has. */
+TEST_WITH(gltf_tells_of_what_nothing_names, loopback_setup, loopback_teardown) {
+  static const struct {
+    row row;
+    const char *view_size, *points, *attribute, *accessor, *view;
+  } rows[] = {
+      {{"an accessor of no name", NULL, WARNING, "1 accessor is left out: nothing that is read names it"},
+       "48",
+       "3",
+       "",
+       ",{'bufferView':0,'componentType':5126,'count':1,'type':'SCALAR'}",
+       ""},
+      {{"a buffer view of no name", NULL, WARNING,
+        "1 buffer view is left out: nothing that is read names it"},
+       "48",
+       "3",
+       "",
+       "",
+       ",{'buffer':0,'byteLength':4}"},
+      {{"a vertex of no face", NULL, WARNING, "1 vertex is in no face: answers leave it out"},
+       "48",
+       "4",
+       "",
+       "",
+       ""},
+      {{"bytes of no buffer view", NULL, WARNING, "10 bytes of buffers are left out"}, "36", "3", "", "", ""},
+      {{"NORMAL off unit length", NULL, WARNING, "1 normal or tangent is not of unit length"},
+       "48",
+       "3",
+       ",'NORMAL':2",
+       ",{'bufferView':0,'byteOffset':12,'componentType':5126,'count':3,'type':'VEC3'}",
+       ""}};
+  char texts[2][1024];
+  for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+    for (int k = 0; k < 2; k++) {
+      bool has_it = k == 1;
+      snprintf(texts[k], sizeof texts[k],
+               "{'asset':{'version':'2.0'},'buffers':[{'byteLength':52,'uri':'data:application/octet-stream;"
+               "base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAQQQAAEEEAABBBAAECAA=='}],"
+               "'bufferViews':[{'buffer':0,'byteLength':%s},{'buffer':0,'byteOffset':48,'byteLength':3}%s],"
+               "'accessors':[{'bufferView':0,'componentType':5126,'count':%s,'type':'VEC3'},{'bufferView':1,"
+               "'componentType':5121,'count':3,'type':'SCALAR'}%s],'meshes':[{'primitives':[{'attributes':{"
+               "'POSITION':0%s},'indices':1}]}],'nodes':[{'mesh':0}]}",
+               has_it ? rows[i].view_size : "48", has_it ? rows[i].view : "", has_it ? rows[i].points : "3",
+               has_it ? rows[i].accessor : "", has_it ? rows[i].attribute : "");
+      quote(texts[k]);
+    }
+    assert_told(*state, "model/gltf+json", &rows[i].row, texts[1], strlen(texts[1]), texts[0],
+                strlen(texts[0]));
   }
 }
 

@@ -134,8 +134,8 @@ TEST(nodes_outside_the_shown_scene_are_hidden) {
   assert_false(model->nodes[1].is_hidden);
   assert_false(model->nodes[2].is_hidden);
   assert_int_equal(model->nodes[0].mesh, 0);
-  assert_int_equal(model->warning_count, 1);
-  assert_non_null(strstr(model->warnings[0], "1 node that is not shown has a mesh that others show"));
+  assert_int_equal(glb_warning_count(model), 1);
+  assert_non_null(strstr(glb_warning(model, 0), "1 node that is not shown has a mesh that others show"));
   tw_model_destroy(model);
 }
 
@@ -143,8 +143,8 @@ TEST(what_is_left_out_is_said) {
   tw_model *model =
       read_good("'nodes':[{'weights':[1]},{'extensions':{'A':{'b':[{'oddAccessor':0}]},"
                 "'B':{'accessor':'x'}}},{'extensions':{'A':{'bufferViews':[0]}},'extras':{'bufferView':0}}]");
-  assert_int_equal(model->warning_count, 2);
-  assert_string_equal(model->warnings[0],
+  assert_int_equal(glb_warning_count(model), 2);
+  assert_string_equal(glb_warning(model, 0),
                       "the extension A at /nodes/1 is left out: its data is in buffers, as at 1 more places");
   assert_string_equal(model->nodes[1].preserved, "{\"extensions\":{\"B\":{\"accessor\":\"x\"}}}");
   assert_string_equal(model->nodes[2].preserved, "{\"extras\":{\"bufferView\":0}}");
@@ -271,7 +271,7 @@ TEST(meshes_of_points_keep_their_targets) {
   assert_float_equal(model->meshes[0].morph_weights[0], 0.5, 0);
   assert_float_equal(model->nodes[0].weights[0], 0.25, 0);
   assert_int_equal(model->clips[0].tracks[0].width, 1);
-  assert_int_equal(model->warning_count, 0);
+  assert_int_equal(glb_warning_count(model), 0);
   tw_model_destroy(model);
 }
 
@@ -300,8 +300,8 @@ TEST(key_times_may_repeat) {
     assert_int_equal(track->duplicate_times, 1);
     assert_true(track->times[1] == nextafterf(1, 0) && track->times[2] == 1);
   }
-  assert_int_equal(model->warning_count, 2);
-  assert_string_equal(model->warnings[0],
+  assert_int_equal(glb_warning_count(model), 2);
+  assert_string_equal(glb_warning(model, 0),
                       "1 key at the time of the one before, where the scale jumps: clip \"c\", node \"n\"");
   tw_model_destroy(model);
 }

@@ -276,7 +276,8 @@ TEST(a_face_of_a_thousand_corners_is_one_face) {
 TEST(files_without_vt_have_no_uvs) {
   tw_model *model = read_good(TRIANGLE "vt 0 0\nf 1 2 3\n");
   assert_int_equal(model->meshes[0].uv_set_count, 0);
-  assert_int_equal(model->warning_count, 0);
+  assert_int_equal(model->warning_count, 1);
+  assert_string_equal(model->warnings[0], "1 texture coordinate of no corner is left out");
   tw_model_destroy(model);
 }
 
@@ -316,7 +317,7 @@ TEST(statements_without_a_surface_are_no_unknown_ones) {
                 "usemap a\nmaplib a\nshadow_obj a\ntrace_obj a\nctech cparm 1\nstech cparma 1\n"
                 "vp 0 0\ncstype bezier\ndeg 3\nbmat u 1\nstep 1\nparm u 0 1\ntrim 0 1 1\n"
                 "hole 0 1 1\nscrv 0 1 1\nsp 1\nend\ncon 1 0 1 1 2 0 1 1\n" TRIANGLE
-                "vt 0 0\nvn 0 0 1\nf 1 2 3\nfo 3 2 1\n");
+                "vt 0 0\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1\nfo 3/1/1 2/1/1 1/1/1\n");
   assert_int_equal(model->warning_count, 3);
   assert_non_null(strstr(model->warnings[0], "libraries of materials"));
   assert_string_equal(model->warnings[2],

@@ -257,4 +257,33 @@ const char *Accessors::type_name(int index) const {
   return name_of(model_.accessors[static_cast<size_t>(index)].type);
 }
 
+// ---- vertices that are shown ----------------------------------------------------------------------
+
+void ShownVertices::add(const Elements &positions, const uint32_t *elements, size_t count) {
+  auto found = accessors_.find(&positions);
+  if (found == accessors_.end()) {
+    budget_.take(entry_size);
+    found = accessors_.emplace(&positions, Accessor{positions.count(), Vector<bool>(budget_)}).first;
+  }
+  Accessor &accessor = found->second;
+  if (accessor.left == 0) return;
+  if (count == positions.count()) {
+    accessor.left = 0;
+    accessor.is_shown = Vector<bool>(budget_);
+    return;
+  }
+  if (accessor.is_shown.empty()) accessor.is_shown.resize(positions.count());
+  work(count);
+  for (size_t i = 0; i < count; i++) {
+    accessor.left -= !accessor.is_shown[elements[i]];
+    accessor.is_shown[elements[i]] = true;
+  }
+}
+
+uint64_t ShownVertices::missing() const {
+  uint64_t count = 0;
+  for (const auto &[positions, accessor] : accessors_) count += accessor.left;
+  return count;
+}
+
 } // namespace gltf

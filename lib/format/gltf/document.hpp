@@ -414,6 +414,29 @@ private:
 
 // ---- reading -------------------------------------------------------------------------------------
 
+// Tells which vertices of the file something shows, by their accessors of positions, which meshes may share.
+class ShownVertices {
+public:
+  explicit ShownVertices(Budget &budget) : budget_(budget) {}
+
+  // elements: [count] of `positions`, all different.
+  void add(const Elements &positions, const uint32_t *elements, size_t count);
+  void add_all(const Elements &positions) { add(positions, nullptr, positions.count()); }
+
+  // How many vertices nothing shows, of the accessors that were added.
+  uint64_t missing() const;
+
+private:
+  static constexpr uint64_t entry_size = 96; // in the map
+
+  struct Accessor {
+    uint32_t left;         // elements that nothing shows yet
+    Vector<bool> is_shown; // [elements]; empty while none or all are shown
+  };
+  Budget &budget_;
+  std::map<const Elements *, Accessor> accessors_;
+};
+
 // The text of a primitive; nullptr where there is none.
 struct PrimitiveText {
   const char *preserved;  // members that are not read, see gltf.h
@@ -445,7 +468,7 @@ using TrackPlaces = std::vector<std::vector<TrackPlace>>; // [clip][track]
 struct Document {
   Document(tw_model *target, tw_quads how, tw_weld joining, uint64_t memory)
       : budget(memory), outline(budget), mesh_texts(budget), channel_texts(budget), pointed_channels(budget),
-        slots(budget), normal_maps(budget), model(target), quads(how), weld(joining) {}
+        slots(budget), normal_maps(budget), shown(budget), model(target), quads(how), weld(joining) {}
 
   Budget budget;
   Outline outline;
@@ -455,7 +478,8 @@ struct Document {
   Vector<Vector<PointedChannel>> pointed_channels; // of each animation
   Vector<tw_material_slot> slots;                  // see tw_model
   std::map<std::pair<int32_t, std::string_view>, size_t> slot_numbers;
-  Vector<int> normal_maps;          // of each material: the UV set of its normal map, -1 without one
+  Vector<int> normal_maps; // of each material: the UV set of its normal map, -1 without one
+  ShownVertices shown;
   tw_model *model;                  // keep_parts allocates its arrays
   tw_gltf_assets *assets = nullptr; // the model's
   tw_quads quads;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <tuple>
 
 #include "meshopt_read.h"
 #include "word.h"
@@ -400,6 +401,7 @@ private:
         skip_buffer();
     }
     for (size_t i = 0; i < views_.size(); i++) check_view(i);
+    tell_idle_bytes();
     for (size_t i = 0; i < views_.size(); i++)
       if (views_[i].compressed) decode_view(i);
     for (size_t i = 0; i < accessor_views_.size(); i++)
@@ -502,6 +504,42 @@ private:
              " bytes of its buffer");
   }
 
+  // Tells of bytes of buffers that lie in no view. A few, or zeros, are padding.
+  void tell_idle_bytes() {
+    constexpr uint64_t padding = 3;
+    struct Run {
+      uint64_t buffer, begin, end;
+    };
+    Vector<Run> runs(budget_);
+    auto add = [&](const View &view) {
+      runs.push_back({view.buffer, view.offset, view.offset + view.length});
+    };
+    for (size_t i = 0; i < views_.size(); i++) {
+      add(views_[i]);
+      if (views_[i].compressed) add(read_view(views_[i].compressed, {"bufferViews", i}));
+    }
+    for (size_t i = 0; i < buffers_.size(); i++) runs.push_back({i, out_.buffers[i].size, UINT64_MAX});
+    work(runs.size());
+    std::sort(runs.begin(), runs.end(), [](const Run &a, const Run &b) {
+      return std::tie(a.buffer, a.begin) < std::tie(b.buffer, b.begin);
+    });
+    uint64_t buffer = 0, end = 0, idle = 0;
+    for (const Run &run : runs) {
+      if (run.buffer != buffer) end = 0;
+      buffer = run.buffer;
+      if (buffer >= buffers_.size()) break; // decode_view refuses it
+      const Bytes &bytes = out_.buffers[static_cast<size_t>(buffer)];
+      uint64_t begin = std::min<uint64_t>(run.begin, bytes.size);
+      if (begin > end) work((begin - end) / sizeof(uint64_t));
+      while (begin > end && bytes.data[end] == 0) end++;
+      while (begin > end && bytes.data[begin - 1] == 0) begin--;
+      if (begin > end + padding) idle += begin - end;
+      end = std::max(end, run.end);
+    }
+    out_.lose("byte of a buffer is left out: it lies in no buffer view",
+              "bytes of buffers are left out: they lie in no buffer view", idle);
+  }
+
   static constexpr Part parts[] = {
       {"extensionsRequired", 0, &Checker::required_extension},
       {"buffers", 0, &Checker::buffer},
@@ -528,6 +566,31 @@ Container open_container(const Bytes &file, Outline &outline) {
   return {false, {reinterpret_cast<const char *>(file.data), file.size}, {nullptr, 0}, {}, 0};
 }
 
+namespace {
+
+// Where members are read. All else is kept as text, members that stand twice included.
+constexpr char read_parts[] =
+    "accessors animations asset buffers bufferViews meshes nodes scenes skins primitives attributes targets "
+    "channels samplers target sparse indices values";
+
+// How many members of objects that are read have the name of one before them. keys: scratch.
+uint64_t count_repeated(const char *value, Vector<std::string_view> &keys) {
+  uint64_t count = 0;
+  const size_t first = keys.size();
+  if (*value != '{' && *value != '[') return 0;
+  for (Items i(value); i.more(); i.next()) {
+    if (*value == '{') keys.push_back(i.key());
+    if (*value == '[' || has_word(read_parts, i.key())) count += count_repeated(i.value(), keys);
+  }
+  auto begin = keys.begin() + static_cast<std::ptrdiff_t>(first);
+  std::sort(begin, keys.end());
+  for (auto key = begin; key != keys.end(); ++key) count += key != begin && *key == *(key - 1);
+  keys.resize(first);
+  return count;
+}
+
+} // namespace
+
 void make_outline(const Bytes &file, Document &document) {
   Outline &outline = document.outline;
   Container container = open_container(file, outline);
@@ -548,6 +611,12 @@ void make_outline(const Bytes &file, Document &document) {
   outline.root = root;
   outline.binary = container.binary;
   Checker(container, document.budget, outline).run(root);
+  {
+    Vector<std::string_view> keys(document.budget);
+    outline.lose("member of an object stands twice: which of the two counts is not said",
+                 "members of objects stand twice: which of the two counts is not said",
+                 count_repeated(root, keys));
+  }
   copy_for_parser(root, document);
 }
 

@@ -133,7 +133,9 @@ private:
 class Preserver : Text {
 public:
   Preserver(Document &document, Accessors &accessors)
-      : Text(document.budget), document_(document), elements_(document, accessors) {}
+      : Text(document.budget), document_(document), elements_(document, accessors),
+        named_accessors_(document.budget, document.source.accessors.size()),
+        named_views_(document.budget, document.source.bufferViews.size()) {}
 
   void run(tw_gltf_assets &assets) {
     const char *root = document_.outline.root;
@@ -179,6 +181,66 @@ private:
   std::string_view left_out_; // member of extras that is left out, because it is read and written anew
   uint32_t materials_ = 0;
   size_t unplaced_ = 0; // accessors, buffer views and buffers with extras or extensions, which are left out
+  // What something names that is read, or that is left out with a warning of its own.
+  Vector<bool> named_accessors_, named_views_;
+
+  // ---- what is named
+
+  // Marks what a member names. index: its value, or nullptr.
+  static void mark(Vector<bool> &named, const char *index) {
+    uint64_t i = whole_number(index).value_or(named.size());
+    if (i < named.size()) named[static_cast<size_t>(i)] = true;
+  }
+
+  // Marks what the members of an object name.
+  static void mark_members(Vector<bool> &named, const char *object) {
+    if (object && *object == '{')
+      for (Items i(object); i.more(); i.next()) mark(named, i.value());
+  }
+
+  // Marks what any number in a value that is left out may name.
+  void mark_all(const char *value) {
+    mark(named_accessors_, value);
+    mark(named_views_, value);
+    if (*value != '{' && *value != '[') return;
+    for (Items i(value); i.more(); i.next()) mark_all(i.value());
+  }
+
+  void mark_primitive(const char *primitive) {
+    mark_members(named_accessors_, tw_json_member(primitive, "attributes"));
+    mark(named_accessors_, tw_json_member(primitive, "indices"));
+    each(tw_json_member(primitive, "targets"),
+         [&](size_t, const char *target) { mark_members(named_accessors_, target); });
+  }
+
+  // Tells of accessors and buffer views that answers do not have, because nothing names them.
+  void tell_unnamed() {
+    auto count_unnamed = [](const Vector<bool> &named) {
+      return static_cast<uint64_t>(std::count(named.begin(), named.end(), false));
+    };
+    const char *root = document_.outline.root;
+    each(tw_json_member(root, "skins"), [&](size_t, const char *skin) {
+      mark(named_accessors_, tw_json_member(skin, "inverseBindMatrices"));
+    });
+    each(tw_json_member(root, "images"),
+         [&](size_t, const char *image) { mark(named_views_, tw_json_member(image, "bufferView")); });
+    each(tw_json_member(root, "accessors"), [&](size_t, const char *accessor) {
+      const char *sparse = tw_json_member(accessor, "sparse");
+      mark(named_views_, tw_json_member(accessor, "bufferView"));
+      for (const char *part : {"indices", "values"})
+        mark(named_views_, tw_json_member(tw_json_member(sparse, part), "bufferView"));
+    });
+    each(tw_json_member(root, "bufferViews"), [&](size_t i, const char *view) { // empty ones are told apart
+      if (i < named_views_.size() && whole_number(tw_json_member(view, "byteLength")) == 0)
+        named_views_[i] = true;
+    });
+    document_.outline.lose("accessor is left out: nothing that is read names it",
+                           "accessors are left out: nothing that is read names them",
+                           count_unnamed(named_accessors_));
+    document_.outline.lose("buffer view is left out: nothing that is read names it",
+                           "buffer views are left out: nothing that is read names them",
+                           count_unnamed(named_views_));
+  }
 
   // ---- text
 
@@ -257,6 +319,7 @@ private:
       }
       put_key(i.key());
       put("{");
+      mark_members(named_accessors_, i.value());
       for (Items attribute(i.value()); attribute.more(); attribute.next()) {
         put_key(attribute.key());
         put(text(elements_.keep(index_of(attribute.value()), PLAIN,
@@ -276,6 +339,7 @@ private:
         !(is_of_mesh && !has_word(plain_extensions, extension.key()) &&
           has_indices(extension.value(), elements)))
       return false;
+    mark_all(extension.value());
     std::string name(extension.key());
     for (Dropped &dropped : dropped_)
       if (dropped.name == name) {
@@ -446,8 +510,10 @@ private:
       model.meshes[index].name = copy_name_of(document_, mesh);
       const char *tags = mesh_tags(mesh);
       MeshText texts = {tags, Vector<PrimitiveText>(document_.budget)};
+      if (tags) mark_all(tags);
       left_out_ = tags && tw_json_member(tags, "groups") ? "groups" : ""; // which the tags hold, too
       each(tw_json_member(mesh, "primitives"), [&](size_t i, const char *primitive) {
+        mark_primitive(primitive);
         place_ = text("/meshes/", index, "/primitives/", i);
         const char *extensions = tw_json_member(primitive, "extensions");
         const char *preserved = object(primitive, primitive_members);
@@ -530,7 +596,10 @@ private:
     for (const auto &[name, accessor] : attributes) {
       bool is_plain = std::all_of(name.begin(), name.end(),
                                   [](char c) { return c > ' ' && c < 0x7F && c != '"' && c != '\\'; });
-      if (!is_plain) continue;
+      if (!is_plain) {
+        document_.note(name + " of points and lines is left out");
+        continue;
+      }
       bool as_it_is = has_word("COLOR JOINTS WEIGHTS", name.substr(0, name.find('_'))) || name[0] == '_';
       put(text(any ? "," : "", "\"", name, "\":",
                elements_.keep(accessor, as_it_is ? VERTICES : VERTICES_AS_FLOATS,
@@ -547,6 +616,7 @@ private:
     if (primitive.material < -1 || primitive.material >= static_cast<int64_t>(materials_))
       refuse(TW_INVALID, place_ + "/material", "there is no material ", primitive.material);
     const Elements &position = elements_.open(found->second, place_ + "/attributes/POSITION");
+    document_.shown.add_all(position);
     if (position.width() != 3)
       refuse(TW_INVALID, text("/accessors/", found->second, "/type"), "POSITION must have 3 components");
     check_counts(primitive.attributes, position.count(), "/attributes/");
@@ -581,6 +651,8 @@ private:
       Vector<char> loose{document_.budget};
       each(samplers, [&](size_t i, const char *sampler) {
         place_ = text("/animations/", index, "/samplers/", i);
+        mark(named_accessors_, tw_json_member(sampler, "input"));
+        mark(named_accessors_, tw_json_member(sampler, "output"));
         sampler_texts.push_back(object(sampler, sampler_members));
       });
       Vector<const char *> tracks{document_.budget};
@@ -790,6 +862,7 @@ private:
   }
 
   void warn() {
+    tell_unnamed();
     for (const Dropped &dropped : dropped_)
       tw_model_warn(document_.model, "the extension %s at %s is left out: its data is in buffers%s",
                     dropped.name.c_str(), dropped.place.empty() ? "the root" : dropped.place.c_str(),

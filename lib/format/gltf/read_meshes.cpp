@@ -14,6 +14,7 @@
 #include <numeric>
 
 #include "merge_points.h"
+#include "model_checks.h"
 #include "quad_pairing.h"
 #include "soup_mesh.h"
 
@@ -215,7 +216,10 @@ private:
     for (FaceList &list : lists_) {
       list.first_corner = corner_count_;
       read_list(list);
-      if (stands_for_nothing(list)) corner_count_ = list.first_corner;
+      if (stands_for_nothing(list)) {
+        document_.shown.add_all(*sources_[list.source].position);
+        corner_count_ = list.first_corner;
+      }
       list.corner_end = corner_count_;
     }
   }
@@ -282,11 +286,13 @@ private:
     elements_.reserve(static_cast<size_t>(std::min<uint64_t>(most, corner_count_)));
     auto list = order.begin();
     for (uint32_t source = 0; source < sources_.size(); source++) {
-      opened_.all[source].first_vertex = static_cast<uint32_t>(elements_.size());
+      const size_t first = elements_.size();
+      opened_.all[source].first_vertex = static_cast<uint32_t>(first);
       uint32_t count = sources_[source].position->count();
       if (scratch_.size() < count) scratch_.resize(count);
       for (; list != order.end() && lists_[*list].source == source; ++list) number_list(lists_[*list]);
-      for (size_t v = sources_[source].first_vertex; v < elements_.size(); v++) scratch_[elements_[v]] = 0;
+      for (size_t v = first; v < elements_.size(); v++) scratch_[elements_[v]] = 0;
+      document_.shown.add(*sources_[source].position, elements_.data() + first, elements_.size() - first);
     }
   }
 
@@ -794,6 +800,8 @@ private:
     for (const VertexSource &source : sources_)
       if (source.tangent && count == 0)
         document_.note("TANGENT is left out: there are no texture coordinates that it follows");
+      else if (source.tangent && !source.normal)
+        document_.note("TANGENT is computed anew: there is no NORMAL beside it");
   }
 
   // Rows of all vertices; v up, as meshes have it.
@@ -809,6 +817,12 @@ private:
     return uvs;
   }
 
+  // Whether a direction has a length, and one that is off unit length by more than rounding.
+  static bool is_scaled(const float *direction) {
+    double length = std::hypot(double{direction[0]}, double{direction[1]}, double{direction[2]});
+    return length > 0 && tw_is_off_unit(length);
+  }
+
   // Keeps a normal for each vertex, not for each point; one that is not finite becomes 0 0 0.
   void write_normals() {
     bool normals = false, tangents = false;
@@ -820,16 +834,26 @@ private:
     size_t count = elements_.size();
     float *values = allocate_zero<float>(document_, 3 * count);
     float *rows = tangents ? allocate_zero<float>(document_, 4 * count) : nullptr;
-    uint64_t bad = 0;
+    uint64_t bad = 0, scaled = 0, handless = 0;
     for (uint32_t v = 0; v < count; v++) {
       work(1);
       const VertexSource &source = source_of(v);
-      if (source.normal) bad += !source.normal->read_finite(elements_[v], values + 3 * size_t{v});
-      if (source.normal && source.tangent)
-        bad += !source.tangent->read_finite(elements_[v], rows + 4 * size_t{v});
+      if (!source.normal) continue;
+      float *normal = values + 3 * size_t{v};
+      bad += !source.normal->read_finite(elements_[v], normal);
+      scaled += is_scaled(normal);
+      if (!source.tangent) continue;
+      float *tangent = rows + 4 * size_t{v};
+      bad += !source.tangent->read_finite(elements_[v], tangent);
+      scaled += is_scaled(tangent);
+      handless += tw_is_off_unit(std::abs(double{tangent[3]}));
     }
     document_.outline.lose("normal or tangent is left out: it is not finite",
                            "normals and tangents are left out: they are not finite", bad);
+    document_.outline.lose("normal or tangent is not of unit length: it is scaled to it",
+                           "normals and tangents are not of unit length: they are scaled to it", scaled);
+    document_.outline.lose("tangent has another fourth number than 1 or -1: its sign counts",
+                           "tangents have other fourth numbers than 1 or -1: their signs count", handless);
     uint32_t *corners = allocate<uint32_t>(document_, corner_count_);
     std::copy(corners_, corners_ + corner_count_, corners);
     mesh_.normals = {static_cast<uint32_t>(count), values, rows, corners};
@@ -902,6 +926,8 @@ void read_meshes(Document &document, Accessors &accessors) {
   document.model->group_names = names;
   document.model->group_count = static_cast<uint32_t>(document.group_names.size());
   tw_model_warn_count(document.model, document.degenerate_faces, TW_COLLAPSED_FACE, TW_COLLAPSED_FACES);
+  tw_model_warn_count(document.model, document.shown.missing(), "vertex is in no face: answers leave it out",
+                      "vertices are in no face: answers leave them out");
   for (const std::string &fate : document.attribute_warnings)
     tw_model_warn(document.model, "the attribute %s", fate.c_str());
   tw_warn_of_welding(document.model, &document.welded);
