@@ -148,6 +148,8 @@ export interface PoseHeader {
   stride: number;
   node_stride: number;
   layout: { name: PosePart; offset: number; byte_offset: number; components: number }[];
+  /** Of the numbers of a row behind its nodes': the morph weights that the clip moves. `name` as in JSON; `node`: index in `nodes`. */
+  weights?: { name: string; node: number; offset: number; byte_offset: number; components: number }[];
   /** With `root_motion`: of a row's last numbers. */
   root?: { name: 'rotation' | 'translation'; offset: number; byte_offset: number; components: number }[];
 }
@@ -170,6 +172,8 @@ export class PoseTable {
   row(pose: number): Float32Array;
   /** A node's rotation, translation … in a row, as a view. node: its name, or its index in header.nodes. */
   part(pose: number, node: string | number, name: PosePart): Float32Array;
+  /** A node's morph weights in a row, as a view; undefined where the clip moves none of its. node: as of `part`. */
+  weights(pose: number, node: string | number): Float32Array | undefined;
   /** What `root_motion` took out of a pose, as a view. */
   root(pose: number, name: 'rotation' | 'translation'): Float32Array;
 }
@@ -234,8 +238,7 @@ export class Player {
   playing: boolean;
   /** With `root_motion`: the motion of the whole figure since time 0 of the clip, as `update` found it. */
   readonly root?: RootMotion;
-  /** The morph weights that `update` gave the meshes, of a player that `play` made, where the clip moves any. With `nodes`, of
-   * several nodes with one name only the first one's meshes get them. */
+  /** The morph weights that `update` gave the meshes, where the clip moves any. */
   readonly weights?: MorphWeights;
   /** Moves the objects; call for each rendered frame. now: milliseconds, as requestAnimationFrame passes. Returns `time`. */
   update(now?: number): number;
@@ -1160,7 +1163,7 @@ export interface EditsRequest {
 /** A layer of a mixed clip. At most 64 layers, 8 mixed clips below one another, and 256 clips in the end. */
 export interface Layer {
   /** A clip of this document, before or after this one, or `{model id}/{name}`: a clip of another stored model,
-   * whose tracks move nodes by their names. */
+   * whose tracks move nodes by their names. `clip_1` names a clip by its place unless one is called so. */
   clip: string;
   /**
    * Default: `replace`. Layers that replace are blended by their weights over their sum, rotations by the sum of
@@ -1351,7 +1354,8 @@ export interface SurfaceOptions {
    * points; bones in between share the motion, or are taken into it; hips move by the ratio of leg lengths, and
    * between humanoid maps by that of hip heights. Bones that the clip moves and that have no counterpart are a
    * warning with the first of their names. 422 where fewer than half of the bones match, of those that the clip
-   * moves or of the model's where these are fewer, and without a skeleton. Own clips stay as they are.
+   * moves or of the model's where these are fewer, and without a skeleton. Own clips stay as they are; where no
+   * other is asked for, X-Tweend-Warning tells that `auto` does nothing.
    * @default none
    */
   retarget?: "none" | "auto";
@@ -1512,7 +1516,8 @@ export interface PoseOptions {
    * points; bones in between share the motion, or are taken into it; hips move by the ratio of leg lengths, and
    * between humanoid maps by that of hip heights. Bones that the clip moves and that have no counterpart are a
    * warning with the first of their names. 422 where fewer than half of the bones match, of those that the clip
-   * moves or of the model's where these are fewer, and without a skeleton. Own clips stay as they are.
+   * moves or of the model's where these are fewer, and without a skeleton. Own clips stay as they are; where no
+   * other is asked for, X-Tweend-Warning tells that `auto` does nothing.
    * @default none
    */
   retarget?: "none" | "auto";
@@ -1623,7 +1628,8 @@ export interface LiveOptions {
    * points; bones in between share the motion, or are taken into it; hips move by the ratio of leg lengths, and
    * between humanoid maps by that of hip heights. Bones that the clip moves and that have no counterpart are a
    * warning with the first of their names. 422 where fewer than half of the bones match, of those that the clip
-   * moves or of the model's where these are fewer, and without a skeleton. Own clips stay as they are.
+   * moves or of the model's where these are fewer, and without a skeleton. Own clips stay as they are; where no
+   * other is asked for, X-Tweend-Warning tells that `auto` does nothing.
    * @default none
    */
   retarget?: "none" | "auto";
@@ -1734,7 +1740,8 @@ export interface TracksOptions {
    * points; bones in between share the motion, or are taken into it; hips move by the ratio of leg lengths, and
    * between humanoid maps by that of hip heights. Bones that the clip moves and that have no counterpart are a
    * warning with the first of their names. 422 where fewer than half of the bones match, of those that the clip
-   * moves or of the model's where these are fewer, and without a skeleton. Own clips stay as they are.
+   * moves or of the model's where these are fewer, and without a skeleton. Own clips stay as they are; where no
+   * other is asked for, X-Tweend-Warning tells that `auto` does nothing.
    * @default none
    */
   retarget?: "none" | "auto";

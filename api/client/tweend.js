@@ -360,16 +360,10 @@ export class Tweend {
 
   async play(model, objects, options = {}) {
     const [which, { fps = 60, signal, ...settings }] = split(options, POSED);
-    const { duration, nodes, poses: [{ weights = {} }] } = await this.pose(model, { ...which, at: 0 }, { signal });
+    const { header: { duration } } = await this.poseTable(model, { ...which, at: 0 }, { signal });
     // Rounds the steps up so that the last one is the clip's end.
     const times = duration > 0 ? { from: 0, to: duration, fps: Math.ceil(duration * fps) / duration } : { at: 0 };
-    const morphed = Object.keys(weights); // binary poses lack them
-    const canAsk = morphed.every((name) => nodes.includes(name)) && morphed.join().length < 2000;
-    const [table, told] = await Promise.all([
-      this.poseTable(model, { ...which, ...times }, { signal }),
-      morphed.length > 0 && this.pose(model, { ...which, ...times, ...(canAsk && { nodes: morphed }) }, { signal }),
-    ]);
-    return new Player(objects, table, settings, told && told.poses.map(({ weights }) => weights), !which.nodes);
+    return new Player(objects, await this.poseTable(model, { ...which, ...times }, { signal }), settings);
   }
 
   liveUrl(model, options) {
@@ -479,6 +473,13 @@ export class PoseTable {
     return this.rows.subarray(start, start + components);
   }
 
+  weights(pose, node) {
+    const { nodes, weights = [] } = this.header;
+    const index = typeof node === 'number' ? node : nodes.indexOf(node);
+    const part = weights.find((part) => part.node === index);
+    return part && this.row(pose).subarray(part.offset, part.offset + part.components);
+  }
+
   root(pose, name) {
     const { offset, components } = this.header.root.find((part) => part.name === name);
     return this.row(pose).subarray(offset, offset + components);
@@ -517,17 +518,14 @@ function meshesOf(object, found) {
   return below.filter((child) => !found.includes(child) && child.userData?.name === undefined).flatMap((child) => meshesOf(child, found));
 }
 
-/** The meshes for each name of morph weights: a node's, or node_N of all nodes where an earlier one has the name. */
-function findMeshes(objects, nodes, weights, isWhole) {
-  const objectOf = (name) => objects[nodes.includes(name) ? nodes.indexOf(name) : isWhole ? name.slice(5) : -1];
-  return Object.fromEntries(Object.keys(weights ?? {}).map((name) => [name, [objectOf(name) ?? {}].flatMap((object) => meshesOf(object, objects))]));
-}
+/** The meshes of each of the nodes with morph weights. */
+const findMeshes = (objects, { weights = [] }) => weights.map(({ node }) => (objects[node] ? meshesOf(objects[node], objects) : []));
 
-/** Sets the morph weights of meshes, t from a to b, and returns them. */
-function morph(meshes, a, b, t) {
-  return Object.fromEntries(Object.entries(a).map(([name, values]) => {
-    const now = values.map((value, i) => (1 - t) * value + t * b[name][i]);
-    for (const { morphTargetInfluences: influences, morphTargetManager: manager } of meshes[name])
+/** Sets the morph weights of meshes, t from row a to row b, and returns them. */
+function morph(meshes, { weights }, a, b, t) {
+  return weights && Object.fromEntries(weights.map(({ name, offset, components }, place) => {
+    const now = lerp(a, b, offset, t, components);
+    for (const { morphTargetInfluences: influences, morphTargetManager: manager } of meshes[place])
       now.forEach((value, i) => {
         if (influences) influences[i] = value;
         else if (i < manager.numTargets) manager.getTarget(i).influence = value; // of Babylon.js
@@ -568,7 +566,7 @@ function slerp(a, b, at, t) {
   return AXES.map((_, i) => u * a[at + i] + v * b[at + i]);
 }
 
-const lerp = (a, b, at, t) => [0, 1, 2].map((i) => (1 - t) * a[at + i] + t * b[at + i]);
+const lerp = (a, b, at, t, count = 3) => Array.from({ length: count }, (_, i) => (1 - t) * a[at + i] + t * b[at + i]);
 
 /** Moves the objects to the pose at t, 0 to 1, between two rows. */
 function apply(objects, a, b, t) {
@@ -598,15 +596,13 @@ export class Player {
   #last; // ms, time of the last update; undefined: time stands still until the next update
   #time; // seconds, before looping
   #playing;
-  #weights; // of each pose, of play
 
-  constructor(objects, table, { time = 0, speed = 1, loop = 'repeat', playing = true } = {}, weights = undefined, isWhole = false) {
+  constructor(objects, table, { time = 0, speed = 1, loop = 'repeat', playing = true } = {}) {
     if (table.header.as !== 'trs') throw new TypeError('a player takes poses as=trs');
     this.table = table;
     this.#objects = find(objects, table.header.nodes);
     this.missing = table.header.nodes.filter((_, i) => !this.#objects[i]);
-    this.#meshes = findMeshes(this.#objects, table.header.nodes, weights?.[0], isWhole);
-    this.#weights = weights;
+    this.#meshes = findMeshes(this.#objects, table.header);
     this.#time = time;
     this.speed = speed;
     this.loop = loop;
@@ -652,9 +648,10 @@ export class Player {
     }
     const span = times[to] - times[from];
     const t = span > 0 ? Math.min(Math.max((time - times[from]) / span, 0), 1) : 0;
-    apply(this.#objects, table.row(from), table.row(to), t);
-    if (this.#weights) this.weights = morph(this.#meshes, this.#weights[from], this.#weights[to], t);
-    if (table.header.root) this.root = rootOf(table.row(from), table.row(to), t);
+    const [a, b] = [table.row(from), table.row(to)];
+    apply(this.#objects, a, b, t);
+    this.weights = morph(this.#meshes, table.header, a, b, t);
+    if (table.header.root) this.root = rootOf(a, b, t);
     return time;
   }
 }
@@ -732,7 +729,8 @@ export class LivePlayer {
   #abort = new AbortController();
   #objects = [];
   #meshes;
-  #frames = []; // {number, time, row, weights}, ascending; shown between the first and the second
+  #header; // of a pose in binary, which frames are put into the form of
+  #frames = []; // {number, time, row}, ascending; shown between the first and the second
   #step; // ms between frames
   #start; // server time of frame 0 in ms, if given
   #offset = new Least(); // local clock minus server clock
@@ -770,10 +768,11 @@ export class LivePlayer {
     const { signal } = this.#abort;
     try {
       const [which] = split(options, POSED);
-      const pose = await tweend.pose(model, { ...which, at: 0 }, { signal });
-      this.#objects = find(objects, pose.nodes);
-      this.missing = pose.nodes.filter((_, i) => !this.#objects[i]);
-      this.#meshes = findMeshes(this.#objects, pose.nodes, pose.poses?.[0].weights, !which.nodes);
+      const { header } = await tweend.poseTable(model, { ...which, at: 0 }, { signal });
+      this.#header = header;
+      this.#objects = find(objects, header.nodes);
+      this.missing = header.nodes.filter((_, i) => !this.#objects[i]);
+      this.#meshes = findMeshes(this.#objects, header);
       while (!this.ended) {
         const wait = await this.#connect(tweend, tweend.liveUrl(model, options), begun);
         signal.throwIfAborted(); // a pause begun now would not be told
@@ -815,17 +814,18 @@ export class LivePlayer {
   #take(number, data, begun) {
     const local = performance.now();
     const { now, t, rotation, translation, scale, weights, root } = JSON.parse(data);
-    const row = new Float32Array(rotation.length * WIDTH + (root ? 7 : 0));
+    const row = new Float32Array(this.#header.stride);
     rotation.forEach((value, node) => {
       row.set(value, node * WIDTH + ROTATION);
       row.set(translation[node], node * WIDTH + TRANSLATION);
       row.set(scale[node], node * WIDTH + SCALE);
     });
+    for (const { name, offset } of this.#header.weights ?? []) row.set(weights[name], offset);
     if (root) row.set([...root.rotation, ...root.translation], row.length - 7);
     this.#offset.tell(local - now, local);
     this.#origin.tell(this.#start ?? now - number * this.#step, local);
     this.#last = number;
-    this.#frames.push({ number, time: t, row, weights });
+    this.#frames.push({ number, time: t, row });
     this.#forget(local);
     begun();
   }
@@ -848,8 +848,8 @@ export class LivePlayer {
     const leaps = Math.abs(b.time - a.time) * 1000 > 1.5 * span * Math.abs(this.speed); // the clip has started over
     const t = span > 0 && !leaps ? Math.min(Math.max((now - this.#due(a)) / span, 0), 1) : 0;
     apply(this.#objects, a.row, b.row, t);
-    if (a.weights) this.weights = morph(this.#meshes, a.weights, b.weights, t);
-    if (a.row.length % WIDTH) this.root = rootOf(a.row, b.row, t);
+    this.weights = morph(this.#meshes, this.#header, a.row, b.row, t);
+    if (this.#header.root) this.root = rootOf(a.row, b.row, t);
     this.time = a.time + t * (b.time - a.time);
     return this.time;
   }

@@ -341,6 +341,7 @@ static tw_status read_parts(const api_value *parts, const api_making *making, tw
   status = api_names_read(&parts[has_nodes ? NODES : MESHES],
                           has_nodes ? model->node_count : model->mesh_count, "node", scratch, &nodes);
   if (status == TW_OK) status = api_names_read(&parts[CLIPS], model->clip_count, "clip", scratch, &clips);
+  clips.has_places = true;
   if (status == TW_OK) status = api_json_each(&parts[MESHES], read_mesh, &(mesh_reader){model, making, 0});
   if (status == TW_OK)
     status = api_json_each(&parts[NODES], read_node, &(node_reader){&meshes, &nodes, model});

@@ -43,13 +43,13 @@ tw_status api_names_read(const api_value *array, uint32_t count, const char *kin
   return TW_OK;
 }
 
-/* The element without a name that is called kind_index; TW_NO_INDEX for none. */
-static uint32_t find_unnamed(const api_names *all, const char *text) {
+/* The element that is called kind_index by its place; TW_NO_INDEX for none. */
+static uint32_t find_place(const api_names *all, const char *text) {
   char made_up[32];
   size_t length = strlen(all->kind);
   if (strncmp(text, all->kind, length) != 0 || text[length] != '_') return TW_NO_INDEX;
   unsigned long index = strtoul(text + length + 1, NULL, 10);
-  if (index >= all->count || all->texts[index]) return TW_NO_INDEX;
+  if (index >= all->count || (all->texts[index] && !all->has_places)) return TW_NO_INDEX;
   snprintf(made_up, sizeof made_up, "%s_%lu", all->kind, index);
   return strcmp(made_up, text) == 0 ? (uint32_t)index : TW_NO_INDEX;
 }
@@ -59,6 +59,16 @@ static tw_status fail_absent(const api_value *value, const api_names *all, const
   for (uint32_t i = 0; i < all->sorted_count; i++) api_near_consider(&near, all->sorted[i].text);
   return api_json_fail(value, TW_INVALID, "no %s is called \"%.60s\"%s", all->kind, text,
                        api_near_print(&near, "; ").text);
+}
+
+/* Tells of a name that several elements bear. named: the first of these, but one without a name. */
+static tw_status fail_ambiguous(const api_value *value, const api_names *all, const char *text,
+                                const api_names_entry *named) {
+  if (!all->has_places)
+    return api_json_fail(value, TW_INVALID, "more than one %s is called \"%.60s\"", all->kind, text);
+  return api_json_fail(value, TW_INVALID,
+                       "more than one %s is called \"%.60s\": %s_%u names the first, %s_%u the second",
+                       all->kind, text, all->kind, named[0].index, all->kind, named[1].index);
 }
 
 tw_status api_name_find(const api_value *value, const api_names *all, uint32_t *out) {
@@ -73,12 +83,13 @@ tw_status api_name_find(const api_value *value, const api_names *all, uint32_t *
     else
       high = middle;
   }
-  uint32_t unnamed = find_unnamed(all, text), end = low;
+  uint32_t end = low;
   while (end < all->sorted_count && end < low + 2 && strcmp(all->sorted[end].text, text) == 0) end++;
-  uint32_t found = end - low + (unnamed != TW_NO_INDEX);
+  bool is_named = end > low;
+  uint32_t placed = is_named && all->has_places ? TW_NO_INDEX : find_place(all, text);
+  uint32_t found = end - low + (placed != TW_NO_INDEX);
   if (found == 0) return fail_absent(value, all, text);
-  if (found > 1)
-    return api_json_fail(value, TW_INVALID, "more than one %s is called \"%.60s\"", all->kind, text);
-  *out = unnamed != TW_NO_INDEX ? unnamed : all->sorted[low].index;
+  if (found > 1) return fail_ambiguous(value, all, text, &all->sorted[low]);
+  *out = is_named ? all->sorted[low].index : placed;
   return TW_OK;
 }

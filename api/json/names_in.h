@@ -10,9 +10,10 @@ typedef struct api_names_entry {
 } api_names_entry;
 
 /* The names of all elements of one kind, for finding these. An element without a name is called
- * kind_index. */
+ * kind_index; where any may be named by its place, so is each, unless another one bears that name. */
 typedef struct api_names {
   const char *kind; /* "node" */
+  bool has_places;  /* any may be named by its place */
   tw_arena *arena;  /* of the arrays below */
   uint32_t count, sorted_count;
   const char **texts;      /* [count], NULL where there is none */

@@ -127,6 +127,9 @@ api_outcome api_clip_terms_read(api_call *call, bool names_feet, api_clip_terms 
 
 api_outcome api_clips_choose(api_call *call, const tw_model *model, const char *text, uint32_t otherwise,
                              const api_clip_terms *terms, api_clip_choices *out) {
+  static const char *const own =
+      "retarget=auto, and what goes with it, does nothing: no clip of another model "
+      "is asked for, as {model id}/{name}";
   api_outcome outcome = api_retarget_check(call, &terms->retarget);
   if (outcome != API_DONE) return outcome;
   if (text) {
@@ -137,8 +140,8 @@ api_outcome api_clips_choose(api_call *call, const tw_model *model, const char *
   } else {
     *out = (api_clip_choices){.count = otherwise < model->clip_count ? otherwise : model->clip_count};
   }
-  if (has_borrowed(out)) out->terms.retarget = terms->retarget;
-  out->terms.root = terms->root;
+  out->terms = *terms;
+  if (terms->retarget.is_auto && !has_borrowed(out)) api_call_warn(call, &own, 1);
   return api_root_find(call, model, &out->terms.root);
 }
 

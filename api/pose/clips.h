@@ -28,14 +28,14 @@ api_outcome api_clip_terms_read(api_call *call, bool names_feet, api_clip_terms 
 typedef struct api_clip_choices {
   uint32_t count;
   const api_clip_choice *list; /* [count], all different; NULL: the model's own first `count` clips */
-  api_clip_terms terms;        /* retarget is zeroed where no clip is borrowed */
+  api_clip_terms terms;
 } api_clip_choices;
 
 /* Finds the clips that `text` names: one name ("{model id}/{name}" borrows a clip), several names separated
  * by commas, or "none"; the name of a clip takes precedence over these meanings. NULL: the model's own first
  * `otherwise` clips, or all if there are fewer. 404 for an unknown name, 400 for a repeated one or more than
  * 256; API_NEEDS_THREAD in a light call when the search is long; a light call stalls where a lender is not
- * cached; 404 and 400 for terms that do not fit. */
+ * cached; 404 and 400 for terms that do not fit. Warns where retarget=auto has no clip to carry over. */
 api_outcome api_clips_choose(api_call *call, const tw_model *model, const char *text, uint32_t otherwise,
                              const api_clip_terms *terms, api_clip_choices *out);
 

@@ -36,7 +36,7 @@ struct api_pose_body {
   bool has_euler;    /* there is a previous pose */
   float *row;        /* [node_count][width]; NULL in the binary form */
 
-  uint32_t weight_count; /* tracks of morph weights of the answer's nodes, for JSON */
+  uint32_t weight_count; /* tracks of morph weights of the answer's nodes */
   uint32_t *weights;     /* [weight_count] */
   float *sample;         /* of the widest of these */
 };
@@ -96,13 +96,19 @@ static size_t node_width(api_pose_as as) {
 /* Numbers of a root motion: its rotation and translation. */
 enum { ROOT_WIDTH = 7 };
 
-/* Numbers of a pose, of which the last are the root motion where it has any; without morph weights. */
+/* Morph weights in a row: text has them beside it. */
+static size_t row_weights(const api_pose_request *request) {
+  return request->form == API_POSE_BIN ? (size_t)request->weights : 0;
+}
+
+/* Numbers of a row: those of nodes, then morph weights, then the root motion where it has any. */
 static size_t row_width(const api_pose_request *request) {
-  return node_width(request->as) * request->node_count + (api_pose_has_root(request) ? ROOT_WIDTH : 0);
+  return node_width(request->as) * request->node_count + row_weights(request) +
+         (api_pose_has_root(request) ? ROOT_WIDTH : 0);
 }
 
 uint64_t api_pose_numbers(const api_pose_request *request) {
-  uint64_t numbers = row_width(request) + request->weights;
+  uint64_t numbers = row_width(request) - row_weights(request) + request->weights;
   return numbers ? numbers : 1;
 }
 
@@ -179,10 +185,22 @@ static void put_node(api_pose_body *body, uint32_t index, float *out) {
   }
 }
 
+/* Writes the morph weights of a row. */
+static void put_weights(const api_pose_body *body, double time, float *out) {
+  const api_pose_request *request = &body->request;
+  const tw_clip *clip = request->clip->compiled;
+  float looped = tw_loop_time(time, request->clip->duration, request->loop);
+  for (uint32_t i = 0; i < body->weight_count; i++) {
+    tw_clip_sample(clip, body->weights[i], &looped, 1, out);
+    out += tw_clip_width(clip, body->weights[i]);
+  }
+}
+
 /* Fills a row with the pose at a time. A row that is just the local transforms is evaluated in place, which
  * saves a third of the time of binary rows. */
 static void evaluate(api_pose_body *body, double time, float *row) {
   const api_pose_request *request = &body->request;
+  if (row_weights(request) > 0) put_weights(body, time, row + node_width(request->as) * request->node_count);
   if (api_pose_has_root(request)) {
     tw_trs root;
     tw_clip_root_at(request->clip->compiled, tw_loop_time(time, request->clip->duration, request->loop),
@@ -252,29 +270,6 @@ static void print_heading(const api_pose_request *request, tw_text *text) {
   if (request->is_skinning) print_skins(request->model, text);
 }
 
-/* Prints where a node's numbers are in a row of the binary form. */
-static void print_layout(const api_pose_request *request, tw_text *text) {
-  size_t width = node_width(request->as);
-  tw_member_count(text, "poses", request->times.count);
-  tw_member_count(text, "stride", row_width(request));
-  tw_member_count(text, "node_stride", width);
-  if (api_pose_has_root(request)) {
-    size_t offset = width * request->node_count;
-    tw_member_open(text, "root", "[{\"name\":\"rotation\"");
-    tw_member_count(text, "offset", offset);
-    tw_member_count(text, "byte_offset", offset * sizeof(float));
-    tw_text_add(text, ",\"components\":4},{\"name\":\"translation\"");
-    tw_member_count(text, "offset", offset + 4);
-    tw_member_count(text, "byte_offset", (offset + 4) * sizeof(float));
-    tw_text_add(text, ",\"components\":3}]");
-  }
-  tw_member_open(text, "layout", "[");
-  tw_text_add(text, layouts[request->as].members);
-  tw_text_add(text, "]");
-}
-
-/* ---- poses ----------------------------------------------------------------------------------- */
-
 /* The name by which weights are told: that of a node's own, or `node_3` where an earlier node has it. */
 static const char *weights_name(const tw_model *model, uint32_t node, char buffer[24]) {
   const uint32_t *all;
@@ -283,6 +278,57 @@ static const char *weights_name(const tw_model *model, uint32_t node, char buffe
   snprintf(buffer, 24, "node_%u", node);
   return buffer;
 }
+
+/* Prints where a part is, in floats and bytes. */
+static void print_place(size_t offset, size_t components, tw_text *text) {
+  tw_member_count(text, "offset", offset);
+  tw_member_count(text, "byte_offset", offset * sizeof(float));
+  tw_member_count(text, "components", components);
+}
+
+/* Prints where morph weights are in a row. node: the place in the answer's nodes, for names may be shared. */
+static void print_weights_layout(const api_pose_body *body, tw_text *text) {
+  const api_pose_request *request = &body->request;
+  const tw_clip *clip = request->clip->compiled;
+  size_t offset = node_width(request->as) * request->node_count;
+  tw_member_open(text, "weights", "[");
+  for (uint32_t i = 0; i < body->weight_count; i++) {
+    char buffer[24];
+    tw_path path;
+    uint32_t track = body->weights[i], node = tw_clip_target(clip, track, &path);
+    uint32_t width = tw_clip_width(clip, track);
+    tw_text_element(text);
+    tw_text_add(text, "{");
+    tw_member_string(text, "name", weights_name(request->model, node, buffer));
+    tw_member_count(text, "node", api_pose_place(request, node));
+    print_place(offset, width, text);
+    tw_text_add(text, "}");
+    offset += width;
+  }
+  tw_text_add(text, "]");
+}
+
+/* Prints where a node's numbers are in a row of the binary form. */
+static void print_layout(const api_pose_body *body, tw_text *text) {
+  const api_pose_request *request = &body->request;
+  tw_member_count(text, "poses", request->times.count);
+  tw_member_count(text, "stride", row_width(request));
+  tw_member_count(text, "node_stride", node_width(request->as));
+  if (row_weights(request) > 0) print_weights_layout(body, text);
+  if (api_pose_has_root(request)) {
+    size_t offset = row_width(request) - ROOT_WIDTH;
+    tw_member_open(text, "root", "[{\"name\":\"rotation\"");
+    print_place(offset, 4, text);
+    tw_text_add(text, "},{\"name\":\"translation\"");
+    print_place(offset + 4, 3, text);
+    tw_text_add(text, "}]");
+  }
+  tw_member_open(text, "layout", "[");
+  tw_text_add(text, layouts[request->as].members);
+  tw_text_add(text, "]");
+}
+
+/* ---- poses ----------------------------------------------------------------------------------- */
 
 /* Prints the morph weights by node, where the clip moves any. */
 static void print_weights(const api_pose_body *body, double time, tw_text *text) {
@@ -403,7 +449,7 @@ static void print_head(api_pose_body *body, tw_text *text) {
   case API_POSE_BIN:
     tw_text_bytes(text, "TWPB\1\0\0\0\0\0\0\0", BIN_PREFIX); /* print_bin_head fills in the length */
     print_heading(request, text);
-    print_layout(request, text);
+    print_layout(body, text);
     break;
   case API_POSE_JSON: print_heading(request, text); break;
   }
@@ -528,7 +574,7 @@ static void *allocate(tw_arena *arena, bool is_needed, uint32_t count, size_t wi
   return memory;
 }
 
-/* Finds the tracks of morph weights that JSON answers tell. False without memory. */
+/* Finds the tracks of morph weights that the answer tells. False without memory. */
 static bool find_weights(api_pose_body *body, tw_arena *arena) {
   const api_pose_request *request = &body->request;
   const tw_clip *clip = request->clip ? request->clip->compiled : NULL;

@@ -4,7 +4,6 @@
 #include "node_names.h"
 #include "service.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 /* ---- parameters ------------------------------------------------------------------------------ */
@@ -190,43 +189,50 @@ static api_outcome complete_times(api_call *call, api_pose_request *request) {
   return api_outcome_of(call, status);
 }
 
-static int compare_nodes(const void *a, const void *b) {
-  uint32_t left = *(const uint32_t *)a, right = *(const uint32_t *)b;
-  return (left > right) - (left < right);
+uint32_t api_pose_place(const api_pose_request *request, uint32_t node) {
+  uint32_t low = 0, high = request->node_count;
+  while (low < high) {
+    uint32_t middle = low + (high - low) / 2;
+    if (request->nodes[middle] < node)
+      low = middle + 1;
+    else
+      high = middle;
+  }
+  return low < request->node_count && request->nodes[low] == node ? low : TW_NO_INDEX;
 }
 
 /* Whether a track moves morph weights of the answer's nodes. */
 static bool moves_weights(const api_pose_request *request, uint32_t track) {
   tw_path path;
   uint32_t node = tw_clip_target(request->clip->compiled, track, &path);
-  return path == TW_WEIGHTS && !request->is_skinning &&
-         bsearch(&node, request->nodes, request->node_count, sizeof node, compare_nodes);
+  return path == TW_WEIGHTS && !request->is_skinning && api_pose_place(request, node) != TW_NO_INDEX;
 }
 
 bool api_pose_tells_weights(const api_pose_request *request, uint32_t track) {
-  bool is_json = request->form == API_POSE_JSON || request->form == API_POSE_NDJSON;
-  return is_json && moves_weights(request, track);
+  return request->form != API_POSE_CSV && moves_weights(request, track);
 }
 
 void api_pose_warn_of_weights(api_call *call, const api_pose_request *request) {
-  static const char *const sentence =
-      "the clip moves morph weights, which stand in JSON alone: this form has no place for them";
+  static const char *const sentence = "the clip moves morph weights, which CSV has no place for: "
+                                      "JSON and the binary form have them";
   bool is_lost = false;
-  if (!request->clip) return;
+  if (!request->clip || request->form != API_POSE_CSV) return;
   for (uint32_t i = 0; i < tw_clip_track_count(request->clip->compiled) && !is_lost; i++)
     is_lost = moves_weights(request, i);
   if (is_lost) api_call_warn(call, &sentence, 1);
 }
 
+/* Text repeats a node's name in each pose. */
 static uint64_t count_weights(const api_pose_request *request) {
   const tw_clip *clip = request->clip ? request->clip->compiled : NULL;
+  bool has_names = request->form != API_POSE_BIN;
   uint64_t count = 0;
   for (uint32_t i = 0; clip && i < tw_clip_track_count(clip); i++) {
     if (!api_pose_tells_weights(request, i)) continue;
     char buffer[24];
     tw_path path;
     const char *name = tw_model_node_name(request->model, tw_clip_target(clip, i, &path), buffer);
-    count += tw_clip_width(clip, i) + strlen(name) / API_POSE_NUMBER_BYTES + 1;
+    count += tw_clip_width(clip, i) + (has_names ? strlen(name) / API_POSE_NUMBER_BYTES + 1 : 0);
   }
   return count;
 }

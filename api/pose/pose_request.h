@@ -32,7 +32,7 @@ typedef struct api_pose_request {
   const api_clip *clip; /* NULL: the rest pose */
   uint32_t node_count;
   const uint32_t *nodes; /* [node_count], in the call's arena; ascending unless is_skinning */
-  uint64_t weights;      /* morph weights that JSON tells of a pose, and for names about as many numbers */
+  uint64_t weights;      /* morph weights that a pose tells; in text, names count as about as many numbers */
 } api_pose_request;
 
 /* Reads all parameters but times and form; zeroes the rest. */
@@ -64,10 +64,14 @@ uint64_t api_pose_transforms(const api_pose_request *request);
 /* Numbers, evaluated or printed, that take an I/O thread as long as it may work for one connection. */
 enum { API_POSE_LIGHT = 20000 };
 
-/* Whether JSON tells the morph weights that a track of the clip moves. */
+/* The place of a node in the answer's nodes; TW_NO_INDEX where they lack it. Not with is_skinning. O(log n).
+ */
+uint32_t api_pose_place(const api_pose_request *request, uint32_t node);
+
+/* Whether the answer tells the morph weights that a track of the clip moves: all forms do but CSV. */
 bool api_pose_tells_weights(const api_pose_request *request, uint32_t track);
 
-/* Warns, in a form without morph weights, where the clip moves those of the answer's nodes. */
+/* Warns, in CSV, where the clip moves morph weights of the answer's nodes. */
 void api_pose_warn_of_weights(api_call *call, const api_pose_request *request);
 
 /* Whether each pose has the root motion beside it. */

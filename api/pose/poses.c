@@ -132,7 +132,7 @@ static api_outcome reply_streamed(api_call *call, api_pose_request *request) {
  * have a key and are small enough, or streamed. */
 static api_outcome reply_poses(api_call *call, api_pose_request *request, const char *key) {
   if (request->clip) api_call_warn(call, request->clip->warnings, request->clip->warning_count);
-  if (request->form == API_POSE_BIN || request->form == API_POSE_CSV) api_pose_warn_of_weights(call, request);
+  api_pose_warn_of_weights(call, request);
   if (is_light(request)) {
     tw_text text = {0};
     return print_poses(call, request, &text, &call->fault) ? api_reply(call, &text) : API_FAILED;

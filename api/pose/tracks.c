@@ -279,7 +279,8 @@ static const char *print_canonical(api_call *call, const api_clip_choices *choic
                                    const tracks_source *source) {
   tw_text text = {0};
   tw_text_add(&text, "clip=");
-  if ((choices->list && choices->list[0].lender[0]) || choices->terms.root.is_on)
+  const api_clip_terms *terms = &choices->terms;
+  if ((choices->list && choices->list[0].lender[0]) || terms->root.is_on || terms->retarget.is_auto)
     api_clips_print(choices, &text);
   else
     tw_text_count(&text, api_clips_get(choices, 0).index);

@@ -117,10 +117,15 @@ static double last_weight_time(const tw_layer *layer) {
 
 /* ---- the phase ----------------------------------------------------------------------------------------- */
 
+/* The integral of the rate over the x seconds behind a knot where the sum of weights is constant. */
+static inline double phase_gained_evenly(const phase_knot *knot, double x) {
+  return x * (knot->pace + knot->bend * x * (1.0 / 2));
+}
+
 /* The integral of the rate over the x seconds behind a knot. With z = growth x it is
  * x (pace L + bend x K), L = log(1 + z) / z, K = (1 - L) / z. */
 static double phase_gained(const phase_knot *knot, double x) {
-  if (knot->growth == 0) return x * (knot->pace + knot->bend * x * (1.0 / 2));
+  if (knot->growth == 0) return phase_gained_evenly(knot, x);
   double z = knot->growth * x, l, k;
   if (z < -1 + 1e-12) z = -1 + 1e-12; /* the weights fade to 0, and the rate's sum with them */
   if (fabs(z) < 1e-3) {
@@ -146,23 +151,49 @@ static uint32_t find_knot(const mix_time *mix, double time) {
   return low;
 }
 
-void tw_mix_phases(const mix_time *mix, const double *times, uint32_t count, double *phases) {
-  double from = INFINITY, to = INFINITY; /* the times of the knot and of the next */
-  const phase_knot *knot = NULL;
-  for (uint32_t i = 0; i < count; i++) {
-    if (mix->knot_count > 0 && !(times[i] >= from && times[i] < to)) {
-      uint32_t index = find_knot(mix, times[i]);
-      knot = &mix->knots[index];
-      from = knot->time;
-      to = index + 1 < mix->knot_count ? mix->knots[index + 1].time : INFINITY;
-    }
-    phases[i] = knot ? knot->phase + phase_gained(knot, times[i] - knot->time) : 0;
+static bool do_rise(const double *values, uint32_t count) {
+  int falls = 0;
+  for (uint32_t i = 1; i < count; i++) falls |= values[i] < values[i - 1];
+  return !falls;
+}
+
+/* The end of the run of values in [start, end) that begins with `first`. rise: none is below one before. */
+static uint32_t run_end(const double *values, bool rise, uint32_t first, uint32_t count, double start,
+                        double end) {
+  if (rise && values[count - 1] < end) return count;
+  uint32_t i = first + 1;
+  while (i < count && values[i] >= start && values[i] < end) i++;
+  return i;
+}
+
+/* The phases at times of which all those between two knots follow each other in one loop. */
+static void fill_phases(const mix_time *mix, const double *restrict times, bool rise, uint32_t count,
+                        double *restrict phases) {
+  for (uint32_t i = 0; i < count;) {
+    uint32_t index = find_knot(mix, times[i]);
+    const phase_knot knot = mix->knots[index];
+    double next = index + 1 < mix->knot_count ? mix->knots[index + 1].time : INFINITY;
+    uint32_t end = run_end(times, rise, i, count, knot.time, next);
+    if (knot.growth == 0)
+      for (; i < end; i++) phases[i] = knot.phase + phase_gained_evenly(&knot, times[i] - knot.time);
+    else
+      for (; i < end; i++) phases[i] = knot.phase + phase_gained(&knot, times[i] - knot.time);
   }
 }
 
+void tw_mix_moments(const mix_time *mix, const float *times, uint32_t count, mix_moments *out) {
+  out->count = count;
+  for (uint32_t i = 0; i < count; i++) out->times[i] = mix_clamp(mix, times[i]);
+  out->times_rise = do_rise(out->times, count);
+  out->phases_rise = false;
+  if (mix->knot_count == 0) return;
+  fill_phases(mix, out->times, out->times_rise, count, out->phases);
+  out->phases_rise = do_rise(out->phases, count);
+}
+
 double tw_mix_phase(const mix_time *mix, double time) {
-  double phase;
-  tw_mix_phases(mix, &time, 1, &phase);
+  double phase = 0;
+  if (mix->knot_count > 0) fill_phases(mix, &time, true, 1, &phase);
   return phase;
 }
 
@@ -279,14 +310,19 @@ static bool make_knots(mix_time *mix, tw_arena *arena) {
 /* What rounding may add to a whole number of rounds. */
 static const double ROUND_SLACK = 1e-6;
 
-/* The part of a round that has been played; the end of a round is 1, not 0. *last: rounds at the end of any
- * round; becomes that of this one, which makes times in it quick. */
+/* The part of a round that has been played; the end of a round is 1, not 0. last: rounds at its end */
+static inline double part_until(double rounds, double last) {
+  double part = rounds - last + 1;
+  return part < 1 ? part : 1;
+}
+
+/* The same of any rounds. *last: rounds at the end of any round; becomes that of this one, which makes times
+ * in it quick. */
 static inline double part_of_round(double rounds, double *last) {
   if (rounds <= 0) return rounds - floor(rounds);
   double early = rounds - ROUND_SLACK;
   if (!(early > *last - 1 && early <= *last)) *last = ceil(early);
-  double part = rounds - *last + 1;
-  return part < 1 ? part : 1;
+  return part_until(rounds, *last);
 }
 
 static inline double looped(double time, double duration, tw_loop loop, double *last) {
@@ -307,26 +343,42 @@ layer_state tw_layer_at(const mix_time *mix, uint32_t index, double time, double
   return (layer_state){(float)local, tw_layer_weight(layer, time)};
 }
 
-/* The weights at many times: quick where one follows another between the same keys. */
-static void fill_weights(const tw_layer *layer, const double *times, uint32_t count, double *weights) {
-  for (uint32_t i = 0; i < count;) {
+/* The weights at many times, of which all those between two keys follow each other in one loop. */
+static void fill_weights(const tw_layer *layer, const mix_moments *at, double *restrict weights) {
+  const double *times = at->times;
+  for (uint32_t i = 0; i < at->count;) {
     bool is_constant = is_constant_at(layer, times[i], &weights[i]);
     i += is_constant;
     if (is_constant) continue;
     const weight_ramp ramp = ramp_after(layer, find_key(layer, times[i]));
-    for (; i < count && times[i] >= ramp.start && times[i] < ramp.end; i++)
-      weights[i] = ramp_at(&ramp, times[i]);
+    uint32_t end = run_end(times, at->times_rise, i, at->count, ramp.start, ramp.end);
+    for (; i < end; i++) weights[i] = ramp_at(&ramp, times[i]);
   }
 }
 
-void tw_layer_states(const mix_time *mix, uint32_t index, const double *times, const double *phases,
-                     uint32_t count, float *locals, double *weights) {
+/* The times of a synchronised layer, of which all those in one round follow each other in one loop. start:
+ * the rounds at phase 0 */
+static void fill_rounds(const mix_moments *at, double start, double duration, float *restrict locals) {
+  const double *phases = at->phases;
+  double last = 1, most = phases[at->count - 1] + start - ROUND_SLACK;
+  for (uint32_t i = 0, end; i < at->count;) {
+    double rounds = phases[i] + start;
+    locals[i++] = (float)(part_of_round(rounds, &last) * duration);
+    end = at->phases_rise && rounds > 0 && most <= last ? at->count : i;
+    for (; i < end; i++) locals[i] = (float)(part_until(phases[i] + start, last) * duration);
+  }
+}
+
+void tw_layer_states(const mix_time *mix, uint32_t index, const mix_moments *at, float *restrict locals,
+                     double *restrict weights) {
   const tw_layer *layer = &mix->layers[index];
-  double duration = mix->durations[index], offset = layer->offset, speed = layer->speed;
-  double start = duration > 0 ? offset / duration : 0, last = 1;
-  if (layer->is_synced)
-    for (uint32_t i = 0; i < count; i++)
-      locals[i] = duration > 0 ? (float)(part_of_round(phases[i] + start, &last) * duration) : 0;
+  double duration = mix->durations[index], offset = layer->offset, speed = layer->speed, last = 1;
+  const double *times = at->times;
+  uint32_t count = at->count;
+  if (layer->is_synced && duration > 0)
+    fill_rounds(at, offset / duration, duration, locals);
+  else if (layer->is_synced)
+    for (uint32_t i = 0; i < count; i++) locals[i] = 0;
   else if (layer->loop == TW_CLAMP)
     for (uint32_t i = 0; i < count; i++) locals[i] = (float)(offset + speed * times[i]);
   else
@@ -335,7 +387,7 @@ void tw_layer_states(const mix_time *mix, uint32_t index, const double *times, c
   if (layer->weight_count == 1)
     for (uint32_t i = 0; i < count; i++) weights[i] = (double)layer->weights[0];
   else
-    fill_weights(layer, times, count, weights);
+    fill_weights(layer, at, weights);
 }
 
 double tw_mix_time_of_phase(const mix_time *mix, double phase) {

@@ -40,16 +40,25 @@ static inline double mix_clamp(const mix_time *mix, float time) {
 
 /* Rounds that synchronised layers have played at a clamped time. */
 double tw_mix_phase(const mix_time *mix, double time);
-void tw_mix_phases(const mix_time *mix, const double *times, uint32_t count, double *phases);
+
+/* Clamped times and the phases at these, which are set only where a layer is synchronised. */
+typedef struct mix_moments {
+  uint32_t count;
+  bool times_rise, phases_rise; /* each is at least the one before: what holds at the last one holds at all */
+  double times[TW_POSE_BLOCK], phases[TW_POSE_BLOCK];
+} mix_moments;
+
+/* count: at most TW_POSE_BLOCK. */
+void tw_mix_moments(const mix_time *mix, const float *times, uint32_t count, mix_moments *out);
 
 double tw_layer_weight(const tw_layer *layer, double time);
 
 /* The state of a layer at a clamped time whose phase is given. */
 layer_state tw_layer_at(const mix_time *mix, uint32_t layer, double time, double phase);
 
-/* The same at many times. phases: [count]. locals: [count] times of the layer's clip. */
-void tw_layer_states(const mix_time *mix, uint32_t layer, const double *times, const double *phases,
-                     uint32_t count, float *locals, double *weights);
+/* The same at many times. locals: [count] times of the layer's clip. weights: [count] */
+void tw_layer_states(const mix_time *mix, uint32_t layer, const mix_moments *at, float *locals,
+                     double *weights);
 
 /* Tells all times, in any order, at which a layer shows a time of its clip; and those at which its weight,
  * its pace or its clip's end bend or break what it shows: there times just beside, too. False where it was

@@ -89,8 +89,10 @@ static void blend_init(blend *b, tw_path path, uint32_t width, float *means, siz
 static void take_shares(blend *b, const layer_values *layer, float *shares) {
   double totals[TW_POSE_BLOCK];
   for (uint32_t i = 0; i < layer->count; i++) totals[i] = b->totals[place_of(layer, i)] + layer->weights[i];
-  for (uint32_t i = 0; i < layer->count; i++)
-    shares[i] = layer->weights[i] > 0 ? (float)(layer->weights[i] / totals[i]) : 0;
+  for (uint32_t i = 0; i < layer->count; i++) {
+    float share = (float)(layer->weights[i] / totals[i]);
+    shares[i] = layer->weights[i] > 0 ? share : 0;
+  }
   for (uint32_t i = 0; i < layer->count; i++) b->totals[place_of(layer, i)] = totals[i];
 }
 
@@ -171,11 +173,12 @@ typedef struct turns {
   float ratios[TW_POSE_BLOCK], cosines[TW_POSE_BLOCK]; /* x, y and z times the ratio, and the cosine, turn */
 } turns;
 
-/* Finds the turns, conjugate(from) to, and of each the sign that makes w positive. from, to: [count][4] */
-static void find_turns(turns *restrict all, const float *restrict from, const float *restrict to,
-                       uint32_t count) {
+/* Finds the turns, conjugate(from) to, and of each the sign that makes w positive. from: `step` floats apart,
+ * to: [count][4] */
+static inline void find_turns(turns *restrict all, const float *restrict from, size_t step,
+                              const float *restrict to, uint32_t count) {
   for (size_t i = 0; i < count; i++) {
-    const float *a = from + 4 * i, *b = to + 4 * i;
+    const float *a = from + step * i, *b = to + 4 * i;
     float x = a[3] * b[0] - a[0] * b[3] - a[1] * b[2] + a[2] * b[1];
     float y = a[3] * b[1] + a[0] * b[2] - a[1] * b[3] - a[2] * b[0];
     float z = a[3] * b[2] - a[0] * b[1] + a[1] * b[0] - a[2] * b[3];
@@ -200,15 +203,23 @@ static void raise_far(turns *all, uint32_t i, double weight) {
   all->cosines[i] = (float)cos(part);
 }
 
+/* In two loops: polynomials are long chains of operations, and the shorter a loop's body, the more of its
+ * rounds a processor computes at once. */
 static void raise_turns(turns *restrict all, const double *restrict weights, uint32_t count) {
   static const float LEAST_SINE = 1e-30F; /* of a root; only 0 is less */
+  float sines[TW_POSE_BLOCK], parts[TW_POSE_BLOCK];
+  int is_far = 0;
   for (uint32_t i = 0; i < count; i++) {
-    float x = all->x[i], y = all->y[i], z = all->z[i];
-    float sine = sqrtf(x * x + y * y + z * z), part = arc_angle(sine, all->w[i]) * (float)weights[i];
-    all->ratios[i] = arc_sine(part) / (sine > LEAST_SINE ? sine : LEAST_SINE);
-    all->cosines[i] = arc_cosine(part);
+    float x = all->x[i], y = all->y[i], z = all->z[i], sine = sqrtf(x * x + y * y + z * z);
+    sines[i] = sine > LEAST_SINE ? sine : LEAST_SINE;
+    parts[i] = arc_angle(sine, all->w[i]) * (float)weights[i];
   }
-  for (uint32_t i = 0; i < count; i++)
+  for (uint32_t i = 0; i < count; i++) {
+    all->ratios[i] = arc_sine(parts[i]) / sines[i];
+    all->cosines[i] = arc_cosine(parts[i]);
+  }
+  for (uint32_t i = 0; i < count; i++) is_far |= fabs(weights[i]) > 1;
+  for (uint32_t i = 0; is_far && i < count; i++)
     if (fabs(weights[i]) > 1) raise_far(all, i, (double)(float)weights[i]);
 }
 
@@ -232,11 +243,11 @@ static void apply_turns(const turns *restrict all, const double *restrict weight
   }
 }
 
-/* rotations, from, to: [count][4]; from: the references. */
-static void turn_rotations(float *rotations, const float *from, const float *to, const double *weights,
-                           uint32_t count) {
+/* rotations, to: [count][4]; from: the references, `step` floats apart. */
+static inline void turn_rotations(float *rotations, const float *from, size_t step, const float *to,
+                                  const double *weights, uint32_t count) {
   turns all;
-  find_turns(&all, from, to, count);
+  find_turns(&all, from, step, to, count);
   raise_turns(&all, weights, count);
   apply_turns(&all, weights, count, rotations);
 }
@@ -246,17 +257,17 @@ static void gather(const layer_values *layer, const float *values, size_t step, 
   for (uint32_t i = 0; i < layer->count; i++) memcpy(out[i], values + step * place_of(layer, i), sizeof *out);
 }
 
-/* references: [4] by place, `step` floats apart. */
+/* references: [4] by place, `step` floats apart; without places, one for all. */
 static void add_rotations(float *rotations, const layer_values *layer, const float *references, size_t step) {
-  float from[TW_POSE_BLOCK][4], to[TW_POSE_BLOCK][4], turned[TW_POSE_BLOCK][4];
-  gather(layer, references, step, from);
   if (!layer->places) {
-    turn_rotations(rotations, from[0], layer->values, layer->weights, layer->count);
+    turn_rotations(rotations, references, 0, layer->values, layer->weights, layer->count);
     return;
   }
+  float from[TW_POSE_BLOCK][4], to[TW_POSE_BLOCK][4], turned[TW_POSE_BLOCK][4];
+  gather(layer, references, step, from);
   gather(layer, layer->values, layer->step, to);
   gather(layer, rotations, layer->step, turned);
-  turn_rotations(turned[0], from[0], to[0], layer->weights, layer->count);
+  turn_rotations(turned[0], from[0], 4, to[0], layer->weights, layer->count);
   for (uint32_t i = 0; i < layer->count; i++)
     memcpy(rotations + layer->step * place_of(layer, i), turned[i], sizeof *turned);
 }
@@ -369,7 +380,7 @@ static void mixed_pose(const tw_clip *clip, const tw_node *nodes, uint32_t first
 typedef struct sample_block {
   uint32_t count, width;
   tw_path path;
-  double times[TW_POSE_BLOCK], phases[TW_POSE_BLOCK];
+  mix_moments at;
   float *out; /* [count][width] */
 } sample_block;
 
@@ -381,8 +392,7 @@ typedef struct part_samples {
 
 static void find_weights(const tw_clip *clip, const track_part *part, const sample_block *block,
                          part_samples *samples) {
-  tw_layer_states(&mixing_of(clip)->time, part->layer, block->times, block->phases, block->count,
-                  samples->locals, samples->weights);
+  tw_layer_states(&mixing_of(clip)->time, part->layer, &block->at, samples->locals, samples->weights);
 }
 
 static void put_rests(const sample_block *block, const float *rest, const double *weights) {
@@ -435,8 +445,7 @@ static void mixed_sample(const tw_clip *clip, uint32_t track, const float *times
     block.width = width;
     block.path = clip->tracks[track].path;
     block.out = out + done * width;
-    for (uint32_t i = 0; i < block.count; i++) block.times[i] = mix_clamp(&mix->time, times[done + i]);
-    tw_mix_phases(&mix->time, block.times, block.count, block.phases);
+    tw_mix_moments(&mix->time, times + done, block.count, &block.at);
     blend_samples(clip, track, &block);
     for (const track_part *part = mix->parts[track]; part < mix->parts[track + 1]; part++)
       if (part->reference) add_samples(clip, part, &block);

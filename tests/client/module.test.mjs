@@ -41,6 +41,15 @@ function tableOf(rotations) {
   return new PoseTable(header, rows);
 }
 
+/** The answer that is a pose of such nodes in binary. */
+function poseAnswer(nodes) {
+  const header = { as: 'trs', duration: 0, nodes, times: [0], poses: 1, stride: 10 * nodes.length, node_stride: 10 };
+  const json = JSON.stringify(header);
+  const bytes = Buffer.concat([Buffer.from('TWPB\x01\0\0\0\0\0\0\0', 'latin1'), Buffer.from(json), Buffer.alloc(40 * nodes.length)]);
+  bytes.writeUInt32LE(json.length, 8);
+  return new Response(bytes);
+}
+
 // ---- requests ----
 
 test('a problem document is thrown as an error with its places', async () => {
@@ -590,7 +599,7 @@ test('a player that is closed ends, though fetch does not end its stream', async
   let isCancelled = false;
   const frame = `id: 0\ndata: ${JSON.stringify({ now: 0, t: 0, rotation: [], translation: [], scale: [] })}\n\n`;
   const stream = () => new ReadableStream({ start: (control) => control.enqueue(new TextEncoder().encode(frame)), cancel: () => (isCancelled = true) });
-  const fetch = async (url) => (url.includes('/live') ? new Response(stream()) : Response.json({ nodes: [] }));
+  const fetch = async (url) => (url.includes('/live') ? new Response(stream()) : poseAnswer([]));
   const player = await new Tweend('http://a.example', { fetch }).live('x', {});
   player.close();
   await player.done;
@@ -630,7 +639,7 @@ test('a stream whose events cannot be read is let go before another is asked for
     });
   };
   let asked = 0;
-  const fetch = async (url) => (url.includes('/live') ? (asked++, new Response(stream())) : Response.json({ nodes: [] }));
+  const fetch = async (url) => (url.includes('/live') ? (asked++, new Response(stream())) : poseAnswer([]));
   const end = new AbortController();
   const live = new Tweend('http://a.example', { fetch }).live('x', {}, { signal: end.signal });
   for (const until = performance.now() + 20000; asked < 5 && performance.now() < until; ) await pause(5);
@@ -648,7 +657,7 @@ test('a page is warned once, at the fourth stream that is open at once from one 
   const warnings = () => mock.calls.map(({ arguments: [text] }) => text);
   const frame = new TextEncoder().encode('id: 0\ndata: {"now":0,"t":0,"rotation":[],"translation":[],"scale":[]}\n\n');
   const fetchWith = (statusText) => async (url, { signal }) => {
-    if (!url.includes('/live')) return Response.json({ nodes: [] });
+    if (!url.includes('/live')) return poseAnswer([]);
     const start = (out) => (out.enqueue(frame), signal.addEventListener('abort', () => out.error(signal.reason)));
     return new Response(new ReadableStream({ start }), { statusText });
   };
@@ -681,7 +690,7 @@ test('what cannot go on fails', async () => {
 test('a busy daemon is asked again when it says, and one who leaves meanwhile does not wait', async () => {
   const headers = { 'Retry-After': '30' };
   let asked = 0;
-  const fetch = async (url) => (url.includes('/live') ? (asked++, new Response('', { status: 503, headers })) : Response.json({ nodes: [] }));
+  const fetch = async (url) => (url.includes('/live') ? (asked++, new Response('', { status: 503, headers })) : poseAnswer([]));
   const began = performance.now();
   const signal = AbortSignal.timeout(1500);
   await assert.rejects(new Tweend('http://a.example', { fetch }).live('x', {}, { signal }), { name: 'TimeoutError' });
@@ -705,7 +714,7 @@ test('the server’s clock is told by the events with least delay, whatever it s
     }
     yield new TextEncoder().encode('event: end\ndata: {}\n\n');
   };
-  const fetch = async (url) => (url.includes('/live') ? new Response(Readable.toWeb(Readable.from(events()))) : Response.json({ nodes: ['a'] }));
+  const fetch = async (url) => (url.includes('/live') ? new Response(Readable.toWeb(Readable.from(events()))) : poseAnswer(['a']));
   const a = object();
   const player = await new Tweend('http://a.example', { fetch }).live('x', { a }, { fps: 50, delay: 100, signal: AbortSignal.timeout(20000) });
   const off = [];

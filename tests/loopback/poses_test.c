@@ -296,6 +296,77 @@ TEST_WITH(a_clip_is_borrowed_by_the_names_of_nodes, setup, one_model_stop) {
   assert_problem(loopback_get(f->loop, target), 404, NULL, f->id);
 }
 
+/* Asserts where the node of a model with one node is at time 1 of a clip. */
+static void assert_moved(loopback *loop, const char *id, const char *clip, double x) {
+  char rest[160];
+  one_model of = {.loop = loop};
+  memcpy(of.id, id, sizeof of.id);
+  snprintf(rest, sizeof rest, "pose?at=1&clip=%s", clip);
+  cJSON *answer = ask_json(&of, rest);
+  assert_row(pose(answer, 0), "translation", 0, 3, (double[]){x, 0, 0});
+  cJSON_Delete(answer);
+}
+
+#define GO_TO(x) "'tracks':[{'node':'n','path':'translation','times':[0,1],'values':[[0,0,0],[" x ",0,0]]}]"
+
+TEST_WITH(layers_name_clips_by_their_place_unless_one_is_called_so, loopback_setup, loopback_teardown) {
+  char id[API_ID_TEXT], other[API_ID_TEXT], text[256];
+  loopback_upload(*state, "application/json",
+                  "{'nodes':[{'name':'n'}],'clips':[{'name':'go'," GO_TO("1") "},{'name':'go'," GO_TO(
+                      "3") "},"
+                           "{'name':'second','layers':[{'clip':'clip_1'}]},"
+                           "{'name':'both','layers':[{'clip':'clip_0'},{'clip':'clip_1'}]}]}",
+                  id);
+  assert_moved(*state, id, "second", 3);
+  assert_moved(*state, id, "both", 2);
+  snprintf(text, sizeof text,
+           "{'nodes':[{'name':'n'}],'clips':[{'name':'m','layers':[{'clip':'%s/clip_1'}]}]}", id);
+  loopback_upload(*state, "application/json", text, other);
+  assert_moved(*state, other, "m", 3);
+  loopback_upload(*state, "application/json",
+                  "{'nodes':[{'name':'n'}],'clips':[{'name':'clip_1'," GO_TO("5") "},{" GO_TO(
+                      "7") "},"
+                           "{'name':'m','layers':[{'clip':'clip_1'}]}]}",
+                  id);
+  assert_moved(*state, id, "m", 5);
+  assert_problem(loopback_post(*state, "/v1/models", "application/json",
+                               "{'nodes':[{'name':'n'}],'clips':[{'name':'go'," GO_TO(
+                                   "1") "},{},{'name':'go',"
+                                        "'tracks':[]},{'layers':[{'clip':'go'}]}]}"),
+                 422, "/clips/3/layers/0/clip", "clip_0 names the first, clip_2 the second");
+  assert_problem(loopback_post(*state, "/v1/models", "application/json",
+                               "{'clips':[{'tracks':[]},{'layers':[{'clip':'clip_2'}]}]}"),
+                 422, "/clips/1/layers/0/clip", "no clip is called \"clip_2\"");
+}
+
+/* The answers differ in nothing else: what is remembered of one must not speak for the other. */
+TEST_WITH(carrying_over_what_is_not_borrowed_is_told, setup, one_model_stop) {
+  static const struct {
+    const char *rest;
+    bool is_told;
+  } cases[] = {{"tracks?retarget=auto", true},
+               {"tracks", false},
+               {"pose?clip=turn&retarget=auto&feet=hold", true},
+               {"pose?clip=turn&retarget=none", false},
+               {"surface.glb?retarget=auto", true},
+               {"surface.glb", false},
+               {"live?loop=clamp&retarget=auto", true}};
+  one_model *f = *state;
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    reply r = ask(f, cases[i].rest);
+    assert_int_equal(r.status, 200);
+    const char *warning = reply_header(&r, "X-Tweend-Warning");
+    if ((warning && strstr(warning, "retarget%3Dauto")) != cases[i].is_told) fail_msg("%s", cases[i].rest);
+    reply_free(&r);
+  }
+  char rest[128];
+  snprintf(rest, sizeof rest, "pose?clip=%s/turn&retarget=auto", f->id);
+  reply r = ask(f, rest);
+  assert_int_equal(r.status, 200);
+  assert_null(reply_header(&r, "X-Tweend-Warning"));
+  reply_free(&r);
+}
+
 /* A name of 100 characters, six bytes each when encoded. */
 TEST_WITH(a_long_warning_is_cut_between_characters, setup, one_model_stop) {
   one_model *f = *state;
@@ -452,9 +523,10 @@ TEST(morph_weights_count) {
   assert_int_equal(r.status, 200);
   reply_free(&r);
   assert_problem(ask(&f, "pose.json?from=0&to=10&fps=1"), 422, NULL, "11 poses");
-  r = ask(&f, "pose.bin?from=0&to=100&fps=1"); /* which has no weights */
+  r = ask(&f, "pose.bin?from=0&to=25&fps=1"); /* 26 rows of 440 bytes */
   assert_int_equal(r.status, 200);
   reply_free(&r);
+  assert_problem(ask(&f, "pose.bin?from=0&to=26&fps=1"), 422, NULL, "27 poses");
   loopback_stop(f.loop);
 }
 
@@ -546,6 +618,33 @@ static float read_f32(const char *bytes) {
   return value;
 }
 
+/* Numbers of the binary form equal those of a list. */
+static void assert_floats(const char *at, const cJSON *list) {
+  for (const cJSON *number = list->child; number; number = number->next, at += 4)
+    assert_true(read_f32(at) == (float)number->valuedouble);
+}
+
+/* Morph weights of a binary row equal those of the JSON, and each names its node. */
+static void compare_weights(const cJSON *header, const cJSON *pose, const char *row) {
+  const cJSON *told = cJSON_GetObjectItem(pose, "weights"), *layout = cJSON_GetObjectItem(header, "weights");
+  assert_int_equal(cJSON_GetArraySize(told), cJSON_GetArraySize(layout));
+  for (const cJSON *part = layout ? layout->child : NULL; part; part = part->next) {
+    const cJSON *weights = json_member(told, json_member(part, "name")->valuestring);
+    assert_int_equal(cJSON_GetArraySize(weights), json_member(part, "components")->valueint);
+    assert_non_null(cJSON_GetArrayItem(json_member(header, "nodes"), json_member(part, "node")->valueint));
+    assert_floats(row + json_member(part, "byte_offset")->valueint, weights);
+  }
+}
+
+/* The root motion of a binary row equals that of the JSON. */
+static void compare_root(const cJSON *header, const cJSON *pose, const char *row) {
+  const cJSON *told = cJSON_GetObjectItem(pose, "root"), *layout = cJSON_GetObjectItem(header, "root");
+  assert_true(!told == !layout);
+  for (const cJSON *part = layout ? layout->child : NULL; part; part = part->next)
+    assert_floats(row + json_member(part, "byte_offset")->valueint,
+                  json_member(told, json_member(part, "name")->valuestring));
+}
+
 /* Rows of the binary form equal those of the JSON, number by number. */
 static void compare_binary(const one_model *f, const char *query, const char *const *parts) {
   char rest[128];
@@ -571,14 +670,15 @@ static void compare_binary(const one_model *f, const char *query, const char *co
     assert_int_equal(json_member(layout, "byte_offset")->valueint, offset * 4);
     for (int p = 0; p < poses; p++) {
       const cJSON *row = json_member(pose(answer, p), *parts)->child;
-      for (int n = 0; row; row = row->next, n++) {
-        const char *at = r.body + 12 + length + (p * stride + n * node_stride + offset) * 4;
-        for (const cJSON *number = row->child; number; number = number->next, at += 4)
-          assert_true(read_f32(at) == (float)number->valuedouble);
-      }
+      for (int n = 0; row; row = row->next, n++)
+        assert_floats(r.body + 12 + length + (p * stride + n * node_stride + offset) * 4, row);
     }
   }
   assert_null(layout);
+  for (int p = 0; p < poses; p++) {
+    compare_weights(header, pose(answer, p), r.body + 12 + length + p * stride * 4);
+    compare_root(header, pose(answer, p), r.body + 12 + length + p * stride * 4);
+  }
   cJSON_Delete(header);
   cJSON_Delete(answer);
   reply_free(&r);
@@ -810,13 +910,19 @@ TEST_WITH(keys_of_scales_and_morph_weights_are_told, setup, one_model_stop) {
   assert_true(json_member(json_member(pose->next, "weights"), "face")->child->valuedouble == 2);
   assert_true(json_member(json_member(pose->next, "weights"), "node_2")->child->valuedouble == 2);
   cJSON_Delete(answer);
-  reply r = ask(f, "pose.bin?at=1");
-  assert_null(strstr((const char *)r.body + 12, "weights"));
+  const char *const parts[] = {"rotation", "translation", "scale", NULL};
+  compare_binary(f, "at=2,1", parts);
+  compare_binary(f, "at=2&nodes=face&root_motion=face&root_axes=x", parts);
+  compare_binary(f, "at=2&nodes=ear", parts);
+  reply r = ask(f, "pose.bin?nodes=face");
+  assert_non_null(strstr(r.body + 12,
+                         "\"weights\":[{\"name\":\"face\",\"node\":0,\"offset\":20,"
+                         "\"byte_offset\":80,\"components\":1},{\"name\":\"node_2\",\"node\":1,"));
   reply_free(&r);
   static const struct {
     const char *rest;
     bool is_told;
-  } forms[] = {{"pose.bin?at=1", true},   {"pose.csv?at=1", true},     {"pose.bvh?nodes=all", true},
+  } forms[] = {{"pose.bin?at=1", false},  {"pose.csv?at=1", true},     {"pose.bvh?nodes=all", true},
                {"pose.json?at=1", false}, {"pose.ndjson?at=1", false}, {"pose.csv?at=1&nodes=ear", false}};
   for (size_t i = 0; i < sizeof forms / sizeof *forms; i++) {
     r = ask(f, forms[i].rest);
