@@ -297,29 +297,20 @@ static api_outcome open_obj(api_call *call, api_surface_request *request) {
 
 /* ---- the table ----------------------------------------------------------------------------------- */
 
-/* A form warns of parameters whose values it cannot follow. Those that would change what its numbers mean are
- * refused, see api_surface_query_complete. */
-static const api_idle of_obj[] = {{.name = "encoding", .own = "float"},
-                                  {.name = "polygons", .own = "ngon"},
-                                  {.name = "influences", .own = "all"},
-                                  {.name = "skin", .own = "bake"},
-                                  {0}};
-static const api_idle of_triangles[] = {{.name = "encoding", .own = "float"},
-                                        {.name = "polygons", .own = "triangles"},
+/* A form warns of parameters whose values it cannot follow, these and those that only glTF has a use for
+ * (surface_query.c). Those that would change what its numbers mean are refused, see
+ * api_surface_query_complete. */
+static const api_idle of_obj[] = {{.name = "polygons", .own = "ngon"}, {.name = "skin", .own = "bake"}, {0}};
+static const api_idle of_counts[] = {{.name = "scale", .own = "1", .unless = "shells", .says = "true"}, {0}};
+static const api_idle of_triangles[] = {{.name = "polygons", .own = "triangles"},
                                         {.name = "normals", .own = "auto"},
                                         {.name = "uv"},
-                                        {.name = "influences", .own = "all"},
                                         {.name = "skin", .own = "bake"},
                                         {0}};
-static const api_idle of_ply[] = {{.name = "encoding", .own = "float"},
-                                  {.name = "influences", .own = "all"},
-                                  {.name = "skin", .own = "bake"},
-                                  {0}};
-static const api_idle of_points[] = {{.name = "encoding", .own = "float"},
-                                     {.name = "polygons"},
+static const api_idle of_ply[] = {{.name = "skin", .own = "bake"}, {0}};
+static const api_idle of_points[] = {{.name = "polygons"},
                                      {.name = "normals", .own = "none", .unless = "with", .says = "normals"},
                                      {.name = "uv", .unless = "with", .says = "uvs"},
-                                     {.name = "influences", .own = "all"},
                                      {0}};
 
 static const api_surface_form forms[API_SURFACE_FORMS] = {
@@ -341,6 +332,7 @@ static const api_surface_form forms[API_SURFACE_FORMS] = {
     [API_SURFACE_COUNTS] = {.is_gltf = true,
                             .unit = "m",
                             .format = TW_FORMAT_GLB,
+                            .idle = of_counts,
                             .is_counts = true,
                             .predict = predict_gltf,
                             .reply = reply_counts},

@@ -418,24 +418,35 @@ static tw_status check_together(const api_surface_query *query, tw_error *error)
 }
 
 /* Whether a parameter asks for what the form does not do. */
-static bool is_idle(const api_query *query, const api_idle *idle) {
+static bool is_idle(const api_query *query, const api_idle *idle, bool is_timed) {
   const char *value = api_query_get(query, idle->name),
              *other = idle->unless ? api_query_get(query, idle->unless) : NULL;
   if (!value || (idle->own && strcmp(value, idle->own) == 0)) return false;
+  if (idle->is_of_clips && is_timed) return false;
   return !other || !strstr(other, idle->says);
 }
 
-/* Lists the parameters that the form has no use for, as they were given. Their values are words of a table.
- */
-static api_outcome list_idle(api_call *call, const api_surface_form *form, api_surface_query *query) {
-  tw_text text = {0};
-  for (const api_idle *idle = form->idle; idle && idle->name; idle++) {
-    if (!is_idle(&call->query, idle)) continue;
-    if (text.size > 0) tw_text_add(&text, ", ");
-    tw_text_add(&text, idle->name);
-    tw_text_add(&text, "=");
-    tw_text_add(&text, api_query_get(&call->query, idle->name));
+static void list_idle(const api_call *call, const api_idle *idle, bool is_timed, tw_text *text) {
+  for (; idle && idle->name; idle++) {
+    if (!is_idle(&call->query, idle, is_timed)) continue;
+    tw_text_add(text, text->size > 0 ? ", " : "");
+    tw_text_add(text, idle->name);
+    tw_text_add(text, "=");
+    tw_text_add(text, api_query_get(&call->query, idle->name));
   }
+}
+
+/* Lists the parameters that the form has no use for, as they were given. */
+static api_outcome find_idle(api_call *call, const api_surface_form *form, api_surface_query *query) {
+  static const api_idle of_gltf_alone[] = {{.name = "encoding", .own = "float"},
+                                           {.name = "influences", .own = "all"},
+                                           {.name = "retarget", .own = "none", .is_of_clips = true},
+                                           {.name = "root_motion", .is_of_clips = true},
+                                           {.name = "in_place", .own = "false", .is_of_clips = true},
+                                           {0}};
+  tw_text text = {0};
+  if (!form->is_gltf) list_idle(call, of_gltf_alone, query->times.is_given, &text);
+  list_idle(call, form->idle, query->times.is_given, &text);
   if (text.size == 0 && !text.failed) return API_DONE;
   query->idle = api_text_move(&text, call->arena);
   return query->idle ? API_DONE : api_fail_without_memory(call);
@@ -487,5 +498,5 @@ api_outcome api_surface_query_complete(api_call *call, const api_surface_form *f
     return api_fail_with(call, 400, "shells=true goes with .json: it tells of the shells of the other forms");
   if (!form->is_points && (query->mesh || query->with))
     return api_fail_with(call, 400, "mesh and with go with .bin, the points of one mesh");
-  return list_idle(call, form, query);
+  return find_idle(call, form, query);
 }

@@ -17,6 +17,7 @@ typedef struct api_idle {
   const char *name;
   const char *own;           /* the value that says what the form does anyway; NULL: none */
   const char *unless, *says; /* a parameter with which it is of use, and a word that its value has; or NULL */
+  bool is_of_clips;          /* of use where the answer is of a time */
 } api_idle;
 
 /* A form of the answer. */

@@ -780,7 +780,10 @@ TEST_WITH(what_a_form_cannot_follow_is_told, setup, teardown) {
        NULL},
       {"obj", "polygons=ngon&normals=none&uv=all&skin=bake", NULL},
       {"ply", "polygons=ngon&normals=limit&uv=all", NULL},
-      {"json", "unit=mm&shells=true", NULL},
+      {"json", "scale=2", "scale=2"},
+      {"json", "unit=mm&scale=2&shells=true", NULL},
+      {"obj", "in_place=true&retarget=auto", "retarget=auto, in_place=true"},
+      {"bin", "root_motion=auto", "root_motion=auto"},
       {"json", "encoding=meshopt&polygons=ngon&influences=4", NULL},
       {"glb", "encoding=meshopt&normals=none&uv=all", NULL},
   };
