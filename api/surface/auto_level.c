@@ -240,11 +240,28 @@ static const char *make_key(api_call *call, const errors_source *source) {
   return api_text_move(&text, call->arena);
 }
 
-/* Takes the errors in the spaces of the meshes, and brings them to the scene's. */
-static api_outcome take_errors(errors_source *source, api_level_errors *out) {
+/* ---- rungs ------------------------------------------------------------------------------------- */
+
+/* Errors are looked at in rungs: what is enough is a share of the scene's size, on each rung a 16th of that
+ * on the one before. So wishes that are near each other share what is cached. The error that is told of a
+ * level is that of the first rung on which it is not below what is enough, as closer looks tell about the
+ * same (tw_error_wish), else of the last one. Thus a level has one number, whoever asks. Wishes that are
+ * smaller than what is enough on the last rung look at further ones. */
+enum { NO_RUNG = -1, RUNG_LAST = 2, RUNG_FINEST = 5 };
+
+static double rung_of(const api_level_errors *errors, int rung) {
+  return ldexp(errors->size, -4 * (rung + 2));
+}
+
+/* Takes the errors of a rung in the spaces of the meshes, brings them to the scene's, and puts them in place
+ * of those that were below what is enough on the rung before; NO_RUNG: in place of all. keeps_less: what was
+ * found before stays where it is less. */
+static api_outcome take_rung(errors_source *source, int rung, int before, bool keeps_less,
+                             api_level_errors *out) {
   api_call *call = source->call;
   const api_surface_scene *scene = source->scene;
   bool is_cached = scene->is_stored && scene->moves.count == 0; /* moved meshes are the request's own */
+  source->enough = rung_of(out, rung);
   const char *key = is_cached ? make_key(call, source) : NULL;
   api_entry *entry = NULL;
   if (is_cached && !key) return api_fail_without_memory(call);
@@ -252,23 +269,36 @@ static api_outcome take_errors(errors_source *source, api_level_errors *out) {
   api_outcome outcome = api_call_take(call, key, build_errors, source, &entry);
   if (outcome != API_DONE) return outcome;
   const mesh_errors *found = api_entry_value(entry);
-  *out = (api_level_errors){
-      .levels = found->levels, .count = found->count, .size = diagonal(&source->shown->all)};
-  size_t size = (size_t)found->count * found->levels;
-  out->of_mesh = tw_arena_alloc(call->arena, size, sizeof *out->of_mesh);
-  for (size_t i = 0; out->of_mesh && i < size; i++)
-    out->of_mesh[i] = found->of_mesh[i] * source->shown->scales[i / found->levels];
+  size_t size = (size_t)out->count * out->levels;
+  for (size_t i = 0; i < size; i++) {
+    double now = found->of_mesh[i] * source->shown->scales[i / out->levels], *told = &out->of_mesh[i];
+    if (before != NO_RUNG && *told >= rung_of(out, before)) continue;
+    *told = keeps_less && before != NO_RUNG ? fmin(*told, now) : now;
+  }
   api_entry_release(entry);
+  return API_DONE;
+}
+
+/* Begins with no errors. */
+static api_outcome begin(api_call *call, const api_surface_scene *scene, const showing *shown,
+                         errors_source *source, api_level_errors *out) {
+  uint32_t levels = call->service->limits.max_level + 1;
+  *source = (errors_source){call, scene, shown, levels, 0};
+  *out = (api_level_errors){.levels = levels,
+                            .count = scene->moves.count > 0 ? scene->moves.count : scene->meshes.count,
+                            .size = diagonal(&shown->all)};
+  out->of_mesh = tw_arena_alloc(call->arena, (size_t)out->count * levels, sizeof *out->of_mesh);
   return out->of_mesh ? API_DONE : api_fail_without_memory(call);
 }
 
-api_outcome api_level_errors_take(api_call *call, const api_surface_scene *scene, uint32_t levels,
-                                  double enough, api_level_errors *out) {
+api_outcome api_level_errors_take(api_call *call, const api_surface_scene *scene, api_level_errors *out) {
   showing shown;
+  errors_source source;
   api_outcome outcome = show(call, &scene->content, &shown);
-  if (outcome != API_DONE) return outcome;
-  errors_source source = {call, scene, &shown, levels, enough * diagonal(&shown.all)};
-  return take_errors(&source, out);
+  if (outcome == API_DONE) outcome = begin(call, scene, &shown, &source, out);
+  for (int rung = 0; outcome == API_DONE && rung <= RUNG_LAST; rung++)
+    outcome = take_rung(&source, rung, rung - 1, false, out);
+  return outcome;
 }
 
 double api_level_error_of(const api_level_errors *errors, uint32_t level) {
@@ -330,6 +360,35 @@ static uint32_t choose_level(const wish *w, const double *errors) {
   return level;
 }
 
+/* The first of some rungs with no more than a wish, or the last of them. */
+static int find_rung(const api_level_errors *errors, const wish *w, int first, int last) {
+  while (first < last && rung_of(errors, first) > w->error) first++;
+  return first;
+}
+
+/* Whether what is known of the levels that a wish chooses is what is told of them. */
+static bool are_told(const api_level_errors *errors, const wish *w, int rung) {
+  bool are = rung >= RUNG_LAST;
+  for (uint32_t i = 0; i < errors->count && !are; i++) {
+    const double *own = errors->of_mesh + (size_t)i * errors->levels;
+    if (own[choose_level(w, own)] < rung_of(errors, rung)) return false;
+  }
+  return true;
+}
+
+/* Finds the errors that a wish needs. Rungs with more than the wish would tell of levels with more than it.
+ */
+static api_outcome find_wished(errors_source *source, const wish *w, api_level_errors *errors) {
+  int rung = find_rung(errors, w, 0, RUNG_LAST), before = NO_RUNG;
+  api_outcome outcome = take_rung(source, rung, before, true, errors);
+  while (outcome == API_DONE && !are_told(errors, w, rung)) {
+    before = rung++;
+    outcome = take_rung(source, rung, before, true, errors);
+  }
+  if (outcome != API_DONE || rung < RUNG_LAST || rung_of(errors, rung) <= w->error) return outcome;
+  return take_rung(source, find_rung(errors, w, RUNG_LAST + 1, RUNG_FINEST), RUNG_LAST, true, errors);
+}
+
 /* Chooses the levels of the plan's meshes; one that the scene has moved several times gets the highest of
  * them. */
 static api_outcome choose_levels(api_call *call, const api_surface_scene *scene, const wish *w,
@@ -359,6 +418,7 @@ static api_outcome choose_levels(api_call *call, const api_surface_scene *scene,
 /* Tells the levels, the lowest and the highest where meshes differ, and the error. */
 static void tell(api_call *call, const api_surface_query *query) {
   const api_auto_level *chosen = &query->auto_level;
+  char number[TW_NUMBER_TEXT + 1];
   uint64_t lowest = query->level;
   for (uint32_t i = 0; i < chosen->level_count; i++)
     if (chosen->levels[i] < lowest) lowest = chosen->levels[i];
@@ -367,8 +427,9 @@ static void tell(api_call *call, const api_surface_query *query) {
   else
     api_answer_headerf(&call->answer, "X-Tweend-Level", "%llu-%llu", (unsigned long long)lowest,
                        (unsigned long long)query->level);
-  if (isfinite(chosen->reached))
-    api_answer_headerf(&call->answer, "X-Tweend-Error", "surface=%.9g", chosen->reached);
+  if (!isfinite(chosen->reached)) return;
+  number[tw_print_double(number, chosen->reached)] = 0; /* all digits, as in JSON: it may be asked for */
+  api_answer_headerf(&call->answer, "X-Tweend-Error", "surface=%s", number);
 }
 
 /* An error that is asked for by itself is a promise: without it there is no answer. Beside a number of faces,
@@ -394,11 +455,11 @@ api_outcome api_level_choose(api_call *call, api_surface_scene *scene) {
   showing shown;
   wish w;
   api_level_errors errors;
+  errors_source source;
   api_outcome outcome = show(call, &scene->content, &shown);
   if (outcome == API_DONE) outcome = make_wish(call, scene, diagonal(&shown.all), &w);
-  if (outcome != API_DONE) return outcome;
-  errors_source source = {call, scene, &shown, w.level + 1, isinf(w.error) ? 0 : w.error};
-  outcome = take_errors(&source, &errors);
+  if (outcome == API_DONE) outcome = begin(call, scene, &shown, &source, &errors);
+  if (outcome == API_DONE) outcome = find_wished(&source, &w, &errors);
   if (outcome == API_DONE) outcome = choose_levels(call, scene, &w, &errors);
   if (outcome == API_DONE) outcome = check_reached(call, scene->query, &w);
   if (outcome == API_DONE) tell(call, scene->query);

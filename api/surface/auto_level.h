@@ -13,11 +13,10 @@ typedef struct api_level_errors {
   double *of_mesh; /* [count][levels]; INFINITY: not known */
 } api_level_errors;
 
-/* Finds them once for all requests for the same meshes; call after api_scene_pose. *out lives in the call's
- * arena. levels: how many, from 0. enough: a share of the size; errors below it may be told too large.
- * Outcomes as in api_call_take; 422 where levels shrink. */
-api_outcome api_level_errors_take(api_call *call, const api_surface_scene *scene, uint32_t levels,
-                                  double enough, api_level_errors *out);
+/* Finds those of all levels, once for all requests for the same meshes; call after api_scene_pose. *out lives
+ * in the call's arena. api_level_choose tells no more of a level. Outcomes as in api_call_take; 422 where
+ * levels shrink. */
+api_outcome api_level_errors_take(api_call *call, const api_surface_scene *scene, api_level_errors *out);
 
 /* The greatest error of a level. */
 double api_level_error_of(const api_level_errors *errors, uint32_t level);

@@ -297,6 +297,22 @@ static api_outcome open_obj(api_call *call, api_surface_request *request) {
 
 /* ---- the table ----------------------------------------------------------------------------------- */
 
+/* A form warns of parameters whose values it cannot follow, these and those that only glTF has a use for
+ * (surface_query.c). Those that would change what its numbers mean are refused, see
+ * api_surface_query_complete. */
+static const api_idle of_obj[] = {{.name = "polygons", .own = "ngon"}, {.name = "skin", .own = "bake"}, {0}};
+static const api_idle of_counts[] = {{.name = "scale", .own = "1", .unless = "shells", .says = "true"}, {0}};
+static const api_idle of_triangles[] = {{.name = "polygons", .own = "triangles"},
+                                        {.name = "normals", .own = "auto"},
+                                        {.name = "uv"},
+                                        {.name = "skin", .own = "bake"},
+                                        {0}};
+static const api_idle of_ply[] = {{.name = "skin", .own = "bake"}, {0}};
+static const api_idle of_points[] = {{.name = "polygons"},
+                                     {.name = "normals", .own = "none", .unless = "with", .says = "normals"},
+                                     {.name = "uv", .unless = "with", .says = "uvs"},
+                                     {0}};
+
 static const api_surface_form forms[API_SURFACE_FORMS] = {
     [API_SURFACE_GLB] = {.is_gltf = true,
                          .format = TW_FORMAT_GLB,
@@ -310,11 +326,13 @@ static const api_surface_form forms[API_SURFACE_FORMS] = {
                          .has_tags = true,
                          .is_chunked = true,
                          .open = open_obj,
+                         .idle = of_obj,
                          .predict = predict_obj,
                          .reply = reply_obj},
     [API_SURFACE_COUNTS] = {.is_gltf = true,
                             .unit = "m",
                             .format = TW_FORMAT_GLB,
+                            .idle = of_counts,
                             .is_counts = true,
                             .predict = predict_gltf,
                             .reply = reply_counts},
@@ -324,6 +342,7 @@ static const api_surface_form forms[API_SURFACE_FORMS] = {
                          .lacks = API_LACKS_SCENE | API_LACKS_NODES | API_LACKS_MATERIALS | API_LACKS_UVS |
                                   API_LACKS_COLORS,
                          .open = open_flat,
+                         .idle = of_triangles,
                          .predict = predict_flat,
                          .reply = reply_flat},
     [API_SURFACE_PLY] = {.still = "PLY",
@@ -332,6 +351,7 @@ static const api_surface_form forms[API_SURFACE_FORMS] = {
                          .lacks = API_LACKS_SCENE | API_LACKS_NODES | API_LACKS_MATERIALS |
                                   API_LACKS_MORE_UVS | API_LACKS_CORNER_COLORS | API_LACKS_CORNER_NORMALS,
                          .open = open_flat,
+                         .idle = of_ply,
                          .predict = predict_flat,
                          .reply = reply_flat},
     [API_SURFACE_3MF] = {.still = "3MF",
@@ -339,10 +359,12 @@ static const api_surface_form forms[API_SURFACE_FORMS] = {
                          .lacks = API_LACKS_SCENE | API_LACKS_TEXTURES | API_LACKS_UVS | API_LACKS_COLORS,
                          .is_chunked = true,
                          .open = open_package,
+                         .idle = of_triangles,
                          .predict = predict_package,
                          .reply = reply_package},
     [API_SURFACE_POINTS] = {.is_points = true,
                             .open = open_points,
+                            .idle = of_points,
                             .predict = predict_flat,
                             .reply = reply_flat},
 };

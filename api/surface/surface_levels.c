@@ -33,10 +33,8 @@ typedef struct level_list {
 
 /* Finds the errors of all levels, once a request has the scene that all of them have. */
 static api_outcome take_errors(api_call *call, level_list *list) {
-  const double enough = 1e-5; /* of the model's size */
   if (list->errors.levels > 0 || list->query->boundary == TW_BOUNDARY_OPEN) return API_DONE;
-  return api_level_errors_take(call, &list->first->scene, call->service->limits.max_level + 1, enough,
-                               &list->errors);
+  return api_level_errors_take(call, &list->first->scene, &list->errors);
 }
 
 /* Prints a level; one that is over a limit with the reason, and list->is_last. The call's fault is then taken

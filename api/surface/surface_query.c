@@ -319,18 +319,19 @@ const api_rule api_levels_rules[] = {
     {.name = "fps"},
     {"tolerance", MOVING, 0, NULL, read_tolerance, print_tolerance}, /* and tolerance_m */
     {.name = "tolerance_m"},
+    {.name = "download"}, /* read by file_name.c */
+    {.more = api_clip_term_rules}};
+
+const api_rule api_surface_rules[] = {
+    {"level", SURFACE, AT(level), NULL, read_level, print_level},
+    {"error", SHOWN, 0, NULL, read_error, print_auto}, /* and faces */
+    {.name = "faces", .read = read_faces},
     {"unit", SHOWN, 0, NULL, NULL, print_unit}, /* and scale */
     {.name = "scale"},
     {"shells", SHOWN, AT(with_shells), NULL, api_rule_read_flag, print_shells},
     {"mesh", SHOWN, 0, NULL, read_mesh, print_mesh},
     {"with", SHOWN, AT(with), withs, api_rule_read_choice, api_rule_print_word},
-    {.name = "download"}, /* read by file_name.c */
-    {.more = api_clip_term_rules}};
-
-const api_rule api_surface_rules[] = {{"level", SURFACE, AT(level), NULL, read_level, print_level},
-                                      {"error", SHOWN, 0, NULL, read_error, print_auto}, /* and faces */
-                                      {.name = "faces", .read = read_faces},
-                                      {.more = api_levels_rules}};
+    {.more = api_levels_rules}};
 
 api_outcome api_surface_query_read(api_call *call, api_surface_query *out) {
   *out = (api_surface_query){.level = 1,
@@ -350,6 +351,10 @@ const char *api_surface_key_print(api_call *call, const api_surface_query *query
   if (head) tw_text_add(&text, call->id);
   if (head) tw_text_add(&text, head);
   api_rules_print(query, api_surface_rules, key, &text);
+  if ((key & API_KEY_ANSWER) && query->idle) { /* which the answer tells of */
+    api_rule_begin("idle", &text);
+    tw_text_add(&text, query->idle);
+  }
   return api_text_move(&text, call->arena);
 }
 
@@ -412,6 +417,41 @@ static tw_status check_together(const api_surface_query *query, tw_error *error)
   return TW_OK;
 }
 
+/* Whether a parameter asks for what the form does not do. */
+static bool is_idle(const api_query *query, const api_idle *idle, bool is_timed) {
+  const char *value = api_query_get(query, idle->name),
+             *other = idle->unless ? api_query_get(query, idle->unless) : NULL;
+  if (!value || (idle->own && strcmp(value, idle->own) == 0)) return false;
+  if (idle->is_of_clips && is_timed) return false;
+  return !other || !strstr(other, idle->says);
+}
+
+static void list_idle(const api_call *call, const api_idle *idle, bool is_timed, tw_text *text) {
+  for (; idle && idle->name; idle++) {
+    if (!is_idle(&call->query, idle, is_timed)) continue;
+    tw_text_add(text, text->size > 0 ? ", " : "");
+    tw_text_add(text, idle->name);
+    tw_text_add(text, "=");
+    tw_text_add(text, api_query_get(&call->query, idle->name));
+  }
+}
+
+/* Lists the parameters that the form has no use for, as they were given. */
+static api_outcome find_idle(api_call *call, const api_surface_form *form, api_surface_query *query) {
+  static const api_idle of_gltf_alone[] = {{.name = "encoding", .own = "float"},
+                                           {.name = "influences", .own = "all"},
+                                           {.name = "retarget", .own = "none", .is_of_clips = true},
+                                           {.name = "root_motion", .is_of_clips = true},
+                                           {.name = "in_place", .own = "false", .is_of_clips = true},
+                                           {0}};
+  tw_text text = {0};
+  if (!form->is_gltf) list_idle(call, of_gltf_alone, query->times.is_given, &text);
+  list_idle(call, form->idle, query->times.is_given, &text);
+  if (text.size == 0 && !text.failed) return API_DONE;
+  query->idle = api_text_move(&text, call->arena);
+  return query->idle ? API_DONE : api_fail_without_memory(call);
+}
+
 /* Whether a mesh has level 0. */
 static bool shows_cage(const api_surface_query *query) {
   bool has = query->level == 0;
@@ -458,5 +498,5 @@ api_outcome api_surface_query_complete(api_call *call, const api_surface_form *f
     return api_fail_with(call, 400, "shells=true goes with .json: it tells of the shells of the other forms");
   if (!form->is_points && (query->mesh || query->with))
     return api_fail_with(call, 400, "mesh and with go with .bin, the points of one mesh");
-  return API_DONE;
+  return find_idle(call, form, query);
 }

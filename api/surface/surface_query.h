@@ -12,6 +12,14 @@
 
 struct api_surface_request;
 
+/* A parameter that a form of the answer has no use for. */
+typedef struct api_idle {
+  const char *name;
+  const char *own;           /* the value that says what the form does anyway; NULL: none */
+  const char *unless, *says; /* a parameter with which it is of use, and a word that its value has; or NULL */
+  bool is_of_clips;          /* of use where the answer is of a time */
+} api_idle;
+
 /* A form of the answer. */
 typedef struct api_surface_form {
   bool is_gltf;      /* holds clips, skins and encodings; surface.json tells of one that does */
@@ -20,10 +28,11 @@ typedef struct api_surface_form {
   tw_format format;  /* of glTF; JSON tells of a GLB */
   tw_flat_form flat; /* of STL, PLY and points */
   uint32_t lacks;    /* enum api_lack */
-  bool is_counts;    /* surface.json */
-  bool is_points;    /* surface.bin */
-  bool has_tags;     /* a still form whose level 0 reads back as the cage */
-  bool is_chunked;   /* its size is known only at its end */
+  const api_idle *idle; /* ends with a row without a name; NULL: none */
+  bool is_counts;       /* surface.json */
+  bool is_points;       /* surface.bin */
+  bool has_tags;        /* a still form whose level 0 reads back as the cage */
+  bool is_chunked;      /* its size is known only at its end */
   /* Warns of what is lost, and opens the stream where that is little work; may be NULL. */
   api_outcome (*open)(api_call *call, struct api_surface_request *request);
   /* The size, or a bound of it where that is known only at the end. */
@@ -87,9 +96,10 @@ typedef struct api_surface_query {
   bool tagged;              /* keep the tags of the cage, at level 0 */
   bool with_holes;          /* holes become faces (tw_mesh_open_holes), details are left out */
   api_clip_choices choices; /* the clips, see api_scene_take_clips */
+  const char *idle;         /* what was asked for and is of no use to the form, as a list; NULL: nothing */
 } api_surface_query;
 
-/* For the table of routes. Those of levels.json are all but those of the level. */
+/* For the table of routes. Those of levels.json are all but those of the level and of other forms. */
 extern const api_rule api_surface_rules[], api_levels_rules[];
 
 /* The forms of a surface's answer: places of the route's offers, and of the table of surface_forms.c. */

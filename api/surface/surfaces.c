@@ -219,6 +219,17 @@ static void warn_of_lost_tracks(api_call *call, const api_surface_request *reque
   if (is_lost) api_call_warn(call, &sentence, 1);
 }
 
+/* Tells of parameters that this form of the answer has no use for. */
+static api_outcome warn_of_idle(api_call *call, const api_surface_request *request) {
+  if (!request->query.idle) return API_DONE;
+  tw_text text = {0};
+  tw_text_add(&text, "surface.");
+  tw_text_add(&text, call->offer->extension);
+  tw_text_add(&text, " is the same without ");
+  tw_text_add(&text, request->query.idle);
+  return api_call_warn_text(call, &text);
+}
+
 /* ---- requests ------------------------------------------------------------------------------------ */
 
 /* From the model to the answer. The caller releases the request unless the answer's body took it over. */
@@ -246,6 +257,7 @@ static api_outcome answer_surface(api_call *call, api_surface_request *request, 
   if (outcome == API_DONE) warn_of_baking(call, request);
   if (outcome == API_DONE) warn_of_lost_tracks(call, request);
   if (outcome == API_DONE && form->open) outcome = form->open(call, request);
+  if (outcome == API_DONE) outcome = warn_of_idle(call, request);
   /* The description lists the model's: the header, which shows one, shows the answer's own. */
   api_call_warn(call, model->warnings, model->warning_count);
   api_scene_warn(call, &request->scene);

@@ -122,6 +122,60 @@ TEST_WITH(each_error_gets_its_least_level_in_every_form, setup, teardown) {
   }
 }
 
+/* Bowls of triangles around irregular points, of which bounds that are looked at less closely differ. */
+static void upload_bumps(const fixture *f, char id[API_ID_TEXT]) {
+  enum { SIDE = 7, LINE = 40 };
+  char text[2 * SIDE * SIDE * LINE], *end = text;
+  for (int y = 0; y < SIDE; y++)
+    for (int x = 0; x < SIDE; x++)
+      end += sprintf(end, "v %d %g %d\n", x, 0.4 * ((5 * x * x + 3 * y + x * y) % 7), y);
+  for (int y = 0; y + 1 < SIDE; y++)
+    for (int x = 0; x + 1 < SIDE; x++) {
+      int a = 1 + x + SIDE * y, b = a + 1, c = b + SIDE, d = a + SIDE, is_turned = (x * y + x) % 3 == 0;
+      end += is_turned ? sprintf(end, "f %d %d %d\nf %d %d %d\n", a, d, c, a, c, b)
+                       : sprintf(end, "f %d %d %d\nf %d %d %d\n", a, d, b, b, d, c);
+    }
+  loopback_upload(f->loop, "model/obj", text, id);
+}
+
+/* Whoever reads levels.json and asks for a number that it tells gets that level, or a lower one, and is told
+ * no more than that. */
+static void compare_numbers(const fixture *f, const char *id, const char *options) {
+  char rest[160];
+  snprintf(rest, sizeof rest, "levels.json?clip=none%s", options);
+  cJSON *tree = ask_json(f, id, rest);
+  const cJSON *levels = json_member(tree, "levels"), *of;
+  cJSON_ArrayForEach(of, levels) {
+    static const double parts[] = {1, 1.0001, 1.7, 3.5};
+    for (size_t k = 0; k < sizeof parts / sizeof *parts; k++) {
+      double error = number_in(of, "error") * parts[k];
+      if (!(error > 0) || cJSON_GetObjectItem(of, "refused")) continue;
+      snprintf(rest, sizeof rest, "surface.json?level=auto&error=%.17g%s", error, options);
+      reply r = ask(f, "HEAD", id, rest);
+      if (r.status != 200) fail_msg("%s: %d", rest, r.status);
+      int level = atoi(reply_header(&r, "X-Tweend-Level"));
+      const cJSON *chosen = cJSON_GetArrayItem(levels, level);
+      assert_true(level <= (int)number_in(of, "level"));
+      if (told_error(&r) > number_in(chosen, "error") || told_error(&r) > error)
+        fail_msg("%s: level %d is told as %.17g, in levels.json as %.17g", rest, level, told_error(&r),
+                 number_in(chosen, "error"));
+      reply_free(&r);
+    }
+  }
+  cJSON_Delete(tree);
+}
+
+TEST_WITH(levels_tell_what_asking_for_it_gives, setup, teardown) {
+  const fixture *f = *state;
+  char bumps[API_ID_TEXT];
+  upload_bumps(f, bumps);
+  compare_numbers(f, f->cube, "");
+  compare_numbers(f, f->pair, "");
+  compare_numbers(f, f->tank, "");
+  compare_numbers(f, bumps, "");
+  compare_numbers(f, bumps, "&limit=true");
+}
+
 /* The diagonal of the cube is 2 times the root of 3. */
 TEST_WITH(shares_are_of_the_diagonal_of_the_scene, setup, teardown) {
   const fixture *f = *state;

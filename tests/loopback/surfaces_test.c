@@ -748,6 +748,65 @@ TEST(results_over_the_limits_are_422_with_the_counts) {
   free(f);
 }
 
+/* The first warning of an answer; "" without. */
+static void read_warning(const reply *r, char *out, size_t size) {
+  const char *text = reply_header(r, "X-Tweend-Warning");
+  size_t count = 0;
+  unsigned byte;
+  while (text && *text && count + 1 < size) {
+    bool is_coded = *text == '%' && sscanf(text + 1, "%2x", &byte) == 1;
+    out[count++] = is_coded ? (char)byte : *text;
+    text += is_coded ? 3 : 1;
+  }
+  out[count] = 0;
+}
+
+/* A parameter that a form has no use for is told, unless its value says what the form does anyway. */
+TEST_WITH(what_a_form_cannot_follow_is_told, setup, teardown) {
+  const fixture *f = *state;
+  static const struct {
+    const char *form, *query, *idle;
+  } cases[] = {
+      {"stl", "unit=mm&encoding=meshopt", "encoding=meshopt"},
+      {"3mf", "encoding=quantized", "encoding=quantized"},
+      {"ply", "encoding=meshopt&influences=4", "encoding=meshopt, influences=4"},
+      {"obj", "encoding=meshopt&polygons=triangles", "encoding=meshopt, polygons=triangles"},
+      {"bin", "encoding=quantized&polygons=ngon&normals=limit&uv=all",
+       "encoding=quantized, polygons=ngon, normals=limit, uv=all"},
+      {"bin", "normals=limit&with=normals", NULL},
+      {"stl", "unit=mm&polygons=ngon&normals=none&uv=all&skin=keep",
+       "polygons=ngon, normals=none, uv=all, skin=keep"},
+      {"stl", "unit=mm&encoding=float&polygons=triangles&normals=auto&influences=all&skin=bake&clip=none",
+       NULL},
+      {"obj", "polygons=ngon&normals=none&uv=all&skin=bake", NULL},
+      {"ply", "polygons=ngon&normals=limit&uv=all", NULL},
+      {"json", "scale=2", "scale=2"},
+      {"json", "unit=mm&scale=2&shells=true", NULL},
+      {"obj", "in_place=true&retarget=auto", "retarget=auto, in_place=true"},
+      {"bin", "root_motion=auto", "root_motion=auto"},
+      {"json", "encoding=meshopt&polygons=ngon&influences=4", NULL},
+      {"glb", "encoding=meshopt&normals=none&uv=all", NULL},
+  };
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    char rest[200], target[240], wanted[200], told[400];
+    snprintf(rest, sizeof rest, "surface.%s?%s", cases[i].form, cases[i].query);
+    reply r = ask_ok(f, f->cube, rest);
+    snprintf(target, sizeof target, "surface.%s%s", cases[i].form,
+             strcmp(cases[i].form, "stl") == 0 ? "?unit=mm" : "");
+    reply plain = ask_ok(f, f->cube, target);
+    read_warning(&r, told, sizeof told);
+    snprintf(wanted, sizeof wanted, "1; surface.%s is the same without %s", cases[i].form, cases[i].idle);
+    if (strcmp(told, cases[i].idle ? wanted : "") != 0) fail_msg("%s: %s", rest, told);
+    if (cases[i].idle) {
+      assert_int_equal(plain.size, r.size);
+      assert_memory_equal(plain.body, r.body, r.size);
+      assert_string_not_equal(reply_header(&r, "ETag"), reply_header(&plain, "ETag"));
+    }
+    reply_free(&r);
+    reply_free(&plain);
+  }
+}
+
 /* Each level as surface.json has it, and with its error; the last one is over the limit. */
 TEST(all_levels_are_told_at_once) {
   api_settings settings = loopback_settings();
@@ -786,7 +845,8 @@ TEST(all_levels_are_told_at_once) {
     reply_free(&r);
   }
   assert_problem(ask(f, f->tank, "levels.json?level=1"), 400, NULL, "level");
-  assert_problem(ask(f, f->tank, "levels.json?mesh=hull"), 400, NULL, ".bin");
+  assert_problem(ask(f, f->tank, "levels.json?mesh=hull"), 400, NULL, "mesh");
+  assert_problem(ask(f, f->tank, "levels.json?shells=true"), 400, NULL, "shells");
   assert_problem(ask(f, f->tank, "levels.json?at=1&clip=nothing"), 404, NULL, NULL);
   loopback_stop(f->loop);
   free(f);
