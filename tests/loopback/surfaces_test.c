@@ -782,7 +782,7 @@ TEST_WITH(what_a_form_cannot_follow_is_told, setup, teardown) {
       {"ply", "polygons=ngon&normals=limit&uv=all", NULL},
       {"json", "scale=2", "scale=2"},
       {"json", "unit=mm&scale=2&shells=true", NULL},
-      {"obj", "in_place=true&retarget=auto", "retarget=auto, in_place=true"},
+      {"obj", "in_place=true", "in_place=true"},
       {"bin", "root_motion=auto", "root_motion=auto"},
       {"json", "encoding=meshopt&polygons=ngon&influences=4", NULL},
       {"glb", "encoding=meshopt&normals=none&uv=all", NULL},
