@@ -2,6 +2,7 @@
 #include "printability.h"
 
 #include "service.h"
+#include "surface_forms.h"
 
 #include <math.h>
 
@@ -62,6 +63,9 @@ api_outcome api_warn_of_shells(api_call *call, api_surface_request *request) {
   list(&text, all.flipped_edges, " edge is of two faces of opposite sides",
        " edges are of two faces of opposite sides");
   if (text.size == 0) return API_DONE;
+  if (all.closed < all.shells && request->form == api_surface_form_at(API_SURFACE_3MF))
+    tw_text_add(&text,
+                ": objects of type surface, for which PrusaSlicer refuses the whole file; .stl serves");
   return api_call_warn_text(call, &text);
 }
 

@@ -1,7 +1,7 @@
 // What surface.stl, surface.ply and surface.3mf say of a model, as three's loaders, admesh, assimp and lib3mf read them: the
 // triangles, bounds, volume and shells of the GLB of the same model. Equal points are equal bytes: a closed cage gives closed files.
 import assert from 'node:assert/strict';
-import { execFileSync } from 'node:child_process';
+import { execFileSync, spawnSync } from 'node:child_process';
 import { existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
@@ -112,6 +112,22 @@ function lib3mf(bytes) {
   const file = join(folder, 'part.3mf');
   writeFileSync(file, bytes);
   return JSON.parse(execFileSync(judge, [file], { encoding: 'utf8' }));
+}
+
+/** What PrusaSlicer says of a file: facets, parts, volume and bounds of all its objects. It is not among the packages of the tests, as it
+ * and what it needs take 434 MB. Null where it does not load the file. */
+const hasPrusa = (process.env.PATH ?? '').split(':').some((place) => existsSync(join(place, 'prusa-slicer')));
+function prusa(form, bytes) {
+  const file = join(folder, `part.${form}`);
+  writeFileSync(file, bytes);
+  const { status, stdout } = spawnSync('prusa-slicer', ['--info', file], { encoding: 'utf8' });
+  if (status !== 0) return null;
+  const numbers = (name) => [...stdout.matchAll(new RegExp(`^${name} = +(\\S+)`, 'gm'))].map(([, text]) => Number(text));
+  const sum = (name) => numbers(name).reduce((a, b) => a + b, 0), axes = ['x', 'y', 'z'];
+  return {
+    facets: sum('number_of_facets'), parts: sum('number_of_parts'), volume: sum('volume'),
+    bounds: [...axes.map((axis) => Math.min(...numbers(`min_${axis}`))), ...axes.map((axis) => Math.max(...numbers(`max_${axis}`)))],
+  };
 }
 
 // ---- models -----------------------------------------------------------------------------------------------
@@ -322,6 +338,35 @@ for (const [name, { bytes, closed }] of Object.entries(models))
         assert.ok(!closed || manifold);
       }
     });
+
+const noPrusa = { skip: !hasPrusa && 'PrusaSlicer is not installed' };
+for (const name of ['cube', 'tank', 'mirrored cone'])
+  test(`${name}: PrusaSlicer reads the triangles of the GLB from each form, and slices them`, noPrusa, async () => {
+    const model = await daemon.upload(models[name].bytes);
+    for (const level of [0, 3]) {
+      const glb = await trianglesOfGlb((await ask(model, `glb?level=${level}`)).bytes), { shells } = shellsOf(glb);
+      for (const [form, scale] of [['stl', 1000], ['3mf', 1000], ['obj', 1]]) {
+        if (form === 'obj' && level === 0) continue; // it reads no polygons of over four corners
+        const read = prusa(form, (await ask(model, `${form}?level=${level}${form === 'obj' ? '' : '&unit=mm'}`)).bytes);
+        assert.deepEqual([read.facets, read.parts], [glb.length, form === 'obj' || form === 'stl' ? shells : read.parts], form);
+        near(read.volume, volumeOf(glb) * scale ** 3, 2e-4, `${form}: volume`);
+        const size = scale * Math.max(...boundsOf(glb).map(Math.abs));
+        if (form !== '3mf') boundsOf(glb).forEach((bound, i) => assert.ok(Math.abs(bound * scale - read.bounds[i]) < 1e-5 * size, form));
+      }
+    }
+    const stl = join(folder, 'part.stl'), gcode = join(folder, 'part.gcode');
+    writeFileSync(stl, (await ask(model, 'stl?level=2&scale=0.01&unit=mm')).bytes);
+    execFileSync('prusa-slicer', ['--export-gcode', '--center', '100,100', '-o', gcode, stl], { stdio: 'ignore' });
+    assert.ok(readFileSync(gcode, 'utf8').match(/^G1 /gm).length > 1000);
+  });
+
+test('PrusaSlicer loads no 3MF with an open mesh, which a warning says; it loads the STL', noPrusa, async () => {
+  const model = await daemon.upload(sample('octopus.obj'));
+  const { bytes, warning } = await ask(model, '3mf?level=1');
+  assert.match(warning, /type surface, for which PrusaSlicer refuses the whole file/);
+  assert.equal(prusa('3mf', bytes), null);
+  assert.equal(prusa('stl', (await ask(model, 'stl?level=1')).bytes).facets, 2304);
+});
 
 test('a 3MF has an object a mesh, items by node with their transforms, and materials', { skip: !hasLib3mf && 'lib3mf 1 is not there' }, async () => {
   const tank = await daemon.upload(sample('tank.json'));
