@@ -158,9 +158,11 @@ uint64_t srv_machine_cpus(const char *root) {
   return limit < cpus ? limit : cpus;
 }
 
-void srv_machine_share_arena(void) {
+void srv_machine_set_malloc(void) {
 #ifdef __GLIBC__
   mallopt(M_ARENA_MAX, 1);
+  mallopt(M_MMAP_THRESHOLD, 16 << 20);
+  mallopt(M_TRIM_THRESHOLD, 32 << 20);
 #endif
 }
 

@@ -28,9 +28,11 @@ uint64_t srv_machine_memory_limit(const char *root);
  * (versions 1 and 2) is less, rounded up. root: as above. */
 uint64_t srv_machine_cpus(const char *root);
 
-/* Makes all threads share one arena of glibc's allocator. Call before the first thread starts. glibc trims
- * free memory at the end of the main arena only, and keeps up to 64 MiB in each of the others. */
-void srv_machine_share_arena(void);
+/* Sets how glibc's allocator holds memory. Call before the first thread starts. All threads share one arena:
+ * free memory is trimmed at the end of the main one only, and up to 64 MiB is kept in each of the others.
+ * Blocks of some MiB come from it too, and up to 32 MiB of it stay for the next request: pages that the
+ * system gives anew with each request cost, in virtual machines, more than what most requests compute. */
+void srv_machine_set_malloc(void);
 
 /* Returns the allocator's free pages to the system: glibc never returns those below a block in use. Takes
  * milliseconds when much is free. */

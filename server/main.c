@@ -382,7 +382,7 @@ static void await_end(process *p, const sigset_t *taken) {
 static int run(process *p) {
   sigset_t taken;
   srv_log_level level = SRV_LOG_INFO;
-  srv_machine_share_arena();
+  srv_machine_set_malloc();
   block_signals(&taken);
   bool has_level = srv_config_log_level(&p->config, &level, &p->error);
   srv_log_configure(level, (srv_log_format)p->config.log_format);
