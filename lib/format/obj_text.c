@@ -122,7 +122,7 @@ bool tw_obj_next_statement(tw_obj_text *file, tw_word *word) {
       *word = tw_obj_read_word(file);
       return true;
     }
-    if (*file->at == '#' && !begins_colors(file)) file->at = find_line_end(file->at, file->end);
+    if (*file->at == '#' && !begins_colors(file)) tw_obj_end_statement(file);
     if (file->at == file->end) return false;
     if (!tw_obj_is_line_end(*file->at)) {
       *word = tw_obj_read_word(file);

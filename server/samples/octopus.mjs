@@ -179,12 +179,13 @@ function colorOf(point) {
 const number = (x) => String(Number(x.toFixed(4)) + 0);
 const lines = ['# An octopus, made by octopus.mjs.', 'o octopus'];
 for (const [i, p] of points.entries()) lines.push(`v ${[...p, ...colorOf(i)].map(number).join(' ')}`);
-for (const p of uvs) lines.push(`vt ${p.map(number).join(' ')}`);
+const used = uvs.map((_, i) => i).filter((i) => faces.some((face) => face.uvs.includes(i))); // arms take faces of the head away
+for (const i of used) lines.push(`vt ${uvs[i].map(number).join(' ')}`);
 lines.push('usemtl skin');
 for (const group of ['head', 'eyes', 'arms']) {
   lines.push(`g ${group}`);
   for (const face of faces.filter((f) => f.group === group)) {
-    lines.push(`f ${face.points.map((p, i) => `${p + 1}/${face.uvs[i] + 1}`).join(' ')}`);
+    lines.push(`f ${face.points.map((p, i) => `${p + 1}/${used.indexOf(face.uvs[i]) + 1}`).join(' ')}`);
   }
 }
 console.log(lines.join('\n'));

@@ -105,10 +105,11 @@ TEST(a_binary_cube_has_8_points_and_no_border) {
 }
 
 TEST(solids_of_text_are_one_mesh_named_after_the_first) {
-  tw_model *model = read_text("SOLID two parts \r\n facet normal 0 0 1\r\n outer loop\r\n vertex 0 0 0\r\n"
-                              " vertex 1 0 0\r\n VERTEX 0 1e0 0\r\n endloop\r\n endfacet\r\nendsolid two parts\r\n"
-                              "solid\nfacet normal 0 0 1 outer loop vertex 1 0 0 vertex 1 1 0 vertex 0 1 0 "
-                              "endloop endfacet endsolid");
+  tw_model *model =
+      read_text("SOLID two parts \r\n facet normal 0 0 1\r\n outer loop\r\n vertex 0 0 0\r\n"
+                " vertex 1 0 0\r\n VERTEX 0 1e0 0\r\n endloop\r\n endfacet\r\nendsolid two parts\r\n"
+                "solid\nfacet normal 0 0 1 outer loop vertex 1 0 0 vertex 1 1 0 vertex 0 1 0 "
+                "endloop endfacet endsolid");
   assert_int_equal(model->mesh_count, 1);
   assert_string_equal(model->meshes[0].name, "two parts");
   assert_int_equal(model->meshes[0].face_count, 2);
