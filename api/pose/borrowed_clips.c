@@ -10,7 +10,15 @@
 
 /* ---- finding --------------------------------------------------------------------------------- */
 
-api_outcome api_clip_fail_absent(api_call *call, const tw_model *model, const char *name, size_t length) {
+/* What a name may mean that begins as `{model id}/{name}` does, and is none. */
+static const char *hint_of(const char *name, size_t length) {
+  enum { ID = API_ID_TEXT - 1 };
+  bool begins = strspn(name, "0123456789abcdefABCDEF") == ID && (length == ID || name[ID] == '/');
+  return begins ? " a clip of another model is {model id}/{name}, the id in lower case;" : "";
+}
+
+api_outcome api_clip_fail_absent(api_call *call, const tw_model *model, const char *lender, const char *name,
+                                 size_t length) {
   char buffer[24];
   api_near near = {.name = name, .length = length};
   for (uint32_t i = 0; i < model->clip_count; i++)
@@ -24,7 +32,8 @@ api_outcome api_clip_fail_absent(api_call *call, const tw_model *model, const ch
     used += (size_t)more;
   }
   list[used] = '\0';
-  return api_fail_with(call, 404, "no clip is called \"%.*s\";%s %s%s", length < 60 ? (int)length : 60, name,
+  return api_fail_with(call, 404, "no clip%s%s is called \"%.*s\";%s%s %s%s", lender ? " of model " : "",
+                       lender ? lender : "", length < 60 ? (int)length : 60, name, hint_of(name, length),
                        api_near_print(&near, " ").text,
                        model->clip_count ? "there are: " : "the model has no clips", list);
 }
@@ -40,7 +49,7 @@ api_outcome api_clip_find_borrowed(api_call *call, const char *name, size_t leng
   const tw_model *lender = api_entry_value(out->entry);
   out->index = tw_model_find_clip(lender, name, length);
   if (out->index != TW_NO_INDEX) return API_DONE;
-  api_clip_fail_absent(call, lender, name, length);
+  api_clip_fail_absent(call, lender, out->lender, name, length);
   return API_CONTINUE;
 }
 
@@ -111,12 +120,27 @@ static bool copy_name(tw_arena *arena, const char *name, tw_clip_keys *out) {
   return out->name || !name;
 }
 
+/* Tells before all else where a clip moves several nodes and the model has none of these. False without
+ * memory. */
+static bool note_strangers(const tw_model *lender, const tw_clip_keys *keys, const tw_model *model,
+                           api_notes *notes) {
+  bool is_any = false, are_several = false;
+  for (uint32_t i = 0; i < keys->track_count && !is_any; i++) {
+    are_several |= keys->tracks[i].node != keys->tracks[0].node;
+    is_any = node_of_name(lender, keys->tracks[i].node, model) != TW_NO_INDEX;
+  }
+  return is_any || !are_several ||
+         api_note(notes, "the model has none of the nodes that the clip moves: retarget=auto carries a clip "
+                         "over to another skeleton");
+}
+
 bool api_clip_rename(const tw_model *lender, const tw_clip_keys *keys, const tw_model *model,
                      api_notes *notes, tw_clip_keys *out) {
   tw_track_keys *tracks = tw_arena_alloc(notes->arena, keys->track_count, sizeof *tracks);
   bool *is_noted = tw_arena_alloc(notes->arena, lender->node_count, sizeof *is_noted);
   if (!tracks || !is_noted) return false;
   *out = (tw_clip_keys){.tracks = tracks};
+  if (!note_strangers(lender, keys, model, notes)) return false;
   for (uint32_t i = 0; i < keys->track_count; i++) {
     const tw_track_keys *track = &keys->tracks[i];
     uint32_t node = node_of_name(lender, track->node, model);

@@ -7,8 +7,10 @@
 #include "retargeting.h"
 #include "tweend/model.h"
 
-/* Fails with 404: the model has no clip of that name, but others. */
-api_outcome api_clip_fail_absent(api_call *call, const tw_model *model, const char *name, size_t length);
+/* Fails with 404: the model has no clip of that name, but others. lender: the model's id where it is not that
+ * of the request, else NULL. */
+api_outcome api_clip_fail_absent(api_call *call, const tw_model *model, const char *lender, const char *name,
+                                 size_t length);
 
 /* A clip of another stored model. */
 typedef struct api_borrowed {

@@ -34,7 +34,7 @@ static api_outcome find_named(api_call *call, const tw_model *model, const char 
   *out = (api_clip_choice){.index = tw_model_find_clip(model, name, length)};
   if (out->index != TW_NO_INDEX) return API_DONE;
   if (api_clip_is_borrowed(name, length)) return find_borrowed(call, name, length, out);
-  api_clip_fail_absent(call, model, name, length);
+  api_clip_fail_absent(call, model, NULL, name, length);
   return API_CONTINUE;
 }
 

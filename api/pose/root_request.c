@@ -16,7 +16,9 @@ static tw_status read_axes(const char *text, unsigned *out, tw_error *error) {
     while (axis_names[axis] &&
            (strlen(axis_names[axis]) != length || strncmp(axis_names[axis], text, length) != 0))
       axis++;
-    if (!axis_names[axis]) return tw_fail(error, TW_SYNTAX, "root_axes is a list of x, y, z and yaw");
+    if (!axis_names[axis])
+      return tw_fail(error, TW_SYNTAX, "root_axes: \"%.*s\" is none of x, y, z and yaw",
+                     length < 60 ? (int)length : 60, text);
     if (*out & 1u << axis) return tw_fail(error, TW_SYNTAX, "root_axes has %s twice", axis_names[axis]);
     *out |= 1u << axis;
     if (text[length] == '\0') return TW_OK;

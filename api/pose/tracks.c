@@ -297,6 +297,8 @@ static api_outcome choose_feet(api_call *call, const api_clip_terms *terms, trac
   const tw_model *model = source->model;
   const char *feet = terms->retarget.holds_feet ? NULL : api_query_get(&call->query, "feet");
   source->has_feet = feet;
+  if (feet && strcmp(feet, "hold") == 0 && tw_model_find_node(model, feet, strlen(feet)) == TW_NO_INDEX)
+    return api_fail_with(call, 400, "feet=hold goes with retarget=auto");
   if (feet) return api_nodes_choose(call, model, feet, &source->feet, &source->foot_count);
   if (!model->humanoid || model->humanoid[TW_BONE_FOOT] == TW_NO_INDEX ||
       model->humanoid[TW_BONE_FOOT + 1] == TW_NO_INDEX)

@@ -37,7 +37,8 @@ typedef struct segment {
   uint32_t key;
   double start, seconds;
   double here[4], next[4]; /* the keys; next: none behind the last */
-  tw_arc slerp;            /* between them; only where has_stray is set */
+  bool may_stray;          /* the path may stray from slerp further than any before */
+  tw_arc slerp;            /* between the keys, only where may_stray is set */
 } segment;
 
 static void rotation_at(const segment *s, double u, double out[4]) {
@@ -155,7 +156,7 @@ static void look(const segment *s, double u, place *out, tw_track_report *report
   else
     rotation_at(s, u, out->q);
   note_place(s, out->q, u, out->sines, report);
-  if (!report->has_stray) return;
+  if (!s->may_stray) return;
   out->stray = stray_from(s, u, out->q);
   note_stray(s, out->stray, u, report);
 }
@@ -215,7 +216,7 @@ static void look_between(const segment *s, const place at[3], tw_track_report *r
     double peak = f[1] + (f[2] - f[0]) * vertex(f) / 4 + SINE_ROOM;
     if (is_nearer(fmin(peak, 1), report->gimbals[order].cos_middle)) refine_gimbal(s, at, order, report);
   }
-  if (!report->has_stray || at[1].stray < at[0].stray || at[1].stray < at[2].stray) return;
+  if (!s->may_stray || at[1].stray < at[0].stray || at[1].stray < at[2].stray) return;
   double room = fmax(at[1].stray - at[0].stray, at[1].stray - at[2].stray);
   if (at[1].stray + room > report->stray_angle) refine_stray(s, at[0].u, at[2].u, report);
 }
@@ -245,13 +246,22 @@ static double follow_steps(const segment *s, uint32_t steps_most, tw_track_repor
   return travelled;
 }
 
+/* A bound on how far three angles that change by `travel` in all stray from slerp. Their axes turn by at most
+ * that, so the angular velocity changes by at most travel^2 / 2: the path bends away from the straight one by
+ * an eighth of it, as a parabola from its chord. Twice that leaves room for the bend of space. */
+static double stray_bound(double travel) {
+  static const double SMALL = 0.5, ROUNDING = 1e-9;
+  return travel < SMALL ? travel * travel / 8 + ROUNDING : INFINITY;
+}
+
 /* ---- whole tracks ---------------------------------------------------------------------------- */
 
 static double follow_segment(segment *s, uint32_t steps_most, tw_track_report *report) {
   double whole;
   if (s->track->holds) return tw_angle_between(s->here, s->next);
   if (is_even_turn(s, &whole)) return follow_even_turn(s, whole, report);
-  if (report->has_stray) s->slerp = tw_arc_short(s->here, s->next);
+  s->may_stray = report->has_stray && stray_bound(tw_track_travel(s->track, s->key)) > report->stray_angle;
+  if (s->may_stray) s->slerp = tw_arc_short(s->here, s->next);
   return follow_steps(s, steps_most, report);
 }
 

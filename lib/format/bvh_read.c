@@ -544,12 +544,13 @@ static tw_status read_motion(bvh_file *file, size_t size, tw_model *model) {
   tw_free(motion.places);
   if (status != TW_OK) return status;
   if (motion.frame_count != file->claimed)
-    tw_model_warn(model, "Frames: says %.0f, and there are %u", file->claimed, motion.frame_count);
-  else if (motion.frame_count == 0)
-    tw_model_warn(model, "there are no frames, and so no clip");
+    tw_model_warn(model, "Frames: says %.0f, and there %s %u", file->claimed,
+                  tw_plural(motion.frame_count, "is", "are"), motion.frame_count);
   if (motion.rest > 0)
     tw_model_warn(model, "the last frame is left out: it has %llu of %u %s", (unsigned long long)motion.rest,
                   file->channel_count, tw_plural(file->channel_count, "number", "numbers"));
+  if (motion.frame_count == 0 && file->claimed == 0 && motion.rest == 0)
+    tw_model_warn(model, "MOTION has no frame, and so there is no clip");
   if (motion.frame_count == 0 || motion.track_count == 0) return TW_OK;
   model->clips = tw_arena_alloc(model->arena, 1, sizeof *model->clips);
   if (!model->clips) return tw_fail(file->error, TW_NO_MEMORY, "out of memory");

@@ -252,7 +252,14 @@ static tw_word read_name(stl_text *text) {
   return (tw_word){start, (size_t)(end - start)};
 }
 
-/* Tells of the text of the header, but for the colours that are read. It may say more than who wrote the
+/* Whether a text speaks of units. */
+static bool says_unit(const char *text) {
+  for (; *text; text++)
+    if (tw_word_begins((tw_word){text, strlen(text)}, "unit")) return true;
+  return false;
+}
+
+/* Tells of the text of the header, but for the colours that are read, where it says more than who wrote the
  * file: STL has no other place for units. */
 static void warn_of_header(const uint8_t *bytes, tw_model *model) {
   static const struct {
@@ -273,7 +280,7 @@ static void warn_of_header(const uint8_t *bytes, tw_model *model) {
   }
   while (length > 0 && (text[length - 1] == ' ' || text[length - 1] == ',')) length--;
   text[length] = '\0';
-  if (length > 0) tw_model_warn(model, "the text of the header is left out: \"%s\"", text);
+  if (says_unit(text)) tw_model_warn(model, "the text of the header is left out: \"%s\"", text);
 }
 
 static const char no_stl[] = "this is neither text with a solid nor binary with all of its facets";

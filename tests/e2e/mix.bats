@@ -98,7 +98,7 @@ clips="{\"name\":\"walk\",\"tracks\":[$(turn hips 90),$(turn spine 40)]},{\"name
     (.detail | contains("stroll") and contains("layer 1"))'
   missing=$(model "$clips,{\"name\":\"stroll\",\"layers\":[{\"clip\":\"$id/trot\"}]}")
   curl --silent "$url/v1/models/$missing/pose.json?clip=stroll" |
-    gojq -e '.status == 404 and (.detail | contains("no clip is called \"trot\"") and contains("walk"))'
+    gojq -e '.status == 404 and (.detail | contains("no clip of model") and contains("is called \"trot\"") and contains("walk"))'
 }
 
 @test "a file of all clips lacks those whose lender is gone, and has them again when it is back" {

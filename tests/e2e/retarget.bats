@@ -33,8 +33,8 @@ post_json() { http POST "$1" --json "$2" "${@:3}"; }
     and (.poses[1].translation[0] | map(. * 1000 | round)) == [0, 2000, 4000]
     and (.poses[0].rotation | map(.[3] == 1) | all)'
   get "$giant/pose.json?clip=$walker/step&at=1"
-  holds '.warnings | length == 9' # by names of nodes nothing moves
-  [[ $(header X-Tweend-Warning) == 9* ]]
+  holds '.warnings | length == 10 and (.[0] | contains("retarget=auto"))' # by names of nodes nothing moves
+  [[ $(header X-Tweend-Warning) == 10* ]]
 }
 
 @test "tracks tell how bones were matched" {
@@ -109,7 +109,7 @@ post_json() { http POST "$1" --json "$2" "${@:3}"; }
   [ -n "$plain" ] && [ "$plain" != "$carried" ]
   [ "$carried" = "$(tag "$giant/pose.json?at=1&retarget=auto&clip=$walker/step")" ]
   own=/v1/models/$walker/pose.json
-  [ "$(tag "$own?at=1")" = "$(tag "$own?at=1&retarget=auto")" ]
+  [ "$(curl -s "$url$own?at=1")" = "$(curl -s "$url$own?at=1&retarget=auto")" ] # the header alone differs, which warns
   for path in pose.bvh surface.glb tracks; do
     carried=$(tag "$giant/$path?clip=$walker/step&retarget=auto")
     mapped=$(tag "$giant/$path?clip=$walker/step&retarget=auto&map=%7B%22Head%22:null%7D")

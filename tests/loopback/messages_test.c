@@ -118,6 +118,12 @@ TEST_WITH(parameters_that_a_form_has_no_place_for_are_named, start, one_model_st
     }
 }
 
+TEST_WITH(values_of_clips_terms_are_told_as_they_came, start, one_model_stop) {
+  ask(*state, "/v1/models/%s/pose?root_motion=auto&root_axes=x,w", 400,
+      "root_axes: \"w\" is none of x, y, z and yaw");
+  ask(*state, "/v1/models/%s/tracks?feet=hold", 400, "feet=hold goes with retarget=auto");
+}
+
 /* ---- numbers --------------------------------------------------------------------------------- */
 
 TEST_WITH(numbers_are_told_as_they_came, start, one_model_stop) {

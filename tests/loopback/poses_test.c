@@ -296,6 +296,33 @@ TEST_WITH(a_clip_is_borrowed_by_the_names_of_nodes, setup, one_model_stop) {
   assert_problem(loopback_get(f->loop, target), 404, NULL, f->id);
 }
 
+TEST_WITH(a_clip_of_another_skeleton_is_told_to_need_carrying_over, setup, one_model_stop) {
+  one_model *f = *state;
+  char id[API_ID_TEXT], target[160];
+  loopback_upload(f->loop, "application/json",
+                  "{'nodes':[{'name':'x'},{'name':'y'}],'clips':[{'name':'c','tracks':[{'node':'x','path':"
+                  "'scale','times':[0],'values':[[1,1,1]]},{'node':'y','path':'scale','times':[0],"
+                  "'values':[[1,1,1]]}]}]}",
+                  id);
+  snprintf(target, sizeof target, "pose?clip=%s/c", id);
+  reply r = ask(f, target);
+  assert_says(&r, "'warnings':['the model has none of the nodes that the clip moves: retarget=auto carries a "
+                  "clip over to another skeleton','the clip moves a node that the model does not have: x',");
+  reply_free(&r);
+}
+
+TEST_WITH(clips_that_another_model_lacks_are_told_with_its_id, setup, one_model_stop) {
+  static const char hint[] = "a clip of another model is {model id}/{name}, the id in lower case";
+  one_model *f = *state;
+  char rest[160], word[120];
+  snprintf(rest, sizeof rest, "pose?clip=%s/dance", f->id);
+  snprintf(word, sizeof word, "no clip of model %s is called \"dance\"; there are: turn", f->id);
+  assert_problem(ask(f, rest), 404, NULL, word);
+  snprintf(rest, sizeof rest, "pose?clip=%s", f->id);
+  assert_problem(ask(f, rest), 404, NULL, hint);
+  assert_problem(ask(f, "pose?clip=ABCDEF00000000000000000000000000/turn"), 404, NULL, hint);
+}
+
 /* Asserts where the node of a model with one node is at time 1 of a clip. */
 static void assert_moved(loopback *loop, const char *id, const char *clip, double x) {
   char rest[160];
@@ -372,11 +399,12 @@ TEST_WITH(a_long_warning_is_cut_between_characters, setup, one_model_stop) {
   one_model *f = *state;
   char name[201] = "", text[1200], lender[API_ID_TEXT], target[128];
   for (int i = 0; i < 200; i += 2) memcpy(name + i, "\xC3\xA4", 3);
-  snprintf(text, sizeof text,
-           "{'nodes':[{'name':'%s'},{'name':'%s2'}],'clips':[{'name':'c','tracks':[{'node':'%s',"
-           "'path':'scale','times':[0],'values':[[1,1,1]]},{'node':'%s2','path':'scale','times':[0],"
-           "'values':[[1,1,1]]}]}]}",
-           name, name, name, name);
+  snprintf(
+      text, sizeof text,
+      "{'nodes':[{'name':'%s'},{'name':'%s2'},{'name':'arm'}],'clips':[{'name':'c','tracks':[{'node':'%s',"
+      "'path':'scale','times':[0],'values':[[1,1,1]]},{'node':'%s2','path':'scale','times':[0],"
+      "'values':[[1,1,1]]},{'node':'arm','path':'scale','times':[0],'values':[[1,1,1]]}]}]}",
+      name, name, name, name);
   loopback_upload(f->loop, "application/json", text, lender);
   snprintf(target, sizeof target, "/v1/models/%s/pose?at=1&clip=%s/c", f->id, lender);
   reply r = loopback_get(f->loop, target);

@@ -212,7 +212,7 @@ for (const name of existsSync(DEBIAN) ? readdirSync(DEBIAN).filter((file) => fil
     const facts = factsOf(text);
     const model = await daemon.upload(text);
     const { nodes, clips, warnings } = await json(model);
-    assert.equal(warnings.some((warning) => warning.startsWith(`Frames: says ${facts.claimed}, and there are ${facts.rows.length}`)), facts.claimed !== facts.rows.length);
+    assert.equal(warnings.some((warning) => warning.startsWith(`Frames: says ${facts.claimed}, and there ${facts.rows.length === 1 ? 'is' : 'are'} ${facts.rows.length}`)), facts.claimed !== facts.rows.length);
     assert.deepEqual(nodes.map((node) => node.name).filter((other) => !isEnd(other)), facts.joints.map((joint) => joint.name));
     assert.ok(Math.abs(clips[0].duration - (facts.rows.length - 1) * facts.seconds) < 1e-4);
     const { tracks } = await json(`${model}/tracks`);

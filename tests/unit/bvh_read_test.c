@@ -296,8 +296,9 @@ TEST(the_last_of_several_offsets_counts_and_they_are_told) {
                 "OFFSET 0 1 0\n}\nMOTION\nFrames: 0\nFrame Time: 1\n");
   assert_true(model->nodes[0].rest.translation[0] == 0 && model->nodes[0].rest.translation[1] == 1);
   assert_true(model->nodes[1].rest.translation[0] == 7);
-  assert_int_equal(model->warning_count, 2); /* and that there are no frames */
+  assert_int_equal(model->warning_count, 2);
   assert_string_equal(model->warnings[0], "2 OFFSETs take the place of others before them in their joints");
+  assert_string_equal(model->warnings[1], "MOTION has no frame, and so there is no clip");
   tw_model_destroy(model);
 }
 
@@ -319,6 +320,7 @@ TEST(another_number_of_frames_is_a_warning) {
     assert_int_equal(model->clip_count, cases[i].keys > 0);
     if (cases[i].keys) assert_int_equal(track_of(model, "Hips", TW_ROTATION)->key_count, cases[i].keys);
     assert_int_equal(model->warning_count, cases[i].warnings);
+    if (i == 1) assert_string_equal(model->warnings[0], "Frames: says 2, and there is 1");
     tw_model_destroy(model);
   }
 }

@@ -47,6 +47,23 @@ TEST(minus_170_to_170_strays_half_a_turn_from_slerp) {
   assert_true(report.warning_count >= 2);
 }
 
+/* Whatever comes before it: segments that cannot stray further than those before are not followed for it. */
+TEST(the_farthest_stray_is_that_of_the_segments_alone) {
+  uint32_t seed = 1;
+  for (int round = 0; round < 300; round++) {
+    double angles[9], size = round % 2 ? 0.4 : 0.02;
+    for (int i = 0; i < 9; i++) {
+      seed = seed * 1664525u + 1013904223u;
+      double signed_one = (double)seed / 2147483648.0 - 1;
+      angles[i] = i < 3 ? 3 * signed_one : angles[i - 3] + size * signed_one;
+    }
+    tw_track_report first = inspect(euler_keys(TW_XYZ, times_0_to_3, angles, 2));
+    tw_track_report second = inspect(euler_keys(TW_XYZ, times_0_to_3, angles + 3, 2));
+    double farthest = first.stray_angle > second.stray_angle ? first.stray_angle : second.stray_angle;
+    assert_true(inspect(euler_keys(TW_XYZ, times_0_to_3, angles, 3)).stray_angle == farthest);
+  }
+}
+
 TEST(lock_between_keys_is_found_with_its_time_in_every_order) {
   for (tw_euler_order order = TW_XYZ; order <= TW_ZYX; order++) {
     const char *letters = tw_euler_order_names[order];
