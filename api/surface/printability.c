@@ -2,9 +2,9 @@
 #include "printability.h"
 
 #include "service.h"
-#include "surface_forms.h"
 
 #include <math.h>
+#include <string.h>
 
 enum { LISTED_MAX = 256, LIGHT_FACES = 4096 };
 
@@ -63,7 +63,7 @@ api_outcome api_warn_of_shells(api_call *call, api_surface_request *request) {
   list(&text, all.flipped_edges, " edge is of two faces of opposite sides",
        " edges are of two faces of opposite sides");
   if (text.size == 0) return API_DONE;
-  if (all.closed < all.shells && request->form == api_surface_form_at(API_SURFACE_3MF))
+  if (all.closed < all.shells && strcmp(call->offer->extension, "3mf") == 0)
     tw_text_add(&text,
                 ": objects of type surface, for which PrusaSlicer refuses the whole file; .stl serves");
   return api_call_warn_text(call, &text);
