@@ -4,20 +4,22 @@ import {
   Points, PointsMaterial, RepeatWrapping, SRGBColorSpace, Vector3,
 } from 'three';
 
-/** Adds lines that follow a mesh, including its skin. The renderer skins any object that has a skeleton. */
-export function linesOn(mesh, geometry, material) {
-  const lines = new LineSegments(geometry, material);
+/** Adds lines or points that follow a mesh, including its skin. The renderer skins any object that has a skeleton. */
+export function addTo(mesh, object) {
+  const { geometry } = object;
   if (mesh.isSkinnedMesh) {
-    Object.assign(lines, { isSkinnedMesh: true, skeleton: mesh.skeleton, bindMatrix: mesh.bindMatrix,
+    Object.assign(object, { isSkinnedMesh: true, skeleton: mesh.skeleton, bindMatrix: mesh.bindMatrix,
       bindMatrixInverse: mesh.bindMatrixInverse, bindMode: mesh.bindMode, frustumCulled: false });
     for (const name of ['skinIndex', 'skinWeight'])
       if (!geometry.attributes[name]) geometry.setAttribute(name, mesh.geometry.attributes[name]);
   }
-  mesh.add(lines);
-  return lines;
+  mesh.add(object);
+  return object;
 }
 
-const meshesOf = (root) => {
+export const linesOn = (mesh, geometry, material) => addTo(mesh, new LineSegments(geometry, material));
+
+export const meshesOf = (root) => {
   const meshes = [];
   root.traverse((object) => object.isMesh && meshes.push(object));
   return meshes;
