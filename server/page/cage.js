@@ -6,7 +6,7 @@ import { LineMaterial } from 'three/addons/lines/LineMaterial.js';
 import { LineSegments2 } from 'three/addons/lines/LineSegments2.js';
 import { LineSegmentsGeometry } from 'three/addons/lines/LineSegmentsGeometry.js';
 
-import { addTo, linesOn, meshesOf } from './overlays.js';
+import { addTo, linesOn, meshesOf, morphAs, pick } from './overlays.js';
 import { polygonsOf, structure } from './polygons.js';
 
 const COLOURS = { light: 0x1f2933, dark: 0xe4e9f0 };
@@ -26,25 +26,6 @@ function weld(position) {
     if (!known.has(key)) known.set(key, i);
     return known.get(key);
   });
-}
-
-/** Gives a geometry the morph targets of a mesh; pick(attribute) selects the values of the geometry's vertices. */
-function morphAs(geometry, mesh, pick = (attribute) => attribute) {
-  const { position } = mesh.geometry.morphAttributes;
-  if (position) Object.assign(geometry, { morphTargetsRelative: true, morphAttributes: { position: position.map(pick) } });
-  return geometry;
-}
-
-/** A geometry of some vertices of a mesh, with their skin and morph targets. */
-function pick(mesh, vertices) {
-  const geometry = morphAs(new BufferGeometry(), mesh, (from) =>
-    new Float32BufferAttribute(vertices.flatMap((i) => [from.getX(i), from.getY(i), from.getZ(i)]), 3));
-  for (const name of mesh.isSkinnedMesh ? ['position', 'skinIndex', 'skinWeight'] : ['position']) {
-    const from = mesh.geometry.attributes[name];
-    const values = vertices.flatMap((i) => Array.from({ length: from.itemSize }, (_, k) => from.getComponent(i, k)));
-    geometry.setAttribute(name, name === 'skinIndex' ? new BufferAttribute(new Uint16Array(values), 4) : new Float32BufferAttribute(values, from.itemSize));
-  }
-  return geometry;
 }
 
 /** For each vertex a measure of the distance between its lines: the geometric mean of its shortest and its mean edge.

@@ -527,29 +527,16 @@ export class Viewport {
   /** Arrows orbit, with Shift they pan; + and - zoom; F frames. */
   key(event) {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const turns = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
-    const offset = this.camera.position.clone().sub(this.controls.target);
-    if (turns[event.key]) {
-      const [x, y] = turns[event.key];
-      if (event.shiftKey) {
-        const move = new Vector3(x, -y, 0).applyQuaternion(this.camera.quaternion).multiplyScalar(offset.length() / 20);
-        this.controls.target.add(move);
-        this.camera.position.add(move);
-      } else {
-        const polar = Math.acos(Math.max(-1, Math.min(1, offset.y / offset.length())));
-        const next = Math.max(0.05, Math.min(Math.PI - 0.05, polar + y * 0.12));
-        const round = Math.atan2(offset.x, offset.z) + x * 0.12;
-        const length = offset.length();
-        offset.set(Math.sin(next) * Math.sin(round), Math.cos(next), Math.sin(next) * Math.cos(round)).multiplyScalar(length);
-        this.camera.position.copy(this.controls.target).add(offset);
-      }
-    } else if (event.key === '+' || event.key === '=' || event.key === '-') {
-      offset.multiplyScalar(event.key === '-' ? 1.12 : 1 / 1.12);
-      this.camera.position.copy(this.controls.target).add(offset);
-    } else return;
+    const { controls } = this;
+    const way = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
+    if (way && event.shiftKey) controls.pan(...way.map((part) => (-part * this.canvas.clientHeight) / 12));
+    else if (way) {
+      controls.rotateLeft(-0.12 * way[0]);
+      controls.rotateUp(-0.12 * way[1]);
+    } else if (event.key === '+' || event.key === '=') controls.dollyIn(1 / 1.12);
+    else if (event.key === '-') controls.dollyOut(1 / 1.12);
+    else return;
     event.preventDefault();
-    this.controls.update();
-    this.invalidate();
     this.onView();
   }
 
