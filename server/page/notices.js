@@ -16,7 +16,7 @@ export function explain(error) {
   return [
     make('p', {}, make('strong', {}, `${error.status} ${error.title ?? ''}`)),
     places.length ? make('ul', {}, ...places) : make('p', {}, `${error.detail ?? ''}${wait}`),
-    error.line ? make('p', {}, 'Line ', make('code', {}, String(error.line))) : null,
+    error.line && !error.detail?.includes(`line ${error.line}:`) ? make('p', {}, 'Line ', make('code', {}, String(error.line))) : null,
     error.requestId ? make('p', { className: 'dim' }, `Request ${error.requestId}`) : null,
   ].filter(Boolean);
 }
