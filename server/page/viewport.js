@@ -186,6 +186,7 @@ export class Viewport {
       this.#drawInBackground(isStill || this.afterFrame.length > 0);
       return;
     }
+    delete this.canvas.dataset.unfinished; // a coarse picture may have come before
     if (this.renderer) this.#render();
     this.#endFrame();
   }
