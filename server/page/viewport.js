@@ -27,7 +27,7 @@ const TURN_SPEED = 1.5; // of OrbitControls: a round in 40 s
 
 const PLACES_MOST = 2000; // points of a mesh that framing considers
 const MARGIN = 0.78; // part of the picture that a framed model fills
-const SLOW_FROM = 30000; // triangles from which on a picture is drawn in the background where there is no graphics card
+const SLOW_FROM = 100000; // triangles from which on a picture is drawn in the background where there is no graphics card
 const REST_MS = 250; // without another picture, after which the picture is drawn fine
 const STILL = 5; // pixels that the pointer may move during a click
 
