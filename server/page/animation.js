@@ -1,7 +1,7 @@
 // Plays a clip in the viewport: from poses on the page's clock, blended with those of another where one is chosen, or from
 // the daemon's live stream.
 import { tweend, withKey } from './client.js';
-import { blendWeights, optionsOf, partOf } from './clips.js';
+import { blendWeights, mixed, optionsOf, partOf } from './clips.js';
 import { fail } from './notices.js';
 import { note, state, watch } from './state.js';
 
@@ -10,8 +10,6 @@ const POSES_SIZE = 32e6; // bytes of poses that are loaded at once; longer clips
 
 /** A node's transform where a player puts it, to be blended. */
 const slot = () => ({ position: [0, 0, 0], quaternion: [0, 0, 0, 1], scale: [1, 1, 1] });
-
-const mixed = (a, b, part) => a.map((value, i) => value + (b[i] - value) * part);
 
 /** The normalised sum of two quaternions on one hemisphere, as the daemon blends layers. */
 function mixedTurn(a, b, part) {

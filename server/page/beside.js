@@ -2,9 +2,9 @@
 // facts of both.
 import { download, tweend, withKey } from './client.js';
 import { byId, count, make } from './dom.js';
+import { parse } from './glb.js';
 import { busy, fail } from './notices.js';
 import { change, note, state, SURFACE, surfaceOptions, watch } from './state.js';
-import { parse } from './viewport.js';
 
 const FACTS = [['vertices', 'Points'], ['faces', 'Faces'], ['components', 'Pieces'], ['boundary_loops', 'Holes and borders'],
   ['boundary_edges', 'Edges of these'], ['nonmanifold_edges', 'Non-manifold edges'], ['reversed_edges', 'Edges wound against each other']];

@@ -6,7 +6,7 @@ import { LineMaterial } from 'three/addons/lines/LineMaterial.js';
 import { LineSegments2 } from 'three/addons/lines/LineSegments2.js';
 import { LineSegmentsGeometry } from 'three/addons/lines/LineSegmentsGeometry.js';
 
-import { linesOn } from './overlays.js';
+import { addTo, linesOn, meshesOf, morphAs, pick } from './overlays.js';
 import { polygonsOf, structure } from './polygons.js';
 
 const COLOURS = { light: 0x1f2933, dark: 0xe4e9f0 };
@@ -26,25 +26,6 @@ function weld(position) {
     if (!known.has(key)) known.set(key, i);
     return known.get(key);
   });
-}
-
-/** Gives a geometry the morph targets of a mesh; pick(attribute) selects the values of the geometry's vertices. */
-function morphAs(geometry, mesh, pick = (attribute) => attribute) {
-  const { position } = mesh.geometry.morphAttributes;
-  if (position) Object.assign(geometry, { morphTargetsRelative: true, morphAttributes: { position: position.map(pick) } });
-  return geometry;
-}
-
-/** A geometry of some vertices of a mesh, with their skin and morph targets. */
-function pick(mesh, vertices) {
-  const geometry = morphAs(new BufferGeometry(), mesh, (from) =>
-    new Float32BufferAttribute(vertices.flatMap((i) => [from.getX(i), from.getY(i), from.getZ(i)]), 3));
-  for (const name of mesh.isSkinnedMesh ? ['position', 'skinIndex', 'skinWeight'] : ['position']) {
-    const from = mesh.geometry.attributes[name];
-    const values = vertices.flatMap((i) => Array.from({ length: from.itemSize }, (_, k) => from.getComponent(i, k)));
-    geometry.setAttribute(name, name === 'skinIndex' ? new BufferAttribute(new Uint16Array(values), 4) : new Float32BufferAttribute(values, from.itemSize));
-  }
-  return geometry;
 }
 
 /** For each vertex a measure of the distance between its lines: the geometric mean of its shortest and its mean edge.
@@ -92,13 +73,6 @@ function round() {
   return dot;
 }
 
-/** The first mesh of a node: all of its primitives share their vertices. */
-function meshOf(node) {
-  let mesh = null;
-  node.traverse((object) => (mesh ??= object.isMesh ? object : null));
-  return mesh;
-}
-
 export class Cage {
   /** model: the parsed GLB of level 0 with polygons=ngon. bearers: those of its bearers that have faces. creases: what
    *  creasesOf finds in it. */
@@ -116,11 +90,9 @@ export class Cage {
     this.parts = { cage: [], points: [] };
     this.sharpnesses = new Set();
     this.valences = new Set();
-    const meshes = [];
-    scene.traverse((object) => object.isMesh && meshes.push(object));
-    for (const mesh of meshes) this.add(mesh);
+    for (const mesh of meshesOf(scene)) this.add(mesh);
     scene.updateMatrixWorld(true);
-    for (const [node, index] of bearers) if (creases[index].length > 0) this.parts.cage.push(this.creases(meshOf(node), creases[index]));
+    for (const [node, index] of bearers) if (creases[index].length > 0) this.parts.cage.push(this.creases(meshesOf(node)[0], creases[index])); // all of its primitives share their vertices
     const marks = this.parts.points.reduce((sum, { geometry }) => sum + geometry.attributes.position.count, 0);
     this.dots.size = marks > 10000 ? 2 : marks > 2000 ? 3 : marks > 300 ? 5 : 9;
   }
@@ -149,13 +121,7 @@ export class Cage {
     const [few, many] = [new Color(FEW), new Color(MANY)];
     geometry.setAttribute('color', new Float32BufferAttribute(extraordinary.flatMap(([, n]) => (n < 4 ? few : many).toArray()), 3));
     for (const [, n] of extraordinary) this.valences.add(n < 4 ? 'few' : 'many');
-    const points = new Points(geometry, this.dots);
-    if (mesh.isSkinnedMesh)
-      Object.assign(points, { isSkinnedMesh: true, skeleton: mesh.skeleton, bindMatrix: mesh.bindMatrix,
-        bindMatrixInverse: mesh.bindMatrixInverse, bindMode: mesh.bindMode, frustumCulled: false });
-    points.renderOrder = 2;
-    mesh.add(points);
-    return points;
+    return addTo(mesh, Object.assign(new Points(geometry, this.dots), { renderOrder: 2 }));
   }
 
   /** Adds wide lines. A skinned mesh gets thin ones, as wide lines cannot be skinned. */
@@ -173,8 +139,7 @@ export class Cage {
     const geometry = new LineSegmentsGeometry();
     geometry.setPositions(ends.attributes.position.array);
     geometry.setColors(colours);
-    const lines = new LineSegments2(geometry, this.sharp);
-    lines.renderOrder = 1;
+    const lines = Object.assign(new LineSegments2(geometry, this.sharp), { renderOrder: 1 });
     mesh.add(lines);
     return lines;
   }

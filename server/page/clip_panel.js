@@ -4,9 +4,10 @@ import { html, nothing, render } from 'lit-html';
 import { download, tweend, withKey } from './client.js';
 import { blendOf, isCharacter, optionsOf, titleOf } from './clips.js';
 import { carriedOver, sentencesOf } from './clip_words.js';
-import { make, seconds } from './dom.js';
+import { make, saveBlob, seconds } from './dom.js';
 import { busy, fail } from './notices.js';
 import { change, state, surfaceOptions, watch } from './state.js';
+import { choice } from './templates.js';
 
 export class ClipPanel {
   /** models: the list that new models are added to. */
@@ -40,13 +41,11 @@ export class ClipPanel {
     const sentence = ({ mark, text, time }) => html`<li class=${`mark ${mark}`}>${text} ${time === undefined ? nothing
       : html`<button type="button" class="small" @click=${() => this.animation.seek(time)}>${seconds(time)}</button>`}</li>`;
     const others = (this.clips ?? []).filter(({ value }) => value !== clip.value);
-    const choices = [['', 'Nothing'], ...others.map((entry) => [entry.value, titleOf(entry)])];
     return render(html`
       <h2>${titleOf(clip)}</h2>
       ${report ? html`<ul class="sentences">${sentencesOf(report, model.nodes.length, isCharacter(model)).map(sentence)}</ul>` : nothing}
       ${retarget ? html`<details><summary>Carried over to this skeleton</summary>${carriedOver(retarget).map((text) => html`<p class="dim">${text}</p>`)}</details>` : nothing}
-      ${others.length > 0 ? html`<label class="field"><span>Blend with</span>
-        <select @change=${({ target }) => change({ blend: target.value })}>${choices.map(([value, text]) => html`<option value=${value} ?selected=${value === state('blend')}>${text}</option>`)}</select></label>` : nothing}
+      ${others.length > 0 ? choice('Blend with', 'blend', [['', 'Nothing'], ...others.map((entry) => [entry.value, titleOf(entry)])]) : nothing}
       ${other || state('blend') ? html`<div class="slider"><span>Blend</span>
         <input type="range" min="0" max="1" step="0.01" aria-label="Blend" .value=${state('weight')} @input=${({ target }) => change({ weight: target.value })}>
         <output class="value">${Math.round(100 * Number(state('weight')))} %</output></div>` : nothing}
@@ -84,11 +83,7 @@ export class ClipPanel {
 
   /** Downloads the shown level with the played clip. */
   save() {
-    return this.#with('Saving', surfaceOptions(), (blob) => {
-      const href = URL.createObjectURL(blob);
-      make('a', { href, download: `${this.#name}.glb` }).click();
-      setTimeout(() => URL.revokeObjectURL(href), 60000);
-    });
+    return this.#with('Saving', surfaceOptions(), (blob) => saveBlob(blob, `${this.#name}.glb`));
   }
 
   /** Stores the model with the played clip as its own, as a version of the shown one. */

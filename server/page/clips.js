@@ -26,7 +26,8 @@ export function blendOf(model, [first, second], weight) {
   return { nodes, clips: [{ name: 'blend', layers: [layer(first, 1 - weight), layer(second, weight)] }] };
 }
 
-const mixed = (a, b, part) => a.map((value, i) => value + (b[i] - value) * part);
+/** Numbers between those of two lists. */
+export const mixed = (a, b, part) => a.map((value, i) => value + (b[i] - value) * part);
 
 /** The part of the second clip in what a node has of a blend, as the daemon blends layers: what one of those that play moves
  *  alone is as it moves it. first, second: whether they move it; part: of the second in the blend. */

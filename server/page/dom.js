@@ -1,9 +1,10 @@
 // Creates elements, and formats numbers.
 
 /** Creates an element with properties and children. A name with a dash, `role` and `for` are set as attributes; names
- *  that begin with `on` are listeners. */
+ *  that begin with `on` are listeners. A button submits no form unless its type says so. */
 export function make(tag, properties = {}, ...children) {
   const element = document.createElement(tag);
+  if (tag === 'button') element.type = 'button';
   for (const [name, value] of Object.entries(properties)) {
     if (name.startsWith('on')) element.addEventListener(name.slice(2), value);
     else if (name.includes('-') || name === 'role' || name === 'for') element.setAttribute(name, value);
@@ -47,28 +48,53 @@ export const seconds = (t) => `${t.toFixed(2)} s`;
 /** How many there are of something; the words for several where an "s" does not make them. */
 export const plural = (n, one, several = `${one}s`) => `${count(n)} ${n === 1 ? one : several}`;
 
-/** A labelled select: options as [value, text]. */
-export function choice(label, options, value, onchange) {
-  const select = make('select', { onchange: () => onchange(select.value) },
-    ...options.map(([key, text]) => make('option', { value: key, selected: key === value }, text)));
-  return make('label', { className: 'field' }, make('span', {}, label), select);
+/** A select: options as [value, text]; onchange(value). */
+export function select(options, value, onchange, properties = {}) {
+  const entries = options.map(([key, text]) => make('option', { value: key, selected: key === value }, text));
+  return make('select', { ...properties, onchange: ({ target }) => onchange(target.value) }, ...entries);
 }
 
-/** A button that opens a menu: entries as [text, function]. */
-export function menu(button, label, entries) {
-  const items = entries.map(([text, act]) => make('button', { type: 'button', role: 'menuitem', tabIndex: -1, onclick: () => {
-    list.hidePopover();
-    button.focus();
-    act();
-  } }, text));
-  const list = make('div', { className: 'menu', role: 'menu', 'aria-label': label, popover: 'auto' }, ...items);
+/** A select with a label above it. */
+export const choice = (label, options, value, onchange) =>
+  make('label', { className: 'field' }, make('span', {}, label), select(options, value, onchange));
+
+/** A slider between its label and its value. */
+export const slider = (label, input, output) => make('div', { className: 'slider' }, make('span', {}, label), input, output);
+
+/** A box to check, before its label. */
+export const check = (input, label) => make('label', { className: 'check' }, input, make('span', {}, label));
+
+/** Buttons of which one is pressed: entries as [name, text]; onchoose(name). */
+export const chips = (entries, onchoose) => entries.map(([name, text]) =>
+  make('button', { className: 'chip', 'data-name': name, onclick: () => onchoose(name) }, text));
+
+export const press = (buttons, isPressed) => {
+  for (const button of buttons) button.setAttribute('aria-pressed', isPressed(button.dataset.name));
+};
+
+/** Has a button open what floats below it, within the window. onopen() is called then. */
+export function floats(button, list, onopen = () => {}) {
+  const within = (at, size, most) => `${Math.max(8, Math.min(at, most - size - 8))}px`;
+  list.popover = 'auto';
   list.addEventListener('toggle', ({ newState }) => {
     button.setAttribute('aria-expanded', newState === 'open');
     if (newState !== 'open') return;
     const { left, bottom } = button.getBoundingClientRect();
-    Object.assign(list.style, { left: `${Math.max(8, Math.min(left, innerWidth - list.offsetWidth - 8))}px`, top: `${Math.max(8, Math.min(bottom + 4, innerHeight - list.offsetHeight - 8))}px` });
-    items[0].focus();
+    Object.assign(list.style, { left: within(left, list.offsetWidth, innerWidth), top: within(bottom + 4, list.offsetHeight, innerHeight) });
+    onopen();
   });
+  for (const [name, value] of [['aria-haspopup', list.getAttribute('role')], ['aria-expanded', 'false']]) button.setAttribute(name, value);
+  button.popoverTargetElement = list;
+}
+
+/** A button that opens a menu: entries as [text, function]. */
+export function menu(button, label, entries) {
+  const items = entries.map(([text, act]) => make('button', { role: 'menuitem', tabIndex: -1, onclick: () => {
+    list.hidePopover();
+    button.focus();
+    act();
+  } }, text));
+  const list = make('div', { className: 'menu', role: 'menu', 'aria-label': label }, ...items);
   list.addEventListener('keydown', (event) => {
     const at = items.indexOf(document.activeElement);
     const next = { ArrowDown: at + 1, ArrowUp: at - 1, Home: 0, End: -1 }[event.key];
@@ -76,10 +102,18 @@ export function menu(button, label, entries) {
     event.preventDefault();
     items.at(next % items.length).focus();
   });
-  for (const [name, value] of [['aria-haspopup', 'menu'], ['aria-expanded', 'false']]) button.setAttribute(name, value);
-  button.popoverTargetElement = list;
+  floats(button, list, () => items[0].focus());
   button.after(list);
-  return list;
+}
+
+/** Saves what an address leads to as a file. */
+export const saveAs = (href, name) => make('a', { href, download: name }).click();
+
+/** Saves bytes as a file. */
+export function saveBlob(blob, name) {
+  const href = URL.createObjectURL(blob);
+  saveAs(href, name);
+  setTimeout(() => URL.revokeObjectURL(href), 60000);
 }
 
 /** Asks in a dialog; resolves with the result of read() when it is confirmed, else with null. */

@@ -1,16 +1,19 @@
 // The panel for modelling: the shape, the selection, edits as buttons, and their list as text. A model in tweend JSON
 // contains its list of edits; for any other, the URL holds the original model and the list.
+import { render } from 'lit-html';
+
 import { download, tweend } from './client.js';
-import { make, plural } from './dom.js';
+import { check, chips, make, plural, press } from './dom.js';
 import { EditTools } from './edit_tools.js';
 import { fieldsOf } from './fields.js';
 import { meshName, stemOf } from './models.js';
 import { fail, OneAtATime } from './notices.js';
 import { Picker, readCages } from './picker.js';
-import { codeLine, quote } from './scripts_panel.js';
+import { quote } from './scripts.js';
 import { KINDS, Selection } from './selection.js';
 import { CLEANING, editOf, EDITS, isScan, printEdits, SHAPES, wordsOf } from './shapes.js';
 import { change, isStep, openOther, state, watch } from './state.js';
+import { codeLine } from './templates.js';
 
 const DOCUMENT_MOST = 1e6; // bytes of the largest model whose text is edited
 const SELECTING = [['all', 'All'], ['none', 'None'], ['invert', 'Invert'], ['grow', 'Grow'], ['shrink', 'Shrink'], ['linked', 'Linked'], ['loop', 'Loop'], ['ring', 'Ring']];
@@ -25,32 +28,28 @@ export class EditPanel {
     this.selection = new Selection(this.picker, () => this.object, () => this.showSelection());
     this.tools = new EditTools({ viewport, picker: this.picker, selection: this.selection, panel: this });
     this.shape = make('div');
-    this.kinds = KINDS.map(([kind, text]) => make('button', { type: 'button', className: 'chip', onclick: () => this.choose(kind) }, text));
-    this.changes = SELECTING.map(([name, text]) => {
-      const button = make('button', { type: 'button', className: 'small', onclick: () => this.selection.change(name) }, text);
-      button.dataset.name = name;
-      return button;
-    });
+    this.kinds = chips(KINDS, (kind) => this.choose(kind));
+    this.changes = SELECTING.map(([name, text]) => make('button', { className: 'small', 'data-name': name, onclick: () => this.selection.change(name) }, text));
     this.chosen = make('input', { type: 'text', 'aria-label': 'Selection', autocomplete: 'off', spellcheck: false, onchange: () => this.type() });
     this.said = make('p', { className: 'dim selected', role: 'status' });
     this.buttons = make('div', { className: 'edits' });
-    this.whole = make('div', { className: 'edits' }, ...EDITS.filter(({ of }) => of.length === 0).map((form) => this.row(form)));
+    this.whole = make('div', { className: 'edits' }, ...this.rows(EDITS.filter(({ of }) => of.length === 0)));
     this.text = make('textarea', { rows: 7, 'aria-label': 'Edits', spellcheck: false });
-    this.use = make('button', { type: 'button', className: 'primary', onclick: () => this.applyText() }, 'Apply');
+    this.use = make('button', { className: 'primary', onclick: () => this.applyText() }, 'Apply');
     this.curl = make('div');
     this.cleaning = CLEANING.map((form) => {
       const box = make('input', { type: 'checkbox', checked: true });
       const values = make('div', { className: 'edit' });
-      return { form, box, values, row: make('div', { className: 'edit' }, make('label', { className: 'check' }, box, make('span', {}, wordsOf(form.edit))), values) };
+      return { form, box, values, row: make('div', { className: 'edit' }, check(box, wordsOf(form.edit)), values) };
     });
     this.besides = make('input', { type: 'checkbox', onchange: () => this.showBeside() });
     this.cleaned = make('p', { className: 'dim cleaned', role: 'status' });
     this.scan = make('details', { className: 'group' }, make('summary', {}, 'Clean up a scan'),
-      make('button', { type: 'button', className: 'primary', onclick: () => this.cleanUp() }, 'Clean up'),
+      make('button', { className: 'primary', onclick: () => this.cleanUp() }, 'Clean up'),
       make('details', {}, make('summary', {}, 'Steps of a clean-up'), ...this.cleaning.map(({ row }) => row)));
     this.body = make('div', {},
       this.shape, this.scan, this.cleaned,
-      make('label', { className: 'check' }, this.besides, make('span', {}, 'Beside the original')), beside.table,
+      check(this.besides, 'Beside the original'), beside.table,
       make('h3', {}, 'Selection'),
       make('div', { className: 'row', role: 'group', 'aria-label': 'What is selected' }, ...this.kinds),
       make('div', { className: 'changes', role: 'group', 'aria-label': 'Select more or others' }, ...this.changes),
@@ -104,7 +103,7 @@ export class EditPanel {
     const fields = fieldsOf(values, text, use);
     const focused = this.shape.contains(document.activeElement) && document.activeElement.getAttribute('aria-label');
     this.shape.replaceChildren(make('h3', {}, text),
-      make('div', { className: 'parameters' }, ...fields.labels, make('button', { type: 'button', 'aria-label': `Change the ${text.toLowerCase()}`, onclick: use }, 'Change')));
+      make('div', { className: 'parameters' }, ...fields.labels, make('button', { 'aria-label': `Change the ${text.toLowerCase()}`, onclick: use }, 'Change')));
     if (focused) [...this.shape.querySelectorAll('input, select, button')].find((field) => field.getAttribute('aria-label') === focused)?.focus();
   }
 
@@ -173,7 +172,7 @@ export class EditPanel {
     const [path, body] = this.document ? ['v1/models', this.documentWith(this.edits)]
       : [`v1/models/${this.source}/edits`, { mesh: meshName(this.model, this.mesh), edits: this.edits }];
     const key = tweend.key ? '-H "Authorization: Bearer $KEY" ' : '';
-    this.curl.replaceChildren(codeLine('curl', `curl ${key}-H 'Content-Type: application/json' -d ${quote(JSON.stringify(body))} ${quote(tweend.url(path))}`));
+    render(codeLine('curl', `curl ${key}-H 'Content-Type: application/json' -d ${quote(JSON.stringify(body))} ${quote(tweend.url(path))}`), this.curl);
   }
 
   /** Enables picking, once the viewport has the cage. */
@@ -192,12 +191,9 @@ export class EditPanel {
 
   choose(kind) {
     this.selection.choose(kind);
-    KINDS.forEach(([name], i) => this.kinds[i].setAttribute('aria-pressed', name === kind));
+    press(this.kinds, (name) => name === kind);
     for (const button of this.changes) button.hidden = kind !== 'edges' && ['loop', 'ring'].includes(button.dataset.name);
-    const offered = EDITS.filter(({ of }) => of.includes(kind));
-    const isPlain = ({ parameters }) => Object.keys(parameters).length === 0;
-    this.buttons.replaceChildren(...offered.filter((form) => !isPlain(form)).map((form) => this.row(form)),
-      make('div', { className: 'parameters' }, ...offered.filter(isPlain).map((form) => this.row(form))));
+    this.buttons.replaceChildren(...this.rows(EDITS.filter(({ of }) => of.includes(kind))));
   }
 
   /** The index of the picker's object that shows the mesh; -1 when there is none. */
@@ -255,6 +251,13 @@ export class EditPanel {
 
   // ---- edits ----
 
+  /** A row for each edit, those without parameters together in the last. */
+  rows(forms) {
+    const isPlain = ({ parameters }) => Object.keys(parameters).length === 0;
+    return [...forms.filter((form) => !isPlain(form)).map((form) => this.row(form)),
+      make('div', { className: 'parameters' }, ...forms.filter(isPlain).map((form) => this.row(form)))];
+  }
+
   row(form) {
     const text = wordsOf(form.edit);
     const use = () => {
@@ -262,7 +265,7 @@ export class EditPanel {
       if (values) this.edit(form, values);
     };
     const fields = fieldsOf(form.parameters, text, use);
-    const button = make('button', { type: 'button', onclick: use }, text);
+    const button = make('button', { onclick: use }, text);
     return make('div', { className: 'edit' }, button, ...fields.labels);
   }
 

@@ -2,7 +2,7 @@
 // selection, boxes, and gestures with their preview.
 import { Matrix4, Vector3 } from 'three';
 
-import { byId, icon, make } from './dom.js';
+import { byId, icon, make, press } from './dom.js';
 import { previewOf } from './edit_preview.js';
 import { GESTURES, Gesture } from './gestures.js';
 import { Gizmo } from './gizmo.js';
@@ -28,18 +28,14 @@ export class EditTools {
     Object.assign(this, { viewport, picker, selection, panel, tool: 'select', gesture: null });
     this.gizmo = new Gizmo(viewport, { onMove: (edit) => this.#preview(edit), onEnd: (edit) => this.#finish(edit) });
     picker.isBusy = () => this.gizmo.isHeld || this.gesture !== null || this.tool === 'box';
-    const button = ([name, label, path], act) => {
-      const element = make('button', { type: 'button', title: label, 'aria-label': label, onclick: () => act(name) }, icon(path));
-      element.dataset.tool = name;
-      return element;
-    };
+    const button = ([name, label, path], act) => make('button', { title: label, 'aria-label': label, 'data-name': name, onclick: () => act(name) }, icon(path));
     this.tools = TOOLS.map((entry) => button(entry, (name) => this.use(name)));
     this.bar = make('div', { className: 'tools', role: 'toolbar', 'aria-label': 'Tools', 'aria-orientation': 'vertical', hidden: true },
       ...this.tools, make('hr'), ...ACTIONS.map((entry) => button(entry, (name) => this.begin(name))));
     this.words = make('span', { role: 'status' });
     this.said = make('div', { className: 'gesture', hidden: true }, this.words,
-      make('button', { type: 'button', className: 'small primary', onclick: () => this.confirm() }, 'Apply'),
-      make('button', { type: 'button', className: 'small', onclick: () => this.cancel() }, 'Cancel'));
+      make('button', { className: 'small primary', onclick: () => this.confirm() }, 'Apply'),
+      make('button', { className: 'small', onclick: () => this.cancel() }, 'Cancel'));
     this.box = make('div', { className: 'box', hidden: true });
     byId('stage').append(this.bar, this.box, this.said);
     const { canvas } = viewport;
@@ -69,7 +65,7 @@ export class EditTools {
   use(tool) {
     this.cancel();
     this.tool = tool;
-    for (const button of this.tools) button.setAttribute('aria-pressed', button.dataset.tool === tool);
+    press(this.tools, (name) => name === tool);
     this.show();
   }
 
@@ -106,12 +102,11 @@ export class EditTools {
   /** What a gesture asks of the picture. */
   #frame(list) {
     const { mesh, kind } = this.selection;
-    const [object, { camera, canvas }] = [this.#object, this.viewport];
-    const { width, height } = canvas.getBoundingClientRect();
+    const [object, { camera }] = [this.#object, this.viewport];
     const middle = new Vector3(...mesh.centreOf(kind, list));
     const seen = (place) => {
-      const { x, y } = object.localToWorld(place.clone()).project(camera);
-      return [((x + 1) / 2) * width, ((1 - y) / 2) * height];
+      const { x, y } = this.viewport.seen(object.localToWorld(place.clone()));
+      return [x, y];
     };
     const centre = seen(middle);
     const reach = object.localToWorld(middle.clone()).distanceTo(camera.position) / 1000;
@@ -190,7 +185,7 @@ export class EditTools {
     } else if (this.tool === 'box' && event.button === 0 && event.isPrimary) {
       event.stopImmediatePropagation();
       this.viewport.canvas.setPointerCapture(event.pointerId);
-      this.corner = [event.clientX, event.clientY];
+      this.corner = this.#placeOf(event);
     }
   }
 
@@ -212,15 +207,14 @@ export class EditTools {
     return this.selection.set(event.shiftKey && this.selection.list ? [...new Map([...this.selection.list, ...found].map((element) => [String(element), element])).values()] : found);
   }
 
-  #rectangle({ clientX: x, clientY: y }) {
-    const [cornerX, cornerY] = this.corner;
+  #rectangle(event) {
+    const [[x, y], [cornerX, cornerY]] = [this.#placeOf(event), this.corner];
     return [Math.min(x, cornerX), Math.min(y, cornerY), Math.max(x, cornerX), Math.max(y, cornerY)];
   }
 
   #drawBox(event) {
     const [left, top, right, bottom] = this.#rectangle(event);
-    const stage = this.viewport.canvas.getBoundingClientRect();
-    Object.assign(this.box.style, { left: `${left - stage.left}px`, top: `${top - stage.top}px`, width: `${right - left}px`, height: `${bottom - top}px` });
+    Object.assign(this.box.style, { left: `${left}px`, top: `${top}px`, width: `${right - left}px`, height: `${bottom - top}px` });
     this.box.hidden = false;
   }
 

@@ -1,5 +1,5 @@
 // Input fields for the parameters of shapes, edits and strokes: numbers as people write them.
-import { make } from './dom.js';
+import { make, select } from './dom.js';
 import { CHOICES, parameterWords } from './shapes.js';
 
 const hasDecimalComma = (0.5).toLocaleString().includes(',');
@@ -18,9 +18,10 @@ export function fieldsOf(parameters, about, use = () => {}) {
   const fields = Object.entries(parameters).map(([name, value]) => {
     const words = parameterWords(name);
     const label = `${about}: ${words}`;
+    const labelled = (input) => make('label', { className: 'parameter' }, make('span', { 'aria-hidden': 'true' }, words), input);
     if (CHOICES[name]) {
-      const select = make('select', { 'aria-label': label }, ...CHOICES[name].map((text) => make('option', { value: text, selected: text === value }, text)));
-      return { name, read: () => select.value, label: make('label', { className: 'parameter' }, make('span', { 'aria-hidden': 'true' }, words), select) };
+      const list = select(CHOICES[name].map((text) => [text, text]), value, () => {}, { 'aria-label': label });
+      return { name, read: () => list.value, label: labelled(list) };
     }
     const input = make('input', { type: 'text', 'aria-label': label, value: [value].flat().join(', '), autocomplete: 'off',
       oninput: () => tell(''), onkeydown: (event) => event.key === 'Enter' && use() });
@@ -36,7 +37,7 @@ export function fieldsOf(parameters, about, use = () => {}) {
       if (!isGood) input.reportValidity();
       return isGood ? (Array.isArray(value) ? numbers : numbers[0]) : undefined;
     };
-    return { name, read, label: make('label', { className: 'parameter' }, make('span', { 'aria-hidden': 'true' }, words), input) };
+    return { name, read, label: labelled(input) };
   });
   const read = () => {
     const values = fields.map(({ name, read: readField }) => [name, readField()]);

@@ -2,34 +2,16 @@
 // it, as models are immutable there and equal for all; so it is kept in the browser's own storage, with names that were
 // given here and with thumbnails. Another browser lists each version as a model.
 
+import { storage as kept } from './storage.js';
+
 const THUMBNAILS_MOST = 300;
-
-/** A storage that lasts as long as the page, for browsers that keep none. */
-class Memory extends Map {
-  getItem(key) {
-    return this.get(key) ?? null;
-  }
-
-  setItem(key, value) {
-    this.set(key, value);
-  }
-}
-
-function storageOf(window) {
-  try {
-    window.localStorage.setItem('tweend-tried', '1');
-    return window.localStorage;
-  } catch {
-    return new Memory();
-  }
-}
 
 export class Lineages {
   #storage;
   #key;
 
   /** base: the daemon's address; several may be behind one origin. */
-  constructor(base, storage = storageOf(globalThis)) {
+  constructor(base, storage = kept) {
     this.#storage = storage;
     this.#key = `tweend ${base}`;
     this.works = this.#read('works', []); // [{name, versions: [{id, at}]}], at: Unix milliseconds

@@ -2,67 +2,36 @@
 import { Animation } from './animation.js';
 import { Beside } from './beside.js';
 import { borrowed, clipsOf } from './borrowed_clips.js';
-import { Cage, creaseColour, creasesOf, FEW, MANY } from './cage.js';
+import { Cage, creasesOf } from './cage.js';
 import { download, tweend, withKey } from './client.js';
 import { ClipPanel } from './clip_panel.js';
 import { isCharacter, isMotion } from './clips.js';
-import { byId, bytes, count, fixed, make, menu, plural } from './dom.js';
+import { byId, bytes, fixed, make, menu, plural } from './dom.js';
 import { EditPanel } from './edit_panel.js';
+import { parse } from './glb.js';
 import { showKeys } from './keys.js';
 import { Look } from './look.js';
 import { Models } from './models.js';
 import { busy, fail } from './notices.js';
 import { edgesOf, Opening } from './opening.js';
 import { Outliner } from './outliner.js';
+import { OverlayChips } from './overlay_chips.js';
 import { RotationPanel } from './rotation_panel.js';
 import { confirmLarge, ScriptsPanel } from './scripts_panel.js';
 import { SculptPanel } from './sculpt_panel.js';
 import { Splitter } from './splitter.js';
-import { change, isStep, note, openOther, setUsual, shows, state, SURFACE, surfaceOptions, toggle, watch } from './state.js';
+import { change, isStep, note, openOther, state, SURFACE, surfaceOptions, watch } from './state.js';
 import { Steps } from './steps.js';
 import { SurfacePanel } from './surface_panel.js';
+import { panes } from './tabs.js';
 import { Timeline } from './timeline.js';
-import { parse, Viewport } from './viewport.js';
+import { Viewport } from './viewport.js';
 
 const CAGE_MOST = 200000; // edges of the largest cage that is drawn without asking: larger ones take seconds
 const PATIENCE = 1000; // ms that what lies over a surface waits for its picture, and then the counts of levels for that
 const THUMBNAIL_AFTER = 2000; // ms: reading it waits for the first picture, and for what compiles its shaders
 const THUMBNAIL = { width: 112, height: 84, type: 'image/webp' };
-const CAGE_USUAL = 2000; // edges of the largest cage that is shown unasked
 const CAGE = ['creases', 'details', 'quads']; // the state that determines the cage
-const OVERLAYS = [['surface', 'Surface'], ['cage', 'Cage'], ['points', 'Points'], ['wireframe', 'Wireframe'], ['normals', 'Normals'],
-  ['skeleton', 'Skeleton'], ['uv', 'UV'], ['trail', 'Trail'], ['floor', 'Floor'], ['follow', 'Follow']];
-const TABS = [['models', 'Models'], ['surface', 'Surface'], ['edit', 'Edit'], ['sculpt', 'Sculpt'], ['animation', 'Rotation'], ['scripts', 'Scripts']];
-
-// ---- tabs ----
-
-const panels = Object.fromEntries(TABS.map(([name]) => [name,
-  make('div', { role: 'tabpanel', id: `panel-${name}`, 'aria-labelledby': `tab-${name}`, className: 'pane' })]));
-const tabs = TABS.map(([name, text]) => {
-  const tab = make('button', { type: 'button', role: 'tab', id: `tab-${name}`, 'aria-controls': `panel-${name}`, onclick: () => change({ tab: name }) }, text);
-  tab.dataset.name = name;
-  return tab;
-});
-byId('tabs').append(...tabs);
-byId('tabs').addEventListener('keydown', (event) => {
-  const at = tabs.indexOf(document.activeElement);
-  const next = { ArrowRight: at + 1, ArrowLeft: at - 1, Home: 0, End: tabs.length - 1 }[event.key];
-  if (next === undefined || at < 0) return;
-  event.preventDefault();
-  const tab = tabs.at(next % tabs.length);
-  tab.focus();
-  change({ tab: tab.dataset.name });
-});
-byId('panel').append(...Object.values(panels));
-
-function showTab() {
-  for (const tab of tabs) {
-    const chosen = tab.dataset.name === state('tab');
-    tab.setAttribute('aria-selected', chosen);
-    tab.tabIndex = chosen ? 0 : -1;
-    panels[tab.dataset.name].hidden = !chosen;
-  }
-}
 
 // ---- parts ----
 
@@ -71,24 +40,22 @@ if (!viewport.renderer) byId('stage').append(make('p', { className: 'unseen' }, 
 const animation = new Animation(viewport, (time) => {
   timeline.show(time);
   rotation.tick(time);
-  if (!animation.playing && !animation.live && state('tab') === 'scripts') scripts.render();
+  if (!animation.playing && !animation.live && state('tab') === 'scripts') scripts.show();
 });
 const timeline = new Timeline(animation);
-const models = new Models(panels.models);
+const models = new Models(panes.models);
 const steps = new Steps(viewport);
-const surface = new SurfacePanel(panels.surface);
-const clipPanel = new ClipPanel(panels.animation, { animation, timeline, models });
-const outliner = new Outliner(panels.surface);
-const rotation = new RotationPanel(panels.animation, { viewport, animation, timeline });
+const surface = new SurfacePanel(panes.surface);
+const clipPanel = new ClipPanel(panes.animation, { animation, timeline, models });
+const outliner = new Outliner(panes.surface);
+const rotation = new RotationPanel(panes.animation, { viewport, animation, timeline });
 const beside = new Beside({ viewport, loadCage, onShow: () => {
   animation.pose();
   edit.showSides();
 } });
-const edit = new EditPanel(panels.edit, { viewport, models, beside, steps });
-const sculpt = new SculptPanel(panels.sculpt, { viewport, models, steps, levelSlider: surface.levelSlider() });
-const scripts = new ScriptsPanel(panels.scripts, { animation, surface });
-
-// ---- theme ----
+const edit = new EditPanel(panes.edit, { viewport, models, beside, steps });
+const sculpt = new SculptPanel(panes.sculpt, { viewport, models, steps, levelSlider: surface.levelSlider() });
+const scripts = new ScriptsPanel(panes.scripts, { animation, surface });
 
 const dark = matchMedia('(prefers-color-scheme: dark)');
 
@@ -133,7 +100,6 @@ function frameAnew() {
 
 viewport.onView = () => note('view', viewport.view);
 
-
 // ---- what is shown ----
 
 /** Takes back the last step, or does it again, of this visit; where there is none, the last edit of the list. */
@@ -143,8 +109,8 @@ function goThroughSteps(isBack) {
   else if (edit.canTakeBack) edit.takeBack();
 }
 
-const undo = make('button', { type: 'button', className: 'chip', title: 'Ctrl+Z', onclick: () => goThroughSteps(true) }, 'Undo');
-const redo = make('button', { type: 'button', className: 'chip', title: 'Ctrl+Shift+Z', onclick: () => goThroughSteps(false) }, 'Redo');
+const undo = make('button', { className: 'chip', title: 'Ctrl+Z', onclick: () => goThroughSteps(true) }, 'Undo');
+const redo = make('button', { className: 'chip', title: 'Ctrl+Shift+Z', onclick: () => goThroughSteps(false) }, 'Redo');
 
 function showSteps() {
   const isHere = [undo, redo].includes(document.activeElement);
@@ -157,87 +123,21 @@ steps.onChange = edit.onEdits = showSteps;
 steps.onStep = (from, made) => models.lineages.add(made, from);
 showSteps();
 
-const chips = OVERLAYS.map(([name, text]) => {
-  const chip = make('button', { type: 'button', className: 'chip', onclick: () => toggle(name) }, text);
-  chip.dataset.name = name;
-  return chip;
-});
+const overlays = new OverlayChips(viewport, { isTooLarge, drawLarge });
 const look = new Look(viewport, () => models.nameOf(model ?? {}));
-const plus = make('button', { type: 'button', className: 'chip', 'aria-label': 'New shape', title: 'New shape' }, '+');
-byId('shown').append(plus, undo, redo, ...chips, make('button', { type: 'button', className: 'chip', id: 'frame', title: 'F', onclick: () => frameAnew() }, 'Frame'), look.button);
+const plus = make('button', { className: 'chip', 'aria-label': 'New shape', title: 'New shape' }, '+');
+byId('shown').append(plus, undo, redo, ...overlays.buttons, make('button', { className: 'chip', id: 'frame', title: 'F', onclick: () => frameAnew() }, 'Frame'), look.button);
 for (const button of [plus, byId('empty-shape')]) menu(button, 'Shapes', edit.shapes);
 
-/** What there is of the model to be shown. */
-function isThere(name) {
-  if (!model) return true;
-  const { meshes, nodes, clips } = model;
-  const some = (test) => meshes.some(test);
-  switch (name) {
-    case 'uv': return some((mesh) => mesh.uv_sets > 0);
-    case 'points': return some((mesh) => mesh.extraordinary_vertices > 0);
-    case 'skeleton': return nodes.length > 1;
-    case 'trail': case 'follow': return clips.length > 0 || borrowed().length > 0;
-    default: return meshes.length > 0;
-  }
-}
+const showOverlays = () => overlays.show(model, parts?.materials ?? []);
 
-/** Chooses what flatters: no cage over triangles, textures and many edges, unless it is edited. */
-function chooseUsual() {
-  const meshes = model?.meshes ?? [];
-  const isAllTriangles = meshes.length > 0 && meshes.every(({ faces, face_sizes: sizes, paired_quads: pairs }) => faces > 0 && sizes[3] === faces && !pairs);
-  const isDense = meshes.reduce((sum, mesh) => sum + mesh.edges, 0) > CAGE_USUAL;
-  const isPlain = !isDense && !isAllTriangles && !parts?.materials.some(({ isTextured }) => isTextured);
-  const wantsCage = meshes.length > 0 && (isPlain || (state('tab') === 'edit' && !isDense));
-  setUsual(['surface', 'floor', 'follow', ...(wantsCage ? ['cage', 'points'] : [])]);
+function isTooLarge(described) {
+  return edgesOf(described) > CAGE_MOST && !isLargeWanted;
 }
-
-function showOverlays() {
-  chooseUsual();
-  for (const chip of chips) {
-    chip.setAttribute('aria-pressed', shows(chip.dataset.name));
-    chip.hidden = !isThere(chip.dataset.name);
-  }
-  const follows = viewport.shown.has('follow');
-  viewport.show(new Set(OVERLAYS.map(([name]) => name).filter(shows)));
-  if (state('view') && model && follows !== shows('follow')) viewport.onView(); // a view is relative to what it follows
-  showLegend();
-}
-
-const isTooLarge = (described) => edgesOf(described) > CAGE_MOST && !isLargeWanted;
 
 function drawLarge() {
   isLargeWanted = true;
   openCage(model);
-}
-
-/** Shows the legend of the colours in use, and the choices for how the model is drawn. */
-function showLegend() {
-  const { cage } = viewport;
-  const entries = [];
-  const entry = (colour, text) => {
-    const swatch = make('i');
-    swatch.style.backgroundColor = colour;
-    entries.push(make('li', {}, swatch, text));
-  };
-  if (cage && shows('points')) {
-    if (cage.valences.has('few')) entry(FEW, 'valence under 4');
-    if (cage.valences.has('many')) entry(MANY, 'valence over 4');
-  }
-  if (cage && shows('cage'))
-    for (const sharpness of [...cage.sharpnesses].sort((a, b) => a - b).slice(0, 5))
-      entry(`#${creaseColour(sharpness).getHexString()}`, sharpness >= 10 ? 'crease, infinite' : `crease ${sharpness}`);
-  if (model && isTooLarge(model) && shows('cage'))
-    entries.push(make('li', {}, `a cage of ${count(edgesOf(model))} edges is not drawn`, make('button', { type: 'button', className: 'small', onclick: drawLarge }, 'Draw it')));
-  const pairs = model?.meshes.reduce((sum, mesh) => sum + (mesh.paired_quads ?? 0), 0);
-  const ask = (text, label, next) =>
-    entries.push(make('li', {}, text, make('button', { type: 'button', className: 'small', onclick: () => change(next) }, label)));
-  if (pairs > 0 && state('quads') === 'auto') ask(plural(pairs, 'joined quad'), 'Split them', { quads: 'ngon' });
-  if (pairs > 0 && state('quads') === 'ngon') ask(plural(pairs, 'split quad'), 'Join them', { quads: 'auto' });
-  const hard = model?.meshes.reduce((sum, mesh) => sum + (mesh.hard_edges?.file ?? 0), 0);
-  if (hard > 0 && state('creases') === 'file') ask(plural(hard, 'hard edge'), 'Round them', { creases: 'tags' });
-  if (hard > 0 && state('creases') === 'tags') ask(plural(hard, 'rounded edge'), 'Keep them hard', { creases: 'file' });
-  byId('legend').replaceChildren(make('ul', {}, ...entries));
-  byId('legend').hidden = entries.length === 0;
 }
 
 // ---- loading ----
@@ -253,7 +153,7 @@ byId('stage').append(blank);
 /** Says why there is no picture, with buttons for what can be done: [text, function]. */
 function sayBlank(title, ...ways) {
   blank.replaceChildren(make('h2', {}, title), make('div', { className: 'row' },
-    ...ways.map(([text, onclick]) => make('button', { type: 'button', onclick }, text))));
+    ...ways.map(([text, onclick]) => make('button', { onclick }, text))));
   blank.hidden = false;
 }
 
@@ -278,7 +178,7 @@ async function openModel() {
   rotation.clearGhosts();
   if (!isStep()) clear();
   blank.hidden = true;
-  showLegend();
+  overlays.showLegend(model);
   byId('facts').textContent = '';
   byId('subject').textContent = '';
   delete byId('view').dataset.opening;
@@ -390,7 +290,7 @@ async function loadCage(described, signal) {
 }
 
 async function openCage(described) {
-  showLegend();
+  overlays.showLegend(model);
   loadingCage?.abort();
   const controller = (loadingCage = new AbortController());
   const { signal } = controller;
@@ -400,7 +300,7 @@ async function openCage(described) {
     signal.throwIfAborted();
     viewport.setCage(cage);
     animation.pose();
-    showLegend();
+    overlays.showLegend(model);
     edit.openCage();
   } catch (error) {
     fail('The cage cannot be shown', error, () => openCage(described));
@@ -432,7 +332,6 @@ models.onDrop = async (dropped) => {
 
 watch((names) => {
   if (names.has('tab')) {
-    showTab();
     showSteps();
     showOverlays();
   }
@@ -460,10 +359,9 @@ addEventListener('keydown', (event) => {
   event.preventDefault();
 });
 
-showTab();
 showTheme();
 showOverlays();
-scripts.render();
+scripts.show();
 if (state('model')) openModel();
 if (state('beside')) beside.open();
 await models.load();

@@ -40,7 +40,7 @@ export class Models {
     this.search = make('input', { type: 'search', placeholder: 'Search', 'aria-label': 'Search models', hidden: true, oninput: () => this.show() });
     this.list = make('ul', { className: 'models' });
     this.gone = make('div', { className: 'gone', role: 'status' });
-    this.more = make('button', { type: 'button', className: 'quiet wide', hidden: true, onclick: () => this.load(true) }, 'More');
+    this.more = make('button', { className: 'quiet wide', hidden: true, onclick: () => this.load(true) }, 'More');
     panel.append(
       make('div', { className: 'row' }, make('h2', {}, 'Models'), make('span', { className: 'space' }), this.uploads.button, this.uploads.input),
       make('p', { className: 'dim' }, 'Drop files anywhere: GLB, glTF with its files, OBJ, STL, PLY, BVH, VRM, tweend JSON.'),
@@ -128,7 +128,7 @@ export class Models {
     const isShown = ids.includes(state('model'));
     const shown = state('model');
     this.removal = { ids, name, timer: setTimeout(() => this.finishRemoval(), UNDO_MS) };
-    this.gone.replaceChildren(`${name} is deleted. `, make('button', { type: 'button', className: 'small', onclick: () => {
+    this.gone.replaceChildren(`${name} is deleted. `, make('button', { className: 'small', onclick: () => {
       clearTimeout(this.removal?.timer);
       this.removal = null;
       this.gone.replaceChildren();

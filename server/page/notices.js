@@ -16,7 +16,7 @@ export function explain(error) {
   return [
     make('p', {}, make('strong', {}, `${error.status} ${error.title ?? ''}`)),
     places.length ? make('ul', {}, ...places) : make('p', {}, `${error.detail ?? ''}${wait}`),
-    error.line ? make('p', {}, 'Line ', make('code', {}, String(error.line))) : null,
+    error.line && !error.detail?.includes(`line ${error.line}:`) ? make('p', {}, 'Line ', make('code', {}, String(error.line))) : null,
     error.requestId ? make('p', { className: 'dim' }, `Request ${error.requestId}`) : null,
   ].filter(Boolean);
 }
@@ -31,9 +31,9 @@ export function fail(about, error, again) {
     again();
   };
   const mayPass = again && (isUnanswered(error) || error.status >= 500);
-  const close = make('button', { type: 'button', className: 'close', 'aria-label': 'Close', onclick: () => notice.remove() }, '×');
+  const close = make('button', { className: 'close', 'aria-label': 'Close', onclick: () => notice.remove() }, '×');
   const notice = make('div', { className: 'notice' }, close, make('h2', {}, about), ...explain(error),
-    ...(mayPass ? [make('button', { type: 'button', className: 'small', onclick: retry }, 'Try again')] : []));
+    ...(mayPass ? [make('button', { className: 'small', onclick: retry }, 'Try again')] : []));
   const list = byId('notices');
   if (list.children.length > 2) list.firstChild.remove();
   list.append(notice);

@@ -1,23 +1,44 @@
 // Overlays of a surface: the edges of its faces, its normals, the tree of nodes, a checker along its UVs.
 import {
-  BufferAttribute, BufferGeometry, CanvasTexture, Color, Group, LineBasicMaterial, LineSegments, MeshStandardMaterial, NearestFilter,
+  BufferAttribute, BufferGeometry, CanvasTexture, Color, Float32BufferAttribute, Group, LineBasicMaterial, LineSegments, MeshStandardMaterial, NearestFilter,
   Points, PointsMaterial, RepeatWrapping, SRGBColorSpace, Vector3,
 } from 'three';
 
-/** Adds lines that follow a mesh, including its skin. The renderer skins any object that has a skeleton. */
-export function linesOn(mesh, geometry, material) {
-  const lines = new LineSegments(geometry, material);
+/** Adds lines or points that follow a mesh, including its skin. The renderer skins any object that has a skeleton. */
+export function addTo(mesh, object) {
+  const { geometry } = object;
   if (mesh.isSkinnedMesh) {
-    Object.assign(lines, { isSkinnedMesh: true, skeleton: mesh.skeleton, bindMatrix: mesh.bindMatrix,
+    Object.assign(object, { isSkinnedMesh: true, skeleton: mesh.skeleton, bindMatrix: mesh.bindMatrix,
       bindMatrixInverse: mesh.bindMatrixInverse, bindMode: mesh.bindMode, frustumCulled: false });
     for (const name of ['skinIndex', 'skinWeight'])
       if (!geometry.attributes[name]) geometry.setAttribute(name, mesh.geometry.attributes[name]);
   }
-  mesh.add(lines);
-  return lines;
+  mesh.add(object);
+  return object;
 }
 
-const meshesOf = (root) => {
+export const linesOn = (mesh, geometry, material) => addTo(mesh, new LineSegments(geometry, material));
+
+/** Gives a geometry the morph targets of a mesh; pick(attribute) selects the values of the geometry's vertices. */
+export function morphAs(geometry, mesh, pick = (attribute) => attribute) {
+  const { position } = mesh.geometry.morphAttributes;
+  if (position) Object.assign(geometry, { morphTargetsRelative: true, morphAttributes: { position: position.map(pick) } });
+  return geometry;
+}
+
+/** A geometry of some vertices of a mesh, with their skin and morph targets. */
+export function pick(mesh, vertices) {
+  const geometry = morphAs(new BufferGeometry(), mesh, (from) =>
+    new Float32BufferAttribute(vertices.flatMap((i) => [from.getX(i), from.getY(i), from.getZ(i)]), 3));
+  for (const name of mesh.isSkinnedMesh ? ['position', 'skinIndex', 'skinWeight'] : ['position']) {
+    const from = mesh.geometry.attributes[name];
+    const values = vertices.flatMap((i) => Array.from({ length: from.itemSize }, (_, k) => from.getComponent(i, k)));
+    geometry.setAttribute(name, name === 'skinIndex' ? new BufferAttribute(new Uint16Array(values), 4) : new Float32BufferAttribute(values, from.itemSize));
+  }
+  return geometry;
+}
+
+export const meshesOf = (root) => {
   const meshes = [];
   root.traverse((object) => object.isMesh && meshes.push(object));
   return meshes;
@@ -25,7 +46,7 @@ const meshesOf = (root) => {
 
 /** Index pairs of the edges of a triangle list. quads: each two triangles make one face, without the edge that they
  *  share. */
-export function edgesOf(index, quads) {
+function edgesOf(index, quads) {
   const edges = [];
   for (let i = 0; i + 2 < index.length; i += quads ? 6 : 3) {
     const sides = [];
@@ -82,25 +103,17 @@ export class Normals extends Overlay {
   }
 
   make(mesh) {
-    const { position, normal, skinIndex, skinWeight } = mesh.geometry.attributes;
-    const geometry = new BufferGeometry();
-    if (!normal) return linesOn(mesh, geometry.setAttribute('position', new BufferAttribute(new Float32Array(0), 3)), this.material);
+    const { position, normal } = mesh.geometry.attributes;
     mesh.geometry.computeBoundingSphere();
     const length = mesh.geometry.boundingSphere.radius / 25;
-    const step = Math.ceil(position.count / NORMALS_MOST);
-    const points = [];
-    const skins = { skinIndex: [], skinWeight: [] };
-    const [p, n] = [new Vector3(), new Vector3()];
-    for (let i = 0; i < position.count; i += step) {
-      p.fromBufferAttribute(position, i);
-      n.fromBufferAttribute(normal, i).normalize().multiplyScalar(length).add(p);
-      points.push(...p, ...n);
-      for (const [name, from] of [['skinIndex', skinIndex], ['skinWeight', skinWeight]])
-        if (from) for (let twice = 0; twice < 2; twice++) for (let k = 0; k < 4; k++) skins[name].push(from.getComponent(i, k));
+    const vertices = []; // each twice: where a line begins and where it ends
+    for (let i = 0; normal && i < position.count; i += Math.ceil(position.count / NORMALS_MOST)) vertices.push(i, i);
+    const geometry = pick(mesh, vertices);
+    const [from, along] = [new Vector3(), new Vector3()];
+    for (let k = 1; k < vertices.length; k += 2) {
+      along.fromBufferAttribute(normal, vertices[k]).normalize();
+      geometry.attributes.position.setXYZ(k, ...from.fromBufferAttribute(position, vertices[k]).addScaledVector(along, length));
     }
-    geometry.setAttribute('position', new BufferAttribute(new Float32Array(points), 3));
-    if (skinIndex) geometry.setAttribute('skinIndex', new BufferAttribute(new Uint16Array(skins.skinIndex), 4));
-    if (skinWeight) geometry.setAttribute('skinWeight', new BufferAttribute(new Float32Array(skins.skinWeight), 4));
     return linesOn(mesh, geometry, this.material);
   }
 }

@@ -1,7 +1,7 @@
 // Picks faces, edges and points of the control cage in the viewport, by a click or a box, and highlights them. Their
 // indices are those that edits use.
 import {
-  BufferGeometry, DoubleSide, Float32BufferAttribute, Group, Mesh, MeshBasicMaterial, Points, PointsMaterial, Raycaster, Vector2, Vector3,
+  BufferGeometry, DoubleSide, Float32BufferAttribute, Group, Mesh, MeshBasicMaterial, Points, PointsMaterial, Vector3,
 } from 'three';
 import { LineMaterial } from 'three/addons/lines/LineMaterial.js';
 import { LineSegments2 } from 'three/addons/lines/LineSegments2.js';
@@ -9,11 +9,10 @@ import { LineSegmentsGeometry } from 'three/addons/lines/LineSegmentsGeometry.js
 
 import { CageMesh } from './cage_mesh.js';
 import { polygonsOf } from './polygons.js';
-import { hitsOn } from './ray_hits.js';
+import { boxesOf, hitsOn } from './ray_hits.js';
 
 const COLOURS = { selected: 0xf08a00, hovered: 0x2f7de1 };
-const STILL = 5;  // pixels that the pointer may move during a click
-const REACH = 7;  // pixels beside the cage at which a click still hits it
+const REACH = 7; // pixels beside the cage at which a click still hits it
 const AROUND = [[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]];
 const MESSAGE = { depthTest: false, transparent: true };
 
@@ -48,54 +47,48 @@ export function geometryOf(points, index) {
   return index ? geometry.setIndex(index) : geometry;
 }
 
-/** Highlights elements of a cage in one colour. */
-class Highlight {
+/** What is drawn over a cage in one colour. */
+class Marks {
   constructor(colour, { opacity, width, size }) {
     this.fill = new MeshBasicMaterial({ color: colour, opacity, side: DoubleSide, ...MESSAGE });
     this.line = new LineMaterial({ color: colour, linewidth: width, ...MESSAGE });
     this.dot = new PointsMaterial({ color: colour, size, sizeAttenuation: false, ...MESSAGE });
+    this.object = new Group();
   }
 
-  draw({ mesh, object }, kind, list) {
+  #faces({ points, faces }, list) {
+    return new Mesh(geometryOf(list.flatMap((face) => fanOf(faces[face]).map((point) => points[point]))), this.fill);
+  }
+
+  #edges({ points }, list) {
+    return new LineSegments2(new LineSegmentsGeometry().setPositions(list.flatMap(([a, b]) => [...points[a], ...points[b]])), this.line);
+  }
+
+  #put(object, renderOrder, ...parts) {
+    for (const part of parts) this.object.add(Object.assign(part, { renderOrder }));
+    object.add(this.object);
+  }
+
+  /** Highlights elements of a mesh. */
+  highlight({ mesh, object }, kind, list) {
     this.clear();
     if (list.length === 0) return;
-    const { points, faces } = mesh;
-    const drawn = {
-      faces: () => new Mesh(geometryOf(list.flatMap((face) => fanOf(faces[face]).map((point) => points[point]))), this.fill),
-      edges: () => new LineSegments2(new LineSegmentsGeometry().setPositions(list.flatMap(([a, b]) => [...points[a], ...points[b]])), this.line),
-      vertices: () => new Points(geometryOf(list.map((point) => points[point])), this.dot),
-    }[kind]();
-    this.drawn = Object.assign(drawn, { renderOrder: 4 });
-    object.add(drawn);
+    const part = kind === 'faces' ? this.#faces(mesh, list) : kind === 'edges' ? this.#edges(mesh, list)
+      : new Points(geometryOf(list.map((point) => mesh.points[point])), this.dot);
+    this.#put(object, 4, part);
   }
 
-  clear() {
-    this.drawn?.removeFromParent();
-    this.drawn?.geometry.dispose();
-    this.drawn = null;
-  }
-}
-
-/** Draws what an edit will make: all edges of the changed faces, and their sides. */
-class Preview {
-  constructor() {
-    this.fill = new MeshBasicMaterial({ color: COLOURS.selected, opacity: 0.3, side: DoubleSide, ...MESSAGE });
-    this.line = new LineMaterial({ color: COLOURS.selected, linewidth: 2, ...MESSAGE });
-  }
-
-  draw({ object }, { points, faces, changed }) {
+  /** Draws what an edit will make: the changed faces with all of their edges. */
+  preview({ object }, made) {
     this.clear();
-    const edges = changed.flatMap((face) => faces[face].flatMap((a, at) => [...points[a], ...points[faces[face][(at + 1) % faces[face].length]]]));
-    this.drawn = new Group().add(new Mesh(geometryOf(points, changed.flatMap((face) => fanOf(faces[face]))), this.fill),
-      new LineSegments2(new LineSegmentsGeometry().setPositions(edges), this.line));
-    for (const part of this.drawn.children) part.renderOrder = 5;
-    object.add(this.drawn);
+    const edges = made.changed.flatMap((face) => made.faces[face].map((a, at, corners) => [a, corners[(at + 1) % corners.length]]));
+    this.#put(object, 5, this.#faces(made, made.changed), this.#edges(made, edges));
   }
 
   clear() {
-    this.drawn?.removeFromParent();
-    for (const part of this.drawn?.children ?? []) part.geometry.dispose();
-    this.drawn = null;
+    for (const { geometry } of this.object.children) geometry.dispose();
+    this.object.clear().removeFromParent();
+    this.object.visible = true;
   }
 }
 
@@ -103,12 +96,11 @@ export class Picker {
   /** onPick(object, element, event) is called for a click or tap on the cage. element: null when it hits nothing. */
   constructor(viewport, onPick) {
     Object.assign(this, { viewport, onPick, objects: [], kind: 'faces', isOn: false, isBusy: () => false });
-    this.selected = new Highlight(COLOURS.selected, { opacity: 0.45, width: 4, size: 9 });
-    this.hovered = new Highlight(COLOURS.hovered, { opacity: 0.25, width: 3, size: 8 });
-    this.preview = new Preview();
+    this.selected = new Marks(COLOURS.selected, { opacity: 0.45, width: 4, size: 9 });
+    this.hovered = new Marks(COLOURS.hovered, { opacity: 0.25, width: 3, size: 8 });
+    this.preview = new Marks(COLOURS.selected, { opacity: 0.3, width: 2 });
     const { canvas } = viewport;
-    canvas.addEventListener('pointerdown', ({ clientX, clientY }) => (this.down = this.isBusy() ? null : [clientX, clientY]));
-    canvas.addEventListener('pointerup', (event) => this.#click(event));
+    viewport.onClick((event) => this.#click(event));
     canvas.addEventListener('pointermove', (event) => this.#hover(event));
     canvas.addEventListener('pointerleave', () => this.hover(null));
   }
@@ -124,16 +116,16 @@ export class Picker {
         for (let i = 0; i < fan.length; i += 3) faceOf.push(face);
         return fan;
       });
-      return { mesh, faceOf, object, index, solid: new Mesh(geometryOf(mesh.points, triangles), this.selected.fill) };
+      const solid = new Mesh(geometryOf(mesh.points, triangles), this.selected.fill);
+      boxesOf(solid.geometry);
+      return { mesh, faceOf, object, index, solid };
     });
   }
 
   // ---- by the pointer ----
 
   #click(event) {
-    if (!this.isOn || event.button !== 0 || !this.down || this.isBusy()) return;
-    const { clientX: x, clientY: y } = event;
-    if (Math.hypot(x - this.down[0], y - this.down[1]) > STILL || this.viewport.isBeside(x)) return;
+    if (!this.isOn || this.isBusy()) return;
     const found = this.at(event);
     this.onPick(found?.object ?? 0, found?.element ?? null, event);
   }
@@ -161,16 +153,14 @@ export class Picker {
     if (!found && !this.under) return;
     if (found && this.under && found.object === this.under.object && String(found.element) === String(this.under.element)) return;
     this.under = found;
-    if (found) this.hovered.draw(this.objects[found.object], this.kind, [found.element]);
+    if (found) this.hovered.highlight(this.objects[found.object], this.kind, [found.element]);
     else this.hovered.clear();
     this.viewport.invalidate();
   }
 
   /** The nearest face at a place of the window. */
-  #hit({ clientX, clientY }) {
-    const box = this.viewport.canvas.getBoundingClientRect();
-    const ray = new Raycaster();
-    ray.setFromCamera(new Vector2(((clientX - box.left) / box.width) * 2 - 1, 1 - ((clientY - box.top) / box.height) * 2), this.viewport.camera);
+  #hit(event) {
+    const ray = this.viewport.rayAt(event);
     const hits = this.objects.flatMap(({ solid, object, faceOf }, i) => {
       solid.matrixWorld.copy(object.matrixWorld);
       return hitsOn(solid, ray).map(({ distance, point, faceIndex }) => ({ object: i, distance, point, face: faceOf[faceIndex] }));
@@ -194,15 +184,13 @@ export class Picker {
     return nearest(corners.map((_, k) => mesh.edgeOf(face, k)), away);
   }
 
-  /** The elements of an object that a box of the window holds by their middles, on faces towards the camera. */
+  /** The elements of an object that a box of the picture holds by their middles, on faces towards the camera. */
   inBox(i, [left, top, right, bottom]) {
     const { mesh, object } = this.objects[i];
-    const box = this.viewport.canvas.getBoundingClientRect();
     const eye = object.worldToLocal(this.viewport.camera.position.clone());
     const isInside = (point) => {
-      const { x, y, z } = object.localToWorld(point).project(this.viewport.camera);
-      const [at, over] = [box.left + ((x + 1) / 2) * box.width, box.top + ((1 - y) / 2) * box.height];
-      return z < 1 && at >= left && at <= right && over >= top && over <= bottom;
+      const { x, y, z } = this.viewport.seen(object.localToWorld(point));
+      return z < 1 && x >= left && x <= right && y >= top && y <= bottom;
     };
     const isSeen = mesh.faces.map((corners, face) => eye.clone().sub(new Vector3(...mesh.points[corners[0]])).dot(new Vector3(...mesh.normalOf(face))) > 0);
     const facesOf = { faces: (face) => [face], edges: (edge) => mesh.sidesOf(edge).map(({ face }) => face), vertices: (point) => mesh.facesAt(point) }[this.kind];
@@ -214,15 +202,15 @@ export class Picker {
   /** Highlights elements of an object. */
   draw(i, list) {
     this.clear();
-    if (this.objects[i] && list) this.selected.draw(this.objects[i], this.kind, list);
+    if (this.objects[i] && list) this.selected.highlight(this.objects[i], this.kind, list);
     this.viewport.invalidate();
   }
 
   /** Shows what an edit will make of an object; null: nothing. */
   show(i, preview) {
-    if (preview) this.preview.draw(this.objects[i], preview);
+    if (preview) this.preview.preview(this.objects[i], preview);
     else this.preview.clear();
-    if (this.selected.drawn) this.selected.drawn.visible = !preview;
+    this.selected.object.visible = !preview;
     this.viewport.invalidate();
   }
 

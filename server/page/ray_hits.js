@@ -6,8 +6,9 @@ const RUN = 64; // triangles
 
 const known = new WeakMap(); // by geometry
 
-/** The boxes of the runs of a geometry: {bounds: least x y z, most x y z, …, version: of the places that they hold}. */
-function boxesOf(geometry) {
+/** The boxes of the runs of a geometry: [least x y z, most x y z, …]. Found when they are first asked for, which may be before
+ *  a ray needs them, and again when the places have changed. */
+export function boxesOf(geometry) {
   const { index, attributes: { position } } = geometry;
   const version = position.isInterleavedBufferAttribute ? position.data.version : position.version;
   const last = known.get(geometry);

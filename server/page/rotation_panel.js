@@ -1,22 +1,26 @@
 // Shows one node's rotation over a clip: quaternion and Euler angles as curves, how far they are from gimbal lock, where
 // slerp and the interpolation of Euler angles part, and in the picture ghosts of both and the node's way.
-import { AxesHelper, Color, Euler, Group, MathUtils, Matrix4, MeshBasicMaterial, Quaternion } from 'three';
+import { html, render } from 'lit-html';
+import { Color, MathUtils, Quaternion } from 'three';
 
 import { Chart } from './chart.js';
 import { tweend, withKey } from './client.js';
 import { optionsOf } from './clips.js';
-import { choice, draw, fixed, make, seconds } from './dom.js';
+import { draw, fixed, make, seconds } from './dom.js';
+import { eulered, Ghosts } from './ghosts.js';
 import { fail } from './notices.js';
 import { change, shows, state, watch } from './state.js';
+import { choice } from './templates.js';
 import { disposeTrail, trailOf } from './trail.js';
 
 const ORDERS = ['XYZ', 'XZY', 'YXZ', 'YZX', 'ZXY', 'ZYX'];
+const GHOSTS = [['off', 'None'], ['both', 'Slerp and Euler'], ['slerp', 'Slerp'], ['euler', 'Euler angles, key to key']];
 const SAMPLES = 240;
 const KEYS_MOST = 2000;
 const BAND = 320; // width of the band's drawing
+const LEAST_HIGH = 10; // degrees that the axis of angles reaches
 const LOCKED = 0.1; // cosine of the middle angle at which an Euler rate is ten times the body's
 const NEAR = 0.35;
-const GHOSTS = { slerp: '#2f7de1', euler: '#d9822b' };
 
 /** The middle angle's distance from lock in degrees, of its cosine. */
 const degreesOf = (cosine) => MathUtils.radToDeg(Math.asin(Math.min(Math.max(cosine, 0), 1)));
@@ -28,33 +32,26 @@ const markOf = ({ gimbal: { cos_middle: cosine } }) => (cosine < LOCKED ? '● '
 export class RotationPanel {
   constructor(panel, { viewport, animation, timeline }) {
     Object.assign(this, { viewport, animation, timeline });
-    this.panel = panel;
     this.content = make('div');
     panel.append(make('h2', {}, 'Rotation'), this.content);
-    this.ghosts = [];
+    this.ghosts = new Ghosts(viewport);
     this.charts = [];
     this.trail = null;
-    viewport.onFrame.push(() => this.poseGhosts());
+    viewport.onFrame.push(() => this.ghosts.pose(animation.time ?? 0, animation.duration));
     watch((names) => {
       if (names.has('node') || names.has('order') || names.has('theme')) this.open();
       else if (names.has('ghosts')) this.makeGhosts();
       if (names.has('tab') && !this.data) this.open();
       if (names.has('show')) this.showTrail();
     });
-    this.catchClicks();
+    viewport.onClick((event) => state('tab') === 'animation' && this.choose(event));
   }
 
-  /** A click on the picture chooses the node that is there. */
-  catchClicks() {
-    const { canvas } = this.viewport;
-    let from = null;
-    canvas.addEventListener('pointerdown', ({ clientX, clientY }) => (from = [clientX, clientY]));
-    canvas.addEventListener('pointerup', (event) => {
-      if (state('tab') !== 'animation' || !from || Math.hypot(event.clientX - from[0], event.clientY - from[1]) > 5) return;
-      const known = new Set(this.tracks?.map(({ node }) => node));
-      const node = this.viewport.nodesAt(event).find((name) => known.has(name));
-      if (node) change({ node });
-    });
+  /** Chooses the node that is at a place of the picture. */
+  choose(event) {
+    const known = new Set(this.tracks?.map(({ node }) => node));
+    const node = this.viewport.nodesAt(event).find((name) => known.has(name));
+    if (node) change({ node });
   }
 
   close() {
@@ -71,7 +68,7 @@ export class RotationPanel {
     this.close();
     const { model, clip } = this.animation;
     if (!clip) {
-      this.content.replaceChildren(make('p', { className: 'dim' }, 'This model has no clip. A clip’s rotation tracks are shown here as curves.'));
+      this.say('This model has no clip. A clip’s rotation tracks are shown here as curves.');
       return;
     }
     if (state('tab') !== 'animation' && state('ghosts') === 'off' && !shows('trail')) return;
@@ -80,20 +77,24 @@ export class RotationPanel {
       const { tracks } = await this.timeline.tracksOf;
       if (signal.aborted) return;
       if (tracks.length === 0) {
-        this.content.replaceChildren(make('p', { className: 'dim' }, 'This clip turns no node.'));
+        this.say('This clip turns no node.');
         return;
       }
       this.tracks = [...tracks].sort((a, b) => a.gimbal.cos_middle - b.gimbal.cos_middle);
       const track = tracks.find(({ node }) => node === state('node')) ?? this.tracks[0];
       this.data = await this.ask(model, clip, track, signal);
       if (signal.aborted) return;
-      this.render(track);
+      this.show(track);
       this.makeGhosts();
       this.showTrail();
       this.tick(this.animation.time ?? 0);
     } catch (error) {
       if (!signal.aborted) fail('The rotation cannot be shown', error);
     }
+  }
+
+  say(text) {
+    render(html`<p class="dim">${text}</p>`, this.content);
   }
 
   async ask(model, clip, track, signal) {
@@ -123,61 +124,49 @@ export class RotationPanel {
     return data;
   }
 
-  render(track) {
+  show(track) {
     const { quaternion, eulers, distance, order, samples, apart } = this.data;
-    const nodes = this.tracks.map((entry) => [entry.node, `${markOf(entry)}${entry.node}, ${fromLock(entry.gimbal.cos_middle)} from lock`]);
-    const high = Math.max(180, ...eulers.flat().map((angle) => Math.abs(angle)));
-    const onSeek = (time) => this.animation.seek(time);
+    const high = 1.1 * Math.max(LEAST_HIGH, ...eulers.flat().map((angle) => Math.abs(angle)));
     const most = Math.max(...apart);
     const chart = (options, columns) => {
-      const made = new Chart({ ...options, onSeek });
+      const made = new Chart({ ...options, onSeek: (time) => this.animation.seek(time) });
       made.set(samples, columns);
       this.charts.push(made);
-      return made;
+      return [made.box, made.legend];
     };
-    const q = chart({ label: `Quaternion components of ${track.node}`, names: ['x', 'y', 'z', 'w'], range: [-1.05, 1.05], digits: 3 }, quaternion);
-    const e = chart({ label: `Euler angles of ${track.node} in order ${order}`, names: ['x', 'y', 'z'], unit: '°', range: [-high, high], leap: 180 }, eulers);
-    const p = chart({ label: `Angle between slerp and Euler angles of ${track.node}`, names: ['apart'], unit: '°', range: [0, Math.max(1, most * 1.1)] }, [apart]);
     this.band = this.drawBand(distance);
+    this.lockNow = make('output', { className: 'value' });
     const nearest = Math.min(...distance);
     const least = Math.min(nearest, track.orders[order] ?? 1); // the samples of the curve may miss the minimum
-    const at = samples[distance.indexOf(nearest)];
     const verdict = least < LOCKED ? 'locks' : least < NEAR ? 'comes near lock' : 'stays clear of lock';
-    this.lockNow = make('output', { className: 'value' });
-    const offersBetter = track.best_order !== order && (track.orders[track.best_order] ?? 0) > (track.orders[order] ?? 0) + 0.01;
-    this.content.replaceChildren(
-      make('div', { className: 'fields one' },
-        choice('Node, nearest to lock first', nodes, track.node, (node) => change({ node })),
-        choice('Euler order', ORDERS.map((name) => [name, `${name}, ${fromLock(track.orders[name] ?? 1)} from lock`]), order, (next) => change({ order: next }))),
-      make('h3', {}, 'Distance from gimbal lock', this.lockNow), this.band.svg,
-      make('p', { className: least < LOCKED ? 'verdict locked' : 'verdict' },
-        make('strong', {}, `${order} ${verdict}`), `: ${fromLock(least)} from lock at ${seconds(at)}. `,
-        'At lock the outer two axes turn about one line, and angles leap.'),
-      offersBetter
-        ? make('button', { type: 'button', className: 'wide', onclick: () => change({ order: track.best_order }) },
-          `Use ${track.best_order}, which stays ${fromLock(track.orders[track.best_order])} away`)
-        : make('p', { className: 'dim' }, `No order does better than ${order} here.`),
-      make('h3', {}, `Euler angles, ${order}`), e.box, e.legend,
-      make('h3', {}, 'Quaternion'), q.box, q.legend,
-      make('h3', {}, 'Between slerp and Euler angles, key to key'), p.box, p.legend,
-      make('p', { className: 'dim' }, most < 0.5 ? 'Both go the same way.' : `They are up to ${fixed(most, 0)}° apart, at ${seconds(samples[apart.indexOf(most)])}.`),
-      make('p', { className: 'dim' }, 'Click a curve to go there; drag to see a part, double-click for all.'),
-      make('div', { className: 'fields one' }, choice('Ghosts', [['off', 'None'], ['both', 'Slerp and Euler'], ['slerp', 'Slerp'], ['euler', 'Euler angles, key to key']],
-        state('ghosts'), (ghosts) => change({ ghosts }))),
-      make('ul', { className: 'keys ghosts' }, make('li', { className: 'slerp' }, 'slerp'), make('li', { className: 'euler' }, `angles in ${order}`)),
-      this.facts(track));
-  }
-
-  facts(track) {
-    const rows = [
+    const best = track.best_order;
+    const offersBetter = best !== order && (track.orders[best] ?? 0) > (track.orders[order] ?? 0) + 0.01;
+    const facts = [
       ['Keys', `${track.keys}, ${track.kind}, ${track.interpolation}`],
       ['Turns in all', `${track.total_degrees.toFixed(1)}°`],
       ['Largest step', `${track.largest_step_degrees.toFixed(1)}°`],
       ['Fastest', `${track.peak_degrees_per_second.toFixed(0)}°/s at ${track.peak_time.toFixed(2)} s`],
     ];
-    return make('div', {}, make('h3', {}, 'Track'),
-      make('dl', {}, ...rows.flatMap(([name, value]) => [make('dt', {}, name), make('dd', {}, value)])),
-      ...track.warnings.map((warning) => make('p', { className: 'warning' }, warning)));
+    render(html`<div class="fields one">
+        ${choice('Node, nearest to lock first', 'node', this.tracks.map((entry) => [entry.node, `${markOf(entry)}${entry.node}, ${fromLock(entry.gimbal.cos_middle)} from lock`]), track.node)}
+        ${choice('Euler order', 'order', ORDERS.map((name) => [name, `${name}, ${fromLock(track.orders[name] ?? 1)} from lock`]))}</div>
+      <h3>Distance from gimbal lock${this.lockNow}</h3>${this.band.svg}
+      <p class=${least < LOCKED ? 'verdict locked' : 'verdict'}><strong>${order} ${verdict}</strong>: ${fromLock(least)} from lock at ${seconds(samples[distance.indexOf(nearest)])}.
+        At lock the outer two axes turn about one line, and angles leap.</p>
+      ${offersBetter ? html`<button type="button" class="wide" @click=${() => change({ order: best })}>Use ${best}, which stays ${fromLock(track.orders[best])} away</button>`
+        : html`<p class="dim">No order does better than ${order} here.</p>`}
+      <h3>Euler angles, ${order}</h3>
+      ${chart({ label: `Euler angles of ${track.node} in order ${order}`, names: ['x', 'y', 'z'], unit: '°', range: [-high, high], leap: 180 }, eulers)}
+      <h3>Quaternion</h3>
+      ${chart({ label: `Quaternion components of ${track.node}`, names: ['x', 'y', 'z', 'w'], range: [-1.05, 1.05], digits: 3 }, quaternion)}
+      <h3>Between slerp and Euler angles, key to key</h3>
+      ${chart({ label: `Angle between slerp and Euler angles of ${track.node}`, names: ['apart'], unit: '°', range: [0, Math.max(1, most * 1.1)] }, [apart])}
+      <p class="dim">${most < 0.5 ? 'Both go the same way.' : `They are up to ${fixed(most, 0)}° apart, at ${seconds(samples[apart.indexOf(most)])}.`}</p>
+      <p class="dim">Click a curve to go there; drag to see a part, double-click for all.</p>
+      <div class="fields one">${choice('Ghosts', 'ghosts', GHOSTS)}</div>
+      <ul class="keys ghosts"><li class="slerp">slerp</li><li class="euler">angles in ${order}</li></ul>
+      <h3>Track</h3><dl>${facts.map(([name, value]) => html`<dt>${name}</dt><dd>${value}</dd>`)}</dl>
+      ${track.warnings.map((warning) => html`<p class="warning">${warning}</p>`)}`, this.content);
   }
 
   drawBand(distance) {
@@ -236,92 +225,12 @@ export class RotationPanel {
     return undefined;
   }
 
-  // ---- ghosts ----
-
   clearGhosts() {
-    for (const { object } of this.ghosts) {
-      this.viewport.ghosts.remove(object);
-      object.traverse((part) => {
-        part.material?.dispose();
-        if (part.isLine) part.geometry.dispose(); // only axes own their geometry; meshes share the surface's
-      });
-    }
-    this.ghosts = [];
-    this.viewport.invalidate();
+    this.ghosts.clear();
   }
 
   makeGhosts() {
-    this.clearGhosts();
-    const node = this.data && this.viewport.model?.nodes.get(this.data.node);
-    if (state('ghosts') === 'off' || !node) return;
-    for (const kind of state('ghosts') === 'both' ? ['slerp', 'euler'] : [state('ghosts')]) {
-      const material = new MeshBasicMaterial({ color: GHOSTS[kind], transparent: true, opacity: 0.42, depthWrite: false });
-      const object = new Group();
-      const followers = []; // [part of the ghost, object that it follows]
-      const copy = (from, into) => {
-        for (const child of from.children.filter(({ isMesh, children }) => isMesh || children.length > 0)) {
-          const part = shell(child, material);
-          followers.push([part, child]);
-          into.add(part);
-          copy(child, part);
-        }
-      };
-      const top = shell(node, material);
-      top.position.set(0, 0, 0);
-      top.quaternion.identity();
-      top.scale.set(1, 1, 1);
-      object.add(top);
-      copy(node, top);
-      let hasMesh = false;
-      object.traverse((part) => (hasMesh ||= Boolean(part.isMesh)));
-      if (!hasMesh) object.add(new AxesHelper(this.viewport.camera.position.distanceTo(this.viewport.controls.target) / 12).setColors(GHOSTS[kind], GHOSTS[kind], GHOSTS[kind]));
-      object.matrixAutoUpdate = false;
-      object.renderOrder = 4;
-      this.viewport.ghosts.add(object);
-      this.ghosts.push({ kind, object, followers });
-    }
-    this.viewport.invalidate();
+    const kinds = { both: ['slerp', 'euler'], slerp: ['slerp'], euler: ['euler'] }[state('ghosts')] ?? [];
+    if (this.data) this.ghosts.make(kinds, this.data);
   }
-
-  poseGhosts() {
-    const node = this.ghosts.length > 0 && this.viewport.model?.nodes.get(this.data.node);
-    if (!node) return;
-    this.viewport.scene.updateMatrixWorld();
-    for (const { kind, object, followers } of this.ghosts) {
-      for (const [part, of] of followers) for (const member of ['position', 'quaternion', 'scale']) part[member].copy(of[member]);
-      const rotation = kind === 'slerp' ? this.slerped(this.animation.time ?? 0) : eulered(this.data, this.animation.time ?? 0);
-      object.matrix.compose(node.position, rotation, node.scale).premultiply(node.parent?.matrixWorld ?? new Matrix4());
-    }
-  }
-
-  slerped(time) {
-    const { slerp } = this.data;
-    const last = slerp.header.poses - 1;
-    const at = this.animation.duration > 0 ? Math.min(Math.max(time / this.animation.duration, 0), 1) * last : 0;
-    const [i, t] = [Math.floor(at), at % 1];
-    const of = (k) => new Quaternion(...slerp.part(Math.min(k, last), 0, 'rotation'));
-    return of(i).slerp(of(i + 1), t);
-  }
-}
-
-/** Where the angles of a track's keys, each interpolated on its own, take the node. */
-function eulered({ times, keys, order }, time) {
-  let i = times.findIndex((key) => key > time) - 1;
-  if (i === -2) i = times.length - 1;
-  const [a, b] = [keys[Math.max(i, 0)], keys[Math.min(i + 1, keys.length - 1)]];
-  const span = times[i + 1] - times[i];
-  const t = span > 0 ? (time - times[i]) / span : 0;
-  const angles = a.map((angle, k) => MathUtils.degToRad(angle + (b[k] - angle) * t));
-  return new Quaternion().setFromEuler(new Euler(...angles, order));
-}
-
-/** A copy of an object, without its children, with the ghost's material. */
-function shell(object, material) {
-  const isLine = object.isLine || object.isPoints;
-  const copy = isLine ? new Group() : object.clone(false);
-  if (copy.isMesh) {
-    copy.material = material;
-    copy.renderOrder = 4;
-  }
-  return copy;
 }

@@ -1,12 +1,13 @@
 // Shows the requests for what is shown, as curl, JavaScript and Python, and offers downloads in every format.
+import { html, render } from 'lit-html';
+
 import { download, tweend, withKey } from './client.js';
 import { optionsOf } from './clips.js';
-import { ask, byId, bytes, make } from './dom.js';
+import { ask, byId, bytes, make, saveAs, saveBlob } from './dom.js';
 import { busy, fail } from './notices.js';
 import { scriptsOf } from './scripts.js';
 import { state, surfaceOptions, watch } from './state.js';
-
-export { quote } from './scripts.js';
+import { codeLine } from './templates.js';
 
 const LARGE = 100e6;
 
@@ -20,16 +21,6 @@ export async function confirmLarge(size, what) {
   }));
 }
 
-/** A line of code with a button that copies it. */
-export function codeLine(label, text) {
-  const copy = make('button', { type: 'button', className: 'small', 'aria-label': `Copy the ${label} line`, onclick: async () => {
-    const isCopied = await navigator.clipboard?.writeText(text).then(() => true, () => false);
-    copy.textContent = isCopied ? 'Copied' : 'Not allowed';
-    setTimeout(() => (copy.textContent = 'Copy'), 1500);
-  } }, 'Copy');
-  return make('div', { className: 'code' }, make('span', {}, label), copy, make('pre', { tabIndex: 0, 'aria-label': label }, text));
-}
-
 export class ScriptsPanel {
   constructor(panel, { animation, surface }) {
     Object.assign(this, { animation, surface });
@@ -38,7 +29,7 @@ export class ScriptsPanel {
     this.whole = byId('download');
     this.whole.addEventListener('click', (event) => this.save(event, this.whole.href, this.whole.download, `glb ${state('encoding')}`));
     watch(() => {
-      if (state('tab') === 'scripts') this.render();
+      if (state('tab') === 'scripts') this.show();
       this.offer();
     });
     this.offer();
@@ -88,39 +79,31 @@ export class ScriptsPanel {
     return list;
   }
 
-  render() {
-    if (!state('model')) {
-      this.content.replaceChildren(make('p', { className: 'dim' }, 'Choose a model: its requests are shown here.'));
-      return;
-    }
+  show() {
+    if (!state('model')) return render(html`<p class="dim">Choose a model: its requests are shown here.</p>`, this.content);
     const hasKey = Boolean(tweend.key);
     const opening = `const { Tweend } = await import('${tweend.base}tweend.js');\nconst tweend = new Tweend(undefined${hasKey ? ', { key }' : ''});\n`;
-    const entries = this.requests().map(([title, url, { module, ...options }]) => {
-      const codes = Object.entries(scriptsOf(url, { ...options, hasKey }));
-      if (module) codes.push(['On a page', opening + module]);
-      return make('section', {}, make('h3', {}, title), ...codes.map(([label, code]) => codeLine(label, code)));
-    });
-    entries.push(make('section', {}, make('h3', {}, 'On a web page'), codeLine('HTML', this.snippet)));
-    this.content.replaceChildren(
-      make('p', { className: 'dim' }, 'The address of this page holds its state: whoever opens it sees the same.'),
-      make('h3', {}, 'Downloads'), this.downloads(), ...entries);
+    const section = (title, codes) => html`<section><h3>${title}</h3>${codes.map((code) => codeLine(...code))}</section>`;
+    const requests = this.requests().map(([title, url, { module, ...options }]) =>
+      section(title, [...Object.entries(scriptsOf(url, { ...options, hasKey })), ...(module ? [['On a page', opening + module]] : [])]));
+    const link = ([label, url, name]) => html`<li><a href=${url} download=${name} @click=${(event) => this.save(event, url, name, label)}>${label}</a></li>`;
+    return render(html`<p class="dim">The address of this page holds its state: whoever opens it sees the same.</p>
+      <h3>Downloads</h3><ul class="downloads">${this.downloads().map(link)}</ul>
+      ${requests}${section('On a web page', [['HTML', this.snippet]])}`, this.content);
   }
 
+  /** What can be downloaded, as [label, URL, name of the file]. */
   downloads() {
     const id = state('model');
     const options = { ...surfaceOptions(), ...this.clipped };
     const surface = (form, kind) => [`${form} ${kind ?? ''}`.trim(),
       tweend.surfaceUrl(id, { ...options, ...(kind === 'ngon' ? { encoding: 'float', polygons: kind } : { encoding: kind }), download: 1 }, form),
       `${id.slice(0, 8)}.${form}`];
-    const list = [surface('glb', 'float'), surface('glb', 'quantized'), surface('glb', 'meshopt'), surface('glb', 'ngon'), surface('gltf', 'float'), surface('obj'),
-      ['source', tweend.sourceUrl(id, { download: 1 }), `${id.slice(0, 8)}`]];
     const { clip } = this.animation;
     const span = clip && { ...optionsOf(clip), from: 0, to: clip.duration ?? this.animation.duration, fps: 60 };
-    for (const form of clip ? ['json', 'ndjson', 'bin', 'csv'] : []) list.push([`pose ${form}`, tweend.poseUrl(id, span, form), `poses.${form}`]);
-    return make('ul', { className: 'downloads' }, ...list.map(([label, url, name]) => {
-      const anchor = make('a', { href: url, download: name, onclick: (event) => this.save(event, url, name, label) }, label);
-      return make('li', {}, anchor);
-    }));
+    return [surface('glb', 'float'), surface('glb', 'quantized'), surface('glb', 'meshopt'), surface('glb', 'ngon'), surface('gltf', 'float'), surface('obj'),
+      ['source', tweend.sourceUrl(id, { download: 1 }), `${id.slice(0, 8)}`],
+      ...(clip ? ['json', 'ndjson', 'bin', 'csv'] : []).map((form) => [`pose ${form}`, tweend.poseUrl(id, span, form), `poses.${form}`])];
   }
 
   /** The URL signed for a minute; null when the daemon signs none. */
@@ -142,17 +125,14 @@ export class ScriptsPanel {
     if (!tweend.key && (size ?? 0) <= LARGE) return;
     event.preventDefault();
     if (!(await confirmLarge(size, `This ${label}`))) return;
-    const follow = (href) => make('a', { href, download: name }).click();
     const signed = tweend.key ? await this.sign(url) : url;
-    if (signed) return follow(signed);
+    if (signed) return saveAs(signed, name);
     const controller = new AbortController();
     const task = busy(`Loading ${name}`, controller);
     try {
       const onProgress = (loaded, total) => task.say(`Loading ${name}: ${bytes(loaded)}${total ? ` of ${bytes(total)}` : ''}`);
       const { blob } = await download(url, { signal: controller.signal, onProgress });
-      const href = URL.createObjectURL(blob);
-      follow(href);
-      setTimeout(() => URL.revokeObjectURL(href), 60000);
+      saveBlob(blob, name);
     } catch (error) {
       fail(`${name} cannot be loaded`, error);
     } finally {

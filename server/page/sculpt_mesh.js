@@ -26,91 +26,40 @@ class Groups {
   }
 }
 
-const APART = 1e-4; // of the mesh's extent: points of one place differ by rounding alone
-
-/** Indices by three numbers, as chains of those with the same hash. */
-class Chains {
-  constructor(count) {
-    this.heads = new Int32Array(2 ** Math.ceil(Math.log2(count + 2))).fill(-1);
-    this.next = new Int32Array(count);
-    this.floats = new Float32Array(3);
-    this.bits = new Int32Array(this.floats.buffer);
+/** Finds the point at a place. The picture has a level's points to the last bit. */
+class Finder {
+  constructor(points) {
+    const count = points.length / 3;
+    this.points = points;
+    this.heads = new Int32Array(2 ** Math.ceil(Math.log2(count + 2))).fill(-1); // by hash: a point
+    this.next = new Int32Array(count); // another one with the same hash
+    this.place = new Float32Array(3);
+    this.bits = new Int32Array(this.place.buffer);
+    this.first = new Uint32Array(count); // of the points at the same place, which move alike
+    for (let i = 0; i < count; i++) {
+      const same = this.at(points, i);
+      this.first[i] = same < 0 ? i : same;
+      if (same >= 0) continue;
+      const slot = this.#slot(points, i);
+      this.next[i] = this.heads[slot];
+      this.heads[slot] = i;
+    }
   }
 
-  #slot(x, y, z) {
-    this.floats[0] = x + 0; // -0 is 0
-    this.floats[1] = y + 0;
-    this.floats[2] = z + 0;
+  #slot(values, i) {
+    for (let k = 0; k < 3; k++) this.place[k] = values[3 * i + k] + 0; // -0 is 0
     const [a, b, c] = this.bits;
     const sum = Math.imul(a, 0x9e3779b1) ^ Math.imul(b, 0x85ebca77) ^ Math.imul(c, 0xc2b2ae3d);
     return (sum ^ (sum >>> 15)) & (this.heads.length - 1);
   }
 
-  /** The first index with a hash; `next` has the others, and -1 behind the last. */
-  first(x, y, z) {
-    return this.heads[this.#slot(x, y, z)];
-  }
-
-  add(i, x, y, z) {
-    const slot = this.#slot(x, y, z);
-    this.next[i] = this.heads[slot];
-    this.heads[slot] = i;
-  }
-}
-
-/** Finds the point at a place: the one with the same bits, else the nearest of those that are close. */
-class Finder {
-  constructor(points) {
-    this.points = points;
-    this.places = new Chains(points.length / 3);
-    this.first = new Uint32Array(points.length / 3); // of the points at the same place, which move alike
-    for (let i = 0; i < this.first.length; i++) {
-      const same = this.#same(points, i);
-      this.first[i] = same < 0 ? i : same;
-      if (same < 0) this.places.add(i, points[3 * i], points[3 * i + 1], points[3 * i + 2]);
-    }
-  }
-
-  #same(values, i) {
-    const { points, places } = this;
-    const [x, y, z] = [values[3 * i], values[3 * i + 1], values[3 * i + 2]];
-    for (let at = places.first(x, y, z); at >= 0; at = places.next[at])
-      if (points[3 * at] === x && points[3 * at + 1] === y && points[3 * at + 2] === z) return at;
-    return -1;
-  }
-
-  /** The cells are filled when the first place has other bits. */
-  #fill() {
-    const { points } = this;
-    const [least, most] = points.reduce(([low, high], value) => [Math.min(low, value), Math.max(high, value)], [Infinity, -Infinity]);
-    this.size = Math.max((most - least) * APART, 1e-30);
-    this.cells = new Chains(this.first.length);
-    for (const i of this.first) if (this.first[i] === i) this.cells.add(i, ...this.#cell(...points.subarray(3 * i, 3 * i + 3)));
-  }
-
-  #cell(...place) {
-    return place.map((value) => Math.round(value / this.size));
-  }
-
-  #near(values, i) {
-    if (!this.cells) this.#fill();
-    const [x, y, z] = values.subarray(3 * i, 3 * i + 3);
-    const sides = [-0.3 * this.size, 0.3 * this.size]; // also finds points near the border of two cells
-    let [nearest, found] = [this.size, -1];
-    for (const a of sides)
-      for (const b of sides)
-        for (const c of sides)
-          for (let at = this.cells.first(...this.#cell(x + a, y + b, z + c)); at >= 0; at = this.cells.next[at]) {
-            const away = Math.hypot(this.points[3 * at] - x, this.points[3 * at + 1] - y, this.points[3 * at + 2] - z);
-            if (away < nearest) [nearest, found] = [away, at];
-          }
-    return found;
-  }
-
-  /** values: [x, y, z, …]; i: of the place. -1 where no point is close. */
+  /** values: [x, y, z, …]; i: of the place. -1 where there is no point. */
   at(values, i) {
-    const same = this.#same(values, i);
-    return same < 0 ? this.#near(values, i) : same;
+    const { points, heads, next } = this;
+    const [x, y, z] = [values[3 * i], values[3 * i + 1], values[3 * i + 2]];
+    let found = heads[this.#slot(values, i)];
+    while (found >= 0 && !(points[3 * found] === x && points[3 * found + 1] === y && points[3 * found + 2] === z)) found = next[found];
+    return found;
   }
 }
 

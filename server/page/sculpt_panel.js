@@ -1,16 +1,16 @@
 // The panel for sculpting: strokes of a brush move points of the surface. The daemon stores them as details of the shown
 // level; all other levels follow. A stroke may begin while those before it are being stored.
 import {
-  Box3, BufferGeometry, Float32BufferAttribute, Group, LineBasicMaterial, LineLoop, Matrix3, Plane, Points, PointsMaterial, Raycaster, Vector2, Vector3,
+  Box3, BufferGeometry, Float32BufferAttribute, Group, LineBasicMaterial, LineLoop, Matrix3, Plane, Points, PointsMaterial, Vector3,
 } from 'three';
 
 import { apply, Brush, BRUSHES, grab, turnedBy } from './brush.js';
 import { tweend, withKey } from './client.js';
-import { choice, fixed, make } from './dom.js';
+import { check, chips, choice, fixed, make, press, slider } from './dom.js';
 import { fieldsOf } from './fields.js';
 import { meshName, stemOf } from './models.js';
 import { busy, fail } from './notices.js';
-import { hitsOn } from './ray_hits.js';
+import { boxesOf, hitsOn } from './ray_hits.js';
 import { SculptMesh } from './sculpt_mesh.js';
 import { change, firstOf, isStep, state, watch } from './state.js';
 
@@ -48,17 +48,13 @@ export class SculptPanel {
     viewport.own.add(this.marker);
     viewport.onFrame.push(() => this.#mark());
 
-    this.tools = TOOLS.map(([name, text]) => {
-      const button = make('button', { type: 'button', className: 'chip', onclick: () => this.use(name) }, text);
-      button.dataset.name = name;
-      return button;
-    });
+    this.tools = chips(TOOLS, (name) => this.use(name));
     this.hint = make('p', { className: 'dim' });
     this.reach = make('input', { type: 'range', min: 1, max: 100, value: 25, 'aria-label': 'Radius', oninput: () => this.showRadius() });
     this.length = make('output', { className: 'value' });
     this.strength = make('input', { type: 'range', min: 1, max: 100, value: 50, 'aria-label': 'Strength', oninput: () => (this.force.textContent = `${this.strength.value} %`) });
     this.force = make('output', { className: 'value' }, '50 %');
-    this.forces = make('div', { className: 'slider' }, make('span', {}, 'Strength'), this.strength, this.force);
+    this.forces = slider('Strength', this.strength, this.force);
     this.along = 'plane';
     this.ways = choice('A drag moves', [['plane', 'In the plane of the picture'], ['normal', 'Along the normal (or with Shift)']], 'plane', (along) => (this.along = along));
     this.mirror = '';
@@ -71,13 +67,13 @@ export class SculptPanel {
         if (values) this.moveBy(() => vector(values));
       };
       const { labels, read } = fieldsOf(parameters, about, use);
-      return make('div', { className: 'edit' }, make('button', { type: 'button', onclick: use }, text), ...labels);
+      return make('div', { className: 'edit' }, make('button', { onclick: use }, text), ...labels);
     };
     this.rules = make('p', { className: 'warning' }, 'Only a surface by the usual rules, with its details, can be sculpted. ',
-      make('button', { type: 'button', className: 'small', onclick: () => change(firstOf(RULES)) }, 'Show it so'));
+      make('button', { className: 'small', onclick: () => change(firstOf(RULES)) }, 'Show it so'));
     this.body = make('div', {},
       make('div', { className: 'row brushes', role: 'group', 'aria-label': 'Brush' }, ...this.tools), this.hint,
-      make('div', { className: 'slider' }, make('span', {}, 'Radius'), this.reach, this.length), this.forces,
+      slider('Radius', this.reach, this.length), this.forces,
       make('div', { className: 'fields one' }, this.ways,
         choice('Symmetry', [['', 'None'], ['x', 'Left and right (X)'], ['y', 'Up and down (Y)'], ['z', 'Front and back (Z)']], '', (axis) => (this.mirror = axis))),
       make('h3', {}, 'Point'), this.point, this.said,
@@ -88,7 +84,7 @@ export class SculptPanel {
       make('h2', {}, 'Sculpt'),
       make('p', { className: 'dim' }, 'Drag the surface: its level takes the new places, all other levels follow.'),
       levelSlider,
-      make('label', { className: 'check' }, this.details, make('span', {}, 'Details of the levels')),
+      check(this.details, 'Details of the levels'),
       this.rules, this.body);
 
     const { canvas } = viewport;
@@ -109,7 +105,7 @@ export class SculptPanel {
 
   use(tool) {
     this.tool = tool;
-    for (const button of this.tools) button.setAttribute('aria-pressed', button.dataset.name === tool);
+    press(this.tools, (name) => name === tool);
     this.hint.textContent = HINTS[tool];
     this.forces.hidden = tool === 'grab';
     this.ways.hidden = tool !== 'grab';
@@ -167,6 +163,7 @@ export class SculptPanel {
       const points = await withKey(() => tweend.points(this.model, options));
       const geometries = bearers.filter((bearer) => bearer.mesh === mesh).flatMap(({ parts }) => parts.map(({ geometry }) => geometry));
       loaded.set(mesh, new SculptMesh(points, geometries));
+      geometries.forEach(boxesOf);
       return loaded.get(mesh);
     };
     if (!meshes.has(mesh)) meshes.set(mesh, load());
@@ -285,16 +282,8 @@ export class SculptPanel {
 
   // ---- strokes ----
 
-  /** A raycaster through a place of the window. */
-  #aim({ clientX, clientY }) {
-    const box = this.viewport.canvas.getBoundingClientRect();
-    const caster = new Raycaster();
-    caster.setFromCamera(new Vector2(((clientX - box.left) / box.width) * 2 - 1, 1 - ((clientY - box.top) / box.height) * 2), this.viewport.camera);
-    return caster;
-  }
-
   /** The nearest place of the surface under the pointer: {index: of the bearer, point, face}. */
-  #hit(event, caster = this.#aim(event)) {
+  #hit(event, caster = this.viewport.rayAt(event)) {
     const hits = this.bearers.flatMap(({ parts }, index) => parts.flatMap((part) => hitsOn(part, caster)).map((hit) => ({ ...hit, index })));
     return hits.sort((a, b) => a.distance - b.distance)[0];
   }
@@ -309,7 +298,7 @@ export class SculptPanel {
   async #down(event) {
     if (this.held?.isDown) return this.#drop(); // a second finger: the two move the camera
     if (!this.isOn || event.button !== 0 || this.viewport.isBeside(event.clientX)) return undefined;
-    const caster = this.#aim(event);
+    const caster = this.viewport.rayAt(event);
     const hit = this.#hit(event, caster);
     if (!hit) return undefined;
     this.#holdCamera(true);
@@ -403,7 +392,7 @@ export class SculptPanel {
       return;
     }
     const { plane, from } = this.stroke.drag;
-    const by = this.#aim(event).ray.intersectPlane(plane, new Vector3())?.sub(from);
+    const by = this.viewport.rayAt(event).ray.intersectPlane(plane, new Vector3())?.sub(from);
     if (!by) return;
     const up = new Vector3(0, 1, 0).transformDirection(this.viewport.camera.matrixWorld);
     this.#move(this.along === 'normal' || event.shiftKey ? this.normal.multiplyScalar(by.dot(up)) : by);

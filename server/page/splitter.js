@@ -9,7 +9,7 @@ export class Splitter {
   constructor() {
     const aside = document.querySelector('aside');
     this.line = make('div', { className: 'splitter', role: 'separator', tabIndex: 0, 'aria-label': 'Width of the panel', 'aria-orientation': 'vertical', 'aria-controls': 'panel', 'aria-valuemin': LEAST, 'aria-valuemax': MOST });
-    this.button = make('button', { type: 'button', className: 'quiet', id: 'hide', onclick: () => this.#set(state('panel') === '0' ? '' : 0) });
+    this.button = make('button', { className: 'quiet', id: 'hide', onclick: () => this.#set(state('panel') === '0' ? '' : 0) });
     byId('theme').before(this.button);
     aside.before(this.line);
     this.line.addEventListener('pointerdown', (event) => {
@@ -38,7 +38,7 @@ export class Splitter {
     const width = state('panel');
     const isHidden = width === '0';
     document.documentElement.classList.toggle('panel-hidden', isHidden);
-    if (Number(width) > 0) document.documentElement.style.setProperty('--panel', `${Math.min(Math.max(Number(width), LEAST), MOST)}px`);
+    if (Number(width) > 0) document.documentElement.style.setProperty('--panel', `min(${Math.min(Math.max(Number(width), LEAST), MOST)}px, 100vw - 300px)`);
     else document.documentElement.style.removeProperty('--panel');
     this.button.textContent = isHidden ? 'Show panel' : 'Hide panel';
     this.button.setAttribute('aria-expanded', !isHidden);

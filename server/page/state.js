@@ -1,4 +1,5 @@
 // The state of the page, kept in the URL's fragment, so that a person who is sent the URL sees the same.
+import { storage } from './storage.js';
 
 /** What determines the surface of a model: the parameters of its request. */
 const OF_SURFACE = {
@@ -28,6 +29,12 @@ const OF_MODEL = {
   beside: '',
 };
 
+/** What a person likes, whatever is shown: kept in the browser, and in the URL only where that says otherwise. */
+const OF_PERSON = {
+  theme: '',
+  panel: '', // its width; 0: hidden
+};
+
 const DEFAULTS = {
   tab: 'models',
   model: '',
@@ -38,12 +45,11 @@ const DEFAULTS = {
   loop: 'repeat',
   order: 'XYZ',
   ghosts: 'off',
-  theme: '',
   light: 'studio',
   exposure: '0',
   turntable: 'false',
-  panel: '', // its width; 0: hidden
   split: '50',
+  ...Object.fromEntries(Object.entries(OF_PERSON).map(([name, value]) => [name, storage.getItem(`tweend ${name}`) ?? value])),
 };
 
 /** The names that determine the surface of a model. */
@@ -76,11 +82,16 @@ export const state = (name) => values[name];
 /** The default values of names. */
 export const firstOf = (names) => Object.fromEntries(names.map((name) => [name, DEFAULTS[name]]));
 
+/** The next values as texts; keeps those that a person likes. */
+function textsOf(next) {
+  const texts = Object.fromEntries(Object.entries(next).map(([name, value]) => [name, String(value)]));
+  for (const name of Object.keys(texts).filter((each) => each in OF_PERSON)) storage.setItem(`tweend ${name}`, (DEFAULTS[name] = texts[name]));
+  return texts;
+}
+
 /** Changes values and notifies the listeners. */
 export function change(next) {
-  const texts = Object.fromEntries(Object.entries(next).map(([name, value]) => [name, String(value)]));
-  const all = { ...values, ...texts };
-  tell(all);
+  tell({ ...values, ...textsOf(next) });
   write();
 }
 
@@ -104,7 +115,7 @@ export function openOther(model) {
 
 /** Writes a value to the URL without notifying listeners: the time while a clip plays. */
 export function note(name, value) {
-  values = { ...values, [name]: String(value) };
+  values = { ...values, ...textsOf({ [name]: value }) };
   write();
 }
 

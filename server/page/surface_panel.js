@@ -1,7 +1,10 @@
 // The panel for the parameters of the surface, and for the counts, size and time of each level.
+import { html, nothing, render } from 'lit-html';
+
 import { tweend, withKey } from './client.js';
-import { bytes, choice, count, make } from './dom.js';
+import { bytes, count, make, slider } from './dom.js';
 import { change, state, SURFACE, surfaceOptions, watch } from './state.js';
+import { choice } from './templates.js';
 
 const LEVELS = 10;
 const COUNTED = ['surface', 'sculpt', 'scripts']; // tabs that tell of other levels than the shown one
@@ -18,52 +21,33 @@ const CHOICES = [
 export class SurfacePanel {
   constructor(panel) {
     this.sliders = [];
-    this.fields = make('div', { className: 'fields' });
-    this.limit = make('input', { type: 'checkbox', onchange: () => change({ limit: this.limit.checked }) });
-    this.body = make('tbody');
-    panel.append(
-      make('h2', {}, 'Subdivision'),
-      this.levelSlider(),
-      this.fields,
-      make('label', { className: 'check' }, this.limit, make('span', {}, 'Points on the limit surface')),
-      make('table', {},
-        make('caption', {}, 'What each level has'),
-        make('thead', {}, make('tr', {}, ...['Level', 'Points', 'Faces', 'Size', 'Server'].map((text) => make('th', { scope: 'col' }, text)))),
-        this.body));
     this.measured = new Map();
+    this.content = make('div');
+    panel.append(make('h2', {}, 'Subdivision'), this.levelSlider(), this.content);
     watch((names) => {
-      if (names.has('model')) this.clear();
+      if (names.has('model')) this.#clear();
       const asked = SURFACE.some((name) => name !== 'level' && names.has(name));
-      if (asked || names.has('level')) this.render();
+      if (asked || names.has('level')) this.show();
       if (asked || (names.has('tab') && this.isDue)) this.count();
     });
-    this.render();
+    this.#clear();
   }
 
   /** Creates a slider for the level; all sliders show the same value. */
   levelSlider() {
     const output = make('output', { className: 'value' });
-    const slider = make('input', { type: 'range', min: 0, max: LEVELS, step: 1, 'aria-label': 'Level',
-      oninput: () => (output.textContent = slider.value), onchange: () => change({ level: slider.value }) });
-    this.sliders.push({ slider, output });
+    const range = make('input', { type: 'range', min: 0, max: LEVELS, step: 1, 'aria-label': 'Level',
+      oninput: () => (output.textContent = range.value), onchange: () => change({ level: range.value }) });
+    this.sliders.push({ range, output });
     this.#showLevel();
-    return make('div', { className: 'slider' }, make('span', {}, 'Level'), slider, output);
+    return slider('Level', range, output);
   }
 
   #showLevel() {
-    for (const { slider, output } of this.sliders) {
+    for (const { range, output } of this.sliders) {
       output.textContent = state('level');
-      slider.value = state('level') === 'auto' ? 0 : state('level');
+      range.value = state('level') === 'auto' ? 0 : state('level');
     }
-  }
-
-  render() {
-    this.#showLevel();
-    this.limit.checked = state('limit') === 'true';
-    const focused = document.activeElement?.closest?.('.fields label')?.firstChild?.textContent;
-    this.fields.replaceChildren(...CHOICES.map(([name, label, options]) => choice(label, options, state(name), (value) => change({ [name]: value }))));
-    for (const label of this.fields.children) if (focused && label.firstChild.textContent === focused) label.lastChild.focus();
-    for (const row of this.body.rows) row.toggleAttribute('aria-current', row.dataset.level === state('level'));
   }
 
   #key(level) {
@@ -73,19 +57,19 @@ export class SurfacePanel {
   /** Records the size and time of a level that was loaded. */
   tell({ size, ms }) {
     this.measured.set(this.#key(state('level')), { size, ms });
-    this.fill();
+    this.show();
   }
 
-  clear() {
+  #clear() {
     this.controller?.abort();
     this.levels = [];
     this.refusal = '';
-    this.fill();
+    this.show();
   }
 
   /** Requests the counts of all levels that the daemon would make, when they are seen. */
   async count() {
-    this.clear();
+    this.#clear();
     this.isDue = !COUNTED.includes(state('tab'));
     if (!state('model') || this.isDue) return;
     const { signal } = (this.controller = new AbortController());
@@ -96,28 +80,28 @@ export class SurfacePanel {
       this.refusal = error.detail ?? error.message;
     }
     const deepest = Math.max(...this.levels.filter(({ refused }) => !refused).map(({ level }) => level), 0);
-    if (this.levels.length > 0) for (const { slider } of this.sliders) slider.max = deepest;
-    this.render();
-    this.fill();
+    if (this.levels.length > 0) for (const { range } of this.sliders) range.max = deepest;
+    this.show();
   }
 
   /** The size that the daemon predicts for a level; null when unknown. */
   predicted(level) {
-    return this.levels?.find((entry) => entry.level === Number(level))?.bytes ?? null;
+    return this.levels.find((entry) => entry.level === Number(level))?.bytes ?? null;
   }
 
-  fill() {
-    const rows = (this.levels ?? []).map(({ level, vertices, faces, bytes: size, refused }) => {
-      const seen = this.measured.get(this.#key(level));
-      const open = make('button', { type: 'button', disabled: Boolean(refused), 'aria-label': `Show level ${level}`, onclick: () => change({ level }) }, String(level));
-      const row = make('tr', { title: refused ?? '', className: refused ? 'refused' : '' },
-        make('td', {}, open), make('td', {}, count(vertices)), make('td', {}, count(faces)),
-        make('td', {}, refused ? 'over limit' : bytes(size ?? seen?.size)), make('td', {}, seen ? `${seen.ms.toFixed(1)} ms` : '–'));
-      row.dataset.level = level;
-      row.toggleAttribute('aria-current', String(level) === state('level'));
-      return row;
-    });
-    if (this.refusal) rows.push(make('tr', { className: 'refused' }, make('td', { colSpan: 5 }, `Refused: ${this.refusal}`)));
-    this.body.replaceChildren(...rows);
+  #row({ level, vertices, faces, bytes: size, refused }) {
+    const seen = this.measured.get(this.#key(level));
+    return html`<tr data-level=${level} title=${refused ?? ''} class=${refused ? 'refused' : ''} ?aria-current=${String(level) === state('level')}>
+      <td><button type="button" ?disabled=${Boolean(refused)} aria-label="Show level ${level}" @click=${() => change({ level })}>${level}</button></td>
+      <td>${count(vertices)}</td><td>${count(faces)}</td>${refused ? html`<td colspan="2">over limit</td>` : html`<td>${bytes(size ?? seen?.size)}</td><td>${seen ? `${seen.ms.toFixed(1)} ms` : '–'}</td>`}</tr>`;
+  }
+
+  show() {
+    this.#showLevel();
+    render(html`<div class="fields">${CHOICES.map(([name, label, options]) => choice(label, name, options))}</div>
+      <label class="check"><input type="checkbox" .checked=${state('limit') === 'true'} @change=${({ target }) => change({ limit: target.checked })}><span>Points on the limit surface</span></label>
+      <table><caption>What each level has</caption>
+        <thead><tr>${['Level', 'Points', 'Faces', 'Size', 'Server'].map((text) => html`<th scope="col">${text}</th>`)}</tr></thead>
+        <tbody>${this.levels.map((level) => this.#row(level))}${this.refusal ? html`<tr class="refused"><td colspan="5">Refused: ${this.refusal}</td></tr>` : nothing}</tbody></table>`, this.content);
   }
 }

@@ -1,7 +1,7 @@
 // The player's bar under the viewport: play, scrub, keys, clip, speed, loop, live.
 import { tweend, withKey } from './client.js';
 import { optionsOf, titleOf } from './clips.js';
-import { byId, draw, icon, make, seconds } from './dom.js';
+import { byId, draw, icon, make, seconds, select } from './dom.js';
 import { fail } from './notices.js';
 import { change, state, watch } from './state.js';
 
@@ -13,7 +13,7 @@ const iconOf = (name) => icon(ICONS[name], { isFilled: true });
 export class Timeline {
   constructor(animation) {
     this.animation = animation;
-    this.play = make('button', { type: 'button', className: 'play', 'aria-label': 'Play', onclick: () => this.toggle() }, iconOf('play'));
+    this.play = make('button', { className: 'play', 'aria-label': 'Play', onclick: () => this.toggle() }, iconOf('play'));
     this.range = make('input', { type: 'range', min: 0, step: 'any', 'aria-label': 'Time' });
     this.range.addEventListener('input', () => animation.seek(Number(this.range.value)));
     this.range.addEventListener('keydown', (event) => {
@@ -25,11 +25,10 @@ export class Timeline {
     this.ticks = draw('svg', { class: 'ticks', preserveAspectRatio: 'none', viewBox: '0 0 1000 20', 'aria-hidden': 'true' });
     this.clock = make('output', { className: 'clock' });
     this.clips = make('select', { 'aria-label': 'Clip', onchange: () => change({ clip: this.clips.value, blend: '', t: 0 }) });
-    const list = (label, options, name) => make('select', { 'aria-label': label, onchange: (event) => change({ [name]: event.target.value }) },
-      ...options.map(([value, text]) => make('option', { value, selected: state(name) === value }, text)));
+    const list = (label, options, name) => select(options, state(name), (value) => change({ [name]: value }), { 'aria-label': label });
     this.speed = list('Speed', [['0.25', '¼ ×'], ['0.5', '½ ×'], ['1', '1 ×'], ['2', '2 ×'], ['4', '4 ×']], 'speed');
     this.loop = list('At the end', [['repeat', 'Repeat'], ['pingpong', 'Ping-pong'], ['clamp', 'Stop']], 'loop');
-    this.live = make('button', { type: 'button', className: 'chip', 'aria-pressed': 'false', onclick: () => this.follow() }, 'Live');
+    this.live = make('button', { className: 'chip', 'aria-pressed': 'false', onclick: () => this.follow() }, 'Live');
     this.live.title = 'Follow the stream of the daemon';
     byId('timeline').append(this.play, make('div', { className: 'track' }, this.ticks, this.range), this.clock,
       make('div', { className: 'settings' }, this.clips, this.speed, this.loop, this.live));

@@ -17,7 +17,7 @@ export class Uploads {
       this.take([...this.input.files]);
       this.input.value = '';
     });
-    this.button = make('button', { type: 'button', className: 'primary', onclick: () => this.input.click() }, 'Upload');
+    this.button = make('button', { className: 'primary', onclick: () => this.input.click() }, 'Upload');
     this.progress = make('div', { className: 'uploads' });
     byId('empty-choose').addEventListener('click', () => this.input.click());
     this.#catchDrops();
@@ -64,7 +64,7 @@ export class Uploads {
     const controller = new AbortController();
     const bar = make('progress', { max: 1, value: 0, 'aria-label': `Upload of ${name}` });
     const said = make('span', { className: 'dim' }, 'sending');
-    const cancel = make('button', { type: 'button', className: 'small', onclick: () => controller.abort() }, 'Cancel');
+    const cancel = make('button', { className: 'small', onclick: () => controller.abort() }, 'Cancel');
     const row = make('div', { className: 'upload' }, make('span', { className: 'name' }, name), said, cancel, bar);
     this.progress.append(row);
     change({ tab: 'models' });
@@ -86,7 +86,7 @@ export class Uploads {
   /** Shows a note above the list until it is closed. */
   note(className, title, ...content) {
     const note = make('div', { className, role: 'alert' }, make('h3', {}, title), ...content);
-    note.prepend(make('button', { type: 'button', className: 'close', 'aria-label': 'Close', onclick: () => note.remove() }, '×'));
+    note.prepend(make('button', { className: 'close', 'aria-label': 'Close', onclick: () => note.remove() }, '×'));
     this.progress.append(note);
   }
 }

@@ -1,14 +1,13 @@
 // The viewport: camera, lights, the model's surface and its overlays. Draws only when something has changed.
 import {
   AmbientLight, BoxGeometry, Box3, Color, DirectionalLight, DoubleSide, Group, HemisphereLight, Mesh, MeshBasicMaterial, BackSide,
-  MeshLambertMaterial, PerspectiveCamera, PMREMGenerator, Raycaster, Scene, Vector2, Vector3, WebGLRenderer,
+  MeshLambertMaterial, PerspectiveCamera, PMREMGenerator, Raycaster, Scene, Vector2, Vector3, Vector4, WebGLRenderer,
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
-import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
-import { MeshoptDecoder } from 'three/addons/libs/meshopt_decoder.module.js';
 
+import { BackgroundPicture, takenOver } from './background_picture.js';
 import { Floor } from './floor.js';
-import { checkered, Normals, Skeleton, Wireframe } from './overlays.js';
+import { checkered, meshesOf, Normals, Skeleton, Wireframe } from './overlays.js';
 
 const THEMES = {
   light: { background: 0xeef0f3, surface: 0xb9c0ca, sky: 0xffffff, ground: 0xa9a49c },
@@ -28,55 +27,11 @@ const TURN_SPEED = 1.5; // of OrbitControls: a round in 40 s
 
 const PLACES_MOST = 2000; // points of a mesh that framing considers
 const MARGIN = 0.78; // part of the picture that a framed model fills
+const SLOW_FROM = 100000; // triangles from which on a picture is drawn in the background where there is no graphics card
+const REST_MS = 250; // without another picture, after which the picture is drawn fine
+const STILL = 5; // pixels that the pointer may move during a click
 
 const DULL = 0.5; // the most that a material is a metal where there are no surroundings to reflect: it would be black
-
-const loader = new GLTFLoader().setMeshoptDecoder(MeshoptDecoder);
-
-/** Whether a material states a look. A missing material does not: glTF makes it a metal, which is black without
- *  surroundings. Nor does that of an OBJ, which has only a name and is no metal. */
-const saysLook = (material) => material !== undefined && !/^\{"pbrMetallicRoughness":\{"metallicFactor":0\}\}$/.test(JSON.stringify({ ...material, name: undefined }));
-
-/** The names that the node of a mesh may have in poses: its index where it has no name, or one that another node has too. A
- *  nameless one may be an addition of the answer, whose mesh is the parent's in the file. */
-function namesAbove(object, { associations, json }) {
-  const index = associations.get(object)?.nodes;
-  if (!object.parent) return [];
-  if (index === undefined) return namesAbove(object.parent, { associations, json }); // one of several primitives
-  const { name } = json.nodes[index];
-  return [`node_${index}`, ...(name === undefined ? namesAbove(object.parent, { associations, json }) : [name])];
-}
-
-/** Parses a GLB into {scene, nodes: objects by the file's node names, bearers: [object, index of its mesh] for the nodes with
- *  a mesh, in the file's order, morphs: [{names: of the node, object: a mesh with morph targets, rest: their weights}],
- *  materials: their looks, parser: the loader's}. */
-export async function parse(buffer) {
-  const gltf = await loader.parseAsync(buffer, '');
-  const nodes = new Map();
-  const bearers = [];
-  const morphs = [];
-  gltf.scene.updateMatrixWorld(true);
-  gltf.scene.traverse((object) => {
-    const index = gltf.parser.associations.get(object)?.nodes;
-    if (index === undefined || !gltf.parser.json.nodes[index]) return;
-    const name = gltf.parser.json.nodes[index].name ?? `node_${index}`;
-    if (!nodes.has(name)) nodes.set(name, object);
-    const { mesh } = gltf.parser.json.nodes[index];
-    if (mesh !== undefined) bearers[index] = [object, mesh];
-  });
-  gltf.scene.traverse((object) => {
-    if (object.isLight) object.layers.disableAll(); // the file's lights are in candela: with the viewport's own lights they would overexpose everything
-    if (!object.isMesh) return;
-    const { meshes, primitives } = gltf.parser.associations.get(object) ?? {};
-    const primitive = gltf.parser.json.meshes[meshes]?.primitives[primitives ?? 0];
-    object.userData = { isPlain: !saysLook(gltf.parser.json.materials?.[primitive?.material]) };
-    if (object.isSkinnedMesh) object.frustumCulled = false; // its bounds are valid only at rest
-    if (object.morphTargetInfluences) morphs.push({ names: namesAbove(object, gltf.parser), object, rest: [...object.morphTargetInfluences] });
-  });
-  const materials = (gltf.parser.json.materials ?? []).map(({ name, pbrMetallicRoughness: { baseColorFactor: factor, baseColorTexture: texture } = {} }) =>
-    ({ name, colour: new Color(...(factor ?? [1, 1, 1])).getStyle(), isTextured: texture !== undefined }));
-  return { scene: gltf.scene, nodes, bearers: bearers.filter(Boolean), morphs, materials, parser: gltf.parser };
-}
 
 function dispose(root) {
   root.traverse((object) => {
@@ -103,11 +58,12 @@ export class Viewport {
     const { width, height, ratio } = this.#size();
     Object.assign(canvas, { width: Math.floor(width * ratio), height: Math.floor(height * ratio) }); // changing the size later would clear the canvas
     this.renderer = this.#makeRenderer();
+    this.isSoftware = this.#findSoftware();
     this.scene = new Scene();
     this.camera = new PerspectiveCamera(35, 1, 0.01, 100);
     this.camera.position.set(1, 0.6, 1.4);
     this.controls = new OrbitControls(this.camera, canvas);
-    this.controls.addEventListener('change', () => this.#drawSoon());
+    this.controls.addEventListener('change', () => this.#drawSoon(true));
     this.controls.addEventListener('end', () => this.onView());
     this.hemisphere = new HemisphereLight(0xffffff, 0x888888, 1.6);
     this.sun = new DirectionalLight(0xffffff, 2.2);
@@ -156,10 +112,10 @@ export class Viewport {
   }
 
   /** Whether pictures are computed without a graphics card. */
-  get #isSoftware() {
+  #findSoftware() {
     const context = this.renderer?.getContext();
     const names = context?.getExtension('WEBGL_debug_renderer_info');
-    return names !== null && names !== undefined && /swiftshader|llvmpipe|software/i.test(context.getParameter(names.UNMASKED_RENDERER_WEBGL));
+    return Boolean(names) && /swiftshader|llvmpipe|software/i.test(context.getParameter(names.UNMASKED_RENDERER_WEBGL));
   }
 
   #size() {
@@ -205,22 +161,58 @@ export class Viewport {
     });
   }
 
-  #drawSoon() {
+  /** isMoved: a person moves the camera, or it turns. */
+  #drawSoon(isMoved = false) {
+    this.isMoved ||= isMoved;
     if (this.isDue) return;
     this.isDue = true;
     requestAnimationFrame(() => {
       this.isDue = false;
-      if (!this.model && !this.cage && !this.canvas.dataset.frames) return; // an empty stage has the background's colour
-      for (const update of this.onFrame) update();
-      this.scene.updateMatrixWorld();
-      this.#follow();
-      this.skeleton?.update();
-      if (this.model && this.isShadowOld && this.floor.draw(this.#solids)) this.isShadowOld = false; // the camera moves no shadow
-      if (this.renderer) this.#render();
-      for (const use of this.afterFrame.splice(0)) use(this.canvas);
-      this.canvas.dataset.frames = Number(this.canvas.dataset.frames ?? 0) + 1;
-      if (this.model && this.isFirst) setTimeout(() => this.#showAll()); // after those who wait for this frame
+      if (this.inBackground) this.isLate = true;
+      else this.#draw();
     });
+  }
+
+  #draw() {
+    clearTimeout(this.refinement);
+    if (!this.model && !this.cage && !this.canvas.dataset.frames) return; // an empty stage has the background's colour
+    for (const update of this.onFrame) update();
+    this.scene.updateMatrixWorld();
+    this.#follow();
+    this.skeleton?.update();
+    if (this.model && this.isShadowOld && this.floor.draw(this.#solids)) this.isShadowOld = false; // the camera moves no shadow
+    if (this.isSlow) {
+      const isStill = !this.isMoved && performance.now() - this.ended > REST_MS;
+      this.#drawInBackground(isStill || this.afterFrame.length > 0);
+      return;
+    }
+    delete this.canvas.dataset.unfinished; // a coarse picture may have come before
+    if (this.renderer) this.#render();
+    this.#endFrame();
+  }
+
+  #endFrame() {
+    this.isSlow = this.triangles > SLOW_FROM && this.isSoftware;
+    this.isMoved = false;
+    this.ended = performance.now();
+    for (const use of this.afterFrame.splice(0)) use(this.canvas);
+    this.canvas.dataset.frames = Number(this.canvas.dataset.frames ?? 0) + 1;
+    if (this.model && this.isFirst) setTimeout(() => this.#showAll()); // after those who wait for this frame
+  }
+
+  /** Draws a picture; a coarse one is followed by a fine one when nothing has changed for a while. */
+  async #drawInBackground(isFine) {
+    this.inBackground = true;
+    this.canvas.dataset.unfinished = '';
+    this.background ??= new BackgroundPicture(this.renderer);
+    await this.background.show((target) => this.#render(target), isFine);
+    this.#endFrame();
+    await takenOver();
+    this.inBackground = false;
+    if (this.isLate) this.#drawSoon();
+    else if (!isFine) this.refinement = setTimeout(() => this.#drawInBackground(true), REST_MS);
+    else delete this.canvas.dataset.unfinished;
+    this.isLate = false;
   }
 
   /** Resolves with what the next frame shows, as a data URL: all of it, or its middle in a given size. */
@@ -247,14 +239,46 @@ export class Viewport {
     return clientX - this.canvas.getBoundingClientRect().left < this.#line;
   }
 
-  #render() {
+  /** A raycaster through a place of the window. */
+  rayAt({ clientX, clientY }) {
+    const { left, top, width, height } = this.canvas.getBoundingClientRect();
+    const caster = new Raycaster();
+    caster.setFromCamera(new Vector2(((clientX - left) / width) * 2 - 1, 1 - ((clientY - top) / height) * 2), this.camera);
+    return caster;
+  }
+
+  /** Where the picture has a place of the world: {x, y: pixels, z: above 1 beyond what is drawn}. Changes the place. */
+  seen(place) {
+    const { width, height } = this.canvas.getBoundingClientRect();
+    const { x, y, z } = place.project(this.camera);
+    return { x: ((x + 1) / 2) * width, y: ((1 - y) / 2) * height, z };
+  }
+
+  /** use(event) is called for clicks and taps on this model's side of the picture. */
+  onClick(use) {
+    let from = null;
+    this.canvas.addEventListener('pointerdown', ({ clientX, clientY }) => (from = [clientX, clientY]));
+    this.canvas.addEventListener('pointerup', (event) => {
+      const [x, y] = from ?? [Infinity, 0];
+      from = null;
+      if (event.button === 0 && Math.hypot(event.clientX - x, event.clientY - y) <= STILL && !this.isBeside(x)) use(event);
+    });
+  }
+
+  /** target: where to draw; the canvas, without one. */
+  #render(target) {
     const { width, height } = this.#size();
+    const scale = target ? target.width / width : 1;
+    this.triangles = 0;
     for (const [group, start, end] of [[this.other, 0, this.#line], [this.own, this.#line, width]]) {
       if (start >= end) continue;
       this.own.visible = group === this.own;
       this.other.visible = group === this.other;
-      this.renderer.setScissor(start, 0, end - start, height);
+      if (target) Object.assign(target, { scissorTest: true, scissor: new Vector4(start * scale, 0, (end - start) * scale, target.height) });
+      if (target) this.renderer.setRenderTarget(target);
+      else this.renderer.setScissor(start, 0, end - start, height);
       this.renderer.render(this.scene, this.camera);
+      this.triangles += this.renderer.info.render.triangles;
     }
   }
 
@@ -312,7 +336,7 @@ export class Viewport {
       if (!this.controls.autoRotate) return;
       this.controls.update((now - last) / 1000);
       last = now;
-      this.#drawSoon();
+      this.#drawSoon(true);
       requestAnimationFrame(step);
     };
     if (isTurning) requestAnimationFrame(step);
@@ -320,9 +344,7 @@ export class Viewport {
 
   /** What throws a shadow. */
   get #solids() {
-    const meshes = [];
-    this.model.scene.traverse((object) => object.isMesh && object.userData.own && meshes.push(object));
-    return meshes;
+    return meshesOf(this.model.scene).filter(({ userData }) => userData.own);
   }
 
   get #models() {
@@ -347,7 +369,7 @@ export class Viewport {
       Object.assign(object.material, { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }); // so that lines are drawn in front
       object.userData.own = object.material;
     });
-    if (metal && this.#isSoftware) scene.traverse(({ material }) => material?.metalness > DULL && (material.metalness = DULL));
+    if (metal && this.isSoftware) scene.traverse(({ material }) => material?.metalness > DULL && (material.metalness = DULL));
     else if (metal) this.surroundings();
     const rest = scene.children[0] ? new Vector3().setFromMatrixPosition(scene.children[0].matrixWorld) : null;
     const wireframe = new Wireframe(scene, { quads: level > 0 && scheme !== 'loop' });
@@ -506,29 +528,16 @@ export class Viewport {
   /** Arrows orbit, with Shift they pan; + and - zoom; F frames. */
   key(event) {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const turns = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
-    const offset = this.camera.position.clone().sub(this.controls.target);
-    if (turns[event.key]) {
-      const [x, y] = turns[event.key];
-      if (event.shiftKey) {
-        const move = new Vector3(x, -y, 0).applyQuaternion(this.camera.quaternion).multiplyScalar(offset.length() / 20);
-        this.controls.target.add(move);
-        this.camera.position.add(move);
-      } else {
-        const polar = Math.acos(Math.max(-1, Math.min(1, offset.y / offset.length())));
-        const next = Math.max(0.05, Math.min(Math.PI - 0.05, polar + y * 0.12));
-        const round = Math.atan2(offset.x, offset.z) + x * 0.12;
-        const length = offset.length();
-        offset.set(Math.sin(next) * Math.sin(round), Math.cos(next), Math.sin(next) * Math.cos(round)).multiplyScalar(length);
-        this.camera.position.copy(this.controls.target).add(offset);
-      }
-    } else if (event.key === '+' || event.key === '=' || event.key === '-') {
-      offset.multiplyScalar(event.key === '-' ? 1.12 : 1 / 1.12);
-      this.camera.position.copy(this.controls.target).add(offset);
-    } else return;
+    const { controls } = this;
+    const way = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
+    if (way && event.shiftKey) controls.pan(...way.map((part) => (-part * this.canvas.clientHeight) / 12));
+    else if (way) {
+      controls.rotateLeft(-0.12 * way[0]);
+      controls.rotateUp(-0.12 * way[1]);
+    } else if (event.key === '+' || event.key === '=') controls.dollyIn(1 / 1.12);
+    else if (event.key === '-') controls.dollyOut(1 / 1.12);
+    else return;
     event.preventDefault();
-    this.controls.update();
-    this.invalidate();
     this.onView();
   }
 
@@ -558,12 +567,8 @@ export class Viewport {
   }
 
   /** The names of the nodes at a place of the window, from the innermost outwards; of a skin, those of the strongest joint. */
-  nodesAt({ clientX, clientY }) {
-    if (!this.model) return [];
-    const box = this.canvas.getBoundingClientRect();
-    const ray = new Raycaster();
-    ray.setFromCamera(new Vector2(((clientX - box.left) / box.width) * 2 - 1, 1 - ((clientY - box.top) / box.height) * 2), this.camera);
-    const hit = ray.intersectObject(this.model.scene).find(({ object }) => object.isMesh && object.userData.own);
+  nodesAt(event) {
+    const hit = this.model && this.rayAt(event).intersectObject(this.model.scene).find(({ object }) => object.isMesh && object.userData.own);
     if (!hit) return [];
     const names = new Map([...this.model.nodes].map(([name, object]) => [object, name]));
     const found = [];

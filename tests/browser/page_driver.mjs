@@ -69,13 +69,13 @@ export class Visit {
     await this.drawn();
   }
 
-  /** Until nothing new is drawn for some frames. */
+  /** Until nothing new is drawn for some frames, nor in the background. */
   async drawn() {
     await this.page.evaluate(async () => {
       const { dataset } = document.querySelector('canvas');
       for (let still = 0, frames; still < 4; still++) {
         await new Promise((resolve) => requestAnimationFrame(resolve));
-        if (dataset.frames !== frames) still = 0;
+        if (dataset.frames !== frames || 'unfinished' in dataset) still = 0;
         frames = dataset.frames;
       }
     });

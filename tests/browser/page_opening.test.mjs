@@ -215,21 +215,75 @@ test('without WebGL all but the picture works', async () => {
   await visit.end();
 });
 
-for (const [name, viewport] of [['a page magnified to 400 %', { width: 320, height: 200 }], ['a phone held sideways', { width: 844, height: 390 }]])
-  visits(`${name} has a panel that can be read`, { first: 'cube.obj', viewport }, async (visit) => {
-    await visit.level(2);
-    await visit.tab('Surface');
-    const slider = visit.page.getByRole('slider', { name: 'Level' }).first();
+visits('a page magnified to 400 %, and a phone held sideways, have a panel that can be read', { first: 'cube.obj' }, async (visit) => {
+  await visit.level(2);
+  await visit.tab('Surface');
+  const slider = visit.page.getByRole('slider', { name: 'Level' }).first();
+  for (const viewport of [{ width: 320, height: 200 }, { width: 844, height: 390 }]) {
+    await visit.page.setViewportSize(viewport);
     await slider.scrollIntoViewIfNeeded();
     const isSeen = await slider.evaluate((element) => {
       const { left, top, width, height } = element.getBoundingClientRect();
       return element.contains(document.elementFromPoint(left + width / 2, top + height / 2));
     });
-    assert.ok(isSeen);
-    await visit.picture(name);
-  });
+    assert.ok(isSeen, `${viewport.width} pixels wide`);
+    await visit.picture(`panel ${viewport.width}`);
+  }
+});
 
-visits('forced colours show which chips are pressed', { forcedColors: 'active' }, async (visit) => {
+visits('the panel keeps its width, and what is liked, over visits; in a small window the picture keeps its part', { first: 'cube.obj', hash: '#tab=surface' }, async (visit) => {
+  const { page } = visit;
+  await visit.level(2);
+  const width = () => page.locator('aside').evaluate(({ clientWidth }) => clientWidth);
+  const line = page.getByRole('separator', { name: 'Width of the panel' });
+  const box = await line.boundingBox();
+  await page.mouse.move(box.x + 4, box.y + 100);
+  await page.mouse.down();
+  await page.mouse.move(box.x - 140, box.y + 100, { steps: 3 });
+  await page.mouse.up();
+  const wide = await width();
+  assert.ok(wide > 480, `${wide}`);
+  await page.getByRole('button', { name: 'Change to the dark theme' }).click();
+  for (const again of [() => page.reload(), () => page.goto(`${daemon.url}/version`).then(() => page.goto(`${daemon.url}/`))]) {
+    await again();
+    await visit.wait(() => document.querySelector('html[data-theme=dark]'));
+    assert.equal(await width(), wide);
+  }
+  assert.doesNotMatch(page.url(), /panel|theme/);
+  await page.setViewportSize({ width: 780, height: 640 });
+  assert.ok((await page.locator('#stage').boundingBox()).width >= 300);
+});
+
+visits('nothing moves by itself for those who want less motion', { first: 'cube.obj', hash: '#turntable=true' }, async (visit) => {
+  await visit.level(2);
+  const animated = await visit.page.evaluate(() => {
+    document.getElementById('busy').hidden = false;
+    return document.getAnimations().length;
+  });
+  assert.equal(animated, 0);
+  assert.equal(await visit.page.getByLabel('Turntable').isChecked(), false);
+  const frames = () => visit.page.evaluate(() => document.querySelector('canvas').dataset.frames);
+  const before = await frames();
+  await visit.page.waitForTimeout(200);
+  assert.equal(await frames(), before);
+});
+
+visits('a clip that cannot be opened leaves the picture to what is done next', { hash: '#show=surface' }, async (visit) => {
+  // A fault where none is expected: the list of clips cannot be filled.
+  await visit.page.addInitScript(() => (HTMLSelectElement.prototype.replaceChildren = () => {
+    throw new Error('provoked');
+  }));
+  await visit.page.reload();
+  await visit.wait(() => document.getElementById('facts').textContent.startsWith('Level 2'));
+  await visit.page.waitForTimeout(1200);
+  await visit.drawn();
+  const before = await visit.pixels();
+  await visit.shows('surface', false);
+  assert.ok(difference(before, await visit.pixels()) > 0.02);
+  visit.faults = visit.faults.filter((fault) => !fault.includes('provoked'));
+});
+
+visits('forced colours show which chips are pressed', { first: 'cube.obj', forcedColors: 'active' }, async (visit) => {
   await visit.level(2);
   const colourOf = (name) => visit.page.locator(`#shown [data-name=${name}]`).evaluate((chip) => getComputedStyle(chip).backgroundColor);
   assert.equal(await visit.page.locator('#shown [data-name=surface]').getAttribute('aria-pressed'), 'true');

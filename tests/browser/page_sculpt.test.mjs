@@ -272,24 +272,27 @@ visits('one finger sculpts, two move the camera', { hash, ...PHONE }, async (vis
   assert.ok(apart(await pointsOf(sculptor.id, 3), before) > 0.05);
 });
 
-for (const [brush, isRight] of [
+const BRUSHES = [
   ['Draw', ({ up }) => up > 0.02], ['Inflate', ({ up }) => up > 0.02], ['Smooth', ({ apart: far }) => far > 0.001], ['Flatten', ({ apart: far }) => far > 0.001], ['Crease', ({ up }) => up < -0.02],
-])
-  visits(`a stroke of the brush ${brush.toLowerCase()}, mirrored`, { hash }, async (visit) => {
-    const sculptor = await Sculptor.begin(visit);
-    const { page } = sculptor;
-    const before = await pointsOf(sculptor.id, 3);
+];
+visits('a stroke of each brush, mirrored', { hash }, async (visit) => {
+  const sculptor = await Sculptor.begin(visit);
+  const { page } = sculptor;
+  const before = await pointsOf(sculptor.id, 3);
+  await page.getByLabel('Symmetry').selectOption('x');
+  for (const [brush, isRight] of BRUSHES) {
     await page.getByRole('button', { name: brush, exact: true }).click();
-    await page.getByLabel('Symmetry').selectOption('x');
     await sculptor.slide('Strength', 100);
     await sculptor.drag(before[nearest(before, new Vector3(0.45, 0.7, 0.3))], [30, 10]);
     const after = await pointsOf(sculptor.id, 3);
     const moves = after.map((point, i) => point.clone().sub(before[i]));
     const most = moves.reduce((best, move) => (move.length() > best.length() ? move : best), new Vector3());
-    assert.ok(isRight({ up: most.y, apart: most.length() }), `${most.toArray()}`);
+    assert.ok(isRight({ up: most.y, apart: most.length() }), `${brush}: ${most.toArray()}`);
     const mirrored = after.map(({ x, y, z }) => new Vector3(-x, y, z));
-    for (const point of after) assert.ok(mirrored.some((other) => other.distanceTo(point) < 1e-4), 'both sides are alike');
-  });
+    for (const point of after) assert.ok(mirrored.some((other) => other.distanceTo(point) < 1e-4), `${brush}: both sides are alike`);
+    await sculptor.opens(() => page.getByRole('button', { name: 'Undo' }).click());
+  }
+});
 
 visits('strokes go on while one is stored, and each can be undone', { hash }, async (visit) => {
   const sculptor = await Sculptor.begin(visit);

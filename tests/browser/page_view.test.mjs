@@ -161,7 +161,7 @@ visits('levels that were loaded tell the server’s milliseconds', { first: 'cub
   await visit.wait(() => document.querySelector('tr[data-level="7"]'));
   await visit.page.getByRole('button', { name: 'Show level 3' }).click();
   await visit.level(3);
-  const told = await visit.page.locator('#panel-surface tbody tr').evaluateAll((rows) => rows.map(({ lastChild }) => lastChild.textContent));
+  const told = await visit.page.locator('#panel-surface tbody tr').evaluateAll((rows) => rows.map(({ lastElementChild }) => lastElementChild.textContent));
   for (const [level, text] of told.entries()) assert.match(text, level === 2 || level === 3 ? /^[\d.]+ ms$/ : /^–$/, `level ${level}`);
 });
 

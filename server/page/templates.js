@@ -1,0 +1,19 @@
+// What several panels draw with lit-html.
+import { html } from 'lit-html';
+
+import { change, state } from './state.js';
+
+/** A select with a label above it, for a name of the state: options as [value, text]. */
+export const choice = (label, name, options, value = state(name)) => html`<label class="field"><span>${label}</span>
+  <select @change=${({ target }) => change({ [name]: target.value })}>
+    ${options.map(([key, text]) => html`<option value=${key} .selected=${key === value}>${text}</option>`)}</select></label>`;
+
+async function copy({ target }, text) {
+  const isCopied = await navigator.clipboard?.writeText(text).then(() => true, () => false);
+  target.textContent = isCopied ? 'Copied' : 'Not allowed';
+  setTimeout(() => (target.textContent = 'Copy'), 1500);
+}
+
+/** A line of code with a button that copies it. */
+export const codeLine = (label, text) => html`<div class="code"><span>${label}</span>
+  <button type="button" class="small" aria-label="Copy the ${label} line" @click=${(event) => copy(event, text)}>Copy</button><pre tabindex="0" aria-label=${label}>${text}</pre></div>`;
