@@ -261,7 +261,7 @@ TEST_WITH(a_lender_may_leave_the_cache_before_any_look_for_its_clip, setup, one_
   api_service_destroy(f->loop->service);
   forgetting = f->loop->service = api_service_create(&settings);
   snprintf(absent, sizeof absent, "pose.json?at=1&clip=%s%%2Fno,ne", f->id);
-  snprintf(detail, sizeof detail, "no clip is called \"no\"; there are: turn");
+  snprintf(detail, sizeof detail, "is called \"no\"; there are: turn");
   for (int looks = 1; looks < LOOKS; looks++) {
     looks_left = 0; /* both models are cached */
     assert_problem(ask(&borrower, absent, NULL), 404, NULL, detail);
