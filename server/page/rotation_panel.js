@@ -151,8 +151,8 @@ export class RotationPanel {
         ${choice('Node, nearest to lock first', 'node', this.tracks.map((entry) => [entry.node, `${markOf(entry)}${entry.node}, ${fromLock(entry.gimbal.cos_middle)} from lock`]), track.node)}
         ${choice('Euler order', 'order', ORDERS.map((name) => [name, `${name}, ${fromLock(track.orders[name] ?? 1)} from lock`]))}</div>
       <h3>Distance from gimbal lock${this.lockNow}</h3>${this.band.svg}
-      <p class=${least < LOCKED ? 'verdict locked' : 'verdict'}><strong>${order} ${verdict}</strong>: ${fromLock(least)} from lock at ${seconds(samples[distance.indexOf(nearest)])}.
-        At lock the outer two axes turn about one line, and angles leap.</p>
+      <p class=${least < LOCKED ? 'verdict locked' : 'verdict'}><strong>${order} ${verdict}</strong>: ${fromLock(least)} from lock at ${
+        seconds(samples[distance.indexOf(nearest)])}. At lock the outer two axes turn about one line, and angles leap.</p>
       ${offersBetter ? html`<button type="button" class="wide" @click=${() => change({ order: best })}>Use ${best}, which stays ${fromLock(track.orders[best])} away</button>`
         : html`<p class="dim">No order does better than ${order} here.</p>`}
       <h3>Euler angles, ${order}</h3>
