@@ -252,10 +252,13 @@ static tw_word read_name(stl_text *text) {
   return (tw_word){start, (size_t)(end - start)};
 }
 
-/* Whether a text speaks of units. */
+/* Whether a text has the word unit or units. */
 static bool says_unit(const char *text) {
-  for (; *text; text++)
-    if (tw_word_begins((tw_word){text, strlen(text)}, "unit")) return true;
+  for (; *text; text++) {
+    if (!tw_word_begins((tw_word){text, strlen(text)}, "unit")) continue;
+    char next = (char)(text[4 + (text[4] == 's' || text[4] == 'S')] | 0x20);
+    if (next < 'a' || next > 'z') return true;
+  }
   return false;
 }
 

@@ -33,9 +33,9 @@ export class BackgroundPicture {
     const target = this.#target(isFine ? 1 : 0.5, isFine ? gl.getParameter(gl.SAMPLES) : 0);
     draw(target);
     renderer.setRenderTarget(null);
-    const end = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    const end = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0); // null when the context is lost
     gl.flush();
-    while (gl.getSyncParameter(end, gl.SYNC_STATUS) === gl.UNSIGNALED) await new Promise((resolve) => setTimeout(resolve, ASK_MS));
+    while (end && gl.getSyncParameter(end, gl.SYNC_STATUS) === gl.UNSIGNALED) await new Promise((resolve) => setTimeout(resolve, ASK_MS));
     gl.deleteSync(end);
     this.copy.children[0].material.uniforms.map.value = target.texture;
     renderer.render(this.copy, this.camera);

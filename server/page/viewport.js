@@ -188,14 +188,15 @@ export class Viewport {
     }
     delete this.canvas.dataset.unfinished; // a coarse picture may have come before
     if (this.renderer) this.#render();
-    this.#endFrame();
+    this.#endFrame(this.afterFrame.splice(0));
   }
 
-  #endFrame() {
+  /** uses: those of `afterFrame` that waited when the drawing began. */
+  #endFrame(uses) {
     this.isSlow = this.triangles > SLOW_FROM && this.isSoftware;
     this.isMoved = false;
     this.ended = performance.now();
-    for (const use of this.afterFrame.splice(0)) use(this.canvas);
+    for (const use of uses) use(this.canvas);
     this.canvas.dataset.frames = Number(this.canvas.dataset.frames ?? 0) + 1;
     if (this.model && this.isFirst) setTimeout(() => this.#showAll()); // after those who wait for this frame
   }
@@ -205,11 +206,12 @@ export class Viewport {
     this.inBackground = true;
     this.canvas.dataset.unfinished = '';
     this.background ??= new BackgroundPicture(this.renderer);
+    const uses = this.afterFrame.splice(0);
     await this.background.show((target) => this.#render(target), isFine);
-    this.#endFrame();
+    this.#endFrame(uses);
     await takenOver();
     this.inBackground = false;
-    if (this.isLate) this.#drawSoon();
+    if (this.isLate || this.afterFrame.length > 0) this.#drawSoon();
     else if (!isFine) this.refinement = setTimeout(() => this.#drawInBackground(true), REST_MS);
     else delete this.canvas.dataset.unfinished;
     this.isLate = false;

@@ -193,6 +193,29 @@ visits('a checker lies along the UVs', { first: 'cube.obj', hash: '#show=surface
   assert.ok(difference(plain, await visit.pixels()) > 0.05);
 });
 
+visits('a large model is drawn beside the canvas: coarse while it turns, then fine, and its URL brings back that', { ...DESKTOP, hash: '#level=4&show=surface' }, async (visit) => {
+  await visit.level(4);
+  await visit.drawn();
+  const still = await visit.pixels();
+  assert.ok(covered(still) > 0.1, `${covered(still)} of the picture is covered`);
+  const box = await visit.page.locator('#view').boundingBox();
+  await visit.page.mouse.move(box.x + 300, box.y + 300);
+  await visit.page.mouse.down();
+  await visit.page.mouse.move(box.x + 420, box.y + 340, { steps: 4 });
+  await visit.page.mouse.up();
+  await visit.wait(() => 'unfinished' in document.getElementById('view').dataset);
+  await visit.wait(() => location.hash.includes('view='));
+  await visit.drawn();
+  const turned = await visit.pixels();
+  const moved = difference(still, turned);
+  const other = await Visit.begin(site.browser, visit.page.url(), DESKTOP);
+  await other.level(4);
+  await other.drawn();
+  const apart = difference(turned, await other.pixels());
+  assert.ok(moved > 0.05 && apart < moved / 10, `another visitor sees ${apart} otherwise, the turn changed ${moved}`);
+  await other.end();
+});
+
 visits('its URL brings back what it shows', { hash: '#tab=surface&level=1&encoding=quantized&show=cage&theme=dark' }, async (visit) => {
   await visit.level(1);
   assert.equal(await visit.page.getByLabel('Encoding').inputValue(), 'quantized');

@@ -272,7 +272,7 @@ TEST_WITH(binary_stl_loses_nothing_in_silence, loopback_setup, loopback_teardown
        0,
        "",
        1},
-      {{"who wrote it, in the header", COMMENT, NULL}, "written by hand", 0, "", 1},
+      {{"who wrote it, in the header", COMMENT, NULL}, "written by Unity, by hand", 0, "", 1},
       {{"blanks in the header", COMMENT, NULL}, "  \t ", 0, "", 1},
       {{"another attribute", WARNING, "attributes that are left out"}, "", 7, "", 1},
       {{"bytes of an attribute", WARNING, "attributes that are left out"}, "", 4, "abcd", 1},
