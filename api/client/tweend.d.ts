@@ -1196,6 +1196,14 @@ export interface Layer {
    * Of another model's clip. Default: `none`; `auto` carries it over to this model's skeleton.
    */
   retarget?: "none" | "auto";
+  /** With `retarget` `auto`: pairs of bones, as the parameter `map` of requests. */
+  map?: {
+    [key: string]: string | null;
+  };
+  /**
+   * With `retarget` `auto`: `hold` keeps feet where they touched, as the parameter `feet` of poses.
+   */
+  feet?: "hold";
 }
 export interface Health {
   status: string;

@@ -178,10 +178,13 @@ enum {
   LAYER_NODES,
   LAYER_REFERENCE,
   LAYER_RETARGET,
+  LAYER_MAP,
+  LAYER_FEET,
   LAYER_MEMBERS
 };
-static const char *const layer_members[] = {"clip", "mode",  "weight",    "speed",    "offset", "loop",
-                                            "sync", "nodes", "reference", "retarget", NULL};
+static const char *const layer_members[] = {"clip", "mode", "weight", "speed",     "offset",
+                                            "loop", "sync", "nodes",  "reference", "retarget",
+                                            "map",  "feet", NULL};
 
 /* What reading the layers of a clip needs. */
 typedef struct layer_reader {
@@ -284,13 +287,31 @@ static tw_status read_mask(const api_value *array, const api_names *nodes, tw_cl
   return out ? api_json_each_text(array, read_mask_node, &(mask_reader){nodes, out}) : status;
 }
 
+/* Reads how the clip of another model is carried over. */
+static tw_status read_retarget(const api_value *values, tw_clip_layer *layer) {
+  static const char *const ways[] = {"none", "auto", NULL}, *const feet[] = {"hold", NULL};
+  int way = 0, hold = 0;
+  tw_status status = api_json_choice(&values[LAYER_RETARGET], ways, &way);
+  if (status == TW_OK && values[LAYER_MAP].item)
+    status = api_json_object(&values[LAYER_MAP], api_bone_map_read, &layer->retarget);
+  if (status == TW_OK) status = api_json_choice(&values[LAYER_FEET], feet, &hold);
+  layer->retarget.is_auto = way == 1;
+  layer->retarget.holds_feet = values[LAYER_FEET].item != NULL;
+  if (status != TW_OK) return status;
+  for (int i = LAYER_MAP; i <= LAYER_FEET; i++)
+    if (values[i].item && !layer->retarget.is_auto)
+      return api_json_fail(&values[i], TW_SYNTAX, "%s goes with retarget auto", layer_members[i]);
+  if (layer->retarget.is_auto && layer->own != TW_NO_INDEX)
+    return api_json_fail(&values[LAYER_RETARGET], TW_SYNTAX, "retarget goes with clips of other models");
+  return TW_OK;
+}
+
 static tw_status read_layer(void *context, const api_value *object) {
   static const char *const modes[] = {"replace", "additive", NULL};
-  static const char *const retargets[] = {"none", "auto", NULL};
   const layer_reader *reader = context;
   tw_clip_layer *layer = &reader->layers[object->at.index];
   api_value values[LAYER_MEMBERS];
-  int mode = TW_LAYER_REPLACE, retarget = 0;
+  int mode = TW_LAYER_REPLACE;
   tw_status status = api_json_members(object, layer_members, values);
   if (status == TW_OK) status = read_layer_clip(reader, object, &values[LAYER_CLIP], layer);
   if (status == TW_OK) status = api_json_choice(&values[LAYER_MODE], modes, &mode);
@@ -298,11 +319,8 @@ static tw_status read_layer(void *context, const api_value *object) {
   if (status == TW_OK) status = read_layer_times(values, &layer->layer);
   if (status == TW_OK) status = read_mask(&values[LAYER_NODES], reader->nodes, layer);
   if (status == TW_OK) status = api_json_double(&values[LAYER_REFERENCE], &layer->layer.reference);
-  if (status == TW_OK) status = api_json_choice(&values[LAYER_RETARGET], retargets, &retarget);
+  if (status == TW_OK) status = read_retarget(values, layer);
   layer->layer.mode = (tw_layer_mode)mode;
-  layer->is_retargeted = retarget == 1;
-  if (status == TW_OK && layer->is_retargeted && layer->own != TW_NO_INDEX)
-    return api_json_fail(&values[LAYER_RETARGET], TW_SYNTAX, "retarget goes with clips of other models");
   if (status == TW_OK && values[LAYER_REFERENCE].item && mode != TW_LAYER_ADDITIVE)
     return api_json_fail(&values[LAYER_REFERENCE], TW_SYNTAX, "reference is for mode additive");
   return status;

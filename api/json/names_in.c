@@ -93,3 +93,27 @@ tw_status api_name_find(const api_value *value, const api_names *all, uint32_t *
   *out = is_named ? all->sorted[low].index : placed;
   return TW_OK;
 }
+
+tw_status api_bone_map_read(void *context, const api_value *object) {
+  tw_retarget_wish *out = context;
+  const api_json *json = object->json;
+  uint32_t count = 0;
+  for (const cJSON *child = object->item->child; child; child = child->next) count++;
+  if (count > TW_BONE_PAIRS_MAX)
+    return api_json_fail(object, TW_LIMIT, "the map has %u pairs of bones, and at most %d are read", count,
+                         TW_BONE_PAIRS_MAX);
+  tw_bone_names_pair *pairs = tw_arena_alloc(json->arena, count, sizeof *pairs);
+  if (!pairs) return api_json_no_memory(json);
+  tw_status status = TW_OK;
+  const cJSON *child = object->item->child;
+  for (uint32_t i = 0; i < count && status == TW_OK; i++, child = child->next) {
+    const api_value value = {json, child, {&object->at, child->string, 0}};
+    pairs[i].source = tw_arena_text(json->arena, child->string, strlen(child->string));
+    if (!pairs[i].source) return api_json_no_memory(json);
+    if (!cJSON_IsNull(child)) status = api_json_name(&value, &pairs[i].target);
+  }
+  out->has_map = true;
+  out->pairs = pairs;
+  out->pair_count = count;
+  return status;
+}

@@ -3,6 +3,7 @@
 #define API_NAMES_IN_H
 
 #include "json_value.h"
+#include "tweend/retarget.h"
 
 typedef struct api_names_entry {
   const char *text;
@@ -28,5 +29,8 @@ tw_status api_names_read(const api_value *array, uint32_t count, const char *kin
 /* Reads a reference by name to one of `all`; an absent member leaves *out alone. O(log n). TW_SYNTAX,
  * TW_INVALID. */
 tw_status api_name_find(const api_value *value, const api_names *all, uint32_t *out);
+
+/* Reads {"source node": "target node" or null} into the map of a tw_retarget_wish. TW_LIMIT. */
+tw_status api_bone_map_read(void *wish, const api_value *object);
 
 #endif

@@ -176,8 +176,8 @@ static bool add_weights(const tw_model *lender, const tw_clip_keys *keys, const 
 }
 
 bool api_clip_carry(const tw_model *lender, const tw_clip_keys *keys, const tw_model *model,
-                    const api_retarget *retarget, uint32_t max_keys, api_notes *notes, const char **report,
-                    tw_clip_keys *out, api_fault *fault) {
+                    const tw_retarget_wish *retarget, uint32_t max_keys, api_notes *notes,
+                    const char **report, tw_clip_keys *out, api_fault *fault) {
   api_carried carried;
   if (!api_clip_retarget(lender, keys, model, retarget, max_keys, notes->arena, &carried, fault))
     return false;

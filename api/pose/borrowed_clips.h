@@ -47,7 +47,7 @@ bool api_clip_rename(const tw_model *lender, const tw_clip_keys *keys, const tw_
 /* Carries a clip of the lender over to the model's skeleton, but morph weights, which go by the names of
  * nodes. All is copied to the notes' arena. *report: as in api_carried. False: the fault says why. */
 bool api_clip_carry(const tw_model *lender, const tw_clip_keys *keys, const tw_model *model,
-                    const api_retarget *retarget, uint32_t max_keys, api_notes *notes, const char **report,
-                    tw_clip_keys *out, api_fault *fault);
+                    const tw_retarget_wish *retarget, uint32_t max_keys, api_notes *notes,
+                    const char **report, tw_clip_keys *out, api_fault *fault);
 
 #endif

@@ -221,7 +221,7 @@ static bool note_loose(api_notes *notes, const tw_clip_keys *keys) {
 /* The keys of each chosen clip, on the model's nodes. NULL: the fault says why. */
 static tw_clip_keys *gather_keys(const clip_source *source, api_clip *clip, api_notes *notes,
                                  api_fault *fault) {
-  const api_retarget *retarget = &source->choices->terms.retarget;
+  const tw_retarget_wish *retarget = &source->choices->terms.retarget;
   tw_clip_keys *keys = tw_arena_alloc(clip->arena, source->choices->count, sizeof *keys);
   bool is_done = keys || api_fault_without_memory(fault);
   for (uint32_t i = 0; is_done && i < source->choices->count; i++) {

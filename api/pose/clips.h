@@ -14,7 +14,7 @@ typedef struct api_clip_choice {
 
 /* How clips come to a model. A view into the call's arena. */
 typedef struct api_clip_terms {
-  api_retarget retarget; /* of borrowed clips */
+  tw_retarget_wish retarget; /* of borrowed clips */
   api_root root;
 } api_clip_terms;
 

@@ -198,7 +198,7 @@ static bool find_keys(const compiling *c, const api_bound_clip *bound, tw_clip_k
 
 /* Compiles a clip that is carried over to the skeleton of `onto`, then put on c->model's nodes by `map`. */
 static bool compile_carried(const compiling *c, const api_bound_clip *bound, const tw_model *onto,
-                            const api_retarget *retarget, const uint32_t *map, const char **report,
+                            const tw_retarget_wish *retarget, const uint32_t *map, const char **report,
                             made_clip *out) {
   tw_clip_keys own, carried;
   api_notes notes = {.arena = c->scratch};
@@ -261,14 +261,13 @@ static bool note_layer(const compiling *c, const api_bound_clip *bound, uint32_t
 /* Compiles the clip of a layer. map: for each node of the mixed clip's model, that of c->model. */
 static bool compile_layer(const compiling *c, const api_bound_clip *bound, uint32_t index,
                           const uint32_t *map, made_clip *out) {
-  static const api_retarget automatic = {.is_auto = true};
   const tw_clip_layer *layer = &bound->model->clips[bound->index].layers[index];
   const api_bound_clip *below = &bound->layers[index];
   if (layer->node_count > 0) map = mask_map(c, bound->model, layer, map);
   if (!map) return fail_without_memory(c);
-  if (below->entry && layer->is_retargeted) {
+  if (below->entry && layer->retarget.is_auto) {
     const char *report;
-    if (compile_carried(c, below, bound->model, &automatic, map, &report, out)) return true;
+    if (compile_carried(c, below, bound->model, &layer->retarget, map, &report, out)) return true;
     if (c->fault->error.status != TW_NO_MEMORY) name_layer(c->fault, bound->model, bound->index, "", index);
     return false;
   }

@@ -30,10 +30,10 @@ api_outcome api_mixed_leave_out(api_call *call, const tw_model *model, uint32_t 
 
 /* What clips are mixed for. */
 typedef struct api_mixing {
-  const tw_model *model;        /* whose nodes they move */
-  int force;                    /* as in api_clip_take */
-  uint32_t max_keys;            /* of a track that is carried over */
-  const api_retarget *retarget; /* how clips of other models come to `model` */
+  const tw_model *model;            /* whose nodes they move */
+  int force;                        /* as in api_clip_take */
+  uint32_t max_keys;                /* of a track that is carried over */
+  const tw_retarget_wish *retarget; /* how clips of other models come to `model` */
   api_notes *notes;
   const char *report; /* receives that of a clip that is carried over, as in api_carried */
 } api_mixing;

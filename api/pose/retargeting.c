@@ -2,6 +2,7 @@
 #include "retargeting.h"
 
 #include "answer.h"
+#include "names_in.h"
 #include "node_names.h"
 #include "tweend/json_print.h"
 
@@ -9,53 +10,30 @@
 
 /* ---- parameters ------------------------------------------------------------------------------ */
 
-tw_status api_map_read(void *context, const api_value *object) {
-  api_retarget *out = context;
-  const api_json *json = object->json;
-  uint32_t count = 0;
-  for (const cJSON *child = object->item->child; child; child = child->next) count++;
-  api_map_pair *pairs = tw_arena_alloc(json->arena, count, sizeof *pairs);
-  if (!pairs) return api_json_no_memory(json);
-  count = 0;
-  for (const cJSON *child = object->item->child; child; child = child->next) {
-    const api_value value = {json, child, {&object->at, child->string, 0}};
-    api_map_pair *pair = &pairs[count++];
-    pair->source = tw_arena_text(json->arena, child->string, strlen(child->string));
-    if (!pair->source) return api_json_no_memory(json);
-    if (cJSON_IsNull(child)) continue;
-    tw_status status = api_json_name(&value, &pair->target);
-    if (status != TW_OK) return status;
-  }
-  out->has_map = true;
-  out->pairs = pairs;
-  out->pair_count = count;
-  return TW_OK;
-}
-
 /* Reads the map of the query. Its errors name the parameter, in front of the place in it. */
-static tw_status read_map(api_call *call, const char *text, api_retarget *out) {
+static tw_status read_map(api_call *call, const char *text, tw_retarget_wish *out) {
   enum { VALUES_MAX = 4096 };
   tw_error error = {0};
   api_json json = {call->arena, &error, NULL};
   api_value root;
   tw_status status = api_json_open(&json, text, strlen(text), VALUES_MAX, &root);
-  if (status == TW_OK) status = api_map_read(out, &root);
+  if (status == TW_OK) status = api_bone_map_read(out, &root);
   api_json_close(&root);
   if (status == TW_OK) return TW_OK;
   return tw_fail(&call->fault.error, status == TW_NO_MEMORY ? status : TW_SYNTAX, "map: %s%s%s",
                  error.pointer, error.pointer[0] ? ": " : "", error.detail);
 }
 
-static tw_status read_feet(const char *feet, bool names_feet, api_retarget *out, tw_error *error) {
+static tw_status read_feet(const char *feet, bool names_feet, tw_retarget_wish *out, tw_error *error) {
   out->holds_feet = feet && strcmp(feet, "hold") == 0 && (out->is_auto || !names_feet);
   if (!feet || out->holds_feet || names_feet) return TW_OK;
   return tw_fail(error, TW_SYNTAX, "feet=%.60s: expected hold", feet);
 }
 
-api_outcome api_retarget_read(api_call *call, bool names_feet, api_retarget *out) {
+api_outcome api_retarget_read(api_call *call, bool names_feet, tw_retarget_wish *out) {
   static const char *const ways[] = {"none", "auto", NULL};
   int way = 0;
-  *out = (api_retarget){0};
+  *out = (tw_retarget_wish){0};
   tw_status status = api_query_choice(&call->query, "retarget", ways, &way, &call->fault.error);
   const char *map = api_query_get(&call->query, "map");
   if (status == TW_OK && map) status = read_map(call, map, out);
@@ -65,12 +43,12 @@ api_outcome api_retarget_read(api_call *call, bool names_feet, api_retarget *out
   return api_outcome_of(call, status);
 }
 
-api_outcome api_retarget_check(api_call *call, const api_retarget *retarget) {
+api_outcome api_retarget_check(api_call *call, const tw_retarget_wish *retarget) {
   if (retarget->is_auto || (!retarget->has_map && !retarget->holds_feet)) return API_DONE;
   return api_fail_with(call, 400, "%s goes with retarget=auto", retarget->has_map ? "map" : "feet=hold");
 }
 
-void api_retarget_print(const api_retarget *retarget, tw_text *text) {
+void api_retarget_print(const tw_retarget_wish *retarget, tw_text *text) {
   if (!retarget->is_auto) return;
   tw_text_add(text, retarget->holds_feet ? "&feet=hold&retarget=[" : "&retarget=[");
   for (uint32_t i = 0; i < retarget->pair_count; i++) {
@@ -116,10 +94,10 @@ static bool find_mapped(const tw_model *model, const char *name, const char *who
   return false;
 }
 
-static bool find_pairs(const tw_model *lender, const tw_model *model, const api_retarget *retarget,
+static bool find_pairs(const tw_model *lender, const tw_model *model, const tw_retarget_wish *retarget,
                        tw_bone_pair *out, tw_error *error) {
   for (uint32_t i = 0; i < retarget->pair_count; i++) {
-    const api_map_pair *pair = &retarget->pairs[i];
+    const tw_bone_names_pair *pair = &retarget->pairs[i];
     out[i].target = TW_NO_INDEX;
     if (!find_mapped(lender, pair->source, "the clip's model", &out[i].source, error)) return false;
     if (pair->target && !find_mapped(model, pair->target, "the model", &out[i].target, error)) return false;
@@ -206,7 +184,7 @@ static bool warn_of_losses(const tw_model *lender, const tw_retargeted *found, b
 }
 
 bool api_clip_retarget(const tw_model *lender, const tw_clip_keys *keys, const tw_model *model,
-                       const api_retarget *retarget, uint32_t max_keys, tw_arena *arena, api_carried *out,
+                       const tw_retarget_wish *retarget, uint32_t max_keys, tw_arena *arena, api_carried *out,
                        api_fault *fault) {
   static const tw_tolerance tolerance = {0.05 / TW_DEGREES, 1e-4};
   tw_bone_pair *map = tw_arena_alloc(arena, retarget->pair_count, sizeof *map);

@@ -1,6 +1,7 @@
 /* Times: at=0.5,1,2 or from=0&to=4&fps=30, or a list in a body. */
 #include "times.h"
 
+#include "names_in.h"
 #include "service.h"
 #include "upload.h"
 
@@ -93,7 +94,7 @@ tw_status api_times_complete(api_times *times, double duration, uint64_t max_tim
 typedef struct times_source {
   uint64_t max_times;
   api_times *out;
-  api_retarget *retarget;
+  tw_retarget_wish *retarget;
 } times_source;
 
 static tw_status read_document(void *context, const api_value *root) {
@@ -106,7 +107,7 @@ static tw_status read_document(void *context, const api_value *root) {
   uint32_t count;
   if (status == TW_OK && map.item && source->retarget->has_map)
     return api_json_fail(&map, TW_SYNTAX, "the map is in the query too");
-  if (status == TW_OK && map.item) status = api_json_object(&map, api_map_read, source->retarget);
+  if (status == TW_OK && map.item) status = api_json_object(&map, api_bone_map_read, source->retarget);
   if (status == TW_OK && map.item && !times.item) return TW_OK;
   if (status == TW_OK && !times.item) return api_json_fail(root, TW_SYNTAX, "\"times\" is missing");
   if (status == TW_OK && source->out->is_given)
@@ -127,7 +128,7 @@ static tw_status read_document(void *context, const api_value *root) {
   return status;
 }
 
-api_outcome api_times_of_body(api_call *call, api_times *out, api_retarget *retarget) {
+api_outcome api_times_of_body(api_call *call, api_times *out, tw_retarget_wish *retarget) {
   times_source source = {call->service->limits.max_times, out, retarget};
   /* The document, the array, and one time over the limit, so that the error is about the limit on times. */
   uint64_t values_max = source.max_times + 3;

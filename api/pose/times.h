@@ -28,7 +28,7 @@ tw_status api_times_read_steps(const api_query *query, double usual_fps, uint64_
 
 /* Reads {"times": [...], "map": {...}} from the body, of which either may be left out, but not both. 400,
  * 413, 422. */
-api_outcome api_times_of_body(api_call *call, api_times *out, api_retarget *retarget);
+api_outcome api_times_of_body(api_call *call, api_times *out, tw_retarget_wish *retarget);
 
 /* Completes evenly spaced times without `to` by the clip's end. TW_SYNTAX when that is before `from`;
  * TW_LIMIT. */

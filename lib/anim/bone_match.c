@@ -183,7 +183,7 @@ static tw_status refuse(const matching *m, uint32_t matched, uint32_t wanted, tw
     open_targets[i] = m->match->is_target_bone[i] && m->match->source_of[i] == TW_NO_INDEX;
   for (uint32_t i = 0; i < m->job->source.node_count; i++)
     open_sources[i] = m->is_moved[i] && !m->is_taken[i];
-  snprintf(text, sizeof text, "%u of %u %s, fewer than half; map= names pairs", matched, wanted,
+  snprintf(text, sizeof text, "%u of %u %s, fewer than half; a map names pairs", matched, wanted,
            tw_plural(wanted, "bone matches", "bones match"));
   add_names(text, 160, "; the clip moves ", &m->job->source, open_sources);
   add_names(text, sizeof text, "; the model has ", &m->job->target, open_targets);

@@ -144,6 +144,9 @@ clips="{\"name\":\"walk\",\"tracks\":[$(turn hips 90),$(turn spine 40)]},{\"name
   [[ $(refused_layer '"sync":true,"loop":"repeat"') == '400 /clips/1/layers/0/loop '* ]]
   [[ $(refused_layer '"wait":1') == '400 /clips/1/layers/0 unknown member'* ]]
   [[ $(refused_layer '"retarget":"auto"') == '400 /clips/1/layers/0/retarget '* ]]
+  [[ $(refused_layer '"map":{"a":"hips"}') == '400 /clips/1/layers/0/map map goes with retarget auto' ]]
+  [[ $(refused_layer '"retarget":"auto","feet":"stand"') == '400 /clips/1/layers/0/feet '* ]]
+  [[ $(refused_layer '"retarget":"auto","map":{"a":1}') == '400 /clips/1/layers/0/map/a '* ]]
   [[ $(refused "$walk,{\"name\":\"m\",\"tracks\":[],\"layers\":[{\"clip\":\"walk\"}]}") == '400 /clips/1/layers '* ]]
 }
 

@@ -166,3 +166,25 @@ test('what cannot be held is told or refused', async () => {
   const { warnings } = await json(`${model}/pose.json?${clip}&retarget=auto&feet=hold&map=${map}`);
   assert.ok(warnings.some((warning) => warning.includes('feet=hold held none')), `${warnings}`);
 });
+
+test('a layer of a mixed clip takes a map and holds feet as a request does', async () => {
+  const lender = await daemon.upload(JSON.stringify(walker()));
+  const own = walker();
+  const map = Object.fromEntries(own.nodes.map(({ name }, i) => [name, `bone ${i}`])); // names that match nothing
+  const nodes = own.nodes.map(({ name, parent, translation: [x, y, z] }) => ({
+    name: map[name],
+    ...(parent && { parent: map[parent] }),
+    translation: [x, /UpLeg|Foot/.test(name) ? 0.7 * y : 1.2 * y, z],
+  }));
+  const clip = `${lender.split('/').pop()}/walk`;
+  const layers = [{ clip, retarget: 'auto', feet: 'hold', map }];
+  const model = await daemon.upload(JSON.stringify({ nodes, clips: [{ name: 'carried', layers }, { name: 'matched', layers: [{ clip, retarget: 'auto' }] }] }));
+  const at = 'space=world&from=0&to=3&fps=10';
+  const carried = await json(`${model}/pose.json?clip=carried&${at}`);
+  const query = `clip=${clip}&retarget=auto&map=${encodeURIComponent(JSON.stringify(map))}`;
+  assert.deepEqual(carried.poses, (await json(`${model}/pose.json?${query}&feet=hold&${at}`)).poses);
+  assert.notDeepEqual(carried.poses, (await json(`${model}/pose.json?${query}&${at}`)).poses);
+  const refused = await fetch(`${model}/pose.json?clip=matched&at=0`);
+  assert.equal(refused.status, 422);
+  assert.match((await refused.json()).detail, /^clip "matched", layer 0: .*; a map names pairs/);
+});

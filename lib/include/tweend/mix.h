@@ -2,7 +2,7 @@
 #ifndef TWEEND_MIX_H
 #define TWEEND_MIX_H
 
-#include "tweend/anim.h"
+#include "tweend/retarget.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -43,9 +43,9 @@ typedef struct tw_clip_layer {
   const char *clip; /* the name of a clip of the same model, or of another's: then `own` is TW_NO_INDEX */
   uint32_t own;     /* clip of the same model */
   tw_layer layer;
-  uint32_t node_count;   /* 0: the layer moves all nodes of its clip */
-  const uint32_t *nodes; /* [node_count] roots of the subtrees that it moves */
-  bool is_retargeted;
+  uint32_t node_count;       /* 0: the layer moves all nodes of its clip */
+  const uint32_t *nodes;     /* [node_count] roots of the subtrees that it moves */
+  tw_retarget_wish retarget; /* for clips of other models */
 } tw_clip_layer;
 
 /* Checks times, weights, speed and the like. TW_INVALID with a pointer relative to the layer:

@@ -57,6 +57,20 @@ uint32_t tw_bone_find(const char *name, size_t length);
  * above them, are moved by the ratio of leg lengths (of hip heights between humanoid maps; of all lengths
  * where there are no legs). Other bones get translations and scales only where they rest as in the source. */
 
+/* How whoever asks for a clip wants it carried over; a view. */
+typedef struct tw_bone_names_pair {
+  const char *source, *target; /* names of nodes; target NULL: the source moves nothing */
+} tw_bone_names_pair;
+
+typedef struct tw_retarget_wish {
+  bool is_auto; /* false: the clip moves nodes by their names, as it is */
+  bool holds_feet;
+  bool has_map;
+  uint32_t pair_count;             /* at most TW_BONE_PAIRS_MAX */
+  const tw_bone_names_pair *pairs; /* [pair_count] the map */
+} tw_retarget_wish;
+enum { TW_BONE_PAIRS_MAX = 1024 };
+
 typedef enum tw_match { TW_MATCH_MAP, TW_MATCH_HUMANOID, TW_MATCH_NAME, TW_MATCH_USUAL } tw_match;
 extern const char *const tw_match_names[]; /* "map", "humanoid", "name", "usual" */
 
