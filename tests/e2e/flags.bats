@@ -27,8 +27,8 @@ teardown() { [[ -z ${daemon-} ]] || stop_daemon; }
   done
 }
 
+# bats test_tags=plain
 @test "threads that cannot be started are one clear line" {
-  needs_plain_build
   for flag in --threads --io-threads; do
     run bash -c "ulimit -v 3000000; exec timeout 20 '$tweend' --listen 127.0.0.1:0 --data '$PWD/data' $flag 1000"
     [ "$status" -eq 1 ]
@@ -77,8 +77,8 @@ teardown() { [[ -z ${daemon-} ]] || stop_daemon; }
   [ "$status" = 000 ]
 }
 
+# bats test_tags=plain
 @test "server/run builds what is missing and serves the samples" {
-  needs_plain_build
   [[ -z ${TESTED_BINARY-} || $TESTED_BINARY -ef $root/build/tweend ]] || skip "looks at the tree's own build"
   export TWEEND_INSTALL=no
   launch "$root/server/run" --listen 127.0.0.1:0 --data "$PWD/data"
@@ -230,8 +230,8 @@ trusts() { get /readyz --cacert "$1.pem" && [ "$status" = 200 ]; }
   for title in NAME SYNOPSIS OPTIONS Signals systemd "Exit status"; do grep -q "^$title$" page; done
 }
 
+# bats test_tags=plain
 @test "cmake --install brings the program, its manual page and its units" {
-  needs_plain_build
   [[ -z ${TESTED_BINARY-} || $TESTED_BINARY -ef $root/build/tweend ]] || skip "looks at the tree's own build"
   cmake --install "$root/build" --prefix "$PWD/installed" >install.log
   (cd installed && find . -type f | sort) >files

@@ -6,9 +6,11 @@
 # TESTED_DATA         a bucket as s3://BUCKET, where each test has models of its own; else they are in a folder
 # TESTED_GLB_DIR      keeps every GLB that the daemon answers, for the validator
 # TESTED_TRAFFIC_DIR  keeps the request line, head and JSON body of every answer, for the comparison with openapi.json
-# TESTED_SANITIZED    "address" or "thread": cases about memory and speed are skipped then
+# TESTED_SANITIZED    "address" or "thread"
+#
+# Cases with the tag `plain` say nothing under sanitizers: mostly about memory and speed.
 
-bats_require_minimum_version 1.5.0
+bats_require_minimum_version 1.8.0
 
 export -n TWEEND_INSTALL # of the scripts; the daemon warns of variables that are none of its settings
 
@@ -109,7 +111,6 @@ free_port() { python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1
 
 # A test that looks at the process, its flags or its folder.
 needs_process() { [[ -z ${TESTED_URL-} ]] || skip "needs the daemon's process"; }
-needs_plain_build() { [[ -z ${TESTED_SANITIZED-} ]] || skip "says nothing under a sanitizer"; }
 
 # ---- requests ------------------------------------------------------------------------------------
 

@@ -192,8 +192,8 @@ ask() { curl --silent --output /dev/null --write-out '%{http_code}' "$served$1" 
   exec {one}>&- {two}>&- {three}>&-
 }
 
+# bats test_tags=plain
 @test "refusals count by reason: slow requests, computing, answers cut off" {
-  needs_plain_build
   start_watched --header-timeout 300ms
   address=${served#http://}
   exec {slow}<>"/dev/tcp/${address%:*}/${address#*:}"
@@ -214,8 +214,8 @@ ask() { curl --silent --output /dev/null --write-out '%{http_code}' "$served$1" 
   counts tweend_http_aborted_total 1
 }
 
+# bats test_tags=plain
 @test "the queue, its threads and its refusals count" {
-  needs_plain_build
   start_watched --threads 1 --io-threads 3 --queue 0
   counts tweend_compute_threads 1
   counts tweend_io_threads 3

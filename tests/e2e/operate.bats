@@ -237,8 +237,8 @@ would_not_start() {
   [[ $(header access-control-allow-origin) == '*' && -n $(header retry-after) ]]
 }
 
+# bats test_tags=plain
 @test "an answer that takes longer than --compute-timeout is cut off or refused, and the daemon goes on" {
-  needs_plain_build
   start_daemon --compute-timeout 500ms
   upload "$samples/octopus.obj"
   get "/v1/models/$id/surface.glb?level=2"
@@ -249,8 +249,8 @@ would_not_start() {
   expect 200
 }
 
+# bats test_tags=plain
 @test "edits and ways back to a cage end at --compute-timeout" {
-  needs_plain_build
   start_daemon
   shape='"shape": {"kind": "grid", "segments": [200, 200]}'
   printf '{"meshes": [{%s}]}' "$shape" >grid.json
@@ -305,9 +305,9 @@ busy() {
   return 1
 }
 
+# bats test_tags=plain
 @test "what nobody waits for any more is not computed, and long requests keep no short one waiting" {
   needs_process
-  needs_plain_build
   start_daemon --threads 1 --queue 4 --max-memory 16GiB # what an edit may take is bounded far above what it takes
   heavies=()
   for _ in 1 2 3; do

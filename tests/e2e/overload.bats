@@ -45,9 +45,9 @@ mesh_obj() {
   }'
 }
 
+# bats test_tags=plain
 @test "an upload of OBJ holds at most twice its bytes beside its file" {
   needs_process
-  needs_plain_build
   start_daemon
   mesh_obj 900 >mesh
   size=$(($(stat -c %s mesh) >> 20))
@@ -58,9 +58,9 @@ mesh_obj() {
   ((size > 50 && grown < 3 * size)) # once the file's own pages, which are mapped
 }
 
+# bats test_tags=plain
 @test "in a group of 512 MB four large uploads at once are stored or told to come again" {
   needs_process
-  needs_plain_build
   limit_group memory memory.limit_in_bytes=512M memory.max=512M
   start_daemon
   curl --silent "$url/metrics" | grep -qx "tweend_memory_limit_bytes $((384 << 20))"
@@ -91,9 +91,9 @@ health_median() {
 
 loopback_bytes() { cat /sys/class/net/lo/statistics/tx_bytes; }
 
+# bats test_tags=plain
 @test "400 readers of a large warm surface do not delay a health check" {
   needs_process
-  needs_plain_build
   start_daemon
   upload "$samples/octopus.obj"
   get "/v1/models/$id/surface.glb?level=6" # makes it
@@ -119,9 +119,9 @@ loopback_bytes() { cat /sys/class/net/lo/statistics/tx_bytes; }
     exit !(loaded < 0.2 || loaded * rate < 50) }'
 }
 
+# bats test_tags=plain
 @test "slow readers of large models hold no more than the budget, and the memory comes back" {
   needs_process
-  needs_plain_build
   start_daemon --max-memory 96MiB --plan-cache 16MiB
   grid 300 >large.obj
   for i in $(seq 24); do
@@ -172,9 +172,9 @@ all_served_within() {
   ((grown < $1))
 }
 
+# bats test_tags=plain
 @test "surfaces that are made step by step wait for memory in proportion to their points" {
   needs_process
-  needs_plain_build
   start_daemon --max-memory 128MiB --threads 4
   grid_of_triangles='BEGIN { for (i = 0; i < 81; i++) printf "v %d %d %d\n", i % 9, i / 9, i % 2
     for (y = 0; y < 8; y++) for (x = 1; x < 9; x++) {
@@ -217,9 +217,9 @@ skinned_nodes() {
     process.stdout.write(json);' "$1"
 }
 
+# bats test_tags=plain
 @test "skinned surfaces of many nodes wait for the memory of all of them" {
   needs_process
-  needs_plain_build
   start_daemon --max-memory 160MiB --threads 4
   for i in 1 2 3 4; do skinned_nodes $((300 + i)) >"body-$i"; done
   before=$(resident PEAK)
@@ -243,9 +243,9 @@ skinned_nodes() {
   curl --silent "$url/metrics" | grep -q '^tweend_refusals_total{reason="memory"} 1$'
 }
 
+# bats test_tags=plain
 @test "counting an open border and making it hold no more than --max-memory" {
   needs_process
-  needs_plain_build
   start_daemon --max-memory 128MiB
   shape='{"meshes":[{"shape":{"kind":"grid","size":[1,1],"segments":[700,700]}}]}'
   for form in json glb; do

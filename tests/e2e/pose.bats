@@ -107,8 +107,8 @@ agrees() { holds "$near $1"; }
   holds '.tracks | all(has("node") and has("path") and has("kind") and has("keys"))'
 }
 
+# bats test_tags=plain
 @test "tracks that turn often and near lock are followed in seconds" {
-  needs_plain_build
   awk 'BEGIN {
     n = 10000
     printf "{\"nodes\":[{\"name\":\"n\"}],\"clips\":[{\"tracks\":[{\"node\":\"n\",\"path\":\"rotation\",\"interpolation\":\"euler\",\"order\":\"YXZ\","

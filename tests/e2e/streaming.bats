@@ -1,4 +1,5 @@
 # Answers far larger than the daemon's memory, slow readers, readers that leave.
+# bats file_tags=plain
 
 load helper
 setup_file() {
@@ -8,7 +9,6 @@ setup_file() {
 teardown_file() { stop_daemon; }
 setup() {
   needs_process
-  needs_plain_build
   cd "$BATS_TEST_TMPDIR" || return
   upload "$samples/cube.obj"
   cube=/v1/models/$id

@@ -1,6 +1,5 @@
 // Files of every kind that libtweend writes, made anew for each run.
 import { execFileSync } from 'node:child_process';
-import { createHash } from 'node:crypto';
 import { mkdtempSync, readdirSync, readFileSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { basename, dirname, join } from 'node:path';
@@ -24,15 +23,4 @@ export function writeSamples() {
   } finally {
     rmSync(folder, { recursive: true });
   }
-}
-
-/** [{name, glb}] that the tests against the daemon have kept, those of the same bytes once. */
-export function keptAnswers() {
-  const folder = process.env.TESTED_GLB_DIR ?? join(build, 'glb');
-  const answers = new Map();
-  for (const name of readdirSync(folder).filter((file) => file.endsWith('.glb'))) {
-    const glb = readFileSync(join(folder, name));
-    answers.set(createHash('sha256').update(glb).digest('hex'), { name, glb });
-  }
-  return [...answers.values()];
 }
