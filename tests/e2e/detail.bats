@@ -29,10 +29,15 @@ sculpt() {
 
 # near FILE FILE [TOLERANCE]: the points of two OBJs are the same, line by line.
 near() {
-  [ "$(grep -c '^v ' "$1")" -gt 0 ]
-  diff <(grep -c '^v ' "$1") <(grep -c '^v ' "$2")
-  paste -d ' ' <(grep '^v ' "$1") <(grep '^v ' "$2") | awk -v most="${3:-1e-6}" '
-    { for (i = 2; i <= 4; i++) { d = $i - $(i + 4); if (d > most || d < -most) { print NR ": " $0; exit 1 } } }'
+  awk -v most="${3:-1e-6}" '
+    function fail(why) { print why; failed = 1; exit 1 }
+    !/^v / { next }
+    NR == FNR { first[++count] = $0; next }
+    {
+      if (split(first[++n], point) != NF) fail(n ": " first[n] " and " $0)
+      for (i = 2; i <= 4; i++) { d = $i - point[i]; if (d > most || d < -most) fail(n ": " first[n] " and " $0) }
+    }
+    END { if (!failed && (count == 0 || n != count)) fail(count " points and " n) }' "$1" "$2"
 }
 
 differ() { if cmp --quiet "$1" "$2"; then return 1; fi; }
