@@ -24,9 +24,8 @@ TEST(equal_questions_at_once_have_equal_answers) {
   pthread_t threads[ASKERS];
   api_settings settings = loopback_settings();
   loopback *loop = loopback_start(&settings);
-  char id[API_ID_TEXT], *tank = loopback_file("server/samples/tank.json", NULL);
-  loopback_upload(loop, "application/json", tank, id);
-  free(tank);
+  char id[API_ID_TEXT];
+  loopback_upload_sample(loop, "application/json", "tank.json", id);
   for (int i = 0; i < ASKERS; i++) {
     askers[i].loop = loop;
     snprintf(askers[i].target, sizeof askers[i].target, "/v1/models/%s/surface.glb?level=3%s", id,

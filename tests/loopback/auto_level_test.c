@@ -20,12 +20,8 @@ static const char pair[] =
 static fixture *start(const api_settings *settings) {
   fixture *f = calloc(1, sizeof *f);
   f->loop = loopback_start(settings);
-  char *text = loopback_file("server/samples/cube.obj", NULL);
-  loopback_upload(f->loop, "model/obj", text, f->cube);
-  free(text);
-  text = loopback_file("server/samples/tank.json", NULL);
-  loopback_upload(f->loop, "application/json", text, f->tank);
-  free(text);
+  loopback_upload_sample(f->loop, "model/obj", "cube.obj", f->cube);
+  loopback_upload_sample(f->loop, "application/json", "tank.json", f->tank);
   loopback_upload(f->loop, "application/json", pair, f->pair);
   return f;
 }
@@ -34,33 +30,6 @@ static int setup(void **state) {
   api_settings settings = loopback_settings();
   *state = start(&settings);
   return 0;
-}
-
-static int teardown(void **state) {
-  fixture *f = *state;
-  loopback_stop(f->loop);
-  free(f);
-  return 0;
-}
-
-static reply ask(const fixture *f, const char *method, const char *id, const char *rest) {
-  char target[300];
-  snprintf(target, sizeof target, "/v1/models/%s/%s", id, rest);
-  return loopback_ask(f->loop, method, target, NULL, NULL, 0);
-}
-
-static reply ask_ok(const fixture *f, const char *id, const char *rest) {
-  reply r = ask(f, "GET", id, rest);
-  if (r.status != 200) fail_msg("%s: %d %s", rest, r.status, r.body);
-  return r;
-}
-
-static cJSON *ask_json(const fixture *f, const char *id, const char *rest) {
-  reply r = ask_ok(f, id, rest);
-  cJSON *tree = cJSON_Parse(r.body);
-  assert_non_null(tree);
-  reply_free(&r);
-  return tree;
 }
 
 static double number_in(const cJSON *of, const char *name) {
@@ -80,7 +49,7 @@ static double told_error(const reply *r) {
 
 /* The least level of levels.json within the error. */
 static int least_level(const fixture *f, const char *id, double error) {
-  cJSON *tree = ask_json(f, id, "levels.json?clip=none");
+  cJSON *tree = model_get_json(f->loop, id, "levels.json?clip=none");
   int level = 0;
   const cJSON *of = json_member(tree, "levels")->child;
   while (of && number_in(of, "error") > error) {
@@ -91,7 +60,7 @@ static int least_level(const fixture *f, const char *id, double error) {
   return level;
 }
 
-TEST_WITH(each_error_gets_its_least_level_in_every_form, setup, teardown) {
+TEST_WITH(each_error_gets_its_least_level_in_every_form, setup, fixture_stop) {
   const fixture *f = *state;
   static const char *const forms[] = {"glb", "gltf", "obj", "stl", "ply", "3mf", "bin"};
   static const double errors[] = {0.5, 0.1, 0.02, 0.004, 0.001};
@@ -104,14 +73,14 @@ TEST_WITH(each_error_gets_its_least_level_in_every_form, setup, teardown) {
     snprintf(level, sizeof level, "%d", least);
     for (size_t k = 0; k < sizeof forms / sizeof *forms; k++) {
       snprintf(rest, sizeof rest, "surface.%s?level=auto&error=%g", forms[k], errors[i]);
-      reply head = ask(f, "HEAD", f->cube, rest), r = ask_ok(f, f->cube, rest);
+      reply head = model_ask(f->loop, "HEAD", f->cube, rest, NULL), r = model_get_ok(f->loop, f->cube, rest);
       assert_int_equal(head.status, 200);
       assert_string_equal(reply_header(&r, "X-Tweend-Level"), level);
       assert_string_equal(reply_header(&head, "X-Tweend-Level"), level);
       assert_string_equal(reply_header(&head, "ETag"), reply_header(&r, "ETag"));
       assert_true(told_error(&r) <= errors[i] && told_error(&head) == told_error(&r));
       snprintf(rest, sizeof rest, "surface.%s?level=%d", forms[k], least);
-      reply fixed = ask_ok(f, f->cube, rest);
+      reply fixed = model_get_ok(f->loop, f->cube, rest);
       assert_int_equal(fixed.size, r.size);
       assert_memory_equal(fixed.body, r.body, r.size);
       assert_null(reply_header(&fixed, "X-Tweend-Level"));
@@ -143,7 +112,7 @@ static void upload_bumps(const fixture *f, char id[API_ID_TEXT]) {
 static void compare_numbers(const fixture *f, const char *id, const char *options) {
   char rest[160];
   snprintf(rest, sizeof rest, "levels.json?clip=none%s", options);
-  cJSON *tree = ask_json(f, id, rest);
+  cJSON *tree = model_get_json(f->loop, id, rest);
   const cJSON *levels = json_member(tree, "levels"), *of;
   cJSON_ArrayForEach(of, levels) {
     static const double parts[] = {1, 1.0001, 1.7, 3.5};
@@ -151,7 +120,7 @@ static void compare_numbers(const fixture *f, const char *id, const char *option
       double error = number_in(of, "error") * parts[k];
       if (!(error > 0) || cJSON_GetObjectItem(of, "refused")) continue;
       snprintf(rest, sizeof rest, "surface.json?level=auto&error=%.17g%s", error, options);
-      reply r = ask(f, "HEAD", id, rest);
+      reply r = model_ask(f->loop, "HEAD", id, rest, NULL);
       if (r.status != 200) fail_msg("%s: %d", rest, r.status);
       int level = atoi(reply_header(&r, "X-Tweend-Level"));
       const cJSON *chosen = cJSON_GetArrayItem(levels, level);
@@ -165,7 +134,7 @@ static void compare_numbers(const fixture *f, const char *id, const char *option
   cJSON_Delete(tree);
 }
 
-TEST_WITH(levels_tell_what_asking_for_it_gives, setup, teardown) {
+TEST_WITH(levels_tell_what_asking_for_it_gives, setup, fixture_stop) {
   const fixture *f = *state;
   char bumps[API_ID_TEXT];
   upload_bumps(f, bumps);
@@ -177,11 +146,12 @@ TEST_WITH(levels_tell_what_asking_for_it_gives, setup, teardown) {
 }
 
 /* The diagonal of the cube is 2 times the root of 3. */
-TEST_WITH(shares_are_of_the_diagonal_of_the_scene, setup, teardown) {
+TEST_WITH(shares_are_of_the_diagonal_of_the_scene, setup, fixture_stop) {
   const fixture *f = *state;
   char rest[120];
   snprintf(rest, sizeof rest, "surface.json?level=auto&error=%.17g", 0.01 * sqrt(12));
-  cJSON *a = ask_json(f, f->cube, rest), *b = ask_json(f, f->cube, "surface.json?level=auto&error=1%25");
+  cJSON *a = model_get_json(f->loop, f->cube, rest),
+        *b = model_get_json(f->loop, f->cube, "surface.json?level=auto&error=1%25");
   assert_true(number_in(a, "level") == number_in(b, "level") && number_in(b, "error") <= 0.01 * sqrt(12));
   assert_int_equal(number_in(b, "level"), least_level(f, f->cube, 0.01 * sqrt(12)));
   cJSON_Delete(a);
@@ -189,7 +159,7 @@ TEST_WITH(shares_are_of_the_diagonal_of_the_scene, setup, teardown) {
 }
 
 /* A share of no size would be an error that no level reaches. */
-TEST_WITH(what_has_no_size_stays_as_it_is, setup, teardown) {
+TEST_WITH(what_has_no_size_stays_as_it_is, setup, fixture_stop) {
   const fixture *f = *state;
   static const char *const queries[] = {"level=auto", "level=auto&error=1%25",
                                         "level=auto&error=1%25&faces=50"};
@@ -202,7 +172,7 @@ TEST_WITH(what_has_no_size_stays_as_it_is, setup, teardown) {
   for (size_t i = 0; i < sizeof queries / sizeof *queries; i++) {
     char rest[120];
     snprintf(rest, sizeof rest, "surface.glb?%s", queries[i]);
-    reply r = ask_ok(f, id, rest);
+    reply r = model_get_ok(f->loop, id, rest);
     assert_string_equal(reply_header(&r, "X-Tweend-Level"), "0");
     assert_null(reply_header(&r, "X-Tweend-Warning"));
     reply_free(&r);
@@ -210,9 +180,9 @@ TEST_WITH(what_has_no_size_stays_as_it_is, setup, teardown) {
 }
 
 /* The small cube is a tenth as large as the large one, as its node shows it: it needs fewer levels. */
-TEST_WITH(each_mesh_has_its_level, setup, teardown) {
+TEST_WITH(each_mesh_has_its_level, setup, fixture_stop) {
   const fixture *f = *state;
-  reply r = ask_ok(f, f->pair, "surface.json?level=auto&error=0.01");
+  reply r = model_get_ok(f->loop, f->pair, "surface.json?level=auto&error=0.01");
   cJSON *tree = cJSON_Parse(r.body);
   const cJSON *large = json_member(tree, "meshes")->child, *small = large->next;
   char level[16];
@@ -231,7 +201,7 @@ TEST_WITH(each_mesh_has_its_level, setup, teardown) {
   for (size_t i = 0; i < sizeof forms / sizeof *forms; i++) {
     char rest[120];
     snprintf(rest, sizeof rest, "surface.%s", forms[i]);
-    r = ask_ok(f, f->pair, rest);
+    r = model_get_ok(f->loop, f->pair, rest);
     assert_true(r.size > 1000);
     reply_free(&r);
   }
@@ -243,7 +213,7 @@ static void upload_instances(const fixture *f, char id[API_ID_TEXT]) {
                     buffer[] = "{\"byteLength\":24,\"uri\":\"data:application/octet-stream;base64,"
                                "AACAPwAAgD8AAIA/AAAgQQAAgD8AAIA/\"}";
   char text[200];
-  cJSON *tree = ask_json(f, f->cube, "surface.gltf?level=0"),
+  cJSON *tree = model_get_json(f->loop, f->cube, "surface.gltf?level=0"),
         *accessors = cJSON_GetObjectItem(tree, "accessors"),
         *views = cJSON_GetObjectItem(tree, "bufferViews"), *buffers = cJSON_GetObjectItem(tree, "buffers");
   snprintf(text, sizeof text, extension, cJSON_GetArraySize(accessors));
@@ -261,67 +231,66 @@ static void upload_instances(const fixture *f, char id[API_ID_TEXT]) {
   cJSON_Delete(tree);
 }
 
-TEST_WITH(instances_scale_the_error, setup, teardown) {
+TEST_WITH(instances_scale_the_error, setup, fixture_stop) {
   const fixture *f = *state;
   char id[API_ID_TEXT];
   upload_instances(f, id);
-  cJSON *one = ask_json(f, f->cube, "surface.json?level=auto&faces=100"),
-        *many = ask_json(f, id, "surface.json?level=auto&faces=100");
+  cJSON *one = model_get_json(f->loop, f->cube, "surface.json?level=auto&faces=100"),
+        *many = model_get_json(f->loop, id, "surface.json?level=auto&faces=100");
   assert_true(fabs(number_in(many, "error") - 10 * number_in(one, "error")) < 1e-6);
   cJSON_Delete(one);
   cJSON_Delete(many);
   /* The diagonal is of all instances: 20 by 2 by 2. */
-  reply r = ask_ok(f, id, "surface.glb?level=auto&error=1%25");
+  reply r = model_get_ok(f->loop, id, "surface.glb?level=auto&error=1%25");
   assert_true(told_error(&r) <= 0.01 * sqrt(408) && told_error(&r) > 0.01 * sqrt(12));
   reply_free(&r);
 }
 
-TEST_WITH(faces_cap_the_level, setup, teardown) {
+TEST_WITH(faces_cap_the_level, setup, fixture_stop) {
   const fixture *f = *state;
-  cJSON *tree = ask_json(f, f->cube, "surface.json?level=auto&faces=400");
+  cJSON *tree = model_get_json(f->loop, f->cube, "surface.json?level=auto&faces=400");
   assert_int_equal(number_in(tree, "faces"), 384);
   cJSON_Delete(tree);
-  tree = ask_json(f, f->cube, "surface.json?level=auto&faces=384");
+  tree = model_get_json(f->loop, f->cube, "surface.json?level=auto&faces=384");
   assert_int_equal(number_in(tree, "faces"), 384);
   cJSON_Delete(tree);
-  tree = ask_json(f, f->cube, "surface.json?level=auto&faces=383");
+  tree = model_get_json(f->loop, f->cube, "surface.json?level=auto&faces=383");
   assert_int_equal(number_in(tree, "faces"), 96);
   cJSON_Delete(tree);
-  reply r = ask_ok(f, f->cube, "surface.glb?level=auto&faces=2");
+  reply r = model_get_ok(f->loop, f->cube, "surface.glb?level=auto&faces=2");
   assert_string_equal(reply_header(&r, "X-Tweend-Level"), "0");
   reply_free(&r);
   /* With both, the lower level; where that is by faces, a warning tells of the error. */
-  r = ask_ok(f, f->cube, "surface.glb?level=auto&faces=400&error=0.5");
+  r = model_get_ok(f->loop, f->cube, "surface.glb?level=auto&faces=400&error=0.5");
   assert_string_equal(reply_header(&r, "X-Tweend-Level"), "1");
   assert_null(reply_header(&r, "X-Tweend-Warning"));
   reply_free(&r);
-  r = ask_ok(f, f->cube, "surface.glb?level=auto&faces=400&error=0.0001");
+  r = model_get_ok(f->loop, f->cube, "surface.glb?level=auto&faces=400&error=0.0001");
   assert_string_equal(reply_header(&r, "X-Tweend-Level"), "3");
   assert_true(told_error(&r) > 0.0001);
   assert_non_null(strstr(reply_header(&r, "X-Tweend-Warning"), "needs%20more%20faces"));
   reply_free(&r);
-  r = ask_ok(f, f->cube, "surface.glb?level=auto");
+  r = model_get_ok(f->loop, f->cube, "surface.glb?level=auto");
   assert_true(told_error(&r) <= 0.001 * sqrt(12));
   reply_free(&r);
 }
 
 /* What was asked for is in the tag, as JSON and warnings tell of it; what was chosen too. */
-TEST_WITH(tags_and_caches_hold_what_was_chosen, setup, teardown) {
+TEST_WITH(tags_and_caches_hold_what_was_chosen, setup, fixture_stop) {
   const fixture *f = *state;
-  reply a = ask_ok(f, f->cube, "surface.glb?level=auto&error=0.1"),
-        b = ask_ok(f, f->cube, "surface.glb?level=auto&error=0.02");
+  reply a = model_get_ok(f->loop, f->cube, "surface.glb?level=auto&error=0.1"),
+        b = model_get_ok(f->loop, f->cube, "surface.glb?level=auto&error=0.02");
   assert_string_not_equal(reply_header(&a, "ETag"), reply_header(&b, "ETag"));
-  char target[200], header[120];
-  snprintf(target, sizeof target, "/v1/models/%s/surface.glb?level=auto&error=0.1", f->cube);
+  char header[120];
   snprintf(header, sizeof header, "If-None-Match: %s\n", reply_header(&a, "ETag"));
-  reply again = loopback_ask(f->loop, "GET", target, header, NULL, 0);
+  reply again = model_ask(f->loop, "GET", f->cube, "surface.glb?level=auto&error=0.1", header);
   assert_int_equal(again.status, 304);
   reply_free(&again);
   reply_free(&a);
   reply_free(&b);
 }
 
-TEST_WITH(posed_and_baked_models_have_levels_too, setup, teardown) {
+TEST_WITH(posed_and_baked_models_have_levels_too, setup, fixture_stop) {
   const fixture *f = *state;
   static const char *const queries[] = {"surface.glb?level=auto&error=1%25&clip=drive&at=1",
                                         "surface.stl?level=auto&error=1%25&clip=drive&at=1",
@@ -330,13 +299,13 @@ TEST_WITH(posed_and_baked_models_have_levels_too, setup, teardown) {
                                         "surface.glb?level=auto&error=1%25&limit=true",
                                         "surface.glb?level=auto&error=1%25&scheme=bilinear"};
   for (size_t i = 0; i < sizeof queries / sizeof *queries; i++) {
-    reply r = ask_ok(f, f->tank, queries[i]);
+    reply r = model_get_ok(f->loop, f->tank, queries[i]);
     assert_non_null(reply_header(&r, "X-Tweend-Level"));
     reply_free(&r);
   }
   char *text = loopback_file("server/samples/cube.obj", NULL);
   reply posted = loopback_post(f->loop, "/v1/surface.stl?level=auto&error=0.02", "model/obj", text),
-        stored = ask_ok(f, f->cube, "surface.stl?level=auto&error=0.02");
+        stored = model_get_ok(f->loop, f->cube, "surface.stl?level=auto&error=0.02");
   assert_int_equal(posted.status, 200);
   assert_string_equal(reply_header(&posted, "X-Tweend-Level"), reply_header(&stored, "X-Tweend-Level"));
   assert_int_equal(posted.size, stored.size);
@@ -345,7 +314,7 @@ TEST_WITH(posed_and_baked_models_have_levels_too, setup, teardown) {
   free(text);
 }
 
-TEST_WITH(what_cannot_be_kept_is_refused, setup, teardown) {
+TEST_WITH(what_cannot_be_kept_is_refused, setup, fixture_stop) {
   const fixture *f = *state;
   static const char *const bad[] = {
       "level=auto&error=0",       "level=auto&error=-1", "level=auto&error=x", "level=auto&error=%25",
@@ -354,16 +323,17 @@ TEST_WITH(what_cannot_be_kept_is_refused, setup, teardown) {
   for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
     char rest[120];
     snprintf(rest, sizeof rest, "surface.glb?%s", bad[i]);
-    assert_problem(ask(f, "GET", f->cube, rest), 400, NULL, NULL);
+    assert_problem(model_get(f->loop, f->cube, rest), 400, NULL, NULL);
   }
-  assert_problem(ask(f, "GET", f->cube, "surface.glb?level=auto&error=1e-9"), 422, NULL, "level=auto");
+  assert_problem(model_get(f->loop, f->cube, "surface.glb?level=auto&error=1e-9"), 422, NULL, "level=auto");
   char target[200];
   snprintf(target, sizeof target, "/v1/models/%s/detail?level=auto", f->cube);
   assert_problem(loopback_post(f->loop, target, "model/obj", "v 0 0 0\n"), 400, NULL, "level=auto");
   char open[API_ID_TEXT];
   loopback_upload(f->loop, "model/obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n", open);
-  assert_problem(ask(f, "GET", open, "surface.glb?level=auto&boundary=open"), 422, NULL, "boundary=open");
-  reply r = ask_ok(f, f->cube, "surface.glb?level=auto&boundary=open");
+  assert_problem(model_get(f->loop, open, "surface.glb?level=auto&boundary=open"), 422, NULL,
+                 "boundary=open");
+  reply r = model_get_ok(f->loop, f->cube, "surface.glb?level=auto&boundary=open");
   reply_free(&r);
 }
 
@@ -372,12 +342,12 @@ TEST(limits_hold_for_chosen_levels) {
   settings.limits.max_level = 3;
   settings.limits.max_faces = 100;
   fixture *f = start(&settings);
-  assert_problem(ask(f, "GET", f->cube, "surface.glb?level=auto&error=0.0001"), 422, NULL, "level 3");
-  assert_problem(ask(f, "GET", f->cube, "surface.glb?level=auto&error=0.02"), 422, NULL, "limit of 100");
-  reply r = ask_ok(f, f->cube, "surface.glb?level=auto&faces=1000");
+  assert_problem(model_get(f->loop, f->cube, "surface.glb?level=auto&error=0.0001"), 422, NULL, "level 3");
+  assert_problem(model_get(f->loop, f->cube, "surface.glb?level=auto&error=0.02"), 422, NULL, "limit of 100");
+  reply r = model_get_ok(f->loop, f->cube, "surface.glb?level=auto&faces=1000");
   assert_string_equal(reply_header(&r, "X-Tweend-Level"), "2");
   reply_free(&r);
-  r = ask_ok(f, f->cube, "surface.glb?level=auto");
+  r = model_get_ok(f->loop, f->cube, "surface.glb?level=auto");
   assert_string_equal(reply_header(&r, "X-Tweend-Level"), "2");
   assert_non_null(reply_header(&r, "X-Tweend-Warning"));
   reply_free(&r);

@@ -13,20 +13,12 @@ static reply store(loopback *l, const char *type, const char *text, char id[API_
   return r;
 }
 
-static reply ask(loopback *l, const char *id, const char *what) {
-  char path[160];
-  snprintf(path, sizeof path, "/v1/models/%s/%s", id, what);
-  reply r = loopback_get(l, path);
-  if (r.status != 200) fail_msg("%s: %d %s", path, r.status, r.body);
-  return r;
-}
-
 #define POINTS "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n"
 #define FACES  "f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n"
 
 /* The greatest coordinate of an OBJ. */
 static double reach(loopback *l, const char *id, const char *what) {
-  reply r = ask(l, id, what);
+  reply r = model_get_ok(l, id, what);
   double most = 0;
   for (const char *at = strstr(r.body, "\nv "); at; at = strstr(at + 1, "\nv ")) {
     double x = 0;
@@ -51,10 +43,10 @@ TEST_WITH(a_cube_without_normals_rounds_and_one_that_shows_its_edges_stays, loop
   assert_true(reach(*state, plain, "surface.obj?level=3") < 0.9);
   assert_true(reach(*state, flat, "surface.obj?level=3") == 1);
   assert_true(reach(*state, flat, "surface.obj?level=3&creases=tags") < 0.9);
-  r = ask(*state, flat, "surface.json");
+  r = model_get_ok(*state, flat, "surface.json");
   assert_non_null(strstr(reply_header(&r, "X-Tweend-Warning"), "creases%3Dtags%20rounds%20them"));
   reply_free(&r);
-  r = ask(*state, flat, "surface.json?creases=auto");
+  r = model_get_ok(*state, flat, "surface.json?creases=auto");
   assert_null(reply_header(&r, "X-Tweend-Warning"));
   reply_free(&r);
 }
@@ -93,12 +85,12 @@ TEST_WITH(stl_is_of_quads_by_default_which_is_told, loopback_setup, loopback_tea
                {"surface", "surface?creases=file", true},
                {"surface", "surface?quads=ngon", false}};
   for (size_t i = 0; i < sizeof pairs / sizeof *pairs; i++) {
-    reply a = ask(*state, id, pairs[i].one), b = ask(*state, id, pairs[i].other);
+    reply a = model_get_ok(*state, id, pairs[i].one), b = model_get_ok(*state, id, pairs[i].other);
     assert_int_equal(strcmp(reply_header(&a, "ETag"), reply_header(&b, "ETag")) == 0, pairs[i].is_same);
     reply_free(&a);
     reply_free(&b);
   }
-  r = ask(*state, id, "surface.json?level=1&quads=ngon");
+  r = model_get_ok(*state, id, "surface.json?level=1&quads=ngon");
   assert_non_null(strstr(r.body, "\"faces\":6,"));
   reply_free(&r);
 }

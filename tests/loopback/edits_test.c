@@ -5,18 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static reply ask(loopback *loop, const char *id, const char *rest) {
-  char target[256];
-  snprintf(target, sizeof target, "/v1/models/%s%s", id, rest);
-  return loopback_get(loop, target);
-}
-
-static reply ask_ok(loopback *loop, const char *id, const char *rest) {
-  reply r = ask(loop, id, rest);
-  if (r.status != 200) fail_msg("%s: %d %s", rest, r.status, r.body);
-  return r;
-}
-
 static reply post_edits(loopback *loop, const char *id, const char *body) {
   char target[64];
   snprintf(target, sizeof target, "/v1/models/%s/edits", id);
@@ -68,7 +56,7 @@ static const char shapes[] =
     "{'name':'m','mesh':'b','parent':'n'}]}";
 
 static void assert_same(loopback *loop, const char *id, const char *other, const char *rest) {
-  reply a = ask_ok(loop, id, rest), b = ask_ok(loop, other, rest);
+  reply a = model_get_ok(loop, id, rest), b = model_get_ok(loop, other, rest);
   if (a.size != b.size || memcmp(a.body, b.body, a.size) != 0) {
     size_t at = 0;
     while (at < a.size && a.body[at] == b.body[at]) at++;
@@ -99,7 +87,7 @@ static char *next_line(char **at, char *out, size_t room) {
 
 /* Of models whose texture coordinates have other numbers. */
 static void assert_same_faces(loopback *loop, const char *id, const char *other, const char *rest) {
-  reply a = ask_ok(loop, id, rest), b = ask_ok(loop, other, rest);
+  reply a = model_get_ok(loop, id, rest), b = model_get_ok(loop, other, rest);
   char line[256], other_line[256], *at = a.body, *other_at = b.body;
   size_t lines = 0;
   while (next_line(&at, line, sizeof line)) {
@@ -115,7 +103,7 @@ static void assert_same_faces(loopback *loop, const char *id, const char *other,
 
 /* Stores the level 0 as GLB. */
 static void upload_cage(loopback *loop, const char *id, char back[API_ID_TEXT]) {
-  reply cage = ask_ok(loop, id, "/surface.glb?level=0&polygons=ngon");
+  reply cage = model_get_ok(loop, id, "surface.glb?level=0&polygons=ngon");
   reply r =
       loopback_ask(loop, "POST", "/v1/models", "Content-Type: model/gltf-binary\n", cage.body, cage.size);
   assert_int_equal(r.status, 201);
@@ -130,11 +118,11 @@ static void upload_cage(loopback *loop, const char *id, char back[API_ID_TEXT]) 
 TEST_WITH(a_cage_as_glb_reads_back_with_the_same_surfaces, loopback_setup, loopback_teardown) {
   static const char *const cages[] = {tagged, apart};
   static const char *const forms[] = {
-      "/surface.obj?level=0",        "/surface.obj?level=1",
-      "/surface.obj?level=2",        "/surface.obj?level=3",
-      "/surface.glb?level=2",        "/surface.obj?level=2&boundary=open&normals=none",
-      "/surface.glb?level=3",        "/surface.obj?level=2&limit=true",
-      "/surface.obj?scheme=bilinear"};
+      "surface.obj?level=0",        "surface.obj?level=1",
+      "surface.obj?level=2",        "surface.obj?level=3",
+      "surface.glb?level=2",        "surface.obj?level=2&boundary=open&normals=none",
+      "surface.glb?level=3",        "surface.obj?level=2&limit=true",
+      "surface.obj?scheme=bilinear"};
   char id[API_ID_TEXT], back[API_ID_TEXT];
   for (size_t i = 0; i < sizeof cages / sizeof *cages; i++) {
     loopback_upload(*state, "model/obj", cages[i], id);
@@ -149,24 +137,24 @@ TEST_WITH(a_cage_with_texture_coordinates_reads_back, loopback_setup, loopback_t
   loopback_upload(*state, "application/json", shapes, id);
   upload_cage(*state, id, back);
   for (int level = 0; level <= 3; level++) {
-    snprintf(rest, sizeof rest, "/surface.obj?level=%d", level);
+    snprintf(rest, sizeof rest, "surface.obj?level=%d", level);
     assert_same_faces(*state, id, back, rest);
   }
   upload_cage(*state, back, again);
-  assert_same(*state, back, again, "/surface.obj?level=2");
+  assert_same(*state, back, again, "surface.obj?level=2");
 }
 
 TEST_WITH(only_a_cage_of_floats_bears_tags, loopback_setup, loopback_teardown) {
-  static const char *const others[] = {"/surface.gltf?level=0", "/surface.gltf?level=1&polygons=ngon",
-                                       "/surface.gltf?level=0&polygons=ngon&limit=true",
-                                       "/surface.gltf?level=0&polygons=ngon&encoding=quantized"};
+  static const char *const others[] = {"surface.gltf?level=0", "surface.gltf?level=1&polygons=ngon",
+                                       "surface.gltf?level=0&polygons=ngon&limit=true",
+                                       "surface.gltf?level=0&polygons=ngon&encoding=quantized"};
   char id[API_ID_TEXT];
   loopback_upload(*state, "model/obj", tagged, id);
-  reply r = ask_ok(*state, id, "/surface.gltf?level=0&polygons=ngon");
+  reply r = model_get_ok(*state, id, "surface.gltf?level=0&polygons=ngon");
   assert_says(&r, "'extras':{'tweend':{'points':");
   reply_free(&r);
   for (size_t i = 0; i < sizeof others / sizeof *others; i++) {
-    r = ask_ok(*state, id, others[i]);
+    r = model_get_ok(*state, id, others[i]);
     assert_false(reply_says(&r, "'tweend':{"));
     reply_free(&r);
   }
@@ -218,8 +206,8 @@ TEST_WITH(edits_make_a_model_that_is_like_any_other, loopback_setup, loopback_te
            "'edits':%s}]}",
            steps);
   loopback_upload(*state, "application/json", body, again);
-  assert_same_faces(*state, made, again, "/surface.obj?level=0");
-  assert_same_faces(*state, made, again, "/surface.obj?level=2");
+  assert_same_faces(*state, made, again, "surface.obj?level=0");
+  assert_same_faces(*state, made, again, "surface.obj?level=2");
   cJSON_Delete(tree);
 }
 
@@ -233,7 +221,7 @@ TEST_WITH(edits_are_of_quads_where_these_are_asked_for, loopback_setup, loopback
   snprintf(id, sizeof id, "%s", json_member(tree, "id")->valuestring);
   cJSON_Delete(tree);
   reply_free(&r);
-  reply glb = ask_ok(*state, id, "/surface.glb?level=0&normals=none");
+  reply glb = model_get_ok(*state, id, "surface.glb?level=0&normals=none");
   r = loopback_ask(*state, "POST", "/v1/models", "Content-Type: model/gltf-binary\n", glb.body, glb.size);
   tree = cJSON_Parse(r.body);
   snprintf(id, sizeof id, "%s", json_member(tree, "id")->valuestring);
@@ -330,10 +318,8 @@ TEST_WITH(one_of_several_meshes_is_edited, loopback_setup, loopback_teardown) {
 /* Materials, images, clips and what is not read stay; a clip's keys become those of glTF. */
 TEST_WITH(the_rest_of_the_model_stays, loopback_setup, loopback_teardown) {
   char id[API_ID_TEXT], made[API_ID_TEXT];
-  char *tank = loopback_file("server/samples/tank.json", NULL);
-  loopback_upload(*state, "application/json", tank, id);
-  free(tank);
-  reply before = ask_ok(*state, id, "");
+  loopback_upload_sample(*state, "application/json", "tank.json", id);
+  reply before = model_get_ok(*state, id, "");
   cJSON *old = cJSON_Parse(before.body);
   const char *name = json_member(mesh_of(old, 0), "name")->valuestring;
   char body[256];
@@ -343,7 +329,7 @@ TEST_WITH(the_rest_of_the_model_stays, loopback_setup, loopback_teardown) {
                    cJSON_GetArraySize(json_member(old, "nodes")));
   assert_int_equal(cJSON_GetArraySize(json_member(tree, "clips")),
                    cJSON_GetArraySize(json_member(old, "clips")));
-  assert_same(*state, id, made, "/pose.csv?at=0.5&nodes=turret");
+  assert_same(*state, id, made, "pose.csv?at=0.5&nodes=turret");
   cJSON_Delete(tree);
   cJSON_Delete(old);
   reply_free(&before);
@@ -492,7 +478,7 @@ TEST(names_of_nothing_take_work_too) {
 TEST_WITH(a_store_that_fails_is_503, loopback_setup, loopback_teardown) {
   char id[API_ID_TEXT];
   loopback_upload(*state, "application/json", box, id);
-  reply r = ask_ok(*state, id, "/surface.json"); /* the model is known from now on */
+  reply r = model_get_ok(*state, id, "surface.json"); /* the model is known from now on */
   reply_free(&r);
   loopback_store_fail(*state, true);
   assert_problem(post_edits(*state, id, "{'edits':[]}"), 503, NULL, NULL);

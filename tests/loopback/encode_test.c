@@ -44,9 +44,7 @@ static int setup(void **state) {
 }
 
 static reply ask(one_model *f, const char *method, const char *rest, const char *headers) {
-  char target[160];
-  snprintf(target, sizeof target, "/v1/models/%s%s", f->id, rest);
-  return loopback_ask(f->loop, method, target, headers, NULL, 0);
+  return model_ask(f->loop, method, f->id, rest, headers);
 }
 
 /* The same bytes as without a coding, fewer on the way, and another tag. */
@@ -83,21 +81,21 @@ static void assert_coded(one_model *f, const char *rest, const char *name, api_c
   reply_free(&head);
 }
 
-TEST_WITH(texts_are_coded_and_come_out_the_same, setup, one_model_stop) {
+TEST_WITH(texts_are_coded_and_come_out_the_same, setup, fixture_stop) {
   static const char *const rest[] = {"",
-                                     "/surface.obj?level=3",
-                                     "/pose.json?from=0&to=2&fps=200",
-                                     "/pose.ndjson?from=0&to=2&fps=200",
-                                     "/pose.csv?from=0&to=2&fps=200",
-                                     "/pose.json?from=0&to=2&fps=10"};
+                                     "surface.obj?level=3",
+                                     "pose.json?from=0&to=2&fps=200",
+                                     "pose.ndjson?from=0&to=2&fps=200",
+                                     "pose.csv?from=0&to=2&fps=200",
+                                     "pose.json?from=0&to=2&fps=10"};
   for (size_t i = 0; i < sizeof rest / sizeof *rest; i++) {
     assert_coded(*state, rest[i], "gzip", API_CODING_GZIP);
     assert_coded(*state, rest[i], "zstd", API_CODING_ZSTD);
   }
 }
 
-TEST_WITH(what_is_no_text_comes_as_it_is_unless_that_is_refused, setup, one_model_stop) {
-  static const char *const rest[] = {"/surface.glb?level=1", "/pose.bin?from=0&to=2&fps=20", "/source"};
+TEST_WITH(what_is_no_text_comes_as_it_is_unless_that_is_refused, setup, fixture_stop) {
+  static const char *const rest[] = {"surface.glb?level=1", "pose.bin?from=0&to=2&fps=20", "source"};
   for (size_t i = 0; i < 3; i++) {
     reply r = ask(*state, "GET", rest[i], "Accept-Encoding: gzip, deflate, br, zstd\n");
     assert_int_equal(r.status, 200);
@@ -111,13 +109,13 @@ TEST_WITH(what_is_no_text_comes_as_it_is_unless_that_is_refused, setup, one_mode
   }
 }
 
-TEST_WITH(short_answers_and_errors_are_not_coded, setup, one_model_stop) {
+TEST_WITH(short_answers_and_errors_are_not_coded, setup, fixture_stop) {
   one_model *f = *state;
   reply r = loopback_ask(f->loop, "GET", "/healthz", "Accept-Encoding: gzip\n", NULL, 0);
   assert_null(reply_header(&r, "Content-Encoding"));
   assert_int_equal(r.body[0], '{');
   reply_free(&r);
-  r = ask(f, "GET", "/surface.obj?level=99", "Accept-Encoding: gzip\n");
+  r = ask(f, "GET", "surface.obj?level=99", "Accept-Encoding: gzip\n");
   assert_null(reply_header(&r, "Content-Encoding"));
   assert_problem(r, 422, NULL, NULL);
 }

@@ -84,7 +84,7 @@ static void assert_times(const one_model *f, const char *query, size_t count, co
   reply_free(&r);
 }
 
-TEST_WITH(bad_parameters_are_400, setup, one_model_stop) {
+TEST_WITH(bad_parameters_are_400, setup, fixture_stop) {
   const char *const bad[] = {
       "speed=0",      "speed=1001", "speed=nan",  "fps=0",        "fps=241",
       "fps=-1",       "fps=x",      "from=inf",   "from=1e39",    "loop=on",
@@ -97,7 +97,7 @@ TEST_WITH(bad_parameters_are_400, setup, one_model_stop) {
     assert_problem(ask_with(*state, "GET", "", ids[i]), 400, NULL, "Last-Event-ID");
 }
 
-TEST_WITH(times_of_frames_print_as_doubles, setup, one_model_stop) {
+TEST_WITH(times_of_frames_print_as_doubles, setup, fixture_stop) {
   reply r = open_stream(*state, "fps=30");
   char *text = print_frame(&r, 1);
   assert_non_null(strstr(text, "{\"t\":0.03333333333333333,"));
@@ -105,14 +105,14 @@ TEST_WITH(times_of_frames_print_as_doubles, setup, one_model_stop) {
   reply_free(&r);
 }
 
-TEST_WITH(names_that_are_not_there_are_404, setup, one_model_stop) {
+TEST_WITH(names_that_are_not_there_are_404, setup, fixture_stop) {
   assert_problem(ask(*state, "clip=dance"), 404, NULL, "spin");
   assert_problem(ask(*state, "nodes=leg"), 404, NULL, "leg");
   reply r = ask_with(*state, "GET", "", "Accept: application/json\n");
   assert_problem(r, 406, NULL, NULL);
 }
 
-TEST_WITH(too_large_a_pose_is_422, setup, one_model_stop) {
+TEST_WITH(too_large_a_pose_is_422, setup, fixture_stop) {
   const one_model *f = *state;
   enum { NODES = 6000 };
   char *text = malloc(NODES * 3 + 32), *end = text + sprintf(text, "{'nodes':[{}");
@@ -129,7 +129,7 @@ TEST_WITH(too_large_a_pose_is_422, setup, one_model_stop) {
   reply_free(&r);
 }
 
-TEST_WITH(a_clamped_stream_ends_exactly_at_the_clips_end, setup, one_model_stop) {
+TEST_WITH(a_clamped_stream_ends_exactly_at_the_clips_end, setup, fixture_stop) {
   assert_times(*state, "fps=0.7", 3, (double[]){0, 1 / 0.7, 2});
   reply r = open_stream(*state, "fps=0.7");
   assert_int_equal(r.answer.live.last, 2);
@@ -143,7 +143,7 @@ TEST_WITH(a_clamped_stream_ends_exactly_at_the_clips_end, setup, one_model_stop)
   reply_free(&r);
 }
 
-TEST_WITH(loops_fold_the_time, setup, one_model_stop) {
+TEST_WITH(loops_fold_the_time, setup, fixture_stop) {
   assert_times(*state, "fps=2&speed=3&loop=repeat", 4, (double[]){0, 1.5, 1, 0.5});
   assert_times(*state, "fps=2&speed=3&loop=pingpong", 5, (double[]){0, 1.5, 1, 0.5, 2});
   assert_times(*state, "fps=2&from=1.25&loop=repeat", 3, (double[]){1.25, 1.75, 0.25});
@@ -152,7 +152,7 @@ TEST_WITH(loops_fold_the_time, setup, one_model_stop) {
   reply_free(&r);
 }
 
-TEST_WITH(time_goes_backwards_from_the_end, setup, one_model_stop) {
+TEST_WITH(time_goes_backwards_from_the_end, setup, fixture_stop) {
   assert_times(*state, "fps=1&speed=-0.75", 4, (double[]){2, 1.25, 0.5, 0});
   assert_times(*state, "fps=1&speed=-1.5&loop=repeat&from=1", 3, (double[]){1, 1.5, 0});
   reply r = open_stream(*state, "fps=1&speed=-0.75");
@@ -161,14 +161,14 @@ TEST_WITH(time_goes_backwards_from_the_end, setup, one_model_stop) {
 }
 
 /* A year at 60 frames a second: single precision would stand still for minutes. */
-TEST_WITH(time_is_exact_after_a_year, setup, one_model_stop) {
+TEST_WITH(time_is_exact_after_a_year, setup, fixture_stop) {
   reply r = open_stream(*state, "fps=60&loop=repeat");
   const uint64_t frame = UINT64_C(60) * 86400 * 365 + 31;
   assert_true(fabs(time_of(&r, frame) - 31 / 60.0) < 1e-6);
   reply_free(&r);
 }
 
-TEST_WITH(angles_go_on_from_frame_to_frame, setup, one_model_stop) {
+TEST_WITH(angles_go_on_from_frame_to_frame, setup, fixture_stop) {
   reply r = open_stream(*state, "fps=4&as=euler&unit=degrees&nodes=spinner");
   for (uint64_t i = 0; i <= 8; i++) {
     cJSON *pose = read_frame(&r, i);
@@ -180,7 +180,7 @@ TEST_WITH(angles_go_on_from_frame_to_frame, setup, one_model_stop) {
   reply_free(&r);
 }
 
-TEST_WITH(a_frame_is_a_line_of_ndjson_and_the_time, setup, one_model_stop) {
+TEST_WITH(a_frame_is_a_line_of_ndjson_and_the_time, setup, fixture_stop) {
   const one_model *f = *state;
   reply r = open_stream(f, "fps=4&as=matrix&space=world");
   char *frame = print_frame(&r, 3), target[128];
@@ -194,7 +194,7 @@ TEST_WITH(a_frame_is_a_line_of_ndjson_and_the_time, setup, one_model_stop) {
   reply_free(&r);
 }
 
-TEST_WITH(streams_are_not_stored_and_show_their_kind, setup, one_model_stop) {
+TEST_WITH(streams_are_not_stored_and_show_their_kind, setup, fixture_stop) {
   reply r = ask_with(*state, "GET", "", "Accept: text/event-stream\n");
   assert_string_equal(reply_header(&r, "Content-Type"), "text/event-stream");
   assert_string_equal(reply_header(&r, "Cache-Control"), "no-store");
@@ -207,7 +207,7 @@ TEST_WITH(streams_are_not_stored_and_show_their_kind, setup, one_model_stop) {
   reply_free(&r);
 }
 
-TEST_WITH(last_event_id_goes_on_behind_it, setup, one_model_stop) {
+TEST_WITH(last_event_id_goes_on_behind_it, setup, fixture_stop) {
   reply r = ask_with(*state, "GET", "fps=30", "Last-Event-ID: 41\n");
   assert_int_equal(r.status, 200);
   assert_int_equal(r.answer.live.first, 42);
@@ -227,7 +227,7 @@ static bool shares(const one_model *f, const char *one, const char *other) {
   return same;
 }
 
-TEST_WITH(equal_parameters_have_equal_keys, setup, one_model_stop) {
+TEST_WITH(equal_parameters_have_equal_keys, setup, fixture_stop) {
   assert_true(shares(*state, "", "fps=30&from=0&speed=1.0&loop=clamp&nodes=still,spinner"));
   const char *const others[] = {"fps=29",   "from=0.5",  "speed=2",     "loop=repeat",        "nodes=still",
                                 "as=euler", "as=matrix", "space=world", "interpolation=nlerp"};
@@ -235,7 +235,7 @@ TEST_WITH(equal_parameters_have_equal_keys, setup, one_model_stop) {
     if (shares(*state, "", others[i])) fail_msg("%s has the key of the defaults", others[i]);
 }
 
-TEST_WITH(looping_streams_join_unless_told_where_to_begin, setup, one_model_stop) {
+TEST_WITH(looping_streams_join_unless_told_where_to_begin, setup, fixture_stop) {
   const struct {
     const char *query;
     bool joins;
@@ -248,7 +248,7 @@ TEST_WITH(looping_streams_join_unless_told_where_to_begin, setup, one_model_stop
   }
 }
 
-TEST_WITH(streams_with_a_start_join_those_of_the_same, setup, one_model_stop) {
+TEST_WITH(streams_with_a_start_join_those_of_the_same, setup, fixture_stop) {
   const one_model *f = *state;
   reply r = open_stream(f, "start=1800000000000&from=1");
   assert_true(r.answer.live.joins && r.answer.live.has_start);
@@ -262,7 +262,7 @@ TEST_WITH(streams_with_a_start_join_those_of_the_same, setup, one_model_stop) {
   assert_false(shares(f, "start=0", ""));
 }
 
-TEST_WITH(a_model_without_clips_rests, setup, one_model_stop) {
+TEST_WITH(a_model_without_clips_rests, setup, fixture_stop) {
   const one_model *f = *state;
   char id[API_ID_TEXT], target[128];
   loopback_upload(f->loop, "application/json", "{'nodes':[{'name':'a','translation':[1,2,3]}]}", id);
@@ -275,7 +275,7 @@ TEST_WITH(a_model_without_clips_rests, setup, one_model_stop) {
   reply_free(&r);
 }
 
-TEST_WITH(a_borrowed_clip_names_what_is_missing, setup, one_model_stop) {
+TEST_WITH(a_borrowed_clip_names_what_is_missing, setup, fixture_stop) {
   const one_model *f = *state;
   char id[API_ID_TEXT], target[160];
   loopback_upload(f->loop, "application/json", "{'nodes':[{'name':'other'}]}", id);
@@ -286,7 +286,7 @@ TEST_WITH(a_borrowed_clip_names_what_is_missing, setup, one_model_stop) {
   reply_free(&r);
 }
 
-TEST_WITH(a_played_model_needs_no_thread, setup, one_model_stop) {
+TEST_WITH(a_played_model_needs_no_thread, setup, fixture_stop) {
   const one_model *f = *state;
   char target[128];
   snprintf(target, sizeof target, "/v1/models/%s/live", f->id);
@@ -296,7 +296,7 @@ TEST_WITH(a_played_model_needs_no_thread, setup, one_model_stop) {
 }
 
 /* Frames of long numbers, on which the estimate may be off by a third. */
-TEST_WITH(a_stream_tells_what_it_holds, setup, one_model_stop) {
+TEST_WITH(a_stream_tells_what_it_holds, setup, fixture_stop) {
   enum { NODES = 2000, TRS = 10, MATRIX = 16 };
   const one_model *f = *state;
   char *model = malloc(64 * NODES), id[API_ID_TEXT], target[128];

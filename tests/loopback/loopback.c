@@ -282,10 +282,10 @@ one_model *one_model_start(const api_settings *settings, const char *json) {
   return m;
 }
 
-int one_model_stop(void **state) {
-  one_model *m = *state;
-  loopback_stop(m->loop);
-  free(m);
+int fixture_stop(void **state) {
+  loopback **first = *state;
+  loopback_stop(*first);
+  free(first);
   return 0;
 }
 
@@ -496,6 +496,41 @@ void loopback_upload(loopback *loop, const char *type, const char *body, char id
   assert_non_null(location);
   memcpy(id, strrchr(location, '/') + 1, API_ID_TEXT);
   reply_free(&r);
+}
+
+void loopback_upload_sample(loopback *loop, const char *type, const char *name, char id[API_ID_TEXT]) {
+  char path[64];
+  snprintf(path, sizeof path, "server/samples/%s", name);
+  char *text = loopback_file(path, NULL);
+  loopback_upload(loop, type, text, id);
+  free(text);
+}
+
+reply model_ask(loopback *loop, const char *method, const char *id, const char *rest, const char *headers) {
+  size_t size = strlen(rest) + 64;
+  char *target = malloc(size);
+  snprintf(target, size, "/v1/models/%s%s%s", id, *rest ? "/" : "", rest);
+  reply r = loopback_ask(loop, method, target, headers, NULL, 0);
+  free(target);
+  return r;
+}
+
+reply model_get(loopback *loop, const char *id, const char *rest) {
+  return model_ask(loop, "GET", id, rest, NULL);
+}
+
+reply model_get_ok(loopback *loop, const char *id, const char *rest) {
+  reply r = model_get(loop, id, rest);
+  if (r.status != 200) fail_msg("%s: %d %s", rest, r.status, r.body);
+  return r;
+}
+
+cJSON *model_get_json(loopback *loop, const char *id, const char *rest) {
+  reply r = model_get_ok(loop, id, rest);
+  cJSON *tree = cJSON_Parse(r.body);
+  assert_non_null(tree);
+  reply_free(&r);
+  return tree;
 }
 
 void reply_free(reply *r) {

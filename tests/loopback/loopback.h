@@ -59,8 +59,8 @@ typedef struct one_model {
 
 /* settings: NULL for loopback_settings. json: the model, uploaded as tweend JSON. */
 one_model *one_model_start(const api_settings *settings, const char *json);
-/* A cmocka teardown. */
-int one_model_stop(void **state);
+/* A cmocka teardown of any struct that begins with its loopback. */
+int fixture_stop(void **state);
 
 /* Faults of the store. */
 void loopback_store_fail(loopback *loop, bool fails);       /* API_STORE_UNAVAILABLE from now on */
@@ -82,6 +82,14 @@ reply loopback_post(loopback *loop, const char *target, const char *type, const 
 reply loopback_post_with(loopback *loop, const char *target, const char *headers, const char *body);
 /* Uploads a model and returns its id; fails the test when the status is not 201 or 200. */
 void loopback_upload(loopback *loop, const char *type, const char *body, char id[API_ID_TEXT]);
+/* The same with a file of server/samples. */
+void loopback_upload_sample(loopback *loop, const char *type, const char *name, char id[API_ID_TEXT]);
+/* Sends a request to a stored model. rest: of the target, behind the id and a '/'; "" for the model itself.
+ */
+reply model_ask(loopback *loop, const char *method, const char *id, const char *rest, const char *headers);
+reply model_get(loopback *loop, const char *id, const char *rest);
+reply model_get_ok(loopback *loop, const char *id, const char *rest); /* fails the test unless it is 200 */
+cJSON *model_get_json(loopback *loop, const char *id, const char *rest);
 /* Whether the light stage alone answers the request. */
 bool loopback_is_light(loopback *loop, const char *target);
 void reply_free(reply *r);

@@ -31,7 +31,7 @@ static void ask(const one_model *one, const char *format, int status, const char
 
 /* ---- names ----------------------------------------------------------------------------------- */
 
-TEST_WITH(names_that_are_not_there_list_those_that_are_near, start, one_model_stop) {
+TEST_WITH(names_that_are_not_there_list_those_that_are_near, start, fixture_stop) {
   ask(*state, "/v1/models/%s/pose?clip=Drvie", 404,
       "no clip is called \"Drvie\"; did you mean drive? there are: drive, aim");
   ask(*state, "/v1/models/%s/pose?clip=swim", 404,
@@ -44,7 +44,7 @@ TEST_WITH(names_that_are_not_there_list_those_that_are_near, start, one_model_st
   ask(*state, "/v1/models/%s/pose?nodes=barrel", 404, "no node is called \"barrel\"");
 }
 
-TEST_WITH(unknown_parameters_and_values_name_the_nearest, start, one_model_stop) {
+TEST_WITH(unknown_parameters_and_values_name_the_nearest, start, fixture_stop) {
   ask(*state, "/v1/models/%s/tracks?clp=aim", 400,
       "unknown parameter \"clp\"; did you mean clip? known: clip, retarget, map, feet, root_motion, "
       "root_axes, in_place");
@@ -103,7 +103,7 @@ TEST(long_names_are_near_nothing) {
   assert_string_not_equal(api_near_of(name, longs).text, "");
 }
 
-TEST_WITH(parameters_that_a_form_has_no_place_for_are_named, start, one_model_stop) {
+TEST_WITH(parameters_that_a_form_has_no_place_for_are_named, start, fixture_stop) {
   static const char *const forms[] = {"stl", "ply", "3mf", "obj", "bin", "json?shells=true"};
   static const char *const wrong[] = {"clip=drive",    "at=0,1",      "from=0", "fps=10",  "tolerance=1",
                                       "tolerance_m=1", "meshes=none", "unit=x", "scale=0", "limit=1"};
@@ -118,7 +118,7 @@ TEST_WITH(parameters_that_a_form_has_no_place_for_are_named, start, one_model_st
     }
 }
 
-TEST_WITH(values_of_clips_terms_are_told_as_they_came, start, one_model_stop) {
+TEST_WITH(values_of_clips_terms_are_told_as_they_came, start, fixture_stop) {
   ask(*state, "/v1/models/%s/pose?root_motion=auto&root_axes=x,w", 400,
       "root_axes: \"w\" is none of x, y, z and yaw");
   ask(*state, "/v1/models/%s/tracks?feet=hold", 400, "feet=hold goes with retarget=auto");
@@ -126,7 +126,7 @@ TEST_WITH(values_of_clips_terms_are_told_as_they_came, start, one_model_stop) {
 
 /* ---- numbers --------------------------------------------------------------------------------- */
 
-TEST_WITH(numbers_are_told_as_they_came, start, one_model_stop) {
+TEST_WITH(numbers_are_told_as_they_came, start, fixture_stop) {
   ask(*state, "/v1/models/%s/surface.json?level=99999999999", 422,
       "level=99999999999 is over the limit of 10");
   ask(*state, "/v1/models/%s/surface.json?level=999999999999999999", 422,
@@ -138,7 +138,7 @@ TEST_WITH(numbers_are_told_as_they_came, start, one_model_stop) {
   ask(*state, "/v1/models/%s/pose?from=9.5&fps=1", 400, "from=9.5 is behind the clip's end at 0");
 }
 
-TEST_WITH(numbers_of_a_body_are_told_as_they_came, start, one_model_stop) {
+TEST_WITH(numbers_of_a_body_are_told_as_they_came, start, fixture_stop) {
   const one_model *one = *state;
   static const char faces[] = "{'meshes':[{'faces':[[0,1,%s]]}]}";
   static const char *const numbers[] = {"99999999999", "1e+300", "-1", "123456789012345"};
@@ -162,9 +162,8 @@ TEST_WITH(shapes_beyond_all_numbers_say_so, loopback_setup, loopback_teardown) {
 /* ---- parameters that the form has no use for ------------------------------------------------- */
 
 TEST_WITH(obj_holds_no_clip, loopback_setup, loopback_teardown) {
-  char *tank = loopback_file("server/samples/tank.json", NULL), id[API_ID_TEXT], target[128];
-  loopback_upload(*state, "application/json", tank, id);
-  free(tank);
+  char id[API_ID_TEXT], target[128];
+  loopback_upload_sample(*state, "application/json", "tank.json", id);
   const char *const refused[] = {"clip=drive", "at=0,1", "fps=10", "clip=none&tolerance=1",
                                  "clip=aim&at=1,2"};
   const char *const answered[] = {"clip=none", "at=1",      "clip=aim&at=1",
@@ -193,7 +192,7 @@ TEST_WITH(obj_holds_no_clip, loopback_setup, loopback_teardown) {
 
 /* ---- paths ----------------------------------------------------------------------------------- */
 
-TEST_WITH(paths_that_nearly_exist_name_the_one_that_does, start, one_model_stop) {
+TEST_WITH(paths_that_nearly_exist_name_the_one_that_does, start, fixture_stop) {
   static const char nothing[] = "nothing is at this path";
   static const struct {
     const char *target, *near;

@@ -10,34 +10,16 @@ static const char two_meshes[] =
     "[0,0,1]],'faces':[[0,2,1],[0,1,3],[1,2,3],[2,0,3]]}],'nodes':[{'mesh':'box','translation':[5,0,0],"
     "'scale':[2,-1,1]},{'mesh':'tetra'}]}";
 
-typedef struct fixture {
-  loopback *loop;
-  char id[API_ID_TEXT];
-} fixture;
-
 static int setup(void **state) {
-  fixture *f = calloc(1, sizeof *f);
-  api_settings settings = loopback_settings();
-  f->loop = loopback_start(&settings);
-  loopback_upload(f->loop, "application/json", two_meshes, f->id);
-  *state = f;
+  *state = one_model_start(NULL, two_meshes);
   return 0;
 }
 
-static int teardown(void **state) {
-  fixture *f = *state;
-  loopback_stop(f->loop);
-  free(f);
-  return 0;
+static reply get(const one_model *f, const char *rest) {
+  return model_get(f->loop, f->id, rest);
 }
 
-static reply get(const fixture *f, const char *rest) {
-  char target[160];
-  snprintf(target, sizeof target, "/v1/models/%s/%s", f->id, rest);
-  return loopback_get(f->loop, target);
-}
-
-static reply post(const fixture *f, const char *query, const char *type, const void *body, size_t size) {
+static reply post(const one_model *f, const char *query, const char *type, const void *body, size_t size) {
   char target[160], header[80];
   snprintf(target, sizeof target, "/v1/models/%s/detail?%s", f->id, query);
   snprintf(header, sizeof header, "Content-Type: %s\n", type);
@@ -70,7 +52,7 @@ static void take_id(reply r, int status, char out[API_ID_TEXT]) {
   reply_free(&r);
 }
 
-TEST_WITH(an_answer_has_a_head_and_rows, setup, teardown) {
+TEST_WITH(an_answer_has_a_head_and_rows, setup, fixture_stop) {
   static const struct {
     const char *rest;
     uint32_t stride;
@@ -91,8 +73,8 @@ TEST_WITH(an_answer_has_a_head_and_rows, setup, teardown) {
   }
 }
 
-TEST_WITH(what_is_no_mesh_s_own_is_refused, setup, teardown) {
-  const fixture *f = *state;
+TEST_WITH(what_is_no_mesh_s_own_is_refused, setup, fixture_stop) {
+  const one_model *f = *state;
   assert_problem(get(f, "surface.bin"), 422, NULL, "name one of them as mesh; there are: box, tetra");
   assert_problem(get(f, "surface.bin?mesh=tetr"), 422, NULL, "tetra");
   assert_problem(get(f, "surface.bin?mesh=tetra&with=uvs"), 422, NULL, "no texture coordinates");
@@ -108,8 +90,8 @@ TEST_WITH(what_is_no_mesh_s_own_is_refused, setup, teardown) {
   assert_problem(get(f, "surface.ply?with=normals"), 400, NULL, ".bin");
 }
 
-TEST_WITH(detail_takes_the_bytes_back, setup, teardown) {
-  const fixture *f = *state;
+TEST_WITH(detail_takes_the_bytes_back, setup, fixture_stop) {
+  const one_model *f = *state;
   char same[API_ID_TEXT], all[API_ID_TEXT], listed[API_ID_TEXT], world[API_ID_TEXT];
   reply r = get(f, "surface.bin?mesh=box&level=2");
   take_id(post(f, "mesh=box&level=2", "application/octet-stream", r.body, r.size), 200, same);
@@ -136,7 +118,7 @@ TEST_WITH(detail_takes_the_bytes_back, setup, teardown) {
 }
 
 /* Replaces bytes of a good body. */
-static void assert_bad(const fixture *f, const char *head, size_t rows, int status, const char *word) {
+static void assert_bad(const one_model *f, const char *head, size_t rows, int status, const char *word) {
   uint8_t body[400] = "TWSB\1\0\0\0";
   uint32_t length = (uint32_t)strlen(head);
   memcpy(body + 8, &length, sizeof length);
@@ -145,8 +127,8 @@ static void assert_bad(const fixture *f, const char *head, size_t rows, int stat
                  NULL, word);
 }
 
-TEST_WITH(bodies_that_do_not_fit_are_refused, setup, teardown) {
-  const fixture *f = *state;
+TEST_WITH(bodies_that_do_not_fit_are_refused, setup, fixture_stop) {
+  const one_model *f = *state;
   assert_bad(f, "{\"points\":8,\"stride\":3}", 95, 400, "95 bytes are there");
   assert_bad(f, "{\"points\":8,\"stride\":3}", 100, 400, "100 bytes are there");
   assert_bad(f, "{\"points\":4294967294,\"stride\":64}", 0, 400, "0 bytes are there");
@@ -171,7 +153,7 @@ TEST_WITH(bodies_that_do_not_fit_are_refused, setup, teardown) {
   reply_free(&r);
 }
 
-TEST_WITH(lists_that_do_not_fit_are_refused, setup, teardown) {
+TEST_WITH(lists_that_do_not_fit_are_refused, setup, fixture_stop) {
   static const struct {
     const char *body, *pointer;
     int status;

@@ -21,18 +21,11 @@ static int setup(void **state) {
 }
 
 static reply ask(const one_model *f, const char *rest) {
-  char target[8192];
-  snprintf(target, sizeof target, "/v1/models/%s/%s", f->id, rest);
-  return loopback_get(f->loop, target);
+  return model_get(f->loop, f->id, rest);
 }
 
 static cJSON *ask_json(const one_model *f, const char *rest) {
-  reply r = ask(f, rest);
-  if (r.status != 200) fail_msg("%s: %s", rest, r.body);
-  cJSON *tree = cJSON_Parse(r.body);
-  assert_non_null(tree);
-  reply_free(&r);
-  return tree;
+  return model_get_json(f->loop, f->id, rest);
 }
 
 static const cJSON *pose(const cJSON *answer, int index) {
@@ -49,7 +42,7 @@ static void assert_row(const cJSON *pose, const char *part, int node, size_t cou
   }
 }
 
-TEST_WITH(bad_parameters_are_400, setup, one_model_stop) {
+TEST_WITH(bad_parameters_are_400, setup, fixture_stop) {
   const char *const bad[] = {"at=",
                              "at=x",
                              "at=1,,2",
@@ -91,7 +84,7 @@ TEST_WITH(bad_parameters_are_400, setup, one_model_stop) {
   }
 }
 
-TEST_WITH(names_that_are_not_there_are_404, setup, one_model_stop) {
+TEST_WITH(names_that_are_not_there_are_404, setup, fixture_stop) {
   assert_problem(ask(*state, "pose?clip=dance"), 404, NULL, "turn");
   assert_problem(ask(*state, "pose?nodes=arm,leg"), 404, NULL, "\"leg\"");
   assert_problem(ask(*state, "pose?nodes="), 404, NULL, NULL);
@@ -100,7 +93,7 @@ TEST_WITH(names_that_are_not_there_are_404, setup, one_model_stop) {
   assert_problem(ask(*state, "pose?as=matrix&skinning=true"), 422, NULL, "skin");
 }
 
-TEST_WITH(the_answer_has_the_contracts_shape, setup, one_model_stop) {
+TEST_WITH(the_answer_has_the_contracts_shape, setup, fixture_stop) {
   cJSON *answer = ask_json(*state, "pose.json?at=0,0.5,1");
   assert_string_equal(json_member(answer, "clip")->valuestring, "turn");
   assert_true(json_member(answer, "duration")->valuedouble == 1);
@@ -120,7 +113,7 @@ TEST_WITH(the_answer_has_the_contracts_shape, setup, one_model_stop) {
   cJSON_Delete(answer);
 }
 
-TEST_WITH(world_space_carries_children, setup, one_model_stop) {
+TEST_WITH(world_space_carries_children, setup, fixture_stop) {
   cJSON *answer = ask_json(*state, "pose?at=1&space=world");
   assert_row(pose(answer, 0), "translation", 1, 3, (double[]){0, 1, 2});
   assert_row(pose(answer, 0), "rotation", 1, 4, (double[]){0, 0, sqrt(0.5), sqrt(0.5)});
@@ -131,7 +124,7 @@ TEST_WITH(world_space_carries_children, setup, one_model_stop) {
   cJSON_Delete(answer);
 }
 
-TEST_WITH(rotations_come_in_the_form_asked_for, setup, one_model_stop) {
+TEST_WITH(rotations_come_in_the_form_asked_for, setup, fixture_stop) {
   cJSON *answer = ask_json(*state, "pose?at=1&as=euler&order=ZYX&unit=degrees&nodes=base");
   assert_row(pose(answer, 0), "euler", 0, 3, (double[]){0, 0, 90});
   assert_null(cJSON_GetObjectItem(pose(answer, 0), "rotation"));
@@ -142,7 +135,7 @@ TEST_WITH(rotations_come_in_the_form_asked_for, setup, one_model_stop) {
   cJSON_Delete(answer);
 }
 
-TEST_WITH(euler_angles_are_continuous_over_the_times, setup, one_model_stop) {
+TEST_WITH(euler_angles_are_continuous_over_the_times, setup, fixture_stop) {
   one_model *f = *state;
   char id[API_ID_TEXT], rest[128];
   loopback_upload(
@@ -161,7 +154,7 @@ TEST_WITH(euler_angles_are_continuous_over_the_times, setup, one_model_stop) {
   reply_free(&r);
 }
 
-TEST_WITH(nodes_are_chosen_by_name_in_the_files_order, setup, one_model_stop) {
+TEST_WITH(nodes_are_chosen_by_name_in_the_files_order, setup, fixture_stop) {
   const char *const lists[] = {"arm,base", "base,arm,base", "arm%2Cbase"};
   for (int i = 0; i < 3; i++) {
     char rest[64];
@@ -176,7 +169,7 @@ TEST_WITH(nodes_are_chosen_by_name_in_the_files_order, setup, one_model_stop) {
   cJSON_Delete(answer);
 }
 
-TEST_WITH(times_may_be_spaced_evenly, setup, one_model_stop) {
+TEST_WITH(times_may_be_spaced_evenly, setup, fixture_stop) {
   cJSON *answer = ask_json(*state, "pose?from=0.25&to=1&fps=4");
   assert_int_equal(cJSON_GetArraySize(json_member(answer, "times")), 4);
   assert_true(cJSON_GetArrayItem(json_member(answer, "times"), 3)->valuedouble == 1);
@@ -189,7 +182,7 @@ TEST_WITH(times_may_be_spaced_evenly, setup, one_model_stop) {
   cJSON_Delete(answer);
 }
 
-TEST_WITH(looping_folds_times, setup, one_model_stop) {
+TEST_WITH(looping_folds_times, setup, fixture_stop) {
   cJSON *answer = ask_json(*state, "pose?at=1.5,2.5&loop=repeat&nodes=base");
   assert_row(pose(answer, 0), "translation", 0, 3, (double[]){0, 0, 1});
   assert_true(json_member(pose(answer, 0), "t")->valuedouble == 1.5);
@@ -200,7 +193,7 @@ TEST_WITH(looping_folds_times, setup, one_model_stop) {
 }
 
 /* Times that no float holds keep their digits, whatever prints them. */
-TEST_WITH(times_print_as_they_were_asked_for, setup, one_model_stop) {
+TEST_WITH(times_print_as_they_were_asked_for, setup, fixture_stop) {
   const char *const requests[][2] = {{"pose?at=100000.003", "'times':[100000.003],'poses':[{'t':100000.003,"},
                                      {"pose?from=1&to=1.5&fps=3", "'times':[1,1.3333333333333333],"},
                                      {"pose.ndjson?at=16777217", "{'t':16777217,"},
@@ -219,7 +212,7 @@ TEST_WITH(times_print_as_they_were_asked_for, setup, one_model_stop) {
   }
 }
 
-TEST_WITH(times_are_looped_before_they_become_floats, setup, one_model_stop) {
+TEST_WITH(times_are_looped_before_they_become_floats, setup, fixture_stop) {
   one_model *f = *state;
   char id[API_ID_TEXT], target[128];
   loopback_upload(f->loop, "application/json",
@@ -246,14 +239,14 @@ TEST_WITH(times_are_looped_before_they_become_floats, setup, one_model_stop) {
   }
 }
 
-TEST_WITH(a_clip_without_a_name_goes_by_its_index, setup, one_model_stop) {
+TEST_WITH(a_clip_without_a_name_goes_by_its_index, setup, fixture_stop) {
   cJSON *answer = ask_json(*state, "pose?clip=clip_1&at=5");
   assert_string_equal(json_member(answer, "clip")->valuestring, "clip_1");
   assert_true(json_member(answer, "duration")->valuedouble == 0);
   cJSON_Delete(answer);
 }
 
-TEST_WITH(a_model_without_clips_rests, setup, one_model_stop) {
+TEST_WITH(a_model_without_clips_rests, setup, fixture_stop) {
   one_model *f = *state;
   reply r = loopback_post(f->loop, "/v1/pose", "application/json", "{'nodes':[{'translation':[1,2,3]}]}");
   assert_int_equal(r.status, 200);
@@ -262,7 +255,7 @@ TEST_WITH(a_model_without_clips_rests, setup, one_model_stop) {
   reply_free(&r);
 }
 
-TEST_WITH(a_clip_is_borrowed_by_the_names_of_nodes, setup, one_model_stop) {
+TEST_WITH(a_clip_is_borrowed_by_the_names_of_nodes, setup, fixture_stop) {
   one_model *f = *state;
   char id[API_ID_TEXT], target[160];
   loopback_upload(f->loop, "application/json", "{'nodes':[{'name':'other'},{'name':'base'}]}", id);
@@ -296,7 +289,7 @@ TEST_WITH(a_clip_is_borrowed_by_the_names_of_nodes, setup, one_model_stop) {
   assert_problem(loopback_get(f->loop, target), 404, NULL, f->id);
 }
 
-TEST_WITH(a_clip_of_another_skeleton_is_told_to_need_carrying_over, setup, one_model_stop) {
+TEST_WITH(a_clip_of_another_skeleton_is_told_to_need_carrying_over, setup, fixture_stop) {
   one_model *f = *state;
   char id[API_ID_TEXT], target[160];
   loopback_upload(f->loop, "application/json",
@@ -311,7 +304,7 @@ TEST_WITH(a_clip_of_another_skeleton_is_told_to_need_carrying_over, setup, one_m
   reply_free(&r);
 }
 
-TEST_WITH(clips_that_another_model_lacks_are_told_with_its_id, setup, one_model_stop) {
+TEST_WITH(clips_that_another_model_lacks_are_told_with_its_id, setup, fixture_stop) {
   static const char hint[] = "a clip of another model is {model id}/{name}, the id in lower case";
   one_model *f = *state;
   char rest[160], word[120];
@@ -367,7 +360,7 @@ TEST_WITH(layers_name_clips_by_their_place_unless_one_is_called_so, loopback_set
 }
 
 /* The answers differ in nothing else: what is remembered of one must not speak for the other. */
-TEST_WITH(carrying_over_what_is_not_borrowed_is_told, setup, one_model_stop) {
+TEST_WITH(carrying_over_what_is_not_borrowed_is_told, setup, fixture_stop) {
   static const struct {
     const char *rest;
     bool is_told;
@@ -395,7 +388,7 @@ TEST_WITH(carrying_over_what_is_not_borrowed_is_told, setup, one_model_stop) {
 }
 
 /* A name of 100 characters, six bytes each when encoded. */
-TEST_WITH(a_long_warning_is_cut_between_characters, setup, one_model_stop) {
+TEST_WITH(a_long_warning_is_cut_between_characters, setup, fixture_stop) {
   one_model *f = *state;
   char name[201] = "", text[1200], lender[API_ID_TEXT], target[128];
   for (int i = 0; i < 200; i += 2) memcpy(name + i, "\xC3\xA4", 3);
@@ -441,7 +434,7 @@ static reply post_times(const one_model *f, const char *query, const char *body)
   return loopback_post(f->loop, target, "application/json", body);
 }
 
-TEST_WITH(times_may_come_in_a_body, setup, one_model_stop) {
+TEST_WITH(times_may_come_in_a_body, setup, fixture_stop) {
   reply r = post_times(*state, "?nodes=base", "{'times':[0,0.5,2]}");
   cJSON *answer = cJSON_Parse(r.body);
   assert_int_equal(cJSON_GetArraySize(json_member(answer, "poses")), 3);
@@ -454,7 +447,7 @@ TEST_WITH(times_may_come_in_a_body, setup, one_model_stop) {
   reply_free(&r);
 }
 
-TEST_WITH(bad_bodies_of_times_are_refused_with_their_place, setup, one_model_stop) {
+TEST_WITH(bad_bodies_of_times_are_refused_with_their_place, setup, fixture_stop) {
   static const struct {
     const char *body;
     int status;
@@ -481,7 +474,7 @@ TEST_WITH(bad_bodies_of_times_are_refused_with_their_place, setup, one_model_sto
   assert_problem(r, 415, NULL, NULL);
 }
 
-TEST_WITH(too_many_times_are_422, setup, one_model_stop) {
+TEST_WITH(too_many_times_are_422, setup, fixture_stop) {
   assert_problem(ask(*state, "pose?from=0&to=100000&fps=1"), 422, NULL, "100001 times");
   assert_problem(ask(*state, "pose?from=0&to=1e30&fps=1e30"), 422, NULL, "limit of 100000");
   assert_problem(ask(*state, "pose?fps=100000"), 422, NULL, "limit of 100000");
@@ -602,7 +595,7 @@ TEST(times_of_a_model_without_nodes_count) {
 
 /* ---- forms ----------------------------------------------------------------------------------- */
 
-TEST_WITH(lines_are_the_poses_of_the_json, setup, one_model_stop) {
+TEST_WITH(lines_are_the_poses_of_the_json, setup, fixture_stop) {
   cJSON *answer = ask_json(*state, "pose.json?from=0&to=1&fps=20");
   reply r = ask(*state, "pose.ndjson?from=0&to=1&fps=20");
   assert_string_equal(reply_header(&r, "Content-Type"), "application/x-ndjson");
@@ -622,7 +615,7 @@ TEST_WITH(lines_are_the_poses_of_the_json, setup, one_model_stop) {
   reply_free(&r);
 }
 
-TEST_WITH(csv_has_a_line_a_time_and_node, setup, one_model_stop) {
+TEST_WITH(csv_has_a_line_a_time_and_node, setup, fixture_stop) {
   reply r = ask(*state, "pose.csv?at=0,1&nodes=base,a,b");
   assert_string_equal(r.body,
                       "t,node,rotation_x,rotation_y,rotation_z,rotation_w,translation_x,translation_y,"
@@ -712,7 +705,7 @@ static void compare_binary(const one_model *f, const char *query, const char *co
   reply_free(&r);
 }
 
-TEST_WITH(binary_rows_are_those_of_the_json, setup, one_model_stop) {
+TEST_WITH(binary_rows_are_those_of_the_json, setup, fixture_stop) {
   compare_binary(*state, "from=0&to=1&fps=7",
                  (const char *const[]){"rotation", "translation", "scale", NULL});
   compare_binary(*state, "at=0.1,3,0.25&as=matrix&space=world", (const char *const[]){"matrix", NULL});
@@ -722,7 +715,7 @@ TEST_WITH(binary_rows_are_those_of_the_json, setup, one_model_stop) {
                  (const char *const[]){"axis_angle", "translation", "scale", NULL});
 }
 
-TEST_WITH(a_large_answer_is_streamed_and_the_same, setup, one_model_stop) {
+TEST_WITH(a_large_answer_is_streamed_and_the_same, setup, fixture_stop) {
   one_model *f = *state;
   reply r = ask(f, "pose.json?from=0&to=1&fps=5000&nodes=base");
   assert_non_null(r.answer.body.read);
@@ -746,7 +739,7 @@ TEST_WITH(a_large_answer_is_streamed_and_the_same, setup, one_model_stop) {
 
 /* ---- validators ------------------------------------------------------------------------------ */
 
-TEST_WITH(equal_questions_have_one_tag, setup, one_model_stop) {
+TEST_WITH(equal_questions_have_one_tag, setup, fixture_stop) {
   static const struct {
     const char *one, *other;
     bool is_same;
@@ -771,7 +764,7 @@ TEST_WITH(equal_questions_have_one_tag, setup, one_model_stop) {
   }
 }
 
-TEST_WITH(what_is_known_is_answered_lightly, setup, one_model_stop) {
+TEST_WITH(what_is_known_is_answered_lightly, setup, fixture_stop) {
   one_model *f = *state;
   char target[128];
   snprintf(target, sizeof target, "/v1/models/%s/pose?at=0.5", f->id);
@@ -823,7 +816,7 @@ static const char skinned[] =
     "{'asset':{'version':'2.0'},'nodes':[{'name':'j0','translation':[1,0,0],'children':[1]},"
     "{'name':'j1','translation':[0,2,0]}],'skins':[{'joints':[1,0]}]}";
 
-TEST_WITH(joint_matrices_are_world_times_inverse_bind, setup, one_model_stop) {
+TEST_WITH(joint_matrices_are_world_times_inverse_bind, setup, fixture_stop) {
   one_model *f = *state;
   reply r = loopback_post(f->loop, "/v1/pose?as=matrix&skinning=true", "model/gltf+json", skinned);
   if (r.status != 200) fail_msg("%s", r.body);
@@ -838,7 +831,7 @@ TEST_WITH(joint_matrices_are_world_times_inverse_bind, setup, one_model_stop) {
 
 /* ---- tracks ---------------------------------------------------------------------------------- */
 
-TEST_WITH(tracks_are_reported, setup, one_model_stop) {
+TEST_WITH(tracks_are_reported, setup, fixture_stop) {
   one_model *f = *state;
   cJSON *answer = ask_json(f, "tracks");
   assert_string_equal(json_member(answer, "clip")->valuestring, "turn");
@@ -873,7 +866,7 @@ TEST_WITH(tracks_are_reported, setup, one_model_stop) {
   reply_free(&r);
 }
 
-TEST_WITH(the_clip_is_reported_as_a_whole, setup, one_model_stop) {
+TEST_WITH(the_clip_is_reported_as_a_whole, setup, fixture_stop) {
   one_model *f = *state;
   cJSON *answer = ask_json(f, "tracks");
   const cJSON *report = json_member(answer, "report"), *loop = json_member(report, "loop");
@@ -902,7 +895,7 @@ TEST_WITH(the_clip_is_reported_as_a_whole, setup, one_model_stop) {
   assert_problem(ask(f, "tracks?feet=bass"), 404, NULL, "did you mean base");
 }
 
-TEST_WITH(keys_of_scales_and_morph_weights_are_told, setup, one_model_stop) {
+TEST_WITH(keys_of_scales_and_morph_weights_are_told, setup, fixture_stop) {
   one_model *f = *state;
   /* A triangle with one morph target, in two nodes of one name: three points, three offsets, times 0 and 2,
    * weights 0 and 1. */
@@ -961,7 +954,7 @@ TEST_WITH(keys_of_scales_and_morph_weights_are_told, setup, one_model_stop) {
   }
 }
 
-TEST_WITH(a_list_that_is_the_name_of_a_node_means_that_node, setup, one_model_stop) {
+TEST_WITH(a_list_that_is_the_name_of_a_node_means_that_node, setup, fixture_stop) {
   one_model *f = *state;
   loopback_upload(f->loop, "application/json", "{'nodes':[{'name':'a,b'},{'name':'a'},{'name':'b'}]}", f->id);
   static const struct {
@@ -981,7 +974,7 @@ TEST_WITH(a_list_that_is_the_name_of_a_node_means_that_node, setup, one_model_st
   }
 }
 
-TEST_WITH(a_speed_that_fits_no_float_is_a_number_all_the_same, setup, one_model_stop) {
+TEST_WITH(a_speed_that_fits_no_float_is_a_number_all_the_same, setup, fixture_stop) {
   one_model *f = *state;
   loopback_upload(
       f->loop, "application/json",
@@ -1011,7 +1004,7 @@ static void assert_warning(const one_model *f, const char *track, const char *wa
   reply_free(&r);
 }
 
-TEST_WITH(half_turns_and_longer_ones_are_warned_of_when_they_are_stored, setup, one_model_stop) {
+TEST_WITH(half_turns_and_longer_ones_are_warned_of_when_they_are_stored, setup, fixture_stop) {
   assert_warning(*state, "'eulers':[[0,0,0],[0,170,0],[0,300,0]]", NULL);
   assert_warning(*state, "'eulers':[[0,0,0],[0,180,0],[0,360,0]]", "2 steps of exactly 180 degrees");
   assert_warning(*state, "'interpolation':'step','eulers':[[0,0,0],[0,180,0],[0,0,0]]", NULL);

@@ -26,17 +26,14 @@ static void edit(loopback *loop, char id[API_ID_TEXT], const char *body) {
 
 /* What the model's description says of a mesh; but of welding, which stored vertices need. */
 static char *mesh_text(loopback *loop, const char *id, int mesh) {
-  char target[64];
-  snprintf(target, sizeof target, "/v1/models/%s", id);
-  reply r = loopback_get(loop, target);
-  cJSON *tree = cJSON_Parse(r.body), *of = cJSON_GetArrayItem(cJSON_GetObjectItem(tree, "meshes"), mesh);
+  cJSON *tree = model_get_json(loop, id, ""),
+        *of = cJSON_GetArrayItem(cJSON_GetObjectItem(tree, "meshes"), mesh);
   for (const cJSON *warning = json_member(tree, "warnings")->child; warning; warning = warning->next)
     assert_null(strstr(warning->valuestring, "left out"));
   cJSON_DeleteItemFromObject(of, "welded_points");
   char *text = cJSON_PrintUnformatted(of);
   assert_non_null(text);
   cJSON_Delete(tree);
-  reply_free(&r);
   return text;
 }
 

@@ -51,7 +51,7 @@ static void assert_same_header(const reply *a, const reply *b, const char *name)
   assert_string_equal(reply_header(a, name), reply_header(b, name));
 }
 
-TEST_WITH(an_answer_is_remembered_from_the_second_time_on_and_stays_the_same, setup, one_model_stop) {
+TEST_WITH(an_answer_is_remembered_from_the_second_time_on_and_stays_the_same, setup, fixture_stop) {
   one_model *f = *state;
   static const char *const targets[] = {"pose.json?" MANY, "pose.ndjson?" MANY, "pose.bin?" MANY,
                                         "pose.csv?" MANY, "pose.json?as=euler&" MANY};
@@ -74,7 +74,7 @@ TEST_WITH(an_answer_is_remembered_from_the_second_time_on_and_stays_the_same, se
   }
 }
 
-TEST_WITH(one_request_in_other_words_is_the_same, setup, one_model_stop) {
+TEST_WITH(one_request_in_other_words_is_the_same, setup, fixture_stop) {
   one_model *f = *state;
   ask_times(f, "pose.csv?" MANY "&clip=turn", 2);
   uint64_t before = cached(f);
@@ -94,7 +94,7 @@ TEST_WITH(one_request_in_other_words_is_the_same, setup, one_model_stop) {
   for (size_t i = 0; i < sizeof others / sizeof *others; i++) assert_false(is_known(f, others[i]));
 }
 
-TEST_WITH(what_is_asked_for_once_pushes_nothing_out, setup, one_model_stop) {
+TEST_WITH(what_is_asked_for_once_pushes_nothing_out, setup, fixture_stop) {
   one_model *f = *state;
   ask_times(f, "surface.json?clip=none", 1);
   ask_times(f, "pose.json?at=1", 1); /* the clip */
@@ -111,7 +111,7 @@ TEST_WITH(what_is_asked_for_once_pushes_nothing_out, setup, one_model_stop) {
   assert_int_equal(loopback_store_opens(f->loop), opens);
 }
 
-TEST_WITH(light_answers_are_not_remembered, setup, one_model_stop) {
+TEST_WITH(light_answers_are_not_remembered, setup, fixture_stop) {
   one_model *f = *state;
   ask_times(f, "pose.json?at=0.5", 1);
   uint64_t before = cached(f);
@@ -119,7 +119,7 @@ TEST_WITH(light_answers_are_not_remembered, setup, one_model_stop) {
   assert_int_equal(cached(f), before);
 }
 
-TEST_WITH(larger_answers_than_four_megabytes_are_not_remembered, setup, one_model_stop) {
+TEST_WITH(larger_answers_than_four_megabytes_are_not_remembered, setup, fixture_stop) {
   one_model *f = *state;
   static const char large[] = "pose.bin?from=0&to=1&fps=120000";
   ask_times(f, large, 3); /* 4.8 MB of numbers */
@@ -130,7 +130,7 @@ TEST_WITH(larger_answers_than_four_megabytes_are_not_remembered, setup, one_mode
 }
 
 /* Each line of CSV bears its node's name. */
-TEST_WITH(long_names_count, setup, one_model_stop) {
+TEST_WITH(long_names_count, setup, fixture_stop) {
   one_model *f = *state;
   enum { NODES = 100, NAME = 1000 };
   char *model = malloc(NODES * (NAME + 32)), *end = model + sprintf(model, "{'nodes':[");
@@ -145,7 +145,7 @@ TEST_WITH(long_names_count, setup, one_model_stop) {
   assert_true(cached(f) < 1 << 20);
 }
 
-TEST_WITH(conditions_are_judged_before_an_answer_is_made, setup, one_model_stop) {
+TEST_WITH(conditions_are_judged_before_an_answer_is_made, setup, fixture_stop) {
   one_model *f = *state;
   reply r = ask(f, "pose.json?" MANY, NULL);
   char header[128];
@@ -163,7 +163,7 @@ TEST_WITH(conditions_are_judged_before_an_answer_is_made, setup, one_model_stop)
   }
 }
 
-TEST_WITH(head_tells_the_size, setup, one_model_stop) {
+TEST_WITH(head_tells_the_size, setup, fixture_stop) {
   one_model *f = *state;
   ask_times(f, "pose.json?" MANY, 2);
   reply r = ask(f, "pose.json?" MANY, NULL);
@@ -174,7 +174,7 @@ TEST_WITH(head_tells_the_size, setup, one_model_stop) {
   reply_free(&head);
 }
 
-TEST_WITH(a_deleted_models_answers_go_with_it, setup, one_model_stop) {
+TEST_WITH(a_deleted_models_answers_go_with_it, setup, fixture_stop) {
   one_model *f = *state;
   ask_times(f, "pose.json?" MANY, 2);
   char target[128];
@@ -186,7 +186,7 @@ TEST_WITH(a_deleted_models_answers_go_with_it, setup, one_model_stop) {
   assert_problem(ask(f, "pose.json?" MANY, NULL), 404, NULL, NULL);
 }
 
-TEST_WITH(a_borrowed_clips_answers_go_with_its_lender, setup, one_model_stop) {
+TEST_WITH(a_borrowed_clips_answers_go_with_its_lender, setup, fixture_stop) {
   one_model *f = *state;
   one_model borrower = {.loop = f->loop};
   char rest[128], target[64];
@@ -207,7 +207,7 @@ static void delete_behind(const one_model *f, const char *id) {
   assert_int_equal(store->remove(store->context, id), API_STORE_OK);
 }
 
-TEST_WITH(what_another_daemon_deleted_is_not_answered_from_memory, setup, one_model_stop) {
+TEST_WITH(what_another_daemon_deleted_is_not_answered_from_memory, setup, fixture_stop) {
   one_model *f = *state;
   static const char *const targets[] = {("pose.json?" MANY),    "live?fps=1", "tracks", "source",
                                         "surface.json?level=0", "pose?at=0"};
@@ -227,7 +227,7 @@ TEST_WITH(what_another_daemon_deleted_is_not_answered_from_memory, setup, one_mo
   assert_int_equal(cached(f), 0);
 }
 
-TEST_WITH(a_clip_is_not_borrowed_from_what_another_daemon_deleted, setup, one_model_stop) {
+TEST_WITH(a_clip_is_not_borrowed_from_what_another_daemon_deleted, setup, fixture_stop) {
   one_model *f = *state;
   one_model borrower = {.loop = f->loop};
   char rest[128];
@@ -249,7 +249,7 @@ static api_store_status look_and_forget(void *context, const char *id, bool may_
   return plain_look(context, id, may_wait);
 }
 
-TEST_WITH(a_lender_may_leave_the_cache_before_any_look_for_its_clip, setup, one_model_stop) {
+TEST_WITH(a_lender_may_leave_the_cache_before_any_look_for_its_clip, setup, fixture_stop) {
   enum { LOOKS = 6 };
   one_model *f = *state;
   one_model borrower = {.loop = f->loop};
@@ -271,7 +271,7 @@ TEST_WITH(a_lender_may_leave_the_cache_before_any_look_for_its_clip, setup, one_
   assert_true(looks_left > 0); /* more looks than there are were tried */
 }
 
-TEST_WITH(times_in_a_body_are_another_request, setup, one_model_stop) {
+TEST_WITH(times_in_a_body_are_another_request, setup, fixture_stop) {
   one_model *f = *state;
   ask_times(f, "pose.json?" MANY, 2);
   reply r = loopback_post(f->loop, target_of(f, "pose.json"), "application/json", "{'times':[1]}");

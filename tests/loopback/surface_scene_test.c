@@ -128,29 +128,6 @@ static int setup(void **state) {
   return 0;
 }
 
-static int teardown(void **state) {
-  fixture *f = *state;
-  loopback_stop(f->loop);
-  free(f);
-  return 0;
-}
-
-static reply ask(const fixture *f, const char *id, const char *rest) {
-  char target[256];
-  snprintf(target, sizeof target, "/v1/models/%s/%s", id, rest);
-  return loopback_get(f->loop, target);
-}
-
-/* The document of a glTF answer. */
-static cJSON *ask_gltf(const fixture *f, const char *id, const char *rest) {
-  reply r = ask(f, id, rest);
-  if (r.status != 200) fail_msg("%s: %d %s", rest, r.status, r.body);
-  cJSON *document = cJSON_Parse(r.body);
-  assert_non_null(document);
-  reply_free(&r);
-  return document;
-}
-
 static const cJSON *sampler(const cJSON *document, int track) {
   return cJSON_GetArrayItem(
       json_member(cJSON_GetArrayItem(json_member(document, "animations"), 0), "samplers"), track);
@@ -168,7 +145,7 @@ static void assert_kind(const cJSON *document, int track, const char *kind) {
 
 /* X-Tweend-Error of an answer. */
 static void read_error(const fixture *f, const char *rest, double *degrees, double *metres) {
-  reply r = ask(f, f->keyed, rest);
+  reply r = model_get(f->loop, f->keyed, rest);
   const char *text = reply_header(&r, "X-Tweend-Error");
   assert_non_null(text);
   assert_int_equal(sscanf(text, "degrees=%lf, metres=%lf", degrees, metres), 2);
@@ -189,7 +166,7 @@ static void assert_point(const reply *r, int n, double x, double y, double z) {
     fail_msg("point %d is at %g %g %g", n, found[0], found[1], found[2]);
 }
 
-TEST_WITH(parameters_that_do_not_fit_are_400, setup, teardown) {
+TEST_WITH(parameters_that_do_not_fit_are_400, setup, fixture_stop) {
   const fixture *f = *state;
   const char *const bad[] = {
       "skin=bake",        "skin=bake&clip=wave",   "skin=bake&at=0,1",          "skin=bake&at=1&meshes=none",
@@ -199,7 +176,7 @@ TEST_WITH(parameters_that_do_not_fit_are_400, setup, teardown) {
   for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
     char rest[128];
     snprintf(rest, sizeof rest, "surface.glb?%s", bad[i]);
-    reply r = ask(f, f->flag, rest);
+    reply r = model_get(f->loop, f->flag, rest);
     if (r.status != 400) fail_msg("%s: %d %s", bad[i], r.status, r.body);
     assert_problem(r, 400, NULL, NULL);
   }
@@ -210,7 +187,7 @@ TEST_WITH(parameters_that_do_not_fit_are_400, setup, teardown) {
 /* The names of the answer's animations, each with a bar behind it. */
 static void assert_animations(const fixture *f, const char *id, const char *rest, const char *wanted) {
   char names[128] = "";
-  cJSON *document = ask_gltf(f, id, rest);
+  cJSON *document = model_get_json(f->loop, id, rest);
   const cJSON *animation;
   cJSON_ArrayForEach(animation, cJSON_GetObjectItem(document, "animations")) {
     const cJSON *name = cJSON_GetObjectItem(animation, "name");
@@ -221,7 +198,7 @@ static void assert_animations(const fixture *f, const char *id, const char *rest
   cJSON_Delete(document);
 }
 
-TEST_WITH(clips_are_kept_as_the_parameter_says, setup, teardown) {
+TEST_WITH(clips_are_kept_as_the_parameter_says, setup, fixture_stop) {
   const fixture *f = *state;
   static const struct {
     bool is_odd;
@@ -253,32 +230,31 @@ TEST_WITH(clips_are_kept_as_the_parameter_says, setup, teardown) {
   assert_animations(f, f->odd, rest, "none|wave|walk|");
 }
 
-TEST_WITH(a_model_without_clips_keeps_none, setup, teardown) {
+TEST_WITH(a_model_without_clips_keeps_none, setup, fixture_stop) {
   const fixture *f = *state;
   char id[API_ID_TEXT];
   loopback_upload(f->loop, "application/json", "{'nodes':[{'name':'bone'}]}", id);
   assert_animations(f, id, "surface.gltf", "");
   assert_animations(f, id, "surface.gltf?clip=none&tolerance=1", "");
-  assert_problem(ask(f, id, "surface.gltf?clip=walk"), 404, NULL, "the model has no clips");
-  assert_problem(ask(f, id, "surface.gltf?at=1"), 404, NULL, "the model has no clips");
+  assert_problem(model_get(f->loop, id, "surface.gltf?clip=walk"), 404, NULL, "the model has no clips");
+  assert_problem(model_get(f->loop, id, "surface.gltf?at=1"), 404, NULL, "the model has no clips");
 }
 
-TEST_WITH(a_name_of_a_list_that_is_none_is_told, setup, teardown) {
+TEST_WITH(a_name_of_a_list_that_is_none_is_told, setup, fixture_stop) {
   const fixture *f = *state;
-  assert_problem(ask(f, f->several, "surface.gltf?clip=walk,run,wave"), 404, NULL,
+  assert_problem(model_get(f->loop, f->several, "surface.gltf?clip=walk,run,wave"), 404, NULL,
                  "no clip is called \"run\"; there are: walk, wave");
-  assert_problem(ask(f, f->several, "surface.gltf?clip=walk,"), 404, NULL, "no clip is called \"\"");
-  assert_problem(ask(f, f->several, "surface.gltf?clip=walk,none"), 404, NULL, "\"none\"");
-  assert_problem(ask(f, f->several, "surface.gltf?clip=walk,wave,walk"), 400, NULL,
+  assert_problem(model_get(f->loop, f->several, "surface.gltf?clip=walk,"), 404, NULL,
+                 "no clip is called \"\"");
+  assert_problem(model_get(f->loop, f->several, "surface.gltf?clip=walk,none"), 404, NULL, "\"none\"");
+  assert_problem(model_get(f->loop, f->several, "surface.gltf?clip=walk,wave,walk"), 400, NULL,
                  "\"walk\" is in the list");
   char rest[2048] = "surface.gltf?clip=";
   for (size_t length = strlen(rest); length < sizeof rest - 2; length += 2) memcpy(rest + length, "x,", 3);
-  char target[2200];
-  snprintf(target, sizeof target, "/v1/models/%s/%s", f->several, rest);
-  assert_problem(loopback_get(f->loop, target), 400, NULL, "more than 256");
+  assert_problem(model_get(f->loop, f->several, rest), 400, NULL, "more than 256");
 }
 
-TEST_WITH(equal_choices_of_clips_have_one_tag, setup, teardown) {
+TEST_WITH(equal_choices_of_clips_have_one_tag, setup, fixture_stop) {
   const fixture *f = *state;
   static const struct {
     const char *a, *b;
@@ -293,7 +269,7 @@ TEST_WITH(equal_choices_of_clips_have_one_tag, setup, teardown) {
                {"pose?clip=walk,wave&at=1", "pose?clip=wave,walk&at=1", false},
                {"pose?clip=none&at=1", "pose?at=1", false}};
   for (size_t i = 0; i < sizeof pairs / sizeof *pairs; i++) {
-    reply a = ask(f, f->several, pairs[i].a), b = ask(f, f->several, pairs[i].b);
+    reply a = model_get(f->loop, f->several, pairs[i].a), b = model_get(f->loop, f->several, pairs[i].b);
     assert_int_equal(a.status, 200);
     assert_int_equal(b.status, 200);
     bool is_same = strcmp(reply_header(&a, "ETag"), reply_header(&b, "ETag")) == 0;
@@ -311,7 +287,7 @@ static double number_at(const cJSON *array, int index) {
   return cJSON_GetArrayItem(array, index)->valuedouble;
 }
 
-TEST_WITH(clips_move_together_and_later_ones_win, setup, teardown) {
+TEST_WITH(clips_move_together_and_later_ones_win, setup, fixture_stop) {
   const fixture *f = *state;
   static const struct {
     const char *clips;
@@ -323,7 +299,7 @@ TEST_WITH(clips_move_together_and_later_ones_win, setup, teardown) {
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     char rest[64];
     snprintf(rest, sizeof rest, "surface.gltf?clip=%s&at=1", cases[i].clips);
-    cJSON *document = ask_gltf(f, f->several, rest);
+    cJSON *document = model_get_json(f->loop, f->several, rest);
     const cJSON *nodes = json_member(document, "nodes");
     const cJSON *moved = json_member(cJSON_GetArrayItem(nodes, 0), "translation");
     for (int j = 0; j < 3; j++) assert_true(number_at(moved, j) == cases[i].a[j]);
@@ -331,7 +307,7 @@ TEST_WITH(clips_move_together_and_later_ones_win, setup, teardown) {
     assert_true(cases[i].b == (cases[i].b > 0 ? number_at(other, 1) : 0));
     cJSON_Delete(document);
     snprintf(rest, sizeof rest, "pose.json?clip=%s&at=1", cases[i].clips);
-    document = ask_gltf(f, f->several, rest);
+    document = model_get_json(f->loop, f->several, rest);
     assert_string_equal(json_member(document, "clip")->valuestring, cases[i].clips);
     assert_true(json_member(document, "duration")->valuedouble == cases[i].duration);
     const cJSON *pose = cJSON_GetArrayItem(json_member(document, "poses"), 0);
@@ -342,32 +318,33 @@ TEST_WITH(clips_move_together_and_later_ones_win, setup, teardown) {
   }
 }
 
-TEST_WITH(clips_are_baked_into_one, setup, teardown) {
+TEST_WITH(clips_are_baked_into_one, setup, fixture_stop) {
   const fixture *f = *state;
-  cJSON *document = ask_gltf(f, f->several, "surface.gltf?clip=walk,wave&fps=4");
+  cJSON *document = model_get_json(f->loop, f->several, "surface.gltf?clip=walk,wave&fps=4");
   assert_int_equal(key_count(document, 0), 9); /* up to the end of the longest */
   assert_int_equal(key_count(document, 1), 9);
   cJSON_Delete(document);
 }
 
-TEST_WITH(every_kept_clip_is_reduced, setup, teardown) {
+TEST_WITH(every_kept_clip_is_reduced, setup, fixture_stop) {
   const fixture *f = *state;
   char rest[128];
   snprintf(rest, sizeof rest, "surface.gltf?clip=%s/all,walk&tolerance=0.05&tolerance_m=0.01", f->keyed);
-  cJSON *document = ask_gltf(f, f->several, rest);
+  cJSON *document = model_get_json(f->loop, f->several, rest);
   assert_int_equal(key_count(document, 0), 2); /* eleven before */
   cJSON_Delete(document);
   assert_int_equal(
-      key_count(document = ask_gltf(f, f->keyed, "surface.gltf?tolerance=0.05&tolerance_m=1"), 3), 2);
+      key_count(document = model_get_json(f->loop, f->keyed, "surface.gltf?tolerance=0.05&tolerance_m=1"), 3),
+      2);
   cJSON_Delete(document);
-  reply r = ask(f, f->several, "surface.gltf");
+  reply r = model_get(f->loop, f->several, "surface.gltf");
   assert_null(reply_header(&r, "X-Tweend-Error")); /* all keys are as they were */
   reply_free(&r);
 }
 
-TEST_WITH(none_is_the_rest_pose, setup, teardown) {
+TEST_WITH(none_is_the_rest_pose, setup, fixture_stop) {
   const fixture *f = *state;
-  cJSON *document = ask_gltf(f, f->several, "pose.json?clip=none&at=1");
+  cJSON *document = model_get_json(f->loop, f->several, "pose.json?clip=none&at=1");
   assert_true(cJSON_IsNull(json_member(document, "clip")));
   const cJSON *pose = cJSON_GetArrayItem(json_member(document, "poses"), 0);
   assert_true(number_at(cJSON_GetArrayItem(json_member(pose, "translation"), 0), 0) == 0);
@@ -375,7 +352,7 @@ TEST_WITH(none_is_the_rest_pose, setup, teardown) {
 }
 
 /* Keys that glTF has as they are go from the file to the answer. */
-TEST_WITH(a_thousand_clips_are_kept_without_compiling_any, setup, teardown) {
+TEST_WITH(a_thousand_clips_are_kept_without_compiling_any, setup, fixture_stop) {
   const fixture *f = *state;
   enum { CLIPS = 1000 };
   static const char clip[] =
@@ -388,47 +365,48 @@ TEST_WITH(a_thousand_clips_are_kept_without_compiling_any, setup, teardown) {
   loopback_upload(f->loop, "application/json", text, id);
   free(text);
   compiled = 0;
-  cJSON *document = ask_gltf(f, id, "surface.gltf");
+  cJSON *document = model_get_json(f->loop, id, "surface.gltf");
   assert_int_equal(cJSON_GetArraySize(json_member(document, "animations")), CLIPS);
   assert_int_equal(compiled, 0);
   cJSON_Delete(document);
 }
 
-TEST_WITH(times_that_fall_or_are_negative_cannot_be_baked, setup, teardown) {
+TEST_WITH(times_that_fall_or_are_negative_cannot_be_baked, setup, fixture_stop) {
   const fixture *f = *state;
-  assert_problem(ask(f, f->keyed, "surface.glb?at=1,0.5"), 422, NULL, NULL);
-  assert_problem(ask(f, f->keyed, "surface.glb?at=-1,0.5"), 422, NULL, NULL);
+  assert_problem(model_get(f->loop, f->keyed, "surface.glb?at=1,0.5"), 422, NULL, NULL);
+  assert_problem(model_get(f->loop, f->keyed, "surface.glb?at=-1,0.5"), 422, NULL, NULL);
 }
 
-TEST_WITH(more_baked_keys_than_an_upload_may_have_bytes_are_422, setup, teardown) {
+TEST_WITH(more_baked_keys_than_an_upload_may_have_bytes_are_422, setup, fixture_stop) {
   api_settings settings = loopback_settings();
   settings.limits.max_upload = 4096;
   fixture f = {.loop = loopback_start(&settings)};
   loopback_upload(f.loop, "application/json", keyed, f.keyed);
   /* Three rotations and a translation: 15 numbers a time. */
-  reply r = ask(&f, f.keyed, "surface.glb?from=0&to=0.67&fps=100");
+  reply r = model_get(f.loop, f.keyed, "surface.glb?from=0&to=0.67&fps=100");
   assert_int_equal(r.status, 200);
   reply_free(&r);
-  assert_problem(ask(&f, f.keyed, "surface.glb?from=0&to=0.68&fps=100"), 422, NULL, "69 keys of 15 numbers");
+  assert_problem(model_get(f.loop, f.keyed, "surface.glb?from=0&to=0.68&fps=100"), 422, NULL,
+                 "69 keys of 15 numbers");
   loopback_stop(f.loop);
 }
 
-TEST_WITH(baked_keys_stand_at_the_times_asked_for, setup, teardown) {
+TEST_WITH(baked_keys_stand_at_the_times_asked_for, setup, fixture_stop) {
   const fixture *f = *state;
-  cJSON *document = ask_gltf(f, f->keyed, "surface.gltf?clip=all&at=0,0.25,0.375,2");
+  cJSON *document = model_get_json(f->loop, f->keyed, "surface.gltf?clip=all&at=0,0.25,0.375,2");
   for (int track = 0; track < 4; track++) {
     assert_int_equal(key_count(document, track), 4);
     assert_kind(document, track, track == 2 ? "STEP" : "LINEAR");
   }
   cJSON_Delete(document);
-  document = ask_gltf(f, f->keyed, "surface.gltf?from=0&to=1&fps=8");
+  document = model_get_json(f->loop, f->keyed, "surface.gltf?from=0&to=1&fps=8");
   assert_int_equal(key_count(document, 1), 9);
   cJSON_Delete(document);
 }
 
-TEST_WITH(a_kept_clip_keeps_the_keys_that_gltf_has, setup, teardown) {
+TEST_WITH(a_kept_clip_keeps_the_keys_that_gltf_has, setup, fixture_stop) {
   const fixture *f = *state;
-  cJSON *document = ask_gltf(f, f->keyed, "surface.gltf?clip=all");
+  cJSON *document = model_get_json(f->loop, f->keyed, "surface.gltf?clip=all");
   assert_int_equal(key_count(document, 0), 11);
   assert_int_equal(key_count(document, 2), 3);
   assert_int_equal(key_count(document, 3), 3);
@@ -441,15 +419,16 @@ TEST_WITH(a_kept_clip_keeps_the_keys_that_gltf_has, setup, teardown) {
   assert_true(degrees > 0 && degrees <= 0.1 && metres == 0);
 }
 
-TEST_WITH(a_tolerance_leaves_the_fewest_keys, setup, teardown) {
+TEST_WITH(a_tolerance_leaves_the_fewest_keys, setup, fixture_stop) {
   const fixture *f = *state;
-  cJSON *document = ask_gltf(f, f->keyed, "surface.gltf?clip=all&tolerance=0.05&tolerance_m=0.01");
+  cJSON *document =
+      model_get_json(f->loop, f->keyed, "surface.gltf?clip=all&tolerance=0.05&tolerance_m=0.01");
   assert_int_equal(key_count(document, 0), 2); /* one great circle at one speed */
   assert_int_equal(key_count(document, 2), 3);
   assert_int_equal(key_count(document, 3), 2);
   int fine = key_count(document, 1);
   cJSON_Delete(document);
-  document = ask_gltf(f, f->keyed, "surface.gltf?clip=all&tolerance=5");
+  document = model_get_json(f->loop, f->keyed, "surface.gltf?clip=all&tolerance=5");
   assert_true(key_count(document, 1) < fine);
   cJSON_Delete(document);
   double degrees, metres;
@@ -457,7 +436,7 @@ TEST_WITH(a_tolerance_leaves_the_fewest_keys, setup, teardown) {
   assert_true(degrees > 0 && degrees <= 0.05 && metres < 0.001);
 }
 
-TEST_WITH(the_error_between_baked_keys_is_told, setup, teardown) {
+TEST_WITH(the_error_between_baked_keys_is_told, setup, fixture_stop) {
   const fixture *f = *state;
   char id[API_ID_TEXT], target[160];
   loopback_upload(
@@ -486,7 +465,7 @@ TEST_WITH(the_error_between_baked_keys_is_told, setup, teardown) {
   }
 }
 
-TEST_WITH(a_clip_is_reduced_once_for_equal_requests, setup, teardown) {
+TEST_WITH(a_clip_is_reduced_once_for_equal_requests, setup, fixture_stop) {
   const fixture *f = *state;
   static const struct {
     const char *rest;
@@ -499,21 +478,19 @@ TEST_WITH(a_clip_is_reduced_once_for_equal_requests, setup, teardown) {
                   {"surface.gltf?clip=all&tolerance=0.05", 4}};
   reductions = 0;
   for (size_t i = 0; i < sizeof requests / sizeof *requests; i++) {
-    reply r = ask(f, f->keyed, requests[i].rest);
+    reply r = model_get(f->loop, f->keyed, requests[i].rest);
     assert_int_equal(r.status, 200);
     assert_int_equal(reductions, requests[i].reductions);
     reply_free(&r);
   }
-  char target[64];
-  snprintf(target, sizeof target, "/v1/models/%s", f->keyed);
-  reply r = loopback_ask(f->loop, "DELETE", target, NULL, NULL, 0);
+  reply r = model_ask(f->loop, "DELETE", f->keyed, "", NULL);
   reply_free(&r);
-  assert_problem(ask(f, f->keyed, requests[0].rest), 404, NULL, NULL);
+  assert_problem(model_get(f->loop, f->keyed, requests[0].rest), 404, NULL, NULL);
 }
 
-TEST_WITH(without_meshes_the_tree_and_the_animation_are_left, setup, teardown) {
+TEST_WITH(without_meshes_the_tree_and_the_animation_are_left, setup, fixture_stop) {
   const fixture *f = *state;
-  cJSON *document = ask_gltf(f, f->flag, "surface.gltf?clip=wave&meshes=none");
+  cJSON *document = model_get_json(f->loop, f->flag, "surface.gltf?clip=wave&meshes=none");
   assert_int_equal(cJSON_GetArraySize(json_member(document, "nodes")), 3);
   assert_null(cJSON_GetObjectItem(document, "meshes"));
   assert_null(cJSON_GetObjectItem(document, "skins"));
@@ -523,29 +500,29 @@ TEST_WITH(without_meshes_the_tree_and_the_animation_are_left, setup, teardown) {
   assert_int_equal(key_count(document, 0), 2);
   cJSON_Delete(document);
   /* Nothing is subdivided, so no level is too deep. */
-  document = ask_gltf(f, f->flag, "surface.gltf?meshes=none&at=1");
+  document = model_get_json(f->loop, f->flag, "surface.gltf?meshes=none&at=1");
   const cJSON *bone = cJSON_GetArrayItem(json_member(document, "nodes"), 0);
   assert_true(fabs(cJSON_GetArrayItem(json_member(bone, "rotation"), 2)->valuedouble - sqrt(0.5)) < 1e-6);
   cJSON_Delete(document);
 }
 
-TEST_WITH(a_clip_is_borrowed_by_the_names_of_nodes, setup, teardown) {
+TEST_WITH(a_clip_is_borrowed_by_the_names_of_nodes, setup, fixture_stop) {
   const fixture *f = *state;
   char id[API_ID_TEXT], rest[128];
   loopback_upload(f->loop, "application/json", "{'nodes':[{'name':'bone'}]}", id);
   snprintf(rest, sizeof rest, "surface.gltf?clip=%s/wave", f->flag);
-  reply r = ask(f, id, rest);
+  reply r = model_get(f->loop, id, rest);
   assert_int_equal(r.status, 200);
   assert_non_null(strstr(reply_header(&r, "X-Tweend-Warning"), "skinned"));
   reply_free(&r);
-  cJSON *document = ask_gltf(f, id, rest);
+  cJSON *document = model_get_json(f->loop, id, rest);
   assert_int_equal(key_count(document, 0), 2);
   cJSON_Delete(document);
 }
 
-TEST_WITH(a_moment_bears_the_clips_morph_weights, setup, teardown) {
+TEST_WITH(a_moment_bears_the_clips_morph_weights, setup, fixture_stop) {
   const fixture *f = *state;
-  cJSON *document = ask_gltf(f, f->flag, "surface.gltf?at=0.5");
+  cJSON *document = model_get_json(f->loop, f->flag, "surface.gltf?at=0.5");
   const cJSON *nodes = json_member(document, "nodes");
   const cJSON *weights = json_member(cJSON_GetArrayItem(nodes, 1), "weights");
   assert_int_equal(cJSON_GetArraySize(weights), 1);
@@ -554,15 +531,15 @@ TEST_WITH(a_moment_bears_the_clips_morph_weights, setup, teardown) {
   assert_null(cJSON_GetObjectItem(cJSON_GetArrayItem(nodes, 2), "weights"));
   assert_null(cJSON_GetObjectItem(document, "animations"));
   cJSON_Delete(document);
-  document = ask_gltf(f, f->flag, "surface.gltf?at=0.5&meshes=none");
+  document = model_get_json(f->loop, f->flag, "surface.gltf?at=0.5&meshes=none");
   assert_null(cJSON_GetObjectItem(cJSON_GetArrayItem(json_member(document, "nodes"), 1), "weights"));
   cJSON_Delete(document);
 }
 
 /* (x, y, z) of the cage goes to (-y, x, z) where the bone has turned, after the half morph has lifted it. */
-TEST_WITH(baked_skins_are_where_the_joints_put_them, setup, teardown) {
+TEST_WITH(baked_skins_are_where_the_joints_put_them, setup, fixture_stop) {
   const fixture *f = *state;
-  reply r = ask(f, f->flag, "surface.obj?level=0&at=1&skin=bake&normals=none");
+  reply r = model_get(f->loop, f->flag, "surface.obj?level=0&at=1&skin=bake&normals=none");
   if (r.status != 200) fail_msg("%d %s", r.status, r.body);
   /* "shown" comes first, by the mesh's own weights (0) and moved by (10, 0, 0); the skinned one's own node
    * plays no part. */
@@ -575,9 +552,9 @@ TEST_WITH(baked_skins_are_where_the_joints_put_them, setup, teardown) {
   reply_free(&r);
 }
 
-TEST_WITH(skins_are_baked_at_rest_without_a_clip, setup, teardown) {
+TEST_WITH(skins_are_baked_at_rest_without_a_clip, setup, fixture_stop) {
   const fixture *f = *state;
-  char text[sizeof flag], id[API_ID_TEXT], target[128];
+  char text[sizeof flag], id[API_ID_TEXT];
   snprintf(text, sizeof text, "%s", flag);
   char *cut = strstr(text, "'animations':["), *end = strstr(text, "'accessors'");
   memmove(cut, end, strlen(end) + 1);
@@ -588,28 +565,23 @@ TEST_WITH(skins_are_baked_at_rest_without_a_clip, setup, teardown) {
   loopback_upload(f->loop, "model/gltf+json", turned, id);
   const char *const ids[] = {id, f->flag};
   for (int i = 0; i < 2; i++) {
-    snprintf(target, sizeof target, "/v1/models/%s/surface.obj?level=0&clip=none&skin=bake&normals=none",
-             ids[i]);
-    reply r = loopback_get(f->loop, target);
-    if (r.status != 200) fail_msg("%d %s", r.status, r.body);
+    reply r = model_get_ok(f->loop, ids[i], "surface.obj?level=0&clip=none&skin=bake&normals=none");
     assert_point(&r, 1, 12, 0, 0);
     assert_point(&r, 5, i == 0 ? -2 : 2, 0, 0);
     reply_free(&r);
   }
-  snprintf(target, sizeof target, "/v1/models/%s/surface.glb?skin=bake&at=0", id);
-  assert_problem(loopback_get(f->loop, target), 404, NULL, "clip=none");
-  snprintf(target, sizeof target, "/v1/models/%s/surface.glb?skin=bake", id);
-  assert_problem(loopback_get(f->loop, target), 400, NULL, "clip=none");
-  assert_problem(ask(f, f->flag, "surface.glb?skin=bake&clip=none&fps=2"), 400, NULL, "one time");
-  cJSON *document = ask_gltf(f, id, "surface.gltf?level=1&clip=none&skin=bake");
+  assert_problem(model_get(f->loop, id, "surface.glb?skin=bake&at=0"), 404, NULL, "clip=none");
+  assert_problem(model_get(f->loop, id, "surface.glb?skin=bake"), 400, NULL, "clip=none");
+  assert_problem(model_get(f->loop, f->flag, "surface.glb?skin=bake&clip=none&fps=2"), 400, NULL, "one time");
+  cJSON *document = model_get_json(f->loop, id, "surface.gltf?level=1&clip=none&skin=bake");
   assert_null(cJSON_GetObjectItem(document, "skins"));
   assert_int_equal(cJSON_GetArraySize(json_member(document, "meshes")), 2);
   cJSON_Delete(document);
 }
 
-TEST_WITH(baked_answers_have_no_skins_and_no_targets, setup, teardown) {
+TEST_WITH(baked_answers_have_no_skins_and_no_targets, setup, fixture_stop) {
   const fixture *f = *state;
-  cJSON *document = ask_gltf(f, f->flag, "surface.gltf?level=1&at=0.5&skin=bake");
+  cJSON *document = model_get_json(f->loop, f->flag, "surface.gltf?level=1&at=0.5&skin=bake");
   assert_null(cJSON_GetObjectItem(document, "skins"));
   assert_null(cJSON_GetObjectItem(document, "animations"));
   assert_int_equal(cJSON_GetArraySize(json_member(document, "meshes")), 2);
@@ -621,7 +593,7 @@ TEST_WITH(baked_answers_have_no_skins_and_no_targets, setup, teardown) {
   cJSON_Delete(document);
 }
 
-TEST_WITH(a_bake_at_another_time_builds_no_topology, setup, teardown) {
+TEST_WITH(a_bake_at_another_time_builds_no_topology, setup, fixture_stop) {
   const fixture *f = *state;
   const char *const forms[] = {"surface.glb?level=3", "surface.obj?level=2&normals=none"};
   for (size_t i = 0; i < sizeof forms / sizeof *forms; i++) {
@@ -630,7 +602,7 @@ TEST_WITH(a_bake_at_another_time_builds_no_topology, setup, teardown) {
     for (int n = 0; n < 3; n++) { /* the last one asks again for the first */
       snprintf(rest, sizeof rest, "%s&skin=bake&at=0.%d", forms[i], n % 2 ? 7 : 4);
       meshes_read = 0;
-      replies[n] = ask(f, f->flag, rest);
+      replies[n] = model_get(f->loop, f->flag, rest);
       assert_int_equal(replies[n].status, 200);
       assert_true((meshes_read > 0) == (n == 0));
     }
@@ -675,18 +647,17 @@ TEST(a_cancelled_bake_is_503_and_no_lack_of_memory) {
   loopback_stop(loop);
 }
 
-TEST_WITH(what_a_bake_would_move_is_limited, setup, teardown) {
+TEST_WITH(what_a_bake_would_move_is_limited, setup, fixture_stop) {
   api_settings settings = loopback_settings();
   settings.limits.max_output = 50;
   loopback *loop = loopback_start(&settings);
-  char id[API_ID_TEXT], target[128];
+  char id[API_ID_TEXT];
   loopback_upload(loop, "model/gltf+json", flag, id);
-  snprintf(target, sizeof target, "/v1/models/%s/surface.glb?at=1&skin=bake", id);
-  assert_problem(loopback_get(loop, target), 422, NULL, "8 points");
+  assert_problem(model_get(loop, id, "surface.glb?at=1&skin=bake"), 422, NULL, "8 points");
   loopback_stop(loop);
 }
 
-TEST_WITH(every_choice_has_its_own_tag, setup, teardown) {
+TEST_WITH(every_choice_has_its_own_tag, setup, fixture_stop) {
   const fixture *f = *state;
   const char *const choices[] = {"clip=wave",
                                  "clip=wave&tolerance=0.1",
@@ -701,7 +672,7 @@ TEST_WITH(every_choice_has_its_own_tag, setup, teardown) {
   char tags[COUNT][128], rest[128];
   for (int i = 0; i < COUNT; i++) {
     snprintf(rest, sizeof rest, "surface.glb?%s", choices[i]);
-    reply r = ask(f, f->flag, rest);
+    reply r = model_get(f->loop, f->flag, rest);
     snprintf(tags[i], sizeof tags[i], "%s", reply_header(&r, "ETag"));
     reply_free(&r);
     for (int j = 0; j < i; j++) assert_string_not_equal(tags[i], tags[j]);

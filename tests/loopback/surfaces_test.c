@@ -14,12 +14,8 @@ typedef struct fixture {
 static fixture *start(const api_settings *settings) {
   fixture *f = calloc(1, sizeof *f);
   f->loop = loopback_start(settings);
-  char *text = loopback_file("server/samples/cube.obj", NULL);
-  loopback_upload(f->loop, "model/obj", text, f->cube);
-  free(text);
-  text = loopback_file("server/samples/tank.json", NULL);
-  loopback_upload(f->loop, "application/json", text, f->tank);
-  free(text);
+  loopback_upload_sample(f->loop, "model/obj", "cube.obj", f->cube);
+  loopback_upload_sample(f->loop, "application/json", "tank.json", f->tank);
   return f;
 }
 
@@ -27,37 +23,6 @@ static int setup(void **state) {
   api_settings settings = loopback_settings();
   *state = start(&settings);
   return 0;
-}
-
-static int teardown(void **state) {
-  fixture *f = *state;
-  loopback_stop(f->loop);
-  free(f);
-  return 0;
-}
-
-static reply ask_with(const fixture *f, const char *id, const char *rest, const char *headers) {
-  char target[512];
-  snprintf(target, sizeof target, "/v1/models/%s/%s", id, rest);
-  return loopback_ask(f->loop, "GET", target, headers, NULL, 0);
-}
-
-static reply ask(const fixture *f, const char *id, const char *rest) {
-  return ask_with(f, id, rest, NULL);
-}
-
-static reply ask_ok(const fixture *f, const char *id, const char *rest) {
-  reply r = ask(f, id, rest);
-  if (r.status != 200) fail_msg("%s: %d %s", rest, r.status, r.body);
-  return r;
-}
-
-static cJSON *ask_json(const fixture *f, const char *id, const char *rest) {
-  reply r = ask_ok(f, id, rest);
-  cJSON *tree = cJSON_Parse(r.body);
-  assert_non_null(tree);
-  reply_free(&r);
-  return tree;
 }
 
 /* The JSON chunk of a GLB. */
@@ -71,7 +36,7 @@ static cJSON *glb_json(const reply *r) {
   return tree;
 }
 
-TEST_WITH(bad_parameters_are_400, setup, teardown) {
+TEST_WITH(bad_parameters_are_400, setup, fixture_stop) {
   fixture *f = *state;
   const char *const bad[] = {"level=x",
                              "level=-1",
@@ -115,35 +80,35 @@ TEST_WITH(bad_parameters_are_400, setup, teardown) {
   for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
     char rest[128];
     snprintf(rest, sizeof rest, "surface.glb?%s", bad[i]);
-    reply r = ask(f, f->tank, rest);
+    reply r = model_get(f->loop, f->tank, rest);
     if (r.status != 400) fail_msg("%s: %d %s", bad[i], r.status, r.body);
     assert_problem(r, 400, NULL, NULL);
   }
-  assert_problem(ask(f, f->cube, "surface.glb?levl=1"), 400, NULL, "creasing");
+  assert_problem(model_get(f->loop, f->cube, "surface.glb?levl=1"), 400, NULL, "creasing");
 }
 
-TEST_WITH(what_this_version_lacks_is_422, setup, teardown) {
+TEST_WITH(what_this_version_lacks_is_422, setup, fixture_stop) {
   fixture *f = *state;
-  assert_problem(ask(f, f->cube, "surface.obj?scheme=loop"), 422, NULL, "triangles");
+  assert_problem(model_get(f->loop, f->cube, "surface.obj?scheme=loop"), 422, NULL, "triangles");
 }
 
-TEST_WITH(names_that_are_not_there_are_404, setup, teardown) {
+TEST_WITH(names_that_are_not_there_are_404, setup, fixture_stop) {
   fixture *f = *state;
-  assert_problem(ask(f, f->tank, "surface?clip=dance"), 404, NULL, "drive");
-  assert_problem(ask(f, f->cube, "surface?clip=drive"), 404, NULL, "no clips");
-  assert_problem(ask(f, f->cube, "surface?at=1"), 404, NULL, "no clips");
-  assert_problem(ask(f, f->cube, "surface.fbx"), 404, NULL, NULL);
-  assert_problem(ask(f, "00000000000000000000000000000000", "surface"), 404, NULL, NULL);
+  assert_problem(model_get(f->loop, f->tank, "surface?clip=dance"), 404, NULL, "drive");
+  assert_problem(model_get(f->loop, f->cube, "surface?clip=drive"), 404, NULL, "no clips");
+  assert_problem(model_get(f->loop, f->cube, "surface?at=1"), 404, NULL, "no clips");
+  assert_problem(model_get(f->loop, f->cube, "surface.fbx"), 404, NULL, NULL);
+  assert_problem(model_get(f->loop, "00000000000000000000000000000000", "surface"), 404, NULL, NULL);
 }
 
-TEST_WITH(counts_are_exact_and_cost_no_surface, setup, teardown) {
+TEST_WITH(counts_are_exact_and_cost_no_surface, setup, fixture_stop) {
   fixture *f = *state;
   static const int expected[][4] = {
       {0, 8, 12, 6}, {1, 26, 48, 24}, {2, 98, 192, 96}, {10, 6291458, 12582912, 6291456}};
   for (size_t i = 0; i < sizeof expected / sizeof *expected; i++) {
     char rest[64];
     snprintf(rest, sizeof rest, "surface.json?level=%d", expected[i][0]);
-    cJSON *counts = ask_json(f, f->cube, rest);
+    cJSON *counts = model_get_json(f->loop, f->cube, rest);
     const cJSON *both[] = {counts, json_member(counts, "meshes")->child};
     for (int j = 0; j < 2; j++) {
       assert_int_equal(json_member(both[j], "level")->valueint, expected[i][0]);
@@ -154,7 +119,7 @@ TEST_WITH(counts_are_exact_and_cost_no_surface, setup, teardown) {
     }
     cJSON_Delete(counts);
   }
-  cJSON *counts = ask_json(f, f->tank, "surface.json?level=2");
+  cJSON *counts = model_get_json(f->loop, f->tank, "surface.json?level=2");
   assert_int_equal(cJSON_GetArraySize(json_member(counts, "meshes")), 5);
   int faces = 0;
   const cJSON *mesh;
@@ -163,7 +128,7 @@ TEST_WITH(counts_are_exact_and_cost_no_surface, setup, teardown) {
   cJSON_Delete(counts);
 }
 
-TEST_WITH(bytes_are_those_of_the_glb, setup, teardown) {
+TEST_WITH(bytes_are_those_of_the_glb, setup, fixture_stop) {
   fixture *f = *state;
   const char *const options[] = {"",
                                  "?level=0",
@@ -177,9 +142,9 @@ TEST_WITH(bytes_are_those_of_the_glb, setup, teardown) {
   for (size_t i = 0; i < sizeof options / sizeof *options; i++) {
     char rest[96];
     snprintf(rest, sizeof rest, "surface.json%s", options[i]);
-    cJSON *counts = ask_json(f, f->tank, rest);
+    cJSON *counts = model_get_json(f->loop, f->tank, rest);
     snprintf(rest, sizeof rest, "surface.glb%s", options[i]);
-    reply r = ask_ok(f, f->tank, rest);
+    reply r = model_get_ok(f->loop, f->tank, rest);
     assert_int_equal(r.size, (size_t)json_member(counts, "bytes")->valuedouble);
     assert_int_equal(r.size, r.answer.body.size);
     assert_string_equal(reply_header(&r, "Content-Type"), "model/gltf-binary");
@@ -188,7 +153,7 @@ TEST_WITH(bytes_are_those_of_the_glb, setup, teardown) {
   }
 }
 
-TEST_WITH(forms_follow_the_extension_then_accept, setup, teardown) {
+TEST_WITH(forms_follow_the_extension_then_accept, setup, fixture_stop) {
   fixture *f = *state;
   static const struct {
     const char *rest, *accept, *type;
@@ -202,7 +167,7 @@ TEST_WITH(forms_follow_the_extension_then_accept, setup, teardown) {
                {"surface", "Accept: application/json;q=0.3, model/*;q=0.2\n", "application/json"},
                {"surface.obj", NULL, "model/obj"}};
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-    reply r = ask_with(f, f->cube, cases[i].rest, cases[i].accept);
+    reply r = model_ask(f->loop, "GET", f->cube, cases[i].rest, cases[i].accept);
     assert_int_equal(r.status, 200);
     assert_string_equal(reply_header(&r, "Content-Type"), cases[i].type);
     bool is_negotiated = !strchr(cases[i].rest, '.'); /* else Accept has nothing to choose */
@@ -210,16 +175,16 @@ TEST_WITH(forms_follow_the_extension_then_accept, setup, teardown) {
                         is_negotiated ? "Accept, Accept-Encoding" : "Accept-Encoding");
     reply_free(&r);
   }
-  assert_problem(ask_with(f, f->cube, "surface", "Accept: */*;q=0\n"), 406, NULL, NULL);
-  reply r = ask_with(f, f->cube, "surface", "Accept: image/png\n");
+  assert_problem(model_ask(f->loop, "GET", f->cube, "surface", "Accept: */*;q=0\n"), 406, NULL, NULL);
+  reply r = model_ask(f->loop, "GET", f->cube, "surface", "Accept: image/png\n");
   assert_true(r.refused);
   assert_says(&r, "\"model/gltf+json\"");
   assert_problem(r, 406, NULL, NULL);
 }
 
-TEST_WITH(obj_keeps_quads, setup, teardown) {
+TEST_WITH(obj_keeps_quads, setup, fixture_stop) {
   fixture *f = *state;
-  reply r = ask_ok(f, f->cube, "surface.obj?level=1");
+  reply r = model_get_ok(f->loop, f->cube, "surface.obj?level=1");
   int points = 0, faces = 0;
   for (const char *line = r.body; line; line = strchr(line, '\n')) {
     if (*line == '\n') line++;
@@ -234,7 +199,7 @@ TEST_WITH(obj_keeps_quads, setup, teardown) {
 
 /* The greatest coordinate of an answer's points. */
 static double reach(const fixture *f, const char *rest) {
-  reply r = ask_ok(f, f->cube, rest);
+  reply r = model_get_ok(f->loop, f->cube, rest);
   double greatest = 0;
   for (const char *line = r.body; line; line = strchr(line, '\n')) {
     double p[3];
@@ -246,7 +211,7 @@ static double reach(const fixture *f, const char *rest) {
   return greatest;
 }
 
-TEST_WITH(creases_hold_the_corners_of_a_cube, setup, teardown) {
+TEST_WITH(creases_hold_the_corners_of_a_cube, setup, fixture_stop) {
   fixture *f = *state;
   double smooth = reach(f, "surface.obj?level=3");
   assert_true(smooth < 0.85);
@@ -260,7 +225,7 @@ TEST_WITH(creases_hold_the_corners_of_a_cube, setup, teardown) {
 }
 
 /* Two squares that are cut apart, and a third one a hand's breadth away. */
-TEST_WITH(welding_joins_what_it_is_told_to, setup, teardown) {
+TEST_WITH(welding_joins_what_it_is_told_to, setup, fixture_stop) {
   static const char obj[] =
       "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 1 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nv 2.1 0 0\n"
       "v 3 0 0\nv 3 1 0\nv 2.1 1 0\nv 0 0 0\nv -1 0 0\nv 0 -1 0\nf 1 2 3 4\nf 5 6 7 8\n"
@@ -275,44 +240,45 @@ TEST_WITH(welding_joins_what_it_is_told_to, setup, teardown) {
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     char rest[64];
     snprintf(rest, sizeof rest, "surface.json?level=0%s", cases[i].weld);
-    cJSON *counts = ask_json(f, id, rest);
+    cJSON *counts = model_get_json(f->loop, id, rest);
     assert_int_equal(json_member(counts, "vertices")->valueint, cases[i].vertices);
     cJSON_Delete(counts);
   }
 }
 
 /* The same squares, each point with a texture coordinate of its own: points become one, these do not. */
-TEST_WITH(welding_leaves_texture_coordinates_of_points, setup, teardown) {
+TEST_WITH(welding_leaves_texture_coordinates_of_points, setup, fixture_stop) {
   static const char model[] =
       "{'meshes':[{'positions':[[0,0,0],[1,0,0],[1,1,0],[0,1,0],[1,0,0],[2,0,0],[2,1,0],[1,1,0]],"
       "'faces':[[0,1,2,3],[4,5,6,7]],'uvs':[[0,0],[0.5,0],[0.5,1],[0,1],[0.6,0],[1,0],[1,1],[0.6,1]]}]}";
   fixture *f = *state;
   char id[API_ID_TEXT];
   loopback_upload(f->loop, "application/json", model, id);
-  reply r = ask_ok(f, id, "surface.obj?level=0&weld=exact&normals=none");
+  reply r = model_get_ok(f->loop, id, "surface.obj?level=0&weld=exact&normals=none");
   assert_says(&r, "\nf 1/1 2/2 3/4 4/6\nf 2/3 5/7 6/8 3/5\n");
   reply_free(&r);
 }
 
-TEST_WITH(parts_of_a_glb_are_parts_of_the_whole, setup, teardown) {
+TEST_WITH(parts_of_a_glb_are_parts_of_the_whole, setup, fixture_stop) {
   fixture *f = *state;
-  reply whole = ask_ok(f, f->tank, "surface.glb?level=2");
+  reply whole = model_get_ok(f->loop, f->tank, "surface.glb?level=2");
   assert_string_equal(reply_header(&whole, "Accept-Ranges"), "bytes");
   static const size_t firsts[] = {0, 5, 1000, 7777};
   for (size_t i = 0; i < sizeof firsts / sizeof *firsts; i++) {
     char header[64];
     snprintf(header, sizeof header, "Range: bytes=%zu-%zu\n", firsts[i], firsts[i] + 4321);
-    reply r = ask_with(f, f->tank, "surface.glb?level=2", header);
+    reply r = model_ask(f->loop, "GET", f->tank, "surface.glb?level=2", header);
     assert_int_equal(r.status, 206);
     assert_int_equal(r.size, 4322);
     assert_memory_equal(r.body, whole.body + firsts[i], r.size);
     reply_free(&r);
   }
-  reply r = ask_with(f, f->tank, "surface.glb?level=2", "Range: bytes=-100\n");
+  reply r = model_ask(f->loop, "GET", f->tank, "surface.glb?level=2", "Range: bytes=-100\n");
   assert_memory_equal(r.body, whole.body + whole.size - 100, 100);
   reply_free(&r);
-  assert_problem(ask_with(f, f->tank, "surface.glb?level=2", "Range: bytes=999999999-\n"), 416, NULL, NULL);
-  r = ask_with(f, f->tank, "surface.obj", "Range: bytes=0-1\n");
+  assert_problem(model_ask(f->loop, "GET", f->tank, "surface.glb?level=2", "Range: bytes=999999999-\n"), 416,
+                 NULL, NULL);
+  r = model_ask(f->loop, "GET", f->tank, "surface.obj", "Range: bytes=0-1\n");
   assert_int_equal(r.status, 200);
   reply_free(&r);
   const struct {
@@ -327,7 +293,7 @@ TEST_WITH(parts_of_a_glb_are_parts_of_the_whole, setup, teardown) {
     int length = snprintf(headers, sizeof headers, "Range: bytes=%s\n", conditions[i].ranges);
     if (conditions[i].tag)
       snprintf(headers + length, sizeof headers - (size_t)length, "If-Range: %s\n", conditions[i].tag);
-    r = ask_with(f, f->tank, "surface.glb?level=2", headers);
+    r = model_ask(f->loop, "GET", f->tank, "surface.glb?level=2", headers);
     assert_int_equal(r.status, conditions[i].status);
     assert_int_equal(r.size, r.status == 206 ? 10 : whole.size);
     reply_free(&r);
@@ -335,12 +301,10 @@ TEST_WITH(parts_of_a_glb_are_parts_of_the_whole, setup, teardown) {
   reply_free(&whole);
 }
 
-TEST_WITH(head_tells_the_size_alone, setup, teardown) {
+TEST_WITH(head_tells_the_size_alone, setup, fixture_stop) {
   fixture *f = *state;
-  char target[96];
-  snprintf(target, sizeof target, "/v1/models/%s/surface.glb?level=10", f->cube);
-  cJSON *counts = ask_json(f, f->cube, "surface.json?level=10");
-  reply head = loopback_ask(f->loop, "HEAD", target, NULL, NULL, 0);
+  cJSON *counts = model_get_json(f->loop, f->cube, "surface.json?level=10");
+  reply head = model_ask(f->loop, "HEAD", f->cube, "surface.glb?level=10", NULL);
   assert_int_equal(head.status, 200);
   assert_true((double)head.answer.body.size == json_member(counts, "bytes")->valuedouble);
   assert_string_equal(reply_header(&head, "Content-Type"), "model/gltf-binary");
@@ -350,7 +314,7 @@ TEST_WITH(head_tells_the_size_alone, setup, teardown) {
   cJSON_Delete(counts);
 }
 
-TEST_WITH(equal_questions_have_one_tag_and_one_answer, setup, teardown) {
+TEST_WITH(equal_questions_have_one_tag_and_one_answer, setup, fixture_stop) {
   fixture *f = *state;
   static const struct {
     const char *one, *other;
@@ -382,7 +346,8 @@ TEST_WITH(equal_questions_have_one_tag_and_one_answer, setup, teardown) {
       {"surface?creases=auto", "surface?creases=auto&crease_sharpness=2", false},
       {"surface", "surface?normals=none", false}};
   for (size_t i = 0; i < sizeof pairs / sizeof *pairs; i++) {
-    reply a = ask_ok(f, f->tank, pairs[i].one), b = ask_ok(f, f->tank, pairs[i].other);
+    reply a = model_get_ok(f->loop, f->tank, pairs[i].one),
+          b = model_get_ok(f->loop, f->tank, pairs[i].other);
     bool is_same = strcmp(reply_header(&a, "ETag"), reply_header(&b, "ETag")) == 0;
     if (is_same != pairs[i].is_same) fail_msg("%s, %s", pairs[i].one, pairs[i].other);
     if (is_same) {
@@ -391,7 +356,7 @@ TEST_WITH(equal_questions_have_one_tag_and_one_answer, setup, teardown) {
     }
     char header[128];
     snprintf(header, sizeof header, "If-None-Match: %s\n", reply_header(&a, "ETag"));
-    reply c = ask_with(f, f->tank, pairs[i].one, header);
+    reply c = model_ask(f->loop, "GET", f->tank, pairs[i].one, header);
     assert_int_equal(c.status, 304);
     assert_int_equal(c.size, 0);
     reply_free(&a);
@@ -400,7 +365,7 @@ TEST_WITH(equal_questions_have_one_tag_and_one_answer, setup, teardown) {
   }
 }
 
-TEST_WITH(what_is_built_is_answered_lightly, setup, teardown) {
+TEST_WITH(what_is_built_is_answered_lightly, setup, fixture_stop) {
   fixture *f = *state;
   char target[96];
   snprintf(target, sizeof target, "/v1/models/%s/surface.glb?level=3", f->cube);
@@ -408,10 +373,8 @@ TEST_WITH(what_is_built_is_answered_lightly, setup, teardown) {
   reply r = loopback_get(f->loop, target);
   reply_free(&r);
   assert_true(loopback_is_light(f->loop, target));
-  r = loopback_ask(f->loop, "DELETE", (snprintf(target, sizeof target, "/v1/models/%s", f->cube), target),
-                   NULL, NULL, 0);
+  r = model_ask(f->loop, "DELETE", f->cube, "", NULL);
   reply_free(&r);
-  snprintf(target, sizeof target, "/v1/models/%s/surface.glb?level=3", f->cube);
   assert_problem(loopback_get(f->loop, target), 404, NULL, NULL);
 }
 
@@ -427,10 +390,10 @@ static const cJSON *find_named(const cJSON *array, const char *name) {
   return NULL;
 }
 
-TEST_WITH(one_time_poses_the_nodes, setup, teardown) {
+TEST_WITH(one_time_poses_the_nodes, setup, fixture_stop) {
   fixture *f = *state;
-  cJSON *poses = ask_json(f, f->tank, "pose?clip=drive&at=1.7&nodes=turret");
-  reply r = ask_ok(f, f->tank, "surface.glb?clip=drive&at=1.7&level=0");
+  cJSON *poses = model_get_json(f->loop, f->tank, "pose?clip=drive&at=1.7&nodes=turret");
+  reply r = model_get_ok(f->loop, f->tank, "surface.glb?clip=drive&at=1.7&level=0");
   cJSON *scene = glb_json(&r);
   assert_null(cJSON_GetObjectItem(scene, "animations"));
   const cJSON *turret = find_named(json_member(scene, "nodes"), "turret");
@@ -443,9 +406,9 @@ TEST_WITH(one_time_poses_the_nodes, setup, teardown) {
   reply_free(&r);
 }
 
-TEST_WITH(a_clip_alone_is_kept_as_animation, setup, teardown) {
+TEST_WITH(a_clip_alone_is_kept_as_animation, setup, fixture_stop) {
   fixture *f = *state;
-  reply r = ask_ok(f, f->tank, "surface.glb?clip=aim&level=0");
+  reply r = model_get_ok(f->loop, f->tank, "surface.glb?clip=aim&level=0");
   cJSON *scene = glb_json(&r);
   const cJSON *animation = json_member(scene, "animations")->child;
   assert_string_equal(json_member(animation, "name")->valuestring, "aim");
@@ -454,13 +417,13 @@ TEST_WITH(a_clip_alone_is_kept_as_animation, setup, teardown) {
   reply_free(&r);
 }
 
-TEST_WITH(several_times_are_the_keys_of_the_animation, setup, teardown) {
+TEST_WITH(several_times_are_the_keys_of_the_animation, setup, fixture_stop) {
   fixture *f = *state;
   const char *const queries[] = {"clip=aim&at=0,0.5,2", "clip=aim&from=0&to=1&fps=2"};
   for (int i = 0; i < 2; i++) {
     char rest[96];
     snprintf(rest, sizeof rest, "surface.glb?level=0&%s", queries[i]);
-    reply r = ask_ok(f, f->tank, rest);
+    reply r = model_get_ok(f->loop, f->tank, rest);
     cJSON *scene = glb_json(&r);
     const cJSON *animation = json_member(scene, "animations")->child;
     assert_string_equal(json_member(animation, "name")->valuestring, "aim");
@@ -470,11 +433,11 @@ TEST_WITH(several_times_are_the_keys_of_the_animation, setup, teardown) {
     cJSON_Delete(scene);
     reply_free(&r);
   }
-  assert_problem(ask(f, f->tank, "surface.glb?clip=aim&at=1,0"), 422, NULL, NULL);
+  assert_problem(model_get(f->loop, f->tank, "surface.glb?clip=aim&at=1,0"), 422, NULL, NULL);
 }
 
 /* Whether a GLB was made before or not; the same for the whole and for the only mesh. */
-TEST_WITH(counts_have_the_bytes_of_the_glb_in_every_encoding, setup, teardown) {
+TEST_WITH(counts_have_the_bytes_of_the_glb_in_every_encoding, setup, fixture_stop) {
   fixture *f = *state;
   static const char *const options[] = {"encoding=meshopt", "encoding=quantized", "encoding=float",
                                         "encoding=meshopt&polygons=ngon&level=2"};
@@ -482,8 +445,8 @@ TEST_WITH(counts_have_the_bytes_of_the_glb_in_every_encoding, setup, teardown) {
     char counts[80], glb[80];
     snprintf(counts, sizeof counts, "surface.json?%s", options[i]);
     snprintf(glb, sizeof glb, "surface.glb?%s", options[i]);
-    reply early = ask_ok(f, f->tank, counts), whole = ask_ok(f, f->tank, glb),
-          late = ask_ok(f, f->tank, counts);
+    reply early = model_get_ok(f->loop, f->tank, counts), whole = model_get_ok(f->loop, f->tank, glb),
+          late = model_get_ok(f->loop, f->tank, counts);
     assert_string_equal(early.body, late.body);
     assert_string_equal(reply_header(&early, "ETag"), reply_header(&late, "ETag"));
     cJSON *tree = cJSON_Parse(early.body);
@@ -501,32 +464,29 @@ TEST_WITH(counts_have_the_bytes_of_the_glb_in_every_encoding, setup, teardown) {
   }
 }
 
-TEST_WITH(head_of_a_compressed_glb_has_a_length_once_it_is_known, setup, teardown) {
+TEST_WITH(head_of_a_compressed_glb_has_a_length_once_it_is_known, setup, fixture_stop) {
   fixture *f = *state;
-  char target[96];
   for (int i = 0; i < 2; i++) {
-    snprintf(target, sizeof target, "/v1/models/%s/surface.glb?encoding=meshopt", f->cube);
-    reply r = loopback_ask(f->loop, "HEAD", target, NULL, NULL, 0);
+    reply r = model_ask(f->loop, "HEAD", f->cube, "surface.glb?encoding=meshopt", NULL);
     assert_int_equal(r.status, 200);
     assert_int_equal(r.answer.body.size == API_SIZE_UNKNOWN, i == 0);
     reply_free(&r);
-    snprintf(target, sizeof target, "surface.json?encoding=meshopt");
-    r = ask_ok(f, f->cube, target);
+    r = model_get_ok(f->loop, f->cube, "surface.json?encoding=meshopt");
     reply_free(&r);
   }
 }
 
-TEST_WITH(a_borrowed_clip_animates_what_it_can, setup, teardown) {
+TEST_WITH(a_borrowed_clip_animates_what_it_can, setup, fixture_stop) {
   fixture *f = *state;
   char rest[128];
   snprintf(rest, sizeof rest, "surface.glb?clip=%s/aim&level=0", f->tank);
-  reply r = ask_ok(f, f->cube, rest);
+  reply r = model_get_ok(f->loop, f->cube, rest);
   assert_non_null(reply_header(&r, "X-Tweend-Warning"));
   reply_free(&r);
 }
 
 /* The file has one, and the borrowed clip moves two nodes that are not there. */
-TEST_WITH(a_surface_tells_the_warnings_of_its_model, setup, teardown) {
+TEST_WITH(a_surface_tells_the_warnings_of_its_model, setup, fixture_stop) {
   fixture *f = *state;
   static const char text[] = "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\nf 1 1 2\n";
   char id[API_ID_TEXT], rest[128];
@@ -534,7 +494,7 @@ TEST_WITH(a_surface_tells_the_warnings_of_its_model, setup, teardown) {
   static const char *const forms[] = {"surface.glb", "surface.gltf", "surface.obj", "surface.json"};
   char first[400];
   for (size_t i = 0; i < sizeof forms / sizeof *forms; i++) {
-    reply r = ask_ok(f, id, forms[i]);
+    reply r = model_get_ok(f->loop, id, forms[i]);
     const char *warning = reply_header(&r, "X-Tweend-Warning");
     assert_memory_equal(warning, "1; ", 3);
     snprintf(first, sizeof first, "%s", warning + 3);
@@ -544,7 +504,7 @@ TEST_WITH(a_surface_tells_the_warnings_of_its_model, setup, teardown) {
   assert_string_equal(reply_header(&given, "X-Tweend-Warning") + 3, first);
   reply_free(&given);
   snprintf(rest, sizeof rest, "surface.glb?clip=%s/aim&level=0", f->tank);
-  reply r = ask_ok(f, id, rest);
+  reply r = model_get_ok(f->loop, id, rest);
   int count = atoi(reply_header(&r, "X-Tweend-Warning"));
   assert_true(count > 1);
   assert_string_equal(strchr(reply_header(&r, "X-Tweend-Warning"), ' ') + 1, first);
@@ -553,10 +513,10 @@ TEST_WITH(a_surface_tells_the_warnings_of_its_model, setup, teardown) {
 
 /* ---- bodies, tags, limits --------------------------------------------------------------------------- */
 
-TEST_WITH(a_body_is_answered_as_a_stored_model_and_not_kept, setup, teardown) {
+TEST_WITH(a_body_is_answered_as_a_stored_model_and_not_kept, setup, fixture_stop) {
   fixture *f = *state;
   char *text = loopback_file("server/samples/tank.json", NULL);
-  reply stored = ask_ok(f, f->tank, "surface.glb?level=2&clip=drive");
+  reply stored = model_get_ok(f->loop, f->tank, "surface.glb?level=2&clip=drive");
   reply given = loopback_post(f->loop, "/v1/surface.glb?level=2&clip=drive", "application/json", text);
   assert_int_equal(given.status, 200);
   assert_int_equal(given.size, stored.size);
@@ -576,14 +536,14 @@ TEST_WITH(a_body_is_answered_as_a_stored_model_and_not_kept, setup, teardown) {
       NULL, "no clips");
 }
 
-TEST_WITH(a_tag_counts_until_the_query_says_otherwise, setup, teardown) {
+TEST_WITH(a_tag_counts_until_the_query_says_otherwise, setup, fixture_stop) {
   fixture *f = *state;
   char id[API_ID_TEXT];
   loopback_upload(f->loop, "model/obj",
                   "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nt interpolateboundary 1/0/0 2\n", id);
-  reply tagged = ask_ok(f, id, "surface.obj?level=1");
-  reply same = ask_ok(f, id, "surface.obj?level=1&boundary=edge-only");
-  reply other = ask_ok(f, id, "surface.obj?level=1&boundary=edge-and-corner");
+  reply tagged = model_get_ok(f->loop, id, "surface.obj?level=1");
+  reply same = model_get_ok(f->loop, id, "surface.obj?level=1&boundary=edge-only");
+  reply other = model_get_ok(f->loop, id, "surface.obj?level=1&boundary=edge-and-corner");
   assert_string_equal(tagged.body, same.body);
   assert_string_not_equal(tagged.body, other.body);
   assert_says(&other, "v 0 0 0\n");
@@ -665,14 +625,14 @@ static void assert_comes_back(const fixture *f, const char *id, const char *quer
   static const char *const levels[] = {"level=1", "level=2", "level=2&limit=true"};
   char target[256], again[API_ID_TEXT];
   snprintf(target, sizeof target, "surface.obj?level=0&normals=none%s", query);
-  reply cage = ask_ok(f, id, target);
+  reply cage = model_get_ok(f->loop, id, target);
   loopback_upload(f->loop, "model/obj", cage.body, again);
   reply_free(&cage);
   for (size_t i = 0; i < sizeof levels / sizeof *levels; i++) {
     snprintf(target, sizeof target, "surface.obj?%s&normals=none%s", levels[i], query);
-    reply wanted = ask_ok(f, id, target);
+    reply wanted = model_get_ok(f->loop, id, target);
     snprintf(target, sizeof target, "surface.obj?%s&normals=none", levels[i]);
-    reply got = ask_ok(f, again, target);
+    reply got = model_get_ok(f->loop, again, target);
     assert_int_equal(count_lines(wanted.body, "\nf "), count_lines(got.body, "\nf "));
     assert_same_points(wanted.body, got.body);
     reply_free(&wanted);
@@ -680,7 +640,7 @@ static void assert_comes_back(const fixture *f, const char *id, const char *quer
   }
 }
 
-TEST_WITH(a_cage_with_tags_comes_back_as_obj, setup, teardown) {
+TEST_WITH(a_cage_with_tags_comes_back_as_obj, setup, fixture_stop) {
   const fixture *f = *state;
   char id[API_ID_TEXT];
   loopback_upload(f->loop, "application/json", tagged_scene, id);
@@ -694,7 +654,7 @@ TEST_WITH(a_cage_with_tags_comes_back_as_obj, setup, teardown) {
   assert_comes_back(f, f->tank, "");
 }
 
-TEST_WITH(a_smooth_triangle_comes_back, setup, teardown) {
+TEST_WITH(a_smooth_triangle_comes_back, setup, fixture_stop) {
   const fixture *f = *state;
   char id[API_ID_TEXT];
   loopback_upload(f->loop, "model/obj",
@@ -702,7 +662,7 @@ TEST_WITH(a_smooth_triangle_comes_back, setup, teardown) {
   assert_comes_back(f, id, "&triangles=smooth");
 }
 
-TEST_WITH(tags_are_of_level_0_alone_and_of_what_is_tagged, setup, teardown) {
+TEST_WITH(tags_are_of_level_0_alone_and_of_what_is_tagged, setup, fixture_stop) {
   const fixture *f = *state;
   static const struct {
     const char *query;
@@ -715,7 +675,7 @@ TEST_WITH(tags_are_of_level_0_alone_and_of_what_is_tagged, setup, teardown) {
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     char target[128];
     snprintf(target, sizeof target, "surface.obj?%s", cases[i].query);
-    reply r = ask_ok(f, f->cube, target);
+    reply r = model_get_ok(f->loop, f->cube, target);
     assert_int_equal(count_lines(r.body, "\nt "), cases[i].creases);
     assert_int_equal(count_lines(r.body, "\nt crease 2/1/0 "), cases[i].creases);
     reply_free(&r);
@@ -728,20 +688,20 @@ TEST(results_over_the_limits_are_422_with_the_counts) {
   settings.limits.max_faces = 384;
   settings.limits.max_output = 10000;
   fixture *f = start(&settings);
-  assert_predicted(ask(f, f->cube, "surface.glb?level=6"), 6 << 12, false);
-  assert_predicted(ask(f, f->cube, "surface.json?level=6"), 6 << 12, false);
-  assert_predicted(ask(f, f->cube, "surface.glb?level=4"), 6 << 8, false);
-  assert_predicted(ask(f, f->cube, "surface.glb?level=3"), 384, true);
-  assert_predicted(ask(f, f->cube, "surface.obj?level=3"), 384, true);
-  assert_predicted(ask(f, f->cube, "surface.3mf?level=3"), 384, true);
+  assert_predicted(model_get(f->loop, f->cube, "surface.glb?level=6"), 6 << 12, false);
+  assert_predicted(model_get(f->loop, f->cube, "surface.json?level=6"), 6 << 12, false);
+  assert_predicted(model_get(f->loop, f->cube, "surface.glb?level=4"), 6 << 8, false);
+  assert_predicted(model_get(f->loop, f->cube, "surface.glb?level=3"), 384, true);
+  assert_predicted(model_get(f->loop, f->cube, "surface.obj?level=3"), 384, true);
+  assert_predicted(model_get(f->loop, f->cube, "surface.3mf?level=3"), 384, true);
   char target[128];
   snprintf(target, sizeof target, "/v1/models/%s/detail?level=4", f->cube);
   assert_predicted(loopback_post(f->loop, target, "model/obj", "v 0 0 0\n"), 6 << 8, false);
   snprintf(target, sizeof target, "/v1/models/%s/detail?level=6", f->cube);
   assert_predicted(loopback_post(f->loop, target, "model/obj", "v 0 0 0\n"), 6 << 12, false);
-  assert_problem(ask(f, f->cube, "surface.glb?level=99"), 422, NULL, "limit of 5");
-  assert_problem(ask(f, f->cube, "surface.glb?level=999999999999"), 422, NULL, "limit of 5");
-  reply r = ask(f, f->cube, "surface.glb?level=2");
+  assert_problem(model_get(f->loop, f->cube, "surface.glb?level=99"), 422, NULL, "limit of 5");
+  assert_problem(model_get(f->loop, f->cube, "surface.glb?level=999999999999"), 422, NULL, "limit of 5");
+  reply r = model_get(f->loop, f->cube, "surface.glb?level=2");
   assert_int_equal(r.status, 200);
   reply_free(&r);
   loopback_stop(f->loop);
@@ -762,7 +722,7 @@ static void read_warning(const reply *r, char *out, size_t size) {
 }
 
 /* A parameter that a form has no use for is told, unless its value says what the form does anyway. */
-TEST_WITH(what_a_form_cannot_follow_is_told, setup, teardown) {
+TEST_WITH(what_a_form_cannot_follow_is_told, setup, fixture_stop) {
   const fixture *f = *state;
   static const struct {
     const char *form, *query, *idle;
@@ -790,10 +750,10 @@ TEST_WITH(what_a_form_cannot_follow_is_told, setup, teardown) {
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     char rest[200], target[240], wanted[200], told[400];
     snprintf(rest, sizeof rest, "surface.%s?%s", cases[i].form, cases[i].query);
-    reply r = ask_ok(f, f->cube, rest);
+    reply r = model_get_ok(f->loop, f->cube, rest);
     snprintf(target, sizeof target, "surface.%s%s", cases[i].form,
              strcmp(cases[i].form, "stl") == 0 ? "?unit=mm" : "");
-    reply plain = ask_ok(f, f->cube, target);
+    reply plain = model_get_ok(f->loop, f->cube, target);
     read_warning(&r, told, sizeof told);
     snprintf(wanted, sizeof wanted, "1; surface.%s is the same without %s", cases[i].form, cases[i].idle);
     if (strcmp(told, cases[i].idle ? wanted : "") != 0) fail_msg("%s: %s", rest, told);
@@ -817,11 +777,11 @@ TEST(all_levels_are_told_at_once) {
   for (size_t i = 0; i < sizeof options / sizeof *options; i++) {
     char rest[80];
     snprintf(rest, sizeof rest, "levels.json?%s", options[i]);
-    reply r = ask_ok(f, f->tank, rest);
+    reply r = model_get_ok(f->loop, f->tank, rest);
     cJSON *tree = cJSON_Parse(r.body), *level = json_member(tree, "levels")->child;
     for (int n = 0; n < 3; n++, level = level->next) {
       snprintf(rest, sizeof rest, "surface.json?level=%d&%s", n, options[i]);
-      reply alone = ask_ok(f, f->tank, rest);
+      reply alone = model_get_ok(f->loop, f->tank, rest);
       cJSON *wanted = cJSON_Parse(alone.body);
       cJSON_DeleteItemFromObject(wanted, "forms");
       cJSON_DeleteItemFromObject(wanted, "meshes");
@@ -839,15 +799,15 @@ TEST(all_levels_are_told_at_once) {
     char header[80];
     snprintf(header, sizeof header, "If-None-Match: %s\n", reply_header(&r, "ETag"));
     snprintf(rest, sizeof rest, "levels.json?%s", options[i]);
-    reply again = ask_with(f, f->tank, rest, header);
+    reply again = model_ask(f->loop, "GET", f->tank, rest, header);
     assert_int_equal(again.status, 304);
     reply_free(&again);
     reply_free(&r);
   }
-  assert_problem(ask(f, f->tank, "levels.json?level=1"), 400, NULL, "level");
-  assert_problem(ask(f, f->tank, "levels.json?mesh=hull"), 400, NULL, "mesh");
-  assert_problem(ask(f, f->tank, "levels.json?shells=true"), 400, NULL, "shells");
-  assert_problem(ask(f, f->tank, "levels.json?at=1&clip=nothing"), 404, NULL, NULL);
+  assert_problem(model_get(f->loop, f->tank, "levels.json?level=1"), 400, NULL, "level");
+  assert_problem(model_get(f->loop, f->tank, "levels.json?mesh=hull"), 400, NULL, "mesh");
+  assert_problem(model_get(f->loop, f->tank, "levels.json?shells=true"), 400, NULL, "shells");
+  assert_problem(model_get(f->loop, f->tank, "levels.json?at=1&clip=nothing"), 404, NULL, NULL);
   loopback_stop(f->loop);
   free(f);
 }
@@ -856,7 +816,7 @@ TEST(counts_beyond_32_bits_are_told_exactly) {
   api_settings settings = loopback_settings();
   settings.limits.max_level = 16;
   fixture *f = start(&settings);
-  reply r = ask(f, f->cube, "surface.glb?level=16");
+  reply r = model_get(f->loop, f->cube, "surface.glb?level=16");
   assert_says(&r, "'vertices':25769803778,'edges':51539607552,'faces':25769803776");
   assert_problem(r, 422, NULL, "25769803776");
   loopback_stop(f->loop);
@@ -876,9 +836,8 @@ TEST(bounds_are_shared_out_once) {
   api_settings settings = loopback_settings();
   settings.parallel = (api_parallel_for){.owner = &parts, .run = count_parts};
   loopback *loop = loopback_start(&settings);
-  char id[API_ID_TEXT], target[96], *cube = loopback_file("server/samples/cube.obj", NULL);
-  loopback_upload(loop, "model/obj", cube, id);
-  free(cube);
+  char id[API_ID_TEXT], target[96];
+  loopback_upload_sample(loop, "model/obj", "cube.obj", id);
   snprintf(target, sizeof target, "/v1/models/%s/surface.glb?level=7", id);
   for (int i = 0; i < 2; i++) {
     parts = 0;
@@ -890,7 +849,7 @@ TEST(bounds_are_shared_out_once) {
   loopback_stop(loop);
 }
 
-TEST_WITH(polygons_without_a_fan_are_told, setup, teardown) {
+TEST_WITH(polygons_without_a_fan_are_told, setup, fixture_stop) {
   const fixture *f = *state;
   char id[API_ID_TEXT];
   loopback_upload(f->loop, "model/obj",
@@ -902,7 +861,7 @@ TEST_WITH(polygons_without_a_fan_are_told, setup, teardown) {
                {"surface.glb?level=0", NULL},
                {"surface.glb?level=1&polygons=ngon", NULL}};
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-    reply r = ask_ok(f, id, cases[i].rest);
+    reply r = model_get_ok(f->loop, id, cases[i].rest);
     const char *warning = reply_header(&r, "X-Tweend-Warning");
     if (cases[i].says)
       assert_true(warning && strstr(warning, "1%20concave%20polygon%20is") && strstr(warning, cases[i].says));
@@ -913,7 +872,7 @@ TEST_WITH(polygons_without_a_fan_are_told, setup, teardown) {
 }
 
 /* An arrowhead at level 9 has 4^9 faces, the most that are looked at; two have more. */
-TEST_WITH(levels_too_large_to_look_for_notches_say_so, setup, teardown) {
+TEST_WITH(levels_too_large_to_look_for_notches_say_so, setup, fixture_stop) {
   const fixture *f = *state;
   static const char one[] = "v 0 0 0\nv 2 1 0\nv 0 2 0\nv .5 1 0\nf 1 2 3 4\n",
                     two[] = "v 0 0 0\nv 2 1 0\nv 0 2 0\nv .5 1 0\nv 0 0 1\nv 2 1 1\nv 0 2 1\nv .5 1 1\n"
@@ -940,7 +899,7 @@ TEST_WITH(levels_too_large_to_look_for_notches_say_so, setup, teardown) {
 }
 
 /* A joint doubles a triangle and lifts it; the transform of the triangle's own node does not count. */
-TEST_WITH(obj_has_skinned_meshes_where_their_joints_put_them, setup, teardown) {
+TEST_WITH(obj_has_skinned_meshes_where_their_joints_put_them, setup, fixture_stop) {
   const fixture *f = *state;
   char id[API_ID_TEXT];
   loopback_upload(
@@ -958,7 +917,7 @@ TEST_WITH(obj_has_skinned_meshes_where_their_joints_put_them, setup, teardown) {
       "{'name':'body','mesh':0,'skin':0,'translation':[70,0,0]}],'skins':[{'joints':[0]}],"
       "'scenes':[{'nodes':[0,1]}],'scene':0}",
       id);
-  reply r = ask_ok(f, id, "surface.obj?level=0&normals=none");
+  reply r = model_get_ok(f->loop, id, "surface.obj?level=0&normals=none");
   if (!strstr(r.body, "o body\nv 0 0 5\nv 2 0 5\nv 0 2 5\nf 1 2 3\n")) fail_msg("%s", r.body);
   reply_free(&r);
 }
