@@ -1,9 +1,12 @@
 /* Clips of other models: by name, or carried over. */
 #include "borrowed_clips.h"
 
+#include "answer.h"
 #include "models.h"
 #include "near_names.h"
+#include "node_names.h"
 #include "stored.h"
+#include "tweend/json_print.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -74,12 +77,17 @@ bool api_note(api_notes *notes, const char *sentence) {
   return true;
 }
 
+/* Adds a sentence, and frees the text. False without memory. */
+static bool note_text(api_notes *notes, tw_text *text) {
+  const char *kept = api_text_move(text, notes->arena);
+  return kept && api_note(notes, kept);
+}
+
 bool api_note_missing(api_notes *notes, const char *node) {
   tw_text text = {0};
   tw_text_add(&text, "the clip moves a node that the model does not have: ");
   tw_text_add(&text, node);
-  const char *kept = api_text_move(&text, notes->arena);
-  return kept && api_note(notes, kept);
+  return note_text(notes, &text);
 }
 
 /* ---- by name --------------------------------------------------------------------------------- */
@@ -155,7 +163,50 @@ bool api_clip_rename(const tw_model *lender, const tw_clip_keys *keys, const tw_
   return copy_name(notes->arena, keys->name, out);
 }
 
-/* ---- carried over ---------------------------------------------------------------------------- */
+/* ---- carried over: the job ------------------------------------------------------------------- */
+
+/* Marks the joints of skins and the bones of the humanoid map. *out stays NULL where the model has neither:
+ * then any node is a bone. False without memory. */
+static bool mark_bones(const tw_model *model, tw_arena *arena, const bool **out) {
+  *out = NULL;
+  if (model->skin_count == 0 && !model->humanoid) return true;
+  bool *is_bone = tw_arena_alloc(arena, model->node_count, sizeof *is_bone);
+  if (!is_bone) return false;
+  for (uint32_t i = 0; i < model->skin_count; i++)
+    for (uint32_t j = 0; j < model->skins[i].joint_count; j++) is_bone[model->skins[i].joints[j]] = true;
+  for (uint32_t i = 0; model->humanoid && i < TW_BONES; i++)
+    if (model->humanoid[i] != TW_NO_INDEX) is_bone[model->humanoid[i]] = true;
+  *out = is_bone;
+  return true;
+}
+
+static bool make_skeleton(const tw_model *model, tw_arena *arena, tw_skeleton *out) {
+  *out = (tw_skeleton){.nodes = model->nodes,
+                       .order = model->node_order,
+                       .node_count = model->node_count,
+                       .humanoid = model->humanoid};
+  return mark_bones(model, arena, &out->is_bone);
+}
+
+static bool find_mapped(const tw_model *model, const char *name, const char *whose, uint32_t *out,
+                        tw_error *error) {
+  *out = tw_model_find_node(model, name, strlen(name));
+  if (*out != TW_NO_INDEX) return true;
+  tw_fail(error, TW_INVALID, "map: no node of %s is called \"%.60s\"%s", whose, name,
+          api_node_names_near(model, name, strlen(name)).text);
+  return false;
+}
+
+static bool find_pairs(const tw_model *lender, const tw_model *model, const tw_retarget_wish *retarget,
+                       tw_bone_pair *out, tw_error *error) {
+  for (uint32_t i = 0; i < retarget->pair_count; i++) {
+    const tw_bone_names_pair *pair = &retarget->pairs[i];
+    out[i].target = TW_NO_INDEX;
+    if (!find_mapped(lender, pair->source, "the clip's model", &out[i].source, error)) return false;
+    if (pair->target && !find_mapped(model, pair->target, "the model", &out[i].target, error)) return false;
+  }
+  return true;
+}
 
 /* Adds the morph weights. False without memory. */
 static bool add_weights(const tw_model *lender, const tw_clip_keys *keys, const tw_model *model,
@@ -175,17 +226,99 @@ static bool add_weights(const tw_model *lender, const tw_clip_keys *keys, const 
   return true;
 }
 
+/* ---- carried over: what is told -------------------------------------------------------------- */
+
+static const char *print_report(const tw_model *lender, const tw_model *model, const tw_retargeted *found,
+                                tw_arena *arena) {
+  tw_text text = {0};
+  tw_text_add(&text, "{");
+  tw_member_open(&text, "bones", "[");
+  for (uint32_t i = 0; i < found->bone_count; i++) {
+    const tw_matched_bone *bone = &found->bones[i];
+    tw_text_element(&text);
+    tw_text_add(&text, "{");
+    api_node_name_member(&text, "source", lender, bone->source);
+    api_node_name_member(&text, "target", model, bone->target);
+    tw_member_string(&text, "by", tw_match_names[bone->by]);
+    tw_member_float(&text, "aligned", (float)(bone->aligned * TW_DEGREES));
+    tw_text_add(&text, "}");
+  }
+  tw_text_add(&text, "]");
+  tw_member_float(&text, "scale", (float)found->scale);
+  tw_text_member(&text, "without_target");
+  api_node_names_print(lender, found->without_target, found->without_target_count, &text);
+  tw_text_member(&text, "without_source");
+  api_node_names_print(model, found->without_source, found->without_source_count, &text);
+  tw_text_add(&text, "}");
+  return api_text_move(&text, arena);
+}
+
+/* The first names, and how many more there are. */
+static void add_names(tw_text *text, const tw_model *model, const uint32_t *nodes, uint32_t count) {
+  enum { NAMES_SHOWN = 4 };
+  char buffer[24];
+  uint32_t shown = count <= NAMES_SHOWN + 1 ? count : NAMES_SHOWN;
+  for (uint32_t i = 0; i < shown; i++) {
+    if (i > 0) tw_text_add(text, ", ");
+    tw_text_add(text, tw_model_node_name(model, nodes[i], buffer));
+  }
+  if (shown == count) return;
+  tw_text_add(text, " and ");
+  tw_text_count(text, count - shown);
+  tw_text_add(text, " more, which /tracks names (retarget.without_target)");
+}
+
+/* False without memory. */
+static bool note_losses(const tw_model *lender, const tw_retargeted *found, bool holds_feet,
+                        api_notes *notes) {
+  bool is_noted = true;
+  if (found->without_target_count > 0) {
+    tw_text text = {0};
+    tw_text_add(&text, "the clip moves bones that have no counterpart in the model: ");
+    add_names(&text, lender, found->without_target, found->without_target_count);
+    is_noted = note_text(notes, &text);
+  }
+  if (found->lost_count > 0) {
+    tw_text text = {0};
+    tw_text_count(&text, found->lost_count);
+    tw_text_add(
+        &text,
+        tw_plural(
+            found->lost_count,
+            " translation or scale of a bone is not carried over: the bone rests otherwise in the model",
+            " translations and scales of bones are not carried over: the bones rest otherwise in "
+            "the model"));
+    is_noted = note_text(notes, &text) && is_noted;
+  }
+  if (holds_feet && found->held_count == 0) {
+    tw_text text = {0};
+    tw_text_add(&text, "feet=hold held none: no leg has matched bones down to the foot, or no foot of the "
+                       "clip touches the ground");
+    is_noted = note_text(notes, &text) && is_noted;
+  }
+  return is_noted;
+}
+
 bool api_clip_carry(const tw_model *lender, const tw_clip_keys *keys, const tw_model *model,
                     const tw_retarget_wish *retarget, uint32_t max_keys, api_notes *notes,
                     const char **report, tw_clip_keys *out, api_fault *fault) {
-  api_carried carried;
-  if (!api_clip_retarget(lender, keys, model, retarget, max_keys, notes->arena, &carried, fault))
-    return false;
-  *out = carried.keys;
-  bool is_whole =
-      copy_name(notes->arena, keys->name, out) && add_weights(lender, keys, model, notes->arena, out);
-  for (uint32_t i = 0; is_whole && i < carried.warning_count; i++)
-    is_whole = api_note(notes, carried.warnings[i]);
-  *report = carried.report;
-  return is_whole || api_fault_without_memory(fault);
+  static const tw_tolerance tolerance = {0.05 / TW_DEGREES, 1e-4};
+  tw_arena *arena = notes->arena;
+  tw_bone_pair *map = tw_arena_alloc(arena, retarget->pair_count, sizeof *map);
+  tw_retarget_job job = {.keys = keys,
+                         .map_count = retarget->pair_count,
+                         .map = map,
+                         .tolerance = tolerance,
+                         .max_keys = max_keys,
+                         .holds_feet = retarget->holds_feet};
+  if (!map || !make_skeleton(lender, arena, &job.source) || !make_skeleton(model, arena, &job.target))
+    return api_fault_without_memory(fault);
+  tw_retargeted found;
+  if (!find_pairs(lender, model, retarget, map, &fault->error)) return api_fault_complete(fault);
+  if (tw_retarget_run(&job, arena, &found, &fault->error) != TW_OK) return api_fault_complete(fault);
+  *out = found.keys;
+  *report = print_report(lender, model, &found, arena);
+  return (*report && copy_name(arena, keys->name, out) && add_weights(lender, keys, model, arena, out) &&
+          note_losses(lender, &found, retarget->holds_feet, notes)) ||
+         api_fault_without_memory(fault);
 }

@@ -4,8 +4,8 @@
 
 #include "cache.h"
 #include "call.h"
-#include "retargeting.h"
 #include "tweend/model.h"
+#include "tweend/retarget.h"
 
 /* Fails with 404: the model has no clip of that name, but others. lender: the model's id where it is not that
  * of the request, else NULL. */
@@ -45,7 +45,9 @@ bool api_clip_rename(const tw_model *lender, const tw_clip_keys *keys, const tw_
                      api_notes *notes, tw_clip_keys *out);
 
 /* Carries a clip of the lender over to the model's skeleton, but morph weights, which go by the names of
- * nodes. All is copied to the notes' arena. *report: as in api_carried. False: the fault says why. */
+ * nodes. All is copied to the notes' arena. max_keys: of a track. *report: the JSON of `retarget` in the
+ * answer to /tracks. False: the fault says why: 422 for a map that names other nodes, and for skeletons that
+ * do not match. */
 bool api_clip_carry(const tw_model *lender, const tw_clip_keys *keys, const tw_model *model,
                     const tw_retarget_wish *retarget, uint32_t max_keys, api_notes *notes,
                     const char **report, tw_clip_keys *out, api_fault *fault);

@@ -112,25 +112,12 @@ static bool has_borrowed(const api_clip_choices *choices) {
   return false;
 }
 
-const api_rule api_clip_term_rules[] = {{.name = "retarget"},
-                                        {.name = "map"},
-                                        {.name = "feet"},
-                                        {.name = "root_motion"},
-                                        {.name = "root_axes"},
-                                        {.name = "in_place"},
-                                        {0}};
-
-api_outcome api_clip_terms_read(api_call *call, bool names_feet, api_clip_terms *out) {
-  api_outcome outcome = api_retarget_read(call, names_feet, &out->retarget);
-  return outcome == API_DONE ? api_root_read(call, &out->root) : outcome;
-}
-
 api_outcome api_clips_choose(api_call *call, const tw_model *model, const char *text, uint32_t otherwise,
                              const api_clip_terms *terms, api_clip_choices *out) {
   static const char *const own =
       "retarget=auto, and what goes with it, does nothing: no clip of another model "
       "is asked for, as {model id}/{name}";
-  api_outcome outcome = api_retarget_check(call, &terms->retarget);
+  api_outcome outcome = api_clip_terms_check(call, terms);
   if (outcome != API_DONE) return outcome;
   if (text) {
     outcome = find_chosen(call, model, text, out);
@@ -142,7 +129,7 @@ api_outcome api_clips_choose(api_call *call, const tw_model *model, const char *
   }
   out->terms = *terms;
   if (terms->retarget.is_auto && !has_borrowed(out)) api_call_warn(call, &own, 1);
-  return api_root_find(call, model, &out->terms.root);
+  return api_clip_terms_find_root(call, model, &out->terms);
 }
 
 api_clip_choice api_clips_get(const api_clip_choices *choices, uint32_t i) {
@@ -157,8 +144,7 @@ void api_clips_print(const api_clip_choices *choices, tw_text *text) {
     tw_text_count(text, choices->list[i].index);
     tw_text_add(text, ",");
   }
-  api_retarget_print(&choices->terms.retarget, text);
-  api_root_print(&choices->terms.root, text);
+  api_clip_terms_print(&choices->terms, text);
 }
 
 /* ---- compiling ------------------------------------------------------------------------------- */

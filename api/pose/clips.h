@@ -3,26 +3,13 @@
 #define API_CLIPS_H
 
 #include "borrowed_clips.h"
-#include "root_request.h"
-#include "rules.h"
+#include "clip_terms.h"
 
 /* A clip of a request, before it is compiled. */
 typedef struct api_clip_choice {
   char lender[API_ID_TEXT]; /* the id of the model that it is borrowed from; "" for the model's own */
   uint32_t index;
 } api_clip_choice;
-
-/* How clips come to a model. A view into the call's arena. */
-typedef struct api_clip_terms {
-  tw_retarget_wish retarget; /* of borrowed clips */
-  api_root root;
-} api_clip_terms;
-
-/* The names of the parameters, behind those of all routes that take clips. */
-extern const api_rule api_clip_term_rules[];
-
-/* Reads them. names_feet: as in api_retarget_read. 400. */
-api_outcome api_clip_terms_read(api_call *call, bool names_feet, api_clip_terms *out);
 
 /* A view into the call's arena. */
 typedef struct api_clip_choices {

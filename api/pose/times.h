@@ -4,8 +4,8 @@
 #define API_TIMES_H
 
 #include "call.h"
-#include "retargeting.h"
 #include "tweend/json_print.h"
+#include "tweend/retarget.h"
 
 /* A view into the arena it was read with. */
 typedef struct api_times {
