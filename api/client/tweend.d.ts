@@ -1383,11 +1383,12 @@ export interface SurfaceOptions {
    */
   feet?: "hold";
   /** The name of a node whose motion moves the whole figure, or `auto`: the topmost node that the clip translates,
-   * else turns, and of several the one with most nodes below. The part of its motion in the world that `root_axes`
-   * names, counted from time 0, is taken out of the poses, and told beside them: as `root` of each pose, and in
-   * glTF as tracks of the skeleton's topmost node, above which stands a new node `root` where the motion is its
-   * own. The motion in front of the poses gives the clip back. A clip that moves no node has none: a warning. 404
-   * for an unknown node; 422 for a turn below nodes with unequal scales. */
+   * else turns, and of several the one with most nodes below; tracks whose value never changes, as of exporters
+   * that bake, do not count. The part of its motion in the world that `root_axes` names, counted from time 0, is
+   * taken out of the poses, and told beside them: as `root` of each pose, and in glTF as tracks of the skeleton's
+   * topmost node, above which stands a new node `root` where the motion is its own. The motion in front of the
+   * poses gives the clip back. A clip that moves no node has none: a warning. 404 for an unknown node; 422 for a
+   * turn below nodes with unequal scales. */
   root_motion?: string;
   /**
    * With `root_motion` or `in_place=true`: which parts of the motion are taken, separated by commas: translation
@@ -1545,11 +1546,12 @@ export interface PoseOptions {
    */
   feet?: "hold";
   /** The name of a node whose motion moves the whole figure, or `auto`: the topmost node that the clip translates,
-   * else turns, and of several the one with most nodes below. The part of its motion in the world that `root_axes`
-   * names, counted from time 0, is taken out of the poses, and told beside them: as `root` of each pose, and in
-   * glTF as tracks of the skeleton's topmost node, above which stands a new node `root` where the motion is its
-   * own. The motion in front of the poses gives the clip back. A clip that moves no node has none: a warning. 404
-   * for an unknown node; 422 for a turn below nodes with unequal scales. */
+   * else turns, and of several the one with most nodes below; tracks whose value never changes, as of exporters
+   * that bake, do not count. The part of its motion in the world that `root_axes` names, counted from time 0, is
+   * taken out of the poses, and told beside them: as `root` of each pose, and in glTF as tracks of the skeleton's
+   * topmost node, above which stands a new node `root` where the motion is its own. The motion in front of the
+   * poses gives the clip back. A clip that moves no node has none: a warning. 404 for an unknown node; 422 for a
+   * turn below nodes with unequal scales. */
   root_motion?: string;
   /**
    * With `root_motion` or `in_place=true`: which parts of the motion are taken, separated by commas: translation
@@ -1657,11 +1659,12 @@ export interface LiveOptions {
    */
   feet?: "hold";
   /** The name of a node whose motion moves the whole figure, or `auto`: the topmost node that the clip translates,
-   * else turns, and of several the one with most nodes below. The part of its motion in the world that `root_axes`
-   * names, counted from time 0, is taken out of the poses, and told beside them: as `root` of each pose, and in
-   * glTF as tracks of the skeleton's topmost node, above which stands a new node `root` where the motion is its
-   * own. The motion in front of the poses gives the clip back. A clip that moves no node has none: a warning. 404
-   * for an unknown node; 422 for a turn below nodes with unequal scales. */
+   * else turns, and of several the one with most nodes below; tracks whose value never changes, as of exporters
+   * that bake, do not count. The part of its motion in the world that `root_axes` names, counted from time 0, is
+   * taken out of the poses, and told beside them: as `root` of each pose, and in glTF as tracks of the skeleton's
+   * topmost node, above which stands a new node `root` where the motion is its own. The motion in front of the
+   * poses gives the clip back. A clip that moves no node has none: a warning. 404 for an unknown node; 422 for a
+   * turn below nodes with unequal scales. */
   root_motion?: string;
   /**
    * With `root_motion` or `in_place=true`: which parts of the motion are taken, separated by commas: translation
@@ -1761,11 +1764,12 @@ export interface TracksOptions {
     [key: string]: string | null;
   };
   /** The name of a node whose motion moves the whole figure, or `auto`: the topmost node that the clip translates,
-   * else turns, and of several the one with most nodes below. The part of its motion in the world that `root_axes`
-   * names, counted from time 0, is taken out of the poses, and told beside them: as `root` of each pose, and in
-   * glTF as tracks of the skeleton's topmost node, above which stands a new node `root` where the motion is its
-   * own. The motion in front of the poses gives the clip back. A clip that moves no node has none: a warning. 404
-   * for an unknown node; 422 for a turn below nodes with unequal scales. */
+   * else turns, and of several the one with most nodes below; tracks whose value never changes, as of exporters
+   * that bake, do not count. The part of its motion in the world that `root_axes` names, counted from time 0, is
+   * taken out of the poses, and told beside them: as `root` of each pose, and in glTF as tracks of the skeleton's
+   * topmost node, above which stands a new node `root` where the motion is its own. The motion in front of the
+   * poses gives the clip back. A clip that moves no node has none: a warning. 404 for an unknown node; 422 for a
+   * turn below nodes with unequal scales. */
   root_motion?: string;
   /**
    * With `root_motion` or `in_place=true`: which parts of the motion are taken, separated by commas: translation
