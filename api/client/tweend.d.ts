@@ -768,7 +768,7 @@ export interface Retarget {
 }
 /** The clip as a whole. Lengths in the model's unit, times in seconds. Motion is followed at 60 frames a second. */
 export interface ClipReport {
-  /** How the last pose differs from the first, in local transforms. */
+  /** How the last pose differs from the first, each node relative to its parent. */
   loop: {
     /** Degrees: the largest of all nodes. */
     angle: number;
@@ -787,7 +787,7 @@ export interface ClipReport {
     distance: number;
     /** The length of the way by the clip's duration. */
     speed: number;
-    /** Degrees about +y, whole turns included. */
+    /** Degrees about +y from the first pose on, whole turns included. */
     turn: number;
   };
   /** Nodes that the clip does not move by themselves. */
@@ -795,8 +795,9 @@ export interface ClipReport {
   /** Nodes whose contacts are told: those of `feet=`, of the humanoid map, or with `foot` in their names, else
    * `ankle`. Where it is empty contacts are not looked for. */
   feet: string[];
-  /** Times of three frames or more in which a foot stands: less than 3 % of the figure's height above its lowest
-   * place, slower than a quarter of that height a second. */
+  /** Times of three frames or more in which a foot stands: slower than a quarter of the figure's height a second,
+   * and less than 3 % of that height above its lowest place; or above where it stands, as on steps and slopes, if
+   * in the quarters of a second before and after it is higher, together by 1 % of that height. */
   contacts: {
     node: string;
     from: number;
@@ -809,7 +810,7 @@ export interface ClipReport {
     node: string;
     path: "translation" | "rotation" | "scale" | "weights";
     /** What a parabola through seven keys leaves of the middle one, as root of the mean square: degrees for
-     * rotations, else the values' unit. */
+     * rotations, the model's unit for translations, else the values' unit. */
     rms: number;
   }[];
   /** Single keys of rotations over 5 degrees, and over eight times the track's median, away from where their
@@ -1382,11 +1383,12 @@ export interface SurfaceOptions {
    */
   feet?: "hold";
   /** The name of a node whose motion moves the whole figure, or `auto`: the topmost node that the clip translates,
-   * else turns, and of several the one with most nodes below. The part of its motion in the world that `root_axes`
-   * names, counted from time 0, is taken out of the poses, and told beside them: as `root` of each pose, and in
-   * glTF as tracks of the skeleton's topmost node, above which stands a new node `root` where the motion is its
-   * own. The motion in front of the poses gives the clip back. A clip that moves no node has none: a warning. 404
-   * for an unknown node; 422 for a turn below nodes with unequal scales. */
+   * else turns, and of several the one with most nodes below; tracks whose value never changes, as of exporters
+   * that bake, do not count. The part of its motion in the world that `root_axes` names, counted from time 0, is
+   * taken out of the poses, and told beside them: as `root` of each pose, and in glTF as tracks of the skeleton's
+   * topmost node, above which stands a new node `root` where the motion is its own. The motion in front of the
+   * poses gives the clip back. A clip that moves no node has none: a warning. 404 for an unknown node; 422 for a
+   * turn below nodes with unequal scales. */
   root_motion?: string;
   /**
    * With `root_motion` or `in_place=true`: which parts of the motion are taken, separated by commas: translation
@@ -1544,11 +1546,12 @@ export interface PoseOptions {
    */
   feet?: "hold";
   /** The name of a node whose motion moves the whole figure, or `auto`: the topmost node that the clip translates,
-   * else turns, and of several the one with most nodes below. The part of its motion in the world that `root_axes`
-   * names, counted from time 0, is taken out of the poses, and told beside them: as `root` of each pose, and in
-   * glTF as tracks of the skeleton's topmost node, above which stands a new node `root` where the motion is its
-   * own. The motion in front of the poses gives the clip back. A clip that moves no node has none: a warning. 404
-   * for an unknown node; 422 for a turn below nodes with unequal scales. */
+   * else turns, and of several the one with most nodes below; tracks whose value never changes, as of exporters
+   * that bake, do not count. The part of its motion in the world that `root_axes` names, counted from time 0, is
+   * taken out of the poses, and told beside them: as `root` of each pose, and in glTF as tracks of the skeleton's
+   * topmost node, above which stands a new node `root` where the motion is its own. The motion in front of the
+   * poses gives the clip back. A clip that moves no node has none: a warning. 404 for an unknown node; 422 for a
+   * turn below nodes with unequal scales. */
   root_motion?: string;
   /**
    * With `root_motion` or `in_place=true`: which parts of the motion are taken, separated by commas: translation
@@ -1656,11 +1659,12 @@ export interface LiveOptions {
    */
   feet?: "hold";
   /** The name of a node whose motion moves the whole figure, or `auto`: the topmost node that the clip translates,
-   * else turns, and of several the one with most nodes below. The part of its motion in the world that `root_axes`
-   * names, counted from time 0, is taken out of the poses, and told beside them: as `root` of each pose, and in
-   * glTF as tracks of the skeleton's topmost node, above which stands a new node `root` where the motion is its
-   * own. The motion in front of the poses gives the clip back. A clip that moves no node has none: a warning. 404
-   * for an unknown node; 422 for a turn below nodes with unequal scales. */
+   * else turns, and of several the one with most nodes below; tracks whose value never changes, as of exporters
+   * that bake, do not count. The part of its motion in the world that `root_axes` names, counted from time 0, is
+   * taken out of the poses, and told beside them: as `root` of each pose, and in glTF as tracks of the skeleton's
+   * topmost node, above which stands a new node `root` where the motion is its own. The motion in front of the
+   * poses gives the clip back. A clip that moves no node has none: a warning. 404 for an unknown node; 422 for a
+   * turn below nodes with unequal scales. */
   root_motion?: string;
   /**
    * With `root_motion` or `in_place=true`: which parts of the motion are taken, separated by commas: translation
@@ -1760,11 +1764,12 @@ export interface TracksOptions {
     [key: string]: string | null;
   };
   /** The name of a node whose motion moves the whole figure, or `auto`: the topmost node that the clip translates,
-   * else turns, and of several the one with most nodes below. The part of its motion in the world that `root_axes`
-   * names, counted from time 0, is taken out of the poses, and told beside them: as `root` of each pose, and in
-   * glTF as tracks of the skeleton's topmost node, above which stands a new node `root` where the motion is its
-   * own. The motion in front of the poses gives the clip back. A clip that moves no node has none: a warning. 404
-   * for an unknown node; 422 for a turn below nodes with unequal scales. */
+   * else turns, and of several the one with most nodes below; tracks whose value never changes, as of exporters
+   * that bake, do not count. The part of its motion in the world that `root_axes` names, counted from time 0, is
+   * taken out of the poses, and told beside them: as `root` of each pose, and in glTF as tracks of the skeleton's
+   * topmost node, above which stands a new node `root` where the motion is its own. The motion in front of the
+   * poses gives the clip back. A clip that moves no node has none: a warning. 404 for an unknown node; 422 for a
+   * turn below nodes with unequal scales. */
   root_motion?: string;
   /**
    * With `root_motion` or `in_place=true`: which parts of the motion are taken, separated by commas: translation

@@ -92,10 +92,23 @@ bool api_note_missing(api_notes *notes, const char *node) {
 
 /* ---- by name --------------------------------------------------------------------------------- */
 
-bool api_track_fits(const tw_model *model, const tw_track_keys *track, uint32_t node) {
-  uint32_t mesh = model->nodes[node].mesh;
-  return track->path != TW_WEIGHTS ||
-         (mesh != TW_NO_INDEX && model->meshes[mesh].morph_count == track->width);
+bool api_track_check(api_notes *notes, const tw_model *model, const tw_track_keys *track, uint32_t node,
+                     bool *fits) {
+  uint32_t mesh = model->nodes[node].mesh,
+           targets = mesh == TW_NO_INDEX ? 0 : model->meshes[mesh].morph_count;
+  *fits = track->path != TW_WEIGHTS || targets == track->width;
+  if (*fits) return true;
+  char buffer[24];
+  tw_text text = {0};
+  tw_text_add(&text, "the clip moves ");
+  tw_text_count(&text, track->width);
+  tw_text_add(&text, tw_plural(track->width, " morph weight of ", " morph weights of "));
+  tw_text_add(&text, tw_model_node_name(model, node, buffer));
+  tw_text_add(&text, ", which has ");
+  tw_text_count(&text, targets);
+  tw_text_add(&text, " in the model: left out");
+  const char *kept = api_text_move(&text, notes->arena);
+  return kept && api_note(notes, kept);
 }
 
 /* Copies an array of a borrowed clip, so that the lender may be released. NULL stays NULL. */
@@ -120,6 +133,17 @@ static uint32_t node_of_name(const tw_model *lender, uint32_t node, const tw_mod
   char buffer[24];
   const char *name = tw_model_node_name(lender, node, buffer);
   return tw_model_find_node(model, name, strlen(name));
+}
+
+/* Adds a track of a lender's to *out, which has room, on the node of its name; a note tells where there is
+ * none, or where it is of another kind. False without memory. */
+static bool add_track(const tw_model *lender, const tw_track_keys *track, const tw_model *model,
+                      uint32_t node, api_notes *notes, tw_track_keys *tracks, uint32_t *count) {
+  char buffer[24];
+  bool fits;
+  if (node == TW_NO_INDEX) return api_note_missing(notes, tw_model_node_name(lender, track->node, buffer));
+  if (!api_track_check(notes, model, track, node, &fits)) return false;
+  return !fits || copy_track(notes->arena, track, node, &tracks[(*count)++]);
 }
 
 /* Copies the name. False without memory. */
@@ -152,13 +176,9 @@ bool api_clip_rename(const tw_model *lender, const tw_clip_keys *keys, const tw_
   for (uint32_t i = 0; i < keys->track_count; i++) {
     const tw_track_keys *track = &keys->tracks[i];
     uint32_t node = node_of_name(lender, track->node, model);
-    char buffer[24];
-    if (node == TW_NO_INDEX && !is_noted[track->node]) {
-      is_noted[track->node] = true;
-      if (!api_note_missing(notes, tw_model_node_name(lender, track->node, buffer))) return false;
-    }
-    if (node == TW_NO_INDEX || !api_track_fits(model, track, node)) continue;
-    if (!copy_track(notes->arena, track, node, &tracks[out->track_count++])) return false;
+    if (is_noted[track->node]) continue;
+    is_noted[track->node] = node == TW_NO_INDEX;
+    if (!add_track(lender, track, model, node, notes, tracks, &out->track_count)) return false;
   }
   return copy_name(notes->arena, keys->name, out);
 }
@@ -210,9 +230,9 @@ static bool find_pairs(const tw_model *lender, const tw_model *model, const tw_r
 
 /* Adds the morph weights. False without memory. */
 static bool add_weights(const tw_model *lender, const tw_clip_keys *keys, const tw_model *model,
-                        tw_arena *arena, tw_clip_keys *out) {
+                        api_notes *notes, tw_clip_keys *out) {
   size_t count = (size_t)out->track_count + keys->track_count;
-  tw_track_keys *tracks = tw_arena_alloc(arena, count, sizeof *tracks);
+  tw_track_keys *tracks = tw_arena_alloc(notes->arena, count, sizeof *tracks);
   if (!tracks) return false;
   if (out->track_count) memcpy(tracks, out->tracks, out->track_count * sizeof *tracks);
   out->tracks = tracks;
@@ -220,8 +240,7 @@ static bool add_weights(const tw_model *lender, const tw_clip_keys *keys, const 
     const tw_track_keys *track = &keys->tracks[i];
     if (track->path != TW_WEIGHTS) continue;
     uint32_t node = node_of_name(lender, track->node, model);
-    if (node == TW_NO_INDEX || !api_track_fits(model, track, node)) continue;
-    if (!copy_track(arena, track, node, &tracks[out->track_count++])) return false;
+    if (!add_track(lender, track, model, node, notes, tracks, &out->track_count)) return false;
   }
   return true;
 }
@@ -318,7 +337,7 @@ bool api_clip_carry(const tw_model *lender, const tw_clip_keys *keys, const tw_m
   if (tw_retarget_run(&job, arena, &found, &fault->error) != TW_OK) return api_fault_complete(fault);
   *out = found.keys;
   *report = print_report(lender, model, &found, arena);
-  return (*report && copy_name(arena, keys->name, out) && add_weights(lender, keys, model, arena, out) &&
+  return (*report && copy_name(arena, keys->name, out) && add_weights(lender, keys, model, notes, out) &&
           note_losses(lender, &found, retarget->holds_feet, notes)) ||
          api_fault_without_memory(fault);
 }

@@ -35,8 +35,10 @@ bool api_note(api_notes *notes, const char *sentence);
 /* Notes that a clip moves a node that the model lacks. */
 bool api_note_missing(api_notes *notes, const char *node);
 
-/* Whether the model can play a track of the lender's on its node `node`. */
-bool api_track_fits(const tw_model *model, const tw_track_keys *track, uint32_t node);
+/* *fits: whether the model can play a track of another one's on its node `node`; where it cannot, a note
+ * tells why. False without memory. */
+bool api_track_check(api_notes *notes, const tw_model *model, const tw_track_keys *track, uint32_t node,
+                     bool *fits);
 
 /* Puts a clip of the lender on the model's nodes of the same names. Leaves out tracks of nodes that the model
  * lacks, and morph weights whose number differs. All of *out is copied to the notes' arena. False without

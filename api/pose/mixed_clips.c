@@ -163,7 +163,10 @@ static bool compile_keys(const compiling *c, const tw_model *model, const tw_cli
     char buffer[24];
     if (node == NODE_MISSING && !api_note_missing(c->notes, tw_model_node_name(model, track->node, buffer)))
       return fail_without_memory(c);
-    if (node == NODE_MISSING || node == NODE_LEFT || !api_track_fits(c->model, track, node)) continue;
+    if (node == NODE_MISSING || node == NODE_LEFT) continue;
+    bool fits;
+    if (!api_track_check(c->notes, c->model, track, node, &fits)) return fail_without_memory(c);
+    if (!fits) continue;
     tracks[keys.track_count] = *track;
     tracks[keys.track_count++].node = node;
   }

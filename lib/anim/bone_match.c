@@ -34,15 +34,16 @@ static tw_status apply_map(matching *m, tw_error *error) {
   for (uint32_t i = 0; i < job->map_count; i++) {
     tw_bone_pair pair = job->map[i];
     bool has_target = pair.target != TW_NO_INDEX;
-    const char *fault = NULL;
+    const char *which = NULL, *name = NULL;
     if (pair.source >= job->source.node_count || (has_target && pair.target >= job->target.node_count))
-      fault = "names a node that is not there";
+      which = "that is not there";
     else if (m->is_taken[pair.source])
-      fault = "names a node of the source that an earlier entry names";
+      which = "of the source that an earlier entry names", name = job->source.nodes[pair.source].name;
     else if (has_target && m->match->source_of[pair.target] != TW_NO_INDEX)
-      fault = "names a node of the target that an earlier entry names";
-    if (fault) {
-      tw_fail(error, TW_INVALID, "entry %u of the map %s", i, fault);
+      which = "of the target that an earlier entry names", name = job->target.nodes[pair.target].name;
+    if (which) {
+      tw_fail(error, TW_INVALID, "entry %u of the map names a node %s%s%.60s", i, which, name ? ": " : "",
+              name ? name : "");
       return tw_error_at(error, "/map/%u", i);
     }
     if (has_target)
@@ -191,7 +192,7 @@ static tw_status refuse(const matching *m, uint32_t matched, uint32_t wanted, tw
 }
 
 /* Compares the matched bones with those that the clip moves, or with the target's where these are fewer: a
- * figure without fingers takes the clips of one that has some. */
+ * figure without fingers takes the clips of one that has some. A clip of morph weights alone needs none. */
 static tw_status check_enough(const matching *m, tw_error *error) {
   const tw_retarget_job *job = m->job;
   uint32_t moved = 0, matched = 0, targets = 0;
@@ -202,7 +203,8 @@ static tw_status check_enough(const matching *m, tw_error *error) {
     matched += source != TW_NO_INDEX && m->is_moved[source];
   }
   uint32_t wanted = moved < targets ? moved : targets;
-  return matched == 0 || 2 * (uint64_t)matched < wanted ? refuse(m, matched, wanted, error) : TW_OK;
+  bool is_enough = moved == 0 || (matched > 0 && 2 * (uint64_t)matched >= wanted);
+  return is_enough ? TW_OK : refuse(m, matched, wanted, error);
 }
 
 static tw_status check_skeleton(const tw_skeleton *skeleton, const char *which, tw_error *error) {

@@ -14,6 +14,7 @@ static const double FRAMES_A_SECOND = 60;
 static const double FRAMES_OF_NODES = 1 << 22; /* frames times nodes */
 static const double STILL_ANGLE = 1e-5, STILL_SHARE = 1e-6;
 static const double TOUCH_HEIGHT = 0.03, TOUCH_SPEED = 0.25; /* of the figure's height; of that a second */
+static const double SIDE_SECONDS = 0.25, SIDE_RISE = 0.01;   /* beside a stand; of the figure's height */
 static const double POP_ANGLE = 5 / TW_DEGREES, POP_SECONDS = 0.1, POP_MEDIANS = 8;
 
 enum { TOUCH_FRAMES = 3, FIT_KEYS = 7, NOISE_STEPS = 200, LEAP_STEPS = 100 };
@@ -140,6 +141,29 @@ static tw_status note_moves(inspection *in) {
   return report->still ? TW_OK : TW_NO_MEMORY;
 }
 
+/* ---- the world ------------------------------------------------------------------------------- */
+
+static void find_world(inspection *in, const tw_clip *clip) {
+  tw_pose_locals(clip, in->nodes, in->node_count, in->locals, in->world);
+  tw_pose_world(in->nodes, in->order, in->node_count, in->world, in->world);
+}
+
+/* Poses the world at the clip's start. */
+static void find_first_world(inspection *in) {
+  tw_clip_pose(in->clip, in->nodes, in->node_count, (float)in->start, in->locals);
+  find_world(in, in->clip);
+}
+
+/* Takes a way of a node, which is relative to its parent, into the world. */
+static void take_into_world(const inspection *in, uint32_t node, double way[3]) {
+  uint32_t parent = in->nodes[node].parent;
+  if (parent == TW_NO_INDEX) return;
+  const float *m = in->world + 16 * (size_t)parent;
+  const double own[3] = {way[0], way[1], way[2]};
+  for (int i = 0; i < 3; i++)
+    way[i] = (double)m[i] * own[0] + (double)m[4 + i] * own[1] + (double)m[8 + i] * own[2];
+}
+
 /* ---- the seam -------------------------------------------------------------------------------- */
 
 /* Angular velocities of all nodes over a frame from `time` on. */
@@ -167,16 +191,18 @@ static tw_status inspect_seam(inspection *in) {
     find_speeds(in, in->start, step, after, last);
     find_speeds(in, end - step, step, before, last);
   }
-  tw_clip_pose(in->clip, in->nodes, in->node_count, (float)in->start, in->locals);
+  find_first_world(in);
   tw_clip_pose(in->clip, in->nodes, in->node_count, (float)end, last);
   uint32_t farthest = TW_NO_INDEX;
   for (uint32_t n = 0; n < in->node_count; n++) {
-    double a[4], b[4], turn[3];
+    double a[4], b[4], turn[3], way[3];
     quat_widen(in->locals[n].rotation, a);
     quat_widen(last[n].rotation, b);
     turn_between(a, b, turn);
-    double angle = length_of(turn),
-           distance = distance_between(in->locals[n].translation, last[n].translation);
+    for (int i = 0; i < 3; i++)
+      way[i] = (double)last[n].translation[i] - (double)in->locals[n].translation[i];
+    take_into_world(in, n, way);
+    double angle = length_of(turn), distance = length_of(way);
     if (angle > seam->angle) seam->node = n, seam->angle = angle;
     if (distance > seam->distance) farthest = n, seam->distance = distance;
     if (step > 0) {
@@ -217,11 +243,6 @@ static tw_status find_feet(inspection *in) {
   return feet ? TW_OK : TW_NO_MEMORY;
 }
 
-static void find_world(inspection *in, const tw_clip *clip) {
-  tw_pose_locals(clip, in->nodes, in->node_count, in->locals, in->world);
-  tw_pose_world(in->nodes, in->order, in->node_count, in->world, in->world);
-}
-
 /* How high the nodes reach at rest, from the lowest to the highest. */
 static double find_height(inspection *in) {
   double lowest = INFINITY, highest = -INFINITY;
@@ -248,21 +269,27 @@ static tw_status follow(inspection *in, uint32_t root) {
   return TW_OK;
 }
 
-/* The part of a rotation that turns about y. */
-static double yaw_of(const float matrix[16]) {
-  tw_trs trs;
-  tw_trs_from_matrix(matrix, &trs);
-  return 2 * atan2((double)trs.rotation[1], (double)trs.rotation[3]);
+/* How far a pose is turned about y from the first one, whichever way that one faces. */
+static double yaw_between(const float first[16], const float matrix[16]) {
+  tw_trs from, to;
+  double back[4], q[4], turn[4];
+  tw_trs_from_matrix(first, &from);
+  tw_trs_from_matrix(matrix, &to);
+  quat_widen(from.rotation, back);
+  quat_widen(to.rotation, q);
+  for (int i = 0; i < 3; i++) back[i] = -back[i];
+  quat_multiply(q, back, turn);
+  return 2 * atan2(turn[1], turn[3]);
 }
 
 static void judge_travel(const inspection *in, uint32_t root) {
   tw_clip_travel *travel = &in->report->root;
   const float *poses = in->root_poses;
-  double path = 0, yaw = yaw_of(poses);
+  double path = 0, yaw = 0;
   for (uint32_t f = 1; f < in->frame_count; f++) {
     const float *pose = poses + 16 * (size_t)f;
     path += distance_between(pose - 16 + 12, pose + 12);
-    double next = yaw_of(pose);
+    double next = yaw_between(poses, pose);
     travel->turn += remainder(next - yaw, 2 * TW_PI);
     yaw = next;
   }
@@ -277,12 +304,40 @@ static const float *place_of(const inspection *in, uint32_t foot, uint32_t frame
   return in->places + 3 * ((size_t)frame * in->foot_count + foot);
 }
 
-static bool touches(const inspection *in, uint32_t foot, uint32_t frame, double lowest, double height) {
+static double height_of(const inspection *in, uint32_t foot, uint32_t frame) {
+  return (double)place_of(in, foot, frame)[1];
+}
+
+static bool is_slow(const inspection *in, uint32_t foot, uint32_t frame) {
   uint32_t before = frame > 0 ? frame - 1 : 0, after = frame + 1 < in->frame_count ? frame + 1 : frame;
   double seconds = time_of(in, after) - time_of(in, before);
   double moved = distance_between(place_of(in, foot, before), place_of(in, foot, after));
-  return (double)place_of(in, foot, frame)[1] - lowest < TOUCH_HEIGHT * height &&
-         moved < TOUCH_SPEED * height * seconds;
+  return moved < TOUCH_SPEED * in->report->height * seconds;
+}
+
+/* The least height in the frames from `from` up to `end`. */
+static double lowest_of(const inspection *in, uint32_t foot, uint32_t from, uint32_t end) {
+  double lowest = INFINITY;
+  for (uint32_t f = from; f < end; f++) lowest = fmin(lowest, height_of(in, foot, f));
+  return lowest;
+}
+
+/* How far a foot is above a height in some frames, in the mean. */
+static double rise_of(const inspection *in, uint32_t foot, uint32_t from, uint32_t end, double height) {
+  double sum = 0;
+  for (uint32_t f = from; f < end; f++) sum += height_of(in, foot, f) - height;
+  return from < end ? sum / (end - from) : 0;
+}
+
+/* Whether the foot comes down to where it is slow and goes up from there, as on a step or a slope. What it
+ * climbs or descends meanwhile is below one side and above the other, and cancels out; a foot that is held up
+ * is above both. */
+static bool stands_higher(const inspection *in, uint32_t foot, uint32_t from, uint32_t end, double level) {
+  double step = in->duration / (in->frame_count - 1);
+  uint32_t side = (uint32_t)fmin(ceil(SIDE_SECONDS / step), in->frame_count);
+  double rise = rise_of(in, foot, from > side ? from - side : 0, from, level) +
+                rise_of(in, foot, end, end + side < in->frame_count ? end + side : in->frame_count, level);
+  return rise > SIDE_RISE * in->report->height;
 }
 
 static double slide_of(const inspection *in, uint32_t foot, uint32_t from, uint32_t end) {
@@ -295,28 +350,40 @@ static double slide_of(const inspection *in, uint32_t foot, uint32_t from, uint3
   return slide;
 }
 
-static void find_contacts_of(inspection *in, uint32_t foot, double height) {
+/* Adds the contacts in frames in which a foot is slow. lowest: of all frames. */
+static void add_contacts(inspection *in, uint32_t foot, uint32_t from, uint32_t end, double lowest) {
   tw_clip_report *report = in->report;
-  double lowest = INFINITY;
-  for (uint32_t f = 0; f < in->frame_count; f++) lowest = fmin(lowest, (double)place_of(in, foot, f)[1]);
-  for (uint32_t f = 0; f < in->frame_count;) {
-    uint32_t from = f;
-    while (f < in->frame_count && touches(in, foot, f, lowest, height)) f++;
-    if (f - from >= TOUCH_FRAMES)
+  double room = TOUCH_HEIGHT * report->height, ground = lowest_of(in, foot, from, end);
+  if (end - from < TOUCH_FRAMES) return;
+  if (ground - lowest < room)
+    ground = lowest;
+  else if (!stands_higher(in, foot, from, end, ground))
+    return;
+  for (uint32_t f = from; f < end; f++) {
+    uint32_t first = f;
+    while (f < end && height_of(in, foot, f) - ground < room) f++;
+    if (f - first >= TOUCH_FRAMES)
       report->contacts[report->contact_count++] =
-          (tw_contact){in->feet[foot], time_of(in, from), time_of(in, f - 1), slide_of(in, foot, from, f)};
-    if (f == from) f++;
+          (tw_contact){in->feet[foot], time_of(in, first), time_of(in, f - 1), slide_of(in, foot, first, f)};
+  }
+}
+
+static void find_contacts_of(inspection *in, uint32_t foot) {
+  double lowest = lowest_of(in, foot, 0, in->frame_count);
+  for (uint32_t f = 0; f < in->frame_count; f++) {
+    uint32_t from = f;
+    while (f < in->frame_count && is_slow(in, foot, f)) f++;
+    if (f > from) add_contacts(in, foot, from, f, lowest);
   }
 }
 
 static tw_status find_contacts(inspection *in) {
-  double height = in->report->height;
   size_t most = (size_t)in->foot_count * (in->frame_count / TOUCH_FRAMES);
   in->report->contacts = tw_arena_alloc_raw(in->arena, most, sizeof *in->report->contacts);
   if (!in->report->contacts) return TW_NO_MEMORY;
-  for (uint32_t i = 0; height > 0 && i < in->foot_count; i++) {
-    find_contacts_of(in, i, height);
-    if (!tw_work(20 * (uint64_t)in->frame_count)) return TW_CANCELLED;
+  for (uint32_t i = 0; in->report->height > 0 && i < in->foot_count; i++) {
+    find_contacts_of(in, i);
+    if (!tw_work(40 * (uint64_t)in->frame_count)) return TW_CANCELLED;
   }
   return TW_OK;
 }
@@ -455,12 +522,22 @@ static tw_status find_pops(inspection *in, const samples *s, tw_arena *scratch) 
   return TW_OK;
 }
 
+/* Takes translations into the world, in which lengths are told. */
+static void take_values_into_world(const inspection *in, uint32_t node, uint32_t count, float *values) {
+  for (uint32_t i = 0; i < count; i++, values += 3) {
+    double way[3] = {(double)values[0], (double)values[1], (double)values[2]};
+    take_into_world(in, node, way);
+    for (int c = 0; c < 3; c++) values[c] = (float)way[c];
+  }
+}
+
 static tw_status inspect_track(inspection *in, uint32_t t, tw_arena *scratch) {
   const tw_track_keys *track = &in->keys->tracks[t];
   samples s = {track, tw_clip_width(in->clip, t), NULL};
   float *values = tw_arena_alloc_raw(scratch, track->key_count, s.width * sizeof *values);
   if (!values) return TW_NO_MEMORY;
   tw_clip_sample(in->clip, t, track->times, track->key_count, values);
+  if (track->path == TW_TRANSLATION) take_values_into_world(in, track->node, track->key_count, values);
   s.values = values;
   tw_status status = find_noise(in, &s, t, scratch);
   return status == TW_OK ? find_pops(in, &s, scratch) : status;
@@ -469,6 +546,7 @@ static tw_status inspect_track(inspection *in, uint32_t t, tw_arena *scratch) {
 static tw_status inspect_tracks(inspection *in) {
   uint64_t keys = 0;
   for (uint32_t t = 0; t < in->keys->track_count; t++) keys += in->keys->tracks[t].key_count;
+  find_first_world(in);
   in->report->noise = tw_arena_alloc_raw(in->arena, in->keys->track_count, sizeof *in->report->noise);
   in->report->pops = tw_arena_alloc_raw(in->arena, (size_t)keys / 2, sizeof *in->report->pops);
   return in->report->noise && in->report->pops ? for_tracks(in, inspect_track) : TW_NO_MEMORY;

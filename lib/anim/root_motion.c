@@ -297,17 +297,75 @@ tw_status tw_clip_take_root(tw_clip *clip, const tw_root_job *job, tw_clip **out
 
 /* ---- the usual node -------------------------------------------------------------------------- */
 
-/* below: [node_count] nodes of each subtree. */
+enum { SAMPLES_MOST = 1 << 21 }; /* of plain clips */
+
+/* Looks for a change of a track's value. */
+typedef struct change {
+  const tw_clip *clip;
+  uint32_t track, samples; /* samples: taken so far */
+  uint64_t *left;          /* samples that may still be taken, by all tracks together */
+  float first[4];
+  double before; /* the time looked at last */
+  bool is_found;
+} change;
+
+static bool differs(const change *c, const float *value) {
+  static const double ANGLE = 1e-5, SHARE = 1e-6;
+  if (c->clip->tracks[c->track].path == TW_ROTATION) {
+    double a[4], b[4];
+    quat_widen(c->first, a);
+    quat_widen(value, b);
+    return tw_angle_between(a, b) > ANGLE;
+  }
+  double apart = 0, largest = 0;
+  for (int i = 0; i < 3; i++) {
+    apart = fmax(apart, fabs((double)value[i] - (double)c->first[i]));
+    largest = fmax(largest, fmax(fabs((double)value[i]), fabs((double)c->first[i])));
+  }
+  return apart > SHARE * largest;
+}
+
+/* Looks at a time and two before it: a cubic between equal values is there at one of them at most. */
+static bool look_at(void *context, double time) {
+  change *c = context;
+  float times[3], values[3 * 4];
+  uint32_t width = c->clip->tracks[c->track].width;
+  if (*c->left < 3) return false;
+  *c->left -= 3;
+  if (c->samples == 0) c->before = time;
+  for (int i = 0; i < 3; i++) times[i] = (float)(time + (c->before - time) * i / 3);
+  tw_clip_sample(c->clip, c->track, times, 3, values);
+  if (c->samples == 0) memcpy(c->first, values, width * sizeof *values);
+  for (int i = 0; i < 3; i++) c->is_found |= differs(c, values + (size_t)i * width);
+  c->samples += 3;
+  c->before = time;
+  return !c->is_found;
+}
+
+/* Whether the clip has a track of a node's path; with `left`, one whose value changes: exporters that bake
+ * write tracks of nodes that rest, too. Where *left does not reach, it counts as one that does. */
+static bool moves_node(const tw_clip *clip, uint32_t node, tw_path path, uint64_t *left) {
+  bool moves = (clip->moves[node] & 1u << path) != 0;
+  if (!moves || !left) return moves;
+  uint32_t track = 0;
+  while (clip->tracks[track].node != node || clip->tracks[track].path != path) track++;
+  change c = {.clip = clip, .track = track, .left = left};
+  uint64_t steps = *left;
+  tw_bend_sink sink = {look_at, &c, &steps};
+  return !tw_clip_bends(clip, track, &sink) || !look_at(&c, (double)clip->duration);
+}
+
+/* below: [node_count] nodes of each subtree. left: as for moves_node. */
 static uint32_t choose_root(const tw_clip *clip, const tw_node *nodes, const uint32_t *order,
-                            uint32_t node_count, unsigned bits, const uint32_t *below,
+                            uint32_t node_count, tw_path path, uint64_t *left, const uint32_t *below,
                             bool *has_moved_above) {
   uint32_t best = TW_NO_INDEX;
   for (uint32_t i = 0; i < node_count; i++) {
     uint32_t node = order[i], parent = nodes[node].parent;
-    bool moves = (clip->moves[node] & bits) != 0;
     has_moved_above[node] = parent != TW_NO_INDEX && has_moved_above[parent];
-    if (moves && !has_moved_above[node] && (best == TW_NO_INDEX || below[node] > below[best])) best = node;
-    if (moves) has_moved_above[node] = true;
+    if (has_moved_above[node] || !moves_node(clip, node, path, left)) continue;
+    if (best == TW_NO_INDEX || below[node] > below[best]) best = node;
+    has_moved_above[node] = true;
   }
   return best;
 }
@@ -321,9 +379,10 @@ uint32_t tw_clip_find_root(const tw_clip *clip, const tw_node *nodes, const uint
     below[node]++;
     if (parent != TW_NO_INDEX) below[parent] += below[node];
   }
-  if (below && marks) root = choose_root(clip, nodes, order, node_count, 1u << TW_TRANSLATION, below, marks);
-  if (below && marks && root == TW_NO_INDEX)
-    root = choose_root(clip, nodes, order, node_count, 1u << TW_ROTATION, below, marks);
+  static const tw_path paths[] = {TW_TRANSLATION, TW_ROTATION};
+  uint64_t left = SAMPLES_MOST / clip->cost;
+  for (int i = 0; below && marks && root == TW_NO_INDEX && i < 4; i++) /* at last one that has but tracks */
+    root = choose_root(clip, nodes, order, node_count, paths[i % 2], i < 2 ? &left : NULL, below, marks);
   tw_free(below);
   tw_free(marks);
   return root;

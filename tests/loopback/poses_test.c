@@ -304,6 +304,52 @@ TEST_WITH(a_clip_of_another_skeleton_is_told_to_need_carrying_over, setup, fixtu
   reply_free(&r);
 }
 
+/* Uploads two bones and a triangle with morph targets, whose weight a clip moves from 0 to 1 in 2 s. */
+static void upload_face(loopback *loop, const char *node, const char *targets, const char *clips,
+                        char id[API_ID_TEXT]) {
+  char document[1600];
+  snprintf(document, sizeof document,
+           "{'asset':{'version':'2.0'},'scenes':[{'nodes':[0,2]}],'nodes':[{'name':'hips','children':[1]},"
+           "{'name':'head'},{'name':'%s','mesh':0}],"
+           "'meshes':[{'primitives':[{'attributes':{'POSITION':0},'targets':[%s]}]}],"
+           "'buffers':[{'byteLength':52,'uri':'data:application/octet-stream;base64,"
+           "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAEAAAAAAAACAPw=='}],"
+           "'bufferViews':[{'buffer':0,'byteLength':36},{'buffer':0,'byteOffset':36,'byteLength':8},"
+           "{'buffer':0,'byteOffset':44,'byteLength':8}],'accessors':[{'bufferView':0,'componentType':5126,"
+           "'count':3,'type':'VEC3','min':[0,0,0],'max':[1,1,0]},{'bufferView':1,'componentType':5126,"
+           "'count':2,'type':'SCALAR','min':[0],'max':[2]},{'bufferView':2,'componentType':5126,'count':2,"
+           "'type':'SCALAR'}]%s}",
+           node, targets, clips);
+  loopback_upload(loop, "model/gltf+json", document, id);
+}
+
+TEST_WITH(morph_weights_of_another_model_go_by_names_and_losses_are_told, setup, fixture_stop) {
+  static const char clip[] =
+      ",'animations':[{'name':'smile','samplers':[{'input':1,'output':2}],'channels':[{"
+      "'sampler':0,'target':{'node':2,'path':'weights'}}]}]";
+  static const struct {
+    const char *node, *targets, *says;
+  } cases[] = {
+      {"face", "{'POSITION':0}", "'weights':{'face':[0.5]}"},
+      {"face", "{'POSITION':0},{'POSITION':0}",
+       "'warnings':['the clip moves 1 morph weight of face, which has 2 in the model: left out']"},
+      {"mask", "{'POSITION':0}", "'warnings':['the clip moves a node that the model does not have: face']"}};
+  one_model *f = *state;
+  char lender[API_ID_TEXT], target[200];
+  upload_face(f->loop, "face", "{'POSITION':0}", clip, lender);
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    static const char *const queries[] = {"", "&retarget=auto"};
+    upload_face(f->loop, cases[i].node, cases[i].targets, "", f->id);
+    for (int q = 0; q < 2; q++) {
+      snprintf(target, sizeof target, "pose?at=1&clip=%s/smile%s", lender, queries[q]);
+      reply r = ask(f, target);
+      assert_int_equal(r.status, 200);
+      assert_says(&r, cases[i].says);
+      reply_free(&r);
+    }
+  }
+}
+
 TEST_WITH(clips_that_another_model_lacks_are_told_with_its_id, setup, fixture_stop) {
   static const char hint[] = "a clip of another model is {model id}/{name}, the id in lower case";
   one_model *f = *state;

@@ -117,6 +117,38 @@ TEST_WITH(the_root_travels_and_turns, setup, teardown) {
   assert_int_equal(report->still[0], HEAD);
 }
 
+TEST_WITH(a_root_turns_as_far_whichever_way_it_rests, setup, teardown) {
+  figure *f = *state;
+  float turns[KEYS][4];
+  for (int axis = 0; axis < 3; axis++) { /* head over heels, turned round, or on its side by half a turn */
+    ref_quat rest = {axis == 0, axis == 1, axis == 2, 0};
+    for (int i = 0; i < KEYS; i++) {
+      ref_quat q = ref_product(ref_axis_angle(0, 1, 0, 3 * REF_PI * i / (KEYS - 1)), rest);
+      memcpy(turns[i], (float[4]){(float)q.x, (float)q.y, (float)q.z, (float)q.w}, sizeof turns[i]);
+    }
+    tw_track_keys track = turning(f, HIPS, turns, KEYS);
+    assert_near(inspect(f, &track, 1, NULL, 0)->root.turn, 3 * REF_PI, 1e-4);
+  }
+}
+
+/* The model's unit is the world's, whatever the scale of an armature. */
+TEST_WITH(lengths_are_those_of_the_world, setup, teardown) {
+  figure *f = *state;
+  float head[KEYS][3];
+  for (int i = 0; i < KEYS; i++) memcpy(head[i], (float[3]){0, 100, i % 2 ? 0.5f : 0}, sizeof head[i]);
+  head[KEYS - 1][2] = 25;
+  for (int i = 0; i < 3; i++) f->nodes[HIPS].rest.scale[i] = 0.01f;
+  tw_track_keys track = going(f, HEAD, head, KEYS);
+  const tw_clip_report *report = inspect(f, &track, 1, NULL, 0);
+  assert_int_equal(report->loop.node, HEAD);
+  assert_near(report->loop.distance, 0.25, 1e-6);
+  assert_near(report->root.distance, 0.25, 1e-6);
+  head[KEYS - 1][2] = 0;
+  report = inspect(f, &track, 1, NULL, 0);
+  assert_int_equal(report->noise_count, 1);
+  assert_near(report->noise[0].rms, 0.0025 * 16 / 21, 1e-5); /* as below */
+}
+
 TEST_WITH(what_stands_still_has_no_root_and_no_contacts, setup, teardown) {
   figure *f = *state;
   float hips[2][3] = {{5, 6, 7}, {5, 6, 7}};
@@ -175,6 +207,46 @@ TEST_WITH(feet_touch_the_ground_and_slide, setup, teardown) {
   assert_int_equal(inspect(f, tracks, 2, NULL, 0)->contact_count, 2); /* the ankle's */
   f->nodes[LEFT].name = "left";
   assert_int_equal(inspect(f, tracks, 2, NULL, 0)->foot_count, 0);
+}
+
+/* Heights of a foot at times from 0 to 2 s, in a line from one to the next. */
+static void rise_along(figure *f, const float (*stops)[2], float (*out)[3]) {
+  for (int i = 0, s = 0; i < KEYS; i++) {
+    while (stops[s + 1][0] < f->times[i]) s++;
+    float u = (f->times[i] - stops[s][0]) / (stops[s + 1][0] - stops[s][0]);
+    memcpy(out[i], (float[3]){0, stops[s][1] + u * (stops[s + 1][1] - stops[s][1]), 0}, sizeof out[i]);
+  }
+}
+
+TEST_WITH(feet_stand_on_steps_and_not_in_the_air, setup, teardown) {
+  /* Two steps up, and two down with little lift: nothing is before the first. */
+  static const float up[][2] = {{0, 0},        {0.3f, 0},   {0.45f, .45f}, {0.6f, .3f}, {0.9f, .3f},
+                                {1.05f, .75f}, {1.2f, .6f}, {1.5f, .6f},   {1.8f, 1},   {2.1f, 1}};
+  static const float down[][2] = {{0, .6f},  {0.3f, .6f}, {0.4f, .66f}, {0.6f, .3f}, {0.9f, .3f},
+                                  {1, .36f}, {1.2f, 0},   {1.5f, 0},    {1.8f, .6f}, {2.1f, .6f}};
+  static const float held[][2] = {{0, 0}, {0.3f, 0}, {0.6f, .6f}, {1.5f, .6f}, {1.8f, 0}, {2.1f, 0}};
+  static const struct {
+    const float (*stops)[2];
+    uint32_t count;
+    double from[3];
+  } cases[] = {{up, 3, {0, 0.6, 1.2}}, {down, 2, {0.6, 1.2}}, {held, 2, {0, 1.8}}};
+  figure *f = *state;
+  const uint32_t foot = LEFT;
+  float places[KEYS][3];
+  for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
+    rise_along(f, cases[c].stops, places);
+    tw_track_keys track = going(f, LEFT, places, KEYS);
+    const tw_clip_report *report = inspect(f, &track, 1, &foot, 1);
+    assert_int_equal(report->contact_count, cases[c].count);
+    for (uint32_t i = 0; i < report->contact_count; i++)
+      assert_near(report->contacts[i].from, cases[c].from[i], 2.01 / 60);
+  }
+  for (int i = 0; i < KEYS; i++) { /* a jump: at its top it is slow for 0.05 s */
+    double t = fabs((double)f->times[i] - 1), fall = 1.25 - 4.905 * t * t;
+    memcpy(places[i], (float[3]){0, (float)fmax(0, fall), 0}, sizeof places[i]);
+  }
+  tw_track_keys track = going(f, LEFT, places, KEYS);
+  assert_int_equal(inspect(f, &track, 1, &foot, 1)->contact_count, 2);
 }
 
 TEST_WITH(noise_is_what_a_parabola_leaves, setup, teardown) {

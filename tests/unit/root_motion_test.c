@@ -271,6 +271,25 @@ TEST(the_usual_root_is_the_topmost_node_that_travels) {
   clip = compile(f);
   assert_int_equal(tw_clip_find_root(clip, f->nodes, f->order, NODES), ARMATURE);
   tw_clip_destroy(clip);
+  for (int k = 1; k < KEYS; k++) memcpy(f->lifts[k], f->lifts[0], sizeof f->lifts[0]);
+  clip = compile(f); /* of the armature there is a track, as of an exporter that bakes, and it rests */
+  assert_int_equal(tw_clip_find_root(clip, f->nodes, f->order, NODES), HIPS);
+  tw_clip_destroy(clip);
+  f->tracks[0] = f->tracks[3];
+  f->track_count = 1;
+  clip = compile(f); /* nothing else */
+  assert_int_equal(tw_clip_find_root(clip, f->nodes, f->order, NODES), ARMATURE);
+  tw_clip_destroy(clip);
+  const float spline[2][3][3] = {{{0}, {0, 1, 0}, {3, 0, 0}}, {{3, 0, 0}, {0, 1, 0}, {0}}};
+  f->tracks[0] = value_keys(TW_TRANSLATION, TW_CUBICSPLINE, f->times, spline[0][0], 2);
+  f->tracks[0].node = ARMATURE; /* between equal keys it goes away and comes back */
+  f->tracks[3] = value_keys(TW_TRANSLATION, TW_LINEAR, f->times, f->places[0], KEYS);
+  f->tracks[3].node = HIPS;
+  f->track_count = 4;
+  clip = compile(f);
+  assert_int_equal(tw_clip_find_root(clip, f->nodes, f->order, NODES), ARMATURE);
+  tw_clip_destroy(clip);
+  f->tracks[0] = f->tracks[3];
   f->tracks[3].node = STONE; /* which has fewer nodes below than the hips */
   clip = compile(f);
   assert_int_equal(tw_clip_find_root(clip, f->nodes, f->order, NODES), HIPS);

@@ -9,12 +9,12 @@
 extern "C" {
 #endif
 
-/* How the last pose differs from the first, in local transforms. */
+/* How the last pose differs from the first: each node relative to its parent. */
 typedef struct tw_clip_seam {
   uint32_t node;   /* of the largest angle; of the largest distance where nothing turns; TW_NO_INDEX: all are
                       equal */
   double angle;    /* radians, the largest of all nodes */
-  double distance; /* the largest of all nodes */
+  double distance; /* the largest of all nodes, in the world */
   double speed;    /* radians a second, the largest difference of angular velocities, as vectors */
 } tw_clip_seam;
 
@@ -23,7 +23,7 @@ typedef struct tw_clip_travel {
   uint32_t node;   /* TW_NO_INDEX: the clip moves none */
   double distance; /* from the first place to the last, straight */
   double speed;    /* the length of the path by the clip's duration */
-  double turn;     /* radians about +y, whole turns included */
+  double turn;     /* radians about +y from the first pose on, whole turns included */
 } tw_clip_travel;
 
 /* A time in which a foot stands on the ground. */
@@ -35,7 +35,7 @@ typedef struct tw_contact {
 
 typedef struct tw_track_noise {
   uint32_t track; /* as in the clip's keys */
-  double rms;     /* radians for rotations, else as the values */
+  double rms;     /* radians for rotations; of translations in the world; else as the values */
 } tw_track_noise;
 
 /* A single key that leaps out of the path of its neighbours, and back. */
@@ -61,11 +61,12 @@ typedef struct tw_clip_report {
  * live in the arena.
  *
  * Motion is followed at 60 frames a second, less densely where frames times nodes are over 4 million. A foot
- * touches the ground for three frames or more while it is less than 3 % of the figure's height at rest above
- * its lowest place, and slower than a quarter of that height a second. Noise is what a parabola through seven
- * keys leaves of the middle one, for tracks of seven keys or more that do not step. A pop is a key over 5
- * degrees, and over eight times the track's median, away from the slerp of its neighbours, which are at most
- * 0.1 s apart.
+ * touches the ground for three frames or more while it is slower than a quarter of the figure's height at
+ * rest a second, and less than 3 % of that height above its lowest place; or above where it stands, as on
+ * steps, if in the quarters of a second before and after it is higher, together by 1 % of that height. Noise
+ * is what a parabola through seven keys leaves of the middle one, for tracks of seven keys or more that do
+ * not step. A pop is a key over 5 degrees, and over eight times the track's median, away from the slerp of
+ * its neighbours, which are at most 0.1 s apart.
  *
  * Errors are those of tw_clip_create; TW_NO_MEMORY, TW_CANCELLED. O(frames nodes + keys log keys). */
 tw_status tw_clip_inspect(const tw_clip_keys *keys, const tw_node *nodes, const uint32_t *order,
