@@ -23,5 +23,8 @@ function toPython(url, { file, isStream, hasKey }) {
     `with urllib.request.urlopen(${asked}) as answer${file ? `, open("${file}", "wb") as file` : ''}:`, use].join('\n');
 }
 
-/** The scripts by their languages. file: where the bytes go; without one they are printed. isStream: printed as they come. */
-export const scriptsOf = (url, options) => ({ curl: toCurl(url, options), JavaScript: toJavaScript(url, options), Python: toPython(url, options) });
+const WRITERS = { curl: toCurl, JavaScript: toJavaScript, Python: toPython };
+export const LANGUAGES = Object.keys(WRITERS);
+
+/** The request in a language. file: where the bytes go; without one they are printed. isStream: printed as they come. */
+export const scriptOf = (language, url, options) => WRITERS[language](url, options);

@@ -1,12 +1,12 @@
-// Shows the requests for what is shown, as curl, JavaScript and Python, and offers downloads in every format.
-import { html, render } from 'lit-html';
+// Shows the requests for what is shown, as curl, JavaScript or Python, and offers downloads in every format.
+import { html, nothing, render } from 'lit-html';
 
 import { download, tweend, withKey } from './client.js';
 import { optionsOf } from './clips.js';
 import { ask, byId, bytes, make, saveAs, saveBlob } from './dom.js';
 import { busy, fail } from './notices.js';
-import { scriptsOf } from './scripts.js';
-import { state, surfaceOptions, watch } from './state.js';
+import { LANGUAGES, scriptOf } from './scripts.js';
+import { change, state, surfaceOptions, watch } from './state.js';
 import { codeLine } from './templates.js';
 
 const LARGE = 100e6;
@@ -57,7 +57,7 @@ export class ScriptsPanel {
     return `<script type="module" src="${tweend.base}viewer.js"></script>\n<tweend-viewer ${given.join(' ')} auto-rotate></tweend-viewer>`;
   }
 
-  /** The requests as [title, URL, what scriptsOf takes besides]. */
+  /** The requests as [title, URL, what scriptOf takes besides]; module: the same by the daemon's own module. */
   requests() {
     const id = state('model');
     const options = { ...surfaceOptions(), ...this.clipped };
@@ -82,14 +82,18 @@ export class ScriptsPanel {
   show() {
     if (!state('model')) return render(html`<p class="dim">Choose a model: its requests are shown here.</p>`, this.content);
     const hasKey = Boolean(tweend.key);
-    const opening = `const { Tweend } = await import('${tweend.base}tweend.js');\nconst tweend = new Tweend(undefined${hasKey ? ', { key }' : ''});\n`;
-    const section = (title, codes) => html`<section><h3>${title}</h3>${codes.map((code) => codeLine(...code))}</section>`;
-    const requests = this.requests().map(([title, url, { module, ...options }]) =>
-      section(title, [...Object.entries(scriptsOf(url, { ...options, hasKey })), ...(module ? [['On a page', opening + module]] : [])]));
+    const language = LANGUAGES.find((name) => name === state('language')) ?? LANGUAGES[0];
+    const opening = `const { Tweend } = await import('${tweend.base}tweend.js');\nconst tweend = new Tweend(${hasKey ? "undefined, { key: prompt('Key') }" : ''});\n`;
+    const request = ([title, url, { module, ...options }]) => html`${codeLine(title, scriptOf(language, url, { ...options, hasKey }))}
+      ${module && language === 'JavaScript' ? codeLine(`${title}, on a page`, opening + module) : nothing}`;
     const link = ([label, url, name]) => html`<li><a href=${url} download=${name} @click=${(event) => this.save(event, url, name, label)}>${label}</a></li>`;
     return render(html`<p class="dim">The address of this page holds its state: whoever opens it sees the same.</p>
       <h3>Downloads</h3><ul class="downloads">${this.downloads().map(link)}</ul>
-      ${requests}${section('On a web page', [['HTML', this.snippet]])}`, this.content);
+      <h3>Requests</h3>
+      <div class="row" role="group" aria-label="Language">${LANGUAGES.map((name) => html`<button type="button" class="chip"
+        aria-pressed=${name === language} @click=${() => change({ language: name })}>${name}</button>`)}</div>
+      ${this.requests().map(request)}
+      <h3>On a web page</h3>${codeLine('HTML', this.snippet)}`, this.content);
   }
 
   /** What can be downloaded, as [label, URL, name of the file]. */

@@ -33,6 +33,7 @@ const OF_MODEL = {
 const OF_PERSON = {
   theme: '',
   panel: '', // its width; 0: hidden
+  language: 'curl', // of scripts
 };
 
 const DEFAULTS = {

@@ -14,6 +14,6 @@ async function copy({ target }, text) {
   setTimeout(() => (target.textContent = 'Copy'), 1500);
 }
 
-/** A line of code with a button that copies it. */
+/** Code with a button that copies it. */
 export const codeLine = (label, text) => html`<div class="code"><span>${label}</span>
-  <button type="button" class="small" aria-label="Copy the ${label} line" @click=${(event) => copy(event, text)}>Copy</button><pre tabindex="0" aria-label=${label}>${text}</pre></div>`;
+  <button type="button" class="small" aria-label="Copy: ${label}" @click=${(event) => copy(event, text)}>Copy</button><pre tabindex="0" aria-label=${label}>${text}</pre></div>`;

@@ -67,6 +67,14 @@ test('a program for Node.js', async () => {
   assert.deepEqual(told, { sent: Buffer.byteLength(tank), rows: 2 * told.stride, stride: told.stride, root: 3, refused: 400 });
 });
 
+test('the program of its README', () => {
+  const [, program] = readFileSync(join(source, 'README.md'), 'utf8').match(/`octopus\.mjs`:\n\n```js\n([^]*?)```/);
+  writeFileSync(of('octopus.mjs'), program.replace('http://127.0.0.1:8080', daemon.url));
+  cpSync(join(root, 'server/samples/octopus.obj'), of('octopus.obj'));
+  execFileSync(process.execPath, ['octopus.mjs'], { cwd: folder, stdio: 'inherit' });
+  assert.equal(readFileSync(of('octopus.glb')).toString('latin1', 0, 4), 'glTF');
+});
+
 /** A bundle of esbuild, without a warning. */
 async function bundle(entry, options) {
   const { errors, warnings, outputFiles } = await esbuild.build({
