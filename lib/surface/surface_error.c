@@ -33,15 +33,35 @@
 #include <string.h>
 
 enum {
-  FACES_MAX = 1 << 18,  /* of a level that is made, from the second on */
+  FACES_MAX = 1 << 20,  /* of a level that is made, from the second on */
   SMALL_PART = 8,       /* of what is enough: faces with less than that are not refined */
-  FURTHER_LEVELS = 6,   /* made below the last one asked for, so that what is left is small beside it */
   FACES_AT_ONCE = 1024, /* between two charges of work */
-  FACE_WORK = 256
+  FACE_WORK = 256,
+  PARTS_OF_SIZE = 3000000 /* floats round to fewer than this many parts of a coordinate, masks too */
 };
 
 static inline uint32_t as_made(const tw_error_part *p, uint32_t face) {
   return p->made ? p->made[face] : face;
+}
+
+enum { LEVELS_MAX = TW_LEVEL_MAX + TW_ERROR_FURTHER_LEVELS };
+
+/* What each level was found to be. */
+typedef struct findings {
+  tw_arena *arena;
+  tw_level_errors levels[LEVELS_MAX + 1];
+  double settled[LEVELS_MAX + 1]; /* the distance of measured faces from the limit, on this level or before */
+  double rests[LEVELS_MAX + 1];   /* of those given up, on this level or before */
+  double small;                   /* distances of less are not told apart */
+  double step;                    /* of open faces at the level before the last from their children */
+  uint32_t last;
+} findings;
+
+/* Takes into account that a measured face is that far from the limit at a level: regular ones are a quarter as
+ * far with each step. */
+static void settle_at(findings *found, uint32_t level, double error) {
+  for (; level <= LEVELS_MAX; level++, error /= 4)
+    found->settled[level] = tw_greater(found->settled[level], error);
 }
 
 /* ---- loops over faces ----------------------------------------------------------------------------- */
@@ -59,6 +79,8 @@ typedef struct pass {
   tw_face_measure *of_face; /* [faces] of open ones */
   tw_share *shares[TW_PARALLEL_FOR_PARTS_MAX];
   double most[TW_PARALLEL_FOR_PARTS_MAX];
+  double rings[TW_PARALLEL_FOR_PARTS_MAX][TW_ERROR_RING_LEVELS]; /* by levels from the part's own on */
+  double enough;                                                 /* of rings */
 } pass;
 
 static double measure_face(pass *s, uint32_t index, uint32_t face) {
@@ -103,6 +125,26 @@ static bool is_too_large(const tw_measuring *m, const tw_error_part *p) {
   return count_children(m, p) > (must ? TW_GENERIC_FACES_MAX : FACES_MAX);
 }
 
+/* Measures the faces around irregular vertices. */
+static void measure_rings(void *context, uint32_t index, uint32_t begin, uint32_t end) {
+  pass *s = context;
+  const tw_topology *t = &s->p->topology;
+  for (uint32_t v = begin; v < end; v++) {
+    double errors[TW_ERROR_RING_LEVELS], fall = 0;
+    if ((v - begin) % FACES_AT_ONCE == 0 && !tw_work(FACES_AT_ONCE * FACE_WORK)) return;
+    uint32_t first = t->fan_offsets[v], last = t->fan_offsets[v + 1];
+    if (first == last || s->p->states[tw_corner_face(t, t->fan_corners[first])] < TW_FACE_OPEN) continue;
+    uint32_t count = tw_error_of_ring(s->m, s->p, v, s->enough, errors);
+    for (uint32_t i = 1; i < count; i++) fall = tw_greater(fall, errors[i] / errors[i - 1]);
+    if (count == 1) fall = 1;
+    for (uint32_t i = 0; count > 0 && i < TW_ERROR_RING_LEVELS; i++)
+      s->rings[index][i] = tw_greater(s->rings[index][i], errors[i < count ? i : count - 1]);
+    for (uint32_t i = first; count > 0 && i < last; i++)
+      s->of_face[tw_corner_face(t, t->fan_corners[i])] =
+          (tw_face_measure){.error = errors[0], .whole = INFINITY, .usual = INFINITY, .fall = (float)fall + 1e-6F};
+  }
+}
+
 /* Whether a face's children would tell more. */
 static bool tells_more(const tw_error_part *p, uint32_t face, const tw_face_measure *own, double allowed) {
   bool is_measured = p->states[face] >= TW_FACE_OPEN && own->error >= 0;
@@ -126,24 +168,39 @@ static double leave_room(const tw_error_part *p, const tw_face_measure *of_face,
   }
 }
 
+static tw_status settle_rings(pass *s, findings *found) {
+  const tw_parallel_for *parallel = s->m->parallel;
+  uint32_t vertices = s->p->topology.vertex_count, parts = tw_parallel_for_parts(parallel, vertices, FACES_AT_ONCE);
+  tw_status status = tw_error_find_wheels(s->m, &s->p->topology);
+  if (status != TW_OK) return status;
+  s->enough = found->small;
+  tw_parallel_for_run(parallel, vertices, FACES_AT_ONCE, measure_rings, s);
+  for (uint32_t i = 0; i < parts; i++)
+    for (uint32_t k = 0; k < TW_ERROR_RING_LEVELS && s->p->level + k <= LEVELS_MAX; k++) {
+      double *settled = &found->settled[s->p->level + k];
+      *settled = tw_greater(*settled, s->rings[i][k]);
+    }
+  status = tw_parallel_for_status(parallel);
+  return status == TW_OK ? tw_work_status(NULL) : status;
+}
+
 /* Measures the faces whose deeper levels follow from them: these are not open any more, unless their children
- * would tell more of what is the greatest and have room. others: a distance of other faces. *most: the
- * greatest of those settled. */
-static tw_status settle(const tw_measuring *m, tw_error_part *p, const tw_error_wish *wish, double others,
-                        double *most) {
+ * would tell more of what is the greatest and have room. */
+static tw_status settle(const tw_measuring *m, tw_error_part *p, const tw_error_wish *wish, findings *found) {
   const double loose = 1.05;
   uint32_t faces = p->topology.face_count;
   pass s = {.m = m,
             .p = p,
             .kind = PASS_SETTLED,
             .of_face = tw_arena_alloc_raw(p->arena, faces, sizeof *s.of_face)};
-  double usual;
+  double usual, others, most = 0;
   if (!s.of_face) return TW_NO_MEMORY;
   tw_status status = run(&s, &usual);
+  if (status == TW_OK) status = settle_rings(&s, found);
   if (status != TW_OK) return status;
+  others = tw_greater(found->settled[p->level], found->step / 4);
   double allowed = tw_greater(loose * tw_greater(usual, others), wish->enough / SMALL_PART);
   if (is_too_large(m, p)) allowed = leave_room(p, s.of_face, allowed);
-  *most = 0;
   for (uint32_t f = 0; f < faces; f++) {
     if (p->states[f] < TW_FACE_OPEN || s.of_face[f].error < 0) continue;
     p->wholes[f] = s.of_face[f].whole;
@@ -152,11 +209,13 @@ static tw_status settle(const tw_measuring *m, tw_error_part *p, const tw_error_
       p->errors[f] = s.of_face[f].error; /* which holds where it is given up */
       continue;
     }
-    *most = tw_greater(*most, s.of_face[f].error);
     p->errors[f] = s.of_face[f].error;
+    p->falls[f] = s.of_face[f].fall;
+    most = tw_greater(most, p->errors[f]);
     p->states[f] = TW_FACE_AROUND;
     p->open_count--;
   }
+  settle_at(found, p->level, most);
   return TW_OK;
 }
 
@@ -174,9 +233,8 @@ static tw_status find_rests(const tw_measuring *m, tw_error_part *p, double **re
 }
 
 /* Gives up open faces of which at most so much is left, so that no deeper level of them is made. A measured
- * one may be nearer by its own measure, which shrinks with each level. *given_up: the most that was left of
- * one; *settled: of measured ones. */
-static void give_up(tw_error_part *p, const double *rests, double limit, double *given_up, double *settled) {
+ * one may be nearer by its own measure, which shrinks with each level. */
+static void give_up(tw_error_part *p, const double *rests, double limit, findings *found) {
   for (uint32_t f = 0; f < p->topology.face_count; f++) {
     if (p->states[f] < TW_FACE_OPEN || !(rests[f] <= limit)) continue;
     double *error = &p->errors[as_made(p, f)];
@@ -184,8 +242,12 @@ static void give_up(tw_error_part *p, const double *rests, double limit, double 
     p->states[f] = is_measured ? TW_FACE_AROUND : TW_FACE_GIVEN_UP;
     p->open_count--;
     if (!is_measured) *error = rests[f];
-    double *most = is_measured ? settled : given_up;
-    *most = tw_greater(*most, *error);
+    if (is_measured) {
+      settle_at(found, p->level, *error);
+    } else {
+      p->falls[as_made(p, f)] = 1;
+      found->rests[p->level] = tw_greater(found->rests[p->level], *error);
+    }
   }
 }
 
@@ -334,6 +396,7 @@ static tw_status cut(const tw_measuring *m, tw_error_part *p) {
   tw_error_part out = {.arena = tw_arena_create(),
                        .errors = p->errors,
                        .wholes = p->wholes,
+                       .falls = p->falls,
                        .level = p->level,
                        .open_count = p->open_count};
   tw_status status = out.arena ? TW_OK : TW_NO_MEMORY;
@@ -348,18 +411,6 @@ static tw_status cut(const tw_measuring *m, tw_error_part *p) {
 }
 
 /* ---- all levels ----------------------------------------------------------------------------------- */
-
-enum { LEVELS_MAX = TW_LEVEL_MAX + FURTHER_LEVELS };
-
-/* What each level was found to be. */
-typedef struct findings {
-  tw_arena *arena;
-  tw_level_errors levels[LEVELS_MAX + 1];
-  double settled[LEVELS_MAX + 1]; /* the distance of measured faces from the limit */
-  double rests[LEVELS_MAX + 1];   /* of those given up, on this level or before */
-  double step;                    /* of open faces at the level before the last from their children */
-  uint32_t last;
-} findings;
 
 /* A limit for what is left of a face: the children of the faces with more than that have room. most: the
  * greatest of the rests. */
@@ -380,7 +431,7 @@ static double find_room(const tw_measuring *m, const tw_error_part *p, const dou
  * is enough and, where these are too many, those of which most is left. None at the last level. */
 static tw_status narrow(const tw_measuring *m, tw_error_part *p, const tw_error_wish *wish, findings *found) {
   enum { ATTEMPTS = 4 };
-  bool is_last = p->level == wish->level_max + FURTHER_LEVELS,
+  bool is_last = p->level == wish->level_max + TW_ERROR_FURTHER_LEVELS,
        is_narrowed = p->level >= tw_deepest_detail(&m->details);
   double limit = is_last ? INFINITY : is_narrowed ? wish->enough / SMALL_PART : 0;
   for (int attempt = 0;; attempt++) {
@@ -390,7 +441,7 @@ static tw_status narrow(const tw_measuring *m, tw_error_part *p, const tw_error_
     if (status != TW_OK) return status;
     if (attempt > 0)
       limit = p->level > 0 && is_narrowed && attempt < ATTEMPTS ? find_room(m, p, rests, most) : INFINITY;
-    if (limit > 0) give_up(p, rests, limit, &found->rests[p->level], &found->settled[p->level]);
+    if (limit > 0) give_up(p, rests, limit, found);
     if (p->open_count > 0 && p->level > 0) status = cut(m, p);
     if (p->open_count == 0 || status != TW_OK || !is_too_large(m, p)) return status;
   }
@@ -415,18 +466,19 @@ static tw_status keep_made(findings *found, tw_error_part *p) {
   kept->wholes = p->wholes = tw_arena_alloc_raw(found->arena, t->face_count, sizeof *p->wholes);
   kept->begins = tw_arena_alloc_raw(found->arena, (size_t)t->face_count + 1, sizeof *kept->begins);
   kept->corners = tw_arena_alloc_raw(found->arena, t->corner_count, sizeof *kept->corners);
-  if (!p->errors || !p->wholes || !kept->begins || !kept->corners) return TW_NO_MEMORY;
+  p->falls = tw_arena_alloc_raw(found->arena, t->face_count, sizeof *p->falls);
+  if (!p->errors || !p->wholes || !p->falls || !kept->begins || !kept->corners) return TW_NO_MEMORY;
   for (uint32_t f = 0; f < t->face_count; f++) {
     kept->begins[f] = tw_face_begin(t, f);
     p->wholes[f] = INFINITY;
+    p->falls[f] = 0.25F;
   }
   kept->begins[t->face_count] = t->corner_count;
   memcpy(kept->corners, t->corner_vertex, t->corner_count * sizeof *kept->corners);
   return keep_points(found, p);
 }
 
-/* Keeps what is left of a level whose children are made. The children of a measured face differ by a quarter
- * of what it does, those of one given up by no more than it. */
+/* Keeps what is left of a level whose children are made. */
 static tw_status keep_left(const tw_measuring *m, findings *found, const tw_error_part *p,
                            const tw_error_part *child) {
   const tw_topology *t = &p->topology;
@@ -438,13 +490,15 @@ static tw_status keep_left(const tw_measuring *m, findings *found, const tw_erro
   kept->frames = tw_arena_alloc_raw(found->arena, t->face_count, sizeof *kept->frames);
   if (!kept->made || !kept->children || !kept->steps || !kept->frames) return TW_NO_MEMORY;
   for (uint32_t f = 0; f < t->face_count; f++) {
-    double share = p->states[f] == TW_FACE_AROUND ? 0.25 : p->states[f] == TW_FACE_GIVEN_UP ? 1 : 0;
+    bool is_known = p->states[f] == TW_FACE_AROUND || p->states[f] == TW_FACE_GIVEN_UP;
     kept->made[f] = as_made(p, f);
     kept->steps[f] = -1;
     kept->children[f] = m->rules.loop ? 4 * f : tw_face_begin(t, f);
     kept->children[f + 1] = m->rules.loop ? 4 * f + 4 : kept->children[f] + tw_face_size(t, f);
-    for (uint32_t c = kept->children[f]; c < kept->children[f + 1]; c++)
-      child->errors[c] = share * p->errors[kept->made[f]];
+    for (uint32_t c = kept->children[f]; is_known && c < kept->children[f + 1]; c++) {
+      child->falls[c] = p->falls[kept->made[f]];
+      child->errors[c] = tw_greater((double)child->falls[c] * p->errors[kept->made[f]], found->small);
+    }
   }
   return TW_OK;
 }
@@ -469,18 +523,15 @@ static tw_status step(const tw_measuring *m, tw_error_part *p, findings *found) 
 }
 
 static tw_status measure(const tw_measuring *m, tw_error_part *p, const tw_error_wish *wish, findings *out) {
-  double settled = 0, most;
   uint32_t deepest = tw_deepest_detail(&m->details);
+  out->small = tw_greater(wish->enough / SMALL_PART, m->size / PARTS_OF_SIZE);
   for (;; out->last++) {
     bool can_settle = p->shown && p->level >= deepest;
-    tw_status status = can_settle ? settle(m, p, wish, tw_greater(settled, out->step) / 4, &most) : TW_OK;
+    tw_status status = can_settle ? settle(m, p, wish, out) : TW_OK;
     if (status != TW_OK) return status;
-    settled = tw_greater(settled / 4, can_settle ? most : 0);
-    out->settled[out->last] = settled;
     out->rests[out->last] = out->last > 0 ? out->rests[out->last - 1] : 0;
     if (p->open_count > 0) status = p->shown ? narrow(m, p, wish, out) : TW_OK;
     if (p->open_count == 0 || status != TW_OK) return status;
-    settled = out->settled[out->last];
     status = step(m, p, out);
     if (status != TW_OK) return status;
   }
@@ -489,8 +540,7 @@ static tw_status measure(const tw_measuring *m, tw_error_part *p, const tw_error
 /* Adds up the distances. Levels below the last one lie in the hulls that the rest was found by. */
 static tw_status sum_up(findings *found, bool loop, uint32_t level_max, double rounding, double *out) {
   for (uint32_t level = found->last; level <= level_max; level++)
-    out[level] = rounding + tw_greater(ldexp(found->settled[found->last], -2 * (int)(level - found->last)),
-                                       found->rests[found->last]);
+    out[level] = rounding + tw_greater(found->settled[level], found->rests[found->last]);
   for (uint32_t level = found->last; level-- > 0;) {
     double most = tw_greater(found->settled[level], found->rests[level]);
     tw_status status = tw_error_sum_up(found->arena, &found->levels[level], found->last - level, loop, &most);
@@ -517,19 +567,19 @@ static bool is_odd_cage(const tw_measuring *m, const tw_error_part *cage) {
 
 tw_status tw_surface_errors(const tw_mesh *mesh, const tw_surface_options *options, const tw_error_wish *wish,
                             const tw_parallel_for *parallel, double *out, tw_error *error) {
-  enum {
-    PARTS_OF_SIZE = 3000000
-  }; /* floats round to fewer than this many parts of a coordinate, masks too */
   tw_measuring m = {.mesh = mesh,
                     .options = options,
                     .parallel = parallel,
                     .rules = tw_rules_of(options),
-                    .details = {mesh->detail_count, mesh->details}};
+                    .details = {mesh->detail_count, mesh->details},
+                    .level_max = wish->level_max};
   tw_status status = tw_cage_check_options(mesh, options, error);
   if (status != TW_OK) return status;
   tw_error_part p = {0};
   findings found = {.arena = tw_arena_create()};
-  status = found.arena ? start(&m, &p) : TW_NO_MEMORY;
+  m.arena = found.arena;
+  status = found.arena ? tw_error_make_wheels(&m) : TW_NO_MEMORY;
+  if (status == TW_OK) status = start(&m, &p);
   if (status == TW_OK) status = keep_made(&found, &p);
   bool is_odd = status == TW_OK && is_odd_cage(&m, &p);
   if (status == TW_OK && options->boundary == TW_BOUNDARY_OPEN && has_border(&p.topology))
