@@ -375,24 +375,6 @@ static void find_middle(const tw_error_net *n, double along_u[3], double along_v
       }
 }
 
-/* The greatest slope of a surface's patch, and of as much around it, seen along a normal; infinite where that
- * may be no graph. Derivatives differ from those in the middle by second differences. *width: the least that
- * is across. */
-static double limit_slope(const double u[3], const double v[3], const bend bends[KINDS], const double normal[3],
-                          double *width) {
-  double across[3];
-  tw_cross3(u, v, across);
-  const tw_offset area = tw_offset_split(across, normal), us = tw_offset_split(u, normal),
-                  vs = tw_offset_split(v, normal), *uu = &bends[ALONG_U].greatest, *vv = &bends[ALONG_V].greatest,
-                  *uv = &bends[MIXED].greatest;
-  double ut = uu->slide + uv->slide, vt = vv->slide + uv->slide, uh = uu->normal + uv->normal,
-         vh = vv->normal + uv->normal,
-         least = tw_dot3(across, normal) - us.slide * vt - vs.slide * ut - ut * vt,
-         tilt = area.slide + (us.slide + ut) * vh + (vs.slide + vt) * uh + us.normal * vt + vs.normal * ut;
-  *width = least / (tw_greater(us.slide, vs.slide) + tw_greater(ut, vt));
-  return least > TW_LEAST_COSINE * (tilt + least) ? tilt / least : INFINITY;
-}
-
 /* How thick the points of a net lie along the third axis, over a plane that follows the patch. */
 static double thickness(const tw_error_net *n, const double u[3], const double v[3]) {
   double area = u[0] * v[1] - u[1] * v[0], low = INFINITY, high = -INFINITY;
@@ -408,16 +390,14 @@ static double thickness(const tw_error_net *n, const double u[3], const double v
 }
 
 double tw_error_of_net(const tw_error_net *n, bool limit, double *hull) {
-  double u[3], v[3], normal[3], width;
-  bend bends[KINDS];
+  enum { MOST = 9 };
+  double u[3], v[3], d[3], squares[KINDS] = {0};
+  for (int kind = 0; kind < KINDS; kind++)
+    for (int i = 0; i < (kind == MIXED ? MOST : MOST - 1); i++) {
+      find_difference(n, kind, i, d);
+      squares[kind] = tw_greater(squares[kind], tw_dot3(d, d));
+    }
   find_middle(n, u, v);
-  tw_cross3(u, v, normal);
-  tw_unit3(normal);
-  for (int kind = 0; kind < KINDS; kind++) bends[kind] = find_bend(n, kind, normal);
-  double usual;
-  const tw_offset most = deviation(bends, limit, normal, &usual);
-  double slope = limit_slope(u, v, bends, normal, &width);
   *hull = thickness(n, u, v);
-  if (!isfinite(slope) || most.slide > width / 2) return most.whole;
-  return tw_lesser(most.whole, most.normal + slope * most.slide);
+  return plain_deviation(limit, sqrt(squares[ALONG_U]), sqrt(squares[ALONG_V]), sqrt(squares[MIXED]));
 }

@@ -33,7 +33,7 @@
 #include <string.h>
 
 enum {
-  FACES_MAX = 1 << 20,  /* of a level that is made, from the second on */
+  FACES_MAX = 1 << 18,  /* of a level that is made, from the second on */
   SMALL_PART = 8,       /* of what is enough: faces with less than that are not refined */
   FACES_AT_ONCE = 1024, /* between two charges of work */
   FACE_WORK = 256,
@@ -54,7 +54,7 @@ typedef struct findings {
   double rests[LEVELS_MAX + 1];   /* of those given up, on this level or before */
   double small;                   /* distances of less are not told apart */
   double step;                    /* of open faces at the level before the last from their children */
-  uint32_t last;
+  uint32_t first, last;
 } findings;
 
 /* Takes into account that a measured face is that far from the limit at a level: regular ones are a quarter as
@@ -139,9 +139,12 @@ static void measure_rings(void *context, uint32_t index, uint32_t begin, uint32_
     if (count == 1) fall = 1;
     for (uint32_t i = 0; count > 0 && i < TW_ERROR_RING_LEVELS; i++)
       s->rings[index][i] = tw_greater(s->rings[index][i], errors[i < count ? i : count - 1]);
-    for (uint32_t i = first; count > 0 && i < last; i++)
-      s->of_face[tw_corner_face(t, t->fan_corners[i])] =
-          (tw_face_measure){.error = errors[0], .whole = INFINITY, .usual = INFINITY, .fall = (float)fall + 1e-6F};
+    for (uint32_t i = first; count > 0 && i < last; i++) {
+      uint32_t face = tw_corner_face(t, t->fan_corners[i]), made = as_made(s->p, face);
+      s->p->errors[made] = errors[0];
+      s->p->falls[made] = (float)fall + 1e-6F;
+      s->p->states[face] = TW_FACE_AROUND;
+    }
   }
 }
 
@@ -168,22 +171,6 @@ static double leave_room(const tw_error_part *p, const tw_face_measure *of_face,
   }
 }
 
-static tw_status settle_rings(pass *s, findings *found) {
-  const tw_parallel_for *parallel = s->m->parallel;
-  uint32_t vertices = s->p->topology.vertex_count, parts = tw_parallel_for_parts(parallel, vertices, FACES_AT_ONCE);
-  tw_status status = tw_error_find_wheels(s->m, &s->p->topology);
-  if (status != TW_OK) return status;
-  s->enough = found->small;
-  tw_parallel_for_run(parallel, vertices, FACES_AT_ONCE, measure_rings, s);
-  for (uint32_t i = 0; i < parts; i++)
-    for (uint32_t k = 0; k < TW_ERROR_RING_LEVELS && s->p->level + k <= LEVELS_MAX; k++) {
-      double *settled = &found->settled[s->p->level + k];
-      *settled = tw_greater(*settled, s->rings[i][k]);
-    }
-  status = tw_parallel_for_status(parallel);
-  return status == TW_OK ? tw_work_status(NULL) : status;
-}
-
 /* Measures the faces whose deeper levels follow from them: these are not open any more, unless their children
  * would tell more of what is the greatest and have room. */
 static tw_status settle(const tw_measuring *m, tw_error_part *p, const tw_error_wish *wish, findings *found) {
@@ -196,7 +183,6 @@ static tw_status settle(const tw_measuring *m, tw_error_part *p, const tw_error_
   double usual, others, most = 0;
   if (!s.of_face) return TW_NO_MEMORY;
   tw_status status = run(&s, &usual);
-  if (status == TW_OK) status = settle_rings(&s, found);
   if (status != TW_OK) return status;
   others = tw_greater(found->settled[p->level], found->step / 4);
   double allowed = tw_greater(loose * tw_greater(usual, others), wish->enough / SMALL_PART);
@@ -217,6 +203,26 @@ static tw_status settle(const tw_measuring *m, tw_error_part *p, const tw_error_
   }
   settle_at(found, p->level, most);
   return TW_OK;
+}
+
+/* Measures the open faces around one irregular vertex: these are not open any more. */
+static tw_status settle_rings(const tw_measuring *m, tw_error_part *p, findings *found) {
+  const tw_parallel_for *parallel = m->parallel;
+  uint32_t vertices = p->topology.vertex_count,
+           parts = tw_parallel_for_parts(parallel, vertices, FACES_AT_ONCE);
+  pass s = {.m = m, .p = p, .enough = found->small};
+  tw_status status = tw_error_find_wheels(m, &p->topology);
+  if (status != TW_OK) return status;
+  tw_parallel_for_run(parallel, vertices, FACES_AT_ONCE, measure_rings, &s);
+  for (uint32_t i = 0; i < parts; i++)
+    for (uint32_t k = 0; k < TW_ERROR_RING_LEVELS && p->level + k <= LEVELS_MAX; k++) {
+      double *settled = &found->settled[p->level + k];
+      *settled = tw_greater(*settled, s.rings[i][k]);
+    }
+  p->open_count = 0;
+  for (uint32_t f = 0; f < p->topology.face_count; f++) p->open_count += p->states[f] >= TW_FACE_OPEN;
+  status = tw_parallel_for_status(parallel);
+  return status == TW_OK ? tw_work_status(NULL) : status;
 }
 
 /* Finds what is left of each open face: *rests, in the part's arena. */
@@ -326,7 +332,7 @@ static tw_status start(tw_measuring *m, tw_error_part *p) {
 }
 
 static tw_status refine(const tw_measuring *m, const tw_error_part *p, tw_error_part *child) {
-  *child = (tw_error_part){.arena = tw_arena_create(), .level = p->level + 1};
+  *child = (tw_error_part){.arena = tw_arena_create(), .level = p->level + 1, .is_batch = p->is_batch};
   if (!child->arena) return TW_NO_MEMORY;
   tw_topology *t = &child->topology;
   tw_status status = tw_refine_topology(&p->topology, &m->rules, child->arena, m->parallel, t);
@@ -384,33 +390,47 @@ static tw_status take_part(const tw_error_part *from, const uint32_t *corners, c
   return TW_OK;
 }
 
-/* Cuts away what is not around open faces, where that is much. Points at the cut will be wrong after a step,
- * but no step reads them. Under Chaikin's rule all edges at a vertex decide how sharp they stay. */
-static tw_status cut(const tw_measuring *m, tw_error_part *p) {
+/* Cuts out some faces, by their corners. Points at the cut will be wrong after a step, but no step reads them.
+ */
+static tw_status cut_out(const tw_measuring *m, const tw_error_part *p, const uint32_t *corners, uint32_t count,
+                         tw_error_part *out) {
   const tw_topology *t = &p->topology;
-  if (t->face_size == 0 || p->level < tw_deepest_detail(&m->details)) return TW_OK;
-  if (m->rules.chaikin && tw_limit_decays(t)) return TW_OK;
-  uint32_t count, *vertices, *corners = list_corners(p, &count);
+  uint32_t *vertices;
+  out->arena = tw_arena_create();
+  if (!out->arena) return TW_NO_MEMORY;
+  tw_status status =
+      tw_topology_cut(t, count / t->face_size, NULL, count, corners, out->arena, &out->topology, &vertices);
+  if (status == TW_OK && m->rules.chaikin) status = tw_topology_sum_semi(&out->topology, out->arena);
+  return status == TW_OK ? take_part(p, corners, vertices, out) : status;
+}
+
+/* Under Chaikin's rule all edges at a vertex decide how sharp they stay. */
+static bool can_cut(const tw_measuring *m, const tw_error_part *p) {
+  if (p->topology.face_size == 0 || p->level < tw_deepest_detail(&m->details)) return false;
+  return !m->rules.chaikin || !tw_limit_decays(&p->topology);
+}
+
+/* Cuts away what is not around open faces, where that is much. */
+static tw_status cut(const tw_measuring *m, tw_error_part *p) {
+  uint32_t count, *corners;
+  if (!can_cut(m, p)) return TW_OK;
+  corners = list_corners(p, &count);
   if (!corners) return TW_NO_MEMORY;
-  if (count > t->corner_count / 4 * 3) return TW_OK;
-  tw_error_part out = {.arena = tw_arena_create(),
-                       .errors = p->errors,
+  if (count > p->topology.corner_count / 4 * 3) return TW_OK;
+  tw_error_part out = {.errors = p->errors,
                        .wholes = p->wholes,
                        .falls = p->falls,
+                       .is_batch = p->is_batch,
                        .level = p->level,
                        .open_count = p->open_count};
-  tw_status status = out.arena ? TW_OK : TW_NO_MEMORY;
-  if (status == TW_OK)
-    status =
-        tw_topology_cut(t, count / t->face_size, NULL, count, corners, out.arena, &out.topology, &vertices);
-  if (status == TW_OK && m->rules.chaikin) status = tw_topology_sum_semi(&out.topology, out.arena);
-  if (status == TW_OK) status = take_part(p, corners, vertices, &out);
+  tw_status status = cut_out(m, p, corners, count, &out);
   tw_arena_destroy(p->arena);
   *p = out;
   return status;
 }
 
-/* ---- all levels ----------------------------------------------------------------------------------- */
+static tw_status measure_batches(const tw_measuring *m, tw_error_part *p, const tw_error_wish *wish,
+                                 findings *found);
 
 /* A limit for what is left of a face: the children of the faces with more than that have room. most: the
  * greatest of the rests. */
@@ -434,9 +454,14 @@ static tw_status narrow(const tw_measuring *m, tw_error_part *p, const tw_error_
   bool is_last = p->level == wish->level_max + TW_ERROR_FURTHER_LEVELS,
        is_narrowed = p->level >= tw_deepest_detail(&m->details);
   double limit = is_last ? INFINITY : is_narrowed ? wish->enough / SMALL_PART : 0;
+  tw_status status = TW_OK;
+  if (is_narrowed && p->topology.face_size == 4 && (p->is_batch || is_too_large(m, p)))
+    status = settle_rings(m, p, found);
+  if (p->open_count == 0 || status != TW_OK) return status;
   for (int attempt = 0;; attempt++) {
     double *rests = NULL, most = 0;
-    tw_status status = TW_OK;
+    if (attempt > 0 && !p->is_batch && p->level > 0 && !m->rules.loop && can_cut(m, p))
+      return measure_batches(m, p, wish, found);
     if (attempt > 0 || limit > 0) status = find_rests(m, p, &rests, &most);
     if (status != TW_OK) return status;
     if (attempt > 0)
@@ -541,7 +566,7 @@ static tw_status measure(const tw_measuring *m, tw_error_part *p, const tw_error
 static tw_status sum_up(findings *found, bool loop, uint32_t level_max, double rounding, double *out) {
   for (uint32_t level = found->last; level <= level_max; level++)
     out[level] = rounding + tw_greater(found->settled[level], found->rests[found->last]);
-  for (uint32_t level = found->last; level-- > 0;) {
+  for (uint32_t level = found->last; level-- > found->first;) {
     double most = tw_greater(found->settled[level], found->rests[level]);
     tw_status status = tw_error_sum_up(found->arena, &found->levels[level], found->last - level, loop, &most);
     if (status != TW_OK) return status;
@@ -549,6 +574,70 @@ static tw_status sum_up(findings *found, bool loop, uint32_t level_max, double r
   }
   return TW_OK;
 }
+
+/* ---- batches -------------------------------------------------------------------------------------- */
+
+/* Lists open faces so that those beside each other are near each other in the list. */
+static uint32_t *list_open(const tw_error_part *p) {
+  const tw_topology *t = &p->topology;
+  uint8_t *listed = tw_arena_alloc(p->arena, t->face_count, 1);
+  uint32_t *out = tw_arena_alloc_raw(p->arena, p->open_count, sizeof *out), count = 0, done = 0;
+  for (uint32_t f = 0; out && listed && f < t->face_count; f++) {
+    if (p->states[f] < TW_FACE_OPEN || listed[f]) continue;
+    listed[f] = 1;
+    for (out[count++] = f; done < count; done++)
+      for (uint32_t i = 0; i < t->face_size; i++) {
+        uint32_t beside = tw_corner_face(t, t->sibling[t->face_size * out[done] + i]);
+        if (p->states[beside] < TW_FACE_OPEN || listed[beside]) continue;
+        listed[beside] = 1;
+        out[count++] = beside;
+      }
+  }
+  return listed ? out : NULL;
+}
+
+/* Measures the part around the open faces, which are a batch, by itself. bounds: raised, of all levels. */
+static tw_status measure_batch(const tw_measuring *m, tw_error_part *p, const tw_error_wish *wish,
+                               double bounds[LEVELS_MAX + 1]) {
+  uint32_t count, *corners = list_corners(p, &count), size = p->topology.face_size;
+  double own[LEVELS_MAX + 1];
+  tw_error_part part = {.is_batch = true, .level = p->level, .open_count = p->open_count};
+  findings found = {.arena = tw_arena_create(), .first = p->level, .last = p->level};
+  tw_status status = corners && found.arena ? cut_out(m, p, corners, count, &part) : TW_NO_MEMORY;
+  part.made = NULL; /* a beginning of its own */
+  if (status == TW_OK) status = keep_made(&found, &part);
+  if (status == TW_OK) status = measure(m, &part, wish, &found);
+  if (status == TW_OK) status = sum_up(&found, m->rules.loop, LEVELS_MAX, 0, own);
+  for (uint32_t l = p->level; status == TW_OK && l <= LEVELS_MAX; l++) bounds[l] = tw_greater(bounds[l], own[l]);
+  for (uint32_t i = 0; status == TW_OK && i < count / size; i++) {
+    uint32_t face = corners[size * i] / size;
+    if (p->states[face] < TW_FACE_OPEN) continue;
+    p->errors[as_made(p, face)] = found.levels[p->level].errors[i];
+    p->falls[as_made(p, face)] = 1;
+  }
+  tw_arena_destroy(part.arena);
+  tw_arena_destroy(found.arena);
+  return status;
+}
+
+/* Measures open faces whose children are too many, some after the others. None is open then. */
+static tw_status measure_batches(const tw_measuring *m, tw_error_part *p, const tw_error_wish *wish,
+                                 findings *found) {
+  enum { BATCH = FACES_MAX / 8 }; /* with what is around these, their children have room */
+  uint32_t *open = list_open(p), count = p->open_count;
+  tw_status status = open ? TW_OK : TW_NO_MEMORY;
+  for (uint32_t i = 0; i < count && open; i++) p->states[open[i]] = TW_FACE_AROUND;
+  for (uint32_t begin = 0; begin < count && status == TW_OK; begin += BATCH) {
+    p->open_count = count - begin < BATCH ? count - begin : BATCH;
+    for (uint32_t i = 0; i < p->open_count; i++) p->states[open[begin + i]] = TW_FACE_OPEN;
+    status = measure_batch(m, p, wish, found->settled);
+    for (uint32_t i = 0; i < p->open_count; i++) p->states[open[begin + i]] = TW_FACE_AROUND;
+  }
+  p->open_count = 0;
+  return status;
+}
+
+/* ---- the whole ------------------------------------------------------------------------------------ */
 
 static bool has_border(const tw_topology *t) {
   for (uint32_t e = 0; e < t->edge_count; e++)
