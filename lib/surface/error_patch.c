@@ -294,7 +294,8 @@ static void second_difference(const double *a, const double *b, const double *c,
 
 /* The distance between the sides of a face that are rims, where nothing slides, and their limit curves. ends:
  * only of sides at which the surface ends, not of sharp edges between two faces. */
-static double rim_deviation(const tw_error_part *p, uint32_t face, const tw_error_net *n, bool limit, bool ends) {
+static double rim_deviation(const tw_error_part *p, uint32_t face, const tw_error_net *n, bool limit,
+                            bool ends) {
   const tw_topology *t = &p->topology;
   double most = 0, d[3];
   for (int side = 0; side < 4; side++) {
@@ -322,7 +323,8 @@ static double slid_deviation(const tw_error_part *p, uint32_t face, const tw_err
                    tw_greater(most->normal + slope * most->slide, rim_deviation(p, face, n, limit, true)));
 }
 
-static tw_face_measure measure_patch(const tw_error_part *p, uint32_t face, const tw_error_net *n, bool limit) {
+static tw_face_measure measure_patch(const tw_error_part *p, uint32_t face, const tw_error_net *n,
+                                     bool limit) {
   tw_face_measure out = {.fall = 0.25F};
   double normal[3], step = 0;
   bend bends[KINDS];
@@ -364,7 +366,8 @@ tw_face_measure tw_error_of_patch(const tw_measuring *m, const tw_error_part *p,
 
 /* The derivatives in the middle of a patch. */
 static void find_middle(const tw_error_net *n, double along_u[3], double along_v[3]) {
-  static const double steps[4] = {-1. / 8, -5. / 8, 5. / 8, 1. / 8}, sums[4] = {1. / 48, 23. / 48, 23. / 48, 1. / 48};
+  static const double steps[4] = {-1. / 8, -5. / 8, 5. / 8, 1. / 8},
+                      sums[4] = {1. / 48, 23. / 48, 23. / 48, 1. / 48};
   memset(along_u, 0, sizeof(double[3]));
   memset(along_v, 0, sizeof(double[3]));
   for (int v = 0; v < 4; v++)

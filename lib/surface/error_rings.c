@@ -71,7 +71,8 @@ static uint32_t point_of(uint32_t valence, uint32_t sector, int a, int b) {
 
 /* The faces of three rows, of which those of the first two come first. */
 static tw_status build_topology(uint32_t valence, tw_arena *arena, tw_topology *out) {
-  uint32_t *corners = tw_arena_alloc_raw(arena, (size_t)valence * ROWS * ROWS, 4 * sizeof *corners), count = 0;
+  uint32_t *corners = tw_arena_alloc_raw(arena, (size_t)valence * ROWS * ROWS, 4 * sizeof *corners),
+           count = 0;
   if (!corners) return TW_NO_MEMORY;
   for (int row = 0; row < ROWS; row++)
     for (uint32_t s = 0; s < valence; s++)
@@ -156,8 +157,7 @@ static void add_faces(tw_error_wheel *w, const tw_topology *t) {
   for (uint32_t s = 0; s < w->valence; s++)
     for (uint32_t i = 0; i < 3; i++)
       for (int k = 0; k < 16; k++)
-        w->nets[3 * s + i][k] =
-            point_of(w->valence, s, regular[i][0] + k % 4 - 1, regular[i][1] + k / 4 - 1);
+        w->nets[3 * s + i][k] = point_of(w->valence, s, regular[i][0] + k % 4 - 1, regular[i][1] + k / 4 - 1);
   memcpy(w->quads, t->corner_vertex, 4 * w->valence * sizeof *w->quads);
 }
 
@@ -186,8 +186,7 @@ static tw_error_wheel *create_wheel(const tw_rules *rules, uint32_t valence, tw_
   return w;
 }
 
-/* The valence of a vertex that may be the middle of a wheel; 0: none. */
-static uint32_t wheel_valence(const tw_topology *t, uint32_t vertex) {
+uint32_t tw_error_wheel_valence(const tw_topology *t, uint32_t vertex) {
   uint32_t valence = t->fan_offsets[vertex + 1] - t->fan_offsets[vertex];
   return valence > 2 && valence <= VALENCE_MAX && valence != PLAIN_VALENCE ? valence : 0;
 }
@@ -200,7 +199,7 @@ tw_status tw_error_make_wheels(tw_measuring *m) {
 tw_status tw_error_find_wheels(const tw_measuring *m, const tw_topology *t) {
   if (m->rules.loop || m->rules.linear || t->face_size != 4) return TW_OK;
   for (uint32_t v = 0; v < t->vertex_count; v++) {
-    uint32_t valence = wheel_valence(t, v);
+    uint32_t valence = tw_error_wheel_valence(t, v);
     if (valence == 0 || m->wheels[valence]) continue;
     m->wheels[valence] = create_wheel(&m->rules, valence, m->arena);
     if (!m->wheels[valence]) return TW_NO_MEMORY;
@@ -215,10 +214,11 @@ typedef struct ring {
   double control[POINTS_MAX][3], at_limit[POINTS_MAX][3];
   double (*shown)[3]; /* either */
   double normals[4 * VALENCE_MAX][4][3];
-  uint32_t count;           /* of control */
+  uint32_t count; /* of control */
 } ring;
 
-/* Lists the vertices of two rows. False where more than the middle is irregular or sharp, or the surface ends.
+/* Lists the vertices of two rows. False where more than the middle is irregular or sharp, or the surface
+ * ends.
  */
 static bool list_points(const tw_error_part *p, uint32_t vertex, uint32_t valence, uint32_t *out) {
   const tw_topology *t = &p->topology;
@@ -230,7 +230,8 @@ static bool list_points(const tw_error_part *p, uint32_t vertex, uint32_t valenc
              past = t->sibling[far];
     for (uint32_t c = next;; c = far) {
       uint32_t beside = t->corner_vertex[c];
-      if (t->fan_offsets[beside + 1] - t->fan_offsets[beside] != PLAIN_VALENCE || !tw_error_is_plain(t, beside))
+      if (t->fan_offsets[beside + 1] - t->fan_offsets[beside] != PLAIN_VALENCE ||
+          !tw_error_is_plain(t, beside))
         return false;
       if (c == far) break;
     }
@@ -270,7 +271,8 @@ static bool find_axes(const tw_error_wheel *w, double (*points)[3], double axes[
     for (int k = 0; k < 2; k++)
       for (int c = 0; c < 3; c++) tangents[k][c] += w->tangents[i][k] * points[i][c];
   tw_cross3(tangents[0], tangents[1], axes[2]);
-  double area = tw_length3(axes[2]), longest = tw_dot3(tangents[0], tangents[0]) + tw_dot3(tangents[1], tangents[1]);
+  double area = tw_length3(axes[2]),
+         longest = tw_dot3(tangents[0], tangents[0]) + tw_dot3(tangents[1], tangents[1]);
   if (!(area > 1e-9 * longest)) return false;
   tw_unit3(axes[2]);
   memcpy(axes[0], tangents[0], sizeof axes[0]);
@@ -350,7 +352,8 @@ static bool is_graph(const tw_error_wheel *w, const ring *r) {
   return least_cosine(r, 0, 4 * w->valence, axis) >= TW_LEAST_COSINE;
 }
 
-/* How far apart surfaces may be that lie in the hull of the points: along the normal, where they are graphs. */
+/* How far apart surfaces may be that lie in the hull of the points: along the normal, where they are graphs.
+ */
 static double hull_of(const ring *r, bool graph) {
   double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY}, size[3];
   for (uint32_t i = 0; i < r->count; i++)
@@ -385,7 +388,8 @@ static void take_regular(const tw_error_wheel *w, const ring *r, bool limit, boo
   tw_error_net net;
   for (uint32_t i = 0; i < 3 * w->valence; i++) {
     double hull;
-    for (int k = 0; k < 16; k++) memcpy(net.points[k / 4][k % 4], r->control[w->nets[i][k]], sizeof(double[3]));
+    for (int k = 0; k < 16; k++)
+      memcpy(net.points[k / 4][k % 4], r->control[w->nets[i][k]], sizeof(double[3]));
     double error = tw_error_of_net(&net, limit, &hull);
     for (uint32_t k = 0; k < count; k++, error /= 4) {
       errors[k] = tw_greater(errors[k], graph ? tw_lesser(error, hull) : error);
@@ -397,7 +401,8 @@ static void take_regular(const tw_error_wheel *w, const ring *r, bool limit, boo
 uint32_t tw_error_of_ring(const tw_measuring *m, const tw_error_part *p, uint32_t vertex, double enough,
                           double *out) {
   const tw_topology *t = &p->topology;
-  uint32_t valence = wheel_valence(t, vertex), depth = 0, deepest = m->level_max + TW_ERROR_FURTHER_LEVELS - p->level;
+  uint32_t valence = tw_error_wheel_valence(t, vertex), depth = 0,
+           deepest = m->level_max + TW_ERROR_FURTHER_LEVELS - p->level;
   ring rings[2];
   if (valence == 0 || !m->wheels[valence] || !gather(p, m->wheels[valence], vertex, &rings[0])) return 0;
   const tw_error_wheel *w = m->wheels[valence];

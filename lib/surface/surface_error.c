@@ -37,6 +37,8 @@ enum {
   SMALL_PART = 8,       /* of what is enough: faces with less than that are not refined */
   FACES_AT_ONCE = 1024, /* between two charges of work */
   FACE_WORK = 256,
+  RINGS_AT_ONCE = 64,
+  RING_WORK = 16384,
   PARTS_OF_SIZE = 3000000 /* floats round to fewer than this many parts of a coordinate, masks too */
 };
 
@@ -57,8 +59,8 @@ typedef struct findings {
   uint32_t first, last;
 } findings;
 
-/* Takes into account that a measured face is that far from the limit at a level: regular ones are a quarter as
- * far with each step. */
+/* Takes into account that a measured face is that far from the limit at a level: regular ones are a quarter
+ * as far with each step. */
 static void settle_at(findings *found, uint32_t level, double error) {
   for (; level <= LEVELS_MAX; level++, error /= 4)
     found->settled[level] = tw_greater(found->settled[level], error);
@@ -79,8 +81,6 @@ typedef struct pass {
   tw_face_measure *of_face; /* [faces] of open ones */
   tw_share *shares[TW_PARALLEL_FOR_PARTS_MAX];
   double most[TW_PARALLEL_FOR_PARTS_MAX];
-  double rings[TW_PARALLEL_FOR_PARTS_MAX][TW_ERROR_RING_LEVELS]; /* by levels from the part's own on */
-  double enough;                                                 /* of rings */
 } pass;
 
 static double measure_face(pass *s, uint32_t index, uint32_t face) {
@@ -123,29 +123,6 @@ static uint64_t count_children(const tw_measuring *m, const tw_error_part *p) {
 static bool is_too_large(const tw_measuring *m, const tw_error_part *p) {
   bool must = p->level == 0 || p->level < tw_deepest_detail(&m->details);
   return count_children(m, p) > (must ? TW_GENERIC_FACES_MAX : FACES_MAX);
-}
-
-/* Measures the faces around irregular vertices. */
-static void measure_rings(void *context, uint32_t index, uint32_t begin, uint32_t end) {
-  pass *s = context;
-  const tw_topology *t = &s->p->topology;
-  for (uint32_t v = begin; v < end; v++) {
-    double errors[TW_ERROR_RING_LEVELS], fall = 0;
-    if ((v - begin) % FACES_AT_ONCE == 0 && !tw_work(FACES_AT_ONCE * FACE_WORK)) return;
-    uint32_t first = t->fan_offsets[v], last = t->fan_offsets[v + 1];
-    if (first == last || s->p->states[tw_corner_face(t, t->fan_corners[first])] < TW_FACE_OPEN) continue;
-    uint32_t count = tw_error_of_ring(s->m, s->p, v, s->enough, errors);
-    for (uint32_t i = 1; i < count; i++) fall = tw_greater(fall, errors[i] / errors[i - 1]);
-    if (count == 1) fall = 1;
-    for (uint32_t i = 0; count > 0 && i < TW_ERROR_RING_LEVELS; i++)
-      s->rings[index][i] = tw_greater(s->rings[index][i], errors[i < count ? i : count - 1]);
-    for (uint32_t i = first; count > 0 && i < last; i++) {
-      uint32_t face = tw_corner_face(t, t->fan_corners[i]), made = as_made(s->p, face);
-      s->p->errors[made] = errors[0];
-      s->p->falls[made] = (float)fall + 1e-6F;
-      s->p->states[face] = TW_FACE_AROUND;
-    }
-  }
 }
 
 /* Whether a face's children would tell more. */
@@ -205,24 +182,96 @@ static tw_status settle(const tw_measuring *m, tw_error_part *p, const tw_error_
   return TW_OK;
 }
 
-/* Measures the open faces around one irregular vertex: these are not open any more. */
-static tw_status settle_rings(const tw_measuring *m, tw_error_part *p, findings *found) {
-  const tw_parallel_for *parallel = m->parallel;
-  uint32_t vertices = p->topology.vertex_count,
-           parts = tw_parallel_for_parts(parallel, vertices, FACES_AT_ONCE);
-  pass s = {.m = m, .p = p, .enough = found->small};
+/* The open faces around a vertex: how far they are from the limit, on their level and on deeper ones. */
+typedef struct ring {
+  uint32_t vertex, count; /* of errors, of which the last one holds on; 0: it is no ring */
+  double errors[TW_ERROR_RING_LEVELS];
+} ring;
+
+typedef struct rings_pass {
+  const tw_measuring *m;
+  const tw_error_part *p;
+  double enough;
+  ring *rings;
+} rings_pass;
+
+static void measure_rings(void *context, uint32_t part, uint32_t begin, uint32_t end) {
+  rings_pass *s = context;
+  (void)part;
+  for (uint32_t i = begin; i < end; i++) {
+    ring *r = &s->rings[i];
+    if ((i - begin) % RINGS_AT_ONCE == 0 && !tw_work(RINGS_AT_ONCE * RING_WORK)) return;
+    r->count = tw_error_of_ring(s->m, s->p, r->vertex, s->enough, r->errors);
+  }
+}
+
+static bool may_be_ring(const tw_error_part *p, uint32_t vertex) {
+  const tw_topology *t = &p->topology;
+  uint32_t first = t->fan_offsets[vertex];
+  return tw_error_wheel_valence(t, vertex) > 0 &&
+         p->states[tw_corner_face(t, t->fan_corners[first])] >= TW_FACE_OPEN;
+}
+
+/* Lists the vertices that may have rings, and measures these. */
+static tw_status find_rings(const tw_measuring *m, const tw_error_part *p, double enough, ring **rings,
+                            uint32_t *count) {
+  *count = 0;
   tw_status status = tw_error_find_wheels(m, &p->topology);
-  if (status != TW_OK) return status;
-  tw_parallel_for_run(parallel, vertices, FACES_AT_ONCE, measure_rings, &s);
-  for (uint32_t i = 0; i < parts; i++)
-    for (uint32_t k = 0; k < TW_ERROR_RING_LEVELS && p->level + k <= LEVELS_MAX; k++) {
-      double *settled = &found->settled[p->level + k];
-      *settled = tw_greater(*settled, s.rings[i][k]);
-    }
-  p->open_count = 0;
-  for (uint32_t f = 0; f < p->topology.face_count; f++) p->open_count += p->states[f] >= TW_FACE_OPEN;
-  status = tw_parallel_for_status(parallel);
+  for (uint32_t v = 0; v < p->topology.vertex_count; v++) *count += may_be_ring(p, v);
+  rings_pass s = {m, p, enough, tw_arena_alloc_raw(p->arena, *count, sizeof **rings)};
+  *rings = s.rings;
+  if (status != TW_OK || !s.rings) return status == TW_OK ? TW_NO_MEMORY : status;
+  for (uint32_t v = 0, i = 0; v < p->topology.vertex_count; v++)
+    if (may_be_ring(p, v)) s.rings[i++].vertex = v;
+  tw_parallel_for_run(m->parallel, *count, RINGS_AT_ONCE, measure_rings, &s);
+  status = tw_parallel_for_status(m->parallel);
   return status == TW_OK ? tw_work_status(NULL) : status;
+}
+
+/* The distance up to which rings are settled: deeper levels, of which there is room for some, tell of the
+ * others more closely. */
+static double find_ring_room(const ring *rings, uint32_t count) {
+  enum { ROOM = FACES_MAX / 96 };     /* each step makes about so many faces of a ring */
+  const double step = 0.9, loose = 4; /* how much less the deeper levels may tell */
+  double limit = 0, least;
+  for (uint32_t i = 0; i < count; i++)
+    if (rings[i].count > 0) limit = tw_greater(limit, rings[i].errors[0]);
+  for (least = limit / loose; limit > least; limit *= step) {
+    uint32_t more = 0;
+    for (uint32_t i = 0; i < count; i++) more += rings[i].count > 0 && rings[i].errors[0] > limit * step;
+    if (more > ROOM) break;
+  }
+  return limit;
+}
+
+static void settle_ring(tw_error_part *p, const ring *r, findings *found) {
+  const tw_topology *t = &p->topology;
+  double fall = r->count > 1 ? 0 : 1;
+  for (uint32_t i = 1; i < r->count; i++) fall = tw_greater(fall, r->errors[i] / r->errors[i - 1]);
+  for (uint32_t l = p->level; l <= LEVELS_MAX; l++) {
+    uint32_t i = l - p->level < r->count ? l - p->level : r->count - 1;
+    found->settled[l] = tw_greater(found->settled[l], r->errors[i]);
+  }
+  for (uint32_t i = t->fan_offsets[r->vertex]; i < t->fan_offsets[r->vertex + 1]; i++) {
+    uint32_t face = tw_corner_face(t, t->fan_corners[i]), made = as_made(p, face);
+    p->errors[made] = r->errors[0];
+    p->falls[made] = (float)fall + 1e-6F;
+    p->states[face] = TW_FACE_AROUND;
+    p->open_count--;
+  }
+}
+
+/* Measures open faces around one irregular vertex, and settles those that are not among the farthest; all in
+ * a batch, which is one of many. */
+static tw_status settle_rings(const tw_measuring *m, tw_error_part *p, findings *found) {
+  ring *rings;
+  uint32_t count;
+  tw_status status = find_rings(m, p, found->small, &rings, &count);
+  if (status != TW_OK) return status;
+  double limit = p->is_batch ? INFINITY : find_ring_room(rings, count);
+  for (uint32_t i = 0; i < count; i++)
+    if (rings[i].count > 0 && rings[i].errors[0] <= limit) settle_ring(p, &rings[i], found);
+  return TW_OK;
 }
 
 /* Finds what is left of each open face: *rests, in the part's arena. */
@@ -390,10 +439,11 @@ static tw_status take_part(const tw_error_part *from, const uint32_t *corners, c
   return TW_OK;
 }
 
-/* Cuts out some faces, by their corners. Points at the cut will be wrong after a step, but no step reads them.
+/* Cuts out some faces, by their corners. Points at the cut will be wrong after a step, but no step reads
+ * them.
  */
-static tw_status cut_out(const tw_measuring *m, const tw_error_part *p, const uint32_t *corners, uint32_t count,
-                         tw_error_part *out) {
+static tw_status cut_out(const tw_measuring *m, const tw_error_part *p, const uint32_t *corners,
+                         uint32_t count, tw_error_part *out) {
   const tw_topology *t = &p->topology;
   uint32_t *vertices;
   out->arena = tw_arena_create();
@@ -447,6 +497,12 @@ static double find_room(const tw_measuring *m, const tw_error_part *p, const dou
   return limit;
 }
 
+/* Whether the next level is too large to be made at once. Two steps make faces that have one irregular vertex
+ * at most, so that rings or patches tell of them. Loop's scheme has neither. */
+static bool needs_batches(const tw_measuring *m, const tw_error_part *p) {
+  return p->level == 1 && !p->is_batch && !m->rules.loop && can_cut(m, p) && is_too_large(m, p);
+}
+
 /* Leaves the faces from which deeper levels are made: those of which more is left than a small part of what
  * is enough and, where these are too many, those of which most is left. None at the last level. */
 static tw_status narrow(const tw_measuring *m, tw_error_part *p, const tw_error_wish *wish, findings *found) {
@@ -455,13 +511,12 @@ static tw_status narrow(const tw_measuring *m, tw_error_part *p, const tw_error_
        is_narrowed = p->level >= tw_deepest_detail(&m->details);
   double limit = is_last ? INFINITY : is_narrowed ? wish->enough / SMALL_PART : 0;
   tw_status status = TW_OK;
+  if (needs_batches(m, p)) return measure_batches(m, p, wish, found);
   if (is_narrowed && p->topology.face_size == 4 && (p->is_batch || is_too_large(m, p)))
     status = settle_rings(m, p, found);
   if (p->open_count == 0 || status != TW_OK) return status;
   for (int attempt = 0;; attempt++) {
     double *rests = NULL, most = 0;
-    if (attempt > 0 && !p->is_batch && p->level > 0 && !m->rules.loop && can_cut(m, p))
-      return measure_batches(m, p, wish, found);
     if (attempt > 0 || limit > 0) status = find_rests(m, p, &rests, &most);
     if (status != TW_OK) return status;
     if (attempt > 0)
@@ -608,7 +663,8 @@ static tw_status measure_batch(const tw_measuring *m, tw_error_part *p, const tw
   if (status == TW_OK) status = keep_made(&found, &part);
   if (status == TW_OK) status = measure(m, &part, wish, &found);
   if (status == TW_OK) status = sum_up(&found, m->rules.loop, LEVELS_MAX, 0, own);
-  for (uint32_t l = p->level; status == TW_OK && l <= LEVELS_MAX; l++) bounds[l] = tw_greater(bounds[l], own[l]);
+  for (uint32_t l = p->level; status == TW_OK && l <= LEVELS_MAX; l++)
+    bounds[l] = tw_greater(bounds[l], own[l]);
   for (uint32_t i = 0; status == TW_OK && i < count / size; i++) {
     uint32_t face = corners[size * i] / size;
     if (p->states[face] < TW_FACE_OPEN) continue;

@@ -177,6 +177,9 @@ double tw_error_of_net(const tw_error_net *n, bool limit, double *hull);
 tw_status tw_error_make_wheels(tw_measuring *m);
 tw_status tw_error_find_wheels(const tw_measuring *m, const tw_topology *t);
 
+/* The valence of a vertex that may have a ring; 0: none has. */
+uint32_t tw_error_wheel_valence(const tw_topology *t, uint32_t vertex);
+
 /* The distances of the faces around an irregular vertex from the limit: at out[0] on their own level, then on
  * the deeper ones. Returns how many of these were found; deeper levels are no farther than the last one.
  * enough: what is less is looked at no further. 0: the vertex is regular, or not alone; faces have no second
