@@ -134,7 +134,7 @@ static bool tells_more(const tw_error_part *p, uint32_t face, const tw_face_meas
 /* Raises what is allowed until the faces whose children would tell more have room beside the irregular ones.
  */
 static double leave_room(const tw_error_part *p, const tw_face_measure *of_face, double allowed) {
-  enum { PLACES = 24 }; /* of a face: its children, and those beside it that are made for these */
+  enum { PLACES = 48 }; /* of a face: twice its children, and those beside it that are made for these */
   for (;;) {
     uint64_t count = 0;
     double least = INFINITY;
@@ -231,7 +231,7 @@ static tw_status find_rings(const tw_measuring *m, const tw_error_part *p, doubl
 /* The distance up to which rings are settled: deeper levels, of which there is room for some, tell of the
  * others more closely. */
 static double find_ring_room(const ring *rings, uint32_t count) {
-  enum { ROOM = FACES_MAX / 96 };     /* each step makes about so many faces of a ring */
+  enum { ROOM = FACES_MAX / 4 / 96 }; /* each step makes about so many faces of a ring */
   const double step = 0.9, loose = 4; /* how much less the deeper levels may tell */
   double limit = 0, least;
   for (uint32_t i = 0; i < count; i++)
@@ -261,17 +261,28 @@ static void settle_ring(tw_error_part *p, const ring *r, findings *found) {
   }
 }
 
-/* Measures open faces around one irregular vertex, and settles those that are not among the farthest; all in
- * a batch, which is one of many. */
-static tw_status settle_rings(const tw_measuring *m, tw_error_part *p, findings *found) {
+/* Measures open faces around one irregular vertex, and settles them: all, or those that are not among the
+ * farthest. */
+static tw_status settle_rings(const tw_measuring *m, tw_error_part *p, bool all, findings *found) {
   ring *rings;
   uint32_t count;
   tw_status status = find_rings(m, p, found->small, &rings, &count);
   if (status != TW_OK) return status;
-  double limit = p->is_batch ? INFINITY : find_ring_room(rings, count);
+  double limit = all ? INFINITY : find_ring_room(rings, count);
   for (uint32_t i = 0; i < count; i++)
     if (rings[i].count > 0 && rings[i].errors[0] <= limit) settle_ring(p, &rings[i], found);
   return TW_OK;
+}
+
+/* Settles the measured faces that were left to their children. */
+static void settle_measured(tw_error_part *p, findings *found) {
+  for (uint32_t f = 0; f < p->topology.face_count; f++) {
+    double error = p->errors[as_made(p, f)];
+    if (p->states[f] < TW_FACE_OPEN || !(error > 0)) continue;
+    p->states[f] = TW_FACE_AROUND;
+    p->open_count--;
+    settle_at(found, p->level, error);
+  }
 }
 
 /* Finds what is left of each open face: *rests, in the part's arena. */
@@ -504,27 +515,30 @@ static bool needs_batches(const tw_measuring *m, const tw_error_part *p) {
 }
 
 /* Leaves the faces from which deeper levels are made: those of which more is left than a small part of what
- * is enough and, where these are too many, those of which most is left. None at the last level. */
+ * is enough and, where these are too many, those that no measure tells of, or of these the ones of which most
+ * is left. None at the last level. */
 static tw_status narrow(const tw_measuring *m, tw_error_part *p, const tw_error_wish *wish, findings *found) {
-  enum { ATTEMPTS = 4 };
+  enum { SMALL_ONES, MEASURED, RINGS, ROOM, ATTEMPTS = 6 };
   bool is_last = p->level == wish->level_max + TW_ERROR_FURTHER_LEVELS,
-       is_narrowed = p->level >= tw_deepest_detail(&m->details);
+       is_narrowed = p->level >= tw_deepest_detail(&m->details),
+       has_rings = is_narrowed && p->topology.face_size == 4;
   double limit = is_last ? INFINITY : is_narrowed ? wish->enough / SMALL_PART : 0;
   tw_status status = TW_OK;
   if (needs_batches(m, p)) return measure_batches(m, p, wish, found);
-  if (is_narrowed && p->topology.face_size == 4 && (p->is_batch || is_too_large(m, p)))
-    status = settle_rings(m, p, found);
-  if (p->open_count == 0 || status != TW_OK) return status;
-  for (int attempt = 0;; attempt++) {
+  if (has_rings && (p->is_batch || is_too_large(m, p))) status = settle_rings(m, p, p->is_batch, found);
+  for (int attempt = SMALL_ONES; p->open_count > 0 && status == TW_OK; attempt++) {
     double *rests = NULL, most = 0;
-    if (attempt > 0 || limit > 0) status = find_rests(m, p, &rests, &most);
+    if (attempt == MEASURED) settle_measured(p, found);
+    if (attempt == RINGS && has_rings) status = settle_rings(m, p, true, found);
+    if (attempt >= ROOM || (attempt == SMALL_ONES && limit > 0)) status = find_rests(m, p, &rests, &most);
     if (status != TW_OK) return status;
-    if (attempt > 0)
+    if (attempt >= ROOM)
       limit = p->level > 0 && is_narrowed && attempt < ATTEMPTS ? find_room(m, p, rests, most) : INFINITY;
-    if (limit > 0) give_up(p, rests, limit, found);
+    if (rests) give_up(p, rests, limit, found);
     if (p->open_count > 0 && p->level > 0) status = cut(m, p);
-    if (p->open_count == 0 || status != TW_OK || !is_too_large(m, p)) return status;
+    if (!is_too_large(m, p)) return status;
   }
+  return status;
 }
 
 static tw_status keep_points(findings *found, const tw_error_part *p) {
