@@ -58,6 +58,13 @@ double tw_error_face_cosine(const tw_error_part *p, uint32_t face, const double 
   return least;
 }
 
+bool tw_error_is_plain(const tw_topology *t, uint32_t vertex) {
+  if (t->vertex_sharpness[vertex] > 0) return false;
+  for (uint32_t i = t->ring_offsets[vertex]; i < t->ring_offsets[vertex + 1]; i++)
+    if (t->edge_sharpness[t->ring_edges[i]] > 0) return false;
+  return t->vertex_flags[vertex] == 0;
+}
+
 uint32_t tw_error_turn_left(const tw_topology *t, uint32_t corner) {
   uint32_t previous = tw_corner_previous(t, corner);
   return tw_is_infinite(t->edge_sharpness[t->corner_edge[previous]]) ? UINT32_MAX : t->sibling[previous];

@@ -3,18 +3,6 @@
 
 #include "surface_error.h"
 
-/* The control points of a patch: [v][u], the face's own corners in the middle. */
-typedef struct net {
-  double points[4][4][3];
-} net;
-
-static bool is_plain(const tw_topology *t, uint32_t vertex) {
-  if (t->vertex_sharpness[vertex] > 0) return false;
-  for (uint32_t i = t->ring_offsets[vertex]; i < t->ring_offsets[vertex + 1]; i++)
-    if (t->edge_sharpness[t->ring_edges[i]] > 0) return false;
-  return t->vertex_flags[vertex] == 0;
-}
-
 /* Counts the infinitely sharp edges of a vertex; UINT32_MAX where one is semi-sharp. */
 static uint32_t count_sharp(const tw_topology *t, uint32_t vertex) {
   uint32_t count = 0;
@@ -83,7 +71,7 @@ static bool fill_corner(const corner_net *n) {
 static bool fill(const corner_net *n) {
   const tw_topology *t = &n->p->topology;
   uint32_t vertex = t->corner_vertex[n->corner];
-  if (is_plain(t, vertex)) return fill_plain(n);
+  if (tw_error_is_plain(t, vertex)) return fill_plain(n);
   uint32_t sharp = count_sharp(t, vertex);
   if (sharp == UINT32_MAX || (t->vertex_flags[vertex] & TW_VERTEX_NONMANIFOLD)) return false;
   bool right = tw_is_infinite(t->edge_sharpness[t->corner_edge[n->corner]]),
@@ -94,7 +82,7 @@ static bool fill(const corner_net *n) {
 }
 
 /* Finds the net of a quad among quads; false where its surface is no single patch. */
-static bool find_net(const tw_error_part *p, uint32_t face, net *out) {
+static bool find_net(const tw_error_part *p, uint32_t face, tw_error_net *out) {
   static const int places[4][2] = {{1, 1}, {2, 1}, {2, 2}, {1, 2}}; /* u, v */
   const tw_topology *t = &p->topology;
   const double *own[4];
@@ -131,7 +119,7 @@ typedef struct bend {
 enum { ALONG_U, ALONG_V, MIXED, KINDS };
 
 /* Difference `i` of a kind: [8] along u or v, [9] mixed. */
-static void find_difference(const net *n, int kind, int i, double out[3]) {
+static void find_difference(const tw_error_net *n, int kind, int i, double out[3]) {
   int line = i / 2, place = 1 + i % 2, u = i % 3, v = i / 3;
   for (int c = 0; c < 3; c++)
     if (kind == ALONG_U)
@@ -161,7 +149,7 @@ static tw_offset find_greatest(double (*vectors)[3], int count, const double nor
   return (tw_offset){sqrt(squares.normal), sqrt(squares.slide), sqrt(squares.whole)};
 }
 
-static bend find_bend(const net *n, int kind, const double normal[3]) {
+static bend find_bend(const tw_error_net *n, int kind, const double normal[3]) {
   enum { MOST = 9 };
   int count = kind == MIXED ? MOST : MOST - 1;
   double d[MOST][3];
@@ -242,9 +230,7 @@ static double plain_deviation(bool limit, double u, double v, double mixed) {
 }
 
 /* The greatest difference. *usual: along the normal, if second differences were their means everywhere. */
-static tw_offset deviation(const net *n, bool limit, const double normal[3], double *usual) {
-  bend bends[KINDS];
-  for (int kind = 0; kind < KINDS; kind++) bends[kind] = find_bend(n, kind, normal);
+static tw_offset deviation(const bend bends[KINDS], bool limit, const double normal[3], double *usual) {
   tw_offset by_means = limit ? limit_deviation(bends, false, normal) : control_deviation(bends, normal);
   *usual = by_means.normal;
   by_means =
@@ -261,11 +247,11 @@ typedef struct directions {
   double mean[2][3], spread[2], height[2];
 } directions;
 
-static const double *net_step(const net *n, int axis, int line, int i) {
+static const double *net_step(const tw_error_net *n, int axis, int line, int i) {
   return axis == 0 ? n->points[line][i] : n->points[i][line];
 }
 
-static directions find_directions(const net *n, const double normal[3]) {
+static directions find_directions(const tw_error_net *n, const double normal[3]) {
   enum { LINES = 4, STEPS = 3 };
   directions out = {0};
   for (int axis = 0; axis < 2; axis++) {
@@ -292,7 +278,7 @@ static directions find_directions(const net *n, const double normal[3]) {
 
 /* The greatest slope of a patch, seen along the normal; infinite where that may be no graph. *least_step: the
  * least that a step of 1 in u and v moves its points across the normal. */
-static double patch_slope(const net *n, const double normal[3], double *least_step) {
+static double patch_slope(const tw_error_net *n, const double normal[3], double *least_step) {
   const directions d = find_directions(n, normal);
   double across[3];
   tw_cross3(d.mean[0], d.mean[1], across);
@@ -308,7 +294,8 @@ static void second_difference(const double *a, const double *b, const double *c,
 
 /* The distance between the sides of a face that are rims, where nothing slides, and their limit curves. ends:
  * only of sides at which the surface ends, not of sharp edges between two faces. */
-static double rim_deviation(const tw_error_part *p, uint32_t face, const net *n, bool limit, bool ends) {
+static double rim_deviation(const tw_error_part *p, uint32_t face, const tw_error_net *n, bool limit,
+                            bool ends) {
   const tw_topology *t = &p->topology;
   double most = 0, d[3];
   for (int side = 0; side < 4; side++) {
@@ -326,7 +313,7 @@ static double rim_deviation(const tw_error_part *p, uint32_t face, const net *n,
 
 /* The difference where points slide. At sharp edges between two faces they either stay, or slide as far as
  * the faces on both sides allow: both are bounds, and the lesser one counts. */
-static double slid_deviation(const tw_error_part *p, uint32_t face, const net *n, bool limit,
+static double slid_deviation(const tw_error_part *p, uint32_t face, const tw_error_net *n, bool limit,
                              const double normal[3], const tw_offset *most, double slope) {
   double inside = most->normal + slope * most->slide, rims = rim_deviation(p, face, n, limit, false);
   if (rims <= inside) return inside;
@@ -336,11 +323,14 @@ static double slid_deviation(const tw_error_part *p, uint32_t face, const net *n
                    tw_greater(most->normal + slope * most->slide, rim_deviation(p, face, n, limit, true)));
 }
 
-static tw_face_measure measure_patch(const tw_error_part *p, uint32_t face, const net *n, bool limit) {
-  tw_face_measure out;
+static tw_face_measure measure_patch(const tw_error_part *p, uint32_t face, const tw_error_net *n,
+                                     bool limit) {
+  tw_face_measure out = {.fall = 0.25F};
   double normal[3], step = 0;
+  bend bends[KINDS];
   tw_error_normal(p, face, normal);
-  const tw_offset most = deviation(n, limit, normal, &out.usual);
+  for (int kind = 0; kind < KINDS; kind++) bends[kind] = find_bend(n, kind, normal);
+  const tw_offset most = deviation(bends, limit, normal, &out.usual);
   double slope = tw_dot3(normal, normal) > 0 ? patch_slope(n, normal, &step) : INFINITY;
   if (isfinite(slope) && most.slide <= step / 2)
     slope = tw_greater(slope, tw_error_slope_around(p, face, normal));
@@ -362,12 +352,55 @@ static tw_face_measure measure_bilinear(const tw_error_part *p, uint32_t face) {
   tw_offset m = tw_offset_split(mixed, normal);
   double cosine = tw_dot3(normal, normal) > 0 ? tw_error_face_cosine(p, face, normal) : 0;
   double error = m.slide > 0 ? tw_lesser(m.whole, m.normal + m.slide * tw_error_slope(cosine)) : m.whole;
-  return (tw_face_measure){.error = error / 4, .whole = m.whole / 4, .usual = INFINITY};
+  return (tw_face_measure){.error = error / 4, .whole = m.whole / 4, .usual = INFINITY, .fall = 0.25F};
 }
 
 tw_face_measure tw_error_of_patch(const tw_measuring *m, const tw_error_part *p, uint32_t face) {
-  net n;
+  tw_error_net n;
   if (m->rules.linear && tw_face_size(&p->topology, face) == 4) return measure_bilinear(p, face);
   if (m->rules.loop || m->rules.linear || !find_net(p, face, &n)) return (tw_face_measure){.error = -1};
   return measure_patch(p, face, &n, m->options->limit);
+}
+
+/* ---- patches around irregular points ----------------------------------------------------------- */
+
+/* The derivatives in the middle of a patch. */
+static void find_middle(const tw_error_net *n, double along_u[3], double along_v[3]) {
+  static const double steps[4] = {-1. / 8, -5. / 8, 5. / 8, 1. / 8},
+                      sums[4] = {1. / 48, 23. / 48, 23. / 48, 1. / 48};
+  memset(along_u, 0, sizeof(double[3]));
+  memset(along_v, 0, sizeof(double[3]));
+  for (int v = 0; v < 4; v++)
+    for (int u = 0; u < 4; u++)
+      for (int c = 0; c < 3; c++) {
+        along_u[c] += sums[v] * steps[u] * n->points[v][u][c];
+        along_v[c] += steps[v] * sums[u] * n->points[v][u][c];
+      }
+}
+
+/* How thick the points of a net lie along the third axis, over a plane that follows the patch. */
+static double thickness(const tw_error_net *n, const double u[3], const double v[3]) {
+  double area = u[0] * v[1] - u[1] * v[0], low = INFINITY, high = -INFINITY;
+  double x = (u[2] * v[1] - u[1] * v[2]) / area, y = (u[0] * v[2] - u[2] * v[0]) / area;
+  if (!(area > 0)) return INFINITY;
+  for (int i = 0; i < 16; i++) {
+    const double *at = n->points[i / 4][i % 4];
+    double height = at[2] - x * at[0] - y * at[1];
+    low = tw_lesser(low, height);
+    high = tw_greater(high, height);
+  }
+  return high - low;
+}
+
+double tw_error_of_net(const tw_error_net *n, bool limit, double *hull) {
+  enum { MOST = 9 };
+  double u[3], v[3], d[3], squares[KINDS] = {0};
+  for (int kind = 0; kind < KINDS; kind++)
+    for (int i = 0; i < (kind == MIXED ? MOST : MOST - 1); i++) {
+      find_difference(n, kind, i, d);
+      squares[kind] = tw_greater(squares[kind], tw_dot3(d, d));
+    }
+  find_middle(n, u, v);
+  *hull = thickness(n, u, v);
+  return plain_deviation(limit, sqrt(squares[ALONG_U]), sqrt(squares[ALONG_V]), sqrt(squares[MIXED]));
 }

@@ -20,6 +20,28 @@ void tw_error_nearest_on(const double *a, const double *b, const double *to, dou
   for (int c = 0; c < 3; c++) out[c] = a[c] + share * side[c];
 }
 
+double tw_error_of_quad(double own[4][3], double next[9][3], const double normal[3], double slope) {
+  double reach = INFINITY, most = 0, foot[3], edge[3];
+  for (int i = 0; i < 4; i++) {
+    tw_difference3(own[(i + 1) % 4], own[i], edge);
+    reach = tw_lesser(reach, tw_length3(edge) / 2);
+  }
+  for (int i = 0; i < 10; i++) { /* corners, edges, and the middle of both diagonals */
+    const double *to = next[i < 8 ? i : 8], *from = own[i / 2 % 4];
+    if (i % 2 == 1 || i == 8) {
+      const double *end = i < 8 ? own[(i / 2 + 1) % 4] : own[2];
+      tw_error_nearest_on(from, end, to, foot);
+      if (i == 9) tw_error_nearest_on(own[1], own[3], to, foot);
+      from = foot;
+    }
+    tw_difference3(to, from, edge);
+    tw_offset o = tw_offset_split(edge, normal);
+    if (o.slide <= reach && isfinite(slope)) o.whole = tw_lesser(o.whole, o.normal + slope * o.slide);
+    most = tw_greater(most, o.whole);
+  }
+  return most;
+}
+
 /* A polygon of five or more corners is cut into triangles in some way that is not looked at: any of them is
  * within the heights of the corners, where the polygon is convex. Returns how much this adds. */
 static double cut_of_polygon(const tw_error_part *p, uint32_t face, const double normal[3], double own,

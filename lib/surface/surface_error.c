@@ -35,13 +35,35 @@
 enum {
   FACES_MAX = 1 << 18,  /* of a level that is made, from the second on */
   SMALL_PART = 8,       /* of what is enough: faces with less than that are not refined */
-  FURTHER_LEVELS = 6,   /* made below the last one asked for, so that what is left is small beside it */
   FACES_AT_ONCE = 1024, /* between two charges of work */
-  FACE_WORK = 256
+  FACE_WORK = 256,
+  RINGS_AT_ONCE = 64,
+  RING_WORK = 16384,
+  PARTS_OF_SIZE = 3000000 /* floats round to fewer than this many parts of a coordinate, masks too */
 };
 
 static inline uint32_t as_made(const tw_error_part *p, uint32_t face) {
   return p->made ? p->made[face] : face;
+}
+
+enum { LEVELS_MAX = TW_LEVEL_MAX + TW_ERROR_FURTHER_LEVELS };
+
+/* What each level was found to be. */
+typedef struct findings {
+  tw_arena *arena;
+  tw_level_errors levels[LEVELS_MAX + 1];
+  double settled[LEVELS_MAX + 1]; /* the distance of measured faces from the limit, on this level or before */
+  double rests[LEVELS_MAX + 1];   /* of those given up, on this level or before */
+  double small;                   /* distances of less are not told apart */
+  double step;                    /* of open faces at the level before the last from their children */
+  uint32_t first, last;
+} findings;
+
+/* Takes into account that a measured face is that far from the limit at a level: regular ones are a quarter
+ * as far with each step. */
+static void settle_at(findings *found, uint32_t level, double error) {
+  for (; level <= LEVELS_MAX; level++, error /= 4)
+    found->settled[level] = tw_greater(found->settled[level], error);
 }
 
 /* ---- loops over faces ----------------------------------------------------------------------------- */
@@ -112,7 +134,7 @@ static bool tells_more(const tw_error_part *p, uint32_t face, const tw_face_meas
 /* Raises what is allowed until the faces whose children would tell more have room beside the irregular ones.
  */
 static double leave_room(const tw_error_part *p, const tw_face_measure *of_face, double allowed) {
-  enum { PLACES = 24 }; /* of a face: its children, and those beside it that are made for these */
+  enum { PLACES = 48 }; /* of a face: twice its children, and those beside it that are made for these */
   for (;;) {
     uint64_t count = 0;
     double least = INFINITY;
@@ -127,23 +149,21 @@ static double leave_room(const tw_error_part *p, const tw_face_measure *of_face,
 }
 
 /* Measures the faces whose deeper levels follow from them: these are not open any more, unless their children
- * would tell more of what is the greatest and have room. others: a distance of other faces. *most: the
- * greatest of those settled. */
-static tw_status settle(const tw_measuring *m, tw_error_part *p, const tw_error_wish *wish, double others,
-                        double *most) {
+ * would tell more of what is the greatest and have room. */
+static tw_status settle(const tw_measuring *m, tw_error_part *p, const tw_error_wish *wish, findings *found) {
   const double loose = 1.05;
   uint32_t faces = p->topology.face_count;
   pass s = {.m = m,
             .p = p,
             .kind = PASS_SETTLED,
             .of_face = tw_arena_alloc_raw(p->arena, faces, sizeof *s.of_face)};
-  double usual;
+  double usual, others, most = 0;
   if (!s.of_face) return TW_NO_MEMORY;
   tw_status status = run(&s, &usual);
   if (status != TW_OK) return status;
+  others = tw_greater(found->settled[p->level], found->step / 4);
   double allowed = tw_greater(loose * tw_greater(usual, others), wish->enough / SMALL_PART);
   if (is_too_large(m, p)) allowed = leave_room(p, s.of_face, allowed);
-  *most = 0;
   for (uint32_t f = 0; f < faces; f++) {
     if (p->states[f] < TW_FACE_OPEN || s.of_face[f].error < 0) continue;
     p->wholes[f] = s.of_face[f].whole;
@@ -152,12 +172,117 @@ static tw_status settle(const tw_measuring *m, tw_error_part *p, const tw_error_
       p->errors[f] = s.of_face[f].error; /* which holds where it is given up */
       continue;
     }
-    *most = tw_greater(*most, s.of_face[f].error);
     p->errors[f] = s.of_face[f].error;
+    p->falls[f] = s.of_face[f].fall;
+    most = tw_greater(most, p->errors[f]);
     p->states[f] = TW_FACE_AROUND;
     p->open_count--;
   }
+  settle_at(found, p->level, most);
   return TW_OK;
+}
+
+/* The open faces around a vertex: how far they are from the limit, on their level and on deeper ones. */
+typedef struct ring {
+  uint32_t vertex, count; /* of errors, of which the last one holds on; 0: it is no ring */
+  double errors[TW_ERROR_RING_LEVELS];
+} ring;
+
+typedef struct rings_pass {
+  const tw_measuring *m;
+  const tw_error_part *p;
+  double enough;
+  ring *rings;
+} rings_pass;
+
+static void measure_rings(void *context, uint32_t part, uint32_t begin, uint32_t end) {
+  rings_pass *s = context;
+  (void)part;
+  for (uint32_t i = begin; i < end; i++) {
+    ring *r = &s->rings[i];
+    if ((i - begin) % RINGS_AT_ONCE == 0 && !tw_work(RINGS_AT_ONCE * RING_WORK)) return;
+    r->count = tw_error_of_ring(s->m, s->p, r->vertex, s->enough, r->errors);
+  }
+}
+
+static bool may_be_ring(const tw_error_part *p, uint32_t vertex) {
+  const tw_topology *t = &p->topology;
+  uint32_t first = t->fan_offsets[vertex];
+  return tw_error_wheel_valence(t, vertex) > 0 &&
+         p->states[tw_corner_face(t, t->fan_corners[first])] >= TW_FACE_OPEN;
+}
+
+/* Lists the vertices that may have rings, and measures these. */
+static tw_status find_rings(const tw_measuring *m, const tw_error_part *p, double enough, ring **rings,
+                            uint32_t *count) {
+  *count = 0;
+  tw_status status = tw_error_find_wheels(m, &p->topology);
+  for (uint32_t v = 0; v < p->topology.vertex_count; v++) *count += may_be_ring(p, v);
+  rings_pass s = {m, p, enough, tw_arena_alloc_raw(p->arena, *count, sizeof **rings)};
+  *rings = s.rings;
+  if (status != TW_OK || !s.rings) return status == TW_OK ? TW_NO_MEMORY : status;
+  for (uint32_t v = 0, i = 0; v < p->topology.vertex_count; v++)
+    if (may_be_ring(p, v)) s.rings[i++].vertex = v;
+  tw_parallel_for_run(m->parallel, *count, RINGS_AT_ONCE, measure_rings, &s);
+  status = tw_parallel_for_status(m->parallel);
+  return status == TW_OK ? tw_work_status(NULL) : status;
+}
+
+/* The distance up to which rings are settled: deeper levels, of which there is room for some, tell of the
+ * others more closely. */
+static double find_ring_room(const ring *rings, uint32_t count) {
+  enum { ROOM = FACES_MAX / 4 / 96 }; /* each step makes about so many faces of a ring */
+  const double step = 0.9, loose = 4; /* how much less the deeper levels may tell */
+  double limit = 0, least;
+  for (uint32_t i = 0; i < count; i++)
+    if (rings[i].count > 0) limit = tw_greater(limit, rings[i].errors[0]);
+  for (least = limit / loose; limit > least; limit *= step) {
+    uint32_t more = 0;
+    for (uint32_t i = 0; i < count; i++) more += rings[i].count > 0 && rings[i].errors[0] > limit * step;
+    if (more > ROOM) break;
+  }
+  return limit;
+}
+
+static void settle_ring(tw_error_part *p, const ring *r, findings *found) {
+  const tw_topology *t = &p->topology;
+  double fall = r->count > 1 ? 0 : 1;
+  for (uint32_t i = 1; i < r->count; i++) fall = tw_greater(fall, r->errors[i] / r->errors[i - 1]);
+  for (uint32_t l = p->level; l <= LEVELS_MAX; l++) {
+    uint32_t i = l - p->level < r->count ? l - p->level : r->count - 1;
+    found->settled[l] = tw_greater(found->settled[l], r->errors[i]);
+  }
+  for (uint32_t i = t->fan_offsets[r->vertex]; i < t->fan_offsets[r->vertex + 1]; i++) {
+    uint32_t face = tw_corner_face(t, t->fan_corners[i]), made = as_made(p, face);
+    p->errors[made] = r->errors[0];
+    p->falls[made] = (float)fall + 1e-6F;
+    p->states[face] = TW_FACE_AROUND;
+    p->open_count--;
+  }
+}
+
+/* Measures open faces around one irregular vertex, and settles them: all, or those that are not among the
+ * farthest. */
+static tw_status settle_rings(const tw_measuring *m, tw_error_part *p, bool all, findings *found) {
+  ring *rings;
+  uint32_t count;
+  tw_status status = find_rings(m, p, found->small, &rings, &count);
+  if (status != TW_OK) return status;
+  double limit = all ? INFINITY : find_ring_room(rings, count);
+  for (uint32_t i = 0; i < count; i++)
+    if (rings[i].count > 0 && rings[i].errors[0] <= limit) settle_ring(p, &rings[i], found);
+  return TW_OK;
+}
+
+/* Settles the measured faces that were left to their children. */
+static void settle_measured(tw_error_part *p, findings *found) {
+  for (uint32_t f = 0; f < p->topology.face_count; f++) {
+    double error = p->errors[as_made(p, f)];
+    if (p->states[f] < TW_FACE_OPEN || !(error > 0)) continue;
+    p->states[f] = TW_FACE_AROUND;
+    p->open_count--;
+    settle_at(found, p->level, error);
+  }
 }
 
 /* Finds what is left of each open face: *rests, in the part's arena. */
@@ -174,9 +299,8 @@ static tw_status find_rests(const tw_measuring *m, tw_error_part *p, double **re
 }
 
 /* Gives up open faces of which at most so much is left, so that no deeper level of them is made. A measured
- * one may be nearer by its own measure, which shrinks with each level. *given_up: the most that was left of
- * one; *settled: of measured ones. */
-static void give_up(tw_error_part *p, const double *rests, double limit, double *given_up, double *settled) {
+ * one may be nearer by its own measure, which shrinks with each level. */
+static void give_up(tw_error_part *p, const double *rests, double limit, findings *found) {
   for (uint32_t f = 0; f < p->topology.face_count; f++) {
     if (p->states[f] < TW_FACE_OPEN || !(rests[f] <= limit)) continue;
     double *error = &p->errors[as_made(p, f)];
@@ -184,8 +308,12 @@ static void give_up(tw_error_part *p, const double *rests, double limit, double 
     p->states[f] = is_measured ? TW_FACE_AROUND : TW_FACE_GIVEN_UP;
     p->open_count--;
     if (!is_measured) *error = rests[f];
-    double *most = is_measured ? settled : given_up;
-    *most = tw_greater(*most, *error);
+    if (is_measured) {
+      settle_at(found, p->level, *error);
+    } else {
+      p->falls[as_made(p, f)] = 1;
+      found->rests[p->level] = tw_greater(found->rests[p->level], *error);
+    }
   }
 }
 
@@ -264,7 +392,7 @@ static tw_status start(tw_measuring *m, tw_error_part *p) {
 }
 
 static tw_status refine(const tw_measuring *m, const tw_error_part *p, tw_error_part *child) {
-  *child = (tw_error_part){.arena = tw_arena_create(), .level = p->level + 1};
+  *child = (tw_error_part){.arena = tw_arena_create(), .level = p->level + 1, .is_batch = p->is_batch};
   if (!child->arena) return TW_NO_MEMORY;
   tw_topology *t = &child->topology;
   tw_status status = tw_refine_topology(&p->topology, &m->rules, child->arena, m->parallel, t);
@@ -322,44 +450,48 @@ static tw_status take_part(const tw_error_part *from, const uint32_t *corners, c
   return TW_OK;
 }
 
-/* Cuts away what is not around open faces, where that is much. Points at the cut will be wrong after a step,
- * but no step reads them. Under Chaikin's rule all edges at a vertex decide how sharp they stay. */
-static tw_status cut(const tw_measuring *m, tw_error_part *p) {
+/* Cuts out some faces, by their corners. Points at the cut will be wrong after a step, but no step reads
+ * them.
+ */
+static tw_status cut_out(const tw_measuring *m, const tw_error_part *p, const uint32_t *corners,
+                         uint32_t count, tw_error_part *out) {
   const tw_topology *t = &p->topology;
-  if (t->face_size == 0 || p->level < tw_deepest_detail(&m->details)) return TW_OK;
-  if (m->rules.chaikin && tw_limit_decays(t)) return TW_OK;
-  uint32_t count, *vertices, *corners = list_corners(p, &count);
+  uint32_t *vertices;
+  out->arena = tw_arena_create();
+  if (!out->arena) return TW_NO_MEMORY;
+  tw_status status =
+      tw_topology_cut(t, count / t->face_size, NULL, count, corners, out->arena, &out->topology, &vertices);
+  if (status == TW_OK && m->rules.chaikin) status = tw_topology_sum_semi(&out->topology, out->arena);
+  return status == TW_OK ? take_part(p, corners, vertices, out) : status;
+}
+
+/* Under Chaikin's rule all edges at a vertex decide how sharp they stay. */
+static bool can_cut(const tw_measuring *m, const tw_error_part *p) {
+  if (p->topology.face_size == 0 || p->level < tw_deepest_detail(&m->details)) return false;
+  return !m->rules.chaikin || !tw_limit_decays(&p->topology);
+}
+
+/* Cuts away what is not around open faces, where that is much. */
+static tw_status cut(const tw_measuring *m, tw_error_part *p) {
+  uint32_t count, *corners;
+  if (!can_cut(m, p)) return TW_OK;
+  corners = list_corners(p, &count);
   if (!corners) return TW_NO_MEMORY;
-  if (count > t->corner_count / 4 * 3) return TW_OK;
-  tw_error_part out = {.arena = tw_arena_create(),
-                       .errors = p->errors,
+  if (count > p->topology.corner_count / 4 * 3) return TW_OK;
+  tw_error_part out = {.errors = p->errors,
                        .wholes = p->wholes,
+                       .falls = p->falls,
+                       .is_batch = p->is_batch,
                        .level = p->level,
                        .open_count = p->open_count};
-  tw_status status = out.arena ? TW_OK : TW_NO_MEMORY;
-  if (status == TW_OK)
-    status =
-        tw_topology_cut(t, count / t->face_size, NULL, count, corners, out.arena, &out.topology, &vertices);
-  if (status == TW_OK && m->rules.chaikin) status = tw_topology_sum_semi(&out.topology, out.arena);
-  if (status == TW_OK) status = take_part(p, corners, vertices, &out);
+  tw_status status = cut_out(m, p, corners, count, &out);
   tw_arena_destroy(p->arena);
   *p = out;
   return status;
 }
 
-/* ---- all levels ----------------------------------------------------------------------------------- */
-
-enum { LEVELS_MAX = TW_LEVEL_MAX + FURTHER_LEVELS };
-
-/* What each level was found to be. */
-typedef struct findings {
-  tw_arena *arena;
-  tw_level_errors levels[LEVELS_MAX + 1];
-  double settled[LEVELS_MAX + 1]; /* the distance of measured faces from the limit */
-  double rests[LEVELS_MAX + 1];   /* of those given up, on this level or before */
-  double step;                    /* of open faces at the level before the last from their children */
-  uint32_t last;
-} findings;
+static tw_status measure_batches(const tw_measuring *m, tw_error_part *p, const tw_error_wish *wish,
+                                 findings *found);
 
 /* A limit for what is left of a face: the children of the faces with more than that have room. most: the
  * greatest of the rests. */
@@ -376,24 +508,37 @@ static double find_room(const tw_measuring *m, const tw_error_part *p, const dou
   return limit;
 }
 
+/* Whether the next level is too large to be made at once. Two steps make faces that have one irregular vertex
+ * at most, so that rings or patches tell of them. Loop's scheme has neither. */
+static bool needs_batches(const tw_measuring *m, const tw_error_part *p) {
+  return p->level == 1 && !p->is_batch && !m->rules.loop && can_cut(m, p) && is_too_large(m, p);
+}
+
 /* Leaves the faces from which deeper levels are made: those of which more is left than a small part of what
- * is enough and, where these are too many, those of which most is left. None at the last level. */
+ * is enough and, where these are too many, those that no measure tells of, or of these the ones of which most
+ * is left. None at the last level. */
 static tw_status narrow(const tw_measuring *m, tw_error_part *p, const tw_error_wish *wish, findings *found) {
-  enum { ATTEMPTS = 4 };
-  bool is_last = p->level == wish->level_max + FURTHER_LEVELS,
-       is_narrowed = p->level >= tw_deepest_detail(&m->details);
+  enum { SMALL_ONES, MEASURED, RINGS, ROOM, ATTEMPTS = 6 };
+  bool is_last = p->level == wish->level_max + TW_ERROR_FURTHER_LEVELS,
+       is_narrowed = p->level >= tw_deepest_detail(&m->details),
+       has_rings = is_narrowed && p->topology.face_size == 4;
   double limit = is_last ? INFINITY : is_narrowed ? wish->enough / SMALL_PART : 0;
-  for (int attempt = 0;; attempt++) {
+  tw_status status = TW_OK;
+  if (needs_batches(m, p)) return measure_batches(m, p, wish, found);
+  if (has_rings && (p->is_batch || is_too_large(m, p))) status = settle_rings(m, p, p->is_batch, found);
+  for (int attempt = SMALL_ONES; p->open_count > 0 && status == TW_OK; attempt++) {
     double *rests = NULL, most = 0;
-    tw_status status = TW_OK;
-    if (attempt > 0 || limit > 0) status = find_rests(m, p, &rests, &most);
+    if (attempt == MEASURED) settle_measured(p, found);
+    if (attempt == RINGS && has_rings) status = settle_rings(m, p, true, found);
+    if (attempt >= ROOM || (attempt == SMALL_ONES && limit > 0)) status = find_rests(m, p, &rests, &most);
     if (status != TW_OK) return status;
-    if (attempt > 0)
+    if (attempt >= ROOM)
       limit = p->level > 0 && is_narrowed && attempt < ATTEMPTS ? find_room(m, p, rests, most) : INFINITY;
-    if (limit > 0) give_up(p, rests, limit, &found->rests[p->level], &found->settled[p->level]);
+    if (rests) give_up(p, rests, limit, found);
     if (p->open_count > 0 && p->level > 0) status = cut(m, p);
-    if (p->open_count == 0 || status != TW_OK || !is_too_large(m, p)) return status;
+    if (!is_too_large(m, p)) return status;
   }
+  return status;
 }
 
 static tw_status keep_points(findings *found, const tw_error_part *p) {
@@ -415,18 +560,19 @@ static tw_status keep_made(findings *found, tw_error_part *p) {
   kept->wholes = p->wholes = tw_arena_alloc_raw(found->arena, t->face_count, sizeof *p->wholes);
   kept->begins = tw_arena_alloc_raw(found->arena, (size_t)t->face_count + 1, sizeof *kept->begins);
   kept->corners = tw_arena_alloc_raw(found->arena, t->corner_count, sizeof *kept->corners);
-  if (!p->errors || !p->wholes || !kept->begins || !kept->corners) return TW_NO_MEMORY;
+  p->falls = tw_arena_alloc_raw(found->arena, t->face_count, sizeof *p->falls);
+  if (!p->errors || !p->wholes || !p->falls || !kept->begins || !kept->corners) return TW_NO_MEMORY;
   for (uint32_t f = 0; f < t->face_count; f++) {
     kept->begins[f] = tw_face_begin(t, f);
     p->wholes[f] = INFINITY;
+    p->falls[f] = 0.25F;
   }
   kept->begins[t->face_count] = t->corner_count;
   memcpy(kept->corners, t->corner_vertex, t->corner_count * sizeof *kept->corners);
   return keep_points(found, p);
 }
 
-/* Keeps what is left of a level whose children are made. The children of a measured face differ by a quarter
- * of what it does, those of one given up by no more than it. */
+/* Keeps what is left of a level whose children are made. */
 static tw_status keep_left(const tw_measuring *m, findings *found, const tw_error_part *p,
                            const tw_error_part *child) {
   const tw_topology *t = &p->topology;
@@ -438,13 +584,15 @@ static tw_status keep_left(const tw_measuring *m, findings *found, const tw_erro
   kept->frames = tw_arena_alloc_raw(found->arena, t->face_count, sizeof *kept->frames);
   if (!kept->made || !kept->children || !kept->steps || !kept->frames) return TW_NO_MEMORY;
   for (uint32_t f = 0; f < t->face_count; f++) {
-    double share = p->states[f] == TW_FACE_AROUND ? 0.25 : p->states[f] == TW_FACE_GIVEN_UP ? 1 : 0;
+    bool is_known = p->states[f] == TW_FACE_AROUND || p->states[f] == TW_FACE_GIVEN_UP;
     kept->made[f] = as_made(p, f);
     kept->steps[f] = -1;
     kept->children[f] = m->rules.loop ? 4 * f : tw_face_begin(t, f);
     kept->children[f + 1] = m->rules.loop ? 4 * f + 4 : kept->children[f] + tw_face_size(t, f);
-    for (uint32_t c = kept->children[f]; c < kept->children[f + 1]; c++)
-      child->errors[c] = share * p->errors[kept->made[f]];
+    for (uint32_t c = kept->children[f]; is_known && c < kept->children[f + 1]; c++) {
+      child->falls[c] = p->falls[kept->made[f]];
+      child->errors[c] = tw_greater((double)child->falls[c] * p->errors[kept->made[f]], found->small);
+    }
   }
   return TW_OK;
 }
@@ -469,18 +617,15 @@ static tw_status step(const tw_measuring *m, tw_error_part *p, findings *found) 
 }
 
 static tw_status measure(const tw_measuring *m, tw_error_part *p, const tw_error_wish *wish, findings *out) {
-  double settled = 0, most;
   uint32_t deepest = tw_deepest_detail(&m->details);
+  out->small = tw_greater(wish->enough / SMALL_PART, m->size / PARTS_OF_SIZE);
   for (;; out->last++) {
     bool can_settle = p->shown && p->level >= deepest;
-    tw_status status = can_settle ? settle(m, p, wish, tw_greater(settled, out->step) / 4, &most) : TW_OK;
+    tw_status status = can_settle ? settle(m, p, wish, out) : TW_OK;
     if (status != TW_OK) return status;
-    settled = tw_greater(settled / 4, can_settle ? most : 0);
-    out->settled[out->last] = settled;
     out->rests[out->last] = out->last > 0 ? out->rests[out->last - 1] : 0;
     if (p->open_count > 0) status = p->shown ? narrow(m, p, wish, out) : TW_OK;
     if (p->open_count == 0 || status != TW_OK) return status;
-    settled = out->settled[out->last];
     status = step(m, p, out);
     if (status != TW_OK) return status;
   }
@@ -489,9 +634,8 @@ static tw_status measure(const tw_measuring *m, tw_error_part *p, const tw_error
 /* Adds up the distances. Levels below the last one lie in the hulls that the rest was found by. */
 static tw_status sum_up(findings *found, bool loop, uint32_t level_max, double rounding, double *out) {
   for (uint32_t level = found->last; level <= level_max; level++)
-    out[level] = rounding + tw_greater(ldexp(found->settled[found->last], -2 * (int)(level - found->last)),
-                                       found->rests[found->last]);
-  for (uint32_t level = found->last; level-- > 0;) {
+    out[level] = rounding + tw_greater(found->settled[level], found->rests[found->last]);
+  for (uint32_t level = found->last; level-- > found->first;) {
     double most = tw_greater(found->settled[level], found->rests[level]);
     tw_status status = tw_error_sum_up(found->arena, &found->levels[level], found->last - level, loop, &most);
     if (status != TW_OK) return status;
@@ -499,6 +643,71 @@ static tw_status sum_up(findings *found, bool loop, uint32_t level_max, double r
   }
   return TW_OK;
 }
+
+/* ---- batches -------------------------------------------------------------------------------------- */
+
+/* Lists open faces so that those beside each other are near each other in the list. */
+static uint32_t *list_open(const tw_error_part *p) {
+  const tw_topology *t = &p->topology;
+  uint8_t *listed = tw_arena_alloc(p->arena, t->face_count, 1);
+  uint32_t *out = tw_arena_alloc_raw(p->arena, p->open_count, sizeof *out), count = 0, done = 0;
+  for (uint32_t f = 0; out && listed && f < t->face_count; f++) {
+    if (p->states[f] < TW_FACE_OPEN || listed[f]) continue;
+    listed[f] = 1;
+    for (out[count++] = f; done < count; done++)
+      for (uint32_t i = 0; i < t->face_size; i++) {
+        uint32_t beside = tw_corner_face(t, t->sibling[t->face_size * out[done] + i]);
+        if (p->states[beside] < TW_FACE_OPEN || listed[beside]) continue;
+        listed[beside] = 1;
+        out[count++] = beside;
+      }
+  }
+  return listed ? out : NULL;
+}
+
+/* Measures the part around the open faces, which are a batch, by itself. bounds: raised, of all levels. */
+static tw_status measure_batch(const tw_measuring *m, tw_error_part *p, const tw_error_wish *wish,
+                               double bounds[LEVELS_MAX + 1]) {
+  uint32_t count, *corners = list_corners(p, &count), size = p->topology.face_size;
+  double own[LEVELS_MAX + 1];
+  tw_error_part part = {.is_batch = true, .level = p->level, .open_count = p->open_count};
+  findings found = {.arena = tw_arena_create(), .first = p->level, .last = p->level};
+  tw_status status = corners && found.arena ? cut_out(m, p, corners, count, &part) : TW_NO_MEMORY;
+  part.made = NULL; /* a beginning of its own */
+  if (status == TW_OK) status = keep_made(&found, &part);
+  if (status == TW_OK) status = measure(m, &part, wish, &found);
+  if (status == TW_OK) status = sum_up(&found, m->rules.loop, LEVELS_MAX, 0, own);
+  for (uint32_t l = p->level; status == TW_OK && l <= LEVELS_MAX; l++)
+    bounds[l] = tw_greater(bounds[l], own[l]);
+  for (uint32_t i = 0; status == TW_OK && i < count / size; i++) {
+    uint32_t face = corners[size * i] / size;
+    if (p->states[face] < TW_FACE_OPEN) continue;
+    p->errors[as_made(p, face)] = found.levels[p->level].errors[i];
+    p->falls[as_made(p, face)] = 1;
+  }
+  tw_arena_destroy(part.arena);
+  tw_arena_destroy(found.arena);
+  return status;
+}
+
+/* Measures open faces whose children are too many, some after the others. None is open then. */
+static tw_status measure_batches(const tw_measuring *m, tw_error_part *p, const tw_error_wish *wish,
+                                 findings *found) {
+  enum { BATCH = FACES_MAX / 8 }; /* with what is around these, their children have room */
+  uint32_t *open = list_open(p), count = p->open_count;
+  tw_status status = open ? TW_OK : TW_NO_MEMORY;
+  for (uint32_t i = 0; i < count && open; i++) p->states[open[i]] = TW_FACE_AROUND;
+  for (uint32_t begin = 0; begin < count && status == TW_OK; begin += BATCH) {
+    p->open_count = count - begin < BATCH ? count - begin : BATCH;
+    for (uint32_t i = 0; i < p->open_count; i++) p->states[open[begin + i]] = TW_FACE_OPEN;
+    status = measure_batch(m, p, wish, found->settled);
+    for (uint32_t i = 0; i < p->open_count; i++) p->states[open[begin + i]] = TW_FACE_AROUND;
+  }
+  p->open_count = 0;
+  return status;
+}
+
+/* ---- the whole ------------------------------------------------------------------------------------ */
 
 static bool has_border(const tw_topology *t) {
   for (uint32_t e = 0; e < t->edge_count; e++)
@@ -517,19 +726,19 @@ static bool is_odd_cage(const tw_measuring *m, const tw_error_part *cage) {
 
 tw_status tw_surface_errors(const tw_mesh *mesh, const tw_surface_options *options, const tw_error_wish *wish,
                             const tw_parallel_for *parallel, double *out, tw_error *error) {
-  enum {
-    PARTS_OF_SIZE = 3000000
-  }; /* floats round to fewer than this many parts of a coordinate, masks too */
   tw_measuring m = {.mesh = mesh,
                     .options = options,
                     .parallel = parallel,
                     .rules = tw_rules_of(options),
-                    .details = {mesh->detail_count, mesh->details}};
+                    .details = {mesh->detail_count, mesh->details},
+                    .level_max = wish->level_max};
   tw_status status = tw_cage_check_options(mesh, options, error);
   if (status != TW_OK) return status;
   tw_error_part p = {0};
   findings found = {.arena = tw_arena_create()};
-  status = found.arena ? start(&m, &p) : TW_NO_MEMORY;
+  m.arena = found.arena;
+  status = found.arena ? tw_error_make_wheels(&m) : TW_NO_MEMORY;
+  if (status == TW_OK) status = start(&m, &p);
   if (status == TW_OK) status = keep_made(&found, &p);
   bool is_odd = status == TW_OK && is_odd_cage(&m, &p);
   if (status == TW_OK && options->boundary == TW_BOUNDARY_OPEN && has_border(&p.topology))

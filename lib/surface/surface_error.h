@@ -7,7 +7,10 @@
 #include "surface.h"
 #include "vector3.h"
 
-enum { TW_AROUND_MAX = 64 }; /* faces at a vertex that are looked at one by one */
+enum {
+  TW_AROUND_MAX = 64,         /* faces at a vertex that are looked at one by one */
+  TW_ERROR_FURTHER_LEVELS = 6 /* below the last one asked for, so that what is left is small beside it */
+};
 
 /* Points may slide along the surface where each face around a face has a normal whose cosine with the face's
  * own is at least this; elsewhere their whole differences count. */
@@ -33,8 +36,13 @@ typedef struct tw_error_part {
   uint32_t *made;      /* [faces] the face of the level as it was made; NULL: the same, as nothing is cut */
   double *errors;      /* [faces of the level as it was made] the distance of each from the limit */
   double *wholes;      /* [the same] as tw_face_measure has them */
+  float *falls;        /* [the same] as tw_face_measure has them; 1: of faces given up */
+  bool is_batch;       /* of faces whose children are too many to be made at once */
   uint32_t level, open_count;
 } tw_error_part;
+
+/* What error_rings.c knows of a valence. */
+typedef struct tw_error_wheel tw_error_wheel;
 
 /* What all levels share. */
 typedef struct tw_measuring {
@@ -44,6 +52,9 @@ typedef struct tw_measuring {
   tw_rules rules;
   tw_detail_list details;
   double size; /* the greatest coordinate */
+  uint32_t level_max;
+  tw_arena *arena;
+  const tw_error_wheel **wheels; /* tw_error_find_wheels */
 } tw_measuring;
 
 /* How a face's points may slide. corners, edges: the least cosine between the face's normal and those of the
@@ -79,6 +90,7 @@ typedef struct tw_face_measure {
   double whole; /* the same if nothing slides, from points of the face to those of its own limit */
   double usual; /* about what it would be if nothing varied: where `error` is much more, its children tell
                    more */
+  float fall;   /* how much of the error its children have at most */
 } tw_face_measure;
 
 /* Of numbers: unlike fmax and fmin they are no calls. */
@@ -125,6 +137,9 @@ double tw_error_slope_around(const tw_error_part *p, uint32_t face, const double
 /* The greatest slope of the faces around a face, also beyond sharp edges. */
 double tw_error_slope_beyond(const tw_error_part *p, uint32_t face, const double normal[3]);
 
+/* Whether a vertex is inside, and nothing at it is sharp. */
+bool tw_error_is_plain(const tw_topology *t, uint32_t vertex);
+
 /* The corner at the same vertex, in the face across the edge to the previous corner, or across that to the
  * next; UINT32_MAX at a rim of the limit surface. */
 uint32_t tw_error_turn_left(const tw_topology *t, uint32_t corner);
@@ -145,7 +160,33 @@ tw_status tw_error_find_rims(tw_error_part *p);
 
 /* ---- regular faces: error_patch.c --------------------------------------------------------------- */
 
+/* The control points of a patch: [v][u], the face's own corners in the middle. */
+typedef struct tw_error_net {
+  double points[4][4][3];
+} tw_error_net;
+
 tw_face_measure tw_error_of_patch(const tw_measuring *m, const tw_error_part *p, uint32_t face);
+
+/* The distance of a patch, which its children have a quarter of. *hull: what it and they have at most where
+ * all these are graphs, seen along the third axis. */
+double tw_error_of_net(const tw_error_net *n, bool limit, double *hull);
+
+/* ---- faces around one irregular point: error_rings.c -------------------------------------------- */
+
+/* Makes room in m->wheels, and puts there what is needed for the valences of a level's vertices. */
+tw_status tw_error_make_wheels(tw_measuring *m);
+tw_status tw_error_find_wheels(const tw_measuring *m, const tw_topology *t);
+
+/* The valence of a vertex that may have a ring; 0: none has. */
+uint32_t tw_error_wheel_valence(const tw_topology *t, uint32_t vertex);
+
+/* The distances of the faces around an irregular vertex from the limit: at out[0] on their own level, then on
+ * the deeper ones. Returns how many of these were found; deeper levels are no farther than the last one.
+ * enough: what is less is looked at no further. 0: the vertex is regular, or not alone; faces have no second
+ * irregular one otherwise. out: [TW_ERROR_RING_LEVELS] */
+enum { TW_ERROR_RING_LEVELS = TW_LEVEL_MAX + TW_ERROR_FURTHER_LEVELS + 1 };
+uint32_t tw_error_of_ring(const tw_measuring *m, const tw_error_part *p, uint32_t vertex, double enough,
+                          double *out);
 
 /* ---- other faces: error_steps.c ----------------------------------------------------------------- */
 
@@ -164,6 +205,10 @@ void tw_error_gap_take(tw_error_gap *g, const double *to, const double *from, do
 /* The point of an edge that is nearest to another one. Points of edges and diagonals have partners there: so
  * they may slide along these, as they do around irregular points, at no cost. */
 void tw_error_nearest_on(const double *a, const double *b, const double *to, double out[3]);
+
+/* The distance between a quad and its children. next: points of these around the quad, from its first corner
+ * on, and the middle. slope: the greatest around, seen along the normal. */
+double tw_error_of_quad(double own[4][3], double next[9][3], const double normal[3], double slope);
 
 /* The distance between a face and its children. next: the points shown on the next level. frame: of faces of
  * three or four corners. */
