@@ -281,9 +281,9 @@ static int side_of(const char *word) {
 }
 
 /* The words that only tell which joint of a finger it is, that it is a joint, or that a bone is in the
- * middle. */
+ * middle. "joint" is none: CMU's "LeftHipJoint" is no "LeftHip". */
 static bool is_filler(const char *word, uint32_t index, uint32_t count) {
-  static const char *const joints[] = {"proximal", "intermediate", "distal", "jnt", "joint", "stretch", NULL};
+  static const char *const joints[] = {"proximal", "intermediate", "distal", "jnt", "stretch", NULL};
   static const char *const middles[] = {"c", "m", "x", NULL};
   for (uint32_t i = 0; joints[i]; i++)
     if (strcmp(word, joints[i]) == 0) return true;
