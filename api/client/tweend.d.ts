@@ -1358,13 +1358,14 @@ export interface SurfaceOptions {
    * Of borrowed clips. `none`: matched by the names of nodes, values as they are. `auto`: carried over to this
    * model's skeleton. Bones are matched by `map`, then by humanoid maps (VRM), equal names, and the names that
    * usual rigs have (Mixamo, CMU and other BVH, Rigify and Blender, Unreal's mannequin, MakeHuman, Ready Player Me,
-   * Unity, VRoid, Biped, SMPL, DAZ, Character Creator, Motive, Kinect). Rotations go over relative to each rest
-   * pose; limbs that rest otherwise are aligned from joint to joint, so that the hand points where the source's
-   * points; bones in between share the motion, or are taken into it; hips move by the ratio of leg lengths, and
-   * between humanoid maps by that of hip heights. Bones that the clip moves and that have no counterpart are a
-   * warning with the first of their names. 422 where fewer than half of the bones match, of those that the clip
-   * moves or of the model's where these are fewer, and without a skeleton. Own clips stay as they are; where no
-   * other is asked for, X-Tweend-Warning tells that `auto` does nothing.
+   * Unity, VRoid, Biped, SMPL, DAZ, Character Creator, Auto-Rig Pro, AdvancedSkeleton, Perception Neuron, Roblox
+   * R15, Motive, Kinect). Rotations go over relative to each rest pose; limbs that rest otherwise are aligned from
+   * joint to joint, so that the hand points where the source's points; bones in between share the motion, or are
+   * taken into it; hips move by the ratio of leg lengths, and between humanoid maps by that of hip heights. Bones
+   * that the clip moves and that have no counterpart are a warning with the first of their names. 422 where fewer
+   * than half of the bones match, of those that the clip moves or of the model's where these are fewer, and without
+   * a skeleton. Own clips stay as they are; where no other is asked for, X-Tweend-Warning tells that `auto` does
+   * nothing.
    * @default none
    */
   retarget?: "none" | "auto";
@@ -1521,13 +1522,14 @@ export interface PoseOptions {
    * Of borrowed clips. `none`: matched by the names of nodes, values as they are. `auto`: carried over to this
    * model's skeleton. Bones are matched by `map`, then by humanoid maps (VRM), equal names, and the names that
    * usual rigs have (Mixamo, CMU and other BVH, Rigify and Blender, Unreal's mannequin, MakeHuman, Ready Player Me,
-   * Unity, VRoid, Biped, SMPL, DAZ, Character Creator, Motive, Kinect). Rotations go over relative to each rest
-   * pose; limbs that rest otherwise are aligned from joint to joint, so that the hand points where the source's
-   * points; bones in between share the motion, or are taken into it; hips move by the ratio of leg lengths, and
-   * between humanoid maps by that of hip heights. Bones that the clip moves and that have no counterpart are a
-   * warning with the first of their names. 422 where fewer than half of the bones match, of those that the clip
-   * moves or of the model's where these are fewer, and without a skeleton. Own clips stay as they are; where no
-   * other is asked for, X-Tweend-Warning tells that `auto` does nothing.
+   * Unity, VRoid, Biped, SMPL, DAZ, Character Creator, Auto-Rig Pro, AdvancedSkeleton, Perception Neuron, Roblox
+   * R15, Motive, Kinect). Rotations go over relative to each rest pose; limbs that rest otherwise are aligned from
+   * joint to joint, so that the hand points where the source's points; bones in between share the motion, or are
+   * taken into it; hips move by the ratio of leg lengths, and between humanoid maps by that of hip heights. Bones
+   * that the clip moves and that have no counterpart are a warning with the first of their names. 422 where fewer
+   * than half of the bones match, of those that the clip moves or of the model's where these are fewer, and without
+   * a skeleton. Own clips stay as they are; where no other is asked for, X-Tweend-Warning tells that `auto` does
+   * nothing.
    * @default none
    */
   retarget?: "none" | "auto";
@@ -1634,13 +1636,14 @@ export interface LiveOptions {
    * Of borrowed clips. `none`: matched by the names of nodes, values as they are. `auto`: carried over to this
    * model's skeleton. Bones are matched by `map`, then by humanoid maps (VRM), equal names, and the names that
    * usual rigs have (Mixamo, CMU and other BVH, Rigify and Blender, Unreal's mannequin, MakeHuman, Ready Player Me,
-   * Unity, VRoid, Biped, SMPL, DAZ, Character Creator, Motive, Kinect). Rotations go over relative to each rest
-   * pose; limbs that rest otherwise are aligned from joint to joint, so that the hand points where the source's
-   * points; bones in between share the motion, or are taken into it; hips move by the ratio of leg lengths, and
-   * between humanoid maps by that of hip heights. Bones that the clip moves and that have no counterpart are a
-   * warning with the first of their names. 422 where fewer than half of the bones match, of those that the clip
-   * moves or of the model's where these are fewer, and without a skeleton. Own clips stay as they are; where no
-   * other is asked for, X-Tweend-Warning tells that `auto` does nothing.
+   * Unity, VRoid, Biped, SMPL, DAZ, Character Creator, Auto-Rig Pro, AdvancedSkeleton, Perception Neuron, Roblox
+   * R15, Motive, Kinect). Rotations go over relative to each rest pose; limbs that rest otherwise are aligned from
+   * joint to joint, so that the hand points where the source's points; bones in between share the motion, or are
+   * taken into it; hips move by the ratio of leg lengths, and between humanoid maps by that of hip heights. Bones
+   * that the clip moves and that have no counterpart are a warning with the first of their names. 422 where fewer
+   * than half of the bones match, of those that the clip moves or of the model's where these are fewer, and without
+   * a skeleton. Own clips stay as they are; where no other is asked for, X-Tweend-Warning tells that `auto` does
+   * nothing.
    * @default none
    */
   retarget?: "none" | "auto";
@@ -1747,13 +1750,14 @@ export interface TracksOptions {
    * Of borrowed clips. `none`: matched by the names of nodes, values as they are. `auto`: carried over to this
    * model's skeleton. Bones are matched by `map`, then by humanoid maps (VRM), equal names, and the names that
    * usual rigs have (Mixamo, CMU and other BVH, Rigify and Blender, Unreal's mannequin, MakeHuman, Ready Player Me,
-   * Unity, VRoid, Biped, SMPL, DAZ, Character Creator, Motive, Kinect). Rotations go over relative to each rest
-   * pose; limbs that rest otherwise are aligned from joint to joint, so that the hand points where the source's
-   * points; bones in between share the motion, or are taken into it; hips move by the ratio of leg lengths, and
-   * between humanoid maps by that of hip heights. Bones that the clip moves and that have no counterpart are a
-   * warning with the first of their names. 422 where fewer than half of the bones match, of those that the clip
-   * moves or of the model's where these are fewer, and without a skeleton. Own clips stay as they are; where no
-   * other is asked for, X-Tweend-Warning tells that `auto` does nothing.
+   * Unity, VRoid, Biped, SMPL, DAZ, Character Creator, Auto-Rig Pro, AdvancedSkeleton, Perception Neuron, Roblox
+   * R15, Motive, Kinect). Rotations go over relative to each rest pose; limbs that rest otherwise are aligned from
+   * joint to joint, so that the hand points where the source's points; bones in between share the motion, or are
+   * taken into it; hips move by the ratio of leg lengths, and between humanoid maps by that of hip heights. Bones
+   * that the clip moves and that have no counterpart are a warning with the first of their names. 422 where fewer
+   * than half of the bones match, of those that the clip moves or of the model's where these are fewer, and without
+   * a skeleton. Own clips stay as they are; where no other is asked for, X-Tweend-Warning tells that `auto` does
+   * nothing.
    * @default none
    */
   retarget?: "none" | "auto";

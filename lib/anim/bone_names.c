@@ -54,7 +54,9 @@ uint32_t tw_bone_find(const char *name, size_t length) {
  * - OptiTrack's Motive: "Hip", "Ab", "LUArm", "LFArm"; Kinect: JointType of Microsoft's SDK: "SpineBase",
  *   "ElbowLeft"
  * - 3ds Max's Biped ("Bip01 L Thigh", "Finger0"), SMPL ("L_Hip", "L_Collar"), DAZ ("lShldr", "lThighBend"),
- *   Character Creator ("CC_Base_L_Thigh")
+ *   Character Creator ("CC_Base_L_Thigh"), Auto-Rig Pro ("thigh_stretch.l", "c_index1.l"), Maya's
+ *   AdvancedSkeleton ("Scapula_L", "Root_M"), Perception Neuron ("Robot_LeftUpLeg"), Roblox's R15
+ * ("LowerTorso")
  */
 
 typedef enum kind {
@@ -102,6 +104,7 @@ static const stem_row stems[] = {
     {"hip", KIND_HIP},
     {"pelvis", KIND_HIPS},
     {"spinebase", KIND_HIPS},
+    {"lowertorso", KIND_HIPS},
     {"root", KIND_ROOT},
     {"spine", KIND_SPINE},
     {"spinemid", KIND_SPINE},
@@ -119,6 +122,7 @@ static const stem_row stems[] = {
     {"back", KIND_SPINE},
     {"thorax", KIND_SPINE},
     {"torso", KIND_SPINE},
+    {"uppertorso", KIND_SPINE},
     {"waist", KIND_SPINE},
     {"neck", KIND_NECK},
     {"lowerneck", KIND_NECK},
@@ -148,6 +152,7 @@ static const stem_row stems[] = {
     {"ball", KIND_TOES},
     {"collar", KIND_COLLAR},
     {"clavicle", KIND_COLLAR},
+    {"scapula", KIND_COLLAR},
     {"shoulder", KIND_SHOULDER},
     {"arm", KIND_UPPER_ARM},
     {"upperarm", KIND_UPPER_ARM},
@@ -181,8 +186,8 @@ static kind find_stem(const char *stem) {
 }
 
 /* What stands in front of a bone's own name, and may be followed by digits and a separator. */
-static const char *const prefixes[] = {"mixamorig", "valvebiped", "bip",   "cc_base", "def",
-                                       "j_bip",     "character",  "joint", "b_",      NULL};
+static const char *const prefixes[] = {"mixamorig", "valvebiped", "bip",   "cc_base", "def", "j_bip",
+                                       "character", "joint",      "robot", "b_",      NULL};
 
 enum { WORDS = 8, WORD_SIZE = 24, STEM_SIZE = 64, DIGITS = 4 };
 
@@ -275,22 +280,34 @@ static int side_of(const char *word) {
   return -1;
 }
 
-/* The words that only tell which joint of a finger it is, or that a bone is in the middle. */
+/* The words that only tell which joint of a finger it is, that it is a joint, or that a bone is in the
+ * middle. "joint" is none: CMU's "LeftHipJoint" is no "LeftHip". */
 static bool is_filler(const char *word, uint32_t index, uint32_t count) {
-  static const char *const joints[] = {"proximal", "intermediate", "distal", NULL};
+  static const char *const joints[] = {"proximal", "intermediate", "distal", "jnt", "stretch", NULL};
+  static const char *const middles[] = {"c", "m", "x", NULL};
   for (uint32_t i = 0; joints[i]; i++)
     if (strcmp(word, joints[i]) == 0) return true;
-  return (index == 0 || index + 1 == count) && (strcmp(word, "c") == 0 || strcmp(word, "x") == 0);
+  for (uint32_t i = 0; middles[i] && (index == 0 || index + 1 == count); i++)
+    if (strcmp(word, middles[i]) == 0) return true;
+  return false;
 }
 
 static bool is_finger(kind kind) {
   return kind >= KIND_THUMB && kind <= KIND_LITTLE;
 }
 
-/* A stem with what families of rigs put in front of fingers. */
+/* A stem with what families of rigs put in front of fingers or behind. */
 static kind find_kind(const char *stem) {
+  static const char back[] = "finger";
   kind found = find_stem(stem);
   if (found != KIND_NONE) return found;
+  char front[STEM_SIZE];
+  size_t size = strlen(stem);
+  if (size > strlen(back) && strcmp(stem + size - strlen(back), back) == 0) {
+    memcpy(front, stem, size - strlen(back));
+    front[size - strlen(back)] = '\0';
+    return is_finger(find_stem(front)) ? find_stem(front) : KIND_NONE;
+  }
   const char *const fronts[] = {"hand", "f"};
   for (size_t i = 0; i < sizeof fronts / sizeof *fronts; i++) {
     size_t length = strlen(fronts[i]);

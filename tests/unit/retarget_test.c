@@ -208,6 +208,31 @@ static const char *const creator[BIPED_JOINTS] = {
     "CC_Base_L_Upperarm", "CC_Base_L_Forearm", "CC_Base_L_Hand",  "CC_Base_L_Index1",  "CC_Base_R_Clavicle",
     "CC_Base_R_Upperarm", "CC_Base_R_Forearm", "CC_Base_R_Hand",  "CC_Base_R_Index1"};
 
+static const char *const auto_rig[BIPED_JOINTS] = {
+    "root.x",          "spine_01.x",        "spine_02.x",    "spine_03.x", "neck.x",
+    "head.x",          "thigh_stretch.l",   "leg_stretch.l", "foot.l",     "toes_01.l",
+    "thigh_stretch.r", "leg_stretch.r",     "foot.r",        "toes_01.r",  "shoulder.l",
+    "arm_stretch.l",   "forearm_stretch.l", "hand.l",        "c_index1.l", "shoulder.r",
+    "arm_stretch.r",   "forearm_stretch.r", "hand.r",        "c_index1.r"};
+static const char *const advanced[BIPED_JOINTS] = {
+    "Root_M",         "Spine1_M",  "Spine2_M",   "Chest_M",    "Neck_M",  "Head_M",
+    "Hip_L",          "Knee_L",    "Ankle_L",    "Toes_L",     "Hip_R",   "Knee_R",
+    "Ankle_R",        "Toes_R",    "Scapula_L",  "Shoulder_L", "Elbow_L", "Wrist_L",
+    "IndexFinger1_L", "Scapula_R", "Shoulder_R", "Elbow_R",    "Wrist_R", "IndexFinger1_R"};
+static const char *const joints[BIPED_JOINTS] = {
+    "hip_jnt",        "spine_01_jnt",  "spine_02_jnt", "spine_03_jnt",   "neck_jnt",
+    "head_jnt",       "l_thigh_jnt",   "l_calf_jnt",   "l_foot_jnt",     "l_toe_jnt",
+    "r_thigh_jnt",    "r_calf_jnt",    "r_foot_jnt",   "r_toe_jnt",      "l_clavicle_jnt",
+    "l_upperarm_jnt", "l_forearm_jnt", "l_hand_jnt",   "l_index_01_jnt", "r_clavicle_jnt",
+    "r_upperarm_jnt", "r_forearm_jnt", "r_hand_jnt",   "r_index_01_jnt"};
+static const char *const neuron[BIPED_JOINTS] = {
+    "Robot_Hips",        "Robot_Spine",        "Robot_Spine1",         "Robot_Spine2",
+    "Robot_Neck",        "Robot_Head",         "Robot_LeftUpLeg",      "Robot_LeftLeg",
+    "Robot_LeftFoot",    "Robot_LeftToe",      "Robot_RightUpLeg",     "Robot_RightLeg",
+    "Robot_RightFoot",   "Robot_RightToe",     "Robot_LeftShoulder",   "Robot_LeftArm",
+    "Robot_LeftForeArm", "Robot_LeftHand",     "Robot_LeftHandIndex1", "Robot_RightShoulder",
+    "Robot_RightArm",    "Robot_RightForeArm", "Robot_RightHand",      "Robot_RightHandIndex1"};
+
 /* The upper chest is no bone of theirs. */
 static const char *const motive[BIPED_JOINTS] = {
     "Skeleton1:Hip",    "Skeleton1:Ab",     "Skeleton1:Chest", "upperChest",        "Skeleton1:Neck",
@@ -223,9 +248,9 @@ static const char *const kinect[BIPED_JOINTS] = {
     "AnkleRight", "FootRight",   "LeftCollar",    "ShoulderLeft", "ElbowLeft",  "WristLeft",
     "LeftIndex1", "RightCollar", "ShoulderRight", "ElbowRight",   "WristRight", "RightIndex1"};
 
-static const char *const *const families[] = {NULL,   mixamo, numbered,  cmu,    asf,   anatomy,
-                                              rigify, unreal, makehuman, unity,  vroid, max_biped,
-                                              smpl,   daz,    creator,   motive, kinect};
+static const char *const *const families[] = {
+    NULL,      mixamo, numbered, cmu,     asf,      anatomy,  rigify, unreal, makehuman, unity, vroid,
+    max_biped, smpl,   daz,      creator, auto_rig, advanced, joints, neuron, motive,    kinect};
 enum { FAMILIES = sizeof families / sizeof *families };
 
 TEST(every_family_of_names_matches_every_other_as_a_whole) {
