@@ -7,12 +7,12 @@
 
 enum { CREASES, CORNERS, HOLES };
 
-/* The tags of one kind: items: [count][width] the tagged elements, each crease as its two points; sharpness:
- * [count]. */
+/* Where a mesh has the tags of one kind: items: [count][width] the tagged elements, each crease as its two
+ * points; sharpness: [count]. */
 typedef struct tags {
-  uint32_t width, count;
-  const uint32_t *items;
-  const float *sharpness;
+  uint32_t width, *count;
+  const uint32_t **items;
+  const float **sharpness;
 } tags;
 
 static uint32_t count_selected(const uint8_t *selected, uint32_t count) {
@@ -37,11 +37,11 @@ static uint32_t put_tags(const tw_editor *e, const uint8_t *selected, const uint
   const tw_topology *t = e->topology;
   uint32_t width = before->width, next = 0;
   double sharp = e->edit->sharpness;
-  for (uint32_t i = 0; i < before->count; i++) {
-    const uint32_t *item = before->items + width * (size_t)i;
+  for (uint32_t i = 0; i < *before->count; i++) {
+    const uint32_t *item = *before->items + width * (size_t)i;
     if (is_selected(e, width, item, selected, points)) continue;
     memcpy(items + width * (size_t)next, item, width * sizeof *item);
-    sharpness[next++] = before->sharpness[i];
+    sharpness[next++] = (*before->sharpness)[i];
   }
   for (uint32_t i = 0; sharp > 0 && i < elements; i++) {
     if (!selected[i]) continue;
@@ -52,7 +52,7 @@ static uint32_t put_tags(const tw_editor *e, const uint8_t *selected, const uint
 }
 
 /* Replaces one kind of tags, whose arrays get an arena of their own. */
-static tw_status retag(tw_editor *e, int kind, tags *of) {
+static tw_status retag(tw_editor *e, int kind, const tags *of) {
   uint8_t *selected, *points;
   if (!(e->edit->sharpness >= 0 && e->edit->sharpness <= (double)TW_SHARPNESS_INFINITE))
     return tw_editor_fail(e, TW_INVALID, "/sharpness", "sharpness is a number from 0 to 10");
@@ -62,7 +62,7 @@ static tw_status retag(tw_editor *e, int kind, tags *of) {
   const tw_topology *t = e->topology;
   const uint32_t counts[] = {t->face_count, t->edge_count, t->vertex_count};
   uint32_t elements = counts[e->edit->selection.of];
-  uint64_t most = (uint64_t)of->count + count_selected(selected, elements);
+  uint64_t most = (uint64_t)*of->count + count_selected(selected, elements);
   tw_arena *arena = tw_arena_create();
   uint32_t *items = arena ? tw_arena_alloc_raw(arena, most, of->width * sizeof *items) : NULL;
   float *sharpness = items ? tw_arena_alloc_raw(arena, most, sizeof *sharpness) : NULL;
@@ -70,9 +70,9 @@ static tw_status retag(tw_editor *e, int kind, tags *of) {
     tw_arena_destroy(arena);
     return tw_editor_no_memory(e);
   }
-  of->count = put_tags(e, selected, points, elements, of, items, sharpness);
-  of->items = items;
-  of->sharpness = sharpness;
+  *of->count = put_tags(e, selected, points, elements, of, items, sharpness);
+  *of->items = items;
+  *of->sharpness = sharpness;
   tw_arena_destroy(e->tags[kind]);
   e->tags[kind] = arena;
   return TW_OK;
@@ -80,22 +80,14 @@ static tw_status retag(tw_editor *e, int kind, tags *of) {
 
 tw_status tw_edit_crease(tw_editor *editor) {
   tw_mesh *mesh = &editor->mesh;
-  tags creases = {2, mesh->crease_count, mesh->crease_edges, mesh->crease_sharpness};
-  tw_status status = retag(editor, CREASES, &creases);
-  mesh->crease_count = creases.count;
-  mesh->crease_edges = creases.items;
-  mesh->crease_sharpness = creases.sharpness;
-  return status;
+  const tags creases = {2, &mesh->crease_count, &mesh->crease_edges, &mesh->crease_sharpness};
+  return retag(editor, CREASES, &creases);
 }
 
 tw_status tw_edit_corner(tw_editor *editor) {
   tw_mesh *mesh = &editor->mesh;
-  tags corners = {1, mesh->sharp_point_count, mesh->sharp_points, mesh->point_sharpness};
-  tw_status status = retag(editor, CORNERS, &corners);
-  mesh->sharp_point_count = corners.count;
-  mesh->sharp_points = corners.items;
-  mesh->point_sharpness = corners.sharpness;
-  return status;
+  const tags corners = {1, &mesh->sharp_point_count, &mesh->sharp_points, &mesh->point_sharpness};
+  return retag(editor, CORNERS, &corners);
 }
 
 /* A hole has no degrees: its sharpness only tells whether it is tagged. */
@@ -103,9 +95,6 @@ tw_status tw_edit_hole(tw_editor *editor) {
   tw_mesh *mesh = &editor->mesh;
   const float *sharpness = tw_arena_alloc(editor->scratch, mesh->hole_count, sizeof *sharpness);
   if (!sharpness) return tw_editor_no_memory(editor);
-  tags holes = {1, mesh->hole_count, mesh->holes, sharpness};
-  tw_status status = retag(editor, HOLES, &holes);
-  mesh->hole_count = holes.count;
-  mesh->holes = holes.items;
-  return status;
+  const tags holes = {1, &mesh->hole_count, &mesh->holes, &sharpness};
+  return retag(editor, HOLES, &holes);
 }
