@@ -302,9 +302,8 @@ TEST(the_last_of_several_offsets_counts_and_they_are_told) {
   assert_true(model->nodes[1].rest.translation[0] == 7);
   assert_int_equal(model->warning_count, 2);
   assert_string_equal(model->warnings[0], "MOTION has no frame, and so there is no clip");
-  assert_string_equal(
-      model->warnings[1],
-      "2 OFFSETs take the place of others before them in their joints, the first in line 5");
+  assert_string_equal(model->warnings[1],
+                      "2 OFFSETs take the place of others before them in their joints, the first in line 5");
   tw_model_destroy(model);
 }
 
