@@ -27,11 +27,10 @@ static char *unquote(tw_arena *arena, api_span value) {
   return text;
 }
 
-/* Decodes UTF-8''na%C3%AFve (RFC 8187) in place; invalid escapes stay as they are. */
+/* Decodes UTF-8''na%C3%AFve (RFC 8187; RFC 5987 also has ISO-8859-1) in place; invalid escapes stay as they
+ * are. */
 static char *decode_extended(char *text) {
-  static const char charset[] = "UTF-8'";
-  char *language =
-      strncasecmp(text, charset, sizeof charset - 1) == 0 ? strchr(text + sizeof charset - 1, '\'') : NULL;
+  char *charset_end = strchr(text, '\''), *language = charset_end ? strchr(charset_end + 1, '\'') : NULL;
   if (!language) return text;
   char *out = text;
   for (const char *c = language + 1; *c; c++) {
@@ -61,9 +60,9 @@ bool api_file_name_read(api_span value, tw_arena *arena, const char **out) {
 const char *api_file_name_title(const char *name, tw_arena *arena) {
   for (const char *c = name; *c; c++)
     if (*c == '/' || *c == '\\') name = c + 1;
-  size_t length = strlen(name);
-  if (length == 0 || !tw_utf8_is_name(name, length)) return NULL;
-  return tw_arena_text(arena, name, cut_length(name, length));
+  char *title = *name ? tw_arena_name(arena, name, strlen(name)) : NULL;
+  if (title) title[cut_length(title, strlen(title))] = '\0';
+  return title;
 }
 
 /* ---- writing --------------------------------------------------------------------------------- */

@@ -8,8 +8,8 @@
  * filename; *out is left alone without one. value: what follows the colon. False without memory. */
 bool api_file_name_read(api_span value, tw_arena *arena, const char **out);
 
-/* The file's title: the name without folders, at most 255 bytes; NULL where it is no displayable text, or
- * without memory. */
+/* The file's title: the name without folders, at most 255 bytes, as tw_arena_name makes it; NULL where
+ * nothing is left, or without memory. */
 const char *api_file_name_title(const char *name, tw_arena *arena);
 
 /* Adds Content-Disposition with a model's name, at most 255 bytes of it, its extension replaced by the

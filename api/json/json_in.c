@@ -30,6 +30,7 @@ typedef struct mesh_reader {
   tw_model *model;
   const api_making *making;
   uint64_t faces; /* made by shapes so far */
+  uint64_t unused_uvs;
 } mesh_reader;
 
 static tw_status read_points(const api_value *array, uint32_t width, uint32_t *count, float **out) {
@@ -80,8 +81,20 @@ static tw_status read_point_uvs(const api_value *array, const tw_mesh *mesh, uin
   return status;
 }
 
+/* Counts the UVs that no corner has. */
+static tw_status count_unused_uvs(mesh_reader *reader, const api_value *array, const tw_mesh *mesh) {
+  const tw_uv_set *uvs = &mesh->uv_sets[0];
+  bool *is_used = tw_alloc_zero(uvs->value_count, sizeof *is_used);
+  if (!is_used) return api_json_no_memory(array->json);
+  for (uint32_t c = 0; c < mesh->corner_count; c++) /* checked later */
+    if (uvs->corners[c] < uvs->value_count) is_used[uvs->corners[c]] = true;
+  for (uint32_t i = 0; i < uvs->value_count; i++) reader->unused_uvs += !is_used[i];
+  tw_free(is_used);
+  return TW_OK;
+}
+
 /* Reads UVs, turning v from down, as in glTF, to up, as in meshes. */
-static tw_status read_uvs(const api_value *members, tw_mesh *mesh) {
+static tw_status read_uvs(mesh_reader *reader, const api_value *members, tw_mesh *mesh) {
   const api_value *array = &members[MESH_UVS];
   uint32_t value_count, *corners;
   float *values;
@@ -93,7 +106,8 @@ static tw_status read_uvs(const api_value *members, tw_mesh *mesh) {
   if (status != TW_OK) return status;
   mesh->uv_set_count = 1;
   mesh->uv_sets[0] = (tw_uv_set){value_count, values, corners};
-  return TW_OK;
+  return members[MESH_FACE_UVS].item ? count_unused_uvs(reader, array, mesh)
+                                     : TW_OK; /* points without faces are told */
 }
 
 static tw_status fail_without_number(const api_value *value) {
@@ -258,7 +272,7 @@ static tw_status read_mesh(void *context, const api_value *object) {
     status = members[MESH_SHAPE].item ? read_shape(reader, members, mesh) : read_topology(members, mesh);
   if (status == TW_OK) status = api_json_name(&members[MESH_NAME], &mesh->name);
   if (status == TW_OK && (members[MESH_UVS].item || members[MESH_FACE_UVS].item))
-    status = read_uvs(members, mesh);
+    status = read_uvs(reader, members, mesh);
   if (status == TW_OK)
     status = read_tags(&members[MESH_CREASES], 2, read_crease, &mesh->crease_count, &creases);
   if (status == TW_OK)
@@ -342,11 +356,14 @@ static tw_status read_parts(const api_value *parts, const api_making *making, tw
                           has_nodes ? model->node_count : model->mesh_count, "node", scratch, &nodes);
   if (status == TW_OK) status = api_names_read(&parts[CLIPS], model->clip_count, "clip", scratch, &clips);
   clips.has_places = true;
-  if (status == TW_OK) status = api_json_each(&parts[MESHES], read_mesh, &(mesh_reader){model, making, 0});
+  mesh_reader reader = {.model = model, .making = making};
+  if (status == TW_OK) status = api_json_each(&parts[MESHES], read_mesh, &reader);
   if (status == TW_OK)
     status = api_json_each(&parts[NODES], read_node, &(node_reader){&meshes, &nodes, model});
   if (status == TW_OK)
     status = api_json_each(&parts[CLIPS], api_clip_in, &(api_clips_reader){&nodes, &clips, model, 0});
+  tw_model_warn_count(model, reader.unused_uvs, "texture coordinate of no corner is left out",
+                      "texture coordinates of no corner are left out");
   return status;
 }
 

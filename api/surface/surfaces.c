@@ -219,6 +219,23 @@ static void warn_of_lost_tracks(api_call *call, const api_surface_request *reque
   if (is_lost) api_call_warn(call, &sentence, 1);
 }
 
+/* Tells of an answer in a form of faces alone to which no node gives one. */
+static api_outcome warn_of_emptiness(api_call *call, const api_surface_request *request) {
+  const tw_scene *scene = &request->scene.content;
+  const tw_model *model = scene->model;
+  if (!request->form->still) return API_DONE;
+  for (uint32_t n = 0; n < model->node_count; n++)
+    if (tw_node_times_shown(model, n) > 0 &&
+        tw_surface_get_counts(scene->surfaces[model->nodes[n].mesh])->faces > 0)
+      return API_DONE;
+  tw_text text = {0};
+  tw_text_add(&text, "surface.");
+  tw_text_add(&text, call->offer->extension);
+  tw_text_add(&text,
+              model->mesh_count > 0 ? " is empty: no node shows a face" : " is empty: the model has no mesh");
+  return api_call_warn_text(call, &text);
+}
+
 /* Tells of parameters that this form of the answer has no use for. */
 static api_outcome warn_of_idle(api_call *call, const api_surface_request *request) {
   if (!request->query.idle) return API_DONE;
@@ -256,6 +273,7 @@ static api_outcome answer_surface(api_call *call, api_surface_request *request, 
   if (outcome == API_DONE) outcome = warn_of_influences(call, request);
   if (outcome == API_DONE) warn_of_baking(call, request);
   if (outcome == API_DONE) warn_of_lost_tracks(call, request);
+  if (outcome == API_DONE) outcome = warn_of_emptiness(call, request);
   if (outcome == API_DONE && form->open) outcome = form->open(call, request);
   if (outcome == API_DONE) outcome = warn_of_idle(call, request);
   /* The description lists the model's: the header, which shows one, shows the answer's own. */

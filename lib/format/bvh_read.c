@@ -10,6 +10,7 @@
 
 #include "array.h"
 #include "bvh.h"
+#include "losses.h"
 #include "obj_text.h"
 #include "quat.h"
 #include "tweend/format.h"
@@ -48,13 +49,11 @@ typedef struct bvh_file {
   bvh_channel *channels;
   uint32_t joint_count, channel_count;
   size_t joint_room, channel_room;
-  uint32_t open;      /* the joint whose block is open, or TW_NO_INDEX */
-  uint32_t end_names; /* end sites that have a name of their own */
-  uint32_t offsets;   /* OFFSETs that take the place of one before */
-  uint64_t commas;    /* numbers with a comma before their decimals */
-  double claimed;     /* what Frames: says */
-  double frame_time;  /* seconds */
+  uint32_t open;     /* the joint whose block is open, or TW_NO_INDEX */
+  double claimed;    /* what Frames: says */
+  double frame_time; /* seconds */
   bool has_motion;
+  tw_losses losses;
   tw_error *error;
 } bvh_file;
 
@@ -121,7 +120,9 @@ static bool read_with_comma(bvh_file *file, tw_word word, double *out) {
   char text[NUMBER_MOST];
   const char *comma = memchr(word.text, ',', word.length);
   if (!comma) return false;
-  file->commas += comma + 1 < word.text + word.length;
+  tw_lose(&file->losses, "number has a comma: it is read as the decimal point",
+          "numbers have a comma: it is read as the decimal point", comma + 1 < word.text + word.length,
+          file->line);
   memcpy(text, word.text, word.length);
   text[comma - word.text] = '.';
   return tw_word_number((tw_word){text, word.length}, out);
@@ -170,7 +171,9 @@ static tw_status open_joint(bvh_file *file, tw_word name, bool is_end) {
       !is_end || !parent->has_end; /* names of a thousand end sites would take a thousand times as much */
   if (parent) parent->has_child = true;
   if (parent && is_end) parent->has_end = true;
-  file->end_names += is_end && name.length > 0;
+  tw_lose(&file->losses, "name of an end site is left out: it is named after its joint",
+          "names of end sites are left out: they are named after their joints", is_end && name.length > 0,
+          line);
   bvh_joint *joints = tw_array_grow(file->joints, file->joint_count, sizeof *joints, &file->joint_room);
   if (!joints) return tw_fail(file->error, TW_NO_MEMORY, "out of memory");
   file->joints = joints;
@@ -182,7 +185,8 @@ static tw_status open_joint(bvh_file *file, tw_word name, bool is_end) {
 
 static tw_status read_offset(bvh_file *file) {
   bvh_joint *joint = &file->joints[file->open];
-  file->offsets += joint->has_offset;
+  tw_lose(&file->losses, "OFFSET takes the place of one before it in its joint",
+          "OFFSETs take the place of others before them in their joints", joint->has_offset, file->line);
   joint->has_offset = true;
   for (int i = 0; i < 3; i++) {
     double value;
@@ -570,7 +574,8 @@ static tw_status name_node(bvh_file *file, const bvh_joint *joint, tw_arena *are
   size_t length = joint->name.length;
   memcpy(text, joint->name.text, length);
   if (joint->is_end) memcpy(text + length, "_end", END_SUFFIX);
-  *out = tw_arena_name(arena, text, length + (joint->is_end ? END_SUFFIX : 0));
+  *out = joint->is_end ? tw_arena_name(arena, text, length + END_SUFFIX)
+                       : tw_take_name(&file->losses, arena, text, length, 0);
   if (!*out) return tw_fail(file->error, TW_NO_MEMORY, "out of memory");
   if (strlen(*out) <= TW_NAME_MAX) return TW_OK;
   *out = NULL;
@@ -595,39 +600,26 @@ static tw_status make_nodes(bvh_file *file, tw_model *model) {
   return TW_OK;
 }
 
-/* Tells what the hierarchy holds and the model does not. */
-static void warn_of_losses(const bvh_file *file, tw_model *model) {
-  uint32_t scales = 0, without_offset = 0;
+/* Notes what the hierarchy holds and the model does not. */
+static void lose_hierarchy(bvh_file *file) {
   for (uint32_t i = 0; i < file->joint_count; i++) {
     const bvh_joint *joint = &file->joints[i];
-    without_offset += !joint->has_offset && joint->counts[BVH_POSITION] < 3 && joint->parent != TW_NO_INDEX;
+    bool is_placed = joint->has_offset || joint->counts[BVH_POSITION] == 3 || joint->parent == TW_NO_INDEX;
+    tw_lose(&file->losses, "joint has no OFFSET: it is where its parent is",
+            "joints have no OFFSET: they are where their parents are", !is_placed, 0);
+    tw_lose(&file->losses, "channel of scale is left out", "channels of scale are left out",
+            joint->counts[BVH_SCALE], 0);
   }
-  tw_model_warn_count(model, without_offset, "joint has no OFFSET: it is where its parent is",
-                      "joints have no OFFSET: they are where their parents are");
-  for (uint32_t i = 0; i < file->channel_count; i++) scales += file->channels[i].kind == BVH_SCALE;
-  tw_model_warn_count(model, scales, "channel of scale is left out", "channels of scale are left out");
-  tw_model_warn_count(model, file->offsets, "OFFSET takes the place of one before it in its joint",
-                      "OFFSETs take the place of others before them in their joints");
-  if (file->end_names > 0)
-    tw_model_warn(model, "the %s of %u %s", tw_plural(file->end_names, "name", "names"), file->end_names,
-                  tw_plural(file->end_names, "end site is left out: it is named after its joint",
-                            "end sites are left out: they are named after their joints"));
-  if (!file->has_motion) tw_model_warn(model, "there is no MOTION, and so no clip");
-}
-
-static void warn_of_commas(const bvh_file *file, tw_model *model) {
-  if (file->commas == 0) return;
-  tw_model_warn(model, "%llu %s a comma, which is read as the decimal point",
-                (unsigned long long)file->commas, tw_plural(file->commas, "number has", "numbers have"));
 }
 
 static tw_status read_file(bvh_file *file, size_t size, tw_model *model) {
   next_word(file); /* HIERARCHY */
   tw_status status = read_hierarchy(file);
   if (status == TW_OK) status = make_nodes(file, model);
-  if (status == TW_OK) warn_of_losses(file, model);
+  if (status == TW_OK) lose_hierarchy(file);
   if (status == TW_OK && file->has_motion) status = read_motion(file, size, model);
-  if (status == TW_OK) warn_of_commas(file, model);
+  if (status == TW_OK && !file->has_motion) tw_model_warn(model, "there is no MOTION, and so no clip");
+  if (status == TW_OK) tw_losses_tell(&file->losses, model);
   return status;
 }
 

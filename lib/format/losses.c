@@ -26,6 +26,29 @@ void tw_lose_doubled_corners(tw_losses *losses, uint64_t faces) {
           "faces name a point twice in a row: they keep it once", faces, 0);
 }
 
+static uint64_t count_blanks(const char *text, size_t length) {
+  uint64_t count = 0;
+  for (size_t i = 0; i < length; i++) count += text[i] == ' ';
+  return count;
+}
+
+static bool is_utf8(const char *text, size_t length) {
+  size_t at = 0, size = 1;
+  for (; at < length && size > 0; at += size) size = tw_utf8_length(text + at, length - at);
+  return at == length;
+}
+
+const char *tw_take_name(tw_losses *losses, tw_arena *arena, const char *text, size_t length, uint64_t line) {
+  const char *name = tw_arena_name(arena, text, length);
+  if (!name) return NULL;
+  tw_lose(losses, "name is not UTF-8: it is read as Latin-1", "names are not UTF-8: they are read as Latin-1",
+          !is_utf8(text, length), line);
+  tw_lose(losses, "name has control characters, which become blanks",
+          "names have control characters, which become blanks",
+          count_blanks(name, strlen(name)) > count_blanks(text, length), line);
+  return name;
+}
+
 void tw_losses_tell(const tw_losses *losses, tw_model *model) {
   for (uint32_t i = 0; i < losses->count; i++) {
     const tw_loss *loss = &losses->items[i];

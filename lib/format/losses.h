@@ -1,6 +1,6 @@
 /* What a reader leaves out of a file, or changes, counted by kind. A reader that passes over a part of a file
- * calls tw_lose, and ends with tw_losses_tell; or it warns by tw_model_warn where it says more than how many.
- * So nothing is lost without a warning. */
+ * calls tw_lose, takes names by tw_take_name, and ends with tw_losses_tell; or it warns by tw_model_warn
+ * where it says more than how many. So nothing is lost without a warning. */
 #ifndef TWEEND_LOSSES_H
 #define TWEEND_LOSSES_H
 
@@ -29,8 +29,15 @@ typedef struct tw_losses {
  * `many` before its reason are one, told with the first reason. O(kinds). */
 void tw_lose(tw_losses *losses, const char *one, const char *many, uint64_t count, uint64_t line);
 
+/* Normals that point nowhere. */
+#define TW_ZERO_NORMAL  "normal is 0 0 0, and computed in its place"
+#define TW_ZERO_NORMALS "normals are 0 0 0, and computed in their place"
+
 /* Notes that corners which repeat the one before them were merged, in `faces` faces. */
 void tw_lose_doubled_corners(tw_losses *losses, uint64_t faces);
+
+/* Copies text as a name, as tw_arena_name does, and notes what it changes. NULL without memory. */
+const char *tw_take_name(tw_losses *losses, tw_arena *arena, const char *text, size_t length, uint64_t line);
 
 /* Warns of each kind: COUNT SENTENCE[, the first in line LINE][: REASON]. */
 void tw_losses_tell(const tw_losses *losses, tw_model *model);

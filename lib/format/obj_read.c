@@ -135,14 +135,14 @@ static tw_status split_points(tw_obj_reader *reader, obj_bytes file, uint32_t *m
 
 /* ---- into the model -------------------------------------------------------------------------- */
 
-static tw_status copy_name(const tw_obj_reader *reader, tw_word word, const char **out) {
+static tw_status copy_name(tw_obj_reader *reader, tw_word word, const char **out) {
   if (word.length == 0) return TW_OK;
-  *out = tw_arena_name(reader->arena, word.text, word.length);
+  *out = tw_take_name(&reader->losses, reader->arena, word.text, word.length, 0);
   return *out ? TW_OK : tw_obj_fail_memory(reader);
 }
 
 /* The words of a name of at most 1024 bytes, one blank between two. */
-static tw_status copy_words(const tw_obj_reader *reader, tw_word name, const char **out) {
+static tw_status copy_words(tw_obj_reader *reader, tw_word name, const char **out) {
   char words[1024];
   size_t length = 0;
   for (tw_word word = tw_obj_cut_word(&name); word.length > 0; word = tw_obj_cut_word(&name)) {
@@ -153,10 +153,10 @@ static tw_status copy_words(const tw_obj_reader *reader, tw_word name, const cha
   return copy_name(reader, (tw_word){words, length}, out);
 }
 
-typedef tw_status copy_text(const tw_obj_reader *reader, tw_word text, const char **out);
+typedef tw_status copy_text(tw_obj_reader *reader, tw_word text, const char **out);
 
 /* *out: [names->count]. */
-static tw_status copy_names(const tw_obj_reader *reader, const tw_obj_names *names, copy_text *copy,
+static tw_status copy_names(tw_obj_reader *reader, const tw_obj_names *names, copy_text *copy,
                             uint32_t *count, const char ***out) {
   *count = (uint32_t)names->count;
   if (names->count == 0) return TW_OK;
@@ -345,7 +345,7 @@ static tw_word find_name(const obj_part *part) {
 }
 
 static tw_status build_mesh(const obj_part *part, tw_mesh *mesh) {
-  const tw_obj_reader *reader = part->reader;
+  tw_obj_reader *reader = part->reader;
   tw_mesh_init(mesh);
   tw_status status = copy_name(reader, find_name(part), &mesh->name);
   if (status == TW_OK) status = add_points(part, mesh);
@@ -393,8 +393,6 @@ static void warn(const tw_obj_reader *reader, tw_model *model) {
         (unsigned long long)reader->unknown_statements,
         tw_plural(reader->unknown_statements, "statement is left out,", "statements are left out, the first"),
         (unsigned long long)reader->first_unknown, tw_obj_quote_word(reader->unknown_word).text);
-  tw_model_warn_count(model, reader->tags.ignored, "subdivision tag is left out: its name is not known",
-                      "subdivision tags are left out: their names are not known");
   tw_losses_tell(&reader->losses, model);
 }
 

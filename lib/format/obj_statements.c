@@ -231,7 +231,7 @@ static tw_status read_uv(tw_obj_reader *reader, tw_obj_text *text) {
 }
 
 /* vn x y z. Normals do not shape the surface: one that is malformed or not finite becomes 0 0 0, which means
- * none. */
+ * none, as it does where it is written. */
 static void read_normal(tw_obj_reader *reader, tw_obj_text *text) {
   float *out = reader->normals + 3 * reader->read.normals++;
   uint64_t line = text->line;
@@ -245,6 +245,7 @@ static void read_normal(tw_obj_reader *reader, tw_obj_text *text) {
             "normals are left out: they are not three finite numbers", 1, line);
     return;
   }
+  tw_lose(&reader->losses, TW_ZERO_NORMAL, TW_ZERO_NORMALS, out[0] == 0 && out[1] == 0 && out[2] == 0, line);
   leave_rest(reader, text, "normal has numbers that are left out", "normals have numbers that are left out");
 }
 
@@ -500,14 +501,15 @@ static tw_status use_material(tw_obj_reader *reader, tw_obj_text *text) {
 
 /* s NUMBER, or s off, which is 0. Anything else has the effect of no `s`, and is told. */
 static void begin_smoothing(tw_obj_reader *reader, tw_obj_text *text) {
-  int64_t group;
-  tw_obj_text rest = *text;
-  reader->smoothing_group = 0;
-  if (tw_word_is(tw_obj_read_word(text), "off")) return;
-  tw_obj_skip_blanks(&rest);
-  bool is_group = tw_obj_read_integer(&rest, &group) && group >= 0 && group < UINT32_MAX;
+  int64_t group = 0;
+  tw_word word = tw_obj_read_word(text);
+  tw_obj_text number = tw_obj_text_of(word);
+  bool is_group = tw_word_is(word, "off") || (tw_obj_read_integer(&number, &group) &&
+                                              number.at == number.end && group >= 0 && group < UINT32_MAX);
   tw_lose(&reader->losses, "smoothing group is left out: it is no number",
           "smoothing groups are left out: they are no numbers", !is_group, text->line);
+  leave_rest(reader, text, "further smoothing group of a statement is left out: a face is in one",
+             "further smoothing groups of statements are left out: a face is in one");
   reader->smoothing_group = is_group ? (uint32_t)group : TW_OBJ_NO_VALUE;
 }
 
@@ -578,7 +580,7 @@ static void count_statement(tw_obj_reader *reader, tw_word word, tw_obj_text *fi
 
 /* Reads a statement whose text needs an end of its own (words may follow a `#`), or a rare one. */
 static tw_status read_bounded(tw_obj_reader *reader, tw_word word, tw_obj_text text) {
-  if (tw_word_is(word, "t")) return tw_obj_read_tag(&reader->tags, &text, reader->error);
+  if (tw_word_is(word, "t")) return tw_obj_read_tag(&reader->tags, &text, &reader->losses, reader->error);
   if (tw_word_is(word, TW_OBJ_COLORS)) return read_colors(reader, &text);
   if (tw_word_is(word, "g")) return begin_groups(reader, &text);
   if (tw_word_is(word, "s"))

@@ -8,9 +8,11 @@
 /* The tag that is being read. */
 typedef struct obj_tag {
   tw_error *error;
+  tw_losses *losses;
   tw_word name;
   uint64_t line;
   uint64_t int_count, float_count, string_count;
+  bool *has_more; /* set where a value of the tag is left out */
 } obj_tag;
 
 static tw_status bad_tag(const obj_tag *tag, const char *what) {
@@ -55,10 +57,25 @@ static tw_status read_tag_float(const obj_tag *tag, tw_obj_text *text, float *ou
   return TW_OK;
 }
 
-/* Skips floats, and checks that a string follows if the tag says so. */
-static tw_status skip_tag_rest(const obj_tag *tag, tw_obj_text *text, uint64_t floats) {
+/* Notes what of a tag is left out. */
+static void lose_of_tag(const obj_tag *tag, const char *one, const char *many, bool is_lost) {
+  tw_lose(tag->losses, one, many, is_lost, tag->line);
+}
+
+/* Passes over numbers that the tag's kind has no use for. */
+static tw_status skip_numbers(const obj_tag *tag, tw_obj_text *text, uint64_t ints, uint64_t floats) {
+  uint32_t number;
+  float value;
   tw_status status = TW_OK;
-  for (float value; floats > 0 && status == TW_OK; floats--) status = read_tag_float(tag, text, &value);
+  *tag->has_more |= ints + floats > 0;
+  for (; ints > 0 && status == TW_OK; ints--) status = read_tag_int(tag, text, &number);
+  for (; floats > 0 && status == TW_OK; floats--) status = read_tag_float(tag, text, &value);
+  return status;
+}
+
+/* Ends a tag of numbers: checks that a string follows if the tag says so. */
+static tw_status end_numbers(const obj_tag *tag, tw_obj_text *text, uint64_t floats) {
+  tw_status status = skip_numbers(tag, text, 0, floats);
   if (status == TW_OK && tag->string_count > 0 && tw_obj_statement_ends(text))
     status = bad_tag(tag, "a string of the tag is missing");
   return status;
@@ -82,8 +99,9 @@ static tw_status read_tag_indices(const obj_tag *tag, tw_obj_text *text, uint64_
 }
 
 /* Reads the floats of a tag as the sharpness of `count` elements into out[first] and the elements after it,
- * clamped to the range of meshes. There is one value for all elements or one for each; an element has `width`
- * ints, and like the tools this accepts one value for each int as well. */
+ * clamped to the range of meshes: all from 10 on is infinitely sharp. There is one value for all elements or
+ * one for each; an element has `width` ints, and like the tools this accepts one value for each int as well,
+ * of which the first counts. */
 static tw_status read_sharpness(const obj_tag *tag, tw_obj_text *text, uint64_t width, uint64_t count,
                                 uint64_t first, float *out) {
   uint64_t stride = tag->float_count == count ? 1 : width;
@@ -91,11 +109,15 @@ static tw_status read_sharpness(const obj_tag *tag, tw_obj_text *text, uint64_t 
   for (uint64_t i = 0; i < tag->float_count && status == TW_OK; i++) {
     float value = 0;
     status = read_tag_float(tag, text, &value);
-    if (i % stride == 0 && i / stride < count)
-      out[first + i / stride] = fminf(fmaxf(value, 0), TW_SHARPNESS_INFINITE);
+    if (status != TW_OK || i / stride >= count) continue;
+    float *sharpness = &out[first + i / stride], clamped = fminf(fmaxf(value, 0), TW_SHARPNESS_INFINITE);
+    *tag->has_more |= i % stride > 0 && *sharpness != clamped;
+    lose_of_tag(tag, "crease or corner has a sharpness below 0: it is 0",
+                "creases and corners have a sharpness below 0: it is 0", value < 0);
+    if (i % stride == 0) *sharpness = clamped;
   }
   for (uint64_t i = 1; tag->float_count == 1 && i < count; i++) out[first + i] = out[first];
-  return status == TW_OK ? skip_tag_rest(tag, text, 0) : status;
+  return status == TW_OK ? end_numbers(tag, text, 0) : status;
 }
 
 static tw_status read_crease_tag(tw_obj_tags *tags, const obj_tag *tag, tw_obj_text *text) {
@@ -128,7 +150,15 @@ static tw_status read_hole_tag(tw_obj_tags *tags, const obj_tag *tag, tw_obj_tex
   tw_status status =
       read_tag_indices(tag, text, tags->face_count, "face", "faces", tags->read.holes, tags->holes);
   tags->read.holes += tag->int_count;
-  return status == TW_OK ? skip_tag_rest(tag, text, tag->float_count) : status;
+  return status == TW_OK ? end_numbers(tag, text, tag->float_count) : status;
+}
+
+/* Sets what a tag says of the whole mesh. A later tag of its kind wins. */
+static void set_rule(const obj_tag *tag, int value, int *out) {
+  lose_of_tag(tag, "subdivision tag takes the place of another one of its name",
+              "subdivision tags take the place of others of their names",
+              *out != TW_TAG_UNSET && *out != value);
+  *out = value;
 }
 
 /* Reads the tag's one int and looks it up in a table. */
@@ -138,24 +168,21 @@ static tw_status set_from_int(const obj_tag *tag, tw_obj_text *text, const int *
   tw_status status = tag->int_count > 0 ? read_tag_int(tag, text, &value) : TW_OK;
   if (status == TW_OK && (tag->int_count != 1 || value >= size))
     status = bad_tag(tag, "the tag needs one integer, of those that it knows");
-  if (status == TW_OK) status = skip_tag_rest(tag, text, tag->float_count);
-  if (status == TW_OK) *out = table[value];
+  if (status == TW_OK) status = end_numbers(tag, text, tag->float_count);
+  if (status == TW_OK) set_rule(tag, table[value], out);
   return status;
 }
 
 /* Reads the tag's string, which follows its numbers: names[i] means values[i]. */
 static tw_status set_from_string(const obj_tag *tag, tw_obj_text *text, const char *const *names,
                                  const int *values, const char *fault, int *out) {
-  uint32_t number;
-  tw_status status = TW_OK;
-  for (uint64_t i = 0; i < tag->int_count && status == TW_OK; i++) status = read_tag_int(tag, text, &number);
-  if (status == TW_OK) status = skip_tag_rest(tag, text, tag->float_count);
+  tw_status status = skip_numbers(tag, text, tag->int_count, tag->float_count);
   if (status != TW_OK) return status;
   tw_word word = {"", 0};
   if (tag->string_count > 0) word = tw_obj_read_word(text);
   for (size_t i = 0; names[i]; i++) {
     if (!tw_word_is(word, names[i])) continue;
-    *out = values[i];
+    set_rule(tag, values[i], out);
     return TW_OK;
   }
   return bad_tag(tag, fault);
@@ -188,7 +215,7 @@ static tw_status read_uv_tag(tw_obj_tags *tags, const obj_tag *tag, tw_obj_text 
   return set_from_int(tag, text, rules, 6, &tags->uv);
 }
 
-tw_status tw_obj_read_tag(tw_obj_tags *tags, tw_obj_text *text, tw_error *error) {
+tw_status tw_obj_read_tag(tw_obj_tags *tags, tw_obj_text *text, tw_losses *losses, tw_error *error) {
   static const struct {
     const char *name;
     tw_status (*read)(tw_obj_tags *tags, const obj_tag *tag, tw_obj_text *text);
@@ -199,14 +226,23 @@ tw_status tw_obj_read_tag(tw_obj_tags *tags, tw_obj_text *text, tw_error *error)
                {"facevaryinginterpolateboundary", read_uv_tag},
                {"creasemethod", read_creasing_tag},
                {"smoothtriangles", read_triangles_tag}};
-  obj_tag tag = {.error = error, .line = text->line, .name = tw_obj_read_word(text)};
+  bool has_more = false;
+  obj_tag tag = {.error = error,
+                 .losses = losses,
+                 .line = text->line,
+                 .name = tw_obj_read_word(text),
+                 .has_more = &has_more};
   tags->any = true;
   for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++) {
     if (!tw_word_is(tag.name, kinds[i].name)) continue;
     if (!read_counts(text, &tag)) return bad_tag(&tag, "the tag's counts are not INTS/FLOATS/STRINGS");
-    return kinds[i].read(tags, &tag, text);
+    tw_status status = kinds[i].read(tags, &tag, text);
+    lose_of_tag(&tag, "subdivision tag has values that are left out",
+                "subdivision tags have values that are left out", has_more || !tw_obj_statement_ends(text));
+    return status;
   }
-  tags->ignored++;
+  lose_of_tag(&tag, "subdivision tag is left out: its name is not known",
+              "subdivision tags are left out: their names are not known", true);
   return TW_OK;
 }
 

@@ -4,6 +4,7 @@
 #ifndef TWEEND_OBJ_TAGS_H
 #define TWEEND_OBJ_TAGS_H
 
+#include "losses.h"
 #include "obj_text.h"
 
 typedef struct tw_obj_tag_counts {
@@ -22,14 +23,13 @@ typedef struct tw_obj_tags {
 
   bool any;                              /* the file has a `t` */
   int boundary, uv, creasing, triangles; /* TW_TAG_UNSET without a tag */
-  uint64_t ignored;                      /* tags with an unknown name */
 } tw_obj_tags;
 
 /* Adds the most elements that the tag behind a `t` can hold: as many as it says, but no more than its text
  * has room for. */
 void tw_obj_count_tag(tw_obj_tag_counts *all, tw_obj_text *text);
 
-/* Reads the tag behind a `t`. TW_SYNTAX, TW_INVALID. */
-tw_status tw_obj_read_tag(tw_obj_tags *tags, tw_obj_text *text, tw_error *error);
+/* Reads the tag behind a `t`, and notes what of it is left out. TW_SYNTAX, TW_INVALID. */
+tw_status tw_obj_read_tag(tw_obj_tags *tags, tw_obj_text *text, tw_losses *losses, tw_error *error);
 
 #endif

@@ -389,7 +389,7 @@ static tw_status take_number(ply_file *file, const ply_property *property, doubl
                              tw_polygons_read *out) {
   float single = (float)value;
   ply_use use = property->use;
-  if (!isfinite(single) && use < PLY_NX)
+  if (!isfinite(single) && use < PLY_U)
     return tw_fail(file->error, TW_INVALID, "vertex %zu: a number is not finite", row);
   if (use <= PLY_Z)
     out->positions[3 * row + use] = single;
@@ -413,11 +413,19 @@ static void end_face(tw_polygons_read *out) {
   out->face_offsets[++out->face_count] = out->corner_count;
 }
 
+/* Ends a strip, after which another one may begin in the same row. */
+static void end_strip(ply_file *file) {
+  tw_lose(&file->losses, "strip has fewer than three corners, and so no triangle",
+          "strips have fewer than three corners, and so no triangles",
+          file->row.strip_count > 0 && file->row.strip_count < 3, 0);
+  file->row.strip_count = 0;
+}
+
 /* Adds a corner to a strip; -1 begins another one. Triangles without area join strips. */
 static tw_status take_strip_corner(ply_file *file, double value, tw_polygons_read *out) {
   ply_row *row = &file->row;
   if (value == -1 || value == UINT32_MAX) {
-    row->strip_count = 0;
+    end_strip(file);
     return TW_OK;
   }
   tw_status status = check_corner(file, value, out);
@@ -478,17 +486,27 @@ static void end_corners(ply_file *file, const ply_element *element, tw_polygons_
 /* Completes a vertex, face or strip whose numbers are all read. */
 static void end_row(ply_file *file, const ply_element *element, size_t row, tw_polygons_read *out) {
   if (element->kind != PLY_VERTICES) {
-    if (element->kind == PLY_FACES) end_face(out);
+    if (element->kind == PLY_FACES)
+      end_face(out);
+    else
+      end_strip(file);
     end_corners(file, element, out);
     return;
   }
   if (out->colors && !element->uses[PLY_ALPHA]) out->colors[4 * row + 3] = 1;
-  float *normal = out->normals ? out->normals + 3 * row : NULL;
-  if (normal && !(isfinite(normal[0]) && isfinite(normal[1]) && isfinite(normal[2]))) {
-    normal[0] = normal[1] = normal[2] = 0; /* none */
-    tw_lose(&file->losses, "normal is left out: it is not three finite numbers",
-            "normals are left out: they are not three finite numbers", 1, 0);
+  float *uv = out->uvs ? out->uvs + 2 * row : NULL, *normal = out->normals ? out->normals + 3 * row : NULL;
+  if (uv && !(fabsf(uv[0]) <= TW_COORDINATE_MAX && fabsf(uv[1]) <= TW_COORDINATE_MAX)) {
+    uv[0] = uv[1] = 0;
+    tw_lose(&file->losses, "texture coordinate is 0 0: it has no numbers up to 1e18",
+            "texture coordinates are 0 0: they are no numbers up to 1e18", 1, 0);
   }
+  if (!normal) return;
+  tw_lose(&file->losses, TW_ZERO_NORMAL, TW_ZERO_NORMALS, normal[0] == 0 && normal[1] == 0 && normal[2] == 0,
+          0);
+  if (isfinite(normal[0]) && isfinite(normal[1]) && isfinite(normal[2])) return;
+  normal[0] = normal[1] = normal[2] = 0; /* none */
+  tw_lose(&file->losses, "normal is left out: it is not three finite numbers",
+          "normals are left out: they are not three finite numbers", 1, 0);
 }
 
 /* Reads a row. out: NULL to skip it, or to count what it becomes only. */

@@ -117,9 +117,15 @@ static bool points_back(const float normal[3], const float p[9]) {
   return dot < 0 && dot * dot > 0.25 * own * of_points; /* slivers may point anywhere */
 }
 
-static void lose_normal(tw_losses *losses, uint64_t line) {
-  tw_lose(losses, "normal of a facet points against the order of its corners: the order counts",
-          "normals of facets point against the order of their corners: the order counts", 1, line);
+/* Notes a normal that is not what the corners of its facet say. 0 0 0 means that these count. */
+static void check_normal(const float normal[3], const float points[9], uint64_t line, tw_losses *losses) {
+  bool is_finite = isfinite(normal[0]) && isfinite(normal[1]) && isfinite(normal[2]);
+  if (!is_finite)
+    tw_lose(losses, "normal of a facet is no three finite numbers: the order of its corners counts",
+            "normals of facets are no three finite numbers: the order of their corners counts", 1, line);
+  else if (points_back(normal, points))
+    tw_lose(losses, "normal of a facet points against the order of its corners: the order counts",
+            "normals of facets point against the order of their corners: the order counts", 1, line);
 }
 
 /* Notes what the header, the attribute bytes and the bytes behind the facets hold beyond colours. */
@@ -146,7 +152,7 @@ static tw_status read_facet(const uint8_t *at, uint32_t f, tw_polygons_read *out
     points[i] = tw_read_f32(at + 12 + 4 * i);
     if (!isfinite(points[i])) return tw_fail(error, TW_INVALID, "facet %u: a coordinate is not finite", f);
   }
-  if (points_back(normal, points)) lose_normal(losses, 0);
+  check_normal(normal, points, 0, losses);
   out->face_offsets[f] = 3 * f;
   return TW_OK;
 }
@@ -184,6 +190,10 @@ typedef struct stl_text {
   const char *at, *end;
   uint64_t line; /* of `at`, from 1 */
 } stl_text;
+
+static stl_text text_of(const uint8_t *bytes, size_t size) {
+  return (stl_text){(const char *)bytes + tw_byte_order_mark(bytes, size), (const char *)bytes + size, 1};
+}
 
 static bool is_space(char c) {
   return c == ' ' || (c >= '\t' && c <= '\r');
@@ -225,21 +235,15 @@ static tw_status end_loop(tw_polygons_read *out, uint64_t line, tw_error *error)
   return TW_OK;
 }
 
-/* Reads the normal of a facet, which holds for its loops; 0 0 0 for one that is no three numbers. */
-static void read_normal(stl_text *text, float out[3], tw_losses *losses) {
+/* Reads the normal of a facet, which holds for its loops. A number that is missing is NAN. */
+static void read_normal(stl_text *text, float out[3]) {
   stl_text rest = *text;
   double value;
-  int count = 0;
-  bool are_finite = true;
-  for (; count < 3 && tw_word_number(next_word(&rest), &value); count++) {
-    out[count] = (float)value;
-    are_finite = are_finite && isfinite(out[count]);
+  for (int i = 0; i < 3; i++) out[i] = NAN;
+  for (int i = 0; i < 3 && tw_word_number(next_word(&rest), &value); i++) {
+    out[i] = (float)value;
     *text = rest;
   }
-  if (count == 3 && are_finite) return;
-  memset(out, 0, 3 * sizeof *out);
-  tw_lose(losses, "normal of a facet is no three finite numbers: the order of its corners counts",
-          "normals of facets are no three finite numbers: the order of their corners counts", 1, text->line);
 }
 
 /* Reads the name of a solid, which goes to the end of its line. */
@@ -335,12 +339,12 @@ static tw_status read_text(stl_text text, tw_polygons_read *out, stl_solids *sol
     } else if (word_is(word, "endloop") && in_loop) {
       const float *points = out->positions + 3 * (size_t)out->face_offsets[out->face_count];
       status = end_loop(out, text.line, error);
-      if (status == TW_OK && points_back(normal, points)) lose_normal(losses, text.line);
+      if (status == TW_OK) check_normal(normal, points, text.line, losses);
       in_loop = false;
     } else if (word_is(word, "loop") && !in_loop) {
       in_loop = true;
     } else if (word_is(word, "normal") && !in_loop) {
-      read_normal(&text, normal, losses);
+      read_normal(&text, normal);
     } else if (word_is(word, "solid")) {
       begin_solid(&text, solids);
     } else if (word_is(word, "endsolid")) {
@@ -372,7 +376,7 @@ static void read_exact(void *file, double *out) {
 
 bool tw_is_stl(const uint8_t *bytes, size_t size) {
   if (is_binary(bytes, size)) return true;
-  stl_text text = {(const char *)bytes, (const char *)bytes + size, 1};
+  stl_text text = text_of(bytes, size);
   return word_is(next_word(&text), "solid");
 }
 
@@ -398,9 +402,8 @@ static tw_status number_corners(tw_polygons_read *read, tw_arena *arena, tw_erro
 
 static tw_status read_facets(const uint8_t *bytes, size_t size, tw_polygons_read *out, stl_solids *solids,
                              tw_losses *losses, tw_error *error) {
-  const stl_text text = {(const char *)bytes, (const char *)bytes + size, 1};
   return is_binary(bytes, size) ? read_binary(bytes, size, out, losses, error)
-                                : read_text(text, out, solids, losses, error);
+                                : read_text(text_of(bytes, size), out, solids, losses, error);
 }
 
 /* Nothing in an STL but the angles of its facets tells which edges are hard. */
@@ -427,13 +430,13 @@ tw_status tw_stl_read(const uint8_t *bytes, size_t size, tw_quads quads, tw_weld
                          : tw_fail(error, TW_NO_MEMORY, "out of memory");
   if (status == TW_OK) status = read_facets(bytes, size, &read, &solids, &losses, error);
   if (status == TW_OK) status = number_corners(&read, model->arena, error);
-  stl_text text = {(const char *)bytes, (const char *)bytes + size, 1};
+  stl_text text = text_of(bytes, size);
   if (status == TW_OK)
     status = tw_polygons_enter_frame(&read, is_binary(bytes, size) ? NULL : read_exact, &text, error);
   if (status == TW_OK) status = tw_model_of_polygons(&read, weld, model, &losses, error);
   if (status == TW_OK) status = finish_mesh(quads, model, error);
   if (status == TW_OK && solids.name.length > 0) {
-    model->meshes[0].name = tw_arena_name(model->arena, solids.name.text, solids.name.length);
+    model->meshes[0].name = tw_take_name(&losses, model->arena, solids.name.text, solids.name.length, 0);
     if (!model->meshes[0].name) status = tw_fail(error, TW_NO_MEMORY, "out of memory");
   }
   tw_lose(&losses, "solid is one mesh with the first one, and its name is left out",

@@ -1003,6 +1003,10 @@ TEST_WITH(a_name_is_that_of_the_query_the_request_or_the_file, loopback_setup, l
   assert_named(*state, "/v1/models?name=../../e", form, PART("e"), "e");
   assert_named(*state, "/v1/models", NULL, NAMED_FACE("f"), "f");
   assert_named(*state, "/v1/models?name=", NULL, NAMED_FACE("g"), "g");
+  assert_named(*state, "/v1/models", "Content-Disposition: inline; filename=\"caf\xE9.obj\"\n",
+               NAMED_FACE("h"), "café.obj");
+  assert_named(*state, "/v1/models", "Content-Disposition: inline; filename*=ISO-8859-1''caf%E9.obj\n",
+               NAMED_FACE("i"), "café.obj");
 }
 
 TEST_WITH(the_name_of_the_first_upload_stays, loopback_setup, loopback_teardown) {

@@ -23,7 +23,7 @@ typedef struct row {
   const char *shown; /* with ' in place of "; NULL from SHAPE on */
 } row;
 
-/* A row with its file. */
+/* A row with its file, likewise, in which '@' stands for the plain file. */
 typedef struct text_row {
   const char *construct;
   place where;
@@ -70,17 +70,19 @@ static void assert_told(loopback *loop, const char *type, const row *row, const 
   reply_free(&plain);
 }
 
-/* rows: texts in which '@' stands for the plain file. */
 static void assert_all_told(loopback *loop, const char *type, const char *plain, const text_row *rows,
                             size_t count) {
+  char *without = quoted(plain);
   for (size_t i = 0; i < count; i++) {
     char text[4096];
     const char *at = strchr(rows[i].text, '@');
     snprintf(text, sizeof text, "%.*s%s%s", (int)(at ? at - rows[i].text : 0), rows[i].text, at ? plain : "",
              at ? at + 1 : rows[i].text);
+    quote(text);
     const row one = {rows[i].construct, rows[i].where, rows[i].shown};
-    assert_told(loop, type, &one, text, strlen(text), plain, strlen(plain));
+    assert_told(loop, type, &one, text, strlen(text), without, strlen(without));
   }
+  free(without);
 }
 
 /* ---- OBJ: appendix B1 of Wavefront's manual, and what tools added ---------------------------- */
@@ -110,6 +112,7 @@ TEST_WITH(obj_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
       {"vn", OBJ, "vn 0.6 0.8 0", "vn 0.6 0.8 0\n@f 1//1 2//1 4//1\n"},
       {"vn of another length", OBJ, "vn 0 0.6 0.8", "vn 0 3 4\n@f 1//1 2//1 4//1\n"},
       {"vn of no corner", WARNING, "1 normal of no corner", "vn 0 0 1\n@"},
+      {"vn of no length", WARNING, "1 normal is 0 0 0", "vn 0 0 0\n@f 1//1 2//1 4//1\n"},
       {"vn that is none", WARNING, "normal is left out", "vn nan 0 0\n@"},
       {"vn without v", WARNING, "the file has no vn", "@f 1//1 2//1 4//1\n"},
       {"f of two corners", WARNING, "fewer than three", "@f 1 2\n"},
@@ -126,6 +129,8 @@ TEST_WITH(obj_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
       {"g without faces", WARNING, "1 set of groups without faces", "o a\ng idle\ng used\n@"},
       {"g with faces further on", GLTF, "['used']", "o a\ng used\n# none\ng default\n@g used\nf 2 3 4\n"},
       {"s", HARD, NULL, "s off\n@"},
+      {"s of two numbers", WARNING, "1 further smoothing group", "s 1 2\n@"},
+      {"s with a fraction", WARNING, "smoothing group is left out", "s 1.5\n@"},
       {"s of no number", WARNING, "smoothing group is left out", "s all\n@"},
       {"usemtl", GLTF, "'name':'red'", "usemtl red\n@"},
       {"mtllib", WARNING, "libraries of materials", "mtllib a.mtl\n@"},
@@ -138,6 +143,24 @@ TEST_WITH(obj_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
       {"t facevaryinginterpolateboundary", OBJ, "t facevaryinginterpolateboundary",
        "vt 0 0\n@f 1/1 2/1 4/1\nt facevaryinginterpolateboundary 1/0/0 5\n"},
       {"t smoothtriangles", OBJ, "t smoothtriangles", "@t smoothtriangles 0/0/1 smooth\n"},
+      {"t with numbers behind its own", WARNING, "1 subdivision tag has values", "@t crease 2/1/0 0 1 2 3\n"},
+      {"t with words behind its own", WARNING, "1 subdivision tag has values", "@t corner 1/1/1 0 2 a\n"},
+      {"t with floats of no use", WARNING, "1 subdivision tag has values", "@t hole 1/1/0 0 5\n"},
+      {"t with integers of no use", WARNING, "1 subdivision tag has values",
+       "@t creasemethod 1/0/1 7 chaikin\n"},
+      {"t with two strings", WARNING, "1 subdivision tag has values",
+       "@t creasemethod 0/0/2 chaikin normal\n"},
+      {"t crease with two values an edge", WARNING, "1 subdivision tag has values",
+       "@t crease 2/2/0 0 1 2 3\n"},
+      {"t with a sharpness below 0", WARNING, "1 crease or corner has a sharpness below 0",
+       "@t corner 1/1/0 0 -2\n"},
+      {"t with another number before", WARNING, "1 subdivision tag takes the place",
+       "@t interpolateboundary 1/0/0 1\nt interpolateboundary 1/0/0 2\n"},
+      {"t with another word before", WARNING, "1 subdivision tag takes the place",
+       "@t smoothtriangles 0/0/1 smooth\nt smoothtriangles 0/0/1 catmark\n"},
+      {"a name in Latin-1", WARNING, "1 name is not UTF-8", "o caf\xE9\n@"},
+      {"names in Latin-1", WARNING, "2 names are not UTF-8", "o a\nusemtl caf\xE9\ng caf\xE9\n@"},
+      {"a name with control characters", WARNING, "1 name has control characters", "usemtl a\x07z\n@"},
       {"t of another name", WARNING, "subdivision tag", "@t vertexedit 1/1/1 0 1 a\n"},
       {"another statement", WARNING, "none that is known", "@pose 1\n"}};
   assert_all_told(*state, "model/obj", FOLD, rows, sizeof rows / sizeof *rows);
@@ -190,11 +213,15 @@ TEST_WITH(ply_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
       {"normals", SHAPE, NULL, VERTEX("property float nx\nproperty float ny\nproperty float nz\n", "1 0 0")},
       {"a normal that is none", WARNING, "normals are left out",
        VERTEX("property float nx\nproperty float ny\nproperty float nz\n", "nan 0 0")},
+      {"normals of no length", WARNING, "3 normals are 0 0 0",
+       VERTEX("property float nx\nproperty float ny\nproperty float nz\n", "0 0 0")},
       {"a part of normals", WARNING, "vertex.nx", VERTEX("property float nx\n", "1")},
       {"colours", GLTF, "COLOR_0", VERTEX(RGB, "255 0 0")},
       {"alpha", GLTF, "COLOR_0", VERTEX(RGB "property uchar alpha\n", "255 0 0 9")},
       {"a part of colours", WARNING, "vertex.red", VERTEX("property uchar red\n", "255")},
       {"texture coordinates", OBJ, "vt 0.25 0.5", VERTEX("property float s\nproperty float t\n", "0.25 0.5")},
+      {"texture coordinates that are none", WARNING, "3 texture coordinates are 0 0",
+       VERTEX("property float s\nproperty float t\n", "nan 0.5")},
       {"a part of them", WARNING, "vertex.u", VERTEX("property float u\n", "0.25")},
       {"another property", WARNING, "vertex.quality", VERTEX("property float quality\n", "1")},
       {"a list of vertices", WARNING, "vertex.near", VERTEX("property list uchar int near\n", "1 2")},
@@ -206,6 +233,9 @@ TEST_WITH(ply_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
       {"tristrips", MODEL, "'faces':2,",
        PLY_HEAD PLY_XYZ("4") "element tristrips 1\nproperty list int int vertex_indices\n" PLY_END
                              "0 0 0\n1 0 0\n0 1 0\n1 1 0\n4 0 1 2 3\n"},
+      {"tristrips of two corners", WARNING, "2 strips have fewer than three corners",
+       PLY_HEAD PLY_XYZ("4") "element tristrips 1\nproperty list int int vertex_indices\n" PLY_END
+                             "0 0 0\n1 0 0\n0 1 0\n1 1 0\n9 3 2 -1 0 1 2 3 -1 1\n"},
       {"faces without corners", WARNING, "left out: face",
        PLY_HEAD PLY_XYZ("3") "element face 1\nproperty int a\n" PLY_END "0 0 0\n1 0 0\n0 1 0\n7\n"},
       {"a point of no face", WARNING, "point is in no face",
@@ -225,6 +255,10 @@ TEST_WITH(text_of_stl_loses_nothing_in_silence, loopback_setup, loopback_teardow
   "facet normal " normal "\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
   static const text_row rows[] = {
       {"the name of a solid", MODEL, "'name':'part'", "solid part\n" FACET("0 0 1") "endsolid\n"},
+      {"a name in Latin-1", WARNING, "1 name is not UTF-8", "solid caf\xE9\n" FACET("0 0 1") "endsolid\n"},
+      {"a name with control characters", WARNING, "1 name has control characters",
+       "solid a\x07z\n" FACET("0 0 1") "endsolid\n"},
+      {"a byte order mark", COMMENT, NULL, "\xEF\xBB\xBF@"},
       {"a second solid", WARNING, "solid is one mesh with the first",
        "solid\n" FACET("0 0 1") "endsolid\nsolid\nendsolid\n"},
       {"a normal against the corners", WARNING, "against the order", "solid\n" FACET("0 0 -1") "endsolid\n"},
@@ -286,6 +320,17 @@ TEST_WITH(binary_stl_loses_nothing_in_silence, loopback_setup, loopback_teardown
   }
 }
 
+TEST_WITH(normals_of_binary_stl_that_are_none_are_told, loopback_setup, loopback_teardown) {
+  uint8_t body[400];
+  size_t size = binary_facet(body, "", 0, "", 1);
+  const float none = NAN;
+  memcpy(body + 84, &none, sizeof none);
+  const row one = {"a normal that is none", WARNING, "1 normal of a facet is no three finite numbers"};
+  reply r = ask(*state, "model/stl", body, size, one.where);
+  assert_true(shows(&r, NULL, &one));
+  reply_free(&r);
+}
+
 TEST_WITH(attributes_beside_colours_are_told, loopback_setup, loopback_teardown) {
   uint8_t body[400];
   size_t size = binary_facet(body, "", 0x801F, "", 2);
@@ -310,7 +355,10 @@ TEST_WITH(bvh_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
        JOINT("OFFSET 0 1 0\nOFFSET 0 2 0\n", "1 Zrotation", "") FRAMES("2") "0\n90\n"},
       {"a channel of scale", WARNING, "channel of scale is left out",
        JOINT("OFFSET 0 2 0\n", "2 Zrotation Xscale", "") FRAMES("2") "0 1\n90 1\n"},
-      {"the name of an End Site", WARNING, "name of 1 end site",
+      {"a name in Latin-1", WARNING, "1 name is not UTF-8",
+       "HIERARCHY\nROOT h\xFC"
+       "fte\n{\nOFFSET 0 2 0\nCHANNELS 0\n}\n" FRAMES("0")},
+      {"the name of an End Site", WARNING, "1 name of an end site",
        JOINT("OFFSET 0 2 0\n", "1 Zrotation", " tip") FRAMES("2") "0\n90\n"},
       {"Frames of another number", WARNING, "Frames: says 9",
        JOINT("OFFSET 0 2 0\n", "1 Zrotation", "") FRAMES("9") "0\n90\n"},
@@ -337,6 +385,8 @@ TEST_WITH(tweend_json_loses_nothing_in_silence, loopback_setup, loopback_teardow
       {"uvs", OBJ, "vt 0.25 0.5", "{'meshes':[{" MESH ",'uvs':[[0.25,0.5],[1,0],[0,1],[1,1]]}]}"},
       {"face_uvs", OBJ, "vt 0.25 0.5",
        "{'meshes':[{" MESH ",'uvs':[[0.25,0.5]],'face_uvs':[[0,0,0],[0,0,0]]}]}"},
+      {"uvs of no corner", WARNING, "1 texture coordinate of no corner",
+       "{'meshes':[{" MESH ",'uvs':[[0.25,0.5],[0,0]],'face_uvs':[[0,0,0],[0,0,0]]}]}"},
       {"creases", OBJ, "t crease", "{'meshes':[{" MESH ",'creases':[{'edge':[0,1],'sharpness':2.5}]}]}"},
       {"corners", OBJ, "t corner", "{'meshes':[{" MESH ",'corners':[{'vertex':0,'sharpness':2}]}]}"},
       {"holes", SHAPE, NULL, "{'meshes':[{" MESH ",'holes':[1]}]}"},
@@ -363,13 +413,7 @@ TEST_WITH(tweend_json_loses_nothing_in_silence, loopback_setup, loopback_teardow
        CLIP("'path':'rotation','times':[0,1],'quaternions':[[0,0,0,1],[0,0,1,0]]")},
       {"values", GLTF, "STEP",
        CLIP("'path':'translation','interpolation':'step','times':[0,1],'values':[[0,0,0],[1,0,0]]")}};
-  for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-    char *text = quoted(rows[i].text), *plain = quoted("{'meshes':[{" MESH "}]}");
-    const row one = {rows[i].construct, rows[i].where, rows[i].shown};
-    assert_told(*state, "application/json", &one, text, strlen(text), plain, strlen(plain));
-    free(text);
-    free(plain);
-  }
+  assert_all_told(*state, "application/json", "{'meshes':[{" MESH "}]}", rows, sizeof rows / sizeof *rows);
   assert_problem(loopback_post(*state, "/v1/models", "application/json", "{'meshes':[{" MESH ",'more':1}]}"),
                  400, "/meshes/0", "unknown member");
 }
@@ -523,6 +567,10 @@ TEST_WITH(gltf_loses_nothing_in_silence, loopback_setup, loopback_teardown) {
       {{"node.camera", GLTF, "'camera':0"},
        .node = ",'camera':0",
        .rest = ",'cameras':[{'type':'perspective','perspective':{'yfov':1,'znear':0.5}}]"},
+      {{"node.camera that is not there", WARNING, "1 camera of a node is left out"}, .node = ",'camera':0"},
+      {{"node.camera that is text", WARNING, "1 camera of a node is left out"},
+       .node = ",'camera':'0'",
+       .rest = ",'cameras':[{'type':'perspective','perspective':{'yfov':1,'znear':0.5}}]"},
       {{"the order of node.children", GLTF, "'children':[2,1]"}, .node = ",'children':[2,1]"},
       {{"node.skin", GLTF, "'skin':0"},
        .node = ",'skin':0",
@@ -668,6 +716,12 @@ TEST_WITH(gltf_tells_of_what_nothing_names, loopback_setup, loopback_teardown) {
        "",
        ""},
       {{"bytes of no buffer view", WARNING, "10 bytes of buffers are left out"}, "36", "3", "", "", ""},
+      {{"NORMAL of no length", WARNING, "1 normal or tangent is 0 0 0"},
+       "48",
+       "3",
+       ",'NORMAL':2",
+       ",{'bufferView':0,'componentType':5126,'count':3,'type':'VEC3'}",
+       ""},
       {{"NORMAL off unit length", WARNING, "1 normal or tangent is not of unit length"},
        "48",
        "3",
@@ -726,12 +780,49 @@ TEST_WITH(bytes_behind_the_buffer_of_a_glb_are_told, loopback_setup, loopback_te
     memcpy(glb + 20, json, sizeof json - 1);
     memcpy(glb + 20 + json_size, bin, sizeof bin);
     memcpy(glb + 28 + json_size, triangle, sizeof triangle);
-    const row one = {"bytes of the BIN chunk", WARNING, "8 bytes of the BIN chunk are left out"};
+    const row one = {"bytes of the BIN chunk", WARNING, "8 bytes behind the lengths of buffers are left out"};
     reply r = ask(*state, "model/gltf-binary", glb, size, one.where);
     assert_int_equal(r.status, 201);
     assert_int_equal(shows(&r, NULL, &one), more > 3);
     reply_free(&r);
   }
+}
+
+TEST_WITH(bytes_behind_the_length_of_a_data_uri_are_told, loopback_setup, loopback_teardown) {
+  char *text =
+      quoted("{'asset':{'version':'2.0'},'buffers':[{'byteLength':36,'uri':'data:application/octet-stream;"
+             "base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAA'}],'bufferViews':[{'buffer':0,"
+             "'byteLength':36}],'accessors':[{'bufferView':0,'componentType':5126,'count':3,'type':"
+             "'VEC3'}],'meshes':[{'primitives':[{'attributes':{'POSITION':0}}]}]}");
+  const row one = {"bytes of a data URI", WARNING, "3 bytes behind the lengths of buffers are left out"};
+  reply r = ask(*state, "model/gltf+json", text, strlen(text), one.where);
+  assert_int_equal(r.status, 201);
+  assert_true(shows(&r, NULL, &one));
+  reply_free(&r);
+  free(text);
+}
+
+/* Forms of faces alone say where no face is in them. */
+TEST_WITH(answers_without_faces_say_so, loopback_setup, loopback_teardown) {
+  static const char *const forms[] = {"obj", "stl", "ply", "3mf"};
+  static const struct {
+    const char *text, *says;
+  } models[] = {{"{'nodes':[{'name':'n'}]}", "%20is%20empty%3A%20the%20model%20has%20no%20mesh"},
+                {"{'meshes':[{" MESH ",'holes':[0,1]}]}", "%20is%20empty%3A%20no%20node%20shows%20a%20face"},
+                {"{'meshes':[{" MESH "}]}", NULL}};
+  for (size_t m = 0; m < sizeof models / sizeof *models; m++)
+    for (size_t i = 0; i < sizeof forms / sizeof *forms; i++) {
+      char target[64], wanted[100], *text = quoted(models[m].text);
+      snprintf(target, sizeof target, "/v1/surface.%s?level=0", forms[i]);
+      snprintf(wanted, sizeof wanted, "surface.%s%s", forms[i],
+               models[m].says ? models[m].says : "%20is%20empty");
+      reply r = loopback_ask(*state, "POST", target, "Content-Type: application/json\n", text, strlen(text));
+      const char *warning = reply_header(&r, "X-Tweend-Warning");
+      assert_int_equal(r.status, 200);
+      assert_int_equal(warning && strstr(warning, wanted), models[m].says != NULL);
+      reply_free(&r);
+      free(text);
+    }
 }
 
 /* What nodes alone cannot show is told, and names no accessor that is not there. */

@@ -257,7 +257,8 @@ TEST(notations_of_real_files_read_alike) {
     assert_true(model->nodes[0].rest.translation[1] == 1 && model->nodes[1].rest.translation[1] == 2);
     assert_int_equal(model->warning_count, t == 3);
     if (t == 3)
-      assert_string_equal(model->warnings[0], "3 numbers have a comma, which is read as the decimal point");
+      assert_string_equal(model->warnings[0],
+                          "3 numbers have a comma, the first in line 3: it is read as the decimal point");
     const tw_track_keys *track = track_of(model, "Hips", TW_ROTATION);
     assert_int_equal(track->order, TW_ZYX);
     assert_int_equal(track->key_count, 2);
@@ -284,9 +285,12 @@ TEST(names_hold_blanks_and_keywords) {
   assert_int_equal(model->nodes[3].parent, 1);
   assert_int_equal(model->nodes[7].parent, 6);
   assert_int_equal(model->clip_count, 0);
-  assert_int_equal(model->warning_count, 3);
-  assert_string_equal(model->warnings[0], "8 joints have no OFFSET: they are where their parents are");
-  /* and the end site's name, and no MOTION */
+  assert_int_equal(model->warning_count, 4);
+  assert_string_equal(model->warnings[0], "there is no MOTION, and so no clip");
+  assert_string_equal(model->warnings[1],
+                      "1 name of an end site is left out, in line 6: it is named after its joint");
+  assert_string_equal(model->warnings[2], "1 name is not UTF-8: it is read as Latin-1");
+  assert_string_equal(model->warnings[3], "8 joints have no OFFSET: they are where their parents are");
   tw_model_destroy(model);
 }
 
@@ -297,8 +301,9 @@ TEST(the_last_of_several_offsets_counts_and_they_are_told) {
   assert_true(model->nodes[0].rest.translation[0] == 0 && model->nodes[0].rest.translation[1] == 1);
   assert_true(model->nodes[1].rest.translation[0] == 7);
   assert_int_equal(model->warning_count, 2);
-  assert_string_equal(model->warnings[0], "2 OFFSETs take the place of others before them in their joints");
-  assert_string_equal(model->warnings[1], "MOTION has no frame, and so there is no clip");
+  assert_string_equal(model->warnings[0], "MOTION has no frame, and so there is no clip");
+  assert_string_equal(model->warnings[1],
+                      "2 OFFSETs take the place of others before them in their joints, the first in line 5");
   tw_model_destroy(model);
 }
 

@@ -145,7 +145,7 @@ TEST(what_is_left_out_is_said) {
                 "'B':{'accessor':'x'}}},{'extensions':{'A':{'bufferViews':[0]}},'extras':{'bufferView':0}}]");
   assert_int_equal(glb_warning_count(model), 2);
   assert_string_equal(glb_warning(model, 0),
-                      "the extension A at /nodes/1 is left out: its data is in buffers, as at 1 more places");
+                      "the extension A at /nodes/1 is left out: its data is in buffers, as at 1 more place");
   assert_string_equal(model->nodes[1].preserved, "{\"extensions\":{\"B\":{\"accessor\":\"x\"}}}");
   assert_string_equal(model->nodes[2].preserved, "{\"extras\":{\"bufferView\":0}}");
   tw_model_destroy(model);

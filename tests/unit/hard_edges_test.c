@@ -180,8 +180,9 @@ TEST(a_normal_that_is_none_says_nothing) {
                             "vn 0 0 0\nf 1//1 2//1 3//1 4//1\nf 2//2 1//3 5 6//2\n";
   assert_counts(obj, 0, 1, 0);
   tw_model *model = read_obj(obj);
-  assert_int_equal(model->warning_count, 1);
+  assert_int_equal(model->warning_count, 2);
   assert_non_null(strstr(model->warnings[0], "1 normal is left out"));
+  assert_non_null(strstr(model->warnings[1], "1 normal is 0 0 0"));
   tw_model_destroy(model);
 }
 

@@ -617,7 +617,8 @@ TEST(tags_reach_the_mesh) {
   assert_int_equal(mesh->tag_uv, TW_UV_ALL);
   assert_int_equal(mesh->tag_creasing, TW_CREASE_CHAIKIN);
   assert_int_equal(mesh->tag_triangles, TW_TRIANGLES_SMOOTH);
-  assert_int_equal(model->warning_count, 1); /* vertexedit */
+  assert_int_equal(model->warning_count, 2); /* and vertexedit */
+  assert_string_equal(model->warnings[0], "1 crease or corner has a sharpness below 0, in line 8: it is 0");
   tw_model_destroy(model);
 }
 

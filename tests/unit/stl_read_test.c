@@ -126,8 +126,9 @@ TEST(further_solids_are_counted_in_a_warning) {
       "solid T\xFCr\n" FACET(0) "solid left\n" FACET(1) "solid\n" FACET(2) "solid right\n" FACET(3));
   assert_string_equal(model->meshes[0].name, "T\xC3\xBCr");
   assert_int_equal(model->meshes[0].face_count, 4);
-  assert_int_equal(model->warning_count, 1);
-  assert_non_null(strstr(model->warnings[0], "3 solids are one mesh with the first"));
+  assert_int_equal(model->warning_count, 2);
+  assert_string_equal(model->warnings[0], "1 name is not UTF-8: it is read as Latin-1");
+  assert_non_null(strstr(model->warnings[1], "3 solids are one mesh with the first"));
   tw_model_destroy(model);
 }
 

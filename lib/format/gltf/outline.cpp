@@ -444,12 +444,15 @@ private:
       out_.buffers.push_back({nullptr, 0});
       return;
     }
-    Bytes bytes = buffer.uri ? decode(*buffer.uri, place) : take_bin(i, buffer.length, place);
-    if (bytes.size != buffer.length)
+    Bytes bytes = buffer.uri ? decode(*buffer.uri, place) : take_bin(i, place);
+    if (bytes.size < buffer.length)
       refuse(TW_INVALID, place.pointer("byteLength"),
              buffer.uri ? "the data URI holds " : "the BIN chunk has only ", bytes.size, " bytes, not ",
              buffer.length);
-    out_.buffers.push_back(bytes);
+    const uint64_t behind = bytes.size - buffer.length, padding = buffer.uri ? 0 : 3;
+    out_.lose("byte behind the length of a buffer is left out",
+              "bytes behind the lengths of buffers are left out", behind > padding ? behind : 0);
+    out_.buffers.push_back({bytes.data, static_cast<size_t>(buffer.length)});
   }
 
   Bytes decode(std::string_view uri, Place place) {
@@ -472,14 +475,11 @@ private:
     return {out_.decoded.back().data(), out_.decoded.back().size()};
   }
 
-  // The bytes of a buffer in the BIN chunk, which may be padded by up to three bytes.
-  Bytes take_bin(uint64_t index, uint64_t length, Place place) {
+  // The BIN chunk, which may be padded by up to three bytes.
+  Bytes take_bin(uint64_t index, Place place) const {
     if (!container_.binary) refuse(TW_INVALID, place.pointer(""), "a buffer of a JSON file needs a uri");
     if (index != 0) refuse(TW_INVALID, place.pointer(""), "only the first buffer may be the BIN chunk");
-    uint64_t behind = container_.bin.size - std::min<uint64_t>(length, container_.bin.size);
-    out_.lose("byte of the BIN chunk is left out: it lies behind the buffer",
-              "bytes of the BIN chunk are left out: they lie behind the buffer", behind > 3 ? behind : 0);
-    return {container_.bin.data, static_cast<size_t>(std::min<uint64_t>(length, container_.bin.size))};
+    return container_.bin;
   }
 
   void check_indices(const Indices &indices) const {

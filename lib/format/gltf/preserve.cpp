@@ -1,11 +1,11 @@
 // Keeps for answers what a document holds beyond what is read: extras, extensions, unknown members, and
 // materials and the like as a whole. It is preserved as text without blanks, for each object apart.
 // Extensions whose data is in buffers are left out: answers have other buffers.
-#include "gltf/document.hpp"
+#include "gltf/kept_elements.hpp"
+#include "gltf/named_parts.hpp"
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <cstring>
 
 namespace gltf {
@@ -51,91 +51,10 @@ bool has_indices(const char *value, uint64_t count) {
   return false;
 }
 
-// What an accessor that passes through is used for.
-enum Use { VERTICES, VERTICES_AS_FLOATS, INDICES, TIMES, PLAIN };
-
-// Copies accessors for answers, each once for each use.
-class ElementPreserver {
-public:
-  ElementPreserver(Document &document, Accessors &accessors)
-      : document_(document), accessors_(accessors), preserved_(document.budget) {}
-
-  // Keeps an accessor for a use; returns its number in an answer.
-  uint32_t keep(int accessor, Use use, const std::string &pointer) {
-    auto [found, fresh] = numbers_.try_emplace({accessor, use}, static_cast<uint32_t>(preserved_.size()));
-    if (!fresh) return found->second;
-    document_.budget.take(entry_size);
-    const Elements &elements = accessors_.open_any(accessor, pointer);
-    preserved_.push_back(copy(accessor, elements, use));
-    return found->second;
-  }
-
-  const Elements &open(int accessor, const std::string &pointer) const {
-    return accessors_.open_any(accessor, pointer);
-  }
-
-  void finish(tw_gltf_assets &assets) {
-    tw_gltf_elements *copies = allocate<tw_gltf_elements>(document_, preserved_.size());
-    std::copy(preserved_.begin(), preserved_.end(), copies);
-    assets.elements = copies;
-    assets.element_count = static_cast<uint32_t>(preserved_.size());
-  }
-
-private:
-  static constexpr uint64_t entry_size = 96; // in the map
-
-  Document &document_;
-  Accessors &accessors_;
-  Vector<tw_gltf_elements> preserved_;
-  std::map<std::pair<int, Use>, uint32_t> numbers_;
-
-  tw_gltf_elements copy(int accessor, const Elements &elements, Use use) {
-    bool is_vertex = use == VERTICES || use == VERTICES_AS_FLOATS;
-    tw_gltf_elements out = {};
-    out.count = elements.count();
-    out.type = accessors_.type_name(accessor);
-    out.component = use == VERTICES_AS_FLOATS ? TW_GLTF_FLOAT : elements.component_type();
-    out.normalized = elements.normalized() && out.component != TW_GLTF_FLOAT;
-    out.target = is_vertex ? TW_GLTF_VERTICES : use == INDICES ? TW_GLTF_INDICES : 0;
-    out.stride = elements.width() * component_size(out.component);
-    if (out.type[0] == 'M' && component_size(out.component) < 4)
-      refuse(TW_UNSUPPORTED, text("/accessors/", accessor), "matrices of small integers are not read");
-    if (is_vertex) out.stride = (out.stride + 3) / 4 * 4;
-    uint8_t *bytes = allocate_zero<uint8_t>(document_, size_t{out.count} * out.stride);
-    for (uint32_t i = 0; i < out.count; i++) copy_element(elements, i, out, bytes + size_t{i} * out.stride);
-    out.bytes = bytes;
-    bool is_bounded = (use == VERTICES_AS_FLOATS || use == TIMES) && elements.width() <= 4;
-    if (is_bounded && out.component == TW_GLTF_FLOAT) find_bounds(out, elements.width());
-    return out;
-  }
-
-  static void copy_element(const Elements &elements, uint32_t i, const tw_gltf_elements &out, uint8_t *to) {
-    float values[16];
-    if (out.component != TW_GLTF_FLOAT) return elements.copy(i, to);
-    elements.read(i, values); // refuses what is not finite
-    std::memcpy(to, values, elements.width() * sizeof *values);
-  }
-
-  static void find_bounds(tw_gltf_elements &out, uint32_t width) {
-    out.bound_count = width;
-    std::fill(out.min, out.min + 4, INFINITY);
-    std::fill(out.max, out.max + 4, -INFINITY);
-    for (uint32_t i = 0; i < out.count; i++)
-      for (uint32_t k = 0; k < width; k++) {
-        float value;
-        std::memcpy(&value, out.bytes + size_t{i} * out.stride + k * sizeof value, sizeof value);
-        out.min[k] = std::min(out.min[k], value);
-        out.max[k] = std::max(out.max[k], value);
-      }
-  }
-};
-
 class Preserver : Text {
 public:
   Preserver(Document &document, Accessors &accessors)
-      : Text(document.budget), document_(document), elements_(document, accessors),
-        named_accessors_(document.budget, document.source.accessors.size()),
-        named_views_(document.budget, document.source.bufferViews.size()) {}
+      : Text(document.budget), document_(document), elements_(document, accessors), named_(document) {}
 
   void run(tw_gltf_assets &assets) {
     const char *root = document_.outline.root;
@@ -157,9 +76,13 @@ public:
     scenes(assets);
     const tinygltf::Model &source = document_.source;
     tw_model &model = *document_.model;
-    parts("nodes", source.nodes, model.nodes, model.node_count, node_members);
+    const std::string known = std::string("camera ") + node_members;
+    parts("nodes", source.nodes, model.nodes, model.node_count, [&](const char *node) {
+      return std::string_view(known).substr(has_camera(node, assets.cameras.count) ? sizeof "camera" : 0);
+    });
     tell_idle_transforms();
-    parts("skins", source.skins, model.skins, model.skin_count, skin_members);
+    parts("skins", source.skins, model.skins, model.skin_count,
+          [](const char *) -> std::string_view { return skin_members; });
     check_parsed(assets.scene_count, source.scenes, "/scenes");
     meshes();
     animations();
@@ -181,66 +104,7 @@ private:
   std::string_view left_out_; // member of extras that is left out, because it is read and written anew
   uint32_t materials_ = 0;
   size_t unplaced_ = 0; // accessors, buffer views and buffers with extras or extensions, which are left out
-  // What something names that is read, or that is left out with a warning of its own.
-  Vector<bool> named_accessors_, named_views_;
-
-  // ---- what is named
-
-  // Marks what a member names. index: its value, or nullptr.
-  static void mark(Vector<bool> &named, const char *index) {
-    uint64_t i = whole_number(index).value_or(named.size());
-    if (i < named.size()) named[static_cast<size_t>(i)] = true;
-  }
-
-  // Marks what the members of an object name.
-  static void mark_members(Vector<bool> &named, const char *object) {
-    if (object && *object == '{')
-      for (Items i(object); i.more(); i.next()) mark(named, i.value());
-  }
-
-  // Marks what any number in a value that is left out may name.
-  void mark_all(const char *value) {
-    mark(named_accessors_, value);
-    mark(named_views_, value);
-    if (*value != '{' && *value != '[') return;
-    for (Items i(value); i.more(); i.next()) mark_all(i.value());
-  }
-
-  void mark_primitive(const char *primitive) {
-    mark_members(named_accessors_, tw_json_member(primitive, "attributes"));
-    mark(named_accessors_, tw_json_member(primitive, "indices"));
-    each(tw_json_member(primitive, "targets"),
-         [&](size_t, const char *target) { mark_members(named_accessors_, target); });
-  }
-
-  // Tells of accessors and buffer views that answers do not have, because nothing names them.
-  void tell_unnamed() {
-    auto count_unnamed = [](const Vector<bool> &named) {
-      return static_cast<uint64_t>(std::count(named.begin(), named.end(), false));
-    };
-    const char *root = document_.outline.root;
-    each(tw_json_member(root, "skins"), [&](size_t, const char *skin) {
-      mark(named_accessors_, tw_json_member(skin, "inverseBindMatrices"));
-    });
-    each(tw_json_member(root, "images"),
-         [&](size_t, const char *image) { mark(named_views_, tw_json_member(image, "bufferView")); });
-    each(tw_json_member(root, "accessors"), [&](size_t, const char *accessor) {
-      const char *sparse = tw_json_member(accessor, "sparse");
-      mark(named_views_, tw_json_member(accessor, "bufferView"));
-      for (const char *part : {"indices", "values"})
-        mark(named_views_, tw_json_member(tw_json_member(sparse, part), "bufferView"));
-    });
-    each(tw_json_member(root, "bufferViews"), [&](size_t i, const char *view) { // empty ones are told apart
-      if (i < named_views_.size() && whole_number(tw_json_member(view, "byteLength")) == 0)
-        named_views_[i] = true;
-    });
-    document_.outline.lose("accessor is left out: nothing that is read names it",
-                           "accessors are left out: nothing that is read names them",
-                           count_unnamed(named_accessors_));
-    document_.outline.lose("buffer view is left out: nothing that is read names it",
-                           "buffer views are left out: nothing that is read names them",
-                           count_unnamed(named_views_));
-  }
+  NamedParts named_;
 
   // ---- text
 
@@ -319,7 +183,7 @@ private:
       }
       put_key(i.key());
       put("{");
-      mark_members(named_accessors_, i.value());
+      named_.mark_accessors(i.value());
       for (Items attribute(i.value()); attribute.more(); attribute.next()) {
         put_key(attribute.key());
         put(text(elements_.keep(index_of(attribute.value()), PLAIN,
@@ -339,7 +203,7 @@ private:
         !(is_of_mesh && !has_word(plain_extensions, extension.key()) &&
           has_indices(extension.value(), elements)))
       return false;
-    mark_all(extension.value());
+    named_.mark_all(extension.value());
     std::string name(extension.key());
     for (Dropped &dropped : dropped_)
       if (dropped.name == name) {
@@ -438,13 +302,23 @@ private:
     return array;
   }
 
-  template <typename Parsed, typename Part>
-  void parts(const char *member, const Parsed &parsed, Part *&out, uint32_t &count, std::string_view known) {
+  // known: the members of an object that are not kept.
+  template <typename Parsed, typename Part, typename Known>
+  void parts(const char *member, const Parsed &parsed, Part *&out, uint32_t &count, Known known) {
     each(room(member, parsed, out, count), [&](size_t i, const char *value) {
       place_ = text("/", member, "/", i);
-      out[i].preserved = object(value, known);
+      out[i].preserved = object(value, known(value));
       out[i].name = copy_name_of(document_, value);
     });
+  }
+
+  // Whether a node names no camera, or one of `count`; others are left out.
+  bool has_camera(const char *node, uint32_t count) {
+    const char *camera = *node == '{' ? tw_json_member(node, "camera") : nullptr;
+    bool is_there = !camera || whole_number(camera).value_or(count) < count;
+    document_.outline.lose("camera of a node is left out: the document has none such",
+                           "cameras of nodes are left out: the document has none such", !is_there);
+    return is_there;
   }
 
   // Tells of members that the parser passes over beside a matrix.
@@ -510,10 +384,10 @@ private:
       model.meshes[index].name = copy_name_of(document_, mesh);
       const char *tags = mesh_tags(mesh);
       MeshText texts = {tags, Vector<PrimitiveText>(document_.budget)};
-      if (tags) mark_all(tags);
+      if (tags) named_.mark_all(tags);
       left_out_ = tags && tw_json_member(tags, "groups") ? "groups" : ""; // which the tags hold, too
       each(tw_json_member(mesh, "primitives"), [&](size_t i, const char *primitive) {
-        mark_primitive(primitive);
+        named_.mark_primitive(primitive);
         place_ = text("/meshes/", index, "/primitives/", i);
         const char *extensions = tw_json_member(primitive, "extensions");
         const char *preserved = object(primitive, primitive_members);
@@ -651,8 +525,7 @@ private:
       Vector<char> loose{document_.budget};
       each(samplers, [&](size_t i, const char *sampler) {
         place_ = text("/animations/", index, "/samplers/", i);
-        mark(named_accessors_, tw_json_member(sampler, "input"));
-        mark(named_accessors_, tw_json_member(sampler, "output"));
+        named_.mark_sampler(sampler);
         sampler_texts.push_back(object(sampler, sampler_members));
       });
       Vector<const char *> tracks{document_.budget};
@@ -862,11 +735,14 @@ private:
   }
 
   void warn() {
-    tell_unnamed();
+    named_.tell();
     for (const Dropped &dropped : dropped_)
       tw_model_warn(document_.model, "the extension %s at %s is left out: its data is in buffers%s",
                     dropped.name.c_str(), dropped.place.empty() ? "the root" : dropped.place.c_str(),
-                    dropped.count > 1 ? text(", as at ", dropped.count - 1, " more places").c_str() : "");
+                    dropped.count > 1 ? text(", as at ", dropped.count - 1, " more ",
+                                             tw_plural(dropped.count - 1, "place", "places"))
+                                            .c_str()
+                                      : "");
     count_unplaced("accessors");
     count_unplaced("bufferViews");
     count_unplaced("buffers");

@@ -817,13 +817,21 @@ private:
     return uvs;
   }
 
-  // Whether a direction has a length, and one that is off unit length by more than rounding.
-  static bool is_scaled(const float *direction) {
-    double length = std::hypot(double{direction[0]}, double{direction[1]}, double{direction[2]});
-    return length > 0 && tw_is_off_unit(length);
+  // What becomes of normals and tangents that are no directions of unit length.
+  struct DirectionLosses {
+    uint64_t bad = 0, zero = 0, scaled = 0;
+  };
+
+  // Reads a normal or a tangent; one that is not finite becomes 0 0 0, which means none.
+  static void read_direction(const Elements &elements, uint32_t i, float *out, DirectionLosses &losses) {
+    bool is_finite = elements.read_finite(i, out);
+    double length = std::hypot(double{out[0]}, double{out[1]}, double{out[2]});
+    losses.bad += !is_finite;
+    losses.zero += is_finite && length == 0;
+    losses.scaled += length > 0 && tw_is_off_unit(length);
   }
 
-  // Keeps a normal for each vertex, not for each point; one that is not finite becomes 0 0 0.
+  // Keeps a normal for each vertex, not for each point.
   void write_normals() {
     bool normals = false, tangents = false;
     for (const VertexSource &source : sources_) {
@@ -834,24 +842,25 @@ private:
     size_t count = elements_.size();
     float *values = allocate_zero<float>(document_, 3 * count);
     float *rows = tangents ? allocate_zero<float>(document_, 4 * count) : nullptr;
-    uint64_t bad = 0, scaled = 0, handless = 0;
+    DirectionLosses losses;
+    uint64_t handless = 0;
     for (uint32_t v = 0; v < count; v++) {
       work(1);
       const VertexSource &source = source_of(v);
       if (!source.normal) continue;
-      float *normal = values + 3 * size_t{v};
-      bad += !source.normal->read_finite(elements_[v], normal);
-      scaled += is_scaled(normal);
+      read_direction(*source.normal, elements_[v], values + 3 * size_t{v}, losses);
       if (!source.tangent) continue;
       float *tangent = rows + 4 * size_t{v};
-      bad += !source.tangent->read_finite(elements_[v], tangent);
-      scaled += is_scaled(tangent);
+      read_direction(*source.tangent, elements_[v], tangent, losses);
       handless += tw_is_off_unit(std::abs(double{tangent[3]}));
     }
     document_.outline.lose("normal or tangent is left out: it is not finite",
-                           "normals and tangents are left out: they are not finite", bad);
+                           "normals and tangents are left out: they are not finite", losses.bad);
+    document_.outline.lose("normal or tangent is 0 0 0, and computed in its place",
+                           "normals and tangents are 0 0 0, and computed in their place", losses.zero);
     document_.outline.lose("normal or tangent is not of unit length: it is scaled to it",
-                           "normals and tangents are not of unit length: they are scaled to it", scaled);
+                           "normals and tangents are not of unit length: they are scaled to it",
+                           losses.scaled);
     document_.outline.lose("tangent has another fourth number than 1 or -1: its sign counts",
                            "tangents have other fourth numbers than 1 or -1: their signs count", handless);
     uint32_t *corners = allocate<uint32_t>(document_, corner_count_);

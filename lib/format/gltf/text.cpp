@@ -208,10 +208,9 @@ const char *copy_name_of(Document &document, const char *object) {
 const char *copy_name(Document &document, const std::string &name) {
   if (name.empty()) return nullptr;
   document.budget.take(name.size() + 17);
-  const char *copy = tw_arena_name(document.model->arena, name.data(), name.size());
+  const char *copy =
+      tw_take_name(&document.outline.losses, document.model->arena, name.data(), name.size(), 0);
   if (!copy) throw std::bad_alloc();
-  document.outline.lose("name has control characters, which become blanks",
-                        "names have control characters, which become blanks", name != copy);
   return copy;
 }
 
