@@ -38,6 +38,7 @@ export class BackgroundPicture {
     while (end && gl.getSyncParameter(end, gl.SYNC_STATUS) === gl.UNSIGNALED) await new Promise((resolve) => setTimeout(resolve, ASK_MS));
     gl.deleteSync(end);
     this.copy.children[0].material.uniforms.map.value = target.texture;
+    renderer.setScissor(0, 0, ...renderer.getSize(new Vector2())); // the canvas may have another size since it was last drawn on
     renderer.render(this.copy, this.camera);
   }
 }

@@ -1,5 +1,7 @@
 // Shows the original beside an edited model: both in one picture, split by a line that can be dragged, and a table of
 // facts of both.
+import { html, render } from 'lit-html';
+
 import { download, tweend, withKey } from './client.js';
 import { byId, count, make } from './dom.js';
 import { parse } from './glb.js';
@@ -78,9 +80,7 @@ export class Beside {
     const both = [this.described?.meshes[mesh], model?.meshes[mesh]];
     this.table.hidden = both.includes(undefined);
     if (this.table.hidden) return;
-    const row = ([name, text]) => make('tr', {}, make('td', {}, text), ...both.map((facts) => make('td', {}, count(facts[name]))));
-    this.table.replaceChildren(
-      make('thead', {}, make('tr', {}, ...['Has', 'Original', 'Edited'].map((text) => make('th', { scope: 'col' }, text)))),
-      make('tbody', {}, ...FACTS.map(row)));
+    render(html`<thead><tr>${['Has', 'Original', 'Edited'].map((text) => html`<th scope="col">${text}</th>`)}</tr></thead>
+      <tbody>${FACTS.map(([name, text]) => html`<tr><td>${text}</td>${both.map((facts) => html`<td>${count(facts[name])}</td>`)}</tr>`)}</tbody>`, this.table);
   }
 }

@@ -6,7 +6,7 @@ import { LineMaterial } from 'three/addons/lines/LineMaterial.js';
 import { LineSegments2 } from 'three/addons/lines/LineSegments2.js';
 import { LineSegmentsGeometry } from 'three/addons/lines/LineSegmentsGeometry.js';
 
-import { addTo, linesOn, meshesOf, morphAs, pick } from './overlays.js';
+import { addTo, cornersOf, linesOn, meshesOf, morphAs, pick } from './overlays.js';
 import { polygonsOf, structure } from './polygons.js';
 
 const COLOURS = { light: 0x1f2933, dark: 0xe4e9f0 };
@@ -100,8 +100,7 @@ export class Cage {
   add(mesh) {
     const { position } = mesh.geometry.attributes;
     const same = weld(position);
-    const index = mesh.geometry.index?.array ?? Uint32Array.from({ length: position.count }, (_, i) => i);
-    const { edges, extraordinary } = structure(polygonsOf(index).map((polygon) => polygon.map((i) => same[i])));
+    const { edges, extraordinary } = structure(polygonsOf(cornersOf(mesh.geometry)).map((polygon) => polygon.map((i) => same[i])));
     mesh.material = new LineBasicMaterial({ visible: false });
     const geometry = new BufferGeometry();
     geometry.setAttribute('position', position);

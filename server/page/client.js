@@ -60,11 +60,11 @@ export async function download(url, { signal, onProgress } = {}) {
     chunks.push(value);
     onProgress?.((size += value.length), total);
   }
-  return { blob: new Blob(chunks), size, ms: serverTime(response), warning: response.headers.get('X-Tweend-Warning') };
+  return { blob: new Blob(chunks), size, ms: serverTime(response) };
 }
 
 /** Milliseconds that the server worked before it began to send. */
-export function serverTime(response) {
+function serverTime(response) {
   const parts = [...(response.headers.get('Server-Timing') ?? '').matchAll(/(\w+);dur=([\d.]+)/g)];
   return parts.reduce((sum, [, name, ms]) => (name === 'work' ? sum + Number(ms) : sum), 0);
 }

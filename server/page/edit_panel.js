@@ -43,22 +43,23 @@ export class EditPanel {
       return { form, box, values, row: make('div', { className: 'edit' }, check(box, wordsOf(form.edit)), values) };
     });
     this.besides = make('input', { type: 'checkbox', onchange: () => this.showBeside() });
+    this.sided = check(this.besides, 'Beside the original');
     this.cleaned = make('p', { className: 'dim cleaned', role: 'status' });
     this.scan = make('details', { className: 'group' }, make('summary', {}, 'Clean up a scan'),
       make('button', { className: 'primary', onclick: () => this.cleanUp() }, 'Clean up'),
       make('details', {}, make('summary', {}, 'Steps of a clean-up'), ...this.cleaning.map(({ row }) => row)));
+    this.wholes = make('details', { className: 'group' }, make('summary', {}, 'Edits of the whole mesh'), this.whole);
     this.body = make('div', {},
-      this.shape, this.scan, this.cleaned,
-      check(this.besides, 'Beside the original'), beside.table,
+      this.shape, this.cleaned, this.sided, beside.table,
       make('h3', {}, 'Selection'),
       make('div', { className: 'row', role: 'group', 'aria-label': 'What is selected' }, ...this.kinds),
       make('div', { className: 'changes', role: 'group', 'aria-label': 'Select more or others' }, ...this.changes),
       this.said, this.chosen, this.buttons,
-      make('details', { className: 'group' }, make('summary', {}, 'Edits of the whole mesh'), this.whole),
+      this.wholes, this.scan,
       make('h3', {}, 'Edits so far'), this.text,
       make('div', { className: 'row' }, this.use),
       this.curl);
-    this.hint = make('p', { className: 'dim' }, 'Begin with a shape from the + menu on the picture, or open a model.');
+    this.hint = make('p', { className: 'dim' }, 'Open a model, or make a shape.');
     panel.append(make('h2', {}, 'Edit'), this.hint, this.body);
     this.choose('faces');
     viewport.canvas.addEventListener('keydown', (event) => this.key(event));
@@ -355,7 +356,11 @@ export class EditPanel {
   showSteps() {
     const { faces, bounds: { min, max } } = this.model.meshes[this.mesh];
     const size = Math.hypot(...max.map((value, i) => value - min[i]));
-    this.scan.open = isScan(this.model, this.mesh);
+    if (!state('from')) { // what was cleaned stays where it is
+      this.scan.open = isScan(this.model, this.mesh);
+      if (this.scan.open) this.shape.after(this.scan);
+      else this.wholes.after(this.scan);
+    }
     for (const step of this.cleaning) {
       const { labels, read } = fieldsOf(step.form.parameters({ faces, size }), `Clean up, ${wordsOf(step.form.edit).toLowerCase()}`);
       step.read = read;
@@ -384,7 +389,7 @@ export class EditPanel {
   showSides() {
     if (!this.model) return;
     this.besides.checked = state('beside') !== '';
-    this.besides.disabled = this.edits.length === 0 && !this.besides.checked;
+    this.sided.hidden = this.edits.length === 0 && !this.besides.checked;
     this.beside.tell(this.model, this.mesh);
   }
 }

@@ -1,9 +1,15 @@
 // Parses GLBs for the viewport.
 import { Color } from 'three';
-import { MeshoptDecoder } from 'three/addons/libs/meshopt_decoder.module.js';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 
-const loader = new GLTFLoader().setMeshoptDecoder(MeshoptDecoder);
+const loader = new GLTFLoader();
+
+/** Gives the loader meshopt's decoder, which compiles WebAssembly as soon as it is evaluated, for a GLB that names it. */
+async function prepare(buffer) {
+  const json = new Uint8Array(buffer, 20, new DataView(buffer).getUint32(12, true));
+  if (loader.meshoptDecoder || !new TextDecoder().decode(json).includes('meshopt_compression')) return;
+  loader.setMeshoptDecoder((await import('three/addons/libs/meshopt_decoder.module.js')).MeshoptDecoder);
+}
 
 /** Whether a material states a look. A missing material does not: glTF makes it a metal, which is black without
  *  surroundings. Nor does that of an OBJ, which has only a name and is no metal. */
@@ -23,6 +29,7 @@ function namesAbove(object, { associations, json }) {
  *  a mesh, in the file's order, morphs: [{names: of the node, object: a mesh with morph targets, rest: their weights}],
  *  materials: their looks, parser: the loader's}. */
 export async function parse(buffer) {
+  await prepare(buffer);
   const gltf = await loader.parseAsync(buffer, '');
   const nodes = new Map();
   const bearers = [];

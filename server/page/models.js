@@ -47,7 +47,7 @@ export class Models {
       this.uploads.progress, this.warnings, this.search, this.gone, this.list, this.more);
     addEventListener('pagehide', () => this.finishRemoval());
     watch((names) => {
-      if (names.has('model')) this.warnings.replaceChildren();
+      if (names.has('model')) render(nothing, this.warnings);
       if (names.has('model') || names.has('tab')) this.show();
     });
   }
@@ -161,9 +161,8 @@ export class Models {
 
   /** Shows the warnings of the shown model: more than two behind their number. */
   tell({ warnings }) {
-    const lines = warnings.map((warning) => make('p', { className: 'warning' }, warning));
-    const many = () => make('details', {}, make('summary', { className: 'warning' }, `${lines.length} warnings`), ...lines);
-    this.warnings.replaceChildren(...(lines.length > 2 ? [many()] : lines));
+    const lines = warnings.map((warning) => html`<p class="warning">${warning}</p>`);
+    render(lines.length > 2 ? html`<details><summary class="warning">${lines.length} warnings</summary>${lines}</details>` : lines, this.warnings);
   }
 
   /** Keeps a picture of the shown model. */

@@ -1,7 +1,9 @@
 // The chips for what is shown of a model, what is fit to be shown of it unasked, and the legend of the colours in use.
+import { html, render } from 'lit-html';
+
 import { borrowed } from './borrowed_clips.js';
 import { creaseColour, FEW, MANY } from './cage.js';
-import { byId, chips, count, make, plural, press } from './dom.js';
+import { byId, chips, count, plural, press } from './dom.js';
 import { edgesOf } from './opening.js';
 import { change, setUsual, shows, state, toggle } from './state.js';
 
@@ -64,8 +66,8 @@ export class OverlayChips {
 
   showLegend(model) {
     const { cage } = this.viewport;
-    const entry = (colour, text) => make('li', {}, make('i', { style: `background-color: ${colour}` }), text);
-    const ask = (text, label, onclick) => make('li', {}, text, make('button', { className: 'small', onclick }, label));
+    const entry = (colour, text) => html`<li><i .style=${`background-color: ${colour}`}></i>${text}</li>`;
+    const ask = (text, label, act) => html`<li>${text}<button type="button" class="small" @click=${act}>${label}</button></li>`;
     const sharpnesses = [...(cage?.sharpnesses ?? [])].sort((a, b) => a - b).slice(0, CREASES_MOST);
     const entries = [
       ...(cage && shows('points') ? [cage.valences.has('few') && entry(FEW, 'valence under 4'), cage.valences.has('many') && entry(MANY, 'valence over 4')] : []),
@@ -73,7 +75,7 @@ export class OverlayChips {
       model && shows('cage') && this.isTooLarge(model) && ask(`a cage of ${count(edgesOf(model))} edges is not drawn`, 'Draw it', this.drawLarge),
       ...(model ? otherReadings(model).map(([text, label, next]) => ask(text, label, () => change(next))) : []),
     ].filter(Boolean);
-    byId('legend').replaceChildren(make('ul', {}, ...entries));
+    render(html`<ul>${entries}</ul>`, byId('legend'));
     byId('legend').hidden = entries.length === 0;
   }
 }

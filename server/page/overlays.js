@@ -17,6 +17,15 @@ export function addTo(mesh, object) {
   return object;
 }
 
+/** How what is seen through the surface is drawn. */
+export const THROUGH = { depthTest: false, transparent: true };
+
+/** A geometry of places, [x, y, z, …], with an index of triangles where one is given. */
+export function geometryOf(places, index) {
+  const geometry = new BufferGeometry().setAttribute('position', new Float32BufferAttribute(places, 3));
+  return index ? geometry.setIndex(index) : geometry;
+}
+
 export const linesOn = (mesh, geometry, material) => addTo(mesh, new LineSegments(geometry, material));
 
 /** Gives a geometry the morph targets of a mesh; pick(attribute) selects the values of the geometry's vertices. */
@@ -43,6 +52,9 @@ export const meshesOf = (root) => {
   root.traverse((object) => object.isMesh && meshes.push(object));
   return meshes;
 };
+
+/** The vertices of a geometry's triangles, three of each. */
+export const cornersOf = ({ index, attributes: { position } }) => index?.array ?? Uint32Array.from({ length: position.count }, (_, i) => i);
 
 /** Index pairs of the edges of a triangle list. quads: each two triangles make one face, without the edge that they
  *  share. */
@@ -84,8 +96,7 @@ export class Wireframe extends Overlay {
   make(mesh) {
     const geometry = new BufferGeometry();
     geometry.setAttribute('position', mesh.geometry.attributes.position);
-    const { index, attributes } = mesh.geometry;
-    geometry.setIndex(edgesOf(index ? index.array : Uint32Array.from({ length: attributes.position.count }, (_, i) => i), this.quads));
+    geometry.setIndex(edgesOf(cornersOf(mesh.geometry), this.quads));
     return linesOn(mesh, geometry, this.material);
   }
 
@@ -124,10 +135,9 @@ export class Skeleton {
     const known = new Set(nodes.values());
     this.joints = [...known];
     this.bones = this.joints.filter((object) => known.has(object.parent)).map((object) => [object.parent, object]);
-    const geometry = (count) => new BufferGeometry().setAttribute('position', new BufferAttribute(new Float32Array(3 * count), 3));
-    this.lines = new LineSegments(geometry(2 * this.bones.length), new LineBasicMaterial({ color: 0xd9822b, depthTest: false, transparent: true }));
-    this.points = new Points(geometry(this.joints.length),
-      new PointsMaterial({ color: 0xd9822b, size: 6, sizeAttenuation: false, depthTest: false, transparent: true }));
+    const geometry = (count) => geometryOf(new Float32Array(3 * count));
+    this.lines = new LineSegments(geometry(2 * this.bones.length), new LineBasicMaterial({ color: 0xd9822b, ...THROUGH }));
+    this.points = new Points(geometry(this.joints.length), new PointsMaterial({ color: 0xd9822b, size: 6, sizeAttenuation: false, ...THROUGH }));
     this.object = new Group().add(this.lines, this.points);
     for (const part of this.object.children) Object.assign(part, { frustumCulled: false, renderOrder: 3 });
     this.object.visible = false;

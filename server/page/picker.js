@@ -1,20 +1,18 @@
 // Picks faces, edges and points of the control cage in the viewport, by a click or a box, and highlights them. Their
 // indices are those that edits use.
-import {
-  BufferGeometry, DoubleSide, Float32BufferAttribute, Group, Mesh, MeshBasicMaterial, Points, PointsMaterial, Vector3,
-} from 'three';
+import { DoubleSide, Group, Mesh, MeshBasicMaterial, Points, PointsMaterial, Vector3 } from 'three';
 import { LineMaterial } from 'three/addons/lines/LineMaterial.js';
 import { LineSegments2 } from 'three/addons/lines/LineSegments2.js';
 import { LineSegmentsGeometry } from 'three/addons/lines/LineSegmentsGeometry.js';
 
 import { CageMesh } from './cage_mesh.js';
+import { geometryOf, THROUGH } from './overlays.js';
 import { polygonsOf } from './polygons.js';
 import { boxesOf, hitsOn } from './ray_hits.js';
 
 const COLOURS = { selected: 0xf08a00, hovered: 0x2f7de1 };
 const REACH = 7; // pixels beside the cage at which a click still hits it
 const AROUND = [[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]];
-const MESSAGE = { depthTest: false, transparent: true };
 
 /** The meshes of a GLB of level 0 with polygons=ngon, as edits see them: [CageMesh]. */
 export function readCages(parser) {
@@ -41,23 +39,17 @@ export function readCages(parser) {
 
 const fanOf = (corners) => corners.slice(2).flatMap((c, at) => [corners[0], corners[at + 1], c]);
 
-/** A geometry of points, with an index of triangles where one is given. */
-export function geometryOf(points, index) {
-  const geometry = new BufferGeometry().setAttribute('position', new Float32BufferAttribute(points.flat(), 3));
-  return index ? geometry.setIndex(index) : geometry;
-}
-
 /** What is drawn over a cage in one colour. */
 class Marks {
-  constructor(colour, { opacity, width, size }) {
-    this.fill = new MeshBasicMaterial({ color: colour, opacity, side: DoubleSide, ...MESSAGE });
-    this.line = new LineMaterial({ color: colour, linewidth: width, ...MESSAGE });
-    this.dot = new PointsMaterial({ color: colour, size, sizeAttenuation: false, ...MESSAGE });
+  constructor(colour, { opacity, width, size = 8 }) {
+    this.fill = new MeshBasicMaterial({ color: colour, opacity, side: DoubleSide, ...THROUGH });
+    this.line = new LineMaterial({ color: colour, linewidth: width, ...THROUGH });
+    this.dot = new PointsMaterial({ color: colour, size, sizeAttenuation: false, ...THROUGH });
     this.object = new Group();
   }
 
   #faces({ points, faces }, list) {
-    return new Mesh(geometryOf(list.flatMap((face) => fanOf(faces[face]).map((point) => points[point]))), this.fill);
+    return new Mesh(geometryOf(list.flatMap((face) => fanOf(faces[face]).flatMap((point) => points[point]))), this.fill);
   }
 
   #edges({ points }, list) {
@@ -74,7 +66,7 @@ class Marks {
     this.clear();
     if (list.length === 0) return;
     const part = kind === 'faces' ? this.#faces(mesh, list) : kind === 'edges' ? this.#edges(mesh, list)
-      : new Points(geometryOf(list.map((point) => mesh.points[point])), this.dot);
+      : new Points(geometryOf(list.flatMap((point) => mesh.points[point])), this.dot);
     this.#put(object, 4, part);
   }
 
@@ -97,7 +89,7 @@ export class Picker {
   constructor(viewport, onPick) {
     Object.assign(this, { viewport, onPick, objects: [], kind: 'faces', isOn: false, isBusy: () => false });
     this.selected = new Marks(COLOURS.selected, { opacity: 0.45, width: 4, size: 9 });
-    this.hovered = new Marks(COLOURS.hovered, { opacity: 0.25, width: 3, size: 8 });
+    this.hovered = new Marks(COLOURS.hovered, { opacity: 0.25, width: 3 });
     this.preview = new Marks(COLOURS.selected, { opacity: 0.3, width: 2 });
     const { canvas } = viewport;
     viewport.onClick((event) => this.#click(event));
@@ -116,7 +108,7 @@ export class Picker {
         for (let i = 0; i < fan.length; i += 3) faceOf.push(face);
         return fan;
       });
-      const solid = new Mesh(geometryOf(mesh.points, triangles), this.selected.fill);
+      const solid = new Mesh(geometryOf(mesh.points.flat(), triangles), this.selected.fill);
       boxesOf(solid.geometry);
       return { mesh, faceOf, object, index, solid };
     });

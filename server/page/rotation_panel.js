@@ -68,7 +68,7 @@ export class RotationPanel {
     this.close();
     const { model, clip } = this.animation;
     if (!clip) {
-      this.say('This model has no clip. A clip’s rotation tracks are shown here as curves.');
+      this.say(`${model ? 'This model has no clip. ' : ''}A clip’s rotation tracks are shown here as curves.`);
       return;
     }
     if (state('tab') !== 'animation' && state('ghosts') === 'off' && !shows('trail')) return;
@@ -153,7 +153,7 @@ export class RotationPanel {
       <h3>Distance from gimbal lock${this.lockNow}</h3>${this.band.svg}
       <p class=${least < LOCKED ? 'verdict locked' : 'verdict'}><strong>${order} ${verdict}</strong>: ${fromLock(least)} from lock at ${
         seconds(samples[distance.indexOf(nearest)])}. At lock the outer two axes turn about one line, and angles leap.</p>
-      ${offersBetter ? html`<button type="button" class="wide" @click=${() => change({ order: best })}>Use ${best}, which stays ${fromLock(track.orders[best])} away</button>`
+      ${offersBetter ? html`<button type="button" class="wide" @click=${() => this.use(best)}>Use ${best}, which stays ${fromLock(track.orders[best])} away</button>`
         : html`<p class="dim">No order does better than ${order} here.</p>`}
       <h3>Euler angles, ${order}</h3>
       ${chart({ label: `Euler angles of ${track.node} in order ${order}`, names: ['x', 'y', 'z'], unit: '°', range: [-high, high], leap: 180 }, eulers)}
@@ -167,6 +167,12 @@ export class RotationPanel {
       <ul class="keys ghosts"><li class="slerp">slerp</li><li class="euler">angles in ${order}</li></ul>
       <h3>Track</h3><dl>${facts.map(([name, value]) => html`<dt>${name}</dt><dd>${value}</dd>`)}</dl>
       ${track.warnings.map((warning) => html`<p class="warning">${warning}</p>`)}`, this.content);
+  }
+
+  /** Chooses an order by the button that offers it, which is gone then: the list of orders has the focus next. */
+  use(order) {
+    this.content.querySelectorAll('select')[1].focus();
+    change({ order });
   }
 
   drawBand(distance) {

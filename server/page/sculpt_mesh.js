@@ -2,6 +2,8 @@
 // them. There may be hundreds of thousands, so what is kept of each stands in arrays of numbers.
 import { Quaternion, Vector3 } from 'three';
 
+import { cornersOf } from './overlays.js';
+
 /** The values of an attribute, which may be interleaved with others, one behind the other. */
 function packed(attribute) {
   const values = new Float32Array(3 * attribute.count);
@@ -68,7 +70,7 @@ class Shown {
   constructor(geometry, finder) {
     this.geometry = geometry;
     const { position } = geometry.attributes;
-    this.index = geometry.index?.array ?? Uint32Array.from({ length: position.count }, (_, i) => i);
+    this.index = cornersOf(geometry);
     this.places = packed(position);
     this.pointOf = Int32Array.from({ length: position.count }, (_, i) => finder.at(this.places, i));
     this.vertices = new Groups(this.pointOf, finder.first.length); // by point

@@ -1,8 +1,6 @@
 // The panel for sculpting: strokes of a brush move points of the surface. The daemon stores them as details of the shown
 // level; all other levels follow. A stroke may begin while those before it are being stored.
-import {
-  Box3, BufferGeometry, Float32BufferAttribute, Group, LineBasicMaterial, LineLoop, Matrix3, Plane, Points, PointsMaterial, Vector3,
-} from 'three';
+import { Box3, Group, LineBasicMaterial, LineLoop, Matrix3, Plane, Points, PointsMaterial, Vector3 } from 'three';
 
 import { apply, Brush, BRUSHES, grab, turnedBy } from './brush.js';
 import { tweend, withKey } from './client.js';
@@ -10,6 +8,7 @@ import { check, chips, choice, fixed, make, press, slider } from './dom.js';
 import { fieldsOf } from './fields.js';
 import { meshName, stemOf } from './models.js';
 import { busy, fail } from './notices.js';
+import { geometryOf, THROUGH } from './overlays.js';
 import { boxesOf, hitsOn } from './ray_hits.js';
 import { SculptMesh } from './sculpt_mesh.js';
 import { change, firstOf, isStep, state, watch } from './state.js';
@@ -24,14 +23,13 @@ const HINTS = {
 const SPACING = 0.25; // of the radius, between two dabs of a stroke
 const MIRRORS = { x: [-1, 1, 1], y: [1, -1, 1], z: [1, 1, -1] };
 const COLOUR = 0xf08a00;
-const MESSAGE = { color: COLOUR, depthTest: false, transparent: true };
+const LOOK = { color: COLOUR, ...THROUGH };
 const ROUND = Array.from({ length: 64 }, (_, i) => [Math.cos((i * Math.PI) / 32), Math.sin((i * Math.PI) / 32), 0]);
 
 /** Marks the brush: a dot at its centre, and a ring of its radius. */
 function makeMarker() {
-  const dot = new Points(new BufferGeometry().setAttribute('position', new Float32BufferAttribute([0, 0, 0], 3)),
-    new PointsMaterial({ ...MESSAGE, size: 9, sizeAttenuation: false }));
-  const ring = new LineLoop(new BufferGeometry().setAttribute('position', new Float32BufferAttribute(ROUND.flat(), 3)), new LineBasicMaterial(MESSAGE));
+  const dot = new Points(geometryOf([0, 0, 0]), new PointsMaterial({ ...LOOK, size: 9, sizeAttenuation: false }));
+  const ring = new LineLoop(geometryOf(ROUND.flat()), new LineBasicMaterial(LOOK));
   const marker = new Group().add(dot, ring);
   for (const part of marker.children) part.renderOrder = 4;
   marker.visible = false;
@@ -71,6 +69,8 @@ export class SculptPanel {
     };
     this.rules = make('p', { className: 'warning' }, 'Only a surface by the usual rules, with its details, can be sculpted. ',
       make('button', { className: 'small', onclick: () => change(firstOf(RULES)) }, 'Show it so'));
+    this.levels = make('div', {}, levelSlider, check(this.details, 'Details of the levels'));
+    this.unfit = make('p', { className: 'dim', role: 'status' }, 'Open a model, or make a shape.');
     this.body = make('div', {},
       make('div', { className: 'row brushes', role: 'group', 'aria-label': 'Brush' }, ...this.tools), this.hint,
       slider('Radius', this.reach, this.length), this.forces,
@@ -83,9 +83,7 @@ export class SculptPanel {
     panel.append(
       make('h2', {}, 'Sculpt'),
       make('p', { className: 'dim' }, 'Drag the surface: its level takes the new places, all other levels follow.'),
-      levelSlider,
-      check(this.details, 'Details of the levels'),
-      this.rules, this.body);
+      this.levels, this.unfit, this.rules, this.body);
 
     const { canvas } = viewport;
     canvas.addEventListener('pointerdown', (event) => this.#down(event), { capture: true }); // called before the camera's listener
@@ -124,8 +122,11 @@ export class SculptPanel {
   show() {
     this.details.checked = state('details') === 'true';
     this.details.disabled = this.details.checked && !this.model?.meshes.some(({ details }) => details.length > 0);
-    this.rules.hidden = this.isUsual;
-    this.body.hidden = !this.isUsual;
+    const isFit = this.unfit.textContent === '';
+    this.unfit.hidden = isFit;
+    this.levels.hidden = !isFit;
+    this.rules.hidden = !isFit || this.isUsual;
+    this.body.hidden = !isFit || !this.isUsual;
     this.viewport.canvas.toggleAttribute('data-sculpts', this.isOn);
     if (this.isOn) this.showRadius();
     for (const bearer of this.isOn ? this.bearers : []) this.meshOf(bearer).catch(() => {}); // errors reach the stroke that needs it
@@ -148,6 +149,8 @@ export class SculptPanel {
       object.traverse((part) => part.userData.own && !part.isSkinnedMesh && parts.push(part));
       return { object, mesh, parts };
     });
+    const isRigid = this.bearers.some(({ parts }) => parts.length > 0);
+    this.unfit.textContent = isRigid ? '' : this.bearers.length > 0 ? 'Meshes with a skin cannot be sculpted here.' : 'This model has no surface.';
     this.meshes = new Map(); // SculptMesh by index, as they come
     this.loaded = new Map(); // those that are there
     this.point.value = '';
@@ -196,8 +199,7 @@ export class SculptPanel {
         nearest = distance;
         this.picked = { index, centre: at.clone(), normal: new Vector3().fromBufferAttribute(normal, i) };
       }
-    const hint = this.bearers.length > 0 && this.bearers.every(({ parts }) => parts.length === 0) ? 'Meshes with a skin cannot be sculpted here.' : 'Click a point; N and P step through them.';
-    this.say(this.picked ? `A point at ${this.#at().toArray().map((value) => fixed(value, 3)).join(', ')}` : hint);
+    this.say(this.picked ? `A point at ${this.#at().toArray().map((value) => fixed(value, 3)).join(', ')}` : 'Click a point; N and P step through them.');
     this.viewport.invalidate();
   }
 

@@ -23,7 +23,8 @@ export class SurfacePanel {
     this.sliders = [];
     this.measured = new Map();
     this.content = make('div');
-    panel.append(make('h2', {}, 'Subdivision'), this.levelSlider(), this.content);
+    this.slider = this.levelSlider();
+    panel.append(make('h2', {}, 'Subdivision'), this.slider, this.content);
     watch((names) => {
       if (names.has('model')) this.#clear();
       const asked = SURFACE.some((name) => name !== 'level' && names.has(name));
@@ -98,7 +99,9 @@ export class SurfacePanel {
 
   show() {
     this.#showLevel();
-    render(html`<div class="fields">${CHOICES.map(([name, label, options]) => choice(label, name, options))}</div>
+    this.slider.hidden = !state('model');
+    if (!state('model')) return render(html`<p class="dim">Open a model: what each level of it has is shown here.</p>`, this.content);
+    return render(html`<div class="fields">${CHOICES.map(([name, label, options]) => choice(label, name, options))}</div>
       <label class="check"><input type="checkbox" .checked=${state('limit') === 'true'} @change=${({ target }) => change({ limit: target.checked })}><span>Points on the limit surface</span></label>
       <table><caption>What each level has</caption>
         <thead><tr>${['Level', 'Points', 'Faces', 'Size', 'Server'].map((text) => html`<th scope="col">${text}</th>`)}</tr></thead>

@@ -51,7 +51,7 @@ export class Uploads {
     const asides = files.some(({ name }) => /\.obj$/i.test(name)) ? files.filter(({ name }) => ASIDES.test(name)) : [];
     if (asides.length > 0) {
       const names = asides.map(({ name }) => name).join(', ');
-      this.note('problem', `Left out: ${names}`, make('p', {}, 'Of an OBJ the names of its materials are kept, not their colours and textures. Export GLB to keep those.'));
+      this.note(`Left out: ${names}`, make('p', {}, 'Of an OBJ the names of its materials are kept, not their colours and textures. Export GLB to keep those.'));
       return this.take(files.filter((file) => !asides.includes(file)));
     }
     const models = files.filter(({ name }) => MODELS.test(name));
@@ -79,13 +79,13 @@ export class Uploads {
     } catch (error) {
       row.remove();
       if (error.name === 'AbortError') return;
-      this.note('problem', `${name} was refused`, ...explain(error), ...(await linesOf(source, error)));
+      this.note(`${name} was refused`, ...explain(error), ...(await linesOf(source, error)));
     }
   }
 
   /** Shows a note above the list until it is closed. */
-  note(className, title, ...content) {
-    const note = make('div', { className, role: 'alert' }, make('h3', {}, title), ...content);
+  note(title, ...content) {
+    const note = make('div', { className: 'problem', role: 'alert' }, make('h3', {}, title), ...content);
     note.prepend(make('button', { className: 'close', 'aria-label': 'Close', onclick: () => note.remove() }, '×'));
     this.progress.append(note);
   }
@@ -94,7 +94,7 @@ export class Uploads {
 /** The lines of a text file around the one that the error names. */
 async function linesOf(source, { line }) {
   if (!line || !(source instanceof Blob) || source.size > 32e6) return [];
-  const lines = (await source.text()).split('\n');
+  const lines = (await source.text()).replace(/\n$/, '').split('\n');
   const rows = [];
   for (let i = Math.max(1, line - 2); i <= Math.min(lines.length, line + 2); i++)
     rows.push(make('div', { className: i === line ? 'here' : '' }, make('i', {}, String(i)), (lines[i - 1] ?? '').slice(0, 120) || ' '));

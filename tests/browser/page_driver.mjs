@@ -157,12 +157,14 @@ export function coloursOf(png) {
   return colours;
 }
 
-/** The daemon and the browser of a file of tests. first: the sample that its visits begin with, "" for the one that the page
- *  chooses, an animated tank. */
-export function open({ first = '' } = {}) {
+/** The daemon and the browser of a file of tests. first: the model that its visits begin with, "" for the one that the page
+ *  chooses, an animated tank. files: what there is besides the samples, by names. */
+export function open({ first = '', files = {} } = {}) {
   const site = { daemon: new Daemon(['--sample']) };
   before(async () => {
     await site.daemon.start();
+    for (const [name, body] of Object.entries(files))
+      await fetch(`${site.daemon.url}/v1/models?name=${name}`, { method: 'POST', headers: { 'Content-Type': 'application/octet-stream' }, body });
     site.browser = await launch();
   });
   after(async () => {
@@ -170,7 +172,7 @@ export function open({ first = '' } = {}) {
     await site.daemon.remove();
   });
 
-  /** The id of a sample. */
+  /** The id of a model. */
   site.model = async (wanted) => {
     const { models } = await (await fetch(`${site.daemon.url}/v1/models`)).json();
     return models.find(({ name }) => name === wanted).id;

@@ -204,7 +204,7 @@ test('without WebGL all but the picture works', async () => {
     };
   });
   await visit.page.goto(`${daemon.url}/#tab=surface`);
-  await visit.page.getByText('no WebGL 2').waitFor();
+  await visit.page.getByText('This browser has no WebGL 2').waitFor();
   await visit.page.getByRole('button', { name: 'Show level 1', exact: true }).click();
   await visit.wait(() => document.getElementById('facts').textContent.startsWith('Level 1'));
   await drop(visit, { 'pyramid.obj': PYRAMID });

@@ -6,11 +6,11 @@ import { PerspectiveCamera, Vector3 } from 'three';
 import { Modeller, VIEW } from './modeller.mjs';
 import { ALL_PIXELS, difference, open, PHONE } from './page_driver.mjs';
 
-const site = open({ first: 'cube.obj' });
-const { daemon, visits } = site;
-const hash = '#tab=sculpt&level=3&show=surface';
 const CUBE = 'v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n' +
   'f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n';
+const site = open({ first: 'block.obj', files: { 'block.obj': CUBE } });
+const { daemon, visits } = site;
+const hash = `#tab=sculpt&level=3&show=surface&view=${encodeURIComponent(VIEW)}`;
 
 /** Points that the OBJ of a level has, in its order. */
 async function pointsOf(id, level, more = '') {
@@ -36,11 +36,10 @@ function dragged(points, middle, by, percent = 25) {
 const apart = (a, b) => Math.max(...a.map((point, i) => point.distanceTo(b[i])));
 
 class Sculptor extends Modeller {
-  static async begin(visit, name = 'block.obj', document = CUBE) {
+  static async begin(visit) {
     await visit.level(3);
     const sculptor = new Sculptor(visit);
-    await sculptor.drop(name, document, 'Sculpt');
-    await sculptor.toLevel(3);
+    await sculptor.ready();
     return sculptor;
   }
 
@@ -219,7 +218,9 @@ visits('what is shown twice, turned and stretched, is sculpted in its own space'
       { name: 'b', mesh: 'ball', translation: [-3, 0, -2], scale: [0.5, 0.5, 1] },
       { name: 'c', mesh: 'ball', translation: [0.5, 0.2, 0], rotation: [0, 0.6, 0, 0.8], scale: [1, 0.8, 1.2] }],
   };
-  const sculptor = await Sculptor.begin(visit, 'twice.json', JSON.stringify(document));
+  const sculptor = await Sculptor.begin(visit);
+  await sculptor.drop('twice.json', JSON.stringify(document), 'Sculpt');
+  await sculptor.toLevel(3);
   const before = await pointsOf(sculptor.id, 3);
   const [first, second] = [before.length / 3, (2 * before.length) / 3];
   const middle = second + nearest(before.slice(second), new Vector3(0.9, 0.5, 0.7));
