@@ -190,7 +190,8 @@ static tw_status find_errors(const errors_source *source, tw_arena *scratch, mes
     if (status != TW_OK) return status;
     if (scene->moves.count > 0 && scene->moves.positions[i]) mesh.positions = scene->moves.positions[i];
     tw_surface_options options = api_surface_options(scene->query, of, &mesh);
-    const tw_error_wish wish = {out->levels - 1, source->enough / source->shown->scales[i]};
+    const tw_error_wish wish = {.level_max = out->levels - 1,
+                                .enough = source->enough / source->shown->scales[i]};
     status = tw_surface_errors(&mesh, &options, &wish, &source->call->service->parallel,
                                out->of_mesh + (size_t)i * out->levels, error);
     if (status != TW_OK) return status;

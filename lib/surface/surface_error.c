@@ -122,7 +122,7 @@ static uint64_t count_children(const tw_measuring *m, const tw_error_part *p) {
 
 static bool is_too_large(const tw_measuring *m, const tw_error_part *p) {
   bool must = p->level == 0 || p->level < tw_deepest_detail(&m->details);
-  return count_children(m, p) > (must ? TW_GENERIC_FACES_MAX : FACES_MAX);
+  return count_children(m, p) > (must ? TW_GENERIC_FACES_MAX : m->faces_max);
 }
 
 /* Whether a face's children would tell more. */
@@ -133,7 +133,8 @@ static bool tells_more(const tw_error_part *p, uint32_t face, const tw_face_meas
 
 /* Raises what is allowed until the faces whose children would tell more have room beside the irregular ones.
  */
-static double leave_room(const tw_error_part *p, const tw_face_measure *of_face, double allowed) {
+static double leave_room(const tw_measuring *m, const tw_error_part *p, const tw_face_measure *of_face,
+                         double allowed) {
   enum { PLACES = 48 }; /* of a face: twice its children, and those beside it that are made for these */
   for (;;) {
     uint64_t count = 0;
@@ -143,7 +144,7 @@ static double leave_room(const tw_error_part *p, const tw_face_measure *of_face,
       count++;
       least = tw_lesser(least, of_face[f].error);
     }
-    if (count * PLACES <= FACES_MAX) return allowed;
+    if (count * PLACES <= m->faces_max) return allowed;
     allowed = 1.5 * least;
   }
 }
@@ -163,7 +164,7 @@ static tw_status settle(const tw_measuring *m, tw_error_part *p, const tw_error_
   if (status != TW_OK) return status;
   others = tw_greater(found->settled[p->level], found->step / 4);
   double allowed = tw_greater(loose * tw_greater(usual, others), wish->enough / SMALL_PART);
-  if (is_too_large(m, p)) allowed = leave_room(p, s.of_face, allowed);
+  if (is_too_large(m, p)) allowed = leave_room(m, p, s.of_face, allowed);
   for (uint32_t f = 0; f < faces; f++) {
     if (p->states[f] < TW_FACE_OPEN || s.of_face[f].error < 0) continue;
     p->wholes[f] = s.of_face[f].whole;
@@ -230,16 +231,16 @@ static tw_status find_rings(const tw_measuring *m, const tw_error_part *p, doubl
 
 /* The distance up to which rings are settled: deeper levels, of which there is room for some, tell of the
  * others more closely. */
-static double find_ring_room(const ring *rings, uint32_t count) {
-  enum { ROOM = FACES_MAX / 4 / 96 }; /* each step makes about so many faces of a ring */
-  const double step = 0.9, loose = 4; /* how much less the deeper levels may tell */
+static double find_ring_room(const tw_measuring *m, const ring *rings, uint32_t count) {
+  const uint32_t room = m->faces_max / 4 / 96; /* each step makes about 96 faces of a ring */
+  const double step = 0.9, loose = 4;          /* how much less the deeper levels may tell */
   double limit = 0, least;
   for (uint32_t i = 0; i < count; i++)
     if (rings[i].count > 0) limit = tw_greater(limit, rings[i].errors[0]);
   for (least = limit / loose; limit > least; limit *= step) {
     uint32_t more = 0;
     for (uint32_t i = 0; i < count; i++) more += rings[i].count > 0 && rings[i].errors[0] > limit * step;
-    if (more > ROOM) break;
+    if (more > room) break;
   }
   return limit;
 }
@@ -268,7 +269,7 @@ static tw_status settle_rings(const tw_measuring *m, tw_error_part *p, bool all,
   uint32_t count;
   tw_status status = find_rings(m, p, found->small, &rings, &count);
   if (status != TW_OK) return status;
-  double limit = all ? INFINITY : find_ring_room(rings, count);
+  double limit = all ? INFINITY : find_ring_room(m, rings, count);
   for (uint32_t i = 0; i < count; i++)
     if (rings[i].count > 0 && rings[i].errors[0] <= limit) settle_ring(p, &rings[i], found);
   return TW_OK;
@@ -497,7 +498,7 @@ static tw_status measure_batches(const tw_measuring *m, tw_error_part *p, const 
  * greatest of the rests. */
 static double find_room(const tw_measuring *m, const tw_error_part *p, const double *rests, double most) {
   const double step = 0.9, least = most / 1000;
-  uint64_t room = (uint64_t)p->open_count * FACES_MAX / count_children(m, p) / 4 * 3, count = 0;
+  uint64_t room = (uint64_t)p->open_count * m->faces_max / count_children(m, p) / 4 * 3, count = 0;
   double limit = most / step;
   while (limit > least && count <= room) {
     limit *= step;
@@ -693,12 +694,12 @@ static tw_status measure_batch(const tw_measuring *m, tw_error_part *p, const tw
 /* Measures open faces whose children are too many, some after the others. None is open then. */
 static tw_status measure_batches(const tw_measuring *m, tw_error_part *p, const tw_error_wish *wish,
                                  findings *found) {
-  enum { BATCH = FACES_MAX / 8 }; /* with what is around these, their children have room */
+  const uint32_t batch = m->faces_max / 8; /* with what is around these, their children have room */
   uint32_t *open = list_open(p), count = p->open_count;
   tw_status status = open ? TW_OK : TW_NO_MEMORY;
   for (uint32_t i = 0; i < count && open; i++) p->states[open[i]] = TW_FACE_AROUND;
-  for (uint32_t begin = 0; begin < count && status == TW_OK; begin += BATCH) {
-    p->open_count = count - begin < BATCH ? count - begin : BATCH;
+  for (uint32_t begin = 0; begin < count && status == TW_OK; begin += batch) {
+    p->open_count = count - begin < batch ? count - begin : batch;
     for (uint32_t i = 0; i < p->open_count; i++) p->states[open[begin + i]] = TW_FACE_OPEN;
     status = measure_batch(m, p, wish, found->settled);
     for (uint32_t i = 0; i < p->open_count; i++) p->states[open[begin + i]] = TW_FACE_AROUND;
@@ -731,7 +732,8 @@ tw_status tw_surface_errors(const tw_mesh *mesh, const tw_surface_options *optio
                     .parallel = parallel,
                     .rules = tw_rules_of(options),
                     .details = {mesh->detail_count, mesh->details},
-                    .level_max = wish->level_max};
+                    .level_max = wish->level_max,
+                    .faces_max = wish->faces_max > 0 ? wish->faces_max : FACES_MAX};
   tw_status status = tw_cage_check_options(mesh, options, error);
   if (status != TW_OK) return status;
   tw_error_part p = {0};

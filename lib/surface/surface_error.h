@@ -52,7 +52,7 @@ typedef struct tw_measuring {
   tw_rules rules;
   tw_detail_list details;
   double size; /* the greatest coordinate */
-  uint32_t level_max;
+  uint32_t level_max, faces_max; /* of the wish */
   tw_arena *arena;
   const tw_error_wheel **wheels; /* tw_error_find_wheels */
 } tw_measuring;

@@ -9,7 +9,7 @@
 enum { LEVELS = 9 };
 
 static void find_errors(const tw_mesh *mesh, const tw_surface_options *options, double out[LEVELS]) {
-  const tw_error_wish wish = {LEVELS - 1, 0};
+  const tw_error_wish wish = {.level_max = LEVELS - 1};
   tw_error error;
   if (tw_surface_errors(mesh, options, &wish, NULL, out, &error) != TW_OK) fail_msg("%s", error.detail);
 }
@@ -141,7 +141,7 @@ TEST(errors_above_what_is_enough_are_the_same) {
   const tw_mesh mesh = cube();
   double all[LEVELS], some[LEVELS];
   find_errors(&mesh, &(tw_surface_options){0}, all);
-  const tw_error_wish wish = {LEVELS - 1, all[3]};
+  const tw_error_wish wish = {.level_max = LEVELS - 1, .enough = all[3]};
   assert_int_equal(tw_surface_errors(&mesh, &(tw_surface_options){0}, &wish, NULL, some, NULL), TW_OK);
   for (int level = 0; level < 3; level++)
     assert_true(some[level] >= all[level] && some[level] < all[level] * 1.2);
@@ -150,7 +150,7 @@ TEST(errors_above_what_is_enough_are_the_same) {
 }
 
 TEST(what_has_no_bound_is_refused) {
-  const tw_error_wish wish = {3, 0};
+  const tw_error_wish wish = {.level_max = 3};
   tw_error error;
   double errors[4];
   cage *c = grid(4, 4, false, flat);

@@ -94,13 +94,14 @@ tw_status tw_surface_count(const tw_mesh *mesh, const tw_surface_options *option
 typedef struct tw_error_wish {
   uint32_t level_max; /* at most TW_LEVEL_MAX */
   double enough; /* errors that are smaller may be told larger, up to this; 0: as small as they can be told */
+  uint32_t faces_max; /* of a level that is made at once, from the second on; 0: some 260,000 */
 } tw_error_wish;
 
 /* Bounds how far each level's triangles lie from the limit surface, and the limit surface from them,
  * whichever way quads and polygons are cut; proved, see surface_error.c. options->level is not used. out:
  * [wish->level_max + 1] distances in the mesh's space, rounding to float included; INFINITY where none is
  * known, at level 0 alone. Details belong to the limit surface. O(cage and two levels), and more where it is
- * irregular, in memory for at most some 260,000 faces beside the cage's first level. parallel: as in
+ * irregular, in memory for wish->faces_max faces beside the cage's first level. parallel: as in
  * tw_surface_create_by. TW_INVALID as tw_surface_count. TW_UNSUPPORTED: a border of TW_BOUNDARY_OPEN.
  * TW_NO_MEMORY, TW_CANCELLED. */
 tw_status tw_surface_errors(const tw_mesh *mesh, const tw_surface_options *options, const tw_error_wish *wish,
