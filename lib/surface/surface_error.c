@@ -16,6 +16,9 @@
  * way that is cut. The difference is then greatest at vertices. Around irregular points, where distances
  * shrink more slowly and no second difference tells how, the levels themselves are made, on the few faces
  * around them, and a face is compared with what comes of it up to three levels deeper (error_sums.c).
+ * 3. Where these are too many, faces whose only irregular point is smooth are measured once too, by the
+ * points of two rows around it (error_rings.c). After two steps no face has a second such point, so those
+ * steps are made for a batch of faces at a time.
  *
  * After the last step, what is left follows from the convex hull of the control points around a face, in
  * which all deeper levels and the limit lie, as masks have no negative weights.
@@ -206,11 +209,14 @@ static void measure_rings(void *context, uint32_t part, uint32_t begin, uint32_t
   }
 }
 
+/* Whether some of a vertex's faces are open, and the points of two rows around it are right: where a part was
+ * cut out, those around open faces alone are after a step; a batch has another row. */
 static bool may_be_ring(const tw_error_part *p, uint32_t vertex) {
   const tw_topology *t = &p->topology;
-  uint32_t first = t->fan_offsets[vertex];
-  return tw_error_wheel_valence(t, vertex) > 0 &&
-         p->states[tw_corner_face(t, t->fan_corners[first])] >= TW_FACE_OPEN;
+  uint32_t open = 0, valence = tw_error_wheel_valence(t, vertex);
+  for (uint32_t i = 0; i < valence; i++)
+    open += p->states[tw_corner_face(t, t->fan_corners[t->fan_offsets[vertex] + i])] >= TW_FACE_OPEN;
+  return open > 0 && (open == valence || (p->is_batch && p->level <= 2));
 }
 
 /* Lists the vertices that may have rings, and measures these. */
@@ -255,6 +261,7 @@ static void settle_ring(tw_error_part *p, const ring *r, findings *found) {
   }
   for (uint32_t i = t->fan_offsets[r->vertex]; i < t->fan_offsets[r->vertex + 1]; i++) {
     uint32_t face = tw_corner_face(t, t->fan_corners[i]), made = as_made(p, face);
+    if (p->states[face] < TW_FACE_OPEN) continue;
     p->errors[made] = r->errors[0];
     p->falls[made] = (float)fall + 1e-6F;
     p->states[face] = TW_FACE_AROUND;
@@ -409,19 +416,22 @@ static tw_status refine(const tw_measuring *m, const tw_error_part *p, tw_error_
   return status == TW_OK ? show(m, child) : status;
 }
 
-/* Lists the corners of open faces and of those around them; NULL without memory. */
-static uint32_t *list_corners(const tw_error_part *p, uint32_t *count) {
+/* Lists the corners of open faces and of some rows around them; NULL without memory. */
+static uint32_t *list_corners(const tw_error_part *p, int rows, uint32_t *count) {
   const tw_topology *t = &p->topology;
   uint8_t *touched = tw_arena_alloc(p->arena, t->vertex_count, 1);
   uint32_t *corners = tw_arena_alloc_raw(p->arena, t->corner_count, sizeof *corners), size = t->face_size;
-  *count = 0;
   if (!touched || !corners) return NULL;
   for (uint32_t c = 0; c < t->corner_count; c++)
     if (p->states[c / size] >= TW_FACE_OPEN) touched[t->corner_vertex[c]] = 1;
-  for (uint32_t f = 0; f < t->face_count; f++) {
-    bool is_listed = false;
-    for (uint32_t i = 0; i < size; i++) is_listed |= touched[t->corner_vertex[size * f + i]];
-    for (uint32_t i = 0; is_listed && i < size; i++) corners[(*count)++] = size * f + i;
+  for (int row = 0; row < rows; row++) {
+    *count = 0;
+    for (uint32_t f = 0; f < t->face_count; f++) {
+      bool is_listed = false;
+      for (uint32_t i = 0; i < size; i++) is_listed |= touched[t->corner_vertex[size * f + i]];
+      for (uint32_t i = 0; is_listed && i < size; i++) corners[(*count)++] = size * f + i;
+    }
+    for (uint32_t i = 0; i < *count; i++) touched[t->corner_vertex[corners[i]]] = 1;
   }
   return corners;
 }
@@ -476,7 +486,7 @@ static bool can_cut(const tw_measuring *m, const tw_error_part *p) {
 static tw_status cut(const tw_measuring *m, tw_error_part *p) {
   uint32_t count, *corners;
   if (!can_cut(m, p)) return TW_OK;
-  corners = list_corners(p, &count);
+  corners = list_corners(p, 1, &count);
   if (!corners) return TW_NO_MEMORY;
   if (count > p->topology.corner_count / 4 * 3) return TW_OK;
   tw_error_part out = {.errors = p->errors,
@@ -527,6 +537,7 @@ static tw_status narrow(const tw_measuring *m, tw_error_part *p, const tw_error_
   tw_status status = TW_OK;
   if (needs_batches(m, p)) return measure_batches(m, p, wish, found);
   if (has_rings && (p->is_batch || is_too_large(m, p))) status = settle_rings(m, p, p->is_batch, found);
+  if (p->is_batch && p->level == 1) return status; /* its faces stay together for the rings of level 2 */
   for (int attempt = SMALL_ONES; p->open_count > 0 && status == TW_OK; attempt++) {
     double *rests = NULL, most = 0;
     if (attempt == MEASURED) settle_measured(p, found);
@@ -669,7 +680,7 @@ static uint32_t *list_open(const tw_error_part *p) {
 /* Measures the part around the open faces, which are a batch, by itself. bounds: raised, of all levels. */
 static tw_status measure_batch(const tw_measuring *m, tw_error_part *p, const tw_error_wish *wish,
                                double bounds[LEVELS_MAX + 1]) {
-  uint32_t count, *corners = list_corners(p, &count), size = p->topology.face_size;
+  uint32_t count, *corners = list_corners(p, 2, &count), size = p->topology.face_size;
   double own[LEVELS_MAX + 1];
   tw_error_part part = {.is_batch = true, .level = p->level, .open_count = p->open_count};
   findings found = {.arena = tw_arena_create(), .first = p->level, .last = p->level};

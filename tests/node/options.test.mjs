@@ -227,8 +227,8 @@ for (const asked of cases) {
     const glb = await get(one, asked, 'glb');
     const gltf = await get(one, asked, 'gltf');
     const obj = (await get(one, asked, 'obj')).bytes.toString();
-    assert.deepEqual(await objections(glb.bytes, asked.query), []);
-    assert.deepEqual(await objections(gltf.bytes, asked.query), []);
+    assert.deepEqual(await objectionsTo(glb.bytes, asked.query), []);
+    assert.deepEqual(await objectionsTo(gltf.bytes, asked.query), []);
     assert.equal(glb.bytes.length, foretold.bytes);
     assert.equal(Number(glb.length), foretold.bytes);
     assert.equal(Number(gltf.length), gltf.bytes.length);

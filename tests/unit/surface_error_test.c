@@ -63,6 +63,25 @@ TEST(the_farthest_of_too_many_irregular_faces_are_followed) {
   free(c);
 }
 
+/* Without room for deeper levels, each irregular point is still known to have less with each step. */
+TEST(irregular_faces_without_room_still_come_nearer) {
+  for (int limit = 0; limit < 2; limit++) {
+    cage *c = torus(TORUS_TURNED_TRIANGLES, NO_GAPS, false);
+    const tw_surface_options options = {.limit = limit == 1};
+    const tw_error_wish wish = {.level_max = LEVELS - 1, .faces_max = 256};
+    double errors[LEVELS], roomy[LEVELS];
+    find_errors(&c->mesh, &options, roomy);
+    assert_int_equal(tw_surface_errors(&c->mesh, &options, &wish, NULL, errors, NULL), TW_OK);
+    for (int level = 3; level < LEVELS; level++)
+      if (!(errors[level] < errors[level - 1] / 1.4))
+        fail_msg("level %d: %g after %g", level, errors[level], errors[level - 1]);
+    for (int level = 0; level < LEVELS; level++)
+      if (!(errors[level] < 8 * roomy[level]))
+        fail_msg("level %d: %g, %g", level, errors[level], roomy[level]);
+    free(c);
+  }
+}
+
 TEST(each_level_is_nearer_and_deep_ones_four_times) {
   static const tw_surface_options options[] = {
       {0}, {.limit = true}, {.boundary = TW_BOUNDARY_EDGE_ONLY}, {.creasing = TW_CREASE_CHAIKIN}};
