@@ -70,7 +70,7 @@ export class SculptPanel {
     this.rules = make('p', { className: 'warning' }, 'Only a surface by the usual rules, with its details, can be sculpted. ',
       make('button', { className: 'small', onclick: () => change(firstOf(RULES)) }, 'Show it so'));
     this.levels = make('div', {}, levelSlider, check(this.details, 'Details of the levels'));
-    this.unfit = make('p', { className: 'dim', role: 'status' }, 'Open a model, or make a shape.');
+    this.unfit = make('p', { className: 'dim' }, 'Open a model, or make a shape.');
     this.body = make('div', {},
       make('div', { className: 'row brushes', role: 'group', 'aria-label': 'Brush' }, ...this.tools), this.hint,
       slider('Radius', this.reach, this.length), this.forces,

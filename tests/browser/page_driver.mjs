@@ -94,7 +94,9 @@ export class Visit {
     return parseFloat(await this.text('.clock'));
   }
 
+  /** Of the clip that is shown once its poses are there. */
   async seek(time) {
+    await this.wait((least) => Number(document.querySelector('#timeline [aria-label=Time]').max) >= least, time);
     await this.page.getByRole('slider', { name: 'Time' }).evaluate((range, value) => {
       range.value = value;
       range.dispatchEvent(new Event('input'));

@@ -296,7 +296,7 @@ test('a key is asked for and kept for the tab', async () => {
     const saved = visit.page.waitForEvent('download');
     await visit.page.getByRole('link', { name: 'source' }).click();
     assert.ok(readFileSync(await (await saved).path()).equals(readFileSync(join(root, 'server/samples/tank.json'))));
-    await visit.page.getByRole('button', { name: 'Live' }).click();
+    await visit.page.getByRole('button', { name: 'Live', exact: true }).click();
     await visit.wait(() => parseFloat(document.querySelector('.clock').textContent) > 0.2);
     await visit.end();
     const other = await Visit.begin(site.browser, `${locked.url}/`, { refused: [401] });
