@@ -51,7 +51,7 @@ typedef struct tw_measuring {
   const tw_parallel_for *parallel;
   tw_rules rules;
   tw_detail_list details;
-  double size; /* the greatest coordinate */
+  double size;                   /* the greatest coordinate */
   uint32_t level_max, faces_max; /* of the wish */
   tw_arena *arena;
   const tw_error_wheel **wheels; /* tw_error_find_wheels */
