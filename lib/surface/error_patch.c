@@ -69,16 +69,19 @@ static bool fill_corner(const corner_net *n) {
 }
 
 static bool fill(const corner_net *n) {
+  enum { EDGES = 4 };
   const tw_topology *t = &n->p->topology;
   uint32_t vertex = t->corner_vertex[n->corner];
-  if (tw_error_is_plain(t, vertex)) return fill_plain(n);
+  bool right = tw_is_infinite(t->edge_sharpness[t->corner_edge[n->corner]]),
+       left = tw_is_infinite(t->edge_sharpness[t->corner_edge[tw_quad_previous(n->corner)]]);
+  if (!left && !right) /* asks nothing of vertices of very many edges, once a face */
+    return t->ring_offsets[vertex + 1] - t->ring_offsets[vertex] == EDGES && tw_error_is_plain(t, vertex) &&
+           fill_plain(n);
   uint32_t sharp = count_sharp(t, vertex);
   if (sharp == UINT32_MAX || (t->vertex_flags[vertex] & TW_VERTEX_NONMANIFOLD)) return false;
-  bool right = tw_is_infinite(t->edge_sharpness[t->corner_edge[n->corner]]),
-       left = tw_is_infinite(t->edge_sharpness[t->corner_edge[tw_quad_previous(n->corner)]]),
-       is_corner = t->vertex_sharpness[vertex] > 0 || sharp > 2;
+  bool is_corner = t->vertex_sharpness[vertex] > 0 || sharp > 2;
   if (left && right) return is_corner && fill_corner(n);
-  return !is_corner && sharp == 2 && left != right && fill_crease(n, left);
+  return !is_corner && sharp == 2 && fill_crease(n, left);
 }
 
 /* Finds the net of a quad among quads; false where its surface is no single patch. */

@@ -519,10 +519,19 @@ static double find_room(const tw_measuring *m, const tw_error_part *p, const dou
   return limit;
 }
 
+/* Whether very many faces meet in a vertex: each batch with one of them would have all. */
+static bool has_wide_fan(const tw_topology *t) {
+  enum { WIDE = 8192 };
+  uint32_t v = 0;
+  while (v < t->vertex_count && t->fan_offsets[v + 1] - t->fan_offsets[v] < WIDE) v++;
+  return v < t->vertex_count;
+}
+
 /* Whether the next level is too large to be made at once. Two steps make faces that have one irregular vertex
  * at most, so that rings or patches tell of them. Loop's scheme has neither. */
 static bool needs_batches(const tw_measuring *m, const tw_error_part *p) {
-  return p->level == 1 && !p->is_batch && !m->rules.loop && can_cut(m, p) && is_too_large(m, p);
+  return p->level == 1 && !p->is_batch && !m->rules.loop && can_cut(m, p) && is_too_large(m, p) &&
+         !has_wide_fan(&p->topology);
 }
 
 /* Leaves the faces from which deeper levels are made: those of which more is left than a small part of what
