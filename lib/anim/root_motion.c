@@ -342,28 +342,31 @@ static bool look_at(void *context, double time) {
   return !c->is_found;
 }
 
-/* Whether the clip has a track of a node's path; with `left`, one whose value changes: exporters that bake
- * write tracks of nodes that rest, too. Where *left does not reach, it counts as one that does. */
-static bool moves_node(const tw_clip *clip, uint32_t node, tw_path path, uint64_t *left) {
-  bool moves = (clip->moves[node] & 1u << path) != 0;
-  if (!moves || !left) return moves;
-  uint32_t track = 0;
-  while (clip->tracks[track].node != node || clip->tracks[track].path != path) track++;
+/* Whether a track's value changes: exporters that bake write tracks of nodes that rest, too. Where *left does
+ * not reach, it counts as one that does. */
+static bool changes(const tw_clip *clip, uint32_t track, uint64_t *left) {
   change c = {.clip = clip, .track = track, .left = left};
   uint64_t steps = *left;
   tw_bend_sink sink = {look_at, &c, &steps};
   return !tw_clip_bends(clip, track, &sink) || !look_at(&c, (double)clip->duration);
 }
 
-/* below: [node_count] nodes of each subtree. left: as for moves_node. */
+/* Writes the track of each node that has one of a path. out: [node_count]. */
+static void list_tracks(const tw_clip *clip, tw_path path, uint32_t *out) {
+  for (uint32_t t = 0; t < clip->track_count; t++)
+    if (clip->tracks[t].path == path) out[clip->tracks[t].node] = t;
+}
+
+/* below: [node_count] nodes of each subtree. left: as of changes(); NULL: any track counts. */
 static uint32_t choose_root(const tw_clip *clip, const tw_node *nodes, const uint32_t *order,
-                            uint32_t node_count, tw_path path, uint64_t *left, const uint32_t *below,
-                            bool *has_moved_above) {
+                            uint32_t node_count, tw_path path, const uint32_t *track_of, uint64_t *left,
+                            const uint32_t *below, bool *has_moved_above) {
   uint32_t best = TW_NO_INDEX;
   for (uint32_t i = 0; i < node_count; i++) {
     uint32_t node = order[i], parent = nodes[node].parent;
     has_moved_above[node] = parent != TW_NO_INDEX && has_moved_above[parent];
-    if (has_moved_above[node] || !moves_node(clip, node, path, left)) continue;
+    if (has_moved_above[node] || !(clip->moves[node] & 1u << path)) continue;
+    if (left && !changes(clip, track_of[node], left)) continue;
     if (best == TW_NO_INDEX || below[node] > below[best]) best = node;
     has_moved_above[node] = true;
   }
@@ -372,7 +375,8 @@ static uint32_t choose_root(const tw_clip *clip, const tw_node *nodes, const uin
 
 uint32_t tw_clip_find_root(const tw_clip *clip, const tw_node *nodes, const uint32_t *order,
                            uint32_t node_count) {
-  uint32_t *below = tw_alloc_zero(node_count, sizeof *below), root = TW_NO_INDEX;
+  uint32_t *below = tw_alloc_zero(node_count, sizeof *below),
+           *track_of = tw_alloc(node_count, sizeof *track_of), root = TW_NO_INDEX;
   bool *marks = tw_alloc_zero(node_count, sizeof *marks);
   for (uint32_t i = node_count; below && i-- > 0;) {
     uint32_t node = order[i], parent = nodes[node].parent;
@@ -381,8 +385,13 @@ uint32_t tw_clip_find_root(const tw_clip *clip, const tw_node *nodes, const uint
   }
   static const tw_path paths[] = {TW_TRANSLATION, TW_ROTATION};
   uint64_t left = SAMPLES_MOST / clip->cost;
-  for (int i = 0; below && marks && root == TW_NO_INDEX && i < 4; i++) /* at last one that has but tracks */
-    root = choose_root(clip, nodes, order, node_count, paths[i % 2], i < 2 ? &left : NULL, below, marks);
+  for (int i = 0; below && marks && track_of && root == TW_NO_INDEX && i < 4; i++) {
+    bool must_change = i < 2; /* else a node whose tracks never change serves */
+    list_tracks(clip, paths[i % 2], track_of);
+    root = choose_root(clip, nodes, order, node_count, paths[i % 2], track_of, must_change ? &left : NULL,
+                       below, marks);
+  }
+  tw_free(track_of);
   tw_free(below);
   tw_free(marks);
   return root;

@@ -74,7 +74,7 @@ static bool fill(const corner_net *n) {
   uint32_t vertex = t->corner_vertex[n->corner];
   bool right = tw_is_infinite(t->edge_sharpness[t->corner_edge[n->corner]]),
        left = tw_is_infinite(t->edge_sharpness[t->corner_edge[tw_quad_previous(n->corner)]]);
-  if (!left && !right) /* asks nothing of vertices of very many edges, once a face */
+  if (!left && !right) /* the count first: edges of a vertex with very many are not looked at for each face */
     return t->ring_offsets[vertex + 1] - t->ring_offsets[vertex] == EDGES && tw_error_is_plain(t, vertex) &&
            fill_plain(n);
   uint32_t sharp = count_sharp(t, vertex);

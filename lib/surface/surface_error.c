@@ -461,9 +461,8 @@ static tw_status take_part(const tw_error_part *from, const uint32_t *corners, c
   return TW_OK;
 }
 
-/* Cuts out some faces, by their corners. Points at the cut will be wrong after a step, but no step reads
- * them.
- */
+/* Makes a part of some faces, by their corners. Points at its edge will be wrong after a step, but no step
+ * reads them. */
 static tw_status cut_out(const tw_measuring *m, const tw_error_part *p, const uint32_t *corners,
                          uint32_t count, tw_error_part *out) {
   const tw_topology *t = &p->topology;
@@ -519,7 +518,7 @@ static double find_room(const tw_measuring *m, const tw_error_part *p, const dou
   return limit;
 }
 
-/* Whether very many faces meet in a vertex: each batch with one of them would have all. */
+/* Whether very many faces meet in a vertex: each batch that has one of these faces would have all of them. */
 static bool has_wide_fan(const tw_topology *t) {
   enum { WIDE = 8192 };
   uint32_t v = 0;
@@ -667,7 +666,7 @@ static tw_status sum_up(findings *found, bool loop, uint32_t level_max, double r
 
 /* ---- batches -------------------------------------------------------------------------------------- */
 
-/* Lists open faces so that those beside each other are near each other in the list. */
+/* Lists open faces: neighbours in the mesh are near each other in the list. */
 static uint32_t *list_open(const tw_error_part *p) {
   const tw_topology *t = &p->topology;
   uint8_t *listed = tw_arena_alloc(p->arena, t->face_count, 1);

@@ -63,7 +63,7 @@ TEST(the_farthest_of_too_many_irregular_faces_are_followed) {
   free(c);
 }
 
-/* Without room for deeper levels, each irregular point is still known to have less with each step. */
+/* Where no deeper level has room, errors around irregular points still fall from level to level. */
 TEST(irregular_faces_without_room_still_come_nearer) {
   for (int limit = 0; limit < 2; limit++) {
     cage *c = torus(TORUS_TURNED_TRIANGLES, NO_GAPS, false);

@@ -57,11 +57,12 @@ uint32_t tw_bone_find(const char *name, size_t length);
  * above them, are moved by the ratio of leg lengths (of hip heights between humanoid maps; of all lengths
  * where there are no legs). Other bones get translations and scales only where they rest as in the source. */
 
-/* How whoever asks for a clip wants it carried over; a view. */
+/* A pair of nodes that whoever asks for a clip names as counterparts. */
 typedef struct tw_bone_names_pair {
   const char *source, *target; /* names of nodes; target NULL: the source moves nothing */
 } tw_bone_names_pair;
 
+/* How whoever asks for a clip wants it carried over; a view. */
 typedef struct tw_retarget_wish {
   bool is_auto; /* false: the clip moves nodes by their names, as it is */
   bool holds_feet;

@@ -28,8 +28,8 @@ typedef struct tw_root_job {
 
 /* The node that `job` takes by default: the topmost one that the clip translates, else turns; of several the
  * one with most nodes below. Tracks whose value never changes count where there are no others. TW_NO_INDEX
- * where the clip has none, or without memory. order: from
- * tw_nodes_order. */
+ * where the clip has none, or without memory. order: from tw_nodes_order. O(nodes + tracks), and looks at
+ * some two million values at most. */
 uint32_t tw_clip_find_root(const tw_clip *clip, const tw_node *nodes, const uint32_t *order,
                            uint32_t node_count);
 
