@@ -31,53 +31,72 @@ const buffer = (bytes) => new Uint8Array(bytes).buffer;
 
 // ---- triangles --------------------------------------------------------------------------------------------
 
-/** [triangle][corner] Vector3, of a loader's geometry. */
+/** [triangles][3 corners][x, y, z] of a loader's geometry, as one array. */
 function trianglesOf(geometry, matrix = new Matrix4()) {
-  const position = geometry.attributes.position, index = geometry.index;
-  const count = index ? index.count : position.count;
-  const corners = Array.from({ length: count }, (_, i) => new Vector3().fromBufferAttribute(position, index ? index.getX(i) : i).applyMatrix4(matrix));
-  const turned = matrix.determinant() < 0;
-  return Array.from({ length: count / 3 }, (_, i) => (turned ? [0, 2, 1] : [0, 1, 2]).map((k) => corners[3 * i + k]));
+  const { position } = geometry.attributes, index = geometry.index?.array, count = index ? index.length : position.count;
+  const order = matrix.determinant() < 0 ? [0, 2, 1] : [0, 1, 2], point = new Vector3(), out = new Float64Array(3 * count);
+  for (let i = 0; i < count; i++) {
+    const corner = i - (i % 3) + order[i % 3];
+    point.fromBufferAttribute(position, index ? index[corner] : corner).applyMatrix4(matrix).toArray(out, 3 * i);
+  }
+  return out;
 }
 
 async function trianglesOfGlb(bytes) {
-  const { scene } = await load(bytes);
+  const { scene } = await load(bytes), all = [];
   scene.updateMatrixWorld(true);
-  const all = [];
-  scene.traverse((mesh) => { if (mesh.isMesh) for (const triangle of trianglesOf(mesh.geometry, mesh.matrixWorld)) all.push(triangle); });
-  return all;
+  scene.traverse((mesh) => { if (mesh.isMesh) all.push(trianglesOf(mesh.geometry, mesh.matrixWorld)); });
+  const out = new Float64Array(all.reduce((sum, { length }) => sum + length, 0));
+  let at = 0;
+  for (const triangles of all) { out.set(triangles, at); at += triangles.length; }
+  return out;
 }
 
-const volumeOf = (triangles) => triangles.reduce((sum, [a, b, c]) => sum + a.dot(b.clone().cross(c)) / 6, 0);
-const areaOf = (triangles) => triangles.reduce((sum, [a, b, c]) => sum + b.clone().sub(a).cross(c.clone().sub(a)).length() / 2, 0);
+const countOf = (triangles) => triangles.length / 9;
+
+/** The sum over all triangles of `measure` of their three corners. */
+function sumOf(triangles, measure) {
+  const corners = [new Vector3(), new Vector3(), new Vector3()];
+  let sum = 0;
+  for (let at = 0; at < triangles.length; at += 9) sum += measure(...corners.map((corner, k) => corner.fromArray(triangles, at + 3 * k)));
+  return sum;
+}
+
+const scratch = new Vector3();
+const volumeOf = (triangles) => sumOf(triangles, (a, b, c) => a.dot(scratch.crossVectors(b, c)) / 6);
+const areaOf = (triangles) => sumOf(triangles, (a, b, c) => b.sub(a).cross(c.sub(a)).length() / 2);
 
 function boundsOf(triangles) {
-  const low = new Vector3(Infinity, Infinity, Infinity), high = low.clone().negate();
-  for (const point of triangles.flat()) { low.min(point); high.max(point); }
-  return [...low.toArray(), ...high.toArray()];
+  const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+  triangles.forEach((x, i) => { low[i % 3] = Math.min(low[i % 3], x); high[i % 3] = Math.max(high[i % 3], x); });
+  return [...low, ...high];
+}
+
+/** [corners] the number of each one's point, by exact coordinates; and how many points there are. */
+function pointsOf(triangles) {
+  const numbers = new Map(), points = new Uint32Array(triangles.length / 3);
+  let count = 0;
+  const inside = (map, x) => { if (!map.has(x)) map.set(x, new Map()); return map.get(x); };
+  for (let i = 0; i < points.length; i++) {
+    const last = inside(inside(numbers, triangles[3 * i]), triangles[3 * i + 1]), z = triangles[3 * i + 2];
+    if (!last.has(z)) last.set(z, count++);
+    points[i] = last.get(z);
+  }
+  return { points, count };
 }
 
 /** By exact coordinates: pieces that share points, and edges whose two directions do not occur equally often. */
 function shellsOf(triangles) {
-  const numbers = new Map(), parents = [], edges = new Map();
+  const { points, count } = pointsOf(triangles), parents = Array.from({ length: count }, (_, i) => i), edges = new Map();
   const find = (point) => { while (parents[point] !== point) point = parents[point] = parents[parents[point]]; return point; };
-  const numberOf = ({ x, y, z }) => {
-    const name = `${x} ${y} ${z}`;
-    let number = numbers.get(name);
-    if (number === undefined) { numbers.set(name, number = parents.length); parents.push(number); }
-    return number;
-  };
-  for (const triangle of triangles) {
-    const points = triangle.map(numberOf);
-    points.forEach((point, i) => {
-      const next = points[(i + 1) % 3];
-      parents[find(point)] = find(next);
-      const edge = Math.min(point, next) * 2 ** 26 + Math.max(point, next);
-      edges.set(edge, (edges.get(edge) ?? 0) + (point < next ? 1 : -1));
-    });
-  }
+  points.forEach((point, i) => {
+    const next = points[i % 3 === 2 ? i - 2 : i + 1];
+    parents[find(point)] = find(next);
+    const edge = Math.min(point, next) * 2 ** 26 + Math.max(point, next);
+    edges.set(edge, (edges.get(edge) ?? 0) + (point < next ? 1 : -1));
+  });
   const shells = parents.filter((parent, i) => parent === i).length;
-  return { points: parents.length, shells, open: [...edges.values()].filter((sum) => sum !== 0).length };
+  return { points: count, shells, open: [...edges.values()].filter((sum) => sum !== 0).length };
 }
 
 const near = (a, b, relative, what) => assert.ok(Math.abs(a - b) <= relative * Math.max(Math.abs(a), Math.abs(b)) + 1e-12, `${what}: ${a}, ${b}`);
@@ -152,13 +171,13 @@ async function readByPrograms(model, level, triangles) {
   const { solid } = JSON.parse((await ask(model, `json?level=${level}&shells=true`)).bytes);
   assert.deepEqual([solid.shells, solid.closed, solid.inverted, solid.triangles], [1, 1, 0, facets]);
   near(solid.volume, volume, 1e-4, 'volume of surface.json');
-  assert.deepEqual({ facets, open, shells, mended }, { facets: triangles.length, open: 0, shells: 1, mended: [] });
+  assert.deepEqual({ facets, open, shells, mended }, { facets: countOf(triangles), open: 0, shells: 1, mended: [] });
   near(volume, volumeOf(triangles), 1e-4, 'volume by admesh');
   const size = Math.max(...boundsOf(triangles).map(Math.abs));
   const read = [assimp('stl', stl), assimp('ply', ply)];
   for (const found of [bounds, ...read.map((one) => one.bounds)])
     boundsOf(triangles).forEach((bound, i) => assert.ok(Math.abs(bound - found[i]) < 1e-5 * size, `${bound}, ${found[i]}`));
-  assert.deepEqual(read.map(({ faces }) => faces), [triangles.length, triangles.length]);
+  assert.deepEqual(read.map(({ faces }) => faces), [countOf(triangles), countOf(triangles)]);
 }
 
 for (const [name, { bytes, closed }] of Object.entries(models))
@@ -175,7 +194,7 @@ for (const [name, { bytes, closed }] of Object.entries(models))
       const [bounds, area, volume] = [boundsOf(glb), areaOf(glb), volumeOf(glb)];
       const size = Math.max(...bounds.map(Math.abs));
       for (const [form, triangles] of Object.entries({ stl, ply })) {
-        assert.equal(triangles.length, glb.length, form);
+        assert.equal(countOf(triangles), countOf(glb), form);
         boundsOf(triangles).forEach((bound, i) => assert.ok(Math.abs(bound - bounds[i]) < 1e-6 * size, form));
         near(areaOf(triangles), area, 1e-5, `${form}: area`);
         assert.ok(Math.abs(volumeOf(triangles) - volume) < 1e-5 * size * area, `${form}: volume`);
@@ -306,7 +325,7 @@ for (const [name, { bytes, solid, warns }] of Object.entries(prints))
       assert.match(warning, warns);
       const facets = trianglesOf(new STLLoader().parse(buffer(stl)));
       near(areaOf(facets), area, 1e-5, 'area');
-      assert.equal(facets.length, triangles);
+      assert.equal(countOf(facets), triangles);
       const judge = admesh(stl);
       if (!solid.crowded) assert.equal(judge.open, open_edges, 'every open edge is of one facet');
       if (!solid.crowded) assert.equal(judge.shells, shells);
@@ -325,7 +344,7 @@ for (const [name, { bytes, closed }] of Object.entries(models))
       assert.equal(response.headers.get('Content-Length'), null);
       const { unit, warnings, items } = lib3mf(package3mf), glb = await trianglesOfGlb((await ask(model, `glb?level=${level}`)).bytes);
       assert.deepEqual([unit, warnings], [1, 0], 'millimetres, without a warning');
-      assert.equal(items.reduce((sum, item) => sum + item.triangles, 0), glb.length);
+      assert.equal(items.reduce((sum, item) => sum + item.triangles, 0), countOf(glb));
       const size = 1000 * Math.max(...boundsOf(glb).map(Math.abs)), volume = items.reduce((sum, item) => sum + item.volume, 0);
       assert.ok(Math.abs(volume - 1e9 * volumeOf(glb)) < 1e-5 * size * 1e6 * areaOf(glb), `volume: ${volume}`);
       boundsOf(glb).forEach((bound, i) => {
@@ -348,7 +367,7 @@ for (const name of ['cube', 'tank', 'mirrored cone'])
       for (const [form, scale] of [['stl', 1000], ['3mf', 1000], ['obj', 1]]) {
         if (form === 'obj' && level === 0) continue; // it reads no polygons of over four corners
         const read = prusa(form, (await ask(model, `${form}?level=${level}${form === 'obj' ? '' : '&unit=mm'}`)).bytes);
-        assert.deepEqual([read.facets, read.parts], [glb.length, form === 'obj' || form === 'stl' ? shells : read.parts], form);
+        assert.deepEqual([read.facets, read.parts], [countOf(glb), form === 'obj' || form === 'stl' ? shells : read.parts], form);
         near(read.volume, volumeOf(glb) * scale ** 3, 2e-4, `${form}: volume`);
         const size = scale * Math.max(...boundsOf(glb).map(Math.abs));
         if (form !== '3mf') boundsOf(glb).forEach((bound, i) => assert.ok(Math.abs(bound * scale - read.bounds[i]) < 1e-5 * size, form));
