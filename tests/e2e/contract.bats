@@ -177,21 +177,21 @@ STOCK
   done
 }
 
-@test "ten thousand models are listed by pages, each once and in order" {
-  stock 10000
+@test "thousands of models are listed by pages, each once and in order" {
+  stock 3000
   : >seen
-  next='/v1/models?limit=1000'
+  next='/v1/models?limit=300'
   for page in 1 2 3 4 5 6 7 8 9 10; do
     get "$next"
     expect 200
-    holds '.models | length == 1000 and all(.name == "stocked" and .format == "obj")'
+    holds '.models | length == 300 and all(.name == "stocked" and .format == "obj")'
     value '.models[].id' >>seen
     next=$(value .next)
   done
   [ "$next" = null ]
   cmp seen ids
-  get "/v1/models?limit=3&after=$(sed -n 4321p ids)"
-  cmp <(value '.models[].id') <(sed -n 4322,4324p ids)
+  get "/v1/models?limit=3&after=$(sed -n 1321p ids)"
+  cmp <(value '.models[].id') <(sed -n 1322,1324p ids)
   get "/v1/models?after=ffffffffffffffffffffffffffffffff"
   holds '.models == [] and .next == null'
 }

@@ -145,7 +145,6 @@ static content move(const tw_mesh *mesh, tw_surface_options options, const tw_pa
   return c;
 }
 
-/* What one thread makes races nothing: without the thread sanitizer it has the same bytes. */
 static bool is_thread_sanitized(void) {
   const char *sanitizer = getenv("TESTED_SANITIZED");
   return sanitizer && strcmp(sanitizer, "thread") == 0;
@@ -156,7 +155,8 @@ static uint32_t side_of(uint32_t side) {
   return is_thread_sanitized() ? 3 * side / 4 : side;
 }
 
-/* Returns the number of parts that threads shared. */
+/* Returns the number of parts that threads shared. What one thread makes has the same bytes without
+ * sanitizers: under them threads alone, which take the same ways through the library, are enough. */
 static uint32_t check(const cage *c, tw_surface_options options) {
   uint32_t parts = 0, others = 0;
   const tw_parallel_for threads = {.owner = &parts, .run = run_on_threads},
@@ -164,7 +164,7 @@ static uint32_t check(const cage *c, tw_surface_options options) {
   content shared = make(&c->mesh, &options, &threads);
   assert_true(shared.corner_count > 0);
   check_same(move(&c->mesh, options, &threads), &shared);
-  if (!is_thread_sanitized()) {
+  if (!getenv("TESTED_SANITIZED")) {
     check_same(make(&c->mesh, &options, NULL), &shared);
     check_same(make(&c->mesh, &options, &backwards), &shared);
     check_same(move(&c->mesh, options, &backwards), &shared);
@@ -332,7 +332,7 @@ TEST(loops_over_many_patches_ask_on_their_way) {
 
 TEST(bounds_that_are_not_wanted_any_more_are_given_up_and_found_later) {
   need_no_thread_sanitizer();
-  cage *c = sheet(8, TRIANGLES, false);
+  cage *c = sheet(4, TRIANGLES, false);
   tw_surface *surface;
   float min[3], max[3], wanted[2][3];
   const tw_surface_options options = {.level = 9};
