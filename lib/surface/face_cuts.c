@@ -162,19 +162,15 @@ static void normal_of(const uint32_t *corners, uint32_t size, const double *poin
   }
 }
 
-/* How far a face is from concave, at the corner where it is least so. */
-typedef struct face_turns {
-  double
-      least; /* twice the area of the triangle at a corner, seen along the normal, in parts of the face's */
-  double leaning; /* cosine of the angle between the triangle's normal and the face's */
-} face_turns;
-
-/* points: [vertices][3]. */
-static face_turns turns_of(const uint32_t *corners, uint32_t size, const double *points) {
+/* Whether the triangles at all corners look along the face's normal: their areas, seen along it, are at least
+ * `part` of twice the face's, and their own normals' cosines with it at least `leaning`, which is 0 where any
+ * will do. points: [vertices][3]. */
+static bool turns_well(const uint32_t *corners, uint32_t size, const double *points, double part,
+                       double leaning) {
   double normal[3], cross[3], a[3], b[3];
-  face_turns turns = {INFINITY, INFINITY};
   normal_of(corners, size, points, normal);
-  double squared = tw_dot3(normal, normal);
+  double squared = tw_dot3(normal, normal), least = part * squared;
+  if (leaning > 0 && !(squared > 0)) return false;
   for (uint32_t i = 0; i < size; i++) {
     const double *at = points + 3 * (size_t)corners[i],
                  *before = points + 3 * (size_t)corners[i > 0 ? i - 1 : size - 1],
@@ -182,29 +178,25 @@ static face_turns turns_of(const uint32_t *corners, uint32_t size, const double 
     tw_difference3(at, before, a);
     tw_difference3(after, at, b);
     tw_cross3(a, b, cross);
-    double along = tw_dot3(cross, normal), lengths = sqrt(squared * tw_dot3(cross, cross));
-    turns.least = fmin(turns.least, squared > 0 ? along / squared : 0);
-    turns.leaning = fmin(turns.leaning, lengths > 0 ? along / lengths : 0);
+    double along = tw_dot3(cross, normal);
+    if (along < least || (leaning > 0 && along < leaning * sqrt(squared * tw_dot3(cross, cross))))
+      return false;
   }
-  return turns;
-}
-
-static bool is_concave(const uint32_t *corners, uint32_t size, const double *points) {
-  return turns_of(corners, size, points).least < -1e-6;
+  return true;
 }
 
 /* Whether the face is convex along any axis from which it is seen when it is cut, as one that is nearly flat
  * is, so that its children are too. */
 static bool is_surely_convex(const uint32_t *corners, uint32_t size, const double *points) {
-  face_turns turns = turns_of(corners, size, points);
-  return turns.least > 0.1 && turns.leaning > 0.9;
+  return turns_well(corners, size, points, 0.1, 0.9);
 }
 
 bool tw_cage_is_concave(const tw_topology *cage, const double *points) {
   if (cage->face_size == 3) return false;
   for (uint32_t f = 0; f < cage->face_count; f++) {
     uint32_t size = tw_face_size(cage, f);
-    if (size > 3 && is_concave(cage->corner_vertex + tw_face_begin(cage, f), size, points)) return true;
+    if (size > 3 && !turns_well(cage->corner_vertex + tw_face_begin(cage, f), size, points, -1e-6, 0))
+      return true;
   }
   return false;
 }

@@ -275,9 +275,17 @@ typedef struct tw_face_place {
 } tw_face_place;
 tw_face_place tw_surface_face_place(const tw_surface *surface, uint64_t face);
 
-/* The face of the base that a face of a part comes of, at a level of 1 or more and not of Loop's rows; of
- * shallow levels that of the cage of `levels`. *run: how many faces from this one on come of it. */
-uint32_t tw_surface_base_face(const tw_surface *part, uint64_t place, uint64_t *run);
+/* As tw_surface_base_face, of shallow levels: the face of the cage of `levels`. */
+uint32_t tw_surface_shallow_face(const tw_surface *surface, uint64_t face, uint64_t *run);
+
+/* The face of the base that a face of a part comes of, at a level of 1 or more and not of Loop's rows. *run:
+ * how many faces from this one on come of it. */
+static inline uint32_t tw_surface_base_face(const tw_surface *part, uint64_t place, uint64_t *run) {
+  if (part->levels) return tw_surface_shallow_face(part, place, run);
+  uint64_t faces = (uint64_t)part->side * part->side;
+  *run = faces - place % faces;
+  return tw_base_quad(part, (uint32_t)(place / faces));
+}
 
 /* The place in `face_first` of the cage's face that a face of the answer comes of, where each corner of the
  * cage makes 1 << shift faces. O(log cage faces). */

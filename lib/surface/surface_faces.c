@@ -46,7 +46,8 @@ uint32_t tw_surface_cage_place(const tw_surface *surface, uint64_t face, uint32_
 }
 
 /* The children of each corner of the cage are contiguous. */
-static uint32_t shallow_face(const tw_surface *s, uint64_t face, uint64_t *run) {
+uint32_t tw_surface_shallow_face(const tw_surface *surface, uint64_t face, uint64_t *run) {
+  const tw_surface *s = surface;
   const tw_shallow_level *level = &s->levels[0].at[0];
   uint32_t below = s->levels[0].level, shift = 2 * (s->options.level - 1);
   bool is_cage = below == s->options.level;
@@ -59,13 +60,6 @@ static uint32_t shallow_face(const tw_surface *s, uint64_t face, uint64_t *run) 
   }
   return is_cage ? tw_shallow_corner_face(level, level->face_size, (uint32_t)(own >> bits))
                  : (uint32_t)(own >> bits);
-}
-
-uint32_t tw_surface_base_face(const tw_surface *part, uint64_t place, uint64_t *run) {
-  if (part->levels) return shallow_face(part, place, run);
-  uint64_t faces = (uint64_t)part->side * part->side;
-  *run = faces - place % faces;
-  return tw_base_quad(part, (uint32_t)(place / faces));
 }
 
 tw_face_place tw_surface_face_place(const tw_surface *surface, uint64_t face) {
