@@ -127,7 +127,7 @@ typedef struct mesh_faults {
   uint64_t reversed_edges; /* between two faces of opposite winding */
   uint64_t seam_edges;     /* open, but not for their winding */
   uint64_t folded_edges;   /* between two sides of one face */
-  uint64_t lost_creases, overruled_tags;
+  uint64_t lost_creases, overruled_tags, repeated_tags;
   uint64_t hard_edges;      /* that TW_CREASES_FILE finds */
   uint32_t mesh, points[2]; /* of the first lost crease */
 } mesh_faults;
@@ -142,6 +142,7 @@ static void add_faults(mesh_faults *faults, uint32_t mesh, const tw_mesh_stats *
   }
   faults->lost_creases += facts->lost_creases;
   faults->overruled_tags += facts->overruled_tags;
+  faults->repeated_tags += facts->repeated_tags;
   faults->hard_edges += facts->hard_edges.by_file;
 }
 
@@ -308,6 +309,12 @@ static void add_fault_warnings(tw_text *out, const tw_model *model, const mesh_f
         text, sizeof text, "%llu %s: an edge or a point has another one with another sharpness behind it",
         (unsigned long long)faults->overruled_tags,
         tw_plural(faults->overruled_tags, "crease or corner is left out", "creases or corners are left out"));
+    add_warnings(out, &warning, 1, call);
+  }
+  if (faults->repeated_tags > 0) {
+    snprintf(text, sizeof text, "%llu %s", (unsigned long long)faults->repeated_tags,
+             tw_plural(faults->repeated_tags, "crease, corner or hole is listed again: it counts once",
+                       "creases, corners or holes are listed again: they count once"));
     add_warnings(out, &warning, 1, call);
   }
 }

@@ -143,20 +143,6 @@ static api_outcome warn_of_polygons(api_call *call, const api_surface_request *r
   return api_call_warn_text(call, &text);
 }
 
-/* Warns of levels of so many faces that concave quads are cut without regard to their shape. */
-static void warn_of_notches(api_call *call, const api_surface_request *request) {
-  static const char *const sentence =
-      "the level has too many faces to look for concave ones: triangles at the "
-      "notches of concave faces may lie outside of these";
-  const tw_scene *scene = &request->scene.content;
-  const api_surface_form *form = request->form;
-  bool has_polygons = form->flat == TW_FLAT_PLY && request->query.polygons == TW_POLYGONS_NGON;
-  bool has_uncut = false, has_triangles = form->is_gltf || (api_is_printed(request) && !has_polygons);
-  for (uint32_t i = 0; i < scene->model->mesh_count; i++)
-    has_uncut = has_uncut || tw_surface_has_uncut(scene->surfaces[i]);
-  if (has_uncut && has_triangles) api_call_warn(call, &sentence, 1);
-}
-
 /* The points of a mesh that follow more joints than `most`. */
 static uint64_t count_richer_points(const tw_mesh *mesh, uint32_t most) {
   uint64_t points = 0;
@@ -269,7 +255,6 @@ static api_outcome answer_surface(api_call *call, api_surface_request *request, 
   if (form->is_gltf) outcome = api_scene_animate(call, model, &request->scene);
   if (outcome == API_DONE) outcome = warn_of_hard_edges(call, request);
   if (outcome == API_DONE) outcome = warn_of_polygons(call, request);
-  if (outcome == API_DONE) warn_of_notches(call, request);
   if (outcome == API_DONE) outcome = warn_of_influences(call, request);
   if (outcome == API_DONE) warn_of_baking(call, request);
   if (outcome == API_DONE) warn_of_lost_tracks(call, request);

@@ -158,6 +158,8 @@ static void set_rule(const obj_tag *tag, int value, int *out) {
   lose_of_tag(tag, "subdivision tag takes the place of another one of its name",
               "subdivision tags take the place of others of their names",
               *out != TW_TAG_UNSET && *out != value);
+  lose_of_tag(tag, "subdivision tag says what another one has said",
+              "subdivision tags say what others have said", *out == value);
   *out = value;
 }
 

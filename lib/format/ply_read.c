@@ -72,10 +72,16 @@ typedef struct ply_element {
 typedef struct ply_row {
   uint32_t first_corner;
   uint64_t wedge_values;
-  float color[4];       /* of a face, linear */
+  float color[4];       /* of a face; infinite where nothing tells: full */
   uint32_t strip[2];    /* the last two corners of a strip */
   uint64_t strip_count; /* corners since its beginning */
 } ply_row;
+
+/* Numbers of colours that were read. */
+typedef struct ply_colors {
+  uint64_t count, beyond; /* beyond: those that are not in 0 to 1 */
+  bool are_fractions;     /* some are no whole numbers up to 255 */
+} ply_colors;
 
 typedef struct ply_file {
   const uint8_t *at, *end;
@@ -85,6 +91,7 @@ typedef struct ply_file {
   ply_element elements[ELEMENTS_MAX];
   ply_property properties[PROPERTIES_MAX];
   ply_row row;
+  ply_colors vertex_colors, face_colors;
   tw_losses losses;
   tw_error *error;
 } ply_file;
@@ -377,11 +384,32 @@ static float intensity(ply_type type, double value) {
   return (float)(value / (type == PLY_U16 || type == PLY_I16 ? 65535 : 255));
 }
 
-static float color_of(ply_file *file, const ply_property *property, double value) {
+static float share_of(const ply_property *property, double value, ply_colors *all) {
   float share = intensity(property->type, value);
+  all->count++;
+  all->beyond += !tw_is_color(share);
+  all->are_fractions |= !(share >= 0 && share <= 255 && share == floorf(share));
+  return share;
+}
+
+/* Takes colours from sRGB to linear, once all are read. Where they are whole numbers up to 255, some over 1,
+ * that is full intensity. colors: [count][4], or NULL. */
+static tw_status make_linear(ply_file *file, const ply_colors *all, bool has_alpha, size_t count,
+                             float *colors) {
+  enum { COLORS_A_STEP = 4096 };
+  bool are_bytes = !all->are_fractions && all->beyond > 0;
+  if (!colors) return TW_OK;
+  for (size_t i = 0; i < count; i++) {
+    float *color = colors + 4 * i, alpha = are_bytes && has_alpha ? color[3] / 255 : color[3];
+    for (int c = 0; c < 3; c++) color[c] = tw_linear_from_srgb(are_bytes ? color[c] / 255 : color[c]);
+    color[3] = fminf(fmaxf(alpha, 0), 1);
+    if (i % COLORS_A_STEP == COLORS_A_STEP - 1 && !tw_work(COLORS_A_STEP)) return tw_work_status(file->error);
+  }
+  tw_lose(&file->losses, "number of a colour is divided by 255: all are whole, some over 1",
+          "numbers of colours are divided by 255: all are whole, some over 1", are_bytes ? all->count : 0, 0);
   tw_lose(&file->losses, "number of a colour is brought into 0 to 1",
-          "numbers of colours are brought into 0 to 1", !tw_is_color(share), 0);
-  return property->use == PLY_ALPHA ? fminf(fmaxf(share, 0), 1) : tw_linear_from_srgb(share);
+          "numbers of colours are brought into 0 to 1", are_bytes ? 0 : all->beyond, 0);
+  return TW_OK;
 }
 
 /* Stores a number of vertex `row`. */
@@ -394,7 +422,7 @@ static tw_status take_number(ply_file *file, const ply_property *property, doubl
   if (use <= PLY_Z)
     out->positions[3 * row + use] = single;
   else if (use <= PLY_ALPHA)
-    out->colors[4 * row + use - PLY_RED] = color_of(file, property, value);
+    out->colors[4 * row + use - PLY_RED] = share_of(property, value, &file->vertex_colors);
   else if (use <= PLY_V)
     out->uvs[2 * row + use - PLY_U] = single;
   else
@@ -465,7 +493,7 @@ static tw_status take_value(ply_file *file, const ply_element *element, const pl
     if (status != TW_OK) return status;
     out->corners[out->corner_count++] = (uint32_t)value;
   } else {
-    file->row.color[property->use - PLY_RED] = color_of(file, property, value);
+    file->row.color[property->use - PLY_RED] = share_of(property, value, &file->face_colors);
   }
   return TW_OK;
 }
@@ -513,7 +541,8 @@ static void end_row(ply_file *file, const ply_element *element, size_t row, tw_p
 static tw_status read_row(ply_file *file, const ply_element *element, size_t row, tw_polygons_read *out,
                           ply_counts *counts) {
   tw_status status = TW_OK;
-  file->row = (ply_row){.first_corner = out ? out->corner_count : 0, .color = {1, 1, 1, 1}};
+  file->row = (ply_row){.first_corner = out ? out->corner_count : 0,
+                        .color = {INFINITY, INFINITY, INFINITY, INFINITY}};
   for (uint32_t i = 0; i < element->property_count && status == TW_OK; i++) {
     const ply_property *property = &file->properties[element->first_property + i];
     uint64_t count = 1;
@@ -693,6 +722,14 @@ static tw_status read_file(ply_file *file, tw_weld weld, uint64_t budget, tw_mod
     file->line = line;
   }
   if (status == TW_OK) status = read_rows(file, &read, &counts);
+  if (status == TW_OK)
+    status = make_linear(file, &file->vertex_colors,
+                         has_all(find_element(file, PLY_VERTICES), PLY_ALPHA, PLY_ALPHA), read.vertex_count,
+                         read.colors);
+  if (status == TW_OK)
+    status =
+        make_linear(file, &file->face_colors, has_all(find_element(file, PLY_FACES), PLY_ALPHA, PLY_ALPHA),
+                    read.corner_count, read.corner_colors);
   if (status == TW_OK) lose_rest(file);
   file->at = rows;
   file->line = line;

@@ -18,12 +18,14 @@ bool tw_triangulator_init(tw_triangulator *triangles, const tw_surface *const *s
   }
   triangles->corners = tw_alloc(triangles->corner_capacity, sizeof *triangles->corners);
   triangles->sizes = tw_alloc(FACES_SCRATCH, sizeof *triangles->sizes);
-  return triangles->corners && triangles->sizes;
+  triangles->cuts = tw_alloc(FACES_SCRATCH, sizeof *triangles->cuts);
+  return triangles->corners && triangles->sizes && triangles->cuts;
 }
 
 void tw_triangulator_deinit(tw_triangulator *triangles) {
   tw_free(triangles->corners);
   tw_free(triangles->sizes);
+  tw_free(triangles->cuts);
 }
 
 tw_surface_group tw_take_material(const tw_surface *surface, uint32_t *i) {
@@ -81,6 +83,7 @@ static face_run read_run(tw_triangulator *t, const tw_surface *surface, const tw
   } while (corners > t->corner_capacity);
   run.has_next = last > run.stop;
   tw_surface_read_faces(t->reader, t->domain, first, (size_t)(last - first), t->sizes, t->corners);
+  t->cut_count = tw_surface_read_cuts(t->reader, first, (size_t)(last - first), t->cuts);
   return run;
 }
 
@@ -103,20 +106,6 @@ bool tw_fan_start(const uint32_t *corners, uint32_t size, const tw_face_cut *cut
     if (is_apart(corners[*start], previous, next)) return !cut;
   for (*start = 0; *start + 1 < size && !is_apart(corners[*start], previous, NULL);) ++*start;
   return !cut;
-}
-
-/* The index of the first cut of a face at or after this one. */
-static uint32_t first_cut(const tw_surface *surface, uint64_t face) {
-  const tw_face_cut *cuts = tw_surface_get_cuts(surface);
-  uint32_t begin = 0, end = tw_surface_cut_count(surface);
-  while (begin < end) {
-    uint32_t middle = begin + (end - begin) / 2;
-    if (cuts[middle].face < face)
-      begin = middle + 1;
-    else
-      end = middle;
-  }
-  return begin;
 }
 
 /* Triangles [from, to) of a face's fan. */
@@ -183,10 +172,10 @@ static void write_cut(const face_shape *shape, const uint32_t *corners, const ui
   }
 }
 
-/* The surface and group that faces are read from. */
+/* The group that faces are read from. */
 typedef struct face_source {
   const tw_surface_group *group;
-  const tw_face_cut *cuts, *cuts_end; /* those of the faces to come */
+  const tw_face_cut *cuts, *cuts_end; /* those of the run's faces to come */
   bool ngons;
 } face_source;
 
@@ -230,6 +219,8 @@ static face_shape shape_of(const face_source *source, uint64_t face, const uint3
 static size_t write_run(const tw_triangulator *t, face_source *source, face_run run, uint32_t from,
                         size_t count, uint32_t *out) {
   const uint32_t *sizes = t->sizes + run.lead, *corners = t->corners, *previous = NULL;
+  source->cuts = t->cuts;
+  source->cuts_end = t->cuts + t->cut_count;
   uint32_t before = 0, after = 0;
   if (run.lead) {
     face_shape shape = own_shape(cut_of(source, run.face - 1));
@@ -281,11 +272,6 @@ void tw_triangulator_read(tw_triangulator *triangles, const tw_surface *surface,
   uint64_t face = find_face(surface, faces, first);
   uint32_t from = (uint32_t)(first - triangles_before(surface, faces, face));
   face_source source = {.group = faces, .ngons = triangles->polygons == TW_POLYGONS_NGON};
-  const tw_face_cut *cuts = tw_surface_get_cuts(surface);
-  if (cuts) { /* NULL where no face is cut */
-    source.cuts = cuts + first_cut(surface, face > faces->first_face ? face - 1 : face);
-    source.cuts_end = cuts + tw_surface_cut_count(surface);
-  }
   while (count > 0) {
     face_run run = read_run(triangles, surface, faces, face, (from + (uint64_t)count + 1) / 2);
     size_t done = write_run(triangles, &source, run, from, count, out);

@@ -16,6 +16,8 @@ typedef struct tw_triangulator {
   size_t corner_capacity;
   uint32_t *corners; /* [corner_capacity] of the faces read; any face fits with its two neighbours */
   uint32_t *sizes;   /* of the faces in corners */
+  tw_face_cut *cuts; /* of the faces in corners that have one */
+  size_t cut_count;
 } tw_triangulator;
 
 /* For any of the surfaces. False without memory; then too it must be deinited. */

@@ -294,6 +294,7 @@ static tw_status describe_groups(const tw_mesh *mesh, tw_mesh_stats *facts) {
 
 static void set_sharpness(float *at, float sharpness, tw_mesh_stats *facts) {
   facts->overruled_tags += *at > 0 && *at != sharpness;
+  facts->repeated_tags += *at > 0 && *at == sharpness;
   *at = sharpness;
 }
 
@@ -311,7 +312,10 @@ static tw_status describe_tags(const tw_mesh *mesh, tw_topology *t, const uint8_
   }
   for (uint32_t i = 0; i < mesh->sharp_point_count; i++)
     set_sharpness(&t->vertex_sharpness[mesh->sharp_points[i]], mesh->point_sharpness[i], facts);
-  for (uint32_t i = 0; i < mesh->hole_count; i++) is_hole[mesh->holes[i]] = 1;
+  for (uint32_t i = 0; i < mesh->hole_count; i++) {
+    facts->repeated_tags += is_hole[mesh->holes[i]];
+    is_hole[mesh->holes[i]] = 1;
+  }
   for (uint32_t e = 0; e < t->edge_count; e++) facts->creases += t->edge_sharpness[e] > 0;
   for (uint32_t v = 0; v < t->vertex_count; v++)
     facts->sharp_points += t->vertex_sharpness[v] > 0 && (flags[v] & VERTEX_USED);

@@ -1,14 +1,12 @@
 /* Finds the faces that are no fan from their first corner, and cuts them by their shape. Most faces are
- * triangles or convex, so cuts are few. Below level 0 only cages with concave faces are looked at, whose
- * quads may be concave too. */
+ * triangles or convex, so cuts are few. Those of level 0 are listed once. Quads of levels below are looked at
+ * when they are read, so that no level is too large: only where a cage has concave faces, and there only
+ * those of the base's faces that are not convex, or near ones that are not: quads of others are convex. */
 
 #include "array.h"
 #include "ear_clipping.h"
 #include "surface_reader.h"
 #include "vector3.h"
-
-/* At a time. */
-enum { FACES_READ = 1024 };
 
 typedef struct face_cutter {
   tw_surface *surface;
@@ -82,8 +80,6 @@ static tw_status cut_face(face_cutter *k, uint64_t face, const uint32_t *corners
   cut.fan_count = find_fans(&k->clipper, size, cut.fans);
   if (cut.fan_count > 0) {
     put_fan(cut.fans[0], size, triangles);
-  } else if (s->options.level > 0) { /* its sides cross: no triangles are it */
-    return TW_OK;
   } else {
     tw_status status = tw_ear_clipper_cut(&k->clipper, corners, parallel, triangles, &count);
     if (status != TW_OK || count == 0) return status;
@@ -109,26 +105,11 @@ static tw_status cut_polygons(face_cutter *k, tw_surface_reader *reader, const t
   return status;
 }
 
-/* Cuts the quads of a level below. */
-static tw_status cut_quads(face_cutter *k, tw_surface_reader *reader, const tw_parallel_for *parallel) {
-  const uint64_t all = k->surface->counts.faces;
-  tw_status status = TW_OK;
-  for (uint64_t first = 0; first < all && status == TW_OK; first += FACES_READ) {
-    size_t count = all - first < FACES_READ ? (size_t)(all - first) : FACES_READ;
-    status = tw_parallel_for_status(parallel);
-    if (status == TW_OK) tw_surface_read_faces(reader, TW_DOMAIN_POINTS, first, count, NULL, k->corners);
-    for (size_t i = 0; i < count && status == TW_OK; i++)
-      status = cut_face(k, first + i, k->corners + 4 * i, 4, parallel);
-  }
-  return status;
-}
-
 static tw_status cut_faces(face_cutter *k, tw_surface_reader *reader, const tw_parallel_for *parallel) {
   tw_surface *s = k->surface;
   tw_surface_read_rows(reader, TW_DOMAIN_POINTS, 0, (size_t)tw_surface_row_count(s, TW_DOMAIN_POINTS),
                        k->rows);
-  tw_status status =
-      s->options.level > 0 ? cut_quads(k, reader, parallel) : cut_polygons(k, reader, parallel);
+  tw_status status = cut_polygons(k, reader, parallel);
   uint64_t first = 0;
   for (uint32_t i = 0; i < s->cut_count; i++) { /* the array has stopped moving */
     s->cuts[i].triangles = (const uint32_t(*)[3])s->cut_triangles + first;
@@ -137,45 +118,10 @@ static tw_status cut_faces(face_cutter *k, tw_surface_reader *reader, const tw_p
   return status;
 }
 
-/* Whether the face turns back at a corner, seen along its normal. points: [vertices][3]. */
-static bool is_concave(const uint32_t *corners, uint32_t size, const double *points) {
-  const double *origin = points + 3 * (size_t)corners[0];
-  double normal[3] = {0, 0, 0}, cross[3], a[3], b[3];
-  for (uint32_t i = 1; i + 1 < size; i++) {
-    tw_difference3(points + 3 * (size_t)corners[i], origin, a);
-    tw_difference3(points + 3 * (size_t)corners[i + 1], origin, b);
-    tw_cross3(a, b, cross);
-    for (int c = 0; c < 3; c++) normal[c] += cross[c];
-  }
-  double least = -1e-6 * tw_dot3(normal, normal);
-  for (uint32_t i = 0; i < size; i++) {
-    const double *at = points + 3 * (size_t)corners[i],
-                 *before = points + 3 * (size_t)corners[i > 0 ? i - 1 : size - 1],
-                 *after = points + 3 * (size_t)corners[i + 1 < size ? i + 1 : 0];
-    tw_difference3(at, before, a);
-    tw_difference3(after, at, b);
-    tw_cross3(a, b, cross);
-    if (tw_dot3(cross, normal) < least) return true;
-  }
-  return false;
-}
-
-bool tw_cage_is_concave(const tw_topology *cage, const double *points) {
-  if (cage->face_size == 3) return false;
-  for (uint32_t f = 0; f < cage->face_count; f++) {
-    uint32_t size = tw_face_size(cage, f);
-    if (size > 3 && is_concave(cage->corner_vertex + tw_face_begin(cage, f), size, points)) return true;
-  }
-  return false;
-}
-
 tw_status tw_surface_cut_faces(tw_surface *surface, const tw_parallel_for *parallel) {
-  enum { FACES_MOST = 1 << 18 };
   tw_surface *s = surface;
   uint32_t most = (uint32_t)tw_surface_largest_face(s);
-  bool is_level = s->options.level > 0;
-  s->has_uncut = most > 3 && is_level && s->counts.faces > FACES_MOST;
-  if (most == 3 || s->has_uncut) return TW_OK;
+  if (most == 3) return TW_OK;
   tw_arena *arena = tw_arena_create();
   tw_surface_reader *reader = tw_surface_reader_create(s);
   if (!arena || !reader) {
@@ -187,7 +133,7 @@ tw_status tw_surface_cut_faces(tw_surface *surface, const tw_parallel_for *paral
   face_cutter k = {.surface = s,
                    .rows = tw_arena_alloc_raw(arena, rows, 3 * sizeof(float)),
                    .at = tw_arena_alloc_raw(arena, most, sizeof *k.at),
-                   .corners = tw_arena_alloc_raw(arena, is_level ? 4 * FACES_READ : most, sizeof *k.corners)};
+                   .corners = tw_arena_alloc_raw(arena, most, sizeof *k.corners)};
   bool has_memory = k.rows && k.at && k.corners && tw_ear_clipper_init(&k.clipper, arena, most);
   tw_status status = has_memory ? cut_faces(&k, reader, parallel) : TW_NO_MEMORY;
   tw_surface_reader_destroy(reader);
@@ -195,12 +141,196 @@ tw_status tw_surface_cut_faces(tw_surface *surface, const tw_parallel_for *paral
   return status;
 }
 
-bool tw_surface_has_uncut(const tw_surface *surface) {
-  return surface->has_uncut || (surface->rim && surface->rim->has_uncut);
-}
 uint32_t tw_surface_cut_count(const tw_surface *surface) {
   return surface->cut_count;
 }
 const tw_face_cut *tw_surface_get_cuts(const tw_surface *surface) {
   return surface->cuts;
+}
+
+/* ---- quads of levels ------------------------------------------------------------------------- */
+
+static void normal_of(const uint32_t *corners, uint32_t size, const double *points, double normal[3]) {
+  const double *origin = points + 3 * (size_t)corners[0];
+  double cross[3], a[3], b[3];
+  for (int c = 0; c < 3; c++) normal[c] = 0;
+  for (uint32_t i = 1; i + 1 < size; i++) {
+    tw_difference3(points + 3 * (size_t)corners[i], origin, a);
+    tw_difference3(points + 3 * (size_t)corners[i + 1], origin, b);
+    tw_cross3(a, b, cross);
+    for (int c = 0; c < 3; c++) normal[c] += cross[c];
+  }
+}
+
+/* Whether the triangles at all corners look along the face's normal: their areas, seen along it, are at least
+ * `part` of twice the face's, and their own normals' cosines with it at least `leaning`, which is 0 where any
+ * will do. points: [vertices][3]. */
+static bool turns_well(const uint32_t *corners, uint32_t size, const double *points, double part,
+                       double leaning) {
+  double normal[3], cross[3], a[3], b[3];
+  normal_of(corners, size, points, normal);
+  double squared = tw_dot3(normal, normal), least = part * squared;
+  if (leaning > 0 && !(squared > 0)) return false;
+  for (uint32_t i = 0; i < size; i++) {
+    const double *at = points + 3 * (size_t)corners[i],
+                 *before = points + 3 * (size_t)corners[i > 0 ? i - 1 : size - 1],
+                 *after = points + 3 * (size_t)corners[i + 1 < size ? i + 1 : 0];
+    tw_difference3(at, before, a);
+    tw_difference3(after, at, b);
+    tw_cross3(a, b, cross);
+    double along = tw_dot3(cross, normal);
+    if (along < least || (leaning > 0 && along < leaning * sqrt(squared * tw_dot3(cross, cross))))
+      return false;
+  }
+  return true;
+}
+
+/* Whether the face is convex along any axis from which it is seen when it is cut, as one that is nearly flat
+ * is, so that its children are too. */
+static bool is_surely_convex(const uint32_t *corners, uint32_t size, const double *points) {
+  return turns_well(corners, size, points, 0.1, 0.9);
+}
+
+bool tw_cage_is_concave(const tw_topology *cage, const double *points) {
+  if (cage->face_size == 3) return false;
+  for (uint32_t f = 0; f < cage->face_count; f++) {
+    uint32_t size = tw_face_size(cage, f);
+    if (size > 3 && !turns_well(cage->corner_vertex + tw_face_begin(cage, f), size, points, -1e-6, 0))
+      return true;
+  }
+  return false;
+}
+
+/* Marks the vertices of faces that may be concave, and those around which the surface is folded: a face looks
+ * the other way than all of them together. sums: [vertices][3] zeroed. */
+static void mark_folds(const tw_topology *base, const double *points, double *sums, uint8_t *marks) {
+  double normal[3];
+  for (uint32_t f = 0; f < base->face_count; f++) {
+    const uint32_t *corners = base->corner_vertex + tw_face_begin(base, f);
+    uint32_t size = tw_face_size(base, f);
+    normal_of(corners, size, points, normal);
+    bool marked = size > 3 && !is_surely_convex(corners, size, points);
+    for (uint32_t k = 0; k < size; k++) {
+      double *sum = sums + 3 * (size_t)corners[k];
+      if (marked) marks[corners[k]] = 1;
+      for (int c = 0; c < 3; c++) sum[c] += normal[c];
+    }
+  }
+  for (uint32_t f = 0; f < base->face_count; f++) {
+    const uint32_t *corners = base->corner_vertex + tw_face_begin(base, f);
+    uint32_t size = tw_face_size(base, f);
+    normal_of(corners, size, points, normal);
+    for (uint32_t k = 0; k < size; k++)
+      if (tw_dot3(normal, sums + 3 * (size_t)corners[k]) <= 0) marks[corners[k]] = 1;
+  }
+}
+
+tw_status tw_surface_find_concave(tw_surface *surface, const double *points) {
+  const tw_topology *base = &surface->steps[surface->step_count].topology;
+  double *sums = tw_alloc_zero(base->vertex_count, 3 * sizeof *sums);
+  uint8_t *marks = tw_alloc_zero(base->vertex_count, 1);
+  surface->near_concave = tw_alloc_zero(base->face_count, 1);
+  bool has_memory = sums && marks && surface->near_concave;
+  if (has_memory) mark_folds(base, points, sums, marks);
+  for (uint32_t f = 0; has_memory && f < base->face_count; f++)
+    for (uint32_t k = 0; k < tw_face_size(base, f); k++)
+      surface->near_concave[f] |= marks[base->corner_vertex[tw_face_begin(base, f) + k]];
+  tw_free(sums);
+  tw_free(marks);
+  return has_memory ? TW_OK : TW_NO_MEMORY;
+}
+
+/* How many faces from `first` on, up to `most`, are near concave ones, or are all not. */
+static uint64_t run_of(const tw_surface *s, uint64_t first, uint64_t most, bool *is_near) {
+  uint64_t count = 0;
+  while (count < most) {
+    const tw_face_place at = tw_surface_face_place(s, first + count);
+    uint64_t run = at.run;
+    bool is_own = at.part == s, near = !is_own; /* all of a rim */
+    if (is_own) near = s->near_concave[tw_surface_base_face(s, at.place, &run)];
+    if (count == 0) *is_near = near;
+    if (near != *is_near) break;
+    count += run < at.run ? run : at.run;
+  }
+  return count < most ? count : most;
+}
+
+/* Sorts by the upper 32 bits. keys, spare: [count]. */
+static void sort_keys(uint64_t *keys, uint64_t *spare, size_t count) {
+  for (uint32_t shift = 32; shift < 64; shift += 8) {
+    size_t begin[257] = {0};
+    for (size_t i = 0; i < count; i++) begin[1 + (keys[i] >> shift & 255)]++;
+    for (uint32_t d = 0; d < 256; d++) begin[d + 1] += begin[d];
+    for (size_t i = 0; i < count; i++) spare[begin[keys[i] >> shift & 255]++] = keys[i];
+    memcpy(keys, spare, count * sizeof *keys);
+  }
+}
+
+/* Reads the points of rows in ascending order, as runs, which is cheap. Lets q->at point to each corner's. */
+static void read_corners(tw_surface_reader *reader, tw_quad_scratch *q, size_t count) {
+  for (size_t i = 0; i < count; i++) q->keys[i] = (uint64_t)q->corners[i] << 32 | i;
+  sort_keys(q->keys, q->spare, count);
+  size_t points = 0;
+  for (size_t i = 0, end; i < count; i = end) {
+    uint32_t first = (uint32_t)(q->keys[i] >> 32), rows = 0;
+    for (end = i; end < count && q->keys[end] >> 32 <= (uint64_t)first + rows; end++) {
+      rows = (uint32_t)(q->keys[end] >> 32) - first + 1;
+      q->at[(uint32_t)q->keys[end]] = q->points[points + rows - 1];
+    }
+    tw_surface_read_rows(reader, TW_DOMAIN_POINTS, first, rows, q->points[points]);
+    points += rows;
+  }
+}
+
+/* Cuts up to TW_QUADS_AT_ONCE quads. Returns how many cuts there are. */
+static size_t cut_quads(tw_surface_reader *reader, uint64_t first, size_t count, tw_face_cut *out) {
+  static const uint32_t fans[4][2][3] = {
+      {{0, 1, 2}, {0, 2, 3}}, {{1, 2, 3}, {1, 3, 0}}, {{2, 3, 0}, {2, 0, 1}}, {{3, 0, 1}, {3, 1, 2}}};
+  tw_quad_scratch *q = reader->quads;
+  tw_ear_corner corners[4];
+  tw_ear_clipper clipper = {.corners = corners};
+  size_t cuts = 0;
+  tw_surface_read_faces(reader, TW_DOMAIN_POINTS, first, count, NULL, q->corners);
+  read_corners(reader, q, 4 * count);
+  for (size_t i = 0; i < count; i++) {
+    tw_ear_clipper_take(&clipper, q->at + 4 * i, 4);
+    uint64_t looks = 4;
+    if (tw_ear_clipper_is_fan(&clipper, 0, &looks)) continue;
+    tw_face_cut cut = {.face = first + i, .size = 4};
+    cut.fan_count = find_fans(&clipper, 4, cut.fans);
+    if (cut.fan_count == 0) continue; /* its sides cross: no triangles are it */
+    cut.triangles = fans[cut.fans[0]];
+    out[cuts++] = cut;
+  }
+  return cuts;
+}
+
+/* The index of the first cut of a face at or after this one. */
+static uint32_t first_cut(const tw_surface *s, uint64_t face) {
+  uint32_t begin = 0, end = s->cut_count;
+  while (begin < end) {
+    uint32_t middle = begin + (end - begin) / 2;
+    if (s->cuts[middle].face < face)
+      begin = middle + 1;
+    else
+      end = middle;
+  }
+  return begin;
+}
+
+size_t tw_surface_read_cuts(tw_surface_reader *reader, uint64_t first, size_t count, tw_face_cut *out) {
+  const tw_surface *s = reader->surface;
+  uint64_t end = first + count;
+  size_t cuts = 0;
+  if (s->options.level == 0)
+    for (uint32_t i = first_cut(s, first); i < s->cut_count && s->cuts[i].face < end; i++)
+      out[cuts++] = s->cuts[i];
+  while (s->near_concave && first < end) {
+    bool is_near = false;
+    uint64_t left = end - first,
+             run = run_of(s, first, left < TW_QUADS_AT_ONCE ? left : TW_QUADS_AT_ONCE, &is_near);
+    if (is_near) cuts += cut_quads(reader, first, (size_t)run, out + cuts);
+    first += run;
+  }
+  return cuts;
 }

@@ -58,27 +58,13 @@ static uint32_t edge_of_corner(const base *b, uint32_t corner, bool *against) {
   return edge;
 }
 
-/* The face of the shallow levels' base that a face of the answer comes from. */
-static uint32_t shallow_face(const base *b, uint64_t face) {
-  const tw_surface *s = b->surface;
-  uint32_t below = s->levels[0].level, shift = 2 * (s->options.level - 1);
-  uint64_t own = face; /* in the level's own order */
-  if (s->face_first) {
-    uint32_t place = tw_surface_cage_place(s, face, shift);
-    own = ((uint64_t)s->face_first[place] << shift) + (face - (s->corners_before[place] << shift));
-  }
-  bool is_cage = below == s->options.level;
-  return is_cage ? face_of_corner(b, (uint32_t)(own >> shift)) : (uint32_t)(own >> 2 * below);
-}
-
 static uint32_t base_face(const base *b, uint64_t face) {
   const tw_surface *s = b->surface;
   if (s->options.level == 0) return face_of_corner(b, s->cage_step * s->face_first[face]);
-  if (s->levels) return shallow_face(b, face);
   if (is_loop(s)) return tw_base_quad(s, (uint32_t)face) / 4;
   const tw_face_place at = tw_surface_face_place(s, face);
-  if (at.part != s) return b->face_count + tw_base_quad(at.part, (uint32_t)at.place);
-  return tw_base_quad(s, (uint32_t)(at.place / ((uint64_t)s->side * s->side)));
+  uint64_t run;
+  return (at.part != s ? b->face_count : 0) + tw_surface_base_face(at.part, at.place, &run);
 }
 
 /* Marks the faces of the base and of the rim that the answer shows. shown: [all_faces] zeroed. */

@@ -35,6 +35,7 @@ static void free_positions(tw_surface *surface) {
   free_points(positions);
   tw_free(surface->cuts);
   tw_free(surface->cut_triangles);
+  tw_free(surface->near_concave);
 }
 
 static void free_plan(tw_surface *s) {
@@ -77,6 +78,8 @@ static size_t positions_size(const tw_surface *surface) {
             (surface->options.normals ? 6 : 3) * sizeof *positions->kept;
   size += surface->cut_count * sizeof *surface->cuts +
           (size_t)surface->cut_triangle_count * sizeof *surface->cut_triangles;
+  if (surface->near_concave)
+    size += surface->levels ? surface->levels[0].at[0].face_count : surface->fields[0].base.face_count;
   return size;
 }
 

@@ -148,12 +148,14 @@ struct tw_surface {
   uint32_t *face_first;                                /* [face_count] first cage corner */
   uint64_t *corners_before;                            /* [face_count + 1] */
   uint32_t cage_points, cage_uv_points, cage_vertices; /* rows of each domain at level 0 */
-  /* The faces that are no fan from their first corner, ascending; see tw_surface_get_cuts. */
+  /* Of level 0: the faces that are no fan from their first corner, ascending; see tw_surface_get_cuts. */
   tw_face_cut *cuts;
   uint32_t cut_count;
   uint32_t (*cut_triangles)[3]; /* of all cuts */
   uint64_t cut_triangle_count;
-  bool has_uncut; /* concave faces in the cage, and too many of the level to look for concave quads */
+  /* Of other levels of a cage with concave faces, else NULL: [base faces] whether quads of the face may be
+   * concave. */
+  uint8_t *near_concave;
   /* Of a level 0 that was made `tagged`, else NULL. */
   tw_surface_tags *tags;
 
@@ -189,10 +191,12 @@ tw_status tw_surface_place(tw_surface *surface, const float *positions, const tw
  * O(corners). */
 bool tw_cage_is_concave(const tw_topology *cage, const double *points);
 
-/* Finds how faces are cut into triangles, once the surface has positions: those of level 0, or the quads of a
- * level of at most 262,144, which are not worth it beyond. O(corners), but for polygons that are no fan from
- * their first corner: see tw_ear_clipper_cut. TW_NO_MEMORY, TW_CANCELLED. */
+/* Finds how the faces of level 0 are cut into triangles, once the surface has positions. O(corners), but for
+ * polygons that are no fan from their first corner: see tw_ear_clipper_cut. TW_NO_MEMORY, TW_CANCELLED. */
 tw_status tw_surface_cut_faces(tw_surface *surface, const tw_parallel_for *parallel);
+
+/* Sets `near_concave`. points: of the base, [vertices][3]. O(corners). TW_NO_MEMORY. */
+tw_status tw_surface_find_concave(tw_surface *surface, const double *points);
 
 /* Number of bounds that a surface holds: its own of positions and, where it is no copy of a plan, one of each
  * target's displacements. */
@@ -270,6 +274,18 @@ typedef struct tw_face_place {
   uint64_t place, run;
 } tw_face_place;
 tw_face_place tw_surface_face_place(const tw_surface *surface, uint64_t face);
+
+/* As tw_surface_base_face, of shallow levels: the face of the cage of `levels`. */
+uint32_t tw_surface_shallow_face(const tw_surface *surface, uint64_t face, uint64_t *run);
+
+/* The face of the base that a face of a part comes of, at a level of 1 or more and not of Loop's rows. *run:
+ * how many faces from this one on come of it. */
+static inline uint32_t tw_surface_base_face(const tw_surface *part, uint64_t place, uint64_t *run) {
+  if (part->levels) return tw_surface_shallow_face(part, place, run);
+  uint64_t faces = (uint64_t)part->side * part->side;
+  *run = faces - place % faces;
+  return tw_base_quad(part, (uint32_t)(place / faces));
+}
 
 /* The place in `face_first` of the cage's face that a face of the answer comes of, where each corner of the
  * cage makes 1 << shift faces. O(log cage faces). */

@@ -39,17 +39,17 @@ tw_status tw_surface_place(tw_surface *surface, const float *positions, const tw
   double *at = tw_alloc(s->cage_vertex_count, 3 * sizeof *at);
   if (at) tw_cage_gather(positions, s->point_of, s->cage_vertex_count, at);
   tw_status status = at ? add_details(s, 0, parallel, at) : TW_NO_MEMORY;
-  bool may_be_cut =
-      status == TW_OK && (s->options.level == 0 || tw_cage_is_concave(&s->steps[0].topology, at));
+  bool is_concave = status == TW_OK && s->options.level > 0 && tw_cage_is_concave(&s->steps[0].topology, at);
   if (status == TW_OK && s->options.level == 0) {
     s->positions.cage = tw_surface_round_positions(at, s->cage_vertex_count);
     if (!s->positions.cage) status = TW_NO_MEMORY;
   }
   for (uint32_t level = 1; level <= s->step_count && status == TW_OK; level++)
     status = make_level(s, level, parallel, &at);
+  if (status == TW_OK && is_concave) status = tw_surface_find_concave(s, at);
   if (status == TW_OK) status = s->evaluator->place(s, &at, parallel);
   tw_free(at);
-  if (status == TW_OK && may_be_cut) status = tw_surface_cut_faces(s, parallel);
+  if (status == TW_OK && s->options.level == 0) status = tw_surface_cut_faces(s, parallel);
   return status == TW_OK && s->rim ? tw_surface_place(s->rim, positions, parallel) : status;
 }
 
@@ -67,8 +67,8 @@ static tw_status move(const tw_surface *plan, const float *positions, const tw_p
   s->cuts = NULL;
   s->cut_triangles = NULL;
   s->cut_count = 0;
-  s->has_uncut = false;
   s->cut_triangle_count = 0;
+  s->near_concave = NULL;
   tw_status status = tw_surface_start_bounds(s);
   if (status == TW_OK) status = tw_surface_place(s, positions, parallel);
   if (status == TW_OK)

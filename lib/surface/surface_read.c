@@ -132,6 +132,7 @@ typedef struct reader_needs {
   uint32_t points, masks, slopes;            /* slopes: rows that have tangents */
   uint32_t joints, skin_vertices, skin_rows; /* of skinned surfaces */
   size_t piece, moved;                       /* floats */
+  size_t quads;                              /* 0 or 1 */
 } reader_needs;
 
 static void need(reader_needs *n, const tw_surface *s, uint32_t displacements_max) {
@@ -145,6 +146,7 @@ static void need(reader_needs *n, const tw_surface *s, uint32_t displacements_ma
   n->points = larger(n->points, s->scratch_points);
   n->masks = larger(n->masks, s->mask_capacity);
   if (piece > n->piece) n->piece = piece;
+  if (s->near_concave) n->quads = 1;
   if (s->tangent_frames) n->slopes = larger(n->slopes, rows);
   if (s->layout.joints == UINT32_MAX || s->skin_rows) return;
   n->joints = larger(n->joints, s->influences.joint_count);
@@ -158,7 +160,8 @@ static bool allocate_reader(tw_surface_reader *r, const reader_needs *n) {
   r->piece = tw_alloc(n->piece, sizeof(float));
   r->moved = tw_alloc(n->moved, sizeof(float));
   r->frames = tw_alloc(n->slopes, sizeof *r->frames);
-  bool complete = r->scratch && r->mask.entries && r->piece && r->moved && r->frames;
+  r->quads = tw_alloc(n->quads, sizeof *r->quads);
+  bool complete = r->scratch && r->mask.entries && r->piece && r->moved && r->frames && r->quads;
   for (int i = 0; i < 2; i++) {
     r->slopes[i] = tw_alloc(n->slopes, TW_DERIVATIVE_WIDTH * sizeof(float));
     complete = complete && r->slopes[i];
@@ -256,6 +259,7 @@ void tw_surface_reader_destroy(tw_surface_reader *reader) {
   tw_free(reader->piece);
   tw_free(reader->moved);
   tw_free(reader->frames);
+  tw_free(reader->quads);
   for (int i = 0; i < 2; i++) tw_free(reader->slopes[i]);
   tw_skin_scratch_deinit(&reader->skin);
   tw_free(reader);

@@ -9,6 +9,15 @@
 
 enum { TW_MOVED_WIDTH = 6 }; /* positions and normals */
 
+/* What quads of which some may be concave are looked at with. */
+enum { TW_QUADS_AT_ONCE = 1024 };
+typedef struct tw_quad_scratch {
+  uint32_t corners[4 * TW_QUADS_AT_ONCE]; /* rows */
+  uint64_t keys[4 * TW_QUADS_AT_ONCE], spare[4 * TW_QUADS_AT_ONCE];
+  float points[4 * TW_QUADS_AT_ONCE][3];
+  const float *at[4 * TW_QUADS_AT_ONCE];
+} tw_quad_scratch;
+
 struct tw_surface_reader {
   /* What rows are computed from: `chosen`, or &narrowed where not all of its columns are wanted. */
   const tw_surface *surface;
@@ -23,6 +32,7 @@ struct tw_surface_reader {
   float *slopes[2]; /* derivatives of points and of UVs, [piece_capacity][TW_DERIVATIVE_WIDTH] */
   uint8_t *frames;  /* [piece_capacity] tangent frames */
   tw_skin_scratch skin;
+  tw_quad_scratch *quads; /* NULL where no surface has concave ones */
   /* Cache of the last piece that was asked for in part. */
   float *piece; /* [piece_capacity][stride] */
   float *moved; /* [piece_capacity][TW_MOVED_WIDTH] of the surface that a morph target makes */

@@ -9,8 +9,7 @@
 #include "surface_plan.h"
 #include "surface_reader.h"
 
-/* Fewer take some tens of MB by generic steps. Quads of so many are not cut by their shape any more, which
- * would read them while only one part is there (face_cuts.c). */
+/* Fewer take some tens of MB by generic steps. */
 enum { FACES_MIN = 1 << 18 };
 
 bool tw_rim_is_worth_it(const tw_surface_builder *b) {

@@ -275,10 +275,56 @@ TEST(concave_quads_of_levels_are_cut_by_their_shape) {
   assert_true(compared.all > 5000 && compared.turned > 200);
 }
 
+static void compare_large(char *text, const tw_surface_options *options, tw_polygons form) {
+  fixture f;
+  compared_quads compared = {0};
+  fixture_init(&f, text);
+  fixture_refine_by(&f, options);
+  assert_true(tw_surface_get_counts(f.surfaces[0])->faces > 1 << 18);
+  f.scene.polygons = form;
+  compare_quads(&f, &compared);
+  assert_true(compared.all > 200000 && compared.turned > 50);
+  fixture_deinit(&f);
+  free(text);
+}
+
+TEST(concave_quads_of_large_levels_are_cut_by_their_shape) {
+  polygon large = comb;
+  for (uint32_t i = 0; i < large.size; i++)
+    for (int c = 0; c < 2; c++) large.at[i][c] *= 1000;
+  compare_large(obj_of(&large, 1, as_it_is), &(tw_surface_options){.level = 9}, TW_POLYGONS_NGON);
+  compare_large(obj_of(&large, 1, as_it_is), &(tw_surface_options){.level = 9, .scheme = TW_BILINEAR},
+                TW_POLYGONS_TRIANGLES);
+}
+
+/* A grid of seven by seven quads, two of which are one hexagon with a notch. */
+static char *grid_with_notch(void) {
+  char *text = malloc(10000), *end = text;
+  assert_non_null(text);
+  for (int j = 0; j < 8; j++)
+    for (int i = 0; i < 8; i++)
+      end += sprintf(end, "v %d %d 0\n", 1000 * i, 1000 * j - (i == 4 && j == 4 ? 800 : 0));
+  for (int j = 0; j < 7; j++)
+    for (int i = 1; i < 8; i++)
+      if (j != 3 || i < 4 || i > 5)
+        end += sprintf(end, "f %d %d %d %d\n", 8 * j + i, 8 * j + i + 1, 8 * j + i + 9, 8 * j + i + 8);
+  sprintf(end, "f 28 29 30 38 37 36\n");
+  return text;
+}
+
+TEST(concave_quads_inside_an_open_border_are_cut_by_their_shape) {
+  compare_large(grid_with_notch(),
+                &(tw_surface_options){.level = 7, .scheme = TW_BILINEAR, .boundary = TW_BOUNDARY_OPEN},
+                TW_POLYGONS_TRIANGLES);
+}
+
 TEST(levels_of_convex_faces_are_fans) {
   fixture f;
   fixture_init(&f, cube_text);
   fixture_refine(&f, 2, false);
-  assert_int_equal(tw_surface_cut_count(f.surfaces[0]), 0);
+  tw_surface_reader *reader = tw_surface_reader_create(f.surfaces[0]);
+  tw_face_cut cuts[96];
+  assert_int_equal(tw_surface_read_cuts(reader, 0, 96, cuts), 0);
+  tw_surface_reader_destroy(reader);
   fixture_deinit(&f);
 }

@@ -510,10 +510,11 @@ TEST(instances_keep_their_attributes) {
 
 TEST(channels_of_something_else_than_nodes_stay_with_their_keys) {
   answer a = answer_with(
-      "", ",'extensionsUsed':['KHR_animation_pointer'],'nodes':[{}],'animations':[{'channels':[{'sampler':"
-          "0,'target':{'path':'pointer','extensions':{'KHR_animation_pointer':{'pointer':"
-          "'/materials/0/emissiveFactor'}}},'extras':5},{'sampler':0,'target':{'node':0,"
-          "'path':'translation'}}],'samplers':[{'input':2,'output':3,'interpolation':'STEP','extras':6}]}]");
+      "",
+      ",'extensionsUsed':['KHR_animation_pointer'],'materials':[{}],'nodes':[{}],'animations':[{'channels':[{"
+      "'sampler':0,'target':{'path':'pointer','extensions':{'KHR_animation_pointer':{'pointer':"
+      "'/materials/0/emissiveFactor'}}},'extras':5},{'sampler':0,'target':{'node':0,"
+      "'path':'translation'}}],'samplers':[{'input':2,'output':3,'interpolation':'STEP','extras':6}]}]");
   assert_int_equal(glb_warning_count(a.f.model), 0);
   assert_says(&a, "animations/0/channels",
               "[{'sampler':0,'target':{'node':0,'path':'translation'}},"
@@ -529,11 +530,12 @@ TEST(channels_of_something_else_than_nodes_stay_with_their_keys) {
 /* Channels 0 and 2 point at the node; the node's translation is moved already, so 2 stays. */
 TEST(pointers_to_transforms_of_nodes_are_tracks) {
   answer a = answer_with(
-      "", ",'extensionsUsed':['KHR_animation_pointer'],'nodes':[{}],'animations':[{'channels':[{'sampler':"
-          "0,'target':{'path':'pointer','extensions':{'KHR_animation_pointer':{'pointer':"
-          "'\\/nodes\\/0\\/scale'}}},'extras':5},{'sampler':0,'target':{'node':0,'path':'translation'}},"
-          "{'sampler':0,'target':{'path':'pointer','extensions':{'KHR_animation_pointer':{'pointer':"
-          "'/nodes/0/translation'}}}}],'samplers':[{'input':2,'output':3,'interpolation':'STEP'}]}]");
+      "",
+      ",'extensionsUsed':['KHR_animation_pointer'],'materials':[{}],'nodes':[{}],'animations':[{'channels':[{"
+      "'sampler':0,'target':{'path':'pointer','extensions':{'KHR_animation_pointer':{'pointer':"
+      "'\\/nodes\\/0\\/scale'}}},'extras':5},{'sampler':0,'target':{'node':0,'path':'translation'}},"
+      "{'sampler':0,'target':{'path':'pointer','extensions':{'KHR_animation_pointer':{'pointer':"
+      "'/nodes/0/translation'}}}}],'samplers':[{'input':2,'output':3,'interpolation':'STEP'}]}]");
   const tw_clip_keys *clip = a.f.model->clips;
   assert_int_equal(clip->track_count, 2);
   assert_int_equal(clip->tracks[1].path, TW_SCALE);

@@ -302,6 +302,32 @@ TEST(colours_beyond_one_are_told) {
   tw_model_destroy(model);
 }
 
+/* Floats that are whole and not all 0 or 1 are of 255: of vertices; of faces, beside a strip, which is white.
+ */
+TEST(colours_of_floats_up_to_255_are_divided) {
+  tw_model *model =
+      read_text(PLACES("3") "property float red\nproperty float green\nproperty float blue\n"
+                            "property float alpha\nelement face 1\nproperty list uchar int vertex_indices\n"
+                            "end_header\n0 0 0 255 188 0 255\n1 0 0 255 188 0 255\n0 1 0 255 188 0 255\n"
+                            "3 0 1 2\n");
+  static const float wanted[4] = {1, 0.5028865f, 0, 1};
+  for (uint32_t k = 0; k < 4; k++)
+    assert_float_equal(model->meshes[0].attributes[0].values[k], wanted[k], 1e-6);
+  assert_int_equal(model->warning_count, 1);
+  assert_string_equal(model->warnings[0],
+                      "12 numbers of colours are divided by 255: all are whole, some over 1");
+  tw_model_destroy(model);
+  model = read_text(PLACES("6") "element face 1\nproperty list uchar int vertex_indices\nproperty float red\n"
+                                "property float green\nproperty float blue\nelement tristrips 1\n"
+                                "property list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n"
+                                "0 0 1\n1 0 1\n0 1 1\n3 0 1 2 255 188 0\n3 3 4 5\n");
+  const tw_mesh *mesh = &model->meshes[0];
+  for (uint32_t c = 0; c < 6; c++)
+    for (uint32_t k = 0; k < 4; k++)
+      assert_float_equal(mesh->attributes[0].values[4 * mesh->corners[c] + k], c < 3 ? wanted[k] : 1, 1e-6);
+  tw_model_destroy(model);
+}
+
 /* Strips turn each second triangle round; -1 begins another strip, and triangles without area join two. All
  * of a flat grid look up. */
 TEST(strips_become_triangles) {

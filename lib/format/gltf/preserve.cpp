@@ -59,6 +59,9 @@ public:
   void run(tw_gltf_assets &assets) {
     const char *root = document_.outline.root;
     place_ = "";
+    const char *extensions = tw_json_member(root, "extensions");
+    lights_ = count_of(tw_json_member(tw_json_member(extensions, "KHR_lights_punctual"), "lights"));
+    variants_ = count_of(tw_json_member(tw_json_member(extensions, "KHR_materials_variants"), "variants"));
     assets.root = object(
         root, "accessors animations asset buffers bufferViews cameras extensionsUsed extensionsRequired "
               "images materials meshes nodes samplers scene scenes skins textures");
@@ -70,6 +73,7 @@ public:
     assets.textures = objects("textures");
     assets.samplers = objects("samplers");
     assets.cameras = objects("cameras");
+    cameras_ = assets.cameras.count;
     assets.extensions_used = names("extensionsUsed");
     assets.extensions_required = names("extensionsRequired");
     images(assets);
@@ -78,7 +82,7 @@ public:
     tw_model &model = *document_.model;
     const std::string known = std::string("camera ") + node_members;
     parts("nodes", source.nodes, model.nodes, model.node_count, [&](const char *node) {
-      return std::string_view(known).substr(has_camera(node, assets.cameras.count) ? sizeof "camera" : 0);
+      return std::string_view(known).substr(has_camera(node) ? sizeof "camera" : 0);
     });
     tell_idle_transforms();
     parts("skins", source.skins, model.skins, model.skin_count,
@@ -102,7 +106,7 @@ private:
   std::string place_; // pointer to the object that text_ is made of
   std::vector<Dropped> dropped_;
   std::string_view left_out_; // member of extras that is left out, because it is read and written anew
-  uint32_t materials_ = 0;
+  uint32_t materials_ = 0, cameras_ = 0, lights_ = 0, variants_ = 0; // how many there are
   size_t unplaced_ = 0; // accessors, buffer views and buffers with extras or extensions, which are left out
   NamedParts named_;
 
@@ -167,6 +171,8 @@ private:
         [&](const Items &item) {
           if (item.key() == "EXT_mesh_gpu_instancing")
             put_instances(item.value());
+          else if (is_of_primitive("KHR_materials_variants", item))
+            put_variants(item.value());
           else
             put_value(item.value());
         });
@@ -194,8 +200,88 @@ private:
     put("}");
   }
 
+  // Whether a value is the index of one of `count` elements.
+  static bool is_below(const char *value, uint64_t count) {
+    return whole_number(value).value_or(count) < count;
+  }
+
+  bool is_of_primitive(std::string_view name, const Items &extension) const {
+    return extension.key() == name && *extension.value() == '{' && place_.compare(0, 8, "/meshes/") == 0;
+  }
+
+  // KHR_materials_variants: materials and variants that the document has not are left out.
+  void put_variants(const char *extension) {
+    put("{");
+    for (Items i(extension); i.more(); i.next()) {
+      if (i.key() != "mappings" || *i.value() != '[') {
+        put_member(i);
+        continue;
+      }
+      put_key(i.key());
+      put("[");
+      each(i.value(), [&](size_t, const char *mapping) { put_mapping(mapping); });
+      put("]");
+    }
+    put("}");
+  }
+
+  void put_mapping(const char *mapping) {
+    uint32_t kept = count_variants(mapping);
+    if (kept == 0) return;
+    put_comma();
+    put("{");
+    for (Items i(mapping); i.more(); i.next()) {
+      if (i.key() != "variants") {
+        put_member(i);
+        continue;
+      }
+      put_key(i.key());
+      put("[");
+      each(i.value(), [&](size_t, const char *variant) {
+        if (!is_below(variant, variants_)) return;
+        put_comma();
+        put(value_text(variant));
+      });
+      put("]");
+    }
+    put("}");
+  }
+
+  // How many variants a mapping has that are there, as its material is.
+  uint32_t count_variants(const char *mapping) const {
+    uint32_t count = 0;
+    if (*mapping != '{' || !is_below(tw_json_member(mapping, "material"), materials_)) return 0;
+    each(tw_json_member(mapping, "variants"),
+         [&](size_t, const char *variant) { count += is_below(variant, variants_); });
+    return count;
+  }
+
+  // Whether an extension names elements of which the document has none.
+  bool names_nothing(const Items &extension) {
+    if (extension.key() == "KHR_lights_punctual" && place_.compare(0, 7, "/nodes/") == 0) {
+      const char *light = *extension.value() == '{' ? tw_json_member(extension.value(), "light") : nullptr;
+      bool is_there = is_below(light, lights_);
+      document_.outline.lose("light of a node is left out: the document has none such",
+                             "lights of nodes are left out: the document has none such", !is_there);
+      return !is_there;
+    }
+    if (!is_of_primitive("KHR_materials_variants", extension)) return false;
+    uint64_t kept = 0, lost = 0;
+    each(tw_json_member(extension.value(), "mappings"), [&](size_t, const char *mapping) {
+      uint32_t own = count_variants(mapping);
+      kept += own;
+      lost +=
+          std::max<uint64_t>(1, *mapping == '{' ? count_of(tw_json_member(mapping, "variants")) : 0) - own;
+    });
+    document_.outline.lose(
+        "variant of a primitive is left out: the document has no such variant, or no such material",
+        "variants of primitives are left out: the document has no such variants, or no such materials", lost);
+    return kept == 0;
+  }
+
   bool is_left_out(const Items &extension) {
     if (extension.key() == "FB_ngon_encoding") return true; // it describes this file's triangles
+    if (names_nothing(extension)) return true;
     const uint64_t elements =
         std::max(document_.source.accessors.size(), document_.source.bufferViews.size());
     bool is_of_mesh = place_.compare(0, 8, "/meshes/") == 0;
@@ -312,10 +398,10 @@ private:
     });
   }
 
-  // Whether a node names no camera, or one of `count`; others are left out.
-  bool has_camera(const char *node, uint32_t count) {
+  // Whether a node names no camera, or one that is there; others are left out.
+  bool has_camera(const char *node) {
     const char *camera = *node == '{' ? tw_json_member(node, "camera") : nullptr;
-    bool is_there = !camera || whole_number(camera).value_or(count) < count;
+    bool is_there = !camera || is_below(camera, cameras_);
     document_.outline.lose("camera of a node is left out: the document has none such",
                            "cameras of nodes are left out: the document has none such", !is_there);
     return is_there;
@@ -615,37 +701,49 @@ private:
   }
 
   // "/nodes/3/rotation": node 3, and "rotation" of it.
-  struct NodePointer {
-    uint32_t node; // TW_NO_INDEX where there is no such node
+  struct ElementPointer {
+    uint32_t element; // TW_NO_INDEX where there is no such element
     std::string_view member;
   };
 
-  // Nothing for pointers to something else.
-  std::optional<NodePointer> read_node_pointer(std::string_view pointer) const {
-    constexpr std::string_view head = "/nodes/";
+  // head: "/nodes/" and the like, of `count` elements. Nothing for pointers to something else.
+  static std::optional<ElementPointer> read_pointer(std::string_view pointer, std::string_view head,
+                                                    size_t count) {
     if (pointer.substr(0, head.size()) != head) return {};
     pointer.remove_prefix(head.size());
     std::string_view digits = pointer.substr(0, pointer.find('/'));
     pointer.remove_prefix(std::min(digits.size() + 1, pointer.size()));
-    uint32_t node = 0;
-    auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), node);
+    uint32_t element = 0;
+    auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), element);
     bool is_there = error == std::errc() && end == digits.data() + digits.size() &&
-                    (digits.size() == 1 || digits[0] != '0') && node < document_.source.nodes.size();
-    return NodePointer{is_there ? node : TW_NO_INDEX, pointer};
+                    (digits.size() == 1 || digits[0] != '0') && element < count;
+    return ElementPointer{is_there ? element : TW_NO_INDEX, pointer};
   }
 
-  // Whether a pointer is one, and, where it leads to a node, to one that is there.
+  std::optional<ElementPointer> read_node_pointer(std::string_view pointer) const {
+    return read_pointer(pointer, "/nodes/", document_.source.nodes.size());
+  }
+
+  // Whether a pointer is one, and, where it leads to an element, to one that is there.
   bool may_lead(std::string_view pointer) const {
-    std::optional<NodePointer> to_node = read_node_pointer(pointer);
-    return to_node ? to_node->node != TW_NO_INDEX : !pointer.empty() && pointer[0] == '/';
+    const std::pair<std::string_view, size_t> arrays[] = {
+        {"/nodes/", document_.source.nodes.size()},
+        {"/meshes/", document_.source.meshes.size()},
+        {"/materials/", materials_},
+        {"/cameras/", cameras_},
+        {"/extensions/KHR_lights_punctual/lights/", lights_}};
+    for (const auto &[head, count] : arrays)
+      if (std::optional<ElementPointer> found = read_pointer(pointer, head, count))
+        return found->element != TW_NO_INDEX;
+    return !pointer.empty() && pointer[0] == '/';
   }
 
   // The node and path that a pointer leads to.
   std::optional<std::pair<uint32_t, tw_path>> node_part(std::string_view pointer) const {
-    std::optional<NodePointer> to_node = read_node_pointer(pointer);
-    if (!to_node || to_node->node == TW_NO_INDEX) return {};
+    std::optional<ElementPointer> to_node = read_node_pointer(pointer);
+    if (!to_node || to_node->element == TW_NO_INDEX) return {};
     for (int path = TW_TRANSLATION; path <= TW_WEIGHTS; path++)
-      if (to_node->member == tw_path_names[path]) return {{to_node->node, static_cast<tw_path>(path)}};
+      if (to_node->member == tw_path_names[path]) return {{to_node->element, static_cast<tw_path>(path)}};
     return {};
   }
 

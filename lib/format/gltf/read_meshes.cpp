@@ -804,14 +804,13 @@ private:
         document_.note("TANGENT is computed anew: there is no NORMAL beside it");
   }
 
-  // Rows of all vertices; v up, as meshes have it.
+  // Rows of all vertices; v up, as meshes have it. Those without any have glTF's 0 0.
   Vector<float> read_uvs(size_t set) const {
     Vector<float> uvs(document_.budget, 2 * elements_.size(), 0.0f);
     for (uint32_t v = 0; v < elements_.size(); v++) {
       const Elements *elements = source_of(v).uvs[set];
-      if (!elements) continue;
       float *uv = &uvs[2 * size_t{v}];
-      read_vertex(elements, v, uv);
+      if (elements) read_vertex(elements, v, uv);
       uv[1] = 1 - uv[1];
     }
     return uvs;

@@ -288,6 +288,7 @@ typedef struct tw_mesh_stats {
   uint32_t lost_creases;                 /* with a sharpness above 0, of two points that no edge joins */
   uint32_t lost_crease[2];               /* the points of the first one */
   uint32_t overruled_tags; /* creases and corners with another sharpness than a later one in the same place */
+  uint32_t repeated_tags;  /* creases, corners and holes that say what another one has said */
   tw_hard_edge_counts hard_edges;
   /* Border edges between the same two positions as another one: open seams. */
   uint32_t seam_edges;

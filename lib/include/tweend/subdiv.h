@@ -272,21 +272,23 @@ size_t tw_surface_read_faces(tw_surface_reader *reader, tw_domain domain, uint64
 uint64_t tw_surface_corners_before(const tw_surface *surface, uint64_t face);
 /* How a face is cut into triangles that, seen along its normal, lie side by side as the face does. A face
  * without a cut is the fan from its first corner: convex ones, those whose sides cross, and at levels 1 and
- * deeper all faces of cages without a concave one and of levels with over 262,144 faces. The shape is that of
- * the rows of TW_DOMAIN_POINTS. */
+ * deeper all faces of cages without a concave one. The shape is that of the rows of TW_DOMAIN_POINTS. */
 typedef struct tw_face_cut {
   uint64_t face;
   uint32_t size;
-  uint32_t fan_count; /* corners from which a fan is right: the first three of them; 0 to 3 */
+  uint32_t fan_count; /* corners from which a fan is right: the first three of them; 0 to 3, not 0 of quads of
+                       * levels 1 and deeper */
   uint32_t fans[3];
   const uint32_t (*triangles)[3]; /* [size - 2] corners of the face: the fan from fans[0] if there is one */
 } tw_face_cut;
 
-/* Whether it has so many faces that concave ones below the cage's concave faces are left as fans. */
-bool tw_surface_has_uncut(const tw_surface *surface);
+/* The cuts of level 0 in ascending order of faces: [cut_count]. None at other levels. */
 uint32_t tw_surface_cut_count(const tw_surface *surface);
-/* The cuts in ascending order of faces: [cut_count]. */
 const tw_face_cut *tw_surface_get_cuts(const tw_surface *surface);
+
+/* Finds the cuts of faces [first, first + count) at any level, ascending. At levels 1 and deeper it reads the
+ * points of the faces that may be concave. out: room for `count`. Returns how many there are. */
+size_t tw_surface_read_cuts(tw_surface_reader *reader, uint64_t first, size_t count, tw_face_cut *out);
 
 /* Number of corners of the largest face, at least 3. O(faces) at level 0. */
 size_t tw_surface_largest_face(const tw_surface *surface);
