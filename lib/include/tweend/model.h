@@ -2,7 +2,7 @@
 #ifndef TWEEND_MODEL_H
 #define TWEEND_MODEL_H
 
-#include "tweend/anim.h"
+#include "tweend/face.h"
 #include "tweend/mesh.h"
 
 #ifdef __cplusplus
@@ -68,8 +68,10 @@ typedef struct tw_model {
   tw_node *nodes;
   uint32_t *node_order; /* [node_count], parents first */
   uint32_t named_node_count;
-  const uint32_t *named_nodes; /* [named_node_count] nodes that have a name, by name, then by index */
-  const uint32_t *humanoid;    /* [TW_BONES] nodes (tweend/retarget.h) or TW_NO_INDEX; NULL: not said */
+  const uint32_t *named_nodes;     /* [named_node_count] nodes that have a name, by name, then by index */
+  const uint32_t *humanoid;        /* [TW_BONES] nodes (tweend/retarget.h) or TW_NO_INDEX; NULL: not said */
+  const tw_face *face;             /* of a VRM; or NULL */
+  const tw_face_nodes *face_nodes; /* of a VRMA; or NULL */
   uint32_t skin_count;
   tw_skin *skins;
   uint32_t clip_count;
