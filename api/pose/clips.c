@@ -271,6 +271,7 @@ static bool fill_mixed(const clip_source *source, api_clip *clip, api_notes *not
     return false;
   clip->is_made = true;
   clip->retarget = mixing.report;
+  clip->layers = mixing.layers;
   return true;
 }
 

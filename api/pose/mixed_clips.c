@@ -1,8 +1,10 @@
 /* Mixed clips: binding their layers, and compiling them. */
 #include "mixed_clips.h"
 
+#include "answer.h"
 #include "borrowed_faces.h"
 #include "json_in.h"
+#include "tweend/json_print.h"
 
 #include <string.h>
 
@@ -106,6 +108,7 @@ typedef struct compiling {
   uint32_t max_keys;
   api_notes *notes;
   tw_arena *scratch;
+  tw_text *layers; /* receives the reports of layers that are carried over; NULL: those of a lender's clip */
   api_fault *fault;
 } compiling;
 
@@ -209,6 +212,7 @@ static bool find_keys(const compiling *c, const api_bound_clip *bound, tw_clip_k
   compiling own = *c;
   own.model = bound->model;
   own.is_left = NULL;
+  own.layers = NULL;
   own.force = -1;
   made_clip made = {0};
   uint32_t *map = map_by_name(&own, bound->model, bound->model);
@@ -299,6 +303,21 @@ static bool note_layer(const compiling *c, const api_bound_clip *bound, uint32_t
   return (kept && api_note(c->notes, kept)) || fail_without_memory(c);
 }
 
+/* Tells how a layer's clip was carried over. */
+static void tell_layer(const compiling *c, const api_bound_clip *bound, uint32_t index, const char *report) {
+  char name[24];
+  if (!c->layers) return;
+  if (c->layers->size == 0) tw_text_add(c->layers, "[");
+  tw_text_element(c->layers);
+  tw_text_add(c->layers, "{");
+  tw_member_string(c->layers, "clip", tw_model_clip_name(bound->model, bound->index, name));
+  tw_member_count(c->layers, "layer", index);
+  tw_member_string(c->layers, "plays", bound->model->clips[bound->index].layers[index].clip);
+  tw_text_member(c->layers, "retarget");
+  tw_text_add(c->layers, report);
+  tw_text_add(c->layers, "}");
+}
+
 /* Compiles the clip of a layer. map: for each node of the mixed clip's model, that of c->model. */
 static bool compile_layer(const compiling *c, const api_bound_clip *bound, uint32_t index,
                           const uint32_t *map, made_clip *out) {
@@ -313,7 +332,10 @@ static bool compile_layer(const compiling *c, const api_bound_clip *bound, uint3
   }
   if (below->entry && layer->retarget.is_auto) {
     const char *report;
-    if (compile_carried(c, below, bound->model, &layer->retarget, map, &report, out)) return true;
+    if (compile_carried(c, below, bound->model, &layer->retarget, map, &report, out)) {
+      tell_layer(c, bound, index, report);
+      return true;
+    }
     if (c->fault->error.status != TW_NO_MEMORY) name_layer(c->fault, bound->model, bound->index, "", index);
     return false;
   }
@@ -394,17 +416,28 @@ static bool compile_list(const compiling *c, api_mixing *mixing, const api_bound
 
 bool api_mixed_compile(api_mixing *mixing, const api_bound_clip *bound, uint32_t count, tw_clip **out,
                        api_fault *fault) {
+  tw_text layers = {0};
   compiling c = {.model = mixing->model,
                  .force = mixing->force,
                  .max_keys = mixing->max_keys,
                  .notes = mixing->notes,
                  .scratch = tw_arena_create(),
+                 .layers = &layers,
                  .fault = fault};
   made_clip made = {0};
   bool is_made = c.scratch ? count == 1 ? compile_chosen(&c, mixing, bound, &made)
                                         : compile_list(&c, mixing, bound, count, &made)
                            : fail_without_memory(&c);
   tw_arena_destroy(c.scratch);
+  bool has_layers = layers.size > 0 || layers.failed;
+  if (has_layers) tw_text_add(&layers, "]");
+  mixing->layers = api_text_move(&layers, mixing->notes->arena);
+  if (!has_layers) mixing->layers = NULL;
+  if (is_made && has_layers && !mixing->layers) {
+    tw_clip_destroy(made.clip);
+    made.clip = NULL;
+    is_made = fail_without_memory(&c);
+  }
   *out = made.clip;
   return is_made;
 }

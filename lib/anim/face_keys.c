@@ -440,6 +440,7 @@ static tw_status carry_eyes(acting *a, tw_track_keys *tracks, uint32_t *track_co
     signal.track_count = 1;
     signal.at = eye_at;
     signal.context = &context;
+    signal.tolerance /= 4; /* the ranges end in kinks, which lie between the probes */
     status = tw_signal_sample(&signal, node, a->arena, &tracks[*track_count], error);
     *track_count += status == TW_OK;
   }

@@ -85,8 +85,9 @@ typedef struct tw_model {
   const char **group_names;      /* [group_count] the names of each set, a blank between two */
   const tw_gltf_assets *assets;  /* or NULL */
   uint32_t warning_count;
-  const char **warnings; /* [warning_count] sentences */
-  bool warns_of_seams;   /* one of them tells of seams that stay open */
+  const char **warnings;  /* [warning_count] sentences */
+  uint32_t *warned_clips; /* [warning_count] the clip that each is about; TW_NO_INDEX: none alone */
+  bool warns_of_seams;    /* one of them tells of seams that stay open */
 } tw_model;
 
 tw_model *tw_model_create(void);        /* an empty model with its arena; NULL without memory */
@@ -96,6 +97,8 @@ void tw_model_destroy(tw_model *model); /* NULL accepted */
  * memory the warning is lost. */
 enum { TW_WARNINGS_MAX = 64 };
 void tw_model_warn(tw_model *model, const char *format, ...) TW_PRINTF(2, 3);
+/* The same of one clip alone. */
+void tw_model_warn_of_clip(tw_model *model, uint32_t clip, const char *format, ...) TW_PRINTF(3, 4);
 /* Warns COUNT ONE, or COUNT MANY where the count is not 1; of none: nothing. */
 void tw_model_warn_count(tw_model *model, uint64_t count, const char *one, const char *many);
 
