@@ -643,14 +643,16 @@ private:
                    std::vector<TrackPlace> &places) {
     int sampler = index_of(tw_json_member(channel.text, "sampler"));
     const tinygltf::AnimationSampler &keys = parsed.samplers[static_cast<size_t>(sampler)];
-    const std::vector<tinygltf::Node> &nodes = document_.source.nodes;
+    if (!has_followers_) find_followers();
+    using Follower = std::pair<uint32_t, uint32_t>;
+    auto from = std::lower_bound(followers_.begin(), followers_.end(), Follower(channel.mesh, 0));
+    auto end = std::upper_bound(from, followers_.end(), Follower(channel.mesh, TW_NO_INDEX));
+    if (!may_copy(keys, static_cast<uint64_t>(end - from))) return false;
     std::vector<uint32_t> shown;
-    for (uint32_t i = 0; i < nodes.size(); i++)
-      if (nodes[i].mesh == static_cast<int>(channel.mesh) && nodes[i].weights.empty() && has_targets(i) &&
-          moved.count({i, TW_WEIGHTS}) == 0)
-        shown.push_back(i);
-    work(nodes.size());
-    if (shown.empty() || !may_copy(keys, shown.size())) return false;
+    for (auto at = from; at != end; ++at)
+      if (moved.count({at->second, TW_WEIGHTS}) == 0) shown.push_back(at->second);
+    work(static_cast<uint64_t>(end - from));
+    if (shown.empty()) return false;
     document_.budget.take(shown.size() * 128); // places of channels, and nodes of the set
     for (uint32_t node : shown) {
       moved.insert({node, TW_WEIGHTS});
@@ -660,21 +662,33 @@ private:
     return true;
   }
 
+  // Finds the nodes that have the weights of their mesh, by mesh.
+  void find_followers() {
+    const std::vector<tinygltf::Node> &nodes = document_.source.nodes;
+    for (uint32_t i = 0; i < nodes.size(); i++)
+      if (has_targets(i) && nodes[i].weights.empty())
+        followers_.push_back({static_cast<uint32_t>(nodes[i].mesh), i});
+    std::sort(followers_.begin(), followers_.end());
+    has_followers_ = true;
+  }
+
   // Whether so many tracks may have copies of a sampler's keys: they take at most half of the values that the
-  // file may have.
+  // file may have, and half of the tracks.
   bool may_copy(const tinygltf::AnimationSampler &keys, uint64_t count) {
     uint64_t numbers = 0;
     for (int accessor : {keys.input, keys.output})
       if (accessor >= 0 && static_cast<size_t>(accessor) < document_.source.accessors.size())
         numbers += document_.source.accessors[static_cast<size_t>(accessor)].count;
     uint64_t left = document_.values_left / 2 - copied_values_;
-    if (numbers > left / count || count > TW_TRACKS_MAX / 2 - copied_tracks_) return false;
+    if (count == 0 || numbers > left / count || count > TW_TRACKS_MAX / 2 - copied_tracks_) return false;
     copied_values_ += numbers * count;
     copied_tracks_ += count;
     return true;
   }
 
   uint64_t copied_values_ = 0, copied_tracks_ = 0;
+  bool has_followers_ = false;
+  Vector<std::pair<uint32_t, uint32_t>> followers_{document_.budget}; // (mesh, node), ascending
 
   bool has_targets(uint32_t node) const {
     int mesh = document_.source.nodes[node].mesh;
