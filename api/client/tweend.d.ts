@@ -734,7 +734,7 @@ export interface Tracks {
   }[];
   report: ClipReport;
   /** With `root_motion` or `in_place`: what of it has come together at the end of the clip. All else of the answer
-   * is of the clip without it. */
+   * is of the clip without it, but for `report.contacts`, which are judged with it put back. */
   root_motion?: {
     /** Whose motion was taken out. */
     node: string;
@@ -744,8 +744,18 @@ export interface Tracks {
     rotation: number[];
   };
   retarget?: Retarget;
+  /** Of a mixed clip: its layers, and those of clips that it mixes, whose clips were carried over. */
+  layers?: {
+    /** The mixed clip that has the layer. */
+    clip: string;
+    /** The layer's index. */
+    layer: number;
+    /** The layer's `clip`. */
+    plays: string;
+    retarget: Retarget;
+  }[];
 }
-/** How a clip was carried over; with `retarget=auto` of a borrowed clip only. */
+/** How a clip was carried over, with `retarget=auto`. A VRMA of a face alone needs no bones. */
 export interface Retarget {
   bones: {
     /** The node of the clip's model. */
@@ -1361,11 +1371,11 @@ export interface SurfaceOptions {
    * Unity, VRoid, Biped, SMPL, DAZ, Character Creator, Auto-Rig Pro, AdvancedSkeleton, Perception Neuron, Roblox
    * R15, Motive, Kinect). Rotations go over relative to each rest pose; limbs that rest otherwise are aligned from
    * joint to joint, so that the hand points where the source's points; bones in between share the motion, or are
-   * taken into it; hips move by the ratio of leg lengths, and between humanoid maps by that of hip heights. Bones
-   * that the clip moves and that have no counterpart are a warning with the first of their names. 422 where fewer
-   * than half of the bones match, of those that the clip moves or of the model's where these are fewer, and without
-   * a skeleton. Own clips stay as they are; where no other is asked for, X-Tweend-Warning tells that `auto` does
-   * nothing.
+   * taken into it; hips move by the ratio of leg lengths, and between humanoid maps by that of hip heights.
+   * Expressions and gaze of a VRMA go over to a VRM's face either way. Bones that the clip moves and that have no
+   * counterpart are a warning with the first of their names. 422 where fewer than half of the bones match, of those
+   * that the clip moves or of the model's where these are fewer, and without a skeleton. Own clips stay as they
+   * are; where no other is asked for, X-Tweend-Warning tells that `auto` does nothing.
    * @default none
    */
   retarget?: "none" | "auto";
@@ -1525,11 +1535,11 @@ export interface PoseOptions {
    * Unity, VRoid, Biped, SMPL, DAZ, Character Creator, Auto-Rig Pro, AdvancedSkeleton, Perception Neuron, Roblox
    * R15, Motive, Kinect). Rotations go over relative to each rest pose; limbs that rest otherwise are aligned from
    * joint to joint, so that the hand points where the source's points; bones in between share the motion, or are
-   * taken into it; hips move by the ratio of leg lengths, and between humanoid maps by that of hip heights. Bones
-   * that the clip moves and that have no counterpart are a warning with the first of their names. 422 where fewer
-   * than half of the bones match, of those that the clip moves or of the model's where these are fewer, and without
-   * a skeleton. Own clips stay as they are; where no other is asked for, X-Tweend-Warning tells that `auto` does
-   * nothing.
+   * taken into it; hips move by the ratio of leg lengths, and between humanoid maps by that of hip heights.
+   * Expressions and gaze of a VRMA go over to a VRM's face either way. Bones that the clip moves and that have no
+   * counterpart are a warning with the first of their names. 422 where fewer than half of the bones match, of those
+   * that the clip moves or of the model's where these are fewer, and without a skeleton. Own clips stay as they
+   * are; where no other is asked for, X-Tweend-Warning tells that `auto` does nothing.
    * @default none
    */
   retarget?: "none" | "auto";
@@ -1639,11 +1649,11 @@ export interface LiveOptions {
    * Unity, VRoid, Biped, SMPL, DAZ, Character Creator, Auto-Rig Pro, AdvancedSkeleton, Perception Neuron, Roblox
    * R15, Motive, Kinect). Rotations go over relative to each rest pose; limbs that rest otherwise are aligned from
    * joint to joint, so that the hand points where the source's points; bones in between share the motion, or are
-   * taken into it; hips move by the ratio of leg lengths, and between humanoid maps by that of hip heights. Bones
-   * that the clip moves and that have no counterpart are a warning with the first of their names. 422 where fewer
-   * than half of the bones match, of those that the clip moves or of the model's where these are fewer, and without
-   * a skeleton. Own clips stay as they are; where no other is asked for, X-Tweend-Warning tells that `auto` does
-   * nothing.
+   * taken into it; hips move by the ratio of leg lengths, and between humanoid maps by that of hip heights.
+   * Expressions and gaze of a VRMA go over to a VRM's face either way. Bones that the clip moves and that have no
+   * counterpart are a warning with the first of their names. 422 where fewer than half of the bones match, of those
+   * that the clip moves or of the model's where these are fewer, and without a skeleton. Own clips stay as they
+   * are; where no other is asked for, X-Tweend-Warning tells that `auto` does nothing.
    * @default none
    */
   retarget?: "none" | "auto";
@@ -1753,11 +1763,11 @@ export interface TracksOptions {
    * Unity, VRoid, Biped, SMPL, DAZ, Character Creator, Auto-Rig Pro, AdvancedSkeleton, Perception Neuron, Roblox
    * R15, Motive, Kinect). Rotations go over relative to each rest pose; limbs that rest otherwise are aligned from
    * joint to joint, so that the hand points where the source's points; bones in between share the motion, or are
-   * taken into it; hips move by the ratio of leg lengths, and between humanoid maps by that of hip heights. Bones
-   * that the clip moves and that have no counterpart are a warning with the first of their names. 422 where fewer
-   * than half of the bones match, of those that the clip moves or of the model's where these are fewer, and without
-   * a skeleton. Own clips stay as they are; where no other is asked for, X-Tweend-Warning tells that `auto` does
-   * nothing.
+   * taken into it; hips move by the ratio of leg lengths, and between humanoid maps by that of hip heights.
+   * Expressions and gaze of a VRMA go over to a VRM's face either way. Bones that the clip moves and that have no
+   * counterpart are a warning with the first of their names. 422 where fewer than half of the bones match, of those
+   * that the clip moves or of the model's where these are fewer, and without a skeleton. Own clips stay as they
+   * are; where no other is asked for, X-Tweend-Warning tells that `auto` does nothing.
    * @default none
    */
   retarget?: "none" | "auto";

@@ -321,23 +321,24 @@ static bool note_losses(const tw_model *lender, const tw_retargeted *found, bool
 bool api_clip_carry(const tw_model *lender, const tw_clip_keys *keys, const tw_model *model,
                     const tw_retarget_wish *retarget, uint32_t max_keys, api_notes *notes,
                     const char **report, tw_clip_keys *out, api_fault *fault) {
-  static const tw_tolerance tolerance = {0.05 / TW_DEGREES, 1e-4};
   tw_arena *arena = notes->arena;
   tw_bone_pair *map = tw_arena_alloc(arena, retarget->pair_count, sizeof *map);
   tw_retarget_job job = {.keys = keys,
                          .map_count = retarget->pair_count,
                          .map = map,
-                         .tolerance = tolerance,
+                         .tolerance = API_CARRYING_TOLERANCE,
                          .max_keys = max_keys,
                          .holds_feet = retarget->holds_feet};
   if (!map || !make_skeleton(lender, arena, &job.source) || !make_skeleton(model, arena, &job.target))
     return api_fault_without_memory(fault);
-  tw_retargeted found;
+  tw_retargeted found = {.scale = 1};
   if (!find_pairs(lender, model, retarget, map, &fault->error)) return api_fault_complete(fault);
-  if (tw_retarget_run(&job, arena, &found, &fault->error) != TW_OK) return api_fault_complete(fault);
+  bool is_face_alone = lender->face_nodes && keys->track_count == 0;
+  if (!is_face_alone && tw_retarget_run(&job, arena, &found, &fault->error) != TW_OK)
+    return api_fault_complete(fault);
   *out = found.keys;
   *report = print_report(lender, model, &found, arena);
   return (*report && copy_name(arena, keys->name, out) && add_weights(lender, keys, model, notes, out) &&
-          note_losses(lender, &found, retarget->holds_feet, notes)) ||
+          (is_face_alone || note_losses(lender, &found, retarget->holds_feet, notes))) ||
          api_fault_without_memory(fault);
 }

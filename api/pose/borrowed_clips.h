@@ -46,10 +46,13 @@ bool api_track_check(api_notes *notes, const tw_model *model, const tw_track_key
 bool api_clip_rename(const tw_model *lender, const tw_clip_keys *keys, const tw_model *model,
                      api_notes *notes, tw_clip_keys *out);
 
+/* How near keys come to a clip that is carried over where they are not its own. */
+#define API_CARRYING_TOLERANCE ((tw_tolerance){0.05 / TW_DEGREES, 1e-4})
+
 /* Carries a clip of the lender over to the model's skeleton, but morph weights, which go by the names of
  * nodes. All is copied to the notes' arena. max_keys: of a track. *report: the JSON of `retarget` in the
  * answer to /tracks. False: the fault says why: 422 for a map that names other nodes, and for skeletons that
- * do not match. */
+ * do not match. A VRMA's clip without tracks moves a face alone, and needs no skeleton. */
 bool api_clip_carry(const tw_model *lender, const tw_clip_keys *keys, const tw_model *model,
                     const tw_retarget_wish *retarget, uint32_t max_keys, api_notes *notes,
                     const char **report, tw_clip_keys *out, api_fault *fault);

@@ -2,6 +2,7 @@
  * several merged into one; mixed ones. */
 #include "clips.h"
 
+#include "borrowed_faces.h"
 #include "clips_in.h"
 #include "mixed_clips.h"
 #include "models.h"
@@ -216,12 +217,16 @@ static tw_clip_keys *gather_keys(const clip_source *source, api_clip *clip, api_
     keys[i] = *own;
     is_done = note_loose(notes, own) || api_fault_without_memory(fault);
     if (!is_done || !source->lenders[i]) continue;
-    if (retarget->is_auto)
-      is_done = api_clip_carry(lender, own, source->model, retarget, source->max_keys, notes, &clip->retarget,
-                               &keys[i], fault);
-    else
-      is_done =
-          api_clip_rename(lender, own, source->model, notes, &keys[i]) || api_fault_without_memory(fault);
+    api_face_split split;
+    is_done = api_face_split_off(lender, own, source->model, source->max_keys, notes, &split, fault);
+    if (is_done && retarget->is_auto)
+      is_done = api_clip_carry(lender, &split.others, source->model, retarget, source->max_keys, notes,
+                               &clip->retarget, &keys[i], fault);
+    else if (is_done)
+      is_done = api_clip_rename(lender, &split.others, source->model, notes, &keys[i]) ||
+                api_fault_without_memory(fault);
+    if (is_done)
+      is_done = api_face_add(&split.face, notes->arena, &keys[i]) || api_fault_without_memory(fault);
   }
   return is_done ? keys : NULL;
 }
@@ -266,6 +271,7 @@ static bool fill_mixed(const clip_source *source, api_clip *clip, api_notes *not
     return false;
   clip->is_made = true;
   clip->retarget = mixing.report;
+  clip->layers = mixing.layers;
   return true;
 }
 

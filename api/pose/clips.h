@@ -38,6 +38,7 @@ typedef struct api_clip {
   const char *node_names;      /* of all nodes of the model, printed by api_node_names_print */
   const tw_clip_keys *carried; /* keys of a single borrowed clip, mapped to the model; else NULL */
   const char *retarget;        /* of a clip that was carried over, how: JSON; else NULL */
+  const char *layers;          /* of layers that were carried over, how: JSON; else NULL */
   bool is_made;                /* of other clips, as mixed ones: it has no keys */
   bool has_root;               /* tw_clip_root_at gives its root motion */
   uint32_t root_node;          /* whose motion that is; TW_NO_INDEX: the clip moves none */

@@ -1,7 +1,10 @@
 /* Mixed clips: binding their layers, and compiling them. */
 #include "mixed_clips.h"
 
+#include "answer.h"
+#include "borrowed_faces.h"
 #include "json_in.h"
+#include "tweend/json_print.h"
 
 #include <string.h>
 
@@ -100,10 +103,12 @@ static const uint32_t NODE_MISSING = TW_NO_INDEX, NODE_LEFT = TW_NO_INDEX - 1;
 
 typedef struct compiling {
   const tw_model *model; /* whose nodes the clips move */
+  const bool *is_left;   /* [nodes of the model] that a layer above leaves alone; NULL: none */
   int force;
   uint32_t max_keys;
   api_notes *notes;
   tw_arena *scratch;
+  tw_text *layers; /* receives the reports of layers that are carried over; NULL: those of a lender's clip */
   api_fault *fault;
 } compiling;
 
@@ -149,11 +154,32 @@ static void chain_map(uint32_t *map, uint32_t count, const uint32_t *next) {
     if (map[i] != NODE_MISSING) map[i] = next[map[i]];
 }
 
+/* The nodes of c->model that a masked map does not lead to. NULL without memory. */
+static const bool *find_left(const compiling *c, const tw_model *model, const uint32_t *masked) {
+  bool *is_left = tw_arena_alloc(c->scratch, c->model->node_count, sizeof *is_left);
+  if (!is_left) return NULL;
+  memset(is_left, true, c->model->node_count);
+  for (uint32_t i = 0; i < model->node_count; i++)
+    if (masked[i] != NODE_MISSING && masked[i] != NODE_LEFT) is_left[masked[i]] = false;
+  return is_left;
+}
+
 /* ---- compiling ------------------------------------------------------------------------------- */
 
-/* Compiles keys of a model. map: for each of its nodes that of c->model. */
+/* Adds the tracks of a face, which go by expressions and not by maps, but for nodes that a layer leaves
+ * alone. False without memory. */
+static bool add_face(const compiling *c, const tw_clip_keys *face, tw_clip_keys *keys) {
+  tw_track_keys *tracks = tw_arena_alloc_raw(c->scratch, face->track_count, sizeof *tracks);
+  if (!tracks) return false;
+  tw_clip_keys moved = {.tracks = tracks};
+  for (uint32_t i = 0; i < face->track_count; i++)
+    if (!c->is_left || !c->is_left[face->tracks[i].node]) tracks[moved.track_count++] = face->tracks[i];
+  return api_face_add(&moved, c->scratch, keys);
+}
+
+/* Compiles keys of a model. map: for each of its nodes that of c->model. face: of c->model. */
 static bool compile_keys(const compiling *c, const tw_model *model, const tw_clip_keys *source,
-                         const uint32_t *map, made_clip *out) {
+                         const uint32_t *map, const tw_clip_keys *face, made_clip *out) {
   tw_track_keys *tracks = tw_arena_alloc_raw(c->scratch, source->track_count, sizeof *tracks);
   if (!tracks) return fail_without_memory(c);
   tw_clip_keys keys = {.tracks = tracks};
@@ -170,6 +196,7 @@ static bool compile_keys(const compiling *c, const tw_model *model, const tw_cli
     tracks[keys.track_count] = *track;
     tracks[keys.track_count++].node = node;
   }
+  if (!add_face(c, face, &keys)) return fail_without_memory(c);
   return tw_clip_create(&keys, c->model->node_count, c->force, &out->clip, &c->fault->error) == TW_OK ||
          api_fault_complete(c->fault);
 }
@@ -184,6 +211,8 @@ static bool find_keys(const compiling *c, const api_bound_clip *bound, tw_clip_k
   if (bound->layer_count == 0) return true;
   compiling own = *c;
   own.model = bound->model;
+  own.is_left = NULL;
+  own.layers = NULL;
   own.force = -1;
   made_clip made = {0};
   uint32_t *map = map_by_name(&own, bound->model, bound->model);
@@ -199,21 +228,30 @@ static bool find_keys(const compiling *c, const api_bound_clip *bound, tw_clip_k
   return status == TW_OK || api_fault_complete(c->fault);
 }
 
+/* Copies notes out of the scratch. False without memory. */
+static bool keep_notes(const compiling *c, const api_notes *notes) {
+  for (uint32_t i = 0; i < notes->count; i++) {
+    const char *kept = tw_arena_text(c->notes->arena, notes->list[i], strlen(notes->list[i]));
+    if (!kept || !api_note(c->notes, kept)) return false;
+  }
+  return true;
+}
+
 /* Compiles a clip that is carried over to the skeleton of `onto`, then put on c->model's nodes by `map`. */
 static bool compile_carried(const compiling *c, const api_bound_clip *bound, const tw_model *onto,
                             const tw_retarget_wish *retarget, const uint32_t *map, const char **report,
                             made_clip *out) {
   tw_clip_keys own, carried;
+  api_face_split split;
   api_notes notes = {.arena = c->scratch};
-  if (!find_keys(c, bound, &own)) return false;
-  if (!api_clip_carry(bound->model, &own, onto, retarget, c->max_keys, &notes, report, &carried, c->fault))
+  if (!find_keys(c, bound, &own) ||
+      !api_face_split_off(bound->model, &own, c->model, c->max_keys, &notes, &split, c->fault) ||
+      !api_clip_carry(bound->model, &split.others, onto, retarget, c->max_keys, &notes, report, &carried,
+                      c->fault))
     return false;
-  for (uint32_t i = 0; i < notes.count; i++) {
-    const char *kept = tw_arena_text(c->notes->arena, notes.list[i], strlen(notes.list[i]));
-    if (!kept || !api_note(c->notes, kept)) return fail_without_memory(c);
-  }
+  if (!keep_notes(c, &notes)) return fail_without_memory(c);
   out->duration = tw_keys_duration(&own);
-  return compile_keys(c, onto, &carried, map, out);
+  return compile_keys(c, onto, &carried, map, &split.face, out);
 }
 
 /* map: for each node of the clip's model, that of c->model. */
@@ -221,8 +259,12 @@ static bool compile_any(const compiling *c, const api_bound_clip *bound, const u
                         made_clip *out) {
   const tw_clip_keys *keys = &bound->model->clips[bound->index];
   if (bound->layer_count > 0) return compile_mixed(c, bound, map, out);
+  api_face_split split;
+  api_notes notes = {.arena = c->scratch};
+  if (!api_face_split_off(bound->model, keys, c->model, c->max_keys, &notes, &split, c->fault)) return false;
+  if (!keep_notes(c, &notes)) return fail_without_memory(c);
   out->duration = tw_keys_duration(keys);
-  return compile_keys(c, bound->model, keys, map, out);
+  return compile_keys(c, bound->model, &split.others, map, &split.face, out);
 }
 
 /* Whether a layer above leaves nodes of the model alone. */
@@ -261,16 +303,39 @@ static bool note_layer(const compiling *c, const api_bound_clip *bound, uint32_t
   return (kept && api_note(c->notes, kept)) || fail_without_memory(c);
 }
 
+/* Tells how a layer's clip was carried over. */
+static void tell_layer(const compiling *c, const api_bound_clip *bound, uint32_t index, const char *report) {
+  char name[24];
+  if (!c->layers) return;
+  if (c->layers->size == 0) tw_text_add(c->layers, "[");
+  tw_text_element(c->layers);
+  tw_text_add(c->layers, "{");
+  tw_member_string(c->layers, "clip", tw_model_clip_name(bound->model, bound->index, name));
+  tw_member_count(c->layers, "layer", index);
+  tw_member_string(c->layers, "plays", bound->model->clips[bound->index].layers[index].clip);
+  tw_text_member(c->layers, "retarget");
+  tw_text_add(c->layers, report);
+  tw_text_add(c->layers, "}");
+}
+
 /* Compiles the clip of a layer. map: for each node of the mixed clip's model, that of c->model. */
 static bool compile_layer(const compiling *c, const api_bound_clip *bound, uint32_t index,
                           const uint32_t *map, made_clip *out) {
   const tw_clip_layer *layer = &bound->model->clips[bound->index].layers[index];
   const api_bound_clip *below = &bound->layers[index];
-  if (layer->node_count > 0) map = mask_map(c, bound->model, layer, map);
-  if (!map) return fail_without_memory(c);
+  compiling masked = *c;
+  if (layer->node_count > 0) {
+    map = mask_map(c, bound->model, layer, map);
+    masked.is_left = map ? find_left(c, bound->model, map) : NULL;
+    if (!masked.is_left) return fail_without_memory(c);
+    c = &masked;
+  }
   if (below->entry && layer->retarget.is_auto) {
     const char *report;
-    if (compile_carried(c, below, bound->model, &layer->retarget, map, &report, out)) return true;
+    if (compile_carried(c, below, bound->model, &layer->retarget, map, &report, out)) {
+      tell_layer(c, bound, index, report);
+      return true;
+    }
     if (c->fault->error.status != TW_NO_MEMORY) name_layer(c->fault, bound->model, bound->index, "", index);
     return false;
   }
@@ -279,18 +344,6 @@ static bool compile_layer(const compiling *c, const api_bound_clip *bound, uint3
   if (!names) return fail_without_memory(c);
   chain_map(names, below->model->node_count, map);
   return compile_any(c, below, names, out);
-}
-
-/* The morph weights of the model's nodes at rest. NULL without memory. */
-static const float **rest_weights(const compiling *c) {
-  const tw_model *model = c->model;
-  const float **weights = tw_arena_alloc(c->scratch, model->node_count, sizeof *weights);
-  for (uint32_t i = 0; weights && i < model->node_count; i++) {
-    const tw_node *node = &model->nodes[i];
-    weights[i] =
-        node->weights || node->mesh == TW_NO_INDEX ? node->weights : model->meshes[node->mesh].morph_weights;
-  }
-  return weights;
 }
 
 /* Mixes the made clips of layers, which the result owns; destroys them on failure. made: [count]. */
@@ -302,7 +355,7 @@ static bool mix(const compiling *c, const tw_layer *layers, const made_clip *mad
     clips[i] = made[i].clip;
     durations[i] = made[i].duration;
   }
-  const float **weights = is_made ? rest_weights(c) : NULL;
+  const float **weights = is_made ? api_rest_weights(c->model, c->scratch) : NULL;
   const tw_mix_job job = {count, layers, clips, durations, c->model->nodes, c->model->node_count, weights};
   if (is_made && !weights) is_made = fail_without_memory(c);
   if (is_made)
@@ -363,17 +416,28 @@ static bool compile_list(const compiling *c, api_mixing *mixing, const api_bound
 
 bool api_mixed_compile(api_mixing *mixing, const api_bound_clip *bound, uint32_t count, tw_clip **out,
                        api_fault *fault) {
+  tw_text layers = {0};
   compiling c = {.model = mixing->model,
                  .force = mixing->force,
                  .max_keys = mixing->max_keys,
                  .notes = mixing->notes,
                  .scratch = tw_arena_create(),
+                 .layers = &layers,
                  .fault = fault};
   made_clip made = {0};
   bool is_made = c.scratch ? count == 1 ? compile_chosen(&c, mixing, bound, &made)
                                         : compile_list(&c, mixing, bound, count, &made)
                            : fail_without_memory(&c);
   tw_arena_destroy(c.scratch);
+  bool has_layers = layers.size > 0 || layers.failed;
+  if (has_layers) tw_text_add(&layers, "]");
+  mixing->layers = api_text_move(&layers, mixing->notes->arena);
+  if (!has_layers) mixing->layers = NULL;
+  if (is_made && has_layers && !mixing->layers) {
+    tw_clip_destroy(made.clip);
+    made.clip = NULL;
+    is_made = fail_without_memory(&c);
+  }
   *out = made.clip;
   return is_made;
 }

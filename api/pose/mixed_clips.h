@@ -35,7 +35,8 @@ typedef struct api_mixing {
   uint32_t max_keys;                /* of a track that is carried over */
   const tw_retarget_wish *retarget; /* how clips of other models come to `model` */
   api_notes *notes;
-  const char *report; /* receives that of a clip that is carried over, as in api_carried */
+  const char *report; /* receives that of a clip that is carried over, as of api_clip_carry */
+  const char *layers; /* receives those of layers that are carried over, a JSON array; NULL: of none */
 } api_mixing;
 
 /* Compiles one clip, or several of which each overrides those before it. False: the fault says why. */

@@ -104,8 +104,8 @@ typedef struct tracks_source {
   const tw_clip *made; /* in place of `clip`: one without keys; or NULL */
   uint32_t max_keys;   /* of a track of it */
   const char *name;
-  const char *retarget; /* of a borrowed clip, as in api_clip; else NULL */
-  uint32_t root_node;   /* whose motion is taken out; TW_NO_INDEX: of none */
+  const char *retarget, *layers; /* of a borrowed clip and of layers, as in api_clip; else NULL */
+  uint32_t root_node;            /* whose motion is taken out; TW_NO_INDEX: of none */
   unsigned root_axes;
   const uint32_t *feet; /* [foot_count]; NULL: found by their names */
   uint32_t foot_count;
@@ -185,8 +185,16 @@ static tw_status print_whole(tw_text *text, const tracks_source *source, tw_erro
   tw_arena *arena = tw_arena_create();
   if (!arena) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   tw_clip_report report;
-  tw_status status = tw_clip_inspect(source->clip, model->nodes, model->node_order, model->node_count,
-                                     source->feet, source->foot_count, arena, &report, error);
+  bool has_root = source->root_node != TW_NO_INDEX;
+  const tw_inspect_job job = {.keys = source->clip,
+                              .nodes = model->nodes,
+                              .order = model->node_order,
+                              .node_count = model->node_count,
+                              .foot_count = source->foot_count,
+                              .feet = source->feet,
+                              .without_root = has_root ? source->made : NULL,
+                              .root = source->root_node};
+  tw_status status = tw_clip_inspect(&job, arena, &report, error);
   if (status == TW_OK) {
     tw_member_open(text, "report", "{");
     print_loop_and_root(text, model, &report);
@@ -247,6 +255,10 @@ static tw_status print_clip(tw_text *text, const tracks_source *source, tw_error
   if (source->retarget) {
     tw_text_member(text, "retarget");
     tw_text_add(text, source->retarget);
+  }
+  if (source->layers) {
+    tw_text_member(text, "layers");
+    tw_text_add(text, source->layers);
   }
   tw_text_add(text, "}\n");
   return status;
@@ -330,6 +342,7 @@ static api_outcome take_clip(api_call *call, const api_clip_choices *choices, tr
   source->max_keys = api_clip_keys_max(call);
   source->name = clip->name;
   source->retarget = clip->retarget;
+  source->layers = clip->layers;
   source->root_node = clip->has_root ? clip->root_node : TW_NO_INDEX;
   source->root_axes = choices->terms.root.axes;
   return API_DONE;

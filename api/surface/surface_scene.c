@@ -82,7 +82,30 @@ static void warn_of(api_call *call, api_entry *entry) {
   api_call_warn(call, clip->warnings, clip->warning_count);
 }
 
-void api_scene_warn(api_call *call, const api_surface_scene *scene) {
+/* Marks a clip of the model and those of its layers. Layers lead down, never round (mix_check.c). */
+static void mark_clip(const tw_model *model, uint32_t clip, bool *is_asked) {
+  if (is_asked[clip]) return;
+  is_asked[clip] = true;
+  for (uint32_t i = 0; i < model->clips[clip].layer_count; i++)
+    if (model->clips[clip].layers[i].own != TW_NO_INDEX)
+      mark_clip(model, model->clips[clip].layers[i].own, is_asked);
+}
+
+/* Adds the warnings of the model, and of those of its clips that the answer holds or is posed by. */
+static void warn_of_model(api_call *call, const tw_model *model, const api_clip_choices *choices) {
+  bool *is_asked = tw_arena_alloc(call->arena, model->clip_count, sizeof *is_asked);
+  for (uint32_t i = 0; is_asked && i < choices->count; i++) {
+    api_clip_choice choice = api_clips_get(choices, i);
+    if (!choice.lender[0]) mark_clip(model, choice.index, is_asked);
+  }
+  for (uint32_t i = 0; i < model->warning_count; i++) {
+    uint32_t clip = model->warned_clips[i];
+    if (clip == TW_NO_INDEX || !is_asked || is_asked[clip]) api_call_warn(call, &model->warnings[i], 1);
+  }
+}
+
+void api_scene_warn(api_call *call, const tw_model *model, const api_surface_scene *scene) {
+  warn_of_model(call, model, &scene->query->choices);
   warn_of(call, scene->moving);
   for (uint32_t i = 0; scene->compiled && i < scene->query->choices.count; i++)
     warn_of(call, scene->compiled[i]);

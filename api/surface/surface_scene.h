@@ -32,8 +32,8 @@ api_outcome api_scene_pose(api_call *call, const tw_model *model, api_surface_sc
  * between baked keys, in X-Tweend-Error. */
 api_outcome api_scene_animate(api_call *call, const tw_model *model, api_surface_scene *scene);
 
-/* Adds the warnings of the clips to the answer. */
-void api_scene_warn(api_call *call, const api_surface_scene *scene);
+/* Adds the warnings of the model and of the clips that are asked for to the answer. */
+void api_scene_warn(api_call *call, const tw_model *model, const api_surface_scene *scene);
 
 void api_scene_release(api_surface_scene *scene);
 

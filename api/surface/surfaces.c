@@ -262,8 +262,7 @@ static api_outcome answer_surface(api_call *call, api_surface_request *request, 
   if (outcome == API_DONE && form->open) outcome = form->open(call, request);
   if (outcome == API_DONE) outcome = warn_of_idle(call, request);
   /* The description lists the model's: the header, which shows one, shows the answer's own. */
-  api_call_warn(call, model->warnings, model->warning_count);
-  api_scene_warn(call, &request->scene);
+  api_scene_warn(call, model, &request->scene);
   if (outcome == API_DONE)
     outcome = api_file_name_suggest(call, api_model_name(model), call->offer->extension);
   return outcome == API_DONE ? api_surface_reply(call, request) : outcome;

@@ -9,6 +9,8 @@
 
 #include "clip.h"
 #include "order.h"
+#include "tweend/root_motion.h"
+#include "way.h"
 
 static const double FRAMES_A_SECOND = 60;
 static const double FRAMES_OF_NODES = 1 << 22; /* frames times nodes */
@@ -20,6 +22,7 @@ static const double POP_ANGLE = 5 / TW_DEGREES, POP_SECONDS = 0.1, POP_MEDIANS =
 enum { TOUCH_FRAMES = 3, FIT_KEYS = 7, NOISE_STEPS = 200, LEAP_STEPS = 100 };
 
 typedef struct inspection {
+  const tw_inspect_job *job;
   const tw_clip_keys *keys;
   const tw_clip *clip;
   const tw_node *nodes;
@@ -255,6 +258,26 @@ static double find_height(inspection *in) {
   return in->node_count ? highest - lowest : 0;
 }
 
+static bool is_below(const inspection *in, uint32_t node, uint32_t above) {
+  while (node != TW_NO_INDEX && node != above) node = in->nodes[node].parent;
+  return node == above;
+}
+
+/* Puts the root's motion back on the feet that go with it. places: [foot_count][3] of a frame. */
+static void put_back(const inspection *in, uint32_t frame, float *places) {
+  tw_trs root;
+  if (!in->job->without_root) return;
+  tw_clip_root_at(in->job->without_root, (float)time_of(in, frame), &root);
+  const tw_affine motion = tw_affine_of(&root);
+  for (uint32_t i = 0; i < in->foot_count; i++) {
+    double place[3];
+    if (!is_below(in, in->feet[i], in->job->root)) continue;
+    for (int c = 0; c < 3; c++) place[c] = (double)places[3 * (size_t)i + (size_t)c];
+    tw_affine_move(&motion, place, place);
+    for (int c = 0; c < 3; c++) places[3 * (size_t)i + (size_t)c] = (float)place[c];
+  }
+}
+
 /* Keeps where the root and the feet are at each frame. */
 static tw_status follow(inspection *in, uint32_t root) {
   for (uint32_t f = 0; f < in->frame_count; f++) {
@@ -264,6 +287,7 @@ static tw_status follow(inspection *in, uint32_t root) {
     for (uint32_t i = 0; i < in->foot_count; i++)
       memcpy(in->places + 3 * ((size_t)f * in->foot_count + i), in->world + 16 * (size_t)in->feet[i] + 12,
              3 * sizeof *in->places);
+    put_back(in, f, in->places + 3 * (size_t)f * in->foot_count);
     if (!tw_work(50 * (uint64_t)in->node_count)) return TW_CANCELLED;
   }
   return TW_OK;
@@ -575,20 +599,19 @@ static tw_status inspect(inspection *in) {
   return status == TW_OK ? inspect_tracks(in) : status;
 }
 
-tw_status tw_clip_inspect(const tw_clip_keys *keys, const tw_node *nodes, const uint32_t *order,
-                          uint32_t node_count, const uint32_t *feet, uint32_t foot_count, tw_arena *arena,
-                          tw_clip_report *out, tw_error *error) {
+tw_status tw_clip_inspect(const tw_inspect_job *job, tw_arena *arena, tw_clip_report *out, tw_error *error) {
   *out = (tw_clip_report){0};
   tw_clip *clip;
-  tw_status status = tw_clip_create(keys, node_count, -1, &clip, error);
+  tw_status status = tw_clip_create(job->keys, job->node_count, -1, &clip, error);
   if (status != TW_OK) return status;
-  inspection in = {.keys = keys,
+  inspection in = {.job = job,
+                   .keys = job->keys,
                    .clip = clip,
-                   .nodes = nodes,
-                   .order = order,
-                   .feet = feet,
-                   .node_count = node_count,
-                   .foot_count = feet ? foot_count : 0,
+                   .nodes = job->nodes,
+                   .order = job->order,
+                   .feet = job->feet,
+                   .node_count = job->node_count,
+                   .foot_count = job->feet ? job->foot_count : 0,
                    .arena = arena,
                    .scratch = tw_arena_create(),
                    .report = out};

@@ -504,8 +504,13 @@ static tw_status find_contacts(const tw_retarget_job *job, const tw_bone_match *
   *held = 0;
   if (h->leg_count == 0) return TW_OK;
   tw_clip_report report;
-  tw_status status = tw_clip_inspect(job->keys, source->nodes, source->order, source->node_count, feet,
-                                     h->leg_count, scratch, &report, error);
+  const tw_inspect_job inspection = {.keys = job->keys,
+                                     .nodes = source->nodes,
+                                     .order = source->order,
+                                     .node_count = source->node_count,
+                                     .foot_count = h->leg_count,
+                                     .feet = feet};
+  tw_status status = tw_clip_inspect(&inspection, scratch, &report, error);
   for (uint32_t l = 0; l < h->leg_count && status == TW_OK; l++) {
     leg *leg = &h->legs[l];
     if (!take_touches(&report, feet[l], scratch, leg)) status = tw_fail(error, TW_NO_MEMORY, "out of memory");

@@ -4,6 +4,7 @@
 
 #include "clip.h"
 #include "retarget_fit.h"
+#include "signal_keys.h"
 
 /* A step of a path through the source: a constant turn, then the joint's rotation. */
 typedef struct tw_path_step {
@@ -86,31 +87,9 @@ void tw_turn_at(const tw_carrying *c, const tw_bone_turn *turn, float time, floa
 
 /* ---- keys of the result: retarget_samples.c -------------------------------------------------- */
 
-/* Something of the target as a function of time: a rotation or a place. */
-typedef struct tw_signal {
-  const tw_carrying *carrying;
-  const uint32_t *tracks; /* [track_count] of the source, that it depends on */
-  uint32_t track_count;
-  tw_path path;
-  void (*at)(const struct tw_signal *signal, float time, double out[4]);
-  const void *context; /* of `at` */
-  float (*room)[4];    /* for a turn, see tw_turn_at */
-  uint64_t nodes;      /* that `at` looks at */
-} tw_signal;
-
-/* Samples it at the key times of its tracks, and between them as often as the tolerance takes, as a track of
- * the target's node. */
-tw_status tw_signal_carry(tw_carrying *c, const tw_signal *signal, uint32_t node, tw_error *error);
-
-typedef struct tw_key_sample {
-  double value[4];
-  float time;
-  bool is_settled; /* the way to the next sample is within the tolerance */
-} tw_key_sample;
-
-/* Adds samples as a track. */
-tw_status tw_samples_carry(tw_carrying *c, const tw_key_sample *samples, uint32_t count, tw_path path,
-                           bool is_step, uint32_t node, tw_error *error);
+/* Adds what a signal of the source's tracks gives as a track of the target's node. The signal's tracks and
+ * limits are the job's. */
+tw_status tw_signal_carry(tw_carrying *c, tw_signal signal, uint32_t node, tw_error *error);
 
 /* What becomes of a value, or of a tangent. */
 typedef void tw_map_value(const void *context, const double *value, bool is_tangent, double *out);

@@ -38,8 +38,16 @@ static void map_rotation(const void *context, const double *value, bool is_tange
   quat_multiply(out, turn->after, out);
 }
 
-static void signal_rotation(const tw_signal *signal, float time, double out[4]) {
-  tw_turn_at(signal->carrying, signal->context, time, signal->room, out);
+/* What a signal of a turn takes. */
+typedef struct turn_signal {
+  const tw_carrying *carrying;
+  const tw_bone_turn *turn;
+  float (*room)[4];
+} turn_signal;
+
+static void signal_rotation(const void *context, float time, double *out) {
+  const turn_signal *signal = context;
+  tw_turn_at(signal->carrying, signal->turn, time, signal->room, out);
 }
 
 /* The most tracks that an aim depends on, and those tracks. */
@@ -64,25 +72,27 @@ static tw_status sample_turn(tw_carrying *c, const tw_bone_turn *turn, uint32_t 
   for (uint32_t i = 0; i < count; i++) tracks[i] = turn->path.steps[i].track;
   count += add_aim_tracks(c, turn->own, tracks + count);
   count += add_aim_tracks(c, turn->above, tracks + count);
-  const tw_signal signal = {.carrying = c,
-                            .tracks = tracks,
+  const turn_signal context = {c, turn, room};
+  const tw_signal signal = {.indices = tracks,
                             .track_count = count,
                             .path = TW_ROTATION,
                             .at = signal_rotation,
-                            .context = turn,
-                            .room = room,
-                            .nodes = count};
-  return tw_signal_carry(c, &signal, node, error);
+                            .context = &context,
+                            .cost = count};
+  return tw_signal_carry(c, signal, node, error);
 }
 
 /* A bone that nothing moves may still point elsewhere than at rest: one key. */
 static tw_status hold_turn(tw_carrying *c, const tw_bone_turn *turn, uint32_t node, tw_error *error) {
-  tw_key_sample held = {.time = 0};
-  double rest[4];
-  tw_turn_evaluate(turn, NULL, TW_QUAT_IDENTITY, held.value);
+  static const float start = 0;
+  double held[4], rest[4];
+  tw_turn_evaluate(turn, NULL, TW_QUAT_IDENTITY, held);
   tw_rest_turn(&c->job->target, node, rest);
-  if (tw_angle_between(held.value, rest) < STILL) return TW_OK;
-  return tw_samples_carry(c, &held, 1, TW_ROTATION, false, node, error);
+  if (tw_angle_between(held, rest) < STILL) return TW_OK;
+  tw_status status =
+      tw_samples_keep(&start, held, 1, 4, TW_ROTATION, false, node, c->arena, &c->out[c->out_count], error);
+  c->out_count += status == TW_OK;
+  return status;
 }
 
 /* Whether a turn depends on joints besides those of its path. */

@@ -100,9 +100,16 @@ static void localize(const tw_carrying *c, const place *place, float time, doubl
   into(&at, point);
 }
 
-static void signal_place(const tw_signal *signal, float time, double out[4]) {
-  target_world(signal->carrying, signal->context, time, out);
-  localize(signal->carrying, signal->context, time, out);
+/* What a signal of a place takes. */
+typedef struct place_signal {
+  const tw_carrying *carrying;
+  const place *place;
+} place_signal;
+
+static void signal_place(const void *context, float time, double *out) {
+  const place_signal *signal = context;
+  target_world(signal->carrying, signal->place, time, out);
+  localize(signal->carrying, signal->place, time, out);
 }
 
 /* The tracks that a place depends on: those of the source's nodes from the root to its own, and those that
@@ -234,15 +241,15 @@ tw_status tw_places_carry(tw_carrying *c, tw_error *error) {
     places[i] = place;
     bool is_plain = count == 1 && c->tracks[tracks[0]].path == TW_TRANSLATION &&
                     c->tracks[tracks[0]].node == fit->bones[i].source && is_fixed_above(c, place);
-    const tw_signal signal = {.carrying = c,
-                              .tracks = tracks,
+    const place_signal context = {c, place};
+    const tw_signal signal = {.indices = tracks,
                               .track_count = count,
                               .path = TW_TRANSLATION,
                               .at = signal_place,
-                              .context = place,
-                              .nodes = depths + count};
+                              .context = &context,
+                              .cost = depths + count};
     status = is_plain ? carry_translation(c, place, tracks[0], error)
-                      : tw_signal_carry(c, &signal, fit->bones[i].target, error);
+                      : tw_signal_carry(c, signal, fit->bones[i].target, error);
   }
   return status;
 }

@@ -255,13 +255,20 @@ static void put_nodes(tw_gltf_writer *writer) {
 
 /* ---- scenes ---------------------------------------------------------------------------------- */
 
+/* The root of a node that a scene lists: itself, or the node that the answer adds above it. */
+static uint32_t listed_root(const tw_gltf_writer *writer, uint32_t node) {
+  uint32_t parent = writer->scene->model->nodes[node].parent;
+  return parent != TW_NO_INDEX && parent >= writer->assets->node_count ? parent : node;
+}
+
 /* Prints the roots from node `first` on. The file's own nodes say in an extension whether they are visible;
- * of nodes that the answer adds, only the visible ones are printed. */
-static void put_roots(tw_gltf_writer *writer, uint32_t first) {
+ * of nodes that the answer adds, only the visible ones are printed. but: one that is printed already. */
+static void put_roots(tw_gltf_writer *writer, uint32_t first, uint32_t but) {
   const tw_model *model = writer->scene->model;
   for (uint32_t i = first; i < model->node_count; i++) {
     bool is_added = i >= writer->assets->node_count;
     if (model->nodes[i].parent != TW_NO_INDEX || (is_added && model->nodes[i].is_hidden)) continue;
+    if (i == but) continue;
     tw_text_element(writer->text);
     tw_text_count(writer->text, i);
   }
@@ -276,11 +283,14 @@ static void put_scene(tw_gltf_writer *writer, uint32_t index) {
   tw_gltf_open_object(writer);
   if (scene->node_count > 0 || has_more) {
     tw_member_open(writer->text, "nodes", "[");
+    uint32_t added = TW_NO_INDEX; /* there is one at most: for the root motion */
     for (uint32_t i = 0; i < scene->node_count; i++) {
+      uint32_t root = listed_root(writer, scene->nodes[i]);
+      if (root != scene->nodes[i]) added = root;
       tw_text_element(writer->text);
-      tw_text_count(writer->text, scene->nodes[i]);
+      tw_text_count(writer->text, root);
     }
-    if (has_more) put_roots(writer, file_nodes);
+    if (has_more) put_roots(writer, file_nodes, added);
     tw_text_add(writer->text, "]");
   }
   tw_gltf_put_preserved(writer, scene->preserved, NULL);
@@ -293,7 +303,7 @@ static void put_scenes(tw_gltf_writer *writer) {
     if (writer->scene->model->node_count == 0) return;
     tw_member_count(writer->text, "scene", 0);
     tw_text_add(writer->text, ",\"scenes\":[{\"nodes\":[");
-    put_roots(writer, 0);
+    put_roots(writer, 0, TW_NO_INDEX);
     tw_text_add(writer->text, "]}]");
     return;
   }

@@ -33,22 +33,40 @@ size_t tw_model_size(const tw_model *model) {
   return tw_arena_size(model->arena);
 }
 
-void tw_model_warn(tw_model *model, const char *format, ...) {
+static void warn(tw_model *model, uint32_t clip, const char *format, va_list arguments) {
   if (model->warning_count == TW_WARNINGS_MAX) {
     model->warnings[TW_WARNINGS_MAX - 1] = "there are more warnings";
+    model->warned_clips[TW_WARNINGS_MAX - 1] = TW_NO_INDEX;
     return;
   }
-  if (!model->warnings) model->warnings = tw_arena_alloc(model->arena, TW_WARNINGS_MAX, sizeof(char *));
+  if (!model->warnings) {
+    uint32_t *clips = tw_arena_alloc(model->arena, TW_WARNINGS_MAX, sizeof *clips);
+    model->warned_clips = clips;
+    if (clips) model->warnings = tw_arena_alloc(model->arena, TW_WARNINGS_MAX, sizeof(char *));
+  }
   if (!model->warnings) return;
   tw_error sentence; /* tw_fail cuts the detail between characters */
   char text[sizeof sentence.detail];
-  va_list arguments;
-  va_start(arguments, format);
   vsnprintf(text, sizeof text, format, arguments);
-  va_end(arguments);
   tw_fail(&sentence, TW_OK, "%s", text);
   const char *kept = tw_arena_text(model->arena, sentence.detail, strlen(sentence.detail));
-  if (kept) model->warnings[model->warning_count++] = kept;
+  if (!kept) return;
+  model->warned_clips[model->warning_count] = clip;
+  model->warnings[model->warning_count++] = kept;
+}
+
+void tw_model_warn(tw_model *model, const char *format, ...) {
+  va_list arguments;
+  va_start(arguments, format);
+  warn(model, TW_NO_INDEX, format, arguments);
+  va_end(arguments);
+}
+
+void tw_model_warn_of_clip(tw_model *model, uint32_t clip, const char *format, ...) {
+  va_list arguments;
+  va_start(arguments, format);
+  warn(model, clip, format, arguments);
+  va_end(arguments);
 }
 
 void tw_model_warn_count(tw_model *model, uint64_t count, const char *one, const char *many) {

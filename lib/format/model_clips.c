@@ -65,11 +65,11 @@ static tw_status warn_of_turns(tw_model *model, uint32_t index, tw_error *error)
     tw_status status = count_turns(track, &count, &says_angles, error);
     if (status != TW_OK) return status;
     if (count == 0) continue;
-    tw_model_warn(model, "%u %s of %s: clip \"%s\", node \"%s\"", count, tw_plural(count, "step", "steps"),
-                  says_angles ? "180 degrees or more, which quaternions would turn another way"
-                              : "exactly 180 degrees, whose way is arbitrary",
-                  tw_model_clip_name(model, index, clip_name),
-                  tw_model_node_name(model, track->node, node_name));
+    tw_model_warn_of_clip(
+        model, index, "%u %s of %s: clip \"%s\", node \"%s\"", count, tw_plural(count, "step", "steps"),
+        says_angles ? "180 degrees or more, which quaternions would turn another way"
+                    : "exactly 180 degrees, whose way is arbitrary",
+        tw_model_clip_name(model, index, clip_name), tw_model_node_name(model, track->node, node_name));
   }
   return TW_OK;
 }
@@ -93,8 +93,8 @@ static void warn_of_lengths(tw_model *model, uint32_t index) {
   for (uint32_t i = 0; i < clip->track_count; i++) {
     const tw_track_keys *track = &clip->tracks[i];
     if (track->interpolation == TW_CUBICSPLINE && !tw_keys_fit_gltf(track))
-      tw_model_warn(
-          model,
+      tw_model_warn_of_clip(
+          model, index,
           "the spline's quaternions are not of unit length: it moves as they say, and glTF answers have "
           "LINEAR keys within 0.1 degrees of it: clip \"%s\", node \"%s\"",
           tw_model_clip_name(model, index, clip_name), tw_model_node_name(model, track->node, node_name));
@@ -108,8 +108,8 @@ static void warn_of_duplicates(tw_model *model, uint32_t index) {
   for (uint32_t i = 0; i < clip->track_count; i++) {
     const tw_track_keys *track = &clip->tracks[i];
     if (track->duplicate_times > 0)
-      tw_model_warn(
-          model, "%u %s at the time of the one before, where the %s jump%s: clip \"%s\", node \"%s\"",
+      tw_model_warn_of_clip(
+          model, index, "%u %s at the time of the one before, where the %s jump%s: clip \"%s\", node \"%s\"",
           track->duplicate_times, tw_plural(track->duplicate_times, "key", "keys"),
           tw_path_names[track->path], track->path == TW_WEIGHTS ? "" : "s",
           tw_model_clip_name(model, index, clip_name), tw_model_node_name(model, track->node, node_name));
@@ -132,8 +132,9 @@ static tw_status warn_of_namesakes(tw_model *model, tw_error *error) {
   tw_status status = tw_sort(sorted, count, sizeof *sorted, compare_clip_names);
   for (uint32_t i = 1; status == TW_OK && i < count; i++)
     if (strcmp(sorted[i]->name, sorted[i - 1]->name) == 0)
-      tw_model_warn(model, "another clip is called %.100s, too: clip_%u asks for this one", sorted[i]->name,
-                    (uint32_t)(sorted[i] - model->clips));
+      tw_model_warn_of_clip(model, (uint32_t)(sorted[i] - model->clips),
+                            "another clip is called %.100s, too: clip_%u asks for this one", sorted[i]->name,
+                            (uint32_t)(sorted[i] - model->clips));
   tw_free(sorted);
   return status == TW_OK ? TW_OK : tw_fail(error, status, "the names of the clips cannot be sorted");
 }

@@ -433,6 +433,62 @@ TEST_WITH(carrying_over_what_is_not_borrowed_is_told, setup, fixture_stop) {
   reply_free(&r);
 }
 
+/* Layers of a clip below the one that is asked for count too; those that go by names do not. */
+TEST_WITH(tracks_of_a_mixed_clip_tell_how_its_layers_were_carried_over, loopback_setup, loopback_teardown) {
+  char lender[API_ID_TEXT], id[API_ID_TEXT], text[1024];
+  loopback_upload(
+      *state, "application/json",
+      "{'nodes':[{'name':'spine'},{'name':'neck','parent':'spine','translation':[0,1,0]}],'clips':"
+      "[{'name':'nod','tracks':[{'node':'neck','path':'rotation','times':[0,1],'quaternions':"
+      "[[0,0,0,1],[1,0,0,1]]}]}]}",
+      lender);
+  snprintf(text, sizeof text,
+           "{'nodes':[{'name':'spine'},{'name':'neck','parent':'spine','translation':[0,2,0]}],'clips':["
+           "{'name':'own','layers':[{'clip':'%s/nod'},{'clip':'%s/nod','retarget':'auto'}]},"
+           "{'name':'both','layers':[{'clip':'own'}]},"
+           "{'name':'plain','layers':[{'clip':'%s/nod'}]}]}",
+           lender, lender, lender);
+  loopback_upload(*state, "application/json", text, id);
+  static const char *const names[] = {"own", "both"};
+  for (int i = 0; i < 2; i++) {
+    snprintf(text, sizeof text, "tracks?clip=%s", names[i]);
+    cJSON *answer = model_get_json(*state, id, text);
+    const cJSON *layers = json_member(answer, "layers");
+    assert_int_equal(cJSON_GetArraySize(layers), 1);
+    assert_string_equal(json_member(layers->child, "clip")->valuestring, "own");
+    assert_float_equal(json_member(layers->child, "layer")->valuedouble, 1, 0);
+    snprintf(text, sizeof text, "%s/nod", lender);
+    assert_string_equal(json_member(layers->child, "plays")->valuestring, text);
+    const cJSON *retarget = json_member(layers->child, "retarget");
+    assert_int_equal(cJSON_GetArraySize(json_member(retarget, "bones")), 2);
+    cJSON_Delete(answer);
+  }
+  cJSON *answer = model_get_json(*state, id, "tracks?clip=plain");
+  assert_null(cJSON_GetObjectItem(answer, "layers"));
+  cJSON_Delete(answer);
+}
+
+/* The hips go over a foot that stands. */
+TEST_WITH(a_foot_that_stands_does_so_without_the_root_motion_too, loopback_setup, loopback_teardown) {
+  char id[API_ID_TEXT];
+  loopback_upload(*state, "application/json",
+                  "{'nodes':[{'name':'hips','translation':[0,1,0]},{'name':'foot','parent':'hips',"
+                  "'translation':[0,-1,0]}],'clips':[{'name':'walk','tracks':[{'node':'hips','path':"
+                  "'translation','times':[0,1],'values':[[0,1,0],[1,1,0]]},{'node':'foot','path':"
+                  "'translation','times':[0,1],'values':[[0,-1,0],[-1,-1,0]]}]}]}",
+                  id);
+  static const char *const queries[] = {"tracks", "tracks?root_motion=hips", "tracks?in_place=true"};
+  for (int i = 0; i < 3; i++) {
+    cJSON *answer = model_get_json(*state, id, queries[i]);
+    const cJSON *contacts = json_member(json_member(answer, "report"), "contacts");
+    assert_int_equal(cJSON_GetArraySize(contacts), 1);
+    assert_float_equal(json_member(contacts->child, "from")->valuedouble, 0, 0);
+    assert_float_equal(json_member(contacts->child, "to")->valuedouble, 1, 0);
+    assert_float_equal(json_member(contacts->child, "slide")->valuedouble, 0, 1e-3);
+    cJSON_Delete(answer);
+  }
+}
+
 /* A name of 100 characters, six bytes each when encoded. */
 TEST_WITH(a_long_warning_is_cut_between_characters, setup, fixture_stop) {
   one_model *f = *state;

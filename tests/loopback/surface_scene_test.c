@@ -254,6 +254,38 @@ TEST_WITH(a_name_of_a_list_that_is_none_is_told, setup, fixture_stop) {
   assert_problem(model_get(f->loop, f->several, rest), 400, NULL, "more than 256");
 }
 
+/* half turns half round, which is worth a warning. */
+TEST_WITH(warnings_of_clips_are_those_of_the_clips_in_the_answer, loopback_setup, loopback_teardown) {
+  static const struct {
+    const char *rest;
+    bool is_told;
+  } cases[] = {{"surface.glb", true},
+               {"surface.glb?clip=calm", false},
+               {"surface.glb?clip=half", true},
+               {"surface.glb?clip=calm,half", true},
+               {"surface.glb?clip=none", false},
+               {"surface.glb?clip=mixed", true},
+               {"surface.glb?clip=both", true},
+               {"surface.glb?clip=still", false},
+               {"surface.glb?at=0", false},
+               {"surface.glb?at=0&clip=half", true}};
+  char id[API_ID_TEXT];
+  loopback_upload(*state, "application/json",
+                  "{'nodes':[{'name':'a'}],'clips':[{'name':'calm','tracks':[{'node':'a','path':'rotation',"
+                  "'times':[0,1],'quaternions':[[0,0,0,1],[1,0,0,1]]}]},{'name':'half','tracks':[{'node':'a',"
+                  "'path':'rotation','times':[0,1],'quaternions':[[0,0,0,1],[1,0,0,0]]}]},"
+                  "{'name':'mixed','layers':[{'clip':'half'}]},{'name':'both','layers':[{'clip':'mixed'}]},"
+                  "{'name':'still','layers':[{'clip':'calm'}]}]}",
+                  id);
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    reply r = model_get_ok(*state, id, cases[i].rest);
+    const char *warning = reply_header(&r, "X-Tweend-Warning");
+    bool is_told = warning && strstr(warning, "exactly%20180%20degrees");
+    if (is_told != cases[i].is_told) fail_msg("%s: %s", cases[i].rest, warning ? warning : "nothing");
+    reply_free(&r);
+  }
+}
+
 TEST_WITH(equal_choices_of_clips_have_one_tag, setup, fixture_stop) {
   const fixture *f = *state;
   static const struct {

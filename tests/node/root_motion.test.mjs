@@ -4,7 +4,10 @@ import { after, before, test } from 'node:test';
 
 import { Euler, Matrix4, Quaternion, Vector3 } from 'three';
 
+import validator from 'gltf-validator';
+
 import { PoseStream } from '../../api/client/tweend.js';
+import { biped } from './biped.mjs';
 import { Daemon } from './daemon.mjs';
 import { load, nodesOf, playerOf } from './player.mjs';
 
@@ -125,6 +128,28 @@ for (const [what, armature] of Object.entries(armatures)) {
     }
   });
 }
+
+// A file's scenes list its roots: the node above one of them takes its place.
+test('glTF files carry the motion above their roots too', async () => {
+  const figure = biped({ names: 'unreal', seed: 7, scale: 0.8, clip: { seed: 6, keys: 31, seconds: 2, most: 0.4 } });
+  const model = await daemon.upload(figure);
+  for (const query of ['root_motion=auto', 'root_motion=auto&meshes=none', 'root_motion=auto&from=0&to=2&fps=30']) {
+    const bytes = Buffer.from(await (await fetch(`${model}/surface.glb?level=0&${query}`)).arrayBuffer());
+    const { issues } = await validator.validateBytes(new Uint8Array(bytes));
+    assert.equal(issues.numErrors, 0, JSON.stringify(issues.messages.slice(0, 3)));
+    const file = await load(bytes);
+    const play = playerOf(file);
+    const times = [0, 0.5, 1, 2];
+    const { nodes, poses } = await json(`${model}/pose.json?space=world&as=matrix&at=${times}`);
+    poses.forEach(({ matrix }, i) => {
+      play(times[i]);
+      for (const name of ['pelvis', 'head', 'hand_l']) {
+        const place = file.scene.getObjectByName(name).getWorldPosition(new Vector3());
+        assert.ok(far(place.toArray(), matrix[nodes.indexOf(name)].slice(12, 15)) < 2e-3, `${query}: ${name} at ${times[i]}`);
+      }
+    });
+  }
+});
 
 test('rows of floats have the motion behind their nodes', async () => {
   const model = await daemon.upload(JSON.stringify(walker()));

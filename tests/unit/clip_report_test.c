@@ -48,8 +48,13 @@ static const tw_clip_report *inspect(figure *f, const tw_track_keys *tracks, uin
                                      const uint32_t *feet, uint32_t foot_count) {
   tw_clip_keys keys = {.track_count = count, .tracks = tracks};
   tw_error error = {0};
-  if (tw_clip_inspect(&keys, f->nodes, f->order, NODES, feet, foot_count, f->arena, &f->report, &error) !=
-      TW_OK)
+  const tw_inspect_job job = {.keys = &keys,
+                              .nodes = f->nodes,
+                              .order = f->order,
+                              .node_count = NODES,
+                              .foot_count = foot_count,
+                              .feet = feet};
+  if (tw_clip_inspect(&job, f->arena, &f->report, &error) != TW_OK)
     fail_msg("%s: %s", error.pointer, error.detail);
   return &f->report;
 }
@@ -293,7 +298,7 @@ TEST_WITH(a_clip_that_cannot_be_played_is_not_inspected, setup, teardown) {
   tw_track_keys track = going(f, HIPS, hips, 2);
   tw_clip_keys keys = {.track_count = 1, .tracks = &track};
   tw_error error = {0};
-  assert_int_equal(tw_clip_inspect(&keys, f->nodes, f->order, NODES, NULL, 0, f->arena, &f->report, &error),
-                   TW_INVALID);
+  const tw_inspect_job job = {.keys = &keys, .nodes = f->nodes, .order = f->order, .node_count = NODES};
+  assert_int_equal(tw_clip_inspect(&job, f->arena, &f->report, &error), TW_INVALID);
   assert_string_equal(error.pointer, "/tracks/0/values/1");
 }

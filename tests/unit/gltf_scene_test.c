@@ -275,6 +275,35 @@ TEST(meshes_of_points_keep_their_targets) {
   tw_model_destroy(model);
 }
 
+/* KHR_animation_pointer: a node without weights of its own has those of its mesh. */
+TEST(a_pointer_to_the_weights_of_a_mesh_moves_nodes_without_weights_of_their_own) {
+  static const char channels[] =
+      "{'sampler':0,'target':{'path':'pointer','extensions':{'KHR_animation_pointer':{'pointer':"
+      "'/meshes/0/weights'}}}},{'sampler':0,'target':{'node':3,'path':'weights'}},"
+      "{'sampler':1,'target':{'path':'pointer','extensions':{'KHR_animation_pointer':{'pointer':"
+      "'/nodes/4/weights'}}}}";
+  char json[2048];
+  snprintf(json, sizeof json,
+           "'meshes':[{'primitives':[{'mode':0,'attributes':{'POSITION':2},'targets':[{'POSITION':2}]}]},"
+           "{'primitives':[{'mode':0,'attributes':{'POSITION':2}}]}],"
+           "'nodes':[{'mesh':0},{'mesh':0,'weights':[0.25]},{'mesh':0},{'mesh':0},{'mesh':0},{'mesh':1}],"
+           "'animations':[{'samplers':[{'input':0,'output':0},{'input':0,'output':0,'interpolation':'STEP'}],"
+           "'channels':[%s]}]",
+           channels);
+  tw_model *model = read_good(json);
+  static const uint32_t nodes[] = {3, 4, 0, 2}; /* those of meshes come last */
+  assert_int_equal(model->clips[0].track_count, 4);
+  assert_null(model->clips[0].loose);
+  for (int i = 0; i < 4; i++) {
+    const tw_track_keys *track = &model->clips[0].tracks[i];
+    assert_int_equal(track->node, nodes[i]);
+    assert_int_equal(track->path, TW_WEIGHTS);
+    assert_int_equal(track->interpolation, i == 1 ? TW_STEP : TW_LINEAR);
+  }
+  assert_int_equal(glb_warning_count(model), 0);
+  tw_model_destroy(model);
+}
+
 TEST(key_times_must_not_fall_or_be_negative) {
   static const float times[][3] = {{0, 2, 1}, {0, 0, -1}, {-1, 0, 1}, {0, 1, NAN}, {0, 1, INFINITY}};
   const char *json = with_data("'nodes':[{}],'animations':[{'samplers':[{'input':0,'output':2}],"

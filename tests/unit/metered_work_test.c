@@ -242,7 +242,8 @@ static tw_status judge_clip(const uint8_t *bytes, size_t size, tw_model **out) {
   const tw_clip_keys keys = {.track_count = 1, .tracks = &track};
   tw_arena *arena = tw_arena_create();
   if (!arena) return TW_NO_MEMORY;
-  return ended(tw_clip_inspect(&keys, &node, &order, 1, NULL, 0, arena, &report, NULL), arena, out);
+  const tw_inspect_job job = {.keys = &keys, .nodes = &node, .order = &order, .node_count = 1};
+  return ended(tw_clip_inspect(&job, arena, &report, NULL), arena, out);
 }
 
 TEST(judging_a_clip_ends_when_it_is_not_wanted) {

@@ -540,6 +540,7 @@ void read_assets(Document &document);                       // after keep_parts:
 void read_meshes(Document &document, Accessors &accessors); // after read_assets
 void read_nodes(Document &document);                        // after read_meshes; and the scenes
 void read_humanoid(Document &document);                     // after read_nodes
+void read_face(Document &document);                         // after read_humanoid
 void read_skins(Document &document, Accessors &accessors);  // after read_nodes
 void read_clips(Document &document, Accessors &accessors);  // after read_meshes and read_nodes
 

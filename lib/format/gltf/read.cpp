@@ -83,6 +83,7 @@ void read(const Bytes &file, Document &document) {
   read_meshes(document, accessors);
   read_nodes(document);
   read_humanoid(document);
+  read_face(document);
   read_skins(document, accessors);
   read_clips(document, accessors);
   tw_losses_tell(&document.outline.losses, document.model);

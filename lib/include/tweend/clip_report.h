@@ -56,9 +56,19 @@ typedef struct tw_clip_report {
   tw_pop *pops;
 } tw_clip_report;
 
-/* Inspects a clip on its nodes. keys, nodes: as for tw_clip_create; order: of tw_nodes_order. feet:
- * [foot_count] nodes; NULL: those whose names have "foot" in them, else "ankle". The arrays of the report
- * live in the arena.
+typedef struct tw_inspect_job {
+  const tw_clip_keys *keys;
+  const tw_node *nodes;  /* [node_count] */
+  const uint32_t *order; /* of tw_nodes_order */
+  uint32_t node_count, foot_count;
+  const uint32_t *feet; /* [foot_count] nodes; NULL: those whose names have "foot" in them, else "ankle" */
+  /* NULL, or the clip of tw_clip_take_root that the keys follow, without its root's motion: feet below the
+   * root's node are judged with it put back, since one that stands slides when it is taken. */
+  const tw_clip *without_root;
+  uint32_t root; /* the node */
+} tw_inspect_job;
+
+/* Inspects a clip on its nodes. The arrays of the report live in the arena.
  *
  * Motion is followed at 60 frames a second, less densely where frames times nodes are over 4 million. A foot
  * touches the ground for three frames or more while it is slower than a quarter of the figure's height at
@@ -69,9 +79,7 @@ typedef struct tw_clip_report {
  * its neighbours, which are at most 0.1 s apart.
  *
  * Errors are those of tw_clip_create; TW_NO_MEMORY, TW_CANCELLED. O(frames nodes + keys log keys). */
-tw_status tw_clip_inspect(const tw_clip_keys *keys, const tw_node *nodes, const uint32_t *order,
-                          uint32_t node_count, const uint32_t *feet, uint32_t foot_count, tw_arena *arena,
-                          tw_clip_report *out, tw_error *error);
+tw_status tw_clip_inspect(const tw_inspect_job *job, tw_arena *arena, tw_clip_report *out, tw_error *error);
 
 #ifdef __cplusplus
 }

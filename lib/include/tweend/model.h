@@ -2,7 +2,7 @@
 #ifndef TWEEND_MODEL_H
 #define TWEEND_MODEL_H
 
-#include "tweend/anim.h"
+#include "tweend/face.h"
 #include "tweend/mesh.h"
 
 #ifdef __cplusplus
@@ -68,8 +68,10 @@ typedef struct tw_model {
   tw_node *nodes;
   uint32_t *node_order; /* [node_count], parents first */
   uint32_t named_node_count;
-  const uint32_t *named_nodes; /* [named_node_count] nodes that have a name, by name, then by index */
-  const uint32_t *humanoid;    /* [TW_BONES] nodes (tweend/retarget.h) or TW_NO_INDEX; NULL: not said */
+  const uint32_t *named_nodes;     /* [named_node_count] nodes that have a name, by name, then by index */
+  const uint32_t *humanoid;        /* [TW_BONES] nodes (tweend/retarget.h) or TW_NO_INDEX; NULL: not said */
+  const tw_face *face;             /* of a VRM; or NULL */
+  const tw_face_nodes *face_nodes; /* of a VRMA; or NULL */
   uint32_t skin_count;
   tw_skin *skins;
   uint32_t clip_count;
@@ -83,8 +85,9 @@ typedef struct tw_model {
   const char **group_names;      /* [group_count] the names of each set, a blank between two */
   const tw_gltf_assets *assets;  /* or NULL */
   uint32_t warning_count;
-  const char **warnings; /* [warning_count] sentences */
-  bool warns_of_seams;   /* one of them tells of seams that stay open */
+  const char **warnings;  /* [warning_count] sentences */
+  uint32_t *warned_clips; /* [warning_count] the clip that each is about; TW_NO_INDEX: none alone */
+  bool warns_of_seams;    /* one of them tells of seams that stay open */
 } tw_model;
 
 tw_model *tw_model_create(void);        /* an empty model with its arena; NULL without memory */
@@ -94,6 +97,8 @@ void tw_model_destroy(tw_model *model); /* NULL accepted */
  * memory the warning is lost. */
 enum { TW_WARNINGS_MAX = 64 };
 void tw_model_warn(tw_model *model, const char *format, ...) TW_PRINTF(2, 3);
+/* The same of one clip alone. */
+void tw_model_warn_of_clip(tw_model *model, uint32_t clip, const char *format, ...) TW_PRINTF(3, 4);
 /* Warns COUNT ONE, or COUNT MANY where the count is not 1; of none: nothing. */
 void tw_model_warn_count(tw_model *model, uint64_t count, const char *one, const char *many);
 

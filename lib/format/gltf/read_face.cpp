@@ -1,0 +1,343 @@
+// Faces: the expressions and the gaze of a VRM (1.0 and 0.x), and the nodes of a VRMA that stand for such.
+// The extensions themselves are kept for answers as any other. What does not fit is passed over with a
+// warning: the file is a model without it too.
+#include "gltf/document.hpp"
+
+#include <cmath>
+#include <iterator>
+
+#include "tweend/face.h"
+
+namespace gltf {
+
+namespace {
+
+constexpr float number_max = 1e6F;
+
+std::optional<float> number_of(const char *value) {
+  if (!value || (*value != '-' && (*value < '0' || *value > '9'))) return {};
+  std::string_view written = value_text(value);
+  double number = 0;
+  tw_read_double(written.data(), written.size(), &number);
+  if (!(std::fabs(number) <= static_cast<double>(number_max))) return {};
+  return static_cast<float>(number);
+}
+
+bool is_object(const char *value) {
+  return value && *value == '{';
+}
+
+// A member's text; nothing for a value that is no string.
+std::optional<std::string> word_of(const char *value) {
+  if (!value || *value != '"') return {};
+  return unescape(string_of(value));
+}
+
+bool has_elements(const char *array) {
+  return array && *array == '[' && tw_json_count(array) > 0;
+}
+
+class FaceReader {
+public:
+  FaceReader(Document &document, const char *extension)
+      : document_(document), place_(text("/extensions/", extension)), expressions_(document.budget),
+        binds_(document.budget), shows_(document.budget) {}
+
+  // VRMC_vrm.
+  const tw_face *read_newer(const char *vrm) {
+    const char *expressions = tw_json_member(vrm, "expressions");
+    for (const char *kind : {"preset", "custom"})
+      read_each(expressions, kind, [&](const std::string &name, const char *value, const std::string &place) {
+        bool is_preset = kind == std::string_view("preset");
+        if (tw_is_preset_expression(name.c_str()) != is_preset || name.empty() || !is_object(value))
+          return misfit(place);
+        add_newer(name, value, place);
+      });
+    const char *gaze = tw_json_member(vrm, "lookAt");
+    if (gaze && !is_object(gaze)) misfit(place_ + "/lookAt");
+    if (is_object(gaze)) read_newer_gaze(gaze);
+    return finish();
+  }
+
+  // VRM 0.x.
+  const tw_face *read_older(const char *vrm) {
+    face_.faces_back = true;
+    find_shows();
+    const char *groups = tw_json_member(tw_json_member(vrm, "blendShapeMaster"), "blendShapeGroups");
+    each(groups, [&](size_t index, const char *group) {
+      std::string place = text(place_, "/blendShapeMaster/blendShapeGroups/", index);
+      if (!is_object(group)) return misfit(place);
+      add_older(group, place);
+    });
+    const char *gaze = tw_json_member(vrm, "firstPerson");
+    if (is_object(gaze)) read_older_gaze(gaze);
+    return finish();
+  }
+
+  // VRMC_vrm_animation.
+  const tw_face_nodes *read_nodes(const char *animation) {
+    Vector<tw_expression_node> nodes(document_.budget);
+    const char *expressions = tw_json_member(animation, "expressions");
+    for (const char *kind : {"preset", "custom"})
+      read_each(expressions, kind, [&](const std::string &name, const char *value, const std::string &place) {
+        bool is_preset = kind == std::string_view("preset");
+        uint32_t node = node_of(tw_json_member(value, "node"));
+        if (tw_is_preset_expression(name.c_str()) != is_preset || node == TW_NO_INDEX || is_bone(node) ||
+            name.empty() || tw_face_part_of(name.c_str()) == TW_FACE_GAZE) // the gaze has its own node
+          return misfit(place);
+        if (names_.insert(name).second) nodes.push_back({copy_name(document_, name), node});
+      });
+    const char *gaze = tw_json_member(tw_json_member(animation, "lookAt"), "node");
+    uint32_t gaze_node = node_of(gaze);
+    if (gaze && (gaze_node == TW_NO_INDEX || is_bone(gaze_node))) {
+      misfit(place_ + "/lookAt/node");
+      gaze_node = TW_NO_INDEX;
+    }
+    if (nodes.empty() && gaze_node == TW_NO_INDEX) return nullptr;
+    tw_face_nodes *out = allocate<tw_face_nodes>(document_, 1);
+    *out = {static_cast<uint32_t>(nodes.size()), keep(nodes), gaze_node};
+    return out;
+  }
+
+private:
+  static constexpr size_t binds_max = 1 << 18; // a mesh of VRM 0.x may be shown by many nodes
+
+  Document &document_;
+  std::string place_;
+  tw_face face_ = {};
+  Vector<tw_expression> expressions_;
+  Vector<tw_morph_bind> binds_; // of one expression
+  size_t bind_count_ = 0;       // of all
+  std::set<std::string> names_;
+  Vector<std::pair<uint32_t, uint32_t>> shows_; // (mesh, node), ascending
+
+  void misfit(const std::string &place) {
+    document_.outline.misfit(unfit_extension, [&] { return place; });
+  }
+
+  template <typename Element> const Element *keep(const Vector<Element> &elements) {
+    Element *out = allocate<Element>(document_, elements.size());
+    std::copy(elements.begin(), elements.end(), out);
+    return out;
+  }
+
+  // Calls take(name, value, place) for each member of a member.
+  template <typename Take> void read_each(const char *expressions, const char *kind, Take take) {
+    const char *all = tw_json_member(expressions, kind);
+    std::string place = place_ + "/expressions/" + kind;
+    if (!all) return;
+    if (*all != '{') return misfit(place);
+    for (Items i(all); i.more(); i.next()) {
+      std::string name = unescape(i.key());
+      take(name, i.value(), place + "/" + pointer_part(name));
+    }
+  }
+
+  uint32_t node_of(const char *value) const {
+    uint64_t index = value ? whole_number(value).value_or(UINT64_MAX) : UINT64_MAX;
+    return index < document_.model->node_count ? static_cast<uint32_t>(index) : TW_NO_INDEX;
+  }
+
+  bool is_bone(uint32_t node) const {
+    const uint32_t *bones = document_.model->humanoid;
+    return bones && std::find(bones, bones + TW_BONES, node) != bones + TW_BONES;
+  }
+
+  // Notes a bind. target: as the file has it.
+  void bind(uint32_t node, const char *target, float weight, const std::string &place) {
+    const tw_model &model = *document_.model;
+    uint32_t mesh = node == TW_NO_INDEX ? TW_NO_INDEX : model.nodes[node].mesh;
+    uint64_t index = target ? whole_number(target).value_or(UINT64_MAX) : UINT64_MAX;
+    if (mesh == TW_NO_INDEX || index >= model.meshes[mesh].morph_count) return misfit(place);
+    if (++bind_count_ > binds_max)
+      return document_.outline.lose("bind of an expression is left out: there are too many",
+                                    "binds of expressions are left out: there are too many");
+    binds_.push_back({node, static_cast<uint32_t>(index), weight});
+  }
+
+  // The weight of a bind; nothing, and noted, where it is none.
+  std::optional<float> weight_of(const char *bind, float otherwise, const std::string &place) {
+    const char *weight = tw_json_member(bind, "weight");
+    if (!weight) return otherwise;
+    std::optional<float> number = number_of(weight);
+    if (!number) misfit(place + "/weight");
+    return number;
+  }
+
+  void add(const std::string &name, tw_expression expression) {
+    if (!names_.insert(name).second)
+      return document_.outline.lose("expression is left out: it has the name of one before",
+                                    "expressions are left out: they have the names of others before");
+    expression.name = copy_name(document_, name);
+    expression.binds = keep(binds_);
+    expression.bind_count = static_cast<uint32_t>(binds_.size());
+    expressions_.push_back(expression);
+  }
+
+  // ---- VRM 1.0
+
+  void add_newer(const std::string &name, const char *value, const std::string &place) {
+    static constexpr const char *members[TW_FACE_PARTS] = {"overrideBlink", "overrideLookAt",
+                                                           "overrideMouth"};
+    tw_expression expression = {};
+    const char *binary = tw_json_member(value, "isBinary");
+    expression.is_binary = binary && *binary == 't';
+    for (int part = 0; part < TW_FACE_PARTS; part++) {
+      std::optional<std::string> word = word_of(tw_json_member(value, members[part]));
+      for (int way = TW_OVERRIDE_NONE; word && way <= TW_OVERRIDE_BLEND; way++)
+        if (*word == tw_override_names[way]) expression.overrides[part] = static_cast<tw_override>(way);
+    }
+    binds_.clear();
+    each(tw_json_member(value, "morphTargetBinds"), [&](size_t index, const char *bound) {
+      std::string at = text(place, "/morphTargetBinds/", index);
+      std::optional<float> weight = weight_of(bound, 1, at);
+      if (weight) bind(node_of(tw_json_member(bound, "node")), tw_json_member(bound, "index"), *weight, at);
+    });
+    expression.moves_materials = has_elements(tw_json_member(value, "materialColorBinds")) ||
+                                 has_elements(tw_json_member(value, "textureTransformBinds"));
+    add(name, expression);
+  }
+
+  tw_gaze_range range(const char *map, const char *input, const char *output, float scale,
+                      const std::string &place) {
+    constexpr float least = 0.01F;
+    tw_gaze_range out = {90, scale};
+    const char *most = tw_json_member(map, input), *scaled = tw_json_member(map, output);
+    if ((most && !number_of(most)) || (scaled && !number_of(scaled))) misfit(place);
+    out.most = std::max(number_of(most).value_or(out.most), least);
+    out.scale = number_of(scaled).value_or(out.scale);
+    return out;
+  }
+
+  void read_newer_gaze(const char *gaze) {
+    std::optional<std::string> type = word_of(tw_json_member(gaze, "type"));
+    face_.gaze = type && *type == "expression" ? TW_GAZE_EXPRESSIONS : TW_GAZE_BONES;
+    auto read = [&](const char *member) {
+      return range(tw_json_member(gaze, member), "inputMaxValue", "outputScale",
+                   face_.gaze == TW_GAZE_BONES ? 10 : 1, place_ + "/lookAt/" + member);
+    };
+    face_.inner = read("rangeMapHorizontalInner");
+    face_.outer = read("rangeMapHorizontalOuter");
+    face_.down = read("rangeMapVerticalDown");
+    face_.up = read("rangeMapVerticalUp");
+  }
+
+  // ---- VRM 0.x
+
+  void find_shows() {
+    const tw_model &model = *document_.model;
+    for (uint32_t i = 0; i < model.node_count; i++)
+      if (model.nodes[i].mesh != TW_NO_INDEX) shows_.push_back({model.nodes[i].mesh, i});
+    std::sort(shows_.begin(), shows_.end());
+  }
+
+  // The name of an expression in VRM 1.0.
+  static std::optional<std::string> newer_name(const char *group) {
+    static constexpr std::pair<const char *, const char *> presets[] = {{"neutral", "neutral"},
+                                                                        {"a", "aa"},
+                                                                        {"i", "ih"},
+                                                                        {"u", "ou"},
+                                                                        {"e", "ee"},
+                                                                        {"o", "oh"},
+                                                                        {"blink", "blink"},
+                                                                        {"joy", "happy"},
+                                                                        {"angry", "angry"},
+                                                                        {"sorrow", "sad"},
+                                                                        {"fun", "relaxed"},
+                                                                        {"lookup", "lookUp"},
+                                                                        {"lookdown", "lookDown"},
+                                                                        {"lookleft", "lookLeft"},
+                                                                        {"lookright", "lookRight"},
+                                                                        {"blink_l", "blinkLeft"},
+                                                                        {"blink_r", "blinkRight"}};
+    std::optional<std::string> preset = word_of(tw_json_member(group, "presetName"));
+    for (const auto &[older, newer] : presets)
+      if (preset && *preset == older) return newer;
+    return word_of(tw_json_member(group, "name"));
+  }
+
+  void add_older(const char *group, const std::string &place) {
+    std::optional<std::string> name = newer_name(group);
+    if (!name || name->empty()) return misfit(place);
+    tw_expression expression = {};
+    const char *binary = tw_json_member(group, "isBinary");
+    expression.is_binary = binary && *binary == 't';
+    binds_.clear();
+    each(tw_json_member(group, "binds"), [&](size_t index, const char *bound) {
+      std::string at = text(place, "/binds/", index);
+      std::optional<float> weight = weight_of(bound, 100, at);
+      if (weight) bind_mesh(tw_json_member(bound, "mesh"), tw_json_member(bound, "index"), *weight / 100, at);
+    });
+    expression.moves_materials = has_elements(tw_json_member(group, "materialValues"));
+    add(*name, expression);
+  }
+
+  // Binds a target on all nodes that show a mesh.
+  void bind_mesh(const char *mesh, const char *target, float weight, const std::string &place) {
+    uint64_t index = mesh ? whole_number(mesh).value_or(UINT64_MAX) : UINT64_MAX;
+    if (index >= document_.model->mesh_count) return misfit(place);
+    auto at = std::lower_bound(shows_.begin(), shows_.end(),
+                               std::pair<uint32_t, uint32_t>(static_cast<uint32_t>(index), 0));
+    for (; at != shows_.end() && at->first == index && bind_count_ <= binds_max; ++at)
+      bind(at->second, target, weight, place);
+  }
+
+  static bool is_straight(const char *curve) {
+    static constexpr float line[] = {0, 0, 0, 1, 1, 1, 1, 0};
+    size_t fitting = 0, count = 0;
+    each(curve, [&](size_t index, const char *value) {
+      fitting += index < std::size(line) && number_of(value) == line[index];
+      count++;
+    });
+    return !curve || (fitting == std::size(line) && count == fitting);
+  }
+
+  void read_older_gaze(const char *person) {
+    std::optional<std::string> type = word_of(tw_json_member(person, "lookAtTypeName"));
+    face_.gaze = type && *type == "BlendShape" ? TW_GAZE_EXPRESSIONS
+                 : type && *type == "None"     ? TW_GAZE_NONE
+                                               : TW_GAZE_BONES;
+    auto read = [&](const char *member) {
+      const char *map = tw_json_member(person, member);
+      if (!is_straight(tw_json_member(map, "curve")))
+        document_.outline.lose("curve of a gaze's range is taken as a straight line",
+                               "curves of a gaze's ranges are taken as straight lines");
+      return range(map, "xRange", "yRange", face_.gaze == TW_GAZE_BONES ? 10 : 1,
+                   place_ + "/firstPerson/" + member);
+    };
+    face_.inner = read("lookAtHorizontalInner");
+    face_.outer = read("lookAtHorizontalOuter");
+    face_.down = read("lookAtVerticalDown");
+    face_.up = read("lookAtVerticalUp");
+  }
+
+  // nullptr where the file says nothing of a face.
+  const tw_face *finish() {
+    if (expressions_.empty() && face_.gaze == TW_GAZE_NONE) return nullptr;
+    face_.expressions = keep(expressions_);
+    face_.expression_count = static_cast<uint32_t>(expressions_.size());
+    tw_face *out = allocate<tw_face>(document_, 1);
+    *out = face_;
+    return out;
+  }
+};
+
+} // namespace
+
+void read_face(Document &document) {
+  const char *extensions = tw_json_member(document.outline.root, "extensions");
+  auto find = [&](const char *name) {
+    const char *extension = tw_json_member(extensions, name);
+    return is_object(extension) ? extension : nullptr;
+  };
+  document.budget.place = "/extensions";
+  tw_model &model = *document.model;
+  if (const char *newer = find("VRMC_vrm"))
+    model.face = FaceReader(document, "VRMC_vrm").read_newer(newer);
+  else if (const char *older = find("VRM"))
+    model.face = FaceReader(document, "VRM").read_older(older);
+  if (const char *animation = find("VRMC_vrm_animation"))
+    model.face_nodes = FaceReader(document, "VRMC_vrm_animation").read_nodes(animation);
+}
+
+} // namespace gltf
