@@ -18,7 +18,7 @@ typedef struct tw_loss {
   uint64_t count, line;
 } tw_loss;
 
-enum { TW_LOSSES_MAX = 40 }; /* more kinds than a reader has */
+enum { TW_LOSSES_MAX = 64 }; /* more kinds than a reader has */
 
 typedef struct tw_losses {
   uint32_t count;

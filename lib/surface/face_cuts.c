@@ -225,19 +225,31 @@ static void mark_folds(const tw_topology *base, const double *points, double *su
   }
 }
 
-tw_status tw_surface_find_concave(tw_surface *surface, const double *points) {
-  const tw_topology *base = &surface->steps[surface->step_count].topology;
+/* Finds the faces that have a marked vertex. TW_NO_MEMORY. */
+static tw_status find_near(const tw_topology *base, const double *points, uint8_t *is_near) {
   double *sums = tw_alloc_zero(base->vertex_count, 3 * sizeof *sums);
   uint8_t *marks = tw_alloc_zero(base->vertex_count, 1);
-  surface->near_concave = tw_alloc_zero(base->face_count, 1);
-  bool has_memory = sums && marks && surface->near_concave;
+  bool has_memory = sums && marks;
   if (has_memory) mark_folds(base, points, sums, marks);
   for (uint32_t f = 0; has_memory && f < base->face_count; f++)
     for (uint32_t k = 0; k < tw_face_size(base, f); k++)
-      surface->near_concave[f] |= marks[base->corner_vertex[tw_face_begin(base, f) + k]];
+      is_near[f] |= marks[base->corner_vertex[tw_face_begin(base, f) + k]];
   tw_free(sums);
   tw_free(marks);
   return has_memory ? TW_OK : TW_NO_MEMORY;
+}
+
+tw_status tw_surface_find_concave(tw_surface *surface, const double *points) {
+  tw_surface *s = surface;
+  const tw_topology *base = &s->steps[s->step_count].topology;
+  bool is_answer = s->side == 1 && !s->levels && !s->options.limit; /* the base is */
+  s->near_concave = tw_alloc_zero(base->face_count, 1);
+  if (!s->near_concave) return TW_NO_MEMORY;
+  if (!is_answer) return find_near(base, points, s->near_concave);
+  for (uint32_t f = 0; f < base->face_count; f++)
+    s->near_concave[f] =
+        !is_surely_convex(base->corner_vertex + tw_face_begin(base, f), tw_face_size(base, f), points);
+  return TW_OK;
 }
 
 /* How many faces from `first` on, up to `most`, are near concave ones, or are all not. */

@@ -46,7 +46,8 @@ tw_status tw_surface_place(tw_surface *surface, const float *positions, const tw
   }
   for (uint32_t level = 1; level <= s->step_count && status == TW_OK; level++)
     status = make_level(s, level, parallel, &at);
-  if (status == TW_OK && is_concave) status = tw_surface_find_concave(s, at);
+  /* Of a rim all faces are looked at. */
+  if (status == TW_OK && is_concave && !s->inner_faces) status = tw_surface_find_concave(s, at);
   if (status == TW_OK) status = s->evaluator->place(s, &at, parallel);
   tw_free(at);
   if (status == TW_OK && s->options.level == 0) status = tw_surface_cut_faces(s, parallel);

@@ -871,33 +871,6 @@ TEST_WITH(polygons_without_a_fan_are_told, setup, fixture_stop) {
   }
 }
 
-/* An arrowhead at level 9 has 4^9 faces, the most that are looked at; two have more. */
-TEST_WITH(levels_too_large_to_look_for_notches_say_so, setup, fixture_stop) {
-  const fixture *f = *state;
-  static const char one[] = "v 0 0 0\nv 2 1 0\nv 0 2 0\nv .5 1 0\nf 1 2 3 4\n",
-                    two[] = "v 0 0 0\nv 2 1 0\nv 0 2 0\nv .5 1 0\nv 0 0 1\nv 2 1 1\nv 0 2 1\nv .5 1 1\n"
-                            "f 1 2 3 4\nf 5 6 7 8\n",
-                    convex[] = "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 0 0 1\nv 2 0 1\nv 2 2 1\nv 0 2 1\n"
-                               "f 1 2 3 4\nf 5 6 7 8\n";
-  const struct {
-    const char *text, *rest;
-    bool is_told;
-  } cases[] = {{one, "surface.json?level=9", false}, {two, "surface.json?level=8", false},
-               {two, "surface.json?level=9", true},  {two, "surface.glb?level=9", true},
-               {two, "surface.ply?level=9", true},   {two, "surface.ply?level=9&polygons=ngon", false},
-               {two, "surface.obj?level=9", false},  {convex, "surface.json?level=9", false}};
-  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-    char id[API_ID_TEXT], target[96];
-    loopback_upload(f->loop, "model/obj", cases[i].text, id);
-    snprintf(target, sizeof target, "/v1/models/%s/%s", id, cases[i].rest);
-    reply r = loopback_ask(f->loop, "HEAD", target, NULL, "", 0);
-    assert_int_equal(r.status, 200);
-    const char *warning = reply_header(&r, "X-Tweend-Warning");
-    assert_int_equal(warning && strstr(warning, "too%20many%20faces%20to%20look"), cases[i].is_told);
-    reply_free(&r);
-  }
-}
-
 /* A joint doubles a triangle and lifts it; the transform of the triangle's own node does not count. */
 TEST_WITH(obj_has_skinned_meshes_where_their_joints_put_them, setup, fixture_stop) {
   const fixture *f = *state;

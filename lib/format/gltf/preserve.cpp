@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cstring>
+#include <iterator>
 
 namespace gltf {
 
@@ -42,6 +43,21 @@ bool names_buffers(const char *value) {
 // Extensions of meshes and primitives whose numbers are known to be no accessors.
 constexpr char plain_extensions[] = "KHR_materials_variants KHR_gaussian_splatting KHR_xmp_json_ld";
 
+// Extensions whose objects name, by a member, an element of an array that the root's extension of that name
+// has.
+struct Pool {
+  const char *extension, *member, *array, *one, *many; // what is told where there is no such element
+};
+constexpr Pool pools[] = {
+    {"KHR_lights_punctual", "light", "lights", "light of a node is left out: the document has none such",
+     "lights of nodes are left out: the document has none such"}, // first, for may_lead
+    {"EXT_lights_ies", "light", "lights", "light of a node is left out: the document has none such",
+     "lights of nodes are left out: the document has none such"},
+    {"EXT_lights_image_based", "light", "lights", "light of a scene is left out: the document has none such",
+     "lights of scenes are left out: the document has none such"},
+    {"KHR_xmp_json_ld", "packet", "packets", "packet of metadata is left out: the document has none such",
+     "packets of metadata are left out: the document has none such"}};
+
 // Whether a value has numbers that may be indices below `count`: those of an unknown extension of a mesh or a
 // primitive are most likely accessors, whatever their names.
 bool has_indices(const char *value, uint64_t count) {
@@ -60,7 +76,9 @@ public:
     const char *root = document_.outline.root;
     place_ = "";
     const char *extensions = tw_json_member(root, "extensions");
-    lights_ = count_of(tw_json_member(tw_json_member(extensions, "KHR_lights_punctual"), "lights"));
+    for (size_t i = 0; i < std::size(pools); i++)
+      pool_counts_[i] =
+          count_of(tw_json_member(tw_json_member(extensions, pools[i].extension), pools[i].array));
     variants_ = count_of(tw_json_member(tw_json_member(extensions, "KHR_materials_variants"), "variants"));
     assets.root = object(
         root, "accessors animations asset buffers bufferViews cameras extensionsUsed extensionsRequired "
@@ -106,7 +124,8 @@ private:
   std::string place_; // pointer to the object that text_ is made of
   std::vector<Dropped> dropped_;
   std::string_view left_out_; // member of extras that is left out, because it is read and written anew
-  uint32_t materials_ = 0, cameras_ = 0, lights_ = 0, variants_ = 0; // how many there are
+  uint32_t materials_ = 0, cameras_ = 0, variants_ = 0; // how many there are
+  uint32_t pool_counts_[std::size(pools)] = {};         // likewise
   size_t unplaced_ = 0; // accessors, buffer views and buffers with extras or extensions, which are left out
   NamedParts named_;
 
@@ -258,16 +277,22 @@ private:
 
   // Whether an extension names elements of which the document has none.
   bool names_nothing(const Items &extension) {
-    if (extension.key() == "KHR_lights_punctual" && place_.compare(0, 7, "/nodes/") == 0) {
-      const char *light = *extension.value() == '{' ? tw_json_member(extension.value(), "light") : nullptr;
-      bool is_there = is_below(light, lights_);
-      document_.outline.lose("light of a node is left out: the document has none such",
-                             "lights of nodes are left out: the document has none such", !is_there);
+    for (size_t i = 0; i < std::size(pools); i++) {
+      if (extension.key() != pools[i].extension || place_.empty()) continue;
+      const char *index =
+          *extension.value() == '{' ? tw_json_member(extension.value(), pools[i].member) : nullptr;
+      bool is_there = is_below(index, pool_counts_[i]);
+      document_.outline.lose(pools[i].one, pools[i].many, !is_there);
       return !is_there;
     }
     if (!is_of_primitive("KHR_materials_variants", extension)) return false;
+    const char *mappings = tw_json_member(extension.value(), "mappings");
+    if (count_of(mappings) == 0) {
+      tell_unfit("/extensions/KHR_materials_variants");
+      return false;
+    }
     uint64_t kept = 0, lost = 0;
-    each(tw_json_member(extension.value(), "mappings"), [&](size_t, const char *mapping) {
+    each(mappings, [&](size_t, const char *mapping) {
       uint32_t own = count_variants(mapping);
       kept += own;
       lost +=
@@ -815,7 +840,7 @@ private:
         {"/meshes/", document_.source.meshes.size()},
         {"/materials/", materials_},
         {"/cameras/", cameras_},
-        {"/extensions/KHR_lights_punctual/lights/", lights_}};
+        {"/extensions/KHR_lights_punctual/lights/", pool_counts_[0]}};
     for (const auto &[head, count] : arrays)
       if (std::optional<PartPointer> found = read_pointer(pointer, head, count))
         return found->index != TW_NO_INDEX;
