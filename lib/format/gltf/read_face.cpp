@@ -13,6 +13,7 @@ namespace gltf {
 namespace {
 
 constexpr float number_max = 1e6F;
+constexpr size_t expressions_max = 1024;
 
 std::optional<float> number_of(const char *value) {
   if (!value || (*value != '-' && (*value < '0' || *value > '9'))) return {};
@@ -167,10 +168,10 @@ private:
 
   // Each is looked up among the others and among tracks.
   bool has_room(size_t count) {
-    if (count >= TW_EXPRESSIONS_MAX)
+    if (count >= expressions_max)
       document_.outline.lose("expression is left out: there are too many",
                              "expressions are left out: there are too many");
-    return count < TW_EXPRESSIONS_MAX;
+    return count < expressions_max;
   }
 
   void add(const std::string &name, tw_expression expression) {

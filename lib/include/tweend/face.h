@@ -35,8 +35,6 @@ typedef struct tw_gaze_range {
 
 typedef enum tw_gaze { TW_GAZE_NONE, TW_GAZE_BONES, TW_GAZE_EXPRESSIONS } tw_gaze;
 
-enum { TW_EXPRESSIONS_MAX = 1024 }; /* of a file */
-
 /* What a VRM says of its face (VRMC_vrm 1.0, "expressions" and "lookAt"; VRM 0.x, "blendShapeMaster" and
  * "firstPerson"). */
 typedef struct tw_face {
