@@ -126,6 +126,19 @@ TEST(what_does_not_fit_a_face_is_passed_over_and_told) {
   }
 }
 
+TEST(no_more_expressions_are_read_than_can_be_looked_up) {
+  enum { MOST = 1024, MANY = MOST + 2, ROOM = 64 };
+  static char groups[MANY * ROOM + 1024];
+  size_t used = (size_t)sprintf(groups, "{'asset':{'version':'2.0'},'extensions':{'VRM':{'blendShapeMaster':"
+                                        "{'blendShapeGroups':[");
+  for (int i = 0; i < MANY; i++) used += (size_t)sprintf(groups + used, "%s{'name':'e%d'}", i ? "," : "", i);
+  sprintf(groups + used, "]}}}}");
+  tw_model *model = glb_read(groups, NULL, 0);
+  assert_int_equal(model->face->expression_count, MOST);
+  assert_true(warns_of(model, "2 expressions are left out: there are too many"));
+  tw_model_destroy(model);
+}
+
 /* ---- carried over ---------------------------------------------------------------------------- */
 
 enum { NODES = 3, TARGETS = 2 };

@@ -13,6 +13,7 @@ namespace gltf {
 namespace {
 
 constexpr float number_max = 1e6F;
+constexpr size_t expressions_max = 1024;
 
 std::optional<float> number_of(const char *value) {
   if (!value || (*value != '-' && (*value < '0' || *value > '9'))) return {};
@@ -85,7 +86,8 @@ public:
         if (tw_is_preset_expression(name.c_str()) != is_preset || node == TW_NO_INDEX || is_bone(node) ||
             name.empty() || tw_face_part_of(name.c_str()) == TW_FACE_GAZE) // the gaze has its own node
           return misfit(place);
-        if (names_.insert(name).second) nodes.push_back({copy_name(document_, name), node});
+        if (has_room(nodes.size()) && names_.insert(name).second)
+          nodes.push_back({copy_name(document_, name), node});
       });
     const char *gaze = tw_json_member(tw_json_member(animation, "lookAt"), "node");
     uint32_t gaze_node = node_of(gaze);
@@ -164,7 +166,16 @@ private:
     return number;
   }
 
+  // Each is looked up among the others and among tracks.
+  bool has_room(size_t count) {
+    if (count >= expressions_max)
+      document_.outline.lose("expression is left out: there are too many",
+                             "expressions are left out: there are too many");
+    return count < expressions_max;
+  }
+
   void add(const std::string &name, tw_expression expression) {
+    if (!has_room(expressions_.size())) return;
     if (!names_.insert(name).second)
       return document_.outline.lose("expression is left out: it has the name of one before",
                                     "expressions are left out: they have the names of others before");
