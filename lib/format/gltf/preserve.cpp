@@ -3,9 +3,9 @@
 // Extensions whose data is in buffers are left out: answers have other buffers.
 #include "gltf/kept_elements.hpp"
 #include "gltf/named_parts.hpp"
+#include "gltf/pointers.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cstring>
 #include <iterator>
 
@@ -70,7 +70,8 @@ bool has_indices(const char *value, uint64_t count) {
 class Preserver : Text {
 public:
   Preserver(Document &document, Accessors &accessors)
-      : Text(document.budget), document_(document), elements_(document, accessors), named_(document) {}
+      : Text(document.budget), document_(document), elements_(document, accessors), named_(document),
+        pointers_(document) {}
 
   void run(tw_gltf_assets &assets) {
     const char *root = document_.outline.root;
@@ -128,6 +129,7 @@ private:
   uint32_t pool_counts_[std::size(pools)] = {};         // likewise
   size_t unplaced_ = 0; // accessors, buffer views and buffers with extras or extensions, which are left out
   NamedParts named_;
+  Pointers pointers_;
 
   // ---- text
 
@@ -625,6 +627,7 @@ private:
   void animations() {
     tw_model &model = *document_.model;
     const std::vector<tinygltf::Animation> &all = document_.source.animations;
+    pointers_.know(materials_, cameras_, pool_counts_[0]);
     each(room("animations", all, model.clips, model.clip_count), [&](size_t index, const char *animation) {
       place_ = text("/animations/", index);
       model.clips[index].preserved = object(animation, animation_members);
@@ -640,22 +643,19 @@ private:
         sampler_texts.push_back(object(sampler, sampler_members));
       });
       Vector<const char *> tracks{document_.budget};
-      Vector<PointedChannel> pointed{document_.budget};
       Vector<MeshChannel> of_meshes{document_.budget};
-      std::set<std::pair<uint32_t, tw_path>> moved = moved_parts(parsed);
       std::set<int> named; // samplers
-      std::vector<TrackPlace> places, pointed_places;
+      std::vector<TrackPlace> places;
+      pointers_.begin(parsed, static_cast<uint32_t>(index));
       each(tw_json_member(animation, "channels"), [&](size_t i, const char *channel) {
         place_ = text("/animations/", index, "/channels/", i);
         named.insert(index_of(tw_json_member(channel, "sampler")));
-        std::optional<PointedChannel> points = points_at_node(channel, parsed.samplers.size(), index, moved);
-        std::optional<uint32_t> mesh = points_at_mesh(channel, parsed);
+        std::optional<PointedChannel> points = pointers_.to_node(channel, place_);
+        std::optional<uint32_t> mesh = pointers_.to_mesh(channel);
         const char *own = track(channel, sampler_texts, !points && !mesh);
         if (points) {
           points->preserved = own;
-          const tinygltf::AnimationSampler &keys = parsed.samplers[static_cast<size_t>(points->sampler)];
-          pointed_places.push_back({static_cast<uint32_t>(i), keys.input, keys.output});
-          pointed.push_back(*std::move(points));
+          pointers_.take(*std::move(points), static_cast<uint32_t>(i));
         } else if (mesh) {
           of_meshes.push_back({*mesh, static_cast<uint32_t>(i), channel, own});
         } else if (is_track(channel)) {
@@ -668,192 +668,18 @@ private:
       check_parsed(tracks.size(), parsed.channels, text("/animations/", index, "/channels"));
       for (const MeshChannel &channel : of_meshes) { // behind those of nodes, which win
         place_ = text("/animations/", index, "/channels/", channel.index);
-        if (!point_nodes(channel, parsed, moved, pointed, pointed_places))
+        if (!pointers_.take_nodes(channel, place_))
           append(loose, loose_channel(parsed, channel.text, channel.preserved));
       }
-      places.insert(places.end(), pointed_places.begin(), pointed_places.end());
-      document_.track_places.push_back(std::move(places));
       named.erase(-1);
       if (named.size() < parsed.samplers.size())
         document_.outline.lose("sampler of an animation is left out: no channel names it",
                                "samplers of animations are left out: no channel names them",
                                parsed.samplers.size() - named.size());
       document_.channel_texts.push_back(std::move(tracks));
-      document_.pointed_channels.push_back(std::move(pointed));
+      pointers_.end(places);
       model.clips[index].loose = close(loose);
     });
-  }
-
-  // What the channels move that tinygltf sees.
-  std::set<std::pair<uint32_t, tw_path>> moved_parts(const tinygltf::Animation &animation) {
-    document_.budget.take(animation.channels.size() * 64); // nodes of the set
-    std::set<std::pair<uint32_t, tw_path>> moved;
-    for (const tinygltf::AnimationChannel &channel : animation.channels)
-      for (int path = TW_TRANSLATION; path <= TW_WEIGHTS; path++)
-        if (channel.target_path == tw_path_names[path])
-          moved.insert({static_cast<uint32_t>(channel.target_node), static_cast<tw_path>(path)});
-    return moved;
-  }
-
-  // The node and path that a channel moves by KHR_animation_pointer ("/nodes/3/rotation"); none for other
-  // pointers. What another channel moves already stays with it: a warning says so, and the pointer is
-  // preserved as those to other things are.
-  std::optional<PointedChannel> points_at_node(const char *channel, size_t sampler_count, size_t clip,
-                                               std::set<std::pair<uint32_t, tw_path>> &moved) {
-    const char *target = tw_json_member(channel, "target");
-    const char *extension = tw_json_member(tw_json_member(target, "extensions"), "KHR_animation_pointer");
-    const char *pointer = tw_json_member(extension, "pointer"), *path_text = tw_json_member(target, "path");
-    int sampler = index_of(tw_json_member(channel, "sampler"));
-    if (is_track(channel)) return {};
-    if (!pointer || *pointer != '"') {
-      if (extension || (path_text && value_text(path_text) == "\"pointer\""))
-        tell_unfit("/target/extensions/KHR_animation_pointer");
-      return {};
-    }
-    if (sampler < 0 || static_cast<size_t>(sampler) >= sampler_count) return {};
-    std::string meant = unescape(string_of(pointer));
-    if (!may_lead(meant)) tell_unfit("/target/extensions/KHR_animation_pointer/pointer");
-    std::optional<std::pair<uint32_t, tw_path>> part = node_part(meant);
-    if (!part) return {};
-    auto [node, path] = *part;
-    if (path == TW_WEIGHTS && !has_targets(node)) return {};
-    if (!moved.insert(*part).second) {
-      tw_model_warn_of_clip(document_.model, static_cast<uint32_t>(clip),
-                            "%s: another channel moves %s of node %u already, so the pointer moves nothing",
-                            place_.c_str(), tw_path_names[path], node);
-      return {};
-    }
-    return PointedChannel{node, path, sampler, place_, nullptr};
-  }
-
-  // A channel that moves the weights of a mesh by KHR_animation_pointer ("/meshes/1/weights").
-  struct MeshChannel {
-    uint32_t mesh, index; // index: of the channel
-    const char *text, *preserved;
-  };
-
-  // The mesh whose weights a channel moves by a pointer, if its sampler is there.
-  std::optional<uint32_t> points_at_mesh(const char *channel, const tinygltf::Animation &parsed) const {
-    const char *extension = tw_json_member(tw_json_member(tw_json_member(channel, "target"), "extensions"),
-                                           "KHR_animation_pointer");
-    const char *pointer = tw_json_member(extension, "pointer");
-    int sampler = index_of(tw_json_member(channel, "sampler"));
-    if (is_track(channel) || !pointer || *pointer != '"' || sampler < 0 ||
-        static_cast<size_t>(sampler) >= parsed.samplers.size())
-      return {};
-    std::string meant = unescape(string_of(pointer));
-    std::optional<PartPointer> to_mesh = read_pointer(meant, "/meshes/", document_.source.meshes.size());
-    if (!to_mesh || to_mesh->index == TW_NO_INDEX || to_mesh->member != "weights") return {};
-    return to_mesh->index;
-  }
-
-  // Moves the nodes that show the mesh and have no weights of their own, in the file or in the animation.
-  // False where there is none, and where so many copies of the keys would be too many.
-  bool point_nodes(const MeshChannel &channel, const tinygltf::Animation &parsed,
-                   std::set<std::pair<uint32_t, tw_path>> &moved, Vector<PointedChannel> &pointed,
-                   std::vector<TrackPlace> &places) {
-    int sampler = index_of(tw_json_member(channel.text, "sampler"));
-    const tinygltf::AnimationSampler &keys = parsed.samplers[static_cast<size_t>(sampler)];
-    if (!has_followers_) find_followers();
-    using Follower = std::pair<uint32_t, uint32_t>;
-    auto from = std::lower_bound(followers_.begin(), followers_.end(), Follower(channel.mesh, 0));
-    auto end = std::upper_bound(from, followers_.end(), Follower(channel.mesh, TW_NO_INDEX));
-    if (!may_copy(keys, static_cast<uint64_t>(end - from))) return false;
-    std::vector<uint32_t> shown;
-    for (auto at = from; at != end; ++at)
-      if (moved.count({at->second, TW_WEIGHTS}) == 0) shown.push_back(at->second);
-    work(static_cast<uint64_t>(end - from));
-    if (shown.empty()) return false;
-    document_.budget.take(shown.size() * 128); // places of channels, and nodes of the set
-    for (uint32_t node : shown) {
-      moved.insert({node, TW_WEIGHTS});
-      places.push_back({channel.index, keys.input, keys.output});
-      pointed.push_back({node, TW_WEIGHTS, sampler, place_, channel.preserved});
-    }
-    return true;
-  }
-
-  // Finds the nodes that have the weights of their mesh, by mesh.
-  void find_followers() {
-    const std::vector<tinygltf::Node> &nodes = document_.source.nodes;
-    for (uint32_t i = 0; i < nodes.size(); i++)
-      if (has_targets(i) && nodes[i].weights.empty())
-        followers_.push_back({static_cast<uint32_t>(nodes[i].mesh), i});
-    std::sort(followers_.begin(), followers_.end());
-    has_followers_ = true;
-  }
-
-  // Whether so many tracks may have copies of a sampler's keys: they take at most half of the values that the
-  // file may have, and half of the tracks.
-  bool may_copy(const tinygltf::AnimationSampler &keys, uint64_t count) {
-    uint64_t numbers = 0;
-    for (int accessor : {keys.input, keys.output})
-      if (accessor >= 0 && static_cast<size_t>(accessor) < document_.source.accessors.size())
-        numbers += document_.source.accessors[static_cast<size_t>(accessor)].count;
-    uint64_t left = document_.values_left / 2 - copied_values_;
-    if (count == 0 || numbers > left / count || count > TW_TRACKS_MAX / 2 - copied_tracks_) return false;
-    copied_values_ += numbers * count;
-    copied_tracks_ += count;
-    return true;
-  }
-
-  uint64_t copied_values_ = 0, copied_tracks_ = 0;
-  bool has_followers_ = false;
-  Vector<std::pair<uint32_t, uint32_t>> followers_{document_.budget}; // (mesh, node), ascending
-
-  bool has_targets(uint32_t node) const {
-    int mesh = document_.source.nodes[node].mesh;
-    if (mesh < 0 || static_cast<size_t>(mesh) >= document_.source.meshes.size()) return false;
-    const std::vector<tinygltf::Primitive> &primitives =
-        document_.source.meshes[static_cast<size_t>(mesh)].primitives;
-    return !primitives.empty() && !primitives[0].targets.empty();
-  }
-
-  // "/nodes/3/rotation": node 3, and "rotation" of it.
-  struct PartPointer {
-    uint32_t index; // TW_NO_INDEX where there is no such part
-    std::string_view member;
-  };
-
-  // Nothing for pointers to something else than `head`, of which there are `count`.
-  static std::optional<PartPointer> read_pointer(std::string_view pointer, std::string_view head,
-                                                 size_t count) {
-    if (pointer.substr(0, head.size()) != head) return {};
-    pointer.remove_prefix(head.size());
-    std::string_view digits = pointer.substr(0, pointer.find('/'));
-    pointer.remove_prefix(std::min(digits.size() + 1, pointer.size()));
-    uint32_t index = 0;
-    auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), index);
-    bool is_there = error == std::errc() && end == digits.data() + digits.size() &&
-                    (digits.size() == 1 || digits[0] != '0') && index < count;
-    return PartPointer{is_there ? index : TW_NO_INDEX, pointer};
-  }
-
-  std::optional<PartPointer> read_node_pointer(std::string_view pointer) const {
-    return read_pointer(pointer, "/nodes/", document_.source.nodes.size());
-  }
-
-  // Whether a pointer is one, and, where it leads to a part, to one that is there.
-  bool may_lead(std::string_view pointer) const {
-    const std::pair<std::string_view, size_t> arrays[] = {
-        {"/nodes/", document_.source.nodes.size()},
-        {"/meshes/", document_.source.meshes.size()},
-        {"/materials/", materials_},
-        {"/cameras/", cameras_},
-        {"/extensions/KHR_lights_punctual/lights/", pool_counts_[0]}};
-    for (const auto &[head, count] : arrays)
-      if (std::optional<PartPointer> found = read_pointer(pointer, head, count))
-        return found->index != TW_NO_INDEX;
-    return !pointer.empty() && pointer[0] == '/';
-  }
-
-  // The node and path that a pointer leads to.
-  std::optional<std::pair<uint32_t, tw_path>> node_part(std::string_view pointer) const {
-    std::optional<PartPointer> to_node = read_node_pointer(pointer);
-    if (!to_node || to_node->index == TW_NO_INDEX) return {};
-    for (int path = TW_TRANSLATION; path <= TW_WEIGHTS; path++)
-      if (to_node->member == tw_path_names[path]) return {{to_node->index, static_cast<tw_path>(path)}};
-    return {};
   }
 
   // Puts a channel that animates something else than a node into text_, with its sampler. own: what is
