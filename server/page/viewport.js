@@ -126,7 +126,9 @@ export class Viewport {
   resize() {
     const { width, height, ratio } = this.#size();
     if (!width || !height) return;
-    this.renderer?.setDrawingBufferSize(width, height, ratio);
+    const { renderer } = this;
+    const isSame = renderer?.getPixelRatio() === ratio && renderer.getSize(new Vector2()).equals(new Vector2(width, height));
+    if (!isSame) renderer?.setDrawingBufferSize(width, height, ratio); // the same size, too, would clear the canvas
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
     this.invalidate();
