@@ -7,7 +7,7 @@ import { carriedOver, sentencesOf } from './clip_words.js';
 import { make, saveBlob, seconds } from './dom.js';
 import { busy, fail } from './notices.js';
 import { change, state, surfaceOptions, watch } from './state.js';
-import { choice } from './templates.js';
+import { amount, choice } from './templates.js';
 
 export class ClipPanel {
   /** models: the list that new models are added to. */
@@ -46,9 +46,7 @@ export class ClipPanel {
       ${report ? html`<ul class="sentences">${sentencesOf(report, model.nodes.length, isCharacter(model)).map(sentence)}</ul>` : nothing}
       ${retarget ? html`<details><summary>Carried over to this skeleton</summary>${carriedOver(retarget).map((text) => html`<p class="dim">${text}</p>`)}</details>` : nothing}
       ${others.length > 0 ? choice('Blend with', 'blend', [['', 'Nothing'], ...others.map((entry) => [entry.value, titleOf(entry)])]) : nothing}
-      ${other || state('blend') ? html`<div class="slider"><span>Blend</span>
-        <input type="range" min="0" max="1" step="0.01" aria-label="Blend" .value=${state('weight')} @input=${({ target }) => change({ weight: target.value })}>
-        <output class="value">${Math.round(100 * Number(state('weight')))} %</output></div>` : nothing}
+      ${other || state('blend') ? amount('Blend', 'weight', [0, 1, 0.01], `${Math.round(100 * Number(state('weight')))} %`) : nothing}
       ${clip.isBorrowed || state('blend') ? html`<div class="row">
         <button type="button" class="primary" @click=${() => this.save()}>Save GLB</button>
         <button type="button" @click=${() => this.keep()}>Keep as a model</button></div>` : nothing}`, this.content);

@@ -3,8 +3,18 @@ import { AxesHelper, Euler, Group, MathUtils, Matrix4, MeshBasicMaterial, Quater
 
 const COLOURS = { slerp: '#2f7de1', euler: '#d9822b' };
 
-/** Where the angles of a track's keys, each interpolated on its own, take the node. */
-export function eulered({ times, keys, order }, time) {
+/** Where the samples of a table take the node. part: of the clip. */
+export function sampled(table, part) {
+  const last = table.header.poses - 1;
+  const at = Math.min(Math.max(part, 0), 1) * last;
+  const of = (k) => new Quaternion(...table.part(Math.min(k, last), 0, 'rotation'));
+  return of(Math.floor(at)).slerp(of(Math.floor(at) + 1), at % 1);
+}
+
+/** Where Euler angles take it, each interpolated on its own from key to key. A track of such angles goes so itself: the angles of
+ *  its keys alone do not tell which way round. */
+export function eulered({ times, keys, order, path, isEuler }, time, part) {
+  if (isEuler) return sampled(path, part);
   let i = times.findIndex((key) => key > time) - 1;
   if (i === -2) i = times.length - 1;
   const [a, b] = [keys[Math.max(i, 0)], keys[Math.min(i + 1, keys.length - 1)]];
@@ -12,14 +22,6 @@ export function eulered({ times, keys, order }, time) {
   const t = span > 0 ? (time - times[i]) / span : 0;
   const angles = a.map((angle, k) => MathUtils.degToRad(angle + (b[k] - angle) * t));
   return new Quaternion().setFromEuler(new Euler(...angles, order));
-}
-
-/** Where slerp from key to key takes it. part: of the clip. */
-function slerped({ slerp }, part) {
-  const last = slerp.header.poses - 1;
-  const at = Math.min(Math.max(part, 0), 1) * last;
-  const of = (k) => new Quaternion(...slerp.part(Math.min(k, last), 0, 'rotation'));
-  return of(Math.floor(at)).slerp(of(Math.floor(at) + 1), at % 1);
 }
 
 /** A copy of an object, without its children, with the ghost's material. */
@@ -52,7 +54,7 @@ export class Ghosts {
     this.viewport.invalidate();
   }
 
-  /** kinds: of COLOURS; data: the node, its keys as Euler angles, and its poses by slerp. */
+  /** kinds: of COLOURS; data: what eulered takes, the node, and its poses by slerp. */
   make(kinds, data) {
     this.clear();
     this.data = data;
@@ -97,7 +99,8 @@ export class Ghosts {
     this.viewport.scene.updateMatrixWorld();
     for (const { kind, object, followers } of this.#all) {
       for (const [part, of] of followers) for (const member of ['position', 'quaternion', 'scale']) part[member].copy(of[member]);
-      const rotation = kind === 'slerp' ? slerped(this.data, duration > 0 ? time / duration : 0) : eulered(this.data, time);
+      const part = duration > 0 ? time / duration : 0;
+      const rotation = kind === 'slerp' ? sampled(this.data.slerp, part) : eulered(this.data, time, part);
       object.matrix.compose(node.position, rotation, node.scale).premultiply(node.parent?.matrixWorld ?? new Matrix4());
     }
   }

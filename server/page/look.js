@@ -2,8 +2,8 @@
 import { html, render } from 'lit-html';
 
 import { byId, floats, make, saveAs } from './dom.js';
-import { change, note, state, watch } from './state.js';
-import { choice } from './templates.js';
+import { note, state, watch } from './state.js';
+import { amount, choice, flag } from './templates.js';
 
 const LIGHTS = [['studio', 'Studio'], ['sun', 'Sunlight'], ['overcast', 'Overcast'], ['evening', 'Evening'], ['rim', 'Dark room']];
 const STOPS = 2; // of exposure, either way
@@ -24,15 +24,12 @@ export class Look {
   show() {
     const light = LIGHTS.some(([name]) => name === state('light')) ? state('light') : 'studio';
     const stops = Math.min(Math.max(Number(state('exposure')) || 0, -STOPS), STOPS);
-    const turns = state('turntable') === 'true';
     render(html`${choice('Light', 'light', LIGHTS, light)}
-      <div class="slider"><span>Exposure</span>
-        <input type="range" min=${-STOPS} max=${STOPS} step="0.1" aria-label="Exposure" .value=${String(stops)} @input=${({ target }) => change({ exposure: target.value })}>
-        <output class="value">${stops > 0 ? '+' : ''}${stops.toFixed(1)}</output></div>
-      <label class="check"><input type="checkbox" .checked=${turns} @change=${({ target }) => change({ turntable: target.checked })}><span>Turntable</span></label>
+      ${amount('Exposure', 'exposure', [-STOPS, STOPS, 0.1], `${stops > 0 ? '+' : ''}${stops.toFixed(1)}`, stops)}
+      ${flag('Turntable', 'turntable')}
       <button type="button" @click=${() => this.save()}>Save picture (PNG)</button>`, this.panel);
     this.viewport.setLight(light, 2 ** stops);
-    this.viewport.turn(turns);
+    this.viewport.turn(state('turntable') === 'true');
   }
 
   async save() {

@@ -364,5 +364,7 @@ showOverlays();
 scripts.show();
 if (state('model')) openModel();
 if (state('beside')) beside.open();
-await models.load();
+models.load();
+await models.known;
 if (!state('model') && models.first()) change({ model: models.first() });
+else if (!model && !blank.hidden) sayUnknown(); // others are known now

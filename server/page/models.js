@@ -30,6 +30,7 @@ export class Models {
   constructor(panel) {
     this.lineages = new Lineages(tweend.base);
     this.listed = [];
+    this.known = new Promise((resolve) => (this.onKnown = resolve)); // until the models could be listed once
     this.onDrop = async () => false; // whether a stored model goes onto the shown one, in place of being opened
     this.uploads = new Uploads(async (model) => {
       this.lineages.add(model.id);
@@ -67,10 +68,11 @@ export class Models {
       this.listed = more ? [...this.listed, ...models] : models;
       this.more.hidden = models.length < PAGE;
       this.show();
+      byId('empty').hidden = this.listed.length > 0 || state('model') !== '';
+      this.onKnown();
     } catch (error) {
       fail('The models cannot be listed', error, () => this.load(more));
     }
-    byId('empty').hidden = this.listed.length > 0 || state('model') !== '';
   }
 
   get works() {
@@ -102,7 +104,7 @@ export class Models {
       <div class="row">
         <button type="button" class="model" data-id=${id} aria-current=${isShown ? 'true' : nothing} @click=${() => isShown || openOther(id)}>
           ${picture ? html`<img class="thumbnail" src=${picture} alt="" width="56" height="42">` : html`<span class="thumbnail" aria-hidden="true">${format}</span>`}
-          <span class="about"><span class="name">${name}</span><span class="dim">${facts}</span></span>
+          <span class="about"><span class="name" title=${name}>${name}</span><span class="dim">${facts}</span></span>
         </button>
         <button type="button" class="close" aria-label="Rename ${name}" title="Rename" @click=${() => this.rename(id, name)}>✎</button>
         <button type="button" class="close" aria-label="Delete ${name}" title="Delete" @click=${() => this.remove(versions, name)}>×</button>

@@ -3,6 +3,7 @@ import { TweendError } from '../../api/client/tweend.js';
 
 import { withKey } from './client.js';
 import { byId, make } from './dom.js';
+import { watch } from './state.js';
 
 /** Whether an error means that a request got no answer, in the words of browsers. */
 const isUnanswered = (error) => error instanceof TypeError && /fetch|network|load failed/i.test(error.message);
@@ -21,6 +22,9 @@ export function explain(error) {
   ].filter(Boolean);
 }
 
+/** Whether the same request may succeed later, or with a key: nothing is wrong with what it asks. */
+export const mayPass = (error) => isUnanswered(error) || error.status >= 500 || error.status === 401;
+
 const isAbort = (error) => error?.name === 'AbortError';
 
 /** Shows an error until it is closed. about: what failed. again(), if given, tries once more. */
@@ -30,20 +34,23 @@ export function fail(about, error, again) {
     notice.remove();
     again();
   };
-  const mayPass = again && (isUnanswered(error) || error.status >= 500);
   const close = make('button', { className: 'close', 'aria-label': 'Close', onclick: () => notice.remove() }, '×');
   const notice = make('div', { className: 'notice' }, close, make('h2', {}, about), ...explain(error),
-    ...(mayPass ? [make('button', { className: 'small', onclick: retry }, 'Try again')] : []));
+    ...(again && mayPass(error) ? [make('button', { className: 'small again', onclick: retry }, 'Try again')] : []));
   const list = byId('notices');
   if (list.children.length > 2) list.firstChild.remove();
   list.append(notice);
 }
 
+watch((names) => {
+  if (names.has('model')) for (const button of document.querySelectorAll('.again')) button.remove(); // what failed was asked for another model
+});
+
 /** Runs requests one at a time, as each depends on the answer to the one before. */
 export class OneAtATime {
   isRunning = false;
 
-  /** Resolves with whether the request succeeded. Refuses while another runs; shows a failure. */
+  /** Resolves with whether the request succeeded. Refuses while another runs; shows a failure, which may be tried again. */
   async run(request) {
     if (this.isRunning) return false;
     this.isRunning = true;
@@ -51,7 +58,7 @@ export class OneAtATime {
       await withKey(request);
       return true;
     } catch (error) {
-      fail('This cannot be done', error);
+      fail('This cannot be done', error, () => this.run(request));
       return false;
     } finally {
       this.isRunning = false;

@@ -1,13 +1,13 @@
 // Shows one node's rotation over a clip: quaternion and Euler angles as curves, how far they are from gimbal lock, where
 // slerp and the interpolation of Euler angles part, and in the picture ghosts of both and the node's way.
 import { html, render } from 'lit-html';
-import { Color, MathUtils, Quaternion } from 'three';
+import { Color, MathUtils } from 'three';
 
 import { Chart } from './chart.js';
 import { tweend, withKey } from './client.js';
 import { optionsOf } from './clips.js';
 import { draw, fixed, make, seconds } from './dom.js';
-import { eulered, Ghosts } from './ghosts.js';
+import { eulered, Ghosts, sampled } from './ghosts.js';
 import { fail } from './notices.js';
 import { change, shows, state, watch } from './state.js';
 import { choice } from './templates.js';
@@ -25,6 +25,13 @@ const NEAR = 0.35;
 /** The middle angle's distance from lock in degrees, of its cosine. */
 const degreesOf = (cosine) => MathUtils.radToDeg(Math.asin(Math.min(Math.max(cosine, 0), 1)));
 const fromLock = (cosine) => `${fixed(degreesOf(cosine), 1)}°`;
+
+/** Degrees between two rotations, of single precision: the arc cosine of their product would be as coarse as 0.03. */
+function degreesBetween(a, b) {
+  const [p, q] = [a.toArray(), b.toArray()];
+  const chord = (sign) => Math.hypot(...p.map((value, i) => value - sign * q[i]));
+  return MathUtils.radToDeg(4 * Math.asin(Math.min(chord(1), chord(-1)) / 2));
+}
 
 /** How near a track comes to lock in its own order: a mark. */
 const markOf = ({ gimbal: { cos_middle: cosine } }) => (cosine < LOCKED ? '● ' : cosine < NEAR ? '◐ ' : '');
@@ -114,13 +121,17 @@ export class RotationPanel {
     const middle = 'XYZ'.indexOf(order[1]);
     const eulers = [0, 1, 2].map((k) => column(angles, 'euler', k));
     const data = {
-      track, node: track.node, order, times, slerp, samples: [...slerp.header.times],
+      node: track.node, order, times, path, slerp, samples: [...slerp.header.times],
+      isEuler: track.kind === 'euler' && track.interpolation === 'euler' && track.gimbal.order === order,
       quaternion: [0, 1, 2, 3].map((k) => column(path, 'rotation', k)),
       eulers,
       distance: eulers[middle].map((angle) => Math.abs(Math.cos(MathUtils.degToRad(angle)))),
       keys: times.map((_, i) => [...keys.part(i, 0, 'euler')]),
     };
-    data.apart = data.samples.map((time, i) => MathUtils.radToDeg(new Quaternion(...slerp.part(i, 0, 'rotation')).angleTo(eulered(data, time))));
+    data.apart = data.samples.map((time, i) => {
+      const part = i / Math.max(data.samples.length - 1, 1);
+      return degreesBetween(sampled(slerp, part), eulered(data, time, part));
+    });
     return data;
   }
 

@@ -7,7 +7,7 @@ import { tweend, withKey } from './client.js';
 import { check, chips, choice, fixed, make, press, slider } from './dom.js';
 import { fieldsOf } from './fields.js';
 import { meshName, stemOf } from './models.js';
-import { busy, fail } from './notices.js';
+import { busy, fail, mayPass } from './notices.js';
 import { geometryOf, THROUGH } from './overlays.js';
 import { boxesOf, hitsOn } from './ray_hits.js';
 import { SculptMesh } from './sculpt_mesh.js';
@@ -69,7 +69,8 @@ export class SculptPanel {
     };
     this.rules = make('p', { className: 'warning' }, 'Only a surface by the usual rules, with its details, can be sculpted. ',
       make('button', { className: 'small', onclick: () => change(firstOf(RULES)) }, 'Show it so'));
-    this.levels = make('div', {}, levelSlider, check(this.details, 'Details of the levels'));
+    this.levels = make('div', {}, make('p', { className: 'dim' }, 'Drag the surface: its level takes the new places, all other levels follow.'),
+      levelSlider, check(this.details, 'Details of the levels'));
     this.unfit = make('p', { className: 'dim' }, 'Open a model, or make a shape.');
     this.body = make('div', {},
       make('div', { className: 'row brushes', role: 'group', 'aria-label': 'Brush' }, ...this.tools), this.hint,
@@ -80,10 +81,7 @@ export class SculptPanel {
       make('div', { className: 'edits' },
         row('Move', 'Stroke', { by: [0, 0.1, 0] }, ({ by }) => new Vector3(...by)),
         row('Push', 'Push', { distance: 0.1 }, ({ distance }) => this.normal.multiplyScalar(distance))));
-    panel.append(
-      make('h2', {}, 'Sculpt'),
-      make('p', { className: 'dim' }, 'Drag the surface: its level takes the new places, all other levels follow.'),
-      this.levels, this.unfit, this.rules, this.body);
+    panel.append(make('h2', {}, 'Sculpt'), this.levels, this.unfit, this.rules, this.body);
 
     const { canvas } = viewport;
     canvas.addEventListener('pointerdown', (event) => this.#down(event), { capture: true }); // called before the camera's listener
@@ -437,22 +435,25 @@ export class SculptPanel {
     const { mesh, index, moved, by } = this.stroke;
     const indices = [...moved];
     const positions = indices.flatMap((point) => [...mesh.points.subarray(3 * point, 3 * point + 3)]);
-    this.queue.push({ mesh, indices, positions, of: this.bearers[index].mesh, index, picked: this.picked });
+    this.queue.push({ level: this.level, mesh, indices, positions, of: this.bearers[index].mesh, index, picked: this.picked });
     if (this.picked) this.picked = { ...this.picked, centre: this.picked.centre.clone().add(by) };
     this.wanted = this.picked ? { index, place: this.picked.centre } : this.wanted;
     this.stroke = null;
     this.#mark();
-    return this.queue.length === 1 ? this.#store() : undefined;
+    return this.#store();
   }
 
-  /** Stores the strokes of the queue, one after the other, each as a model made from the one before. */
+  /** Stores the strokes of the queue, one after the other, each as a model made from the one before. Where the daemon does not
+   *  answer, they stay in the queue and on the surface, until it is asked again. */
   async #store() {
-    const { queue, level, model } = this;
+    const { queue, model } = this;
+    if (queue.length === 0 || this.storing === queue) return;
+    this.storing = queue;
     const controller = new AbortController();
-    const task = busy(`Level ${level}: keeping the stroke`, controller);
+    const task = busy('Keeping the stroke', controller);
     try {
       for (; queue.length > 0; queue.shift()) {
-        const [{ mesh, of, indices, positions }] = queue;
+        const [{ level, mesh, of, indices, positions }] = queue;
         const options = { level, mesh: meshName(model, of), name: `${stemOf(model)}, sculpted`, quads: this.stored.length > 0 ? undefined : state('quads'), signal: controller.signal };
         const made = await withKey(() => tweend.sculpt(this.stored.at(-1)?.model ?? model, { indices, positions }, options));
         if (this.queue !== queue) return; // another model was opened meanwhile
@@ -461,12 +462,14 @@ export class SculptPanel {
       }
     } catch (error) {
       if (this.queue !== queue) return;
-      fail('The stroke cannot be kept', error);
+      fail('The stroke cannot be kept', error, () => this.queue === queue && this.#store());
+      if (mayPass(error)) return;
       this.#drop(); // what is in the hand was built on it
       const [{ index, picked }] = queue;
       for (const { mesh, indices } of queue.splice(0)) mesh.restore(mesh.stored, indices);
       if (picked) this.pick(index, picked.centre);
     } finally {
+      if (this.storing === queue) this.storing = null;
       task.done();
     }
     this.#showStored();

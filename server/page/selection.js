@@ -98,6 +98,6 @@ export class Selection {
     const of = name ? ` of ${name}` : '';
     if (!list) return `The daemon finds these ${wordOf(this.kind)}${of}.`;
     if (list.length > 0) return `${plural(list.length, wordOf(this.kind).slice(0, -1))}${of}`;
-    return `Click ${wordOf(this.kind)} in the picture, with Shift more of them.`;
+    return `Click ${wordOf(this.kind)} in the picture, with Shift more of them; each tap adds one.`;
   }
 }

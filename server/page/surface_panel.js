@@ -4,7 +4,7 @@ import { html, nothing, render } from 'lit-html';
 import { tweend, withKey } from './client.js';
 import { bytes, count, make, slider } from './dom.js';
 import { change, state, SURFACE, surfaceOptions, watch } from './state.js';
-import { choice } from './templates.js';
+import { choice, flag } from './templates.js';
 
 const LEVELS = 10;
 const COUNTED = ['surface', 'sculpt', 'scripts']; // tabs that tell of other levels than the shown one
@@ -102,7 +102,7 @@ export class SurfacePanel {
     this.slider.hidden = !state('model');
     if (!state('model')) return render(html`<p class="dim">Open a model: what each level of it has is shown here.</p>`, this.content);
     return render(html`<div class="fields">${CHOICES.map(([name, label, options]) => choice(label, name, options))}</div>
-      <label class="check"><input type="checkbox" .checked=${state('limit') === 'true'} @change=${({ target }) => change({ limit: target.checked })}><span>Points on the limit surface</span></label>
+      ${flag('Points on the limit surface', 'limit')}
       <table><caption>What each level has</caption>
         <thead><tr>${['Level', 'Points', 'Faces', 'Size', 'Server'].map((text) => html`<th scope="col">${text}</th>`)}</tr></thead>
         <tbody>${this.levels.map((level) => this.#row(level))}${this.refusal ? html`<tr class="refused"><td colspan="5">Refused: ${this.refusal}</td></tr>` : nothing}</tbody></table>`, this.content);

@@ -8,6 +8,15 @@ export const choice = (label, name, options, value = state(name)) => html`<label
   <select @change=${({ target }) => change({ [name]: target.value })}>
     ${options.map(([key, text]) => html`<option value=${key} .selected=${key === value}>${text}</option>`)}</select></label>`;
 
+/** A box to check, for a name of the state. */
+export const flag = (label, name) => html`<label class="check"><input type="checkbox" .checked=${state(name) === 'true'}
+  @change=${({ target }) => change({ [name]: target.checked })}><span>${label}</span></label>`;
+
+/** A slider for a name of the state; said: its value in words. */
+export const amount = (label, name, [min, max, step], said, value = state(name)) => html`<div class="slider"><span>${label}</span>
+  <input type="range" min=${min} max=${max} step=${step} aria-label=${label} .value=${String(value)} @input=${({ target }) => change({ [name]: target.value })}>
+  <output class="value">${said}</output></div>`;
+
 async function copy({ target }, text) {
   const isCopied = await navigator.clipboard?.writeText(text).then(() => true, () => false);
   target.textContent = isCopied ? 'Copied' : 'Not allowed';

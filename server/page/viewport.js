@@ -126,7 +126,9 @@ export class Viewport {
   resize() {
     const { width, height, ratio } = this.#size();
     if (!width || !height) return;
-    this.renderer?.setDrawingBufferSize(width, height, ratio);
+    const { renderer } = this;
+    const isSame = renderer?.getPixelRatio() === ratio && renderer.getSize(new Vector2()).equals(new Vector2(width, height));
+    if (!isSame) renderer?.setDrawingBufferSize(width, height, ratio); // the same size, too, would clear the canvas
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
     this.invalidate();
@@ -217,14 +219,17 @@ export class Viewport {
     this.isLate = false;
   }
 
-  /** Resolves with what the next frame shows, as a data URL: all of it, or its middle in a given size. */
+  /** Resolves with what the next frame shows, as a data URL; in a given size, with background beside it. */
   picture({ width, height, type = 'image/png' } = {}) {
     return new Promise((resolve) => {
       this.afterFrame.push((canvas) => {
         const drawn = Object.assign(document.createElement('canvas'), { width: width ?? canvas.width, height: height ?? canvas.height });
-        const scale = Math.max(drawn.width / canvas.width, drawn.height / canvas.height);
+        const scale = Math.min(drawn.width / canvas.width, drawn.height / canvas.height);
         const [w, h] = [canvas.width * scale, canvas.height * scale];
-        drawn.getContext('2d', { willReadFrequently: true }).drawImage(canvas, (drawn.width - w) / 2, (drawn.height - h) / 2, w, h);
+        const context = drawn.getContext('2d', { willReadFrequently: true });
+        context.fillStyle = this.scene.background.getStyle();
+        context.fillRect(0, 0, drawn.width, drawn.height);
+        context.drawImage(canvas, (drawn.width - w) / 2, (drawn.height - h) / 2, w, h);
         resolve(drawn.toDataURL(type, 0.8));
       });
       this.invalidate();

@@ -110,6 +110,23 @@ export class Visit {
     await this.drawn();
   }
 
+  /** What the element with the focus is called. */
+  focused() {
+    return this.page.evaluate(() => document.activeElement.getAttribute('aria-label') ?? document.activeElement.textContent);
+  }
+
+  /** Presses a key until the focus is on what is called so, or begins so. */
+  async reach(wanted, key = 'Tab') {
+    for (let i = 0; i < 60 && !(await this.focused()).startsWith(wanted); i++) await this.page.keyboard.press(key);
+    assert.ok((await this.focused()).startsWith(wanted), `${key} reaches ${wanted}`);
+  }
+
+  /** Gives files to the dialog that an action opens: [[name, text or bytes]]. */
+  async choose(files, action) {
+    const [dialog] = await Promise.all([this.page.waitForEvent('filechooser'), action()]);
+    await dialog.setFiles(files.map(([name, content]) => ({ name, mimeType: '', buffer: Buffer.from(content) })));
+  }
+
   /** A picture of the whole page, into the build folder. */
   picture(name) {
     return this.page.screenshot({ path: join(pictures, `${name}.png`) });

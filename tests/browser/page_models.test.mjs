@@ -1,14 +1,16 @@
 // The page at /: uploads, long work, downloads, keys, and the lines for scripts.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { mkdtempSync, readdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { createServer, request as ask } from 'node:http';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { test } from 'node:test';
 
+import { biped } from '../node/biped.mjs';
 import { Daemon, root } from '../node/daemon.mjs';
-import { covered, drop, open, PYRAMID, Visit } from './page_driver.mjs';
+import { mocap } from '../node/mocap.mjs';
+import { covered, drop, open, PHONE, PYRAMID, Visit } from './page_driver.mjs';
 
 const site = open();
 const { daemon, visits } = site;
@@ -282,6 +284,9 @@ test('a key is asked for and kept for the tab', async () => {
     const dialog = visit.page.getByRole('dialog');
     await dialog.waitFor();
     await visit.picture('key');
+    await dialog.getByRole('button', { name: 'Cancel' }).click();
+    await visit.page.locator('.notice').getByRole('button', { name: 'Try again' }).click();
+    assert.ok(await visit.page.getByText('No model yet').isHidden(), 'which models there are is not known');
     await dialog.getByLabel('Key').fill('wrong');
     await dialog.getByRole('button', { name: 'Use key' }).click();
     await visit.page.getByText('The daemon says').waitFor();
@@ -303,6 +308,45 @@ test('a key is asked for and kept for the tab', async () => {
     await other.page.getByRole('dialog').waitFor();
     await other.end();
   } finally {
+    await locked.remove();
+  }
+});
+
+test('on a phone a key is given, a character and its motion are chosen, and a script is copied and run', async () => {
+  const locked = new Daemon(['--sample', '--api-keys', 's3cret']);
+  await locked.start();
+  const folder = mkdtempSync(join(tmpdir(), 'tweend-phone-'));
+  try {
+    const visit = await Visit.begin(site.browser, `${locked.url}/`, { ...PHONE, hash: '#show=surface', refused: [401, 404] });
+    const { page } = visit;
+    await page.getByRole('dialog').getByLabel('Key').tap();
+    await page.keyboard.type('s3cret');
+    await page.getByRole('button', { name: 'Use key' }).tap();
+    await visit.level(2);
+    const upload = () => page.getByRole('button', { name: 'Upload', exact: true }).tap();
+    await visit.choose([['figure.gltf', biped({ names: 'mixamo' })]], upload);
+    await visit.wait(() => document.getElementById('subject').textContent === 'figure.gltf' && document.getElementById('facts').textContent);
+    await visit.choose([['walk.bvh', mocap(30).text]], upload);
+    await visit.wait(() => /clip=[0-9a-f]{32}/.test(location.hash));
+    assert.equal(await visit.text('#subject'), 'figure.gltf');
+    await page.locator('.sentences li').first().waitFor();
+    await page.getByRole('button', { name: 'Play' }).tap();
+    await visit.wait(() => parseFloat(document.querySelector('.clock').textContent) > 0.1);
+
+    await page.context().grantPermissions(['clipboard-read', 'clipboard-write']);
+    await page.getByRole('tab', { name: 'Scripts' }).tap();
+    await page.getByRole('button', { name: 'Python' }).tap();
+    await page.getByRole('button', { name: 'Copy: This surface' }).tap();
+    await page.getByText('Copied').waitFor();
+    writeFileSync(join(folder, 'script.py'), await page.evaluate(() => navigator.clipboard.readText()));
+    execFileSync('python3', ['script.py'], { cwd: folder, env: { ...process.env, KEY: 's3cret' } });
+    const [file] = readdirSync(folder).filter((name) => name.endsWith('.glb'));
+    const saved = page.waitForEvent('download');
+    await page.getByRole('link', { name: 'glb float' }).tap();
+    assert.ok(readFileSync(join(folder, file)).equals(readFileSync(await (await saved).path())));
+    await visit.end();
+  } finally {
+    rmSync(folder, { recursive: true });
     await locked.remove();
   }
 });

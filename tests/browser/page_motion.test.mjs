@@ -166,12 +166,14 @@ visits('gimbal lock appears, and the best order takes it away', { hash: '#tab=an
   await visit.page.getByLabel('Node, nearest').selectOption('antenna_euler');
   await visit.wait(() => document.querySelectorAll('.band [data-locked=true]').length > 3);
   assert.match(await visit.text('.verdict'), /XYZ locks: 0\.0° from lock at 0\.9/);
+  await visit.page.getByText(/up to 179° apart, at [12]\.\d+ s/).waitFor(); // its angles go the long way, as the file has them
   await visit.seek(0.9412);
   assert.ok(parseFloat(await visit.text('h3 .value')) < 3);
   await visit.picture('rotation dark');
   await visit.page.getByRole('button', { name: /^Use XZY/ }).click();
   await visit.wait(() => document.querySelector('.verdict')?.textContent.startsWith('XZY stays clear'));
   assert.equal(await locked(), 0);
+  await visit.page.getByText('Both go the same way').waitFor(); // other angles of the same keys
   await visit.seek(2.5);
   const asked = 'pose.json?clip=drive&at=2.5&nodes=antenna_euler&as=euler&order=XZY&unit=degrees';
   const { poses } = await (await fetch(`${daemon.url}/v1/models/${await site.model('tank.json')}/${asked}`)).json();

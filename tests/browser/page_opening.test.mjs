@@ -142,6 +142,9 @@ visits('a first level that is cancelled leaves the control mesh; a model that is
   await visit.page.locator('.notice .close').click();
   await visit.drawn();
   assert.equal(covered(await visit.pixels()), 0, 'nothing of the former model stays');
+  for (const name of ['Surface', 'Download']) assert.equal(await visit.page.getByText(name, { exact: true }).and(visit.page.locator('.chip, #download')).isVisible(), false, name);
+  await visit.page.route('**/v1/models?**', (route) => setTimeout(() => route.continue(), 500)); // the model is known to be gone before others are listed
+  await visit.page.reload();
   await blank(visit).getByRole('button', { name: 'Another model' }).click();
   await visit.level(2);
   assert.ok(await blank(visit).isHidden());
@@ -215,12 +218,22 @@ test('without WebGL all but the picture works', async () => {
   await visit.end();
 });
 
-visits('a page magnified to 400 %, and a phone held sideways, have a panel that can be read', { first: 'cube.obj' }, async (visit) => {
+visits('a page magnified to 400 %, and a phone held sideways, have a panel that can be read, and all tools', { first: 'cube.obj' }, async (visit) => {
   await visit.level(2);
-  await visit.tab('Surface');
   const slider = visit.page.getByRole('slider', { name: 'Level' }).first();
   for (const viewport of [{ width: 320, height: 200 }, { width: 844, height: 390 }]) {
     await visit.page.setViewportSize(viewport);
+    await visit.tab('Edit');
+    await visit.page.getByRole('toolbar', { name: 'Tools' }).waitFor();
+    const hidden = await visit.page.locator('.tools button').evaluateAll((buttons) => {
+      scrollTo(0, 0);
+      const stage = document.getElementById('stage').getBoundingClientRect();
+      const isIn = ({ left, right, top, bottom }) => left >= stage.left && right <= stage.right && top >= stage.top && bottom <= stage.bottom;
+      const isOnTop = (button, { left, top, width, height }) => button.contains(document.elementFromPoint(left + width / 2, top + height / 2));
+      return buttons.filter((button) => !isIn(button.getBoundingClientRect()) || !isOnTop(button, button.getBoundingClientRect())).map(({ title }) => title);
+    });
+    assert.deepEqual(hidden, [], `${viewport.width} pixels wide`);
+    await visit.tab('Surface');
     await slider.scrollIntoViewIfNeeded();
     const isSeen = await slider.evaluate((element) => {
       const { left, top, width, height } = element.getBoundingClientRect();
@@ -288,6 +301,8 @@ visits('forced colours show which chips are pressed', { first: 'cube.obj', force
   const colourOf = (name) => visit.page.locator(`#shown [data-name=${name}]`).evaluate((chip) => getComputedStyle(chip).backgroundColor);
   assert.equal(await visit.page.locator('#shown [data-name=surface]').getAttribute('aria-pressed'), 'true');
   assert.notEqual(await colourOf('surface'), await colourOf('uv'));
+  const [seen, meant] = await visit.page.locator('.legend i').first().evaluate((dot) => [getComputedStyle(dot).backgroundColor, dot.style.backgroundColor]);
+  assert.equal(seen.replaceAll(' ', ''), meant.replaceAll(' ', ''), 'and what the legend tells of');
 });
 
 test('a live stream that is down says so, and that it is back', async () => {

@@ -109,6 +109,30 @@ visits('a scan is made clean by one click, and seen beside itself', { ...ALL_PIX
   await line.waitFor({ state: 'hidden' });
 });
 
+visits('a scan is opened, made clean and compared by keyboard alone', { hash: '#tab=models&show=surface' }, async (visit) => {
+  await visit.level(2);
+  const modeller = new Modeller(visit);
+  const { keyboard } = visit.page;
+  await visit.page.locator('#tab-models').focus();
+  await visit.reach('Upload');
+  await visit.choose([['scan.obj', scan()]], () => keyboard.press('Enter'));
+  await visit.wait(() => document.getElementById('subject').textContent === 'scan.obj' && document.getElementById('facts').textContent);
+  const source = modeller.id;
+  await visit.reach('Models', 'Shift+Tab');
+  for (const key of ['ArrowRight', 'ArrowRight']) await keyboard.press(key);
+  await modeller.ready();
+  await visit.reach('Clean up');
+  await keyboard.press('Tab'); // beyond the heading of the same name
+  await modeller.opens(() => keyboard.press('Enter'));
+  await sideBySide(visit);
+  assert.equal((await described(modeller.id)).boundary_loops, 0);
+  await visit.reach('Line between', 'Shift+Tab');
+  await keyboard.press('ArrowLeft');
+  assert.match(visit.page.url(), /split=49/);
+  await modeller.opens(() => keyboard.press('Control+z'));
+  assert.equal(modeller.id, source);
+});
+
 visits('steps of a clean-up can be left out', { hash, ...PHONE }, async (visit) => {
   const modeller = await openScan(visit);
   const { page } = modeller;

@@ -317,6 +317,28 @@ visits('strokes go on while one is stored, and each can be undone', { hash }, as
   assert.equal(sculptor.id, source);
 });
 
+visits('a stroke outlives a restart of the daemon', { hash }, async (visit) => {
+  const sculptor = await Sculptor.begin(visit);
+  const { page } = sculptor;
+  const source = sculptor.id;
+  const before = await pointsOf(source, 3);
+  const place = before[nearest(before, new Vector3(0.5, 0.3, 0.6))];
+  const plain = await visit.pixels();
+  await daemon.stop();
+  await sculptor.hold(place, [70, -50]);
+  await page.mouse.up();
+  const notice = page.locator('.notice', { hasText: 'The stroke cannot be kept' });
+  await notice.getByText('The daemon does not answer').waitFor();
+  await visit.drawn();
+  assert.ok(difference(plain, await visit.pixels()) > 0.002, 'the stroke stays in the picture');
+  await daemon.start();
+  await sculptor.opens(() => notice.getByRole('button', { name: 'Try again' }).click());
+  assert.ok((await pointsOf(sculptor.id, 3))[before.indexOf(place)].distanceTo(place) > 0.05);
+  await sculptor.opens(() => page.getByRole('button', { name: 'Undo' }).click());
+  assert.equal(sculptor.id, source);
+  visit.faults = visit.faults.filter((fault) => !fault.includes('net::ERR_'));
+});
+
 visits('the wheel with Shift, and brackets, change the radius', { hash }, async (visit) => {
   const sculptor = await Sculptor.begin(visit);
   const { page } = sculptor;

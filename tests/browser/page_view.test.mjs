@@ -280,16 +280,11 @@ visits('on a phone', { ...PHONE }, async (visit) => {
 visits('by keyboard alone', { hash: '#show=surface,cage,points,follow' }, async (visit) => {
   await visit.level(2);
   const { keyboard } = visit.page;
-  const focused = () => visit.page.evaluate(() => document.activeElement.getAttribute('aria-label') ?? document.activeElement.textContent);
-  const reach = async (wanted, key = 'Tab') => {
-    for (let i = 0; i < 60 && !(await focused()).startsWith(wanted); i++) await keyboard.press(key);
-    assert.ok((await focused()).startsWith(wanted), `${key} reaches ${wanted}`);
-  };
   const turnTo = async (from, to) => {
-    await reach(from, 'Shift+Tab');
-    for (let i = 0; i < 6 && (await focused()) !== to; i++) await keyboard.press('ArrowRight');
+    await visit.reach(from, 'Shift+Tab');
+    for (let i = 0; i < 6 && (await visit.focused()) !== to; i++) await keyboard.press('ArrowRight');
   };
-  await reach('tank.json, level 2');
+  await visit.reach('tank.json, level 2');
   const before = await visit.pixels();
   await keyboard.press('ArrowLeft');
   await keyboard.press('ArrowLeft');
@@ -300,32 +295,36 @@ visits('by keyboard alone', { hash: '#show=surface,cage,points,follow' }, async 
   await keyboard.press('-');
   await visit.drawn();
   assert.ok(covered(await visit.pixels()) < covered(turned), 'minus zooms out');
+  await keyboard.press('?');
+  const hidden = await visit.page.locator('#keys').evaluate((sheet) => [...sheet.querySelectorAll('h3')].filter((title) => title.getBoundingClientRect().right > sheet.getBoundingClientRect().right).map(({ textContent }) => textContent));
+  assert.deepEqual(hidden, [], 'the sheet of keys shows all of them');
+  await keyboard.press('Escape');
   await keyboard.press('f');
   await visit.drawn();
   assert.ok(Math.abs(covered(await visit.pixels()) - covered(turned)) < 0.02, 'F frames');
   await keyboard.press(' ');
   await visit.wait(() => parseFloat(document.querySelector('.clock').textContent) > 0.1);
   await keyboard.press(' ');
-  await reach('Models');
+  await visit.reach('Models');
   await keyboard.press('ArrowRight');
-  assert.equal(await focused(), 'Surface');
-  await reach('Level');
+  assert.equal(await visit.focused(), 'Surface');
+  await visit.reach('Level');
   await keyboard.press('ArrowLeft');
   await visit.level(1);
 
   // Which order keeps the node that comes nearest to lock away from it.
   await turnTo('Surface', 'Rotation');
   await visit.page.locator('.verdict.locked').waitFor();
-  await reach('Use XZY');
+  await visit.reach('Use XZY');
   await keyboard.press('Enter');
   await visit.wait(() => document.querySelector('.verdict')?.textContent.startsWith('XZY stays clear'));
 
   // A script, copied.
   await visit.page.context().grantPermissions(['clipboard-read', 'clipboard-write']);
   await turnTo('Rotation', 'Scripts');
-  await reach('Python');
+  await visit.reach('Python');
   await keyboard.press('Enter');
-  await reach('Copy: This surface');
+  await visit.reach('Copy: This surface');
   await keyboard.press('Enter');
   await visit.page.getByText('Copied').waitFor();
   assert.match(await visit.page.evaluate(() => navigator.clipboard.readText()), /^import shutil\nimport urllib\.request\n/);
