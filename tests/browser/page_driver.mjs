@@ -44,6 +44,7 @@ export class Visit {
       const own = request.url().startsWith(visit.origin) || /^(data|blob):/.test(request.url());
       if (!own) visit.faults.push(`asks ${request.url()}`);
     });
+    visit.page.on('filechooser', () => {}); // from here on Chromium tells of dialogs: when one is awaited it may be too late
     if (!choosesLevel) await visit.page.addInitScript(answerLevel2);
     await visit.page.goto(url + hash);
     return visit;
