@@ -1,7 +1,8 @@
 /* Finds the faces that are no fan from their first corner, and cuts them by their shape. Most faces are
  * triangles or convex, so cuts are few. Those of level 0 are listed once. Quads of levels below are looked at
  * when they are read, so that no level is too large: only where a cage has concave faces, and there only
- * those of the base's faces that are not convex, or near ones that are not: quads of others are convex. */
+ * those of the base's faces that are not convex, or near ones that are not. Quads of others are convex: this
+ * was not proved, but thousands of random meshes have no other. */
 
 #include "array.h"
 #include "ear_clipping.h"
