@@ -139,6 +139,31 @@ TEST(no_more_expressions_are_read_than_can_be_looked_up) {
   tw_model_destroy(model);
 }
 
+/* An expression of VRM 0.x binds the target of a mesh, which means one bind for each node that shows it.
+ * Targets that are not there are told once for each bind of the file, not for each node. */
+TEST(no_more_binds_are_read_than_have_room) {
+  enum { NODES = 2000, BINDS = 140, KEPT = (1 << 18) / NODES, ROOM = 32 };
+  static char document[(NODES + 2 * BINDS) * ROOM + 1024];
+  char *end =
+      stpcpy(document, "{'asset':{'version':'2.0'},'meshes':[{'primitives':[{'attributes':{'POSITION':0},"
+                       "'targets':[{'POSITION':0}]}]}],'accessors':[{'componentType':5126,'count':3,"
+                       "'type':'VEC3','min':[0,0,0],'max':[0,0,0]}],'nodes':[");
+  for (int i = 0; i < NODES; i++) end = stpcpy(end, i ? ",{'mesh':0}" : "{'mesh':0}");
+  end = stpcpy(end, "],'extensions':{'VRM':{'blendShapeMaster':{'blendShapeGroups':[{'name':'e','binds':[");
+  for (int i = 0; i < BINDS; i++) end = stpcpy(end, "{'mesh':0,'index':0},{'mesh':0,'index':1},");
+  strcpy(end - 1, "]}]}}}}");
+  tw_model *model = glb_read(document, NULL, 0);
+  char told[96];
+  snprintf(told, sizeof told, "%d binds of expressions are left out: there are too many",
+           (BINDS - KEPT) * NODES);
+  assert_int_equal(model->face->expressions[0].bind_count, KEPT * NODES);
+  assert_true(warns_of(model, told));
+  snprintf(told, sizeof told, "%d more", BINDS - 1);
+  assert_true(warns_of(model, "not as the extension's specification says"));
+  assert_true(warns_of(model, told));
+  tw_model_destroy(model);
+}
+
 /* ---- carried over ---------------------------------------------------------------------------- */
 
 enum { NODES = 3, TARGETS = 2 };

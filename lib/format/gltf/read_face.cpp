@@ -145,16 +145,22 @@ private:
     return bones && std::find(bones, bones + TW_BONES, node) != bones + TW_BONES;
   }
 
-  // Notes a bind. target: as the file has it.
-  void bind(uint32_t node, const char *target, float weight, const std::string &place) {
-    const tw_model &model = *document_.model;
-    uint32_t mesh = node == TW_NO_INDEX ? TW_NO_INDEX : model.nodes[node].mesh;
-    uint64_t index = target ? whole_number(target).value_or(UINT64_MAX) : UINT64_MAX;
-    if (mesh == TW_NO_INDEX || index >= model.meshes[mesh].morph_count) return misfit(place);
-    if (++bind_count_ > binds_max)
-      return document_.outline.lose("bind of an expression is left out: there are too many",
-                                    "binds of expressions are left out: there are too many");
-    binds_.push_back({node, static_cast<uint32_t>(index), weight});
+  // The morph target that a value names; nothing where the mesh has none such.
+  std::optional<uint32_t> target_of(uint32_t mesh, const char *value) const {
+    uint64_t index = value ? whole_number(value).value_or(UINT64_MAX) : UINT64_MAX;
+    if (index >= document_.model->meshes[mesh].morph_count) return {};
+    return static_cast<uint32_t>(index);
+  }
+
+  // Whether so many more binds are kept; else they are left out.
+  bool may_bind(uint64_t count) {
+    if (count > binds_max - bind_count_) {
+      document_.outline.lose("bind of an expression is left out: there are too many",
+                             "binds of expressions are left out: there are too many", count);
+      return false;
+    }
+    bind_count_ += count;
+    return true;
   }
 
   // The weight of a bind; nothing, and noted, where it is none.
@@ -166,7 +172,7 @@ private:
     return number;
   }
 
-  // Each is looked up among the others and among tracks.
+  // Whether another expression is kept: each is sought among all others and among the tracks of a clip.
   bool has_room(size_t count) {
     if (count >= expressions_max)
       document_.outline.lose("expression is left out: there are too many",
@@ -187,6 +193,15 @@ private:
 
   // ---- VRM 1.0
 
+  void bind_node(const char *bound, float weight, const std::string &place) {
+    uint32_t node = node_of(tw_json_member(bound, "node"));
+    uint32_t mesh = node == TW_NO_INDEX ? TW_NO_INDEX : document_.model->nodes[node].mesh;
+    std::optional<uint32_t> target;
+    if (mesh != TW_NO_INDEX) target = target_of(mesh, tw_json_member(bound, "index"));
+    if (!target) return misfit(place);
+    if (may_bind(1)) binds_.push_back({node, *target, weight});
+  }
+
   void add_newer(const std::string &name, const char *value, const std::string &place) {
     static constexpr const char *members[TW_FACE_PARTS] = {"overrideBlink", "overrideLookAt",
                                                            "overrideMouth"};
@@ -202,7 +217,7 @@ private:
     each(tw_json_member(value, "morphTargetBinds"), [&](size_t index, const char *bound) {
       std::string at = text(place, "/morphTargetBinds/", index);
       std::optional<float> weight = weight_of(bound, 1, at);
-      if (weight) bind(node_of(tw_json_member(bound, "node")), tw_json_member(bound, "index"), *weight, at);
+      if (weight) bind_node(bound, *weight, at);
     });
     expression.moves_materials = has_elements(tw_json_member(value, "materialColorBinds")) ||
                                  has_elements(tw_json_member(value, "textureTransformBinds"));
@@ -277,20 +292,25 @@ private:
     each(tw_json_member(group, "binds"), [&](size_t index, const char *bound) {
       std::string at = text(place, "/binds/", index);
       std::optional<float> weight = weight_of(bound, 100, at);
-      if (weight) bind_mesh(tw_json_member(bound, "mesh"), tw_json_member(bound, "index"), *weight / 100, at);
+      if (weight) bind_mesh(bound, *weight / 100, at);
     });
     expression.moves_materials = has_elements(tw_json_member(group, "materialValues"));
     add(*name, expression);
   }
 
   // Binds a target on all nodes that show a mesh.
-  void bind_mesh(const char *mesh, const char *target, float weight, const std::string &place) {
-    uint64_t index = mesh ? whole_number(mesh).value_or(UINT64_MAX) : UINT64_MAX;
-    if (index >= document_.model->mesh_count) return misfit(place);
-    auto at = std::lower_bound(shows_.begin(), shows_.end(),
-                               std::pair<uint32_t, uint32_t>(static_cast<uint32_t>(index), 0));
-    for (; at != shows_.end() && at->first == index && bind_count_ <= binds_max; ++at)
-      bind(at->second, target, weight, place);
+  void bind_mesh(const char *bound, float weight, const std::string &place) {
+    const char *value = tw_json_member(bound, "mesh");
+    uint64_t mesh = value ? whole_number(value).value_or(UINT64_MAX) : UINT64_MAX;
+    if (mesh >= document_.model->mesh_count) return misfit(place);
+    uint32_t index = static_cast<uint32_t>(mesh);
+    std::optional<uint32_t> target = target_of(index, tw_json_member(bound, "index"));
+    if (!target) return misfit(place);
+    using Shown = std::pair<uint32_t, uint32_t>;
+    auto at = std::lower_bound(shows_.begin(), shows_.end(), Shown(index, 0));
+    auto end = std::upper_bound(at, shows_.end(), Shown(index, TW_NO_INDEX));
+    if (!may_bind(static_cast<uint64_t>(end - at))) return;
+    for (; at != end; ++at) binds_.push_back({at->second, *target, weight});
   }
 
   static bool is_straight(const char *curve) {

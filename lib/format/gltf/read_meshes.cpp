@@ -804,7 +804,8 @@ private:
         document_.note("TANGENT is computed anew: there is no NORMAL beside it");
   }
 
-  // Rows of all vertices; v up, as meshes have it. Those without any have glTF's 0 0.
+  // Texture coordinates of all vertices, v up, as meshes have them. A vertex whose primitive has none gets
+  // the 0 0 of glTF, v down.
   Vector<float> read_uvs(size_t set) const {
     Vector<float> uvs(document_.budget, 2 * elements_.size(), 0.0f);
     for (uint32_t v = 0; v < elements_.size(); v++) {
