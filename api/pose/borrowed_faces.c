@@ -100,20 +100,19 @@ bool api_face_split_off(const tw_model *lender, const tw_clip_keys *keys, const 
   return note_losses(lender, model, &found, notes) || api_fault_without_memory(fault);
 }
 
-static bool moves(const tw_clip_keys *keys, const tw_track_keys *track) {
-  for (uint32_t i = 0; i < keys->track_count; i++)
-    if (keys->tracks[i].node == track->node && keys->tracks[i].path == track->path) return true;
-  return false;
-}
-
-bool api_face_add(const tw_clip_keys *face, tw_arena *arena, tw_clip_keys *keys) {
+bool api_face_add(const tw_clip_keys *face, uint32_t node_count, tw_arena *arena, tw_clip_keys *keys) {
   if (face->track_count == 0) return true;
   size_t most = (size_t)keys->track_count + face->track_count;
   tw_track_keys *tracks = tw_arena_alloc_raw(arena, most, sizeof *tracks);
-  if (!tracks) return false;
+  uint8_t *moved = tw_arena_alloc(arena, node_count, 1); /* a bit a path */
+  if (!tracks || !moved) return false;
+  for (uint32_t i = 0; i < face->track_count; i++) {
+    uint8_t *paths = &moved[face->tracks[i].node];
+    *paths = (uint8_t)(*paths | 1 << face->tracks[i].path);
+  }
   uint32_t count = 0;
   for (uint32_t i = 0; i < keys->track_count; i++)
-    if (!moves(face, &keys->tracks[i])) tracks[count++] = keys->tracks[i];
+    if (!(moved[keys->tracks[i].node] & 1 << keys->tracks[i].path)) tracks[count++] = keys->tracks[i];
   memcpy(tracks + count, face->tracks, face->track_count * sizeof *tracks);
   keys->tracks = tracks;
   keys->track_count = count + face->track_count;

@@ -15,9 +15,9 @@ typedef struct api_face_split {
 bool api_face_split_off(const tw_model *lender, const tw_clip_keys *keys, const tw_model *model,
                         uint32_t max_keys, api_notes *notes, api_face_split *out, api_fault *fault);
 
-/* Adds the tracks of a face to *keys, whose own tracks of the same parts they replace. False without memory.
- */
-bool api_face_add(const tw_clip_keys *face, tw_arena *arena, tw_clip_keys *keys);
+/* Adds the tracks of a face to *keys, whose own tracks of the same parts they replace. Both move nodes of one
+ * model, which has node_count. False without memory. */
+bool api_face_add(const tw_clip_keys *face, uint32_t node_count, tw_arena *arena, tw_clip_keys *keys);
 
 /* The morph weights of the model's nodes at rest, [nodes]; NULL in it: 0. NULL without memory. */
 const float **api_rest_weights(const tw_model *model, tw_arena *arena);

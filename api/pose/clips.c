@@ -226,7 +226,8 @@ static tw_clip_keys *gather_keys(const clip_source *source, api_clip *clip, api_
       is_done = api_clip_rename(lender, &split.others, source->model, notes, &keys[i]) ||
                 api_fault_without_memory(fault);
     if (is_done)
-      is_done = api_face_add(&split.face, notes->arena, &keys[i]) || api_fault_without_memory(fault);
+      is_done = api_face_add(&split.face, source->model->node_count, notes->arena, &keys[i]) ||
+                api_fault_without_memory(fault);
   }
   return is_done ? keys : NULL;
 }

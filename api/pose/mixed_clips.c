@@ -174,7 +174,7 @@ static bool add_face(const compiling *c, const tw_clip_keys *face, tw_clip_keys 
   tw_clip_keys moved = {.tracks = tracks};
   for (uint32_t i = 0; i < face->track_count; i++)
     if (!c->is_left || !c->is_left[face->tracks[i].node]) tracks[moved.track_count++] = face->tracks[i];
-  return api_face_add(&moved, c->scratch, keys);
+  return api_face_add(&moved, c->model->node_count, c->scratch, keys);
 }
 
 /* Compiles keys of a model. map: for each of its nodes that of c->model. face: of c->model. */
