@@ -128,7 +128,7 @@ const MOVES = {
 const GAZE = [[0, turnOf(0, 0)], [0.5, turnOf(40, 20)], [1, turnOf(-30, -25)], [1.5, turnOf(-89, 60)], [2, turnOf(10, -75)]];
 
 /** A VRMA. moves: keys of expressions as [time, weight], or {keys, interpolation}; gaze: as [time, quaternion]. */
-function motionOf({ moves = MOVES, gaze = GAZE, body = true, names = Object.keys(moves) } = {}) {
+function motionOf({ moves = MOVES, gaze = GAZE, body = true, eye = false, names = Object.keys(moves) } = {}) {
   const document = JSON.parse(biped({ extension: 'VRMC_vrm_animation', seed: 9, ...(body && { clip: { seed: 3, most: 0.3 } }) }));
   const chunks = body ? [Buffer.from(document.buffers[0].uri.split(',')[1], 'base64')] : [];
   const { bufferViews = [], accessors = [], animations = [{ name: 'moves', samplers: [], channels: [] }] } = document;
@@ -152,6 +152,11 @@ function motionOf({ moves = MOVES, gaze = GAZE, body = true, names = Object.keys
     document.scenes[0].nodes.push(node);
     extension.expressions[/smirk|wink/.test(name) ? 'custom' : 'preset'][name] = { node };
     track(node, 'translation', keys.map(([time]) => time), keys.flatMap(([, ...weights]) => weights.flatMap((weight) => [weight, 7, -3])), 'VEC3', interpolation);
+  }
+  if (eye) {
+    const node = document.nodes.push({ name: 'leftEye' }) - 1;
+    document.scenes[0].nodes.push(node);
+    track(node, 'rotation', [0, 2], [...turnOf(5, 70), ...turnOf(-60, 5)], 'VEC4');
   }
   if (gaze) {
     const node = document.nodes.push({ name: 'gaze' }) - 1;
@@ -287,6 +292,18 @@ test('what a character lacks is told by name, and a clip of a face alone needs n
   const { other_tracks: tracks, retarget } = await ask(`${model}/tracks?clip=${idOf(lender)}/moves&retarget=auto`);
   assert.deepEqual(tracks.map(({ node, path }) => `${node} ${path}`), ['face weights']);
   assert.deepEqual(retarget.bones, []);
+});
+
+test('eyes follow the gaze where a track of the clip moves one of them, too', async () => {
+  const model = await daemon.upload(JSON.stringify(figureOf('VRMC_vrm', 'bone')));
+  for (const retarget of ['none', 'auto']) {
+    const eyes = async (options) => {
+      const lender = idOf(await daemon.upload(motionOf(options)));
+      return (await ask(`${model}/pose.json?clip=${lender}/moves&retarget=${retarget}&nodes=leftEye,rightEye&at=${TIMES}`)).poses.map(({ rotation }) => rotation);
+    };
+    assert.deepEqual(await eyes({ eye: true }), await eyes());
+    assert.notDeepEqual(await eyes({ eye: true, gaze: null }), await eyes({ gaze: null }), 'else it moves the eye');
+  }
 });
 
 test('layers of a mixed clip move a face, but not nodes that they leave alone', async () => {
