@@ -24,15 +24,37 @@ function answerLevel2() {
   window.fetch = (url, init) => (/[?&]level=auto/.test(url) ? Promise.resolve(Response.json({ level: 2 })) : fetch(url, init));
 }
 
+/** A page in a context of its own. */
+async function openPage(browser, { choosesLevel = false, ...options }) {
+  const context = await browser.newContext({ ...USUAL, ...options });
+  context.setDefaultTimeout(PATIENCE_MS);
+  const page = await context.newPage();
+  page.on('filechooser', () => {}); // from here on Chromium tells of dialogs: when one is awaited it may be too late
+  if (!choosesLevel) await page.addInitScript(answerLevel2);
+  return page;
+}
+
+/** Makes a page as it was when it was opened, but for scripts that it was told to begin with, and what a session of
+ *  DevTools changed. */
+async function clear(page, url, { viewport = USUAL.viewport }) {
+  await page.unrouteAll({ behavior: 'ignoreErrors' });
+  for (const event of ['pageerror', 'console', 'request']) page.removeAllListeners(event);
+  for (const other of page.context().pages()) if (other !== page) await other.close();
+  await page.goto('about:blank');
+  await page.context().clearPermissions();
+  await page.setViewportSize(viewport);
+  const session = await page.context().newCDPSession(page);
+  await session.send('Storage.clearDataForOrigin', { origin: new URL(url).origin, storageTypes: 'all' });
+  await session.detach();
+}
+
 export class Visit {
   /** refused: statuses that the visit provokes, which Chromium logs as errors. choosesLevel: whether models open with
    *  the level that the daemon chooses. Else they do so with level 2, whose counts and pictures are easy to tell, and
-   *  which is drawn sooner. */
-  static async begin(browser, url, { hash = '', refused = [], choosesLevel = false, ...options } = {}) {
-    const context = await browser.newContext({ ...USUAL, ...options });
-    context.setDefaultTimeout(PATIENCE_MS);
+   *  which is drawn sooner. page: one that openPage made with the same options. */
+  static async begin(browser, url, { hash = '', refused = [], page, ...options } = {}) {
     const visit = new Visit();
-    visit.page = await context.newPage();
+    visit.page = page ?? (await openPage(browser, options));
     visit.faults = [];
     visit.origin = new URL(url).origin;
     visit.page.on('pageerror', (error) => visit.faults.push(String(error.stack)));
@@ -44,8 +66,6 @@ export class Visit {
       const own = request.url().startsWith(visit.origin) || /^(data|blob):/.test(request.url());
       if (!own) visit.faults.push(`asks ${request.url()}`);
     });
-    visit.page.on('filechooser', () => {}); // from here on Chromium tells of dialogs: when one is awaited it may be too late
-    if (!choosesLevel) await visit.page.addInitScript(answerLevel2);
     await visit.page.goto(url + hash);
     return visit;
   }
@@ -181,6 +201,7 @@ export function coloursOf(png) {
  *  chooses, an animated tank. files: what there is besides the samples, by names. */
 export function open({ first = '', files = {} } = {}) {
   const site = { daemon: new Daemon(['--sample']) };
+  const pages = new Map(); // by the options of their visits: to start a renderer takes longer than most visits
   before(async () => {
     await site.daemon.start();
     for (const [name, body] of Object.entries(files))
@@ -198,18 +219,26 @@ export function open({ first = '', files = {} } = {}) {
     return models.find(({ name }) => name === wanted).id;
   };
 
-  /** A test that visits the page; options as for Visit.begin, and `first` where it differs from the file's. */
-  site.visits = (name, { first: own = first, hash = '', ...options }, use) =>
+  /** A test that visits the page; options as for Visit.begin, and `first` where it differs from the file's. isAlone: the
+   *  visit changes what cannot be made as it was, so no other one gets its page. */
+  site.visits = (name, { first: own = first, hash = '', refused, isAlone = false, ...options }, use) =>
     test(name, async () => {
+      const url = `${site.daemon.url}/`;
+      const kind = JSON.stringify(options);
       const wanted = own ? `${hash || '#'}&model=${await site.model(own)}` : hash;
-      const visit = await Visit.begin(site.browser, `${site.daemon.url}/`, { ...options, hash: wanted });
+      const page = isAlone ? undefined : pages.get(kind);
+      pages.delete(kind);
+      const visit = await Visit.begin(site.browser, url, { ...options, refused, page, hash: wanted });
       try {
         await use(visit);
       } catch (error) {
         await visit.picture(`failed ${name}`).catch(() => {});
         throw error;
       }
-      await visit.end();
+      if (isAlone) return visit.end();
+      await clear(visit.page, url, options);
+      assert.deepEqual(visit.faults, []);
+      pages.set(kind, visit.page);
     });
   return site;
 }

@@ -53,7 +53,7 @@ visits('files are chosen, a glTF with what it names', {}, async (visit) => {
   await visit.wait(() => document.getElementById('facts').textContent.startsWith('Level 2'));
 });
 
-visits('a long upload tells how far it is, and can be cancelled', {}, async (visit) => {
+visits('a long upload tells how far it is, and can be cancelled', { isAlone: true }, async (visit) => {
   await visit.level(2);
   const network = await visit.page.context().newCDPSession(visit.page);
   await network.send('Network.enable');

@@ -281,7 +281,7 @@ visits('nothing moves by itself for those who want less motion', { first: 'cube.
   assert.equal(await frames(), before);
 });
 
-visits('a clip that cannot be opened leaves the picture to what is done next', { hash: '#show=surface' }, async (visit) => {
+visits('a clip that cannot be opened leaves the picture to what is done next', { isAlone: true, hash: '#show=surface' }, async (visit) => {
   // A fault where none is expected: the list of clips cannot be filled.
   await visit.page.addInitScript(() => (HTMLSelectElement.prototype.replaceChildren = () => {
     throw new Error('provoked');
