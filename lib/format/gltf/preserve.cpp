@@ -87,8 +87,8 @@ public:
     place_ = "/asset";
     if (const char *asset = tw_json_member(root, "asset"))
       assets.asset = object(asset, "version minVersion generator");
+    materials_ = count_of(tw_json_member(root, "materials"));
     assets.materials = objects("materials");
-    materials_ = assets.materials.count;
     assets.textures = objects("textures");
     assets.samplers = objects("samplers");
     assets.cameras = objects("cameras");
@@ -194,6 +194,8 @@ private:
             put_instances(item.value());
           else if (is_of_primitive("KHR_materials_variants", item))
             put_variants(item.value());
+          else if (uint64_t count = details_of(item))
+            put_details(item.value(), count);
           else
             put_value(item.value());
         });
@@ -257,24 +259,56 @@ private:
         continue;
       }
       put_key(i.key());
-      put("[");
-      each(i.value(), [&](size_t, const char *variant) {
-        if (!is_below(variant, variants_)) return;
-        put_comma();
-        put(value_text(variant));
-      });
-      put("]");
+      put_indices(i.value(), variants_);
     }
     put("}");
   }
 
+  // Puts an array of indices of `count` elements without those that are not there.
+  void put_indices(const char *indices, uint64_t count) {
+    put("[");
+    each(indices, [&](size_t, const char *index) {
+      if (!is_below(index, count)) return;
+      put_comma();
+      put(value_text(index));
+    });
+    put("]");
+  }
+
+  static uint32_t count_below(const char *indices, uint64_t count) {
+    uint32_t below = 0;
+    each(indices, [&](size_t, const char *index) { below += is_below(index, count); });
+    return below;
+  }
+
   // How many variants a mapping has that are there, as its material is.
   uint32_t count_variants(const char *mapping) const {
-    uint32_t count = 0;
     if (*mapping != '{' || !is_below(tw_json_member(mapping, "material"), materials_)) return 0;
-    each(tw_json_member(mapping, "variants"),
-         [&](size_t, const char *variant) { count += is_below(variant, variants_); });
-    return count;
+    return count_below(tw_json_member(mapping, "variants"), variants_);
+  }
+
+  // How many nodes or materials there are, whose MSFT_lod names others of their kind as "ids", which are
+  // shown from afar; 0 where the extension is another.
+  uint64_t details_of(const Items &extension) const {
+    if (extension.key() != "MSFT_lod" || *extension.value() != '{') return 0;
+    if (!count_of(tw_json_member(extension.value(), "ids"))) return 0;
+    return place_.compare(0, 7, "/nodes/") == 0        ? document_.source.nodes.size()
+           : place_.compare(0, 11, "/materials/") == 0 ? materials_
+                                                       : 0;
+  }
+
+  // MSFT_lod: what the document has not is left out.
+  void put_details(const char *extension, uint64_t count) {
+    put("{");
+    for (Items i(extension); i.more(); i.next()) {
+      if (i.key() != "ids") {
+        put_member(i);
+        continue;
+      }
+      put_key(i.key());
+      put_indices(i.value(), count);
+    }
+    put("}");
   }
 
   // Whether an extension names elements of which the document has none.
@@ -286,6 +320,14 @@ private:
       bool is_there = is_below(index, pool_counts_[i]);
       document_.outline.lose(pools[i].one, pools[i].many, !is_there);
       return !is_there;
+    }
+    if (uint64_t count = details_of(extension)) {
+      const char *ids = tw_json_member(extension.value(), "ids");
+      uint32_t there = count_below(ids, count);
+      document_.outline.lose("level of detail is left out: the document has no such node or material",
+                             "levels of detail are left out: the document has no such nodes or materials",
+                             count_of(ids) - there);
+      return there == 0;
     }
     if (!is_of_primitive("KHR_materials_variants", extension)) return false;
     const char *mappings = tw_json_member(extension.value(), "mappings");
