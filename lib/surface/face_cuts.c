@@ -1,8 +1,8 @@
 /* Finds the faces that are no fan from their first corner, and cuts them by their shape. Most faces are
  * triangles or convex, so cuts are few. Those of level 0 are listed once. Quads of levels below are looked at
- * when they are read, so that no level is too large: only where a cage has concave faces, and there only
- * those of the base's faces that are not convex, or near ones that are not. Quads of others are convex: this
- * was not proved, but thousands of random meshes have no other. */
+ * when they are read, so that no level is too large: only where a face of the cage is not surely convex, and
+ * there only those of the base's faces that are not, or near ones that are not. Quads of others are convex:
+ * this was not proved, but thousands of random meshes have no other. */
 
 #include "array.h"
 #include "ear_clipping.h"
@@ -163,15 +163,14 @@ static void normal_of(const uint32_t *corners, uint32_t size, const double *poin
   }
 }
 
-/* Whether the triangles at all corners look along the face's normal: their areas, seen along it, are at least
- * `part` of twice the face's, and their own normals' cosines with it at least `leaning`, which is 0 where any
- * will do. points: [vertices][3]. */
-static bool turns_well(const uint32_t *corners, uint32_t size, const double *points, double part,
-                       double leaning) {
+/* Whether the face is convex along any axis from which it is seen when it is cut, as one that is nearly flat
+ * is, so that its children are too: the triangles at all corners look nearly along its normal (cosines of at
+ * least 0.9), and their areas along it are at least a fifth of twice the face's. points: [vertices][3]. */
+static bool is_surely_convex(const uint32_t *corners, uint32_t size, const double *points) {
   double normal[3], cross[3], a[3], b[3];
   normal_of(corners, size, points, normal);
-  double squared = tw_dot3(normal, normal), least = part * squared;
-  if (leaning > 0 && !(squared > 0)) return false;
+  double squared = tw_dot3(normal, normal);
+  if (!(squared > 0)) return false;
   for (uint32_t i = 0; i < size; i++) {
     const double *at = points + 3 * (size_t)corners[i],
                  *before = points + 3 * (size_t)corners[i > 0 ? i - 1 : size - 1],
@@ -180,26 +179,19 @@ static bool turns_well(const uint32_t *corners, uint32_t size, const double *poi
     tw_difference3(after, at, b);
     tw_cross3(a, b, cross);
     double along = tw_dot3(cross, normal);
-    if (along < least || (leaning > 0 && along < leaning * sqrt(squared * tw_dot3(cross, cross))))
-      return false;
+    if (along < 0.2 * squared || along < 0.9 * sqrt(squared * tw_dot3(cross, cross))) return false;
   }
   return true;
 }
 
-/* Whether the face is convex along any axis from which it is seen when it is cut, as one that is nearly flat
- * is, so that its children are too. */
-static bool is_surely_convex(const uint32_t *corners, uint32_t size, const double *points) {
-  return turns_well(corners, size, points, 0.1, 0.9);
-}
-
-bool tw_cage_is_concave(const tw_topology *cage, const double *points) {
-  if (cage->face_size == 3) return false;
+bool tw_cage_is_convex(const tw_topology *cage, const double *points) {
+  if (cage->face_size == 3) return true;
   for (uint32_t f = 0; f < cage->face_count; f++) {
     uint32_t size = tw_face_size(cage, f);
-    if (size > 3 && !turns_well(cage->corner_vertex + tw_face_begin(cage, f), size, points, -1e-6, 0))
-      return true;
+    if (size > 3 && !is_surely_convex(cage->corner_vertex + tw_face_begin(cage, f), size, points))
+      return false;
   }
-  return false;
+  return true;
 }
 
 /* Marks the vertices of faces that may be concave, and those around which the surface is folded: a face looks

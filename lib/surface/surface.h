@@ -153,8 +153,8 @@ struct tw_surface {
   uint32_t cut_count;
   uint32_t (*cut_triangles)[3]; /* of all cuts */
   uint64_t cut_triangle_count;
-  /* Of other levels of a cage with concave faces, else NULL: [base faces] whether quads of the face may be
-   * concave. */
+  /* Of other levels of a cage with faces that are not surely convex, else NULL: [base faces] whether quads of
+   * the face may be concave. */
   uint8_t *near_concave;
   /* Of a level 0 that was made `tagged`, else NULL. */
   tw_surface_tags *tags;
@@ -187,9 +187,9 @@ tw_status tw_surface_keep_base(tw_surface *s, double **base, const tw_parallel_f
  * TW_CANCELLED. */
 tw_status tw_surface_place(tw_surface *surface, const float *positions, const tw_parallel_for *parallel);
 
-/* Whether a cage has a concave face, so that quads of its levels may be concave. points: [vertices][3].
+/* Whether all faces of a cage are surely convex, so that quads of its levels are too. points: [vertices][3].
  * O(corners). */
-bool tw_cage_is_concave(const tw_topology *cage, const double *points);
+bool tw_cage_is_convex(const tw_topology *cage, const double *points);
 
 /* Finds how the faces of level 0 are cut into triangles, once the surface has positions. O(corners), but for
  * polygons that are no fan from their first corner: see tw_ear_clipper_cut. TW_NO_MEMORY, TW_CANCELLED. */

@@ -39,7 +39,7 @@ tw_status tw_surface_place(tw_surface *surface, const float *positions, const tw
   double *at = tw_alloc(s->cage_vertex_count, 3 * sizeof *at);
   if (at) tw_cage_gather(positions, s->point_of, s->cage_vertex_count, at);
   tw_status status = at ? add_details(s, 0, parallel, at) : TW_NO_MEMORY;
-  bool is_concave = status == TW_OK && s->options.level > 0 && tw_cage_is_concave(&s->steps[0].topology, at);
+  bool is_convex = status != TW_OK || s->options.level == 0 || tw_cage_is_convex(&s->steps[0].topology, at);
   if (status == TW_OK && s->options.level == 0) {
     s->positions.cage = tw_surface_round_positions(at, s->cage_vertex_count);
     if (!s->positions.cage) status = TW_NO_MEMORY;
@@ -47,7 +47,7 @@ tw_status tw_surface_place(tw_surface *surface, const float *positions, const tw
   for (uint32_t level = 1; level <= s->step_count && status == TW_OK; level++)
     status = make_level(s, level, parallel, &at);
   /* Of a rim all faces are looked at. */
-  if (status == TW_OK && is_concave && !s->inner_faces) status = tw_surface_find_concave(s, at);
+  if (status == TW_OK && !is_convex && !s->inner_faces) status = tw_surface_find_concave(s, at);
   if (status == TW_OK) status = s->evaluator->place(s, &at, parallel);
   tw_free(at);
   if (status == TW_OK && s->options.level == 0) status = tw_surface_cut_faces(s, parallel);

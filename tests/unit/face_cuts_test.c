@@ -318,6 +318,56 @@ TEST(concave_quads_inside_an_open_border_are_cut_by_their_shape) {
                 TW_POLYGONS_TRIANGLES);
 }
 
+enum { SHEET = 5 }; /* points along a side */
+
+static bool has_convex_quads(double at[SHEET * SHEET][2]) {
+  for (int v = 0; v < SHEET * (SHEET - 1); v++) {
+    if (v % SHEET == SHEET - 1) continue;
+    const double *quad[4] = {at[v], at[v + 1], at[v + SHEET + 1], at[v + SHEET]};
+    for (int k = 0; k < 4; k++)
+      if (turn(quad[k], quad[(k + 1) % 4], quad[(k + 2) % 4]) < 1e-3) return false;
+  }
+  return true;
+}
+
+/* A sheet of convex quads whose points are moved about, with random creases. */
+static char *convex_sheet(uint64_t *seed) {
+  double at[SHEET * SHEET][2];
+  char *text = malloc(10000), *end = text;
+  assert_non_null(text);
+  for (int v = 0; v < SHEET * SHEET; v++) {
+    at[v][0] = v % SHEET;
+    at[v][1] = v / SHEET;
+  }
+  for (int n = 0; n < 500; n++) {
+    double *moved = at[(int)(ref_random(seed) * SHEET * SHEET)], before[2] = {moved[0], moved[1]};
+    for (int c = 0; c < 2; c++) moved[c] += ref_between(seed, -0.5, 0.5);
+    if (!has_convex_quads(at)) memcpy(moved, before, sizeof before);
+  }
+  for (int v = 0; v < SHEET * SHEET; v++) end += sprintf(end, "v %.9g %.9g 0\n", at[v][0], at[v][1]);
+  for (int v = 1; v < SHEET * (SHEET - 1); v++)
+    if (v % SHEET != 0) end += sprintf(end, "f %d %d %d %d\n", v, v + 1, v + SHEET + 1, v + SHEET);
+  for (int v = 1; v < SHEET * (SHEET - 1); v++)
+    if (v % SHEET != 0 && ref_random(seed) < 0.3)
+      end += sprintf(end, "t crease 2/1/0 %d %d 5\n", v, ref_random(seed) < 0.5 ? v + 1 : v + SHEET);
+  return text;
+}
+
+TEST(concave_quads_of_convex_faces_are_cut_by_their_shape) {
+  compared_quads compared = {0};
+  uint64_t seed = 74;
+  for (int n = 0; n < 200; n++) {
+    fixture f;
+    char *text = convex_sheet(&seed);
+    fixture_init(&f, text);
+    fixture_refine_by(&f, &(tw_surface_options){.level = 1 + (uint32_t)n % 2});
+    compare_quads(&f, &compared);
+    fixture_deinit(&f);
+    free(text);
+  }
+  assert_true(compared.all > 5000 && compared.turned > 10);
+}
+
 TEST(levels_of_convex_faces_are_fans) {
   fixture f;
   fixture_init(&f, cube_text);
