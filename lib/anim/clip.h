@@ -12,7 +12,7 @@ typedef struct posed_arc {
 } posed_arc;
 
 /* Poses are evaluated whole, or by blocks of so many nodes. */
-enum { TW_POSE_BLOCK = 64 };
+enum { TW_POSE_BLOCK = 128 };
 
 /* Receives times; both it and who tells them stop where it returns false. */
 typedef struct tw_bend_sink {

@@ -99,11 +99,6 @@ static double weight_near(const tw_layer *layer, double time, uint32_t *key) {
   return ramp_at(&ramp, time);
 }
 
-double tw_layer_weight(const tw_layer *layer, double time) {
-  uint32_t key = 0;
-  return weight_near(layer, time, &key);
-}
-
 /* Whether the layer ever plays. */
 static bool plays(const tw_layer *layer) {
   bool does = layer->mode == TW_LAYER_OVERRIDE;
@@ -336,23 +331,26 @@ static inline double looped(double time, double duration, tw_loop loop, double *
 layer_state tw_layer_at(const mix_time *mix, uint32_t index, double time, double phase) {
   const tw_layer *layer = &mix->layers[index];
   double duration = mix->durations[index], local, last = 1;
+  uint32_t key = 0;
   if (!layer->is_synced)
     local = looped(layer->offset + layer->speed * time, duration, layer->loop, &last);
   else
     local = duration > 0 ? part_of_round(phase + layer->offset / duration, &last) * duration : 0;
-  return (layer_state){(float)local, tw_layer_weight(layer, time)};
+  return (layer_state){(float)local, (float)weight_near(layer, time, &key)};
 }
 
 /* The weights at many times, of which all those between two keys follow each other in one loop. */
-static void fill_weights(const tw_layer *layer, const mix_moments *at, double *restrict weights) {
+static void fill_weights(const tw_layer *layer, const mix_moments *at, float *restrict weights) {
   const double *times = at->times;
   for (uint32_t i = 0; i < at->count;) {
-    bool is_constant = is_constant_at(layer, times[i], &weights[i]);
-    i += is_constant;
-    if (is_constant) continue;
+    double constant;
+    if (is_constant_at(layer, times[i], &constant)) {
+      weights[i++] = (float)constant;
+      continue;
+    }
     const weight_ramp ramp = ramp_after(layer, find_key(layer, times[i]));
     uint32_t end = run_end(times, at->times_rise, i, at->count, ramp.start, ramp.end);
-    for (; i < end; i++) weights[i] = ramp_at(&ramp, times[i]);
+    for (; i < end; i++) weights[i] = (float)ramp_at(&ramp, times[i]);
   }
 }
 
@@ -370,7 +368,7 @@ static void fill_rounds(const mix_moments *at, double start, double duration, fl
 }
 
 void tw_layer_states(const mix_time *mix, uint32_t index, const mix_moments *at, float *restrict locals,
-                     double *restrict weights) {
+                     float *restrict weights) {
   const tw_layer *layer = &mix->layers[index];
   double duration = mix->durations[index], offset = layer->offset, speed = layer->speed, last = 1;
   const double *times = at->times;
@@ -385,7 +383,7 @@ void tw_layer_states(const mix_time *mix, uint32_t index, const mix_moments *at,
     for (uint32_t i = 0; i < count; i++)
       locals[i] = (float)looped(offset + speed * times[i], duration, layer->loop, &last);
   if (layer->weight_count == 1)
-    for (uint32_t i = 0; i < count; i++) weights[i] = (double)layer->weights[0];
+    for (uint32_t i = 0; i < count; i++) weights[i] = layer->weights[0];
   else
     fill_weights(layer, at, weights);
 }

@@ -24,7 +24,7 @@ typedef struct mix_time {
 /* A layer at one time. */
 typedef struct layer_state {
   float time; /* of the layer's clip */
-  double weight;
+  float weight;
 } layer_state;
 
 /* Copies the layers into the arena and finds the phase and the duration. The layers have passed
@@ -51,14 +51,12 @@ typedef struct mix_moments {
 /* count: at most TW_POSE_BLOCK. */
 void tw_mix_moments(const mix_time *mix, const float *times, uint32_t count, mix_moments *out);
 
-double tw_layer_weight(const tw_layer *layer, double time);
-
 /* The state of a layer at a clamped time whose phase is given. */
 layer_state tw_layer_at(const mix_time *mix, uint32_t layer, double time, double phase);
 
 /* The same at many times. locals: [count] times of the layer's clip. weights: [count] */
 void tw_layer_states(const mix_time *mix, uint32_t layer, const mix_moments *at, float *locals,
-                     double *weights);
+                     float *weights);
 
 /* Tells all times, in any order, at which a layer shows a time of its clip; and those at which its weight,
  * its pace or its clip's end bend or break what it shows: there times just beside, too. False where it was

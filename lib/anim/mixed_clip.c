@@ -52,7 +52,7 @@ static inline float sum_of(four value) {
 typedef struct layer_values {
   uint32_t count;
   const uint8_t *places; /* [count] in the block; NULL: all of it */
-  const double *weights; /* [count] */
+  const float *weights;  /* [count] */
   const float *values;   /* by place */
   size_t step;           /* floats from one value to the next, and from one mean to the next */
 } layer_values;
@@ -69,8 +69,9 @@ typedef struct blend {
   uint32_t count, width;
   float *means;
   size_t step;
-  double totals[TW_POSE_BLOCK];         /* weights so far */
-  bool has_sums, is_sum[TW_POSE_BLOCK]; /* a rotation is a sum, not of unit length */
+  float totals[TW_POSE_BLOCK]; /* weights so far */
+  bool has_sums;
+  float norms[TW_POSE_BLOCK]; /* squares of lengths of rotations: 1, or a sum's */
 } blend;
 
 static void blend_init(blend *b, tw_path path, uint32_t width, float *means, size_t step, uint32_t count) {
@@ -80,17 +81,19 @@ static void blend_init(blend *b, tw_path path, uint32_t width, float *means, siz
   b->means = means;
   b->step = step;
   b->has_sums = false;
-  memset(b->totals, 0, count * sizeof *b->totals);
-  memset(b->is_sum, 0, count * sizeof *b->is_sum);
+  for (uint32_t i = 0; i < count; i++) {
+    b->totals[i] = 0;
+    b->norms[i] = 1;
+  }
 }
 
 /* Adds the layer's weights to the totals. shares: the part of each value in its mean, 1 where it is the first
  * one with a weight, 0 without weight. */
-static void take_shares(blend *b, const layer_values *layer, float *shares) {
-  double totals[TW_POSE_BLOCK];
+static void take_shares(blend *b, const layer_values *layer, float *restrict shares) {
+  float totals[TW_POSE_BLOCK];
   for (uint32_t i = 0; i < layer->count; i++) totals[i] = b->totals[place_of(layer, i)] + layer->weights[i];
   for (uint32_t i = 0; i < layer->count; i++) {
-    float share = (float)(layer->weights[i] / totals[i]);
+    float share = layer->weights[i] / totals[i];
     shares[i] = layer->weights[i] > 0 ? share : 0;
   }
   for (uint32_t i = 0; i < layer->count; i++) b->totals[place_of(layer, i)] = totals[i];
@@ -104,20 +107,31 @@ static void take_over(blend *b, const layer_values *layer, float *shares) {
   }
 }
 
-/* Moves sums of rotations by shares toward q or -q, whichever is on their side. */
-static void blend_rotations(blend *b, const layer_values *layer, const float *shares) {
-  for (uint32_t i = 0; i < layer->count; i++) {
-    if (shares[i] == 0) continue;
-    uint32_t place = place_of(layer, i);
-    float *mean = b->means + b->step * place;
-    four q = load_four(layer->values + layer->step * place), sum = load_four(mean);
-    bool is_sum = shares[i] != 1;
-    float side = sum_of(sum * q) < 0 ? -1.0F : 1.0F;
-    if (is_sum) q = sum + (q * side - sum) * shares[i];
-    b->is_sum[place] = is_sum;
-    b->has_sums |= is_sum;
-    memcpy(mean, &q, sizeof q);
+/* Moves sums of rotations by shares toward q or -q, whichever is on their side. What follows of dot products
+ * is vectorised in a loop of its own: the square of a new sum's length, too, which need not be read again. */
+static void blend_rotations(blend *b, const layer_values *layer, const float *restrict shares) {
+  const layer_values of = *layer; /* may be kept in registers */
+  float *restrict means = b->means, dots[TW_POSE_BLOCK], norms[TW_POSE_BLOCK], parts[TW_POSE_BLOCK];
+  for (uint32_t i = 0; i < of.count; i++) {
+    size_t at = of.step * place_of(&of, i);
+    dots[i] = sum_of(load_four(means + at) * load_four(of.values + at));
+    norms[i] = b->norms[place_of(&of, i)];
   }
+  for (uint32_t i = 0; i < of.count; i++) {
+    float share = shares[i], rest = 1 - share, side = dots[i] < 0 ? -1.0F : 1.0F;
+    parts[i] = share * side;
+    norms[i] = rest * rest * norms[i] + share * share + 2 * rest * parts[i] * dots[i];
+  }
+  for (uint32_t i = 0; i < of.count; i++) {
+    size_t at = of.step * place_of(&of, i);
+    four q = load_four(of.values + at), sum = load_four(means + at),
+         moved = sum * (1 - shares[i]) + q * parts[i];
+    if (shares[i] == 0) moved = sum;
+    if (shares[i] == 1) moved = q;
+    memcpy(means + at, &moved, sizeof moved);
+  }
+  for (uint32_t i = 0; i < of.count; i++) b->norms[place_of(&of, i)] = norms[i];
+  b->has_sums = true;
 }
 
 static inline void blend_vectors(blend *b, const layer_values *layer, const float *shares, uint32_t width) {
@@ -149,16 +163,11 @@ static void blend_layer(blend *b, const layer_values *layer, bool overrides) {
     blend_vectors(b, layer, shares, b->width);
 }
 
-/* Sums of rotations become of unit length: in loops of their own, so that roots and divisions are vectorised.
- */
+/* Sums of rotations become of unit length: in a loop of their own, roots and divisions are vectorised. */
 static void end_sums(blend *b) {
   float scales[TW_POSE_BLOCK];
   if (!b->has_sums) return;
-  for (uint32_t i = 0; i < b->count; i++) {
-    four sum = load_four(b->means + b->step * i);
-    scales[i] = b->is_sum[i] ? sum_of(sum * sum) : 1;
-  }
-  for (uint32_t i = 0; i < b->count; i++) scales[i] = 1 / sqrtf(scales[i]);
+  for (uint32_t i = 0; i < b->count; i++) scales[i] = 1 / sqrtf(b->norms[i]);
   for (uint32_t i = 0; i < b->count; i++) {
     four sum = load_four(b->means + b->step * i) * scales[i];
     memcpy(b->means + b->step * i, &sum, sizeof sum);
@@ -192,9 +201,9 @@ static inline void find_turns(turns *restrict all, const float *restrict from, s
 }
 
 /* A weight beyond 1, which may turn round more than once. */
-static void raise_far(turns *all, uint32_t i, double weight) {
+static void raise_far(turns *all, uint32_t i, float weight) {
   double axis[3] = {(double)all->x[i], (double)all->y[i], (double)all->z[i]};
-  double sine = tw_length(axis, 3), part = atan2(sine, (double)all->w[i]) * weight;
+  double sine = tw_length(axis, 3), part = atan2(sine, (double)all->w[i]) * (double)weight;
   double ratio = sine > 0 ? sin(part) / sine : 0;
   all->x[i] = (float)(axis[0] * ratio);
   all->y[i] = (float)(axis[1] * ratio);
@@ -205,26 +214,26 @@ static void raise_far(turns *all, uint32_t i, double weight) {
 
 /* In two loops: polynomials are long chains of operations, and the shorter a loop's body, the more of its
  * rounds a processor computes at once. */
-static void raise_turns(turns *restrict all, const double *restrict weights, uint32_t count) {
+static void raise_turns(turns *restrict all, const float *restrict weights, uint32_t count) {
   static const float LEAST_SINE = 1e-30F; /* of a root; only 0 is less */
   float sines[TW_POSE_BLOCK], parts[TW_POSE_BLOCK];
   int is_far = 0;
   for (uint32_t i = 0; i < count; i++) {
     float x = all->x[i], y = all->y[i], z = all->z[i], sine = sqrtf(x * x + y * y + z * z);
     sines[i] = sine > LEAST_SINE ? sine : LEAST_SINE;
-    parts[i] = arc_angle(sine, all->w[i]) * (float)weights[i];
+    parts[i] = arc_angle(sine, all->w[i]) * weights[i];
   }
   for (uint32_t i = 0; i < count; i++) {
     all->ratios[i] = arc_sine(parts[i]) / sines[i];
     all->cosines[i] = arc_cosine(parts[i]);
   }
-  for (uint32_t i = 0; i < count; i++) is_far |= fabs(weights[i]) > 1;
+  for (uint32_t i = 0; i < count; i++) is_far |= fabsf(weights[i]) > 1;
   for (uint32_t i = 0; is_far && i < count; i++)
-    if (fabs(weights[i]) > 1) raise_far(all, i, (double)(float)weights[i]);
+    if (fabsf(weights[i]) > 1) raise_far(all, i, weights[i]);
 }
 
 /* Turns the rotations that have a weight, at unit length. rotations: [count][4] */
-static void apply_turns(const turns *restrict all, const double *restrict weights, uint32_t count,
+static void apply_turns(const turns *restrict all, const float *restrict weights, uint32_t count,
                         float *restrict rotations) {
   float turned[TW_POSE_BLOCK][4], scales[TW_POSE_BLOCK];
   for (size_t i = 0; i < count; i++) {
@@ -245,7 +254,7 @@ static void apply_turns(const turns *restrict all, const double *restrict weight
 
 /* rotations, to: [count][4]; from: the references, `step` floats apart. */
 static inline void turn_rotations(float *rotations, const float *from, size_t step, const float *to,
-                                  const double *weights, uint32_t count) {
+                                  const float *weights, uint32_t count) {
   turns all;
   find_turns(&all, from, step, to, count);
   raise_turns(&all, weights, count);
@@ -277,7 +286,7 @@ static void add_vectors(float *vectors, uint32_t width, const layer_values *laye
   for (uint32_t i = 0; i < layer->count; i++) {
     if (layer->weights[i] == 0) continue;
     uint32_t place = place_of(layer, i);
-    float weight = (float)layer->weights[i], *vector = vectors + layer->step * place;
+    float weight = layer->weights[i], *vector = vectors + layer->step * place;
     const float *value = layer->values + layer->step * place, *reference = references + step * place;
     for (uint32_t k = 0; k < width; k++) vector[k] += (value[k] - reference[k]) * weight;
   }
@@ -304,7 +313,7 @@ typedef struct pose_block {
 
 /* What a layer gives of a path; its count may be 0. weights, poses: [TW_POSE_BLOCK] */
 static layer_values values_of(const mixing *mix, uint32_t layer, const pose_block *block, tw_path path,
-                              const double *weights, const tw_trs *poses) {
+                              const float *weights, const tw_trs *poses) {
   const moved_nodes *moved = &mix->moved[layer][path];
   const uint32_t *starts = moved->starts + block->first / TW_POSE_BLOCK;
   return (layer_values){starts[1] - starts[0], moved->places + starts[0], weights,
@@ -317,7 +326,7 @@ static void blend_poses(const tw_clip *clip, const pose_block *block, const laye
   const mixing *mix = mixing_of(clip);
   bool has_started = false;
   tw_trs poses[TW_POSE_BLOCK];
-  double weights[TW_POSE_BLOCK];
+  float weights[TW_POSE_BLOCK];
   blend blends[TW_WEIGHTS];
   for (tw_path path = 0; path < TW_WEIGHTS; path++)
     blend_init(&blends[path], path, path == TW_ROTATION ? 4 : 3, (float *)block->locals + floats_before(path),
@@ -345,7 +354,7 @@ static void blend_poses(const tw_clip *clip, const pose_block *block, const laye
 static void add_pose(const tw_clip *clip, uint32_t layer, const pose_block *block, const layer_state *state) {
   const mixing *mix = mixing_of(clip);
   tw_trs poses[TW_POSE_BLOCK];
-  double weights[TW_POSE_BLOCK];
+  float weights[TW_POSE_BLOCK];
   tw_clip_move_nodes(clip->parts[layer], block->nodes, block->first, block->count, state->time, poses);
   for (uint32_t i = 0; i < block->count; i++) weights[i] = state->weight;
   for (tw_path path = 0; path < TW_WEIGHTS; path++) {
@@ -386,7 +395,7 @@ typedef struct sample_block {
 
 /* What a layer gives: its weights, then its samples where any weight counts. */
 typedef struct part_samples {
-  double weights[TW_POSE_BLOCK];
+  float weights[TW_POSE_BLOCK];
   float locals[TW_POSE_BLOCK], values[SAMPLES];
 } part_samples;
 
@@ -395,8 +404,10 @@ static void find_weights(const tw_clip *clip, const track_part *part, const samp
   tw_layer_states(&mixing_of(clip)->time, part->layer, &block->at, samples->locals, samples->weights);
 }
 
-static void put_rests(const sample_block *block, const float *rest, const double *weights) {
-  for (uint32_t i = 0; i < block->count; i++)
+static void put_rests(const sample_block *block, const float *rest, const float *weights) {
+  bool has_any = !weights;
+  for (uint32_t i = 0; weights && i < block->count; i++) has_any |= weights[i] == 0;
+  for (uint32_t i = 0; has_any && i < block->count; i++)
     if (!weights || weights[i] == 0)
       memcpy(block->out + (size_t)i * block->width, rest, block->width * sizeof *rest);
 }
